@@ -1,0 +1,29 @@
+# Our own targets: warnings as errors, one include root, the sanitizers of the preset.
+
+add_library(isthmus_flags INTERFACE)
+target_include_directories(isthmus_flags INTERFACE ${PROJECT_SOURCE_DIR})
+target_compile_options(isthmus_flags INTERFACE
+  -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Woverloaded-virtual -Werror)
+if(ISTHMUS_SANITIZE)
+  target_compile_options(isthmus_flags INTERFACE
+    -fsanitize=${ISTHMUS_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)
+  target_link_options(isthmus_flags INTERFACE -fsanitize=${ISTHMUS_SANITIZE})
+endif()
+
+# isthmus_library(NAME SOURCES ... [DEPS public...] [PRIVATE third-party...])
+function(isthmus_library name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;DEPS;PRIVATE" ${ARGN})
+  add_library(${name} STATIC ${ARG_SOURCES})
+  target_link_libraries(${name} PUBLIC isthmus_flags ${ARG_DEPS} PRIVATE ${ARG_PRIVATE})
+endfunction()
+
+# isthmus_test(NAME SOURCES ... DEPS ...): a GoogleTest program; each test is one CTest test.
+function(isthmus_test name)
+  cmake_parse_arguments(ARG "" "TIMEOUT" "SOURCES;DEPS" ${ARGN})
+  if(NOT ARG_TIMEOUT)
+    set(ARG_TIMEOUT 120)
+  endif()
+  add_executable(${name} ${ARG_SOURCES})
+  target_link_libraries(${name} PRIVATE ${ARG_DEPS} GTest::gmock GTest::gtest_main)
+  gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST PROPERTIES TIMEOUT ${ARG_TIMEOUT})
+endfunction()

@@ -1,0 +1,53 @@
+// The merged map as readers see it: an immutable snapshot made by composition, read by queries.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "core/cloud.h"
+#include "core/ids.h"
+#include "core/pose.h"
+#include "core/submap.h"
+
+namespace isthmus {
+
+// A submap and where its session lies in its component's map frame.
+struct PlacedSubmap {
+  std::shared_ptr<const Submap> submap;
+  uint32_t component = 0;
+  Pose T_map_odom;
+};
+
+// What to read of the map. Everything given must hold.
+struct Region {
+  Box box;  // In the map frame; ignored when empty.
+  bool has_sphere = false;
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();
+  double radius_m = 0;
+  uint32_t component = 0;
+  int robot = -1;           // Index into ComposedMap::robots(); -1 for all.
+  double resolution_m = 0;  // Thinned further to one point per such voxel; 0: as composed.
+};
+
+// Safe to read from many threads while newer ones are made.
+class ComposedMap {
+ public:
+  // Receives a chunk; returns false to stop reading.
+  using Emit = std::function<bool(const std::vector<MapPoint>&)>;
+
+  virtual ~ComposedMap() = default;
+  virtual int64_t revision() const = 0;
+  // Robots in the map, sorted; MapPoint::robot indexes this.
+  virtual const std::vector<RobotId>& robots() const = 0;
+  virtual uint32_t component_count() const = 0;
+  // 0 and an empty box for a component that does not exist.
+  virtual uint64_t point_count(uint32_t component) const = 0;
+  virtual Box bounds(uint32_t component) const = 0;
+  // Calls `emit` with chunks of at most `chunk` points until done or it returns false.
+  virtual void Read(const Region& region, size_t chunk, const Emit& emit) const = 0;
+};
+
+}  // namespace isthmus

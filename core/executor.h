@@ -1,0 +1,39 @@
+// A fixed number of threads that run tasks; the only place where the server makes worker threads.
+#pragma once
+
+#include <condition_variable>
+#include <deque>
+#include <functional>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+namespace isthmus {
+
+// Thread safe. The destructor runs what was posted, then joins.
+class Executor {
+ public:
+  explicit Executor(int threads);
+  ~Executor();
+  Executor(const Executor&) = delete;
+  Executor& operator=(const Executor&) = delete;
+
+  // Runs `task` on some thread, in order of posting on an executor of one thread. Tasks must not
+  // throw. Callers bound what they post; the executor itself does not refuse.
+  void Post(std::function<void()> task);
+
+  // Waits until nothing is queued and nothing runs. Must not be called from a task.
+  void WaitUntilIdle();
+
+ private:
+  void Work();
+
+  std::mutex mutex_;
+  std::condition_variable wake_, idle_;
+  std::deque<std::function<void()>> tasks_;  // Guarded by mutex_.
+  int running_ = 0;                          // Guarded by mutex_.
+  bool stopping_ = false;                    // Guarded by mutex_.
+  std::vector<std::thread> threads_;         // Constant after construction.
+};
+
+}  // namespace isthmus

@@ -1,0 +1,50 @@
+// What was found out about a pair of sessions' maps, accepted or not.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/ids.h"
+#include "core/pose.h"
+
+namespace isthmus {
+
+enum class MatchState {
+  kAccepted,   // Verified; the edge may carry a merge.
+  kRejected,   // A hypothesis was found and contradicted.
+  kAmbiguous,  // Two or more hypotheses explain the maps about equally well.
+  kNotYet,     // Too little evidence; tried again when more submaps have come.
+};
+
+// Stable upper-case name ("ACCEPTED"); used in JSON, storage and messages.
+const char* ToString(MatchState state);
+
+struct StageTime {
+  std::string stage;  // "voxel_filter", "fpfh", "birds_eye", "vgicp", ...
+  double ms = 0;      // Wall time.
+};
+
+// A match of the ordered pair (a, b), a < b. Numbers that a stage did not compute stay at -1.
+struct Match {
+  SessionId a;
+  SessionId b;
+  Pose T_a_b;  // Takes a point of b's odom frame to a's.
+  MatchState state = MatchState::kNotYet;
+  std::string reason;         // Stable code, e.g. "FREE_SPACE", "LOW_OVERLAP"; "OK" if accepted.
+  std::string detail;         // One sentence for a person, with the numbers.
+  double confidence = 0;      // [0, 1]; weight of the edge in the match graph.
+  double overlap = -1;        // Share of the smaller map's surface that lies on the other, [0, 1].
+  int64_t inliers = -1;       // Correspondences that agree with T_a_b.
+  double residual_m = -1;     // RMS point-to-surface distance of the inliers.
+  double free_space = -1;     // Share of contradicted range comparisons, [0, 1]; 0 is best.
+  int64_t comparisons = -1;   // How many comparisons free_space rests on.
+  double runner_up = -1;      // free_space of the best competing hypothesis.
+  std::string matcher;        // "paper", "birds_eye": which search produced the hypothesis.
+  uint32_t submaps_a = 0;     // Evidence it was computed from, to know when it is out of date.
+  uint32_t submaps_b = 0;
+  int64_t computed_ns = 0;    // Unix nanoseconds.
+  std::vector<StageTime> stages;
+};
+
+}  // namespace isthmus

@@ -1,0 +1,27 @@
+// A session as it is stored and reported.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "core/ids.h"
+#include "core/pose.h"
+
+namespace isthmus {
+
+enum class SessionState {
+  kActive,    // Takes scans and submaps.
+  kFinished,  // Closed by the robot; its map stays.
+};
+
+struct SessionRecord {
+  SessionId id;
+  RobotId robot;
+  std::string sensor;   // Name of a sensor model, e.g. "vlp16".
+  Pose T_base_sensor;   // Extrinsic; identity unless given.
+  SessionState state = SessionState::kActive;
+  int64_t created_ns = 0;
+  int64_t finished_ns = 0;  // 0 while active.
+};
+
+}  // namespace isthmus

@@ -1,0 +1,32 @@
+#include "core/submap.h"
+
+namespace isthmus {
+
+SubmapInfo Summarize(const Submap& submap) {
+  SubmapInfo info;
+  info.id = submap.id;
+  info.robot = submap.robot;
+  info.T_odom_submap = submap.T_odom_submap;
+  info.first_sequence = submap.first_sequence;
+  info.last_sequence = submap.last_sequence;
+  info.first_stamp_ns = submap.first_stamp_ns;
+  info.last_stamp_ns = submap.last_stamp_ns;
+  info.keyframe_count = static_cast<uint32_t>(submap.keyframes.size());
+  info.point_count = submap.points.size();
+  for (const SubmapPoint& p : submap.points) info.bounds.Extend(p.Position().cast<double>());
+  return info;
+}
+
+Box Transform(const Pose& T_target_source, const Box& box) {
+  Box result;
+  if (box.empty()) return result;
+  for (int corner = 0; corner < 8; ++corner) {
+    const Eigen::Vector3d p((corner & 1) ? box.max.x() : box.min.x(),
+                            (corner & 2) ? box.max.y() : box.min.y(),
+                            (corner & 4) ? box.max.z() : box.min.z());
+    result.Extend(T_target_source * p);
+  }
+  return result;
+}
+
+}  // namespace isthmus

@@ -1,0 +1,61 @@
+// F-LOAM odometry of one robot: scans in, poses in its odom frame out.
+//
+// H. Wang, C. Wang, C.-L. Chen, L. Xie, "F-LOAM: Fast LiDAR Odometry and Mapping", IROS 2021, as
+// used per robot in "Multi-Robot SLAM Using Fast LiDAR Odometry and Mapping".
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "core/cloud.h"
+#include "core/pose.h"
+#include "core/scan.h"
+#include "floam/sensor_model.h"
+
+namespace isthmus::floam {
+
+struct OdometryOptions;  // floam/odometry_options.h
+
+enum class TrackingStatus {
+  kOk,
+  kDegenerate,  // Some direction is not observed; the prediction was kept along it.
+  kLost,        // The scan could not be matched; the pose is a prediction only.
+};
+
+struct ScanTiming {
+  double features_ms = 0;  // Ring and time inference, smoothness, selection.
+  double matching_ms = 0;  // Undistortion and scan-to-map matching, both stages.
+  double map_ms = 0;       // Local map update.
+  double total_ms = 0;
+};
+
+struct OdometryResult {
+  uint64_t sequence = 0;
+  int64_t stamp_ns = 0;      // END of the scan.
+  Pose T_odom_sensor;        // At the END of the scan; identity for the first.
+  Matrix6d covariance = Matrix6d::Zero();  // Of T_odom_sensor, twist order [rho; phi], sensor frame.
+  TrackingStatus status = TrackingStatus::kOk;
+  ScanTiming timing;
+  // All usable points of the scan, undistorted into the sensor frame at the END of the scan.
+  Cloud undistorted;
+};
+
+// One per session. Not thread safe; starts no threads. Process must be called in order of time.
+class Odometry {
+ public:
+  Odometry(const SensorModel& sensor, const OdometryOptions& options);
+  ~Odometry();
+
+  // InvalidArgument when the scan cannot be used (too few points, all in one place, non-finite
+  // coordinates, time going backwards); the state is then as before the call.
+  absl::StatusOr<OdometryResult> Process(const Scan& scan);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace isthmus::floam

@@ -1,0 +1,51 @@
+// Cuts a session's drive into submaps.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "core/submap.h"
+#include "floam/odometry.h"
+
+namespace isthmus::floam {
+
+struct SubmapOptions {
+  double keyframe_distance_m = 1.0;     // A scan is kept after this much travel ...
+  double keyframe_angle_rad = 0.35;     // ... or turning ...
+  double keyframe_interval_s = 5.0;     // ... or, while moving at all, time.
+  double keyframe_voxel_m = 0.15;       // One point per voxel and keyframe.
+  double max_range_m = 60;              // Farther points are too sparse to match on.
+  double cut_distance_m = 15;           // A submap ends after this much travel ...
+  int cut_scans = 200;                  // ... or this many scans.
+};
+
+// Not thread safe. Feed every result of the odometry, in order.
+class SubmapBuilder {
+ public:
+  // Submaps are numbered from `first_index`.
+  SubmapBuilder(SessionId session, RobotId robot, const SubmapOptions& options,
+                uint32_t first_index = 0);
+
+  // Returns the submap that this scan completed (and is part of), or null. A lost scan ends the
+  // submap before it and is not kept as a keyframe.
+  std::shared_ptr<const Submap> Add(const OdometryResult& result);
+  // Cuts what is unfinished; null when there is nothing.
+  std::shared_ptr<const Submap> Finish();
+  // Index of the submap that the next scan falls into.
+  uint32_t CurrentIndex() const { return next_index_; }
+
+ private:
+  std::shared_ptr<const Submap> Cut();
+
+  const SessionId session_;
+  const RobotId robot_;
+  const SubmapOptions options_;
+  uint32_t next_index_;
+  std::shared_ptr<Submap> current_;  // Null between submaps.
+  int scans_ = 0;
+  double travelled_m_ = 0;
+  Pose T_odom_last_, T_odom_keyframe_;
+  int64_t keyframe_ns_ = 0;
+};
+
+}  // namespace isthmus::floam

@@ -1,0 +1,26 @@
+// Exhaustive search over yaw, x and y: a bird's-eye image of the wall points of one whole map is
+// correlated (FFT) with the other's, and free space that one robot saw counts against walls of the
+// other there. Needs gravity within about 10 degrees.
+#pragma once
+
+#include <vector>
+
+#include "core/match.h"
+#include "core/submap.h"
+#include "server/matching/candidate.h"
+
+namespace isthmus::matching {
+
+struct BirdsEyeOptions {
+  double cell_m = 0;               // 0: 0.25 m indoors, 0.5 m outdoors, told from the map's extent.
+  double yaw_step_rad = 0.0698;    // 4 degrees.
+  double free_space_weight = 1.0;  // How much a wall in seen free space counts against agreement.
+  int candidates = 12;             // Returned at the most, after suppression of neighbours.
+};
+
+// Best first. Appends one entry to `stages`. Deterministic; thread safe (no shared state).
+std::vector<Candidate> SearchBirdsEye(const SessionMap& a, const SessionMap& b,
+                                      const BirdsEyeOptions& options,
+                                      std::vector<StageTime>* stages);
+
+}  // namespace isthmus::matching

@@ -1,0 +1,16 @@
+// A guess at how two maps lie on each other, before anything has been verified.
+#pragma once
+
+#include <string>
+
+#include "core/pose.h"
+
+namespace isthmus::matching {
+
+struct Candidate {
+  Pose T_a_b;          // Takes b's odom frame to a's.
+  double score = 0;    // Higher is better; comparable within one source only.
+  std::string source;  // "paper" or "birds_eye".
+};
+
+}  // namespace isthmus::matching

@@ -1,0 +1,176 @@
+// Where stages, queues and threads are wired together; the whole server but its network skin.
+#pragma once
+
+#include <absl/status/status.h>
+#include <absl/status/statusor.h>
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/clock.h"
+#include "core/composed_map.h"
+#include "core/match.h"
+#include "core/point_payload.h"
+#include "core/revision.h"
+#include "core/session.h"
+#include "core/submap.h"
+#include "core/trajectory.h"
+#include "server/pipeline_options.h"
+#include "storage/map_store.h"
+
+namespace isthmus::server {
+
+// A scan as a robot sent it, still encoded.
+struct ScanUpload {
+  uint64_t sequence = 0;     // From 1, increasing by 1.
+  int64_t end_stamp_ns = 0;  // END of the scan.
+  PointPayload payload;
+};
+
+enum class ScanOutcome {
+  kProcessed,  // Took effect.
+  kDuplicate,  // Sequence was seen before; ignored.
+  kRejected,   // Cannot be used, see reason; sending it again will not help.
+};
+
+// What became of a scan.
+struct ScanAck {
+  uint64_t sequence = 0;  // 0 in an ack that only moves durable_sequence.
+  ScanOutcome outcome = ScanOutcome::kProcessed;
+  std::string reason;  // Empty when processed.
+  std::string status;  // "ok", "degenerate" or "lost" when processed.
+  std::optional<Pose> T_odom_sensor;  // At the END of the scan; when processed.
+  std::optional<Pose> T_map_odom;     // Newest; absent until the session has been placed.
+  uint64_t durable_sequence = 0;      // Scans up to here survive a crash of the server.
+};
+
+// Called from a pipeline thread, one call at a time per session, in order.
+using AckSink = std::function<void(const ScanAck&)>;
+
+struct SessionStatus {
+  SessionRecord record;
+  uint64_t last_sequence = 0;     // Highest that took effect.
+  uint64_t durable_sequence = 0;
+  uint64_t scans_processed = 0;   // Since the server started.
+  uint64_t scans_rejected = 0;
+  uint32_t submap_count = 0;
+  uint64_t point_count = 0;
+  double odometry_ms_mean = 0;    // Per scan, decoding apart.
+  double travelled_m = 0;
+  std::string tracking;           // "ok", "degenerate", "lost"; empty before the first scan.
+  std::optional<Placement> placement;
+};
+
+struct ComponentInfo {
+  uint32_t component = 0;
+  SessionId reference;
+  std::vector<SessionId> sessions;
+  uint64_t point_count = 0;
+  Box bounds;  // Map frame.
+};
+
+struct MapInfo {
+  int64_t revision = 0;
+  std::vector<RobotId> robots;
+  std::vector<ComponentInfo> components;
+  bool settled = false;          // Nothing is queued: no scan, submap, estimation or composition.
+  double composition_ms = 0;     // Last composition of the global map, wall time.
+  double estimation_ms = 0;      // Last round of transform estimation, wall time.
+  uint64_t compositions = 0, estimations = 0;
+};
+
+enum class TrajectoryFrame { kOdom, kMap };
+
+struct RobotTrajectory {
+  SessionId session;  // The robot's newest.
+  int64_t revision = 0;
+  uint32_t component = 0;
+  Trajectory poses;   // T_odom_sensor or T_map_sensor.
+};
+
+struct MatchGraphView {
+  int64_t revision = 0;
+  std::vector<SessionId> nodes;
+  std::vector<Match> matches;
+  std::vector<std::pair<SessionId, SessionId>> tree;  // Edges that carry the placements.
+  std::vector<Placement> placements;
+};
+
+struct RobotTransform {
+  int64_t revision = 0;
+  Pose T_a_b;  // b's odom frame to a's.
+};
+
+enum class ExportFormat { kPcdAscii, kPcdBinary, kPcdBinaryCompressed, kPly, kOctoMapBinary,
+                          kOctoMapFull };
+
+struct MapChunk {
+  int64_t revision = 0;
+  std::vector<RobotId> robots;
+};
+
+// Thread safe. A robot is named wherever a person asks; its newest session answers.
+class Pipeline {
+ public:
+  // Takes up what the store holds: sessions, submaps, matches and the latest revision.
+  static absl::StatusOr<std::unique_ptr<Pipeline>> Open(const PipelineOptions& options,
+                                                        std::unique_ptr<storage::MapStore> store,
+                                                        const Clock& clock = Clock::System());
+  // Shutdown(), then joins every thread.
+  virtual ~Pipeline() = default;
+
+  // InvalidArgument for a robot name that is empty, longer than 64 or not of [A-Za-z0-9_.-], or an
+  // unknown sensor.
+  virtual absl::StatusOr<SessionStatus> CreateSession(const RobotId& robot,
+                                                      const std::string& sensor,
+                                                      const Pose& T_base_sensor) = 0;
+  virtual absl::StatusOr<SessionStatus> GetSession(const SessionId& session) = 0;
+  virtual std::vector<SessionStatus> ListSessions() = 0;
+  // Waits for queued scans, cuts and stores the last submap. Finishing twice is no error.
+  virtual absl::StatusOr<SessionStatus> FinishSession(const SessionId& session) = 0;
+  // The session and all that came of it leave the map.
+  virtual absl::Status DeleteSession(const SessionId& session) = 0;
+
+  // Where acks of the session go from now on; replaces an earlier sink. A null sink drops them.
+  // NotFound for an unknown session, FailedPrecondition for a finished one.
+  virtual absl::Status SetAckSink(const SessionId& session, AckSink sink) = 0;
+  // Queues a scan; its ack follows. Waits while the session's queue is full, so that the robot is
+  // slowed down and nothing is dropped. Unavailable while shutting down. OutOfRange, and nothing
+  // queued, when `sequence` leaves a gap; the message names the expected one.
+  virtual absl::Status SubmitScan(const SessionId& session, ScanUpload scan) = 0;
+  // A finished submap from a robot with its own SLAM; durable on return. Its session must have no
+  // scans. The submap's id.index must be the next of the session (OutOfRange otherwise), or repeat
+  // a stored one with equal content (OK, no effect) or not (AlreadyExists).
+  virtual absl::StatusOr<SubmapInfo> AddSubmap(Submap submap) = 0;
+
+  virtual MapInfo GetMapInfo() = 0;
+  // Of every session of the robot; of all robots when absent. NotFound for an unknown robot.
+  virtual absl::StatusOr<std::vector<SubmapInfo>> ListSubmaps(
+      const std::optional<RobotId>& robot) = 0;
+  // NotFound for an unknown robot; FailedPrecondition when frame is kMap and the robot has not been
+  // placed yet (nothing stored of it).
+  virtual absl::StatusOr<RobotTrajectory> GetTrajectory(const RobotId& robot,
+                                                        TrajectoryFrame frame) = 0;
+  virtual MatchGraphView GetMatchGraph() = 0;
+  // NotFound for an unknown robot; FailedPrecondition when no accepted match connects them; the
+  // message says what the best match lacks.
+  virtual absl::StatusOr<RobotTransform> GetTransform(const RobotId& a, const RobotId& b) = 0;
+  // The newest composed map; empty map of revision 0 before the first.
+  virtual std::shared_ptr<const ComposedMap> GetMap() = 0;
+  // Streams the file. NotFound for a component that does not exist.
+  virtual absl::Status ExportMap(ExportFormat format, const Region& region,
+                                 double octomap_resolution_m,
+                                 const std::function<bool(const std::string&)>& sink) = 0;
+
+  // Waits until MapInfo::settled holds, estimation of everything new included.
+  virtual void WaitUntilIdle() = 0;
+  // Stops taking scans, finishes those that were acknowledged or queued, cuts and stores the
+  // unfinished submaps. Idempotent. Estimation under way is abandoned, to be done after restart.
+  virtual void Shutdown() = 0;
+};
+
+}  // namespace isthmus::server

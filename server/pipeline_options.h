@@ -1,0 +1,30 @@
+// Every setting of the server that is not about the network, with its default.
+#pragma once
+
+#include <cstddef>
+
+#include "floam/odometry_options.h"
+#include "floam/submap_builder.h"
+#include "server/composition/composer.h"
+#include "server/composition/occupancy.h"
+#include "server/matching/matcher.h"
+
+namespace isthmus::server {
+
+struct PipelineOptions {
+  // Scans of one session that may wait; the robot is slowed down when they are full.
+  size_t scan_queue = 16;
+  // Threads that run odometry; one session uses one at a time.
+  int ingest_threads = 2;
+  // Composition runs at most this often. 0: after every change (tests, offline commands).
+  double composition_interval_s = 1.0;
+  // A pair is matched again when its maps have grown by this many submaps since the last attempt.
+  int rematch_submaps = 2;
+  floam::OdometryOptions odometry;
+  floam::SubmapOptions submap;
+  matching::MatcherOptions matcher;
+  composition::ComposerOptions composer;
+  composition::OccupancyOptions occupancy;
+};
+
+}  // namespace isthmus::server

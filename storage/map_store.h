@@ -1,0 +1,83 @@
+// Where sessions, submaps, trajectories, matches and revisions live. The promise every store keeps;
+// sqlite_store.h keeps it on disk, memory_store.h until the process ends.
+#pragma once
+
+#include <absl/status/status.h>
+#include <absl/status/statusor.h>
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/match.h"
+#include "core/revision.h"
+#include "core/session.h"
+#include "core/submap.h"
+#include "core/trajectory.h"
+
+namespace isthmus::storage {
+
+// Changes that take effect together or not at all.
+struct WriteBatch {
+  std::vector<SessionRecord> sessions;  // Inserted, or replaced by id.
+  // Appended to a session's trajectory; a sequence that is there already is left as it is.
+  std::vector<std::pair<SessionId, TrajectoryEntry>> trajectory;
+  std::vector<std::shared_ptr<const Submap>> submaps;  // Inserted; an id that exists is an error.
+  std::vector<Match> matches;                          // Inserted, or replaced by the pair (a, b).
+  std::optional<MapRevision> revision;                 // Becomes the latest; must be newer.
+};
+
+// Features of a submap kept for matching: an opaque blob under a kind ("fpfh-v1").
+struct FeatureBlob {
+  SubmapId submap;
+  std::string kind;
+  std::string data;
+};
+
+// Thread safe. Errors: NotFound for unknown ids, AlreadyExists for a submap id that exists,
+// FailedPrecondition for a submap or pose of a session that does not exist or a revision that is
+// not newer, DataLoss for a record whose checksum is wrong, ResourceExhausted when the disk is
+// full, Unavailable when the store cannot be reached.
+class MapStore {
+ public:
+  virtual ~MapStore() = default;
+
+  // Once this returns OK the whole batch survives the death of the process and, for a store on
+  // disk, of the machine. Otherwise nothing of it has happened.
+  virtual absl::Status Write(const WriteBatch& batch) = 0;
+
+  // Removes a session with its trajectory, submaps, features and matches. NotFound if unknown.
+  virtual absl::Status DeleteSession(const SessionId& session) = 0;
+
+  virtual absl::StatusOr<SessionRecord> GetSession(const SessionId& session) const = 0;
+  // In order of creation.
+  virtual absl::StatusOr<std::vector<SessionRecord>> ListSessions() const = 0;
+
+  // In order of sequence; empty for a session without scans.
+  virtual absl::StatusOr<std::vector<TrajectoryEntry>> GetTrajectory(
+      const SessionId& session) const = 0;
+
+  virtual absl::StatusOr<std::shared_ptr<const Submap>> GetSubmap(const SubmapId& submap) const = 0;
+  // In order of index. All sessions when `session` is absent.
+  virtual absl::StatusOr<std::vector<SubmapInfo>> ListSubmaps(
+      const std::optional<SessionId>& session) const = 0;
+  // Submaps of a session whose bounds, placed in its odom frame, intersect the box.
+  virtual absl::StatusOr<std::vector<SubmapInfo>> FindSubmaps(const SessionId& session,
+                                                              const Box& box_odom) const = 0;
+
+  // In order of (a, b).
+  virtual absl::StatusOr<std::vector<Match>> ListMatches() const = 0;
+
+  // Revision 0 without placements where none was ever written.
+  virtual absl::StatusOr<MapRevision> LatestRevision() const = 0;
+
+  // Replaces what was kept under the same submap and kind. Durable like Write.
+  virtual absl::Status PutFeatures(const FeatureBlob& blob) = 0;
+  // NotFound when nothing was kept.
+  virtual absl::StatusOr<std::string> GetFeatures(const SubmapId& submap,
+                                                  const std::string& kind) const = 0;
+};
+
+}  // namespace isthmus::storage
