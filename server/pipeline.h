@@ -46,6 +46,8 @@ struct ScanAck {
   std::optional<Pose> T_odom_sensor;  // At the END of the scan; when processed.
   std::optional<Pose> T_map_odom;     // Newest; absent until the session has been placed.
   uint64_t durable_sequence = 0;      // Scans up to here survive a crash of the server.
+  // Computing time of the odometry, wall time, decoding apart; when processed.
+  double features_ms = 0, matching_ms = 0, map_ms = 0, total_ms = 0;
 };
 
 // Called from a pipeline thread, one call at a time per session, in order.
