@@ -14,8 +14,8 @@
 #include "core/clock.h"
 #include "core/composed_map.h"
 #include "core/match.h"
-#include "core/point_payload.h"
 #include "core/revision.h"
+#include "core/scan_upload.h"
 #include "core/session.h"
 #include "core/submap.h"
 #include "core/trajectory.h"
@@ -24,34 +24,11 @@
 
 namespace isthmus::server {
 
-// A scan as a robot sent it, still encoded.
-struct ScanUpload {
-  uint64_t sequence = 0;     // From 1, increasing by 1.
-  int64_t end_stamp_ns = 0;  // END of the scan.
-  PointPayload payload;
-};
-
-enum class ScanOutcome {
-  kProcessed,  // Took effect.
-  kDuplicate,  // Sequence was seen before; ignored.
-  kRejected,   // Cannot be used, see reason; sending it again will not help.
-};
-
-// What became of a scan.
-struct ScanAck {
-  uint64_t sequence = 0;  // 0 in an ack that only moves durable_sequence.
-  ScanOutcome outcome = ScanOutcome::kProcessed;
-  std::string reason;  // Empty when processed.
-  std::string status;  // "ok", "degenerate" or "lost" when processed.
-  std::optional<Pose> T_odom_sensor;  // At the END of the scan; when processed.
-  std::optional<Pose> T_map_odom;     // Newest; absent until the session has been placed.
-  uint64_t durable_sequence = 0;      // Scans up to here survive a crash of the server.
-  // Computing time of the odometry, wall time, decoding apart; when processed.
-  double features_ms = 0, matching_ms = 0, map_ms = 0, total_ms = 0;
-};
-
-// Called from a pipeline thread, one call at a time per session, in order.
-using AckSink = std::function<void(const ScanAck&)>;
+using isthmus::AckSink;
+using isthmus::OdometryTiming;
+using isthmus::ScanAck;
+using isthmus::ScanOutcome;
+using isthmus::ScanUpload;
 
 struct SessionStatus {
   SessionRecord record;

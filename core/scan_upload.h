@@ -1,0 +1,51 @@
+// A scan on its way in, and what the robot is told about it.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "core/point_payload.h"
+#include "core/pose.h"
+
+namespace isthmus {
+
+// A scan as a robot sent it, still encoded.
+struct ScanUpload {
+  uint64_t sequence = 0;     // From 1, increasing by 1.
+  int64_t end_stamp_ns = 0;  // Unix nanoseconds, END of the scan.
+  PointPayload payload;
+};
+
+enum class ScanOutcome {
+  kProcessed,  // Took effect.
+  kDuplicate,  // The sequence was seen before; ignored.
+  kRejected,   // Cannot be used, see reason; sending it again will not help.
+};
+
+// Wall time of the odometry's stages for one scan, decoding apart; zero unless processed.
+struct OdometryTiming {
+  double features_ms = 0;
+  double matching_ms = 0;
+  double map_ms = 0;
+  double total_ms = 0;
+};
+
+// What became of a scan.
+struct ScanAck {
+  uint64_t sequence = 0;  // 0 in an ack that only moves durable_sequence.
+  ScanOutcome outcome = ScanOutcome::kProcessed;
+  std::string reason;                 // Empty when processed.
+  std::string status;                 // "ok", "degenerate" or "lost" when processed.
+  std::optional<Pose> T_odom_sensor;  // At the END of the scan; when processed.
+  std::optional<Pose> T_map_odom;     // Newest; absent until the session has been placed.
+  uint64_t durable_sequence = 0;      // Scans up to here survive a crash of the server.
+  OdometryTiming timing;
+};
+
+// Called one ack at a time per session, in order of the scans. Must not call back into the pipeline
+// and should return soon: the session's next scan waits for it.
+using AckSink = std::function<void(const ScanAck&)>;
+
+}  // namespace isthmus
