@@ -24,14 +24,6 @@ enum class ScanOutcome {
   kRejected,   // Cannot be used, see reason; sending it again will not help.
 };
 
-// Wall time of the odometry's stages for one scan, decoding apart; zero unless processed.
-struct OdometryTiming {
-  double features_ms = 0;
-  double matching_ms = 0;
-  double map_ms = 0;
-  double total_ms = 0;
-};
-
 // What became of a scan.
 struct ScanAck {
   uint64_t sequence = 0;  // 0 in an ack that only moves durable_sequence.
@@ -41,7 +33,8 @@ struct ScanAck {
   std::optional<Pose> T_odom_sensor;  // At the END of the scan; when processed.
   std::optional<Pose> T_map_odom;     // Newest; absent until the session has been placed.
   uint64_t durable_sequence = 0;      // Scans up to here survive a crash of the server.
-  OdometryTiming timing;
+  // Computing time of the odometry, wall time, decoding apart; when processed.
+  double features_ms = 0, matching_ms = 0, map_ms = 0, total_ms = 0;
 };
 
 // Called one ack at a time per session, in order of the scans. Must not call back into the pipeline

@@ -25,7 +25,6 @@
 namespace isthmus::server {
 
 using isthmus::AckSink;
-using isthmus::OdometryTiming;
 using isthmus::ScanAck;
 using isthmus::ScanOutcome;
 using isthmus::ScanUpload;
