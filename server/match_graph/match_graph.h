@@ -1,7 +1,12 @@
 // From matches to placements: which sessions hang together, and by which matches.
 //
 // Section 3.3 of the paper: nodes are robots' maps, edges are matches weighted by confidence; the
-// maximum spanning tree of each connected component gives every node its transform.
+// maximum spanning tree of each connected component gives every node its transform. The tree is
+// Kruskal's (1956), on negated confidences.
+//
+// Two things differ from the paper. It keeps the largest component only: here each component has a
+// map of its own, so that a robot nobody has met yet is served too. And the reference is kept
+// across solutions instead of being chosen anew, so that readers' coordinates stay good.
 #pragma once
 
 #include <optional>
@@ -20,14 +25,21 @@ struct Node {
 
 struct Solution {
   std::vector<Placement> placements;  // In order of session; component 0 has the most nodes.
-  // The matches that carry the placements: indices into the matches given, one per tree edge.
+  // The matches that carry the placements, the most confident first: indices into the matches
+  // given, one per tree edge.
   std::vector<size_t> tree;
 };
 
 // Only accepted matches are edges: a rejected one never carries a placement, whatever it touches.
-// Matches that name a session not among the nodes are left out. `previous` keeps the reference of a
-// component as long as that session is in it, so that a map frame does not jump; where components
-// join, the reference of the larger one stays. Deterministic.
+// Matches that name a session not among the nodes, the same session twice, or a confidence or
+// transform that is not finite are left out.
+//
+// Components are numbered by how many nodes they have, the largest 0; equals by their reference's
+// id. `previous` keeps the reference of a component as long as that session is in it, so that a map
+// frame does not jump; where components join, the reference of the larger one stays (the heavier
+// reference of equals). A component that lost its reference takes its heaviest node.
+//
+// Deterministic: the order of nodes and matches does not matter. Thread safe (no shared state).
 Solution Solve(const std::vector<Node>& nodes, const std::vector<Match>& matches,
                const std::vector<Placement>& previous);
 
