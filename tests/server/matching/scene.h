@@ -1,0 +1,39 @@
+// Small worlds of boxes, and what a spinning LiDAR makes of them: maps with known truth.
+#pragma once
+
+#include <vector>
+
+#include "core/submap.h"
+
+namespace isthmus::matching {
+
+struct SceneBox {
+  Eigen::Vector3d center, half_size;
+  double yaw = 0;
+};
+
+struct Scene {
+  std::vector<SceneBox> boxes;
+  // Distance to the first box along the unit direction; negative when there is none.
+  double Cast(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction) const;
+};
+
+// Three rooms and a hall, about 30 by 20 m and 4 m high, with doors and exhibits, no symmetry.
+Scene MakeGallery();
+
+struct Drive {
+  std::vector<Eigen::Vector3d> positions;  // Of the sensor, world frame.
+  Pose T_world_odom;
+  double noise_m = 0.01;
+  unsigned seed = 1;
+  int azimuths = 240;
+  double max_range_m = 40;
+};
+
+// One submap per five positions.
+SessionMap Survey(const Scene& scene, const Drive& drive);
+
+// `count` positions evenly along the way through the corners given.
+std::vector<Eigen::Vector3d> Way(const std::vector<Eigen::Vector3d>& corners, int count);
+
+}  // namespace isthmus::matching
