@@ -83,12 +83,13 @@ struct RobotTransform {
   Pose T_a_b;  // b's odom frame to a's.
 };
 
-enum class ExportFormat { kPcdAscii, kPcdBinary, kPcdBinaryCompressed, kPly, kOctoMapBinary,
-                          kOctoMapFull };
-
-struct MapChunk {
-  int64_t revision = 0;
-  std::vector<RobotId> robots;
+enum class ExportFormat {
+  kPcdAscii,
+  kPcdBinary,
+  kPcdBinaryCompressed,
+  kPly,
+  kOctoMapBinary,  // .bt
+  kOctoMapFull,    // .ot
 };
 
 // Thread safe. A robot is named wherever a person asks; its newest session answers.
@@ -147,7 +148,8 @@ class Pipeline {
   // Waits until MapInfo::settled holds, estimation of everything new included.
   virtual void WaitUntilIdle() = 0;
   // Stops taking scans, finishes those that were acknowledged or queued, cuts and stores the
-  // unfinished submaps. Idempotent. Estimation under way is abandoned, to be done after restart.
+  // unfinished submaps. Idempotent. The pair being estimated is finished; other pairs wait for the
+  // next start.
   virtual void Shutdown() = 0;
 };
 

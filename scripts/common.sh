@@ -1,0 +1,46 @@
+# Shared by the scripts beside it; source it.
+
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+preset=${ISTHMUS_PRESET:-release}
+build_dir=$root/build/$preset
+
+say() { printf '\n== %s\n' "$*"; }
+
+# Installs what scripts/packages names and is not there yet. Needs root or sudo only for that.
+install_packages() {
+  local wanted missing=() package
+  wanted=$(grep -v '^#' "$root/scripts/packages")
+  for package in $wanted; do
+    dpkg-query -W -f '${db:Status-Status}' "$package" 2>/dev/null | grep -qx installed ||
+      missing+=("$package")
+  done
+  [ ${#missing[@]} -eq 0 ] && return
+  say "installing ${#missing[@]} Debian packages"
+  local as_root=()
+  if [ "$(id -u)" -ne 0 ]; then
+    command -v sudo >/dev/null || {
+      echo "these packages are missing and there is no sudo; install them as root:" >&2
+      echo "  apt-get install --no-install-recommends ${missing[*]}" >&2
+      exit 1
+    }
+    as_root=(sudo)
+  fi
+  "${as_root[@]}" apt-get update -qq
+  "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq \
+    --no-install-recommends "${missing[@]}" >"${TMPDIR:-/tmp}/isthmus-packages.log" 2>&1 || {
+    tail -n 20 "${TMPDIR:-/tmp}/isthmus-packages.log" >&2
+    exit 1
+  }
+}
+
+# build [TARGET ...]: configures the preset and builds the targets (all without).
+build() {
+  say "building ($preset) in ${build_dir#"$root"/}"
+  (cd "$root" && cmake --preset "$preset" >"$root/build-configure.log" 2>&1) || {
+    tail -n 30 "$root/build-configure.log" >&2
+    exit 1
+  }
+  rm -f "$root/build-configure.log"
+  cmake --build "$build_dir" ${1:+--target "$@"} | grep -vE '^\[[0-9]+/[0-9]+\] (Building|Linking|Running)' || true
+  [ "${PIPESTATUS[0]}" -eq 0 ] || exit 1
+}

@@ -1,0 +1,244 @@
+#include "server/ingest/session_worker.h"
+
+#include <absl/strings/str_cat.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "core/codec/scan_decoder.h"
+
+namespace isthmus::ingest {
+namespace {
+
+// Finished submaps that may wait for the store (a full disk) before scans are refused.
+constexpr size_t kMaxUnpersisted = 2;
+
+std::string ToString(floam::TrackingStatus status) {
+  switch (status) {
+    case floam::TrackingStatus::kOk:
+      return "ok";
+    case floam::TrackingStatus::kDegenerate:
+      return "degenerate";
+    case floam::TrackingStatus::kLost:
+      return "lost";
+  }
+  return "unknown";
+}
+
+}  // namespace
+
+std::shared_ptr<SessionWorker> SessionWorker::Create(const SessionRecord& record,
+                                                     const floam::SensorModel& sensor,
+                                                     const Options& options, WorkerHooks hooks,
+                                                     Executor* executor,
+                                                     const ResumePoint& resume) {
+  return std::shared_ptr<SessionWorker>(
+      new SessionWorker(record, sensor, options, std::move(hooks), executor, resume));
+}
+
+SessionWorker::SessionWorker(const SessionRecord& record, const floam::SensorModel& sensor,
+                             const Options& options, WorkerHooks hooks, Executor* executor,
+                             const ResumePoint& resume)
+    : record_(record),
+      options_(options),
+      hooks_(std::move(hooks)),
+      executor_(executor),
+      odometry_(sensor, options.odometry),
+      builder_(record.id, record.robot, options.submap,
+               static_cast<uint32_t>(resume.submaps.size())) {
+  if (!resume.submaps.empty()) last_submitted_ = resume.submaps.back()->last_sequence;
+  status_.last_sequence = status_.durable_sequence = last_submitted_;
+  for (const TrajectoryEntry& entry : resume.trajectory) {
+    if (T_odom_last_) {
+      status_.travelled_m +=
+          (entry.T_odom_sensor.translation() - T_odom_last_->translation()).norm();
+    }
+    T_odom_last_ = entry.T_odom_sensor;
+  }
+}
+
+absl::Status SessionWorker::Submit(ScanUpload scan) {
+  if (scan.sequence == 0) {
+    return absl::InvalidArgumentError("scan sequence 0 is not allowed: sequences count from 1");
+  }
+  bool blocked = false;
+  {
+    std::lock_guard lock(mutex_);
+    blocked = unpersisted_.size() >= kMaxUnpersisted;
+  }
+  if (blocked) {
+    if (absl::Status stored = Persist(); !stored.ok()) {
+      return absl::ResourceExhaustedError(
+          absl::StrCat("the server cannot store finished submaps and takes no more scans until it "
+                       "can (free space on its disk, then send again): ",
+                       stored.message()));
+    }
+  }
+  std::unique_lock lock(mutex_);
+  changed_.wait(lock, [this] { return stopping_ || queue_.size() < options_.queue; });
+  if (stopping_) {
+    return absl::UnavailableError(absl::StrCat(
+        "session ", record_.id.value(), " takes no scans at the moment: it is being closed"));
+  }
+  if (scan.sequence > last_submitted_ + 1) {
+    return absl::OutOfRangeError(absl::StrCat("scan sequence ", scan.sequence, " leaves a gap: ",
+                                              last_submitted_ + 1, " is expected next"));
+  }
+  last_submitted_ = std::max(last_submitted_, scan.sequence);
+  queue_.push_back(std::move(scan));
+  if (!running_) {
+    running_ = true;
+    executor_->Post([self = shared_from_this()] { self->RunOne(); });
+  }
+  return absl::OkStatus();
+}
+
+void SessionWorker::SetAckSink(AckSink sink) {
+  std::lock_guard lock(sink_mutex_);
+  sink_ = std::move(sink);
+}
+
+void SessionWorker::Send(const ScanAck& ack) {
+  std::lock_guard lock(sink_mutex_);
+  if (sink_) sink_(ack);
+}
+
+void SessionWorker::RunOne() {
+  std::optional<ScanUpload> scan;
+  {
+    std::lock_guard lock(mutex_);
+    if (!queue_.empty()) {
+      scan = std::move(queue_.front());
+      queue_.pop_front();
+      changed_.notify_all();
+    }
+  }
+  if (scan) {
+    Send(Handle(*scan));
+    hooks_.scan_done();
+  }
+  std::lock_guard lock(mutex_);
+  running_ = !queue_.empty();
+  if (running_) executor_->Post([self = shared_from_this()] { self->RunOne(); });
+  changed_.notify_all();
+}
+
+ScanAck SessionWorker::Handle(const ScanUpload& upload) {
+  ScanAck ack;
+  ack.sequence = upload.sequence;
+  ack.T_map_odom = hooks_.T_map_odom();
+  {
+    std::lock_guard lock(mutex_);
+    ack.durable_sequence = status_.durable_sequence;
+    if (upload.sequence <= status_.last_sequence) {
+      ack.outcome = ScanOutcome::kDuplicate;
+      return ack;
+    }
+    status_.last_sequence = upload.sequence;
+  }
+  const auto reject = [&](const absl::Status& why) {
+    ack.outcome = ScanOutcome::kRejected;
+    ack.reason = std::string(why.message());
+    std::lock_guard lock(mutex_);
+    ++status_.rejected;
+    return ack;
+  };
+  const absl::StatusOr<Scan> scan =
+      codec::DecodeScan(upload.payload, upload.sequence, upload.end_stamp_ns);
+  if (!scan.ok()) return reject(scan.status());
+  const absl::StatusOr<floam::OdometryResult> result = odometry_.Process(*scan);
+  if (!result.ok()) return reject(result.status());
+
+  TrajectoryEntry entry{upload.sequence, upload.end_stamp_ns, result->T_odom_sensor,
+                        builder_.CurrentIndex()};
+  stretch_.push_back(entry);
+  std::shared_ptr<const Submap> cut = builder_.Add(*result);
+  ack.status = ToString(result->status);
+  ack.T_odom_sensor = result->T_odom_sensor;
+  ack.features_ms = result->timing.features_ms;
+  ack.matching_ms = result->timing.matching_ms;
+  ack.map_ms = result->timing.map_ms;
+  ack.total_ms = result->timing.total_ms;
+  {
+    std::lock_guard lock(mutex_);
+    ++status_.processed;
+    odometry_ms_sum_ += result->timing.total_ms;
+    status_.odometry_ms_mean = odometry_ms_sum_ / static_cast<double>(status_.processed);
+    status_.tracking = ack.status;
+    if (T_odom_last_) {
+      status_.travelled_m +=
+          (entry.T_odom_sensor.translation() - T_odom_last_->translation()).norm();
+    }
+    T_odom_last_ = entry.T_odom_sensor;
+    status_.unsaved.push_back(entry);
+    if (cut) unpersisted_.push_back({std::move(cut), std::exchange(stretch_, {})});
+  }
+  // A failure is kept for the next attempt; Submit tells the robot when it lasts.
+  (void)Persist();
+  std::lock_guard lock(mutex_);
+  ack.durable_sequence = status_.durable_sequence;
+  return ack;
+}
+
+absl::Status SessionWorker::Persist() {
+  std::lock_guard persisting(persist_mutex_);
+  while (true) {
+    Stretch next;
+    {
+      std::lock_guard lock(mutex_);
+      if (unpersisted_.empty()) return absl::OkStatus();
+      next = unpersisted_.front();
+    }
+    if (absl::Status status = hooks_.persist(next); !status.ok()) return status;
+    std::lock_guard lock(mutex_);
+    unpersisted_.pop_front();
+    status_.durable_sequence = next.submap->last_sequence;
+    std::erase_if(status_.unsaved, [&](const TrajectoryEntry& entry) {
+      return entry.sequence <= next.submap->last_sequence;
+    });
+  }
+}
+
+absl::Status SessionWorker::Finish() {
+  {
+    std::unique_lock lock(mutex_);
+    stopping_ = true;
+    changed_.notify_all();
+    changed_.wait(lock, [this] { return !running_; });
+    if (std::shared_ptr<const Submap> last = builder_.Finish()) {
+      unpersisted_.push_back({std::move(last), std::exchange(stretch_, {})});
+    }
+  }
+  if (absl::Status status = Persist(); !status.ok()) return status;
+  ScanAck durable;
+  {
+    std::lock_guard lock(mutex_);
+    // Scans after the last submap were rejected or lost: nothing of them is left to be stored.
+    status_.durable_sequence = status_.last_sequence;
+    durable.durable_sequence = status_.durable_sequence;
+  }
+  Send(durable);
+  return absl::OkStatus();
+}
+
+void SessionWorker::Abandon() {
+  size_t dropped = 0;
+  {
+    std::unique_lock lock(mutex_);
+    stopping_ = true;
+    dropped = queue_.size();
+    queue_.clear();
+    changed_.notify_all();
+    changed_.wait(lock, [this] { return !running_; });
+    unpersisted_.clear();
+  }
+  for (size_t i = 0; i < dropped; ++i) hooks_.scan_done();
+  SetAckSink(nullptr);
+}
+
+WorkerStatus SessionWorker::Status() const {
+  std::lock_guard lock(mutex_);
+  return status_;
+}
+
+}  // namespace isthmus::ingest

@@ -1,0 +1,118 @@
+#include "server/pipeline/estimator.h"
+
+#include <algorithm>
+
+#include "core/stopwatch.h"
+
+namespace isthmus::server {
+namespace {
+
+SessionMap MapOf(const SessionEntry& entry) { return {entry.record.id, entry.submaps}; }
+
+// Whether a newer result takes the place of an accepted one. An accepted match is only given up for
+// a better estimate or for a contradiction, not for a moment of doubt.
+bool Supersedes(const Match& newer, const Match& older) {
+  if (older.state != MatchState::kAccepted) return true;
+  return newer.state == MatchState::kAccepted || newer.state == MatchState::kRejected;
+}
+
+}  // namespace
+
+Estimator::Estimator(MapState* state, const Clock* clock, const Options& options)
+    : state_(state), clock_(clock), options_(options) {
+  for (const auto& [pair, match] : state_->matches) {
+    attempts_[pair] = {match.submaps_a, match.submaps_b};
+  }
+  thread_ = std::thread([this] { Run(); });
+}
+
+Estimator::~Estimator() {
+  Stop();
+  thread_.join();
+}
+
+void Estimator::Stop() {
+  std::lock_guard lock(state_->mutex);
+  stop_ = true;
+  state_->changed.notify_all();
+}
+
+void Estimator::Run() {
+  std::unique_lock lock(state_->mutex);
+  Stopwatch round;
+  while (!stop_) {
+    const std::optional<SessionPair> pair = NextPair();
+    if (!pair) {
+      if (state_->estimating) {
+        state_->estimating = false;
+        state_->estimation_ms = round.Ms();
+        ++state_->estimations;
+        state_->changed.notify_all();
+      }
+      state_->changed.wait(lock);
+      continue;
+    }
+    if (!state_->estimating) {
+      state_->estimating = true;
+      round = Stopwatch();
+    }
+    lock.unlock();
+    Estimate(*pair);
+    lock.lock();
+  }
+  state_->estimating = false;
+  state_->changed.notify_all();
+}
+
+std::optional<SessionPair> Estimator::NextPair() const {
+  std::optional<SessionPair> best;
+  uint32_t most = 0;
+  for (auto a = state_->sessions.begin(); a != state_->sessions.end(); ++a) {
+    for (auto b = std::next(a); b != state_->sessions.end(); ++b) {
+      if (a->second.submaps.empty() || b->second.submaps.empty()) continue;
+      const SessionPair pair(a->first, b->first);
+      const auto it = attempts_.find(pair);
+      const Attempt tried = it == attempts_.end() ? Attempt{} : it->second;
+      const auto had = tried.submaps_a + tried.submaps_b;
+      const auto have =
+          static_cast<uint32_t>(a->second.submaps.size() + b->second.submaps.size());
+      if (have <= had) continue;
+      const bool final = a->second.record.state == SessionState::kFinished &&
+                         b->second.record.state == SessionState::kFinished;
+      const uint32_t wanted =
+          had == 0 || final
+              ? 1
+              : std::max(static_cast<uint32_t>(options_.rematch_submaps), (had + 4) / 5);
+      if (have - had >= wanted && have - had > most) {
+        most = have - had;
+        best = pair;
+      }
+    }
+  }
+  return best;
+}
+
+void Estimator::Estimate(const SessionPair& pair) {
+  SessionMap a, b;
+  {
+    std::lock_guard lock(state_->mutex);
+    const SessionEntry* entry_a = state_->Find(pair.first);
+    const SessionEntry* entry_b = state_->Find(pair.second);
+    if (entry_a == nullptr || entry_b == nullptr) return;
+    a = MapOf(*entry_a);
+    b = MapOf(*entry_b);
+    attempts_[pair] = {static_cast<uint32_t>(a.submaps.size()),
+                       static_cast<uint32_t>(b.submaps.size())};
+  }
+  Match match = matching::MatchSessions(a, b, options_.matcher);
+  match.computed_ns = clock_->NowNs();
+  {
+    std::lock_guard lock(state_->mutex);
+    const auto older = state_->matches.find(pair);
+    if (older != state_->matches.end() && !Supersedes(match, older->second)) return;
+  }
+  // A match that cannot be stored is found again at the next start; the map goes on without it.
+  (void)state_->PutMatch(match);
+}
+
+}  // namespace isthmus::server

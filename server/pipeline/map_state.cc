@@ -1,0 +1,196 @@
+#include "server/pipeline/map_state.h"
+
+#include <absl/strings/str_cat.h>
+
+#include <set>
+
+#include "server/match_graph/match_graph.h"
+
+namespace isthmus::server {
+namespace {
+
+uint64_t CountPoints(const std::vector<std::shared_ptr<const Submap>>& submaps) {
+  uint64_t points = 0;
+  for (const auto& submap : submaps) points += submap->points.size();
+  return points;
+}
+
+// A robot with its own SLAM sends submaps; their keyframes come from no scan.
+bool IsUploaded(const Submap& submap) { return submap.keyframes.front().sequence == 0; }
+
+// Below this a change of a pose is rounding.
+bool SamePose(const Pose& a, const Pose& b) {
+  const Pose difference = a.Inverse() * b;
+  return difference.translation().norm() < 1e-9 && RotationAngle(difference) < 1e-9;
+}
+
+bool SamePlacements(const std::vector<Placement>& a, const std::vector<Placement>& b) {
+  if (a.size() != b.size()) return false;
+  for (size_t i = 0; i < a.size(); ++i) {
+    if (a[i].session != b[i].session || a[i].component != b[i].component ||
+        a[i].reference != b[i].reference || !SamePose(a[i].T_map_odom, b[i].T_map_odom)) {
+      return false;
+    }
+  }
+  return true;
+}
+
+}  // namespace
+
+absl::Status MapState::Load() {
+  absl::StatusOr<std::vector<SessionRecord>> records = store_->ListSessions();
+  if (!records.ok()) return records.status();
+  for (const SessionRecord& record : *records) {
+    SessionEntry& entry = sessions[record.id];
+    entry.record = record;
+    absl::StatusOr<std::vector<SubmapInfo>> infos = store_->ListSubmaps(record.id);
+    if (!infos.ok()) return infos.status();
+    for (const SubmapInfo& info : *infos) {
+      absl::StatusOr<std::shared_ptr<const Submap>> submap = store_->GetSubmap(info.id);
+      if (!submap.ok()) return submap.status();
+      entry.submaps.push_back(*std::move(submap));
+    }
+    entry.points = CountPoints(entry.submaps);
+    entry.uploads = !entry.submaps.empty() && IsUploaded(*entry.submaps.front());
+    absl::StatusOr<std::vector<TrajectoryEntry>> trajectory = store_->GetTrajectory(record.id);
+    if (!trajectory.ok()) return trajectory.status();
+    entry.trajectory = *std::move(trajectory);
+  }
+  absl::StatusOr<std::vector<Match>> stored = store_->ListMatches();
+  if (!stored.ok()) return stored.status();
+  for (Match& match : *stored) {
+    SessionPair pair(match.a, match.b);
+    matches[std::move(pair)] = std::move(match);
+  }
+  absl::StatusOr<MapRevision> latest = store_->LatestRevision();
+  if (!latest.ok()) return latest.status();
+  revision = *std::move(latest);
+  return Replace("restart");
+}
+
+SessionEntry* MapState::Find(const SessionId& session) {
+  const auto it = sessions.find(session);
+  return it == sessions.end() ? nullptr : &it->second;
+}
+
+SessionEntry* MapState::Newest(const RobotId& robot) {
+  SessionEntry* newest = nullptr;
+  for (auto& [id, entry] : sessions) {
+    if (entry.record.robot != robot) continue;
+    if (newest == nullptr || entry.record.created_ns >= newest->record.created_ns) newest = &entry;
+  }
+  return newest;
+}
+
+const Placement* MapState::PlacementOf(const SessionId& session) const {
+  for (const Placement& placement : revision.placements) {
+    if (placement.session == session) return &placement;
+  }
+  return nullptr;
+}
+
+std::vector<PlacedSubmap> MapState::PlacedSubmaps() const {
+  std::vector<PlacedSubmap> placed;
+  for (const Placement& placement : revision.placements) {
+    const auto it = sessions.find(placement.session);
+    if (it == sessions.end()) continue;
+    for (const auto& submap : it->second.submaps) {
+      placed.push_back({submap, placement.component, placement.T_map_odom});
+    }
+  }
+  return placed;
+}
+
+absl::Status MapState::AddStretch(const SessionId& session, const ingest::Stretch& stretch) {
+  storage::WriteBatch batch;
+  batch.submaps.push_back(stretch.submap);
+  for (const TrajectoryEntry& entry : stretch.trajectory) {
+    batch.trajectory.emplace_back(session, entry);
+  }
+  // Outside the lock: the disk may take its time, and one session writes one stretch at a time.
+  if (absl::Status status = store_->Write(batch); !status.ok()) return status;
+  std::lock_guard lock(mutex);
+  SessionEntry* entry = Find(session);
+  if (entry == nullptr) {
+    return absl::NotFoundError(absl::StrCat("session ", session.value(), " was deleted"));
+  }
+  entry->submaps.push_back(stretch.submap);
+  entry->points += stretch.submap->points.size();
+  entry->trajectory.insert(entry->trajectory.end(), stretch.trajectory.begin(),
+                           stretch.trajectory.end());
+  ++submap_version;
+  absl::Status status = absl::OkStatus();
+  if (PlacementOf(session) == nullptr) {
+    status = Replace(absl::StrCat("first submap of ", session.value()));
+  }
+  changed.notify_all();
+  return status;
+}
+
+absl::Status MapState::PutMatch(const Match& match) {
+  {
+    std::lock_guard lock(mutex);
+    if (Find(match.a) == nullptr || Find(match.b) == nullptr) return absl::OkStatus();
+  }
+  storage::WriteBatch batch;
+  batch.matches.push_back(match);
+  if (absl::Status status = store_->Write(batch); !status.ok()) return status;
+  std::lock_guard lock(mutex);
+  if (Find(match.a) == nullptr || Find(match.b) == nullptr) return absl::OkStatus();
+  matches[{match.a, match.b}] = match;
+  absl::Status status = Replace(absl::StrCat("match ", match.a.value(), " ~ ", match.b.value(),
+                                             " ", ToString(match.state)));
+  changed.notify_all();
+  return status;
+}
+
+absl::Status MapState::RemoveSession(const SessionId& session) {
+  if (absl::Status status = store_->DeleteSession(session); !status.ok()) return status;
+  std::lock_guard lock(mutex);
+  sessions.erase(session);
+  std::erase_if(matches, [&](const auto& item) {
+    return item.first.first == session || item.first.second == session;
+  });
+  ++submap_version;
+  absl::Status status = Replace(absl::StrCat("session ", session.value(), " deleted"));
+  changed.notify_all();
+  return status;
+}
+
+void MapState::ScanQueued() {
+  std::lock_guard lock(mutex);
+  ++pending_scans;
+}
+
+void MapState::ScanDone() {
+  std::lock_guard lock(mutex);
+  --pending_scans;
+  changed.notify_all();
+}
+
+absl::Status MapState::Replace(const std::string& cause) {
+  std::vector<match_graph::Node> nodes;
+  for (const auto& [id, entry] : sessions) {
+    if (!entry.submaps.empty()) nodes.push_back({id, static_cast<double>(entry.points)});
+  }
+  std::vector<Match> edges;
+  for (const auto& [pair, match] : matches) edges.push_back(match);
+  const match_graph::Solution solution = match_graph::Solve(nodes, edges, revision.placements);
+  tree.clear();
+  for (size_t edge : solution.tree) tree.emplace_back(edges[edge].a, edges[edge].b);
+  if (SamePlacements(solution.placements, revision.placements)) return absl::OkStatus();
+  MapRevision next;
+  next.revision = revision.revision + 1;
+  next.stamp_ns = clock_->NowNs();
+  next.cause = cause;
+  next.placements = solution.placements;
+  storage::WriteBatch batch;
+  batch.revision = next;
+  absl::Status status = store_->Write(batch);
+  // Readers see the newest truth even when it could not be stored: it follows from the stored
+  // matches and is found again at the next start.
+  revision = std::move(next);
+  return status;
+}
+
+}  // namespace isthmus::server

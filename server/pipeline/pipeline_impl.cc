@@ -1,0 +1,94 @@
+#include "server/pipeline/pipeline_impl.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace isthmus::server {
+
+absl::StatusOr<std::unique_ptr<Pipeline>> Pipeline::Open(const PipelineOptions& options,
+                                                         std::unique_ptr<storage::MapStore> store,
+                                                         const Clock& clock) {
+  auto pipeline = std::make_unique<PipelineImpl>(options, std::move(store), clock);
+  if (absl::Status status = pipeline->Start(); !status.ok()) return status;
+  return pipeline;
+}
+
+PipelineImpl::PipelineImpl(const PipelineOptions& options,
+                           std::unique_ptr<storage::MapStore> store, const Clock& clock)
+    : options_(options),
+      clock_(clock),
+      store_(std::move(store)),
+      state_(store_.get(), &clock) {}
+
+PipelineImpl::~PipelineImpl() { Shutdown(); }
+
+absl::Status PipelineImpl::Start() {
+  if (absl::Status status = state_.Load(); !status.ok()) return status;
+  executor_ = std::make_unique<Executor>(options_.ingest_threads);
+  for (auto& [id, entry] : state_.sessions) {
+    if (entry.record.state == SessionState::kFinished) continue;
+    auto worker = MakeWorker(entry.record, {entry.submaps, entry.trajectory});
+    if (!worker.ok()) return worker.status();
+    entry.worker = *std::move(worker);
+  }
+  compositor_ =
+      std::make_unique<Compositor>(&state_, options_.composer, options_.composition_interval_s);
+  estimator_ = std::make_unique<Estimator>(
+      &state_, &clock_, Estimator::Options{options_.matcher, options_.rematch_submaps});
+  return absl::OkStatus();
+}
+
+SessionStatus PipelineImpl::StatusOf(const SessionEntry& entry) const {
+  SessionStatus status;
+  status.record = entry.record;
+  status.submap_count = static_cast<uint32_t>(entry.submaps.size());
+  status.point_count = entry.points;
+  if (entry.worker != nullptr) {
+    const ingest::WorkerStatus worker = entry.worker->Status();
+    status.last_sequence = worker.last_sequence;
+    status.durable_sequence = worker.durable_sequence;
+    status.scans_processed = worker.processed;
+    status.scans_rejected = worker.rejected;
+    status.odometry_ms_mean = worker.odometry_ms_mean;
+    status.travelled_m = worker.travelled_m;
+    status.tracking = worker.tracking;
+  }
+  if (!entry.uploads && !entry.submaps.empty()) {
+    const uint64_t stored = entry.submaps.back()->last_sequence;
+    status.last_sequence = std::max(status.last_sequence, stored);
+    status.durable_sequence = std::max(status.durable_sequence, stored);
+  }
+  if (const Placement* placement = state_.PlacementOf(entry.record.id)) {
+    status.placement = *placement;
+  }
+  return status;
+}
+
+bool PipelineImpl::IsSettled() const {
+  return state_.pending_scans == 0 && state_.IsComposed() && estimator_->IsUpToDate();
+}
+
+void PipelineImpl::WaitUntilIdle() {
+  std::unique_lock lock(state_.mutex);
+  state_.changed.wait(lock, [this] { return shut_down_ || IsSettled(); });
+}
+
+void PipelineImpl::Shutdown() {
+  if (shut_down_.exchange(true)) return;
+  if (executor_ == nullptr) return;  // Never started.
+  if (estimator_ != nullptr) estimator_->Stop();
+  std::vector<std::shared_ptr<ingest::SessionWorker>> workers;
+  {
+    std::lock_guard lock(state_.mutex);
+    for (auto& [id, entry] : state_.sessions) {
+      if (entry.worker != nullptr) workers.push_back(entry.worker);
+    }
+    state_.changed.notify_all();
+  }
+  // A session whose last submap cannot be stored resumes from the one before: its robot was never
+  // told that more is durable.
+  for (const auto& worker : workers) (void)worker->Finish();
+  if (compositor_ != nullptr) compositor_->Stop();
+}
+
+}  // namespace isthmus::server

@@ -1,0 +1,74 @@
+// The pipeline behind its interface: sessions in, map out. See server/pipeline.h for what is
+// promised.
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/executor.h"
+#include "server/pipeline.h"
+#include "server/pipeline/compositor.h"
+#include "server/pipeline/estimator.h"
+#include "server/pipeline/map_state.h"
+
+namespace isthmus::server {
+
+class PipelineImpl : public Pipeline {
+ public:
+  PipelineImpl(const PipelineOptions& options, std::unique_ptr<storage::MapStore> store,
+               const Clock& clock);
+  ~PipelineImpl() override;
+
+  // Loads the store and starts the loops. Call once.
+  absl::Status Start();
+
+  absl::StatusOr<SessionStatus> CreateSession(const RobotId& robot, const std::string& sensor,
+                                              const Pose& T_base_sensor) override;
+  absl::StatusOr<SessionStatus> GetSession(const SessionId& session) override;
+  std::vector<SessionStatus> ListSessions() override;
+  absl::StatusOr<SessionStatus> FinishSession(const SessionId& session) override;
+  absl::Status DeleteSession(const SessionId& session) override;
+
+  absl::Status SetAckSink(const SessionId& session, AckSink sink) override;
+  absl::Status SubmitScan(const SessionId& session, ScanUpload scan) override;
+  absl::StatusOr<SubmapInfo> AddSubmap(Submap submap) override;
+
+  MapInfo GetMapInfo() override;
+  absl::StatusOr<std::vector<SubmapInfo>> ListSubmaps(const std::optional<RobotId>& robot) override;
+  absl::StatusOr<RobotTrajectory> GetTrajectory(const RobotId& robot,
+                                                TrajectoryFrame frame) override;
+  MatchGraphView GetMatchGraph() override;
+  absl::StatusOr<RobotTransform> GetTransform(const RobotId& a, const RobotId& b) override;
+  std::shared_ptr<const ComposedMap> GetMap() override;
+  absl::Status ExportMap(ExportFormat format, const Region& region, double octomap_resolution_m,
+                         const std::function<bool(const std::string&)>& sink) override;
+
+  void WaitUntilIdle() override;
+  void Shutdown() override;
+
+ private:
+  absl::StatusOr<std::shared_ptr<ingest::SessionWorker>> MakeWorker(
+      const SessionRecord& record, const ingest::ResumePoint& resume);
+  // The worker of an active session that takes scans.
+  absl::StatusOr<std::shared_ptr<ingest::SessionWorker>> FindWorker(const SessionId& session);
+  // The state's mutex is held for these.
+  SessionStatus StatusOf(const SessionEntry& entry) const;
+  bool IsSettled() const;
+
+  const PipelineOptions options_;
+  const Clock& clock_;
+  const std::unique_ptr<storage::MapStore> store_;
+  MapState state_;
+  std::mutex upload_mutex_;  // One uploaded submap at a time, so that indices stay in order.
+  std::atomic<bool> shut_down_ = false;
+  // Destroyed in reverse: the executor first, so that no worker's task outlives the loops.
+  std::unique_ptr<Estimator> estimator_;
+  std::unique_ptr<Compositor> compositor_;
+  std::unique_ptr<Executor> executor_;
+};
+
+}  // namespace isthmus::server

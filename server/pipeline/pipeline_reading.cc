@@ -1,0 +1,179 @@
+// What readers ask of the map.
+#include <absl/strings/str_cat.h>
+
+#include <algorithm>
+#include <set>
+
+#include "server/match_graph/match_graph.h"
+#include "server/pipeline/pipeline_impl.h"
+#include "server/query/export.h"
+
+namespace isthmus::server {
+namespace {
+
+absl::Status UnknownRobot(const RobotId& robot) {
+  return absl::NotFoundError(absl::StrCat("no robot \"", robot.value(),
+                                          "\" has opened a session on this server"));
+}
+
+query::CloudFormat CloudFormatOf(ExportFormat format) {
+  switch (format) {
+    case ExportFormat::kPcdAscii:
+      return query::CloudFormat::kPcdAscii;
+    case ExportFormat::kPcdBinaryCompressed:
+      return query::CloudFormat::kPcdBinaryCompressed;
+    case ExportFormat::kPly:
+      return query::CloudFormat::kPly;
+    default:
+      return query::CloudFormat::kPcdBinary;
+  }
+}
+
+// Bytes handed to a sink at a time.
+constexpr size_t kFileChunk = 1 << 20;
+
+}  // namespace
+
+MapInfo PipelineImpl::GetMapInfo() {
+  std::lock_guard lock(state_.mutex);
+  MapInfo info;
+  info.revision = state_.revision.revision;
+  info.settled = IsSettled();
+  info.composition_ms = state_.composition_ms;
+  info.estimation_ms = state_.estimation_ms;
+  info.compositions = state_.compositions;
+  info.estimations = state_.estimations;
+  std::set<RobotId> robots;
+  for (const auto& [id, entry] : state_.sessions) robots.insert(entry.record.robot);
+  info.robots.assign(robots.begin(), robots.end());
+  for (const Placement& placement : state_.revision.placements) {
+    if (info.components.size() <= placement.component) {
+      info.components.resize(placement.component + 1);
+    }
+    ComponentInfo& component = info.components[placement.component];
+    component.component = placement.component;
+    component.reference = placement.reference;
+    component.sessions.push_back(placement.session);
+  }
+  // Between a new revision and its composition the older map is served, and described.
+  for (ComponentInfo& component : info.components) {
+    component.point_count = state_.map->point_count(component.component);
+    component.bounds = state_.map->bounds(component.component);
+  }
+  return info;
+}
+
+absl::StatusOr<std::vector<SubmapInfo>> PipelineImpl::ListSubmaps(
+    const std::optional<RobotId>& robot) {
+  std::vector<SubmapInfo> list;
+  std::lock_guard lock(state_.mutex);
+  if (robot && state_.Newest(*robot) == nullptr) return UnknownRobot(*robot);
+  for (const auto& [id, entry] : state_.sessions) {
+    if (robot && entry.record.robot != *robot) continue;
+    absl::StatusOr<std::vector<SubmapInfo>> infos = store_->ListSubmaps(id);
+    if (!infos.ok()) return infos.status();
+    list.insert(list.end(), infos->begin(), infos->end());
+  }
+  return list;
+}
+
+absl::StatusOr<RobotTrajectory> PipelineImpl::GetTrajectory(const RobotId& robot,
+                                                            TrajectoryFrame frame) {
+  std::lock_guard lock(state_.mutex);
+  const SessionEntry* entry = state_.Newest(robot);
+  if (entry == nullptr) return UnknownRobot(robot);
+  RobotTrajectory trajectory;
+  trajectory.session = entry->record.id;
+  trajectory.revision = state_.revision.revision;
+  Pose T_frame_odom;
+  if (frame == TrajectoryFrame::kMap) {
+    const Placement* placement = state_.PlacementOf(entry->record.id);
+    if (placement == nullptr) {
+      return absl::FailedPreconditionError(
+          absl::StrCat("robot \"", robot.value(),
+                       "\" is not in the map yet: its first submap is not finished"));
+    }
+    trajectory.component = placement->component;
+    T_frame_odom = placement->T_map_odom;
+  }
+  const auto append = [&](const std::vector<TrajectoryEntry>& entries) {
+    for (const TrajectoryEntry& pose : entries) {
+      trajectory.poses.push_back({pose.stamp_ns, T_frame_odom * pose.T_odom_sensor});
+    }
+  };
+  append(entry->trajectory);
+  if (entry->worker != nullptr) append(entry->worker->Status().unsaved);
+  return trajectory;
+}
+
+MatchGraphView PipelineImpl::GetMatchGraph() {
+  std::lock_guard lock(state_.mutex);
+  MatchGraphView view;
+  view.revision = state_.revision.revision;
+  for (const auto& [id, entry] : state_.sessions) view.nodes.push_back(id);
+  for (const auto& [pair, match] : state_.matches) view.matches.push_back(match);
+  view.tree = state_.tree;
+  view.placements = state_.revision.placements;
+  return view;
+}
+
+absl::StatusOr<RobotTransform> PipelineImpl::GetTransform(const RobotId& a, const RobotId& b) {
+  std::lock_guard lock(state_.mutex);
+  const SessionEntry* entry_a = state_.Newest(a);
+  const SessionEntry* entry_b = state_.Newest(b);
+  if (entry_a == nullptr) return UnknownRobot(a);
+  if (entry_b == nullptr) return UnknownRobot(b);
+  const SessionId& session_a = entry_a->record.id;
+  const SessionId& session_b = entry_b->record.id;
+  if (session_a == session_b) return RobotTransform{state_.revision.revision, Pose()};
+  if (const std::optional<Pose> T_a_b =
+          match_graph::FindTransform(state_.revision.placements, session_a, session_b)) {
+    return RobotTransform{state_.revision.revision, *T_a_b};
+  }
+  const auto match = state_.matches.find(std::minmax(session_a, session_b));
+  return absl::FailedPreconditionError(absl::StrCat(
+      "no accepted matches connect ", a.value(), " and ", b.value(), " yet: ",
+      match == state_.matches.end()
+          ? std::string("their maps have not been compared so far")
+          : absl::StrCat(ToString(match->second.state), " (", match->second.reason, "): ",
+                         match->second.detail)));
+}
+
+std::shared_ptr<const ComposedMap> PipelineImpl::GetMap() {
+  std::lock_guard lock(state_.mutex);
+  return state_.map;
+}
+
+absl::Status PipelineImpl::ExportMap(ExportFormat format, const Region& region,
+                                     double octomap_resolution_m,
+                                     const std::function<bool(const std::string&)>& sink) {
+  const bool full = format == ExportFormat::kOctoMapFull;
+  if (!full && format != ExportFormat::kOctoMapBinary) {
+    const std::shared_ptr<const ComposedMap> map = GetMap();
+    if (region.component != 0 && region.component >= map->component_count()) {
+      return absl::NotFoundError(absl::StrCat("no component ", region.component, ": the map has ",
+                                              map->component_count()));
+    }
+    return query::ExportCloud(*map, region, CloudFormatOf(format), sink);
+  }
+  std::vector<PlacedSubmap> submaps;
+  {
+    std::lock_guard lock(state_.mutex);
+    submaps = state_.PlacedSubmaps();
+  }
+  composition::OccupancyOptions occupancy = options_.occupancy;
+  if (octomap_resolution_m > 0) occupancy.resolution_m = octomap_resolution_m;
+  absl::StatusOr<std::string> file = composition::WriteOccupancy(
+      submaps, region.component,
+      full ? composition::OccupancyFormat::kFull : composition::OccupancyFormat::kBinary,
+      occupancy);
+  if (!file.ok()) return file.status();
+  for (size_t offset = 0; offset < file->size(); offset += kFileChunk) {
+    if (!sink(file->substr(offset, kFileChunk))) {
+      return absl::CancelledError("the reader went away");
+    }
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace isthmus::server

@@ -1,0 +1,238 @@
+// Sessions and what comes in through them.
+#include <absl/strings/str_cat.h>
+
+#include <algorithm>
+#include <cctype>
+#include <utility>
+
+#include "floam/sensor_model.h"
+#include "server/pipeline/pipeline_impl.h"
+#include "server/pipeline/uploaded_submap.h"
+
+namespace isthmus::server {
+namespace {
+
+constexpr size_t kMaxRobotName = 64;
+
+absl::Status CheckRobotName(const RobotId& robot) {
+  const std::string& name = robot.value();
+  const bool plain = std::all_of(name.begin(), name.end(), [](unsigned char c) {
+    return std::isalnum(c) || c == '_' || c == '.' || c == '-';
+  });
+  if (name.empty() || name.size() > kMaxRobotName || !plain) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "robot name \"", name, "\" cannot be used: give 1 to ", kMaxRobotName,
+        " characters of letters, digits, '_', '.' and '-'"));
+  }
+  return absl::OkStatus();
+}
+
+absl::Status UnknownSession(const SessionId& session) {
+  return absl::NotFoundError(absl::StrCat(
+      "no session \"", session.value(), "\": create one, or list the sessions there are"));
+}
+
+}  // namespace
+
+absl::StatusOr<SessionStatus> PipelineImpl::CreateSession(const RobotId& robot,
+                                                          const std::string& sensor,
+                                                          const Pose& T_base_sensor) {
+  if (shut_down_) return absl::UnavailableError("the server is shutting down");
+  if (absl::Status status = CheckRobotName(robot); !status.ok()) return status;
+  if (!T_base_sensor.IsFinite()) {
+    return absl::InvalidArgumentError("T_base_sensor has numbers that are not finite");
+  }
+  SessionRecord record;
+  record.robot = robot;
+  record.sensor = sensor;
+  record.T_base_sensor = T_base_sensor;
+  record.created_ns = clock_.NowNs();
+  std::lock_guard creating(upload_mutex_);
+  {
+    std::lock_guard lock(state_.mutex);
+    int number = 1;
+    do {
+      record.id = SessionId(absl::StrCat(robot.value(), "-", number++));
+    } while (state_.Find(record.id) != nullptr);
+  }
+  auto worker = MakeWorker(record, {});
+  if (!worker.ok()) return worker.status();
+  storage::WriteBatch batch;
+  batch.sessions.push_back(record);
+  if (absl::Status status = store_->Write(batch); !status.ok()) return status;
+  std::lock_guard lock(state_.mutex);
+  SessionEntry& entry = state_.sessions[record.id];
+  entry.record = record;
+  entry.worker = *std::move(worker);
+  return StatusOf(entry);
+}
+
+absl::StatusOr<std::shared_ptr<ingest::SessionWorker>> PipelineImpl::MakeWorker(
+    const SessionRecord& record, const ingest::ResumePoint& resume) {
+  absl::StatusOr<floam::SensorModel> sensor = floam::FindSensorModel(record.sensor);
+  if (!sensor.ok()) {
+    return absl::InvalidArgumentError(sensor.status().message());
+  }
+  ingest::WorkerHooks hooks;
+  hooks.persist = [this, id = record.id](const ingest::Stretch& stretch) {
+    return state_.AddStretch(id, stretch);
+  };
+  hooks.T_map_odom = [this, id = record.id]() -> std::optional<Pose> {
+    std::lock_guard lock(state_.mutex);
+    const Placement* placement = state_.PlacementOf(id);
+    if (placement == nullptr) return std::nullopt;
+    return placement->T_map_odom;
+  };
+  hooks.scan_done = [this] { state_.ScanDone(); };
+  const ingest::SessionWorker::Options options{options_.scan_queue, options_.odometry,
+                                               options_.submap};
+  return ingest::SessionWorker::Create(record, *sensor, options, std::move(hooks),
+                                       executor_.get(), resume);
+}
+
+absl::StatusOr<SessionStatus> PipelineImpl::GetSession(const SessionId& session) {
+  std::lock_guard lock(state_.mutex);
+  const SessionEntry* entry = state_.Find(session);
+  if (entry == nullptr) return UnknownSession(session);
+  return StatusOf(*entry);
+}
+
+std::vector<SessionStatus> PipelineImpl::ListSessions() {
+  std::vector<SessionStatus> list;
+  std::lock_guard lock(state_.mutex);
+  for (const auto& [id, entry] : state_.sessions) list.push_back(StatusOf(entry));
+  std::stable_sort(list.begin(), list.end(), [](const auto& a, const auto& b) {
+    return a.record.created_ns < b.record.created_ns;
+  });
+  return list;
+}
+
+absl::StatusOr<SessionStatus> PipelineImpl::FinishSession(const SessionId& session) {
+  std::shared_ptr<ingest::SessionWorker> worker;
+  {
+    std::lock_guard lock(state_.mutex);
+    const SessionEntry* entry = state_.Find(session);
+    if (entry == nullptr) return UnknownSession(session);
+    if (entry->record.state == SessionState::kFinished) return StatusOf(*entry);
+    worker = entry->worker;
+  }
+  if (worker != nullptr) {
+    if (absl::Status status = worker->Finish(); !status.ok()) return status;
+  }
+  SessionRecord record;
+  {
+    std::lock_guard lock(state_.mutex);
+    const SessionEntry* entry = state_.Find(session);
+    if (entry == nullptr) return UnknownSession(session);
+    record = entry->record;
+  }
+  record.state = SessionState::kFinished;
+  record.finished_ns = clock_.NowNs();
+  storage::WriteBatch batch;
+  batch.sessions.push_back(record);
+  if (absl::Status status = store_->Write(batch); !status.ok()) return status;
+  std::lock_guard lock(state_.mutex);
+  SessionEntry* entry = state_.Find(session);
+  if (entry == nullptr) return UnknownSession(session);
+  entry->record = record;
+  state_.changed.notify_all();
+  return StatusOf(*entry);
+}
+
+absl::Status PipelineImpl::DeleteSession(const SessionId& session) {
+  std::shared_ptr<ingest::SessionWorker> worker;
+  {
+    std::lock_guard lock(state_.mutex);
+    const SessionEntry* entry = state_.Find(session);
+    if (entry == nullptr) return UnknownSession(session);
+    worker = entry->worker;
+  }
+  if (worker != nullptr) worker->Abandon();
+  return state_.RemoveSession(session);
+}
+
+absl::StatusOr<std::shared_ptr<ingest::SessionWorker>> PipelineImpl::FindWorker(
+    const SessionId& session) {
+  std::lock_guard lock(state_.mutex);
+  const SessionEntry* entry = state_.Find(session);
+  if (entry == nullptr) return UnknownSession(session);
+  if (entry->record.state == SessionState::kFinished || entry->worker == nullptr) {
+    return absl::FailedPreconditionError(absl::StrCat(
+        "session ", session.value(), " is finished: create a new session for robot ",
+        entry->record.robot.value()));
+  }
+  if (entry->uploads) {
+    return absl::FailedPreconditionError(
+        absl::StrCat("session ", session.value(),
+                     " holds uploaded submaps: create another session to stream scans"));
+  }
+  return entry->worker;
+}
+
+absl::Status PipelineImpl::SetAckSink(const SessionId& session, AckSink sink) {
+  std::shared_ptr<ingest::SessionWorker> worker;
+  if (sink) {
+    auto found = FindWorker(session);
+    if (!found.ok()) return found.status();
+    worker = *std::move(found);
+  } else {
+    // Taking a sink away always works, so that a stream can end after its session did.
+    std::lock_guard lock(state_.mutex);
+    if (const SessionEntry* entry = state_.Find(session)) worker = entry->worker;
+  }
+  // Not under the state's lock: this waits for an ack that is being sent.
+  if (worker != nullptr) worker->SetAckSink(std::move(sink));
+  return absl::OkStatus();
+}
+
+absl::Status PipelineImpl::SubmitScan(const SessionId& session, ScanUpload scan) {
+  if (shut_down_) return absl::UnavailableError("the server is shutting down");
+  auto worker = FindWorker(session);
+  if (!worker.ok()) return worker.status();
+  state_.ScanQueued();
+  absl::Status status = (*worker)->Submit(std::move(scan));
+  if (!status.ok()) state_.ScanDone();
+  return status;
+}
+
+absl::StatusOr<SubmapInfo> PipelineImpl::AddSubmap(Submap submap) {
+  if (shut_down_) return absl::UnavailableError("the server is shutting down");
+  std::lock_guard uploading(upload_mutex_);
+  std::shared_ptr<const Submap> existing;
+  {
+    std::lock_guard lock(state_.mutex);
+    SessionEntry* entry = state_.Find(submap.id.session);
+    if (entry == nullptr) return UnknownSession(submap.id.session);
+    if (entry->record.state == SessionState::kFinished) {
+      return absl::FailedPreconditionError(absl::StrCat(
+          "session ", submap.id.session.value(), " is finished: create a new one"));
+    }
+    if (entry->worker->Status().last_sequence > 0 && !entry->uploads) {
+      return absl::FailedPreconditionError(
+          absl::StrCat("session ", submap.id.session.value(),
+                       " has scans: create another session to upload submaps"));
+    }
+    if (submap.id.index < entry->submaps.size()) {
+      existing = entry->submaps[submap.id.index];
+    } else if (submap.id.index > entry->submaps.size()) {
+      return absl::OutOfRangeError(absl::StrCat("submap index ", submap.id.index,
+                                                " leaves a gap: ", entry->submaps.size(),
+                                                " is expected next"));
+    }
+    submap.robot = entry->record.robot;
+  }
+  if (existing != nullptr) {
+    if (SameSubmap(*existing, submap)) return Summarize(*existing);
+    return absl::AlreadyExistsError(
+        absl::StrCat("submap ", ToString(submap.id), " exists with other content"));
+  }
+  absl::StatusOr<ingest::Stretch> stretch = MakeUploadedStretch(std::move(submap));
+  if (!stretch.ok()) return stretch.status();
+  const SessionId session = stretch->submap->id.session;
+  if (absl::Status status = state_.AddStretch(session, *stretch); !status.ok()) return status;
+  std::lock_guard lock(state_.mutex);
+  if (SessionEntry* entry = state_.Find(session)) entry->uploads = true;
+  return Summarize(*stretch->submap);
+}
+
+}  // namespace isthmus::server

@@ -1,0 +1,1 @@
+#include "server/matching/matcher.h"
