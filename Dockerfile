@@ -1,0 +1,27 @@
+# One image for the server and the demo robots: `isthmus-server` and `isthmus` with what they need.
+FROM debian:12 AS build
+WORKDIR /src
+COPY scripts/packages scripts/packages
+RUN apt-get update \
+ && grep -v '^#' scripts/packages | xargs apt-get install -y --no-install-recommends \
+ && rm -rf /var/lib/apt/lists/*
+COPY . .
+RUN cmake --preset release -DISTHMUS_TESTS=OFF \
+ && cmake --build build/release --target isthmus isthmus-server \
+ && install -D -t /out/bin build/release/bin/isthmus build/release/bin/isthmus-server \
+ # The shared libraries the two programs really load, so that the image needs no package list.
+ && mkdir -p /out/lib \
+ && ldd /out/bin/isthmus /out/bin/isthmus-server \
+    | awk '$3 ~ "^/" { print $3 }' | sort -u \
+    | grep -vE '/(libc|libm|libdl|librt|libpthread|ld-linux[^/]*)\.so' \
+    | xargs cp -L -t /out/lib
+
+FROM debian:12-slim
+RUN useradd --system --uid 10001 --create-home --home-dir /var/lib/isthmus isthmus
+COPY --from=build /out/bin/ /usr/local/bin/
+COPY --from=build /out/lib/ /usr/local/lib/isthmus/
+RUN echo /usr/local/lib/isthmus > /etc/ld.so.conf.d/isthmus.conf && ldconfig
+USER isthmus
+VOLUME /var/lib/isthmus
+EXPOSE 50051
+CMD ["isthmus-server", "--data", "/var/lib/isthmus", "--listen", "0.0.0.0:50051"]
