@@ -1,0 +1,102 @@
+#include "client/simulation/recording.h"
+
+#include <absl/strings/str_cat.h>
+#include <absl/strings/str_format.h>
+#include <absl/strings/str_join.h>
+
+#include <filesystem>
+#include <system_error>
+
+#include "client/simulation/overlap.h"
+#include "core/codec/file_io.h"
+#include "core/codec/payload_builder.h"
+#include "core/codec/pcd.h"
+#include "core/codec/tum.h"
+
+namespace isthmus::simulation {
+namespace {
+
+absl::Status MakeFolder(const std::string& path) {
+  std::error_code error;
+  std::filesystem::create_directories(path, error);
+  if (!error) return absl::OkStatus();
+  return absl::PermissionDeniedError(absl::StrCat("cannot make the folder ", path, ": ",
+                                                  error.message(),
+                                                  "; choose another with the output option"));
+}
+
+absl::Status RecordScan(const Simulator& simulator, int robot, int index, const std::string& dir,
+                        SeenSurface& seen) {
+  const Scan scan = simulator.MakeScan(robot, index);
+  const int turns_per_second = static_cast<int>(1 / simulator.lidar().period_s);
+  if (index % turns_per_second == 0) seen.Add(scan, simulator.Truth(robot, index).pose);
+  return codec::WritePcd(absl::StrFormat("%s/%06d.pcd", dir, index), codec::MakePayload(scan),
+                         codec::PcdEncoding::kBinary);
+}
+
+absl::Status WriteStamps(const Simulator& simulator, int robot, const std::string& dir) {
+  const Trajectory truth = simulator.Truth(robot);
+  std::string times;
+  for (const StampedPose& entry : truth) {
+    absl::StrAppendFormat(&times, "%d.%09d\n", entry.stamp_ns / 1'000'000'000,
+                          entry.stamp_ns % 1'000'000'000);
+  }
+  const std::string name = absl::StrCat(dir, "/robot_", robot);
+  if (auto status = codec::WriteFile(name + "/times.txt", times); !status.ok()) return status;
+  return codec::WriteTum(name + ".truth.tum", truth);
+}
+
+std::string ToJson(const Simulator& simulator, const RecordingSummary& summary) {
+  const Options& options = simulator.options();
+  std::vector<std::string> rows;
+  for (const auto& row : summary.overlap) {
+    const auto number = [](std::string* out, double x) { absl::StrAppendFormat(out, "%.3f", x); };
+    rows.push_back(absl::StrCat("[", absl::StrJoin(row, ", ", number), "]"));
+  }
+  return absl::StrFormat(
+      "{\n"
+      "  \"world\": \"%s\",\n  \"sensor\": \"%s\",\n  \"seed\": %d,\n  \"robots\": %d,\n"
+      "  \"seconds\": %g,\n  \"scans_per_robot\": %d,\n  \"range_sigma_m\": %g,\n"
+      "  \"overlap\": [%s]\n}\n",
+      options.world, simulator.lidar().name, options.seed, summary.robots, options.seconds,
+      summary.scans_per_robot, options.noise.range_sigma_m, absl::StrJoin(rows, ", "));
+}
+
+}  // namespace
+
+absl::StatusOr<RecordingSummary> Record(const Options& options, const std::string& dir,
+                                        const Progress& progress) {
+  auto simulator = Simulator::Create(options);
+  if (!simulator.ok()) return simulator.status();
+  return Record(**simulator, dir, progress);
+}
+
+absl::StatusOr<RecordingSummary> Record(const Simulator& simulator, const std::string& dir,
+                                        const Progress& progress) {
+  RecordingSummary summary;
+  summary.robots = simulator.robots();
+  summary.scans_per_robot = simulator.scan_count();
+  const double cell_m = simulator.world().overlap_cell_m;
+  std::vector<SeenSurface> seen(summary.robots, SeenSurface(cell_m));
+  for (int robot = 0; robot < summary.robots; ++robot) {
+    const std::string robot_dir = absl::StrCat(dir, "/robot_", robot);
+    if (auto status = MakeFolder(robot_dir); !status.ok()) return status;
+    for (int i = 0; i < summary.scans_per_robot; ++i) {
+      if (progress) {
+        progress(robot * summary.scans_per_robot + i, summary.robots * summary.scans_per_robot);
+      }
+      auto status = RecordScan(simulator, robot, i, robot_dir, seen[robot]);
+      if (!status.ok()) return status;
+    }
+    if (auto status = WriteStamps(simulator, robot, dir); !status.ok()) return status;
+  }
+  for (const SeenSurface& a : seen) {
+    auto& row = summary.overlap.emplace_back();
+    for (const SeenSurface& b : seen) row.push_back(SeenSurface::Overlap(a, b));
+  }
+  auto status = codec::WriteFile(dir + "/simulation.json", ToJson(simulator, summary));
+  if (!status.ok()) return status;
+  return summary;
+}
+
+}  // namespace isthmus::simulation

@@ -1,0 +1,138 @@
+#include "client/simulation/simulator.h"
+
+#include <absl/strings/str_cat.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "client/simulation/random.h"
+
+namespace isthmus::simulation {
+namespace {
+
+// A pose in the form that is cheap to apply to many firings.
+struct Frame {
+  Eigen::Matrix3d rotation;
+  Eigen::Vector3d position;
+
+  explicit Frame(const Pose& pose)
+      : rotation(pose.RotationMatrix()), position(pose.translation()) {}
+};
+
+absl::Status Check(const Options& options) {
+  const auto bad = [](const auto&... text) {
+    return absl::InvalidArgumentError(absl::StrCat("simulation: ", text...));
+  };
+  if (options.robots < 1 || options.robots > 100) {
+    return bad("robots must be 1 to 100, not ", options.robots);
+  }
+  if (!(options.seconds >= 0.1 && options.seconds <= 86400)) {
+    return bad("seconds must be 0.1 to 86400, not ", options.seconds);
+  }
+  const Noise& noise = options.noise;
+  if (!(noise.range_sigma_m >= 0 && noise.range_sigma_m < 10)) {
+    return bad("range noise must be 0 to 10 m, not ", noise.range_sigma_m);
+  }
+  if (!(noise.dropout >= 0 && noise.dropout <= 1)) {
+    return bad("dropout must be 0 to 1, not ", noise.dropout);
+  }
+  if (!(noise.min_strength >= 0)) {
+    return bad("minimum strength must not be negative, but is ", noise.min_strength);
+  }
+  return absl::OkStatus();
+}
+
+// Adds what was measured, if anything, to the scan.
+void Measure(const Lidar& lidar, const Firing& firing, const Hit& hit, const Noise& noise,
+             Random& random, Scan& scan) {
+  if (hit.range_m < 0) return;
+  const double range = hit.range_m + noise.range_sigma_m * random.Normal();
+  if (range < lidar.min_range_m || range > lidar.max_range_m) return;
+  const double brightness = Reflectivity(hit.material) * hit.cosine;
+  const double share = range / lidar.max_range_m;
+  const double strength = brightness / (share * share);
+  const double lost = std::max(0.0, 1 - strength / std::max(noise.min_strength, 1e-9));
+  if (random.Chance(noise.dropout + lost)) return;
+  const Eigen::Vector3f at = static_cast<float>(range) * firing.direction;
+  ScanPoint point;
+  point.x = at.x();
+  point.y = at.y();
+  point.z = at.z();
+  point.intensity = static_cast<float>(std::round(std::clamp(brightness, 1.0, 255.0)));
+  point.time = static_cast<float>(std::min(0.0, firing.time_s - lidar.period_s));
+  point.ring = firing.ring;
+  scan.points.push_back(point);
+}
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<Simulator>> Simulator::Create(const Options& options) {
+  if (absl::Status status = Check(options); !status.ok()) return status;
+  absl::StatusOr<Lidar> lidar = MakeLidar(options.sensor);
+  if (!lidar.ok()) return lidar.status();
+  absl::StatusOr<World> world = MakeWorld(options.world, options.seed);
+  if (!world.ok()) return world.status();
+  auto motions = MakeRoutes(*world, options.robots, options.seconds, options.seed);
+  if (!motions.ok()) return motions.status();
+  return std::make_unique<Simulator>(*std::move(world), *std::move(motions), *std::move(lidar),
+                                     options);
+}
+
+Simulator::Simulator(World world, std::vector<Motion> motions, Lidar lidar, const Options& options)
+    : options_(options),
+      world_(std::move(world)),
+      motions_(std::move(motions)),
+      lidar_(std::move(lidar)),
+      caster_(world_.mesh) {}
+
+int Simulator::scan_count() const {
+  return static_cast<int>(options_.seconds / lidar_.period_s + 1e-6);
+}
+
+Scan Simulator::MakeScan(int robot, int index) const {
+  Scan scan;
+  scan.sequence = static_cast<uint64_t>(index) + 1;
+  scan.end_stamp_ns = Truth(robot, index).stamp_ns;
+  scan.has_ring = scan.has_time = true;
+  scan.points.reserve(lidar_.firings.size());
+  Random random(options_.seed, static_cast<uint64_t>(robot) + 1, scan.sequence);
+
+  const double begin = index * lidar_.period_s;
+  const size_t groups = lidar_.firings.size() / lidar_.lasers;
+  const double group_s = lidar_.period_s / static_cast<double>(groups);
+  std::vector<Ray> rays(lidar_.lasers);
+  std::vector<Hit> hits(lidar_.lasers);
+  Frame from(motions_[robot](begin));
+  for (size_t group = 0; group < groups; ++group) {
+    // Exact poses at the ends of each group; between them, some 50 us, motion is linear.
+    const double group_begin = static_cast<double>(group) * group_s;
+    const Frame to(motions_[robot](begin + group_begin + group_s));
+    const Firing* firings = &lidar_.firings[group * lidar_.lasers];
+    for (size_t i = 0; i < lidar_.lasers; ++i) {
+      const double f = (firings[i].time_s - group_begin) / group_s;
+      const Eigen::Matrix3d rotation = from.rotation + f * (to.rotation - from.rotation);
+      rays[i].origin = (from.position + f * (to.position - from.position)).cast<float>();
+      rays[i].direction = rotation.cast<float>() * firings[i].direction;
+    }
+    caster_.Cast(rays, static_cast<float>(lidar_.max_range_m), hits);
+    for (size_t i = 0; i < lidar_.lasers; ++i) {
+      Measure(lidar_, firings[i], hits[i], options_.noise, random, scan);
+    }
+    from = to;
+  }
+  return scan;
+}
+
+StampedPose Simulator::Truth(int robot, int index) const {
+  const double end = (index + 1) * lidar_.period_s;
+  return {options_.start_stamp_ns + std::llround(end * 1e9), motions_[robot](end)};
+}
+
+Trajectory Simulator::Truth(int robot) const {
+  Trajectory truth;
+  for (int i = 0; i < scan_count(); ++i) truth.push_back(Truth(robot, i));
+  return truth;
+}
+
+}  // namespace isthmus::simulation

@@ -1,0 +1,75 @@
+// Robots with LiDARs driving through a procedural world.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "client/simulation/lidar.h"
+#include "client/simulation/ray_caster.h"
+#include "client/simulation/route.h"
+#include "client/simulation/world.h"
+#include "core/scan.h"
+#include "core/trajectory.h"
+
+namespace isthmus::simulation {
+
+// What keeps a measurement from being exact. All zero: exact.
+struct Noise {
+  double range_sigma_m = 0.02;  // Standard deviation along the ray.
+  double dropout = 0.005;       // Share of measurements lost by chance, [0, 1].
+  // Returns weaker than this are lost ever more often. The strength is reflectivity * cosine of
+  // the incidence / (range / maximum range)^2: dark ground fades out at 30 to 40 m.
+  double min_strength = 12;
+};
+
+struct Options {
+  std::string world = "museum";  // See MakeWorld.
+  std::string sensor = "vlp16";  // See MakeLidar.
+  int robots = 2;
+  double seconds = 60;
+  uint64_t seed = 1;  // Of the world, the routes and the noise.
+  Noise noise;
+  int64_t start_stamp_ns = 1'600'000'000'000'000'000;  // Unix time at which every robot sets out.
+};
+
+// Deterministic: the same options give the same scans, in whatever order they are asked for.
+// Thread safe.
+class Simulator {
+ public:
+  // InvalidArgument, saying what is allowed, for options that make no sense.
+  static absl::StatusOr<std::unique_ptr<Simulator>> Create(const Options& options);
+  // For a world and motions of one's own; `options.world` and `options.sensor` are not read.
+  Simulator(World world, std::vector<Motion> motions, Lidar lidar, const Options& options);
+
+  const Options& options() const { return options_; }
+  const World& world() const { return world_; }
+  const Lidar& lidar() const { return lidar_; }
+  int robots() const { return static_cast<int>(motions_.size()); }
+  // Scans of each robot.
+  int scan_count() const;
+
+  // The index-th turn of a robot's sensor, counted from 0; every firing is cast from the pose at
+  // its own time. Points in order of firing, with ring and time; sequence is index + 1. Requires
+  // 0 <= robot < robots() and index >= 0; may go beyond scan_count().
+  Scan MakeScan(int robot, int index) const;
+
+  // T_world_sensor at the END of that scan.
+  StampedPose Truth(int robot, int index) const;
+  Trajectory Truth(int robot) const;
+  // T_world_sensor at any time.
+  Pose PoseAt(int robot, double seconds) const { return motions_[robot](seconds); }
+
+ private:
+  // All constant after construction.
+  Options options_;
+  World world_;
+  std::vector<Motion> motions_;
+  Lidar lidar_;
+  RayCaster caster_;
+};
+
+}  // namespace isthmus::simulation
