@@ -10,10 +10,15 @@
 
 namespace isthmus::composition {
 
+// Values out of range are brought to the nearest sensible one: voxels of at least 1 mm, tiles of at
+// least one voxel.
 struct ComposerOptions {
-  double tile_m = 20;    // Edge of a square tile in x and y; unbounded in z.
-  double voxel_m = 0.1;  // One point per voxel and robot.
-  // A placement that moved less than this since a tile was made does not remake it.
+  // Edge of a square tile in x and y, rounded to whole voxels; unbounded in z.
+  double tile_m = 20;
+  // One point per voxel and robot: the mean of what fell into it, from whichever submap.
+  double voxel_m = 0.1;
+  // A submap of which no point would move by more than this since it was last composed stays where
+  // it is, and its tiles with it.
   double min_move_m = 0.005;
 };
 
@@ -23,7 +28,12 @@ class Composer {
   explicit Composer(const ComposerOptions& options);
   ~Composer();
 
-  // The map with exactly these submaps at these poses.
+  // The map with exactly these submaps at these poses (to min_move_m). The result does not depend
+  // on what was composed before or on the order of `submaps`. Submaps are thinned when first seen
+  // and known again by id and extent, so that the caller may reload them. Submaps without points, a
+  // null pointer or a pose that is not finite add nothing, nor do points that are not finite or
+  // more than a million voxels from the origin of the map. The map never changes and shares
+  // unchanged tiles with those made before; it may outlive the composer.
   std::shared_ptr<const ComposedMap> Compose(int64_t revision,
                                              const std::vector<PlacedSubmap>& submaps);
   // Tiles that the last Compose remade.

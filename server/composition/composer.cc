@@ -1,0 +1,215 @@
+#include "server/composition/composer.h"
+
+#include <absl/container/flat_hash_map.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+#include <utility>
+
+#include "server/composition/thinned_submap.h"
+#include "server/composition/tile_builder.h"
+#include "server/composition/tiled_map.h"
+
+namespace isthmus::composition {
+namespace {
+
+// Bounds what is held twice while a large map is remade, e.g. when its reference changed.
+constexpr size_t kTilesPerBatch = 256;
+
+// A submap as the tiles have it.
+struct Composed {
+  ThinnedSubmap thinned;
+  uint32_t robot = 0;  // Number, see Composer::State::robots.
+  uint32_t frame = 0;
+  Pose T_map_submap;
+  std::vector<TileKey> tiles;  // Those it has points on, in order.
+  bool wanted = false;         // By the Compose that is under way.
+};
+
+double InRange(double value, double lowest, double highest, double otherwise) {
+  return std::isfinite(value) ? std::clamp(value, lowest, highest) : otherwise;
+}
+
+ComposerOptions Sane(const ComposerOptions& given) {
+  const ComposerOptions defaults;
+  ComposerOptions options;
+  options.voxel_m = InRange(given.voxel_m, 0.001, 100, defaults.voxel_m);
+  options.tile_m = InRange(given.tile_m, options.voxel_m, 1e5, defaults.tile_m);
+  options.min_move_m = InRange(given.min_move_m, 0, 1e5, defaults.min_move_m);
+  return options;
+}
+
+}  // namespace
+
+struct Composer::State {
+  explicit State(const ComposerOptions& given)
+      : options(Sane(given)), grid(options.voxel_m), layout(options.tile_m, options.voxel_m) {}
+
+  const ComposerOptions options;
+  const VoxelGrid grid;
+  const TileLayout layout;
+  VoxelThinner thinner;
+  std::map<SubmapId, Composed> submaps;  // In the order in which they go into tiles.
+  std::map<TileKey, TilePtr> tiles;      // None is null.
+  std::vector<RobotId> robots;           // By number; only grows.
+  absl::flat_hash_map<std::string, uint32_t> robot_numbers;
+  uint32_t next_frame = 0;
+  int last_tiles_remade = 0;
+
+  std::map<uint32_t, uint32_t> FramesOf(const std::vector<PlacedSubmap>& placed);
+  uint32_t RobotNumber(const RobotId& robot);
+  void Place(const PlacedSubmap& placed, uint32_t frame, std::set<TileKey>* dirty);
+  void DropUnwanted(std::set<TileKey>* dirty);
+  void Remake(const std::set<TileKey>& dirty);
+  void RemakeBatch(const std::vector<TileKey>& keys);
+  std::vector<TiledMap::Robot> RobotsInMap() const;
+};
+
+// A component's frame is the one that its first known submap had, so that tiles stay good when
+// components are only renumbered.
+std::map<uint32_t, uint32_t> Composer::State::FramesOf(const std::vector<PlacedSubmap>& placed) {
+  std::map<uint32_t, std::pair<SubmapId, uint32_t>> first_known;  // Component: its submap, frame.
+  std::map<uint32_t, uint32_t> frames;
+  for (const PlacedSubmap& p : placed) {
+    frames[p.component] = 0;
+    const auto it = submaps.find(p.submap->id);
+    if (it == submaps.end()) continue;
+    const auto [known, inserted] =
+        first_known.try_emplace(p.component, it->first, it->second.frame);
+    if (!inserted && it->first < known->second.first) {
+      known->second = {it->first, it->second.frame};
+    }
+  }
+  std::set<uint32_t> taken;
+  for (auto& [component, frame] : frames) {
+    const auto it = first_known.find(component);
+    const bool keep = it != first_known.end() && taken.insert(it->second.second).second;
+    frame = keep ? it->second.second : next_frame++;
+  }
+  return frames;
+}
+
+uint32_t Composer::State::RobotNumber(const RobotId& robot) {
+  const auto [it, inserted] =
+      robot_numbers.try_emplace(robot.value(), static_cast<uint32_t>(robots.size()));
+  if (inserted) robots.push_back(robot);
+  return it->second;
+}
+
+// Brings what is known of one submap up to date; every tile it left, entered or moved on is dirty.
+void Composer::State::Place(const PlacedSubmap& placed, uint32_t frame, std::set<TileKey>* dirty) {
+  const Pose T_map_submap = placed.T_map_odom * placed.submap->T_odom_submap;
+  const uint32_t robot = RobotNumber(placed.submap->robot);
+  auto [it, is_new] = submaps.try_emplace(placed.submap->id);
+  Composed& composed = it->second;
+  composed.wanted = true;
+  const bool other_content = is_new || composed.robot != robot ||
+                             composed.thinned.fingerprint != FingerprintOf(*placed.submap);
+  if (!other_content && composed.frame == frame &&
+      LargestMove(composed.thinned.bounds, composed.T_map_submap, T_map_submap) <=
+          options.min_move_m) {
+    return;
+  }
+  dirty->insert(composed.tiles.begin(), composed.tiles.end());
+  if (other_content) composed.thinned = Thin(*placed.submap, grid, &thinner);
+  composed.robot = robot;
+  composed.frame = frame;
+  composed.T_map_submap = T_map_submap;
+
+  std::set<TileKey> tiles_now;
+  TileKey last;
+  ForEachPlacedPoint(composed.thinned, frame, T_map_submap, grid, layout,
+                     [&](const TileKey& tile, uint64_t, const WeightedPoint&) {
+                       if (tile == last && !tiles_now.empty()) return;
+                       tiles_now.insert(tile);
+                       last = tile;
+                     });
+  composed.tiles.assign(tiles_now.begin(), tiles_now.end());
+  dirty->insert(composed.tiles.begin(), composed.tiles.end());
+}
+
+void Composer::State::DropUnwanted(std::set<TileKey>* dirty) {
+  for (auto it = submaps.begin(); it != submaps.end();) {
+    if (std::exchange(it->second.wanted, false)) {
+      ++it;
+      continue;
+    }
+    dirty->insert(it->second.tiles.begin(), it->second.tiles.end());
+    it = submaps.erase(it);
+  }
+}
+
+void Composer::State::Remake(const std::set<TileKey>& dirty) {
+  last_tiles_remade = static_cast<int>(dirty.size());
+  const std::vector<TileKey> keys(dirty.begin(), dirty.end());
+  for (size_t begin = 0; begin < keys.size(); begin += kTilesPerBatch) {
+    const size_t end = std::min(keys.size(), begin + kTilesPerBatch);
+    RemakeBatch({keys.begin() + begin, keys.begin() + end});
+  }
+}
+
+void Composer::State::RemakeBatch(const std::vector<TileKey>& keys) {
+  TileBuilder builder(keys, grid, layout);
+  for (const auto& [id, composed] : submaps) {
+    const bool touches = std::any_of(
+        composed.tiles.begin(), composed.tiles.end(),
+        [&](const TileKey& tile) { return std::binary_search(keys.begin(), keys.end(), tile); });
+    if (touches) {
+      builder.Add(composed.thinned, composed.robot, composed.frame, composed.T_map_submap);
+    }
+  }
+  std::vector<TilePtr> remade = builder.Finish(robots, &thinner);
+  for (size_t i = 0; i < keys.size(); ++i) {
+    if (remade[i]) {
+      tiles[keys[i]] = std::move(remade[i]);
+    } else {
+      tiles.erase(keys[i]);
+    }
+  }
+}
+
+std::vector<TiledMap::Robot> Composer::State::RobotsInMap() const {
+  std::set<uint32_t> numbers;
+  for (const auto& [id, composed] : submaps) numbers.insert(composed.robot);
+  std::vector<TiledMap::Robot> in_map;
+  for (const uint32_t number : numbers) in_map.push_back({robots[number], number});
+  std::sort(in_map.begin(), in_map.end(),
+            [](const TiledMap::Robot& l, const TiledMap::Robot& r) { return l.id < r.id; });
+  return in_map;
+}
+
+Composer::Composer(const ComposerOptions& options) : state_(std::make_unique<State>(options)) {}
+Composer::~Composer() = default;
+
+std::shared_ptr<const ComposedMap> Composer::Compose(int64_t revision,
+                                                     const std::vector<PlacedSubmap>& given) {
+  std::vector<PlacedSubmap> placed;
+  placed.reserve(given.size());
+  for (const PlacedSubmap& p : given) {
+    const bool usable = p.submap && p.T_map_odom.IsFinite() && p.submap->T_odom_submap.IsFinite();
+    if (usable) placed.push_back(p);
+  }
+
+  const std::map<uint32_t, uint32_t> frames = state_->FramesOf(placed);
+  std::set<TileKey> dirty;
+  for (const PlacedSubmap& p : placed) state_->Place(p, frames.at(p.component), &dirty);
+  state_->DropUnwanted(&dirty);
+  state_->Remake(dirty);
+
+  std::map<uint32_t, uint32_t> component_of_frame;
+  for (const auto& [component, frame] : frames) component_of_frame[frame] = component;
+  std::vector<TiledMap::Component> components(frames.empty() ? 0 : frames.rbegin()->first + 1);
+  for (const auto& [key, tile] : state_->tiles) {
+    TiledMap::Component& component = components[component_of_frame.at(key.frame)];
+    component.tiles.push_back(tile);
+    component.point_count += tile->point_count;
+    component.bounds.Extend(tile->bounds);
+  }
+  return std::make_shared<TiledMap>(revision, state_->RobotsInMap(), std::move(components));
+}
+
+int Composer::last_tiles_remade() const { return state_->last_tiles_remade; }
+
+}  // namespace isthmus::composition

@@ -1,0 +1,48 @@
+// The merged map as composition hands it out: tiles shared with the maps before and after it.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/composed_map.h"
+#include "server/composition/tile.h"
+
+namespace isthmus::composition {
+
+// Immutable; safe to read from many threads.
+class TiledMap : public ComposedMap {
+ public:
+  struct Robot {
+    RobotId id;
+    uint32_t number = 0;  // As in Tile::Part::robot.
+  };
+  struct Component {
+    std::vector<TilePtr> tiles;  // In order of their place; none is empty.
+    uint64_t point_count = 0;
+    Box bounds;
+  };
+
+  // `robots` in order of id.
+  TiledMap(int64_t revision, const std::vector<Robot>& robots, std::vector<Component> components);
+
+  int64_t revision() const override { return revision_; }
+  const std::vector<RobotId>& robots() const override { return robots_; }
+  uint32_t component_count() const override { return static_cast<uint32_t>(components_.size()); }
+  uint64_t point_count(uint32_t component) const override;
+  Box bounds(uint32_t component) const override;
+  // Points come tile by tile, the same order every time. With a resolution the first point met in a
+  // voxel, whoever saw it, stands for the voxel. A chunk of 0 counts as 1. Nothing is emitted for a
+  // component or robot that does not exist.
+  void Read(const Region& region, size_t chunk, const Emit& emit) const override;
+
+  // Empty for a component that does not exist.
+  const std::vector<TilePtr>& tiles(uint32_t component) const;
+
+ private:
+  const int64_t revision_;
+  std::vector<RobotId> robots_;
+  std::vector<uint32_t> index_of_number_;  // Robot::number to index into robots_.
+  const std::vector<Component> components_;
+};
+
+}  // namespace isthmus::composition

@@ -1,0 +1,60 @@
+#include "server/composition/voxel_thinner.h"
+
+namespace isthmus::composition {
+
+namespace {
+constexpr int kInitialBits = 12;
+}
+
+VoxelThinner::VoxelThinner() : slots_(size_t{1} << kInitialBits), shift_(64 - kInitialBits) {}
+
+size_t VoxelThinner::FindSlot(uint64_t key) const {
+  // Fibonacci hashing: the high bits of the product depend on all bits of the key.
+  const size_t mask = slots_.size() - 1;
+  size_t i = (key * 0x9e3779b97f4a7c15u) >> shift_;
+  while (slots_[i].key != key && slots_[i].key != kFree) i = (i + 1) & mask;
+  return i;
+}
+
+void VoxelThinner::Grow() {
+  std::vector<Slot> old(slots_.size() * 2);
+  old.swap(slots_);
+  --shift_;
+  for (const Slot& slot : old) {
+    if (slot.key != kFree) slots_[FindSlot(slot.key)] = slot;
+  }
+}
+
+void VoxelThinner::Add(uint64_t voxel, const WeightedPoint& point) {
+  size_t i = FindSlot(voxel);
+  if (slots_[i].key == kFree) {
+    if (cells_.size() * 2 >= slots_.size()) {
+      Grow();
+      i = FindSlot(voxel);
+    }
+    slots_[i] = {voxel, static_cast<uint32_t>(cells_.size())};
+    cells_.push_back({point});
+    return;
+  }
+  Cell& cell = cells_[slots_[i].cell];
+  const float weight = static_cast<float>(point.weight);
+  cell.dx += weight * (point.x - cell.first.x);
+  cell.dy += weight * (point.y - cell.first.y);
+  cell.dz += weight * (point.z - cell.first.z);
+  cell.di += weight * (point.intensity - cell.first.intensity);
+  cell.first.weight += point.weight;
+}
+
+void VoxelThinner::Take(std::vector<WeightedPoint>* out) {
+  out->reserve(out->size() + cells_.size());
+  for (const Cell& cell : cells_) {
+    const WeightedPoint& p = cell.first;
+    const float share = 1 / static_cast<float>(p.weight);
+    out->push_back({p.x + cell.dx * share, p.y + cell.dy * share, p.z + cell.dz * share,
+                    p.intensity + cell.di * share, p.weight});
+  }
+  cells_.clear();
+  slots_.assign(slots_.size(), Slot());
+}
+
+}  // namespace isthmus::composition

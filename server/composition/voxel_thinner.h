@@ -1,0 +1,87 @@
+// Thins points to one per voxel: the mean of those that fell into it, weighted.
+//
+// The mean rather than the first point, because a map is made of many looks at the same wall, and
+// the mean of n of them has 1/sqrt(n) of their noise. It lies inside its voxel, so that thinning a
+// thinned cloud again on the same grid changes nothing but the last digit.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+namespace isthmus::composition {
+
+struct Voxel {
+  int32_t x = 0, y = 0, z = 0;
+};
+
+// Cubes of one size with a corner at the origin. Value type.
+class VoxelGrid {
+ public:
+  explicit VoxelGrid(double voxel_m) : inverse_(static_cast<float>(1 / voxel_m)) {}
+
+  // Nothing for a point that is not finite or more than 2^20 - 1 voxels from the origin along an
+  // axis (105 km at 0.1 m).
+  std::optional<Voxel> Find(float x, float y, float z) const {
+    constexpr float kLimit = (1 << 20) - 1;
+    const float i = x * inverse_, j = y * inverse_, k = z * inverse_;
+    // Written so that NaN fails.
+    if (!(std::abs(i) < kLimit && std::abs(j) < kLimit && std::abs(k) < kLimit)) return {};
+    return Voxel{Floor(i), Floor(j), Floor(k)};
+  }
+
+ private:
+  // std::floor is a library call where the compiler may not assume SSE4.1.
+  static int32_t Floor(float value) {
+    const int32_t whole = static_cast<int32_t>(value);
+    return whole - (static_cast<float>(whole) > value);
+  }
+
+  float inverse_;  // Voxels per metre.
+};
+
+// A voxel as one number: 21 bits per axis. Different voxels have different keys.
+inline uint64_t PackVoxel(const Voxel& v) {
+  const auto part = [](int32_t i) { return static_cast<uint64_t>(i + (1 << 20)) & 0x1fffff; };
+  return part(v.x) << 42 | part(v.y) << 21 | part(v.z);
+}
+
+// A point that stands for `weight` measured ones.
+struct WeightedPoint {
+  float x = 0, y = 0, z = 0;
+  float intensity = 0;
+  uint32_t weight = 1;
+};
+
+// An open-addressing hash table from voxel to running mean. Meant to be kept and used again: after
+// the first clouds it allocates nothing. Not thread safe.
+class VoxelThinner {
+ public:
+  VoxelThinner();
+
+  void Add(uint64_t voxel, const WeightedPoint& point);
+  // Appends one point per voxel, in the order in which voxels were first met, and forgets them.
+  void Take(std::vector<WeightedPoint>* out);
+
+ private:
+  struct Slot {
+    uint64_t key = kFree;
+    uint32_t cell = 0;
+  };
+  // Sums are kept relative to the first point, where float has digits to spare.
+  struct Cell {
+    WeightedPoint first;
+    float dx = 0, dy = 0, dz = 0, di = 0;
+  };
+  static constexpr uint64_t kFree = ~uint64_t{0};  // No packed voxel: those have 63 bits.
+
+  size_t FindSlot(uint64_t key) const;
+  void Grow();
+
+  std::vector<Slot> slots_;  // A power of two of them, at most half in use.
+  int shift_ = 0;            // 64 - log2(slots_.size()).
+  std::vector<Cell> cells_;
+};
+
+}  // namespace isthmus::composition

@@ -1,0 +1,154 @@
+#include "server/composition/tiled_map.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <set>
+
+#include "server/composition/composer.h"
+#include "tests/server/composition/test_maps.h"
+
+namespace isthmus::composition {
+namespace {
+
+using ::testing::IsEmpty;
+
+class RegionRead : public ::testing::Test {
+ protected:
+  RegionRead() {
+    std::mt19937 rng(11);
+    std::vector<PlacedSubmap> submaps;
+    const Box room = MakeBox({-30, -20, -2}, {30, 20, 5});
+    for (const char* robot : {"alice", "bob", "carol"}) {
+      submaps.push_back(MakeSubmap(robot, 0, RandomPoints(&rng, 4000, room)));
+    }
+    Composer composer({.tile_m = 9});
+    map_ = composer.Compose(1, submaps);
+    all_ = ReadAll(*map_);
+  }
+
+  // What a reader must get, found by asking every point.
+  template <typename Keep>
+  void ExpectExactly(const Region& region, const Keep& keep) {
+    std::vector<MapPoint> expected;
+    for (const MapPoint& p : all_) {
+      if (keep(p, Eigen::Vector3d(p.x, p.y, p.z))) expected.push_back(p);
+    }
+    EXPECT_EQ(Sorted(ReadAll(*map_, region)), Sorted(expected));
+  }
+
+  std::mt19937 rng_{12};
+  std::shared_ptr<const ComposedMap> map_;
+  std::vector<MapPoint> all_;
+};
+
+TEST_F(RegionRead, WholeMapHasItsCountAndBounds) {
+  EXPECT_EQ(all_.size(), map_->point_count(0));
+  Box bounds;
+  for (const MapPoint& p : all_) bounds.Extend(Eigen::Vector3d(p.x, p.y, p.z));
+  EXPECT_EQ(bounds.min, map_->bounds(0).min);
+  EXPECT_EQ(bounds.max, map_->bounds(0).max);
+}
+
+TEST_F(RegionRead, BoxesAndSpheresMatchBruteForce) {
+  std::uniform_real_distribution<double> place(-35, 35), size(0, 25);
+  for (int round = 0; round < 40; ++round) {
+    Region region;
+    const Eigen::Vector3d corner(place(rng_), place(rng_), place(rng_) / 8);
+    region.box = MakeBox(corner, corner + Eigen::Vector3d(size(rng_), size(rng_), size(rng_)));
+    ExpectExactly(
+        region, [&](const MapPoint&, const Eigen::Vector3d& p) { return region.box.Contains(p); });
+
+    Region ball;
+    ball.has_sphere = true;
+    ball.center = corner;
+    ball.radius_m = size(rng_);
+    const auto in_ball = [&](const Eigen::Vector3d& p) {
+      return (p - ball.center).squaredNorm() <= ball.radius_m * ball.radius_m;
+    };
+    ExpectExactly(ball, [&](const MapPoint&, const Eigen::Vector3d& p) { return in_ball(p); });
+
+    Region both = ball;
+    both.box = region.box;
+    both.robot = round % 3;
+    ExpectExactly(both, [&](const MapPoint& m, const Eigen::Vector3d& p) {
+      return in_ball(p) && region.box.Contains(p) && m.robot == static_cast<uint32_t>(both.robot);
+    });
+  }
+}
+
+TEST_F(RegionRead, OneRobotOnly) {
+  Region region;
+  region.robot = 1;
+  ExpectExactly(region, [](const MapPoint& m, const Eigen::Vector3d&) { return m.robot == 1; });
+}
+
+TEST_F(RegionRead, WhatDoesNotExistIsEmpty) {
+  Region no_component, no_robot, negative_ball, nowhere;
+  no_component.component = 5;
+  no_robot.robot = 3;
+  negative_ball.has_sphere = true;
+  negative_ball.radius_m = -100;
+  nowhere.box = MakeBox({500, 500, 500}, {600, 600, 600});
+  for (const Region& region : {no_component, no_robot, negative_ball, nowhere}) {
+    EXPECT_THAT(ReadAll(*map_, region), IsEmpty());
+  }
+  EXPECT_EQ(map_->point_count(5), 0u);
+  EXPECT_TRUE(map_->bounds(5).empty());
+}
+
+TEST_F(RegionRead, ResolutionThinsToOnePointPerVoxel) {
+  const auto voxel_of = [](const MapPoint& p) {
+    return std::make_tuple(std::floor(p.x / 2.f), std::floor(p.y / 2.f), std::floor(p.z / 2.f));
+  };
+  std::set<std::tuple<float, float, float>> expected;
+  for (const MapPoint& p : all_) expected.insert(voxel_of(p));
+  Region region;
+  region.resolution_m = 2;
+  const auto thinned = ReadAll(*map_, region);
+  std::set<std::tuple<float, float, float>> got;
+  for (const MapPoint& p : thinned) got.insert(voxel_of(p));
+  EXPECT_EQ(got, expected);
+  EXPECT_EQ(thinned.size(), expected.size());
+
+  // What a voxel keeps was in the map.
+  const auto whole = Sorted(all_);
+  for (const auto& p : Sorted(thinned)) {
+    EXPECT_TRUE(std::binary_search(whole.begin(), whole.end(), p));
+  }
+}
+
+TEST_F(RegionRead, SenselessResolutionReadsAsComposed) {
+  for (const double resolution : {-1., std::numeric_limits<double>::quiet_NaN()}) {
+    Region region;
+    region.resolution_m = resolution;
+    EXPECT_EQ(ReadAll(*map_, region).size(), all_.size());
+  }
+}
+
+TEST_F(RegionRead, ChunksAreFullButTheLast) {
+  for (const size_t chunk : {size_t{0}, size_t{1}, size_t{7}, size_t{1000}, size_t{1} << 40}) {
+    const size_t limit = std::max<size_t>(chunk, 1);
+    size_t total = 0, last = limit;
+    map_->Read({}, chunk, [&](const std::vector<MapPoint>& points) {
+      EXPECT_EQ(last, limit) << "a chunk after one that was not full";
+      EXPECT_FALSE(points.empty());
+      EXPECT_LE(points.size(), limit);
+      last = points.size();
+      total += points.size();
+      return true;
+    });
+    EXPECT_EQ(total, all_.size());
+  }
+}
+
+TEST_F(RegionRead, ReaderCanStop) {
+  int calls = 0;
+  map_->Read({}, 10, [&](const std::vector<MapPoint>&) { return ++calls < 3; });
+  EXPECT_EQ(calls, 3);
+}
+
+}  // namespace
+}  // namespace isthmus::composition

@@ -1,0 +1,91 @@
+#include "server/composition/voxel_thinner.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <map>
+#include <random>
+#include <set>
+
+#include "server/composition/tile.h"
+
+namespace isthmus::composition {
+namespace {
+
+TEST(VoxelGrid, FloorsOnBothSidesOfZero) {
+  const VoxelGrid grid(0.5);
+  const auto voxel = grid.Find(-0.25f, 0.25f, -0.5f);
+  ASSERT_TRUE(voxel.has_value());
+  EXPECT_EQ(voxel->x, -1);
+  EXPECT_EQ(voxel->y, 0);
+  EXPECT_EQ(voxel->z, -1);
+}
+
+TEST(VoxelGrid, RefusesWhatItCannotNumber) {
+  const VoxelGrid grid(0.1);
+  EXPECT_FALSE(grid.Find(std::numeric_limits<float>::quiet_NaN(), 0, 0));
+  EXPECT_FALSE(grid.Find(0, std::numeric_limits<float>::infinity(), 0));
+  EXPECT_FALSE(grid.Find(0, 0, -2e5f));
+  EXPECT_TRUE(grid.Find(1e5f, -1e5f, 1e5f));
+}
+
+TEST(PackVoxel, KeysDiffer) {
+  std::set<uint64_t> keys;
+  const int32_t limit = (1 << 20) - 2;
+  for (const int32_t x : {-limit, -1, 0, 1, limit}) {
+    for (const int32_t y : {-limit, -1, 0, 1, limit}) {
+      for (const int32_t z : {-limit, -1, 0, 1, limit}) keys.insert(PackVoxel({x, y, z}));
+    }
+  }
+  EXPECT_EQ(keys.size(), 125u);
+}
+
+TEST(TileLayout, CutsAtWholeVoxels) {
+  const TileLayout layout(1, 0.1);  // 10 voxels.
+  EXPECT_EQ(layout.Find(3, {0, 9, 0}), (TileKey{3, 0, 0}));
+  EXPECT_EQ(layout.Find(3, {10, -1, 99}), (TileKey{3, 1, -1}));
+  EXPECT_EQ(layout.Find(3, {-10, -11, 0}), (TileKey{3, -1, -2}));
+  const TileLayout odd(0.7, 0.1);
+  for (int32_t i = -(1 << 20) + 1; i < (1 << 20); i += 3) {
+    ASSERT_EQ(odd.Find(0, {i, 0, 0}).x, static_cast<int32_t>(std::floor(i / 7.))) << i;
+  }
+}
+
+TEST(VoxelThinner, MeansMatchAPlainMap) {
+  std::mt19937 rng(5);
+  std::normal_distribution<float> spread(500, 3);
+  const VoxelGrid grid(0.5);
+  VoxelThinner thinner;
+  for (int round = 0; round < 3; ++round) {  // The same thinner again: nothing may be left over.
+    struct Sum {
+      double x = 0, intensity = 0, weight = 0;
+    };
+    std::map<uint64_t, Sum> sums;
+    for (int i = 0; i < 30000; ++i) {
+      const WeightedPoint p{spread(rng), spread(rng), spread(rng), float(rng() % 256),
+                            uint32_t(1 + rng() % 9)};
+      const uint64_t key = PackVoxel(*grid.Find(p.x, p.y, p.z));
+      thinner.Add(key, p);
+      Sum& sum = sums[key];
+      sum.x += double(p.weight) * p.x;
+      sum.intensity += double(p.weight) * p.intensity;
+      sum.weight += p.weight;
+    }
+    std::vector<WeightedPoint> thinned;
+    thinner.Take(&thinned);
+    ASSERT_EQ(thinned.size(), sums.size());
+    double weight = 0;
+    for (const WeightedPoint& p : thinned) {
+      const Sum& sum = sums.at(PackVoxel(*grid.Find(p.x, p.y, p.z)));
+      EXPECT_NEAR(p.x, sum.x / sum.weight, 1e-4);
+      EXPECT_NEAR(p.intensity, sum.intensity / sum.weight, 1e-2);
+      weight += p.weight;
+      EXPECT_EQ(p.weight, sum.weight);
+    }
+    EXPECT_GT(weight, 30000);
+  }
+}
+
+}  // namespace
+}  // namespace isthmus::composition
