@@ -1,0 +1,164 @@
+#include "core/codec/scan_decoder.h"
+
+#include <absl/strings/str_cat.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <vector>
+
+#include "core/codec/column.h"
+#include "core/codec/payload_layout.h"
+#include "core/codec/point_times.h"
+#include "core/codec/quantized.h"
+
+namespace isthmus::codec {
+namespace {
+
+constexpr float kMinRange_m = 1e-3f;
+constexpr float kMaxRange_m = 1e5f;
+
+bool IsReturn(const ScanPoint& p) {
+  const float squared = p.x * p.x + p.y * p.y + p.z * p.z;
+  return squared >= kMinRange_m * kMinRange_m && squared <= kMaxRange_m * kMaxRange_m;
+}
+
+absl::Status ReadPositions(const PointPayload& raw, std::vector<ScanPoint>& points) {
+  const PointField* x = FindField(raw, {"x"});
+  const PointField* y = FindField(raw, {"y"});
+  const PointField* z = FindField(raw, {"z"});
+  if (x == nullptr || y == nullptr || z == nullptr) {
+    std::string names;
+    for (const PointField& field : raw.fields) absl::StrAppend(&names, " ", field.name);
+    return absl::InvalidArgumentError(
+        absl::StrCat("a scan needs the fields x, y and z; this one has:", names));
+  }
+  points.resize(PointCount(raw));
+  ForEachValue(raw, *x, [&](uint64_t i, auto v) { points[i].x = static_cast<float>(v); });
+  ForEachValue(raw, *y, [&](uint64_t i, auto v) { points[i].y = static_cast<float>(v); });
+  ForEachValue(raw, *z, [&](uint64_t i, auto v) { points[i].z = static_cast<float>(v); });
+  return absl::OkStatus();
+}
+
+void ReadIntensities(const PointPayload& raw, std::vector<ScanPoint>& points) {
+  const PointField* field = FindField(raw, {"intensity", "i", "reflectivity", "signal"});
+  if (field == nullptr) return;
+  ForEachValue(raw, *field, [&](uint64_t i, auto v) {
+    const auto intensity = static_cast<float>(v);
+    points[i].intensity = std::isfinite(intensity) ? intensity : 0;
+  });
+}
+
+// Rings of no-returns are not looked at: drivers fill them with anything.
+absl::Status ReadRings(const PointPayload& raw, Scan& scan) {
+  const PointField* field = FindField(raw, {"ring", "channel", "line", "row", "laser_id"});
+  if (field == nullptr) {
+    scan.has_ring = raw.height > 1;
+    if (!scan.has_ring) return absl::OkStatus();
+    if (raw.height > 65536) return absl::InvalidArgumentError("more than 65536 rows");
+    for (uint64_t i = 0; i < scan.points.size(); ++i) {
+      scan.points[i].ring = static_cast<uint16_t>(i / raw.width);
+    }
+    return absl::OkStatus();
+  }
+  bool in_range = true;
+  ForEachValue(raw, *field, [&](uint64_t i, auto value) {
+    const auto ring = static_cast<double>(value);
+    if (ring >= 0 && ring <= 65535) {
+      scan.points[i].ring = static_cast<uint16_t>(ring);
+    } else if (IsReturn(scan.points[i])) {
+      in_range = false;
+    }
+  });
+  scan.has_ring = true;
+  if (in_range) return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      absl::StrCat("field '", field->name, "' holds a ring outside [0, 65535]"));
+}
+
+// Drops no-returns, and their times with them.
+void KeepReturns(std::vector<ScanPoint>& points, std::vector<double>& times) {
+  size_t kept = 0;
+  for (size_t i = 0; i < points.size(); ++i) {
+    if (!IsReturn(points[i])) continue;
+    points[kept] = points[i];
+    if (!times.empty()) times[kept] = times[i];
+    ++kept;
+  }
+  points.resize(kept);
+  if (!times.empty()) times.resize(kept);
+}
+
+// Correlation of ring and elevation, in [-1, 1].
+double RingElevationCorrelation(const std::vector<ScanPoint>& points) {
+  double sum_r = 0, sum_e = 0, sum_rr = 0, sum_ee = 0, sum_re = 0;
+  for (const ScanPoint& p : points) {
+    const double e = p.z / std::sqrt(p.x * p.x + p.y * p.y + p.z * p.z);
+    const double r = p.ring;
+    sum_r += r;
+    sum_e += e;
+    sum_rr += r * r;
+    sum_ee += e * e;
+    sum_re += r * e;
+  }
+  const auto n = static_cast<double>(points.size());
+  const double var_r = sum_rr - sum_r * sum_r / n;
+  const double var_e = sum_ee - sum_e * sum_e / n;
+  const double product = var_r * var_e;
+  return product > 0 ? (sum_re - sum_r * sum_e / n) / std::sqrt(product) : 0;
+}
+
+// Makes ring 0 the lowest. The number of rings is the number of rows or, unorganised, the next
+// power of two, so that it does not change from scan to scan when the outermost ring sees nothing.
+void TurnRings(uint32_t rows, std::vector<ScanPoint>& points) {
+  if (RingElevationCorrelation(points) > -0.5) return;
+  uint32_t top = 0;
+  for (const ScanPoint& p : points) top = std::max<uint32_t>(top, p.ring);
+  const uint32_t rings = rows > 1 && rows > top ? rows : std::bit_ceil(top + 1);
+  for (ScanPoint& p : points) p.ring = static_cast<uint16_t>(rings - 1 - p.ring);
+}
+
+absl::StatusOr<Scan> DecodeRaw(const PointPayload& raw) {
+  Scan scan;
+  if (auto status = ReadPositions(raw, scan.points); !status.ok()) return status;
+  ReadIntensities(raw, scan.points);
+  if (auto status = ReadRings(raw, scan); !status.ok()) return status;
+  const PointField* time =
+      FindField(raw, {"time", "t", "timestamp", "time_stamp", "offset_time", "timeOffset"});
+  std::vector<double> times;
+  if (time != nullptr) times = ReadColumn(raw, *time);
+
+  KeepReturns(scan.points, times);
+  if (scan.points.empty()) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("the scan holds no returns: all of its ", PointCount(raw),
+                     " points are not finite, at zero range or beyond 100 km"));
+  }
+  if (scan.has_ring) TurnRings(raw.height, scan.points);
+  scan.has_time = time != nullptr && MakeRelativeToEnd(time->type, times);
+  if (scan.has_time) {
+    for (size_t i = 0; i < times.size(); ++i) scan.points[i].time = static_cast<float>(times[i]);
+  }
+  return scan;
+}
+
+}  // namespace
+
+absl::StatusOr<Scan> DecodeScan(const PointPayload& payload, uint64_t sequence,
+                                int64_t end_stamp_ns) {
+  if (absl::Status status = CheckLayout(payload); !status.ok()) return status;
+  absl::StatusOr<Scan> scan;
+  if (payload.encoding == PayloadEncoding::kQuantized) {
+    absl::StatusOr<PointPayload> raw = Dequantize(payload);
+    if (!raw.ok()) return raw.status();
+    scan = DecodeRaw(*raw);
+  } else {
+    scan = DecodeRaw(payload);
+  }
+  if (!scan.ok()) return scan.status();
+  scan->sequence = sequence;
+  scan->end_stamp_ns = end_stamp_ns;
+  return scan;
+}
+
+}  // namespace isthmus::codec

@@ -1,0 +1,20 @@
+// One zstd frame that states the size of its content, which the reader knows beforehand.
+#pragma once
+
+#include <absl/status/status.h>
+#include <absl/status/statusor.h>
+
+#include <cstddef>
+#include <string>
+
+namespace isthmus::codec {
+
+// Appends the frame to `out`. Thread safe. ResourceExhausted without memory.
+absl::Status AppendZstdFrame(const std::string& content, std::string& out);
+
+// InvalidArgument unless the bytes are exactly one undamaged frame of `content_size` bytes; no more
+// than that is allocated, whatever the frame claims. Thread safe.
+absl::StatusOr<std::string> ReadZstdFrame(const char* frame, size_t frame_size,
+                                          size_t content_size);
+
+}  // namespace isthmus::codec
