@@ -34,9 +34,10 @@ struct ScanTiming {
 
 struct OdometryResult {
   uint64_t sequence = 0;
-  int64_t stamp_ns = 0;      // END of the scan.
-  Pose T_odom_sensor;        // At the END of the scan; identity for the first.
-  Matrix6d covariance = Matrix6d::Zero();  // Of T_odom_sensor, twist order [rho; phi], sensor frame.
+  int64_t stamp_ns = 0;  // END of the scan.
+  Pose T_odom_sensor;    // At the END of the scan; identity for the first.
+  Matrix6d covariance =
+      Matrix6d::Zero();  // Of T_odom_sensor, twist order [rho; phi], sensor frame.
   TrackingStatus status = TrackingStatus::kOk;
   ScanTiming timing;
   // All usable points of the scan, undistorted into the sensor frame at the END of the scan.

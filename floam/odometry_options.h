@@ -1,5 +1,10 @@
-// Settings of the odometry. The defaults suit every sensor and scene tried; none is needed to start.
+// Settings of the odometry. The defaults suit every sensor and scene tried; none is needed to
+// start.
 #pragma once
+
+#include "floam/features.h"
+#include "floam/local_map.h"
+#include "floam/scan_matcher.h"
 
 namespace isthmus::floam {
 
@@ -9,7 +14,34 @@ enum class OdometryMode {
 };
 
 struct OdometryOptions {
-  OdometryMode mode = OdometryMode::kFloam;
+  OdometryMode mode = OdometryMode::kContinuous;
+
+  FeatureOptions features;
+  LocalMapOptions map;
+  MatchOptions matching;
+
+  // How far the motion within a scan may be from the motion between scans (kContinuous): one sigma.
+  double speed_change_sigma = 0.1;     // m/s.
+  double yaw_rate_change_sigma = 0.1;  // rad/s.
+  double tilt_rate_sigma = 0.1;        // rad/s, roll and pitch, around zero.
+
+  // A scan is matched if this share of its features found a plane or line ...
+  double min_used_share = 0.25;
+  int min_used = 60;
+  // ... and lies on it this well on average; see MatchResult::agreement.
+  double min_agreement = 0.4;
+  // ... and the pose is this near to the prediction.
+  double max_surprise_m = 0.6;
+  double max_surprise_rad = 0.3;
+
+  // Scans go into the map after this much motion, so that standing still does not blur it, and at
+  // the start at any rate.
+  double map_distance_m = 0.1;
+  double map_angle_rad = 0.05;
+  int map_first_scans = 10;
+
+  // Whether OdometryResult::undistorted is wanted.
+  bool undistort_cloud = true;
 };
 
 }  // namespace isthmus::floam

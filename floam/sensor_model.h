@@ -9,8 +9,8 @@
 namespace isthmus::floam {
 
 struct SensorModel {
-  std::string name;     // "vlp16"
-  int rings = 0;        // Lasers.
+  std::string name;  // "vlp16"
+  int rings = 0;     // Lasers.
   // Elevation of each ring, radians, ascending; for scans without a ring field.
   std::vector<double> elevations;
   double scan_period_s = 0.1;

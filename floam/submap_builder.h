@@ -6,17 +6,18 @@
 
 #include "core/submap.h"
 #include "floam/odometry.h"
+#include "floam/voxel_thinner.h"
 
 namespace isthmus::floam {
 
 struct SubmapOptions {
-  double keyframe_distance_m = 1.0;     // A scan is kept after this much travel ...
-  double keyframe_angle_rad = 0.35;     // ... or turning ...
-  double keyframe_interval_s = 5.0;     // ... or, while moving at all, time.
-  double keyframe_voxel_m = 0.15;       // One point per voxel and keyframe.
-  double max_range_m = 60;              // Farther points are too sparse to match on.
-  double cut_distance_m = 15;           // A submap ends after this much travel ...
-  int cut_scans = 200;                  // ... or this many scans.
+  double keyframe_distance_m = 1.0;  // A scan is kept after this much travel ...
+  double keyframe_angle_rad = 0.35;  // ... or turning ...
+  double keyframe_interval_s = 5.0;  // ... or, while moving at all, time.
+  double keyframe_voxel_m = 0.15;    // One point per voxel and keyframe.
+  double max_range_m = 60;           // Farther points are too sparse to match on.
+  double cut_distance_m = 15;        // A submap ends after this much travel ...
+  int cut_scans = 200;               // ... or this many scans.
 };
 
 // Not thread safe. Feed every result of the odometry, in order.
@@ -35,6 +36,9 @@ class SubmapBuilder {
   uint32_t CurrentIndex() const { return next_index_; }
 
  private:
+  void Begin(const OdometryResult& result);
+  bool IsKeyframe(const OdometryResult& result) const;
+  void AddKeyframe(const OdometryResult& result);
   std::shared_ptr<const Submap> Cut();
 
   const SessionId session_;
@@ -46,6 +50,7 @@ class SubmapBuilder {
   double travelled_m_ = 0;
   Pose T_odom_last_, T_odom_keyframe_;
   int64_t keyframe_ns_ = 0;
+  VoxelThinner thinner_;
 };
 
 }  // namespace isthmus::floam

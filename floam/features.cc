@@ -1,0 +1,132 @@
+#include "floam/features.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace isthmus::floam {
+namespace {
+
+// Neighbours on a ring farther apart than this belong to different surfaces. The second term
+// grows with range as the spacing of points on a wall seen at about 10 degrees does.
+constexpr float kGapM = 0.25F;
+constexpr float kGapPerRange = 0.02F;
+// Cosine of the angle between the ray and the surface along the ring; above it is grazing.
+constexpr float kGrazingCosine = 0.97F;
+// Smoothness at which the weight of a surface has fallen to 1/e.
+constexpr float kSmoothnessScale = 0.02F;
+
+bool Joined(const RingPoint& a, const RingPoint& b) {
+  const float dx = a.x - b.x, dy = a.y - b.y, dz = a.z - b.z;
+  const float gap = kGapM + kGapPerRange * std::min(a.range, b.range);
+  return dx * dx + dy * dy + dz * dz < gap * gap;  // False for NaN.
+}
+
+bool Grazing(const RingPoint& before, const RingPoint& p, const RingPoint& after) {
+  const float dx = after.x - before.x, dy = after.y - before.y, dz = after.z - before.z;
+  const float along = dx * p.x + dy * p.y + dz * p.z;
+  const float length2 = dx * dx + dy * dy + dz * dz;
+  return along * along > kGrazingCosine * kGrazingCosine * length2 * p.range * p.range;
+}
+
+TimedPoint ToTimed(const RingPoint& p, float weight) {
+  return {Eigen::Vector3f(p.x, p.y, p.z), p.time, weight};
+}
+
+// Keeps `limit` of the points, evenly spread over their order.
+void ThinEvenly(size_t limit, std::vector<TimedPoint>* points) {
+  if (points->size() <= limit) return;
+  for (size_t k = 0; k < limit; ++k) (*points)[k] = (*points)[k * points->size() / limit];
+  points->resize(limit);
+}
+
+}  // namespace
+
+float Smoothness(const RingPoint* middle, int half_window) {
+  float x = 0, y = 0, z = 0;
+  for (int j = -half_window; j <= half_window; ++j) {
+    x += middle[j].x;
+    y += middle[j].y;
+    z += middle[j].z;
+  }
+  const auto count = static_cast<float>(2 * half_window + 1);
+  x -= count * middle->x;
+  y -= count * middle->y;
+  z -= count * middle->z;
+  return std::sqrt(x * x + y * y + z * z) / ((count - 1) * middle->range);
+}
+
+FeatureExtractor::FeatureExtractor(const FeatureOptions& options)
+    : options_(options),
+      surface_thinner_(options.surface_voxel_m),
+      edge_thinner_(options.edge_voxel_m),
+      map_thinner_(options.map_voxel_m) {}
+
+void FeatureExtractor::Extract(const RingScan& scan, Features* out) {
+  out->edges.clear();
+  out->surfaces.clear();
+  out->map_surfaces.clear();
+  surface_thinner_.Clear();
+  edge_thinner_.Clear();
+  map_thinner_.Clear();
+  for (size_t ring = 0; ring + 1 < scan.ring_begin.size(); ++ring) {
+    const RingPoint* begin = scan.points.data() + scan.ring_begin[ring];
+    const RingPoint* end = scan.points.data() + scan.ring_begin[ring + 1];
+    edge_candidates_.clear();
+    for (const RingPoint* segment = begin; segment < end;) {
+      const RingPoint* segment_end = segment + 1;
+      while (segment_end < end && Joined(segment_end[-1], *segment_end)) ++segment_end;
+      ExtractSegment(segment, segment_end, out);
+      segment = segment_end;
+    }
+    KeepBestEdges(begin, end, out);
+  }
+  ThinEvenly(static_cast<size_t>(options_.max_surfaces), &out->surfaces);
+}
+
+void FeatureExtractor::ExtractSegment(const RingPoint* begin, const RingPoint* end, Features* out) {
+  const int window = options_.half_window;
+  for (const RingPoint* p = begin + window; p + window < end; ++p) {
+    const bool new_in_map = map_thinner_.Insert(p->x, p->y, p->z);
+    const float smoothness = Smoothness(p, window);
+    const float deviation = smoothness * p->range;
+    if (deviation > options_.edge_deviation_m) {
+      edge_candidates_.push_back({p, smoothness});
+      continue;
+    }
+    if (!new_in_map || !(deviation < options_.surface_deviation_m)) continue;
+    if (Grazing(p[-window], *p, p[window])) continue;
+    const TimedPoint point = ToTimed(*p, std::exp(-smoothness / kSmoothnessScale));
+    out->map_surfaces.push_back(point);
+    if (surface_thinner_.Insert(p->x, p->y, p->z)) out->surfaces.push_back(point);
+  }
+}
+
+void FeatureExtractor::KeepBestEdges(const RingPoint* ring_begin, const RingPoint* ring_end,
+                                     Features* out) {
+  const auto sector_of = [&](const RingPoint* p) {
+    return (p - ring_begin) * options_.sectors / (ring_end - ring_begin);
+  };
+  for (size_t first = 0; first < edge_candidates_.size();) {
+    size_t last = first;
+    const auto sector = sector_of(edge_candidates_[first].point);
+    while (last < edge_candidates_.size() && sector_of(edge_candidates_[last].point) == sector) {
+      ++last;
+    }
+    const auto begin = edge_candidates_.begin() + static_cast<std::ptrdiff_t>(first);
+    const auto end = edge_candidates_.begin() + static_cast<std::ptrdiff_t>(last);
+    std::sort(begin, end, [](const EdgeCandidate& a, const EdgeCandidate& b) {
+      return a.smoothness > b.smoothness;
+    });
+    int kept = 0;
+    for (auto candidate = begin; candidate != end && kept < options_.edges_per_sector;
+         ++candidate) {
+      const RingPoint& p = *candidate->point;
+      if (!edge_thinner_.Insert(p.x, p.y, p.z)) continue;
+      out->edges.push_back(ToTimed(p, 1 - std::exp(-candidate->smoothness / kSmoothnessScale)));
+      ++kept;
+    }
+    first = last;
+  }
+}
+
+}  // namespace isthmus::floam

@@ -1,0 +1,68 @@
+// Edge and surface features of a scan, after "F-LOAM" (Wang et al. 2021), section III-A.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "floam/ring_scan.h"
+#include "floam/voxel_thinner.h"
+
+namespace isthmus::floam {
+
+struct FeatureOptions {
+  int half_window = 5;                // Neighbours on each side on the ring, S of eq. 1.
+  float range_noise_m = 0.02F;        // One sigma of the sensor.
+  float edge_deviation_m = 0.07F;     // At least this far from the mean of the neighbours: an edge.
+  float surface_deviation_m = 0.05F;  // At most this far: a surface.
+  float surface_voxel_m = 0.4F;       // One surface feature per such voxel.
+  float edge_voxel_m = 0.4F;          // One edge feature per such voxel.
+  float map_voxel_m = 0.2F;           // One point per such voxel goes into the map.
+  int max_surfaces = 2500;            // Matched per scan; a denser set is thinned evenly.
+  int sectors = 6;                    // Parts of a ring that edges are spread over.
+  int edges_per_sector = 3;
+};
+
+// A point as it was measured, when, and how far it is to be trusted.
+struct TimedPoint {
+  Eigen::Vector3f position;  // Sensor frame at the instant of the measurement.
+  float time = 0;            // Seconds relative to the END of the scan.
+  float weight = 1;          // The paper's local weight, in (0, 1].
+};
+
+struct Features {
+  std::vector<TimedPoint> edges;
+  std::vector<TimedPoint> surfaces;
+  // What the map is made of: surface points that are denser than `surfaces`, and all edges.
+  std::vector<TimedPoint> map_surfaces;
+};
+
+// The smoothness of eq. 1, |sum over S of (p_i - p_j)| / (|S| |p_i|), of the middle one of the
+// 2 * half_window + 1 points at `middle - half_window`.
+float Smoothness(const RingPoint* middle, int half_window);
+
+// Chooses features in time linear in the points. A point is a candidate only if the points next to
+// it on the ring belong to the same surface (no occlusion, no gap) and that surface is not seen at
+// grazing incidence. Not thread safe: holds scratch memory.
+class FeatureExtractor {
+ public:
+  explicit FeatureExtractor(const FeatureOptions& options);
+
+  // Replaces the contents of `*out`, whose memory is reused. Points of zero range or with
+  // coordinates that are not finite are never chosen.
+  void Extract(const RingScan& scan, Features* out);
+
+ private:
+  void ExtractSegment(const RingPoint* begin, const RingPoint* end, Features* out);
+  void KeepBestEdges(const RingPoint* ring_begin, const RingPoint* ring_end, Features* out);
+
+  struct EdgeCandidate {
+    const RingPoint* point;
+    float smoothness;
+  };
+
+  const FeatureOptions options_;
+  VoxelThinner surface_thinner_, edge_thinner_, map_thinner_;
+  std::vector<EdgeCandidate> edge_candidates_;  // Of one ring.
+};
+
+}  // namespace isthmus::floam

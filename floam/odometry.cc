@@ -1,0 +1,322 @@
+#include "floam/odometry.h"
+
+#include <absl/status/status.h>
+#include <absl/strings/str_cat.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "core/stopwatch.h"
+#include "floam/features.h"
+#include "floam/local_map.h"
+#include "floam/odometry_options.h"
+#include "floam/recovery.h"
+#include "floam/ring_scan.h"
+#include "floam/scan_matcher.h"
+#include "floam/undistort.h"
+
+namespace isthmus::floam {
+namespace {
+
+// Scans farther apart than this many periods: too much may have happened to trust the motion.
+constexpr double kGapPeriods = 3.5;
+constexpr int kStartIterations = 4;
+constexpr double kStartKernelM = 1.0;
+constexpr double kGapTwistSigma = 1.0;  // m/s and rad/s, after a gap.
+constexpr int kRecoveryStride = 4;
+constexpr int kRecoveryIterations = 6;
+// Found again only on better evidence than it takes to go on.
+constexpr double kRecoveryAgreement = 0.6;
+constexpr double kRecoveryUsedShare = 0.5;
+// Sigma along directions that are not observed, and of poses that are a prediction only.
+constexpr double kUnobservedM = 1.0, kUnobservedRad = 0.2;
+constexpr double kLostM = 10, kLostRad = 1;
+
+Matrix6d Adjoint(const Pose& pose) {
+  const Eigen::Matrix3d R = pose.RotationMatrix();
+  Matrix6d adjoint;
+  adjoint << R, Skew(pose.translation()) * R, Eigen::Matrix3d::Zero(), R;
+  return adjoint;
+}
+
+// Of the pose at the END of the scan, from that of pose and twist at the reference time.
+Matrix6d CovarianceAtEnd(const MatchResult& match, bool with_twist) {
+  const double ahead_s = -match.pose.reference_s;
+  Eigen::Matrix<double, 6, 12> J = Eigen::Matrix<double, 6, 12>::Zero();
+  J.leftCols<6>() = Adjoint(Exp(-ahead_s * match.pose.twist));
+  if (with_twist) J.rightCols<6>() = ahead_s * Matrix6d::Identity();
+  Matrix12d covariance = match.covariance;
+  for (const Eigen::Vector3d& d : match.degeneracy.translations) {
+    covariance.topLeftCorner<3, 3>() += kUnobservedM * kUnobservedM * d * d.transpose();
+  }
+  for (const Eigen::Vector3d& d : match.degeneracy.rotations) {
+    covariance.block<3, 3>(3, 3) += kUnobservedRad * kUnobservedRad * d * d.transpose();
+  }
+  return J * covariance * J.transpose();
+}
+
+Matrix6d LostCovariance() {
+  Vector6d variance;
+  variance.head<3>().setConstant(kLostM * kLostM);
+  variance.tail<3>().setConstant(kLostRad * kLostRad);
+  return variance.asDiagonal();
+}
+
+}  // namespace
+
+struct Odometry::State {
+  State(const SensorModel& sensor_model, const OdometryOptions& odometry_options)
+      : sensor(sensor_model),
+        options(odometry_options),
+        extractor(odometry_options.features),
+        surface_map(ShapeKind::kPlane, odometry_options.map),
+        edge_map(ShapeKind::kLine, odometry_options.map) {}
+
+  const SensorModel sensor;
+  const OdometryOptions options;
+
+  RingSorter sorter;
+  FeatureExtractor extractor;
+  ScanMatcher matcher;
+  LocalMap surface_map, edge_map;
+  RingScan scan;      // The one being processed.
+  Features features;  // Of `scan`.
+
+  int matched_scans = 0;      // Including the first.
+  int64_t last_stamp_ns = 0;  // Of the last scan taken.
+  Features first_features;    // Of the first scan, until the second has shown how it moved.
+
+  // The last scan that was matched; where it was, and when. In kFloam its reference is the END of
+  // the scan, in kContinuous the middle.
+  ScanPose last;
+  int64_t matched_stamp_ns = 0;
+  bool lost = false;
+
+  Pose T_odom_in_map;  // END of the last scan that went into the map.
+  int scans_in_map = 0;
+
+  bool continuous() const { return options.mode == OdometryMode::kContinuous; }
+  double ReferenceTime() const { return continuous() ? -0.5 * scan.period_s : 0; }
+  double SecondsSinceMatch(const Scan& input) const {
+    return 1e-9 * static_cast<double>(input.end_stamp_ns - matched_stamp_ns);
+  }
+
+  absl::Status Prepare(const Scan& input);
+  void Start();
+  MatchResult StartMoving(double elapsed_s);
+  MatchResult Track(double elapsed_s);
+  MatchResult Recover(double elapsed_s);
+  MatchResult MatchFrom(const ScanPose& guess, double elapsed_s, MatchOptions matching);
+  bool Accepted(const MatchResult& match, const ScanPose* prediction) const;
+  void Adopt(MatchResult* match, double elapsed_s, const Scan& input);
+  void UpdateMap();
+  void InsertIntoMap(const Features& points, const ScanPose& pose);
+};
+
+absl::Status Odometry::State::Prepare(const Scan& input) {
+  double period_s = sensor.scan_period_s;
+  if (matched_scans > 0) {
+    if (input.end_stamp_ns <= last_stamp_ns) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("scan ", input.sequence, " ends at ", input.end_stamp_ns,
+                       " ns, not after the scan before it (", last_stamp_ns,
+                       " ns); scans must come in order of time"));
+    }
+    // The time between stamps is the better period, unless scans were dropped.
+    const double between_s = 1e-9 * static_cast<double>(input.end_stamp_ns - last_stamp_ns);
+    if (std::abs(between_s - period_s) < 0.25 * period_s) period_s = between_s;
+  }
+  if (absl::Status status = sorter.Sort(input, sensor, period_s, &scan); !status.ok()) {
+    return status;
+  }
+  extractor.Extract(scan, &features);
+  if (matched_scans == 0 && static_cast<int>(features.surfaces.size()) < options.min_used) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "scan ", input.sequence, " shows only ", features.surfaces.size(), " surface points, of ",
+        options.min_used, " needed to begin with; is the view blocked or the sensor model wrong?"));
+  }
+  return absl::OkStatus();
+}
+
+void Odometry::State::Start() {
+  last = ScanPose{Pose(), Vector6d::Zero(), ReferenceTime()};
+  first_features = features;
+  InsertIntoMap(features, last);
+  scans_in_map = 1;
+  matched_scans = 1;
+}
+
+// The motion within the first scan is only known once the second is matched to it, which depends on
+// that motion: taken to be constant over both, it is found by repetition.
+MatchResult Odometry::State::StartMoving(double elapsed_s) {
+  MatchOptions matching = options.matching;
+  matching.kernel_start_m = kStartKernelM;
+  MatchResult match;
+  for (int iteration = 0; iteration < kStartIterations; ++iteration) {
+    surface_map.Clear();
+    edge_map.Clear();
+    last.T_odom_sensor = Exp(last.reference_s * last.twist);
+    InsertIntoMap(first_features, last);
+    match = matcher.Match(features, Predict(last, elapsed_s, ReferenceTime()), std::nullopt,
+                          matching, &surface_map, &edge_map);
+    if (!Accepted(match, nullptr)) break;
+    const double between_s = elapsed_s + match.pose.reference_s - last.reference_s;
+    last.twist = Log(last.T_odom_sensor.Inverse() * match.pose.T_odom_sensor) / between_s;
+    match.pose.twist = last.twist;
+  }
+  return match;
+}
+
+MatchResult Odometry::State::MatchFrom(const ScanPose& guess, double elapsed_s,
+                                       MatchOptions matching) {
+  std::optional<TwistPrior> prior;
+  if (continuous()) {
+    prior.emplace();
+    if (elapsed_s < kGapPeriods * sensor.scan_period_s) {
+      prior->T_odom_previous = last.T_odom_sensor;
+      prior->since_previous_s = elapsed_s + guess.reference_s - last.reference_s;
+      prior->sigma.head<3>().setConstant(options.speed_change_sigma);
+      prior->sigma.segment<2>(3).setConstant(options.tilt_rate_sigma);
+      prior->sigma[5] = options.yaw_rate_change_sigma;
+    } else {
+      prior->mean = guess.twist;
+      prior->sigma.setConstant(kGapTwistSigma);
+    }
+  }
+  return matcher.Match(features, guess, prior, matching, &surface_map, &edge_map);
+}
+
+MatchResult Odometry::State::Track(double elapsed_s) {
+  return MatchFrom(Predict(last, elapsed_s, ReferenceTime()), elapsed_s, options.matching);
+}
+
+MatchResult Odometry::State::Recover(double elapsed_s) {
+  MatchOptions coarse = options.matching;
+  coarse.stride = kRecoveryStride;
+  coarse.max_iterations = kRecoveryIterations;
+  coarse.kernel_start_m = kStartKernelM;
+  MatchResult best;
+  double best_score = -1;
+  for (const ScanPose& guess : RecoveryGuesses(last, elapsed_s, ReferenceTime())) {
+    const MatchResult match =
+        matcher.Match(features, guess, std::nullopt, coarse, &surface_map, &edge_map);
+    const double score = match.agreement * match.used;
+    if (score <= best_score) continue;
+    best_score = score;
+    best = match;
+  }
+  return MatchFrom(best.pose, elapsed_s, options.matching);
+}
+
+bool Odometry::State::Accepted(const MatchResult& match, const ScanPose* prediction) const {
+  if (match.used < std::max<double>(options.min_used, options.min_used_share * match.features)) {
+    return false;
+  }
+  if (!(match.agreement >= options.min_agreement) || !match.pose.T_odom_sensor.IsFinite()) {
+    return false;
+  }
+  if (prediction == nullptr) return true;
+  const Pose surprise = prediction->T_odom_sensor.Inverse() * match.pose.T_odom_sensor;
+  return surprise.translation().norm() < options.max_surprise_m &&
+         RotationAngle(surprise) < options.max_surprise_rad;
+}
+
+void Odometry::State::Adopt(MatchResult* match, double elapsed_s, const Scan& input) {
+  if (!continuous()) {
+    // Stage two of the paper: the motion that was found replaces the one that was predicted.
+    match->pose.twist = Log(last.T_odom_sensor.Inverse() * match->pose.T_odom_sensor) / elapsed_s;
+  }
+  last = match->pose;
+  matched_stamp_ns = input.end_stamp_ns;
+  lost = false;
+  ++matched_scans;
+}
+
+void Odometry::State::UpdateMap() {
+  const Pose T_odom_end = last.At(0);
+  const Pose moved = T_odom_in_map.Inverse() * T_odom_end;
+  if (scans_in_map >= options.map_first_scans &&
+      moved.translation().norm() < options.map_distance_m &&
+      RotationAngle(moved) < options.map_angle_rad) {
+    return;
+  }
+  InsertIntoMap(features, last);
+  surface_map.Evict(T_odom_end.translation());
+  edge_map.Evict(T_odom_end.translation());
+  T_odom_in_map = T_odom_end;
+  ++scans_in_map;
+}
+
+void Odometry::State::InsertIntoMap(const Features& points, const ScanPose& pose) {
+  const ScanMotion motion(pose.twist, pose.reference_s, -scan.period_s, 0);
+  const Eigen::Matrix3d R = pose.T_odom_sensor.RotationMatrix();
+  const Eigen::Vector3d& t = pose.T_odom_sensor.translation();
+  const auto insert = [&](const std::vector<TimedPoint>& from, LocalMap* map) {
+    for (const TimedPoint& p : from) {
+      map->Insert(R * motion.ToReference(p.position, p.time).cast<double>() + t);
+    }
+  };
+  insert(points.map_surfaces, &surface_map);
+  insert(points.edges, &edge_map);
+}
+
+Odometry::Odometry(const SensorModel& sensor, const OdometryOptions& options)
+    : state_(std::make_unique<State>(sensor, options)) {}
+
+Odometry::~Odometry() = default;
+
+absl::StatusOr<OdometryResult> Odometry::Process(const Scan& input) {
+  State& state = *state_;
+  const Stopwatch total;
+  Stopwatch stage;
+  OdometryResult result;
+  result.sequence = input.sequence;
+  result.stamp_ns = input.end_stamp_ns;
+  if (absl::Status status = state.Prepare(input); !status.ok()) return status;
+  result.timing.features_ms = stage.Lap();
+
+  ScanPose pose;
+  if (state.matched_scans == 0) {
+    state.Start();
+    state.matched_stamp_ns = input.end_stamp_ns;
+    pose = state.last;
+  } else {
+    const double elapsed_s = state.SecondsSinceMatch(input);
+    const ScanPose prediction = Predict(state.last, elapsed_s, state.ReferenceTime());
+    const bool starting = state.matched_scans == 1;
+    MatchResult match = starting ? state.StartMoving(elapsed_s) : state.Track(elapsed_s);
+    bool accepted = state.Accepted(match, starting ? nullptr : &prediction);
+    if (!accepted && !starting) {
+      match = state.Recover(elapsed_s);
+      accepted = state.Accepted(match, nullptr) && match.agreement > kRecoveryAgreement &&
+                 match.used > kRecoveryUsedShare * match.features;
+    }
+    if (accepted) {
+      state.Adopt(&match, elapsed_s, input);
+      pose = state.last;
+      result.covariance = CovarianceAtEnd(match, state.continuous());
+      result.status = match.degeneracy.any() ? TrackingStatus::kDegenerate : TrackingStatus::kOk;
+    } else {
+      state.lost = true;
+      pose = prediction;
+      result.covariance = LostCovariance();
+      result.status = TrackingStatus::kLost;
+    }
+    result.timing.matching_ms = stage.Lap();
+    if (accepted) state.UpdateMap();
+    result.timing.map_ms = stage.Lap();
+  }
+  state.last_stamp_ns = input.end_stamp_ns;
+  result.T_odom_sensor = pose.At(0);
+  if (state.options.undistort_cloud) {
+    const ScanMotion motion(pose.twist, 0, -state.scan.period_s, 0);
+    Undistort(state.scan, motion, &result.undistorted);
+  }
+  result.timing.matching_ms += stage.Lap();
+  result.timing.total_ms = total.Ms();
+  return result;
+}
+
+}  // namespace isthmus::floam

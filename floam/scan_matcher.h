@@ -1,0 +1,82 @@
+// Matching of a scan's features to the local map.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <vector>
+
+#include "core/pose.h"
+#include "floam/degeneracy.h"
+#include "floam/features.h"
+#include "floam/local_map.h"
+#include "floam/normal_equations.h"
+
+namespace isthmus::floam {
+
+// Where the sensor was at one instant of a scan, and how it moved within it.
+struct ScanPose {
+  Pose T_odom_sensor;                 // At `reference_s`.
+  Vector6d twist = Vector6d::Zero();  // Per second, sensor frame, constant over the scan.
+  double reference_s = 0;             // Relative to the END of the scan.
+
+  // The pose at another instant of the scan.
+  Pose At(double time_s) const { return T_odom_sensor * Exp((time_s - reference_s) * twist); }
+};
+
+// What is known of the twist before matching: with `since_previous_s` > 0 that its translation and
+// yaw are about those of the motion from T_odom_previous to the pose sought, and roll and pitch
+// about zero; else that it is about `mean`.
+struct TwistPrior {
+  Pose T_odom_previous;
+  double since_previous_s = 0;
+  Vector6d mean = Vector6d::Zero();
+  Vector6d sigma = Vector6d::Ones();  // m/s and rad/s.
+};
+
+struct MatchOptions {
+  int max_iterations = 12;
+  int pose_only_iterations = 3;  // Before the twist is estimated too, if it is.
+  double point_noise_m = 0.02;   // One sigma of a point's distance to a perfect plane.
+  double kernel_start_m = 0.5;   // Scale of the Geman-McClure loss at first ...
+  double kernel_m = 0.1;         // ... and, halved every iteration, at last.
+  double gate_m = 1.0;           // Farther from its plane or line a point is no match.
+  double stop_m = 3e-4;          // Steps smaller than both end the iteration.
+  double stop_rad = 3e-5;
+  double least_per_match = 10;  // See FindDegeneracy.
+  int stride = 1;               // Uses every stride-th feature.
+};
+
+struct MatchResult {
+  ScanPose pose;
+  Matrix12d covariance = Matrix12d::Zero();  // Of [pose motion; twist] as in NormalEquations.
+  Degeneracy degeneracy;
+  int features = 0;      // Tried.
+  int used = 0;          // With a plane or line within the gate.
+  double agreement = 0;  // Mean weight in the robust loss of those used, [0, 1].
+  int iterations = 0;
+};
+
+// Gauss-Newton over SE(3) on distances of surface points to planes and edge points to lines (F-LOAM
+// eq. 2), under a Geman-McClure loss, with the paper's local weights. Not thread safe: holds
+// scratch memory.
+class ScanMatcher {
+ public:
+  // Minimises from `guess`. Undistorts the features with the twist at hand in every iteration; the
+  // twist stays as it is unless there is a `prior` for it. Directions that the matches do not
+  // observe stay as in `guess`. Never fails: see MatchResult::used and agreement.
+  MatchResult Match(const Features& features, const ScanPose& guess,
+                    const std::optional<TwistPrior>& prior, const MatchOptions& options,
+                    LocalMap* surfaces, LocalMap* edges);
+
+ private:
+  struct Pass;  // One iteration's sums.
+
+  void AccumulateSurfaces(const Features& features, const MatchOptions& options, Pass* pass,
+                          LocalMap* map);
+  void AccumulateEdges(const Features& features, const MatchOptions& options, Pass* pass,
+                       LocalMap* map);
+
+  std::vector<LocalMap::Found> found_surfaces_, found_edges_;  // One per feature.
+};
+
+}  // namespace isthmus::floam

@@ -1,0 +1,33 @@
+#include "floam/undistort.h"
+
+#include <algorithm>
+
+namespace isthmus::floam {
+
+ScanMotion::ScanMotion(const Vector6d& twist_per_s, double reference_s, double begin_s,
+                       double end_s)
+    : begin_s_(static_cast<float>(begin_s)) {
+  const double step_s = std::max(end_s - begin_s, 1e-6) / kIntervals;
+  knots_per_s_ = static_cast<float>(1 / step_s);
+  last_position_ = kIntervals - 1e-4F;
+  knots_.reserve(kIntervals + 1);
+  // The twist is constant, so every knot is the same step after the one before.
+  Pose T_reference_sensor = Exp((begin_s - reference_s) * twist_per_s);
+  const Pose T_step = Exp(step_s * twist_per_s);
+  for (int k = 0; k <= kIntervals; ++k) {
+    knots_.push_back({T_reference_sensor.RotationMatrix().cast<float>(),
+                      T_reference_sensor.translation().cast<float>()});
+    T_reference_sensor = T_reference_sensor * T_step;
+  }
+}
+
+void Undistort(const RingScan& scan, const ScanMotion& motion, Cloud* out) {
+  out->resize(scan.points.size());
+  for (size_t i = 0; i < scan.points.size(); ++i) {
+    const RingPoint& p = scan.points[i];
+    const Eigen::Vector3f q = motion.ToReference({p.x, p.y, p.z}, p.time);
+    (*out)[i] = {q.x(), q.y(), q.z(), p.intensity};
+  }
+}
+
+}  // namespace isthmus::floam

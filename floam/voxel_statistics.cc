@@ -1,0 +1,61 @@
+#include "floam/voxel_statistics.h"
+
+#include <Eigen/Eigenvalues>
+
+namespace isthmus::floam {
+namespace {
+
+constexpr float kMinCount = 5;
+constexpr float kMinWidth2 = 0.09F * 0.09F;  // Of the middle eigenvalue of a plane, m^2.
+constexpr float kMaxFlatness = 0.1F;         // Smallest over middle eigenvalue of a plane.
+constexpr float kMaxSlimness = 0.15F;        // Middle over largest eigenvalue of a line.
+
+}  // namespace
+
+void VoxelSums::Add(const VoxelSums& other) {
+  count += other.count;
+  first += other.first;
+  xx += other.xx;
+  xy += other.xy;
+  xz += other.xz;
+  yy += other.yy;
+  yz += other.yz;
+  zz += other.zz;
+}
+
+void VoxelSums::Scale(float factor) {
+  count *= factor;
+  first *= factor;
+  xx *= factor;
+  xy *= factor;
+  xz *= factor;
+  yy *= factor;
+  yz *= factor;
+  zz *= factor;
+}
+
+Shape FitShape(const VoxelSums& sums, ShapeKind kind) {
+  Shape shape;
+  if (sums.count < kMinCount) return shape;
+  const float inverse = 1 / sums.count;
+  shape.mean = inverse * sums.first;
+  Eigen::Matrix3f covariance;
+  covariance << sums.xx, sums.xy, sums.xz, sums.xy, sums.yy, sums.yz, sums.xz, sums.yz, sums.zz;
+  covariance = inverse * covariance - shape.mean * shape.mean.transpose();
+  Eigen::SelfAdjointEigenSolver<Eigen::Matrix3f> solver;
+  solver.computeDirect(covariance);
+  const Eigen::Vector3f& eigenvalues = solver.eigenvalues();  // Ascending.
+  const int axis = kind == ShapeKind::kPlane ? 0 : 2;
+  shape.direction = solver.eigenvectors().col(axis);
+  if (kind == ShapeKind::kPlane) {
+    shape.valid = eigenvalues[1] > kMinWidth2 && eigenvalues[0] < kMaxFlatness * eigenvalues[1];
+    shape.variance = std::max(eigenvalues[0], 0.F);
+  } else {
+    shape.valid = eigenvalues[2] > kMinWidth2 && eigenvalues[1] < kMaxSlimness * eigenvalues[2];
+    shape.variance = std::max(0.5F * (eigenvalues[0] + eigenvalues[1]), 0.F);
+  }
+  shape.valid = shape.valid && shape.direction.allFinite();
+  return shape;
+}
+
+}  // namespace isthmus::floam

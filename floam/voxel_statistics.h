@@ -1,0 +1,45 @@
+// What a voxel of the local map knows of the points that fell into it.
+#pragma once
+
+#include <Eigen/Core>
+
+namespace isthmus::floam {
+
+// Sums from which mean and covariance follow. Points are given relative to a centre near them, so
+// that single precision is enough. Sums of voxels with the same centre add up.
+struct VoxelSums {
+  float count = 0;
+  Eigen::Vector3f first = Eigen::Vector3f::Zero();
+  float xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0;
+
+  void Add(const Eigen::Vector3f& p) {
+    count += 1;
+    first += p;
+    xx += p.x() * p.x();
+    xy += p.x() * p.y();
+    xz += p.x() * p.z();
+    yy += p.y() * p.y();
+    yz += p.y() * p.z();
+    zz += p.z() * p.z();
+  }
+  void Add(const VoxelSums& other);
+  // Forgets a part of the past: as if only `factor` of every point had been seen.
+  void Scale(float factor);
+};
+
+enum class ShapeKind { kPlane, kLine };
+
+// A plane or line through the points of a voxel.
+struct Shape {
+  Eigen::Vector3f mean = Eigen::Vector3f::Zero();       // As the points were given.
+  Eigen::Vector3f direction = Eigen::Vector3f::Zero();  // Normal of the plane; along the line.
+  float variance = 0;  // Of the points off the plane, or off the line per axis; m^2.
+  bool valid = false;
+};
+
+// Not valid if there are too few points or they do not have that shape. A plane must be wide in
+// both of its directions: one ring that crosses a voxel, with its range noise, otherwise passes for
+// a plane that contains the rays, and pins the estimate to where the sensor was.
+Shape FitShape(const VoxelSums& sums, ShapeKind kind);
+
+}  // namespace isthmus::floam
