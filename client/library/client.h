@@ -1,0 +1,88 @@
+// The client of an Isthmus server: push a robot's scans or submaps, read the merged map.
+//
+//   auto client = Client::Connect({.address = "localhost:50051"});
+//   auto session = (*client)->CreateSession("alice", "vlp16");
+//   auto stream = (*client)->OpenScanStream(session->record.id);
+//   for (...) stream->Push(stamp_ns, payload);
+//   stream->Finish();
+//   (*client)->ExportToFile({}, "merged.pcd");
+//
+// See client/examples, from one call to full control.
+#pragma once
+
+#include <absl/status/status.h>
+#include <absl/status/statusor.h>
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "client/library/options.h"
+#include "client/library/records.h"
+#include "client/library/scan_stream.h"
+
+namespace isthmus::client {
+
+// Thread safe. Errors carry the server's code and message (see the comments of the API), or
+// Unavailable, saying which address did not answer. What may be repeated without harm is tried
+// again after UNAVAILABLE, see BackoffOptions; CreateSession is not repeated once it was sent.
+class Client {
+ public:
+  // Asks the server for a sign of life. Unavailable if it gives none in backoff.max_attempts.
+  static absl::StatusOr<std::unique_ptr<Client>> Connect(const ClientOptions& options);
+  ~Client();
+
+  absl::StatusOr<Session> CreateSession(const std::string& robot, const std::string& sensor,
+                                        const Pose& T_base_sensor = {});
+  absl::StatusOr<Session> GetSession(const SessionId& session);
+  absl::StatusOr<std::vector<Session>> ListSessions();  // In order of creation.
+  // Waits until the session's scans are processed and its last submap is durable.
+  absl::StatusOr<Session> FinishSession(const SessionId& session);
+  absl::Status DeleteSession(const SessionId& session);
+
+  // The way for scans into a session; the client must outlive it. Continues after the session's
+  // last scan.
+  absl::StatusOr<std::unique_ptr<ScanStream>> OpenScanStream(const SessionId& session,
+                                                             const ScanStreamOptions& options = {});
+
+  // In chunks with a checksum; durable on return. Tried again after Unavailable and DataLoss, which
+  // has no effect where the submap had arrived.
+  absl::Status UploadSubmap(const SubmapUpload& submap);
+
+  absl::StatusOr<MapInfo> GetMapInfo();
+  // Of all robots when `robot` is empty.
+  absl::StatusOr<std::vector<SubmapInfo>> ListSubmaps(const RobotId& robot = {});
+  absl::StatusOr<RobotTrajectory> GetTrajectory(const RobotId& robot, Frame frame);
+  absl::StatusOr<MatchGraph> GetMatchGraph();
+  // FailedPrecondition, saying what is missing, while nothing connects the two.
+  absl::StatusOr<RobotTransform> GetTransform(const RobotId& a, const RobotId& b);
+
+  // Calls `chunk` until it returns false (Cancelled) or all is read; at least once, also where
+  // there are no points. Not tried again after the first chunk.
+  absl::Status QueryRegion(const RegionQuery& query,
+                           const std::function<bool(const RegionChunk&)>& chunk);
+
+  // Calls `bytes` with the file piece by piece; false stops it (Cancelled). DataLoss when size or
+  // checksum differ from the server's; what was received is then worthless. Not tried again after
+  // the first piece.
+  absl::StatusOr<ExportSummary> Export(const ExportRequest& request,
+                                       const std::function<bool(const std::string&)>& bytes);
+  // Into PATH.part, renamed to PATH once complete and verified, so that PATH never holds half a
+  // map; tried again after Unavailable and DataLoss. `progress` receives the bytes so far.
+  absl::StatusOr<ExportSummary> ExportToFile(
+      const ExportRequest& request, const std::string& path,
+      const std::function<void(uint64_t)>& progress = nullptr);
+
+  const std::string& address() const;
+
+  class Link;  // The connection; private to the library.
+
+ private:
+  explicit Client(std::shared_ptr<Link> link);
+
+  const std::shared_ptr<Link> link_;
+};
+
+}  // namespace isthmus::client

@@ -1,0 +1,35 @@
+// Between the API's messages and the records of this library. Private to the library.
+#pragma once
+
+#include <absl/status/status.h>
+#include <grpcpp/support/status.h>
+
+#include "client/library/records.h"
+#include "client/library/scan_stream.h"
+#include "isthmus/v1/map_service.pb.h"
+#include "isthmus/v1/session_service.pb.h"
+
+namespace isthmus::client {
+
+absl::Status ToStatus(const grpc::Status& status);
+
+v1::Pose ToProto(const Pose& pose);
+v1::PointCloud ToProto(PointPayload payload);
+v1::Box ToProto(const Box& box);
+v1::QueryRegionRequest ToProto(const RegionQuery& query);
+v1::ExportMapRequest ToProto(const ExportRequest& request);
+// `size` and `crc32c` of the cloud's data, which the header leaves out.
+v1::UploadSubmapHeader ToProto(const SubmapUpload& submap);
+
+Pose FromProto(const v1::Pose& pose);
+Box FromProto(const v1::Box& box);
+Session FromProto(const v1::Session& session);
+MapInfo FromProto(const v1::MapInfo& info);
+SubmapInfo FromProto(const v1::Submap& submap);
+MatchGraph FromProto(const v1::MatchGraph& graph);
+ScanAck FromProto(const v1::StreamScansResponse& ack);
+
+// DataLoss when the cloud is not laid out as the API promises (x y z intensity robot, RAW).
+absl::Status AppendPoints(const v1::PointCloud& cloud, std::vector<MapPoint>& points);
+
+}  // namespace isthmus::client

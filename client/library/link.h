@@ -1,0 +1,69 @@
+// The connection behind a client, and the rule of trying again. Private to the library.
+#pragma once
+
+#include <absl/status/status.h>
+#include <grpcpp/channel.h>
+#include <grpcpp/client_context.h>
+
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+
+#include "client/library/backoff.h"
+#include "client/library/client.h"
+#include "isthmus/v1/map_service.grpc.pb.h"
+#include "isthmus/v1/session_service.grpc.pb.h"
+
+namespace isthmus::client {
+
+// Thread safe.
+class Client::Link {
+ public:
+  struct Stubs {
+    std::shared_ptr<grpc::Channel> channel;
+    std::unique_ptr<v1::SessionService::Stub> sessions;
+    std::unique_ptr<v1::MapService::Stub> maps;
+  };
+  // One attempt at a call. Must not have effects that a second attempt would double.
+  using Attempt = std::function<grpc::Status(Stubs&, grpc::ClientContext&)>;
+
+  explicit Link(const ClientOptions& options);
+
+  const ClientOptions& options() const { return options_; }
+
+  // The stubs of the current channel.
+  std::shared_ptr<Stubs> Get();
+  // Replaces the channel, unless another thread already replaced `broken`: a fresh one connects at
+  // once, where an old one first waits out gRPC's own back-off.
+  void Renew(const std::shared_ptr<Stubs>& broken);
+
+  // A single attempt, whatever comes of it.
+  absl::Status Once(double timeout_s, const Attempt& attempt);
+  // Attempts until one does not end in UNAVAILABLE, waiting in between.
+  absl::Status Call(double timeout_s, const Attempt& attempt);
+  // A single attempt, after making sure that the server answers: for calls with effects that must
+  // not be doubled.
+  absl::Status CallOnce(double timeout_s, const Attempt& attempt);
+  // Repeats `attempt` while it ends in Unavailable or (if `also_data_loss`) DataLoss.
+  absl::Status Repeat(bool also_data_loss, const std::function<absl::Status()>& attempt);
+
+  // Any call that answers at once.
+  absl::Status Probe();
+
+  // Adds to an Unavailable status where the server was sought and what to do. Others pass.
+  absl::Status Explain(const absl::Status& status) const;
+  void Sleep(double seconds) const;
+  Backoff NewBackoff() const { return Backoff(options_.backoff); }
+
+ private:
+  const ClientOptions options_;
+  std::mutex mutex_;
+  std::shared_ptr<Stubs> stubs_;  // Guarded by mutex_.
+};
+
+// For streams whose first part has been handed on: Unavailable becomes Aborted, so that it is not
+// begun again.
+absl::Status NotAgain(const absl::Status& status);
+
+}  // namespace isthmus::client

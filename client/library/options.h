@@ -1,0 +1,31 @@
+// How a client reaches its server, and how long it tries.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+
+namespace isthmus::client {
+
+// Waiting between attempts: first_delay_s, then `factor` times longer each time up to max_delay_s,
+// each shortened by a random share of up to `jitter`, so that robots which lost the same server do
+// not all come back in the same instant.
+struct BackoffOptions {
+  double first_delay_s = 0.2;
+  double factor = 2;
+  double max_delay_s = 5;
+  double jitter = 0.3;   // [0, 1].
+  int max_attempts = 8;  // The first one included; at least 1.
+  uint64_t seed = 0;     // Of the jitter; 0: another one every time.
+};
+
+struct ClientOptions {
+  std::string address = "localhost:50051";  // host:port, or unix:PATH.
+  BackoffOptions backoff;
+  double call_timeout_s = 20;       // For an answer that the server has at hand.
+  double transfer_timeout_s = 900;  // For uploads, exports, queries and finishing a session.
+  // Waits that many seconds; called from several threads. Null: sleeps. For tests.
+  std::function<void(double)> sleep = nullptr;
+};
+
+}  // namespace isthmus::client

@@ -1,0 +1,138 @@
+// What the server answers, as plain values. Frames and units are those of the API: metres, radians,
+// Unix nanoseconds; T_target_source takes a point from `source` to `target`.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/cloud.h"
+#include "core/ids.h"
+#include "core/match.h"
+#include "core/point_payload.h"
+#include "core/pose.h"
+#include "core/revision.h"
+#include "core/session.h"
+#include "core/submap.h"
+#include "core/trajectory.h"
+
+namespace isthmus::client {
+
+struct Session {
+  SessionRecord record;
+  uint64_t last_sequence = 0;     // Highest scan that took effect.
+  uint64_t durable_sequence = 0;  // Scans up to here survive a crash of the server.
+  uint64_t scans_processed = 0;   // Since the server started.
+  uint64_t scans_rejected = 0;
+  uint32_t submap_count = 0;
+  uint64_t point_count = 0;
+  double odometry_ms_mean = 0;
+  double travelled_m = 0;
+  std::string tracking;               // "ok", "degenerate", "lost"; empty before the first scan.
+  std::optional<uint32_t> component;  // Absent until the session has been placed.
+  std::optional<Pose> T_map_odom;     // Likewise.
+};
+
+struct Component {
+  uint32_t component = 0;
+  SessionId reference;  // Its odom frame is the component's map frame.
+  std::vector<SessionId> sessions;
+  std::vector<RobotId> robots;
+  uint64_t point_count = 0;
+  Box bounds;  // Map frame; empty when there are no points.
+};
+
+struct MapInfo {
+  int64_t revision = 0;
+  std::vector<RobotId> robots;
+  std::vector<Component> components;             // The largest first.
+  bool settled = false;                          // The server has nothing left to do.
+  double composition_ms = 0, estimation_ms = 0;  // Of the last one.
+  uint64_t compositions = 0, estimations = 0;    // Since the server started.
+};
+
+struct RobotTrajectory {
+  SessionId session;
+  int64_t revision = 0;
+  uint32_t component = 0;  // Of the map frame.
+  Trajectory poses;
+};
+
+enum class Frame { kOdom, kMap };
+
+struct MatchEdge {
+  Match match;
+  RobotId robot_a, robot_b;
+  bool in_tree = false;  // Carries a placement.
+};
+
+struct PlacedSession {
+  Placement placement;
+  RobotId robot;
+};
+
+struct MatchGraph {
+  int64_t revision = 0;
+  std::vector<MatchEdge> matches;
+  std::vector<PlacedSession> placements;
+};
+
+struct RobotTransform {
+  int64_t revision = 0;
+  Pose T_a_b;  // b's odom frame to a's.
+};
+
+// What to read of the merged map; without box and sphere everything. Map frame.
+struct RegionQuery {
+  std::optional<Box> box;
+  struct Sphere {
+    Eigen::Vector3d center;
+    double radius_m;
+  };
+  std::optional<Sphere> sphere;  // Not together with a box.
+  uint32_t component = 0;
+  RobotId robot;            // Empty: all.
+  double resolution_m = 0;  // One point per voxel of this size; 0: as composed.
+};
+
+struct RegionChunk {
+  int64_t revision = 0;
+  std::vector<RobotId> robots;  // MapPoint::robot indexes it; the same in every chunk.
+  std::vector<MapPoint> points;
+};
+
+enum class ExportFormat {
+  kPcdAscii,
+  kPcdBinary,
+  kPcdBinaryCompressed,
+  kPly,
+  kOctoMapBinary,  // .bt
+  kOctoMapFull,    // .ot
+};
+
+struct ExportRequest {
+  ExportFormat format = ExportFormat::kPcdBinaryCompressed;
+  uint32_t component = 0;
+  double resolution_m = 0;  // Clouds: thinning, 0 as composed. OctoMap: leaf size, 0 for 0.2 m.
+};
+
+struct ExportSummary {
+  int64_t revision = 0;
+  uint64_t size = 0;    // Bytes.
+  uint32_t crc32c = 0;  // Of them all.
+};
+
+// A finished submap of a robot that runs its own SLAM.
+struct SubmapUpload {
+  SubmapId id;  // The index-th of its session, from 0, without gaps.
+  int64_t first_stamp_ns = 0, last_stamp_ns = 0;
+  Pose T_odom_submap;
+  // Where the sensor stood (T_submap_sensor); the cloud's field `keyframe` refers to them. May be
+  // empty: then the sensor is taken to have stood at the submap's origin.
+  std::vector<StampedPose> keyframes;
+  PointPayload cloud;  // Submap frame; fields x, y, z at least.
+};
+
+}  // namespace isthmus::client

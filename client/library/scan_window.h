@@ -1,0 +1,90 @@
+// Which scans a robot has to keep, and which to send again after a lost link.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <utility>
+
+namespace isthmus::client {
+
+// Scans that were handed to the stream and may still be needed, by ascending sequence without
+// gaps. A scan is kept until it is durable at the server: one that was acknowledged but not yet
+// durable is lost if the server dies. Of those, the oldest are given up first when the spool
+// exceeds its limit; scans without acknowledgement are never given up. Not thread safe.
+//
+// T is what is sent; the window only counts its bytes.
+template <typename T>
+class ScanWindow {
+ public:
+  // At most `window` scans without acknowledgement, and `spool_bytes` of acknowledged ones.
+  ScanWindow(uint64_t first_sequence, size_t window, size_t spool_bytes)
+      : window_(window),
+        spool_bytes_(spool_bytes),
+        next_(first_sequence),
+        to_send_(first_sequence),
+        acked_(first_sequence - 1) {}
+
+  bool full() const { return next_ - 1 - acked_ >= window_; }
+  bool all_acked() const { return acked_ + 1 == next_; }
+  uint64_t next_sequence() const { return next_; }
+  uint64_t acked_sequence() const { return acked_; }
+
+  // Takes a scan as next_sequence(). Must not be full.
+  void Add(std::shared_ptr<const T> scan, size_t bytes) {
+    entries_.push_back({std::move(scan), bytes});
+    ++next_;
+  }
+
+  // The next scan to put on the wire; null when all were sent.
+  std::shared_ptr<const T> TakeUnsent() {
+    if (to_send_ >= next_) return nullptr;
+    return entries_[to_send_++ - first()].scan;
+  }
+
+  // Acknowledgement of a scan. False when it had been acknowledged before (and was sent again only
+  // because it was not durable), or was never sent: not to be reported to the robot.
+  bool Ack(uint64_t sequence) {
+    if (sequence != acked_ + 1 || sequence >= to_send_) return false;
+    acked_ = sequence;
+    acked_bytes_ += entries_[sequence - first()].bytes;
+    while (acked_bytes_ > spool_bytes_) PopFront();
+    return true;
+  }
+
+  // Everything up to `sequence` survives a crash of the server. What was not acknowledged stays.
+  void Durable(uint64_t sequence) {
+    while (first() <= sequence && first() <= acked_) PopFront();
+  }
+
+  // A new link to a server that has scans up to `last_sequence`: sends again what it lacks, and
+  // what it has not acknowledged.
+  void Rewind(uint64_t last_sequence) {
+    to_send_ = std::min(last_sequence, acked_) + 1;
+    if (to_send_ < first()) to_send_ = first();
+  }
+
+ private:
+  struct Entry {
+    std::shared_ptr<const T> scan;
+    size_t bytes;
+  };
+
+  uint64_t first() const { return next_ - entries_.size(); }
+  void PopFront() {
+    acked_bytes_ -= entries_.front().bytes;
+    entries_.pop_front();
+    if (to_send_ < first()) to_send_ = first();
+  }
+
+  const size_t window_, spool_bytes_;
+  uint64_t next_;     // Of the next scan to be added.
+  uint64_t to_send_;  // Of the next scan to be sent.
+  uint64_t acked_;    // All up to here are acknowledged.
+  size_t acked_bytes_ = 0;
+  std::deque<Entry> entries_;  // The scans next_ - size() ... next_ - 1.
+};
+
+}  // namespace isthmus::client

@@ -1,0 +1,45 @@
+#include "client/library/backoff.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <vector>
+
+namespace isthmus::client {
+namespace {
+
+std::vector<double> Delays(const BackoffOptions& options) {
+  Backoff backoff(options);
+  std::vector<double> delays;
+  while (const std::optional<double> delay = backoff.Next()) delays.push_back(*delay);
+  return delays;
+}
+
+TEST(Backoff, GrowsToItsLimitAndEnds) {
+  const BackoffOptions options{
+      .first_delay_s = 1, .factor = 3, .max_delay_s = 10, .jitter = 0, .max_attempts = 5};
+  EXPECT_THAT(Delays(options), testing::ElementsAre(1, 3, 9, 10));
+}
+
+TEST(Backoff, OneAttemptMeansNoWaiting) { EXPECT_TRUE(Delays({.max_attempts = 1}).empty()); }
+
+TEST(Backoff, JitterOnlyShortensAndDiffersBetweenRobots) {
+  BackoffOptions options{
+      .first_delay_s = 1, .factor = 1, .max_delay_s = 1, .jitter = 0.4, .max_attempts = 100};
+  options.seed = 1;
+  const std::vector<double> a = Delays(options);
+  EXPECT_THAT(a, testing::Each(testing::AllOf(testing::Ge(0.6), testing::Le(1.0))));
+  options.seed = 2;
+  EXPECT_NE(a, Delays(options));
+}
+
+TEST(Backoff, BeginsAnewAfterASuccess) {
+  Backoff backoff({.first_delay_s = 1, .factor = 2, .jitter = 0, .max_attempts = 3});
+  EXPECT_EQ(backoff.Next(), 1);
+  EXPECT_EQ(backoff.Next(), 2);
+  backoff.Reset();
+  EXPECT_EQ(backoff.Next(), 1);
+}
+
+}  // namespace
+}  // namespace isthmus::client

@@ -1,0 +1,154 @@
+// The client against a server that starts late, damages what it sends, or is not there.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <optional>
+
+#include "client/library/client.h"
+#include "core/codec/file_io.h"
+#include "core/codec/payload_builder.h"
+#include "tests/client/library/fake_server.h"
+
+namespace isthmus::client {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+int FreePort() { return FakeServer().port(); }
+
+std::string Scratch(const std::string& name) {
+  const auto folder = std::filesystem::path(testing::TempDir()) / "isthmus_client_retry";
+  std::filesystem::create_directories(folder);
+  return folder / name;
+}
+
+std::unique_ptr<Client> ConnectTo(const FakeServer& server) {
+  ClientOptions options;
+  options.address = server.address();
+  options.sleep = [](double) {};
+  auto client = Client::Connect(options);
+  EXPECT_TRUE(client.ok()) << client.status();
+  return std::move(*client);
+}
+
+TEST(ClientRetry, WaitsForAServerThatStartsLate) {
+  const int port = FreePort();
+  std::optional<FakeServer> server;
+  std::vector<double> waits;
+  ClientOptions options;
+  options.address = "127.0.0.1:" + std::to_string(port);
+  options.backoff = {.first_delay_s = 1, .factor = 2, .max_delay_s = 60, .jitter = 0};
+  options.sleep = [&](double seconds) {
+    waits.push_back(seconds);
+    if (waits.size() == 3) server.emplace(port);
+  };
+  const auto client = Client::Connect(options);
+  ASSERT_TRUE(client.ok()) << client.status();
+  EXPECT_THAT(waits, ElementsAre(1, 2, 4));
+  EXPECT_EQ((*client)->GetMapInfo()->revision, 7);
+}
+
+TEST(ClientRetry, SaysWhereItSoughtTheServerAndWhatToDo) {
+  ClientOptions options;
+  options.address = "127.0.0.1:" + std::to_string(FreePort());
+  options.backoff.max_attempts = 2;
+  options.sleep = [](double) {};
+  const absl::Status status = Client::Connect(options).status();
+  EXPECT_TRUE(absl::IsUnavailable(status));
+  EXPECT_THAT(std::string(status.message()),
+              HasSubstr("cannot reach isthmus-server at " + options.address +
+                        ": is it running? Start it with `isthmus-server"));
+}
+
+TEST(ClientRetry, FindsTheServerAgainAfterARestart) {
+  auto server = std::make_unique<FakeServer>();
+  const int port = server->port();
+  const auto client = ConnectTo(*server);
+  server.reset();
+  server = std::make_unique<FakeServer>(port);
+  EXPECT_TRUE(client->CreateSession("alice", "vlp16").ok());
+  EXPECT_EQ(server->sessions.creations, 1);
+}
+
+TEST(ClientRetry, OtherErrorsAreNotTriedAgain) {
+  FakeServer server;
+  const auto client = ConnectTo(server);
+  EXPECT_TRUE(absl::IsNotFound(client->GetSession(SessionId("bob-1")).status()));
+  EXPECT_TRUE(absl::IsUnimplemented(client->GetMatchGraph().status()));
+}
+
+TEST(ClientRetry, ASubmapDamagedOnItsWayIsSentAgain) {
+  FakeServer server;
+  server.sessions.spoil_uploads = 2;
+  const auto client = ConnectTo(server);
+  SubmapUpload submap;
+  submap.id = {SessionId("alice-1"), 0};
+  submap.cloud = codec::MakePayload(Cloud(200'000, {1, 2, 3, 4}));  // 3.2 MB: several chunks.
+  EXPECT_TRUE(client->UploadSubmap(submap).ok());
+  EXPECT_EQ(server.sessions.uploads, 3);
+}
+
+TEST(ClientExport, AFileAppearsWholeAndVerified) {
+  FakeServer server;
+  const std::string path = Scratch("whole.pcd");
+  const auto summary = ConnectTo(server)->ExportToFile({}, path);
+  ASSERT_TRUE(summary.ok()) << summary.status();
+  EXPECT_EQ(summary->size, server.map.file.size());
+  EXPECT_EQ(*codec::ReadFile(path), server.map.file);
+  EXPECT_FALSE(std::filesystem::exists(path + ".part"));
+}
+
+TEST(ClientExport, DamagedAndTruncatedExportsAreFetchedAgain) {
+  FakeServer server;
+  server.map.damaged = 1;
+  server.map.truncated = 1;
+  const std::string path = Scratch("again.pcd");
+  ASSERT_TRUE(ConnectTo(server)->ExportToFile({}, path).ok());
+  EXPECT_EQ(*codec::ReadFile(path), server.map.file);
+  EXPECT_EQ(server.map.exports, 3);
+}
+
+TEST(ClientExport, ADamagedExportNeverReplacesAFile) {
+  FakeServer server;
+  server.map.damaged = 1000;
+  const std::string path = Scratch("kept.pcd");
+  std::ofstream(path) << "older map";
+  const absl::Status status = ConnectTo(server)->ExportToFile({}, path).status();
+  EXPECT_TRUE(absl::IsDataLoss(status)) << status;
+  EXPECT_EQ(*codec::ReadFile(path), "older map");
+  EXPECT_FALSE(std::filesystem::exists(path + ".part"));
+}
+
+TEST(ClientExport, AFolderThatDoesNotExistIsToldBeforeAnythingIsFetched) {
+  FakeServer server;
+  const absl::Status status =
+      ConnectTo(server)->ExportToFile({}, "/nowhere/at/all/map.pcd").status();
+  EXPECT_TRUE(absl::IsNotFound(status)) << status;
+  EXPECT_THAT(std::string(status.message()), HasSubstr("/nowhere/at/all/map.pcd"));
+  EXPECT_EQ(server.map.exports, 0);
+}
+
+TEST(ClientExport, WhatWasHandedOnIsNotFetchedAgain) {
+  FakeServer server;
+  server.map.truncated = 1;
+  uint64_t received = 0;
+  const auto summary = ConnectTo(server)->Export({}, [&](const std::string& bytes) {
+    received += bytes.size();
+    return true;
+  });
+  EXPECT_TRUE(absl::IsAborted(summary.status())) << summary.status();
+  EXPECT_EQ(received, server.map.file.size() / 2);
+  EXPECT_EQ(server.map.exports, 1);
+}
+
+TEST(ClientExport, TheReaderMayStop) {
+  FakeServer server;
+  const auto summary = ConnectTo(server)->Export({}, [](const std::string&) { return false; });
+  EXPECT_TRUE(absl::IsCancelled(summary.status())) << summary.status();
+}
+
+}  // namespace
+}  // namespace isthmus::client

@@ -1,0 +1,177 @@
+// A server over a real socket that fails as told: what the client must survive. The real server is
+// tested with the client in client_test.cc.
+#pragma once
+
+#include <grpcpp/server.h>
+#include <grpcpp/server_builder.h>
+
+#include <atomic>
+#include <chrono>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "core/codec/crc32c.h"
+#include "isthmus/v1/map_service.grpc.pb.h"
+#include "isthmus/v1/session_service.grpc.pb.h"
+
+namespace isthmus::client {
+
+// One session, "alice-1". Keeps sequences only.
+class FakeSessions final : public v1::SessionService::Service {
+ public:
+  std::atomic<int> break_after{-1};   // Ends the stream after so many scans, once.
+  std::atomic<int> swallow_acks{0};   // How many acknowledgements before the break are lost.
+  std::atomic<int> forget_from{0};    // With the break: scans from here on are lost in a crash.
+  std::atomic<int> spoil_uploads{0};  // So many uploads end in DATA_LOSS.
+  std::atomic<int> creations{0}, uploads{0};
+
+  std::vector<uint64_t> effects() {
+    std::lock_guard lock(mutex_);
+    return effects_;
+  }
+
+  grpc::Status CreateSession(grpc::ServerContext*, const v1::CreateSessionRequest* request,
+                             v1::Session* session) override {
+    ++creations;
+    session->set_id(request->robot() + "-1");
+    return grpc::Status::OK;
+  }
+
+  grpc::Status GetSession(grpc::ServerContext*, const v1::GetSessionRequest* request,
+                          v1::Session* session) override {
+    if (request->session() != "alice-1") return {grpc::StatusCode::NOT_FOUND, "no such session"};
+    std::lock_guard lock(mutex_);
+    session->set_id("alice-1");
+    session->set_last_sequence(effects_.empty() ? 0 : effects_.back());
+    return grpc::Status::OK;
+  }
+
+  grpc::Status StreamScans(
+      grpc::ServerContext*,
+      grpc::ServerReaderWriter<v1::StreamScansResponse, v1::StreamScansRequest>* stream) override {
+    v1::StreamScansRequest request;
+    while (stream->Read(&request)) {
+      if (!request.has_scan()) continue;
+      v1::StreamScansResponse ack;
+      const grpc::Status status = Take(request.scan().sequence(), ack);
+      if (!status.ok()) return status;
+      const bool breaks = break_after > 0 && --break_after == 0;
+      if (!(break_after >= 0 && break_after < swallow_acks)) stream->Write(ack);
+      if (breaks) return Break();
+    }
+    return grpc::Status::OK;
+  }
+
+  grpc::Status UploadSubmap(grpc::ServerContext*,
+                            grpc::ServerReader<v1::UploadSubmapRequest>* reader,
+                            v1::UploadSubmapResponse*) override {
+    ++uploads;
+    v1::UploadSubmapRequest request;
+    reader->Read(&request);
+    const v1::UploadSubmapHeader header = request.header();
+    std::string data;
+    while (reader->Read(&request)) {
+      if (request.chunk().offset() != data.size()) return {grpc::StatusCode::OUT_OF_RANGE, "gap"};
+      data += request.chunk().data();
+    }
+    if (spoil_uploads > 0) {
+      --spoil_uploads;
+      data[0] ^= 1;
+    }
+    if (data.size() != header.size() ||
+        codec::Crc32c(data.data(), data.size()) != header.crc32c()) {
+      return {grpc::StatusCode::DATA_LOSS, "crc32c differs"};
+    }
+    return grpc::Status::OK;
+  }
+
+ private:
+  grpc::Status Take(uint64_t sequence, v1::StreamScansResponse& ack) {
+    std::lock_guard lock(mutex_);
+    const uint64_t last = effects_.empty() ? 0 : effects_.back();
+    if (sequence > last + 1) return {grpc::StatusCode::OUT_OF_RANGE, "a sequence was left out"};
+    ack.set_sequence(sequence);
+    ack.set_outcome(sequence <= last ? v1::StreamScansResponse::DUPLICATE
+                                     : v1::StreamScansResponse::PROCESSED);
+    if (sequence == last + 1) effects_.push_back(sequence);
+    return grpc::Status::OK;
+  }
+
+  grpc::Status Break() {
+    std::lock_guard lock(mutex_);
+    break_after = -1;
+    if (forget_from > 0) effects_.resize(forget_from - 1);
+    return {grpc::StatusCode::UNAVAILABLE, "broken on purpose"};
+  }
+
+  std::mutex mutex_;
+  std::vector<uint64_t> effects_;  // Guarded by mutex_: every scan that took effect, in order.
+};
+
+// A map that can be exported, whole or damaged.
+class FakeMap final : public v1::MapService::Service {
+ public:
+  std::string file = std::string(3'000'000, 'm');
+  std::atomic<int> damaged{0};    // So many exports arrive with a byte changed.
+  std::atomic<int> truncated{0};  // So many exports break off half way.
+  std::atomic<int> exports{0}, infos{0};
+
+  grpc::Status GetMapInfo(grpc::ServerContext*, const v1::GetMapInfoRequest*,
+                          v1::MapInfo* info) override {
+    ++infos;
+    info->set_revision(7);
+    return grpc::Status::OK;
+  }
+
+  grpc::Status ExportMap(grpc::ServerContext*, const v1::ExportMapRequest*,
+                         grpc::ServerWriter<v1::ExportMapResponse>* writer) override {
+    ++exports;
+    v1::ExportMapResponse part;
+    part.set_revision(7);
+    part.set_data(file.substr(0, file.size() / 2));
+    if (damaged > 0) {
+      --damaged;
+      part.mutable_data()->at(5) ^= 1;
+    } else if (truncated > 0) {
+      --truncated;
+      writer->Write(part);
+      return {grpc::StatusCode::UNAVAILABLE, "cable pulled"};
+    }
+    writer->Write(part);
+    part.set_data(file.substr(file.size() / 2));
+    part.set_last(true);
+    part.set_size(file.size());
+    part.set_crc32c(codec::Crc32c(file.data(), file.size()));
+    writer->Write(part);
+    return grpc::Status::OK;
+  }
+};
+
+class FakeServer {
+ public:
+  // Port 0: any free one.
+  explicit FakeServer(int port = 0) {
+    grpc::ServerBuilder builder;
+    builder.AddListeningPort("127.0.0.1:" + std::to_string(port), grpc::InsecureServerCredentials(),
+                             &port_);
+    builder.RegisterService(&sessions);
+    builder.RegisterService(&map);
+    server_ = builder.BuildAndStart();
+  }
+  ~FakeServer() { server_->Shutdown(std::chrono::system_clock::now()); }
+
+  int port() const { return port_; }
+  std::string address() const { return "127.0.0.1:" + std::to_string(port_); }
+
+  FakeSessions sessions;
+  FakeMap map;
+
+ private:
+  int port_ = 0;
+  std::unique_ptr<grpc::Server> server_;
+};
+
+}  // namespace isthmus::client
