@@ -1,0 +1,89 @@
+#include "server/rpc/ack_window.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace isthmus::rpc {
+
+bool AckWindow::WaitForRoom() {
+  std::unique_lock lock(mutex_);
+  changed_.wait(lock,
+                [this] { return closed_ || stopped_ || expected_.size() + unwritten_ < limit_; });
+  return !closed_ && !stopped_;
+}
+
+void AckWindow::Expect(uint64_t sequence, std::string reason) {
+  std::lock_guard lock(mutex_);
+  expected_.push_back({sequence, std::move(reason)});
+}
+
+void AckWindow::Withdraw(uint64_t sequence) {
+  std::lock_guard lock(mutex_);
+  // It may be gone: acknowledged on behalf of an earlier stream that had sent it too.
+  if (!expected_.empty() && expected_.back().sequence == sequence) expected_.pop_back();
+  changed_.notify_all();
+}
+
+void AckWindow::EndScans() {
+  std::lock_guard lock(mutex_);
+  ended_ = true;
+  changed_.notify_all();
+}
+
+bool AckWindow::scans_ended() const {
+  std::lock_guard lock(mutex_);
+  return ended_;
+}
+
+void AckWindow::Add(ScanAck ack) {
+  std::lock_guard lock(mutex_);
+  if (closed_) return;
+  const auto found = std::find_if(expected_.begin(), expected_.end(), [&](const Expected& scan) {
+    return scan.sequence == ack.sequence;
+  });
+  if (found == expected_.end()) {
+    AddDurable(ack.durable_sequence);
+  } else {
+    if (ack.outcome == ScanOutcome::kRejected && !found->reason.empty()) {
+      ack.reason = std::move(found->reason);
+    }
+    expected_.erase(found);
+    acks_.push_back(std::move(ack));
+    ++unwritten_;
+  }
+  changed_.notify_all();
+}
+
+void AckWindow::AddDurable(uint64_t durable_sequence) {
+  // Only the newest counts, so two in a row become one: acks_ stays within twice the limit.
+  if (acks_.empty() || acks_.back().sequence != 0) acks_.emplace_back();
+  acks_.back().durable_sequence = std::max(acks_.back().durable_sequence, durable_sequence);
+}
+
+std::optional<ScanAck> AckWindow::Next() {
+  std::unique_lock lock(mutex_);
+  changed_.wait(lock, [this] {
+    return closed_ || !acks_.empty() || ((ended_ || stopped_) && expected_.empty());
+  });
+  if (closed_ || acks_.empty()) return std::nullopt;
+  std::optional<ScanAck> ack(std::move(acks_.front()));
+  acks_.pop_front();
+  if (ack->sequence != 0) --unwritten_;
+  changed_.notify_all();
+  return ack;
+}
+
+void AckWindow::Stop() {
+  std::lock_guard lock(mutex_);
+  stopped_ = true;
+  changed_.notify_all();
+}
+
+void AckWindow::Close() {
+  std::lock_guard lock(mutex_);
+  closed_ = true;
+  acks_.clear();
+  changed_.notify_all();
+}
+
+}  // namespace isthmus::rpc

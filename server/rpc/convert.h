@@ -1,0 +1,35 @@
+// Between the API's messages and the types of core/. What comes from outside is checked here, so
+// that nothing behind this folder meets a pose that is not finite or a field of unknown type.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include "core/cloud.h"
+#include "core/point_payload.h"
+#include "core/pose.h"
+#include "core/trajectory.h"
+#include "isthmus/v1/types.pb.h"
+
+namespace isthmus::rpc {
+
+// Positions farther than this from their frame's origin are taken for mistakes.
+inline constexpr double kMaxCoordinateM = 1e8;
+
+// `name` says in messages what the value is ("t_base_sensor"). InvalidArgument for numbers that are
+// not finite or beyond kMaxCoordinateM.
+absl::StatusOr<Eigen::Vector3d> FromProto(const v1::Vector3& vector, const char* name);
+
+// Normalises the rotation; a part that is absent is identity. InvalidArgument as above, and for a
+// quaternion of all zeros.
+absl::StatusOr<Pose> FromProto(const v1::Pose& pose, const char* name);
+
+// Takes over the data. InvalidArgument when the encoding or a field's type is not one of the API's;
+// whether the layout fits the data is left to core/codec.
+absl::StatusOr<PointPayload> FromProto(v1::PointCloud&& cloud);
+
+v1::Vector3 ToProto(const Eigen::Vector3d& vector);
+v1::Pose ToProto(const Pose& pose);
+v1::StampedPose ToProto(const StampedPose& pose);
+v1::Box ToProto(const Box& box);  // Of a box that is not empty.
+
+}  // namespace isthmus::rpc

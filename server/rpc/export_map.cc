@@ -1,0 +1,94 @@
+#include "server/rpc/export_map.h"
+
+#include <absl/strings/str_cat.h>
+
+#include <algorithm>
+#include <optional>
+#include <string>
+
+#include "core/codec/crc32c.h"
+#include "server/rpc/convert.h"
+
+namespace isthmus::rpc {
+namespace {
+
+constexpr double kDefaultLeafM = 0.2;  // As the API says.
+
+std::optional<server::ExportFormat> FromProto(v1::ExportMapRequest::Format format) {
+  switch (format) {
+    case v1::ExportMapRequest::PCD_ASCII:
+      return server::ExportFormat::kPcdAscii;
+    case v1::ExportMapRequest::PCD_BINARY:
+      return server::ExportFormat::kPcdBinary;
+    case v1::ExportMapRequest::PCD_BINARY_COMPRESSED:
+      return server::ExportFormat::kPcdBinaryCompressed;
+    case v1::ExportMapRequest::PLY:
+      return server::ExportFormat::kPly;
+    case v1::ExportMapRequest::OCTOMAP_BINARY:
+      return server::ExportFormat::kOctoMapBinary;
+    case v1::ExportMapRequest::OCTOMAP_FULL:
+      return server::ExportFormat::kOctoMapFull;
+    default:
+      return std::nullopt;
+  }
+}
+
+// Cuts a file into responses and sums it up in the last one.
+class FileEmitter {
+ public:
+  FileEmitter(int64_t revision, const Emit<v1::ExportMapResponse>& emit) : emit_(emit) {
+    response_.set_revision(revision);
+  }
+
+  bool Add(const std::string& piece) {
+    size_ += piece.size();
+    crc32c_ = codec::Crc32c(piece.data(), piece.size(), crc32c_);
+    for (size_t offset = 0; offset < piece.size(); offset += kExportChunkBytes) {
+      response_.set_data(piece.data() + offset, std::min(kExportChunkBytes, piece.size() - offset));
+      if (!emit_(response_)) return false;
+    }
+    return true;
+  }
+
+  bool Finish() {
+    response_.clear_data();
+    response_.set_last(true);
+    response_.set_size(size_);
+    response_.set_crc32c(crc32c_);
+    return emit_(response_);
+  }
+
+ private:
+  const Emit<v1::ExportMapResponse>& emit_;
+  v1::ExportMapResponse response_;
+  uint64_t size_ = 0;
+  uint32_t crc32c_ = 0;
+};
+
+}  // namespace
+
+absl::Status ExportMap(server::Pipeline& pipeline, const v1::ExportMapRequest& request,
+                       const Emit<v1::ExportMapResponse>& emit) {
+  const auto format = FromProto(request.format());
+  if (!format) {
+    return absl::InvalidArgumentError(
+        "name the format of the file: PCD_ASCII, PCD_BINARY, PCD_BINARY_COMPRESSED, PLY, "
+        "OCTOMAP_BINARY or OCTOMAP_FULL");
+  }
+  const double resolution_m = request.resolution_m();
+  if (!(resolution_m >= 0 && resolution_m <= kMaxCoordinateM)) {
+    return absl::InvalidArgumentError(absl::StrCat("resolution_m is ", resolution_m,
+                                                   ": give a positive size, or 0 for the default"));
+  }
+  Region region;
+  region.component = request.component();
+  region.resolution_m = resolution_m;
+  FileEmitter file(pipeline.GetMap()->revision(), emit);
+  const absl::Status status =
+      pipeline.ExportMap(*format, region, resolution_m > 0 ? resolution_m : kDefaultLeafM,
+                         [&file](const std::string& piece) { return file.Add(piece); });
+  if (!status.ok()) return status;
+  return file.Finish() ? absl::OkStatus() : ReaderGone();
+}
+
+}  // namespace isthmus::rpc

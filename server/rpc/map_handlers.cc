@@ -1,0 +1,204 @@
+#include "server/rpc/map_handlers.h"
+
+#include <algorithm>
+#include <map>
+#include <optional>
+#include <set>
+
+#include "server/rpc/convert.h"
+
+namespace isthmus::rpc {
+namespace {
+
+using rpc::ToProto;  // Else hidden by the overloads below.
+
+constexpr size_t kTrajectoryChunk = 1000;  // Poses in a response.
+
+using RobotOfSession = std::map<SessionId, RobotId>;
+
+RobotOfSession RobotsOf(server::Pipeline& pipeline) {
+  RobotOfSession robots;
+  for (const server::SessionStatus& session : pipeline.ListSessions()) {
+    robots.emplace(session.record.id, session.record.robot);
+  }
+  return robots;
+}
+
+// Empty for a session that has been deleted in the meantime.
+std::string RobotOf(const RobotOfSession& robots, const SessionId& session) {
+  const auto found = robots.find(session);
+  return found == robots.end() ? std::string() : found->second.value();
+}
+
+v1::Component ToProto(const server::ComponentInfo& info, const RobotOfSession& robot_of) {
+  v1::Component proto;
+  proto.set_component(info.component);
+  proto.set_reference_session(info.reference.value());
+  std::set<std::string> robots;
+  for (const SessionId& session : info.sessions) {
+    proto.add_sessions(session.value());
+    robots.insert(RobotOf(robot_of, session));
+  }
+  robots.erase("");
+  for (const std::string& robot : robots) proto.add_robots(robot);
+  proto.set_point_count(info.point_count);
+  if (!info.bounds.empty()) *proto.mutable_bounds() = ToProto(info.bounds);
+  return proto;
+}
+
+v1::Submap ToProto(const SubmapInfo& info) {
+  v1::Submap proto;
+  proto.set_session(info.id.session.value());
+  proto.set_index(info.id.index);
+  proto.set_robot(info.robot.value());
+  *proto.mutable_t_odom_submap() = ToProto(info.T_odom_submap);
+  proto.set_first_sequence(info.first_sequence);
+  proto.set_last_sequence(info.last_sequence);
+  proto.set_first_stamp_ns(info.first_stamp_ns);
+  proto.set_last_stamp_ns(info.last_stamp_ns);
+  proto.set_keyframe_count(info.keyframe_count);
+  proto.set_point_count(info.point_count);
+  if (!info.bounds.empty()) *proto.mutable_bounds() = ToProto(info.bounds);
+  return proto;
+}
+
+v1::Match::State ToProto(MatchState state) {
+  switch (state) {
+    case MatchState::kAccepted:
+      return v1::Match::ACCEPTED;
+    case MatchState::kRejected:
+      return v1::Match::REJECTED;
+    case MatchState::kAmbiguous:
+      return v1::Match::AMBIGUOUS;
+    case MatchState::kNotYet:
+      return v1::Match::NOT_YET;
+  }
+  return v1::Match::STATE_UNSPECIFIED;
+}
+
+v1::Match ToProto(const Match& match, const RobotOfSession& robots) {
+  v1::Match proto;
+  proto.set_session_a(match.a.value());
+  proto.set_session_b(match.b.value());
+  proto.set_robot_a(RobotOf(robots, match.a));
+  proto.set_robot_b(RobotOf(robots, match.b));
+  *proto.mutable_t_a_b() = ToProto(match.T_a_b);
+  proto.set_state(ToProto(match.state));
+  proto.set_reason(match.reason);
+  proto.set_detail(match.detail);
+  proto.set_confidence(match.confidence);
+  proto.set_overlap(match.overlap);
+  proto.set_inliers(match.inliers);
+  proto.set_residual_m(match.residual_m);
+  proto.set_free_space(match.free_space);
+  proto.set_comparisons(match.comparisons);
+  proto.set_runner_up(match.runner_up);
+  proto.set_matcher(match.matcher);
+  proto.set_computed_ns(match.computed_ns);
+  for (const StageTime& stage : match.stages) {
+    v1::StageTime& time = *proto.add_stages();
+    time.set_stage(stage.stage);
+    time.set_ms(stage.ms);
+  }
+  return proto;
+}
+
+v1::Placement ToProto(const Placement& placement, const RobotOfSession& robots) {
+  v1::Placement proto;
+  proto.set_session(placement.session.value());
+  proto.set_robot(RobotOf(robots, placement.session));
+  proto.set_component(placement.component);
+  proto.set_reference_session(placement.reference.value());
+  *proto.mutable_t_map_odom() = ToProto(placement.T_map_odom);
+  return proto;
+}
+
+std::optional<server::TrajectoryFrame> FromProto(v1::Frame frame) {
+  if (frame == v1::ODOM) return server::TrajectoryFrame::kOdom;
+  if (frame == v1::MAP) return server::TrajectoryFrame::kMap;
+  return std::nullopt;
+}
+
+}  // namespace
+
+absl::StatusOr<v1::MapInfo> GetMapInfo(server::Pipeline& pipeline, const v1::GetMapInfoRequest&) {
+  const server::MapInfo info = pipeline.GetMapInfo();
+  const RobotOfSession robots = RobotsOf(pipeline);
+  v1::MapInfo proto;
+  proto.set_revision(info.revision);
+  for (const RobotId& robot : info.robots) proto.add_robots(robot.value());
+  for (const server::ComponentInfo& component : info.components) {
+    *proto.add_components() = ToProto(component, robots);
+  }
+  proto.set_settled(info.settled);
+  proto.set_composition_ms(info.composition_ms);
+  proto.set_estimation_ms(info.estimation_ms);
+  proto.set_compositions(info.compositions);
+  proto.set_estimations(info.estimations);
+  return proto;
+}
+
+absl::StatusOr<v1::ListSubmapsResponse> ListSubmaps(server::Pipeline& pipeline,
+                                                    const v1::ListSubmapsRequest& request) {
+  std::optional<RobotId> robot;
+  if (!request.robot().empty()) robot = RobotId(request.robot());
+  v1::ListSubmapsResponse response;
+  response.set_revision(pipeline.GetMapInfo().revision);
+  const auto submaps = pipeline.ListSubmaps(robot);
+  if (!submaps.ok()) return submaps.status();
+  for (const SubmapInfo& info : *submaps) *response.add_submaps() = ToProto(info);
+  return response;
+}
+
+absl::Status GetTrajectory(server::Pipeline& pipeline, const v1::GetTrajectoryRequest& request,
+                           const Emit<v1::GetTrajectoryResponse>& emit) {
+  const auto frame = FromProto(request.frame());
+  if (!frame) {
+    return absl::InvalidArgumentError("name the frame of the trajectory: ODOM or MAP");
+  }
+  const auto trajectory = pipeline.GetTrajectory(RobotId(request.robot()), *frame);
+  if (!trajectory.ok()) return trajectory.status();
+  size_t sent = 0;
+  do {  // At least one response, so that the session is named also where there are no poses.
+    v1::GetTrajectoryResponse response;
+    response.set_revision(trajectory->revision);
+    response.set_session(trajectory->session.value());
+    response.set_component(trajectory->component);
+    const size_t end = std::min(sent + kTrajectoryChunk, trajectory->poses.size());
+    for (; sent < end; ++sent) *response.add_poses() = ToProto(trajectory->poses[sent]);
+    if (!emit(response)) return ReaderGone();
+  } while (sent < trajectory->poses.size());
+  return absl::OkStatus();
+}
+
+absl::StatusOr<v1::MatchGraph> GetMatchGraph(server::Pipeline& pipeline,
+                                             const v1::GetMatchGraphRequest&) {
+  const server::MatchGraphView view = pipeline.GetMatchGraph();
+  const RobotOfSession robots = RobotsOf(pipeline);
+  std::set<std::pair<SessionId, SessionId>> tree;
+  for (const auto& [a, b] : view.tree) tree.insert(std::minmax(a, b));
+  v1::MatchGraph proto;
+  proto.set_revision(view.revision);
+  for (const Match& match : view.matches) {
+    v1::Match& added = *proto.add_matches();
+    added = ToProto(match, robots);
+    added.set_in_tree(tree.contains(std::minmax(match.a, match.b)));
+  }
+  for (const Placement& placement : view.placements) {
+    *proto.add_placements() = ToProto(placement, robots);
+  }
+  return proto;
+}
+
+absl::StatusOr<v1::GetTransformResponse> GetTransform(server::Pipeline& pipeline,
+                                                      const v1::GetTransformRequest& request) {
+  const auto transform =
+      pipeline.GetTransform(RobotId(request.robot_a()), RobotId(request.robot_b()));
+  if (!transform.ok()) return transform.status();
+  v1::GetTransformResponse response;
+  response.set_revision(transform->revision);
+  *response.mutable_t_a_b() = ToProto(transform->T_a_b);
+  return response;
+}
+
+}  // namespace isthmus::rpc

@@ -1,0 +1,97 @@
+#include "server/rpc/server.h"
+
+#include <absl/strings/str_cat.h>
+#include <grpcpp/ext/proto_server_reflection_plugin.h>
+#include <grpcpp/grpcpp.h>
+#include <grpcpp/health_check_service_interface.h>
+#include <grpcpp/resource_quota.h>
+
+#include <atomic>
+#include <mutex>
+#include <utility>
+
+#include "server/rpc/services.h"
+
+namespace isthmus::rpc {
+namespace {
+
+// Reflection and health are switched on for every server of the process, before the first is built.
+void EnablePlugins() {
+  static std::once_flag once;
+  std::call_once(once, [] {
+    grpc::EnableDefaultHealthCheckService(true);
+    grpc::reflection::InitProtoReflectionServerBuilderPlugin();
+  });
+}
+
+std::string WithPort(const std::string& listen, int port) {
+  const size_t colon = listen.rfind(':');
+  if (colon == std::string::npos || listen.rfind("unix", 0) == 0) return listen;
+  return absl::StrCat(listen.substr(0, colon), ":", port);
+}
+
+}  // namespace
+
+struct RpcServer::State {
+  State(server::Pipeline& pipeline, const ServerOptions& options)
+      : sessions(pipeline, options.scan_window, options.max_submap_bytes), map(pipeline) {}
+
+  SessionServiceImpl sessions;
+  MapServiceImpl map;
+  int port = 0;
+  std::string address;
+  std::atomic<bool> shut_down = false;
+  std::unique_ptr<grpc::Server> server;  // Last, so that it goes before its services.
+};
+
+absl::StatusOr<std::unique_ptr<RpcServer>> RpcServer::Start(server::Pipeline* pipeline,
+                                                            const ServerOptions& options) {
+  EnablePlugins();
+  auto state = std::make_unique<State>(*pipeline, options);
+  grpc::ServerBuilder builder;
+  // Two servers on one port would share the calls between them by chance.
+  builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
+  builder.SetMaxReceiveMessageSize(options.max_receive_bytes);
+  grpc::ResourceQuota quota("isthmus");
+  quota.SetMaxThreads(options.max_threads);
+  builder.SetResourceQuota(quota);
+  builder.AddListeningPort(options.listen, grpc::InsecureServerCredentials(), &state->port);
+  builder.RegisterService(&state->sessions);
+  builder.RegisterService(&state->map);
+  state->server = builder.BuildAndStart();
+  const bool unix_socket = options.listen.rfind("unix", 0) == 0;
+  if (state->server == nullptr || (state->port <= 0 && !unix_socket)) {
+    return absl::UnavailableError(
+        absl::StrCat("cannot listen at ", options.listen,
+                     ": the address is in use, or not one of this machine; name another one"));
+  }
+  if (unix_socket) state->port = 0;
+  state->address = WithPort(options.listen, state->port);
+  grpc::HealthCheckServiceInterface* health = state->server->GetHealthCheckService();
+  health->SetServingStatus(v1::SessionService::service_full_name(), true);
+  health->SetServingStatus(v1::MapService::service_full_name(), true);
+  return std::unique_ptr<RpcServer>(new RpcServer(std::move(state)));
+}
+
+RpcServer::RpcServer(std::unique_ptr<State> state) : state_(std::move(state)) {}
+
+RpcServer::~RpcServer() { Shutdown(std::chrono::milliseconds(0)); }
+
+int RpcServer::port() const { return state_->port; }
+
+std::string RpcServer::address() const { return state_->address; }
+
+std::shared_ptr<grpc::Channel> RpcServer::InProcessChannel() {
+  grpc::ChannelArguments arguments;
+  arguments.SetMaxReceiveMessageSize(-1);
+  return state_->server->InProcessChannel(arguments);
+}
+
+void RpcServer::Shutdown(std::chrono::milliseconds grace) {
+  if (state_->shut_down.exchange(true)) return;
+  state_->server->GetHealthCheckService()->Shutdown();
+  state_->sessions.streams().StopAll();
+  state_->server->Shutdown(std::chrono::system_clock::now() + grace);
+}
+
+}  // namespace isthmus::rpc

@@ -1,0 +1,64 @@
+// The network skin of the server: gRPC services over a pipeline, health checking and reflection.
+#pragma once
+
+#include <absl/status/status.h>
+#include <absl/status/statusor.h>
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "server/pipeline.h"
+
+namespace grpc {
+class Channel;
+}
+
+namespace isthmus::rpc {
+
+struct ServerOptions {
+  // Where to listen: "host:port", "[::1]:port" or "unix:path". Port 0 takes a free one. There is no
+  // authentication: whoever reaches the address may read and write the map.
+  std::string listen = "127.0.0.1:50051";
+  // Largest message taken, bytes: the limit of one scan. A larger one ends its stream with
+  // RESOURCE_EXHAUSTED.
+  int max_receive_bytes = 64 << 20;
+  // Largest submap upload, bytes as they travel.
+  uint64_t max_submap_bytes = 256u << 20;
+  // Scans of one stream whose acknowledgements are not written yet; when so many are out, no more
+  // are read. More than the pipeline's queue, or that never fills.
+  size_t scan_window = 64;
+  // Threads of all RPCs together; a scan stream takes two. Calls beyond get RESOURCE_EXHAUSTED.
+  int max_threads = 512;
+};
+
+// Thread safe.
+class RpcServer {
+ public:
+  // Listens and serves until Shutdown. The pipeline must outlive the server. Unavailable, saying
+  // why, when it cannot listen at the address; an address that is in use is one such reason.
+  static absl::StatusOr<std::unique_ptr<RpcServer>> Start(server::Pipeline* pipeline,
+                                                          const ServerOptions& options);
+  ~RpcServer();  // Shutdown without grace, if that has not happened.
+
+  // The port it listens on, also when 0 was asked for; 0 for "unix:".
+  int port() const;
+  // `ServerOptions::listen` with the port filled in.
+  std::string address() const;
+  // To this server within the process, without a socket; for commands that bring their own server.
+  std::shared_ptr<grpc::Channel> InProcessChannel();
+
+  // Takes no further calls, ends scan streams once the scans read from them are acknowledged, waits
+  // for calls under way, and cancels those that still run after `grace`. Health turns NOT_SERVING
+  // at once. The pipeline must still be running: it owes the acknowledgements. Idempotent.
+  void Shutdown(std::chrono::milliseconds grace);
+
+ private:
+  struct State;
+  explicit RpcServer(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace isthmus::rpc

@@ -1,0 +1,129 @@
+#include "server/rpc/services.h"
+
+#include <string>
+#include <utility>
+
+#include "server/rpc/export_map.h"
+#include "server/rpc/map_handlers.h"
+#include "server/rpc/query_region.h"
+#include "server/rpc/session_handlers.h"
+#include "server/rpc/stream_scans.h"
+#include "server/rpc/upload_submap.h"
+
+namespace isthmus::rpc {
+namespace {
+
+// Trailers are limited to 8 KiB; a message may quote what the client sent.
+constexpr size_t kMaxMessage = 1024;
+
+template <typename Response>
+grpc::Status Reply(absl::StatusOr<Response> result, Response* response) {
+  if (!result.ok()) return ToGrpc(result.status());
+  *response = *std::move(result);
+  return grpc::Status::OK;
+}
+
+template <typename Response>
+Emit<Response> EmitTo(grpc::ServerWriter<Response>* writer) {
+  return [writer](const Response& response) { return writer->Write(response); };
+}
+
+}  // namespace
+
+grpc::Status ToGrpc(const absl::Status& status) {
+  // absl's codes are gRPC's by design: https://abseil.io/docs/cpp/guides/status-codes
+  const auto code = static_cast<grpc::StatusCode>(status.raw_code());
+  return grpc::Status(code, std::string(status.message().substr(0, kMaxMessage)));
+}
+
+grpc::Status SessionServiceImpl::CreateSession(grpc::ServerContext*,
+                                               const v1::CreateSessionRequest* request,
+                                               v1::Session* response) {
+  return Reply(rpc::CreateSession(pipeline_, *request), response);
+}
+
+grpc::Status SessionServiceImpl::GetSession(grpc::ServerContext*,
+                                            const v1::GetSessionRequest* request,
+                                            v1::Session* response) {
+  return Reply(rpc::GetSession(pipeline_, *request), response);
+}
+
+grpc::Status SessionServiceImpl::ListSessions(grpc::ServerContext*,
+                                              const v1::ListSessionsRequest* request,
+                                              v1::ListSessionsResponse* response) {
+  return Reply(rpc::ListSessions(pipeline_, *request), response);
+}
+
+grpc::Status SessionServiceImpl::FinishSession(grpc::ServerContext*,
+                                               const v1::FinishSessionRequest* request,
+                                               v1::Session* response) {
+  return Reply(rpc::FinishSession(pipeline_, *request), response);
+}
+
+grpc::Status SessionServiceImpl::DeleteSession(grpc::ServerContext*,
+                                               const v1::DeleteSessionRequest* request,
+                                               v1::DeleteSessionResponse* response) {
+  auto result = rpc::DeleteSession(pipeline_, *request);
+  // Its queued scans are gone without acknowledgement: a stream would wait for them for ever.
+  if (result.ok()) streams_.Drop(SessionId(request->session()));
+  return Reply(std::move(result), response);
+}
+
+grpc::Status SessionServiceImpl::StreamScans(
+    grpc::ServerContext* context,
+    grpc::ServerReaderWriter<v1::StreamScansResponse, v1::StreamScansRequest>* stream) {
+  ScanLink link;
+  link.read = [stream](v1::StreamScansRequest* request) { return stream->Read(request); };
+  link.write = [stream](const v1::StreamScansResponse& ack) { return stream->Write(ack); };
+  link.cancel = [context] { context->TryCancel(); };
+  return ToGrpc(rpc::StreamScans(pipeline_, streams_, link));
+}
+
+grpc::Status SessionServiceImpl::UploadSubmap(grpc::ServerContext*,
+                                              grpc::ServerReader<v1::UploadSubmapRequest>* reader,
+                                              v1::UploadSubmapResponse* response) {
+  const auto read = [reader](v1::UploadSubmapRequest* part) { return reader->Read(part); };
+  return Reply(rpc::UploadSubmap(pipeline_, max_submap_bytes_, read), response);
+}
+
+grpc::Status MapServiceImpl::GetMapInfo(grpc::ServerContext*, const v1::GetMapInfoRequest* request,
+                                        v1::MapInfo* response) {
+  return Reply(rpc::GetMapInfo(pipeline_, *request), response);
+}
+
+grpc::Status MapServiceImpl::ListSubmaps(grpc::ServerContext*,
+                                         const v1::ListSubmapsRequest* request,
+                                         v1::ListSubmapsResponse* response) {
+  return Reply(rpc::ListSubmaps(pipeline_, *request), response);
+}
+
+grpc::Status MapServiceImpl::GetTrajectory(grpc::ServerContext*,
+                                           const v1::GetTrajectoryRequest* request,
+                                           grpc::ServerWriter<v1::GetTrajectoryResponse>* writer) {
+  return ToGrpc(rpc::GetTrajectory(pipeline_, *request, EmitTo(writer)));
+}
+
+grpc::Status MapServiceImpl::GetMatchGraph(grpc::ServerContext*,
+                                           const v1::GetMatchGraphRequest* request,
+                                           v1::MatchGraph* response) {
+  return Reply(rpc::GetMatchGraph(pipeline_, *request), response);
+}
+
+grpc::Status MapServiceImpl::GetTransform(grpc::ServerContext*,
+                                          const v1::GetTransformRequest* request,
+                                          v1::GetTransformResponse* response) {
+  return Reply(rpc::GetTransform(pipeline_, *request), response);
+}
+
+grpc::Status MapServiceImpl::QueryRegion(grpc::ServerContext*,
+                                         const v1::QueryRegionRequest* request,
+                                         grpc::ServerWriter<v1::QueryRegionResponse>* writer) {
+  return ToGrpc(rpc::QueryRegion(pipeline_, *request, EmitTo(writer)));
+}
+
+grpc::Status MapServiceImpl::ExportMap(grpc::ServerContext*, const v1::ExportMapRequest* request,
+                                       grpc::ServerWriter<v1::ExportMapResponse>* writer) {
+  return ToGrpc(rpc::ExportMap(pipeline_, *request, EmitTo(writer)));
+}
+
+}  // namespace isthmus::rpc

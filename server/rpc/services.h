@@ -1,0 +1,72 @@
+// The gRPC side of the handlers: which RPC calls which, and how a status travels.
+#pragma once
+
+#include <absl/status/status.h>
+#include <grpcpp/support/status.h>
+
+#include <cstdint>
+
+#include "isthmus/v1/map_service.grpc.pb.h"
+#include "isthmus/v1/session_service.grpc.pb.h"
+#include "server/pipeline.h"
+#include "server/rpc/scan_streams.h"
+
+namespace isthmus::rpc {
+
+// Same codes, same message; a message longer than what fits into a trailer is cut.
+grpc::Status ToGrpc(const absl::Status& status);
+
+class SessionServiceImpl final : public v1::SessionService::Service {
+ public:
+  SessionServiceImpl(server::Pipeline& pipeline, size_t scan_window, uint64_t max_submap_bytes)
+      : pipeline_(pipeline), max_submap_bytes_(max_submap_bytes), streams_(pipeline, scan_window) {}
+
+  ScanStreams& streams() { return streams_; }
+
+  grpc::Status CreateSession(grpc::ServerContext* context, const v1::CreateSessionRequest* request,
+                             v1::Session* response) override;
+  grpc::Status GetSession(grpc::ServerContext* context, const v1::GetSessionRequest* request,
+                          v1::Session* response) override;
+  grpc::Status ListSessions(grpc::ServerContext* context, const v1::ListSessionsRequest* request,
+                            v1::ListSessionsResponse* response) override;
+  grpc::Status FinishSession(grpc::ServerContext* context, const v1::FinishSessionRequest* request,
+                             v1::Session* response) override;
+  grpc::Status DeleteSession(grpc::ServerContext* context, const v1::DeleteSessionRequest* request,
+                             v1::DeleteSessionResponse* response) override;
+  grpc::Status StreamScans(
+      grpc::ServerContext* context,
+      grpc::ServerReaderWriter<v1::StreamScansResponse, v1::StreamScansRequest>* stream) override;
+  grpc::Status UploadSubmap(grpc::ServerContext* context,
+                            grpc::ServerReader<v1::UploadSubmapRequest>* reader,
+                            v1::UploadSubmapResponse* response) override;
+
+ private:
+  server::Pipeline& pipeline_;
+  const uint64_t max_submap_bytes_;
+  ScanStreams streams_;
+};
+
+class MapServiceImpl final : public v1::MapService::Service {
+ public:
+  explicit MapServiceImpl(server::Pipeline& pipeline) : pipeline_(pipeline) {}
+
+  grpc::Status GetMapInfo(grpc::ServerContext* context, const v1::GetMapInfoRequest* request,
+                          v1::MapInfo* response) override;
+  grpc::Status ListSubmaps(grpc::ServerContext* context, const v1::ListSubmapsRequest* request,
+                           v1::ListSubmapsResponse* response) override;
+  grpc::Status GetTrajectory(grpc::ServerContext* context, const v1::GetTrajectoryRequest* request,
+                             grpc::ServerWriter<v1::GetTrajectoryResponse>* writer) override;
+  grpc::Status GetMatchGraph(grpc::ServerContext* context, const v1::GetMatchGraphRequest* request,
+                             v1::MatchGraph* response) override;
+  grpc::Status GetTransform(grpc::ServerContext* context, const v1::GetTransformRequest* request,
+                            v1::GetTransformResponse* response) override;
+  grpc::Status QueryRegion(grpc::ServerContext* context, const v1::QueryRegionRequest* request,
+                           grpc::ServerWriter<v1::QueryRegionResponse>* writer) override;
+  grpc::Status ExportMap(grpc::ServerContext* context, const v1::ExportMapRequest* request,
+                         grpc::ServerWriter<v1::ExportMapResponse>* writer) override;
+
+ private:
+  server::Pipeline& pipeline_;
+};
+
+}  // namespace isthmus::rpc

@@ -1,0 +1,46 @@
+// SessionService.UploadSubmap; see api/isthmus/v1/session_service.proto.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <cstdint>
+#include <functional>
+#include <string>
+
+#include "isthmus/v1/session_service.pb.h"
+#include "server/pipeline.h"
+
+namespace isthmus::rpc {
+
+// Puts the chunks of one upload together. Not thread safe.
+class SubmapReceiver {
+ public:
+  // At most `max_bytes` are taken, whatever the header says.
+  explicit SubmapReceiver(uint64_t max_bytes) : max_bytes_(max_bytes) {}
+
+  // InvalidArgument when the first part is not a header or a later one is; OutOfRange for a chunk
+  // that does not follow the last one or runs past the size announced; ResourceExhausted beyond
+  // the limit.
+  absl::Status Add(v1::UploadSubmapRequest&& part);
+  // DataLoss when bytes are missing or the checksum differs. To be called once, after the last Add.
+  absl::StatusOr<v1::UploadSubmapHeader> Finish();  // header.cloud.data holds the bytes.
+
+  bool has_header() const { return has_header_; }
+  const v1::UploadSubmapHeader& header() const { return header_; }
+
+ private:
+  absl::Status AddChunk(const v1::UploadSubmapChunk& chunk);
+
+  const uint64_t max_bytes_;
+  bool has_header_ = false;
+  v1::UploadSubmapHeader header_;
+  std::string data_;
+};
+
+// Receives the next part; returns false after the last.
+using ReadPart = std::function<bool(v1::UploadSubmapRequest*)>;
+
+absl::StatusOr<v1::UploadSubmapResponse> UploadSubmap(server::Pipeline& pipeline,
+                                                      uint64_t max_bytes, const ReadPart& read);
+
+}  // namespace isthmus::rpc
