@@ -1,0 +1,169 @@
+// Composition of a museum that two robots walked for a minute each: the sizes of the paper's
+// experiment, whose global map took 296 ms.
+#include <benchmark/benchmark.h>
+
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <numbers>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "server/composition/composer.h"
+#include "server/composition/occupancy.h"
+
+namespace isthmus::composition {
+namespace {
+
+constexpr int kRobots = 2;
+constexpr int kSubmapsPerRobot = 15;
+constexpr int kKeyframesPerSubmap = 5;
+constexpr int kPointsPerKeyframe = 10000;  // A thinned VLP-16 scan.
+constexpr double kHallX = 40, kHallY = 25, kHallZ = 5;
+
+// Where a ray from `origin` meets the walls, floor or ceiling of a room of which the origin is in.
+Eigen::Vector3d HitRoom(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
+                        const Box& room) {
+  double range = std::numeric_limits<double>::infinity();
+  for (int axis = 0; axis < 3; ++axis) {
+    if (direction[axis] == 0) continue;
+    const double face = direction[axis] > 0 ? room.max[axis] : room.min[axis];
+    range = std::min(range, (face - origin[axis]) / direction[axis]);
+  }
+  return origin + range * direction;
+}
+
+// The hall is a grid of rooms; a sensor sees the one that it is in.
+Box RoomOf(const Eigen::Vector3d& p) {
+  const double edge_x = kHallX / 4, edge_y = kHallY / 2;
+  Box room;
+  room.min = {std::floor(p.x() / edge_x) * edge_x, std::floor(p.y() / edge_y) * edge_y, 0};
+  room.max = room.min + Eigen::Vector3d(edge_x, edge_y, kHallZ);
+  return room;
+}
+
+// A look around with 16 lasers, 2 cm noise.
+void AddKeyframe(const Eigen::Vector3d& sensor, std::mt19937* rng, Submap* submap) {
+  std::normal_distribution<double> noise(0, 0.02);
+  const auto keyframe = static_cast<uint16_t>(submap->keyframes.size());
+  submap->keyframes.push_back({.T_submap_sensor = Pose(sensor)});
+  for (int i = 0; i < kPointsPerKeyframe; ++i) {
+    const double azimuth = 2 * std::numbers::pi * (i / 16) / (kPointsPerKeyframe / 16.);
+    const double elevation = (-15 + 2 * (i % 16)) * std::numbers::pi / 180;
+    const Eigen::Vector3d ray(std::cos(elevation) * std::cos(azimuth),
+                              std::cos(elevation) * std::sin(azimuth), std::sin(elevation));
+    const Eigen::Vector3d p = HitRoom(sensor, ray, RoomOf(sensor)) + noise(*rng) * ray;
+    submap->points.push_back({static_cast<float>(p.x()), static_cast<float>(p.y()),
+                              static_cast<float>(p.z()), 1, keyframe});
+  }
+}
+
+std::vector<PlacedSubmap> Museum() {
+  std::mt19937 rng(1);
+  std::vector<PlacedSubmap> placed;
+  const int steps = kSubmapsPerRobot * kKeyframesPerSubmap;
+  for (int robot = 0; robot < kRobots; ++robot) {
+    const std::string name = robot == 0 ? "alice" : "bob";
+    for (int s = 0; s < kSubmapsPerRobot; ++s) {
+      auto submap = std::make_shared<Submap>();
+      submap->id = {SessionId(name + "-1"), static_cast<uint32_t>(s)};
+      submap->robot = RobotId(name);
+      for (int k = 0; k < kKeyframesPerSubmap; ++k) {
+        const double turn =
+            2 * std::numbers::pi * (s * kKeyframesPerSubmap + k + robot * steps / 2) / steps;
+        AddKeyframe({kHallX / 2 + .4 * kHallX * std::cos(turn) + .01,
+                     kHallY / 2 + .35 * kHallY * std::sin(turn) + .01, 0.6},
+                    &rng, submap.get());
+      }
+      placed.push_back({submap, 0, Pose()});
+    }
+  }
+  return placed;
+}
+
+void ReportSize(const std::vector<PlacedSubmap>& submaps, uint64_t map_points,
+                benchmark::State* state) {
+  double points = 0;
+  for (const PlacedSubmap& p : submaps) points += static_cast<double>(p.submap->points.size());
+  state->counters["submap_points"] = points;
+  state->counters["map_points"] = static_cast<double>(map_points);
+}
+
+// Everything anew, the submaps' own thinning included: what a restart costs.
+void BM_ComposeFromScratch(benchmark::State& state) {
+  const auto submaps = Museum();
+  uint64_t map_points = 0;
+  for (auto _ : state) {
+    Composer composer({});
+    map_points = composer.Compose(1, submaps)->point_count(0);
+  }
+  ReportSize(submaps, map_points, &state);
+}
+BENCHMARK(BM_ComposeFromScratch)->Unit(benchmark::kMillisecond);
+
+// One robot's transform changed: half the submaps move, every tile is remade.
+void BM_ComposeAfterMove(benchmark::State& state) {
+  auto submaps = Museum();
+  Composer composer({});
+  int64_t revision = 0;
+  composer.Compose(++revision, submaps);
+  uint64_t map_points = 0;
+  for (auto _ : state) {
+    const Pose T_map_odom(Eigen::Vector3d(revision % 2 ? 0.1 : 0, 0, 0));
+    for (size_t i = submaps.size() / 2; i < submaps.size(); ++i) submaps[i].T_map_odom = T_map_odom;
+    map_points = composer.Compose(++revision, submaps)->point_count(0);
+  }
+  ReportSize(submaps, map_points, &state);
+}
+BENCHMARK(BM_ComposeAfterMove)->Unit(benchmark::kMillisecond);
+
+// What the fast loop mostly does: one submap came.
+void BM_ComposeOneMoreSubmap(benchmark::State& state) {
+  const auto submaps = Museum();
+  const std::vector<PlacedSubmap> before(submaps.begin(), submaps.end() - 1);
+  uint64_t map_points = 0;
+  Composer composer({});
+  for (auto _ : state) {
+    state.PauseTiming();
+    composer.Compose(1, before);
+    state.ResumeTiming();
+    map_points = composer.Compose(2, submaps)->point_count(0);
+  }
+  ReportSize(submaps, map_points, &state);
+}
+BENCHMARK(BM_ComposeOneMoreSubmap)->Unit(benchmark::kMillisecond);
+
+void BM_ReadBox(benchmark::State& state) {
+  Composer composer({});
+  const auto map = composer.Compose(1, Museum());
+  Region region;
+  region.box.Extend(Eigen::Vector3d(5, 5, 0));
+  region.box.Extend(Eigen::Vector3d(15, 15, 5));
+  region.resolution_m = state.range(0) * 0.1;
+  size_t points = 0;
+  for (auto _ : state) {
+    points = 0;
+    map->Read(region, 10000, [&](const std::vector<MapPoint>& chunk) {
+      points += chunk.size();
+      return true;
+    });
+  }
+  state.counters["points"] = static_cast<double>(points);
+}
+BENCHMARK(BM_ReadBox)->Arg(0)->Arg(5)->Unit(benchmark::kMillisecond);
+
+void BM_Occupancy(benchmark::State& state) {
+  const auto submaps = Museum();
+  OccupancyOptions options;
+  options.resolution_m = state.range(0) * 0.01;
+  size_t bytes = 0;
+  for (auto _ : state) {
+    bytes = WriteOccupancy(submaps, 0, OccupancyFormat::kBinary, options).value().size();
+  }
+  state.counters["file_bytes"] = static_cast<double>(bytes);
+}
+BENCHMARK(BM_Occupancy)->Arg(20)->Arg(10)->Unit(benchmark::kMillisecond);
+
+}  // namespace
+}  // namespace isthmus::composition
