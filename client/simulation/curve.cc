@@ -73,7 +73,11 @@ SpeedProfile::SpeedProfile(const ClosedCurve& curve, const SpeedLimits& limits, 
   // No farther than at full speed all the time.
   const auto count = static_cast<size_t>(limits.speed_mps * seconds / kStep) + 2;
   for (size_t i = 0; i < count; ++i) {
-    const double bend = std::abs(curve.At(static_cast<double>(i) * kStep).curvature) + 1e-9;
+    double bend = 1e-9;  // The sharpest within a step, so that it holds between entries too.
+    for (const double offset : {-0.75, -0.5, -0.25, 0.0, 0.25, 0.5, 0.75}) {
+      const double s = (static_cast<double>(i) + offset) * kStep;
+      bend = std::max(bend, std::abs(curve.At(s).curvature));
+    }
     speed_.push_back(std::min(
         {limits.speed_mps, std::sqrt(limits.lateral_mps2 / bend), limits.yaw_rate_radps / bend}));
   }

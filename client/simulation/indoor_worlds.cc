@@ -46,14 +46,13 @@ World MakeCorridor(uint64_t seed) {
   World world;
   Random furniture_random(seed, kFurniture, 0);
   FloorPlan plan;
-  plan.rooms = {MakeRoom(0, 0, 10, 9, 3.2), MakeRoom(10, 3, 110, 6, 3.2),
-                MakeRoom(110, -1, 120, 9, 3.2)};
+  plan.rooms = {MakeRoom(0, 0, 10, 9, 3.2), MakeRoom(10, 3, 80, 6, 3.2),
+                MakeRoom(80, -1, 90, 9, 3.2)};
   // The corridor's ends are the lobbies' walls.
-  plan.walls = {Line(0, 0, 10, 0),     Line(0, 9, 10, 9),      Line(0, 0, 0, 9),
-                Line(10, 0, 10, 9),    Line(10, 3, 110, 3),    Line(10, 6, 110, 6),
-                Line(110, -1, 110, 9), Line(110, -1, 120, -1), Line(110, 9, 120, 9),
-                Line(120, -1, 120, 9)};
-  plan.doors = {{0, 1, {10, 4.5}, {1, 0}, 2.7, 3.0}, {1, 2, {110, 4.5}, {1, 0}, 2.7, 3.0}};
+  plan.walls = {Line(0, 0, 10, 0),  Line(0, 9, 10, 9),  Line(0, 0, 0, 9),    Line(10, 0, 10, 9),
+                Line(10, 3, 80, 3), Line(10, 6, 80, 6), Line(80, -1, 80, 9), Line(80, -1, 90, -1),
+                Line(80, 9, 90, 9), Line(90, -1, 90, 9)};
+  plan.doors = {{0, 1, {10, 4.5}, {1, 0}, 2.7, 3.0}, {1, 2, {80, 4.5}, {1, 0}, 2.7, 3.0}};
   BuildFloorPlan(plan, world);
   // The corridor is one straight stretch, not a ring.
   FloorPlan lobbies = plan;
@@ -61,7 +60,7 @@ World MakeCorridor(uint64_t seed) {
   lobbies.doors.clear();
   AddRoads(lobbies, world.roads);
   RoadMap& roads = world.roads;
-  const int west = roads.AddNode({8.5, 4.5}, false), east = roads.AddNode({111.5, 4.5}, false);
+  const int west = roads.AddNode({8.5, 4.5}, false), east = roads.AddNode({81.5, 4.5}, false);
   roads.Link(west, east);
   // Both lobbies are entered from the two corners of the ring on the corridor's side.
   const auto join = [&roads](int place, int node, double x) {
@@ -70,8 +69,9 @@ World MakeCorridor(uint64_t seed) {
     }
   };
   join(0, west, 8.5);
-  join(1, east, 111.5);
+  join(1, east, 81.5);
   world.fixed_tours = {{0, 1}, {1, 0}};
+  world.max_speed_mps = 1.5;
   Furnisher furnisher(world, furniture_random);
   for (const int lobby : {0, 2}) {
     furnisher.FurnishMiddle(plan.rooms[lobby]);

@@ -15,7 +15,7 @@ namespace {
 
 using Step = std::pair<int, int>;  // A stretch in the direction (from, to).
 
-// Dijkstra over directed stretches, which is what forbids turning on the spot. Appends the nodes
+// Dijkstra over directed stretches, which is what can forbid sharp turns. Appends the nodes
 // after `at.second` to `walk`. False if nothing that fulfils `done` can be reached.
 bool Walk(const RoadMap& roads, Step at, const std::function<bool(Step)>& done,
           std::vector<int>& walk) {
@@ -32,7 +32,7 @@ bool Walk(const RoadMap& roads, Step at, const std::function<bool(Step)>& done,
       return true;
     }
     for (const int next : roads.neighbours[step.second]) {
-      if (next == step.first) continue;
+      if (!roads.CanTurn(step.first, step.second, next)) continue;
       const Step to{step.second, next};
       const double length = distance + (roads.nodes[next] - roads.nodes[step.second]).norm();
       if (const auto known = best.find(to); known != best.end()) {
@@ -55,14 +55,16 @@ int Farthest(const RoadMap& roads, const std::vector<int>& cycle, const Eigen::V
 }
 
 // Goes half way around the cycle from its node walk.back().
-void GoAcross(const std::vector<int>& cycle, Random& random, std::vector<int>& walk) {
+void GoAcross(const RoadMap& roads, const std::vector<int>& cycle, Random& random,
+              std::vector<int>& walk) {
   const int size = static_cast<int>(cycle.size());
   const int start =
       static_cast<int>(std::find(cycle.begin(), cycle.end(), walk.back()) - cycle.begin());
-  const int previous = walk.size() > 1 ? walk[walk.size() - 2] : -1;
   const auto node = [&](int i) { return cycle[((start + i) % size + size) % size]; };
   int direction = random.Chance(0.5) ? 1 : -1;
-  if (node(direction) == previous) direction = -direction;
+  if (walk.size() > 1 && !roads.CanTurn(walk[walk.size() - 2], walk.back(), node(direction))) {
+    direction = -direction;
+  }
   for (int i = 1; i <= (size + 1) / 2; ++i) walk.push_back(node(direction * i));
 }
 
@@ -91,6 +93,11 @@ Eigen::Vector2d RoadMap::Center(int place) const {
   Eigen::Vector2d sum = Eigen::Vector2d::Zero();
   for (const int node : places[place]) sum += nodes[node];
   return sum / static_cast<double>(places[place].size());
+}
+
+bool RoadMap::CanTurn(int a, int b, int c) const {
+  const Eigen::Vector2d in = nodes[b] - nodes[a], out = nodes[c] - nodes[b];
+  return in.dot(out) > -0.5 * in.norm() * out.norm();
 }
 
 double RoadMap::Distance(const Eigen::Vector2d& point) const {
@@ -151,7 +158,7 @@ ClosedWalk Tour(const RoadMap& roads, const std::vector<int>& places, Random& ra
                    [&](Step step) { return on_cycle(step.second); }, walk)) {
       return {};
     }
-    GoAcross(cycle, random, walk);
+    GoAcross(roads, cycle, random, walk);
   }
   if (walk.size() < 2) return {};
   const size_t done = walk.size() - 1;

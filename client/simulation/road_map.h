@@ -23,6 +23,8 @@ struct RoadMap {
   Eigen::Vector2d Center(int place) const;
   // Of the shortest way from any node of `from` (places) to each place; infinity if there is none.
   std::vector<double> WalkingDistances(const std::vector<int>& from) const;
+  // A robot that comes from `a` to `b` may go on to `c`: no turn of more than 120 degrees.
+  bool CanTurn(int a, int b, int c) const;
   // Distance of a point to the nearest stretch.
   double Distance(const Eigen::Vector2d& point) const;
 };
@@ -34,8 +36,8 @@ struct ClosedWalk {
 };
 
 // A walk from the far side of the first of `places` to the far side of each of the others in order,
-// and back to its first node. It never turns
-// on the spot: no stretch is taken back at once. No nodes if a place cannot be reached that way.
+// and back to its first node. Every turn
+// is one that CanTurn allows. No nodes if a place cannot be reached that way.
 ClosedWalk Tour(const RoadMap& roads, const std::vector<int>& places, Random& random);
 
 // Which places each of `robots` tours: `own` places in a sector of the robot's own, then `shared`

@@ -51,7 +51,7 @@ struct SpeedLimits {
 };
 
 // Distance along a curve by time: starts at rest, is as fast as the limits allow, never stops.
-// Velocity is continuous. Immutable.
+// Velocity is continuous; limits hold to within 2 %. Immutable.
 class SpeedProfile {
  public:
   // Long enough for `seconds`.

@@ -43,7 +43,7 @@ struct World {
 //                 joined by doorways, with columns, show cases, statues, partitions and paintings.
 //   campus        About 260 x 260 m outdoors: streets, buildings of L, T, U and other footprints,
 //                 trees, lamp posts, parked cars, fences, gently uneven ground.
-//   corridor      Two lobbies joined by 100 m of bare corridor, along which nothing but the floor,
+//   corridor      Two lobbies joined by 70 m of bare corridor, along which nothing but the floor,
 //                 the ceiling and two walls can be measured.
 //   twins         Two identical closed rooms, far apart. Robots 0, 2, ... drive in one of them,
 //                 robots 1, 3, ... in the other: every merge of the two is wrong.

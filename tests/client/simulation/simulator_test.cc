@@ -1,0 +1,170 @@
+#include "client/simulation/simulator.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace isthmus::simulation {
+namespace {
+
+using ::testing::HasSubstr;
+
+constexpr Noise kExact{0, 0, 0};
+const Eigen::Vector3d kRoom(12, 8, 4);  // Centred over the origin, on the floor.
+
+World RoomWorld() {
+  World world;
+  world.mesh.AddBox(Eigen::Vector3d::Zero(), kRoom, 0, Material::kPlaster);
+  return world;
+}
+
+Simulator InRoom(const Motion& motion, const Noise& noise, const std::string& sensor = "vlp16") {
+  Options options;
+  options.noise = noise;
+  return Simulator(RoomWorld(), {motion}, *MakeLidar(sensor), options);
+}
+
+// Signed distance to the nearest of the room's six faces; negative outside.
+double Depth(const Eigen::Vector3d& p) {
+  const Eigen::Vector3d half = kRoom / 2;
+  const Eigen::Vector3d inside = half - (p - Eigen::Vector3d(0, 0, half.z())).cwiseAbs();
+  return inside.minCoeff();
+}
+
+TEST(Simulator, StandingInABoxMeasuresExactRanges) {
+  const Pose T_world_sensor = Pose::FromXyzRpy(1, -0.5, 0.8, 0.05, -0.03, 0.7);
+  for (const std::string& sensor : LidarNames()) {
+    const Simulator simulator = InRoom([&](double) { return T_world_sensor; }, kExact, sensor);
+    const Scan scan = simulator.MakeScan(0, 0);
+    ASSERT_EQ(scan.points.size(), simulator.lidar().firings.size());  // Closed room: no misses.
+    for (size_t i = 0; i < scan.points.size(); ++i) {
+      const ScanPoint& p = scan.points[i];
+      const Firing& firing = simulator.lidar().firings[i];
+      const Eigen::Vector3d direction = T_world_sensor.rotation() * firing.direction.cast<double>();
+      double expected = 1e9;  // To the first face in that direction.
+      for (int axis = 0; axis < 3; ++axis) {
+        const double low = axis == 2 ? 0 : -kRoom[axis] / 2, high = low + kRoom[axis];
+        const double face = direction[axis] > 0 ? high : low;
+        const double range = (face - T_world_sensor.translation()[axis]) / direction[axis];
+        if (std::isfinite(range)) expected = std::min(expected, range);
+      }
+      ASSERT_NEAR(Eigen::Vector3f(p.x, p.y, p.z).norm(), expected, 2e-4) << sensor << " " << i;
+      ASSERT_EQ(p.ring, firing.ring);
+    }
+  }
+}
+
+// Drives and turns at the same time, as fast as any robot here does.
+Pose Swerve(double t) { return Pose::FromXyzRpy(-3 + 2 * t, 0.5 * t, 0.8, 0, 0.02 * t, 0.8 * t); }
+
+TEST(Simulator, EveryFiringComesFromItsOwnPose) {
+  const Simulator simulator = InRoom(Swerve, kExact);
+  double worst = 0, worst_at_end_pose = 0;
+  for (const int index : {0, 5}) {
+    const Scan scan = simulator.MakeScan(0, index);
+    const double end = 0.1 * (index + 1);
+    for (const ScanPoint& p : scan.points) {
+      const Eigen::Vector3d at(p.x, p.y, p.z);
+      worst = std::max(worst, std::abs(Depth(Swerve(end + double{p.time}) * at)));
+      worst_at_end_pose = std::max(worst_at_end_pose, std::abs(Depth(Swerve(end) * at)));
+    }
+  }
+  EXPECT_LT(worst, 1e-3);
+  EXPECT_GT(worst_at_end_pose, 0.2);  // The motion within the scan is there.
+}
+
+TEST(Simulator, RangeNoiseIsAsLargeAsSaid) {
+  const Simulator simulator = InRoom(Swerve, {0.02, 0, 0});
+  const Scan noisy = simulator.MakeScan(0, 3), exact = InRoom(Swerve, kExact).MakeScan(0, 3);
+  ASSERT_EQ(noisy.points.size(), exact.points.size());
+  double sum = 0, squares = 0;
+  for (size_t i = 0; i < noisy.points.size(); ++i) {
+    const ScanPoint &a = noisy.points[i], &b = exact.points[i];
+    const double error = std::hypot(a.x, a.y, a.z) - std::hypot(b.x, b.y, b.z);
+    sum += error;
+    squares += error * error;
+  }
+  const auto count = static_cast<double>(noisy.points.size());
+  EXPECT_NEAR(sum / count, 0, 0.001);
+  EXPECT_NEAR(std::sqrt(squares / count), 0.02, 0.001);
+}
+
+TEST(Simulator, DropoutLosesThatShare) {
+  const Simulator simulator = InRoom(Swerve, {0, 0.25, 0});
+  const double kept = static_cast<double>(simulator.MakeScan(0, 0).points.size()) /
+                      static_cast<double>(simulator.lidar().firings.size());
+  EXPECT_NEAR(kept, 0.75, 0.02);
+}
+
+TEST(Simulator, WeakReturnsFadeWithRange) {
+  World plain;
+  plain.mesh.AddBox({0, 0, -1}, {400, 400, 1}, 0, Material::kAsphalt);
+  Options options;
+  const Motion standing = [](double) { return Pose(Eigen::Vector3d(0, 0, 1.8)); };
+  const Simulator simulator(plain, {standing}, *MakeLidar("vlp16"), options);
+  int near = 0, far = 0;
+  for (const ScanPoint& p : simulator.MakeScan(0, 0).points) {
+    ++(std::hypot(p.x, p.y) < 25 ? near : far);
+  }
+  // Four rings look down on ground nearer than 25 m or so, three farther away.
+  EXPECT_GT(near, 5 * 1700);
+  EXPECT_LT(far, 1800);
+}
+
+TEST(Simulator, StampsSequencesAndTimes) {
+  Options options;
+  options.seconds = 2;
+  const auto simulator = *Simulator::Create(options);
+  EXPECT_EQ(simulator->scan_count(), 20);
+  ASSERT_EQ(simulator->Truth(1).size(), 20u);
+  for (const int index : {0, 7}) {
+    const Scan scan = simulator->MakeScan(1, index);
+    EXPECT_EQ(scan.sequence, static_cast<uint64_t>(index) + 1);
+    EXPECT_EQ(scan.end_stamp_ns, options.start_stamp_ns + (index + 1) * int64_t{100'000'000});
+    EXPECT_EQ(scan.end_stamp_ns, simulator->Truth(1)[index].stamp_ns);
+    EXPECT_TRUE(scan.has_ring && scan.has_time);
+    ASSERT_GT(scan.points.size(), 20'000u);
+    float before = -0.1f;
+    for (const ScanPoint& p : scan.points) {
+      ASSERT_GE(p.time, before);
+      ASSERT_LE(p.time, 0);
+      before = p.time;
+    }
+  }
+}
+
+TEST(Simulator, IsDeterministicBySeedInAnyOrder) {
+  const auto points = [](uint64_t seed, const std::vector<int>& order) {
+    Options options;
+    options.seed = seed;
+    options.seconds = 1;
+    const auto simulator = *Simulator::Create(options);
+    Scan last;
+    for (const int index : order) last = simulator->MakeScan(0, index);
+    std::vector<float> flat;
+    for (const ScanPoint& p : last.points) flat.insert(flat.end(), {p.x, p.y, p.z, p.intensity});
+    return flat;
+  };
+  EXPECT_EQ(points(1, {4}), points(1, {2, 9, 4}));
+  EXPECT_NE(points(1, {4}), points(2, {4}));
+}
+
+TEST(Simulator, RefusesOptionsThatMakeNoSense) {
+  const auto error = [](const auto& change) {
+    Options options;
+    change(options);
+    const auto status = Simulator::Create(options).status();
+    EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
+    return std::string(status.message());
+  };
+  EXPECT_THAT(error([](Options& o) { o.world = "moon"; }), HasSubstr("museum"));
+  EXPECT_THAT(error([](Options& o) { o.sensor = "radar"; }), HasSubstr("vlp16"));
+  EXPECT_THAT(error([](Options& o) { o.robots = 0; }), HasSubstr("robots"));
+  EXPECT_THAT(error([](Options& o) { o.seconds = NAN; }), HasSubstr("seconds"));
+  EXPECT_THAT(error([](Options& o) { o.noise.dropout = 2; }), HasSubstr("dropout"));
+  EXPECT_THAT(error([](Options& o) { o.noise.range_sigma_m = -1; }), HasSubstr("noise"));
+}
+
+}  // namespace
+}  // namespace isthmus::simulation
