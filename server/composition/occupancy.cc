@@ -72,6 +72,14 @@ absl::Status InsertSubmap(const PlacedSubmap& placed, const OccupancyOptions& op
   return absl::OkStatus();
 }
 
+// OcTree::writeBinary with its header spelled out: the library's own prints to stderr as it goes.
+// The first line is what readers know the format by.
+void WriteBinary(const octomap::OcTree& tree, std::ostream& file) {
+  file << "# Octomap OcTree binary file\nid " << tree.getTreeType() << "\nsize " << tree.size()
+       << "\nres " << tree.getResolution() << "\ndata\n";
+  tree.writeBinaryData(file);
+}
+
 std::string Serialize(const OccupancyGrid& grid, OccupancyFormat format,
                       const OccupancyOptions& options) {
   octomap::OcTree tree(options.resolution_m);
@@ -81,10 +89,11 @@ std::string Serialize(const OccupancyGrid& grid, OccupancyFormat format,
     tree.setNodeValue(octomap::OcTreeKey(key(x), key(y), key(z)), log_odds, true);
   });
   tree.updateInnerOccupancy();
+  if (format == OccupancyFormat::kBinary) tree.toMaxLikelihood();
   tree.prune();
   std::ostringstream file;
   if (format == OccupancyFormat::kBinary) {
-    tree.writeBinary(file);
+    WriteBinary(tree, file);
   } else {
     tree.write(file);
   }

@@ -129,6 +129,16 @@ TEST_P(Occupancy, UnusablePointsAreLeftOut) {
   EXPECT_EQ(tree->size(), Write({MakeSubmap("alice", 0, Wall())})->size());
 }
 
+// A server's log is no place for a library's progress.
+TEST_P(Occupancy, PrintsNothing) {
+  ::testing::internal::CaptureStderr();
+  ::testing::internal::CaptureStdout();
+  const auto file = WriteOccupancy({MakeSubmap("alice", 0, Wall())}, 0, GetParam(), {});
+  EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
+  EXPECT_EQ(::testing::internal::GetCapturedStdout(), "");
+  EXPECT_TRUE(file.ok());
+}
+
 TEST(OccupancyLimits, OptionsAreChecked) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   for (const OccupancyOptions& options :
