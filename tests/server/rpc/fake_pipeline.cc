@@ -1,0 +1,226 @@
+#include "tests/server/rpc/fake_pipeline.h"
+
+#include <absl/strings/str_cat.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace isthmus::rpc {
+
+uint64_t FakeMap::point_count(uint32_t component) const {
+  return component == 0 ? points_.size() : 0;
+}
+
+Box FakeMap::bounds(uint32_t) const {
+  Box box;
+  for (const MapPoint& point : points_) box.Extend(Eigen::Vector3d(point.x, point.y, point.z));
+  return box;
+}
+
+void FakeMap::Read(const Region& region, size_t chunk, const Emit& emit) const {
+  std::vector<MapPoint> found;
+  for (const MapPoint& point : points_) {
+    const Eigen::Vector3d p(point.x, point.y, point.z);
+    if (region.component != 0) continue;
+    if (!region.box.empty() && !region.box.Contains(p)) continue;
+    if (region.has_sphere && (p - region.center).norm() > region.radius_m) continue;
+    if (region.robot >= 0 && point.robot != static_cast<uint32_t>(region.robot)) continue;
+    found.push_back(point);
+    if (found.size() < chunk) continue;
+    if (!emit(found)) return;
+    found.clear();
+  }
+  if (!found.empty()) emit(found);
+}
+
+absl::StatusOr<FakePipeline::Session*> FakePipeline::Find(const SessionId& session) {
+  const auto found = sessions_.find(session);
+  if (found == sessions_.end()) {
+    return absl::NotFoundError(absl::StrCat("no session \"", session.value(), "\""));
+  }
+  return &found->second;
+}
+
+absl::StatusOr<server::SessionStatus> FakePipeline::CreateSession(const RobotId& robot,
+                                                                  const std::string& sensor,
+                                                                  const Pose& T_base_sensor) {
+  std::lock_guard lock(mutex_);
+  if (robot.empty()) return absl::InvalidArgumentError("the robot has no name");
+  server::SessionStatus status;
+  status.record.id = SessionId(absl::StrCat(robot.value(), "-", sessions_.size() + 1));
+  status.record.robot = robot;
+  status.record.sensor = sensor;
+  status.record.T_base_sensor = T_base_sensor;
+  status.record.created_ns = 1000;
+  sessions_[status.record.id].status = status;
+  return status;
+}
+
+absl::StatusOr<server::SessionStatus> FakePipeline::GetSession(const SessionId& session) {
+  std::lock_guard lock(mutex_);
+  const auto found = Find(session);
+  if (!found.ok()) return found.status();
+  return (*found)->status;
+}
+
+std::vector<server::SessionStatus> FakePipeline::ListSessions() {
+  std::lock_guard lock(mutex_);
+  std::vector<server::SessionStatus> list;
+  for (const auto& [id, session] : sessions_) list.push_back(session.status);
+  return list;
+}
+
+absl::StatusOr<server::SessionStatus> FakePipeline::FinishSession(const SessionId& session) {
+  std::lock_guard lock(mutex_);
+  const auto found = Find(session);
+  if (!found.ok()) return found.status();
+  (*found)->status.record.state = SessionState::kFinished;
+  (*found)->status.record.finished_ns = 2000;
+  return (*found)->status;
+}
+
+absl::Status FakePipeline::DeleteSession(const SessionId& session) {
+  std::lock_guard lock(mutex_);
+  const auto found = Find(session);
+  if (!found.ok()) return found.status();
+  sessions_.erase(session);
+  std::erase_if(queue_, [&](const Queued& queued) { return queued.session == session; });
+  changed_.notify_all();
+  return absl::OkStatus();
+}
+
+absl::Status FakePipeline::SetAckSink(const SessionId& session, server::AckSink sink) {
+  std::lock_guard lock(mutex_);
+  const auto found = Find(session);
+  if (!found.ok()) return found.status();
+  if (sink && (*found)->status.record.state == SessionState::kFinished) {
+    return absl::FailedPreconditionError("the session is finished");
+  }
+  (*found)->sink = std::move(sink);
+  return absl::OkStatus();
+}
+
+absl::Status FakePipeline::SubmitScan(const SessionId& session, server::ScanUpload scan) {
+  std::unique_lock lock(mutex_);
+  changed_.wait(lock, [this] { return capacity_ == 0 || queue_.size() < capacity_; });
+  const auto found = Find(session);
+  if (!found.ok()) return found.status();
+  if (scan.sequence > (*found)->last_submitted + 1) {
+    return absl::OutOfRangeError(absl::StrCat(
+        "scan ", scan.sequence, " leaves a gap: ", (*found)->last_submitted + 1, " is expected"));
+  }
+  (*found)->last_submitted = std::max((*found)->last_submitted, scan.sequence);
+  ++submitted_;
+  if (capacity_ > 0) {
+    queue_.push_back({session, std::move(scan)});
+    changed_.notify_all();
+    return absl::OkStatus();
+  }
+  const server::ScanAck ack = Handle(**found, scan);
+  if ((*found)->sink) (*found)->sink(ack);
+  return absl::OkStatus();
+}
+
+server::ScanAck FakePipeline::Handle(Session& session, const server::ScanUpload& scan) {
+  server::ScanAck ack;
+  ack.sequence = scan.sequence;
+  ack.durable_sequence = session.status.durable_sequence;
+  if (scan.sequence <= session.status.last_sequence) {
+    ack.outcome = server::ScanOutcome::kDuplicate;
+    return ack;
+  }
+  session.status.last_sequence = scan.sequence;
+  if (scan.payload.data.empty()) {
+    ack.outcome = server::ScanOutcome::kRejected;
+    ack.reason = "the scan is empty";
+    return ack;
+  }
+  ack.status = "ok";
+  ack.T_odom_sensor = Pose(Eigen::Vector3d(static_cast<double>(scan.sequence), 0, 0));
+  ack.total_ms = 3.5;
+  return ack;
+}
+
+absl::StatusOr<SubmapInfo> FakePipeline::AddSubmap(Submap submap) {
+  std::lock_guard lock(mutex_);
+  submaps_.push_back(std::move(submap));
+  return Summarize(submaps_.back());
+}
+
+absl::StatusOr<std::vector<SubmapInfo>> FakePipeline::ListSubmaps(
+    const std::optional<RobotId>& robot) {
+  std::lock_guard lock(mutex_);
+  std::vector<SubmapInfo> list;
+  for (const Submap& submap : submaps_) {
+    if (!robot || submap.robot == *robot) list.push_back(Summarize(submap));
+  }
+  if (robot && list.empty()) return absl::NotFoundError("no such robot");
+  return list;
+}
+
+absl::StatusOr<server::RobotTrajectory> FakePipeline::GetTrajectory(const RobotId&,
+                                                                    server::TrajectoryFrame) {
+  return trajectory;
+}
+
+absl::StatusOr<server::RobotTransform> FakePipeline::GetTransform(const RobotId&, const RobotId&) {
+  return transform;
+}
+
+absl::Status FakePipeline::ExportMap(server::ExportFormat format, const Region& region,
+                                     double octomap_resolution_m,
+                                     const std::function<bool(const std::string&)>& sink) {
+  exports.push_back({format, region, octomap_resolution_m});
+  for (const std::string& piece : file) {
+    if (!sink(piece)) return absl::CancelledError("the reader went away");
+  }
+  return export_status;
+}
+
+void FakePipeline::Hold(size_t capacity) {
+  std::lock_guard lock(mutex_);
+  capacity_ = capacity;
+}
+
+void FakePipeline::Release() {
+  std::lock_guard lock(mutex_);
+  capacity_ = 0;
+  for (const Queued& queued : queue_) {
+    Session& session = sessions_.at(queued.session);
+    const server::ScanAck ack = Handle(session, queued.scan);
+    if (session.sink) session.sink(ack);
+  }
+  queue_.clear();
+  changed_.notify_all();
+}
+
+size_t FakePipeline::Waiting() {
+  std::lock_guard lock(mutex_);
+  return queue_.size();
+}
+
+void FakePipeline::WaitForQueued(size_t scans) {
+  std::unique_lock lock(mutex_);
+  changed_.wait(lock, [&] { return queue_.size() >= scans; });
+}
+
+void FakePipeline::MakeDurable(const SessionId& session, uint64_t sequence) {
+  std::lock_guard lock(mutex_);
+  Session& found = sessions_.at(session);
+  found.status.durable_sequence = sequence;
+  server::ScanAck ack;
+  ack.durable_sequence = sequence;
+  if (found.sink) found.sink(ack);
+}
+
+std::vector<Submap> FakePipeline::submaps() {
+  std::lock_guard lock(mutex_);
+  return submaps_;
+}
+
+size_t FakePipeline::submitted() {
+  std::lock_guard lock(mutex_);
+  return submitted_;
+}
+
+}  // namespace isthmus::rpc
