@@ -1,0 +1,90 @@
+#include "server/query/export.h"
+
+#include <absl/status/statusor.h>
+
+#include <vector>
+
+#include "core/codec/map_writer.h"
+
+namespace isthmus::query {
+namespace {
+
+// 200 kB of binary records, about 500 kB of text.
+constexpr size_t kPointsPerPiece = 10000;
+constexpr size_t kBytesPerPiece = size_t{1} << 19;
+
+absl::Status Stopped() { return absl::CancelledError("The reader stopped the export"); }
+
+// A map never changes, so what was counted is what a second reading gives.
+uint64_t CountPoints(const ComposedMap& map, const Region& region) {
+  uint64_t count = 0;
+  map.Read(region, kPointsPerPiece, [&](const std::vector<MapPoint>& points) {
+    count += points.size();
+    return true;
+  });
+  return count;
+}
+
+// The header, then every chunk as `format_chunk` puts it.
+template <typename FormatChunk>
+absl::Status Stream(const ComposedMap& map, const Region& region, const std::string& header,
+                    const FormatChunk& format_chunk, const ByteSink& sink) {
+  if (!sink(header)) return Stopped();
+  bool wanted = true;
+  map.Read(region, kPointsPerPiece, [&](const std::vector<MapPoint>& points) {
+    return wanted = sink(format_chunk(points));
+  });
+  return wanted ? absl::OkStatus() : Stopped();
+}
+
+absl::Status StreamPcd(const ComposedMap& map, const Region& region, codec::PcdEncoding encoding,
+                       const ByteSink& sink) {
+  const std::string header = codec::PcdMapHeader(CountPoints(map, region), encoding, map.robots());
+  const auto chunk = [&](const std::vector<MapPoint>& points) {
+    return codec::PcdMapChunk(points, encoding);
+  };
+  return Stream(map, region, header, chunk, sink);
+}
+
+// PCL compresses whole columns, so this one encoding needs all points at once.
+absl::Status SendCompressedPcd(const ComposedMap& map, const Region& region, const ByteSink& sink) {
+  std::vector<MapPoint> all;
+  all.reserve(CountPoints(map, region));
+  map.Read(region, kPointsPerPiece, [&](const std::vector<MapPoint>& points) {
+    all.insert(all.end(), points.begin(), points.end());
+    return true;
+  });
+  const absl::StatusOr<std::string> body = codec::PcdMapCompressed(all);
+  if (!body.ok()) return body.status();
+  const std::string header =
+      codec::PcdMapHeader(all.size(), codec::PcdEncoding::kBinaryCompressed, map.robots());
+  if (!sink(header)) return Stopped();
+  for (size_t begin = 0; begin < body->size(); begin += kBytesPerPiece) {
+    if (!sink(body->substr(begin, kBytesPerPiece))) return Stopped();
+  }
+  return absl::OkStatus();
+}
+
+absl::Status StreamPly(const ComposedMap& map, const Region& region, const ByteSink& sink) {
+  const std::string header = codec::PlyMapHeader(CountPoints(map, region), map.robots());
+  return Stream(map, region, header, codec::PlyMapChunk, sink);
+}
+
+}  // namespace
+
+absl::Status ExportCloud(const ComposedMap& map, const Region& region, CloudFormat format,
+                         const ByteSink& sink) {
+  switch (format) {
+    case CloudFormat::kPcdAscii:
+      return StreamPcd(map, region, codec::PcdEncoding::kAscii, sink);
+    case CloudFormat::kPcdBinary:
+      return StreamPcd(map, region, codec::PcdEncoding::kBinary, sink);
+    case CloudFormat::kPcdBinaryCompressed:
+      return SendCompressedPcd(map, region, sink);
+    case CloudFormat::kPly:
+      return StreamPly(map, region, sink);
+  }
+  return absl::InvalidArgumentError("Unknown cloud format");
+}
+
+}  // namespace isthmus::query
