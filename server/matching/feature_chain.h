@@ -5,19 +5,39 @@
 
 #include <absl/status/statusor.h>
 
+#include <Eigen/Core>
 #include <vector>
 
 #include "core/match.h"
 #include "core/submap.h"
 #include "server/matching/candidate.h"
+#include "server/matching/feature_chain_options.h"
+#include "server/matching/fpfh.h"
 
 namespace isthmus::matching {
 
-struct FeatureChainOptions;  // Every stage's parameters, with units: feature_chain_options.h
+// The key points of one map and what their surroundings look like: computed once, matched against
+// many.
+struct FeatureSet {
+  std::vector<Eigen::Vector3f> keypoints;   // Odom frame.
+  std::vector<FpfhDescriptor> descriptors;  // One per key point.
+};
 
-// At most a few candidates, best first; empty when RANSAC finds no consensus. Candidate::score is
-// the number of RANSAC inliers. Appends one entry per stage to `stages`. Deterministic. Both maps
-// need at least one submap. Thread safe (no shared state).
+// Everything that needs one map only. An empty set for a map without structure; Internal when PCL
+// fails. Appends one entry per stage to `stages`.
+absl::StatusOr<FeatureSet> ComputeFeatures(const SessionMap& map,
+                                           const FeatureChainOptions& options,
+                                           std::vector<StageTime>* stages);
+
+// Everything that needs the pair. At most options.ransac.candidates, best first; empty when RANSAC
+// finds no consensus. Appends one entry per stage to `stages`.
+std::vector<Candidate> MatchFeatures(const FeatureSet& a, const FeatureSet& b,
+                                     const FeatureChainOptions& options,
+                                     std::vector<StageTime>* stages);
+
+// Both of the above. At most a few candidates, best first; empty when RANSAC finds no consensus or
+// PCL fails. Candidate::score is the number of RANSAC inliers. Appends one entry per stage to
+// `stages`, both maps together. Deterministic. Thread safe (no shared state).
 std::vector<Candidate> SearchByFeatures(const SessionMap& a, const SessionMap& b,
                                         const FeatureChainOptions& options,
                                         std::vector<StageTime>* stages);

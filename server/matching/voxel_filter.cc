@@ -1,0 +1,79 @@
+#include "server/matching/voxel_filter.h"
+
+#include <absl/container/flat_hash_map.h>
+
+#include <cstdint>
+
+#include "server/matching/voxel_key.h"
+
+namespace isthmus::matching {
+namespace {
+
+constexpr float kMaxCoordinateM = 1e5f;
+
+struct VoxelMean {
+  Eigen::Vector3f anchor;  // First point; sums are relative to it to keep float precision.
+  Eigen::Vector3f sum = Eigen::Vector3f::Zero();
+  Eigen::Vector3f to_sensor = Eigen::Vector3f::Zero();  // Sum of unit vectors.
+  int count = 0;
+
+  Eigen::Vector3f mean() const { return anchor + sum / static_cast<float>(count); }
+};
+
+class Thinner {
+ public:
+  Thinner(double voxel_m, size_t expected) : inverse_voxel_(static_cast<float>(1.0 / voxel_m)) {
+    index_of_.reserve(expected);
+  }
+
+  void Add(const Submap& submap) {
+    const Eigen::Matrix3f R = submap.T_odom_submap.RotationMatrix().cast<float>();
+    const Eigen::Vector3f t = submap.T_odom_submap.translation().cast<float>();
+    std::vector<Eigen::Vector3f> sensors;
+    for (const Keyframe& keyframe : submap.keyframes) {
+      sensors.push_back(
+          (submap.T_odom_submap * keyframe.T_submap_sensor.translation()).cast<float>());
+    }
+    for (const SubmapPoint& point : submap.points) {
+      if (point.keyframe >= sensors.size()) continue;
+      const Eigen::Vector3f p = R * point.Position() + t;
+      // Written so that NaN fails too.
+      if (!(p.cwiseAbs().maxCoeff() < kMaxCoordinateM)) continue;
+      Add(p, (sensors[point.keyframe] - p).normalized());
+    }
+  }
+
+  const std::vector<VoxelMean>& voxels() const { return voxels_; }
+
+ private:
+  void Add(const Eigen::Vector3f& p, const Eigen::Vector3f& to_sensor) {
+    const auto [entry, added] =
+        index_of_.try_emplace(VoxelKey(p, inverse_voxel_), static_cast<int>(voxels_.size()));
+    if (added) voxels_.push_back({p});
+    VoxelMean& voxel = voxels_[entry->second];
+    voxel.sum += p - voxel.anchor;
+    voxel.to_sensor += to_sensor;
+    ++voxel.count;
+  }
+
+  const float inverse_voxel_;
+  absl::flat_hash_map<uint64_t, int> index_of_;
+  std::vector<VoxelMean> voxels_;
+};
+
+}  // namespace
+
+std::vector<ViewedPoint> FilterVoxels(const SessionMap& map, double voxel_m) {
+  size_t raw = 0;
+  for (const auto& submap : map.submaps) raw += submap->points.size();
+  Thinner thinner(voxel_m, raw / 8);
+  for (const auto& submap : map.submaps) thinner.Add(*submap);
+  std::vector<ViewedPoint> thinned;
+  thinned.reserve(thinner.voxels().size());
+  for (const VoxelMean& voxel : thinner.voxels()) {
+    thinned.push_back({voxel.mean(), voxel.to_sensor});
+  }
+  return thinned;
+}
+
+}  // namespace isthmus::matching
