@@ -2,35 +2,43 @@
 
 #include <absl/strings/str_cat.h>
 
-#include <algorithm>
 #include <map>
 #include <mutex>
 #include <set>
 #include <utility>
 
+#include "storage/batch_rules.h"
+
 namespace isthmus::storage {
 namespace {
 
-struct StoredSession {
+// Everything of one session.
+struct SessionData {
   SessionRecord record;
+  uint64_t order = 0;                              // Of insertion, because created_ns may repeat.
   std::map<uint64_t, TrajectoryEntry> trajectory;  // By sequence.
   std::map<uint32_t, std::shared_ptr<const Submap>> submaps;
+  std::map<uint32_t, SubmapInfo> infos;
+  std::map<std::pair<uint32_t, std::string>, std::string> features;  // By submap and kind.
 };
 
+// Thread safe: one mutex, and nothing slow under it.
 class MemoryStore : public MapStore {
  public:
   absl::Status Write(const WriteBatch& batch) override {
+    // Bounds take a pass over the points: made before the lock is.
+    std::vector<SubmapInfo> infos;
+    for (const auto& submap : batch.submaps) infos.push_back(Summarize(*submap));
     std::lock_guard lock(mutex_);
     if (absl::Status status = Check(batch); !status.ok()) return status;
-    for (const SessionRecord& record : batch.sessions) {
-      if (!sessions_.contains(record.id)) order_.push_back(record.id);
-      sessions_[record.id].record = record;
-    }
+    for (const SessionRecord& record : batch.sessions) PutSession(record);
     for (const auto& [session, entry] : batch.trajectory) {
-      sessions_[session].trajectory.emplace(entry.sequence, entry);
+      sessions_.at(session).trajectory.emplace(entry.sequence, entry);
     }
-    for (const auto& submap : batch.submaps) {
-      sessions_[submap->id.session].submaps[submap->id.index] = submap;
+    for (size_t i = 0; i < infos.size(); ++i) {
+      SessionData& data = sessions_.at(infos[i].id.session);
+      data.submaps[infos[i].id.index] = batch.submaps[i];
+      data.infos[infos[i].id.index] = infos[i];
     }
     for (const Match& match : batch.matches) matches_[{match.a, match.b}] = match;
     if (batch.revision) revision_ = *batch.revision;
@@ -39,69 +47,67 @@ class MemoryStore : public MapStore {
 
   absl::Status DeleteSession(const SessionId& session) override {
     std::lock_guard lock(mutex_);
-    if (sessions_.erase(session) == 0) return Unknown(session);
-    std::erase(order_, session);
+    if (sessions_.erase(session) == 0) return UnknownSession(session);
     std::erase_if(matches_, [&](const auto& item) {
       return item.first.first == session || item.first.second == session;
     });
-    std::erase_if(features_,
-                  [&](const auto& item) { return item.first.first.session == session; });
     return absl::OkStatus();
   }
 
   absl::StatusOr<SessionRecord> GetSession(const SessionId& session) const override {
     std::lock_guard lock(mutex_);
-    const auto it = sessions_.find(session);
-    if (it == sessions_.end()) return Unknown(session);
-    return it->second.record;
+    const SessionData* data = Find(session);
+    if (data == nullptr) return UnknownSession(session);
+    return data->record;
   }
 
   absl::StatusOr<std::vector<SessionRecord>> ListSessions() const override {
     std::lock_guard lock(mutex_);
+    std::map<uint64_t, SessionRecord> by_order;
+    for (const auto& [id, data] : sessions_) by_order.emplace(data.order, data.record);
     std::vector<SessionRecord> records;
-    for (const SessionId& id : order_) records.push_back(sessions_.at(id).record);
-    std::stable_sort(records.begin(), records.end(), [](const auto& a, const auto& b) {
-      return a.created_ns < b.created_ns;
-    });
+    for (auto& [order, record] : by_order) records.push_back(std::move(record));
     return records;
   }
 
   absl::StatusOr<std::vector<TrajectoryEntry>> GetTrajectory(
       const SessionId& session) const override {
     std::lock_guard lock(mutex_);
-    const auto it = sessions_.find(session);
-    if (it == sessions_.end()) return Unknown(session);
+    const SessionData* data = Find(session);
+    if (data == nullptr) return UnknownSession(session);
     std::vector<TrajectoryEntry> entries;
-    for (const auto& [sequence, entry] : it->second.trajectory) entries.push_back(entry);
+    for (const auto& [sequence, entry] : data->trajectory) entries.push_back(entry);
     return entries;
   }
 
   absl::StatusOr<std::shared_ptr<const Submap>> GetSubmap(const SubmapId& id) const override {
     std::lock_guard lock(mutex_);
-    const std::shared_ptr<const Submap> submap = Find(id);
-    if (submap == nullptr) return absl::NotFoundError(absl::StrCat("no submap ", ToString(id)));
-    return submap;
+    if (!HasSubmap(id)) return UnknownSubmap(id);
+    return sessions_.at(id.session).submaps.at(id.index);
   }
 
   absl::StatusOr<std::vector<SubmapInfo>> ListSubmaps(
       const std::optional<SessionId>& session) const override {
     std::lock_guard lock(mutex_);
-    if (session && !sessions_.contains(*session)) return Unknown(*session);
+    if (session && Find(*session) == nullptr) return UnknownSession(*session);
     std::vector<SubmapInfo> infos;
-    for (const auto& [id, stored] : sessions_) {
+    for (const auto& [id, data] : sessions_) {
       if (session && id != *session) continue;
-      for (const auto& [index, submap] : stored.submaps) infos.push_back(Summarize(*submap));
+      for (const auto& [index, info] : data.infos) infos.push_back(info);
     }
     return infos;
   }
 
   absl::StatusOr<std::vector<SubmapInfo>> FindSubmaps(const SessionId& session,
                                                       const Box& box_odom) const override {
-    absl::StatusOr<std::vector<SubmapInfo>> infos = ListSubmaps(session);
-    if (!infos.ok()) return infos.status();
-    std::erase_if(*infos, [&](const SubmapInfo& info) {
-      return !Transform(info.T_odom_submap, info.bounds).Intersects(box_odom);
-    });
+    std::lock_guard lock(mutex_);
+    const SessionData* data = Find(session);
+    if (data == nullptr) return UnknownSession(session);
+    std::vector<SubmapInfo> infos;
+    for (const auto& [index, info] : data->infos) {
+      const Box bounds = Transform(info.T_odom_submap, info.bounds);
+      if (!bounds.empty() && bounds.Intersects(box_odom)) infos.push_back(info);
+    }
     return infos;
   }
 
@@ -119,74 +125,51 @@ class MemoryStore : public MapStore {
 
   absl::Status PutFeatures(const FeatureBlob& blob) override {
     std::lock_guard lock(mutex_);
-    if (Find(blob.submap) == nullptr) {
-      return absl::FailedPreconditionError(
-          absl::StrCat("features of submap ", ToString(blob.submap), ", which is not stored"));
-    }
-    features_[{blob.submap, blob.kind}] = blob.data;
+    if (!HasSubmap(blob.submap)) return UnknownSubmap(blob.submap);
+    sessions_.at(blob.submap.session).features[{blob.submap.index, blob.kind}] = blob.data;
     return absl::OkStatus();
   }
 
   absl::StatusOr<std::string> GetFeatures(const SubmapId& submap,
                                           const std::string& kind) const override {
     std::lock_guard lock(mutex_);
-    const auto it = features_.find({submap, kind});
-    if (it == features_.end()) {
-      return absl::NotFoundError(
-          absl::StrCat("no features \"", kind, "\" of submap ", ToString(submap)));
-    }
-    return it->second;
+    if (!HasSubmap(submap)) return UnknownSubmap(submap);
+    const auto& features = sessions_.at(submap.session).features;
+    const auto found = features.find({submap.index, kind});
+    if (found == features.end()) return NoFeatures(submap, kind);
+    return found->second;
   }
 
  private:
-  static absl::Status Unknown(const SessionId& session) {
-    return absl::NotFoundError(absl::StrCat("no session ", session.value()));
+  // The rest of the class: mutex_ is held.
+  const SessionData* Find(const SessionId& session) const {
+    const auto found = sessions_.find(session);
+    return found == sessions_.end() ? nullptr : &found->second;
   }
 
-  // mutex_ is held for these.
-  std::shared_ptr<const Submap> Find(const SubmapId& id) const {
-    const auto session = sessions_.find(id.session);
-    if (session == sessions_.end()) return nullptr;
-    const auto submap = session->second.submaps.find(id.index);
-    return submap == session->second.submaps.end() ? nullptr : submap->second;
+  bool HasSubmap(const SubmapId& id) const {
+    const SessionData* data = Find(id.session);
+    return data != nullptr && data->submaps.count(id.index) > 0;
   }
 
-  // Everything that could make a batch fail, so that it happens as a whole or not at all.
   absl::Status Check(const WriteBatch& batch) const {
-    std::set<SessionId> known;
-    for (const SessionRecord& record : batch.sessions) known.insert(record.id);
-    const auto require = [&](const SessionId& session) {
-      if (sessions_.contains(session) || known.contains(session)) return absl::OkStatus();
-      return absl::FailedPreconditionError(absl::StrCat("no session ", session.value()));
-    };
-    for (const auto& [session, entry] : batch.trajectory) {
-      if (absl::Status status = require(session); !status.ok()) return status;
-    }
-    std::set<SubmapId> added;
-    for (const auto& submap : batch.submaps) {
-      if (absl::Status status = require(submap->id.session); !status.ok()) return status;
-      if (Find(submap->id) != nullptr || !added.insert(submap->id).second) {
-        return absl::AlreadyExistsError(absl::StrCat("submap ", ToString(submap->id), " exists"));
-      }
-    }
-    for (const Match& match : batch.matches) {
-      if (absl::Status status = require(match.a); !status.ok()) return status;
-      if (absl::Status status = require(match.b); !status.ok()) return status;
-    }
-    if (batch.revision && batch.revision->revision <= revision_.revision) {
-      return absl::FailedPreconditionError(absl::StrCat("revision ", batch.revision->revision,
-                                                        " is not newer than ",
-                                                        revision_.revision));
-    }
-    return absl::OkStatus();
+    return CheckBatch(batch,
+                      {.has_session = [this](const SessionId& id) { return Find(id) != nullptr; },
+                       .has_submap = [this](const SubmapId& id) { return HasSubmap(id); },
+                       .latest_revision = revision_.revision});
+  }
+
+  void PutSession(const SessionRecord& record) {
+    const auto [item, is_new] = sessions_.try_emplace(record.id);
+    if (is_new) item->second.order = next_order_++;
+    item->second.record = record;
   }
 
   mutable std::mutex mutex_;
-  std::map<SessionId, StoredSession> sessions_;  // Guarded by mutex_, as is all below.
-  std::vector<SessionId> order_;                 // Of creation.
+  std::map<SessionId, SessionData> sessions_;  // Guarded by mutex_, as the rest.
   std::map<std::pair<SessionId, SessionId>, Match> matches_;
-  std::map<std::pair<SubmapId, std::string>, std::string> features_;
   MapRevision revision_;
+  uint64_t next_order_ = 0;
 };
 
 }  // namespace
