@@ -1,0 +1,33 @@
+// The server's configuration: a YAML file of sections with settings, every one of which has a
+// default. `isthmus-server --print-config` shows them all.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <string>
+
+#include "server/pipeline_options.h"
+#include "server/rpc/server.h"
+#include "storage/sqlite_store.h"
+
+namespace isthmus::server {
+
+struct ServerConfig {
+  rpc::ServerOptions rpc;
+  PipelineOptions pipeline;
+  storage::SqliteOptions storage;
+};
+
+// Reads settings from YAML text into defaults. InvalidArgument, with section, key and line, for
+// text that is not YAML, an unknown section or key, one given twice, and a value of the wrong type
+// or out of range.
+absl::StatusOr<ServerConfig> ParseConfig(const std::string& yaml);
+
+// As ParseConfig, from a file; its path is in every message. Errors of reading as
+// codec::ReadFile.
+absl::StatusOr<ServerConfig> LoadConfig(const std::string& path);
+
+// Every value as YAML, each with a comment; ParseConfig reads it back to the same.
+std::string PrintConfig(const ServerConfig& config);
+
+}  // namespace isthmus::server

@@ -1,0 +1,31 @@
+#include "server/main/data_folder.h"
+
+#include <absl/strings/str_cat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+
+namespace isthmus::server {
+
+absl::Status MakeDataFolder(const std::string& path) {
+  std::error_code error;
+  std::filesystem::create_directories(path, error);
+  if (error) {
+    return absl::FailedPreconditionError(
+        absl::StrCat("cannot make the data folder ", path, ": ", error.message()));
+  }
+  if (!std::filesystem::is_directory(path, error)) {
+    return absl::FailedPreconditionError(
+        absl::StrCat("the data folder ", path, " is not a folder: name another with --data"));
+  }
+  if (access(path.c_str(), R_OK | W_OK | X_OK) != 0) {
+    return absl::FailedPreconditionError(
+        absl::StrCat("cannot write in the data folder ", path, ": ", std::strerror(errno),
+                     "; give this user the right to, or name another with --data"));
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace isthmus::server

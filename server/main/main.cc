@@ -1,0 +1,121 @@
+// isthmus-server: takes robots' scans, keeps and joins their maps, answers readers.
+#include <signal.h>
+#include <spdlog/sinks/stdout_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <cstdio>
+#include <iostream>
+#include <memory>
+#include <string>
+
+#include "server/main/config.h"
+#include "server/main/data_folder.h"
+#include "server/main/stop_signal.h"
+#include "server/pipeline.h"
+#include "server/rpc/server.h"
+#include "storage/sqlite_store.h"
+
+namespace isthmus::server {
+namespace {
+
+// What the exit code means; docs/api.md is the promise.
+enum ExitCode { kStopped = 0, kUsage = 2, kDataFolder = 3, kCannotListen = 4 };
+
+// Calls under way have this long to end before they are cancelled.
+constexpr std::chrono::seconds kGrace{10};
+
+struct Arguments {
+  std::string data;
+  std::string listen;
+  std::string config_path;
+  std::string log_level = "info";
+  bool print_config = false;
+};
+
+// `result` is what CLI11 would return; set when the program is to end here.
+bool Parse(int argc, char** argv, Arguments& arguments, int& result) {
+  CLI::App app("Takes robots' scans, keeps and joins their maps, answers readers.",
+               "isthmus-server");
+  app.set_version_flag("--version", "isthmus-server " ISTHMUS_VERSION);
+  app.add_option("--data", arguments.data, "Folder of the map; created when missing");
+  app.add_option("--listen", arguments.listen,
+                 "host:port to listen at, port 0 for a free one (default 127.0.0.1:50051)");
+  app.add_option("--config", arguments.config_path, "YAML file of settings; see --print-config");
+  app.add_flag("--print-config", arguments.print_config, "Print every effective setting and exit");
+  app.add_option("--log-level", arguments.log_level, "How much to say on stderr")
+      ->check(CLI::IsMember({"debug", "info", "warn", "error", "off"}))
+      ->capture_default_str();
+  try {
+    app.parse(argc, argv);
+    if (arguments.data.empty() && !arguments.print_config) {
+      throw CLI::RequiredError("--data DIR, the folder of the map,");
+    }
+  } catch (const CLI::ParseError& error) {
+    const int code = app.exit(error, std::cout, std::cerr);
+    result = code == 0 ? kStopped : kUsage;
+    return false;
+  }
+  return true;
+}
+
+void StartLogging(const std::string& level) {
+  auto logger = spdlog::stderr_logger_mt("isthmus");
+  logger->set_pattern("%Y-%m-%dT%H:%M:%S.%e %l %v");
+  logger->flush_on(spdlog::level::info);
+  spdlog::set_default_logger(std::move(logger));
+  spdlog::set_level(spdlog::level::from_str(level));
+}
+
+int Fail(ExitCode code, const absl::Status& status) {
+  spdlog::error("{}", std::string(status.message()));
+  return code;
+}
+
+// Everything is up; returns after a signal, when all that was acknowledged is stored.
+void ServeUntilSignal(rpc::RpcServer& server, Pipeline& pipeline, StopSignal& signal) {
+  std::printf("isthmus-server listening on %s\n", server.address().c_str());
+  std::fflush(stdout);
+  spdlog::info("{} received: finishing what was acknowledged; another one stops at once",
+               signal.Wait());
+  server.Shutdown(kGrace);
+  pipeline.Shutdown();
+  spdlog::info("stopped; nothing that was acknowledged is lost");
+}
+
+int Run(const Arguments& arguments) {
+  absl::StatusOr<ServerConfig> config = ServerConfig();
+  if (!arguments.config_path.empty()) config = LoadConfig(arguments.config_path);
+  if (!config.ok()) return Fail(kUsage, config.status());
+  if (!arguments.listen.empty()) config->rpc.listen = arguments.listen;
+  if (arguments.print_config) {
+    std::fputs(PrintConfig(*config).c_str(), stdout);
+    return kStopped;
+  }
+  StopSignal signal;  // Before any thread, so that all of them leave the signals to it.
+  if (absl::Status status = MakeDataFolder(arguments.data); !status.ok()) {
+    return Fail(kDataFolder, status);
+  }
+  auto store = storage::OpenSqliteStore(arguments.data, config->storage);
+  if (!store.ok()) return Fail(kDataFolder, store.status());
+  auto pipeline = Pipeline::Open(config->pipeline, *std::move(store));
+  if (!pipeline.ok()) return Fail(kDataFolder, pipeline.status());
+  const MapInfo info = (*pipeline)->GetMapInfo();
+  spdlog::info("{}: revision {}, {} robots", arguments.data, info.revision, info.robots.size());
+  auto server = rpc::RpcServer::Start(pipeline->get(), config->rpc);
+  if (!server.ok()) return Fail(kCannotListen, server.status());
+  ServeUntilSignal(**server, **pipeline, signal);
+  return kStopped;
+}
+
+}  // namespace
+}  // namespace isthmus::server
+
+int main(int argc, char** argv) {
+  isthmus::server::Arguments arguments;
+  int result = 0;
+  if (!isthmus::server::Parse(argc, argv, arguments, result)) return result;
+  isthmus::server::StartLogging(arguments.log_level);
+  return isthmus::server::Run(arguments);
+}

@@ -1,0 +1,226 @@
+#include "server/main/settings.h"
+
+#include <absl/strings/numbers.h>
+#include <absl/strings/str_cat.h>
+#include <absl/strings/str_join.h>
+
+#include <charconv>
+#include <type_traits>
+#include <utility>
+
+namespace isthmus::server {
+namespace {
+
+// The shortest text that reads back to the same number.
+template <typename Number>
+std::string NumberText(Number number) {
+  char text[64];
+  const auto end = std::to_chars(text, text + sizeof(text), number).ptr;
+  return std::string(text, end);
+}
+
+template <typename Number>
+bool ParseNumber(const std::string& text, Number* number) {
+  if constexpr (std::is_floating_point_v<Number>) {
+    return absl::SimpleAtod(text, number);
+  } else {
+    return absl::SimpleAtoi(text, number);
+  }
+}
+
+std::string Quoted(const std::string& text) {
+  std::string quoted = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') quoted += '\\';
+    quoted += c;
+  }
+  return quoted + "\"";
+}
+
+template <typename Enum>
+using Names = std::vector<std::pair<std::string, Enum>>;
+
+class Table {
+ public:
+  // Settings added from now on belong to this section.
+  void Section(std::string name) { section_ = std::move(name); }
+
+  template <typename Number>
+  void Add(const char* key, Number* value, Number min, Number max, const char* comment) {
+    const auto read = [=](const std::string& text) {
+      Number number{};
+      // Written so that NaN fails too.
+      if (!ParseNumber(text, &number) || !(number >= min && number <= max)) {
+        return absl::InvalidArgumentError(
+            absl::StrCat("give a number from ", NumberText(min), " to ", NumberText(max)));
+      }
+      *value = number;
+      return absl::OkStatus();
+    };
+    settings_.push_back({section_, key, comment, read, [value] { return NumberText(*value); }});
+  }
+
+  void Add(const char* key, bool* value, const char* comment) {
+    AddChoice(key, value, Names<bool>{{"true", true}, {"false", false}}, comment);
+  }
+
+  void Add(const char* key, std::string* value, const char* comment) {
+    const auto read = [value](const std::string& text) {
+      if (text.empty()) return absl::InvalidArgumentError("give a text that is not empty");
+      *value = text;
+      return absl::OkStatus();
+    };
+    settings_.push_back({section_, key, comment, read, [value] { return Quoted(*value); }});
+  }
+
+  template <typename Value>
+  void AddChoice(const char* key, Value* value, const Names<Value>& names, const char* comment) {
+    const auto read = [value, names](const std::string& text) {
+      std::vector<std::string> known;
+      for (const auto& [name, choice] : names) {
+        known.push_back(name);
+        if (name != text) continue;
+        *value = choice;
+        return absl::OkStatus();
+      }
+      return absl::InvalidArgumentError(absl::StrCat("give one of ", absl::StrJoin(known, ", ")));
+    };
+    const auto write = [value, names] {
+      for (const auto& [name, choice] : names) {
+        if (choice == *value) return name;
+      }
+      return std::string("?");
+    };
+    settings_.push_back({section_, key, comment, read, write});
+  }
+
+  std::vector<Setting> Take() { return std::move(settings_); }
+
+ private:
+  std::string section_;
+  std::vector<Setting> settings_;
+};
+
+void AddNetwork(ServerConfig& config, Table& table) {
+  table.Section("network");
+  rpc::ServerOptions& rpc = config.rpc;
+  table.Add("listen", &rpc.listen,
+            "host:port, or unix:path; port 0 takes a free one. There is no authentication: "
+            "0.0.0.0 opens the map to everyone who can reach this machine.");
+  table.Add("max_receive_bytes", &rpc.max_receive_bytes, 1 << 16, 1 << 30,
+            "Largest message taken, bytes: the limit of one scan.");
+  table.Add("max_submap_bytes", &rpc.max_submap_bytes, uint64_t{1} << 16, uint64_t{1} << 32,
+            "Largest submap upload, bytes as they travel.");
+  table.Add("scan_window", &rpc.scan_window, size_t{1}, size_t{65536},
+            "Scans of a stream without a written acknowledgement before no more are read.");
+  table.Add("max_threads", &rpc.max_threads, 8, 65536,
+            "Threads of all calls together; a scan stream takes two.");
+}
+
+void AddStorage(ServerConfig& config, Table& table) {
+  table.Section("storage");
+  table.Add("sync_every_commit", &config.storage.sync_every_commit,
+            "Wait for the disk on every commit. false: a power cut may lose the last ones.");
+  table.Add("resolution_m", &config.storage.resolution_m, 1e-5, 0.1,
+            "Step to which stored coordinates are rounded, metres.");
+}
+
+void AddIngest(ServerConfig& config, Table& table) {
+  table.Section("ingest");
+  table.Add("scan_queue", &config.pipeline.scan_queue, size_t{1}, size_t{1024},
+            "Scans of one session that may wait; the robot is slowed down when they are full.");
+  table.Add("threads", &config.pipeline.ingest_threads, 1, 256,
+            "Threads that run odometry; one session uses one at a time.");
+}
+
+void AddOdometry(ServerConfig& config, Table& table) {
+  table.Section("odometry");
+  floam::OdometryOptions& odometry = config.pipeline.odometry;
+  table.AddChoice("mode", &odometry.mode,
+                  Names<floam::OdometryMode>{{"floam", floam::OdometryMode::kFloam},
+                                             {"continuous", floam::OdometryMode::kContinuous}},
+                  "floam: the paper's two stages of de-skewing. continuous: pose and motion within "
+                  "the scan are estimated together.");
+  table.Add("map_radius_m", &odometry.map.radius_m, 5.0, 1000.0,
+            "The local map farther than this from the robot is forgotten.");
+  table.Add("map_max_blocks", &odometry.map.max_blocks, 1000, 10'000'000,
+            "Most blocks of a local map, about 0.6 kB each: bounds memory per robot.");
+  table.Add("map_distance_m", &odometry.map_distance_m, 0.0, 10.0,
+            "A scan goes into the local map after this much travel ...");
+  table.Add("map_angle_rad", &odometry.map_angle_rad, 0.0, 3.2, "... or turning.");
+  table.Add("max_surprise_m", &odometry.max_surprise_m, 0.01, 100.0,
+            "A pose farther than this from its prediction is not believed: the scan is lost.");
+  table.Add("max_surprise_rad", &odometry.max_surprise_rad, 0.01, 3.2,
+            "The same for its rotation.");
+}
+
+void AddSubmaps(ServerConfig& config, Table& table) {
+  table.Section("submaps");
+  floam::SubmapOptions& submap = config.pipeline.submap;
+  table.Add("keyframe_distance_m", &submap.keyframe_distance_m, 0.01, 100.0,
+            "A scan is kept as a keyframe after this much travel ...");
+  table.Add("keyframe_angle_rad", &submap.keyframe_angle_rad, 0.01, 3.2, "... or turning ...");
+  table.Add("keyframe_interval_s", &submap.keyframe_interval_s, 0.01, 3600.0,
+            "... or, while moving at all, time.");
+  table.Add("keyframe_voxel_m", &submap.keyframe_voxel_m, 0.01, 10.0,
+            "A keyframe has one point per voxel of this edge.");
+  table.Add("max_range_m", &submap.max_range_m, 1.0, 1000.0,
+            "Farther points are not kept: too sparse to match on.");
+  table.Add("cut_distance_m", &submap.cut_distance_m, 0.1, 10'000.0,
+            "A submap ends, and becomes durable, after this much travel ...");
+  table.Add("cut_scans", &submap.cut_scans, 1, 60'000, "... or this many scans.");
+}
+
+void AddMatching(ServerConfig& config, Table& table) {
+  table.Section("matching");
+  matching::MatcherOptions& matcher = config.pipeline.matcher;
+  table.AddChoice(
+      "search", &matcher.search,
+      Names<std::string>{{"default", "default"}, {"paper", "paper"}, {"birds_eye", "birds_eye"}},
+      "Who proposes transforms. paper: key points and features. birds_eye: exhaustive search of "
+      "the plan view. default: both.");
+  table.Add("rematch_submaps", &config.pipeline.rematch_submaps, 1, 1000,
+            "A pair is matched again when its maps have grown by this many submaps.");
+  table.Add("min_overlap", &matcher.min_overlap, 0.0, 1.0,
+            "Share of the smaller map that must lie on the other; with less a match waits.");
+  table.Add("min_comparisons", &matcher.min_comparisons, int64_t{1}, int64_t{1'000'000},
+            "Range comparisons a verdict must rest on; with fewer a match waits.");
+  table.Add("max_free_space", &matcher.max_free_space, 0.0, 1.0,
+            "Share of contradicted range comparisons above which a match is rejected.");
+  table.Add("min_margin", &matcher.min_margin, 1.0, 1000.0,
+            "How many times better than its runner-up a match must be; else it is ambiguous.");
+}
+
+void AddComposition(ServerConfig& config, Table& table) {
+  table.Section("composition");
+  table.Add("interval_s", &config.pipeline.composition_interval_s, 0.0, 3600.0,
+            "The merged map is composed at most this often; 0: after every change.");
+  composition::ComposerOptions& composer = config.pipeline.composer;
+  table.Add("tile_m", &composer.tile_m, 1.0, 1000.0,
+            "Edge of the tiles that are remade when something in them moved.");
+  table.Add("voxel_m", &composer.voxel_m, 0.01, 10.0,
+            "The merged map has one point per voxel of this edge and robot.");
+  table.Add("min_move_m", &composer.min_move_m, 0.0, 10.0,
+            "A submap that moved less than this does not remake its tiles.");
+  composition::OccupancyOptions& occupancy = config.pipeline.occupancy;
+  table.Add("octomap_resolution_m", &occupancy.resolution_m, 0.01, 10.0,
+            "Leaf size of an OctoMap where a reader names none.");
+  table.Add("octomap_max_range_m", &occupancy.max_range_m, 1.0, 1000.0,
+            "Rays of an OctoMap are cut here.");
+}
+
+}  // namespace
+
+std::vector<Setting> SettingsOf(ServerConfig& config) {
+  Table table;
+  AddNetwork(config, table);
+  AddStorage(config, table);
+  AddIngest(config, table);
+  AddOdometry(config, table);
+  AddSubmaps(config, table);
+  AddMatching(config, table);
+  AddComposition(config, table);
+  return table.Take();
+}
+
+}  // namespace isthmus::server
