@@ -60,7 +60,7 @@ class Furnisher {
   Furnisher(World& world, Random& random) : world_(world), random_(random) {}
 
   // Claims a circle; false, and nothing happens, if it is taken or within `clearance_m` of a road.
-  bool Claim(const Eigen::Vector2d& center, double radius, double clearance_m = 1.1);
+  bool Claim(const Eigen::Vector2d& center, double radius, double clearance_m = 0.95);
   // Columns, show cases, statues and partitions in the middle of a room.
   void FurnishMiddle(const Room& room);
   // Pilasters, paintings, benches and cabinets along the walls.

@@ -32,7 +32,7 @@ struct World {
   std::vector<std::vector<int>> fixed_tours;
   double sensor_height_m = 0.8;
   double max_speed_mps = 1.2;
-  double lane_m = 0.3;  // How far from the middle of a stretch a robot may drive.
+  double lane_m = 0.25;  // How far from the middle of a stretch a robot may drive.
   double overlap_cell_m =
       0.5;  // Size of surface that counts as one when robots' views are compared.
 };
