@@ -7,6 +7,7 @@
 #include <limits>
 #include <numbers>
 #include <set>
+#include <thread>
 
 #include "server/composition/tiled_map.h"
 #include "tests/server/composition/test_maps.h"
@@ -261,6 +262,22 @@ TEST(Composer, IncrementalEqualsFromScratch) {
       EXPECT_EQ(map->point_count(component), expected->point_count(component));
     }
   }
+}
+
+// Readers keep a map while the next ones are made; ThreadSanitizer watches what they share.
+TEST(Composer, MapsCanBeReadWhileNewerOnesAreMade) {
+  auto submaps = RandomMap(7);
+  Composer composer({.tile_m = 8});
+  const auto kept = composer.Compose(0, submaps);
+  const auto expected = Sorted(ReadAll(*kept));
+  std::thread reader([&] {
+    for (int i = 0; i < 10; ++i) EXPECT_EQ(Sorted(ReadAll(*kept)), expected);
+  });
+  for (int revision = 1; revision <= 20; ++revision) {
+    submaps[revision % submaps.size()].T_map_odom = Pose(Eigen::Vector3d(revision, 0, 0));
+    composer.Compose(revision, submaps);
+  }
+  reader.join();
 }
 
 TEST(Composer, UnusableInputAddsNothing) {
