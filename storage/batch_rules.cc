@@ -2,7 +2,7 @@
 
 #include <absl/strings/str_cat.h>
 
-#include <algorithm>
+#include <cmath>
 #include <set>
 
 namespace isthmus::storage {
@@ -21,10 +21,19 @@ absl::Status CheckSubmap(const Submap& submap) {
   if (!finite) {
     return absl::InvalidArgumentError(absl::StrCat("submap ", name, " has a pose with NaN or Inf"));
   }
+  if (submap.points.size() > kMaxSubmapPoints) {
+    return absl::InvalidArgumentError(absl::StrCat("submap ", name, " has ", submap.points.size(),
+                                                   " points; the limit is ", kMaxSubmapPoints,
+                                                   ": cut it into several"));
+  }
   for (const SubmapPoint& point : submap.points) {
-    if (point.keyframe >= submap.keyframes.size() || !point.Position().allFinite()) {
-      return absl::InvalidArgumentError(absl::StrCat(
-          "submap ", name, " has a point that is not finite or of a keyframe it does not have"));
+    // NaN is not near.
+    const bool near = std::abs(point.x) <= kMaxCoordinateM &&
+                      std::abs(point.y) <= kMaxCoordinateM && std::abs(point.z) <= kMaxCoordinateM;
+    if (point.keyframe >= submap.keyframes.size() || !near) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("submap ", name, " has a point that is not finite, farther than ",
+                       kMaxCoordinateM, " m from its origin, or of a keyframe it does not have"));
     }
   }
   return absl::OkStatus();

@@ -3,6 +3,7 @@
 
 #include <absl/status/status.h>
 
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <string>
@@ -12,6 +13,10 @@
 
 namespace isthmus::storage {
 
+// Limits of a submap; what is encoded stays within those of core/codec/quantized.h.
+inline constexpr size_t kMaxSubmapPoints = 4'000'000;
+inline constexpr float kMaxCoordinateM = 5000;
+
 // What a store holds already.
 struct StoreContents {
   std::function<bool(const SessionId&)> has_session;
@@ -20,8 +25,8 @@ struct StoreContents {
 };
 
 // Sessions that the batch itself inserts count as held. InvalidArgument for empty ids, a match
-// whose pair is not ordered, poses that are not finite, a submap without keyframes or with points
-// of keyframes it does not have; else the errors of MapStore::Write.
+// whose pair is not ordered, poses that are not finite, a submap without keyframes, with points of
+// keyframes it does not have or beyond the limits above; else the errors of MapStore::Write.
 absl::Status CheckBatch(const WriteBatch& batch, const StoreContents& contents);
 
 absl::Status UnknownSession(const SessionId& session);

@@ -38,8 +38,9 @@ struct FeatureBlob {
 
 // Thread safe. Errors: NotFound for unknown ids, AlreadyExists for a submap id that exists,
 // FailedPrecondition for a submap or pose of a session that does not exist or a revision that is
-// not newer, DataLoss for a record whose checksum is wrong, ResourceExhausted when the disk is
-// full, Unavailable when the store cannot be reached.
+// not newer, InvalidArgument for a record that breaks its own type's promise (batch_rules.h),
+// DataLoss for a record whose checksum is wrong, ResourceExhausted when the disk is full,
+// Unavailable when the store cannot be reached.
 class MapStore {
  public:
   virtual ~MapStore() = default;

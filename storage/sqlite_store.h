@@ -18,8 +18,9 @@ struct SqliteOptions {
   double resolution_m = 0.001;
 };
 
-// Opens, or creates, `directory`/isthmus.db and migrates it to the newest schema. FailedPrecondition
-// when the database is newer than this program or another process holds it; the message says which.
+// Opens, or creates, `directory`/isthmus.db and migrates it to the newest schema.
+// FailedPrecondition when the database is newer than this program or another process holds it; the
+// message says which.
 absl::StatusOr<std::unique_ptr<MapStore>> OpenSqliteStore(const std::string& directory,
                                                           const SqliteOptions& options = {});
 

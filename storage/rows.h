@@ -1,0 +1,72 @@
+// Records to rows and back, table by table. Every function runs on the connection it is given,
+// inside the transaction that is open there if any; `key`s are those of the tables (see
+// migrations/).
+#pragma once
+
+#include <absl/status/status.h>
+#include <absl/status/statusor.h>
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/match.h"
+#include "core/revision.h"
+#include "core/session.h"
+#include "core/submap.h"
+#include "core/trajectory.h"
+#include "storage/map_store.h"
+#include "storage/sqlite.h"
+
+namespace isthmus::storage {
+
+// sessions. Replaces by id.
+absl::Status PutSession(Connection& database, const SessionRecord& record);
+absl::StatusOr<std::optional<SessionRecord>> FindSession(Connection& database,
+                                                         const SessionId& session);
+// Absent for an unknown session.
+absl::StatusOr<std::optional<int64_t>> FindSessionKey(Connection& database,
+                                                      const SessionId& session);
+absl::StatusOr<std::vector<SessionRecord>> SelectSessions(Connection& database);
+// Takes along all that belongs to it. False if there was none.
+absl::StatusOr<bool> RemoveSession(Connection& database, const SessionId& session);
+
+// trajectory. An entry whose sequence is there already is left as it is.
+absl::Status AddTrajectory(Connection& database,
+                           const std::vector<std::pair<SessionId, TrajectoryEntry>>& entries);
+absl::StatusOr<std::vector<TrajectoryEntry>> SelectTrajectory(Connection& database,
+                                                              int64_t session_key);
+
+// submaps, submap_blobs, submap_bounds. `blob` is EncodeSubmap's.
+absl::Status AddSubmap(Connection& database, const SubmapInfo& info, const std::string& blob);
+absl::StatusOr<std::optional<int64_t>> FindSubmapKey(Connection& database, const SubmapId& submap);
+struct SubmapRow {
+  SubmapInfo info;
+  std::string blob;
+};
+absl::StatusOr<std::optional<SubmapRow>> FindSubmap(Connection& database, const SubmapId& submap);
+// All sessions when the key is absent; in order of (session id, index).
+absl::StatusOr<std::vector<SubmapInfo>> SelectSubmaps(Connection& database,
+                                                      std::optional<int64_t> session_key);
+// Candidates by the R*Tree, whose boxes are rounded outwards: a few too many, never one too few.
+absl::StatusOr<std::vector<SubmapInfo>> SelectSubmapsNear(Connection& database, int64_t session_key,
+                                                          const Box& box_odom);
+
+// features. NotFound where the submap, or the kind, is unknown; DataLoss for a wrong checksum.
+absl::Status PutFeatureRow(Connection& database, const FeatureBlob& blob);
+absl::StatusOr<std::string> FindFeatures(Connection& database, const SubmapId& submap,
+                                         const std::string& kind);
+
+// matches, match_stages. Replaces by pair.
+absl::Status PutMatch(Connection& database, const Match& match);
+absl::StatusOr<std::vector<Match>> SelectMatches(Connection& database);
+
+// revisions, placements. Forgets all but the newest kRevisionsKept.
+inline constexpr int kRevisionsKept = 1000;
+absl::Status AddRevision(Connection& database, const MapRevision& revision);
+absl::StatusOr<int64_t> LatestRevisionNumber(Connection& database);
+absl::StatusOr<MapRevision> SelectLatestRevision(Connection& database);
+
+}  // namespace isthmus::storage

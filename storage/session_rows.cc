@@ -1,0 +1,77 @@
+#include "storage/pose_codec.h"
+#include "storage/rows.h"
+
+namespace isthmus::storage {
+namespace {
+
+constexpr char kColumns[] = "id, robot, sensor, T_base_sensor, state, created_ns, finished_ns";
+
+SessionRecord ReadRecord(const Statement& row) {
+  SessionRecord record;
+  record.id = SessionId(row.Text(0));
+  record.robot = RobotId(row.Text(1));
+  record.sensor = row.Text(2);
+  record.T_base_sensor = UnpackPose(row.Text(3));
+  record.state = row.Int(4) == 0 ? SessionState::kActive : SessionState::kFinished;
+  record.created_ns = row.Int(5);
+  record.finished_ns = row.Int(6);
+  return record;
+}
+
+}  // namespace
+
+absl::Status PutSession(Connection& database, const SessionRecord& record) {
+  return database
+      .Prepare(std::string("INSERT INTO sessions (") + kColumns +
+               ") VALUES (?, ?, ?, ?, ?, ?, ?) ON CONFLICT (id) DO UPDATE SET "
+               "robot = excluded.robot, sensor = excluded.sensor, "
+               "T_base_sensor = excluded.T_base_sensor, state = excluded.state, "
+               "created_ns = excluded.created_ns, finished_ns = excluded.finished_ns")
+      .Bind(record.id.value())
+      .Bind(record.robot.value())
+      .Bind(record.sensor)
+      .BindBlob(PackPose(record.T_base_sensor))
+      .Bind(record.state == SessionState::kActive ? 0 : 1)
+      .Bind(record.created_ns)
+      .Bind(record.finished_ns)
+      .Run();
+}
+
+absl::StatusOr<std::optional<SessionRecord>> FindSession(Connection& database,
+                                                         const SessionId& session) {
+  Statement row =
+      database.Prepare(std::string("SELECT ") + kColumns + " FROM sessions WHERE id = ?");
+  absl::StatusOr<bool> found = row.Bind(session.value()).Step();
+  if (!found.ok()) return found.status();
+  if (!*found) return std::nullopt;
+  return ReadRecord(row);
+}
+
+absl::StatusOr<std::optional<int64_t>> FindSessionKey(Connection& database,
+                                                      const SessionId& session) {
+  Statement row = database.Prepare("SELECT key FROM sessions WHERE id = ?");
+  absl::StatusOr<bool> found = row.Bind(session.value()).Step();
+  if (!found.ok()) return found.status();
+  if (!*found) return std::nullopt;
+  return row.Int(0);
+}
+
+absl::StatusOr<std::vector<SessionRecord>> SelectSessions(Connection& database) {
+  std::vector<SessionRecord> records;
+  Statement row =
+      database.Prepare(std::string("SELECT ") + kColumns + " FROM sessions ORDER BY key");
+  while (true) {
+    absl::StatusOr<bool> has_row = row.Step();
+    if (!has_row.ok()) return has_row.status();
+    if (!*has_row) return records;
+    records.push_back(ReadRecord(row));
+  }
+}
+
+absl::StatusOr<bool> RemoveSession(Connection& database, const SessionId& session) {
+  Statement statement = database.Prepare("DELETE FROM sessions WHERE id = ?");
+  if (absl::Status status = statement.Bind(session.value()).Run(); !status.ok()) return status;
+  return database.Changes() > 0;
+}
+
+}  // namespace isthmus::storage

@@ -1,0 +1,111 @@
+// SQLite with statuses instead of codes, and nothing to forget to release.
+#pragma once
+
+#include <absl/status/status.h>
+#include <absl/status/statusor.h>
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+
+struct sqlite3;
+struct sqlite3_stmt;
+
+namespace isthmus::storage {
+
+// A prepared statement at work: parameters first, in order, then rows. The first error sticks and
+// comes back from Step or Run, so that calls can be chained:
+//   database.Prepare("INSERT INTO t VALUES (?, ?)").Bind(7).Bind("seven").Run();
+// Must not outlive its connection. Not thread safe.
+class Statement {
+ public:
+  ~Statement();
+  Statement(Statement&& other) noexcept;
+  Statement(const Statement&) = delete;
+  Statement& operator=(const Statement&) = delete;
+
+  // Binds the next parameter; values are copied. Pairs of bytes are `BindBlob`'s, NaN is NULL.
+  Statement& Bind(int64_t value);
+  Statement& Bind(uint64_t value) { return Bind(static_cast<int64_t>(value)); }
+  Statement& Bind(int value) { return Bind(int64_t{value}); }
+  Statement& Bind(uint32_t value) { return Bind(int64_t{value}); }
+  Statement& Bind(double value);
+  Statement& Bind(const std::string& text);
+  Statement& BindBlob(const std::string& bytes);
+  Statement& BindNull();
+
+  // True when there is a row to read, false behind the last.
+  absl::StatusOr<bool> Step();
+  // To the end, rows unread. Afterwards parameters can be bound anew.
+  absl::Status Run();
+
+  // Columns of the row, from 0.
+  int64_t Int(int column) const;
+  uint64_t Uint(int column) const { return static_cast<uint64_t>(Int(column)); }
+  double Real(int column) const;  // NaN for NULL.
+  bool IsNull(int column) const;
+  std::string Text(int column) const;  // Of a BLOB, its bytes.
+
+ private:
+  friend class Connection;
+  Statement(sqlite3* database, sqlite3_stmt* statement, absl::Status status)
+      : database_(database), statement_(statement), status_(std::move(status)) {}
+  Statement& Note(int code);
+
+  sqlite3* const database_;
+  sqlite3_stmt* statement_;  // Owned by the connection's cache; reset when this goes.
+  int bound_ = 0;
+  absl::Status status_;
+};
+
+// One connection. Not thread safe. Errors of SQLite become ResourceExhausted (disk or memory full),
+// DataLoss (damaged file), FailedPrecondition (cannot be written), Unavailable (busy, input/output
+// errors) or Internal.
+class Connection {
+ public:
+  // Creates the file if there is none.
+  static absl::StatusOr<std::unique_ptr<Connection>> Open(const std::string& path);
+  ~Connection();
+  Connection(const Connection&) = delete;
+  Connection& operator=(const Connection&) = delete;
+
+  const std::string& path() const { return path_; }
+  // Runs statements without parameters, parted by semicolons.
+  absl::Status Execute(const std::string& sql);
+  // Compiled once per text. A text must not be prepared again while its statement is at work.
+  Statement Prepare(const std::string& sql);
+  // Rows that the last INSERT, UPDATE or DELETE changed; the key that the last INSERT made.
+  int64_t Changes() const;
+  int64_t LastKey() const;
+
+ private:
+  Connection(std::string path, sqlite3* database) : path_(std::move(path)), database_(database) {}
+
+  const std::string path_;
+  sqlite3* const database_;
+  std::map<std::string, sqlite3_stmt*> cache_;
+};
+
+// Rolled back when it goes out of scope without a successful Commit.
+class Transaction {
+ public:
+  // kWrite takes the database's only writer's place at once, kRead fixes the snapshot that all
+  // statements see.
+  enum class Kind { kRead, kWrite };
+  explicit Transaction(Connection& database, Kind kind = Kind::kWrite);
+  ~Transaction();
+  Transaction(const Transaction&) = delete;
+  Transaction& operator=(const Transaction&) = delete;
+
+  // Of the beginning; nothing may be done unless OK.
+  const absl::Status& status() const { return status_; }
+  absl::Status Commit();
+
+ private:
+  Connection& database_;
+  absl::Status status_;
+  bool open_ = false;
+};
+
+}  // namespace isthmus::storage

@@ -1,0 +1,249 @@
+#include "storage/sqlite_store.h"
+
+#include <absl/strings/str_cat.h>
+
+#include <mutex>
+#include <utility>
+
+#include "core/codec/quantized.h"
+#include "storage/batch_rules.h"
+#include "storage/connection_pool.h"
+#include "storage/directory_lock.h"
+#include "storage/migrations.h"
+#include "storage/rows.h"
+#include "storage/submap_codec.h"
+
+namespace isthmus::storage {
+namespace {
+
+// Enough for a query, an export and a matcher at a time; more would wait for the disk anyway.
+constexpr int kReaders = 3;
+
+struct EncodedSubmap {
+  SubmapInfo info;
+  std::string blob;
+};
+
+// One connection writes, guarded by a mutex; a few others read. In WAL mode readers see the last
+// commit and wait for no writer, whose commits wait for the disk. Submaps are packed and unpacked
+// outside of both.
+class SqliteStore : public MapStore {
+ public:
+  SqliteStore(std::unique_ptr<DirectoryLock> lock, std::unique_ptr<Connection> writer,
+              std::vector<std::unique_ptr<Connection>> readers, const SqliteOptions& options)
+      : lock_(std::move(lock)),
+        options_(options),
+        readers_(std::move(readers)),
+        writer_(std::move(writer)) {}
+
+  absl::Status Write(const WriteBatch& batch) override {
+    std::vector<EncodedSubmap> encoded;
+    for (const auto& submap : batch.submaps) {
+      absl::StatusOr<std::string> blob = EncodeSubmap(*submap, options_.resolution_m);
+      // What cannot be encoded breaks a rule, and CheckBatch says it better.
+      if (!blob.ok() && !absl::IsInvalidArgument(blob.status())) return blob.status();
+      encoded.push_back({Summarize(*submap), blob.ok() ? *std::move(blob) : std::string()});
+    }
+    std::lock_guard lock(write_mutex_);
+    Transaction transaction(*writer_);
+    if (!transaction.status().ok()) return transaction.status();
+    if (absl::Status status = Check(batch); !status.ok()) return status;
+    if (absl::Status status = WriteRows(batch, encoded); !status.ok()) return status;
+    return transaction.Commit();
+  }
+
+  absl::Status DeleteSession(const SessionId& session) override {
+    std::lock_guard lock(write_mutex_);
+    Transaction transaction(*writer_);
+    if (!transaction.status().ok()) return transaction.status();
+    absl::StatusOr<bool> removed = RemoveSession(*writer_, session);
+    if (!removed.ok()) return removed.status();
+    if (!*removed) return UnknownSession(session);
+    return transaction.Commit();
+  }
+
+  absl::StatusOr<SessionRecord> GetSession(const SessionId& session) const override {
+    const ConnectionPool::Lease reader = readers_.Borrow();
+    absl::StatusOr<std::optional<SessionRecord>> record = FindSession(*reader, session);
+    if (!record.ok()) return record.status();
+    if (!*record) return UnknownSession(session);
+    return **std::move(record);
+  }
+
+  absl::StatusOr<std::vector<SessionRecord>> ListSessions() const override {
+    return SelectSessions(*readers_.Borrow());
+  }
+
+  absl::StatusOr<std::vector<TrajectoryEntry>> GetTrajectory(
+      const SessionId& session) const override {
+    return WithSession<std::vector<TrajectoryEntry>>(session, SelectTrajectory);
+  }
+
+  absl::StatusOr<std::shared_ptr<const Submap>> GetSubmap(const SubmapId& id) const override {
+    absl::StatusOr<std::optional<SubmapRow>> row = FindSubmap(*readers_.Borrow(), id);
+    if (!row.ok()) return row.status();
+    if (!*row) return UnknownSubmap(id);
+    const SubmapInfo& info = (*row)->info;
+    auto submap = std::make_shared<Submap>();
+    submap->id = info.id;
+    submap->robot = info.robot;
+    submap->T_odom_submap = info.T_odom_submap;
+    submap->first_sequence = info.first_sequence;
+    submap->last_sequence = info.last_sequence;
+    submap->first_stamp_ns = info.first_stamp_ns;
+    submap->last_stamp_ns = info.last_stamp_ns;
+    absl::Status status = DecodeSubmap((*row)->blob, *submap);
+    const bool complete = submap->keyframes.size() == info.keyframe_count &&
+                          submap->points.size() == info.point_count;
+    if (status.ok() && !complete) status = absl::DataLossError("it is another submap's");
+    if (status.ok()) return submap;
+    return absl::DataLossError(
+        absl::StrCat("submap ", ToString(id), " is damaged: ", status.message()));
+  }
+
+  absl::StatusOr<std::vector<SubmapInfo>> ListSubmaps(
+      const std::optional<SessionId>& session) const override {
+    if (!session) return SelectSubmaps(*readers_.Borrow(), std::nullopt);
+    return WithSession<std::vector<SubmapInfo>>(*session, SelectSubmaps);
+  }
+
+  absl::StatusOr<std::vector<SubmapInfo>> FindSubmaps(const SessionId& session,
+                                                      const Box& box_odom) const override {
+    auto infos = WithSession<std::vector<SubmapInfo>>(
+        session,
+        [&](Connection& reader, int64_t key) { return SelectSubmapsNear(reader, key, box_odom); });
+    if (!infos.ok()) return infos;
+    std::erase_if(*infos, [&](const SubmapInfo& info) {
+      return !Transform(info.T_odom_submap, info.bounds).Intersects(box_odom);
+    });
+    return infos;
+  }
+
+  absl::StatusOr<std::vector<Match>> ListMatches() const override {
+    return AtOneMoment<std::vector<Match>>(SelectMatches);
+  }
+
+  absl::StatusOr<MapRevision> LatestRevision() const override {
+    return AtOneMoment<MapRevision>(SelectLatestRevision);
+  }
+
+  absl::Status PutFeatures(const FeatureBlob& blob) override {
+    std::lock_guard lock(write_mutex_);
+    Transaction transaction(*writer_);
+    if (!transaction.status().ok()) return transaction.status();
+    if (absl::Status status = PutFeatureRow(*writer_, blob); !status.ok()) return status;
+    return transaction.Commit();
+  }
+
+  absl::StatusOr<std::string> GetFeatures(const SubmapId& submap,
+                                          const std::string& kind) const override {
+    return AtOneMoment<std::string>(
+        [&](Connection& reader) { return FindFeatures(reader, submap, kind); });
+  }
+
+ private:
+  // Runs `read` so that all its statements see the same commit.
+  template <typename T, typename Read>
+  absl::StatusOr<T> AtOneMoment(const Read& read) const {
+    const ConnectionPool::Lease reader = readers_.Borrow();
+    Transaction snapshot(*reader, Transaction::Kind::kRead);
+    if (!snapshot.status().ok()) return snapshot.status();
+    return read(*reader);
+  }
+
+  // `read` with the key of the session; NotFound for an unknown one.
+  template <typename T, typename Read>
+  absl::StatusOr<T> WithSession(const SessionId& session, const Read& read) const {
+    return AtOneMoment<T>([&](Connection& reader) -> absl::StatusOr<T> {
+      absl::StatusOr<std::optional<int64_t>> key = FindSessionKey(reader, session);
+      if (!key.ok()) return key.status();
+      if (!*key) return UnknownSession(session);
+      return read(reader, **key);
+    });
+  }
+
+  // For Check and WriteRows, write_mutex_ is held and a transaction is open.
+  absl::Status Check(const WriteBatch& batch) {
+    absl::Status failure;  // Of the queries themselves.
+    const auto exists = [&](const auto& key) {
+      if (failure.ok() && !key.ok()) failure = key.status();
+      return key.ok() && key->has_value();
+    };
+    absl::StatusOr<int64_t> latest = LatestRevisionNumber(*writer_);
+    if (!latest.ok()) return latest.status();
+    StoreContents contents;
+    contents.has_session = [&](const SessionId& id) {
+      return exists(FindSessionKey(*writer_, id));
+    };
+    contents.has_submap = [&](const SubmapId& id) { return exists(FindSubmapKey(*writer_, id)); };
+    contents.latest_revision = *latest;
+    absl::Status status = CheckBatch(batch, contents);
+    return failure.ok() ? status : failure;
+  }
+
+  absl::Status WriteRows(const WriteBatch& batch, const std::vector<EncodedSubmap>& submaps) {
+    for (const SessionRecord& record : batch.sessions) {
+      if (absl::Status status = PutSession(*writer_, record); !status.ok()) return status;
+    }
+    if (auto status = AddTrajectory(*writer_, batch.trajectory); !status.ok()) return status;
+    for (const EncodedSubmap& submap : submaps) {
+      if (auto status = AddSubmap(*writer_, submap.info, submap.blob); !status.ok()) return status;
+    }
+    for (const Match& match : batch.matches) {
+      if (absl::Status status = PutMatch(*writer_, match); !status.ok()) return status;
+    }
+    return batch.revision ? AddRevision(*writer_, *batch.revision) : absl::OkStatus();
+  }
+
+  // Constant after construction. Destroyed last: the database is closed before the lock is let go.
+  const std::unique_ptr<DirectoryLock> lock_;
+  const SqliteOptions options_;
+  mutable ConnectionPool readers_;
+
+  std::mutex write_mutex_;
+  const std::unique_ptr<Connection> writer_;  // What it points to is guarded by write_mutex_.
+};
+
+absl::StatusOr<std::unique_ptr<Connection>> OpenConnection(const std::string& path,
+                                                           const std::string& pragmas) {
+  absl::StatusOr<std::unique_ptr<Connection>> connection = Connection::Open(path);
+  if (!connection.ok()) return connection.status();
+  if (absl::Status status = (*connection)->Execute(pragmas); !status.ok()) return status;
+  return connection;
+}
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<MapStore>> OpenSqliteStore(const std::string& directory,
+                                                          const SqliteOptions& options) {
+  if (!(options.resolution_m >= codec::kMinResolutionM &&
+        options.resolution_m <= codec::kMaxResolutionM)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("the resolution of stored submaps must be ", codec::kMinResolutionM, " to ",
+                     codec::kMaxResolutionM, " m; it is ", options.resolution_m));
+  }
+  absl::StatusOr<std::unique_ptr<DirectoryLock>> lock = DirectoryLock::Take(directory);
+  if (!lock.ok()) return lock.status();
+  const std::string path = directory + "/isthmus.db";
+  absl::StatusOr<std::unique_ptr<Connection>> writer = OpenConnection(path, "");
+  if (!writer.ok()) return writer.status();
+  // Before anything is changed, the journal mode included.
+  if (absl::Status status = CheckSchema(**writer); !status.ok()) return status;
+  constexpr char kWriterPragmas[] =
+      "PRAGMA journal_mode = WAL; PRAGMA journal_size_limit = 67108864; PRAGMA foreign_keys = ON; "
+      "PRAGMA trusted_schema = OFF; PRAGMA temp_store = MEMORY; PRAGMA synchronous = ";
+  const char* synchronous = options.sync_every_commit ? "FULL" : "NORMAL";
+  absl::Status status = (*writer)->Execute(absl::StrCat(kWriterPragmas, synchronous));
+  if (status.ok()) status = Migrate(**writer);
+  if (!status.ok()) return status;
+  std::vector<std::unique_ptr<Connection>> readers;
+  for (int i = 0; i < kReaders; ++i) {
+    auto reader = OpenConnection(path, "PRAGMA query_only = ON; PRAGMA trusted_schema = OFF");
+    if (!reader.ok()) return reader.status();
+    readers.push_back(*std::move(reader));
+  }
+  return std::make_unique<SqliteStore>(*std::move(lock), *std::move(writer), std::move(readers),
+                                       options);
+}
+
+}  // namespace isthmus::storage

@@ -1,0 +1,136 @@
+#include "storage/pose_codec.h"
+#include "storage/rows.h"
+
+namespace isthmus::storage {
+namespace {
+
+// Behind "FROM submaps s JOIN sessions e ON e.key = s.session".
+constexpr char kInfoColumns[] =
+    "e.id, s.submap_index, e.robot, s.T_odom_submap, s.first_sequence, s.last_sequence, "
+    "s.first_stamp_ns, s.last_stamp_ns, s.keyframe_count, s.point_count, "
+    "s.min_x, s.min_y, s.min_z, s.max_x, s.max_y, s.max_z";
+constexpr int kInfoColumnCount = 16;
+constexpr char kFrom[] = " FROM submaps s JOIN sessions e ON e.key = s.session ";
+
+SubmapInfo ReadInfo(const Statement& row) {
+  SubmapInfo info;
+  info.id = {SessionId(row.Text(0)), static_cast<uint32_t>(row.Int(1))};
+  info.robot = RobotId(row.Text(2));
+  info.T_odom_submap = UnpackPose(row.Text(3));
+  info.first_sequence = row.Uint(4);
+  info.last_sequence = row.Uint(5);
+  info.first_stamp_ns = row.Int(6);
+  info.last_stamp_ns = row.Int(7);
+  info.keyframe_count = static_cast<uint32_t>(row.Int(8));
+  info.point_count = row.Uint(9);
+  if (row.IsNull(10)) return info;  // No points: an empty box.
+  info.bounds.min = {row.Real(10), row.Real(11), row.Real(12)};
+  info.bounds.max = {row.Real(13), row.Real(14), row.Real(15)};
+  return info;
+}
+
+absl::StatusOr<std::vector<SubmapInfo>> ReadInfos(Statement& row) {
+  std::vector<SubmapInfo> infos;
+  while (true) {
+    absl::StatusOr<bool> has_row = row.Step();
+    if (!has_row.ok()) return has_row.status();
+    if (!*has_row) return infos;
+    infos.push_back(ReadInfo(row));
+  }
+}
+
+absl::Status AddInfo(Connection& database, int64_t session_key, const SubmapInfo& info) {
+  Statement insert = database.Prepare(
+      "INSERT INTO submaps (session, submap_index, T_odom_submap, first_sequence, last_sequence, "
+      "first_stamp_ns, last_stamp_ns, keyframe_count, point_count, min_x, min_y, min_z, max_x, "
+      "max_y, max_z) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
+  insert.Bind(session_key)
+      .Bind(info.id.index)
+      .BindBlob(PackPose(info.T_odom_submap))
+      .Bind(info.first_sequence)
+      .Bind(info.last_sequence)
+      .Bind(info.first_stamp_ns)
+      .Bind(info.last_stamp_ns)
+      .Bind(info.keyframe_count)
+      .Bind(info.point_count);
+  for (const Eigen::Vector3d& corner : {info.bounds.min, info.bounds.max}) {
+    for (int axis = 0; axis < 3; ++axis) {
+      if (info.bounds.empty()) {
+        insert.BindNull();
+      } else {
+        insert.Bind(corner[axis]);
+      }
+    }
+  }
+  return insert.Run();
+}
+
+absl::Status AddBounds(Connection& database, int64_t submap_key, const Box& bounds_odom) {
+  if (bounds_odom.empty()) return absl::OkStatus();
+  Statement insert = database.Prepare("INSERT INTO submap_bounds VALUES (?, ?, ?, ?, ?, ?, ?)");
+  insert.Bind(submap_key);
+  for (int axis = 0; axis < 3; ++axis) {
+    insert.Bind(bounds_odom.min[axis]).Bind(bounds_odom.max[axis]);
+  }
+  return insert.Run();
+}
+
+}  // namespace
+
+absl::Status AddSubmap(Connection& database, const SubmapInfo& info, const std::string& blob) {
+  absl::StatusOr<std::optional<int64_t>> session = FindSessionKey(database, info.id.session);
+  if (!session.ok()) return session.status();
+  if (!*session) return absl::InternalError("a submap of an unchecked session");
+  if (absl::Status status = AddInfo(database, **session, info); !status.ok()) return status;
+  const int64_t key = database.LastKey();
+  absl::Status status = database.Prepare("INSERT INTO submap_blobs (submap, data) VALUES (?, ?)")
+                            .Bind(key)
+                            .BindBlob(blob)
+                            .Run();
+  if (!status.ok()) return status;
+  return AddBounds(database, key, Transform(info.T_odom_submap, info.bounds));
+}
+
+absl::StatusOr<std::optional<int64_t>> FindSubmapKey(Connection& database, const SubmapId& submap) {
+  Statement row = database.Prepare(
+      "SELECT s.key FROM submaps s JOIN sessions e ON e.key = s.session "
+      "WHERE e.id = ? AND s.submap_index = ?");
+  absl::StatusOr<bool> found = row.Bind(submap.session.value()).Bind(submap.index).Step();
+  if (!found.ok()) return found.status();
+  if (!*found) return std::nullopt;
+  return row.Int(0);
+}
+
+absl::StatusOr<std::optional<SubmapRow>> FindSubmap(Connection& database, const SubmapId& submap) {
+  Statement row = database.Prepare(
+      std::string("SELECT ") + kInfoColumns + ", b.data" + kFrom +
+      "JOIN submap_blobs b ON b.submap = s.key WHERE e.id = ? AND s.submap_index = ?");
+  absl::StatusOr<bool> found = row.Bind(submap.session.value()).Bind(submap.index).Step();
+  if (!found.ok()) return found.status();
+  if (!*found) return std::nullopt;
+  return SubmapRow{ReadInfo(row), row.Text(kInfoColumnCount)};
+}
+
+absl::StatusOr<std::vector<SubmapInfo>> SelectSubmaps(Connection& database,
+                                                      std::optional<int64_t> session_key) {
+  const std::string select = std::string("SELECT ") + kInfoColumns + kFrom;
+  if (!session_key) {
+    Statement row = database.Prepare(select + "ORDER BY e.id, s.submap_index");
+    return ReadInfos(row);
+  }
+  Statement row = database.Prepare(select + "WHERE s.session = ? ORDER BY s.submap_index");
+  return ReadInfos(row.Bind(*session_key));
+}
+
+absl::StatusOr<std::vector<SubmapInfo>> SelectSubmapsNear(Connection& database, int64_t session_key,
+                                                          const Box& box_odom) {
+  Statement row = database.Prepare(
+      std::string("SELECT ") + kInfoColumns + kFrom +
+      "JOIN submap_bounds r ON r.submap = s.key "
+      "WHERE r.max_x >= ? AND r.min_x <= ? AND r.max_y >= ? AND r.min_y <= ? "
+      "AND r.max_z >= ? AND r.min_z <= ? AND s.session = ? ORDER BY s.submap_index");
+  for (int axis = 0; axis < 3; ++axis) row.Bind(box_odom.min[axis]).Bind(box_odom.max[axis]);
+  return ReadInfos(row.Bind(session_key));
+}
+
+}  // namespace isthmus::storage
