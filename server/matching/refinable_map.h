@@ -12,6 +12,7 @@ namespace isthmus::matching {
 
 struct RefinableMap::Data {
   std::vector<SurfacePoint> points;
+  double voxel_m = 0;              // Between points.
   KdTree tree;                     // Over points.
   GaussianVoxelMap voxels;         // Of RefineOptions::vgicp_voxel_m.
   GaussianVoxelMap fine_voxels;    // Of half of it.

@@ -25,14 +25,14 @@ bool IsSmall(const Vector6d& twist, double step_m, double step_rad) {
 // below what thinning alone makes of neighbours.
 void RunGicp(const RefinableMap::Data& a, const RefinableMap::Data& b, const RefineOptions& options,
              Pose* T_a_b) {
-  const double min_gate = std::max(3.0 * options.voxel_m, 0.5);
+  const double min_gate = std::max(3.0 * a.voxel_m, 0.5);
   double gate = std::max(options.coarse_distance_m, min_gate);
   PairSet found;
   for (int i = 0; i < options.max_iterations; ++i) {
     FindGicpPairs(a.points, a.tree, b.points, b.coarse_sample, *T_a_b, gate, &found);
     Vector6d twist;
     if (!StepPose(found.pairs, kDamping, T_a_b, &twist)) return;
-    const double wanted = 8.0 * found.median_normal_distance_m + options.voxel_m;
+    const double wanted = 8.0 * found.median_normal_distance_m + a.voxel_m;
     const double shrunk = std::clamp(wanted, std::max(min_gate, 0.7 * gate), gate);
     if (IsSmall(twist, kCoarseStepM, kCoarseStepRad) && shrunk > 0.99 * gate) return;
     gate = shrunk;
@@ -56,15 +56,19 @@ bool RunVgicp(const GaussianVoxelMap& a, const RefinableMap::Data& b, const Refi
 
 RefinableMap::RefinableMap(const SessionMap& map, const RefineOptions& options)
     : data_(std::make_unique<Data>()) {
-  data_->points = SampleSurface(map, options.voxel_m);
+  data_->voxel_m = options.voxel_m;
+  data_->points =
+      SampleSurface(map, static_cast<size_t>(std::max(options.max_points, 0)), &data_->voxel_m);
   std::vector<Eigen::Vector3f> positions;
   positions.reserve(data_->points.size());
   for (const SurfacePoint& point : data_->points) positions.push_back(point.position);
   data_->tree = KdTree(positions);
-  data_->voxels = GaussianVoxelMap(data_->points, options.vgicp_voxel_m);
-  data_->fine_voxels = GaussianVoxelMap(data_->points, 0.5 * options.vgicp_voxel_m);
-  data_->coarse_sample = SampleBalanced(data_->points, 4.0 * options.voxel_m, kMaxCoarsePoints);
-  data_->fine_sample = SampleBalanced(data_->points, options.voxel_m, kMaxFinePoints);
+  // A Gaussian wants several points.
+  const double gaussian_voxel_m = std::max(options.vgicp_voxel_m, 3.0 * data_->voxel_m);
+  data_->voxels = GaussianVoxelMap(data_->points, gaussian_voxel_m);
+  data_->fine_voxels = GaussianVoxelMap(data_->points, 0.5 * gaussian_voxel_m);
+  data_->coarse_sample = SampleBalanced(data_->points, 4.0 * data_->voxel_m, kMaxCoarsePoints);
+  data_->fine_sample = SampleBalanced(data_->points, data_->voxel_m, kMaxFinePoints);
 }
 
 RefinableMap::~RefinableMap() = default;

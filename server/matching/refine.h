@@ -12,18 +12,19 @@
 namespace isthmus::matching {
 
 struct RefineOptions {
-  double voxel_m = 0.25;            // Thinning of both maps.
+  double voxel_m = 0.25;            // Thinning of both maps, at least; see max_points.
   double coarse_distance_m = 4.0;   // Correspondence gate of the first GICP round.
-  double vgicp_voxel_m = 1.0;       // Voxel of the VGICP target.
+  double vgicp_voxel_m = 1.0;       // Voxel of the VGICP target; at least 3 voxels of thinning.
   double overlap_distance_m = 0.3;  // A point of b overlaps a when it has a neighbour this near.
   int max_iterations = 60;          // Per round; from 7 m off GICP takes about 50.
+  int max_points = 150000;          // Larger maps are thinned more coarsely, to about this many.
 };
 
 struct Refinement {
   Pose T_a_b;
   bool converged = false;
-  double overlap = 0;     // Share of the points of the smaller map that lie on the other, [0, 1].
-  int64_t inliers = 0;    // Points behind overlap.
+  double overlap = 0;     // Share of the points of the smaller map that lie on the other, [0, 1],
+  int64_t inliers = 0;    // told from an even sample of them, of which these do.
   double residual_m = 0;  // RMS point-to-plane distance of the inliers.
   // Of T_a_b, twist order [rho; phi], frame a: point-to-plane, the inliers taken as independent.
   // Its directions can be trusted (a corridor's length has none), its size flatters.

@@ -2,6 +2,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <cmath>
 
 #include "server/matching/kd_tree.h"
 #include "server/matching/voxel_filter.h"
@@ -39,15 +40,27 @@ bool EstimateNormal(const std::vector<Eigen::Vector3f>& points,
   return point->normal.allFinite();
 }
 
+// Surfaces are areas: their points grow fewer with the square of the voxel.
+std::vector<ViewedPoint> FilterToAtMost(const SessionMap& map, size_t max_points, double* voxel_m) {
+  std::vector<ViewedPoint> thinned = FilterVoxels(map, *voxel_m);
+  if (max_points == 0 || thinned.size() <= max_points) return thinned;
+  *voxel_m *= std::sqrt(static_cast<double>(thinned.size()) / static_cast<double>(max_points));
+  return FilterVoxels(map, *voxel_m);
+}
+
 }  // namespace
 
 std::vector<SurfacePoint> SampleSurface(const SessionMap& map, double voxel_m) {
-  const std::vector<ViewedPoint> thinned = FilterVoxels(map, voxel_m);
+  return SampleSurface(map, 0, &voxel_m);
+}
+
+std::vector<SurfacePoint> SampleSurface(const SessionMap& map, size_t max_points, double* voxel_m) {
+  const std::vector<ViewedPoint> thinned = FilterToAtMost(map, max_points, voxel_m);
   std::vector<Eigen::Vector3f> positions;
   positions.reserve(thinned.size());
   for (const ViewedPoint& point : thinned) positions.push_back(point.position);
   const KdTree tree(positions);
-  const float reach = kNeighborhoodVoxels * static_cast<float>(voxel_m);
+  const float reach = kNeighborhoodVoxels * static_cast<float>(*voxel_m);
   std::vector<SurfacePoint> surface;
   surface.reserve(positions.size());
   std::vector<KdTree::Neighbor> neighbors;

@@ -15,10 +15,13 @@ struct SurfacePoint {
   float roughness = 1;       // Smallest over middle eigenvalue of the neighbourhood, [0, 1].
 };
 
-// Means of the points of all submaps per voxel, in order of first appearance, with normals from the
+// Means of the points of all submaps per voxel, as FilterVoxels gives them, with normals from the
 // eigenvectors of their nearest neighbours' scatter. Drops what has no surface: isolated points and
-// lines (a single ring of a spinning LiDAR), non-finite points, points whose keyframe does not
-// exist, points farther than 100 km from the origin.
+// lines (a single ring of a spinning LiDAR).
 std::vector<SurfacePoint> SampleSurface(const SessionMap& map, double voxel_m);
+
+// The same with `*voxel_m` made as much larger as it takes to come down to about `max_points`; 0
+// for no limit.
+std::vector<SurfacePoint> SampleSurface(const SessionMap& map, size_t max_points, double* voxel_m);
 
 }  // namespace isthmus::matching
