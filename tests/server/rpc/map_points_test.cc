@@ -1,0 +1,236 @@
+// QueryRegion and ExportMap over a socket: chunks, limits, checksums.
+#include <cstring>
+#include <limits>
+
+#include "core/codec/crc32c.h"
+#include "tests/server/rpc/rpc_fixture.h"
+
+namespace isthmus::rpc {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+class QueryRegionTest : public RpcTest {
+ protected:
+  QueryRegionTest() {
+    pipeline_.map->robots_ = {RobotId("alice"), RobotId("bob")};
+    pipeline_.map->components_ = 1;
+    pipeline_.info.robots = {RobotId("alice"), RobotId("bob"), RobotId("carol")};
+    for (uint32_t i = 0; i < 10; ++i) {
+      pipeline_.map->points_.push_back({static_cast<float>(i), 0, 0, 0.5F, i % 2});
+    }
+  }
+
+  grpc::Status Query(const v1::QueryRegionRequest& request) {
+    responses_.clear();
+    points_.clear();
+    const auto context = NewContext();
+    auto reader = stubs_->map->QueryRegion(context.get(), request);
+    v1::QueryRegionResponse response;
+    while (reader->Read(&response)) {
+      const std::string& data = response.cloud().data();
+      EXPECT_EQ(data.size(), response.cloud().width() * sizeof(MapPoint));
+      const size_t before = points_.size();
+      points_.resize(before + response.cloud().width());
+      std::memcpy(points_.data() + before, data.data(), data.size());
+      responses_.push_back(response);
+    }
+    return reader->Finish();
+  }
+
+  std::vector<v1::QueryRegionResponse> responses_;
+  std::vector<MapPoint> points_;
+};
+
+v1::QueryRegionRequest BoxFrom(double min_x, double max_x) {
+  v1::QueryRegionRequest request;
+  v1::Box& box = *request.mutable_box();
+  box.mutable_min()->set_x(min_x);
+  box.mutable_min()->set_y(-1);
+  box.mutable_min()->set_z(-1);
+  box.mutable_max()->set_x(max_x);
+  box.mutable_max()->set_y(1);
+  box.mutable_max()->set_z(1);
+  return request;
+}
+
+TEST_F(QueryRegionTest, WithoutARegionEverythingComes) {
+  EXPECT_GRPC_OK(Query({}));
+  EXPECT_EQ(points_.size(), 10u);
+  EXPECT_EQ(points_[3].x, 3);
+  EXPECT_EQ(points_[3].robot, 1u);
+  EXPECT_EQ(points_[3].intensity, 0.5F);
+  EXPECT_EQ(responses_[0].revision(), 7);
+  EXPECT_THAT(responses_[0].robots(), testing::ElementsAre("alice", "bob"));
+  const v1::PointCloud& cloud = responses_[0].cloud();
+  EXPECT_EQ(cloud.encoding(), v1::PointCloud::RAW);
+  EXPECT_EQ(cloud.stride(), 20u);
+  ASSERT_EQ(cloud.fields_size(), 5);
+  EXPECT_EQ(cloud.fields(4).name(), "robot");
+  EXPECT_EQ(cloud.fields(4).offset(), 16u);
+  EXPECT_EQ(cloud.fields(4).type(), v1::PointField::UINT32);
+}
+
+TEST_F(QueryRegionTest, BoxSphereAndRobot) {
+  EXPECT_GRPC_OK(Query(BoxFrom(2, 5)));
+  EXPECT_EQ(points_.size(), 4u);
+  EXPECT_GRPC_OK(Query(BoxFrom(2, 2)));
+  EXPECT_EQ(points_.size(), 1u);
+  v1::QueryRegionRequest request;
+  request.mutable_sphere()->mutable_center()->set_x(9);
+  request.mutable_sphere()->set_radius_m(1.5);
+  EXPECT_GRPC_OK(Query(request));
+  EXPECT_EQ(points_.size(), 2u);
+  request.set_robot("bob");
+  EXPECT_GRPC_OK(Query(request));
+  ASSERT_EQ(points_.size(), 1u);
+  EXPECT_EQ(points_[0].x, 9);
+}
+
+TEST_F(QueryRegionTest, WhereNothingIsTheAnswerIsEmptyButNamesItsRevision) {
+  EXPECT_GRPC_OK(Query(BoxFrom(100, 200)));
+  ASSERT_EQ(responses_.size(), 1u);
+  EXPECT_EQ(responses_[0].revision(), 7);
+  EXPECT_EQ(responses_[0].robots_size(), 2);
+  EXPECT_EQ(responses_[0].cloud().width(), 0u);
+  // A robot that has no submap yet has no points either.
+  v1::QueryRegionRequest request;
+  request.set_robot("carol");
+  EXPECT_GRPC_OK(Query(request));
+  EXPECT_TRUE(points_.empty());
+}
+
+TEST_F(QueryRegionTest, AnEmptyMapHasAnEmptyComponentZero) {
+  pipeline_.map->components_ = 0;
+  pipeline_.map->points_.clear();
+  EXPECT_GRPC_OK(Query({}));
+  EXPECT_EQ(responses_.size(), 1u);
+}
+
+TEST_F(QueryRegionTest, LargeAnswersComeInMessagesOfAboutOneMegabyte) {
+  pipeline_.map->points_.assign(200'000, MapPoint{1, 2, 3, 4, 0});
+  EXPECT_GRPC_OK(Query({}));
+  EXPECT_EQ(points_.size(), 200'000u);
+  EXPECT_GE(responses_.size(), 4u);
+  for (const auto& response : responses_) EXPECT_LE(response.ByteSizeLong(), (1u << 20) + 1000);
+  for (size_t i = 1; i < responses_.size(); ++i) EXPECT_EQ(responses_[i].robots_size(), 0);
+}
+
+TEST_F(QueryRegionTest, RegionsThatMakeNoSense) {
+  EXPECT_GRPC_ERROR(Query(BoxFrom(5, 2)), INVALID_ARGUMENT, "exceeds box.max");
+  EXPECT_GRPC_ERROR(Query(BoxFrom(kNaN, 2)), INVALID_ARGUMENT, "box.min");
+  EXPECT_GRPC_ERROR(Query(BoxFrom(0, std::numeric_limits<double>::infinity())), INVALID_ARGUMENT,
+                    "box.max");
+  v1::QueryRegionRequest request;
+  for (const double radius : {0.0, -1.0, kNaN}) {
+    request.mutable_sphere()->set_radius_m(radius);
+    EXPECT_GRPC_ERROR(Query(request), INVALID_ARGUMENT, "radius_m");
+  }
+  request.mutable_sphere()->set_radius_m(1);
+  request.mutable_sphere()->mutable_center()->set_y(kNaN);
+  EXPECT_GRPC_ERROR(Query(request), INVALID_ARGUMENT, "sphere.center");
+  request.Clear();
+  for (const double resolution : {-0.1, kNaN}) {
+    request.set_resolution_m(resolution);
+    EXPECT_GRPC_ERROR(Query(request), INVALID_ARGUMENT, "resolution_m");
+  }
+  request.Clear();
+  request.set_robot("dave");
+  EXPECT_GRPC_ERROR(Query(request), NOT_FOUND, "dave");
+  request.Clear();
+  request.set_component(1);
+  EXPECT_GRPC_ERROR(Query(request), NOT_FOUND, "component 1");
+  EXPECT_TRUE(responses_.empty());
+}
+
+class ExportMapTest : public RpcTest {
+ protected:
+  grpc::Status Export(const v1::ExportMapRequest& request) {
+    responses_.clear();
+    file_.clear();
+    const auto context = NewContext();
+    auto reader = stubs_->map->ExportMap(context.get(), request);
+    v1::ExportMapResponse response;
+    while (reader->Read(&response)) {
+      file_ += response.data();
+      responses_.push_back(response);
+    }
+    return reader->Finish();
+  }
+
+  std::vector<v1::ExportMapResponse> responses_;
+  std::string file_;
+};
+
+v1::ExportMapRequest Ply() {
+  v1::ExportMapRequest request;
+  request.set_format(v1::ExportMapRequest::PLY);
+  return request;
+}
+
+TEST_F(ExportMapTest, AFileComesInChunksAndIsSummedUpInTheLast) {
+  std::string large(3'000'000, '\0');
+  for (size_t i = 0; i < large.size(); ++i) large[i] = static_cast<char>(i * 31 >> 3);
+  pipeline_.file = {"header\n", large, "tail"};
+  EXPECT_GRPC_OK(Export(Ply()));
+  EXPECT_EQ(file_, "header\n" + large + "tail");
+  for (size_t i = 0; i < responses_.size(); ++i) {
+    EXPECT_LE(responses_[i].data().size(), 1u << 20);
+    EXPECT_EQ(responses_[i].revision(), 7);
+    EXPECT_EQ(responses_[i].last(), i + 1 == responses_.size());
+  }
+  EXPECT_EQ(responses_.back().size(), file_.size());
+  EXPECT_EQ(responses_.back().crc32c(), codec::Crc32c(file_.data(), file_.size()));
+}
+
+TEST_F(ExportMapTest, WhatWasAskedReachesThePipeline) {
+  v1::ExportMapRequest request;
+  request.set_format(v1::ExportMapRequest::OCTOMAP_FULL);
+  request.set_component(3);
+  EXPECT_GRPC_OK(Export(request));
+  request.set_format(v1::ExportMapRequest::PCD_BINARY_COMPRESSED);
+  request.set_resolution_m(0.5);
+  EXPECT_GRPC_OK(Export(request));
+  ASSERT_EQ(pipeline_.exports.size(), 2u);
+  EXPECT_EQ(pipeline_.exports[0].format, server::ExportFormat::kOctoMapFull);
+  EXPECT_EQ(pipeline_.exports[0].region.component, 3u);
+  EXPECT_EQ(pipeline_.exports[0].octomap_resolution_m, 0.2);
+  EXPECT_EQ(pipeline_.exports[1].format, server::ExportFormat::kPcdBinaryCompressed);
+  EXPECT_EQ(pipeline_.exports[1].region.resolution_m, 0.5);
+  EXPECT_TRUE(responses_.back().last());
+}
+
+TEST_F(ExportMapTest, AFailureInTheMiddleHasNoLastResponse) {
+  pipeline_.file = {"part"};
+  pipeline_.export_status = absl::ResourceExhaustedError("ask for a coarser one");
+  EXPECT_GRPC_ERROR(Export(Ply()), RESOURCE_EXHAUSTED, "coarser");
+  ASSERT_EQ(responses_.size(), 1u);
+  EXPECT_FALSE(responses_[0].last());
+}
+
+TEST_F(ExportMapTest, RequestsThatMakeNoSense) {
+  EXPECT_GRPC_ERROR(Export({}), INVALID_ARGUMENT, "PCD_ASCII");
+  v1::ExportMapRequest request = Ply();
+  for (const double resolution : {-1.0, kNaN}) {
+    request.set_resolution_m(resolution);
+    EXPECT_GRPC_ERROR(Export(request), INVALID_ARGUMENT, "resolution_m");
+  }
+  pipeline_.export_status = absl::NotFoundError("no component 8");
+  EXPECT_GRPC_ERROR(Export(Ply()), NOT_FOUND, "component 8");
+}
+
+TEST_F(ExportMapTest, AReaderThatGoesAwayEndsTheExport) {
+  pipeline_.file.assign(48, std::string(1 << 20, 'x'));
+  auto context = NewContext();
+  auto reader = stubs_->map->ExportMap(context.get(), Ply());
+  v1::ExportMapResponse response;
+  ASSERT_TRUE(reader->Read(&response));
+  context->TryCancel();
+  EXPECT_EQ(reader->Finish().error_code(), grpc::StatusCode::CANCELLED);
+  // Others are served.
+  v1::MapInfo info;
+  EXPECT_GRPC_OK(stubs_->map->GetMapInfo(NewContext().get(), {}, &info));
+}
+
+}  // namespace
+}  // namespace isthmus::rpc

@@ -1,0 +1,177 @@
+// The RPCs that read the map, over a socket: what is asked arrives, what is answered comes back.
+#include "core/codec/crc32c.h"
+#include "tests/server/rpc/rpc_fixture.h"
+
+namespace isthmus::rpc {
+namespace {
+
+class MapRpcTest : public RpcTest {
+ protected:
+  grpc::Status Trajectory(v1::Frame frame, std::vector<v1::GetTrajectoryResponse>* responses) {
+    v1::GetTrajectoryRequest request;
+    request.set_robot("alice");
+    request.set_frame(frame);
+    const auto context = NewContext();
+    auto reader = stubs_->map->GetTrajectory(context.get(), request);
+    v1::GetTrajectoryResponse response;
+    while (reader->Read(&response)) responses->push_back(response);
+    return reader->Finish();
+  }
+};
+
+TEST_F(MapRpcTest, MapInfoNamesRobotsOfComponents) {
+  const std::string alice = stubs_->NewSession("alice");
+  const std::string bob = stubs_->NewSession("bob");
+  server::ComponentInfo component;
+  component.reference = SessionId(alice);
+  component.sessions = {SessionId(alice), SessionId(bob)};
+  component.point_count = 12;
+  component.bounds.Extend(Eigen::Vector3d(-1, -2, -3));
+  component.bounds.Extend(Eigen::Vector3d(1, 2, 3));
+  server::ComponentInfo empty;
+  empty.component = 1;
+  pipeline_.info = {5, {RobotId("alice"), RobotId("bob")}, {component, empty}, true, 1.5, 20.5, 3,
+                    4};
+  v1::MapInfo info;
+  EXPECT_GRPC_OK(stubs_->map->GetMapInfo(NewContext().get(), {}, &info));
+  EXPECT_EQ(info.revision(), 5);
+  EXPECT_THAT(info.robots(), testing::ElementsAre("alice", "bob"));
+  ASSERT_EQ(info.components_size(), 2);
+  EXPECT_EQ(info.components(0).reference_session(), alice);
+  EXPECT_THAT(info.components(0).sessions(), testing::ElementsAre(alice, bob));
+  EXPECT_THAT(info.components(0).robots(), testing::ElementsAre("alice", "bob"));
+  EXPECT_EQ(info.components(0).point_count(), 12u);
+  EXPECT_EQ(info.components(0).bounds().min().y(), -2);
+  EXPECT_EQ(info.components(0).bounds().max().z(), 3);
+  EXPECT_EQ(info.components(1).component(), 1u);
+  EXPECT_FALSE(info.components(1).has_bounds());
+  EXPECT_TRUE(info.settled());
+  EXPECT_EQ(info.composition_ms(), 1.5);
+  EXPECT_EQ(info.estimation_ms(), 20.5);
+  EXPECT_EQ(info.compositions(), 3u);
+  EXPECT_EQ(info.estimations(), 4u);
+}
+
+TEST_F(MapRpcTest, SubmapsOfAllRobotsOrOne) {
+  for (const char* robot : {"alice", "bob"}) {
+    Submap submap;
+    submap.id = {SessionId(std::string(robot) + "-1"), 0};
+    submap.robot = RobotId(robot);
+    submap.keyframes.resize(2);
+    submap.points = {{1, 2, 3, 0, 0}, {-1, 0, 4, 0, 1}};
+    ASSERT_TRUE(pipeline_.AddSubmap(submap).ok());
+  }
+  v1::ListSubmapsResponse response;
+  EXPECT_GRPC_OK(stubs_->map->ListSubmaps(NewContext().get(), {}, &response));
+  EXPECT_EQ(response.submaps_size(), 2);
+  v1::ListSubmapsRequest request;
+  request.set_robot("bob");
+  EXPECT_GRPC_OK(stubs_->map->ListSubmaps(NewContext().get(), request, &response));
+  ASSERT_EQ(response.submaps_size(), 1);
+  EXPECT_EQ(response.submaps(0).session(), "bob-1");
+  EXPECT_EQ(response.submaps(0).keyframe_count(), 2u);
+  EXPECT_EQ(response.submaps(0).point_count(), 2u);
+  EXPECT_EQ(response.submaps(0).bounds().min().x(), -1);
+  request.set_robot("carol");
+  EXPECT_GRPC_ERROR(stubs_->map->ListSubmaps(NewContext().get(), request, &response), NOT_FOUND,
+                    "robot");
+}
+
+TEST_F(MapRpcTest, ALongTrajectoryComesInChunksInOrder) {
+  server::RobotTrajectory trajectory{SessionId("alice-1"), 9, 2, {}};
+  for (int i = 0; i < 2500; ++i) trajectory.poses.push_back({i, Pose(Eigen::Vector3d(i, 0, 0))});
+  pipeline_.trajectory = trajectory;
+  std::vector<v1::GetTrajectoryResponse> responses;
+  EXPECT_GRPC_OK(Trajectory(v1::MAP, &responses));
+  ASSERT_EQ(responses.size(), 3u);
+  int next = 0;
+  for (const auto& response : responses) {
+    EXPECT_EQ(response.revision(), 9);
+    EXPECT_EQ(response.session(), "alice-1");
+    EXPECT_EQ(response.component(), 2u);
+    EXPECT_LE(response.poses_size(), 1000);
+    for (const auto& pose : response.poses()) EXPECT_EQ(pose.stamp_ns(), next++);
+  }
+  EXPECT_EQ(next, 2500);
+}
+
+TEST_F(MapRpcTest, ATrajectoryWithoutPosesStillNamesItsSession) {
+  pipeline_.trajectory = server::RobotTrajectory{SessionId("alice-1"), 1, 0, {}};
+  std::vector<v1::GetTrajectoryResponse> responses;
+  EXPECT_GRPC_OK(Trajectory(v1::ODOM, &responses));
+  ASSERT_EQ(responses.size(), 1u);
+  EXPECT_EQ(responses[0].session(), "alice-1");
+}
+
+TEST_F(MapRpcTest, TrajectoryErrors) {
+  std::vector<v1::GetTrajectoryResponse> responses;
+  EXPECT_GRPC_ERROR(Trajectory(v1::FRAME_UNSPECIFIED, &responses), INVALID_ARGUMENT, "ODOM or MAP");
+  EXPECT_GRPC_ERROR(Trajectory(static_cast<v1::Frame>(9), &responses), INVALID_ARGUMENT,
+                    "ODOM or MAP");
+  EXPECT_GRPC_ERROR(Trajectory(v1::ODOM, &responses), NOT_FOUND, "robot");
+  pipeline_.trajectory = absl::FailedPreconditionError("not placed yet");
+  EXPECT_GRPC_ERROR(Trajectory(v1::MAP, &responses), FAILED_PRECONDITION, "not placed");
+  EXPECT_TRUE(responses.empty());
+}
+
+TEST_F(MapRpcTest, TheMatchGraphTellsWhichMatchesCarryTheMap) {
+  const SessionId alice(stubs_->NewSession("alice"));
+  const SessionId bob(stubs_->NewSession("bob"));
+  const SessionId carol(stubs_->NewSession("carol"));
+  Match accepted;
+  accepted.a = alice;
+  accepted.b = bob;
+  accepted.T_a_b = Pose(Eigen::Vector3d(1, 2, 3));
+  accepted.state = MatchState::kAccepted;
+  accepted.reason = "OK";
+  accepted.confidence = 0.75;
+  accepted.inliers = 321;
+  accepted.stages = {{"fpfh", 12.5}};
+  Match rejected;
+  rejected.a = alice;
+  rejected.b = carol;
+  rejected.state = MatchState::kRejected;
+  rejected.reason = "FREE_SPACE";
+  rejected.detail = "a wall stands where alice looked through";
+  pipeline_.graph.revision = 4;
+  pipeline_.graph.matches = {accepted, rejected};
+  pipeline_.graph.tree = {{bob, alice}};
+  pipeline_.graph.placements = {{bob, 0, alice, Pose(Eigen::Vector3d(0, 0, 1))}};
+  v1::MatchGraph graph;
+  EXPECT_GRPC_OK(stubs_->map->GetMatchGraph(NewContext().get(), {}, &graph));
+  EXPECT_EQ(graph.revision(), 4);
+  ASSERT_EQ(graph.matches_size(), 2);
+  const v1::Match& first = graph.matches(0);
+  EXPECT_TRUE(first.in_tree());
+  EXPECT_EQ(first.state(), v1::Match::ACCEPTED);
+  EXPECT_EQ(first.robot_a(), "alice");
+  EXPECT_EQ(first.robot_b(), "bob");
+  EXPECT_EQ(first.t_a_b().translation().z(), 3);
+  EXPECT_EQ(first.confidence(), 0.75);
+  EXPECT_EQ(first.inliers(), 321);
+  EXPECT_EQ(first.overlap(), -1);
+  EXPECT_EQ(first.stages(0).stage(), "fpfh");
+  EXPECT_FALSE(graph.matches(1).in_tree());
+  EXPECT_EQ(graph.matches(1).state(), v1::Match::REJECTED);
+  EXPECT_EQ(graph.matches(1).reason(), "FREE_SPACE");
+  ASSERT_EQ(graph.placements_size(), 1);
+  EXPECT_EQ(graph.placements(0).robot(), "bob");
+  EXPECT_EQ(graph.placements(0).reference_session(), alice.value());
+}
+
+TEST_F(MapRpcTest, TransformOrWhyThereIsNone) {
+  v1::GetTransformRequest request;
+  v1::GetTransformResponse response;
+  EXPECT_GRPC_ERROR(stubs_->map->GetTransform(NewContext().get(), request, &response), NOT_FOUND,
+                    "robot");
+  pipeline_.transform = absl::FailedPreconditionError("LOW_OVERLAP: 3 % of 10 %");
+  EXPECT_GRPC_ERROR(stubs_->map->GetTransform(NewContext().get(), request, &response),
+                    FAILED_PRECONDITION, "LOW_OVERLAP");
+  pipeline_.transform = server::RobotTransform{3, Pose(Eigen::Vector3d(7, 0, 0))};
+  EXPECT_GRPC_OK(stubs_->map->GetTransform(NewContext().get(), request, &response));
+  EXPECT_EQ(response.revision(), 3);
+  EXPECT_EQ(response.t_a_b().translation().x(), 7);
+}
+
+}  // namespace
+}  // namespace isthmus::rpc

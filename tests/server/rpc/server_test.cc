@@ -1,0 +1,159 @@
+// What the server offers beside its own services: health, reflection, limits, ports, stopping.
+#include "server/rpc/server.h"
+
+#include <google/protobuf/unknown_field_set.h>
+#include <grpcpp/generic/generic_stub.h>
+#include <grpcpp/support/byte_buffer.h>
+
+#include <functional>
+#include <thread>
+
+#include "tests/server/rpc/rpc_fixture.h"
+
+namespace isthmus::rpc {
+namespace {
+
+using google::protobuf::UnknownField;
+using google::protobuf::UnknownFieldSet;
+
+// Health and reflection have no headers in Debian's package: their messages are written and read by
+// field number.
+std::string ToBytes(const UnknownFieldSet& message) {
+  std::string bytes;
+  EXPECT_TRUE(message.SerializeToString(&bytes));
+  return bytes;
+}
+
+grpc::ByteBuffer ToBuffer(const std::string& bytes) {
+  const grpc::Slice slice(bytes);
+  return grpc::ByteBuffer(&slice, 1);
+}
+
+void Parse(const grpc::ByteBuffer& buffer, UnknownFieldSet* message) {
+  std::vector<grpc::Slice> slices;
+  EXPECT_TRUE(buffer.Dump(&slices).ok());
+  std::string bytes;
+  for (const grpc::Slice& slice : slices) {
+    bytes.append(reinterpret_cast<const char*>(slice.begin()), slice.size());
+  }
+  EXPECT_TRUE(message->ParseFromString(bytes));
+}
+
+// One request, and the first response if there is one.
+grpc::Status Call(const std::shared_ptr<grpc::Channel>& channel, const std::string& method,
+                  const std::string& request, UnknownFieldSet* response) {
+  grpc::GenericStub stub(channel);
+  const auto context = NewContext();
+  grpc::CompletionQueue queue;
+  const auto wait = [&queue] {
+    void* tag = nullptr;
+    bool ok = false;
+    EXPECT_TRUE(queue.Next(&tag, &ok));
+    return ok;
+  };
+  auto call = stub.PrepareCall(context.get(), method, &queue);
+  call->StartCall(nullptr);
+  wait();
+  call->Write(ToBuffer(request), nullptr);
+  wait();
+  call->WritesDone(nullptr);
+  wait();
+  grpc::ByteBuffer buffer;
+  call->Read(&buffer, nullptr);
+  if (wait()) Parse(buffer, response);
+  grpc::Status status;
+  call->Finish(&status, nullptr);
+  wait();
+  return status;
+}
+
+// grpc.health.v1.HealthCheckResponse.status; 1 is SERVING.
+uint64_t Health(const std::shared_ptr<grpc::Channel>& channel, const std::string& service) {
+  UnknownFieldSet request;
+  request.AddLengthDelimited(1, service);
+  UnknownFieldSet response;
+  EXPECT_GRPC_OK(Call(channel, "/grpc.health.v1.Health/Check", ToBytes(request), &response));
+  return response.field_count() == 1 ? response.field(0).varint() : 0;
+}
+
+using ServerTest = RpcTest;
+
+TEST_F(ServerTest, HealthOfTheServerAndOfEachService) {
+  EXPECT_EQ(Health(channel_, ""), 1u);
+  EXPECT_EQ(Health(channel_, "isthmus.v1.SessionService"), 1u);
+  EXPECT_EQ(Health(channel_, "isthmus.v1.MapService"), 1u);
+}
+
+TEST_F(ServerTest, ReflectionListsTheServices) {
+  UnknownFieldSet request;
+  request.AddLengthDelimited(7, "*");  // list_services
+  UnknownFieldSet response;
+  EXPECT_GRPC_OK(Call(channel_, "/grpc.reflection.v1alpha.ServerReflection/ServerReflectionInfo",
+                      ToBytes(request), &response));
+  std::string services;
+  for (int i = 0; i < response.field_count(); ++i) {
+    if (response.field(i).number() == 6) services = response.field(i).length_delimited();
+  }
+  EXPECT_THAT(services, testing::HasSubstr("isthmus.v1.SessionService"));
+  EXPECT_THAT(services, testing::HasSubstr("isthmus.v1.MapService"));
+}
+
+TEST_F(ServerTest, APortThatIsTakenIsAnErrorThatNamesIt) {
+  ServerOptions options;
+  options.listen = server_->address();
+  const auto second = RpcServer::Start(&pipeline_, options);
+  ASSERT_FALSE(second.ok());
+  EXPECT_TRUE(absl::IsUnavailable(second.status()));
+  EXPECT_THAT(std::string(second.status().message()), testing::HasSubstr(server_->address()));
+}
+
+TEST_F(ServerTest, AnAddressThatIsNoneIsAnError) {
+  ServerOptions options;
+  options.listen = "nowhere.invalid:1";
+  EXPECT_FALSE(RpcServer::Start(&pipeline_, options).ok());
+}
+
+TEST_F(ServerTest, TheAddressHasThePortThatWasChosen) {
+  EXPECT_GT(server_->port(), 0);
+  EXPECT_EQ(server_->address(), "127.0.0.1:" + std::to_string(server_->port()));
+}
+
+TEST_F(ServerTest, TheSameServerCanBeReachedWithoutASocket) {
+  const std::string session = stubs_->NewSession("alice");
+  Stubs inside(server_->InProcessChannel());
+  v1::ListSessionsResponse list;
+  EXPECT_GRPC_OK(inside.sessions->ListSessions(NewContext().get(), {}, &list));
+  ASSERT_EQ(list.sessions_size(), 1);
+  EXPECT_EQ(list.sessions(0).id(), session);
+}
+
+TEST_F(ServerTest, AfterShutdownCallsAreUnavailable) {
+  server_->Shutdown(std::chrono::seconds(1));
+  v1::ListSessionsResponse list;
+  EXPECT_EQ(stubs_->sessions->ListSessions(NewContext().get(), {}, &list).error_code(),
+            grpc::StatusCode::UNAVAILABLE);
+  server_->Shutdown(std::chrono::seconds(1));
+}
+
+class SmallMessagesTest : public RpcTest {
+ protected:
+  static ServerOptions Small() {
+    ServerOptions options;
+    options.max_receive_bytes = 1000;
+    return options;
+  }
+  SmallMessagesTest() : RpcTest(Small()) {}
+};
+
+TEST_F(SmallMessagesTest, AMessageBeyondTheLimitEndsItsCallOnly) {
+  v1::CreateSessionRequest request;
+  request.set_robot(std::string(2000, 'a'));
+  v1::Session session;
+  EXPECT_GRPC_ERROR(stubs_->sessions->CreateSession(NewContext().get(), request, &session),
+                    RESOURCE_EXHAUSTED, "larger than max");
+  request.set_robot("alice");
+  EXPECT_GRPC_OK(stubs_->sessions->CreateSession(NewContext().get(), request, &session));
+}
+
+}  // namespace
+}  // namespace isthmus::rpc
