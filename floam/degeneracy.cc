@@ -7,6 +7,8 @@
 namespace isthmus::floam {
 namespace {
 
+constexpr double kRotationShare = 0.1;
+
 // Information about the first part once the second is free, symmetric.
 Eigen::Matrix3d Schur(const Eigen::Matrix3d& first, const Eigen::Matrix3d& mixed,
                       const Eigen::Matrix3d& second) {
@@ -29,16 +31,18 @@ double CollectWeak(const Eigen::Matrix3d& schur, double least,
 }  // namespace
 
 Degeneracy FindDegeneracy(const Matrix6d& information, int used, double lever_m,
-                          double least_per_match) {
+                          double least_share) {
   const Eigen::Matrix3d translation = information.topLeftCorner<3, 3>();
   const Eigen::Matrix3d rotation = information.bottomRightCorner<3, 3>();
   const Eigen::Matrix3d mixed = information.topRightCorner<3, 3>();
-  const double least = least_per_match * std::max(used, 1);
+  const double matches = std::max(used, 1);
+  const double lever2 = lever_m * lever_m;
   Degeneracy result;
-  result.weakest = CollectWeak(Schur(translation, mixed, rotation), least, &result.translations) /
-                   std::max(used, 1);
-  CollectWeak(Schur(rotation, mixed.transpose(), translation), least * lever_m * lever_m,
-              &result.rotations);
+  result.weakest_translation =
+      CollectWeak(Schur(translation, mixed, rotation) / matches, least_share, &result.translations);
+  result.weakest_rotation =
+      CollectWeak(Schur(rotation, mixed.transpose(), translation) / (matches * lever2),
+                  kRotationShare * least_share, &result.rotations);
   return result;
 }
 

@@ -21,9 +21,9 @@ struct OdometryOptions {
   MatchOptions matching;
 
   // How far the motion within a scan may be from the motion between scans (kContinuous): one sigma.
-  double speed_change_sigma = 0.1;     // m/s.
-  double yaw_rate_change_sigma = 0.1;  // rad/s.
-  double tilt_rate_sigma = 0.1;        // rad/s, roll and pitch, around zero.
+  double speed_change_sigma = 0.05;     // m/s.
+  double yaw_rate_change_sigma = 0.05;  // rad/s.
+  double tilt_rate_sigma = 0.05;        // rad/s, roll and pitch, around zero.
 
   // A scan is matched if this share of its features found a plane or line ...
   double min_used_share = 0.25;

@@ -164,6 +164,7 @@ MatchResult ScanMatcher::Match(const Features& features, const ScanPose& guess,
   const size_t stride = options.stride;
   result.features = static_cast<int>((features.surfaces.size() + stride - 1) / stride +
                                      (features.edges.size() + stride - 1) / stride);
+  const double noise2 = options.point_noise_m * options.point_noise_m;
   double kernel = options.kernel_start_m;
   for (int iteration = 0; iteration < options.max_iterations; ++iteration) {
     const ScanMotion motion(result.pose.twist, result.pose.reference_s, begin_s, end_s);
@@ -179,8 +180,8 @@ MatchResult ScanMatcher::Match(const Features& features, const ScanPose& guess,
 
     Matrix12d H = pass.equations.Information();
     Vector12d g = pass.equations.Gradient();
-    result.degeneracy = FindDegeneracy(pass.equations.pose(), pass.used,
-                                       std::sqrt(pass.lever2 / pass.used), options.least_per_match);
+    result.degeneracy = FindDegeneracy(noise2 * pass.equations.pose(), pass.used,
+                                       std::sqrt(pass.lever2 / pass.used), options.least_share);
     HoldDegenerate(result.degeneracy, guess.T_odom_sensor, result.pose.T_odom_sensor, pass.used, &H,
                    &g);
     if (pass.with_twist)

@@ -37,13 +37,13 @@ struct MatchOptions {
   int max_iterations = 12;
   int pose_only_iterations = 3;  // Before the twist is estimated too, if it is.
   double point_noise_m = 0.02;   // One sigma of a point's distance to a perfect plane.
-  double kernel_start_m = 0.5;   // Scale of the Geman-McClure loss at first ...
+  double kernel_start_m = 0.3;   // Scale of the Geman-McClure loss at first ...
   double kernel_m = 0.1;         // ... and, halved every iteration, at last.
   double gate_m = 1.0;           // Farther from its plane or line a point is no match.
   double stop_m = 3e-4;          // Steps smaller than both end the iteration.
   double stop_rad = 3e-5;
-  double least_per_match = 10;  // See FindDegeneracy.
-  int stride = 1;               // Uses every stride-th feature.
+  double least_share = 0.004;  // See FindDegeneracy.
+  int stride = 1;              // Uses every stride-th feature.
 };
 
 struct MatchResult {
