@@ -1,0 +1,23 @@
+#include "client/cli/command.h"
+
+namespace isthmus::cli {
+
+void AddServerOptions(CLI::App& command, ServerOptions& options) {
+  command.add_option("--server", options.address, "Address of isthmus-server, HOST:PORT")
+      ->envname("ISTHMUS_SERVER")
+      ->capture_default_str();
+  command
+      .add_option("--attempts", options.attempts,
+                  "How often to try to reach the server, waiting ever longer (up to 5 s)")
+      ->check(CLI::Range(1, 1000000))
+      ->capture_default_str();
+}
+
+absl::StatusOr<std::unique_ptr<client::Client>> Connect(const ServerOptions& options) {
+  client::ClientOptions out;
+  out.address = options.address;
+  out.backoff.max_attempts = options.attempts;
+  return client::Client::Connect(out);
+}
+
+}  // namespace isthmus::cli

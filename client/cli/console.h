@@ -1,0 +1,36 @@
+// What a person watches: a progress bar on a terminal, plain lines in a pipe.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <string>
+
+namespace isthmus::cli {
+
+// Written to stderr, so that stdout stays what was asked for. On a terminal a bar that redraws
+// itself at most ten times a second; else a line at every tenth part. Not thread safe.
+class Progress {
+ public:
+  // `total` 0: unknown, only the count is shown.
+  Progress(std::string what, uint64_t total);
+  ~Progress();
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+
+  void Update(uint64_t done);
+
+ private:
+  void Draw();
+
+  const std::string what_;
+  const uint64_t total_;
+  const bool terminal_;
+  uint64_t done_ = 0, shown_tenths_ = 0;
+  bool drawn_ = false;
+  std::chrono::steady_clock::time_point last_;
+};
+
+// "12.3 MB", "950 kB".
+std::string HumanBytes(uint64_t bytes);
+
+}  // namespace isthmus::cli

@@ -1,0 +1,26 @@
+// What the exit code of `isthmus` means; docs/cli.md is the promise.
+#pragma once
+
+#include <absl/status/status.h>
+
+namespace isthmus::cli {
+
+enum ExitCode {
+  kOk = 0,
+  kFailed = 1,        // Anything that has no code of its own; the message says what.
+  kUsage = 2,         // The command line, or a value in it, makes no sense.
+  kNoAnswer = 3,      // There is no answer (yet): not merged, not placed, not settled in time.
+  kNotReachable = 4,  // No server at that address.
+  kInput = 5,         // A file or folder is missing or cannot be used; all scans were rejected.
+  kUnknown = 6,       // The server knows no such robot, session or component.
+};
+
+// For errors that came from the server.
+ExitCode ServerExit(const absl::Status& status);
+
+// Prints "isthmus: MESSAGE" to stderr and returns the code.
+int Fail(ExitCode code, const absl::Status& status);
+inline int FailServer(const absl::Status& status) { return Fail(ServerExit(status), status); }
+inline int FailInput(const absl::Status& status) { return Fail(kInput, status); }
+
+}  // namespace isthmus::cli

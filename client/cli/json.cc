@@ -1,0 +1,119 @@
+#include "client/cli/json.h"
+
+#include <iostream>
+
+namespace isthmus::cli {
+namespace {
+
+template <typename Ids>
+Json Names(const Ids& ids) {
+  Json out = Json::array();
+  for (const auto& id : ids) out.push_back(id.value());
+  return out;
+}
+
+// What a stage did not compute is -1 in the API and null here.
+template <typename T>
+Json OrNull(T value) {
+  return value < 0 ? Json(nullptr) : Json(value);
+}
+
+}  // namespace
+
+Json ToJson(const Pose& pose) {
+  const Eigen::Vector3d& t = pose.translation();
+  const Eigen::Quaterniond& q = pose.rotation();
+  return {{"translation", {t.x(), t.y(), t.z()}}, {"rotation", {q.x(), q.y(), q.z(), q.w()}}};
+}
+
+Json ToJson(const Box& box) {
+  if (box.empty()) return nullptr;
+  return {{"min", {box.min.x(), box.min.y(), box.min.z()}},
+          {"max", {box.max.x(), box.max.y(), box.max.z()}}};
+}
+
+Json ToJson(const client::Session& session) {
+  Json out = {
+      {"session", session.record.id.value()},
+      {"robot", session.record.robot.value()},
+      {"sensor", session.record.sensor},
+      {"state", session.record.state == SessionState::kFinished ? "FINISHED" : "ACTIVE"},
+      {"last_sequence", session.last_sequence},
+      {"durable_sequence", session.durable_sequence},
+      {"scans_processed", session.scans_processed},
+      {"scans_rejected", session.scans_rejected},
+      {"submap_count", session.submap_count},
+      {"point_count", session.point_count},
+      {"odometry_ms_mean", session.odometry_ms_mean},
+      {"travelled_m", session.travelled_m},
+      {"tracking", session.tracking},
+  };
+  out["component"] = session.component ? Json(*session.component) : Json(nullptr);
+  out["T_map_odom"] = session.T_map_odom ? ToJson(*session.T_map_odom) : Json(nullptr);
+  return out;
+}
+
+Json ToJson(const client::MapInfo& info) {
+  Json out = {{"revision", info.revision},
+              {"settled", info.settled},
+              {"robots", Names(info.robots)},
+              {"components", Json::array()},
+              {"composition_ms", info.composition_ms},
+              {"estimation_ms", info.estimation_ms},
+              {"compositions", info.compositions},
+              {"estimations", info.estimations}};
+  for (const client::Component& component : info.components) {
+    out["components"].push_back({{"component", component.component},
+                                 {"reference_session", component.reference.value()},
+                                 {"sessions", Names(component.sessions)},
+                                 {"robots", Names(component.robots)},
+                                 {"point_count", component.point_count},
+                                 {"bounds", ToJson(component.bounds)}});
+  }
+  return out;
+}
+
+Json ToJson(const client::MatchEdge& edge) {
+  const Match& match = edge.match;
+  Json out = {{"session_a", match.a.value()},
+              {"session_b", match.b.value()},
+              {"robot_a", edge.robot_a.value()},
+              {"robot_b", edge.robot_b.value()},
+              {"state", ToString(match.state)},
+              {"reason", match.reason},
+              {"detail", match.detail},
+              {"in_tree", edge.in_tree},
+              {"T_a_b", ToJson(match.T_a_b)},
+              {"confidence", match.confidence},
+              {"overlap", OrNull(match.overlap)},
+              {"inliers", OrNull(match.inliers)},
+              {"residual_m", OrNull(match.residual_m)},
+              {"free_space", OrNull(match.free_space)},
+              {"comparisons", OrNull(match.comparisons)},
+              {"runner_up", OrNull(match.runner_up)},
+              {"matcher", match.matcher},
+              {"stages_ms", Json::object()}};
+  for (const StageTime& stage : match.stages) out["stages_ms"][stage.stage] = stage.ms;
+  return out;
+}
+
+Json ToJson(const client::MatchGraph& graph) {
+  Json out = {
+      {"revision", graph.revision}, {"matches", Json::array()}, {"placements", Json::array()}};
+  for (const client::MatchEdge& edge : graph.matches) out["matches"].push_back(ToJson(edge));
+  for (const client::PlacedSession& placed : graph.placements) {
+    out["placements"].push_back({{"session", placed.placement.session.value()},
+                                 {"robot", placed.robot.value()},
+                                 {"component", placed.placement.component},
+                                 {"reference_session", placed.placement.reference.value()},
+                                 {"T_map_odom", ToJson(placed.placement.T_map_odom)}});
+  }
+  return out;
+}
+
+void Print(const Json& json) {
+  // Names come from robots: what is not UTF-8 is replaced rather than refused.
+  std::cout << json.dump(2, ' ', false, Json::error_handler_t::replace) << "\n";
+}
+
+}  // namespace isthmus::cli

@@ -1,0 +1,23 @@
+// The server's answers as JSON, for scripts. Keys are those of the API's fields; poses are
+// {"translation": [x, y, z], "rotation": [x, y, z, w]}. docs/cli.md shows every document.
+#pragma once
+
+#include <nlohmann/json.hpp>
+
+#include "client/library/records.h"
+
+namespace isthmus::cli {
+
+using Json = nlohmann::ordered_json;
+
+Json ToJson(const Pose& pose);
+Json ToJson(const Box& box);
+Json ToJson(const client::Session& session);
+Json ToJson(const client::MapInfo& info);
+Json ToJson(const client::MatchEdge& edge);
+Json ToJson(const client::MatchGraph& graph);
+
+// To stdout, indented.
+void Print(const Json& json);
+
+}  // namespace isthmus::cli

@@ -1,0 +1,103 @@
+// isthmus merge: finished maps of several robots into one, without a server.
+#include <absl/strings/match.h>
+#include <absl/strings/str_cat.h>
+
+#include "client/cli/command.h"
+#include "client/cli/console.h"
+#include "client/cli/embedded_server.h"
+#include "client/cli/exit_code.h"
+#include "client/cli/merge_report.h"
+#include "client/cli/waiting.h"
+#include "core/codec/file_io.h"
+
+namespace isthmus::cli {
+namespace {
+
+struct Options {
+  std::vector<std::string> files;
+  std::string output, report;
+  double timeout_s = 3600;
+};
+
+// The clouds leave `input` as they arrive.
+absl::Status Upload(client::Client& client, MergeInput& input) {
+  const auto session = client.CreateSession(input.robot, "vlp16");
+  if (!session.ok()) return session.status();
+  for (size_t i = 0; i < input.submaps.size(); ++i) {
+    client::SubmapUpload& submap = input.submaps[i];
+    submap.id = {session->record.id, static_cast<uint32_t>(i)};
+    const absl::Status status = client.UploadSubmap(submap);
+    if (!status.ok()) {
+      return absl::Status(status.code(), absl::StrCat(input.file, ": ", status.message()));
+    }
+    submap.cloud = {};
+  }
+  return client.FinishSession(session->record.id).status();
+}
+
+absl::StatusOr<MergeResult> Merge(client::Client& client, std::vector<MergeInput> inputs,
+                                  const Options& options) {
+  MergeResult result;
+  {
+    Progress progress("maps", inputs.size());
+    for (size_t i = 0; i < inputs.size(); ++i) {
+      if (absl::Status status = Upload(client, inputs[i]); !status.ok()) return status;
+      progress.Update(i + 1);
+    }
+  }
+  result.inputs = std::move(inputs);
+  auto info = Wait(client, WaitFor::kSettled, options.timeout_s);
+  if (!info.ok()) return info.status();
+  result.info = *std::move(info);
+  auto graph = client.GetMatchGraph();
+  if (!graph.ok()) return graph.status();
+  result.graph = *std::move(graph);
+  result.merged = IsMerged(result.info);
+  // Component 0 is the largest: where it is one robot alone, nothing was merged.
+  if (!result.info.components.empty() && result.info.components[0].robots.size() >= 2) {
+    client::ExportRequest request;
+    if (absl::EndsWith(options.output, ".ply")) request.format = client::ExportFormat::kPly;
+    const auto exported = client.ExportToFile(request, options.output);
+    if (!exported.ok()) return exported.status();
+    result.output = options.output;
+  }
+  return result;
+}
+
+int Run(const Options& options) {
+  auto inputs = ReadMergeInputs(options.files);
+  if (!inputs.ok()) return FailInput(inputs.status());
+  server::PipelineOptions pipeline;
+  pipeline.composition_interval_s = 0;
+  const auto server = EmbeddedServer::Start(pipeline);
+  if (!server.ok()) return Fail(kFailed, server.status());
+  const auto result = Merge((*server)->client(), *std::move(inputs), options);
+  if (absl::IsDeadlineExceeded(result.status())) return Fail(kNoAnswer, result.status());
+  if (absl::IsInvalidArgument(result.status())) return FailInput(result.status());
+  if (!result.ok()) return Fail(kFailed, result.status());
+  PrintText(*result);
+  if (!options.report.empty()) {
+    const absl::Status written = codec::WriteFile(
+        options.report, ToJson(*result).dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
+    if (!written.ok()) return Fail(kFailed, written);
+  }
+  return result->merged ? kOk : kNoAnswer;
+}
+
+}  // namespace
+
+void AddMerge(CLI::App& app, Action& action) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand("merge", "Merge maps given as PCD files; needs no server");
+  command->add_option("FILES", options->files, "A.pcd B.pcd ...: one map per robot")
+      ->required()
+      ->expected(2, 1000);
+  command->add_option("-o,--output", options->output, "MERGED.pcd (or .ply)")->required();
+  command->add_option("--json", options->report, "REPORT.json: every pair, with its reasons");
+  command->add_option("--timeout", options->timeout_s, "Seconds to take at most")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  command->callback([options, &action] { action = [options] { return Run(*options); }; });
+}
+
+}  // namespace isthmus::cli

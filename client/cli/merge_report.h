@@ -1,0 +1,24 @@
+// What `isthmus merge` says of every pair of maps.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "client/cli/json.h"
+#include "client/cli/merge_input.h"
+#include "client/library/records.h"
+
+namespace isthmus::cli {
+
+struct MergeResult {
+  std::vector<MergeInput> inputs;  // Without their points.
+  client::MapInfo info;
+  client::MatchGraph graph;
+  std::string output;   // Empty when nothing was merged and so nothing written.
+  bool merged = false;  // All of them into one map.
+};
+
+Json ToJson(const MergeResult& result);
+void PrintText(const MergeResult& result);
+
+}  // namespace isthmus::cli

@@ -1,0 +1,73 @@
+// isthmus picture: the merged map from above, each robot in its own colour.
+#include "client/evaluation/picture.h"
+
+#include <absl/strings/str_format.h>
+
+#include "client/cli/command.h"
+#include "client/cli/exit_code.h"
+#include "client/cli/region_reader.h"
+
+namespace isthmus::cli {
+namespace {
+
+struct Options {
+  ServerOptions server;
+  client::RegionQuery query;
+  evaluation::PictureOptions picture;
+  std::string output;
+};
+
+// The ways of the robots of that component, in the order of `robots`; empty for the others.
+absl::StatusOr<std::vector<Trajectory>> Ways(client::Client& client, uint32_t component,
+                                             const std::vector<RobotId>& robots) {
+  std::vector<Trajectory> ways(robots.size());
+  for (size_t i = 0; i < robots.size(); ++i) {
+    auto way = client.GetTrajectory(robots[i], client::Frame::kMap);
+    if (absl::IsFailedPrecondition(way.status())) continue;  // Not placed: not in the picture.
+    if (!way.ok()) return way.status();
+    if (way->component == component) ways[i] = std::move(way->poses);
+  }
+  return ways;
+}
+
+int Run(const Options& options) {
+  const auto client = Connect(options.server);
+  if (!client.ok()) return FailServer(client.status());
+  const auto region = ReadRegion(**client, options.query);
+  if (!region.ok()) return FailServer(region.status());
+  if (region->points.empty()) {
+    return Fail(kNoAnswer, absl::FailedPreconditionError("the map has no points yet"));
+  }
+  const auto ways = Ways(**client, options.query.component, region->robots);
+  if (!ways.ok()) return FailServer(ways.status());
+  std::vector<std::string> names;
+  for (const RobotId& robot : region->robots) names.push_back(robot.value());
+  const absl::Status written =
+      evaluation::WritePicture(options.output, region->points, *ways, names, options.picture);
+  if (!written.ok()) return Fail(kFailed, written);
+  absl::PrintF("%s: %d points of %d robots, revision %d\n", options.output, region->points.size(),
+               region->robots.size(), region->revision);
+  return kOk;
+}
+
+}  // namespace
+
+void AddPicture(CLI::App& app, Action& action) {
+  auto options = std::make_shared<Options>();
+  evaluation::PictureOptions& picture = options->picture;
+  CLI::App* command =
+      app.add_subcommand("picture", "The merged map from above as PNG, coloured by robot");
+  AddServerOptions(*command, options->server);
+  command->add_option("--component", options->query.component, "0 is the largest")
+      ->capture_default_str();
+  command->add_option("--size", picture.max_side_px, "Pixels of the longer side")
+      ->check(CLI::Range(200, 10000))
+      ->capture_default_str();
+  command->add_option("--min-z", picture.min_z_m, "Leave out points below, metres in the map");
+  command->add_option("--max-z", picture.max_z_m, "Leave out points above");
+  command->add_flag("--dark", picture.dark, "Light on black");
+  command->add_option("-o,--output", options->output, "FILE.png")->required();
+  command->callback([options, &action] { action = [options] { return Run(*options); }; });
+}
+
+}  // namespace isthmus::cli

@@ -1,0 +1,36 @@
+// From a folder of scans into a session: what `push` and `odometry` share.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "client/library/client.h"
+#include "client/readers/scan_folder.h"
+
+namespace isthmus::cli {
+
+struct PushOptions {
+  std::string robot;
+  std::string sensor;
+  std::optional<double> pace_hz;  // Absent: as fast as the server takes them.
+  double resolution_m = 0;        // Quantisation; 0: raw.
+  bool finish = true;             // Finish the session afterwards.
+};
+
+struct PushSummary {
+  SessionId session;
+  client::ScanStreamStats scans;
+  uint64_t unreadable = 0;  // Files that could not be read; each was named on stderr.
+  double seconds = 0;       // Wall time.
+  double mean_ms = 0;       // Computing time of the odometry per processed scan.
+  std::vector<client::ScanAck> acks;
+  std::string first_rejection;  // Its reason.
+};
+
+// Opens a session and pushes every scan. A scan that cannot be read or used is reported on stderr
+// and left out; the others go on.
+absl::StatusOr<PushSummary> PushFolder(client::Client& client, const readers::ScanFolder& folder,
+                                       const PushOptions& options);
+
+}  // namespace isthmus::cli

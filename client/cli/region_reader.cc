@@ -1,0 +1,22 @@
+#include "client/cli/region_reader.h"
+
+#include "client/cli/console.h"
+
+namespace isthmus::cli {
+
+absl::StatusOr<client::RegionChunk> ReadRegion(client::Client& client,
+                                               const client::RegionQuery& query) {
+  client::RegionChunk all;
+  Progress progress("points", 0);
+  const absl::Status status = client.QueryRegion(query, [&](const client::RegionChunk& chunk) {
+    all.revision = chunk.revision;
+    all.robots = chunk.robots;
+    all.points.insert(all.points.end(), chunk.points.begin(), chunk.points.end());
+    progress.Update(all.points.size());
+    return true;
+  });
+  if (!status.ok()) return status;
+  return all;
+}
+
+}  // namespace isthmus::cli

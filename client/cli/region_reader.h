@@ -1,0 +1,14 @@
+// The merged map's points in memory: what `query` and `picture` need.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include "client/library/client.h"
+
+namespace isthmus::cli {
+
+// All chunks of the region as one. Shows progress.
+absl::StatusOr<client::RegionChunk> ReadRegion(client::Client& client,
+                                               const client::RegionQuery& query);
+
+}  // namespace isthmus::cli

@@ -1,0 +1,27 @@
+// PATH, --from and --to: which scans of a folder. Shared by `push` and `odometry`.
+#pragma once
+
+#include <CLI/App.hpp>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "client/readers/scan_folder.h"
+
+namespace isthmus::cli {
+
+struct ScanOptions {
+  std::string path;
+  double rate_hz = 10;  // Of the stamps, where there is no times.txt.
+  size_t from = 0;
+  std::optional<size_t> to;
+};
+
+void AddScanOptions(CLI::App& command, ScanOptions& options);
+
+// Opens the folder and, where `sensor` is empty, finds it. Empty after an error, which is on stderr
+// and in `code`.
+std::optional<readers::ScanFolder> OpenScans(const ScanOptions& options, std::string& sensor,
+                                             int& code);
+
+}  // namespace isthmus::cli

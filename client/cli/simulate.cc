@@ -1,0 +1,73 @@
+// isthmus simulate: robots in a procedural world, as folders that `push` reads.
+#include <absl/strings/str_format.h>
+
+#include <optional>
+
+#include "client/cli/command.h"
+#include "client/cli/console.h"
+#include "client/cli/exit_code.h"
+#include "client/cli/json.h"
+#include "client/simulation/recording.h"
+
+namespace isthmus::cli {
+namespace {
+
+struct Options {
+  simulation::Options simulation;
+  std::string output;
+  bool json = false;
+};
+
+void Report(const simulation::RecordingSummary& summary, const Options& options) {
+  if (options.json) {
+    Print({{"folder", options.output},
+           {"robots", summary.robots},
+           {"scans_per_robot", summary.scans_per_robot},
+           {"overlap", summary.overlap}});
+    return;
+  }
+  absl::PrintF("%s: %d robots, %d scans each\n", options.output, summary.robots,
+               summary.scans_per_robot);
+  for (size_t i = 0; i < summary.overlap.size(); ++i) {
+    for (size_t j = i + 1; j < summary.overlap[i].size(); ++j) {
+      absl::PrintF("robot_%d and robot_%d both saw %.0f %% of what the one that saw less did\n", i,
+                   j, 100 * summary.overlap[i][j]);
+    }
+  }
+}
+
+int Run(const Options& options) {
+  std::optional<Progress> progress;
+  const auto summary =
+      simulation::Record(options.simulation, options.output, [&](int done, int total) {
+        if (!progress) progress.emplace("scans", total);
+        progress->Update(done);
+      });
+  progress.reset();
+  if (absl::IsInvalidArgument(summary.status())) return Fail(kUsage, summary.status());
+  if (!summary.ok()) return Fail(kFailed, summary.status());
+  Report(*summary, options);
+  return kOk;
+}
+
+}  // namespace
+
+void AddSimulate(CLI::App& app, Action& action) {
+  auto options = std::make_shared<Options>();
+  simulation::Options& simulation = options->simulation;
+  CLI::App* command = app.add_subcommand("simulate", "Simulated robots with ground truth");
+  command->add_option("--world", simulation.world, "museum, campus, corridor, twins, ...")
+      ->capture_default_str();
+  command->add_option("--sensor", simulation.sensor, "vlp16, hdl32, hdl64, ...")
+      ->capture_default_str();
+  command->add_option("--robots", simulation.robots)->capture_default_str();
+  command->add_option("--seconds", simulation.seconds, "Length of each drive")
+      ->capture_default_str();
+  command->add_option("--seed", simulation.seed, "Of world, drives and noise")
+      ->capture_default_str();
+  command->add_option("-o,--output", options->output, "Folder to write to")->required();
+  command->add_flag("--json", options->json, "Summary as JSON");
+  command->callback([options, &action] { action = [options] { return Run(*options); }; });
+}
+
+}  // namespace isthmus::cli

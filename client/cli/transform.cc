@@ -1,0 +1,48 @@
+// isthmus transform: where one robot's frame lies in another's.
+#include <absl/strings/str_format.h>
+
+#include "client/cli/command.h"
+#include "client/cli/exit_code.h"
+#include "client/cli/json.h"
+#include "client/cli/pose_text.h"
+
+namespace isthmus::cli {
+namespace {
+
+struct Options {
+  ServerOptions server;
+  std::string a, b;
+  bool json = false;
+};
+
+int Run(const Options& options) {
+  const auto client = Connect(options.server);
+  if (!client.ok()) return FailServer(client.status());
+  const auto transform = (*client)->GetTransform(RobotId(options.a), RobotId(options.b));
+  if (!transform.ok()) return FailServer(transform.status());
+  if (options.json) {
+    Print({{"robot_a", options.a},
+           {"robot_b", options.b},
+           {"revision", transform->revision},
+           {"T_a_b", ToJson(transform->T_a_b)}});
+  } else {
+    absl::PrintF("%s in the frame of %s: %s (revision %d)\n", options.b, options.a,
+                 PoseText(transform->T_a_b), transform->revision);
+  }
+  return kOk;
+}
+
+}  // namespace
+
+void AddTransform(CLI::App& app, Action& action) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand(
+      "transform", "The pose that takes ROBOT_B's odom frame to ROBOT_A's; fails until known");
+  AddServerOptions(*command, options->server);
+  command->add_option("ROBOT_A", options->a)->required();
+  command->add_option("ROBOT_B", options->b)->required();
+  command->add_flag("--json", options->json, "As JSON");
+  command->callback([options, &action] { action = [options] { return Run(*options); }; });
+}
+
+}  // namespace isthmus::cli
