@@ -8,11 +8,12 @@
 #include "core/match.h"
 #include "core/submap.h"
 #include "server/matching/candidate.h"
+#include "server/matching/wall_map.h"
 
 namespace isthmus::matching {
 
 struct BirdsEyeOptions {
-  double cell_m = 0;               // 0: 0.25 m indoors, 0.5 m outdoors, told from the map's extent.
+  double cell_m = 0;               // 0: 0.25 m indoors, 0.5 m outdoors, told from the map itself.
   double yaw_step_rad = 0.0698;    // 4 degrees.
   double free_space_weight = 1.0;  // How much a wall in seen free space counts against agreement.
   int candidates = 12;             // Returned at the most, after suppression of neighbours.
@@ -22,5 +23,13 @@ struct BirdsEyeOptions {
 std::vector<Candidate> SearchBirdsEye(const SessionMap& a, const SessionMap& b,
                                       const BirdsEyeOptions& options,
                                       std::vector<StageTime>* stages);
+
+// The same from maps made ready before.
+std::vector<Candidate> SearchBirdsEye(const WallMap& a, const WallMap& b,
+                                      const BirdsEyeOptions& options,
+                                      std::vector<StageTime>* stages);
+
+// How the two are looked at together: outdoors when either of them is.
+SceneScale PairScale(const WallMap& a, const WallMap& b);
 
 }  // namespace isthmus::matching

@@ -1,0 +1,139 @@
+#include "server/matching/decision.h"
+
+#include <absl/strings/str_format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace isthmus::matching {
+namespace {
+
+// Below this a right and a wrong hypothesis' contradictions are both noise.
+constexpr double kFreeSpaceNoise = 0.002;
+// A competitor needs at least this share of the best's support.
+constexpr double kMinRivalSupport = 0.1;
+
+// What contradicts acceptance of one hypothesis taken by itself; reason "OK" for nothing.
+struct Finding {
+  MatchState state = MatchState::kAccepted;
+  std::string reason = "OK";
+  std::string detail;
+};
+
+Finding Examine(const Hypothesis& h, const MatcherOptions& options) {
+  const double violation = h.free_space.violation();
+  if (!h.refinement.converged) {
+    return {MatchState::kNotYet, "NOT_CONVERGED", "The best alignment found did not settle."};
+  }
+  if (h.free_space.comparisons() < options.min_comparisons) {
+    return {MatchState::kNotYet, "FEW_COMPARISONS",
+            absl::StrFormat("Only %d free-space comparisons where %d are needed.",
+                            h.free_space.comparisons(), options.min_comparisons)};
+  }
+  if (h.refinement.overlap < options.min_overlap) {
+    return {MatchState::kNotYet, "LOW_OVERLAP",
+            absl::StrFormat("The best alignment overlaps by %.0f %% where %.0f %% are needed.",
+                            100 * h.refinement.overlap, 100 * options.min_overlap)};
+  }
+  if (violation > h.max_free_space) {
+    return {MatchState::kRejected, "FREE_SPACE",
+            absl::StrFormat("One robot looked through what is a wall to the other in %.1f %% of "
+                            "%d comparisons; at most %.1f %% are allowed.",
+                            100 * violation, h.free_space.comparisons(), 100 * h.max_free_space)};
+  }
+  if (h.shared_area_m2 < options.min_shared_area_m2) {
+    return {MatchState::kNotYet, "TOO_SMALL",
+            absl::StrFormat("The maps share only %.0f m2 of ground where %.0f m2 are needed: a "
+                            "single room may have a twin.",
+                            h.shared_area_m2, options.min_shared_area_m2)};
+  }
+  if (h.weakest_hold < options.min_hold) {
+    return {MatchState::kNotYet, "DEGENERATE",
+            absl::StrFormat("The alignment can slide in one direction (hold %.4f where %.4f is "
+                            "needed), as along a bare corridor.",
+                            h.weakest_hold, options.min_hold)};
+  }
+  return {};
+}
+
+// The competing hypothesis with the least contradictions, or null.
+const Hypothesis* FindRival(const std::vector<Hypothesis>& ranked, const MatcherOptions& options) {
+  const Hypothesis* rival = nullptr;
+  for (size_t i = 1; i < ranked.size(); ++i) {
+    const Hypothesis& h = ranked[i];
+    if (h.free_space.comparisons() < options.min_comparisons) continue;
+    if (h.refinement.overlap < 0.5 * options.min_overlap) continue;
+    if (h.Support() < kMinRivalSupport * ranked.front().Support()) continue;
+    if (!rival || h.free_space.violation() < rival->free_space.violation()) rival = &h;
+  }
+  return rival;
+}
+
+// Grows with every piece of evidence; 1 is certainty.
+double Confidence(const Hypothesis& h, const MatcherOptions& options) {
+  const auto saturate = [](double value, double half) { return value / (value + half); };
+  const double clear = std::max(0.0, 1 - h.free_space.violation() / h.max_free_space);
+  return clear * saturate(h.refinement.overlap, 0.25 * options.min_overlap) *
+         saturate(h.shared_area_m2, 0.25 * options.min_shared_area_m2) *
+         saturate(static_cast<double>(h.free_space.comparisons()),
+                  static_cast<double>(options.min_comparisons));
+}
+
+void FillFigures(const Hypothesis& h, Match* match) {
+  match->T_a_b = h.refinement.T_a_b;
+  match->matcher = h.source;
+  match->overlap = h.refinement.overlap;
+  match->inliers = h.refinement.inliers;
+  match->residual_m = h.refinement.residual_m;
+  match->free_space = h.free_space.violation();
+  match->comparisons = h.free_space.comparisons();
+}
+
+}  // namespace
+
+double Hypothesis::Support() const {
+  if (max_free_space <= 0) return 0;
+  return static_cast<double>(free_space.agree) -
+         static_cast<double>(free_space.front) * (1 - max_free_space) / max_free_space;
+}
+
+void RankHypotheses(std::vector<Hypothesis>* hypotheses) {
+  std::stable_sort(
+      hypotheses->begin(), hypotheses->end(),
+      [](const Hypothesis& x, const Hypothesis& y) { return x.Support() > y.Support(); });
+}
+
+void Decide(const std::vector<Hypothesis>& ranked, const MatcherOptions& options, Match* match) {
+  if (ranked.empty()) {
+    match->state = MatchState::kNotYet;
+    match->reason = "NO_CANDIDATE";
+    match->detail = "The search found no place where the maps could meet.";
+    return;
+  }
+  const Hypothesis& best = ranked.front();
+  FillFigures(best, match);
+  Finding finding = Examine(best, options);
+  const Hypothesis* rival = FindRival(ranked, options);
+  if (rival) match->runner_up = rival->free_space.violation();
+  const double floor = std::max(match->free_space, kFreeSpaceNoise);
+  if (finding.state == MatchState::kAccepted && rival &&
+      match->runner_up < options.min_margin * floor) {
+    finding = {MatchState::kAmbiguous, "AMBIGUOUS",
+               absl::StrFormat("A second alignment is contradicted in %.2f %% of its comparisons, "
+                               "the best in %.2f %%: too near to tell them apart.",
+                               100 * match->runner_up, 100 * match->free_space)};
+  }
+  match->state = finding.state;
+  match->reason = finding.reason;
+  match->confidence = Confidence(best, options);
+  if (match->state == MatchState::kAccepted) {
+    match->detail = absl::StrFormat(
+        "Overlap %.0f %%, %.0f m2 shared, %.2f %% of %d free-space comparisons contradicted.",
+        100 * match->overlap, best.shared_area_m2, 100 * match->free_space, match->comparisons);
+    return;
+  }
+  match->detail = finding.detail;
+  match->confidence *= 0.5;  // Whatever was found, it is not to be relied on.
+}
+
+}  // namespace isthmus::matching

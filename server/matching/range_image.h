@@ -1,0 +1,36 @@
+// What a keyframe's scan says about the space around its sensor, coarse enough for sparse rings.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+namespace isthmus::matching {
+
+// Ranges over direction in bins of 2 by 2 degrees, about the spacing of a sparse LiDAR's rings. A
+// bin gives the shortest and the longest range measured in it AND its eight neighbours, so that at
+// an edge of depth it claims no more than is true on both sides of the edge. Value type.
+class RangeImage {
+ public:
+  static constexpr int kColumns = 180;  // Over azimuth.
+  static constexpr int kRows = 46;      // Over elevation, +-46 degrees.
+
+  RangeImage() = default;
+  // `points` in the sensor frame.
+  explicit RangeImage(const std::vector<Eigen::Vector3f>& points);
+
+  struct Interval {
+    float shortest = 0, longest = 0;  // Metres.
+  };
+  // False where nothing was measured in the bin of that direction.
+  bool At(const Eigen::Vector3f& direction, Interval* interval) const;
+
+ private:
+  // Bin of a direction, -1 when outside of the rows.
+  static int Bin(const Eigen::Vector3f& direction);
+
+  // Centimetres; 0 marks a bin without measurement.
+  std::vector<uint16_t> shortest_, longest_;
+};
+
+}  // namespace isthmus::matching

@@ -1,0 +1,20 @@
+// How much ground two robots both know under a hypothesis.
+#pragma once
+
+#include <Eigen/Core>
+
+#include "core/pose.h"
+#include "server/matching/birds_eye_image.h"
+
+namespace isthmus::matching {
+
+struct SharedArea {
+  double area_m2 = 0;
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();  // In a's level frame, at b's sensors' height.
+};
+
+// From the known cells of both; cells of equal size.
+SharedArea MeasureSharedArea(const BirdsEyeCells& a, const BirdsEyeCells& b,
+                             const Pose& T_level_a_level_b);
+
+}  // namespace isthmus::matching
