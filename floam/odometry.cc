@@ -211,3 +211,112 @@ MatchResult Odometry::State::Recover(double elapsed_s) {
 }
 
 bool Odometry::State::Accepted(const MatchResult& match, const ScanPose* prediction) const {
+  // A map of a few scans is sparse: most of what a scan sees is not in it yet.
+  const double least_share = scans_in_map < options.map_first_scans ? 0 : options.min_used_share;
+  if (match.used < std::max<double>(options.min_used, least_share * match.features)) return false;
+  if (!(match.agreement >= options.min_agreement) || !match.pose.T_odom_sensor.IsFinite()) {
+    return false;
+  }
+  if (prediction == nullptr) return true;
+  const Pose surprise = prediction->T_odom_sensor.Inverse() * match.pose.T_odom_sensor;
+  return surprise.translation().norm() < options.max_surprise_m &&
+         RotationAngle(surprise) < options.max_surprise_rad;
+}
+
+void Odometry::State::Adopt(MatchResult* match, double elapsed_s, const Scan& input) {
+  if (!continuous()) {
+    // Stage two of the paper: the motion that was found replaces the one that was predicted.
+    match->pose.twist = Log(last.T_odom_sensor.Inverse() * match->pose.T_odom_sensor) / elapsed_s;
+  }
+  last = match->pose;
+  matched_stamp_ns = input.end_stamp_ns;
+  lost = false;
+  ++matched_scans;
+}
+
+void Odometry::State::UpdateMap() {
+  const Pose T_odom_end = last.At(0);
+  const Pose moved = T_odom_in_map.Inverse() * T_odom_end;
+  if (scans_in_map >= options.map_first_scans &&
+      moved.translation().norm() < options.map_distance_m &&
+      RotationAngle(moved) < options.map_angle_rad) {
+    return;
+  }
+  InsertIntoMap(features, last);
+  surface_map.Evict(T_odom_end.translation());
+  edge_map.Evict(T_odom_end.translation());
+  T_odom_in_map = T_odom_end;
+  ++scans_in_map;
+}
+
+void Odometry::State::InsertIntoMap(const Features& points, const ScanPose& pose) {
+  const ScanMotion motion(pose.twist, pose.reference_s, -scan.period_s, 0);
+  const Eigen::Matrix3d R = pose.T_odom_sensor.RotationMatrix();
+  const Eigen::Vector3d& t = pose.T_odom_sensor.translation();
+  const auto insert = [&](const std::vector<TimedPoint>& from, LocalMap* map) {
+    for (const TimedPoint& p : from) {
+      map->Insert(R * motion.ToReference(p.position, p.time).cast<double>() + t);
+    }
+  };
+  insert(points.map_surfaces, &surface_map);
+  insert(points.edges, &edge_map);
+}
+
+Odometry::Odometry(const SensorModel& sensor, const OdometryOptions& options)
+    : state_(std::make_unique<State>(sensor, options)) {}
+
+Odometry::~Odometry() = default;
+
+absl::StatusOr<OdometryResult> Odometry::Process(const Scan& input) {
+  State& state = *state_;
+  const Stopwatch total;
+  Stopwatch stage;
+  OdometryResult result;
+  result.sequence = input.sequence;
+  result.stamp_ns = input.end_stamp_ns;
+  if (absl::Status status = state.Prepare(input); !status.ok()) return status;
+  result.timing.features_ms = stage.Lap();
+
+  ScanPose pose;
+  if (state.matched_scans == 0) {
+    state.Start();
+    state.matched_stamp_ns = input.end_stamp_ns;
+    pose = state.last;
+  } else {
+    const double elapsed_s = state.SecondsSinceMatch(input);
+    const ScanPose prediction = Predict(state.last, elapsed_s, state.ReferenceTime());
+    const bool starting = state.matched_scans == 1;
+    MatchResult match = starting ? state.StartMoving(elapsed_s) : state.Track(elapsed_s);
+    bool accepted = state.Accepted(match, starting ? nullptr : &prediction);
+    if (!accepted && !starting) {
+      match = state.Recover(elapsed_s);
+      accepted = state.Accepted(match, nullptr) && match.agreement > kRecoveryAgreement &&
+                 match.used > kRecoveryUsedShare * match.features;
+    }
+    if (accepted) {
+      state.Adopt(&match, elapsed_s, input);
+      pose = state.last;
+      result.covariance = CovarianceAtEnd(match, state.continuous());
+      result.status = match.degeneracy.any() ? TrackingStatus::kDegenerate : TrackingStatus::kOk;
+    } else {
+      state.lost = true;
+      pose = prediction;
+      result.covariance = LostCovariance();
+      result.status = TrackingStatus::kLost;
+    }
+    result.timing.matching_ms = stage.Lap();
+    if (accepted) state.UpdateMap();
+    result.timing.map_ms = stage.Lap();
+  }
+  state.last_stamp_ns = input.end_stamp_ns;
+  result.T_odom_sensor = pose.At(0);
+  if (state.options.undistort_cloud) {
+    const ScanMotion motion(pose.twist, 0, -state.scan.period_s, 0);
+    Undistort(state.scan, motion, &result.undistorted);
+  }
+  result.timing.matching_ms += stage.Lap();
+  result.timing.total_ms = total.Ms();
+  return result;
+}
+
+}  // namespace isthmus::floam
