@@ -20,6 +20,7 @@ constexpr Color kOnWhite[] = {{0, 114, 178},  {213, 94, 0}, {0, 158, 115},
 constexpr Color kOnBlack[] = {{86, 180, 233},  {255, 150, 50}, {60, 220, 160},
                               {230, 150, 220}, {240, 228, 66}, {150, 200, 255}};
 constexpr double kHeightStep = 0.25;  // Metres per bit of a pixel's heights.
+constexpr float kHighest = 1e6f;      // Metres; higher is no place but damage.
 constexpr int kFullHeights = 6;       // Heights at which a pixel has its full colour.
 
 Color Mix(Color a, Color b, double share_of_b) {
@@ -81,8 +82,8 @@ void TopDownPicture::Add(const std::vector<MapPoint>& points) {
   const int splat =
       std::max(1, static_cast<int>(std::lround(options_.point_m / meters_per_pixel_)));
   for (const MapPoint& p : points) {
-    if (p.robot >= heights_.size() || !(p.z >= options_.min_z_m && p.z <= options_.max_z_m))
-      continue;
+    const bool in_cut = p.z >= options_.min_z_m && p.z <= options_.max_z_m;
+    if (p.robot >= heights_.size() || !in_cut || std::abs(p.z) > kHighest) continue;
     const double px = PixelX(p.x), py = PixelY(p.y);
     if (!(px >= 0 && py >= 0 && px < width_ && py < height_)) continue;
     auto& heights = heights_[p.robot];
@@ -199,18 +200,20 @@ Box PictureExtent(const std::vector<MapPoint>& points, const std::vector<Traject
   for (const Trajectory& trajectory : trajectories) {
     for (const StampedPose& entry : trajectory) box.Extend(entry.pose.translation());
   }
-  if (!points.empty()) {
+  std::vector<Eigen::Vector3f> finite;
+  for (const MapPoint& p : points) {
+    const Eigen::Vector3f at(p.x, p.y, p.z);
+    if (at.allFinite()) finite.push_back(at);
+  }
+  if (!finite.empty()) {
     Eigen::Vector3d low, high;
-    std::vector<float> values(points.size());
-    const auto cut = static_cast<size_t>(outliers * static_cast<double>(points.size() - 1));
+    const auto cut = static_cast<ptrdiff_t>(outliers * static_cast<double>(finite.size() - 1));
     for (int axis = 0; axis < 3; ++axis) {
-      std::transform(points.begin(), points.end(), values.begin(), [axis](const MapPoint& p) {
-        return axis == 0 ? p.x : axis == 1 ? p.y : p.z;
-      });
-      std::nth_element(values.begin(), values.begin() + cut, values.end());
-      low[axis] = values[cut];
-      std::nth_element(values.begin(), values.end() - 1 - cut, values.end());
-      high[axis] = values[values.size() - 1 - cut];
+      const auto less = [axis](const auto& a, const auto& b) { return a[axis] < b[axis]; };
+      std::nth_element(finite.begin(), finite.begin() + cut, finite.end(), less);
+      low[axis] = finite[cut][axis];
+      std::nth_element(finite.begin(), finite.end() - 1 - cut, finite.end(), less);
+      high[axis] = (*(finite.end() - 1 - cut))[axis];
     }
     box.Extend(low);
     box.Extend(high);

@@ -23,6 +23,8 @@ float Reflectivity(Material material) {
       return 15;
     case Material::kSign:
       return 200;
+    case Material::kCloth:
+      return 45;
   }
   return 0;
 }

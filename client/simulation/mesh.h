@@ -10,7 +10,17 @@
 
 namespace isthmus::simulation {
 
-enum class Material : uint8_t { kFloor, kPlaster, kStone, kWood, kMetal, kLeaves, kAsphalt, kSign };
+enum class Material : uint8_t {
+  kFloor,
+  kPlaster,
+  kStone,
+  kWood,
+  kMetal,
+  kLeaves,
+  kAsphalt,
+  kSign,
+  kCloth
+};
 
 // Share of light that comes back at normal incidence, on the scale of a sensor's intensity byte.
 float Reflectivity(Material material);

@@ -140,4 +140,31 @@ absl::StatusOr<std::vector<Motion>> MakeRoutes(const World& world, int robots, d
   return motions;
 }
 
+std::vector<Motion> MakeWalks(const World& world, int count, double seconds, uint64_t seed) {
+  if (count <= 0) return {};
+  constexpr double kLongestHeadStart = 60;  // Seconds.
+  World streets = world;
+  streets.mesh = {};
+  streets.max_speed_mps = 1.3;
+  streets.lane_m += 0.3;
+  const int places = static_cast<int>(world.roads.places.size());
+  std::vector<Motion> walks;
+  for (int i = 0; i < count && places > 0; ++i) {
+    Random random(seed, 0x73, static_cast<uint64_t>(i));
+    const int from = random.Index(places), to = random.Index(places);
+    ClosedWalk tour = Tour(streets.roads, {from, to}, random);
+    if (tour.nodes.empty()) tour = Tour(streets.roads, {from}, random);
+    if (tour.nodes.empty()) continue;
+    const double head_start = random.Uniform(5, kLongestHeadStart);
+    const auto drive = std::make_shared<Drive>(streets, Polygon(streets, tour, random),
+                                               seconds + kLongestHeadStart + 1);
+    walks.push_back([ground = world.ground, drive, head_start](double t) {
+      const auto at = drive->curve.At(drive->profile.At(t + head_start).s);
+      const double z = ground.Height(at.position.x(), at.position.y());
+      return Pose::FromXyzRpy(at.position.x(), at.position.y(), z, 0, 0, at.yaw);
+    });
+  }
+  return walks;
+}
+
 }  // namespace isthmus::simulation

@@ -78,4 +78,9 @@ class SpeedProfile {
 absl::StatusOr<std::vector<Motion>> MakeRoutes(const World& world, int robots, double seconds,
                                                uint64_t seed);
 
+// Where people walk: `count` motions of the point between their feet, around tours of their own for
+// at least `seconds`, on the same stretches as the robots but farther to the sides. By the time a
+// robot sets out they are on their way. Deterministic by seed.
+std::vector<Motion> MakeWalks(const World& world, int count, double seconds, uint64_t seed);
+
 }  // namespace isthmus::simulation

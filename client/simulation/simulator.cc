@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "client/simulation/random.h"
+#include "client/simulation/walkers.h"
 
 namespace isthmus::simulation {
 namespace {
@@ -29,6 +30,9 @@ absl::Status Check(const Options& options) {
   }
   if (!(options.seconds >= 0.1 && options.seconds <= 86400)) {
     return bad("seconds must be 0.1 to 86400, not ", options.seconds);
+  }
+  if (options.walkers < 0 || options.walkers > 1000) {
+    return bad("walkers must be 0 to 1000, not ", options.walkers);
   }
   const Noise& noise = options.noise;
   if (!(noise.range_sigma_m >= 0 && noise.range_sigma_m < 10)) {
@@ -83,6 +87,7 @@ Simulator::Simulator(World world, std::vector<Motion> motions, Lidar lidar, cons
     : options_(options),
       world_(std::move(world)),
       motions_(std::move(motions)),
+      walks_(MakeWalks(world_, options.walkers, options.seconds, options.seed)),
       lidar_(std::move(lidar)),
       caster_(world_.mesh) {}
 
@@ -99,6 +104,7 @@ Scan Simulator::MakeScan(int robot, int index) const {
   Random random(options_.seed, static_cast<uint64_t>(robot) + 1, scan.sequence);
 
   const double begin = index * lidar_.period_s;
+  const Walkers walkers(walks_, begin, begin + lidar_.period_s);
   const size_t groups = lidar_.firings.size() / lidar_.lasers;
   const double group_s = lidar_.period_s / static_cast<double>(groups);
   std::vector<Ray> rays(lidar_.lasers);
@@ -115,8 +121,10 @@ Scan Simulator::MakeScan(int robot, int index) const {
       rays[i].origin = (from.position + f * (to.position - from.position)).cast<float>();
       rays[i].direction = rotation.cast<float>() * firings[i].direction;
     }
-    caster_.Cast(rays, static_cast<float>(lidar_.max_range_m), hits);
+    const auto max_range = static_cast<float>(lidar_.max_range_m);
+    caster_.Cast(rays, max_range, hits);
     for (size_t i = 0; i < lidar_.lasers; ++i) {
+      walkers.Occlude(rays[i], firings[i].time_s / lidar_.period_s, max_range, hits[i]);
       Measure(lidar_, firings[i], hits[i], options_.noise, random, scan);
     }
     from = to;

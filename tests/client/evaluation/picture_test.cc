@@ -130,6 +130,7 @@ TEST(PictureExtent, LeavesOutFarStragglersButNoTrajectory) {
         {static_cast<float>(i % 100) * 0.1f, static_cast<float>(i / 100) * 0.1f, 0, 0, 0});
   }
   points.push_back({500, 500, 50, 0, 0});
+  points.push_back({NAN, INFINITY, 0, 0, 0});
   const Box box = PictureExtent(points, {{{0, Pose(Eigen::Vector3d(-30, 4, 0))}}});
   EXPECT_NEAR(box.min.x(), -30, 1.5);
   EXPECT_NEAR(box.max.x(), 10, 1.5);

@@ -5,6 +5,8 @@
 
 #include <cmath>
 
+#include "client/simulation/walkers.h"
+
 namespace isthmus::simulation {
 namespace {
 
@@ -150,6 +152,47 @@ TEST(Simulator, IsDeterministicBySeedInAnyOrder) {
   EXPECT_NE(points(1, {4}), points(2, {4}));
 }
 
+TEST(Simulator, WalkersStandBeforeWhatIsBehindThem) {
+  Options options;
+  options.noise = kExact;
+  options.seconds = 5;
+  const auto empty = *Simulator::Create(options);
+  options.walkers = 20;
+  const auto busy = *Simulator::Create(options);
+  int nearer = 0;
+  for (const int index : {10, 40}) {
+    const Scan a = empty->MakeScan(0, index), b = busy->MakeScan(0, index);
+    ASSERT_EQ(a.points.size(), b.points.size());  // Closed building: a return either way.
+    for (size_t i = 0; i < a.points.size(); ++i) {
+      const float before = std::hypot(a.points[i].x, a.points[i].y, a.points[i].z);
+      const float now = std::hypot(b.points[i].x, b.points[i].y, b.points[i].z);
+      ASSERT_LE(now, before);
+      nearer += now < before ? 1 : 0;
+    }
+  }
+  EXPECT_GT(nearer, 50);
+  EXPECT_LT(nearer, 12000);
+}
+
+TEST(Walkers, AreCylindersWhereTheyWalk) {
+  const Motion walk = [](double t) { return Pose(Eigen::Vector3d(4 + t, 0, 0.5)); };
+  const Walkers walkers({walk}, 0, 2);
+  const auto range = [&](double fraction, const Eigen::Vector3f& origin, float slope) {
+    Hit hit;
+    const Eigen::Vector3f direction = Eigen::Vector3f(1, 0, slope).normalized();
+    walkers.Occlude({origin, direction}, fraction, 50, hit);
+    return hit.range_m;
+  };
+  EXPECT_NEAR(range(0, {0, 0, 1}, 0), 3.75, 1e-5);
+  EXPECT_NEAR(range(0.5, {0, 0, 1}, 0), 4.75, 1e-5);
+  EXPECT_LT(range(0, {0, 0.26f, 1}, 0), 0);     // Past it,
+  EXPECT_LT(range(0, {0, 0, 2.3f}, 0), 0);      // above it,
+  EXPECT_LT(range(0, {0, 0, 0.4f}, 0), 0);      // below its feet,
+  EXPECT_LT(range(0, {5, 0, 1}, 0), 0);         // away from it,
+  EXPECT_LT(range(0, {4.1f, 0, 1}, 0), 0);      // from inside.
+  EXPECT_GT(range(0, {0, 0, 1}, 0.2f), 3.75f);  // Upwards it is farther.
+}
+
 TEST(Simulator, RefusesOptionsThatMakeNoSense) {
   const auto error = [](const auto& change) {
     Options options;
@@ -161,6 +204,7 @@ TEST(Simulator, RefusesOptionsThatMakeNoSense) {
   EXPECT_THAT(error([](Options& o) { o.world = "moon"; }), HasSubstr("museum"));
   EXPECT_THAT(error([](Options& o) { o.sensor = "radar"; }), HasSubstr("vlp16"));
   EXPECT_THAT(error([](Options& o) { o.robots = 0; }), HasSubstr("robots"));
+  EXPECT_THAT(error([](Options& o) { o.walkers = -1; }), HasSubstr("walkers"));
   EXPECT_THAT(error([](Options& o) { o.seconds = NAN; }), HasSubstr("seconds"));
   EXPECT_THAT(error([](Options& o) { o.noise.dropout = 2; }), HasSubstr("dropout"));
   EXPECT_THAT(error([](Options& o) { o.noise.range_sigma_m = -1; }), HasSubstr("noise"));
