@@ -21,12 +21,13 @@ namespace isthmus::storage {
 
 // Changes that take effect together or not at all.
 struct WriteBatch {
-  std::vector<SessionRecord> sessions;  // Inserted, or replaced by id.
+  std::vector<SessionRecord> sessions = {};  // Inserted, or replaced by id.
   // Appended to a session's trajectory; a sequence that is there already is left as it is.
-  std::vector<std::pair<SessionId, TrajectoryEntry>> trajectory;
-  std::vector<std::shared_ptr<const Submap>> submaps;  // Inserted; an id that exists is an error.
-  std::vector<Match> matches;                          // Inserted, or replaced by the pair (a, b).
-  std::optional<MapRevision> revision;                 // Becomes the latest; must be newer.
+  std::vector<std::pair<SessionId, TrajectoryEntry>> trajectory = {};
+  // Inserted; an id that exists is an error.
+  std::vector<std::shared_ptr<const Submap>> submaps = {};
+  std::vector<Match> matches = {};           // Inserted, or replaced by the pair (a, b).
+  std::optional<MapRevision> revision = {};  // Becomes the latest; must be newer.
 };
 
 // Features of a submap kept for matching: an opaque blob under a kind ("fpfh-v1").

@@ -11,12 +11,26 @@
 namespace isthmus::storage {
 namespace {
 
+// The system's error at the last failed access to the database file or to its journal.
+int LastErrno(sqlite3* database, int which_file) {
+  sqlite3_file* file = nullptr;
+  int error = 0;
+  if (sqlite3_file_control(database, "main", which_file, &file) == SQLITE_OK && file != nullptr &&
+      file->pMethods != nullptr) {
+    file->pMethods->xFileControl(file, SQLITE_FCNTL_LAST_ERRNO, &error);
+  }
+  return error;
+}
+
 // A quota or a limit on file sizes reaches SQLite as an error of writing, not as a full disk.
 bool IsDiskFull(sqlite3* database, int code) {
   if (code == SQLITE_FULL) return true;
-  if ((code & 0xFF) != SQLITE_IOERR) return false;
-  const int error = sqlite3_system_errno(database);
-  return error == ENOSPC || error == EDQUOT || error == EFBIG;
+  if (code != SQLITE_IOERR_WRITE) return false;
+  for (const int which : {SQLITE_FCNTL_JOURNAL_POINTER, SQLITE_FCNTL_FILE_POINTER}) {
+    const int error = LastErrno(database, which);
+    if (error == ENOSPC || error == EDQUOT || error == EFBIG) return true;
+  }
+  return false;
 }
 
 absl::Status ToStatus(sqlite3* database, int code) {

@@ -231,14 +231,14 @@ absl::StatusOr<std::unique_ptr<MapStore>> OpenSqliteStore(const std::string& dir
   if (absl::Status status = CheckSchema(**writer); !status.ok()) return status;
   constexpr char kWriterPragmas[] =
       "PRAGMA journal_mode = WAL; PRAGMA journal_size_limit = 67108864; PRAGMA foreign_keys = ON; "
-      "PRAGMA trusted_schema = OFF; PRAGMA temp_store = MEMORY; PRAGMA synchronous = ";
+      "PRAGMA temp_store = MEMORY; PRAGMA synchronous = ";
   const char* synchronous = options.sync_every_commit ? "FULL" : "NORMAL";
   absl::Status status = (*writer)->Execute(absl::StrCat(kWriterPragmas, synchronous));
   if (status.ok()) status = Migrate(**writer);
   if (!status.ok()) return status;
   std::vector<std::unique_ptr<Connection>> readers;
   for (int i = 0; i < kReaders; ++i) {
-    auto reader = OpenConnection(path, "PRAGMA query_only = ON; PRAGMA trusted_schema = OFF");
+    auto reader = OpenConnection(path, "PRAGMA query_only = ON");
     if (!reader.ok()) return reader.status();
     readers.push_back(*std::move(reader));
   }
