@@ -53,9 +53,9 @@ Pose Exp(const Vector6d& twist) {
   const Eigen::Matrix3d K = Skew(phi);
   double a = 0.5, b = 1.0 / 6.0, half_sinc = 0.5;  // (1 - cos)/x^2, (x - sin)/x^3, sin(x/2)/x
   if (angle > kSmallAngle) {
-    a = (1 - std::cos(angle)) / (angle * angle);
-    b = (angle - std::sin(angle)) / (angle * angle * angle);
     half_sinc = std::sin(angle / 2) / angle;
+    a = 2 * half_sinc * half_sinc;  // 1 - cos would lose all digits of a small angle.
+    b = (angle - std::sin(angle)) / (angle * angle * angle);
   }
   const Eigen::Matrix3d V = Eigen::Matrix3d::Identity() + a * K + b * K * K;
   Eigen::Quaterniond q;
@@ -72,7 +72,8 @@ Vector6d Log(const Pose& pose) {
   const Eigen::Vector3d phi = sine > kSmallAngle ? (angle / sine) * q.vec() : 2.0 * q.vec();
   double c = 1.0 / 12.0;
   if (angle > kSmallAngle) {
-    c = (1 - angle * std::sin(angle) / (2 * (1 - std::cos(angle)))) / (angle * angle);
+    // x sin(x) / (2 (1 - cos(x))) = x/2 cot(x/2), without the difference.
+    c = (1 - angle / 2 / std::tan(angle / 2)) / (angle * angle);
   }
   const Eigen::Matrix3d K = Skew(phi);
   const Eigen::Matrix3d V_inverse = Eigen::Matrix3d::Identity() - 0.5 * K + c * K * K;
