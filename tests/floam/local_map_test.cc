@@ -1,0 +1,138 @@
+#include "floam/local_map.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <random>
+
+namespace isthmus::floam {
+namespace {
+
+using Eigen::Vector3d;
+
+VoxelSums SumsOf(const std::vector<Eigen::Vector3f>& points) {
+  VoxelSums sums;
+  for (const Eigen::Vector3f& p : points) sums.Add(p);
+  return sums;
+}
+
+TEST(FitShape, FindsAPlaneThroughNoise) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<float> side(-0.25F, 0.25F);
+  std::normal_distribution<float> noise(0, 0.01F);
+  const Eigen::Vector3f normal = Eigen::Vector3f(1, 2, -2).normalized();
+  const Eigen::Vector3f u = normal.unitOrthogonal(), v = normal.cross(u);
+  std::vector<Eigen::Vector3f> points;
+  for (int k = 0; k < 200; ++k) {
+    points.push_back(side(random) * u + side(random) * v + (0.1F + noise(random)) * normal);
+  }
+  const Shape shape = FitShape(SumsOf(points), ShapeKind::kPlane);
+  ASSERT_TRUE(shape.valid);
+  EXPECT_GT(std::abs(shape.direction.dot(normal)), 0.999F);
+  EXPECT_NEAR(shape.mean.dot(normal), 0.1, 0.003);
+  EXPECT_NEAR(std::sqrt(shape.variance), 0.01, 0.002);
+  EXPECT_FALSE(FitShape(SumsOf(points), ShapeKind::kLine).valid);
+}
+
+// One ring across a voxel, with noise along the rays: thin, though flat.
+TEST(FitShape, OneRingIsNoPlaneButMayBeALine) {
+  std::mt19937 random(3);
+  std::normal_distribution<float> noise(0, 0.02F);
+  std::vector<Eigen::Vector3f> points;
+  for (int k = 0; k < 40; ++k) {
+    points.emplace_back(noise(random), -0.25F + 0.0125F * static_cast<float>(k), 0.001F);
+  }
+  EXPECT_FALSE(FitShape(SumsOf(points), ShapeKind::kPlane).valid);
+  const Shape line = FitShape(SumsOf(points), ShapeKind::kLine);
+  ASSERT_TRUE(line.valid);
+  EXPECT_GT(std::abs(line.direction.y()), 0.99F);
+}
+
+TEST(FitShape, TooFewPointsAreNothing) {
+  EXPECT_FALSE(FitShape(SumsOf({{0, 0, 0}, {0.4F, 0, 0}, {0, 0.4F, 0}}), ShapeKind::kPlane).valid);
+  EXPECT_FALSE(FitShape(VoxelSums(), ShapeKind::kLine).valid);
+}
+
+// A square metre of floor at height z, every 5 cm.
+void InsertFloor(double x, double y, double z, LocalMap* map) {
+  for (double dx = 0.025; dx < 1; dx += 0.05) {
+    for (double dy = 0.025; dy < 1; dy += 0.05) map->Insert({x + dx, y + dy, z});
+  }
+}
+
+TEST(LocalMap, FindsTheVoxelsPlaneAlsoFarFromTheOrigin) {
+  for (const double far : {0.0, -300.0, 50'000.0}) {
+    LocalMap map(ShapeKind::kPlane, LocalMapOptions());
+    InsertFloor(far, far, -0.73, &map);
+    LocalMap::Found found;
+    map.Find({far + 0.2, far + 0.8, -0.6}, &found);
+    ASSERT_NE(found.shape, nullptr) << far;
+    EXPECT_GT(std::abs(found.shape->direction.z()), 0.999F);
+    EXPECT_NEAR(found.origin.z() + found.shape->mean.z(), -0.73, 1e-4);
+  }
+}
+
+TEST(LocalMap, FallsBackToTheBlockAndElseFindsNothing) {
+  LocalMap map(ShapeKind::kPlane, LocalMapOptions());
+  InsertFloor(0, 0, 0.1, &map);
+  LocalMap::Found found;
+  map.Find({0.3, 0.3, 0.9}, &found);  // The upper voxels are empty; the block has a floor.
+  ASSERT_NE(found.shape, nullptr);
+  EXPECT_NEAR(found.origin.z() + found.shape->mean.z(), 0.1, 1e-4);
+  map.Find({0.3, 0.3, 1.1}, &found);
+  EXPECT_EQ(found.shape, nullptr);
+}
+
+TEST(LocalMap, ShapesFollowNewPoints) {
+  LocalMapOptions options;
+  options.max_count = 300;
+  LocalMap map(ShapeKind::kPlane, options);
+  InsertFloor(0, 0, 0.10, &map);
+  LocalMap::Found found;
+  map.Find({0.3, 0.3, 0.1}, &found);
+  for (int k = 0; k < 30; ++k) InsertFloor(0, 0, 0.14, &map);
+  found = LocalMap::Found();
+  map.Find({0.3, 0.3, 0.1}, &found);
+  ASSERT_NE(found.shape, nullptr);
+  EXPECT_NEAR(found.origin.z() + found.shape->mean.z(), 0.14, 0.005);
+}
+
+TEST(LocalMap, ForgetsWhatIsFarAndKeepsWhatIsNear) {
+  LocalMapOptions options;
+  options.radius_m = 20;
+  LocalMap map(ShapeKind::kPlane, options);
+  size_t most = 0;
+  for (int x = 0; x < 400; ++x) {
+    for (int y = 0; y < 5; ++y) InsertFloor(x, y, 0.1, &map);
+    map.Evict({x + 0.5, 2, 0});
+    most = std::max(most, map.block_count());
+  }
+  EXPECT_LT(most, 200u);
+  LocalMap::Found found;
+  for (int x = 385; x < 400; ++x) {
+    for (int y = 0; y < 5; ++y) {
+      map.Find({x + 0.3, y + 0.3, 0.1}, &found);
+      EXPECT_NE(found.shape, nullptr) << x << " " << y;
+    }
+  }
+  map.Find({10.3, 2.3, 0.1}, &found);
+  EXPECT_EQ(found.shape, nullptr);
+}
+
+TEST(LocalMap, StaysWithinItsLimitOfBlocks) {
+  LocalMapOptions options;
+  options.max_blocks = 300;
+  LocalMap map(ShapeKind::kPlane, options);
+  for (int round = 0; round < 200; ++round) {
+    for (int x = -15; x < 15; ++x) {
+      for (int y = -15; y < 15; ++y) map.Insert({x + 0.5, y + 0.5, 0.5});
+    }
+    for (int k = 0; k < 5; ++k) map.Evict({0, 0, 0});
+  }
+  EXPECT_LE(map.block_count(), 500u);
+  EXPECT_GE(map.block_count(), 100u);
+}
+
+}  // namespace
+}  // namespace isthmus::floam

@@ -1,0 +1,244 @@
+#include "floam/odometry.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <vector>
+
+#include "floam/odometry_options.h"
+#include "tests/floam/room.h"
+
+namespace isthmus::floam {
+namespace {
+
+using testing::EndPose;
+using testing::FurnishedRoom;
+using testing::Loop;
+using testing::MakeScan;
+using testing::Motion;
+using testing::Room;
+using testing::Sensor;
+
+SensorModel Vlp16() { return *FindSensorModel("vlp16"); }
+
+OdometryOptions WithMode(OdometryMode mode) {
+  OdometryOptions options;
+  options.mode = mode;
+  options.undistort_cloud = false;
+  return options;
+}
+
+// Root mean square distance of the estimated END positions from the true ones. The first pose
+// places the odom frame.
+class Drive {
+ public:
+  Drive(const Motion& motion, const OdometryOptions& options)
+      : motion_(motion), odometry_(Vlp16(), options) {}
+
+  absl::StatusOr<OdometryResult> Step(int index) {
+    return Process(MakeScan(room_, motion_, sensor_, index), index);
+  }
+
+  absl::StatusOr<OdometryResult> Process(const Scan& scan, int index) {
+    absl::StatusOr<OdometryResult> result = odometry_.Process(scan);
+    if (!result.ok()) return result;
+    const Pose truth = EndPose(motion_, sensor_, index);
+    if (count_ == 0) T_world_odom_ = truth * result->T_odom_sensor.Inverse();
+    error_ = truth.Inverse() * (T_world_odom_ * result->T_odom_sensor);
+    sum_ += error_.translation().squaredNorm();
+    ++count_;
+    return result;
+  }
+
+  double Rmse() const { return std::sqrt(sum_ / count_); }
+  const Pose& error() const { return error_; }  // Of the last pose.
+  const Sensor& sensor() const { return sensor_; }
+  const Room& room() const { return room_; }
+  Odometry& odometry() { return odometry_; }
+
+ private:
+  const Room room_ = FurnishedRoom();
+  const Sensor sensor_;
+  const Motion motion_;
+  Odometry odometry_;
+  Pose T_world_odom_, error_;
+  double sum_ = 0;
+  int count_ = 0;
+};
+
+class OdometryModes : public ::testing::TestWithParam<OdometryMode> {};
+
+INSTANTIATE_TEST_SUITE_P(Both, OdometryModes,
+                         ::testing::Values(OdometryMode::kFloam, OdometryMode::kContinuous),
+                         [](const auto& param) {
+                           return param.param == OdometryMode::kFloam ? "Floam" : "Continuous";
+                         });
+
+TEST_P(OdometryModes, FollowsALoop) {
+  Drive drive(Loop(1.2), WithMode(GetParam()));
+  for (int k = 0; k < 200; ++k) {  // Once around, heading through 360 degrees.
+    const auto result = drive.Step(k);
+    ASSERT_TRUE(result.ok()) << result.status();
+    EXPECT_EQ(result->status, TrackingStatus::kOk) << k;
+    EXPECT_EQ(result->sequence, static_cast<uint64_t>(k) + 1);
+  }
+  EXPECT_LT(drive.Rmse(), 0.02);
+  EXPECT_LT(RotationAngle(drive.error()), 0.01);
+}
+
+TEST_P(OdometryModes, StandsStill) {
+  Drive drive([](double) { return Pose::FromXyzRpy(1, 3, 0, 0, 0, 0.4); }, WithMode(GetParam()));
+  for (int k = 0; k < 150; ++k) {
+    ASSERT_TRUE(drive.Step(k).ok());
+    EXPECT_LT(drive.error().translation().norm(), 0.01) << k;
+  }
+}
+
+TEST_P(OdometryModes, SpinsInPlace) {
+  const auto spin = [](double time_s) {  // Up to 60 degrees per second, more than once around.
+    const double moving = std::max(0.0, time_s - 0.4);
+    const double angle = moving < 1 ? 0.5 * moving * moving : moving - 0.5;
+    return Pose::FromXyzRpy(2, 2.5, 0, 0, 0, 1.05 * angle);
+  };
+  Drive drive(spin, WithMode(GetParam()));
+  for (int k = 0; k < 85; ++k) ASSERT_EQ(drive.Step(k)->status, TrackingStatus::kOk) << k;
+  EXPECT_LT(drive.Rmse(), 0.02);
+  EXPECT_LT(RotationAngle(drive.error()), 0.01);
+}
+
+TEST_P(OdometryModes, StartsAtSpeed) {
+  const Motion loop = Loop(1.5);
+  Drive drive([&](double time_s) { return loop(time_s + 4); }, WithMode(GetParam()));
+  for (int k = 0; k < 60; ++k) ASSERT_EQ(drive.Step(k)->status, TrackingStatus::kOk) << k;
+  EXPECT_LT(drive.Rmse(), 0.03);
+}
+
+TEST(Odometry, FirstPoseIsTheOriginAndCovarianceIsPositive) {
+  Drive drive(Loop(1), OdometryOptions());
+  const auto first = drive.Step(0);
+  ASSERT_TRUE(first.ok());
+  EXPECT_LT(Log(first->T_odom_sensor).norm(), 1e-9);
+  EXPECT_EQ(first->status, TrackingStatus::kOk);
+  const auto second = drive.Step(1);
+  ASSERT_TRUE(second.ok());
+  const Matrix6d& covariance = second->covariance;
+  EXPECT_TRUE(covariance.isApprox(covariance.transpose(), 1e-6));
+  EXPECT_GT(covariance.ldlt().vectorD().minCoeff(), 0);
+}
+
+TEST(Odometry, UndistortsTheWholeScanToItsEnd) {
+  const Motion motion = Loop(1.2);
+  Drive drive(motion, OdometryOptions());
+  absl::StatusOr<OdometryResult> result;
+  for (int k = 0; k < 40; ++k) result = drive.Step(k);
+  ASSERT_TRUE(result.ok());
+  const Scan scan = MakeScan(drive.room(), motion, drive.sensor(), 39);
+  ASSERT_EQ(result->undistorted.size(), scan.points.size());
+  // Each point lies on the surface that a ray from where the sensor was at the END would hit.
+  const Pose T_world_end = EndPose(motion, drive.sensor(), 39);
+  double fixed = 0, raw = 0;
+  const auto off_surface = [&](const Eigen::Vector3d& p) {
+    const double range =
+        drive.room().Cast(T_world_end.translation(), T_world_end.rotation() * p.normalized());
+    return std::min(0.3, std::abs(range - p.norm()));
+  };
+  for (const Point& p : result->undistorted) fixed += off_surface(p.Position().cast<double>());
+  for (const ScanPoint& p : scan.points) raw += off_surface(Eigen::Vector3d(p.x, p.y, p.z));
+  const auto count = static_cast<double>(scan.points.size());
+  EXPECT_LT(fixed / count, 0.02);
+  EXPECT_GT(raw / count, 0.03);
+}
+
+TEST(Odometry, WorksWithoutRingsAndTimes) {
+  const Motion motion = Loop(1.2);
+  Drive drive(motion, WithMode(OdometryMode::kContinuous));
+  for (int k = 0; k < 80; ++k) {
+    Scan scan = MakeScan(drive.room(), motion, drive.sensor(), k);
+    scan.has_ring = scan.has_time = false;
+    for (ScanPoint& p : scan.points) p.ring = 0, p.time = 0;
+    ASSERT_TRUE(drive.Process(scan, k).ok());
+  }
+  EXPECT_LT(drive.Rmse(), 0.02);
+}
+
+TEST(Odometry, BlankScansAreRefusedAndItGoesOnAfterThem) {
+  Drive drive(Loop(1.2), WithMode(OdometryMode::kContinuous));
+  for (int k = 0; k < 60; ++k) ASSERT_TRUE(drive.Step(k).ok());
+  for (int k = 60; k < 75; ++k) {
+    Scan blank;
+    blank.sequence = k + 1;
+    blank.end_stamp_ns = 1'000'000'000 + (k + 1) * 100'000'000LL;
+    EXPECT_EQ(drive.odometry().Process(blank).status().code(), absl::StatusCode::kInvalidArgument);
+  }
+  for (int k = 75; k < 110; ++k) {
+    const auto result = drive.Step(k);
+    ASSERT_TRUE(result.ok());
+    if (k > 80) {
+      EXPECT_EQ(result->status, TrackingStatus::kOk) << k;
+    }
+  }
+  EXPECT_LT(drive.error().translation().norm(), 0.05);
+}
+
+TEST(Odometry, SaysSoWhenItIsLostAndFindsItselfAgain) {
+  const Motion motion = Loop(1.2);
+  Drive drive(motion, WithMode(OdometryMode::kContinuous));
+  for (int k = 0; k < 60; ++k) ASSERT_TRUE(drive.Step(k).ok());
+  // Another place altogether: carried away, or something right before the sensor.
+  Room elsewhere;
+  elsewhere.walls = {{-1.9, -0.8, -0.5}, {0.7, 2.4, 0.6}};
+  for (int k = 60; k < 70; ++k) {
+    Scan scan = MakeScan(
+        elsewhere, [](double) { return Pose(); }, drive.sensor(), k);
+    const auto result = drive.odometry().Process(scan);
+    ASSERT_TRUE(result.ok());
+    EXPECT_EQ(result->status, TrackingStatus::kLost) << k;
+    EXPECT_GT(result->covariance(0, 0), 1);
+  }
+  for (int k = 70; k < 100; ++k) {
+    const auto result = drive.Step(k);
+    ASSERT_TRUE(result.ok());
+    if (k > 75) {
+      EXPECT_EQ(result->status, TrackingStatus::kOk) << k;
+    }
+  }
+  EXPECT_LT(drive.error().translation().norm(), 0.05);
+}
+
+TEST(Odometry, BadScansLeaveTheStateAsItWas) {
+  const Motion motion = Loop(1.2);
+  Drive undisturbed(motion, WithMode(OdometryMode::kContinuous));
+  Drive disturbed(motion, WithMode(OdometryMode::kContinuous));
+  for (int k = 0; k < 20; ++k) {
+    Scan bad = MakeScan(disturbed.room(), motion, disturbed.sensor(), k);
+    for (const auto& damage : std::vector<std::function<void(Scan*)>>{
+             [](Scan* scan) { scan->points.clear(); },
+             [](Scan* scan) { scan->points[9].z = std::numeric_limits<float>::quiet_NaN(); },
+             [](Scan* scan) {
+               for (ScanPoint& p : scan->points) p.x = p.y = p.z = 1;
+             },
+             [](Scan* scan) { scan->end_stamp_ns = 5; }}) {
+      Scan damaged = bad;
+      damage(&damaged);
+      if (k == 0 && !damaged.points.empty() && damaged.end_stamp_ns == 5) continue;
+      EXPECT_EQ(disturbed.odometry().Process(damaged).status().code(),
+                absl::StatusCode::kInvalidArgument);
+    }
+    const auto expected = undisturbed.Step(k), actual = disturbed.Step(k);
+    ASSERT_TRUE(expected.ok() && actual.ok());
+    EXPECT_EQ(expected->T_odom_sensor.Matrix(), actual->T_odom_sensor.Matrix());
+  }
+}
+
+TEST(Odometry, TakesScansInOrderOfTimeOnly) {
+  Drive drive(Loop(1), WithMode(OdometryMode::kContinuous));
+  ASSERT_TRUE(drive.Step(3).ok());
+  EXPECT_EQ(drive.Step(3).status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(drive.Step(1).status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_TRUE(drive.Step(4).ok());
+}
+
+}  // namespace
+}  // namespace isthmus::floam

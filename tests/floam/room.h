@@ -1,0 +1,53 @@
+// A small world with exact answers: a room with boxes in it, and a LiDAR that moves while it turns.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <functional>
+#include <random>
+#include <vector>
+
+#include "core/pose.h"
+#include "core/scan.h"
+
+namespace isthmus::floam::testing {
+
+struct Cuboid {
+  Eigen::Vector3d min, max;
+};
+
+struct Room {
+  Cuboid walls{{-10, -7, -1.2}, {10, 7, 3.8}};  // Seen from inside.
+  std::vector<Cuboid> boxes;                    // Seen from outside.
+
+  // Distance to the nearest surface along a unit vector; the origin must be inside the walls.
+  double Cast(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction) const;
+};
+
+// The room above with pillars, cupboards and a step on the floor.
+Room FurnishedRoom();
+
+// T_world_sensor at a time in seconds.
+using Motion = std::function<Pose(double)>;
+
+struct Sensor {
+  int rings = 16;
+  double lowest_rad = -0.2618, highest_rad = 0.2618;
+  int columns = 1200;
+  double period_s = 0.1;
+  double noise_m = 0.01;
+};
+
+// The index-th turn of a sensor that begins at the rear and turns clockwise, every column cast from
+// where the sensor is at that instant. Points in order of firing, with ring and time. The END of
+// scan k is at (k + 1) periods; noise depends on `index` only.
+Scan MakeScan(const Room& room, const Motion& motion, const Sensor& sensor, int index);
+
+// T_world_sensor at the END of scan `index`.
+Pose EndPose(const Motion& motion, const Sensor& sensor, int index);
+
+// Once around an ellipse, `speed` m/s, looking ahead; at rest for the first half second and then
+// speeding up over one second.
+Motion Loop(double speed);
+
+}  // namespace isthmus::floam::testing
