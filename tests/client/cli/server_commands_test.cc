@@ -1,0 +1,172 @@
+// The commands that speak to a server, against a real one over a socket.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "client/cli/embedded_server.h"
+#include "core/codec/payload_builder.h"
+#include "core/codec/pcd.h"
+#include "core/codec/tum.h"
+#include "tests/client/cli/program.h"
+
+namespace isthmus::cli {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using testing::HasSubstr;
+
+// One server and one small recording for all tests; robots have names of their own.
+class ServerCommandsTest : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = new std::string(ScratchFolder());
+    const ProgramResult simulated = Isthmus(
+        "simulate --world museum --robots 2 --seconds 3 --seed 1 -o " + *folder_ + " --json");
+    ASSERT_EQ(simulated.code, 0) << simulated.err;
+    ASSERT_EQ(json::parse(simulated.out)["scans_per_robot"], 30);
+    server::PipelineOptions options;
+    options.composition_interval_s = 0;
+    auto server = EmbeddedServer::Start(options);
+    ASSERT_TRUE(server.ok()) << server.status();
+    server_ = server->release();
+  }
+  static void TearDownTestSuite() {
+    delete server_;
+    fs::remove_all(*folder_);
+    delete folder_;
+  }
+
+  static std::string Path(const std::string& name) { return *folder_ + "/" + name; }
+
+  ProgramResult Ask(const std::string& command) const {
+    return Isthmus(command + " --server " + server_->client().address());
+  }
+  json AskJson(const std::string& command) const {
+    const ProgramResult result = Ask(command + " --json");
+    EXPECT_EQ(result.code, 0) << result.err;
+    return json::parse(result.out, nullptr, false);
+  }
+
+  static EmbeddedServer* server_;
+  static std::string* folder_;
+};
+
+EmbeddedServer* ServerCommandsTest::server_ = nullptr;
+std::string* ServerCommandsTest::folder_ = nullptr;
+
+TEST_F(ServerCommandsTest, PushReportsEveryScanAndFinishesTheSession) {
+  const json summary = AskJson("push --robot pushed --resolution 0.002 " + Path("robot_0"));
+  EXPECT_EQ(summary["processed"], 30);
+  EXPECT_EQ(summary["rejected"], 0);
+  EXPECT_EQ(summary["durable_sequence"], 30);
+  EXPECT_GT(summary["odometry_ms_mean"], 0);
+  for (const json& session : AskJson("robots")) {
+    if (session["robot"] != "pushed") continue;
+    EXPECT_EQ(session["state"], "FINISHED");
+    EXPECT_EQ(session["sensor"], "vlp16") << "from simulation.json";
+    EXPECT_EQ(session["last_sequence"], 30);
+    return;
+  }
+  FAIL() << "`isthmus robots` does not name the robot";
+}
+
+TEST_F(ServerCommandsTest, APartOfAFolderKeepsItsStamps) {
+  ASSERT_EQ(Ask("push --robot part --from 10 --to 14 " + Path("robot_0")).code, 0);
+  ASSERT_EQ(Ask("trajectory part --frame odom -o " + Path("part.tum")).code, 0);
+  const auto part = codec::ReadTum(Path("part.tum"));
+  const auto truth = codec::ReadTum(Path("robot_0.truth.tum"));
+  ASSERT_TRUE(part.ok() && truth.ok());
+  ASSERT_EQ(part->size(), 5u);
+  EXPECT_EQ(part->front().stamp_ns, truth->at(10).stamp_ns);
+}
+
+TEST_F(ServerCommandsTest, ScansThatCannotBeUsedAreNamedAndTheOthersGoOn) {
+  fs::create_directories(Path("mixed"));
+  fs::copy_file(Path("robot_0/000000.pcd"), Path("mixed/0.pcd"));
+  std::ofstream(Path("mixed/1.pcd")) << "no PCD at all";
+  ASSERT_TRUE(codec::WritePcd(Path("mixed/2.pcd"), codec::MakePayload(Cloud(50, {1, 1, 1, 0})),
+                              codec::PcdEncoding::kBinary)
+                  .ok());
+  fs::copy_file(Path("robot_0/000001.pcd"), Path("mixed/3.pcd"));
+  const ProgramResult result = Ask("push --robot mixed --sensor vlp16 --json " + Path("mixed"));
+  ASSERT_EQ(result.code, 0) << result.err;
+  const json summary = json::parse(result.out);
+  EXPECT_EQ(summary["unreadable"], 1);
+  EXPECT_EQ(summary["rejected"], 1);
+  EXPECT_EQ(summary["processed"], 2);
+  EXPECT_THAT(result.err, HasSubstr("left out " + Path("mixed/1.pcd")));
+  EXPECT_THAT(result.err, HasSubstr("scan 2 was rejected"));
+}
+
+TEST_F(ServerCommandsTest, OnlyUselessScansGiveFive) {
+  fs::create_directories(Path("useless"));
+  ASSERT_TRUE(codec::WritePcd(Path("useless/0.pcd"), codec::MakePayload(Cloud(50, {1, 1, 1, 0})),
+                              codec::PcdEncoding::kBinary)
+                  .ok());
+  const ProgramResult result = Ask("push --robot useless --sensor vlp16 " + Path("useless"));
+  EXPECT_EQ(result.code, 5);
+  EXPECT_THAT(result.err, HasSubstr("none of the 1 scans could be used"));
+}
+
+TEST_F(ServerCommandsTest, WhatTheServerDoesNotKnowGivesSix) {
+  for (const char* command : {"transform nobody noone", "trajectory nobody -o /dev/null",
+                              "query --robot nobody -o /dev/null",
+                              "export --format ply --component 99 -o /dev/shm/never.ply"}) {
+    const ProgramResult result = Ask(command);
+    EXPECT_EQ(result.code, 6) << command << ": " << result.err;
+    EXPECT_FALSE(result.err.empty());
+  }
+}
+
+TEST_F(ServerCommandsTest, ValuesThatTheServerRefusesGiveTwo) {
+  EXPECT_EQ(Ask("query --box 1,1,1,0,0,0 -o " + Path("q.pcd")).code, 2);
+  const ProgramResult sensor = Ask("push --robot a --sensor sonar " + Path("robot_0"));
+  EXPECT_EQ(sensor.code, 2);
+  EXPECT_THAT(sensor.err, HasSubstr("vlp16")) << "the known ones are listed";
+  EXPECT_EQ(Ask("push --robot 'a b' " + Path("robot_0")).code, 2);
+}
+
+TEST_F(ServerCommandsTest, NoAnswerYetGivesThreeAndTheReason) {
+  ASSERT_EQ(Ask("push --robot apart_a --to 2 " + Path("robot_0")).code, 0);
+  ASSERT_EQ(Ask("push --robot apart_b --to 2 " + Path("robot_1")).code, 0);
+  ASSERT_EQ(Ask("status --wait settled --timeout 100").code, 0);
+  const ProgramResult transform = Ask("transform apart_a apart_b");
+  EXPECT_EQ(transform.code, 3) << transform.out;
+  EXPECT_FALSE(transform.err.empty());
+  EXPECT_EQ(transform.out, "");
+  const ProgramResult merged = Ask("status --wait merged --timeout 0");
+  EXPECT_EQ(merged.code, 3) << merged.out;
+}
+
+TEST_F(ServerCommandsTest, TheMapCanBeReadInEveryForm) {
+  ASSERT_EQ(Ask("push --robot mapped " + Path("robot_0")).code, 0);
+  ASSERT_EQ(Ask("status --wait settled --timeout 100").code, 0);
+  const json status = AskJson("status");
+  EXPECT_EQ(status["settled"], true);
+  EXPECT_GT(status["components"][0]["point_count"], 100);
+
+  for (const char* format : {"pcd", "pcd-binary", "pcd-ascii", "ply", "bt", "ot"}) {
+    const std::string file = Path(std::string("map.") + format);
+    const json summary = AskJson("export --format " + std::string(format) + " -o " + file);
+    EXPECT_EQ(summary["size"], fs::file_size(file)) << format;
+  }
+  ASSERT_EQ(Ask("query --sphere 0,0,0,5 -o " + Path("near.pcd")).code, 0);
+  const auto near = codec::ReadPcd(Path("near.pcd"));
+  const auto whole = codec::ReadPcd(Path("map.pcd"));
+  ASSERT_TRUE(near.ok() && whole.ok()) << near.status() << whole.status();
+  EXPECT_GT(near->payload.width, 0u);
+  EXPECT_LT(near->payload.width, whole->payload.width);
+
+  ASSERT_EQ(Ask("picture --size 300 -o " + Path("map.png")).code, 0);
+  EXPECT_GT(fs::file_size(Path("map.png")), 1000u);
+  EXPECT_THAT(Ask("graph --format dot").out, HasSubstr("graph matches {"));
+  EXPECT_TRUE(json::parse(Ask("graph --format json").out).contains("matches"));
+  EXPECT_EQ(Ask("graph").code, 0);
+}
+
+}  // namespace
+}  // namespace isthmus::cli

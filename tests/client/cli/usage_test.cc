@@ -1,0 +1,91 @@
+// What a person gets who mistypes, points at nothing, or brings damaged files.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "tests/client/cli/program.h"
+
+namespace isthmus::cli {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+
+// Nobody listens on port 1.
+constexpr char kNowhere[] = " --server 127.0.0.1:1 --attempts 1";
+
+TEST(Usage, HelpNamesEveryCommand) {
+  const ProgramResult help = Isthmus("--help");
+  EXPECT_EQ(help.code, 0);
+  for (const char* command :
+       {"simulate", "push", "status", "robots", "graph", "trajectory", "transform", "query",
+        "export", "picture", "odometry", "merge", "eval"}) {
+    EXPECT_THAT(help.out, HasSubstr(command));
+    EXPECT_EQ(Isthmus(std::string(command) + " --help").code, 0) << command;
+  }
+}
+
+TEST(Usage, MistakesOnTheCommandLineGiveTwo) {
+  EXPECT_EQ(Isthmus("").code, 2);
+  EXPECT_EQ(Isthmus("conquer").code, 2);
+  EXPECT_EQ(Isthmus("status --verbosity").code, 2);
+  EXPECT_EQ(Isthmus("transform alice").code, 2);
+  EXPECT_EQ(Isthmus("export --format dxf -o map").code, 2);
+  EXPECT_EQ(Isthmus("merge one.pcd -o merged.pcd").code, 2);
+  const ProgramResult rate = Isthmus("push --robot a --rate fast /");
+  EXPECT_EQ(rate.code, 2);
+  EXPECT_THAT(rate.err, HasSubstr("--rate"));
+}
+
+TEST(Usage, ABoxThatIsNoBoxIsToldWithoutAServer) {
+  const ProgramResult box = Isthmus("query --box 1,2,3,4,5 -o x.pcd" + std::string(kNowhere));
+  EXPECT_EQ(box.code, 2);
+  EXPECT_THAT(box.err, HasSubstr("--box is x0,y0,z0,x1,y1,z1"));
+  EXPECT_EQ(Isthmus("query --box 1,2,3,4,5,six -o x.pcd").code, 2);
+  EXPECT_EQ(Isthmus("query --sphere 1,2,3 -o x.pcd").code, 2);
+  EXPECT_EQ(Isthmus("query --box 0,0,0,1,1,1 --sphere 0,0,0,1 -o x.pcd").code, 2);
+}
+
+TEST(Usage, AServerThatIsNotThereGivesFourAndSaysWhatToDo) {
+  for (const char* command :
+       {"status", "robots", "graph", "transform a b", "trajectory a -o x.tum", "query -o x.pcd",
+        "export --format pcd -o x.pcd", "picture -o x.png"}) {
+    const ProgramResult result = Isthmus(command + std::string(kNowhere));
+    EXPECT_EQ(result.code, 4) << command;
+    EXPECT_THAT(result.err, AllOf(HasSubstr("cannot reach isthmus-server at 127.0.0.1:1"),
+                                  HasSubstr("isthmus-server --data DIR")));
+    EXPECT_EQ(result.out, "") << command;
+  }
+}
+
+TEST(Usage, FoldersThatCannotBeUsedGiveFiveBeforeTheServerIsAsked) {
+  const std::string push = "push --robot alice" + std::string(kNowhere) + " ";
+  const ProgramResult missing = Isthmus(push + "/no/such/folder");
+  EXPECT_EQ(missing.code, 5);
+  EXPECT_THAT(missing.err, HasSubstr("/no/such/folder is not a folder of scans"));
+  const std::string empty = ScratchFolder();
+  EXPECT_EQ(Isthmus(push + empty).code, 5);
+  EXPECT_EQ(Isthmus("odometry " + empty + " -o x.tum").code, 5);
+}
+
+TEST(Usage, MergeNamesTheFileThatLies) {
+  const std::string folder = ScratchFolder();
+  const std::string header =
+      "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 1000000\nHEIGHT 1\n"
+      "VIEWPOINT 0 0 0 1 0 0 0\nPOINTS 1000000\nDATA binary\n";
+  std::ofstream(folder + "/lying.pcd") << header << "only a few bytes";
+  const ProgramResult lying =
+      Isthmus("merge " + folder + "/lying.pcd " + folder + "/none.pcd -o " + folder + "/m.pcd");
+  EXPECT_EQ(lying.code, 5);
+  EXPECT_THAT(lying.err, HasSubstr("lying.pcd"));
+  EXPECT_FALSE(std::filesystem::exists(folder + "/m.pcd"));
+}
+
+TEST(Usage, AWorldThatDoesNotExistIsAUsageError) {
+  EXPECT_EQ(Isthmus("simulate --world atlantis -o " + ScratchFolder()).code, 2);
+}
+
+}  // namespace
+}  // namespace isthmus::cli

@@ -1,0 +1,266 @@
+// The client with the real RPC layer over a real socket; behind it a pipeline that answers what the
+// test says, so that every number can be followed from one end to the other.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <mutex>
+#include <thread>
+
+#include "client/library/client.h"
+#include "core/codec/payload_builder.h"
+#include "server/rpc/server.h"
+#include "tests/server/rpc/fake_pipeline.h"
+
+namespace isthmus::client {
+namespace {
+
+using testing::ElementsAre;
+
+const Pose kPose = Pose::FromXyzRpy(1, -2, 3, 0.1, -0.2, 2.5);
+
+void ExpectEqual(const Pose& a, const Pose& b) {
+  EXPECT_TRUE(a.Matrix().isApprox(b.Matrix(), 1e-12)) << a.Matrix() << "\n" << b.Matrix();
+}
+
+class ClientRpcTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    StartServer();
+    ClientOptions options;
+    options.address = server_->address();
+    options.sleep = [this](double) { std::lock_guard wait_for_restart(restarting_); };
+    auto client = Client::Connect(options);
+    ASSERT_TRUE(client.ok()) << client.status();
+    client_ = *std::move(client);
+  }
+
+  void StartServer() {
+    rpc::ServerOptions options;
+    options.listen = "127.0.0.1:" + std::to_string(port_);
+    auto server = rpc::RpcServer::Start(&pipeline_, options);
+    ASSERT_TRUE(server.ok()) << server.status();
+    server_ = *std::move(server);
+    port_ = server_->port();
+  }
+
+  rpc::FakePipeline pipeline_;
+  std::mutex restarting_;  // Held while there is no server.
+  int port_ = 0;
+  std::unique_ptr<rpc::RpcServer> server_;
+  std::unique_ptr<Client> client_;
+};
+
+TEST_F(ClientRpcTest, SessionsComeAndGo) {
+  const auto session = client_->CreateSession("alice", "vlp16", kPose);
+  ASSERT_TRUE(session.ok()) << session.status();
+  EXPECT_EQ(session->record.robot, RobotId("alice"));
+  EXPECT_EQ(session->record.sensor, "vlp16");
+  ExpectEqual(session->record.T_base_sensor, kPose);
+  EXPECT_FALSE(session->component.has_value());
+  EXPECT_EQ(client_->ListSessions()->size(), 1u);
+  EXPECT_EQ(client_->FinishSession(session->record.id)->record.state, SessionState::kFinished);
+  EXPECT_EQ(client_->GetSession(session->record.id)->record.state, SessionState::kFinished);
+  EXPECT_TRUE(client_->DeleteSession(session->record.id).ok());
+  EXPECT_TRUE(absl::IsNotFound(client_->DeleteSession(session->record.id)));
+}
+
+TEST_F(ClientRpcTest, ScansGoUpAndAcknowledgementsComeDown) {
+  const SessionId id = client_->CreateSession("alice", "vlp16")->record.id;
+  std::vector<ScanAck> acks;
+  const auto stream = client_->OpenScanStream(
+      id, {.resolution_m = 0.002, .on_ack = [&](const ScanAck& ack) { acks.push_back(ack); }});
+  ASSERT_TRUE(stream.ok()) << stream.status();
+  for (int i = 1; i <= 100; ++i) {
+    ASSERT_TRUE((*stream)->Push(i, codec::MakePayload(Cloud(100, {1, 2, 3, 4}))).ok());
+  }
+  ASSERT_TRUE((*stream)->Finish().ok());
+  ASSERT_EQ(acks.size(), 100u);
+  EXPECT_EQ(acks[41].sequence, 42u);
+  EXPECT_EQ(acks[41].end_stamp_ns, 42);
+  EXPECT_EQ(acks[41].tracking, "ok");
+  ExpectEqual(*acks[41].T_odom_sensor, Pose(Eigen::Vector3d(42, 0, 0)));
+  EXPECT_EQ(acks[41].timing.total_ms, 3.5);
+}
+
+TEST_F(ClientRpcTest, ARestartOfTheServerLosesAndDoublesNothing) {
+  const SessionId id = client_->CreateSession("alice", "vlp16")->record.id;
+  std::vector<uint64_t> acked;
+  const auto stream = client_->OpenScanStream(
+      id, {.on_ack = [&](const ScanAck& ack) { acked.push_back(ack.sequence); }});
+  ASSERT_TRUE(stream.ok()) << stream.status();
+  const PointPayload payload = codec::MakePayload(Cloud(100, {1, 2, 3, 4}));
+  pipeline_.Hold(16);
+  for (int i = 1; i <= 8; ++i) ASSERT_TRUE((*stream)->Push(i, payload).ok());
+  pipeline_.WaitForQueued(8);
+  {
+    std::lock_guard restarting(restarting_);
+    std::thread shutdown([this] { server_->Shutdown(std::chrono::milliseconds(0)); });
+    pipeline_.Release();  // Some acknowledgements get through, others do not.
+    shutdown.join();
+    server_.reset();
+    StartServer();
+  }
+  for (int i = 9; i <= 20; ++i) ASSERT_TRUE((*stream)->Push(i, payload).ok());
+  ASSERT_TRUE((*stream)->Finish().ok());
+  ASSERT_EQ(acked.size(), 20u);
+  for (uint64_t i = 0; i < acked.size(); ++i) EXPECT_EQ(acked[i], i + 1);
+  EXPECT_EQ(client_->GetSession(id)->last_sequence, 20u);
+}
+
+TEST_F(ClientRpcTest, AFinishedSessionTakesNoScans) {
+  const SessionId id = client_->CreateSession("alice", "vlp16")->record.id;
+  ASSERT_TRUE(client_->FinishSession(id).ok());
+  const auto stream = client_->OpenScanStream(id);
+  ASSERT_TRUE(stream.ok());
+  EXPECT_TRUE(absl::IsFailedPrecondition((*stream)->Finish()));
+}
+
+TEST_F(ClientRpcTest, SubmapsArriveAsTheyWereSent) {
+  const SessionId id = client_->CreateSession("alice", "vlp16")->record.id;
+  SubmapUpload submap;
+  submap.id = {id, 0};
+  submap.first_stamp_ns = 5;
+  submap.last_stamp_ns = 6;
+  submap.T_odom_submap = kPose;
+  submap.keyframes = {{5, kPose}};
+  submap.cloud = codec::MakePayload(Cloud(150'000, {1, 2, 3, 4}));
+  ASSERT_TRUE(client_->UploadSubmap(submap).ok());
+  const std::vector<Submap> taken = pipeline_.submaps();
+  ASSERT_EQ(taken.size(), 1u);
+  ExpectEqual(taken[0].T_odom_submap, kPose);
+  ASSERT_EQ(taken[0].keyframes.size(), 1u);
+  ExpectEqual(taken[0].keyframes[0].T_submap_sensor, kPose);
+  ASSERT_EQ(taken[0].points.size(), 150'000u);
+  EXPECT_EQ(taken[0].points.back().z, 3);
+}
+
+TEST_F(ClientRpcTest, TheMapsInfoIsReadInFull) {
+  server::MapInfo& info = pipeline_.info;
+  info.revision = 12;
+  info.robots = {RobotId("alice"), RobotId("bob")};
+  info.settled = true;
+  info.composition_ms = 1.5;
+  info.estimations = 4;
+  server::ComponentInfo component;
+  component.reference = SessionId("alice-1");
+  component.sessions = {SessionId("alice-1"), SessionId("bob-1")};
+  component.point_count = 99;
+  component.bounds = Box{{-1, -2, -3}, {1, 2, 3}};
+  info.components = {component};
+  const auto read = client_->GetMapInfo();
+  ASSERT_TRUE(read.ok()) << read.status();
+  EXPECT_EQ(read->revision, 12);
+  EXPECT_EQ(read->robots, info.robots);
+  EXPECT_TRUE(read->settled);
+  EXPECT_EQ(read->composition_ms, 1.5);
+  EXPECT_EQ(read->estimations, 4u);
+  ASSERT_EQ(read->components.size(), 1u);
+  EXPECT_EQ(read->components[0].reference, SessionId("alice-1"));
+  EXPECT_EQ(read->components[0].sessions, component.sessions);
+  EXPECT_EQ(read->components[0].point_count, 99u);
+  EXPECT_EQ(read->components[0].bounds.max, Eigen::Vector3d(1, 2, 3));
+}
+
+TEST_F(ClientRpcTest, TheMatchGraphKeepsItsReasons) {
+  Match match;
+  match.a = SessionId("alice-1");
+  match.b = SessionId("bob-1");
+  match.T_a_b = kPose;
+  match.state = MatchState::kAmbiguous;
+  match.reason = "AMBIGUOUS";
+  match.detail = "two rooms look alike";
+  match.confidence = 0.25;
+  match.inliers = 321;
+  match.stages = {{"fpfh", 12.5}, {"vgicp", 7}};
+  pipeline_.graph.revision = 3;
+  pipeline_.graph.matches = {match};
+  pipeline_.graph.placements = {{SessionId("alice-1"), 1, SessionId("alice-1"), kPose}};
+  const auto graph = client_->GetMatchGraph();
+  ASSERT_TRUE(graph.ok()) << graph.status();
+  ASSERT_EQ(graph->matches.size(), 1u);
+  const Match& read = graph->matches[0].match;
+  EXPECT_EQ(read.state, MatchState::kAmbiguous);
+  EXPECT_EQ(read.detail, match.detail);
+  EXPECT_EQ(read.confidence, 0.25);
+  EXPECT_EQ(read.inliers, 321);
+  EXPECT_EQ(read.overlap, -1) << "not computed";
+  ASSERT_EQ(read.stages.size(), 2u);
+  EXPECT_EQ(read.stages[1].stage, "vgicp");
+  ExpectEqual(read.T_a_b, kPose);
+  EXPECT_FALSE(graph->matches[0].in_tree);
+  ASSERT_EQ(graph->placements.size(), 1u);
+  EXPECT_EQ(graph->placements[0].placement.component, 1u);
+  ExpectEqual(graph->placements[0].placement.T_map_odom, kPose);
+}
+
+TEST_F(ClientRpcTest, ALongTrajectoryComesInOneAnswer) {
+  server::RobotTrajectory trajectory;
+  trajectory.session = SessionId("alice-1");
+  trajectory.revision = 8;
+  for (int i = 0; i < 2500; ++i) trajectory.poses.push_back({i, Pose(Eigen::Vector3d(i, 0, 0))});
+  pipeline_.trajectory = trajectory;
+  const auto read = client_->GetTrajectory(RobotId("alice"), Frame::kMap);
+  ASSERT_TRUE(read.ok()) << read.status();
+  EXPECT_EQ(read->revision, 8);
+  ASSERT_EQ(read->poses.size(), 2500u);
+  EXPECT_EQ(read->poses[2222].stamp_ns, 2222);
+  EXPECT_EQ(read->poses[2222].pose.translation().x(), 2222);
+}
+
+TEST_F(ClientRpcTest, TransformsAndWhyThereIsNone) {
+  pipeline_.transform = server::RobotTransform{5, kPose};
+  ExpectEqual(client_->GetTransform(RobotId("a"), RobotId("b"))->T_a_b, kPose);
+  pipeline_.transform = absl::FailedPreconditionError("the best match lacks overlap");
+  const auto none = client_->GetTransform(RobotId("a"), RobotId("b"));
+  EXPECT_TRUE(absl::IsFailedPrecondition(none.status()));
+  EXPECT_EQ(none.status().message(), "the best match lacks overlap");
+}
+
+TEST_F(ClientRpcTest, ARegionIsReadPointByPoint) {
+  pipeline_.map->robots_ = {RobotId("alice"), RobotId("bob")};
+  pipeline_.map->components_ = 1;
+  for (int i = 0; i < 100'000; ++i) {
+    pipeline_.map->points_.push_back({i * 1.0f, 2, 3, 0.5f, static_cast<uint32_t>(i % 2)});
+  }
+  std::vector<MapPoint> points;
+  std::vector<RobotId> robots;
+  RegionQuery query;
+  query.box = Box{{10, 0, 0}, {69'999, 10, 10}};
+  const absl::Status status = client_->QueryRegion(query, [&](const RegionChunk& chunk) {
+    EXPECT_EQ(chunk.revision, 7);
+    robots = chunk.robots;
+    points.insert(points.end(), chunk.points.begin(), chunk.points.end());
+    return true;
+  });
+  ASSERT_TRUE(status.ok()) << status;
+  EXPECT_THAT(robots, ElementsAre(RobotId("alice"), RobotId("bob"))) << "also in the last chunk";
+  ASSERT_EQ(points.size(), 69'990u);
+  EXPECT_EQ(points[1].x, 11);
+  EXPECT_EQ(points[1].intensity, 0.5f);
+  EXPECT_EQ(points[1].robot, 1u);
+
+  query.box = Box{{1, 0, 0}, {0, 1, 1}};
+  EXPECT_TRUE(absl::IsInvalidArgument(
+      client_->QueryRegion(query, [](const RegionChunk&) { return true; })));
+  EXPECT_TRUE(
+      absl::IsCancelled(client_->QueryRegion({}, [](const RegionChunk&) { return false; })));
+}
+
+TEST_F(ClientRpcTest, AnExportIsVerified) {
+  pipeline_.map->components_ = 1;
+  pipeline_.map->points_ = {{1, 2, 3, 4, 0}};
+  pipeline_.file = {"first piece, ", std::string(2'000'000, 'x'), "last piece"};
+  std::string file;
+  const auto summary =
+      client_->Export({.format = ExportFormat::kPly}, [&](const std::string& bytes) {
+        file += bytes;
+        return true;
+      });
+  ASSERT_TRUE(summary.ok()) << summary.status();
+  EXPECT_EQ(file, pipeline_.file[0] + pipeline_.file[1] + pipeline_.file[2]);
+  EXPECT_EQ(summary->size, file.size());
+  EXPECT_EQ(pipeline_.exports.at(0).format, server::ExportFormat::kPly);
+}
+
+}  // namespace
+}  // namespace isthmus::client
