@@ -1,0 +1,149 @@
+#include "server/matching/birds_eye.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "server/matching/birds_eye_image.h"
+#include "server/matching/fft_correlator.h"
+#include "server/matching/gravity.h"
+#include "server/matching/placement.h"
+#include "tests/server/matching/scene.h"
+
+namespace isthmus::matching {
+namespace {
+
+constexpr double kDegree = M_PI / 180;
+
+// Two robots in one gallery, their start frames far apart and tilted, sharing the middle.
+class BirdsEyeTest : public ::testing::Test {
+ protected:
+  static Pose T_world_a() { return Pose::FromXyzRpy(3, 3, 1, 0.09, -0.07, 0.3); }
+  static Pose T_world_b() { return Pose::FromXyzRpy(27, 8, 1, -0.1, 0.05, -2.0); }
+  static Pose T_a_b() { return T_world_a().Inverse() * T_world_b(); }
+
+  static void SetUpTestSuite() {
+    const Scene scene = MakeGallery();
+    map_a_ = Survey(
+        scene, {Way({{3, 3, 1}, {10, 6, 1}, {14, 6, 1}, {20, 9, 1}}, 15), T_world_a(), 0.01, 1});
+    map_b_ = Survey(
+        scene, {Way({{27, 8, 1}, {18, 8, 1}, {13, 6, 1}, {9, 4, 1}}, 15), T_world_b(), 0.01, 2});
+  }
+
+  static inline SessionMap map_a_, map_b_;
+};
+
+TEST_F(BirdsEyeTest, PutsTheRightPlaceFirst) {
+  std::vector<StageTime> stages;
+  const auto candidates = SearchBirdsEye(map_a_, map_b_, BirdsEyeOptions(), &stages);
+  ASSERT_FALSE(candidates.empty());
+  const Pose error = T_a_b().Inverse() * candidates[0].T_a_b;
+  EXPECT_LT(error.translation().norm(), 0.6);
+  EXPECT_LT(RotationAngle(error), 2.5 * kDegree);
+  EXPECT_EQ(candidates[0].source, "birds_eye");
+  ASSERT_EQ(stages.size(), 1u);
+  EXPECT_EQ(stages[0].stage, "birds_eye");
+}
+
+TEST_F(BirdsEyeTest, CandidatesAreOrderedLimitedAndRepeatable) {
+  BirdsEyeOptions options;
+  options.candidates = 4;
+  const auto first = SearchBirdsEye(map_a_, map_b_, options, nullptr);
+  const auto second = SearchBirdsEye(map_a_, map_b_, options, nullptr);
+  ASSERT_LE(first.size(), 4u);
+  ASSERT_EQ(first.size(), second.size());
+  for (size_t i = 0; i < first.size(); ++i) {
+    EXPECT_EQ(first[i].score, second[i].score);
+    EXPECT_TRUE(first[i].T_a_b.Matrix() == second[i].T_a_b.Matrix());
+    if (i > 0) {
+      EXPECT_LE(first[i].score, first[i - 1].score);
+    }
+  }
+}
+
+TEST_F(BirdsEyeTest, NothingComesOfEmptyMaps) {
+  SessionMap empty;
+  empty.session = SessionId("empty");
+  EXPECT_TRUE(SearchBirdsEye(empty, map_b_, BirdsEyeOptions(), nullptr).empty());
+  EXPECT_TRUE(SearchBirdsEye(map_a_, empty, BirdsEyeOptions(), nullptr).empty());
+}
+
+TEST_F(BirdsEyeTest, LevelsTiltedMaps) {
+  const WallMap walls(map_a_, SampleSurface(map_a_, 0.25));
+  EXPECT_FALSE(walls.outdoors());
+  // World's up in odom, and back to level.
+  const Eigen::Vector3d up_odom = T_world_a().rotation().inverse() * Eigen::Vector3d::UnitZ();
+  const Eigen::Vector3d up_level = walls.T_level_odom().rotation() * up_odom;
+  EXPECT_LT(std::acos(up_level.z()), 0.5 * kDegree);
+  // The sensor drives 1 m above the floor.
+  for (const Eigen::Vector3f& sensor : walls.sensors()) {
+    EXPECT_NEAR(sensor.z() - walls.ground().Height(sensor.x(), sensor.y()), 1.0, 0.15);
+  }
+}
+
+TEST(GravityTest, KeepsOdomWhereNothingIsLevel) {
+  std::vector<SurfacePoint> walls(200);
+  for (size_t i = 0; i < walls.size(); ++i) {
+    const float angle = 0.1f * static_cast<float>(i);
+    walls[i].normal = {std::cos(angle), std::sin(angle), 0};
+  }
+  EXPECT_TRUE(EstimateLevel(walls).isApprox(Eigen::Quaterniond::Identity()));
+}
+
+TEST_F(BirdsEyeTest, FreeCellsAreNeverWalls) {
+  const WallMap walls(map_a_, SampleSurface(map_a_, 0.25));
+  const BirdsEyeCells cells = MakeBirdsEyeCells(walls, SceneScale::Indoors(), 0.25);
+  ASSERT_GT(cells.walls.size(), 100u);
+  ASSERT_GT(cells.free.size(), 1000u);
+  for (const auto& free : cells.free) {
+    for (const auto& wall : cells.walls) {
+      EXPECT_GT((free - wall.position).cwiseAbs().maxCoeff(), 0.3f);
+    }
+  }
+}
+
+// What the transform says of a shift is what adding up by hand says, wrapped shifts included.
+TEST(FftCorrelatorTest, EqualsTheSumOfProducts) {
+  BirdsEyeImage reference;
+  reference.width = 5;
+  reference.rows = 4;
+  for (auto& plane : reference.planes) plane.assign(20, 0.0f);
+  reference.planes[BirdsEyeImage::kWall][2 * 5 + 3] = 2.0f;
+  reference.planes[BirdsEyeImage::kFree][1 * 5 + 1] = -1.0f;
+  FftCorrelator correlator(reference, 3);
+  for (int round = 0; round < 2; ++round) {  // The planes are clean again after the first.
+    const int width = correlator.width(), rows = correlator.rows();
+    correlator.plane(BirdsEyeImage::kWall)[1 * width + 2] = 3.0f;
+    correlator.plane(BirdsEyeImage::kFree)[2 * width + 2] = 5.0f;
+    const float* scores = correlator.Correlate();
+    for (int y = 0; y < rows; ++y) {
+      for (int x = 0; x < width; ++x) {
+        float expected = 0;
+        if (x == 3 - 2 && y == 2 - 1) expected += 6.0f;
+        if (x == width + 1 - 2 && y == rows + 1 - 2) expected -= 5.0f;
+        EXPECT_NEAR(scores[y * width + x], expected, 1e-4) << x << " " << y;
+      }
+    }
+  }
+}
+
+TEST(PlacementTest, KeepsTheBestOfNeighbours) {
+  const std::vector<Placement2d> all = {
+      {0.0, {0, 0}, 1}, {0.05, {0.5, 0}, 3}, {0.0, {9, 0}, 2}, {M_PI, {0.5, 0}, 1.5}};
+  const auto kept = SuppressNeighbors(all, Eigen::Vector2d::Zero(), 2.0, 0.1, 10);
+  ASSERT_EQ(kept.size(), 3u);
+  EXPECT_EQ(kept[0].score, 3);
+  EXPECT_EQ(kept[1].score, 2);
+  EXPECT_EQ(kept[2].score, 1.5);
+  EXPECT_EQ(SuppressNeighbors(all, Eigen::Vector2d::Zero(), 2.0, 0.1, 1).size(), 1u);
+}
+
+// Headings either side of +-180 degrees are neighbours too.
+TEST(PlacementTest, HeadingsWrapRound) {
+  const auto kept = SuppressNeighbors({{3.13, {0, 0}, 1}, {-3.13, {0, 0}, 2}},
+                                      Eigen::Vector2d::Zero(), 1.0, 0.1, 10);
+  EXPECT_EQ(kept.size(), 1u);
+}
+
+}  // namespace
+}  // namespace isthmus::matching

@@ -1,0 +1,114 @@
+#include "server/matching/decision.h"
+
+#include <gtest/gtest.h>
+
+namespace isthmus::matching {
+namespace {
+
+Hypothesis Good() {
+  Hypothesis h;
+  h.source = "birds_eye";
+  h.refinement.converged = true;
+  h.refinement.overlap = 0.4;
+  h.refinement.inliers = 5000;
+  h.refinement.residual_m = 0.03;
+  h.free_space = {.agree = 99900, .front = 100};
+  h.shared_area_m2 = 500;
+  h.weakest_hold = 0.2;
+  h.max_free_space = 0.02;
+  return h;
+}
+
+Match DecideOn(std::vector<Hypothesis> hypotheses) {
+  RankHypotheses(&hypotheses);
+  Match match;
+  Decide(hypotheses, MatcherOptions(), &match);
+  return match;
+}
+
+TEST(DecisionTest, AcceptsGoodEvidence) {
+  const Match match = DecideOn({Good()});
+  EXPECT_EQ(match.state, MatchState::kAccepted);
+  EXPECT_EQ(match.reason, "OK");
+  EXPECT_EQ(match.runner_up, -1);
+  EXPECT_GT(match.confidence, 0.5);
+}
+
+TEST(DecisionTest, NothingIsNotYet) {
+  const Match match = DecideOn({});
+  EXPECT_EQ(match.state, MatchState::kNotYet);
+  EXPECT_EQ(match.reason, "NO_CANDIDATE");
+  EXPECT_EQ(match.confidence, 0);
+}
+
+TEST(DecisionTest, EachLackHasItsReason) {
+  const auto with = [](auto change) {
+    Hypothesis h = Good();
+    change(h);
+    return DecideOn({h});
+  };
+  Match match = with([](Hypothesis& h) { h.refinement.converged = false; });
+  EXPECT_EQ(match.reason, "NOT_CONVERGED");
+  EXPECT_EQ(match.state, MatchState::kNotYet);
+  match = with([](Hypothesis& h) { h.free_space = {.agree = 100, .front = 0}; });
+  EXPECT_EQ(match.reason, "FEW_COMPARISONS");
+  EXPECT_EQ(match.state, MatchState::kNotYet);
+  match = with([](Hypothesis& h) { h.refinement.overlap = 0.05; });
+  EXPECT_EQ(match.reason, "LOW_OVERLAP");
+  EXPECT_EQ(match.state, MatchState::kNotYet);
+  match = with([](Hypothesis& h) { h.free_space = {.agree = 90000, .front = 10000}; });
+  EXPECT_EQ(match.reason, "FREE_SPACE");
+  EXPECT_EQ(match.state, MatchState::kRejected);
+  match = with([](Hypothesis& h) { h.shared_area_m2 = 100; });
+  EXPECT_EQ(match.reason, "TOO_SMALL");
+  EXPECT_EQ(match.state, MatchState::kNotYet);
+  match = with([](Hypothesis& h) { h.weakest_hold = 0.001; });
+  EXPECT_EQ(match.reason, "DEGENERATE");
+  EXPECT_EQ(match.state, MatchState::kNotYet);
+}
+
+TEST(DecisionTest, ATwinMakesItAmbiguous) {
+  Hypothesis twin = Good();
+  twin.free_space = {.agree = 80000, .front = 200};
+  const Match match = DecideOn({twin, Good()});
+  EXPECT_EQ(match.state, MatchState::kAmbiguous);
+  EXPECT_EQ(match.reason, "AMBIGUOUS");
+  EXPECT_NEAR(match.free_space, 0.001, 1e-9);  // The better one is reported.
+  EXPECT_NEAR(match.runner_up, 200.0 / 80200, 1e-9);
+  EXPECT_LT(match.confidence, 0.5);
+}
+
+TEST(DecisionTest, AContradictedRivalDoesNotMatter) {
+  Hypothesis rival = Good();
+  rival.free_space = {.agree = 80000, .front = 2000};
+  const Match match = DecideOn({rival, Good()});
+  EXPECT_EQ(match.state, MatchState::kAccepted);
+  EXPECT_NEAR(match.runner_up, 2000.0 / 82000, 1e-9);
+}
+
+// A score of zero out of next to nothing is no evidence, for or against.
+TEST(DecisionTest, LittleEvidenceComesNeitherFirstNorSecond) {
+  Hypothesis little = Good();
+  little.refinement.overlap = 0.02;
+  little.free_space = {.agree = 1000, .front = 0};
+  const Match match = DecideOn({little, Good()});
+  EXPECT_EQ(match.state, MatchState::kAccepted);
+  EXPECT_EQ(match.comparisons, 100000);
+  EXPECT_EQ(match.runner_up, -1);
+}
+
+TEST(DecisionTest, ConfidenceGrowsWithEvidence) {
+  const double base = DecideOn({Good()}).confidence;
+  Hypothesis h = Good();
+  h.refinement.overlap = 0.6;
+  EXPECT_GT(DecideOn({h}).confidence, base);
+  h = Good();
+  h.free_space = {.agree = 99500, .front = 500};
+  EXPECT_LT(DecideOn({h}).confidence, base);
+  h = Good();
+  h.shared_area_m2 = 1000;
+  EXPECT_GT(DecideOn({h}).confidence, base);
+}
+
+}  // namespace
+}  // namespace isthmus::matching

@@ -1,0 +1,128 @@
+#include "server/matching/free_space.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/server/matching/scene.h"
+
+namespace isthmus::matching {
+namespace {
+
+RangeImage Wall(float distance, float from_azimuth, float to_azimuth) {
+  std::vector<Eigen::Vector3f> points;
+  for (float azimuth = from_azimuth; azimuth < to_azimuth; azimuth += 0.01f) {
+    for (float elevation = -0.2f; elevation <= 0.2f; elevation += 0.03f) {
+      points.push_back(distance * Eigen::Vector3f(std::cos(elevation) * std::cos(azimuth),
+                                                  std::cos(elevation) * std::sin(azimuth),
+                                                  std::sin(elevation)));
+    }
+  }
+  return RangeImage(points);
+}
+
+TEST(RangeImageTest, GivesTheMeasuredRange) {
+  const RangeImage image = Wall(7.5f, -3.1f, 3.1f);
+  RangeImage::Interval seen;
+  for (const float azimuth : {-2.9f, -1.0f, 0.0f, 0.4f, 1.9f}) {
+    ASSERT_TRUE(image.At({std::cos(azimuth), std::sin(azimuth), 0.05f}, &seen)) << azimuth;
+    EXPECT_NEAR(seen.shortest, 7.5f, 0.02f);
+    EXPECT_NEAR(seen.longest, 7.5f, 0.02f);
+  }
+}
+
+TEST(RangeImageTest, SaysNothingWhereNothingWasMeasured) {
+  const RangeImage image = Wall(7.5f, -0.5f, 0.5f);
+  RangeImage::Interval seen;
+  EXPECT_FALSE(image.At({-1, 0, 0}, &seen));
+  EXPECT_FALSE(image.At({1, 0, 0.6f}, &seen));
+  EXPECT_FALSE(image.At({0, 0, 1}, &seen));  // Straight up: outside of the rows.
+  EXPECT_FALSE(RangeImage().At({1, 0, 0}, &seen));
+  EXPECT_FALSE(RangeImage(std::vector<Eigen::Vector3f>()).At({1, 0, 0}, &seen));
+}
+
+TEST(RangeImageTest, ClaimsNoMoreThanBothSidesOfAnEdge) {
+  std::vector<Eigen::Vector3f> points;
+  for (int i = -60; i < 60; ++i) {
+    const float azimuth = 0.005f * (static_cast<float>(i) + 0.5f);
+    const float range = i < 0 ? 4.0f : 9.0f;
+    points.push_back(range * Eigen::Vector3f(std::cos(azimuth), std::sin(azimuth), 0.001f));
+  }
+  const RangeImage image(points);
+  RangeImage::Interval seen;
+  ASSERT_TRUE(image.At({std::cos(0.02f), std::sin(0.02f), 0.001f}, &seen));
+  EXPECT_NEAR(seen.shortest, 4.0f, 0.02f);
+  EXPECT_NEAR(seen.longest, 9.0f, 0.02f);
+  ASSERT_TRUE(image.At({std::cos(0.2f), std::sin(0.2f), 0.001f}, &seen));
+  EXPECT_NEAR(seen.shortest, 9.0f, 0.02f);
+}
+
+class FreeSpaceTest : public ::testing::Test {
+ protected:
+  static Pose T_world_a() { return Pose::FromXyzRpy(3, 3, 1, 0.02, -0.03, 0.3); }
+  static Pose T_world_b() { return Pose::FromXyzRpy(27, 8, 1, -0.04, 0.01, -2.0); }
+  static Pose T_a_b() { return T_world_a().Inverse() * T_world_b(); }
+
+  static void SetUpTestSuite() {
+    const Scene scene = MakeGallery();
+    map_a_ = Survey(
+        scene, {Way({{3, 3, 1}, {10, 6, 1}, {14, 6, 1}, {20, 9, 1}}, 15), T_world_a(), 0.01, 1});
+    map_b_ = Survey(
+        scene, {Way({{27, 8, 1}, {18, 8, 1}, {13, 6, 1}, {9, 4, 1}}, 15), T_world_b(), 0.01, 2});
+  }
+
+  static FreeSpaceScore Score(const Pose& T_a_b) {
+    return ScoreFreeSpace(map_a_, map_b_, T_a_b, FreeSpaceOptions());
+  }
+
+  static inline SessionMap map_a_, map_b_;
+};
+
+TEST_F(FreeSpaceTest, TheTruthIsNotContradicted) {
+  const FreeSpaceScore score = Score(T_a_b());
+  EXPECT_GT(score.comparisons(), 3000);
+  EXPECT_LT(score.violation(), 0.005);
+}
+
+TEST_F(FreeSpaceTest, WrongPlacementsAreContradicted) {
+  for (const Pose& off : {Pose(Eigen::Vector3d(3, 0, 0)), Pose(Eigen::Vector3d(-4, 2, 0)),
+                          Pose::FromXyzRpy(30, 20, 0, 0, 0, M_PI)}) {
+    const FreeSpaceScore score = Score(T_world_a().Inverse() * off * T_world_b());
+    EXPECT_GT(score.comparisons(), 1000);
+    EXPECT_GT(score.violation(), 0.05);
+  }
+}
+
+TEST_F(FreeSpaceTest, BothOrdersSayTheSame) {
+  const FreeSpaceScore forward = Score(T_a_b());
+  const FreeSpaceScore backward =
+      ScoreFreeSpace(map_b_, map_a_, T_a_b().Inverse(), FreeSpaceOptions());
+  EXPECT_EQ(forward.agree, backward.agree);
+  EXPECT_EQ(forward.front, backward.front);
+}
+
+TEST_F(FreeSpaceTest, MapsOutOfReachSayNothing) {
+  const FreeSpaceScore score = Score(Pose(Eigen::Vector3d(500, 0, 0)));
+  EXPECT_EQ(score.comparisons(), 0);
+  EXPECT_EQ(score.violation(), 0);
+}
+
+// A car that drives along with the robot leaves walls all along the way; they are no evidence.
+TEST_F(FreeSpaceTest, WhatMovedIsNotAsked) {
+  Scene scene = MakeGallery();
+  SessionMap moving;
+  moving.session = SessionId("moving");
+  for (int k = 0; k < 12; ++k) {
+    const Eigen::Vector3d at(2.0 + 0.7 * k, 3, 1);
+    Scene now = scene;
+    now.boxes.push_back({at + Eigen::Vector3d(2.5, 0.5, 0), {0.3, 0.3, 1}, 0.2});
+    SessionMap one = Survey(now, {{at}, Pose(), 0.01, static_cast<unsigned>(k)});
+    moving.submaps.push_back(one.submaps.front());
+  }
+  const FreeSpaceScore score = ScoreFreeSpace(moving, moving, Pose(), FreeSpaceOptions());
+  EXPECT_GT(score.comparisons(), 1000);
+  EXPECT_LT(score.violation(), 0.01);
+}
+
+}  // namespace
+}  // namespace isthmus::matching

@@ -1,0 +1,139 @@
+#include "server/matching/matcher.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "server/matching/prepared_map.h"
+#include "tests/server/matching/scene.h"
+
+namespace isthmus::matching {
+namespace {
+
+constexpr double kDegree = M_PI / 180;
+
+Pose T_world_a() { return Pose::FromXyzRpy(3, 3, 1, 0.05, -0.04, 0.3); }
+Pose T_world_b() { return Pose::FromXyzRpy(27, 8, 1, -0.06, 0.03, -2.0); }
+
+class MatcherTest : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    const Scene scene = MakeGallery();
+    map_a_ = Survey(scene, {Way({{3, 3, 1}, {10, 6, 1}, {14, 6, 1}, {20, 9, 1}, {26, 10, 1}}, 20),
+                            T_world_a(), 0.01, 1});
+    map_b_ = Survey(scene, {Way({{27, 8, 1}, {18, 8, 1}, {13, 6, 1}, {9, 4, 1}, {3, 9, 1}}, 20),
+                            T_world_b(), 0.01, 2});
+  }
+
+  static inline SessionMap map_a_, map_b_;
+};
+
+TEST_F(MatcherTest, AcceptsTheRightMergeWithAllFigures) {
+  const Match match = MatchSessions(map_a_, map_b_, MatcherOptions());
+  EXPECT_EQ(match.state, MatchState::kAccepted) << match.reason << ": " << match.detail;
+  EXPECT_EQ(match.reason, "OK");
+  EXPECT_FALSE(match.detail.empty());
+  const Pose error = (T_world_a().Inverse() * T_world_b()).Inverse() * match.T_a_b;
+  EXPECT_LT(error.translation().norm(), 0.03);
+  EXPECT_LT(RotationAngle(error), 0.2 * kDegree);
+  EXPECT_EQ(match.a, map_a_.session);
+  EXPECT_EQ(match.b, map_b_.session);
+  EXPECT_EQ(match.matcher, "birds_eye");
+  EXPECT_GT(match.confidence, 0.5);
+  EXPECT_LE(match.confidence, 1.0);
+  EXPECT_GT(match.overlap, 0.4);
+  EXPECT_GT(match.inliers, 1000);
+  EXPECT_GT(match.residual_m, 0);
+  EXPECT_LT(match.residual_m, 0.1);
+  EXPECT_LT(match.free_space, 0.01);
+  EXPECT_GT(match.comparisons, 3000);
+  EXPECT_EQ(match.submaps_a, map_a_.submaps.size());
+  EXPECT_EQ(match.submaps_b, map_b_.submaps.size());
+  std::vector<std::string> names;
+  for (const StageTime& stage : match.stages) {
+    names.push_back(stage.stage);
+    EXPECT_GE(stage.ms, 0);
+  }
+  EXPECT_EQ(names, (std::vector<std::string>{"prepare", "birds_eye", "refine", "verify"}));
+}
+
+TEST_F(MatcherTest, IsDeterministicAndTheSameWhenPrepared) {
+  const PreparedMap a(map_a_), b(map_b_);
+  const Match prepared = MatchPrepared(a, b, MatcherOptions());
+  const Match again = MatchSessions(map_a_, map_b_, MatcherOptions());
+  EXPECT_TRUE(prepared.T_a_b.Matrix() == again.T_a_b.Matrix());
+  EXPECT_EQ(prepared.confidence, again.confidence);
+  EXPECT_EQ(prepared.comparisons, again.comparisons);
+}
+
+TEST_F(MatcherTest, LimitsDecide) {
+  const PreparedMap a(map_a_), b(map_b_);
+  MatcherOptions options;
+  options.search = "birds_eye";
+  const auto reason = [&] { return MatchPrepared(a, b, options).reason; };
+  options.min_overlap = 0.99;
+  EXPECT_EQ(reason(), "LOW_OVERLAP");
+  options = {.search = "birds_eye", .min_comparisons = 1'000'000'000};
+  EXPECT_EQ(reason(), "FEW_COMPARISONS");
+  options = {.search = "birds_eye", .min_shared_area_m2 = 5000};
+  EXPECT_EQ(reason(), "TOO_SMALL");
+  options = {.search = "birds_eye", .min_hold = 0.5};
+  EXPECT_EQ(reason(), "DEGENERATE");
+}
+
+// A robot in one of two equal rooms, the other robot in the other: everything agrees.
+TEST_F(MatcherTest, NeverMergesTwinRooms) {
+  Scene room;
+  for (const double x : {0.0, 60.0}) {
+    room.boxes.push_back({{x + 5, 4, -0.1}, {5.2, 4.2, 0.1}});
+    room.boxes.push_back({{x + 5, 4, 3.6}, {5.2, 4.2, 0.1}});
+    room.boxes.push_back({{x - 0.1, 4, 1.75}, {0.1, 4.2, 1.75}});
+    room.boxes.push_back({{x + 10.1, 4, 1.75}, {0.1, 4.2, 1.75}});
+    room.boxes.push_back({{x + 5, -0.1, 1.75}, {5.2, 0.1, 1.75}});
+    room.boxes.push_back({{x + 5, 8.1, 1.75}, {5.2, 0.1, 1.75}});
+    room.boxes.push_back({{x + 3, 5, 0.8}, {0.8, 0.4, 0.8}, 0.5});
+    room.boxes.push_back({{x + 7, 2, 0.6}, {0.4, 0.6, 0.6}, 0.2});
+  }
+  const SessionMap a = Survey(room, {Way({{2, 2, 1}, {8, 6, 1}}, 10), Pose(), 0.01, 1});
+  const SessionMap b = Survey(
+      room, {Way({{62, 6, 1}, {68, 5, 1}}, 10), Pose::FromXyzRpy(62, 6, 1, 0, 0, 1.0), 0.01, 2});
+  const Match match = MatchSessions(a, b, MatcherOptions());
+  EXPECT_NE(match.state, MatchState::kAccepted) << match.detail;
+  EXPECT_LT(match.confidence, 0.5);
+}
+
+// Robots in different parts of the gallery that see nothing in common.
+TEST_F(MatcherTest, DoesNotMergeWithoutOverlap) {
+  Scene scene = MakeGallery();
+  for (SceneBox& box : Scene(scene).boxes) {  // Another building, mirrored, 100 m on.
+    box.center.x() = 130 - box.center.x();
+    box.yaw = -box.yaw;
+    scene.boxes.push_back(box);
+  }
+  const SessionMap a =
+      Survey(scene, {Way({{3, 3, 1}, {10, 6, 1}, {14, 6, 1}, {20, 9, 1}}, 15), Pose(), 0.01, 1});
+  const SessionMap b = Survey(scene, {Way({{103, 9, 1}, {116, 6, 1}, {127, 3, 1}}, 15),
+                                      Pose::FromXyzRpy(103, 9, 1, 0, 0, 0.5), 0.01, 2});
+  const Match match = MatchSessions(a, b, MatcherOptions());
+  EXPECT_NE(match.state, MatchState::kAccepted) << match.detail;
+}
+
+TEST_F(MatcherTest, EmptyMapsAreNotYet) {
+  SessionMap empty;
+  empty.session = SessionId("a-empty");
+  const Match match = MatchSessions(empty, map_b_, MatcherOptions());
+  EXPECT_EQ(match.state, MatchState::kNotYet);
+  EXPECT_EQ(match.reason, "NO_CANDIDATE");
+  EXPECT_FALSE(match.detail.empty());
+}
+
+TEST_F(MatcherTest, ThePapersChainAloneNamesItself) {
+  MatcherOptions options;
+  options.search = "paper";
+  const Match match = MatchSessions(map_a_, map_b_, options);
+  for (const StageTime& stage : match.stages) EXPECT_NE(stage.stage, "birds_eye");
+  EXPECT_TRUE(match.matcher.empty() || match.matcher == "paper");
+}
+
+}  // namespace
+}  // namespace isthmus::matching
