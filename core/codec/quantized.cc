@@ -10,6 +10,7 @@
 
 #include "core/codec/byte_shuffle.h"
 #include "core/codec/column.h"
+#include "core/codec/column_transform.h"
 #include "core/codec/crc32c.h"
 #include "core/codec/delta_code.h"
 #include "core/codec/payload_layout.h"
@@ -21,16 +22,11 @@ namespace {
 constexpr char kMagic[3] = {'I', 'Q', 1};  // The last byte is the version.
 constexpr size_t kHeaderSize = 8;          // Magic, a zero, checksum.
 
-// How the values of a column became the bytes that are shuffled.
-enum class Transform : char { kPlain = 0, kDelta = 1, kCoordinate = 2 };
-
 // One value per point: a field, or one element of a field with count > 1.
 struct Column {
   uint32_t offset = 0;
   ScalarType type = ScalarType::kFloat32;
   bool is_coordinate = false;
-
-  uint32_t EncodedWidth() const { return is_coordinate ? 4 : SizeOf(type); }
 };
 
 bool IsCoordinate(const PointPayload& payload, const PointField& field) {
@@ -56,12 +52,6 @@ absl::StatusOr<std::vector<Column>> ListColumns(const PointPayload& payload) {
     }
   }
   return columns;
-}
-
-size_t EncodedSize(const std::vector<Column>& columns, uint64_t points) {
-  size_t size = 0;
-  for (const Column& column : columns) size += points * column.EncodedWidth();
-  return size;
 }
 
 absl::Status Check(const PointPayload& payload, double resolution_m) {
@@ -110,79 +100,8 @@ void DequantizeColumn(const std::vector<uint32_t>& codes, double resolution_m, c
   }
 }
 
-template <typename Word>
-Word LoadWord(const PointPayload& raw, const Column& column, size_t i) {
-  return LoadAs<Word>(raw.data.data() + column.offset + i * raw.stride);
-}
-
-// Whether neighbouring differences share more bytes than neighbouring values, in a sample from the
-// middle of the cloud: so for rings and times, not for intensities.
-template <typename Word>
-bool DeltaPacksBetter(const PointPayload& raw, const Column& column) {
-  const size_t n = PointCount(raw);
-  const size_t sample = std::min<size_t>(n, 2048);
-  size_t plain_changes = 0, delta_changes = 0;
-  Word last = 0, last_delta = 0;
-  for (size_t i = (n - sample) / 2; i < (n - sample) / 2 + sample; ++i) {
-    const Word value = LoadWord<Word>(raw, column, i);
-    const Word delta = static_cast<Word>(value - last);
-    for (size_t shift = 0; shift < 8 * sizeof(Word); shift += 8) {
-      plain_changes += (((value ^ last) >> shift) & 0xFF) != 0;
-      delta_changes += (((delta ^ last_delta) >> shift) & 0xFF) != 0;
-    }
-    last = value;
-    last_delta = delta;
-  }
-  return delta_changes * 10 < plain_changes * 9;
-}
-
-// Calls `visitor` with an unsigned integer of the width of `type`.
-template <typename Visitor>
-auto VisitWord(ScalarType type, const Visitor& visitor) {
-  switch (SizeOf(type)) {
-    case 1:
-      return visitor(uint8_t{});
-    case 2:
-      return visitor(uint16_t{});
-    case 4:
-      return visitor(uint32_t{});
-    default:
-      return visitor(uint64_t{});
-  }
-}
-
-Transform EncodePlain(const PointPayload& raw, const Column& column, char* out) {
-  return VisitWord(column.type, [&](auto zero) {
-    using Word = decltype(zero);
-    const size_t n = PointCount(raw);
-    if (!DeltaPacksBetter<Word>(raw, column)) {
-      Shuffle(raw.data.data() + column.offset, n, sizeof(Word), raw.stride, out);
-      return Transform::kPlain;
-    }
-    std::vector<Word> deltas(n);
-    Word last = 0;
-    for (size_t i = 0; i < n; ++i) {
-      const Word value = LoadWord<Word>(raw, column, i);
-      deltas[i] = static_cast<Word>(value - last);
-      last = value;
-    }
-    Shuffle(reinterpret_cast<const char*>(deltas.data()), n, sizeof(Word), sizeof(Word), out);
-    return Transform::kDelta;
-  });
-}
-
-void SumDeltas(const Column& column, PointPayload& raw) {
-  VisitWord(column.type, [&](auto last) {
-    using Word = decltype(last);
-    for (size_t i = 0; i < PointCount(raw); ++i) {
-      last = static_cast<Word>(last + LoadWord<Word>(raw, column, i));
-      StoreAs(last, raw.data.data() + column.offset + i * raw.stride);
-    }
-  });
-}
-
 absl::Status EncodeCoordinate(const PointPayload& raw, const Column& column, double resolution_m,
-                              char* out) {
+                              std::string& out) {
   const char* in = raw.data.data() + column.offset;
   const size_t n = PointCount(raw);
   std::vector<uint32_t> codes(n);
@@ -194,7 +113,9 @@ absl::Status EncodeCoordinate(const PointPayload& raw, const Column& column, dou
         absl::StrCat("a coordinate is beyond ", kMaxDeltaCodeValue * resolution_m,
                      " m, the farthest that a step of ", resolution_m, " m allows"));
   }
-  Shuffle(reinterpret_cast<const char*>(codes.data()), n, 4, 4, out);
+  const size_t start = out.size();
+  out.resize(start + n * sizeof(uint32_t));
+  Shuffle(reinterpret_cast<const char*>(codes.data()), n, 4, 4, out.data() + start);
   return absl::OkStatus();
 }
 
@@ -210,12 +131,14 @@ void DecodeCoordinate(const char* in, const Column& column, double resolution_m,
   }
 }
 
-// The zstd frame's content, after the header and the column transforms were checked.
-absl::StatusOr<std::string> OpenFrame(const PointPayload& quantized,
-                                      const std::vector<Column>& columns) {
+Transform TransformOf(const PointPayload& quantized, size_t column) {
+  return static_cast<Transform>(quantized.data[kHeaderSize + column]);
+}
+
+// Everything before the zstd frame.
+absl::Status CheckHeader(const PointPayload& quantized, const std::vector<Column>& columns) {
   const std::string& data = quantized.data;
-  const size_t frame_start = kHeaderSize + columns.size();
-  if (data.size() <= frame_start || data[0] != kMagic[0] || data[1] != kMagic[1]) {
+  if (data.size() <= kHeaderSize + columns.size() || data[0] != kMagic[0] || data[1] != kMagic[1]) {
     return absl::InvalidArgumentError("the data is not a quantised payload of these fields");
   }
   if (data[2] != kMagic[2] || data[3] != 0) {
@@ -227,14 +150,27 @@ absl::StatusOr<std::string> OpenFrame(const PointPayload& quantized,
     return absl::InvalidArgumentError("the checksum of the quantised payload is wrong");
   }
   for (size_t c = 0; c < columns.size(); ++c) {
-    const auto transform = static_cast<Transform>(data[kHeaderSize + c]);
-    const bool known = columns[c].is_coordinate
-                           ? transform == Transform::kCoordinate
-                           : transform == Transform::kPlain || transform == Transform::kDelta;
-    if (!known) return absl::InvalidArgumentError("the fields do not fit the quantised payload");
+    const Transform transform = TransformOf(quantized, c);
+    const bool known = transform >= Transform::kPlain && transform <= Transform::kPalette;
+    if (!known || (transform == Transform::kCoordinate) != columns[c].is_coordinate) {
+      return absl::InvalidArgumentError("the fields do not fit the quantised payload");
+    }
   }
-  return ReadZstdFrame(&data[frame_start], data.size() - frame_start,
-                       EncodedSize(columns, PointCount(quantized)));
+  return absl::OkStatus();
+}
+
+// The zstd frame's content, once the header has been checked.
+absl::StatusOr<std::string> OpenFrame(const PointPayload& quantized,
+                                      const std::vector<Column>& columns) {
+  size_t size = 0;
+  for (size_t c = 0; c < columns.size(); ++c) {
+    size += EncodedSize(TransformOf(quantized, c), SizeOf(columns[c].type), PointCount(quantized));
+  }
+  if (size > kMaxDecodedBytes) {
+    return absl::InvalidArgumentError("the quantised payload needs too much memory");
+  }
+  const size_t start = kHeaderSize + columns.size();
+  return ReadZstdFrame(&quantized.data[start], quantized.data.size() - start, size);
 }
 
 }  // namespace
@@ -248,21 +184,20 @@ absl::StatusOr<PointPayload> Quantize(const PointPayload& raw, double resolution
   if (!columns.ok()) return columns.status();
 
   const size_t n = PointCount(raw);
-  std::string planes(EncodedSize(*columns, n), '\0');
+  std::string content;
   std::string data(kMagic, sizeof(kMagic));
   data.resize(kHeaderSize, '\0');
-  char* out = planes.data();
   for (const Column& column : *columns) {
     Transform transform = Transform::kCoordinate;
     if (!column.is_coordinate) {
-      transform = EncodePlain(raw, column, out);
-    } else if (auto status = EncodeCoordinate(raw, column, resolution_m, out); !status.ok()) {
+      transform = EncodeColumn(raw.data.data() + column.offset, raw.stride, n, SizeOf(column.type),
+                               content);
+    } else if (auto status = EncodeCoordinate(raw, column, resolution_m, content); !status.ok()) {
       return status;
     }
     data.push_back(static_cast<char>(transform));
-    out += n * column.EncodedWidth();
   }
-  if (absl::Status status = AppendZstdFrame(planes, data); !status.ok()) return status;
+  if (absl::Status status = AppendZstdFrame(content, data); !status.ok()) return status;
   StoreAs(Crc32c(&data[kHeaderSize], data.size() - kHeaderSize), &data[4]);
 
   PointPayload quantized;
@@ -283,8 +218,9 @@ absl::StatusOr<PointPayload> Dequantize(const PointPayload& quantized) {
   if (auto status = Check(quantized, quantized.resolution_m); !status.ok()) return status;
   absl::StatusOr<std::vector<Column>> columns = ListColumns(quantized);
   if (!columns.ok()) return columns.status();
-  absl::StatusOr<std::string> planes = OpenFrame(quantized, *columns);
-  if (!planes.ok()) return planes.status();
+  if (auto status = CheckHeader(quantized, *columns); !status.ok()) return status;
+  absl::StatusOr<std::string> content = OpenFrame(quantized, *columns);
+  if (!content.ok()) return content.status();
 
   PointPayload raw;
   raw.width = quantized.width;
@@ -293,17 +229,17 @@ absl::StatusOr<PointPayload> Dequantize(const PointPayload& quantized) {
   raw.fields = quantized.fields;
   const size_t n = PointCount(raw);
   raw.data.resize(n * raw.stride);
-  const char* in = planes->data();
+  const char* in = content->data();
   for (size_t c = 0; c < columns->size(); ++c) {
     const Column& column = (*columns)[c];
+    const Transform transform = TransformOf(quantized, c);
     if (column.is_coordinate) {
       DecodeCoordinate(in, column, quantized.resolution_m, raw);
     } else {
-      Unshuffle(in, n, SizeOf(column.type), raw.data.data() + column.offset, raw.stride);
-      const auto transform = static_cast<Transform>(quantized.data[kHeaderSize + c]);
-      if (transform == Transform::kDelta) SumDeltas(column, raw);
+      DecodeColumn(transform, in, n, SizeOf(column.type), raw.data.data() + column.offset,
+                   raw.stride);
     }
-    in += n * column.EncodedWidth();
+    in += EncodedSize(transform, SizeOf(column.type), n);
   }
   return raw;
 }

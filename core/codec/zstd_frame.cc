@@ -8,7 +8,8 @@
 namespace isthmus::codec {
 namespace {
 
-// Level 3 costs the same as level 1 on shuffled planes and packs 3 % better; above, time doubles.
+// On an HDL-64 scan level 3 packs 2.5 % better than level 1 and takes a third longer; level 5 gains
+// another 1.5 % in 70 % more time.
 constexpr int kLevel = 3;
 
 }  // namespace
