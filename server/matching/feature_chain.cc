@@ -19,7 +19,16 @@ namespace isthmus::matching {
 namespace {
 
 // How often inliers and fit are computed from each other.
-constexpr int kFitRounds = 3;
+constexpr int kFitRounds = 5;
+// A fit that loses more of the inliers than this has left the consensus. A few it may lose: a
+// sample of three is chosen for its count, yet all inliers together fix the transform better.
+constexpr double kMinKept = 0.8;
+
+std::vector<PointPair> Choose(const std::vector<PointPair>& pairs, const std::vector<int>& chosen) {
+  std::vector<PointPair> result;
+  for (int i : chosen) result.push_back(pairs[i]);
+  return result;
+}
 
 // The least-squares fit to the consensus, whose inliers follow the fit.
 Candidate FitConsensus(const std::vector<PointPair>& pairs, const Consensus& consensus,
@@ -27,18 +36,17 @@ Candidate FitConsensus(const std::vector<PointPair>& pairs, const Consensus& con
   Candidate candidate{consensus.T_a_b, static_cast<double>(consensus.inliers.size()), "paper"};
   std::vector<int> inliers = consensus.inliers;
   for (int round = 0; round < kFitRounds; ++round) {
-    std::vector<PointPair> chosen;
-    for (int i : inliers) chosen.push_back(pairs[i]);
-    const Pose fitted = FitRigid(chosen);
+    const Pose fitted = FitRigid(Choose(pairs, inliers));
     inliers = FindInliers(pairs, fitted, options.inlier_distance_m);
-    if (static_cast<double>(inliers.size()) < candidate.score) break;
+    const double kept = static_cast<double>(inliers.size());
+    if (kept < kMinKept * static_cast<double>(consensus.inliers.size())) break;
     candidate.T_a_b = fitted;
-    candidate.score = static_cast<double>(inliers.size());
+    candidate.score = kept;
   }
   return candidate;
 }
 
-// The best first, without those that the fit has taken to a better one.
+// The best first, without those that the fit has taken to a better one or below a consensus.
 std::vector<Candidate> KeepDistinct(std::vector<Candidate> fitted, const Eigen::Vector3d& center_b,
                                     const RansacOptions& options) {
   std::stable_sort(fitted.begin(), fitted.end(),
@@ -46,6 +54,7 @@ std::vector<Candidate> KeepDistinct(std::vector<Candidate> fitted, const Eigen::
   std::vector<Candidate> kept;
   for (const Candidate& candidate : fitted) {
     if (static_cast<int>(kept.size()) >= options.candidates) break;
+    if (candidate.score < options.min_inliers) break;
     const bool distinct = std::all_of(kept.begin(), kept.end(), [&](const Candidate& other) {
       return AreDistinct(candidate.T_a_b, other.T_a_b, center_b, options);
     });

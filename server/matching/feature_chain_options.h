@@ -20,13 +20,13 @@ struct OutlierRemovalOptions {
 };
 
 struct NormalOptions {
-  // Neighbourhood a plane is fitted to; about three voxels.
-  double radius_m = 0.9;
+  // Neighbourhood a plane is fitted to; about two voxels.
+  double radius_m = 0.6;
 };
 
 struct HarrisOptions {
   // Neighbourhood whose normals make the response.
-  double radius_m = 0.9;
+  double radius_m = 0.6;
   // Smallest response of a key point; more gives fewer points.
   double threshold = 1e-4;
   // The strongest are kept.
@@ -43,7 +43,7 @@ struct FpfhOptions {
 
 struct CorrespondenceOptions {
   // i and j match when each is among this many nearest of the other.
-  int nearest = 3;
+  int nearest = 5;
 };
 
 struct RansacOptions {
