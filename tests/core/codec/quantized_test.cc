@@ -60,6 +60,25 @@ TEST(Quantized, KeepsCoordinatesWithinHalfAStepAndTheRestExactly) {
   }
 }
 
+// Data of version 1 stays readable: the worked example of docs/storage-format.md.
+TEST(Quantized, ReadsTheDocumentedExample) {
+  constexpr unsigned char kData[] = {
+      0x49, 0x51, 0x01, 0x00, 0xd7, 0xf1, 0x6d, 0x78, 0x02, 0x02, 0x02, 0x00, 0x28, 0xb5, 0x2f,
+      0xfd, 0x20, 0x20, 0xbd, 0x00, 0x00, 0x80, 0xd5, 0x09, 0x07, 0x00, 0xe8, 0x01, 0x03, 0x00,
+      0x91, 0x02, 0x01, 0x00, 0x20, 0x20, 0x41, 0x41, 0x03, 0x50, 0x04, 0x00, 0x14, 0x41};
+  PointPayload quantized = MakePayload(Cloud(2));
+  quantized.encoding = PayloadEncoding::kQuantized;
+  quantized.resolution_m = 0.001;
+  quantized.data.assign(std::begin(kData), std::end(kData));
+  const auto raw = Dequantize(quantized);
+  ASSERT_TRUE(raw.ok()) << raw.status();
+  const auto expected = MakePayload(Cloud{{1.002f, -0.5f, 0.2f, 10}, {1.006f, -0.5f, 0.199f, 10}});
+  for (const PointField& field : raw->fields) {
+    const auto values = ReadColumn(*raw, field);
+    EXPECT_EQ(values, ReadColumn(expected, field)) << field.name;
+  }
+}
+
 TEST(Quantized, KeepsNoReturnsInTheirPlace) {
   std::vector<ScanPoint> points = RoomScan();
   const float nan = std::numeric_limits<float>::quiet_NaN();
