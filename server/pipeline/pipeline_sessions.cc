@@ -221,13 +221,13 @@ absl::StatusOr<SubmapInfo> PipelineImpl::AddSubmap(Submap submap) {
     }
     submap.robot = entry->record.robot;
   }
-  if (existing != nullptr) {
-    if (SameSubmap(*existing, submap)) return Summarize(*existing);
-    return absl::AlreadyExistsError(
-        absl::StrCat("submap ", ToString(submap.id), " exists with other content"));
-  }
   absl::StatusOr<ingest::Stretch> stretch = MakeUploadedStretch(std::move(submap));
   if (!stretch.ok()) return stretch.status();
+  if (existing != nullptr) {
+    if (SameSubmap(*existing, *stretch->submap)) return Summarize(*existing);
+    return absl::AlreadyExistsError(
+        absl::StrCat("submap ", ToString(existing->id), " exists with other content"));
+  }
   const SessionId session = stretch->submap->id.session;
   if (absl::Status status = state_.AddStretch(session, *stretch); !status.ok()) return status;
   std::lock_guard lock(state_.mutex);

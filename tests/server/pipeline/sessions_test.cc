@@ -1,0 +1,172 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/server/pipeline/robots.h"
+
+namespace isthmus::server {
+namespace {
+
+using ::testing::HasSubstr;
+
+const RobotId kAlice("alice");
+
+SessionId Create(Pipeline& pipeline, const RobotId& robot = kAlice) {
+  return pipeline.CreateSession(robot, "vlp16", Pose()).value().record.id;
+}
+
+TEST(PipelineSessions, RefusesNamesAndSensorsItCannotUse) {
+  auto pipeline = OpenInMemory();
+  for (const char* name : {"", "two words", "../etc", "caf\xc3\xa9"}) {
+    EXPECT_EQ(pipeline->CreateSession(RobotId(name), "vlp16", Pose()).status().code(),
+              absl::StatusCode::kInvalidArgument)
+        << name;
+  }
+  EXPECT_FALSE(pipeline->CreateSession(RobotId(std::string(65, 'a')), "vlp16", Pose()).ok());
+  const absl::Status sensor = pipeline->CreateSession(kAlice, "sonar", Pose()).status();
+  EXPECT_EQ(sensor.code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(std::string(sensor.message()), HasSubstr("vlp16"));
+  EXPECT_TRUE(pipeline->ListSessions().empty());
+}
+
+TEST(PipelineSessions, ARobotsNewestSessionAnswers) {
+  auto pipeline = OpenInMemory();
+  const SessionId first = Create(*pipeline), second = Create(*pipeline);
+  EXPECT_NE(first, second);
+  EXPECT_EQ(pipeline->GetTrajectory(kAlice, TrajectoryFrame::kOdom)->session, second);
+}
+
+TEST(PipelineSessions, EveryScanIsAcknowledgedOnceInOrder) {
+  Drive drive;
+  AckLog log;
+  auto pipeline = OpenInMemory();
+  const SessionId session = Create(*pipeline);
+  ASSERT_TRUE(pipeline->SetAckSink(session, log.Sink()).ok());
+  for (int i = 0; i < 12; ++i) ASSERT_TRUE(pipeline->SubmitScan(session, drive.Upload(i)).ok());
+  pipeline->WaitUntilIdle();
+  const std::vector<ScanAck> acks = log.Take();
+  ASSERT_EQ(acks.size(), 12u);
+  for (uint64_t i = 0; i < 12; ++i) {
+    EXPECT_EQ(acks[i].sequence, i + 1);
+    EXPECT_EQ(acks[i].outcome, ScanOutcome::kProcessed) << acks[i].reason;
+    EXPECT_TRUE(acks[i].T_odom_sensor.has_value());
+    EXPECT_LE(acks[i].durable_sequence, acks[i].sequence);
+  }
+  EXPECT_EQ(acks.back().durable_sequence, 10u);  // Two submaps of five scans.
+  EXPECT_TRUE(acks.back().T_map_odom.has_value());
+}
+
+TEST(PipelineSessions, DuplicatesAreHarmlessAndGapsAreRefused) {
+  Drive drive;
+  AckLog log;
+  auto pipeline = OpenInMemory();
+  const SessionId session = Create(*pipeline);
+  ASSERT_TRUE(pipeline->SetAckSink(session, log.Sink()).ok());
+  for (int index : {0, 1, 0, 1, 2}) {
+    ASSERT_TRUE(pipeline->SubmitScan(session, drive.Upload(index)).ok());
+  }
+  const absl::Status gap = pipeline->SubmitScan(session, drive.Upload(7));
+  EXPECT_EQ(gap.code(), absl::StatusCode::kOutOfRange);
+  EXPECT_THAT(std::string(gap.message()), HasSubstr("4 is expected"));
+  pipeline->WaitUntilIdle();
+  const std::vector<ScanAck> acks = log.Take();
+  ASSERT_EQ(acks.size(), 5u);
+  EXPECT_EQ(acks[2].outcome, ScanOutcome::kDuplicate);
+  EXPECT_EQ(acks[3].outcome, ScanOutcome::kDuplicate);
+  EXPECT_EQ(acks[4].outcome, ScanOutcome::kProcessed);
+  EXPECT_EQ(pipeline->GetTrajectory(kAlice, TrajectoryFrame::kOdom)->poses.size(), 3u);
+}
+
+TEST(PipelineSessions, AScanThatCannotBeUsedIsRejectedAndTheSessionGoesOn) {
+  Drive drive;
+  AckLog log;
+  auto pipeline = OpenInMemory();
+  const SessionId session = Create(*pipeline);
+  ASSERT_TRUE(pipeline->SetAckSink(session, log.Sink()).ok());
+  ASSERT_TRUE(pipeline->SubmitScan(session, drive.Upload(0)).ok());
+  ScanUpload empty = drive.Upload(1);
+  empty.payload.data.clear();
+  empty.payload.width = 0;
+  ASSERT_TRUE(pipeline->SubmitScan(session, empty).ok());
+  ASSERT_TRUE(pipeline->SubmitScan(session, drive.Upload(2)).ok());
+  pipeline->WaitUntilIdle();
+  const std::vector<ScanAck> acks = log.Take();
+  ASSERT_EQ(acks.size(), 3u);
+  EXPECT_EQ(acks[1].outcome, ScanOutcome::kRejected);
+  EXPECT_FALSE(acks[1].reason.empty());
+  EXPECT_EQ(acks[2].outcome, ScanOutcome::kProcessed);
+  EXPECT_EQ(pipeline->GetSession(session)->scans_rejected, 1u);
+}
+
+TEST(PipelineSessions, FinishingMakesEverythingDurableAndClosesTheSession) {
+  Drive drive;
+  AckLog log;
+  auto pipeline = OpenInMemory();
+  const SessionId session = Create(*pipeline);
+  ASSERT_TRUE(pipeline->SetAckSink(session, log.Sink()).ok());
+  for (int i = 0; i < 7; ++i) ASSERT_TRUE(pipeline->SubmitScan(session, drive.Upload(i)).ok());
+  const SessionStatus status = pipeline->FinishSession(session).value();
+  EXPECT_EQ(status.record.state, SessionState::kFinished);
+  EXPECT_EQ(status.durable_sequence, 7u);
+  EXPECT_EQ(status.submap_count, 2u);
+  EXPECT_EQ(log.Take().back().durable_sequence, 7u);
+  EXPECT_TRUE(pipeline->FinishSession(session).ok());
+  EXPECT_EQ(pipeline->SubmitScan(session, drive.Upload(7)).code(),
+            absl::StatusCode::kFailedPrecondition);
+  EXPECT_EQ(pipeline->FinishSession(SessionId("nobody-1")).status().code(),
+            absl::StatusCode::kNotFound);
+}
+
+TEST(PipelineSessions, ADeletedSessionLeavesTheMap) {
+  Drive drive;
+  auto pipeline = OpenInMemory();
+  const SessionId session = Create(*pipeline);
+  for (int i = 0; i < 5; ++i) ASSERT_TRUE(pipeline->SubmitScan(session, drive.Upload(i)).ok());
+  pipeline->WaitUntilIdle();
+  EXPECT_GT(pipeline->GetMap()->point_count(0), 1000u);
+  const int64_t revision = pipeline->GetMapInfo().revision;
+  ASSERT_TRUE(pipeline->DeleteSession(session).ok());
+  pipeline->WaitUntilIdle();
+  EXPECT_EQ(pipeline->GetMap()->point_count(0), 0u);
+  EXPECT_GT(pipeline->GetMapInfo().revision, revision);
+  EXPECT_EQ(pipeline->DeleteSession(session).code(), absl::StatusCode::kNotFound);
+}
+
+TEST(PipelineSessions, AFullDiskStopsThatRobotAndNothingIsLost) {
+  Drive drive;
+  auto full = std::make_shared<std::atomic<bool>>(false);
+  auto pipeline =
+      Pipeline::Open(QuickOptions(),
+                     std::make_unique<FullDisk>(storage::MakeMemoryStore(), full))
+          .value();
+  const SessionId session = Create(*pipeline);
+  *full = true;
+  absl::Status status;
+  int sent = 0;
+  while (sent < 40 && status.ok()) {
+    status = pipeline->SubmitScan(session, drive.Upload(sent));
+    if (status.ok()) ++sent;
+    pipeline->WaitUntilIdle();
+  }
+  EXPECT_EQ(status.code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_THAT(std::string(status.message()), HasSubstr("disk full"));
+  EXPECT_EQ(sent, 10);  // Two submaps wait for the disk; a third would have no end.
+  EXPECT_EQ(pipeline->GetSession(session)->durable_sequence, 0u);
+  *full = false;
+  ASSERT_TRUE(pipeline->SubmitScan(session, drive.Upload(sent)).ok());
+  EXPECT_EQ(pipeline->FinishSession(session)->durable_sequence, 11u);
+  EXPECT_EQ(pipeline->ListSubmaps(kAlice)->size(), 3u);
+}
+
+TEST(PipelineSessions, AfterShutdownRobotsAreToldToTryAgain) {
+  Drive drive;
+  auto pipeline = OpenInMemory();
+  const SessionId session = Create(*pipeline);
+  for (int i = 0; i < 3; ++i) ASSERT_TRUE(pipeline->SubmitScan(session, drive.Upload(i)).ok());
+  pipeline->Shutdown();
+  EXPECT_EQ(pipeline->SubmitScan(session, drive.Upload(3)).code(),
+            absl::StatusCode::kUnavailable);
+  EXPECT_EQ(pipeline->GetSession(session)->durable_sequence, 3u);
+}
+
+}  // namespace
+}  // namespace isthmus::server

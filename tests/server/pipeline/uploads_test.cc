@@ -1,0 +1,106 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "tests/server/pipeline/robots.h"
+
+namespace isthmus::server {
+namespace {
+
+using ::testing::HasSubstr;
+
+// A wall of points, seen from two places.
+Submap Wall(const SessionId& session, uint32_t index) {
+  Submap submap;
+  submap.id = {session, index};
+  submap.T_odom_submap = Pose(Eigen::Vector3d(5.0 * index, 0, 0));
+  submap.keyframes = {{0, 1'000, Pose()}, {0, 2'000, Pose(Eigen::Vector3d(1, 0, 0))}};
+  for (int i = 0; i < 400; ++i) {
+    submap.points.push_back({3.f, 0.2f * (i % 20), 0.2f * (i / 20), 1.f, uint16_t(i % 2)});
+  }
+  return submap;
+}
+
+class PipelineUploads : public testing::Test {
+ protected:
+  std::unique_ptr<Pipeline> pipeline_ = OpenInMemory();
+  const SessionId session_ =
+      pipeline_->CreateSession(RobotId("bob"), "vlp16", Pose()).value().record.id;
+};
+
+TEST_F(PipelineUploads, AnUploadedSubmapAppearsInTheMap) {
+  const SubmapInfo info = pipeline_->AddSubmap(Wall(session_, 0)).value();
+  EXPECT_EQ(info.point_count, 400u);
+  EXPECT_EQ(info.robot, RobotId("bob"));
+  pipeline_->WaitUntilIdle();
+  EXPECT_GT(pipeline_->GetMap()->point_count(0), 0u);
+  const RobotTrajectory trajectory =
+      pipeline_->GetTrajectory(RobotId("bob"), TrajectoryFrame::kMap).value();
+  ASSERT_EQ(trajectory.poses.size(), 2u);
+  EXPECT_EQ(trajectory.poses[1].pose.translation(), Eigen::Vector3d(1, 0, 0));
+}
+
+TEST_F(PipelineUploads, RepeatingHasNoEffectAndOtherContentIsRefused) {
+  ASSERT_TRUE(pipeline_->AddSubmap(Wall(session_, 0)).ok());
+  EXPECT_TRUE(pipeline_->AddSubmap(Wall(session_, 0)).ok());
+  EXPECT_EQ(pipeline_->ListSubmaps(std::nullopt)->size(), 1u);
+  Submap other = Wall(session_, 0);
+  other.points[7].x += 1;
+  EXPECT_EQ(pipeline_->AddSubmap(other).status().code(), absl::StatusCode::kAlreadyExists);
+}
+
+TEST_F(PipelineUploads, TheNextIndexIsNamedWhereOneIsLeftOut) {
+  const absl::Status gap = pipeline_->AddSubmap(Wall(session_, 3)).status();
+  EXPECT_EQ(gap.code(), absl::StatusCode::kOutOfRange);
+  EXPECT_THAT(std::string(gap.message()), HasSubstr("0 is expected"));
+}
+
+TEST_F(PipelineUploads, RefusesWhatCannotBeAMap) {
+  Submap empty = Wall(session_, 0);
+  empty.points.clear();
+  Submap infinite = Wall(session_, 0);
+  infinite.points[3].z = std::numeric_limits<float>::infinity();
+  Submap unseen = Wall(session_, 0);
+  unseen.points[3].keyframe = 2;
+  Submap homeless = Wall(session_, 0);
+  homeless.keyframes.clear();
+  for (const Submap& bad : {empty, infinite, unseen, homeless}) {
+    EXPECT_EQ(pipeline_->AddSubmap(bad).status().code(), absl::StatusCode::kInvalidArgument);
+  }
+  EXPECT_EQ(pipeline_->AddSubmap(Wall(SessionId("nobody-1"), 0)).status().code(),
+            absl::StatusCode::kNotFound);
+  EXPECT_TRUE(pipeline_->AddSubmap(Wall(session_, 0)).ok());
+}
+
+TEST_F(PipelineUploads, ScansAndUploadsDoNotMix) {
+  Drive drive;
+  ASSERT_TRUE(pipeline_->AddSubmap(Wall(session_, 0)).ok());
+  EXPECT_EQ(pipeline_->SubmitScan(session_, drive.Upload(0)).code(),
+            absl::StatusCode::kFailedPrecondition);
+  const SessionId scans =
+      pipeline_->CreateSession(RobotId("bob"), "vlp16", Pose()).value().record.id;
+  ASSERT_TRUE(pipeline_->SubmitScan(scans, drive.Upload(0)).ok());
+  pipeline_->WaitUntilIdle();
+  EXPECT_EQ(pipeline_->AddSubmap(Wall(scans, 0)).status().code(),
+            absl::StatusCode::kFailedPrecondition);
+}
+
+TEST_F(PipelineUploads, RobotsWithoutACommonWallStayApart) {
+  const SessionId other =
+      pipeline_->CreateSession(RobotId("carol"), "vlp16", Pose()).value().record.id;
+  ASSERT_TRUE(pipeline_->AddSubmap(Wall(session_, 0)).ok());
+  ASSERT_TRUE(pipeline_->AddSubmap(Wall(other, 0)).ok());
+  pipeline_->WaitUntilIdle();
+  EXPECT_EQ(pipeline_->GetMapInfo().components.size(), 2u);
+  const absl::Status transform =
+      pipeline_->GetTransform(RobotId("bob"), RobotId("carol")).status();
+  EXPECT_EQ(transform.code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_EQ(pipeline_->GetTransform(RobotId("bob"), RobotId("dave")).status().code(),
+            absl::StatusCode::kNotFound);
+  ASSERT_EQ(pipeline_->GetMatchGraph().matches.size(), 1u);
+  EXPECT_NE(pipeline_->GetMatchGraph().matches[0].state, MatchState::kAccepted);
+}
+
+}  // namespace
+}  // namespace isthmus::server
