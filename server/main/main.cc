@@ -6,6 +6,7 @@
 #include <CLI/CLI.hpp>
 #include <chrono>
 #include <cstdio>
+#include <cstdlib>
 #include <iostream>
 #include <memory>
 #include <string>
@@ -61,6 +62,7 @@ bool Parse(int argc, char** argv, Arguments& arguments, int& result) {
 }
 
 void StartLogging(const std::string& level) {
+  setenv("GRPC_VERBOSITY", "NONE", 0);  // What matters of it comes back as a status.
   auto logger = spdlog::stderr_logger_mt("isthmus");
   logger->set_pattern("%Y-%m-%dT%H:%M:%S.%e %l %v");
   logger->flush_on(spdlog::level::info);
@@ -73,15 +75,36 @@ int Fail(ExitCode code, const absl::Status& status) {
   return code;
 }
 
-// Everything is up; returns after a signal, when all that was acknowledged is stored.
-void ServeUntilSignal(rpc::RpcServer& server, Pipeline& pipeline, StopSignal& signal) {
+// One line per failed call: most are the client's affair, some the server's.
+void LogFailedCall(const std::string& rpc, const absl::Status& status) {
+  const bool ours = absl::IsResourceExhausted(status) || absl::IsInternal(status) ||
+                    absl::IsDataLoss(status) || absl::IsUnknown(status);
+  spdlog::log(ours ? spdlog::level::warn : spdlog::level::info, "{}: {}: {}", rpc,
+              absl::StatusCodeToString(status.code()), std::string(status.message()));
+}
+
+// Whether everything that was acknowledged is stored; says so.
+bool ReportStop(Pipeline& pipeline) {
+  bool stored = true;
+  for (const SessionStatus& session : pipeline.ListSessions()) {
+    if (session.durable_sequence >= session.last_sequence) continue;
+    stored = false;
+    spdlog::error("{}: scans {} to {} could not be stored; its robot has to send them again",
+                  session.record.id.value(), session.durable_sequence + 1, session.last_sequence);
+  }
+  if (stored) spdlog::info("stopped; everything that was acknowledged is stored");
+  return stored;
+}
+
+// Everything is up; returns after a signal.
+ExitCode ServeUntilSignal(rpc::RpcServer& server, Pipeline& pipeline, StopSignal& signal) {
   std::printf("isthmus-server listening on %s\n", server.address().c_str());
   std::fflush(stdout);
-  spdlog::info("{} received: finishing what was acknowledged; another one stops at once",
-               signal.Wait());
+  const std::string name = signal.Wait();
+  spdlog::info("{} received: finishing what was acknowledged; another one stops at once", name);
   server.Shutdown(kGrace);
   pipeline.Shutdown();
-  spdlog::info("stopped; nothing that was acknowledged is lost");
+  return ReportStop(pipeline) ? kStopped : kDataFolder;
 }
 
 int Run(const Arguments& arguments) {
@@ -103,10 +126,10 @@ int Run(const Arguments& arguments) {
   if (!pipeline.ok()) return Fail(kDataFolder, pipeline.status());
   const MapInfo info = (*pipeline)->GetMapInfo();
   spdlog::info("{}: revision {}, {} robots", arguments.data, info.revision, info.robots.size());
+  config->rpc.on_failed_call = LogFailedCall;
   auto server = rpc::RpcServer::Start(pipeline->get(), config->rpc);
   if (!server.ok()) return Fail(kCannotListen, server.status());
-  ServeUntilSignal(**server, **pipeline, signal);
-  return kStopped;
+  return ServeUntilSignal(**server, **pipeline, signal);
 }
 
 }  // namespace

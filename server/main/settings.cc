@@ -114,7 +114,7 @@ void AddNetwork(ServerConfig& config, Table& table) {
   table.Add("scan_window", &rpc.scan_window, size_t{1}, size_t{65536},
             "Scans of a stream without a written acknowledgement before no more are read.");
   table.Add("max_threads", &rpc.max_threads, 8, 65536,
-            "Threads of all calls together; a scan stream takes two.");
+            "Threads that serve calls; a scan stream holds one while it lives.");
 }
 
 void AddStorage(ServerConfig& config, Table& table) {

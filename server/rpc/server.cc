@@ -34,7 +34,7 @@ std::string WithPort(const std::string& listen, int port) {
 
 struct RpcServer::State {
   State(server::Pipeline& pipeline, const ServerOptions& options)
-      : sessions(pipeline, options.scan_window, options.max_submap_bytes), map(pipeline) {}
+      : sessions(pipeline, options), map(pipeline, options) {}
 
   SessionServiceImpl sessions;
   MapServiceImpl map;
@@ -51,6 +51,11 @@ absl::StatusOr<std::unique_ptr<RpcServer>> RpcServer::Start(server::Pipeline* pi
   grpc::ServerBuilder builder;
   // Two servers on one port would share the calls between them by chance.
   builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
+  // A robot out of reach is noticed within a minute, and robots may probe as often as that.
+  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, 30'000);
+  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 20'000);
+  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_PERMIT_WITHOUT_CALLS, 1);
+  builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS, 10'000);
   builder.SetMaxReceiveMessageSize(options.max_receive_bytes);
   grpc::ResourceQuota quota("isthmus");
   quota.SetMaxThreads(options.max_threads);

@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -30,8 +31,11 @@ struct ServerOptions {
   // Scans of one stream whose acknowledgements are not written yet; when so many are out, no more
   // are read. More than the pipeline's queue, or that never fills.
   size_t scan_window = 64;
-  // Threads of all RPCs together; a scan stream takes two. Calls beyond get RESOURCE_EXHAUSTED.
+  // Threads that serve calls; a scan stream holds one (and another of its own) while it lives.
+  // Calls beyond get RESOURCE_EXHAUSTED.
   int max_threads = 512;
+  // Told of every call that ends with an error, from the thread that served it; may be null.
+  std::function<void(const std::string& rpc, const absl::Status& status)> on_failed_call;
 };
 
 // Thread safe.

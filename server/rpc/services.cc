@@ -16,11 +16,16 @@ namespace {
 // Trailers are limited to 8 KiB; a message may quote what the client sent.
 constexpr size_t kMaxMessage = 1024;
 
+grpc::Status Reply(const ServerOptions& options, const char* rpc, const absl::Status& status) {
+  if (!status.ok() && options.on_failed_call) options.on_failed_call(rpc, status);
+  return ToGrpc(status);
+}
+
 template <typename Response>
-grpc::Status Reply(absl::StatusOr<Response> result, Response* response) {
-  if (!result.ok()) return ToGrpc(result.status());
-  *response = *std::move(result);
-  return grpc::Status::OK;
+grpc::Status Reply(const ServerOptions& options, const char* rpc, absl::StatusOr<Response> result,
+                   Response* response) {
+  if (result.ok()) *response = *std::move(result);
+  return Reply(options, rpc, result.status());
 }
 
 template <typename Response>
@@ -39,25 +44,25 @@ grpc::Status ToGrpc(const absl::Status& status) {
 grpc::Status SessionServiceImpl::CreateSession(grpc::ServerContext*,
                                                const v1::CreateSessionRequest* request,
                                                v1::Session* response) {
-  return Reply(rpc::CreateSession(pipeline_, *request), response);
+  return Reply(options_, "CreateSession", rpc::CreateSession(pipeline_, *request), response);
 }
 
 grpc::Status SessionServiceImpl::GetSession(grpc::ServerContext*,
                                             const v1::GetSessionRequest* request,
                                             v1::Session* response) {
-  return Reply(rpc::GetSession(pipeline_, *request), response);
+  return Reply(options_, "GetSession", rpc::GetSession(pipeline_, *request), response);
 }
 
 grpc::Status SessionServiceImpl::ListSessions(grpc::ServerContext*,
                                               const v1::ListSessionsRequest* request,
                                               v1::ListSessionsResponse* response) {
-  return Reply(rpc::ListSessions(pipeline_, *request), response);
+  return Reply(options_, "ListSessions", rpc::ListSessions(pipeline_, *request), response);
 }
 
 grpc::Status SessionServiceImpl::FinishSession(grpc::ServerContext*,
                                                const v1::FinishSessionRequest* request,
                                                v1::Session* response) {
-  return Reply(rpc::FinishSession(pipeline_, *request), response);
+  return Reply(options_, "FinishSession", rpc::FinishSession(pipeline_, *request), response);
 }
 
 grpc::Status SessionServiceImpl::DeleteSession(grpc::ServerContext*,
@@ -66,7 +71,7 @@ grpc::Status SessionServiceImpl::DeleteSession(grpc::ServerContext*,
   auto result = rpc::DeleteSession(pipeline_, *request);
   // Its queued scans are gone without acknowledgement: a stream would wait for them for ever.
   if (result.ok()) streams_.Drop(SessionId(request->session()));
-  return Reply(std::move(result), response);
+  return Reply(options_, "DeleteSession", std::move(result), response);
 }
 
 grpc::Status SessionServiceImpl::StreamScans(
@@ -76,54 +81,55 @@ grpc::Status SessionServiceImpl::StreamScans(
   link.read = [stream](v1::StreamScansRequest* request) { return stream->Read(request); };
   link.write = [stream](const v1::StreamScansResponse& ack) { return stream->Write(ack); };
   link.cancel = [context] { context->TryCancel(); };
-  return ToGrpc(rpc::StreamScans(pipeline_, streams_, link));
+  return Reply(options_, "StreamScans", rpc::StreamScans(pipeline_, streams_, link));
 }
 
 grpc::Status SessionServiceImpl::UploadSubmap(grpc::ServerContext*,
                                               grpc::ServerReader<v1::UploadSubmapRequest>* reader,
                                               v1::UploadSubmapResponse* response) {
   const auto read = [reader](v1::UploadSubmapRequest* part) { return reader->Read(part); };
-  return Reply(rpc::UploadSubmap(pipeline_, max_submap_bytes_, read), response);
+  return Reply(options_, "UploadSubmap",
+               rpc::UploadSubmap(pipeline_, options_.max_submap_bytes, read), response);
 }
 
 grpc::Status MapServiceImpl::GetMapInfo(grpc::ServerContext*, const v1::GetMapInfoRequest* request,
                                         v1::MapInfo* response) {
-  return Reply(rpc::GetMapInfo(pipeline_, *request), response);
+  return Reply(options_, "GetMapInfo", rpc::GetMapInfo(pipeline_, *request), response);
 }
 
 grpc::Status MapServiceImpl::ListSubmaps(grpc::ServerContext*,
                                          const v1::ListSubmapsRequest* request,
                                          v1::ListSubmapsResponse* response) {
-  return Reply(rpc::ListSubmaps(pipeline_, *request), response);
+  return Reply(options_, "ListSubmaps", rpc::ListSubmaps(pipeline_, *request), response);
 }
 
 grpc::Status MapServiceImpl::GetTrajectory(grpc::ServerContext*,
                                            const v1::GetTrajectoryRequest* request,
                                            grpc::ServerWriter<v1::GetTrajectoryResponse>* writer) {
-  return ToGrpc(rpc::GetTrajectory(pipeline_, *request, EmitTo(writer)));
+  return Reply(options_, "GetTrajectory", rpc::GetTrajectory(pipeline_, *request, EmitTo(writer)));
 }
 
 grpc::Status MapServiceImpl::GetMatchGraph(grpc::ServerContext*,
                                            const v1::GetMatchGraphRequest* request,
                                            v1::MatchGraph* response) {
-  return Reply(rpc::GetMatchGraph(pipeline_, *request), response);
+  return Reply(options_, "GetMatchGraph", rpc::GetMatchGraph(pipeline_, *request), response);
 }
 
 grpc::Status MapServiceImpl::GetTransform(grpc::ServerContext*,
                                           const v1::GetTransformRequest* request,
                                           v1::GetTransformResponse* response) {
-  return Reply(rpc::GetTransform(pipeline_, *request), response);
+  return Reply(options_, "GetTransform", rpc::GetTransform(pipeline_, *request), response);
 }
 
 grpc::Status MapServiceImpl::QueryRegion(grpc::ServerContext*,
                                          const v1::QueryRegionRequest* request,
                                          grpc::ServerWriter<v1::QueryRegionResponse>* writer) {
-  return ToGrpc(rpc::QueryRegion(pipeline_, *request, EmitTo(writer)));
+  return Reply(options_, "QueryRegion", rpc::QueryRegion(pipeline_, *request, EmitTo(writer)));
 }
 
 grpc::Status MapServiceImpl::ExportMap(grpc::ServerContext*, const v1::ExportMapRequest* request,
                                        grpc::ServerWriter<v1::ExportMapResponse>* writer) {
-  return ToGrpc(rpc::ExportMap(pipeline_, *request, EmitTo(writer)));
+  return Reply(options_, "ExportMap", rpc::ExportMap(pipeline_, *request, EmitTo(writer)));
 }
 
 }  // namespace isthmus::rpc

@@ -4,12 +4,11 @@
 #include <absl/status/status.h>
 #include <grpcpp/support/status.h>
 
-#include <cstdint>
-
 #include "isthmus/v1/map_service.grpc.pb.h"
 #include "isthmus/v1/session_service.grpc.pb.h"
 #include "server/pipeline.h"
 #include "server/rpc/scan_streams.h"
+#include "server/rpc/server.h"
 
 namespace isthmus::rpc {
 
@@ -18,8 +17,8 @@ grpc::Status ToGrpc(const absl::Status& status);
 
 class SessionServiceImpl final : public v1::SessionService::Service {
  public:
-  SessionServiceImpl(server::Pipeline& pipeline, size_t scan_window, uint64_t max_submap_bytes)
-      : pipeline_(pipeline), max_submap_bytes_(max_submap_bytes), streams_(pipeline, scan_window) {}
+  SessionServiceImpl(server::Pipeline& pipeline, const ServerOptions& options)
+      : pipeline_(pipeline), options_(options), streams_(pipeline, options.scan_window) {}
 
   ScanStreams& streams() { return streams_; }
 
@@ -42,13 +41,14 @@ class SessionServiceImpl final : public v1::SessionService::Service {
 
  private:
   server::Pipeline& pipeline_;
-  const uint64_t max_submap_bytes_;
+  const ServerOptions options_;
   ScanStreams streams_;
 };
 
 class MapServiceImpl final : public v1::MapService::Service {
  public:
-  explicit MapServiceImpl(server::Pipeline& pipeline) : pipeline_(pipeline) {}
+  MapServiceImpl(server::Pipeline& pipeline, const ServerOptions& options)
+      : pipeline_(pipeline), options_(options) {}
 
   grpc::Status GetMapInfo(grpc::ServerContext* context, const v1::GetMapInfoRequest* request,
                           v1::MapInfo* response) override;
@@ -67,6 +67,7 @@ class MapServiceImpl final : public v1::MapService::Service {
 
  private:
   server::Pipeline& pipeline_;
+  const ServerOptions options_;
 };
 
 }  // namespace isthmus::rpc

@@ -213,6 +213,8 @@ TEST_F(UploadSubmapTest, CloudsThatCannotBeUsed) {
 
   upload = Good();
   upload.header.mutable_cloud()->set_encoding(v1::PointCloud::QUANTIZED);
+  EXPECT_GRPC_ERROR(Send(upload), INVALID_ARGUMENT, "resolution");
+  upload.header.mutable_cloud()->set_resolution_m(0.001);
   EXPECT_GRPC_ERROR(Send(upload), INVALID_ARGUMENT, "quantised");
 
   upload = Good();

@@ -1,0 +1,105 @@
+// The configuration file: what is read, what is refused and where, and that printing reads back.
+#include "server/main/config.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <string>
+
+namespace isthmus::server {
+namespace {
+
+using testing::HasSubstr;
+
+std::string ErrorOf(const std::string& yaml) {
+  const auto config = ParseConfig(yaml);
+  if (config.ok()) return "no error";
+  EXPECT_TRUE(absl::IsInvalidArgument(config.status()));
+  return std::string(config.status().message());
+}
+
+TEST(ConfigTest, AnEmptyFileIsAllDefaults) {
+  for (const char* yaml : {"", "# nothing\n", "ingest:\n"}) {
+    const auto config = ParseConfig(yaml);
+    ASSERT_TRUE(config.ok()) << config.status();
+    EXPECT_EQ(PrintConfig(*config), PrintConfig(ServerConfig()));
+  }
+}
+
+TEST(ConfigTest, EveryKindOfValueIsRead) {
+  const auto config = ParseConfig(
+      "network: {listen: '0.0.0.0:7000', max_submap_bytes: 100000}\n"
+      "storage:\n  sync_every_commit: false\n"
+      "ingest:\n  scan_queue: 3\n"
+      "odometry:\n  mode: floam\n"
+      "matching:\n  search: paper\n  min_overlap: 0.25\n");
+  ASSERT_TRUE(config.ok()) << config.status();
+  EXPECT_EQ(config->rpc.listen, "0.0.0.0:7000");
+  EXPECT_EQ(config->rpc.max_submap_bytes, 100000u);
+  EXPECT_FALSE(config->storage.sync_every_commit);
+  EXPECT_EQ(config->pipeline.scan_queue, 3u);
+  EXPECT_EQ(config->pipeline.odometry.mode, floam::OdometryMode::kFloam);
+  EXPECT_EQ(config->pipeline.matcher.search, "paper");
+  EXPECT_EQ(config->pipeline.matcher.min_overlap, 0.25);
+  // What was not named keeps its default.
+  EXPECT_EQ(config->pipeline.ingest_threads, PipelineOptions().ingest_threads);
+}
+
+TEST(ConfigTest, WhatIsPrintedReadsBackToTheSame) {
+  ServerConfig config;
+  config.rpc.listen = "unix:/run/\"odd\\name\"";
+  config.storage.resolution_m = 0.1 / 3;
+  config.pipeline.composition_interval_s = 0.3;
+  config.pipeline.odometry.mode = floam::OdometryMode::kFloam;
+  config.pipeline.submap.cut_scans = 123;
+  const std::string printed = PrintConfig(config);
+  const auto read = ParseConfig(printed);
+  ASSERT_TRUE(read.ok()) << read.status();
+  EXPECT_EQ(PrintConfig(*read), printed);
+  EXPECT_EQ(read->rpc.listen, config.rpc.listen);
+  EXPECT_EQ(read->storage.resolution_m, config.storage.resolution_m);
+  EXPECT_EQ(read->pipeline.submap.cut_scans, 123);
+}
+
+TEST(ConfigTest, UnknownNamesAreNamedWithTheirLineAndTheKnownOnes) {
+  EXPECT_THAT(
+      ErrorOf("ingest:\n  scan_queue: 4\n  scan_quue: 3\n"),
+      testing::AllOf(HasSubstr("line 3"), HasSubstr("ingest.scan_quue"), HasSubstr("scan_queue")));
+  EXPECT_THAT(ErrorOf("ingst:\n  threads: 1\n"),
+              testing::AllOf(HasSubstr("ingst"), HasSubstr("ingest")));
+}
+
+TEST(ConfigTest, ValuesOfTheWrongTypeOrOutOfRangeAreNamed) {
+  for (const char* value : {"0", "-1", "1.5", "many", "", "99999999999999999999"}) {
+    EXPECT_THAT(ErrorOf("ingest:\n  threads: \"" + std::string(value) + "\"\n"),
+                testing::AllOf(HasSubstr("line 2"), HasSubstr("ingest.threads"),
+                               HasSubstr("from 1 to 256")));
+  }
+  for (const char* value : {".nan", "nan", "inf", "0", "1e9"}) {
+    EXPECT_THAT(ErrorOf("composition:\n  voxel_m: " + std::string(value) + "\n"),
+                HasSubstr("composition.voxel_m"));
+  }
+  EXPECT_THAT(ErrorOf("storage:\n  sync_every_commit: maybe\n"), HasSubstr("true, false"));
+  EXPECT_THAT(ErrorOf("odometry:\n  mode: aloam\n"), HasSubstr("floam, continuous"));
+  EXPECT_THAT(ErrorOf("network:\n  listen: \"\"\n"), HasSubstr("network.listen"));
+}
+
+TEST(ConfigTest, TextOfTheWrongShape) {
+  EXPECT_THAT(ErrorOf("just text"), HasSubstr("sections"));
+  EXPECT_THAT(ErrorOf("- a\n- b\n"), HasSubstr("sections"));
+  EXPECT_THAT(ErrorOf("ingest: 4\n"), HasSubstr("ingest must hold settings"));
+  EXPECT_THAT(ErrorOf("ingest:\n  threads: [1, 2]\n"), HasSubstr("single value"));
+  EXPECT_THAT(ErrorOf("ingest:\n  threads: 1\n  threads: 2\n"), HasSubstr("twice"));
+  EXPECT_THAT(ErrorOf("ingest: {}\ningest: {}\n"), HasSubstr("twice"));
+  EXPECT_THAT(ErrorOf("ingest: {threads: 1\n"), HasSubstr("not YAML"));
+  EXPECT_THAT(ErrorOf("? [a, b]\n: c\n"), HasSubstr("unknown section"));
+}
+
+TEST(ConfigTest, AFileThatIsNotThereIsNamed) {
+  const auto config = LoadConfig("no/such/file.yaml");
+  EXPECT_TRUE(absl::IsNotFound(config.status()));
+  EXPECT_THAT(std::string(config.status().message()), HasSubstr("no/such/file.yaml"));
+}
+
+}  // namespace
+}  // namespace isthmus::server

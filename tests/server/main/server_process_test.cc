@@ -1,0 +1,187 @@
+// isthmus-server as a process: what it prints, how it ends, and that what it acknowledged is there
+// when it comes back.
+#include <signal.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <filesystem>
+#include <fstream>
+#include <thread>
+
+#include "tests/server/main/child_process.h"
+#include "tests/server/rpc/room_scans.h"
+#include "tests/server/rpc/stubs.h"
+
+namespace isthmus {
+namespace {
+
+using rpc::NewContext;
+using rpc::Stubs;
+using testing::HasSubstr;
+using Response = v1::StreamScansResponse;
+
+const char kReady[] = "isthmus-server listening on ";
+
+class ServerProcessTest : public testing::Test {
+ protected:
+  ServerProcessTest() {
+    std::string pattern = testing::TempDir() + "isthmus-server-XXXXXX";
+    if (mkdtemp(pattern.data()) == nullptr) throw std::runtime_error("mkdtemp failed");
+    folder_ = pattern;
+  }
+  ~ServerProcessTest() override {
+    server_.reset();
+    std::filesystem::remove_all(folder_);
+  }
+
+  std::string Path(const std::string& name) const { return folder_ / name; }
+
+  void Start(const std::vector<std::string>& arguments) {
+    server_ = std::make_unique<ChildProcess>(ISTHMUS_SERVER, arguments, Path("stderr"));
+  }
+  // Returns the exit code; the program must end by itself.
+  int Run(const std::vector<std::string>& arguments) {
+    Start(arguments);
+    return server_->Wait();
+  }
+  // Starts it on the test's data folder and waits until it listens.
+  void Serve() {
+    Start({"--data", Path("data"), "--listen", "127.0.0.1:0"});
+    const std::string line = server_->ReadLine();
+    ASSERT_THAT(line, testing::StartsWith(kReady)) << server_->Errors();
+    address_ = line.substr(sizeof(kReady) - 1);
+    stubs_ =
+        std::make_unique<Stubs>(grpc::CreateChannel(address_, grpc::InsecureChannelCredentials()));
+  }
+  v1::Session Get(const std::string& session) {
+    v1::GetSessionRequest request;
+    request.set_session(session);
+    v1::Session response;
+    EXPECT_GRPC_OK(stubs_->sessions->GetSession(NewContext().get(), request, &response));
+    return response;
+  }
+  // Streams scans until the server ends the stream, which `at` brings about: it is called with the
+  // first acknowledgement of that sequence. Returns the last acknowledgement.
+  Response StreamUntilCut(const std::string& session, uint64_t at,
+                          const std::function<void()>& cut) {
+    const auto context = NewContext();
+    auto wire = stubs_->sessions->StreamScans(context.get());
+    std::thread writer([&] {
+      for (uint64_t i = 1; wire->Write(rpc::RoomScan(session, i)); ++i) {
+      }
+    });
+    Response ack, last;
+    while (wire->Read(&ack)) {
+      if (ack.sequence() == 0) continue;
+      EXPECT_EQ(ack.outcome(), Response::PROCESSED) << ack.reason();
+      if (ack.sequence() == at) cut();
+      last = ack;
+    }
+    writer.join();
+    wire->Finish();
+    return last;
+  }
+
+  std::filesystem::path folder_;
+  std::unique_ptr<ChildProcess> server_;
+  std::string address_;
+  std::unique_ptr<Stubs> stubs_;
+};
+
+TEST_F(ServerProcessTest, WhatWasAcknowledgedBeforeSigtermIsThereAfterRestart) {
+  Serve();
+  const std::string session = stubs_->NewSession("alice");
+  const Response last = StreamUntilCut(session, 12, [this] { server_->Signal(SIGTERM); });
+  EXPECT_EQ(server_->Wait(), 0) << server_->Errors();
+  EXPECT_GE(last.sequence(), 12u);
+
+  Serve();
+  const v1::Session resumed = Get(session);
+  EXPECT_EQ(resumed.state(), v1::Session::ACTIVE);
+  EXPECT_GE(resumed.last_sequence(), last.sequence());
+  EXPECT_EQ(resumed.durable_sequence(), resumed.last_sequence());
+  // And the session goes on where it was.
+  const auto context = NewContext();
+  auto wire = stubs_->sessions->StreamScans(context.get());
+  wire->Write(rpc::RoomScan(session, last.sequence()));
+  wire->Write(rpc::RoomScan(session, resumed.last_sequence() + 1));
+  wire->WritesDone();
+  Response ack;
+  ASSERT_TRUE(wire->Read(&ack));
+  EXPECT_EQ(ack.outcome(), Response::DUPLICATE);
+  ASSERT_TRUE(wire->Read(&ack));
+  EXPECT_EQ(ack.outcome(), Response::PROCESSED) << ack.reason();
+  while (wire->Read(&ack)) {
+  }
+  EXPECT_GRPC_OK(wire->Finish());
+}
+
+TEST_F(ServerProcessTest, WhatWasDurableSurvivesAKill) {
+  Serve();
+  const std::string session = stubs_->NewSession("alice");
+  // At 0.2 m a scan and 15 m a submap, the first one is stored by scan 80.
+  const Response last = StreamUntilCut(session, 82, [this] { server_->Signal(SIGKILL); });
+  EXPECT_EQ(server_->Wait(), 128 + SIGKILL);
+  EXPECT_GT(last.durable_sequence(), 0u);
+
+  Serve();
+  const v1::Session resumed = Get(session);
+  EXPECT_GE(resumed.durable_sequence(), last.durable_sequence());
+  EXPECT_GE(resumed.submap_count(), 1u);
+}
+
+TEST_F(ServerProcessTest, AnIdleServerStopsAtOnceOnSigint) {
+  Serve();
+  server_->Signal(SIGINT);
+  EXPECT_EQ(server_->Wait(), 0);
+  EXPECT_THAT(server_->Errors(), HasSubstr("SIGINT received"));
+}
+
+TEST_F(ServerProcessTest, UsageErrors) {
+  EXPECT_EQ(Run({}), 2);
+  EXPECT_THAT(server_->Errors(), HasSubstr("--data"));
+  EXPECT_EQ(Run({"--dat", "x"}), 2);
+  EXPECT_EQ(Run({"--data", Path("data"), "--log-level", "loud"}), 2);
+  EXPECT_EQ(Run({"--data", Path("data"), "--config", Path("none.yaml")}), 2);
+  EXPECT_THAT(server_->Errors(), HasSubstr("none.yaml"));
+  std::ofstream(Path("bad.yaml")) << "ingest:\n  scan_quue: 3\n";
+  EXPECT_EQ(Run({"--data", Path("data"), "--config", Path("bad.yaml")}), 2);
+  EXPECT_THAT(server_->Errors(), HasSubstr("ingest.scan_quue"));
+  EXPECT_FALSE(std::filesystem::exists(Path("data")));
+}
+
+TEST_F(ServerProcessTest, ADataFolderThatCannotBeUsed) {
+  std::ofstream(Path("file")) << "x";
+  EXPECT_EQ(Run({"--data", Path("file")}), 3);
+  EXPECT_THAT(server_->Errors(), HasSubstr(Path("file")));
+  std::filesystem::create_directory(Path("data"));
+  std::ofstream(Path("data/isthmus.db")) << "this is not a database, but long enough to be read";
+  EXPECT_EQ(Run({"--data", Path("data"), "--listen", "127.0.0.1:0"}), 3);
+}
+
+TEST_F(ServerProcessTest, ASecondServerFindsFolderAndPortTaken) {
+  Serve();
+  ChildProcess same_folder(ISTHMUS_SERVER, {"--data", Path("data"), "--listen", "127.0.0.1:0"},
+                           Path("stderr2"));
+  EXPECT_EQ(same_folder.Wait(), 3);
+  EXPECT_NE(same_folder.Errors(), "");
+  ChildProcess same_port(ISTHMUS_SERVER, {"--data", Path("data2"), "--listen", address_},
+                         Path("stderr3"));
+  EXPECT_EQ(same_port.Wait(), 4);
+  EXPECT_THAT(same_port.Errors(), HasSubstr(address_));
+}
+
+TEST_F(ServerProcessTest, PrintConfigAndVersion) {
+  Start({"--version"});
+  EXPECT_THAT(server_->ReadLine(), testing::StartsWith("isthmus-server "));
+  EXPECT_EQ(server_->Wait(), 0);
+  std::ofstream(Path("some.yaml")) << "ingest:\n  threads: 7\n";
+  Start({"--print-config", "--config", Path("some.yaml"), "--listen", "127.0.0.1:9"});
+  const std::string text = server_->ReadAll();
+  EXPECT_EQ(server_->Wait(), 0);
+  EXPECT_THAT(text, HasSubstr("listen: \"127.0.0.1:9\""));
+  EXPECT_THAT(text, HasSubstr("threads: 7"));
+}
+
+}  // namespace
+}  // namespace isthmus
