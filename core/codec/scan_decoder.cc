@@ -81,8 +81,10 @@ void KeepReturns(std::vector<ScanPoint>& points, std::vector<double>& times) {
   size_t kept = 0;
   for (size_t i = 0; i < points.size(); ++i) {
     if (!IsReturn(points[i])) continue;
-    points[kept] = points[i];
-    if (!times.empty()) times[kept] = times[i];
+    if (kept != i) {
+      points[kept] = points[i];
+      if (!times.empty()) times[kept] = times[i];
+    }
     ++kept;
   }
   points.resize(kept);

@@ -24,7 +24,6 @@ TEST(ReadFile, SaysWhichFileAndWhy) {
 }
 
 TEST(WriteFile, SaysWhenTheDiskIsFull) {
-  if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "needs /dev/full";
   EXPECT_EQ(WriteFile("/dev/full", "x").code(), absl::StatusCode::kResourceExhausted);
 }
 
