@@ -7,6 +7,7 @@
 #include <cmath>
 #include <optional>
 #include <utility>
+#include <vector>
 
 #include "core/stopwatch.h"
 #include "floam/features.h"
@@ -25,11 +26,12 @@ constexpr double kGapPeriods = 3.5;
 constexpr int kStartIterations = 4;
 constexpr double kStartKernelM = 1.0;
 constexpr double kGapTwistSigma = 1.0;  // m/s and rad/s, after a gap.
-constexpr int kRecoveryStride = 4;
-constexpr int kRecoveryIterations = 6;
-// Found again only on better evidence than it takes to go on.
-constexpr double kRecoveryAgreement = 0.6;
-constexpr double kRecoveryUsedShare = 0.5;
+// Recovery looks at every guess once, with a part of the features and a wide loss, ...
+constexpr int kGlanceStride = 8;
+constexpr double kGlanceKernelM = 0.5;
+// ... and matches properly from the best.
+constexpr size_t kRecoveryTries = 24;
+constexpr int kTryStride = 3;
 // Sigma along directions that are not observed, and of poses that are a prediction only.
 constexpr double kUnobservedM = 1.0, kUnobservedRad = 0.2;
 constexpr double kLostM = 10, kLostRad = 1;
@@ -92,7 +94,7 @@ struct Odometry::State {
   // the scan, in kContinuous the middle.
   ScanPose last;
   int64_t matched_stamp_ns = 0;
-  bool lost = false;
+  MatchQuality quality;
 
   Pose T_odom_in_map;  // END of the last scan that went into the map.
   int scans_in_map = 0;
@@ -193,19 +195,28 @@ MatchResult Odometry::State::Track(double elapsed_s) {
 }
 
 MatchResult Odometry::State::Recover(double elapsed_s) {
-  MatchOptions coarse = options.matching;
-  coarse.stride = kRecoveryStride;
-  coarse.max_iterations = kRecoveryIterations;
-  coarse.kernel_start_m = kStartKernelM;
-  MatchResult best;
-  double best_score = -1;
+  const auto score = [](const MatchResult& match) { return match.agreement * match.used; };
+  MatchOptions glance = options.matching;
+  glance.stride = kGlanceStride;
+  glance.max_iterations = 1;
+  glance.kernel_start_m = kGlanceKernelM;
+  std::vector<std::pair<double, ScanPose>> ranked;
   for (const ScanPose& guess : RecoveryGuesses(last, elapsed_s, ReferenceTime())) {
-    const MatchResult match =
-        matcher.Match(features, guess, std::nullopt, coarse, &surface_map, &edge_map);
-    const double score = match.agreement * match.used;
-    if (score <= best_score) continue;
-    best_score = score;
-    best = match;
+    ranked.emplace_back(
+        score(matcher.Match(features, guess, std::nullopt, glance, &surface_map, &edge_map)),
+        guess);
+  }
+  const size_t tries = std::min(kRecoveryTries, ranked.size());
+  std::partial_sort(ranked.begin(), ranked.begin() + static_cast<std::ptrdiff_t>(tries),
+                    ranked.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+  MatchOptions attempt = options.matching;
+  attempt.stride = kTryStride;
+  attempt.kernel_start_m = kGlanceKernelM;
+  MatchResult best;
+  for (size_t k = 0; k < tries; ++k) {
+    MatchResult match =
+        matcher.Match(features, ranked[k].second, std::nullopt, attempt, &surface_map, &edge_map);
+    if (k == 0 || score(match) > score(best)) best = std::move(match);
   }
   return MatchFrom(best.pose, elapsed_s, options.matching);
 }
@@ -230,7 +241,6 @@ void Odometry::State::Adopt(MatchResult* match, double elapsed_s, const Scan& in
   }
   last = match->pose;
   matched_stamp_ns = input.end_stamp_ns;
-  lost = false;
   ++matched_scans;
 }
 
@@ -267,6 +277,23 @@ Odometry::Odometry(const SensorModel& sensor, const OdometryOptions& options)
 
 Odometry::~Odometry() = default;
 
+void Odometry::Resume(const Cloud& map_odom, const Trajectory& recent) {
+  State& state = *state_;
+  for (const Point& p : map_odom) state.surface_map.Insert(p.Position().cast<double>());
+  const StampedPose& end = recent.back();
+  state.last.reference_s = state.continuous() ? -0.5 * state.sensor.scan_period_s : 0;
+  if (recent.size() > 1) {
+    const StampedPose& before = recent[recent.size() - 2];
+    const double elapsed_s = 1e-9 * static_cast<double>(end.stamp_ns - before.stamp_ns);
+    if (elapsed_s > 0) state.last.twist = Log(before.pose.Inverse() * end.pose) / elapsed_s;
+  }
+  state.last.T_odom_sensor = end.pose * Exp(state.last.reference_s * state.last.twist);
+  state.last_stamp_ns = state.matched_stamp_ns = end.stamp_ns;
+  state.T_odom_in_map = end.pose;
+  state.scans_in_map = state.options.map_first_scans;
+  state.matched_scans = 2;  // Under way: the motion is known, nothing has to be guessed from rest.
+}
+
 absl::StatusOr<OdometryResult> Odometry::Process(const Scan& input) {
   State& state = *state_;
   const Stopwatch total;
@@ -286,12 +313,15 @@ absl::StatusOr<OdometryResult> Odometry::Process(const Scan& input) {
     const double elapsed_s = state.SecondsSinceMatch(input);
     const ScanPose prediction = Predict(state.last, elapsed_s, state.ReferenceTime());
     const bool starting = state.matched_scans == 1;
+    const bool gap = elapsed_s > kGapPeriods * state.sensor.scan_period_s;
     MatchResult match = starting ? state.StartMoving(elapsed_s) : state.Track(elapsed_s);
     bool accepted = state.Accepted(match, starting ? nullptr : &prediction);
-    if (!accepted && !starting) {
+    if (!starting && gap) accepted = accepted && state.quality.IsTypical(match);
+    if (!starting && !accepted) {
       match = state.Recover(elapsed_s);
-      accepted = state.Accepted(match, nullptr) && match.agreement > kRecoveryAgreement &&
-                 match.used > kRecoveryUsedShare * match.features;
+      accepted = state.Accepted(match, nullptr) && state.quality.IsTypical(match);
+    } else if (accepted) {
+      state.quality.Add(match);
     }
     if (accepted) {
       state.Adopt(&match, elapsed_s, input);
@@ -299,7 +329,6 @@ absl::StatusOr<OdometryResult> Odometry::Process(const Scan& input) {
       result.covariance = CovarianceAtEnd(match, state.continuous());
       result.status = match.degeneracy.any() ? TrackingStatus::kDegenerate : TrackingStatus::kOk;
     } else {
-      state.lost = true;
       pose = prediction;
       result.covariance = LostCovariance();
       result.status = TrackingStatus::kLost;

@@ -13,6 +13,7 @@
 #include "core/cloud.h"
 #include "core/pose.h"
 #include "core/scan.h"
+#include "core/trajectory.h"
 #include "floam/sensor_model.h"
 
 namespace isthmus::floam {
@@ -53,6 +54,11 @@ class Odometry {
   // InvalidArgument when the scan cannot be used (too few points, all in one place, non-finite
   // coordinates, time going backwards); the state is then as before the call.
   absl::StatusOr<OdometryResult> Process(const Scan& scan);
+
+  // Goes on in the odom frame of an earlier run: `map_odom` is what that run saw around its last
+  // pose (odom frame), `recent` its last scans' poses T_odom_sensor in order of time; one at least,
+  // of which the last two tell the motion. Call before the first Process.
+  void Resume(const Cloud& map_odom, const Trajectory& recent);
 
  private:
   struct State;

@@ -48,13 +48,30 @@ SessionWorker::SessionWorker(const SessionRecord& record, const floam::SensorMod
                static_cast<uint32_t>(resume.submaps.size())) {
   if (!resume.submaps.empty()) last_submitted_ = resume.submaps.back()->last_sequence;
   status_.last_sequence = status_.durable_sequence = last_submitted_;
+  Resume(resume);
+}
+
+void SessionWorker::Resume(const ResumePoint& resume) {
+  Trajectory recent;
   for (const TrajectoryEntry& entry : resume.trajectory) {
     if (T_odom_last_) {
       status_.travelled_m +=
           (entry.T_odom_sensor.translation() - T_odom_last_->translation()).norm();
     }
     T_odom_last_ = entry.T_odom_sensor;
+    recent.push_back({entry.stamp_ns, entry.T_odom_sensor});
   }
+  if (recent.empty()) return;
+  Cloud around;
+  for (const auto& submap : resume.submaps) {
+    for (const SubmapPoint& point : submap->points) {
+      const Eigen::Vector3d p = submap->T_odom_submap * point.Position().cast<double>();
+      if ((p - T_odom_last_->translation()).norm() > options_.odometry.map.radius_m) continue;
+      const Eigen::Vector3f q = p.cast<float>();
+      around.push_back({q.x(), q.y(), q.z(), point.intensity});
+    }
+  }
+  odometry_.Resume(around, recent);
 }
 
 absl::Status SessionWorker::Submit(ScanUpload scan) {

@@ -93,6 +93,7 @@ class SessionWorker : public std::enable_shared_from_this<SessionWorker> {
                 const Options& options, WorkerHooks hooks, Executor* executor,
                 const ResumePoint& resume);
 
+  void Resume(const ResumePoint& resume);
   void RunOne();  // Executor task: deals with one scan, posts itself again while there are more.
   ScanAck Handle(const ScanUpload& scan);
   absl::Status Persist();  // Offers every unpersisted stretch, in order.
