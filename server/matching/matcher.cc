@@ -2,6 +2,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <cmath>
 #include <utility>
 #include <vector>
 
@@ -19,6 +20,12 @@ namespace {
 
 // Alignments nearer to each other than this, where the maps meet, are one hypothesis.
 constexpr double kSameShiftM = 1.0, kSameTurnRad = 0.09;
+
+// Maps are levelled: what stands this much askew to gravity after refinement is no merge of them. A
+// building turned upside down fits its mirror image.
+constexpr double kMaxTiltRad = 0.2;
+// Of the chain's candidates, in the odom frames, each within about 10 degrees of level.
+constexpr double kMaxOdomTiltRad = 0.4;
 
 // Candidates of the bird's-eye search with less than this share of the best one's score are no
 // rivals of it: a twin scores half of it and more.
@@ -79,10 +86,12 @@ class PairMatcher {
   }
 
   void SearchByChain(std::vector<StageTime>* stages) {
-    Take(SearchByFeatures(a_.session_map(), b_.session_map(), FeatureChainOptions(), stages),
-         stages);
+    FeatureChainOptions chain;
+    chain.ransac.max_tilt_rad = kMaxOdomTiltRad;
+    Take(SearchByFeatures(a_.session_map(), b_.session_map(), chain, stages), stages);
   }
 
+  bool Indoors() const { return !scale_.outdoors; }
   const std::vector<Hypothesis>& hypotheses() const { return hypotheses_; }
 
  private:
@@ -94,7 +103,9 @@ class PairMatcher {
       h.source = candidate.source;
       h.refinement =
           RefineAlignment(a_.refinable(), b_.refinable(), candidate.T_a_b, refine_options_);
-      if (h.refinement.T_a_b.IsFinite()) fresh.push_back(std::move(h));
+      if (h.refinement.T_a_b.IsFinite() && Tilt(h.refinement.T_a_b) < kMaxTiltRad) {
+        fresh.push_back(std::move(h));
+      }
     }
     stages->push_back({"refine", watch.Lap()});
     for (Hypothesis& h : fresh) {
@@ -104,6 +115,14 @@ class PairMatcher {
     }
     RankHypotheses(&hypotheses_);
     stages->push_back({"verify", watch.Lap()});
+  }
+
+  // Angle between the two maps' verticals.
+  double Tilt(const Pose& T_a_b) const {
+    const Eigen::Vector3d up_b =
+        b_.walls().T_level_odom().rotation().inverse() * Eigen::Vector3d::UnitZ();
+    const Eigen::Vector3d up_level = (a_.walls().T_level_odom() * T_a_b).rotation() * up_b;
+    return std::acos(std::clamp(up_level.z(), -1.0, 1.0));
   }
 
   bool IsKnown(const Hypothesis& h) const {
@@ -157,8 +176,9 @@ Match MatchPrepared(const PreparedMap& a, const PreparedMap& b, const MatcherOpt
     matcher.SearchByBirdsEye(&match.stages);
     Decide(matcher.hypotheses(), options, &match);
   }
-  const bool has_points = match.submaps_a > 0 && match.submaps_b > 0;
-  if (has_points && options.search != "birds_eye" && IsUndecided(match)) {
+  const bool by_chain = options.search == "paper" ||
+                        (options.search != "birds_eye" && matcher.Indoors() && IsUndecided(match));
+  if (by_chain && match.submaps_a > 0 && match.submaps_b > 0) {
     matcher.SearchByChain(&match.stages);
     Decide(matcher.hypotheses(), options, &match);
   }

@@ -80,10 +80,10 @@ TEST(DecisionTest, ATwinMakesItAmbiguous) {
 
 TEST(DecisionTest, AContradictedRivalDoesNotMatter) {
   Hypothesis rival = Good();
-  rival.free_space = {.agree = 80000, .front = 2000};
+  rival.free_space = {.agree = 80000, .front = 1200};
   const Match match = DecideOn({rival, Good()});
   EXPECT_EQ(match.state, MatchState::kAccepted);
-  EXPECT_NEAR(match.runner_up, 2000.0 / 82000, 1e-9);
+  EXPECT_NEAR(match.runner_up, 1200.0 / 81200, 1e-9);
 }
 
 // A score of zero out of next to nothing is no evidence, for or against.
