@@ -44,15 +44,18 @@ Eigen::Vector2d Draw(const BirdsEyeCells& cells, double yaw, const BirdsEyeImage
   return (reference.origin - corner).cast<double>();
 }
 
-// Local maxima of a field of scores, best first.
+// Local maxima of a field of scores that wraps round, best first.
 std::vector<std::pair<float, int>> FindPeaks(const float* scores, int width, int rows) {
   std::vector<std::pair<float, int>> peaks;
-  for (int y = 1; y + 1 < rows; ++y) {
+  for (int y = 0; y < rows; ++y) {
     const float* row = scores + static_cast<size_t>(y) * width;
-    for (int x = 1; x + 1 < width; ++x) {
+    const float* above = scores + static_cast<size_t>((y + rows - 1) % rows) * width;
+    const float* below = scores + static_cast<size_t>((y + 1) % rows) * width;
+    for (int x = 0; x < width; ++x) {
       const float s = row[x];
       if (!(s > 0) || (peaks.size() == kPeaksPerYaw && s <= peaks.back().first)) continue;
-      if (row[x - 1] > s || row[x + 1] >= s || row[x - width] > s || row[x + width] >= s) continue;
+      const int left = x > 0 ? x - 1 : width - 1, right = x + 1 < width ? x + 1 : 0;
+      if (row[left] > s || row[right] >= s || above[x] > s || below[x] >= s) continue;
       const auto place =
           std::lower_bound(peaks.begin(), peaks.end(), s,
                            [](const auto& p, float score) { return p.first > score; });

@@ -45,6 +45,14 @@ TEST_F(BirdsEyeTest, PutsTheRightPlaceFirst) {
   EXPECT_EQ(stages[0].stage, "birds_eye");
 }
 
+// A shift of exactly nothing lies in the corner of the field of scores.
+TEST_F(BirdsEyeTest, FindsAMapOnItself) {
+  const auto candidates = SearchBirdsEye(map_a_, map_a_, BirdsEyeOptions(), nullptr);
+  ASSERT_FALSE(candidates.empty());
+  EXPECT_LT(candidates[0].T_a_b.translation().norm(), 0.3);
+  EXPECT_LT(RotationAngle(candidates[0].T_a_b), 1 * kDegree);
+}
+
 TEST_F(BirdsEyeTest, CandidatesAreOrderedLimitedAndRepeatable) {
   BirdsEyeOptions options;
   options.candidates = 4;
