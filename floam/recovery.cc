@@ -16,7 +16,7 @@ constexpr double kGridM = 0.6, kGridRad = 0.15;  // Matching converges from half
 constexpr double kArcRad = 0.1;
 
 constexpr double kFading = 0.05;
-constexpr double kTypicalAgreement = 0.92, kTypicalShare = 0.6;  // Of the averages.
+constexpr double kTypicalAgreement = 0.95, kTypicalShare = 0.75;  // Of the averages.
 
 // Drives on at up to the last speed along arcs of every curvature, the heading a little off.
 void AddArcs(const ScanPose& last, double elapsed_s, double reference_s,
@@ -89,7 +89,8 @@ void MatchQuality::Add(const MatchResult& match) {
 }
 
 bool MatchQuality::IsTypical(const MatchResult& match) const {
-  return match.agreement >= kTypicalAgreement * agreement_ &&
+  // Where a direction is not observed, a wrong place fits as well as the right one.
+  return !match.degeneracy.any() && match.agreement >= kTypicalAgreement * agreement_ &&
          Share(match) >= kTypicalShare * share_;
 }
 
