@@ -57,6 +57,7 @@ struct MapInfo {
   std::vector<ComponentInfo> components;
   bool settled = false;          // Nothing is queued: no scan, submap, estimation or composition.
   double composition_ms = 0;     // Last composition of the global map, wall time.
+  double composition_max_ms = 0;  // The longest since the server started.
   double estimation_ms = 0;      // Last round of transform estimation, wall time.
   uint64_t compositions = 0, estimations = 0;
 };

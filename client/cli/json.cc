@@ -59,6 +59,7 @@ Json ToJson(const client::MapInfo& info) {
               {"robots", Names(info.robots)},
               {"components", Json::array()},
               {"composition_ms", info.composition_ms},
+              {"composition_max_ms", info.composition_max_ms},
               {"estimation_ms", info.estimation_ms},
               {"compositions", info.compositions},
               {"estimations", info.estimations}};

@@ -222,6 +222,7 @@ MapInfo FromProto(const v1::MapInfo& info) {
   }
   out.settled = info.settled();
   out.composition_ms = info.composition_ms();
+  out.composition_max_ms = info.composition_max_ms();
   out.estimation_ms = info.estimation_ms();
   out.compositions = info.compositions();
   out.estimations = info.estimations();

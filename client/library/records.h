@@ -50,6 +50,7 @@ struct MapInfo {
   std::vector<Component> components;             // The largest first.
   bool settled = false;                          // The server has nothing left to do.
   double composition_ms = 0, estimation_ms = 0;  // Of the last one.
+  double composition_max_ms = 0;                 // The longest since the server started.
   uint64_t compositions = 0, estimations = 0;    // Since the server started.
 };
 
@@ -86,14 +87,14 @@ struct RobotTransform {
 
 // What to read of the merged map; without box and sphere everything. Map frame.
 struct RegionQuery {
-  std::optional<Box> box;
+  std::optional<Box> box = std::nullopt;
   struct Sphere {
     Eigen::Vector3d center;
     double radius_m;
   };
-  std::optional<Sphere> sphere;  // Not together with a box.
+  std::optional<Sphere> sphere = std::nullopt;  // Not together with a box.
   uint32_t component = 0;
-  RobotId robot;            // Empty: all.
+  RobotId robot = {};       // Empty: all.
   double resolution_m = 0;  // One point per voxel of this size; 0: as composed.
 };
 

@@ -5,10 +5,13 @@
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
 #include <set>
+#include <sstream>
 #include <vector>
 
-#include "core/codec/file_io.h"
 #include "server/main/settings.h"
 
 namespace isthmus::server {
@@ -101,9 +104,14 @@ absl::StatusOr<ServerConfig> ParseConfig(const std::string& yaml) {
 }
 
 absl::StatusOr<ServerConfig> LoadConfig(const std::string& path) {
-  const absl::StatusOr<std::string> yaml = codec::ReadFile(path);
-  if (!yaml.ok()) return yaml.status();
-  absl::StatusOr<ServerConfig> config = ParseConfig(*yaml);
+  std::ifstream file(path, std::ios::binary);
+  std::ostringstream yaml;
+  // An empty file sets the failbit of `yaml`, a folder the badbit of `file`.
+  if (!file || (yaml << file.rdbuf(), file.bad())) {
+    return absl::NotFoundError(
+        absl::StrCat("cannot read the configuration ", path, ": ", std::strerror(errno)));
+  }
+  absl::StatusOr<ServerConfig> config = ParseConfig(yaml.str());
   if (!config.ok()) {
     return absl::Status(config.status().code(),
                         absl::StrCat(path, ", ", config.status().message()));

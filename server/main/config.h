@@ -23,8 +23,7 @@ struct ServerConfig {
 // or out of range.
 absl::StatusOr<ServerConfig> ParseConfig(const std::string& yaml);
 
-// As ParseConfig, from a file; its path is in every message. Errors of reading as
-// codec::ReadFile.
+// As ParseConfig, from a file; its path is in every message. NotFound when it cannot be read.
 absl::StatusOr<ServerConfig> LoadConfig(const std::string& path);
 
 // Every value as YAML, each with a comment; ParseConfig reads it back to the same.

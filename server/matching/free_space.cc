@@ -23,6 +23,8 @@ constexpr float kMinIncidenceCos = 0.2f;
 constexpr float kMinRangeM = 1.0f;
 // A point that its own map contradicts more often is of something that moved.
 constexpr float kMaxFleeting = 0.2f;
+// A point that fewer views agree on may be so too.
+constexpr int kMinViews = 3;
 
 // What one point of another map, or of the same, is to a view: +1 in front of what was measured,
 // -1 at the range measured, 0 without a say (outside, occluded, grazing, at an edge of depth).
@@ -152,7 +154,7 @@ void FreeSpaceMap::DropFleeting(const FreeSpaceOptions& options) {
         front += verdict > 0;
         agree += verdict < 0;
       }
-      return front > kMaxFleeting * static_cast<float>(front + agree);
+      return agree < kMinViews || front > kMaxFleeting * static_cast<float>(front + agree);
     });
   }
 }

@@ -11,7 +11,7 @@ constexpr double kIndoorVoxelM = 0.25, kOutdoorVoxelM = 0.5;
 RefinableMap MakeRefinable(const SessionMap& map, RefineOptions* options) {
   options->voxel_m = kOutdoorVoxelM;
   RefinableMap coarse(map, *options);
-  if (IsOutdoors(coarse.data().points)) return coarse;
+  if (IsOutdoors(coarse.data().points, SensorPositions(map))) return coarse;
   options->voxel_m = kIndoorVoxelM;
   return RefinableMap(map, *options);
 }

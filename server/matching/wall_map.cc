@@ -11,8 +11,12 @@ namespace {
 constexpr float kMaxWallNormalZ = 0.4f;
 constexpr float kLevelNormalZ = 0.85f;
 constexpr double kGroundCellM = 1.0;
-// Indoors at least this many ceilings are seen per floor.
-constexpr double kMinCeilingShare = 0.15;
+// Outdoors at most this many ceilings are seen per floor, ...
+constexpr double kMaxCeilingShare = 0.15;
+// ... and at least this share of what is seen, asked of every so many-th, is this far away.
+constexpr double kMinFarShare = 0.15;
+constexpr float kFarM = 12;
+constexpr size_t kFarStride = 20;
 // Keyframes nearer than this to one that was taken add nothing (turning on the spot).
 constexpr float kKeyframeSpacingM = 0.7f;
 constexpr int kAzimuthBins = 360;
@@ -23,13 +27,33 @@ constexpr size_t kPointStride = 2;
 
 }  // namespace
 
-bool IsOutdoors(const std::vector<SurfacePoint>& surface) {
+bool IsOutdoors(const std::vector<SurfacePoint>& surface,
+                const std::vector<Eigen::Vector3f>& sensors) {
   size_t floors = 0, ceilings = 0;
   for (const SurfacePoint& point : surface) {
     floors += point.normal.z() > kLevelNormalZ;
     ceilings += point.normal.z() < -kLevelNormalZ;
   }
-  return static_cast<double>(ceilings) < kMinCeilingShare * static_cast<double>(floors);
+  if (static_cast<double>(ceilings) > kMaxCeilingShare * static_cast<double>(floors)) return false;
+  size_t asked = 0, far = 0;
+  for (size_t i = 0; i < surface.size(); i += kFarStride, ++asked) {
+    const bool near = std::any_of(sensors.begin(), sensors.end(), [&](const auto& sensor) {
+      return (sensor - surface[i].position).squaredNorm() < kFarM * kFarM;
+    });
+    far += !near;
+  }
+  return static_cast<double>(far) > kMinFarShare * static_cast<double>(asked);
+}
+
+std::vector<Eigen::Vector3f> SensorPositions(const SessionMap& map) {
+  std::vector<Eigen::Vector3f> sensors;
+  for (const auto& submap : map.submaps) {
+    for (const Keyframe& keyframe : submap->keyframes) {
+      const Eigen::Vector3d& sensor = keyframe.T_submap_sensor.translation();
+      sensors.push_back((submap->T_odom_submap * sensor).cast<float>());
+    }
+  }
+  return sensors;
 }
 
 WallMap::WallMap(const SessionMap& map, const std::vector<SurfacePoint>& surface)
@@ -40,7 +64,6 @@ WallMap::WallMap(const SessionMap& map, const std::vector<SurfacePoint>& surface
     point.position = R * point.position;
     point.normal = R * point.normal;
   }
-  outdoors_ = IsOutdoors(level);
   ground_ = GroundGrid(level, kGroundCellM);
   for (const SurfacePoint& point : level) {
     if (std::abs(point.normal.z()) > kMaxWallNormalZ) continue;
@@ -48,6 +71,7 @@ WallMap::WallMap(const SessionMap& map, const std::vector<SurfacePoint>& surface
                       point.position.z() - ground_.Height(point.position.x(), point.position.y())});
   }
   CollectKeyframes(map);
+  outdoors_ = IsOutdoors(level, sensors_);
 }
 
 void WallMap::CollectKeyframes(const SessionMap& map) {

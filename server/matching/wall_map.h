@@ -41,8 +41,14 @@ struct FreeRay {
   Eigen::Vector2f from, to;
 };
 
-// Outdoors there are no ceilings. `surface` within about 15 degrees of level.
-bool IsOutdoors(const std::vector<SurfacePoint>& surface);
+// Outdoors there are no ceilings, and a good part of what is seen is far from wherever the robot
+// was; a sensor that looks ahead sees no ceiling in a small room either. `surface` within about 15
+// degrees of level; `sensors` in the same frame.
+bool IsOutdoors(const std::vector<SurfacePoint>& surface,
+                const std::vector<Eigen::Vector3f>& sensors);
+
+// Where the keyframes' sensors were, odom frame.
+std::vector<Eigen::Vector3f> SensorPositions(const SessionMap& map);
 
 // Immutable; safe to read from many threads.
 class WallMap {

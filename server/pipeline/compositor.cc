@@ -1,5 +1,6 @@
 #include "server/pipeline/compositor.h"
 
+#include <algorithm>
 #include <chrono>
 
 #include "core/stopwatch.h"
@@ -50,6 +51,7 @@ void Compositor::Run() {
     state_->composed_revision = revision;
     state_->composed_version = version;
     state_->composition_ms = ms;
+    state_->composition_max_ms = std::max(state_->composition_max_ms, ms);
     ++state_->compositions;
     state_->changed.notify_all();
     next_allowed = SteadyClock::now() + std::chrono::microseconds(int64_t(interval_s_ * 1e6));

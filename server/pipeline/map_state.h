@@ -80,7 +80,7 @@ class MapState {
   bool estimating = false;  // The estimator is at work on a pair.
   int64_t composed_revision = -1;   // What `map` was made of.
   uint64_t composed_version = 0;
-  double composition_ms = 0, estimation_ms = 0;
+  double composition_ms = 0, composition_max_ms = 0, estimation_ms = 0;
   uint64_t compositions = 0, estimations = 0;
   std::shared_ptr<const ComposedMap> map;
 

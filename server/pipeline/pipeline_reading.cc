@@ -40,6 +40,7 @@ MapInfo PipelineImpl::GetMapInfo() {
   info.revision = state_.revision.revision;
   info.settled = IsSettled();
   info.composition_ms = state_.composition_ms;
+  info.composition_max_ms = state_.composition_max_ms;
   info.estimation_ms = state_.estimation_ms;
   info.compositions = state_.compositions;
   info.estimations = state_.estimations;

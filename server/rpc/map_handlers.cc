@@ -132,6 +132,7 @@ absl::StatusOr<v1::MapInfo> GetMapInfo(server::Pipeline& pipeline, const v1::Get
   }
   proto.set_settled(info.settled);
   proto.set_composition_ms(info.composition_ms);
+  proto.set_composition_max_ms(info.composition_max_ms);
   proto.set_estimation_ms(info.estimation_ms);
   proto.set_compositions(info.compositions);
   proto.set_estimations(info.estimations);
