@@ -32,10 +32,9 @@ class Pacer {
 };
 
 // Called by the stream's thread while the scans are pushed, read after it has finished.
-struct AckLog {
-  std::vector<client::ScanAck> acks;
-  std::string first_rejection;
-  std::atomic<uint64_t> count{0};
+class AckLog {
+ public:
+  AckLog(const std::string& robot, size_t scans) : progress_(robot, scans) {}
 
   void Add(const client::ScanAck& ack) {
     if (ack.outcome == client::ScanOutcome::kRejected) {
@@ -43,31 +42,34 @@ struct AckLog {
       absl::FPrintF(stderr, "isthmus: scan %d was rejected: %s\n", ack.sequence, ack.reason);
     }
     acks.push_back(ack);
-    ++count;
+    progress_.Update(acks.size() + unreadable);
   }
+
+  std::vector<client::ScanAck> acks;
+  std::string first_rejection;
+  std::atomic<uint64_t> unreadable{0};  // Counted by the robot's thread.
+
+ private:
+  Progress progress_;
 };
 
 absl::Status PushAll(client::ScanStream& stream, const readers::ScanFolder& folder,
-                     const PushOptions& options, const AckLog& log, PushSummary& summary) {
+                     const PushOptions& options, AckLog& log) {
   Pacer pacer(options.pace_hz);
-  Progress progress(options.robot, folder.size());
   for (size_t i = 0; i < folder.size(); ++i) {
     absl::StatusOr<PointPayload> scan = folder.Read(i);
     pacer.Wait();
-    absl::Status status =
+    const absl::Status status =
         scan.ok() ? stream.Push(folder.stamp_ns(i), *std::move(scan)) : scan.status();
     if (!scan.ok() || absl::IsInvalidArgument(status)) {
-      ++summary.unreadable;
-      std::fprintf(stderr, "isthmus: left out %s: %s\n", folder.file(i).c_str(),
-                   std::string(status.message()).c_str());
+      ++log.unreadable;
+      absl::FPrintF(stderr, "isthmus: left out %s: %s\n", folder.file(i),
+                    std::string(status.message()));
     } else if (!status.ok()) {
       return status;
     }
-    progress.Update(log.count + summary.unreadable);
   }
-  const absl::Status status = stream.Finish();
-  if (status.ok()) progress.Update(folder.size());
-  return status;
+  return stream.Finish();
 }
 
 }  // namespace
@@ -76,7 +78,7 @@ absl::StatusOr<PushSummary> PushFolder(client::Client& client, const readers::Sc
                                        const PushOptions& options) {
   absl::StatusOr<client::Session> session = client.CreateSession(options.robot, options.sensor);
   if (!session.ok()) return session.status();
-  AckLog log;
+  AckLog log(options.robot, folder.size());
   client::ScanStreamOptions stream_options;
   stream_options.resolution_m = options.resolution_m;
   stream_options.on_ack = [&log](const client::ScanAck& ack) { log.Add(ack); };
@@ -86,7 +88,7 @@ absl::StatusOr<PushSummary> PushFolder(client::Client& client, const readers::Sc
   PushSummary summary;
   summary.session = session->record.id;
   const Stopwatch watch;
-  absl::Status status = PushAll(**stream, folder, options, log, summary);
+  absl::Status status = PushAll(**stream, folder, options, log);
   if (!status.ok()) return status;
   if (options.finish) {
     session = client.FinishSession(summary.session);
@@ -95,6 +97,7 @@ absl::StatusOr<PushSummary> PushFolder(client::Client& client, const readers::Sc
   summary.seconds = watch.Ms() / 1000;
   summary.scans = (*stream)->stats();
   if (options.finish) summary.scans.durable_sequence = session->durable_sequence;
+  summary.unreadable = log.unreadable;
   summary.acks = std::move(log.acks);
   summary.first_rejection = std::move(log.first_rejection);
   for (const client::ScanAck& ack : summary.acks) summary.mean_ms += ack.timing.total_ms;

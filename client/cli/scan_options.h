@@ -14,7 +14,7 @@ struct ScanOptions {
   std::string path;
   double rate_hz = 10;  // Of the stamps, where there is no times.txt.
   size_t from = 0;
-  std::optional<size_t> to;
+  std::optional<size_t> to = std::nullopt;
 };
 
 void AddScanOptions(CLI::App& command, ScanOptions& options);

@@ -18,7 +18,7 @@ struct ScanFolderOptions {
   double rate_hz = 10;  // Where there is no times.txt, scan i ended at i / rate_hz seconds.
   // First and last scan to take, counted from 0 in the whole folder, which keeps its stamps.
   size_t from = 0;
-  std::optional<size_t> to;  // Included; absent: the last one.
+  std::optional<size_t> to = std::nullopt;  // Included; absent: the last one.
 };
 
 // Scans in order of the numbers in their names (of the names, where they are not numbers). Stamps
