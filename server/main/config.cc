@@ -106,8 +106,8 @@ absl::StatusOr<ServerConfig> ParseConfig(const std::string& yaml) {
 absl::StatusOr<ServerConfig> LoadConfig(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   std::ostringstream yaml;
-  // An empty file sets the failbit of `yaml`, a folder the badbit of `file`.
-  if (!file || (yaml << file.rdbuf(), file.bad())) {
+  if (file) yaml << file.rdbuf();  // Sets yaml's failbit for an empty file, badbit for a folder.
+  if (!file || yaml.bad()) {
     return absl::NotFoundError(
         absl::StrCat("cannot read the configuration ", path, ": ", std::strerror(errno)));
   }

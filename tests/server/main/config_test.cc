@@ -95,10 +95,12 @@ TEST(ConfigTest, TextOfTheWrongShape) {
   EXPECT_THAT(ErrorOf("? [a, b]\n: c\n"), HasSubstr("unknown section"));
 }
 
-TEST(ConfigTest, AFileThatIsNotThereIsNamed) {
-  const auto config = LoadConfig("no/such/file.yaml");
-  EXPECT_TRUE(absl::IsNotFound(config.status()));
-  EXPECT_THAT(std::string(config.status().message()), HasSubstr("no/such/file.yaml"));
+TEST(ConfigTest, AFileThatCannotBeReadIsNamed) {
+  for (const std::string& path : {std::string("no/such/file.yaml"), testing::TempDir()}) {
+    const auto config = LoadConfig(path);
+    EXPECT_TRUE(absl::IsNotFound(config.status())) << config.status();
+    EXPECT_THAT(std::string(config.status().message()), HasSubstr(path));
+  }
 }
 
 }  // namespace

@@ -30,8 +30,15 @@ TEST_F(MapRpcTest, MapInfoNamesRobotsOfComponents) {
   component.bounds.Extend(Eigen::Vector3d(1, 2, 3));
   server::ComponentInfo empty;
   empty.component = 1;
-  pipeline_.info = {5, {RobotId("alice"), RobotId("bob")}, {component, empty}, true, 1.5, 20.5, 3,
-                    4};
+  pipeline_.info.revision = 5;
+  pipeline_.info.robots = {RobotId("alice"), RobotId("bob")};
+  pipeline_.info.components = {component, empty};
+  pipeline_.info.settled = true;
+  pipeline_.info.composition_ms = 1.5;
+  pipeline_.info.composition_max_ms = 2.5;
+  pipeline_.info.estimation_ms = 20.5;
+  pipeline_.info.compositions = 3;
+  pipeline_.info.estimations = 4;
   v1::MapInfo info;
   EXPECT_GRPC_OK(stubs_->map->GetMapInfo(NewContext().get(), {}, &info));
   EXPECT_EQ(info.revision(), 5);
@@ -47,6 +54,7 @@ TEST_F(MapRpcTest, MapInfoNamesRobotsOfComponents) {
   EXPECT_FALSE(info.components(1).has_bounds());
   EXPECT_TRUE(info.settled());
   EXPECT_EQ(info.composition_ms(), 1.5);
+  EXPECT_EQ(info.composition_max_ms(), 2.5);
   EXPECT_EQ(info.estimation_ms(), 20.5);
   EXPECT_EQ(info.compositions(), 3u);
   EXPECT_EQ(info.estimations(), 4u);

@@ -135,6 +135,27 @@ TEST_F(ServerTest, AfterShutdownCallsAreUnavailable) {
   server_->Shutdown(std::chrono::seconds(1));
 }
 
+TEST(FailedCallTest, IsReportedWithItsNameAndStatus) {
+  FakePipeline pipeline;
+  ServerOptions options;
+  options.listen = "127.0.0.1:0";
+  std::vector<std::string> failed;  // One call at a time below.
+  options.on_failed_call = [&](const std::string& rpc, const absl::Status& status) {
+    failed.push_back(rpc + ": " + std::string(status.message()));
+  };
+  const auto server = RpcServer::Start(&pipeline, options);
+  ASSERT_TRUE(server.ok()) << server.status();
+  Stubs stubs((*server)->InProcessChannel());
+  const std::string session = stubs.NewSession("alice");
+  EXPECT_TRUE(failed.empty());
+  v1::GetSessionRequest request;
+  request.set_session("nobody-1");
+  v1::Session response;
+  EXPECT_GRPC_ERROR(stubs.sessions->GetSession(NewContext().get(), request, &response), NOT_FOUND,
+                    "nobody-1");
+  EXPECT_THAT(failed, testing::ElementsAre(testing::HasSubstr("GetSession: no session")));
+}
+
 class SmallMessagesTest : public RpcTest {
  protected:
   static ServerOptions Small() {
