@@ -46,7 +46,8 @@ ALLOWED = {
         STD_LIKE | {"json", "cli11"},
     ),
 }
-# Only .cc files may include these, so that they never reach a neighbour's headers.
+# Only .cc files may include these, so that they never reach a neighbour's headers. A header named
+# after the library (pcl_cloud.h) may too; it is then itself for .cc files only.
 PRIVATE_TO_SOURCES = {"pcl", "octomap", "sqlite", "zstd", "lzf", "fftw", "embree", "png"}
 THIRD_PARTY = [
     ("eigen", re.compile(r"^(Eigen|unsupported/Eigen)/")),
@@ -93,6 +94,15 @@ def classify(include):
     return None
 
 
+def is_adapter(header):
+    """Whether a header of ours includes one of the libraries kept to .cc files."""
+    if not header.is_file():
+        return False
+    includes = (INCLUDE.match(line) for line in header.read_text(encoding="utf-8").splitlines())
+    kinds = (classify(found.group(1)) for found in includes if found)
+    return any(kind and kind[0] == "third" and kind[1] in PRIVATE_TO_SOURCES for kind in kinds)
+
+
 def check_file(root, path):
     relative = path.relative_to(root).as_posix()
     folder = folder_of(relative)
@@ -111,8 +121,12 @@ def check_file(root, path):
             problems.append(f"{place}: {folder} may not include {name}")
         if kind == "third" and name not in families:
             problems.append(f"{place}: {folder} may not include {name}")
-        elif kind == "third" and name in PRIVATE_TO_SOURCES and relative.endswith(".h"):
+        if not path.name.endswith(".h"):
+            continue
+        if kind == "third" and name in PRIVATE_TO_SOURCES and not path.name.startswith(name):
             problems.append(f"{place}: {name} may be included by .cc files only")
+        if kind == "own" and is_adapter(root / found.group(1)):
+            problems.append(f"{place}: {found.group(1)} may be included by .cc files only")
     return problems
 
 
