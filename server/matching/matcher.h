@@ -20,10 +20,10 @@ struct MatcherOptions {
   double min_overlap = 0.1;        // Less: NOT_YET.
   int64_t min_comparisons = 3000;  // Fewer free-space comparisons: NOT_YET.
   double max_free_space = 0.02;    // More contradicted: REJECTED. Where there are ceilings ...
-  double max_free_space_outdoors = 0.2;  // ... and under the open sky: leaves, cars, slopes.
-  double min_margin = 3;                 // Runner-up's free_space over the best's; less: AMBIGUOUS.
-  double min_shared_area_m2 = 200;       // Less ground seen by both: NOT_YET, one room has twins.
-  double min_hold = 0.02;                // Mean squared normal along the direction held least.
+  double max_free_space_outdoors = 0.08;  // ... and under the open sky.
+  double min_margin = 3;            // Runner-up's free_space over the best's; less: AMBIGUOUS.
+  double min_shared_area_m2 = 200;  // Less ground seen by both: NOT_YET, one room has twins.
+  double min_hold = 0.02;           // Mean squared normal along the direction held least.
 };
 
 // The match of the pair (a, b), a.session < b.session; every field of Match is filled but

@@ -14,7 +14,7 @@ constexpr double kGroundCellM = 1.0;
 // Outdoors at most this many ceilings are seen per floor, ...
 constexpr double kMaxCeilingShare = 0.15;
 // ... and at least this share of what is seen, asked of every so many-th, is this far away.
-constexpr double kMinFarShare = 0.15;
+constexpr double kMinFarShare = 0.5;
 constexpr float kFarM = 12;
 constexpr size_t kFarStride = 20;
 // Keyframes nearer than this to one that was taken add nothing (turning on the spot).
