@@ -13,23 +13,30 @@
 
 namespace {
 
+const Eigen::Vector3d kRoomMin(-6.2, -4.3, -1.1), kRoomMax(7.3, 5.2, 1.7);
+
 isthmus::Scan LookAround(int index) {
   constexpr double kPi = 3.14159265358979;
-  const double x = 0.02 * index;  // Where the sensor is.
+  const Eigen::Vector3d sensor(0.1 * index, 0, 0);
   isthmus::Scan scan;
   scan.end_stamp_ns = 1'700'000'000'000'000'000 + index * 100'000'000LL;
   scan.has_ring = scan.has_time = true;
   for (int column = 0; column < 900; ++column) {
     const double azimuth = kPi - 2 * kPi * column / 900;
-    const double c = std::cos(azimuth), s = std::sin(azimuth);
-    const double range = std::min((c > 0 ? 6 - x : 6 + x) / std::max(std::abs(c), 1e-9),
-                                  4 / std::max(std::abs(s), 1e-9));
     for (int ring = 0; ring < 16; ++ring) {
       const double elevation = (-15 + 2 * ring) * kPi / 180;
+      const Eigen::Vector3d ray(std::cos(elevation) * std::cos(azimuth),
+                                std::cos(elevation) * std::sin(azimuth), std::sin(elevation));
+      // The nearest of the box's sides.
+      double range = 1e9;
+      for (int axis = 0; axis < 3; ++axis) {
+        const double side = (ray[axis] > 0 ? kRoomMax : kRoomMin)[axis] - sensor[axis];
+        if (ray[axis] != 0) range = std::min(range, side / ray[axis]);
+      }
       isthmus::ScanPoint point;
-      point.x = static_cast<float>(range * c);
-      point.y = static_cast<float>(range * s);
-      point.z = static_cast<float>(range * std::tan(elevation));
+      point.x = static_cast<float>(range * ray.x());
+      point.y = static_cast<float>(range * ray.y());
+      point.z = static_cast<float>(range * ray.z());
       point.ring = static_cast<uint16_t>(ring);
       point.time = static_cast<float>(-0.1 * (899 - column) / 900);  // Before the END of the scan.
       scan.points.push_back(point);

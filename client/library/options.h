@@ -21,7 +21,7 @@ struct BackoffOptions {
 
 struct ClientOptions {
   std::string address = "localhost:50051";  // host:port, or unix:PATH.
-  BackoffOptions backoff;
+  BackoffOptions backoff = {};
   double call_timeout_s = 20;       // For an answer that the server has at hand.
   double transfer_timeout_s = 900;  // For uploads, exports, queries and finishing a session.
   // Waits that many seconds; called from several threads. Null: sleeps. For tests.
