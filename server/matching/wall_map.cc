@@ -20,9 +20,9 @@ constexpr size_t kFarStride = 20;
 // Keyframes nearer than this to one that was taken add nothing (turning on the spot).
 constexpr float kKeyframeSpacingM = 0.7f;
 constexpr int kAzimuthBins = 360;
-constexpr float kRaysPerBinQuantile = 0.5f;
-
-// Keyframes' points in no particular order cost a lot of memory where a quarter of them would do.
+// Of the ranges in a bin, the one taken for the ray: half of them say that it is free so far.
+constexpr float kRangeQuantile = 0.5f;
+// Every other point is plenty for a bin, and half of the memory.
 constexpr size_t kPointStride = 2;
 
 }  // namespace
@@ -117,7 +117,7 @@ std::vector<FreeRay> WallMap::FreeRays(const SceneScale& scale) const {
       auto& bin = bins[i];
       if (bin.empty()) continue;
       const auto middle =
-          bin.begin() + static_cast<int>(kRaysPerBinQuantile * static_cast<float>(bin.size() - 1));
+          bin.begin() + static_cast<int>(kRangeQuantile * static_cast<float>(bin.size() - 1));
       std::nth_element(bin.begin(), middle, bin.end());
       const auto [range, height] = *middle;
       // The part of the ray that is inside the band; its end is.
