@@ -107,6 +107,7 @@ struct Odometry::State {
 
   absl::Status Prepare(const Scan& input);
   void Start();
+  MatchOptions Matching() const;
   MatchResult StartMoving(double elapsed_s);
   MatchResult Track(double elapsed_s);
   MatchResult Recover(double elapsed_s);
@@ -150,10 +151,19 @@ void Odometry::State::Start() {
   matched_scans = 1;
 }
 
+MatchOptions Odometry::State::Matching() const {
+  MatchOptions matching = options.matching;
+  if (scans_in_map < options.map_first_scans) {
+    matching.guess_sigma[2] = options.young_height_sigma_m;
+    matching.guess_sigma.segment<2>(3).setConstant(options.young_tilt_sigma_rad);
+  }
+  return matching;
+}
+
 // The motion within the first scan is only known once the second is matched to it, which depends on
 // that motion: taken to be constant over both, it is found by repetition.
 MatchResult Odometry::State::StartMoving(double elapsed_s) {
-  MatchOptions matching = options.matching;
+  MatchOptions matching = Matching();
   matching.kernel_start_m = kStartKernelM;
   MatchResult match;
   for (int iteration = 0; iteration < kStartIterations; ++iteration) {
@@ -191,7 +201,7 @@ MatchResult Odometry::State::MatchFrom(const ScanPose& guess, double elapsed_s,
 }
 
 MatchResult Odometry::State::Track(double elapsed_s) {
-  return MatchFrom(Predict(last, elapsed_s, ReferenceTime()), elapsed_s, options.matching);
+  return MatchFrom(Predict(last, elapsed_s, ReferenceTime()), elapsed_s, Matching());
 }
 
 MatchResult Odometry::State::Recover(double elapsed_s) {

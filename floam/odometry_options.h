@@ -20,6 +20,11 @@ struct OdometryOptions {
   LocalMapOptions map;
   MatchOptions matching;
 
+  // While the map is young, what little there is of the ground may be far and in single rings: one
+  // sigma of the prediction of height and of roll and pitch.
+  double young_height_sigma_m = 0.003;
+  double young_tilt_sigma_rad = 0.002;
+
   // How far the motion within a scan may be from the motion between scans (kContinuous): one sigma.
   double speed_change_sigma = 0.05;     // m/s.
   double yaw_rate_change_sigma = 0.05;  // rad/s.

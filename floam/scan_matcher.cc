@@ -52,6 +52,15 @@ void AddPrior(const TwistPrior& prior, const ScanPose& pose, Matrix12d* H, Vecto
   }
 }
 
+// Adds what is known of the pose beforehand.
+void AddGuess(const Vector6d& sigma, const Pose& guess, const Pose& current, Matrix12d* H,
+              Vector12d* g) {
+  const Vector6d offset = Log(guess.Inverse() * current);
+  const Vector6d weight = sigma.cwiseAbs2().cwiseInverse();  // Zero for an infinite sigma.
+  H->diagonal().head<6>() += weight;
+  g->head<6>() += weight.cwiseProduct(offset);
+}
+
 // Ties the pose to the guess along what is not observed.
 void HoldDegenerate(const Degeneracy& degeneracy, const Pose& guess, const Pose& current, int used,
                     Matrix12d* H, Vector12d* g) {
@@ -182,6 +191,7 @@ MatchResult ScanMatcher::Match(const Features& features, const ScanPose& guess,
     Vector12d g = pass.equations.Gradient();
     result.degeneracy = FindDegeneracy(noise2 * pass.equations.pose(), pass.used,
                                        std::sqrt(pass.lever2 / pass.used), options.least_share);
+    AddGuess(options.guess_sigma, guess.T_odom_sensor, result.pose.T_odom_sensor, &H, &g);
     HoldDegenerate(result.degeneracy, guess.T_odom_sensor, result.pose.T_odom_sensor, pass.used, &H,
                    &g);
     if (pass.with_twist)

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -43,7 +44,9 @@ struct MatchOptions {
   double stop_m = 3e-4;          // Steps smaller than both end the iteration.
   double stop_rad = 3e-5;
   double least_share = 0.004;  // See FindDegeneracy.
-  int stride = 1;              // Uses every stride-th feature.
+  // Sigma of the guess about each direction of [rho; phi], sensor frame; infinite: not known.
+  Vector6d guess_sigma = Vector6d::Constant(std::numeric_limits<double>::infinity());
+  int stride = 1;  // Uses every stride-th feature.
 };
 
 struct MatchResult {
