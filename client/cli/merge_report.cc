@@ -15,8 +15,10 @@ Json ToJson(const MergeResult& result) {
               {"estimation_ms", result.info.estimation_ms},
               {"composition_ms", result.info.composition_ms}};
   for (const MergeInput& input : result.inputs) {
-    out["inputs"].push_back(
-        {{"file", input.file}, {"robot", input.robot}, {"points", input.points}});
+    out["inputs"].push_back({{"file", input.file},
+                             {"robot", input.robot},
+                             {"points", input.points},
+                             {"viewpoints", input.viewpoints}});
   }
   for (const client::MatchEdge& edge : result.graph.matches) {
     Json pair = ToJson(edge);
@@ -28,7 +30,8 @@ Json ToJson(const MergeResult& result) {
 
 void PrintText(const MergeResult& result) {
   for (const MergeInput& input : result.inputs) {
-    absl::PrintF("%s: %s, %d points\n", input.robot, input.file, input.points);
+    absl::PrintF("%s: %s, %d points seen from %d places\n", input.robot, input.file, input.points,
+                 input.viewpoints);
   }
   for (const client::MatchEdge& edge : result.graph.matches) {
     const Match& match = edge.match;

@@ -27,8 +27,11 @@ void Report(const client::MapInfo& info, const std::string& address) {
     absl::PrintF("component %-2d %s (%d points, frame of %s)\n", component.component, robots,
                  component.point_count, component.reference.value());
   }
-  absl::PrintF("composition  %.1f ms the last of %d, %.1f ms the longest\nestimation   %.0f ms the last of %d\n",
-               info.composition_ms, info.compositions, info.composition_max_ms, info.estimation_ms, info.estimations);
+  absl::PrintF(
+      "composition  %.1f ms the last of %d, %.1f ms the longest\nestimation   %.0f ms the last of "
+      "%d\n",
+      info.composition_ms, info.compositions, info.composition_max_ms, info.estimation_ms,
+      info.estimations);
 }
 
 int Run(const Options& options) {

@@ -3,43 +3,39 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 
 #include "core/codec/payload_builder.h"
 #include "core/codec/payload_layout.h"
 #include "core/codec/pcd.h"
+#include "core/codec/tum.h"
 #include "tests/client/cli/program.h"
 
 namespace isthmus::cli {
 namespace {
 
-using testing::ElementsAre;
 using testing::HasSubstr;
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 
-std::vector<double> Column(const PointPayload& payload, const char* field) {
-  return codec::ReadColumn(payload, *codec::FindField(payload, {field}));
-}
-
-TEST(SplitFinite, LeavesOutWhatIsNotFiniteAndKeepsOrder) {
+TEST(FinitePoints, LeavesOutWhatIsNotFiniteAndKeepsOrder) {
   const Cloud cloud{
       {1, 0, 0, 10}, {kNan, 0, 0, 20}, {3, 0, 0, 30}, {4, INFINITY, 0, 40}, {5, 0, 0, 50}};
-  const auto parts = SplitFinite(codec::MakePayload(cloud), 2);
-  ASSERT_TRUE(parts.ok()) << parts.status();
-  ASSERT_EQ(parts->size(), 2u);
-  EXPECT_THAT(Column((*parts)[0], "x"), ElementsAre(1, 3));
-  EXPECT_THAT(Column((*parts)[0], "intensity"), ElementsAre(10, 30));
-  EXPECT_THAT(Column((*parts)[1], "x"), ElementsAre(5));
+  const auto points = FinitePoints(codec::MakePayload(cloud));
+  ASSERT_TRUE(points.ok()) << points.status();
+  ASSERT_EQ(points->size(), 3u);
+  EXPECT_EQ((*points)[1].x, 3);
+  EXPECT_EQ((*points)[2].intensity, 50);
 }
 
-TEST(SplitFinite, RefusesCloudsWithoutPoints) {
-  EXPECT_TRUE(absl::IsInvalidArgument(
-      SplitFinite(codec::MakePayload(Cloud{{kNan, 0, 0, 0}}), 10).status()));
+TEST(FinitePoints, RefusesCloudsWithoutPoints) {
+  EXPECT_TRUE(
+      absl::IsInvalidArgument(FinitePoints(codec::MakePayload(Cloud{{kNan, 0, 0, 0}})).status()));
   PointPayload flat = codec::MakePayload(Cloud{{1, 2, 3, 4}});
   flat.fields.erase(flat.fields.begin() + 2);
-  EXPECT_THAT(std::string(SplitFinite(flat, 10).status().message()), HasSubstr("no field z"));
+  EXPECT_THAT(std::string(FinitePoints(flat).status().message()), HasSubstr("no field z"));
 }
 
 TEST(ReadMergeInputs, NamesRobotsAfterFilesAndKeepsTheViewpoint) {
@@ -61,6 +57,46 @@ TEST(ReadMergeInputs, NamesRobotsAfterFilesAndKeepsTheViewpoint) {
   const client::SubmapUpload& submap = (*inputs)[0].submaps.at(0);
   ASSERT_EQ(submap.keyframes.size(), 1u);
   EXPECT_TRUE(submap.keyframes[0].pose.translation().isApprox(viewpoint.translation()));
+}
+
+TEST(ReadMergeInputs, ATrajectoryBesideTheMapTellsWhatWasSeenFromWhere) {
+  const std::string folder = ScratchFolder();
+  // Points to the left and to the right of a wall that stands between the two viewpoints.
+  Cloud cloud;
+  for (int i = -10; i <= 10; ++i) {
+    for (int k = -10; k <= 10; ++k) cloud.push_back({5, i * 0.1f, k * 0.1f, 0});
+  }
+  const size_t wall = cloud.size();
+  cloud.push_back({3, 0.02f, 0.02f, 0});
+  cloud.push_back({7, 0.02f, 0.02f, 0});
+  ASSERT_TRUE(
+      codec::WritePcd(folder + "/a.pcd", codec::MakePayload(cloud), codec::PcdEncoding::kBinary)
+          .ok());
+  ASSERT_TRUE(codec::WriteTum(folder + "/a.tum", {{1, Pose()},
+                                                  {2, Pose(Eigen::Vector3d(0.1, 0, 0))},
+                                                  {3, Pose(Eigen::Vector3d(10, 0, 0))}})
+                  .ok());
+  const auto inputs = ReadMergeInputs({folder + "/a.pcd"});
+  ASSERT_TRUE(inputs.ok()) << inputs.status();
+  EXPECT_EQ(inputs->at(0).viewpoints, 2u) << "the second pose is too near to the first";
+  const client::SubmapUpload& submap = inputs->at(0).submaps.at(0);
+  EXPECT_EQ(submap.last_stamp_ns, 3);
+  const auto x = codec::ReadColumn(submap.cloud, *codec::FindField(submap.cloud, {"x"}));
+  const auto keyframe =
+      codec::ReadColumn(submap.cloud, *codec::FindField(submap.cloud, {"keyframe"}));
+  size_t wall_points = 0;
+  for (size_t i = 0; i < x.size(); ++i) {
+    if (x[i] == 3) {
+      EXPECT_EQ(keyframe[i], 0);
+    }
+    if (x[i] == 7) {
+      EXPECT_EQ(keyframe[i], 1);
+    }
+    wall_points += x[i] == 5;
+  }
+  EXPECT_EQ(std::count(x.begin(), x.end(), 3), 1);
+  EXPECT_EQ(std::count(x.begin(), x.end(), 7), 1);
+  EXPECT_GT(wall_points, wall * 3 / 2) << "most of the wall is seen from both sides";
 }
 
 }  // namespace

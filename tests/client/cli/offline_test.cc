@@ -2,11 +2,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstdio>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "client/simulation/simulator.h"
 #include "core/codec/payload_builder.h"
 #include "core/codec/pcd.h"
+#include "core/codec/tum.h"
 #include "tests/client/cli/program.h"
 
 namespace isthmus::cli {
@@ -69,6 +72,54 @@ TEST(Offline, MapsWithoutEvidenceAreNotMergedAndTheReportSaysWhy) {
   EXPECT_EQ(report["pairs"][0]["accepted"], false);
   EXPECT_NE(report["pairs"][0]["detail"], "");
   EXPECT_FALSE(std::ifstream(folder + "/merged.pcd").good());
+}
+
+// A robot's whole map in its odom frame, every scan point where it was when measured, and beside it
+// the trajectory.
+void WriteMap(const simulation::Simulator& simulator, int robot, const std::string& stem) {
+  const Pose T_odom_world = simulator.Truth(robot, 0).pose.Inverse();
+  Cloud cloud;
+  Trajectory trajectory;
+  for (int i = 0; i < simulator.scan_count(); i += 5) {
+    const StampedPose truth = simulator.Truth(robot, i);
+    trajectory.push_back({truth.stamp_ns, T_odom_world * truth.pose});
+    const double end_s =
+        1e-9 * static_cast<double>(truth.stamp_ns - simulator.options().start_stamp_ns);
+    const Scan scan = simulator.MakeScan(robot, i);
+    for (size_t k = 0; k < scan.points.size(); k += 4) {
+      const ScanPoint& p = scan.points[k];
+      const Pose T_odom_sensor = T_odom_world * simulator.PoseAt(robot, end_s + p.time);
+      const Eigen::Vector3f q = (T_odom_sensor * Eigen::Vector3d(p.x, p.y, p.z)).cast<float>();
+      cloud.push_back({q.x(), q.y(), q.z(), p.intensity});
+    }
+  }
+  ASSERT_TRUE(codec::WritePcd(stem + ".pcd", codec::MakePayload(cloud),
+                              codec::PcdEncoding::kBinaryCompressed)
+                  .ok());
+  ASSERT_TRUE(codec::WriteTum(stem + ".tum", trajectory).ok());
+}
+
+TEST(Offline, TwoMapsOfAMuseumAreMergedWhereTheyBelong) {
+  const std::string folder = ScratchFolder();
+  const auto simulator = simulation::Simulator::Create(simulation::Options());  // Two robots.
+  ASSERT_TRUE(simulator.ok()) << simulator.status();
+  WriteMap(**simulator, 0, folder + "/alice");
+  WriteMap(**simulator, 1, folder + "/bob");
+  const ProgramResult merge = Isthmus("merge " + folder + "/alice.pcd " + folder + "/bob.pcd -o " +
+                                      folder + "/merged.pcd --json " + folder + "/report.json");
+  ASSERT_EQ(merge.code, 0) << merge.out << merge.err;
+  const json pair = json::parse(std::ifstream(folder + "/report.json"))["pairs"][0];
+  EXPECT_EQ(pair["accepted"], true);
+  const json t = pair["T_a_b"]["translation"], q = pair["T_a_b"]["rotation"];
+  const Pose T_alice_bob(Eigen::Quaterniond(q[3], q[0], q[1], q[2]),
+                         Eigen::Vector3d(t[0], t[1], t[2]));
+  const Pose truth = (*simulator)->Truth(0, 0).pose.Inverse() * (*simulator)->Truth(1, 0).pose;
+  const Pose error = truth.Inverse() * T_alice_bob;
+  EXPECT_LT(error.translation().norm(), 0.15);
+  EXPECT_LT(RotationAngle(error), 0.01);
+  const auto merged = codec::ReadPcd(folder + "/merged.pcd");
+  ASSERT_TRUE(merged.ok()) << merged.status();
+  EXPECT_GT(merged->payload.width, 10'000u);
 }
 
 }  // namespace
