@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <set>
 #include <sstream>
@@ -106,8 +107,11 @@ absl::StatusOr<ServerConfig> ParseConfig(const std::string& yaml) {
 absl::StatusOr<ServerConfig> LoadConfig(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   std::ostringstream yaml;
-  if (file) yaml << file.rdbuf();  // Sets yaml's failbit for an empty file, badbit for a folder.
-  if (!file || yaml.bad()) {
+  if (file) yaml << file.rdbuf();  // Sets yaml's failbit for an empty file.
+  std::error_code ignored;
+  const bool folder = std::filesystem::is_directory(path, ignored);  // Opens, and reads as empty.
+  if (folder) errno = EISDIR;
+  if (!file || folder) {
     return absl::NotFoundError(
         absl::StrCat("cannot read the configuration ", path, ": ", std::strerror(errno)));
   }

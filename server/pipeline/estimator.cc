@@ -7,6 +7,9 @@
 namespace isthmus::server {
 namespace {
 
+// Maps that are kept ready: the robots of a team. Each takes about as much memory as its submaps.
+constexpr size_t kMaxPrepared = 8;
+
 SessionMap MapOf(const SessionEntry& entry) { return {entry.record.id, entry.submaps}; }
 
 // Whether a newer result takes the place of an accepted one. An accepted match is only given up for
@@ -104,7 +107,7 @@ void Estimator::Estimate(const SessionPair& pair) {
     attempts_[pair] = {static_cast<uint32_t>(a.submaps.size()),
                        static_cast<uint32_t>(b.submaps.size())};
   }
-  Match match = matching::MatchSessions(a, b, options_.matcher);
+  Match match = matching::MatchPrepared(*Prepare(a), *Prepare(b), options_.matcher);
   match.computed_ns = clock_->NowNs();
   {
     std::lock_guard lock(state_->mutex);
@@ -113,6 +116,23 @@ void Estimator::Estimate(const SessionPair& pair) {
   }
   // A match that cannot be stored is found again at the next start; the map goes on without it.
   (void)state_->PutMatch(match);
+}
+
+Estimator::Prepared Estimator::Prepare(const SessionMap& map) {
+  for (auto it = prepared_.begin(); it != prepared_.end(); ++it) {
+    const SessionMap& held = (*it)->session_map();
+    if (held.session != map.session) continue;
+    // Submaps are immutable and shared, so the same ones are the same map.
+    if (held.submaps == map.submaps) {
+      prepared_.splice(prepared_.begin(), prepared_, it);
+      return prepared_.front();
+    }
+    prepared_.erase(it);
+    break;
+  }
+  prepared_.push_front(std::make_shared<const matching::PreparedMap>(map));
+  if (prepared_.size() > kMaxPrepared) prepared_.pop_back();
+  return prepared_.front();
 }
 
 }  // namespace isthmus::server

@@ -3,13 +3,16 @@
 #pragma once
 
 #include <cstdint>
+#include <list>
 #include <map>
+#include <memory>
 #include <optional>
 #include <thread>
 #include <utility>
 
 #include "core/clock.h"
 #include "server/matching/matcher.h"
+#include "server/matching/prepared_map.h"
 #include "server/pipeline/map_state.h"
 
 namespace isthmus::server {
@@ -38,10 +41,14 @@ class Estimator {
     uint32_t submaps_a = 0, submaps_b = 0;
   };
 
+  using Prepared = std::shared_ptr<const matching::PreparedMap>;
+
   void Run();
   // The pair with the most new evidence; nothing when all is up to date. state mutex is held.
   std::optional<SessionPair> NextPair() const;
   void Estimate(const SessionPair& pair);
+  // The map made ready for matching, made once for as long as it does not grow.
+  Prepared Prepare(const SessionMap& map);
 
   MapState* const state_;
   const Clock* const clock_;
@@ -49,6 +56,7 @@ class Estimator {
   // Attempts since the start, whatever came of them. Guarded by the state's mutex.
   std::map<SessionPair, Attempt> attempts_;
   bool stop_ = false;  // Guarded by the state's mutex.
+  std::list<Prepared> prepared_;  // Touched by the thread only; the latest used first.
   std::thread thread_;
 };
 
