@@ -31,19 +31,19 @@ struct Match {
   SessionId b;
   Pose T_a_b;  // Takes a point of b's odom frame to a's.
   MatchState state = MatchState::kNotYet;
-  std::string reason;         // Stable code, e.g. "FREE_SPACE", "LOW_OVERLAP"; "OK" if accepted.
-  std::string detail;         // One sentence for a person, with the numbers.
-  double confidence = 0;      // [0, 1]; weight of the edge in the match graph.
-  double overlap = -1;        // Share of the smaller map's surface that lies on the other, [0, 1].
-  int64_t inliers = -1;       // Correspondences that agree with T_a_b.
-  double residual_m = -1;     // RMS point-to-surface distance of the inliers.
-  double free_space = -1;     // Share of contradicted range comparisons, [0, 1]; 0 is best.
-  int64_t comparisons = -1;   // How many comparisons free_space rests on.
-  double runner_up = -1;      // free_space of the best competing hypothesis.
-  std::string matcher;        // "paper", "birds_eye": which search produced the hypothesis.
-  uint32_t submaps_a = 0;     // Evidence it was computed from, to know when it is out of date.
+  std::string reason;        // Stable code, e.g. "FREE_SPACE", "LOW_OVERLAP"; "OK" if accepted.
+  std::string detail;        // One sentence for a person, with the numbers.
+  double confidence = 0;     // [0, 1]; weight of the edge in the match graph.
+  double overlap = -1;       // Share of the smaller map's surface that lies on the other, [0, 1].
+  int64_t inliers = -1;      // Correspondences that agree with T_a_b.
+  double residual_m = -1;    // RMS point-to-surface distance of the inliers.
+  double free_space = -1;    // Share of contradicted range comparisons, [0, 1]; 0 is best.
+  int64_t comparisons = -1;  // How many comparisons free_space rests on.
+  double runner_up = -1;     // free_space of the best competing hypothesis.
+  std::string matcher;       // "paper", "birds_eye": which search produced the hypothesis.
+  uint32_t submaps_a = 0;    // Evidence it was computed from, to know when it is out of date.
   uint32_t submaps_b = 0;
-  int64_t computed_ns = 0;    // Unix nanoseconds.
+  int64_t computed_ns = 0;  // Unix nanoseconds.
   std::vector<StageTime> stages;
 };
 

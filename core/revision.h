@@ -23,7 +23,7 @@ struct Placement {
 struct MapRevision {
   int64_t revision = 0;
   int64_t stamp_ns = 0;
-  std::string cause;  // For a person: "match alice-1 ~ bob-1 accepted".
+  std::string cause;                  // For a person: "match alice-1 ~ bob-1 accepted".
   std::vector<Placement> placements;  // In order of session id.
 };
 

@@ -17,8 +17,8 @@ enum class SessionState {
 struct SessionRecord {
   SessionId id;
   RobotId robot;
-  std::string sensor;   // Name of a sensor model, e.g. "vlp16".
-  Pose T_base_sensor;   // Extrinsic; identity unless given.
+  std::string sensor;  // Name of a sensor model, e.g. "vlp16".
+  Pose T_base_sensor;  // Extrinsic; identity unless given.
   SessionState state = SessionState::kActive;
   int64_t created_ns = 0;
   int64_t finished_ns = 0;  // 0 while active.

@@ -33,8 +33,8 @@ struct SubmapPoint {
 struct Submap {
   SubmapId id;
   RobotId robot;
-  Pose T_odom_submap;            // Pose of the first keyframe's sensor in odom.
-  uint64_t first_sequence = 0;   // Scans covered, both ends included.
+  Pose T_odom_submap;           // Pose of the first keyframe's sensor in odom.
+  uint64_t first_sequence = 0;  // Scans covered, both ends included.
   uint64_t last_sequence = 0;
   int64_t first_stamp_ns = 0;
   int64_t last_stamp_ns = 0;

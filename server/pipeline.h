@@ -31,15 +31,15 @@ using isthmus::ScanUpload;
 
 struct SessionStatus {
   SessionRecord record;
-  uint64_t last_sequence = 0;     // Highest that took effect.
+  uint64_t last_sequence = 0;  // Highest that took effect.
   uint64_t durable_sequence = 0;
-  uint64_t scans_processed = 0;   // Since the server started.
+  uint64_t scans_processed = 0;  // Since the server started.
   uint64_t scans_rejected = 0;
   uint32_t submap_count = 0;
   uint64_t point_count = 0;
-  double odometry_ms_mean = 0;    // Per scan, decoding apart.
+  double odometry_ms_mean = 0;  // Per scan, decoding apart.
   double travelled_m = 0;
-  std::string tracking;           // "ok", "degenerate", "lost"; empty before the first scan.
+  std::string tracking;  // "ok", "degenerate", "lost"; empty before the first scan.
   std::optional<Placement> placement;
 };
 
@@ -55,10 +55,10 @@ struct MapInfo {
   int64_t revision = 0;
   std::vector<RobotId> robots;
   std::vector<ComponentInfo> components;
-  bool settled = false;          // Nothing is queued: no scan, submap, estimation or composition.
-  double composition_ms = 0;     // Last composition of the global map, wall time.
+  bool settled = false;           // Nothing is queued: no scan, submap, estimation or composition.
+  double composition_ms = 0;      // Last composition of the global map, wall time.
   double composition_max_ms = 0;  // The longest since the server started.
-  double estimation_ms = 0;      // Last round of transform estimation, wall time.
+  double estimation_ms = 0;       // Last round of transform estimation, wall time.
   uint64_t compositions = 0, estimations = 0;
 };
 
@@ -68,7 +68,7 @@ struct RobotTrajectory {
   SessionId session;  // The robot's newest.
   int64_t revision = 0;
   uint32_t component = 0;
-  Trajectory poses;   // T_odom_sensor or T_map_sensor.
+  Trajectory poses;  // T_odom_sensor or T_map_sensor.
 };
 
 struct MatchGraphView {

@@ -54,7 +54,7 @@ struct WorkerStatus {
   uint64_t rejected = 0;
   double odometry_ms_mean = 0;
   double travelled_m = 0;
-  std::string tracking;  // "ok", "degenerate", "lost"; empty before the first scan.
+  std::string tracking;                  // "ok", "degenerate", "lost"; empty before the first scan.
   std::vector<TrajectoryEntry> unsaved;  // Scans whose submap is not finished yet.
 };
 
@@ -109,7 +109,7 @@ class SessionWorker : public std::enable_shared_from_this<SessionWorker> {
   floam::SubmapBuilder builder_;
   std::vector<TrajectoryEntry> stretch_;  // Of the unfinished submap.
 
-  std::mutex persist_mutex_;       // Serialises Persist.
+  std::mutex persist_mutex_;         // Serialises Persist.
   std::deque<Stretch> unpersisted_;  // Guarded by mutex_.
 
   std::mutex sink_mutex_;  // Held while an ack is sent.
@@ -117,9 +117,9 @@ class SessionWorker : public std::enable_shared_from_this<SessionWorker> {
 
   mutable std::mutex mutex_;
   std::condition_variable changed_;
-  std::deque<ScanUpload> queue_;    // Guarded by mutex_, as is all below.
+  std::deque<ScanUpload> queue_;  // Guarded by mutex_, as is all below.
   uint64_t last_submitted_ = 0;
-  bool running_ = false;            // A task is posted or at work.
+  bool running_ = false;  // A task is posted or at work.
   bool stopping_ = false;
   WorkerStatus status_;
   double odometry_ms_sum_ = 0;

@@ -77,8 +77,7 @@ std::optional<SessionPair> Estimator::NextPair() const {
       const auto it = attempts_.find(pair);
       const Attempt tried = it == attempts_.end() ? Attempt{} : it->second;
       const auto had = tried.submaps_a + tried.submaps_b;
-      const auto have =
-          static_cast<uint32_t>(a->second.submaps.size() + b->second.submaps.size());
+      const auto have = static_cast<uint32_t>(a->second.submaps.size() + b->second.submaps.size());
       if (have <= had) continue;
       const bool final = a->second.record.state == SessionState::kFinished &&
                          b->second.record.state == SessionState::kFinished;

@@ -55,7 +55,7 @@ class Estimator {
   const Options options_;
   // Attempts since the start, whatever came of them. Guarded by the state's mutex.
   std::map<SessionPair, Attempt> attempts_;
-  bool stop_ = false;  // Guarded by the state's mutex.
+  bool stop_ = false;             // Guarded by the state's mutex.
   std::list<Prepared> prepared_;  // Touched by the thread only; the latest used first.
   std::thread thread_;
 };

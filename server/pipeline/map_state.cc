@@ -138,8 +138,8 @@ absl::Status MapState::PutMatch(const Match& match) {
   std::lock_guard lock(mutex);
   if (Find(match.a) == nullptr || Find(match.b) == nullptr) return absl::OkStatus();
   matches[{match.a, match.b}] = match;
-  absl::Status status = Replace(absl::StrCat("match ", match.a.value(), " ~ ", match.b.value(),
-                                             " ", ToString(match.state)));
+  absl::Status status = Replace(
+      absl::StrCat("match ", match.a.value(), " ~ ", match.b.value(), " ", ToString(match.state)));
   changed.notify_all();
   return status;
 }

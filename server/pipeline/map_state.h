@@ -76,9 +76,9 @@ class MapState {
   MapRevision revision;
   std::vector<SessionPair> tree;
   uint64_t pending_scans = 0;
-  uint64_t submap_version = 0;   // Grows with every submap added or removed.
-  bool estimating = false;  // The estimator is at work on a pair.
-  int64_t composed_revision = -1;   // What `map` was made of.
+  uint64_t submap_version = 0;     // Grows with every submap added or removed.
+  bool estimating = false;         // The estimator is at work on a pair.
+  int64_t composed_revision = -1;  // What `map` was made of.
   uint64_t composed_version = 0;
   double composition_ms = 0, composition_max_ms = 0, estimation_ms = 0;
   uint64_t compositions = 0, estimations = 0;

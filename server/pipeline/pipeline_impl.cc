@@ -13,12 +13,9 @@ absl::StatusOr<std::unique_ptr<Pipeline>> Pipeline::Open(const PipelineOptions& 
   return pipeline;
 }
 
-PipelineImpl::PipelineImpl(const PipelineOptions& options,
-                           std::unique_ptr<storage::MapStore> store, const Clock& clock)
-    : options_(options),
-      clock_(clock),
-      store_(std::move(store)),
-      state_(store_.get(), &clock) {}
+PipelineImpl::PipelineImpl(const PipelineOptions& options, std::unique_ptr<storage::MapStore> store,
+                           const Clock& clock)
+    : options_(options), clock_(clock), store_(std::move(store)), state_(store_.get(), &clock) {}
 
 PipelineImpl::~PipelineImpl() { Shutdown(); }
 

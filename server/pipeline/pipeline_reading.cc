@@ -12,8 +12,8 @@ namespace isthmus::server {
 namespace {
 
 absl::Status UnknownRobot(const RobotId& robot) {
-  return absl::NotFoundError(absl::StrCat("no robot \"", robot.value(),
-                                          "\" has opened a session on this server"));
+  return absl::NotFoundError(
+      absl::StrCat("no robot \"", robot.value(), "\" has opened a session on this server"));
 }
 
 query::CloudFormat CloudFormatOf(ExportFormat format) {
@@ -90,9 +90,8 @@ absl::StatusOr<RobotTrajectory> PipelineImpl::GetTrajectory(const RobotId& robot
   if (frame == TrajectoryFrame::kMap) {
     const Placement* placement = state_.PlacementOf(entry->record.id);
     if (placement == nullptr) {
-      return absl::FailedPreconditionError(
-          absl::StrCat("robot \"", robot.value(),
-                       "\" is not in the map yet: its first submap is not finished"));
+      return absl::FailedPreconditionError(absl::StrCat(
+          "robot \"", robot.value(), "\" is not in the map yet: its first submap is not finished"));
     }
     trajectory.component = placement->component;
     T_frame_odom = placement->T_map_odom;
@@ -132,12 +131,12 @@ absl::StatusOr<RobotTransform> PipelineImpl::GetTransform(const RobotId& a, cons
     return RobotTransform{state_.revision.revision, *T_a_b};
   }
   const auto match = state_.matches.find(std::minmax(session_a, session_b));
-  return absl::FailedPreconditionError(absl::StrCat(
-      "no accepted matches connect ", a.value(), " and ", b.value(), " yet: ",
-      match == state_.matches.end()
-          ? std::string("their maps have not been compared so far")
-          : absl::StrCat(ToString(match->second.state), " (", match->second.reason, "): ",
-                         match->second.detail)));
+  return absl::FailedPreconditionError(
+      absl::StrCat("no accepted matches connect ", a.value(), " and ", b.value(), " yet: ",
+                   match == state_.matches.end()
+                       ? std::string("their maps have not been compared so far")
+                       : absl::StrCat(ToString(match->second.state), " (", match->second.reason,
+                                      "): ", match->second.detail)));
 }
 
 std::shared_ptr<const ComposedMap> PipelineImpl::GetMap() {

@@ -20,16 +20,16 @@ absl::Status CheckRobotName(const RobotId& robot) {
     return std::isalnum(c) || c == '_' || c == '.' || c == '-';
   });
   if (name.empty() || name.size() > kMaxRobotName || !plain) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        "robot name \"", name, "\" cannot be used: give 1 to ", kMaxRobotName,
-        " characters of letters, digits, '_', '.' and '-'"));
+    return absl::InvalidArgumentError(
+        absl::StrCat("robot name \"", name, "\" cannot be used: give 1 to ", kMaxRobotName,
+                     " characters of letters, digits, '_', '.' and '-'"));
   }
   return absl::OkStatus();
 }
 
 absl::Status UnknownSession(const SessionId& session) {
-  return absl::NotFoundError(absl::StrCat(
-      "no session \"", session.value(), "\": create one, or list the sessions there are"));
+  return absl::NotFoundError(absl::StrCat("no session \"", session.value(),
+                                          "\": create one, or list the sessions there are"));
 }
 
 }  // namespace
@@ -86,8 +86,8 @@ absl::StatusOr<std::shared_ptr<ingest::SessionWorker>> PipelineImpl::MakeWorker(
   hooks.scan_done = [this] { state_.ScanDone(); };
   const ingest::SessionWorker::Options options{options_.scan_queue, options_.odometry,
                                                options_.submap};
-  return ingest::SessionWorker::Create(record, *sensor, options, std::move(hooks),
-                                       executor_.get(), resume);
+  return ingest::SessionWorker::Create(record, *sensor, options, std::move(hooks), executor_.get(),
+                                       resume);
 }
 
 absl::StatusOr<SessionStatus> PipelineImpl::GetSession(const SessionId& session) {
@@ -157,9 +157,9 @@ absl::StatusOr<std::shared_ptr<ingest::SessionWorker>> PipelineImpl::FindWorker(
   const SessionEntry* entry = state_.Find(session);
   if (entry == nullptr) return UnknownSession(session);
   if (entry->record.state == SessionState::kFinished || entry->worker == nullptr) {
-    return absl::FailedPreconditionError(absl::StrCat(
-        "session ", session.value(), " is finished: create a new session for robot ",
-        entry->record.robot.value()));
+    return absl::FailedPreconditionError(
+        absl::StrCat("session ", session.value(), " is finished: create a new session for robot ",
+                     entry->record.robot.value()));
   }
   if (entry->uploads) {
     return absl::FailedPreconditionError(
@@ -204,8 +204,8 @@ absl::StatusOr<SubmapInfo> PipelineImpl::AddSubmap(Submap submap) {
     SessionEntry* entry = state_.Find(submap.id.session);
     if (entry == nullptr) return UnknownSession(submap.id.session);
     if (entry->record.state == SessionState::kFinished) {
-      return absl::FailedPreconditionError(absl::StrCat(
-          "session ", submap.id.session.value(), " is finished: create a new one"));
+      return absl::FailedPreconditionError(
+          absl::StrCat("session ", submap.id.session.value(), " is finished: create a new one"));
     }
     if (entry->worker->Status().last_sequence > 0 && !entry->uploads) {
       return absl::FailedPreconditionError(
@@ -215,9 +215,8 @@ absl::StatusOr<SubmapInfo> PipelineImpl::AddSubmap(Submap submap) {
     if (submap.id.index < entry->submaps.size()) {
       existing = entry->submaps[submap.id.index];
     } else if (submap.id.index > entry->submaps.size()) {
-      return absl::OutOfRangeError(absl::StrCat("submap index ", submap.id.index,
-                                                " leaves a gap: ", entry->submaps.size(),
-                                                " is expected next"));
+      return absl::OutOfRangeError(absl::StrCat("submap index ", submap.id.index, " leaves a gap: ",
+                                                entry->submaps.size(), " is expected next"));
     }
     submap.robot = entry->record.robot;
   }

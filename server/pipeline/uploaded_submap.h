@@ -9,8 +9,8 @@
 namespace isthmus::server {
 
 // Checks a submap that came from outside and makes it one like our own: points grouped by keyframe,
-// a trajectory entry per keyframe. InvalidArgument when it has no points or keyframes, a point names
-// a keyframe that is not there, or numbers are not finite.
+// a trajectory entry per keyframe. InvalidArgument when it has no points or keyframes, a point
+// names a keyframe that is not there, or numbers are not finite.
 absl::StatusOr<ingest::Stretch> MakeUploadedStretch(Submap submap);
 
 // Whether an upload repeats a stored submap, up to the rounding of the store.

@@ -135,8 +135,7 @@ TEST(PipelineSessions, AFullDiskStopsThatRobotAndNothingIsLost) {
   Drive drive;
   auto full = std::make_shared<std::atomic<bool>>(false);
   auto pipeline =
-      Pipeline::Open(QuickOptions(),
-                     std::make_unique<FullDisk>(storage::MakeMemoryStore(), full))
+      Pipeline::Open(QuickOptions(), std::make_unique<FullDisk>(storage::MakeMemoryStore(), full))
           .value();
   const SessionId session = Create(*pipeline);
   *full = true;
@@ -163,8 +162,7 @@ TEST(PipelineSessions, AfterShutdownRobotsAreToldToTryAgain) {
   const SessionId session = Create(*pipeline);
   for (int i = 0; i < 3; ++i) ASSERT_TRUE(pipeline->SubmitScan(session, drive.Upload(i)).ok());
   pipeline->Shutdown();
-  EXPECT_EQ(pipeline->SubmitScan(session, drive.Upload(3)).code(),
-            absl::StatusCode::kUnavailable);
+  EXPECT_EQ(pipeline->SubmitScan(session, drive.Upload(3)).code(), absl::StatusCode::kUnavailable);
   EXPECT_EQ(pipeline->GetSession(session)->durable_sequence, 3u);
 }
 

@@ -93,8 +93,7 @@ TEST_F(PipelineUploads, RobotsWithoutACommonWallStayApart) {
   ASSERT_TRUE(pipeline_->AddSubmap(Wall(other, 0)).ok());
   pipeline_->WaitUntilIdle();
   EXPECT_EQ(pipeline_->GetMapInfo().components.size(), 2u);
-  const absl::Status transform =
-      pipeline_->GetTransform(RobotId("bob"), RobotId("carol")).status();
+  const absl::Status transform = pipeline_->GetTransform(RobotId("bob"), RobotId("carol")).status();
   EXPECT_EQ(transform.code(), absl::StatusCode::kFailedPrecondition);
   EXPECT_EQ(pipeline_->GetTransform(RobotId("bob"), RobotId("dave")).status().code(),
             absl::StatusCode::kNotFound);

@@ -1,0 +1,81 @@
+// Whole drives through the whole server but its network: what ends up in one frame, and what must
+// never.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+
+#include "tests/server/pipeline/robots.h"
+
+namespace isthmus::server {
+namespace {
+
+// Streams every scan of every robot and finishes the sessions; robot i is called "robot_i".
+void DriveAll(const simulation::Simulator& simulator, Pipeline& pipeline) {
+  for (int robot = 0; robot < simulator.robots(); ++robot) {
+    const RobotId name("robot_" + std::to_string(robot));
+    const SessionId session = pipeline.CreateSession(name, "vlp16", Pose()).value().record.id;
+    for (int i = 0; i < simulator.scan_count(); ++i) {
+      const Scan scan = simulator.MakeScan(robot, i);
+      ASSERT_TRUE(
+          pipeline.SubmitScan(session, {scan.sequence, scan.end_stamp_ns, codec::MakePayload(scan)})
+              .ok());
+    }
+    ASSERT_TRUE(pipeline.FinishSession(session).ok());
+  }
+  pipeline.WaitUntilIdle();
+}
+
+std::unique_ptr<simulation::Simulator> Simulate(const std::string& world, double seconds,
+                                                uint64_t seed) {
+  simulation::Options options;
+  options.world = world;
+  options.seconds = seconds;
+  options.seed = seed;
+  return std::move(simulation::Simulator::Create(options).value());
+}
+
+TEST(PipelineMerge, TwoRobotsOfAMuseumEndUpInOneFrame) {
+  const auto simulator = Simulate("museum", 60, 4);
+  auto pipeline = OpenInMemory({});
+  DriveAll(*simulator, *pipeline);
+  ASSERT_EQ(pipeline->GetMapInfo().components.size(), 1u);
+
+  const Pose T_0_1 = pipeline->GetTransform(RobotId("robot_0"), RobotId("robot_1")).value().T_a_b;
+  const Pose truth = simulator->Truth(0, 0).pose.Inverse() * simulator->Truth(1, 0).pose;
+  const Pose error = truth.Inverse() * T_0_1;
+  EXPECT_LT(error.translation().norm(), 0.1);
+  EXPECT_LT(RotationAngle(error), 0.5 * M_PI / 180);
+
+  // Both trajectories against the truth in the map frame: that of one robot's odom.
+  const SessionId reference = pipeline->GetMapInfo().components[0].reference;
+  const int base = reference == SessionId("robot_0-1") ? 0 : 1;
+  const Pose T_map_world = simulator->Truth(base, 0).pose.Inverse();
+  for (int robot = 0; robot < 2; ++robot) {
+    const RobotTrajectory trajectory =
+        pipeline->GetTrajectory(RobotId("robot_" + std::to_string(robot)), TrajectoryFrame::kMap)
+            .value();
+    ASSERT_EQ(trajectory.poses.size(), 600u);
+    double sum = 0;
+    for (int i = 0; i < 600; ++i) {
+      const Pose expected = T_map_world * simulator->Truth(robot, i).pose;
+      sum += (trajectory.poses[i].pose.translation() - expected.translation()).squaredNorm();
+    }
+    EXPECT_LT(std::sqrt(sum / 600), 0.15) << "robot " << robot;
+  }
+}
+
+// Two closed rooms, built alike: whatever fits, nothing connects them.
+TEST(PipelineMerge, RobotsInTwinRoomsStayApart) {
+  const auto simulator = Simulate("twins", 30, 4);
+  auto pipeline = OpenInMemory({});
+  DriveAll(*simulator, *pipeline);
+  EXPECT_EQ(pipeline->GetMapInfo().components.size(), 2u);
+  ASSERT_EQ(pipeline->GetMatchGraph().matches.size(), 1u);
+  EXPECT_NE(pipeline->GetMatchGraph().matches[0].state, MatchState::kAccepted);
+  EXPECT_EQ(pipeline->GetTransform(RobotId("robot_0"), RobotId("robot_1")).status().code(),
+            absl::StatusCode::kFailedPrecondition);
+}
+
+}  // namespace
+}  // namespace isthmus::server
