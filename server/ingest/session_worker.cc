@@ -247,6 +247,10 @@ void SessionWorker::Abandon() {
     queue_.clear();
     changed_.notify_all();
     changed_.wait(lock, [this] { return !running_; });
+  }
+  {
+    // A Submit or Finish elsewhere may be storing the first of them.
+    std::scoped_lock lock(persist_mutex_, mutex_);
     unpersisted_.clear();
   }
   for (size_t i = 0; i < dropped; ++i) hooks_.scan_done();

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <atomic>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -63,7 +64,12 @@ class PipelineImpl : public Pipeline {
   const Clock& clock_;
   const std::unique_ptr<storage::MapStore> store_;
   MapState state_;
-  std::mutex upload_mutex_;  // One uploaded submap at a time, so that indices stay in order.
+  // Held while a session comes, finishes or goes and while an uploaded submap is taken in: what is
+  // written to the store then is what the state says. Locked before the state's mutex.
+  std::mutex membership_mutex_;
+  // The numbers given to the robots' sessions. A deleted session's number is not given again: the
+  // slow loop may still be at work on its map. Guarded by membership_mutex_.
+  std::map<RobotId, int> last_numbers_;
   std::atomic<bool> shut_down_ = false;
   // Destroyed in reverse: the executor first, so that no worker's task outlives the loops.
   std::unique_ptr<Estimator> estimator_;

@@ -72,6 +72,7 @@ absl::StatusOr<std::vector<SubmapInfo>> PipelineImpl::ListSubmaps(
   for (const auto& [id, entry] : state_.sessions) {
     if (robot && entry.record.robot != *robot) continue;
     absl::StatusOr<std::vector<SubmapInfo>> infos = store_->ListSubmaps(id);
+    if (absl::IsNotFound(infos.status())) continue;  // Is being deleted.
     if (!infos.ok()) return infos.status();
     list.insert(list.end(), infos->begin(), infos->end());
   }

@@ -47,12 +47,13 @@ absl::StatusOr<SessionStatus> PipelineImpl::CreateSession(const RobotId& robot,
   record.sensor = sensor;
   record.T_base_sensor = T_base_sensor;
   record.created_ns = clock_.NowNs();
-  std::lock_guard creating(upload_mutex_);
+  std::lock_guard changing(membership_mutex_);
+  const auto numbered = last_numbers_.find(robot);
+  int number = numbered == last_numbers_.end() ? 0 : numbered->second;
   {
     std::lock_guard lock(state_.mutex);
-    int number = 1;
     do {
-      record.id = SessionId(absl::StrCat(robot.value(), "-", number++));
+      record.id = SessionId(absl::StrCat(robot.value(), "-", ++number));
     } while (state_.Find(record.id) != nullptr);
   }
   auto worker = MakeWorker(record, {});
@@ -60,6 +61,7 @@ absl::StatusOr<SessionStatus> PipelineImpl::CreateSession(const RobotId& robot,
   storage::WriteBatch batch;
   batch.sessions.push_back(record);
   if (absl::Status status = store_->Write(batch); !status.ok()) return status;
+  last_numbers_[robot] = number;
   std::lock_guard lock(state_.mutex);
   SessionEntry& entry = state_.sessions[record.id];
   entry.record = record;
@@ -119,6 +121,7 @@ absl::StatusOr<SessionStatus> PipelineImpl::FinishSession(const SessionId& sessi
   if (worker != nullptr) {
     if (absl::Status status = worker->Finish(); !status.ok()) return status;
   }
+  std::lock_guard changing(membership_mutex_);
   SessionRecord record;
   {
     std::lock_guard lock(state_.mutex);
@@ -148,6 +151,7 @@ absl::Status PipelineImpl::DeleteSession(const SessionId& session) {
     worker = entry->worker;
   }
   if (worker != nullptr) worker->Abandon();
+  std::lock_guard changing(membership_mutex_);
   return state_.RemoveSession(session);
 }
 
@@ -197,7 +201,7 @@ absl::Status PipelineImpl::SubmitScan(const SessionId& session, ScanUpload scan)
 
 absl::StatusOr<SubmapInfo> PipelineImpl::AddSubmap(Submap submap) {
   if (shut_down_) return absl::UnavailableError("the server is shutting down");
-  std::lock_guard uploading(upload_mutex_);
+  std::lock_guard changing(membership_mutex_);
   std::shared_ptr<const Submap> existing;
   {
     std::lock_guard lock(state_.mutex);

@@ -1,0 +1,179 @@
+// What robots, readers and operators do at the same time. Most telling under ThreadSanitizer.
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <condition_variable>
+#include <functional>
+#include <thread>
+
+#include "tests/server/pipeline/robots.h"
+
+namespace isthmus::server {
+namespace {
+
+SessionId Create(Pipeline& pipeline, const std::string& robot) {
+  return pipeline.CreateSession(RobotId(robot), "vlp16", Pose()).value().record.id;
+}
+
+// An event that others wait for, but not forever: where it may rightly not come.
+class Event {
+ public:
+  void Set() {
+    std::lock_guard lock(mutex_);
+    set_ = true;
+    changed_.notify_all();
+  }
+  void Wait() {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [this] { return set_; });
+  }
+  void WaitFor(std::chrono::milliseconds time) {
+    std::unique_lock lock(mutex_);
+    changed_.wait_for(lock, time, [this] { return set_; });
+  }
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  bool set_ = false;  // Guarded by mutex_.
+};
+
+// Runs hooks where the pipeline writes or deletes, to bring about one order of events.
+class HookedStore : public FullDisk {
+ public:
+  explicit HookedStore(std::shared_ptr<std::atomic<bool>> full)
+      : FullDisk(storage::MakeMemoryStore(), std::move(full)) {}
+
+  std::function<void(const storage::WriteBatch&)> before_write = [](const auto&) {};
+  std::function<void()> before_delete = [] {}, after_delete = [] {};
+
+  absl::Status Write(const storage::WriteBatch& batch) override {
+    before_write(batch);
+    return FullDisk::Write(batch);
+  }
+  absl::Status DeleteSession(const SessionId& id) override {
+    before_delete();
+    const absl::Status status = FullDisk::DeleteSession(id);
+    after_delete();
+    return status;
+  }
+};
+
+class PipelineConcurrency : public testing::Test {
+ protected:
+  const std::shared_ptr<std::atomic<bool>> full_ = std::make_shared<std::atomic<bool>>(false);
+  HookedStore* store_ = new HookedStore(full_);
+  const std::unique_ptr<Pipeline> pipeline_ =
+      Pipeline::Open(QuickOptions(), std::unique_ptr<storage::MapStore>(store_)).value();
+};
+
+TEST_F(PipelineConcurrency, DeletingWaitsForASubmapThatIsBeingStored) {
+  Drive drive;
+  const SessionId session = Create(*pipeline_, "alice");
+  *full_ = true;
+  for (int i = 0; i < 10; ++i) ASSERT_TRUE(pipeline_->SubmitScan(session, drive.Upload(i)).ok());
+  pipeline_->WaitUntilIdle();  // Two submaps wait for the disk.
+  Event storing, deleting, submitted;
+  store_->before_write = [&](const storage::WriteBatch& batch) {
+    if (batch.submaps.empty()) return;
+    storing.Set();
+    deleting.WaitFor(std::chrono::milliseconds(100));  // Does not come: it waits for this.
+  };
+  store_->before_delete = [&] {
+    deleting.Set();
+    submitted.Wait();
+  };
+  *full_ = false;
+  absl::Status sent;
+  std::thread robot([&] {
+    sent = pipeline_->SubmitScan(session, drive.Upload(10));
+    submitted.Set();
+  });
+  storing.Wait();
+  EXPECT_TRUE(pipeline_->DeleteSession(session).ok());
+  robot.join();
+  EXPECT_EQ(sent.code(), absl::StatusCode::kUnavailable);
+  EXPECT_TRUE(store_->ListSubmaps(std::nullopt)->empty());
+  EXPECT_TRUE(pipeline_->ListSubmaps(std::nullopt)->empty());
+}
+
+TEST_F(PipelineConcurrency, ASessionDeletedWhileItFinishesStaysDeleted) {
+  const SessionId session = Create(*pipeline_, "alice");
+  Event finishing, deleted;
+  store_->before_write = [&](const storage::WriteBatch& batch) {
+    if (batch.sessions.empty()) return;
+    finishing.Set();
+    deleted.WaitFor(std::chrono::milliseconds(100));  // Does not come: it waits for this.
+  };
+  store_->after_delete = [&] { deleted.Set(); };
+  std::thread finisher([&] { (void)pipeline_->FinishSession(session); });
+  finishing.Wait();
+  EXPECT_TRUE(pipeline_->DeleteSession(session).ok());
+  finisher.join();
+  EXPECT_TRUE(pipeline_->ListSessions().empty());
+  EXPECT_TRUE(store_->ListSessions()->empty());
+}
+
+TEST_F(PipelineConcurrency, ADeletedSessionsNameIsNotGivenAgain) {
+  const SessionId first = Create(*pipeline_, "alice");
+  ASSERT_TRUE(pipeline_->DeleteSession(first).ok());
+  EXPECT_NE(Create(*pipeline_, "alice"), first);
+}
+
+// Looks at everything until told to stop; every answer must be one that a reader can use.
+void ReadEverything(Pipeline& pipeline, const std::atomic<bool>& stop) {
+  int64_t newest = 0;
+  while (!stop) {
+    const MapInfo info = pipeline.GetMapInfo();
+    EXPECT_GE(info.revision, newest);
+    newest = info.revision;
+    EXPECT_TRUE(pipeline.ListSubmaps(std::nullopt).ok());
+    for (const SessionStatus& status : pipeline.ListSessions()) {
+      EXPECT_LE(status.durable_sequence, status.last_sequence);
+      (void)pipeline.GetTrajectory(status.record.robot, TrajectoryFrame::kMap);
+    }
+    (void)pipeline.GetMatchGraph();
+    size_t bytes = 0;
+    const auto count = [&](const std::string& chunk) { return (bytes += chunk.size()) > 0; };
+    EXPECT_TRUE(pipeline.ExportMap(ExportFormat::kPcdBinary, Region(), 0.2, count).ok());
+    EXPECT_GT(bytes, 0u);
+  }
+}
+
+TEST_F(PipelineConcurrency, RobotsComeAndGoWhileOthersReadTheMap) {
+  constexpr int kRobots = 3, kScans = 7;
+  Drive drive(kRobots);
+  std::atomic<bool> stop = false;
+  std::thread reader([&] { ReadEverything(*pipeline_, stop); });
+  std::vector<std::thread> robots;
+  for (int robot = 0; robot < kRobots; ++robot) {
+    robots.emplace_back([&, robot] {
+      const int rounds = robot == 0 ? 3 : 1;  // The first one's sessions are deleted.
+      for (int round = 0; round < rounds; ++round) {
+        AckLog log;
+        const SessionId session = Create(*pipeline_, std::string("robot") + char('a' + robot));
+        EXPECT_TRUE(pipeline_->SetAckSink(session, log.Sink()).ok());
+        for (int i = 0; i < kScans; ++i) {
+          EXPECT_TRUE(pipeline_->SubmitScan(session, drive.Upload(i, robot)).ok());
+        }
+        if (robot == 0) {
+          EXPECT_TRUE(pipeline_->DeleteSession(session).ok());
+          continue;
+        }
+        EXPECT_EQ(pipeline_->FinishSession(session)->durable_sequence, uint64_t{kScans});
+        EXPECT_EQ(log.Take().size(), size_t{kScans} + 1);  // One for each, one for the end.
+        EXPECT_TRUE(pipeline_->SetAckSink(session, nullptr).ok());
+      }
+    });
+  }
+  for (std::thread& robot : robots) robot.join();
+  pipeline_->WaitUntilIdle();
+  stop = true;
+  reader.join();
+  EXPECT_EQ(pipeline_->ListSessions().size(), size_t{kRobots - 1});
+  EXPECT_EQ(pipeline_->ListSubmaps(std::nullopt)->size(), size_t{2 * (kRobots - 1)});
+  EXPECT_TRUE(pipeline_->GetMapInfo().settled);
+}
+
+}  // namespace
+}  // namespace isthmus::server
