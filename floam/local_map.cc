@@ -20,7 +20,8 @@ size_t Hash(uint64_t key) {
 
 Eigen::Vector3d CentreOf(uint64_t key) {
   const auto axis = [key](int shift) {
-    return (static_cast<double>(key >> shift & kAxisMask) - kAxisOffset + 0.5) * LocalMap::kBlockM;
+    const double block = static_cast<double>(key >> shift & kAxisMask) - kAxisOffset;
+    return LocalMap::kGridOriginM + (block + 0.5) * LocalMap::kBlockM;
   };
   return {axis(42), axis(21), axis(0)};
 }
@@ -35,10 +36,10 @@ LocalMap::Cell LocalMap::CellOf(const Eigen::Vector3d& p) {
   cell.key = 0;
   cell.voxel = 0;
   for (int axis = 0; axis < 3; ++axis) {
-    const double floor = std::floor(p[axis] / kBlockM);
+    const double floor = std::floor((p[axis] - kGridOriginM) / kBlockM);
     cell.key = cell.key << 21 |
                (static_cast<uint64_t>(static_cast<int64_t>(floor) + kAxisOffset) & kAxisMask);
-    cell.centre[axis] = (floor + 0.5) * kBlockM;
+    cell.centre[axis] = kGridOriginM + (floor + 0.5) * kBlockM;
     cell.voxel = cell.voxel << 1 | (p[axis] >= cell.centre[axis] ? 1 : 0);
   }
   cell.offset = (p - cell.centre).cast<float>();

@@ -64,23 +64,27 @@ void InsertFloor(double x, double y, double z, LocalMap* map) {
 TEST(LocalMap, FindsTheVoxelsPlaneAlsoFarFromTheOrigin) {
   for (const double far : {0.0, -300.0, 50'000.0}) {
     LocalMap map(ShapeKind::kPlane, LocalMapOptions());
-    InsertFloor(far, far, -0.73, &map);
+    const double corner = far + LocalMap::kGridOriginM;  // Of a block.
+    const double floor = LocalMap::kGridOriginM - 0.73;
+    InsertFloor(corner, corner, floor, &map);
     LocalMap::Found found;
-    map.Find({far + 0.2, far + 0.8, -0.6}, &found);
+    map.Find({corner + 0.2, corner + 0.8, floor + 0.13}, &found);
     ASSERT_NE(found.shape, nullptr) << far;
     EXPECT_GT(std::abs(found.shape->direction.z()), 0.999F);
-    EXPECT_NEAR(found.origin.z() + found.shape->mean.z(), -0.73, 1e-4);
+    EXPECT_NEAR(found.origin.z() + found.shape->mean.z(), floor, 1e-4);
   }
 }
 
 TEST(LocalMap, FallsBackToTheBlockAndElseFindsNothing) {
   LocalMap map(ShapeKind::kPlane, LocalMapOptions());
-  InsertFloor(0, 0, 0.1, &map);
+  const Vector3d corner = Vector3d::Constant(LocalMap::kGridOriginM);  // Of a block.
+  InsertFloor(corner.x(), corner.y(), corner.z() + 0.1, &map);
   LocalMap::Found found;
-  map.Find({0.3, 0.3, 0.9}, &found);  // The upper voxels are empty; the block has a floor.
+  map.Find(corner + Vector3d(0.3, 0.3, 0.9),
+           &found);  // The upper voxels are empty; the block has a floor.
   ASSERT_NE(found.shape, nullptr);
-  EXPECT_NEAR(found.origin.z() + found.shape->mean.z(), 0.1, 1e-4);
-  map.Find({0.3, 0.3, 1.1}, &found);
+  EXPECT_NEAR(found.origin.z() + found.shape->mean.z(), corner.z() + 0.1, 1e-4);
+  map.Find(corner + Vector3d(0.3, 0.3, 1.1), &found);
   EXPECT_EQ(found.shape, nullptr);
 }
 

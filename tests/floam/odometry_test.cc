@@ -115,6 +115,46 @@ TEST_P(OdometryModes, StartsAtSpeed) {
   EXPECT_LT(drive.Rmse(), 0.03);
 }
 
+// Walls at round coordinates without any noise, as in a drawing; `index` counts from the start.
+Scan ScanOfDrawnRoom(const Motion& motion, bool with_time, int index) {
+  Room room;
+  room.walls = {{-3, -6, -1.2}, {22, 7, 3}};
+  room.boxes = {{{3, 2, -1.2}, {3.7, 2.9, 3}},
+                {{8, -4, -1.2}, {9, -3.2, 3}},
+                {{13, 3, -1.2}, {14.5, 3.6, 3}},
+                {{17, -2.6, -1.2}, {17.4, -1.4, 3}}};
+  Sensor sensor;
+  sensor.noise_m = 0;
+  Scan scan = MakeScan(room, motion, sensor, index);
+  scan.has_time = with_time;
+  if (!with_time) {
+    for (ScanPoint& p : scan.points) p.time = 0;
+  }
+  return scan;
+}
+
+TEST_P(OdometryModes, StartsUnderWayAmongWallsAtRoundCoordinates) {
+  for (const bool with_time : {true, false}) {
+    for (const double speed : {0.0, 1.0, 2.0, 4.0}) {
+      for (const double yaw_rate : {0.0, 1.05}) {
+        SCOPED_TRACE(::testing::Message() << with_time << " " << speed << " " << yaw_rate);
+        const Vector6d twist = (Vector6d() << speed, 0, 0, 0, 0, yaw_rate).finished();
+        // The END of the first scan is where the room's coordinates begin.
+        const Motion motion = [&](double time_s) { return Exp((time_s - 0.1) * twist); };
+        Odometry odometry(Vlp16(), WithMode(GetParam()));
+        for (int k = 0; k < 10; ++k) {
+          const auto result = odometry.Process(ScanOfDrawnRoom(motion, with_time, k));
+          ASSERT_TRUE(result.ok());
+          EXPECT_EQ(result->status, TrackingStatus::kOk) << k;
+          const Pose error = EndPose(motion, Sensor(), k).Inverse() * result->T_odom_sensor;
+          EXPECT_LT(error.translation().norm(), 0.03) << k;
+          EXPECT_LT(RotationAngle(error), 0.01) << k;
+        }
+      }
+    }
+  }
+}
+
 TEST(Odometry, FirstPoseIsTheOriginAndCovarianceIsPositive) {
   Drive drive(Loop(1), OdometryOptions());
   const auto first = drive.Step(0);
