@@ -8,6 +8,9 @@ if(ISTHMUS_SANITIZE)
   target_compile_options(isthmus_flags INTERFACE
     -fsanitize=${ISTHMUS_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)
   target_link_options(isthmus_flags INTERFACE -fsanitize=${ISTHMUS_SANITIZE})
+  # Eigen brings its own aligned malloc where it sees AddressSanitizer; PCL's libraries, built
+  # without, use the system's, and what one of them allocates the other frees.
+  target_compile_definitions(isthmus_flags INTERFACE EIGEN_MALLOC_ALREADY_ALIGNED=1)
 endif()
 
 # isthmus_library(NAME SOURCES ... [DEPS public...] [PRIVATE third-party...])

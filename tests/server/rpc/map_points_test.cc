@@ -32,7 +32,7 @@ class QueryRegionTest : public RpcTest {
       EXPECT_EQ(data.size(), response.cloud().width() * sizeof(MapPoint));
       const size_t before = points_.size();
       points_.resize(before + response.cloud().width());
-      std::memcpy(points_.data() + before, data.data(), data.size());
+      if (!data.empty()) std::memcpy(points_.data() + before, data.data(), data.size());
       responses_.push_back(response);
     }
     return reader->Finish();
