@@ -28,7 +28,8 @@ using SessionPair = std::pair<SessionId, SessionId>;  // first < second
 
 struct SessionEntry {
   SessionRecord record;
-  std::shared_ptr<ingest::SessionWorker> worker;  // Null once finished.
+  std::shared_ptr<ingest::SessionWorker> worker;  // Null once finished: its local map is large.
+  ingest::WorkerStatus final_status;              // What the worker said last.
   std::vector<std::shared_ptr<const Submap>> submaps;
   std::vector<TrajectoryEntry> trajectory;  // Durable part.
   uint64_t points = 0;

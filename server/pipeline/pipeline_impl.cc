@@ -40,16 +40,15 @@ SessionStatus PipelineImpl::StatusOf(const SessionEntry& entry) const {
   status.record = entry.record;
   status.submap_count = static_cast<uint32_t>(entry.submaps.size());
   status.point_count = entry.points;
-  if (entry.worker != nullptr) {
-    const ingest::WorkerStatus worker = entry.worker->Status();
-    status.last_sequence = worker.last_sequence;
-    status.durable_sequence = worker.durable_sequence;
-    status.scans_processed = worker.processed;
-    status.scans_rejected = worker.rejected;
-    status.odometry_ms_mean = worker.odometry_ms_mean;
-    status.travelled_m = worker.travelled_m;
-    status.tracking = worker.tracking;
-  }
+  const ingest::WorkerStatus worker =
+      entry.worker != nullptr ? entry.worker->Status() : entry.final_status;
+  status.last_sequence = worker.last_sequence;
+  status.durable_sequence = worker.durable_sequence;
+  status.scans_processed = worker.processed;
+  status.scans_rejected = worker.rejected;
+  status.odometry_ms_mean = worker.odometry_ms_mean;
+  status.travelled_m = worker.travelled_m;
+  status.tracking = worker.tracking;
   if (!entry.uploads && !entry.submaps.empty()) {
     const uint64_t stored = entry.submaps.back()->last_sequence;
     status.last_sequence = std::max(status.last_sequence, stored);

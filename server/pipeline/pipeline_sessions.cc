@@ -134,10 +134,16 @@ absl::StatusOr<SessionStatus> PipelineImpl::FinishSession(const SessionId& sessi
   storage::WriteBatch batch;
   batch.sessions.push_back(record);
   if (absl::Status status = store_->Write(batch); !status.ok()) return status;
+  // No ack follows the last one, and whoever took them may be gone before the worker is.
+  if (worker != nullptr) worker->SetAckSink(nullptr);
   std::lock_guard lock(state_.mutex);
   SessionEntry* entry = state_.Find(session);
   if (entry == nullptr) return UnknownSession(session);
   entry->record = record;
+  if (entry->worker != nullptr) {
+    entry->final_status = entry->worker->Status();
+    entry->worker = nullptr;
+  }
   state_.changed.notify_all();
   return StatusOf(*entry);
 }
