@@ -59,6 +59,16 @@ Matrix6d CovarianceAtEnd(const MatchResult& match, bool with_twist) {
   return J * covariance * J.transpose();
 }
 
+// The unobserved directions of the pose at the reference time, as seen at the END of the scan.
+Degeneracy AtEnd(const MatchResult& match) {
+  const Eigen::Matrix3d R_end_reference =
+      Exp(match.pose.reference_s * match.pose.twist).RotationMatrix();
+  Degeneracy degeneracy = match.degeneracy;
+  for (Eigen::Vector3d& d : degeneracy.translations) d = R_end_reference * d;
+  for (Eigen::Vector3d& d : degeneracy.rotations) d = R_end_reference * d;
+  return degeneracy;
+}
+
 Matrix6d LostCovariance() {
   Vector6d variance;
   variance.head<3>().setConstant(kLostM * kLostM);
@@ -312,6 +322,8 @@ absl::StatusOr<OdometryResult> Odometry::Process(const Scan& input) {
   result.sequence = input.sequence;
   result.stamp_ns = input.end_stamp_ns;
   if (absl::Status status = state.Prepare(input); !status.ok()) return status;
+  result.rings_from = state.scan.rings_from;
+  result.times_from = state.scan.times_from;
   result.timing.features_ms = stage.Lap();
 
   ScanPose pose;
@@ -337,6 +349,7 @@ absl::StatusOr<OdometryResult> Odometry::Process(const Scan& input) {
       state.Adopt(&match, elapsed_s, input);
       pose = state.last;
       result.covariance = CovarianceAtEnd(match, state.continuous());
+      result.degeneracy = AtEnd(match);
       result.status = match.degeneracy.any() ? TrackingStatus::kDegenerate : TrackingStatus::kOk;
     } else {
       pose = prediction;

@@ -14,6 +14,8 @@
 #include "core/pose.h"
 #include "core/scan.h"
 #include "core/trajectory.h"
+#include "floam/degeneracy.h"
+#include "floam/ring_scan.h"
 #include "floam/sensor_model.h"
 
 namespace isthmus::floam {
@@ -40,6 +42,9 @@ struct OdometryResult {
   Matrix6d covariance =
       Matrix6d::Zero();  // Of T_odom_sensor, twist order [rho; phi], sensor frame.
   TrackingStatus status = TrackingStatus::kOk;
+  Degeneracy degeneracy;  // Which directions, when degenerate; sensor frame at the END of the scan.
+  Inference rings_from = Inference::kSensor;
+  Inference times_from = Inference::kSensor;
   ScanTiming timing;
   // All usable points of the scan, undistorted into the sensor frame at the END of the scan.
   Cloud undistorted;

@@ -11,6 +11,7 @@ namespace isthmus::floam {
 enum class OdometryMode {
   kFloam,       // The paper's two stages of distortion compensation.
   kContinuous,  // Pose and in-scan motion estimated together.
+  kAloam,       // Scan to scan, then scan to map: A-LOAM, to compare with.
 };
 
 struct OdometryOptions {
