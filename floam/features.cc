@@ -28,8 +28,8 @@ bool Grazing(const RingPoint& before, const RingPoint& p, const RingPoint& after
   return along * along > kGrazingCosine * kGrazingCosine * length2 * p.range * p.range;
 }
 
-TimedPoint ToTimed(const RingPoint& p, float weight) {
-  return {Eigen::Vector3f(p.x, p.y, p.z), p.time, weight};
+TimedPoint ToTimed(const RingPoint& p, float weight, uint16_t ring) {
+  return {Eigen::Vector3f(p.x, p.y, p.z), p.time, weight, ring};
 }
 
 // Keeps `limit` of the points, evenly spread over their order.
@@ -71,6 +71,7 @@ void FeatureExtractor::Extract(const RingScan& scan, Features* out) {
   for (size_t ring = 0; ring + 1 < scan.ring_begin.size(); ++ring) {
     const RingPoint* begin = scan.points.data() + scan.ring_begin[ring];
     const RingPoint* end = scan.points.data() + scan.ring_begin[ring + 1];
+    ring_ = static_cast<uint16_t>(ring);
     edge_candidates_.clear();
     for (const RingPoint* segment = begin; segment < end;) {
       const RingPoint* segment_end = segment + 1;
@@ -95,7 +96,7 @@ void FeatureExtractor::ExtractSegment(const RingPoint* begin, const RingPoint* e
     }
     if (!new_in_map || !(deviation < options_.surface_deviation_m)) continue;
     if (Grazing(p[-window], *p, p[window])) continue;
-    const TimedPoint point = ToTimed(*p, std::exp(-smoothness / kSmoothnessScale));
+    const TimedPoint point = ToTimed(*p, std::exp(-smoothness / kSmoothnessScale), ring_);
     out->map_surfaces.push_back(point);
     if (surface_thinner_.Insert(p->x, p->y, p->z)) out->surfaces.push_back(point);
   }
@@ -122,7 +123,8 @@ void FeatureExtractor::KeepBestEdges(const RingPoint* ring_begin, const RingPoin
          ++candidate) {
       const RingPoint& p = *candidate->point;
       if (!edge_thinner_.Insert(p.x, p.y, p.z)) continue;
-      out->edges.push_back(ToTimed(p, 1 - std::exp(-candidate->smoothness / kSmoothnessScale)));
+      out->edges.push_back(
+          ToTimed(p, 1 - std::exp(-candidate->smoothness / kSmoothnessScale), ring_));
       ++kept;
     }
     first = last;

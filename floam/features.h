@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <vector>
 
 #include "floam/ring_scan.h"
@@ -27,6 +28,7 @@ struct TimedPoint {
   Eigen::Vector3f position;  // Sensor frame at the instant of the measurement.
   float time = 0;            // Seconds relative to the END of the scan.
   float weight = 1;          // The paper's local weight, in (0, 1].
+  uint16_t ring = 0;         // As in RingScan.
 };
 
 struct Features {
@@ -62,7 +64,8 @@ class FeatureExtractor {
 
   const FeatureOptions options_;
   VoxelThinner surface_thinner_, edge_thinner_, map_thinner_;
-  std::vector<EdgeCandidate> edge_candidates_;  // Of one ring.
+  uint16_t ring_ = 0;                           // The one at hand.
+  std::vector<EdgeCandidate> edge_candidates_;  // Of that ring.
 };
 
 }  // namespace isthmus::floam

@@ -49,6 +49,17 @@ TEST(Smoothness, IsEquationOneOfThePaper) {
   EXPECT_NEAR(Smoothness(&ring[5], 5), 0.2 / 3.8, 1e-5);
 }
 
+TEST(Features, KnowTheirRing) {
+  const Features features = Extract(Sorted(MakeScan(testing::FurnishedRoom(), Still, Sensor(), 0)));
+  for (const auto* points : {&features.edges, &features.surfaces, &features.map_surfaces}) {
+    ASSERT_FALSE(points->empty());
+    for (const TimedPoint& p : *points) {
+      const double elevation = std::asin(p.position.z() / p.position.norm());
+      EXPECT_EQ(p.ring, std::lround((elevation + 0.2618) / (2 * 0.2618) * 15));
+    }
+  }
+}
+
 TEST(Features, EdgesAreCornersAndSurfacesAreWalls) {
   const Room room;  // Empty.
   const Features features = Extract(Sorted(MakeScan(room, Still, Sensor(), 0)));
