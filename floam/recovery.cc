@@ -1,97 +1,54 @@
 #include "floam/recovery.h"
 
 #include <algorithm>
-#include <cmath>
-#include <numbers>
+#include <cstddef>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "floam/recovery_guesses.h"
 
 namespace isthmus::floam {
 namespace {
 
-constexpr double kMaxExtrapolationS = 3;
-constexpr double kYawRateRadPerS = 0.8;  // The heading may be off by this much per second ...
-constexpr double kMinYawReachRad = 0.3;  // ... and this at least.
-constexpr double kSlackM = 0.6;          // Likewise the place, at the last speed.
-constexpr double kMaxGridM = 2.5;
-constexpr double kGridM = 0.6, kGridRad = 0.15;  // Matching converges from half of both.
-constexpr double kArcRad = 0.1;
+// Every guess is looked at once, with a part of the features and a wide loss, ...
+constexpr int kGlanceStride = 8;
+constexpr double kGlanceKernelM = 0.5;
+// ... and the best are matched properly.
+constexpr size_t kTries = 24;
+constexpr int kTryStride = 3;
 
-constexpr double kFading = 0.05;
-constexpr double kTypicalAgreement = 0.95, kTypicalShare = 0.75;  // Of the averages.
-
-// Drives on at up to the last speed along arcs of every curvature, the heading a little off.
-void AddArcs(const ScanPose& last, double elapsed_s, double reference_s,
-             std::vector<ScanPose>* guesses) {
-  const double time_s = std::min(elapsed_s, kMaxExtrapolationS);
-  const double reach_m = last.twist.head<3>().norm() * time_s;
-  const double reach_rad = kYawRateRadPerS * time_s;
-  const Pose T_odom_last = last.At(0);
-  for (double along = kGridM; along <= 1.1 * reach_m; along += kGridM) {
-    for (double turn = -reach_rad; turn <= reach_rad; turn += kArcRad) {
-      Vector6d arc = Vector6d::Zero();
-      arc.head<3>() = last.twist.head<3>() * (along / reach_m * time_s);
-      arc[5] = turn;
-      for (const double off : {-kGridRad, 0.0, kGridRad}) {
-        const Pose T = T_odom_last * Exp(arc) * Pose::FromXyzRpy(0, 0, 0, 0, 0, off);
-        guesses->push_back({T, last.twist, reference_s});
-      }
-    }
-  }
-}
-
-// All places and headings nearby, however they were reached.
-void AddGrid(const ScanPose& last, double elapsed_s, double reference_s,
-             std::vector<ScanPose>* guesses) {
-  const double speed = last.twist.head<3>().norm();
-  const double reach_m = std::min(kMaxGridM, kSlackM + speed * elapsed_s);
-  const double reach_rad =
-      std::min(std::numbers::pi, kMinYawReachRad + kYawRateRadPerS * elapsed_s);
-  const Pose T_odom_last = last.At(0);
-  for (double x = -reach_m; x <= reach_m; x += kGridM) {
-    for (double y = -reach_m; y <= reach_m; y += kGridM) {
-      if (x * x + y * y > reach_m * reach_m) continue;
-      for (double yaw = -reach_rad; yaw <= reach_rad; yaw += kGridRad) {
-        const Eigen::Quaterniond turn(Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()));
-        const Pose T(turn * T_odom_last.rotation(),
-                     T_odom_last.translation() + Eigen::Vector3d(x, y, 0));
-        guesses->push_back({T, last.twist, reference_s});
-      }
-    }
-  }
-}
-
-double Share(const MatchResult& match) {
-  return static_cast<double>(match.used) / std::max(match.features, 1);
-}
+double Score(const MatchResult& match) { return match.agreement * match.used; }
 
 }  // namespace
 
-ScanPose Predict(const ScanPose& last, double elapsed_s, double reference_s) {
-  const double time_s = std::min(elapsed_s, kMaxExtrapolationS) + reference_s;
-  return {last.At(time_s), last.twist, reference_s};
-}
-
-std::vector<ScanPose> RecoveryGuesses(const ScanPose& last, double elapsed_s, double reference_s) {
-  std::vector<ScanPose> guesses;
-  for (const double fraction : {1.0, 0.75, 0.5, 0.25, 0.0}) {
-    ScanPose slowed = last;
-    slowed.twist *= fraction;
-    guesses.push_back(Predict(slowed, elapsed_s, reference_s));
+MatchResult Recover(const ScanFrame& frame, const MatchOptions& options, Tracker* tracker,
+                    FeatureMap* map) {
+  const auto match_from = [&](const ScanPose& guess, const MatchOptions& matching) {
+    return tracker->matcher()->Match(frame.features, guess, std::nullopt, matching, map->surfaces(),
+                                     map->edges());
+  };
+  MatchOptions glance = options;
+  glance.stride = kGlanceStride;
+  glance.max_iterations = 1;
+  glance.kernel_start_m = kGlanceKernelM;
+  std::vector<std::pair<double, ScanPose>> ranked;
+  for (const ScanPose& guess : RecoveryGuesses(tracker->last(), tracker->ElapsedSeconds(frame),
+                                               tracker->ReferenceTime(frame))) {
+    ranked.emplace_back(Score(match_from(guess, glance)), guess);
   }
-  AddArcs(last, elapsed_s, reference_s, &guesses);
-  AddGrid(last, elapsed_s, reference_s, &guesses);
-  return guesses;
-}
-
-void MatchQuality::Add(const MatchResult& match) {
-  const double weight = agreement_ > 0 ? kFading : 1;
-  agreement_ += weight * (match.agreement - agreement_);
-  share_ += weight * (Share(match) - share_);
-}
-
-bool MatchQuality::IsTypical(const MatchResult& match) const {
-  // Where a direction is not observed, a wrong place fits as well as the right one.
-  return !match.degeneracy.any() && match.agreement >= kTypicalAgreement * agreement_ &&
-         Share(match) >= kTypicalShare * share_;
+  const size_t tries = std::min(kTries, ranked.size());
+  std::partial_sort(ranked.begin(), ranked.begin() + static_cast<std::ptrdiff_t>(tries),
+                    ranked.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+  MatchOptions attempt = options;
+  attempt.stride = kTryStride;
+  attempt.kernel_start_m = kGlanceKernelM;
+  MatchResult best;
+  for (size_t k = 0; k < tries; ++k) {
+    MatchResult match = match_from(ranked[k].second, attempt);
+    if (k == 0 || Score(match) > Score(best)) best = std::move(match);
+  }
+  return tracker->Match(frame, best.pose, options, map);
 }
 
 }  // namespace isthmus::floam

@@ -1,0 +1,53 @@
+#include "floam/feature_map.h"
+
+#include <vector>
+
+#include "floam/undistort.h"
+
+namespace isthmus::floam {
+
+FeatureMap::FeatureMap(const OdometryOptions& options)
+    : options_(options),
+      surfaces_(ShapeKind::kPlane, options.map),
+      edges_(ShapeKind::kLine, options.map) {}
+
+void FeatureMap::Insert(const Features& features, const ScanPose& pose, double period_s) {
+  const ScanMotion motion(pose.twist, pose.reference_s, -period_s, 0);
+  const Eigen::Matrix3d R = pose.T_odom_sensor.RotationMatrix();
+  const Eigen::Vector3d& t = pose.T_odom_sensor.translation();
+  const auto insert = [&](const std::vector<TimedPoint>& from, LocalMap* map) {
+    for (const TimedPoint& p : from) {
+      map->Insert(R * motion.ToReference(p.position, p.time).cast<double>() + t);
+    }
+  };
+  insert(features.map_surfaces, &surfaces_);
+  insert(features.edges, &edges_);
+  T_odom_inserted_ = pose.At(0);
+  ++scans_;
+}
+
+void FeatureMap::Update(const Features& features, const ScanPose& pose, double period_s) {
+  const Pose T_odom_end = pose.At(0);
+  const Pose moved = T_odom_inserted_.Inverse() * T_odom_end;
+  if (!IsYoung() && moved.translation().norm() < options_.map_distance_m &&
+      RotationAngle(moved) < options_.map_angle_rad) {
+    return;
+  }
+  Insert(features, pose, period_s);
+  surfaces_.Evict(T_odom_end.translation());
+  edges_.Evict(T_odom_end.translation());
+}
+
+void FeatureMap::Resume(const Cloud& map_odom, const Pose& T_odom_sensor) {
+  for (const Point& p : map_odom) surfaces_.Insert(p.Position().cast<double>());
+  T_odom_inserted_ = T_odom_sensor;
+  scans_ = options_.map_first_scans;
+}
+
+void FeatureMap::Clear() {
+  surfaces_.Clear();
+  edges_.Clear();
+  scans_ = 0;
+}
+
+}  // namespace isthmus::floam

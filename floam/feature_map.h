@@ -1,0 +1,39 @@
+// The local map of both kinds of features, and when scans go into it.
+#pragma once
+
+#include "core/cloud.h"
+#include "floam/features.h"
+#include "floam/local_map.h"
+#include "floam/odometry_options.h"
+#include "floam/scan_matcher.h"
+
+namespace isthmus::floam {
+
+// Not thread safe.
+class FeatureMap {
+ public:
+  explicit FeatureMap(const OdometryOptions& options);
+
+  // A map of a few scans is sparse: most of what a scan sees is not in it yet.
+  bool IsYoung() const { return scans_ < options_.map_first_scans; }
+
+  // Puts the points where they were measured, the sensor moving as `pose` says.
+  void Insert(const Features& features, const ScanPose& pose, double period_s);
+  // Inserts what was seen after enough motion since the last time (or while young), and forgets
+  // what is out of reach.
+  void Update(const Features& features, const ScanPose& pose, double period_s);
+  // Goes on with points of an earlier run, the sensor at `T_odom_sensor`. No longer young.
+  void Resume(const Cloud& map_odom, const Pose& T_odom_sensor);
+  void Clear();
+
+  LocalMap* surfaces() { return &surfaces_; }
+  LocalMap* edges() { return &edges_; }
+
+ private:
+  const OdometryOptions options_;
+  LocalMap surfaces_, edges_;
+  int scans_ = 0;
+  Pose T_odom_inserted_;  // END of the last scan that was inserted.
+};
+
+}  // namespace isthmus::floam

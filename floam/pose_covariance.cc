@@ -1,0 +1,50 @@
+#include "floam/pose_covariance.h"
+
+namespace isthmus::floam {
+namespace {
+
+// Sigma along directions that are not observed, and of poses that are a prediction only.
+constexpr double kUnobservedM = 1.0, kUnobservedRad = 0.2;
+constexpr double kLostM = 10, kLostRad = 1;
+
+Matrix6d Adjoint(const Pose& pose) {
+  const Eigen::Matrix3d R = pose.RotationMatrix();
+  Matrix6d adjoint;
+  adjoint << R, Skew(pose.translation()) * R, Eigen::Matrix3d::Zero(), R;
+  return adjoint;
+}
+
+}  // namespace
+
+Matrix6d CovarianceAtEnd(const MatchResult& match, bool with_twist) {
+  const double ahead_s = -match.pose.reference_s;
+  Eigen::Matrix<double, 6, 12> J = Eigen::Matrix<double, 6, 12>::Zero();
+  J.leftCols<6>() = Adjoint(Exp(-ahead_s * match.pose.twist));
+  if (with_twist) J.rightCols<6>() = ahead_s * Matrix6d::Identity();
+  Matrix12d covariance = match.covariance;
+  for (const Eigen::Vector3d& d : match.degeneracy.translations) {
+    covariance.topLeftCorner<3, 3>() += kUnobservedM * kUnobservedM * d * d.transpose();
+  }
+  for (const Eigen::Vector3d& d : match.degeneracy.rotations) {
+    covariance.block<3, 3>(3, 3) += kUnobservedRad * kUnobservedRad * d * d.transpose();
+  }
+  return J * covariance * J.transpose();
+}
+
+Degeneracy DegeneracyAtEnd(const MatchResult& match) {
+  const Eigen::Matrix3d R_end_reference =
+      Exp(match.pose.reference_s * match.pose.twist).RotationMatrix();
+  Degeneracy degeneracy = match.degeneracy;
+  for (Eigen::Vector3d& d : degeneracy.translations) d = R_end_reference * d;
+  for (Eigen::Vector3d& d : degeneracy.rotations) d = R_end_reference * d;
+  return degeneracy;
+}
+
+Matrix6d LostCovariance() {
+  Vector6d variance;
+  variance.head<3>().setConstant(kLostM * kLostM);
+  variance.tail<3>().setConstant(kLostRad * kLostRad);
+  return variance.asDiagonal();
+}
+
+}  // namespace isthmus::floam

@@ -1,0 +1,20 @@
+// What a match says of the pose at the END of the scan, and how surely.
+#pragma once
+
+#include "core/pose.h"
+#include "floam/degeneracy.h"
+#include "floam/scan_matcher.h"
+
+namespace isthmus::floam {
+
+// Covariance of T_odom_sensor at the END of the scan, twist order [rho; phi], sensor frame there,
+// from that of pose and twist at the reference time. `with_twist`: the twist was estimated.
+Matrix6d CovarianceAtEnd(const MatchResult& match, bool with_twist);
+
+// The unobserved directions of the pose at the reference time, as seen at the END of the scan.
+Degeneracy DegeneracyAtEnd(const MatchResult& match);
+
+// Of a pose that is a prediction only.
+Matrix6d LostCovariance();
+
+}  // namespace isthmus::floam

@@ -1,0 +1,96 @@
+#include "floam/tracker.h"
+
+#include <algorithm>
+
+namespace isthmus::floam {
+namespace {
+
+constexpr double kMaxExtrapolationS = 3;
+// Scans farther apart than this many periods: too much may have happened to trust the motion.
+constexpr double kGapPeriods = 3.5;
+constexpr double kGapTwistSigma = 1.0;  // m/s and rad/s, after a gap.
+
+}  // namespace
+
+ScanPose Predict(const ScanPose& last, double elapsed_s, double reference_s) {
+  const double time_s = std::min(elapsed_s, kMaxExtrapolationS) + reference_s;
+  return {last.At(time_s), last.twist, reference_s};
+}
+
+Tracker::Tracker(const SensorModel& sensor, const OdometryOptions& options)
+    : sensor_(sensor), options_(options) {}
+
+double Tracker::ElapsedSeconds(const ScanFrame& frame) const {
+  return 1e-9 * static_cast<double>(frame.stamp_ns - last_ns_);
+}
+
+double Tracker::ReferenceTime(const ScanFrame& frame) const {
+  return IsContinuous() ? -0.5 * frame.period_s : 0;
+}
+
+bool Tracker::IsAfterGap(const ScanFrame& frame) const {
+  return ElapsedSeconds(frame) > kGapPeriods * sensor_.scan_period_s;
+}
+
+ScanPose Tracker::Prediction(const ScanFrame& frame) const {
+  return Predict(last_, ElapsedSeconds(frame), ReferenceTime(frame));
+}
+
+std::optional<TwistPrior> Tracker::Prior(const ScanFrame& frame, const ScanPose& guess) const {
+  if (!IsContinuous()) return std::nullopt;
+  TwistPrior prior;
+  if (IsAfterGap(frame)) {
+    prior.mean = guess.twist;
+    prior.sigma.setConstant(kGapTwistSigma);
+    return prior;
+  }
+  prior.T_odom_previous = last_.T_odom_sensor;
+  prior.since_previous_s = ElapsedSeconds(frame) + guess.reference_s - last_.reference_s;
+  prior.sigma.head<3>().setConstant(options_.speed_change_sigma);
+  prior.sigma.segment<2>(3).setConstant(options_.tilt_rate_sigma);
+  prior.sigma[5] = options_.yaw_rate_change_sigma;
+  return prior;
+}
+
+MatchResult Tracker::Match(const ScanFrame& frame, const ScanPose& guess,
+                           const MatchOptions& options, FeatureMap* map) {
+  return matcher_.Match(frame.features, guess, Prior(frame, guess), options, map->surfaces(),
+                        map->edges());
+}
+
+MatchOptions Tracker::Matching(const FeatureMap& map) const {
+  MatchOptions matching = options_.matching;
+  if (map.IsYoung()) {
+    matching.guess_sigma[2] = options_.young_height_sigma_m;
+    matching.guess_sigma.segment<2>(3).setConstant(options_.young_tilt_sigma_rad);
+  }
+  return matching;
+}
+
+bool Tracker::Fits(const MatchResult& match, const FeatureMap& map) const {
+  const double least_share = map.IsYoung() ? 0 : options_.min_used_share;
+  return match.used >= std::max<double>(options_.min_used, least_share * match.features) &&
+         match.agreement >= options_.min_agreement && match.pose.T_odom_sensor.IsFinite();
+}
+
+bool Tracker::IsExpected(const MatchResult& match, const ScanPose& prediction) const {
+  const Pose surprise = prediction.T_odom_sensor.Inverse() * match.pose.T_odom_sensor;
+  return surprise.translation().norm() < options_.max_surprise_m &&
+         RotationAngle(surprise) < options_.max_surprise_rad;
+}
+
+void Tracker::Adopt(const ScanFrame& frame, MatchResult* match) {
+  if (!IsContinuous()) {
+    // Stage two of the paper: the motion that was found replaces the one that was predicted.
+    const Pose moved = last_.T_odom_sensor.Inverse() * match->pose.T_odom_sensor;
+    match->pose.twist = Log(moved) / ElapsedSeconds(frame);
+  }
+  Begin(match->pose, frame.stamp_ns);
+}
+
+void Tracker::Begin(const ScanPose& pose, int64_t stamp_ns) {
+  last_ = pose;
+  last_ns_ = stamp_ns;
+}
+
+}  // namespace isthmus::floam
