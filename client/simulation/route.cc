@@ -58,9 +58,15 @@ struct Drive {
         done_s(profile.TimeAt(curve.LengthTo(polygon.done))) {}
 };
 
-Pose SensorPose(const World& world, const Drive& drive, double phase, double seconds) {
-  const SpeedProfile::State state = drive.profile.At(seconds);
-  const ClosedCurve::Sample at = drive.curve.At(state.s);
+// How the sensor nods and rolls.
+struct Sway {
+  double phase = 0;
+  double roll_hz = 0.9, pitch_hz = 0.6;
+};
+
+Pose SensorPose(const World& world, const ClosedCurve& curve, const SpeedProfile::State& state,
+                const Sway& swaying, double seconds) {
+  const ClosedCurve::Sample at = curve.At(state.s);
   const double x = at.position.x(), y = at.position.y();
   // The ground's slope ahead and to the left, over the robot's own size.
   const double c = std::cos(at.yaw), s = std::sin(at.yaw);
@@ -71,8 +77,8 @@ Pose SensorPose(const World& world, const Drive& drive, double phase, double sec
   const double slope_left = std::atan(rise(-0.5 * s, 0.5 * c));
   const double sway = 0.5 * kDegree * state.speed_mps / world.max_speed_mps;
   const double t = 2 * std::numbers::pi * seconds;
-  const double roll = slope_left + sway * std::sin(0.9 * t + phase);
-  const double pitch = -slope_ahead + sway * std::sin(0.6 * t + 2 * phase);
+  const double roll = slope_left + sway * std::sin(swaying.roll_hz * t + swaying.phase);
+  const double pitch = -slope_ahead + sway * std::sin(swaying.pitch_hz * t + 2 * swaying.phase);
   const double z = world.ground.Height(x, y) + world.sensor_height_m;
   return Pose::FromXyzRpy(x, y, z, roll, pitch, at.yaw);
 }
@@ -111,6 +117,29 @@ std::vector<std::shared_ptr<const Drive>> ChooseDrives(const World& world, int r
   return drives;
 }
 
+// A copy for motions, which need the ground only.
+std::shared_ptr<const World> WithoutMesh(const World& world) {
+  auto copy = std::make_shared<World>(world);
+  copy->mesh = {};
+  return copy;
+}
+
+absl::Status NoWay(const World& world, int robots, uint64_t seed) {
+  return absl::InternalError(absl::StrCat("world ", world.name, " with seed ", seed,
+                                          " has no way for ", robots,
+                                          " robots; choose another seed"));
+}
+
+// When a drive has come `s` metres; TimeAt to the last bit.
+double WhenAt(const SpeedProfile& profile, double s, double latest_s) {
+  double early = 0, late = latest_s;
+  for (int halving = 0; halving < 64; ++halving) {
+    const double middle = (early + late) / 2;
+    (profile.At(middle).s < s ? early : late) = middle;
+  }
+  return late;
+}
+
 }  // namespace
 
 absl::StatusOr<std::vector<Motion>> MakeRoutes(const World& world, int robots, double seconds,
@@ -120,24 +149,54 @@ absl::StatusOr<std::vector<Motion>> MakeRoutes(const World& world, int robots, d
         absl::StrCat("routes need at least one robot and more than 0 seconds; got ", robots,
                      " robots and ", seconds, " s"));
   }
-  const auto shared_world = std::make_shared<World>();
-  *shared_world = world;
-  shared_world->mesh = {};  // Motions need the ground only.
+  const auto shared_world = WithoutMesh(world);
   std::vector<Motion> motions;
   const auto drives = ChooseDrives(world, robots, seconds, seed);
-  if (drives.empty()) {
-    return absl::InternalError(absl::StrCat("world ", world.name, " with seed ", seed,
-                                            " has no way for ", robots,
-                                            " robots; choose another seed"));
-  }
+  if (drives.empty()) return NoWay(world, robots, seed);
   for (size_t i = 0; i < drives.size(); ++i) {
     Random random(seed, 0x72, i);
-    const double phase = random.Uniform(0, 2 * std::numbers::pi);
-    motions.push_back([shared_world, drive = drives[i], phase](double t) {
-      return SensorPose(*shared_world, *drive, phase, t);
+    const Sway sway{random.Uniform(0, 2 * std::numbers::pi)};
+    motions.push_back([shared_world, drive = drives[i], sway](double t) {
+      return SensorPose(*shared_world, drive->curve, drive->profile.At(t), sway, t);
     });
   }
   return motions;
+}
+
+absl::StatusOr<Lap> MakeLap(const World& world, double about_s, double turn_s, uint64_t seed) {
+  if (!(about_s > 0 && turn_s > 0)) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "a lap and a turn need more than 0 seconds; got ", about_s, " s and ", turn_s, " s"));
+  }
+  const auto drives = ChooseDrives(world, 1, about_s, seed);
+  if (drives.empty()) return NoWay(world, 1, seed);
+  const ClosedCurve& curve = drives[0]->curve;
+  const SpeedLimits limits = Limits(world);
+  // Where the start from rest is felt no more; and beyond the lap, so that its end slows down for
+  // the bends that follow.
+  const double run_up_m = 1 + limits.speed_mps * limits.speed_mps / (2 * limits.acceleration_mps2);
+  const double beyond_m = 2 * run_up_m;
+  auto profile = std::make_shared<const SpeedProfile>(
+      curve, limits, (run_up_m + curve.length() + beyond_m) / limits.speed_mps);
+  const double latest = profile->TimeAt(run_up_m + curve.length() + 1);
+  const double from = WhenAt(*profile, run_up_m, latest);
+  const double to = WhenAt(*profile, run_up_m + curve.length(), latest);
+
+  Lap lap;
+  lap.begin_s = turn_s * std::ceil((from + 1) / turn_s);
+  lap.seconds = turn_s * std::round((to - from) / turn_s);
+  const double speed_up = (to - from) / lap.seconds;
+  const auto whole = [&lap](double hz) { return std::round(hz * lap.seconds) / lap.seconds; };
+  const Sway sway{0, whole(0.9), whole(0.6)};
+  lap.motion = [shared_world = WithoutMesh(world), drive = drives[0], profile, from, speed_up, sway,
+                begin_s = lap.begin_s, lap_s = lap.seconds](double t) {
+    double since = t - begin_s;
+    if (since >= 0) since = std::fmod(since, lap_s);
+    SpeedProfile::State state = profile->At(from + since * speed_up);
+    state.speed_mps *= speed_up;
+    return SensorPose(*shared_world, drive->curve, state, sway, since);
+  };
+  return lap;
 }
 
 std::vector<Motion> MakeWalks(const World& world, int count, double seconds, uint64_t seed) {

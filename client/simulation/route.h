@@ -78,6 +78,20 @@ class SpeedProfile {
 absl::StatusOr<std::vector<Motion>> MakeRoutes(const World& world, int robots, double seconds,
                                                uint64_t seed);
 
+// A closed tour that is driven again and again.
+struct Lap {
+  // From rest at 0. From `begin_s` on it repeats every `seconds`: pose and velocity are the same
+  // (the velocity to within 2 %), so that the turns of one lap can stand for those of every other.
+  Motion motion;
+  double begin_s = 0;
+  double seconds = 0;
+};
+
+// A lap of the longest tour whose places all come in sight within `about_s`. Both times are whole
+// multiples of `turn_s`, a sensor's period. The rest as MakeRoutes. InvalidArgument for times that
+// are not positive.
+absl::StatusOr<Lap> MakeLap(const World& world, double about_s, double turn_s, uint64_t seed);
+
 // Where people walk: `count` motions of the point between their feet, around tours of their own for
 // at least `seconds`, on the same stretches as the robots but farther to the sides. By the time a
 // robot sets out they are on their way. Deterministic by seed.
