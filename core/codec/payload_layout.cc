@@ -1,5 +1,6 @@
 #include "core/codec/payload_layout.h"
 
+#include <absl/strings/match.h>
 #include <absl/strings/str_cat.h>
 
 #include "core/codec/column.h"
@@ -68,7 +69,7 @@ absl::Status CheckLayout(const PointPayload& payload) {
 const PointField* FindField(const PointPayload& payload, std::initializer_list<const char*> names) {
   for (const char* name : names) {
     for (const PointField& field : payload.fields) {
-      if (field.name == name) return &field;
+      if (absl::EqualsIgnoreCase(field.name, name)) return &field;
     }
   }
   return nullptr;

@@ -31,7 +31,8 @@ absl::Status CheckLayout(const PointPayload& payload);
 // As CheckLayout, for clouds that are files or whole maps: no limit but the size of the data.
 absl::Status CheckRawLayout(const PointPayload& payload);
 
-// The first field with one of these names, in the order of names; null if there is none.
+// The first field with one of these names, in the order of names, whatever the case of its letters;
+// null if there is none.
 const PointField* FindField(const PointPayload& payload, std::initializer_list<const char*> names);
 
 // The (first) value of a field for every point of a raw payload whose layout was checked.

@@ -1,6 +1,8 @@
-// The unit of a scan's time field, which drivers leave to guesswork.
+// The unit and the zero of a scan's time field, which drivers leave to guesswork.
 #pragma once
 
+#include <cstdint>
+#include <string>
 #include <vector>
 
 #include "core/point_payload.h"
@@ -11,8 +13,28 @@ namespace isthmus::codec {
 // makes sense. See DecodeScan for the rule.
 double SecondsPerUnit(ScalarType type, double span);
 
-// Turns raw times into seconds relative to the latest. False, and `times` left as it is, when a
-// time is not finite or no unit makes sense.
-bool MakeRelativeToEnd(ScalarType type, std::vector<double>& times);
+// Reads the times of one sensor's scans, one after the other. It remembers what a whole turn looks
+// like, so that a scan of which the sensor saw only a part (a hand before it) keeps its unit and
+// its END. Not thread safe.
+class TimeReader {
+ public:
+  // Turns raw times of the returns into seconds relative to the END of the scan. False, and `times`
+  // unspecified, when a time is not finite or no unit makes sense.
+  bool Read(ScalarType type, int64_t end_stamp_ns, std::vector<double>& times);
+
+  // What the last times that were understood are: "ns, from the start of the scan".
+  std::string Description() const;
+
+ private:
+  enum class Zero { kStart, kEnd, kClock };
+
+  double EndOf(double first_s, double last_s, double stamp_s);
+
+  double unit_s_ = 0;  // 0 before the first whole turn.
+  double turn_s_ = 0;  // Time from the first to the last return of a whole turn.
+  // Of whole turns: the time of the last return, or for clock times how far it is before the stamp.
+  double end_s_ = 0;
+  Zero zero_ = Zero::kStart;
+};
 
 }  // namespace isthmus::codec

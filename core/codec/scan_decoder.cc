@@ -5,11 +5,11 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "core/codec/column.h"
 #include "core/codec/payload_layout.h"
-#include "core/codec/point_times.h"
 #include "core/codec/quantized.h"
 
 namespace isthmus::codec {
@@ -50,11 +50,13 @@ void ReadIntensities(const PointPayload& raw, std::vector<ScanPoint>& points) {
 }
 
 // Rings of no-returns are not looked at: drivers fill them with anything.
-absl::Status ReadRings(const PointPayload& raw, Scan& scan) {
-  const PointField* field = FindField(raw, {"ring", "channel", "line", "row", "laser_id"});
+absl::Status ReadRings(const PointPayload& raw, Scan& scan, std::string& source) {
+  const PointField* field = FindField(
+      raw, {"ring", "ring_id", "channel", "line", "row", "laser_id", "laser", "beam", "beam_id"});
   if (field == nullptr) {
     scan.has_ring = raw.height > 1;
     if (!scan.has_ring) return absl::OkStatus();
+    source = "rows of the cloud";
     if (raw.height > 65536) return absl::InvalidArgumentError("more than 65536 rows");
     for (uint64_t i = 0; i < scan.points.size(); ++i) {
       scan.points[i].ring = static_cast<uint16_t>(i / raw.width);
@@ -71,6 +73,7 @@ absl::Status ReadRings(const PointPayload& raw, Scan& scan) {
     }
   });
   scan.has_ring = true;
+  source = absl::StrCat("field '", field->name, "'");
   if (in_range) return absl::OkStatus();
   return absl::InvalidArgumentError(
       absl::StrCat("field '", field->name, "' holds a ring outside [0, 65535]"));
@@ -120,47 +123,56 @@ void TurnRings(uint32_t rows, std::vector<ScanPoint>& points) {
   for (ScanPoint& p : points) p.ring = static_cast<uint16_t>(rings - 1 - p.ring);
 }
 
-absl::StatusOr<Scan> DecodeRaw(const PointPayload& raw) {
+}  // namespace
+
+absl::StatusOr<Scan> ScanDecoder::DecodeRaw(const PointPayload& raw, int64_t end_stamp_ns) {
   Scan scan;
+  ScanFields fields;
   if (auto status = ReadPositions(raw, scan.points); !status.ok()) return status;
   ReadIntensities(raw, scan.points);
-  if (auto status = ReadRings(raw, scan); !status.ok()) return status;
+  if (auto status = ReadRings(raw, scan, fields.ring); !status.ok()) return status;
   const PointField* time =
-      FindField(raw, {"time", "t", "timestamp", "time_stamp", "offset_time", "timeOffset"});
+      FindField(raw, {"time", "t", "timestamp", "time_stamp", "offset_time", "timeoffset",
+                      "time_offset", "relative_time", "point_time", "ts"});
   std::vector<double> times;
   if (time != nullptr) times = ReadColumn(raw, *time);
 
   KeepReturns(scan.points, times);
   if (scan.points.empty()) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("the scan holds no returns: all of its ", PointCount(raw),
-                     " points are not finite, at zero range or beyond 100 km"));
+    return absl::InvalidArgumentError(absl::StrCat(
+        "the scan holds no returns: all of its ", PointCount(raw),
+        " points are not finite, at zero range or beyond 100 km; is the sensor covered?"));
   }
   if (scan.has_ring) TurnRings(raw.height, scan.points);
-  scan.has_time = time != nullptr && MakeRelativeToEnd(time->type, times);
+  scan.has_time = time != nullptr && times_.Read(time->type, end_stamp_ns, times);
   if (scan.has_time) {
     for (size_t i = 0; i < times.size(); ++i) scan.points[i].time = static_cast<float>(times[i]);
+    fields.time = absl::StrCat("field '", time->name, "' (", times_.Description(), ")");
   }
+  fields_ = std::move(fields);
   return scan;
 }
 
-}  // namespace
-
-absl::StatusOr<Scan> DecodeScan(const PointPayload& payload, uint64_t sequence,
-                                int64_t end_stamp_ns) {
+absl::StatusOr<Scan> ScanDecoder::Decode(const PointPayload& payload, uint64_t sequence,
+                                         int64_t end_stamp_ns) {
   if (absl::Status status = CheckLayout(payload); !status.ok()) return status;
   absl::StatusOr<Scan> scan;
   if (payload.encoding == PayloadEncoding::kQuantized) {
     absl::StatusOr<PointPayload> raw = Dequantize(payload);
     if (!raw.ok()) return raw.status();
-    scan = DecodeRaw(*raw);
+    scan = DecodeRaw(*raw, end_stamp_ns);
   } else {
-    scan = DecodeRaw(payload);
+    scan = DecodeRaw(payload, end_stamp_ns);
   }
   if (!scan.ok()) return scan.status();
   scan->sequence = sequence;
   scan->end_stamp_ns = end_stamp_ns;
   return scan;
+}
+
+absl::StatusOr<Scan> DecodeScan(const PointPayload& payload, uint64_t sequence,
+                                int64_t end_stamp_ns) {
+  return ScanDecoder().Decode(payload, sequence, end_stamp_ns);
 }
 
 }  // namespace isthmus::codec

@@ -4,29 +4,58 @@
 #include <absl/status/statusor.h>
 
 #include <cstdint>
+#include <string>
 
+#include "core/codec/point_times.h"
 #include "core/point_payload.h"
 #include "core/scan.h"
 
 namespace isthmus::codec {
 
-// Reads a raw or quantised payload. Fields are found by name, of any scalar type:
+// What the fields of a scan were taken for, in words.
+struct ScanFields {
+  std::string ring;  // "field 'ring'", "rows of the cloud"; empty when there is none.
+  std::string time;  // "field 't' (ns, from the start of the scan)"; empty when there is none.
+};
+
+// Decodes the scans of one sensor, one after the other. Not thread safe.
+//
+// Reads a raw or quantised payload. Fields are found by name, whatever the case of its letters and
+// of any scalar type:
 //   x y z                    metres, required
 //   intensity                or i, reflectivity, signal
-//   ring                     or channel, line, row, laser_id
-//   time                     or t, timestamp, time_stamp, offset_time, timeOffset
+//   ring                     or ring_id, channel, line, row, laser_id, laser, beam, beam_id
+//   time                     or t, timestamp, time_stamp, offset_time, timeoffset, time_offset,
+//                            relative_time, point_time, ts
 // Without a ring field the row of an organised cloud (height > 1) is the ring. Rings that count
 // from the highest laser down (Ouster) are turned round, so that ring 0 is the lowest.
 //
-// Times may be relative or absolute, in s, ms, us or ns: one turn takes 0.02 to 0.5 s, which only
-// one of these units explains. A shorter span is taken as ns in an integer field and as s in a
-// floating-point one. They become seconds relative to the scan's END, the latest being 0; where no
-// unit fits, or a time is not finite, has_time stays false.
+// Times may be relative to the start or the end of the scan or those of a clock, in s, ms, us or
+// ns: one turn takes 0.02 to 0.5 s, which only one of these units explains. A shorter span is taken
+// as ns in an integer field and as s in a floating-point one. Counters may start again within the
+// scan: 32-bit ones, those of the hour and of the second. Times become seconds relative to the
+// scan's END, which is the time of the latest return, and in scans that miss a part of the turn
+// where it was in whole ones. Where no unit fits, or a time is not finite, has_time stays false.
 //
 // No-returns (NaN, infinite, nearer than 1 mm or farther than 100 km) are dropped, order is kept.
-// InvalidArgument, naming what is wrong, for a layout that does not fit its data (see
-// CheckLayout), missing x y z, damaged compression, a ring outside [0, 65535], and for a scan
-// without any return.
+class ScanDecoder {
+ public:
+  // InvalidArgument, naming what is wrong, for a layout that does not fit its data (see
+  // CheckLayout), missing x y z, damaged compression, a ring outside [0, 65535], and for a scan
+  // without any return.
+  absl::StatusOr<Scan> Decode(const PointPayload& payload, uint64_t sequence, int64_t end_stamp_ns);
+
+  // Of the last scan that was decoded.
+  const ScanFields& fields() const { return fields_; }
+
+ private:
+  absl::StatusOr<Scan> DecodeRaw(const PointPayload& raw, int64_t end_stamp_ns);
+
+  TimeReader times_;
+  ScanFields fields_;
+};
+
+// The only scan of its sensor.
 absl::StatusOr<Scan> DecodeScan(const PointPayload& payload, uint64_t sequence,
                                 int64_t end_stamp_ns);
 
