@@ -5,6 +5,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "core/point_payload.h"
 #include "core/pose.h"
@@ -31,8 +32,14 @@ struct ScanAck {
   std::string reason;                 // Empty when processed.
   std::string status;                 // "ok", "degenerate" or "lost" when processed.
   std::optional<Pose> T_odom_sensor;  // At the END of the scan; when processed.
-  std::optional<Pose> T_map_odom;     // Newest; absent until the session has been placed.
-  uint64_t durable_sequence = 0;      // Scans up to here survive a crash of the server.
+  // Of T_odom_sensor, relative to the map around the robot: twist order [rho; phi], sensor frame at
+  // the END of the scan, m^2 and rad^2. When processed.
+  std::optional<Matrix6d> covariance;
+  // Directions that the scan does not observe, along which the prediction was kept: unit vectors,
+  // sensor frame at the END of the scan. When degenerate.
+  std::vector<Eigen::Vector3d> unobserved_translations, unobserved_rotations;
+  std::optional<Pose> T_map_odom;  // Newest; absent until the session has been placed.
+  uint64_t durable_sequence = 0;   // Scans up to here survive a crash of the server.
   // Computing time of the odometry, wall time, decoding apart; when processed.
   double features_ms = 0, matching_ms = 0, map_ms = 0, total_ms = 0;
 };

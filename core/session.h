@@ -18,6 +18,8 @@ struct SessionRecord {
   SessionId id;
   RobotId robot;
   std::string sensor;  // Name of a sensor model, e.g. "vlp16".
+  // Which odometry: "continuous", "floam" or "aloam"; empty: the server's own choice.
+  std::string odometry;
   Pose T_base_sensor;  // Extrinsic; identity unless given.
   SessionState state = SessionState::kActive;
   int64_t created_ns = 0;

@@ -4,15 +4,10 @@
 
 #include "floam/features.h"
 #include "floam/local_map.h"
+#include "floam/odometry_mode.h"
 #include "floam/scan_matcher.h"
 
 namespace isthmus::floam {
-
-enum class OdometryMode {
-  kFloam,       // The paper's two stages of distortion compensation.
-  kContinuous,  // Pose and in-scan motion estimated together.
-  kAloam,       // Scan to scan, then scan to map: A-LOAM, to compare with.
-};
 
 struct OdometryOptions {
   OdometryMode mode = OdometryMode::kContinuous;

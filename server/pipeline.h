@@ -29,6 +29,14 @@ using isthmus::ScanAck;
 using isthmus::ScanOutcome;
 using isthmus::ScanUpload;
 
+// What a robot asks for.
+struct SessionRequest {
+  RobotId robot = {};
+  std::string sensor = {};    // Name of a sensor model, e.g. "vlp16".
+  std::string odometry = {};  // "continuous", "floam" or "aloam"; empty: PipelineOptions::odometry.
+  Pose T_base_sensor = {};
+};
+
 struct SessionStatus {
   SessionRecord record;
   uint64_t last_sequence = 0;  // Highest that took effect.
@@ -40,6 +48,7 @@ struct SessionStatus {
   double odometry_ms_mean = 0;  // Per scan, decoding apart.
   double travelled_m = 0;
   std::string tracking;  // "ok", "degenerate", "lost"; empty before the first scan.
+  std::string input;     // How rings and times of its scans were found; empty before the first.
   std::optional<Placement> placement;
 };
 
@@ -103,11 +112,9 @@ class Pipeline {
   // Shutdown(), then joins every thread.
   virtual ~Pipeline() = default;
 
-  // InvalidArgument for a robot name that is empty, longer than 64 or not of [A-Za-z0-9_.-], or an
-  // unknown sensor.
-  virtual absl::StatusOr<SessionStatus> CreateSession(const RobotId& robot,
-                                                      const std::string& sensor,
-                                                      const Pose& T_base_sensor) = 0;
+  // InvalidArgument for a robot name that is empty, longer than 64 or not of [A-Za-z0-9_.-], an
+  // unknown sensor or an unknown odometry.
+  virtual absl::StatusOr<SessionStatus> CreateSession(const SessionRequest& request) = 0;
   virtual absl::StatusOr<SessionStatus> GetSession(const SessionId& session) = 0;
   virtual std::vector<SessionStatus> ListSessions() = 0;
   // Waits for queued scans, cuts and stores the last submap. Finishing twice is no error.

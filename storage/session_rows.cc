@@ -4,7 +4,8 @@
 namespace isthmus::storage {
 namespace {
 
-constexpr char kColumns[] = "id, robot, sensor, T_base_sensor, state, created_ns, finished_ns";
+constexpr char kColumns[] =
+    "id, robot, sensor, T_base_sensor, state, created_ns, finished_ns, odometry";
 
 SessionRecord ReadRecord(const Statement& row) {
   SessionRecord record;
@@ -15,6 +16,7 @@ SessionRecord ReadRecord(const Statement& row) {
   record.state = row.Int(4) == 0 ? SessionState::kActive : SessionState::kFinished;
   record.created_ns = row.Int(5);
   record.finished_ns = row.Int(6);
+  record.odometry = row.Text(7);
   return record;
 }
 
@@ -23,10 +25,11 @@ SessionRecord ReadRecord(const Statement& row) {
 absl::Status PutSession(Connection& database, const SessionRecord& record) {
   return database
       .Prepare(std::string("INSERT INTO sessions (") + kColumns +
-               ") VALUES (?, ?, ?, ?, ?, ?, ?) ON CONFLICT (id) DO UPDATE SET "
+               ") VALUES (?, ?, ?, ?, ?, ?, ?, ?) ON CONFLICT (id) DO UPDATE SET "
                "robot = excluded.robot, sensor = excluded.sensor, "
                "T_base_sensor = excluded.T_base_sensor, state = excluded.state, "
-               "created_ns = excluded.created_ns, finished_ns = excluded.finished_ns")
+               "created_ns = excluded.created_ns, finished_ns = excluded.finished_ns, "
+               "odometry = excluded.odometry")
       .Bind(record.id.value())
       .Bind(record.robot.value())
       .Bind(record.sensor)
@@ -34,6 +37,7 @@ absl::Status PutSession(Connection& database, const SessionRecord& record) {
       .Bind(record.state == SessionState::kActive ? 0 : 1)
       .Bind(record.created_ns)
       .Bind(record.finished_ns)
+      .Bind(record.odometry)
       .Run();
 }
 

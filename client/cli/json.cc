@@ -37,6 +37,8 @@ Json ToJson(const client::Session& session) {
       {"session", session.record.id.value()},
       {"robot", session.record.robot.value()},
       {"sensor", session.record.sensor},
+      {"odometry", session.record.odometry},
+      {"input", session.input},
       {"state", session.record.state == SessionState::kFinished ? "FINISHED" : "ACTIVE"},
       {"last_sequence", session.last_sequence},
       {"durable_sequence", session.durable_sequence},

@@ -16,7 +16,7 @@ namespace {
 
 struct Options {
   ScanOptions scans;
-  std::string sensor, output, timing;
+  std::string sensor, odometry, output, timing;
   bool json = false;
 };
 
@@ -57,6 +57,7 @@ int Run(Options options) {
   PushOptions push;
   push.robot = "robot";
   push.sensor = options.sensor;
+  push.odometry = options.odometry;
   const auto summary = PushFolder(client, *folder, push);
   if (!summary.ok()) return FailServer(summary.status());
   if (summary->scans.processed == 0) {
@@ -93,6 +94,7 @@ void AddOdometry(CLI::App& app, Action& action) {
   command->add_option("--timing", options->timing,
                       "FILE.csv with one row per processed scan: "
                       "scan,features_ms,matching_ms,map_ms,total_ms");
+  AddOdometryMode(*command, options->odometry);
   command->add_flag("--json", options->json, "Summary as JSON");
   command->callback([options, &action] { action = [options] { return Run(*options); }; });
 }

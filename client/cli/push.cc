@@ -88,6 +88,7 @@ void AddPush(CLI::App& app, Action& action) {
                    "Compress: round coordinates to this many metres, e.g. 0.002; 0: send as is")
       ->check(CLI::Range(0.0, 0.1))
       ->capture_default_str();
+  AddOdometryMode(*command, options->push.odometry);
   command->add_flag("--finish,!--no-finish", options->push.finish,
                     "Finish the session at the end (default)");
   command->add_flag("--json", options->json, "Summary as JSON");

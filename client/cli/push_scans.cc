@@ -76,7 +76,8 @@ absl::Status PushAll(client::ScanStream& stream, const readers::ScanFolder& fold
 
 absl::StatusOr<PushSummary> PushFolder(client::Client& client, const readers::ScanFolder& folder,
                                        const PushOptions& options) {
-  absl::StatusOr<client::Session> session = client.CreateSession(options.robot, options.sensor);
+  absl::StatusOr<client::Session> session =
+      client.CreateSession(options.robot, options.sensor, {}, options.odometry);
   if (!session.ok()) return session.status();
   AckLog log(options.robot, folder.size());
   client::ScanStreamOptions stream_options;

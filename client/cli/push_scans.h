@@ -13,6 +13,7 @@ namespace isthmus::cli {
 struct PushOptions {
   std::string robot;
   std::string sensor;
+  std::string odometry = {};                     // Empty: the server's own choice.
   std::optional<double> pace_hz = std::nullopt;  // Absent: as fast as the server takes them.
   double resolution_m = 0;                       // Quantisation; 0: raw.
   bool finish = true;                            // Finish the session afterwards.

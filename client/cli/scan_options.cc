@@ -15,6 +15,12 @@ void AddScanOptions(CLI::App& command, ScanOptions& options) {
   command.add_option("--to", options.to, "Last scan of the folder, included");
 }
 
+void AddOdometryMode(CLI::App& command, std::string& mode) {
+  command.add_option("--odometry", mode,
+                     "continuous (the best), floam (the paper's two stages) or aloam (to compare "
+                     "with); without it the server's own choice");
+}
+
 std::optional<readers::ScanFolder> OpenScans(const ScanOptions& options, std::string& sensor,
                                              int& code) {
   auto folder = readers::ScanFolder::Open(

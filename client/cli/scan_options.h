@@ -19,6 +19,9 @@ struct ScanOptions {
 
 void AddScanOptions(CLI::App& command, ScanOptions& options);
 
+// --odometry: which one; stays empty, the server's own choice, unless given.
+void AddOdometryMode(CLI::App& command, std::string& mode);
+
 // Opens the folder and, where `sensor` is empty, finds it. Empty after an error, which is on stderr
 // and in `code`.
 std::optional<readers::ScanFolder> OpenScans(const ScanOptions& options, std::string& sensor,

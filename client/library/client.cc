@@ -22,11 +22,13 @@ absl::StatusOr<std::unique_ptr<Client>> Client::Connect(const ClientOptions& opt
 }
 
 absl::StatusOr<Session> Client::CreateSession(const std::string& robot, const std::string& sensor,
-                                              const Pose& T_base_sensor) {
+                                              const Pose& T_base_sensor,
+                                              const std::string& odometry) {
   v1::CreateSessionRequest request;
   request.set_robot(robot);
   request.set_sensor(sensor);
   *request.mutable_t_base_sensor() = ToProto(T_base_sensor);
+  request.set_odometry(odometry);
   v1::Session session;
   const absl::Status status = link_->CallOnce(
       link_->options().call_timeout_s, [&](Stubs& stubs, grpc::ClientContext& context) {

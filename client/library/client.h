@@ -35,7 +35,8 @@ class Client {
   ~Client();
 
   absl::StatusOr<Session> CreateSession(const std::string& robot, const std::string& sensor,
-                                        const Pose& T_base_sensor = {});
+                                        const Pose& T_base_sensor = {},
+                                        const std::string& odometry = {});
   absl::StatusOr<Session> GetSession(const SessionId& session);
   absl::StatusOr<std::vector<Session>> ListSessions();  // In order of creation.
   // Waits until the session's scans are processed and its last submap is durable.

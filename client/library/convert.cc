@@ -19,6 +19,18 @@ v1::Vector3 FromVector(const Eigen::Vector3d& v) {
 
 Eigen::Vector3d ToVector(const v1::Vector3& v) { return {v.x(), v.y(), v.z()}; }
 
+std::optional<Matrix6d> FromUpperTriangle(const google::protobuf::RepeatedField<double>& numbers) {
+  if (numbers.size() != 21) return std::nullopt;
+  Matrix6d matrix;
+  int k = 0;
+  for (int row = 0; row < 6; ++row) {
+    for (int column = row; column < 6; ++column) {
+      matrix(row, column) = matrix(column, row) = numbers[k++];
+    }
+  }
+  return matrix;
+}
+
 MatchState ToState(v1::Match::State state) {
   switch (state) {
     case v1::Match::ACCEPTED:
@@ -187,6 +199,7 @@ Session FromProto(const v1::Session& session) {
   out.record.id = SessionId(session.id());
   out.record.robot = RobotId(session.robot());
   out.record.sensor = session.sensor();
+  out.record.odometry = session.odometry();
   if (session.has_t_base_sensor()) out.record.T_base_sensor = FromProto(session.t_base_sensor());
   out.record.state =
       session.state() == v1::Session::FINISHED ? SessionState::kFinished : SessionState::kActive;
@@ -201,6 +214,7 @@ Session FromProto(const v1::Session& session) {
   out.odometry_ms_mean = session.odometry_ms_mean();
   out.travelled_m = session.travelled_m();
   out.tracking = session.tracking();
+  out.input = session.input();
   if (session.has_component()) out.component = session.component();
   if (session.has_t_map_odom()) out.T_map_odom = FromProto(session.t_map_odom());
   return out;
@@ -269,6 +283,13 @@ ScanAck FromProto(const v1::StreamScansResponse& ack) {
   if (ack.has_t_odom_sensor()) out.T_odom_sensor = FromProto(ack.t_odom_sensor());
   if (ack.has_t_map_odom()) out.T_map_odom = FromProto(ack.t_map_odom());
   out.durable_sequence = ack.durable_sequence();
+  out.covariance = FromUpperTriangle(ack.covariance());
+  for (const v1::Vector3& d : ack.unobserved_translations()) {
+    out.unobserved_translations.push_back(ToVector(d));
+  }
+  for (const v1::Vector3& d : ack.unobserved_rotations()) {
+    out.unobserved_rotations.push_back(ToVector(d));
+  }
   out.timing = {ack.timing().features_ms(), ack.timing().matching_ms(), ack.timing().map_ms(),
                 ack.timing().total_ms()};
   return out;

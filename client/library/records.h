@@ -31,6 +31,7 @@ struct Session {
   double odometry_ms_mean = 0;
   double travelled_m = 0;
   std::string tracking;               // "ok", "degenerate", "lost"; empty before the first scan.
+  std::string input;                  // How rings and times of its scans were found.
   std::optional<uint32_t> component;  // Absent until the session has been placed.
   std::optional<Pose> T_map_odom;     // Likewise.
 };

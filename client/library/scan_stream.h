@@ -9,6 +9,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "core/point_payload.h"
 #include "core/pose.h"
@@ -34,7 +35,13 @@ struct ScanAck {
   std::string reason;
   std::string tracking;               // "ok", "degenerate" or "lost" when processed.
   std::optional<Pose> T_odom_sensor;  // At the END of the scan, when processed.
-  std::optional<Pose> T_map_odom;     // Newest; absent until the session has been placed.
+  // Of T_odom_sensor, relative to the map around the robot (drift adds to it): twist order
+  // [rho; phi], sensor frame at the END of the scan, m^2 and rad^2. When processed.
+  std::optional<Matrix6d> covariance;
+  // Directions that the scan did not observe, along which the prediction was kept: unit vectors,
+  // sensor frame at the END of the scan. When degenerate.
+  std::vector<Eigen::Vector3d> unobserved_translations, unobserved_rotations;
+  std::optional<Pose> T_map_odom;  // Newest; absent until the session has been placed.
   uint64_t durable_sequence = 0;
   ScanTiming timing;  // When processed.
 };

@@ -172,6 +172,9 @@ ScanAck SessionWorker::Handle(const ScanUpload& upload) {
   std::shared_ptr<const Submap> cut = builder_.Add(*result);
   ack.status = ToString(result->status);
   ack.T_odom_sensor = result->T_odom_sensor;
+  ack.covariance = result->covariance;
+  ack.unobserved_translations = result->degeneracy.translations;
+  ack.unobserved_rotations = result->degeneracy.rotations;
   ack.features_ms = result->timing.features_ms;
   ack.matching_ms = result->timing.matching_ms;
   ack.map_ms = result->timing.map_ms;

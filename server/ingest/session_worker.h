@@ -54,7 +54,8 @@ struct WorkerStatus {
   uint64_t rejected = 0;
   double odometry_ms_mean = 0;
   double travelled_m = 0;
-  std::string tracking;                  // "ok", "degenerate", "lost"; empty before the first scan.
+  std::string tracking;  // "ok", "degenerate", "lost"; empty before the first scan.
+  std::string input;     // How rings and times of the scans were found; empty before the first.
   std::vector<TrajectoryEntry> unsaved;  // Scans whose submap is not finished yet.
 };
 

@@ -49,6 +49,7 @@ SessionStatus PipelineImpl::StatusOf(const SessionEntry& entry) const {
   status.odometry_ms_mean = worker.odometry_ms_mean;
   status.travelled_m = worker.travelled_m;
   status.tracking = worker.tracking;
+  status.input = worker.input;
   if (!entry.uploads && !entry.submaps.empty()) {
     const uint64_t stored = entry.submaps.back()->last_sequence;
     status.last_sequence = std::max(status.last_sequence, stored);

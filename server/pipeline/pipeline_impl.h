@@ -27,8 +27,7 @@ class PipelineImpl : public Pipeline {
   // Loads the store and starts the loops. Call once.
   absl::Status Start();
 
-  absl::StatusOr<SessionStatus> CreateSession(const RobotId& robot, const std::string& sensor,
-                                              const Pose& T_base_sensor) override;
+  absl::StatusOr<SessionStatus> CreateSession(const SessionRequest& request) override;
   absl::StatusOr<SessionStatus> GetSession(const SessionId& session) override;
   std::vector<SessionStatus> ListSessions() override;
   absl::StatusOr<SessionStatus> FinishSession(const SessionId& session) override;

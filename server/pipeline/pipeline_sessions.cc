@@ -5,6 +5,7 @@
 #include <cctype>
 #include <utility>
 
+#include "floam/odometry_mode.h"
 #include "floam/sensor_model.h"
 #include "server/pipeline/pipeline_impl.h"
 #include "server/pipeline/uploaded_submap.h"
@@ -34,26 +35,25 @@ absl::Status UnknownSession(const SessionId& session) {
 
 }  // namespace
 
-absl::StatusOr<SessionStatus> PipelineImpl::CreateSession(const RobotId& robot,
-                                                          const std::string& sensor,
-                                                          const Pose& T_base_sensor) {
+absl::StatusOr<SessionStatus> PipelineImpl::CreateSession(const SessionRequest& request) {
   if (shut_down_) return absl::UnavailableError("the server is shutting down");
-  if (absl::Status status = CheckRobotName(robot); !status.ok()) return status;
-  if (!T_base_sensor.IsFinite()) {
+  if (absl::Status status = CheckRobotName(request.robot); !status.ok()) return status;
+  if (!request.T_base_sensor.IsFinite()) {
     return absl::InvalidArgumentError("T_base_sensor has numbers that are not finite");
   }
   SessionRecord record;
-  record.robot = robot;
-  record.sensor = sensor;
-  record.T_base_sensor = T_base_sensor;
+  record.robot = request.robot;
+  record.sensor = request.sensor;
+  record.odometry = request.odometry;
+  record.T_base_sensor = request.T_base_sensor;
   record.created_ns = clock_.NowNs();
   std::lock_guard changing(membership_mutex_);
-  const auto numbered = last_numbers_.find(robot);
+  const auto numbered = last_numbers_.find(record.robot);
   int number = numbered == last_numbers_.end() ? 0 : numbered->second;
   {
     std::lock_guard lock(state_.mutex);
     do {
-      record.id = SessionId(absl::StrCat(robot.value(), "-", ++number));
+      record.id = SessionId(absl::StrCat(record.robot.value(), "-", ++number));
     } while (state_.Find(record.id) != nullptr);
   }
   auto worker = MakeWorker(record, {});
@@ -61,7 +61,7 @@ absl::StatusOr<SessionStatus> PipelineImpl::CreateSession(const RobotId& robot,
   storage::WriteBatch batch;
   batch.sessions.push_back(record);
   if (absl::Status status = store_->Write(batch); !status.ok()) return status;
-  last_numbers_[robot] = number;
+  last_numbers_[record.robot] = number;
   std::lock_guard lock(state_.mutex);
   SessionEntry& entry = state_.sessions[record.id];
   entry.record = record;
@@ -75,6 +75,12 @@ absl::StatusOr<std::shared_ptr<ingest::SessionWorker>> PipelineImpl::MakeWorker(
   if (!sensor.ok()) {
     return absl::InvalidArgumentError(sensor.status().message());
   }
+  ingest::SessionWorker::Options options{options_.scan_queue, options_.odometry, options_.submap};
+  if (!record.odometry.empty()) {
+    absl::StatusOr<floam::OdometryMode> mode = floam::FindOdometryMode(record.odometry);
+    if (!mode.ok()) return mode.status();
+    options.odometry.mode = *mode;
+  }
   ingest::WorkerHooks hooks;
   hooks.persist = [this, id = record.id](const ingest::Stretch& stretch) {
     return state_.AddStretch(id, stretch);
@@ -86,8 +92,6 @@ absl::StatusOr<std::shared_ptr<ingest::SessionWorker>> PipelineImpl::MakeWorker(
     return placement->T_map_odom;
   };
   hooks.scan_done = [this] { state_.ScanDone(); };
-  const ingest::SessionWorker::Options options{options_.scan_queue, options_.odometry,
-                                               options_.submap};
   return ingest::SessionWorker::Create(record, *sensor, options, std::move(hooks), executor_.get(),
                                        resume);
 }

@@ -27,6 +27,8 @@ v1::Session ToProto(const server::SessionStatus& status) {
   proto.set_odometry_ms_mean(status.odometry_ms_mean);
   proto.set_travelled_m(status.travelled_m);
   proto.set_tracking(status.tracking);
+  proto.set_odometry(record.odometry);
+  proto.set_input(status.input);
   if (status.placement) {
     proto.set_component(status.placement->component);
     *proto.mutable_t_map_odom() = ToProto(status.placement->T_map_odom);
@@ -43,13 +45,13 @@ absl::StatusOr<v1::Session> ToProto(const absl::StatusOr<server::SessionStatus>&
 
 absl::StatusOr<v1::Session> CreateSession(server::Pipeline& pipeline,
                                           const v1::CreateSessionRequest& request) {
-  Pose T_base_sensor;
+  server::SessionRequest wanted{RobotId(request.robot()), request.sensor(), request.odometry(), {}};
   if (request.has_t_base_sensor()) {
     const auto pose = FromProto(request.t_base_sensor(), "t_base_sensor");
     if (!pose.ok()) return pose.status();
-    T_base_sensor = *pose;
+    wanted.T_base_sensor = *pose;
   }
-  return ToProto(pipeline.CreateSession(RobotId(request.robot()), request.sensor(), T_base_sensor));
+  return ToProto(pipeline.CreateSession(wanted));
 }
 
 absl::StatusOr<v1::Session> GetSession(server::Pipeline& pipeline,

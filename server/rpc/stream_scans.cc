@@ -25,6 +25,12 @@ v1::StreamScansResponse::Outcome ToProto(ScanOutcome outcome) {
   return v1::StreamScansResponse::OUTCOME_UNSPECIFIED;
 }
 
+void AddUpperTriangle(const Matrix6d& matrix, google::protobuf::RepeatedField<double>* numbers) {
+  for (int row = 0; row < 6; ++row) {
+    for (int column = row; column < 6; ++column) numbers->Add(matrix(row, column));
+  }
+}
+
 v1::StreamScansResponse ToProto(const ScanAck& ack) {
   v1::StreamScansResponse proto;
   proto.set_durable_sequence(ack.durable_sequence);
@@ -35,6 +41,13 @@ v1::StreamScansResponse ToProto(const ScanAck& ack) {
   proto.set_tracking(ack.status);
   if (ack.T_odom_sensor) *proto.mutable_t_odom_sensor() = ToProto(*ack.T_odom_sensor);
   if (ack.T_map_odom) *proto.mutable_t_map_odom() = ToProto(*ack.T_map_odom);
+  if (ack.covariance) AddUpperTriangle(*ack.covariance, proto.mutable_covariance());
+  for (const Eigen::Vector3d& d : ack.unobserved_translations) {
+    *proto.add_unobserved_translations() = ToProto(d);
+  }
+  for (const Eigen::Vector3d& d : ack.unobserved_rotations) {
+    *proto.add_unobserved_rotations() = ToProto(d);
+  }
   if (ack.outcome == ScanOutcome::kProcessed) {
     v1::ScanTiming& timing = *proto.mutable_timing();
     timing.set_features_ms(ack.features_ms);

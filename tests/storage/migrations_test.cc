@@ -61,6 +61,16 @@ TEST_F(MigrationsTest, AreTakenBackWhenTheyFail) {
   EXPECT_TRUE(Migrate(*database_, {one_, two_}).ok());
 }
 
+TEST_F(MigrationsTest, KeepTheSessionsOfTheFirstSchema) {
+  ASSERT_TRUE(Migrate(*database_, {Migrations().front()}).ok());
+  ASSERT_TRUE(database_
+                  ->Execute("INSERT INTO sessions (id, robot, sensor, T_base_sensor, state, "
+                            "created_ns, finished_ns) VALUES ('a-1', 'a', 'vlp16', x'00', 1, 5, 6)")
+                  .ok());
+  ASSERT_TRUE(Migrate(*database_).ok());
+  EXPECT_EQ(Number("SELECT count(*) FROM sessions WHERE id = 'a-1' AND odometry = ''"), 1);
+}
+
 TEST_F(MigrationsTest, RefuseWhatIsNewer) {
   ASSERT_TRUE(Migrate(*database_, {one_, two_}).ok());
   EXPECT_EQ(CheckSchema(*database_, {one_}).code(), absl::StatusCode::kFailedPrecondition);

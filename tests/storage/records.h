@@ -15,6 +15,7 @@ inline SessionRecord MakeSession(const std::string& id, const std::string& robot
   record.id = SessionId(id);
   record.robot = RobotId(robot);
   record.sensor = "vlp16";
+  record.odometry = "floam";
   record.T_base_sensor = Pose::FromXyzRpy(0.1, 0, 0.3, 0, 0.02, 0);
   record.created_ns = 1'700'000'000'123'456'789;
   return record;

@@ -80,6 +80,12 @@ TEST_F(ClientRpcTest, ScansGoUpAndAcknowledgementsComeDown) {
   EXPECT_EQ(acks[41].tracking, "ok");
   ExpectEqual(*acks[41].T_odom_sensor, Pose(Eigen::Vector3d(42, 0, 0)));
   EXPECT_EQ(acks[41].timing.total_ms, 3.5);
+  ASSERT_TRUE(acks[41].covariance);
+  EXPECT_EQ((*acks[41].covariance)(1, 3), 13);
+  EXPECT_EQ((*acks[41].covariance)(3, 1), 13);
+  ASSERT_EQ(acks[41].unobserved_translations.size(), 2u);
+  EXPECT_EQ(acks[41].unobserved_translations[1], Eigen::Vector3d(0, 0.6, 0.8));
+  ASSERT_EQ(acks[41].unobserved_rotations.size(), 1u);
 }
 
 TEST_F(ClientRpcTest, ARestartOfTheServerLosesAndDoublesNothing) {

@@ -12,7 +12,7 @@ namespace isthmus::server {
 namespace {
 
 SessionId Create(Pipeline& pipeline, const std::string& robot) {
-  return pipeline.CreateSession(RobotId(robot), "vlp16", Pose()).value().record.id;
+  return pipeline.CreateSession({RobotId(robot), "vlp16"}).value().record.id;
 }
 
 // An event that others wait for, but not forever: where it may rightly not come.

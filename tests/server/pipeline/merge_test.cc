@@ -14,7 +14,7 @@ namespace {
 void DriveAll(const simulation::Simulator& simulator, Pipeline& pipeline) {
   for (int robot = 0; robot < simulator.robots(); ++robot) {
     const RobotId name("robot_" + std::to_string(robot));
-    const SessionId session = pipeline.CreateSession(name, "vlp16", Pose()).value().record.id;
+    const SessionId session = pipeline.CreateSession({name, "vlp16"}).value().record.id;
     for (int i = 0; i < simulator.scan_count(); ++i) {
       const Scan scan = simulator.MakeScan(robot, i);
       ASSERT_TRUE(

@@ -33,7 +33,7 @@ TEST_F(PipelineRestart, SessionsMapAndTrajectoriesAreThereAgain) {
   uint64_t points = 0;
   {
     auto pipeline = Open();
-    session = pipeline->CreateSession(RobotId("alice"), "vlp16", Pose()).value().record.id;
+    session = pipeline->CreateSession({RobotId("alice"), "vlp16"}).value().record.id;
     for (int i = 0; i < 8; ++i) ASSERT_TRUE(pipeline->SubmitScan(session, drive.Upload(i)).ok());
     ASSERT_TRUE(pipeline->FinishSession(session).ok());
     pipeline->WaitUntilIdle();
@@ -60,7 +60,7 @@ TEST_F(PipelineRestart, AnActiveSessionGoesOnInTheSameOdomFrame) {
   SessionId session;
   {
     auto pipeline = Open();
-    session = pipeline->CreateSession(RobotId("alice"), "vlp16", Pose()).value().record.id;
+    session = pipeline->CreateSession({RobotId("alice"), "vlp16"}).value().record.id;
     for (int i = 0; i < 42; ++i) ASSERT_TRUE(pipeline->SubmitScan(session, drive.Upload(i)).ok());
     pipeline->Shutdown();
   }

@@ -11,19 +11,23 @@ using ::testing::HasSubstr;
 const RobotId kAlice("alice");
 
 SessionId Create(Pipeline& pipeline, const RobotId& robot = kAlice) {
-  return pipeline.CreateSession(robot, "vlp16", Pose()).value().record.id;
+  return pipeline.CreateSession({robot, "vlp16"}).value().record.id;
 }
 
 TEST(PipelineSessions, RefusesNamesAndSensorsItCannotUse) {
   auto pipeline = OpenInMemory();
   for (const char* name : {"", "two words", "../etc", "caf\xc3\xa9"}) {
-    EXPECT_EQ(pipeline->CreateSession(RobotId(name), "vlp16", Pose()).status().code(),
+    EXPECT_EQ(pipeline->CreateSession({RobotId(name), "vlp16"}).status().code(),
               absl::StatusCode::kInvalidArgument)
         << name;
   }
-  EXPECT_FALSE(pipeline->CreateSession(RobotId(std::string(65, 'a')), "vlp16", Pose()).ok());
-  const absl::Status sensor = pipeline->CreateSession(kAlice, "sonar", Pose()).status();
+  EXPECT_FALSE(pipeline->CreateSession({RobotId(std::string(65, 'a')), "vlp16"}).ok());
+  const absl::Status sensor = pipeline->CreateSession({kAlice, "sonar"}).status();
   EXPECT_EQ(sensor.code(), absl::StatusCode::kInvalidArgument);
+  const absl::Status odometry =
+      pipeline->CreateSession({kAlice, "vlp16", "dead reckoning"}).status();
+  EXPECT_EQ(odometry.code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(std::string(odometry.message()), HasSubstr("continuous"));
   EXPECT_THAT(std::string(sensor.message()), HasSubstr("vlp16"));
   EXPECT_TRUE(pipeline->ListSessions().empty());
 }

@@ -25,8 +25,7 @@ Submap Wall(const SessionId& session, uint32_t index) {
 class PipelineUploads : public testing::Test {
  protected:
   std::unique_ptr<Pipeline> pipeline_ = OpenInMemory();
-  const SessionId session_ =
-      pipeline_->CreateSession(RobotId("bob"), "vlp16", Pose()).value().record.id;
+  const SessionId session_ = pipeline_->CreateSession({RobotId("bob"), "vlp16"}).value().record.id;
 };
 
 TEST_F(PipelineUploads, AnUploadedSubmapAppearsInTheMap) {
@@ -78,8 +77,7 @@ TEST_F(PipelineUploads, ScansAndUploadsDoNotMix) {
   ASSERT_TRUE(pipeline_->AddSubmap(Wall(session_, 0)).ok());
   EXPECT_EQ(pipeline_->SubmitScan(session_, drive.Upload(0)).code(),
             absl::StatusCode::kFailedPrecondition);
-  const SessionId scans =
-      pipeline_->CreateSession(RobotId("bob"), "vlp16", Pose()).value().record.id;
+  const SessionId scans = pipeline_->CreateSession({RobotId("bob"), "vlp16"}).value().record.id;
   ASSERT_TRUE(pipeline_->SubmitScan(scans, drive.Upload(0)).ok());
   pipeline_->WaitUntilIdle();
   EXPECT_EQ(pipeline_->AddSubmap(Wall(scans, 0)).status().code(),
@@ -87,8 +85,7 @@ TEST_F(PipelineUploads, ScansAndUploadsDoNotMix) {
 }
 
 TEST_F(PipelineUploads, RobotsWithoutACommonWallStayApart) {
-  const SessionId other =
-      pipeline_->CreateSession(RobotId("carol"), "vlp16", Pose()).value().record.id;
+  const SessionId other = pipeline_->CreateSession({RobotId("carol"), "vlp16"}).value().record.id;
   ASSERT_TRUE(pipeline_->AddSubmap(Wall(session_, 0)).ok());
   ASSERT_TRUE(pipeline_->AddSubmap(Wall(other, 0)).ok());
   pipeline_->WaitUntilIdle();

@@ -41,16 +41,16 @@ absl::StatusOr<FakePipeline::Session*> FakePipeline::Find(const SessionId& sessi
   return &found->second;
 }
 
-absl::StatusOr<server::SessionStatus> FakePipeline::CreateSession(const RobotId& robot,
-                                                                  const std::string& sensor,
-                                                                  const Pose& T_base_sensor) {
+absl::StatusOr<server::SessionStatus> FakePipeline::CreateSession(
+    const server::SessionRequest& request) {
   std::lock_guard lock(mutex_);
-  if (robot.empty()) return absl::InvalidArgumentError("the robot has no name");
+  if (request.robot.empty()) return absl::InvalidArgumentError("the robot has no name");
   server::SessionStatus status;
-  status.record.id = SessionId(absl::StrCat(robot.value(), "-", sessions_.size() + 1));
-  status.record.robot = robot;
-  status.record.sensor = sensor;
-  status.record.T_base_sensor = T_base_sensor;
+  status.record.id = SessionId(absl::StrCat(request.robot.value(), "-", sessions_.size() + 1));
+  status.record.robot = request.robot;
+  status.record.sensor = request.sensor;
+  status.record.odometry = request.odometry;
+  status.record.T_base_sensor = request.T_base_sensor;
   status.record.created_ns = 1000;
   sessions_[status.record.id].status = status;
   return status;
@@ -138,6 +138,14 @@ server::ScanAck FakePipeline::Handle(Session& session, const server::ScanUpload&
   ack.status = "ok";
   ack.T_odom_sensor = Pose(Eigen::Vector3d(static_cast<double>(scan.sequence), 0, 0));
   ack.total_ms = 3.5;
+  // Every entry differs, so that none can take another's place on the way.
+  Matrix6d covariance;
+  for (int i = 0; i < 6; ++i) {
+    for (int k = 0; k < 6; ++k) covariance(i, k) = 10 * std::min(i, k) + std::max(i, k);
+  }
+  ack.covariance = covariance;
+  ack.unobserved_translations = {{1, 0, 0}, {0, 0.6, 0.8}};
+  ack.unobserved_rotations = {{0, 0, 1}};
   return ack;
 }
 

@@ -31,9 +31,8 @@ class FakeMap : public ComposedMap {
 
 class FakePipeline : public server::Pipeline {
  public:
-  absl::StatusOr<server::SessionStatus> CreateSession(const RobotId& robot,
-                                                      const std::string& sensor,
-                                                      const Pose& T_base_sensor) override;
+  absl::StatusOr<server::SessionStatus> CreateSession(
+      const server::SessionRequest& request) override;
   absl::StatusOr<server::SessionStatus> GetSession(const SessionId& session) override;
   std::vector<server::SessionStatus> ListSessions() override;
   absl::StatusOr<server::SessionStatus> FinishSession(const SessionId& session) override;

@@ -22,6 +22,7 @@ v1::CreateSessionRequest Alice() {
 
 TEST_F(SessionRpcTest, CreateReturnsTheSessionWithItsExtrinsicNormalised) {
   v1::CreateSessionRequest request = Alice();
+  request.set_odometry("aloam");
   request.mutable_t_base_sensor()->mutable_translation()->set_z(0.5);
   request.mutable_t_base_sensor()->mutable_rotation()->set_w(2);
   v1::Session session;
@@ -29,6 +30,7 @@ TEST_F(SessionRpcTest, CreateReturnsTheSessionWithItsExtrinsicNormalised) {
   EXPECT_EQ(session.id(), "alice-1");
   EXPECT_EQ(session.robot(), "alice");
   EXPECT_EQ(session.sensor(), "vlp16");
+  EXPECT_EQ(session.odometry(), "aloam");
   EXPECT_EQ(session.state(), v1::Session::ACTIVE);
   EXPECT_EQ(session.created_ns(), 1000);
   EXPECT_EQ(session.t_base_sensor().translation().z(), 0.5);

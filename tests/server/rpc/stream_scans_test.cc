@@ -73,6 +73,15 @@ TEST_F(StreamScansTest, EveryScanIsAcknowledgedInOrder) {
     EXPECT_EQ(ack.t_odom_sensor().translation().x(), static_cast<double>(i));
     EXPECT_FALSE(ack.has_t_map_odom());
     EXPECT_EQ(ack.timing().total_ms(), 3.5);
+    ASSERT_EQ(ack.covariance_size(), 21);
+    EXPECT_EQ(ack.covariance(0), 0);    // Of x.
+    EXPECT_EQ(ack.covariance(5), 5);    // Of x and the rotation about z.
+    EXPECT_EQ(ack.covariance(6), 11);   // Of y.
+    EXPECT_EQ(ack.covariance(20), 55);  // Of the rotation about z.
+    ASSERT_EQ(ack.unobserved_translations_size(), 2);
+    EXPECT_EQ(ack.unobserved_translations(1).z(), 0.8);
+    ASSERT_EQ(ack.unobserved_rotations_size(), 1);
+    EXPECT_EQ(ack.unobserved_rotations(0).z(), 1);
   }
   wire->WritesDone();
   EXPECT_TRUE(ReadAll(*wire).empty());
