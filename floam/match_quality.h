@@ -1,19 +1,25 @@
-// How well scans matched lately.
+// How well scans matched lately, and so whether a match is to be believed.
 #pragma once
 
 #include "floam/scan_matcher.h"
 
 namespace isthmus::floam {
 
-// Tells a place found again from one that only looks like it.
+// A wrong place fits too, but not as well: in drives through museums and campuses, agreement never
+// fell below 0.94 of its fading average and the share of features used never below 0.9, while false
+// minima after a robot was carried away lay below 0.77 and 0.8. Not thread safe.
 class MatchQuality {
  public:
   // Of a scan that was tracked without interruption.
   void Add(const MatchResult& match);
-  // Whether a match after an interruption is about as good.
+  // Whether a match where it was expected is believable.
+  bool IsUsual(const MatchResult& match) const;
+  // Whether a match anywhere is about as good as those before it: asked of a place found again.
   bool IsTypical(const MatchResult& match) const;
 
  private:
+  bool IsAtLeast(const MatchResult& match, double agreement, double share) const;
+
   double agreement_ = 0, share_ = 0;  // Fading averages; zero before the first Add.
 };
 

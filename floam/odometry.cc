@@ -12,6 +12,7 @@
 #include "floam/odometry_options.h"
 #include "floam/pose_covariance.h"
 #include "floam/recovery.h"
+#include "floam/relocaliser.h"
 #include "floam/scan_frame.h"
 #include "floam/start.h"
 #include "floam/tracker.h"
@@ -24,7 +25,8 @@ struct Odometry::State {
       : options(odometry_options),
         maker(sensor, odometry_options.features),
         tracker(sensor, odometry_options),
-        map(odometry_options) {}
+        map(odometry_options),
+        relocaliser(odometry_options.matching, RelocaliserOptions()) {}
 
   enum class Phase { kFirst, kSecond, kUnderWay };
 
@@ -34,6 +36,8 @@ struct Odometry::State {
   FeatureMap map;
   Start start;
   MatchQuality quality;
+  Relocaliser relocaliser;
+  bool lost = false;  // The scan before was.
 
   Phase phase = Phase::kFirst;
   int64_t previous_ns = 0;  // Stamp of the last scan taken, matched or not.
@@ -44,6 +48,7 @@ struct Odometry::State {
   std::optional<MatchResult> Second();
   std::optional<MatchResult> Track(const ScanPose& prediction);
   std::optional<MatchResult> FindAgain();
+  std::optional<MatchResult> Relocalise();
 };
 
 absl::Status Odometry::State::Prepare(const Scan& input) {
@@ -80,6 +85,18 @@ std::optional<MatchResult> Odometry::State::FindAgain() {
   return match;
 }
 
+// The sensor was carried away: it goes on from there, in the map that was seen there before.
+std::optional<MatchResult> Odometry::State::Relocalise() {
+  std::optional<MatchResult> match =
+      relocaliser.Find(frame, tracker.last().T_odom_sensor, quality, tracker.ReferenceTime(frame));
+  if (match) {
+    const Pose T_odom_end = match->pose.At(0);
+    map.Resume(relocaliser.PointsAround(T_odom_end.translation(), options.map.radius_m),
+               T_odom_end);
+  }
+  return match;
+}
+
 // Where the scan was; sets the result's status, covariance and degeneracy.
 ScanPose Odometry::State::Locate(OdometryResult* result) {
   if (phase == Phase::kFirst) {
@@ -90,19 +107,29 @@ ScanPose Odometry::State::Locate(OdometryResult* result) {
   // Where matching begins. A better guess than that the motion goes on belongs here.
   const ScanPose prediction = tracker.Prediction(frame);
   std::optional<MatchResult> match;
+  bool carried = false;
   if (phase == Phase::kSecond) {
     match = Second();
   } else {
     match = Track(prediction);
     if (!match) match = FindAgain();
-    // Whoever knows more than the local map is asked here.
+    if (!match) {
+      match = Relocalise();
+      carried = match.has_value();
+    }
   }
+  if (lost && match) relocaliser.Reset();
+  lost = !match;
   if (!match) {
     result->covariance = LostCovariance();
     result->status = TrackingStatus::kLost;
     return prediction;
   }
-  tracker.Adopt(frame, &*match);
+  if (carried) {
+    tracker.Begin(match->pose, frame.stamp_ns);  // Its motion, not the way it was carried.
+  } else {
+    tracker.Adopt(frame, &*match);
+  }
   phase = Phase::kUnderWay;
   result->covariance = CovarianceAtEnd(*match, options.mode == OdometryMode::kContinuous);
   result->degeneracy = DegeneracyAtEnd(*match);
@@ -130,6 +157,8 @@ void Odometry::Resume(const Cloud& map_odom, const Trajectory& recent) {
   state.previous_ns = end.stamp_ns;
   state.phase = State::Phase::kUnderWay;  // The motion is known, nothing has to be guessed.
 }
+
+void Odometry::Remember(const Submap& submap) { state_->relocaliser.Remember(submap); }
 
 absl::StatusOr<OdometryResult> Odometry::Process(const Scan& scan) {
   State& state = *state_;

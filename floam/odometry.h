@@ -13,6 +13,7 @@
 #include "core/cloud.h"
 #include "core/pose.h"
 #include "core/scan.h"
+#include "core/submap.h"
 #include "core/trajectory.h"
 #include "floam/degeneracy.h"
 #include "floam/ring_scan.h"
@@ -64,6 +65,10 @@ class Odometry {
   // pose (odom frame), `recent` its last scans' poses T_odom_sensor in order of time; one at least,
   // of which the last two tell the motion. Call before the first Process.
   void Resume(const Cloud& map_odom, const Trajectory& recent);
+
+  // A finished submap of this session, or of its earlier run: where to look for the sensor, should
+  // it be carried away. See Relocaliser. Without any, it is only found near where it was last.
+  void Remember(const Submap& submap);
 
  private:
   struct State;

@@ -1,0 +1,67 @@
+// Whether a scan was taken at a certain place of the remembered map.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <unordered_set>
+#include <vector>
+
+#include "floam/features.h"
+#include "floam/local_map.h"
+#include "floam/map_memory.h"
+#include "floam/scan_frame.h"
+#include "floam/scan_image.h"
+#include "floam/scan_matcher.h"
+
+namespace isthmus::floam {
+
+struct PlaceCheckOptions {
+  double radius_m = 25;         // Of the surroundings that are compared.
+  double kernel_start_m = 1.0;  // For a guess from above, cells of 0.4 m.
+  double twist_sigma = 1.0;     // m/s and rad/s: how far the motion may be from the guess's.
+  int max_blocks = 60'000;      // Of the map to match to, see LocalMapOptions.
+};
+
+// What was found at a place.
+struct PlaceMatch {
+  MatchResult match;
+  double share = 0;  // Of the surfaces nearby, those with a plane of the map at hand.
+  int onto = 0;      // Walls of the map that the scan sees where they are, ...
+  int through = 0;   // ... and those it looks through: they are not there.
+
+  double through_share() const {
+    return onto + through > 0 ? static_cast<double>(through) / (onto + through) : 1;
+  }
+};
+
+// Matches scans to the remembered map instead of to the local one. Not thread safe.
+class PlaceCheck {
+ public:
+  PlaceCheck(const MatchOptions& matching, const PlaceCheckOptions& options);
+
+  // The scan that Check speaks of from now on. Keeps references.
+  void SetScan(const ScanFrame& frame, const ScanImage& image);
+
+  // From a guess that may be off by half a metre and a few degrees (`is_rough`), or by little.
+  PlaceMatch Check(const MapMemory& memory, const ScanPose& guess, bool is_rough);
+
+  // Forgets the map to match to, which fills as places are checked.
+  void Clear();
+
+ private:
+  void FillAround(const MapMemory& memory, const Eigen::Vector3d& position);
+  void LookAtWalls(const MapMemory& memory, PlaceMatch* place);
+
+  const MatchOptions matching_;
+  const PlaceCheckOptions options_;
+  ScanMatcher matcher_;
+  LocalMap surfaces_, edges_;            // No edges are remembered.
+  std::unordered_set<uint64_t> filled_;  // Tiles.
+  Features features_;                    // Of the scan, those nearby.
+  const ScanImage* image_ = nullptr;
+  std::vector<MapMemory::SeenPoint> points_;  // Scratch.
+};
+
+}  // namespace isthmus::floam
