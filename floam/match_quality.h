@@ -17,10 +17,14 @@ class MatchQuality {
   // Whether a match anywhere is about as good as those before it: asked of a place found again.
   bool IsTypical(const MatchResult& match) const;
 
+  // Fading averages; zero before the first Add.
+  double agreement() const { return agreement_; }
+  double share() const { return share_; }
+
  private:
   bool IsAtLeast(const MatchResult& match, double agreement, double share) const;
 
-  double agreement_ = 0, share_ = 0;  // Fading averages; zero before the first Add.
+  double agreement_ = 0, share_ = 0;
 };
 
 }  // namespace isthmus::floam
