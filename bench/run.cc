@@ -1,0 +1,71 @@
+#include "bench/run.h"
+
+#include <algorithm>
+
+#include "bench/calibration.h"
+#include "bench/cpu_clock.h"
+#include "bench/memory.h"
+#include "floam/odometry.h"
+
+namespace isthmus::bench {
+namespace {
+
+constexpr size_t kAtATime = 50;  // Scans in memory.
+
+Verdict VerdictOf(floam::TrackingStatus status) {
+  switch (status) {
+    case floam::TrackingStatus::kOk:
+      return Verdict::kOk;
+    case floam::TrackingStatus::kDegenerate:
+      return Verdict::kDegenerate;
+    case floam::TrackingStatus::kLost:
+      return Verdict::kLost;
+  }
+  return Verdict::kLost;
+}
+
+void Process(const Scan& scan, floam::Odometry* odometry, ScanRecord* record) {
+  const CpuClock clock;
+  const auto result = odometry->Process(scan);
+  record->ms = clock.Ms();
+  if (!result.ok()) return;
+  record->verdict = VerdictOf(result->status);
+  record->T_odom_sensor = result->T_odom_sensor;
+  record->unobserved = result->degeneracy.translations;
+  const floam::ScanTiming& timing = result->timing;
+  const double parts_ms = timing.features_ms + timing.matching_ms + timing.map_ms;
+  const double scale = parts_ms > 0 ? record->ms / parts_ms : 0;
+  record->features_ms = scale * timing.features_ms;
+  record->matching_ms = scale * timing.matching_ms;
+  record->map_ms = scale * timing.map_ms;
+}
+
+}  // namespace
+
+absl::StatusOr<RunRecord> Run(const Drive& drive, const floam::OdometryOptions& options) {
+  const auto sensor = floam::FindSensorModel(drive.sensor);
+  if (!sensor.ok()) return sensor.status();
+  RunRecord run;
+  run.scans.resize(drive.shots.size());
+  ResetPeak();
+  const double cal_before = CalibrationMs();
+  const double heap_before = HeapMb();
+  floam::Odometry odometry(*sensor, options);
+  for (size_t begin = 0; begin < drive.shots.size(); begin += kAtATime) {
+    const size_t end = std::min(begin + kAtATime, drive.shots.size());
+    std::vector<Scan> scans;
+    for (size_t i = begin; i < end; ++i) scans.push_back(MakeScan(drive, drive.shots[i], i + 1));
+    for (size_t i = begin; i < end; ++i) {
+      Process(scans[i - begin], &odometry, &run.scans[i]);
+      run.scans[i].T_world_sensor = drive.truth_of(drive.shots[i].turn);
+    }
+    scans = {};
+    run.scans[end - 1].heap_mb = HeapMb() - heap_before;
+  }
+  run.odometry_mb = HeapMb() - heap_before;
+  run.cal_ms = std::min(cal_before, CalibrationMs());
+  run.peak_mb = PeakMb();
+  return run;
+}
+
+}  // namespace isthmus::bench

@@ -1,0 +1,39 @@
+// Odometry of a whole drive, with what each scan cost and what was said of it.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "bench/drive.h"
+#include "core/pose.h"
+#include "floam/odometry_options.h"
+
+namespace isthmus::bench {
+
+enum class Verdict { kOk, kDegenerate, kLost, kRejected };
+
+struct ScanRecord {
+  Verdict verdict = Verdict::kRejected;
+  Pose T_world_sensor;                      // The truth.
+  Pose T_odom_sensor;                       // What was said, unless rejected.
+  std::vector<Eigen::Vector3d> unobserved;  // Unit translations in the sensor frame.
+  double ms = 0;  // CPU time of this thread for all of the scan's processing, and its parts: wall
+                  // times scaled to that sum.
+  double features_ms = 0, matching_ms = 0, map_ms = 0;
+  double heap_mb = 0;  // Kept by the odometry at this time; known of some scans only, else 0.
+};
+
+struct RunRecord {
+  std::vector<ScanRecord> scans;  // One per shot.
+  double cal_ms = 0;              // The less of what it was before and after.
+  double odometry_mb = 0;         // Kept by the odometry at the end.
+  double peak_mb = 0;             // Of the process: simulator and scans in wait included.
+};
+
+// Processes the drive on the calling thread. Scans are made a few at a time, apart from what is
+// measured. NotFound for a sensor the odometry does not know.
+absl::StatusOr<RunRecord> Run(const Drive& drive, const floam::OdometryOptions& options);
+
+}  // namespace isthmus::bench
