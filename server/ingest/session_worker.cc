@@ -64,6 +64,7 @@ void SessionWorker::Resume(const ResumePoint& resume) {
   if (recent.empty()) return;
   Cloud around;
   for (const auto& submap : resume.submaps) {
+    odometry_.Remember(*submap);
     for (const SubmapPoint& point : submap->points) {
       const Eigen::Vector3d p = submap->T_odom_submap * point.Position().cast<double>();
       if ((p - T_odom_last_->translation()).norm() > options_.odometry.map.radius_m) continue;
@@ -170,6 +171,7 @@ ScanAck SessionWorker::Handle(const ScanUpload& upload) {
                         builder_.CurrentIndex()};
   stretch_.push_back(entry);
   std::shared_ptr<const Submap> cut = builder_.Add(*result);
+  if (cut) odometry_.Remember(*cut);
   ack.status = ToString(result->status);
   ack.T_odom_sensor = result->T_odom_sensor;
   ack.covariance = result->covariance;
