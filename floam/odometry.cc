@@ -170,6 +170,7 @@ absl::StatusOr<OdometryResult> Odometry::Process(const Scan& scan) {
   result.stamp_ns = scan.end_stamp_ns;
   result.rings_from = state.frame.scan.rings_from;
   result.times_from = state.frame.scan.times_from;
+  result.input = state.frame.scan.text;
   result.timing.features_ms = stage.Lap();
 
   const ScanPose pose = state.Locate(&result);

@@ -46,6 +46,7 @@ struct OdometryResult {
   Degeneracy degeneracy;  // Which directions, when degenerate; sensor frame at the END of the scan.
   Inference rings_from = Inference::kSensor;
   Inference times_from = Inference::kSensor;
+  InputText input;  // The same in words.
   ScanTiming timing;
   // All usable points of the scan, undistorted into the sensor frame at the END of the scan.
   Cloud undistorted;

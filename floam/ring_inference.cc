@@ -11,19 +11,86 @@ namespace {
 
 constexpr float kPi = std::numbers::pi_v<float>;
 constexpr int kMaxRings = 256;
+constexpr float kNearM = 1.5F;
+// Of the histogram: an eighth of the spacing of the densest sensor's rings.
+constexpr float kBin = 0.02F * kPi / 180;
+constexpr int kBins = 9001;  // From straight down to straight up.
+// Points of one ring make a heap at least this much higher than the valleys beside it.
+constexpr float kValley = 0.5F;
+constexpr double kOutermostSpacing = 0.1;  // Rad, beyond the outermost ring.
 
-float Elevation(const ScanPoint& p) { return FastAtan2(p.z, std::sqrt(p.x * p.x + p.y * p.y)); }
+struct Nearest {
+  size_t ring;
+  double misfit;  // In units of the spacing, at most a half.
+};
+
+Nearest FindNearest(const std::vector<double>& rings_at, double elevation) {
+  size_t k = std::lower_bound(rings_at.begin(), rings_at.end(), elevation) - rings_at.begin();
+  if (k == rings_at.size() || (k > 0 && elevation - rings_at[k - 1] < rings_at[k] - elevation)) {
+    --k;
+  }
+  const double below = k > 0 ? rings_at[k] - rings_at[k - 1] : kOutermostSpacing;
+  const double above = k + 1 < rings_at.size() ? rings_at[k + 1] - rings_at[k] : kOutermostSpacing;
+  return {k, std::min(0.5, std::abs(elevation - rings_at[k]) / std::min(below, above))};
+}
+
+double Elevation(int bin) { return (bin - kBins / 2) * static_cast<double>(kBin); }
 
 }  // namespace
 
-int RingsByWrap(const std::vector<float>& azimuths, double turns, std::vector<uint16_t>* rings) {
+void ComputeElevations(const Scan& scan, std::vector<float>* elevations) {
+  elevations->resize(scan.points.size());
+  for (size_t i = 0; i < scan.points.size(); ++i) {
+    const ScanPoint& p = scan.points[i];
+    (*elevations)[i] = FastAtan2(p.z, std::sqrt(p.x * p.x + p.y * p.y));
+  }
+}
+
+void ComputeAzimuths(const Scan& scan, std::vector<float>* azimuths) {
+  azimuths->resize(scan.points.size());
+  for (size_t i = 0; i < scan.points.size(); ++i) {
+    (*azimuths)[i] = FastAtan2(scan.points[i].y, scan.points[i].x);
+  }
+}
+
+double CountTurns(const std::vector<float>& azimuths) {
+  double travelled = 0;
+  for (size_t i = 1; i < azimuths.size(); ++i) {
+    travelled += WrapOnce(azimuths[i] - azimuths[i - 1]);
+  }
+  return travelled / (2 * kPi);
+}
+
+float FindSeam(const std::vector<float>& azimuths, const std::vector<float>& elevations) {
+  constexpr float kJump = 0.1F * kPi / 180;
+  constexpr int kSectors = 360;
+  std::vector<int> jumps(kSectors, 0);
+  for (size_t i = 1; i < azimuths.size(); ++i) {
+    const float jump = elevations[i] - elevations[i - 1];
+    if (std::abs(jump) < kJump) continue;
+    const float sector = (azimuths[i] + kPi) / (2 * kPi) * kSectors;
+    // From ring to ring it is always up, or always down; at the borders of things it is both.
+    jumps[std::clamp(static_cast<int>(sector), 0, kSectors - 1)] += jump > 0 ? 1 : -1;
+  }
+  // The ring may begin on either side of a sector's border.
+  int best = 0, most = 0;
+  for (int k = 0; k < kSectors; ++k) {
+    const int sum = std::abs(jumps[k] + jumps[(k + 1) % kSectors]);
+    if (sum > most) best = k, most = sum;
+  }
+  if (most < 2) return azimuths.front();
+  return WrapOnce((static_cast<float>(best) + 1) / kSectors * 2 * kPi - kPi);
+}
+
+int RingsByWrap(const std::vector<float>& azimuths, double turns, float seam,
+                std::vector<uint16_t>* rings) {
   const float sense = turns > 0 ? 1.F : -1.F;
   rings->resize(azimuths.size());
   int ring = 0;
-  float last = 0;      // Azimuth in the sense of the order, in [0, 2 pi) from +x.
+  float last = 0;      // Azimuth in the sense of the order, in [0, 2 pi) from the seam.
   float travel = kPi;  // Since the ring began; a wrap right after another is noise at the seam.
   for (size_t i = 0; i < azimuths.size(); ++i) {
-    float a = sense * azimuths[i];
+    float a = sense * WrapOnce(azimuths[i] - seam);
     if (a < 0) a += 2 * kPi;
     if (i > 0) {
       travel += WrapOnce(a - last);
@@ -38,53 +105,79 @@ int RingsByWrap(const std::vector<float>& azimuths, double turns, std::vector<ui
   return ring + 1;
 }
 
-std::vector<double> FindElevations(const Scan& scan) {
-  constexpr float kBin = 0.1F * kPi / 180;  // Finer than the rings of any 128-laser sensor.
-  constexpr int kBins = 1801;
-  std::vector<float> histogram(kBins, 0.F);
-  for (const ScanPoint& p : scan.points) {
-    const int bin = static_cast<int>(std::lround(Elevation(p) / kBin)) + kBins / 2;
-    if (bin >= 0 && bin < kBins) histogram[bin] += 1;
+ElevationHistogram::ElevationHistogram() : counts_(kBins, 0.F) {}
+
+void ElevationHistogram::Add(const Scan& scan, const std::vector<float>& elevations) {
+  for (size_t i = 0; i < elevations.size(); ++i) {
+    const ScanPoint& p = scan.points[i];
+    if (p.x * p.x + p.y * p.y + p.z * p.z < kNearM * kNearM) continue;
+    const int bin = static_cast<int>(std::lround(elevations[i] / kBin)) + kBins / 2;
+    if (bin < 0 || bin >= kBins) continue;
+    counts_[bin] += 1;
+    total_ += 1;
   }
-  // A ring holds more than its share of the points within 0.2 degrees.
-  const float floor = 0.15F * static_cast<float>(scan.points.size()) / kMaxRings;
-  std::vector<double> elevations;
-  double weight = 0, moment = 0;
-  for (int bin = 0; bin < kBins; ++bin) {
-    const bool valley = bin > 0 && weight > 0 && bin + 1 < kBins &&
-                        histogram[bin] < 0.5F * histogram[bin - 1] &&
-                        histogram[bin] <= histogram[bin + 1];
-    if (histogram[bin] > 0 && !valley) {
-      weight += histogram[bin];
-      moment += histogram[bin] * (bin - kBins / 2);
-      continue;
-    }
-    if (weight > floor) elevations.push_back(moment / weight * kBin);
-    weight = histogram[bin];
-    moment = histogram[bin] * (bin - kBins / 2);
-  }
-  if (elevations.size() > kMaxRings) elevations.clear();
-  return elevations;
 }
 
-double RingsByElevation(const Scan& scan, const std::vector<double>& elevations,
-                        std::vector<uint16_t>* rings) {
-  rings->resize(scan.points.size());
-  double sum = 0;
-  for (size_t i = 0; i < scan.points.size(); ++i) {
-    const double elevation = Elevation(scan.points[i]);
-    size_t k =
-        std::lower_bound(elevations.begin(), elevations.end(), elevation) - elevations.begin();
-    if (k == elevations.size() ||
-        (k > 0 && elevation - elevations[k - 1] < elevations[k] - elevation)) {
-      --k;
-    }
-    (*rings)[i] = static_cast<uint16_t>(k);
-    const double below = k > 0 ? elevations[k] - elevations[k - 1] : 0.1;
-    const double above = k + 1 < elevations.size() ? elevations[k + 1] - elevations[k] : 0.1;
-    sum += std::min(0.5, std::abs(elevation - elevations[k]) / std::min(below, above));
+std::vector<double> ElevationHistogram::Peaks() const {
+  std::vector<double> best;
+  double least = 0.5;
+  // How sharp rings are differs between sensors and scenes: the width that explains most.
+  for (const int width : {1, 2, 4, 8, 12}) {
+    std::vector<double> peaks = PeaksOfWidth(width);
+    if (peaks.empty() || peaks.size() > kMaxRings) continue;
+    const double misfit = Misfit(peaks);
+    if (misfit >= least) continue;
+    least = misfit;
+    best = std::move(peaks);
   }
-  return scan.points.empty() ? 0 : sum / static_cast<double>(scan.points.size());
+  return best;
+}
+
+std::vector<double> ElevationHistogram::PeaksOfWidth(int width) const {
+  // A ring holds more than its share of the points, were there as many as can be.
+  const auto floor = static_cast<float>(0.15 * total_ / kMaxRings);
+  std::vector<double> peaks;
+  double weight = 0, moment = 0;  // Since the last valley.
+  float top = 0, low = 0;         // Likewise.
+  bool falling = false;
+  const auto finish = [&] {
+    if (weight > floor) peaks.push_back(moment / weight);
+    weight = moment = 0;
+    top = 0;
+    falling = false;
+  };
+  for (int bin = width; bin + width < kBins; ++bin) {
+    float count = 0;
+    for (int j = -width; j <= width; ++j) count += counts_[bin + j];
+    if (falling && count > low / kValley && count > floor) finish();
+    if (!falling && count < kValley * top) falling = true, low = count;
+    if (falling) low = std::min(low, count);
+    top = std::max(top, count);
+    weight += counts_[bin];
+    moment += counts_[bin] * Elevation(bin);
+  }
+  finish();
+  return peaks;
+}
+
+double ElevationHistogram::Misfit(const std::vector<double>& elevations) const {
+  double sum = 0;
+  for (int bin = 0; bin < kBins; ++bin) {
+    if (counts_[bin] > 0) sum += counts_[bin] * FindNearest(elevations, Elevation(bin)).misfit;
+  }
+  return sum / total_;
+}
+
+double RingsByElevation(const std::vector<float>& elevations, const std::vector<double>& rings_at,
+                        std::vector<uint16_t>* rings) {
+  rings->resize(elevations.size());
+  double sum = 0;
+  for (size_t i = 0; i < elevations.size(); ++i) {
+    const Nearest nearest = FindNearest(rings_at, elevations[i]);
+    (*rings)[i] = static_cast<uint16_t>(nearest.ring);
+    sum += nearest.misfit;
+  }
+  return elevations.empty() ? 0 : sum / static_cast<double>(elevations.size());
 }
 
 }  // namespace isthmus::floam

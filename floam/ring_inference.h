@@ -8,19 +8,48 @@
 
 namespace isthmus::floam {
 
-// For scans that hold one ring after the other (KITTI's HDL-64 files): a new ring starts where the
-// azimuth completes a turn. `turns` is the signed number of turns in the order of points. Fills
-// `*rings`; returns their number.
-int RingsByWrap(const std::vector<float>& azimuths, double turns, std::vector<uint16_t>* rings);
+// Elevation of every point, radians, and azimuth likewise, in (-pi, pi].
+void ComputeElevations(const Scan& scan, std::vector<float>* elevations);
+void ComputeAzimuths(const Scan& scan, std::vector<float>* azimuths);
 
-// The elevations (radians, ascending) around which the points of `scan` gather: the peaks of a
-// histogram. At most 256; empty when the points do not lie in rings.
-std::vector<double> FindElevations(const Scan& scan);
+// Turns, counter-clockwise, that the azimuth makes in the order of points. Around 1 either way for
+// points in order of firing, the number of rings for one ring after the other.
+double CountTurns(const std::vector<float>& azimuths);
 
-// Gives every point the ring of nearest elevation. `elevations` is ascending and not empty. Returns
+// For scans that hold one ring after the other (KITTI's HDL-64 files, Ouster's images): the azimuth
+// at which rings begin, where elevation jumps from one ring to the next.
+float FindSeam(const std::vector<float>& azimuths, const std::vector<float>& elevations);
+
+// A new ring starts where the azimuth passes `seam` in the sense of `turns`, the signed number of
+// turns in the order of points. Fills `*rings`; returns their number.
+int RingsByWrap(const std::vector<float>& azimuths, double turns, float seam,
+                std::vector<uint16_t>* rings);
+
+// The elevations that the rings of a sensor have, from what its scans show. Scans add up: rings
+// that look into the sky show only now and then.
+class ElevationHistogram {
+ public:
+  ElevationHistogram();
+
+  // `ranges_m` tells which points are too near to have a ring's elevation to a bin: sensors'
+  // lasers start a few centimetres apart.
+  void Add(const Scan& scan, const std::vector<float>& elevations);
+  // The elevations (radians, ascending) around which points gather; at most 256, empty when they do
+  // not gather.
+  std::vector<double> Peaks() const;
+
+ private:
+  std::vector<double> PeaksOfWidth(int bins_per_peak) const;
+  double Misfit(const std::vector<double>& elevations) const;
+
+  std::vector<float> counts_;
+  double total_ = 0;
+};
+
+// Gives every point the ring of nearest elevation. `rings_at` is ascending and not empty. Returns
 // the mean distance to it in units of the spacing of the rings there: about 0.25 for points that
 // know nothing of these rings, near 0 for points of this sensor.
-double RingsByElevation(const Scan& scan, const std::vector<double>& elevations,
+double RingsByElevation(const std::vector<float>& elevations, const std::vector<double>& rings_at,
                         std::vector<uint16_t>* rings);
 
 }  // namespace isthmus::floam

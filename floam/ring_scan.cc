@@ -4,21 +4,26 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <limits>
 #include <numbers>
+#include <utility>
 
-#include "floam/azimuth.h"
-#include "floam/ring_inference.h"
+#include "floam/ring_order.h"
+#include "floam/scan_pattern.h"
 
 namespace isthmus::floam {
 namespace {
 
-constexpr float kTurn = 2 * std::numbers::pi_v<float>;
 constexpr size_t kMinPoints = 100;
 constexpr float kMinExtentM = 0.2F;  // All points within a box this small: nothing was seen.
 constexpr int kMaxRings = 1024;
 constexpr double kMinRingMajorTurns = 3.5;
-constexpr double kMaxRingMisfit = 0.2;  // See RingsByElevation.
+// See RingsByElevation.
+constexpr double kGoodFit = 0.1;
+constexpr double kMaxMisfit = 0.18;
+constexpr uint64_t kHistogramScans = 32;  // Show all rings there are.
 constexpr float kMaxScanS = 2;
 constexpr float kClockSlackS = 1e-3F;
 
@@ -28,16 +33,34 @@ bool InRange(const ScanPoint& p, const SensorModel& model) {
          range2 <= static_cast<float>(model.max_range_m * model.max_range_m);
 }
 
+const char* RingSource(Inference from, const SensorModel& model) {
+  switch (from) {
+    case Inference::kSensor:
+      return ", given";
+    case Inference::kPointOrder:
+      return ", one after the other";
+    case Inference::kSensorModel:
+      return ", by the sensor's elevations";
+    case Inference::kHistogram:
+      break;
+  }
+  return model.elevations.empty() ? ", by the elevations seen"
+                                  : ", by the elevations seen, which are not the named sensor's";
+}
+
 }  // namespace
 
 absl::Status RingSorter::Sort(const Scan& scan, const SensorModel& model, double period_s,
                               RingScan* out) {
   if (absl::Status status = Validate(scan, model); !status.ok()) return status;
-  out->period_s = period_s;
-  if (!scan.has_ring || !scan.has_time) ComputeAngles(scan);
-  AssignRings(scan, model, out);
-  AssignTimes(scan, model, out);
+  if (absl::Status status = AssignRings(scan, model, out); !status.ok()) return status;
+  AssignTimes(scan, model, period_s, out);
   Scatter(scan, model, out);
+  if (scans_ == 0) {
+    if (absl::Status status = CheckFirst(scan, model, *out); !status.ok()) return status;
+  }
+  ++scans_;
+  Describe(model, out);
   return absl::OkStatus();
 }
 
@@ -45,7 +68,8 @@ absl::Status RingSorter::Validate(const Scan& scan, const SensorModel& model) {
   Eigen::Array3f low = Eigen::Array3f::Constant(1e9F), high = -low;
   size_t usable = 0;
   float earliest = 0, latest = 0;
-  int top_ring = 0;
+  lowest_ring_ = std::numeric_limits<uint16_t>::max();
+  highest_ring_ = 0;
   // Sums of 0 * x are NaN as soon as one x is not finite: one test at the end instead of one per
   // value.
   float poison = 0;
@@ -53,7 +77,8 @@ absl::Status RingSorter::Validate(const Scan& scan, const SensorModel& model) {
     poison += 0 * (p.x + p.y + p.z) + 0 * p.time;
     earliest = std::min(earliest, p.time);
     latest = std::max(latest, p.time);
-    top_ring = std::max<int>(top_ring, p.ring);
+    lowest_ring_ = std::min<int>(lowest_ring_, p.ring);
+    highest_ring_ = std::max<int>(highest_ring_, p.ring);
     if (!InRange(p, model)) continue;
     const Eigen::Array3f position(p.x, p.y, p.z);
     low = low.min(position);
@@ -79,59 +104,99 @@ absl::Status RingSorter::Validate(const Scan& scan, const SensorModel& model) {
         "scan ", scan.sequence, " has point times from ", earliest, " s to ", latest,
         " s; they must be relative to the END of the scan, within the last ", kMaxScanS, " s"));
   }
-  if (scan.has_ring && top_ring >= kMaxRings) {
-    return absl::InvalidArgumentError(absl::StrCat("scan ", scan.sequence, " names ring ", top_ring,
-                                                   "; at most ", kMaxRings, " are supported"));
+  if (scan.has_ring && highest_ring_ >= kMaxRings) {
+    return absl::InvalidArgumentError(absl::StrCat("scan ", scan.sequence, " names ring ",
+                                                   highest_ring_, "; at most ", kMaxRings,
+                                                   " are supported"));
   }
   return absl::OkStatus();
 }
 
-void RingSorter::ComputeAngles(const Scan& scan) {
-  azimuths_.resize(scan.points.size());
-  for (size_t i = 0; i < scan.points.size(); ++i) {
-    azimuths_[i] = FastAtan2(scan.points[i].y, scan.points[i].x);
-  }
-  double travelled = 0;
-  for (size_t i = 1; i < azimuths_.size(); ++i) {
-    travelled += WrapOnce(azimuths_[i] - azimuths_[i - 1]);
-  }
-  turns_ = travelled / kTurn;
+absl::Status RingSorter::AssignRings(const Scan& scan, const SensorModel& model, RingScan* out) {
+  // A field that names one ring for all is one that nobody filled.
+  const bool given = scan.has_ring && (highest_ring_ > lowest_ring_ || model.rings == 1);
+  if (!given || !scan.has_time) ComputeAzimuths(scan, &azimuths_);
+  out->rings_from = Inference::kSensor;
+  return given ? TakeGivenRings(scan, model) : InferRings(scan, model, out);
 }
 
-void RingSorter::AssignRings(const Scan& scan, const SensorModel& model, RingScan* out) {
-  if (scan.has_ring) {
-    out->rings_from = Inference::kSensor;
-    int top = 0;
-    rings_.resize(scan.points.size());
-    for (size_t i = 0; i < scan.points.size(); ++i) {
-      rings_[i] = scan.points[i].ring;
-      top = std::max<int>(top, rings_[i]);
+absl::Status RingSorter::TakeGivenRings(const Scan& scan, const SensorModel& model) {
+  if (absl::Status status = CheckRingCount(scan.sequence, lowest_ring_, highest_ring_, model);
+      !status.ok()) {
+    return status;
+  }
+  rings_.resize(scan.points.size());
+  for (size_t i = 0; i < scan.points.size(); ++i) rings_[i] = scan.points[i].ring;
+  ring_count_ = highest_ring_ + 1;
+  if (scans_ > 0 && !rings_unordered_) return absl::OkStatus();
+  const std::vector<uint16_t> ranks = RanksByElevation(scan, rings_, ring_count_);
+  rings_unordered_ = !ranks.empty();
+  if (!rings_unordered_) return absl::OkStatus();
+  for (uint16_t& ring : rings_) ring = ranks[ring];
+  return absl::OkStatus();
+}
+
+absl::Status RingSorter::InferRings(const Scan& scan, const SensorModel& model, RingScan* out) {
+  const double turns = CountTurns(azimuths_);
+  if (std::abs(turns) >= kMinRingMajorTurns) {
+    if (!seam_known_) {
+      ComputeElevations(scan, &elevations_);
+      seam_ = FindSeam(azimuths_, elevations_);
+      seam_known_ = true;
     }
-    ring_count_ = top + 1;
-    return;
-  }
-  if (std::abs(turns_) >= kMinRingMajorTurns) {
     out->rings_from = Inference::kPointOrder;
-    ring_count_ = RingsByWrap(azimuths_, turns_, &rings_);
-    return;
+    ring_count_ = RingsByWrap(azimuths_, turns, seam_, &rings_);
+    return CheckRingCount(scan.sequence, 0, ring_count_ - 1 - model.rings / 8, model);
   }
-  if (!model.elevations.empty() &&
-      RingsByElevation(scan, model.elevations, &rings_) < kMaxRingMisfit) {
-    out->rings_from = Inference::kSensorModel;
-    ring_count_ = static_cast<int>(model.elevations.size());
-    return;
-  }
-  std::vector<double> elevations = FindElevations(scan);
-  if (elevations.empty()) elevations = model.elevations;
-  if (elevations.empty()) elevations = {0};
-  RingsByElevation(scan, elevations, &rings_);
-  out->rings_from = Inference::kHistogram;
-  ring_count_ = static_cast<int>(elevations.size());
+  ComputeElevations(scan, &elevations_);
+  if (absl::Status status = FindElevations(scan, model); !status.ok()) return status;
+  RingsByElevation(elevations_, rings_at_, &rings_);
+  out->rings_from = rings_at_from_;
+  ring_count_ = static_cast<int>(rings_at_.size());
+  return absl::OkStatus();
 }
 
-void RingSorter::AssignTimes(const Scan& scan, const SensorModel& model, RingScan* out) {
-  times_.resize(scan.points.size());
+// Keeps the model's elevations where the first scan fits them; else those that scans show, which
+// get better with every one.
+absl::Status RingSorter::FindElevations(const Scan& scan, const SensorModel& model) {
+  const bool known = !rings_at_.empty();
+  if (known && rings_at_from_ == Inference::kSensorModel) return absl::OkStatus();
+  if (known && histogram_scans_ >= kHistogramScans) return absl::OkStatus();
+  double misfit = 1;
+  if (!known && !model.elevations.empty()) {
+    misfit = RingsByElevation(elevations_, model.elevations, &rings_);
+  }
+  if (misfit > kGoodFit) {
+    histogram_.Add(scan, elevations_);
+    ++histogram_scans_;
+    if (known && !std::has_single_bit(histogram_scans_)) return absl::OkStatus();
+    std::vector<double> peaks = histogram_.Peaks();
+    const double peaks_misfit = peaks.empty() ? 1 : RingsByElevation(elevations_, peaks, &rings_);
+    if (peaks_misfit < kMaxMisfit && peaks_misfit < misfit) {
+      const int highest = static_cast<int>(peaks.size()) - 1 - model.rings / 8;
+      absl::Status status = CheckRingCount(scan.sequence, 0, highest, model);
+      if (!known && !status.ok()) return status;
+      if (status.ok()) rings_at_ = std::move(peaks);
+      rings_at_from_ = Inference::kHistogram;
+      return absl::OkStatus();
+    }
+  }
+  if (known) return absl::OkStatus();
+  if (misfit > kMaxMisfit) {
+    histogram_ = ElevationHistogram();
+    histogram_scans_ = 0;
+    return NotSpinning(scan.sequence, "its points do not gather at certain elevations");
+  }
+  rings_at_ = model.elevations;
+  rings_at_from_ = Inference::kSensorModel;
+  return absl::OkStatus();
+}
+
+void RingSorter::AssignTimes(const Scan& scan, const SensorModel& model, double period_s,
+                             RingScan* out) {
+  out->period_s = turn_period_.Update(scan.end_stamp_ns, period_s);
   if (scan.has_time) {
+    times_.resize(scan.points.size());
     out->times_from = Inference::kSensor;
     float earliest = 0;
     for (size_t i = 0; i < scan.points.size(); ++i) {
@@ -141,28 +206,8 @@ void RingSorter::AssignTimes(const Scan& scan, const SensorModel& model, RingSca
     out->period_s = -earliest;
     return;
   }
-  float start = static_cast<float>(model.start_azimuth);
-  float per_turn = model.clockwise ? -1.F : 1.F;
-  const bool firing_order = std::abs(turns_) > 0.75 && std::abs(turns_) < 1.25;
-  out->times_from = firing_order ? Inference::kPointOrder : Inference::kSensorModel;
-  if (firing_order) {
-    start = azimuths_.front();
-    per_turn = turns_ > 0 ? 1.F : -1.F;
-  }
-  const auto period = static_cast<float>(out->period_s);
-  float previous = 0;
-  for (size_t i = 0; i < times_.size(); ++i) {
-    float fraction = per_turn * (azimuths_[i] - start) / kTurn;
-    fraction -= std::floor(fraction);
-    // Lasers of one firing look into slightly different directions: at the seam of a scan in
-    // firing order a point may seem to be a turn too early or too late.
-    if (firing_order && fraction > 0.9F && previous < 0.1F)
-      fraction = 0;
-    else if (firing_order && fraction < 0.1F && previous > 0.9F)
-      fraction = 1;
-    previous = fraction;
-    times_[i] = (fraction - 1) * period;
-  }
+  clock_.Assign(azimuths_, rings_, ring_count_, model, out->period_s, &times_);
+  out->times_from = clock_.from_order() ? Inference::kPointOrder : Inference::kSensorModel;
 }
 
 void RingSorter::Scatter(const Scan& scan, const SensorModel& model, RingScan* out) {
@@ -175,11 +220,46 @@ void RingSorter::Scatter(const Scan& scan, const SensorModel& model, RingScan* o
   }
   out->points.resize(out->ring_begin.back());
   next_.assign(out->ring_begin.begin(), out->ring_begin.end() - 1);
+  OrderWatch order;
   for (size_t i = 0; i < scan.points.size(); ++i) {
     const ScanPoint& p = scan.points[i];
     if (!InRange(p, model)) continue;
     const float range = std::sqrt(p.x * p.x + p.y * p.y + p.z * p.z);
-    out->points[next_[rings_[i]]++] = {p.x, p.y, p.z, p.intensity, times_[i], range};
+    const uint32_t at = next_[rings_[i]]++;
+    out->points[at] = {p.x, p.y, p.z, p.intensity, times_[i], range};
+    if (at > out->ring_begin[rings_[i]]) order.Add(out->points[at - 1], out->points[at]);
+  }
+  const bool disordered = order.IsDisordered(out->points.size(), ring_count_);
+  if (disordered) SortRings(out);
+  if (disordered || order.HasTwoReturns(out->points.size())) KeepFarthestReturns(out);
+}
+
+absl::Status RingSorter::CheckFirst(const Scan& scan, const SensorModel& model,
+                                    const RingScan& sorted) {
+  absl::Status status = CheckSpinning(sorted, scan.sequence);
+  mismatch_ = ElevationMismatch(sorted, model);
+  seam_known_ = seam_known_ && status.ok();
+  return status;
+}
+
+void RingSorter::Describe(const SensorModel& model, RingScan* out) {
+  int seen = 0;
+  for (int k = 0; k < ring_count_; ++k) seen += out->ring_begin[k + 1] > out->ring_begin[k] ? 1 : 0;
+  rings_seen_ = std::max(rings_seen_, seen);
+  out->text.rings = absl::StrCat(rings_seen_, RingSource(out->rings_from, model));
+  if (out->times_from == Inference::kSensor) {
+    out->text.times = "given";
+  } else {
+    const double start_deg = std::round(clock_.start_azimuth() * 180 / std::numbers::pi);
+    out->text.times = absl::StrCat(
+        "from azimuth, ", clock_.clockwise() ? "clockwise" : "counter-clockwise", " from ",
+        start_deg, " deg, ",
+        clock_.from_order() ? "as the points follow each other" : "assumed for the sensor");
+  }
+  out->text.warning = mismatch_;
+  if (2 * rings_seen_ < model.rings) {
+    absl::StrAppend(&out->text.warning, mismatch_.empty() ? "" : "; ", rings_seen_,
+                    " rings seen, but a ", model.name, " has ", model.rings);
   }
 }
 

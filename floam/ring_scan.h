@@ -4,9 +4,12 @@
 #include <absl/status/status.h>
 
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "core/scan.h"
+#include "floam/azimuth_clock.h"
+#include "floam/ring_inference.h"
 #include "floam/sensor_model.h"
 
 namespace isthmus::floam {
@@ -26,6 +29,13 @@ enum class Inference {
   kHistogram,    // Elevations that the scan itself shows.
 };
 
+// What a session says of its scans.
+struct InputText {
+  std::string rings;    // "16, given", "64, by the order of points", ...
+  std::string times;    // "given", "from azimuth, clockwise from 180 deg", ...
+  std::string warning;  // What does not fit the sensor that was named; else empty.
+};
+
 struct RingScan {
   // Ring k is points [ring_begin[k], ring_begin[k + 1]), in order of azimuth. Rings are in order of
   // elevation, one way or the other; some may be empty.
@@ -34,30 +44,55 @@ struct RingScan {
   double period_s = 0.1;  // Duration of the turn.
   Inference rings_from = Inference::kSensor;
   Inference times_from = Inference::kSensor;
+  InputText text;
 };
 
-// Sorts `scan` into `*out` (whose memory is reused), dropping points outside the model's range.
-// A turn is taken to last `period_s` where the scan has no times. InvalidArgument, `*out`
-// unspecified, for scans that cannot be used: too few points in range, all in one place,
-// coordinates or times that are not finite, times after the END or more than two seconds before it.
+// Sorts the scans of one sensor into rings, one after the other, and remembers what they showed:
+// which elevations the rings have, in which sense the sensor turns and where scans begin. Not
+// thread safe.
 class RingSorter {
  public:
+  // Sorts `scan` into `*out` (whose memory is reused), dropping points outside the model's range
+  // and all but the farthest of several returns along one ray. A turn is taken to last `period_s`
+  // where the scan has no times and the stamps do not say otherwise. InvalidArgument, `*out`
+  // unspecified, for scans that cannot be used: too few points in range, all in one place,
+  // coordinates or times that are not finite, times after the END or more than two seconds before
+  // it, more rings than the model has, and points that do not lie in rings as those of a spinning
+  // LiDAR do.
   absl::Status Sort(const Scan& scan, const SensorModel& model, double period_s, RingScan* out);
 
  private:
   absl::Status Validate(const Scan& scan, const SensorModel& model);
-  void ComputeAngles(const Scan& scan);
-  void AssignRings(const Scan& scan, const SensorModel& model, RingScan* out);
-  void AssignTimes(const Scan& scan, const SensorModel& model, RingScan* out);
+  absl::Status AssignRings(const Scan& scan, const SensorModel& model, RingScan* out);
+  absl::Status TakeGivenRings(const Scan& scan, const SensorModel& model);
+  absl::Status InferRings(const Scan& scan, const SensorModel& model, RingScan* out);
+  absl::Status FindElevations(const Scan& scan, const SensorModel& model);
+  void AssignTimes(const Scan& scan, const SensorModel& model, double period_s, RingScan* out);
   void Scatter(const Scan& scan, const SensorModel& model, RingScan* out);
+  absl::Status CheckFirst(const Scan& scan, const SensorModel& model, const RingScan& sorted);
+  void Describe(const SensorModel& model, RingScan* out);
 
   // Scratch memory, one entry per point of the scan.
-  std::vector<float> azimuths_;
+  std::vector<float> azimuths_, elevations_;
   std::vector<float> times_;
   std::vector<uint16_t> rings_;
   std::vector<uint32_t> next_;
   int ring_count_ = 0;
-  double turns_ = 0;  // Turns, counter-clockwise, that the azimuth makes in the order of points.
+  int lowest_ring_ = 0, highest_ring_ = 0;  // Given by the points of the scan.
+
+  // What earlier scans showed.
+  uint64_t scans_ = 0;  // That were sorted.
+  bool rings_unordered_ = false;
+  float seam_ = 0;
+  bool seam_known_ = false;
+  ElevationHistogram histogram_;
+  std::vector<double> rings_at_;  // Elevations of the rings; empty before they are known.
+  Inference rings_at_from_ = Inference::kSensorModel;
+  uint64_t histogram_scans_ = 0;
+  AzimuthClock clock_;
+  TurnPeriod turn_period_;
+  int rings_seen_ = 0;  // At most, in one scan.
+  std::string mismatch_;
 };
 
 }  // namespace isthmus::floam

@@ -1,9 +1,12 @@
 #include "floam/sensor_model.h"
 
 #include <absl/status/status.h>
+#include <absl/strings/ascii.h>
+#include <absl/strings/match.h>
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_join.h>
 
+#include <cstring>
 #include <numbers>
 
 namespace isthmus::floam {
@@ -61,6 +64,14 @@ SensorModel Ouster(const std::string& family, int rings, double half_view_deg, d
   return model;
 }
 
+SensorModel Spinning() {
+  SensorModel model;
+  model.name = "spinning";
+  model.max_range_m = 200;
+  model.start_azimuth = std::numbers::pi;
+  return model;
+}
+
 std::vector<SensorModel> KnownModels() {
   std::vector<SensorModel> models = {
       Velodyne("vlp16", Uniform(-15, 15, 16), 100),
@@ -68,22 +79,49 @@ std::vector<SensorModel> KnownModels() {
       Velodyne("hdl32", Uniform(-30.67, 10.67, 32), 100),
       Velodyne("hdl64", Hdl64Elevations(), 120),
   };
+  models.back().sorted_files = true;
   for (const int rings : {32, 64, 128}) {
     models.push_back(Ouster("os0", rings, 45.0, 50));
     models.push_back(Ouster("os1", rings, 22.5, 120));
     models.push_back(Ouster("os2", rings, 11.25, 240));
   }
+  models.push_back(Spinning());
   return models;
+}
+
+// "Velodyne VLP-32C" and "vlp32" become "vlp32".
+std::string Normalised(const std::string& name) {
+  std::string letters;
+  for (const char c : absl::AsciiStrToLower(name)) {
+    if (absl::ascii_isalnum(c)) letters += c;
+  }
+  for (const char* maker : {"velodyne", "ouster"}) {
+    if (absl::StartsWith(letters, maker)) letters.erase(0, std::strlen(maker));
+  }
+  if (letters == "auto" || letters == "unknown") return "spinning";
+  const bool generation = letters.size() > 1 && absl::ascii_isdigit(letters[letters.size() - 2]) &&
+                          absl::ascii_isalpha(letters.back());
+  if (generation) letters.pop_back();
+  return letters;
 }
 
 }  // namespace
 
 absl::StatusOr<SensorModel> FindSensorModel(const std::string& name) {
+  const std::string wanted = Normalised(name);
   for (SensorModel& model : KnownModels()) {
-    if (model.name == name) return std::move(model);
+    if (Normalised(model.name) == wanted) return std::move(model);
+  }
+  for (const char* other : {"livox", "mid40", "mid70", "mid360", "avia", "horizon", "tele15"}) {
+    if (!absl::StartsWith(wanted, other)) continue;
+    return absl::InvalidArgumentError(absl::StrCat("the scan pattern of a \"", name,
+                                                   "\" does not repeat; Isthmus supports spinning "
+                                                   "LiDARs only: ",
+                                                   absl::StrJoin(SensorModelNames(), ", ")));
   }
   return absl::NotFoundError(absl::StrCat("unknown sensor model \"", name, "\"; known are ",
-                                          absl::StrJoin(SensorModelNames(), ", ")));
+                                          absl::StrJoin(SensorModelNames(), ", "),
+                                          "; \"spinning\" takes any LiDAR that spins"));
 }
 
 std::vector<std::string> SensorModelNames() {

@@ -10,8 +10,9 @@ namespace isthmus::floam {
 
 struct SensorModel {
   std::string name;  // "vlp16"
-  int rings = 0;     // Lasers.
-  // Elevation of each ring, radians, ascending; for scans without a ring field.
+  int rings = 0;     // Lasers; 0: not known before the first scan.
+  // Elevation of each ring, radians, ascending; for scans without a ring field. Empty when the
+  // scans are to show them.
   std::vector<double> elevations;
   double scan_period_s = 0.1;
   double min_range_m = 0.5;  // Nearer points are the robot itself or noise.
@@ -20,10 +21,17 @@ struct SensorModel {
   // rotation seen from above; for scans without a time field.
   double start_azimuth = 0;
   bool clockwise = true;
+  // Files of this sensor hold ring after ring, each sorted by azimuth whatever the sense of turning
+  // (KITTI): where points come ring by ring, their order tells nothing of time.
+  bool sorted_files = false;
 };
 
-// Models known by name: vlp16, vlp32, hdl32, hdl64, os0-{32,64,128}, os1-..., os2-.... NotFound for
-// any other, with the known names in the message.
+// Models known by name: vlp16, vlp32, hdl32, hdl64, os0-{32,64,128}, os1-..., os2-..., and
+// "spinning", of which nothing is known but that it spins: rings and times come from the fields of
+// its scans, else from elevations and azimuths. Case, '-', '_', ' ' and a "velodyne" or "ouster"
+// before the name do not matter, nor does the letter after it (HDL-64E); "auto" and "unknown" are
+// "spinning". InvalidArgument for sensors known not to spin (Livox), NotFound for any other, with
+// the known names in the message.
 absl::StatusOr<SensorModel> FindSensorModel(const std::string& name);
 std::vector<std::string> SensorModelNames();
 

@@ -87,16 +87,18 @@ TEST(RingScan, InfersRingsByElevationAndTimesByFiringOrder) {
   ExpectSameRingsAndTimes(scan, sorted, 2e-4);
 }
 
-TEST(RingScan, InfersRingsByWrapAndTimesByTheModelsTurn) {
+TEST(RingScan, InfersRingsByWrapAndTimesByTheModelsTurnFromSortedFiles) {
   const Scan scan = ScanOfRoom();
+  SensorModel model = Vlp16();
+  model.sorted_files = true;
   RingScan sorted;
-  ASSERT_TRUE(RingSorter().Sort(Stripped(RingMajor(scan)), Vlp16(), 0.1, &sorted).ok());
+  ASSERT_TRUE(RingSorter().Sort(Stripped(RingMajor(scan)), model, 0.1, &sorted).ok());
   EXPECT_EQ(sorted.rings_from, Inference::kPointOrder);
   EXPECT_EQ(sorted.times_from, Inference::kSensorModel);
   // The very first column lies on the seam: it may be taken for the last.
   Scan off_seam = RingMajor(scan);
   std::erase_if(off_seam.points, [](const ScanPoint& p) { return p.time < -0.0999F; });
-  ASSERT_TRUE(RingSorter().Sort(Stripped(off_seam), Vlp16(), 0.1, &sorted).ok());
+  ASSERT_TRUE(RingSorter().Sort(Stripped(off_seam), model, 0.1, &sorted).ok());
   ExpectSameRingsAndTimes(off_seam, sorted, 2e-4);
 }
 
