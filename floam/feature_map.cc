@@ -50,4 +50,23 @@ void FeatureMap::Clear() {
   scans_ = 0;
 }
 
+double FeatureMap::Glance(const std::vector<Eigen::Vector3d>& points, const Pose& T_odom_sensor,
+                          double kernel_m) {
+  const Eigen::Matrix3d R = T_odom_sensor.RotationMatrix();
+  const Eigen::Vector3d& t = T_odom_sensor.translation();
+  const double kernel2 = kernel_m * kernel_m;
+  double sum = 0;
+  LocalMap::Found found;
+  for (const Eigen::Vector3d& point : points) {
+    const Eigen::Vector3d p = R * point + t;
+    surfaces_.Find(p, &found);
+    if (found.shape == nullptr) continue;
+    const Eigen::Vector3d offset = p - found.origin - found.shape->mean.cast<double>();
+    const double distance = found.shape->direction.cast<double>().dot(offset);
+    const double ratio = kernel2 / (kernel2 + distance * distance);
+    sum += ratio * ratio;
+  }
+  return sum;
+}
+
 }  // namespace isthmus::floam

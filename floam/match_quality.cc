@@ -6,7 +6,9 @@ namespace isthmus::floam {
 namespace {
 
 constexpr double kFading = 0.05;
-constexpr double kTypicalAgreement = 0.95, kTypicalShare = 0.75;  // Of the averages.
+// Of the averages. New surroundings lower the share at once, but hardly the agreement.
+constexpr double kUsualAgreement = 0.88, kUsualShare = 0.6;
+constexpr double kTypicalAgreement = 0.94, kTypicalShare = 0.75;
 
 double Share(const MatchResult& match) {
   return static_cast<double>(match.used) / std::max(match.features, 1);
@@ -20,10 +22,16 @@ void MatchQuality::Add(const MatchResult& match) {
   share_ += weight * (Share(match) - share_);
 }
 
+bool MatchQuality::IsUsual(const MatchResult& match) const {
+  return IsAtLeast(match, kUsualAgreement, kUsualShare);
+}
+
 bool MatchQuality::IsTypical(const MatchResult& match) const {
-  // Where a direction is not observed, a wrong place fits as well as the right one.
-  return !match.degeneracy.any() && match.agreement >= kTypicalAgreement * agreement_ &&
-         Share(match) >= kTypicalShare * share_;
+  return IsAtLeast(match, kTypicalAgreement, kTypicalShare);
+}
+
+bool MatchQuality::IsAtLeast(const MatchResult& match, double agreement, double share) const {
+  return match.agreement >= agreement * agreement_ && Share(match) >= share * share_;
 }
 
 }  // namespace isthmus::floam

@@ -26,6 +26,7 @@ struct Odometry::State {
         maker(sensor, odometry_options.features),
         tracker(sensor, odometry_options),
         map(odometry_options),
+        recovery(odometry_options),
         relocaliser(odometry_options.matching, RelocaliserOptions()) {}
 
   enum class Phase { kFirst, kSecond, kUnderWay };
@@ -36,6 +37,7 @@ struct Odometry::State {
   FeatureMap map;
   Start start;
   MatchQuality quality;
+  Recovery recovery;
   Relocaliser relocaliser;
   bool lost = false;  // The scan before was.
 
@@ -46,8 +48,7 @@ struct Odometry::State {
   absl::Status Prepare(const Scan& input);
   ScanPose Locate(OdometryResult* result);
   std::optional<MatchResult> Second();
-  std::optional<MatchResult> Track(const ScanPose& prediction);
-  std::optional<MatchResult> FindAgain();
+  std::optional<MatchResult> Follow(const ScanPose& prediction);
   std::optional<MatchResult> Relocalise();
 };
 
@@ -71,24 +72,20 @@ std::optional<MatchResult> Odometry::State::Second() {
   return match;
 }
 
-std::optional<MatchResult> Odometry::State::Track(const ScanPose& prediction) {
+std::optional<MatchResult> Odometry::State::Follow(const ScanPose& prediction) {
   MatchResult match = tracker.Match(frame, prediction, tracker.Matching(map), &map);
-  if (!tracker.Fits(match, map) || !tracker.IsExpected(match, prediction)) return std::nullopt;
-  if (tracker.IsAfterGap(frame) && !quality.IsTypical(match)) return std::nullopt;
-  quality.Add(match);
-  return match;
-}
-
-std::optional<MatchResult> Odometry::State::FindAgain() {
-  MatchResult match = Recover(frame, options.matching, &tracker, &map);
-  if (!tracker.Fits(match, map) || !quality.IsTypical(match)) return std::nullopt;
-  return match;
+  if (!lost && !tracker.IsAfterGap(frame) && tracker.Fits(match, map) &&
+      tracker.IsExpected(match, prediction) && quality.IsUsual(match)) {
+    quality.Add(match);
+    return match;
+  }
+  return recovery.Find(frame, match, quality, &tracker, &map);
 }
 
 // The sensor was carried away: it goes on from there, in the map that was seen there before.
 std::optional<MatchResult> Odometry::State::Relocalise() {
-  std::optional<MatchResult> match =
-      relocaliser.Find(frame, tracker.last().T_odom_sensor, quality, tracker.ReferenceTime(frame));
+  std::optional<MatchResult> match = relocaliser.Find(frame, tracker.last().pose.T_odom_sensor,
+                                                      quality, tracker.ReferenceTime(frame));
   if (match) {
     const Pose T_odom_end = match->pose.At(0);
     map.Resume(relocaliser.PointsAround(T_odom_end.translation(), options.map.radius_m),
@@ -102,7 +99,7 @@ ScanPose Odometry::State::Locate(OdometryResult* result) {
   if (phase == Phase::kFirst) {
     start.First(frame, &tracker);
     phase = Phase::kSecond;
-    return tracker.last();
+    return tracker.last().pose;
   }
   // Where matching begins. A better guess than that the motion goes on belongs here.
   const ScanPose prediction = tracker.Prediction(frame);
@@ -111,14 +108,16 @@ ScanPose Odometry::State::Locate(OdometryResult* result) {
   if (phase == Phase::kSecond) {
     match = Second();
   } else {
-    match = Track(prediction);
-    if (!match) match = FindAgain();
+    match = Follow(prediction);
     if (!match) {
       match = Relocalise();
       carried = match.has_value();
     }
   }
-  if (lost && match) relocaliser.Reset();
+  if (lost && match) {
+    recovery.Reset();
+    relocaliser.Reset();
+  }
   lost = !match;
   if (!match) {
     result->covariance = LostCovariance();
@@ -126,7 +125,7 @@ ScanPose Odometry::State::Locate(OdometryResult* result) {
     return prediction;
   }
   if (carried) {
-    tracker.Begin(match->pose, frame.stamp_ns);  // Its motion, not the way it was carried.
+    tracker.Begin({match->pose, frame.stamp_ns});  // Its motion, not the way it was carried.
   } else {
     tracker.Adopt(frame, &*match);
   }
@@ -134,7 +133,7 @@ ScanPose Odometry::State::Locate(OdometryResult* result) {
   result->covariance = CovarianceAtEnd(*match, options.mode == OdometryMode::kContinuous);
   result->degeneracy = DegeneracyAtEnd(*match);
   if (match->degeneracy.any()) result->status = TrackingStatus::kDegenerate;
-  return tracker.last();
+  return tracker.last().pose;
 }
 
 Odometry::Odometry(const SensorModel& sensor, const OdometryOptions& options)
@@ -153,7 +152,7 @@ void Odometry::Resume(const Cloud& map_odom, const Trajectory& recent) {
     if (elapsed_s > 0) last.twist = Log(before.pose.Inverse() * end.pose) / elapsed_s;
   }
   state.map.Resume(map_odom, end.pose);
-  state.tracker.Begin(last, end.stamp_ns);
+  state.tracker.Begin({last, end.stamp_ns});
   state.previous_ns = end.stamp_ns;
   state.phase = State::Phase::kUnderWay;  // The motion is known, nothing has to be guessed.
 }

@@ -1,54 +1,146 @@
 #include "floam/recovery.h"
 
 #include <algorithm>
-#include <cstddef>
-#include <optional>
 #include <utility>
-#include <vector>
 
 #include "floam/recovery_guesses.h"
+#include "floam/undistort.h"
 
 namespace isthmus::floam {
 namespace {
 
-// Every guess is looked at once, with a part of the features and a wide loss, ...
-constexpr int kGlanceStride = 8;
-constexpr double kGlanceKernelM = 0.5;
-// ... and the best are matched properly.
-constexpr size_t kTries = 24;
-constexpr int kTryStride = 3;
+// Every guess is looked at, with a few features and a wide loss, ...
+constexpr size_t kGuessesPerScan = 2000;
+constexpr size_t kGlancePoints = 120;
+constexpr double kGlanceKernelM = 0.4;
+// ... and the best that are not near each other are matched properly.
+constexpr size_t kTries = 10;
+constexpr int kTryStride = 3, kTryIterations = 8;
+constexpr double kNearM = 0.5, kNearRad = 0.12;
+// What is this much as good as the best, and elsewhere, makes it ambiguous.
+constexpr double kRival = 0.93, kElsewhereM = 0.5, kElsewhereRad = 0.15;
+// How far from where it was foretold a place is confirmed.
+constexpr double kConfirmM = 0.25, kConfirmRad = 0.1;
 
 double Score(const MatchResult& match) { return match.agreement * match.used; }
 
+bool AreNear(const Pose& a, const Pose& b, double distance_m, double angle_rad) {
+  const Pose between = a.Inverse() * b;
+  return between.translation().norm() < distance_m && RotationAngle(between) < angle_rad;
+}
+
+std::vector<ScanPose> BestGuesses(const Features& features, const std::vector<ScanPose>& guesses,
+                                  FeatureMap* map) {
+  // All guesses share the motion within the scan.
+  std::vector<Eigen::Vector3d> points;
+  const size_t step = features.surfaces.size() / kGlancePoints + 1;
+  const ScanMotion motion(guesses.front().twist, guesses.front().reference_s, -0.2, 0);
+  for (size_t i = 0; i < features.surfaces.size(); i += step) {
+    const TimedPoint& p = features.surfaces[i];
+    points.push_back(motion.ToReference(p.position, p.time).cast<double>());
+  }
+  std::vector<std::pair<double, size_t>> ranked;
+  for (size_t k = 0; k < guesses.size(); ++k) {
+    ranked.emplace_back(map->Glance(points, guesses[k].T_odom_sensor, kGlanceKernelM), k);
+  }
+  std::sort(ranked.begin(), ranked.end(),
+            [](const auto& a, const auto& b) { return a.first > b.first; });
+  std::vector<ScanPose> best;
+  for (const auto& [score, k] : ranked) {
+    if (best.size() >= kTries || score <= 0) break;
+    const auto is_near = [&](const ScanPose& other) {
+      return AreNear(other.T_odom_sensor, guesses[k].T_odom_sensor, kNearM, kNearRad);
+    };
+    if (std::none_of(best.begin(), best.end(), is_near)) best.push_back(guesses[k]);
+  }
+  return best;
+}
+
 }  // namespace
 
-MatchResult Recover(const ScanFrame& frame, const MatchOptions& options, Tracker* tracker,
-                    FeatureMap* map) {
-  const auto match_from = [&](const ScanPose& guess, const MatchOptions& matching) {
-    return tracker->matcher()->Match(frame.features, guess, std::nullopt, matching, map->surfaces(),
-                                     map->edges());
-  };
-  MatchOptions glance = options;
-  glance.stride = kGlanceStride;
-  glance.max_iterations = 1;
-  glance.kernel_start_m = kGlanceKernelM;
-  std::vector<std::pair<double, ScanPose>> ranked;
-  for (const ScanPose& guess : RecoveryGuesses(tracker->last(), tracker->ElapsedSeconds(frame),
-                                               tracker->ReferenceTime(frame))) {
-    ranked.emplace_back(Score(match_from(guess, glance)), guess);
+Recovery::Recovery(const OdometryOptions& options) : options_(options) {}
+
+void Recovery::Reset() {
+  candidate_.reset();
+  pending_.clear();
+}
+
+std::optional<MatchResult> Recovery::Find(const ScanFrame& frame, const MatchResult& tracked,
+                                          const MatchQuality& quality, Tracker* tracker,
+                                          FeatureMap* map) {
+  if (candidate_) {
+    std::optional<MatchResult> match = Confirm(frame, quality, tracker, map);
+    if (match) return match;
   }
-  const size_t tries = std::min(kTries, ranked.size());
-  std::partial_sort(ranked.begin(), ranked.begin() + static_cast<std::ptrdiff_t>(tries),
-                    ranked.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
-  MatchOptions attempt = options;
+  std::optional<MatchResult> match;
+  if (IsBelievable(tracked, quality, *tracker, *map)) {
+    match = tracked;
+  } else {
+    match = Search(frame, tracker, map);
+    if (match && !IsBelievable(*match, quality, *tracker, *map)) match.reset();
+  }
+  if (match) candidate_ = {match->pose, frame.stamp_ns};
+  return std::nullopt;
+}
+
+// Where a direction is not observed, a wrong place fits as well as the right one.
+bool Recovery::IsBelievable(const MatchResult& match, const MatchQuality& quality,
+                            const Tracker& tracker, const FeatureMap& map) const {
+  return !match.degeneracy.any() && tracker.Fits(match, map) && quality.IsTypical(match);
+}
+
+std::optional<MatchResult> Recovery::Confirm(const ScanFrame& frame, const MatchQuality& quality,
+                                             Tracker* tracker, FeatureMap* map) {
+  const Sighting lost_at = tracker->last();
+  tracker->Begin(*candidate_);
+  candidate_.reset();
+  const ScanPose prediction = tracker->Prediction(frame);
+  MatchResult match = tracker->Match(frame, prediction, options_.matching, map);
+  if (!tracker->IsAfterGap(frame) && IsBelievable(match, quality, *tracker, *map) &&
+      AreNear(prediction.T_odom_sensor, match.pose.T_odom_sensor, kConfirmM, kConfirmRad)) {
+    return match;
+  }
+  tracker->Begin(lost_at);
+  return std::nullopt;
+}
+
+std::optional<MatchResult> Recovery::Search(const ScanFrame& frame, Tracker* tracker,
+                                            FeatureMap* map) {
+  MatchOptions attempt = options_.matching;
   attempt.stride = kTryStride;
+  attempt.max_iterations = kTryIterations;
   attempt.kernel_start_m = kGlanceKernelM;
-  MatchResult best;
-  for (size_t k = 0; k < tries; ++k) {
-    MatchResult match = match_from(ranked[k].second, attempt);
-    if (k == 0 || Score(match) > Score(best)) best = std::move(match);
+  std::vector<MatchResult> matches;
+  for (const ScanPose& guess : BestGuesses(frame.features, NextGuesses(frame, *tracker), map)) {
+    matches.push_back(tracker->matcher()->Match(frame.features, guess, std::nullopt, attempt,
+                                                map->surfaces(), map->edges()));
   }
-  return tracker->Match(frame, best.pose, options, map);
+  if (matches.empty()) return std::nullopt;
+  std::sort(matches.begin(), matches.end(),
+            [](const auto& a, const auto& b) { return Score(a) > Score(b); });
+  const MatchResult& best = matches.front();
+  for (const MatchResult& other : matches) {
+    if (Score(other) > kRival * Score(best) &&
+        !AreNear(other.pose.T_odom_sensor, best.pose.T_odom_sensor, kElsewhereM, kElsewhereRad)) {
+      return std::nullopt;
+    }
+  }
+  return tracker->Match(frame, best.pose, options_.matching, map);
+}
+
+std::vector<ScanPose> Recovery::NextGuesses(const ScanFrame& frame, const Tracker& tracker) {
+  const double elapsed_s = tracker.ElapsedSeconds(frame);
+  const double reference_s = tracker.ReferenceTime(frame);
+  std::vector<ScanPose> guesses = LikelyGuesses(tracker.last().pose, elapsed_s, reference_s);
+  if (pending_.empty()) {
+    pending_ = NearbyGuesses(tracker.last().pose, elapsed_s, reference_s);
+    std::reverse(pending_.begin(), pending_.end());
+  }
+  while (guesses.size() < kGuessesPerScan && !pending_.empty()) {
+    guesses.push_back(pending_.back());
+    pending_.pop_back();
+  }
+  return guesses;
 }
 
 }  // namespace isthmus::floam

@@ -1,15 +1,46 @@
 // Finding a lost robot again in the map around where it was last.
 #pragma once
 
+#include <cstddef>
+#include <optional>
+#include <vector>
+
 #include "floam/feature_map.h"
+#include "floam/match_quality.h"
+#include "floam/odometry_options.h"
 #include "floam/scan_frame.h"
 #include "floam/tracker.h"
 
 namespace isthmus::floam {
 
-// Looks at a few thousand guesses at a glance, matches properly from the best, and from the very
-// best with all features. The caller judges the result.
-MatchResult Recover(const ScanFrame& frame, const MatchOptions& options, Tracker* tracker,
-                    FeatureMap* map);
+// A place is only believed once a second scan confirms it: it must lie where the first, and the
+// motion seen within it, foretold. What looks as good elsewhere is ambiguous, and not believed.
+// The work per scan is bounded: guesses that do not fit in are looked at with the next scans. Not
+// thread safe.
+class Recovery {
+ public:
+  explicit Recovery(const OdometryOptions& options);
+
+  // To be asked for every scan that could not be tracked, in order. `tracked` is what tracking made
+  // of it. Returns a match to be believed, or none; then `tracker` goes on from the scan before,
+  // which was the first to see the place.
+  std::optional<MatchResult> Find(const ScanFrame& frame, const MatchResult& tracked,
+                                  const MatchQuality& quality, Tracker* tracker, FeatureMap* map);
+
+  // The robot is tracked again, by whatever means.
+  void Reset();
+
+ private:
+  std::optional<MatchResult> Confirm(const ScanFrame& frame, const MatchQuality& quality,
+                                     Tracker* tracker, FeatureMap* map);
+  std::optional<MatchResult> Search(const ScanFrame& frame, Tracker* tracker, FeatureMap* map);
+  std::vector<ScanPose> NextGuesses(const ScanFrame& frame, const Tracker& tracker);
+  bool IsBelievable(const MatchResult& match, const MatchQuality& quality, const Tracker& tracker,
+                    const FeatureMap& map) const;
+
+  const OdometryOptions options_;
+  std::optional<Sighting> candidate_;  // Seen in the scan before, not yet confirmed.
+  std::vector<ScanPose> pending_;      // Guesses that are still to be looked at, the next one last.
+};
 
 }  // namespace isthmus::floam

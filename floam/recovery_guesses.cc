@@ -60,13 +60,19 @@ void AddGrid(const ScanPose& last, double elapsed_s, double reference_s,
 
 }  // namespace
 
-std::vector<ScanPose> RecoveryGuesses(const ScanPose& last, double elapsed_s, double reference_s) {
+std::vector<ScanPose> LikelyGuesses(const ScanPose& last, double elapsed_s, double reference_s) {
   std::vector<ScanPose> guesses;
   for (const double fraction : {1.0, 0.75, 0.5, 0.25, 0.0}) {
     ScanPose slowed = last;
     slowed.twist *= fraction;
     guesses.push_back(Predict(slowed, elapsed_s, reference_s));
+    guesses.back().twist = last.twist;
   }
+  return guesses;
+}
+
+std::vector<ScanPose> NearbyGuesses(const ScanPose& last, double elapsed_s, double reference_s) {
+  std::vector<ScanPose> guesses;
   AddArcs(last, elapsed_s, reference_s, &guesses);
   AddGrid(last, elapsed_s, reference_s, &guesses);
   return guesses;

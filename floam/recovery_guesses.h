@@ -7,9 +7,13 @@
 
 namespace isthmus::floam {
 
-// Guesses of the pose `elapsed_s` after `last`: the prediction, the same motion slowed down, arcs
-// of every curvature at up to the last speed, and a grid of places and headings nearby, at the last
-// height and tilt. A few thousand at most. `reference_s` as in Predict.
-std::vector<ScanPose> RecoveryGuesses(const ScanPose& last, double elapsed_s, double reference_s);
+// Guesses of the pose `elapsed_s` after `last`, all with its twist; `reference_s` as in Predict.
+
+// The prediction, and the same motion slowed down: five.
+std::vector<ScanPose> LikelyGuesses(const ScanPose& last, double elapsed_s, double reference_s);
+
+// Arcs of every curvature at up to the last speed, and a grid of places and headings nearby, at the
+// last height and tilt; the nearest to the last pose first. A few thousand.
+std::vector<ScanPose> NearbyGuesses(const ScanPose& last, double elapsed_s, double reference_s);
 
 }  // namespace isthmus::floam

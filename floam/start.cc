@@ -14,14 +14,14 @@ void Start::First(const ScanFrame& frame, Tracker* tracker) {
   first_ = frame.features;
   period_s_ = frame.period_s;
   stamp_ns_ = frame.stamp_ns;
-  tracker->Begin({Pose(), Vector6d::Zero(), tracker->ReferenceTime(frame)}, stamp_ns_);
+  tracker->Begin({{Pose(), Vector6d::Zero(), tracker->ReferenceTime(frame)}, stamp_ns_});
 }
 
 MatchResult Start::Second(const ScanFrame& frame, Tracker* tracker, FeatureMap* map) {
   MatchOptions matching = tracker->Matching(*map);
   matching.kernel_start_m = kKernelM;
   const double elapsed_s = tracker->ElapsedSeconds(frame);
-  ScanPose first = tracker->last();
+  ScanPose first = tracker->last().pose;
   MatchResult match;
   for (int iteration = 0; iteration < kIterations; ++iteration) {
     first.T_odom_sensor = Exp(first.reference_s * first.twist);
@@ -35,7 +35,7 @@ MatchResult Start::Second(const ScanFrame& frame, Tracker* tracker, FeatureMap* 
     first.twist = Log(first.T_odom_sensor.Inverse() * match.pose.T_odom_sensor) / between_s;
     match.pose.twist = first.twist;
   }
-  tracker->Begin(first, stamp_ns_);
+  tracker->Begin({first, stamp_ns_});
   return match;
 }
 

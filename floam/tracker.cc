@@ -21,7 +21,7 @@ Tracker::Tracker(const SensorModel& sensor, const OdometryOptions& options)
     : sensor_(sensor), options_(options) {}
 
 double Tracker::ElapsedSeconds(const ScanFrame& frame) const {
-  return 1e-9 * static_cast<double>(frame.stamp_ns - last_ns_);
+  return 1e-9 * static_cast<double>(frame.stamp_ns - last_.stamp_ns);
 }
 
 double Tracker::ReferenceTime(const ScanFrame& frame) const {
@@ -33,7 +33,7 @@ bool Tracker::IsAfterGap(const ScanFrame& frame) const {
 }
 
 ScanPose Tracker::Prediction(const ScanFrame& frame) const {
-  return Predict(last_, ElapsedSeconds(frame), ReferenceTime(frame));
+  return Predict(last_.pose, ElapsedSeconds(frame), ReferenceTime(frame));
 }
 
 std::optional<TwistPrior> Tracker::Prior(const ScanFrame& frame, const ScanPose& guess) const {
@@ -44,8 +44,8 @@ std::optional<TwistPrior> Tracker::Prior(const ScanFrame& frame, const ScanPose&
     prior.sigma.setConstant(kGapTwistSigma);
     return prior;
   }
-  prior.T_odom_previous = last_.T_odom_sensor;
-  prior.since_previous_s = ElapsedSeconds(frame) + guess.reference_s - last_.reference_s;
+  prior.T_odom_previous = last_.pose.T_odom_sensor;
+  prior.since_previous_s = ElapsedSeconds(frame) + guess.reference_s - last_.pose.reference_s;
   prior.sigma.head<3>().setConstant(options_.speed_change_sigma);
   prior.sigma.segment<2>(3).setConstant(options_.tilt_rate_sigma);
   prior.sigma[5] = options_.yaw_rate_change_sigma;
@@ -82,15 +82,10 @@ bool Tracker::IsExpected(const MatchResult& match, const ScanPose& prediction) c
 void Tracker::Adopt(const ScanFrame& frame, MatchResult* match) {
   if (!IsContinuous()) {
     // Stage two of the paper: the motion that was found replaces the one that was predicted.
-    const Pose moved = last_.T_odom_sensor.Inverse() * match->pose.T_odom_sensor;
+    const Pose moved = last_.pose.T_odom_sensor.Inverse() * match->pose.T_odom_sensor;
     match->pose.twist = Log(moved) / ElapsedSeconds(frame);
   }
-  Begin(match->pose, frame.stamp_ns);
-}
-
-void Tracker::Begin(const ScanPose& pose, int64_t stamp_ns) {
-  last_ = pose;
-  last_ns_ = stamp_ns;
+  last_ = {match->pose, frame.stamp_ns};
 }
 
 }  // namespace isthmus::floam

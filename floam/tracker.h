@@ -5,7 +5,6 @@
 #include <optional>
 
 #include "floam/feature_map.h"
-#include "floam/match_quality.h"
 #include "floam/odometry_options.h"
 #include "floam/scan_frame.h"
 #include "floam/scan_matcher.h"
@@ -16,21 +15,30 @@ namespace isthmus::floam {
 // `reference_s` is that of the result, relative to the END of the new scan.
 ScanPose Predict(const ScanPose& last, double elapsed_s, double reference_s);
 
-// Where the sensor was last, how it moved, and how a new scan is matched from there. Not thread
-// safe.
+// A scan that was matched: where the sensor was and how it moved, and when.
+struct Sighting {
+  ScanPose pose;  // Its reference is the middle of the scan in kContinuous, else the END.
+  int64_t stamp_ns = 0;
+};
+
+// Matches scans from where the sensor was seen last. Not thread safe.
 class Tracker {
  public:
   Tracker(const SensorModel& sensor, const OdometryOptions& options);
 
-  // The last scan that was matched. Its reference is the middle of the scan in kContinuous, else
-  // the END.
-  const ScanPose& last() const { return last_; }
-  double ElapsedSeconds(const ScanFrame& frame) const;
+  const Sighting& last() const { return last_; }
+  // Goes on from there.
+  void Begin(const Sighting& sighting) { last_ = sighting; }
+  // Takes the match for the truth; it goes on from there.
+  void Adopt(const ScanFrame& frame, MatchResult* match);
+
   // The instant within the scan whose pose is estimated, relative to its END.
   double ReferenceTime(const ScanFrame& frame) const;
-  // Whether too much may have happened since `last` to trust in the motion going on.
+  // From the END of the scan seen last to that of the new one.
+  double ElapsedSeconds(const ScanFrame& frame) const;
+  // Whether too much may have happened in between to trust in the motion going on.
   bool IsAfterGap(const ScanFrame& frame) const;
-
+  // Where the scan should be if the motion goes on.
   ScanPose Prediction(const ScanFrame& frame) const;
 
   // Matches from `guess`, with what the motion so far tells about the motion within the scan.
@@ -40,14 +48,10 @@ class Tracker {
   // tilt.
   MatchOptions Matching(const FeatureMap& map) const;
 
-  // Whether the scan lies on the map well enough to be believed, wherever that is, ...
+  // Whether the scan lies on the map well enough to be believed at all, ...
   bool Fits(const MatchResult& match, const FeatureMap& map) const;
   // ... and whether that is near the prediction.
   bool IsExpected(const MatchResult& match, const ScanPose& prediction) const;
-
-  // Takes the match for the truth; it goes on from there.
-  void Adopt(const ScanFrame& frame, MatchResult* match);
-  void Begin(const ScanPose& pose, int64_t stamp_ns);
 
   ScanMatcher* matcher() { return &matcher_; }
 
@@ -58,8 +62,7 @@ class Tracker {
   const SensorModel sensor_;
   const OdometryOptions options_;
   ScanMatcher matcher_;
-  ScanPose last_;
-  int64_t last_ns_ = 0;
+  Sighting last_;
 };
 
 }  // namespace isthmus::floam
