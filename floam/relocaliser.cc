@@ -15,7 +15,7 @@ constexpr double kFollowedShare = 0.85;
 // Another place is a rival if it does this well in comparison, by score, agreement and share, ...
 constexpr double kRivalScore = 0.8, kRivalAgreement = 0.9, kRivalShare = 0.75;
 // ... and is contradicted by walls looked through no more than this.
-constexpr double kRivalThroughFactor = 3, kRivalThroughMore = 0.1;
+constexpr double kRivalThroughFactor = 3, kRivalThroughMore = 0.05;
 // The same place.
 constexpr double kSameM = 0.5, kSameRad = 0.1;
 
@@ -92,6 +92,7 @@ void Relocaliser::SearchSome(const Eigen::Quaterniond& tilt, double reference_s,
   const std::vector<Eigen::Vector2f> walls = image_.Walls(
       tilt.toRotationMatrix().cast<float>(), static_cast<float>(options_.wall_spacing_m),
       static_cast<float>(options_.view_m));
+  if (static_cast<int>(walls.size()) < options_.min_walls) regions_.clear();
   size_t lookups = 0;
   while (!regions_.empty() && lookups < options_.lookups_per_scan) {
     const Region region = regions_.back();
@@ -185,7 +186,7 @@ void Relocaliser::Follow(const ScanFrame& frame, double reference_s, const Match
   std::erase_if(candidates_, [](const Candidate& candidate) { return candidate.scans == 0; });
 }
 
-// Different guesses may have led to one place.
+// Different guesses may have led to one place; the best are kept.
 void Relocaliser::MergeCandidates() {
   std::stable_sort(candidates_.begin(), candidates_.end(),
                    [](const Candidate& a, const Candidate& b) { return a.score > b.score; });
@@ -196,7 +197,9 @@ void Relocaliser::MergeCandidates() {
           other.match.pose.T_odom_sensor.Inverse() * candidate.match.pose.T_odom_sensor;
       return apart.translation().norm() < kSameM && RotationAngle(apart) < kSameRad;
     });
-    if (!known) merged.push_back(std::move(candidate));
+    if (!known && static_cast<int>(merged.size()) < options_.max_candidates) {
+      merged.push_back(std::move(candidate));
+    }
   }
   candidates_.swap(merged);
 }

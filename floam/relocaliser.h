@@ -31,11 +31,13 @@ struct RelocaliserOptions {
   // Where to look.
   double view_m = 25;           // What is farther from the sensor is left out.
   double wall_spacing_m = 0.8;  // Of the scan's walls that are compared.
+  int min_walls = 25;           // Of the scan; fewer do not tell one place from another.
   double reach_m = 8;           // From where the sensor has been.
   double region_m = 51.2;       // The map is searched in squares of this size.
 
   // What it takes to be sure.
   int confirmations = 5;         // Scans in a row at the same place, or moving on from it.
+  int max_candidates = 8;        // Places followed at a time.
   int max_followed = 100;        // Scans, after which doubtful places are given up.
   double min_score = 0.65;       // Of the search, see FoundPose.
   double min_agreement = 0.92;   // Of what is usual, see MatchQuality; likewise
