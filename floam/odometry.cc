@@ -14,6 +14,7 @@
 #include "floam/recovery.h"
 #include "floam/relocaliser.h"
 #include "floam/scan_frame.h"
+#include "floam/scan_to_scan.h"
 #include "floam/start.h"
 #include "floam/tracker.h"
 #include "floam/undistort.h"
@@ -35,6 +36,7 @@ struct Odometry::State {
   FrameMaker maker;
   Tracker tracker;
   FeatureMap map;
+  ScanToScan scan_to_scan;  // kAloam.
   Start start;
   MatchQuality quality;
   Recovery recovery;
@@ -47,6 +49,7 @@ struct Odometry::State {
 
   absl::Status Prepare(const Scan& input);
   ScanPose Locate(OdometryResult* result);
+  ScanPose Prediction();
   std::optional<MatchResult> Second();
   std::optional<MatchResult> Follow(const ScanPose& prediction);
   std::optional<MatchResult> Relocalise();
@@ -94,6 +97,13 @@ std::optional<MatchResult> Odometry::State::Relocalise() {
   return match;
 }
 
+// Where matching begins: the motion goes on or, in kAloam, is what the last two scans tell.
+ScanPose Odometry::State::Prediction() {
+  const ScanPose steady = tracker.Prediction(frame);
+  if (options.mode != OdometryMode::kAloam || tracker.IsAfterGap(frame)) return steady;
+  return scan_to_scan.Guess(frame.features, steady, tracker.ElapsedSeconds(frame));
+}
+
 // Where the scan was; sets the result's status, covariance and degeneracy.
 ScanPose Odometry::State::Locate(OdometryResult* result) {
   if (phase == Phase::kFirst) {
@@ -101,8 +111,7 @@ ScanPose Odometry::State::Locate(OdometryResult* result) {
     phase = Phase::kSecond;
     return tracker.last().pose;
   }
-  // Where matching begins. A better guess than that the motion goes on belongs here.
-  const ScanPose prediction = tracker.Prediction(frame);
+  const ScanPose prediction = Prediction();
   std::optional<MatchResult> match;
   bool carried = false;
   if (phase == Phase::kSecond) {
@@ -129,6 +138,7 @@ ScanPose Odometry::State::Locate(OdometryResult* result) {
   } else {
     tracker.Adopt(frame, &*match);
   }
+  if (options.mode == OdometryMode::kAloam) scan_to_scan.SetPrevious(frame.features);
   phase = Phase::kUnderWay;
   result->covariance = CovarianceAtEnd(*match, options.mode == OdometryMode::kContinuous);
   result->degeneracy = DegeneracyAtEnd(*match);

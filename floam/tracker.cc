@@ -80,7 +80,7 @@ bool Tracker::IsExpected(const MatchResult& match, const ScanPose& prediction) c
 }
 
 void Tracker::Adopt(const ScanFrame& frame, MatchResult* match) {
-  if (!IsContinuous()) {
+  if (options_.mode == OdometryMode::kFloam) {
     // Stage two of the paper: the motion that was found replaces the one that was predicted.
     const Pose moved = last_.pose.T_odom_sensor.Inverse() * match->pose.T_odom_sensor;
     match->pose.twist = Log(moved) / ElapsedSeconds(frame);

@@ -1,0 +1,85 @@
+// Motion of the sensor from one scan to the next, by these two scans alone.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "core/pose.h"
+#include "floam/features.h"
+#include "floam/ring_index.h"
+#include "floam/scan_matcher.h"
+#include "floam/undistort.h"
+
+namespace isthmus::floam {
+
+// The public A-LOAM's, where it has a name for them.
+struct ScanToScanOptions {
+  int rounds = 2;         // Times that neighbours are looked for ...
+  int iterations = 4;     // ... and Gauss-Newton steps with each set of them.
+  float reach_m = 5;      // Neighbours farther away than this are none.
+  int ring_reach = 2;     // How many rings away a neighbouring ring may be.
+  double kernel_m = 0.1;  // Scale of the Huber loss.
+  // See FindDegeneracy; the motion along such directions stays as it was guessed.
+  double least_share = 0.004;
+  // Less than this many matches, or a motion this far from what it was guessed to be: see Guess.
+  int min_used = 60;
+  double max_surprise_m = 0.6;
+  double max_surprise_rad = 0.3;
+};
+
+struct ScanToScanResult {
+  Vector6d twist = Vector6d::Zero();  // Per second, sensor frame; constant over both scans.
+  int features = 0;                   // Tried.
+  int used = 0;                       // With a line or plane.
+};
+
+// The odometry stage of LOAM: J. Zhang, S. Singh, "LOAM: Lidar Odometry and Mapping in Real-time",
+// RSS 2014, section V, as in the public A-LOAM. Every edge point of a scan is matched to the line
+// through its nearest edge point of the previous scan and the nearest to that place on a
+// neighbouring ring, every surface point to the plane through the nearest point, the next nearest
+// on its ring and the nearest on a neighbouring ring.
+//
+// LOAM takes the previous scan to its END by the motion found for it. That feeds an error back:
+// what two scans tell is the motion from the middle of one to the middle of the other, so a motion
+// taken too large for the first comes out too small for the second by as much, and so on, growing
+// where little is observed. Here both scans stay as measured, and a point moves by the motion in
+// the time between it and the one it is matched to: about one turn. Not thread safe: holds scratch
+// memory.
+class ScanToScan {
+ public:
+  explicit ScanToScan(const ScanToScanOptions& options = {});
+
+  // The scan that the next one is matched to.
+  void SetPrevious(const Features& features);
+
+  // Minimises from `guess`, a twist per second, for a scan whose END is `elapsed_s` > 0 after that
+  // of the previous. Never fails: see ScanToScanResult::used.
+  ScanToScanResult Match(const Features& features, const Vector6d& guess, double elapsed_s);
+
+  // A guess for scan-to-map matching: `prediction` (at the END of the scan, `elapsed_s` after that
+  // of the previous), corrected by Match; unchanged where that has nothing credible to say.
+  ScanPose Guess(const Features& features, const ScanPose& prediction, double elapsed_s);
+
+ private:
+  // A point and the plane it should lie on, n . q = offset, in the sensor frame at the time of the
+  // point of the previous scan that it was matched to.
+  struct Row {
+    Eigen::Vector3f position;  // As measured.
+    float since;               // Seconds since that point.
+    float weight;
+    Eigen::Vector3f normal;
+    float offset;
+  };
+  // Rows of one residual (surfaces) and of two (edges), the distances to two planes through a line.
+  void FindPlanes(const std::vector<TimedPoint>& surfaces, const ScanMotion& motion,
+                  double elapsed_s);
+  void FindLines(const std::vector<TimedPoint>& edges, const ScanMotion& motion, double elapsed_s);
+  // One Gauss-Newton step of the motion in `elapsed_s`; false if there is none to take.
+  bool Step(const ScanMotion& motion, double elapsed_s, Pose* moved) const;
+
+  const ScanToScanOptions options_;
+  RingIndex edges_, surfaces_;  // Of the previous scan, as measured.
+  std::vector<Row> surface_rows_, edge_rows_;
+};
+
+}  // namespace isthmus::floam
