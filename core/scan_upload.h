@@ -30,7 +30,9 @@ struct ScanAck {
   uint64_t sequence = 0;  // 0 in an ack that only moves durable_sequence.
   ScanOutcome outcome = ScanOutcome::kProcessed;
   std::string reason;                 // Empty when processed.
-  std::string status;                 // "ok", "degenerate" or "lost" when processed.
+  // "ok", "degenerate" or "lost" when processed. "lost" as well when a scan cannot be used for what
+  // it holds: where the robot was then is not known.
+  std::string status;
   std::optional<Pose> T_odom_sensor;  // At the END of the scan; when processed.
   // Of T_odom_sensor, relative to the map around the robot: twist order [rho; phi], sensor frame at
   // the END of the scan, m^2 and rad^2. When processed.

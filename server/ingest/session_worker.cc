@@ -5,13 +5,13 @@
 #include <algorithm>
 #include <utility>
 
-#include "core/codec/scan_decoder.h"
-
 namespace isthmus::ingest {
 namespace {
 
 // Finished submaps that may wait for the store (a full disk) before scans are refused.
 constexpr size_t kMaxUnpersisted = 2;
+// Scans in a row that cannot be used, after which a submap ends: the odometry bridges fewer.
+constexpr int kBlindScans = 3;
 
 std::string ToString(floam::TrackingStatus status) {
   switch (status) {
@@ -23,6 +23,16 @@ std::string ToString(floam::TrackingStatus status) {
       return "lost";
   }
   return "unknown";
+}
+
+std::string InputText(const codec::ScanFields& fields, const floam::OdometryResult& result) {
+  const auto given = [](floam::Inference from, const std::string& field) {
+    return from == floam::Inference::kSensor ? absl::StrCat(" by ", field) : std::string();
+  };
+  const std::string& warning = result.input.warning;
+  return absl::StrCat("rings: ", result.input.rings, given(result.rings_from, fields.ring),
+                      "; times: ", result.input.times, given(result.times_from, fields.time),
+                      warning.empty() ? "" : "; is the sensor's name right? ", warning);
 }
 
 }  // namespace
@@ -62,6 +72,7 @@ void SessionWorker::Resume(const ResumePoint& resume) {
     recent.push_back({entry.stamp_ns, entry.T_odom_sensor});
   }
   if (recent.empty()) return;
+  clock_.Advance(recent.back().stamp_ns, recent.back().stamp_ns);
   Cloud around;
   for (const auto& submap : resume.submaps) {
     odometry_.Remember(*submap);
@@ -154,52 +165,93 @@ ScanAck SessionWorker::Handle(const ScanUpload& upload) {
     }
     status_.last_sequence = upload.sequence;
   }
-  const auto reject = [&](const absl::Status& why) {
+  const absl::StatusOr<ScanClock::Reading> reading = clock_.Read(upload.end_stamp_ns);
+  if (!reading.ok()) {
     ack.outcome = ScanOutcome::kRejected;
-    ack.reason = std::string(why.message());
+    ack.reason = std::string(reading.status().message());
     std::lock_guard lock(mutex_);
     ++status_.rejected;
     return ack;
-  };
-  const absl::StatusOr<Scan> scan =
-      codec::DecodeScan(upload.payload, upload.sequence, upload.end_stamp_ns);
-  if (!scan.ok()) return reject(scan.status());
-  const absl::StatusOr<floam::OdometryResult> result = odometry_.Process(*scan);
-  if (!result.ok()) return reject(result.status());
-
-  TrajectoryEntry entry{upload.sequence, upload.end_stamp_ns, result->T_odom_sensor,
-                        builder_.CurrentIndex()};
-  stretch_.push_back(entry);
-  std::shared_ptr<const Submap> cut = builder_.Add(*result);
-  if (cut) odometry_.Remember(*cut);
-  ack.status = ToString(result->status);
-  ack.T_odom_sensor = result->T_odom_sensor;
-  ack.covariance = result->covariance;
-  ack.unobserved_translations = result->degeneracy.translations;
-  ack.unobserved_rotations = result->degeneracy.rotations;
-  ack.features_ms = result->timing.features_ms;
-  ack.matching_ms = result->timing.matching_ms;
-  ack.map_ms = result->timing.map_ms;
-  ack.total_ms = result->timing.total_ms;
-  {
-    std::lock_guard lock(mutex_);
-    ++status_.processed;
-    odometry_ms_sum_ += result->timing.total_ms;
-    status_.odometry_ms_mean = odometry_ms_sum_ / static_cast<double>(status_.processed);
-    status_.tracking = ack.status;
-    if (T_odom_last_) {
-      status_.travelled_m +=
-          (entry.T_odom_sensor.translation() - T_odom_last_->translation()).norm();
-    }
-    T_odom_last_ = entry.T_odom_sensor;
-    status_.unsaved.push_back(entry);
-    if (cut) unpersisted_.push_back({std::move(cut), std::exchange(stretch_, {})});
+  }
+  absl::StatusOr<floam::OdometryResult> result = Track(upload, reading->time_ns);
+  if (result.ok()) {
+    clock_.Advance(upload.end_stamp_ns, reading->time_ns);
+    if (reading->stepped) Cut(builder_.Finish());
+    Take(*result, &ack);
+  } else {
+    Reject(result.status(), &ack);
   }
   // A failure is kept for the next attempt; Submit tells the robot when it lasts.
   (void)Persist();
   std::lock_guard lock(mutex_);
   ack.durable_sequence = status_.durable_sequence;
   return ack;
+}
+
+// The odometry sees times that go forward; what leaves it bears the robot's stamps.
+absl::StatusOr<floam::OdometryResult> SessionWorker::Track(const ScanUpload& upload,
+                                                           int64_t time_ns) {
+  absl::StatusOr<Scan> scan = decoder_.Decode(upload.payload, upload.sequence, upload.end_stamp_ns);
+  if (!scan.ok()) return scan.status();
+  scan->end_stamp_ns = time_ns;
+  absl::StatusOr<floam::OdometryResult> result = odometry_.Process(*scan);
+  if (result.ok()) result->stamp_ns = upload.end_stamp_ns;
+  return result;
+}
+
+void SessionWorker::Reject(const absl::Status& why, ScanAck* ack) {
+  ack->outcome = ScanOutcome::kRejected;
+  ack->reason = std::string(why.message());
+  ack->status = ToString(floam::TrackingStatus::kLost);
+  if (++blind_scans_ == kBlindScans) Cut(builder_.Finish());
+  std::lock_guard lock(mutex_);
+  ++status_.rejected;
+  if (T_odom_last_) {
+    status_.tracking = ack->status;
+  } else {
+    status_.input = absl::StrCat("no scan could be used so far: ", ack->reason);
+  }
+}
+
+void SessionWorker::Take(const floam::OdometryResult& result, ScanAck* ack) {
+  blind_scans_ = 0;
+  const bool lost = result.status == floam::TrackingStatus::kLost;
+  if (lost) Cut(builder_.Finish());
+  const TrajectoryEntry entry{result.sequence, result.stamp_ns, result.T_odom_sensor,
+                              builder_.CurrentIndex()};
+  if (!lost) stretch_.push_back(entry);
+  Cut(builder_.Add(result));
+
+  ack->status = ToString(result.status);
+  ack->T_odom_sensor = result.T_odom_sensor;
+  ack->covariance = result.covariance;
+  ack->unobserved_translations = result.degeneracy.translations;
+  ack->unobserved_rotations = result.degeneracy.rotations;
+  ack->features_ms = result.timing.features_ms;
+  ack->matching_ms = result.timing.matching_ms;
+  ack->map_ms = result.timing.map_ms;
+  ack->total_ms = result.timing.total_ms;
+
+  std::lock_guard lock(mutex_);
+  ++status_.processed;
+  odometry_ms_sum_ += result.timing.total_ms;
+  status_.odometry_ms_mean = odometry_ms_sum_ / static_cast<double>(status_.processed);
+  status_.tracking = ack->status;
+  status_.input = InputText(decoder_.fields(), result);
+  if (lost) return;
+  if (T_odom_last_) {
+    status_.travelled_m += (entry.T_odom_sensor.translation() - T_odom_last_->translation()).norm();
+  }
+  T_odom_last_ = entry.T_odom_sensor;
+  status_.unsaved.push_back(entry);
+}
+
+// Hands over what was finished, if anything was.
+void SessionWorker::Cut(std::shared_ptr<const Submap> submap) {
+  if (submap == nullptr) return;
+  odometry_.Remember(*submap);
+  std::lock_guard lock(mutex_);
+  unpersisted_.push_back({std::move(submap), std::exchange(stretch_, {})});
 }
 
 absl::Status SessionWorker::Persist() {

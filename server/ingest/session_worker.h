@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "core/codec/scan_decoder.h"
 #include "core/executor.h"
 #include "core/scan_upload.h"
 #include "core/session.h"
@@ -21,6 +22,7 @@
 #include "floam/odometry.h"
 #include "floam/odometry_options.h"
 #include "floam/submap_builder.h"
+#include "server/ingest/scan_clock.h"
 
 namespace isthmus::ingest {
 
@@ -59,6 +61,17 @@ struct WorkerStatus {
   std::vector<TrajectoryEntry> unsaved;  // Scans whose submap is not finished yet.
 };
 
+// What becomes of a scan, and what its ack says:
+//   sequence dealt with before        duplicate; nothing happens
+//   stamp up to 1 s before the last   rejected as out of order; nothing happens
+//   no returns, too few, damaged      rejected, "lost": where the robot was then is not known.
+//   After
+//                                     three in a row the submap ends
+//   cannot be matched                 processed, "lost": the pose is a prediction. The submap ends
+//   matched                           processed, "ok" or "degenerate"
+// A clock that was set (see ScanClock) ends the submap, so that stamps in it stay in order, and the
+// odometry goes on. Scans are stored with the robot's stamps; lost ones are not stored.
+//
 // Thread safe. Runs at most one task at a time on the executor, which must outlive it.
 class SessionWorker : public std::enable_shared_from_this<SessionWorker> {
  public:
@@ -97,6 +110,10 @@ class SessionWorker : public std::enable_shared_from_this<SessionWorker> {
   void Resume(const ResumePoint& resume);
   void RunOne();  // Executor task: deals with one scan, posts itself again while there are more.
   ScanAck Handle(const ScanUpload& scan);
+  absl::StatusOr<floam::OdometryResult> Track(const ScanUpload& scan, int64_t time_ns);
+  void Reject(const absl::Status& why, ScanAck* ack);
+  void Take(const floam::OdometryResult& result, ScanAck* ack);
+  void Cut(std::shared_ptr<const Submap> submap);
   absl::Status Persist();  // Offers every unpersisted stretch, in order.
   void Send(const ScanAck& ack);
 
@@ -106,9 +123,12 @@ class SessionWorker : public std::enable_shared_from_this<SessionWorker> {
   Executor* const executor_;
 
   // Touched only by the running task, or by Finish when none runs and none can start.
+  codec::ScanDecoder decoder_;
+  ScanClock clock_;
   floam::Odometry odometry_;
   floam::SubmapBuilder builder_;
   std::vector<TrajectoryEntry> stretch_;  // Of the unfinished submap.
+  int blind_scans_ = 0;                   // In a row, up to the last.
 
   std::mutex persist_mutex_;         // Serialises Persist.
   std::deque<Stretch> unpersisted_;  // Guarded by mutex_.

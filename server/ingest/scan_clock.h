@@ -1,0 +1,35 @@
+// The robot's stamps as a time that only goes forward.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <cstdint>
+
+namespace isthmus::ingest {
+
+// Robots' clocks step: they are set once the network is up, or an hour back by mistake. Not thread
+// safe.
+//
+// A stamp up to a second before the last one is a scan out of order, or sent twice. One that is
+// farther back is that of a clock that was set: the scan is taken as the next one, one scan
+// interval after the last. A clock set forward cannot be told from a robot that paused: that is a
+// gap, after which the odometry searches. Either way the time between the two scans is not known.
+class ScanClock {
+ public:
+  struct Reading {
+    int64_t time_ns = 0;   // Later than that of the scan before it, by 10 s at most.
+    bool stepped = false;  // The clock was set back, or was set forward or paused.
+  };
+
+  // InvalidArgument for a scan out of order and for a stamp beyond all years.
+  absl::StatusOr<Reading> Read(int64_t end_stamp_ns) const;
+  // The scan with this stamp was used: later ones are read relative to it.
+  void Advance(int64_t end_stamp_ns, int64_t time_ns);
+
+ private:
+  bool started_ = false;
+  int64_t stamp_ns_ = 0, time_ns_ = 0;  // Of the last scan used.
+  int64_t interval_ns_ = 100'000'000;   // Between the last two that followed each other.
+};
+
+}  // namespace isthmus::ingest

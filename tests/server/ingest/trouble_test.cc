@@ -1,0 +1,212 @@
+// What robots send when something is wrong: every scan is answered, with a reason, and the session
+// goes on.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "core/codec/payload_builder.h"
+#include "tests/server/ingest/worker_fixture.h"
+
+namespace isthmus::ingest {
+namespace {
+
+using ::testing::HasSubstr;
+using testing::Rig;
+
+constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+constexpr int64_t kHour_ns = 3'600'000'000'000;
+
+void ExpectTracked(const Rig& rig, const ScanAck& ack, int index) {
+  EXPECT_EQ(ack.outcome, ScanOutcome::kProcessed) << index << ": " << ack.reason;
+  EXPECT_EQ(ack.status, "ok") << index;
+  EXPECT_LT(rig.Error(ack, index), 0.05) << index;
+  ASSERT_TRUE(ack.covariance.has_value());
+  EXPECT_TRUE(ack.covariance->allFinite());
+}
+
+void Drive(Rig* rig, int from, int to, int64_t shift_ns = 0) {
+  for (int k = from; k < to; ++k) ExpectTracked(*rig, rig->Send(rig->Turn(k), shift_ns), k);
+}
+
+// As Drive after a gap in time or place: the robot may be lost, and say so, for a few scans.
+void DriveAfterGap(Rig* rig, int from, int to, int64_t shift_ns = 0) {
+  constexpr int kLost = 5;
+  int k = from;
+  for (ScanAck ack; ack.status != "ok" && k < from + kLost; ++k) {
+    ack = rig->Send(rig->Turn(k), shift_ns);
+    EXPECT_EQ(ack.outcome, ScanOutcome::kProcessed) << k << ": " << ack.reason;
+    if (ack.status == "ok") ExpectTracked(*rig, ack, k);
+  }
+  Drive(rig, k, to, shift_ns);
+}
+
+void ExpectRejected(const ScanAck& ack, const std::string& status, const std::string& reason) {
+  EXPECT_EQ(ack.outcome, ScanOutcome::kRejected);
+  EXPECT_EQ(ack.status, status);
+  EXPECT_THAT(ack.reason, HasSubstr(reason));
+  EXPECT_FALSE(ack.T_odom_sensor.has_value());
+}
+
+// As a driver sends a turn in which nothing came back.
+PointPayload Blank(float value) {
+  std::vector<ScanPoint> points(16 * 1200);
+  for (ScanPoint& p : points) p.x = p.y = p.z = value;
+  return codec::MakePayload(points, true, true);
+}
+
+TEST(Trouble, DuplicatesAreAcknowledgedAndIgnored) {
+  Rig rig;
+  Drive(&rig, 0, 5);
+  const ScanAck ack = rig.SendAgain(5);
+  EXPECT_EQ(ack.outcome, ScanOutcome::kDuplicate);
+  EXPECT_EQ(rig.SendAgain(2).outcome, ScanOutcome::kDuplicate);
+  Drive(&rig, 5, 10);
+  EXPECT_EQ(rig.worker().Status().processed, 10u);
+}
+
+TEST(Trouble, ScansThatNeverCameAreBridged) {
+  Rig rig;
+  Drive(&rig, 0, 20);
+  Drive(&rig, 21, 24);
+  DriveAfterGap(&rig, 26, 30);
+  DriveAfterGap(&rig, 50, 60);  // Two seconds, at 1 m/s and in a turn.
+}
+
+TEST(Trouble, ScansOutOfOrderAndEqualStampsAreRejected) {
+  Rig rig;
+  Drive(&rig, 0, 10);
+  ExpectRejected(rig.Send(rig.Turn(8)), "", "out of order");
+  ExpectRejected(rig.Send(rig.Turn(9)), "", "sent twice");
+  EXPECT_EQ(rig.worker().Status().tracking, "ok");
+  EXPECT_EQ(rig.worker().Status().rejected, 2u);
+  Drive(&rig, 10, 15);
+}
+
+TEST(Trouble, ClocksMayBeSetBackAndForth) {
+  Rig rig;
+  Drive(&rig, 0, 20);
+  Drive(&rig, 20, 30, -kHour_ns);
+  Drive(&rig, 30, 40, -kHour_ns - 2'000'000'000);
+  DriveAfterGap(&rig, 40, 50);
+  DriveAfterGap(&rig, 50, 60, 5 * kHour_ns);
+  EXPECT_EQ(rig.Send(rig.Turn(60), 500 * kHour_ns).outcome,
+            ScanOutcome::kProcessed);  // One stamp is nonsense.
+  Drive(&rig, 61, 70, 5 * kHour_ns);
+  // Stamps are the robot's, and in order within every submap.
+  ASSERT_TRUE(rig.worker().Finish().ok());
+  ASSERT_GE(rig.stored().size(), 6u);
+  for (const Stretch& stretch : rig.stored()) {
+    int64_t last_ns = std::numeric_limits<int64_t>::min();
+    for (const TrajectoryEntry& entry : stretch.trajectory) {
+      EXPECT_GT(entry.stamp_ns, last_ns);
+      EXPECT_EQ(entry.submap_index, stretch.submap->id.index);
+      last_ns = entry.stamp_ns;
+    }
+    EXPECT_EQ(stretch.submap->first_stamp_ns, stretch.trajectory.front().stamp_ns);
+    EXPECT_EQ(stretch.submap->last_stamp_ns, stretch.trajectory.back().stamp_ns);
+  }
+}
+
+TEST(Trouble, SmallStepsBackCostTheScansInBetween) {
+  Rig rig;
+  Drive(&rig, 0, 20);
+  for (int k = 20; k < 25; ++k) {
+    ExpectRejected(rig.Send(rig.Turn(k), -500'000'000), "", "out of order");
+  }
+  DriveAfterGap(&rig, 25, 35, -500'000'000);
+}
+
+TEST(Trouble, BlankScansSayThatTheRobotIsLostUntilItSeesAgain) {
+  for (const float value : {0.F, kNaN}) {
+    Rig rig;
+    Drive(&rig, 0, 30);
+    for (int k = 30; k < 50; ++k) {
+      const ScanAck ack = rig.Send(Blank(value), rig.Turn(k).end_stamp_ns);
+      ExpectRejected(ack, "lost", "no returns");
+      EXPECT_EQ(rig.worker().Status().tracking, "lost");
+      // The submap ends once the odometry cannot bridge it.
+      EXPECT_EQ(rig.stored().size(), k < 32 ? 0u : 1u);
+    }
+    EXPECT_EQ(rig.stored().front().submap->last_sequence, 30u);
+    DriveAfterGap(&rig, 50, 60);
+    EXPECT_EQ(rig.worker().Status().tracking, "ok");
+  }
+}
+
+TEST(Trouble, ScansWithoutPointsAreRejected) {
+  Rig rig;
+  Drive(&rig, 0, 5);
+  PointPayload empty = codec::MakePayload(rig.Turn(5));
+  empty.width = empty.height = 0;
+  empty.data.clear();
+  ExpectRejected(rig.Send(empty, rig.Turn(5).end_stamp_ns), "lost", "no points");
+  Drive(&rig, 6, 10);
+}
+
+TEST(Trouble, HalfBlankScansAreTracked) {
+  // A hand hides the half of the turn around its start and end, or that around its middle.
+  for (const bool front : {true, false}) {
+    for (const bool fields : {true, false}) {
+      Rig rig;
+      Drive(&rig, 0, 30);
+      for (int k = 30; k < 50; ++k) {
+        Scan scan = rig.Turn(k);
+        std::erase_if(scan.points, [&](const ScanPoint& p) { return (p.x > 0) == front; });
+        scan.has_ring = scan.has_time = fields;
+        ExpectTracked(rig, rig.Send(scan), k);
+      }
+      Drive(&rig, 50, 55);
+    }
+  }
+}
+
+TEST(Trouble, PointsThatAreNoNumbersAreLeftOut) {
+  Rig rig;
+  Drive(&rig, 0, 10);
+  for (int k = 10; k < 20; ++k) {
+    Scan scan = rig.Turn(k);
+    for (size_t i = 0; i < scan.points.size(); i += 7) {
+      scan.points[i].x = i % 2 == 0 ? kNaN : std::numeric_limits<float>::infinity();
+    }
+    ExpectTracked(rig, rig.Send(scan), k);
+  }
+}
+
+TEST(Trouble, DamagedPayloadsAreRejected) {
+  Rig rig;
+  Drive(&rig, 0, 5);
+  PointPayload damaged = codec::MakePayload(rig.Turn(5));
+  damaged.data.resize(damaged.data.size() / 2);
+  ExpectRejected(rig.Send(damaged, rig.Turn(5).end_stamp_ns), "lost", "do not make");
+  Drive(&rig, 6, 10);
+}
+
+// A scan that cannot be matched is no part of any map or trajectory.
+TEST(Trouble, LostScansEndTheSubmapAndAreNotStored) {
+  Rig rig;
+  Drive(&rig, 0, 30);
+  floam::testing::Room elsewhere;
+  elsewhere.walls = {{-1.9, -0.8, -0.5}, {0.7, 2.4, 0.6}};
+  const auto still = [](double) { return Pose(); };
+  for (int k = 30; k < 34; ++k) {
+    const ScanAck ack = rig.Send(MakeScan(elsewhere, still, floam::testing::Sensor(), k));
+    EXPECT_EQ(ack.outcome, ScanOutcome::kProcessed);
+    EXPECT_EQ(ack.status, "lost");
+    EXPECT_EQ(rig.stored().size(), 1u);
+  }
+  EXPECT_EQ(rig.worker().Status().tracking, "lost");
+  for (int k = 34; k < 50; ++k) rig.Send(rig.Turn(k));
+  ASSERT_TRUE(rig.worker().Finish().ok());
+  for (const Stretch& stretch : rig.stored()) {
+    for (const TrajectoryEntry& entry : stretch.trajectory) {
+      EXPECT_GE(entry.sequence, stretch.submap->first_sequence);
+      EXPECT_LE(entry.sequence, stretch.submap->last_sequence);
+      EXPECT_FALSE(entry.sequence > 30 && entry.sequence <= 34) << entry.sequence;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace isthmus::ingest
