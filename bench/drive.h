@@ -32,7 +32,10 @@ struct Drive {
   Shots shots;
   std::function<Scan(int turn)> scan_of;   // With the turn's own stamp.
   std::function<Pose(int turn)> truth_of;  // T_world_sensor at the END of the turn.
+  std::function<void()> record;  // To call once before scan_of, if there is one: what takes long.
 
+  // A pose farther than this from the truth is wrong.
+  double wrong_m = 0.2;
   int trouble_ends = -1;  // First shot after the last that something was done to; -1: nothing was.
   int lap_begins = 0;     // From this shot on ...
   int lap_shots = 0;      // ... every so many are a lap; 0: there are no laps.

@@ -31,6 +31,7 @@ struct Options {
 // Each scan's cost becomes the median of those of `repeats` runs; all else is the same every time.
 absl::StatusOr<RunRecord> RunRepeatedly(const Drive& drive, const floam::OdometryOptions& options,
                                         int repeats) {
+  if (drive.record) drive.record();
   std::vector<RunRecord> runs;
   for (int i = 0; i < repeats; ++i) {
     auto run = Run(drive, options);

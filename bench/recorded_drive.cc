@@ -50,6 +50,7 @@ absl::StatusOr<Drive> RecordedDrive(const std::string& folder, const std::string
   auto scans = std::make_shared<std::vector<Scan>>();
   Drive drive;
   drive.sensor = *sensor;
+  drive.wrong_m = 1;  // References err themselves, by the motion within scans if nothing else.
   for (size_t i = 0; i < files->size(); ++i) {
     const auto payload = files->Read(i);
     if (!payload.ok()) return payload.status();

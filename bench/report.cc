@@ -31,7 +31,7 @@ Json CostJson(const Summary& summary) {
 
 Json ErrorJson(const ErrorSummary& error) {
   return {
-      {"rigid", {{"rmse_m", error.rmse_m}, {"worst_m", error.worst_m}}},
+      {"rigid", {{"rmse_m", error.rmse_m}, {"worst_m", error.worst_m}, {"final_m", error.last_m}}},
       {"first_pose",
        {{"rmse_m", error.first_rmse_m},
         {"worst_m", error.first_worst_m},
@@ -130,14 +130,16 @@ std::string Row(const Group& group) {
     return [scans](const Summary& s) { return s.counts.*scans; };
   };
   return absl::StrFormat(
-      "| %s | %d | %.2f | %.4f | %.4f | %.4f | %.2f / %.2f / %.2f | %s | %.4f | %.3f | %.3f | %.2f "
+      "| %s | %d | %.2f | %.4f | %.4f | %.4f | %.2f / %.2f / %.2f | %s | %.4f | %.3f | %.3f | %.3f "
+      "| %.2f "
       "| %.2f | %d / %d / %d / %d | %d | %s | %.0f |\n",
       group[0]->scenario, group.size(), Median(group, cost(&CostSummary::median_ms)),
       Median(group, cal(&CostSummary::median_ms)), Median(group, cal(&CostSummary::p99_ms)),
       Worst(group, cal(&CostSummary::max_ms)), Median(group, cost(&CostSummary::features_ms)),
       Median(group, cost(&CostSummary::matching_ms)), Median(group, cost(&CostSummary::map_ms)),
       Growth(group), Worst(group, error(&ErrorSummary::rmse_m)),
-      Worst(group, error(&ErrorSummary::worst_m)), Worst(group, error(&ErrorSummary::final_m)),
+      Worst(group, error(&ErrorSummary::worst_m)), Worst(group, error(&ErrorSummary::last_m)),
+      Worst(group, error(&ErrorSummary::final_m)),
       Worst(group, error(&ErrorSummary::heading_worst_deg)),
       Worst(group, error(&ErrorSummary::tilt_worst_deg)), Sum(group, count(&CountSummary::ok)),
       Sum(group, count(&CountSummary::degenerate)), Sum(group, count(&CountSummary::lost)),
@@ -205,9 +207,10 @@ nlohmann::ordered_json ToJson(const Entry& entry) {
 std::string ToMarkdown(const std::vector<Entry>& entries) {
   std::string text =
       "| scenario | seeds | ms | cal | cal p99 | cal max | features / matching / map ms | growth | "
-      "RMSE m | worst m | final m | heading deg | tilt deg | ok / degenerate / lost / rejected | "
+      "RMSE m | worst m | final m | from first pose m | heading deg | tilt deg | ok / degenerate / "
+      "lost / rejected | "
       "silent | recovered after | MB |\n"
-      "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
+      "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
   for (const Group& group : ByScenario(entries)) absl::StrAppend(&text, Row(group));
   return absl::StrCat(text, CorridorTable(entries), LapTable(entries));
 }

@@ -151,10 +151,12 @@ absl::StatusOr<Drive> Laps(const ScenarioOptions& options, uint64_t seed) {
   const int turns = static_cast<int>(std::lround(lap->seconds / period_s));
   Drive drive = DriveOf(Moving(**tour, lap->motion, lap->begin_s + lap->seconds));
   auto recording = std::make_shared<std::vector<Scan>>();
-  for (int turn = 0; turn < begins + turns; ++turn) {
-    recording->push_back(drive.scan_of(turn));
-    recording->back().points.shrink_to_fit();
-  }
+  drive.record = [recording, begins, turns, simulated = drive.scan_of] {
+    for (int turn = 0; turn < begins + turns; ++turn) {
+      recording->push_back(simulated(turn));
+      recording->back().points.shrink_to_fit();
+    }
+  };
   drive.scan_of = [recording](int turn) { return (*recording)[turn]; };
   const double shots = options.seconds > 0 ? options.seconds / period_s : kLapShots;
   drive.shots = InOrder(static_cast<int>(shots), period_s);

@@ -9,7 +9,6 @@ namespace isthmus::bench {
 namespace {
 
 constexpr double kDegrees = 180 / std::numbers::pi;
-constexpr double kWrongM = 0.2;
 
 bool HasPose(const ScanRecord& scan) {
   return scan.verdict == Verdict::kOk || scan.verdict == Verdict::kDegenerate;
@@ -96,7 +95,8 @@ ErrorSummary SummarizeErrors(const std::vector<ScanRecord>& scans, const Pose& f
   for (const ScanRecord& scan : scans) {
     if (!HasPose(scan)) continue;
     const Deviation deviation = Deviate(scan, first);
-    rigidly.Add(Deviate(scan, rigid).translation.norm());
+    error.last_m = Deviate(scan, rigid).translation.norm();
+    rigidly.Add(error.last_m);
     from_first.Add(deviation.translation.norm());
     heading.Add(deviation.heading_rad * kDegrees);
     tilt.Add(deviation.tilt_rad * kDegrees);
@@ -123,16 +123,16 @@ CountSummary Count(const Drive& drive, const RunRecord& run, const Pose& first, 
     if (scan.verdict != Verdict::kOk) continue;
     ++counts.ok;
     counts.covered_ok += drive.shots[i].view != View::kWhole;
-    counts.silent += Deviate(scan, first).translation.norm() > kWrongM &&
-                     Deviate(scan, rigid).translation.norm() > kWrongM;
+    counts.silent += Deviate(scan, first).translation.norm() > drive.wrong_m &&
+                     Deviate(scan, rigid).translation.norm() > drive.wrong_m;
   }
   return counts;
 }
 
-int ScansToRecover(const std::vector<ScanRecord>& scans, int trouble_ends, const Pose& first) {
-  for (size_t i = trouble_ends; i < scans.size(); ++i) {
-    if (HasPose(scans[i]) && Deviate(scans[i], first).translation.norm() <= kWrongM) {
-      return static_cast<int>(i) - trouble_ends;
+int ScansToRecover(const Drive& drive, const std::vector<ScanRecord>& scans, const Pose& first) {
+  for (size_t i = drive.trouble_ends; i < scans.size(); ++i) {
+    if (HasPose(scans[i]) && Deviate(scans[i], first).translation.norm() <= drive.wrong_m) {
+      return static_cast<int>(i) - drive.trouble_ends;
     }
   }
   return -1;
@@ -192,7 +192,7 @@ Summary Summarize(const Drive& drive, const RunRecord& run, bool is_corridor) {
   summary.odometry_mb = run.odometry_mb;
   summary.peak_mb = run.peak_mb;
   if (drive.trouble_ends >= 0) {
-    summary.scans_to_recover = ScansToRecover(run.scans, drive.trouble_ends, first);
+    summary.scans_to_recover = ScansToRecover(drive, run.scans, first);
   }
   if (is_corridor) summary.corridor = SummarizeCorridor(run.scans, first);
   if (drive.lap_shots > 0) {

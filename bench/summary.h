@@ -17,7 +17,8 @@ struct CostSummary {
 
 // Positions, in metres, and angles, in degrees, of scans that were not lost or rejected.
 struct ErrorSummary {
-  double rmse_m = 0, worst_m = 0;  // After rigid alignment (Umeyama, as evaluation::Alignment).
+  // After rigid alignment (Umeyama, as evaluation::Alignment); of the last scan.
+  double rmse_m = 0, worst_m = 0, last_m = 0;
   // With the first poses made to coincide, so that orientations count from the start. Heading is
   // the error's turn about the vertical, tilt that about horizontal axes.
   double first_rmse_m = 0, first_worst_m = 0, final_m = 0;
@@ -27,7 +28,7 @@ struct ErrorSummary {
 
 struct CountSummary {
   int ok = 0, degenerate = 0, lost = 0, rejected = 0;
-  // Claimed ok but more than 0.2 m off, in either alignment.
+  // Claimed ok but wrong (see Drive::wrong_m), in either alignment.
   int silent = 0;
   int covered_ok = 0;  // Claimed ok with the view covered in part or whole.
 };
@@ -49,7 +50,7 @@ struct Summary {
   ErrorSummary error;
   CountSummary counts;
   double cal_ms = 0, odometry_mb = 0, peak_mb = 0;
-  // From the end of the trouble to the first pose that is not lost and right to 0.2 m: scans; -1 if
+  // From the end of the trouble to the first pose that is not lost and not wrong: scans; -1 if
   // there is none. Absent if there was no trouble.
   std::optional<int> scans_to_recover;
   std::optional<CorridorSummary> corridor;
