@@ -14,6 +14,8 @@ constexpr int64_t kHeightMax = (int64_t{1} << 22) - 1;
 // a floor with its noise is in two.
 constexpr int kWallLevels = 3;
 constexpr uint32_t kWallWindow = 5;
+// Of a cell, that a submap must see to have looked at it.
+constexpr int kLookedAtVoxels = 2;
 // What is let go when there is too much.
 constexpr double kForgottenShare = 0.25;
 
@@ -105,9 +107,29 @@ void MapMemory::Merge(const Incoming* begin, const Incoming* end, Tile* tile) {
     merged_.push_back(in->voxel);
   }
   merged_.insert(merged_.end(), old.begin() + static_cast<std::ptrdiff_t>(k), old.end());
+  DropStale(begin->voxel.submap);
   voxels_ += merged_.size() - old.size();
   tile->voxels = merged_;  // Exactly as much memory as needed.
   Classify(tile);
+}
+
+// In the cells of `merged_` that `submap` has seen.
+void MapMemory::DropStale(uint32_t submap) {
+  if (submap <= options_.fresh_submaps) return;
+  const uint32_t oldest = submap - options_.fresh_submaps;
+  auto kept = merged_.begin();
+  for (auto begin = merged_.begin(); begin != merged_.end();) {
+    const auto end = std::find_if(begin, merged_.end(), [&](const Voxel& voxel) {
+      return CellOf(voxel.key) != CellOf(begin->key);
+    });
+    const auto seen =
+        std::count_if(begin, end, [&](const Voxel& voxel) { return voxel.submap == submap; });
+    const bool stale_goes = seen >= kLookedAtVoxels;
+    kept = std::copy_if(begin, end, kept,
+                        [&](const Voxel& voxel) { return !stale_goes || voxel.submap >= oldest; });
+    begin = end;
+  }
+  merged_.erase(kept, merged_.end());
 }
 
 void MapMemory::Classify(Tile* tile) {

@@ -14,7 +14,10 @@
 namespace isthmus::floam {
 
 struct MapMemoryOptions {
-  double max_range_m = 40;          // Points farther from the keyframe that saw them are left out.
+  double max_range_m = 40;  // Points farther from the keyframe that saw them are left out.
+  // A cell that a submap sees forgets what the last so many submaps did not see in it: where the
+  // odometry has drifted since, or things were moved.
+  uint32_t fresh_submaps = 12;
   size_t max_voxels = 4'000'000;    // 12 bytes each; beyond, what was not seen for longest goes.
   double keyframe_spacing_m = 2.0;  // One keyframe per square of this size is remembered.
 };
@@ -87,6 +90,7 @@ class MapMemory {
   static uint64_t KeyOf(TileIndex index);
   void Gather(const Submap& submap);
   void Merge(const Incoming* begin, const Incoming* end, Tile* tile);
+  void DropStale(uint32_t submap);
   static void Classify(Tile* tile);
   void ForgetOldest();
 

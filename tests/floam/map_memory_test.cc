@@ -59,6 +59,28 @@ TEST(MapMemory, GrowsWithTheAreaAndNotWithTheDrive) {
   EXPECT_EQ(memory.MemoryBytes(), bytes);
 }
 
+TEST(MapMemory, ForgetsWhatIsNoLongerThereWhenItLooksAgain) {
+  MapMemory memory({});
+  const auto wall_at = [](float x) {
+    std::vector<Eigen::Vector3f> points = Floor(0, 6, -1.1F);
+    for (float y = 0.1F; y < 6; y += 0.2F) {
+      for (float z = -0.9F; z < 1.5F; z += 0.2F) points.emplace_back(x, y, z);
+    }
+    return points;
+  };
+  memory.Add(WithPoints(wall_at(3.0F), 2));
+  memory.Add(WithPoints({{7, 3, 0}}, 40));
+  EXPECT_EQ(CellAt(memory, 3.0, 2.5), MapMemory::Cell::kWall);  // Not looked at again.
+  // The odometry has drifted by 0.8 m when it comes back.
+  memory.Add(WithPoints(wall_at(3.8F), 41));
+  EXPECT_EQ(CellAt(memory, 3.8, 2.5), MapMemory::Cell::kWall);
+  EXPECT_EQ(CellAt(memory, 3.0, 2.5), MapMemory::Cell::kFlat);
+  // Submaps shortly after each other complete each other.
+  memory.Add(WithPoints(wall_at(4.6F), 42));
+  EXPECT_EQ(CellAt(memory, 3.8, 2.5), MapMemory::Cell::kWall);
+  EXPECT_EQ(CellAt(memory, 4.6, 2.5), MapMemory::Cell::kWall);
+}
+
 TEST(MapMemory, TellsWallsFromFloorsCeilingsAndTheUnknown) {
   MapMemory memory({});
   // A noisy floor on the border of two levels of voxels, a ceiling, and a wall at x = 3.

@@ -95,6 +95,22 @@ TEST(Relocaliser, FindsARobotThatDrivesAndTurns) {
   EXPECT_NEAR(answer->pose.twist[5], 0.5, 0.1);
 }
 
+TEST(Relocaliser, GoesByTheLatestMapWhereTheOdometryHasDrifted) {
+  const Room building = testing::ThreeRooms();
+  Lost lost(building, AlongTheAxis(-16, 16));
+  // The second lap, a hundred submaps later, lies elsewhere in odom.
+  const Pose drift = Pose::FromXyzRpy(0.7, -0.5, 0.15, 0, 0, 0.03);
+  Submap later = MapFrom(building, AlongTheAxis(-16, 16), 100);
+  later.T_odom_submap = drift * later.T_odom_submap;
+  lost.relocaliser().Remember(later);
+  for (const double x : {-12.0, 1.5, 11.0}) {
+    const auto answer = lost.Ask(building, At(x, 0.8, 2.2), 15);
+    ASSERT_TRUE(answer.has_value()) << x;
+    EXPECT_LT(Apart(answer->T_odom_end, drift * At(x, 0.8, 2.2)(0)), 0.08) << x;
+    lost.relocaliser().Reset();
+  }
+}
+
 TEST(Relocaliser, IsNotSureBeforeSeveralScansAgree) {
   const Room building = testing::ThreeRooms();
   Lost lost(building, AlongTheAxis(-16, 16));
