@@ -6,6 +6,7 @@
 #include "bench/cpu_clock.h"
 #include "bench/memory.h"
 #include "floam/odometry.h"
+#include "floam/submap_builder.h"
 
 namespace isthmus::bench {
 namespace {
@@ -24,11 +25,18 @@ Verdict VerdictOf(floam::TrackingStatus status) {
   return Verdict::kLost;
 }
 
-void Process(const Scan& scan, floam::Odometry* odometry, ScanRecord* record) {
-  const CpuClock clock;
+// As a session does: the odometry remembers the submaps that its poses make.
+void Process(const Scan& scan, floam::Odometry* odometry, floam::SubmapBuilder* builder,
+             ScanRecord* record) {
+  const CpuClock processing;
   const auto result = odometry->Process(scan);
-  record->ms = clock.Ms();
+  record->ms = processing.Ms();
   if (!result.ok()) return;
+  if (const auto submap = builder->Add(*result)) {
+    const CpuClock remembering;
+    odometry->Remember(*submap);
+    record->ms += remembering.Ms();
+  }
   record->verdict = VerdictOf(result->status);
   record->T_odom_sensor = result->T_odom_sensor;
   record->unobserved = result->degeneracy.translations;
@@ -51,12 +59,13 @@ absl::StatusOr<RunRecord> Run(const Drive& drive, const floam::OdometryOptions& 
   const double cal_before = CalibrationMs();
   const double heap_before = HeapMb();
   floam::Odometry odometry(*sensor, options);
+  floam::SubmapBuilder builder(SessionId("robot-1"), RobotId("robot"), {});
   for (size_t begin = 0; begin < drive.shots.size(); begin += kAtATime) {
     const size_t end = std::min(begin + kAtATime, drive.shots.size());
     std::vector<Scan> scans;
     for (size_t i = begin; i < end; ++i) scans.push_back(MakeScan(drive, drive.shots[i], i + 1));
     for (size_t i = begin; i < end; ++i) {
-      Process(scans[i - begin], &odometry, &run.scans[i]);
+      Process(scans[i - begin], &odometry, &builder, &run.scans[i]);
       run.scans[i].T_world_sensor = drive.truth_of(drive.shots[i].turn);
     }
     scans = {};

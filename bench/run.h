@@ -19,10 +19,12 @@ struct ScanRecord {
   Pose T_world_sensor;                      // The truth.
   Pose T_odom_sensor;                       // What was said, unless rejected.
   std::vector<Eigen::Vector3d> unobserved;  // Unit translations in the sensor frame.
-  double ms = 0;  // CPU time of this thread for all of the scan's processing, and its parts: wall
-                  // times scaled to that sum.
+  // CPU time of this thread for all that the odometry did with the scan, and its parts: wall times
+  // scaled to that sum.
+  double ms = 0;
   double features_ms = 0, matching_ms = 0, map_ms = 0;
-  double heap_mb = 0;  // Kept by the odometry at this time; known of some scans only, else 0.
+  // Kept by the odometry, and the submap in the making; known of some scans only, else 0.
+  double heap_mb = 0;
 };
 
 struct RunRecord {
@@ -32,8 +34,9 @@ struct RunRecord {
   double peak_mb = 0;             // Of the process: simulator and scans in wait included.
 };
 
-// Processes the drive on the calling thread. Scans are made a few at a time, apart from what is
-// measured. NotFound for a sensor the odometry does not know.
+// Processes the drive on the calling thread, as a session of the server does: submaps are cut, and
+// the odometry remembers them; only cutting them is not counted as its cost. Scans are made a few
+// at a time, apart from what is measured. NotFound for a sensor the odometry does not know.
 absl::StatusOr<RunRecord> Run(const Drive& drive, const floam::OdometryOptions& options);
 
 }  // namespace isthmus::bench
