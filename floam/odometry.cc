@@ -20,6 +20,12 @@
 #include "floam/undistort.h"
 
 namespace isthmus::floam {
+namespace {
+
+// Scans after the first that may fail to match it, before it begins anew.
+constexpr int kStartAttempts = 3;
+
+}  // namespace
 
 struct Odometry::State {
   State(const SensorModel& sensor, const OdometryOptions& odometry_options)
@@ -28,7 +34,8 @@ struct Odometry::State {
         tracker(sensor, odometry_options),
         map(odometry_options),
         recovery(odometry_options),
-        relocaliser(odometry_options.matching, RelocaliserOptions()) {}
+        relocaliser(odometry_options.matching, RelocaliserOptions(),
+                    odometry_options.R_base_sensor) {}
 
   enum class Phase { kFirst, kSecond, kUnderWay };
 
@@ -70,7 +77,10 @@ absl::Status Odometry::State::Prepare(const Scan& input) {
 // Each of these returns a match to be believed, or none.
 std::optional<MatchResult> Odometry::State::Second() {
   MatchResult match = start.Second(frame, &tracker, &map);
-  if (!tracker.Fits(match, map)) return std::nullopt;
+  if (!tracker.Fits(match, map)) {
+    if (start.attempts() >= kStartAttempts) start.Again(frame, &tracker);
+    return std::nullopt;
+  }
   quality.Add(match);
   return match;
 }

@@ -5,23 +5,39 @@
 
 #include "floam/feature_map.h"
 #include "floam/scan_frame.h"
+#include "floam/scan_to_scan.h"
 #include "floam/tracker.h"
 
 namespace isthmus::floam {
 
 // The motion within the first scan is only known once the second is matched to it, which depends on
-// that motion: taken to be constant over both, it is found by repetition. Not thread safe.
+// that motion: taken to be constant over both, it is found by repetition. A map of one scan has few
+// planes, and false minima at speed, so matching begins both at rest and from what the two scans
+// alone say of the motion; what fits better counts. Not thread safe.
 class Start {
  public:
   // Puts the first scan at the origin, as if at rest.
   void First(const ScanFrame& frame, Tracker* tracker);
-  // Matches the second, and makes the map of the first as the motion found says.
+  // Matches the second, and makes the map of the first as the motion found says. May be tried again
+  // with a later scan if the match does not fit.
   MatchResult Second(const ScanFrame& frame, Tracker* tracker, FeatureMap* map);
+  // Begins anew with the scan that did not fit, where it was predicted.
+  void Again(const ScanFrame& frame, Tracker* tracker);
+
+  int attempts() const { return attempts_; }  // Calls of Second since the first scan.
 
  private:
+  void Keep(const ScanFrame& frame, const Pose& T_odom_end, Tracker* tracker);
+  Vector6d MotionBetween(const ScanFrame& frame, double elapsed_s);
+  MatchResult MatchFrom(const Vector6d& twist, const ScanFrame& frame, Tracker* tracker,
+                        FeatureMap* map, ScanPose* first);
+
+  ScanToScan scan_to_scan_;
   Features first_;
   double period_s_ = 0;
   int64_t stamp_ns_ = 0;
+  Pose T_odom_first_;  // END of the first scan.
+  int attempts_ = 0;
 };
 
 }  // namespace isthmus::floam
