@@ -42,12 +42,12 @@ uint64_t MapMemory::KeyOf(TileIndex index) {
          static_cast<uint32_t>(index.y);
 }
 
-void MapMemory::Add(const Submap& submap) {
+void MapMemory::Add(const Submap& submap, const Pose& T_map_submap) {
   for (const Keyframe& keyframe : submap.keyframes) {
-    const Eigen::Vector3d at = (submap.T_odom_submap * keyframe.T_submap_sensor).translation();
+    const Eigen::Vector3d at = (T_map_submap * keyframe.T_submap_sensor).translation();
     sensors_[SquareKey(at.x(), at.y(), options_.keyframe_spacing_m)] = at;
   }
-  Gather(submap);
+  Gather(submap, T_map_submap);
   std::sort(incoming_.begin(), incoming_.end(), [](const Incoming& a, const Incoming& b) {
     return a.tile != b.tile ? a.tile < b.tile : a.voxel.key < b.voxel.key;
   });
@@ -62,11 +62,11 @@ void MapMemory::Add(const Submap& submap) {
 }
 
 // One point per voxel of the submap, with the tile it falls into.
-void MapMemory::Gather(const Submap& submap) {
+void MapMemory::Gather(const Submap& submap, const Pose& T_map_submap) {
   incoming_.clear();
   thinner_.Clear();
-  const Eigen::Matrix3d R = submap.T_odom_submap.RotationMatrix();
-  const Eigen::Vector3d& t = submap.T_odom_submap.translation();
+  const Eigen::Matrix3d R = T_map_submap.RotationMatrix();
+  const Eigen::Vector3d& t = T_map_submap.translation();
   // The thinner takes coordinates near zero; whole voxels away from it voxels stay the same.
   const Eigen::Vector3d base = (t / kVoxelM).array().floor() * kVoxelM;
   const auto max_range2 = static_cast<float>(options_.max_range_m * options_.max_range_m);

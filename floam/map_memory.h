@@ -22,8 +22,9 @@ struct MapMemoryOptions {
   double keyframe_spacing_m = 2.0;  // One keyframe per square of this size is remembered.
 };
 
-// One point per voxel of 0.2 m, in square tiles of 6.4 m and any height, in the odom frame. Memory
-// follows the area that was seen, not the distance driven. Not thread safe.
+// One point per voxel of 0.2 m, in square tiles of 6.4 m and any height, in a frame of the owner's
+// choice whose z points up, here called map: odom, if it is level. Memory follows the area that was
+// seen, not the distance driven. Not thread safe.
 class MapMemory {
  public:
   static constexpr double kVoxelM = 0.2;
@@ -42,7 +43,7 @@ class MapMemory {
 
   explicit MapMemory(const MapMemoryOptions& options);
 
-  void Add(const Submap& submap);
+  void Add(const Submap& submap, const Pose& T_map_submap);
 
   bool empty() const { return tiles_.empty(); }
   size_t voxel_count() const { return voxels_; }
@@ -66,7 +67,7 @@ class MapMemory {
   const std::array<Cell, kCells * kCells>* Cells(TileIndex index) const;
 
   struct SeenPoint {
-    Eigen::Vector3f position;  // Odom, to 1 mm.
+    Eigen::Vector3f position;  // To 1 mm.
     bool on_wall = false;      // In a cell with a wall.
   };
   // Appends the points of a tile.
@@ -88,7 +89,7 @@ class MapMemory {
   };
 
   static uint64_t KeyOf(TileIndex index);
-  void Gather(const Submap& submap);
+  void Gather(const Submap& submap, const Pose& T_map_submap);
   void Merge(const Incoming* begin, const Incoming* end, Tile* tile);
   void DropStale(uint32_t submap);
   static void Classify(Tile* tile);

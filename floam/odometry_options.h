@@ -2,6 +2,8 @@
 // start.
 #pragma once
 
+#include <Eigen/Geometry>
+
 #include "floam/features.h"
 #include "floam/local_map.h"
 #include "floam/odometry_mode.h"
@@ -40,6 +42,10 @@ struct OdometryOptions {
   double map_distance_m = 0.1;
   double map_angle_rad = 0.05;
   int map_first_scans = 10;
+
+  // How the sensor is mounted on the robot, which stands about level when the session begins:
+  // rotation of T_base_sensor. A robot that was carried away is looked for on the level.
+  Eigen::Quaterniond R_base_sensor = Eigen::Quaterniond::Identity();
 
   // Whether OdometryResult::undistorted is wanted.
   bool undistort_cloud = true;

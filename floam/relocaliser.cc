@@ -25,24 +25,30 @@ Eigen::Quaterniond TiltOf(const Pose& pose) {
 
 }  // namespace
 
-Relocaliser::Relocaliser(const MatchOptions& matching, const RelocaliserOptions& options)
-    : options_(options), memory_(options.memory), check_(matching, options.check) {
+Relocaliser::Relocaliser(const MatchOptions& matching, const RelocaliserOptions& options,
+                         const Eigen::Quaterniond& R_base_sensor)
+    : options_(options),
+      T_level_odom_(R_base_sensor, Eigen::Vector3d::Zero()),
+      memory_(options.memory),
+      check_(matching, options.check) {
   Reset();
 }
 
 void Relocaliser::Remember(const Submap& submap) {
-  memory_.Add(submap);
+  memory_.Add(submap, T_level_odom_ * submap.T_odom_submap);
   check_.Clear();
 }
 
 Cloud Relocaliser::PointsAround(const Eigen::Vector3d& position, double radius_m) const {
   std::vector<MapMemory::SeenPoint> points;
-  MapMemory::ForTilesAround(position.head<2>(), radius_m, [&](MapMemory::TileIndex index) {
-    memory_.AppendPoints(index, &points);
-  });
+  MapMemory::ForTilesAround(
+      (T_level_odom_ * position).head<2>(), radius_m,
+      [&](MapMemory::TileIndex index) { memory_.AppendPoints(index, &points); });
   Cloud cloud;
-  for (const MapMemory::SeenPoint& p : points) {
-    cloud.push_back({p.position.x(), p.position.y(), p.position.z(), 0});
+  const Pose T_odom_level = T_level_odom_.Inverse();
+  for (const MapMemory::SeenPoint& seen : points) {
+    const Eigen::Vector3f p = (T_odom_level * seen.position.cast<double>()).cast<float>();
+    cloud.push_back({p.x(), p.y(), p.z(), 0});
   }
   return cloud;
 }
@@ -66,9 +72,12 @@ std::optional<MatchResult> Relocaliser::Find(const ScanFrame& frame, const Pose&
   Follow(frame, reference_s, usual);
   last_ns_ = frame.stamp_ns;
   if (due) BeginSearch();
-  if (!regions_.empty()) SearchSome(TiltOf(last), reference_s, usual);
+  if (!regions_.empty()) SearchSome(TiltOf(T_level_odom_ * last), reference_s, usual);
   MergeCandidates();
-  return regions_.empty() ? Decide() : std::nullopt;
+  if (!regions_.empty()) return std::nullopt;
+  std::optional<MatchResult> match = Decide();
+  if (match) match->pose.T_odom_sensor = T_level_odom_.Inverse() * match->pose.T_odom_sensor;
+  return match;
 }
 
 void Relocaliser::BeginSearch() {

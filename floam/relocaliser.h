@@ -54,11 +54,13 @@ struct RelocaliserOptions {
 // claimed only if the scan lies on the map about as well as it did while tracking, the map shows no
 // walls that the scan looks through, and no other place does nearly as well: of twin rooms neither
 // is claimed. A room never seen that is the exact twin of one that was cannot be told from it, by
-// this or anything. The sensor must be about as level as it was last. Not thread safe; starts no
+// this or anything. The robot must be about as level as it was last. Not thread safe; starts no
 // threads.
 class Relocaliser {
  public:
-  Relocaliser(const MatchOptions& matching, const RelocaliserOptions& options);
+  // `R_base_sensor` is how the sensor is mounted on the robot: rotation of T_base_sensor.
+  Relocaliser(const MatchOptions& matching, const RelocaliserOptions& options,
+              const Eigen::Quaterniond& R_base_sensor = Eigen::Quaterniond::Identity());
 
   // Finished submaps of the session, in any order. Takes a few milliseconds, and memory by the area
   // seen: see MapMemory.
@@ -80,7 +82,7 @@ class Relocaliser {
  private:
   // A place where the sensor may be.
   struct Candidate {
-    MatchResult match;  // Of the newest scan.
+    MatchResult match;  // Of the newest scan, in the level frame.
     double score = 0;
     int scans = 0;  // That it was followed.
     int sure = 0;   // Of these, the last in a row that met the strict standard.
@@ -104,6 +106,7 @@ class Relocaliser {
   double HeightAt(const Eigen::Vector2d& position) const;
 
   const RelocaliserOptions options_;
+  const Pose T_level_odom_;  // All is done in a frame with odom's origin and z up.
   MapMemory memory_;
   PlaceCheck check_;
   ScanImage image_;

@@ -35,6 +35,11 @@ std::string InputText(const codec::ScanFields& fields, const floam::OdometryResu
                       warning.empty() ? "" : "; is the sensor's name right? ", warning);
 }
 
+floam::OdometryOptions Mounted(floam::OdometryOptions options, const SessionRecord& record) {
+  options.R_base_sensor = record.T_base_sensor.rotation();
+  return options;
+}
+
 }  // namespace
 
 std::shared_ptr<SessionWorker> SessionWorker::Create(const SessionRecord& record,
@@ -53,7 +58,7 @@ SessionWorker::SessionWorker(const SessionRecord& record, const floam::SensorMod
       options_(options),
       hooks_(std::move(hooks)),
       executor_(executor),
-      odometry_(sensor, options.odometry),
+      odometry_(sensor, Mounted(options.odometry, record)),
       builder_(record.id, record.robot, options.submap,
                static_cast<uint32_t>(resume.submaps.size())) {
   if (!resume.submaps.empty()) last_submitted_ = resume.submaps.back()->last_sequence;

@@ -27,6 +27,8 @@ std::vector<Eigen::Vector3f> Floor(float from, float to, float z) {
   return points;
 }
 
+void Add(const Submap& submap, MapMemory* memory) { memory->Add(submap, submap.T_odom_submap); }
+
 MapMemory::Cell CellAt(const MapMemory& memory, double x, double y) {
   const MapMemory::TileIndex tile = MapMemory::TileAt(x, y);
   const auto* cells = memory.Cells(tile);
@@ -40,7 +42,7 @@ TEST(MapMemory, KeepsPointsWhereTheyAreInOdom) {
   MapMemory memory({});
   const Pose T_odom_submap = Pose::FromXyzRpy(-812.3, 1207.9, -3.1, 0.02, -0.01, 2.1);
   const Eigen::Vector3f p(3.17F, -11.03F, -1.234F);
-  memory.Add(WithPoints({p}, 0, T_odom_submap));
+  Add(WithPoints({p}, 0, T_odom_submap), &memory);
   const Eigen::Vector3d truth = T_odom_submap * p.cast<double>();
   std::vector<MapMemory::SeenPoint> points;
   memory.AppendPoints(MapMemory::TileAt(truth.x(), truth.y()), &points);
@@ -51,10 +53,10 @@ TEST(MapMemory, KeepsPointsWhereTheyAreInOdom) {
 TEST(MapMemory, GrowsWithTheAreaAndNotWithTheDrive) {
   MapMemory memory({});
   const std::vector<Eigen::Vector3f> points = Floor(-12, 12, -1.1F);
-  memory.Add(WithPoints(points, 0));
+  Add(WithPoints(points, 0), &memory);
   const size_t once = memory.voxel_count(), bytes = memory.MemoryBytes();
   EXPECT_EQ(once, points.size());
-  for (uint32_t lap = 1; lap < 20; ++lap) memory.Add(WithPoints(points, lap));
+  for (uint32_t lap = 1; lap < 20; ++lap) Add(WithPoints(points, lap), &memory);
   EXPECT_EQ(memory.voxel_count(), once);
   EXPECT_EQ(memory.MemoryBytes(), bytes);
 }
@@ -68,15 +70,15 @@ TEST(MapMemory, ForgetsWhatIsNoLongerThereWhenItLooksAgain) {
     }
     return points;
   };
-  memory.Add(WithPoints(wall_at(3.0F), 2));
-  memory.Add(WithPoints({{7, 3, 0}}, 40));
+  Add(WithPoints(wall_at(3.0F), 2), &memory);
+  Add(WithPoints({{7, 3, 0}}, 40), &memory);
   EXPECT_EQ(CellAt(memory, 3.0, 2.5), MapMemory::Cell::kWall);  // Not looked at again.
   // The odometry has drifted by 0.8 m when it comes back.
-  memory.Add(WithPoints(wall_at(3.8F), 41));
+  Add(WithPoints(wall_at(3.8F), 41), &memory);
   EXPECT_EQ(CellAt(memory, 3.8, 2.5), MapMemory::Cell::kWall);
   EXPECT_EQ(CellAt(memory, 3.0, 2.5), MapMemory::Cell::kFlat);
   // Submaps shortly after each other complete each other.
-  memory.Add(WithPoints(wall_at(4.6F), 42));
+  Add(WithPoints(wall_at(4.6F), 42), &memory);
   EXPECT_EQ(CellAt(memory, 3.8, 2.5), MapMemory::Cell::kWall);
   EXPECT_EQ(CellAt(memory, 4.6, 2.5), MapMemory::Cell::kWall);
 }
@@ -90,7 +92,7 @@ TEST(MapMemory, TellsWallsFromFloorsCeilingsAndTheUnknown) {
   for (float y = 0.1F; y < 6; y += 0.2F) {
     for (float z = -0.5F; z < 1.5F; z += 0.3F) points.emplace_back(3.F, y, z);
   }
-  memory.Add(WithPoints(points, 0));
+  Add(WithPoints(points, 0), &memory);
   EXPECT_EQ(CellAt(memory, 3.0, 2.5), MapMemory::Cell::kWall);
   EXPECT_EQ(CellAt(memory, 1.0, 2.5), MapMemory::Cell::kFlat);
   EXPECT_EQ(CellAt(memory, 5.0, 5.0), MapMemory::Cell::kFlat);
@@ -102,7 +104,7 @@ TEST(MapMemory, LeavesOutWhatIsTooFarFromItsKeyframe) {
   MapMemoryOptions options;
   options.max_range_m = 10;
   MapMemory memory(options);
-  memory.Add(WithPoints({{9.F, 0.F, 0.F}, {11.F, 0.F, 0.F}}, 0));
+  Add(WithPoints({{9.F, 0.F, 0.F}, {11.F, 0.F, 0.F}}, 0), &memory);
   EXPECT_EQ(memory.voxel_count(), 1u);
 }
 
@@ -112,10 +114,10 @@ TEST(MapMemory, LetsGoOfWhatWasNotSeenForLongest) {
   MapMemoryOptions options;
   options.max_voxels = 2 * here.size() + here.size() / 2;
   MapMemory memory(options);
-  memory.Add(WithPoints(here, 0));
-  memory.Add(WithPoints(there, 1));
-  memory.Add(WithPoints(here, 2));
-  memory.Add(WithPoints(elsewhere, 3));
+  Add(WithPoints(here, 0), &memory);
+  Add(WithPoints(there, 1), &memory);
+  Add(WithPoints(here, 2), &memory);
+  Add(WithPoints(elsewhere, 3), &memory);
   EXPECT_LE(memory.voxel_count(), options.max_voxels);
   EXPECT_EQ(CellAt(memory, 2, 2), MapMemory::Cell::kFlat);
   EXPECT_EQ(CellAt(memory, -8, -8), MapMemory::Cell::kFlat);
@@ -128,7 +130,7 @@ TEST(MapMemory, RemembersWhereTheSensorWasOncePerSquare) {
   for (int k = 0; k < 100; ++k) {
     submap.keyframes.push_back({0, 0, Pose(Eigen::Vector3d(0.05 + 0.1 * (k % 50), 0.3, 0.01 * k))});
   }
-  memory.Add(submap);
+  Add(submap, &memory);
   const std::vector<Eigen::Vector3d> sensors = memory.SensorPositions();
   EXPECT_EQ(sensors.size(), 3u);
   for (const Eigen::Vector3d& sensor : sensors) EXPECT_GT(sensor.z(), 0.5);  // Of the second pass.

@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include <numbers>
 #include <optional>
+#include <vector>
 
 #include "floam/odometry_options.h"
 #include "tests/floam/building.h"
@@ -108,6 +108,35 @@ TEST(Relocaliser, GoesByTheLatestMapWhereTheOdometryHasDrifted) {
     ASSERT_TRUE(answer.has_value()) << x;
     EXPECT_LT(Apart(answer->T_odom_end, drift * At(x, 0.8, 2.2)(0)), 0.08) << x;
     lost.relocaliser().Reset();
+  }
+}
+
+TEST(Relocaliser, FindsARobotWhoseSensorIsMountedAtATilt) {
+  // Pitched down by 12 degrees; odom, where the sensor was at first, leans as it does.
+  const Pose T_base_sensor = Pose::FromXyzRpy(0, 0, 0, 0.03, 0.21, 0);
+  const Room building = testing::ThreeRooms();
+  std::vector<Pose> stops;
+  for (const Pose& base : AlongTheAxis(-16, 16)) stops.push_back(base * T_base_sensor);
+  Submap submap = MapFrom(building, stops);
+  const Pose T_odom_world = stops.front().Inverse();
+  submap.T_odom_submap = T_odom_world * submap.T_odom_submap;
+  Relocaliser relocaliser{MatchOptions(), RelocaliserOptions(), T_base_sensor.rotation()};
+  relocaliser.Remember(submap);
+  const Pose T_world_sensor = Pose::FromXyzRpy(11, -1, 0, 0, 0, 2.3) * T_base_sensor;
+  FrameMaker maker(*FindSensorModel("vlp16"), FeatureOptions());
+  std::optional<MatchResult> match;
+  for (int k = 0; k < 15 && !match; ++k) {
+    ScanFrame frame;
+    ASSERT_TRUE(
+        maker.Make(testing::StandingScan(building, T_world_sensor, k), nullptr, &frame).ok());
+    match = relocaliser.Find(frame, T_odom_world * stops.back(), Usual(), 0);
+  }
+  ASSERT_TRUE(match.has_value());
+  EXPECT_LT(Apart(match->pose.T_odom_sensor, T_odom_world * T_world_sensor), 0.06);
+  // Points around it come in odom, too.
+  for (const Point& p : relocaliser.PointsAround(match->pose.T_odom_sensor.translation(), 3)) {
+    const Eigen::Vector3d world = T_odom_world.Inverse() * p.Position().cast<double>();
+    EXPECT_LT(std::abs(world.z() - 0.8), 2.1);  // Between floor and ceiling.
   }
 }
 
