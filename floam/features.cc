@@ -14,6 +14,8 @@ constexpr float kGapPerRange = 0.02F;
 constexpr float kGrazingCosine = 0.97F;
 // Smoothness at which the weight of a surface has fallen to 1/e.
 constexpr float kSmoothnessScale = 0.02F;
+constexpr float kLeastScale = 0.3F;
+constexpr size_t kPlenty = 5;
 
 bool Joined(const RingPoint& a, const RingPoint& b) {
   const float dx = a.x - b.x, dy = a.y - b.y, dz = a.z - b.z;
@@ -61,7 +63,25 @@ FeatureExtractor::FeatureExtractor(const FeatureOptions& options)
       edge_thinner_(options.edge_voxel_m),
       map_thinner_(options.map_voxel_m) {}
 
+void FeatureExtractor::SetScale(float scale) {
+  scale_ = scale;
+  surface_thinner_ = VoxelThinner(scale * options_.surface_voxel_m);
+  map_thinner_ = VoxelThinner(scale * options_.map_voxel_m);
+}
+
 void FeatureExtractor::Extract(const RingScan& scan, Features* out) {
+  ExtractAll(scan, out);
+  const auto few = static_cast<size_t>(options_.few_surfaces);
+  while (out->surfaces.size() < few && scale_ > kLeastScale) {
+    SetScale(0.5F * scale_);
+    ExtractAll(scan, out);
+  }
+  // Half the voxels hold up to four times the surfaces.
+  if (scale_ < 1 && out->surfaces.size() > kPlenty * few) SetScale(2 * scale_);
+  ThinEvenly(static_cast<size_t>(options_.max_surfaces), &out->surfaces);
+}
+
+void FeatureExtractor::ExtractAll(const RingScan& scan, Features* out) {
   out->edges.clear();
   out->surfaces.clear();
   out->map_surfaces.clear();
@@ -81,7 +101,6 @@ void FeatureExtractor::Extract(const RingScan& scan, Features* out) {
     }
     KeepBestEdges(begin, end, out);
   }
-  ThinEvenly(static_cast<size_t>(options_.max_surfaces), &out->surfaces);
 }
 
 void FeatureExtractor::ExtractSegment(const RingPoint* begin, const RingPoint* end, Features* out) {

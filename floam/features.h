@@ -19,6 +19,7 @@ struct FeatureOptions {
   float edge_voxel_m = 0.4F;          // One edge feature per such voxel.
   float map_voxel_m = 0.2F;           // One point per such voxel goes into the map.
   int max_surfaces = 2500;            // Matched per scan; a denser set is thinned evenly.
+  int few_surfaces = 800;             // Fewer: the place is small, voxels become so (to a quarter).
   int sectors = 6;                    // Parts of a ring that edges are spread over.
   int edges_per_sector = 3;
 };
@@ -42,9 +43,10 @@ struct Features {
 // 2 * half_window + 1 points at `middle - half_window`.
 float Smoothness(const RingPoint* middle, int half_window);
 
-// Chooses features in time linear in the points. A point is a candidate only if the points next to
-// it on the ring belong to the same surface (no occlusion, no gap) and that surface is not seen at
-// grazing incidence. Not thread safe: holds scratch memory.
+// Chooses features in time linear in the points. Where there is little to see, in a small room,
+// voxels are halved, and stay so for the scans after it until there are plenty. A point is a
+// candidate only if the points next to it on the ring belong to the same surface (no occlusion, no
+// gap) and that surface is not seen at grazing incidence. Not thread safe: holds scratch memory.
 class FeatureExtractor {
  public:
   explicit FeatureExtractor(const FeatureOptions& options);
@@ -54,6 +56,8 @@ class FeatureExtractor {
   void Extract(const RingScan& scan, Features* out);
 
  private:
+  void SetScale(float scale);
+  void ExtractAll(const RingScan& scan, Features* out);
   void ExtractSegment(const RingPoint* begin, const RingPoint* end, Features* out);
   void KeepBestEdges(const RingPoint* ring_begin, const RingPoint* ring_end, Features* out);
 
@@ -63,6 +67,7 @@ class FeatureExtractor {
   };
 
   const FeatureOptions options_;
+  float scale_ = 1;  // Of the voxels.
   VoxelThinner surface_thinner_, edge_thinner_, map_thinner_;
   uint16_t ring_ = 0;                           // The one at hand.
   std::vector<EdgeCandidate> edge_candidates_;  // Of that ring.

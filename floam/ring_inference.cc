@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "floam/azimuth.h"
 
@@ -64,22 +65,33 @@ double CountTurns(const std::vector<float>& azimuths) {
 float FindSeam(const std::vector<float>& azimuths, const std::vector<float>& elevations) {
   constexpr float kJump = 0.1F * kPi / 180;
   constexpr int kSectors = 360;
+  // From ring to ring elevation always jumps up, or always down; at the borders of things both.
   std::vector<int> jumps(kSectors, 0);
+  std::vector<std::pair<int, float>> seams;  // Sector, and azimuth between the two points.
   for (size_t i = 1; i < azimuths.size(); ++i) {
     const float jump = elevations[i] - elevations[i - 1];
     if (std::abs(jump) < kJump) continue;
-    const float sector = (azimuths[i] + kPi) / (2 * kPi) * kSectors;
-    // From ring to ring it is always up, or always down; at the borders of things it is both.
-    jumps[std::clamp(static_cast<int>(sector), 0, kSectors - 1)] += jump > 0 ? 1 : -1;
+    const float seam = WrapOnce(azimuths[i] + 0.5F * WrapOnce(azimuths[i - 1] - azimuths[i]));
+    const float sector = (seam + kPi) / (2 * kPi) * kSectors;
+    seams.emplace_back(std::clamp(static_cast<int>(sector), 0, kSectors - 1), seam);
+    jumps[seams.back().first] += jump > 0 ? 1 : -1;
   }
-  // The ring may begin on either side of a sector's border.
+  // A sector's border may be where rings begin.
   int best = 0, most = 0;
   for (int k = 0; k < kSectors; ++k) {
     const int sum = std::abs(jumps[k] + jumps[(k + 1) % kSectors]);
     if (sum > most) best = k, most = sum;
   }
   if (most < 2) return azimuths.front();
-  return WrapOnce((static_cast<float>(best) + 1) / kSectors * 2 * kPi - kPi);
+  const float border = WrapOnce((static_cast<float>(best) + 1) / kSectors * 2 * kPi - kPi);
+  std::vector<float> offsets;
+  for (const auto& [sector, seam] : seams) {
+    if (sector == best || sector == (best + 1) % kSectors)
+      offsets.push_back(WrapOnce(seam - border));
+  }
+  const auto middle = offsets.begin() + static_cast<std::ptrdiff_t>(offsets.size() / 2);
+  std::nth_element(offsets.begin(), middle, offsets.end());
+  return WrapOnce(border + *middle);
 }
 
 int RingsByWrap(const std::vector<float>& azimuths, double turns, float seam,

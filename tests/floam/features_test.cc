@@ -126,6 +126,27 @@ TEST(Features, NoneInAnEmptyScan) {
   EXPECT_TRUE(features.edges.empty());
 }
 
+// A lift, a store room: voxels of their usual size would leave too little to hold on to.
+TEST(Features, AreDenserInASmallRoom) {
+  Room closet;
+  closet.walls = {{-1.4, -1.1, -1}, {1.2, 1.5, 1.3}};
+  const RingScan small = Sorted(MakeScan(closet, Still, Sensor(), 0));
+  const RingScan large = Sorted(MakeScan(testing::FurnishedRoom(), Still, Sensor(), 0));
+  FeatureOptions rigid;
+  rigid.few_surfaces = 0;
+  FeatureExtractor fixed(rigid), adaptive{FeatureOptions()};
+  Features features, usual;
+  fixed.Extract(small, &features);
+  EXPECT_LT(features.surfaces.size(), 150u);
+  adaptive.Extract(small, &features);
+  EXPECT_GT(features.surfaces.size(), 800u);
+  // And as usual again once there is more to see.
+  for (int k = 0; k < 3; ++k) adaptive.Extract(large, &features);
+  fixed.Extract(large, &usual);
+  EXPECT_LE(features.surfaces.size(), 4 * usual.surfaces.size());
+  EXPECT_LE(features.surfaces.size(), 4000u);
+}
+
 TEST(Features, AreThinnedToTheLimit) {
   FeatureOptions options;
   options.max_surfaces = 150;
