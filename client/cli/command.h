@@ -36,5 +36,6 @@ void AddPicture(CLI::App& app, Action& action);
 void AddOdometry(CLI::App& app, Action& action);
 void AddMerge(CLI::App& app, Action& action);
 void AddEval(CLI::App& app, Action& action);
+void AddBench(CLI::App& app, Action& action);
 
 }  // namespace isthmus::cli
