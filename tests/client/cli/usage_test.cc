@@ -21,7 +21,7 @@ TEST(Usage, HelpNamesEveryCommand) {
   EXPECT_EQ(help.code, 0);
   for (const char* command :
        {"simulate", "push", "status", "robots", "graph", "trajectory", "transform", "query",
-        "export", "picture", "odometry", "merge", "eval"}) {
+        "export", "picture", "odometry", "merge", "eval", "bench"}) {
     EXPECT_THAT(help.out, HasSubstr(command));
     EXPECT_EQ(Isthmus(std::string(command) + " --help").code, 0) << command;
   }
