@@ -35,8 +35,8 @@ struct PaperBenchRun {
   uint64_t seed = 0;
   std::vector<PaperBenchRobot> robots;
   std::optional<evaluation::ErrorStatistics> all;  // In one frame; absent if not merged.
-  double estimation_ms = 0;                        // The last round: both maps whole.
-  double composition_ms = 0;                       // The last ...
+  double estimation_ms = 0;       // Of the transform between the two: all stages of matching.
+  double composition_ms = 0;      // The last ...
   double composition_max_ms = 0;  // ... and the longest composition of the global map.
 };
 
