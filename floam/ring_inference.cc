@@ -39,12 +39,46 @@ double Elevation(int bin) { return (bin - kBins / 2) * static_cast<double>(kBin)
 
 }  // namespace
 
-void ComputeElevations(const Scan& scan, std::vector<float>* elevations) {
+void ComputeElevations(const Scan& scan, const BeamOrigin& origin, std::vector<float>* elevations) {
   elevations->resize(scan.points.size());
   for (size_t i = 0; i < scan.points.size(); ++i) {
     const ScanPoint& p = scan.points[i];
-    (*elevations)[i] = FastAtan2(p.z, std::sqrt(p.x * p.x + p.y * p.y));
+    const float outwards = std::sqrt(p.x * p.x + p.y * p.y) - origin.outwards_m;
+    (*elevations)[i] = FastAtan2(p.z - origin.up_m, outwards);
   }
+}
+
+BeamOrigin FindBeamOrigin(const Scan& scan) {
+  constexpr size_t kSample = 20000;
+  constexpr double kClearlyBetter = 1.1;
+  Scan sample;
+  const size_t stride = scan.points.size() / kSample + 1;
+  for (size_t i = 0; i < scan.points.size(); i += stride) sample.points.push_back(scan.points[i]);
+  std::vector<float> elevations;
+  const auto sharpness = [&](const BeamOrigin& origin) {
+    ComputeElevations(sample, origin, &elevations);
+    ElevationHistogram histogram;
+    histogram.Add(sample, elevations);
+    return histogram.Sharpness();
+  };
+  BeamOrigin best;
+  double most = kClearlyBetter * sharpness(best);
+  const auto look = [&](const BeamOrigin& origin) {
+    const double value = sharpness(origin);
+    if (value > most) best = origin, most = value;
+  };
+  for (int up = -10; up <= 10; ++up) {
+    for (const float outwards : {0.F, 0.015F, 0.03F})
+      look({0.01F * static_cast<float>(up), outwards});
+  }
+  for (const float step : {0.005F, 0.002F}) {
+    const BeamOrigin center = best;
+    if (center.up_m == 0 && center.outwards_m == 0) break;
+    for (const float up : {-step, 0.F, step}) {
+      for (const float out : {-step, 0.F, step}) look({center.up_m + up, center.outwards_m + out});
+    }
+  }
+  return best;
 }
 
 void ComputeAzimuths(const Scan& scan, std::vector<float>* azimuths) {
@@ -143,6 +177,17 @@ std::vector<double> ElevationHistogram::Peaks() const {
     best = std::move(peaks);
   }
   return best;
+}
+
+double ElevationHistogram::Sharpness() const {
+  constexpr int kWidth = 2;
+  double sum = 0;
+  for (int bin = kWidth; bin + kWidth < kBins; ++bin) {
+    double count = 0;
+    for (int j = -kWidth; j <= kWidth; ++j) count += counts_[bin + j];
+    sum += count * counts_[bin];
+  }
+  return sum / (total_ * total_ + 1);
 }
 
 std::vector<double> ElevationHistogram::PeaksOfWidth(int width) const {

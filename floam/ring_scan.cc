@@ -140,7 +140,7 @@ absl::Status RingSorter::InferRings(const Scan& scan, const SensorModel& model, 
   const double turns = CountTurns(azimuths_);
   if (std::abs(turns) >= kMinRingMajorTurns) {
     if (!seam_known_) {
-      ComputeElevations(scan, &elevations_);
+      ComputeElevations(scan, origin_, &elevations_);
       seam_ = FindSeam(azimuths_, elevations_);
       seam_known_ = true;
     }
@@ -148,7 +148,7 @@ absl::Status RingSorter::InferRings(const Scan& scan, const SensorModel& model, 
     ring_count_ = RingsByWrap(azimuths_, turns, seam_, &rings_);
     return CheckRingCount(scan.sequence, 0, ring_count_ - 1 - model.rings / 8, model);
   }
-  ComputeElevations(scan, &elevations_);
+  ComputeElevations(scan, origin_, &elevations_);
   if (absl::Status status = FindElevations(scan, model); !status.ok()) return status;
   RingsByElevation(elevations_, rings_at_, &rings_);
   out->rings_from = rings_at_from_;
@@ -167,6 +167,10 @@ absl::Status RingSorter::FindElevations(const Scan& scan, const SensorModel& mod
     misfit = RingsByElevation(elevations_, model.elevations, &rings_);
   }
   if (misfit > kGoodFit) {
+    if (!known) {
+      origin_ = FindBeamOrigin(scan);
+      ComputeElevations(scan, origin_, &elevations_);
+    }
     histogram_.Add(scan, elevations_);
     ++histogram_scans_;
     if (known && !std::has_single_bit(histogram_scans_)) return absl::OkStatus();
@@ -185,10 +189,13 @@ absl::Status RingSorter::FindElevations(const Scan& scan, const SensorModel& mod
   if (misfit > kMaxMisfit) {
     histogram_ = ElevationHistogram();
     histogram_scans_ = 0;
+    origin_ = BeamOrigin();
     return NotSpinning(scan.sequence, "its points do not gather at certain elevations");
   }
   rings_at_ = model.elevations;
   rings_at_from_ = Inference::kSensorModel;
+  origin_ = BeamOrigin();
+  ComputeElevations(scan, origin_, &elevations_);
   return absl::OkStatus();
 }
 

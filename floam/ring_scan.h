@@ -85,6 +85,7 @@ class RingSorter {
   bool rings_unordered_ = false;
   float seam_ = 0;
   bool seam_known_ = false;
+  BeamOrigin origin_;
   ElevationHistogram histogram_;
   std::vector<double> rings_at_;  // Elevations of the rings; empty before they are known.
   Inference rings_at_from_ = Inference::kSensorModel;
