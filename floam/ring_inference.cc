@@ -18,6 +18,7 @@ constexpr float kBin = 0.02F * kPi / 180;
 constexpr int kBins = 9001;  // From straight down to straight up.
 // Points of one ring make a heap at least this much higher than the valleys beside it.
 constexpr float kValley = 0.5F;
+constexpr double kGhost = 0.25;
 constexpr double kOutermostSpacing = 0.1;  // Rad, beyond the outermost ring.
 
 struct Nearest {
@@ -33,6 +34,27 @@ Nearest FindNearest(const std::vector<double>& rings_at, double elevation) {
   const double below = k > 0 ? rings_at[k] - rings_at[k - 1] : kOutermostSpacing;
   const double above = k + 1 < rings_at.size() ? rings_at[k + 1] - rings_at[k] : kOutermostSpacing;
   return {k, std::min(0.5, std::abs(elevation - rings_at[k]) / std::min(below, above))};
+}
+
+// Crosstalk between lasers makes heaps beside those of the rings, far lower than both neighbours.
+void DropGhosts(std::vector<double>* peaks, std::vector<double>* weights) {
+  while (true) {
+    double least = kGhost;
+    size_t ghost = 0;
+    // The higher of the next two on a side: ghosts may come in pairs.
+    const auto around = [&](size_t k, int side) {
+      const double next = (*weights)[k + side];
+      const bool more = side < 0 ? k > 1 : k + 2 < weights->size();
+      return more ? std::max(next, (*weights)[k + 2 * side]) : next;
+    };
+    for (size_t k = 1; k + 1 < peaks->size(); ++k) {
+      const double share = (*weights)[k] / std::min(around(k, -1), around(k, 1));
+      if (share < least) ghost = k, least = share;
+    }
+    if (ghost == 0) return;
+    peaks->erase(peaks->begin() + static_cast<std::ptrdiff_t>(ghost));
+    weights->erase(weights->begin() + static_cast<std::ptrdiff_t>(ghost));
+  }
 }
 
 double Elevation(int bin) { return (bin - kBins / 2) * static_cast<double>(kBin); }
@@ -193,12 +215,15 @@ double ElevationHistogram::Sharpness() const {
 std::vector<double> ElevationHistogram::PeaksOfWidth(int width) const {
   // A ring holds more than its share of the points, were there as many as can be.
   const auto floor = static_cast<float>(0.15 * total_ / kMaxRings);
-  std::vector<double> peaks;
+  std::vector<double> peaks, weights;
   double weight = 0, moment = 0;  // Since the last valley.
   float top = 0, low = 0;         // Likewise.
   bool falling = false;
   const auto finish = [&] {
-    if (weight > floor) peaks.push_back(moment / weight);
+    if (weight > floor) {
+      peaks.push_back(moment / weight);
+      weights.push_back(weight);
+    }
     weight = moment = 0;
     top = 0;
     falling = false;
@@ -214,6 +239,7 @@ std::vector<double> ElevationHistogram::PeaksOfWidth(int width) const {
     moment += counts_[bin] * Elevation(bin);
   }
   finish();
+  DropGhosts(&peaks, &weights);
   return peaks;
 }
 

@@ -177,7 +177,8 @@ absl::Status RingSorter::FindElevations(const Scan& scan, const SensorModel& mod
     std::vector<double> peaks = histogram_.Peaks();
     const double peaks_misfit = peaks.empty() ? 1 : RingsByElevation(elevations_, peaks, &rings_);
     if (peaks_misfit < kMaxMisfit && peaks_misfit < misfit) {
-      const int highest = static_cast<int>(peaks.size()) - 1 - model.rings / 8;
+      // Elevations that blur may show more rings than there are, but not twice as many.
+      const int highest = static_cast<int>(peaks.size()) - 1 - model.rings / 2;
       absl::Status status = CheckRingCount(scan.sequence, 0, highest, model);
       if (!known && !status.ok()) return status;
       if (status.ok()) rings_at_ = std::move(peaks);
