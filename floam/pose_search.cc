@@ -51,6 +51,7 @@ class Search {
       if (result_.lookups > options_.max_lookups) return result_;
       const Block block = queue_.top();
       queue_.pop();
+      if (block.bound < least_) break;
       if (block.level == 0) {
         Keep(block);
       } else {
@@ -113,6 +114,9 @@ class Search {
     pose.position = image_.CentreOf(block.x, block.y);
     pose.yaw = YawOf(block.heading);
     pose.score = block.bound / (static_cast<double>(WallImage::kWall) * points_);
+    if (result_.found.empty()) {
+      least_ = std::max(least_, static_cast<int32_t>(options_.min_of_best * block.bound));
+    }
     for (const FoundPose& better : result_.found) {
       const double turned = std::remainder(better.yaw - pose.yaw, 2 * std::numbers::pi);
       if ((better.position - pose.position).norm() < options_.apart_m &&
@@ -127,7 +131,7 @@ class Search {
   const PoseSearchOptions& options_;
   const MaxPyramid pyramid_;
   const size_t points_;
-  const int32_t least_;
+  int32_t least_;  // Grows once the best is known.
   int headings_ = 0;
   std::vector<int32_t> offsets_;  // Of cells, heading after heading.
   std::priority_queue<Block> queue_;

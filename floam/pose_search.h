@@ -15,6 +15,7 @@ namespace isthmus::floam {
 
 struct PoseSearchOptions {
   double min_score = 0.45;          // Worse is not worth a closer look; [-0.5, 1].
+  double min_of_best = 0.7;         // Nor is what scores less than this share of the best.
   int max_found = 6;                // Poses that are returned.
   double apart_m = 1.5;             // Two poses are different if they are this far apart ...
   double apart_rad = 0.25;          // ... or so much turned.
@@ -31,7 +32,7 @@ struct FoundPose {
 struct PoseSearchResult {
   std::vector<FoundPose> found;  // Best first.
   size_t lookups = 0;
-  bool complete = false;  // Nothing else reaches min_score, or max_found were found.
+  bool complete = false;  // Nothing else is good enough, or max_found were found.
 };
 
 // Level h holds in each cell the largest value of the 2^h x 2^h cells of which it is the low corner

@@ -101,7 +101,10 @@ void Relocaliser::SearchSome(const Eigen::Quaterniond& tilt, double reference_s,
   const std::vector<Eigen::Vector2f> walls = image_.Walls(
       tilt.toRotationMatrix().cast<float>(), static_cast<float>(options_.wall_spacing_m),
       static_cast<float>(options_.view_m));
-  if (static_cast<int>(walls.size()) < options_.min_walls) regions_.clear();
+  if (static_cast<int>(walls.size()) < options_.min_walls) {
+    regions_.clear();
+    exhaustive_ = false;
+  }
   size_t lookups = 0;
   while (!regions_.empty() && lookups < options_.lookups_per_scan) {
     const Region region = regions_.back();
@@ -148,9 +151,11 @@ bool Relocaliser::IsStrict(const PlaceMatch& place, double score, const MatchQua
   const double agreement =
       std::max(options_.least_agreement, options_.min_agreement * usual.agreement());
   const double share = std::max(options_.least_share, options_.min_share * usual.share());
+  const double through =
+      options_.max_through + options_.through_per_score * (score - options_.min_score);
   return score >= options_.min_score && !place.match.degeneracy.any() &&
          place.match.agreement >= agreement && place.share >= share &&
-         place.through_share() <= options_.max_through;
+         place.through_share() <= through;
 }
 
 // Adds a scan to what is known of a place; `scans` becomes 0 if it is out of the question.
