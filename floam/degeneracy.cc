@@ -7,7 +7,7 @@
 namespace isthmus::floam {
 namespace {
 
-constexpr double kRotationShare = 0.1;
+constexpr double kRotationShare = 1.0 / 30;
 
 // Information about the first part once the second is free, symmetric.
 Eigen::Matrix3d Schur(const Eigen::Matrix3d& first, const Eigen::Matrix3d& mixed,

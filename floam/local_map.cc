@@ -54,6 +54,7 @@ void LocalMap::Insert(const Eigen::Vector3d& p) {
   VoxelSums& sums = block.sums[cell.voxel];
   sums.Add(cell.offset);
   block.count += 1;
+  block.scan = scan_;
   if (sums.count > options_.max_count) {
     block.count -= 0.5F * sums.count;
     sums.Scale(0.5F);
@@ -96,12 +97,16 @@ void LocalMap::Evict(const Eigen::Vector3d& robot) {
   } else if (live_ < static_cast<size_t>(options_.max_blocks) * 9 / 10) {
     reach_m_ = std::min(options_.radius_m, reach_m_ * 1.02);
   }
+  ++scan_;
+  const double lasting2 = options_.lasting_radius_m * options_.lasting_radius_m;
   const uint32_t looks = std::min<uint32_t>(allocated_, kEvictPerCall);
   for (uint32_t k = 0; k < looks; ++k) {
     cursor_ = cursor_ + 1 < allocated_ ? cursor_ + 1 : 0;
-    const uint64_t key = BlockAt(cursor_).key;
-    if (key == kNoKey) continue;
-    if ((CentreOf(key) - robot).squaredNorm() > reach_m_ * reach_m_) RemoveBlock(cursor_);
+    const Block& block = BlockAt(cursor_);
+    if (block.key == kNoKey) continue;
+    const double distance2 = (CentreOf(block.key) - robot).squaredNorm();
+    const bool dated = scan_ - block.scan > options_.lasting_scans && distance2 > lasting2;
+    if (distance2 > reach_m_ * reach_m_ || dated) RemoveBlock(cursor_);
   }
 }
 

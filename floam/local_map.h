@@ -12,7 +12,12 @@
 namespace isthmus::floam {
 
 struct LocalMapOptions {
-  double radius_m = 80;      // Blocks farther than this from the robot are forgotten ...
+  double radius_m = 80;  // Blocks farther than this from the robot are forgotten ...
+  // ... and those farther than this that nothing was put into for so many scans of the map (one per
+  // 0.1 m of travel, or more): what drift has since moved, should the robot come back, had better
+  // be mapped anew than be matched to.
+  double lasting_radius_m = 50;
+  uint32_t lasting_scans = 5000;
   int max_blocks = 200'000;  // ... and sooner where there are more (about 0.6 kB each).
   float max_count = 400;     // Points a voxel remembers; older ones fade.
 };
@@ -45,7 +50,8 @@ class LocalMap {
   // nothing if `*found` is from an earlier call for a point of the same voxel.
   void Find(const Eigen::Vector3d& p, Found* found);
 
-  // Looks at a part of the blocks, a few hundred per call, and forgets those out of reach.
+  // To be called after every scan that was inserted. Looks at a part of the blocks, a few hundred
+  // per call, and forgets those out of reach or out of date.
   void Evict(const Eigen::Vector3d& robot);
 
   void Clear();
@@ -61,6 +67,7 @@ class LocalMap {
     std::array<Shape, 9> shapes;          // Of the eight voxels and, last, of the whole block.
     std::array<float, 9> fitted_count{};  // VoxelSums::count when the shape was last fitted.
     float count = 0;                      // Sum over all voxels.
+    uint32_t scan = 0;                    // The last that put a point here.
   };
   struct Slot {
     uint64_t key = kNoKey;
@@ -91,6 +98,7 @@ class LocalMap {
   std::vector<uint32_t> free_;
   size_t live_ = 0;
   uint32_t cursor_ = 0;  // Where Evict goes on.
+  uint32_t scan_ = 0;    // Calls of Evict.
   double reach_m_;       // options_.radius_m, or less while there are too many blocks.
 };
 

@@ -34,8 +34,7 @@ struct Odometry::State {
         tracker(sensor, odometry_options),
         map(odometry_options),
         recovery(odometry_options),
-        relocaliser(odometry_options.matching, RelocaliserOptions(),
-                    odometry_options.R_base_sensor) {}
+        relocaliser(odometry_options.matching, RelocaliserOptions()) {}
 
   enum class Phase { kFirst, kSecond, kUnderWay };
 
@@ -87,6 +86,10 @@ std::optional<MatchResult> Odometry::State::Second() {
 
 std::optional<MatchResult> Odometry::State::Follow(const ScanPose& prediction) {
   MatchResult match = tracker.Match(frame, prediction, tracker.Matching(map), &map);
+  if (match.degeneracy.any() && !tracker.IsDegenerate() && !map.IsYoung()) {
+    const ScanPose steady = tracker.SteadyPrediction(frame, match.degeneracy);
+    match = tracker.Match(frame, steady, tracker.Matching(map), &map);
+  }
   if (!lost && !tracker.IsAfterGap(frame) && tracker.Fits(match, map) &&
       tracker.IsExpected(match, prediction) && quality.IsUsual(match)) {
     quality.Add(match);

@@ -7,6 +7,10 @@ namespace {
 constexpr double kUnobservedM = 1.0, kUnobservedRad = 0.2;
 constexpr double kLostM = 10, kLostRad = 1;
 
+// The twist's prior is wide enough for speed bumps; on most scans height and tilt change far less
+// than it allows, and what it leaves open is this share of what the covariance says.
+Vector6d TwistShare() { return (Vector6d() << 1, 1, 0.4, 0.4, 0.4, 1).finished(); }
+
 Matrix6d Adjoint(const Pose& pose) {
   const Eigen::Matrix3d R = pose.RotationMatrix();
   Matrix6d adjoint;
@@ -20,7 +24,7 @@ Matrix6d CovarianceAtEnd(const MatchResult& match, bool with_twist) {
   const double ahead_s = -match.pose.reference_s;
   Eigen::Matrix<double, 6, 12> J = Eigen::Matrix<double, 6, 12>::Zero();
   J.leftCols<6>() = Adjoint(Exp(-ahead_s * match.pose.twist));
-  if (with_twist) J.rightCols<6>() = ahead_s * Matrix6d::Identity();
+  if (with_twist) J.rightCols<6>() = ahead_s * TwistShare().asDiagonal().toDenseMatrix();
   Matrix12d covariance = match.covariance;
   for (const Eigen::Vector3d& d : match.degeneracy.translations) {
     covariance.topLeftCorner<3, 3>() += kUnobservedM * kUnobservedM * d * d.transpose();

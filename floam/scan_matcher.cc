@@ -61,13 +61,18 @@ void AddGuess(const Vector6d& sigma, const Pose& guess, const Pose& current, Mat
   g->head<6>() += weight.cwiseProduct(offset);
 }
 
-// Ties the pose to the guess along what is not observed.
-void HoldDegenerate(const Degeneracy& degeneracy, const Pose& guess, const Pose& current, int used,
-                    Matrix12d* H, Vector12d* g) {
-  const Vector6d offset = Log(guess.Inverse() * current);
+// Ties pose and twist to the guess along what is not observed. The twist too: what noise says of it
+// there would carry the predictions of the scans to come away.
+void HoldDegenerate(const Degeneracy& degeneracy, const ScanPose& guess, const ScanPose& current,
+                    int used, Matrix12d* H, Vector12d* g) {
+  const Vector6d offset = Log(guess.T_odom_sensor.Inverse() * current.T_odom_sensor);
+  const Vector6d twist_offset = current.twist - guess.twist;
   const auto hold = [&](const Vector6d& direction, double weight) {
-    H->topLeftCorner<6, 6>() += weight * direction * direction.transpose();
-    g->head<6>() += weight * direction.dot(offset) * direction;
+    const Matrix6d held = weight * direction * direction.transpose();
+    H->topLeftCorner<6, 6>() += held;
+    H->bottomRightCorner<6, 6>() += held;
+    g->head<6>() += held * offset;
+    g->tail<6>() += held * twist_offset;
   };
   const double weight = kHoldPerMatch * std::max(used, 1);
   for (const Eigen::Vector3d& d : degeneracy.translations) {
@@ -192,8 +197,7 @@ MatchResult ScanMatcher::Match(const Features& features, const ScanPose& guess,
     result.degeneracy = FindDegeneracy(noise2 * pass.equations.pose(), pass.used,
                                        std::sqrt(pass.lever2 / pass.used), options.least_share);
     AddGuess(options.guess_sigma, guess.T_odom_sensor, result.pose.T_odom_sensor, &H, &g);
-    HoldDegenerate(result.degeneracy, guess.T_odom_sensor, result.pose.T_odom_sensor, pass.used, &H,
-                   &g);
+    HoldDegenerate(result.degeneracy, guess, result.pose, pass.used, &H, &g);
     if (pass.with_twist)
       AddPrior(*prior, result.pose, &H, &g);
     else

@@ -43,7 +43,7 @@ struct MatchOptions {
   double gate_m = 1.0;           // Farther from its plane or line a point is no match.
   double stop_m = 3e-4;          // Steps smaller than both end the iteration.
   double stop_rad = 3e-5;
-  double least_share = 0.004;  // See FindDegeneracy.
+  double least_share = 0.012;  // See FindDegeneracy.
   // Sigma of the guess about each direction of [rho; phi], sensor frame; infinite: not known.
   Vector6d guess_sigma = Vector6d::Constant(std::numeric_limits<double>::infinity());
   int stride = 1;  // Uses every stride-th feature.

@@ -8,6 +8,7 @@ namespace {
 constexpr double kMaxExtrapolationS = 3;
 // Scans farther apart than this many periods: too much may have happened to trust the motion.
 constexpr double kGapPeriods = 3.5;
+constexpr double kSteadyFading = 0.1;
 constexpr double kGapTwistSigma = 1.0;  // m/s and rad/s, after a gap.
 
 }  // namespace
@@ -86,6 +87,19 @@ void Tracker::Adopt(const ScanFrame& frame, MatchResult* match) {
     match->pose.twist = Log(moved) / ElapsedSeconds(frame);
   }
   last_ = {match->pose, frame.stamp_ns};
+  degenerate_ = match->degeneracy.any();
+  if (!degenerate_) steady_ += kSteadyFading * (match->pose.twist - steady_);
+}
+
+ScanPose Tracker::SteadyPrediction(const ScanFrame& frame, const Degeneracy& unobserved) const {
+  ScanPose last = last_.pose;
+  const auto settle = [&](const Eigen::Vector3d& d, int first) {
+    const double change = d.dot(steady_.segment<3>(first) - last.twist.segment<3>(first));
+    last.twist.segment<3>(first) += change * d;
+  };
+  for (const Eigen::Vector3d& d : unobserved.translations) settle(d, 0);
+  for (const Eigen::Vector3d& d : unobserved.rotations) settle(d, 3);
+  return Predict(last, ElapsedSeconds(frame), ReferenceTime(frame));
 }
 
 }  // namespace isthmus::floam

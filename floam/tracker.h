@@ -44,6 +44,11 @@ class Tracker {
   // Matches from `guess`, with what the motion so far tells about the motion within the scan.
   MatchResult Match(const ScanFrame& frame, const ScanPose& guess, const MatchOptions& options,
                     FeatureMap* map);
+  // Where the scan should be if the motion along directions that are no longer observed goes on as
+  // it was on average: the last scans before had little to say of it, and their noise would be kept
+  // from then on.
+  ScanPose SteadyPrediction(const ScanFrame& frame, const Degeneracy& unobserved) const;
+  bool IsDegenerate() const { return degenerate_; }  // The last match was.
   // What to match with: the options' settings and, while the map is young, a hold on height and
   // tilt.
   MatchOptions Matching(const FeatureMap& map) const;
@@ -63,6 +68,8 @@ class Tracker {
   const OdometryOptions options_;
   ScanMatcher matcher_;
   Sighting last_;
+  bool degenerate_ = false;
+  Vector6d steady_ = Vector6d::Zero();  // Fading average of twists that were observed.
 };
 
 }  // namespace isthmus::floam

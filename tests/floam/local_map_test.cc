@@ -124,6 +124,31 @@ TEST(LocalMap, ForgetsWhatIsFarAndKeepsWhatIsNear) {
   EXPECT_EQ(found.shape, nullptr);
 }
 
+TEST(LocalMap, ForgetsWhatIsFarishAndWasNotSeenForLong) {
+  LocalMapOptions options;
+  options.lasting_radius_m = 20;
+  options.lasting_scans = 100;
+  LocalMap map(ShapeKind::kPlane, options);
+  InsertFloor(2, 2, 0.1, &map);
+  InsertFloor(40, 2, 0.1, &map);
+  InsertFloor(-40, 2, 0.1, &map);
+  const auto is_known = [&](double x) {
+    LocalMap::Found found;
+    map.Find({x + 0.5, 2.5, 0.1}, &found);
+    return found.shape != nullptr;
+  };
+  for (int scan = 0; scan < 250; ++scan) {
+    if (scan % 50 == 0) InsertFloor(-40, 2, 0.1, &map);  // Still being seen.
+    map.Evict({0, 0, 0});
+    if (scan == 90) {
+      EXPECT_TRUE(is_known(40));
+    }
+  }
+  EXPECT_TRUE(is_known(2));
+  EXPECT_TRUE(is_known(-40));
+  EXPECT_FALSE(is_known(40));
+}
+
 TEST(LocalMap, StaysWithinItsLimitOfBlocks) {
   LocalMapOptions options;
   options.max_blocks = 300;

@@ -228,6 +228,15 @@ TEST(Degeneracy, ATunnelIsNotObservedAlongItsAxis) {
   EXPECT_NEAR(error.translation().y(), 0, 0.01);
   EXPECT_NEAR(error.translation().z(), 0, 0.01);
   EXPECT_LT(RotationAngle(error), 0.003);
+
+  // Nor how fast it moves along it: that stays as it was guessed, too.
+  TwistPrior prior;
+  prior.T_odom_previous = T_guess * Pose(Eigen::Vector3d(-0.05, 0, 0));
+  prior.since_previous_s = 0.1;
+  const Vector6d twist = (Vector6d() << 1.3, 0, 0, 0, 0, 0).finished();
+  const MatchResult moving =
+      ScanMatcher().Match(features, {T_guess, twist, 0}, prior, MatchOptions(), &surfaces, &edges);
+  EXPECT_NEAR(moving.pose.twist.x(), 1.3, 0.05);
 }
 
 }  // namespace
