@@ -247,6 +247,32 @@ TEST(Odometry, SaysSoWhenItIsLostAndFindsItselfAgain) {
   EXPECT_LT(drive.error().translation().norm(), 0.05);
 }
 
+// Picked up and put down between two scans, near enough for false minima.
+TEST(Odometry, ACarriedRobotIsNeverClaimedWhereItIsNot) {
+  const Motion motion = Loop(1.2);
+  for (const double carried_m : {0.5, 1.0, 2.0, 4.0}) {
+    for (const double turned_rad : {0.0, 0.4, 3.1}) {
+      SCOPED_TRACE(::testing::Message() << carried_m << " m " << turned_rad << " rad");
+      const Pose moved = Pose::FromXyzRpy(-carried_m, 0, 0, 0, 0, turned_rad);
+      const auto carried = [&](double time_s) {
+        return motion(time_s) * (time_s < 4.0001 ? Pose() : moved);
+      };
+      Drive drive(carried, WithMode(OdometryMode::kContinuous));
+      for (int k = 0; k < 60; ++k) {
+        const auto result = drive.Step(k);
+        ASSERT_TRUE(result.ok());
+        if (result->status != TrackingStatus::kLost) {
+          EXPECT_LT(drive.error().translation().norm(), 0.2) << k;
+          EXPECT_LT(RotationAngle(drive.error()), 0.05) << k;
+        }
+        if (k == 40) {
+          EXPECT_EQ(result->status, TrackingStatus::kLost);
+        }
+      }
+    }
+  }
+}
+
 TEST(Odometry, BadScansLeaveTheStateAsItWas) {
   const Motion motion = Loop(1.2);
   Drive undisturbed(motion, WithMode(OdometryMode::kContinuous));
