@@ -19,6 +19,7 @@
 #include "core/session.h"
 #include "core/submap.h"
 #include "core/trajectory.h"
+#include "core/verdict.h"
 #include "server/pipeline_options.h"
 #include "storage/map_store.h"
 
@@ -83,7 +84,8 @@ struct RobotTrajectory {
 struct MatchGraphView {
   int64_t revision = 0;
   std::vector<SessionId> nodes;
-  std::vector<Match> matches;
+  std::vector<Match> matches;                         // Each under what a person said of its pair.
+  std::vector<Verdict> verdicts;                      // What was said.
   std::vector<std::pair<SessionId, SessionId>> tree;  // Edges that carry the placements.
   std::vector<Placement> placements;
 };
@@ -91,6 +93,15 @@ struct MatchGraphView {
 struct RobotTransform {
   int64_t revision = 0;
   Pose T_a_b;  // b's odom frame to a's.
+};
+
+// A person's word on a pair. Where no session is named, the robot's newest is meant.
+struct MatchDecision {
+  RobotId robot_a = {}, robot_b = {};
+  SessionId session_a = {}, session_b = {};
+  std::optional<Ruling> ruling = {};  // Absent: what was said is withdrawn, the computed holds.
+  Pose T_a_b = {};                    // For Ruling::kSet: b's odom frame to a's, as named here.
+  std::string note = {};              // Why; at most 1000 characters.
 };
 
 enum class ExportFormat {
@@ -143,6 +154,11 @@ class Pipeline {
   virtual absl::StatusOr<RobotTrajectory> GetTrajectory(const RobotId& robot,
                                                         TrajectoryFrame frame) = 0;
   virtual MatchGraphView GetMatchGraph() = 0;
+  // Durable on return; holds until another decision on the pair, whatever is computed. Returns the
+  // match as it counts from now on (of state kNotYet when nothing is known of the pair). NotFound
+  // for an unknown robot or session, InvalidArgument for a pair of one session, a transform that is
+  // not finite or too long a note, FailedPrecondition to accept where nothing was found.
+  virtual absl::StatusOr<Match> DecideMatch(const MatchDecision& decision) = 0;
   // NotFound for an unknown robot; FailedPrecondition when no accepted match connects them; the
   // message says what the best match lacks.
   virtual absl::StatusOr<RobotTransform> GetTransform(const RobotId& a, const RobotId& b) = 0;

@@ -39,8 +39,10 @@ absl::Status CheckSubmap(const Submap& submap) {
   return absl::OkStatus();
 }
 
-absl::Status CheckMatch(const Match& match,
-                        const std::function<bool(const SessionId&)>& has_session) {
+// Of a match, or of a verdict on one.
+template <typename Record>
+absl::Status CheckPair(const Record& match,
+                       const std::function<bool(const SessionId&)>& has_session) {
   if (!(match.a < match.b) || !match.T_a_b.IsFinite()) {
     return absl::InvalidArgumentError(
         absl::StrCat("match ", match.a.value(), " ~ ", match.b.value(),
@@ -102,7 +104,10 @@ absl::Status CheckBatch(const WriteBatch& batch, const StoreContents& contents) 
     if (absl::Status status = CheckSubmap(*submap); !status.ok()) return status;
   }
   for (const Match& match : batch.matches) {
-    if (absl::Status status = CheckMatch(match, has_session); !status.ok()) return status;
+    if (absl::Status status = CheckPair(match, has_session); !status.ok()) return status;
+  }
+  for (const Verdict& verdict : batch.verdicts) {
+    if (absl::Status status = CheckPair(verdict, has_session); !status.ok()) return status;
   }
   return batch.revision ? CheckRevision(*batch.revision, contents.latest_revision)
                         : absl::OkStatus();

@@ -16,6 +16,7 @@
 #include "core/session.h"
 #include "core/submap.h"
 #include "core/trajectory.h"
+#include "core/verdict.h"
 
 namespace isthmus::storage {
 
@@ -26,7 +27,10 @@ struct WriteBatch {
   std::vector<std::pair<SessionId, TrajectoryEntry>> trajectory = {};
   // Inserted; an id that exists is an error.
   std::vector<std::shared_ptr<const Submap>> submaps = {};
-  std::vector<Match> matches = {};           // Inserted, or replaced by the pair (a, b).
+  std::vector<Match> matches = {};     // Inserted, or replaced by the pair (a, b).
+  std::vector<Verdict> verdicts = {};  // Likewise.
+  // Pairs whose verdict is removed; one without is left as it is.
+  std::vector<std::pair<SessionId, SessionId>> withdrawn_verdicts = {};
   std::optional<MapRevision> revision = {};  // Becomes the latest; must be newer.
 };
 
@@ -50,7 +54,8 @@ class MapStore {
   // disk, of the machine. Otherwise nothing of it has happened.
   virtual absl::Status Write(const WriteBatch& batch) = 0;
 
-  // Removes a session with its trajectory, submaps, features and matches. NotFound if unknown.
+  // Removes a session with its trajectory, submaps, features, matches and verdicts. NotFound if
+  // unknown.
   virtual absl::Status DeleteSession(const SessionId& session) = 0;
 
   virtual absl::StatusOr<SessionRecord> GetSession(const SessionId& session) const = 0;
@@ -71,6 +76,9 @@ class MapStore {
 
   // In order of (a, b).
   virtual absl::StatusOr<std::vector<Match>> ListMatches() const = 0;
+
+  // In order of (a, b).
+  virtual absl::StatusOr<std::vector<Verdict>> ListVerdicts() const = 0;
 
   // Revision 0 without placements where none was ever written.
   virtual absl::StatusOr<MapRevision> LatestRevision() const = 0;

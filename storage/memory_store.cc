@@ -41,6 +41,8 @@ class MemoryStore : public MapStore {
       data.infos[infos[i].id.index] = infos[i];
     }
     for (const Match& match : batch.matches) matches_[{match.a, match.b}] = match;
+    for (const Verdict& verdict : batch.verdicts) verdicts_[{verdict.a, verdict.b}] = verdict;
+    for (const auto& pair : batch.withdrawn_verdicts) verdicts_.erase(pair);
     if (batch.revision) revision_ = *batch.revision;
     return absl::OkStatus();
   }
@@ -48,9 +50,11 @@ class MemoryStore : public MapStore {
   absl::Status DeleteSession(const SessionId& session) override {
     std::lock_guard lock(mutex_);
     if (sessions_.erase(session) == 0) return UnknownSession(session);
-    std::erase_if(matches_, [&](const auto& item) {
+    const auto of_session = [&](const auto& item) {
       return item.first.first == session || item.first.second == session;
-    });
+    };
+    std::erase_if(matches_, of_session);
+    std::erase_if(verdicts_, of_session);
     return absl::OkStatus();
   }
 
@@ -118,6 +122,13 @@ class MemoryStore : public MapStore {
     return matches;
   }
 
+  absl::StatusOr<std::vector<Verdict>> ListVerdicts() const override {
+    std::lock_guard lock(mutex_);
+    std::vector<Verdict> verdicts;
+    for (const auto& [pair, verdict] : verdicts_) verdicts.push_back(verdict);
+    return verdicts;
+  }
+
   absl::StatusOr<MapRevision> LatestRevision() const override {
     std::lock_guard lock(mutex_);
     return revision_;
@@ -168,6 +179,7 @@ class MemoryStore : public MapStore {
   mutable std::mutex mutex_;
   std::map<SessionId, SessionData> sessions_;  // Guarded by mutex_, as the rest.
   std::map<std::pair<SessionId, SessionId>, Match> matches_;
+  std::map<std::pair<SessionId, SessionId>, Verdict> verdicts_;
   MapRevision revision_;
   uint64_t next_order_ = 0;
 };

@@ -17,6 +17,7 @@
 #include "core/session.h"
 #include "core/submap.h"
 #include "core/trajectory.h"
+#include "core/verdict.h"
 #include "storage/map_store.h"
 #include "storage/sqlite.h"
 
@@ -62,6 +63,11 @@ absl::StatusOr<std::string> FindFeatures(Connection& database, const SubmapId& s
 // matches, match_stages. Replaces by pair.
 absl::Status PutMatch(Connection& database, const Match& match);
 absl::StatusOr<std::vector<Match>> SelectMatches(Connection& database);
+
+// verdicts. Replaces by pair; removing what is not there is no error.
+absl::Status PutVerdict(Connection& database, const Verdict& verdict);
+absl::Status RemoveVerdict(Connection& database, const SessionId& a, const SessionId& b);
+absl::StatusOr<std::vector<Verdict>> SelectVerdicts(Connection& database);
 
 // revisions, placements. Forgets all but the newest kRevisionsKept.
 inline constexpr int kRevisionsKept = 1000;

@@ -123,6 +123,10 @@ class SqliteStore : public MapStore {
     return AtOneMoment<std::vector<Match>>(SelectMatches);
   }
 
+  absl::StatusOr<std::vector<Verdict>> ListVerdicts() const override {
+    return AtOneMoment<std::vector<Verdict>>(SelectVerdicts);
+  }
+
   absl::StatusOr<MapRevision> LatestRevision() const override {
     return AtOneMoment<MapRevision>(SelectLatestRevision);
   }
@@ -191,6 +195,12 @@ class SqliteStore : public MapStore {
     }
     for (const Match& match : batch.matches) {
       if (absl::Status status = PutMatch(*writer_, match); !status.ok()) return status;
+    }
+    for (const Verdict& verdict : batch.verdicts) {
+      if (absl::Status status = PutVerdict(*writer_, verdict); !status.ok()) return status;
+    }
+    for (const auto& [a, b] : batch.withdrawn_verdicts) {
+      if (absl::Status status = RemoveVerdict(*writer_, a, b); !status.ok()) return status;
     }
     return batch.revision ? AddRevision(*writer_, *batch.revision) : absl::OkStatus();
   }

@@ -34,6 +34,7 @@ void AddQuery(CLI::App& app, Action& action);
 void AddExport(CLI::App& app, Action& action);
 void AddPicture(CLI::App& app, Action& action);
 void AddOdometry(CLI::App& app, Action& action);
+void AddMatch(CLI::App& app, Action& action);
 void AddMerge(CLI::App& app, Action& action);
 void AddEval(CLI::App& app, Action& action);
 void AddBench(CLI::App& app, Action& action);

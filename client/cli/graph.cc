@@ -5,6 +5,7 @@
 #include "client/cli/command.h"
 #include "client/cli/exit_code.h"
 #include "client/cli/json.h"
+#include "client/cli/match_text.h"
 #include "client/cli/pose_text.h"
 
 namespace isthmus::cli {
@@ -23,12 +24,7 @@ void PrintText(const client::MatchGraph& graph) {
                  placed.placement.reference.value());
   }
   for (const client::MatchEdge& edge : graph.matches) {
-    const Match& match = edge.match;
-    absl::PrintF("%s ~ %s: %s%s, %s: %s\n", match.a.value(), match.b.value(), ToString(match.state),
-                 edge.in_tree ? " (carries the map)" : "", match.reason, match.detail);
-    absl::PrintF("  confidence %.2f, overlap %.2f, inliers %d, free space %.3f, by %s: %s\n",
-                 match.confidence, match.overlap, match.inliers, match.free_space,
-                 match.matcher.empty() ? "-" : match.matcher, PoseText(match.T_a_b));
+    absl::PrintF("%s", MatchText(edge));
   }
 }
 

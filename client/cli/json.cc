@@ -97,6 +97,12 @@ Json ToJson(const client::MatchEdge& edge) {
               {"matcher", match.matcher},
               {"stages_ms", Json::object()}};
   for (const StageTime& stage : match.stages) out["stages_ms"][stage.stage] = stage.ms;
+  out["verdict"] = nullptr;
+  if (edge.verdict) {
+    out["verdict"] = {{"ruling", ToString(edge.verdict->ruling)},
+                      {"note", edge.verdict->note},
+                      {"given_ns", edge.verdict->given_ns}};
+  }
   return out;
 }
 

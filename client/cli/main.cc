@@ -10,7 +10,7 @@ int main(int argc, char** argv) {
   Action action;
   for (const auto add :
        {AddSimulate, AddPush, AddStatus, AddRobots, AddGraph, AddTrajectory, AddTransform, AddQuery,
-        AddExport, AddPicture, AddOdometry, AddMerge, AddEval, AddBench}) {
+        AddExport, AddPicture, AddOdometry, AddMerge, AddMatch, AddEval, AddBench}) {
     add(app, action);
   }
   try {

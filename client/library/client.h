@@ -57,6 +57,9 @@ class Client {
   absl::StatusOr<std::vector<SubmapInfo>> ListSubmaps(const RobotId& robot = {});
   absl::StatusOr<RobotTrajectory> GetTrajectory(const RobotId& robot, Frame frame);
   absl::StatusOr<MatchGraph> GetMatchGraph();
+  // Holds until another decision on the pair, whatever the server computes. Returns the match as it
+  // counts from now on.
+  absl::StatusOr<MatchEdge> DecideMatch(const MatchDecision& decision);
   // FailedPrecondition, saying what is missing, while nothing connects the two.
   absl::StatusOr<RobotTransform> GetTransform(const RobotId& a, const RobotId& b);
 

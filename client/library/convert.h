@@ -7,6 +7,7 @@
 #include "client/library/records.h"
 #include "client/library/scan_stream.h"
 #include "isthmus/v1/map_service.pb.h"
+#include "isthmus/v1/match_service.pb.h"
 #include "isthmus/v1/session_service.pb.h"
 
 namespace isthmus::client {
@@ -17,6 +18,7 @@ v1::Pose ToProto(const Pose& pose);
 v1::PointCloud ToProto(PointPayload payload);
 v1::Box ToProto(const Box& box);
 v1::QueryRegionRequest ToProto(const RegionQuery& query);
+v1::DecideMatchRequest ToProto(const MatchDecision& decision);
 v1::ExportMapRequest ToProto(const ExportRequest& request);
 // `size` and `crc32c` of the cloud's data, which the header leaves out.
 v1::UploadSubmapHeader ToProto(const SubmapUpload& submap);
@@ -26,6 +28,7 @@ Box FromProto(const v1::Box& box);
 Session FromProto(const v1::Session& session);
 MapInfo FromProto(const v1::MapInfo& info);
 SubmapInfo FromProto(const v1::Submap& submap);
+MatchEdge FromProto(const v1::Match& match);
 MatchGraph FromProto(const v1::MatchGraph& graph);
 ScanAck FromProto(const v1::StreamScansResponse& ack);
 

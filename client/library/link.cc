@@ -29,6 +29,7 @@ std::shared_ptr<Client::Link::Stubs> Open(const std::string& address) {
       grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), arguments);
   stubs->sessions = v1::SessionService::NewStub(stubs->channel);
   stubs->maps = v1::MapService::NewStub(stubs->channel);
+  stubs->matches = v1::MatchService::NewStub(stubs->channel);
   return stubs;
 }
 

@@ -1,4 +1,4 @@
-// The part of Client that reads the map.
+// The part of Client that reads the map, and says how it hangs together.
 #include <string>
 
 #include "client/library/client.h"
@@ -65,6 +65,18 @@ absl::StatusOr<MatchGraph> Client::GetMatchGraph() {
       });
   if (!status.ok()) return status;
   return FromProto(graph);
+}
+
+absl::StatusOr<MatchEdge> Client::DecideMatch(const MatchDecision& decision) {
+  const v1::DecideMatchRequest request = ToProto(decision);
+  v1::DecideMatchResponse response;
+  // May be repeated: the same decision twice is one.
+  const absl::Status status =
+      link_->Call(link_->options().call_timeout_s, [&](Stubs& stubs, grpc::ClientContext& context) {
+        return stubs.matches->DecideMatch(&context, request, &response);
+      });
+  if (!status.ok()) return status;
+  return FromProto(response.match());
 }
 
 absl::StatusOr<RobotTransform> Client::GetTransform(const RobotId& a, const RobotId& b) {

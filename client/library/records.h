@@ -17,6 +17,7 @@
 #include "core/session.h"
 #include "core/submap.h"
 #include "core/trajectory.h"
+#include "core/verdict.h"
 
 namespace isthmus::client {
 
@@ -68,6 +69,17 @@ struct MatchEdge {
   Match match;
   RobotId robot_a, robot_b;
   bool in_tree = false;  // Carries a placement.
+  // What a person said of the pair: `match` is then as they want it.
+  std::optional<Verdict> verdict = std::nullopt;
+};
+
+// A person's word on a pair. Where no session is named, the robot's newest is meant.
+struct MatchDecision {
+  RobotId robot_a = {}, robot_b = {};
+  SessionId session_a = {}, session_b = {};
+  std::optional<Ruling> ruling = std::nullopt;  // Absent: withdraws what was said.
+  Pose T_a_b = {};                              // For Ruling::kSet; a and b as named here.
+  std::string note = {};                        // Why.
 };
 
 struct PlacedSession {

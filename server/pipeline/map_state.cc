@@ -5,6 +5,7 @@
 #include <set>
 
 #include "server/match_graph/match_graph.h"
+#include "server/match_graph/verdict.h"
 
 namespace isthmus::server {
 namespace {
@@ -62,6 +63,12 @@ absl::Status MapState::Load() {
     SessionPair pair(match.a, match.b);
     matches[std::move(pair)] = std::move(match);
   }
+  absl::StatusOr<std::vector<Verdict>> said = store_->ListVerdicts();
+  if (!said.ok()) return said.status();
+  for (Verdict& verdict : *said) {
+    SessionPair pair(verdict.a, verdict.b);
+    verdicts[std::move(pair)] = std::move(verdict);
+  }
   absl::StatusOr<MapRevision> latest = store_->LatestRevision();
   if (!latest.ok()) return latest.status();
   revision = *std::move(latest);
@@ -87,6 +94,22 @@ const Placement* MapState::PlacementOf(const SessionId& session) const {
     if (placement.session == session) return &placement;
   }
   return nullptr;
+}
+
+std::optional<Match> MapState::EffectiveMatch(const SessionPair& pair) const {
+  std::optional<Match> match;
+  if (const auto computed = matches.find(pair); computed != matches.end()) match = computed->second;
+  const auto said = verdicts.find(pair);
+  return said == verdicts.end() ? match : match_graph::Apply(said->second, match);
+}
+
+std::vector<Match> MapState::EffectiveMatches() const {
+  std::set<SessionPair> pairs;
+  for (const auto& [pair, match] : matches) pairs.insert(pair);
+  for (const auto& [pair, verdict] : verdicts) pairs.insert(pair);
+  std::vector<Match> effective;
+  for (const SessionPair& pair : pairs) effective.push_back(*EffectiveMatch(pair));
+  return effective;
 }
 
 std::vector<PlacedSubmap> MapState::PlacedSubmaps() const {
@@ -144,13 +167,39 @@ absl::Status MapState::PutMatch(const Match& match) {
   return status;
 }
 
+absl::Status MapState::PutVerdict(const Verdict& verdict) {
+  storage::WriteBatch batch;
+  batch.verdicts.push_back(verdict);
+  if (absl::Status status = store_->Write(batch); !status.ok()) return status;
+  std::lock_guard lock(mutex);
+  verdicts[{verdict.a, verdict.b}] = verdict;
+  absl::Status status = Replace(absl::StrCat("match ", verdict.a.value(), " ~ ", verdict.b.value(),
+                                             " by hand: ", ToString(verdict.ruling)));
+  changed.notify_all();
+  return status;
+}
+
+absl::Status MapState::WithdrawVerdict(const SessionId& a, const SessionId& b) {
+  storage::WriteBatch batch;
+  batch.withdrawn_verdicts.emplace_back(a, b);
+  if (absl::Status status = store_->Write(batch); !status.ok()) return status;
+  std::lock_guard lock(mutex);
+  verdicts.erase({a, b});
+  absl::Status status =
+      Replace(absl::StrCat("match ", a.value(), " ~ ", b.value(), ": word by hand withdrawn"));
+  changed.notify_all();
+  return status;
+}
+
 absl::Status MapState::RemoveSession(const SessionId& session) {
   if (absl::Status status = store_->DeleteSession(session); !status.ok()) return status;
   std::lock_guard lock(mutex);
   sessions.erase(session);
-  std::erase_if(matches, [&](const auto& item) {
+  const auto of_session = [&](const auto& item) {
     return item.first.first == session || item.first.second == session;
-  });
+  };
+  std::erase_if(matches, of_session);
+  std::erase_if(verdicts, of_session);
   ++submap_version;
   absl::Status status = Replace(absl::StrCat("session ", session.value(), " deleted"));
   changed.notify_all();
@@ -173,8 +222,7 @@ absl::Status MapState::Replace(const std::string& cause) {
   for (const auto& [id, entry] : sessions) {
     if (!entry.submaps.empty()) nodes.push_back({id, static_cast<double>(entry.points)});
   }
-  std::vector<Match> edges;
-  for (const auto& [pair, match] : matches) edges.push_back(match);
+  const std::vector<Match> edges = EffectiveMatches();
   const match_graph::Solution solution = match_graph::Solve(nodes, edges, revision.placements);
   tree.clear();
   for (size_t edge : solution.tree) tree.emplace_back(edges[edge].a, edges[edge].b);

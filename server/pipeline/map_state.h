@@ -19,6 +19,7 @@
 #include "core/session.h"
 #include "core/submap.h"
 #include "core/trajectory.h"
+#include "core/verdict.h"
 #include "server/ingest/session_worker.h"
 #include "storage/map_store.h"
 
@@ -50,6 +51,10 @@ class MapState {
   // The robot's newest session; null if unknown.
   SessionEntry* Newest(const RobotId& robot);
   const Placement* PlacementOf(const SessionId& session) const;
+  // What the graph is made of: the computed match of the pair under what a person said of it;
+  // nothing where neither is.
+  std::optional<Match> EffectiveMatch(const SessionPair& pair) const;
+  std::vector<Match> EffectiveMatches() const;
   // All submaps with their placements, for composition.
   std::vector<PlacedSubmap> PlacedSubmaps() const;
   // `map` shows the latest revision with every submap.
@@ -62,6 +67,9 @@ class MapState {
   absl::Status AddStretch(const SessionId& session, const ingest::Stretch& stretch);
   // Stores the match and places everything anew. Ignored when a session is gone.
   absl::Status PutMatch(const Match& match);
+  // Stores what a person said and places everything anew. Both sessions must exist.
+  absl::Status PutVerdict(const Verdict& verdict);
+  absl::Status WithdrawVerdict(const SessionId& a, const SessionId& b);
   // Removes the session from store and state, places the rest anew.
   absl::Status RemoveSession(const SessionId& session);
   void ScanQueued();
@@ -73,7 +81,8 @@ class MapState {
 
   // --- guarded by mutex ---
   std::map<SessionId, SessionEntry> sessions;
-  std::map<SessionPair, Match> matches;
+  std::map<SessionPair, Match> matches;  // As computed.
+  std::map<SessionPair, Verdict> verdicts;
   MapRevision revision;
   std::vector<SessionPair> tree;
   uint64_t pending_scans = 0;

@@ -42,6 +42,7 @@ class PipelineImpl : public Pipeline {
   absl::StatusOr<RobotTrajectory> GetTrajectory(const RobotId& robot,
                                                 TrajectoryFrame frame) override;
   MatchGraphView GetMatchGraph() override;
+  absl::StatusOr<Match> DecideMatch(const MatchDecision& decision) override;
   absl::StatusOr<RobotTransform> GetTransform(const RobotId& a, const RobotId& b) override;
   std::shared_ptr<const ComposedMap> GetMap() override;
   absl::Status ExportMap(ExportFormat format, const Region& region, double octomap_resolution_m,
@@ -56,6 +57,7 @@ class PipelineImpl : public Pipeline {
   // The worker of an active session that takes scans.
   absl::StatusOr<std::shared_ptr<ingest::SessionWorker>> FindWorker(const SessionId& session);
   // The state's mutex is held for these.
+  absl::StatusOr<SessionId> ResolveSession(const SessionId& session, const RobotId& robot);
   SessionStatus StatusOf(const SessionEntry& entry) const;
   bool IsSettled() const;
 

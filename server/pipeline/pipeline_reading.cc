@@ -112,7 +112,8 @@ MatchGraphView PipelineImpl::GetMatchGraph() {
   MatchGraphView view;
   view.revision = state_.revision.revision;
   for (const auto& [id, entry] : state_.sessions) view.nodes.push_back(id);
-  for (const auto& [pair, match] : state_.matches) view.matches.push_back(match);
+  view.matches = state_.EffectiveMatches();
+  for (const auto& [pair, verdict] : state_.verdicts) view.verdicts.push_back(verdict);
   view.tree = state_.tree;
   view.placements = state_.revision.placements;
   return view;
@@ -131,13 +132,11 @@ absl::StatusOr<RobotTransform> PipelineImpl::GetTransform(const RobotId& a, cons
           match_graph::FindTransform(state_.revision.placements, session_a, session_b)) {
     return RobotTransform{state_.revision.revision, *T_a_b};
   }
-  const auto match = state_.matches.find(std::minmax(session_a, session_b));
-  return absl::FailedPreconditionError(
-      absl::StrCat("no accepted matches connect ", a.value(), " and ", b.value(), " yet: ",
-                   match == state_.matches.end()
-                       ? std::string("their maps have not been compared so far")
-                       : absl::StrCat(ToString(match->second.state), " (", match->second.reason,
-                                      "): ", match->second.detail)));
+  const std::optional<Match> match = state_.EffectiveMatch(std::minmax(session_a, session_b));
+  return absl::FailedPreconditionError(absl::StrCat(
+      "no accepted matches connect ", a.value(), " and ", b.value(), " yet: ",
+      !match ? std::string("their maps have not been compared so far")
+             : absl::StrCat(ToString(match->state), " (", match->reason, "): ", match->detail)));
 }
 
 std::shared_ptr<const ComposedMap> PipelineImpl::GetMap() {

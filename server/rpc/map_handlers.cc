@@ -1,11 +1,11 @@
 #include "server/rpc/map_handlers.h"
 
 #include <algorithm>
-#include <map>
 #include <optional>
 #include <set>
 
 #include "server/rpc/convert.h"
+#include "server/rpc/robots_of.h"
 
 namespace isthmus::rpc {
 namespace {
@@ -13,22 +13,6 @@ namespace {
 using rpc::ToProto;  // Else hidden by the overloads below.
 
 constexpr size_t kTrajectoryChunk = 1000;  // Poses in a response.
-
-using RobotOfSession = std::map<SessionId, RobotId>;
-
-RobotOfSession RobotsOf(server::Pipeline& pipeline) {
-  RobotOfSession robots;
-  for (const server::SessionStatus& session : pipeline.ListSessions()) {
-    robots.emplace(session.record.id, session.record.robot);
-  }
-  return robots;
-}
-
-// Empty for a session that has been deleted in the meantime.
-std::string RobotOf(const RobotOfSession& robots, const SessionId& session) {
-  const auto found = robots.find(session);
-  return found == robots.end() ? std::string() : found->second.value();
-}
 
 v1::Component ToProto(const server::ComponentInfo& info, const RobotOfSession& robot_of) {
   v1::Component proto;
@@ -59,57 +43,6 @@ v1::Submap ToProto(const SubmapInfo& info) {
   proto.set_keyframe_count(info.keyframe_count);
   proto.set_point_count(info.point_count);
   if (!info.bounds.empty()) *proto.mutable_bounds() = ToProto(info.bounds);
-  return proto;
-}
-
-v1::Match::State ToProto(MatchState state) {
-  switch (state) {
-    case MatchState::kAccepted:
-      return v1::Match::ACCEPTED;
-    case MatchState::kRejected:
-      return v1::Match::REJECTED;
-    case MatchState::kAmbiguous:
-      return v1::Match::AMBIGUOUS;
-    case MatchState::kNotYet:
-      return v1::Match::NOT_YET;
-  }
-  return v1::Match::STATE_UNSPECIFIED;
-}
-
-v1::Match ToProto(const Match& match, const RobotOfSession& robots) {
-  v1::Match proto;
-  proto.set_session_a(match.a.value());
-  proto.set_session_b(match.b.value());
-  proto.set_robot_a(RobotOf(robots, match.a));
-  proto.set_robot_b(RobotOf(robots, match.b));
-  *proto.mutable_t_a_b() = ToProto(match.T_a_b);
-  proto.set_state(ToProto(match.state));
-  proto.set_reason(match.reason);
-  proto.set_detail(match.detail);
-  proto.set_confidence(match.confidence);
-  proto.set_overlap(match.overlap);
-  proto.set_inliers(match.inliers);
-  proto.set_residual_m(match.residual_m);
-  proto.set_free_space(match.free_space);
-  proto.set_comparisons(match.comparisons);
-  proto.set_runner_up(match.runner_up);
-  proto.set_matcher(match.matcher);
-  proto.set_computed_ns(match.computed_ns);
-  for (const StageTime& stage : match.stages) {
-    v1::StageTime& time = *proto.add_stages();
-    time.set_stage(stage.stage);
-    time.set_ms(stage.ms);
-  }
-  return proto;
-}
-
-v1::Placement ToProto(const Placement& placement, const RobotOfSession& robots) {
-  v1::Placement proto;
-  proto.set_session(placement.session.value());
-  proto.set_robot(RobotOf(robots, placement.session));
-  proto.set_component(placement.component);
-  proto.set_reference_session(placement.reference.value());
-  *proto.mutable_t_map_odom() = ToProto(placement.T_map_odom);
   return proto;
 }
 
@@ -170,25 +103,6 @@ absl::Status GetTrajectory(server::Pipeline& pipeline, const v1::GetTrajectoryRe
     if (!emit(response)) return ReaderGone();
   } while (sent < trajectory->poses.size());
   return absl::OkStatus();
-}
-
-absl::StatusOr<v1::MatchGraph> GetMatchGraph(server::Pipeline& pipeline,
-                                             const v1::GetMatchGraphRequest&) {
-  const server::MatchGraphView view = pipeline.GetMatchGraph();
-  const RobotOfSession robots = RobotsOf(pipeline);
-  std::set<std::pair<SessionId, SessionId>> tree;
-  for (const auto& [a, b] : view.tree) tree.insert(std::minmax(a, b));
-  v1::MatchGraph proto;
-  proto.set_revision(view.revision);
-  for (const Match& match : view.matches) {
-    v1::Match& added = *proto.add_matches();
-    added = ToProto(match, robots);
-    added.set_in_tree(tree.contains(std::minmax(match.a, match.b)));
-  }
-  for (const Placement& placement : view.placements) {
-    *proto.add_placements() = ToProto(placement, robots);
-  }
-  return proto;
 }
 
 absl::StatusOr<v1::GetTransformResponse> GetTransform(server::Pipeline& pipeline,

@@ -1,4 +1,5 @@
-// Reading the map, but for its points (query_region.h, export_map.h). One function per RPC; what
+// Reading the map, but for its points (query_region.h, export_map.h) and its
+// matches (match_handlers.h). One function per RPC; what
 // each returns and fails with is said in api/isthmus/v1/map_service.proto.
 #pragma once
 
@@ -16,8 +17,6 @@ absl::StatusOr<v1::ListSubmapsResponse> ListSubmaps(server::Pipeline& pipeline,
                                                     const v1::ListSubmapsRequest& request);
 absl::Status GetTrajectory(server::Pipeline& pipeline, const v1::GetTrajectoryRequest& request,
                            const Emit<v1::GetTrajectoryResponse>& emit);
-absl::StatusOr<v1::MatchGraph> GetMatchGraph(server::Pipeline& pipeline,
-                                             const v1::GetMatchGraphRequest& request);
 absl::StatusOr<v1::GetTransformResponse> GetTransform(server::Pipeline& pipeline,
                                                       const v1::GetTransformRequest& request);
 

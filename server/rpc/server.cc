@@ -34,10 +34,11 @@ std::string WithPort(const std::string& listen, int port) {
 
 struct RpcServer::State {
   State(server::Pipeline& pipeline, const ServerOptions& options)
-      : sessions(pipeline, options), map(pipeline, options) {}
+      : sessions(pipeline, options), map(pipeline, options), matches(pipeline, options) {}
 
   SessionServiceImpl sessions;
   MapServiceImpl map;
+  MatchServiceImpl matches;
   int port = 0;
   std::string address;
   std::atomic<bool> shut_down = false;
@@ -63,6 +64,7 @@ absl::StatusOr<std::unique_ptr<RpcServer>> RpcServer::Start(server::Pipeline* pi
   builder.AddListeningPort(options.listen, grpc::InsecureServerCredentials(), &state->port);
   builder.RegisterService(&state->sessions);
   builder.RegisterService(&state->map);
+  builder.RegisterService(&state->matches);
   state->server = builder.BuildAndStart();
   const bool unix_socket = options.listen.rfind("unix", 0) == 0;
   if (state->server == nullptr || (state->port <= 0 && !unix_socket)) {
@@ -75,6 +77,7 @@ absl::StatusOr<std::unique_ptr<RpcServer>> RpcServer::Start(server::Pipeline* pi
   grpc::HealthCheckServiceInterface* health = state->server->GetHealthCheckService();
   health->SetServingStatus(v1::SessionService::service_full_name(), true);
   health->SetServingStatus(v1::MapService::service_full_name(), true);
+  health->SetServingStatus(v1::MatchService::service_full_name(), true);
   return std::unique_ptr<RpcServer>(new RpcServer(std::move(state)));
 }
 

@@ -5,6 +5,7 @@
 
 #include "server/rpc/export_map.h"
 #include "server/rpc/map_handlers.h"
+#include "server/rpc/match_handlers.h"
 #include "server/rpc/query_region.h"
 #include "server/rpc/session_handlers.h"
 #include "server/rpc/stream_scans.h"
@@ -130,6 +131,12 @@ grpc::Status MapServiceImpl::QueryRegion(grpc::ServerContext*,
 grpc::Status MapServiceImpl::ExportMap(grpc::ServerContext*, const v1::ExportMapRequest* request,
                                        grpc::ServerWriter<v1::ExportMapResponse>* writer) {
   return Reply(options_, "ExportMap", rpc::ExportMap(pipeline_, *request, EmitTo(writer)));
+}
+
+grpc::Status MatchServiceImpl::DecideMatch(grpc::ServerContext*,
+                                           const v1::DecideMatchRequest* request,
+                                           v1::DecideMatchResponse* response) {
+  return Reply(options_, "DecideMatch", rpc::DecideMatch(pipeline_, *request), response);
 }
 
 }  // namespace isthmus::rpc

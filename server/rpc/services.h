@@ -5,6 +5,7 @@
 #include <grpcpp/support/status.h>
 
 #include "isthmus/v1/map_service.grpc.pb.h"
+#include "isthmus/v1/match_service.grpc.pb.h"
 #include "isthmus/v1/session_service.grpc.pb.h"
 #include "server/pipeline.h"
 #include "server/rpc/scan_streams.h"
@@ -64,6 +65,19 @@ class MapServiceImpl final : public v1::MapService::Service {
                            grpc::ServerWriter<v1::QueryRegionResponse>* writer) override;
   grpc::Status ExportMap(grpc::ServerContext* context, const v1::ExportMapRequest* request,
                          grpc::ServerWriter<v1::ExportMapResponse>* writer) override;
+
+ private:
+  server::Pipeline& pipeline_;
+  const ServerOptions options_;
+};
+
+class MatchServiceImpl final : public v1::MatchService::Service {
+ public:
+  MatchServiceImpl(server::Pipeline& pipeline, const ServerOptions& options)
+      : pipeline_(pipeline), options_(options) {}
+
+  grpc::Status DecideMatch(grpc::ServerContext* context, const v1::DecideMatchRequest* request,
+                           v1::DecideMatchResponse* response) override;
 
  private:
   server::Pipeline& pipeline_;

@@ -54,6 +54,12 @@ inline std::shared_ptr<Submap> MakeSubmap(const std::string& session, uint32_t i
   return submap;
 }
 
+inline Verdict MakeVerdict(const std::string& a, const std::string& b) {
+  return {SessionId(a),       SessionId(b),
+          Ruling::kReject,    Pose::FromXyzRpy(1, 2, 3, 0.1, 0, -2),
+          "the halls differ", 1'700'000'000'000'000'123};
+}
+
 inline Match MakeMatch(const std::string& a, const std::string& b) {
   Match match;
   match.a = SessionId(a);

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -128,6 +129,24 @@ TEST_F(ServerCommandsTest, ValuesThatTheServerRefusesGiveTwo) {
   EXPECT_EQ(sensor.code, 2);
   EXPECT_THAT(sensor.err, HasSubstr("vlp16")) << "the known ones are listed";
   EXPECT_EQ(Ask("push --robot 'a b' " + Path("robot_0")).code, 2);
+}
+
+TEST_F(ServerCommandsTest, APersonJoinsTwoRobotsAndPartsThemAgain) {
+  ASSERT_EQ(Ask("push --robot hand_a --to 2 " + Path("robot_0")).code, 0);
+  ASSERT_EQ(Ask("push --robot hand_b --to 2 " + Path("robot_1")).code, 0);
+  const ProgramResult set =
+      Ask("match set hand_a hand_b --pose 4 -2 0.5 0 0 90 --note 'measured with a tape'");
+  ASSERT_EQ(set.code, 0) << set.err;
+  EXPECT_THAT(set.out, HasSubstr("ACCEPTED (carries the map), BY_HAND: given by hand: measured"));
+  const json transform = AskJson("transform hand_a hand_b");
+  EXPECT_NEAR(transform["T_a_b"]["translation"][1].get<double>(), -2, 1e-9);
+  EXPECT_NEAR(transform["T_a_b"]["rotation"][2].get<double>(), std::sqrt(0.5), 1e-9) << "degrees";
+  const json match = AskJson("match reject --sessions hand_b-1 hand_a-1");
+  EXPECT_EQ(match["state"], "REJECTED");
+  EXPECT_EQ(match["verdict"]["ruling"], "REJECT");
+  EXPECT_EQ(Ask("transform hand_a hand_b").code, 3);
+  EXPECT_EQ(AskJson("match withdraw hand_a hand_b")["verdict"], nullptr);
+  EXPECT_EQ(Ask("match set hand_a hand_b --pose 1 2 3").code, 2);
 }
 
 TEST_F(ServerCommandsTest, NoAnswerYetGivesThreeAndTheReason) {

@@ -199,6 +199,43 @@ TEST_F(ClientRpcTest, TheMatchGraphKeepsItsReasons) {
   ExpectEqual(graph->placements[0].placement.T_map_odom, kPose);
 }
 
+TEST_F(ClientRpcTest, AWordOnAMatchGoesUpAndTheMatchComesBack) {
+  Match match;
+  match.a = SessionId("alice-1");
+  match.b = SessionId("bob-1");
+  match.T_a_b = kPose;
+  pipeline_.decided = match;
+  pipeline_.graph.matches = {match};
+  pipeline_.graph.verdicts = {{match.a, match.b, Ruling::kSet, kPose, "tape", 5}};
+  MatchDecision decision;
+  decision.robot_a = RobotId("alice");
+  decision.session_b = SessionId("bob-1");
+  decision.ruling = Ruling::kSet;
+  decision.T_a_b = kPose;
+  decision.note = "tape";
+  const auto edge = client_->DecideMatch(decision);
+  ASSERT_TRUE(edge.ok()) << edge.status();
+  ASSERT_EQ(pipeline_.decisions.size(), 1u);
+  EXPECT_EQ(pipeline_.decisions[0].robot_a, RobotId("alice"));
+  EXPECT_EQ(pipeline_.decisions[0].session_b, SessionId("bob-1"));
+  EXPECT_EQ(pipeline_.decisions[0].ruling, Ruling::kSet);
+  EXPECT_EQ(pipeline_.decisions[0].note, "tape");
+  ExpectEqual(pipeline_.decisions[0].T_a_b, kPose);
+  ASSERT_TRUE(edge->verdict.has_value());
+  EXPECT_EQ(edge->verdict->ruling, Ruling::kSet);
+  EXPECT_EQ(edge->verdict->note, "tape");
+  EXPECT_EQ(edge->verdict->given_ns, 5);
+  ExpectEqual(edge->match.T_a_b, kPose);
+  for (const Ruling ruling : {Ruling::kAccept, Ruling::kReject}) {
+    decision.ruling = ruling;
+    EXPECT_TRUE(client_->DecideMatch(decision).ok());
+    EXPECT_EQ(pipeline_.decisions.back().ruling, ruling);
+  }
+  decision.ruling.reset();
+  EXPECT_TRUE(client_->DecideMatch(decision).ok());
+  EXPECT_FALSE(pipeline_.decisions.back().ruling.has_value());
+}
+
 TEST_F(ClientRpcTest, ALongTrajectoryComesInOneAnswer) {
   server::RobotTrajectory trajectory;
   trajectory.session = SessionId("alice-1");

@@ -89,6 +89,9 @@ class FullDisk : public storage::MapStore {
     return store_->FindSubmaps(id, box);
   }
   absl::StatusOr<std::vector<Match>> ListMatches() const override { return store_->ListMatches(); }
+  absl::StatusOr<std::vector<Verdict>> ListVerdicts() const override {
+    return store_->ListVerdicts();
+  }
   absl::StatusOr<MapRevision> LatestRevision() const override { return store_->LatestRevision(); }
   absl::Status PutFeatures(const storage::FeatureBlob& blob) override {
     return store_->PutFeatures(blob);

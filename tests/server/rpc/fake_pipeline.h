@@ -45,6 +45,10 @@ class FakePipeline : public server::Pipeline {
   absl::StatusOr<server::RobotTrajectory> GetTrajectory(const RobotId& robot,
                                                         server::TrajectoryFrame frame) override;
   server::MatchGraphView GetMatchGraph() override { return graph; }
+  absl::StatusOr<Match> DecideMatch(const server::MatchDecision& decision) override {
+    decisions.push_back(decision);
+    return decided;
+  }
   absl::StatusOr<server::RobotTransform> GetTransform(const RobotId& a, const RobotId& b) override;
   std::shared_ptr<const ComposedMap> GetMap() override { return map; }
   absl::Status ExportMap(server::ExportFormat format, const Region& region,
@@ -59,8 +63,10 @@ class FakePipeline : public server::Pipeline {
   std::shared_ptr<FakeMap> map = std::make_shared<FakeMap>();
   absl::StatusOr<server::RobotTrajectory> trajectory = absl::NotFoundError("no such robot");
   absl::StatusOr<server::RobotTransform> transform = absl::NotFoundError("no such robot");
-  std::vector<std::string> file;  // Pieces ExportMap hands out.
-  absl::Status export_status;     // Returned after them.
+  absl::StatusOr<Match> decided = absl::NotFoundError("no such robot");
+  std::vector<server::MatchDecision> decisions;  // Those asked for.
+  std::vector<std::string> file;                 // Pieces ExportMap hands out.
+  absl::Status export_status;                    // Returned after them.
   struct ExportCall {
     server::ExportFormat format;
     Region region;

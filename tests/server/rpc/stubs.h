@@ -10,6 +10,7 @@
 #include <string>
 
 #include "isthmus/v1/map_service.grpc.pb.h"
+#include "isthmus/v1/match_service.grpc.pb.h"
 #include "isthmus/v1/session_service.grpc.pb.h"
 #include "server/rpc/server.h"
 
@@ -44,9 +45,12 @@ inline std::string Describe(const grpc::Status& status) {
 // One stub per service, over one connection.
 struct Stubs {
   explicit Stubs(const std::shared_ptr<grpc::Channel>& channel)
-      : sessions(v1::SessionService::NewStub(channel)), map(v1::MapService::NewStub(channel)) {}
+      : sessions(v1::SessionService::NewStub(channel)),
+        map(v1::MapService::NewStub(channel)),
+        matches(v1::MatchService::NewStub(channel)) {}
   std::unique_ptr<v1::SessionService::Stub> sessions;
   std::unique_ptr<v1::MapService::Stub> map;
+  std::unique_ptr<v1::MatchService::Stub> matches;
 
   // Creates a session and returns its id.
   std::string NewSession(const std::string& robot, const std::string& sensor = "vlp16") {

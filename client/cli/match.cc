@@ -1,0 +1,90 @@
+// isthmus match: a person's word on how two robots' maps lie to each other.
+#include <absl/strings/str_format.h>
+
+#include <numbers>
+#include <vector>
+
+#include "client/cli/command.h"
+#include "client/cli/exit_code.h"
+#include "client/cli/json.h"
+#include "client/cli/match_text.h"
+
+namespace isthmus::cli {
+namespace {
+
+struct Options {
+  ServerOptions server;
+  std::string a, b;
+  bool sessions = false;
+  std::vector<double> pose;  // x y z roll pitch yaw, metres and degrees.
+  std::string note;
+  bool json = false;
+};
+
+Pose PoseOf(const std::vector<double>& numbers) {
+  constexpr double kRadians = std::numbers::pi / 180;
+  return Pose::FromXyzRpy(numbers[0], numbers[1], numbers[2], numbers[3] * kRadians,
+                          numbers[4] * kRadians, numbers[5] * kRadians);
+}
+
+int Run(const Options& options, std::optional<Ruling> ruling) {
+  const auto client = Connect(options.server);
+  if (!client.ok()) return FailServer(client.status());
+  client::MatchDecision decision;
+  if (options.sessions) {
+    decision.session_a = SessionId(options.a);
+    decision.session_b = SessionId(options.b);
+  } else {
+    decision.robot_a = RobotId(options.a);
+    decision.robot_b = RobotId(options.b);
+  }
+  decision.ruling = ruling;
+  decision.note = options.note;
+  if (!options.pose.empty()) decision.T_a_b = PoseOf(options.pose);
+  const auto edge = (*client)->DecideMatch(decision);
+  if (!edge.ok()) return FailServer(edge.status());
+  if (options.json) {
+    Print(ToJson(*edge));
+  } else {
+    absl::PrintF("%s", MatchText(*edge));
+  }
+  return kOk;
+}
+
+void AddDecision(CLI::App& match, Action& action, const std::string& name, const std::string& what,
+                 std::optional<Ruling> ruling) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = match.add_subcommand(name, what);
+  AddServerOptions(*command, options->server);
+  command->add_option("A", options->a, "Robot; its newest session is meant")->required();
+  command->add_option("B", options->b)->required();
+  command->add_flag("--sessions", options->sessions, "A and B are sessions");
+  if (ruling == Ruling::kSet) {
+    command
+        ->add_option("--pose", options->pose,
+                     "X Y Z ROLL PITCH YAW of B's odom frame in A's: metres and degrees")
+        ->expected(6)
+        ->required();
+  }
+  if (ruling) command->add_option("--note", options->note, "Why; kept with the decision");
+  command->add_flag("--json", options->json, "The match as it counts from now on, as JSON");
+  command->callback(
+      [options, ruling, &action] { action = [options, ruling] { return Run(*options, ruling); }; });
+}
+
+}  // namespace
+
+void AddMatch(CLI::App& app, Action& action) {
+  CLI::App* match =
+      app.add_subcommand("match", "Accept, reject or give the match of two robots by hand");
+  match->require_subcommand(1);
+  AddDecision(*match, action, "accept", "What was computed last holds from now on",
+              Ruling::kAccept);
+  AddDecision(*match, action, "reject", "The two are not joined, whatever is computed",
+              Ruling::kReject);
+  AddDecision(*match, action, "set", "The pose given holds", Ruling::kSet);
+  AddDecision(*match, action, "withdraw", "What was said no longer counts, what is computed does",
+              std::nullopt);
+}
+
+}  // namespace isthmus::cli

@@ -1,0 +1,163 @@
+// A person's word on matches: it holds whatever is computed, over restarts, and can be taken back.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <filesystem>
+#include <string>
+
+#include "storage/sqlite_store.h"
+#include "tests/server/pipeline/robots.h"
+
+namespace isthmus::server {
+namespace {
+
+using ::testing::HasSubstr;
+
+const RobotId kAlice("alice"), kBob("bob");
+const Pose kGiven = Pose::FromXyzRpy(12, -3, 0.5, 0, 0, 1.2);
+
+bool Near(const Pose& a, const Pose& b) {
+  const Pose difference = a.Inverse() * b;
+  return difference.translation().norm() < 1e-9 && RotationAngle(difference) < 1e-9;
+}
+
+// Two robots that have seen one bare wall each: too little for any match.
+void AddWalls(Pipeline& pipeline) {
+  for (const RobotId& robot : {kAlice, kBob}) {
+    Submap submap;
+    submap.id = {pipeline.CreateSession({robot, "vlp16"}).value().record.id, 0};
+    submap.keyframes = {{0, 1'000, Pose()}, {0, 2'000, Pose(Eigen::Vector3d(1, 0, 0))}};
+    for (int i = 0; i < 400; ++i) {
+      submap.points.push_back({3.f, 0.2f * (i % 20), 0.2f * (i / 20), 1.f, uint16_t(i % 2)});
+    }
+    ASSERT_TRUE(pipeline.AddSubmap(submap).ok());
+  }
+  pipeline.WaitUntilIdle();
+  ASSERT_EQ(pipeline.GetMapInfo().components.size(), 2u);
+}
+
+TEST(PipelineVerdicts, ATransformGivenByHandJoinsTheMapsAndCanBeTakenBack) {
+  const auto pipeline = OpenInMemory();
+  AddWalls(*pipeline);
+  const Match before = pipeline->GetMatchGraph().matches.at(0);
+  const RobotTrajectory bob = pipeline->GetTrajectory(kBob, TrajectoryFrame::kMap).value();
+
+  const auto match = pipeline->DecideMatch({.robot_a = kAlice,
+                                            .robot_b = kBob,
+                                            .ruling = Ruling::kSet,
+                                            .T_a_b = kGiven,
+                                            .note = "tape"});
+  ASSERT_TRUE(match.ok()) << match.status();
+  EXPECT_EQ(match->state, MatchState::kAccepted);
+  EXPECT_THAT(match->detail, HasSubstr("tape"));
+  pipeline->WaitUntilIdle();
+  EXPECT_EQ(pipeline->GetMapInfo().components.size(), 1u);
+  EXPECT_TRUE(Near(pipeline->GetTransform(kAlice, kBob)->T_a_b, kGiven));
+  ASSERT_EQ(pipeline->GetMatchGraph().verdicts.size(), 1u);
+  EXPECT_EQ(pipeline->GetMap()->component_count(), 1u);
+
+  ASSERT_TRUE(pipeline->DecideMatch({.robot_a = kAlice, .robot_b = kBob}).ok());
+  pipeline->WaitUntilIdle();
+  EXPECT_EQ(pipeline->GetMapInfo().components.size(), 2u);
+  EXPECT_TRUE(pipeline->GetMatchGraph().verdicts.empty());
+  const Match after = pipeline->GetMatchGraph().matches.at(0);
+  EXPECT_EQ(after.state, before.state);
+  EXPECT_EQ(after.reason, before.reason);
+  const RobotTrajectory again = pipeline->GetTrajectory(kBob, TrajectoryFrame::kMap).value();
+  EXPECT_TRUE(Near(again.poses[1].pose, bob.poses[1].pose));
+}
+
+TEST(PipelineVerdicts, WhatWasFoundCanBeAccepted) {
+  const auto pipeline = OpenInMemory();
+  AddWalls(*pipeline);
+  const Match found = pipeline->GetMatchGraph().matches.at(0);
+  ASSERT_FALSE(found.matcher.empty()) << "two equal walls lie on each other somewhere";
+  const auto match =
+      pipeline->DecideMatch({.robot_a = kAlice, .robot_b = kBob, .ruling = Ruling::kAccept});
+  ASSERT_TRUE(match.ok()) << match.status();
+  EXPECT_TRUE(Near(match->T_a_b, found.T_a_b));
+  EXPECT_TRUE(Near(pipeline->GetTransform(kAlice, kBob)->T_a_b, found.T_a_b));
+}
+
+TEST(PipelineVerdicts, SidesAreTakenAsTheyAreNamed) {
+  const auto pipeline = OpenInMemory();
+  AddWalls(*pipeline);
+  const MatchDecision decision{
+      .robot_a = kBob, .robot_b = kAlice, .ruling = Ruling::kSet, .T_a_b = kGiven};
+  ASSERT_TRUE(pipeline->DecideMatch(decision).ok());
+  EXPECT_TRUE(Near(pipeline->GetTransform(kBob, kAlice)->T_a_b, kGiven));
+}
+
+TEST(PipelineVerdicts, HoldWhatIsComputedLaterAndRejectedPairsStayApart) {
+  const auto pipeline = OpenInMemory();
+  AddWalls(*pipeline);
+  const MatchDecision given{
+      .robot_a = kAlice, .robot_b = kBob, .ruling = Ruling::kSet, .T_a_b = kGiven};
+  ASSERT_TRUE(pipeline->DecideMatch(given).ok());
+  // A finished session's pair is estimated again.
+  for (const SessionStatus& session : pipeline->ListSessions()) {
+    ASSERT_TRUE(pipeline->FinishSession(session.record.id).ok());
+  }
+  pipeline->WaitUntilIdle();
+  EXPECT_TRUE(Near(pipeline->GetTransform(kAlice, kBob)->T_a_b, kGiven));
+  ASSERT_TRUE(
+      pipeline->DecideMatch({.robot_a = kAlice, .robot_b = kBob, .ruling = Ruling::kReject}).ok());
+  const absl::Status apart = pipeline->GetTransform(kAlice, kBob).status();
+  EXPECT_EQ(apart.code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_THAT(std::string(apart.message()), HasSubstr("rejected by hand"));
+}
+
+TEST(PipelineVerdicts, SurviveARestart) {
+  const std::filesystem::path folder =
+      std::filesystem::path(testing::TempDir()) / ("isthmus_verdicts_" + std::to_string(getpid()));
+  std::filesystem::create_directories(folder);
+  const auto open = [&] {
+    return Pipeline::Open(QuickOptions(), storage::OpenSqliteStore(folder.string()).value())
+        .value();
+  };
+  {
+    const auto pipeline = open();
+    AddWalls(*pipeline);
+    const MatchDecision given{
+        .robot_a = kAlice, .robot_b = kBob, .ruling = Ruling::kSet, .T_a_b = kGiven};
+    ASSERT_TRUE(pipeline->DecideMatch(given).ok());
+  }
+  {
+    const auto pipeline = open();
+    pipeline->WaitUntilIdle();
+    EXPECT_TRUE(Near(pipeline->GetTransform(kAlice, kBob)->T_a_b, kGiven));
+  }
+  std::filesystem::remove_all(folder);
+}
+
+TEST(PipelineVerdicts, AreRefusedWhereTheyMeanNothing) {
+  const auto pipeline = OpenInMemory();
+  AddWalls(*pipeline);
+  const auto code = [&](const MatchDecision& decision) {
+    return pipeline->DecideMatch(decision).status().code();
+  };
+  EXPECT_EQ(code({.robot_a = kAlice, .robot_b = RobotId("nobody")}), absl::StatusCode::kNotFound);
+  EXPECT_EQ(code({.robot_a = kAlice, .session_b = SessionId("bob-9")}),
+            absl::StatusCode::kNotFound);
+  EXPECT_EQ(code({.robot_a = kAlice, .robot_b = kAlice}), absl::StatusCode::kInvalidArgument);
+  // A robot that has sent nothing was compared with nobody.
+  ASSERT_TRUE(pipeline->CreateSession({RobotId("carol"), "vlp16"}).ok());
+  EXPECT_EQ(code({.robot_a = kAlice, .robot_b = RobotId("carol"), .ruling = Ruling::kAccept}),
+            absl::StatusCode::kFailedPrecondition);
+  EXPECT_EQ(code({.robot_a = kAlice,
+                  .robot_b = kBob,
+                  .ruling = Ruling::kSet,
+                  .T_a_b = Pose(Eigen::Vector3d(std::nan(""), 0, 0))}),
+            absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(code({.robot_a = kAlice,
+                  .robot_b = kBob,
+                  .ruling = Ruling::kReject,
+                  .note = std::string(1001, 'x')}),
+            absl::StatusCode::kInvalidArgument);
+  EXPECT_TRUE(pipeline->GetMatchGraph().verdicts.empty());
+}
+
+}  // namespace
+}  // namespace isthmus::server
