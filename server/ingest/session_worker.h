@@ -64,9 +64,8 @@ struct WorkerStatus {
 // What becomes of a scan, and what its ack says:
 //   sequence dealt with before        duplicate; nothing happens
 //   stamp up to 1 s before the last   rejected as out of order; nothing happens
-//   no returns, too few, damaged      rejected, "lost": where the robot was then is not known.
-//   After
-//                                     three in a row the submap ends
+//   no returns, too few, damaged      rejected, "lost": where the robot was then is not known;
+//                                     after three in a row the submap ends
 //   cannot be matched                 processed, "lost": the pose is a prediction. The submap ends
 //   matched                           processed, "ok" or "degenerate"
 // A clock that was set (see ScanClock) ends the submap, so that stamps in it stay in order, and the
