@@ -11,7 +11,7 @@ namespace isthmus::floam {
 inline float FastAtan2(float y, float x) {
   const float ax = std::abs(x), ay = std::abs(y);
   const float big = std::max(ax, ay), small = std::min(ax, ay);
-  const float a = big > 0 ? small / big : 0;
+  const float a = small / std::max(big, 1e-30F);
   const float s = a * a;
   float angle =
       a * (0.9998660F + s * (-0.3302995F + s * (0.1801410F + s * (-0.0851330F + s * 0.0208351F))));
@@ -26,6 +26,12 @@ inline float WrapOnce(float angle) {
   if (angle > kPi) return angle - kTurn;
   if (angle <= -kPi) return angle + kTurn;
   return angle;
+}
+
+// How far above the next lower whole number, in [0, 1].
+inline float Fraction(float v) {
+  const auto whole = static_cast<float>(static_cast<int>(v));
+  return v - (v < whole ? whole - 1 : whole);
 }
 
 }  // namespace isthmus::floam

@@ -86,8 +86,11 @@ void AzimuthClock::Assign(const std::vector<float>& azimuths, const std::vector<
 
 bool AzimuthClock::Follow(const std::vector<float>& azimuths, const std::vector<uint16_t>& rings,
                           int ring_count, const SensorModel& model) {
-  rings_.assign(ring_count, Ring());
   size_t changes = 0;
+  for (size_t i = 1; i < rings.size(); ++i) changes += rings[i] != rings[i - 1] ? 1 : 0;
+  ring_by_ring_ = changes < rings.size() / 4;
+  if (model.sorted_files && ring_by_ring_) return false;
+  rings_.assign(ring_count, Ring());
   for (size_t i = 0; i < azimuths.size(); ++i) {
     Ring& ring = rings_[rings[i]];
     if (ring.count++ == 0) {
@@ -97,10 +100,7 @@ bool AzimuthClock::Follow(const std::vector<float>& azimuths, const std::vector<
       ring.path += std::abs(step);
     }
     ring.last = azimuths[i];
-    changes += i > 0 && rings[i] != rings[i - 1] ? 1 : 0;
   }
-  ring_by_ring_ = changes < azimuths.size() / 4;
-  if (model.sorted_files && ring_by_ring_) return false;
   uint32_t most = 0;
   float forward = 0, path = 0;
   for (const Ring& ring : rings_) {
@@ -120,8 +120,7 @@ bool AzimuthClock::Follow(const std::vector<float>& azimuths, const std::vector<
 }
 
 float AzimuthClock::TurnsSince(float azimuth, float start) const {
-  const float turns = sense_ * (azimuth - start) / kTurn;
-  return turns - std::floor(turns);
+  return Fraction(sense_ * (azimuth - start) / kTurn);
 }
 
 float AzimuthClock::MedianStart() const {
@@ -149,7 +148,7 @@ void AzimuthClock::CountTurns(const std::vector<float>& azimuths,
       back = kAsideAtStart;
     }
     const float since = TurnsSince(azimuths[i], start) - (progress - back);
-    ring.turns = since - std::floor(since) + (progress - back);
+    ring.turns = Fraction(since) + (progress - back);
     progress += (ring_by_ring_ ? 1.F : kFading) * (ring.turns - progress);
     if (progress > kAside) back = kAside;
     (*turns)[i] = ring.turns;

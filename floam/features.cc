@@ -30,6 +30,18 @@ bool Grazing(const RingPoint& before, const RingPoint& p, const RingPoint& after
   return along * along > kGrazingCosine * kGrazingCosine * length2 * p.range * p.range;
 }
 
+// |sum over S of (p_i - p_j)| / |S| of eq. 1, squared: how far a point is from the mean of the
+// others.
+float SquaredDeviation(const RingPoint* middle, int half_window) {
+  // Position and, for the sake of vector units, intensity.
+  const auto four = [&](int j) { return Eigen::Map<const Eigen::Array4f>(&middle[j].x); };
+  Eigen::Array4f sum = Eigen::Array4f::Zero();
+  for (int j = 1; j <= half_window; ++j) sum += four(-j) + four(j);
+  const auto count = static_cast<float>(2 * half_window);
+  const Eigen::Array4f off = sum / count - four(0);
+  return off[0] * off[0] + off[1] * off[1] + off[2] * off[2];
+}
+
 TimedPoint ToTimed(const RingPoint& p, float weight, uint16_t ring) {
   return {Eigen::Vector3f(p.x, p.y, p.z), p.time, weight, ring};
 }
@@ -44,17 +56,7 @@ void ThinEvenly(size_t limit, std::vector<TimedPoint>* points) {
 }  // namespace
 
 float Smoothness(const RingPoint* middle, int half_window) {
-  float x = 0, y = 0, z = 0;
-  for (int j = -half_window; j <= half_window; ++j) {
-    x += middle[j].x;
-    y += middle[j].y;
-    z += middle[j].z;
-  }
-  const auto count = static_cast<float>(2 * half_window + 1);
-  x -= count * middle->x;
-  y -= count * middle->y;
-  z -= count * middle->z;
-  return std::sqrt(x * x + y * y + z * z) / ((count - 1) * middle->range);
+  return std::sqrt(SquaredDeviation(middle, half_window)) / middle->range;
 }
 
 FeatureExtractor::FeatureExtractor(const FeatureOptions& options)
@@ -105,16 +107,18 @@ void FeatureExtractor::ExtractAll(const RingScan& scan, Features* out) {
 
 void FeatureExtractor::ExtractSegment(const RingPoint* begin, const RingPoint* end, Features* out) {
   const int window = options_.half_window;
+  const float edge2 = options_.edge_deviation_m * options_.edge_deviation_m;
+  const float surface2 = options_.surface_deviation_m * options_.surface_deviation_m;
   for (const RingPoint* p = begin + window; p + window < end; ++p) {
     const bool new_in_map = map_thinner_.Insert(p->x, p->y, p->z);
-    const float smoothness = Smoothness(p, window);
-    const float deviation = smoothness * p->range;
-    if (deviation > options_.edge_deviation_m) {
-      edge_candidates_.push_back({p, smoothness});
+    const float deviation2 = SquaredDeviation(p, window);
+    if (deviation2 > edge2) {
+      edge_candidates_.push_back({p, std::sqrt(deviation2) / p->range});
       continue;
     }
-    if (!new_in_map || !(deviation < options_.surface_deviation_m)) continue;
+    if (!new_in_map || !(deviation2 < surface2)) continue;
     if (Grazing(p[-window], *p, p[window])) continue;
+    const float smoothness = std::sqrt(deviation2) / p->range;
     const TimedPoint point = ToTimed(*p, std::exp(-smoothness / kSmoothnessScale), ring_);
     out->map_surfaces.push_back(point);
     if (surface_thinner_.Insert(p->x, p->y, p->z)) out->surfaces.push_back(point);

@@ -5,13 +5,49 @@
 #include <numeric>
 
 namespace isthmus::floam {
+namespace {
 
-void SortRings(RingScan* scan) {
-  const auto at = [&](uint32_t i) { return scan->points.begin() + static_cast<std::ptrdiff_t>(i); };
-  for (size_t ring = 0; ring + 1 < scan->ring_begin.size(); ++ring) {
-    std::stable_sort(at(scan->ring_begin[ring]), at(scan->ring_begin[ring + 1]),
-                     [](const RingPoint& a, const RingPoint& b) { return a.time < b.time; });
+bool IsEarlier(const RingPoint& a, const RingPoint& b) { return a.time < b.time; }
+
+// Files sorted by azimuth tell rings against the sense of turning, from anywhere in the turn
+// (KITTI): reverses what comes before and after the instant at which the turn ends and begins.
+void TurnAround(RingPoint* begin, RingPoint* end, float half_turn_s) {
+  RingPoint* part = begin;
+  for (RingPoint* p = begin; p != end; ++p) {
+    const bool last = p + 1 == end || std::abs(p[1].time - p->time) > half_turn_s;
+    if (!last) continue;
+    if (IsEarlier(*p, *part)) std::reverse(part, p + 1);
+    part = p + 1;
   }
+}
+
+// False, and the order any, when too many points are too far from their place.
+bool SortNearlySorted(RingPoint* begin, RingPoint* end) {
+  std::ptrdiff_t left = 8 * (end - begin);  // Moves, beyond which sorting properly is faster.
+  for (RingPoint* p = begin; p + 1 < end; ++p) {
+    if (!IsEarlier(p[1], *p)) continue;
+    RingPoint* place = p;
+    while (place != begin && IsEarlier(p[1], place[-1])) --place;
+    left -= p + 1 - place;
+    if (left < 0) return false;
+    std::rotate(place, p + 1, p + 2);
+  }
+  return true;
+}
+
+}  // namespace
+
+OrderWatch SortRings(RingScan* scan) {
+  const auto half_turn_s = static_cast<float>(0.5 * scan->period_s);
+  OrderWatch order;
+  for (size_t ring = 0; ring + 1 < scan->ring_begin.size(); ++ring) {
+    RingPoint* begin = scan->points.data() + scan->ring_begin[ring];
+    RingPoint* end = scan->points.data() + scan->ring_begin[ring + 1];
+    TurnAround(begin, end, half_turn_s);
+    if (!SortNearlySorted(begin, end)) std::stable_sort(begin, end, IsEarlier);
+    for (const RingPoint* p = begin; p + 1 < end; ++p) order.Add(p[0], p[1]);
+  }
+  return order;
 }
 
 void KeepFarthestReturns(RingScan* scan) {

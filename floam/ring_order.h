@@ -38,8 +38,9 @@ class OrderWatch {
   size_t backward_ = 0, repeated_ = 0;
 };
 
-// Puts the points of every ring in order of time; those of equal time keep theirs.
-void SortRings(RingScan* scan);
+// Puts the points of every ring in order of time, linear in their number where they come nearly in
+// that order or against it. Returns what there was to see of them then.
+OrderWatch SortRings(RingScan* scan);
 
 // Of several returns along one ray, neighbours in their ring, keeps the farthest: what is seen
 // through leaves, rain and glass.

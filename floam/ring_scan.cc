@@ -26,12 +26,7 @@ constexpr double kMaxMisfit = 0.18;
 constexpr uint64_t kHistogramScans = 32;  // Show all rings there are.
 constexpr float kMaxScanS = 2;
 constexpr float kClockSlackS = 1e-3F;
-
-bool InRange(const ScanPoint& p, const SensorModel& model) {
-  const float range2 = p.x * p.x + p.y * p.y + p.z * p.z;
-  return range2 >= static_cast<float>(model.min_range_m * model.min_range_m) &&
-         range2 <= static_cast<float>(model.max_range_m * model.max_range_m);
-}
+constexpr float kNotUsed = -1;
 
 const char* RingSource(Inference from, const SensorModel& model) {
   switch (from) {
@@ -55,7 +50,7 @@ absl::Status RingSorter::Sort(const Scan& scan, const SensorModel& model, double
   if (absl::Status status = Validate(scan, model); !status.ok()) return status;
   if (absl::Status status = AssignRings(scan, model, out); !status.ok()) return status;
   AssignTimes(scan, model, period_s, out);
-  Scatter(scan, model, out);
+  Scatter(scan, out);
   if (scans_ == 0) {
     if (absl::Status status = CheckFirst(scan, model, *out); !status.ok()) return status;
   }
@@ -65,7 +60,11 @@ absl::Status RingSorter::Sort(const Scan& scan, const SensorModel& model, double
 }
 
 absl::Status RingSorter::Validate(const Scan& scan, const SensorModel& model) {
-  Eigen::Array3f low = Eigen::Array3f::Constant(1e9F), high = -low;
+  Eigen::Array4f low = Eigen::Array4f::Constant(1e9F), high = -low;  // And of intensities.
+  const auto min_range2 = static_cast<float>(model.min_range_m * model.min_range_m);
+  const auto max_range2 = static_cast<float>(model.max_range_m * model.max_range_m);
+  ranges_.resize(scan.points.size());
+  float* range = ranges_.data();
   size_t usable = 0;
   float earliest = 0, latest = 0;
   lowest_ring_ = std::numeric_limits<uint16_t>::max();
@@ -79,8 +78,11 @@ absl::Status RingSorter::Validate(const Scan& scan, const SensorModel& model) {
     latest = std::max(latest, p.time);
     lowest_ring_ = std::min<int>(lowest_ring_, p.ring);
     highest_ring_ = std::max<int>(highest_ring_, p.ring);
-    if (!InRange(p, model)) continue;
-    const Eigen::Array3f position(p.x, p.y, p.z);
+    const float range2 = p.x * p.x + p.y * p.y + p.z * p.z;
+    const bool in_range = range2 >= min_range2 && range2 <= max_range2;
+    *range++ = in_range ? std::sqrt(range2) : kNotUsed;
+    if (!in_range) continue;
+    const Eigen::Map<const Eigen::Array4f> position(&p.x);
     low = low.min(position);
     high = high.max(position);
     ++usable;
@@ -95,7 +97,7 @@ absl::Status RingSorter::Validate(const Scan& scan, const SensorModel& model) {
                                                    model.min_range_m, " m and ", model.max_range_m,
                                                    " m; at least ", kMinPoints, " are needed"));
   }
-  if ((high - low).maxCoeff() < kMinExtentM) {
+  if ((high - low).head<3>().maxCoeff() < kMinExtentM) {
     return absl::InvalidArgumentError(
         absl::StrCat("all points of scan ", scan.sequence, " are in one place"));
   }
@@ -218,10 +220,10 @@ void RingSorter::AssignTimes(const Scan& scan, const SensorModel& model, double 
   out->times_from = clock_.from_order() ? Inference::kPointOrder : Inference::kSensorModel;
 }
 
-void RingSorter::Scatter(const Scan& scan, const SensorModel& model, RingScan* out) {
+void RingSorter::Scatter(const Scan& scan, RingScan* out) {
   out->ring_begin.assign(ring_count_ + 1, 0);
   for (size_t i = 0; i < scan.points.size(); ++i) {
-    if (InRange(scan.points[i], model)) ++out->ring_begin[rings_[i] + 1];
+    out->ring_begin[rings_[i] + 1] += ranges_[i] >= 0 ? 1 : 0;
   }
   for (int ring = 0; ring < ring_count_; ++ring) {
     out->ring_begin[ring + 1] += out->ring_begin[ring];
@@ -231,15 +233,13 @@ void RingSorter::Scatter(const Scan& scan, const SensorModel& model, RingScan* o
   OrderWatch order;
   for (size_t i = 0; i < scan.points.size(); ++i) {
     const ScanPoint& p = scan.points[i];
-    if (!InRange(p, model)) continue;
-    const float range = std::sqrt(p.x * p.x + p.y * p.y + p.z * p.z);
+    if (ranges_[i] < 0) continue;
     const uint32_t at = next_[rings_[i]]++;
-    out->points[at] = {p.x, p.y, p.z, p.intensity, times_[i], range};
+    out->points[at] = {p.x, p.y, p.z, p.intensity, times_[i], ranges_[i]};
     if (at > out->ring_begin[rings_[i]]) order.Add(out->points[at - 1], out->points[at]);
   }
-  const bool disordered = order.IsDisordered(out->points.size(), ring_count_);
-  if (disordered) SortRings(out);
-  if (disordered || order.HasTwoReturns(out->points.size())) KeepFarthestReturns(out);
+  if (order.IsDisordered(out->points.size(), ring_count_)) order = SortRings(out);
+  if (order.HasTwoReturns(out->points.size())) KeepFarthestReturns(out);
 }
 
 absl::Status RingSorter::CheckFirst(const Scan& scan, const SensorModel& model,

@@ -68,11 +68,12 @@ class RingSorter {
   absl::Status InferRings(const Scan& scan, const SensorModel& model, RingScan* out);
   absl::Status FindElevations(const Scan& scan, const SensorModel& model);
   void AssignTimes(const Scan& scan, const SensorModel& model, double period_s, RingScan* out);
-  void Scatter(const Scan& scan, const SensorModel& model, RingScan* out);
+  void Scatter(const Scan& scan, RingScan* out);
   absl::Status CheckFirst(const Scan& scan, const SensorModel& model, const RingScan& sorted);
   void Describe(const SensorModel& model, RingScan* out);
 
   // Scratch memory, one entry per point of the scan.
+  std::vector<float> ranges_;  // Negative for points that are not used.
   std::vector<float> azimuths_, elevations_;
   std::vector<float> times_;
   std::vector<uint16_t> rings_;

@@ -15,8 +15,8 @@ ScanMotion::ScanMotion(const Vector6d& twist_per_s, double reference_s, double b
   Pose T_reference_sensor = Exp((begin_s - reference_s) * twist_per_s);
   const Pose T_step = Exp(step_s * twist_per_s);
   for (int k = 0; k <= kIntervals; ++k) {
-    knots_.push_back({T_reference_sensor.RotationMatrix().cast<float>(),
-                      T_reference_sensor.translation().cast<float>()});
+    const Eigen::Matrix4f matrix = T_reference_sensor.Matrix().cast<float>();
+    knots_.push_back({matrix.col(0), matrix.col(1), matrix.col(2), matrix.col(3)});
     T_reference_sensor = T_reference_sensor * T_step;
   }
 }
@@ -25,8 +25,9 @@ void Undistort(const RingScan& scan, const ScanMotion& motion, Cloud* out) {
   out->resize(scan.points.size());
   for (size_t i = 0; i < scan.points.size(); ++i) {
     const RingPoint& p = scan.points[i];
-    const Eigen::Vector3f q = motion.ToReference({p.x, p.y, p.z}, p.time);
-    (*out)[i] = {q.x(), q.y(), q.z(), p.intensity};
+    const Eigen::Array4f q = motion.ToReference(p.x, p.y, p.z, p.time);
+    Eigen::Map<Eigen::Array4f>(&(*out)[i].x) = q;
+    (*out)[i].intensity = p.intensity;
   }
 }
 
