@@ -1,10 +1,17 @@
 #include "floam/feature_map.h"
 
+#include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include "floam/undistort.h"
 
 namespace isthmus::floam {
+namespace {
+
+constexpr float kMaxLevel = 0.8F;  // Of the normal: ground, even where it was seen at a tilt.
+
+}  // namespace
 
 FeatureMap::FeatureMap(const OdometryOptions& options)
     : options_(options),
@@ -23,13 +30,15 @@ void FeatureMap::Insert(const Features& features, const ScanPose& pose, double p
   insert(features.map_surfaces, &surfaces_);
   insert(features.edges, &edges_);
   T_odom_inserted_ = pose.At(0);
+  if (scans_ == 0) began_odom_ = T_odom_inserted_.translation();
+  moved_m_ = std::max(moved_m_, (T_odom_inserted_.translation() - began_odom_).norm());
   ++scans_;
 }
 
 void FeatureMap::Update(const Features& features, const ScanPose& pose, double period_s) {
   const Pose T_odom_end = pose.At(0);
   const Pose moved = T_odom_inserted_.Inverse() * T_odom_end;
-  if (!IsYoung() && moved.translation().norm() < options_.map_distance_m &&
+  if (!IsNew() && moved.translation().norm() < options_.map_distance_m &&
       RotationAngle(moved) < options_.map_angle_rad) {
     return;
   }
@@ -42,12 +51,14 @@ void FeatureMap::Resume(const Cloud& map_odom, const Pose& T_odom_sensor) {
   for (const Point& p : map_odom) surfaces_.Insert(p.Position().cast<double>());
   T_odom_inserted_ = T_odom_sensor;
   scans_ = options_.map_first_scans;
+  moved_m_ = options_.map_young_distance_m;
 }
 
 void FeatureMap::Clear() {
   surfaces_.Clear();
   edges_.Clear();
   scans_ = 0;
+  moved_m_ = 0;
 }
 
 double FeatureMap::Glance(const std::vector<Eigen::Vector3d>& points, const Pose& T_odom_sensor,
@@ -60,7 +71,7 @@ double FeatureMap::Glance(const std::vector<Eigen::Vector3d>& points, const Pose
   for (const Eigen::Vector3d& point : points) {
     const Eigen::Vector3d p = R * point + t;
     surfaces_.Find(p, &found);
-    if (found.shape == nullptr) continue;
+    if (found.shape == nullptr || std::abs(found.shape->direction.z()) > kMaxLevel) continue;
     const Eigen::Vector3d offset = p - found.origin - found.shape->mean.cast<double>();
     const double distance = found.shape->direction.cast<double>().dot(offset);
     const double ratio = kernel2 / (kernel2 + distance * distance);

@@ -16,20 +16,24 @@ class FeatureMap {
  public:
   explicit FeatureMap(const OdometryOptions& options);
 
-  // A map of a few scans is sparse: most of what a scan sees is not in it yet.
-  bool IsYoung() const { return scans_ < options_.map_first_scans; }
+  // Holds a few scans only: height and tilt may hardly be observed.
+  bool IsNew() const { return scans_ < options_.map_first_scans; }
+  // Is sparse: most of what a scan sees is not in it yet. So is a map of many scans from one place:
+  // far from the sensor there are single rings only.
+  bool IsYoung() const { return IsNew() || moved_m_ < options_.map_young_distance_m; }
 
   // Puts the points where they were measured, the sensor moving as `pose` says.
   void Insert(const Features& features, const ScanPose& pose, double period_s);
-  // Inserts what was seen after enough motion since the last time (or while young), and forgets
-  // what is out of reach.
+  // Inserts what was seen if it is one of the first scans or after enough motion since the last
+  // time, and forgets what is out of reach.
   void Update(const Features& features, const ScanPose& pose, double period_s);
   // Goes on with points of an earlier run, the sensor at `T_odom_sensor`. No longer young.
   void Resume(const Cloud& map_odom, const Pose& T_odom_sensor);
   void Clear();
 
   // How well points (sensor frame) lie on the map's planes: the sum of their weights under the
-  // Geman-McClure loss. Takes about 50 ns per point.
+  // Geman-McClure loss. Level planes do not count: ground is everywhere. Takes about 50 ns per
+  // point.
   double Glance(const std::vector<Eigen::Vector3d>& points, const Pose& T_odom_sensor,
                 double kernel_m);
 
@@ -40,7 +44,9 @@ class FeatureMap {
   const OdometryOptions options_;
   LocalMap surfaces_, edges_;
   int scans_ = 0;
-  Pose T_odom_inserted_;  // END of the last scan that was inserted.
+  double moved_m_ = 0;                                    // Farthest from where it began.
+  Eigen::Vector3d began_odom_ = Eigen::Vector3d::Zero();  // END of the first scan inserted, ...
+  Pose T_odom_inserted_;                                  // ... and of the last.
 };
 
 }  // namespace isthmus::floam

@@ -149,7 +149,7 @@ ScanPose Odometry::State::Locate(OdometryResult* result) {
   if (carried) {
     tracker.Begin({match->pose, frame.stamp_ns});  // Its motion, not the way it was carried.
   } else {
-    tracker.Adopt(frame, &*match);
+    tracker.Adopt(frame, map, &*match);
   }
   if (options.mode == OdometryMode::kAloam) scan_to_scan.SetPrevious(frame.features);
   phase = Phase::kUnderWay;

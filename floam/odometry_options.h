@@ -18,7 +18,7 @@ struct OdometryOptions {
   LocalMapOptions map;
   MatchOptions matching;
 
-  // While the map is young, what little there is of the ground may be far and in single rings: one
+  // While the map is new, what little there is of the ground may be far and in single rings: one
   // sigma of the prediction of height and of roll and pitch.
   double young_height_sigma_m = 0.003;
   double young_tilt_sigma_rad = 0.002;
@@ -42,6 +42,8 @@ struct OdometryOptions {
   double map_distance_m = 0.1;
   double map_angle_rad = 0.05;
   int map_first_scans = 10;
+  // The map is young until the sensor has been this far from where it began.
+  double map_young_distance_m = 1.0;
 
   // How the sensor is mounted on the robot, which stands about level when the session begins:
   // rotation of T_base_sensor. A robot that was carried away is looked for on the level.

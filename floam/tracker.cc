@@ -6,6 +6,7 @@ namespace isthmus::floam {
 namespace {
 
 constexpr double kMaxExtrapolationS = 3;
+constexpr double kMaxTiltingS = 0.3;  // A bump, or noise: robots do not go on tilting.
 // Scans farther apart than this many periods: too much may have happened to trust the motion.
 constexpr double kGapPeriods = 3.5;
 constexpr double kSteadyFading = 0.1;
@@ -15,7 +16,9 @@ constexpr double kGapTwistSigma = 1.0;  // m/s and rad/s, after a gap.
 
 ScanPose Predict(const ScanPose& last, double elapsed_s, double reference_s) {
   const double time_s = std::min(elapsed_s, kMaxExtrapolationS) + reference_s;
-  return {last.At(time_s), last.twist, reference_s};
+  ScanPose moving = last;
+  if (elapsed_s > kMaxTiltingS) moving.twist.segment<2>(3) *= kMaxTiltingS / elapsed_s;
+  return {moving.At(time_s), last.twist, reference_s};
 }
 
 Tracker::Tracker(const SensorModel& sensor, const OdometryOptions& options)
@@ -61,7 +64,7 @@ MatchResult Tracker::Match(const ScanFrame& frame, const ScanPose& guess,
 
 MatchOptions Tracker::Matching(const FeatureMap& map) const {
   MatchOptions matching = options_.matching;
-  if (map.IsYoung()) {
+  if (map.IsNew()) {
     matching.guess_sigma[2] = options_.young_height_sigma_m;
     matching.guess_sigma.segment<2>(3).setConstant(options_.young_tilt_sigma_rad);
   }
@@ -80,12 +83,14 @@ bool Tracker::IsExpected(const MatchResult& match, const ScanPose& prediction) c
          RotationAngle(surprise) < options_.max_surprise_rad;
 }
 
-void Tracker::Adopt(const ScanFrame& frame, MatchResult* match) {
+void Tracker::Adopt(const ScanFrame& frame, const FeatureMap& map, MatchResult* match) {
   if (options_.mode == OdometryMode::kFloam) {
     // Stage two of the paper: the motion that was found replaces the one that was predicted.
     const Pose moved = last_.pose.T_odom_sensor.Inverse() * match->pose.T_odom_sensor;
     match->pose.twist = Log(moved) / ElapsedSeconds(frame);
   }
+  // What a new map says of the tilt is held to the prediction: noise in its rate would add up.
+  if (map.IsNew()) match->pose.twist.segment<2>(3).setZero();
   last_ = {match->pose, frame.stamp_ns};
   degenerate_ = match->degeneracy.any();
   if (!degenerate_) steady_ += kSteadyFading * (match->pose.twist - steady_);

@@ -29,8 +29,8 @@ class Tracker {
   const Sighting& last() const { return last_; }
   // Goes on from there.
   void Begin(const Sighting& sighting) { last_ = sighting; }
-  // Takes the match for the truth; it goes on from there.
-  void Adopt(const ScanFrame& frame, MatchResult* match);
+  // Takes the match to the map for the truth; it goes on from there.
+  void Adopt(const ScanFrame& frame, const FeatureMap& map, MatchResult* match);
 
   // The instant within the scan whose pose is estimated, relative to its END.
   double ReferenceTime(const ScanFrame& frame) const;
@@ -49,7 +49,7 @@ class Tracker {
   // from then on.
   ScanPose SteadyPrediction(const ScanFrame& frame, const Degeneracy& unobserved) const;
   bool IsDegenerate() const { return degenerate_; }  // The last match was.
-  // What to match with: the options' settings and, while the map is young, a hold on height and
+  // What to match with: the options' settings and, while the map is new, a hold on height and
   // tilt.
   MatchOptions Matching(const FeatureMap& map) const;
 

@@ -7,6 +7,7 @@
 #include <limits>
 #include <vector>
 
+#include "floam/feature_map.h"
 #include "floam/odometry_options.h"
 #include "tests/floam/room.h"
 
@@ -271,6 +272,30 @@ TEST(Odometry, ACarriedRobotIsNeverClaimedWhereItIsNot) {
       }
     }
   }
+}
+
+// Many scans from one place show no more than the first: single rings, of which few make planes.
+TEST(FeatureMap, IsYoungUntilTheSensorHasMoved) {
+  const OdometryOptions options;
+  FeatureMap map(options);
+  const Features nothing;
+  const auto stand_at = [&](double x) {
+    ScanPose pose;
+    pose.T_odom_sensor = Pose::FromXyzRpy(x, 0, 0, 0, 0, 0);
+    map.Update(nothing, pose, 0.1);
+  };
+  for (int k = 0; k < 3 * options.map_first_scans; ++k) {
+    EXPECT_TRUE(map.IsYoung()) << k;
+    EXPECT_EQ(map.IsNew(), k < options.map_first_scans) << k;
+    stand_at(5);
+  }
+  stand_at(5 + 0.6 * options.map_young_distance_m);
+  stand_at(5 - 0.6 * options.map_young_distance_m);
+  EXPECT_TRUE(map.IsYoung());
+  stand_at(5 + 1.1 * options.map_young_distance_m);
+  EXPECT_FALSE(map.IsYoung());
+  stand_at(5);
+  EXPECT_FALSE(map.IsYoung());
 }
 
 TEST(Odometry, BadScansLeaveTheStateAsItWas) {
