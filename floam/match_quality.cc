@@ -9,6 +9,7 @@ constexpr double kFading = 0.05;
 // Of the averages. New surroundings lower the share at once, but hardly the agreement.
 constexpr double kUsualAgreement = 0.88, kUsualShare = 0.6;
 constexpr double kTypicalAgreement = 0.94, kTypicalShare = 0.75;
+constexpr double kEdgeAgreement = 0.9, kEdgeShare = 0.4;
 
 double Share(const MatchResult& match) {
   return static_cast<double>(match.used) / std::max(match.features, 1);
@@ -28,6 +29,10 @@ bool MatchQuality::IsUsual(const MatchResult& match) const {
 
 bool MatchQuality::IsTypical(const MatchResult& match) const {
   return IsAtLeast(match, kTypicalAgreement, kTypicalShare);
+}
+
+bool MatchQuality::IsTypicalAtTheEdge(const MatchResult& match) const {
+  return IsAtLeast(match, kEdgeAgreement, kEdgeShare);
 }
 
 bool MatchQuality::IsAtLeast(const MatchResult& match, double agreement, double share) const {

@@ -16,6 +16,8 @@ class MatchQuality {
   bool IsUsual(const MatchResult& match) const;
   // Whether a match anywhere is about as good as those before it: asked of a place found again.
   bool IsTypical(const MatchResult& match) const;
+  // The same where a part of what is seen is new.
+  bool IsTypicalAtTheEdge(const MatchResult& match) const;
 
   // Fading averages; zero before the first Add.
   double agreement() const { return agreement_; }

@@ -17,10 +17,20 @@ constexpr double kGlanceKernelM = 0.4;
 constexpr size_t kTries = 10;
 constexpr int kTryStride = 3, kTryIterations = 8;
 constexpr double kNearM = 0.5, kNearRad = 0.12;
+// Along a street enough is observed to find a place by, if not to track without a word of warning;
+// along a tunnel it is not. See FindDegeneracy.
+constexpr double kLeastShare = 0.003;
+// So far from the last place seen, a good part of what is seen may be new.
+constexpr double kEdgeM = 4;
 // What is this much as good as the best, and elsewhere, makes it ambiguous.
 constexpr double kRival = 0.93, kElsewhereM = 0.5, kElsewhereRad = 0.15;
 // How far from where it was foretold a place is confirmed.
 constexpr double kConfirmM = 0.25, kConfirmRad = 0.1;
+
+MatchOptions WithLeastShare(MatchOptions options) {
+  options.least_share = kLeastShare;
+  return options;
+}
 
 double Score(const MatchResult& match) { return match.agreement * match.used; }
 
@@ -58,7 +68,7 @@ std::vector<ScanPose> BestGuesses(const Features& features, const std::vector<Sc
 
 }  // namespace
 
-Recovery::Recovery(const OdometryOptions& options) : options_(options) {}
+Recovery::Recovery(const OdometryOptions& options) : matching_(WithLeastShare(options.matching)) {}
 
 void Recovery::Reset() {
   candidate_.reset();
@@ -86,7 +96,10 @@ std::optional<MatchResult> Recovery::Find(const ScanFrame& frame, const MatchRes
 // Where a direction is not observed, a wrong place fits as well as the right one.
 bool Recovery::IsBelievable(const MatchResult& match, const MatchQuality& quality,
                             const Tracker& tracker, const FeatureMap& map) const {
-  return !match.degeneracy.any() && tracker.Fits(match, map) && quality.IsTypical(match);
+  if (match.degeneracy.any() || !tracker.Fits(match, map)) return false;
+  const Pose T_last_found = tracker.last().pose.T_odom_sensor.Inverse() * match.pose.T_odom_sensor;
+  const bool at_the_edge = T_last_found.translation().norm() > kEdgeM;
+  return at_the_edge ? quality.IsTypicalAtTheEdge(match) : quality.IsTypical(match);
 }
 
 std::optional<MatchResult> Recovery::Confirm(const ScanFrame& frame, const MatchQuality& quality,
@@ -95,18 +108,21 @@ std::optional<MatchResult> Recovery::Confirm(const ScanFrame& frame, const Match
   tracker->Begin(*candidate_);
   candidate_.reset();
   const ScanPose prediction = tracker->Prediction(frame);
-  MatchResult match = tracker->Match(frame, prediction, options_.matching, map);
-  if (!tracker->IsAfterGap(frame) && IsBelievable(match, quality, *tracker, *map) &&
+  MatchResult match = tracker->Match(frame, prediction, matching_, map);
+  const bool in_time = !tracker->IsAfterGap(frame);
+  const Sighting seen_at = tracker->last();
+  tracker->Begin(lost_at);
+  if (in_time && IsBelievable(match, quality, *tracker, *map) &&
       AreNear(prediction.T_odom_sensor, match.pose.T_odom_sensor, kConfirmM, kConfirmRad)) {
+    tracker->Begin(seen_at);
     return match;
   }
-  tracker->Begin(lost_at);
   return std::nullopt;
 }
 
 std::optional<MatchResult> Recovery::Search(const ScanFrame& frame, Tracker* tracker,
                                             FeatureMap* map) {
-  MatchOptions attempt = options_.matching;
+  MatchOptions attempt = matching_;
   attempt.stride = kTryStride;
   attempt.max_iterations = kTryIterations;
   attempt.kernel_start_m = kGlanceKernelM;
@@ -125,7 +141,7 @@ std::optional<MatchResult> Recovery::Search(const ScanFrame& frame, Tracker* tra
       return std::nullopt;
     }
   }
-  return tracker->Match(frame, best.pose, options_.matching, map);
+  return tracker->Match(frame, best.pose, matching_, map);
 }
 
 std::vector<ScanPose> Recovery::NextGuesses(const ScanFrame& frame, const Tracker& tracker) {

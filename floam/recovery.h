@@ -38,7 +38,7 @@ class Recovery {
   bool IsBelievable(const MatchResult& match, const MatchQuality& quality, const Tracker& tracker,
                     const FeatureMap& map) const;
 
-  const OdometryOptions options_;
+  const MatchOptions matching_;
   std::optional<Sighting> candidate_;  // Seen in the scan before, not yet confirmed.
   std::vector<ScanPose> pending_;      // Guesses that are still to be looked at, the next one last.
 };

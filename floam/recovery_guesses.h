@@ -12,8 +12,8 @@ namespace isthmus::floam {
 // The prediction, and the same motion slowed down: five.
 std::vector<ScanPose> LikelyGuesses(const ScanPose& last, double elapsed_s, double reference_s);
 
-// Arcs of every curvature at up to the last speed, and a grid of places and headings nearby, at the
-// last height and tilt; the nearest to the last pose first. A few thousand.
+// Arcs of every curvature at up to the last speed, the farthest first, and a grid of places and
+// headings nearby, at the last height and tilt. A few thousand.
 std::vector<ScanPose> NearbyGuesses(const ScanPose& last, double elapsed_s, double reference_s);
 
 }  // namespace isthmus::floam
