@@ -75,6 +75,12 @@ absl::Status Odometry::State::Prepare(const Scan& input) {
 
 // Each of these returns a match to be believed, or none.
 std::optional<MatchResult> Odometry::State::Second() {
+  // Two scans far apart in time have no motion in common, and what little a single scan shows fits
+  // in many places.
+  if (tracker.IsAfterGap(frame)) {
+    start.Again(frame, &tracker);
+    return std::nullopt;
+  }
   MatchResult match = start.Second(frame, &tracker, &map);
   if (!tracker.Fits(match, map)) {
     if (start.attempts() >= kStartAttempts) start.Again(frame, &tracker);

@@ -40,8 +40,9 @@ struct OdometryResult {
   uint64_t sequence = 0;
   int64_t stamp_ns = 0;  // END of the scan.
   Pose T_odom_sensor;    // At the END of the scan; identity for the first.
-  Matrix6d covariance =
-      Matrix6d::Zero();  // Of T_odom_sensor, twist order [rho; phi], sensor frame.
+  // Of T_odom_sensor relative to the map around the sensor, whose drift comes on top; twist order
+  // [rho; phi], sensor frame at the END of the scan, m^2 and rad^2.
+  Matrix6d covariance = Matrix6d::Zero();
   TrackingStatus status = TrackingStatus::kOk;
   Degeneracy degeneracy;  // Which directions, when degenerate; sensor frame at the END of the scan.
   Inference rings_from = Inference::kSensor;
