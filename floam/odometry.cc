@@ -34,7 +34,8 @@ struct Odometry::State {
         tracker(sensor, odometry_options),
         map(odometry_options),
         recovery(odometry_options),
-        relocaliser(odometry_options.matching, RelocaliserOptions()) {}
+        relocaliser(odometry_options.matching, RelocaliserOptions(),
+                    odometry_options.R_base_sensor) {}
 
   enum class Phase { kFirst, kSecond, kUnderWay };
 
