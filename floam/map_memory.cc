@@ -22,10 +22,8 @@ constexpr double kForgottenShare = 0.25;
 uint32_t HeightOf(uint32_t key) { return key >> 2 & 0x3fffff; }
 uint32_t CellOf(uint32_t key) { return key >> 24; }
 
-uint64_t SquareKey(double x, double y, double size) {
-  const auto ix = static_cast<int32_t>(std::floor(x / size));
-  const auto iy = static_cast<int32_t>(std::floor(y / size));
-  return static_cast<uint64_t>(static_cast<uint32_t>(ix)) << 32 | static_cast<uint32_t>(iy);
+MapMemory::TileIndex SquareAt(double x, double y, double size) {
+  return {static_cast<int>(std::floor(x / size)), static_cast<int>(std::floor(y / size))};
 }
 
 }  // namespace
@@ -33,9 +31,7 @@ uint64_t SquareKey(double x, double y, double size) {
 MapMemory::MapMemory(const MapMemoryOptions& options)
     : options_(options), thinner_(static_cast<float>(kVoxelM)) {}
 
-MapMemory::TileIndex MapMemory::TileAt(double x, double y) {
-  return {static_cast<int>(std::floor(x / kTileM)), static_cast<int>(std::floor(y / kTileM))};
-}
+MapMemory::TileIndex MapMemory::TileAt(double x, double y) { return SquareAt(x, y, kTileM); }
 
 uint64_t MapMemory::KeyOf(TileIndex index) {
   return static_cast<uint64_t>(static_cast<uint32_t>(index.x)) << 32 |
@@ -45,7 +41,7 @@ uint64_t MapMemory::KeyOf(TileIndex index) {
 void MapMemory::Add(const Submap& submap, const Pose& T_map_submap) {
   for (const Keyframe& keyframe : submap.keyframes) {
     const Eigen::Vector3d at = (T_map_submap * keyframe.T_submap_sensor).translation();
-    sensors_[SquareKey(at.x(), at.y(), options_.keyframe_spacing_m)] = at;
+    sensors_[KeyOf(SquareAt(at.x(), at.y(), options_.keyframe_spacing_m))] = at;
   }
   Gather(submap, T_map_submap);
   std::sort(incoming_.begin(), incoming_.end(), [](const Incoming& a, const Incoming& b) {

@@ -40,6 +40,7 @@ class MapMemory {
     bool operator==(const TileIndex&) const = default;
   };
   static TileIndex TileAt(double x, double y);
+  static uint64_t KeyOf(TileIndex index);  // Another one for every tile.
 
   explicit MapMemory(const MapMemoryOptions& options);
 
@@ -88,7 +89,6 @@ class MapMemory {
     Voxel voxel;
   };
 
-  static uint64_t KeyOf(TileIndex index);
   void Gather(const Submap& submap, const Pose& T_map_submap);
   void Merge(const Incoming* begin, const Incoming* end, Tile* tile);
   void DropStale(uint32_t submap);

@@ -41,15 +41,14 @@ void PlaceCheck::SetScan(const ScanFrame& frame, const ScanImage& image) {
 
 void PlaceCheck::FillAround(const MapMemory& memory, const Eigen::Vector3d& position) {
   if (surfaces_.block_count() > static_cast<size_t>(options_.max_blocks)) Clear();
-  MapMemory::ForTilesAround(
-      position.head<2>(), options_.radius_m + 2, [&](MapMemory::TileIndex index) {
-        const uint64_t key = static_cast<uint64_t>(static_cast<uint32_t>(index.x)) << 32 |
-                             static_cast<uint32_t>(index.y);
-        if (!filled_.insert(key).second) return;
-        points_.clear();
-        memory.AppendPoints(index, &points_);
-        for (const MapMemory::SeenPoint& p : points_) surfaces_.Insert(p.position.cast<double>());
-      });
+  MapMemory::ForTilesAround(position.head<2>(), options_.radius_m + 2,
+                            [&](MapMemory::TileIndex index) {
+                              if (!filled_.insert(MapMemory::KeyOf(index)).second) return;
+                              points_.clear();
+                              memory.AppendPoints(index, &points_);
+                              for (const MapMemory::SeenPoint& p : points_)
+                                surfaces_.Insert(p.position.cast<double>());
+                            });
 }
 
 PlaceMatch PlaceCheck::Check(const MapMemory& memory, const ScanPose& guess, bool is_rough) {

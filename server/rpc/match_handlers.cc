@@ -151,12 +151,12 @@ absl::StatusOr<v1::DecideMatchResponse> DecideMatch(server::Pipeline& pipeline,
   if (!graph.ok()) return graph.status();
   v1::DecideMatchResponse response;
   response.set_revision(graph->revision());
-  *response.mutable_match() = ToProto(*match, RobotsOf(pipeline));
   for (const v1::Match& edge : graph->matches()) {
-    if (edge.session_a() == match->a.value() && edge.session_b() == match->b.value()) {
-      *response.mutable_match() = edge;
-    }
+    if (edge.session_a() != match->a.value() || edge.session_b() != match->b.value()) continue;
+    *response.mutable_match() = edge;
+    return response;
   }
+  *response.mutable_match() = ToProto(*match, RobotsOf(pipeline));
   return response;
 }
 
