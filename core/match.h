@@ -20,6 +20,15 @@ enum class MatchState {
 // Stable upper-case name ("ACCEPTED"); used in JSON, storage and messages.
 const char* ToString(MatchState state);
 
+// One submap of a lies on one submap of b: what a pose graph is made of.
+struct SubmapEdge {
+  uint32_t submap_a = 0;  // Index of the submap in its session.
+  uint32_t submap_b = 0;
+  Pose T_a_b;  // Takes a point of the submap of b to the frame of the submap of a.
+  // Of the twist [rho; phi] in the frame of submap a by which the true pose is Exp(twist) T_a_b.
+  Matrix6d information = Matrix6d::Zero();
+};
+
 struct StageTime {
   std::string stage;  // "voxel_filter", "fpfh", "birds_eye", "vgicp", ...
   double ms = 0;      // Wall time.
@@ -31,20 +40,29 @@ struct Match {
   SessionId b;
   Pose T_a_b;  // Takes a point of b's odom frame to a's.
   MatchState state = MatchState::kNotYet;
-  std::string reason;        // Stable code, e.g. "FREE_SPACE", "LOW_OVERLAP"; "OK" if accepted.
-  std::string detail;        // One sentence for a person, with the numbers.
-  double confidence = 0;     // [0, 1]; weight of the edge in the match graph.
-  double overlap = -1;       // Share of the smaller map's surface that lies on the other, [0, 1].
-  int64_t inliers = -1;      // Correspondences that agree with T_a_b.
-  double residual_m = -1;    // RMS point-to-surface distance of the inliers.
-  double free_space = -1;    // Share of contradicted range comparisons, [0, 1]; 0 is best.
-  int64_t comparisons = -1;  // How many comparisons free_space rests on.
-  double runner_up = -1;     // free_space of the best competing hypothesis.
-  std::string matcher;       // "paper", "birds_eye": which search produced the hypothesis.
-  uint32_t submaps_a = 0;    // Evidence it was computed from, to know when it is out of date.
+  std::string reason;          // Stable code, e.g. "FREE_SPACE", "LOW_OVERLAP"; "OK" if accepted.
+  std::string detail;          // One sentence for a person, with the numbers.
+  double confidence = 0;       // [0, 1]; weight of the edge in the match graph.
+  double overlap = -1;         // Share of the smaller map's surface that lies on the other, [0, 1].
+  int64_t inliers = -1;        // Correspondences that agree with T_a_b.
+  double inlier_ratio = -1;    // Their share of the points that have the other map near, [0, 1].
+  double residual_m = -1;      // RMS point-to-surface distance of the inliers.
+  double free_space = -1;      // Share of contradicted range comparisons, [0, 1]; 0 is best.
+  int64_t comparisons = -1;    // How many comparisons free_space rests on.
+  double runner_up = -1;       // free_space of the best competing hypothesis.
+  double shared_area_m2 = -1;  // Ground that both robots looked across.
+  double hold = -1;            // Mean squared normal along the direction held least; 0: it slides.
+  double strain = -1;  // How far the odometry had to bend to fit, RMS in its standard deviations.
+  // What is left of going round the best cycle of accepted matches through this one.
+  double cycle_m = -1, cycle_deg = -1;
+  uint32_t candidates = 0;  // Guesses that were refined.
+  std::string matcher;      // "paper", "birds_eye": which search produced the hypothesis.
+  uint32_t submaps_a = 0;   // Evidence it was computed from, to know when it is out of date.
   uint32_t submaps_b = 0;
   int64_t computed_ns = 0;  // Unix nanoseconds.
   std::vector<StageTime> stages;
+  // How their submaps lie on each other; at least one of an accepted match that was computed.
+  std::vector<SubmapEdge> edges;
 };
 
 }  // namespace isthmus
