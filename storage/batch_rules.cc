@@ -57,6 +57,15 @@ absl::Status CheckPair(const Record& match,
   return absl::OkStatus();
 }
 
+absl::Status CheckEdges(const Match& match) {
+  for (const SubmapEdge& edge : match.edges) {
+    if (edge.T_a_b.IsFinite() && edge.information.allFinite()) continue;
+    return absl::InvalidArgumentError(absl::StrCat(
+        "match ", match.a.value(), " ~ ", match.b.value(), " has an edge with NaN or Inf"));
+  }
+  return absl::OkStatus();
+}
+
 absl::Status CheckRevision(const MapRevision& revision, int64_t latest) {
   if (revision.revision <= latest) {
     return absl::FailedPreconditionError(
@@ -105,6 +114,7 @@ absl::Status CheckBatch(const WriteBatch& batch, const StoreContents& contents) 
   }
   for (const Match& match : batch.matches) {
     if (absl::Status status = CheckPair(match, has_session); !status.ok()) return status;
+    if (absl::Status status = CheckEdges(match); !status.ok()) return status;
   }
   for (const Verdict& verdict : batch.verdicts) {
     if (absl::Status status = CheckPair(verdict, has_session); !status.ok()) return status;

@@ -25,8 +25,9 @@ struct StoreContents {
 };
 
 // Sessions that the batch itself inserts count as held. InvalidArgument for empty ids, a match
-// whose pair is not ordered, poses that are not finite, a submap without keyframes, with points of
-// keyframes it does not have or beyond the limits above; else the errors of MapStore::Write.
+// whose pair is not ordered, poses or information that are not finite, a submap without keyframes,
+// with points of keyframes it does not have or beyond the limits above; else the errors of
+// MapStore::Write.
 absl::Status CheckBatch(const WriteBatch& batch, const StoreContents& contents);
 
 absl::Status UnknownSession(const SessionId& session);

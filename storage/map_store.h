@@ -27,8 +27,10 @@ struct WriteBatch {
   std::vector<std::pair<SessionId, TrajectoryEntry>> trajectory = {};
   // Inserted; an id that exists is an error.
   std::vector<std::shared_ptr<const Submap>> submaps = {};
-  std::vector<Match> matches = {};     // Inserted, or replaced by the pair (a, b).
-  std::vector<Verdict> verdicts = {};  // Likewise.
+  // Inserted, or replaced by the pair (a, b). All but the residuals of cycles, which follow from
+  // the other matches and come back as -1.
+  std::vector<Match> matches = {};
+  std::vector<Verdict> verdicts = {};  // Inserted, or replaced by the pair (a, b).
   // Pairs whose verdict is removed; one without is left as it is.
   std::vector<std::pair<SessionId, SessionId>> withdrawn_verdicts = {};
   std::optional<MapRevision> revision = {};  // Becomes the latest; must be newer.

@@ -1,5 +1,8 @@
+#include <absl/strings/str_cat.h>
+
 #include <map>
 
+#include "storage/edge_codec.h"
 #include "storage/pose_codec.h"
 #include "storage/rows.h"
 
@@ -18,12 +21,12 @@ MatchState ParseState(const std::string& name) {
 }
 
 absl::Status InsertMatch(Connection& database, const KeyPair& keys, const Match& match) {
-  return database
-      .Prepare(
-          "INSERT INTO matches (a, b, T_a_b, state, reason, detail, confidence, overlap, "
-          "inliers, residual_m, free_space, comparisons, runner_up, matcher, submaps_a, "
-          "submaps_b, computed_ns) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)")
-      .Bind(keys.first)
+  Statement insert = database.Prepare(
+      "INSERT INTO matches (a, b, T_a_b, state, reason, detail, confidence, overlap, inliers, "
+      "residual_m, free_space, comparisons, runner_up, matcher, submaps_a, submaps_b, computed_ns, "
+      "inlier_ratio, shared_area_m2, hold, strain, candidates, edges) "
+      "VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
+  insert.Bind(keys.first)
       .Bind(keys.second)
       .BindBlob(PackPose(match.T_a_b))
       .Bind(std::string(ToString(match.state)))
@@ -40,7 +43,13 @@ absl::Status InsertMatch(Connection& database, const KeyPair& keys, const Match&
       .Bind(match.submaps_a)
       .Bind(match.submaps_b)
       .Bind(match.computed_ns)
-      .Run();
+      .Bind(match.inlier_ratio)
+      .Bind(match.shared_area_m2)
+      .Bind(match.hold)
+      .Bind(match.strain)
+      .Bind(match.candidates);
+  if (match.edges.empty()) return insert.BindNull().Run();
+  return insert.BindBlob(EncodeEdges(match.edges)).Run();
 }
 
 absl::Status InsertStages(Connection& database, const KeyPair& keys, const Match& match) {
@@ -54,7 +63,7 @@ absl::Status InsertStages(Connection& database, const KeyPair& keys, const Match
   return absl::OkStatus();
 }
 
-Match ReadMatch(const Statement& row) {
+absl::StatusOr<Match> ReadMatch(const Statement& row) {
   Match match;
   match.a = SessionId(row.Text(2));
   match.b = SessionId(row.Text(3));
@@ -73,6 +82,16 @@ Match ReadMatch(const Statement& row) {
   match.submaps_a = static_cast<uint32_t>(row.Int(16));
   match.submaps_b = static_cast<uint32_t>(row.Int(17));
   match.computed_ns = row.Int(18);
+  match.inlier_ratio = row.Real(19);
+  match.shared_area_m2 = row.Real(20);
+  match.hold = row.Real(21);
+  match.strain = row.Real(22);
+  match.candidates = static_cast<uint32_t>(row.Int(23));
+  if (row.IsNull(24)) return match;
+  if (absl::Status status = DecodeEdges(row.Text(24), match.edges); !status.ok()) {
+    return absl::DataLossError(absl::StrCat("the edges of match ", match.a.value(), " ~ ",
+                                            match.b.value(), " are damaged: ", status.message()));
+  }
   return match;
 }
 
@@ -113,14 +132,17 @@ absl::StatusOr<std::vector<Match>> SelectMatches(Connection& database) {
   std::vector<Match> matches;
   Statement row = database.Prepare(
       "SELECT m.a, m.b, a.id, b.id, T_a_b, m.state, reason, detail, confidence, overlap, inliers, "
-      "residual_m, free_space, comparisons, runner_up, matcher, submaps_a, submaps_b, computed_ns "
-      "FROM matches m JOIN sessions a ON a.key = m.a JOIN sessions b ON b.key = m.b "
+      "residual_m, free_space, comparisons, runner_up, matcher, submaps_a, submaps_b, computed_ns, "
+      "inlier_ratio, shared_area_m2, hold, strain, candidates, edges FROM matches m JOIN sessions "
+      "a ON a.key = m.a JOIN sessions b ON b.key = m.b "
       "ORDER BY a.id, b.id");
   while (true) {
     absl::StatusOr<bool> has_row = row.Step();
     if (!has_row.ok()) return has_row.status();
     if (!*has_row) return matches;
-    matches.push_back(ReadMatch(row));
+    absl::StatusOr<Match> match = ReadMatch(row);
+    if (!match.ok()) return match.status();
+    matches.push_back(*std::move(match));
     matches.back().stages = std::move((*stages)[{row.Int(0), row.Int(1)}]);
   }
 }

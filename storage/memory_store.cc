@@ -40,7 +40,10 @@ class MemoryStore : public MapStore {
       data.submaps[infos[i].id.index] = batch.submaps[i];
       data.infos[infos[i].id.index] = infos[i];
     }
-    for (const Match& match : batch.matches) matches_[{match.a, match.b}] = match;
+    for (const Match& match : batch.matches) {
+      Match& kept = matches_[{match.a, match.b}] = match;
+      kept.cycle_m = kept.cycle_deg = -1;
+    }
     for (const Verdict& verdict : batch.verdicts) verdicts_[{verdict.a, verdict.b}] = verdict;
     for (const auto& pair : batch.withdrawn_verdicts) verdicts_.erase(pair);
     if (batch.revision) revision_ = *batch.revision;

@@ -60,7 +60,7 @@ absl::Status PutFeatureRow(Connection& database, const FeatureBlob& blob);
 absl::StatusOr<std::string> FindFeatures(Connection& database, const SubmapId& submap,
                                          const std::string& kind);
 
-// matches, match_stages. Replaces by pair.
+// matches, match_stages. Replaces by pair. DataLoss for edges that are damaged.
 absl::Status PutMatch(Connection& database, const Match& match);
 absl::StatusOr<std::vector<Match>> SelectMatches(Connection& database);
 

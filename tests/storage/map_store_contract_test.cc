@@ -1,4 +1,6 @@
 // What map_store.h promises, held by every store.
+#include "tests/storage/map_store_contract.h"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -6,43 +8,13 @@
 #include <limits>
 #include <thread>
 
-#include "storage/memory_store.h"
-#include "storage/sqlite_store.h"
 #include "tests/storage/records.h"
-#include "tests/storage/temporary_folder.h"
 
 namespace isthmus::storage {
 namespace {
 
 using absl::StatusCode;
 using ::testing::ElementsAre;
-
-enum class Kind { kMemory, kSqlite };
-
-class MapStoreContract : public ::testing::TestWithParam<Kind> {
- protected:
-  void SetUp() override {
-    if (GetParam() == Kind::kMemory) {
-      store_ = MakeMemoryStore();
-      return;
-    }
-    SqliteOptions options;
-    options.sync_every_commit = false;
-    auto store = OpenSqliteStore(folder_.path(), options);
-    ASSERT_TRUE(store.ok()) << store.status();
-    store_ = *std::move(store);
-  }
-
-  void Put(const WriteBatch& batch) {
-    const absl::Status status = store_->Write(batch);
-    ASSERT_TRUE(status.ok()) << status;
-  }
-  StatusCode CodeOf(const WriteBatch& batch) { return store_->Write(batch).code(); }
-
-  const SessionId alice_{"alice-1"}, bob_{"bob-1"}, nobody_{"nobody-1"};
-  TemporaryFolder folder_;
-  std::unique_ptr<MapStore> store_;
-};
 
 TEST_P(MapStoreContract, BeginsEmpty) {
   EXPECT_TRUE(store_->ListSessions()->empty());
@@ -207,43 +179,6 @@ TEST_P(MapStoreContract, FindsSubmapsByTheirBoundsInOdom) {
   EXPECT_TRUE(store_->FindSubmaps(alice_, touching)->empty());
 }
 
-TEST_P(MapStoreContract, KeepsTheLastMatchOfEveryPair) {
-  Put({.sessions = {MakeSession("alice-1"), MakeSession("bob-1"), MakeSession("carol-1")},
-       .matches = {MakeMatch("bob-1", "carol-1"), MakeMatch("alice-1", "carol-1")}});
-  Match newer = MakeMatch("alice-1", "carol-1");
-  newer.state = MatchState::kAccepted;
-  newer.stages = {{"fpfh", 1.5}};
-  Put({.matches = {newer, MakeMatch("alice-1", "bob-1")}});
-  const auto matches = store_->ListMatches();
-  ASSERT_EQ(matches->size(), 3u);
-  EXPECT_EQ((*matches)[0].b, bob_);
-  EXPECT_EQ((*matches)[1].state, MatchState::kAccepted);
-  ASSERT_EQ((*matches)[1].stages.size(), 1u);
-  EXPECT_EQ((*matches)[1].stages[0].stage, "fpfh");
-  const Match expected = MakeMatch("bob-1", "carol-1");
-  const Match& match = (*matches)[2];
-  EXPECT_EQ(match.a, expected.a);
-  EXPECT_EQ(match.b, expected.b);
-  EXPECT_TRUE(Near(match.T_a_b, expected.T_a_b));
-  EXPECT_EQ(match.state, expected.state);
-  EXPECT_EQ(match.reason, expected.reason);
-  EXPECT_EQ(match.detail, expected.detail);
-  EXPECT_EQ(match.confidence, expected.confidence);
-  EXPECT_EQ(match.overlap, expected.overlap);
-  EXPECT_EQ(match.inliers, expected.inliers);
-  EXPECT_EQ(match.residual_m, expected.residual_m);
-  EXPECT_EQ(match.free_space, expected.free_space);
-  EXPECT_EQ(match.comparisons, expected.comparisons);
-  EXPECT_EQ(match.runner_up, expected.runner_up);
-  EXPECT_EQ(match.matcher, expected.matcher);
-  EXPECT_EQ(match.submaps_a, expected.submaps_a);
-  EXPECT_EQ(match.submaps_b, expected.submaps_b);
-  EXPECT_EQ(match.computed_ns, expected.computed_ns);
-  ASSERT_EQ(match.stages.size(), 2u);
-  EXPECT_EQ(match.stages[1].stage, "vgicp");
-  EXPECT_EQ(match.stages[1].ms, 3.25);
-}
-
 TEST_P(MapStoreContract, KeepsTheLatestRevision) {
   Put({.revision = MakeRevision(3)});
   Put({.revision = MakeRevision(5)});
@@ -395,9 +330,7 @@ TEST_P(MapStoreContract, ServesManyThreads) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Stores, MapStoreContract, ::testing::Values(Kind::kMemory, Kind::kSqlite),
-                         [](const auto& param) {
-                           return param.param == Kind::kMemory ? "Memory" : "Sqlite";
-                         });
+                         NameOf);
 
 }  // namespace
 }  // namespace isthmus::storage

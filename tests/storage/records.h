@@ -60,6 +60,19 @@ inline Verdict MakeVerdict(const std::string& a, const std::string& b) {
           "the halls differ", 1'700'000'000'000'000'123};
 }
 
+inline SubmapEdge MakeEdge(uint32_t a, uint32_t b) {
+  SubmapEdge edge;
+  edge.submap_a = a;
+  edge.submap_b = b;
+  edge.T_a_b = Pose::FromXyzRpy(a, b, 3, 0.1, 0.2, -0.3);
+  for (int row = 0; row < 6; ++row) {
+    for (int column = 0; column < 6; ++column) {
+      edge.information(row, column) = 1000 * (row == column) + 10 * (row + column) + 1.5;
+    }
+  }
+  return edge;
+}
+
 inline Match MakeMatch(const std::string& a, const std::string& b) {
   Match match;
   match.a = SessionId(a);
@@ -80,6 +93,12 @@ inline Match MakeMatch(const std::string& a, const std::string& b) {
   match.submaps_b = 4;
   match.computed_ns = 1'700'000'000'000'000'042;
   match.stages = {{"birds_eye", 12.5}, {"vgicp", 3.25}};
+  match.inlier_ratio = 0.7;
+  match.shared_area_m2 = 321.5;
+  match.hold = 0.08;
+  match.strain = 1.25;
+  match.candidates = 17;
+  match.edges = {MakeEdge(0, 5), MakeEdge(2, 7)};
   return match;
 }
 

@@ -198,6 +198,14 @@ TEST_F(SqliteStoreTest, NoticesDamagedFeaturesAndSwappedBlobs) {
   EXPECT_TRUE(store->GetSubmap({alice_, 2}).ok());
 }
 
+TEST_F(SqliteStoreTest, NamesTheMatchWhoseEdgesAreDamaged) {
+  ASSERT_TRUE(Open()->Write(FullBatch()).ok());
+  Execute("UPDATE matches SET edges = CAST(substr(edges, 1, 100) AS BLOB)");
+  const auto matches = Open()->ListMatches();
+  EXPECT_EQ(matches.status().code(), StatusCode::kDataLoss);
+  EXPECT_THAT(std::string(matches.status().message()), HasSubstr("alice-1 ~ bob-1"));
+}
+
 // No file of this process can grow beyond `bytes` while it lives: a full disk without a disk.
 class FileSizeLimit {
  public:

@@ -1,0 +1,79 @@
+#include "storage/edge_codec.h"
+
+#include "core/codec/crc32c.h"
+#include "storage/byte_stream.h"
+#include "storage/pose_codec.h"
+
+namespace isthmus::storage {
+namespace {
+
+// The last character is the version of the layout.
+constexpr char kMagic[] = "IME1";
+constexpr size_t kMagicSize = 4;
+constexpr size_t kEdgeSize = 2 * 4 + 7 * 8 + 21 * 8;
+
+// Symmetric: the upper triangle, row by row.
+void AppendInformation(const Matrix6d& information, std::string& out) {
+  for (int row = 0; row < 6; ++row) {
+    for (int column = row; column < 6; ++column) AppendBytes(information(row, column), out);
+  }
+}
+
+Matrix6d ReadInformation(ByteReader& reader) {
+  Matrix6d information;
+  for (int row = 0; row < 6; ++row) {
+    for (int column = row; column < 6; ++column) {
+      information(row, column) = information(column, row) = reader.Read<double>();
+    }
+  }
+  return information;
+}
+
+}  // namespace
+
+std::string EncodeEdges(const std::vector<SubmapEdge>& edges) {
+  std::string body;
+  body.reserve(sizeof(uint32_t) + edges.size() * kEdgeSize);
+  AppendBytes(static_cast<uint32_t>(edges.size()), body);
+  for (const SubmapEdge& edge : edges) {
+    AppendBytes(edge.submap_a, body);
+    AppendBytes(edge.submap_b, body);
+    AppendPose(edge.T_a_b, body);
+    AppendInformation(edge.information, body);
+  }
+  std::string blob(kMagic, kMagicSize);
+  AppendBytes(codec::Crc32c(body.data(), body.size()), blob);
+  return blob + body;
+}
+
+absl::Status DecodeEdges(const std::string& blob, std::vector<SubmapEdge>& edges) {
+  constexpr size_t kBody = kMagicSize + sizeof(uint32_t);
+  if (blob.size() < kBody || blob.compare(0, kMagicSize, kMagic) != 0) {
+    return absl::DataLossError("they do not begin like edges");
+  }
+  ByteReader reader(blob);
+  reader.Read<uint32_t>();
+  if (reader.Read<uint32_t>() != codec::Crc32c(blob.data() + kBody, blob.size() - kBody)) {
+    return absl::DataLossError("their checksum is wrong");
+  }
+  const auto count = reader.Read<uint32_t>();
+  if (!reader.ok() || reader.remaining() != uint64_t{count} * kEdgeSize) {
+    return absl::DataLossError("they are not as many as they say");
+  }
+  edges.clear();
+  edges.reserve(count);
+  for (uint32_t i = 0; i < count; ++i) {
+    SubmapEdge edge;
+    edge.submap_a = reader.Read<uint32_t>();
+    edge.submap_b = reader.Read<uint32_t>();
+    edge.T_a_b = ReadPose(reader);
+    edge.information = ReadInformation(reader);
+    if (!edge.T_a_b.IsFinite() || !edge.information.allFinite()) {
+      return absl::DataLossError("one of them is not finite");
+    }
+    edges.push_back(edge);
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace isthmus::storage

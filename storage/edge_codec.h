@@ -1,0 +1,20 @@
+// The edges of a match as one checksummed blob; docs/storage-format.md describes the bytes.
+#pragma once
+
+#include <absl/status/status.h>
+
+#include <string>
+#include <vector>
+
+#include "core/match.h"
+
+namespace isthmus::storage {
+
+std::string EncodeEdges(const std::vector<SubmapEdge>& edges);
+
+// DataLoss, saying what is wrong, for anything EncodeEdges did not make of edges with finite poses
+// and information. `edges` are then to be thrown away. Never allocates more than the blob
+// justifies.
+absl::Status DecodeEdges(const std::string& blob, std::vector<SubmapEdge>& edges);
+
+}  // namespace isthmus::storage

@@ -1,0 +1,96 @@
+// Databases of older schemas, as programs before this one left them, open and answer the same.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "storage/migrations.h"
+#include "storage/pose_codec.h"
+#include "storage/sqlite_store.h"
+#include "tests/storage/records.h"
+#include "tests/storage/temporary_folder.h"
+
+namespace isthmus::storage {
+namespace {
+
+// With the columns that schema 3 had, and nothing of this program's but SQLite.
+void WriteSchema3(const std::string& path) {
+  auto database = Connection::Open(path);
+  ASSERT_TRUE(database.ok()) << database.status();
+  const std::vector<Migration> three(Migrations().begin(), Migrations().begin() + 3);
+  ASSERT_TRUE(Migrate(**database, three).ok());
+  for (const char* id : {"alice-1", "bob-1"}) {
+    ASSERT_TRUE((*database)
+                    ->Prepare("INSERT INTO sessions (id, robot, sensor, T_base_sensor, state, "
+                              "created_ns, finished_ns) VALUES (?, 'r', 'vlp16', ?, 1, 5, 6)")
+                    .Bind(std::string(id))
+                    .BindBlob(PackPose(Pose()))
+                    .Run()
+                    .ok());
+  }
+  const absl::Status match =
+      (*database)
+          ->Prepare(
+              "INSERT INTO matches (a, b, T_a_b, state, reason, detail, confidence, overlap, "
+              "inliers, residual_m, free_space, comparisons, runner_up, matcher, submaps_a, "
+              "submaps_b, computed_ns) VALUES (1, 2, ?, 'ACCEPTED', 'OK', 'good', 0.75, 0.4, "
+              "1234, 0.02, NULL, 99999, -1, 'birds_eye', 3, 4, 42)")
+          .BindBlob(PackPose(Pose::FromXyzRpy(1, 2, 3, 0.1, 0.2, 0.3)))
+          .Run();
+  ASSERT_TRUE(match.ok()) << match;
+  ASSERT_TRUE((*database)
+                  ->Execute("INSERT INTO match_stages VALUES (1, 2, 0, 'birds_eye', 12.5), "
+                            "(1, 2, 1, 'vgicp', 3.25)")
+                  .ok());
+}
+
+TEST(UpgradeTest, MatchesOfSchema3AnswerTheSame) {
+  const TemporaryFolder folder;
+  std::filesystem::create_directories(folder.path());
+  WriteSchema3(folder.database());
+  const auto store = OpenSqliteStore(folder.path());
+  ASSERT_TRUE(store.ok()) << store.status();
+  const auto matches = (*store)->ListMatches();
+  ASSERT_TRUE(matches.ok()) << matches.status();
+  ASSERT_EQ(matches->size(), 1u);
+  const Match& match = matches->front();
+  EXPECT_EQ(match.a, SessionId("alice-1"));
+  EXPECT_EQ(match.b, SessionId("bob-1"));
+  EXPECT_TRUE(Near(match.T_a_b, Pose::FromXyzRpy(1, 2, 3, 0.1, 0.2, 0.3)));
+  EXPECT_EQ(match.state, MatchState::kAccepted);
+  EXPECT_EQ(match.reason, "OK");
+  EXPECT_EQ(match.detail, "good");
+  EXPECT_EQ(match.confidence, 0.75);
+  EXPECT_EQ(match.overlap, 0.4);
+  EXPECT_EQ(match.inliers, 1234);
+  EXPECT_EQ(match.residual_m, 0.02);
+  EXPECT_TRUE(std::isnan(match.free_space));
+  EXPECT_EQ(match.comparisons, 99999);
+  EXPECT_EQ(match.runner_up, -1);
+  EXPECT_EQ(match.matcher, "birds_eye");
+  EXPECT_EQ(match.submaps_a, 3u);
+  EXPECT_EQ(match.submaps_b, 4u);
+  EXPECT_EQ(match.computed_ns, 42);
+  ASSERT_EQ(match.stages.size(), 2u);
+  EXPECT_EQ(match.stages[1].ms, 3.25);
+}
+
+TEST(UpgradeTest, WhatSchema3DidNotKeepIsNotComputed) {
+  const TemporaryFolder folder;
+  std::filesystem::create_directories(folder.path());
+  WriteSchema3(folder.database());
+  const auto store = OpenSqliteStore(folder.path());
+  ASSERT_TRUE(store.ok()) << store.status();
+  const Match match = (*store)->ListMatches()->at(0);
+  EXPECT_EQ(match.inlier_ratio, -1);
+  EXPECT_EQ(match.shared_area_m2, -1);
+  EXPECT_EQ(match.hold, -1);
+  EXPECT_EQ(match.strain, -1);
+  EXPECT_EQ(match.candidates, 0u);
+  EXPECT_TRUE(match.edges.empty());
+  // And takes new ones, edges included.
+  ASSERT_TRUE((*store)->Write({.matches = {MakeMatch("alice-1", "bob-1")}}).ok());
+  EXPECT_EQ((*store)->ListMatches()->at(0).edges.size(), 2u);
+}
+
+}  // namespace
+}  // namespace isthmus::storage
