@@ -1,0 +1,163 @@
+#include "server/pose_graph/gnc.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+namespace isthmus::pose_graph {
+namespace {
+
+constexpr double kGrowth = 2;        // Of mu per step.
+constexpr int kMaxSteps = 60;        // 2^60: whatever chi2 it begins with.
+constexpr int kInnerIterations = 2;  // The weights change anyway: solving on would be wasted.
+constexpr int kTrialIterations = 6;
+constexpr double kLeastMu = 1e-5;  // Errors of 1e5 times the limit count at first.
+constexpr int kMaxReviews = 5;
+
+class Gnc {
+ public:
+  Gnc(const Problem& problem, const Options& options, LeastSquares* least_squares)
+      : problem_(problem), options_(options), least_squares_(*least_squares) {
+    for (size_t i = 0; i < problem.edges.size(); ++i) {
+      if (problem.edges[i].may_be_wrong) edges_.push_back(i);
+    }
+    for (size_t i = 0; i < problem.anchors.size(); ++i) {
+      if (problem.anchors[i].may_be_wrong) anchors_.push_back(i);
+    }
+  }
+
+  absl::Status Run() {
+    if (!options_.judge || edges_.size() + anchors_.size() == 0) {
+      return Solve(options_.max_iterations);
+    }
+    absl::Status status = Begin();
+    if (!status.ok() || done_) return status;
+    status = Graduate();
+    // Near the truncation the last graduated solution may have left some on the wrong side.
+    for (int review = 0; status.ok() && review < kMaxReviews; ++review) {
+      const bool changed = Truncate();
+      if (review > 0 && !changed) return status;
+      status = Solve(options_.max_iterations);
+      Measure();
+    }
+    if (Truncate()) outcome.converged = false;
+    return status;
+  }
+
+  GncOutcome outcome;
+
+ private:
+  absl::Status Solve(int max_iterations) {
+    double seconds = 0;
+    if (options_.max_seconds > 0) {
+      const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start_;
+      seconds = options_.max_seconds - spent.count();
+      outcome.converged = false;
+      if (seconds <= 0) return absl::OkStatus();
+    }
+    const auto solved = least_squares_.Solve(max_iterations, seconds, options_.num_threads);
+    if (!solved.ok()) return solved.status();
+    outcome.iterations += solved->iterations;
+    outcome.converged = solved->converged;
+    return absl::OkStatus();
+  }
+
+  // Takes chi2 of all in doubt.
+  void Measure() {
+    Problem now{least_squares_.poses(), {}, {}, {}};
+    chi2_.clear();
+    for (const size_t i : edges_) chi2_.push_back(Chi2(now, problem_.edges[i]));
+    for (const size_t i : anchors_) chi2_.push_back(Chi2(now, problem_.anchors[i]));
+  }
+
+  // Sets the weight of each by `weight_of(chi2)`; whether all are 0 or 1, and whether any changed.
+  template <typename WeightOf>
+  void SetWeights(const WeightOf& weight_of, bool* decided, bool* changed) {
+    *decided = true;
+    *changed = false;
+    for (size_t k = 0; k < chi2_.size(); ++k) {
+      const double weight = weight_of(chi2_[k]);
+      double& current = k < edges_.size()
+                            ? least_squares_.weights().edges[edges_[k]]
+                            : least_squares_.weights().anchors[anchors_[k - edges_.size()]];
+      if (weight > 0 && weight < 1) *decided = false;
+      if (weight != current) *changed = true;
+      current = weight;
+    }
+  }
+
+  bool Truncate() {
+    bool decided = false, changed = false;
+    SetWeights([&](double chi2) { return chi2 <= options_.doubt_chi2 ? 1.0 : 0.0; }, &decided,
+               &changed);
+    return changed;
+  }
+
+  // Leaves the poses where more of those in doubt agree with them: where all of them are believed
+  // (right when all are), or where they are given (a few false ones ruin the former).
+  absl::Status Begin() {
+    const std::vector<Pose> given = least_squares_.poses();
+    Measure();
+    const size_t beyond_given = CountBeyond();
+    absl::Status status = Solve(std::min(kTrialIterations, options_.max_iterations));
+    if (!status.ok()) return status;
+    Measure();
+    const size_t beyond = CountBeyond();
+    if (beyond == 0) {
+      done_ = true;
+      return outcome.converged ? status : Solve(options_.max_iterations);
+    }
+    if (beyond_given <= beyond) {
+      least_squares_.set_poses(given);
+      Measure();
+    }
+    return status;
+  }
+
+  size_t CountBeyond() const {
+    return static_cast<size_t>(std::count_if(
+        chi2_.begin(), chi2_.end(), [&](double chi2) { return chi2 > options_.doubt_chi2; }));
+  }
+
+  absl::Status Graduate() {
+    const double limit = options_.doubt_chi2;
+    const double largest = *std::max_element(chi2_.begin(), chi2_.end());
+    // Remark 5: convex at the start; but what is farther off than any drift would only take time.
+    double mu = std::max(kLeastMu, limit / (2 * largest - limit));
+    for (int step = 0; step < kMaxSteps; ++step, mu *= kGrowth) {
+      bool decided = false, changed = false;
+      SetWeights([&](double chi2) { return GncWeight(chi2, limit, mu); }, &decided, &changed);
+      if (decided) break;
+      absl::Status status = Solve(kInnerIterations);
+      if (!status.ok()) return status;
+      Measure();
+    }
+    return absl::OkStatus();
+  }
+
+  const Problem& problem_;
+  const Options& options_;
+  LeastSquares& least_squares_;
+  const std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+  std::vector<size_t> edges_, anchors_;  // Indices of those in doubt.
+  std::vector<double> chi2_;             // Of them, edges first.
+  bool done_ = false;
+};
+
+}  // namespace
+
+double GncWeight(double chi2, double limit, double mu) {
+  if (chi2 <= mu / (mu + 1) * limit) return 1;
+  if (chi2 >= (mu + 1) / mu * limit) return 0;
+  return std::clamp(std::sqrt(limit / chi2 * mu * (mu + 1)) - mu, 0.0, 1.0);
+}
+
+absl::StatusOr<GncOutcome> SolveWithGnc(const Problem& problem, const Options& options,
+                                        LeastSquares* least_squares) {
+  Gnc gnc(problem, options, least_squares);
+  const absl::Status status = gnc.Run();
+  if (!status.ok()) return status;
+  return gnc.outcome;
+}
+
+}  // namespace isthmus::pose_graph
