@@ -9,16 +9,24 @@
 
 namespace isthmus::bench {
 
-struct ScenarioTrials {
-  std::string scenario;
-  std::vector<Trial> trials;
-};
+// A line about each pair of a trial, to watch progress.
+std::string TrialLines(const Trial& trial);
 
-// One line about a trial, to watch progress.
-std::string TrialLine(const std::string& scenario, const Trial& trial);
-// A Markdown table with a row per scenario: counts, medians and worst errors of those right, and
-// medians of what matching took, stage by stage.
-std::string MergingTable(const std::vector<ScenarioTrials>& scenarios);
-nlohmann::ordered_json ToJson(const ScenarioTrials& scenario);
+// Markdown, a row per scenario: counts, why pairs were not merged, medians and worst errors of
+// those that are right, and what matching took.
+std::string MergingTable(const std::vector<Trial>& trials);
+
+// The same, a row per world of the first robot and bucket of overlap: what became of the pairs.
+std::string OverlapTable(const std::vector<Trial>& trials);
+// Lower ends of the buckets.
+inline constexpr double kOverlapBuckets[] = {0, 0.05, 0.15, 0.25, 0.3, 0.6};
+// Index of the bucket that an overlap in [0, 1] falls into.
+int OverlapBucket(double overlap);
+
+// A row per scenario of more than two robots; empty if there is none.
+std::string TeamTable(const std::vector<Trial>& trials);
+
+// All figures, an entry per pair.
+nlohmann::ordered_json ToJson(const Trial& trial);
 
 }  // namespace isthmus::bench

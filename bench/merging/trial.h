@@ -1,24 +1,20 @@
-// Whether the server finds how two robots' maps lie to each other.
+// Whether the server finds how robots' maps lie to each other.
 #pragma once
 
 #include <absl/status/statusor.h>
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
-#include "bench/merging/pair.h"
+#include "bench/merging/driven_robot.h"
+#include "bench/merging/judge.h"
 #include "core/match.h"
 #include "server/pipeline_options.h"
+#include "storage/map_store.h"
 
 namespace isthmus::bench {
-
-// How the maps lie on each other where both robots have been, by the pairs of poses that are
-// nearest in truth: half a drive's drift, which no transform can take back, is not in it.
-struct MapError {
-  double median_m = 0, median_deg = 0;
-  bool known = false;  // The robots have been near each other.
-};
 
 enum class TrialOutcome {
   kRight,      // Merged, and the maps lie within 0.3 m and 1 degree.
@@ -26,20 +22,44 @@ enum class TrialOutcome {
   kWrong,      // Merged otherwise.
 };
 
-struct Trial {
-  uint64_t seed = 0;
+// Two robots of a trial.
+struct PairResult {
+  int a = 0, b = 0;
   double overlap = 0;  // Share of the surface of the robot that saw less which the other saw too.
-  Match match;
+  Match match;         // The best hypothesis, accepted or not.
   TrialOutcome outcome = TrialOutcome::kNotMerged;
-  MapError map;
-  double start_m = 0, start_deg = 0;  // Of the transform between the start frames; if merged.
-  double odometry_m = 0;              // RMSE of the worse robot in its own frame.
-  int lost_scans = 0;
+  // Of the match, whatever its state; mean nothing where robots were in different worlds.
+  MapError map, start;
+  MapError least;  // What drift leaves to the best of transforms; see PairTruth::least.
+  bool hypothesis_right = false;  // The maps lie within 0.5 m and 2 degrees, whatever the state.
+
+  bool HasHypothesis() const { return match.candidates > 0; }
 };
 
-// Streams both drives through a pipeline with a store in memory, waits until it is done, and judges
-// the match by the truth.
-absl::StatusOr<Trial> RunTrial(const Pair& pair, uint64_t seed,
+struct Trial {
+  std::string scenario;
+  std::string world;  // Of the first robot.
+  uint64_t seed = 0;
+  std::vector<PairResult> pairs;
+  size_t submaps = 0;  // Of all robots.
+  int lost_scans = 0;
+  double odometry_m = 0;  // RMSE of the worst robot in its own frame.
+  // From stored submaps to decided matches: wall time of the estimation, and CPU time of the
+  // process, in which composing the map is contained.
+  double estimation_ms = 0, cpu_ms = 0;
+  bool one_frame = false;   // All robots are in one component.
+  double team_rmse_m = -1;  // Positions of all robots in that frame, after one rigid alignment.
+};
+
+// Has a server take up the robots' stored submaps, waits until it is done, and judges by the truth.
+// `robots` are two or more. Scenario and seed are left to the caller.
+absl::StatusOr<Trial> RunTrial(std::vector<DrivenRobot> robots,
                                const server::PipelineOptions& options);
+
+// A store in memory that holds the robots' sessions with their submaps.
+absl::StatusOr<std::unique_ptr<storage::MapStore>> StoreOf(const std::vector<DrivenRobot>& robots);
+
+// Calls the robots robot_a, robot_b, ... in order.
+void NameInOrder(std::vector<DrivenRobot>* robots);
 
 }  // namespace isthmus::bench

@@ -1,0 +1,39 @@
+// What one simulated robot does.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <cstdint>
+#include <string>
+
+#include "bench/drive.h"
+
+namespace isthmus::bench {
+
+struct DriveOptions {
+  std::string world = "museum";  // See simulation::MakeWorld.
+  uint64_t seed = 1;             // Of the world, the routes and the noise.
+  double seconds = 60;
+  int robots = 2;  // How many there are in that world ...
+  int robot = 0;   // ... and which of them this is.
+  int walkers = 0;
+  double tilt_deg = 0;  // The sensor is mounted askew by so much about x and y.
+  std::string sensor = "vlp16";
+
+  // The same for equal options only; fit to be the name of a folder.
+  std::string Key() const;
+  // Robots of the same ground have a common truth.
+  std::string Ground() const;
+};
+
+// A drive through the server, and what it is judged by.
+struct GroundedDrive {
+  Drive drive;
+  std::string ground;         // Truths of drives on one ground are in one frame.
+  double overlap_cell_m = 1;  // Size of surface that counts as one when views are compared.
+};
+
+// InvalidArgument for a world or sensor that does not exist.
+absl::StatusOr<GroundedDrive> SimulateDrive(const DriveOptions& options);
+
+}  // namespace isthmus::bench

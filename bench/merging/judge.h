@@ -1,0 +1,47 @@
+// How far from the truth a transform between two robots' maps is.
+#pragma once
+
+#include <vector>
+
+#include "bench/merging/driven_robot.h"
+
+namespace isthmus::bench {
+
+// How the maps lie on each other where both robots have been, by the pairs of poses that are
+// nearest in truth: half a drive's drift, which no transform can take back, is not in it.
+struct MapError {
+  double median_m = 0, median_deg = 0;
+};
+
+// The truth of two robots' maps. Immutable.
+class PairTruth {
+ public:
+  PairTruth(const DrivenRobot& a, const DrivenRobot& b);
+
+  // They drove on the same ground, so that there is a true transform.
+  bool HasTransform() const { return same_ground_; }
+  // They have been near each other. Where not, errors are those between the start frames.
+  bool known() const { return !near_.empty(); }
+
+  MapError ErrorOf(const Pose& T_a_b) const;
+  // Of the transform between the start frames: contains the drift of both drives.
+  MapError StartErrorOf(const Pose& T_a_b) const;
+  // The error of the best of the transforms that the nearest poses would give: what is left of
+  // drift where both have been.
+  const MapError& least() const { return least_; }
+  // No farther off than the least error and this.
+  bool IsWithin(const Pose& T_a_b, double metres, double degrees) const;
+
+ private:
+  struct NearPoses {
+    Pose T_a_b;  // Between the sensors, in truth.
+    Pose T_odom_a, T_odom_b;
+  };
+
+  bool same_ground_ = false;
+  std::vector<NearPoses> near_;
+  Pose start_T_a_b_;
+  MapError least_;
+};
+
+}  // namespace isthmus::bench

@@ -1,0 +1,31 @@
+// Which robots are to be merged.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bench/merging/drive_options.h"
+#include "bench/merging/odom_frames.h"
+#include "bench/merging/seen_surface.h"
+
+namespace isthmus::bench {
+
+struct MergingScenario {
+  std::string name;
+  std::vector<DriveOptions> robots;  // Seeds are added to the trial's.
+  DriftOptions drift = {};
+  // Robots stop when they have seen so much of the same; absent: when the time is over.
+  std::optional<OverlapRange> stop_at = {};
+};
+
+const std::vector<MergingScenario>& MergingScenarios();
+
+// Those of the names, all if there are none. InvalidArgument for a name that is not there.
+absl::StatusOr<std::vector<MergingScenario>> FindMergingScenarios(
+    const std::vector<std::string>& names);
+
+}  // namespace isthmus::bench
