@@ -7,7 +7,7 @@
 #include "floam/submap_builder.h"
 #include "server/composition/composer.h"
 #include "server/composition/occupancy.h"
-#include "server/matching/matcher.h"
+#include "server/matching/matcher_options.h"
 
 namespace isthmus::server {
 
@@ -19,7 +19,7 @@ struct PipelineOptions {
   // Composition runs at most this often. 0: after every change (tests, offline commands).
   double composition_interval_s = 1.0;
   // A pair is matched again when its maps have grown by this many submaps since the last attempt.
-  int rematch_submaps = 2;
+  int rematch_submaps = 1;
   floam::OdometryOptions odometry;
   floam::SubmapOptions submap;
   matching::MatcherOptions matcher;

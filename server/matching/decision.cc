@@ -22,7 +22,7 @@ struct Finding {
 
 Finding Examine(const Hypothesis& h, const MatcherOptions& options) {
   const double violation = h.free_space.violation();
-  if (!h.refinement.converged) {
+  if (!h.converged) {
     return {MatchState::kNotYet, "NOT_CONVERGED", "The best alignment found did not settle."};
   }
   if (h.free_space.comparisons() < options.min_comparisons) {
@@ -30,10 +30,10 @@ Finding Examine(const Hypothesis& h, const MatcherOptions& options) {
             absl::StrFormat("Only %d free-space comparisons where %d are needed.",
                             h.free_space.comparisons(), options.min_comparisons)};
   }
-  if (h.refinement.overlap < options.min_overlap) {
+  if (h.overlap < options.min_overlap) {
     return {MatchState::kNotYet, "LOW_OVERLAP",
             absl::StrFormat("The best alignment overlaps by %.0f %% where %.0f %% are needed.",
-                            100 * h.refinement.overlap, 100 * options.min_overlap)};
+                            100 * h.overlap, 100 * options.min_overlap)};
   }
   if (violation > h.max_free_space) {
     return {MatchState::kRejected, "FREE_SPACE",
@@ -47,11 +47,17 @@ Finding Examine(const Hypothesis& h, const MatcherOptions& options) {
                             "single room may have a twin.",
                             h.shared_area_m2, options.min_shared_area_m2)};
   }
-  if (h.weakest_hold < options.min_hold) {
+  if (h.hold < options.min_hold) {
     return {MatchState::kNotYet, "DEGENERATE",
             absl::StrFormat("The alignment can slide in one direction (hold %.4f where %.4f is "
                             "needed), as along a bare corridor.",
-                            h.weakest_hold, options.min_hold)};
+                            h.hold, options.min_hold)};
+  }
+  if (h.strain > options.max_strain) {
+    return {MatchState::kNotYet, "STRAINED",
+            absl::StrFormat("The maps fit only if the odometry erred by %.1f of its standard "
+                            "deviations where %.1f are allowed.",
+                            h.strain, options.max_strain)};
   }
   return {};
 }
@@ -62,7 +68,7 @@ const Hypothesis* FindRival(const std::vector<Hypothesis>& ranked, const Matcher
   for (size_t i = 1; i < ranked.size(); ++i) {
     const Hypothesis& h = ranked[i];
     if (h.free_space.comparisons() < options.min_comparisons) continue;
-    if (h.refinement.overlap < 0.5 * options.min_overlap) continue;
+    if (h.overlap < 0.5 * options.min_overlap) continue;
     if (h.Support() < kMinRivalSupport * ranked.front().Support()) continue;
     if (!rival || h.free_space.violation() < rival->free_space.violation()) rival = &h;
   }
@@ -73,35 +79,29 @@ const Hypothesis* FindRival(const std::vector<Hypothesis>& ranked, const Matcher
 double Confidence(const Hypothesis& h, const MatcherOptions& options) {
   const auto saturate = [](double value, double half) { return value / (value + half); };
   const double clear = std::max(0.0, 1 - h.free_space.violation() / h.max_free_space);
-  return clear * saturate(h.refinement.overlap, 0.25 * options.min_overlap) *
+  return clear * saturate(h.overlap, 0.25 * options.min_overlap) *
          saturate(h.shared_area_m2, 0.25 * options.min_shared_area_m2) *
          saturate(static_cast<double>(h.free_space.comparisons()),
                   static_cast<double>(options.min_comparisons));
 }
 
 void FillFigures(const Hypothesis& h, Match* match) {
-  match->T_a_b = h.refinement.T_a_b;
+  match->T_a_b = h.T_a_b;
   match->matcher = h.source;
-  match->overlap = h.refinement.overlap;
-  match->inliers = h.refinement.inliers;
-  match->residual_m = h.refinement.residual_m;
+  match->overlap = h.overlap;
+  match->inliers = h.inliers;
+  match->inlier_ratio = h.inlier_ratio;
+  match->residual_m = h.residual_m;
   match->free_space = h.free_space.violation();
   match->comparisons = h.free_space.comparisons();
+  match->runner_up = -1;
+  match->shared_area_m2 = h.shared_area_m2;
+  match->hold = h.hold;
+  match->strain = h.strain;
+  match->edges = h.joint.edges;
 }
 
 }  // namespace
-
-double Hypothesis::Support() const {
-  if (max_free_space <= 0) return 0;
-  return static_cast<double>(free_space.agree) -
-         static_cast<double>(free_space.front) * (1 - max_free_space) / max_free_space;
-}
-
-void RankHypotheses(std::vector<Hypothesis>* hypotheses) {
-  std::stable_sort(
-      hypotheses->begin(), hypotheses->end(),
-      [](const Hypothesis& x, const Hypothesis& y) { return x.Support() > y.Support(); });
-}
 
 void Decide(const std::vector<Hypothesis>& ranked, const MatcherOptions& options, Match* match) {
   if (ranked.empty()) {

@@ -1,10 +1,10 @@
 #include "server/matching/free_space.h"
 
 #include <absl/container/flat_hash_map.h>
-#include <absl/container/flat_hash_set.h>
 
+#include <algorithm>
 #include <cmath>
-#include <vector>
+#include <utility>
 
 #include "server/matching/gravity.h"
 #include "server/matching/voxel_key.h"
@@ -15,8 +15,6 @@ namespace {
 constexpr double kSurfaceVoxelM = 0.25;
 constexpr float kPointSpacingM = 0.4f;
 constexpr float kColumnM = 4.0f;
-constexpr double kViewSpacingM = 1.0;
-constexpr double kViewTurnRad = 0.5;
 // A surface seen this flat has no range of its own in a bin two degrees wide.
 constexpr float kMinIncidenceCos = 0.2f;
 // Nearer than this the robot itself and the bins' smallness spoil the comparison.
@@ -30,10 +28,10 @@ constexpr int kMinViews = 3;
 // -1 at the range measured, 0 without a say (outside, occluded, grazing, at an edge of depth).
 class Comparer {
  public:
-  Comparer(const FreeSpaceMap::View& view, const Pose& T_odom_points,
+  Comparer(const PreparedSubmap::View& view, const Pose& T_submap_points,
            const FreeSpaceOptions& options)
       : view_(view), options_(options) {
-    const Pose T_sensor_points = view.T_odom_sensor.Inverse() * T_odom_points;
+    const Pose T_sensor_points = view.T_submap_sensor.Inverse() * T_submap_points;
     R_ = T_sensor_points.RotationMatrix().cast<float>();
     t_ = T_sensor_points.translation().cast<float>();
     max_range_ = static_cast<float>(options.max_range_m);
@@ -60,20 +58,27 @@ class Comparer {
   }
 
  private:
-  const FreeSpaceMap::View& view_;
+  const PreparedSubmap::View& view_;
   const FreeSpaceOptions& options_;
   Eigen::Matrix3f R_;
   Eigen::Vector3f t_;
   float max_range_ = 0;
 };
 
-// One way: the points of `columns` against `views`.
-void Compare(const std::vector<FreeSpaceMap::View>& views,
-             const std::vector<FreeSpaceMap::Column>& columns, const Pose& T_views_points,
-             const FreeSpaceOptions& options, FreeSpaceScore* score) {
-  for (const FreeSpaceMap::View& view : views) {
+// Whether a view of one submap can reach a point of the other.
+bool Meet(const PreparedSubmap& views, const PreparedSubmap& points, const Pose& T_views_points,
+          double max_range_m) {
+  const double apart = (views.center() - T_views_points * points.center()).norm();
+  return apart < views.radius_m() + points.radius_m() + max_range_m;
+}
+
+// One way: the points of a piece against the views of another map's submap.
+void Compare(const PreparedSubmap& views, const FreeSpaceMap::Piece& piece,
+             const Pose& T_views_points, const FreeSpaceOptions& options, FreeSpaceScore* score) {
+  if (!Meet(views, *piece.submap, T_views_points, options.max_range_m)) return;
+  for (const PreparedSubmap::View& view : views.views()) {
     const Comparer comparer(view, T_views_points, options);
-    for (const FreeSpaceMap::Column& column : columns) {
+    for (const FreeSpaceMap::Column& column : piece.columns) {
       if (!comparer.Reaches(column)) continue;
       for (const SurfacePoint& point : column.points) {
         const int verdict = comparer.Compare(point);
@@ -84,97 +89,133 @@ void Compare(const std::vector<FreeSpaceMap::View>& views,
   }
 }
 
-}  // namespace
-
-FreeSpaceMap::FreeSpaceMap(const SessionMap& map, const std::vector<SurfacePoint>& surface,
-                           const Pose& T_level_odom, const FreeSpaceOptions& options) {
-  CollectViews(map);
-  CollectColumns(surface, T_level_odom, options);
-  DropFleeting(options);
-}
-
-void FreeSpaceMap::CollectViews(const SessionMap& map) {
-  for (const auto& submap : map.submaps) {
-    std::vector<std::vector<Eigen::Vector3f>> points(submap->keyframes.size());
-    for (const SubmapPoint& point : submap->points) {
-      if (point.keyframe < points.size()) points[point.keyframe].push_back(point.Position());
-    }
-    for (size_t k = 0; k < submap->keyframes.size(); ++k) {
-      const Pose& T_submap_sensor = submap->keyframes[k].T_submap_sensor;
-      const Pose T_odom_sensor = submap->T_odom_submap * T_submap_sensor;
-      if (!views_.empty()) {
-        const Pose T_last = views_.back().T_odom_sensor.Inverse() * T_odom_sensor;
-        if (T_last.translation().norm() < kViewSpacingM && RotationAngle(T_last) < kViewTurnRad) {
+// Of every point of the piece, what the views of the submaps make of it.
+std::vector<FreeSpaceScore> AskOwnViews(const FreeSpaceMap::Piece& piece,
+                                        const std::vector<const PreparedSubmap*>& submaps,
+                                        const FreeSpaceOptions& options) {
+  size_t count = 0;
+  for (const FreeSpaceMap::Column& column : piece.columns) count += column.points.size();
+  std::vector<FreeSpaceScore> scores(count);
+  for (const PreparedSubmap* submap : submaps) {
+    const Pose T_views_points =
+        submap->submap().T_odom_submap.Inverse() * piece.submap->submap().T_odom_submap;
+    if (!Meet(*submap, *piece.submap, T_views_points, options.max_range_m)) continue;
+    for (const PreparedSubmap::View& view : submap->views()) {
+      const Comparer comparer(view, T_views_points, options);
+      size_t i = 0;
+      for (const FreeSpaceMap::Column& column : piece.columns) {
+        if (!comparer.Reaches(column)) {
+          i += column.points.size();
           continue;
         }
+        for (const SurfacePoint& point : column.points) {
+          const int verdict = comparer.Compare(point);
+          scores[i].front += verdict > 0;
+          scores[i++].agree += verdict < 0;
+        }
       }
-      const Pose T_sensor_submap = T_submap_sensor.Inverse();
-      const Eigen::Matrix3f R = T_sensor_submap.RotationMatrix().cast<float>();
-      const Eigen::Vector3f t = T_sensor_submap.translation().cast<float>();
-      for (Eigen::Vector3f& p : points[k]) p = R * p + t;
-      views_.push_back({T_odom_sensor, RangeImage(points[k])});
     }
+  }
+  return scores;
+}
+
+// Keeps the points that `keep(score)` says yes to, in order of the scores.
+template <typename Keep>
+void Filter(const std::vector<FreeSpaceScore>& scores, const Keep& keep,
+            FreeSpaceMap::Piece* piece) {
+  size_t i = 0;
+  for (FreeSpaceMap::Column& column : piece->columns) {
+    std::erase_if(column.points, [&](const SurfacePoint&) { return !keep(scores[i++]); });
   }
 }
 
-void FreeSpaceMap::CollectColumns(const std::vector<SurfacePoint>& surface,
-                                  const Pose& T_level_odom, const FreeSpaceOptions& options) {
+bool IsFleeting(const FreeSpaceScore& score) { return score.violation() > kMaxFleeting; }
+
+}  // namespace
+
+FreeSpaceMap::FreeSpaceMap(const PreparedSubmaps& submaps, const Pose& T_level_odom,
+                           const FreeSpaceOptions& options)
+    : FreeSpaceMap(FreeSpaceMap(), submaps, T_level_odom, options) {}
+
+FreeSpaceMap::FreeSpaceMap(const FreeSpaceMap& before, const PreparedSubmaps& submaps,
+                           const Pose& T_level_odom, const FreeSpaceOptions& options)
+    : FreeSpaceMap(before) {
+  const size_t first_new = pieces_.size();
+  for (size_t i = first_new; i < submaps.size(); ++i) Add(submaps[i], T_level_odom, options);
+  DropFleeting(first_new, options);
+}
+
+void FreeSpaceMap::Add(const std::shared_ptr<const PreparedSubmap>& submap,
+                       const Pose& T_level_odom, const FreeSpaceOptions& options) {
+  const Pose& T_odom_submap = submap->submap().T_odom_submap;
+  const Eigen::Matrix3f R = T_odom_submap.RotationMatrix().cast<float>();
+  const Eigen::Vector3f t = T_odom_submap.translation().cast<float>();
   const Eigen::Vector3f up =
-      (T_level_odom.rotation().inverse() * Eigen::Vector3d::UnitZ()).cast<float>();
+      ((T_level_odom * T_odom_submap).rotation().inverse() * Eigen::Vector3d::UnitZ())
+          .cast<float>();
   const auto max_normal_z = static_cast<float>(options.max_abs_normal_z);
-  absl::flat_hash_set<uint64_t> taken;
+  auto piece = std::make_shared<Piece>();
+  piece->submap = submap;
   absl::flat_hash_map<uint64_t, int> column_of;
-  for (const SurfacePoint& point : surface) {
+  for (const SurfacePoint& point : submap->surface()) {
     if (std::abs(point.normal.dot(up)) > max_normal_z) continue;
-    if (!taken.insert(VoxelKey(point.position, 1 / kPointSpacingM)).second) continue;
     const Eigen::Vector3f& p = point.position;
+    if (!taken_.insert(VoxelKey(R * p + t, 1 / kPointSpacingM)).second) continue;
     const auto [entry, added] =
-        column_of.try_emplace(VoxelKey(p, 1 / kColumnM), static_cast<int>(columns_.size()));
-    if (added) {
-      columns_.push_back({((p / kColumnM).array().floor() + 0.5f) * kColumnM, {}});
-    }
-    columns_[entry->second].points.push_back(point);
+        column_of.try_emplace(VoxelKey(p, 1 / kColumnM), static_cast<int>(piece->columns.size()));
+    if (added) piece->columns.push_back({((p / kColumnM).array().floor() + 0.5f) * kColumnM, {}});
+    piece->columns[entry->second].points.push_back(point);
+  }
+  pieces_.push_back(std::move(piece));
+}
+
+void FreeSpaceMap::DropFleeting(size_t first_new, const FreeSpaceOptions& options) {
+  std::vector<const PreparedSubmap*> all, fresh;
+  for (size_t i = 0; i < pieces_.size(); ++i) {
+    all.push_back(pieces_[i]->submap.get());
+    if (i >= first_new) fresh.push_back(pieces_[i]->submap.get());
+  }
+  for (size_t i = 0; i < pieces_.size() && !fresh.empty(); ++i) {
+    const bool is_new = i >= first_new;
+    const std::vector<FreeSpaceScore> scores =
+        AskOwnViews(*pieces_[i], is_new ? all : fresh, options);
+    const auto keep = [is_new](const FreeSpaceScore& score) {
+      return !IsFleeting(score) && (!is_new || score.agree >= kMinViews);
+    };
+    if (std::all_of(scores.begin(), scores.end(), keep)) continue;
+    auto kept = std::make_shared<Piece>(*pieces_[i]);
+    Filter(scores, keep, kept.get());
+    pieces_[i] = std::move(kept);
   }
 }
 
-void FreeSpaceMap::DropFleeting(const FreeSpaceOptions& options) {
-  std::vector<Comparer> comparers;
-  comparers.reserve(views_.size());
-  for (const View& view : views_) comparers.emplace_back(view, Pose(), options);
-  std::vector<const Comparer*> near;
-  for (Column& column : columns_) {
-    near.clear();
-    for (const Comparer& comparer : comparers) {
-      if (comparer.Reaches(column)) near.push_back(&comparer);
-    }
-    std::erase_if(column.points, [&](const SurfacePoint& point) {
-      int front = 0, agree = 0;
-      for (const Comparer* comparer : near) {
-        const int verdict = comparer->Compare(point);
-        front += verdict > 0;
-        agree += verdict < 0;
-      }
-      return agree < kMinViews || front > kMaxFleeting * static_cast<float>(front + agree);
-    });
-  }
-}
-
-FreeSpaceScore ScoreFreeSpace(const FreeSpaceMap& a, const FreeSpaceMap& b, const Pose& T_a_b,
-                              const FreeSpaceOptions& options) {
+FreeSpaceScore ScoreFreeSpace(const FreeSpaceMap& a, const FreeSpaceMap& b, const MapPoses& poses,
+                              const FreeSpaceOptions& options, size_t first_a, size_t first_b) {
   FreeSpaceScore score;
-  Compare(a.views(), b.columns(), T_a_b, options, &score);
-  Compare(b.views(), a.columns(), T_a_b.Inverse(), options, &score);
+  for (size_t i = 0; i < a.pieces().size(); ++i) {
+    for (size_t j = i < first_a ? first_b : 0; j < b.pieces().size(); ++j) {
+      const FreeSpaceMap::Piece &in_a = *a.pieces()[i], &in_b = *b.pieces()[j];
+      const Pose T_i_j = poses.a[i].Inverse() * poses.b[j];
+      Compare(*in_a.submap, in_b, T_i_j, options, &score);
+      Compare(*in_b.submap, in_a, T_i_j.Inverse(), options, &score);
+    }
+  }
   return score;
 }
 
 FreeSpaceScore ScoreFreeSpace(const SessionMap& a, const SessionMap& b, const Pose& T_a_b,
                               const FreeSpaceOptions& options) {
   const auto prepare = [&](const SessionMap& map) {
-    const std::vector<SurfacePoint> surface = SampleSurface(map, kSurfaceVoxelM);
-    const Pose T_level_odom(EstimateLevel(surface), Eigen::Vector3d::Zero());
-    return FreeSpaceMap(map, surface, T_level_odom, options);
+    PreparedSubmaps submaps;
+    for (const auto& submap : map.submaps) {
+      submaps.push_back(std::make_shared<const PreparedSubmap>(submap));
+    }
+    double voxel_m = kSurfaceVoxelM;
+    const Pose T_level_odom(EstimateLevel(JoinSurfaces(submaps, 0, &voxel_m)),
+                            Eigen::Vector3d::Zero());
+    return FreeSpaceMap(submaps, T_level_odom, options);
   };
-  return ScoreFreeSpace(prepare(a), prepare(b), T_a_b, options);
+  return ScoreFreeSpace(prepare(a), prepare(b), MapPoses::Rigid(a, b, T_a_b), options);
 }
 
 }  // namespace isthmus::matching

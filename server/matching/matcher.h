@@ -2,40 +2,54 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "core/match.h"
 #include "core/submap.h"
+#include "server/matching/hypothesis.h"
+#include "server/matching/matcher_options.h"
+#include "server/matching/prepared_map.h"
 
 namespace isthmus::matching {
 
-class PreparedMap;  // server/matching/prepared_map.h
+// One pair of sessions. Keeps what was found, so that a map that has grown costs what is new in it,
+// and only now and then a search of the whole. Not thread safe; starts no threads beyond what PCL's
+// OpenMP does.
+class PairMatcher {
+ public:
+  explicit PairMatcher(const MatcherOptions& options) : options_(options) {}
 
-// Limits of acceptance. A wrong merge destroys a map, a missed one costs a minute: when in doubt,
-// raise them.
-struct MatcherOptions {
-  // "default": the bird's-eye search proposes, and the paper's feature chain where that leaves the
-  // pair undecided indoors (outdoors it costs seconds and finds nothing at realistic overlap).
-  // "paper": the feature chain only. "birds_eye": the search only.
-  std::string search = "default";
-  double min_overlap = 0.1;        // Less: NOT_YET.
-  int64_t min_comparisons = 3000;  // Fewer free-space comparisons: NOT_YET.
-  double max_free_space = 0.02;    // More contradicted: REJECTED. Where there are ceilings ...
-  double max_free_space_outdoors = 0.08;  // ... and under the open sky.
-  double min_margin = 3;            // Runner-up's free_space over the best's; less: AMBIGUOUS.
-  double min_shared_area_m2 = 200;  // Less ground seen by both: NOT_YET, one room has twins.
-  double min_hold = 0.02;           // Mean squared normal along the direction held least.
+  // The match of the pair (a, b), a.session < b.session; every field of Match is filled but
+  // computed_ns and the cycle's. Never fails: what cannot be decided is NOT_YET with a reason.
+  // Deterministic. The stage "prepare" is what making the maps took, though not in this call.
+  //
+  // Searches both whole maps at the first call, when they have grown by a quarter since the last
+  // search (when accepted: doubled), or when they are not what they were with more submaps at their
+  // ends; and whenever `search` says so. Otherwise the hypotheses kept are refined and verified
+  // with the new submaps.
+  //
+  // Reasons: OK (ACCEPTED); FREE_SPACE (REJECTED); AMBIGUOUS (AMBIGUOUS); LOW_OVERLAP,
+  // FEW_COMPARISONS, TOO_SMALL, NO_CANDIDATE, DEGENERATE, NOT_CONVERGED, STRAINED (NOT_YET).
+  Match Update(const PreparedMap& a, const PreparedMap& b, bool search = false);
+
+  // A transform that is known from before, to be tried in the next search beside all others.
+  void Suggest(const Pose& T_a_b, const std::string& source);
+
+ private:
+  bool MustSearch(const PreparedMap& a, const PreparedMap& b) const;
+  void Search(const PreparedMap& a, const PreparedMap& b, Match* match);
+  void Extend(const PreparedMap& a, const PreparedMap& b, Match* match);
+
+  const MatcherOptions options_;
+  std::vector<Candidate> suggested_;
+  std::vector<Hypothesis> hypotheses_;  // Best first.
+  bool accepted_ = false;
+  size_t searched_ = 0;       // Submaps of both at the last search.
+  SessionMap map_a_, map_b_;  // As of the last call.
 };
 
-// The match of the pair (a, b), a.session < b.session; every field of Match is filled but
-// computed_ns. Never fails: what cannot be decided is NOT_YET with a reason. Deterministic. Thread
-// safe. Starts no threads beyond what PCL's OpenMP does when called from one thread.
-//
-// Reasons: OK (ACCEPTED); FREE_SPACE (REJECTED); AMBIGUOUS (AMBIGUOUS); LOW_OVERLAP,
-// FEW_COMPARISONS, TOO_SMALL, NO_CANDIDATE, DEGENERATE, NOT_CONVERGED (NOT_YET).
-Match MatchSessions(const SessionMap& a, const SessionMap& b, const MatcherOptions& options);
-
-// The same from maps made ready before, for those who match one map against many. The stage
-// "prepare" is then what making them took, though not in this call.
+// From scratch, for those who match a pair once.
 Match MatchPrepared(const PreparedMap& a, const PreparedMap& b, const MatcherOptions& options);
+Match MatchSessions(const SessionMap& a, const SessionMap& b, const MatcherOptions& options);
 
 }  // namespace isthmus::matching

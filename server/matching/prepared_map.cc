@@ -1,28 +1,98 @@
 #include "server/matching/prepared_map.h"
 
-#include "server/matching/refinable_map.h"
+#include <algorithm>
+#include <utility>
+
+#include "core/stopwatch.h"
+#include "server/matching/gravity.h"
 
 namespace isthmus::matching {
 namespace {
 
 constexpr double kIndoorVoxelM = 0.25, kOutdoorVoxelM = 0.5;
+// Plenty to tell the vertical from.
+constexpr size_t kLevelPoints = 20000;
+// A map that has grown by this factor has its level estimated anew.
+constexpr double kGrowth = 1.25;
 
-// Outdoors half as fine is enough, and a quarter of the cost; which it is shows at the coarse one.
-RefinableMap MakeRefinable(const SessionMap& map, RefineOptions* options) {
-  options->voxel_m = kOutdoorVoxelM;
-  RefinableMap coarse(map, *options);
-  if (IsOutdoors(coarse.data().points, SensorPositions(map))) return coarse;
-  options->voxel_m = kIndoorVoxelM;
-  return RefinableMap(map, *options);
+Pose Level(const PreparedSubmaps& submaps) {
+  double voxel_m = kOutdoorVoxelM;
+  return Pose(EstimateLevel(JoinSurfaces(submaps, kLevelPoints, &voxel_m)),
+              Eigen::Vector3d::Zero());
+}
+
+bool IsBeginning(const SessionMap& before, const SessionMap& map) {
+  return before.session == map.session && before.submaps.size() <= map.submaps.size() &&
+         std::equal(before.submaps.begin(), before.submaps.end(), map.submaps.begin());
 }
 
 }  // namespace
 
-PreparedMap::PreparedMap(const SessionMap& map)
-    : map_(map),
-      refinable_(MakeRefinable(map, &refine_options_)),
-      walls_(map, refinable_.data().points),
-      free_space_(map, refinable_.data().points, walls_.T_level_odom(), FreeSpaceOptions()),
-      prepare_ms_(watch_.Ms()) {}
+PreparedMap::PreparedMap(const SessionMap& map) : map_(map) {
+  const Stopwatch watch;
+  TakeSubmaps(nullptr);
+  T_level_odom_ = Level(submaps_);
+  free_space_ = FreeSpaceMap(submaps_, T_level_odom_, FreeSpaceOptions());
+  levelled_ = submaps_.size();
+  prepare_ms_ = watch.Ms();
+}
+
+PreparedMap::PreparedMap(const SessionMap& map, const PreparedMap& before) : map_(map) {
+  const Stopwatch watch;
+  const bool known = IsBeginning(before.map_, map);
+  TakeSubmaps(known ? &before : nullptr);
+  const bool little_new = known && static_cast<double>(submaps_.size()) <
+                                       kGrowth * static_cast<double>(before.levelled_);
+  T_level_odom_ = little_new ? before.T_level_odom_ : Level(submaps_);
+  free_space_ = FreeSpaceMap(little_new ? before.free_space_ : FreeSpaceMap(), submaps_,
+                             T_level_odom_, FreeSpaceOptions());
+  levelled_ = little_new ? before.levelled_ : submaps_.size();
+  prepare_ms_ = watch.Ms();
+}
+
+PreparedMap::PreparedMap(const PreparedMap& map, const Pose& T_level_odom)
+    : map_(map.map_),
+      submaps_(map.submaps_),
+      T_level_odom_(T_level_odom),
+      levelled_(map.submaps_.size()) {
+  const Stopwatch watch;
+  free_space_ = FreeSpaceMap(submaps_, T_level_odom_, FreeSpaceOptions());
+  prepare_ms_ = watch.Ms();
+}
+
+void PreparedMap::TakeSubmaps(const PreparedMap* before) {
+  if (before) submaps_ = before->submaps_;
+  for (size_t i = submaps_.size(); i < map_.submaps.size(); ++i) {
+    submaps_.push_back(std::make_shared<const PreparedSubmap>(map_.submaps[i]));
+  }
+}
+
+double PreparedMap::prepare_ms() const {
+  std::lock_guard lock(mutex_);
+  return prepare_ms_;
+}
+
+const PreparedMap::Whole& PreparedMap::whole() const {
+  std::lock_guard lock(mutex_);
+  if (whole_) return *whole_;
+  const Stopwatch watch;
+  RefineOptions options;
+  const bool indoors = std::any_of(submaps_.begin(), submaps_.end(), [](const auto& submap) {
+    return submap->voxel_m() < kOutdoorVoxelM;
+  });
+  options.voxel_m = indoors ? kIndoorVoxelM : kOutdoorVoxelM;
+  std::vector<SurfacePoint> surface =
+      JoinSurfaces(submaps_, static_cast<size_t>(options.max_points), &options.voxel_m);
+  WallMap walls(map_, surface, T_level_odom_);
+  if (indoors && walls.outdoors()) {
+    options.voxel_m = std::max(options.voxel_m, kOutdoorVoxelM);
+    surface = JoinSurfaces(submaps_, static_cast<size_t>(options.max_points), &options.voxel_m);
+    walls = WallMap(map_, surface, T_level_odom_);
+  }
+  RefinableMap refinable(std::move(surface), options);
+  whole_.emplace(Whole{options, std::move(refinable), std::move(walls)});
+  prepare_ms_ += watch.Ms();
+  return *whole_;
+}
 
 }  // namespace isthmus::matching

@@ -1,36 +1,61 @@
 // A session's map with everything the matcher needs of it, made once and used against many others.
 #pragma once
 
-#include "core/stopwatch.h"
+#include <memory>
+#include <mutex>
+#include <optional>
+
 #include "core/submap.h"
 #include "server/matching/free_space.h"
+#include "server/matching/prepared_submap.h"
 #include "server/matching/refine.h"
 #include "server/matching/wall_map.h"
 
 namespace isthmus::matching {
 
-// Immutable; safe to read from many threads. Holds on to the submaps.
+// Does not change; safe to use from many threads. Holds on to the submaps.
 class PreparedMap {
  public:
   explicit PreparedMap(const SessionMap& map);
 
+  // The map that `before` was the beginning of: prepared submaps are taken over, and as long as it
+  // has not grown by a quarter the level and the free space too, so that what this takes depends on
+  // the new submaps and their surroundings only. Where `before` is not a beginning of it, all is
+  // made anew.
+  PreparedMap(const SessionMap& map, const PreparedMap& before);
+
+  // The same submaps taken to be level after `T_level_odom`, a rotation; of a map whose vertical is
+  // not told by odom's z.
+  PreparedMap(const PreparedMap& map, const Pose& T_level_odom);
+
   const SessionMap& session_map() const { return map_; }
-  const RefinableMap& refinable() const { return refinable_; }
-  const WallMap& walls() const { return walls_; }
+  const PreparedSubmaps& submaps() const { return submaps_; }
   const FreeSpaceMap& free_space() const { return free_space_; }
-  // Of the refinable map: coarser outdoors.
-  const RefineOptions& refine_options() const { return refine_options_; }
-  // What it took to make, wall time.
-  double prepare_ms() const { return prepare_ms_; }
+  // Pure rotation: the level frame has odom's origin, z up.
+  const Pose& T_level_odom() const { return T_level_odom_; }
+  // What it took to make so far, wall time.
+  double prepare_ms() const;
+
+  // The map as a whole: made when first asked for, kept. What it takes grows with the map.
+  struct Whole {
+    RefineOptions refine_options;  // Of the refinable map: coarser outdoors.
+    RefinableMap refinable;
+    WallMap walls;
+  };
+  const Whole& whole() const;
 
  private:
-  Stopwatch watch_;  // First, to time the making of the others.
+  // Those of `before`, which may be null, and new ones.
+  void TakeSubmaps(const PreparedMap* before);
+
   SessionMap map_;
-  RefineOptions refine_options_;  // Set while refinable_ is made.
-  RefinableMap refinable_;
-  WallMap walls_;
+  PreparedSubmaps submaps_;
+  Pose T_level_odom_;
   FreeSpaceMap free_space_;
-  double prepare_ms_ = 0;
+  size_t levelled_ = 0;  // Submaps when level and free space were last made from scratch.
+  mutable std::mutex mutex_;  // Of what follows.
+  mutable std::optional<Whole> whole_;
+  mutable double prepare_ms_ = 0;
 };
 
 }  // namespace isthmus::matching

@@ -1,6 +1,7 @@
 #include "server/matching/refine.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "server/matching/alignment_quality.h"
 #include "server/matching/gicp.h"
@@ -55,10 +56,12 @@ bool RunVgicp(const GaussianVoxelMap& a, const RefinableMap::Data& b, const Refi
 }  // namespace
 
 RefinableMap::RefinableMap(const SessionMap& map, const RefineOptions& options)
+    : RefinableMap(SampleSurface(map, options.voxel_m), options) {}
+
+RefinableMap::RefinableMap(std::vector<SurfacePoint> surface, const RefineOptions& options)
     : data_(std::make_unique<Data>()) {
   data_->voxel_m = options.voxel_m;
-  data_->points =
-      SampleSurface(map, static_cast<size_t>(std::max(options.max_points, 0)), &data_->voxel_m);
+  data_->points = std::move(surface);
   std::vector<Eigen::Vector3f> positions;
   positions.reserve(data_->points.size());
   for (const SurfacePoint& point : data_->points) positions.push_back(point.position);

@@ -8,6 +8,7 @@
 #include "core/match.h"
 #include "core/submap.h"
 #include "server/matching/candidate.h"
+#include "server/matching/surface.h"
 
 namespace isthmus::matching {
 
@@ -36,6 +37,8 @@ struct Refinement {
 class RefinableMap {
  public:
   RefinableMap(const SessionMap& map, const RefineOptions& options);
+  // From a surface that was sampled with options.voxel_m.
+  RefinableMap(std::vector<SurfacePoint> surface, const RefineOptions& options);
   ~RefinableMap();
   RefinableMap(RefinableMap&&) noexcept;
 

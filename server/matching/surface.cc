@@ -1,11 +1,15 @@
 #include "server/matching/surface.h"
 
+#include <absl/container/flat_hash_map.h>
+
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 
 #include "server/matching/kd_tree.h"
 #include "server/matching/voxel_filter.h"
+#include "server/matching/voxel_key.h"
 
 namespace isthmus::matching {
 namespace {
@@ -16,6 +20,8 @@ constexpr size_t kMinNeighbors = 6;
 constexpr float kNeighborhoodVoxels = 6.0f;
 // Below this middle over largest eigenvalue the neighbours lie on a line.
 constexpr float kMinPlanarity = 0.03f;
+// Normals of one surface seen from several submaps: cosine between them, at least.
+constexpr float kMinAgreement = 0.8f;
 
 // False when the neighbours do not span a surface.
 bool EstimateNormal(const std::vector<Eigen::Vector3f>& points,
@@ -40,27 +46,12 @@ bool EstimateNormal(const std::vector<Eigen::Vector3f>& points,
   return point->normal.allFinite();
 }
 
-// Surfaces are areas: their points grow fewer with the square of the voxel.
-std::vector<ViewedPoint> FilterToAtMost(const SessionMap& map, size_t max_points, double* voxel_m) {
-  std::vector<ViewedPoint> thinned = FilterVoxels(map, *voxel_m);
-  if (max_points == 0 || thinned.size() <= max_points) return thinned;
-  *voxel_m *= std::sqrt(static_cast<double>(thinned.size()) / static_cast<double>(max_points));
-  return FilterVoxels(map, *voxel_m);
-}
-
-}  // namespace
-
-std::vector<SurfacePoint> SampleSurface(const SessionMap& map, double voxel_m) {
-  return SampleSurface(map, 0, &voxel_m);
-}
-
-std::vector<SurfacePoint> SampleSurface(const SessionMap& map, size_t max_points, double* voxel_m) {
-  const std::vector<ViewedPoint> thinned = FilterToAtMost(map, max_points, voxel_m);
+std::vector<SurfacePoint> Sample(const std::vector<ViewedPoint>& thinned, double voxel_m) {
   std::vector<Eigen::Vector3f> positions;
   positions.reserve(thinned.size());
   for (const ViewedPoint& point : thinned) positions.push_back(point.position);
   const KdTree tree(positions);
-  const float reach = kNeighborhoodVoxels * static_cast<float>(*voxel_m);
+  const float reach = kNeighborhoodVoxels * static_cast<float>(voxel_m);
   std::vector<SurfacePoint> surface;
   surface.reserve(positions.size());
   std::vector<KdTree::Neighbor> neighbors;
@@ -72,6 +63,57 @@ std::vector<SurfacePoint> SampleSurface(const SessionMap& map, size_t max_points
     }
   }
   return surface;
+}
+
+std::vector<SurfacePoint> Join(const std::vector<SurfacePart>& parts, double voxel_m) {
+  const auto inverse_voxel = static_cast<float>(1 / voxel_m);
+  size_t expected = 0;
+  for (const SurfacePart& part : parts) expected += part.points->size();
+  absl::flat_hash_map<uint64_t, int> index_of;
+  index_of.reserve(expected / 2);
+  std::vector<SurfacePoint> joined;
+  std::vector<int> counts;
+  for (const SurfacePart& part : parts) {
+    const Eigen::Matrix3f R = part.T_whole_part.RotationMatrix().cast<float>();
+    const Eigen::Vector3f t = part.T_whole_part.translation().cast<float>();
+    for (const SurfacePoint& p : *part.points) {
+      const SurfacePoint point{R * p.position + t, R * p.normal, p.roughness};
+      const auto [entry, added] = index_of.try_emplace(VoxelKey(point.position, inverse_voxel),
+                                                       static_cast<int>(joined.size()));
+      if (added) {
+        joined.push_back(point);
+        counts.push_back(1);
+        continue;
+      }
+      SurfacePoint& mean = joined[entry->second];
+      if (mean.normal.dot(point.normal) < kMinAgreement * mean.normal.norm()) continue;
+      const float share = 1.0f / static_cast<float>(++counts[entry->second]);
+      mean.position += share * (point.position - mean.position);
+      mean.normal += share * (point.normal - mean.normal);
+      mean.roughness += share * (point.roughness - mean.roughness);
+    }
+  }
+  for (SurfacePoint& point : joined) point.normal.normalize();
+  return joined;
+}
+
+}  // namespace
+
+std::vector<SurfacePoint> SampleSurface(const Submap& submap, double voxel_m) {
+  return Sample(FilterVoxels(submap, voxel_m), voxel_m);
+}
+
+std::vector<SurfacePoint> SampleSurface(const SessionMap& map, double voxel_m) {
+  return Sample(FilterVoxels(map, voxel_m), voxel_m);
+}
+
+std::vector<SurfacePoint> JoinSurfaces(const std::vector<SurfacePart>& parts, size_t max_points,
+                                       double* voxel_m) {
+  std::vector<SurfacePoint> joined = Join(parts, *voxel_m);
+  if (max_points == 0 || joined.size() <= max_points) return joined;
+  // Surfaces are areas: their points grow fewer with the square of the voxel.
+  *voxel_m *= std::sqrt(static_cast<double>(joined.size()) / static_cast<double>(max_points));
+  return Join(parts, *voxel_m);
 }
 
 }  // namespace isthmus::matching

@@ -26,13 +26,12 @@ class Thinner {
     index_of_.reserve(expected);
   }
 
-  void Add(const Submap& submap) {
-    const Eigen::Matrix3f R = submap.T_odom_submap.RotationMatrix().cast<float>();
-    const Eigen::Vector3f t = submap.T_odom_submap.translation().cast<float>();
+  void Add(const Submap& submap, const Pose& T_target_submap) {
+    const Eigen::Matrix3f R = T_target_submap.RotationMatrix().cast<float>();
+    const Eigen::Vector3f t = T_target_submap.translation().cast<float>();
     std::vector<Eigen::Vector3f> sensors;
     for (const Keyframe& keyframe : submap.keyframes) {
-      sensors.push_back(
-          (submap.T_odom_submap * keyframe.T_submap_sensor.translation()).cast<float>());
+      sensors.push_back((T_target_submap * keyframe.T_submap_sensor.translation()).cast<float>());
     }
     for (const SubmapPoint& point : submap.points) {
       if (point.keyframe >= sensors.size()) continue;
@@ -43,7 +42,12 @@ class Thinner {
     }
   }
 
-  const std::vector<VoxelMean>& voxels() const { return voxels_; }
+  std::vector<ViewedPoint> Take() const {
+    std::vector<ViewedPoint> thinned;
+    thinned.reserve(voxels_.size());
+    for (const VoxelMean& voxel : voxels_) thinned.push_back({voxel.mean(), voxel.to_sensor});
+    return thinned;
+  }
 
  private:
   void Add(const Eigen::Vector3f& p, const Eigen::Vector3f& to_sensor) {
@@ -67,13 +71,14 @@ std::vector<ViewedPoint> FilterVoxels(const SessionMap& map, double voxel_m) {
   size_t raw = 0;
   for (const auto& submap : map.submaps) raw += submap->points.size();
   Thinner thinner(voxel_m, raw / 8);
-  for (const auto& submap : map.submaps) thinner.Add(*submap);
-  std::vector<ViewedPoint> thinned;
-  thinned.reserve(thinner.voxels().size());
-  for (const VoxelMean& voxel : thinner.voxels()) {
-    thinned.push_back({voxel.mean(), voxel.to_sensor});
-  }
-  return thinned;
+  for (const auto& submap : map.submaps) thinner.Add(*submap, submap->T_odom_submap);
+  return thinner.Take();
+}
+
+std::vector<ViewedPoint> FilterVoxels(const Submap& submap, double voxel_m) {
+  Thinner thinner(voxel_m, submap.points.size() / 4);
+  thinner.Add(submap, Pose());
+  return thinner.Take();
 }
 
 }  // namespace isthmus::matching

@@ -57,7 +57,11 @@ std::vector<Eigen::Vector3f> SensorPositions(const SessionMap& map) {
 }
 
 WallMap::WallMap(const SessionMap& map, const std::vector<SurfacePoint>& surface)
-    : T_level_odom_(EstimateLevel(surface), Eigen::Vector3d::Zero()) {
+    : WallMap(map, surface, Pose(EstimateLevel(surface), Eigen::Vector3d::Zero())) {}
+
+WallMap::WallMap(const SessionMap& map, const std::vector<SurfacePoint>& surface,
+                 const Pose& T_level_odom)
+    : T_level_odom_(T_level_odom) {
   const Eigen::Matrix3f R = T_level_odom_.RotationMatrix().cast<float>();
   std::vector<SurfacePoint> level = surface;
   for (SurfacePoint& point : level) {

@@ -53,7 +53,10 @@ std::vector<Eigen::Vector3f> SensorPositions(const SessionMap& map);
 // Immutable; safe to read from many threads.
 class WallMap {
  public:
-  // `surface` as sampled from the map (SampleSurface), odom frame.
+  // `surface` as sampled from the map (SampleSurface), odom frame; `T_level_odom` a rotation.
+  WallMap(const SessionMap& map, const std::vector<SurfacePoint>& surface,
+          const Pose& T_level_odom);
+  // The level is estimated from the surface.
   WallMap(const SessionMap& map, const std::vector<SurfacePoint>& surface);
 
   bool outdoors() const { return outdoors_; }

@@ -50,6 +50,7 @@ void Estimator::Run() {
         state_->estimating = false;
         state_->estimation_ms = round.Ms();
         ++state_->estimations;
+        Prune();
         state_->changed.notify_all();
       }
       state_->changed.wait(lock);
@@ -82,9 +83,7 @@ std::optional<SessionPair> Estimator::NextPair() const {
       const bool final = a->second.record.state == SessionState::kFinished &&
                          b->second.record.state == SessionState::kFinished;
       const uint32_t wanted =
-          had == 0 || final
-              ? 1
-              : std::max(static_cast<uint32_t>(options_.rematch_submaps), (had + 4) / 5);
+          had == 0 || final ? 1 : static_cast<uint32_t>(std::max(options_.rematch_submaps, 1));
       if (have - had >= wanted && have - had > most) {
         most = have - had;
         best = pair;
@@ -94,8 +93,20 @@ std::optional<SessionPair> Estimator::NextPair() const {
   return best;
 }
 
+void Estimator::Prune() {
+  const auto is_gone = [this](const SessionId& id) { return state_->Find(id) == nullptr; };
+  const auto of_gone = [&](const auto& item) {
+    return is_gone(item.first.first) || is_gone(item.first.second);
+  };
+  std::erase_if(attempts_, of_gone);
+  std::erase_if(matchers_, of_gone);
+  std::erase_if(prepared_, [&](const Prepared& map) { return is_gone(map->session_map().session); });
+}
+
 void Estimator::Estimate(const SessionPair& pair) {
   SessionMap a, b;
+  bool finished = false;
+  std::optional<Match> older;
   {
     std::lock_guard lock(state_->mutex);
     const SessionEntry* entry_a = state_->Find(pair.first);
@@ -103,21 +114,27 @@ void Estimator::Estimate(const SessionPair& pair) {
     if (entry_a == nullptr || entry_b == nullptr) return;
     a = MapOf(*entry_a);
     b = MapOf(*entry_b);
+    finished = entry_a->record.state == SessionState::kFinished &&
+               entry_b->record.state == SessionState::kFinished;
+    if (const auto it = state_->matches.find(pair); it != state_->matches.end()) older = it->second;
     attempts_[pair] = {static_cast<uint32_t>(a.submaps.size()),
                        static_cast<uint32_t>(b.submaps.size())};
   }
-  Match match = matching::MatchPrepared(*Prepare(a), *Prepare(b), options_.matcher);
+  const bool accepted = older && older->state == MatchState::kAccepted;
+  const auto [it, is_new] = matchers_.try_emplace(pair, options_.matcher);
+  // After a restart what was found before is one of the guesses.
+  if (is_new && accepted) it->second.Suggest(older->T_a_b, older->matcher);
+  // The last word on a pair that is still open takes all there is.
+  const bool search = finished && !accepted;
+  Match match = it->second.Update(*Prepare(a), *Prepare(b), search);
   match.computed_ns = clock_->NowNs();
-  {
-    std::lock_guard lock(state_->mutex);
-    const auto older = state_->matches.find(pair);
-    if (older != state_->matches.end() && !Supersedes(match, older->second)) return;
-  }
+  if (older && !Supersedes(match, *older)) return;
   // A match that cannot be stored is found again at the next start; the map goes on without it.
   (void)state_->PutMatch(match);
 }
 
 Estimator::Prepared Estimator::Prepare(const SessionMap& map) {
+  Prepared before;
   for (auto it = prepared_.begin(); it != prepared_.end(); ++it) {
     const SessionMap& held = (*it)->session_map();
     if (held.session != map.session) continue;
@@ -126,10 +143,12 @@ Estimator::Prepared Estimator::Prepare(const SessionMap& map) {
       prepared_.splice(prepared_.begin(), prepared_, it);
       return prepared_.front();
     }
+    before = *it;
     prepared_.erase(it);
     break;
   }
-  prepared_.push_front(std::make_shared<const matching::PreparedMap>(map));
+  prepared_.push_front(before ? std::make_shared<const matching::PreparedMap>(map, *before)
+                              : std::make_shared<const matching::PreparedMap>(map));
   if (prepared_.size() > kMaxPrepared) prepared_.pop_back();
   return prepared_.front();
 }

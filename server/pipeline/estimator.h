@@ -21,10 +21,9 @@ class Estimator {
  public:
   struct Options {
     matching::MatcherOptions matcher;
-    // A pair is tried again when its maps have grown by this many submaps, and by a fifth of what
-    // was tried before, so that the number of attempts grows with the logarithm of the maps; a
-    // finished session's last submaps always count.
-    int rematch_submaps = 2;
+    // A pair is tried again when its maps have grown by this many submaps; a finished session's
+    // last submaps always count.
+    int rematch_submaps = 1;
   };
 
   Estimator(MapState* state, const Clock* clock, const Options& options);
@@ -47,7 +46,9 @@ class Estimator {
   // The pair with the most new evidence; nothing when all is up to date. state mutex is held.
   std::optional<SessionPair> NextPair() const;
   void Estimate(const SessionPair& pair);
-  // The map made ready for matching, made once for as long as it does not grow.
+  // Forgets what was kept of sessions that are gone. state mutex is held.
+  void Prune();
+  // The map made ready for matching: made once, grown with the map.
   Prepared Prepare(const SessionMap& map);
 
   MapState* const state_;
@@ -57,6 +58,7 @@ class Estimator {
   std::map<SessionPair, Attempt> attempts_;
   bool stop_ = false;             // Guarded by the state's mutex.
   std::list<Prepared> prepared_;  // Touched by the thread only; the latest used first.
+  std::map<SessionPair, matching::PairMatcher> matchers_;  // Touched by the thread only.
   std::thread thread_;
 };
 

@@ -8,13 +8,13 @@ namespace {
 Hypothesis Good() {
   Hypothesis h;
   h.source = "birds_eye";
-  h.refinement.converged = true;
-  h.refinement.overlap = 0.4;
-  h.refinement.inliers = 5000;
-  h.refinement.residual_m = 0.03;
+  h.converged = true;
+  h.overlap = 0.4;
+  h.inliers = 5000;
+  h.residual_m = 0.03;
   h.free_space = {.agree = 99900, .front = 100};
   h.shared_area_m2 = 500;
-  h.weakest_hold = 0.2;
+  h.hold = 0.2;
   h.max_free_space = 0.02;
   return h;
 }
@@ -47,13 +47,13 @@ TEST(DecisionTest, EachLackHasItsReason) {
     change(h);
     return DecideOn({h});
   };
-  Match match = with([](Hypothesis& h) { h.refinement.converged = false; });
+  Match match = with([](Hypothesis& h) { h.converged = false; });
   EXPECT_EQ(match.reason, "NOT_CONVERGED");
   EXPECT_EQ(match.state, MatchState::kNotYet);
   match = with([](Hypothesis& h) { h.free_space = {.agree = 100, .front = 0}; });
   EXPECT_EQ(match.reason, "FEW_COMPARISONS");
   EXPECT_EQ(match.state, MatchState::kNotYet);
-  match = with([](Hypothesis& h) { h.refinement.overlap = 0.05; });
+  match = with([](Hypothesis& h) { h.overlap = 0.05; });
   EXPECT_EQ(match.reason, "LOW_OVERLAP");
   EXPECT_EQ(match.state, MatchState::kNotYet);
   match = with([](Hypothesis& h) { h.free_space = {.agree = 90000, .front = 10000}; });
@@ -62,7 +62,7 @@ TEST(DecisionTest, EachLackHasItsReason) {
   match = with([](Hypothesis& h) { h.shared_area_m2 = 100; });
   EXPECT_EQ(match.reason, "TOO_SMALL");
   EXPECT_EQ(match.state, MatchState::kNotYet);
-  match = with([](Hypothesis& h) { h.weakest_hold = 0.001; });
+  match = with([](Hypothesis& h) { h.hold = 0.001; });
   EXPECT_EQ(match.reason, "DEGENERATE");
   EXPECT_EQ(match.state, MatchState::kNotYet);
 }
@@ -89,7 +89,7 @@ TEST(DecisionTest, AContradictedRivalDoesNotMatter) {
 // A score of zero out of next to nothing is no evidence, for or against.
 TEST(DecisionTest, LittleEvidenceComesNeitherFirstNorSecond) {
   Hypothesis little = Good();
-  little.refinement.overlap = 0.02;
+  little.overlap = 0.02;
   little.free_space = {.agree = 1000, .front = 0};
   const Match match = DecideOn({little, Good()});
   EXPECT_EQ(match.state, MatchState::kAccepted);
@@ -100,7 +100,7 @@ TEST(DecisionTest, LittleEvidenceComesNeitherFirstNorSecond) {
 TEST(DecisionTest, ConfidenceGrowsWithEvidence) {
   const double base = DecideOn({Good()}).confidence;
   Hypothesis h = Good();
-  h.refinement.overlap = 0.6;
+  h.overlap = 0.6;
   EXPECT_GT(DecideOn({h}).confidence, base);
   h = Good();
   h.free_space = {.agree = 99500, .front = 500};

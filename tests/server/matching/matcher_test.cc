@@ -43,6 +43,13 @@ TEST_F(MatcherTest, AcceptsTheRightMergeWithAllFigures) {
   EXPECT_LE(match.confidence, 1.0);
   EXPECT_GT(match.overlap, 0.4);
   EXPECT_GT(match.inliers, 1000);
+  EXPECT_GT(match.inlier_ratio, 0.7);
+  EXPECT_GT(match.hold, 0.05);
+  EXPECT_GT(match.shared_area_m2, 200);
+  EXPECT_GE(match.strain, 0);
+  EXPECT_LT(match.strain, 1);
+  EXPECT_GT(match.candidates, 0u);
+  EXPECT_FALSE(match.edges.empty());
   EXPECT_GT(match.residual_m, 0);
   EXPECT_LT(match.residual_m, 0.1);
   EXPECT_LT(match.free_space, 0.01);
@@ -54,7 +61,7 @@ TEST_F(MatcherTest, AcceptsTheRightMergeWithAllFigures) {
     names.push_back(stage.stage);
     EXPECT_GE(stage.ms, 0);
   }
-  EXPECT_EQ(names, (std::vector<std::string>{"prepare", "birds_eye", "refine", "verify"}));
+  EXPECT_EQ(names, (std::vector<std::string>{"prepare", "birds_eye", "refine", "free_space", "joint"}));
 }
 
 TEST_F(MatcherTest, IsDeterministicAndTheSameWhenPrepared) {

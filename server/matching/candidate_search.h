@@ -1,0 +1,46 @@
+// Where two whole maps could lie on each other: what the searches propose, each refined rigidly.
+#pragma once
+
+#include <vector>
+
+#include "core/match.h"
+#include "server/matching/birds_eye_image.h"
+#include "server/matching/candidate.h"
+#include "server/matching/hypothesis.h"
+#include "server/matching/prepared_map.h"
+
+namespace isthmus::matching {
+
+// Of one pair of maps. The maps must outlive it. Not thread safe.
+class CandidateSearch {
+ public:
+  CandidateSearch(const PreparedMap& a, const PreparedMap& b);
+
+  // Each appends hypotheses that are not among `*found` yet, refined and with the free space of the
+  // rigid alignment, and stage times.
+  void ByBirdsEye(std::vector<Hypothesis>* found, std::vector<StageTime>* stages);
+  void ByFeatures(std::vector<Hypothesis>* found, std::vector<StageTime>* stages);
+  void Take(const std::vector<Candidate>& candidates, std::vector<Hypothesis>* found,
+            std::vector<StageTime>* stages);
+
+  // Fills the ground that both know; whole maps only.
+  void MeasureShared(Hypothesis* h);
+
+  bool outdoors() const { return scale_.outdoors; }
+  uint32_t candidates() const { return candidates_; }  // Refined so far.
+  // The middle of where b's sensor was, b's odom frame.
+  const Eigen::Vector3d& middle_b() const { return middle_b_; }
+
+ private:
+  double Tilt(const Pose& T_a_b) const;
+
+  const PreparedMap& a_;
+  const PreparedMap& b_;
+  const SceneScale scale_;
+  RefineOptions refine_options_;
+  Eigen::Vector3d middle_b_ = Eigen::Vector3d::Zero();
+  BirdsEyeCells a_cells_, b_cells_;
+  uint32_t candidates_ = 0;
+};
+
+}  // namespace isthmus::matching

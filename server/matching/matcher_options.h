@@ -1,0 +1,25 @@
+// Limits of acceptance. A wrong merge destroys a map, a missed one costs a minute: when in doubt,
+// raise them.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+namespace isthmus::matching {
+
+struct MatcherOptions {
+  // "default": the bird's-eye search proposes, and the paper's feature chain where that leaves the
+  // pair undecided indoors (outdoors it costs seconds and finds nothing at realistic overlap).
+  // "paper": the feature chain only. "birds_eye": the search only.
+  std::string search = "default";
+  double min_overlap = 0.1;        // Less: NOT_YET.
+  int64_t min_comparisons = 3000;  // Fewer free-space comparisons: NOT_YET.
+  double max_free_space = 0.02;    // More contradicted: REJECTED. Where there are ceilings ...
+  double max_free_space_outdoors = 0.08;  // ... and under the open sky.
+  double min_margin = 3;            // Runner-up's free_space over the best's; less: AMBIGUOUS.
+  double min_shared_area_m2 = 200;  // Less ground seen by both: NOT_YET, one room has twins.
+  double min_hold = 0.02;           // Mean squared normal along the direction held least.
+  double max_strain = 3;  // Standard deviations that the odometry may bend; more: NOT_YET.
+};
+
+}  // namespace isthmus::matching

@@ -1,0 +1,95 @@
+#include "server/matching/prepared_submap.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "server/matching/surface_sample.h"
+#include "server/matching/wall_map.h"
+
+namespace isthmus::matching {
+namespace {
+
+constexpr double kIndoorVoxelM = 0.25, kOutdoorVoxelM = 0.5;
+constexpr size_t kSamplePoints = 1000;
+constexpr double kViewSpacingM = 1.0;
+constexpr double kViewTurnRad = 0.5;
+
+std::vector<Eigen::Vector3f> Sensors(const Submap& submap) {
+  std::vector<Eigen::Vector3f> sensors;
+  for (const Keyframe& keyframe : submap.keyframes) {
+    sensors.push_back(keyframe.T_submap_sensor.translation().cast<float>());
+  }
+  return sensors;
+}
+
+bool IsNear(const Pose& a, const Pose& b) {
+  const Pose T_a_b = a.Inverse() * b;
+  return T_a_b.translation().norm() < kViewSpacingM && RotationAngle(T_a_b) < kViewTurnRad;
+}
+
+}  // namespace
+
+PreparedSubmap::PreparedSubmap(std::shared_ptr<const Submap> submap) : submap_(std::move(submap)) {
+  // Outdoors half as fine is enough, and a quarter of the cost; which it is shows at the coarse
+  // one.
+  voxel_m_ = kOutdoorVoxelM;
+  surface_ = SampleSurface(*submap_, voxel_m_);
+  if (!IsOutdoors(surface_, Sensors(*submap_))) {
+    voxel_m_ = kIndoorVoxelM;
+    surface_ = SampleSurface(*submap_, voxel_m_);
+  }
+  std::vector<Eigen::Vector3f> positions;
+  positions.reserve(surface_.size());
+  for (const SurfacePoint& point : surface_) positions.push_back(point.position);
+  tree_ = KdTree(positions);
+  sample_ = SampleBalanced(surface_, 2 * voxel_m_, kSamplePoints);
+  CollectViews();
+  if (positions.empty()) return;
+  Eigen::Vector3f low = positions.front(), high = positions.front();
+  for (const Eigen::Vector3f& p : positions) {
+    low = low.cwiseMin(p);
+    high = high.cwiseMax(p);
+  }
+  const Eigen::Vector3f middle = 0.5f * (low + high);
+  float radius2 = 0;
+  for (const Eigen::Vector3f& p : positions)
+    radius2 = std::max(radius2, (p - middle).squaredNorm());
+  center_ = middle.cast<double>();
+  radius_m_ = std::sqrt(static_cast<double>(radius2));
+}
+
+void PreparedSubmap::CollectViews() {
+  std::vector<std::vector<Eigen::Vector3f>> points(submap_->keyframes.size());
+  std::vector<bool> taken(points.size(), false);
+  for (size_t k = 0, last = 0; k < points.size(); ++k) {
+    const Pose& T_submap_sensor = submap_->keyframes[k].T_submap_sensor;
+    if (k > 0 && IsNear(submap_->keyframes[last].T_submap_sensor, T_submap_sensor)) continue;
+    taken[k] = true;
+    last = k;
+  }
+  for (const SubmapPoint& point : submap_->points) {
+    if (point.keyframe >= points.size() || !taken[point.keyframe]) continue;
+    points[point.keyframe].push_back(point.Position());
+  }
+  for (size_t k = 0; k < points.size(); ++k) {
+    if (!taken[k]) continue;
+    const Pose& T_submap_sensor = submap_->keyframes[k].T_submap_sensor;
+    const Pose T_sensor_submap = T_submap_sensor.Inverse();
+    const Eigen::Matrix3f R = T_sensor_submap.RotationMatrix().cast<float>();
+    const Eigen::Vector3f t = T_sensor_submap.translation().cast<float>();
+    for (Eigen::Vector3f& p : points[k]) p = R * p + t;
+    views_.push_back({T_submap_sensor, RangeImage(points[k])});
+  }
+}
+
+std::vector<SurfacePoint> JoinSurfaces(const PreparedSubmaps& submaps, size_t max_points,
+                                       double* voxel_m) {
+  std::vector<SurfacePart> parts;
+  for (const auto& submap : submaps) {
+    parts.push_back({&submap->surface(), submap->submap().T_odom_submap});
+  }
+  return JoinSurfaces(parts, max_points, voxel_m);
+}
+
+}  // namespace isthmus::matching
