@@ -14,6 +14,7 @@ namespace {
 struct Options {
   ServerOptions server;
   std::string format = "text";
+  bool edges = false;
 };
 
 void PrintText(const client::MatchGraph& graph) {
@@ -54,10 +55,10 @@ void PrintDot(const client::MatchGraph& graph) {
 int Run(const Options& options) {
   const auto client = Connect(options.server);
   if (!client.ok()) return FailServer(client.status());
-  const auto graph = (*client)->GetMatchGraph();
+  const auto graph = (*client)->GetMatchGraph(options.edges);
   if (!graph.ok()) return FailServer(graph.status());
   if (options.format == "json") {
-    Print(ToJson(*graph));
+    Print(ToJson(*graph, options.edges));
   } else if (options.format == "dot") {
     PrintDot(*graph);
   } else {
@@ -75,6 +76,8 @@ void AddGraph(CLI::App& app, Action& action) {
   command->add_option("--format", options->format)
       ->check(CLI::IsMember({"text", "json", "dot"}))
       ->capture_default_str();
+  command->add_flag("--edges", options->edges,
+                    "With --format json: the submaps that carry each match, too");
   command->callback([options, &action] { action = [options] { return Run(*options); }; });
 }
 

@@ -12,10 +12,22 @@ Json Names(const Ids& ids) {
   return out;
 }
 
-// What a stage did not compute is -1 in the API and null here.
+// What a stage did not compute is -1 in the API and null here, like what is not a number.
 template <typename T>
 Json OrNull(T value) {
-  return value < 0 ? Json(nullptr) : Json(value);
+  return value >= 0 ? Json(value) : Json(nullptr);
+}
+
+Json ToJson(const SubmapEdge& edge) {
+  Json information = Json::array();
+  for (int row = 0; row < 6; ++row) {
+    for (int column = row; column < 6; ++column)
+      information.push_back(edge.information(row, column));
+  }
+  return {{"submap_a", edge.submap_a},
+          {"submap_b", edge.submap_b},
+          {"T_a_b", cli::ToJson(edge.T_a_b)},
+          {"information", std::move(information)}};
 }
 
 }  // namespace
@@ -76,7 +88,7 @@ Json ToJson(const client::MapInfo& info) {
   return out;
 }
 
-Json ToJson(const client::MatchEdge& edge) {
+Json ToJson(const client::MatchEdge& edge, bool with_edges) {
   const Match& match = edge.match;
   Json out = {{"session_a", match.a.value()},
               {"session_b", match.b.value()},
@@ -87,14 +99,24 @@ Json ToJson(const client::MatchEdge& edge) {
               {"detail", match.detail},
               {"in_tree", edge.in_tree},
               {"T_a_b", ToJson(match.T_a_b)},
-              {"confidence", match.confidence},
+              {"confidence", OrNull(match.confidence)},
               {"overlap", OrNull(match.overlap)},
               {"inliers", OrNull(match.inliers)},
+              {"inlier_ratio", OrNull(match.inlier_ratio)},
               {"residual_m", OrNull(match.residual_m)},
               {"free_space", OrNull(match.free_space)},
               {"comparisons", OrNull(match.comparisons)},
               {"runner_up", OrNull(match.runner_up)},
+              {"shared_area_m2", OrNull(match.shared_area_m2)},
+              {"hold", OrNull(match.hold)},
+              {"strain", OrNull(match.strain)},
+              {"cycle_m", OrNull(match.cycle_m)},
+              {"cycle_deg", OrNull(match.cycle_deg)},
+              {"candidates", match.candidates},
               {"matcher", match.matcher},
+              {"submaps_a", match.submaps_a},
+              {"submaps_b", match.submaps_b},
+              {"computed_ns", match.computed_ns},
               {"stages_ms", Json::object()}};
   for (const StageTime& stage : match.stages) out["stages_ms"][stage.stage] = stage.ms;
   out["verdict"] = nullptr;
@@ -103,13 +125,18 @@ Json ToJson(const client::MatchEdge& edge) {
                       {"note", edge.verdict->note},
                       {"given_ns", edge.verdict->given_ns}};
   }
+  if (with_edges) {
+    out["edges"] = Json::array();
+    for (const SubmapEdge& submaps : match.edges) out["edges"].push_back(ToJson(submaps));
+  }
   return out;
 }
 
-Json ToJson(const client::MatchGraph& graph) {
+Json ToJson(const client::MatchGraph& graph, bool with_edges) {
   Json out = {
       {"revision", graph.revision}, {"matches", Json::array()}, {"placements", Json::array()}};
-  for (const client::MatchEdge& edge : graph.matches) out["matches"].push_back(ToJson(edge));
+  for (const client::MatchEdge& edge : graph.matches)
+    out["matches"].push_back(ToJson(edge, with_edges));
   for (const client::PlacedSession& placed : graph.placements) {
     out["placements"].push_back({{"session", placed.placement.session.value()},
                                  {"robot", placed.robot.value()},

@@ -14,8 +14,9 @@ Json ToJson(const Pose& pose);
 Json ToJson(const Box& box);
 Json ToJson(const client::Session& session);
 Json ToJson(const client::MapInfo& info);
-Json ToJson(const client::MatchEdge& edge);
-Json ToJson(const client::MatchGraph& graph);
+// `with_edges`: with the submaps that carry the match, as "edges".
+Json ToJson(const client::MatchEdge& edge, bool with_edges = false);
+Json ToJson(const client::MatchGraph& graph, bool with_edges = false);
 
 // To stdout, indented.
 void Print(const Json& json);

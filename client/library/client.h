@@ -56,7 +56,8 @@ class Client {
   // Of all robots when `robot` is empty.
   absl::StatusOr<std::vector<SubmapInfo>> ListSubmaps(const RobotId& robot = {});
   absl::StatusOr<RobotTrajectory> GetTrajectory(const RobotId& robot, Frame frame);
-  absl::StatusOr<MatchGraph> GetMatchGraph();
+  // With the submaps that carry each match if `include_edges`.
+  absl::StatusOr<MatchGraph> GetMatchGraph(bool include_edges = false);
   // Holds until another decision on the pair, whatever the server computes. Returns the match as it
   // counts from now on.
   absl::StatusOr<MatchEdge> DecideMatch(const MatchDecision& decision);

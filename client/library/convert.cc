@@ -19,36 +19,6 @@ v1::Vector3 FromVector(const Eigen::Vector3d& v) {
 
 Eigen::Vector3d ToVector(const v1::Vector3& v) { return {v.x(), v.y(), v.z()}; }
 
-std::optional<Matrix6d> FromUpperTriangle(const google::protobuf::RepeatedField<double>& numbers) {
-  if (numbers.size() != 21) return std::nullopt;
-  Matrix6d matrix;
-  int k = 0;
-  for (int row = 0; row < 6; ++row) {
-    for (int column = row; column < 6; ++column) {
-      matrix(row, column) = matrix(column, row) = numbers[k++];
-    }
-  }
-  return matrix;
-}
-
-MatchState ToState(v1::Match::State state) {
-  switch (state) {
-    case v1::Match::ACCEPTED:
-      return MatchState::kAccepted;
-    case v1::Match::REJECTED:
-      return MatchState::kRejected;
-    case v1::Match::AMBIGUOUS:
-      return MatchState::kAmbiguous;
-    default:
-      return MatchState::kNotYet;
-  }
-}
-
-Ruling ToRuling(v1::Verdict::Ruling ruling) {
-  if (ruling == v1::Verdict::ACCEPT) return Ruling::kAccept;
-  return ruling == v1::Verdict::SET ? Ruling::kSet : Ruling::kReject;
-}
-
 }  // namespace
 
 absl::Status ToStatus(const grpc::Status& status) {
@@ -64,6 +34,18 @@ v1::Pose ToProto(const Pose& pose) {
   out.mutable_rotation()->set_z(pose.rotation().z());
   out.mutable_rotation()->set_w(pose.rotation().w());
   return out;
+}
+
+std::optional<Matrix6d> FromUpperTriangle(const google::protobuf::RepeatedField<double>& numbers) {
+  if (numbers.size() != 21) return std::nullopt;
+  Matrix6d matrix;
+  int k = 0;
+  for (int row = 0; row < 6; ++row) {
+    for (int column = row; column < 6; ++column) {
+      matrix(row, column) = matrix(column, row) = numbers[k++];
+    }
+  }
+  return matrix;
 }
 
 Pose FromProto(const v1::Pose& pose) {
@@ -126,30 +108,6 @@ v1::QueryRegionRequest ToProto(const RegionQuery& query) {
   out.set_component(query.component);
   out.set_robot(query.robot.value());
   out.set_resolution_m(query.resolution_m);
-  return out;
-}
-
-v1::DecideMatchRequest ToProto(const MatchDecision& decision) {
-  v1::DecideMatchRequest out;
-  out.set_robot_a(decision.robot_a.value());
-  out.set_robot_b(decision.robot_b.value());
-  out.set_session_a(decision.session_a.value());
-  out.set_session_b(decision.session_b.value());
-  out.set_note(decision.note);
-  out.set_decision(v1::DecideMatchRequest::WITHDRAW);
-  if (!decision.ruling) return out;
-  switch (*decision.ruling) {
-    case Ruling::kAccept:
-      out.set_decision(v1::DecideMatchRequest::ACCEPT);
-      break;
-    case Ruling::kReject:
-      out.set_decision(v1::DecideMatchRequest::REJECT);
-      break;
-    case Ruling::kSet:
-      out.set_decision(v1::DecideMatchRequest::SET);
-      *out.mutable_t_a_b() = ToProto(decision.T_a_b);
-      break;
-  }
   return out;
 }
 
@@ -259,50 +217,6 @@ SubmapInfo FromProto(const v1::Submap& submap) {
   out.keyframe_count = submap.keyframe_count();
   out.point_count = submap.point_count();
   if (submap.has_bounds()) out.bounds = FromProto(submap.bounds());
-  return out;
-}
-
-MatchEdge FromProto(const v1::Match& match) {
-  MatchEdge out;
-  Match& m = out.match;
-  m.a = SessionId(match.session_a());
-  m.b = SessionId(match.session_b());
-  m.T_a_b = FromProto(match.t_a_b());
-  m.state = ToState(match.state());
-  m.reason = match.reason();
-  m.detail = match.detail();
-  m.confidence = match.confidence();
-  m.overlap = match.overlap();
-  m.inliers = match.inliers();
-  m.residual_m = match.residual_m();
-  m.free_space = match.free_space();
-  m.comparisons = match.comparisons();
-  m.runner_up = match.runner_up();
-  m.matcher = match.matcher();
-  m.computed_ns = match.computed_ns();
-  for (const v1::StageTime& stage : match.stages()) m.stages.push_back({stage.stage(), stage.ms()});
-  out.robot_a = RobotId(match.robot_a());
-  out.robot_b = RobotId(match.robot_b());
-  out.in_tree = match.in_tree();
-  if (match.has_verdict()) {
-    const v1::Verdict& said = match.verdict();
-    out.verdict = Verdict{m.a, m.b, ToRuling(said.ruling()), m.T_a_b, said.note(), said.given_ns()};
-  }
-  return out;
-}
-
-MatchGraph FromProto(const v1::MatchGraph& graph) {
-  MatchGraph out;
-  out.revision = graph.revision();
-  for (const v1::Match& match : graph.matches()) out.matches.push_back(FromProto(match));
-  for (const v1::Placement& placement : graph.placements()) {
-    PlacedSession placed;
-    placed.placement = {SessionId(placement.session()), placement.component(),
-                        SessionId(placement.reference_session()),
-                        FromProto(placement.t_map_odom())};
-    placed.robot = RobotId(placement.robot());
-    out.placements.push_back(std::move(placed));
-  }
   return out;
 }
 

@@ -4,6 +4,8 @@
 #include <absl/status/status.h>
 #include <grpcpp/support/status.h>
 
+#include <optional>
+
 #include "client/library/records.h"
 #include "client/library/scan_stream.h"
 #include "isthmus/v1/map_service.pb.h"
@@ -23,6 +25,8 @@ v1::ExportMapRequest ToProto(const ExportRequest& request);
 // `size` and `crc32c` of the cloud's data, which the header leaves out.
 v1::UploadSubmapHeader ToProto(const SubmapUpload& submap);
 
+// A symmetric matrix from 21 numbers, row by row; nothing if there are not as many.
+std::optional<Matrix6d> FromUpperTriangle(const google::protobuf::RepeatedField<double>& numbers);
 Pose FromProto(const v1::Pose& pose);
 Box FromProto(const v1::Box& box);
 Session FromProto(const v1::Session& session);

@@ -57,11 +57,13 @@ absl::StatusOr<RobotTrajectory> Client::GetTrajectory(const RobotId& robot, Fram
   return trajectory;
 }
 
-absl::StatusOr<MatchGraph> Client::GetMatchGraph() {
+absl::StatusOr<MatchGraph> Client::GetMatchGraph(bool include_edges) {
+  v1::GetMatchGraphRequest request;
+  request.set_include_edges(include_edges);
   v1::MatchGraph graph;
   const absl::Status status =
       link_->Call(link_->options().call_timeout_s, [&](Stubs& stubs, grpc::ClientContext& context) {
-        return stubs.maps->GetMatchGraph(&context, v1::GetMatchGraphRequest(), &graph);
+        return stubs.maps->GetMatchGraph(&context, request, &graph);
       });
   if (!status.ok()) return status;
   return FromProto(graph);

@@ -111,4 +111,10 @@ v1::Box ToProto(const Box& box) {
   return proto;
 }
 
+void AddUpperTriangle(const Matrix6d& matrix, google::protobuf::RepeatedField<double>* numbers) {
+  for (int row = 0; row < 6; ++row) {
+    for (int column = row; column < 6; ++column) numbers->Add(matrix(row, column));
+  }
+}
+
 }  // namespace isthmus::rpc

@@ -31,5 +31,7 @@ v1::Vector3 ToProto(const Eigen::Vector3d& vector);
 v1::Pose ToProto(const Pose& pose);
 v1::StampedPose ToProto(const StampedPose& pose);
 v1::Box ToProto(const Box& box);  // Of a box that is not empty.
+// Of a symmetric matrix: 21 numbers, row by row.
+void AddUpperTriangle(const Matrix6d& matrix, google::protobuf::RepeatedField<double>* numbers);
 
 }  // namespace isthmus::rpc

@@ -45,12 +45,30 @@ v1::Match ToProto(const Match& match, const RobotOfSession& robots) {
   proto.set_comparisons(match.comparisons);
   proto.set_runner_up(match.runner_up);
   proto.set_matcher(match.matcher);
+  proto.set_inlier_ratio(match.inlier_ratio);
+  proto.set_shared_area_m2(match.shared_area_m2);
+  proto.set_hold(match.hold);
+  proto.set_strain(match.strain);
+  proto.set_cycle_m(match.cycle_m);
+  proto.set_cycle_deg(match.cycle_deg);
+  proto.set_candidates(match.candidates);
+  proto.set_submaps_a(match.submaps_a);
+  proto.set_submaps_b(match.submaps_b);
   proto.set_computed_ns(match.computed_ns);
   for (const StageTime& stage : match.stages) {
     v1::StageTime& time = *proto.add_stages();
     time.set_stage(stage.stage);
     time.set_ms(stage.ms);
   }
+  return proto;
+}
+
+v1::SubmapEdge ToProto(const SubmapEdge& edge) {
+  v1::SubmapEdge proto;
+  proto.set_submap_a(edge.submap_a);
+  proto.set_submap_b(edge.submap_b);
+  *proto.mutable_t_a_b() = ToProto(edge.T_a_b);
+  AddUpperTriangle(edge.information, proto.mutable_information());
   return proto;
 }
 
@@ -103,7 +121,7 @@ absl::StatusOr<std::optional<Ruling>> FromProto(v1::DecideMatchRequest::Decision
 }  // namespace
 
 absl::StatusOr<v1::MatchGraph> GetMatchGraph(server::Pipeline& pipeline,
-                                             const v1::GetMatchGraphRequest&) {
+                                             const v1::GetMatchGraphRequest& request) {
   const server::MatchGraphView view = pipeline.GetMatchGraph();
   const RobotOfSession robots = RobotsOf(pipeline);
   std::set<std::pair<SessionId, SessionId>> tree;
@@ -116,6 +134,9 @@ absl::StatusOr<v1::MatchGraph> GetMatchGraph(server::Pipeline& pipeline,
     v1::Match& added = *proto.add_matches();
     added = ToProto(match, robots);
     added.set_in_tree(tree.contains(std::minmax(match.a, match.b)));
+    if (request.include_edges()) {
+      for (const SubmapEdge& edge : match.edges) *added.add_edges() = ToProto(edge);
+    }
     const auto said = verdicts.find({match.a, match.b});
     if (said != verdicts.end()) *added.mutable_verdict() = ToProto(*said->second);
   }

@@ -25,12 +25,6 @@ v1::StreamScansResponse::Outcome ToProto(ScanOutcome outcome) {
   return v1::StreamScansResponse::OUTCOME_UNSPECIFIED;
 }
 
-void AddUpperTriangle(const Matrix6d& matrix, google::protobuf::RepeatedField<double>* numbers) {
-  for (int row = 0; row < 6; ++row) {
-    for (int column = row; column < 6; ++column) numbers->Add(matrix(row, column));
-  }
-}
-
 v1::StreamScansResponse ToProto(const ScanAck& ack) {
   v1::StreamScansResponse proto;
   proto.set_durable_sequence(ack.durable_sequence);

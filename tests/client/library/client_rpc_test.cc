@@ -199,6 +199,48 @@ TEST_F(ClientRpcTest, TheMatchGraphKeepsItsReasons) {
   ExpectEqual(graph->placements[0].placement.T_map_odom, kPose);
 }
 
+TEST_F(ClientRpcTest, AMatchComesWithEveryNumberAndItsEdgesIfAskedFor) {
+  Match match;
+  match.a = SessionId("alice-1");
+  match.b = SessionId("bob-1");
+  match.inlier_ratio = 0.75;
+  match.shared_area_m2 = 321;
+  match.hold = 0.0625;
+  match.strain = 1.5;
+  match.cycle_m = 0.25;
+  match.candidates = 9;
+  match.submaps_a = 3;
+  match.submaps_b = 4;
+  SubmapEdge edge;
+  edge.submap_a = 7;
+  edge.submap_b = 2;
+  edge.T_a_b = kPose;
+  edge.information.diagonal() << 1, 2, 3, 4, 5, 6;
+  edge.information(1, 4) = edge.information(4, 1) = -7;
+  match.edges = {edge};
+  pipeline_.graph.matches = {match};
+  const auto without = client_->GetMatchGraph();
+  ASSERT_TRUE(without.ok()) << without.status();
+  EXPECT_TRUE(without->matches.at(0).match.edges.empty());
+  const auto with = client_->GetMatchGraph(true);
+  ASSERT_TRUE(with.ok()) << with.status();
+  const Match& read = with->matches.at(0).match;
+  EXPECT_EQ(read.inlier_ratio, 0.75);
+  EXPECT_EQ(read.shared_area_m2, 321);
+  EXPECT_EQ(read.hold, 0.0625);
+  EXPECT_EQ(read.strain, 1.5);
+  EXPECT_EQ(read.cycle_m, 0.25);
+  EXPECT_EQ(read.cycle_deg, -1) << "not computed";
+  EXPECT_EQ(read.candidates, 9u);
+  EXPECT_EQ(read.submaps_a, 3u);
+  EXPECT_EQ(read.submaps_b, 4u);
+  ASSERT_EQ(read.edges.size(), 1u);
+  EXPECT_EQ(read.edges[0].submap_a, 7u);
+  EXPECT_EQ(read.edges[0].submap_b, 2u);
+  ExpectEqual(read.edges[0].T_a_b, kPose);
+  EXPECT_EQ(read.edges[0].information, edge.information);
+}
+
 TEST_F(ClientRpcTest, AWordOnAMatchGoesUpAndTheMatchComesBack) {
   Match match;
   match.a = SessionId("alice-1");

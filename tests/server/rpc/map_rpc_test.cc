@@ -167,6 +167,68 @@ TEST_F(MapRpcTest, TheMatchGraphTellsWhichMatchesCarryTheMap) {
   EXPECT_EQ(graph.placements(0).reference_session(), alice.value());
 }
 
+TEST_F(MapRpcTest, AMatchComesWithEveryNumberItRestsOn) {
+  Match match;
+  match.a = SessionId("alice-1");
+  match.b = SessionId("bob-1");
+  match.overlap = 0.5;
+  match.inlier_ratio = 0.75;
+  match.shared_area_m2 = 321;
+  match.hold = 0.0625;
+  match.strain = 1.5;
+  match.cycle_m = 0.25;
+  match.cycle_deg = 2;
+  match.candidates = 9;
+  match.submaps_a = 3;
+  match.submaps_b = 4;
+  pipeline_.graph.matches = {match, Match()};
+  v1::MatchGraph graph;
+  EXPECT_GRPC_OK(stubs_->map->GetMatchGraph(NewContext().get(), {}, &graph));
+  ASSERT_EQ(graph.matches_size(), 2);
+  const v1::Match& read = graph.matches(0);
+  EXPECT_EQ(read.overlap(), 0.5);
+  EXPECT_EQ(read.inlier_ratio(), 0.75);
+  EXPECT_EQ(read.shared_area_m2(), 321);
+  EXPECT_EQ(read.hold(), 0.0625);
+  EXPECT_EQ(read.strain(), 1.5);
+  EXPECT_EQ(read.cycle_m(), 0.25);
+  EXPECT_EQ(read.cycle_deg(), 2);
+  EXPECT_EQ(read.candidates(), 9u);
+  EXPECT_EQ(read.submaps_a(), 3u);
+  EXPECT_EQ(read.submaps_b(), 4u);
+  const v1::Match& unknown = graph.matches(1);
+  for (const double value : {unknown.inlier_ratio(), unknown.shared_area_m2(), unknown.hold(),
+                             unknown.strain(), unknown.cycle_m(), unknown.cycle_deg()}) {
+    EXPECT_EQ(value, -1) << "not computed";
+  }
+}
+
+TEST_F(MapRpcTest, EdgesOfMatchesComeOnlyIfAskedFor) {
+  Match match;
+  match.a = SessionId("alice-1");
+  match.b = SessionId("bob-1");
+  match.edges.resize(2);
+  match.edges[1].submap_a = 7;
+  match.edges[1].submap_b = 3;
+  match.edges[1].T_a_b = Pose(Eigen::Vector3d(1, 2, 3));
+  match.edges[1].information.diagonal() << 1, 2, 3, 4, 5, 6;
+  match.edges[1].information(0, 5) = match.edges[1].information(5, 0) = 9;
+  pipeline_.graph.matches = {match};
+  v1::GetMatchGraphRequest request;
+  v1::MatchGraph graph;
+  EXPECT_GRPC_OK(stubs_->map->GetMatchGraph(NewContext().get(), request, &graph));
+  EXPECT_EQ(graph.matches(0).edges_size(), 0);
+  request.set_include_edges(true);
+  EXPECT_GRPC_OK(stubs_->map->GetMatchGraph(NewContext().get(), request, &graph));
+  ASSERT_EQ(graph.matches(0).edges_size(), 2);
+  const v1::SubmapEdge& edge = graph.matches(0).edges(1);
+  EXPECT_EQ(edge.submap_a(), 7u);
+  EXPECT_EQ(edge.submap_b(), 3u);
+  EXPECT_EQ(edge.t_a_b().translation().y(), 2);
+  EXPECT_THAT(edge.information(),
+              testing::ElementsAre(1, 0, 0, 0, 0, 9, 2, 0, 0, 0, 0, 3, 0, 0, 0, 4, 0, 0, 5, 0, 6));
+}
+
 TEST_F(MapRpcTest, TransformOrWhyThereIsNone) {
   v1::GetTransformRequest request;
   v1::GetTransformResponse response;
