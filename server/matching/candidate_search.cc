@@ -104,7 +104,10 @@ void CandidateSearch::MeasureShared(Hypothesis* h) {
   const SharedArea shared =
       MeasureSharedArea(a_cells_, b_cells_, a_.T_level_odom() * h->T_a_b * T_b_level);
   h->shared_area_m2 = shared.area_m2;
-  h->shared_center = a_.T_level_odom().Inverse() * shared.center;
+  // At the height of b's sensor, wherever the origins of the odom frames are.
+  const double height = (a_.T_level_odom() * h->T_a_b * middle_b_).z();
+  h->shared_center =
+      a_.T_level_odom().Inverse() * Eigen::Vector3d(shared.center.x(), shared.center.y(), height);
 }
 
 }  // namespace isthmus::matching

@@ -24,7 +24,7 @@ SharedArea MeasureSharedArea(const BirdsEyeCells& a, const BirdsEyeCells& b,
     const Eigen::Vector3d q = T_level_a_level_b * Eigen::Vector3d(p.x(), p.y(), 0);
     if (!seen.contains(key(q.x(), q.y()))) continue;
     ++count;
-    shared.center += q;
+    shared.center += q.head<2>();
   }
   if (count > 0) shared.center /= static_cast<double>(count);
   shared.area_m2 = static_cast<double>(count) * a.cell_m * a.cell_m;

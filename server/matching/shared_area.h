@@ -10,7 +10,7 @@ namespace isthmus::matching {
 
 struct SharedArea {
   double area_m2 = 0;
-  Eigen::Vector3d center = Eigen::Vector3d::Zero();  // In a's level frame, at b's sensors' height.
+  Eigen::Vector2d center = Eigen::Vector2d::Zero();  // In a's level frame.
 };
 
 // From the known cells of both; cells of equal size.
