@@ -13,6 +13,7 @@ namespace isthmus::bench {
 std::string DriveOptions::Key() const {
   std::string key = absl::StrCat(Ground(), "-", seconds, "s-", robot, "of", robots, "-", sensor);
   if (walkers > 0) absl::StrAppend(&key, "-walkers", walkers);
+  if (cars > 0) absl::StrAppend(&key, "-cars", cars);
   if (tilt_deg != 0) absl::StrAppend(&key, "-tilt", tilt_deg);
   return key;
 }
@@ -27,6 +28,7 @@ absl::StatusOr<GroundedDrive> SimulateDrive(const DriveOptions& options) {
   simulated.seconds = options.seconds;
   simulated.robots = options.robots;
   simulated.walkers = options.walkers;
+  simulated.cars = options.cars;
   auto level = simulation::Simulator::Create(simulated);
   if (!level.ok()) return level.status();
   std::shared_ptr<const simulation::Simulator> simulator = *std::move(level);

@@ -16,7 +16,7 @@ struct DriveOptions {
   double seconds = 60;
   int robots = 2;  // How many there are in that world ...
   int robot = 0;   // ... and which of them this is.
-  int walkers = 0;
+  int walkers = 0, cars = 0;
   double tilt_deg = 0;  // The sensor is mounted askew by so much about x and y.
   std::string sensor = "vlp16";
 

@@ -28,15 +28,29 @@ std::vector<DriveOptions> Pair(const std::string& world, double seconds) {
   return Team(In(world, seconds));
 }
 
-std::vector<DriveOptions> Busy(const std::string& world, double seconds, int walkers) {
+std::vector<DriveOptions> Busy(const std::string& world, double seconds, int walkers,
+                               int cars = 0) {
   DriveOptions each = In(world, seconds);
   each.walkers = walkers;
+  each.cars = cars;
   return Team(each);
 }
 
 std::vector<DriveOptions> Tilted(std::vector<DriveOptions> robots, double tilt_deg) {
   robots[1].tilt_deg = tilt_deg;
   return robots;
+}
+
+// The second robot has another sensor.
+std::vector<DriveOptions> Mixed(std::vector<DriveOptions> robots, const std::string& sensor) {
+  robots[1].sensor = sensor;
+  return robots;
+}
+
+std::vector<DriveOptions> Four(const std::string& world, double seconds) {
+  DriveOptions each = In(world, seconds);
+  each.robots = 4;
+  return Team(each);
 }
 
 // The first robot of one pair and the second of the other.
@@ -64,6 +78,7 @@ std::vector<MergingScenario> MakeScenarios() {
       {"museum_drift", museum, {1, 0.1}},
       {"campus_drift", campus, {1, 0.1}},
       {"twins", twins},
+      {"twins_large", Pair("twins_large", kMuseumS)},
       {"twins_joined", Pair("twins_joined", 80)},
       {"twins_joined_drift", Pair("twins_joined", 80), {1, 0.1}},
       {"museum_or_museum", Apart(museum, Elsewhere(museum))},
@@ -73,7 +88,13 @@ std::vector<MergingScenario> MakeScenarios() {
       {"museum_or_corridor", Apart(museum, Pair("corridor", kMuseumS))},
       {"museum_walkers", Busy("museum", kMuseumS, 12)},
       {"campus_walkers", Busy("campus", kCampusS, 30)},
+      {"campus_cars", Busy("campus", kCampusS, 30, 20)},
       {"museum_tilted", Tilted(museum, 5)},
+      {"museum_mixed", Mixed(museum, "hdl64")},
+      {"campus_mixed", Mixed(campus, "hdl64")},
+      {"museum_mixed_os1", Mixed(museum, "os1-64")},
+      {"campus_mixed_os1", Mixed(campus, "os1-64")},
+      {"campus_4", Four("campus", kCampusS)},
   };
 }
 

@@ -21,6 +21,7 @@ class CampusBuilder {
     world_.sensor_height_m = 1.8;
     world_.max_speed_mps = 4;
     world_.lane_m = 0.9;
+    world_.has_streets = true;
     world_.overlap_cell_m = 1;
   }
 

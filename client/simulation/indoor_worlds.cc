@@ -25,6 +25,18 @@ void AddWalls(const Room& room, FloorPlan& plan) {
   plan.walls.push_back(Line(room.max.x(), room.min.y(), room.max.x(), room.max.y()));
 }
 
+// Furnishes a room and, the same way, its twin `apart` from it.
+void FurnishTwins(const Room& room, const Eigen::Vector2d& apart, uint64_t seed, World& world) {
+  World furniture;
+  furniture.roads = world.roads;
+  Random random(seed, kFurniture, 0);
+  Furnisher furnisher(furniture, random);
+  furnisher.FurnishMiddle(room);
+  furnisher.FurnishWalls(room);
+  world.mesh.Append(furniture.mesh, Eigen::Vector3d::Zero());
+  world.mesh.Append(furniture.mesh, {apart.x(), apart.y(), 0});
+}
+
 }  // namespace
 
 World MakeMuseum(uint64_t seed) {
@@ -100,14 +112,7 @@ World MakeTwins(uint64_t seed, bool joined) {
   BuildFloorPlan(plan, world);
   AddRoads(plan, world.roads);
 
-  World furniture;  // Of the left room; the right one gets the same.
-  furniture.roads = world.roads;
-  Random twin_random(seed, kFurniture, 0);
-  Furnisher twin(furniture, twin_random);
-  twin.FurnishMiddle(left);
-  twin.FurnishWalls(left);
-  world.mesh.Append(furniture.mesh, Eigen::Vector3d::Zero());
-  world.mesh.Append(furniture.mesh, {34, 0, 0});
+  FurnishTwins(left, right.min - left.min, seed, world);
   if (joined) {
     Random hall_random(seed, kFurniture, 1);
     Furnisher furnisher(world, hall_random);
@@ -116,6 +121,20 @@ World MakeTwins(uint64_t seed, bool joined) {
   }
   world.fixed_tours = joined ? std::vector<std::vector<int>>{{0, 2}, {1, 2}}
                              : std::vector<std::vector<int>>{{0}, {1}};
+  return world;
+}
+
+World MakeLargeTwins(uint64_t seed) {
+  World world;
+  FloorPlan plan;
+  const Room left = MakeRoom(0, 0, 30, 22, 4.8), right = MakeRoom(60, 0, 90, 22, 4.8);
+  plan.rooms = {left, right};
+  AddWalls(left, plan);
+  AddWalls(right, plan);
+  BuildFloorPlan(plan, world);
+  AddRoads(plan, world.roads);
+  FurnishTwins(left, right.min - left.min, seed, world);
+  world.fixed_tours = {{0}, {1}};
   return world;
 }
 

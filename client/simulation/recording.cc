@@ -56,11 +56,11 @@ std::string ToJson(const Simulator& simulator, const RecordingSummary& summary) 
   return absl::StrFormat(
       "{\n"
       "  \"world\": \"%s\",\n  \"sensor\": \"%s\",\n  \"seed\": %d,\n  \"robots\": %d,\n"
-      "  \"walkers\": %d,\n"
+      "  \"walkers\": %d,\n  \"cars\": %d,\n"
       "  \"seconds\": %g,\n  \"scans_per_robot\": %d,\n  \"range_sigma_m\": %g,\n"
       "  \"overlap\": [%s]\n}\n",
       options.world, simulator.lidar().name, options.seed, summary.robots, options.walkers,
-      options.seconds, summary.scans_per_robot, options.noise.range_sigma_m,
+      options.cars, options.seconds, summary.scans_per_robot, options.noise.range_sigma_m,
       absl::StrJoin(rows, ", "));
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <memory>
 #include <numbers>
+#include <utility>
 
 namespace isthmus::simulation {
 namespace {
@@ -140,6 +141,29 @@ double WhenAt(const SpeedProfile& profile, double s, double latest_s) {
   return late;
 }
 
+// Of the point on the ground, x ahead, `right_m` beside a tour between two places chosen at random
+// (less in bends, which would else be turned on the spot), under way since up to a minute; null
+// where there is no tour.
+Motion MakeStroll(const World& world, double right_m, double seconds, Random& random) {
+  constexpr double kLongestHeadStart = 60;  // Seconds.
+  const int places = static_cast<int>(world.roads.places.size());
+  if (places == 0) return nullptr;
+  const int from = random.Index(places), to = random.Index(places);
+  ClosedWalk tour = Tour(world.roads, {from, to}, random);
+  if (tour.nodes.empty()) tour = Tour(world.roads, {from}, random);
+  if (tour.nodes.empty()) return nullptr;
+  const double head_start = random.Uniform(5, kLongestHeadStart);
+  const auto drive =
+      std::make_shared<Drive>(world, Polygon(world, tour, random), seconds + kLongestHeadStart + 1);
+  return [ground = world.ground, drive, head_start, right_m](double t) {
+    const auto at = drive->curve.At(drive->profile.At(t + head_start).s);
+    const double right = right_m / (1 + right_m * std::abs(at.curvature));
+    const double x = at.position.x() + right * std::sin(at.yaw);
+    const double y = at.position.y() - right * std::cos(at.yaw);
+    return Pose::FromXyzRpy(x, y, ground.Height(x, y), 0, 0, at.yaw);
+  };
+}
+
 }  // namespace
 
 absl::StatusOr<std::vector<Motion>> MakeRoutes(const World& world, int robots, double seconds,
@@ -200,30 +224,30 @@ absl::StatusOr<Lap> MakeLap(const World& world, double about_s, double turn_s, u
 }
 
 std::vector<Motion> MakeWalks(const World& world, int count, double seconds, uint64_t seed) {
-  if (count <= 0) return {};
-  constexpr double kLongestHeadStart = 60;  // Seconds.
-  World streets = world;
-  streets.mesh = {};
-  streets.max_speed_mps = 1.3;
-  streets.lane_m += 0.3;
-  const int places = static_cast<int>(world.roads.places.size());
+  World ways = *WithoutMesh(world);
+  ways.max_speed_mps = 1.3;
+  ways.lane_m += 0.3;
   std::vector<Motion> walks;
-  for (int i = 0; i < count && places > 0; ++i) {
+  for (int i = 0; i < count; ++i) {
     Random random(seed, 0x73, static_cast<uint64_t>(i));
-    const int from = random.Index(places), to = random.Index(places);
-    ClosedWalk tour = Tour(streets.roads, {from, to}, random);
-    if (tour.nodes.empty()) tour = Tour(streets.roads, {from}, random);
-    if (tour.nodes.empty()) continue;
-    const double head_start = random.Uniform(5, kLongestHeadStart);
-    const auto drive = std::make_shared<Drive>(streets, Polygon(streets, tour, random),
-                                               seconds + kLongestHeadStart + 1);
-    walks.push_back([ground = world.ground, drive, head_start](double t) {
-      const auto at = drive->curve.At(drive->profile.At(t + head_start).s);
-      const double z = ground.Height(at.position.x(), at.position.y());
-      return Pose::FromXyzRpy(at.position.x(), at.position.y(), z, 0, 0, at.yaw);
-    });
+    if (Motion walk = MakeStroll(ways, 0, seconds, random)) walks.push_back(std::move(walk));
   }
   return walks;
+}
+
+std::vector<Motion> MakeTraffic(const World& world, int count, double seconds, uint64_t seed) {
+  constexpr double kToTheRightM = 2.2;
+  World streets = *WithoutMesh(world);
+  streets.lane_m = 0;
+  std::vector<Motion> cars;
+  for (int i = 0; i < count; ++i) {
+    Random random(seed, 0x74, static_cast<uint64_t>(i));
+    streets.max_speed_mps = random.Uniform(3, 8);
+    if (Motion car = MakeStroll(streets, kToTheRightM, seconds, random)) {
+      cars.push_back(std::move(car));
+    }
+  }
+  return cars;
 }
 
 }  // namespace isthmus::simulation

@@ -97,4 +97,10 @@ absl::StatusOr<Lap> MakeLap(const World& world, double about_s, double turn_s, u
 // robot sets out they are on their way. Deterministic by seed.
 std::vector<Motion> MakeWalks(const World& world, int count, double seconds, uint64_t seed);
 
+// Where cars drive: `count` motions of the point on the road below their middle, x ahead, around
+// tours of their own for at least `seconds`, 2.2 m to the right of the streets' middle (less in
+// bends), each at a speed of its own of 3 to 8 m/s, slower in bends. They are on their way from the
+// beginning. Deterministic by seed.
+std::vector<Motion> MakeTraffic(const World& world, int count, double seconds, uint64_t seed);
+
 }  // namespace isthmus::simulation

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "client/simulation/cars.h"
 #include "client/simulation/random.h"
 #include "client/simulation/walkers.h"
 
@@ -33,6 +34,9 @@ absl::Status Check(const Options& options) {
   }
   if (options.walkers < 0 || options.walkers > 1000) {
     return bad("walkers must be 0 to 1000, not ", options.walkers);
+  }
+  if (options.cars < 0 || options.cars > 100) {
+    return bad("cars must be 0 to 100, not ", options.cars);
   }
   const Noise& noise = options.noise;
   if (!(noise.range_sigma_m >= 0 && noise.range_sigma_m < 10)) {
@@ -77,6 +81,11 @@ absl::StatusOr<std::unique_ptr<Simulator>> Simulator::Create(const Options& opti
   if (!lidar.ok()) return lidar.status();
   absl::StatusOr<World> world = MakeWorld(options.world, options.seed);
   if (!world.ok()) return world.status();
+  if (options.cars > 0 && !world->has_streets) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("simulation: there are no streets for cars in the world ", options.world,
+                     "; choose campus, or no cars"));
+  }
   auto motions = MakeRoutes(*world, options.robots, options.seconds, options.seed);
   if (!motions.ok()) return motions.status();
   return std::make_unique<Simulator>(*std::move(world), *std::move(motions), *std::move(lidar),
@@ -88,6 +97,7 @@ Simulator::Simulator(World world, std::vector<Motion> motions, Lidar lidar, cons
       world_(std::move(world)),
       motions_(std::move(motions)),
       walks_(MakeWalks(world_, options.walkers, options.seconds, options.seed)),
+      cars_(MakeTraffic(world_, options.cars, options.seconds, options.seed)),
       lidar_(std::move(lidar)),
       caster_(world_.mesh) {}
 
@@ -105,6 +115,7 @@ Scan Simulator::MakeScan(int robot, int index) const {
 
   const double begin = index * lidar_.period_s;
   const Walkers walkers(walks_, begin, begin + lidar_.period_s);
+  const Cars cars(cars_, begin, begin + lidar_.period_s);
   const size_t groups = lidar_.firings.size() / lidar_.lasers;
   const double group_s = lidar_.period_s / static_cast<double>(groups);
   std::vector<Ray> rays(lidar_.lasers);
@@ -124,7 +135,9 @@ Scan Simulator::MakeScan(int robot, int index) const {
     const auto max_range = static_cast<float>(lidar_.max_range_m);
     caster_.Cast(rays, max_range, hits);
     for (size_t i = 0; i < lidar_.lasers; ++i) {
-      walkers.Occlude(rays[i], firings[i].time_s / lidar_.period_s, max_range, hits[i]);
+      const double fraction = firings[i].time_s / lidar_.period_s;
+      walkers.Occlude(rays[i], fraction, max_range, hits[i]);
+      cars.Occlude(rays[i], fraction, max_range, hits[i]);
       Measure(lidar_, firings[i], hits[i], options_.noise, random, scan);
     }
     from = to;

@@ -32,6 +32,7 @@ struct Options {
   int robots = 2;
   double seconds = 60;
   int walkers = 0;    // People walking about among the robots, 0 to 1000.
+  int cars = 0;       // Cars driving along the streets, 0 to 100; only where there are streets.
   uint64_t seed = 1;  // Of the world, the routes and the noise.
   Noise noise;
   int64_t start_stamp_ns = 1'600'000'000'000'000'000;  // Unix time at which every robot sets out.
@@ -43,8 +44,8 @@ class Simulator {
  public:
   // InvalidArgument, saying what is allowed, for options that make no sense.
   static absl::StatusOr<std::unique_ptr<Simulator>> Create(const Options& options);
-  // For a world and motions of one's own; there are walkers if the world has roads; `options.world`
-  // and `options.sensor` are not read.
+  // For a world and motions of one's own; there are walkers and cars if the world has roads;
+  // `options.world` and `options.sensor` are not read.
   Simulator(World world, std::vector<Motion> motions, Lidar lidar, const Options& options);
 
   const Options& options() const { return options_; }
@@ -71,6 +72,7 @@ class Simulator {
   World world_;
   std::vector<Motion> motions_;
   std::vector<Motion> walks_;
+  std::vector<Motion> cars_;
   Lidar lidar_;
   RayCaster caster_;
 };

@@ -32,7 +32,8 @@ struct World {
   std::vector<std::vector<int>> fixed_tours;
   double sensor_height_m = 0.8;
   double max_speed_mps = 1.2;
-  double lane_m = 0.25;  // How far from the middle of a stretch a robot may drive.
+  bool has_streets = false;  // Cars may drive along the stretches.
+  double lane_m = 0.25;      // How far from the middle of a stretch a robot may drive.
   double overlap_cell_m =
       0.5;  // Size of surface that counts as one when robots' views are compared.
 };
@@ -47,6 +48,7 @@ struct World {
 //                 the ceiling and two walls can be measured.
 //   twins         Two identical closed rooms, far apart. Robots 0, 2, ... drive in one of them,
 //                 robots 1, 3, ... in the other: every merge of the two is wrong.
+//   twins_large   The same with halls of 30 x 22 m: much to agree on, and every merge is wrong.
 //   twins_joined  The same two rooms with an open door each to one shared hall that every robot
 //                 visits too: there is a right merge, and a tempting wrong one.
 // InvalidArgument, listing the names, for any other name.

@@ -3,8 +3,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <numbers>
 
+#include "client/simulation/cars.h"
 #include "client/simulation/walkers.h"
 
 namespace isthmus::simulation {
@@ -193,6 +196,68 @@ TEST(Walkers, AreCylindersWhereTheyWalk) {
   EXPECT_GT(range(0, {0, 0, 1}, 0.2f), 3.75f);  // Upwards it is farther.
 }
 
+TEST(Cars, AreBodiesWithCabinsWhereTheyDrive) {
+  // Crosses ahead from right to left: 1.8 m wide as seen along x, 4.4 m long along y.
+  const Motion drive = [](double t) {
+    return Pose::FromXyzRpy(10, 8 * t, 0.5, 0, 0, std::numbers::pi / 2);
+  };
+  const Cars cars({drive}, 0, 0.1);
+  const auto look = [&](double fraction, const Eigen::Vector3f& origin, float slope) {
+    Hit hit;
+    cars.Occlude({origin, Eigen::Vector3f(1, 0, slope).normalized()}, fraction, 50, hit);
+    return hit;
+  };
+  EXPECT_NEAR(look(0, {0, 0, 1}, 0).range_m, 9.1, 1e-5);           // The body,
+  EXPECT_NEAR(look(0, {0, 0, 1.6f}, 0).range_m, 10 - 0.78, 1e-5);  // the cabin on it,
+  EXPECT_LT(look(0, {0, 1.5f, 1.6f}, 0).range_m, 0);               // before the cabin,
+  EXPECT_LT(look(0, {0, 0, 2}, 0).range_m, 0);                     // above it,
+  EXPECT_LT(look(0, {0, 0, 0.7f}, 0).range_m, 0);                  // below the body.
+  EXPECT_LT(look(0, {0, 2.5f, 1}, 0).range_m, 0);                  // It comes
+  EXPECT_NEAR(look(1, {0, 2.5f, 1}, 0).range_m, 9.1, 1e-5);        // along within the turn.
+  EXPECT_LT(look(0, {20, 0, 1}, 0).range_m, 0);                    // Away from it,
+  EXPECT_LT(look(0, {10, 0, 1}, 0).range_m, 0);                    // from inside.
+  EXPECT_NEAR(look(0, {0, 0, 1}, 0).cosine, 1, 1e-6);
+  // From above onto the roof of the body's front: half a metre down on five along.
+  EXPECT_NEAR(look(0, {5, 1.5f, 1.85f}, -0.1f).range_m, 5 * std::hypot(1, 0.1), 1e-4);
+  EXPECT_NEAR(look(0, {5, 1.5f, 1.85f}, -0.1f).cosine, 0.1 / std::hypot(1, 0.1), 1e-5);
+}
+
+TEST(Simulator, CarsDriveOnTheRightAlongStreets) {
+  const World world = *MakeWorld("campus", 3);
+  const auto traffic = MakeTraffic(world, 6, 20, 3);
+  ASSERT_EQ(traffic.size(), 6u);
+  for (const Motion& car : traffic) {
+    double way = 0;
+    for (double t = 0; t < 20; t += 0.1) {
+      const Eigen::Vector3d at = car(t).translation();
+      const double step = (car(t + 0.1).translation() - at).norm();
+      EXPECT_GT(step, 0);    // Slow in the sharpest bends, but never standing.
+      EXPECT_LT(step, 1.0);  // The outer side of a bend is faster than the middle.
+      EXPECT_LT(world.roads.Distance(at.head<2>()), 3.2);
+      EXPECT_NEAR(at.z(), world.ground.Height(at.x(), at.y()), 1e-9);
+      way += step;
+    }
+    EXPECT_GT(way, 20 * 1.5);
+  }
+}
+
+TEST(Simulator, CarsAreSeenOnStreetsOnly) {
+  Options options;
+  options.world = "campus";
+  options.noise = kExact;
+  options.seconds = 5;
+  const auto empty = *Simulator::Create(options);
+  options.cars = 40;
+  const auto busy = *Simulator::Create(options);
+  int changed = 0;
+  for (const int index : {5, 25, 45}) {
+    const Scan a = empty->MakeScan(0, index), b = busy->MakeScan(0, index);
+    const size_t shared = std::min(a.points.size(), b.points.size());
+    for (size_t i = 0; i < shared; ++i) changed += a.points[i].x != b.points[i].x ? 1 : 0;
+  }
+  EXPECT_GT(changed, 100);
+}
+
 TEST(Simulator, RefusesOptionsThatMakeNoSense) {
   const auto error = [](const auto& change) {
     Options options;
@@ -205,6 +270,8 @@ TEST(Simulator, RefusesOptionsThatMakeNoSense) {
   EXPECT_THAT(error([](Options& o) { o.sensor = "radar"; }), HasSubstr("vlp16"));
   EXPECT_THAT(error([](Options& o) { o.robots = 0; }), HasSubstr("robots"));
   EXPECT_THAT(error([](Options& o) { o.walkers = -1; }), HasSubstr("walkers"));
+  EXPECT_THAT(error([](Options& o) { o.cars = 101; }), HasSubstr("cars"));
+  EXPECT_THAT(error([](Options& o) { o.cars = 1; }), HasSubstr("streets"));  // In a museum.
   EXPECT_THAT(error([](Options& o) { o.seconds = NAN; }), HasSubstr("seconds"));
   EXPECT_THAT(error([](Options& o) { o.noise.dropout = 2; }), HasSubstr("dropout"));
   EXPECT_THAT(error([](Options& o) { o.noise.range_sigma_m = -1; }), HasSubstr("noise"));

@@ -66,6 +66,18 @@ TEST(Twins, RoomsLookTheSameFromCorrespondingPoints) {
   }
 }
 
+TEST(Twins, LargeOnesAreHallsThatLookTheSame) {
+  const World world = *MakeWorld("twins_large", 5);
+  const auto left = LookAround(world, {3, 2, 0.8f}), right = LookAround(world, {63, 2, 0.8f});
+  for (size_t i = 0; i < left.size(); ++i) {
+    ASSERT_GT(left[i].range_m, 0);
+    EXPECT_NEAR(left[i].range_m, right[i].range_m, 1e-3) << i;
+  }
+  const Eigen::Vector2d middle = world.roads.Center(1) - world.roads.Center(0);
+  EXPECT_NEAR(middle.x(), 60, 1e-9);
+  EXPECT_NEAR(middle.y(), 0, 1e-9);
+}
+
 TEST(Twins, JoinedOnesDifferByTheHall) {
   const World world = *MakeWorld("twins_joined", 5);
   const auto left = LookAround(world, {7, 8, 0.8f}), right = LookAround(world, {41, 8, 0.8f});
