@@ -42,11 +42,6 @@ std::optional<size_t> IndexOf(const std::vector<Node>& nodes, const SessionId& s
   return static_cast<size_t>(it - nodes.begin());
 }
 
-bool MayCarry(const Match& match) {
-  return match.state == MatchState::kAccepted && std::isfinite(match.confidence) &&
-         match.T_a_b.IsFinite();
-}
-
 // Usable edges, the most confident first. Equal confidences fall back on the names of the pair, so
 // that the tree does not depend on the order in which matches were found.
 std::vector<Edge> SortedEdges(const std::vector<Node>& nodes, const std::vector<Match>& matches) {
@@ -137,6 +132,11 @@ std::vector<Pose> WalkForest(const std::vector<size_t>& references, const std::v
 }
 
 }  // namespace
+
+bool MayCarry(const Match& match) {
+  return match.state == MatchState::kAccepted && std::isfinite(match.confidence) &&
+         match.T_a_b.IsFinite();
+}
 
 Solution Solve(const std::vector<Node>& given_nodes, const std::vector<Match>& matches,
                const std::vector<Placement>& previous) {

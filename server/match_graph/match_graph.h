@@ -9,6 +9,7 @@
 // across solutions instead of being chosen anew, so that readers' coordinates stay good.
 #pragma once
 
+#include <Eigen/Core>
 #include <optional>
 #include <vector>
 
@@ -21,7 +22,14 @@ namespace isthmus::match_graph {
 struct Node {
   SessionId session;
   double weight = 1;  // Size of the session's map (points); the heaviest becomes the reference.
+  // Where its map lies in odom, and how far it reaches: the diagonal of the box of its submaps'
+  // origins. For CheckCycles.
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();
+  double extent_m = 0;
 };
+
+// Whether a match may be an edge: accepted, and its confidence and transform finite.
+bool MayCarry(const Match& match);
 
 struct Solution {
   std::vector<Placement> placements;  // In order of session; component 0 has the most nodes.

@@ -2,8 +2,10 @@
 
 #include <absl/strings/str_cat.h>
 
-#include <set>
+#include <algorithm>
+#include <utility>
 
+#include "server/match_graph/cycles.h"
 #include "server/match_graph/match_graph.h"
 #include "server/match_graph/verdict.h"
 
@@ -18,6 +20,14 @@ uint64_t CountPoints(const std::vector<std::shared_ptr<const Submap>>& submaps) 
 
 // A robot with its own SLAM sends submaps; their keyframes come from no scan.
 bool IsUploaded(const Submap& submap) { return submap.keyframes.front().sequence == 0; }
+
+// The session has submaps.
+match_graph::Node NodeOf(const SessionId& session, const SessionEntry& entry) {
+  Box box;
+  for (const auto& submap : entry.submaps) box.Extend(submap->T_odom_submap.translation());
+  return {session, static_cast<double>(entry.points), (box.min + box.max) / 2,
+          (box.max - box.min).norm()};
+}
 
 // Below this a change of a pose is rounding.
 bool SamePose(const Pose& a, const Pose& b) {
@@ -97,18 +107,24 @@ const Placement* MapState::PlacementOf(const SessionId& session) const {
 }
 
 std::optional<Match> MapState::EffectiveMatch(const SessionPair& pair) const {
-  std::optional<Match> match;
-  if (const auto computed = matches.find(pair); computed != matches.end()) match = computed->second;
-  const auto said = verdicts.find(pair);
-  return said == verdicts.end() ? match : match_graph::Apply(said->second, match);
+  const auto it = std::lower_bound(effective_.begin(), effective_.end(), pair,
+                                   [](const Match& match, const SessionPair& wanted) {
+                                     return SessionPair(match.a, match.b) < wanted;
+                                   });
+  if (it == effective_.end() || SessionPair(it->a, it->b) != pair) return std::nullopt;
+  return *it;
 }
 
-std::vector<Match> MapState::EffectiveMatches() const {
-  std::set<SessionPair> pairs;
-  for (const auto& [pair, match] : matches) pairs.insert(pair);
-  for (const auto& [pair, verdict] : verdicts) pairs.insert(pair);
+std::vector<Match> MapState::Combine(const std::vector<match_graph::Node>& nodes) const {
+  std::map<SessionPair, Match> combined = matches;
+  for (const auto& [pair, verdict] : verdicts) {
+    const auto computed = matches.find(pair);
+    combined[pair] = match_graph::Apply(
+        verdict, computed == matches.end() ? std::nullopt : std::make_optional(computed->second));
+  }
   std::vector<Match> effective;
-  for (const SessionPair& pair : pairs) effective.push_back(*EffectiveMatch(pair));
+  for (auto& [pair, match] : combined) effective.push_back(std::move(match));
+  match_graph::CheckCycles(nodes, match_graph::CycleOptions(), &effective);
   return effective;
 }
 
@@ -220,12 +236,12 @@ void MapState::ScanDone() {
 absl::Status MapState::Replace(const std::string& cause) {
   std::vector<match_graph::Node> nodes;
   for (const auto& [id, entry] : sessions) {
-    if (!entry.submaps.empty()) nodes.push_back({id, static_cast<double>(entry.points)});
+    if (!entry.submaps.empty()) nodes.push_back(NodeOf(id, entry));
   }
-  const std::vector<Match> edges = EffectiveMatches();
-  const match_graph::Solution solution = match_graph::Solve(nodes, edges, revision.placements);
+  effective_ = Combine(nodes);
+  const match_graph::Solution solution = match_graph::Solve(nodes, effective_, revision.placements);
   tree.clear();
-  for (size_t edge : solution.tree) tree.emplace_back(edges[edge].a, edges[edge].b);
+  for (size_t edge : solution.tree) tree.emplace_back(effective_[edge].a, effective_[edge].b);
   if (SamePlacements(solution.placements, revision.placements)) return absl::OkStatus();
   MapRevision next;
   next.revision = revision.revision + 1;

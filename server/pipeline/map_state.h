@@ -21,6 +21,7 @@
 #include "core/trajectory.h"
 #include "core/verdict.h"
 #include "server/ingest/session_worker.h"
+#include "server/match_graph/match_graph.h"
 #include "storage/map_store.h"
 
 namespace isthmus::server {
@@ -51,10 +52,11 @@ class MapState {
   // The robot's newest session; null if unknown.
   SessionEntry* Newest(const RobotId& robot);
   const Placement* PlacementOf(const SessionId& session) const;
-  // What the graph is made of: the computed match of the pair under what a person said of it;
-  // nothing where neither is.
+  // What the graph is made of: the computed match of the pair under what a person said of it, and
+  // set aside where others speak against it; nothing where nothing is known of the pair.
   std::optional<Match> EffectiveMatch(const SessionPair& pair) const;
-  std::vector<Match> EffectiveMatches() const;
+  // In order of the pairs.
+  std::vector<Match> EffectiveMatches() const { return effective_; }
   // All submaps with their placements, for composition.
   std::vector<PlacedSubmap> PlacedSubmaps() const;
   // `map` shows the latest revision with every submap.
@@ -98,9 +100,12 @@ class MapState {
   // Solves the match graph; when placements differ from the latest, a new revision is made and
   // stored. mutex is held.
   absl::Status Replace(const std::string& cause);
+  // Every pair of which anything was computed or said, checked round cycles. mutex is held.
+  std::vector<Match> Combine(const std::vector<match_graph::Node>& nodes) const;
 
   storage::MapStore* const store_;
   const Clock* const clock_;
+  std::vector<Match> effective_;  // As of the last Replace; guarded by mutex.
 };
 
 }  // namespace isthmus::server

@@ -8,6 +8,8 @@
 #include <random>
 #include <string>
 
+#include "server/match_graph/cycles.h"
+
 namespace isthmus::match_graph {
 namespace {
 
@@ -185,6 +187,55 @@ TEST(MatchGraph, JoiningComponentsKeepTheReferenceOfTheLarger) {
   for (const Placement& placement : after.placements) {
     EXPECT_EQ(placement.reference, Session("a"));
     EXPECT_EQ(placement.component, 0u);
+  }
+}
+
+TEST(MatchGraph, FrameStaysWhenAMatchIsSetAsideAndComesBack) {
+  // d hangs on a and b, which disagree about it; the reference is neither.
+  const std::vector<Node> nodes{MakeNode("a", 1), MakeNode("b", 2), MakeNode("c", 9),
+                                MakeNode("d", 50)};
+  const std::vector<Match> agreed{MakeMatch("a", "b", .9), MakeMatch("b", "c", .9),
+                                  MakeMatch("a", "c", .9)};
+  const Solution first = Solve(nodes, agreed, {});
+  ASSERT_EQ(Of(first, "a").reference, Session("c"));
+
+  std::vector<Match> disputed = agreed;
+  disputed.push_back(MakeMatch("a", "d", .9));
+  const Solution joined = Solve(nodes, disputed, first.placements);
+  EXPECT_EQ(Of(joined, "d").reference, Session("c"));
+  disputed.push_back(MakeMatch("b", "d", .9, Pose(Eigen::Vector3d(40, 0, 0))));
+  CheckCycles(nodes, CycleOptions(), &disputed);
+  ASSERT_EQ(disputed[3].reason, "CYCLE");
+  ASSERT_EQ(disputed[4].reason, "CYCLE");
+  const Solution apart = Solve(nodes, disputed, joined.placements);
+  EXPECT_EQ(Of(apart, "d").reference, Session("d"));
+  const Solution again =
+      Solve(nodes, {agreed[0], agreed[1], agreed[2], MakeMatch("a", "d", .9)}, apart.placements);
+  for (const Solution* solution : {&apart, &again}) {
+    for (const char* name : {"a", "b", "c"}) {
+      EXPECT_EQ(Of(*solution, name).reference, Session("c")) << name;
+      EXPECT_EQ(Of(*solution, name).component, 0u);
+      ExpectNear(Of(*solution, name).T_map_odom, Of(first, name).T_map_odom);
+    }
+  }
+  EXPECT_EQ(Of(again, "d").reference, Session("c"));
+}
+
+TEST(MatchGraph, FrameStaysWhenItsOwnMatchIsSetAside) {
+  const std::vector<Node> nodes{MakeNode("a", 9), MakeNode("b", 1), MakeNode("c", 2),
+                                MakeNode("d", 3)};
+  std::vector<Match> matches{MakeMatch("a", "b", .99), MakeMatch("a", "c", .9),
+                             MakeMatch("a", "d", .9),  MakeMatch("b", "c", .9),
+                             MakeMatch("b", "d", .9),  MakeMatch("c", "d", .9)};
+  const Solution before = Solve(nodes, matches, {});
+  matches[0].T_a_b = Pose(Eigen::Vector3d(30, 0, 0));
+  CheckCycles(nodes, CycleOptions(), &matches);
+  ASSERT_EQ(matches[0].reason, "CYCLE");
+  const Solution after = Solve(nodes, matches, before.placements);
+  EXPECT_NE(before.tree, after.tree);
+  for (const Placement& placement : after.placements) {
+    EXPECT_EQ(placement.reference, Session("a"));
+    ExpectNear(placement.T_map_odom, Pose());
   }
 }
 
