@@ -23,6 +23,9 @@ constexpr double kMaxOdomTiltRad = 0.4;
 // rivals of it: a twin scores half of it and more.
 constexpr double kMinScoreShare = 0.1;
 
+// Of the places that look most alike, so many are tried.
+constexpr size_t kMaxPlaces = 4;
+
 Eigen::Vector3d MeanSensor(const PreparedMap& map) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   const auto& sensors = map.whole().walls.sensors();
@@ -46,6 +49,13 @@ void CandidateSearch::ByBirdsEye(std::vector<Hypothesis>* found, std::vector<Sta
       SearchBirdsEye(a_.whole().walls, b_.whole().walls, BirdsEyeOptions(), stages);
   std::erase_if(candidates, [least = candidates.empty() ? 0 : candidates[0].score](
                                 const Candidate& c) { return c.score < kMinScoreShare * least; });
+  Take(candidates, found, stages);
+}
+
+void CandidateSearch::ByPlaces(std::vector<Hypothesis>* found, std::vector<StageTime>* stages) {
+  const Stopwatch watch;
+  const std::vector<Candidate> candidates = SearchPlaces(a_.places(), b_.places(), kMaxPlaces);
+  stages->push_back({"places", watch.Ms()});
   Take(candidates, found, stages);
 }
 

@@ -19,6 +19,7 @@ class CandidateSearch {
   // Each appends hypotheses that are not among `*found` yet, refined and with the free space of the
   // rigid alignment, and stage times.
   void ByBirdsEye(std::vector<Hypothesis>* found, std::vector<StageTime>* stages);
+  void ByPlaces(std::vector<Hypothesis>* found, std::vector<StageTime>* stages);
   void ByFeatures(std::vector<Hypothesis>* found, std::vector<StageTime>* stages);
   void Take(const std::vector<Candidate>& candidates, std::vector<Hypothesis>* found,
             std::vector<StageTime>* stages);

@@ -1,11 +1,13 @@
 #include "server/matching/matcher.h"
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 #include "core/stopwatch.h"
 #include "server/matching/candidate_search.h"
 #include "server/matching/decision.h"
+#include "server/matching/submap_alignment.h"
 
 namespace isthmus::matching {
 namespace {
@@ -18,8 +20,48 @@ constexpr size_t kMaxJoint = 4;
 // A hypothesis with less of the best one's support is out of the question.
 constexpr double kMinSupportShare = 0.1;
 
+// Of the places that new submaps look like, so many are looked at more closely.
+constexpr size_t kMaxPlaces = 2;
+// A guess from a place may be off by this much.
+constexpr double kPlaceGateM = 4.0;
+// What a guess must show for a search of the whole to be spent on it.
+constexpr double kMaxPlaceViolation = 0.08;
+constexpr int64_t kMinPlaceComparisons = 500;
+
 bool IsUndecided(const Match& match) {
   return match.state == MatchState::kNotYet || match.state == MatchState::kRejected;
+}
+
+// A guess from how a place looks, by one alignment of submaps and their free space: the refined
+// guess, or nothing where the new submaps of `b` contradict it or have too little to say.
+std::optional<Pose> LookCloser(const PreparedMap& a, const PreparedMap& b, size_t first_b,
+                               const Pose& guess_T_a_b) {
+  std::optional<Pose> best;
+  FreeSpaceScore best_score;
+  for (size_t j = first_b; j < b.submaps().size(); ++j) {
+    const Pose& T_odom_b = b.submaps()[j]->submap().T_odom_submap;
+    const Eigen::Vector3d middle = guess_T_a_b * (T_odom_b * b.submaps()[j]->center());
+    const auto nearest =
+        std::min_element(a.submaps().begin(), a.submaps().end(), [&](const auto& x, const auto& y) {
+          const auto apart = [&](const PreparedSubmap& s) {
+            return (s.submap().T_odom_submap * s.center() - middle).squaredNorm();
+          };
+          return apart(*x) < apart(*y);
+        });
+    if (nearest == a.submaps().end()) continue;
+    const Pose& T_odom_a = (*nearest)->submap().T_odom_submap;
+    const auto aligned = AlignSubmaps(**nearest, *b.submaps()[j],
+                                      T_odom_a.Inverse() * guess_T_a_b * T_odom_b, kPlaceGateM);
+    if (!aligned) continue;
+    const Pose T_a_b = T_odom_a * aligned->T_a_b * T_odom_b.Inverse();
+    const FreeSpaceScore score = ScoreFreeSpace(
+        a.free_space(), b.free_space(), MapPoses::Rigid(a.session_map(), b.session_map(), T_a_b),
+        FreeSpaceOptions(), a.submaps().size(), j);
+    if (score.violation() > kMaxPlaceViolation || score.agree <= best_score.agree) continue;
+    best = T_a_b;
+    best_score = score;
+  }
+  return best_score.comparisons() >= kMinPlaceComparisons ? best : std::nullopt;
 }
 
 bool IsBeginning(const SessionMap& before, const SessionMap& map) {
@@ -48,7 +90,7 @@ Match PairMatcher::Update(const PreparedMap& a, const PreparedMap& b, bool searc
   match.b = b.session_map().session;
   match.submaps_a = static_cast<uint32_t>(a.submaps().size());
   match.submaps_b = static_cast<uint32_t>(b.submaps().size());
-  if (search || MustSearch(a, b)) {
+  if (search || MustSearch(a, b) || (!accepted_ && SuggestPlaces(a, b))) {
     Search(a, b, &match);
   } else {
     Extend(a, b, &match);
@@ -57,6 +99,30 @@ Match PairMatcher::Update(const PreparedMap& a, const PreparedMap& b, bool searc
   map_b_ = b.session_map();
   accepted_ = match.state == MatchState::kAccepted;
   return match;
+}
+
+bool PairMatcher::SuggestPlaces(const PreparedMap& a, const PreparedMap& b) {
+  const PreparedMap* maps[] = {&a, &b};
+  const size_t first_new[] = {map_a_.submaps.size(), map_b_.submaps.size()};
+  bool suggested = false;
+  for (const int fresh : {0, 1}) {  // Whose new submaps are looked up in the other's map.
+    const PreparedMap &grown = *maps[fresh], &other = *maps[1 - fresh];
+    const auto begin = static_cast<std::ptrdiff_t>(grown.first_place(first_new[fresh]));
+    const std::vector<Place> places(grown.places().begin() + begin, grown.places().end());
+    for (const Candidate& place : SearchPlaces(other.places(), places, kMaxPlaces)) {
+      std::optional<Pose> T_other_grown = LookCloser(other, grown, first_new[fresh], place.T_a_b);
+      if (!T_other_grown) continue;
+      const Pose T_a_b = fresh == 1 ? *T_other_grown : T_other_grown->Inverse();
+      const Eigen::Vector3d middle = b.submaps().back()->submap().T_odom_submap.translation();
+      const bool known = std::any_of(hypotheses_.begin(), hypotheses_.end(), [&](const auto& h) {
+        return IsSameAlignment(T_a_b, h.T_a_b, middle);
+      });
+      if (known) continue;
+      Suggest(T_a_b, place.source);
+      suggested = true;
+    }
+  }
+  return suggested;
 }
 
 void PairMatcher::Search(const PreparedMap& a, const PreparedMap& b, Match* match) {
@@ -88,6 +154,7 @@ void PairMatcher::Search(const PreparedMap& a, const PreparedMap& b, Match* matc
   suggested_.clear();
   if (options_.search != "paper") {
     search.ByBirdsEye(&found, &match->stages);
+    if (options_.search == "default") search.ByPlaces(&found, &match->stages);
     judge();
   }
   const bool by_features =

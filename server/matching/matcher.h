@@ -24,9 +24,9 @@ class PairMatcher {
   // Deterministic. The stage "prepare" is what making the maps took, though not in this call.
   //
   // Searches both whole maps at the first call, when they have grown by a quarter since the last
-  // search (when accepted: doubled), or when they are not what they were with more submaps at their
-  // ends; and whenever `search` says so. Otherwise the hypotheses kept are refined and verified
-  // with the new submaps.
+  // search (when accepted: doubled), when a new submap looks and lies like a place of the other
+  // map, or when they are not what they were with more submaps at their ends; and whenever `search`
+  // says so. Otherwise the hypotheses kept are refined and verified with the new submaps.
   //
   // Reasons: OK (ACCEPTED); FREE_SPACE (REJECTED); AMBIGUOUS (AMBIGUOUS); LOW_OVERLAP,
   // FEW_COMPARISONS, TOO_SMALL, NO_CANDIDATE, DEGENERATE, NOT_CONVERGED, STRAINED (NOT_YET).
@@ -39,6 +39,9 @@ class PairMatcher {
   bool MustSearch(const PreparedMap& a, const PreparedMap& b) const;
   void Search(const PreparedMap& a, const PreparedMap& b, Match* match);
   void Extend(const PreparedMap& a, const PreparedMap& b, Match* match);
+  // Suggests what new submaps look like in the other map, unless a first look refutes it or it is
+  // known; true when there was something.
+  bool SuggestPlaces(const PreparedMap& a, const PreparedMap& b);
 
   const MatcherOptions options_;
   std::vector<Candidate> suggested_;

@@ -33,6 +33,7 @@ PreparedMap::PreparedMap(const SessionMap& map) : map_(map) {
   TakeSubmaps(nullptr);
   T_level_odom_ = Level(submaps_);
   free_space_ = FreeSpaceMap(submaps_, T_level_odom_, FreeSpaceOptions());
+  DescribeNewPlaces();
   levelled_ = submaps_.size();
   prepare_ms_ = watch.Ms();
 }
@@ -46,6 +47,11 @@ PreparedMap::PreparedMap(const SessionMap& map, const PreparedMap& before) : map
   T_level_odom_ = little_new ? before.T_level_odom_ : Level(submaps_);
   free_space_ = FreeSpaceMap(little_new ? before.free_space_ : FreeSpaceMap(), submaps_,
                              T_level_odom_, FreeSpaceOptions());
+  if (little_new) {
+    places_ = before.places_;
+    first_places_ = before.first_places_;
+  }
+  DescribeNewPlaces();
   levelled_ = little_new ? before.levelled_ : submaps_.size();
   prepare_ms_ = watch.Ms();
 }
@@ -57,7 +63,17 @@ PreparedMap::PreparedMap(const PreparedMap& map, const Pose& T_level_odom)
       levelled_(map.submaps_.size()) {
   const Stopwatch watch;
   free_space_ = FreeSpaceMap(submaps_, T_level_odom_, FreeSpaceOptions());
+  DescribeNewPlaces();
   prepare_ms_ = watch.Ms();
+}
+
+void PreparedMap::DescribeNewPlaces() {
+  for (size_t i = first_places_.size(); i < submaps_.size(); ++i) {
+    first_places_.push_back(places_.size());
+    for (Place& place : DescribePlaces(submaps_[i]->submap(), T_level_odom_.rotation())) {
+      places_.push_back(std::move(place));
+    }
+  }
 }
 
 void PreparedMap::TakeSubmaps(const PreparedMap* before) {

@@ -4,9 +4,11 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <vector>
 
 #include "core/submap.h"
 #include "server/matching/free_space.h"
+#include "server/matching/place_search.h"
 #include "server/matching/prepared_submap.h"
 #include "server/matching/refine.h"
 #include "server/matching/wall_map.h"
@@ -31,6 +33,11 @@ class PreparedMap {
   const SessionMap& session_map() const { return map_; }
   const PreparedSubmaps& submaps() const { return submaps_; }
   const FreeSpaceMap& free_space() const { return free_space_; }
+  // Places along the way, in order; `first_place(k)` is where those of submap k begin.
+  const std::vector<Place>& places() const { return places_; }
+  size_t first_place(size_t submap) const {
+    return submap < first_places_.size() ? first_places_[submap] : places_.size();
+  }
   // Pure rotation: the level frame has odom's origin, z up.
   const Pose& T_level_odom() const { return T_level_odom_; }
   // What it took to make so far, wall time.
@@ -47,12 +54,16 @@ class PreparedMap {
  private:
   // Those of `before`, which may be null, and new ones.
   void TakeSubmaps(const PreparedMap* before);
+  // Of submaps that have none yet.
+  void DescribeNewPlaces();
 
   SessionMap map_;
   PreparedSubmaps submaps_;
   Pose T_level_odom_;
   FreeSpaceMap free_space_;
-  size_t levelled_ = 0;  // Submaps when level and free space were last made from scratch.
+  std::vector<Place> places_;
+  std::vector<size_t> first_places_;  // By submap.
+  size_t levelled_ = 0;       // Submaps when level and free space were last made from scratch.
   mutable std::mutex mutex_;  // Of what follows.
   mutable std::optional<Whole> whole_;
   mutable double prepare_ms_ = 0;
