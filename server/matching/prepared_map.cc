@@ -28,9 +28,13 @@ bool IsBeginning(const SessionMap& before, const SessionMap& map) {
 
 }  // namespace
 
-PreparedMap::PreparedMap(const SessionMap& map) : map_(map) {
+std::shared_ptr<const PreparedSubmap> PrepareSubmap(const std::shared_ptr<const Submap>& submap) {
+  return std::make_shared<const PreparedSubmap>(submap);
+}
+
+PreparedMap::PreparedMap(const SessionMap& map, const SubmapSource& source) : map_(map) {
   const Stopwatch watch;
-  TakeSubmaps(nullptr);
+  TakeSubmaps(nullptr, source);
   T_level_odom_ = Level(submaps_);
   free_space_ = FreeSpaceMap(submaps_, T_level_odom_, FreeSpaceOptions());
   DescribeNewPlaces();
@@ -38,10 +42,12 @@ PreparedMap::PreparedMap(const SessionMap& map) : map_(map) {
   prepare_ms_ = watch.Ms();
 }
 
-PreparedMap::PreparedMap(const SessionMap& map, const PreparedMap& before) : map_(map) {
+PreparedMap::PreparedMap(const SessionMap& map, const PreparedMap& before,
+                         const SubmapSource& source)
+    : map_(map) {
   const Stopwatch watch;
   const bool known = IsBeginning(before.map_, map);
-  TakeSubmaps(known ? &before : nullptr);
+  TakeSubmaps(known ? &before : nullptr, source);
   const bool little_new = known && static_cast<double>(submaps_.size()) <
                                        kGrowth * static_cast<double>(before.levelled_);
   T_level_odom_ = little_new ? before.T_level_odom_ : Level(submaps_);
@@ -76,10 +82,10 @@ void PreparedMap::DescribeNewPlaces() {
   }
 }
 
-void PreparedMap::TakeSubmaps(const PreparedMap* before) {
+void PreparedMap::TakeSubmaps(const PreparedMap* before, const SubmapSource& source) {
   if (before) submaps_ = before->submaps_;
   for (size_t i = submaps_.size(); i < map_.submaps.size(); ++i) {
-    submaps_.push_back(std::make_shared<const PreparedSubmap>(map_.submaps[i]));
+    submaps_.push_back(source(map_.submaps[i]));
   }
 }
 

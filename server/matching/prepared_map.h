@@ -1,6 +1,7 @@
 // A session's map with everything the matcher needs of it, made once and used against many others.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -15,16 +16,24 @@
 
 namespace isthmus::matching {
 
+// Where prepared submaps come from: made, or kept from before. Never null.
+using SubmapSource = std::function<std::shared_ptr<const PreparedSubmap>(
+    const std::shared_ptr<const Submap>& submap)>;
+
+// The source that makes them.
+std::shared_ptr<const PreparedSubmap> PrepareSubmap(const std::shared_ptr<const Submap>& submap);
+
 // Does not change; safe to use from many threads. Holds on to the submaps.
 class PreparedMap {
  public:
-  explicit PreparedMap(const SessionMap& map);
+  explicit PreparedMap(const SessionMap& map, const SubmapSource& source = PrepareSubmap);
 
   // The map that `before` was the beginning of: prepared submaps are taken over, and as long as it
   // has not grown by a quarter the level and the free space too, so that what this takes depends on
   // the new submaps and their surroundings only. Where `before` is not a beginning of it, all is
   // made anew.
-  PreparedMap(const SessionMap& map, const PreparedMap& before);
+  PreparedMap(const SessionMap& map, const PreparedMap& before,
+              const SubmapSource& source = PrepareSubmap);
 
   // The same submaps taken to be level after `T_level_odom`, a rotation; of a map whose vertical is
   // not told by odom's z.
@@ -53,7 +62,7 @@ class PreparedMap {
 
  private:
   // Those of `before`, which may be null, and new ones.
-  void TakeSubmaps(const PreparedMap* before);
+  void TakeSubmaps(const PreparedMap* before, const SubmapSource& source);
   // Of submaps that have none yet.
   void DescribeNewPlaces();
 

@@ -39,12 +39,25 @@ PreparedSubmap::PreparedSubmap(std::shared_ptr<const Submap> submap) : submap_(s
     voxel_m_ = kIndoorVoxelM;
     surface_ = SampleSurface(*submap_, voxel_m_);
   }
+  CollectViews();
+  IndexSurface();
+}
+
+PreparedSubmap::PreparedSubmap(std::shared_ptr<const Submap> submap, double voxel_m,
+                               std::vector<SurfacePoint> surface, std::vector<View> views)
+    : submap_(std::move(submap)),
+      voxel_m_(voxel_m),
+      surface_(std::move(surface)),
+      views_(std::move(views)) {
+  IndexSurface();
+}
+
+void PreparedSubmap::IndexSurface() {
   std::vector<Eigen::Vector3f> positions;
   positions.reserve(surface_.size());
   for (const SurfacePoint& point : surface_) positions.push_back(point.position);
   tree_ = KdTree(positions);
   sample_ = SampleBalanced(surface_, 2 * voxel_m_, kSamplePoints);
-  CollectViews();
   if (positions.empty()) return;
   Eigen::Vector3f low = positions.front(), high = positions.front();
   for (const Eigen::Vector3f& p : positions) {

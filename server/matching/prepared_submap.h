@@ -23,6 +23,10 @@ class PreparedSubmap {
     RangeImage image;
   };
 
+  // From parts that were kept, as the accessors below give them.
+  PreparedSubmap(std::shared_ptr<const Submap> submap, double voxel_m,
+                 std::vector<SurfacePoint> surface, std::vector<View> views);
+
   const Submap& submap() const { return *submap_; }
   const std::vector<SurfacePoint>& surface() const { return surface_; }
   // Between points of the surface: 0.25 m, 0.5 m where it looks like outdoors.
@@ -38,6 +42,8 @@ class PreparedSubmap {
 
  private:
   void CollectViews();
+  // Everything that follows from the surface.
+  void IndexSurface();
 
   std::shared_ptr<const Submap> submap_;
   double voxel_m_ = 0;

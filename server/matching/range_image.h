@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 namespace isthmus::matching {
@@ -24,6 +25,13 @@ class RangeImage {
   };
   // False where nothing was measured in the bin of that direction.
   bool At(const Eigen::Vector3f& direction, Interval* interval) const;
+
+  // Row by row, centimetres, 0 for a bin without measurement; empty before anything was measured.
+  const std::vector<uint16_t>& shortest_cm() const { return shortest_; }
+  const std::vector<uint16_t>& longest_cm() const { return longest_; }
+  // From what these gave; both have kRows * kColumns bins.
+  RangeImage(std::vector<uint16_t> shortest_cm, std::vector<uint16_t> longest_cm)
+      : shortest_(std::move(shortest_cm)), longest_(std::move(longest_cm)) {}
 
  private:
   // Bin of a direction, -1 when outside of the rows.

@@ -21,8 +21,9 @@ bool Supersedes(const Match& newer, const Match& older) {
 
 }  // namespace
 
-Estimator::Estimator(MapState* state, const Clock* clock, const Options& options)
-    : state_(state), clock_(clock), options_(options) {
+Estimator::Estimator(MapState* state, storage::MapStore* store, const Clock* clock,
+                     const Options& options)
+    : state_(state), prepared_store_(store), clock_(clock), options_(options) {
   for (const auto& [pair, match] : state_->matches) {
     attempts_[pair] = {match.submaps_a, match.submaps_b};
   }
@@ -100,7 +101,8 @@ void Estimator::Prune() {
   };
   std::erase_if(attempts_, of_gone);
   std::erase_if(matchers_, of_gone);
-  std::erase_if(prepared_, [&](const Prepared& map) { return is_gone(map->session_map().session); });
+  std::erase_if(prepared_,
+                [&](const Prepared& map) { return is_gone(map->session_map().session); });
 }
 
 void Estimator::Estimate(const SessionPair& pair) {
@@ -147,8 +149,11 @@ Estimator::Prepared Estimator::Prepare(const SessionMap& map) {
     prepared_.erase(it);
     break;
   }
-  prepared_.push_front(before ? std::make_shared<const matching::PreparedMap>(map, *before)
-                              : std::make_shared<const matching::PreparedMap>(map));
+  const matching::SubmapSource source = [this](const std::shared_ptr<const Submap>& submap) {
+    return prepared_store_.Get(submap);
+  };
+  prepared_.push_front(before ? std::make_shared<const matching::PreparedMap>(map, *before, source)
+                              : std::make_shared<const matching::PreparedMap>(map, source));
   if (prepared_.size() > kMaxPrepared) prepared_.pop_back();
   return prepared_.front();
 }

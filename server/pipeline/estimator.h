@@ -14,6 +14,7 @@
 #include "server/matching/matcher.h"
 #include "server/matching/prepared_map.h"
 #include "server/pipeline/map_state.h"
+#include "server/pipeline/prepared_store.h"
 
 namespace isthmus::server {
 
@@ -26,7 +27,7 @@ class Estimator {
     int rematch_submaps = 1;
   };
 
-  Estimator(MapState* state, const Clock* clock, const Options& options);
+  Estimator(MapState* state, storage::MapStore* store, const Clock* clock, const Options& options);
   ~Estimator();  // Finishes the pair under way.
 
   // Nothing is under way and no pair has new evidence. The state's mutex is held by the caller.
@@ -52,6 +53,7 @@ class Estimator {
   Prepared Prepare(const SessionMap& map);
 
   MapState* const state_;
+  const PreparedStore prepared_store_;
   const Clock* const clock_;
   const Options options_;
   // Attempts since the start, whatever came of them. Guarded by the state's mutex.

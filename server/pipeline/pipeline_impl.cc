@@ -31,7 +31,7 @@ absl::Status PipelineImpl::Start() {
   compositor_ =
       std::make_unique<Compositor>(&state_, options_.composer, options_.composition_interval_s);
   estimator_ = std::make_unique<Estimator>(
-      &state_, &clock_, Estimator::Options{options_.matcher, options_.rematch_submaps});
+      &state_, store_.get(), &clock_, Estimator::Options{options_.matcher, options_.rematch_submaps});
   return absl::OkStatus();
 }
 

@@ -1,0 +1,49 @@
+#include "server/pipeline/prepared_store.h"
+
+#include <cstring>
+#include <string>
+#include <utility>
+
+#include "core/codec/zstd_frame.h"
+#include "server/matching/prepared_submap_codec.h"
+
+namespace isthmus::server {
+namespace {
+
+// A submap of 65535 keyframes could not have more.
+constexpr uint64_t kMaxBytes = uint64_t{1} << 31;
+
+}  // namespace
+
+std::shared_ptr<const matching::PreparedSubmap> PreparedStore::Get(
+    const std::shared_ptr<const Submap>& submap) const {
+  if (auto found = Find(submap)) return found;
+  auto made = std::make_shared<const matching::PreparedSubmap>(submap);
+  Keep(*made);
+  return made;
+}
+
+std::shared_ptr<const matching::PreparedSubmap> PreparedStore::Find(
+    const std::shared_ptr<const Submap>& submap) const {
+  const absl::StatusOr<std::string> kept =
+      store_->GetFeatures(submap->id, matching::kPreparedSubmapKind);
+  uint64_t size = 0;
+  if (!kept.ok() || kept->size() < sizeof(size)) return nullptr;
+  std::memcpy(&size, kept->data(), sizeof(size));
+  if (size > kMaxBytes) return nullptr;
+  const absl::StatusOr<std::string> bytes =
+      codec::ReadZstdFrame(kept->data() + sizeof(size), kept->size() - sizeof(size), size);
+  if (!bytes.ok()) return nullptr;
+  return matching::DecodePreparedSubmap(submap, *bytes);
+}
+
+void PreparedStore::Keep(const matching::PreparedSubmap& prepared) const {
+  const std::string bytes = matching::EncodePreparedSubmap(prepared);
+  const uint64_t size = bytes.size();
+  std::string data(reinterpret_cast<const char*>(&size), sizeof(size));
+  if (!codec::AppendZstdFrame(bytes, data).ok()) return;
+  (void)store_->PutFeatures(
+      {prepared.submap().id, matching::kPreparedSubmapKind, std::move(data)});
+}
+
+}  // namespace isthmus::server
