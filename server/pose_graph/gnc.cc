@@ -3,15 +3,23 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstddef>
+
+#include "server/pose_graph/drift_gate.h"
 
 namespace isthmus::pose_graph {
 namespace {
 
-constexpr double kGrowth = 2;        // Of mu per step.
-constexpr int kMaxSteps = 60;        // 2^60: whatever chi2 it begins with.
-constexpr int kInnerIterations = 2;  // The weights change anyway: solving on would be wasted.
-constexpr int kTrialIterations = 6;
-constexpr double kLeastMu = 1e-5;  // Errors of 1e5 times the limit count at first.
+constexpr double kGrowth = 2;  // Of mu per step.
+constexpr int kMaxSteps = 60;  // 2^60: whatever chi2 it begins with.
+constexpr int kInnerIterations = 8;
+// Relative change of the cost at which a solution is good enough; rough where the weights change
+// anyway.
+constexpr double kFine = 1e-11, kRough = 1e-2;
+constexpr int kTrialIterations = 15;
+constexpr double kGateMargin = 1.5;
+constexpr double kLowerQuartile = 3.45;  // Of chi-square with 6 degrees of freedom.
+constexpr double kLeastMu = 1e-5;        // Errors of 1e5 times the limit count at first.
 constexpr int kMaxReviews = 5;
 
 class Gnc {
@@ -47,7 +55,7 @@ class Gnc {
   GncOutcome outcome;
 
  private:
-  absl::Status Solve(int max_iterations) {
+  absl::Status Solve(int max_iterations, double tolerance = kFine) {
     double seconds = 0;
     if (options_.max_seconds > 0) {
       const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start_;
@@ -55,7 +63,8 @@ class Gnc {
       outcome.converged = false;
       if (seconds <= 0) return absl::OkStatus();
     }
-    const auto solved = least_squares_.Solve(max_iterations, seconds, options_.num_threads);
+    const auto solved =
+        least_squares_.Solve({max_iterations, tolerance, seconds, options_.num_threads});
     if (!solved.ok()) return solved.status();
     outcome.iterations += solved->iterations;
     outcome.converged = solved->converged;
@@ -70,6 +79,12 @@ class Gnc {
     for (const size_t i : anchors_) chi2_.push_back(Chi2(now, problem_.anchors[i]));
   }
 
+  double& Weight(size_t k) {
+    Weights& weights = least_squares_.weights();
+    return k < edges_.size() ? weights.edges[edges_[k]]
+                             : weights.anchors[anchors_[k - edges_.size()]];
+  }
+
   // Sets the weight of each by `weight_of(chi2)`; whether all are 0 or 1, and whether any changed.
   template <typename WeightOf>
   void SetWeights(const WeightOf& weight_of, bool* decided, bool* changed) {
@@ -77,9 +92,7 @@ class Gnc {
     *changed = false;
     for (size_t k = 0; k < chi2_.size(); ++k) {
       const double weight = weight_of(chi2_[k]);
-      double& current = k < edges_.size()
-                            ? least_squares_.weights().edges[edges_[k]]
-                            : least_squares_.weights().anchors[anchors_[k - edges_.size()]];
+      double& current = Weight(k);
       if (weight > 0 && weight < 1) *decided = false;
       if (weight != current) *changed = true;
       current = weight;
@@ -97,38 +110,62 @@ class Gnc {
   // (right when all are), or where they are given (a few false ones ruin the former).
   absl::Status Begin() {
     const std::vector<Pose> given = least_squares_.poses();
+    const std::vector<double> with_drift = ChiSquareWithDrift(problem_);
+    const double gate = Gate(with_drift);
+    for (const size_t i : edges_) {
+      if (!(with_drift[i] <= gate)) least_squares_.weights().edges[i] = 0;
+    }
     Measure();
-    const size_t beyond_given = CountBeyond();
-    absl::Status status = Solve(std::min(kTrialIterations, options_.max_iterations));
+    const double given_strain = Strain();
+    absl::Status status = Solve(std::min(kTrialIterations, options_.max_iterations), kRough);
     if (!status.ok()) return status;
     Measure();
-    const size_t beyond = CountBeyond();
-    if (beyond == 0) {
+    if (*std::max_element(chi2_.begin(), chi2_.end()) <= options_.doubt_chi2) {
+      // None was gated either: it would be beyond.
       done_ = true;
       return outcome.converged ? status : Solve(options_.max_iterations);
     }
-    if (beyond_given <= beyond) {
+    if (given_strain <= Strain()) {
       least_squares_.set_poses(given);
       Measure();
     }
     return status;
   }
 
-  size_t CountBeyond() const {
-    return static_cast<size_t>(std::count_if(
-        chi2_.begin(), chi2_.end(), [&](double chi2) { return chi2 > options_.doubt_chi2; }));
+  // What contradicts sure edges by more than their drift explains is not tried at first. Where sure
+  // edges stray by more than they admit, right edges show it: by their lower quartile, as long as
+  // no more than three in four are false.
+  double Gate(const std::vector<double>& with_drift) const {
+    if (edges_.empty()) return 0;
+    std::vector<double> sorted;
+    for (const size_t i : edges_) sorted.push_back(with_drift[i]);
+    const auto quartile = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 4);
+    std::nth_element(sorted.begin(), quartile, sorted.end());
+    return kGateMargin * options_.doubt_chi2 * std::max(1.0, *quartile / kLowerQuartile);
+  }
+
+  // How far those in doubt are from agreeing: by orders of magnitude, so that few which are far off
+  // say no more than many which are near.
+  double Strain() const {
+    double strain = 0;
+    for (const double chi2 : chi2_) strain += std::log1p(chi2 / options_.doubt_chi2);
+    return strain;
   }
 
   absl::Status Graduate() {
     const double limit = options_.doubt_chi2;
-    const double largest = *std::max_element(chi2_.begin(), chi2_.end());
-    // Remark 5: convex at the start; but what is farther off than any drift would only take time.
+    // Remark 5: convex at the start, for all that is tried. What is farther off than any drift
+    // would only take time.
+    double largest = limit;
+    for (size_t k = 0; k < chi2_.size(); ++k) {
+      if (Weight(k) > 0) largest = std::max(largest, chi2_[k]);
+    }
     double mu = std::max(kLeastMu, limit / (2 * largest - limit));
     for (int step = 0; step < kMaxSteps; ++step, mu *= kGrowth) {
       bool decided = false, changed = false;
       SetWeights([&](double chi2) { return GncWeight(chi2, limit, mu); }, &decided, &changed);
       if (decided) break;
-      absl::Status status = Solve(kInnerIterations);
+      absl::Status status = Solve(kInnerIterations, kRough);
       if (!status.ok()) return status;
       Measure();
     }

@@ -24,14 +24,19 @@ class LeastSquares {
                                                               const Gauge& gauge);
   virtual ~LeastSquares() = default;
 
+  struct Effort {
+    int max_iterations = 100;
+    double tolerance = 1e-11;  // Relative change of the cost at which it is good enough.
+    double max_seconds = 0;    // 0: no limit.
+    int num_threads = 1;
+  };
   struct Outcome {
     int iterations = 0;
     bool converged = false;
   };
   // Goes on from where the last solution ended, with Weights as they are now. Internal when the
   // solver fails; poses are then those before.
-  virtual absl::StatusOr<Outcome> Solve(int max_iterations, double max_seconds,
-                                        int num_threads) = 0;
+  virtual absl::StatusOr<Outcome> Solve(const Effort& effort) = 0;
 
   virtual Weights& weights() = 0;  // Of `problem`'s edges and anchors; 1 at first.
   virtual std::vector<Pose> poses() const = 0;
