@@ -2,6 +2,11 @@
 #include <absl/strings/str_format.h>
 #include <absl/strings/str_replace.h>
 
+#include <algorithm>
+#include <map>
+#include <utility>
+#include <vector>
+
 #include "client/cli/command.h"
 #include "client/cli/exit_code.h"
 #include "client/cli/json.h"
@@ -17,15 +22,42 @@ struct Options {
   bool edges = false;
 };
 
-void PrintText(const client::MatchGraph& graph) {
-  absl::PrintF("revision %d\n", graph.revision);
+// Component by component, who lies where.
+void PrintPlacements(const client::MatchGraph& graph) {
+  std::map<uint32_t, std::vector<const client::PlacedSession*>> components;
   for (const client::PlacedSession& placed : graph.placements) {
-    absl::PrintF("%-16s component %d, %s in the frame of %s\n", placed.placement.session.value(),
-                 placed.placement.component, PoseText(placed.placement.T_map_odom),
-                 placed.placement.reference.value());
+    components[placed.placement.component].push_back(&placed);
   }
-  for (const client::MatchEdge& edge : graph.matches) {
-    absl::PrintF("%s", MatchText(edge));
+  absl::PrintF("revision %d, sessions: %d, components: %d\n", graph.revision,
+               graph.placements.size(), components.size());
+  for (const auto& [number, sessions] : components) {
+    const std::string& reference = sessions.front()->placement.reference.value();
+    absl::PrintF("component %d, in the frame of %s\n", number, reference);
+    for (const client::PlacedSession* placed : sessions) {
+      const std::string& session = placed->placement.session.value();
+      absl::PrintF("  %-16s %s\n", session,
+                   session == reference ? "the reference" : PoseText(placed->placement.T_map_odom));
+    }
+  }
+}
+
+// What carries the map first, then what was accepted, then the rest.
+void PrintText(const client::MatchGraph& graph) {
+  PrintPlacements(graph);
+  std::vector<const client::MatchEdge*> edges;
+  for (const client::MatchEdge& edge : graph.matches) edges.push_back(&edge);
+  const auto accepted = [](const client::MatchEdge* edge) {
+    return edge->match.state == MatchState::kAccepted;
+  };
+  std::stable_sort(
+      edges.begin(), edges.end(), [&](const client::MatchEdge* l, const client::MatchEdge* r) {
+        return std::make_pair(l->in_tree, accepted(l)) > std::make_pair(r->in_tree, accepted(r));
+      });
+  const auto count = std::count_if(edges.begin(), edges.end(), accepted);
+  absl::PrintF("matches: %d, accepted: %d\n", edges.size(), count);
+  for (const client::MatchEdge* edge : edges) absl::PrintF("\n%s", MatchText(*edge));
+  if (count < static_cast<int64_t>(edges.size())) {
+    absl::PrintF("\nWhat the reasons mean, and what can be done: docs/concepts.md, \"Reasons\".\n");
   }
 }
 

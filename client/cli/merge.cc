@@ -2,6 +2,7 @@
 #include <absl/strings/match.h>
 #include <absl/strings/str_cat.h>
 
+#include "client/cli/bare_maps.h"
 #include "client/cli/command.h"
 #include "client/cli/console.h"
 #include "client/cli/embedded_server.h"
@@ -17,6 +18,7 @@ struct Options {
   std::vector<std::string> files;
   std::string output, report;
   double timeout_s = 3600;
+  bool unverified = false;
 };
 
 // The clouds leave `input` as they arrive.
@@ -35,32 +37,47 @@ absl::Status Upload(client::Client& client, MergeInput& input) {
   return client.FinishSession(session->record.id).status();
 }
 
+absl::Status UploadAll(client::Client& client, std::vector<MergeInput>& inputs) {
+  Progress progress("maps", inputs.size());
+  for (size_t i = 0; i < inputs.size(); ++i) {
+    if (absl::Status status = Upload(client, inputs[i]); !status.ok()) return status;
+    progress.Update(i + 1);
+  }
+  return absl::OkStatus();
+}
+
+// Component 0 is the largest: where it is one robot alone, nothing was merged.
+absl::Status Write(client::Client& client, const std::string& output, MergeResult* result) {
+  if (result->info.components.empty() || result->info.components[0].robots.size() < 2) {
+    return absl::OkStatus();
+  }
+  client::ExportRequest request;
+  if (absl::EndsWith(output, ".ply")) request.format = client::ExportFormat::kPly;
+  const auto exported = client.ExportToFile(request, output);
+  if (exported.ok()) result->output = output;
+  return exported.status();
+}
+
 absl::StatusOr<MergeResult> Merge(client::Client& client, std::vector<MergeInput> inputs,
                                   const Options& options) {
   MergeResult result;
-  {
-    Progress progress("maps", inputs.size());
-    for (size_t i = 0; i < inputs.size(); ++i) {
-      if (absl::Status status = Upload(client, inputs[i]); !status.ok()) return status;
-      progress.Update(i + 1);
-    }
-  }
+  if (absl::Status status = UploadAll(client, inputs); !status.ok()) return status;
   result.inputs = std::move(inputs);
   auto info = Wait(client, WaitFor::kSettled, options.timeout_s);
+  if (!info.ok()) return info.status();
+  const auto computed = client.GetMatchGraph();
+  if (!computed.ok()) return computed.status();
+  auto pairs = DecideBarePairs(client, *computed, result.inputs, options.unverified);
+  if (!pairs.ok()) return pairs.status();
+  info = Wait(client, WaitFor::kSettled, options.timeout_s);
   if (!info.ok()) return info.status();
   result.info = *std::move(info);
   auto graph = client.GetMatchGraph();
   if (!graph.ok()) return graph.status();
   result.graph = *std::move(graph);
+  result.graph.matches = *std::move(pairs);
   result.merged = IsMerged(result.info);
-  // Component 0 is the largest: where it is one robot alone, nothing was merged.
-  if (!result.info.components.empty() && result.info.components[0].robots.size() >= 2) {
-    client::ExportRequest request;
-    if (absl::EndsWith(options.output, ".ply")) request.format = client::ExportFormat::kPly;
-    const auto exported = client.ExportToFile(request, options.output);
-    if (!exported.ok()) return exported.status();
-    result.output = options.output;
-  }
+  if (absl::Status status = Write(client, options.output, &result); !status.ok()) return status;
   return result;
 }
 
@@ -94,6 +111,8 @@ void AddMerge(CLI::App& app, Action& action) {
       ->expected(2, 1000);
   command->add_option("-o,--output", options->output, "MERGED.pcd (or .ply)")->required();
   command->add_option("--json", options->report, "REPORT.json: every pair, with its reasons");
+  command->add_flag("--unverified", options->unverified,
+                    "Believe the best alignments of maps without sensor poses; may be wrong");
   command->add_option("--timeout", options->timeout_s, "Seconds to take at most")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();

@@ -8,6 +8,7 @@
 #include <set>
 #include <utility>
 
+#include "client/cli/guessed_viewpoints.h"
 #include "client/cli/viewpoints.h"
 #include "core/codec/payload_layout.h"
 #include "core/codec/pcd.h"
@@ -107,9 +108,14 @@ absl::StatusOr<MergeInput> ReadMergeInput(const std::string& file) {
   input.file = file;
   input.points = points->size();
   input.viewpoints = viewpoints->size();
-  std::vector<std::vector<uint32_t>> visible;
+  const bool has_viewpoint = !pcd->viewpoint.Matrix().isIdentity(1e-6);
   if (viewpoints->empty()) {
-    *viewpoints = {{0, pcd->viewpoint}};
+    input.viewpoints = has_viewpoint ? 1 : 0;
+    *viewpoints = has_viewpoint ? Trajectory{{0, pcd->viewpoint}} : GuessViewpoints(*points);
+  }
+  if (viewpoints->empty()) *viewpoints = {{0, pcd->viewpoint}};
+  std::vector<std::vector<uint32_t>> visible;
+  if (viewpoints->size() == 1) {
     visible.emplace_back(points->size());
     std::iota(visible[0].begin(), visible[0].end(), 0);
   } else {

@@ -19,14 +19,15 @@ absl::StatusOr<Cloud> FinitePoints(const PointPayload& payload);
 struct MergeInput {
   std::string file, robot;
   size_t points = 0;
-  size_t viewpoints = 0;  // Places from which the sensor is known to have looked.
+  size_t viewpoints = 0;  // Places from which the sensor is known to have looked; 0: bare.
   // Session and index are still to be set.
   std::vector<client::SubmapUpload> submaps;
 };
 
 // Reads every PCD. A robot is named after its file; equal names get a number. Where the sensor
 // stood is told by a trajectory beside it, in the same frame (A.tum for A.pcd), else by the PCD's
-// VIEWPOINT. Messages carry the path.
+// VIEWPOINT if that is not the identity that every program writes; else it is guessed, so that
+// alignments can be searched for, but not verified. Messages carry the path.
 absl::StatusOr<std::vector<MergeInput>> ReadMergeInputs(const std::vector<std::string>& files);
 
 }  // namespace isthmus::cli

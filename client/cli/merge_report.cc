@@ -1,13 +1,30 @@
 #include "client/cli/merge_report.h"
 
+#include <absl/strings/str_cat.h>
 #include <absl/strings/str_format.h>
 
-#include "client/cli/pose_text.h"
+#include <algorithm>
+
+#include "client/cli/bare_maps.h"
+#include "client/cli/match_text.h"
 
 namespace isthmus::cli {
+namespace {
+
+// Something was merged, and by verified matches only.
+bool IsVerified(const MergeResult& result) {
+  return !result.output.empty() &&
+         std::none_of(
+             result.graph.matches.begin(), result.graph.matches.end(),
+             [](const client::MatchEdge& edge) { return edge.match.reason == "UNVERIFIED"; });
+}
+
+}  // namespace
 
 Json ToJson(const MergeResult& result) {
   Json out = {{"merged", result.merged},
+              {"verified", IsVerified(result)},
+              {"lacking", WhatIsLacking(result.inputs)},
               {"file", result.output.empty() ? Json(nullptr) : Json(result.output)},
               {"inputs", Json::array()},
               {"pairs", Json::array()},
@@ -30,28 +47,23 @@ Json ToJson(const MergeResult& result) {
 
 void PrintText(const MergeResult& result) {
   for (const MergeInput& input : result.inputs) {
-    absl::PrintF("%s: %s, %d points seen from %d places\n", input.robot, input.file, input.points,
-                 input.viewpoints);
+    absl::PrintF(
+        "%s: %s, %d points seen from %s\n", input.robot, input.file, input.points,
+        input.viewpoints > 0 ? absl::StrCat(input.viewpoints, " places") : "nobody knows where");
   }
   for (const client::MatchEdge& edge : result.graph.matches) {
-    const Match& match = edge.match;
-    absl::PrintF("%s ~ %s: %s, %s: %s\n", edge.robot_a.value(), edge.robot_b.value(),
-                 match.state == MatchState::kAccepted ? "accepted" : "not accepted", match.reason,
-                 match.detail);
-    absl::PrintF("  T %s\n  overlap %.2f, inliers %d, confidence %.2f\n ", PoseText(match.T_a_b),
-                 match.overlap, match.inliers, match.confidence);
-    for (const StageTime& stage : match.stages) {
-      absl::PrintF(" %s %.0f ms", stage.stage, stage.ms);
-    }
-    absl::PrintF("\n");
+    absl::PrintF("\n%s", MatchText(edge, edge.robot_a.value() + " ~ " + edge.robot_b.value()));
   }
+  absl::PrintF("\n");
+  for (const std::string& sentence : WhatIsLacking(result.inputs)) absl::PrintF("%s\n", sentence);
   if (result.output.empty()) {
     absl::PrintF("not merged: nothing written\n");
-  } else {
-    absl::PrintF("%s: %s, composed in %.1f ms\n", result.output,
-                 result.merged ? "all in one map" : "only the largest group of those that merged",
-                 result.info.composition_ms);
+    return;
   }
+  absl::PrintF("%s: %s, composed in %.1f ms%s\n", result.output,
+               result.merged ? "all in one map" : "only the largest group of those that merged",
+               result.info.composition_ms,
+               IsVerified(result) ? "" : "; UNVERIFIED: look at it before you trust it");
 }
 
 }  // namespace isthmus::cli

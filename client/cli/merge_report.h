@@ -13,9 +13,9 @@ namespace isthmus::cli {
 struct MergeResult {
   std::vector<MergeInput> inputs;  // Without their points.
   client::MapInfo info;
-  client::MatchGraph graph;
-  std::string output;   // Empty when nothing was merged and so nothing written.
-  bool merged = false;  // All of them into one map.
+  client::MatchGraph graph;  // Pairs without sensor poses as DecideBarePairs reports them.
+  std::string output;        // Empty when nothing was merged and so nothing written.
+  bool merged = false;       // All of them into one map.
 };
 
 Json ToJson(const MergeResult& result);

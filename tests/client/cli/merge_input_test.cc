@@ -55,6 +55,7 @@ TEST(ReadMergeInputs, NamesRobotsAfterFilesAndKeepsTheViewpoint) {
   EXPECT_EQ((*inputs)[1].robot, "b");
   EXPECT_EQ((*inputs)[2].robot, "b-2");
   const client::SubmapUpload& submap = (*inputs)[0].submaps.at(0);
+  EXPECT_EQ((*inputs)[0].viewpoints, 1u);
   ASSERT_EQ(submap.keyframes.size(), 1u);
   EXPECT_TRUE(submap.keyframes[0].pose.translation().isApprox(viewpoint.translation()));
 }

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cstdio>
+#include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
@@ -16,6 +17,7 @@ namespace isthmus::cli {
 namespace {
 
 using nlohmann::json;
+using testing::HasSubstr;
 
 TEST(Offline, SimulateOdometryAndEvalFitTogether) {
   const std::string folder = ScratchFolder();
@@ -99,6 +101,51 @@ void WriteMap(const simulation::Simulator& simulator, int robot, const std::stri
   ASSERT_TRUE(codec::WriteTum(stem + ".tum", trajectory).ok());
 }
 
+Pose PoseOf(const json& pose) {
+  const json t = pose["translation"], q = pose["rotation"];
+  return Pose(Eigen::Quaterniond(q[3], q[0], q[1], q[2]), Eigen::Vector3d(t[0], t[1], t[2]));
+}
+
+// Without knowing where the sensors stood.
+TEST(Offline, BareMapsAreMergedOnlyWhenAskedForAndMarked) {
+  const std::string folder = ScratchFolder();
+  const auto simulator = simulation::Simulator::Create(simulation::Options());
+  ASSERT_TRUE(simulator.ok()) << simulator.status();
+  for (int robot = 0; robot < 2; ++robot) {
+    const std::string stem = folder + "/r" + std::to_string(robot);
+    WriteMap(**simulator, robot, stem);
+    std::filesystem::remove(stem + ".tum");
+  }
+  const std::string command = "merge " + folder + "/r0.pcd " + folder + "/r1.pcd -o " + folder +
+                              "/merged.pcd --json " + folder + "/report.json";
+  const ProgramResult cautious = Isthmus(command);
+  EXPECT_EQ(cautious.code, 3) << cautious.out << cautious.err;
+  EXPECT_THAT(cautious.out, HasSubstr("r0.pcd: no sensor poses, so free space cannot be checked"));
+  EXPECT_FALSE(std::ifstream(folder + "/merged.pcd").good());
+  json report = json::parse(std::ifstream(folder + "/report.json"));
+  EXPECT_EQ(report["merged"], false);
+  EXPECT_EQ(report["lacking"].size(), 2u);
+  json pair = report["pairs"][0];
+  EXPECT_EQ(pair["reason"], "NO_POSES");
+  EXPECT_EQ(pair["accepted"], false);
+  EXPECT_TRUE(pair["free_space"].is_null()) << "there is none that could be relied on";
+  EXPECT_THAT(pair["detail"].get<std::string>(), HasSubstr("best alignment found"));
+
+  const ProgramResult bold = Isthmus(command + " --unverified");
+  ASSERT_EQ(bold.code, 0) << bold.out << bold.err;
+  EXPECT_THAT(bold.out, HasSubstr("UNVERIFIED: look at it before you trust it"));
+  report = json::parse(std::ifstream(folder + "/report.json"));
+  EXPECT_EQ(report["merged"], true);
+  EXPECT_EQ(report["verified"], false);
+  pair = report["pairs"][0];
+  EXPECT_EQ(pair["reason"], "UNVERIFIED");
+  const Pose truth = (*simulator)->Truth(0, 0).pose.Inverse() * (*simulator)->Truth(1, 0).pose;
+  const Pose error = truth.Inverse() * PoseOf(pair["T_a_b"]);
+  EXPECT_LT(error.translation().norm(), 0.3);
+  EXPECT_LT(RotationAngle(error), 0.02);
+  EXPECT_TRUE(codec::ReadPcd(folder + "/merged.pcd").ok());
+}
+
 TEST(Offline, TwoMapsOfAMuseumAreMergedWhereTheyBelong) {
   const std::string folder = ScratchFolder();
   const auto simulator = simulation::Simulator::Create(simulation::Options());  // Two robots.
@@ -108,11 +155,12 @@ TEST(Offline, TwoMapsOfAMuseumAreMergedWhereTheyBelong) {
   const ProgramResult merge = Isthmus("merge " + folder + "/alice.pcd " + folder + "/bob.pcd -o " +
                                       folder + "/merged.pcd --json " + folder + "/report.json");
   ASSERT_EQ(merge.code, 0) << merge.out << merge.err;
-  const json pair = json::parse(std::ifstream(folder + "/report.json"))["pairs"][0];
+  const json report = json::parse(std::ifstream(folder + "/report.json"));
+  EXPECT_EQ(report["verified"], true);
+  EXPECT_TRUE(report["lacking"].empty());
+  const json pair = report["pairs"][0];
   EXPECT_EQ(pair["accepted"], true);
-  const json t = pair["T_a_b"]["translation"], q = pair["T_a_b"]["rotation"];
-  const Pose T_alice_bob(Eigen::Quaterniond(q[3], q[0], q[1], q[2]),
-                         Eigen::Vector3d(t[0], t[1], t[2]));
+  const Pose T_alice_bob = PoseOf(pair["T_a_b"]);
   const Pose truth = (*simulator)->Truth(0, 0).pose.Inverse() * (*simulator)->Truth(1, 0).pose;
   const Pose error = truth.Inverse() * T_alice_bob;
   EXPECT_LT(error.translation().norm(), 0.15);

@@ -137,7 +137,7 @@ TEST_F(ServerCommandsTest, APersonJoinsTwoRobotsAndPartsThemAgain) {
   const ProgramResult set =
       Ask("match set hand_a hand_b --pose 4 -2 0.5 0 0 90 --note 'measured with a tape'");
   ASSERT_EQ(set.code, 0) << set.err;
-  EXPECT_THAT(set.out, HasSubstr("ACCEPTED (carries the map), BY_HAND: given by hand: measured"));
+  EXPECT_THAT(set.out, HasSubstr("ACCEPTED, BY_HAND (carries the map)\n  given by hand: measured"));
   const json transform = AskJson("transform hand_a hand_b");
   EXPECT_NEAR(transform["T_a_b"]["translation"][1].get<double>(), -2, 1e-9);
   EXPECT_NEAR(transform["T_a_b"]["rotation"][2].get<double>(), std::sqrt(0.5), 1e-9) << "degrees";
@@ -184,7 +184,10 @@ TEST_F(ServerCommandsTest, TheMapCanBeReadInEveryForm) {
   EXPECT_GT(fs::file_size(Path("map.png")), 1000u);
   EXPECT_THAT(Ask("graph --format dot").out, HasSubstr("graph matches {"));
   EXPECT_TRUE(json::parse(Ask("graph --format json").out).contains("matches"));
-  EXPECT_EQ(Ask("graph").code, 0);
+  const ProgramResult graph = Ask("graph");
+  EXPECT_EQ(graph.code, 0);
+  EXPECT_THAT(graph.out, HasSubstr("component 0, in the frame of "));
+  EXPECT_THAT(graph.out, HasSubstr("the reference"));
 }
 
 }  // namespace
