@@ -15,20 +15,28 @@ namespace fs = std::filesystem;
 DriveCache::DriveCache(const std::string& folder, const server::PipelineOptions& options)
     : folder_(folder.empty() ? temporary_.path() : folder), options_(options) {}
 
-std::string DriveCache::FolderOf(const DriveOptions& drive) const {
-  return absl::StrCat(folder_, "/", drive.Key(), "-", floam::Name(options_.odometry.mode));
+std::string DriveCache::FolderOf(const std::string& name) const {
+  return absl::StrCat(folder_, "/", name, "-", floam::Name(options_.odometry.mode));
 }
 
 absl::StatusOr<DrivenRobot> DriveCache::Get(const DriveOptions& drive) {
-  if (absl::Status status = Fill(drive); !status.ok()) return status;
-  return LoadDrivenRobot(FolderOf(drive));
+  return Get(drive.Key(), [&] { return SimulateDrive(drive); });
 }
 
 absl::Status DriveCache::Fill(const DriveOptions& drive) {
-  const std::string folder = FolderOf(drive);
+  return Fill(drive.Key(), [&] { return SimulateDrive(drive); });
+}
+
+absl::StatusOr<DrivenRobot> DriveCache::Get(const std::string& name, const Maker& make) {
+  if (absl::Status status = Fill(name, make); !status.ok()) return status;
+  return LoadDrivenRobot(FolderOf(name));
+}
+
+absl::Status DriveCache::Fill(const std::string& name, const Maker& make) {
+  const std::string folder = FolderOf(name);
   std::error_code error;
   if (fs::exists(folder, error)) return absl::OkStatus();
-  const auto grounded = SimulateDrive(drive);
+  const auto grounded = make();
   if (!grounded.ok()) return grounded.status();
   // Whole or not at all: another program may look for it meanwhile, or this one be ended.
   const std::string part = absl::StrCat(folder, ".part-", getpid());

@@ -3,6 +3,7 @@
 
 #include <absl/status/statusor.h>
 
+#include <functional>
 #include <string>
 
 #include "bench/merging/drive_options.h"
@@ -25,8 +26,13 @@ class DriveCache {
   // The same without reading it.
   absl::Status Fill(const DriveOptions& drive);
 
+  using Maker = std::function<absl::StatusOr<GroundedDrive>()>;
+  // The drive of that name; `make` is asked for it if it is not there.
+  absl::StatusOr<DrivenRobot> Get(const std::string& name, const Maker& make);
+
  private:
-  std::string FolderOf(const DriveOptions& drive) const;
+  std::string FolderOf(const std::string& name) const;
+  absl::Status Fill(const std::string& name, const Maker& make);
 
   TemporaryFolder temporary_;
   std::string folder_;

@@ -2,6 +2,7 @@
 
 #include <absl/strings/str_cat.h>
 
+#include <algorithm>
 #include <limits>
 #include <map>
 #include <mutex>
@@ -97,6 +98,13 @@ absl::Status JoinPoses(const storage::MapStore& store, const Trajectory& truth,
 }
 
 }  // namespace
+
+const ScanPose* DrivenRobot::FindPose(uint64_t sequence) const {
+  const auto it = std::lower_bound(
+      poses.begin(), poses.end(), sequence,
+      [](const ScanPose& pose, uint64_t wanted) { return pose.sequence < wanted; });
+  return it == poses.end() || it->sequence != sequence ? nullptr : &*it;
+}
 
 double DrivenRobot::OdometryRmse() const {
   Trajectory truth, estimate;

@@ -35,6 +35,8 @@ struct DrivenRobot {
   std::vector<std::shared_ptr<const Submap>> submaps;
   std::vector<ScanPose> poses;  // In order of sequence.
 
+  // Null for a scan that was lost.
+  const ScanPose* FindPose(uint64_t sequence) const;
   // RMSE of its positions after rigid alignment; NaN for fewer than three.
   double OdometryRmse() const;
 };

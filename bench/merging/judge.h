@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "bench/merging/driven_robot.h"
+#include "core/match.h"
 
 namespace isthmus::bench {
 
@@ -26,10 +27,10 @@ class PairTruth {
   MapError ErrorOf(const Pose& T_a_b) const;
   // Of the transform between the start frames: contains the drift of both drives.
   MapError StartErrorOf(const Pose& T_a_b) const;
-  // The error of the best of the transforms that the nearest poses would give: what is left of
-  // drift where both have been.
-  const MapError& least() const { return least_; }
-  // No farther off than the least error and this.
+  // Transforms that make the maps fit at one place where both have been, each judged everywhere:
+  // the worst of their errors, which is drift within the shared part and next to nothing without.
+  const MapError& drift() const { return drift_; }
+  // No farther off than this beyond drift().
   bool IsWithin(const Pose& T_a_b, double metres, double degrees) const;
 
  private:
@@ -41,7 +42,12 @@ class PairTruth {
   bool same_ground_ = false;
   std::vector<NearPoses> near_;
   Pose start_T_a_b_;
-  MapError least_;
+  MapError drift_;
 };
+
+// Medians over the edges between submaps: what a pose graph is given. Both robots must be on one
+// ground. 0 without edges.
+MapError ErrorOfEdges(const DrivenRobot& a, const DrivenRobot& b,
+                      const std::vector<SubmapEdge>& edges);
 
 }  // namespace isthmus::bench

@@ -1,16 +1,21 @@
 // Whether robots' maps are joined rightly, not at all or wrongly, and what that takes: worlds,
 // seeds and overlaps through the real pipeline. BENCHMARK.md says how to use it.
 #include <CLI/CLI.hpp>
-#include <algorithm>
+#include <functional>
 #include <iostream>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "bench/merging/calibration_table.h"
 #include "bench/merging/drive_cache.h"
 #include "bench/merging/odom_frames.h"
+#include "bench/merging/recorded_parts.h"
 #include "bench/merging/report.h"
 #include "bench/merging/scenario_list.h"
+#include "bench/merging/update.h"
+#include "bench/scenarios.h"
 #include "core/codec/file_io.h"
 #include "floam/odometry_mode.h"
 
@@ -22,7 +27,8 @@ struct Options {
   std::vector<uint64_t> seeds = {11, 12, 13, 14, 15, 16, 17, 18, 19, 20};
   double seconds = 0;
   std::string search = "default", odometry = "continuous", output, cache;
-  bool drive_only = false, transform = true;
+  std::string kitti, poses;
+  bool drive_only = false, transform = true, update = false, calibration = false;
   std::optional<double> drift_percent;
 };
 
@@ -44,7 +50,18 @@ std::vector<DriveOptions> DrivesOf(const MergingScenario& scenario, uint64_t see
   return drives;
 }
 
-// The robots as the scenario wants them, from what they did.
+// Drift, and odom frames that lie anywhere.
+void SetFrames(DriftOptions drift, uint64_t seed, const Options& options,
+               std::vector<DrivenRobot>* robots) {
+  if (options.drift_percent) drift = {*options.drift_percent, 0.1 * *options.drift_percent};
+  for (size_t i = 0; i < robots->size(); ++i) {
+    DrivenRobot& robot = (*robots)[i];
+    AddDrift(drift, seed + 1000 * i, &robot);
+    if (options.transform && i > 0) MoveOdom(RandomFrame(seed, static_cast<int>(i)), &robot);
+  }
+}
+
+// The robots as the scenario wants them, from what they did; none if there is no such part.
 absl::StatusOr<std::vector<DrivenRobot>> MakeRobots(const MergingScenario& scenario, uint64_t seed,
                                                     const Options& options, DriveCache& cache) {
   std::vector<DrivenRobot> robots;
@@ -53,55 +70,138 @@ absl::StatusOr<std::vector<DrivenRobot>> MakeRobots(const MergingScenario& scena
     if (!robot.ok()) return robot.status();
     robots.push_back(*std::move(robot));
   }
-  if (scenario.stop_at) {
-    const auto stop = FindStop(robots[0], robots[1], *scenario.stop_at);
-    if (stop) {
-      for (DrivenRobot& robot : robots) StopAfter(*stop, &robot);
-    }
+  if (scenario.overlap) {
+    const bool ends_too = scenario.overlap->least == 0;
+    const auto stretches = FindStretches(robots[0], robots[1], *scenario.overlap, ends_too);
+    if (!stretches) return std::vector<DrivenRobot>();
+    Keep(stretches->first, &robots[0]);
+    Keep(stretches->second, &robots[1]);
   }
-  DriftOptions drift = scenario.drift;
-  if (options.drift_percent) drift = {*options.drift_percent, 0.1 * *options.drift_percent};
-  for (size_t i = 0; i < robots.size(); ++i) {
-    AddDrift(drift, seed + 1000 * i, &robots[i]);
-    if (options.transform && i > 0) MoveOdom(RandomFrame(seed, static_cast<int>(i)), &robots[i]);
-  }
+  SetFrames(scenario.drift, seed, options, &robots);
   return robots;
 }
 
-absl::Status RunAll(const Options& options) {
-  server::PipelineOptions pipeline;
-  if (absl::Status status = ReadOptions(options, &pipeline); !status.ok()) return status;
-  const auto scenarios = FindMergingScenarios(options.scenarios);
-  if (!scenarios.ok()) return scenarios.status();
-  DriveCache cache(options.cache, pipeline);
+using RobotsOf = std::function<absl::StatusOr<std::vector<DrivenRobot>>(uint64_t seed)>;
+
+// What came of all trials.
+struct Results {
   std::vector<Trial> trials;
-  for (const MergingScenario& scenario : *scenarios) {
+  std::vector<UpdateTrial> updates;
+};
+
+absl::Status RunScenario(const std::string& name, const RobotsOf& robots_of,
+                         const server::PipelineOptions& pipeline, const Options& options,
+                         Results* results) {
+  for (const uint64_t seed : options.seeds) {
+    auto robots = robots_of(seed);
+    if (!robots.ok()) return robots.status();
+    if (robots->empty()) {
+      std::cerr << name << " " << seed << ": no part of the drives is like that\n";
+      continue;
+    }
+    if (options.update) {
+      if (robots->back().submaps.size() <= kUpdates) continue;
+      auto update = RunUpdates(*std::move(robots), pipeline);
+      if (!update.ok()) return update.status();
+      update->scenario = name;
+      results->updates.push_back(*std::move(update));
+      std::cerr << name << " " << seed << std::endl;
+      continue;
+    }
+    auto trial = RunTrial(*std::move(robots), pipeline);
+    if (!trial.ok()) return trial.status();
+    trial->scenario = name;
+    trial->seed = seed;
+    std::cerr << TrialLines(*trial) << std::endl;
+    results->trials.push_back(*std::move(trial));
+  }
+  return absl::OkStatus();
+}
+
+absl::Status FillCache(const std::vector<MergingScenario>& scenarios, const Options& options,
+                       DriveCache& cache) {
+  for (const MergingScenario& scenario : scenarios) {
     for (const uint64_t seed : options.seeds) {
-      if (options.drive_only) {
-        for (const DriveOptions& drive : DrivesOf(scenario, seed, options.seconds)) {
-          if (absl::Status status = cache.Fill(drive); !status.ok()) return status;
-        }
-        std::cerr << scenario.name << " " << seed << std::endl;
-        continue;
+      for (const DriveOptions& drive : DrivesOf(scenario, seed, options.seconds)) {
+        if (absl::Status status = cache.Fill(drive); !status.ok()) return status;
       }
-      auto robots = MakeRobots(scenario, seed, options, cache);
-      if (!robots.ok()) return robots.status();
-      auto trial = RunTrial(*std::move(robots), pipeline);
-      if (!trial.ok()) return trial.status();
-      trial->scenario = scenario.name;
-      trial->seed = seed;
-      std::cerr << TrialLines(*trial) << std::endl;
-      trials.push_back(*std::move(trial));
+      std::cerr << scenario.name << " " << seed << std::endl;
     }
   }
-  if (options.drive_only) return absl::OkStatus();
+  return absl::OkStatus();
+}
+
+// Scans 0 to 59 of the recorded drive and 40 to 99, the latter also backwards.
+absl::Status RunRecorded(const server::PipelineOptions& pipeline, const Options& options,
+                         Results* results) {
+  const auto whole = RecordedDrive(options.kitti, options.poses);
+  if (!whole.ok()) return whole.status();
+  DriveCache once("", pipeline);  // Quickly made, and files may change.
+  for (const bool backwards : {false, true}) {
+    const auto a = once.Get("first", [&]() -> absl::StatusOr<GroundedDrive> {
+      return GroundedDrive{PartOf(*whole, 0, 59), "kitti", 1};
+    });
+    if (!a.ok()) return a.status();
+    const auto b =
+        once.Get(backwards ? "backwards" : "second", [&]() -> absl::StatusOr<GroundedDrive> {
+          const Drive second = PartOf(*whole, 40, 99);
+          if (!backwards) return GroundedDrive{second, "kitti", 1};
+          auto turned = Backwards(second);
+          if (!turned.ok()) return turned.status();
+          return GroundedDrive{*std::move(turned), "kitti", 1};
+        });
+    if (!b.ok()) return b.status();
+    const auto robots_of = [&](uint64_t seed) -> absl::StatusOr<std::vector<DrivenRobot>> {
+      std::vector<DrivenRobot> robots = {*a, *b};
+      SetFrames({}, seed, options, &robots);
+      return robots;
+    };
+    const std::string name = backwards ? "kitti_backwards" : "kitti";
+    absl::Status status = RunScenario(name, robots_of, pipeline, options, results);
+    if (!status.ok()) return status;
+  }
+  return absl::OkStatus();
+}
+
+absl::Status Report(const Results& results, const Options& options) {
+  if (options.update) {
+    std::cout << UpdateTable(results.updates);
+    return absl::OkStatus();
+  }
+  const std::vector<Trial>& trials = results.trials;
   std::cout << MergingTable(trials) << "\n" << OverlapTable(trials) << "\n" << TeamTable(trials);
+  if (options.calibration) std::cout << "\n" << CalibrationTable(trials);
   if (options.output.empty()) return absl::OkStatus();
   nlohmann::ordered_json json = {{"search", options.search},
                                  {"odometry", options.odometry},
                                  {"trials", nlohmann::ordered_json::array()}};
   for (const Trial& trial : trials) json["trials"].push_back(ToJson(trial));
   return codec::WriteFile(options.output, json.dump(2) + "\n");
+}
+
+absl::Status RunAll(const Options& options) {
+  server::PipelineOptions pipeline;
+  if (absl::Status status = ReadOptions(options, &pipeline); !status.ok()) return status;
+  Results results;
+  if (!options.kitti.empty()) {
+    absl::Status status = RunRecorded(pipeline, options, &results);
+    if (!status.ok()) return status;
+  }
+  // A recorded drive is measured by itself unless simulated ones are named.
+  if (options.kitti.empty() || !options.scenarios.empty()) {
+    const auto scenarios = FindMergingScenarios(options.scenarios);
+    if (!scenarios.ok()) return scenarios.status();
+    DriveCache cache(options.cache, pipeline);
+    if (options.drive_only) return FillCache(*scenarios, options, cache);
+    for (const MergingScenario& scenario : *scenarios) {
+      const auto robots_of = [&](uint64_t seed) {
+        return MakeRobots(scenario, seed, options, cache);
+      };
+      absl::Status status = RunScenario(scenario.name, robots_of, pipeline, options, &results);
+      if (!status.ok()) return status;
+    }
+  }
+  return Report(results, options);
 }
 
 int Main(int argc, char** argv) {
@@ -121,6 +221,10 @@ int Main(int argc, char** argv) {
                "Move all odom frames but the first at random (default)");
   app.add_option("--drift", options.drift_percent,
                  "Percent of the way, and a tenth as many degrees per metre, for every scenario");
+  app.add_flag("--update", options.update, "What one submap more costs, instead of the rest");
+  app.add_flag("--calibration", options.calibration, "Confidences against shares that are right");
+  auto* kitti = app.add_option("--kitti", options.kitti, "Folder of a recorded drive of 100 scans");
+  kitti->needs(app.add_option("--poses", options.poses, "Its true poses, rows of KITTI's kind"));
   app.add_option("-o,--output", options.output, "FILE.json");
   app.add_flag("--list", list, "Names of the scenarios, and nothing else");
   CLI11_PARSE(app, argc, argv);

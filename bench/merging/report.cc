@@ -143,7 +143,7 @@ nlohmann::ordered_json ToJson(const PairResult& pair) {
                                  {"has_hypothesis", pair.HasHypothesis()},
                                  {"overlap_of_truth", pair.overlap},
                                  {"map", ToJson(pair.map)},
-                                 {"least", ToJson(pair.least)},
+                                 {"drift", ToJson(pair.drift)},
                                  {"start", ToJson(pair.start)},
                                  {"state", ToString(match.state)},
                                  {"reason", match.reason},
@@ -166,6 +166,7 @@ nlohmann::ordered_json ToJson(const PairResult& pair) {
                                  {"submaps_a", match.submaps_a},
                                  {"submaps_b", match.submaps_b},
                                  {"edges", match.edges.size()},
+                                 {"edges_error", ToJson(pair.edges)},
                                  {"stages_ms", nlohmann::ordered_json::object()}};
   for (const StageTime& stage : match.stages) {
     const double before = json["stages_ms"].value(stage.stage, 0.0);

@@ -18,8 +18,9 @@ struct MergingScenario {
   std::string name;
   std::vector<DriveOptions> robots;  // Seeds are added to the trial's.
   DriftOptions drift = {};
-  // Robots stop when they have seen so much of the same; absent: when the time is over.
-  std::optional<OverlapRange> stop_at = {};
+  // Only so much of the drives is taken that robots have seen so much of the same (as much as can
+  // be; a trial is left out where there is no such part); absent: all.
+  std::optional<OverlapRange> overlap = {};
 };
 
 const std::vector<MergingScenario>& MergingScenarios();

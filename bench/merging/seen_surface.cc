@@ -2,13 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <memory>
 #include <utility>
 
 namespace isthmus::bench {
 namespace {
 
-constexpr uint64_t kStride = 10;  // Scans, when looking for the last.
+constexpr uint64_t kStride = 10;  // Scans, when looking for stretches.
 
 uint64_t CellOf(const Eigen::Vector3d& point, double cell_m) {
   uint64_t key = 0;
@@ -19,20 +20,13 @@ uint64_t CellOf(const Eigen::Vector3d& point, double cell_m) {
   return key;
 }
 
-const ScanPose* FindPose(const DrivenRobot& robot, uint64_t sequence) {
-  const auto it = std::lower_bound(
-      robot.poses.begin(), robot.poses.end(), sequence,
-      [](const ScanPose& pose, uint64_t wanted) { return pose.sequence < wanted; });
-  return it == robot.poses.end() || it->sequence != sequence ? nullptr : &*it;
-}
-
 }  // namespace
 
 SeenSurface::SeenSurface(const DrivenRobot& robot) {
   for (const auto& submap : robot.submaps) {
     std::vector<Pose> T_world_submap;  // By keyframe.
     for (const Keyframe& keyframe : submap->keyframes) {
-      const ScanPose* pose = FindPose(robot, keyframe.sequence);
+      const ScanPose* pose = robot.FindPose(keyframe.sequence);
       T_world_submap.push_back(
           pose == nullptr ? Pose() : pose->T_world_sensor * keyframe.T_submap_sensor.Inverse());
     }
@@ -40,51 +34,83 @@ SeenSurface::SeenSurface(const DrivenRobot& robot) {
       const Eigen::Vector3d at =
           T_world_submap[point.keyframe] * point.Position().cast<double>().eval();
       const uint64_t sequence = submap->keyframes[point.keyframe].sequence;
-      const auto [it, is_new] = first_seen_.try_emplace(CellOf(at, robot.overlap_cell_m), sequence);
-      if (!is_new) it->second = std::min(it->second, sequence);
+      Stretch& seen =
+          cells_.try_emplace(CellOf(at, robot.overlap_cell_m), Stretch{sequence, sequence})
+              .first->second;
+      seen = {std::min(seen.first, sequence), std::max(seen.last, sequence)};
     }
   }
 }
 
-double SeenSurface::Overlap(const SeenSurface& a, const SeenSurface& b, uint64_t sequence) {
-  size_t cells_a = 0, cells_b = 0, common = 0;
-  for (const auto& [cell, first] : b.first_seen_) cells_b += first <= sequence ? 1 : 0;
-  for (const auto& [cell, first] : a.first_seen_) {
-    if (first > sequence) continue;
-    ++cells_a;
-    const auto it = b.first_seen_.find(cell);
-    if (it != b.first_seen_.end() && it->second <= sequence) ++common;
-  }
-  const size_t least = std::min(cells_a, cells_b);
-  return least == 0 ? 0 : static_cast<double>(common) / static_cast<double>(least);
+size_t SeenSurface::Count(const Stretch& stretch) const {
+  return static_cast<size_t>(std::count_if(cells_.begin(), cells_.end(), [&](const auto& cell) {
+    return Contains(stretch, cell.second);
+  }));
 }
 
-std::optional<uint64_t> FindStop(const DrivenRobot& a, const DrivenRobot& b,
-                                 const OverlapRange& range) {
+double SeenSurface::Overlap(const SeenSurface& a, const SeenSurface& b, const Stretch& of_a,
+                            const Stretch& of_b) {
+  const size_t least = std::min(a.Count(of_a), b.Count(of_b));
+  if (least == 0) return 0;
+  const auto common = std::count_if(a.cells_.begin(), a.cells_.end(), [&](const auto& cell) {
+    if (!Contains(of_a, cell.second)) return false;
+    const auto it = b.cells_.find(cell.first);
+    return it != b.cells_.end() && Contains(of_b, it->second);
+  });
+  return static_cast<double>(common) / static_cast<double>(least);
+}
+
+std::optional<std::pair<Stretch, Stretch>> FindStretches(const DrivenRobot& a, const DrivenRobot& b,
+                                                         const OverlapRange& range, bool ends_too) {
   const SeenSurface seen_a(a), seen_b(b);
   const uint64_t last = std::max(a.poses.back().sequence, b.poses.back().sequence);
-  for (uint64_t stop = last; stop > kStride; stop -= kStride) {
-    const double overlap = SeenSurface::Overlap(seen_a, seen_b, stop);
-    if (overlap >= range.least && overlap <= range.most) return stop;
+  for (uint64_t length = last; length > kStride; length -= kStride) {
+    const Stretch beginning{0, length}, end{last + 1 - length, UINT64_MAX};
+    for (const Stretch& of_a : {beginning, end}) {
+      for (const Stretch& of_b : {beginning, end}) {
+        if (!ends_too && (of_a.first > 0 || of_b.first > 0)) continue;
+        const double overlap = SeenSurface::Overlap(seen_a, seen_b, of_a, of_b);
+        if (overlap >= range.least && overlap <= range.most) return std::pair(of_a, of_b);
+      }
+    }
   }
   return std::nullopt;
 }
 
-void StopAfter(uint64_t sequence, DrivenRobot* robot) {
-  std::erase_if(robot->submaps, [&](const auto& submap) {
-    return submap->id.index > 0 && submap->keyframes.front().sequence > sequence;
-  });
-  std::erase_if(robot->poses, [&](const ScanPose& pose) {
-    return pose.sequence > std::max(sequence, robot->submaps[0]->keyframes[0].sequence);
-  });
-  auto last = std::make_shared<Submap>(*robot->submaps.back());
+namespace {
+
+// The submap's first keyframes, as many as were made until that scan, one at least.
+std::shared_ptr<const Submap> Beginning(const Submap& submap, uint64_t sequence) {
+  auto cut = std::make_shared<Submap>(submap);
   size_t kept = 1;
-  while (kept < last->keyframes.size() && last->keyframes[kept].sequence <= sequence) ++kept;
-  last->keyframes.resize(kept);
-  std::erase_if(last->points, [&](const SubmapPoint& p) { return p.keyframe >= kept; });
-  last->last_sequence = std::min(last->last_sequence, std::max(sequence, last->first_sequence));
-  last->last_stamp_ns = last->keyframes.back().stamp_ns;
-  robot->submaps.back() = std::move(last);
+  while (kept < cut->keyframes.size() && cut->keyframes[kept].sequence <= sequence) ++kept;
+  cut->keyframes.resize(kept);
+  std::erase_if(cut->points, [&](const SubmapPoint& p) { return p.keyframe >= kept; });
+  cut->last_sequence = std::min(cut->last_sequence, std::max(sequence, cut->first_sequence));
+  cut->last_stamp_ns = cut->keyframes.back().stamp_ns;
+  return cut;
+}
+
+}  // namespace
+
+void Keep(const Stretch& stretch, DrivenRobot* robot) {
+  auto& submaps = robot->submaps;
+  size_t begin = 0, end = submaps.size();
+  while (begin + 1 < end && submaps[begin]->first_sequence < stretch.first) ++begin;
+  while (begin + 1 < end && submaps[end - 1]->keyframes.front().sequence > stretch.last) --end;
+  const auto at = [&](size_t i) { return submaps.begin() + static_cast<std::ptrdiff_t>(i); };
+  submaps = std::vector(at(begin), at(end));
+  submaps.back() = Beginning(*submaps.back(), stretch.last);
+  for (size_t i = 0; i < submaps.size(); ++i) {
+    auto renumbered = std::make_shared<Submap>(*submaps[i]);
+    renumbered->id.index = static_cast<uint32_t>(i);
+    submaps[i] = std::move(renumbered);
+  }
+  const uint64_t first = submaps.front()->first_sequence, last = submaps.back()->last_sequence;
+  std::erase_if(robot->poses, [&](const ScanPose& pose) {
+    return pose.sequence < first || pose.sequence > last;
+  });
+  for (ScanPose& pose : robot->poses) pose.submap -= static_cast<uint32_t>(begin);
 }
 
 }  // namespace isthmus::bench

@@ -1,28 +1,40 @@
-// How much of the world two robots have in common, as a function of how long they drove.
+// How much of the world two robots have in common, as a function of what they drove.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "bench/merging/driven_robot.h"
 
 namespace isthmus::bench {
 
-// Cells of the world's surface, with the scan that first saw each: from the submaps' points, where
-// their keyframes were in truth. Immutable.
+// Scans of a drive, both ends included.
+struct Stretch {
+  uint64_t first = 0, last = UINT64_MAX;
+};
+
+// Cells of the world's surface, with the scans that saw each first and last: from the submaps'
+// points, where their keyframes were in truth. Immutable.
 class SeenSurface {
  public:
   explicit SeenSurface(const DrivenRobot& robot);
 
-  // Share of the cells of the one that saw fewer which the other saw too, [0, 1]: if both robots
-  // had stopped after their scan `sequence`.
-  static double Overlap(const SeenSurface& a, const SeenSurface& b, uint64_t sequence = UINT64_MAX);
+  // Share of the cells of the one that saw fewer which the other saw too, [0, 1]; if all had been
+  // seen in these stretches. Stretches begin with a drive's first scan or end with its last.
+  static double Overlap(const SeenSurface& a, const SeenSurface& b, const Stretch& of_a = {},
+                        const Stretch& of_b = {});
 
  private:
-  std::unordered_map<uint64_t, uint64_t> first_seen_;  // Sequence by cell.
+  static bool Contains(const Stretch& stretch, const Stretch& seen) {
+    return seen.first <= stretch.last && seen.last >= stretch.first;
+  }
+  size_t Count(const Stretch& stretch) const;
+
+  std::unordered_map<uint64_t, Stretch> cells_;  // When each was seen.
 };
 
 // In [0, 1].
@@ -30,13 +42,14 @@ struct OverlapRange {
   double least = 0, most = 1;
 };
 
-// The last scan after which both robots can stop such that their overlap is in the range; nothing
-// if there is none. Looks at every tenth scan.
-std::optional<uint64_t> FindStop(const DrivenRobot& a, const DrivenRobot& b,
-                                 const OverlapRange& range);
+// The longest stretches, of as many scans for either robot, in which their overlap is in the range;
+// nothing if there are none. Both are beginnings of the drives, or else `ends_too`, beginnings or
+// ends. Looks at every tenth length.
+std::optional<std::pair<Stretch, Stretch>> FindStretches(const DrivenRobot& a, const DrivenRobot& b,
+                                                         const OverlapRange& range, bool ends_too);
 
-// As if the robot had stopped after that scan: what it saw later is gone. At least its first
-// keyframe stays.
-void StopAfter(uint64_t sequence, DrivenRobot* robot);
+// As if the robot had driven that stretch only: submaps that begin earlier and what was seen later
+// are gone. At least one keyframe stays.
+void Keep(const Stretch& stretch, DrivenRobot* robot);
 
 }  // namespace isthmus::bench

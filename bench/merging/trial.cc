@@ -31,7 +31,8 @@ PairResult Judge(const DrivenRobot& a, const DrivenRobot& b, const Match& match)
   if (truth.HasTransform()) {
     result.map = truth.ErrorOf(match.T_a_b);
     result.start = truth.StartErrorOf(match.T_a_b);
-    result.least = truth.least();
+    result.drift = truth.drift();
+    result.edges = ErrorOfEdges(a, b, match.edges);
   }
   if (match.state == MatchState::kAccepted) {
     result.outcome = truth.IsWithin(match.T_a_b, kRightM, kRightDeg) ? TrialOutcome::kRight
@@ -124,6 +125,10 @@ absl::StatusOr<Trial> RunTrial(std::vector<DrivenRobot> robots,
   trial.cpu_ms = ProcessCpuMs() - begin_ms;
   trial.estimation_ms = (*pipeline)->GetMapInfo().estimation_ms;
   const server::MatchGraphView graph = (*pipeline)->GetMatchGraph();
+  fprintf(stderr, "DEBUG %zu matches %zu nodes est %d\n", graph.matches.size(), graph.nodes.size(),
+          (int)(*pipeline)->GetMapInfo().estimations);
+  for (auto& m : graph.matches)
+    fprintf(stderr, "DEBUG %s %s %s\n", m.a.value().c_str(), m.b.value().c_str(), m.reason.c_str());
   trial.pairs = JudgePairs(robots, graph.matches);
   JudgeTeam(robots, graph.placements, &trial);
   return trial;

@@ -17,7 +17,7 @@
 namespace isthmus::bench {
 
 enum class TrialOutcome {
-  kRight,      // Merged, and the maps lie within 0.3 m and 1 degree.
+  kRight,      // Merged, and the maps lie within 0.3 m and 1 degree, drift apart.
   kNotMerged,  // Not yet, ambiguous or rejected: Match::state and reason say which.
   kWrong,      // Merged otherwise.
 };
@@ -30,8 +30,10 @@ struct PairResult {
   TrialOutcome outcome = TrialOutcome::kNotMerged;
   // Of the match, whatever its state; mean nothing where robots were in different worlds.
   MapError map, start;
-  MapError least;  // What drift leaves to the best of transforms; see PairTruth::least.
-  bool hypothesis_right = false;  // The maps lie within 0.5 m and 2 degrees, whatever the state.
+  MapError drift;  // Within the part both have seen; see PairTruth::drift.
+  MapError edges;  // Of the match's edges between submaps.
+  bool hypothesis_right =
+      false;  // The maps lie within 0.5 m and 2 degrees, drift apart, whatever the state.
 
   bool HasHypothesis() const { return match.candidates > 0; }
 };

@@ -1,0 +1,33 @@
+// Whether confidences are the probabilities they claim to be.
+#pragma once
+
+#include <array>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "bench/merging/trial.h"
+
+namespace isthmus::bench {
+
+struct CalibrationBin {
+  int count = 0, right = 0;
+  double confidence = 0;  // Mean; 0 of nothing.
+};
+
+struct CalibrationFigures {
+  std::array<CalibrationBin, 10> bins;  // [0, 0.1), ..., [0.9, 1].
+  double brier = 0;                     // Mean squared difference of confidence and truth.
+  // Expected calibration error (Naeini et al., "Obtaining Well Calibrated Probabilities Using
+  // Bayesian Binning", AAAI 2015): mean over hypotheses of |share right - mean confidence| of
+  // their bins.
+  double ece = 0;
+};
+
+// Of confidences in [0, 1], each with whether the hypothesis was right.
+CalibrationFigures Calibrate(const std::vector<std::pair<double, bool>>& hypotheses);
+
+// Markdown: of the best hypothesis of every pair that has one, whatever became of it.
+std::string CalibrationTable(const std::vector<Trial>& trials);
+
+}  // namespace isthmus::bench
