@@ -125,13 +125,13 @@ absl::StatusOr<Trial> RunTrial(std::vector<DrivenRobot> robots,
   trial.cpu_ms = ProcessCpuMs() - begin_ms;
   trial.estimation_ms = (*pipeline)->GetMapInfo().estimation_ms;
   const server::MatchGraphView graph = (*pipeline)->GetMatchGraph();
-  fprintf(stderr, "DEBUG %zu matches %zu nodes est %d\n", graph.matches.size(), graph.nodes.size(),
+  if (graph.matches.size() != robots.size() * (robots.size() - 1) / 2) {
+    return absl::InternalError("the server is idle, but not every pair has been looked at");
+  }
           (int)(*pipeline)->GetMapInfo().estimations);
-  for (auto& m : graph.matches)
-    fprintf(stderr, "DEBUG %s %s %s\n", m.a.value().c_str(), m.b.value().c_str(), m.reason.c_str());
-  trial.pairs = JudgePairs(robots, graph.matches);
-  JudgeTeam(robots, graph.placements, &trial);
-  return trial;
+          for (auto& m : graph.matches) trial.pairs = JudgePairs(robots, graph.matches);
+          JudgeTeam(robots, graph.placements, &trial);
+          return trial;
 }
 
 }  // namespace isthmus::bench
