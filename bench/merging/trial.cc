@@ -128,10 +128,9 @@ absl::StatusOr<Trial> RunTrial(std::vector<DrivenRobot> robots,
   if (graph.matches.size() != robots.size() * (robots.size() - 1) / 2) {
     return absl::InternalError("the server is idle, but not every pair has been looked at");
   }
-          (int)(*pipeline)->GetMapInfo().estimations);
-          for (auto& m : graph.matches) trial.pairs = JudgePairs(robots, graph.matches);
-          JudgeTeam(robots, graph.placements, &trial);
-          return trial;
+  trial.pairs = JudgePairs(robots, graph.matches);
+  JudgeTeam(robots, graph.placements, &trial);
+  return trial;
 }
 
 }  // namespace isthmus::bench
