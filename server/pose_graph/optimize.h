@@ -3,7 +3,10 @@
 // Minimises the sum of the squared errors of problem.h over SE(3) with Ceres (sparse normal
 // equations, Levenberg-Marquardt close to Gauss-Newton). Edges marked as doubtful are judged by
 // graduated non-convexity with the truncated least-squares cost: Yang, Antonante, Tzoumas, Carlone,
-// "Graduated Non-Convexity for Robust Spatial Perception", RA-L 2020, eqs. 12-14 and remark 5.
+// "Graduated Non-Convexity for Robust Spatial Perception", RA-L 2020, eqs. 12-14 and remark 5. It
+// begins without those that contradict sure edges by more than their drift explains (drift_gate.h);
+// they are looked at again with the rest. So poses given at the start should be such as sure edges
+// give (a robot's odometry), or a former result.
 //
 // Deterministic for one thread. Thread safe (no shared state).
 #pragma once
