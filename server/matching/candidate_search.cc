@@ -61,7 +61,8 @@ void CandidateSearch::ByPlaces(std::vector<Hypothesis>* found, std::vector<Stage
 
 void CandidateSearch::ByFeatures(std::vector<Hypothesis>* found, std::vector<StageTime>* stages) {
   FeatureChainOptions chain;
-  chain.ransac.max_tilt_rad = kMaxOdomTiltRad;
+  const bool known = a_.gravity_known() && b_.gravity_known();
+  chain.ransac.max_tilt_rad = known ? kMaxOdomTiltRad : M_PI;
   Take(SearchByFeatures(a_.session_map(), b_.session_map(), chain, stages), found, stages);
 }
 

@@ -1,10 +1,12 @@
 #include "server/matching/prepared_map.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "core/stopwatch.h"
 #include "server/matching/gravity.h"
+#include "server/matching/up_candidates.h"
 
 namespace isthmus::matching {
 namespace {
@@ -12,13 +14,42 @@ namespace {
 constexpr double kIndoorVoxelM = 0.25, kOutdoorVoxelM = 0.5;
 // Plenty to tell the vertical from.
 constexpr size_t kLevelPoints = 20000;
+// Of all surfaces, the floors and the walls at least.
+constexpr double kMinSurfaceShare = 0.03;
 // A map that has grown by this factor has its level estimated anew.
 constexpr double kGrowth = 1.25;
 
-Pose Level(const PreparedSubmaps& submaps) {
+// One plane alone may be a floor or a wall: it takes both to tell which way is up.
+bool HasFloorsAndWalls(const std::vector<SurfacePoint>& surface, const Eigen::Quaterniond& R) {
+  const Eigen::Vector3f up = (R.inverse() * Eigen::Vector3d::UnitZ()).cast<float>();
+  size_t level = 0, upright = 0;
+  for (const SurfacePoint& point : surface) {
+    const float along = std::abs(point.normal.dot(up));
+    level += along > 0.9f;
+    upright += along < 0.3f;
+  }
+  return static_cast<double>(std::min(level, upright)) >
+         kMinSurfaceShare * static_cast<double>(surface.size());
+}
+
+// By floors, walls and ceilings near odom's z; by whatever is likeliest to be up where the sensor
+// was mounted at a slant or carried.
+Pose Level(const SessionMap& map, const PreparedSubmaps& submaps, bool* is_known) {
   double voxel_m = kOutdoorVoxelM;
-  return Pose(EstimateLevel(JoinSurfaces(submaps, kLevelPoints, &voxel_m)),
-              Eigen::Vector3d::Zero());
+  const std::vector<SurfacePoint> surface = JoinSurfaces(submaps, kLevelPoints, &voxel_m);
+  const std::vector<UpCandidate> ups = FindUpCandidates(surface, 2, SensorPositions(map));
+  const Eigen::Quaterniond& likeliest = ups.front().R_level_odom;
+  *is_known = IsGravityKnown(ups) || !HasFloorsAndWalls(surface, likeliest);
+  return Pose(*is_known ? EstimateLevel(surface) : likeliest, Eigen::Vector3d::Zero());
+}
+
+// Outdoors cars and hedges fill what is near the ground.
+PlaceDescriptorOptions PlaceOptions(const PreparedSubmap& submap) {
+  PlaceDescriptorOptions options;
+  if (submap.voxel_m() < kOutdoorVoxelM) return options;
+  options.low_m = 0.2f;
+  options.high_m = 7.0f;
+  return options;
 }
 
 bool IsBeginning(const SessionMap& before, const SessionMap& map) {
@@ -35,7 +66,7 @@ std::shared_ptr<const PreparedSubmap> PrepareSubmap(const std::shared_ptr<const 
 PreparedMap::PreparedMap(const SessionMap& map, const SubmapSource& source) : map_(map) {
   const Stopwatch watch;
   TakeSubmaps(nullptr, source);
-  T_level_odom_ = Level(submaps_);
+  T_level_odom_ = Level(map_, submaps_, &gravity_known_);
   free_space_ = FreeSpaceMap(submaps_, T_level_odom_, FreeSpaceOptions());
   DescribeNewPlaces();
   levelled_ = submaps_.size();
@@ -50,7 +81,8 @@ PreparedMap::PreparedMap(const SessionMap& map, const PreparedMap& before,
   TakeSubmaps(known ? &before : nullptr, source);
   const bool little_new = known && static_cast<double>(submaps_.size()) <
                                        kGrowth * static_cast<double>(before.levelled_);
-  T_level_odom_ = little_new ? before.T_level_odom_ : Level(submaps_);
+  gravity_known_ = before.gravity_known_;
+  T_level_odom_ = little_new ? before.T_level_odom_ : Level(map_, submaps_, &gravity_known_);
   free_space_ = FreeSpaceMap(little_new ? before.free_space_ : FreeSpaceMap(), submaps_,
                              T_level_odom_, FreeSpaceOptions());
   if (little_new) {
@@ -62,21 +94,11 @@ PreparedMap::PreparedMap(const SessionMap& map, const PreparedMap& before,
   prepare_ms_ = watch.Ms();
 }
 
-PreparedMap::PreparedMap(const PreparedMap& map, const Pose& T_level_odom)
-    : map_(map.map_),
-      submaps_(map.submaps_),
-      T_level_odom_(T_level_odom),
-      levelled_(map.submaps_.size()) {
-  const Stopwatch watch;
-  free_space_ = FreeSpaceMap(submaps_, T_level_odom_, FreeSpaceOptions());
-  DescribeNewPlaces();
-  prepare_ms_ = watch.Ms();
-}
-
 void PreparedMap::DescribeNewPlaces() {
   for (size_t i = first_places_.size(); i < submaps_.size(); ++i) {
     first_places_.push_back(places_.size());
-    for (Place& place : DescribePlaces(submaps_[i]->submap(), T_level_odom_.rotation())) {
+    for (Place& place : DescribePlaces(submaps_[i]->submap(), T_level_odom_.rotation(),
+                                       PlaceOptions(*submaps_[i]))) {
       places_.push_back(std::move(place));
     }
   }

@@ -35,10 +35,6 @@ class PreparedMap {
   PreparedMap(const SessionMap& map, const PreparedMap& before,
               const SubmapSource& source = PrepareSubmap);
 
-  // The same submaps taken to be level after `T_level_odom`, a rotation; of a map whose vertical is
-  // not told by odom's z.
-  PreparedMap(const PreparedMap& map, const Pose& T_level_odom);
-
   const SessionMap& session_map() const { return map_; }
   const PreparedSubmaps& submaps() const { return submaps_; }
   const FreeSpaceMap& free_space() const { return free_space_; }
@@ -49,6 +45,8 @@ class PreparedMap {
   }
   // Pure rotation: the level frame has odom's origin, z up.
   const Pose& T_level_odom() const { return T_level_odom_; }
+  // Up is near odom's z; else it is what is likeliest of all directions (up_candidates.h).
+  bool gravity_known() const { return gravity_known_; }
   // What it took to make so far, wall time.
   double prepare_ms() const;
 
@@ -69,6 +67,7 @@ class PreparedMap {
   SessionMap map_;
   PreparedSubmaps submaps_;
   Pose T_level_odom_;
+  bool gravity_known_ = true;
   FreeSpaceMap free_space_;
   std::vector<Place> places_;
   std::vector<size_t> first_places_;  // By submap.

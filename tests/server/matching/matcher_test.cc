@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <memory>
 
 #include "server/matching/prepared_map.h"
 #include "tests/server/matching/scene.h"
@@ -87,6 +88,25 @@ TEST_F(MatcherTest, LimitsDecide) {
   EXPECT_EQ(reason(), "TOO_SMALL");
   options = {.search = "birds_eye", .min_hold = 0.5};
   EXPECT_EQ(reason(), "DEGENERATE");
+}
+
+// The same map from a robot whose sensor hangs at a slant or upside down.
+TEST_F(MatcherTest, FindsWhichWayIsUp) {
+  for (const Eigen::Vector3d& roll_pitch : {Eigen::Vector3d(M_PI, 0.1, 0), {0.4, 0.9, 0}}) {
+    const Pose T_turned_odom = Pose::FromXyzRpy(5, -3, 8, roll_pitch.x(), roll_pitch.y(), 1);
+    SessionMap turned;
+    turned.session = SessionId("turned-0001");
+    for (const auto& submap : map_b_.submaps) {
+      auto moved = std::make_shared<Submap>(*submap);
+      moved->T_odom_submap = T_turned_odom * submap->T_odom_submap;
+      turned.submaps.push_back(std::move(moved));
+    }
+    EXPECT_FALSE(PreparedMap(turned).gravity_known());
+    const Match match = MatchSessions(map_a_, turned, MatcherOptions());
+    EXPECT_EQ(match.state, MatchState::kAccepted) << match.reason << ": " << match.detail;
+    const Pose truth = T_world_a().Inverse() * T_world_b() * T_turned_odom.Inverse();
+    EXPECT_LT((truth.Inverse() * match.T_a_b).translation().norm(), 0.1);
+  }
 }
 
 // A robot in one of two equal rooms, the other robot in the other: everything agrees.
