@@ -88,7 +88,7 @@ void WriteMap(const simulation::Simulator& simulator, int robot, const std::stri
     const double end_s =
         1e-9 * static_cast<double>(truth.stamp_ns - simulator.options().start_stamp_ns);
     const Scan scan = simulator.MakeScan(robot, i);
-    for (size_t k = 0; k < scan.points.size(); k += 4) {
+    for (size_t k = 0; k < scan.points.size(); k += 10) {
       const ScanPoint& p = scan.points[k];
       const Pose T_odom_sensor = T_odom_world * simulator.PoseAt(robot, end_s + p.time);
       const Eigen::Vector3f q = (T_odom_sensor * Eigen::Vector3d(p.x, p.y, p.z)).cast<float>();
@@ -106,68 +106,72 @@ Pose PoseOf(const json& pose) {
   return Pose(Eigen::Quaterniond(q[3], q[0], q[1], q[2]), Eigen::Vector3d(t[0], t[1], t[2]));
 }
 
-// Without knowing where the sensors stood.
-TEST(Offline, BareMapsAreMergedOnlyWhenAskedForAndMarked) {
-  const std::string folder = ScratchFolder();
-  const auto simulator = simulation::Simulator::Create(simulation::Options());
-  ASSERT_TRUE(simulator.ok()) << simulator.status();
-  for (int robot = 0; robot < 2; ++robot) {
-    const std::string stem = folder + "/r" + std::to_string(robot);
-    WriteMap(**simulator, robot, stem);
-    std::filesystem::remove(stem + ".tum");
+// Two robots' maps of a museum, with their trajectories beside them.
+class MuseumMaps : public testing::Test {
+ protected:
+  void SetUp() override {
+    const auto simulator = simulation::Simulator::Create(simulation::Options());  // Two robots.
+    ASSERT_TRUE(simulator.ok()) << simulator.status();
+    WriteMap(**simulator, 0, folder_ + "/alice");
+    WriteMap(**simulator, 1, folder_ + "/bob");
+    T_alice_bob_ = (*simulator)->Truth(0, 0).pose.Inverse() * (*simulator)->Truth(1, 0).pose;
   }
-  const std::string command = "merge " + folder + "/r0.pcd " + folder + "/r1.pcd -o " + folder +
-                              "/merged.pcd --json " + folder + "/report.json";
-  const ProgramResult cautious = Isthmus(command);
-  EXPECT_EQ(cautious.code, 3) << cautious.out << cautious.err;
-  EXPECT_THAT(cautious.out, HasSubstr("r0.pcd: no sensor poses, so free space cannot be checked"));
-  EXPECT_FALSE(std::ifstream(folder + "/merged.pcd").good());
-  json report = json::parse(std::ifstream(folder + "/report.json"));
+
+  ProgramResult Merge(const std::string& options = "") const {
+    return Isthmus("merge " + folder_ + "/alice.pcd " + folder_ + "/bob.pcd -o " + folder_ +
+                   "/merged.pcd --json " + folder_ + "/report.json " + options);
+  }
+  json Report() const { return json::parse(std::ifstream(folder_ + "/report.json")); }
+  bool IsWritten() const { return std::filesystem::exists(folder_ + "/merged.pcd"); }
+  void ExpectRight(const json& pair, double metres, double radians) const {
+    const Pose error = T_alice_bob_.Inverse() * PoseOf(pair["T_a_b"]);
+    EXPECT_LT(error.translation().norm(), metres);
+    EXPECT_LT(RotationAngle(error), radians);
+  }
+
+  const std::string folder_ = ScratchFolder();
+  Pose T_alice_bob_;
+};
+
+void ExpectNotBelieved(const json& report) {
   EXPECT_EQ(report["merged"], false);
   EXPECT_EQ(report["lacking"].size(), 2u);
-  json pair = report["pairs"][0];
+  const json pair = report["pairs"][0];
   EXPECT_EQ(pair["reason"], "NO_POSES");
   EXPECT_EQ(pair["accepted"], false);
   EXPECT_TRUE(pair["free_space"].is_null()) << "there is none that could be relied on";
   EXPECT_THAT(pair["detail"].get<std::string>(), HasSubstr("best alignment found"));
-
-  const ProgramResult bold = Isthmus(command + " --unverified");
-  ASSERT_EQ(bold.code, 0) << bold.out << bold.err;
-  EXPECT_THAT(bold.out, HasSubstr("UNVERIFIED: look at it before you trust it"));
-  report = json::parse(std::ifstream(folder + "/report.json"));
-  EXPECT_EQ(report["merged"], true);
-  EXPECT_EQ(report["verified"], false);
-  pair = report["pairs"][0];
-  EXPECT_EQ(pair["reason"], "UNVERIFIED");
-  const Pose truth = (*simulator)->Truth(0, 0).pose.Inverse() * (*simulator)->Truth(1, 0).pose;
-  const Pose error = truth.Inverse() * PoseOf(pair["T_a_b"]);
-  EXPECT_LT(error.translation().norm(), 0.3);
-  EXPECT_LT(RotationAngle(error), 0.02);
-  EXPECT_TRUE(codec::ReadPcd(folder + "/merged.pcd").ok());
 }
 
-TEST(Offline, TwoMapsOfAMuseumAreMergedWhereTheyBelong) {
-  const std::string folder = ScratchFolder();
-  const auto simulator = simulation::Simulator::Create(simulation::Options());  // Two robots.
-  ASSERT_TRUE(simulator.ok()) << simulator.status();
-  WriteMap(**simulator, 0, folder + "/alice");
-  WriteMap(**simulator, 1, folder + "/bob");
-  const ProgramResult merge = Isthmus("merge " + folder + "/alice.pcd " + folder + "/bob.pcd -o " +
-                                      folder + "/merged.pcd --json " + folder + "/report.json");
+// One test: simulating the maps takes longer than merging them.
+TEST_F(MuseumMaps, AreMergedWhereTheyBelongAndWithoutSensorPosesOnlyWhenAskedFor) {
+  const ProgramResult merge = Merge();
   ASSERT_EQ(merge.code, 0) << merge.out << merge.err;
-  const json report = json::parse(std::ifstream(folder + "/report.json"));
-  EXPECT_EQ(report["verified"], true);
-  EXPECT_TRUE(report["lacking"].empty());
-  const json pair = report["pairs"][0];
-  EXPECT_EQ(pair["accepted"], true);
-  const Pose T_alice_bob = PoseOf(pair["T_a_b"]);
-  const Pose truth = (*simulator)->Truth(0, 0).pose.Inverse() * (*simulator)->Truth(1, 0).pose;
-  const Pose error = truth.Inverse() * T_alice_bob;
-  EXPECT_LT(error.translation().norm(), 0.15);
-  EXPECT_LT(RotationAngle(error), 0.01);
-  const auto merged = codec::ReadPcd(folder + "/merged.pcd");
+  EXPECT_EQ(Report()["verified"], true);
+  EXPECT_TRUE(Report()["lacking"].empty());
+  EXPECT_EQ(Report()["pairs"][0]["accepted"], true);
+  ExpectRight(Report()["pairs"][0], 0.15, 0.01);
+  const auto merged = codec::ReadPcd(folder_ + "/merged.pcd");
   ASSERT_TRUE(merged.ok()) << merged.status();
   EXPECT_GT(merged->payload.width, 10'000u);
+
+  std::filesystem::remove(folder_ + "/merged.pcd");
+  std::filesystem::remove(folder_ + "/alice.tum");
+  std::filesystem::remove(folder_ + "/bob.tum");
+  const ProgramResult cautious = Merge();
+  EXPECT_EQ(cautious.code, 3) << cautious.out << cautious.err;
+  EXPECT_THAT(cautious.out, HasSubstr("bob.pcd: no sensor poses, so free space cannot be checked"));
+  EXPECT_FALSE(IsWritten());
+  ExpectNotBelieved(Report());
+
+  const ProgramResult bold = Merge("--unverified");
+  ASSERT_EQ(bold.code, 0) << bold.out << bold.err;
+  EXPECT_THAT(bold.out, HasSubstr("UNVERIFIED: look at it before you trust it"));
+  EXPECT_TRUE(IsWritten());
+  EXPECT_EQ(Report()["merged"], true);
+  EXPECT_EQ(Report()["verified"], false);
+  EXPECT_EQ(Report()["pairs"][0]["reason"], "UNVERIFIED");
+  ExpectRight(Report()["pairs"][0], 0.3, 0.02);
 }
 
 }  // namespace
