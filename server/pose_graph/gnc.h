@@ -17,9 +17,9 @@ struct GncOutcome {
 
 // Solves with weights 1, but for edges that contradict sure ones by more than drift explains
 // (drift_gate.h). If that leaves doubtful edges or anchors above options.doubt_chi2, goes on from
-// there, or from the start where more agree with that, with weights for a growing mu. In the end all weights are 0
-// or 1, and consistent: what counts is within the limit, what does not is beyond it, unless
-// `converged` is false.
+// there, or from the start where more agree with that, with weights for a growing mu. In the end
+// all weights are 0 or 1, and consistent: what counts is within the limit, what does not is beyond
+// it, unless `converged` is false.
 absl::StatusOr<GncOutcome> SolveWithGnc(const Problem& problem, const Options& options,
                                         LeastSquares* least_squares);
 
