@@ -76,6 +76,9 @@ absl::StatusOr<std::vector<DrivenRobot>> MakeRobots(const MergingScenario& scena
     if (!stretches) return std::vector<DrivenRobot>();
     Keep(stretches->first, &robots[0]);
     Keep(stretches->second, &robots[1]);
+    // Submaps are kept whole at their beginning, which may be too much.
+    const double overlap = SeenSurface::Overlap(SeenSurface(robots[0]), SeenSurface(robots[1]));
+    if (overlap > scenario.overlap->most) return std::vector<DrivenRobot>();
   }
   SetFrames(scenario.drift, seed, options, &robots);
   return robots;
