@@ -97,6 +97,8 @@ std::string Row(const Group& group) {
   const auto overlap = group.Of(false, [](const PairResult& p) { return p.overlap; });
   const auto metres = group.Of(true, [](const PairResult& p) { return p.map.median_m; });
   const auto degrees = group.Of(true, [](const PairResult& p) { return p.map.median_deg; });
+  const auto edges_m = group.Of(true, [](const PairResult& p) { return p.edges.median_m; });
+  const auto edges_deg = group.Of(true, [](const PairResult& p) { return p.edges.median_deg; });
   const auto start_m = group.Of(true, [](const PairResult& p) { return p.start.median_m; });
   const auto start_deg = group.Of(true, [](const PairResult& p) { return p.start.median_deg; });
   const auto total = group.Of(false, [](const PairResult& p) { return StagesMs(p.match); });
@@ -107,11 +109,11 @@ std::string Row(const Group& group) {
                       Least(overlap), Worst(overlap), group.Count(TrialOutcome::kRight),
                       Reasons(group), group.Count(TrialOutcome::kWrong));
   if (metres.empty()) {
-    absl::StrAppend(&row, "| – | – ");
+    absl::StrAppend(&row, "| – | – | – ");
   } else {
-    absl::StrAppendFormat(&row, "| %.3f, %.2f (%.3f, %.2f) | %.3f, %.2f ", Median(metres),
-                          Median(degrees), Worst(metres), Worst(degrees), Median(start_m),
-                          Median(start_deg));
+    absl::StrAppendFormat(&row, "| %.3f, %.2f (%.3f, %.2f) | %.3f, %.2f | %.3f, %.2f ",
+                          Median(metres), Median(degrees), Worst(metres), Worst(degrees),
+                          Median(edges_m), Median(edges_deg), Median(start_m), Median(start_deg));
   }
   absl::StrAppendFormat(&row, "| %s | %.0f (%.0f) | %.0f |\n", Stages(group), Median(total),
                         Worst(total), Median(tried));
@@ -200,8 +202,8 @@ std::string TrialLines(const Trial& trial) {
 std::string MergingTable(const std::vector<Trial>& trials) {
   std::string table =
       "| scenario | pairs | overlap | right | not merged | WRONG | map on map m, deg (worst) | "
-      "start frames m, deg | ms per stage | ms (worst) | candidates |\n"
-      "|---|---|---|---|---|---|---|---|---|---|---|\n";
+      "edges m, deg | start frames m, deg | ms per stage | ms (worst) | candidates |\n"
+      "|---|---|---|---|---|---|---|---|---|---|---|---|\n";
   for (const Group& group : ByScenario(trials)) table += Row(group);
   return table;
 }
