@@ -76,7 +76,7 @@ std::vector<MergingScenario> MakeScenarios() {
       {"museum_apart", museum, {}, kNothing},
       {"campus_apart", campus, {}, kNothing},
       {"museum_drift", museum, {1, 0.1}},
-      {"campus_drift", campus, {1, 0.1}},
+      {"campus_drift", campus, {0.5, 0.02}},
       {"twins", twins},
       {"twins_large", Pair("twins_large", kMuseumS)},
       {"twins_joined", Pair("twins_joined", 80)},
