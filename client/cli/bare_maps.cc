@@ -31,6 +31,14 @@ class Groups {
   std::map<RobotId, RobotId> group_;
 };
 
+// Less of the smaller map on the other is no alignment worth writing.
+constexpr double kMinOverlap = 0.1;
+
+bool IsCredible(const Match& match) {
+  return !match.matcher.empty() && match.overlap >= kMinOverlap &&
+         match.reason != "NOT_CONVERGED" && match.reason != "DEGENERATE";
+}
+
 std::string TrajectoryBeside(const std::string& file) {
   return std::filesystem::path(file).replace_extension(".tum").string();
 }
@@ -77,8 +85,9 @@ void Report(const std::vector<std::string>& files, bool joined, client::MatchEdg
                               joined ? "was not" : "cannot be", " checked: give ",
                               absl::StrJoin(beside, ", "), ". ", Found(match));
   if (!match.matcher.empty()) {
-    absl::StrAppend(&match.detail, joined ? ", believed because of --unverified."
-                                          : "; --unverified would believe it.");
+    absl::StrAppend(&match.detail, joined              ? ", believed because of --unverified."
+                                   : IsCredible(match) ? "; --unverified would believe it."
+                                                       : ": too little to believe.");
   }
   match.state = joined ? MatchState::kAccepted : MatchState::kNotYet;
   match.reason = joined ? "UNVERIFIED" : "NO_POSES";
@@ -117,7 +126,7 @@ absl::StatusOr<std::vector<client::MatchEdge>> DecideBarePairs(
   std::stable_sort(bare.begin(), bare.end(), IsBetter);
   for (client::MatchEdge* edge : bare) {
     const bool join =
-        unverified && !edge->match.matcher.empty() && groups.Join(edge->robot_a, edge->robot_b);
+        unverified && IsCredible(edge->match) && groups.Join(edge->robot_a, edge->robot_b);
     const absl::Status said = Say(client, *edge, join ? Ruling::kAccept : Ruling::kReject);
     if (!said.ok()) return said;
     Report(BareFiles(*edge, inputs), join, edge);

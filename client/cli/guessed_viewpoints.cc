@@ -17,6 +17,9 @@ constexpr double kHeightM = 1;
 // What stands between these heights above the floor is in the way of a robot.
 constexpr float kStepM = 0.3f, kHeadM = 1.6f;
 constexpr size_t kMaxPlaces = 64;
+// Of stretches of floor apart from the largest.
+constexpr size_t kMaxSmaller = 10;
+constexpr float kMaxRiseM = 1.5f;
 
 struct Cell {
   float floor = std::numeric_limits<float>::infinity();
@@ -38,11 +41,31 @@ class FloorPlan {
     }
   }
 
-  // Of the largest stretch of floor that hangs together, where there is floor all around, in order
-  // of x and y. A robot drove somewhere on it; it leaves out table tops, the upper sides of
-  // ceilings and what was seen through windows.
+  // Where there is floor all around, in order of x and y: on the largest stretch that hangs
+  // together and others at about its height that are not much smaller. Leaves out table tops, the
+  // upper sides of ceilings and most of what was seen through windows.
   std::vector<Eigen::Vector3d> OpenPlaces() const {
-    std::vector<int64_t> largest;
+    const std::vector<std::vector<int64_t>> stretches = Stretches();
+    std::vector<int64_t> chosen;
+    for (const std::vector<int64_t>& stretch : stretches) {
+      if (kMaxSmaller * stretch.size() < stretches[0].size()) break;
+      const float rise = cells_.at(stretch[0]).floor - cells_.at(stretches[0][0]).floor;
+      if (std::abs(rise) < kMaxRiseM) chosen.insert(chosen.end(), stretch.begin(), stretch.end());
+    }
+    std::sort(chosen.begin(), chosen.end());
+    std::vector<Eigen::Vector3d> places;
+    for (const int64_t key : chosen) {
+      const auto [x, y] = CoordinatesOf(key);
+      places.emplace_back((static_cast<double>(x) + 0.5) * kCellM,
+                          (static_cast<double>(y) + 0.5) * kCellM, cells_.at(key).floor + kHeightM);
+    }
+    return places;
+  }
+
+ private:
+  // Open cells that hang together, the largest set first.
+  std::vector<std::vector<int64_t>> Stretches() const {
+    std::vector<std::vector<int64_t>> stretches;
     std::unordered_set<int64_t> seen;
     for (const int64_t key : SortedKeys()) {
       if (!IsOpen(key) || !seen.insert(key).second) continue;
@@ -52,19 +75,13 @@ class FloorPlan {
           if (IsOpen(next) && seen.insert(next).second) stretch.push_back(next);
         }
       }
-      if (stretch.size() > largest.size()) largest = std::move(stretch);
+      stretches.push_back(std::move(stretch));
     }
-    std::sort(largest.begin(), largest.end());
-    std::vector<Eigen::Vector3d> places;
-    for (const int64_t key : largest) {
-      const auto [x, y] = CoordinatesOf(key);
-      places.emplace_back((static_cast<double>(x) + 0.5) * kCellM,
-                          (static_cast<double>(y) + 0.5) * kCellM, cells_.at(key).floor + kHeightM);
-    }
-    return places;
+    std::stable_sort(stretches.begin(), stretches.end(),
+                     [](const auto& l, const auto& r) { return l.size() > r.size(); });
+    return stretches;
   }
 
- private:
   // Both halves offset so that keys are in order of (x, y).
   static int64_t Key(int64_t x, int64_t y) {
     return (x + (int64_t{1} << 30)) << 32 | (y + (int64_t{1} << 30));

@@ -29,6 +29,19 @@ TEST(GuessViewpoints, StandOnOpenFloor) {
   }
 }
 
+TEST(GuessViewpoints, StandOnEveryLargeStretchOfTheFloor) {
+  Cloud cloud;
+  AddPlate(0, 10, 0, 10, 0, &cloud);
+  AddPlate(12, 20, 0, 10, 0.2f, &cloud);  // Beyond a gap that no scan ring fell into.
+  AddPlate(30, 32, 0, 2, 0, &cloud);      // A corner that was seen through a window.
+  int beyond = 0;
+  for (const StampedPose& place : GuessViewpoints(cloud)) {
+    EXPECT_LT(place.pose.translation().x(), 25);
+    beyond += place.pose.translation().x() > 11;
+  }
+  EXPECT_GT(beyond, 3);
+}
+
 TEST(GuessViewpoints, ThereAreNoneWithoutFloor) {
   Cloud wall;
   for (int i = 0; i < 200; ++i) {
