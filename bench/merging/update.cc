@@ -2,6 +2,7 @@
 
 #include <absl/strings/str_format.h>
 
+#include <algorithm>
 #include <map>
 #include <utility>
 
@@ -11,6 +12,13 @@
 
 namespace isthmus::bench {
 namespace {
+
+bool IsAccepted(server::Pipeline& pipeline, const SessionId& session) {
+  const std::vector<Match> matches = pipeline.GetMatchGraph().matches;
+  return std::any_of(matches.begin(), matches.end(), [&](const Match& match) {
+    return match.b == session && match.state == MatchState::kAccepted;
+  });
+}
 
 absl::Status Add(const DrivenRobot& robot, size_t from, size_t to, server::Pipeline& pipeline) {
   for (size_t i = from; i < to; ++i) {
@@ -46,31 +54,40 @@ absl::StatusOr<UpdateTrial> RunUpdates(std::vector<DrivenRobot> robots,
   trial.all_ms = (*pipeline)->GetMapInfo().estimation_ms;
   for (size_t i = count - kUpdates; i < count; ++i) {
     const uint64_t before = (*pipeline)->GetMapInfo().estimations;
+    const bool accepted = IsAccepted(**pipeline, last.session.id);
     status = Add(last, i, i + 1, **pipeline);
     if (!status.ok()) return status;
     const server::MapInfo info = (*pipeline)->GetMapInfo();
     if (info.estimations != before + 1) {
       return absl::InternalError("one submap more did not make one estimation more");
     }
-    trial.ms.push_back(info.estimation_ms);
+    (accepted ? trial.accepted_ms : trial.open_ms).push_back(info.estimation_ms);
   }
   return trial;
 }
 
 std::string UpdateTable(const std::vector<UpdateTrial>& trials) {
-  std::map<std::string, std::pair<std::vector<double>, std::vector<double>>> by_scenario;
+  std::map<std::string, UpdateTrial> by_scenario;
+  std::map<std::string, std::vector<double>> all;
   for (const UpdateTrial& trial : trials) {
-    auto& [all, updates] = by_scenario[trial.scenario];
-    all.push_back(trial.all_ms);
-    updates.insert(updates.end(), trial.ms.begin(), trial.ms.end());
+    UpdateTrial& sum = by_scenario[trial.scenario];
+    all[trial.scenario].push_back(trial.all_ms);
+    const auto append = [](const std::vector<double>& from, std::vector<double>* to) {
+      to->insert(to->end(), from.begin(), from.end());
+    };
+    append(trial.accepted_ms, &sum.accepted_ms);
+    append(trial.open_ms, &sum.open_ms);
   }
   std::string table =
-      "| scenario | first estimation ms (worst) | updates | after one more submap ms (worst) |\n"
-      "|---|---|---|---|\n";
-  for (const auto& [scenario, ms] : by_scenario) {
-    const auto& [all, updates] = ms;
-    absl::StrAppendFormat(&table, "| %s | %.0f (%.0f) | %d | %.0f (%.0f) |\n", scenario,
-                          Median(all), Worst(all), updates.size(), Median(updates), Worst(updates));
+      "| scenario | first estimation ms (worst) | one more submap, match accepted: times, ms "
+      "(worst) "
+      "| not yet: times, ms (worst) |\n|---|---|---|---|\n";
+  for (const auto& [scenario, sum] : by_scenario) {
+    const auto& first = all[scenario];
+    absl::StrAppendFormat(&table, "| %s | %.0f (%.0f) | %d, %.0f (%.0f) | %d, %.0f (%.0f) |\n",
+                          scenario, Median(first), Worst(first), sum.accepted_ms.size(),
+                          Median(sum.accepted_ms), Worst(sum.accepted_ms), sum.open_ms.size(),
+                          Median(sum.open_ms), Worst(sum.open_ms));
   }
   return table;
 }

@@ -13,8 +13,10 @@ namespace isthmus::bench {
 
 struct UpdateTrial {
   std::string scenario;
-  double all_ms = 0;       // The first estimation, of all but the last submaps of the last robot.
-  std::vector<double> ms;  // One per submap added after that. Wall times of the estimation alone.
+  double all_ms = 0;  // The first estimation, of all but the last submaps of the last robot.
+  // One per submap added after that: of those that came when a match of the last robot had been
+  // accepted, and of those that came before. Wall times of the estimation alone.
+  std::vector<double> accepted_ms, open_ms;
 };
 
 // Submaps of the last robot that are added one by one.
