@@ -79,6 +79,7 @@ std::vector<MergingScenario> MakeScenarios() {
       {"campus_drift", campus, {0.5, 0.02}},
       {"twins", twins},
       {"twins_large", Pair("twins_large", kMuseumS)},
+      {"twins_wings", Pair("twins_wings", 100)},
       {"twins_joined", Pair("twins_joined", 80)},
       {"twins_joined_drift", Pair("twins_joined", 80), {1, 0.1}},
       {"museum_or_museum", Apart(museum, Elsewhere(museum))},

@@ -11,6 +11,6 @@ World MakeMuseum(uint64_t seed);
 World MakeCampus(uint64_t seed);
 World MakeCorridor(uint64_t seed);
 World MakeTwins(uint64_t seed, bool joined);
-World MakeLargeTwins(uint64_t seed);
+World MakeLargeTwins(uint64_t seed, bool with_wings);
 
 }  // namespace isthmus::simulation

@@ -124,17 +124,37 @@ World MakeTwins(uint64_t seed, bool joined) {
   return world;
 }
 
-World MakeLargeTwins(uint64_t seed) {
+World MakeLargeTwins(uint64_t seed, bool with_wings) {
   World world;
   FloorPlan plan;
   const Room left = MakeRoom(0, 0, 30, 22, 4.8), right = MakeRoom(60, 0, 90, 22, 4.8);
+  const Room narrow = MakeRoom(0, 22, 14, 36, 4.2), wide = MakeRoom(60, 22, 86, 31, 4.2);
   plan.rooms = {left, right};
   AddWalls(left, plan);
   AddWalls(right, plan);
+  if (with_wings) {
+    for (const Room& wing : {narrow, wide}) {  // Their south walls are the halls'.
+      const Eigen::Vector2d &min = wing.min, &max = wing.max;
+      plan.rooms.push_back(wing);
+      plan.walls.push_back(Line(min.x(), max.y(), max.x(), max.y()));
+      plan.walls.push_back(Line(min.x(), min.y(), min.x(), max.y()));
+      plan.walls.push_back(Line(max.x(), min.y(), max.x(), max.y()));
+    }
+    plan.doors = {{0, 2, {7, 22}, {0, 1}, 1.9, 2.4}, {1, 3, {67, 22}, {0, 1}, 1.9, 2.4}};
+  }
   BuildFloorPlan(plan, world);
   AddRoads(plan, world.roads);
   FurnishTwins(left, right.min - left.min, seed, world);
   world.fixed_tours = {{0}, {1}};
+  if (with_wings) {
+    Random wing_random(seed, kFurniture, 1);
+    Furnisher furnisher(world, wing_random);
+    for (const Room& wing : {narrow, wide}) {
+      furnisher.FurnishMiddle(wing);
+      furnisher.FurnishWalls(wing);
+    }
+    world.fixed_tours = {{0, 2}, {1, 3}};
+  }
   return world;
 }
 

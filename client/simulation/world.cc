@@ -16,7 +16,7 @@ double Ground::Height(double x, double y) const {
 }
 
 std::vector<std::string> WorldNames() {
-  return {"museum", "campus", "corridor", "twins", "twins_large", "twins_joined"};
+  return {"museum", "campus", "corridor", "twins", "twins_large", "twins_wings", "twins_joined"};
 }
 
 absl::StatusOr<World> MakeWorld(const std::string& name, uint64_t seed) {
@@ -29,8 +29,8 @@ absl::StatusOr<World> MakeWorld(const std::string& name, uint64_t seed) {
     world = MakeCorridor(seed);
   } else if (name == "twins" || name == "twins_joined") {
     world = MakeTwins(seed, name == "twins_joined");
-  } else if (name == "twins_large") {
-    world = MakeLargeTwins(seed);
+  } else if (name == "twins_large" || name == "twins_wings") {
+    world = MakeLargeTwins(seed, name == "twins_wings");
   } else {
     return absl::InvalidArgumentError(absl::StrCat(
         "no world is called \"", name, "\"; choose one of ", absl::StrJoin(WorldNames(), ", ")));

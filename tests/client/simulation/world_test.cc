@@ -78,6 +78,23 @@ TEST(Twins, LargeOnesAreHallsThatLookTheSame) {
   EXPECT_NEAR(middle.y(), 0, 1e-9);
 }
 
+TEST(Twins, WingsDiffer) {
+  const World world = *MakeWorld("twins_wings", 5);
+  ASSERT_EQ(world.roads.places.size(), 4u);
+  const auto differing = [&](const Eigen::Vector3f& a, const Eigen::Vector3f& b) {
+    const auto left = LookAround(world, a), right = LookAround(world, b);
+    int different = 0;
+    for (size_t i = 0; i < left.size(); ++i) {
+      EXPECT_GT(left[i].range_m, 0);
+      different += std::abs(left[i].range_m - right[i].range_m) > 1e-3f ? 1 : 0;
+    }
+    return different;
+  };
+  EXPECT_LT(differing({3, 2, 0.8f}, {63, 2, 0.8f}), 20);  // In the halls.
+  // Past the doors: only the walls to the west and south are alike.
+  EXPECT_GT(differing({7, 24, 0.8f}, {67, 24, 0.8f}), 300);
+}
+
 TEST(Twins, JoinedOnesDifferByTheHall) {
   const World world = *MakeWorld("twins_joined", 5);
   const auto left = LookAround(world, {7, 8, 0.8f}), right = LookAround(world, {41, 8, 0.8f});
