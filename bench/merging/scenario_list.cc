@@ -96,6 +96,7 @@ std::vector<MergingScenario> MakeScenarios() {
       {"museum_mixed_os1", Mixed(museum, "os1-64")},
       {"campus_mixed_os1", Mixed(campus, "os1-64")},
       {"campus_4", Four("campus", kCampusS)},
+      {"campus_4_drift", Four("campus", kCampusS), {0.5, 0.02}},
   };
 }
 
