@@ -49,7 +49,7 @@ struct World {
 //   twins         Two identical closed rooms, far apart. Robots 0, 2, ... drive in one of them,
 //                 robots 1, 3, ... in the other: every merge of the two is wrong.
 //   twins_large   The same with halls of 30 x 22 m: much to agree on, and every merge is wrong.
-//   twins_wings   These halls with an open door each, at the same place, to a wing of its own, which
+//   twins_wings   These halls with an open door each, at the same place, to a wing of its own that
 //                 its robots visit too; the wings differ. Every merge is wrong, and it shows.
 //   twins_joined  The same two rooms with an open door each to one shared hall that every robot
 //                 visits too: there is a right merge, and a tempting wrong one.
