@@ -94,6 +94,8 @@ std::string Stages(const Group& group) {
 }
 
 std::string Row(const Group& group) {
+  std::vector<double> cpu;
+  for (const Trial* trial : group.trials) cpu.push_back(trial->cpu_ms);
   const auto overlap = group.Of(false, [](const PairResult& p) { return p.overlap; });
   const auto metres = group.Of(true, [](const PairResult& p) { return p.map.median_m; });
   const auto degrees = group.Of(true, [](const PairResult& p) { return p.map.median_deg; });
@@ -115,8 +117,8 @@ std::string Row(const Group& group) {
                           Median(metres), Median(degrees), Worst(metres), Worst(degrees),
                           Median(edges_m), Median(edges_deg), Median(start_m), Median(start_deg));
   }
-  absl::StrAppendFormat(&row, "| %s | %.0f (%.0f) | %.0f |\n", Stages(group), Median(total),
-                        Worst(total), Median(tried));
+  absl::StrAppendFormat(&row, "| %s | %.0f (%.0f) | %.0f (%.0f) | %.0f |\n", Stages(group),
+                        Median(total), Worst(total), Median(cpu), Worst(cpu), Median(tried));
   return row;
 }
 
@@ -202,8 +204,9 @@ std::string TrialLines(const Trial& trial) {
 std::string MergingTable(const std::vector<Trial>& trials) {
   std::string table =
       "| scenario | pairs | overlap | right | not merged | WRONG | map on map m, deg (worst) | "
-      "edges m, deg | start frames m, deg | ms per stage | ms (worst) | candidates |\n"
-      "|---|---|---|---|---|---|---|---|---|---|---|---|\n";
+      "edges m, deg | start frames m, deg | ms per stage | ms (worst) | CPU ms (worst) | "
+      "candidates |\n"
+      "|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
   for (const Group& group : ByScenario(trials)) table += Row(group);
   return table;
 }
