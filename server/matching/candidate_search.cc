@@ -112,9 +112,10 @@ void CandidateSearch::MeasureShared(Hypothesis* h) {
     b_cells_ = MakeBirdsEyeCells(b_.whole().walls, scale_, cell);
   }
   const Pose T_b_level = b_.T_level_odom().Inverse();
-  const SharedArea shared =
-      MeasureSharedArea(a_cells_, b_cells_, a_.T_level_odom() * h->T_a_b * T_b_level);
+  const Pose T_level_level = a_.T_level_odom() * h->T_a_b * T_b_level;
+  const SharedArea shared = MeasureSharedArea(a_cells_, b_cells_, T_level_level);
   h->shared_area_m2 = shared.area_m2;
+  h->shared_share = shared.share;
   // At the height of b's sensor, wherever the origins of the odom frames are.
   const double height = (a_.T_level_odom() * h->T_a_b * middle_b_).z();
   h->shared_center =

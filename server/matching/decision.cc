@@ -20,6 +20,15 @@ struct Finding {
   std::string detail;
 };
 
+// Rises from 400 m2 to where nothing beyond is asked for.
+double MaxEnclosedShare(double area_m2, const MatcherOptions& options) {
+  constexpr double kRiseFromM2 = 400;
+  if (area_m2 >= options.min_enclosed_area_m2) return 1;
+  const double risen = std::max(0.0, area_m2 - kRiseFromM2) /
+                       std::max(1.0, options.min_enclosed_area_m2 - kRiseFromM2);
+  return options.max_enclosed_share + (1 - options.max_enclosed_share) * std::min(1.0, risen);
+}
+
 Finding Examine(const Hypothesis& h, const MatcherOptions& options) {
   const double violation = h.free_space.violation();
   if (!h.converged) {
@@ -46,6 +55,13 @@ Finding Examine(const Hypothesis& h, const MatcherOptions& options) {
             absl::StrFormat("The maps share only %.0f m2 of ground where %.0f m2 are needed: a "
                             "single room may have a twin.",
                             h.shared_area_m2, options.min_shared_area_m2)};
+  }
+  if (h.shared_share > MaxEnclosedShare(h.shared_area_m2, options)) {
+    return {MatchState::kAmbiguous, "ENCLOSED",
+            absl::StrFormat("The %.0f m2 that both maps show are %.0f %% of what is known: a place "
+                            "built alike would fit as well. It is decided when a robot sees more, "
+                            "or by hand.",
+                            h.shared_area_m2, 100 * h.shared_share)};
   }
   if (h.hold < options.min_hold) {
     return {MatchState::kNotYet, "DEGENERATE",

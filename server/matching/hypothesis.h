@@ -23,6 +23,7 @@ struct Hypothesis {
   double inlier_ratio = 0;
   double residual_m = 0;
   double shared_area_m2 = 0;  // Ground that both robots looked across.
+  double shared_share = 0;    // Its share of all that the robot that saw more saw.
   // Mean squared component of the inliers' normals along the direction in which the alignment is
   // held least; 0: it slides.
   double hold = 0;

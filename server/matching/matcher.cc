@@ -17,6 +17,8 @@ namespace {
 constexpr double kGrowth = 1.25, kGrowthAccepted = 2.0;
 // What a joint refinement is spent on: the best by rigid alignment, and what comes near them.
 constexpr size_t kMaxJoint = 4;
+// Drift contradicts a rigid alignment: by so many times what is allowed once it is taken out.
+constexpr double kRigidLeniency = 5;
 // A hypothesis with less of the best one's support is out of the question.
 constexpr double kMinSupportShare = 0.1;
 
@@ -133,16 +135,17 @@ void PairMatcher::Search(const PreparedMap& a, const PreparedMap& b, Match* matc
   hypotheses_.clear();
   const auto judge = [&] {
     Stopwatch watch;
-    for (Hypothesis& h : found) {
-      h.max_free_space =
-          search.outdoors() ? options_.max_free_space_outdoors : options_.max_free_space;
-    }
+    const double limit =
+        search.outdoors() ? options_.max_free_space_outdoors : options_.max_free_space;
+    for (Hypothesis& h : found) h.max_free_space = std::min(kRigidLeniency * limit, 0.5);
     RankHypotheses(&found);
     hypotheses_.clear();
     for (const Hypothesis& rigid : found) {
       if (hypotheses_.size() == kMaxJoint) break;
-      if (rigid.Support() < kMinSupportShare * found.front().Support()) break;
+      const double least = kMinSupportShare * found.front().Support();
+      if (!hypotheses_.empty() && rigid.Support() < least) break;
       Hypothesis& h = hypotheses_.emplace_back(rigid);
+      h.max_free_space = limit;
       search.MeasureShared(&h);
       MeasureJointly(a, b, &h);
     }

@@ -28,8 +28,9 @@ class PairMatcher {
   // map, or when they are not what they were with more submaps at their ends; and whenever `search`
   // says so. Otherwise the hypotheses kept are refined and verified with the new submaps.
   //
-  // Reasons: OK (ACCEPTED); FREE_SPACE (REJECTED); AMBIGUOUS (AMBIGUOUS); LOW_OVERLAP,
-  // FEW_COMPARISONS, TOO_SMALL, NO_CANDIDATE, DEGENERATE, NOT_CONVERGED, STRAINED (NOT_YET).
+  // Reasons: OK (ACCEPTED); FREE_SPACE (REJECTED); AMBIGUOUS, ENCLOSED (AMBIGUOUS); LOW_OVERLAP,
+  // FEW_COMPARISONS, TOO_SMALL, NO_CANDIDATE, DEGENERATE, NOT_CONVERGED, STRAINED,
+  // (NOT_YET).
   Match Update(const PreparedMap& a, const PreparedMap& b, bool search = false);
 
   // A transform that is known from before, to be tried in the next search beside all others.

@@ -18,8 +18,14 @@ struct MatcherOptions {
   double max_free_space_outdoors = 0.08;  // ... and under the open sky.
   double min_margin = 3;            // Runner-up's free_space over the best's; less: AMBIGUOUS.
   double min_shared_area_m2 = 200;  // Less ground seen by both: NOT_YET, one room has twins.
-  double min_hold = 0.02;           // Mean squared normal along the direction held least.
-  double max_strain = 3;  // Standard deviations that the odometry may bend; more: NOT_YET.
+  // Where neither map shows much beyond the ground that both know, a twin of the place explains
+  // both as well: the pair is AMBIGUOUS. The shared ground may be this share of what the robot
+  // knows that knows more, as far as it is up to 400 m2, and more the larger it is; from so much on
+  // all of it.
+  double max_enclosed_share = 0.6;
+  double min_enclosed_area_m2 = 1000;
+  double min_hold = 0.02;  // Mean squared normal along the direction held least.
+  double max_strain = 3;   // Standard deviations that the odometry may bend; more: NOT_YET.
 };
 
 }  // namespace isthmus::matching

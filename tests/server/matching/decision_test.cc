@@ -41,6 +41,19 @@ TEST(DecisionTest, NothingIsNotYet) {
   EXPECT_EQ(match.confidence, 0);
 }
 
+// Two closed halls built alike: all that both robots know agrees.
+TEST(DecisionTest, WhereNeitherMapShowsMoreATwinWouldFitAsWell) {
+  Hypothesis h = Good();
+  h.shared_share = 0.97;
+  EXPECT_EQ(DecideOn({h}).state, MatchState::kAmbiguous);
+  EXPECT_EQ(DecideOn({h}).reason, "ENCLOSED");
+  h.shared_area_m2 = 5000;
+  EXPECT_EQ(DecideOn({h}).reason, "OK");
+  h.shared_area_m2 = 500;
+  h.shared_share = 0.5;
+  EXPECT_EQ(DecideOn({h}).reason, "OK");
+}
+
 TEST(DecisionTest, EachLackHasItsReason) {
   const auto with = [](auto change) {
     Hypothesis h = Good();
@@ -52,6 +65,9 @@ TEST(DecisionTest, EachLackHasItsReason) {
   EXPECT_EQ(match.state, MatchState::kNotYet);
   match = with([](Hypothesis& h) { h.free_space = {.agree = 100, .front = 0}; });
   EXPECT_EQ(match.reason, "FEW_COMPARISONS");
+  EXPECT_EQ(match.state, MatchState::kNotYet);
+  match = with([](Hypothesis& h) { h.strain = 5; });
+  EXPECT_EQ(match.reason, "STRAINED");
   EXPECT_EQ(match.state, MatchState::kNotYet);
   match = with([](Hypothesis& h) { h.overlap = 0.05; });
   EXPECT_EQ(match.reason, "LOW_OVERLAP");

@@ -31,6 +31,13 @@ SessionMap SurveyB() {
   return map;
 }
 
+// The gallery is small, and both robots see all of it: in earnest a twin of it would be feared.
+MatcherOptions InTheGallery() {
+  MatcherOptions options;
+  options.min_enclosed_area_m2 = 0;
+  return options;
+}
+
 // The odometry strays by as much from each submap to the next; the submaps stay as they are.
 SessionMap Drifted(const SessionMap& map, const Pose& T_per_submap) {
   SessionMap drifted;
@@ -124,7 +131,7 @@ TEST_F(JointRefinementTest, AMapThatGrowsIsExtendedNotSearchedAnew) {
   grown.submaps.pop_back();
   const PreparedMap a(map_a_), before(grown), after(map_b_, before);
   EXPECT_EQ(after.submaps().front(), before.submaps().front());
-  MatcherOptions options;
+  const MatcherOptions options = InTheGallery();
   PairMatcher matcher(options);
   const Match first = matcher.Update(a, before);
   ASSERT_EQ(first.state, MatchState::kAccepted) << first.detail;
@@ -150,7 +157,7 @@ TEST_F(JointRefinementTest, NewSubmapsCanContradict) {
   SessionMap grown = map_b_;
   grown.submaps.pop_back();
   const PreparedMap a(map_a_), before(grown), after(wrong, before);
-  PairMatcher matcher{MatcherOptions()};
+  PairMatcher matcher(InTheGallery());
   const Match first = matcher.Update(a, before);
   ASSERT_EQ(first.state, MatchState::kAccepted) << first.detail;
   const Match second = matcher.Update(a, after);
