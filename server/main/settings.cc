@@ -178,17 +178,43 @@ void AddMatching(ServerConfig& config, Table& table) {
       "search", &matcher.search,
       Names<std::string>{{"default", "default"}, {"paper", "paper"}, {"birds_eye", "birds_eye"}},
       "Who proposes transforms. paper: key points and features. birds_eye: exhaustive search of "
-      "the plan view. default: both.");
+      "the plan view. default: birds_eye and places that look alike; paper too where these leave "
+      "a pair undecided indoors.");
   table.Add("rematch_submaps", &config.pipeline.rematch_submaps, 1, 1000,
-            "A pair is matched again when its maps have grown by this many submaps.");
-  table.Add("min_overlap", &matcher.min_overlap, 0.0, 1.0,
-            "Share of the smaller map that must lie on the other; with less a match waits.");
+            "A pair is matched again when its maps have grown by this many submaps. Mostly this "
+            "costs as much as is new in them.");
+}
+
+// The checks a match has to pass, in the order of docs/concepts.md.
+void AddAcceptance(ServerConfig& config, Table& table) {
+  matching::MatcherOptions& matcher = config.pipeline.matcher;
   table.Add("min_comparisons", &matcher.min_comparisons, int64_t{1}, int64_t{1'000'000},
             "Range comparisons a verdict must rest on; with fewer a match waits.");
+  table.Add("min_overlap", &matcher.min_overlap, 0.0, 1.0,
+            "Share of the smaller map that must lie on the other; with less a match waits.");
   table.Add("max_free_space", &matcher.max_free_space, 0.0, 1.0,
-            "Share of contradicted range comparisons above which a match is rejected.");
+            "Share of contradicted range comparisons above which a match is rejected, indoors.");
+  table.Add("max_free_space_outdoors", &matcher.max_free_space_outdoors, 0.0, 1.0,
+            "The same for pairs of maps under the open sky.");
+  table.Add("min_shared_area_m2", &matcher.min_shared_area_m2, 1.0, 1e6,
+            "Ground that both robots must have looked across, m2; with less a match waits, as a "
+            "single room may have a twin.");
+  table.Add("max_enclosed_share", &matcher.max_enclosed_share, 0.0, 1.0,
+            "The shared ground may be this share of what the robot that saw more knows, while it "
+            "is no more than 400 m2. If it is more of it, a closed place built alike would fit as "
+            "well: ambiguous ...");
+  table.Add("min_enclosed_area_m2", &matcher.min_enclosed_area_m2, 0.0, 1e6,
+            "... Shared ground, m2, from which on it may be all that is known; from 400 m2 to here "
+            "the share rises evenly. Lower it where no two places are alike; 0: never asked for.");
+  table.Add("min_hold", &matcher.min_hold, 0.0, 1.0,
+            "How firmly a match must be held in the direction in which it could slide best; a "
+            "looser one, as along a bare corridor, waits.");
+  table.Add("max_strain", &matcher.max_strain, 0.01, 1000.0,
+            "Standard deviations (RMS) that the odometry may have to bend for the maps to fit; "
+            "with more a match waits.");
   table.Add("min_margin", &matcher.min_margin, 1.0, 1000.0,
-            "How many times better than its runner-up a match must be; else it is ambiguous.");
+            "How many times more its runner-up must be contradicted than a match; else it is "
+            "ambiguous.");
 }
 
 void AddComposition(ServerConfig& config, Table& table) {
@@ -219,6 +245,7 @@ std::vector<Setting> SettingsOf(ServerConfig& config) {
   AddOdometry(config, table);
   AddSubmaps(config, table);
   AddMatching(config, table);
+  AddAcceptance(config, table);
   AddComposition(config, table);
   return table.Take();
 }
