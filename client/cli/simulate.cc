@@ -63,6 +63,12 @@ void AddSimulate(CLI::App& app, Action& action) {
   command->add_option("--robots", simulation.robots)->capture_default_str();
   command->add_option("--seconds", simulation.seconds, "Length of each drive")
       ->capture_default_str();
+  command->add_option("--walkers", simulation.walkers, "People among the robots, 0 to 1000")
+      ->capture_default_str();
+  command
+      ->add_option("--cars", simulation.cars,
+                   "Cars on the streets, 0 to 100; only where there are streets, as in campus")
+      ->capture_default_str();
   command->add_option("--seed", simulation.seed, "Of world, drives and noise")
       ->capture_default_str();
   command->add_option("-o,--output", options->output, "Folder to write to")->required();

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <nlohmann/json.hpp>
 
 #include "client/simulation/simulator.h"
@@ -48,6 +49,24 @@ TEST(Offline, SimulateOdometryAndEvalFitTogether) {
   const json robot = json::parse(eval.out)["robots"][0];
   EXPECT_EQ(robot["poses"], 40);
   EXPECT_LT(robot["rmse_m"], 0.10);
+}
+
+TEST(Offline, SimulatePutsWalkersAndCarsAmongTheRobots) {
+  const std::string folder = ScratchFolder();
+  const auto scan = [&](const std::string& drive, const std::string& traffic) {
+    const ProgramResult result = Isthmus("simulate --world campus --robots 1 --seconds 0.2 " +
+                                         traffic + " -o " + folder + "/" + drive);
+    EXPECT_EQ(result.code, 0) << result.err;
+    std::ifstream file(folder + "/" + drive + "/robot_0/000000.pcd", std::ios::binary);
+    return std::string(std::istreambuf_iterator<char>(file), {});
+  };
+  const std::string quiet = scan("quiet", "");
+  const std::string busy = scan("busy", "--walkers 40 --cars 12");
+  EXPECT_FALSE(quiet.empty());
+  EXPECT_NE(busy, quiet);
+  const json written = json::parse(std::ifstream(folder + "/busy/simulation.json"));
+  EXPECT_EQ(written["walkers"], 40);
+  EXPECT_EQ(written["cars"], 12);
 }
 
 // A wall of 4 m and nothing else: no two maps can be told to belong together by it.

@@ -87,5 +87,18 @@ TEST(Usage, AWorldThatDoesNotExistIsAUsageError) {
   EXPECT_EQ(Isthmus("simulate --world atlantis -o " + ScratchFolder()).code, 2);
 }
 
+TEST(Usage, MoreWalkersOrCarsThanAWorldTakesAreUsageErrors) {
+  const std::string simulate = "simulate -o " + ScratchFolder() + " ";
+  const ProgramResult walkers = Isthmus(simulate + "--walkers -1");
+  EXPECT_EQ(walkers.code, 2);
+  EXPECT_THAT(walkers.err, HasSubstr("walkers must be 0 to 1000"));
+  const ProgramResult cars = Isthmus(simulate + "--world campus --cars 101");
+  EXPECT_EQ(cars.code, 2);
+  EXPECT_THAT(cars.err, HasSubstr("cars must be 0 to 100"));
+  const ProgramResult indoors = Isthmus(simulate + "--world museum --cars 3");
+  EXPECT_EQ(indoors.code, 2);
+  EXPECT_THAT(indoors.err, AllOf(HasSubstr("no streets"), HasSubstr("museum")));
+}
+
 }  // namespace
 }  // namespace isthmus::cli
