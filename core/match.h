@@ -42,7 +42,7 @@ struct Match {
   MatchState state = MatchState::kNotYet;
   std::string reason;          // Stable code, e.g. "FREE_SPACE", "LOW_OVERLAP"; "OK" if accepted.
   std::string detail;          // One sentence for a person, with the numbers.
-  double confidence = 0;       // [0, 1]; weight of the edge in the match graph.
+  double confidence = 0;       // Probability of being right, [0, 1]; weight in the match graph.
   double overlap = -1;         // Share of the smaller map's surface that lies on the other, [0, 1].
   int64_t inliers = -1;        // Correspondences that agree with T_a_b.
   double inlier_ratio = -1;    // Their share of the points that have the other map near, [0, 1].
@@ -56,7 +56,7 @@ struct Match {
   // What is left of going round the best cycle of accepted matches through this one.
   double cycle_m = -1, cycle_deg = -1;
   uint32_t candidates = 0;  // Guesses that were refined.
-  std::string matcher;      // "paper", "birds_eye": which search produced the hypothesis.
+  std::string matcher;      // Whose guess it was: "birds_eye", "places", "paper", "by_hand".
   uint32_t submaps_a = 0;   // Evidence it was computed from, to know when it is out of date.
   uint32_t submaps_b = 0;
   int64_t computed_ns = 0;  // Unix nanoseconds.

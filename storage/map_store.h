@@ -36,7 +36,7 @@ struct WriteBatch {
   std::optional<MapRevision> revision = {};  // Becomes the latest; must be newer.
 };
 
-// Features of a submap kept for matching: an opaque blob under a kind ("fpfh-v1").
+// Features of a submap kept for matching: an opaque blob under a kind ("prepared-v1").
 struct FeatureBlob {
   SubmapId submap;
   std::string kind;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <limits>
 #include <numbers>
 
 #include "bench/merging/figures.h"
@@ -9,7 +10,10 @@
 namespace isthmus::bench {
 namespace {
 
-constexpr double kNearM = 20;  // Poses farther apart than this do not see the same.
+// Poses farther apart than this do not see the same. Robots that never come so near are judged
+// where they are nearest: within so much more than the least distance.
+constexpr double kNearM = 20;
+constexpr double kNearestShare = 1.25;
 constexpr double kDegrees = 180 / std::numbers::pi;
 constexpr size_t kGuesses = 30;  // Places at which the maps are made to fit.
 
@@ -21,19 +25,27 @@ PairTruth::PairTruth(const DrivenRobot& a, const DrivenRobot& b) {
   const ScanPose &first_a = a.poses.front(), &first_b = b.poses.front();
   start_T_a_b_ = first_a.T_odom_sensor * first_a.T_world_sensor.Inverse() * first_b.T_world_sensor *
                  first_b.T_odom_sensor.Inverse();
+  struct Meeting {
+    double distance;
+    const ScanPose *at_a, *at_b;
+  };
+  std::vector<Meeting> meetings;
+  double least = std::numeric_limits<double>::max();
   for (const ScanPose& at_b : b.poses) {
-    const ScanPose* nearest = nullptr;
-    double least = kNearM;
+    Meeting meeting{std::numeric_limits<double>::max(), nullptr, &at_b};
     for (const ScanPose& at_a : a.poses) {
       const double distance =
           (at_a.T_world_sensor.translation() - at_b.T_world_sensor.translation()).norm();
-      if (distance >= least) continue;
-      least = distance;
-      nearest = &at_a;
+      if (distance < meeting.distance) meeting = {distance, &at_a, &at_b};
     }
-    if (nearest == nullptr) continue;
-    near_.push_back({nearest->T_world_sensor.Inverse() * at_b.T_world_sensor,
-                     nearest->T_odom_sensor, at_b.T_odom_sensor});
+    if (meeting.at_a == nullptr) continue;
+    least = std::min(least, meeting.distance);
+    meetings.push_back(meeting);
+  }
+  for (const Meeting& meeting : meetings) {
+    if (meeting.distance > std::max(kNearM, kNearestShare * least)) continue;
+    near_.push_back({meeting.at_a->T_world_sensor.Inverse() * meeting.at_b->T_world_sensor,
+                     meeting.at_a->T_odom_sensor, meeting.at_b->T_odom_sensor});
   }
   const size_t step = near_.size() / kGuesses + 1;
   for (size_t i = 0; i < near_.size(); i += step) {

@@ -8,8 +8,9 @@
 
 namespace isthmus::bench {
 
-// How the maps lie on each other where both robots have been, by the pairs of poses that are
-// nearest in truth: half a drive's drift, which no transform can take back, is not in it.
+// How the maps lie on each other where both robots have been, or where they came nearest to each
+// other, by the pairs of poses that are nearest in truth: half a drive's drift, which no transform
+// can take back, is not in it.
 struct MapError {
   double median_m = 0, median_deg = 0;
 };
@@ -21,7 +22,7 @@ class PairTruth {
 
   // They drove on the same ground, so that there is a true transform.
   bool HasTransform() const { return same_ground_; }
-  // They have been near each other. Where not, errors are those between the start frames.
+  // False without poses; errors are those between the start frames then.
   bool known() const { return !near_.empty(); }
 
   MapError ErrorOf(const Pose& T_a_b) const;

@@ -10,7 +10,7 @@ namespace isthmus::matching {
 struct Candidate {
   Pose T_a_b;          // Takes b's odom frame to a's.
   double score = 0;    // Higher is better; comparable within one source only.
-  std::string source;  // "paper" or "birds_eye".
+  std::string source;  // "birds_eye", "places" or "paper".
 };
 
 }  // namespace isthmus::matching

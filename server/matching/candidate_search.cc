@@ -83,6 +83,7 @@ void CandidateSearch::Take(const std::vector<Candidate>& candidates, std::vector
     if (is_known(*found) || is_known(fresh)) continue;
     Hypothesis h;
     h.source = candidate.source;
+    h.outdoors = scale_.outdoors;
     h.T_a_b = refined.T_a_b;
     h.converged = refined.converged;
     h.overlap = refined.overlap;
@@ -92,7 +93,7 @@ void CandidateSearch::Take(const std::vector<Candidate>& candidates, std::vector
   for (Hypothesis& h : fresh) {
     h.free_space = ScoreFreeSpace(a_.free_space(), b_.free_space(),
                                   MapPoses::Rigid(a_.session_map(), b_.session_map(), h.T_a_b),
-                                  FreeSpaceOptions());
+                                  FreeSpaceOptions::For(scale_.outdoors));
     found->push_back(std::move(h));
   }
   stages->push_back({"free_space", watch.Lap()});

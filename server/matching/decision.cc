@@ -10,6 +10,8 @@ namespace {
 
 // Below this a right and a wrong hypothesis' contradictions are both noise.
 constexpr double kFreeSpaceNoise = 0.002;
+// Where the place may be a twin of the right one, that takes its share of the confidence.
+constexpr double kTwinConfidence = 0.5;
 // A competitor needs at least this share of the best's support.
 constexpr double kMinRivalSupport = 0.1;
 
@@ -91,14 +93,16 @@ const Hypothesis* FindRival(const std::vector<Hypothesis>& ranked, const Matcher
   return rival;
 }
 
-// Grows with every piece of evidence; 1 is certainty.
-double Confidence(const Hypothesis& h, const MatcherOptions& options) {
-  const auto saturate = [](double value, double half) { return value / (value + half); };
-  const double clear = std::max(0.0, 1 - h.free_space.violation() / h.max_free_space);
-  return clear * saturate(h.overlap, 0.25 * options.min_overlap) *
-         saturate(h.shared_area_m2, 0.25 * options.min_shared_area_m2) *
-         saturate(static_cast<double>(h.free_space.comparisons()),
-                  static_cast<double>(options.min_comparisons));
+// The probability that the alignment is right, after a logistic model of what was measured. Fitted
+// to simulated pairs of museums and campuses, some of which had nothing in common; BENCHMARK.md has
+// the curve on pairs that it was not fitted to. Twins were left out: see `kTwinConfidence`.
+double Confidence(const Hypothesis& h) {
+  const double violation = h.max_free_space > 0 ? h.free_space.violation() / h.max_free_space : 2;
+  const double comparisons = static_cast<double>(h.free_space.comparisons());
+  const double logit =
+      -1.77 + 2.25 * std::log10(1 + comparisons / 3000) - 1.91 * std::min(violation, 2.0) +
+      2.30 * std::min(std::log1p(h.shared_area_m2 / 200), 1.8) - (h.converged ? 0 : 2.53);
+  return 1 / (1 + std::exp(-logit));
 }
 
 void FillFigures(const Hypothesis& h, Match* match) {
@@ -141,7 +145,7 @@ void Decide(const std::vector<Hypothesis>& ranked, const MatcherOptions& options
   }
   match->state = finding.state;
   match->reason = finding.reason;
-  match->confidence = Confidence(best, options);
+  match->confidence = Confidence(best);
   if (match->state == MatchState::kAccepted) {
     match->detail = absl::StrFormat(
         "Overlap %.0f %%, %.0f m2 shared, %.2f %% of %d free-space comparisons contradicted.",
@@ -149,7 +153,8 @@ void Decide(const std::vector<Hypothesis>& ranked, const MatcherOptions& options
     return;
   }
   match->detail = finding.detail;
-  match->confidence *= 0.5;  // Whatever was found, it is not to be relied on.
+  const bool may_be_twin = match->state == MatchState::kAmbiguous || match->reason == "TOO_SMALL";
+  if (may_be_twin) match->confidence *= kTwinConfidence;
 }
 
 }  // namespace isthmus::matching

@@ -20,6 +20,13 @@ struct FreeSpaceOptions {
   double margin_per_m = 0.01;  // ... plus this share of the range in front of what was measured.
   double max_range_m = 25;
   double max_abs_normal_z = 0.5;  // Only near-vertical surfaces are asked.
+
+  // Outdoors ways come less near each other, and walls are large: farther ones have a say too.
+  static FreeSpaceOptions For(bool outdoors) {
+    FreeSpaceOptions options;
+    if (outdoors) options.max_range_m = 40;
+    return options;
+  }
 };
 
 struct FreeSpaceScore {

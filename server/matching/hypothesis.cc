@@ -104,6 +104,16 @@ bool IsSameAlignment(const Pose& T_a_b, const Pose& other_T_a_b, const Eigen::Ve
          RotationAngle(T_a_b.Inverse() * other_T_a_b) < kSameTurnRad;
 }
 
+bool IsSamePlace(const JointRefinement& joint, const JointRefinement& other) {
+  size_t same = 0;
+  for (const SubmapEdge& edge : joint.edges) {
+    const Pose T_there = other.poses.a[edge.submap_a].Inverse() * other.poses.b[edge.submap_b];
+    const Pose apart = edge.T_a_b.Inverse() * T_there;
+    same += apart.translation().norm() < kSameShiftM && RotationAngle(apart) < kSameTurnRad;
+  }
+  return 2 * same > joint.edges.size();
+}
+
 void MeasureJointly(const PreparedMap& a, const PreparedMap& b, Hypothesis* h) {
   h->joint = {MapPoses::Rigid(a.session_map(), b.session_map(), h->T_a_b), {}, 0, h->T_a_b};
   h->converged = RefineJointly(a.submaps(), b.submaps(), kFirstGateM, 0, 0, &h->joint);
@@ -112,8 +122,8 @@ void MeasureJointly(const PreparedMap& a, const PreparedMap& b, Hypothesis* h) {
   h->moving_is_b = SurfaceSize(b) <= SurfaceSize(a);
   MeasureSurface(
       a, b, [](size_t) { return true; }, h);
-  h->free_space =
-      ScoreFreeSpace(a.free_space(), b.free_space(), h->joint.poses, FreeSpaceOptions());
+  h->free_space = ScoreFreeSpace(a.free_space(), b.free_space(), h->joint.poses,
+                                 FreeSpaceOptions::For(h->outdoors));
 }
 
 void ExtendJointly(const PreparedMap& a, const PreparedMap& b, size_t first_a, size_t first_b,
@@ -147,8 +157,9 @@ void ExtendJointly(const PreparedMap& a, const PreparedMap& b, size_t first_a, s
   };
   MeasureSurface(a, b, asked, h);
   if (anew) h->free_space = {};
-  h->free_space += ScoreFreeSpace(a.free_space(), b.free_space(), after, FreeSpaceOptions(),
-                                  anew ? 0 : first_a, anew ? 0 : first_b);
+  h->free_space +=
+      ScoreFreeSpace(a.free_space(), b.free_space(), after, FreeSpaceOptions::For(h->outdoors),
+                     anew ? 0 : first_a, anew ? 0 : first_b);
 }
 
 }  // namespace isthmus::matching

@@ -14,6 +14,7 @@ namespace isthmus::matching {
 
 struct Hypothesis {
   std::string source;      // Which search proposed it.
+  bool outdoors = false;   // The pair is looked at as outdoors.
   Pose T_a_b;              // Between the odom frames.
   bool converged = false;  // Its refinement settled.
   FreeSpaceScore free_space;
@@ -46,6 +47,10 @@ void RankHypotheses(std::vector<Hypothesis>* hypotheses);
 // Alignments nearer to each other than 1 m and 5 degrees, where b's points are (`middle_b`, b's
 // odom frame), are one hypothesis.
 bool IsSameAlignment(const Pose& T_a_b, const Pose& other_T_a_b, const Eigen::Vector3d& middle_b);
+
+// After joint refinements: the edges of one lie in the other as they do in it. Guesses that differ
+// while rigid may bend into the same place.
+bool IsSamePlace(const JointRefinement& joint, const JointRefinement& other);
 
 // Refines jointly from h->T_a_b and measures everything but the shared area anew. Leaves the poses
 // rigid, with `converged` false, where no submaps could be aligned.

@@ -100,6 +100,7 @@ Match PairMatcher::Update(const PreparedMap& a, const PreparedMap& b, bool searc
   map_a_ = a.session_map();
   map_b_ = b.session_map();
   accepted_ = match.state == MatchState::kAccepted;
+  lacks_ground_ = match.reason == "TOO_SMALL" || match.reason == "ENCLOSED";
   return match;
 }
 
@@ -148,6 +149,10 @@ void PairMatcher::Search(const PreparedMap& a, const PreparedMap& b, Match* matc
       h.max_free_space = limit;
       search.MeasureShared(&h);
       MeasureJointly(a, b, &h);
+      const bool known =
+          std::any_of(hypotheses_.begin(), hypotheses_.end() - 1,
+                      [&](const Hypothesis& other) { return IsSamePlace(h.joint, other.joint); });
+      if (known) hypotheses_.pop_back();
     }
     RankHypotheses(&hypotheses_);
     match->stages.push_back({"joint", watch.Lap()});
@@ -175,6 +180,11 @@ void PairMatcher::Extend(const PreparedMap& a, const PreparedMap& b, Match* matc
   Stopwatch watch;
   for (Hypothesis& h : hypotheses_) {
     ExtendJointly(a, b, map_a_.submaps.size(), map_b_.submaps.size(), &h);
+  }
+  // It takes the whole maps, which is dear outdoors: only where nothing else is lacking.
+  if (lacks_ground_) {
+    CandidateSearch search(a, b);
+    for (Hypothesis& h : hypotheses_) search.MeasureShared(&h);
   }
   RankHypotheses(&hypotheses_);
   match->candidates = static_cast<uint32_t>(hypotheses_.size());

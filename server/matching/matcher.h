@@ -29,7 +29,7 @@ class PairMatcher {
   // says so. Otherwise the hypotheses kept are refined and verified with the new submaps.
   //
   // Reasons: OK (ACCEPTED); FREE_SPACE (REJECTED); AMBIGUOUS, ENCLOSED (AMBIGUOUS); LOW_OVERLAP,
-  // FEW_COMPARISONS, TOO_SMALL, NO_CANDIDATE, DEGENERATE, NOT_CONVERGED, STRAINED,
+  // FEW_COMPARISONS, TOO_SMALL, NO_CANDIDATE, DEGENERATE, NOT_CONVERGED, STRAINED
   // (NOT_YET).
   Match Update(const PreparedMap& a, const PreparedMap& b, bool search = false);
 
@@ -48,8 +48,9 @@ class PairMatcher {
   std::vector<Candidate> suggested_;
   std::vector<Hypothesis> hypotheses_;  // Best first.
   bool accepted_ = false;
-  size_t searched_ = 0;       // Submaps of both at the last search.
-  SessionMap map_a_, map_b_;  // As of the last call.
+  bool lacks_ground_ = false;  // All that was lacking is more ground seen by both.
+  size_t searched_ = 0;        // Submaps of both at the last search.
+  SessionMap map_a_, map_b_;   // As of the last call.
 };
 
 // From scratch, for those who match a pair once.

@@ -116,7 +116,7 @@ TEST(DecisionTest, LittleEvidenceComesNeitherFirstNorSecond) {
 TEST(DecisionTest, ConfidenceGrowsWithEvidence) {
   const double base = DecideOn({Good()}).confidence;
   Hypothesis h = Good();
-  h.overlap = 0.6;
+  h.free_space = {.agree = 999000, .front = 1000};
   EXPECT_GT(DecideOn({h}).confidence, base);
   h = Good();
   h.free_space = {.agree = 99500, .front = 500};
@@ -124,6 +124,12 @@ TEST(DecisionTest, ConfidenceGrowsWithEvidence) {
   h = Good();
   h.shared_area_m2 = 1000;
   EXPECT_GT(DecideOn({h}).confidence, base);
+  h = Good();
+  h.converged = false;
+  EXPECT_LT(DecideOn({h}).confidence, base);
+  h = Good();
+  h.shared_share = 0.97;
+  EXPECT_LE(DecideOn({h}).confidence, 0.5) << "a twin is as likely";
 }
 
 }  // namespace
