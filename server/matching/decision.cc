@@ -97,7 +97,7 @@ const Hypothesis* FindRival(const std::vector<Hypothesis>& ranked, const Matcher
 // to simulated pairs of museums and campuses, some of which had nothing in common; BENCHMARK.md has
 // the curve on pairs that it was not fitted to. Twins were left out: see `kTwinConfidence`.
 double Confidence(const Hypothesis& h) {
-  const double violation = h.max_free_space > 0 ? h.free_space.violation() / h.max_free_space : 2;
+  const double violation = h.free_space.violation() / (h.outdoors ? 0.08 : 0.02);
   const double comparisons = static_cast<double>(h.free_space.comparisons());
   const double logit =
       -1.77 + 2.25 * std::log10(1 + comparisons / 3000) - 1.91 * std::min(violation, 2.0) +

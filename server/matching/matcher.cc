@@ -18,7 +18,7 @@ constexpr double kGrowth = 1.25, kGrowthAccepted = 2.0;
 // What a joint refinement is spent on: the best by rigid alignment, and what comes near them.
 constexpr size_t kMaxJoint = 4;
 // Drift contradicts a rigid alignment: by so many times what is allowed once it is taken out.
-constexpr double kRigidLeniency = 5;
+constexpr double kRigidLeniency = 20;
 // A hypothesis with less of the best one's support is out of the question.
 constexpr double kMinSupportShare = 0.1;
 

@@ -14,8 +14,8 @@ struct MatcherOptions {
   std::string search = "default";
   double min_overlap = 0.1;        // Less: NOT_YET.
   int64_t min_comparisons = 3000;  // Fewer free-space comparisons: NOT_YET.
-  double max_free_space = 0.02;    // More contradicted: REJECTED. Where there are ceilings ...
-  double max_free_space_outdoors = 0.08;  // ... and under the open sky.
+  double max_free_space = 0.005;   // More contradicted: REJECTED. Where there are ceilings ...
+  double max_free_space_outdoors = 0.04;  // ... and under the open sky.
   double min_margin = 3;            // Runner-up's free_space over the best's; less: AMBIGUOUS.
   double min_shared_area_m2 = 200;  // Less ground seen by both: NOT_YET, one room has twins.
   // Where neither map shows much beyond the ground that both know, a twin of the place explains
