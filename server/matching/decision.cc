@@ -12,6 +12,8 @@ namespace {
 constexpr double kFreeSpaceNoise = 0.002;
 // Where the place may be a twin of the right one, that takes its share of the confidence.
 constexpr double kTwinConfidence = 0.5;
+// What one robot looked through stands there nevertheless only if a limit is wrong.
+constexpr double kContradictedConfidence = 0.1;
 // A competitor needs at least this share of the best's support.
 constexpr double kMinRivalSupport = 0.1;
 
@@ -155,6 +157,7 @@ void Decide(const std::vector<Hypothesis>& ranked, const MatcherOptions& options
   match->detail = finding.detail;
   const bool may_be_twin = match->state == MatchState::kAmbiguous || match->reason == "TOO_SMALL";
   if (may_be_twin) match->confidence *= kTwinConfidence;
+  if (match->state == MatchState::kRejected) match->confidence *= kContradictedConfidence;
 }
 
 }  // namespace isthmus::matching

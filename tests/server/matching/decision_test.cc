@@ -130,6 +130,9 @@ TEST(DecisionTest, ConfidenceGrowsWithEvidence) {
   h = Good();
   h.shared_share = 0.97;
   EXPECT_LE(DecideOn({h}).confidence, 0.5) << "a twin is as likely";
+  h = Good();
+  h.free_space = {.agree = 96000, .front = 4000};
+  EXPECT_LE(DecideOn({h}).confidence, 0.1) << "contradicted";
 }
 
 }  // namespace
