@@ -86,7 +86,6 @@ void CandidateSearch::Take(const std::vector<Candidate>& candidates, std::vector
     h.outdoors = scale_.outdoors;
     h.T_a_b = refined.T_a_b;
     h.converged = refined.converged;
-    h.overlap = refined.overlap;
     fresh.push_back(std::move(h));
   }
   stages->push_back({"refine", watch.Lap()});

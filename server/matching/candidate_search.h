@@ -29,8 +29,6 @@ class CandidateSearch {
 
   bool outdoors() const { return scale_.outdoors; }
   uint32_t candidates() const { return candidates_; }  // Refined so far.
-  // The middle of where b's sensor was, b's odom frame.
-  const Eigen::Vector3d& middle_b() const { return middle_b_; }
 
  private:
   double Tilt(const Pose& T_a_b) const;
@@ -39,7 +37,7 @@ class CandidateSearch {
   const PreparedMap& b_;
   const SceneScale scale_;
   RefineOptions refine_options_;
-  Eigen::Vector3d middle_b_ = Eigen::Vector3d::Zero();
+  Eigen::Vector3d middle_b_ = Eigen::Vector3d::Zero();  // Of b's sensors, b's odom frame.
   BirdsEyeCells a_cells_, b_cells_;
   uint32_t candidates_ = 0;
 };

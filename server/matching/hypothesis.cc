@@ -41,14 +41,22 @@ double WeakestHold(const SurfaceAgreement& agreement, const Eigen::Vector3d& cen
   return least > 0 ? least / static_cast<double>(agreement.on) : 0;
 }
 
+// Whose surface is asked, and of whom.
+struct Sides {
+  const PreparedSubmaps &moving, &fixed;
+  const std::vector<Pose>&moving_poses, &fixed_poses;
+};
+
+Sides SidesOf(const PreparedMap& a, const PreparedMap& b, const Hypothesis& h) {
+  const MapPoses& poses = h.joint.poses;
+  return h.moving_is_b ? Sides{b.submaps(), a.submaps(), poses.b, poses.a}
+                       : Sides{a.submaps(), b.submaps(), poses.a, poses.b};
+}
+
 // Of every submap of the moving map that `asked(k)` says yes to.
 template <typename Asked>
 void MeasureSurface(const PreparedMap& a, const PreparedMap& b, const Asked& asked, Hypothesis* h) {
-  const bool b_moves = h->moving_is_b;
-  const PreparedSubmaps& moving = (b_moves ? b : a).submaps();
-  const PreparedSubmaps& fixed = (b_moves ? a : b).submaps();
-  const std::vector<Pose>& moving_poses = b_moves ? h->joint.poses.b : h->joint.poses.a;
-  const std::vector<Pose>& fixed_poses = b_moves ? h->joint.poses.a : h->joint.poses.b;
+  const auto& [moving, fixed, moving_poses, fixed_poses] = SidesOf(a, b, *h);
   h->agreement.resize(moving.size());
   SurfaceAgreement sum;
   for (size_t k = 0; k < moving.size(); ++k) {
@@ -140,18 +148,17 @@ void ExtendJointly(const PreparedMap& a, const PreparedMap& b, size_t first_a, s
   const bool anew = HasMoved(before.a, after.a) || HasMoved(before.b, after.b);
   const bool was_b = std::exchange(h->moving_is_b, SurfaceSize(b) <= SurfaceSize(a));
   const bool all = anew || was_b != h->moving_is_b;
-  const PreparedSubmaps& moving = (h->moving_is_b ? b : a).submaps();
-  const PreparedSubmaps& fixed = (h->moving_is_b ? a : b).submaps();
-  const std::vector<Pose>& moving_poses = h->moving_is_b ? after.b : after.a;
-  const std::vector<Pose>& fixed_poses = h->moving_is_b ? after.a : after.b;
+  const Sides sides = SidesOf(a, b, *h);
   const size_t first_moving = h->moving_is_b ? first_b : first_a;
   const size_t first_fixed = h->moving_is_b ? first_a : first_b;
   const auto asked = [&](size_t k) {
     if (all || k >= first_moving) return true;
-    for (size_t i = first_fixed; i < fixed.size(); ++i) {
-      const double apart =
-          (fixed_poses[i] * fixed[i]->center() - moving_poses[k] * moving[k]->center()).norm();
-      if (apart < fixed[i]->radius_m() + moving[k]->radius_m()) return true;
+    const PreparedSubmap& moving = *sides.moving[k];
+    const Eigen::Vector3d middle = sides.moving_poses[k] * moving.center();
+    for (size_t i = first_fixed; i < sides.fixed.size(); ++i) {
+      const PreparedSubmap& fixed = *sides.fixed[i];
+      const double apart = (sides.fixed_poses[i] * fixed.center() - middle).norm();
+      if (apart < fixed.radius_m() + moving.radius_m()) return true;
     }
     return false;
   };

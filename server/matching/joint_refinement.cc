@@ -8,6 +8,7 @@
 #include "server/matching/submap_alignment.h"
 #include "server/pose_graph/information.h"
 #include "server/pose_graph/optimize.h"
+#include "server/pose_graph/se3.h"
 
 namespace isthmus::matching {
 namespace {
@@ -137,11 +138,8 @@ std::optional<Pose> FitRigid(const PreparedSubmaps& a, const PreparedSubmaps& b,
   for (const SubmapEdge& edge : edges) {
     const Pose& T_odom_a = a[edge.submap_a]->submap().T_odom_submap;
     const Pose& T_odom_b = b[edge.submap_b]->submap().T_odom_submap;
-    // A twist in the frame of the submap of a, seen from its odom frame: J = Ad(T_odom_a)^-1.
-    Matrix6d J = Matrix6d::Zero();
-    const Eigen::Matrix3d R = T_odom_a.RotationMatrix().transpose();
-    J.topLeftCorner<3, 3>() = J.bottomRightCorner<3, 3>() = R;
-    J.topRightCorner<3, 3>() = -R * Skew(T_odom_a.translation());
+    // A twist in a's odom frame, seen from the submap of a.
+    const Matrix6d J = pose_graph::Adjoint(T_odom_a.Inverse());
     const Matrix6d information = J.transpose() * edge.information * J;
     problem.edges.push_back({0, 1, T_odom_a * edge.T_a_b * T_odom_b.Inverse(),
                              0.5 * (information + information.transpose()), false});

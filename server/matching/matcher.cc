@@ -66,11 +66,6 @@ std::optional<Pose> LookCloser(const PreparedMap& a, const PreparedMap& b, size_
   return best_score.comparisons() >= kMinPlaceComparisons ? best : std::nullopt;
 }
 
-bool IsBeginning(const SessionMap& before, const SessionMap& map) {
-  return before.session == map.session && before.submaps.size() <= map.submaps.size() &&
-         std::equal(before.submaps.begin(), before.submaps.end(), map.submaps.begin());
-}
-
 }  // namespace
 
 void PairMatcher::Suggest(const Pose& T_a_b, const std::string& source) {

@@ -52,12 +52,12 @@ PlaceDescriptorOptions PlaceOptions(const PreparedSubmap& submap) {
   return options;
 }
 
+}  // namespace
+
 bool IsBeginning(const SessionMap& before, const SessionMap& map) {
   return before.session == map.session && before.submaps.size() <= map.submaps.size() &&
          std::equal(before.submaps.begin(), before.submaps.end(), map.submaps.begin());
 }
-
-}  // namespace
 
 std::shared_ptr<const PreparedSubmap> PrepareSubmap(const std::shared_ptr<const Submap>& submap) {
   return std::make_shared<const PreparedSubmap>(submap);

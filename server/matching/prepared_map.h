@@ -16,6 +16,9 @@
 
 namespace isthmus::matching {
 
+// Whether `map` is `before`, of the same session, with more submaps or none at its end.
+bool IsBeginning(const SessionMap& before, const SessionMap& map);
+
 // Where prepared submaps come from: made, or kept from before. Never null.
 using SubmapSource = std::function<std::shared_ptr<const PreparedSubmap>(
     const std::shared_ptr<const Submap>& submap)>;
