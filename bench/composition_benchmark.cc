@@ -110,8 +110,8 @@ void BM_ComposeAfterMove(benchmark::State& state) {
   composer.Compose(++revision, submaps);
   uint64_t map_points = 0;
   for (auto _ : state) {
-    const Pose T_map_odom(Eigen::Vector3d(revision % 2 ? 0.1 : 0, 0, 0));
-    for (size_t i = submaps.size() / 2; i < submaps.size(); ++i) submaps[i].T_map_odom = T_map_odom;
+    const Pose T_map_submap(Eigen::Vector3d(revision % 2 ? 0.1 : 0, 0, 0));
+    for (size_t i = submaps.size() / 2; i < submaps.size(); ++i) submaps[i].T_map_submap = T_map_submap;
     map_points = composer.Compose(++revision, submaps)->point_count(0);
   }
   ReportSize(submaps, map_points, &state);

@@ -14,11 +14,11 @@
 
 namespace isthmus {
 
-// A submap and where its session lies in its component's map frame.
+// A submap and where it lies in its component's map frame.
 struct PlacedSubmap {
   std::shared_ptr<const Submap> submap;
   uint32_t component = 0;
-  Pose T_map_odom;
+  Pose T_map_submap;
 };
 
 // What to read of the map. Everything given must hold.

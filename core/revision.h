@@ -1,8 +1,11 @@
-// Where every session lies in the merged map, as of one revision.
+// Where every submap lies in the merged map, as of one revision, and what changed from one to the
+// next.
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/ids.h"
@@ -10,21 +13,53 @@
 
 namespace isthmus {
 
-// A session in its component. Each component has one map frame; it is the odom frame of the
-// component's reference session.
+// One submap of a session whose name is known from elsewhere.
+struct SubmapPose {
+  uint32_t index = 0;
+  Pose T_map_submap;
+};
+
+// A session in its component. Each component has one map frame: that in which the reference
+// session's first submap lies as in its odom frame, or, where anchors hold the component, theirs.
 struct Placement {
   SessionId session;
   uint32_t component = 0;  // 0 is the largest component; every lone session is one of its own.
-  SessionId reference;     // The session whose odom frame is this component's map frame.
-  Pose T_map_odom;
+  SessionId reference;     // Names the component's map frame.
+  Pose T_map_odom;         // At its newest submap: what takes the robot's newest poses to the map.
+  std::vector<SubmapPose> submaps = {};  // In order of index; retired ones are not there.
 };
 
-// Grows by one whenever a placement is added, removed or moved. Revision 0 is the empty map.
+// Grows by one whenever a submap is placed, moved or taken out. Revision 0 is the empty map.
 struct MapRevision {
   int64_t revision = 0;
   int64_t stamp_ns = 0;
-  std::string cause;                  // For a person: "match alice-1 ~ bob-1 accepted".
-  std::vector<Placement> placements;  // In order of session id.
+  std::string cause;  // For a person: "match alice-1 ~ bob-1 ACCEPTED; submap alice-1/7".
+  // What was found or said since the revision before: what to reject to undo this one.
+  std::vector<std::pair<SessionId, SessionId>> matches = {};
+  std::vector<uint64_t> loops = {};        // LoopClosure::id.
+  std::vector<Placement> placements = {};  // In order of session id.
+};
+
+// What a revision did to one submap.
+struct SubmapMove {
+  SubmapId submap;
+  // In the map frame named after `frame_before`; absent for one that was not in the map before.
+  std::optional<Pose> before = {};
+  SessionId frame_before = {};
+  // Likewise; absent for one that left the map.
+  std::optional<Pose> after = {};
+  SessionId frame_after = {};
+};
+
+// What can be said of a revision without its poses.
+struct RevisionInfo {
+  int64_t revision = 0;
+  int64_t stamp_ns = 0;
+  std::string cause;
+  std::vector<std::pair<SessionId, SessionId>> matches = {};
+  std::vector<uint64_t> loops = {};
+  uint32_t added = 0, moved = 0, removed = 0;  // Submaps.
+  double largest_move_m = 0;                   // Of those moved within one frame.
 };
 
 }  // namespace isthmus

@@ -29,7 +29,7 @@ enum class ScanOutcome {
 struct ScanAck {
   uint64_t sequence = 0;  // 0 in an ack that only moves durable_sequence.
   ScanOutcome outcome = ScanOutcome::kProcessed;
-  std::string reason;                 // Empty when processed.
+  std::string reason;  // Empty when processed.
   // "ok", "degenerate" or "lost" when processed. "lost" as well when a scan cannot be used for what
   // it holds: where the robot was then is not known.
   std::string status;

@@ -33,7 +33,10 @@ struct SubmapPoint {
 struct Submap {
   SubmapId id;
   RobotId robot;
-  Pose T_odom_submap;           // Pose of the first keyframe's sensor in odom.
+  Pose T_odom_submap;  // Pose of the first keyframe's sensor in odom.
+  // What the odometry itself says of how far it strayed since the session's submap before: of the
+  // twist by which the true T_before_this is Exp(twist) T_before_this. Zero: it says nothing.
+  Matrix6d drift_covariance = Matrix6d::Zero();
   uint64_t first_sequence = 0;  // Scans covered, both ends included.
   uint64_t last_sequence = 0;
   int64_t first_stamp_ns = 0;

@@ -11,8 +11,10 @@
 #include <string>
 #include <vector>
 
+#include "core/anchor.h"
 #include "core/clock.h"
 #include "core/composed_map.h"
+#include "core/loop_closure.h"
 #include "core/match.h"
 #include "core/revision.h"
 #include "core/scan_upload.h"
@@ -69,7 +71,17 @@ struct MapInfo {
   double composition_ms = 0;      // Last composition of the global map, wall time.
   double composition_max_ms = 0;  // The longest since the server started.
   double estimation_ms = 0;       // Last round of transform estimation, wall time.
-  uint64_t compositions = 0, estimations = 0;
+  double placement_ms = 0;        // Last optimisation of the submaps' poses, wall time.
+  uint64_t compositions = 0, estimations = 0, placements = 0;
+  uint64_t submaps = 0;  // In the map.
+  uint64_t retired = 0;  // Since the server started.
+};
+
+struct SubmapStatus {
+  SubmapInfo info;
+  // Where it lies, once it is placed.
+  std::optional<uint32_t> component;
+  Pose T_map_submap;
 };
 
 enum class TrajectoryFrame { kOdom, kMap };
@@ -90,9 +102,29 @@ struct MatchGraphView {
   std::vector<Placement> placements;
 };
 
+struct LoopStatus {
+  LoopClosure loop;
+  // How many of its edges the map agrees with; those it does not were set aside as outliers.
+  uint32_t edges_used = 0;
+};
+
+// How the map changed from one revision to another.
+struct RevisionDiff {
+  int64_t from = 0, to = 0;
+  std::vector<SubmapMove> moves;  // In order of submap, each once; those that came back left out.
+  std::vector<RevisionInfo> revisions;  // After `from` up to `to`, the newest first.
+};
+
+// A person's word on a loop closure.
+struct LoopDecision {
+  uint64_t id = 0;
+  bool rejected = true;   // False: it counts again.
+  std::string note = {};  // At most 1000 characters.
+};
+
 struct RobotTransform {
   int64_t revision = 0;
-  Pose T_a_b;  // b's odom frame to a's.
+  Pose T_a_b;  // b's odom frame to a's, both as at their newest submaps.
 };
 
 // A person's word on a pair. Where no session is named, the robot's newest is meant.
@@ -147,10 +179,11 @@ class Pipeline {
 
   virtual MapInfo GetMapInfo() = 0;
   // Of every session of the robot; of all robots when absent. NotFound for an unknown robot.
-  virtual absl::StatusOr<std::vector<SubmapInfo>> ListSubmaps(
+  virtual absl::StatusOr<std::vector<SubmapStatus>> ListSubmaps(
       const std::optional<RobotId>& robot) = 0;
-  // NotFound for an unknown robot; FailedPrecondition when frame is kMap and the robot has not been
-  // placed yet (nothing stored of it).
+  // In the map frame poses follow the submaps, smoothly from one to the next; behind the newest
+  // submap its T_map_odom holds. NotFound for an unknown robot; FailedPrecondition when frame is
+  // kMap and the robot has not been placed yet (nothing stored of it).
   virtual absl::StatusOr<RobotTrajectory> GetTrajectory(const RobotId& robot,
                                                         TrajectoryFrame frame) = 0;
   virtual MatchGraphView GetMatchGraph() = 0;
@@ -159,6 +192,37 @@ class Pipeline {
   // for an unknown robot or session, InvalidArgument for a pair of one session, a transform that is
   // not finite or too long a note, FailedPrecondition to accept where nothing was found.
   virtual absl::StatusOr<Match> DecideMatch(const MatchDecision& decision) = 0;
+
+  // Loop closures within sessions of the robot; of all robots when absent. NotFound for an unknown
+  // robot.
+  virtual absl::StatusOr<std::vector<LoopStatus>> ListLoops(
+      const std::optional<RobotId>& robot) = 0;
+  // Durable on return, with the map placed anew. NotFound for an unknown loop closure,
+  // InvalidArgument for too long a note.
+  virtual absl::StatusOr<LoopStatus> DecideLoop(const LoopDecision& decision) = 0;
+
+  // Gives a submap its place, or another one. Durable on return, with the map placed anew; returns
+  // its revision. NotFound for a submap that is not in the map, InvalidArgument for numbers that
+  // are not finite, beyond kMaxAnchorM or no positive sigma.
+  virtual absl::StatusOr<int64_t> PutAnchor(Anchor anchor) = 0;
+  // NotFound when the submap has none.
+  virtual absl::StatusOr<int64_t> RemoveAnchor(const SubmapId& submap) = 0;
+  virtual std::vector<Anchor> ListAnchors() = 0;
+
+  // The newest at most `limit`, the newest first.
+  virtual absl::StatusOr<std::vector<RevisionInfo>> ListRevisions(int limit) = 0;
+  // `to` 0: the latest. OutOfRange when `from` is older than what is kept; NotFound for one that
+  // does not exist yet; InvalidArgument when from > to.
+  virtual absl::StatusOr<RevisionDiff> DiffRevisions(int64_t from, int64_t to) = 0;
+  // Rejects, by hand, the accepted matches and loop closures that the revision came of, and returns
+  // the revision after that. NotFound for one that is not kept; FailedPrecondition when none of
+  // what made it is accepted: a revision that new submaps or an anchor made cannot be undone so.
+  virtual absl::StatusOr<int64_t> UndoRevision(int64_t revision, const std::string& note) = 0;
+  // The pose graph of a component as a g2o file: submaps, odometry, matches and loop closures with
+  // those set aside left out. Comments name what the numbers stand for. NotFound for a component
+  // that does not exist.
+  virtual absl::StatusOr<std::string> ExportPoseGraph(uint32_t component) = 0;
+
   // NotFound for an unknown robot; FailedPrecondition when no accepted match connects them; the
   // message says what the best match lacks.
   virtual absl::StatusOr<RobotTransform> GetTransform(const RobotId& a, const RobotId& b) = 0;

@@ -7,7 +7,10 @@
 #include "floam/submap_builder.h"
 #include "server/composition/composer.h"
 #include "server/composition/occupancy.h"
+#include "server/matching/loop_options.h"
 #include "server/matching/matcher_options.h"
+#include "server/matching/revisits.h"
+#include "server/placement/placer.h"
 
 namespace isthmus::server {
 
@@ -23,6 +26,9 @@ struct PipelineOptions {
   floam::OdometryOptions odometry;
   floam::SubmapOptions submap;
   matching::MatcherOptions matcher;
+  matching::LoopOptions loops;
+  matching::RevisitOptions revisits;
+  placement::PlacerOptions placer;
   composition::ComposerOptions composer;
   composition::OccupancyOptions occupancy;
 };

@@ -11,6 +11,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/anchor.h"
+#include "core/loop_closure.h"
 #include "core/match.h"
 #include "core/revision.h"
 #include "core/session.h"
@@ -33,7 +35,18 @@ struct WriteBatch {
   std::vector<Verdict> verdicts = {};  // Inserted, or replaced by the pair (a, b).
   // Pairs whose verdict is removed; one without is left as it is.
   std::vector<std::pair<SessionId, SessionId>> withdrawn_verdicts = {};
-  std::optional<MapRevision> revision = {};  // Becomes the latest; must be newer.
+  // Inserted, or replaced by id. An edge with a submap that is not there any more stays.
+  std::vector<LoopClosure> loops = {};
+  std::vector<Anchor> anchors = {};            // Inserted, or replaced by submap.
+  std::vector<SubmapId> removed_anchors = {};  // One that is not there is left as it is.
+  // Submaps that leave with all that was kept of them: points, features, anchor, the poses of their
+  // scans, and the loop closures of which no edge is left with both its submaps. Unknown ones are
+  // left as they are.
+  std::vector<SubmapId> retired = {};
+  // Becomes the latest; must be newer. `moves` is how its submaps differ from those of the one
+  // before, each submap once.
+  std::optional<MapRevision> revision = {};
+  std::vector<SubmapMove> moves = {};
 };
 
 // Features of a submap kept for matching: an opaque blob under a kind ("prepared-v1").
@@ -56,8 +69,8 @@ class MapStore {
   // disk, of the machine. Otherwise nothing of it has happened.
   virtual absl::Status Write(const WriteBatch& batch) = 0;
 
-  // Removes a session with its trajectory, submaps, features, matches and verdicts. NotFound if
-  // unknown.
+  // Removes a session with its trajectory, submaps, features, matches, verdicts, loop closures and
+  // anchors. NotFound if unknown.
   virtual absl::Status DeleteSession(const SessionId& session) = 0;
 
   virtual absl::StatusOr<SessionRecord> GetSession(const SessionId& session) const = 0;
@@ -82,8 +95,20 @@ class MapStore {
   // In order of (a, b).
   virtual absl::StatusOr<std::vector<Verdict>> ListVerdicts() const = 0;
 
-  // Revision 0 without placements where none was ever written.
+  // In order of id.
+  virtual absl::StatusOr<std::vector<LoopClosure>> ListLoops() const = 0;
+
+  // In order of submap.
+  virtual absl::StatusOr<std::vector<Anchor>> ListAnchors() const = 0;
+
+  // Revision 0 without placements where none was ever written. Sessions deleted since may be named.
   virtual absl::StatusOr<MapRevision> LatestRevision() const = 0;
+  // The newest at most `limit` of those still kept, the newest first; see kRevisionsKept.
+  virtual absl::StatusOr<std::vector<RevisionInfo>> ListRevisions(int limit) const = 0;
+  // What revisions after `from` up to `to` did, in order, each with its number. OutOfRange, naming
+  // the oldest that is kept, when `from` is older; NotFound when `to` is newer than the latest.
+  virtual absl::StatusOr<std::vector<std::pair<int64_t, SubmapMove>>> ListMoves(
+      int64_t from, int64_t to) const = 0;
 
   // Replaces what was kept under the same submap and kind. Durable like Write.
   virtual absl::Status PutFeatures(const FeatureBlob& blob) = 0;

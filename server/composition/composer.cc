@@ -100,7 +100,7 @@ uint32_t Composer::State::RobotNumber(const RobotId& robot) {
 
 // Brings what is known of one submap up to date; every tile it left, entered or moved on is dirty.
 void Composer::State::Place(const PlacedSubmap& placed, uint32_t frame, std::set<TileKey>* dirty) {
-  const Pose T_map_submap = placed.T_map_odom * placed.submap->T_odom_submap;
+  const Pose& T_map_submap = placed.T_map_submap;
   const uint32_t robot = RobotNumber(placed.submap->robot);
   auto [it, is_new] = submaps.try_emplace(placed.submap->id);
   Composed& composed = it->second;
@@ -188,7 +188,7 @@ std::shared_ptr<const ComposedMap> Composer::Compose(int64_t revision,
   std::vector<PlacedSubmap> placed;
   placed.reserve(given.size());
   for (const PlacedSubmap& p : given) {
-    const bool usable = p.submap && p.T_map_odom.IsFinite() && p.submap->T_odom_submap.IsFinite();
+    const bool usable = p.submap && p.T_map_submap.IsFinite();
     if (usable) placed.push_back(p);
   }
 

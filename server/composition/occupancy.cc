@@ -51,7 +51,7 @@ absl::Status TooLarge(const OccupancyOptions& options) {
 absl::Status InsertSubmap(const PlacedSubmap& placed, const OccupancyOptions& options,
                           OccupancyGrid* grid) {
   const Submap& submap = *placed.submap;
-  const Pose T_map_submap = placed.T_map_odom * submap.T_odom_submap;
+  const Pose& T_map_submap = placed.T_map_submap;
   const Eigen::Matrix3d R = T_map_submap.RotationMatrix();
   std::vector<Eigen::Vector3d> points;
   size_t begin = 0;

@@ -60,7 +60,7 @@ SessionWorker::SessionWorker(const SessionRecord& record, const floam::SensorMod
       executor_(executor),
       odometry_(sensor, Mounted(options.odometry, record)),
       builder_(record.id, record.robot, options.submap,
-               static_cast<uint32_t>(resume.submaps.size())) {
+               resume.submaps.empty() ? 0 : resume.submaps.back()->id.index + 1) {
   if (!resume.submaps.empty()) last_submitted_ = resume.submaps.back()->last_sequence;
   status_.last_sequence = status_.durable_sequence = last_submitted_;
   Resume(resume);

@@ -31,8 +31,8 @@ std::vector<PlacedSubmap> RandomMap(unsigned seed) {
   std::vector<PlacedSubmap> submaps;
   for (const char* robot : {"alice", "bob"}) {
     for (uint32_t index = 0; index < 3; ++index) {
-      const Pose T_map_odom = Pose::FromXyzRpy(rng() % 5, rng() % 5, 0.3, 0.02, -0.01, rng() % 6);
-      submaps.push_back(MakeSubmap(robot, index, RandomPoints(&rng, 3000, kRoom), T_map_odom));
+      const Pose T_map_submap = Pose::FromXyzRpy(rng() % 5, rng() % 5, 0.3, 0.02, -0.01, rng() % 6);
+      submaps.push_back(MakeSubmap(robot, index, RandomPoints(&rng, 3000, kRoom), T_map_submap));
     }
   }
   return submaps;
@@ -103,7 +103,7 @@ TEST(Composer, EveryPointIsRepresentedNearby) {
   const double reach = 2 * 0.2 * std::sqrt(3);  // Thinned on the submap's grid, then on the map's.
   for (size_t i = 0; i < submaps[0].submap->points.size(); i += 100) {
     const Eigen::Vector3d p =
-        submaps[0].T_map_odom * submaps[0].submap->points[i].Position().cast<double>().eval();
+        submaps[0].T_map_submap * submaps[0].submap->points[i].Position().cast<double>().eval();
     double nearest = std::numeric_limits<double>::infinity();
     for (const MapPoint& q : points) {
       if (q.robot == 0) nearest = std::min(nearest, (p - Eigen::Vector3d(q.x, q.y, q.z)).norm());
@@ -145,7 +145,7 @@ TEST(Composer, MovedSubmapLeavesNoGhosts) {
   const auto alice = MakeSubmap("alice", 0, RandomPoints(&rng, 2000, kRoom));
   auto bob = MakeSubmap("bob", 0, RandomPoints(&rng, 2000, kRoom));
   composer.Compose(1, {alice, bob});
-  bob.T_map_odom = Pose::FromXyzRpy(200, 0, 0, 0, 0, 1);
+  bob.T_map_submap = Pose::FromXyzRpy(200, 0, 0, 0, 0, 1);
   const auto map = composer.Compose(2, {alice, bob});
   Region old_place;
   old_place.box = MakeBox({-50, -50, -5}, {50, 50, 5});
@@ -172,14 +172,14 @@ TEST(Composer, SmallMovesWaitUntilTheyAddUp) {
   Composer composer({.min_move_m = 0.01});
   auto submap = MakeSubmap("alice", 0, {At(1, 1, 1), At(9, 1, 1)});
   composer.Compose(1, {submap});
-  submap.T_map_odom = Pose(Eigen::Vector3d(.006, 0, 0));
+  submap.T_map_submap = Pose(Eigen::Vector3d(.006, 0, 0));
   composer.Compose(2, {submap});
   EXPECT_EQ(composer.last_tiles_remade(), 0);
-  submap.T_map_odom = Pose(Eigen::Vector3d(.012, 0, 0));
+  submap.T_map_submap = Pose(Eigen::Vector3d(.012, 0, 0));
   composer.Compose(3, {submap});
   EXPECT_EQ(composer.last_tiles_remade(), 1);
   // A turn that the origin does not feel moves the far end.
-  submap.T_map_odom = Pose::FromXyzRpy(.012, 0, 0, 0, 0, .002);
+  submap.T_map_submap = Pose::FromXyzRpy(.012, 0, 0, 0, 0, .002);
   composer.Compose(4, {submap});
   EXPECT_EQ(composer.last_tiles_remade(), 1);
 }
@@ -247,7 +247,7 @@ TEST(Composer, IncrementalEqualsFromScratch) {
     } else if (rng() % 3 == 0) {
       in_map.erase(it);
     } else {
-      it->T_map_odom = Pose::FromXyzRpy(rng() % 9, rng() % 9, 0, 0, 0, rng() % 6);
+      it->T_map_submap = Pose::FromXyzRpy(rng() % 9, rng() % 9, 0, 0, 0, rng() % 6);
       it->component = rng() % 4 == 0;
     }
     std::shuffle(in_map.begin(), in_map.end(), rng);
@@ -274,7 +274,7 @@ TEST(Composer, MapsCanBeReadWhileNewerOnesAreMade) {
     for (int i = 0; i < 10; ++i) EXPECT_EQ(Sorted(ReadAll(*kept)), expected);
   });
   for (int revision = 1; revision <= 20; ++revision) {
-    submaps[revision % submaps.size()].T_map_odom = Pose(Eigen::Vector3d(revision, 0, 0));
+    submaps[revision % submaps.size()].T_map_submap = Pose(Eigen::Vector3d(revision, 0, 0));
     composer.Compose(revision, submaps);
   }
   reader.join();

@@ -71,13 +71,12 @@ TEST_P(Occupancy, WallIsOccupiedBeforeItFreeBehindItUnknown) {
 TEST_P(Occupancy, RaysStartAtTheKeyframeThatSaw) {
   Submap submap;
   submap.id = {SessionId("alice-1"), 0};
-  submap.T_odom_submap = Pose(Eigen::Vector3d(0, 0, 1));
   submap.keyframes.resize(2);
   submap.keyframes[1].T_submap_sensor = Pose(Eigen::Vector3d(0, 4, 0));
   submap.points = {At(3, 0.05, 0), At(3, 4.05, 0)};
   submap.points[1].keyframe = 1;
-  const Pose T_map_odom = Pose(Eigen::Vector3d(100, 0, 0));
-  const auto tree = Write({{std::make_shared<Submap>(submap), 0, T_map_odom}});
+  const Pose T_map_submap = Pose(Eigen::Vector3d(100, 0, 1));
+  const auto tree = Write({{std::make_shared<Submap>(submap), 0, T_map_submap}});
   ASSERT_NE(tree, nullptr);
   EXPECT_EQ(StateAt(*tree, 103, 0.05, 1.05), State::kOccupied);
   EXPECT_EQ(StateAt(*tree, 103, 4.05, 1.05), State::kOccupied);
@@ -179,14 +178,14 @@ TEST(OccupancyEvidence, AgreesWithOctomapsOwnInsertion) {
     // Faces of a room around the sensor, all in range: cut rays differ on purpose.
     auto points = RandomPoints(&rng, 6000, MakeBox({-14, -6, -1}, {14, 6, 2}));
     for (SubmapPoint& p : points) (rng() % 2 ? p.y : p.z) = rng() % 2 ? 1.97f : -0.97f;
-    const Pose T_map_odom = Pose::FromXyzRpy(0.53 * scan, 0.21, 0.13, 0, 0, 0.3 * scan);
-    submaps.push_back(MakeSubmap("alice", scan, points, T_map_odom));
+    const Pose T_map_submap = Pose::FromXyzRpy(0.53 * scan, 0.21, 0.13, 0, 0, 0.3 * scan);
+    submaps.push_back(MakeSubmap("alice", scan, points, T_map_submap));
     octomap::Pointcloud cloud;
     for (const SubmapPoint& p : points) {
-      const Eigen::Vector3d q = T_map_odom * Eigen::Vector3d(p.x, p.y, p.z);
+      const Eigen::Vector3d q = T_map_submap * Eigen::Vector3d(p.x, p.y, p.z);
       cloud.push_back(q.x(), q.y(), q.z());
     }
-    const Eigen::Vector3d o = T_map_odom.translation();
+    const Eigen::Vector3d o = T_map_submap.translation();
     expected.insertPointCloud(cloud, octomap::point3d(o.x(), o.y(), o.z()), options.max_range_m,
                               false, true);
   }

@@ -13,14 +13,14 @@
 namespace isthmus::composition {
 
 inline PlacedSubmap MakeSubmap(const std::string& robot, uint32_t index,
-                               std::vector<SubmapPoint> points, const Pose& T_map_odom = Pose(),
+                               std::vector<SubmapPoint> points, const Pose& T_map_submap = Pose(),
                                uint32_t component = 0) {
   auto submap = std::make_shared<Submap>();
   submap->id = {SessionId(robot + "-1"), index};
   submap->robot = RobotId(robot);
   submap->keyframes.resize(1);
   submap->points = std::move(points);
-  return {submap, component, T_map_odom};
+  return {submap, component, T_map_submap};
 }
 
 inline SubmapPoint At(double x, double y, double z, double intensity = 0) {

@@ -1,0 +1,44 @@
+// Which submaps have been looked at again so often that they add nothing: what keeps a map that is
+// driven over for days from growing.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "core/composed_map.h"
+#include "core/ids.h"
+#include "server/matching/prepared_map.h"
+
+namespace isthmus::matching {
+
+struct RevisitOptions {
+  bool retire = true;
+  // A submap goes when this share of its surface ...
+  double min_share = 0.9;
+  // ... was looked at by so many newer submaps each: seen again, or looked through because it is
+  // gone.
+  int min_looks = 30;
+  // Of every session the newest stay: its robot goes on from them.
+  int keep_newest = 8;
+};
+
+// Not thread safe; starts no threads. Keeps counts, so that what a new submap costs does not grow
+// with the map.
+class RevisitCounter {
+ public:
+  explicit RevisitCounter(const RevisitOptions& options = {}, SubmapSource source = PrepareSubmap);
+  ~RevisitCounter();
+
+  // `placed` is the whole map. Newer is what ends later (last_stamp_ns); a submap that contradicts
+  // more of the older one than it confirms is not counted, because then one of the two lies in the
+  // wrong place. Returns those that may go, at most a few of a place at a time, so that those left
+  // are counted before more go. What was returned should not be in the next call.
+  std::vector<SubmapId> Update(const std::vector<PlacedSubmap>& placed);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace isthmus::matching

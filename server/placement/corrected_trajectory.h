@@ -1,0 +1,28 @@
+// A session's scans in the map: odometry, bent to follow its submaps.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/pose.h"
+#include "core/revision.h"
+#include "core/trajectory.h"
+
+namespace isthmus::placement {
+
+// Where a submap begins, in odom; what correction holds there.
+struct TrajectoryKnot {
+  uint32_t index = 0;
+  int64_t stamp_ns = 0;  // Of its first keyframe.
+  Pose T_odom_submap;
+};
+
+// T_map_sensor of every entry. At the beginning of each submap the scan lies as the submap does;
+// in between, by the share of the way gone, from the pose that one submap gives it to the pose that
+// the next gives it; before the first and behind the last as that one says. Continuous, and rigid
+// where the submaps did not move against each other. `knots` and `placement.submaps` in order of
+// index; knots that are not placed are passed over. Without any: T_map_odom for all.
+Trajectory CorrectTrajectory(const std::vector<TrajectoryEntry>& entries,
+                             const std::vector<TrajectoryKnot>& knots, const Placement& placement);
+
+}  // namespace isthmus::placement

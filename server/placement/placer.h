@@ -1,0 +1,104 @@
+// From sessions hanging together to a pose for every submap: odometry, matches, loop closures and
+// anchors in one pose graph.
+//
+// The paper stops at the spanning tree of the match graph, which gives each session one transform
+// and leaves its drift in the map. Here that is the initial value, and what is left where nothing
+// closes. Then every submap is a node of its own (server/pose_graph/).
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/anchor.h"
+#include "core/loop_closure.h"
+#include "core/match.h"
+#include "core/revision.h"
+#include "server/pose_graph/information.h"
+
+namespace isthmus::placement {
+
+struct PlacerOptions {
+  pose_graph::DriftModel drift;
+  // Maps of at most so many submaps are optimised as a whole whatever changed; in larger ones what
+  // is new changes what is around it (pose_graph/optimize_around.h) ...
+  size_t whole_up_to = 500;
+  // ... until so many changes have come, or more than so many edges at once.
+  int whole_after = 50;
+  size_t whole_above_edges = 60;
+  // A submap that moves by less stays as published: no revision for the last digit.
+  double min_move_m = 2e-4;
+  double min_turn_rad = 1e-5;
+  double max_seconds = 10;  // Of one optimisation; the best so far is taken then.
+};
+
+// A submap that is in the map.
+struct Node {
+  uint32_t index = 0;
+  Pose T_odom_submap;
+  Matrix6d drift_covariance = Matrix6d::Zero();  // As in Submap.
+  double travelled_m =
+      0;  // Since the session's submap before, along the way; 0: as the crow flies.
+};
+
+struct Session {
+  Placement tree;           // What the spanning tree says; `submaps` is not looked at.
+  std::vector<Node> nodes;  // In order of index; gaps are submaps that were retired.
+};
+
+// What is known. Everything that names a submap that is not among the nodes is passed over.
+struct Input {
+  std::vector<Session> sessions;   // In order of id.
+  std::vector<Match> matches;      // Those that carry or could: only accepted ones count.
+  std::vector<LoopClosure> loops;  // Those that a person rejected do not count.
+  std::vector<Anchor> anchors;
+};
+
+// Which edges were kept: matches by pair, loop closures by id, in their order of edges.
+struct Judgement {
+  std::map<std::pair<SessionId, SessionId>, std::vector<bool>> matches;
+  std::map<uint64_t, std::vector<bool>> loops;
+  std::map<SubmapId, bool> anchors;
+};
+
+struct Outcome {
+  std::vector<Placement> placements;  // In order of session; sessions without nodes are left out.
+  Judgement judgement;
+  size_t nodes = 0, edges = 0;
+  bool whole = false;  // Everything was optimised, not only what is around the changes.
+  bool converged = true;
+  std::string trouble;  // Why the optimiser gave up and the initial value stands; else empty.
+};
+
+// Keeps the last solution to go on from. Not thread safe. Deterministic for the same sequence of
+// calls; where things only went away since (a match rejected, a session deleted), everything begins
+// from the spanning tree again, so that nothing is left of what they had bent.
+class Placer {
+ public:
+  explicit Placer(const PlacerOptions& options = {}) : options_(options) {}
+
+  // `previous` is what readers see now: the start of the search, and what poses are compared with.
+  // Never fails: without an optimum the spanning tree's poses stand, and `trouble` says why.
+  //
+  // Matches by hand (reason BY_HAND) are not doubted; one without edges is taken to hold where its
+  // two sessions are nearest to each other, to 5 cm and 0.5 degrees. All other edges, loop closures
+  // and anchors may be discarded by graduated non-convexity.
+  Outcome Place(const Input& input, const std::vector<Placement>& previous);
+
+  // The graph of the last call as g2o text, with a comment line for every vertex's submap. Edges
+  // that were discarded are left out. NotFound for a component that does not exist.
+  absl::StatusOr<std::string> WriteG2o(uint32_t component) const;
+
+ private:
+  PlacerOptions options_;
+};
+
+// How the placements differ, each submap once, in order of submap.
+std::vector<SubmapMove> FindMoves(const std::vector<Placement>& before,
+                                  const std::vector<Placement>& after);
+
+}  // namespace isthmus::placement
