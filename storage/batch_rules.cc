@@ -2,42 +2,12 @@
 
 #include <absl/strings/str_cat.h>
 
-#include <cmath>
 #include <set>
+
+#include "storage/record_rules.h"
 
 namespace isthmus::storage {
 namespace {
-
-absl::Status CheckSubmap(const Submap& submap) {
-  const std::string name = ToString(submap.id);
-  if (submap.keyframes.empty() || submap.keyframes.size() > 65535) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        "submap ", name, " has ", submap.keyframes.size(), " keyframes; it needs 1 to 65535"));
-  }
-  bool finite = submap.T_odom_submap.IsFinite();
-  for (const Keyframe& keyframe : submap.keyframes) {
-    finite = finite && keyframe.T_submap_sensor.IsFinite();
-  }
-  if (!finite) {
-    return absl::InvalidArgumentError(absl::StrCat("submap ", name, " has a pose with NaN or Inf"));
-  }
-  if (submap.points.size() > kMaxSubmapPoints) {
-    return absl::InvalidArgumentError(absl::StrCat("submap ", name, " has ", submap.points.size(),
-                                                   " points; the limit is ", kMaxSubmapPoints,
-                                                   ": cut it into several"));
-  }
-  for (const SubmapPoint& point : submap.points) {
-    // NaN is not near.
-    const bool near = std::abs(point.x) <= kMaxCoordinateM &&
-                      std::abs(point.y) <= kMaxCoordinateM && std::abs(point.z) <= kMaxCoordinateM;
-    if (point.keyframe >= submap.keyframes.size() || !near) {
-      return absl::InvalidArgumentError(
-          absl::StrCat("submap ", name, " has a point that is not finite, farther than ",
-                       kMaxCoordinateM, " m from its origin, or of a keyframe it does not have"));
-    }
-  }
-  return absl::OkStatus();
-}
 
 // Of a match, or of a verdict on one.
 template <typename Record>
@@ -57,27 +27,32 @@ absl::Status CheckPair(const Record& match,
   return absl::OkStatus();
 }
 
-absl::Status CheckEdges(const Match& match) {
-  for (const SubmapEdge& edge : match.edges) {
-    if (edge.T_a_b.IsFinite() && edge.information.allFinite()) continue;
-    return absl::InvalidArgumentError(absl::StrCat(
-        "match ", match.a.value(), " ~ ", match.b.value(), " has an edge with NaN or Inf"));
+// The records that came with placing submaps.
+absl::Status CheckGraph(const WriteBatch& batch, const StoreContents& contents,
+                        const std::function<bool(const SessionId&)>& has_session,
+                        const std::set<SubmapId>& inserted) {
+  for (const LoopClosure& loop : batch.loops) {
+    if (absl::Status status = CheckLoop(loop); !status.ok()) return status;
+    if (has_session(loop.session)) continue;
+    return absl::FailedPreconditionError(absl::StrCat(
+        "loop closure ", loop.id, " of session ", loop.session.value(), ", which does not exist"));
   }
-  return absl::OkStatus();
-}
-
-absl::Status CheckRevision(const MapRevision& revision, int64_t latest) {
-  if (revision.revision <= latest) {
+  for (const Anchor& anchor : batch.anchors) {
+    if (absl::Status status = CheckAnchor(anchor); !status.ok()) return status;
+    if (inserted.count(anchor.submap) > 0 || contents.has_submap(anchor.submap)) continue;
     return absl::FailedPreconditionError(
-        absl::StrCat("revision ", revision.revision, " is not newer than the latest, ", latest));
+        absl::StrCat("an anchor of submap ", ToString(anchor.submap), ", which does not exist"));
   }
-  for (const Placement& placement : revision.placements) {
-    if (!placement.T_map_odom.IsFinite()) {
-      return absl::InvalidArgumentError(
-          absl::StrCat("the placement of session ", placement.session.value(), " has NaN or Inf"));
-    }
+  if (!batch.revision) {
+    return batch.moves.empty() ? absl::OkStatus()
+                               : absl::InvalidArgumentError("moves without a revision");
   }
-  return absl::OkStatus();
+  if (batch.revision->revision <= contents.latest_revision) {
+    return absl::FailedPreconditionError(absl::StrCat("revision ", batch.revision->revision,
+                                                      " is not newer than the latest, ",
+                                                      contents.latest_revision));
+  }
+  return CheckRevision(*batch.revision, batch.moves);
 }
 
 }  // namespace
@@ -114,13 +89,12 @@ absl::Status CheckBatch(const WriteBatch& batch, const StoreContents& contents) 
   }
   for (const Match& match : batch.matches) {
     if (absl::Status status = CheckPair(match, has_session); !status.ok()) return status;
-    if (absl::Status status = CheckEdges(match); !status.ok()) return status;
+    if (absl::Status status = CheckMatchEdges(match); !status.ok()) return status;
   }
   for (const Verdict& verdict : batch.verdicts) {
     if (absl::Status status = CheckPair(verdict, has_session); !status.ok()) return status;
   }
-  return batch.revision ? CheckRevision(*batch.revision, contents.latest_revision)
-                        : absl::OkStatus();
+  return CheckGraph(batch, contents, has_session, submaps);
 }
 
 absl::Status UnknownSession(const SessionId& session) {

@@ -2,6 +2,7 @@
 
 #include "core/codec/crc32c.h"
 #include "storage/byte_stream.h"
+#include "storage/matrix_codec.h"
 #include "storage/pose_codec.h"
 
 namespace isthmus::storage {
@@ -10,24 +11,7 @@ namespace {
 // The last character is the version of the layout.
 constexpr char kMagic[] = "IME1";
 constexpr size_t kMagicSize = 4;
-constexpr size_t kEdgeSize = 2 * 4 + 7 * 8 + 21 * 8;
-
-// Symmetric: the upper triangle, row by row.
-void AppendInformation(const Matrix6d& information, std::string& out) {
-  for (int row = 0; row < 6; ++row) {
-    for (int column = row; column < 6; ++column) AppendBytes(information(row, column), out);
-  }
-}
-
-Matrix6d ReadInformation(ByteReader& reader) {
-  Matrix6d information;
-  for (int row = 0; row < 6; ++row) {
-    for (int column = row; column < 6; ++column) {
-      information(row, column) = information(column, row) = reader.Read<double>();
-    }
-  }
-  return information;
-}
+constexpr size_t kEdgeSize = 2 * 4 + 7 * 8 + kSymmetricSize;
 
 }  // namespace
 
@@ -39,7 +23,7 @@ std::string EncodeEdges(const std::vector<SubmapEdge>& edges) {
     AppendBytes(edge.submap_a, body);
     AppendBytes(edge.submap_b, body);
     AppendPose(edge.T_a_b, body);
-    AppendInformation(edge.information, body);
+    AppendSymmetric(edge.information, body);
   }
   std::string blob(kMagic, kMagicSize);
   AppendBytes(codec::Crc32c(body.data(), body.size()), blob);
@@ -67,7 +51,7 @@ absl::Status DecodeEdges(const std::string& blob, std::vector<SubmapEdge>& edges
     edge.submap_a = reader.Read<uint32_t>();
     edge.submap_b = reader.Read<uint32_t>();
     edge.T_a_b = ReadPose(reader);
-    edge.information = ReadInformation(reader);
+    edge.information = ReadSymmetric(reader);
     if (!edge.T_a_b.IsFinite() || !edge.information.allFinite()) {
       return absl::DataLossError("one of them is not finite");
     }

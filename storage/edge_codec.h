@@ -1,4 +1,5 @@
-// The edges of a match as one checksummed blob; docs/storage-format.md describes the bytes.
+// The edges of a match or a loop closure as one checksummed blob; docs/storage-format.md describes
+// the bytes.
 #pragma once
 
 #include <absl/status/status.h>

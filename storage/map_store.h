@@ -44,10 +44,15 @@ struct WriteBatch {
   // left as they are.
   std::vector<SubmapId> retired = {};
   // Becomes the latest; must be newer. `moves` is how its submaps differ from those of the one
-  // before, each submap once.
+  // before, each submap once: LatestRevision's submaps follow from the moves alone, and what its
+  // placements say of them here is not looked at.
   std::optional<MapRevision> revision = {};
   std::vector<SubmapMove> moves = {};
 };
+
+// History goes back this far: older revisions go, each with all its moves, but never the latest.
+inline constexpr int kRevisionsKept = 1000;
+inline constexpr int64_t kMovesKept = 200'000;
 
 // Features of a submap kept for matching: an opaque blob under a kind ("prepared-v1").
 struct FeatureBlob {
@@ -89,24 +94,26 @@ class MapStore {
   virtual absl::StatusOr<std::vector<SubmapInfo>> FindSubmaps(const SessionId& session,
                                                               const Box& box_odom) const = 0;
 
-  // In order of (a, b).
+  // In order of (a, b). A match whose edges are damaged comes without them.
   virtual absl::StatusOr<std::vector<Match>> ListMatches() const = 0;
 
   // In order of (a, b).
   virtual absl::StatusOr<std::vector<Verdict>> ListVerdicts() const = 0;
 
-  // In order of id.
+  // In order of id. A loop closure whose edges are damaged is left out: it is nothing without.
   virtual absl::StatusOr<std::vector<LoopClosure>> ListLoops() const = 0;
 
   // In order of submap.
   virtual absl::StatusOr<std::vector<Anchor>> ListAnchors() const = 0;
 
-  // Revision 0 without placements where none was ever written. Sessions deleted since may be named.
+  // Revision 0 without placements where none was ever written. Sessions deleted and submaps retired
+  // since may be named. Placements written before submaps were placed one by one have none.
   virtual absl::StatusOr<MapRevision> LatestRevision() const = 0;
   // The newest at most `limit` of those still kept, the newest first; see kRevisionsKept.
   virtual absl::StatusOr<std::vector<RevisionInfo>> ListRevisions(int limit) const = 0;
-  // What revisions after `from` up to `to` did, in order, each with its number. OutOfRange, naming
-  // the oldest that is kept, when `from` is older; NotFound when `to` is newer than the latest.
+  // What revisions after `from` up to `to` did, each with its number, in order of revision and then
+  // of submap; nothing when from >= to. OutOfRange, naming the oldest that can be compared with,
+  // when `from` is older; NotFound when `to` is newer than the latest.
   virtual absl::StatusOr<std::vector<std::pair<int64_t, SubmapMove>>> ListMoves(
       int64_t from, int64_t to) const = 0;
 

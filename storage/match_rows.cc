@@ -1,5 +1,3 @@
-#include <absl/strings/str_cat.h>
-
 #include <map>
 
 #include "storage/edge_codec.h"
@@ -63,7 +61,7 @@ absl::Status InsertStages(Connection& database, const KeyPair& keys, const Match
   return absl::OkStatus();
 }
 
-absl::StatusOr<Match> ReadMatch(const Statement& row) {
+Match ReadMatch(const Statement& row) {
   Match match;
   match.a = SessionId(row.Text(2));
   match.b = SessionId(row.Text(3));
@@ -87,11 +85,8 @@ absl::StatusOr<Match> ReadMatch(const Statement& row) {
   match.hold = row.Real(21);
   match.strain = row.Real(22);
   match.candidates = static_cast<uint32_t>(row.Int(23));
-  if (row.IsNull(24)) return match;
-  if (absl::Status status = DecodeEdges(row.Text(24), match.edges); !status.ok()) {
-    return absl::DataLossError(absl::StrCat("the edges of match ", match.a.value(), " ~ ",
-                                            match.b.value(), " are damaged: ", status.message()));
-  }
+  // Still a match without them, and no reason to keep all the others from being served.
+  if (!row.IsNull(24) && !DecodeEdges(row.Text(24), match.edges).ok()) match.edges.clear();
   return match;
 }
 
@@ -140,9 +135,7 @@ absl::StatusOr<std::vector<Match>> SelectMatches(Connection& database) {
     absl::StatusOr<bool> has_row = row.Step();
     if (!has_row.ok()) return has_row.status();
     if (!*has_row) return matches;
-    absl::StatusOr<Match> match = ReadMatch(row);
-    if (!match.ok()) return match.status();
-    matches.push_back(*std::move(match));
+    matches.push_back(ReadMatch(row));
     matches.back().stages = std::move((*stages)[{row.Int(0), row.Int(1)}]);
   }
 }

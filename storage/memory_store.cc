@@ -2,12 +2,14 @@
 
 #include <absl/strings/str_cat.h>
 
+#include <algorithm>
 #include <map>
 #include <mutex>
 #include <set>
 #include <utility>
 
 #include "storage/batch_rules.h"
+#include "storage/revision_log.h"
 
 namespace isthmus::storage {
 namespace {
@@ -20,6 +22,7 @@ struct SessionData {
   std::map<uint32_t, std::shared_ptr<const Submap>> submaps;
   std::map<uint32_t, SubmapInfo> infos;
   std::map<std::pair<uint32_t, std::string>, std::string> features;  // By submap and kind.
+  std::map<uint32_t, Anchor> anchors;                                // By submap.
 };
 
 // Thread safe: one mutex, and nothing slow under it.
@@ -46,7 +49,13 @@ class MemoryStore : public MapStore {
     }
     for (const Verdict& verdict : batch.verdicts) verdicts_[{verdict.a, verdict.b}] = verdict;
     for (const auto& pair : batch.withdrawn_verdicts) verdicts_.erase(pair);
-    if (batch.revision) revision_ = *batch.revision;
+    for (const LoopClosure& loop : batch.loops) loops_[loop.id] = loop;
+    for (const Anchor& anchor : batch.anchors) {
+      sessions_.at(anchor.submap.session).anchors[anchor.submap.index] = anchor;
+    }
+    for (const SubmapId& submap : batch.removed_anchors) RemoveAnchor(submap);
+    Retire(batch.retired);
+    if (batch.revision) revisions_.Add(*batch.revision, batch.moves);
     return absl::OkStatus();
   }
 
@@ -58,6 +67,7 @@ class MemoryStore : public MapStore {
     };
     std::erase_if(matches_, of_session);
     std::erase_if(verdicts_, of_session);
+    std::erase_if(loops_, [&](const auto& item) { return item.second.session == session; });
     return absl::OkStatus();
   }
 
@@ -132,9 +142,36 @@ class MemoryStore : public MapStore {
     return verdicts;
   }
 
+  absl::StatusOr<std::vector<LoopClosure>> ListLoops() const override {
+    std::lock_guard lock(mutex_);
+    std::vector<LoopClosure> loops;
+    for (const auto& [id, loop] : loops_) loops.push_back(loop);
+    return loops;
+  }
+
+  absl::StatusOr<std::vector<Anchor>> ListAnchors() const override {
+    std::lock_guard lock(mutex_);
+    std::vector<Anchor> anchors;
+    for (const auto& [id, data] : sessions_) {
+      for (const auto& [index, anchor] : data.anchors) anchors.push_back(anchor);
+    }
+    return anchors;
+  }
+
   absl::StatusOr<MapRevision> LatestRevision() const override {
     std::lock_guard lock(mutex_);
-    return revision_;
+    return revisions_.Latest();
+  }
+
+  absl::StatusOr<std::vector<RevisionInfo>> ListRevisions(int limit) const override {
+    std::lock_guard lock(mutex_);
+    return revisions_.List(limit);
+  }
+
+  absl::StatusOr<std::vector<std::pair<int64_t, SubmapMove>>> ListMoves(int64_t from,
+                                                                        int64_t to) const override {
+    std::lock_guard lock(mutex_);
+    return revisions_.Moves(from, to);
   }
 
   absl::Status PutFeatures(const FeatureBlob& blob) override {
@@ -170,7 +207,7 @@ class MemoryStore : public MapStore {
     return CheckBatch(batch,
                       {.has_session = [this](const SessionId& id) { return Find(id) != nullptr; },
                        .has_submap = [this](const SubmapId& id) { return HasSubmap(id); },
-                       .latest_revision = revision_.revision});
+                       .latest_revision = revisions_.latest()});
   }
 
   void PutSession(const SessionRecord& record) {
@@ -179,11 +216,44 @@ class MemoryStore : public MapStore {
     item->second.record = record;
   }
 
+  void RemoveAnchor(const SubmapId& submap) {
+    const auto found = sessions_.find(submap.session);
+    if (found != sessions_.end()) found->second.anchors.erase(submap.index);
+  }
+
+  static void RetireOf(SessionData& data, const std::set<uint32_t>& indices) {
+    const auto by_index = [&](const auto& item) { return indices.count(item.first) > 0; };
+    std::erase_if(data.submaps, by_index);
+    std::erase_if(data.infos, by_index);
+    std::erase_if(data.anchors, by_index);
+    std::erase_if(data.features,
+                  [&](const auto& item) { return indices.count(item.first.first) > 0; });
+    std::erase_if(data.trajectory,
+                  [&](const auto& item) { return indices.count(item.second.submap_index) > 0; });
+  }
+
+  void Retire(const std::vector<SubmapId>& retired) {
+    std::map<SessionId, std::set<uint32_t>> gone;
+    for (const SubmapId& id : retired) {
+      if (HasSubmap(id)) gone[id.session].insert(id.index);
+    }
+    for (const auto& [session, indices] : gone) RetireOf(sessions_.at(session), indices);
+    std::erase_if(loops_, [&](const auto& item) {
+      const LoopClosure& loop = item.second;
+      return gone.count(loop.session) > 0 &&
+             std::none_of(loop.edges.begin(), loop.edges.end(), [&](const SubmapEdge& edge) {
+               return HasSubmap({loop.session, edge.submap_a}) &&
+                      HasSubmap({loop.session, edge.submap_b});
+             });
+    });
+  }
+
   mutable std::mutex mutex_;
   std::map<SessionId, SessionData> sessions_;  // Guarded by mutex_, as the rest.
   std::map<std::pair<SessionId, SessionId>, Match> matches_;
   std::map<std::pair<SessionId, SessionId>, Verdict> verdicts_;
-  MapRevision revision_;
+  std::map<uint64_t, LoopClosure> loops_;  // By id.
+  RevisionLog revisions_;
   uint64_t next_order_ = 0;
 };
 

@@ -41,12 +41,15 @@ absl::StatusOr<std::vector<TrajectoryEntry>> SelectTrajectory(Connection& databa
                                                               int64_t session_key);
 
 // submaps, submap_blobs, submap_bounds. `blob` is EncodeSubmap's.
-absl::Status AddSubmap(Connection& database, const SubmapInfo& info, const std::string& blob);
-absl::StatusOr<std::optional<int64_t>> FindSubmapKey(Connection& database, const SubmapId& submap);
 struct SubmapRow {
   SubmapInfo info;
+  Matrix6d drift_covariance = Matrix6d::Zero();
   std::string blob;
 };
+absl::Status AddSubmap(Connection& database, const SubmapRow& submap);
+// With its scans and all that hangs on it; one that is not there is no error.
+absl::Status RemoveSubmap(Connection& database, int64_t session_key, uint32_t index);
+absl::StatusOr<std::optional<int64_t>> FindSubmapKey(Connection& database, const SubmapId& submap);
 absl::StatusOr<std::optional<SubmapRow>> FindSubmap(Connection& database, const SubmapId& submap);
 // All sessions when the key is absent; in order of (session id, index).
 absl::StatusOr<std::vector<SubmapInfo>> SelectSubmaps(Connection& database,
@@ -60,7 +63,7 @@ absl::Status PutFeatureRow(Connection& database, const FeatureBlob& blob);
 absl::StatusOr<std::string> FindFeatures(Connection& database, const SubmapId& submap,
                                          const std::string& kind);
 
-// matches, match_stages. Replaces by pair. DataLoss for edges that are damaged.
+// matches, match_stages. Replaces by pair. Edges that are damaged are left out.
 absl::Status PutMatch(Connection& database, const Match& match);
 absl::StatusOr<std::vector<Match>> SelectMatches(Connection& database);
 
@@ -69,10 +72,32 @@ absl::Status PutVerdict(Connection& database, const Verdict& verdict);
 absl::Status RemoveVerdict(Connection& database, const SessionId& a, const SessionId& b);
 absl::StatusOr<std::vector<Verdict>> SelectVerdicts(Connection& database);
 
-// revisions, placements. Forgets all but the newest kRevisionsKept.
-inline constexpr int kRevisionsKept = 1000;
-absl::Status AddRevision(Connection& database, const MapRevision& revision);
+// loops. Replaces by id. Those with damaged edges are left out.
+absl::Status PutLoop(Connection& database, const LoopClosure& loop);
+absl::StatusOr<std::vector<LoopClosure>> SelectLoops(Connection& database);
+// Those of the session of which no edge is left with both its submaps.
+absl::Status RemoveLostLoops(Connection& database, int64_t session_key);
+
+// anchors. Replaces by submap; removing what is not there is no error.
+absl::Status PutAnchor(Connection& database, const Anchor& anchor);
+absl::Status RemoveAnchor(Connection& database, const SubmapId& submap);
+absl::StatusOr<std::vector<Anchor>> SelectAnchors(Connection& database);
+
+// revisions, revision_matches, revision_loops, placements, and the moves. Prunes as map_store.h
+// says.
+absl::Status AddRevision(Connection& database, const MapRevision& revision,
+                         const std::vector<SubmapMove>& moves);
 absl::StatusOr<int64_t> LatestRevisionNumber(Connection& database);
+// The oldest that SelectMoves may be asked from.
+absl::StatusOr<int64_t> OldestComparableRevision(Connection& database);
+absl::StatusOr<std::vector<RevisionInfo>> SelectRevisions(Connection& database, int limit);
 absl::StatusOr<MapRevision> SelectLatestRevision(Connection& database);
+
+// submap_moves, placed_submaps.
+absl::Status AddMoves(Connection& database, int64_t revision, const std::vector<SubmapMove>& moves);
+absl::StatusOr<std::vector<std::pair<int64_t, SubmapMove>>> SelectMoves(Connection& database,
+                                                                        int64_t from, int64_t to);
+absl::StatusOr<std::vector<SubmapPose>> SelectPlacedSubmaps(Connection& database,
+                                                            const SessionId& session);
 
 }  // namespace isthmus::storage

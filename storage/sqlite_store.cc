@@ -3,6 +3,7 @@
 #include <absl/strings/str_cat.h>
 
 #include <mutex>
+#include <set>
 #include <utility>
 
 #include "core/codec/quantized.h"
@@ -10,6 +11,7 @@
 #include "storage/connection_pool.h"
 #include "storage/directory_lock.h"
 #include "storage/migrations.h"
+#include "storage/revision_log.h"
 #include "storage/rows.h"
 #include "storage/submap_codec.h"
 
@@ -18,11 +20,6 @@ namespace {
 
 // Enough for a query, an export and a matcher at a time; more would wait for the disk anyway.
 constexpr int kReaders = 3;
-
-struct EncodedSubmap {
-  SubmapInfo info;
-  std::string blob;
-};
 
 // One connection writes, guarded by a mutex; a few others read. In WAL mode readers see the last
 // commit and wait for no writer, whose commits wait for the disk. Submaps are packed and unpacked
@@ -37,12 +34,13 @@ class SqliteStore : public MapStore {
         writer_(std::move(writer)) {}
 
   absl::Status Write(const WriteBatch& batch) override {
-    std::vector<EncodedSubmap> encoded;
+    std::vector<SubmapRow> encoded;
     for (const auto& submap : batch.submaps) {
       absl::StatusOr<std::string> blob = EncodeSubmap(*submap, options_.resolution_m);
       // What cannot be encoded breaks a rule, and CheckBatch says it better.
       if (!blob.ok() && !absl::IsInvalidArgument(blob.status())) return blob.status();
-      encoded.push_back({Summarize(*submap), blob.ok() ? *std::move(blob) : std::string()});
+      encoded.push_back({Summarize(*submap), submap->drift_covariance,
+                         blob.ok() ? *std::move(blob) : std::string()});
     }
     std::lock_guard lock(write_mutex_);
     Transaction transaction(*writer_);
@@ -88,6 +86,7 @@ class SqliteStore : public MapStore {
     submap->id = info.id;
     submap->robot = info.robot;
     submap->T_odom_submap = info.T_odom_submap;
+    submap->drift_covariance = (*row)->drift_covariance;
     submap->first_sequence = info.first_sequence;
     submap->last_sequence = info.last_sequence;
     submap->first_stamp_ns = info.first_stamp_ns;
@@ -127,8 +126,34 @@ class SqliteStore : public MapStore {
     return AtOneMoment<std::vector<Verdict>>(SelectVerdicts);
   }
 
+  absl::StatusOr<std::vector<LoopClosure>> ListLoops() const override {
+    return AtOneMoment<std::vector<LoopClosure>>(SelectLoops);
+  }
+
+  absl::StatusOr<std::vector<Anchor>> ListAnchors() const override {
+    return AtOneMoment<std::vector<Anchor>>(SelectAnchors);
+  }
+
   absl::StatusOr<MapRevision> LatestRevision() const override {
     return AtOneMoment<MapRevision>(SelectLatestRevision);
+  }
+
+  absl::StatusOr<std::vector<RevisionInfo>> ListRevisions(int limit) const override {
+    return AtOneMoment<std::vector<RevisionInfo>>(
+        [&](Connection& reader) { return SelectRevisions(reader, limit); });
+  }
+
+  absl::StatusOr<std::vector<std::pair<int64_t, SubmapMove>>> ListMoves(int64_t from,
+                                                                        int64_t to) const override {
+    using Moves = std::vector<std::pair<int64_t, SubmapMove>>;
+    return AtOneMoment<Moves>([&](Connection& reader) -> absl::StatusOr<Moves> {
+      absl::StatusOr<int64_t> oldest = OldestComparableRevision(reader);
+      if (!oldest.ok()) return oldest.status();
+      absl::StatusOr<int64_t> latest = LatestRevisionNumber(reader);
+      if (!latest.ok()) return latest.status();
+      if (auto status = CheckRange(from, to, *oldest, *latest); !status.ok()) return status;
+      return SelectMoves(reader, from, to);
+    });
   }
 
   absl::Status PutFeatures(const FeatureBlob& blob) override {
@@ -185,13 +210,13 @@ class SqliteStore : public MapStore {
     return failure.ok() ? status : failure;
   }
 
-  absl::Status WriteRows(const WriteBatch& batch, const std::vector<EncodedSubmap>& submaps) {
+  absl::Status WriteRows(const WriteBatch& batch, const std::vector<SubmapRow>& submaps) {
     for (const SessionRecord& record : batch.sessions) {
       if (absl::Status status = PutSession(*writer_, record); !status.ok()) return status;
     }
     if (auto status = AddTrajectory(*writer_, batch.trajectory); !status.ok()) return status;
-    for (const EncodedSubmap& submap : submaps) {
-      if (auto status = AddSubmap(*writer_, submap.info, submap.blob); !status.ok()) return status;
+    for (const SubmapRow& submap : submaps) {
+      if (auto status = AddSubmap(*writer_, submap); !status.ok()) return status;
     }
     for (const Match& match : batch.matches) {
       if (absl::Status status = PutMatch(*writer_, match); !status.ok()) return status;
@@ -202,7 +227,39 @@ class SqliteStore : public MapStore {
     for (const auto& [a, b] : batch.withdrawn_verdicts) {
       if (absl::Status status = RemoveVerdict(*writer_, a, b); !status.ok()) return status;
     }
-    return batch.revision ? AddRevision(*writer_, *batch.revision) : absl::OkStatus();
+    return WriteGraphRows(batch);
+  }
+
+  // The records that came with placing submaps.
+  absl::Status WriteGraphRows(const WriteBatch& batch) {
+    for (const LoopClosure& loop : batch.loops) {
+      if (absl::Status status = PutLoop(*writer_, loop); !status.ok()) return status;
+    }
+    for (const Anchor& anchor : batch.anchors) {
+      if (absl::Status status = PutAnchor(*writer_, anchor); !status.ok()) return status;
+    }
+    for (const SubmapId& submap : batch.removed_anchors) {
+      if (absl::Status status = RemoveAnchor(*writer_, submap); !status.ok()) return status;
+    }
+    if (absl::Status status = Retire(batch.retired); !status.ok()) return status;
+    if (!batch.revision) return absl::OkStatus();
+    return AddRevision(*writer_, *batch.revision, batch.moves);
+  }
+
+  absl::Status Retire(const std::vector<SubmapId>& retired) {
+    std::set<int64_t> sessions;
+    for (const SubmapId& submap : retired) {
+      absl::StatusOr<std::optional<int64_t>> session = FindSessionKey(*writer_, submap.session);
+      if (!session.ok()) return session.status();
+      if (!*session) continue;
+      sessions.insert(**session);
+      const absl::Status status = RemoveSubmap(*writer_, **session, submap.index);
+      if (!status.ok()) return status;
+    }
+    for (const int64_t session : sessions) {
+      if (auto status = RemoveLostLoops(*writer_, session); !status.ok()) return status;
+    }
+    return absl::OkStatus();
   }
 
   // Constant after construction. Destroyed last: the database is closed before the lock is let go.

@@ -1,3 +1,4 @@
+#include "storage/matrix_codec.h"
 #include "storage/pose_codec.h"
 #include "storage/rows.h"
 
@@ -39,11 +40,12 @@ absl::StatusOr<std::vector<SubmapInfo>> ReadInfos(Statement& row) {
   }
 }
 
-absl::Status AddInfo(Connection& database, int64_t session_key, const SubmapInfo& info) {
+absl::Status AddInfo(Connection& database, int64_t session_key, const SubmapRow& submap) {
+  const SubmapInfo& info = submap.info;
   Statement insert = database.Prepare(
       "INSERT INTO submaps (session, submap_index, T_odom_submap, first_sequence, last_sequence, "
       "first_stamp_ns, last_stamp_ns, keyframe_count, point_count, min_x, min_y, min_z, max_x, "
-      "max_y, max_z) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
+      "max_y, max_z, drift_covariance) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
   insert.Bind(session_key)
       .Bind(info.id.index)
       .BindBlob(PackPose(info.T_odom_submap))
@@ -62,7 +64,18 @@ absl::Status AddInfo(Connection& database, int64_t session_key, const SubmapInfo
       }
     }
   }
-  return insert.Run();
+  if (submap.drift_covariance.isZero(0)) return insert.BindNull().Run();
+  std::string covariance;
+  AppendSymmetric(submap.drift_covariance, covariance);
+  return insert.BindBlob(covariance).Run();
+}
+
+// Zero, which says nothing, where there is none or it is not one any more.
+Matrix6d ReadCovariance(const std::string& bytes) {
+  ByteReader reader(bytes);
+  const Matrix6d covariance = ReadSymmetric(reader);
+  const bool whole = reader.ok() && reader.remaining() == 0 && covariance.allFinite();
+  return whole ? covariance : Matrix6d::Zero();
 }
 
 absl::Status AddBounds(Connection& database, int64_t submap_key, const Box& bounds_odom) {
@@ -77,18 +90,32 @@ absl::Status AddBounds(Connection& database, int64_t submap_key, const Box& boun
 
 }  // namespace
 
-absl::Status AddSubmap(Connection& database, const SubmapInfo& info, const std::string& blob) {
+absl::Status AddSubmap(Connection& database, const SubmapRow& submap) {
+  const SubmapInfo& info = submap.info;
   absl::StatusOr<std::optional<int64_t>> session = FindSessionKey(database, info.id.session);
   if (!session.ok()) return session.status();
   if (!*session) return absl::InternalError("a submap of an unchecked session");
-  if (absl::Status status = AddInfo(database, **session, info); !status.ok()) return status;
+  if (absl::Status status = AddInfo(database, **session, submap); !status.ok()) return status;
   const int64_t key = database.LastKey();
   absl::Status status = database.Prepare("INSERT INTO submap_blobs (submap, data) VALUES (?, ?)")
                             .Bind(key)
-                            .BindBlob(blob)
+                            .BindBlob(submap.blob)
                             .Run();
   if (!status.ok()) return status;
   return AddBounds(database, key, Transform(info.T_odom_submap, info.bounds));
+}
+
+absl::Status RemoveSubmap(Connection& database, int64_t session_key, uint32_t index) {
+  absl::Status status =
+      database.Prepare("DELETE FROM submaps WHERE session = ? AND submap_index = ?")
+          .Bind(session_key)
+          .Bind(index)
+          .Run();
+  if (!status.ok() || database.Changes() == 0) return status;
+  return database.Prepare("DELETE FROM trajectory WHERE session = ? AND submap_index = ?")
+      .Bind(session_key)
+      .Bind(index)
+      .Run();
 }
 
 absl::StatusOr<std::optional<int64_t>> FindSubmapKey(Connection& database, const SubmapId& submap) {
@@ -103,12 +130,13 @@ absl::StatusOr<std::optional<int64_t>> FindSubmapKey(Connection& database, const
 
 absl::StatusOr<std::optional<SubmapRow>> FindSubmap(Connection& database, const SubmapId& submap) {
   Statement row = database.Prepare(
-      std::string("SELECT ") + kInfoColumns + ", b.data" + kFrom +
+      std::string("SELECT ") + kInfoColumns + ", s.drift_covariance, b.data" + kFrom +
       "JOIN submap_blobs b ON b.submap = s.key WHERE e.id = ? AND s.submap_index = ?");
   absl::StatusOr<bool> found = row.Bind(submap.session.value()).Bind(submap.index).Step();
   if (!found.ok()) return found.status();
   if (!*found) return std::nullopt;
-  return SubmapRow{ReadInfo(row), row.Text(kInfoColumnCount)};
+  return SubmapRow{ReadInfo(row), ReadCovariance(row.Text(kInfoColumnCount)),
+                   row.Text(kInfoColumnCount + 1)};
 }
 
 absl::StatusOr<std::vector<SubmapInfo>> SelectSubmaps(Connection& database,

@@ -73,6 +73,37 @@ inline SubmapEdge MakeEdge(uint32_t a, uint32_t b) {
   return edge;
 }
 
+// Of submaps 0 and 5, with an edge between 2 and 7 beside theirs.
+inline LoopClosure MakeLoop(uint64_t id, const std::string& session) {
+  LoopClosure loop;
+  loop.id = id;
+  loop.session = SessionId(session);
+  loop.submap_a = 0;
+  loop.submap_b = 5;
+  loop.T_a_b = Pose::FromXyzRpy(1, 2, 3, 0.1, 0.2, 0.3);
+  loop.confidence = 0.75;
+  loop.overlap = 0.5;
+  loop.residual_m = 0.02;
+  loop.free_space = 0.01;
+  loop.comparisons = 99999;
+  loop.source = "places";
+  loop.detail = "The robot came back to the gate.";
+  loop.computed_ns = 1'700'000'000'000'000'042;
+  loop.edges = {MakeEdge(0, 5), MakeEdge(2, 7)};
+  loop.note = "seen by hand";
+  return loop;
+}
+
+inline Anchor MakeAnchor(const std::string& session, uint32_t index) {
+  return {.submap = {SessionId(session), index},
+          .T_map_submap = Pose::FromXyzRpy(100, 200 + index, 3, 0.1, 0, -2),
+          .sigma_xy_m = 0.02,
+          .sigma_z_m = 0.05,
+          .sigma_deg = 0,
+          .note = "the corner stone",
+          .given_ns = 1'700'000'000'000'000'099};
+}
+
 inline Match MakeMatch(const std::string& a, const std::string& b) {
   Match match;
   match.a = SessionId(a);
