@@ -5,6 +5,7 @@
 #include <memory>
 #include <numbers>
 #include <utility>
+#include <vector>
 
 #include "client/simulation/simulator.h"
 
@@ -15,12 +16,16 @@ std::string DriveOptions::Key() const {
   if (walkers > 0) absl::StrAppend(&key, "-walkers", walkers);
   if (cars > 0) absl::StrAppend(&key, "-cars", cars);
   if (tilt_deg != 0) absl::StrAppend(&key, "-tilt", tilt_deg);
+  if (laps > 0) absl::StrAppend(&key, "-laps", laps);
+  if (speed_mps > 0) absl::StrAppend(&key, "-", speed_mps, "mps");
   return key;
 }
 
 std::string DriveOptions::Ground() const { return absl::StrCat(world, "-", seed); }
 
-absl::StatusOr<GroundedDrive> SimulateDrive(const DriveOptions& options) {
+namespace {
+
+simulation::Options SimulationOf(const DriveOptions& options) {
   simulation::Options simulated;
   simulated.world = options.world;
   simulated.sensor = options.sensor;
@@ -29,21 +34,59 @@ absl::StatusOr<GroundedDrive> SimulateDrive(const DriveOptions& options) {
   simulated.robots = options.robots;
   simulated.walkers = options.walkers;
   simulated.cars = options.cars;
-  auto level = simulation::Simulator::Create(simulated);
-  if (!level.ok()) return level.status();
-  std::shared_ptr<const simulation::Simulator> simulator = *std::move(level);
-  if (options.tilt_deg != 0) {
-    const double tilt = options.tilt_deg * std::numbers::pi / 180;
-    const Pose T_level_sensor = Pose::FromXyzRpy(0, 0, 0, tilt, -tilt, 0);
-    std::vector<simulation::Motion> motions;
-    for (int robot = 0; robot < simulator->robots(); ++robot) {
-      motions.emplace_back([simulator, robot, T_level_sensor](double seconds) {
-        return simulator->PoseAt(robot, seconds) * T_level_sensor;
-      });
-    }
-    simulator = std::make_shared<const simulation::Simulator>(
-        simulator->world(), std::move(motions), simulator->lidar(), simulator->options());
+  return simulated;
+}
+
+using simulation::Motion;
+using simulation::Simulator;
+using SharedSimulator = std::shared_ptr<const Simulator>;
+
+// Around and around, or on the tour at another speed.
+absl::StatusOr<SharedSimulator> OnOtherWays(const Simulator& usual, const DriveOptions& options) {
+  simulation::World world = usual.world();
+  simulation::Options simulated = usual.options();
+  if (options.speed_mps > 0) world.max_speed_mps = options.speed_mps;
+  absl::StatusOr<std::vector<Motion>> motions;
+  if (options.laps > 0) {
+    const auto lap =
+        simulation::MakeLap(world, options.seconds, usual.lidar().period_s, options.seed,
+                            {.robots = options.robots, .robot = options.robot});
+    if (!lap.ok()) return lap.status();
+    motions = std::vector<Motion>(options.robots, lap->motion);  // Only its own is asked for.
+    simulated.seconds = lap->begin_s + options.laps * lap->seconds;
+  } else {
+    motions = simulation::MakeRoutes(world, options.robots, options.seconds, options.seed);
+    if (!motions.ok()) return motions.status();
   }
+  return std::make_shared<const Simulator>(std::move(world), *std::move(motions), usual.lidar(),
+                                           simulated);
+}
+
+SharedSimulator Tilted(const SharedSimulator& level, double tilt_deg) {
+  const double tilt = tilt_deg * std::numbers::pi / 180;
+  const Pose T_level_sensor = Pose::FromXyzRpy(0, 0, 0, tilt, -tilt, 0);
+  std::vector<Motion> motions;
+  for (int robot = 0; robot < level->robots(); ++robot) {
+    motions.emplace_back([level, robot, T_level_sensor](double seconds) {
+      return level->PoseAt(robot, seconds) * T_level_sensor;
+    });
+  }
+  return std::make_shared<const Simulator>(level->world(), std::move(motions), level->lidar(),
+                                           level->options());
+}
+
+}  // namespace
+
+absl::StatusOr<GroundedDrive> SimulateDrive(const DriveOptions& options) {
+  auto usual = Simulator::Create(SimulationOf(options));
+  if (!usual.ok()) return usual.status();
+  SharedSimulator simulator = *std::move(usual);
+  if (options.laps > 0 || options.speed_mps > 0) {
+    auto other = OnOtherWays(*simulator, options);
+    if (!other.ok()) return other.status();
+    simulator = *std::move(other);
+  }
+  if (options.tilt_deg != 0) simulator = Tilted(simulator, options.tilt_deg);
   GroundedDrive grounded;
   grounded.ground = options.Ground();
   grounded.overlap_cell_m = simulator->world().overlap_cell_m;

@@ -14,8 +14,10 @@ struct DriveOptions {
   std::string world = "museum";  // See simulation::MakeWorld.
   uint64_t seed = 1;             // Of the world, the routes and the noise.
   double seconds = 60;
-  int robots = 2;  // How many there are in that world ...
-  int robot = 0;   // ... and which of them this is.
+  int laps = 0;          // Times around a tour of about `seconds` and back; 0: not back, no longer.
+  double speed_mps = 0;  // At most; 0: the world's own.
+  int robots = 2;        // How many there are in that world ...
+  int robot = 0;         // ... and which of them this is.
   int walkers = 0, cars = 0;
   double tilt_deg = 0;  // The sensor is mounted askew by so much about x and y.
   std::string sensor = "vlp16";

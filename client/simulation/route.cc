@@ -187,14 +187,20 @@ absl::StatusOr<std::vector<Motion>> MakeRoutes(const World& world, int robots, d
   return motions;
 }
 
-absl::StatusOr<Lap> MakeLap(const World& world, double about_s, double turn_s, uint64_t seed) {
+absl::StatusOr<Lap> MakeLap(const World& world, double about_s, double turn_s, uint64_t seed,
+                            const TeamMember& member) {
   if (!(about_s > 0 && turn_s > 0)) {
     return absl::InvalidArgumentError(absl::StrCat(
         "a lap and a turn need more than 0 seconds; got ", about_s, " s and ", turn_s, " s"));
   }
-  const auto drives = ChooseDrives(world, 1, about_s, seed);
-  if (drives.empty()) return NoWay(world, 1, seed);
-  const ClosedCurve& curve = drives[0]->curve;
+  if (member.robot < 0 || member.robot >= member.robots) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("there is no robot ", member.robot, " of ", member.robots));
+  }
+  const auto drives = ChooseDrives(world, member.robots, about_s, seed);
+  if (drives.empty()) return NoWay(world, member.robots, seed);
+  const auto& drive = drives[member.robot];
+  const ClosedCurve& curve = drive->curve;
   const SpeedLimits limits = Limits(world);
   // Where the start from rest is felt no more; and beyond the lap, so that its end slows down for
   // the bends that follow.
@@ -212,7 +218,7 @@ absl::StatusOr<Lap> MakeLap(const World& world, double about_s, double turn_s, u
   const double speed_up = (to - from) / lap.seconds;
   const auto whole = [&lap](double hz) { return std::round(hz * lap.seconds) / lap.seconds; };
   const Sway sway{0, whole(0.9), whole(0.6)};
-  lap.motion = [shared_world = WithoutMesh(world), drive = drives[0], profile, from, speed_up, sway,
+  lap.motion = [shared_world = WithoutMesh(world), drive, profile, from, speed_up, sway,
                 begin_s = lap.begin_s, lap_s = lap.seconds](double t) {
     double since = t - begin_s;
     if (since >= 0) since = std::fmod(since, lap_s);

@@ -87,10 +87,17 @@ struct Lap {
   double seconds = 0;
 };
 
+// Which of how many robots drives: as in MakeRoutes, they have places of their own and some that
+// all share.
+struct TeamMember {
+  int robots = 1, robot = 0;
+};
+
 // A lap of the longest tour whose places all come in sight within `about_s`. Both times are whole
 // multiples of `turn_s`, a sensor's period. The rest as MakeRoutes. InvalidArgument for times that
-// are not positive.
-absl::StatusOr<Lap> MakeLap(const World& world, double about_s, double turn_s, uint64_t seed);
+// are not positive and for a robot that is not one of `member.robots`.
+absl::StatusOr<Lap> MakeLap(const World& world, double about_s, double turn_s, uint64_t seed,
+                            const TeamMember& member = {});
 
 // Where people walk: `count` motions of the point between their feet, around tours of their own for
 // at least `seconds`, on the same stretches as the robots but farther to the sides. By the time a

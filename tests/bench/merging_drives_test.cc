@@ -26,6 +26,48 @@ TEST(DriveOptions, KeysTellDrivesApart) {
   EXPECT_EQ(Short().Ground(), other.Ground());
 }
 
+TEST(DriveOptions, LapsAndSpeedHaveKeysOfTheirOwn) {
+  EXPECT_EQ(Short().Key(), "twins-2-1s-0of2-vlp16");
+  DriveOptions around = Short();
+  around.laps = 3;
+  EXPECT_EQ(around.Key(), "twins-2-1s-0of2-vlp16-laps3");
+  around.speed_mps = 0.5;
+  EXPECT_EQ(around.Key(), "twins-2-1s-0of2-vlp16-laps3-0.5mps");
+}
+
+TEST(SimulateDrive, ComesBackToWhereItsLapsBegan) {
+  DriveOptions around = Short();
+  around.seconds = 10;
+  around.laps = 2;
+  const auto once = SimulateDrive(Short()), twice = SimulateDrive(around);
+  around.laps = 3;
+  const auto thrice = SimulateDrive(around);
+  ASSERT_TRUE(twice.ok() && thrice.ok()) << twice.status() << thrice.status();
+  const auto shots = [](const auto& grounded) {
+    return static_cast<int>(grounded->drive.shots.size());
+  };
+  const int lap = shots(thrice) - shots(twice), end = shots(twice) - 1;
+  ASSERT_GT(lap, 100);
+  const auto at = [&](int turn) { return thrice->drive.truth_of(turn).translation(); };
+  EXPECT_LT((at(end) - at(end - lap)).norm(), 1e-6);
+  EXPECT_GT((at(end) - at(end - lap / 2)).norm(), 1);
+}
+
+TEST(SimulateDrive, IsNoFasterThanItMayBe) {
+  DriveOptions slow = {.world = "museum", .seed = 1, .seconds = 10};
+  slow.speed_mps = 0.3;
+  const auto drive = SimulateDrive(slow);
+  ASSERT_TRUE(drive.ok()) << drive.status();
+  double way = 0;
+  for (int turn = 1; turn < 100; ++turn) {
+    way +=
+        (drive->drive.truth_of(turn).translation() - drive->drive.truth_of(turn - 1).translation())
+            .norm();
+  }
+  EXPECT_GT(way, 1);
+  EXPECT_LT(way, 0.3 * 10 * 1.05);
+}
+
 TEST(DriveCache, KeepsWhatTheServerMadeOfADrive) {
   const TemporaryFolder folder;
   int made = 0;

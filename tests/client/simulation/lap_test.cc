@@ -53,6 +53,28 @@ TEST_P(EveryLap, StartsAtRestAndIsUnderWayWhenTheFirstLapBegins) {
 
 INSTANTIATE_TEST_SUITE_P(Worlds, EveryLap, ::testing::Values("museum", "campus"));
 
+TEST(MakeLap, GoesAroundTheTourThatTheRobotHasAmongOthers) {
+  const World world = *MakeWorld("campus", 1);
+  const auto tours = *MakeRoutes(world, 2, 60, 1);
+  for (int robot = 0; robot < 2; ++robot) {
+    const auto lap = MakeLap(world, 60, kTurn, 1, {.robots = 2, .robot = robot});
+    ASSERT_TRUE(lap.ok()) << lap.status();
+    for (int other = 0; other < 2; ++other) {
+      const double apart =
+          (lap->motion(0).translation() - tours[other](0).translation()).head<2>().norm();
+      EXPECT_EQ(apart < 1, robot == other) << apart;
+    }
+  }
+}
+
+TEST(MakeLap, RefusesARobotThatIsNotThere) {
+  const World world = *MakeWorld("museum", 1);
+  for (const int robot : {-1, 2}) {
+    EXPECT_EQ(MakeLap(world, 60, kTurn, 1, {.robots = 2, .robot = robot}).status().code(),
+              absl::StatusCode::kInvalidArgument);
+  }
+}
+
 TEST(MakeLap, RefusesTimesThatAreNotPositive) {
   const World world = *MakeWorld("museum", 1);
   EXPECT_EQ(MakeLap(world, 0, kTurn, 1).status().code(), absl::StatusCode::kInvalidArgument);
