@@ -78,6 +78,13 @@ absl::StatusOr<PointPayload> FromProto(v1::PointCloud&& cloud) {
   return payload;
 }
 
+absl::Status CheckNote(const std::string& note) {
+  constexpr size_t kMaxNote = 1000;
+  if (note.size() <= kMaxNote) return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      absl::StrCat("the note has ", note.size(), " characters: ", kMaxNote, " are the most"));
+}
+
 v1::Vector3 ToProto(const Eigen::Vector3d& vector) {
   v1::Vector3 proto;
   proto.set_x(vector.x());
@@ -108,6 +115,15 @@ v1::Box ToProto(const Box& box) {
   v1::Box proto;
   *proto.mutable_min() = ToProto(box.min);
   *proto.mutable_max() = ToProto(box.max);
+  return proto;
+}
+
+v1::SubmapEdge ToProto(const SubmapEdge& edge) {
+  v1::SubmapEdge proto;
+  proto.set_submap_a(edge.submap_a);
+  proto.set_submap_b(edge.submap_b);
+  *proto.mutable_t_a_b() = ToProto(edge.T_a_b);
+  AddUpperTriangle(edge.information, proto.mutable_information());
   return proto;
 }
 

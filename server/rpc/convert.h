@@ -2,12 +2,17 @@
 // that nothing behind this folder meets a pose that is not finite or a field of unknown type.
 #pragma once
 
+#include <absl/status/status.h>
 #include <absl/status/statusor.h>
 
+#include <string>
+
 #include "core/cloud.h"
+#include "core/match.h"
 #include "core/point_payload.h"
 #include "core/pose.h"
 #include "core/trajectory.h"
+#include "isthmus/v1/map_service.pb.h"
 #include "isthmus/v1/types.pb.h"
 
 namespace isthmus::rpc {
@@ -27,10 +32,14 @@ absl::StatusOr<Pose> FromProto(const v1::Pose& pose, const char* name);
 // whether the layout fits the data is left to core/codec.
 absl::StatusOr<PointPayload> FromProto(v1::PointCloud&& cloud);
 
+// Of a person's words that are kept with a decision: InvalidArgument for more than 1000 characters.
+absl::Status CheckNote(const std::string& note);
+
 v1::Vector3 ToProto(const Eigen::Vector3d& vector);
 v1::Pose ToProto(const Pose& pose);
 v1::StampedPose ToProto(const StampedPose& pose);
 v1::Box ToProto(const Box& box);  // Of a box that is not empty.
+v1::SubmapEdge ToProto(const SubmapEdge& edge);
 // Of a symmetric matrix: 21 numbers, row by row.
 void AddUpperTriangle(const Matrix6d& matrix, google::protobuf::RepeatedField<double>* numbers);
 

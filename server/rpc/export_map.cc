@@ -2,12 +2,11 @@
 
 #include <absl/strings/str_cat.h>
 
-#include <algorithm>
 #include <optional>
 #include <string>
 
-#include "core/codec/crc32c.h"
 #include "server/rpc/convert.h"
+#include "server/rpc/file_emitter.h"
 
 namespace isthmus::rpc {
 namespace {
@@ -33,38 +32,6 @@ std::optional<server::ExportFormat> FromProto(v1::ExportMapRequest::Format forma
   }
 }
 
-// Cuts a file into responses and sums it up in the last one.
-class FileEmitter {
- public:
-  FileEmitter(int64_t revision, const Emit<v1::ExportMapResponse>& emit) : emit_(emit) {
-    response_.set_revision(revision);
-  }
-
-  bool Add(const std::string& piece) {
-    size_ += piece.size();
-    crc32c_ = codec::Crc32c(piece.data(), piece.size(), crc32c_);
-    for (size_t offset = 0; offset < piece.size(); offset += kExportChunkBytes) {
-      response_.set_data(piece.data() + offset, std::min(kExportChunkBytes, piece.size() - offset));
-      if (!emit_(response_)) return false;
-    }
-    return true;
-  }
-
-  bool Finish() {
-    response_.clear_data();
-    response_.set_last(true);
-    response_.set_size(size_);
-    response_.set_crc32c(crc32c_);
-    return emit_(response_);
-  }
-
- private:
-  const Emit<v1::ExportMapResponse>& emit_;
-  v1::ExportMapResponse response_;
-  uint64_t size_ = 0;
-  uint32_t crc32c_ = 0;
-};
-
 }  // namespace
 
 absl::Status ExportMap(server::Pipeline& pipeline, const v1::ExportMapRequest& request,
@@ -83,7 +50,7 @@ absl::Status ExportMap(server::Pipeline& pipeline, const v1::ExportMapRequest& r
   Region region;
   region.component = request.component();
   region.resolution_m = resolution_m;
-  FileEmitter file(pipeline.GetMap()->revision(), emit);
+  FileEmitter<v1::ExportMapResponse> file(pipeline.GetMap()->revision(), emit);
   const absl::Status status =
       pipeline.ExportMap(*format, region, resolution_m > 0 ? resolution_m : kDefaultLeafM,
                          [&file](const std::string& piece) { return file.Add(piece); });

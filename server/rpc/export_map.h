@@ -9,9 +9,6 @@
 
 namespace isthmus::rpc {
 
-// Bytes of `data` in a response at the most.
-inline constexpr size_t kExportChunkBytes = 1 << 20;
-
 absl::Status ExportMap(server::Pipeline& pipeline, const v1::ExportMapRequest& request,
                        const Emit<v1::ExportMapResponse>& emit);
 

@@ -30,7 +30,8 @@ v1::Component ToProto(const server::ComponentInfo& info, const RobotOfSession& r
   return proto;
 }
 
-v1::Submap ToProto(const SubmapInfo& info) {
+v1::Submap ToProto(const server::SubmapStatus& status) {
+  const SubmapInfo& info = status.info;
   v1::Submap proto;
   proto.set_session(info.id.session.value());
   proto.set_index(info.id.index);
@@ -43,6 +44,10 @@ v1::Submap ToProto(const SubmapInfo& info) {
   proto.set_keyframe_count(info.keyframe_count);
   proto.set_point_count(info.point_count);
   if (!info.bounds.empty()) *proto.mutable_bounds() = ToProto(info.bounds);
+  if (status.component) {
+    proto.set_component(*status.component);
+    *proto.mutable_t_map_submap() = ToProto(status.T_map_submap);
+  }
   return proto;
 }
 
@@ -69,6 +74,10 @@ absl::StatusOr<v1::MapInfo> GetMapInfo(server::Pipeline& pipeline, const v1::Get
   proto.set_estimation_ms(info.estimation_ms);
   proto.set_compositions(info.compositions);
   proto.set_estimations(info.estimations);
+  proto.set_placement_ms(info.placement_ms);
+  proto.set_placements(info.placements);
+  proto.set_submaps(info.submaps);
+  proto.set_retired(info.retired);
   return proto;
 }
 
@@ -80,7 +89,7 @@ absl::StatusOr<v1::ListSubmapsResponse> ListSubmaps(server::Pipeline& pipeline,
   response.set_revision(pipeline.GetMapInfo().revision);
   const auto submaps = pipeline.ListSubmaps(robot);
   if (!submaps.ok()) return submaps.status();
-  for (const SubmapInfo& info : *submaps) *response.add_submaps() = ToProto(info);
+  for (const server::SubmapStatus& submap : *submaps) *response.add_submaps() = ToProto(submap);
   return response;
 }
 

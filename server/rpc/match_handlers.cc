@@ -63,15 +63,6 @@ v1::Match ToProto(const Match& match, const RobotOfSession& robots) {
   return proto;
 }
 
-v1::SubmapEdge ToProto(const SubmapEdge& edge) {
-  v1::SubmapEdge proto;
-  proto.set_submap_a(edge.submap_a);
-  proto.set_submap_b(edge.submap_b);
-  *proto.mutable_t_a_b() = ToProto(edge.T_a_b);
-  AddUpperTriangle(edge.information, proto.mutable_information());
-  return proto;
-}
-
 v1::Verdict::Ruling ToProto(Ruling ruling) {
   switch (ruling) {
     case Ruling::kAccept:

@@ -34,11 +34,15 @@ std::string WithPort(const std::string& listen, int port) {
 
 struct RpcServer::State {
   State(server::Pipeline& pipeline, const ServerOptions& options)
-      : sessions(pipeline, options), map(pipeline, options), matches(pipeline, options) {}
+      : sessions(pipeline, options),
+        map(pipeline, options),
+        matches(pipeline, options),
+        graph(pipeline, options) {}
 
   SessionServiceImpl sessions;
   MapServiceImpl map;
   MatchServiceImpl matches;
+  GraphServiceImpl graph;
   int port = 0;
   std::string address;
   std::atomic<bool> shut_down = false;
@@ -65,6 +69,7 @@ absl::StatusOr<std::unique_ptr<RpcServer>> RpcServer::Start(server::Pipeline* pi
   builder.RegisterService(&state->sessions);
   builder.RegisterService(&state->map);
   builder.RegisterService(&state->matches);
+  builder.RegisterService(&state->graph);
   state->server = builder.BuildAndStart();
   const bool unix_socket = options.listen.rfind("unix", 0) == 0;
   if (state->server == nullptr || (state->port <= 0 && !unix_socket)) {
@@ -78,6 +83,7 @@ absl::StatusOr<std::unique_ptr<RpcServer>> RpcServer::Start(server::Pipeline* pi
   health->SetServingStatus(v1::SessionService::service_full_name(), true);
   health->SetServingStatus(v1::MapService::service_full_name(), true);
   health->SetServingStatus(v1::MatchService::service_full_name(), true);
+  health->SetServingStatus(v1::GraphService::service_full_name(), true);
   return std::unique_ptr<RpcServer>(new RpcServer(std::move(state)));
 }
 

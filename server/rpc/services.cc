@@ -3,10 +3,14 @@
 #include <string>
 #include <utility>
 
+#include "server/rpc/anchor_handlers.h"
 #include "server/rpc/export_map.h"
+#include "server/rpc/export_pose_graph.h"
+#include "server/rpc/loop_handlers.h"
 #include "server/rpc/map_handlers.h"
 #include "server/rpc/match_handlers.h"
 #include "server/rpc/query_region.h"
+#include "server/rpc/revision_handlers.h"
 #include "server/rpc/session_handlers.h"
 #include "server/rpc/stream_scans.h"
 #include "server/rpc/upload_submap.h"
@@ -137,6 +141,59 @@ grpc::Status MatchServiceImpl::DecideMatch(grpc::ServerContext*,
                                            const v1::DecideMatchRequest* request,
                                            v1::DecideMatchResponse* response) {
   return Reply(options_, "DecideMatch", rpc::DecideMatch(pipeline_, *request), response);
+}
+
+grpc::Status GraphServiceImpl::ListRevisions(grpc::ServerContext*,
+                                             const v1::ListRevisionsRequest* request,
+                                             v1::ListRevisionsResponse* response) {
+  return Reply(options_, "ListRevisions", rpc::ListRevisions(pipeline_, *request), response);
+}
+
+grpc::Status GraphServiceImpl::DiffRevisions(
+    grpc::ServerContext*, const v1::DiffRevisionsRequest* request,
+    grpc::ServerWriter<v1::DiffRevisionsResponse>* writer) {
+  return Reply(options_, "DiffRevisions", rpc::DiffRevisions(pipeline_, *request, EmitTo(writer)));
+}
+
+grpc::Status GraphServiceImpl::UndoRevision(grpc::ServerContext*,
+                                            const v1::UndoRevisionRequest* request,
+                                            v1::UndoRevisionResponse* response) {
+  return Reply(options_, "UndoRevision", rpc::UndoRevision(pipeline_, *request), response);
+}
+
+grpc::Status GraphServiceImpl::ListLoops(grpc::ServerContext*, const v1::ListLoopsRequest* request,
+                                         v1::ListLoopsResponse* response) {
+  return Reply(options_, "ListLoops", rpc::ListLoops(pipeline_, *request), response);
+}
+
+grpc::Status GraphServiceImpl::DecideLoop(grpc::ServerContext*,
+                                          const v1::DecideLoopRequest* request,
+                                          v1::DecideLoopResponse* response) {
+  return Reply(options_, "DecideLoop", rpc::DecideLoop(pipeline_, *request), response);
+}
+
+grpc::Status GraphServiceImpl::PutAnchor(grpc::ServerContext*, const v1::PutAnchorRequest* request,
+                                         v1::PutAnchorResponse* response) {
+  return Reply(options_, "PutAnchor", rpc::PutAnchor(pipeline_, *request), response);
+}
+
+grpc::Status GraphServiceImpl::DeleteAnchor(grpc::ServerContext*,
+                                            const v1::DeleteAnchorRequest* request,
+                                            v1::DeleteAnchorResponse* response) {
+  return Reply(options_, "DeleteAnchor", rpc::DeleteAnchor(pipeline_, *request), response);
+}
+
+grpc::Status GraphServiceImpl::ListAnchors(grpc::ServerContext*,
+                                           const v1::ListAnchorsRequest* request,
+                                           v1::ListAnchorsResponse* response) {
+  return Reply(options_, "ListAnchors", rpc::ListAnchors(pipeline_, *request), response);
+}
+
+grpc::Status GraphServiceImpl::ExportPoseGraph(
+    grpc::ServerContext*, const v1::ExportPoseGraphRequest* request,
+    grpc::ServerWriter<v1::ExportPoseGraphResponse>* writer) {
+  return Reply(options_, "ExportPoseGraph",
+               rpc::ExportPoseGraph(pipeline_, *request, EmitTo(writer)));
 }
 
 }  // namespace isthmus::rpc

@@ -4,6 +4,7 @@
 #include <absl/status/status.h>
 #include <grpcpp/support/status.h>
 
+#include "isthmus/v1/graph_service.grpc.pb.h"
 #include "isthmus/v1/map_service.grpc.pb.h"
 #include "isthmus/v1/match_service.grpc.pb.h"
 #include "isthmus/v1/session_service.grpc.pb.h"
@@ -78,6 +79,36 @@ class MatchServiceImpl final : public v1::MatchService::Service {
 
   grpc::Status DecideMatch(grpc::ServerContext* context, const v1::DecideMatchRequest* request,
                            v1::DecideMatchResponse* response) override;
+
+ private:
+  server::Pipeline& pipeline_;
+  const ServerOptions options_;
+};
+
+class GraphServiceImpl final : public v1::GraphService::Service {
+ public:
+  GraphServiceImpl(server::Pipeline& pipeline, const ServerOptions& options)
+      : pipeline_(pipeline), options_(options) {}
+
+  grpc::Status ListRevisions(grpc::ServerContext* context, const v1::ListRevisionsRequest* request,
+                             v1::ListRevisionsResponse* response) override;
+  grpc::Status DiffRevisions(grpc::ServerContext* context, const v1::DiffRevisionsRequest* request,
+                             grpc::ServerWriter<v1::DiffRevisionsResponse>* writer) override;
+  grpc::Status UndoRevision(grpc::ServerContext* context, const v1::UndoRevisionRequest* request,
+                            v1::UndoRevisionResponse* response) override;
+  grpc::Status ListLoops(grpc::ServerContext* context, const v1::ListLoopsRequest* request,
+                         v1::ListLoopsResponse* response) override;
+  grpc::Status DecideLoop(grpc::ServerContext* context, const v1::DecideLoopRequest* request,
+                          v1::DecideLoopResponse* response) override;
+  grpc::Status PutAnchor(grpc::ServerContext* context, const v1::PutAnchorRequest* request,
+                         v1::PutAnchorResponse* response) override;
+  grpc::Status DeleteAnchor(grpc::ServerContext* context, const v1::DeleteAnchorRequest* request,
+                            v1::DeleteAnchorResponse* response) override;
+  grpc::Status ListAnchors(grpc::ServerContext* context, const v1::ListAnchorsRequest* request,
+                           v1::ListAnchorsResponse* response) override;
+  grpc::Status ExportPoseGraph(grpc::ServerContext* context,
+                               const v1::ExportPoseGraphRequest* request,
+                               grpc::ServerWriter<v1::ExportPoseGraphResponse>* writer) override;
 
  private:
   server::Pipeline& pipeline_;
