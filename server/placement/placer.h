@@ -10,6 +10,7 @@
 
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -41,8 +42,8 @@ struct Node {
   uint32_t index = 0;
   Pose T_odom_submap;
   Matrix6d drift_covariance = Matrix6d::Zero();  // As in Submap.
-  double travelled_m =
-      0;  // Since the session's submap before, along the way; 0: as the crow flies.
+  // Since the session's submap before (retired or not), along the way; 0: as the crow flies.
+  double travelled_m = 0;
 };
 
 struct Session {
@@ -79,7 +80,10 @@ struct Outcome {
 // from the spanning tree again, so that nothing is left of what they had bent.
 class Placer {
  public:
-  explicit Placer(const PlacerOptions& options = {}) : options_(options) {}
+  explicit Placer(const PlacerOptions& options = {});
+  ~Placer();
+  Placer(Placer&&) noexcept;
+  Placer& operator=(Placer&&) noexcept;
 
   // `previous` is what readers see now: the start of the search, and what poses are compared with.
   // Never fails: without an optimum the spanning tree's poses stand, and `trouble` says why.
@@ -94,7 +98,9 @@ class Placer {
   absl::StatusOr<std::string> WriteG2o(uint32_t component) const;
 
  private:
+  struct Memory;
   PlacerOptions options_;
+  std::unique_ptr<Memory> memory_;
 };
 
 // How the placements differ, each submap once, in order of submap.

@@ -14,6 +14,12 @@ namespace {
 
 constexpr int kNone = -1;
 
+// An edge or anchor that was discarded before.
+template <typename Tie>
+bool LeftOut(const Tie& tie) {
+  return tie.may_be_wrong && tie.weight < 0.5;
+}
+
 class Region {
  public:
   Region(const Problem& problem, const RegionOptions& options)
@@ -26,14 +32,16 @@ class Region {
         touching_(poses_.size()) {
     for (size_t i = 0; i < problem.edges.size(); ++i) {
       const Edge& edge = problem.edges[i];
-      if (edge.may_be_wrong) weights_[i] = edge.weight < 0.5 ? 0 : 1;
+      if (LeftOut(edge)) weights_[i] = 0;
       if (weights_[i] == 0) continue;
       touching_[Index(edge.a)].push_back(i);
       touching_[Index(edge.b)].push_back(i);
     }
     gauge_ = ChooseGauge(problem);
     for (const int node : gauge_.held) held_[Index(node)] = true;
-    result_.anchor_weights.assign(problem.anchors.size(), 1);
+    for (const Anchor& anchor : problem.anchors) {
+      result_.anchor_weights.push_back(LeftOut(anchor) ? 0 : 1);
+    }
   }
 
   void Begin(const std::vector<int>& new_edges) {
@@ -113,7 +121,7 @@ class Region {
     const auto is_free = [&](int node) { return free_[Index(node)] && !held_[Index(node)]; };
     for (size_t i = 0; i < problem_.edges.size(); ++i) {
       const Edge& edge = problem_.edges[i];
-      if (problem_.edges[i].weight < 0.5 && edge.may_be_wrong) continue;
+      if (LeftOut(edge)) continue;
       if (is_free(edge.a) || is_free(edge.b)) {
         edges.push_back(i);
         number[Index(edge.a)] = number[Index(edge.b)] = 0;
@@ -134,7 +142,9 @@ class Region {
     }
     for (size_t i = 0; i < problem_.anchors.size(); ++i) {
       const int node = number[Index(problem_.anchors[i].node)];
-      if (node == kNone || !is_free(problem_.anchors[i].node)) continue;
+      if (node == kNone || !is_free(problem_.anchors[i].node) || LeftOut(problem_.anchors[i])) {
+        continue;
+      }
       anchors.push_back(i);
       part.anchors.push_back(problem_.anchors[i]);
       part.anchors.back().node = node;
@@ -190,7 +200,7 @@ class Region {
     }
     for (size_t i = 0; i < problem_.anchors.size(); ++i) {
       const Anchor& anchor = problem_.anchors[i];
-      if (anchor.node != node) continue;
+      if (anchor.node != node || result_.anchor_weights[i] == 0) continue;
       const Vector6d e = AnchorError(poses_[Index(node)], anchor.T_map_node);
       const Eigen::Matrix3d R = poses_[Index(node)].RotationMatrix();
       Matrix6d J = Matrix6d::Zero();

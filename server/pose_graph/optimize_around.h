@@ -30,7 +30,7 @@ struct RegionOptions {
 // What is beyond the region keeps its heading; a turn by 5e-5 rad, too little for any node to want
 // it, moves the far end of a map of 500 m by 2 cm. Optimise everything now and then.
 //
-// Doubtful edges with a weight below 0.5 (Edge::weight, from the last Result) are left out: only
+// Doubtful edges and anchors with a weight below 0.5 (from the last Result) are left out: only
 // Optimize looks at them again. The rest of the doubtful in the region is judged anew; those
 // outside keep their weight. Chi2 in the result is of the region's edges; `held` are the gauge's
 // nodes and `free_nodes` counts the region's. InvalidArgument also when a new edge does not exist.

@@ -31,6 +31,7 @@ struct Anchor {
   Pose T_map_node;
   Matrix6d information = Matrix6d::Identity();
   bool may_be_wrong = false;
+  double weight = 1;  // As of Edge.
 };
 
 struct Problem {

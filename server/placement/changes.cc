@@ -1,0 +1,196 @@
+#include "server/placement/changes.h"
+
+#include <set>
+#include <utility>
+
+#include "absl/container/flat_hash_set.h"
+
+namespace isthmus::placement {
+namespace {
+
+bool IsSame(const Pose& a, const Pose& b) {
+  return a.rotation().coeffs() == b.rotation().coeffs() && a.translation() == b.translation();
+}
+
+bool IsSame(const pose_graph::Edge& a, const pose_graph::Edge& b) {
+  return a.may_be_wrong == b.may_be_wrong && IsSame(a.T_a_b, b.T_a_b) &&
+         a.information == b.information;
+}
+
+bool IsSame(const Anchor& a, const Anchor& b) {
+  return a.sigma_xy_m == b.sigma_xy_m && a.sigma_z_m == b.sigma_z_m && a.sigma_deg == b.sigma_deg &&
+         IsSame(a.T_map_submap, b.T_map_submap);
+}
+
+// A match, by its sessions, or a loop closure.
+using RecordKey = std::pair<bool, uint64_t>;
+
+RecordKey KeyOfRecord(const EdgeKey& key) {
+  if (key.source == Source::kLoop) return {true, key.loop};
+  return {false, uint64_t{key.a.session} << 32 | key.b.session};
+}
+
+struct Fate {
+  size_t graph = 0;  // Of the last ones.
+  int standing = 0, gone = 0;
+  std::vector<NodeKey> loose;  // Ends of what is gone.
+};
+
+class Comparison {
+ public:
+  Comparison(const LastGraphs& last, const Input& input, const SessionNumbers& numbers,
+             GraphSet* now)
+      : last_(last), input_(input), now_(*now) {
+    for (const Session& session : input.sessions) {
+      const auto number = numbers.find(session.tree.session);
+      if (number != numbers.end()) known_.insert(number->second);
+    }
+  }
+
+  std::vector<Change> Run() {
+    for (size_t i = 0; i < last_.set.graphs.size(); ++i) FindGone(i);
+    for (const auto& [key, fate] : fates_) {
+      if (fate.gone == 0) continue;
+      if (fate.standing == 0) {
+        anew_.insert(fate.graph);
+      } else {
+        loose_.insert(fate.loose.begin(), fate.loose.end());
+      }
+    }
+    FindGoneAnchors();
+    std::vector<Change> changes;
+    for (Graph& graph : now_.graphs) changes.push_back(Compare(&graph));
+    return changes;
+  }
+
+ private:
+  void FindGone(size_t index) {
+    const Graph& graph = last_.set.graphs[index];
+    for (const GraphSession& session : graph.sessions) {
+      if (!known_.contains(session.number)) anew_.insert(index);
+    }
+    for (size_t i = graph.odometry_edges; i < graph.origins.size(); ++i) {
+      const EdgeKey& key = graph.origins[i].key;
+      Fate& fate = fates_[KeyOfRecord(key)];
+      fate.graph = index;
+      const auto found = now_.edges.find(key);
+      if (found != now_.edges.end()) {
+        const auto& [place, edge] = found->second;
+        const bool same = IsSame(now_.graphs[place].problem.edges[edge], graph.problem.edges[i]);
+        ++(same ? fate.standing : fate.gone);
+      } else if (now_.nodes.contains(key.a) && now_.nodes.contains(key.b)) {
+        ++fate.gone;
+        fate.loose.insert(fate.loose.end(), {key.a, key.b});
+      }
+    }
+  }
+
+  void FindGoneAnchors() {
+    for (const auto& [id, kept] : last_.anchors) {
+      const auto graph = LastGraph(id.session);
+      if (graph == kNone || !IsInMap(id)) continue;
+      const Anchor* anchor = FindAnchor(id);
+      if (anchor == nullptr || !IsSame(*anchor, kept.anchor)) anew_.insert(graph);
+    }
+  }
+
+  const Anchor* FindAnchor(const SubmapId& id) const {
+    for (const Anchor& anchor : input_.anchors) {
+      if (anchor.submap == id) return &anchor;
+    }
+    return nullptr;
+  }
+
+  bool IsInMap(const SubmapId& id) const {
+    for (const Graph& graph : now_.graphs) {
+      for (const GraphSession& session : graph.sessions) {
+        if (graph.ids[static_cast<size_t>(session.first_node)].session != id.session) continue;
+        return now_.nodes.contains({session.number, id.index});
+      }
+    }
+    return false;
+  }
+
+  static constexpr size_t kNone = static_cast<size_t>(-1);
+
+  size_t LastGraph(const SessionId& id) const {
+    for (size_t i = 0; i < last_.set.graphs.size(); ++i) {
+      const Graph& graph = last_.set.graphs[i];
+      for (const GraphSession& session : graph.sessions) {
+        if (graph.ids[static_cast<size_t>(session.first_node)].session == id) return i;
+      }
+    }
+    return kNone;
+  }
+
+  Change Compare(Graph* graph) const {
+    Change change;
+    std::set<size_t> parts;
+    for (const GraphSession& session : graph->sessions) {
+      const auto part = last_.set.sessions.find(session.number);
+      if (part == last_.set.sessions.end()) {
+        change.joined = true;
+        continue;
+      }
+      parts.insert(part->second);
+      if (anew_.contains(part->second)) change.anew = true;
+    }
+    if (parts.size() > 1) change.joined = true;
+    const auto anchored = last_.anchored.find(graph->reference);
+    const bool was_anchored = anchored != last_.anchored.end() && anchored->second;
+    if (was_anchored && !graph->anchored) change.anew = true;
+    change.new_anchor = !was_anchored && graph->anchored;
+    CompareEdges(graph, &change);
+    CompareAnchors(graph, &change);
+    return change;
+  }
+
+  void CompareEdges(Graph* graph, Change* change) const {
+    for (size_t i = 0; i < graph->origins.size(); ++i) {
+      const EdgeKey& key = graph->origins[i].key;
+      pose_graph::Edge& edge = graph->problem.edges[i];
+      const bool loose = loose_.contains(key.a) || loose_.contains(key.b);
+      change->loosened |= loose;
+      bool is_new = true;
+      const auto found = last_.set.edges.find(key);
+      if (found != last_.set.edges.end()) {
+        const auto& [place, old] = found->second;
+        const pose_graph::Edge& before = last_.set.graphs[place].problem.edges[old];
+        is_new = !IsSame(before, edge);
+        if (!is_new) edge.weight = before.weight;
+      } else if (key.source == Source::kOdometry) {
+        // Between two that were there before, what lay in between was retired; they stay.
+        is_new = !last_.set.nodes.contains(key.a) || !last_.set.nodes.contains(key.b);
+      }
+      if (is_new || loose) change->edges.push_back(static_cast<int>(i));
+    }
+  }
+
+  void CompareAnchors(Graph* graph, Change* change) const {
+    for (size_t i = 0; i < graph->anchors.size(); ++i) {
+      const auto found = last_.anchors.find(input_.anchors[graph->anchors[i]].submap);
+      if (found == last_.anchors.end()) {
+        change->new_anchor = true;
+      } else {
+        graph->problem.anchors[i].weight = found->second.weight;
+      }
+    }
+  }
+
+  const LastGraphs& last_;
+  const Input& input_;
+  GraphSet& now_;
+  absl::flat_hash_set<uint32_t> known_;  // Sessions.
+  absl::flat_hash_map<RecordKey, Fate> fates_;
+  std::set<size_t> anew_;  // Of the last graphs.
+  absl::flat_hash_set<NodeKey> loose_;
+};
+
+}  // namespace
+
+std::vector<Change> FindChanges(const LastGraphs& last, const Input& input,
+                                const SessionNumbers& numbers, GraphSet* now) {
+  return Comparison(last, input, numbers, now).Run();
+}
+
+}  // namespace isthmus::placement

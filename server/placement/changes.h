@@ -1,0 +1,40 @@
+// What is new since the last graphs.
+#pragma once
+
+#include <map>
+#include <vector>
+
+#include "server/placement/graph.h"
+#include "server/placement/placer.h"
+
+namespace isthmus::placement {
+
+struct KeptAnchor {
+  Anchor anchor;
+  double weight = 1;
+};
+
+// What was placed last.
+struct LastGraphs {
+  GraphSet set;                            // Edges with the weights that they were given.
+  std::map<SubmapId, KeptAnchor> anchors;  // Of submaps that are in the map.
+  std::map<SessionId, bool> anchored;      // By reference.
+};
+
+struct Change {
+  // Something went away that may have bent the map: a match, a loop, an anchor, a session. Submaps
+  // that were retired took nothing with them that was wrong.
+  bool anew = false;
+  bool joined = false;      // Parts that did not hang together, or were not known, do now.
+  bool new_anchor = false;  // Or the map frame is the anchors' from now on.
+  // Some edges of a match went away while others of it stand.
+  bool loosened = false;
+  // Edges that are new, changed, or next to what was loosened.
+  std::vector<int> edges;
+};
+
+// Of each of the graphs, which get the weights that the same edges and anchors were given last.
+std::vector<Change> FindChanges(const LastGraphs& last, const Input& input,
+                                const SessionNumbers& numbers, GraphSet* now);
+
+}  // namespace isthmus::placement

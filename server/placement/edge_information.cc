@@ -1,0 +1,56 @@
+#include "server/placement/edge_information.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace isthmus::placement {
+namespace {
+
+constexpr double kRadPerDeg = std::numbers::pi / 180;
+// Farther away doubles hold less than a micrometre.
+constexpr double kMaxTranslationM = 1e8;
+
+Matrix6d Inverse(const Matrix6d& symmetric) {
+  const Matrix6d inverse = symmetric.ldlt().solve(Matrix6d::Identity());
+  return 0.5 * (inverse + inverse.transpose());
+}
+
+double Weight(double sigma) { return sigma > 0 ? 1 / (sigma * sigma) : 0; }
+
+}  // namespace
+
+Matrix6d DriftInformation(const Node& before, const Node& node,
+                          const pose_graph::DriftModel& drift) {
+  const Pose T = before.T_odom_submap.Inverse() * node.T_odom_submap;
+  const double steps = node.index - before.index;
+  const double distance_m = std::max(T.translation().norm(), steps * node.travelled_m);
+  const Matrix6d model = pose_graph::OdometryInformation(T, distance_m, RotationAngle(T), drift);
+  const Matrix6d& own = node.drift_covariance;
+  if (own.isZero(0) || !pose_graph::SquareRootInformation(own).ok()) return model;
+  const Matrix6d both = Inverse(Inverse(model) + 0.5 * steps * (own + own.transpose()));
+  return pose_graph::SquareRootInformation(both).ok() ? both : model;
+}
+
+Matrix6d IsotropicInformation(double position_m, double rotation_rad) {
+  Vector6d diagonal;
+  diagonal << Eigen::Vector3d::Constant(Weight(position_m)),
+      Eigen::Vector3d::Constant(Weight(rotation_rad));
+  return diagonal.asDiagonal();
+}
+
+Matrix6d AnchorInformation(const Anchor& anchor) {
+  Vector6d diagonal;
+  const double xy = Weight(anchor.sigma_xy_m);
+  diagonal << xy, xy, Weight(anchor.sigma_z_m),
+      Eigen::Vector3d::Constant(Weight(anchor.sigma_deg * kRadPerDeg));
+  return diagonal.asDiagonal();
+}
+
+bool IsUsable(const Pose& T_a_b, const Matrix6d& information) {
+  return T_a_b.IsFinite() && T_a_b.translation().cwiseAbs().maxCoeff() < kMaxTranslationM &&
+         pose_graph::SquareRootInformation(information).ok();
+}
+
+}  // namespace isthmus::placement

@@ -1,0 +1,25 @@
+// What the edges and anchors of the graph deserve.
+#pragma once
+
+#include "core/anchor.h"
+#include "server/placement/placer.h"
+#include "server/pose_graph/information.h"
+
+namespace isthmus::placement {
+
+// Of the odometry from one node of a session to the next: the drift model, for the way gone, and
+// what the odometry says itself, their covariances added up. Where submaps in between were retired
+// the way is taken to be as long for each of them.
+Matrix6d DriftInformation(const Node& before, const Node& node,
+                          const pose_graph::DriftModel& drift);
+
+// The same standard deviation along each axis, and about any.
+Matrix6d IsotropicInformation(double position_m, double rotation_rad);
+
+// In the convention of pose_graph::Anchor.
+Matrix6d AnchorInformation(const Anchor& anchor);
+
+// Whether the optimiser takes an edge with these numbers.
+bool IsUsable(const Pose& T_a_b, const Matrix6d& information);
+
+}  // namespace isthmus::placement

@@ -1,0 +1,27 @@
+// Poses of one component, from where the search begins.
+#pragma once
+
+#include <string>
+
+#include "server/placement/changes.h"
+#include "server/placement/graph.h"
+#include "server/placement/placer.h"
+
+namespace isthmus::placement {
+
+struct Solved {
+  bool whole = false;    // Everything was optimised, ...
+  bool partial = false;  // ... or what is around the changes. Neither: nothing had to be.
+  bool converged = true;
+  std::string trouble;
+};
+
+// Optimises problem.poses, and sets the weights of edges and anchors. `partial_before` of the
+// optimisations since the last whole one were partial.
+Solved Solve(const PlacerOptions& options, const Change& change, int partial_before, Graph* graph);
+
+// What hangs on the rest only by matches that were all discarded goes back to where the spanning
+// tree has it, as it is shaped.
+void ReturnDiscardedToTree(const Input& input, Graph* graph);
+
+}  // namespace isthmus::placement
