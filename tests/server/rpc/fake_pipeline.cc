@@ -155,12 +155,18 @@ absl::StatusOr<SubmapInfo> FakePipeline::AddSubmap(Submap submap) {
   return Summarize(submaps_.back());
 }
 
-absl::StatusOr<std::vector<SubmapInfo>> FakePipeline::ListSubmaps(
+absl::StatusOr<std::vector<server::SubmapStatus>> FakePipeline::ListSubmaps(
     const std::optional<RobotId>& robot) {
   std::lock_guard lock(mutex_);
-  std::vector<SubmapInfo> list;
+  std::vector<server::SubmapStatus> list;
   for (const Submap& submap : submaps_) {
-    if (!robot || submap.robot == *robot) list.push_back(Summarize(submap));
+    if (robot && submap.robot != *robot) continue;
+    server::SubmapStatus status{Summarize(submap), std::nullopt, Pose()};
+    if (const auto found = placed.find(ToString(submap.id)); found != placed.end()) {
+      status.component = 1;
+      status.T_map_submap = found->second;
+    }
+    list.push_back(std::move(status));
   }
   if (robot && list.empty()) return absl::NotFoundError("no such robot");
   return list;

@@ -7,7 +7,9 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "server/pipeline.h"
@@ -41,13 +43,48 @@ class FakePipeline : public server::Pipeline {
   absl::Status SubmitScan(const SessionId& session, server::ScanUpload scan) override;
   absl::StatusOr<SubmapInfo> AddSubmap(Submap submap) override;
   server::MapInfo GetMapInfo() override { return info; }
-  absl::StatusOr<std::vector<SubmapInfo>> ListSubmaps(const std::optional<RobotId>& robot) override;
+  absl::StatusOr<std::vector<server::SubmapStatus>> ListSubmaps(
+      const std::optional<RobotId>& robot) override;
   absl::StatusOr<server::RobotTrajectory> GetTrajectory(const RobotId& robot,
                                                         server::TrajectoryFrame frame) override;
   server::MatchGraphView GetMatchGraph() override { return graph; }
   absl::StatusOr<Match> DecideMatch(const server::MatchDecision& decision) override {
     decisions.push_back(decision);
     return decided;
+  }
+  absl::StatusOr<std::vector<server::LoopStatus>> ListLoops(
+      const std::optional<RobotId>& robot) override {
+    asked_robot = robot;
+    return loops;
+  }
+  absl::StatusOr<server::LoopStatus> DecideLoop(const server::LoopDecision& decision) override {
+    loop_decisions.push_back(decision);
+    return decided_loop;
+  }
+  absl::StatusOr<int64_t> PutAnchor(Anchor anchor) override {
+    anchors.push_back(anchor);
+    return anchored;
+  }
+  absl::StatusOr<int64_t> RemoveAnchor(const SubmapId& submap) override {
+    unanchored.push_back(submap);
+    return anchored;
+  }
+  std::vector<Anchor> ListAnchors() override { return anchors; }
+  absl::StatusOr<std::vector<RevisionInfo>> ListRevisions(int limit) override {
+    asked_limit = limit;
+    return revisions;
+  }
+  absl::StatusOr<server::RevisionDiff> DiffRevisions(int64_t from, int64_t to) override {
+    asked_diff = {from, to};
+    return diff;
+  }
+  absl::StatusOr<int64_t> UndoRevision(int64_t revision, const std::string& note) override {
+    undone.emplace_back(revision, note);
+    return undo;
+  }
+  absl::StatusOr<std::string> ExportPoseGraph(uint32_t component) override {
+    if (component > 0) return absl::NotFoundError("no such component");
+    return pose_graph;
   }
   absl::StatusOr<server::RobotTransform> GetTransform(const RobotId& a, const RobotId& b) override;
   std::shared_ptr<const ComposedMap> GetMap() override { return map; }
@@ -65,8 +102,27 @@ class FakePipeline : public server::Pipeline {
   absl::StatusOr<server::RobotTransform> transform = absl::NotFoundError("no such robot");
   absl::StatusOr<Match> decided = absl::NotFoundError("no such robot");
   std::vector<server::MatchDecision> decisions;  // Those asked for.
-  std::vector<std::string> file;                 // Pieces ExportMap hands out.
-  absl::Status export_status;                    // Returned after them.
+  absl::StatusOr<std::vector<server::LoopStatus>> loops = std::vector<server::LoopStatus>();
+  absl::StatusOr<server::LoopStatus> decided_loop = absl::NotFoundError("no such loop closure");
+  absl::StatusOr<int64_t> anchored = absl::NotFoundError("no such submap");
+  absl::StatusOr<std::vector<RevisionInfo>> revisions = std::vector<RevisionInfo>();
+  absl::StatusOr<server::RevisionDiff> diff = absl::NotFoundError("no such revision");
+  absl::StatusOr<int64_t> undo = absl::NotFoundError("no such revision");
+  std::string pose_graph;  // Of component 0.
+  // Where a submap lies, by its name "alice-1/0"; others are not placed.
+  std::map<std::string, Pose> placed;
+
+  // What was asked for.
+  std::optional<RobotId> asked_robot;
+  std::vector<server::LoopDecision> loop_decisions;
+  std::vector<Anchor> anchors;
+  std::vector<SubmapId> unanchored;
+  int asked_limit = -1;
+  std::pair<int64_t, int64_t> asked_diff;
+  std::vector<std::pair<int64_t, std::string>> undone;
+
+  std::vector<std::string> file;  // Pieces ExportMap hands out.
+  absl::Status export_status;     // Returned after them.
   struct ExportCall {
     server::ExportFormat format;
     Region region;

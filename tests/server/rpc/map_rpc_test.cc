@@ -39,6 +39,10 @@ TEST_F(MapRpcTest, MapInfoNamesRobotsOfComponents) {
   pipeline_.info.estimation_ms = 20.5;
   pipeline_.info.compositions = 3;
   pipeline_.info.estimations = 4;
+  pipeline_.info.placement_ms = 6.5;
+  pipeline_.info.placements = 7;
+  pipeline_.info.submaps = 8;
+  pipeline_.info.retired = 9;
   v1::MapInfo info;
   EXPECT_GRPC_OK(stubs_->map->GetMapInfo(NewContext().get(), {}, &info));
   EXPECT_EQ(info.revision(), 5);
@@ -58,6 +62,10 @@ TEST_F(MapRpcTest, MapInfoNamesRobotsOfComponents) {
   EXPECT_EQ(info.estimation_ms(), 20.5);
   EXPECT_EQ(info.compositions(), 3u);
   EXPECT_EQ(info.estimations(), 4u);
+  EXPECT_EQ(info.placement_ms(), 6.5);
+  EXPECT_EQ(info.placements(), 7u);
+  EXPECT_EQ(info.submaps(), 8u);
+  EXPECT_EQ(info.retired(), 9u);
 }
 
 TEST_F(MapRpcTest, SubmapsOfAllRobotsOrOne) {
@@ -69,9 +77,14 @@ TEST_F(MapRpcTest, SubmapsOfAllRobotsOrOne) {
     submap.points = {{1, 2, 3, 0, 0}, {-1, 0, 4, 0, 1}};
     ASSERT_TRUE(pipeline_.AddSubmap(submap).ok());
   }
+  pipeline_.placed["bob-1/0"] = Pose(Eigen::Vector3d(4, 5, 6));
   v1::ListSubmapsResponse response;
   EXPECT_GRPC_OK(stubs_->map->ListSubmaps(NewContext().get(), {}, &response));
-  EXPECT_EQ(response.submaps_size(), 2);
+  ASSERT_EQ(response.submaps_size(), 2);
+  EXPECT_FALSE(response.submaps(0).has_component()) << "not placed yet";
+  EXPECT_FALSE(response.submaps(0).has_t_map_submap());
+  EXPECT_EQ(response.submaps(1).component(), 1u);
+  EXPECT_EQ(response.submaps(1).t_map_submap().translation().y(), 5);
   v1::ListSubmapsRequest request;
   request.set_robot("bob");
   EXPECT_GRPC_OK(stubs_->map->ListSubmaps(NewContext().get(), request, &response));

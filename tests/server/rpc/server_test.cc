@@ -82,6 +82,8 @@ TEST_F(ServerTest, HealthOfTheServerAndOfEachService) {
   EXPECT_EQ(Health(channel_, ""), 1u);
   EXPECT_EQ(Health(channel_, "isthmus.v1.SessionService"), 1u);
   EXPECT_EQ(Health(channel_, "isthmus.v1.MapService"), 1u);
+  EXPECT_EQ(Health(channel_, "isthmus.v1.MatchService"), 1u);
+  EXPECT_EQ(Health(channel_, "isthmus.v1.GraphService"), 1u);
 }
 
 TEST_F(ServerTest, ReflectionListsTheServices) {
@@ -96,6 +98,7 @@ TEST_F(ServerTest, ReflectionListsTheServices) {
   }
   EXPECT_THAT(services, testing::HasSubstr("isthmus.v1.SessionService"));
   EXPECT_THAT(services, testing::HasSubstr("isthmus.v1.MapService"));
+  EXPECT_THAT(services, testing::HasSubstr("isthmus.v1.GraphService"));
 }
 
 TEST_F(ServerTest, APortThatIsTakenIsAnErrorThatNamesIt) {

@@ -9,6 +9,7 @@
 #include <memory>
 #include <string>
 
+#include "isthmus/v1/graph_service.grpc.pb.h"
 #include "isthmus/v1/map_service.grpc.pb.h"
 #include "isthmus/v1/match_service.grpc.pb.h"
 #include "isthmus/v1/session_service.grpc.pb.h"
@@ -47,10 +48,12 @@ struct Stubs {
   explicit Stubs(const std::shared_ptr<grpc::Channel>& channel)
       : sessions(v1::SessionService::NewStub(channel)),
         map(v1::MapService::NewStub(channel)),
-        matches(v1::MatchService::NewStub(channel)) {}
+        matches(v1::MatchService::NewStub(channel)),
+        graph(v1::GraphService::NewStub(channel)) {}
   std::unique_ptr<v1::SessionService::Stub> sessions;
   std::unique_ptr<v1::MapService::Stub> map;
   std::unique_ptr<v1::MatchService::Stub> matches;
+  std::unique_ptr<v1::GraphService::Stub> graph;
 
   // Creates a session and returns its id.
   std::string NewSession(const std::string& robot, const std::string& sensor = "vlp16") {

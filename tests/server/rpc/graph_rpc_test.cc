@@ -1,0 +1,406 @@
+// Revisions, loop closures, anchors and the pose graph, over a socket: what is asked arrives, what
+// is answered comes back.
+#include <limits>
+
+#include "core/codec/crc32c.h"
+#include "tests/server/rpc/rpc_fixture.h"
+
+namespace isthmus::rpc {
+namespace {
+
+using testing::ElementsAre;
+
+class GraphRpcTest : public RpcTest {
+ protected:
+  // Adds the next submap of a session.
+  void AddSubmap(const std::string& session, const std::string& robot, uint32_t index) {
+    Submap submap;
+    submap.id = {SessionId(session), index};
+    submap.robot = RobotId(robot);
+    submap.keyframes.resize(1);
+    submap.points = {{1, 2, 3, 0, 0}};
+    ASSERT_TRUE(pipeline_.AddSubmap(submap).ok());
+  }
+
+  grpc::Status Diff(int64_t from, int64_t to, std::vector<v1::DiffRevisionsResponse>* responses) {
+    v1::DiffRevisionsRequest request;
+    request.set_from_revision(from);
+    request.set_to_revision(to);
+    const auto context = NewContext();
+    auto reader = stubs_->graph->DiffRevisions(context.get(), request);
+    v1::DiffRevisionsResponse response;
+    while (reader->Read(&response)) responses->push_back(response);
+    return reader->Finish();
+  }
+
+  grpc::Status Put(const v1::PutAnchorRequest& request) {
+    put_.Clear();
+    return stubs_->graph->PutAnchor(NewContext().get(), request, &put_);
+  }
+
+  v1::PutAnchorResponse put_;
+};
+
+RevisionInfo Info(int64_t revision) {
+  RevisionInfo info;
+  info.revision = revision;
+  info.stamp_ns = 100 * revision;
+  info.cause = "match alice-1 ~ bob-1 ACCEPTED";
+  info.matches = {{SessionId("alice-1"), SessionId("bob-1")}};
+  info.loops = {3, 5};
+  info.added = 1;
+  info.moved = 2;
+  info.removed = 3;
+  info.largest_move_m = 0.5;
+  return info;
+}
+
+TEST_F(GraphRpcTest, RevisionsComeWithTheirCause) {
+  pipeline_.revisions = std::vector<RevisionInfo>{Info(9), Info(8)};
+  v1::ListRevisionsRequest request;
+  request.set_limit(2);
+  v1::ListRevisionsResponse response;
+  EXPECT_GRPC_OK(stubs_->graph->ListRevisions(NewContext().get(), request, &response));
+  EXPECT_EQ(pipeline_.asked_limit, 2);
+  EXPECT_EQ(response.revision(), 9);
+  ASSERT_EQ(response.revisions_size(), 2);
+  const v1::Revision& first = response.revisions(0);
+  EXPECT_EQ(first.revision(), 9);
+  EXPECT_EQ(first.stamp_ns(), 900);
+  EXPECT_EQ(first.cause(), "match alice-1 ~ bob-1 ACCEPTED");
+  ASSERT_EQ(first.matches_size(), 1);
+  EXPECT_EQ(first.matches(0).session_a(), "alice-1");
+  EXPECT_EQ(first.matches(0).session_b(), "bob-1");
+  EXPECT_THAT(first.loops(), ElementsAre(3, 5));
+  EXPECT_EQ(first.added(), 1u);
+  EXPECT_EQ(first.moved(), 2u);
+  EXPECT_EQ(first.removed(), 3u);
+  EXPECT_EQ(first.largest_move_m(), 0.5);
+}
+
+TEST_F(GraphRpcTest, TheNumberOfRevisionsIsBounded) {
+  v1::ListRevisionsRequest request;
+  v1::ListRevisionsResponse response;
+  EXPECT_GRPC_OK(stubs_->graph->ListRevisions(NewContext().get(), request, &response));
+  EXPECT_EQ(pipeline_.asked_limit, 100);
+  EXPECT_EQ(response.revision(), 0) << "the empty map";
+  request.set_limit(4'000'000'000u);
+  EXPECT_GRPC_OK(stubs_->graph->ListRevisions(NewContext().get(), request, &response));
+  EXPECT_EQ(pipeline_.asked_limit, 10'000);
+  pipeline_.revisions = absl::DataLossError("a revision is damaged");
+  EXPECT_GRPC_ERROR(stubs_->graph->ListRevisions(NewContext().get(), request, &response), DATA_LOSS,
+                    "damaged");
+}
+
+TEST_F(GraphRpcTest, ALargeDifferenceComesInChunksInOrder) {
+  server::RevisionDiff diff;
+  diff.from = 4;
+  diff.to = 9;
+  diff.revisions = {Info(9)};
+  for (uint32_t i = 0; i < 2500; ++i) {
+    SubmapMove move;
+    move.submap = {SessionId("alice-1"), i};
+    if (i > 0) {
+      move.before = Pose(Eigen::Vector3d(1, 0, 0));
+      move.frame_before = SessionId("alice-1");
+    }
+    if (i < 2499) {
+      move.after = Pose(Eigen::Vector3d(0, 2, 0));
+      move.frame_after = SessionId("bob-1");
+    }
+    diff.moves.push_back(move);
+  }
+  pipeline_.diff = diff;
+  std::vector<v1::DiffRevisionsResponse> responses;
+  EXPECT_GRPC_OK(Diff(4, 0, &responses));
+  EXPECT_EQ(pipeline_.asked_diff, std::make_pair(int64_t{4}, int64_t{0}));
+  ASSERT_EQ(responses.size(), 3u);
+  EXPECT_EQ(responses[0].revisions_size(), 1);
+  EXPECT_EQ(responses[1].revisions_size(), 0) << "told once";
+  std::vector<v1::SubmapMove> moves;
+  for (const auto& response : responses) {
+    EXPECT_EQ(response.from_revision(), 4);
+    EXPECT_EQ(response.to_revision(), 9);
+    EXPECT_LE(response.moves_size(), 1000);
+    moves.insert(moves.end(), response.moves().begin(), response.moves().end());
+  }
+  ASSERT_EQ(moves.size(), 2500u);
+  EXPECT_FALSE(moves[0].has_before()) << "it came";
+  EXPECT_EQ(moves[0].reference_after(), "bob-1");
+  EXPECT_EQ(moves[1].index(), 1u);
+  EXPECT_EQ(moves[1].before().translation().x(), 1);
+  EXPECT_EQ(moves[1].reference_before(), "alice-1");
+  EXPECT_EQ(moves[1].after().translation().y(), 2);
+  EXPECT_FALSE(moves[2499].has_after()) << "it went";
+  EXPECT_EQ(moves[2499].reference_after(), "");
+}
+
+TEST_F(GraphRpcTest, WhereNothingMovedTheRevisionsAreNamed) {
+  pipeline_.diff = server::RevisionDiff{3, 3, {}, {}};
+  std::vector<v1::DiffRevisionsResponse> responses;
+  EXPECT_GRPC_OK(Diff(3, 3, &responses));
+  ASSERT_EQ(responses.size(), 1u);
+  EXPECT_EQ(responses[0].to_revision(), 3);
+}
+
+TEST_F(GraphRpcTest, DifferencesThatCannotBeTold) {
+  std::vector<v1::DiffRevisionsResponse> responses;
+  EXPECT_GRPC_ERROR(Diff(-1, 3, &responses), INVALID_ARGUMENT, "counted from 0");
+  EXPECT_GRPC_ERROR(Diff(1, -3, &responses), INVALID_ARGUMENT, "counted from 0");
+  EXPECT_GRPC_ERROR(Diff(1, 99, &responses), NOT_FOUND, "revision");
+  pipeline_.diff = absl::OutOfRangeError("the oldest that is kept is 7");
+  EXPECT_GRPC_ERROR(Diff(1, 9, &responses), OUT_OF_RANGE, "7");
+  EXPECT_TRUE(responses.empty());
+}
+
+TEST_F(GraphRpcTest, ARevisionIsUndone) {
+  pipeline_.undo = 12;
+  v1::UndoRevisionRequest request;
+  request.set_revision(9);
+  request.set_note("the twin stairwell");
+  v1::UndoRevisionResponse response;
+  EXPECT_GRPC_OK(stubs_->graph->UndoRevision(NewContext().get(), request, &response));
+  EXPECT_EQ(response.revision(), 12);
+  EXPECT_THAT(pipeline_.undone, ElementsAre(std::make_pair(int64_t{9}, "the twin stairwell")));
+  request.set_note(std::string(1001, 'x'));
+  EXPECT_GRPC_ERROR(stubs_->graph->UndoRevision(NewContext().get(), request, &response),
+                    INVALID_ARGUMENT, "1001 characters");
+  EXPECT_EQ(pipeline_.undone.size(), 1u);
+  request.clear_note();
+  pipeline_.undo = absl::FailedPreconditionError("new submaps made it");
+  EXPECT_GRPC_ERROR(stubs_->graph->UndoRevision(NewContext().get(), request, &response),
+                    FAILED_PRECONDITION, "new submaps");
+}
+
+server::LoopStatus SomeLoop(const std::string& session) {
+  server::LoopStatus status;
+  LoopClosure& loop = status.loop;
+  loop.id = 17;
+  loop.session = SessionId(session);
+  loop.submap_a = 2;
+  loop.submap_b = 40;
+  loop.T_a_b = Pose(Eigen::Vector3d(1, 2, 3));
+  loop.confidence = 0.75;
+  loop.overlap = 0.5;
+  loop.residual_m = 0.03;
+  loop.comparisons = 9000;
+  loop.source = "places";
+  loop.detail = "half of it lies on it";
+  loop.computed_ns = 77;
+  loop.note = "why";
+  loop.edges.resize(2);
+  loop.edges[1].submap_a = 3;
+  loop.edges[1].submap_b = 41;
+  loop.edges[1].information(0, 5) = loop.edges[1].information(5, 0) = 9;
+  status.edges_used = 1;
+  return status;
+}
+
+TEST_F(GraphRpcTest, LoopsOfAllRobotsOrOne) {
+  const std::string session = stubs_->NewSession("alice");
+  pipeline_.info.revision = 6;
+  pipeline_.loops = std::vector<server::LoopStatus>{SomeLoop(session)};
+  v1::ListLoopsRequest request;
+  v1::ListLoopsResponse response;
+  EXPECT_GRPC_OK(stubs_->graph->ListLoops(NewContext().get(), request, &response));
+  EXPECT_FALSE(pipeline_.asked_robot.has_value());
+  EXPECT_EQ(response.revision(), 6);
+  ASSERT_EQ(response.loops_size(), 1);
+  const v1::Loop& loop = response.loops(0);
+  EXPECT_EQ(loop.id(), 17u);
+  EXPECT_EQ(loop.session(), session);
+  EXPECT_EQ(loop.robot(), "alice");
+  EXPECT_EQ(loop.submap_a(), 2u);
+  EXPECT_EQ(loop.submap_b(), 40u);
+  EXPECT_EQ(loop.t_a_b().translation().z(), 3);
+  EXPECT_EQ(loop.confidence(), 0.75);
+  EXPECT_EQ(loop.overlap(), 0.5);
+  EXPECT_EQ(loop.residual_m(), 0.03);
+  EXPECT_EQ(loop.free_space(), -1) << "not computed";
+  EXPECT_EQ(loop.comparisons(), 9000);
+  EXPECT_EQ(loop.source(), "places");
+  EXPECT_EQ(loop.detail(), "half of it lies on it");
+  EXPECT_EQ(loop.computed_ns(), 77);
+  EXPECT_FALSE(loop.rejected());
+  EXPECT_EQ(loop.note(), "why");
+  EXPECT_EQ(loop.edge_count(), 2u);
+  EXPECT_EQ(loop.edges_used(), 1u);
+  EXPECT_EQ(loop.edges_size(), 0) << "not asked for";
+  request.set_robot("alice");
+  request.set_include_edges(true);
+  EXPECT_GRPC_OK(stubs_->graph->ListLoops(NewContext().get(), request, &response));
+  EXPECT_EQ(pipeline_.asked_robot, RobotId("alice"));
+  ASSERT_EQ(response.loops(0).edges_size(), 2);
+  EXPECT_EQ(response.loops(0).edges(1).submap_b(), 41u);
+  EXPECT_EQ(response.loops(0).edges(1).information(5), 9);
+  pipeline_.loops = absl::NotFoundError("no such robot");
+  EXPECT_GRPC_ERROR(stubs_->graph->ListLoops(NewContext().get(), request, &response), NOT_FOUND,
+                    "robot");
+}
+
+TEST_F(GraphRpcTest, APersonsWordOnALoop) {
+  server::LoopStatus decided = SomeLoop("alice-1");
+  decided.loop.rejected = true;
+  pipeline_.decided_loop = decided;
+  pipeline_.info.revision = 11;
+  v1::DecideLoopRequest request;
+  request.set_id(17);
+  request.set_note("another floor");
+  v1::DecideLoopResponse response;
+  const auto decide = [&] {
+    return stubs_->graph->DecideLoop(NewContext().get(), request, &response);
+  };
+  EXPECT_GRPC_ERROR(decide(), INVALID_ARGUMENT, "REJECT or RESTORE");
+  request.set_decision(v1::DecideLoopRequest::REJECT);
+  EXPECT_GRPC_OK(decide());
+  EXPECT_EQ(response.revision(), 11);
+  EXPECT_EQ(response.loop().id(), 17u);
+  EXPECT_TRUE(response.loop().rejected());
+  request.set_decision(v1::DecideLoopRequest::RESTORE);
+  EXPECT_GRPC_OK(decide());
+  request.set_note(std::string(1001, 'x'));
+  EXPECT_GRPC_ERROR(decide(), INVALID_ARGUMENT, "1001 characters");
+  ASSERT_EQ(pipeline_.loop_decisions.size(), 2u);
+  EXPECT_EQ(pipeline_.loop_decisions[0].id, 17u);
+  EXPECT_TRUE(pipeline_.loop_decisions[0].rejected);
+  EXPECT_EQ(pipeline_.loop_decisions[0].note, "another floor");
+  EXPECT_FALSE(pipeline_.loop_decisions[1].rejected);
+  request.clear_note();
+  pipeline_.decided_loop = absl::NotFoundError("no loop closure 17");
+  EXPECT_GRPC_ERROR(decide(), NOT_FOUND, "17");
+}
+
+v1::PutAnchorRequest AnchorAt(double x) {
+  v1::PutAnchorRequest request;
+  v1::Anchor& anchor = *request.mutable_anchor();
+  anchor.set_session("alice-1");
+  anchor.set_index(7);
+  anchor.mutable_t_map_submap()->mutable_translation()->set_x(x);
+  anchor.set_sigma_xy_m(0.1);
+  anchor.set_sigma_z_m(0.2);
+  anchor.set_sigma_deg(3);
+  anchor.set_note("total station");
+  return request;
+}
+
+TEST_F(GraphRpcTest, AnAnchorArrivesAndIsListed) {
+  const std::string session = stubs_->NewSession("alice");
+  pipeline_.anchored = 5;
+  pipeline_.info.revision = 5;
+  v1::PutAnchorRequest request = AnchorAt(12);
+  request.mutable_anchor()->set_session(session);
+  EXPECT_GRPC_OK(Put(request));
+  EXPECT_EQ(put_.revision(), 5);
+  EXPECT_EQ(put_.session(), session);
+  EXPECT_EQ(put_.index(), 7u);
+  v1::ListAnchorsResponse response;
+  EXPECT_GRPC_OK(stubs_->graph->ListAnchors(NewContext().get(), {}, &response));
+  EXPECT_EQ(response.revision(), 5);
+  ASSERT_EQ(response.anchors_size(), 1);
+  const v1::Anchor& anchor = response.anchors(0);
+  EXPECT_EQ(anchor.session(), session);
+  EXPECT_EQ(anchor.index(), 7u);
+  EXPECT_EQ(anchor.robot(), "alice");
+  EXPECT_EQ(anchor.t_map_submap().translation().x(), 12);
+  EXPECT_EQ(anchor.t_map_submap().rotation().w(), 1) << "absent means identity";
+  EXPECT_EQ(anchor.sigma_xy_m(), 0.1);
+  EXPECT_EQ(anchor.sigma_z_m(), 0.2);
+  EXPECT_EQ(anchor.sigma_deg(), 3);
+  EXPECT_EQ(anchor.note(), "total station");
+}
+
+TEST_F(GraphRpcTest, ARobotMeansTheNewestSubmapOfItsNewestSession) {
+  const std::string old_session = stubs_->NewSession("alice");
+  const std::string other = stubs_->NewSession("bob");
+  const std::string session = stubs_->NewSession("alice");
+  pipeline_.anchored = 5;
+  v1::PutAnchorRequest request = AnchorAt(1);
+  request.mutable_anchor()->clear_session();
+  request.set_robot("alice");
+  EXPECT_GRPC_ERROR(Put(request), NOT_FOUND, "robot");
+  AddSubmap(old_session, "alice", 30);
+  EXPECT_GRPC_ERROR(Put(request), FAILED_PRECONDITION, "no submap yet");
+  AddSubmap(session, "alice", 0);
+  AddSubmap(session, "alice", 9);
+  AddSubmap(other, "bob", 40);
+  EXPECT_GRPC_OK(Put(request));
+  EXPECT_EQ(put_.session(), session);
+  EXPECT_EQ(put_.index(), 9u);
+  ASSERT_EQ(pipeline_.anchors.size(), 1u);
+  EXPECT_EQ(pipeline_.anchors[0].submap, (SubmapId{SessionId(session), 9}));
+}
+
+TEST_F(GraphRpcTest, AnchorsThatCannotBeMeantAreRefused) {
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  pipeline_.anchored = 5;
+  v1::PutAnchorRequest request;
+  EXPECT_GRPC_ERROR(Put(request), INVALID_ARGUMENT, "t_map_submap");
+  request = AnchorAt(kNan);
+  EXPECT_GRPC_ERROR(Put(request), INVALID_ARGUMENT, "not finite");
+  request = AnchorAt(0);
+  request.mutable_anchor()->clear_session();
+  EXPECT_GRPC_ERROR(Put(request), INVALID_ARGUMENT, "session and index, or a robot");
+  request = AnchorAt(0);
+  request.mutable_anchor()->set_sigma_xy_m(-1);
+  EXPECT_GRPC_ERROR(Put(request), INVALID_ARGUMENT, "sigma_xy_m is -1");
+  request = AnchorAt(0);
+  request.mutable_anchor()->set_sigma_z_m(kNan);
+  EXPECT_GRPC_ERROR(Put(request), INVALID_ARGUMENT, "sigma_z_m");
+  request = AnchorAt(0);
+  request.mutable_anchor()->set_sigma_deg(-0.5);
+  EXPECT_GRPC_ERROR(Put(request), INVALID_ARGUMENT, "sigma_deg");
+  request = AnchorAt(0);
+  request.mutable_anchor()->set_note(std::string(1001, 'x'));
+  EXPECT_GRPC_ERROR(Put(request), INVALID_ARGUMENT, "1001 characters");
+  EXPECT_TRUE(pipeline_.anchors.empty());
+  pipeline_.anchored = absl::NotFoundError("alice-1/7 is not in the map");
+  EXPECT_GRPC_ERROR(Put(AnchorAt(0)), NOT_FOUND, "alice-1/7");
+}
+
+TEST_F(GraphRpcTest, AnAnchorIsTakenAway) {
+  v1::DeleteAnchorRequest request;
+  request.set_session("alice-1");
+  request.set_index(7);
+  v1::DeleteAnchorResponse response;
+  EXPECT_GRPC_ERROR(stubs_->graph->DeleteAnchor(NewContext().get(), request, &response), NOT_FOUND,
+                    "submap");
+  pipeline_.anchored = 8;
+  EXPECT_GRPC_OK(stubs_->graph->DeleteAnchor(NewContext().get(), request, &response));
+  EXPECT_EQ(response.revision(), 8);
+  EXPECT_EQ(pipeline_.unanchored.back(), (SubmapId{SessionId("alice-1"), 7}));
+}
+
+TEST_F(GraphRpcTest, ThePoseGraphComesInChunksWithItsChecksum) {
+  pipeline_.info.revision = 4;
+  pipeline_.pose_graph = std::string(2'500'000, 'v');
+  v1::ExportPoseGraphRequest request;
+  const auto context = NewContext();
+  auto reader = stubs_->graph->ExportPoseGraph(context.get(), request);
+  v1::ExportPoseGraphResponse response;
+  std::string file;
+  int responses = 0;
+  while (reader->Read(&response)) {
+    ++responses;
+    EXPECT_EQ(response.revision(), 4);
+    file += response.data();
+  }
+  EXPECT_GRPC_OK(reader->Finish());
+  EXPECT_EQ(responses, 4) << "three of data, one that sums up";
+  EXPECT_EQ(file, pipeline_.pose_graph);
+  EXPECT_TRUE(response.last());
+  EXPECT_EQ(response.size(), file.size());
+  EXPECT_EQ(response.crc32c(), codec::Crc32c(file.data(), file.size()));
+}
+
+TEST_F(GraphRpcTest, APoseGraphOfNoComponent) {
+  v1::ExportPoseGraphRequest request;
+  request.set_component(3);
+  const auto context = NewContext();
+  auto reader = stubs_->graph->ExportPoseGraph(context.get(), request);
+  v1::ExportPoseGraphResponse response;
+  EXPECT_FALSE(reader->Read(&response));
+  EXPECT_GRPC_ERROR(reader->Finish(), NOT_FOUND, "component");
+}
+
+}  // namespace
+}  // namespace isthmus::rpc
