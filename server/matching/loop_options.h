@@ -1,10 +1,39 @@
 // When a place counts as seen again.
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
+
+#include "server/pose_graph/information.h"
+
 namespace isthmus::matching {
 
 struct LoopOptions {
   bool enabled = true;
+  // What lies a shorter way back is the odometry's own affair.
+  double min_way_m = 40;
+  // How far odometry may stray at worst; a robot that odometry says is elsewhere, by more of these
+  // standard deviations, is not there however alike the places look. These are of a bad odometry:
+  // 1 % and 0.05 degrees per metre, from submap to submap.
+  pose_graph::DriftModel drift = {.position_m = 0.02,
+                                  .position_per_m = 0.01,
+                                  .rotation_rad = 0.0035,
+                                  .rotation_per_m = 0.00087,
+                                  .rotation_per_rad = 0.01};
+  double drift_sigmas = 4;
+  // Limits as in MatcherOptions, of the newest submaps on those of a place. The ground that they
+  // share does not count: where the robot is, odometry says.
+  double min_overlap = 0.3;
+  int64_t min_comparisons = 1000;
+  double max_free_space = 0.02;
+  double max_free_space_outdoors = 0.08;
+  double min_margin = 2;
+  double min_hold = 0.02;
+  double max_strain = 4;
+  // Of every new submap at most so many edges.
+  size_t max_edges = 4;
+  // Prepared submaps that are kept in memory, about a megabyte each; at least 16.
+  size_t prepared_submaps = 64;
 };
 
 }  // namespace isthmus::matching

@@ -2,7 +2,7 @@
 // driven over for days from growing.
 #pragma once
 
-#include <cstdint>
+#include <cstddef>
 #include <memory>
 #include <vector>
 
@@ -17,14 +17,15 @@ struct RevisitOptions {
   // A submap goes when this share of its surface ...
   double min_share = 0.9;
   // ... was looked at by so many newer submaps each: seen again, or looked through because it is
-  // gone.
+  // gone. At most 255.
   int min_looks = 30;
   // Of every session the newest stay: its robot goes on from them.
   int keep_newest = 8;
 };
 
 // Not thread safe; starts no threads. Keeps counts, so that what a new submap costs does not grow
-// with the map.
+// with the map: each looks at the nearest older ones only, and each call takes in a few, those that
+// end first before others. What is left over comes with the next calls.
 class RevisitCounter {
  public:
   explicit RevisitCounter(const RevisitOptions& options = {}, SubmapSource source = PrepareSubmap);
@@ -32,8 +33,10 @@ class RevisitCounter {
 
   // `placed` is the whole map. Newer is what ends later (last_stamp_ns); a submap that contradicts
   // more of the older one than it confirms is not counted, because then one of the two lies in the
-  // wrong place. Returns those that may go, at most a few of a place at a time, so that those left
-  // are counted before more go. What was returned should not be in the next call.
+  // wrong place. Returns those that may go, in order of id: nothing until it is worth a new map (4
+  // submaps, or 5 % of their session), and then at most a few of a place at a time, so that those
+  // left are counted before more go. What was returned should not be in the next call; what is not
+  // in a call is forgotten. Deterministic for the same sequence of calls.
   std::vector<SubmapId> Update(const std::vector<PlacedSubmap>& placed);
 
  private:

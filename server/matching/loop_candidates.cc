@@ -1,0 +1,57 @@
+#include "server/matching/loop_candidates.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace isthmus::matching {
+namespace {
+
+// Submaps whose middles are farther apart than this share of their radii have too little in common.
+constexpr double kMaxApart = 0.4;
+// A robot that is still this near on its way straight on has not come back.
+constexpr double kWayPerApart = 3;
+// Nothing is gained by telling apart nearness more finely.
+constexpr double kStepM = 3;
+
+}  // namespace
+
+std::vector<LoopCandidate> FindLoopCandidates(const LoopScene& scene, const LoopOptions& options,
+                                              const LoopSubmaps& submaps, size_t limit) {
+  const Submap& newest = *scene.newest();
+  const Eigen::Vector3d middle = MiddleOf(newest);
+  const double radius = submaps.Radius(newest.id.index, newest.points.empty() ? 0 : 20);
+  std::vector<LoopCandidate> candidates;
+  for (size_t i = 0; i + 1 < scene.submaps.size(); ++i) {
+    const double way = scene.ways.back() - scene.ways[i];
+    if (way < options.min_way_m) break;
+    const KnownPose& known = scene.known[i];
+    LoopCandidate candidate{i, known.T_new_old};
+    candidate.apart_m = (known.T_new_old * MiddleOf(*scene.submaps[i]) - middle).norm();
+    candidate.reach_m = options.drift_sigmas * known.PositionSigma(middle);
+    const double nearest = std::max(0.0, candidate.apart_m - candidate.reach_m);
+    const double other = submaps.Radius(scene.submaps[i]->id.index, radius);
+    if (nearest > kMaxApart * (radius + other) || way < kWayPerApart * nearest) continue;
+    candidate.reach_rad = options.drift_sigmas * known.RotationSigma();
+    candidates.push_back(candidate);
+  }
+  std::stable_sort(candidates.begin(), candidates.end(), [](const auto& x, const auto& y) {
+    const double step_x = std::floor(x.apart_m / kStepM), step_y = std::floor(y.apart_m / kStepM);
+    return step_x != step_y ? step_x < step_y : x.position > y.position;
+  });
+  if (candidates.size() > limit) candidates.resize(limit);
+  return candidates;
+}
+
+std::vector<LoopCandidate> FirstOfEachPass(const std::vector<LoopCandidate>& candidates,
+                                           const LoopScene& scene, double way_m) {
+  std::vector<LoopCandidate> first;
+  for (const LoopCandidate& candidate : candidates) {
+    const bool passed = std::any_of(first.begin(), first.end(), [&](const LoopCandidate& other) {
+      return std::abs(scene.ways[other.position] - scene.ways[candidate.position]) < way_m;
+    });
+    if (!passed) first.push_back(candidate);
+  }
+  return first;
+}
+
+}  // namespace isthmus::matching

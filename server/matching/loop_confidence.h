@@ -1,0 +1,12 @@
+// How sure a closed loop is, and what is said of it.
+#pragma once
+
+#include "core/loop_closure.h"
+
+namespace isthmus::matching {
+
+// Fills confidence and detail from the other figures. Confidence is a logistic model's of
+// contradiction, as a share of what is allowed, of comparisons and of overlap.
+void DescribeLoop(double max_free_space, LoopClosure* closure);
+
+}  // namespace isthmus::matching

@@ -1,0 +1,120 @@
+#include "server/matching/loop_finder.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "server/matching/loop_search.h"
+#include "server/matching/loop_tracking.h"
+
+namespace isthmus::matching {
+namespace {
+
+// Of the older submaps that the newest may lie on, so many are looked at; of the passes they are
+// of, so many are searched.
+constexpr size_t kMaxCandidates = 24, kMaxSearches = 2;
+// An edge that the placement contradicts by more was found wrong there, or is not in it yet.
+constexpr double kPlacedM = 0.6, kPlacedRad = 0.06;
+// A place that was searched in vain is left alone until the robot has gone so much farther, in
+// shares of the least way.
+constexpr double kPatienceShare = 0.6;
+
+bool IsLike(const Pose& T_a_b, const Pose& other_T_a_b) {
+  const Pose apart = T_a_b.Inverse() * other_T_a_b;
+  return apart.translation().norm() < kPlacedM && RotationAngle(apart) < kPlacedRad;
+}
+
+// Position of the submap of that index, or nothing.
+std::optional<size_t> Find(const std::vector<std::shared_ptr<const Submap>>& submaps,
+                           uint32_t index) {
+  const auto at = std::lower_bound(
+      submaps.begin(), submaps.end(), index,
+      [](const auto& submap, uint32_t wanted) { return submap->id.index < wanted; });
+  if (at == submaps.end() || (*at)->id.index != index) return std::nullopt;
+  return static_cast<size_t>(at - submaps.begin());
+}
+
+// Those of the closure among the submaps given; if `placed`, only those that hold there.
+void AddEdges(const LoopClosure& closure, const LoopQuery& query, bool placed,
+              std::vector<LoopEdge>* edges) {
+  if (closure.rejected) return;
+  for (const SubmapEdge& edge : closure.edges) {
+    const auto a = Find(query.submaps, edge.submap_a), b = Find(query.submaps, edge.submap_b);
+    if (!a || !b || *a == *b) continue;
+    const Pose T_placed = query.T_map_submap[*a].Inverse() * query.T_map_submap[*b];
+    if (placed && !IsLike(edge.T_a_b, T_placed)) continue;
+    edges->push_back({*a, *b, edge.T_a_b, edge.information});
+  }
+}
+
+}  // namespace
+
+struct LoopFinder::State {
+  struct Failure {  // A search in vain, in metres along the way.
+    double old_way = 0, new_way = 0;
+  };
+
+  State(const LoopOptions& loop_options, SubmapSource source)
+      : options(loop_options), submaps(std::move(source), loop_options.prepared_submaps) {}
+
+  bool WasInVain(double old_way, double new_way) const {
+    const double patience = kPatienceShare * options.min_way_m;
+    return std::any_of(failures.begin(), failures.end(), [&](const Failure& failure) {
+      return std::abs(failure.old_way - old_way) < patience && new_way - failure.new_way < patience;
+    });
+  }
+
+  std::optional<LoopClosure> FindFor(const LoopScene& scene) {
+    submaps.Prepared(scene.newest());
+    const auto candidates = FindLoopCandidates(scene, options, submaps, kMaxCandidates);
+    if (candidates.empty()) return std::nullopt;
+    if (auto followed = FollowLoop(scene, candidates, options, &submaps)) return followed;
+    size_t searches = 0;
+    for (const LoopCandidate& candidate : FirstOfEachPass(candidates, scene, options.min_way_m)) {
+      const double old_way = scene.ways[candidate.position], new_way = scene.ways.back();
+      if (WasInVain(old_way, new_way)) continue;
+      if (++searches > kMaxSearches) break;
+      if (auto closed = CloseLoop(scene, candidate, options, &submaps)) return closed;
+      failures.push_back({old_way, new_way});
+    }
+    std::erase_if(failures, [&](const Failure& failure) {
+      return scene.ways.back() - failure.new_way > options.min_way_m;
+    });
+    return std::nullopt;
+  }
+
+  const LoopOptions options;
+  LoopSubmaps submaps;
+  std::vector<Failure> failures;
+};
+
+LoopFinder::LoopFinder(const LoopOptions& options, SubmapSource source)
+    : state_(std::make_unique<State>(options, std::move(source))) {}
+
+LoopFinder::~LoopFinder() = default;
+
+std::vector<LoopClosure> LoopFinder::Find(const LoopQuery& query) {
+  std::vector<LoopClosure> found;
+  if (!state_->options.enabled) return found;
+  state_->submaps.Keep(query.submaps);
+  const std::vector<double> ways = WaysTravelled(query.submaps);
+  for (size_t k = query.first_new; k < query.submaps.size(); ++k) {
+    LoopScene scene;
+    const auto end = static_cast<std::ptrdiff_t>(k + 1);
+    scene.submaps.assign(query.submaps.begin(), query.submaps.begin() + end);
+    scene.T_map_submap.assign(query.T_map_submap.begin(), query.T_map_submap.begin() + end);
+    scene.ways.assign(ways.begin(), ways.begin() + end);
+    // What was found for the submap before may not have come into the placement yet.
+    for (const LoopClosure& closure : query.known) {
+      AddEdges(closure, query, k == 0 || closure.submap_b + 1 < query.submaps[k]->id.index,
+               &scene.edges);
+    }
+    for (const LoopClosure& closure : found) AddEdges(closure, query, false, &scene.edges);
+    scene.known = LookBack(scene.submaps, k, scene.edges, state_->options.drift);
+    if (auto closure = state_->FindFor(scene)) found.push_back(std::move(*closure));
+  }
+  return found;
+}
+
+}  // namespace isthmus::matching

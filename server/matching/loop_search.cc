@@ -1,0 +1,226 @@
+#include "server/matching/loop_search.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "server/matching/candidate_search.h"
+#include "server/matching/decision.h"
+#include "server/matching/loop_confidence.h"
+
+namespace isthmus::matching {
+namespace {
+
+// Windows are of so many submaps at most: the newest, and on either side of the place.
+constexpr size_t kNewest = 3, kBeside = 2;
+// Between the two windows lies at least this share of the least way.
+constexpr double kGapShare = 0.5;
+// What an alignment captures; beyond it, what looks alike and the bird's-eye search are asked.
+constexpr double kCaptureM = 2.5, kCaptureRad = 0.15;
+constexpr size_t kMaxPlaces = 3;
+// Errors of guesses and of verified alignments, beside what is known before them.
+constexpr double kGuessM = 2.0, kGuessRad = 0.1;
+constexpr double kSlackM = 0.15, kSlackRad = 0.01;
+constexpr size_t kMaxJoint = 3;
+constexpr double kRigidLeniency = 10;
+constexpr double kMinSupportShare = 0.1;
+
+using Submaps = std::vector<std::shared_ptr<const Submap>>;
+
+struct Windows {
+  size_t first_old = 0, last_old = 0, first_new = 0;
+};
+
+// Runs of the way, so that odometry holds each together. Nothing when they would meet.
+std::optional<Windows> ChooseWindows(const LoopScene& scene, size_t place,
+                                     const LoopOptions& options) {
+  const std::vector<double>& ways = scene.ways;
+  const double gap = kGapShare * options.min_way_m;
+  const auto near = [&](size_t i, size_t j) {
+    return std::abs(ways[i] - ways[j]) < 1.5 * options.min_way_m;
+  };
+  const size_t last = scene.submaps.size() - 1;
+  Windows windows{place, place, last};
+  while (windows.first_new > 0 && last - windows.first_new + 1 < kNewest &&
+         near(windows.first_new - 1, last) && ways[windows.first_new - 1] - ways[place] > gap) {
+    --windows.first_new;
+  }
+  while (windows.first_old > 0 && place - windows.first_old < kBeside &&
+         near(windows.first_old - 1, place)) {
+    --windows.first_old;
+  }
+  while (windows.last_old - place < kBeside && near(windows.last_old + 1, place) &&
+         ways[windows.first_new] - ways[windows.last_old + 1] > gap) {
+    ++windows.last_old;
+  }
+  if (ways[windows.first_new] - ways[windows.last_old] <= gap) return std::nullopt;
+  return windows;
+}
+
+class Search {
+ public:
+  Search(const LoopScene& scene, const LoopCandidate& candidate, const Windows& windows,
+         const LoopOptions& options, LoopSubmaps* submaps)
+      : scene_(scene),
+        candidate_(candidate),
+        windows_(windows),
+        options_(options),
+        submaps_(submaps),
+        old_(submaps->Window(Cut(windows.first_old, windows.last_old + 1))),
+        fresh_(submaps->Window(Cut(windows.first_new, scene.submaps.size()))),
+        far_(candidate.reach_m > kCaptureM || candidate.reach_rad > kCaptureRad) {}
+
+  std::optional<LoopClosure> Run() {
+    if (fresh_.submaps().back()->surface().empty()) return std::nullopt;
+    CandidateSearch search(old_, fresh_);
+    std::vector<Hypothesis> found;
+    std::vector<StageTime> stages;
+    search.Take(Guesses(), &found, &stages);
+    if (far_) search.ByBirdsEye(&found, &stages);
+    std::erase_if(found,
+                  [&](const Hypothesis& h) { return !IsPossible(h.T_a_b, kGuessM, kGuessRad); });
+    Match match;
+    Decide(Judge(std::move(found), search.outdoors()), Limits(), &match);
+    if (match.state != MatchState::kAccepted || !IsPossible(match.T_a_b, kSlackM, kSlackRad)) {
+      return std::nullopt;
+    }
+    return Close(match, search.outdoors());
+  }
+
+ private:
+  Submaps Cut(size_t begin, size_t end) const {
+    const auto at = [&](size_t i) {
+      return scene_.submaps.begin() + static_cast<std::ptrdiff_t>(i);
+    };
+    return Submaps(at(begin), at(end));
+  }
+
+  const Submap& place() const { return *scene_.submaps[candidate_.position]; }
+
+  // Between the odom frames that the two windows carry: the same one but for the drift.
+  Pose ToOdom(const Pose& T_new_old) const {
+    return place().T_odom_submap * T_new_old.Inverse() * scene_.newest()->T_odom_submap.Inverse();
+  }
+
+  bool IsPossible(const Pose& T_a_b, double slack_m, double slack_rad) const {
+    const Pose T_new_old =
+        (place().T_odom_submap.Inverse() * T_a_b * scene_.newest()->T_odom_submap).Inverse();
+    const double chi2 = scene_.known[candidate_.position].Chi2(
+        T_new_old, MiddleOf(*scene_.newest()), slack_m, slack_rad);
+    return chi2 < options_.drift_sigmas * options_.drift_sigmas;
+  }
+
+  std::vector<Candidate> Guesses() {
+    std::vector<Candidate> guesses = {{ToOdom(candidate_.T_new_old), 0, "odometry"}};
+    const Pose placed =
+        scene_.T_map_submap.back().Inverse() * scene_.T_map_submap[candidate_.position];
+    guesses.push_back({ToOdom(placed), 0, "odometry"});
+    if (!far_) return guesses;
+    std::vector<Place> old, fresh;
+    for (size_t i = windows_.first_old; i < scene_.submaps.size(); ++i) {
+      if (i > windows_.last_old && i < windows_.first_new) continue;
+      for (Place place : submaps_->Places(scene_.submaps[i])) {
+        place.T_odom_place = scene_.submaps[i]->T_odom_submap * place.T_odom_place;
+        (i <= windows_.last_old ? old : fresh).push_back(std::move(place));
+      }
+    }
+    for (Candidate& place : SearchPlaces(old, fresh, kMaxPlaces)) {
+      guesses.push_back(std::move(place));
+    }
+    std::erase_if(guesses,
+                  [&](const Candidate& c) { return !IsPossible(c.T_a_b, kGuessM, kGuessRad); });
+    return guesses;
+  }
+
+  double MaxFreeSpace(bool outdoors) const {
+    return outdoors ? options_.max_free_space_outdoors : options_.max_free_space;
+  }
+
+  MatcherOptions Limits() const {
+    MatcherOptions limits;
+    limits.min_overlap = options_.min_overlap;
+    limits.min_comparisons = options_.min_comparisons;
+    limits.min_margin = options_.min_margin;
+    limits.min_shared_area_m2 = 0;
+    limits.max_enclosed_share = 1;
+    limits.min_hold = options_.min_hold;
+    limits.max_strain = options_.max_strain;
+    return limits;
+  }
+
+  // The best refined jointly, best first.
+  std::vector<Hypothesis> Judge(std::vector<Hypothesis> found, bool outdoors) const {
+    const double limit = MaxFreeSpace(outdoors);
+    for (Hypothesis& h : found) h.max_free_space = std::min(kRigidLeniency * limit, 0.5);
+    RankHypotheses(&found);
+    std::vector<Hypothesis> judged;
+    for (const Hypothesis& rigid : found) {
+      if (judged.size() == kMaxJoint) break;
+      if (!judged.empty() && rigid.Support() < kMinSupportShare * found.front().Support()) break;
+      Hypothesis& h = judged.emplace_back(rigid);
+      h.max_free_space = limit;
+      h.shared_center = place().T_odom_submap * MiddleOf(place());
+      MeasureJointly(old_, fresh_, &h);
+      const bool known =
+          std::any_of(judged.begin(), judged.end() - 1,
+                      [&](const Hypothesis& other) { return IsSamePlace(h.joint, other.joint); });
+      if (known) judged.pop_back();
+    }
+    RankHypotheses(&judged);
+    return judged;
+  }
+
+  LoopClosure Close(const Match& match, bool outdoors) const {
+    LoopClosure closure;
+    closure.session = scene_.newest()->id.session;
+    closure.overlap = match.overlap;
+    closure.residual_m = match.residual_m;
+    closure.free_space = match.free_space;
+    closure.comparisons = match.comparisons;
+    closure.source = match.matcher;
+    closure.edges = ChooseEdges(match.edges);
+    closure.submap_a = closure.edges.front().submap_a;
+    closure.submap_b = closure.edges.front().submap_b;
+    closure.T_a_b = closure.edges.front().T_a_b;
+    DescribeLoop(MaxFreeSpace(outdoors), &closure);
+    return closure;
+  }
+
+  // The newest submap's first, then one of each of the others, until there are enough.
+  std::vector<SubmapEdge> ChooseEdges(const std::vector<SubmapEdge>& all) const {
+    std::vector<std::pair<int, SubmapEdge>> ranked;
+    std::vector<int> of(fresh_.submaps().size(), 0);
+    for (const SubmapEdge& edge : all) {
+      SubmapEdge named = edge;
+      named.submap_a = old_.submaps()[edge.submap_a]->submap().id.index;
+      named.submap_b = fresh_.submaps()[edge.submap_b]->submap().id.index;
+      ranked.emplace_back(of[edge.submap_b]++, named);
+    }
+    std::stable_sort(ranked.begin(), ranked.end(), [](const auto& x, const auto& y) {
+      return x.first != y.first ? x.first < y.first : x.second.submap_b > y.second.submap_b;
+    });
+    if (ranked.size() > options_.max_edges) ranked.resize(std::max<size_t>(options_.max_edges, 1));
+    std::vector<SubmapEdge> chosen;
+    for (auto& [rank, edge] : ranked) chosen.push_back(edge);
+    return chosen;
+  }
+
+  const LoopScene& scene_;
+  const LoopCandidate& candidate_;
+  const Windows windows_;
+  const LoopOptions& options_;
+  LoopSubmaps* const submaps_;
+  const PreparedMap old_, fresh_;
+  const bool far_;  // Odometry may have strayed farther than an alignment captures.
+};
+
+}  // namespace
+
+std::optional<LoopClosure> CloseLoop(const LoopScene& scene, const LoopCandidate& candidate,
+                                     const LoopOptions& options, LoopSubmaps* submaps) {
+  const std::optional<Windows> windows = ChooseWindows(scene, candidate.position, options);
+  if (!windows) return std::nullopt;
+  return Search(scene, candidate, *windows, options, submaps).Run();
+}
+
+}  // namespace isthmus::matching
