@@ -14,7 +14,7 @@ absl::StatusOr<std::string> GraphText(const Graph& graph) {
   std::erase_if(kept.anchors, discarded);
   std::ostringstream text;
   for (size_t i = 0; i < graph.ids.size(); ++i) {
-    text << "# " << i << ' ' << ToString(graph.ids[i]) << '\n';
+    text << "# VERTEX " << i << ' ' << ToString(graph.ids[i]) << '\n';
   }
   const absl::Status status = pose_graph::WriteG2o(kept, {}, text);
   if (!status.ok()) return status;

@@ -9,7 +9,7 @@
 namespace isthmus::placement {
 
 // g2o's text (pose_graph/g2o.h), without what was discarded, after a comment line for every vertex:
-// "# 12 alice-1/7".
+// "# VERTEX 12 alice-1/7".
 absl::StatusOr<std::string> GraphText(const Graph& graph);
 
 }  // namespace isthmus::placement
