@@ -97,6 +97,7 @@ TEST_P(MapStoreContract, KeepsSubmapsWithinTheirResolution) {
   EXPECT_EQ((*back)->first_stamp_ns, submap->first_stamp_ns);
   EXPECT_EQ((*back)->last_stamp_ns, submap->last_stamp_ns);
   EXPECT_TRUE(Near((*back)->T_odom_submap, submap->T_odom_submap));
+  EXPECT_EQ((*back)->drift_covariance, submap->drift_covariance);
   ASSERT_EQ((*back)->keyframes.size(), submap->keyframes.size());
   for (size_t k = 0; k < submap->keyframes.size(); ++k) {
     EXPECT_EQ((*back)->keyframes[k].sequence, submap->keyframes[k].sequence);
@@ -135,6 +136,7 @@ TEST_P(MapStoreContract, ListsSubmapsWithoutTheirPoints) {
 TEST_P(MapStoreContract, TakesSubmapsWithoutPoints) {
   Put({.sessions = {MakeSession("alice-1")}, .submaps = {MakeSubmap("alice-1", 0, 0)}});
   EXPECT_TRUE((*store_->GetSubmap({alice_, 0}))->points.empty());
+  EXPECT_TRUE((*store_->GetSubmap({alice_, 0}))->drift_covariance.isZero(0));
   EXPECT_TRUE((*store_->ListSubmaps(alice_))[0].bounds.empty());
   Box everything;
   everything.Extend(Eigen::Vector3d::Constant(-1e9));
@@ -275,6 +277,11 @@ TEST_P(MapStoreContract, RefusesRecordsThatBreakTheirPromise) {
   EXPECT_EQ(CodeOf({.submaps = {submap}}), StatusCode::kInvalidArgument);
   submap = MakeSubmap("alice-1", 0);
   submap->T_odom_submap = Pose(Eigen::Vector3d(0, std::nan(""), 0));
+  EXPECT_EQ(CodeOf({.submaps = {submap}}), StatusCode::kInvalidArgument);
+  submap = MakeSubmap("alice-1", 0);
+  submap->drift_covariance(2, 2) = -1;
+  EXPECT_EQ(CodeOf({.submaps = {submap}}), StatusCode::kInvalidArgument);
+  submap->drift_covariance(2, 2) = std::nan("");
   EXPECT_EQ(CodeOf({.submaps = {submap}}), StatusCode::kInvalidArgument);
   EXPECT_TRUE(store_->ListSubmaps(std::nullopt)->empty());
 }

@@ -84,13 +84,16 @@ TEST_P(MatchContract, DoesNotKeepWhatFollowsFromOtherMatches) {
   EXPECT_EQ(store_->ListMatches()->at(0).cycle_deg, -1);
 }
 
-TEST_P(MatchContract, RefusesEdgesThatAreNotFinite) {
+TEST_P(MatchContract, RefusesEdgesThatAreNotFiniteOrSymmetric) {
   Put({.sessions = {MakeSession("alice-1"), MakeSession("bob-1")}});
   Match match = MakeMatch("alice-1", "bob-1");
   match.edges[1].information(2, 3) = std::numeric_limits<double>::quiet_NaN();
   EXPECT_EQ(CodeOf({.matches = {match}}), StatusCode::kInvalidArgument);
   match = MakeMatch("alice-1", "bob-1");
   match.edges[0].T_a_b = Pose(Eigen::Vector3d(0, std::numeric_limits<double>::infinity(), 0));
+  EXPECT_EQ(CodeOf({.matches = {match}}), StatusCode::kInvalidArgument);
+  match = MakeMatch("alice-1", "bob-1");
+  match.edges[0].information(0, 5) += 1;  // Not symmetric.
   EXPECT_EQ(CodeOf({.matches = {match}}), StatusCode::kInvalidArgument);
   EXPECT_TRUE(store_->ListMatches()->empty());
 }

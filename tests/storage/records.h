@@ -37,6 +37,8 @@ inline std::shared_ptr<Submap> MakeSubmap(const std::string& session, uint32_t i
   submap->id = {SessionId(session), index};
   submap->robot = RobotId("alice");
   submap->T_odom_submap = Pose::FromXyzRpy(10.0 * index, 0, 0, 0, 0, 0.3);
+  // The first of a session has none.
+  submap->drift_covariance = 1e-4 * index * (Matrix6d::Identity() + Matrix6d::Ones());
   submap->first_sequence = 10 * index + 1;
   submap->last_sequence = 10 * index + 10;
   submap->first_stamp_ns = 1'700'000'000'000'000'001;

@@ -278,12 +278,15 @@ TEST_F(SqliteStoreTest, KeepsIntegrityThroughDeletions) {
   auto store = Open();
   ASSERT_TRUE(store->Write(FullBatch()).ok());
   ASSERT_TRUE(store->PutFeatures(MakeFeatures({alice_, 0}, "fpfh", "x")).ok());
+  ASSERT_TRUE(
+      store->Write({.loops = {MakeLoop(1, "alice-1")}, .anchors = {MakeAnchor("alice-1", 1)}})
+          .ok());
   const absl::Status deleted = store->DeleteSession(alice_);
   ASSERT_TRUE(deleted.ok()) << deleted;
   store.reset();
   auto database = Connection::Open(folder_.database());
   for (const char* table : {"trajectory", "submaps", "submap_blobs", "submap_bounds", "features",
-                            "matches", "match_stages"}) {
+                            "matches", "match_stages", "loops", "anchors"}) {
     Statement count = (*database)->Prepare(std::string("SELECT count(*) FROM ") + table);
     ASSERT_TRUE(*count.Step());
     EXPECT_EQ(count.Int(0), 0) << table;

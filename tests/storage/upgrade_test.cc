@@ -6,6 +6,7 @@
 #include "storage/migrations.h"
 #include "storage/pose_codec.h"
 #include "storage/sqlite_store.h"
+#include "storage/submap_codec.h"
 #include "tests/storage/records.h"
 #include "tests/storage/temporary_folder.h"
 
@@ -90,6 +91,92 @@ TEST(UpgradeTest, WhatSchema3DidNotKeepIsNotComputed) {
   // And takes new ones, edges included.
   ASSERT_TRUE((*store)->Write({.matches = {MakeMatch("alice-1", "bob-1")}}).ok());
   EXPECT_EQ((*store)->ListMatches()->at(0).edges.size(), 2u);
+}
+
+// Submaps whole, and revisions that place sessions only.
+void WriteSchema4(const std::string& path) {
+  auto database = Connection::Open(path);
+  ASSERT_TRUE(database.ok()) << database.status();
+  const std::vector<Migration> four(Migrations().begin(), Migrations().begin() + 4);
+  ASSERT_TRUE(Migrate(**database, four).ok());
+  const auto submap = MakeSubmap("alice-1", 0);
+  const SubmapInfo info = Summarize(*submap);
+  const auto run = [](Statement& statement) {
+    const absl::Status status = statement.Run();
+    ASSERT_TRUE(status.ok()) << status;
+  };
+  run((*database)
+          ->Prepare("INSERT INTO sessions (id, robot, sensor, T_base_sensor, state, created_ns, "
+                    "finished_ns) VALUES ('alice-1', 'alice', 'vlp16', ?, 1, 5, 6)")
+          .BindBlob(PackPose(Pose())));
+  run((*database)
+          ->Prepare("INSERT INTO submaps (session, submap_index, T_odom_submap, first_sequence, "
+                    "last_sequence, first_stamp_ns, last_stamp_ns, keyframe_count, point_count, "
+                    "min_x, min_y, min_z, max_x, max_y, max_z) "
+                    "VALUES (1, 0, ?, 1, 10, 100, 200, 3, ?, -4, -4, -4, 4, 4, 4)")
+          .BindBlob(PackPose(submap->T_odom_submap))
+          .Bind(info.point_count));
+  run((*database)
+          ->Prepare("INSERT INTO submap_blobs VALUES (1, ?)")
+          .BindBlob(*EncodeSubmap(*submap, 0.001)));
+  run((*database)
+          ->Prepare("INSERT INTO trajectory VALUES (1, 7, 100, 0, ?)")
+          .BindBlob(PackPose(Pose())));
+  for (int64_t number = 41; number <= 42; ++number) {
+    run((*database)
+            ->Prepare("INSERT INTO revisions (revision, stamp_ns, cause) VALUES (?, 7, 'alice')")
+            .Bind(number));
+    run((*database)
+            ->Prepare("INSERT INTO placements VALUES (?, 'alice-1', 0, 'alice-1', ?)")
+            .Bind(number)
+            .BindBlob(PackPose(Pose::FromXyzRpy(1, 2, 3, 0, 0, 1))));
+  }
+}
+
+TEST(UpgradeTest, MapsOfSchema4AnswerTheSame) {
+  const TemporaryFolder folder;
+  std::filesystem::create_directories(folder.path());
+  WriteSchema4(folder.database());
+  const auto store = OpenSqliteStore(folder.path());
+  ASSERT_TRUE(store.ok()) << store.status();
+  const auto submap = (*store)->GetSubmap({SessionId("alice-1"), 0});
+  ASSERT_TRUE(submap.ok()) << submap.status();
+  EXPECT_EQ((*submap)->points.size(), 600u);
+  EXPECT_TRUE((*submap)->drift_covariance.isZero(0));
+  EXPECT_TRUE((*store)->ListLoops()->empty());
+  EXPECT_TRUE((*store)->ListAnchors()->empty());
+  const auto latest = (*store)->LatestRevision();
+  ASSERT_TRUE(latest.ok()) << latest.status();
+  EXPECT_EQ(latest->revision, 42);
+  EXPECT_EQ(latest->cause, "alice");
+  ASSERT_EQ(latest->placements.size(), 1u);
+  EXPECT_TRUE(Near(latest->placements[0].T_map_odom, Pose::FromXyzRpy(1, 2, 3, 0, 0, 1)));
+  EXPECT_TRUE(latest->placements[0].submaps.empty());
+  ASSERT_EQ((*store)->ListRevisions(10)->size(), 2u);
+  EXPECT_EQ((*store)->ListRevisions(10)->at(1).revision, 41);
+}
+
+// Their revisions moved sessions as a whole: nothing is known of single submaps.
+TEST(UpgradeTest, HistoryOfSubmapsBeginsAfterSchema4) {
+  const TemporaryFolder folder;
+  std::filesystem::create_directories(folder.path());
+  WriteSchema4(folder.database());
+  const auto store = OpenSqliteStore(folder.path());
+  ASSERT_TRUE(store.ok()) << store.status();
+  const SessionId alice("alice-1");
+  SubmapMove move;
+  move.submap = {alice, 0};
+  move.after = Pose::FromXyzRpy(4, 5, 6, 0, 0, 1);
+  move.frame_after = alice;
+  ASSERT_TRUE((*store)->Write({.revision = MakeRevision(43), .moves = {move}}).ok());
+  EXPECT_EQ((*store)->ListMoves(42, 43)->size(), 1u);
+  EXPECT_EQ((*store)->ListMoves(41, 43).status().code(), absl::StatusCode::kOutOfRange);
+  ASSERT_EQ((*store)->LatestRevision()->placements[0].submaps.size(), 1u);
+  EXPECT_EQ((*store)->ListRevisions(10)->size(), 3u);
+  // And what there was can be retired.
+  ASSERT_TRUE((*store)->Write({.retired = {{alice, 0}}}).ok());
+  EXPECT_TRUE((*store)->ListSubmaps(alice)->empty());
+  EXPECT_TRUE((*store)->GetTrajectory(alice)->empty());
 }
 
 }  // namespace
