@@ -46,10 +46,10 @@ ALLOWED = {
     "client/simulation": ({"core", "core/codec"}, STD_LIKE | {"embree"}),
     "client/evaluation": ({"core", "core/codec"}, STD_LIKE | {"png"}),
     "client/examples": ({"core", "core/codec", "client/library"}, STD_LIKE),
-    # The offline commands run an embedded server.
+    # The offline commands run an embedded server, or an algorithm of it on a file.
     "client/cli": (
-        {"core", "core/codec", "floam", "storage", "server", "server/rpc", "client/library",
-         "client/readers", "client/simulation", "client/evaluation"},
+        {"core", "core/codec", "floam", "storage", "server", "server/pose_graph", "server/rpc",
+         "client/library", "client/readers", "client/simulation", "client/evaluation"},
         STD_LIKE | {"json", "cli11"},
     ),
 }
