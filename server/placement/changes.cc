@@ -39,8 +39,8 @@ struct Fate {
 class Comparison {
  public:
   Comparison(const LastGraphs& last, const Input& input, const SessionNumbers& numbers,
-             GraphSet* now)
-      : last_(last), input_(input), now_(*now) {
+             const GraphSet& now)
+      : last_(last), input_(input), now_(now) {
     for (const Session& session : input.sessions) {
       const auto number = numbers.find(session.tree.session);
       if (number != numbers.end()) known_.insert(number->second);
@@ -59,7 +59,7 @@ class Comparison {
     }
     FindGoneAnchors();
     std::vector<Change> changes;
-    for (Graph& graph : now_.graphs) changes.push_back(Compare(&graph));
+    for (const Graph& graph : now_.graphs) changes.push_back(Compare(graph));
     return changes;
   }
 
@@ -123,10 +123,10 @@ class Comparison {
     return kNone;
   }
 
-  Change Compare(Graph* graph) const {
+  Change Compare(const Graph& graph) const {
     Change change;
     std::set<size_t> parts;
-    for (const GraphSession& session : graph->sessions) {
+    for (const GraphSession& session : graph.sessions) {
       const auto part = last_.set.sessions.find(session.number);
       if (part == last_.set.sessions.end()) {
         change.joined = true;
@@ -135,51 +135,46 @@ class Comparison {
       parts.insert(part->second);
       if (anew_.contains(part->second)) change.anew = true;
     }
+    change.unknown = parts.empty();
     if (parts.size() > 1) change.joined = true;
-    const auto anchored = last_.anchored.find(graph->reference);
+    const auto anchored = last_.anchored.find(graph.reference);
     const bool was_anchored = anchored != last_.anchored.end() && anchored->second;
-    if (was_anchored && !graph->anchored) change.anew = true;
-    change.new_anchor = !was_anchored && graph->anchored;
+    if (was_anchored && !graph.anchored) change.anew = true;
+    change.new_anchor = !was_anchored && graph.anchored;
+    for (const size_t anchor : graph.anchors) {
+      if (!last_.anchors.contains(input_.anchors[anchor].submap)) change.new_anchor = true;
+    }
     CompareEdges(graph, &change);
-    CompareAnchors(graph, &change);
     return change;
   }
 
-  void CompareEdges(Graph* graph, Change* change) const {
-    for (size_t i = 0; i < graph->origins.size(); ++i) {
-      const EdgeKey& key = graph->origins[i].key;
-      pose_graph::Edge& edge = graph->problem.edges[i];
+  void CompareEdges(const Graph& graph, Change* change) const {
+    for (size_t i = 0; i < graph.origins.size(); ++i) {
+      const EdgeKey& key = graph.origins[i].key;
       const bool loose = loose_.contains(key.a) || loose_.contains(key.b);
       change->loosened |= loose;
-      bool is_new = true;
-      const auto found = last_.set.edges.find(key);
-      if (found != last_.set.edges.end()) {
-        const auto& [place, old] = found->second;
-        const pose_graph::Edge& before = last_.set.graphs[place].problem.edges[old];
-        is_new = !IsSame(before, edge);
-        if (!is_new) edge.weight = before.weight;
-      } else if (key.source == Source::kOdometry) {
-        // Between two that were there before, what lay in between was retired; they stay.
-        is_new = !last_.set.nodes.contains(key.a) || !last_.set.nodes.contains(key.b);
-      }
+      const bool is_new = IsNew(key, graph.problem.edges[i]);
       if (is_new || loose) change->edges.push_back(static_cast<int>(i));
+      if (!is_new || key.source == Source::kOdometry || key.source == Source::kLoop) continue;
+      const auto fate = fates_.find(KeyOfRecord(key));
+      if (fate == fates_.end() || fate->second.standing == 0) change->new_match = true;
     }
   }
 
-  void CompareAnchors(Graph* graph, Change* change) const {
-    for (size_t i = 0; i < graph->anchors.size(); ++i) {
-      const auto found = last_.anchors.find(input_.anchors[graph->anchors[i]].submap);
-      if (found == last_.anchors.end()) {
-        change->new_anchor = true;
-      } else {
-        graph->problem.anchors[i].weight = found->second.weight;
-      }
+  bool IsNew(const EdgeKey& key, const pose_graph::Edge& edge) const {
+    const auto found = last_.set.edges.find(key);
+    if (found != last_.set.edges.end()) {
+      const auto& [place, i] = found->second;
+      return !IsSame(last_.set.graphs[place].problem.edges[i], edge);
     }
+    // Between two that were there before, what lay in between was retired; they stay.
+    return key.source != Source::kOdometry || !last_.set.nodes.contains(key.a) ||
+           !last_.set.nodes.contains(key.b);
   }
 
   const LastGraphs& last_;
   const Input& input_;
-  GraphSet& now_;
+  const GraphSet& now_;
   absl::flat_hash_set<uint32_t> known_;  // Sessions.
   absl::flat_hash_map<RecordKey, Fate> fates_;
   std::set<size_t> anew_;  // Of the last graphs.
@@ -189,8 +184,25 @@ class Comparison {
 }  // namespace
 
 std::vector<Change> FindChanges(const LastGraphs& last, const Input& input,
-                                const SessionNumbers& numbers, GraphSet* now) {
+                                const SessionNumbers& numbers, const GraphSet& now) {
   return Comparison(last, input, numbers, now).Run();
+}
+
+void InheritWeights(const LastGraphs& last, const Input& input, Graph* graph) {
+  for (size_t i = 0; i < graph->origins.size(); ++i) {
+    const auto found = last.set.edges.find(graph->origins[i].key);
+    if (found == last.set.edges.end()) continue;
+    const auto& [place, old] = found->second;
+    const pose_graph::Edge& before = last.set.graphs[place].problem.edges[old];
+    pose_graph::Edge& edge = graph->problem.edges[i];
+    if (IsSame(before, edge)) edge.weight = before.weight;
+  }
+  for (size_t i = 0; i < graph->anchors.size(); ++i) {
+    const Anchor& anchor = input.anchors[graph->anchors[i]];
+    const auto found = last.anchors.find(anchor.submap);
+    if (found == last.anchors.end() || !IsSame(found->second.anchor, anchor)) continue;
+    graph->problem.anchors[i].weight = found->second.weight;
+  }
 }
 
 }  // namespace isthmus::placement

@@ -14,9 +14,10 @@ struct KeptAnchor {
   double weight = 1;
 };
 
-// What was placed last.
+// What was placed by one call.
 struct LastGraphs {
-  GraphSet set;                            // Edges with the weights that they were given.
+  GraphSet set;                            // With the weights that were found.
+  std::vector<Placement> placements;       // As published.
   std::map<SubmapId, KeptAnchor> anchors;  // Of submaps that are in the map.
   std::map<SessionId, bool> anchored;      // By reference.
 };
@@ -25,16 +26,22 @@ struct Change {
   // Something went away that may have bent the map: a match, a loop, an anchor, a session. Submaps
   // that were retired took nothing with them that was wrong.
   bool anew = false;
-  bool joined = false;      // Parts that did not hang together, or were not known, do now.
-  bool new_anchor = false;  // Or the map frame is the anchors' from now on.
+  bool unknown = false;    // None of its sessions was there.
+  bool joined = false;     // Parts that did not hang together, or were not known, do now.
+  bool new_match = false;  // A match, or what a person says of one.
+  // An anchor is new; or the map frame is the anchors' from now on.
+  bool new_anchor = false;
   // Some edges of a match went away while others of it stand.
   bool loosened = false;
   // Edges that are new, changed, or next to what was loosened.
   std::vector<int> edges;
 };
 
-// Of each of the graphs, which get the weights that the same edges and anchors were given last.
+// Of each of the graphs.
 std::vector<Change> FindChanges(const LastGraphs& last, const Input& input,
-                                const SessionNumbers& numbers, GraphSet* now);
+                                const SessionNumbers& numbers, const GraphSet& now);
+
+// Gives edges and anchors the weights that the same ones had then.
+void InheritWeights(const LastGraphs& last, const Input& input, Graph* graph);
 
 }  // namespace isthmus::placement

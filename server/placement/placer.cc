@@ -1,6 +1,7 @@
 #include "server/placement/placer.h"
 
 #include <algorithm>
+#include <deque>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -13,6 +14,9 @@
 
 namespace isthmus::placement {
 namespace {
+
+// Matches that can be taken back without a trace in maps that are not optimised as a whole.
+constexpr size_t kMostEarlier = 8;
 
 // The poses that readers get: those that they have, where little has changed.
 void Settle(const PlacerOptions& options, const std::vector<Placement>& previous, Graph* graph) {
@@ -43,6 +47,30 @@ Placement MakePlacement(const Session& session, const GraphSession& place, const
   placement.T_map_odom =
       placement.submaps.back().T_map_submap * session.nodes.back().T_odom_submap.Inverse();
   return placement;
+}
+
+// Everything before the search. `placements` are where it goes on from.
+void Start(const Input& input, const std::vector<Placement>& placements, const LastGraphs& base,
+           const Change& change, Graph* graph) {
+  pose_graph::Problem& problem = graph->problem;
+  const auto found = base.anchored.find(graph->reference);
+  const bool known = found != base.anchored.end();
+  const bool was_anchored = known && found->second;
+  if (change.anew) {
+    BeginPosesAnew(input, placements, !known || was_anchored == graph->anchored, graph);
+  } else {
+    ContinuePoses(input, placements, graph);
+    InheritWeights(base, input, graph);
+  }
+  if (problem.anchors.empty()) {
+    problem.fixed = {graph->gauge};
+    return;
+  }
+  if (change.anew || !was_anchored) {
+    const Pose T = FitToAnchors(problem);
+    for (Pose& pose : problem.poses) pose = T * pose;
+  }
+  KeepUpright(input, graph);
 }
 
 // Edges that were passed over are not said to be discarded.
@@ -78,50 +106,65 @@ Judgement Judge(const Input& input, const GraphSet& set) {
 struct Placer::Memory {
   SessionNumbers numbers;
   NearestPairs nearest;
-  LastGraphs last;
+  std::shared_ptr<const LastGraphs> last = std::make_shared<LastGraphs>();
+  // Such as were before a match came, the newest last.
+  std::deque<std::shared_ptr<const LastGraphs>> earlier;
   std::map<SessionId, int> partial;  // Optimisations since the last whole one, by reference.
 
-  void Start(const Input& input, const std::vector<Placement>& previous, const Change& change,
-             Graph* graph) const;
-  void Keep(const Input& input, GraphSet set);
+  struct Base {
+    std::shared_ptr<const LastGraphs> graphs;
+    Change change;  // Since then.
+  };
+  std::vector<Base> ChooseBases(const Input& input, const GraphSet& set) const;
+  void Keep(const Input& input, const std::vector<Base>& bases, GraphSet set,
+            const std::vector<Placement>& placements);
 };
 
-// Everything before the search.
-void Placer::Memory::Start(const Input& input, const std::vector<Placement>& previous,
-                           const Change& change, Graph* graph) const {
-  pose_graph::Problem& problem = graph->problem;
-  if (change.anew) {
-    const auto was = last.anchored.find(graph->reference);
-    BeginPosesAnew(input, previous, was == last.anchored.end() || was->second == graph->anchored,
-                   graph);
-  } else {
-    ContinuePoses(input, previous, graph);
+// What each of the graphs goes on from: from the last call; where something was taken back since,
+// from before that came, if nothing else that was there then is missing now. If there is no such
+// thing, the change says that it begins anew.
+std::vector<Placer::Memory::Base> Placer::Memory::ChooseBases(const Input& input,
+                                                              const GraphSet& set) const {
+  std::vector<Base> bases;
+  bool missing = false;
+  for (const Change& change : FindChanges(*last, input, numbers, set)) {
+    bases.push_back({last, change});
+    missing |= change.anew;
   }
-  if (problem.anchors.empty()) {
-    problem.fixed = {graph->gauge};
-    return;
-  }
-  const auto was = last.anchored.find(graph->reference);
-  if (change.anew || was == last.anchored.end() || !was->second) {
-    const Pose T = FitToAnchors(problem);
-    for (Pose& pose : problem.poses) pose = T * pose;
-  }
-  KeepUpright(input, graph);
-}
-
-void Placer::Memory::Keep(const Input& input, GraphSet set) {
-  last = {};
-  for (const Graph& graph : set.graphs) {
-    last.anchored[graph.reference] = graph.anchored;
-    for (size_t i = 0; i < graph.anchors.size(); ++i) {
-      const Anchor& anchor = input.anchors[graph.anchors[i]];
-      last.anchors[anchor.submap] = {anchor, graph.problem.anchors[i].weight};
+  for (auto older = earlier.rbegin(); older != earlier.rend() && missing; ++older) {
+    missing = false;
+    const std::vector<Change> changes = FindChanges(**older, input, numbers, set);
+    for (size_t i = 0; i < bases.size(); ++i) {
+      if (!bases[i].change.anew) continue;
+      if (changes[i].anew || changes[i].unknown) {
+        missing = true;
+      } else {
+        bases[i] = {*older, changes[i]};
+      }
     }
   }
-  for (auto it = partial.begin(); it != partial.end();) {
-    it = last.anchored.contains(it->first) ? std::next(it) : partial.erase(it);
+  return bases;
+}
+
+void Placer::Memory::Keep(const Input& input, const std::vector<Base>& bases, GraphSet set,
+                          const std::vector<Placement>& placements) {
+  const bool new_match = std::any_of(bases.begin(), bases.end(), [this](const Base& base) {
+    return base.graphs == last && base.change.new_match;
+  });
+  if (new_match) earlier.push_back(last);
+  if (earlier.size() > kMostEarlier) earlier.pop_front();
+  const auto kept = std::make_shared<LastGraphs>();
+  kept->placements = placements;
+  for (const Graph& graph : set.graphs) {
+    kept->anchored[graph.reference] = graph.anchored;
+    for (size_t i = 0; i < graph.anchors.size(); ++i) {
+      const Anchor& anchor = input.anchors[graph.anchors[i]];
+      kept->anchors[anchor.submap] = {anchor, graph.problem.anchors[i].weight};
+    }
   }
-  last.set = std::move(set);
+  std::erase_if(partial, [&](const auto& entry) { return !kept->anchored.contains(entry.first); });
+  kept->set = std::move(set);
+  last = kept;
 }
 
 Placer::Placer(const PlacerOptions& options)
@@ -133,14 +176,15 @@ Placer& Placer::operator=(Placer&&) noexcept = default;
 Outcome Placer::Place(const Input& input, const std::vector<Placement>& previous) {
   Memory& memory = *memory_;
   GraphSet set = BuildGraphs(input, options_.drift, &memory.numbers, &memory.nearest);
-  const std::vector<Change> changes = FindChanges(memory.last, input, memory.numbers, &set);
+  const std::vector<Memory::Base> bases = memory.ChooseBases(input, set);
   Outcome outcome;
   bool partial = false;
   for (size_t i = 0; i < set.graphs.size(); ++i) {
     Graph& graph = set.graphs[i];
-    memory.Start(input, previous, changes[i], &graph);
+    const auto& [base, change] = bases[i];
+    Start(input, base == memory.last ? previous : base->placements, *base, change, &graph);
     int& partial_before = memory.partial[graph.reference];
-    const Solved solved = Solve(options_, changes[i], partial_before, &graph);
+    const Solved solved = Solve(options_, change, partial_before, &graph);
     if (solved.whole) partial_before = 0;
     if (solved.partial) ++partial_before;
     outcome.whole |= solved.whole;
@@ -162,16 +206,16 @@ Outcome Placer::Place(const Input& input, const std::vector<Placement>& previous
   std::sort(outcome.placements.begin(), outcome.placements.end(),
             [](const Placement& a, const Placement& b) { return a.session < b.session; });
   outcome.judgement = Judge(input, set);
-  memory.Keep(input, std::move(set));
+  memory.Keep(input, bases, std::move(set), outcome.placements);
   return outcome;
 }
 
 absl::StatusOr<std::string> Placer::WriteG2o(uint32_t component) const {
-  for (const Graph& graph : memory_->last.set.graphs) {
+  for (const Graph& graph : memory_->last->set.graphs) {
     if (graph.component == component) return GraphText(graph);
   }
   return absl::NotFoundError(absl::StrCat("there is no component ", component, "; there are ",
-                                          memory_->last.set.graphs.size()));
+                                          memory_->last->set.graphs.size()));
 }
 
 }  // namespace isthmus::placement
