@@ -27,7 +27,8 @@ namespace isthmus::client {
 
 // Thread safe. Errors carry the server's code and message (see the comments of the API), or
 // Unavailable, saying which address did not answer. What may be repeated without harm is tried
-// again after UNAVAILABLE, see BackoffOptions; CreateSession is not repeated once it was sent.
+// again after UNAVAILABLE, see BackoffOptions; the rest, like CreateSession, is not repeated once
+// it was sent.
 class Client {
  public:
   // Asks the server for a sign of life. Unavailable if it gives none in backoff.max_attempts.
@@ -53,8 +54,9 @@ class Client {
   absl::Status UploadSubmap(const SubmapUpload& submap);
 
   absl::StatusOr<MapInfo> GetMapInfo();
-  // Of all robots when `robot` is empty.
-  absl::StatusOr<std::vector<SubmapInfo>> ListSubmaps(const RobotId& robot = {});
+  // Of all robots when `robot` is empty. Indices have gaps where submaps were retired.
+  absl::StatusOr<std::vector<SubmapStatus>> ListSubmaps(const RobotId& robot = {});
+  // In the map frame corrected by where the submaps lie, smoothly from one to the next.
   absl::StatusOr<RobotTrajectory> GetTrajectory(const RobotId& robot, Frame frame);
   // With the submaps that carry each match if `include_edges`.
   absl::StatusOr<MatchGraph> GetMatchGraph(bool include_edges = false);
@@ -63,6 +65,28 @@ class Client {
   absl::StatusOr<MatchEdge> DecideMatch(const MatchDecision& decision);
   // FailedPrecondition, saying what is missing, while nothing connects the two.
   absl::StatusOr<RobotTransform> GetTransform(const RobotId& a, const RobotId& b);
+
+  // What changed the map, the newest first; at most `limit`, 100 if that is 0.
+  absl::StatusOr<std::vector<RevisionInfo>> ListRevisions(int limit = 0);
+  // `to` 0: the latest. OutOfRange when `from` is older than what the server keeps.
+  absl::StatusOr<RevisionDiff> DiffRevisions(int64_t from, int64_t to = 0);
+  // Rejects the accepted matches and loop closures that the revision came of; returns the revision
+  // after that. FailedPrecondition when there are none. Not repeated once it was sent.
+  absl::StatusOr<int64_t> UndoRevision(int64_t revision, const std::string& note = {});
+
+  // Of all robots when `robot` is empty; with the submaps that carry each if `include_edges`.
+  absl::StatusOr<std::vector<Loop>> ListLoops(const RobotId& robot = {},
+                                              bool include_edges = false);
+  // Returns the loop closure as it counts from now on, without its edges.
+  absl::StatusOr<Loop> DecideLoop(const LoopDecision& decision);
+
+  // Gives a submap its place, in place of what was given before; `given_ns` is the server's. An
+  // anchor that names no session is for the newest submap of the robot's newest session;
+  // FailedPrecondition when that has none yet. Not repeated then once it was sent.
+  absl::StatusOr<Anchored> PutAnchor(const Anchor& anchor, const RobotId& robot = {});
+  // Returns the revision after that. Not repeated once it was sent.
+  absl::StatusOr<int64_t> RemoveAnchor(const SubmapId& submap);
+  absl::StatusOr<std::vector<RobotAnchor>> ListAnchors();  // In order of submap.
 
   // Calls `chunk` until it returns false (Cancelled) or all is read; at least once, also where
   // there are no points. Not tried again after the first chunk.
@@ -79,6 +103,9 @@ class Client {
   absl::StatusOr<ExportSummary> ExportToFile(
       const ExportRequest& request, const std::string& path,
       const std::function<void(uint64_t)>& progress = nullptr);
+
+  // The pose graph of a component as a g2o file, likewise.
+  absl::StatusOr<ExportSummary> ExportPoseGraphToFile(uint32_t component, const std::string& path);
 
   const std::string& address() const;
 

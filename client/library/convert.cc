@@ -202,11 +202,16 @@ MapInfo FromProto(const v1::MapInfo& info) {
   out.estimation_ms = info.estimation_ms();
   out.compositions = info.compositions();
   out.estimations = info.estimations();
+  out.placement_ms = info.placement_ms();
+  out.placements = info.placements();
+  out.submaps = info.submaps();
+  out.retired = info.retired();
   return out;
 }
 
-SubmapInfo FromProto(const v1::Submap& submap) {
-  SubmapInfo out;
+SubmapStatus FromProto(const v1::Submap& submap) {
+  SubmapStatus status;
+  SubmapInfo& out = status.info;
   out.id = {SessionId(submap.session()), submap.index()};
   out.robot = RobotId(submap.robot());
   out.T_odom_submap = FromProto(submap.t_odom_submap());
@@ -217,7 +222,9 @@ SubmapInfo FromProto(const v1::Submap& submap) {
   out.keyframe_count = submap.keyframe_count();
   out.point_count = submap.point_count();
   if (submap.has_bounds()) out.bounds = FromProto(submap.bounds());
-  return out;
+  if (submap.has_component()) status.component = submap.component();
+  status.T_map_submap = FromProto(submap.t_map_submap());
+  return status;
 }
 
 ScanAck FromProto(const v1::StreamScansResponse& ack) {

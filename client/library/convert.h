@@ -8,6 +8,7 @@
 
 #include "client/library/records.h"
 #include "client/library/scan_stream.h"
+#include "isthmus/v1/graph_service.pb.h"
 #include "isthmus/v1/map_service.pb.h"
 #include "isthmus/v1/match_service.pb.h"
 #include "isthmus/v1/session_service.pb.h"
@@ -21,6 +22,8 @@ v1::PointCloud ToProto(PointPayload payload);
 v1::Box ToProto(const Box& box);
 v1::QueryRegionRequest ToProto(const RegionQuery& query);
 v1::DecideMatchRequest ToProto(const MatchDecision& decision);
+v1::DecideLoopRequest ToProto(const LoopDecision& decision);
+v1::Anchor ToProto(const Anchor& anchor);
 v1::ExportMapRequest ToProto(const ExportRequest& request);
 // `size` and `crc32c` of the cloud's data, which the header leaves out.
 v1::UploadSubmapHeader ToProto(const SubmapUpload& submap);
@@ -31,9 +34,14 @@ Pose FromProto(const v1::Pose& pose);
 Box FromProto(const v1::Box& box);
 Session FromProto(const v1::Session& session);
 MapInfo FromProto(const v1::MapInfo& info);
-SubmapInfo FromProto(const v1::Submap& submap);
+SubmapStatus FromProto(const v1::Submap& submap);
+SubmapEdge FromProto(const v1::SubmapEdge& edge);
 MatchEdge FromProto(const v1::Match& match);
 MatchGraph FromProto(const v1::MatchGraph& graph);
+RevisionInfo FromProto(const v1::Revision& revision);
+SubmapMove FromProto(const v1::SubmapMove& move);
+Loop FromProto(const v1::Loop& loop);
+RobotAnchor FromProto(const v1::Anchor& anchor);
 ScanAck FromProto(const v1::StreamScansResponse& ack);
 
 // DataLoss when the cloud is not laid out as the API promises (x y z intensity robot, RAW).

@@ -25,15 +25,6 @@ Ruling ToRuling(v1::Verdict::Ruling ruling) {
   return ruling == v1::Verdict::SET ? Ruling::kSet : Ruling::kReject;
 }
 
-SubmapEdge ToEdge(const v1::SubmapEdge& edge) {
-  SubmapEdge out;
-  out.submap_a = edge.submap_a();
-  out.submap_b = edge.submap_b();
-  out.T_a_b = FromProto(edge.t_a_b());
-  out.information = FromUpperTriangle(edge.information()).value_or(Matrix6d::Zero());
-  return out;
-}
-
 }  // namespace
 
 v1::DecideMatchRequest ToProto(const MatchDecision& decision) {
@@ -88,7 +79,7 @@ MatchEdge FromProto(const v1::Match& match) {
   m.submaps_b = match.submaps_b();
   m.computed_ns = match.computed_ns();
   for (const v1::StageTime& stage : match.stages()) m.stages.push_back({stage.stage(), stage.ms()});
-  for (const v1::SubmapEdge& edge : match.edges()) m.edges.push_back(ToEdge(edge));
+  for (const v1::SubmapEdge& edge : match.edges()) m.edges.push_back(FromProto(edge));
   out.robot_a = RobotId(match.robot_a());
   out.robot_b = RobotId(match.robot_b());
   out.in_tree = match.in_tree();
@@ -105,9 +96,10 @@ MatchGraph FromProto(const v1::MatchGraph& graph) {
   for (const v1::Match& match : graph.matches()) out.matches.push_back(FromProto(match));
   for (const v1::Placement& placement : graph.placements()) {
     PlacedSession placed;
-    placed.placement = {SessionId(placement.session()), placement.component(),
-                        SessionId(placement.reference_session()),
-                        FromProto(placement.t_map_odom())};
+    placed.placement.session = SessionId(placement.session());
+    placed.placement.component = placement.component();
+    placed.placement.reference = SessionId(placement.reference_session());
+    placed.placement.T_map_odom = FromProto(placement.t_map_odom());
     placed.robot = RobotId(placement.robot());
     out.placements.push_back(std::move(placed));
   }

@@ -30,6 +30,7 @@ std::shared_ptr<Client::Link::Stubs> Open(const std::string& address) {
   stubs->sessions = v1::SessionService::NewStub(stubs->channel);
   stubs->maps = v1::MapService::NewStub(stubs->channel);
   stubs->matches = v1::MatchService::NewStub(stubs->channel);
+  stubs->graph = v1::GraphService::NewStub(stubs->channel);
   return stubs;
 }
 

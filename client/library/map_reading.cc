@@ -19,7 +19,7 @@ absl::StatusOr<MapInfo> Client::GetMapInfo() {
   return FromProto(info);
 }
 
-absl::StatusOr<std::vector<SubmapInfo>> Client::ListSubmaps(const RobotId& robot) {
+absl::StatusOr<std::vector<SubmapStatus>> Client::ListSubmaps(const RobotId& robot) {
   v1::ListSubmapsRequest request;
   request.set_robot(robot.value());
   v1::ListSubmapsResponse response;
@@ -28,7 +28,7 @@ absl::StatusOr<std::vector<SubmapInfo>> Client::ListSubmaps(const RobotId& robot
         return stubs.maps->ListSubmaps(&context, request, &response);
       });
   if (!status.ok()) return status;
-  std::vector<SubmapInfo> submaps;
+  std::vector<SubmapStatus> submaps;
   for (const v1::Submap& submap : response.submaps()) submaps.push_back(FromProto(submap));
   return submaps;
 }
@@ -73,8 +73,8 @@ absl::StatusOr<MatchEdge> Client::DecideMatch(const MatchDecision& decision) {
   const v1::DecideMatchRequest request = ToProto(decision);
   v1::DecideMatchResponse response;
   // May be repeated: the same decision twice is one.
-  const absl::Status status =
-      link_->Call(link_->options().call_timeout_s, [&](Stubs& stubs, grpc::ClientContext& context) {
+  const absl::Status status = link_->Call(
+      link_->options().transfer_timeout_s, [&](Stubs& stubs, grpc::ClientContext& context) {
         return stubs.matches->DecideMatch(&context, request, &response);
       });
   if (!status.ok()) return status;

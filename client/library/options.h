@@ -22,8 +22,9 @@ struct BackoffOptions {
 struct ClientOptions {
   std::string address = "localhost:50051";  // host:port, or unix:PATH.
   BackoffOptions backoff = {};
-  double call_timeout_s = 20;       // For an answer that the server has at hand.
-  double transfer_timeout_s = 900;  // For uploads, exports, queries and finishing a session.
+  double call_timeout_s = 20;  // For an answer that the server has at hand.
+  // For uploads, exports, queries, finishing a session, and what has the map placed anew.
+  double transfer_timeout_s = 900;
   // Waits that many seconds; called from several threads. Null: sleeps. For tests.
   std::function<void(double)> sleep = nullptr;
 };

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "client/library/graph_records.h"
 #include "core/cloud.h"
 #include "core/ids.h"
 #include "core/match.h"
@@ -39,7 +40,7 @@ struct Session {
 
 struct Component {
   uint32_t component = 0;
-  SessionId reference;  // Its odom frame is the component's map frame.
+  SessionId reference;  // Names the component's map frame.
   std::vector<SessionId> sessions;
   std::vector<RobotId> robots;
   uint64_t point_count = 0;
@@ -53,7 +54,10 @@ struct MapInfo {
   bool settled = false;                          // The server has nothing left to do.
   double composition_ms = 0, estimation_ms = 0;  // Of the last one.
   double composition_max_ms = 0;                 // The longest since the server started.
-  uint64_t compositions = 0, estimations = 0;    // Since the server started.
+  double placement_ms = 0;                       // Of the last optimisation of the submaps' poses.
+  uint64_t compositions = 0, estimations = 0, placements = 0;  // Since the server started.
+  uint64_t submaps = 0;                                        // In the map.
+  uint64_t retired = 0;  // Replaced by newer ones of the same ground, since the server started.
 };
 
 struct RobotTrajectory {
@@ -95,7 +99,7 @@ struct MatchGraph {
 
 struct RobotTransform {
   int64_t revision = 0;
-  Pose T_a_b;  // b's odom frame to a's.
+  Pose T_a_b;  // b's odom frame to a's, both as at their newest submaps.
 };
 
 // What to read of the merged map; without box and sphere everything. Map frame.

@@ -147,6 +147,10 @@ TEST_F(ClientRpcTest, TheMapsInfoIsReadInFull) {
   info.settled = true;
   info.composition_ms = 1.5;
   info.estimations = 4;
+  info.placement_ms = 2.5;
+  info.placements = 5;
+  info.submaps = 6;
+  info.retired = 7;
   server::ComponentInfo component;
   component.reference = SessionId("alice-1");
   component.sessions = {SessionId("alice-1"), SessionId("bob-1")};
@@ -160,6 +164,10 @@ TEST_F(ClientRpcTest, TheMapsInfoIsReadInFull) {
   EXPECT_TRUE(read->settled);
   EXPECT_EQ(read->composition_ms, 1.5);
   EXPECT_EQ(read->estimations, 4u);
+  EXPECT_EQ(read->placement_ms, 2.5);
+  EXPECT_EQ(read->placements, 5u);
+  EXPECT_EQ(read->submaps, 6u);
+  EXPECT_EQ(read->retired, 7u);
   ASSERT_EQ(read->components.size(), 1u);
   EXPECT_EQ(read->components[0].reference, SessionId("alice-1"));
   EXPECT_EQ(read->components[0].sessions, component.sessions);

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "core/codec/crc32c.h"
+#include "isthmus/v1/graph_service.grpc.pb.h"
 #include "isthmus/v1/map_service.grpc.pb.h"
 #include "isthmus/v1/session_service.grpc.pb.h"
 
@@ -150,6 +151,36 @@ class FakeMap final : public v1::MapService::Service {
   }
 };
 
+// Takes changes, and loses its answers to as many of them as told.
+class FakeGraph final : public v1::GraphService::Service {
+ public:
+  std::atomic<int> lose{0};
+  std::atomic<int> undone{0}, removed{0}, put{0};
+
+  grpc::Status UndoRevision(grpc::ServerContext*, const v1::UndoRevisionRequest*,
+                            v1::UndoRevisionResponse*) override {
+    ++undone;
+    return Answer();
+  }
+  grpc::Status DeleteAnchor(grpc::ServerContext*, const v1::DeleteAnchorRequest*,
+                            v1::DeleteAnchorResponse*) override {
+    ++removed;
+    return Answer();
+  }
+  grpc::Status PutAnchor(grpc::ServerContext*, const v1::PutAnchorRequest*,
+                         v1::PutAnchorResponse*) override {
+    ++put;
+    return Answer();
+  }
+
+ private:
+  grpc::Status Answer() {
+    if (lose == 0) return grpc::Status::OK;
+    --lose;
+    return {grpc::StatusCode::UNAVAILABLE, "the answer was lost"};
+  }
+};
+
 class FakeServer {
  public:
   // Port 0: any free one.
@@ -159,6 +190,7 @@ class FakeServer {
                              &port_);
     builder.RegisterService(&sessions);
     builder.RegisterService(&map);
+    builder.RegisterService(&graph);
     server_ = builder.BuildAndStart();
   }
   ~FakeServer() { server_->Shutdown(std::chrono::system_clock::now()); }
@@ -168,6 +200,7 @@ class FakeServer {
 
   FakeSessions sessions;
   FakeMap map;
+  FakeGraph graph;
 
  private:
   int port_ = 0;
