@@ -7,6 +7,7 @@
 #include "server/matching/candidate_search.h"
 #include "server/matching/decision.h"
 #include "server/matching/loop_confidence.h"
+#include "server/matching/submap_alignment.h"
 
 namespace isthmus::matching {
 namespace {
@@ -16,7 +17,11 @@ constexpr size_t kNewest = 3, kBeside = 2;
 // Between the two windows lies at least this share of the least way.
 constexpr double kGapShare = 0.5;
 // What an alignment captures; beyond it, what looks alike and the bird's-eye search are asked.
-constexpr double kCaptureM = 2.5, kCaptureRad = 0.15;
+constexpr double kCaptureM = 2.5, kCaptureOutdoorsM = 5, kCaptureRad = 0.25;
+constexpr double kMinGateM = 1;
+// Where odometry leaves so many times that open, another place may be like the right one: all that
+// are possible have to be compared.
+constexpr double kRivalShare = 2;
 constexpr size_t kMaxPlaces = 3;
 // Errors of guesses and of verified alignments, beside what is known before them.
 constexpr double kGuessM = 2.0, kGuessRad = 0.1;
@@ -57,6 +62,11 @@ std::optional<Windows> ChooseWindows(const LoopScene& scene, size_t place,
   return windows;
 }
 
+bool IsOutdoors(const PreparedMap& map) {
+  return std::all_of(map.submaps().begin(), map.submaps().end(),
+                     [](const auto& submap) { return submap->voxel_m() > 0.4; });
+}
+
 class Search {
  public:
   Search(const LoopScene& scene, const LoopCandidate& candidate, const Windows& windows,
@@ -68,23 +78,23 @@ class Search {
         submaps_(submaps),
         old_(submaps->Window(Cut(windows.first_old, windows.last_old + 1))),
         fresh_(submaps->Window(Cut(windows.first_new, scene.submaps.size()))),
-        far_(candidate.reach_m > kCaptureM || candidate.reach_rad > kCaptureRad) {}
+        outdoors_(IsOutdoors(old_) && IsOutdoors(fresh_)),
+        far_(candidate.reach_m > Capture() || candidate.reach_rad > kCaptureRad),
+        may_have_rivals_(candidate.reach_m > kRivalShare * Capture()) {}
 
   std::optional<LoopClosure> Run() {
     if (fresh_.submaps().back()->surface().empty()) return std::nullopt;
+    const std::vector<Candidate> guesses = Guesses();
+    if (!may_have_rivals_) {
+      if (auto closed = Take(Align(guesses))) return closed;
+    }
+    if (!far_) return std::nullopt;
     CandidateSearch search(old_, fresh_);
     std::vector<Hypothesis> found;
     std::vector<StageTime> stages;
-    search.Take(Guesses(), &found, &stages);
-    if (far_) search.ByBirdsEye(&found, &stages);
-    std::erase_if(found,
-                  [&](const Hypothesis& h) { return !IsPossible(h.T_a_b, kGuessM, kGuessRad); });
-    Match match;
-    Decide(Judge(std::move(found), search.outdoors()), Limits(), &match);
-    if (match.state != MatchState::kAccepted || !IsPossible(match.T_a_b, kSlackM, kSlackRad)) {
-      return std::nullopt;
-    }
-    return Close(match, search.outdoors());
+    search.Take(guesses, &found, &stages);
+    search.ByBirdsEye(&found, &stages);
+    return Take(std::move(found));
   }
 
  private:
@@ -110,6 +120,59 @@ class Search {
     return chi2 < options_.drift_sigmas * options_.drift_sigmas;
   }
 
+  // Each by an alignment of the newest submap that settles, which is much cheaper than one of the
+  // whole windows.
+  std::vector<Hypothesis> Align(const std::vector<Candidate>& guesses) const {
+    const double gate = std::clamp(candidate_.reach_m, kMinGateM, Capture());
+    std::vector<Hypothesis> aligned;
+    for (const Candidate& guess : guesses) {
+      const PreparedSubmap& b = *fresh_.submaps().back();
+      const Pose T_a_submap = guess.T_a_b * b.submap().T_odom_submap;
+      const PreparedSubmap& a = Nearest(T_a_submap * MiddleOf(b.submap()));
+      const Pose& T_odom_a = a.submap().T_odom_submap;
+      const auto found = AlignSubmaps(a, b, T_odom_a.Inverse() * T_a_submap, gate);
+      if (!found) continue;
+      Hypothesis h;
+      h.source = guess.source;
+      h.outdoors = outdoors_;
+      h.T_a_b = T_odom_a * found->T_a_b * b.submap().T_odom_submap.Inverse();
+      h.converged = true;
+      const Eigen::Vector3d middle = b.submap().T_odom_submap.translation();
+      const bool known = std::any_of(aligned.begin(), aligned.end(), [&](const Hypothesis& other) {
+        return IsSameAlignment(h.T_a_b, other.T_a_b, middle);
+      });
+      if (known) continue;
+      h.free_space =
+          ScoreFreeSpace(old_.free_space(), fresh_.free_space(),
+                         MapPoses::Rigid(old_.session_map(), fresh_.session_map(), h.T_a_b),
+                         FreeSpaceOptions::For(outdoors_));
+      aligned.push_back(std::move(h));
+    }
+    return aligned;
+  }
+
+  // Of the old window, by the ways.
+  const PreparedSubmap& Nearest(const Eigen::Vector3d& middle) const {
+    const auto apart = [&](const PreparedSubmap& old) {
+      return (old.submap().T_odom_submap * MiddleOf(old.submap()) - middle).squaredNorm();
+    };
+    return **std::min_element(old_.submaps().begin(), old_.submaps().end(),
+                              [&](const auto& x, const auto& y) { return apart(*x) < apart(*y); });
+  }
+
+  std::optional<LoopClosure> Take(std::vector<Hypothesis> found) const {
+    std::erase_if(found,
+                  [&](const Hypothesis& h) { return !IsPossible(h.T_a_b, kGuessM, kGuessRad); });
+    Match match;
+    Decide(Judge(std::move(found)), Limits(), &match);
+    if (match.state != MatchState::kAccepted || !IsPossible(match.T_a_b, kSlackM, kSlackRad)) {
+      return std::nullopt;
+    }
+    return Close(match);
+  }
+
+  double Capture() const { return outdoors_ ? kCaptureOutdoorsM : kCaptureM; }
+
   std::vector<Candidate> Guesses() {
     std::vector<Candidate> guesses = {{ToOdom(candidate_.T_new_old), 0, "odometry"}};
     const Pose placed =
@@ -132,8 +195,8 @@ class Search {
     return guesses;
   }
 
-  double MaxFreeSpace(bool outdoors) const {
-    return outdoors ? options_.max_free_space_outdoors : options_.max_free_space;
+  double MaxFreeSpace() const {
+    return outdoors_ ? options_.max_free_space_outdoors : options_.max_free_space;
   }
 
   MatcherOptions Limits() const {
@@ -149,8 +212,8 @@ class Search {
   }
 
   // The best refined jointly, best first.
-  std::vector<Hypothesis> Judge(std::vector<Hypothesis> found, bool outdoors) const {
-    const double limit = MaxFreeSpace(outdoors);
+  std::vector<Hypothesis> Judge(std::vector<Hypothesis> found) const {
+    const double limit = MaxFreeSpace();
     for (Hypothesis& h : found) h.max_free_space = std::min(kRigidLeniency * limit, 0.5);
     RankHypotheses(&found);
     std::vector<Hypothesis> judged;
@@ -170,7 +233,7 @@ class Search {
     return judged;
   }
 
-  LoopClosure Close(const Match& match, bool outdoors) const {
+  LoopClosure Close(const Match& match) const {
     LoopClosure closure;
     closure.session = scene_.newest()->id.session;
     closure.overlap = match.overlap;
@@ -182,7 +245,7 @@ class Search {
     closure.submap_a = closure.edges.front().submap_a;
     closure.submap_b = closure.edges.front().submap_b;
     closure.T_a_b = closure.edges.front().T_a_b;
-    DescribeLoop(MaxFreeSpace(outdoors), &closure);
+    DescribeLoop(MaxFreeSpace(), &closure);
     return closure;
   }
 
@@ -211,7 +274,9 @@ class Search {
   const LoopOptions& options_;
   LoopSubmaps* const submaps_;
   const PreparedMap old_, fresh_;
-  const bool far_;  // Odometry may have strayed farther than an alignment captures.
+  const bool outdoors_;
+  const bool far_;              // Odometry may have strayed farther than an alignment captures.
+  const bool may_have_rivals_;  // And so far that another place like it may be meant.
 };
 
 }  // namespace

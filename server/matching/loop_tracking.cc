@@ -9,7 +9,11 @@
 namespace isthmus::matching {
 namespace {
 
-constexpr double kWellM = 1.5, kWellRad = 0.12;
+// What an alignment of two submaps captures.
+constexpr double kWellM = 2.0, kWellRad = 0.2;
+// Known worse than this, one alignment is believed only if another agrees with it.
+constexpr double kAloneM = 1.2;
+constexpr double kAgreeM = 0.5, kAgreeRad = 0.05;
 constexpr double kMinGateM = 0.5;
 constexpr double kOverlapM = 0.3;
 // An alignment's own error, beside what is known before it.
@@ -51,6 +55,15 @@ std::optional<Laid> LayOn(const LoopScene& scene, const LoopCandidate& candidate
                           options.min_overlap * static_cast<double>(laid.agreement.asked);
   if (!agrees) return std::nullopt;
   return laid;
+}
+
+// Whether the newest submap lies the same by both.
+bool Agree(const LoopScene& scene, size_t position, const Laid& laid, size_t other_position,
+           const Laid& other) {
+  const auto T_new = [&](size_t i) { return scene.known[i].T_new_old; };
+  const Pose T_old_old = T_new(position).Inverse() * T_new(other_position);
+  const Pose apart = laid.edge.T_a_b.Inverse() * T_old_old * other.edge.T_a_b;
+  return apart.translation().norm() < kAgreeM && RotationAngle(apart) < kAgreeRad;
 }
 
 LoopClosure Close(const std::vector<Laid>& laid, const LoopScene& scene) {
@@ -102,6 +115,11 @@ std::optional<LoopClosure> FollowLoop(const LoopScene& scene,
     taken.push_back(candidate.position);
   }
   if (laid.empty()) return std::nullopt;
+  const bool alone = candidates.front().reach_m > kAloneM;
+  for (size_t i = 1; i < laid.size() || (alone && i == 1); ++i) {
+    const bool agrees = i < laid.size() && Agree(scene, taken[0], laid[0], taken[i], laid[i]);
+    if (!agrees) return std::nullopt;
+  }
   LoopClosure closure = Close(laid, scene);
   const bool outdoors = fresh->submaps().front()->voxel_m() > 0.4;
   DescribeLoop(outdoors ? options.max_free_space_outdoors : options.max_free_space, &closure);
