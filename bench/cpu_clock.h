@@ -1,4 +1,4 @@
-// Computing time of the calling thread.
+// Computing time of the calling thread, or of all threads.
 #pragma once
 
 #include <time.h>
@@ -9,16 +9,21 @@ namespace isthmus::bench {
 // programs on the machine disturb little.
 class CpuClock {
  public:
-  CpuClock() : start_(Now()) {}
+  enum class Of { kThread, kProcess };
+
+  explicit CpuClock(Of of = Of::kThread)
+      : clock_(of == Of::kThread ? CLOCK_THREAD_CPUTIME_ID : CLOCK_PROCESS_CPUTIME_ID),
+        start_(Now()) {}
   double Ms() const { return Now() - start_; }
 
  private:
-  static double Now() {
+  double Now() const {
     timespec t;
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+    clock_gettime(clock_, &t);
     return 1e3 * static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_nsec);
   }
 
+  clockid_t clock_;
   double start_;
 };
 

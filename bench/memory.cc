@@ -7,6 +7,18 @@
 #include <string>
 
 namespace isthmus::bench {
+namespace {
+
+// Of a line such as "VmHWM:  1234 kB" of /proc/self/status; 0 where there is none.
+double StatusMb(const std::string& name) {
+  std::ifstream status("/proc/self/status");
+  for (std::string word; status >> word;) {
+    if (double kb = 0; word == name && status >> kb) return kb / 1e3;
+  }
+  return 0;
+}
+
+}  // namespace
 
 double HeapMb() {
   const struct mallinfo2 info = mallinfo2();
@@ -15,11 +27,10 @@ double HeapMb() {
 
 void ResetPeak() { std::ofstream("/proc/self/clear_refs") << "5"; }
 
+double ResidentMb() { return StatusMb("VmRSS:"); }
+
 double PeakMb() {
-  std::ifstream status("/proc/self/status");
-  for (std::string word; status >> word;) {
-    if (double kb = 0; word == "VmHWM:" && status >> kb) return kb / 1e3;
-  }
+  if (const double mb = StatusMb("VmHWM:"); mb > 0) return mb;
   rusage usage = {};
   getrusage(RUSAGE_SELF, &usage);
   return static_cast<double>(usage.ru_maxrss) / 1e3;

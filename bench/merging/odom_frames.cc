@@ -6,8 +6,6 @@
 #include <utility>
 #include <vector>
 
-#include "client/simulation/random.h"
-
 namespace isthmus::bench {
 namespace {
 
@@ -44,6 +42,14 @@ void MoveOdom(const Pose& T_new_odom, DrivenRobot* robot) {
   if (!robot->submaps.empty()) Move(std::vector(robot->submaps.size(), T_new_odom), robot);
 }
 
+Pose DriftOf(const DriftOptions& drift, double length_m, simulation::Random& random) {
+  const double metres = drift.percent / 100 * length_m;
+  const double yaw = drift.deg_per_m * kDegree * length_m;
+  const double x = metres * random.Normal(), y = metres * random.Normal();
+  const double z = metres / 3 * random.Normal();
+  return Pose::FromXyzRpy(x, y, z, 0, 0, yaw * random.Normal());
+}
+
 void AddDrift(const DriftOptions& drift, uint64_t seed, DrivenRobot* robot) {
   if (robot->submaps.empty()) return;
   simulation::Random random(seed, 0xD2, robot->submaps.size());
@@ -52,12 +58,7 @@ void AddDrift(const DriftOptions& drift, uint64_t seed, DrivenRobot* robot) {
   for (size_t i = 1; i < robot->submaps.size(); ++i) {
     const Pose step =
         robot->submaps[i - 1]->T_odom_submap.Inverse() * robot->submaps[i]->T_odom_submap;
-    const double length = step.translation().norm();
-    const double metres = drift.percent / 100 * length;
-    const double yaw = drift.deg_per_m * kDegree * length;
-    const double x = metres * random.Normal(), y = metres * random.Normal();
-    const double z = metres / 3 * random.Normal();
-    T_new_submap = T_new_submap * step * Pose::FromXyzRpy(x, y, z, 0, 0, yaw * random.Normal());
+    T_new_submap = T_new_submap * step * DriftOf(drift, step.translation().norm(), random);
     moves.push_back(T_new_submap * robot->submaps[i]->T_odom_submap.Inverse());
   }
   Move(moves, robot);

@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "bench/merging/driven_robot.h"
+#include "client/simulation/random.h"
 
 namespace isthmus::bench {
 
@@ -21,6 +22,9 @@ struct DriftOptions {
   double percent = 0;    // Of the length, along x and along y; a third of it in height.
   double deg_per_m = 0;  // About the vertical axis.
 };
+
+// What a step of `length_m` errs by; multiply it from the right.
+Pose DriftOf(const DriftOptions& drift, double length_m, simulation::Random& random);
 
 void AddDrift(const DriftOptions& drift, uint64_t seed, DrivenRobot* robot);
 

@@ -1,11 +1,11 @@
 #include "bench/merging/trial.h"
 
 #include <absl/strings/str_cat.h>
-#include <time.h>
 
 #include <algorithm>
 #include <utility>
 
+#include "bench/cpu_clock.h"
 #include "bench/merging/seen_surface.h"
 #include "client/evaluation/trajectory_error.h"
 #include "server/pipeline.h"
@@ -16,12 +16,6 @@ namespace {
 
 constexpr double kRightM = 0.3, kRightDeg = 1.0;
 constexpr double kHypothesisM = 0.5, kHypothesisDeg = 2.0;
-
-double ProcessCpuMs() {
-  timespec t;
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-  return 1e3 * static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_nsec);
-}
 
 PairResult Judge(const DrivenRobot& a, const DrivenRobot& b, const Match& match) {
   PairResult result;
@@ -118,11 +112,11 @@ absl::StatusOr<Trial> RunTrial(std::vector<DrivenRobot> robots,
     trial.lost_scans += robot.lost_scans;
     trial.odometry_m = std::max(trial.odometry_m, robot.OdometryRmse());
   }
-  const double begin_ms = ProcessCpuMs();
+  const CpuClock clock(CpuClock::Of::kProcess);
   const auto pipeline = server::Pipeline::Open(options, *std::move(store));
   if (!pipeline.ok()) return pipeline.status();
   (*pipeline)->WaitUntilIdle();
-  trial.cpu_ms = ProcessCpuMs() - begin_ms;
+  trial.cpu_ms = clock.Ms();
   trial.estimation_ms = (*pipeline)->GetMapInfo().estimation_ms;
   const server::MatchGraphView graph = (*pipeline)->GetMatchGraph();
   if (graph.matches.size() != robots.size() * (robots.size() - 1) / 2) {

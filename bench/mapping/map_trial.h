@@ -1,0 +1,44 @@
+// Whether loops make a map right: robots with bad odometry, through the real server.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "bench/mapping/map_truth.h"
+#include "bench/merging/driven_robot.h"
+#include "bench/merging/odom_frames.h"
+#include "core/match.h"
+#include "server/pipeline_options.h"
+
+namespace isthmus::bench {
+
+struct MapTrial {
+  std::string name;
+  uint64_t seed = 0;
+  size_t submaps = 0;                // Uploaded, of all robots.
+  uint64_t in_map = 0, retired = 0;  // What became of them.
+  std::vector<double> open_m;        // Each robot's RMSE by its odometry alone.
+  TeamRmse map;                      // In the map; none if they are not in one component.
+  bool one_frame = false;
+  LoopFigures loops;
+  uint64_t revisions = 0;
+  double cpu_ms = 0;           // Of the process, all uploads to the settled map.
+  double worst_upload_ms = 0;  // Wall time from a submap to the map settled with it.
+  // What the map was made of, for placing it again.
+  std::vector<server::LoopStatus> found;
+};
+
+// How a trial is run, beyond the robots.
+struct MapTrialOptions {
+  server::PipelineOptions pipeline;
+  std::string picture;  // Two are drawn, named so with _open.png and _closed.png; empty: none.
+};
+
+// Robots upload as they drove, at the same time if their stamps say so.
+absl::StatusOr<MapTrial> RunMapTrial(std::vector<DrivenRobot> robots,
+                                     const MapTrialOptions& options);
+
+}  // namespace isthmus::bench

@@ -1,0 +1,46 @@
+// What a map of uploaded submaps is judged by.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <string>
+#include <vector>
+
+#include "bench/merging/driven_robot.h"
+#include "core/trajectory.h"
+#include "server/pipeline.h"
+
+namespace isthmus::bench {
+
+// Where the submap's frame was in truth: the sensor at its first keyframe. The scan must not have
+// been lost.
+Pose TruePose(const DrivenRobot& robot, const Submap& submap);
+
+// The sensor at every keyframe, in truth and as odometry alone has it.
+Trajectory TrueKeyframes(const DrivenRobot& robot);
+Trajectory OdometryKeyframes(const DrivenRobot& robot);
+
+// RMSE of positions after one rigid alignment of all robots, m.
+struct TeamRmse {
+  double all_m = 0;
+  std::vector<double> robots_m;  // Each in the alignment of all.
+};
+// As odometry alone has one robot.
+absl::StatusOr<double> OpenLoopRmse(const DrivenRobot& robot);
+// As the map has the robots' newest sessions. FailedPrecondition if they are not in one component.
+absl::StatusOr<TeamRmse> MapRmse(const std::vector<DrivenRobot>& robots,
+                                 server::Pipeline& pipeline);
+
+// Loop closures against the truth of the robots that they are of.
+struct LoopFigures {
+  int loops = 0, edges = 0;
+  int false_loops = 0;                  // More than 0.5 m or 2 degrees off, ...
+  int false_edges = 0;                  // ... likewise edges, ...
+  int false_used = 0;                   // ... and false loops with edges that the map agrees with.
+  double worst_m = 0, worst_deg = 0;    // Of the loops that are not false.
+  double median_m = 0, median_deg = 0;  // Of all loops.
+};
+LoopFigures JudgeLoops(const std::vector<server::LoopStatus>& loops,
+                       const std::vector<DrivenRobot>& robots);
+
+}  // namespace isthmus::bench

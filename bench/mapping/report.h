@@ -1,0 +1,32 @@
+// What a mapping benchmark prints: Markdown tables, and the same as JSON.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "bench/mapping/false_loops.h"
+#include "bench/mapping/laps_trial.h"
+#include "bench/mapping/map_trial.h"
+#include "bench/mapping/next_day_trial.h"
+#include "bench/mapping/undo_trial.h"
+
+namespace isthmus::bench {
+
+// All that was run.
+struct MappingResults {
+  std::vector<MapTrial> maps;
+  std::vector<FalseLoopsTrial> false_loops;
+  LapsTrial laps;
+  std::vector<UndoTrial> undo;
+  std::vector<NextDayTrial> next_days;
+};
+
+std::string LapsHeader();
+std::string ToLine(const LapsRow& row);
+
+// Tables of what there is.
+std::string MappingTables(const MappingResults& results);
+nlohmann::ordered_json ToJson(const MappingResults& results);
+
+}  // namespace isthmus::bench

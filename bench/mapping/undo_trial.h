@@ -1,0 +1,35 @@
+// Whether what a person does wrong to a map can be undone.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "bench/merging/driven_robot.h"
+#include "server/pipeline_options.h"
+
+namespace isthmus::bench {
+
+enum class UndoBy {
+  kUndoRevision,  // The revision that came of the wrong match is undone: the match is rejected.
+  kWithdrawing,   // What was said of the pair is taken back: what was computed holds again.
+};
+
+struct UndoTrial {
+  std::string name;
+  uint64_t seed = 0;
+  bool merged_before = false;  // A match had been accepted.
+  double forced_m = 0;         // How far the wrong match moved what lies in one frame, at most.
+  double left_m = 0;           // Largest difference of a position from before, when all is undone.
+  double left_deg = 0;         // And of an orientation.
+};
+
+// Two robots upload all they have; then a match of the two is set by hand, 5 m and 20 degrees off
+// what was found, and that is undone. The robots' newest trajectories in the map are compared, as
+// they were before and are after. FailedPrecondition if the wrong match changed nothing.
+absl::StatusOr<UndoTrial> RunUndo(std::vector<DrivenRobot> robots, UndoBy how,
+                                  const server::PipelineOptions& options);
+
+}  // namespace isthmus::bench
