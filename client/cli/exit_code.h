@@ -12,7 +12,7 @@ enum ExitCode {
   kNoAnswer = 3,      // There is no answer (yet): not merged, not placed, not settled in time.
   kNotReachable = 4,  // No server at that address.
   kInput = 5,         // A file or folder is missing or cannot be used; all scans were rejected.
-  kUnknown = 6,       // The server knows no such robot, session or component.
+  kUnknown = 6,  // The server knows no such robot, session, submap, component, loop or revision.
 };
 
 // For errors that came from the server.

@@ -1,4 +1,4 @@
-// isthmus graph: the matches between robots, and which of them carry the map.
+// isthmus graph: the matches between robots, and which of them carry the map; the pose graph.
 #include <absl/strings/str_format.h>
 #include <absl/strings/str_replace.h>
 
@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "client/cli/command.h"
+#include "client/cli/console.h"
 #include "client/cli/exit_code.h"
 #include "client/cli/json.h"
 #include "client/cli/match_text.h"
@@ -20,6 +21,8 @@ struct Options {
   ServerOptions server;
   std::string format = "text";
   bool edges = false;
+  std::string g2o;
+  uint32_t component = 0;
 };
 
 // Component by component, who lies where.
@@ -84,9 +87,25 @@ void PrintDot(const client::MatchGraph& graph) {
   absl::PrintF("}\n");
 }
 
+int SaveG2o(client::Client& client, const Options& options) {
+  const auto summary = client.ExportPoseGraphToFile(options.component, options.g2o);
+  if (!summary.ok()) return FailServer(summary.status());
+  if (options.format == "json") {
+    Print({{"file", options.g2o},
+           {"component", options.component},
+           {"revision", summary->revision},
+           {"size", summary->size}});
+  } else {
+    absl::PrintF("%s: pose graph of component %d, %s, revision %d\n", options.g2o,
+                 options.component, HumanBytes(summary->size), summary->revision);
+  }
+  return kOk;
+}
+
 int Run(const Options& options) {
   const auto client = Connect(options.server);
   if (!client.ok()) return FailServer(client.status());
+  if (!options.g2o.empty()) return SaveG2o(**client, options);
   const auto graph = (*client)->GetMatchGraph(options.edges);
   if (!graph.ok()) return FailServer(graph.status());
   if (options.format == "json") {
@@ -110,6 +129,11 @@ void AddGraph(CLI::App& app, Action& action) {
       ->capture_default_str();
   command->add_flag("--edges", options->edges,
                     "With --format json: the submaps that carry each match, too");
+  CLI::Option* g2o = command->add_option(
+      "--g2o", options->g2o, "FILE for the pose graph of a component: submaps and what ties them");
+  command->add_option("--component", options->component, "With --g2o; 0 is the largest")
+      ->needs(g2o)
+      ->capture_default_str();
   command->callback([options, &action] { action = [options] { return Run(*options); }; });
 }
 

@@ -18,18 +18,6 @@ Json OrNull(T value) {
   return value >= 0 ? Json(value) : Json(nullptr);
 }
 
-Json ToJson(const SubmapEdge& edge) {
-  Json information = Json::array();
-  for (int row = 0; row < 6; ++row) {
-    for (int column = row; column < 6; ++column)
-      information.push_back(edge.information(row, column));
-  }
-  return {{"submap_a", edge.submap_a},
-          {"submap_b", edge.submap_b},
-          {"T_a_b", cli::ToJson(edge.T_a_b)},
-          {"information", std::move(information)}};
-}
-
 }  // namespace
 
 Json ToJson(const Pose& pose) {
@@ -42,6 +30,18 @@ Json ToJson(const Box& box) {
   if (box.empty()) return nullptr;
   return {{"min", {box.min.x(), box.min.y(), box.min.z()}},
           {"max", {box.max.x(), box.max.y(), box.max.z()}}};
+}
+
+Json ToJson(const SubmapEdge& edge) {
+  Json information = Json::array();
+  for (int row = 0; row < 6; ++row) {
+    for (int column = row; column < 6; ++column)
+      information.push_back(edge.information(row, column));
+  }
+  return {{"submap_a", edge.submap_a},
+          {"submap_b", edge.submap_b},
+          {"T_a_b", ToJson(edge.T_a_b)},
+          {"information", std::move(information)}};
 }
 
 Json ToJson(const client::Session& session) {
@@ -75,8 +75,12 @@ Json ToJson(const client::MapInfo& info) {
               {"composition_ms", info.composition_ms},
               {"composition_max_ms", info.composition_max_ms},
               {"estimation_ms", info.estimation_ms},
+              {"placement_ms", info.placement_ms},
               {"compositions", info.compositions},
-              {"estimations", info.estimations}};
+              {"estimations", info.estimations},
+              {"placements", info.placements},
+              {"submaps", info.submaps},
+              {"retired", info.retired}};
   for (const client::Component& component : info.components) {
     out["components"].push_back({{"component", component.component},
                                  {"reference_session", component.reference.value()},

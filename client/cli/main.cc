@@ -10,7 +10,8 @@ int main(int argc, char** argv) {
   Action action;
   for (const auto add :
        {AddSimulate, AddPush, AddStatus, AddRobots, AddGraph, AddTrajectory, AddTransform, AddQuery,
-        AddExport, AddPicture, AddOdometry, AddMerge, AddMatch, AddEval, AddBench}) {
+        AddExport, AddPicture, AddOdometry, AddMerge, AddMatch, AddLoops, AddRevisions, AddAnchor,
+        AddOptimize, AddEval, AddBench}) {
     add(app, action);
   }
   try {

@@ -2,6 +2,9 @@
 #include <absl/strings/str_format.h>
 #include <absl/strings/str_join.h>
 
+#include <algorithm>
+#include <vector>
+
 #include "client/cli/command.h"
 #include "client/cli/exit_code.h"
 #include "client/cli/json.h"
@@ -17,7 +20,13 @@ struct Options {
   bool json = false;
 };
 
-void Report(const client::MapInfo& info, const std::string& address) {
+int64_t Rejected(const std::vector<client::Loop>& loops) {
+  return std::count_if(loops.begin(), loops.end(),
+                       [](const client::Loop& loop) { return loop.loop.rejected; });
+}
+
+void Report(const client::MapInfo& info, const std::vector<client::Loop>& loops,
+            const std::string& address) {
   absl::PrintF("server       %s\nrevision     %d\nstate        %s\nrobots       %d\n", address,
                info.revision, info.settled ? "settled" : "at work", info.robots.size());
   for (const client::Component& component : info.components) {
@@ -27,11 +36,14 @@ void Report(const client::MapInfo& info, const std::string& address) {
     absl::PrintF("component %-2d %s (%d points, frame of %s)\n", component.component, robots,
                  component.point_count, component.reference.value());
   }
-  absl::PrintF(
-      "composition  %.1f ms the last of %d, %.1f ms the longest\nestimation   %.0f ms the last of "
-      "%d\n",
-      info.composition_ms, info.compositions, info.composition_max_ms, info.estimation_ms,
-      info.estimations);
+  absl::PrintF("submaps      %d in the map, %d retired since the server started\n", info.submaps,
+               info.retired);
+  absl::PrintF("loops        %d closed, %d of them rejected by hand\n", loops.size(),
+               Rejected(loops));
+  absl::PrintF("composition  %.1f ms the last of %d, %.1f ms the longest\n", info.composition_ms,
+               info.compositions, info.composition_max_ms);
+  absl::PrintF("placement    %.1f ms the last of %d\n", info.placement_ms, info.placements);
+  absl::PrintF("estimation   %.0f ms the last of %d\n", info.estimation_ms, info.estimations);
 }
 
 int Run(const Options& options) {
@@ -44,10 +56,15 @@ int Run(const Options& options) {
                  options.timeout_s);
   if (absl::IsDeadlineExceeded(info.status())) return Fail(kNoAnswer, info.status());
   if (!info.ok()) return FailServer(info.status());
+  const auto loops = (*client)->ListLoops();
+  if (!loops.ok()) return FailServer(loops.status());
   if (options.json) {
-    Print(ToJson(*info));
+    Json out = ToJson(*info);
+    out["loops"] = loops->size();
+    out["loops_rejected"] = Rejected(*loops);
+    Print(out);
   } else {
-    Report(*info, options.server.address);
+    Report(*info, *loops, options.server.address);
   }
   return kOk;
 }

@@ -149,6 +149,53 @@ TEST_F(ServerCommandsTest, APersonJoinsTwoRobotsAndPartsThemAgain) {
   EXPECT_EQ(Ask("match set hand_a hand_b --pose 1 2 3").code, 2);
 }
 
+TEST_F(ServerCommandsTest, AMatchByHandIsARevisionThatCanBeUndone) {
+  ASSERT_EQ(Ask("push --robot undo_a --to 2 " + Path("robot_0")).code, 0);
+  ASSERT_EQ(Ask("push --robot undo_b --to 2 " + Path("robot_1")).code, 0);
+  ASSERT_EQ(Ask("status --wait settled --timeout 100").code, 0);
+  const int64_t before = AskJson("status")["revision"];
+  ASSERT_EQ(Ask("match set undo_a undo_b --pose 4 -2 0.5 0 0 90").code, 0);
+  const json revision = AskJson("revisions --limit 1")[0];
+  EXPECT_GT(revision["revision"], before);
+  EXPECT_THAT(revision["cause"].get<std::string>(), HasSubstr("undo_a-1 ~ undo_b-1"));
+  const json diff = AskJson("revisions diff " + std::to_string(before));
+  EXPECT_EQ(diff["moves"].size(), 1u) << "one came to the other";
+  ASSERT_EQ(Ask("transform undo_a undo_b").code, 0);
+  const std::string undo = "revisions undo " + revision["revision"].dump();
+  EXPECT_GT(AskJson(undo + " --note wrong")["revision"], revision["revision"]);
+  EXPECT_EQ(Ask("transform undo_a undo_b").code, 3);
+  EXPECT_EQ(Ask(undo).code, 3) << "nothing of it is left";
+}
+
+TEST_F(ServerCommandsTest, AnAnchorMovesTheMapToItsPlace) {
+  ASSERT_EQ(Ask("push --robot anchored " + Path("robot_0")).code, 0);
+  ASSERT_EQ(Ask("status --wait settled --timeout 100").code, 0);
+  ASSERT_EQ(Ask("anchor set anchored --position 100 50 2 --rpy-deg 0 0 90 --sigma-xy 0.01 "
+                "--sigma-z 0.01 --sigma-deg 0.1")
+                .code,
+            0);
+  ASSERT_EQ(Ask("trajectory anchored -o " + Path("anchored.tum")).code, 0);
+  const auto trajectory = codec::ReadTum(Path("anchored.tum"));
+  ASSERT_TRUE(trajectory.ok() && !trajectory->empty());
+  EXPECT_LT((trajectory->front().pose.translation() - Eigen::Vector3d(100, 50, 2)).norm(), 0.05);
+  EXPECT_NEAR(trajectory->front().pose.Yaw(), std::acos(0.0), 0.01);
+  const json anchors = AskJson("anchor list");
+  ASSERT_EQ(anchors.size(), 1u);
+  EXPECT_GT(anchors[0]["given_ns"], 0);
+
+  const json component = AskJson("robots");
+  for (const json& session : component) {
+    if (session["robot"] != "anchored") continue;
+    const std::string file = Path("anchored.g2o");
+    ASSERT_EQ(Ask("graph --component " + session["component"].dump() + " --g2o " + file).code, 0);
+    ASSERT_EQ(Isthmus("optimize " + file + " " + file).code, 0);
+    EXPECT_EQ(AskJson("anchor import " + file + " --sigma-xy 1")["anchored"],
+              session["submap_count"]);
+  }
+  EXPECT_EQ(Ask("anchor remove anchored-1/0").code, 0);
+  EXPECT_EQ(Ask("anchor remove anchored-1/0").code, 6);
+}
+
 TEST_F(ServerCommandsTest, NoAnswerYetGivesThreeAndTheReason) {
   ASSERT_EQ(Ask("push --robot apart_a --to 2 " + Path("robot_0")).code, 0);
   ASSERT_EQ(Ask("push --robot apart_b --to 2 " + Path("robot_1")).code, 0);

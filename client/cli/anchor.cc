@@ -1,0 +1,205 @@
+// isthmus anchor: places of submaps that are known from outside.
+#include <absl/strings/match.h>
+#include <absl/strings/str_format.h>
+
+#include <numbers>
+#include <vector>
+
+#include "client/cli/anchor_import.h"
+#include "client/cli/command.h"
+#include "client/cli/exit_code.h"
+#include "client/cli/graph_json.h"
+#include "client/cli/pose_graph_file.h"
+#include "client/cli/pose_text.h"
+
+namespace isthmus::cli {
+namespace {
+
+struct Options {
+  ServerOptions server;
+  std::string target, file;
+  std::vector<double> position, rpy_deg;
+  Anchor anchor;  // Sigmas and note.
+  bool json = false;
+};
+
+Pose PoseOf(const Options& options) {
+  constexpr double kRadians = std::numbers::pi / 180;
+  std::vector<double> rpy = options.rpy_deg;
+  rpy.resize(3, 0.0);
+  const std::vector<double>& t = options.position;
+  return Pose::FromXyzRpy(t[0], t[1], t[2], rpy[0] * kRadians, rpy[1] * kRadians,
+                          rpy[2] * kRadians);
+}
+
+int RunSet(const Options& options) {
+  Anchor anchor = options.anchor;
+  anchor.T_map_submap = PoseOf(options);
+  RobotId robot;
+  if (absl::StrContains(options.target, '/')) {
+    const auto submap = ParseSubmapId(options.target);
+    if (!submap.ok()) return Fail(kUsage, submap.status());
+    anchor.submap = *submap;
+  } else {
+    robot = RobotId(options.target);
+  }
+  const auto client = Connect(options.server);
+  if (!client.ok()) return FailServer(client.status());
+  const auto anchored = (*client)->PutAnchor(anchor, robot);
+  if (!anchored.ok()) return FailServer(anchored.status());
+  if (options.json) {
+    Print({{"session", anchored->submap.session.value()},
+           {"index", anchored->submap.index},
+           {"revision", anchored->revision}});
+  } else {
+    absl::PrintF("%s is anchored: the map is at revision %d\n", ToString(anchored->submap),
+                 anchored->revision);
+  }
+  return kOk;
+}
+
+int RunRemove(const Options& options) {
+  const auto submap = ParseSubmapId(options.target);
+  if (!submap.ok()) return Fail(kUsage, submap.status());
+  const auto client = Connect(options.server);
+  if (!client.ok()) return FailServer(client.status());
+  const auto revision = (*client)->RemoveAnchor(*submap);
+  if (!revision.ok()) return FailServer(revision.status());
+  if (options.json) {
+    Print(
+        {{"session", submap->session.value()}, {"index", submap->index}, {"revision", *revision}});
+  } else {
+    absl::PrintF("%s is no longer anchored: the map is at revision %d\n", options.target,
+                 *revision);
+  }
+  return kOk;
+}
+
+std::string SigmaText(double sigma, const char* unit) {
+  return sigma > 0 ? absl::StrFormat("%.3g %s", sigma, unit) : std::string("free");
+}
+
+void Report(const std::vector<client::RobotAnchor>& anchors) {
+  absl::PrintF("%-20s %9s %9s %9s  %s\n", "submap", "sigma xy", "z", "turn", "place");
+  for (const client::RobotAnchor& record : anchors) {
+    const Anchor& anchor = record.anchor;
+    absl::PrintF("%-20s %9s %9s %9s  %s%s\n", ToString(anchor.submap),
+                 SigmaText(anchor.sigma_xy_m, "m"), SigmaText(anchor.sigma_z_m, "m"),
+                 SigmaText(anchor.sigma_deg, "deg"), PoseText(anchor.T_map_submap),
+                 anchor.note.empty() ? std::string() : "  \"" + anchor.note + "\"");
+  }
+}
+
+int RunList(const Options& options) {
+  const auto client = Connect(options.server);
+  if (!client.ok()) return FailServer(client.status());
+  const auto anchors = (*client)->ListAnchors();
+  if (!anchors.ok()) return FailServer(anchors.status());
+  if (!options.json) {
+    Report(*anchors);
+    return kOk;
+  }
+  Json out = Json::array();
+  for (const client::RobotAnchor& anchor : *anchors) out.push_back(ToJson(anchor));
+  Print(out);
+  return kOk;
+}
+
+int RunImport(const Options& options) {
+  const auto file = ReadPoseGraph(options.file);
+  if (!file.ok()) return FailInput(file.status());
+  const std::vector<Anchor> anchors = AnchorsOf(*file, options.anchor);
+  if (anchors.empty()) {
+    return FailInput(absl::InvalidArgumentError(
+        options.file +
+        " names no submaps (\"# VERTEX 12 alice-1/7\"): begin with `isthmus graph --g2o`"));
+  }
+  const auto client = Connect(options.server);
+  if (!client.ok()) return FailServer(client.status());
+  const auto summary = PutAnchors(**client, anchors);
+  if (!summary.ok()) return FailServer(summary.status());
+  if (options.json) {
+    Json unknown = Json::array();
+    for (const SubmapId& submap : summary->unknown) unknown.push_back(ToString(submap));
+    Print({{"anchored", summary->anchored},
+           {"unknown", std::move(unknown)},
+           {"revision", summary->revision}});
+  } else {
+    absl::PrintF("%d submaps are anchored, %d are not in the map: it is at revision %d\n",
+                 summary->anchored, summary->unknown.size(), summary->revision);
+  }
+  return summary->anchored > 0 ? kOk : kUnknown;
+}
+
+// One subcommand with what all of them have.
+CLI::App* Add(CLI::App& anchor, const std::string& name, const std::string& what, Action& action,
+              const std::shared_ptr<Options>& options, int (*run)(const Options&)) {
+  CLI::App* command = anchor.add_subcommand(name, what);
+  AddServerOptions(*command, options->server);
+  command->add_flag("--json", options->json, "Summary as JSON");
+  command->callback([options, run, &action] { action = [options, run] { return run(*options); }; });
+  return command;
+}
+
+// Returns --sigma-deg.
+CLI::Option* AddSigmas(CLI::App& command, const std::shared_ptr<Options>& options) {
+  command.add_option("--sigma-xy", options->anchor.sigma_xy_m, "Standard deviation of X and Y, m")
+      ->check(CLI::PositiveNumber)
+      ->required();
+  command
+      .add_option("--sigma-z", options->anchor.sigma_z_m,
+                  "Of Z, m; without it the height is not known")
+      ->check(CLI::PositiveNumber);
+  command.add_option("--note", options->anchor.note, "Whence; kept with the anchor");
+  return command
+      .add_option("--sigma-deg", options->anchor.sigma_deg,
+                  "Of the rotation, degrees; without it that is not known")
+      ->check(CLI::PositiveNumber);
+}
+
+void AddSet(CLI::App& anchor, Action& action) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = Add(anchor, "set", "The submap lies here", action, options, &RunSet);
+  command
+      ->add_option("SUBMAP", options->target,
+                   "SESSION/INDEX, or ROBOT: the newest submap of its newest session")
+      ->required();
+  command
+      ->add_option("--position", options->position,
+                   "X Y Z, m: where the sensor was at the submap's first keyframe")
+      ->expected(3)
+      ->required();
+  CLI::Option* rpy =
+      command
+          ->add_option("--rpy-deg", options->rpy_deg, "ROLL PITCH YAW of the sensor there, degrees")
+          ->expected(3);
+  CLI::Option* sigma = AddSigmas(*command, options);
+  rpy->needs(sigma);
+  sigma->needs(rpy);
+}
+
+}  // namespace
+
+void AddAnchor(CLI::App& app, Action& action) {
+  CLI::App* anchor = app.add_subcommand("anchor", "Places of submaps that are known from outside");
+  anchor->require_subcommand(1);
+  AddSet(*anchor, action);
+  {
+    auto options = std::make_shared<Options>();
+    CLI::App* command =
+        Add(*anchor, "remove", "The anchor no longer holds", action, options, &RunRemove);
+    command->add_option("SUBMAP", options->target, "SESSION/INDEX")->required();
+  }
+  Add(*anchor, "list", "All anchors", action, std::make_shared<Options>(), &RunList);
+  {
+    auto options = std::make_shared<Options>();
+    CLI::App* command =
+        Add(*anchor, "import", "Anchors where a graph that was optimised elsewhere has its submaps",
+            action, options, &RunImport);
+    command->add_option("FILE", options->file, "From `isthmus graph --g2o`, with its comments")
+        ->required();
+    AddSigmas(*command, options);
+  }
+}
+
+}  // namespace isthmus::cli

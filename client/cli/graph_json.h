@@ -1,0 +1,18 @@
+// Revisions, loop closures and anchors as JSON; see json.h.
+#pragma once
+
+#include "client/cli/json.h"
+#include "client/library/graph_records.h"
+
+namespace isthmus::cli {
+
+Json ToJson(const RevisionInfo& revision);
+// Poses that a submap did not have are null; so are move_m and move_deg where it came, went or
+// changed its frame.
+Json ToJson(const SubmapMove& move);
+Json ToJson(const client::RevisionDiff& diff);
+// `with_edges`: with the submaps that carry it, as "edges".
+Json ToJson(const client::Loop& loop, bool with_edges = false);
+Json ToJson(const client::RobotAnchor& anchor);
+
+}  // namespace isthmus::cli

@@ -1,0 +1,110 @@
+// isthmus loops: places that robots came back to, and a person's word on them.
+#include <absl/strings/str_cat.h>
+#include <absl/strings/str_format.h>
+
+#include <vector>
+
+#include "client/cli/command.h"
+#include "client/cli/exit_code.h"
+#include "client/cli/graph_json.h"
+
+namespace isthmus::cli {
+namespace {
+
+struct Options {
+  ServerOptions server;
+  std::string robot;
+  client::LoopDecision decision;
+  bool edges = false, json = false;
+};
+
+std::string StateOf(const client::Loop& loop) {
+  if (loop.loop.rejected) return "REJECTED";
+  return loop.edges_used > 0 ? "USED" : "SET ASIDE";
+}
+
+std::string Percent(double share) {
+  return share < 0 ? std::string("-") : absl::StrFormat("%.0f %%", 100 * share);
+}
+
+void Report(const std::vector<client::Loop>& loops) {
+  absl::PrintF("%6s  %-16s %-11s  %-9s  %10s %7s %8s  %7s  %s\n", "id", "session", "submaps",
+               "state", "confidence", "overlap", "residual", "edges", "detail");
+  for (const client::Loop& record : loops) {
+    const LoopClosure& loop = record.loop;
+    const std::string residual =
+        loop.residual_m < 0 ? std::string("-") : absl::StrFormat("%.3f m", loop.residual_m);
+    absl::PrintF(
+        "%6d  %-16s %-11s  %-9s  %10.2f %7s %8s  %7s  %s\n", loop.id, loop.session.value(),
+        absl::StrCat(loop.submap_a, " ~ ", loop.submap_b), StateOf(record), loop.confidence,
+        Percent(loop.overlap), residual, absl::StrCat(record.edges_used, "/", record.edge_count),
+        loop.note.empty() ? loop.detail : absl::StrCat("\"", loop.note, "\" ", loop.detail));
+  }
+}
+
+int RunList(const Options& options) {
+  const auto client = Connect(options.server);
+  if (!client.ok()) return FailServer(client.status());
+  const auto loops = (*client)->ListLoops(RobotId(options.robot), options.edges);
+  if (!loops.ok()) return FailServer(loops.status());
+  if (!options.json) {
+    Report(*loops);
+    return kOk;
+  }
+  Json out = Json::array();
+  for (const client::Loop& loop : *loops) out.push_back(ToJson(loop, options.edges));
+  Print(out);
+  return kOk;
+}
+
+int RunDecide(const Options& options, bool rejected) {
+  const auto client = Connect(options.server);
+  if (!client.ok()) return FailServer(client.status());
+  client::LoopDecision decision = options.decision;
+  decision.rejected = rejected;
+  const auto loop = (*client)->DecideLoop(decision);
+  if (!loop.ok()) return FailServer(loop.status());
+  if (options.json) {
+    Print(ToJson(*loop));
+  } else {
+    Report({*loop});
+  }
+  return kOk;
+}
+
+void AddDecision(CLI::App& loops, Action& action, const std::shared_ptr<Options>& options,
+                 const std::string& name, const std::string& what, bool rejected) {
+  CLI::App* command = loops.add_subcommand(name, what);
+  command->fallthrough();
+  command->add_option("ID", options->decision.id, "As `isthmus loops` shows it")
+      ->check(CLI::PositiveNumber)
+      ->required();
+  command->add_option("--note", options->decision.note, "Why; kept with the decision");
+  command->footer("--server, --attempts and --json as for `isthmus loops`.");
+  command->callback([options, rejected, &action] {
+    action = [options, rejected] { return RunDecide(*options, rejected); };
+  });
+}
+
+}  // namespace
+
+void AddLoops(CLI::App& app, Action& action) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command =
+      app.add_subcommand("loops", "Places that robots came back to; rejecting one by hand");
+  AddServerOptions(*command, options->server);
+  command->add_option("ROBOT", options->robot, "Without it, of all robots");
+  command->add_flag("--edges", options->edges, "With --json: the submaps that carry each, too");
+  command->add_flag("--json", options->json, "As JSON");
+  AddDecision(*command, action, options, "reject", "It counts for nothing", true);
+  AddDecision(*command, action, options, "restore", "It counts again", false);
+  command->callback([options, command, &action] {  // Also after a subcommand's.
+    if (command->get_subcommands().empty()) {
+      action = [options] { return RunList(*options); };
+    } else if (!options->robot.empty()) {
+      throw CLI::ExtrasError(command->get_name(), {options->robot});
+    }
+  });
+}
+
+}  // namespace isthmus::cli

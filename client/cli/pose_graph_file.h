@@ -1,0 +1,33 @@
+// A pose graph on disk: a g2o file, and what its vertices are called.
+#pragma once
+
+#include <absl/status/status.h>
+#include <absl/status/statusor.h>
+
+#include <cstdint>
+#include <map>
+#include <string>
+
+#include "core/ids.h"
+#include "server/pose_graph/g2o.h"
+
+namespace isthmus::cli {
+
+struct PoseGraphFile {
+  pose_graph::G2oGraph graph;
+  // Which submap a vertex is, by its id in the file: from the lines "# VERTEX 12 alice-1/7" that
+  // the server writes. Empty for files from elsewhere.
+  std::map<int64_t, SubmapId> names;
+};
+
+// NotFound or PermissionDenied, naming the path; InvalidArgument for what is no pose graph, or has
+// a line that begins with "# VERTEX" and goes on otherwise.
+absl::StatusOr<PoseGraphFile> ReadPoseGraph(const std::string& path);
+
+// With its names.
+absl::Status WritePoseGraph(const std::string& path, const PoseGraphFile& file);
+
+// "alice-1/7"; InvalidArgument, saying what is meant, for anything else.
+absl::StatusOr<SubmapId> ParseSubmapId(const std::string& text);
+
+}  // namespace isthmus::cli

@@ -1,0 +1,110 @@
+// isthmus revisions: how the map changed, and taking a change back.
+#include <absl/strings/str_format.h>
+
+#include "client/cli/command.h"
+#include "client/cli/exit_code.h"
+#include "client/cli/graph_json.h"
+#include "client/cli/moves_text.h"
+
+namespace isthmus::cli {
+namespace {
+
+struct Options {
+  ServerOptions server;
+  int limit = 20;
+  int64_t from = 0, to = 0, revision = 0;
+  std::string note;
+  bool json = false;
+};
+
+// A revision that is no longer kept is as unknown as one that never was.
+int FailRevision(const absl::Status& status) {
+  return absl::IsOutOfRange(status) ? Fail(kUnknown, status) : FailServer(status);
+}
+
+int RunList(const Options& options) {
+  const auto client = Connect(options.server);
+  if (!client.ok()) return FailServer(client.status());
+  const auto revisions = (*client)->ListRevisions(options.limit);
+  if (!revisions.ok()) return FailServer(revisions.status());
+  if (options.json) {
+    Json out = Json::array();
+    for (const RevisionInfo& revision : *revisions) out.push_back(ToJson(revision));
+    Print(out);
+    return kOk;
+  }
+  absl::PrintF("%s", RevisionHeader());
+  for (const RevisionInfo& revision : *revisions) absl::PrintF("%s", RevisionLine(revision));
+  return kOk;
+}
+
+int RunDiff(const Options& options) {
+  const auto client = Connect(options.server);
+  if (!client.ok()) return FailServer(client.status());
+  const auto diff = (*client)->DiffRevisions(options.from, options.to);
+  if (!diff.ok()) return FailRevision(diff.status());
+  if (options.json) {
+    Print(ToJson(*diff));
+    return kOk;
+  }
+  absl::PrintF("revision %d to %d: %d submaps came, moved or went\n", diff->from, diff->to,
+               diff->moves.size());
+  for (const SubmapMove& move : diff->moves) absl::PrintF("  %s", MoveLine(move));
+  if (!diff->revisions.empty()) absl::PrintF("%s", RevisionHeader());
+  for (const RevisionInfo& revision : diff->revisions) absl::PrintF("%s", RevisionLine(revision));
+  return kOk;
+}
+
+int RunUndo(const Options& options) {
+  const auto client = Connect(options.server);
+  if (!client.ok()) return FailServer(client.status());
+  const auto revision = (*client)->UndoRevision(options.revision, options.note);
+  if (!revision.ok()) return FailRevision(revision.status());
+  if (options.json) {
+    Print({{"undone", options.revision}, {"revision", *revision}});
+  } else {
+    absl::PrintF("revision %d is undone: the map is at revision %d\n", options.revision, *revision);
+  }
+  return kOk;
+}
+
+void AddDiff(CLI::App& revisions, Action& action, const std::shared_ptr<Options>& options) {
+  CLI::App* command = revisions.add_subcommand("diff", "What moved from one revision to another");
+  command->fallthrough();
+  command->add_option("FROM", options->from, "0: the empty map")
+      ->check(CLI::NonNegativeNumber)
+      ->required();
+  command->add_option("TO", options->to, "Without it, the latest")->check(CLI::PositiveNumber);
+  command->footer("--server, --attempts and --json as for `isthmus revisions`.");
+  command->callback([options, &action] { action = [options] { return RunDiff(*options); }; });
+}
+
+void AddUndo(CLI::App& revisions, Action& action, const std::shared_ptr<Options>& options) {
+  CLI::App* command = revisions.add_subcommand(
+      "undo", "Reject the accepted matches and loop closures that a revision came of");
+  command->fallthrough();
+  command->add_option("REVISION", options->revision)->check(CLI::PositiveNumber)->required();
+  command->add_option("--note", options->note, "Why; kept with what is rejected");
+  command->footer("--server, --attempts and --json as for `isthmus revisions`.");
+  command->callback([options, &action] { action = [options] { return RunUndo(*options); }; });
+}
+
+}  // namespace
+
+void AddRevisions(CLI::App& app, Action& action) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command =
+      app.add_subcommand("revisions", "How the map changed, the newest change first; undoing one");
+  AddServerOptions(*command, options->server);
+  command->add_option("--limit", options->limit, "At most so many")
+      ->check(CLI::Range(1, 10000))
+      ->capture_default_str();
+  command->add_flag("--json", options->json, "As JSON");
+  AddDiff(*command, action, options);
+  AddUndo(*command, action, options);
+  command->callback([options, command, &action] {  // Also after a subcommand's.
+    if (command->get_subcommands().empty()) action = [options] { return RunList(*options); };
+  });
+}
+
+}  // namespace isthmus::cli
