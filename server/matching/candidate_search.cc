@@ -44,9 +44,13 @@ CandidateSearch::CandidateSearch(const PreparedMap& a, const PreparedMap& b)
   middle_b_ = MeanSensor(b);
 }
 
-void CandidateSearch::ByBirdsEye(std::vector<Hypothesis>* found, std::vector<StageTime>* stages) {
+void CandidateSearch::ByBirdsEye(std::vector<Hypothesis>* found, std::vector<StageTime>* stages,
+                                 const Possible& possible) {
+  BirdsEyeOptions options;
+  if (possible) options.candidates *= 2;  // Many of them may lie elsewhere.
   std::vector<Candidate> candidates =
-      SearchBirdsEye(a_.whole().walls, b_.whole().walls, BirdsEyeOptions(), stages);
+      SearchBirdsEye(a_.whole().walls, b_.whole().walls, options, stages);
+  if (possible) std::erase_if(candidates, [&](const Candidate& c) { return !possible(c.T_a_b); });
   std::erase_if(candidates, [least = candidates.empty() ? 0 : candidates[0].score](
                                 const Candidate& c) { return c.score < kMinScoreShare * least; });
   Take(candidates, found, stages);

@@ -1,6 +1,7 @@
 // Where two whole maps could lie on each other: what the searches propose, each refined rigidly.
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include "core/match.h"
@@ -16,9 +17,13 @@ class CandidateSearch {
  public:
   CandidateSearch(const PreparedMap& a, const PreparedMap& b);
 
+  // Which transforms between the odom frames need not be looked at.
+  using Possible = std::function<bool(const Pose& T_a_b)>;
+
   // Each appends hypotheses that are not among `*found` yet, refined and with the free space of the
-  // rigid alignment, and stage times.
-  void ByBirdsEye(std::vector<Hypothesis>* found, std::vector<StageTime>* stages);
+  // rigid alignment, and stage times. Only what is `possible`, where that is given, is refined.
+  void ByBirdsEye(std::vector<Hypothesis>* found, std::vector<StageTime>* stages,
+                  const Possible& possible = {});
   void ByPlaces(std::vector<Hypothesis>* found, std::vector<StageTime>* stages);
   void ByFeatures(std::vector<Hypothesis>* found, std::vector<StageTime>* stages);
   void Take(const std::vector<Candidate>& candidates, std::vector<Hypothesis>* found,

@@ -7,9 +7,11 @@ namespace isthmus::matching {
 namespace {
 
 // Submaps whose middles are farther apart than this share of their radii have too little in common.
-constexpr double kMaxApart = 0.4;
+constexpr double kMaxApart = 0.35;
 // A robot that is still this near on its way straight on has not come back.
 constexpr double kWayPerApart = 3;
+// They may be nearer than it seems by this share of how far odometry may be off.
+constexpr double kReachShare = 0.5;
 // Nothing is gained by telling apart nearness more finely.
 constexpr double kStepM = 3;
 
@@ -28,7 +30,7 @@ std::vector<LoopCandidate> FindLoopCandidates(const LoopScene& scene, const Loop
     LoopCandidate candidate{i, known.T_new_old};
     candidate.apart_m = (known.T_new_old * MiddleOf(*scene.submaps[i]) - middle).norm();
     candidate.reach_m = options.drift_sigmas * known.PositionSigma(middle);
-    const double nearest = std::max(0.0, candidate.apart_m - candidate.reach_m);
+    const double nearest = std::max(0.0, candidate.apart_m - kReachShare * candidate.reach_m);
     const double other = submaps.Radius(scene.submaps[i]->id.index, radius);
     if (nearest > kMaxApart * (radius + other) || way < kWayPerApart * nearest) continue;
     candidate.reach_rad = options.drift_sigmas * known.RotationSigma();

@@ -18,7 +18,7 @@ constexpr size_t kMaxCandidates = 24, kMaxSearches = 2;
 constexpr double kPlacedM = 0.6, kPlacedRad = 0.06;
 // A place that was searched in vain is left alone until the robot has gone so much farther, in
 // shares of the least way.
-constexpr double kPatienceShare = 0.6;
+constexpr double kPatienceShare = 0.8;
 
 bool IsLike(const Pose& T_a_b, const Pose& other_T_a_b) {
   const Pose apart = T_a_b.Inverse() * other_T_a_b;
@@ -75,7 +75,8 @@ struct LoopFinder::State {
       const double old_way = scene.ways[candidate.position], new_way = scene.ways.back();
       if (WasInVain(old_way, new_way)) continue;
       if (++searches > kMaxSearches) break;
-      if (auto closed = CloseLoop(scene, candidate, options, &submaps)) return closed;
+      const bool thorough = searches == 1;  // One such search is dear enough.
+      if (auto closed = CloseLoop(scene, candidate, options, thorough, &submaps)) return closed;
       failures.push_back({old_way, new_way});
     }
     std::erase_if(failures, [&](const Failure& failure) {

@@ -82,18 +82,17 @@ class Search {
         far_(candidate.reach_m > Capture() || candidate.reach_rad > kCaptureRad),
         may_have_rivals_(candidate.reach_m > kRivalShare * Capture()) {}
 
-  std::optional<LoopClosure> Run() {
+  std::optional<LoopClosure> Run(bool thorough) {
     if (fresh_.submaps().back()->surface().empty()) return std::nullopt;
-    const std::vector<Candidate> guesses = Guesses();
+    std::vector<Hypothesis> found = Align(Guesses());
     if (!may_have_rivals_) {
-      if (auto closed = Take(Align(guesses))) return closed;
+      if (auto closed = Take(found)) return closed;
     }
-    if (!far_) return std::nullopt;
+    if (!far_ || !thorough) return std::nullopt;
     CandidateSearch search(old_, fresh_);
-    std::vector<Hypothesis> found;
     std::vector<StageTime> stages;
-    search.Take(guesses, &found, &stages);
-    search.ByBirdsEye(&found, &stages);
+    search.ByBirdsEye(&found, &stages,
+                      [this](const Pose& T_a_b) { return IsPossible(T_a_b, kGuessM, kGuessRad); });
     return Take(std::move(found));
   }
 
@@ -233,7 +232,7 @@ class Search {
     return judged;
   }
 
-  LoopClosure Close(const Match& match) const {
+  std::optional<LoopClosure> Close(const Match& match) const {
     LoopClosure closure;
     closure.session = scene_.newest()->id.session;
     closure.overlap = match.overlap;
@@ -242,6 +241,7 @@ class Search {
     closure.comparisons = match.comparisons;
     closure.source = match.matcher;
     closure.edges = ChooseEdges(match.edges);
+    if (closure.edges.empty()) return std::nullopt;
     closure.submap_a = closure.edges.front().submap_a;
     closure.submap_b = closure.edges.front().submap_b;
     closure.T_a_b = closure.edges.front().T_a_b;
@@ -249,7 +249,13 @@ class Search {
     return closure;
   }
 
-  // The newest submap's first, then one of each of the others, until there are enough.
+  bool IsClosed(size_t a, size_t b) const {
+    return std::any_of(scene_.edges.begin(), scene_.edges.end(),
+                       [&](const LoopEdge& edge) { return edge.a == a && edge.b == b; });
+  }
+
+  // Of pairs that no loop joins yet, the newest
+  // submap's first, then one of each of the others, until there are enough.
   std::vector<SubmapEdge> ChooseEdges(const std::vector<SubmapEdge>& all) const {
     std::vector<std::pair<int, SubmapEdge>> ranked;
     std::vector<int> of(fresh_.submaps().size(), 0);
@@ -257,6 +263,8 @@ class Search {
       SubmapEdge named = edge;
       named.submap_a = old_.submaps()[edge.submap_a]->submap().id.index;
       named.submap_b = fresh_.submaps()[edge.submap_b]->submap().id.index;
+      if (IsClosed(windows_.first_old + edge.submap_a, windows_.first_new + edge.submap_b))
+        continue;
       ranked.emplace_back(of[edge.submap_b]++, named);
     }
     std::stable_sort(ranked.begin(), ranked.end(), [](const auto& x, const auto& y) {
@@ -282,10 +290,11 @@ class Search {
 }  // namespace
 
 std::optional<LoopClosure> CloseLoop(const LoopScene& scene, const LoopCandidate& candidate,
-                                     const LoopOptions& options, LoopSubmaps* submaps) {
+                                     const LoopOptions& options, bool thorough,
+                                     LoopSubmaps* submaps) {
   const std::optional<Windows> windows = ChooseWindows(scene, candidate.position, options);
   if (!windows) return std::nullopt;
-  return Search(scene, candidate, *windows, options, submaps).Run();
+  return Search(scene, candidate, *windows, options, submaps).Run(thorough);
 }
 
 }  // namespace isthmus::matching
