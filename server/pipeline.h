@@ -214,9 +214,10 @@ class Pipeline {
   // `to` 0: the latest. OutOfRange when `from` is older than what is kept; NotFound for one that
   // does not exist yet; InvalidArgument when from > to.
   virtual absl::StatusOr<RevisionDiff> DiffRevisions(int64_t from, int64_t to) = 0;
-  // Rejects, by hand, the accepted matches and loop closures that the revision came of, and returns
-  // the revision after that. NotFound for one that is not kept; FailedPrecondition when none of
-  // what made it is accepted: a revision that new submaps or an anchor made cannot be undone so.
+  // Rejects, by hand, the accepted matches and loop closures that the revision came of; a transform
+  // that was given by hand is withdrawn, so that what is computed counts again. Returns the
+  // revision after that. NotFound for one that is not kept; FailedPrecondition when none of what
+  // made it is accepted: a revision that new submaps or an anchor made cannot be undone so.
   virtual absl::StatusOr<int64_t> UndoRevision(int64_t revision, const std::string& note) = 0;
   // The pose graph of a component as a g2o file: submaps, odometry, matches and loop closures with
   // those set aside left out. Comments name what the numbers stand for. NotFound for a component

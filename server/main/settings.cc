@@ -217,6 +217,34 @@ void AddAcceptance(ServerConfig& config, Table& table) {
             "ambiguous.");
 }
 
+// How far odometry strays: what loop closures are looked for within, and what they bend.
+void AddPlacement(ServerConfig& config, Table& table) {
+  table.Section("placement");
+  auto& drift = config.pipeline.placer.drift;
+  table.Add("drift_per_m", &drift.position_per_m, 1e-5, 1.0,
+            "How far odometry strays per metre gone, one standard deviation: 0.005 is 0.5 %.");
+  table.Add("drift_rad_per_m", &drift.rotation_per_m, 1e-6, 1.0,
+            "How far it turns away per metre gone, rad.");
+  table.Add("drift_rad_per_rad", &drift.rotation_per_rad, 1e-6, 1.0, "The same per radian turned.");
+  table.Add("loops", &config.pipeline.loops.enabled,
+            "Whether places that a robot comes back to are looked for, to correct its drift.");
+}
+
+void AddRevisits(ServerConfig& config, Table& table) {
+  table.Section("revisits");
+  matching::RevisitOptions& revisits = config.pipeline.revisits;
+  table.Add("retire", &revisits.retire,
+            "Whether submaps leave, with the poses of their scans, once they were seen again often "
+            "enough. false: all is kept, and the map grows with every lap.");
+  table.Add("min_looks", &revisits.min_looks, 2, 1000,
+            "By how many newer submaps: more keep more of the past ...");
+  table.Add("min_share", &revisits.min_share, 0.5, 1.0,
+            "... this share of a submap's surface was seen again, or seen through because it is "
+            "gone.");
+  table.Add("keep_newest", &revisits.keep_newest, 2, 10'000,
+            "So many of each session's newest submaps always stay.");
+}
+
 void AddComposition(ServerConfig& config, Table& table) {
   table.Section("composition");
   table.Add("interval_s", &config.pipeline.composition_interval_s, 0.0, 3600.0,
@@ -246,6 +274,8 @@ std::vector<Setting> SettingsOf(ServerConfig& config) {
   AddSubmaps(config, table);
   AddMatching(config, table);
   AddAcceptance(config, table);
+  AddPlacement(config, table);
+  AddRevisits(config, table);
   AddComposition(config, table);
   return table.Take();
 }

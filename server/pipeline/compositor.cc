@@ -40,7 +40,6 @@ void Compositor::Run() {
       continue;
     }
     const int64_t revision = state_->revision.revision;
-    const uint64_t version = state_->submap_version;
     const std::vector<PlacedSubmap> placed = state_->PlacedSubmaps();
     lock.unlock();
     Stopwatch watch;
@@ -49,7 +48,6 @@ void Compositor::Run() {
     lock.lock();
     state_->map = std::move(map);
     state_->composed_revision = revision;
-    state_->composed_version = version;
     state_->composition_ms = ms;
     state_->composition_max_ms = std::max(state_->composition_max_ms, ms);
     ++state_->compositions;

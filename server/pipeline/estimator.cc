@@ -9,8 +9,13 @@ namespace {
 
 // Maps that are kept ready: the robots of a team. Each takes about as much memory as its submaps.
 constexpr size_t kMaxPrepared = 8;
+// With more sessions than that, pairs are tried again only when one of them has grown by this
+// share: a robot among the maps of a month is not matched with all of them at every submap.
+constexpr double kSeldom = 0.25;
 
 SessionMap MapOf(const SessionEntry& entry) { return {entry.record.id, entry.submaps}; }
+
+bool IsFinished(const SessionEntry& entry) { return entry.record.state == SessionState::kFinished; }
 
 // Whether a newer result takes the place of an accepted one. An accepted match is only given up for
 // a better estimate or for a contradiction, not for a moment of doubt.
@@ -23,9 +28,18 @@ bool Supersedes(const Match& newer, const Match& older) {
 
 Estimator::Estimator(MapState* state, storage::MapStore* store, const Clock* clock,
                      const Options& options)
-    : state_(state), prepared_store_(store), clock_(clock), options_(options) {
+    : state_(state),
+      prepared_store_(store),
+      clock_(clock),
+      options_(options),
+      source_([this](const auto& submap) { return prepared_store_.Get(submap); }),
+      revisits_(options.revisits, source_) {
   for (const auto& [pair, match] : state_->matches) {
     attempts_[pair] = {match.submaps_a, match.submaps_b};
+  }
+  // The last of each session may have been stored and not asked.
+  for (const auto& [id, entry] : state_->sessions) {
+    if (!entry.submaps.empty()) looped_[id] = entry.next_index() - 1;
   }
   thread_ = std::thread([this] { Run(); });
 }
@@ -41,32 +55,104 @@ void Estimator::Stop() {
   state_->changed.notify_all();
 }
 
+bool Estimator::IsUpToDate() const {
+  return !state_->estimating && !NextForLoops() && !NextPair() && !MustCountRevisits();
+}
+
 void Estimator::Run() {
   std::unique_lock lock(state_->mutex);
   Stopwatch round;
   while (!stop_) {
-    const std::optional<SessionPair> pair = NextPair();
-    if (!pair) {
-      if (state_->estimating) {
-        state_->estimating = false;
-        state_->estimation_ms = round.Ms();
-        ++state_->estimations;
-        Prune();
-        state_->changed.notify_all();
-      }
-      state_->changed.wait(lock);
-      continue;
+    if (!state_->estimating) round = Stopwatch();
+    if (RunNext(&lock)) continue;
+    if (state_->estimating) {
+      state_->estimating = false;
+      state_->estimation_ms = round.Ms();
+      ++state_->estimations;
+      Prune();
+      state_->changed.notify_all();
     }
-    if (!state_->estimating) {
-      state_->estimating = true;
-      round = Stopwatch();
-    }
-    lock.unlock();
-    Estimate(*pair);
-    lock.lock();
+    state_->changed.wait(lock);
   }
   state_->estimating = false;
   state_->changed.notify_all();
+}
+
+bool Estimator::RunNext(std::unique_lock<std::mutex>* lock) {
+  // Loops first: they straighten the maps that pairs are then matched by.
+  const std::optional<SubmapId> submap = NextForLoops();
+  const std::optional<SessionPair> pair = submap ? std::nullopt : NextPair();
+  if (!submap && !pair && !MustCountRevisits()) return false;
+  state_->estimating = true;
+  lock->unlock();
+  if (submap) {
+    FindLoops(*submap);
+  } else if (pair) {
+    Estimate(*pair);
+  } else {
+    CountRevisits();
+  }
+  lock->lock();
+  return true;
+}
+
+std::optional<SubmapId> Estimator::NextForLoops() const {
+  if (!options_.loops.enabled) return std::nullopt;
+  for (const Placement& placement : state_->revision.placements) {
+    const SessionEntry* entry = state_->Find(placement.session);
+    if (entry == nullptr) continue;
+    const auto it = looped_.find(placement.session);
+    const uint32_t next = it == looped_.end() ? 0 : it->second;
+    for (auto s = placement.submaps.rbegin(); s != placement.submaps.rend(); ++s) {
+      if (s->index < next) break;
+      // One at a time: where it leads is what the next one is looked for by.
+      const auto first = std::lower_bound(
+          placement.submaps.begin(), placement.submaps.end(), next,
+          [](const SubmapPose& pose, uint32_t wanted) { return pose.index < wanted; });
+      return SubmapId{placement.session, first->index};
+    }
+  }
+  return std::nullopt;
+}
+
+void Estimator::FindLoops(const SubmapId& submap) {
+  matching::LoopQuery query;
+  query.session = submap.session;
+  {
+    std::lock_guard lock(state_->mutex);
+    looped_[submap.session] = submap.index + 1;
+    const SessionEntry* entry = state_->Find(submap.session);
+    const Placement* placement = state_->PlacementOf(submap.session);
+    if (entry == nullptr || placement == nullptr) return;
+    for (const SubmapPose& pose : placement->submaps) {
+      std::shared_ptr<const Submap> found = entry->FindSubmap(pose.index);
+      if (found == nullptr || pose.index > submap.index) continue;
+      query.submaps.push_back(std::move(found));
+      query.T_map_submap.push_back(pose.T_map_submap);
+    }
+    if (query.submaps.empty() || query.submaps.back()->id.index != submap.index) return;
+    query.first_new = query.submaps.size() - 1;
+    for (const auto& [id, loop] : state_->loops) {
+      if (loop.session == submap.session) query.known.push_back(loop);
+    }
+  }
+  const auto [it, is_new] = finders_.try_emplace(submap.session, options_.loops, source_);
+  // Loops that cannot be stored are lost to this map; those of the next submaps close it too.
+  (void)state_->AddLoops(it->second.Find(query));
+}
+
+uint32_t Estimator::FreshSubmaps(const SessionEntry& a, const SessionEntry& b,
+                                 const Attempt& tried) const {
+  const uint32_t fresh_a = a.next_index() - std::min(a.next_index(), tried.next_a);
+  const uint32_t fresh_b = b.next_index() - std::min(b.next_index(), tried.next_b);
+  const uint32_t fresh = fresh_a + fresh_b;
+  if (tried.next_a + tried.next_b == 0 || (IsFinished(a) && IsFinished(b))) return fresh;
+  if (state_->sessions.size() > kMaxPrepared) {
+    const bool grown_a = fresh_a > 0 && fresh_a >= kSeldom * tried.next_a;
+    const bool grown_b = fresh_b > 0 && fresh_b >= kSeldom * tried.next_b;
+    if (!grown_a && !grown_b) return 0;
+  }
+  return fresh >= static_cast<uint32_t>(std::max(options_.rematch_submaps, 1)) ? fresh : 0;
 }
 
 std::optional<SessionPair> Estimator::NextPair() const {
@@ -77,18 +163,11 @@ std::optional<SessionPair> Estimator::NextPair() const {
       if (a->second.submaps.empty() || b->second.submaps.empty()) continue;
       const SessionPair pair(a->first, b->first);
       const auto it = attempts_.find(pair);
-      const Attempt tried = it == attempts_.end() ? Attempt{} : it->second;
-      const auto had = tried.submaps_a + tried.submaps_b;
-      const auto have = static_cast<uint32_t>(a->second.submaps.size() + b->second.submaps.size());
-      if (have <= had) continue;
-      const bool final = a->second.record.state == SessionState::kFinished &&
-                         b->second.record.state == SessionState::kFinished;
-      const uint32_t wanted =
-          had == 0 || final ? 1 : static_cast<uint32_t>(std::max(options_.rematch_submaps, 1));
-      if (have - had >= wanted && have - had > most) {
-        most = have - had;
-        best = pair;
-      }
+      const uint32_t fresh =
+          FreshSubmaps(a->second, b->second, it == attempts_.end() ? Attempt{} : it->second);
+      if (fresh <= most) continue;
+      most = fresh;
+      best = pair;
     }
   }
   return best;
@@ -101,6 +180,11 @@ void Estimator::Prune() {
   };
   std::erase_if(attempts_, of_gone);
   std::erase_if(matchers_, of_gone);
+  std::erase_if(looped_, [&](const auto& item) { return is_gone(item.first); });
+  std::erase_if(finders_, [&](const auto& item) {
+    const SessionEntry* entry = state_->Find(item.first);
+    return entry == nullptr || IsFinished(*entry);
+  });
   std::erase_if(prepared_,
                 [&](const Prepared& map) { return is_gone(map->session_map().session); });
 }
@@ -116,11 +200,9 @@ void Estimator::Estimate(const SessionPair& pair) {
     if (entry_a == nullptr || entry_b == nullptr) return;
     a = MapOf(*entry_a);
     b = MapOf(*entry_b);
-    finished = entry_a->record.state == SessionState::kFinished &&
-               entry_b->record.state == SessionState::kFinished;
+    finished = IsFinished(*entry_a) && IsFinished(*entry_b);
     if (const auto it = state_->matches.find(pair); it != state_->matches.end()) older = it->second;
-    attempts_[pair] = {static_cast<uint32_t>(a.submaps.size()),
-                       static_cast<uint32_t>(b.submaps.size())};
+    attempts_[pair] = {entry_a->next_index(), entry_b->next_index()};
   }
   const bool accepted = older && older->state == MatchState::kAccepted;
   const auto [it, is_new] = matchers_.try_emplace(pair, options_.matcher);
@@ -149,13 +231,26 @@ Estimator::Prepared Estimator::Prepare(const SessionMap& map) {
     prepared_.erase(it);
     break;
   }
-  const matching::SubmapSource source = [this](const std::shared_ptr<const Submap>& submap) {
-    return prepared_store_.Get(submap);
-  };
-  prepared_.push_front(before ? std::make_shared<const matching::PreparedMap>(map, *before, source)
-                              : std::make_shared<const matching::PreparedMap>(map, source));
+  prepared_.push_front(before ? std::make_shared<const matching::PreparedMap>(map, *before, source_)
+                              : std::make_shared<const matching::PreparedMap>(map, source_));
   if (prepared_.size() > kMaxPrepared) prepared_.pop_back();
   return prepared_.front();
+}
+
+bool Estimator::MustCountRevisits() const {
+  return options_.revisits.retire && state_->IsPlaced() &&
+         state_->revision.revision != counted_revision_;
+}
+
+void Estimator::CountRevisits() {
+  std::vector<PlacedSubmap> placed;
+  {
+    std::lock_guard lock(state_->mutex);
+    counted_revision_ = state_->revision.revision;
+    placed = state_->PlacedSubmaps();
+  }
+  // What cannot be stored now is tried again with the next submap.
+  (void)state_->Retire(revisits_.Update(placed));
 }
 
 }  // namespace isthmus::server

@@ -1,5 +1,5 @@
-// The slow loop: estimates the transforms between sessions' maps, one pair at a time, on a thread
-// of its own. Nobody waits for it.
+// The slow loop, on a thread of its own: where sessions came back to, how two sessions' maps lie to
+// each other, and which submaps have been seen again often enough. Nobody waits for it.
 #pragma once
 
 #include <cstdint>
@@ -11,8 +11,10 @@
 #include <utility>
 
 #include "core/clock.h"
+#include "server/matching/loop_finder.h"
 #include "server/matching/matcher.h"
 #include "server/matching/prepared_map.h"
+#include "server/matching/revisits.h"
 #include "server/pipeline/map_state.h"
 #include "server/pipeline/prepared_store.h"
 
@@ -22,45 +24,68 @@ class Estimator {
  public:
   struct Options {
     matching::MatcherOptions matcher;
+    matching::LoopOptions loops;
+    matching::RevisitOptions revisits;
     // A pair is tried again when its maps have grown by this many submaps; a finished session's
     // last submaps always count.
     int rematch_submaps = 1;
   };
 
   Estimator(MapState* state, storage::MapStore* store, const Clock* clock, const Options& options);
-  ~Estimator();  // Finishes the pair under way.
+  ~Estimator();  // Finishes what is under way.
 
-  // Nothing is under way and no pair has new evidence. The state's mutex is held by the caller.
-  bool IsUpToDate() const { return !state_->estimating && !NextPair(); }
+  // Nothing is under way and nothing new waits for it. The state's mutex is held by the caller.
+  bool IsUpToDate() const;
 
-  // Makes the thread end after the pair under way; does not wait.
+  // Makes the thread end after what is under way; does not wait.
   void Stop();
 
  private:
+  // What a pair was last tried with: the indices that their next submaps had.
   struct Attempt {
-    uint32_t submaps_a = 0, submaps_b = 0;
+    uint32_t next_a = 0, next_b = 0;
   };
-
   using Prepared = std::shared_ptr<const matching::PreparedMap>;
 
   void Run();
+  // The task that comes first; false when all is up to date. `lock` is on the state's mutex, and
+  // is released while the task runs.
+  bool RunNext(std::unique_lock<std::mutex>* lock);
+
+  // The first submap that was not asked for loops yet; only once it is placed. state mutex is held.
+  std::optional<SubmapId> NextForLoops() const;
+  void FindLoops(const SubmapId& submap);
+
   // The pair with the most new evidence; nothing when all is up to date. state mutex is held.
   std::optional<SessionPair> NextPair() const;
+  // How many new submaps the pair has since it was tried; 0 where it is not worth a try.
+  uint32_t FreshSubmaps(const SessionEntry& a, const SessionEntry& b, const Attempt& tried) const;
   void Estimate(const SessionPair& pair);
-  // Forgets what was kept of sessions that are gone. state mutex is held.
-  void Prune();
   // The map made ready for matching: made once, grown with the map.
   Prepared Prepare(const SessionMap& map);
+
+  // The map shows more submaps than when revisits were counted last. state mutex is held.
+  bool MustCountRevisits() const;
+  void CountRevisits();
+
+  // Forgets what was kept of sessions that are gone. state mutex is held.
+  void Prune();
 
   MapState* const state_;
   const PreparedStore prepared_store_;
   const Clock* const clock_;
   const Options options_;
+  const matching::SubmapSource source_;
   // Attempts since the start, whatever came of them. Guarded by the state's mutex.
   std::map<SessionPair, Attempt> attempts_;
-  bool stop_ = false;             // Guarded by the state's mutex.
-  std::list<Prepared> prepared_;  // Touched by the thread only; the latest used first.
-  std::map<SessionPair, matching::PairMatcher> matchers_;  // Touched by the thread only.
+  std::map<SessionId, uint32_t> looped_;  // The next submap to ask; guarded by the state's mutex.
+  int64_t counted_revision_ = -1;         // Guarded by the state's mutex.
+  bool stop_ = false;                     // Guarded by the state's mutex.
+  // Touched by the thread only.
+  std::list<Prepared> prepared_;  // The latest used first.
+  std::map<SessionPair, matching::PairMatcher> matchers_;
+  std::map<SessionId, matching::LoopFinder> finders_;
+  matching::RevisitCounter revisits_;
   std::thread thread_;
 };
 

@@ -12,8 +12,10 @@
 #include <utility>
 #include <vector>
 
+#include "core/anchor.h"
 #include "core/clock.h"
 #include "core/composed_map.h"
+#include "core/loop_closure.h"
 #include "core/match.h"
 #include "core/revision.h"
 #include "core/session.h"
@@ -22,6 +24,7 @@
 #include "core/verdict.h"
 #include "server/ingest/session_worker.h"
 #include "server/match_graph/match_graph.h"
+#include "server/placement/placer.h"
 #include "storage/map_store.h"
 
 namespace isthmus::server {
@@ -32,10 +35,31 @@ struct SessionEntry {
   SessionRecord record;
   std::shared_ptr<ingest::SessionWorker> worker;  // Null once finished: its local map is large.
   ingest::WorkerStatus final_status;              // What the worker said last.
+  // In order of index; gaps are submaps that were retired.
   std::vector<std::shared_ptr<const Submap>> submaps;
-  std::vector<TrajectoryEntry> trajectory;  // Durable part.
+  std::vector<TrajectoryEntry> trajectory;  // Durable part, without that of retired submaps.
+  std::map<uint32_t, double> way_m;         // By submap: how far its scans went.
   uint64_t points = 0;
   bool uploads = false;  // Holds uploaded submaps, so takes no scans.
+
+  // The index that the next submap has: it grows whatever is retired, because the newest never is.
+  uint32_t next_index() const { return submaps.empty() ? 0 : submaps.back()->id.index + 1; }
+  // Null for one that is not there.
+  std::shared_ptr<const Submap> FindSubmap(uint32_t index) const;
+};
+
+// What a person says at once.
+struct Word {
+  std::vector<Verdict> verdicts = {};
+  std::vector<SessionPair> withdrawn = {};  // Whose verdicts are taken back.
+  std::vector<LoopClosure> loops = {};      // As they are from now on.
+};
+
+// What came since the map was placed last: why the next revision is made.
+struct Changes {
+  std::vector<std::string> causes;  // For a person; the first few.
+  std::vector<SessionPair> matches;
+  std::vector<uint64_t> loops;
 };
 
 // Every public member names whether it locks; `mutex` is public because readers compose several
@@ -59,21 +83,33 @@ class MapState {
   std::vector<Match> EffectiveMatches() const { return effective_; }
   // All submaps with their placements, for composition.
   std::vector<PlacedSubmap> PlacedSubmaps() const;
-  // `map` shows the latest revision with every submap.
-  bool IsComposed() const {
-    return composed_revision == revision.revision && composed_version == submap_version;
-  }
+  // What the graph is made of at present.
+  placement::Input PlacementInput() const;
+  // Nothing has changed that `revision` does not show.
+  bool IsPlaced() const { return placed_version == graph_version; }
+  // `map` shows the latest revision.
+  bool IsComposed() const { return composed_revision == revision.revision; }
 
   // --- these lock ---
-  // Stores a finished stretch, adds it to its session, places the session if it is new.
+  // All that change the graph return when the change is stored; the map is placed anew soon after
+  // (WaitUntilPlaced).
+
+  // Stores a finished stretch and adds it to its session.
   absl::Status AddStretch(const SessionId& session, const ingest::Stretch& stretch);
-  // Stores the match and places everything anew. Ignored when a session is gone.
+  // Ignored when a session is gone.
   absl::Status PutMatch(const Match& match);
-  // Stores what a person said and places everything anew. Both sessions must exist.
-  absl::Status PutVerdict(const Verdict& verdict);
-  absl::Status WithdrawVerdict(const SessionId& a, const SessionId& b);
-  // Removes the session from store and state, places the rest anew.
+  // Stores what a person said of pairs and of loop closures, all or nothing. All must exist.
+  absl::Status PutWord(const Word& word);
+  // New ones; gives them their ids. Ignored when the session is gone.
+  absl::Status AddLoops(std::vector<LoopClosure> found);
+  absl::Status PutAnchor(const Anchor& anchor);
+  absl::Status RemoveAnchor(const SubmapId& submap);
+  // Removes the submaps with all that hangs on them.
+  absl::Status Retire(const std::vector<SubmapId>& submaps);
+  // Removes the session from store and state.
   absl::Status RemoveSession(const SessionId& session);
+  // Until `revision` shows what the state says now, or nothing is placed any more.
+  void WaitUntilPlaced();
   void ScanQueued();
   void ScanDone();
 
@@ -85,27 +121,35 @@ class MapState {
   std::map<SessionId, SessionEntry> sessions;
   std::map<SessionPair, Match> matches;  // As computed.
   std::map<SessionPair, Verdict> verdicts;
+  std::map<uint64_t, LoopClosure> loops;  // By id.
+  std::map<SubmapId, Anchor> anchors;
   MapRevision revision;
   std::vector<SessionPair> tree;
+  placement::Judgement judgement;  // Which edges `revision` agrees with.
   uint64_t pending_scans = 0;
-  uint64_t submap_version = 0;     // Grows with every submap added or removed.
-  bool estimating = false;         // The estimator is at work on a pair.
+  uint64_t graph_version = 0;      // Grows with everything that placements rest on.
+  uint64_t placed_version = 0;     // That which `revision` shows.
+  bool placing = true;             // False once nothing will be placed any more.
+  Changes changes;                 // Since placed_version.
+  bool estimating = false;         // The estimator is at work.
   int64_t composed_revision = -1;  // What `map` was made of.
-  uint64_t composed_version = 0;
-  double composition_ms = 0, composition_max_ms = 0, estimation_ms = 0;
-  uint64_t compositions = 0, estimations = 0;
+  double composition_ms = 0, composition_max_ms = 0, estimation_ms = 0, placement_ms = 0;
+  uint64_t compositions = 0, estimations = 0, placements = 0;
+  uint64_t retired = 0;
   std::shared_ptr<const ComposedMap> map;
 
  private:
-  // Solves the match graph; when placements differ from the latest, a new revision is made and
-  // stored. mutex is held.
-  absl::Status Replace(const std::string& cause);
-  // Every pair of which anything was computed or said, checked round cycles. mutex is held.
-  std::vector<Match> Combine(const std::vector<match_graph::Node>& nodes) const;
+  absl::Status LoadSession(const SessionRecord& record);
+  // Takes note of a change and works out the effective matches anew. mutex is held.
+  void Changed(const std::string& cause);
+  void RefreshMatches();
 
   storage::MapStore* const store_;
   const Clock* const clock_;
-  std::vector<Match> effective_;  // As of the last Replace; guarded by mutex.
+  std::vector<Match> effective_;  // Under verdicts and cycles; guarded by mutex.
 };
+
+// The session has submaps.
+match_graph::Node MatchGraphNode(const SessionId& session, const SessionEntry& entry);
 
 }  // namespace isthmus::server

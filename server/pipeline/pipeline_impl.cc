@@ -28,10 +28,14 @@ absl::Status PipelineImpl::Start() {
     if (!worker.ok()) return worker.status();
     entry.worker = *std::move(worker);
   }
+  placement_ = std::make_unique<PlacementLoop>(&state_, store_.get(), &clock_, options_.placer);
+  state_.WaitUntilPlaced();
   compositor_ =
       std::make_unique<Compositor>(&state_, options_.composer, options_.composition_interval_s);
-  estimator_ = std::make_unique<Estimator>(
-      &state_, store_.get(), &clock_, Estimator::Options{options_.matcher, options_.rematch_submaps});
+  estimator_ =
+      std::make_unique<Estimator>(&state_, store_.get(), &clock_,
+                                  Estimator::Options{options_.matcher, options_.loops,
+                                                     options_.revisits, options_.rematch_submaps});
   return absl::OkStatus();
 }
 
@@ -62,7 +66,8 @@ SessionStatus PipelineImpl::StatusOf(const SessionEntry& entry) const {
 }
 
 bool PipelineImpl::IsSettled() const {
-  return state_.pending_scans == 0 && state_.IsComposed() && estimator_->IsUpToDate();
+  return state_.pending_scans == 0 && state_.IsPlaced() && state_.IsComposed() &&
+         estimator_->IsUpToDate();
 }
 
 void PipelineImpl::WaitUntilIdle() {
@@ -85,6 +90,7 @@ void PipelineImpl::Shutdown() {
   // A session whose last submap cannot be stored resumes from the one before: its robot was never
   // told that more is durable.
   for (const auto& worker : workers) (void)worker->Finish();
+  if (placement_ != nullptr) placement_->Stop();
   if (compositor_ != nullptr) compositor_->Stop();
 }
 

@@ -15,6 +15,7 @@
 #include "server/pipeline/compositor.h"
 #include "server/pipeline/estimator.h"
 #include "server/pipeline/map_state.h"
+#include "server/pipeline/placement_loop.h"
 
 namespace isthmus::server {
 
@@ -38,11 +39,21 @@ class PipelineImpl : public Pipeline {
   absl::StatusOr<SubmapInfo> AddSubmap(Submap submap) override;
 
   MapInfo GetMapInfo() override;
-  absl::StatusOr<std::vector<SubmapInfo>> ListSubmaps(const std::optional<RobotId>& robot) override;
+  absl::StatusOr<std::vector<SubmapStatus>> ListSubmaps(
+      const std::optional<RobotId>& robot) override;
   absl::StatusOr<RobotTrajectory> GetTrajectory(const RobotId& robot,
                                                 TrajectoryFrame frame) override;
   MatchGraphView GetMatchGraph() override;
   absl::StatusOr<Match> DecideMatch(const MatchDecision& decision) override;
+  absl::StatusOr<std::vector<LoopStatus>> ListLoops(const std::optional<RobotId>& robot) override;
+  absl::StatusOr<LoopStatus> DecideLoop(const LoopDecision& decision) override;
+  absl::StatusOr<int64_t> PutAnchor(Anchor anchor) override;
+  absl::StatusOr<int64_t> RemoveAnchor(const SubmapId& submap) override;
+  std::vector<Anchor> ListAnchors() override;
+  absl::StatusOr<std::vector<RevisionInfo>> ListRevisions(int limit) override;
+  absl::StatusOr<RevisionDiff> DiffRevisions(int64_t from, int64_t to) override;
+  absl::StatusOr<int64_t> UndoRevision(int64_t revision, const std::string& note) override;
+  absl::StatusOr<std::string> ExportPoseGraph(uint32_t component) override;
   absl::StatusOr<RobotTransform> GetTransform(const RobotId& a, const RobotId& b) override;
   std::shared_ptr<const ComposedMap> GetMap() override;
   absl::Status ExportMap(ExportFormat format, const Region& region, double octomap_resolution_m,
@@ -59,7 +70,10 @@ class PipelineImpl : public Pipeline {
   // The state's mutex is held for these.
   absl::StatusOr<SessionId> ResolveSession(const SessionId& session, const RobotId& robot);
   SessionStatus StatusOf(const SessionEntry& entry) const;
+  LoopStatus StatusOf(const LoopClosure& loop) const;
   bool IsSettled() const;
+  // Takes the state's mutex.
+  int64_t RevisionOncePlaced();
 
   const PipelineOptions options_;
   const Clock& clock_;
@@ -75,6 +89,7 @@ class PipelineImpl : public Pipeline {
   // Destroyed in reverse: the executor first, so that no worker's task outlives the loops.
   std::unique_ptr<Estimator> estimator_;
   std::unique_ptr<Compositor> compositor_;
+  std::unique_ptr<PlacementLoop> placement_;
   std::unique_ptr<Executor> executor_;
 };
 

@@ -6,6 +6,7 @@
 
 #include "server/match_graph/match_graph.h"
 #include "server/pipeline/pipeline_impl.h"
+#include "server/placement/corrected_trajectory.h"
 #include "server/query/export.h"
 
 namespace isthmus::server {
@@ -29,6 +30,15 @@ query::CloudFormat CloudFormatOf(ExportFormat format) {
   }
 }
 
+// Null where it is not placed.
+const SubmapPose* FindPose(const Placement* placement, uint32_t index) {
+  if (placement == nullptr) return nullptr;
+  const auto it =
+      std::lower_bound(placement->submaps.begin(), placement->submaps.end(), index,
+                       [](const SubmapPose& pose, uint32_t wanted) { return pose.index < wanted; });
+  return it == placement->submaps.end() || it->index != index ? nullptr : &*it;
+}
+
 // Bytes handed to a sink at a time.
 constexpr size_t kFileChunk = 1 << 20;
 
@@ -43,7 +53,10 @@ MapInfo PipelineImpl::GetMapInfo() {
   info.composition_max_ms = state_.composition_max_ms;
   info.estimation_ms = state_.estimation_ms;
   info.compositions = state_.compositions;
+  info.placement_ms = state_.placement_ms;
   info.estimations = state_.estimations;
+  info.placements = state_.placements;
+  info.retired = state_.retired;
   std::set<RobotId> robots;
   for (const auto& [id, entry] : state_.sessions) robots.insert(entry.record.robot);
   info.robots.assign(robots.begin(), robots.end());
@@ -55,6 +68,7 @@ MapInfo PipelineImpl::GetMapInfo() {
     component.component = placement.component;
     component.reference = placement.reference;
     component.sessions.push_back(placement.session);
+    info.submaps += placement.submaps.size();
   }
   // Between a new revision and its composition the older map is served, and described.
   for (ComponentInfo& component : info.components) {
@@ -64,9 +78,9 @@ MapInfo PipelineImpl::GetMapInfo() {
   return info;
 }
 
-absl::StatusOr<std::vector<SubmapInfo>> PipelineImpl::ListSubmaps(
+absl::StatusOr<std::vector<SubmapStatus>> PipelineImpl::ListSubmaps(
     const std::optional<RobotId>& robot) {
-  std::vector<SubmapInfo> list;
+  std::vector<SubmapStatus> list;
   std::lock_guard lock(state_.mutex);
   if (robot && state_.Newest(*robot) == nullptr) return UnknownRobot(*robot);
   for (const auto& [id, entry] : state_.sessions) {
@@ -74,7 +88,15 @@ absl::StatusOr<std::vector<SubmapInfo>> PipelineImpl::ListSubmaps(
     absl::StatusOr<std::vector<SubmapInfo>> infos = store_->ListSubmaps(id);
     if (absl::IsNotFound(infos.status())) continue;  // Is being deleted.
     if (!infos.ok()) return infos.status();
-    list.insert(list.end(), infos->begin(), infos->end());
+    const Placement* placement = state_.PlacementOf(id);
+    for (SubmapInfo& info : *infos) {
+      SubmapStatus& status = list.emplace_back();
+      if (const SubmapPose* pose = FindPose(placement, info.id.index)) {
+        status.component = placement->component;
+        status.T_map_submap = pose->T_map_submap;
+      }
+      status.info = std::move(info);
+    }
   }
   return list;
 }
@@ -87,23 +109,28 @@ absl::StatusOr<RobotTrajectory> PipelineImpl::GetTrajectory(const RobotId& robot
   RobotTrajectory trajectory;
   trajectory.session = entry->record.id;
   trajectory.revision = state_.revision.revision;
-  Pose T_frame_odom;
-  if (frame == TrajectoryFrame::kMap) {
-    const Placement* placement = state_.PlacementOf(entry->record.id);
-    if (placement == nullptr) {
-      return absl::FailedPreconditionError(absl::StrCat(
-          "robot \"", robot.value(), "\" is not in the map yet: its first submap is not finished"));
-    }
-    trajectory.component = placement->component;
-    T_frame_odom = placement->T_map_odom;
+  std::vector<TrajectoryEntry> entries = entry->trajectory;
+  if (entry->worker != nullptr) {
+    const std::vector<TrajectoryEntry> unsaved = entry->worker->Status().unsaved;
+    entries.insert(entries.end(), unsaved.begin(), unsaved.end());
   }
-  const auto append = [&](const std::vector<TrajectoryEntry>& entries) {
+  if (frame == TrajectoryFrame::kOdom) {
     for (const TrajectoryEntry& pose : entries) {
-      trajectory.poses.push_back({pose.stamp_ns, T_frame_odom * pose.T_odom_sensor});
+      trajectory.poses.push_back({pose.stamp_ns, pose.T_odom_sensor});
     }
-  };
-  append(entry->trajectory);
-  if (entry->worker != nullptr) append(entry->worker->Status().unsaved);
+    return trajectory;
+  }
+  const Placement* placement = state_.PlacementOf(entry->record.id);
+  if (placement == nullptr) {
+    return absl::FailedPreconditionError(absl::StrCat(
+        "robot \"", robot.value(), "\" is not in the map yet: its first submap is not finished"));
+  }
+  trajectory.component = placement->component;
+  std::vector<placement::TrajectoryKnot> knots;
+  for (const auto& submap : entry->submaps) {
+    knots.push_back({submap->id.index, submap->keyframes.front().stamp_ns, submap->T_odom_submap});
+  }
+  trajectory.poses = placement::CorrectTrajectory(entries, knots, *placement);
   return trajectory;
 }
 

@@ -162,7 +162,9 @@ absl::Status PipelineImpl::DeleteSession(const SessionId& session) {
   }
   if (worker != nullptr) worker->Abandon();
   std::lock_guard changing(membership_mutex_);
-  return state_.RemoveSession(session);
+  if (absl::Status status = state_.RemoveSession(session); !status.ok()) return status;
+  state_.WaitUntilPlaced();
+  return absl::OkStatus();
 }
 
 absl::StatusOr<std::shared_ptr<ingest::SessionWorker>> PipelineImpl::FindWorker(
@@ -213,6 +215,7 @@ absl::StatusOr<SubmapInfo> PipelineImpl::AddSubmap(Submap submap) {
   if (shut_down_) return absl::UnavailableError("the server is shutting down");
   std::lock_guard changing(membership_mutex_);
   std::shared_ptr<const Submap> existing;
+  bool was_retired = false;
   {
     std::lock_guard lock(state_.mutex);
     SessionEntry* entry = state_.Find(submap.id.session);
@@ -226,11 +229,12 @@ absl::StatusOr<SubmapInfo> PipelineImpl::AddSubmap(Submap submap) {
           absl::StrCat("session ", submap.id.session.value(),
                        " has scans: create another session to upload submaps"));
     }
-    if (submap.id.index < entry->submaps.size()) {
-      existing = entry->submaps[submap.id.index];
-    } else if (submap.id.index > entry->submaps.size()) {
+    if (submap.id.index < entry->next_index()) {
+      existing = entry->FindSubmap(submap.id.index);
+      was_retired = existing == nullptr;
+    } else if (submap.id.index > entry->next_index()) {
       return absl::OutOfRangeError(absl::StrCat("submap index ", submap.id.index, " leaves a gap: ",
-                                                entry->submaps.size(), " is expected next"));
+                                                entry->next_index(), " is expected next"));
     }
     submap.robot = entry->record.robot;
   }
@@ -241,6 +245,8 @@ absl::StatusOr<SubmapInfo> PipelineImpl::AddSubmap(Submap submap) {
     return absl::AlreadyExistsError(
         absl::StrCat("submap ", ToString(existing->id), " exists with other content"));
   }
+  // It took effect, and newer submaps of the place took its place.
+  if (was_retired) return Summarize(*stretch->submap);
   const SessionId session = stretch->submap->id.session;
   if (absl::Status status = state_.AddStretch(session, *stretch); !status.ok()) return status;
   std::lock_guard lock(state_.mutex);

@@ -65,15 +65,15 @@ absl::StatusOr<Match> PipelineImpl::DecideMatch(const MatchDecision& decision) {
     }
   }
   if (!decision.ruling) {
-    if (absl::Status status = state_.WithdrawVerdict(verdict.a, verdict.b); !status.ok()) {
-      return status;
-    }
+    absl::Status status = state_.PutWord({.withdrawn = {{verdict.a, verdict.b}}});
+    if (!status.ok()) return status;
   } else {
     verdict.ruling = *decision.ruling;
     verdict.note = decision.note;
     verdict.given_ns = clock_.NowNs();
-    if (absl::Status status = state_.PutVerdict(verdict); !status.ok()) return status;
+    if (absl::Status status = state_.PutWord({.verdicts = {verdict}}); !status.ok()) return status;
   }
+  state_.WaitUntilPlaced();
   std::lock_guard lock(state_.mutex);
   const std::optional<Match> match = state_.EffectiveMatch({verdict.a, verdict.b});
   if (match) return *match;

@@ -3,11 +3,14 @@
 #include <gtest/gtest.h>
 
 #include <memory>
+#include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "core/clock.h"
 #include "server/pipeline/map_state.h"
+#include "server/pipeline/placement_loop.h"
 #include "storage/memory_store.h"
 
 namespace isthmus::server {
@@ -55,6 +58,7 @@ class PipelineCycles : public ::testing::Test {
     }
     ASSERT_TRUE(store_->Write(batch).ok());
     ASSERT_TRUE(state_.Load().ok());
+    placement_.emplace(&state_, store_.get(), &Clock::System(), placement::PlacerOptions());
     ASSERT_TRUE(state_.PutMatch(MakeMatch("alice", "bob", 1)).ok());
     ASSERT_TRUE(state_.PutMatch(MakeMatch("alice", "carol", 2)).ok());
   }
@@ -65,7 +69,9 @@ class PipelineCycles : public ::testing::Test {
     const auto match = state_.EffectiveMatch({SessionId(a + "-1"), SessionId(b + "-1")});
     return match ? match->reason : "none";
   }
-  size_t Components() const {
+  size_t Components() {
+    state_.WaitUntilPlaced();
+    std::lock_guard lock(state_.mutex);
     uint32_t last = 0;
     for (const Placement& placement : state_.revision.placements) {
       last = std::max(last, placement.component);
@@ -75,6 +81,7 @@ class PipelineCycles : public ::testing::Test {
 
   std::unique_ptr<storage::MapStore> store_ = storage::MakeMemoryStore();
   MapState state_{store_.get(), &Clock::System()};
+  std::optional<PlacementLoop> placement_;
 };
 
 TEST_F(PipelineCycles, MatchesThatDisagreeCarryNothingButAreKeptAsComputed) {
@@ -116,14 +123,14 @@ TEST_F(PipelineCycles, AWordByHandDecides) {
   verdict.a = SessionId("bob-1");
   verdict.b = SessionId("carol-1");
   verdict.ruling = Ruling::kReject;
-  ASSERT_TRUE(state_.PutVerdict(verdict).ok());
+  ASSERT_TRUE(state_.PutWord({.verdicts = {verdict}}).ok());
   EXPECT_EQ(Reason("alice", "bob"), "OK");
   EXPECT_EQ(Components(), 1u);
-  ASSERT_TRUE(state_.WithdrawVerdict(verdict.a, verdict.b).ok());
+  ASSERT_TRUE(state_.PutWord({.withdrawn = {{verdict.a, verdict.b}}}).ok());
   EXPECT_EQ(Components(), 3u);
   verdict.ruling = Ruling::kAccept;
   verdict.T_a_b = Pose(Eigen::Vector3d(1, 0, 0));
-  ASSERT_TRUE(state_.PutVerdict(verdict).ok()) << "in agreement with the others";
+  ASSERT_TRUE(state_.PutWord({.verdicts = {verdict}}).ok()) << "in agreement with the others";
   EXPECT_EQ(Reason("bob", "carol"), "BY_HAND");
   EXPECT_EQ(Reason("alice", "bob"), "OK");
   EXPECT_EQ(Components(), 1u);
@@ -131,9 +138,12 @@ TEST_F(PipelineCycles, AWordByHandDecides) {
 
 TEST_F(PipelineCycles, TheyAreFoundAgainAfterARestart) {
   ASSERT_TRUE(Contradict().ok());
+  ASSERT_EQ(Components(), 3u);
   const int64_t revision = state_.revision.revision;
   MapState again(store_.get(), &Clock::System());
   ASSERT_TRUE(again.Load().ok());
+  PlacementLoop placement(&again, store_.get(), &Clock::System(), {});
+  again.WaitUntilPlaced();
   EXPECT_EQ(again.revision.revision, revision) << "nothing has moved";
   const auto match = again.EffectiveMatch({SessionId("alice-1"), SessionId("bob-1")});
   ASSERT_TRUE(match.has_value());

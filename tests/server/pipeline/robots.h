@@ -92,7 +92,18 @@ class FullDisk : public storage::MapStore {
   absl::StatusOr<std::vector<Verdict>> ListVerdicts() const override {
     return store_->ListVerdicts();
   }
+  absl::StatusOr<std::vector<LoopClosure>> ListLoops() const override {
+    return store_->ListLoops();
+  }
+  absl::StatusOr<std::vector<Anchor>> ListAnchors() const override { return store_->ListAnchors(); }
   absl::StatusOr<MapRevision> LatestRevision() const override { return store_->LatestRevision(); }
+  absl::StatusOr<std::vector<RevisionInfo>> ListRevisions(int limit) const override {
+    return store_->ListRevisions(limit);
+  }
+  absl::StatusOr<std::vector<std::pair<int64_t, SubmapMove>>> ListMoves(int64_t from,
+                                                                        int64_t to) const override {
+    return store_->ListMoves(from, to);
+  }
   absl::Status PutFeatures(const storage::FeatureBlob& blob) override {
     return store_->PutFeatures(blob);
   }

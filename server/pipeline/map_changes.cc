@@ -1,0 +1,194 @@
+// What changes the map: stored first, then shown.
+#include <absl/strings/str_cat.h>
+
+#include <algorithm>
+#include <set>
+#include <utility>
+
+#include "server/pipeline/map_state.h"
+
+namespace isthmus::server {
+namespace {
+
+// Of what came between two revisions so many are named; the rest is counted by their moves.
+constexpr size_t kMaxCauses = 4;
+
+std::string NameOf(const SessionId& a, const SessionId& b) {
+  return absl::StrCat("match ", a.value(), " ~ ", b.value());
+}
+
+bool IsNamed(const SessionPair& pair, const SessionId& session) {
+  return pair.first == session || pair.second == session;
+}
+
+}  // namespace
+
+void MapState::Changed(const std::string& cause) {
+  ++graph_version;
+  if (changes.causes.size() < kMaxCauses) {
+    changes.causes.push_back(cause);
+  } else if (changes.causes.size() == kMaxCauses) {
+    changes.causes.emplace_back("and more");
+  }
+  RefreshMatches();
+  changed.notify_all();
+}
+
+absl::Status MapState::AddStretch(const SessionId& session, const ingest::Stretch& stretch) {
+  storage::WriteBatch batch;
+  batch.submaps.push_back(stretch.submap);
+  for (const TrajectoryEntry& entry : stretch.trajectory) {
+    batch.trajectory.emplace_back(session, entry);
+  }
+  // Outside the lock: the disk may take its time, and one session writes one stretch at a time.
+  if (absl::Status status = store_->Write(batch); !status.ok()) return status;
+  std::lock_guard lock(mutex);
+  SessionEntry* entry = Find(session);
+  if (entry == nullptr) {
+    return absl::NotFoundError(absl::StrCat("session ", session.value(), " was deleted"));
+  }
+  entry->submaps.push_back(stretch.submap);
+  entry->points += stretch.submap->points.size();
+  for (const TrajectoryEntry& pose : stretch.trajectory) {
+    if (!entry->trajectory.empty()) {
+      const TrajectoryEntry& last = entry->trajectory.back();
+      entry->way_m[last.submap_index] +=
+          (pose.T_odom_sensor.translation() - last.T_odom_sensor.translation()).norm();
+    }
+    entry->trajectory.push_back(pose);
+  }
+  Changed(absl::StrCat("submap ", ToString(stretch.submap->id)));
+  return absl::OkStatus();
+}
+
+absl::Status MapState::PutMatch(const Match& match) {
+  {
+    std::lock_guard lock(mutex);
+    if (Find(match.a) == nullptr || Find(match.b) == nullptr) return absl::OkStatus();
+  }
+  storage::WriteBatch batch;
+  batch.matches.push_back(match);
+  if (absl::Status status = store_->Write(batch); !status.ok()) return status;
+  std::lock_guard lock(mutex);
+  if (Find(match.a) == nullptr || Find(match.b) == nullptr) return absl::OkStatus();
+  matches[{match.a, match.b}] = match;
+  changes.matches.emplace_back(match.a, match.b);
+  Changed(absl::StrCat(NameOf(match.a, match.b), " ", ToString(match.state)));
+  return absl::OkStatus();
+}
+
+absl::Status MapState::PutWord(const Word& word) {
+  storage::WriteBatch batch;
+  batch.verdicts = word.verdicts;
+  batch.withdrawn_verdicts = word.withdrawn;
+  batch.loops = word.loops;
+  if (absl::Status status = store_->Write(batch); !status.ok()) return status;
+  std::lock_guard lock(mutex);
+  for (const Verdict& verdict : word.verdicts) {
+    verdicts[{verdict.a, verdict.b}] = verdict;
+    changes.matches.emplace_back(verdict.a, verdict.b);
+    Changed(absl::StrCat(NameOf(verdict.a, verdict.b), " by hand: ", ToString(verdict.ruling)));
+  }
+  for (const SessionPair& pair : word.withdrawn) {
+    verdicts.erase(pair);
+    changes.matches.push_back(pair);
+    Changed(absl::StrCat(NameOf(pair.first, pair.second), ": word by hand withdrawn"));
+  }
+  for (const LoopClosure& loop : word.loops) {
+    loops[loop.id] = loop;
+    changes.loops.push_back(loop.id);
+    Changed(absl::StrCat("loop ", loop.id, " by hand: ", loop.rejected ? "REJECT" : "RESTORE"));
+  }
+  return absl::OkStatus();
+}
+
+absl::Status MapState::AddLoops(std::vector<LoopClosure> found) {
+  if (found.empty()) return absl::OkStatus();
+  storage::WriteBatch batch;
+  {
+    std::lock_guard lock(mutex);
+    uint64_t next = loops.empty() ? 1 : loops.rbegin()->first + 1;
+    for (LoopClosure& loop : found) {
+      if (Find(loop.session) == nullptr) continue;
+      loop.id = next++;
+      loop.computed_ns = clock_->NowNs();
+      batch.loops.push_back(std::move(loop));
+    }
+  }
+  if (batch.loops.empty()) return absl::OkStatus();
+  if (absl::Status status = store_->Write(batch); !status.ok()) return status;
+  std::lock_guard lock(mutex);
+  for (const LoopClosure& loop : batch.loops) {
+    if (Find(loop.session) == nullptr) continue;
+    loops[loop.id] = loop;
+    changes.loops.push_back(loop.id);
+    Changed(absl::StrCat("loop ", loop.id, ": ", ToString(SubmapId{loop.session, loop.submap_b}),
+                         " on ", loop.submap_a));
+  }
+  return absl::OkStatus();
+}
+
+absl::Status MapState::PutAnchor(const Anchor& anchor) {
+  storage::WriteBatch batch;
+  batch.anchors.push_back(anchor);
+  if (absl::Status status = store_->Write(batch); !status.ok()) return status;
+  std::lock_guard lock(mutex);
+  anchors[anchor.submap] = anchor;
+  Changed(absl::StrCat("anchor of ", ToString(anchor.submap)));
+  return absl::OkStatus();
+}
+
+absl::Status MapState::RemoveAnchor(const SubmapId& submap) {
+  storage::WriteBatch batch;
+  batch.removed_anchors.push_back(submap);
+  if (absl::Status status = store_->Write(batch); !status.ok()) return status;
+  std::lock_guard lock(mutex);
+  anchors.erase(submap);
+  Changed(absl::StrCat("anchor of ", ToString(submap), " removed"));
+  return absl::OkStatus();
+}
+
+absl::Status MapState::Retire(const std::vector<SubmapId>& submaps) {
+  if (submaps.empty()) return absl::OkStatus();
+  storage::WriteBatch batch;
+  batch.retired = submaps;
+  if (absl::Status status = store_->Write(batch); !status.ok()) return status;
+  std::lock_guard lock(mutex);
+  const std::set<SubmapId> gone(submaps.begin(), submaps.end());
+  for (const SubmapId& id : gone) {
+    anchors.erase(id);
+    SessionEntry* entry = Find(id.session);
+    const std::shared_ptr<const Submap> submap = entry ? entry->FindSubmap(id.index) : nullptr;
+    if (submap == nullptr) continue;
+    entry->points -= submap->points.size();
+    entry->way_m.erase(id.index);
+    std::erase(entry->submaps, submap);
+    std::erase_if(entry->trajectory,
+                  [&](const TrajectoryEntry& pose) { return pose.submap_index == id.index; });
+    ++retired;
+  }
+  std::erase_if(loops, [&](const auto& item) {
+    const LoopClosure& loop = item.second;
+    return std::all_of(loop.edges.begin(), loop.edges.end(), [&](const SubmapEdge& edge) {
+      const SessionEntry* entry = Find(loop.session);
+      return entry == nullptr || !entry->FindSubmap(edge.submap_a) ||
+             !entry->FindSubmap(edge.submap_b);
+    });
+  });
+  Changed(absl::StrCat(gone.size(), " submaps retired, ", ToString(*gone.begin()), " first"));
+  return absl::OkStatus();
+}
+
+absl::Status MapState::RemoveSession(const SessionId& session) {
+  if (absl::Status status = store_->DeleteSession(session); !status.ok()) return status;
+  std::lock_guard lock(mutex);
+  sessions.erase(session);
+  std::erase_if(matches, [&](const auto& item) { return IsNamed(item.first, session); });
+  std::erase_if(verdicts, [&](const auto& item) { return IsNamed(item.first, session); });
+  std::erase_if(loops, [&](const auto& item) { return item.second.session == session; });
+  std::erase_if(anchors, [&](const auto& item) { return item.first.session == session; });
+  Changed(absl::StrCat("session ", session.value(), " deleted"));
+  return absl::OkStatus();
+}
+
+}  // namespace isthmus::server
