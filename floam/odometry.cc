@@ -18,6 +18,7 @@
 #include "floam/start.h"
 #include "floam/tracker.h"
 #include "floam/undistort.h"
+#include "floam/unobserved_motion.h"
 
 namespace isthmus::floam {
 namespace {
@@ -46,6 +47,7 @@ struct Odometry::State {
   ScanToScan scan_to_scan;  // kAloam.
   Start start;
   MatchQuality quality;
+  UnobservedMotion unobserved;
   Recovery recovery;
   Relocaliser relocaliser;
   bool lost = false;  // The scan before was.
@@ -54,8 +56,10 @@ struct Odometry::State {
   int64_t previous_ns = 0;  // Stamp of the last scan taken, matched or not.
   ScanFrame frame;          // The one being processed.
 
+  double SincePrevious() const { return 1e-9 * static_cast<double>(frame.stamp_ns - previous_ns); }
   absl::Status Prepare(const Scan& input);
   ScanPose Locate(OdometryResult* result);
+  void Assess(const MatchResult& match, bool carried, OdometryResult* result);
   ScanPose Prediction();
   std::optional<MatchResult> Second();
   std::optional<MatchResult> Follow(const ScanPose& prediction);
@@ -124,7 +128,18 @@ ScanPose Odometry::State::Prediction() {
   return scan_to_scan.Guess(frame.features, steady, tracker.ElapsedSeconds(frame));
 }
 
-// Where the scan was; sets the result's status, covariance and degeneracy.
+// Sets the result's status, covariances and degeneracy.
+void Odometry::State::Assess(const MatchResult& match, bool carried, OdometryResult* result) {
+  const bool with_twist = options.mode == OdometryMode::kContinuous;
+  result->covariance = CovarianceAtEnd(match, with_twist);
+  result->degeneracy = DegeneracyAtEnd(match);
+  if (match.degeneracy.any()) result->status = TrackingStatus::kDegenerate;
+  result->matched_covariance = MatchedCovarianceAtEnd(match, with_twist);
+  result->unobserved_covariance =
+      carried ? unobserved.CarriedStep() : unobserved.Step(result->degeneracy, SincePrevious());
+}
+
+// Where the scan was; sets what Assess does.
 ScanPose Odometry::State::Locate(OdometryResult* result) {
   if (phase == Phase::kFirst) {
     start.First(frame, &tracker);
@@ -150,6 +165,7 @@ ScanPose Odometry::State::Locate(OdometryResult* result) {
   lost = !match;
   if (!match) {
     result->covariance = LostCovariance();
+    result->unobserved_covariance = unobserved.LostStep(SincePrevious());
     result->status = TrackingStatus::kLost;
     return prediction;
   }
@@ -160,9 +176,7 @@ ScanPose Odometry::State::Locate(OdometryResult* result) {
   }
   if (options.mode == OdometryMode::kAloam) scan_to_scan.SetPrevious(frame.features);
   phase = Phase::kUnderWay;
-  result->covariance = CovarianceAtEnd(*match, options.mode == OdometryMode::kContinuous);
-  result->degeneracy = DegeneracyAtEnd(*match);
-  if (match->degeneracy.any()) result->status = TrackingStatus::kDegenerate;
+  Assess(*match, carried, result);
   return tracker.last().pose;
 }
 

@@ -43,6 +43,10 @@ struct OdometryResult {
   // Of T_odom_sensor relative to the map around the sensor, whose drift comes on top; twist order
   // [rho; phi], sensor frame at the END of the scan, m^2 and rad^2.
   Matrix6d covariance = Matrix6d::Zero();
+  // What the match alone says, in the same terms: not large along what it does not observe.
+  Matrix6d matched_covariance = Matrix6d::Zero();
+  // Of what was not observed of the motion since the scan before; see UnobservedMotion.
+  Matrix6d unobserved_covariance = Matrix6d::Zero();
   TrackingStatus status = TrackingStatus::kOk;
   Degeneracy degeneracy;  // Which directions, when degenerate; sensor frame at the END of the scan.
   Inference rings_from = Inference::kSensor;

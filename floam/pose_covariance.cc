@@ -1,5 +1,7 @@
 #include "floam/pose_covariance.h"
 
+#include "floam/adjoint.h"
+
 namespace isthmus::floam {
 namespace {
 
@@ -11,28 +13,25 @@ constexpr double kLostM = 10, kLostRad = 1;
 // than it allows, and what it leaves open is this share of what the covariance says.
 Vector6d TwistShare() { return (Vector6d() << 1, 1, 0.4, 0.4, 0.4, 1).finished(); }
 
-Matrix6d Adjoint(const Pose& pose) {
-  const Eigen::Matrix3d R = pose.RotationMatrix();
-  Matrix6d adjoint;
-  adjoint << R, Skew(pose.translation()) * R, Eigen::Matrix3d::Zero(), R;
-  return adjoint;
-}
-
 }  // namespace
 
-Matrix6d CovarianceAtEnd(const MatchResult& match, bool with_twist) {
+Matrix6d MatchedCovarianceAtEnd(const MatchResult& match, bool with_twist) {
   const double ahead_s = -match.pose.reference_s;
   Eigen::Matrix<double, 6, 12> J = Eigen::Matrix<double, 6, 12>::Zero();
   J.leftCols<6>() = Adjoint(Exp(-ahead_s * match.pose.twist));
   if (with_twist) J.rightCols<6>() = ahead_s * TwistShare().asDiagonal().toDenseMatrix();
-  Matrix12d covariance = match.covariance;
+  return J * match.covariance * J.transpose();
+}
+
+Matrix6d CovarianceAtEnd(const MatchResult& match, bool with_twist) {
+  MatchResult wide = match;
   for (const Eigen::Vector3d& d : match.degeneracy.translations) {
-    covariance.topLeftCorner<3, 3>() += kUnobservedM * kUnobservedM * d * d.transpose();
+    wide.covariance.topLeftCorner<3, 3>() += kUnobservedM * kUnobservedM * d * d.transpose();
   }
   for (const Eigen::Vector3d& d : match.degeneracy.rotations) {
-    covariance.block<3, 3>(3, 3) += kUnobservedRad * kUnobservedRad * d * d.transpose();
+    wide.covariance.block<3, 3>(3, 3) += kUnobservedRad * kUnobservedRad * d * d.transpose();
   }
-  return J * covariance * J.transpose();
+  return MatchedCovarianceAtEnd(wide, with_twist);
 }
 
 Degeneracy DegeneracyAtEnd(const MatchResult& match) {

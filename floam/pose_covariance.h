@@ -11,6 +11,10 @@ namespace isthmus::floam {
 // from that of pose and twist at the reference time. `with_twist`: the twist was estimated.
 Matrix6d CovarianceAtEnd(const MatchResult& match, bool with_twist);
 
+// The same of what the matches themselves say. Not large along what they do not observe: the guess
+// was held there.
+Matrix6d MatchedCovarianceAtEnd(const MatchResult& match, bool with_twist);
+
 // The unobserved directions of the pose at the reference time, as seen at the END of the scan.
 Degeneracy DegeneracyAtEnd(const MatchResult& match);
 

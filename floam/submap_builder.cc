@@ -3,6 +3,8 @@
 #include <limits>
 #include <utility>
 
+#include "floam/adjoint.h"
+
 namespace isthmus::floam {
 namespace {
 
@@ -22,6 +24,7 @@ SubmapBuilder::SubmapBuilder(SessionId session, RobotId robot, const SubmapOptio
       thinner_(static_cast<float>(options.keyframe_voxel_m)) {}
 
 std::shared_ptr<const Submap> SubmapBuilder::Add(const OdometryResult& result) {
+  if (T_odom_begun_) drift_ += Carried(result.unobserved_covariance, result);
   if (result.status == TrackingStatus::kLost) return Finish();
   if (current_ == nullptr) {
     Begin(result);
@@ -42,11 +45,24 @@ std::shared_ptr<const Submap> SubmapBuilder::Finish() {
   return current_ == nullptr ? nullptr : Cut();
 }
 
+// The true T_begun_sensor is a product of steps, each T Exp(e) with its error e in the sensor frame
+// at its end. With all that comes before moved to its right, it reads Exp(Ad(T_begun_sensor) e).
+Matrix6d SubmapBuilder::Carried(const Matrix6d& covariance, const OdometryResult& result) const {
+  const Matrix6d A = Adjoint(T_odom_begun_->Inverse() * result.T_odom_sensor);
+  const Matrix6d carried = A * covariance * A.transpose();
+  return 0.5 * (carried + carried.transpose());
+}
+
 void SubmapBuilder::Begin(const OdometryResult& result) {
   current_ = std::make_shared<Submap>();
   current_->id = {session_, next_index_};
   current_->robot = robot_;
   current_->T_odom_submap = result.T_odom_sensor;
+  if (T_odom_begun_) {
+    current_->drift_covariance = drift_ + Carried(result.matched_covariance, result);
+  }
+  T_odom_begun_ = result.T_odom_sensor;
+  drift_ = result.matched_covariance;
   current_->first_sequence = result.sequence;
   current_->first_stamp_ns = result.stamp_ns;
   scans_ = 0;

@@ -167,6 +167,9 @@ TEST(Odometry, FirstPoseIsTheOriginAndCovarianceIsPositive) {
   const Matrix6d& covariance = second->covariance;
   EXPECT_TRUE(covariance.isApprox(covariance.transpose(), 1e-6));
   EXPECT_GT(covariance.ldlt().vectorD().minCoeff(), 0);
+  // Everything is seen of a room.
+  EXPECT_EQ(second->matched_covariance, covariance);
+  EXPECT_TRUE(second->unobserved_covariance.isZero(0));
 }
 
 TEST(Odometry, UndistortsTheWholeScanToItsEnd) {
@@ -218,6 +221,7 @@ TEST(Odometry, BlankScansAreRefusedAndItGoesOnAfterThem) {
     ASSERT_TRUE(result.ok());
     if (k > 80) {
       EXPECT_EQ(result->status, TrackingStatus::kOk) << k;
+      EXPECT_TRUE(result->unobserved_covariance.isZero(0)) << k;
     }
   }
   EXPECT_LT(drive.error().translation().norm(), 0.05);
@@ -230,6 +234,7 @@ TEST(Odometry, SaysSoWhenItIsLostAndFindsItselfAgain) {
   // Another place altogether: carried away, or something right before the sensor.
   Room elsewhere;
   elsewhere.walls = {{-1.9, -0.8, -0.5}, {0.7, 2.4, 0.6}};
+  Matrix6d unobserved = Matrix6d::Zero();
   for (int k = 60; k < 70; ++k) {
     Scan scan = MakeScan(
         elsewhere, [](double) { return Pose(); }, drive.sensor(), k);
@@ -237,12 +242,15 @@ TEST(Odometry, SaysSoWhenItIsLostAndFindsItselfAgain) {
     ASSERT_TRUE(result.ok());
     EXPECT_EQ(result->status, TrackingStatus::kLost) << k;
     EXPECT_GT(result->covariance(0, 0), 1);
+    unobserved += result->unobserved_covariance;
   }
+  EXPECT_NEAR(unobserved(0, 0), 1.0 / 3, 1e-6);  // Of a second.
   for (int k = 70; k < 100; ++k) {
     const auto result = drive.Step(k);
     ASSERT_TRUE(result.ok());
     if (k > 75) {
       EXPECT_EQ(result->status, TrackingStatus::kOk) << k;
+      EXPECT_TRUE(result->unobserved_covariance.isZero(0)) << k;
     }
   }
   EXPECT_LT(drive.error().translation().norm(), 0.05);

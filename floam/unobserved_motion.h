@@ -1,0 +1,33 @@
+// How far the motion that no scan observed may have gone another way than assumed.
+#pragma once
+
+#include "core/pose.h"
+#include "floam/degeneracy.h"
+
+namespace isthmus::floam {
+
+// Along what a scan does not observe, the motion is assumed to go on as before. How wrong that may
+// be grows with the time that nothing is seen: acceleration is taken as white noise, which makes
+// the variance of the position grow with the third power, q t^3 / 3 (Barfoot, "State Estimation for
+// Robotics", section 11.1), until the speed is as uncertain as it can be; from then on evenly. A
+// scan that observes all again says how fast it goes, not how far it came: what was lost stays
+// lost.
+//
+// The results are covariances of steps, from one scan to the next, in the sensor frame at the END
+// of the later one, twist order [rho; phi]; those of steps under way add up. Not thread safe.
+class UnobservedMotion {
+ public:
+  // Of a step of `elapsed_s` to a scan that was matched, with its unobserved directions at the END.
+  Matrix6d Step(const Degeneracy& unobserved, double elapsed_s);
+  // To one that could not be matched.
+  Matrix6d LostStep(double elapsed_s);
+  // To one that was found far from where it should be: seen in the map, but a place that looks the
+  // same would have been taken for it.
+  Matrix6d CarriedStep();
+
+ private:
+  // Since when some translation, or rotation, was not observed.
+  double blind_translation_s_ = 0, blind_rotation_s_ = 0;
+};
+
+}  // namespace isthmus::floam
