@@ -4,6 +4,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 namespace isthmus::matching {
@@ -93,6 +94,23 @@ void PlaceNew(const PreparedSubmaps& submaps, const Pose& T_common_odom, std::ve
   }
 }
 
+// Reduces `items` to those at the positions kept, as far as there are so many.
+template <typename T>
+void Reduce(const std::vector<size_t>& kept, std::vector<T>* items) {
+  std::vector<T> left;
+  for (const size_t i : kept) {
+    if (i < items->size()) left.push_back((*items)[i]);
+  }
+  *items = std::move(left);
+}
+
+// Where the item at a position is after Reduce, or nothing.
+std::optional<uint32_t> PositionAfter(const std::vector<size_t>& kept, uint32_t position) {
+  const auto at = std::lower_bound(kept.begin(), kept.end(), position);
+  if (at == kept.end() || *at != position) return std::nullopt;
+  return static_cast<uint32_t>(at - kept.begin());
+}
+
 }  // namespace
 
 double Hypothesis::Support() const {
@@ -139,8 +157,12 @@ void ExtendJointly(const PreparedMap& a, const PreparedMap& b, size_t first_a, s
   const MapPoses before = h->joint.poses;
   PlaceNew(a.submaps(), Pose(), &h->joint.poses.a);
   PlaceNew(b.submaps(), h->T_a_b, &h->joint.poses.b);
+  // Where all that were aligned were retired, the others are, from where these left them.
+  const bool lost = h->joint.edges.empty();
   // Where the new submaps meet nothing, what was found before holds.
-  if (RefineJointly(a.submaps(), b.submaps(), kNextGateM, first_a, first_b, &h->joint)) {
+  if (RefineJointly(a.submaps(), b.submaps(), kNextGateM, lost ? 0 : first_a, lost ? 0 : first_b,
+                    &h->joint)) {
+    h->converged = true;
     h->T_a_b = h->joint.T_a_b;
     h->strain = h->joint.strain;
   }
@@ -167,6 +189,22 @@ void ExtendJointly(const PreparedMap& a, const PreparedMap& b, size_t first_a, s
   h->free_space +=
       ScoreFreeSpace(a.free_space(), b.free_space(), after, FreeSpaceOptions::For(h->outdoors),
                      anew ? 0 : first_a, anew ? 0 : first_b);
+}
+
+void KeepOnly(const std::vector<size_t>& kept_a, const std::vector<size_t>& kept_b, Hypothesis* h) {
+  Reduce(kept_a, &h->joint.poses.a);
+  Reduce(kept_b, &h->joint.poses.b);
+  Reduce(h->moving_is_b ? kept_b : kept_a, &h->agreement);
+  std::vector<SubmapEdge> edges;
+  for (SubmapEdge edge : h->joint.edges) {
+    const auto in_a = PositionAfter(kept_a, edge.submap_a);
+    const auto in_b = PositionAfter(kept_b, edge.submap_b);
+    if (!in_a || !in_b) continue;
+    edge.submap_a = *in_a;
+    edge.submap_b = *in_b;
+    edges.push_back(edge);
+  }
+  h->joint.edges = std::move(edges);
 }
 
 }  // namespace isthmus::matching

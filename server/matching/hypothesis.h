@@ -61,4 +61,8 @@ void MeasureJointly(const PreparedMap& a, const PreparedMap& b, Hypothesis* h);
 void ExtendJointly(const PreparedMap& a, const PreparedMap& b, size_t first_a, size_t first_b,
                    Hypothesis* h);
 
+// The same for maps of which only the submaps at these positions are left. What was measured of the
+// others still counts.
+void KeepOnly(const std::vector<size_t>& kept_a, const std::vector<size_t>& kept_b, Hypothesis* h);
+
 }  // namespace isthmus::matching

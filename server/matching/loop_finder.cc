@@ -16,6 +16,9 @@ namespace {
 constexpr size_t kMaxCandidates = 24, kMaxSearches = 2;
 // An edge that the placement contradicts by more was found wrong there, or is not in it yet.
 constexpr double kPlacedM = 0.6, kPlacedRad = 0.06;
+// What a person rejected is not offered again if it is this much like it, along the way before and
+// after, so many times the least way.
+constexpr double kSaidM = 2, kSaidRad = 0.15, kSaidWays = 2;
 // A place that was searched in vain is left alone until the robot has gone so much farther, in
 // shares of the least way.
 constexpr double kPatienceShare = 0.8;
@@ -26,8 +29,8 @@ bool IsLike(const Pose& T_a_b, const Pose& other_T_a_b) {
 }
 
 // Position of the submap of that index, or nothing.
-std::optional<size_t> Find(const std::vector<std::shared_ptr<const Submap>>& submaps,
-                           uint32_t index) {
+std::optional<size_t> FindPosition(const std::vector<std::shared_ptr<const Submap>>& submaps,
+                                   uint32_t index) {
   const auto at = std::lower_bound(
       submaps.begin(), submaps.end(), index,
       [](const auto& submap, uint32_t wanted) { return submap->id.index < wanted; });
@@ -40,12 +43,36 @@ void AddEdges(const LoopClosure& closure, const LoopQuery& query, bool placed,
               std::vector<LoopEdge>* edges) {
   if (closure.rejected) return;
   for (const SubmapEdge& edge : closure.edges) {
-    const auto a = Find(query.submaps, edge.submap_a), b = Find(query.submaps, edge.submap_b);
+    const auto a = FindPosition(query.submaps, edge.submap_a),
+               b = FindPosition(query.submaps, edge.submap_b);
     if (!a || !b || *a == *b) continue;
     const Pose T_placed = query.T_map_submap[*a].Inverse() * query.T_map_submap[*b];
     if (placed && !IsLike(edge.T_a_b, T_placed)) continue;
     edges->push_back({*a, *b, edge.T_a_b, edge.information});
   }
+}
+
+// Whether a person rejected a loop that says the same: that these stretches of the way lie on each
+// other like this.
+bool IsRejected(const LoopClosure& closure, const LoopScene& scene, const LoopQuery& query,
+                double way_m) {
+  const auto a = FindPosition(scene.submaps, closure.submap_a);
+  const auto b = FindPosition(scene.submaps, closure.submap_b);
+  const auto T_odom = [&](size_t i) { return scene.submaps[i]->T_odom_submap; };
+  const auto says_so = [&](const SubmapEdge& edge) {
+    const auto i = FindPosition(scene.submaps, edge.submap_a);
+    const auto j = FindPosition(scene.submaps, edge.submap_b);
+    if (!a || !b || !i || !j) return false;
+    const bool near = std::abs(scene.ways[*a] - scene.ways[*i]) < way_m &&
+                      std::abs(scene.ways[*b] - scene.ways[*j]) < way_m;
+    const Pose T_a_b =
+        T_odom(*a).Inverse() * T_odom(*i) * edge.T_a_b * T_odom(*j).Inverse() * T_odom(*b);
+    const Pose apart = T_a_b.Inverse() * closure.T_a_b;
+    return near && apart.translation().norm() < kSaidM && RotationAngle(apart) < kSaidRad;
+  };
+  return std::any_of(query.known.begin(), query.known.end(), [&](const LoopClosure& known) {
+    return known.rejected && std::any_of(known.edges.begin(), known.edges.end(), says_so);
+  });
 }
 
 }  // namespace
@@ -113,7 +140,10 @@ std::vector<LoopClosure> LoopFinder::Find(const LoopQuery& query) {
     }
     for (const LoopClosure& closure : found) AddEdges(closure, query, false, &scene.edges);
     scene.known = LookBack(scene.submaps, k, scene.edges, state_->options.drift);
-    if (auto closure = state_->FindFor(scene)) found.push_back(std::move(*closure));
+    auto closure = state_->FindFor(scene);
+    if (!closure) continue;
+    const double way_m = kSaidWays * state_->options.min_way_m;
+    if (!IsRejected(*closure, scene, query, way_m)) found.push_back(std::move(*closure));
   }
   return found;
 }

@@ -254,8 +254,8 @@ class Search {
                        [&](const LoopEdge& edge) { return edge.a == a && edge.b == b; });
   }
 
-  // Of pairs that no loop joins yet, the newest
-  // submap's first, then one of each of the others, until there are enough.
+  // Of pairs that no loop joins yet: the newest submap's first, then one of each of the others,
+  // until there are enough.
   std::vector<SubmapEdge> ChooseEdges(const std::vector<SubmapEdge>& all) const {
     std::vector<std::pair<int, SubmapEdge>> ranked;
     std::vector<int> of(fresh_.submaps().size(), 0);

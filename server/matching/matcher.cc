@@ -72,13 +72,26 @@ void PairMatcher::Suggest(const Pose& T_a_b, const std::string& source) {
   suggested_.push_back({T_a_b, 0, source});
 }
 
-bool PairMatcher::MustSearch(const PreparedMap& a, const PreparedMap& b) const {
-  if (searched_ == 0 || !IsBeginning(map_a_, a.session_map()) ||
-      !IsBeginning(map_b_, b.session_map())) {
-    return true;
+bool PairMatcher::FollowMaps(const SessionMap& a, const SessionMap& b) {
+  const auto kept_a = FindKept(map_a_, a), kept_b = FindKept(map_b_, b);
+  if (searched_ == 0 || !kept_a || !kept_b) return false;
+  if (kept_a->size() < map_a_.submaps.size() || kept_b->size() < map_b_.submaps.size()) {
+    for (Hypothesis& h : hypotheses_) KeepOnly(*kept_a, *kept_b, &h);
   }
-  const auto have = static_cast<double>(a.submaps().size() + b.submaps().size());
-  return have >= (accepted_ ? kGrowthAccepted : kGrowth) * static_cast<double>(searched_);
+  const auto end = [](const auto& submaps, size_t count) {
+    return submaps.begin() + static_cast<std::ptrdiff_t>(count);
+  };
+  map_a_.submaps.assign(a.submaps.begin(), end(a.submaps, kept_a->size()));
+  map_b_.submaps.assign(b.submaps.begin(), end(b.submaps, kept_b->size()));
+  come_ += a.submaps.size() - kept_a->size() + b.submaps.size() - kept_b->size();
+  return true;
+}
+
+bool PairMatcher::MustSearch(const PreparedMap& a, const PreparedMap& b) const {
+  const auto searched = static_cast<double>(searched_);
+  const size_t have = a.submaps().size() + b.submaps().size();
+  if (accepted_) return static_cast<double>(have) >= kGrowthAccepted * searched;
+  return static_cast<double>(searched_ + come_) >= kGrowth * searched;
 }
 
 Match PairMatcher::Update(const PreparedMap& a, const PreparedMap& b, bool search) {
@@ -87,7 +100,8 @@ Match PairMatcher::Update(const PreparedMap& a, const PreparedMap& b, bool searc
   match.b = b.session_map().session;
   match.submaps_a = static_cast<uint32_t>(a.submaps().size());
   match.submaps_b = static_cast<uint32_t>(b.submaps().size());
-  if (search || MustSearch(a, b) || (!accepted_ && SuggestPlaces(a, b))) {
+  const bool followed = FollowMaps(a.session_map(), b.session_map());
+  if (search || !followed || MustSearch(a, b) || (!accepted_ && SuggestPlaces(a, b))) {
     Search(a, b, &match);
   } else {
     Extend(a, b, &match);
@@ -96,6 +110,10 @@ Match PairMatcher::Update(const PreparedMap& a, const PreparedMap& b, bool searc
   map_b_ = b.session_map();
   accepted_ = match.state == MatchState::kAccepted;
   lacks_ground_ = match.reason == "TOO_SMALL" || match.reason == "ENCLOSED";
+  for (SubmapEdge& edge : match.edges) {
+    edge.submap_a = map_a_.submaps[edge.submap_a]->id.index;
+    edge.submap_b = map_b_.submaps[edge.submap_b]->id.index;
+  }
   return match;
 }
 
@@ -169,6 +187,7 @@ void PairMatcher::Search(const PreparedMap& a, const PreparedMap& b, Match* matc
   if (by_features) judge();
   match->candidates = search.candidates();
   searched_ = a.submaps().size() + b.submaps().size();
+  come_ = 0;
 }
 
 void PairMatcher::Extend(const PreparedMap& a, const PreparedMap& b, Match* match) {

@@ -23,10 +23,14 @@ class PairMatcher {
   // computed_ns and the cycle's. Never fails: what cannot be decided is NOT_YET with a reason.
   // Deterministic. The stage "prepare" is what making the maps took, though not in this call.
   //
-  // Searches both whole maps at the first call, when they have grown by a quarter since the last
-  // search (when accepted: doubled), when a new submap looks and lies like a place of the other
-  // map, or when they are not what they were with more submaps at their ends; and whenever `search`
-  // says so. Otherwise the hypotheses kept are refined and verified with the new submaps.
+  // Searches both whole maps at the first call, when so many submaps came since the last search as
+  // a quarter of what there was (when accepted: when the maps have doubled), when a new submap
+  // looks and lies like a place of the other map, or when they are not what they were with more
+  // submaps at their ends; and whenever `search` says so. Otherwise the hypotheses kept are refined
+  // and verified with the new submaps. Submaps that were retired cost nothing: what was found with
+  // them stays, but for their edges.
+  //
+  // Edges name submaps by Submap::id.index.
   //
   // Reasons: OK (ACCEPTED); FREE_SPACE (REJECTED); AMBIGUOUS, ENCLOSED (AMBIGUOUS); LOW_OVERLAP,
   // FEW_COMPARISONS, TOO_SMALL, NO_CANDIDATE, DEGENERATE, NOT_CONVERGED, STRAINED
@@ -37,6 +41,8 @@ class PairMatcher {
   void Suggest(const Pose& T_a_b, const std::string& source);
 
  private:
+  // Forgets submaps that were retired since the last call. False where the maps are others.
+  bool FollowMaps(const SessionMap& a, const SessionMap& b);
   bool MustSearch(const PreparedMap& a, const PreparedMap& b) const;
   void Search(const PreparedMap& a, const PreparedMap& b, Match* match);
   void Extend(const PreparedMap& a, const PreparedMap& b, Match* match);
@@ -49,7 +55,8 @@ class PairMatcher {
   std::vector<Hypothesis> hypotheses_;  // Best first.
   bool accepted_ = false;
   bool lacks_ground_ = false;  // All that was lacking is more ground seen by both.
-  size_t searched_ = 0;        // Submaps of both at the last search.
+  size_t searched_ = 0;        // Submaps of both at the last search, ...
+  size_t come_ = 0;            // ... and those that came since, retired or not.
   SessionMap map_a_, map_b_;   // As of the last call.
 };
 

@@ -59,13 +59,27 @@ bool IsBeginning(const SessionMap& before, const SessionMap& map) {
          std::equal(before.submaps.begin(), before.submaps.end(), map.submaps.begin());
 }
 
+std::optional<std::vector<size_t>> FindKept(const SessionMap& before, const SessionMap& map) {
+  if (before.session != map.session) return std::nullopt;
+  std::vector<size_t> kept;
+  size_t at = 0;
+  for (const auto& submap : map.submaps) {
+    while (at < before.submaps.size() && before.submaps[at]->id.index < submap->id.index) ++at;
+    if (at == before.submaps.size()) break;
+    if (before.submaps[at] != submap) return std::nullopt;
+    kept.push_back(at++);
+  }
+  if (kept.empty() && !before.submaps.empty()) return std::nullopt;
+  return kept;
+}
+
 std::shared_ptr<const PreparedSubmap> PrepareSubmap(const std::shared_ptr<const Submap>& submap) {
   return std::make_shared<const PreparedSubmap>(submap);
 }
 
 PreparedMap::PreparedMap(const SessionMap& map, const SubmapSource& source) : map_(map) {
   const Stopwatch watch;
-  TakeSubmaps(nullptr, source);
+  TakeSubmaps(nullptr, {}, source);
   T_level_odom_ = Level(map_, submaps_, &gravity_known_);
   free_space_ = FreeSpaceMap(submaps_, T_level_odom_, FreeSpaceOptions());
   DescribeNewPlaces();
@@ -77,18 +91,16 @@ PreparedMap::PreparedMap(const SessionMap& map, const PreparedMap& before,
                          const SubmapSource& source)
     : map_(map) {
   const Stopwatch watch;
-  const bool known = IsBeginning(before.map_, map);
-  TakeSubmaps(known ? &before : nullptr, source);
-  const bool little_new = known && static_cast<double>(submaps_.size()) <
-                                       kGrowth * static_cast<double>(before.levelled_);
+  const std::optional<std::vector<size_t>> kept = FindKept(before.map_, map);
+  TakeSubmaps(&before, kept.value_or(std::vector<size_t>()), source);
+  const bool little_new = kept && static_cast<double>(submaps_.size()) <
+                                      kGrowth * static_cast<double>(before.levelled_);
+  const bool retired = !kept || kept->size() < before.submaps_.size();
   gravity_known_ = before.gravity_known_;
   T_level_odom_ = little_new ? before.T_level_odom_ : Level(map_, submaps_, &gravity_known_);
-  free_space_ = FreeSpaceMap(little_new ? before.free_space_ : FreeSpaceMap(), submaps_,
+  free_space_ = FreeSpaceMap(little_new && !retired ? before.free_space_ : FreeSpaceMap(), submaps_,
                              T_level_odom_, FreeSpaceOptions());
-  if (little_new) {
-    places_ = before.places_;
-    first_places_ = before.first_places_;
-  }
+  if (little_new) TakePlaces(before, *kept);
   DescribeNewPlaces();
   levelled_ = little_new ? before.levelled_ : submaps_.size();
   prepare_ms_ = watch.Ms();
@@ -104,10 +116,21 @@ void PreparedMap::DescribeNewPlaces() {
   }
 }
 
-void PreparedMap::TakeSubmaps(const PreparedMap* before, const SubmapSource& source) {
-  if (before) submaps_ = before->submaps_;
+void PreparedMap::TakeSubmaps(const PreparedMap* before, const std::vector<size_t>& kept,
+                              const SubmapSource& source) {
+  for (const size_t i : kept) submaps_.push_back(before->submaps_[i]);
   for (size_t i = submaps_.size(); i < map_.submaps.size(); ++i) {
     submaps_.push_back(source(map_.submaps[i]));
+  }
+}
+
+void PreparedMap::TakePlaces(const PreparedMap& before, const std::vector<size_t>& kept) {
+  for (const size_t i : kept) {
+    const auto at = [&](size_t submap) {
+      return before.places_.begin() + static_cast<std::ptrdiff_t>(before.first_place(submap));
+    };
+    first_places_.push_back(places_.size());
+    places_.insert(places_.end(), at(i), at(i + 1));
   }
 }
 

@@ -19,6 +19,11 @@ namespace isthmus::matching {
 // Whether `map` is `before`, of the same session, with more submaps or none at its end.
 bool IsBeginning(const SessionMap& before, const SessionMap& map);
 
+// What a map that some submaps were retired from begins with: the positions in `before` of those
+// that are left, which `map`, of the same session, begins with in this order before newer ones
+// come. Nothing where it does not, or where none are left of some.
+std::optional<std::vector<size_t>> FindKept(const SessionMap& before, const SessionMap& map);
+
 // Where prepared submaps come from: made, or kept from before. Never null.
 using SubmapSource = std::function<std::shared_ptr<const PreparedSubmap>(
     const std::shared_ptr<const Submap>& submap)>;
@@ -32,9 +37,10 @@ class PreparedMap {
   explicit PreparedMap(const SessionMap& map, const SubmapSource& source = PrepareSubmap);
 
   // The map that `before` was the beginning of: prepared submaps are taken over, and as long as it
-  // has not grown by a quarter the level and the free space too, so that what this takes depends on
-  // the new submaps and their surroundings only. Where `before` is not a beginning of it, all is
-  // made anew.
+  // has not grown by a quarter the level, places and the free space too, so that what this takes
+  // depends on the new submaps and their surroundings only. Where submaps were retired from it, the
+  // free space is made anew, as others show what they showed. Where `before` is something else, all
+  // is made anew.
   PreparedMap(const SessionMap& map, const PreparedMap& before,
               const SubmapSource& source = PrepareSubmap);
 
@@ -62,8 +68,10 @@ class PreparedMap {
   const Whole& whole() const;
 
  private:
-  // Those of `before`, which may be null, and new ones.
-  void TakeSubmaps(const PreparedMap* before, const SubmapSource& source);
+  // Those of `before` at these positions, and new ones.
+  void TakeSubmaps(const PreparedMap* before, const std::vector<size_t>& kept,
+                   const SubmapSource& source);
+  void TakePlaces(const PreparedMap& before, const std::vector<size_t>& kept);
   // Of submaps that have none yet.
   void DescribeNewPlaces();
 
