@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <deque>
+#include <mutex>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -10,6 +11,7 @@
 #include "server/placement/graph_builder.h"
 #include "server/placement/graph_text.h"
 #include "server/placement/initial_poses.h"
+#include "server/placement/publish.h"
 #include "server/placement/solve.h"
 
 namespace isthmus::placement {
@@ -17,37 +19,6 @@ namespace {
 
 // Matches that can be taken back without a trace in maps that are not optimised as a whole.
 constexpr size_t kMostEarlier = 8;
-
-// The poses that readers get: those that they have, where little has changed.
-void Settle(const PlacerOptions& options, const std::vector<Placement>& previous, Graph* graph) {
-  for (const GraphSession& session : graph->sessions) {
-    const size_t first = static_cast<size_t>(session.first_node);
-    const Placement* placement = FindPlacement(previous, graph->ids[first].session);
-    if (placement == nullptr || placement->reference != graph->reference) continue;
-    for (size_t i = first; i < first + static_cast<size_t>(session.node_count); ++i) {
-      const Pose* before = FindPose(*placement, graph->ids[i].index);
-      if (before == nullptr) continue;
-      Pose& pose = graph->problem.poses[i];
-      const Pose moved = before->Inverse() * pose;
-      if (moved.translation().norm() < options.min_move_m &&
-          RotationAngle(moved) < options.min_turn_rad) {
-        pose = *before;
-      }
-    }
-  }
-}
-
-Placement MakePlacement(const Session& session, const GraphSession& place, const Graph& graph) {
-  Placement placement{session.tree.session, graph.component, graph.reference, {}};
-  placement.submaps.reserve(session.nodes.size());
-  for (size_t k = 0; k < session.nodes.size(); ++k) {
-    placement.submaps.push_back(
-        {session.nodes[k].index, graph.problem.poses[static_cast<size_t>(place.first_node) + k]});
-  }
-  placement.T_map_odom =
-      placement.submaps.back().T_map_submap * session.nodes.back().T_odom_submap.Inverse();
-  return placement;
-}
 
 // Everything before the search. `placements` are where it goes on from.
 void Start(const Input& input, const std::vector<Placement>& placements, const LastGraphs& base,
@@ -73,37 +44,10 @@ void Start(const Input& input, const std::vector<Placement>& placements, const L
   KeepUpright(input, graph);
 }
 
-// Edges that were passed over are not said to be discarded.
-Judgement Judge(const Input& input, const GraphSet& set) {
-  Judgement judgement;
-  for (const Match& match : input.matches) {
-    if (Counts(match)) judgement.matches[{match.a, match.b}].assign(match.edges.size(), true);
-  }
-  for (const LoopClosure& loop : input.loops) {
-    if (!loop.rejected) judgement.loops[loop.id].assign(loop.edges.size(), true);
-  }
-  for (const Graph& graph : set.graphs) {
-    for (size_t i = graph.odometry_edges; i < graph.origins.size(); ++i) {
-      const EdgeOrigin& origin = graph.origins[i];
-      const bool kept = graph.problem.edges[i].weight > 0;
-      if (origin.key.source == Source::kMatch) {
-        const Match& match = input.matches[origin.record];
-        judgement.matches[{match.a, match.b}][origin.edge] = kept;
-      } else if (origin.key.source == Source::kLoop) {
-        judgement.loops[origin.key.loop][origin.edge] = kept;
-      }
-    }
-    for (size_t i = 0; i < graph.anchors.size(); ++i) {
-      judgement.anchors[input.anchors[graph.anchors[i]].submap] =
-          graph.problem.anchors[i].weight > 0;
-    }
-  }
-  return judgement;
-}
-
 }  // namespace
 
 struct Placer::Memory {
+  mutable std::mutex mutex;  // For `last`, which is written by Place alone.
   SessionNumbers numbers;
   NearestPairs nearest;
   std::shared_ptr<const LastGraphs> last = std::make_shared<LastGraphs>();
@@ -164,6 +108,7 @@ void Placer::Memory::Keep(const Input& input, const std::vector<Base>& bases, Gr
   }
   std::erase_if(partial, [&](const auto& entry) { return !kept->anchored.contains(entry.first); });
   kept->set = std::move(set);
+  const std::lock_guard lock(mutex);
   last = kept;
 }
 
@@ -211,11 +156,16 @@ Outcome Placer::Place(const Input& input, const std::vector<Placement>& previous
 }
 
 absl::StatusOr<std::string> Placer::WriteG2o(uint32_t component) const {
-  for (const Graph& graph : memory_->last->set.graphs) {
+  std::shared_ptr<const LastGraphs> last;
+  {
+    const std::lock_guard lock(memory_->mutex);
+    last = memory_->last;
+  }
+  for (const Graph& graph : last->set.graphs) {
     if (graph.component == component) return GraphText(graph);
   }
-  return absl::NotFoundError(absl::StrCat("there is no component ", component, "; there are ",
-                                          memory_->last->set.graphs.size()));
+  return absl::NotFoundError(absl::StrCat("there is no component ", component, " in the map, but ",
+                                          last->set.graphs.size(), " of them, from 0 on"));
 }
 
 }  // namespace isthmus::placement

@@ -75,9 +75,11 @@ struct Outcome {
   std::string trouble;  // Why the optimiser gave up and the initial value stands; else empty.
 };
 
-// Keeps the last solution to go on from. Not thread safe. Deterministic for the same sequence of
-// calls; where things only went away since (a match rejected, a session deleted), everything begins
-// from the spanning tree again, so that nothing is left of what they had bent.
+// Keeps the last solution to go on from. Not thread safe but for WriteG2o. Deterministic for the
+// same sequence of calls. What goes away (a match or a loop rejected, an anchor taken back, a
+// session deleted) leaves nothing behind that it had bent: its component goes on from how it lay
+// before that came, if that is not long ago, and else begins from the spanning tree again. Retired
+// submaps leave the rest where it is.
 class Placer {
  public:
   explicit Placer(const PlacerOptions& options = {});
@@ -94,7 +96,8 @@ class Placer {
   Outcome Place(const Input& input, const std::vector<Placement>& previous);
 
   // The graph of the last call as g2o text, with a comment line for every vertex's submap. Edges
-  // that were discarded are left out. NotFound for a component that does not exist.
+  // that were discarded are left out. NotFound for a component that does not exist. May be called
+  // while another thread is in Place.
   absl::StatusOr<std::string> WriteG2o(uint32_t component) const;
 
  private:

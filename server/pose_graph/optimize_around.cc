@@ -28,6 +28,7 @@ class Region {
         poses_(problem.poses),
         free_(poses_.size(), false),
         held_(poses_.size(), false),
+        hangs_(poses_.size(), false),
         weights_(problem.edges.size(), 1),
         touching_(poses_.size()) {
     for (size_t i = 0; i < problem.edges.size(); ++i) {
@@ -42,12 +43,14 @@ class Region {
     for (const Anchor& anchor : problem.anchors) {
       result_.anchor_weights.push_back(LeftOut(anchor) ? 0 : 1);
     }
+    SetHangersAside();
   }
 
   void Begin(const std::vector<int>& new_edges) {
     std::vector<int> seeds;
     for (const int index : new_edges) {
       const Edge& edge = problem_.edges[Index(index)];
+      if (hangs_[Index(edge.a)] || hangs_[Index(edge.b)]) continue;
       for (const int node : Way(edge, Index(index))) seeds.push_back(node);
     }
     Free(seeds, options_.neighbourhood);
@@ -60,11 +63,12 @@ class Region {
       const std::vector<int> restless = Restless();
       if (restless.empty()) break;
       if (growth >= options_.max_growths) {
-        std::fill(free_.begin(), free_.end(), true);
+        for (size_t i = 0; i < free_.size(); ++i) free_[i] = !hangs_[i];
       } else {
         Free(restless, options_.neighbourhood + growth);
       }
     }
+    LetHangersFollow();
     result_.poses = poses_;
     result_.edge_weights = weights_;
     result_.held = gauge_.held;
@@ -74,6 +78,40 @@ class Region {
  private:
   static size_t Index(int i) { return static_cast<size_t>(i); }
   static int Other(const Edge& edge, int node) { return edge.a == node ? edge.b : edge.a; }
+
+  // Takes out what hangs on the rest by one edge, leaf by leaf.
+  void SetHangersAside() {
+    std::vector<bool> stays = held_;
+    for (size_t i = 0; i < problem_.anchors.size(); ++i) {
+      if (result_.anchor_weights[i] != 0) stays[Index(problem_.anchors[i].node)] = true;
+    }
+    std::vector<int> leaves;
+    const auto add_leaf = [&](int node) {
+      if (touching_[Index(node)].size() == 1 && !stays[Index(node)]) leaves.push_back(node);
+    };
+    for (size_t i = 0; i < poses_.size(); ++i) add_leaf(static_cast<int>(i));
+    for (size_t next = 0; next < leaves.size(); ++next) {
+      const int leaf = leaves[next];
+      if (touching_[Index(leaf)].empty()) continue;  // Its only neighbour went before.
+      const size_t edge = touching_[Index(leaf)].front();
+      const int other = Other(problem_.edges[edge], leaf);
+      touching_[Index(leaf)].clear();
+      std::erase(touching_[Index(other)], edge);
+      hangs_[Index(leaf)] = true;
+      hangers_.push_back({leaf, edge});
+      add_leaf(other);
+    }
+  }
+
+  // Those lie as their edges say, exactly.
+  void LetHangersFollow() {
+    for (auto hanger = hangers_.rbegin(); hanger != hangers_.rend(); ++hanger) {
+      const Edge& edge = problem_.edges[hanger->edge];
+      const Pose& on = poses_[Index(Other(edge, hanger->node))];
+      poses_[Index(hanger->node)] =
+          on * (edge.b == hanger->node ? edge.T_a_b : edge.T_a_b.Inverse());
+    }
+  }
 
   // The nodes on the shortest way from one end of an edge to the other without it; the ends alone
   // when there is none.
@@ -121,7 +159,7 @@ class Region {
     const auto is_free = [&](int node) { return free_[Index(node)] && !held_[Index(node)]; };
     for (size_t i = 0; i < problem_.edges.size(); ++i) {
       const Edge& edge = problem_.edges[i];
-      if (LeftOut(edge)) continue;
+      if (LeftOut(edge) || hangs_[Index(edge.a)] || hangs_[Index(edge.b)]) continue;
       if (is_free(edge.a) || is_free(edge.b)) {
         edges.push_back(i);
         number[Index(edge.a)] = number[Index(edge.b)] = 0;
@@ -170,6 +208,7 @@ class Region {
     for (size_t i = 0; i < problem_.edges.size(); ++i) {
       const Edge& edge = problem_.edges[i];
       if (weights_[i] == 0 || free_[Index(edge.a)] == free_[Index(edge.b)]) continue;
+      if (hangs_[Index(edge.a)] || hangs_[Index(edge.b)]) continue;
       beside[Index(free_[Index(edge.a)] ? edge.b : edge.a)] = true;
     }
     std::vector<int> restless;
@@ -218,8 +257,14 @@ class Region {
   const RegionOptions& options_;
   std::vector<Pose> poses_;
   std::vector<bool> free_, held_;  // Of the region; by the gauge, free or not.
+  std::vector<bool> hangs_;
+  struct Hanger {
+    int node = 0;
+    size_t edge = 0;
+  };
+  std::vector<Hanger> hangers_;  // Each on one that comes later or stays.
   std::vector<double> weights_;
-  std::vector<std::vector<size_t>> touching_;  // Edges that count, by node.
+  std::vector<std::vector<size_t>> touching_;  // Edges that count, by node; not of hangers.
   Gauge gauge_;
   Result result_;
 };

@@ -22,7 +22,8 @@ struct RegionOptions {
 // The region begins with the new edges, the shortest ways between their ends by the other edges
 // (the cycles they close), and what is near those. It is solved with all other nodes held. Then
 // each held node beside it says how far it alone would go (its own Newton step). Those that would
-// go farther than the tolerance join, with their neighbours, and it is solved again.
+// go farther than the tolerance join, with their neighbours, and it is solved again. Parts without
+// cycles, gauge or anchors that hang on the rest by one edge follow it rigidly.
 //
 // Guaranteed: every node is where it is best by itself, to within the tolerance, all others given;
 // the nodes of the region are best jointly. Neighbours then lie to each other as Optimize would
