@@ -123,7 +123,7 @@ class Gnc {
     if (*std::max_element(chi2_.begin(), chi2_.end()) <= options_.doubt_chi2) {
       // None was gated either: it would be beyond.
       done_ = true;
-      return outcome.converged ? status : Solve(options_.max_iterations);
+      return Solve(options_.max_iterations);
     }
     if (given_strain <= Strain()) {
       least_squares_.set_poses(given);

@@ -15,6 +15,7 @@ TEST(Incremental, FiveHundredAdditionsComeToTheWhole) {
   world.Find("a-1").nodes.clear();
   PlacerOptions options;
   options.whole_up_to = 50;
+  options.whole_after = 60;
   Placer placer(options);
   Placements placements;
   int partial = 0, whole = 0;
@@ -26,8 +27,8 @@ TEST(Incremental, FiveHundredAdditionsComeToTheWhole) {
     if (k >= kLap && k % 4 == 0) ++(outcome.whole ? whole : partial);
     placements = outcome.placements;
   }
-  EXPECT_EQ(partial, 98);
-  EXPECT_EQ(whole, 2);
+  EXPECT_EQ(partial, 99);
+  EXPECT_EQ(whole, 1);
   const Placements anew = Placer().Place(world.input, {}).placements;
   EXPECT_LT(LargestMove(anew, placements), 0.1);
   EXPECT_LT(Rmse(world, placements, "a-1"), Rmse(world, anew, "a-1") + 0.03);
