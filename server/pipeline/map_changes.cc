@@ -107,10 +107,9 @@ absl::Status MapState::AddLoops(std::vector<LoopClosure> found) {
   storage::WriteBatch batch;
   {
     std::lock_guard lock(mutex);
-    uint64_t next = loops.empty() ? 1 : loops.rbegin()->first + 1;
     for (LoopClosure& loop : found) {
       if (Find(loop.session) == nullptr) continue;
-      loop.id = next++;
+      loop.id = next_loop_++;
       loop.computed_ns = clock_->NowNs();
       batch.loops.push_back(std::move(loop));
     }

@@ -103,12 +103,7 @@ absl::Status MapState::Load() {
     SessionPair pair(verdict.a, verdict.b);
     verdicts[std::move(pair)] = std::move(verdict);
   }
-  absl::StatusOr<std::vector<LoopClosure>> closed = store_->ListLoops();
-  if (!closed.ok()) return closed.status();
-  for (LoopClosure& loop : *closed) {
-    const uint64_t id = loop.id;
-    loops[id] = std::move(loop);
-  }
+  if (absl::Status status = LoadLoops(); !status.ok()) return status;
   absl::StatusOr<std::vector<Anchor>> given = store_->ListAnchors();
   if (!given.ok()) return given.status();
   for (Anchor& anchor : *given) anchors[anchor.submap] = std::move(anchor);
@@ -116,6 +111,23 @@ absl::Status MapState::Load() {
   if (!latest.ok()) return latest.status();
   revision = *std::move(latest);
   Changed("restart");
+  return absl::OkStatus();
+}
+
+absl::Status MapState::LoadLoops() {
+  absl::StatusOr<std::vector<LoopClosure>> closed = store_->ListLoops();
+  if (!closed.ok()) return closed.status();
+  for (LoopClosure& loop : *closed) {
+    const uint64_t id = loop.id;
+    next_loop_ = std::max(next_loop_, id + 1);
+    loops[id] = std::move(loop);
+  }
+  absl::StatusOr<std::vector<RevisionInfo>> revisions =
+      store_->ListRevisions(storage::kRevisionsKept);
+  if (!revisions.ok()) return revisions.status();
+  for (const RevisionInfo& info : *revisions) {
+    for (const uint64_t id : info.loops) next_loop_ = std::max(next_loop_, id + 1);
+  }
   return absl::OkStatus();
 }
 

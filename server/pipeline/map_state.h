@@ -140,6 +140,7 @@ class MapState {
 
  private:
   absl::Status LoadSession(const SessionRecord& record);
+  absl::Status LoadLoops();
   // Takes note of a change and works out the effective matches anew. mutex is held.
   void Changed(const std::string& cause);
   void RefreshMatches();
@@ -147,6 +148,9 @@ class MapState {
   storage::MapStore* const store_;
   const Clock* const clock_;
   std::vector<Match> effective_;  // Under verdicts and cycles; guarded by mutex.
+  // No number is given twice while a revision names it, gone though its loop closure be: who undoes
+  // that revision means the old one. Guarded by mutex.
+  uint64_t next_loop_ = 1;
 };
 
 // The session has submaps.

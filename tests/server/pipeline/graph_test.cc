@@ -144,5 +144,22 @@ TEST_F(PipelineGraph, RetiredSubmapsLeaveWithTheirScansAndTheRestStays) {
   EXPECT_EQ(state_.PlacedSubmaps().size(), kSubmaps - 2);
 }
 
+// Undoing a revision would otherwise reject a loop closure that has nothing to do with it.
+TEST_F(PipelineGraph, NumbersOfLoopClosuresAreNotGivenAgain) {
+  ASSERT_TRUE(state_.AddLoops({Closure(0, 7)}).ok());
+  state_.WaitUntilPlaced();
+  ASSERT_TRUE(state_.Retire({{kSession, 0}}).ok());
+  ASSERT_TRUE(state_.loops.empty());
+  ASSERT_TRUE(state_.AddLoops({Closure(1, 6)}).ok());
+  EXPECT_EQ(state_.loops.begin()->first, 2u);
+  state_.WaitUntilPlaced();
+  ASSERT_TRUE(state_.Retire({{kSession, 1}}).ok());
+  placement_.reset();
+  MapState again(store_.get(), &Clock::System());
+  ASSERT_TRUE(again.Load().ok());
+  ASSERT_TRUE(again.AddLoops({Closure(2, 5)}).ok());
+  EXPECT_EQ(again.loops.begin()->first, 3u);
+}
+
 }  // namespace
 }  // namespace isthmus::server
