@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -53,8 +54,10 @@ struct Step {
 
 using Steps = std::vector<std::vector<Step>>;
 
-Steps CollectSteps(const std::vector<std::shared_ptr<const Submap>>& submaps, size_t newest,
-                   const std::vector<LoopEdge>& edges, const pose_graph::DriftModel& drift) {
+Steps CollectSteps(const std::vector<std::shared_ptr<const Submap>>& submaps,
+                   const std::vector<double>& ways, const std::vector<LoopEdge>& edges,
+                   const pose_graph::DriftModel& drift) {
+  const size_t newest = submaps.size() - 1;
   Steps steps(newest + 1);
   const auto add = [&](size_t from, const Step& step) {
     steps[from].push_back(step);
@@ -62,8 +65,9 @@ Steps CollectSteps(const std::vector<std::shared_ptr<const Submap>>& submaps, si
   };
   for (size_t k = 0; k < newest; ++k) {
     const Pose T = submaps[k]->T_odom_submap.Inverse() * submaps[k + 1]->T_odom_submap;
-    add(k, {k + 1, T,
-            Invert(pose_graph::OdometryInformation(T, drift)) + submaps[k + 1]->drift_covariance});
+    const double way = std::max(T.translation().norm(), ways[k + 1] - ways[k]);
+    const Matrix6d information = pose_graph::OdometryInformation(T, way, RotationAngle(T), drift);
+    add(k, {k + 1, T, Invert(information) + submaps[k + 1]->drift_covariance});
   }
   for (const LoopEdge& edge : edges) {
     if (edge.a > newest || edge.b > newest) continue;
@@ -96,9 +100,11 @@ double KnownPose::Chi2(const Pose& true_T_new_old, const Eigen::Vector3d& point,
 }
 
 std::vector<KnownPose> LookBack(const std::vector<std::shared_ptr<const Submap>>& submaps,
-                                size_t newest, const std::vector<LoopEdge>& edges,
+                                const std::vector<double>& ways, const std::vector<LoopEdge>& edges,
                                 const pose_graph::DriftModel& drift) {
-  const Steps steps = CollectSteps(submaps, newest, edges, drift);
+  if (submaps.empty()) return {};
+  const size_t newest = submaps.size() - 1;
+  const Steps steps = CollectSteps(submaps, ways, edges, drift);
   std::vector<KnownPose> known(newest + 1);
   std::vector<double> variance(newest + 1, std::numeric_limits<double>::infinity());
   using Entry = std::pair<double, size_t>;

@@ -35,11 +35,12 @@ struct KnownPose {
               double slack_rad) const;
 };
 
-// Of every submap before `newest`, by the way of least variance (Dijkstra, 10 m of lever between
-// rotation and position). Odometry strays as `drift` says, and by what the submaps say themselves
-// on top of it. O(n log n), some microseconds each.
+// Of every submap before the last, by the way of least variance (Dijkstra, 10 m of lever between
+// rotation and position). Odometry strays as `drift` says over the `ways` travelled (of each
+// submap, since some point), and by what the submaps say themselves on top of it. O(n log n), some
+// microseconds each.
 std::vector<KnownPose> LookBack(const std::vector<std::shared_ptr<const Submap>>& submaps,
-                                size_t newest, const std::vector<LoopEdge>& edges,
+                                const std::vector<double>& ways, const std::vector<LoopEdge>& edges,
                                 const pose_graph::DriftModel& drift);
 
 }  // namespace isthmus::matching

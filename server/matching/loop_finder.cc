@@ -139,7 +139,7 @@ std::vector<LoopClosure> LoopFinder::Find(const LoopQuery& query) {
                &scene.edges);
     }
     for (const LoopClosure& closure : found) AddEdges(closure, query, false, &scene.edges);
-    scene.known = LookBack(scene.submaps, k, scene.edges, state_->options.drift);
+    scene.known = LookBack(scene.submaps, scene.ways, scene.edges, state_->options.drift);
     auto closure = state_->FindFor(scene);
     if (!closure) continue;
     const double way_m = kSaidWays * state_->options.min_way_m;

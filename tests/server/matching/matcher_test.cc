@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 
@@ -153,6 +154,55 @@ TEST_F(MatcherTest, DoesNotMergeWithoutOverlap) {
                                       Pose::FromXyzRpy(103, 9, 1, 0, 0, 0.5), 0.01, 2});
   const Match match = MatchSessions(a, b, MatcherOptions());
   EXPECT_NE(match.state, MatchState::kAccepted) << match.detail;
+}
+
+// Submaps that add nothing are taken out of a session now and then.
+TEST_F(MatcherTest, RetiredSubmapsCostNoSearch) {
+  PairMatcher matcher(InTheGallery());
+  SessionMap a = map_a_, b = map_b_;
+  const auto last = b.submaps.back();
+  b.submaps.pop_back();
+  PreparedMap before_a(a), before_b(b);
+  ASSERT_EQ(matcher.Update(before_a, before_b).state, MatchState::kAccepted);
+  a.submaps.erase(a.submaps.begin() + 1);
+  b.submaps.erase(b.submaps.begin());
+  b.submaps.push_back(last);
+  const PreparedMap after_a(a, before_a), after_b(b, before_b);
+  EXPECT_EQ(after_a.submaps()[1], before_a.submaps()[2]);
+  const Match match = matcher.Update(after_a, after_b);
+  EXPECT_EQ(match.state, MatchState::kAccepted) << match.reason << ": " << match.detail;
+  ASSERT_EQ(match.stages.size(), 1u);
+  EXPECT_EQ(match.stages[0].stage, "extend");
+  EXPECT_EQ(match.submaps_a, a.submaps.size());
+  ASSERT_FALSE(match.edges.empty());
+  const auto at = [](const SessionMap& map, uint32_t index) {
+    const auto is_it = [&](const auto& submap) { return submap->id.index == index; };
+    return std::find_if(map.submaps.begin(), map.submaps.end(), is_it);
+  };
+  for (const SubmapEdge& edge : match.edges) {
+    const auto in_a = at(a, edge.submap_a), in_b = at(b, edge.submap_b);
+    ASSERT_NE(in_a, a.submaps.end());
+    ASSERT_NE(in_b, b.submaps.end());
+    const Pose truth =
+        (T_world_a() * (*in_a)->T_odom_submap).Inverse() * T_world_b() * (*in_b)->T_odom_submap;
+    EXPECT_LT((truth.Inverse() * edge.T_a_b).translation().norm(), 0.05);
+  }
+}
+
+// Even when everything that was aligned is gone: the others lie where these left them.
+TEST_F(MatcherTest, WhatIsLeftIsAlignedAnew) {
+  const PreparedMap a(map_a_), b(map_b_);
+  PairMatcher matcher(InTheGallery());
+  const Match first = matcher.Update(a, b);
+  ASSERT_EQ(first.state, MatchState::kAccepted);
+  SessionMap rest = map_a_;
+  rest.submaps.erase(rest.submaps.begin(), rest.submaps.end() - 2);
+  const Match second = matcher.Update(PreparedMap(rest, a), b);
+  ASSERT_FALSE(second.edges.empty());
+  for (const SubmapEdge& edge : second.edges) {
+    EXPECT_GE(edge.submap_a, rest.submaps.front()->id.index);
+  }
+  EXPECT_LT((first.T_a_b.Inverse() * second.T_a_b).translation().norm(), 0.1);
 }
 
 TEST_F(MatcherTest, EmptyMapsAreNotYet) {
