@@ -25,6 +25,13 @@ struct Options {
   uint32_t component = 0;
 };
 
+// Loops that closed move the reference's newest poses too.
+std::string PlaceText(const Pose& T_map_odom, bool reference) {
+  if (!reference) return PoseText(T_map_odom);
+  const bool moved = T_map_odom.translation().norm() > 1e-3 || RotationAngle(T_map_odom) > 1e-4;
+  return moved ? "the reference, by now " + PoseText(T_map_odom) : std::string("the reference");
+}
+
 // Component by component, who lies where.
 void PrintPlacements(const client::MatchGraph& graph) {
   std::map<uint32_t, std::vector<const client::PlacedSession*>> components;
@@ -39,7 +46,7 @@ void PrintPlacements(const client::MatchGraph& graph) {
     for (const client::PlacedSession* placed : sessions) {
       const std::string& session = placed->placement.session.value();
       absl::PrintF("  %-16s %s\n", session,
-                   session == reference ? "the reference" : PoseText(placed->placement.T_map_odom));
+                   PlaceText(placed->placement.T_map_odom, session == reference));
     }
   }
 }

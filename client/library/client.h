@@ -70,8 +70,8 @@ class Client {
   absl::StatusOr<std::vector<RevisionInfo>> ListRevisions(int limit = 0);
   // `to` 0: the latest. OutOfRange when `from` is older than what the server keeps.
   absl::StatusOr<RevisionDiff> DiffRevisions(int64_t from, int64_t to = 0);
-  // Rejects the accepted matches and loop closures that the revision came of; returns the revision
-  // after that. FailedPrecondition when there are none. Not repeated once it was sent.
+  // Rejects the accepted matches and loop closures that the revision came of, or withdraws what was
+  // given by hand; returns the revision after that. FailedPrecondition when there are none. Not repeated once it was sent.
   absl::StatusOr<int64_t> UndoRevision(int64_t revision, const std::string& note = {});
 
   // Of all robots when `robot` is empty; with the submaps that carry each if `include_edges`.
