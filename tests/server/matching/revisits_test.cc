@@ -1,0 +1,177 @@
+#include "server/matching/revisits.h"
+
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <set>
+
+#include "server/matching/looks.h"
+#include "tests/server/matching/scene.h"
+
+namespace isthmus::matching {
+namespace {
+
+// A hall of 20 by 12 m with a wall in it that may be taken away.
+Scene MakeHall(bool with_wall) {
+  Scene hall;
+  hall.boxes.push_back({{10, 6, -0.1}, {10.2, 6.2, 0.1}});
+  hall.boxes.push_back({{10, 6, 4.1}, {10.2, 6.2, 0.1}});
+  hall.boxes.push_back({{-0.1, 6, 2}, {0.1, 6.2, 2}});
+  hall.boxes.push_back({{20.1, 6, 2}, {0.1, 6.2, 2}});
+  hall.boxes.push_back({{10, -0.1, 2}, {10.2, 0.1, 2}});
+  hall.boxes.push_back({{10, 12.1, 2}, {10.2, 0.1, 2}});
+  hall.boxes.push_back({{5, 9, 1}, {0.5, 0.5, 1}, 0.4});
+  if (with_wall) hall.boxes.push_back({{13, 9, 2}, {0.1, 2, 2}});
+  return hall;
+}
+
+const std::vector<Eigen::Vector3d>& AcrossTheHall() {
+  static const std::vector<Eigen::Vector3d> way = Way({{4, 4, 1}, {16, 6, 1}}, 5);
+  return way;
+}
+
+// One submap of a drive across the hall; frame: the world's.
+std::shared_ptr<const Submap> PassBy(bool with_wall, unsigned seed) {
+  return Survey(MakeHall(with_wall), {AcrossTheHall(), Pose(), 0.01, seed}).submaps.front();
+}
+
+// A map of a session that drives across again and again.
+class Laps {
+ public:
+  void Add(const std::shared_ptr<const Submap>& look, const Pose& T_map_world = Pose(),
+           uint32_t component = 0, const std::string& session = "laps-0001") {
+    auto submap = std::make_shared<Submap>(*look);
+    submap->id = {SessionId(session), next_++};
+    submap->first_stamp_ns = 1000 * int64_t{submap->id.index};
+    submap->last_stamp_ns = submap->first_stamp_ns + 900;
+    placed.push_back({submap, component, T_map_world * submap->T_odom_submap});
+  }
+
+  // Indices of what may go.
+  std::set<uint32_t> Update(RevisitCounter* counter) const {
+    std::set<uint32_t> going;
+    for (const SubmapId& id : counter->Update(placed)) going.insert(id.index);
+    return going;
+  }
+
+  std::vector<PlacedSubmap> placed;
+
+ private:
+  uint32_t next_ = 0;
+};
+
+class RevisitsTest : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    for (unsigned seed = 0; seed < 3; ++seed) {
+      looks_.push_back(PassBy(false, seed));
+      with_wall_.push_back(PassBy(true, seed));
+    }
+  }
+
+  static const std::shared_ptr<const Submap>& Nth(size_t i) { return looks_[i % looks_.size()]; }
+
+  static inline std::vector<std::shared_ptr<const Submap>> looks_, with_wall_;
+  const RevisitOptions options_{.min_looks = 3, .keep_newest = 2};
+};
+
+TEST_F(RevisitsTest, TheOldestGoWhenSeenOftenEnough) {
+  RevisitCounter counter(options_);
+  Laps laps;
+  for (size_t i = 0; i < 3; ++i) {
+    laps.Add(Nth(i));
+    EXPECT_TRUE(laps.Update(&counter).empty()) << i;
+  }
+  laps.Add(Nth(3));
+  EXPECT_EQ(laps.Update(&counter), std::set<uint32_t>{0});
+  // What goes is no longer there; the rest goes on being counted.
+  laps.placed.erase(laps.placed.begin());
+  laps.Add(Nth(4));
+  EXPECT_EQ(laps.Update(&counter), std::set<uint32_t>{1});
+}
+
+TEST_F(RevisitsTest, AMapDrivenOverForeverStaysSmall) {
+  RevisitCounter counter(options_);
+  Laps laps;
+  for (size_t i = 0; i < 16; ++i) {
+    laps.Add(Nth(i));
+    const std::set<uint32_t> going = laps.Update(&counter);
+    std::erase_if(laps.placed,
+                  [&](const PlacedSubmap& one) { return going.count(one.submap->id.index) > 0; });
+    EXPECT_LE(laps.placed.size(), 4u);
+  }
+  EXPECT_EQ(laps.placed.back().submap->id.index, 15u);
+}
+
+TEST_F(RevisitsTest, TheNewestStay) {
+  RevisitOptions options = options_;
+  options.keep_newest = 10;
+  RevisitCounter counter(options);
+  Laps laps;
+  for (size_t i = 0; i < 10; ++i) {
+    laps.Add(Nth(i));
+    EXPECT_TRUE(laps.Update(&counter).empty());
+  }
+}
+
+// The old wall is looked through: the submap that shows it goes like any other.
+TEST_F(RevisitsTest, AWallThatWentAwayLeaves) {
+  RevisitCounter counter(options_);
+  Laps laps;
+  laps.Add(with_wall_[0]);
+  for (size_t i = 0; i < 3; ++i) laps.Add(Nth(i));
+  EXPECT_EQ(laps.Update(&counter), std::set<uint32_t>{0});
+}
+
+// Placed askew, a later submap looks through most walls of the older one.
+TEST_F(RevisitsTest, WhatLiesInTheWrongPlaceDoesNotCount) {
+  RevisitCounter counter(options_);
+  Laps laps;
+  laps.Add(Nth(0));
+  const Pose T_wrong = Pose::FromXyzRpy(10, -8, 0, 0, 0, 1.2);
+  for (size_t i = 0; i < 8; ++i) laps.Add(Nth(i), T_wrong);
+  EXPECT_EQ(laps.Update(&counter).count(0), 0u);
+  EXPECT_EQ(laps.Update(&counter).count(0), 0u);
+}
+
+TEST_F(RevisitsTest, AnotherComponentDoesNotCount) {
+  RevisitCounter counter(options_);
+  Laps laps;
+  laps.Add(Nth(0));
+  for (size_t i = 0; i < 5; ++i) laps.Add(Nth(i), Pose(), 1, "other-0001");
+  EXPECT_EQ(laps.Update(&counter).count(0), 0u);
+}
+
+// A robot that comes by later makes another one's submaps superfluous too.
+TEST_F(RevisitsTest, OtherSessionsCount) {
+  RevisitOptions options = options_;
+  options.keep_newest = 0;
+  RevisitCounter counter(options);
+  Laps laps;
+  laps.Add(Nth(0));
+  for (size_t i = 0; i < 3; ++i) laps.Add(Nth(i), Pose(), 0, "other-0001");
+  EXPECT_EQ(laps.Update(&counter), std::set<uint32_t>{0});
+}
+
+TEST_F(RevisitsTest, NothingGoesUnlessAsked) {
+  RevisitOptions options = options_;
+  options.retire = false;
+  RevisitCounter counter(options);
+  Laps laps;
+  for (size_t i = 0; i < 8; ++i) laps.Add(Nth(i));
+  EXPECT_TRUE(laps.Update(&counter).empty());
+}
+
+TEST_F(RevisitsTest, WhatWasLookedAt) {
+  const PreparedSubmap later(looks_[0]);
+  const Pose T_later_world = looks_[0]->T_odom_submap.Inverse();
+  const std::vector<Eigen::Vector3f> points = {{10, 0, 1.2f},   // On the long wall,
+                                               {13, 8, 1.2f},   // in the open,
+                                               {10, -3, 1.2f},  // behind the wall,
+                                               {6, 4.5f, 30}};  // above everything.
+  const std::vector<Look> looks = LookAt(points, later, T_later_world);
+  EXPECT_EQ(looks, (std::vector<Look>{Look::kOn, Look::kThrough, Look::kNone, Look::kNone}));
+}
+
+}  // namespace
+}  // namespace isthmus::matching
