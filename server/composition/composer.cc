@@ -15,17 +15,14 @@
 namespace isthmus::composition {
 namespace {
 
-// Bounds what is held twice while a large map is remade, e.g. when its reference changed.
-constexpr size_t kTilesPerBatch = 256;
-
 // A submap as the tiles have it.
 struct Composed {
   ThinnedSubmap thinned;
   uint32_t robot = 0;  // Number, see Composer::State::robots.
   uint32_t frame = 0;
   Pose T_map_submap;
-  std::vector<TileKey> tiles;  // Those it has points on, in order.
-  bool wanted = false;         // By the Compose that is under way.
+  PointsByTile by_tile;  // At that pose.
+  bool wanted = false;   // By the Compose that is under way.
 };
 
 double InRange(double value, double lowest, double highest, double otherwise) {
@@ -63,7 +60,6 @@ struct Composer::State {
   void Place(const PlacedSubmap& placed, uint32_t frame, std::set<TileKey>* dirty);
   void DropUnwanted(std::set<TileKey>* dirty);
   void Remake(const std::set<TileKey>& dirty);
-  void RemakeBatch(const std::vector<TileKey>& keys);
   std::vector<TiledMap::Robot> RobotsInMap() const;
 };
 
@@ -112,22 +108,16 @@ void Composer::State::Place(const PlacedSubmap& placed, uint32_t frame, std::set
           options.min_move_m) {
     return;
   }
-  dirty->insert(composed.tiles.begin(), composed.tiles.end());
+  const auto soil = [&] {
+    dirty->insert(composed.by_tile.tiles.begin(), composed.by_tile.tiles.end());
+  };
+  soil();
   if (other_content) composed.thinned = Thin(*placed.submap, grid, &thinner);
   composed.robot = robot;
   composed.frame = frame;
   composed.T_map_submap = T_map_submap;
-
-  std::set<TileKey> tiles_now;
-  TileKey last;
-  ForEachPlacedPoint(composed.thinned, frame, T_map_submap, grid, layout,
-                     [&](const TileKey& tile, uint64_t, const WeightedPoint&) {
-                       if (tile == last && !tiles_now.empty()) return;
-                       tiles_now.insert(tile);
-                       last = tile;
-                     });
-  composed.tiles.assign(tiles_now.begin(), tiles_now.end());
-  dirty->insert(composed.tiles.begin(), composed.tiles.end());
+  composed.by_tile = SortByTile(composed.thinned, frame, T_map_submap, grid, layout);
+  soil();
 }
 
 void Composer::State::DropUnwanted(std::set<TileKey>* dirty) {
@@ -136,36 +126,28 @@ void Composer::State::DropUnwanted(std::set<TileKey>* dirty) {
       ++it;
       continue;
     }
-    dirty->insert(it->second.tiles.begin(), it->second.tiles.end());
+    dirty->insert(it->second.by_tile.tiles.begin(), it->second.by_tile.tiles.end());
     it = submaps.erase(it);
   }
 }
 
 void Composer::State::Remake(const std::set<TileKey>& dirty) {
   last_tiles_remade = static_cast<int>(dirty.size());
-  const std::vector<TileKey> keys(dirty.begin(), dirty.end());
-  for (size_t begin = 0; begin < keys.size(); begin += kTilesPerBatch) {
-    const size_t end = std::min(keys.size(), begin + kTilesPerBatch);
-    RemakeBatch({keys.begin() + begin, keys.begin() + end});
-  }
-}
-
-void Composer::State::RemakeBatch(const std::vector<TileKey>& keys) {
-  TileBuilder builder(keys, grid, layout);
+  std::map<TileKey, std::vector<TileSource>> sources;
+  for (const TileKey& key : dirty) sources[key];
   for (const auto& [id, composed] : submaps) {
-    const bool touches = std::any_of(
-        composed.tiles.begin(), composed.tiles.end(),
-        [&](const TileKey& tile) { return std::binary_search(keys.begin(), keys.end(), tile); });
-    if (touches) {
-      builder.Add(composed.thinned, composed.robot, composed.frame, composed.T_map_submap);
+    for (size_t i = 0; i < composed.by_tile.tiles.size(); ++i) {
+      const auto it = sources.find(composed.by_tile.tiles[i]);
+      if (it == sources.end()) continue;
+      it->second.push_back(
+          {&composed.thinned, composed.T_map_submap, composed.robot, composed.by_tile.Of(i)});
     }
   }
-  std::vector<TilePtr> remade = builder.Finish(robots, &thinner);
-  for (size_t i = 0; i < keys.size(); ++i) {
-    if (remade[i]) {
-      tiles[keys[i]] = std::move(remade[i]);
+  for (auto& [key, of_tile] : sources) {
+    if (of_tile.empty()) {
+      tiles.erase(key);
     } else {
-      tiles.erase(keys[i]);
+      tiles[key] = MakeTile(std::move(of_tile), robots, grid, &thinner);
     }
   }
 }

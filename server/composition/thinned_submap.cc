@@ -1,8 +1,35 @@
 #include "server/composition/thinned_submap.h"
 
+#include <absl/container/flat_hash_map.h>
+
 #include <algorithm>
+#include <numeric>
 
 namespace isthmus::composition {
+namespace {
+
+// Blocks in the order in which they are first met; order within a block stays.
+std::vector<WeightedPoint> GroupByBlock(const std::vector<WeightedPoint>& points,
+                                        const VoxelGrid& grid) {
+  absl::flat_hash_map<uint64_t, uint32_t> numbers;
+  std::vector<uint32_t> block_of_point, next;
+  block_of_point.reserve(points.size());
+  for (const WeightedPoint& p : points) {
+    const Voxel voxel = grid.Find(p.x, p.y, p.z).value_or(Voxel());
+    const uint64_t block =
+        PackVoxel({voxel.x / kBlockVoxels, voxel.y / kBlockVoxels, voxel.z / kBlockVoxels});
+    const auto [it, is_new] = numbers.try_emplace(block, static_cast<uint32_t>(next.size()));
+    if (is_new) next.push_back(0);
+    ++next[it->second];
+    block_of_point.push_back(it->second);
+  }
+  std::exclusive_scan(next.begin(), next.end(), next.begin(), uint32_t{0});
+  std::vector<WeightedPoint> grouped(points.size());
+  for (size_t i = 0; i < points.size(); ++i) grouped[next[block_of_point[i]]++] = points[i];
+  return grouped;
+}
+
+}  // namespace
 
 SubmapFingerprint FingerprintOf(const Submap& submap) {
   return {submap.first_stamp_ns, submap.last_stamp_ns, submap.first_sequence,
@@ -17,7 +44,9 @@ ThinnedSubmap Thin(const Submap& submap, const VoxelGrid& grid, VoxelThinner* th
   }
   ThinnedSubmap thinned;
   thinned.fingerprint = FingerprintOf(submap);
-  thinner->Take(&thinned.points);
+  std::vector<WeightedPoint> in_order_met;
+  thinner->Take(&in_order_met);
+  thinned.points = GroupByBlock(in_order_met, grid);
   for (const WeightedPoint& p : thinned.points) {
     thinned.bounds.Extend(Eigen::Vector3d(p.x, p.y, p.z));
   }

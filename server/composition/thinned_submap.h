@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "core/submap.h"
-#include "server/composition/tile.h"
 #include "server/composition/voxel_thinner.h"
 
 namespace isthmus::composition {
@@ -22,10 +21,14 @@ struct SubmapFingerprint {
 
 SubmapFingerprint FingerprintOf(const Submap& submap);
 
+inline constexpr int32_t kBlockVoxels = 16;  // Along an edge; a power of two.
+
 struct ThinnedSubmap {
   SubmapFingerprint fingerprint;
-  std::vector<WeightedPoint> points;  // Submap frame.
-  Box bounds;                         // Of those, submap frame.
+  // Submap frame. What lies in one cube of kBlockVoxels stands together, so that what is on a tile
+  // is in few places.
+  std::vector<WeightedPoint> points;
+  Box bounds;  // Of those, submap frame.
 };
 
 // Leaves out points that are not finite or off the grid.
@@ -34,20 +37,5 @@ ThinnedSubmap Thin(const Submap& submap, const VoxelGrid& grid, VoxelThinner* th
 // The largest distance that any point of the box moves when its pose changes from one to the other.
 // Exact: the displacement is affine in the point, so a corner has the largest.
 double LargestMove(const Box& box, const Pose& T_map_source, const Pose& T_map_source_new);
-
-// Calls visit(tile, voxel key, point in the map frame) for every point on the grid.
-template <typename Visit>
-void ForEachPlacedPoint(const ThinnedSubmap& submap, uint32_t frame, const Pose& T_map_submap,
-                        const VoxelGrid& grid, const TileLayout& layout, const Visit& visit) {
-  const Eigen::Matrix3f R = T_map_submap.RotationMatrix().cast<float>();
-  const Eigen::Vector3f t = T_map_submap.translation().cast<float>();
-  for (const WeightedPoint& p : submap.points) {
-    const Eigen::Vector3f q = R * Eigen::Vector3f(p.x, p.y, p.z) + t;
-    const auto voxel = grid.Find(q.x(), q.y(), q.z());
-    if (!voxel) continue;
-    visit(layout.Find(frame, *voxel), PackVoxel(*voxel),
-          WeightedPoint{q.x(), q.y(), q.z(), p.intensity, p.weight});
-  }
-}
 
 }  // namespace isthmus::composition

@@ -1,73 +1,138 @@
 #include "server/composition/tile_builder.h"
 
 #include <algorithm>
+#include <array>
+#include <utility>
 
 namespace isthmus::composition {
+namespace {
 
-TileBuilder::TileBuilder(const std::vector<TileKey>& wanted, const VoxelGrid& grid,
-                         const TileLayout& layout)
-    : grid_(grid), layout_(layout), buckets_(wanted.size()) {
-  for (size_t i = 0; i < wanted.size(); ++i) bucket_of_tile_[wanted[i]] = i;
-}
+// A pose that is cheap to apply to many points, the same way every time.
+class Placer {
+ public:
+  explicit Placer(const Pose& T_map_submap)
+      : rotation_(T_map_submap.RotationMatrix().cast<float>()),
+        translation_(T_map_submap.translation().cast<float>()) {}
 
-std::vector<TileBuilder::Entry>* TileBuilder::EntriesOf(Bucket* bucket, uint32_t robot) {
-  for (size_t i = bucket->size(); i-- > 0;) {
-    if ((*bucket)[i].robot == robot) return &(*bucket)[i].entries;
+  Eigen::Vector3f operator()(const WeightedPoint& p) const {
+    return rotation_ * Eigen::Vector3f(p.x, p.y, p.z) + translation_;
   }
-  bucket->push_back({robot, {}});
-  return &bucket->back().entries;
-}
 
-void TileBuilder::Add(const ThinnedSubmap& submap, uint32_t robot, uint32_t frame,
-                      const Pose& T_map_submap) {
-  // A submap lies on few tiles and neighbours in it mostly on one: remember where the last went.
-  TileKey last_tile;
-  std::vector<Entry>* last = nullptr;
-  bool first = true;
-  const auto visit = [&](const TileKey& tile, uint64_t voxel, const WeightedPoint& point) {
-    if (first || tile != last_tile) {
-      const auto it = bucket_of_tile_.find(tile);
-      last = it == bucket_of_tile_.end() ? nullptr : EntriesOf(&buckets_[it->second], robot);
-      last_tile = tile;
-      first = false;
+ private:
+  Eigen::Matrix3f rotation_;
+  Eigen::Vector3f translation_;
+};
+
+// Numbers tiles in the order in which they are met. A submap lies on few tiles, and neighbours in
+// it mostly on one or on one of the last.
+class TileNumbers {
+ public:
+  uint32_t Find(const TileKey& tile) {
+    if (last_ < tiles_.size() && tiles_[last_] == tile) return last_;
+    const auto it = std::find(tiles_.begin(), tiles_.end(), tile);
+    last_ = static_cast<uint32_t>(it - tiles_.begin());
+    if (it == tiles_.end()) tiles_.push_back(tile);
+    return last_;
+  }
+  const std::vector<TileKey>& tiles() const { return tiles_; }
+
+ private:
+  std::vector<TileKey> tiles_;
+  uint32_t last_ = 0;
+};
+
+}  // namespace
+
+PointsByTile SortByTile(const ThinnedSubmap& submap, uint32_t frame, const Pose& T_map_submap,
+                        const VoxelGrid& grid, const TileLayout& layout) {
+  const Placer place(T_map_submap);
+  TileNumbers numbers;
+  std::vector<std::pair<uint32_t, PointRun>> runs;  // With the tile's number.
+  for (uint32_t i = 0; i < submap.points.size(); ++i) {
+    const Eigen::Vector3f at = place(submap.points[i]);
+    const auto voxel = grid.Find(at.x(), at.y(), at.z());
+    if (!voxel) continue;
+    const uint32_t number = numbers.Find(layout.Find(frame, *voxel));
+    if (runs.empty() || runs.back().first != number || runs.back().second.end != i) {
+      runs.push_back({number, {i, i}});
     }
-    if (last) last->push_back({voxel, point});
-  };
-  ForEachPlacedPoint(submap, frame, T_map_submap, grid_, layout_, visit);
+    runs.back().second.end = i + 1;
+  }
+  const std::vector<TileKey>& tiles = numbers.tiles();
+  std::stable_sort(runs.begin(), runs.end(),
+                   [&](const auto& l, const auto& r) { return tiles[l.first] < tiles[r.first]; });
+  PointsByTile sorted;
+  for (const auto& [number, run] : runs) {
+    if (sorted.tiles.empty() || sorted.tiles.back() != tiles[number]) {
+      sorted.tiles.push_back(tiles[number]);
+      sorted.begin.push_back(static_cast<uint32_t>(sorted.runs.size()));
+    }
+    sorted.runs.push_back(run);
+  }
+  sorted.begin.push_back(static_cast<uint32_t>(sorted.runs.size()));
+  return sorted;
 }
 
-TilePtr TileBuilder::MakeTile(Bucket* bucket, const std::vector<RobotId>& robots,
-                              VoxelThinner* thinner) {
-  if (bucket->empty()) return nullptr;
-  std::sort(bucket->begin(), bucket->end(), [&](const RobotPoints& l, const RobotPoints& r) {
+namespace {
+
+// Most of the time goes into waiting for the table's memory: so it is told early what will be
+// asked.
+void AddPoints(const TileSource& source, const VoxelGrid& grid, VoxelThinner* thinner) {
+  constexpr size_t kBatch = 64;
+  std::array<std::pair<uint64_t, WeightedPoint>, kBatch> batch;
+  size_t waiting = 0;
+  const auto add = [&] {
+    for (size_t i = 0; i < waiting; ++i) thinner->Add(batch[i].first, batch[i].second);
+    waiting = 0;
+  };
+  const Placer place(source.T_map_submap);
+  for (const PointRun& run : source.runs) {
+    for (uint32_t i = run.begin; i < run.end; ++i) {
+      const WeightedPoint& point = source.submap->points[i];
+      const Eigen::Vector3f at = place(point);
+      const auto voxel = grid.Find(at.x(), at.y(), at.z());
+      if (!voxel) continue;
+      const uint64_t key = PackVoxel(*voxel);
+      thinner->Prefetch(key);
+      batch[waiting++] = {key, {at.x(), at.y(), at.z(), point.intensity, point.weight}};
+      if (waiting == kBatch) add();
+    }
+  }
+  add();
+}
+
+// Moves what the thinner holds to the tile.
+void TakePart(uint32_t robot, VoxelThinner* thinner, std::vector<WeightedPoint>* scratch,
+              Tile* tile) {
+  scratch->clear();
+  thinner->Take(scratch);
+  Tile::Part part{robot, {}};
+  part.points.reserve(scratch->size());
+  for (const WeightedPoint& p : *scratch) {
+    part.points.push_back({p.x, p.y, p.z, p.intensity});
+    tile->bounds.Extend(Eigen::Vector3d(p.x, p.y, p.z));
+  }
+  tile->point_count += part.points.size();
+  tile->parts.push_back(std::move(part));
+}
+
+}  // namespace
+
+TilePtr MakeTile(std::vector<TileSource> sources, const std::vector<RobotId>& robots,
+                 const VoxelGrid& grid, VoxelThinner* thinner) {
+  if (sources.empty()) return nullptr;
+  std::stable_sort(sources.begin(), sources.end(), [&](const TileSource& l, const TileSource& r) {
     return robots[l.robot] < robots[r.robot];
   });
   auto tile = std::make_shared<Tile>();
-  std::vector<WeightedPoint> thinned;
-  for (const RobotPoints& of_robot : *bucket) {
-    for (const Entry& entry : of_robot.entries) thinner->Add(entry.voxel, entry.point);
-    thinned.clear();
-    thinner->Take(&thinned);
-    Tile::Part part{of_robot.robot, {}};
-    part.points.reserve(thinned.size());
-    for (const WeightedPoint& p : thinned) {
-      part.points.push_back({p.x, p.y, p.z, p.intensity});
-      tile->bounds.Extend(Eigen::Vector3d(p.x, p.y, p.z));
+  std::vector<WeightedPoint> scratch;
+  for (size_t i = 0; i < sources.size(); ++i) {
+    AddPoints(sources[i], grid, thinner);
+    if (i + 1 == sources.size() || sources[i + 1].robot != sources[i].robot) {
+      TakePart(sources[i].robot, thinner, &scratch, tile.get());
     }
-    tile->point_count += part.points.size();
-    tile->parts.push_back(std::move(part));
   }
-  bucket->clear();
-  bucket->shrink_to_fit();
   return tile;
-}
-
-std::vector<TilePtr> TileBuilder::Finish(const std::vector<RobotId>& robots,
-                                         VoxelThinner* thinner) {
-  std::vector<TilePtr> tiles;
-  tiles.reserve(buckets_.size());
-  for (Bucket& bucket : buckets_) tiles.push_back(MakeTile(&bucket, robots, thinner));
-  return tiles;
 }
 
 }  // namespace isthmus::composition

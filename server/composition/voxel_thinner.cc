@@ -9,9 +9,8 @@ constexpr int kInitialBits = 12;
 VoxelThinner::VoxelThinner() : slots_(size_t{1} << kInitialBits), shift_(64 - kInitialBits) {}
 
 size_t VoxelThinner::FindSlot(uint64_t key) const {
-  // Fibonacci hashing: the high bits of the product depend on all bits of the key.
   const size_t mask = slots_.size() - 1;
-  size_t i = (key * 0x9e3779b97f4a7c15u) >> shift_;
+  size_t i = FirstSlot(key);
   while (slots_[i].key != key && slots_[i].key != kFree) i = (i + 1) & mask;
   return i;
 }

@@ -53,12 +53,12 @@ TEST(Composer, PointLandsWhereItsPosesSay) {
   Submap submap;
   submap.id = {SessionId("alice-1"), 0};
   submap.robot = RobotId("alice");
-  submap.T_odom_submap = Pose::FromXyzRpy(10, 0, 0, 0, 0, std::numbers::pi / 2);
+  submap.T_odom_submap = Pose::FromXyzRpy(7, 7, 7, 0, 0, 0);  // Is not looked at.
   submap.keyframes.resize(1);
   submap.points = {At(1, 0, 0.5, 42)};
   Composer composer({});
-  const auto map = composer.Compose(
-      1, {{std::make_shared<Submap>(submap), 0, Pose(Eigen::Vector3d(0, 100, 0))}});
+  const Pose T_map_submap = Pose::FromXyzRpy(10, 100, 0, 0, 0, std::numbers::pi / 2);
+  const auto map = composer.Compose(1, {{std::make_shared<Submap>(submap), 0, T_map_submap}});
   const auto points = ReadAll(*map);
   ASSERT_EQ(points.size(), 1u);
   EXPECT_NEAR(points[0].x, 10, 1e-4);
