@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <numbers>
 #include <utility>
 
 #include "bench/mapping/map_truth.h"
@@ -9,8 +10,10 @@
 namespace isthmus::bench {
 namespace {
 
+constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kAwayM = 8;  // Farther than this counts as having gone away, ...
-constexpr double kBackM = 5;  // ... nearer than this as having come back.
+constexpr double kBackM = 5;  // ... nearer than this, heading alike, as having come back.
+constexpr double kAlike = 30 * kDegree;
 
 struct Lap {
   size_t begin = 0, end = 0;
@@ -24,7 +27,8 @@ Lap ComeBack(const std::vector<Pose>& truth, size_t begin) {
   for (size_t i = begin + 1; i < truth.size(); ++i) {
     const double gap = (truth[i].translation() - truth[begin].translation()).norm();
     away |= gap > kAwayM;
-    if (!away || gap >= std::min(lap.gap_m, kBackM)) {
+    const bool alike = RotationAngle(truth[begin].Inverse() * truth[i]) < kAlike;
+    if (!away || !alike || gap >= std::min(lap.gap_m, kBackM)) {
       if (lap.gap_m < kBackM) break;
       continue;
     }

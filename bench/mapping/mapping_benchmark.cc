@@ -190,6 +190,7 @@ const std::vector<Study>& Studies() {
 
 absl::Status RunAll(const Options& options) {
   server::PipelineOptions pipeline;
+  pipeline.composition_interval_s = 0;  // Nobody waits for it.
   Bench bench{options, pipeline, DriveCache(options.cache, pipeline), {}};
   for (const Study& study : Studies()) {
     const bool wanted = options.studies.empty() ||
