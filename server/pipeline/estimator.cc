@@ -249,8 +249,14 @@ void Estimator::CountRevisits() {
     counted_revision_ = state_->revision.revision;
     placed = state_->PlacedSubmaps();
   }
+  std::vector<SubmapId> seen_again = revisits_.Update(placed);
+  {
+    // With an anchored submap its anchor would go.
+    std::lock_guard lock(state_->mutex);
+    std::erase_if(seen_again, [this](const SubmapId& id) { return state_->anchors.contains(id); });
+  }
   // What cannot be stored now is tried again with the next submap.
-  (void)state_->Retire(revisits_.Update(placed));
+  (void)state_->Retire(seen_again);
 }
 
 }  // namespace isthmus::server

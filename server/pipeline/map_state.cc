@@ -37,12 +37,12 @@ placement::Session PlacementSession(const SessionId& id, const SessionEntry& ent
     node.index = submap->id.index;
     node.T_odom_submap = submap->T_odom_submap;
     if (before != nullptr) {
-      const uint32_t steps = submap->id.index - before->id.index;
-      const auto way = entry.way_m.find(before->id.index);
+      // What a retired submap knew of the way went with it.
+      const auto way = entry.way_m.find(submap->id.index - 1);
       node.travelled_m = way == entry.way_m.end() ? mean : way->second;
-      // How far the robot went while it was in retired submaps went with them.
-      node.travelled_m += mean * (steps - 1);
-      if (steps == 1) node.drift_covariance = submap->drift_covariance;
+      if (before->id.index + 1 == submap->id.index) {
+        node.drift_covariance = submap->drift_covariance;
+      }
     }
     session.nodes.push_back(node);
     before = submap.get();
