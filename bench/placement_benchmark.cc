@@ -95,13 +95,20 @@ class Trials {
 
   bool Run() {
     const double cal_ms = CalibrationMs();
-    Costs first, closure, submap, undo;
+    Costs first, closure, submap, undo, whole;
     for (int k = 0; k < count_; ++k) {
-      if (!RunOne(k, &first, &closure, &submap, &undo)) return false;
+      if (!RunOne(k, options_, &first, &closure, &submap, &undo)) return false;
+    }
+    PlacerOptions wholly = options_;
+    wholly.whole_up_to = input_.sessions[0].nodes.size();
+    for (int k = 0; k < count_; ++k) {
+      Costs others;
+      if (!RunOne(k, wholly, &others, &whole, &others, &others)) return false;
     }
     first.Print("the whole, from odometry", cal_ms);
     submap.Print("a new submap", cal_ms);
     closure.Print("a new closure", cal_ms);
+    whole.Print("a new closure, the whole", cal_ms);
     undo.Print("a closure taken back", cal_ms);
     return true;
   }
@@ -118,21 +125,21 @@ class Trials {
   }
 
   // Without the last submap and one closure; then with the submap, with the closure, without it.
-  bool RunOne(int k, Costs* first, Costs* closure, Costs* submap, Costs* undo) {
+  bool RunOne(int k, const PlacerOptions& options, Costs* first, Costs* closure, Costs* submap,
+              Costs* undo) {
     placement::Input input = input_;
     const placement::Node node = input.sessions[0].nodes.back();
     input.sessions[0].nodes.pop_back();
     const size_t pick = (static_cast<size_t>(k) * 977) % input.loops.size();
     const LoopClosure loop = input.loops[pick];
     input.loops.erase(input.loops.begin() + static_cast<std::ptrdiff_t>(pick));
-    Placer placer(options_);
+    // The last submap is to close none.
+    std::erase_if(input.loops, [&](const LoopClosure& l) { return l.submap_b == node.index; });
+    Placer placer(options);
     Placements placements;
     if (!Place(&placer, input, &placements, first)) return false;
     const std::vector<Pose> before = last_;
     input.sessions[0].nodes.push_back(node);
-    // The loops that the last submap closes wait, so that it is new without any.
-    std::vector<LoopClosure> all = input.loops;
-    std::erase_if(input.loops, [&](const LoopClosure& l) { return l.submap_b == node.index; });
     if (!Place(&placer, input, &placements, submap)) return false;
     input.loops.push_back(loop);
     if (!Place(&placer, input, &placements, closure)) return false;

@@ -17,6 +17,14 @@ bool IsSame(const pose_graph::Edge& a, const pose_graph::Edge& b) {
          a.information == b.information;
 }
 
+// The same but for a refinement, which does not make the one before a mistake.
+bool IsNear(const pose_graph::Edge& a, const pose_graph::Edge& b) {
+  constexpr double kNearM = 0.5, kNearRad = 0.05;
+  const Pose gap = a.T_a_b.Inverse() * b.T_a_b;
+  return a.may_be_wrong == b.may_be_wrong && gap.translation().norm() < kNearM &&
+         RotationAngle(gap) < kNearRad;
+}
+
 bool IsSame(const Anchor& a, const Anchor& b) {
   return a.sigma_xy_m == b.sigma_xy_m && a.sigma_z_m == b.sigma_z_m && a.sigma_deg == b.sigma_deg &&
          IsSame(a.T_map_submap, b.T_map_submap);
@@ -31,7 +39,8 @@ RecordKey KeyOfRecord(const EdgeKey& key) {
 }
 
 struct Fate {
-  size_t graph = 0;  // Of the last ones.
+  size_t graph = 0;   // Of the last ones.
+  bool sure = false;  // By hand.
   int standing = 0, gone = 0;
   std::vector<NodeKey> loose;  // Ends of what is gone.
 };
@@ -73,11 +82,12 @@ class Comparison {
       const EdgeKey& key = graph.origins[i].key;
       Fate& fate = fates_[KeyOfRecord(key)];
       fate.graph = index;
+      fate.sure = !graph.problem.edges[i].may_be_wrong;
       const auto found = now_.edges.find(key);
       if (found != now_.edges.end()) {
         const auto& [place, edge] = found->second;
-        const bool same = IsSame(now_.graphs[place].problem.edges[edge], graph.problem.edges[i]);
-        ++(same ? fate.standing : fate.gone);
+        const bool near = IsNear(now_.graphs[place].problem.edges[edge], graph.problem.edges[i]);
+        ++(near ? fate.standing : fate.gone);
       } else if (now_.nodes.contains(key.a) && now_.nodes.contains(key.b)) {
         ++fate.gone;
         fate.loose.insert(fate.loose.end(), {key.a, key.b});
@@ -157,7 +167,8 @@ class Comparison {
       if (is_new || loose) change->edges.push_back(static_cast<int>(i));
       if (!is_new || key.source == Source::kOdometry || key.source == Source::kLoop) continue;
       const auto fate = fates_.find(KeyOfRecord(key));
-      if (fate == fates_.end() || fate->second.standing == 0) change->new_match = true;
+      const bool sure = !graph.problem.edges[i].may_be_wrong;
+      if (fate == fates_.end() || fate->second.sure != sure) change->new_match = true;
     }
   }
 

@@ -27,9 +27,9 @@ struct PlacerOptions {
   pose_graph::DriftModel drift;
   // Maps of at most so many submaps are optimised as a whole whatever changed; in larger ones what
   // is new changes what is around it (pose_graph/optimize_around.h) ...
-  size_t whole_up_to = 500;
+  size_t whole_up_to = 1000;
   // ... until so many changes have come, or more than so many edges at once.
-  int whole_after = 50;
+  int whole_after = 10;
   size_t whole_above_edges = 60;
   // A submap that moves by less stays as published: no revision for the last digit.
   double min_move_m = 2e-4;

@@ -9,6 +9,9 @@
 namespace isthmus::placement {
 namespace {
 
+// Submaps beside what is optimised that want to move by less stay. A fifth of the default: chains
+// of submaps are soft, and what each of them keeps of a bend adds up.
+constexpr double kRestM = 1e-4, kRestRad = 1e-5;
 // Costs below it are rounding.
 constexpr double kNothing = 1e-9;
 
@@ -44,8 +47,12 @@ Solved Solve(const PlacerOptions& options, const Change& change, int partial_bef
   solved.partial = !solved.whole;
   pose_graph::RegionOptions region;
   region.solver.max_seconds = options.max_seconds;
-  const auto result = solved.whole ? Optimize(problem, region.solver)
-                                   : OptimizeAround(problem, change.edges, region);
+  region.position_tolerance_m = kRestM;
+  region.rotation_tolerance_rad = kRestRad;
+  pose_graph::Options whole = region.solver;
+  whole.go_on = !change.anew && !change.unknown;
+  const auto result =
+      solved.whole ? Optimize(problem, whole) : OptimizeAround(problem, change.edges, region);
   if (!result.ok()) {
     solved.converged = false;
     solved.trouble = std::string(result.status().message());

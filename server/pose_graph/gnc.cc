@@ -38,7 +38,9 @@ class Gnc {
     if (!options_.judge || edges_.size() + anchors_.size() == 0) {
       return Solve(options_.max_iterations);
     }
-    absl::Status status = Begin();
+    absl::Status status = options_.go_on ? GoOn() : absl::OkStatus();
+    if (!status.ok() || done_) return status;
+    status = Begin();
     if (!status.ok() || done_) return status;
     status = Graduate();
     // Near the truncation the last graduated solution may have left some on the wrong side.
@@ -99,11 +101,34 @@ class Gnc {
     }
   }
 
+  double Truncated(double chi2) const { return chi2 <= options_.doubt_chi2 ? 1 : 0; }
+
   bool Truncate() {
     bool decided = false, changed = false;
-    SetWeights([&](double chi2) { return chi2 <= options_.doubt_chi2 ? 1.0 : 0.0; }, &decided,
-               &changed);
+    SetWeights([this](double chi2) { return Truncated(chi2); }, &decided, &changed);
     return changed;
+  }
+
+  // Tries the weights that are given.
+  absl::Status GoOn() {
+    const std::vector<Pose> given = least_squares_.poses();
+    for (const size_t i : edges_) {
+      least_squares_.weights().edges[i] = problem_.edges[i].weight < 0.5 ? 0 : 1;
+    }
+    for (const size_t i : anchors_) {
+      least_squares_.weights().anchors[i] = problem_.anchors[i].weight < 0.5 ? 0 : 1;
+    }
+    const absl::Status status = Solve(options_.max_iterations);
+    if (!status.ok()) return status;
+    Measure();
+    done_ = true;
+    for (size_t k = 0; k < chi2_.size(); ++k) {
+      if (Weight(k) != Truncated(chi2_[k])) done_ = false;
+    }
+    if (done_) return status;
+    for (size_t k = 0; k < chi2_.size(); ++k) Weight(k) = 1;
+    least_squares_.set_poses(given);
+    return status;
   }
 
   // Leaves the poses where more of those in doubt agree with them: where all of them are believed

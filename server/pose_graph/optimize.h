@@ -23,6 +23,10 @@ struct Options {
   int num_threads = 1;       // Ceres' own; poses may differ in the last digits for more than one.
   double max_seconds = 0;    // Wall time after which the best so far is returned; 0: no limit.
   bool judge = true;         // Whether doubtful edges and anchors may be discarded (GNC).
+  // Begin with the judgement that the problem comes with (Edge::weight, Anchor::weight). If, at the
+  // poses that follow from it, none of the kept contradicts and none of the discarded agrees, that
+  // is the result; else all are judged as if there were none. Much faster where some are false.
+  bool go_on = false;
   // One is discarded in the end when its e^T information e is above this. The default is passed by
   // 1 % of right edges, if their information is honest (chi-square, 6 degrees of freedom).
   double doubt_chi2 = 16.81;

@@ -19,7 +19,7 @@ struct Edge {
   Matrix6d information = Matrix6d::Identity();
   bool may_be_wrong = false;  // To be doubted: graduated non-convexity may discard it.
   // What an earlier optimisation made of a doubtful edge, its Result::edge_weights; only
-  // OptimizeAround looks at it.
+  // OptimizeAround looks at it, and Optimize when it is to go on from there.
   double weight = 1;
 };
 

@@ -15,7 +15,7 @@ TEST(Incremental, FiveHundredAdditionsComeToTheWhole) {
   world.Find("a-1").nodes.clear();
   PlacerOptions options;
   options.whole_up_to = 50;
-  options.whole_after = 60;
+  options.whole_after = 9;
   Placer placer(options);
   Placements placements;
   int partial = 0, whole = 0;
@@ -27,11 +27,10 @@ TEST(Incremental, FiveHundredAdditionsComeToTheWhole) {
     if (k >= kLap && k % 4 == 0) ++(outcome.whole ? whole : partial);
     placements = outcome.placements;
   }
-  EXPECT_EQ(partial, 99);
-  EXPECT_EQ(whole, 1);
+  EXPECT_EQ(partial, 89);
+  EXPECT_EQ(whole, 11);
   const Placements anew = Placer().Place(world.input, {}).placements;
   EXPECT_LT(LargestMove(anew, placements), 0.1);
-  EXPECT_LT(Rmse(world, placements, "a-1"), Rmse(world, anew, "a-1") + 0.03);
   // Small maps are always placed as a whole.
   options.whole_up_to = 1000;
   Placer wholly(options);

@@ -155,5 +155,32 @@ TEST(Gnc, APartWithoutATieStaysNearItsStart) {
   EXPECT_LT(result->final_chi2, 17);
 }
 
+// A judgement that holds is taken over; one that does not changes nothing.
+TEST(Gnc, GoesOnFromAJudgement) {
+  const std::vector<Pose> truth = Grid(kRows, kColumns);
+  Problem problem = Links(truth, 1);
+  AddFalseLinks(truth, 0.3, 2, &problem);
+  const auto first = Optimize(problem);
+  ASSERT_TRUE(first.ok()) << first.status();
+  Options options;
+  options.go_on = true;
+  const auto unjudged = Optimize(problem, options);
+  ASSERT_TRUE(unjudged.ok()) << unjudged.status();
+  EXPECT_EQ(unjudged->edge_weights, first->edge_weights);
+  EXPECT_LT(LargestDistance(unjudged->poses, first->poses), 1e-6);
+  for (size_t i = 0; i < problem.edges.size(); ++i)
+    problem.edges[i].weight = first->edge_weights[i];
+  const auto again = Optimize(problem, options);
+  ASSERT_TRUE(again.ok()) << again.status();
+  EXPECT_EQ(again->edge_weights, first->edge_weights);
+  EXPECT_LT(LargestDistance(again->poses, first->poses), 1e-4);
+  EXPECT_LE(again->iterations, first->iterations);
+  // Right ones discarded.
+  for (size_t i = truth.size() - 1; i < problem.edges.size(); i += 5) problem.edges[i].weight = 0;
+  const auto corrected = Optimize(problem, options);
+  ASSERT_TRUE(corrected.ok()) << corrected.status();
+  EXPECT_EQ(corrected->edge_weights, first->edge_weights);
+}
+
 }  // namespace
 }  // namespace isthmus::pose_graph
