@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace isthmus::matching {
 namespace {
@@ -14,6 +15,24 @@ constexpr double kWayPerApart = 3;
 constexpr double kReachShare = 0.5;
 // Nothing is gained by telling apart nearness more finely.
 constexpr double kStepM = 3;
+
+// Equally near ones: newest, oldest, second newest, ...
+void SortByNearness(std::vector<LoopCandidate>* candidates) {
+  const auto step = [](const LoopCandidate& c) { return std::floor(c.apart_m / kStepM); };
+  std::stable_sort(candidates->begin(), candidates->end(), [&](const auto& x, const auto& y) {
+    return step(x) != step(y) ? step(x) < step(y) : x.position > y.position;
+  });
+  std::vector<LoopCandidate> sorted;
+  for (size_t first = 0, last = 0; first < candidates->size(); first = last) {
+    const double here = step((*candidates)[first]);
+    while (last < candidates->size() && step((*candidates)[last]) == here) ++last;
+    for (size_t newer = first, older = last; newer < older;) {
+      sorted.push_back((*candidates)[newer++]);
+      if (newer < older) sorted.push_back((*candidates)[--older]);
+    }
+  }
+  *candidates = std::move(sorted);
+}
 
 }  // namespace
 
@@ -36,10 +55,7 @@ std::vector<LoopCandidate> FindLoopCandidates(const LoopScene& scene, const Loop
     candidate.reach_rad = options.drift_sigmas * known.RotationSigma();
     candidates.push_back(candidate);
   }
-  std::stable_sort(candidates.begin(), candidates.end(), [](const auto& x, const auto& y) {
-    const double step_x = std::floor(x.apart_m / kStepM), step_y = std::floor(y.apart_m / kStepM);
-    return step_x != step_y ? step_x < step_y : x.position > y.position;
-  });
+  SortByNearness(&candidates);
   if (candidates.size() > limit) candidates.resize(limit);
   return candidates;
 }

@@ -2,6 +2,10 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <set>
+#include <utility>
 #include <vector>
 
 #include "server/matching/loop_drift.h"
@@ -14,9 +18,10 @@ namespace isthmus::matching {
 struct LoopScene {
   std::vector<std::shared_ptr<const Submap>> submaps;
   std::vector<Pose> T_map_submap;
-  std::vector<double> ways;      // WaysTravelled.
-  std::vector<LoopEdge> edges;   // Of loops closed so far, as far as they are believed.
-  std::vector<KnownPose> known;  // Of all but the last, from the last.
+  std::vector<double> ways;     // WaysTravelled.
+  std::vector<LoopEdge> edges;  // Of loops closed so far, as far as they are believed.
+  std::set<std::pair<uint32_t, uint32_t>> joined;  // By index: all that were found, older first.
+  std::vector<KnownPose> known;                    // Of all but the last, from the last.
 
   const std::shared_ptr<const Submap>& newest() const { return submaps.back(); }
 };
@@ -30,7 +35,8 @@ struct LoopCandidate {
 };
 
 // Those far enough back along the way that may overlap the newest: nearest first, in steps of some
-// metres, and the newer first where equally near. At most `limit`.
+// metres; of those equally near the newest and the oldest in turn, so that a place that is seen
+// again and again hangs on its latest and on its first look. At most `limit`.
 std::vector<LoopCandidate> FindLoopCandidates(const LoopScene& scene, const LoopOptions& options,
                                               const LoopSubmaps& submaps, size_t limit);
 

@@ -52,6 +52,34 @@ void AddEdges(const LoopClosure& closure, const LoopQuery& query, bool placed,
   }
 }
 
+// The session as of its k-th submap.
+LoopScene SceneOf(const LoopQuery& query, size_t k, const std::vector<double>& ways,
+                  const std::vector<LoopClosure>& found, const LoopOptions& options) {
+  LoopScene scene;
+  const auto end = static_cast<std::ptrdiff_t>(k + 1);
+  scene.submaps.assign(query.submaps.begin(), query.submaps.begin() + end);
+  scene.T_map_submap.assign(query.T_map_submap.begin(), query.T_map_submap.begin() + end);
+  scene.ways.assign(ways.begin(), ways.begin() + end);
+  for (const auto* closures : {&query.known, &found}) {
+    for (const LoopClosure& closure : *closures) {
+      // What was found for the submap before may not have come into the placement yet.
+      const bool placed =
+          closures == &query.known && k > 0 && closure.submap_b < query.submaps[k - 1]->id.index;
+      AddEdges(closure, query, placed, &scene.edges);
+      for (const SubmapEdge& edge : closure.edges) {
+        scene.joined.emplace(edge.submap_a, edge.submap_b);
+      }
+    }
+  }
+  scene.known = LookBack(scene.submaps, scene.ways, scene.edges, options.drift);
+  return scene;
+}
+
+bool IsClosed(const LoopScene& scene) {
+  return std::any_of(scene.joined.begin(), scene.joined.end(),
+                     [&](const auto& pair) { return pair.second == scene.newest()->id.index; });
+}
+
 // Whether a person rejected a loop that says the same: that these stretches of the way lie on each
 // other like this.
 bool IsRejected(const LoopClosure& closure, const LoopScene& scene, const LoopQuery& query,
@@ -128,18 +156,9 @@ std::vector<LoopClosure> LoopFinder::Find(const LoopQuery& query) {
   state_->submaps.Keep(query.submaps);
   const std::vector<double> ways = WaysTravelled(query.submaps);
   for (size_t k = query.first_new; k < query.submaps.size(); ++k) {
-    LoopScene scene;
-    const auto end = static_cast<std::ptrdiff_t>(k + 1);
-    scene.submaps.assign(query.submaps.begin(), query.submaps.begin() + end);
-    scene.T_map_submap.assign(query.T_map_submap.begin(), query.T_map_submap.begin() + end);
-    scene.ways.assign(ways.begin(), ways.begin() + end);
-    // What was found for the submap before may not have come into the placement yet.
-    for (const LoopClosure& closure : query.known) {
-      AddEdges(closure, query, k == 0 || closure.submap_b + 1 < query.submaps[k]->id.index,
-               &scene.edges);
-    }
-    for (const LoopClosure& closure : found) AddEdges(closure, query, false, &scene.edges);
-    scene.known = LookBack(scene.submaps, scene.ways, scene.edges, state_->options.drift);
+    const LoopScene scene = SceneOf(query, k, ways, found, state_->options);
+    // Asked before, perhaps before a restart.
+    if (IsClosed(scene)) continue;
     auto closure = state_->FindFor(scene);
     if (!closure) continue;
     const double way_m = kSaidWays * state_->options.min_way_m;

@@ -62,11 +62,6 @@ std::optional<Windows> ChooseWindows(const LoopScene& scene, size_t place,
   return windows;
 }
 
-bool IsOutdoors(const PreparedMap& map) {
-  return std::all_of(map.submaps().begin(), map.submaps().end(),
-                     [](const auto& submap) { return submap->voxel_m() > 0.4; });
-}
-
 class Search {
  public:
   Search(const LoopScene& scene, const LoopCandidate& candidate, const Windows& windows,
@@ -249,11 +244,6 @@ class Search {
     return closure;
   }
 
-  bool IsClosed(size_t a, size_t b) const {
-    return std::any_of(scene_.edges.begin(), scene_.edges.end(),
-                       [&](const LoopEdge& edge) { return edge.a == a && edge.b == b; });
-  }
-
   // Of pairs that no loop joins yet: the newest submap's first, then one of each of the others,
   // until there are enough.
   std::vector<SubmapEdge> ChooseEdges(const std::vector<SubmapEdge>& all) const {
@@ -263,8 +253,7 @@ class Search {
       SubmapEdge named = edge;
       named.submap_a = old_.submaps()[edge.submap_a]->submap().id.index;
       named.submap_b = fresh_.submaps()[edge.submap_b]->submap().id.index;
-      if (IsClosed(windows_.first_old + edge.submap_a, windows_.first_new + edge.submap_b))
-        continue;
+      if (scene_.joined.count({named.submap_a, named.submap_b}) > 0) continue;
       ranked.emplace_back(of[edge.submap_b]++, named);
     }
     std::stable_sort(ranked.begin(), ranked.end(), [](const auto& x, const auto& y) {

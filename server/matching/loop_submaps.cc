@@ -8,6 +8,8 @@ namespace isthmus::matching {
 namespace {
 
 constexpr size_t kMinCapacity = 16;
+// Submaps whose surfaces are coarser look like outdoors.
+constexpr double kMaxIndoorVoxelM = 0.4;
 
 SessionMap MapOf(const std::vector<std::shared_ptr<const Submap>>& submaps) {
   return {submaps.front()->id.session, submaps};
@@ -86,6 +88,11 @@ void LoopSubmaps::Keep(const std::vector<std::shared_ptr<const Submap>>& submaps
   std::erase_if(facts_, [&](const auto& entry) { return gone(entry.first); });
   std::erase_if(turns_, gone);
   std::erase_if(used_, [&](const auto& entry) { return gone(entry.first); });
+}
+
+bool IsOutdoors(const PreparedMap& map) {
+  return std::all_of(map.submaps().begin(), map.submaps().end(),
+                     [](const auto& submap) { return submap->voxel_m() > kMaxIndoorVoxelM; });
 }
 
 Eigen::Vector3d MiddleOf(const Submap& submap) {

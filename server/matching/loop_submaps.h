@@ -49,6 +49,9 @@ class LoopSubmaps {
   std::map<uint32_t, Facts> facts_;
 };
 
+// As its submaps say, all of them.
+bool IsOutdoors(const PreparedMap& map);
+
 // Where the sensor was in the middle of the submap, in its frame.
 Eigen::Vector3d MiddleOf(const Submap& submap);
 

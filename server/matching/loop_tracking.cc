@@ -45,7 +45,7 @@ std::optional<Laid> LayOn(const LoopScene& scene, const LoopCandidate& candidate
   Laid laid;
   laid.edge = {a.submap().id.index, b.submap().id.index, T_a_b, aligned->information};
   laid.agreement = MeasureAgreement(b, T_a_b, old->submaps(), {Pose()}, kOverlapM);
-  const bool outdoors = std::min(a.voxel_m(), b.voxel_m()) > 0.4;
+  const bool outdoors = IsOutdoors(*old) && IsOutdoors(fresh);
   laid.free_space = ScoreFreeSpace(old->free_space(), fresh.free_space(), {{Pose()}, {T_a_b}},
                                    FreeSpaceOptions::For(outdoors));
   const double limit = outdoors ? options.max_free_space_outdoors : options.max_free_space;
@@ -101,6 +101,7 @@ std::optional<LoopClosure> FollowLoop(const LoopScene& scene,
   const std::shared_ptr<const PreparedMap> fresh = submaps->Prepared(scene.newest());
   std::vector<Laid> laid;
   std::vector<size_t> taken;
+  double reach = 0;
   size_t tried = 0;
   for (const LoopCandidate& candidate : candidates) {
     if (laid.size() >= options.max_edges || tried >= options.max_edges + 2) break;
@@ -113,15 +114,14 @@ std::optional<LoopClosure> FollowLoop(const LoopScene& scene,
     if (!one) continue;
     laid.push_back(std::move(*one));
     taken.push_back(candidate.position);
+    reach = std::max(reach, candidate.reach_m);
   }
-  if (laid.empty()) return std::nullopt;
-  const bool alone = candidates.front().reach_m > kAloneM;
-  for (size_t i = 1; i < laid.size() || (alone && i == 1); ++i) {
-    const bool agrees = i < laid.size() && Agree(scene, taken[0], laid[0], taken[i], laid[i]);
-    if (!agrees) return std::nullopt;
+  if (laid.empty() || (laid.size() == 1 && reach > kAloneM)) return std::nullopt;
+  for (size_t i = 1; i < laid.size(); ++i) {
+    if (!Agree(scene, taken[0], laid[0], taken[i], laid[i])) return std::nullopt;
   }
   LoopClosure closure = Close(laid, scene);
-  const bool outdoors = fresh->submaps().front()->voxel_m() > 0.4;
+  const bool outdoors = IsOutdoors(*fresh);
   DescribeLoop(outdoors ? options.max_free_space_outdoors : options.max_free_space, &closure);
   return closure;
 }

@@ -54,11 +54,6 @@ PlaceDescriptorOptions PlaceOptions(const PreparedSubmap& submap) {
 
 }  // namespace
 
-bool IsBeginning(const SessionMap& before, const SessionMap& map) {
-  return before.session == map.session && before.submaps.size() <= map.submaps.size() &&
-         std::equal(before.submaps.begin(), before.submaps.end(), map.submaps.begin());
-}
-
 std::optional<std::vector<size_t>> FindKept(const SessionMap& before, const SessionMap& map) {
   if (before.session != map.session) return std::nullopt;
   std::vector<size_t> kept;

@@ -16,9 +16,6 @@
 
 namespace isthmus::matching {
 
-// Whether `map` is `before`, of the same session, with more submaps or none at its end.
-bool IsBeginning(const SessionMap& before, const SessionMap& map);
-
 // What a map that some submaps were retired from begins with: the positions in `before` of those
 // that are left, which `map`, of the same session, begins with in this order before newer ones
 // come. Nothing where it does not, or where none are left of some.
