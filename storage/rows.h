@@ -58,6 +58,11 @@ absl::StatusOr<std::vector<SubmapInfo>> SelectSubmaps(Connection& database,
 absl::StatusOr<std::vector<SubmapInfo>> SelectSubmapsNear(Connection& database, int64_t session_key,
                                                           const Box& box_odom);
 
+// All tables. What MapStore::Write promises, but for committing; after an error the caller takes back
+// what was done. `submaps` are the batch's, encoded.
+absl::Status AddBatch(Connection& database, const WriteBatch& batch,
+                      const std::vector<SubmapRow>& submaps);
+
 // features. NotFound where the submap, or the kind, is unknown; DataLoss for a wrong checksum.
 absl::Status PutFeatureRow(Connection& database, const FeatureBlob& blob);
 absl::StatusOr<std::string> FindFeatures(Connection& database, const SubmapId& submap,

@@ -186,6 +186,8 @@ int64_t Connection::Changes() const { return sqlite3_changes64(database_); }
 
 int64_t Connection::LastKey() const { return sqlite3_last_insert_rowid(database_); }
 
+bool Connection::InTransaction() const { return sqlite3_get_autocommit(database_) == 0; }
+
 Transaction::Transaction(Connection& database, Kind kind) : database_(database) {
   status_ = database_.Execute(kind == Kind::kWrite ? "BEGIN IMMEDIATE" : "BEGIN");
   open_ = status_.ok();
@@ -198,6 +200,22 @@ Transaction::~Transaction() {
 
 absl::Status Transaction::Commit() {
   absl::Status status = database_.Execute("COMMIT");
+  if (status.ok()) open_ = false;
+  return status;
+}
+
+Savepoint::Savepoint(Connection& database) : database_(database) {
+  status_ = database_.Execute("SAVEPOINT part");
+  open_ = status_.ok();
+}
+
+Savepoint::~Savepoint() {
+  // There is nothing left to take back when an error has taken back the whole transaction.
+  if (open_) database_.Execute("ROLLBACK TO part; RELEASE part").IgnoreError();
+}
+
+absl::Status Savepoint::Release() {
+  absl::Status status = database_.Execute("RELEASE part");
   if (status.ok()) open_ = false;
   return status;
 }

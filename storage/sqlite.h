@@ -78,6 +78,8 @@ class Connection {
   // Rows that the last INSERT, UPDATE or DELETE changed; the key that the last INSERT made.
   int64_t Changes() const;
   int64_t LastKey() const;
+  // False outside, and after an error that took the open transaction back.
+  bool InTransaction() const;
 
  private:
   Connection(std::string path, sqlite3* database) : path_(std::move(path)), database_(database) {}
@@ -101,6 +103,26 @@ class Transaction {
   // Of the beginning; nothing may be done unless OK.
   const absl::Status& status() const { return status_; }
   absl::Status Commit();
+
+ private:
+  Connection& database_;
+  absl::Status status_;
+  bool open_ = false;
+};
+
+// Part of an open transaction, taken back by itself when it goes out of scope without a successful
+// Release. They do not nest.
+class Savepoint {
+ public:
+  explicit Savepoint(Connection& database);
+  ~Savepoint();
+  Savepoint(const Savepoint&) = delete;
+  Savepoint& operator=(const Savepoint&) = delete;
+
+  // Of the beginning; nothing may be done unless OK.
+  const absl::Status& status() const { return status_; }
+  // What was done becomes part of the transaction.
+  absl::Status Release();
 
  private:
   Connection& database_;

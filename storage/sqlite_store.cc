@@ -2,14 +2,13 @@
 
 #include <absl/strings/str_cat.h>
 
-#include <mutex>
-#include <set>
 #include <utility>
 
 #include "core/codec/quantized.h"
 #include "storage/batch_rules.h"
 #include "storage/connection_pool.h"
 #include "storage/directory_lock.h"
+#include "storage/group_commit.h"
 #include "storage/migrations.h"
 #include "storage/revision_log.h"
 #include "storage/rows.h"
@@ -21,9 +20,9 @@ namespace {
 // Enough for a query, an export and a matcher at a time; more would wait for the disk anyway.
 constexpr int kReaders = 3;
 
-// One connection writes, guarded by a mutex; a few others read. In WAL mode readers see the last
-// commit and wait for no writer, whose commits wait for the disk. Submaps are packed and unpacked
-// outside of both.
+// One connection writes, for all who come at a time together; a few others read. In WAL mode
+// readers see the last commit and wait for no writer, whose commits wait for the disk. Submaps are
+// packed and unpacked outside of both.
 class SqliteStore : public MapStore {
  public:
   SqliteStore(std::unique_ptr<DirectoryLock> lock, std::unique_ptr<Connection> writer,
@@ -42,22 +41,15 @@ class SqliteStore : public MapStore {
       encoded.push_back({Summarize(*submap), submap->drift_covariance,
                          blob.ok() ? *std::move(blob) : std::string()});
     }
-    std::lock_guard lock(write_mutex_);
-    Transaction transaction(*writer_);
-    if (!transaction.status().ok()) return transaction.status();
-    if (absl::Status status = Check(batch); !status.ok()) return status;
-    if (absl::Status status = WriteRows(batch, encoded); !status.ok()) return status;
-    return transaction.Commit();
+    return writer_.Run([&](Connection& database) { return AddBatch(database, batch, encoded); });
   }
 
   absl::Status DeleteSession(const SessionId& session) override {
-    std::lock_guard lock(write_mutex_);
-    Transaction transaction(*writer_);
-    if (!transaction.status().ok()) return transaction.status();
-    absl::StatusOr<bool> removed = RemoveSession(*writer_, session);
-    if (!removed.ok()) return removed.status();
-    if (!*removed) return UnknownSession(session);
-    return transaction.Commit();
+    return writer_.Run([&](Connection& database) -> absl::Status {
+      absl::StatusOr<bool> removed = RemoveSession(database, session);
+      if (!removed.ok()) return removed.status();
+      return *removed ? absl::OkStatus() : UnknownSession(session);
+    });
   }
 
   absl::StatusOr<SessionRecord> GetSession(const SessionId& session) const override {
@@ -157,11 +149,7 @@ class SqliteStore : public MapStore {
   }
 
   absl::Status PutFeatures(const FeatureBlob& blob) override {
-    std::lock_guard lock(write_mutex_);
-    Transaction transaction(*writer_);
-    if (!transaction.status().ok()) return transaction.status();
-    if (absl::Status status = PutFeatureRow(*writer_, blob); !status.ok()) return status;
-    return transaction.Commit();
+    return writer_.Run([&](Connection& database) { return PutFeatureRow(database, blob); });
   }
 
   absl::StatusOr<std::string> GetFeatures(const SubmapId& submap,
@@ -191,84 +179,11 @@ class SqliteStore : public MapStore {
     });
   }
 
-  // For Check and WriteRows, write_mutex_ is held and a transaction is open.
-  absl::Status Check(const WriteBatch& batch) {
-    absl::Status failure;  // Of the queries themselves.
-    const auto exists = [&](const auto& key) {
-      if (failure.ok() && !key.ok()) failure = key.status();
-      return key.ok() && key->has_value();
-    };
-    absl::StatusOr<int64_t> latest = LatestRevisionNumber(*writer_);
-    if (!latest.ok()) return latest.status();
-    StoreContents contents;
-    contents.has_session = [&](const SessionId& id) {
-      return exists(FindSessionKey(*writer_, id));
-    };
-    contents.has_submap = [&](const SubmapId& id) { return exists(FindSubmapKey(*writer_, id)); };
-    contents.latest_revision = *latest;
-    absl::Status status = CheckBatch(batch, contents);
-    return failure.ok() ? status : failure;
-  }
-
-  absl::Status WriteRows(const WriteBatch& batch, const std::vector<SubmapRow>& submaps) {
-    for (const SessionRecord& record : batch.sessions) {
-      if (absl::Status status = PutSession(*writer_, record); !status.ok()) return status;
-    }
-    if (auto status = AddTrajectory(*writer_, batch.trajectory); !status.ok()) return status;
-    for (const SubmapRow& submap : submaps) {
-      if (auto status = AddSubmap(*writer_, submap); !status.ok()) return status;
-    }
-    for (const Match& match : batch.matches) {
-      if (absl::Status status = PutMatch(*writer_, match); !status.ok()) return status;
-    }
-    for (const Verdict& verdict : batch.verdicts) {
-      if (absl::Status status = PutVerdict(*writer_, verdict); !status.ok()) return status;
-    }
-    for (const auto& [a, b] : batch.withdrawn_verdicts) {
-      if (absl::Status status = RemoveVerdict(*writer_, a, b); !status.ok()) return status;
-    }
-    return WriteGraphRows(batch);
-  }
-
-  // The records that came with placing submaps.
-  absl::Status WriteGraphRows(const WriteBatch& batch) {
-    for (const LoopClosure& loop : batch.loops) {
-      if (absl::Status status = PutLoop(*writer_, loop); !status.ok()) return status;
-    }
-    for (const Anchor& anchor : batch.anchors) {
-      if (absl::Status status = PutAnchor(*writer_, anchor); !status.ok()) return status;
-    }
-    for (const SubmapId& submap : batch.removed_anchors) {
-      if (absl::Status status = RemoveAnchor(*writer_, submap); !status.ok()) return status;
-    }
-    if (absl::Status status = Retire(batch.retired); !status.ok()) return status;
-    if (!batch.revision) return absl::OkStatus();
-    return AddRevision(*writer_, *batch.revision, batch.moves);
-  }
-
-  absl::Status Retire(const std::vector<SubmapId>& retired) {
-    std::set<int64_t> sessions;
-    for (const SubmapId& submap : retired) {
-      absl::StatusOr<std::optional<int64_t>> session = FindSessionKey(*writer_, submap.session);
-      if (!session.ok()) return session.status();
-      if (!*session) continue;
-      sessions.insert(**session);
-      const absl::Status status = RemoveSubmap(*writer_, **session, submap.index);
-      if (!status.ok()) return status;
-    }
-    for (const int64_t session : sessions) {
-      if (auto status = RemoveLostLoops(*writer_, session); !status.ok()) return status;
-    }
-    return absl::OkStatus();
-  }
-
   // Constant after construction. Destroyed last: the database is closed before the lock is let go.
   const std::unique_ptr<DirectoryLock> lock_;
   const SqliteOptions options_;
   mutable ConnectionPool readers_;
-
-  std::mutex write_mutex_;
-  const std::unique_ptr<Connection> writer_;  // What it points to is guarded by write_mutex_.
+  GroupCommit writer_;
 };
 
 absl::StatusOr<std::unique_ptr<Connection>> OpenConnection(const std::string& path,
