@@ -13,7 +13,7 @@ namespace {
 
 // Of the older submaps that the newest may lie on, so many are looked at; of the passes they are
 // of, so many are searched.
-constexpr size_t kMaxCandidates = 24, kMaxSearches = 2;
+constexpr size_t kMaxCandidates = 48, kMaxSearches = 2;
 // An edge that the placement contradicts by more was found wrong there, or is not in it yet.
 constexpr double kPlacedM = 0.6, kPlacedRad = 0.06;
 // What a person rejected is not offered again if it is this much like it, along the way before and

@@ -22,6 +22,8 @@ constexpr double kSlackM = 0.1, kSlackRad = 0.01;
 constexpr int64_t kComparisonShare = 2;
 // One pass gives two edges, so that there are some left for other times.
 constexpr int kEdgesPerPass = 2;
+// Behind so many candidates those with fewer edges than this come first.
+constexpr int kFirst = 1, kHeld = 2;
 
 struct Laid {
   SubmapEdge edge;
@@ -66,6 +68,24 @@ bool Agree(const LoopScene& scene, size_t position, const Laid& laid, size_t oth
   return apart.translation().norm() < kAgreeM && RotationAngle(apart) < kAgreeRad;
 }
 
+// Those that hang on the rest by an edge or none of late come right after the first: with the
+// submaps that are retired go edges, and what no loop holds any more lies where odometry has it.
+std::vector<LoopCandidate> LonelyFirst(const LoopScene& scene,
+                                       const std::vector<LoopCandidate>& candidates) {
+  std::vector<int> held(scene.submaps.size(), 0);
+  for (const LoopEdge& edge : scene.edges) {
+    ++held[edge.a];
+    ++held[edge.b];
+  }
+  std::vector<LoopCandidate> sorted = candidates;
+  if (sorted.size() > kFirst) {
+    std::stable_partition(
+        sorted.begin() + kFirst, sorted.end(),
+        [&](const LoopCandidate& candidate) { return held[candidate.position] < kHeld; });
+  }
+  return sorted;
+}
+
 LoopClosure Close(const std::vector<Laid>& laid, const LoopScene& scene) {
   LoopClosure closure;
   const Laid& first = laid.front();
@@ -103,7 +123,7 @@ std::optional<LoopClosure> FollowLoop(const LoopScene& scene,
   std::vector<size_t> taken;
   double reach = 0;
   size_t tried = 0;
-  for (const LoopCandidate& candidate : candidates) {
+  for (const LoopCandidate& candidate : LonelyFirst(scene, candidates)) {
     if (laid.size() >= options.max_edges || tried >= options.max_edges + 2) break;
     const auto of_this_pass = std::count_if(taken.begin(), taken.end(), [&](size_t position) {
       return std::abs(scene.ways[position] - scene.ways[candidate.position]) < options.min_way_m;
