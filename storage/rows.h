@@ -7,6 +7,7 @@
 #include <absl/status/statusor.h>
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -47,6 +48,9 @@ struct SubmapRow {
   std::string blob;
 };
 absl::Status AddSubmap(Connection& database, const SubmapRow& submap);
+// DataLoss, naming it, for a row that is not whole.
+absl::StatusOr<std::shared_ptr<const Submap>> UnpackSubmap(const SubmapRow& submap);
+absl::Status DamagedSubmap(const SubmapId& submap, const absl::Status& why);
 // With its scans and all that hangs on it; one that is not there is no error.
 absl::Status RemoveSubmap(Connection& database, int64_t session_key, uint32_t index);
 absl::StatusOr<std::optional<int64_t>> FindSubmapKey(Connection& database, const SubmapId& submap);
@@ -58,8 +62,8 @@ absl::StatusOr<std::vector<SubmapInfo>> SelectSubmaps(Connection& database,
 absl::StatusOr<std::vector<SubmapInfo>> SelectSubmapsNear(Connection& database, int64_t session_key,
                                                           const Box& box_odom);
 
-// All tables. What MapStore::Write promises, but for committing; after an error the caller takes back
-// what was done. `submaps` are the batch's, encoded.
+// All tables. What MapStore::Write promises, but for committing; after an error the caller takes
+// back what was done. `submaps` are the batch's, encoded.
 absl::Status AddBatch(Connection& database, const WriteBatch& batch,
                       const std::vector<SubmapRow>& submaps);
 

@@ -148,16 +148,20 @@ std::string Statement::Text(int column) const {
   return std::string(static_cast<const char*>(bytes), static_cast<size_t>(size));
 }
 
-absl::StatusOr<std::unique_ptr<Connection>> Connection::Open(const std::string& path) {
+absl::StatusOr<std::unique_ptr<Connection>> Connection::Open(const std::string& path,
+                                                             Access access) {
   sqlite3* database = nullptr;
+  const int how = access == Access::kReadOnly ? SQLITE_OPEN_READONLY
+                                              : SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE;
   // No mutex of SQLite's own: whoever holds a connection guards it.
-  const int flags = SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_NOMUTEX;
-  const int code = sqlite3_open_v2(path.c_str(), &database, flags, nullptr);
+  const int code = sqlite3_open_v2(path.c_str(), &database, how | SQLITE_OPEN_NOMUTEX, nullptr);
   std::unique_ptr<Connection> connection(new Connection(path, database));
   if (code != SQLITE_OK) return ToStatus(database, code);
   sqlite3_extended_result_codes(database, 1);
   constexpr int kWaitForOthers_ms = 5000;  // The sqlite3 shell may be looking at the file.
   sqlite3_busy_timeout(database, kWaitForOthers_ms);
+  if (access == Access::kCreate) return connection;
+  if (auto status = connection->SetCheckpointOnClose(false); !status.ok()) return status;
   return connection;
 }
 
@@ -185,6 +189,11 @@ Statement Connection::Prepare(const std::string& sql) {
 int64_t Connection::Changes() const { return sqlite3_changes64(database_); }
 
 int64_t Connection::LastKey() const { return sqlite3_last_insert_rowid(database_); }
+
+absl::Status Connection::SetCheckpointOnClose(bool checkpoint) {
+  return ToStatus(database_, sqlite3_db_config(database_, SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE,
+                                               checkpoint ? 0 : 1, nullptr));
+}
 
 bool Connection::InTransaction() const { return sqlite3_get_autocommit(database_) == 0; }
 

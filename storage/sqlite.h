@@ -64,8 +64,11 @@ class Statement {
 // errors) or Internal.
 class Connection {
  public:
-  // Creates the file if there is none.
-  static absl::StatusOr<std::unique_ptr<Connection>> Open(const std::string& path);
+  enum class Access { kCreate, kReadOnly };
+  // kCreate makes the file if there is none; kReadOnly, which writes neither it nor its log, gives
+  // Unavailable then.
+  static absl::StatusOr<std::unique_ptr<Connection>> Open(const std::string& path,
+                                                          Access access = Access::kCreate);
   ~Connection();
   Connection(const Connection&) = delete;
   Connection& operator=(const Connection&) = delete;
@@ -78,6 +81,8 @@ class Connection {
   // Rows that the last INSERT, UPDATE or DELETE changed; the key that the last INSERT made.
   int64_t Changes() const;
   int64_t LastKey() const;
+  // Whether the last connection that closes writes the log into the database; true at first.
+  absl::Status SetCheckpointOnClose(bool checkpoint);
   // False outside, and after an error that took the open transaction back.
   bool InTransaction() const;
 

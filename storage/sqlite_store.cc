@@ -71,25 +71,10 @@ class SqliteStore : public MapStore {
 
   absl::StatusOr<std::shared_ptr<const Submap>> GetSubmap(const SubmapId& id) const override {
     absl::StatusOr<std::optional<SubmapRow>> row = FindSubmap(*readers_.Borrow(), id);
+    if (absl::IsDataLoss(row.status())) return DamagedSubmap(id, row.status());
     if (!row.ok()) return row.status();
     if (!*row) return UnknownSubmap(id);
-    const SubmapInfo& info = (*row)->info;
-    auto submap = std::make_shared<Submap>();
-    submap->id = info.id;
-    submap->robot = info.robot;
-    submap->T_odom_submap = info.T_odom_submap;
-    submap->drift_covariance = (*row)->drift_covariance;
-    submap->first_sequence = info.first_sequence;
-    submap->last_sequence = info.last_sequence;
-    submap->first_stamp_ns = info.first_stamp_ns;
-    submap->last_stamp_ns = info.last_stamp_ns;
-    absl::Status status = DecodeSubmap((*row)->blob, *submap);
-    const bool complete = submap->keyframes.size() == info.keyframe_count &&
-                          submap->points.size() == info.point_count;
-    if (status.ok() && !complete) status = absl::DataLossError("it is another submap's");
-    if (status.ok()) return submap;
-    return absl::DataLossError(
-        absl::StrCat("submap ", ToString(id), " is damaged: ", status.message()));
+    return UnpackSubmap(**row);
   }
 
   absl::StatusOr<std::vector<SubmapInfo>> ListSubmaps(
@@ -209,13 +194,16 @@ absl::StatusOr<std::unique_ptr<MapStore>> OpenSqliteStore(const std::string& dir
   const std::string path = directory + "/isthmus.db";
   absl::StatusOr<std::unique_ptr<Connection>> writer = OpenConnection(path, "");
   if (!writer.ok()) return writer.status();
-  // Before anything is changed, the journal mode included.
-  if (absl::Status status = CheckSchema(**writer); !status.ok()) return status;
+  // Before anything is changed, the journal mode and what lies in the log included.
+  absl::Status status = (*writer)->SetCheckpointOnClose(false);
+  if (status.ok()) status = CheckSchema(**writer);
+  if (status.ok()) status = (*writer)->SetCheckpointOnClose(true);
+  if (!status.ok()) return status;
   constexpr char kWriterPragmas[] =
       "PRAGMA journal_mode = WAL; PRAGMA journal_size_limit = 67108864; PRAGMA foreign_keys = ON; "
       "PRAGMA temp_store = MEMORY; PRAGMA synchronous = ";
   const char* synchronous = options.sync_every_commit ? "FULL" : "NORMAL";
-  absl::Status status = (*writer)->Execute(absl::StrCat(kWriterPragmas, synchronous));
+  status = (*writer)->Execute(absl::StrCat(kWriterPragmas, synchronous));
   if (status.ok()) status = Migrate(**writer);
   if (!status.ok()) return status;
   std::vector<std::unique_ptr<Connection>> readers;

@@ -1,6 +1,9 @@
+#include <absl/strings/str_cat.h>
+
 #include "storage/matrix_codec.h"
 #include "storage/pose_codec.h"
 #include "storage/rows.h"
+#include "storage/submap_codec.h"
 
 namespace isthmus::storage {
 namespace {
@@ -103,6 +106,30 @@ absl::Status AddSubmap(Connection& database, const SubmapRow& submap) {
                             .Run();
   if (!status.ok()) return status;
   return AddBounds(database, key, Transform(info.T_odom_submap, info.bounds));
+}
+
+absl::Status DamagedSubmap(const SubmapId& submap, const absl::Status& why) {
+  return absl::DataLossError(
+      absl::StrCat("submap ", ToString(submap), " is damaged: ", why.message()));
+}
+
+absl::StatusOr<std::shared_ptr<const Submap>> UnpackSubmap(const SubmapRow& row) {
+  const SubmapInfo& info = row.info;
+  auto submap = std::make_shared<Submap>();
+  submap->id = info.id;
+  submap->robot = info.robot;
+  submap->T_odom_submap = info.T_odom_submap;
+  submap->drift_covariance = row.drift_covariance;
+  submap->first_sequence = info.first_sequence;
+  submap->last_sequence = info.last_sequence;
+  submap->first_stamp_ns = info.first_stamp_ns;
+  submap->last_stamp_ns = info.last_stamp_ns;
+  absl::Status status = DecodeSubmap(row.blob, *submap);
+  const bool complete =
+      submap->keyframes.size() == info.keyframe_count && submap->points.size() == info.point_count;
+  if (status.ok() && !complete) status = absl::DataLossError("it is another submap's");
+  if (!status.ok()) return DamagedSubmap(info.id, status);
+  return submap;
 }
 
 absl::Status RemoveSubmap(Connection& database, int64_t session_key, uint32_t index) {

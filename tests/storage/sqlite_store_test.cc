@@ -140,6 +140,27 @@ TEST_F(SqliteStoreTest, RefusesANewerSchemaAndLeavesItAlone) {
   EXPECT_EQ(*codec::ReadFile(folder_.database()), *before);
 }
 
+// As a newer program that was killed leaves it: what is newer is in the log only.
+TEST_F(SqliteStoreTest, LeavesTheLogOfANewerSchemaAlone) {
+  ASSERT_TRUE(Open()->Write(FullBatch()).ok());
+  auto newer = Connection::Open(folder_.database());
+  ASSERT_TRUE((*newer)->SetCheckpointOnClose(false).ok());
+  ASSERT_TRUE((*newer)->Execute("PRAGMA user_version = 99").ok());
+  newer->reset();
+  const std::string log = folder_.database() + "-wal";
+  const std::string database_before = *codec::ReadFile(folder_.database());
+  const std::string log_before = *codec::ReadFile(log);
+  ASSERT_FALSE(log_before.empty());
+  const absl::Status status = OpenStatus();
+  EXPECT_EQ(status.code(), StatusCode::kFailedPrecondition);
+  EXPECT_THAT(std::string(status.message()), HasSubstr("use the newer program"));
+  EXPECT_EQ(*codec::ReadFile(folder_.database()), database_before);
+  EXPECT_EQ(*codec::ReadFile(log), log_before);
+  // It was no more than the number.
+  Execute("PRAGMA user_version = " + std::to_string(Migrations().back().version));
+  ExpectFullBatch(*Open());
+}
+
 TEST_F(SqliteStoreTest, RefusesTheDatabaseOfAnother) {
   std::filesystem::create_directories(folder_.path());
   Execute("CREATE TABLE photos (name TEXT)");
