@@ -29,6 +29,13 @@ void WriteHolder(int descriptor) {
   }
 }
 
+absl::Status Lock(int descriptor, const std::string& directory) {
+  if (flock(descriptor, LOCK_EX | LOCK_NB) == 0) return absl::OkStatus();
+  return absl::FailedPreconditionError(
+      absl::StrCat("the map folder ", directory, " is in use by process ", ReadHolder(descriptor),
+                   "; stop it, or choose another folder"));
+}
+
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<DirectoryLock>> DirectoryLock::Take(const std::string& directory) {
@@ -45,15 +52,27 @@ absl::StatusOr<std::unique_ptr<DirectoryLock>> DirectoryLock::Take(const std::st
         absl::StrCat("cannot write to the map folder ", directory, ": ", strerror(errno)));
   }
   std::unique_ptr<DirectoryLock> lock(new DirectoryLock(descriptor));
-  if (flock(descriptor, LOCK_EX | LOCK_NB) != 0) {
-    return absl::FailedPreconditionError(
-        absl::StrCat("the map folder ", directory, " is in use by process ", ReadHolder(descriptor),
-                     "; stop it, or choose another folder"));
-  }
+  if (absl::Status status = Lock(descriptor, directory); !status.ok()) return status;
   WriteHolder(descriptor);
   return lock;
 }
 
-DirectoryLock::~DirectoryLock() { close(descriptor_); }
+absl::StatusOr<std::unique_ptr<DirectoryLock>> DirectoryLock::TakeExisting(
+    const std::string& directory) {
+  const std::string path = directory + "/isthmus.lock";
+  const int descriptor = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (descriptor < 0 && errno != ENOENT) {
+    return absl::FailedPreconditionError(
+        absl::StrCat("cannot read the map folder ", directory, ": ", strerror(errno)));
+  }
+  std::unique_ptr<DirectoryLock> lock(new DirectoryLock(descriptor));
+  if (descriptor < 0) return lock;
+  if (absl::Status status = Lock(descriptor, directory); !status.ok()) return status;
+  return lock;
+}
+
+DirectoryLock::~DirectoryLock() {
+  if (descriptor_ >= 0) close(descriptor_);
+}
 
 }  // namespace isthmus::storage

@@ -15,6 +15,9 @@ class DirectoryLock {
   // process. FailedPrecondition when another holder has it or the folder cannot be written to,
   // Unavailable when it cannot be made.
   static absl::StatusOr<std::unique_ptr<DirectoryLock>> Take(const std::string& directory);
+  // As Take, to read only: makes and writes nothing. A folder without isthmus.lock is not locked,
+  // as no process ever had it.
+  static absl::StatusOr<std::unique_ptr<DirectoryLock>> TakeExisting(const std::string& directory);
   ~DirectoryLock();
   DirectoryLock(const DirectoryLock&) = delete;
   DirectoryLock& operator=(const DirectoryLock&) = delete;
@@ -22,7 +25,7 @@ class DirectoryLock {
  private:
   explicit DirectoryLock(int descriptor) : descriptor_(descriptor) {}
 
-  const int descriptor_;
+  const int descriptor_;  // -1: there was nothing to lock.
 };
 
 }  // namespace isthmus::storage
