@@ -92,10 +92,9 @@ void CheckColumn(Connection& database, const Column& column, StoreReport& report
 
 // What is wrong with the submap's blob and what stands beside it.
 absl::Status CheckSubmap(Connection& database, const SubmapId& id, StoreReport& report) {
-  absl::StatusOr<std::optional<SubmapRow>> row = FindSubmap(database, id);
+  absl::StatusOr<SubmapRow> row = FindSubmap(database, id);
   if (!row.ok()) return row.status();
-  if (!*row) return absl::DataLossError("its points are not there");
-  absl::StatusOr<std::shared_ptr<const Submap>> submap = UnpackSubmap(**row);
+  absl::StatusOr<std::shared_ptr<const Submap>> submap = UnpackSubmap(*row);
   if (!submap.ok()) return submap.status();
   report.points += static_cast<int64_t>((*submap)->points.size());
   return absl::OkStatus();

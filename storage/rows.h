@@ -50,11 +50,11 @@ struct SubmapRow {
 absl::Status AddSubmap(Connection& database, const SubmapRow& submap);
 // DataLoss, naming it, for a row that is not whole.
 absl::StatusOr<std::shared_ptr<const Submap>> UnpackSubmap(const SubmapRow& submap);
-absl::Status DamagedSubmap(const SubmapId& submap, const absl::Status& why);
 // With its scans and all that hangs on it; one that is not there is no error.
 absl::Status RemoveSubmap(Connection& database, int64_t session_key, uint32_t index);
 absl::StatusOr<std::optional<int64_t>> FindSubmapKey(Connection& database, const SubmapId& submap);
-absl::StatusOr<std::optional<SubmapRow>> FindSubmap(Connection& database, const SubmapId& submap);
+// NotFound where there is none; DataLoss, naming it, where not all of it is there any more.
+absl::StatusOr<SubmapRow> FindSubmap(Connection& database, const SubmapId& submap);
 // All sessions when the key is absent; in order of (session id, index).
 absl::StatusOr<std::vector<SubmapInfo>> SelectSubmaps(Connection& database,
                                                       std::optional<int64_t> session_key);

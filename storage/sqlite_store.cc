@@ -70,11 +70,10 @@ class SqliteStore : public MapStore {
   }
 
   absl::StatusOr<std::shared_ptr<const Submap>> GetSubmap(const SubmapId& id) const override {
-    absl::StatusOr<std::optional<SubmapRow>> row = FindSubmap(*readers_.Borrow(), id);
-    if (absl::IsDataLoss(row.status())) return DamagedSubmap(id, row.status());
+    absl::StatusOr<SubmapRow> row =
+        AtOneMoment<SubmapRow>([&](Connection& reader) { return FindSubmap(reader, id); });
     if (!row.ok()) return row.status();
-    if (!*row) return UnknownSubmap(id);
-    return UnpackSubmap(**row);
+    return UnpackSubmap(*row);
   }
 
   absl::StatusOr<std::vector<SubmapInfo>> ListSubmaps(

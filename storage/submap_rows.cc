@@ -1,5 +1,6 @@
 #include <absl/strings/str_cat.h>
 
+#include "storage/batch_rules.h"
 #include "storage/matrix_codec.h"
 #include "storage/pose_codec.h"
 #include "storage/rows.h"
@@ -91,6 +92,11 @@ absl::Status AddBounds(Connection& database, int64_t submap_key, const Box& boun
   return insert.Run();
 }
 
+absl::Status Damaged(const SubmapId& submap, const absl::Status& why) {
+  return absl::DataLossError(
+      absl::StrCat("submap ", ToString(submap), " is damaged: ", why.message()));
+}
+
 }  // namespace
 
 absl::Status AddSubmap(Connection& database, const SubmapRow& submap) {
@@ -108,11 +114,6 @@ absl::Status AddSubmap(Connection& database, const SubmapRow& submap) {
   return AddBounds(database, key, Transform(info.T_odom_submap, info.bounds));
 }
 
-absl::Status DamagedSubmap(const SubmapId& submap, const absl::Status& why) {
-  return absl::DataLossError(
-      absl::StrCat("submap ", ToString(submap), " is damaged: ", why.message()));
-}
-
 absl::StatusOr<std::shared_ptr<const Submap>> UnpackSubmap(const SubmapRow& row) {
   const SubmapInfo& info = row.info;
   auto submap = std::make_shared<Submap>();
@@ -128,7 +129,7 @@ absl::StatusOr<std::shared_ptr<const Submap>> UnpackSubmap(const SubmapRow& row)
   const bool complete =
       submap->keyframes.size() == info.keyframe_count && submap->points.size() == info.point_count;
   if (status.ok() && !complete) status = absl::DataLossError("it is another submap's");
-  if (!status.ok()) return DamagedSubmap(info.id, status);
+  if (!status.ok()) return Damaged(info.id, status);
   return submap;
 }
 
@@ -155,15 +156,17 @@ absl::StatusOr<std::optional<int64_t>> FindSubmapKey(Connection& database, const
   return row.Int(0);
 }
 
-absl::StatusOr<std::optional<SubmapRow>> FindSubmap(Connection& database, const SubmapId& submap) {
+absl::StatusOr<SubmapRow> FindSubmap(Connection& database, const SubmapId& submap) {
   Statement row = database.Prepare(
       std::string("SELECT ") + kInfoColumns + ", s.drift_covariance, b.data" + kFrom +
-      "JOIN submap_blobs b ON b.submap = s.key WHERE e.id = ? AND s.submap_index = ?");
+      "LEFT JOIN submap_blobs b ON b.submap = s.key WHERE e.id = ? AND s.submap_index = ?");
   absl::StatusOr<bool> found = row.Bind(submap.session.value()).Bind(submap.index).Step();
+  if (absl::IsDataLoss(found.status())) return Damaged(submap, found.status());
   if (!found.ok()) return found.status();
-  if (!*found) return std::nullopt;
-  return SubmapRow{ReadInfo(row), ReadCovariance(row.Text(kInfoColumnCount)),
-                   row.Text(kInfoColumnCount + 1)};
+  if (!*found) return UnknownSubmap(submap);
+  constexpr int kBlob = kInfoColumnCount + 1;
+  if (row.IsNull(kBlob)) return Damaged(submap, absl::DataLossError("its points are not there"));
+  return SubmapRow{ReadInfo(row), ReadCovariance(row.Text(kInfoColumnCount)), row.Text(kBlob)};
 }
 
 absl::StatusOr<std::vector<SubmapInfo>> SelectSubmaps(Connection& database,

@@ -16,6 +16,7 @@
 #include "server/main/stop_signal.h"
 #include "server/pipeline.h"
 #include "server/rpc/server.h"
+#include "storage/check_store.h"
 #include "storage/sqlite_store.h"
 
 namespace isthmus::server {
@@ -33,6 +34,7 @@ struct Arguments {
   std::string config_path;
   std::string log_level = "info";
   bool print_config = false;
+  bool check = false;
 };
 
 // `result` is what CLI11 would return; set when the program is to end here.
@@ -45,12 +47,16 @@ bool Parse(int argc, char** argv, Arguments& arguments, int& result) {
                  "host:port to listen at, port 0 for a free one (default 127.0.0.1:50051)");
   app.add_option("--config", arguments.config_path, "YAML file of settings; see --print-config");
   app.add_flag("--print-config", arguments.print_config, "Print every effective setting and exit");
+  app.add_flag(
+      "--check", arguments.check,
+      "Read all of the map, say what is damaged, and exit: 0 sound, 1 damaged, 2 cannot be "
+      "read. Changes nothing; not while a server runs on it");
   app.add_option("--log-level", arguments.log_level, "How much to say on stderr")
       ->check(CLI::IsMember({"debug", "info", "warn", "error", "off"}))
       ->capture_default_str();
   try {
     app.parse(argc, argv);
-    if (arguments.data.empty() && !arguments.print_config) {
+    if (arguments.data.empty() && (arguments.check || !arguments.print_config)) {
       throw CLI::RequiredError("--data DIR, the folder of the map,");
     }
   } catch (const CLI::ParseError& error) {
@@ -107,7 +113,19 @@ ExitCode ServeUntilSignal(rpc::RpcServer& server, Pipeline& pipeline, StopSignal
   return ReportStop(pipeline) ? kStopped : kDataFolder;
 }
 
+int Check(const std::string& folder) {
+  enum { kSound = 0, kDamaged = 1, kUnreadable = 2 };
+  const absl::StatusOr<storage::StoreReport> report = storage::CheckStore(folder);
+  if (!report.ok()) {
+    spdlog::error("{}", std::string(report.status().message()));
+    return kUnreadable;
+  }
+  std::printf("%s", storage::ToString(*report).c_str());
+  return report->damaged_count == 0 ? kSound : kDamaged;
+}
+
 int Run(const Arguments& arguments) {
+  if (arguments.check) return Check(arguments.data);
   absl::StatusOr<ServerConfig> config = ServerConfig();
   if (!arguments.config_path.empty()) config = LoadConfig(arguments.config_path);
   if (!config.ok()) return Fail(kUsage, config.status());

@@ -203,6 +203,47 @@ TEST_F(SqliteStoreTest, NamesADamagedSubmapAndServesTheOthers) {
   EXPECT_EQ(store->GetTrajectory(alice_)->size(), 1u);
 }
 
+// One page of noise, each in turn. Most hold points: they cost their submap and no other.
+TEST_F(SqliteStoreTest, APageOfNoiseCostsLittle) {
+  constexpr uint32_t kSubmaps = 8;
+  WriteBatch batch{.sessions = {MakeSession("alice-1")}};
+  for (uint32_t i = 0; i < kSubmaps; ++i) batch.submaps.push_back(MakeSubmap("alice-1", i, 3000));
+  ASSERT_TRUE(Open({.sync_every_commit = false})->Write(batch).ok());
+  const std::string sound = *codec::ReadFile(folder_.database());
+  std::mt19937 random(3);
+  int pages = 0, listed = 0, one_lost = 0;
+  for (size_t page = 4096; page < sound.size(); page += 4096, ++pages) {
+    std::string bytes = sound;
+    for (size_t i = 0; i < 4096; ++i) bytes[page + i] = static_cast<char>(random());
+    ASSERT_TRUE(codec::WriteFile(folder_.database(), bytes).ok());
+    const auto store = OpenSqliteStore(folder_.path(), {.sync_every_commit = false});
+    if (!store.ok()) continue;
+    const auto infos = (*store)->ListSubmaps(alice_);
+    if (!infos.ok()) continue;
+    ++listed;
+    uint32_t lost = 0;
+    for (const SubmapInfo& info : *infos) {
+      const absl::Status status = (*store)->GetSubmap(info.id).status();
+      if (status.ok()) continue;
+      ++lost;
+      EXPECT_EQ(status.code(), StatusCode::kDataLoss) << status;
+      EXPECT_THAT(std::string(status.message()), HasSubstr("submap " + ToString(info.id)));
+    }
+    one_lost += lost == 1 ? 1 : 0;
+  }
+  EXPECT_GT(listed, pages * 3 / 4);
+  EXPECT_GT(one_lost, pages / 4);
+}
+
+TEST_F(SqliteStoreTest, ASubmapWithoutItsPointsIsDamaged) {
+  ASSERT_TRUE(Open()->Write(FullBatch()).ok());
+  Execute("DELETE FROM submap_blobs WHERE submap = 1");
+  const auto store = Open();
+  EXPECT_EQ(store->ListSubmaps(alice_)->size(), 2u);
+  EXPECT_EQ(store->GetSubmap({alice_, 0}).status().code(), StatusCode::kDataLoss);
+  EXPECT_TRUE(store->GetSubmap({alice_, 1}).ok());
+}
+
 TEST_F(SqliteStoreTest, NoticesDamagedFeaturesAndSwappedBlobs) {
   auto store = Open();
   ASSERT_TRUE(store->Write(FullBatch()).ok());

@@ -171,6 +171,26 @@ TEST_F(ServerProcessTest, ASecondServerFindsFolderAndPortTaken) {
   EXPECT_THAT(same_port.Errors(), HasSubstr(address_));
 }
 
+TEST_F(ServerProcessTest, CheckSaysSoundDamagedOrUnreadable) {
+  EXPECT_EQ(Run({"--check"}), 2);
+  EXPECT_EQ(Run({"--data", Path("data"), "--check"}), 2);
+  EXPECT_THAT(server_->Errors(), HasSubstr("there is no map"));
+  EXPECT_FALSE(std::filesystem::exists(Path("data")));
+  Serve();
+  ChildProcess beside(ISTHMUS_SERVER, {"--data", Path("data"), "--check"}, Path("beside"));
+  EXPECT_EQ(beside.Wait(), 2);
+  EXPECT_THAT(beside.Errors(), HasSubstr("is in use by process"));
+  server_->Signal(SIGTERM);
+  EXPECT_EQ(server_->Wait(), 0);
+  Start({"--data", Path("data"), "--check"});
+  EXPECT_THAT(server_->ReadAll(), HasSubstr("\nsound\n"));
+  EXPECT_EQ(server_->Wait(), 0);
+  std::filesystem::resize_file(Path("data/isthmus.db"), 3 * 4096);
+  Start({"--data", Path("data"), "--check"});
+  EXPECT_THAT(server_->ReadAll(), HasSubstr("DAMAGED"));
+  EXPECT_EQ(server_->Wait(), 1);
+}
+
 TEST_F(ServerProcessTest, PrintConfigAndVersion) {
   Start({"--version"});
   EXPECT_THAT(server_->ReadLine(), testing::StartsWith("isthmus-server "));
