@@ -20,6 +20,7 @@ constexpr int kRobots = 2;
 constexpr int kSubmapsPerRobot = 15;
 constexpr int kKeyframesPerSubmap = 5;
 constexpr int kPointsPerKeyframe = 10000;  // A thinned VLP-16 scan.
+constexpr int kPointsOutdoors = 7400;      // Of farther surfaces fewer share a voxel.
 constexpr double kHallX = 40, kHallY = 25, kHallZ = 5;
 
 // Where a ray from `origin` meets the walls, floor or ceiling of a room of which the origin is in.
@@ -43,17 +44,18 @@ Box RoomOf(const Eigen::Vector3d& p) {
   return room;
 }
 
-// A look around with 16 lasers, 2 cm noise.
-void AddKeyframe(const Eigen::Vector3d& sensor, std::mt19937* rng, Submap* submap) {
+// A look around with 16 lasers, 2 cm noise, in a room that the sensor is in.
+void AddKeyframe(const Eigen::Vector3d& sensor, const Box& room, int points, std::mt19937* rng,
+                 Submap* submap) {
   std::normal_distribution<double> noise(0, 0.02);
   const auto keyframe = static_cast<uint16_t>(submap->keyframes.size());
   submap->keyframes.push_back({.T_submap_sensor = Pose(sensor)});
-  for (int i = 0; i < kPointsPerKeyframe; ++i) {
-    const double azimuth = 2 * std::numbers::pi * (i / 16) / (kPointsPerKeyframe / 16.);
+  for (int i = 0; i < points; ++i) {
+    const double azimuth = 2 * std::numbers::pi * (i / 16) / (points / 16.);
     const double elevation = (-15 + 2 * (i % 16)) * std::numbers::pi / 180;
     const Eigen::Vector3d ray(std::cos(elevation) * std::cos(azimuth),
                               std::cos(elevation) * std::sin(azimuth), std::sin(elevation));
-    const Eigen::Vector3d p = HitRoom(sensor, ray, RoomOf(sensor)) + noise(*rng) * ray;
+    const Eigen::Vector3d p = HitRoom(sensor, ray, room) + noise(*rng) * ray;
     submap->points.push_back({static_cast<float>(p.x()), static_cast<float>(p.y()),
                               static_cast<float>(p.z()), 1, keyframe});
   }
@@ -72,9 +74,9 @@ std::vector<PlacedSubmap> Museum() {
       for (int k = 0; k < kKeyframesPerSubmap; ++k) {
         const double turn =
             2 * std::numbers::pi * (s * kKeyframesPerSubmap + k + robot * steps / 2) / steps;
-        AddKeyframe({kHallX / 2 + .4 * kHallX * std::cos(turn) + .01,
-                     kHallY / 2 + .35 * kHallY * std::sin(turn) + .01, 0.6},
-                    &rng, submap.get());
+        const Eigen::Vector3d sensor(kHallX / 2 + .4 * kHallX * std::cos(turn) + .01,
+                                     kHallY / 2 + .35 * kHallY * std::sin(turn) + .01, 0.6);
+        AddKeyframe(sensor, RoomOf(sensor), kPointsPerKeyframe, &rng, submap.get());
       }
       placed.push_back({submap, 0, Pose()});
     }
@@ -111,12 +113,57 @@ void BM_ComposeAfterMove(benchmark::State& state) {
   uint64_t map_points = 0;
   for (auto _ : state) {
     const Pose T_map_submap(Eigen::Vector3d(revision % 2 ? 0.1 : 0, 0, 0));
-    for (size_t i = submaps.size() / 2; i < submaps.size(); ++i) submaps[i].T_map_submap = T_map_submap;
+    for (size_t i = submaps.size() / 2; i < submaps.size(); ++i)
+      submaps[i].T_map_submap = T_map_submap;
     map_points = composer.Compose(++revision, submaps)->point_count(0);
   }
   ReportSize(submaps, map_points, &state);
 }
 BENCHMARK(BM_ComposeAfterMove)->Unit(benchmark::kMillisecond);
+
+// Five hundred submaps, 15 m each, in rows 30 m apart through halls of 60 x 60 m: two rows see each
+// hall, as two streets see a square. `keyframes` of a submap: 15 are those of a car or a robot
+// outdoors, 110,000 points in all.
+std::vector<PlacedSubmap> Streets(int keyframes) {
+  constexpr int kSubmaps = 500, kPerRow = 40;
+  constexpr double kLength = 15, kRow = 30, kHall = 60;
+  std::mt19937 rng(2);
+  std::vector<PlacedSubmap> placed;
+  for (int s = 0; s < kSubmaps; ++s) {
+    auto submap = std::make_shared<Submap>();
+    submap->id = {SessionId("alice-1"), static_cast<uint32_t>(s)};
+    submap->robot = RobotId("alice");
+    const Eigen::Vector3d begin(s % kPerRow * kLength, (s / kPerRow + 0.5) * kRow, 1.8);
+    for (int k = 0; k < keyframes; ++k) {
+      const Eigen::Vector3d sensor = begin + Eigen::Vector3d((k + 0.5) * kLength / keyframes, 0, 0);
+      Box hall;
+      hall.min = {std::floor(sensor.x() / kHall) * kHall, std::floor(sensor.y() / kHall) * kHall,
+                  0};
+      hall.max = hall.min + Eigen::Vector3d(kHall, kHall, 12);
+      AddKeyframe(sensor, hall, kPointsOutdoors, &rng, submap.get());
+    }
+    placed.push_back({submap, 0, Pose()});
+  }
+  return placed;
+}
+
+// A loop was closed: twenty submaps in a row move, by 0.5 m and back.
+void BM_ComposeAfterClosure(benchmark::State& state) {
+  auto submaps = Streets(static_cast<int>(state.range(0)));
+  Composer composer({});
+  int64_t revision = 0;
+  composer.Compose(++revision, submaps);
+  state.counters["all_tiles"] = composer.last_tiles_remade();
+  uint64_t map_points = 0;
+  for (auto _ : state) {
+    const Pose T_map_submap(Eigen::Vector3d(0, revision % 2 ? 0.5 : 0, 0));
+    for (size_t i = 210; i < 230; ++i) submaps[i].T_map_submap = T_map_submap;
+    map_points = composer.Compose(++revision, submaps)->point_count(0);
+  }
+  state.counters["tiles_remade"] = composer.last_tiles_remade();
+  ReportSize(submaps, map_points, &state);
+}
+BENCHMARK(BM_ComposeAfterClosure)->Arg(5)->Arg(15)->Unit(benchmark::kMillisecond);
 
 // What the fast loop mostly does: one submap came.
 void BM_ComposeOneMoreSubmap(benchmark::State& state) {

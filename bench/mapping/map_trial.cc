@@ -24,11 +24,13 @@ absl::Status Judge(const std::vector<DrivenRobot>& robots, server::Pipeline& pip
     trial->submaps += robot.submaps.size();
   }
   auto map = MapRmse(robots, pipeline);
-  trial->one_frame = map.ok();
-  if (map.ok()) {
+  auto way = WayRmse(robots, pipeline);
+  trial->one_frame = map.ok() && way.ok();
+  if (trial->one_frame) {
     trial->map = *std::move(map);
+    trial->way = *std::move(way);
   } else if (map.status().code() != absl::StatusCode::kFailedPrecondition) {
-    return map.status();
+    return map.ok() ? way.status() : map.status();
   }
   auto loops = pipeline.ListLoops(std::nullopt);
   if (!loops.ok()) return loops.status();

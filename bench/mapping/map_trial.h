@@ -21,7 +21,8 @@ struct MapTrial {
   size_t submaps = 0;                // Uploaded, of all robots.
   uint64_t in_map = 0, retired = 0;  // What became of them.
   std::vector<double> open_m;        // Each robot's RMSE by its odometry alone.
-  TeamRmse map;                      // In the map; none if they are not in one component.
+  TeamRmse map;                      // Of the submaps in the map, and ...
+  TeamRmse way;                      // ... of the ways; none if they are not in one component.
   bool one_frame = false;
   LoopFigures loops;
   uint64_t revisions = 0;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <numbers>
+#include <optional>
 #include <utility>
 
 #include "bench/merging/figures.h"
@@ -43,6 +44,20 @@ OffTruth ErrorOf(const Pose& T_a_b, uint32_t a, uint32_t b, const DrivenRobot& r
   return {error.translation().norm(), RotationAngle(error) * 180 / std::numbers::pi};
 }
 
+absl::StatusOr<TeamRmse> RmseOf(const std::vector<evaluation::TrajectoryPair>& team,
+                                const std::vector<uint32_t>& components) {
+  for (size_t i = 0; i < team.size(); ++i) {
+    if (components[i] == components[0]) continue;
+    return absl::FailedPreconditionError(
+        absl::StrCat("robot ", team[i].name, " is in a component of its own"));
+  }
+  const auto errors = evaluation::CompareTrajectories(team);
+  if (!errors.ok()) return errors.status();
+  TeamRmse rmse = {errors->all.rmse_m, {}};
+  for (const auto& of_robot : errors->robots) rmse.robots_m.push_back(of_robot.rmse_m);
+  return rmse;
+}
+
 }  // namespace
 
 Pose TruePose(const DrivenRobot& robot, const Submap& submap) {
@@ -68,26 +83,55 @@ absl::StatusOr<double> OpenLoopRmse(const DrivenRobot& robot) {
   return errors->all.rmse_m;
 }
 
-absl::StatusOr<TeamRmse> MapRmse(const std::vector<DrivenRobot>& robots,
+absl::StatusOr<TeamRmse> WayRmse(const std::vector<DrivenRobot>& robots,
                                  server::Pipeline& pipeline) {
   std::vector<evaluation::TrajectoryPair> team;
-  uint32_t component = 0;
+  std::vector<uint32_t> components;
   for (const DrivenRobot& robot : robots) {
     const RobotId& name = robot.session.robot;
     const auto in_map = pipeline.GetTrajectory(name, server::TrajectoryFrame::kMap);
     if (!in_map.ok()) return in_map.status();
-    if (team.empty()) component = in_map->component;
-    if (in_map->component != component) {
-      return absl::FailedPreconditionError(
-          absl::StrCat("robot ", name.value(), " is in a component of its own"));
-    }
+    components.push_back(in_map->component);
     team.push_back({name.value(), TrueKeyframes(robot), in_map->poses});
   }
-  const auto errors = evaluation::CompareTrajectories(team);
-  if (!errors.ok()) return errors.status();
-  TeamRmse rmse = {errors->all.rmse_m, {}};
-  for (const auto& of_robot : errors->robots) rmse.robots_m.push_back(of_robot.rmse_m);
-  return rmse;
+  return RmseOf(team, components);
+}
+
+absl::StatusOr<TeamRmse> MapRmse(const std::vector<DrivenRobot>& robots,
+                                 server::Pipeline& pipeline) {
+  const SubmapPlaces places = PlacesOf(pipeline);
+  std::vector<evaluation::TrajectoryPair> team;
+  std::vector<uint32_t> components;
+  for (const DrivenRobot& robot : robots) {
+    const auto newest = places.find(robot.submaps.back()->id);
+    if (newest == places.end()) return absl::FailedPreconditionError("a submap has no place");
+    components.push_back(newest->second.component);
+    team.push_back(
+        {robot.session.robot.value(), TrueKeyframes(robot), PlacedKeyframes(robot, places)});
+  }
+  return RmseOf(team, components);
+}
+
+SubmapPlaces PlacesOf(server::Pipeline& pipeline) {
+  SubmapPlaces places;
+  const auto submaps = pipeline.ListSubmaps(std::nullopt);
+  if (!submaps.ok()) return places;
+  for (const server::SubmapStatus& submap : *submaps) {
+    if (submap.component) places[submap.info.id] = {*submap.component, submap.T_map_submap};
+  }
+  return places;
+}
+
+Trajectory PlacedKeyframes(const DrivenRobot& robot, const SubmapPlaces& places) {
+  Trajectory poses;
+  for (const auto& submap : robot.submaps) {
+    const auto it = places.find(submap->id);
+    if (it == places.end()) continue;
+    for (const Keyframe& keyframe : submap->keyframes) {
+      poses.push_back({keyframe.stamp_ns, it->second.T_map_submap * keyframe.T_submap_sensor});
+    }
+  }
+  return poses;
 }
 
 LoopFigures JudgeLoops(const std::vector<server::LoopStatus>& loops,

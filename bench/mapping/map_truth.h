@@ -3,7 +3,8 @@
 
 #include <absl/status/statusor.h>
 
-#include <string>
+#include <cstdint>
+#include <map>
 #include <vector>
 
 #include "bench/merging/driven_robot.h"
@@ -27,9 +28,25 @@ struct TeamRmse {
 };
 // As odometry alone has one robot.
 absl::StatusOr<double> OpenLoopRmse(const DrivenRobot& robot);
-// As the map has the robots' newest sessions. FailedPrecondition if they are not in one component.
+// As the map has the ways of the robots' newest sessions: bent to follow the submaps, so that what
+// odometry erred by between two submaps is shared out over the first. FailedPrecondition if they
+// are not in one component.
+absl::StatusOr<TeamRmse> WayRmse(const std::vector<DrivenRobot>& robots,
+                                 server::Pipeline& pipeline);
+// Likewise, of the submaps in the map: each keyframe where its submap is, which is what points are
+// placed by.
 absl::StatusOr<TeamRmse> MapRmse(const std::vector<DrivenRobot>& robots,
                                  server::Pipeline& pipeline);
+
+// Where submaps lie in the map.
+struct SubmapPlace {
+  uint32_t component = 0;
+  Pose T_map_submap;
+};
+using SubmapPlaces = std::map<SubmapId, SubmapPlace>;
+SubmapPlaces PlacesOf(server::Pipeline& pipeline);
+// The keyframes of the robot's submaps that have a place.
+Trajectory PlacedKeyframes(const DrivenRobot& robot, const SubmapPlaces& places);
 
 // Loop closures against the truth of the robots that they are of.
 struct LoopFigures {

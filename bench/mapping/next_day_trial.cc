@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -26,23 +25,7 @@ absl::StatusOr<std::unique_ptr<server::Pipeline>> OpenAt(const std::string& fold
   return server::Pipeline::Open(options, *std::move(store));
 }
 
-struct SubmapPlace {
-  uint32_t component = 0;
-  Pose T_map_submap;
-};
-
-std::map<SubmapId, SubmapPlace> PlacesOf(server::Pipeline& pipeline) {
-  std::map<SubmapId, SubmapPlace> places;
-  const auto submaps = pipeline.ListSubmaps(kRobot);
-  if (!submaps.ok()) return places;
-  for (const server::SubmapStatus& submap : *submaps) {
-    if (submap.component) places[submap.info.id] = {*submap.component, submap.T_map_submap};
-  }
-  return places;
-}
-
-bool SamePlaces(const std::map<SubmapId, SubmapPlace>& a,
-                const std::map<SubmapId, SubmapPlace>& b) {
+bool SamePlaces(const SubmapPlaces& a, const SubmapPlaces& b) {
   return a.size() == b.size() && std::all_of(a.begin(), a.end(), [&](const auto& entry) {
            const auto it = b.find(entry.first);
            if (it == b.end()) return false;
@@ -51,23 +34,12 @@ bool SamePlaces(const std::map<SubmapId, SubmapPlace>& a,
          });
 }
 
-// Keyframes where the map has their submaps.
-evaluation::TrajectoryPair InMap(const DrivenRobot& robot,
-                                 const std::map<SubmapId, SubmapPlace>& places) {
-  evaluation::TrajectoryPair pair{robot.session.id.value(), TrueKeyframes(robot), {}};
-  for (const auto& submap : robot.submaps) {
-    const auto it = places.find(submap->id);
-    if (it == places.end()) continue;
-    for (const Keyframe& keyframe : submap->keyframes) {
-      pair.estimate.push_back(
-          {keyframe.stamp_ns, it->second.T_map_submap * keyframe.T_submap_sensor});
-    }
-  }
-  return pair;
+evaluation::TrajectoryPair InMap(const DrivenRobot& robot, const SubmapPlaces& places) {
+  return {robot.session.id.value(), TrueKeyframes(robot), PlacedKeyframes(robot, places)};
 }
 
 absl::Status JudgeDays(const DrivenRobot& yesterday, const DrivenRobot& today,
-                       const std::map<SubmapId, SubmapPlace>& places, NextDayTrial* trial) {
+                       const SubmapPlaces& places, NextDayTrial* trial) {
   const auto before = evaluation::CompareTrajectories({InMap(yesterday, places)});
   if (!before.ok()) return before.status();
   trial->yesterday_rmse_m = before->all.rmse_m;
@@ -82,7 +54,7 @@ absl::Status JudgeDays(const DrivenRobot& yesterday, const DrivenRobot& today,
 }
 
 bool InOneFrame(const DrivenRobot& yesterday, const DrivenRobot& today,
-                const std::map<SubmapId, SubmapPlace>& places) {
+                const SubmapPlaces& places) {
   const auto a = places.find(yesterday.submaps.front()->id);
   const auto b = places.find(today.submaps.front()->id);
   return a != places.end() && b != places.end() && a->second.component == b->second.component;
@@ -94,7 +66,7 @@ absl::StatusOr<NextDayTrial> RunNextDay(DrivenRobot yesterday, DrivenRobot today
                                         const server::PipelineOptions& options) {
   const TemporaryFolder folder;
   NextDayTrial trial;
-  std::map<SubmapId, SubmapPlace> places;
+  SubmapPlaces places;
   {
     const auto pipeline = OpenAt(folder.path(), options);
     if (!pipeline.ok()) return pipeline.status();

@@ -17,7 +17,8 @@ std::string Metres(const std::vector<double>& values) {
 
 std::string MapTable(const std::vector<MapTrial>& trials) {
   std::string table =
-      "| map | seed | submaps | open loop RMSE m | in the map, each robot m | all m | closures "
+      "| map | seed | submaps | open loop RMSE m | submaps in the map m | ways in the map m | "
+      "closures "
       "(edges) | false (edges) | false in use | closures' error m, deg (worst right) | revisions | "
       "CPU s | longest ms |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
   for (const MapTrial& t : trials) {
@@ -27,7 +28,7 @@ std::string MapTable(const std::vector<MapTrial>& trials) {
         "%.1f | %.0f |\n",
         t.name, t.seed, t.submaps, Metres(t.open_m),
         t.one_frame ? Metres(t.map.robots_m) : "not one frame",
-        t.one_frame ? Metres({t.map.all_m}) : "–", t.loops.loops, t.loops.edges,
+        t.one_frame ? Metres(t.way.robots_m) : "–", t.loops.loops, t.loops.edges,
         t.loops.false_loops, t.loops.false_edges, t.loops.false_used, t.loops.median_m,
         t.loops.median_deg, t.loops.worst_m, t.loops.worst_deg, t.revisions, t.cpu_ms / 1e3,
         t.worst_upload_ms);
@@ -90,8 +91,10 @@ Json ToJson(const MapTrial& t) {
           {"retired", t.retired},
           {"open_loop_rmse_m", t.open_m},
           {"one_frame", t.one_frame},
-          {"map_rmse_m", t.map.all_m},
-          {"map_rmse_of_robots_m", t.map.robots_m},
+          {"submaps_rmse_m", t.map.all_m},
+          {"submaps_rmse_of_robots_m", t.map.robots_m},
+          {"ways_rmse_m", t.way.all_m},
+          {"ways_rmse_of_robots_m", t.way.robots_m},
           {"loops", t.loops.loops},
           {"edges", t.loops.edges},
           {"false_loops", t.loops.false_loops},
