@@ -1,0 +1,69 @@
+// A disk whose power fails at a moment of the test's choice.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <mutex>
+#include <random>
+#include <string>
+#include <vector>
+
+namespace isthmus::storage {
+
+// While it lives, all of SQLite's files are on this disk: it is SQLite's default VFS, laid over the
+// system's. One at a time. Thread safe.
+//
+// What is written may be read back at once, as from the system's cache, but is certain to survive
+// only when it was synced. Of what was not, at a power cut each write survives or does not, in no
+// order, and sectors of 512 bytes of a write by themselves: writes are torn. That files exist, or
+// do not any more, is taken to be certain at once.
+class PowerCutDisk {
+ public:
+  explicit PowerCutDisk(uint32_t seed);
+  ~PowerCutDisk();
+  PowerCutDisk(const PowerCutDisk&) = delete;
+  PowerCutDisk& operator=(const PowerCutDisk&) = delete;
+
+  // The power fails at the next but `operations` write, sync, truncation or deletion; from then on
+  // each of them gives an error.
+  void CutAfter(int64_t operations);
+  bool is_off() const;
+  // Puts what survived into the files and the power on again. Nothing may have files open.
+  void Restore();
+  // The files were removed by another hand.
+  void Forget();
+  // Writes that did not survive, or not wholly, in all power cuts so far.
+  int64_t lost_writes() const;
+
+  // For the VFS.
+  bool TryOperation();  // False: the power is off.
+  void Open(const std::string& path);
+  void Write(const std::string& path, const char* data, size_t size, int64_t offset);
+  void Truncate(const std::string& path, int64_t size);
+  void Sync(const std::string& path);
+  void Delete(const std::string& path);
+
+ private:
+  struct Change {
+    bool is_truncation = false;
+    int64_t offset = 0;  // Of a truncation: the size.
+    std::string data;
+  };
+  struct File {
+    std::string synced;
+    std::vector<Change> pending;
+  };
+  // For these, mutex_ is held.
+  bool Coin() { return random_() % 2 == 0; }
+  void Survive(const Change& change, File& file);
+  static void Apply(const Change& change, std::string& bytes);
+
+  mutable std::mutex mutex_;
+  std::mt19937 random_;
+  std::map<std::string, File> files_;  // By path.
+  int64_t operations_left_ = -1;       // Negative: no end.
+  bool is_off_ = false;
+  int64_t lost_writes_ = 0;
+};
+
+}  // namespace isthmus::storage
