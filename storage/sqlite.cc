@@ -3,6 +3,7 @@
 #include <absl/strings/str_cat.h>
 #include <sqlite3.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cmath>
 #include <limits>
@@ -193,6 +194,30 @@ int64_t Connection::LastKey() const { return sqlite3_last_insert_rowid(database_
 absl::Status Connection::SetCheckpointOnClose(bool checkpoint) {
   return ToStatus(database_, sqlite3_db_config(database_, SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE,
                                                checkpoint ? 0 : 1, nullptr));
+}
+
+absl::Status Connection::CopyTo(Connection& target, const std::function<bool(double)>& progress) {
+  constexpr int kPagesAtOnce = 64;
+  // Held throughout: the copy would else begin anew with every commit of others.
+  const Transaction snapshot(*this, Transaction::Kind::kRead);
+  if (!snapshot.status().ok()) return snapshot.status();
+  Statement first = Prepare("SELECT count(*) FROM sqlite_schema");
+  if (auto row = first.Step(); !row.ok()) return row.status();
+  sqlite3_backup* backup = sqlite3_backup_init(target.database_, "main", database_, "main");
+  if (backup == nullptr) return ToStatus(target.database_, sqlite3_errcode(target.database_));
+  int code = SQLITE_OK;
+  bool goes_on = true;
+  while (code == SQLITE_OK && goes_on) {
+    code = sqlite3_backup_step(backup, kPagesAtOnce);
+    const double all = std::max(1, sqlite3_backup_pagecount(backup));
+    if (progress && code == SQLITE_OK)
+      goes_on = progress(1 - sqlite3_backup_remaining(backup) / all);
+  }
+  const int finished = sqlite3_backup_finish(backup);
+  if (!goes_on) return absl::CancelledError("the copy was given up");
+  if (finished != SQLITE_OK) return ToStatus(target.database_, finished);
+  if (code == SQLITE_DONE) return absl::OkStatus();
+  return absl::UnavailableError(absl::StrCat(path_, ": ", sqlite3_errstr(code)));
 }
 
 bool Connection::InTransaction() const { return sqlite3_get_autocommit(database_) == 0; }

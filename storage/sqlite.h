@@ -5,6 +5,7 @@
 #include <absl/status/statusor.h>
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <string>
@@ -81,6 +82,9 @@ class Connection {
   // Rows that the last INSERT, UPDATE or DELETE changed; the key that the last INSERT made.
   int64_t Changes() const;
   int64_t LastKey() const;
+  // Copies all of this database, as of one commit, over what `target` holds. Calls `progress`, if
+  // any, with the share that is copied; Cancelled when it says false.
+  absl::Status CopyTo(Connection& target, const std::function<bool(double)>& progress);
   // Whether the last connection that closes writes the log into the database; true at first.
   absl::Status SetCheckpointOnClose(bool checkpoint);
   // False outside, and after an error that took the open transaction back.
