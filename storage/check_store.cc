@@ -6,6 +6,7 @@
 #include <system_error>
 
 #include "storage/directory_lock.h"
+#include "storage/log_check.h"
 #include "storage/migrations.h"
 #include "storage/record_checks.h"
 
@@ -78,6 +79,7 @@ absl::StatusOr<StoreReport> CheckStore(const std::string& directory) {
   auto database = Connection::Open(path, Connection::Access::kReadOnly);
   if (!database.ok()) return database.status();
   StoreReport report;
+  CheckLog(path + "-wal", report);
   absl::Status status = CheckSchema(**database);
   if (absl::IsDataLoss(status)) {  // Not even its first page can be read.
     AddDamage(kTheDatabase, std::string(status.message()), report);

@@ -28,8 +28,9 @@ inline constexpr size_t kDamagedListed = 1000;
 // Reads `directory`/isthmus.db from end to end: SQLite's own checks of the file, its index of
 // places and the references between records; of every record, the checksum and decoding of its
 // blobs, its counts and its poses. Bits flipped in other columns show only where SQLite or these
-// see them: there is no checksum over rows. A write-ahead log that is missing, or ends early, shows
-// as commits that are not there, unless the rest does not fit together.
+// see them: there is no checksum over rows. A write-ahead log that is missing
+// shows as commits that are not there, unless the rest does not fit together; one that is damaged
+// is told from one that a power cut left (log_check.h).
 //
 // Writes to none of the files (SQLite may make isthmus.db-shm). Folders of older schemas are read
 // as they are, but for the points of submaps before schema 5. Holds the folder's lock meanwhile, if there is one: FailedPrecondition while a

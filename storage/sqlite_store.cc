@@ -205,6 +205,8 @@ absl::StatusOr<std::unique_ptr<MapStore>> OpenSqliteStore(const std::string& dir
   status = (*writer)->Execute(absl::StrCat(kWriterPragmas, synchronous));
   if (status.ok()) status = Migrate(**writer);
   if (!status.ok()) return status;
+  // Begins the log anew, so that nothing of a torn end stays in it. It is as good with it.
+  (*writer)->Execute("PRAGMA wal_checkpoint(TRUNCATE)").IgnoreError();
   std::vector<std::unique_ptr<Connection>> readers;
   for (int i = 0; i < kReaders; ++i) {
     auto reader = OpenConnection(path, "PRAGMA query_only = ON");

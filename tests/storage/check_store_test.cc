@@ -171,6 +171,46 @@ TEST_F(CheckStoreTest, ReadsTheLogToo) {
   EXPECT_EQ(*codec::ReadFile(folder_.database() + "-wal"), log);
 }
 
+// A bit of each of the frames of three commits: the first two are damage, the last may be a power
+// cut's doing. What came before is served.
+TEST_F(CheckStoreTest, TellsADamagedLogFromATornEnd) {
+  const std::string log = folder_.database() + "-wal";
+  auto database = Connection::Open(folder_.database());
+  ASSERT_TRUE((*database)->SetCheckpointOnClose(false).ok());
+  std::vector<size_t> ends;
+  for (int scan = 1; scan <= 3; ++scan) {
+    ASSERT_TRUE((*database)
+                    ->Execute("INSERT INTO trajectory SELECT session, " + std::to_string(scan) +
+                              ", stamp_ns, submap_index, T_odom_sensor FROM trajectory LIMIT 1")
+                    .ok());
+    ends.push_back(codec::ReadFile(log)->size());
+  }
+  database->reset();
+  EXPECT_EQ(Check().damaged_count, 0);
+  const std::string sound = *codec::ReadFile(folder_.database());
+  const std::string sound_log = *codec::ReadFile(log);
+  for (size_t commit = 0; commit < ends.size(); ++commit) {
+    std::string bytes = sound_log;
+    bytes[ends[commit] - 1000] = static_cast<char>(bytes[ends[commit] - 1000] ^ 16);
+    ASSERT_TRUE(codec::WriteFile(folder_.database(), sound).ok());
+    ASSERT_TRUE(codec::WriteFile(log, bytes).ok());
+    if (commit + 1 < ends.size()) {
+      ExpectOneDamaged("the write-ahead log");
+    } else {
+      EXPECT_EQ(Check().damaged_count, 0);
+    }
+    EXPECT_EQ(Check().scans, kSubmaps + commit);
+    const auto store = OpenSqliteStore(folder_.path());
+    ASSERT_TRUE(store.ok()) << store.status();
+    EXPECT_EQ((*store)->GetTrajectory(SessionId("alice-1"))->size(), kSubmaps + commit);
+  }
+  std::string bytes = sound_log;
+  bytes[9] = static_cast<char>(bytes[9] ^ 1);
+  ASSERT_TRUE(codec::WriteFile(folder_.database(), sound).ok());
+  ASSERT_TRUE(codec::WriteFile(log, bytes).ok());
+  ExpectOneDamaged("the write-ahead log");
+}
+
 TEST_F(CheckStoreTest, SaysWhyItCannotRead) {
   EXPECT_EQ(CheckStore(folder_.path() + "/none").status().code(), StatusCode::kNotFound);
   {
