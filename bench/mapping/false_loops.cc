@@ -34,6 +34,24 @@ std::pair<uint32_t, uint32_t> TwoSubmaps(size_t count, int last, int apart, Rand
   return {static_cast<uint32_t>(a), static_cast<uint32_t>(b)};
 }
 
+// A right edge, at a place that is near to where it should be.
+LoopClosure NearLoop(const DrivenRobot& robot, const std::vector<SubmapEdge>& right,
+                     Random& random) {
+  SubmapEdge edge = right[random.Index(static_cast<int>(right.size()))];
+  const double far = random.Uniform(1, 4), towards = random.Uniform(0, 2 * std::numbers::pi);
+  const double turn = random.Uniform(-15, 15) * std::numbers::pi / 180;
+  edge.T_a_b = Pose::FromXyzRpy(far * std::cos(towards), far * std::sin(towards), 0, 0, 0, 0) *
+               edge.T_a_b * Pose::FromXyzRpy(0, 0, 0, 0, 0, turn);
+  LoopClosure loop;
+  loop.session = robot.session.id;
+  loop.submap_a = edge.submap_a;
+  loop.submap_b = edge.submap_b;
+  loop.T_a_b = edge.T_a_b;
+  loop.confidence = 1;
+  loop.edges = {edge};
+  return loop;
+}
+
 // A loop of `edges` edges, from submaps a + i to b + i, as odometry has both stretches.
 LoopClosure FalseLoop(const DrivenRobot& robot, int edges, const Matrix6d& information,
                       Random& random) {
@@ -114,16 +132,17 @@ size_t AddFalseLoops(FalseKind kind, double share, uint64_t seed, const DrivenRo
       static_cast<size_t>(std::ceil(static_cast<double>(right) * share / (1 - share) - 1e-9));
   if (right == 0 || robot.submaps.size() < 4 * static_cast<size_t>(each)) return 0;
   uint64_t id = 0;
-  std::vector<Matrix6d> information;
+  std::vector<SubmapEdge> there;
   for (const LoopClosure& loop : *loops) {
     id = std::max(id, loop.id);
-    for (const SubmapEdge& edge : loop.edges) information.push_back(edge.information);
+    there.insert(there.end(), loop.edges.begin(), loop.edges.end());
   }
   Random random(seed, 0xFA, static_cast<uint64_t>(kind));
   size_t added = 0;
   while (added < wanted) {
-    const Matrix6d& like = information[random.Index(static_cast<int>(information.size()))];
-    loops->push_back(FalseLoop(robot, each, like, random));
+    const Matrix6d& like = there[random.Index(static_cast<int>(there.size()))].information;
+    loops->push_back(kind == FalseKind::kNear ? NearLoop(robot, there, random)
+                                              : FalseLoop(robot, each, like, random));
     loops->back().id = ++id;
     added += static_cast<size_t>(each);
   }
@@ -135,7 +154,7 @@ FalseLoopsTrial RunFalseLoops(const DrivenRobot& robot, const std::vector<LoopCl
                               const placement::PlacerOptions& options) {
   FalseLoopsTrial trial;
   trial.seed = seed;
-  trial.name = kind == FalseKind::kTwins ? "twins" : "random";
+  trial.name = kind == FalseKind::kTwins ? "twins" : kind == FalseKind::kNear ? "near" : "random";
   trial.open_m = OpenLoopRmse(robot).value_or(std::nan(""));
   std::vector<LoopClosure> loops = found;
   trial.false_edges = AddFalseLoops(kind, share, seed, robot, &loops);

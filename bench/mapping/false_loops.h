@@ -14,6 +14,7 @@ namespace isthmus::bench {
 
 enum class FalseKind {
   kRandom,  // Any two submaps, a few metres and any turn: none agrees with another.
+  kNear,    // A right one, 1 to 4 m and up to 15 degrees off: odometry cannot rule it out.
   kTwins,   // A stretch of submaps lies on another that looks alike: five edges agree.
 };
 

@@ -123,7 +123,7 @@ absl::Status FalseLoops(uint64_t seed, Bench& bench) {
   auto robot = AroundCampusWithDrift(seed, bench);
   if (!robot.ok()) return robot.status();
   if (!loops.empty()) robot->session.id = loops.front().session;
-  for (const FalseKind kind : {FalseKind::kRandom, FalseKind::kTwins}) {
+  for (const FalseKind kind : {FalseKind::kRandom, FalseKind::kNear, FalseKind::kTwins}) {
     bench.results.false_loops.push_back(
         RunFalseLoops(*robot, loops, kind, bench.options.false_share, seed, bench.pipeline.placer));
   }

@@ -137,7 +137,7 @@ TEST(JudgeLoops, TellsFalseOnesFromThoseThatAreOff) {
 
 TEST(AddFalseLoops, MakesTheShareThatIsAskedFor) {
   const DrivenRobot robot = Around(3 * kPerLap);
-  for (const FalseKind kind : {FalseKind::kRandom, FalseKind::kTwins}) {
+  for (const FalseKind kind : {FalseKind::kRandom, FalseKind::kNear, FalseKind::kTwins}) {
     std::vector<LoopClosure> loops = LapsLater(20);
     const size_t added = AddFalseLoops(kind, 0.3, 1, robot, &loops);
     const double share = static_cast<double>(added) / static_cast<double>(20 + added);
