@@ -19,9 +19,9 @@ constexpr size_t kAnchorsToDoubt = 4;
 
 class Builder {
  public:
-  Builder(const Input& input, const pose_graph::DriftModel& drift, SessionNumbers* numbers,
-          NearestPairs* nearest)
-      : input_(input), drift_(drift), numbers_(*numbers), nearest_(*nearest) {}
+  Builder(const Input& input, const pose_graph::DriftModel& drift, const GapPoses& gaps,
+          SessionNumbers* numbers, NearestPairs* nearest)
+      : input_(input), drift_(drift), gaps_(gaps), numbers_(*numbers), nearest_(*nearest) {}
 
   GraphSet Build() {
     AddSessions();
@@ -75,7 +75,7 @@ class Builder {
       set_.nodes[key] = {place, i};
       if (k == 0) continue;
       const Node& before = session.nodes[k - 1];
-      const Pose T = before.T_odom_submap.Inverse() * node.T_odom_submap;
+      const Pose T = StepBetween(session.tree.session, before, node, gaps_);
       AddEdge(place, {i - 1, i, T, DriftInformation(before, node, drift_), false},
               {{Source::kOdometry, 0, {number, before.index}, key}});
     }
@@ -212,6 +212,7 @@ class Builder {
 
   const Input& input_;
   const pose_graph::DriftModel& drift_;
+  const GapPoses& gaps_;
   SessionNumbers& numbers_;
   NearestPairs& nearest_;
   GraphSet set_;
@@ -225,9 +226,9 @@ bool Counts(const Match& match) {
 
 bool IsByHand(const Match& match) { return match.reason == "BY_HAND"; }
 
-GraphSet BuildGraphs(const Input& input, const pose_graph::DriftModel& drift,
+GraphSet BuildGraphs(const Input& input, const pose_graph::DriftModel& drift, const GapPoses& gaps,
                      SessionNumbers* numbers, NearestPairs* nearest) {
-  return Builder(input, drift, numbers, nearest).Build();
+  return Builder(input, drift, gaps, numbers, nearest).Build();
 }
 
 }  // namespace isthmus::placement

@@ -4,6 +4,7 @@
 #include <map>
 #include <utility>
 
+#include "server/placement/gaps.h"
 #include "server/placement/graph.h"
 #include "server/placement/placer.h"
 
@@ -19,7 +20,7 @@ using NearestPairs = std::map<std::pair<uint32_t, uint32_t>, NearestPair>;
 
 // Poses of the problems are not set, nor is anything held. What names submaps that are not in the
 // map, or joins different components, and edges whose numbers are none, are passed over.
-GraphSet BuildGraphs(const Input& input, const pose_graph::DriftModel& drift,
+GraphSet BuildGraphs(const Input& input, const pose_graph::DriftModel& drift, const GapPoses& gaps,
                      SessionNumbers* numbers, NearestPairs* nearest);
 
 // Accepted and finite.

@@ -182,12 +182,20 @@ void ContinuePoses(const Input& input, const std::vector<Placement>& previous, G
 void BeginPosesAnew(const Input& input, const std::vector<Placement>& previous, bool same_frame,
                     Graph* graph) {
   std::vector<Pose>& poses = graph->problem.poses;
+  size_t edge = 0;  // Those of odometry come first, in order of the nodes.
   for (const GraphSession& session : graph->sessions) {
     const Session& record = input.sessions[session.session];
-    for (size_t k = 0; k < record.nodes.size(); ++k) {
-      poses[static_cast<size_t>(session.first_node) + k] =
-          record.tree.T_map_odom * record.nodes[k].T_odom_submap;
+    const size_t first = static_cast<size_t>(session.first_node), count = record.nodes.size();
+    for (size_t k = 0; k < count; ++k) {
+      poses[first + k] = record.tree.T_map_odom * record.nodes[k].T_odom_submap;
     }
+    // Up to the last gap, odometry is not what the newest submaps lie by.
+    size_t run = count - 1;
+    while (run > 0 && record.nodes[run - 1].index + 1 == record.nodes[run].index) --run;
+    for (size_t k = run; k-- > 0;) {
+      poses[first + k] = poses[first + k + 1] * graph->problem.edges[edge + k].T_a_b.Inverse();
+    }
+    edge += count - 1;
   }
   const SubmapId& gauge = graph->ids[static_cast<size_t>(graph->gauge)];
   const Placement* placement = same_frame ? FindPlacement(previous, gauge.session) : nullptr;

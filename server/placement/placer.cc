@@ -8,6 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "server/placement/anchor_fit.h"
 #include "server/placement/changes.h"
+#include "server/placement/gaps.h"
 #include "server/placement/graph_builder.h"
 #include "server/placement/graph_text.h"
 #include "server/placement/initial_poses.h"
@@ -50,6 +51,7 @@ struct Placer::Memory {
   mutable std::mutex mutex;  // For `last`, which is written by Place alone.
   SessionNumbers numbers;
   NearestPairs nearest;
+  GapPoses gaps;
   std::shared_ptr<const LastGraphs> last = std::make_shared<LastGraphs>();
   // Such as were before a match came, the newest last.
   std::deque<std::shared_ptr<const LastGraphs>> earlier;
@@ -120,7 +122,8 @@ Placer& Placer::operator=(Placer&&) noexcept = default;
 
 Outcome Placer::Place(const Input& input, const std::vector<Placement>& previous) {
   Memory& memory = *memory_;
-  GraphSet set = BuildGraphs(input, options_.drift, &memory.numbers, &memory.nearest);
+  UpdateGaps(previous, input, &memory.gaps);
+  GraphSet set = BuildGraphs(input, options_.drift, memory.gaps, &memory.numbers, &memory.nearest);
   const std::vector<Memory::Base> bases = memory.ChooseBases(input, set);
   Outcome outcome;
   bool partial = false;

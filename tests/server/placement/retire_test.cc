@@ -58,6 +58,31 @@ TEST(Retire, HangsOnWhenTheReferenceHasLeft) {
   EXPECT_EQ(LargestMove(before, after), 0);
 }
 
+// What hangs on the rest by nothing but odometry that has strayed for laps stays where it was.
+TEST(Retire, DriftOfWhatHasLeftComesNotBack) {
+  World world(5);
+  world.AddRobot("a-1", 150, 50, 40, 0, {.yaw_bias_rad = 0.01});
+  for (int k = 50; k < 150; k += 2) world.AddLoop("a-1", k - 50, k);
+  Placer placer;
+  Placements placements = placer.Place(world.input, {}).placements;
+  const Session& robot = world.Find("a-1");
+  const Pose kept = PoseOf(placements, "a-1", 3);
+  const double strayed =
+      (robot.nodes[3].T_odom_submap.translation() - (robot.nodes[103].T_odom_submap.translation()))
+          .norm();
+  ASSERT_GT(strayed, 5) << "they are in one place";
+  // Of the first two laps one submap stays, and no loop closure of it.
+  world.Retire("a-1", 0, 2);
+  world.Retire("a-1", 4, 99);
+  placements = placer.Place(world.input, placements).placements;
+  EXPECT_LT((PoseOf(placements, "a-1", 3).translation() - kept.translation()).norm(), 1e-3);
+  for (int k = 140; k < 150; ++k) world.AddLoop("a-1", k - 40, k);
+  placements = placer.Place(world.input, placements).placements;
+  placements = Placer().Place(world.input, placements).placements;
+  const Pose T_3_103 = PoseOf(placements, "a-1", 3).Inverse() * PoseOf(placements, "a-1", 103);
+  EXPECT_LT(T_3_103.translation().norm(), 0.5);
+}
+
 // A match whose submaps have all left still holds its sessions together, loosely.
 TEST(Retire, FallsBackOnTheMatchItself) {
   World world(4);

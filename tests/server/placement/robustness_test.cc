@@ -80,7 +80,7 @@ TEST(Robustness, ReturnsToTheTreeWhatLostItsMatch) {
   world.AddMatch("a-1", "b-1", {{20, 10}, {25, 15}});
   SessionNumbers numbers;
   NearestPairs nearest;
-  GraphSet set = BuildGraphs(world.input, {}, &numbers, &nearest);
+  GraphSet set = BuildGraphs(world.input, {}, {}, &numbers, &nearest);
   ASSERT_EQ(set.graphs.size(), 1u);
   Graph& graph = set.graphs[0];
   BeginPosesAnew(world.input, {}, true, &graph);
