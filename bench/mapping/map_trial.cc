@@ -36,6 +36,11 @@ absl::Status Judge(const std::vector<DrivenRobot>& robots, server::Pipeline& pip
   if (!loops.ok()) return loops.status();
   trial->loops = JudgeLoops(*loops, robots);
   trial->found = *std::move(loops);
+  for (const Match& match : pipeline.GetMatchGraph().matches) {
+    trial->matches.push_back(absl::StrCat(match.a.value(), " ~ ", match.b.value(), ": ",
+                                          ToString(match.state), ", ", match.reason, ": ",
+                                          match.detail));
+  }
   const server::MapInfo info = pipeline.GetMapInfo();
   trial->in_map = info.submaps;
   trial->retired = info.retired;
@@ -58,6 +63,7 @@ absl::StatusOr<MapTrial> RunMapTrial(std::vector<DrivenRobot> robots,
   MapTrial trial;
   const CpuClock clock(CpuClock::Of::kProcess);
   absl::Status status = UploadAll(robots, **pipeline, &trial.worst_upload_ms);
+  if (status.ok()) status = FinishAll(robots, **pipeline);
   trial.cpu_ms = clock.Ms();
   if (status.ok()) status = Judge(robots, **pipeline, &trial);
   if (status.ok() && !options.picture.empty()) {

@@ -25,6 +25,7 @@ struct MapTrial {
   TeamRmse way;                      // ... of the ways; none if they are not in one component.
   bool one_frame = false;
   LoopFigures loops;
+  std::vector<std::string> matches;  // What was found between the robots, a line each.
   uint64_t revisions = 0;
   double cpu_ms = 0;           // Of the process, all uploads to the settled map.
   double worst_upload_ms = 0;  // Wall time from a submap to the map settled with it.
@@ -38,7 +39,7 @@ struct MapTrialOptions {
   std::string picture;  // Two are drawn, named so with _open.png and _closed.png; empty: none.
 };
 
-// Robots upload as they drove, at the same time if their stamps say so.
+// Robots upload as they drove, at the same time if their stamps say so, and finish their sessions.
 absl::StatusOr<MapTrial> RunMapTrial(std::vector<DrivenRobot> robots,
                                      const MapTrialOptions& options);
 

@@ -102,6 +102,7 @@ Json ToJson(const MapTrial& t) {
           {"false_used", t.loops.false_used},
           {"loop_error", {{"median_m", t.loops.median_m}, {"median_deg", t.loops.median_deg}}},
           {"worst_right_loop", {{"m", t.loops.worst_m}, {"deg", t.loops.worst_deg}}},
+          {"matches", t.matches},
           {"revisions", t.revisions},
           {"cpu_ms", t.cpu_ms},
           {"worst_upload_ms", t.worst_upload_ms}};

@@ -44,4 +44,13 @@ absl::Status UploadAll(const std::vector<DrivenRobot>& robots, server::Pipeline&
   return absl::OkStatus();
 }
 
+absl::Status FinishAll(const std::vector<DrivenRobot>& robots, server::Pipeline& pipeline) {
+  for (const DrivenRobot& robot : robots) {
+    absl::Status status = pipeline.FinishSession(robot.session.id).status();
+    if (!status.ok()) return status;
+  }
+  pipeline.WaitUntilIdle();
+  return absl::OkStatus();
+}
+
 }  // namespace isthmus::bench

@@ -24,4 +24,7 @@ absl::Status Upload(const Submap& submap, server::Pipeline& pipeline);
 absl::Status UploadAll(const std::vector<DrivenRobot>& robots, server::Pipeline& pipeline,
                        double* worst_ms = nullptr);
 
+// Finishes their sessions and waits until the map has settled.
+absl::Status FinishAll(const std::vector<DrivenRobot>& robots, server::Pipeline& pipeline);
+
 }  // namespace isthmus::bench
