@@ -14,9 +14,10 @@
 
 namespace isthmus {
 
-// A submap and where it lies in its component's map frame.
+// A submap and where it lies in its component's map frame. Its points are fetched when they are
+// needed, see SubmapReader.
 struct PlacedSubmap {
-  std::shared_ptr<const Submap> submap;
+  std::shared_ptr<const SubmapInfo> submap;
   uint32_t component = 0;
   Pose T_map_submap;
 };

@@ -7,6 +7,7 @@ SubmapInfo Summarize(const Submap& submap) {
   info.id = submap.id;
   info.robot = submap.robot;
   info.T_odom_submap = submap.T_odom_submap;
+  info.drift_covariance = submap.drift_covariance;
   info.first_sequence = submap.first_sequence;
   info.last_sequence = submap.last_sequence;
   info.first_stamp_ns = submap.first_stamp_ns;

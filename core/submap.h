@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -50,6 +51,7 @@ struct SubmapInfo {
   SubmapId id;
   RobotId robot;
   Pose T_odom_submap;
+  Matrix6d drift_covariance = Matrix6d::Zero();  // As Submap's.
   uint64_t first_sequence = 0, last_sequence = 0;
   int64_t first_stamp_ns = 0, last_stamp_ns = 0;
   uint32_t keyframe_count = 0;
@@ -59,6 +61,10 @@ struct SubmapInfo {
 
 // Throws away the points; bounds are computed from them.
 SubmapInfo Summarize(const Submap& submap);
+
+// Fetches a submap with its points, from memory or from where it is stored. Null where it is gone
+// or cannot be read. Thread safe.
+using SubmapReader = std::function<std::shared_ptr<const Submap>(const SubmapId&)>;
 
 // Bounds of the box after the transform (of its eight corners; empty stays empty).
 Box Transform(const Pose& T_target_source, const Box& box);

@@ -44,7 +44,6 @@ absl::StatusOr<std::vector<TrajectoryEntry>> SelectTrajectory(Connection& databa
 // submaps, submap_blobs, submap_bounds. `blob` is EncodeSubmap's.
 struct SubmapRow {
   SubmapInfo info;
-  Matrix6d drift_covariance = Matrix6d::Zero();
   std::string blob;
 };
 absl::Status AddSubmap(Connection& database, const SubmapRow& submap);

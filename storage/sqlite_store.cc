@@ -38,8 +38,7 @@ class SqliteStore : public MapStore {
       absl::StatusOr<std::string> blob = EncodeSubmap(*submap, options_.resolution_m);
       // What cannot be encoded breaks a rule, and CheckBatch says it better.
       if (!blob.ok() && !absl::IsInvalidArgument(blob.status())) return blob.status();
-      encoded.push_back({Summarize(*submap), submap->drift_covariance,
-                         blob.ok() ? *std::move(blob) : std::string()});
+      encoded.push_back({Summarize(*submap), blob.ok() ? *std::move(blob) : std::string()});
     }
     return writer_.Run([&](Connection& database) { return AddBatch(database, batch, encoded); });
   }

@@ -13,9 +13,17 @@ namespace {
 constexpr char kInfoColumns[] =
     "e.id, s.submap_index, e.robot, s.T_odom_submap, s.first_sequence, s.last_sequence, "
     "s.first_stamp_ns, s.last_stamp_ns, s.keyframe_count, s.point_count, "
-    "s.min_x, s.min_y, s.min_z, s.max_x, s.max_y, s.max_z";
-constexpr int kInfoColumnCount = 16;
+    "s.min_x, s.min_y, s.min_z, s.max_x, s.max_y, s.max_z, s.drift_covariance";
+constexpr int kInfoColumnCount = 17;
 constexpr char kFrom[] = " FROM submaps s JOIN sessions e ON e.key = s.session ";
+
+// Zero, which says nothing, where there is none or it is not one any more.
+Matrix6d ReadCovariance(const std::string& bytes) {
+  ByteReader reader(bytes);
+  const Matrix6d covariance = ReadSymmetric(reader);
+  const bool whole = reader.ok() && reader.remaining() == 0 && covariance.allFinite();
+  return whole ? covariance : Matrix6d::Zero();
+}
 
 SubmapInfo ReadInfo(const Statement& row) {
   SubmapInfo info;
@@ -28,6 +36,7 @@ SubmapInfo ReadInfo(const Statement& row) {
   info.last_stamp_ns = row.Int(7);
   info.keyframe_count = static_cast<uint32_t>(row.Int(8));
   info.point_count = row.Uint(9);
+  info.drift_covariance = row.IsNull(16) ? Matrix6d::Zero() : ReadCovariance(row.Text(16));
   if (row.IsNull(10)) return info;  // No points: an empty box.
   info.bounds.min = {row.Real(10), row.Real(11), row.Real(12)};
   info.bounds.max = {row.Real(13), row.Real(14), row.Real(15)};
@@ -68,18 +77,10 @@ absl::Status AddInfo(Connection& database, int64_t session_key, const SubmapRow&
       }
     }
   }
-  if (submap.drift_covariance.isZero(0)) return insert.BindNull().Run();
+  if (info.drift_covariance.isZero(0)) return insert.BindNull().Run();
   std::string covariance;
-  AppendSymmetric(submap.drift_covariance, covariance);
+  AppendSymmetric(info.drift_covariance, covariance);
   return insert.BindBlob(covariance).Run();
-}
-
-// Zero, which says nothing, where there is none or it is not one any more.
-Matrix6d ReadCovariance(const std::string& bytes) {
-  ByteReader reader(bytes);
-  const Matrix6d covariance = ReadSymmetric(reader);
-  const bool whole = reader.ok() && reader.remaining() == 0 && covariance.allFinite();
-  return whole ? covariance : Matrix6d::Zero();
 }
 
 absl::Status AddBounds(Connection& database, int64_t submap_key, const Box& bounds_odom) {
@@ -120,7 +121,7 @@ absl::StatusOr<std::shared_ptr<const Submap>> UnpackSubmap(const SubmapRow& row)
   submap->id = info.id;
   submap->robot = info.robot;
   submap->T_odom_submap = info.T_odom_submap;
-  submap->drift_covariance = row.drift_covariance;
+  submap->drift_covariance = info.drift_covariance;
   submap->first_sequence = info.first_sequence;
   submap->last_sequence = info.last_sequence;
   submap->first_stamp_ns = info.first_stamp_ns;
@@ -158,15 +159,15 @@ absl::StatusOr<std::optional<int64_t>> FindSubmapKey(Connection& database, const
 
 absl::StatusOr<SubmapRow> FindSubmap(Connection& database, const SubmapId& submap) {
   Statement row = database.Prepare(
-      std::string("SELECT ") + kInfoColumns + ", s.drift_covariance, b.data" + kFrom +
+      std::string("SELECT ") + kInfoColumns + ", b.data" + kFrom +
       "LEFT JOIN submap_blobs b ON b.submap = s.key WHERE e.id = ? AND s.submap_index = ?");
   absl::StatusOr<bool> found = row.Bind(submap.session.value()).Bind(submap.index).Step();
   if (absl::IsDataLoss(found.status())) return Damaged(submap, found.status());
   if (!found.ok()) return found.status();
   if (!*found) return UnknownSubmap(submap);
-  constexpr int kBlob = kInfoColumnCount + 1;
-  if (row.IsNull(kBlob)) return Damaged(submap, absl::DataLossError("its points are not there"));
-  return SubmapRow{ReadInfo(row), ReadCovariance(row.Text(kInfoColumnCount)), row.Text(kBlob)};
+  if (row.IsNull(kInfoColumnCount))
+    return Damaged(submap, absl::DataLossError("its points are not there"));
+  return SubmapRow{ReadInfo(row), row.Text(kInfoColumnCount)};
 }
 
 absl::StatusOr<std::vector<SubmapInfo>> SelectSubmaps(Connection& database,
