@@ -24,6 +24,8 @@ struct SessionRecord {
   SessionState state = SessionState::kActive;
   int64_t created_ns = 0;
   int64_t finished_ns = 0;  // 0 while active.
+  // Chosen by the client, so that asking twice opens one session; empty: none.
+  std::string request_id = {};
 };
 
 }  // namespace isthmus
