@@ -1,6 +1,8 @@
 // The merged map as readers see it: an immutable snapshot made by composition, read by queries.
 #pragma once
 
+#include <absl/status/status.h>
+
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -47,8 +49,15 @@ class ComposedMap {
   // 0 and an empty box for a component that does not exist.
   virtual uint64_t point_count(uint32_t component) const = 0;
   virtual Box bounds(uint32_t component) const = 0;
-  // Calls `emit` with chunks of at most `chunk` points until done or it returns false.
-  virtual void Read(const Region& region, size_t chunk, const Emit& emit) const = 0;
+  // OK, or why there is nothing to read yet: Unavailable while the map of a store is composed for
+  // the first time after a start, naming how far it has come.
+  virtual absl::Status ready() const { return absl::OkStatus(); }
+  // Placed submaps that could not be read and are missing from the map.
+  virtual uint64_t missing_submaps() const { return 0; }
+  // Calls `emit` with chunks of at most `chunk` points until done or it returns false, which is no
+  // error. Anything but OK means that points are missing from what was emitted: ready(), or points
+  // could not be read back from where they are kept.
+  virtual absl::Status Read(const Region& region, size_t chunk, const Emit& emit) const = 0;
 };
 
 }  // namespace isthmus

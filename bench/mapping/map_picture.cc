@@ -52,10 +52,13 @@ absl::Status DrawClosed(const std::vector<DrivenRobot>& robots, server::Pipeline
     if (way->component == region.component) ways[r] = std::move(way->poses);
   }
   std::vector<MapPoint> points;
-  pipeline.GetMap()->Read(region, kChunk, [&](const std::vector<MapPoint>& chunk) {
+  const auto add = [&](const std::vector<MapPoint>& chunk) {
     points.insert(points.end(), chunk.begin(), chunk.end());
     return true;
-  });
+  };
+  if (absl::Status status = pipeline.GetMap()->Read(region, kChunk, add); !status.ok()) {
+    return status;
+  }
   return evaluation::WritePicture(path, points, ways, NamesOf(robots), Style());
 }
 

@@ -57,7 +57,9 @@ struct Composer::State {
 
   std::map<uint32_t, uint32_t> FramesOf(const std::vector<PlacedSubmap>& placed);
   uint32_t RobotNumber(const RobotId& robot);
-  void Place(const PlacedSubmap& placed, uint32_t frame, std::set<TileKey>* dirty);
+  // False, and it is not in the map, when it cannot be read.
+  bool Place(const PlacedSubmap& placed, uint32_t frame, const SubmapReader& reader,
+             std::set<TileKey>* dirty);
   void DropUnwanted(std::set<TileKey>* dirty);
   void Remake(const std::set<TileKey>& dirty);
   std::vector<TiledMap::Robot> RobotsInMap() const;
@@ -95,29 +97,38 @@ uint32_t Composer::State::RobotNumber(const RobotId& robot) {
 }
 
 // Brings what is known of one submap up to date; every tile it left, entered or moved on is dirty.
-void Composer::State::Place(const PlacedSubmap& placed, uint32_t frame, std::set<TileKey>* dirty) {
+bool Composer::State::Place(const PlacedSubmap& placed, uint32_t frame, const SubmapReader& reader,
+                            std::set<TileKey>* dirty) {
   const Pose& T_map_submap = placed.T_map_submap;
   const uint32_t robot = RobotNumber(placed.submap->robot);
   auto [it, is_new] = submaps.try_emplace(placed.submap->id);
   Composed& composed = it->second;
+  const SubmapFingerprint fingerprint = FingerprintOf(*placed.submap);
+  const bool other_content =
+      is_new || composed.robot != robot || composed.thinned.fingerprint != fingerprint;
+  std::shared_ptr<const Submap> content;
+  if (other_content) {
+    content = reader(placed.submap->id);
+    // Another one than was meant: the first one's session was deleted meanwhile.
+    if (content == nullptr || FingerprintOf(*content) != fingerprint) return false;
+  }
   composed.wanted = true;
-  const bool other_content = is_new || composed.robot != robot ||
-                             composed.thinned.fingerprint != FingerprintOf(*placed.submap);
   if (!other_content && composed.frame == frame &&
       LargestMove(composed.thinned.bounds, composed.T_map_submap, T_map_submap) <=
           options.min_move_m) {
-    return;
+    return true;
   }
   const auto soil = [&] {
     dirty->insert(composed.by_tile.tiles.begin(), composed.by_tile.tiles.end());
   };
   soil();
-  if (other_content) composed.thinned = Thin(*placed.submap, grid, &thinner);
+  if (other_content) composed.thinned = Thin(*content, grid, &thinner);
   composed.robot = robot;
   composed.frame = frame;
   composed.T_map_submap = T_map_submap;
   composed.by_tile = SortByTile(composed.thinned, frame, T_map_submap, grid, layout);
   soil();
+  return true;
 }
 
 void Composer::State::DropUnwanted(std::set<TileKey>* dirty) {
@@ -166,7 +177,8 @@ Composer::Composer(const ComposerOptions& options) : state_(std::make_unique<Sta
 Composer::~Composer() = default;
 
 std::shared_ptr<const ComposedMap> Composer::Compose(int64_t revision,
-                                                     const std::vector<PlacedSubmap>& given) {
+                                                     const std::vector<PlacedSubmap>& given,
+                                                     const SubmapReader& reader) {
   std::vector<PlacedSubmap> placed;
   placed.reserve(given.size());
   for (const PlacedSubmap& p : given) {
@@ -176,7 +188,10 @@ std::shared_ptr<const ComposedMap> Composer::Compose(int64_t revision,
 
   const std::map<uint32_t, uint32_t> frames = state_->FramesOf(placed);
   std::set<TileKey> dirty;
-  for (const PlacedSubmap& p : placed) state_->Place(p, frames.at(p.component), &dirty);
+  uint64_t missing = 0;
+  for (const PlacedSubmap& p : placed) {
+    missing += !state_->Place(p, frames.at(p.component), reader, &dirty);
+  }
   state_->DropUnwanted(&dirty);
   state_->Remake(dirty);
 
@@ -189,7 +204,8 @@ std::shared_ptr<const ComposedMap> Composer::Compose(int64_t revision,
     component.point_count += tile->point_count;
     component.bounds.Extend(tile->bounds);
   }
-  return std::make_shared<TiledMap>(revision, state_->RobotsInMap(), std::move(components));
+  return std::make_shared<TiledMap>(revision, state_->RobotsInMap(), std::move(components),
+                                    missing);
 }
 
 int Composer::last_tiles_remade() const { return state_->last_tiles_remade; }

@@ -29,13 +29,15 @@ class Composer {
   ~Composer();
 
   // The map with exactly these submaps at these poses (to min_move_m). The result does not depend
-  // on what was composed before or on the order of `submaps`. Submaps are thinned when first seen
-  // and known again by id and extent, so that the caller may reload them. Submaps without points, a
-  // null pointer or a pose that is not finite add nothing, nor do points that are not finite or
-  // more than a million voxels from the origin of the map. The map never changes and shares
-  // unchanged tiles with those made before; it may outlive the composer.
+  // on what was composed before or on the order of `submaps`. Submaps are read and thinned when
+  // first seen and known again by what is said of them. Submaps without points, a null pointer or a
+  // pose that is not finite add nothing, nor do points that are not finite or more than a million
+  // voxels from the origin of the map. One that the reader has not is left out, counted as missing
+  // and asked for again the next time. The map never changes and shares unchanged tiles with those
+  // made before; it may outlive the composer.
   std::shared_ptr<const ComposedMap> Compose(int64_t revision,
-                                             const std::vector<PlacedSubmap>& submaps);
+                                             const std::vector<PlacedSubmap>& submaps,
+                                             const SubmapReader& reader);
   // Tiles that the last Compose remade.
   int last_tiles_remade() const;
 

@@ -48,10 +48,8 @@ absl::Status TooLarge(const OccupancyOptions& options) {
                    "range or fewer robots"));
 }
 
-absl::Status InsertSubmap(const PlacedSubmap& placed, const OccupancyOptions& options,
-                          OccupancyGrid* grid) {
-  const Submap& submap = *placed.submap;
-  const Pose& T_map_submap = placed.T_map_submap;
+absl::Status InsertSubmap(const Submap& submap, const Pose& T_map_submap,
+                          const OccupancyOptions& options, OccupancyGrid* grid) {
   const Eigen::Matrix3d R = T_map_submap.RotationMatrix();
   std::vector<Eigen::Vector3d> points;
   size_t begin = 0;
@@ -106,13 +104,20 @@ SensorEvidence OctomapEvidence(double resolution_m) {
           tree.getClampingThresMaxLog()};
 }
 
-absl::StatusOr<std::string> Build(const std::vector<PlacedSubmap>& submaps, uint32_t component,
-                                  OccupancyFormat format, const OccupancyOptions& options) {
+absl::StatusOr<std::string> Build(const std::vector<PlacedSubmap>& submaps,
+                                  const SubmapReader& reader, uint32_t component,
+                                  OccupancyFormat format, const OccupancyOptions& options,
+                                  uint64_t* missing) {
   OccupancyGrid grid(options.resolution_m, options.max_range_m, options.max_bytes,
                      OctomapEvidence(options.resolution_m));
   for (const PlacedSubmap& placed : submaps) {
     if (!placed.submap || placed.component != component) continue;
-    const absl::Status status = InsertSubmap(placed, options, &grid);
+    const std::shared_ptr<const Submap> submap = reader(placed.submap->id);
+    if (submap == nullptr) {
+      ++*missing;
+      continue;
+    }
+    const absl::Status status = InsertSubmap(*submap, placed.T_map_submap, options, &grid);
     if (!status.ok()) return status;
   }
   return Serialize(grid, format, options);
@@ -121,11 +126,15 @@ absl::StatusOr<std::string> Build(const std::vector<PlacedSubmap>& submaps, uint
 }  // namespace
 
 absl::StatusOr<std::string> WriteOccupancy(const std::vector<PlacedSubmap>& submaps,
-                                           uint32_t component, OccupancyFormat format,
-                                           const OccupancyOptions& options) {
+                                           const SubmapReader& reader, uint32_t component,
+                                           OccupancyFormat format, const OccupancyOptions& options,
+                                           uint64_t* missing) {
+  uint64_t missing_here = 0;
+  if (missing == nullptr) missing = &missing_here;
+  *missing = 0;
   if (const absl::Status status = CheckOptions(options); !status.ok()) return status;
   try {
-    return Build(submaps, component, format, options);
+    return Build(submaps, reader, component, format, options, missing);
   } catch (const std::bad_alloc&) {
     return absl::ResourceExhaustedError(
         "No memory left for the OctoMap: choose a coarser resolution or a shorter range");

@@ -32,8 +32,12 @@ enum class OccupancyFormat {
 // InvalidArgument for options out of range. OutOfRange when the map reaches farther than the
 // 2^15 voxels from the origin that the format can tell apart. ResourceExhausted when more
 // than max_bytes would be needed. Thread safe (no shared state).
+//
+// Submaps are read one after another, in the order given, and let go again. One that the reader has
+// not is left out, and counted in `missing` unless that is null.
 absl::StatusOr<std::string> WriteOccupancy(const std::vector<PlacedSubmap>& submaps,
-                                           uint32_t component, OccupancyFormat format,
-                                           const OccupancyOptions& options);
+                                           const SubmapReader& reader, uint32_t component,
+                                           OccupancyFormat format, const OccupancyOptions& options,
+                                           uint64_t* missing = nullptr);
 
 }  // namespace isthmus::composition

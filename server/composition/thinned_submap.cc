@@ -31,6 +31,11 @@ std::vector<WeightedPoint> GroupByBlock(const std::vector<WeightedPoint>& points
 
 }  // namespace
 
+SubmapFingerprint FingerprintOf(const SubmapInfo& submap) {
+  return {submap.first_stamp_ns, submap.last_stamp_ns, submap.first_sequence,
+          submap.last_sequence,  submap.point_count,   submap.keyframe_count};
+}
+
 SubmapFingerprint FingerprintOf(const Submap& submap) {
   return {submap.first_stamp_ns, submap.last_stamp_ns, submap.first_sequence,
           submap.last_sequence,  submap.points.size(), submap.keyframes.size()};

@@ -19,6 +19,7 @@ struct SubmapFingerprint {
   friend bool operator==(const SubmapFingerprint&, const SubmapFingerprint&) = default;
 };
 
+SubmapFingerprint FingerprintOf(const SubmapInfo& submap);
 SubmapFingerprint FingerprintOf(const Submap& submap);
 
 inline constexpr int32_t kBlockVoxels = 16;  // Along an edge; a power of two.

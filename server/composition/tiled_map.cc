@@ -92,8 +92,8 @@ class ChunkWriter {
 }  // namespace
 
 TiledMap::TiledMap(int64_t revision, const std::vector<Robot>& robots,
-                   std::vector<Component> components)
-    : revision_(revision), components_(std::move(components)) {
+                   std::vector<Component> components, uint64_t missing_submaps)
+    : revision_(revision), missing_submaps_(missing_submaps), components_(std::move(components)) {
   for (const Robot& robot : robots) {
     if (index_of_number_.size() <= robot.number) index_of_number_.resize(robot.number + 1);
     index_of_number_[robot.number] = static_cast<uint32_t>(robots_.size());
@@ -113,7 +113,7 @@ const std::vector<TilePtr>& TiledMap::tiles(uint32_t component) const {
   return component < components_.size() ? components_[component].tiles : NoComponent().tiles;
 }
 
-void TiledMap::Read(const Region& region, size_t chunk, const Emit& emit) const {
+absl::Status TiledMap::Read(const Region& region, size_t chunk, const Emit& emit) const {
   const Shape shape(region);
   Thinning thinning(region.resolution_m);
   ChunkWriter writer(chunk, emit);
@@ -125,11 +125,12 @@ void TiledMap::Read(const Region& region, size_t chunk, const Emit& emit) const 
       if (region.robot >= 0 && robot != static_cast<uint32_t>(region.robot)) continue;
       for (const Point& p : part.points) {
         if (!whole && !shape.Contains(p.Position().cast<double>())) continue;
-        if (thinning.Passes(p) && !writer.Write(p, robot)) return;
+        if (thinning.Passes(p) && !writer.Write(p, robot)) return absl::OkStatus();
       }
     }
   }
   writer.Flush();
+  return absl::OkStatus();
 }
 
 }  // namespace isthmus::composition

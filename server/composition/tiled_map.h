@@ -23,23 +23,26 @@ class TiledMap : public ComposedMap {
   };
 
   // `robots` in order of id.
-  TiledMap(int64_t revision, const std::vector<Robot>& robots, std::vector<Component> components);
+  TiledMap(int64_t revision, const std::vector<Robot>& robots, std::vector<Component> components,
+           uint64_t missing_submaps = 0);
 
   int64_t revision() const override { return revision_; }
   const std::vector<RobotId>& robots() const override { return robots_; }
   uint32_t component_count() const override { return static_cast<uint32_t>(components_.size()); }
   uint64_t point_count(uint32_t component) const override;
   Box bounds(uint32_t component) const override;
+  uint64_t missing_submaps() const override { return missing_submaps_; }
   // Points come tile by tile, the same order every time. With a resolution the first point met in a
   // voxel, whoever saw it, stands for the voxel. A chunk of 0 counts as 1. Nothing is emitted for a
   // component or robot that does not exist.
-  void Read(const Region& region, size_t chunk, const Emit& emit) const override;
+  absl::Status Read(const Region& region, size_t chunk, const Emit& emit) const override;
 
   // Empty for a component that does not exist.
   const std::vector<TilePtr>& tiles(uint32_t component) const;
 
  private:
   const int64_t revision_;
+  const uint64_t missing_submaps_;
   std::vector<RobotId> robots_;
   std::vector<uint32_t> index_of_number_;  // Robot::number to index into robots_.
   const std::vector<Component> components_;

@@ -2,15 +2,16 @@
 
 #include <algorithm>
 #include <chrono>
+#include <utility>
 
 #include "core/stopwatch.h"
 
 namespace isthmus::server {
 
-Compositor::Compositor(MapState* state, const composition::ComposerOptions& options,
-                       double interval_s)
-    : state_(state), interval_s_(interval_s), composer_(options) {
-  state_->map = composer_.Compose(0, {});
+Compositor::Compositor(MapState* state, SubmapReader reader,
+                       const composition::ComposerOptions& options, double interval_s)
+    : state_(state), reader_(std::move(reader)), interval_s_(interval_s), composer_(options) {
+  state_->map = composer_.Compose(0, {}, reader_);
   thread_ = std::thread([this] { Run(); });
 }
 
@@ -43,7 +44,7 @@ void Compositor::Run() {
     const std::vector<PlacedSubmap> placed = state_->PlacedSubmaps();
     lock.unlock();
     Stopwatch watch;
-    std::shared_ptr<const ComposedMap> map = composer_.Compose(revision, placed);
+    std::shared_ptr<const ComposedMap> map = composer_.Compose(revision, placed, reader_);
     const double ms = watch.Ms();
     lock.lock();
     state_->map = std::move(map);

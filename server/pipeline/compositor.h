@@ -11,7 +11,8 @@ namespace isthmus::server {
 class Compositor {
  public:
   // Composes after changes, at most once per interval (0: at once).
-  Compositor(MapState* state, const composition::ComposerOptions& options, double interval_s);
+  Compositor(MapState* state, SubmapReader reader, const composition::ComposerOptions& options,
+             double interval_s);
   ~Compositor();
 
   // Makes the thread end after one last composition of what is there; does not wait.
@@ -21,6 +22,7 @@ class Compositor {
   void Run();
 
   MapState* const state_;
+  const SubmapReader reader_;
   const double interval_s_;
   composition::Composer composer_;  // Touched by the thread only.
   bool stop_ = false;               // Guarded by the state's mutex.

@@ -16,12 +16,14 @@ constexpr size_t kBytesPerPiece = size_t{1} << 19;
 absl::Status Stopped() { return absl::CancelledError("The reader stopped the export"); }
 
 // A map never changes, so what was counted is what a second reading gives.
-uint64_t CountPoints(const ComposedMap& map, const Region& region) {
+absl::StatusOr<uint64_t> CountPoints(const ComposedMap& map, const Region& region) {
   uint64_t count = 0;
-  map.Read(region, kPointsPerPiece, [&](const std::vector<MapPoint>& points) {
-    count += points.size();
-    return true;
-  });
+  const absl::Status status =
+      map.Read(region, kPointsPerPiece, [&](const std::vector<MapPoint>& points) {
+        count += points.size();
+        return true;
+      });
+  if (!status.ok()) return status;
   return count;
 }
 
@@ -31,15 +33,17 @@ absl::Status Stream(const ComposedMap& map, const Region& region, const std::str
                     const FormatChunk& format_chunk, const ByteSink& sink) {
   if (!sink(header)) return Stopped();
   bool wanted = true;
-  map.Read(region, kPointsPerPiece, [&](const std::vector<MapPoint>& points) {
-    return wanted = sink(format_chunk(points));
-  });
-  return wanted ? absl::OkStatus() : Stopped();
+  const absl::Status status = map.Read(
+      region, kPointsPerPiece,
+      [&](const std::vector<MapPoint>& points) { return wanted = sink(format_chunk(points)); });
+  return wanted ? status : Stopped();
 }
 
 absl::Status StreamPcd(const ComposedMap& map, const Region& region, codec::PcdEncoding encoding,
                        const ByteSink& sink) {
-  const std::string header = codec::PcdMapHeader(CountPoints(map, region), encoding, map.robots());
+  const absl::StatusOr<uint64_t> count = CountPoints(map, region);
+  if (!count.ok()) return count.status();
+  const std::string header = codec::PcdMapHeader(*count, encoding, map.robots());
   const auto chunk = [&](const std::vector<MapPoint>& points) {
     return codec::PcdMapChunk(points, encoding);
   };
@@ -48,12 +52,16 @@ absl::Status StreamPcd(const ComposedMap& map, const Region& region, codec::PcdE
 
 // PCL compresses whole columns, so this one encoding needs all points at once.
 absl::Status SendCompressedPcd(const ComposedMap& map, const Region& region, const ByteSink& sink) {
+  const absl::StatusOr<uint64_t> count = CountPoints(map, region);
+  if (!count.ok()) return count.status();
   std::vector<MapPoint> all;
-  all.reserve(CountPoints(map, region));
-  map.Read(region, kPointsPerPiece, [&](const std::vector<MapPoint>& points) {
-    all.insert(all.end(), points.begin(), points.end());
-    return true;
-  });
+  all.reserve(*count);
+  const absl::Status status =
+      map.Read(region, kPointsPerPiece, [&](const std::vector<MapPoint>& points) {
+        all.insert(all.end(), points.begin(), points.end());
+        return true;
+      });
+  if (!status.ok()) return status;
   const absl::StatusOr<std::string> body = codec::PcdMapCompressed(all);
   if (!body.ok()) return body.status();
   const std::string header =
@@ -66,7 +74,9 @@ absl::Status SendCompressedPcd(const ComposedMap& map, const Region& region, con
 }
 
 absl::Status StreamPly(const ComposedMap& map, const Region& region, const ByteSink& sink) {
-  const std::string header = codec::PlyMapHeader(CountPoints(map, region), map.robots());
+  const absl::StatusOr<uint64_t> count = CountPoints(map, region);
+  if (!count.ok()) return count.status();
+  const std::string header = codec::PlyMapHeader(*count, map.robots());
   return Stream(map, region, header, codec::PlyMapChunk, sink);
 }
 

@@ -20,8 +20,9 @@ using ByteSink = std::function<bool(const std::string&)>;
 // by a piece of about half a MB, but for kPcdBinaryCompressed, which holds all points at once.
 //
 // A region that holds no point gives a file of none. Cancelled when the sink stopped it;
-// ResourceExhausted when binary_compressed cannot hold so many points (214 million). Thread safe;
-// the sink is called from the calling thread.
+// ResourceExhausted when binary_compressed cannot hold so many points (214 million); whatever
+// ComposedMap::Read says, the file then being incomplete. Thread safe; the sink is called from the
+// calling thread.
 absl::Status ExportCloud(const ComposedMap& map, const Region& region, CloudFormat format,
                          const ByteSink& sink);
 

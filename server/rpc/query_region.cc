@@ -107,6 +107,7 @@ absl::Status QueryRegion(server::Pipeline& pipeline, const v1::QueryRegionReques
   auto region = FromProto(request);
   if (!region.ok()) return region.status();
   const std::shared_ptr<const ComposedMap> map = pipeline.GetMap();
+  if (absl::Status ready = map->ready(); !ready.ok()) return ready;
   // Component 0 may always be asked: in an empty map it has no points.
   if (region->component != 0 && region->component >= map->component_count()) {
     return absl::NotFoundError(absl::StrCat("no component ", region->component, ": the map has ",
@@ -128,8 +129,9 @@ absl::Status QueryRegion(server::Pipeline& pipeline, const v1::QueryRegionReques
     *response.mutable_cloud() = ToProto(points);
     return reading = emit(response);
   };
-  if (*has_points) map->Read(*region, kChunkPoints, send);
-  return reading ? absl::OkStatus() : ReaderGone();
+  absl::Status status;
+  if (*has_points) status = map->Read(*region, kChunkPoints, send);
+  return reading ? status : ReaderGone();
 }
 
 }  // namespace isthmus::rpc

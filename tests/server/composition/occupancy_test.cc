@@ -31,6 +31,11 @@ std::unique_ptr<octomap::OcTree> ReadTree(const std::string& file, OccupancyForm
   return tree->readBinary(stream) ? std::move(tree) : nullptr;
 }
 
+absl::StatusOr<std::string> WriteFile(const std::vector<LaidSubmap>& submaps, uint32_t component,
+                                      OccupancyFormat format, const OccupancyOptions& options) {
+  return WriteOccupancy(Placed(submaps), ReaderOf(submaps), component, format, options);
+}
+
 enum class State { kUnknown, kFree, kOccupied };
 
 State StateAt(const octomap::OcTree& tree, double x, double y, double z) {
@@ -41,10 +46,10 @@ State StateAt(const octomap::OcTree& tree, double x, double y, double z) {
 
 class Occupancy : public ::testing::TestWithParam<OccupancyFormat> {
  protected:
-  std::unique_ptr<octomap::OcTree> Write(const std::vector<PlacedSubmap>& submaps,
+  std::unique_ptr<octomap::OcTree> Write(const std::vector<LaidSubmap>& submaps,
                                          const OccupancyOptions& options = {},
                                          uint32_t component = 0) {
-    const auto file = WriteOccupancy(submaps, component, GetParam(), options);
+    const auto file = WriteFile(submaps, component, GetParam(), options);
     EXPECT_TRUE(file.ok()) << file.status();
     return file.ok() ? ReadTree(*file, GetParam()) : nullptr;
   }
@@ -95,7 +100,7 @@ TEST_P(Occupancy, RaysAreCutAtTheRange) {
 }
 
 TEST_P(Occupancy, WhatWentAwayBecomesFree) {
-  std::vector<PlacedSubmap> submaps{MakeSubmap("alice", 0, {At(3.05, 0.05, 0.05)})};
+  std::vector<LaidSubmap> submaps{MakeSubmap("alice", 0, {At(3.05, 0.05, 0.05)})};
   ASSERT_EQ(StateAt(*Write(submaps), 3.05, 0.05, 0.05), State::kOccupied);
   for (uint32_t look = 1; look <= 5; ++look) {
     submaps.push_back(MakeSubmap("bob", look, {At(6.05, 0.1, 0.1)}));
@@ -106,8 +111,8 @@ TEST_P(Occupancy, WhatWentAwayBecomesFree) {
 }
 
 TEST_P(Occupancy, OnlyTheComponentAskedFor) {
-  const std::vector<PlacedSubmap> submaps{MakeSubmap("alice", 0, {At(3, 0.05, 0.05)}),
-                                          MakeSubmap("bob", 0, {At(-3, 0.05, 0.05)}, Pose(), 1)};
+  const std::vector<LaidSubmap> submaps{MakeSubmap("alice", 0, {At(3, 0.05, 0.05)}),
+                                        MakeSubmap("bob", 0, {At(-3, 0.05, 0.05)}, Pose(), 1)};
   const auto tree = Write(submaps, {}, 1);
   EXPECT_EQ(StateAt(*tree, 3, 0.05, 0.05), State::kUnknown);
   EXPECT_EQ(StateAt(*tree, -3, 0.05, 0.05), State::kOccupied);
@@ -123,16 +128,29 @@ TEST_P(Occupancy, UnusablePointsAreLeftOut) {
   points.push_back(At(0, std::numeric_limits<double>::infinity(), 0));
   points.push_back(At(1, 1, 1));
   points.back().keyframe = 9;  // There is no such keyframe.
-  const auto tree = Write({MakeSubmap("alice", 0, points), PlacedSubmap{}});
+  const auto tree = Write({MakeSubmap("alice", 0, points), LaidSubmap{}});
   ASSERT_NE(tree, nullptr);
   EXPECT_EQ(tree->size(), Write({MakeSubmap("alice", 0, Wall())})->size());
+}
+
+TEST_P(Occupancy, WhatCannotBeReadIsLeftOutAndCounted) {
+  const std::vector<LaidSubmap> there{MakeSubmap("alice", 0, Wall())};
+  auto all = there;
+  all.push_back(MakeSubmap("bob", 0, {At(-3, 0.05, 0.05)}));
+  all.push_back(MakeSubmap("carol", 0, {At(-3, 0.05, 0.05)}, Pose(), 1));  // Is not asked for.
+  uint64_t missing = 7;
+  const auto file = WriteOccupancy(Placed(all), ReaderOf(there), 0, GetParam(), {}, &missing);
+  ASSERT_TRUE(file.ok()) << file.status();
+  EXPECT_EQ(missing, 1u);
+  EXPECT_EQ(*file, *WriteOccupancy(Placed(there), ReaderOf(there), 0, GetParam(), {}, &missing));
+  EXPECT_EQ(missing, 0u);
 }
 
 // A server's log is no place for a library's progress.
 TEST_P(Occupancy, PrintsNothing) {
   ::testing::internal::CaptureStderr();
   ::testing::internal::CaptureStdout();
-  const auto file = WriteOccupancy({MakeSubmap("alice", 0, Wall())}, 0, GetParam(), {});
+  const auto file = WriteFile({MakeSubmap("alice", 0, Wall())}, 0, GetParam(), {});
   EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
   EXPECT_EQ(::testing::internal::GetCapturedStdout(), "");
   EXPECT_TRUE(file.ok());
@@ -145,25 +163,24 @@ TEST(OccupancyLimits, OptionsAreChecked) {
         OccupancyOptions{.resolution_m = -1}, OccupancyOptions{.resolution_m = 100},
         OccupancyOptions{.max_range_m = 0}, OccupancyOptions{.max_range_m = nan},
         OccupancyOptions{.max_range_m = 1e9}}) {
-    EXPECT_EQ(WriteOccupancy({}, 0, OccupancyFormat::kBinary, options).status().code(),
+    EXPECT_EQ(WriteFile({}, 0, OccupancyFormat::kBinary, options).status().code(),
               absl::StatusCode::kInvalidArgument);
   }
 }
 
 TEST(OccupancyLimits, MapFartherThanTheFormatReaches) {
   const auto far = MakeSubmap("alice", 0, {At(3, 0, 0)}, Pose(Eigen::Vector3d(7000, 0, 0)));
-  EXPECT_EQ(WriteOccupancy({far}, 0, OccupancyFormat::kBinary, {}).status().code(),
+  EXPECT_EQ(WriteFile({far}, 0, OccupancyFormat::kBinary, {}).status().code(),
             absl::StatusCode::kOutOfRange);
-  EXPECT_TRUE(WriteOccupancy({far}, 0, OccupancyFormat::kBinary, {.resolution_m = 0.5}).ok());
+  EXPECT_TRUE(WriteFile({far}, 0, OccupancyFormat::kBinary, {.resolution_m = 0.5}).ok());
 }
 
 TEST(OccupancyLimits, MemoryIsBounded) {
   std::mt19937 rng(3);
   const auto wide =
       MakeSubmap("alice", 0, RandomPoints(&rng, 20000, MakeBox({-90, -90, -90}, {90, 90, 90})));
-  const auto file =
-      WriteOccupancy({wide}, 0, OccupancyFormat::kBinary,
-                     {.resolution_m = 0.02, .max_range_m = 200, .max_bytes = 20 << 20});
+  const auto file = WriteFile({wide}, 0, OccupancyFormat::kBinary,
+                              {.resolution_m = 0.02, .max_range_m = 200, .max_bytes = 20 << 20});
   EXPECT_EQ(file.status().code(), absl::StatusCode::kResourceExhausted);
 }
 
@@ -173,7 +190,7 @@ TEST(OccupancyEvidence, AgreesWithOctomapsOwnInsertion) {
   std::mt19937 rng(8);
   const OccupancyOptions options{.resolution_m = 0.2, .max_range_m = 20};
   octomap::OcTree expected(options.resolution_m);
-  std::vector<PlacedSubmap> submaps;
+  std::vector<LaidSubmap> submaps;
   for (uint32_t scan = 0; scan < 4; ++scan) {
     // Faces of a room around the sensor, all in range: cut rays differ on purpose.
     auto points = RandomPoints(&rng, 6000, MakeBox({-14, -6, -1}, {14, 6, 2}));
@@ -189,7 +206,7 @@ TEST(OccupancyEvidence, AgreesWithOctomapsOwnInsertion) {
     expected.insertPointCloud(cloud, octomap::point3d(o.x(), o.y(), o.z()), options.max_range_m,
                               false, true);
   }
-  const auto file = WriteOccupancy(submaps, 0, OccupancyFormat::kFull, options);
+  const auto file = WriteFile(submaps, 0, OccupancyFormat::kFull, options);
   ASSERT_TRUE(file.ok()) << file.status();
   const auto actual = ReadTree(*file, OccupancyFormat::kFull);
   ASSERT_NE(actual, nullptr);

@@ -1,7 +1,10 @@
 // Submaps of random points, and what a map of them must hold.
 #pragma once
 
+#include <gtest/gtest.h>
+
 #include <algorithm>
+#include <map>
 #include <memory>
 #include <random>
 #include <string>
@@ -9,18 +12,53 @@
 #include <vector>
 
 #include "core/composed_map.h"
+#include "server/composition/composer.h"
 
 namespace isthmus::composition {
 
-inline PlacedSubmap MakeSubmap(const std::string& robot, uint32_t index,
-                               std::vector<SubmapPoint> points, const Pose& T_map_submap = Pose(),
-                               uint32_t component = 0) {
+// A submap with its points, where it lies.
+struct LaidSubmap {
+  std::shared_ptr<const Submap> submap;
+  uint32_t component = 0;
+  Pose T_map_submap;
+};
+
+inline std::vector<PlacedSubmap> Placed(const std::vector<LaidSubmap>& submaps) {
+  std::vector<PlacedSubmap> placed;
+  for (const LaidSubmap& laid : submaps) {
+    auto info = laid.submap ? std::make_shared<SubmapInfo>(Summarize(*laid.submap)) : nullptr;
+    placed.push_back({std::move(info), laid.component, laid.T_map_submap});
+  }
+  return placed;
+}
+
+// Null for any other. Counts what it is asked for, if told where.
+inline SubmapReader ReaderOf(const std::vector<LaidSubmap>& submaps, int* reads = nullptr) {
+  std::map<SubmapId, std::shared_ptr<const Submap>> by_id;
+  for (const LaidSubmap& laid : submaps) {
+    if (laid.submap) by_id[laid.submap->id] = laid.submap;
+  }
+  return [by_id = std::move(by_id), reads](const SubmapId& id) {
+    if (reads != nullptr) ++*reads;
+    const auto it = by_id.find(id);
+    return it == by_id.end() ? nullptr : it->second;
+  };
+}
+
+inline LaidSubmap MakeSubmap(const std::string& robot, uint32_t index,
+                             std::vector<SubmapPoint> points, const Pose& T_map_submap = Pose(),
+                             uint32_t component = 0) {
   auto submap = std::make_shared<Submap>();
   submap->id = {SessionId(robot + "-1"), index};
   submap->robot = RobotId(robot);
   submap->keyframes.resize(1);
   submap->points = std::move(points);
   return {submap, component, T_map_submap};
+}
+
+inline std::shared_ptr<const ComposedMap> Compose(Composer* composer, int64_t revision,
+                                                  const std::vector<LaidSubmap>& submaps) {
+  return composer->Compose(revision, Placed(submaps), ReaderOf(submaps));
 }
 
 inline SubmapPoint At(double x, double y, double z, double intensity = 0) {
@@ -50,10 +88,11 @@ inline Box MakeBox(const Eigen::Vector3d& min, const Eigen::Vector3d& max) {
 inline std::vector<MapPoint> ReadAll(const ComposedMap& map, const Region& region = {},
                                      size_t chunk = 1000) {
   std::vector<MapPoint> all;
-  map.Read(region, chunk, [&](const std::vector<MapPoint>& points) {
+  const absl::Status status = map.Read(region, chunk, [&](const std::vector<MapPoint>& points) {
     all.insert(all.end(), points.begin(), points.end());
     return true;
   });
+  EXPECT_TRUE(status.ok()) << status;
   return all;
 }
 

@@ -19,13 +19,13 @@ class RegionRead : public ::testing::Test {
  protected:
   RegionRead() {
     std::mt19937 rng(11);
-    std::vector<PlacedSubmap> submaps;
+    std::vector<LaidSubmap> submaps;
     const Box room = MakeBox({-30, -20, -2}, {30, 20, 5});
     for (const char* robot : {"alice", "bob", "carol"}) {
       submaps.push_back(MakeSubmap(robot, 0, RandomPoints(&rng, 4000, room)));
     }
     Composer composer({.tile_m = 9});
-    map_ = composer.Compose(1, submaps);
+    map_ = Compose(&composer, 1, submaps);
     all_ = ReadAll(*map_);
   }
 
@@ -132,7 +132,7 @@ TEST_F(RegionRead, ChunksAreFullButTheLast) {
   for (const size_t chunk : {size_t{0}, size_t{1}, size_t{7}, size_t{1000}, size_t{1} << 40}) {
     const size_t limit = std::max<size_t>(chunk, 1);
     size_t total = 0, last = limit;
-    map_->Read({}, chunk, [&](const std::vector<MapPoint>& points) {
+    const absl::Status status = map_->Read({}, chunk, [&](const std::vector<MapPoint>& points) {
       EXPECT_EQ(last, limit) << "a chunk after one that was not full";
       EXPECT_FALSE(points.empty());
       EXPECT_LE(points.size(), limit);
@@ -140,13 +140,16 @@ TEST_F(RegionRead, ChunksAreFullButTheLast) {
       total += points.size();
       return true;
     });
+    EXPECT_TRUE(status.ok()) << status;
     EXPECT_EQ(total, all_.size());
   }
 }
 
 TEST_F(RegionRead, ReaderCanStop) {
   int calls = 0;
-  map_->Read({}, 10, [&](const std::vector<MapPoint>&) { return ++calls < 3; });
+  const absl::Status status =
+      map_->Read({}, 10, [&](const std::vector<MapPoint>&) { return ++calls < 3; });
+  EXPECT_TRUE(status.ok()) << status;
   EXPECT_EQ(calls, 3);
 }
 

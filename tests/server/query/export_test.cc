@@ -21,27 +21,30 @@ using ::testing::StartsWith;
 // Points in a list; a region's robot is the only part it heeds.
 class ListMap : public ComposedMap {
  public:
-  explicit ListMap(std::vector<MapPoint> points) : points_(std::move(points)) {}
+  explicit ListMap(std::vector<MapPoint> points, absl::Status status = absl::OkStatus())
+      : points_(std::move(points)), status_(std::move(status)) {}
 
   int64_t revision() const override { return 1; }
   const std::vector<RobotId>& robots() const override { return robots_; }
   uint32_t component_count() const override { return 1; }
   uint64_t point_count(uint32_t) const override { return points_.size(); }
   Box bounds(uint32_t) const override { return {}; }
-  void Read(const Region& region, size_t chunk, const Emit& emit) const override {
+  absl::Status Read(const Region& region, size_t chunk, const Emit& emit) const override {
     std::vector<MapPoint> buffer;
     for (const MapPoint& p : points_) {
       if (region.robot >= 0 && p.robot != static_cast<uint32_t>(region.robot)) continue;
       buffer.push_back(p);
       if (buffer.size() < chunk) continue;
-      if (!emit(buffer)) return;
+      if (!emit(buffer)) return absl::OkStatus();
       buffer.clear();
     }
     if (!buffer.empty()) emit(buffer);
+    return status_;
   }
 
  private:
   const std::vector<MapPoint> points_;
+  const absl::Status status_;  // What reading ends with.
   const std::vector<RobotId> robots_{RobotId("alice"), RobotId("bob")};
 };
 
@@ -154,6 +157,16 @@ TEST(Export, SinkThatHadEnoughIsAskedNoMore) {
       EXPECT_EQ(status.code(), absl::StatusCode::kCancelled) << status;
       EXPECT_EQ(calls, pieces);
     }
+  }
+}
+
+TEST(Export, PointsThatCannotBeReadFailIt) {
+  const ListMap map(RandomPoints(100000), absl::DataLossError("the spill file is gone"));
+  for (const CloudFormat format : {CloudFormat::kPcdAscii, CloudFormat::kPcdBinary,
+                                   CloudFormat::kPcdBinaryCompressed, CloudFormat::kPly}) {
+    const absl::Status status =
+        ExportCloud(map, {}, format, [](const std::string&) { return true; });
+    EXPECT_EQ(status.code(), absl::StatusCode::kDataLoss) << status;
   }
 }
 

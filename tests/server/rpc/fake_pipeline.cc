@@ -17,7 +17,7 @@ Box FakeMap::bounds(uint32_t) const {
   return box;
 }
 
-void FakeMap::Read(const Region& region, size_t chunk, const Emit& emit) const {
+absl::Status FakeMap::Read(const Region& region, size_t chunk, const Emit& emit) const {
   std::vector<MapPoint> found;
   for (const MapPoint& point : points_) {
     const Eigen::Vector3d p(point.x, point.y, point.z);
@@ -27,10 +27,11 @@ void FakeMap::Read(const Region& region, size_t chunk, const Emit& emit) const {
     if (region.robot >= 0 && point.robot != static_cast<uint32_t>(region.robot)) continue;
     found.push_back(point);
     if (found.size() < chunk) continue;
-    if (!emit(found)) return;
+    if (!emit(found)) return absl::OkStatus();
     found.clear();
   }
   if (!found.empty()) emit(found);
+  return read_;
 }
 
 absl::StatusOr<FakePipeline::Session*> FakePipeline::Find(const SessionId& session) {

@@ -24,11 +24,14 @@ class FakeMap : public ComposedMap {
   uint32_t component_count() const override { return components_; }
   uint64_t point_count(uint32_t component) const override;
   Box bounds(uint32_t component) const override;
-  void Read(const Region& region, size_t chunk, const Emit& emit) const override;
+  absl::Status ready() const override { return ready_; }
+  absl::Status Read(const Region& region, size_t chunk, const Emit& emit) const override;
 
   std::vector<RobotId> robots_;
   std::vector<MapPoint> points_;  // All of component 0.
   uint32_t components_ = 0;
+  absl::Status ready_;
+  absl::Status read_;  // What Read ends with.
 };
 
 class FakePipeline : public server::Pipeline {
