@@ -18,6 +18,12 @@ SubmapInfo Summarize(const Submap& submap) {
   return info;
 }
 
+std::shared_ptr<const Submap> SessionMap::Whole(size_t k) const {
+  if (!points) return submaps[k];
+  std::shared_ptr<const Submap> whole = points(submaps[k]->id);
+  return whole ? whole : submaps[k];
+}
+
 Box Transform(const Pose& T_target_source, const Box& box) {
   Box result;
   if (box.empty()) return result;

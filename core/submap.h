@@ -72,7 +72,12 @@ Box Transform(const Pose& T_target_source, const Box& box);
 // The map of one session in its odom frame: what two robots' matching is given.
 struct SessionMap {
   SessionId session;
-  std::vector<std::shared_ptr<const Submap>> submaps;  // In order of index.
+  // In order of index. With `points` they may be outlines: all but their points.
+  std::vector<std::shared_ptr<const Submap>> submaps;
+  SubmapReader points = nullptr;
+
+  // The k-th with its points; the outline where they cannot be read.
+  std::shared_ptr<const Submap> Whole(size_t k) const;
 };
 
 }  // namespace isthmus

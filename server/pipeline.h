@@ -75,6 +75,9 @@ struct MapInfo {
   uint64_t compositions = 0, estimations = 0, placements = 0;
   uint64_t submaps = 0;  // In the map.
   uint64_t retired = 0;  // Since the server started.
+  // Submaps that were found damaged since the server started, in the store's words: they are left
+  // out of the map, the rest is served.
+  std::vector<std::string> damaged;
 };
 
 struct SubmapStatus {

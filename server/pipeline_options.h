@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
+#include <string>
 
 #include "floam/odometry_options.h"
 #include "floam/submap_builder.h"
@@ -23,6 +25,13 @@ struct PipelineOptions {
   double composition_interval_s = 1.0;
   // A pair is matched again when its maps have grown by this many submaps since the last attempt.
   int rematch_submaps = 1;
+  // Submaps read from the store stay in memory up to this size ...
+  size_t submap_cache_bytes = size_t{192} << 20;
+  // ... and so do maps that were made ready for matching, but for the two at hand.
+  size_t prepared_bytes = size_t{128} << 20;
+  // Told, from any thread, what a person who runs the server should know; must not call the
+  // pipeline.
+  std::function<void(const std::string& problem)> on_problem = nullptr;
   floam::OdometryOptions odometry;
   floam::SubmapOptions submap;
   matching::MatcherOptions matcher;

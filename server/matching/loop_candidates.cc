@@ -40,7 +40,7 @@ std::vector<LoopCandidate> FindLoopCandidates(const LoopScene& scene, const Loop
                                               const LoopSubmaps& submaps, size_t limit) {
   const Submap& newest = *scene.newest();
   const Eigen::Vector3d middle = MiddleOf(newest);
-  const double radius = submaps.Radius(newest.id.index, newest.points.empty() ? 0 : 20);
+  const double radius = submaps.Radius(newest.id.index, 0);
   std::vector<LoopCandidate> candidates;
   for (size_t i = 0; i + 1 < scene.submaps.size(); ++i) {
     const double way = scene.ways.back() - scene.ways[i];

@@ -110,8 +110,9 @@ struct LoopFinder::State {
     double old_way = 0, new_way = 0;
   };
 
-  State(const LoopOptions& loop_options, SubmapSource source)
-      : options(loop_options), submaps(std::move(source), loop_options.prepared_submaps) {}
+  State(const LoopOptions& loop_options, SubmapSource source, SubmapReader points)
+      : options(loop_options),
+        submaps(std::move(source), loop_options.prepared_submaps, std::move(points)) {}
 
   bool WasInVain(double old_way, double new_way) const {
     const double patience = kPatienceShare * options.min_way_m;
@@ -145,8 +146,8 @@ struct LoopFinder::State {
   std::vector<Failure> failures;
 };
 
-LoopFinder::LoopFinder(const LoopOptions& options, SubmapSource source)
-    : state_(std::make_unique<State>(options, std::move(source))) {}
+LoopFinder::LoopFinder(const LoopOptions& options, SubmapSource source, SubmapReader points)
+    : state_(std::make_unique<State>(options, std::move(source), std::move(points))) {}
 
 LoopFinder::~LoopFinder() = default;
 

@@ -26,7 +26,9 @@ struct LoopQuery {
 // with the session. Not thread safe; starts no threads.
 class LoopFinder {
  public:
-  explicit LoopFinder(const LoopOptions& options = {}, SubmapSource source = PrepareSubmap);
+  // With `points` the submaps of queries may be outlines.
+  explicit LoopFinder(const LoopOptions& options = {}, SubmapSource source = PrepareSubmap,
+                      SubmapReader points = nullptr);
   ~LoopFinder();
 
   // At most a few closures for every new submap, without ids; none where nothing was found or

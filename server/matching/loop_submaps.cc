@@ -11,10 +11,6 @@ constexpr size_t kMinCapacity = 16;
 // Submaps whose surfaces are coarser look like outdoors.
 constexpr double kMaxIndoorVoxelM = 0.4;
 
-SessionMap MapOf(const std::vector<std::shared_ptr<const Submap>>& submaps) {
-  return {submaps.front()->id.session, submaps};
-}
-
 double WayWithin(const Submap& submap) {
   double way = 0;
   for (size_t i = 1; i < submap.keyframes.size(); ++i) {
@@ -33,8 +29,14 @@ double WayBetween(const Submap& from, const Submap& to) {
 
 }  // namespace
 
-LoopSubmaps::LoopSubmaps(SubmapSource source, size_t capacity)
-    : source_(std::move(source)), capacity_(std::max(capacity, kMinCapacity)) {}
+LoopSubmaps::LoopSubmaps(SubmapSource source, size_t capacity, SubmapReader points)
+    : source_(std::move(source)),
+      points_(std::move(points)),
+      capacity_(std::max(capacity, kMinCapacity)) {}
+
+SessionMap LoopSubmaps::MapOf(const std::vector<std::shared_ptr<const Submap>>& submaps) const {
+  return {submaps.front()->id.session, submaps, points_};
+}
 
 std::shared_ptr<const PreparedMap> LoopSubmaps::Prepared(
     const std::shared_ptr<const Submap>& submap) {

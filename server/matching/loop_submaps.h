@@ -18,7 +18,8 @@ namespace isthmus::matching {
 // Not thread safe.
 class LoopSubmaps {
  public:
-  LoopSubmaps(SubmapSource source, size_t capacity);
+  // With `points` the submaps given may be outlines.
+  LoopSubmaps(SubmapSource source, size_t capacity, SubmapReader points);
 
   // The submap alone, level, with its free space and places.
   std::shared_ptr<const PreparedMap> Prepared(const std::shared_ptr<const Submap>& submap);
@@ -42,7 +43,10 @@ class LoopSubmaps {
     std::vector<Place> places;
   };
 
+  SessionMap MapOf(const std::vector<std::shared_ptr<const Submap>>& submaps) const;
+
   const SubmapSource source_;
+  const SubmapReader points_;
   const size_t capacity_;
   std::map<uint32_t, Used> used_;
   std::list<uint32_t> turns_;  // Least recently used first.

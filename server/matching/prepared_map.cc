@@ -104,8 +104,8 @@ PreparedMap::PreparedMap(const SessionMap& map, const PreparedMap& before,
 void PreparedMap::DescribeNewPlaces() {
   for (size_t i = first_places_.size(); i < submaps_.size(); ++i) {
     first_places_.push_back(places_.size());
-    for (Place& place : DescribePlaces(submaps_[i]->submap(), T_level_odom_.rotation(),
-                                       PlaceOptions(*submaps_[i]))) {
+    for (Place& place :
+         DescribePlaces(*map_.Whole(i), T_level_odom_.rotation(), PlaceOptions(*submaps_[i]))) {
       places_.push_back(std::move(place));
     }
   }
@@ -127,6 +127,15 @@ void PreparedMap::TakePlaces(const PreparedMap& before, const std::vector<size_t
     first_places_.push_back(places_.size());
     places_.insert(places_.end(), at(i), at(i + 1));
   }
+}
+
+size_t PreparedMap::bytes() const {
+  size_t bytes = sizeof(PreparedMap) + places_.size() * sizeof(Place);
+  for (const auto& submap : submaps_) {
+    // The free space has most of the surface again, and so has the map as a whole, if it is made.
+    bytes += submap->bytes() + 2 * submap->surface().size() * sizeof(SurfacePoint);
+  }
+  return bytes;
 }
 
 double PreparedMap::prepare_ms() const {

@@ -1,6 +1,7 @@
 // A session's map with everything the matcher needs of it, made once and used against many others.
 #pragma once
 
+#include <cstddef>
 #include <functional>
 #include <memory>
 #include <mutex>
@@ -53,6 +54,8 @@ class PreparedMap {
   const Pose& T_level_odom() const { return T_level_odom_; }
   // Up is near odom's z; else it is what is likeliest of all directions (up_candidates.h).
   bool gravity_known() const { return gravity_known_; }
+  // What it takes in memory, about.
+  size_t bytes() const;
   // What it took to make so far, wall time.
   double prepare_ms() const;
 

@@ -30,16 +30,17 @@ bool IsNear(const Pose& a, const Pose& b) {
 
 }  // namespace
 
-PreparedSubmap::PreparedSubmap(std::shared_ptr<const Submap> submap) : submap_(std::move(submap)) {
+PreparedSubmap::PreparedSubmap(std::shared_ptr<const Submap> outline, const Submap& whole)
+    : submap_(std::move(outline)) {
   // Outdoors half as fine is enough, and a quarter of the cost; which it is shows at the coarse
   // one.
   voxel_m_ = kOutdoorVoxelM;
-  surface_ = SampleSurface(*submap_, voxel_m_);
-  if (!IsOutdoors(surface_, Sensors(*submap_))) {
+  surface_ = SampleSurface(whole, voxel_m_);
+  if (!IsOutdoors(surface_, Sensors(whole))) {
     voxel_m_ = kIndoorVoxelM;
-    surface_ = SampleSurface(*submap_, voxel_m_);
+    surface_ = SampleSurface(whole, voxel_m_);
   }
-  CollectViews();
+  CollectViews(whole.points);
   IndexSurface();
 }
 
@@ -72,7 +73,17 @@ void PreparedSubmap::IndexSurface() {
   radius_m_ = std::sqrt(static_cast<double>(radius2));
 }
 
-void PreparedSubmap::CollectViews() {
+size_t PreparedSubmap::bytes() const {
+  // A tree has a copy of its points and about as much again in nodes.
+  size_t bytes = sizeof(PreparedSubmap) + surface_.capacity() * sizeof(SurfacePoint) +
+                 surface_.size() * 2 * sizeof(Eigen::Vector3f) + sample_.capacity() * sizeof(int);
+  for (const View& view : views_) {
+    bytes += sizeof(View) + 2 * view.image.shortest_cm().size() * sizeof(uint16_t);
+  }
+  return bytes;
+}
+
+void PreparedSubmap::CollectViews(const std::vector<SubmapPoint>& submap_points) {
   std::vector<std::vector<Eigen::Vector3f>> points(submap_->keyframes.size());
   std::vector<bool> taken(points.size(), false);
   for (size_t k = 0, last = 0; k < points.size(); ++k) {
@@ -81,7 +92,7 @@ void PreparedSubmap::CollectViews() {
     taken[k] = true;
     last = k;
   }
-  for (const SubmapPoint& point : submap_->points) {
+  for (const SubmapPoint& point : submap_points) {
     if (point.keyframe >= points.size() || !taken[point.keyframe]) continue;
     points[point.keyframe].push_back(point.Position());
   }

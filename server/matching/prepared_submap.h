@@ -1,6 +1,7 @@
 // One submap with everything the matcher needs of it, made once whatever it is matched against.
 #pragma once
 
+#include <cstddef>
 #include <memory>
 #include <vector>
 
@@ -15,7 +16,10 @@ namespace isthmus::matching {
 // safe to read from many threads. Holds on to the submap.
 class PreparedSubmap {
  public:
-  explicit PreparedSubmap(std::shared_ptr<const Submap> submap);
+  explicit PreparedSubmap(const std::shared_ptr<const Submap>& submap)
+      : PreparedSubmap(submap, *submap) {}
+  // Holds on to the outline only: to the submap without its points, which are those of `whole`.
+  PreparedSubmap(std::shared_ptr<const Submap> outline, const Submap& whole);
 
   // What a keyframe measured, of keyframes a metre or a turn apart.
   struct View {
@@ -39,9 +43,11 @@ class PreparedSubmap {
   // A sphere around the surface.
   const Eigen::Vector3d& center() const { return center_; }
   double radius_m() const { return radius_m_; }
+  // What it takes in memory, about; the submap apart.
+  size_t bytes() const;
 
  private:
-  void CollectViews();
+  void CollectViews(const std::vector<SubmapPoint>& submap_points);
   // Everything that follows from the surface.
   void IndexSurface();
 

@@ -37,6 +37,7 @@ std::vector<Eigen::Vector3f> Sample(const PreparedSubmap& submap) {
 // What is kept of a submap.
 struct Counted {
   int64_t last_stamp_ns = 0;
+  bool is_readable = true;
   Eigen::Vector3d center = Eigen::Vector3d::Zero();
   double radius_m = 0;
   std::vector<Eigen::Vector3f> points;
@@ -49,8 +50,8 @@ using Order = std::tuple<int64_t, SubmapId>;
 }  // namespace
 
 struct RevisitCounter::State {
-  State(const RevisitOptions& revisit_options, SubmapSource submap_source)
-      : options(revisit_options), source(std::move(submap_source)) {
+  State(const RevisitOptions& revisit_options, PreparedReader reader)
+      : options(revisit_options), read(std::move(reader)) {
     options.min_looks = std::clamp(options.min_looks, 1, 255);
   }
 
@@ -73,10 +74,15 @@ struct RevisitCounter::State {
   }
 
   void TakeIn(const PlacedSubmap& fresh, const std::map<SubmapId, const PlacedSubmap*>& placed) {
-    const std::shared_ptr<const PreparedSubmap> prepared = source(fresh.submap);
-    LookAtOlder(fresh, *prepared, placed);
+    const std::shared_ptr<const PreparedSubmap> prepared = read(fresh.submap->id);
     Counted own;
     own.last_stamp_ns = fresh.submap->last_stamp_ns;
+    own.is_readable = prepared != nullptr;
+    if (!own.is_readable) {
+      counted.emplace(fresh.submap->id, std::move(own));
+      return;
+    }
+    LookAtOlder(fresh, *prepared, placed);
     own.center = prepared->center();
     own.radius_m = prepared->radius_m();
     own.points = Sample(*prepared);
@@ -117,6 +123,7 @@ struct RevisitCounter::State {
   }
 
   bool MayGo(const Counted& one) const {
+    if (!one.is_readable) return false;
     const auto often = std::count_if(one.looks.begin(), one.looks.end(),
                                      [&](uint8_t looks) { return looks >= options.min_looks; });
     return static_cast<double>(often) >= options.min_share * static_cast<double>(one.looks.size());
@@ -158,12 +165,12 @@ struct RevisitCounter::State {
   }
 
   RevisitOptions options;
-  SubmapSource source;
+  PreparedReader read;
   std::map<SubmapId, Counted> counted;
 };
 
-RevisitCounter::RevisitCounter(const RevisitOptions& options, SubmapSource source)
-    : state_(std::make_unique<State>(options, std::move(source))) {}
+RevisitCounter::RevisitCounter(const RevisitOptions& options, PreparedReader prepared)
+    : state_(std::make_unique<State>(options, std::move(prepared))) {}
 
 RevisitCounter::~RevisitCounter() = default;
 

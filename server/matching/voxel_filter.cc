@@ -22,9 +22,10 @@ struct VoxelMean {
 
 class Thinner {
  public:
-  Thinner(double voxel_m, size_t expected) : inverse_voxel_(static_cast<float>(1.0 / voxel_m)) {
-    index_of_.reserve(expected);
-  }
+  explicit Thinner(double voxel_m) : inverse_voxel_(static_cast<float>(1.0 / voxel_m)) {}
+
+  // Room for so many voxels more.
+  void Reserve(size_t expected) { index_of_.reserve(index_of_.size() + expected); }
 
   void Add(const Submap& submap, const Pose& T_target_submap) {
     const Eigen::Matrix3f R = T_target_submap.RotationMatrix().cast<float>();
@@ -68,15 +69,18 @@ class Thinner {
 }  // namespace
 
 std::vector<ViewedPoint> FilterVoxels(const SessionMap& map, double voxel_m) {
-  size_t raw = 0;
-  for (const auto& submap : map.submaps) raw += submap->points.size();
-  Thinner thinner(voxel_m, raw / 8);
-  for (const auto& submap : map.submaps) thinner.Add(*submap, submap->T_odom_submap);
+  Thinner thinner(voxel_m);
+  for (size_t k = 0; k < map.submaps.size(); ++k) {
+    const std::shared_ptr<const Submap> submap = map.Whole(k);
+    thinner.Reserve(submap->points.size() / 8);
+    thinner.Add(*submap, submap->T_odom_submap);
+  }
   return thinner.Take();
 }
 
 std::vector<ViewedPoint> FilterVoxels(const Submap& submap, double voxel_m) {
-  Thinner thinner(voxel_m, submap.points.size() / 4);
+  Thinner thinner(voxel_m);
+  thinner.Reserve(submap.points.size() / 4);
   thinner.Add(submap, Pose());
   return thinner.Take();
 }

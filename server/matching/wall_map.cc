@@ -79,7 +79,8 @@ WallMap::WallMap(const SessionMap& map, const std::vector<SurfacePoint>& surface
 }
 
 void WallMap::CollectKeyframes(const SessionMap& map) {
-  for (const auto& submap : map.submaps) {
+  for (size_t s = 0; s < map.submaps.size(); ++s) {
+    const std::shared_ptr<const Submap> submap = map.Whole(s);
     const Pose T_level_submap = T_level_odom_ * submap->T_odom_submap;
     const Eigen::Matrix3f R = T_level_submap.RotationMatrix().cast<float>();
     std::vector<int> slot(submap->keyframes.size(), -1);

@@ -1,31 +1,53 @@
 // The fast loop: composes the merged map anew, with the transforms at hand, on a thread of its own.
 #pragma once
 
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <string>
 #include <thread>
 
 #include "server/composition/composer.h"
 #include "server/pipeline/map_state.h"
+#include "server/pipeline/starting_map.h"
 
 namespace isthmus::server {
 
 class Compositor {
  public:
-  // Composes after changes, at most once per interval (0: at once).
+  // Told, from the thread, why the map is not as new as it should be; once per reason.
+  using OnProblem = std::function<void(const std::string& problem)>;
+
+  // Composes after changes, at most once per interval (0: at once). Where that fails, as on a full
+  // disk, the last map stays and it is tried again every few seconds. Until what the store holds
+  // has been composed once, readers get a StartingMap. Reader and `on_problem` must hold out until
+  // the compositor is destroyed.
   Compositor(MapState* state, SubmapReader reader, const composition::ComposerOptions& options,
-             double interval_s);
+             double interval_s, OnProblem on_problem = nullptr);
   ~Compositor();
 
-  // Makes the thread end after one last composition of what is there; does not wait.
+  // Makes the thread end after one last composition of what is there, if that takes no more than a
+  // moment; does not wait.
   void Stop();
 
  private:
   void Run();
+  absl::StatusOr<std::shared_ptr<const ComposedMap>> Compose(
+      int64_t revision, const std::vector<PlacedSubmap>& placed);
+  void Report(const absl::Status& status);
+  // The state's mutex is held for these.
+  std::shared_ptr<const ComposedMap> FirstMap();
+  void Publish(std::shared_ptr<const ComposedMap> map, double ms);
 
   MapState* const state_;
   const SubmapReader reader_;
   const double interval_s_;
+  const OnProblem on_problem_;
   composition::Composer composer_;  // Touched by the thread only.
-  bool stop_ = false;               // Guarded by the state's mutex.
+  // Null once there is a map. Touched by the thread only, but for what is in it.
+  std::shared_ptr<StartingMap> starting_;
+  std::string problem_;             // The last reported. Touched by the thread only.
+  std::atomic<bool> stop_ = false;  // Set under the state's mutex.
   std::thread thread_;
 };
 

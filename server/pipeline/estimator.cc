@@ -7,13 +7,11 @@
 namespace isthmus::server {
 namespace {
 
-// Maps that are kept ready: the robots of a team. Each takes about as much memory as its submaps.
+// Maps that are kept ready at most: the robots of a team.
 constexpr size_t kMaxPrepared = 8;
 // With more sessions than that, pairs are tried again only when one of them has grown by this
 // share: a robot among the maps of a month is not matched with all of them at every submap.
 constexpr double kSeldom = 0.25;
-
-SessionMap MapOf(const SessionEntry& entry) { return {entry.record.id, entry.submaps}; }
 
 bool IsFinished(const SessionEntry& entry) { return entry.record.state == SessionState::kFinished; }
 
@@ -26,14 +24,19 @@ bool Supersedes(const Match& newer, const Match& older) {
 
 }  // namespace
 
-Estimator::Estimator(MapState* state, storage::MapStore* store, const Clock* clock,
-                     const Options& options)
+Estimator::Estimator(MapState* state, storage::MapStore* store, SubmapCache* submaps,
+                     const Clock* clock, const Options& options)
     : state_(state),
-      prepared_store_(store),
+      submaps_(submaps),
+      prepared_store_(store, submaps),
       clock_(clock),
       options_(options),
-      source_([this](const auto& submap) { return prepared_store_.Get(submap); }),
-      revisits_(options.revisits, source_) {
+      source_([this](const auto& outline) { return prepared_store_.Get(outline); }),
+      points_([this](const SubmapId& id) { return submaps_->Get(id); }),
+      revisits_(options.revisits, [this](const SubmapId& id) {
+        const std::shared_ptr<const Submap> outline = submaps_->Outline(id);
+        return outline ? prepared_store_.Get(outline) : nullptr;
+      }) {
   for (const auto& [pair, match] : state_->matches) {
     attempts_[pair] = {match.submaps_a, match.submaps_b};
   }
@@ -103,14 +106,11 @@ std::optional<SubmapId> Estimator::NextForLoops() const {
     if (entry == nullptr) continue;
     const auto it = looped_.find(placement.session);
     const uint32_t next = it == looped_.end() ? 0 : it->second;
-    for (auto s = placement.submaps.rbegin(); s != placement.submaps.rend(); ++s) {
-      if (s->index < next) break;
-      // One at a time: where it leads is what the next one is looked for by.
-      const auto first = std::lower_bound(
-          placement.submaps.begin(), placement.submaps.end(), next,
-          [](const SubmapPose& pose, uint32_t wanted) { return pose.index < wanted; });
-      return SubmapId{placement.session, first->index};
-    }
+    // One at a time: where it leads is what the next one is looked for by.
+    const auto first = std::lower_bound(
+        placement.submaps.begin(), placement.submaps.end(), next,
+        [](const SubmapPose& pose, uint32_t wanted) { return pose.index < wanted; });
+    if (first != placement.submaps.end()) return SubmapId{placement.session, first->index};
   }
   return std::nullopt;
 }
@@ -118,6 +118,7 @@ std::optional<SubmapId> Estimator::NextForLoops() const {
 void Estimator::FindLoops(const SubmapId& submap) {
   matching::LoopQuery query;
   query.session = submap.session;
+  std::vector<SubmapPose> poses;
   {
     std::lock_guard lock(state_->mutex);
     looped_[submap.session] = submap.index + 1;
@@ -125,18 +126,21 @@ void Estimator::FindLoops(const SubmapId& submap) {
     const Placement* placement = state_->PlacementOf(submap.session);
     if (entry == nullptr || placement == nullptr) return;
     for (const SubmapPose& pose : placement->submaps) {
-      std::shared_ptr<const Submap> found = entry->FindSubmap(pose.index);
-      if (found == nullptr || pose.index > submap.index) continue;
-      query.submaps.push_back(std::move(found));
-      query.T_map_submap.push_back(pose.T_map_submap);
+      if (pose.index <= submap.index && entry->FindSubmap(pose.index)) poses.push_back(pose);
     }
-    if (query.submaps.empty() || query.submaps.back()->id.index != submap.index) return;
-    query.first_new = query.submaps.size() - 1;
     for (const auto& [id, loop] : state_->loops) {
       if (loop.session == submap.session) query.known.push_back(loop);
     }
   }
-  const auto [it, is_new] = finders_.try_emplace(submap.session, options_.loops, source_);
+  for (const SubmapPose& pose : poses) {
+    std::shared_ptr<const Submap> outline = submaps_->Outline({submap.session, pose.index});
+    if (outline == nullptr) continue;
+    query.submaps.push_back(std::move(outline));
+    query.T_map_submap.push_back(pose.T_map_submap);
+  }
+  if (query.submaps.empty() || query.submaps.back()->id.index != submap.index) return;
+  query.first_new = query.submaps.size() - 1;
+  const auto [it, is_new] = finders_.try_emplace(submap.session, options_.loops, source_, points_);
   // Loops that cannot be stored are lost to this map; those of the next submaps close it too.
   (void)state_->AddLoops(it->second.Find(query));
 }
@@ -190,7 +194,7 @@ void Estimator::Prune() {
 }
 
 void Estimator::Estimate(const SessionPair& pair) {
-  SessionMap a, b;
+  std::vector<std::shared_ptr<const SubmapInfo>> submaps_a, submaps_b;
   bool finished = false;
   std::optional<Match> older;
   {
@@ -198,12 +202,14 @@ void Estimator::Estimate(const SessionPair& pair) {
     const SessionEntry* entry_a = state_->Find(pair.first);
     const SessionEntry* entry_b = state_->Find(pair.second);
     if (entry_a == nullptr || entry_b == nullptr) return;
-    a = MapOf(*entry_a);
-    b = MapOf(*entry_b);
+    submaps_a = entry_a->submaps;
+    submaps_b = entry_b->submaps;
     finished = IsFinished(*entry_a) && IsFinished(*entry_b);
     if (const auto it = state_->matches.find(pair); it != state_->matches.end()) older = it->second;
     attempts_[pair] = {entry_a->next_index(), entry_b->next_index()};
   }
+  const SessionMap a = MapOf(pair.first, submaps_a), b = MapOf(pair.second, submaps_b);
+  if (a.submaps.empty() || b.submaps.empty()) return;
   const bool accepted = older && older->state == MatchState::kAccepted;
   const auto [it, is_new] = matchers_.try_emplace(pair, options_.matcher);
   // After a restart what was found before is one of the guesses.
@@ -215,6 +221,15 @@ void Estimator::Estimate(const SessionPair& pair) {
   if (older && !Supersedes(match, *older)) return;
   // A match that cannot be stored is found again at the next start; the map goes on without it.
   (void)state_->PutMatch(match);
+}
+
+SessionMap Estimator::MapOf(const SessionId& session,
+                            const std::vector<std::shared_ptr<const SubmapInfo>>& submaps) const {
+  SessionMap map{session, {}, points_};
+  for (const auto& submap : submaps) {
+    if (auto outline = submaps_->Outline(submap->id)) map.submaps.push_back(std::move(outline));
+  }
+  return map;
 }
 
 Estimator::Prepared Estimator::Prepare(const SessionMap& map) {
@@ -233,8 +248,19 @@ Estimator::Prepared Estimator::Prepare(const SessionMap& map) {
   }
   prepared_.push_front(before ? std::make_shared<const matching::PreparedMap>(map, *before, source_)
                               : std::make_shared<const matching::PreparedMap>(map, source_));
-  if (prepared_.size() > kMaxPrepared) prepared_.pop_back();
-  return prepared_.front();
+  const Prepared made = prepared_.front();
+  LimitPrepared();
+  return made;
+}
+
+void Estimator::LimitPrepared() {
+  size_t bytes = 0, kept = 0;
+  for (auto it = prepared_.begin(); it != prepared_.end();) {
+    bytes += (*it)->bytes();
+    ++kept;
+    const bool fits = kept <= 2 || (kept <= kMaxPrepared && bytes <= options_.prepared_bytes);
+    it = fits ? std::next(it) : prepared_.erase(it);
+  }
 }
 
 bool Estimator::MustCountRevisits() const {

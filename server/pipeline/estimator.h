@@ -29,9 +29,12 @@ class Estimator {
     // A pair is tried again when its maps have grown by this many submaps; a finished session's
     // last submaps always count.
     int rematch_submaps = 1;
+    // What maps kept ready may take, but for the two at hand.
+    size_t prepared_bytes = size_t{128} << 20;
   };
 
-  Estimator(MapState* state, storage::MapStore* store, const Clock* clock, const Options& options);
+  Estimator(MapState* state, storage::MapStore* store, SubmapCache* submaps, const Clock* clock,
+            const Options& options);
   ~Estimator();  // Finishes what is under way.
 
   // Nothing is under way and nothing new waits for it. The state's mutex is held by the caller.
@@ -61,8 +64,13 @@ class Estimator {
   // How many new submaps the pair has since it was tried; 0 where it is not worth a try.
   uint32_t FreshSubmaps(const SessionEntry& a, const SessionEntry& b, const Attempt& tried) const;
   void Estimate(const SessionPair& pair);
+  // Outlines of those that can be read; reads from the store.
+  SessionMap MapOf(const SessionId& session,
+                   const std::vector<std::shared_ptr<const SubmapInfo>>& submaps) const;
   // The map made ready for matching: made once, grown with the map.
   Prepared Prepare(const SessionMap& map);
+  // Lets go of maps that were not used for long, not of the two used last.
+  void LimitPrepared();
 
   // The map shows more submaps than when revisits were counted last. state mutex is held.
   bool MustCountRevisits() const;
@@ -72,10 +80,12 @@ class Estimator {
   void Prune();
 
   MapState* const state_;
+  SubmapCache* const submaps_;
   const PreparedStore prepared_store_;
   const Clock* const clock_;
   const Options options_;
   const matching::SubmapSource source_;
+  const SubmapReader points_;
   // Attempts since the start, whatever came of them. Guarded by the state's mutex.
   std::map<SessionPair, Attempt> attempts_;
   std::map<SessionId, uint32_t> looped_;  // The next submap to ask; guarded by the state's mutex.

@@ -30,7 +30,6 @@ void MapState::Changed(const std::string& cause) {
   } else if (changes.causes.size() == kMaxCauses) {
     changes.causes.emplace_back("and more");
   }
-  RefreshMatches();
   changed.notify_all();
 }
 
@@ -47,16 +46,11 @@ absl::Status MapState::AddStretch(const SessionId& session, const ingest::Stretc
   if (entry == nullptr) {
     return absl::NotFoundError(absl::StrCat("session ", session.value(), " was deleted"));
   }
-  entry->submaps.push_back(stretch.submap);
+  cache_->Put(stretch.submap);
+  entry->submaps.push_back(std::make_shared<const SubmapInfo>(Summarize(*stretch.submap)));
   entry->points += stretch.submap->points.size();
-  for (const TrajectoryEntry& pose : stretch.trajectory) {
-    if (!entry->trajectory.empty()) {
-      const TrajectoryEntry& last = entry->trajectory.back();
-      entry->way_m[last.submap_index] +=
-          (pose.T_odom_sensor.translation() - last.T_odom_sensor.translation()).norm();
-    }
-    entry->trajectory.push_back(pose);
-  }
+  for (const TrajectoryEntry& pose : stretch.trajectory) entry->AddPose(pose);
+  if (entry->submaps.size() == 1) RefreshMatches();
   Changed(absl::StrCat("submap ", ToString(stretch.submap->id)));
   return absl::OkStatus();
 }
@@ -73,6 +67,7 @@ absl::Status MapState::PutMatch(const Match& match) {
   if (Find(match.a) == nullptr || Find(match.b) == nullptr) return absl::OkStatus();
   matches[{match.a, match.b}] = match;
   changes.matches.emplace_back(match.a, match.b);
+  RefreshMatches();
   Changed(absl::StrCat(NameOf(match.a, match.b), " ", ToString(match.state)));
   return absl::OkStatus();
 }
@@ -99,6 +94,7 @@ absl::Status MapState::PutWord(const Word& word) {
     changes.loops.push_back(loop.id);
     Changed(absl::StrCat("loop ", loop.id, " by hand: ", loop.rejected ? "REJECT" : "RESTORE"));
   }
+  RefreshMatches();
   return absl::OkStatus();
 }
 
@@ -157,13 +153,13 @@ absl::Status MapState::Retire(const std::vector<SubmapId>& submaps) {
   for (const SubmapId& id : gone) {
     anchors.erase(id);
     SessionEntry* entry = Find(id.session);
-    const std::shared_ptr<const Submap> submap = entry ? entry->FindSubmap(id.index) : nullptr;
+    const std::shared_ptr<const SubmapInfo> submap = entry ? entry->FindSubmap(id.index) : nullptr;
     if (submap == nullptr) continue;
-    entry->points -= submap->points.size();
+    entry->points -= submap->point_count;
     entry->way_m.erase(id.index);
     std::erase(entry->submaps, submap);
-    std::erase_if(entry->trajectory,
-                  [&](const TrajectoryEntry& pose) { return pose.submap_index == id.index; });
+    cache_->Forget(id);
+    damaged.erase(id);
     ++retired;
   }
   std::erase_if(loops, [&](const auto& item) {
@@ -181,11 +177,16 @@ absl::Status MapState::Retire(const std::vector<SubmapId>& submaps) {
 absl::Status MapState::RemoveSession(const SessionId& session) {
   if (absl::Status status = store_->DeleteSession(session); !status.ok()) return status;
   std::lock_guard lock(mutex);
+  if (const SessionEntry* entry = Find(session)) {
+    for (const auto& submap : entry->submaps) cache_->Forget(submap->id);
+  }
   sessions.erase(session);
+  std::erase_if(damaged, [&](const auto& item) { return item.first.session == session; });
   std::erase_if(matches, [&](const auto& item) { return IsNamed(item.first, session); });
   std::erase_if(verdicts, [&](const auto& item) { return IsNamed(item.first, session); });
   std::erase_if(loops, [&](const auto& item) { return item.second.session == session; });
   std::erase_if(anchors, [&](const auto& item) { return item.first.session == session; });
+  RefreshMatches();
   Changed(absl::StrCat("session ", session.value(), " deleted"));
   return absl::OkStatus();
 }

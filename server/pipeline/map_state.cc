@@ -10,19 +10,12 @@ namespace isthmus::server {
 namespace {
 
 // A robot with its own SLAM sends submaps; their keyframes come from no scan.
-bool IsUploaded(const Submap& submap) { return submap.keyframes.front().sequence == 0; }
-
-// By submap; the step to the first scan of a submap belongs to the one before.
-std::map<uint32_t, double> WayBySubmap(const std::vector<TrajectoryEntry>& trajectory) {
-  std::map<uint32_t, double> way_m;
-  for (size_t i = 1; i < trajectory.size(); ++i) {
-    // Where a submap between the two was retired this is no way that was gone.
-    if (trajectory[i].submap_index > trajectory[i - 1].submap_index + 1) continue;
-    way_m[trajectory[i - 1].submap_index] +=
-        (trajectory[i].T_odom_sensor.translation() - trajectory[i - 1].T_odom_sensor.translation())
-            .norm();
+bool HasUploads(const SessionEntry& entry, SubmapCache* cache) {
+  for (const auto& submap : entry.submaps) {
+    const std::shared_ptr<const Submap> outline = cache->Outline(submap->id);
+    if (outline) return outline->keyframes.front().sequence == 0;
   }
-  return way_m;
+  return false;
 }
 
 placement::Session PlacementSession(const SessionId& id, const SessionEntry& entry) {
@@ -31,7 +24,7 @@ placement::Session PlacementSession(const SessionId& id, const SessionEntry& ent
   double total = 0;
   for (const auto& [index, way] : entry.way_m) total += way;
   const double mean = entry.way_m.empty() ? 0 : total / static_cast<double>(entry.way_m.size());
-  const Submap* before = nullptr;
+  const SubmapInfo* before = nullptr;
   for (const auto& submap : entry.submaps) {
     placement::Node node;
     node.index = submap->id.index;
@@ -52,18 +45,33 @@ placement::Session PlacementSession(const SessionId& id, const SessionEntry& ent
 
 }  // namespace
 
-std::shared_ptr<const Submap> SessionEntry::FindSubmap(uint32_t index) const {
+std::shared_ptr<const SubmapInfo> SessionEntry::FindSubmap(uint32_t index) const {
   const auto it = std::lower_bound(
       submaps.begin(), submaps.end(), index,
       [](const auto& submap, uint32_t wanted) { return submap->id.index < wanted; });
   return it == submaps.end() || (*it)->id.index != index ? nullptr : *it;
 }
 
-match_graph::Node MatchGraphNode(const SessionId& session, const SessionEntry& entry) {
-  Box box;
-  for (const auto& submap : entry.submaps) box.Extend(submap->T_odom_submap.translation());
-  return {session, static_cast<double>(entry.points), (box.min + box.max) / 2,
-          (box.max - box.min).norm()};
+// The step to the first scan of a submap belongs to the one before.
+void SessionEntry::AddPose(const TrajectoryEntry& pose) {
+  // Where a submap between the two was retired this is no way that was gone.
+  if (last_pose && pose.submap_index <= last_pose->submap_index + 1) {
+    way_m[last_pose->submap_index] +=
+        (pose.T_odom_sensor.translation() - last_pose->T_odom_sensor.translation()).norm();
+  }
+  last_pose = pose;
+}
+
+std::vector<match_graph::Node> MapState::MatchGraphNodes() const {
+  std::vector<match_graph::Node> nodes;
+  for (const auto& [id, entry] : sessions) {
+    if (entry.submaps.empty()) continue;
+    Box box;
+    for (const auto& submap : entry.submaps) box.Extend(submap->T_odom_submap.translation());
+    nodes.push_back({id, static_cast<double>(entry.points), (box.min + box.max) / 2,
+                     (box.max - box.min).norm()});
+  }
+  return nodes;
 }
 
 absl::Status MapState::LoadSession(const SessionRecord& record) {
@@ -71,17 +79,15 @@ absl::Status MapState::LoadSession(const SessionRecord& record) {
   entry.record = record;
   absl::StatusOr<std::vector<SubmapInfo>> infos = store_->ListSubmaps(record.id);
   if (!infos.ok()) return infos.status();
-  for (const SubmapInfo& info : *infos) {
-    absl::StatusOr<std::shared_ptr<const Submap>> submap = store_->GetSubmap(info.id);
-    if (!submap.ok()) return submap.status();
-    entry.points += (*submap)->points.size();
-    entry.submaps.push_back(*std::move(submap));
+  for (SubmapInfo& info : *infos) {
+    entry.points += info.point_count;
+    entry.submaps.push_back(std::make_shared<const SubmapInfo>(std::move(info)));
   }
-  entry.uploads = !entry.submaps.empty() && IsUploaded(*entry.submaps.front());
+  // A finished session takes neither scans nor submaps.
+  entry.uploads = record.state == SessionState::kActive && HasUploads(entry, cache_);
   absl::StatusOr<std::vector<TrajectoryEntry>> trajectory = store_->GetTrajectory(record.id);
   if (!trajectory.ok()) return trajectory.status();
-  entry.trajectory = *std::move(trajectory);
-  entry.way_m = WayBySubmap(entry.trajectory);
+  for (const TrajectoryEntry& pose : *trajectory) entry.AddPose(pose);
   return absl::OkStatus();
 }
 
@@ -110,6 +116,7 @@ absl::Status MapState::Load() {
   absl::StatusOr<MapRevision> latest = store_->LatestRevision();
   if (!latest.ok()) return latest.status();
   revision = *std::move(latest);
+  RefreshMatches();
   Changed("restart");
   return absl::OkStatus();
 }
@@ -162,10 +169,6 @@ std::optional<Match> MapState::EffectiveMatch(const SessionPair& pair) const {
 }
 
 void MapState::RefreshMatches() {
-  std::vector<match_graph::Node> nodes;
-  for (const auto& [id, entry] : sessions) {
-    if (!entry.submaps.empty()) nodes.push_back(MatchGraphNode(id, entry));
-  }
   std::map<SessionPair, Match> combined = matches;
   for (const auto& [pair, verdict] : verdicts) {
     const auto computed = matches.find(pair);
@@ -174,7 +177,7 @@ void MapState::RefreshMatches() {
   }
   effective_.clear();
   for (auto& [pair, match] : combined) effective_.push_back(std::move(match));
-  match_graph::CheckCycles(nodes, match_graph::CycleOptions(), &effective_);
+  match_graph::CheckCycles(MatchGraphNodes(), match_graph::CycleOptions(), &effective_);
 }
 
 std::vector<PlacedSubmap> MapState::PlacedSubmaps() const {
@@ -183,7 +186,7 @@ std::vector<PlacedSubmap> MapState::PlacedSubmaps() const {
     const auto it = sessions.find(placement.session);
     if (it == sessions.end()) continue;
     for (const SubmapPose& pose : placement.submaps) {
-      if (std::shared_ptr<const Submap> submap = it->second.FindSubmap(pose.index)) {
+      if (std::shared_ptr<const SubmapInfo> submap = it->second.FindSubmap(pose.index)) {
         placed.push_back({std::move(submap), placement.component, pose.T_map_submap});
       }
     }

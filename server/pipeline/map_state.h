@@ -24,6 +24,7 @@
 #include "core/verdict.h"
 #include "server/ingest/session_worker.h"
 #include "server/match_graph/match_graph.h"
+#include "server/pipeline/submap_cache.h"
 #include "server/placement/placer.h"
 #include "storage/map_store.h"
 
@@ -35,17 +36,19 @@ struct SessionEntry {
   SessionRecord record;
   std::shared_ptr<ingest::SessionWorker> worker;  // Null once finished: its local map is large.
   ingest::WorkerStatus final_status;              // What the worker said last.
-  // In order of index; gaps are submaps that were retired.
-  std::vector<std::shared_ptr<const Submap>> submaps;
-  std::vector<TrajectoryEntry> trajectory;  // Durable part, without that of retired submaps.
-  std::map<uint32_t, double> way_m;         // By submap: how far its scans went.
+  // In order of index; gaps are submaps that were retired. Their points are read when needed.
+  std::vector<std::shared_ptr<const SubmapInfo>> submaps;
+  std::map<uint32_t, double> way_m;          // By submap: how far its scans went.
+  std::optional<TrajectoryEntry> last_pose;  // The newest that is durable.
   uint64_t points = 0;
   bool uploads = false;  // Holds uploaded submaps, so takes no scans.
 
   // The index that the next submap has: it grows whatever is retired, because the newest never is.
   uint32_t next_index() const { return submaps.empty() ? 0 : submaps.back()->id.index + 1; }
   // Null for one that is not there.
-  std::shared_ptr<const Submap> FindSubmap(uint32_t index) const;
+  std::shared_ptr<const SubmapInfo> FindSubmap(uint32_t index) const;
+  // A scan whose pose is durable; in order of sequence.
+  void AddPose(const TrajectoryEntry& pose);
 };
 
 // What a person says at once.
@@ -66,7 +69,9 @@ struct Changes {
 // looks into one consistent answer.
 class MapState {
  public:
-  MapState(storage::MapStore* store, const Clock* clock) : store_(store), clock_(clock) {}
+  // `cache` is told which submaps come and go.
+  MapState(storage::MapStore* store, SubmapCache* cache, const Clock* clock)
+      : store_(store), cache_(cache), clock_(clock) {}
 
   // Reads everything back from the store. Call once, before any thread starts.
   absl::Status Load();
@@ -83,6 +88,8 @@ class MapState {
   std::vector<Match> EffectiveMatches() const { return effective_; }
   // All submaps with their placements, for composition.
   std::vector<PlacedSubmap> PlacedSubmaps() const;
+  // The sessions that have submaps.
+  std::vector<match_graph::Node> MatchGraphNodes() const;
   // What the graph is made of at present.
   placement::Input PlacementInput() const;
   // Nothing has changed that `revision` does not show.
@@ -136,24 +143,25 @@ class MapState {
   double composition_ms = 0, composition_max_ms = 0, estimation_ms = 0, placement_ms = 0;
   uint64_t compositions = 0, estimations = 0, placements = 0;
   uint64_t retired = 0;
+  std::map<SubmapId, std::string> damaged;  // Submaps that cannot be read, and why.
   std::shared_ptr<const ComposedMap> map;
 
  private:
   absl::Status LoadSession(const SessionRecord& record);
   absl::Status LoadLoops();
-  // Takes note of a change and works out the effective matches anew. mutex is held.
+  // Takes note of a change. mutex is held.
   void Changed(const std::string& cause);
+  // Works out the effective matches anew: when matches, verdicts or the sessions in the graph
+  // change. mutex is held.
   void RefreshMatches();
 
   storage::MapStore* const store_;
+  SubmapCache* const cache_;
   const Clock* const clock_;
   std::vector<Match> effective_;  // Under verdicts and cycles; guarded by mutex.
   // No number is given twice while a revision names it, gone though its loop closure be: who undoes
   // that revision means the old one. Guarded by mutex.
   uint64_t next_loop_ = 1;
 };
-
-// The session has submaps.
-match_graph::Node MatchGraphNode(const SessionId& session, const SessionEntry& entry);
 
 }  // namespace isthmus::server

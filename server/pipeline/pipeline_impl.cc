@@ -15,7 +15,12 @@ absl::StatusOr<std::unique_ptr<Pipeline>> Pipeline::Open(const PipelineOptions& 
 
 PipelineImpl::PipelineImpl(const PipelineOptions& options, std::unique_ptr<storage::MapStore> store,
                            const Clock& clock)
-    : options_(options), clock_(clock), store_(std::move(store)), state_(store_.get(), &clock) {}
+    : options_(options),
+      clock_(clock),
+      store_(std::move(store)),
+      submaps_(store_.get(), options.submap_cache_bytes,
+               [this](const SubmapId& id, const std::string& problem) { NoteDamage(id, problem); }),
+      state_(store_.get(), &submaps_, &clock) {}
 
 PipelineImpl::~PipelineImpl() { Shutdown(); }
 
@@ -24,19 +29,40 @@ absl::Status PipelineImpl::Start() {
   executor_ = std::make_unique<Executor>(options_.ingest_threads);
   for (auto& [id, entry] : state_.sessions) {
     if (entry.record.state == SessionState::kFinished) continue;
-    auto worker = MakeWorker(entry.record, {entry.submaps, entry.trajectory});
+    auto worker = ResumeWorker(entry);
     if (!worker.ok()) return worker.status();
     entry.worker = *std::move(worker);
   }
   placement_ = std::make_unique<PlacementLoop>(&state_, store_.get(), &clock_, options_.placer);
   state_.WaitUntilPlaced();
-  compositor_ =
-      std::make_unique<Compositor>(&state_, options_.composer, options_.composition_interval_s);
-  estimator_ =
-      std::make_unique<Estimator>(&state_, store_.get(), &clock_,
-                                  Estimator::Options{options_.matcher, options_.loops,
-                                                     options_.revisits, options_.rematch_submaps});
+  compositor_ = std::make_unique<Compositor>(
+      &state_, [this](const SubmapId& id) { return submaps_.Get(id); }, options_.composer,
+      options_.composition_interval_s);
+  estimator_ = std::make_unique<Estimator>(
+      &state_, store_.get(), &submaps_, &clock_,
+      Estimator::Options{options_.matcher, options_.loops, options_.revisits,
+                         options_.rematch_submaps, options_.prepared_bytes});
   return absl::OkStatus();
+}
+
+absl::StatusOr<std::shared_ptr<ingest::SessionWorker>> PipelineImpl::ResumeWorker(
+    const SessionEntry& entry) {
+  absl::StatusOr<std::vector<TrajectoryEntry>> trajectory = store_->GetTrajectory(entry.record.id);
+  if (!trajectory.ok()) return trajectory.status();
+  ingest::ResumePoint resume;
+  resume.trajectory = *std::move(trajectory);
+  for (const auto& submap : entry.submaps) {
+    if (auto whole = submaps_.Get(submap->id)) resume.submaps.push_back(std::move(whole));
+  }
+  return MakeWorker(entry.record, resume);
+}
+
+void PipelineImpl::NoteDamage(const SubmapId& submap, const std::string& problem) {
+  {
+    std::lock_guard lock(state_.mutex);
+    state_.damaged[submap] = problem;
+  }
+  if (options_.on_problem) options_.on_problem(problem);
 }
 
 SessionStatus PipelineImpl::StatusOf(const SessionEntry& entry) const {

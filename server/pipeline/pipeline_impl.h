@@ -65,6 +65,8 @@ class PipelineImpl : public Pipeline {
  private:
   absl::StatusOr<std::shared_ptr<ingest::SessionWorker>> MakeWorker(
       const SessionRecord& record, const ingest::ResumePoint& resume);
+  // That goes on where the session is stored to be.
+  absl::StatusOr<std::shared_ptr<ingest::SessionWorker>> ResumeWorker(const SessionEntry& entry);
   // The worker of an active session that takes scans.
   absl::StatusOr<std::shared_ptr<ingest::SessionWorker>> FindWorker(const SessionId& session);
   // The state's mutex is held for these.
@@ -72,12 +74,14 @@ class PipelineImpl : public Pipeline {
   SessionStatus StatusOf(const SessionEntry& entry) const;
   LoopStatus StatusOf(const LoopClosure& loop) const;
   bool IsSettled() const;
-  // Takes the state's mutex.
+  // These take the state's mutex.
   int64_t RevisionOncePlaced();
+  void NoteDamage(const SubmapId& submap, const std::string& problem);
 
   const PipelineOptions options_;
   const Clock& clock_;
   const std::unique_ptr<storage::MapStore> store_;
+  SubmapCache submaps_;
   MapState state_;
   // Held while a session comes, finishes or goes and while an uploaded submap is taken in: what is
   // written to the store then is what the state says. Locked before the state's mutex.

@@ -2,6 +2,7 @@
 #include <absl/strings/str_cat.h>
 
 #include <algorithm>
+#include <map>
 #include <set>
 
 #include "server/match_graph/match_graph.h"
@@ -39,6 +40,30 @@ const SubmapPose* FindPose(const Placement* placement, uint32_t index) {
   return it == placement->submaps.end() || it->index != index ? nullptr : &*it;
 }
 
+// Those that are not there yet; both in order of sequence.
+void Append(const std::vector<TrajectoryEntry>& newer, std::vector<TrajectoryEntry>* entries) {
+  const uint64_t last = entries->empty() ? 0 : entries->back().sequence;
+  for (const TrajectoryEntry& entry : newer) {
+    if (entry.sequence > last) entries->push_back(entry);
+  }
+}
+
+std::vector<placement::TrajectoryKnot> KnotsOf(
+    const std::vector<std::shared_ptr<const SubmapInfo>>& submaps,
+    const std::vector<TrajectoryEntry>& entries) {
+  std::map<uint32_t, int64_t> first_stamps;  // A submap's first scan is its first keyframe.
+  for (const TrajectoryEntry& entry : entries) {
+    first_stamps.try_emplace(entry.submap_index, entry.stamp_ns);
+  }
+  std::vector<placement::TrajectoryKnot> knots;
+  for (const auto& submap : submaps) {
+    const auto it = first_stamps.find(submap->id.index);
+    const int64_t stamp_ns = it == first_stamps.end() ? submap->first_stamp_ns : it->second;
+    knots.push_back({submap->id.index, stamp_ns, submap->T_odom_submap});
+  }
+  return knots;
+}
+
 // Bytes handed to a sink at a time.
 constexpr size_t kFileChunk = 1 << 20;
 
@@ -57,6 +82,7 @@ MapInfo PipelineImpl::GetMapInfo() {
   info.estimations = state_.estimations;
   info.placements = state_.placements;
   info.retired = state_.retired;
+  for (const auto& [id, problem] : state_.damaged) info.damaged.push_back(problem);
   std::set<RobotId> robots;
   for (const auto& [id, entry] : state_.sessions) robots.insert(entry.record.robot);
   info.robots.assign(robots.begin(), robots.end());
@@ -103,34 +129,36 @@ absl::StatusOr<std::vector<SubmapStatus>> PipelineImpl::ListSubmaps(
 
 absl::StatusOr<RobotTrajectory> PipelineImpl::GetTrajectory(const RobotId& robot,
                                                             TrajectoryFrame frame) {
-  std::lock_guard lock(state_.mutex);
-  const SessionEntry* entry = state_.Newest(robot);
-  if (entry == nullptr) return UnknownRobot(robot);
   RobotTrajectory trajectory;
-  trajectory.session = entry->record.id;
-  trajectory.revision = state_.revision.revision;
-  std::vector<TrajectoryEntry> entries = entry->trajectory;
-  if (entry->worker != nullptr) {
-    const std::vector<TrajectoryEntry> unsaved = entry->worker->Status().unsaved;
-    entries.insert(entries.end(), unsaved.begin(), unsaved.end());
+  std::vector<std::shared_ptr<const SubmapInfo>> submaps;
+  std::vector<TrajectoryEntry> unsaved;
+  std::optional<Placement> placement;
+  {
+    std::lock_guard lock(state_.mutex);
+    const SessionEntry* entry = state_.Newest(robot);
+    if (entry == nullptr) return UnknownRobot(robot);
+    trajectory.session = entry->record.id;
+    trajectory.revision = state_.revision.revision;
+    submaps = entry->submaps;
+    // Before the store is asked: what leaves these meanwhile is in the store by then.
+    if (entry->worker != nullptr) unsaved = entry->worker->Status().unsaved;
+    if (const Placement* placed = state_.PlacementOf(entry->record.id)) placement = *placed;
   }
+  if (frame == TrajectoryFrame::kMap && !placement) {
+    return absl::FailedPreconditionError(absl::StrCat(
+        "robot \"", robot.value(), "\" is not in the map yet: its first submap is not finished"));
+  }
+  absl::StatusOr<std::vector<TrajectoryEntry>> entries = store_->GetTrajectory(trajectory.session);
+  if (!entries.ok()) return entries.status();
+  Append(unsaved, &*entries);
   if (frame == TrajectoryFrame::kOdom) {
-    for (const TrajectoryEntry& pose : entries) {
+    for (const TrajectoryEntry& pose : *entries) {
       trajectory.poses.push_back({pose.stamp_ns, pose.T_odom_sensor});
     }
     return trajectory;
   }
-  const Placement* placement = state_.PlacementOf(entry->record.id);
-  if (placement == nullptr) {
-    return absl::FailedPreconditionError(absl::StrCat(
-        "robot \"", robot.value(), "\" is not in the map yet: its first submap is not finished"));
-  }
   trajectory.component = placement->component;
-  std::vector<placement::TrajectoryKnot> knots;
-  for (const auto& submap : entry->submaps) {
-    knots.push_back({submap->id.index, submap->keyframes.front().stamp_ns, submap->T_odom_submap});
-  }
-  trajectory.poses = placement::CorrectTrajectory(entries, knots, *placement);
+  trajectory.poses = placement::CorrectTrajectory(*entries, KnotsOf(submaps, *entries), *placement);
   return trajectory;
 }
 
@@ -191,7 +219,7 @@ absl::Status PipelineImpl::ExportMap(ExportFormat format, const Region& region,
   composition::OccupancyOptions occupancy = options_.occupancy;
   if (octomap_resolution_m > 0) occupancy.resolution_m = octomap_resolution_m;
   absl::StatusOr<std::string> file = composition::WriteOccupancy(
-      submaps, region.component,
+      submaps, [this](const SubmapId& id) { return submaps_.Get(id); }, region.component,
       full ? composition::OccupancyFormat::kFull : composition::OccupancyFormat::kBinary,
       occupancy);
   if (!file.ok()) return file.status();

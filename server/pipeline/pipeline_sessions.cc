@@ -214,7 +214,7 @@ absl::Status PipelineImpl::SubmitScan(const SessionId& session, ScanUpload scan)
 absl::StatusOr<SubmapInfo> PipelineImpl::AddSubmap(Submap submap) {
   if (shut_down_) return absl::UnavailableError("the server is shutting down");
   std::lock_guard changing(membership_mutex_);
-  std::shared_ptr<const Submap> existing;
+  std::shared_ptr<const SubmapInfo> existing;
   bool was_retired = false;
   {
     std::lock_guard lock(state_.mutex);
@@ -241,7 +241,12 @@ absl::StatusOr<SubmapInfo> PipelineImpl::AddSubmap(Submap submap) {
   absl::StatusOr<ingest::Stretch> stretch = MakeUploadedStretch(std::move(submap));
   if (!stretch.ok()) return stretch.status();
   if (existing != nullptr) {
-    if (SameSubmap(*existing, *stretch->submap)) return Summarize(*existing);
+    const std::shared_ptr<const Submap> stored = submaps_.Get(existing->id);
+    if (stored == nullptr) {
+      return absl::DataLossError(absl::StrCat("submap ", ToString(existing->id),
+                                              " is stored but cannot be read any more"));
+    }
+    if (SameSubmap(*stored, *stretch->submap)) return *existing;
     return absl::AlreadyExistsError(
         absl::StrCat("submap ", ToString(existing->id), " exists with other content"));
   }

@@ -84,10 +84,7 @@ void PlacementLoop::Place(std::unique_lock<std::mutex>* lock) {
   const uint64_t version = state_->graph_version;
   const Changes changes = std::exchange(state_->changes, {});
   placement::Input input = state_->PlacementInput();
-  std::vector<match_graph::Node> nodes;
-  for (const auto& [id, entry] : state_->sessions) {
-    if (!entry.submaps.empty()) nodes.push_back(MatchGraphNode(id, entry));
-  }
+  const std::vector<match_graph::Node> nodes = state_->MatchGraphNodes();
   // Nobody else makes revisions.
   const std::vector<Placement> previous = state_->revision.placements;
   MapRevision next;

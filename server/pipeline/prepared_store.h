@@ -5,6 +5,7 @@
 
 #include "core/submap.h"
 #include "server/matching/prepared_submap.h"
+#include "server/pipeline/submap_cache.h"
 #include "storage/map_store.h"
 
 namespace isthmus::server {
@@ -12,19 +13,22 @@ namespace isthmus::server {
 // Thread safe, as the store is.
 class PreparedStore {
  public:
-  explicit PreparedStore(storage::MapStore* store) : store_(store) {}
+  PreparedStore(storage::MapStore* store, SubmapCache* submaps)
+      : store_(store), submaps_(submaps) {}
 
   // What was kept, or made and kept. What is damaged or of another version is made anew; what
-  // cannot be kept is made again after the next restart. Never null.
+  // cannot be kept is made again after the next restart. Of a submap whose points cannot be read,
+  // one without a surface. Never null.
   std::shared_ptr<const matching::PreparedSubmap> Get(
-      const std::shared_ptr<const Submap>& submap) const;
+      const std::shared_ptr<const Submap>& outline) const;
 
  private:
   std::shared_ptr<const matching::PreparedSubmap> Find(
-      const std::shared_ptr<const Submap>& submap) const;
+      const std::shared_ptr<const Submap>& outline) const;
   void Keep(const matching::PreparedSubmap& prepared) const;
 
   storage::MapStore* const store_;
+  SubmapCache* const submaps_;
 };
 
 }  // namespace isthmus::server

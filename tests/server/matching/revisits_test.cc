@@ -2,10 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <map>
 #include <memory>
 #include <set>
+#include <utility>
 
 #include "server/matching/looks.h"
+#include "server/matching/prepared_map.h"
 #include "tests/server/matching/scene.h"
 
 namespace isthmus::matching {
@@ -44,7 +47,16 @@ class Laps {
     submap->id = {SessionId(session), next_++};
     submap->first_stamp_ns = 1000 * int64_t{submap->id.index};
     submap->last_stamp_ns = submap->first_stamp_ns + 900;
-    placed.push_back({submap, component, T_map_world * submap->T_odom_submap});
+    placed.push_back({std::make_shared<const SubmapInfo>(Summarize(*submap)), component,
+                      T_map_world * submap->T_odom_submap});
+    submaps_[submap->id] = std::move(submap);
+  }
+
+  // Reads what was added, but for what is in `damaged`.
+  PreparedReader Reader() const {
+    return [this](const SubmapId& id) {
+      return damaged.contains(id.index) ? nullptr : PrepareSubmap(submaps_.at(id));
+    };
   }
 
   // Indices of what may go.
@@ -55,8 +67,10 @@ class Laps {
   }
 
   std::vector<PlacedSubmap> placed;
+  std::set<uint32_t> damaged;  // Indices.
 
  private:
+  std::map<SubmapId, std::shared_ptr<const Submap>> submaps_;
   uint32_t next_ = 0;
 };
 
@@ -76,8 +90,8 @@ class RevisitsTest : public ::testing::Test {
 };
 
 TEST_F(RevisitsTest, TheOldestGoWhenSeenOftenEnough) {
-  RevisitCounter counter(options_);
   Laps laps;
+  RevisitCounter counter(options_, laps.Reader());
   for (size_t i = 0; i < 3; ++i) {
     laps.Add(Nth(i));
     EXPECT_TRUE(laps.Update(&counter).empty()) << i;
@@ -91,8 +105,8 @@ TEST_F(RevisitsTest, TheOldestGoWhenSeenOftenEnough) {
 }
 
 TEST_F(RevisitsTest, AMapDrivenOverForeverStaysSmall) {
-  RevisitCounter counter(options_);
   Laps laps;
+  RevisitCounter counter(options_, laps.Reader());
   for (size_t i = 0; i < 16; ++i) {
     laps.Add(Nth(i));
     const std::set<uint32_t> going = laps.Update(&counter);
@@ -106,8 +120,8 @@ TEST_F(RevisitsTest, AMapDrivenOverForeverStaysSmall) {
 TEST_F(RevisitsTest, TheNewestStay) {
   RevisitOptions options = options_;
   options.keep_newest = 10;
-  RevisitCounter counter(options);
   Laps laps;
+  RevisitCounter counter(options, laps.Reader());
   for (size_t i = 0; i < 10; ++i) {
     laps.Add(Nth(i));
     EXPECT_TRUE(laps.Update(&counter).empty());
@@ -116,8 +130,8 @@ TEST_F(RevisitsTest, TheNewestStay) {
 
 // The old wall is looked through: the submap that shows it goes like any other.
 TEST_F(RevisitsTest, AWallThatWentAwayLeaves) {
-  RevisitCounter counter(options_);
   Laps laps;
+  RevisitCounter counter(options_, laps.Reader());
   laps.Add(with_wall_[0]);
   for (size_t i = 0; i < 3; ++i) laps.Add(Nth(i));
   EXPECT_EQ(laps.Update(&counter), std::set<uint32_t>{0});
@@ -125,8 +139,8 @@ TEST_F(RevisitsTest, AWallThatWentAwayLeaves) {
 
 // Placed askew, a later submap looks through most walls of the older one.
 TEST_F(RevisitsTest, WhatLiesInTheWrongPlaceDoesNotCount) {
-  RevisitCounter counter(options_);
   Laps laps;
+  RevisitCounter counter(options_, laps.Reader());
   laps.Add(Nth(0));
   const Pose T_wrong = Pose::FromXyzRpy(10, -8, 0, 0, 0, 1.2);
   for (size_t i = 0; i < 8; ++i) laps.Add(Nth(i), T_wrong);
@@ -135,8 +149,8 @@ TEST_F(RevisitsTest, WhatLiesInTheWrongPlaceDoesNotCount) {
 }
 
 TEST_F(RevisitsTest, AnotherComponentDoesNotCount) {
-  RevisitCounter counter(options_);
   Laps laps;
+  RevisitCounter counter(options_, laps.Reader());
   laps.Add(Nth(0));
   for (size_t i = 0; i < 5; ++i) laps.Add(Nth(i), Pose(), 1, "other-0001");
   EXPECT_EQ(laps.Update(&counter).count(0), 0u);
@@ -146,18 +160,28 @@ TEST_F(RevisitsTest, AnotherComponentDoesNotCount) {
 TEST_F(RevisitsTest, OtherSessionsCount) {
   RevisitOptions options = options_;
   options.keep_newest = 0;
-  RevisitCounter counter(options);
   Laps laps;
+  RevisitCounter counter(options, laps.Reader());
   laps.Add(Nth(0));
   for (size_t i = 0; i < 3; ++i) laps.Add(Nth(i), Pose(), 0, "other-0001");
   EXPECT_EQ(laps.Update(&counter), std::set<uint32_t>{0});
 }
 
+TEST_F(RevisitsTest, WhatCannotBeReadStays) {
+  Laps laps;
+  laps.damaged = {0};
+  RevisitCounter counter(options_, laps.Reader());
+  for (size_t i = 0; i < 8; ++i) {
+    laps.Add(Nth(i));
+    EXPECT_EQ(laps.Update(&counter).count(0), 0u) << i;
+  }
+}
+
 TEST_F(RevisitsTest, NothingGoesUnlessAsked) {
   RevisitOptions options = options_;
   options.retire = false;
-  RevisitCounter counter(options);
   Laps laps;
+  RevisitCounter counter(options, laps.Reader());
   for (size_t i = 0; i < 8; ++i) laps.Add(Nth(i));
   EXPECT_TRUE(laps.Update(&counter).empty());
 }

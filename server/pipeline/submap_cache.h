@@ -1,0 +1,67 @@
+// The submaps that are in use: read from the store when somebody asks, let go when there are too
+// many. What keeps a server's memory from growing with its map.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <list>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+
+#include "core/submap.h"
+#include "storage/map_store.h"
+
+namespace isthmus::server {
+
+// About what a submap takes in memory.
+size_t BytesOf(const Submap& submap);
+
+// Thread safe.
+class SubmapCache {
+ public:
+  // Told once of each submap that cannot be read, with the store's words; from any thread.
+  using OnDamaged = std::function<void(const SubmapId&, const std::string& problem)>;
+
+  // Submaps are let go, those asked for longest ago first, until they take `max_bytes` at most. One
+  // that somebody still holds is handed out again, not read a second time, and is not counted.
+  SubmapCache(const storage::MapStore* store, size_t max_bytes, OnDamaged on_damaged);
+  SubmapCache(const SubmapCache&) = delete;
+  SubmapCache& operator=(const SubmapCache&) = delete;
+
+  // Null where it is gone or cannot be read. A damaged one is not read again; where the store
+  // failed otherwise, the next call tries again.
+  std::shared_ptr<const Submap> Get(const SubmapId& id);
+  // All but its points; kept for good once read, a kB or so each, and always the same object.
+  std::shared_ptr<const Submap> Outline(const SubmapId& id);
+
+  // One that was stored just now.
+  void Put(std::shared_ptr<const Submap> submap);
+  // One that is gone: should the id come again, it is another submap's.
+  void Forget(const SubmapId& id);
+
+  size_t bytes() const;  // Of the submaps kept, outlines left out.
+
+ private:
+  struct Entry {
+    std::shared_ptr<const Submap> kept;     // Null once let go.
+    std::weak_ptr<const Submap> held;       // By somebody, perhaps.
+    std::shared_ptr<const Submap> outline;  // Null until somebody asked.
+    std::list<SubmapId>::iterator turn;     // While kept.
+    bool is_damaged = false;
+  };
+
+  void Keep(Entry* entry, const std::shared_ptr<const Submap>& submap);  // mutex_ is held.
+  void LetGo(Entry* entry);                                              // Likewise.
+
+  const storage::MapStore* const store_;
+  const size_t max_bytes_;
+  const OnDamaged on_damaged_;
+  mutable std::mutex mutex_;
+  std::map<SubmapId, Entry> entries_;  // Guarded by mutex_, as is all below.
+  std::list<SubmapId> turns_;          // Of those kept, the least recently asked for first.
+  size_t bytes_ = 0;
+};
+
+}  // namespace isthmus::server
