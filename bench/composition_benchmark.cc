@@ -112,7 +112,7 @@ void BM_ComposeFromScratch(benchmark::State& state) {
   uint64_t map_points = 0;
   for (auto _ : state) {
     Composer composer({});
-    map_points = composer.Compose(1, world.placed, world.reader())->point_count(0);
+    map_points = composer.Compose(1, world.placed, world.reader()).value()->point_count(0);
   }
   ReportSize(world, map_points, &state);
 }
@@ -123,13 +123,13 @@ void BM_ComposeAfterMove(benchmark::State& state) {
   World world = Museum();
   Composer composer({});
   int64_t revision = 0;
-  composer.Compose(++revision, world.placed, world.reader());
+  composer.Compose(++revision, world.placed, world.reader()).value();
   uint64_t map_points = 0;
   for (auto _ : state) {
     const Pose T_map_submap(Eigen::Vector3d(revision % 2 ? 0.1 : 0, 0, 0));
     for (size_t i = world.placed.size() / 2; i < world.placed.size(); ++i)
       world.placed[i].T_map_submap = T_map_submap;
-    map_points = composer.Compose(++revision, world.placed, world.reader())->point_count(0);
+    map_points = composer.Compose(++revision, world.placed, world.reader()).value()->point_count(0);
   }
   ReportSize(world, map_points, &state);
 }
@@ -166,13 +166,13 @@ void BM_ComposeAfterClosure(benchmark::State& state) {
   World world = Streets(static_cast<int>(state.range(0)));
   Composer composer({});
   int64_t revision = 0;
-  composer.Compose(++revision, world.placed, world.reader());
+  composer.Compose(++revision, world.placed, world.reader()).value();
   state.counters["all_tiles"] = composer.last_tiles_remade();
   uint64_t map_points = 0;
   for (auto _ : state) {
     const Pose T_map_submap(Eigen::Vector3d(0, revision % 2 ? 0.5 : 0, 0));
     for (size_t i = 210; i < 230; ++i) world.placed[i].T_map_submap = T_map_submap;
-    map_points = composer.Compose(++revision, world.placed, world.reader())->point_count(0);
+    map_points = composer.Compose(++revision, world.placed, world.reader()).value()->point_count(0);
   }
   state.counters["tiles_remade"] = composer.last_tiles_remade();
   ReportSize(world, map_points, &state);
@@ -187,9 +187,9 @@ void BM_ComposeOneMoreSubmap(benchmark::State& state) {
   Composer composer({});
   for (auto _ : state) {
     state.PauseTiming();
-    composer.Compose(1, before, world.reader());
+    composer.Compose(1, before, world.reader()).value();
     state.ResumeTiming();
-    map_points = composer.Compose(2, world.placed, world.reader())->point_count(0);
+    map_points = composer.Compose(2, world.placed, world.reader()).value()->point_count(0);
   }
   ReportSize(world, map_points, &state);
 }
@@ -198,7 +198,7 @@ BENCHMARK(BM_ComposeOneMoreSubmap)->Unit(benchmark::kMillisecond);
 void BM_ReadBox(benchmark::State& state) {
   Composer composer({});
   const World world = Museum();
-  const auto map = composer.Compose(1, world.placed, world.reader());
+  const auto map = composer.Compose(1, world.placed, world.reader()).value();
   Region region;
   region.box.Extend(Eigen::Vector3d(5, 5, 0));
   region.box.Extend(Eigen::Vector3d(15, 15, 5));

@@ -8,6 +8,8 @@
 #include <set>
 #include <utility>
 
+#include "server/composition/spill_file.h"
+#include "server/composition/submap_shelf.h"
 #include "server/composition/thinned_submap.h"
 #include "server/composition/tile_builder.h"
 #include "server/composition/tiled_map.h"
@@ -15,15 +17,28 @@
 namespace isthmus::composition {
 namespace {
 
-// A submap as the tiles have it.
+// A submap as the tiles have it. Its points are on the shelf.
 struct Composed {
-  ThinnedSubmap thinned;
+  SubmapFingerprint fingerprint;
+  Box bounds;          // Of the thinned points, submap frame.
   uint32_t robot = 0;  // Number, see Composer::State::robots.
   uint32_t frame = 0;
   Pose T_map_submap;
-  PointsByTile by_tile;  // At that pose.
-  bool wanted = false;   // By the Compose that is under way.
+  std::vector<TileKey> tiles;  // At that pose, as on the shelf.
+  bool wanted = false;         // By the Compose that is under way.
 };
+
+// What lies on a tile: which submap, and which of its tiles this is.
+struct OnTile {
+  const SubmapId* id = nullptr;
+  const Composed* composed = nullptr;
+  size_t tile = 0;
+};
+
+// Share of a composition's time that reading and thinning take, about.
+constexpr double kReadingShare = 0.8;
+// Share of the memory that is for thinned submaps; readers ask for tiles.
+constexpr size_t kShelfShare = 3;
 
 double InRange(double value, double lowest, double highest, double otherwise) {
   return std::isfinite(value) ? std::clamp(value, lowest, highest) : otherwise;
@@ -35,33 +50,57 @@ ComposerOptions Sane(const ComposerOptions& given) {
   options.voxel_m = InRange(given.voxel_m, 0.001, 100, defaults.voxel_m);
   options.tile_m = InRange(given.tile_m, options.voxel_m, 1e5, defaults.tile_m);
   options.min_move_m = InRange(given.min_move_m, 0, 1e5, defaults.min_move_m);
+  options.cache_bytes = given.cache_bytes;
   return options;
 }
 
 }  // namespace
 
 struct Composer::State {
-  explicit State(const ComposerOptions& given)
-      : options(Sane(given)), grid(options.voxel_m), layout(options.tile_m, options.voxel_m) {}
+  State(const ComposerOptions& given, std::shared_ptr<SpillFile> spill)
+      : options(Sane(given)),
+        grid(options.voxel_m),
+        layout(options.tile_m, options.voxel_m),
+        file(std::move(spill)),
+        shelf(file, options.cache_bytes / kShelfShare),
+        cache(std::make_shared<TileCache>(file,
+                                          options.cache_bytes - options.cache_bytes / kShelfShare)),
+        builder(grid, &tile_thinner) {}
 
   const ComposerOptions options;
   const VoxelGrid grid;
   const TileLayout layout;
-  VoxelThinner thinner;
+  const std::shared_ptr<SpillFile> file;  // Null: all stays in memory.
+  // Apart, because a large submap's table is slow to clear for every small tile.
+  VoxelThinner submap_thinner, tile_thinner;
   std::map<SubmapId, Composed> submaps;  // In the order in which they go into tiles.
-  std::map<TileKey, TilePtr> tiles;      // None is null.
-  std::vector<RobotId> robots;           // By number; only grows.
+  SubmapShelf shelf;                     // Has all of them.
+  const std::shared_ptr<TileCache> cache;
+  TileBuilder builder;
+  std::map<TileKey, TilePtr> tiles;  // None is null.
+  std::set<TileKey> dirty;           // Those of `tiles` that are not as `submaps` says.
+  std::vector<RobotId> robots;       // By number; only grows.
   absl::flat_hash_map<std::string, uint32_t> robot_numbers;
   uint32_t next_frame = 0;
   int last_tiles_remade = 0;
+  uint64_t missing = 0;  // Of the Compose that is under way.
 
   std::map<uint32_t, uint32_t> FramesOf(const std::vector<PlacedSubmap>& placed);
   uint32_t RobotNumber(const RobotId& robot);
-  // False, and it is not in the map, when it cannot be read.
-  bool Place(const PlacedSubmap& placed, uint32_t frame, const SubmapReader& reader,
-             std::set<TileKey>* dirty);
-  void DropUnwanted(std::set<TileKey>* dirty);
-  void Remake(const std::set<TileKey>& dirty);
+  absl::Status PlaceAll(const std::vector<PlacedSubmap>& placed,
+                        const std::map<uint32_t, uint32_t>& frames, const SubmapReader& reader,
+                        const Progress& progress);
+  absl::Status Place(const PlacedSubmap& placed, uint32_t frame, const SubmapReader& reader);
+  absl::StatusOr<std::vector<WeightedPoint>> PointsOf(const PlacedSubmap& placed, bool is_known,
+                                                      const SubmapReader& reader,
+                                                      Composed* composed);
+  void Soil(const Composed& composed);
+  void Forget(const SubmapId& id);
+  void DropUnwanted();
+  absl::Status Settle();
+  absl::Status Remake(const Progress& progress);
+  std::map<TileKey, std::vector<OnTile>> WhatIsOnDirty() const;
+  absl::StatusOr<TileContent> MakeTile(std::vector<OnTile> sources);
   std::vector<TiledMap::Robot> RobotsInMap() const;
 };
 
@@ -96,71 +135,148 @@ uint32_t Composer::State::RobotNumber(const RobotId& robot) {
   return it->second;
 }
 
+void Composer::State::Soil(const Composed& composed) {
+  dirty.insert(composed.tiles.begin(), composed.tiles.end());
+}
+
+void Composer::State::Forget(const SubmapId& id) {
+  const auto it = submaps.find(id);
+  if (it == submaps.end()) return;
+  Soil(it->second);
+  shelf.Erase(id);
+  submaps.erase(it);
+}
+
+absl::Status Composer::State::PlaceAll(const std::vector<PlacedSubmap>& placed,
+                                       const std::map<uint32_t, uint32_t>& frames,
+                                       const SubmapReader& reader, const Progress& progress) {
+  for (auto& [id, composed] : submaps) composed.wanted = false;
+  missing = 0;
+  size_t done = 0;
+  for (const PlacedSubmap& p : placed) {
+    absl::Status status = Place(p, frames.at(p.component), reader);
+    if (status.ok()) status = shelf.Settle();
+    if (!status.ok()) return status;
+    const double share = static_cast<double>(++done) / static_cast<double>(placed.size());
+    if (progress && !progress(kReadingShare * share)) return absl::CancelledError("stopped");
+  }
+  return absl::OkStatus();
+}
+
 // Brings what is known of one submap up to date; every tile it left, entered or moved on is dirty.
-bool Composer::State::Place(const PlacedSubmap& placed, uint32_t frame, const SubmapReader& reader,
-                            std::set<TileKey>* dirty) {
+// One that cannot be read is forgotten.
+absl::Status Composer::State::Place(const PlacedSubmap& placed, uint32_t frame,
+                                    const SubmapReader& reader) {
+  const SubmapId& id = placed.submap->id;
   const Pose& T_map_submap = placed.T_map_submap;
   const uint32_t robot = RobotNumber(placed.submap->robot);
-  auto [it, is_new] = submaps.try_emplace(placed.submap->id);
+  auto [it, is_new] = submaps.try_emplace(id);
   Composed& composed = it->second;
-  const SubmapFingerprint fingerprint = FingerprintOf(*placed.submap);
-  const bool other_content =
-      is_new || composed.robot != robot || composed.thinned.fingerprint != fingerprint;
-  std::shared_ptr<const Submap> content;
-  if (other_content) {
-    content = reader(placed.submap->id);
-    // Another one than was meant: the first one's session was deleted meanwhile.
-    if (content == nullptr || FingerprintOf(*content) != fingerprint) return false;
+  const bool is_known =
+      !is_new && composed.robot == robot && composed.fingerprint == FingerprintOf(*placed.submap);
+  if (is_known && composed.frame == frame &&
+      LargestMove(composed.bounds, composed.T_map_submap, T_map_submap) <= options.min_move_m) {
+    composed.wanted = true;
+    return absl::OkStatus();
   }
-  composed.wanted = true;
-  if (!other_content && composed.frame == frame &&
-      LargestMove(composed.thinned.bounds, composed.T_map_submap, T_map_submap) <=
-          options.min_move_m) {
-    return true;
+  absl::StatusOr<std::vector<WeightedPoint>> points = PointsOf(placed, is_known, reader, &composed);
+  if (!points.ok()) {
+    Forget(id);
+    if (!absl::IsNotFound(points.status())) return points.status();
+    ++missing;
+    return absl::OkStatus();
   }
-  const auto soil = [&] {
-    dirty->insert(composed.by_tile.tiles.begin(), composed.by_tile.tiles.end());
-  };
-  soil();
-  if (other_content) composed.thinned = Thin(*content, grid, &thinner);
+  Soil(composed);
+  PointsByTile by_tile = SortByTile(*points, frame, T_map_submap, grid, layout);
   composed.robot = robot;
   composed.frame = frame;
   composed.T_map_submap = T_map_submap;
-  composed.by_tile = SortByTile(composed.thinned, frame, T_map_submap, grid, layout);
-  soil();
-  return true;
+  composed.tiles = by_tile.tiles;
+  composed.wanted = true;
+  Soil(composed);
+  shelf.Put(id, *std::move(points), std::move(by_tile));
+  return absl::OkStatus();
 }
 
-void Composer::State::DropUnwanted(std::set<TileKey>* dirty) {
-  for (auto it = submaps.begin(); it != submaps.end();) {
-    if (std::exchange(it->second.wanted, false)) {
-      ++it;
-      continue;
-    }
-    dirty->insert(it->second.by_tile.tiles.begin(), it->second.by_tile.tiles.end());
-    it = submaps.erase(it);
+// Thinned. NotFound when the reader has not the submap that is meant; else fails as the file does.
+absl::StatusOr<std::vector<WeightedPoint>> Composer::State::PointsOf(const PlacedSubmap& placed,
+                                                                     bool is_known,
+                                                                     const SubmapReader& reader,
+                                                                     Composed* composed) {
+  if (is_known) return shelf.TakeOut(placed.submap->id);
+  const std::shared_ptr<const Submap> content = reader(placed.submap->id);
+  const SubmapFingerprint fingerprint = FingerprintOf(*placed.submap);
+  // Another one than was meant: the first one's session was deleted meanwhile.
+  if (content == nullptr || FingerprintOf(*content) != fingerprint) {
+    return absl::NotFoundError("the submap is not there");
   }
+  ThinnedSubmap thinned = Thin(*content, grid, &submap_thinner);
+  composed->fingerprint = fingerprint;
+  composed->bounds = thinned.bounds;
+  return std::move(thinned.points);
 }
 
-void Composer::State::Remake(const std::set<TileKey>& dirty) {
-  last_tiles_remade = static_cast<int>(dirty.size());
-  std::map<TileKey, std::vector<TileSource>> sources;
-  for (const TileKey& key : dirty) sources[key];
+void Composer::State::DropUnwanted() {
+  std::vector<SubmapId> unwanted;
   for (const auto& [id, composed] : submaps) {
-    for (size_t i = 0; i < composed.by_tile.tiles.size(); ++i) {
-      const auto it = sources.find(composed.by_tile.tiles[i]);
-      if (it == sources.end()) continue;
-      it->second.push_back(
-          {&composed.thinned, composed.T_map_submap, composed.robot, composed.by_tile.Of(i)});
+    if (!composed.wanted) unwanted.push_back(id);
+  }
+  for (const SubmapId& id : unwanted) Forget(id);
+}
+
+absl::Status Composer::State::Settle() {
+  const absl::Status status = shelf.Settle();
+  return status.ok() ? cache->Settle() : status;
+}
+
+std::map<TileKey, std::vector<OnTile>> Composer::State::WhatIsOnDirty() const {
+  std::map<TileKey, std::vector<OnTile>> on_tile;
+  for (const TileKey& key : dirty) on_tile[key];
+  for (const auto& [id, composed] : submaps) {
+    for (size_t i = 0; i < composed.tiles.size(); ++i) {
+      const auto it = on_tile.find(composed.tiles[i]);
+      if (it != on_tile.end()) it->second.push_back({&id, &composed, i});
     }
   }
-  for (auto& [key, of_tile] : sources) {
-    if (of_tile.empty()) {
+  return on_tile;
+}
+
+absl::StatusOr<TileContent> Composer::State::MakeTile(std::vector<OnTile> sources) {
+  std::stable_sort(sources.begin(), sources.end(), [&](const OnTile& l, const OnTile& r) {
+    return robots[l.composed->robot] < robots[r.composed->robot];
+  });
+  for (const OnTile& source : sources) {
+    const auto piece = shelf.PieceOf(*source.id, source.tile);
+    if (!piece.ok()) {
+      builder.Take();                // What was added is of no use.
+      Forget(SubmapId(*source.id));  // To be read and thinned again.
+      return piece.status();
+    }
+    builder.Add(
+        {piece->points, piece->runs, source.composed->T_map_submap, source.composed->robot});
+  }
+  return builder.Take();
+}
+
+absl::Status Composer::State::Remake(const Progress& progress) {
+  const double all = static_cast<double>(dirty.size());
+  for (auto& [key, sources] : WhatIsOnDirty()) {
+    absl::StatusOr<TileContent> content = MakeTile(std::move(sources));
+    if (!content.ok()) return content.status();
+    if (content->points.empty()) {
       tiles.erase(key);
     } else {
-      tiles[key] = MakeTile(std::move(of_tile), robots, grid, &thinner);
+      tiles[key] = cache->Add(*std::move(content));
+    }
+    dirty.erase(key);
+    ++last_tiles_remade;
+    if (absl::Status status = cache->Settle(); !status.ok()) return status;
+    const double share = 1 - static_cast<double>(dirty.size()) / all;
+    if (progress && !progress(kReadingShare + (1 - kReadingShare) * share)) {
+      return absl::CancelledError("stopped");
     }
   }
+  return absl::OkStatus();
 }
 
 std::vector<TiledMap::Robot> Composer::State::RobotsInMap() const {
@@ -173,12 +289,23 @@ std::vector<TiledMap::Robot> Composer::State::RobotsInMap() const {
   return in_map;
 }
 
-Composer::Composer(const ComposerOptions& options) : state_(std::make_unique<State>(options)) {}
+namespace {
+
+std::shared_ptr<SpillFile> FileFor(const ComposerOptions& options) {
+  if (options.spill_folder.empty()) return nullptr;
+  return std::make_shared<SpillFile>(options.spill_folder, options.spill_reserve_bytes);
+}
+
+}  // namespace
+
+Composer::Composer(const ComposerOptions& options) : Composer(options, FileFor(options)) {}
+Composer::Composer(const ComposerOptions& options, std::shared_ptr<SpillFile> file)
+    : state_(std::make_unique<State>(options, std::move(file))) {}
 Composer::~Composer() = default;
 
-std::shared_ptr<const ComposedMap> Composer::Compose(int64_t revision,
-                                                     const std::vector<PlacedSubmap>& given,
-                                                     const SubmapReader& reader) {
+absl::StatusOr<std::shared_ptr<const ComposedMap>> Composer::Compose(
+    int64_t revision, const std::vector<PlacedSubmap>& given, const SubmapReader& reader,
+    const Progress& progress) {
   std::vector<PlacedSubmap> placed;
   placed.reserve(given.size());
   for (const PlacedSubmap& p : given) {
@@ -186,14 +313,13 @@ std::shared_ptr<const ComposedMap> Composer::Compose(int64_t revision,
     if (usable) placed.push_back(p);
   }
 
+  state_->last_tiles_remade = 0;
   const std::map<uint32_t, uint32_t> frames = state_->FramesOf(placed);
-  std::set<TileKey> dirty;
-  uint64_t missing = 0;
-  for (const PlacedSubmap& p : placed) {
-    missing += !state_->Place(p, frames.at(p.component), reader, &dirty);
-  }
-  state_->DropUnwanted(&dirty);
-  state_->Remake(dirty);
+  absl::Status status = state_->Settle();  // What an earlier call could not.
+  if (status.ok()) status = state_->PlaceAll(placed, frames, reader, progress);
+  if (!status.ok()) return status;
+  state_->DropUnwanted();
+  if (status = state_->Remake(progress); !status.ok()) return status;
 
   std::map<uint32_t, uint32_t> component_of_frame;
   for (const auto& [component, frame] : frames) component_of_frame[frame] = component;
@@ -201,13 +327,18 @@ std::shared_ptr<const ComposedMap> Composer::Compose(int64_t revision,
   for (const auto& [key, tile] : state_->tiles) {
     TiledMap::Component& component = components[component_of_frame.at(key.frame)];
     component.tiles.push_back(tile);
-    component.point_count += tile->point_count;
-    component.bounds.Extend(tile->bounds);
+    component.point_count += tile->point_count();
+    component.bounds.Extend(tile->bounds());
   }
   return std::make_shared<TiledMap>(revision, state_->RobotsInMap(), std::move(components),
-                                    missing);
+                                    state_->missing);
 }
 
 int Composer::last_tiles_remade() const { return state_->last_tiles_remade; }
+
+Composer::Memory Composer::memory() const {
+  return {state_->shelf.bytes_in_memory(), state_->cache->bytes_in_memory(),
+          state_->file ? state_->file->bytes_in_use() : 0};
+}
 
 }  // namespace isthmus::composition

@@ -1,14 +1,24 @@
 // Composition: the placed submaps thinned into one map, tile by tile. Runs often, with whatever
 // transforms are at hand; recomputes only tiles whose submaps came, went or moved.
+//
+// Maps may be larger than memory: what the limit has no room for, thinned submaps and tiles alike,
+// goes to a file. A submap is read and thinned once while the composer lives.
 #pragma once
 
+#include <absl/status/statusor.h>
+
+#include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "core/composed_map.h"
 
 namespace isthmus::composition {
+
+class SpillFile;
 
 // Values out of range are brought to the nearest sensible one: voxels of at least 1 mm, tiles of at
 // least one voxel.
@@ -20,13 +30,25 @@ struct ComposerOptions {
   // A submap of which no point would move by more than this since it was last composed stays where
   // it is, and its tiles with it.
   double min_move_m = 0.005;
+  // Points of thinned submaps and tiles, those of all maps that are still read included, take this
+  // much memory, about; what else there is goes to a file. The map does not depend on it.
+  size_t cache_bytes = size_t{192} << 20;
+  // Where that file is, which has no name and goes with the process. Empty: all stays in memory.
+  std::string spill_folder = {};
+  // It leaves so much of the disk free.
+  uint64_t spill_reserve_bytes = uint64_t{256} << 20;
 };
 
 // Not thread safe; one thread composes.
 class Composer {
  public:
   explicit Composer(const ComposerOptions& options);
+  // With a file made by the caller instead of one in the folder.
+  Composer(const ComposerOptions& options, std::shared_ptr<SpillFile> file);
   ~Composer();
+
+  // Told now and then about which share of the work is done; returns false to cancel it.
+  using Progress = std::function<bool(double share)>;
 
   // The map with exactly these submaps at these poses (to min_move_m). The result does not depend
   // on what was composed before or on the order of `submaps`. Submaps are read and thinned when
@@ -35,11 +57,21 @@ class Composer {
   // voxels from the origin of the map. One that the reader has not is left out, counted as missing
   // and asked for again the next time. The map never changes and shares unchanged tiles with those
   // made before; it may outlive the composer.
-  std::shared_ptr<const ComposedMap> Compose(int64_t revision,
-                                             const std::vector<PlacedSubmap>& submaps,
-                                             const SubmapReader& reader);
+  //
+  // ResourceExhausted when the file's disk is full, Unavailable and DataLoss when it fails
+  // otherwise, Cancelled by `progress`. Earlier maps are then as good as before, and the next call
+  // goes on where this one ended.
+  absl::StatusOr<std::shared_ptr<const ComposedMap>> Compose(
+      int64_t revision, const std::vector<PlacedSubmap>& submaps, const SubmapReader& reader,
+      const Progress& progress = nullptr);
   // Tiles that the last Compose remade.
   int last_tiles_remade() const;
+
+  struct Memory {
+    size_t submap_bytes = 0, tile_bytes = 0;  // Of points in memory.
+    uint64_t spilled_bytes = 0;               // In the file.
+  };
+  Memory memory() const;
 
  private:
   struct State;

@@ -48,7 +48,6 @@ ThinnedSubmap Thin(const Submap& submap, const VoxelGrid& grid, VoxelThinner* th
     }
   }
   ThinnedSubmap thinned;
-  thinned.fingerprint = FingerprintOf(submap);
   std::vector<WeightedPoint> in_order_met;
   thinner->Take(&in_order_met);
   thinned.points = GroupByBlock(in_order_met, grid);

@@ -25,7 +25,6 @@ SubmapFingerprint FingerprintOf(const Submap& submap);
 inline constexpr int32_t kBlockVoxels = 16;  // Along an edge; a power of two.
 
 struct ThinnedSubmap {
-  SubmapFingerprint fingerprint;
   // Submap frame. What lies in one cube of kBlockVoxels stands together, so that what is on a tile
   // is in few places.
   std::vector<WeightedPoint> points;

@@ -1,64 +1,104 @@
-// A tile: the points of one square of one component's map, and how the plane is cut into them.
+// A tile: the points of one square of one component's map; and where tiles keep their points.
 #pragma once
 
-#include <cmath>
-#include <compare>
+#include <absl/status/status.h>
+#include <absl/status/statusor.h>
+
+#include <cstddef>
 #include <cstdint>
+#include <list>
 #include <memory>
-#include <utility>
+#include <mutex>
 #include <vector>
 
 #include "core/cloud.h"
-#include "server/composition/voxel_thinner.h"
+#include "server/composition/spill_file.h"
 
 namespace isthmus::composition {
 
-// Which tile. `frame` is the composer's own number of a map frame: unlike the number of a component
-// it does not change when another component grows.
-struct TileKey {
-  uint32_t frame = 0;
-  int32_t x = 0, y = 0;
-
-  friend auto operator<=>(const TileKey&, const TileKey&) = default;
-  friend bool operator==(const TileKey&, const TileKey&) = default;
-  template <typename H>
-  friend H AbslHashValue(H h, const TileKey& key) {
-    return H::combine(std::move(h), key.frame, key.x, key.y);
-  }
-};
-
-// Immutable once made; shared between the maps of many revisions.
-struct Tile {
-  struct Part {
-    uint32_t robot = 0;  // The composer's own number of a robot; never reused.
-    Cloud points;        // Map frame.
-  };
-  std::vector<Part> parts;  // In order of the robots' ids; none is empty.
-  Box bounds;               // Map frame, exact.
-  uint64_t point_count = 0;
-};
-
+class Tile;
 using TilePtr = std::shared_ptr<const Tile>;
+class TileCache;
 
-// Cuts the plane into squares of whole voxels, so that no voxel lies in two tiles. Value type.
-class TileLayout {
+// Points of one robot: [begin, end) of the tile's.
+struct TilePart {
+  uint32_t robot = 0;  // The composer's own number of a robot; never reused.
+  uint32_t begin = 0, end = 0;
+};
+
+struct TileContent {
+  std::vector<TilePart> parts;  // In order of the robots' ids; none is empty.
+  Cloud points;                 // Map frame.
+  Box bounds;                   // Map frame, exact.
+};
+
+// Immutable; shared between the maps of many revisions. Its points are in memory or in the spill
+// file. Thread safe.
+class Tile : public std::enable_shared_from_this<Tile> {
  public:
-  // `tile_m` is rounded to a multiple of `voxel_m`, at least one.
-  TileLayout(double tile_m, double voxel_m)
-      : tiles_per_voxel_(1 / std::fmax(1, std::round(tile_m / voxel_m))) {}
+  // For TileCache, which makes them.
+  Tile(std::shared_ptr<TileCache> cache, std::vector<TilePart> parts, const Box& bounds,
+       uint64_t point_count);
+  ~Tile();
+  Tile(const Tile&) = delete;
+  Tile& operator=(const Tile&) = delete;
 
-  TileKey Find(uint32_t frame, const Voxel& voxel) const {
-    return {frame, Divide(voxel.x), Divide(voxel.y)};
-  }
+  const std::vector<TilePart>& parts() const { return parts_; }
+  const Box& bounds() const { return bounds_; }
+  uint64_t point_count() const { return point_count_; }
+  // Fails as SpillFile::Read does.
+  absl::StatusOr<std::shared_ptr<const Cloud>> Points() const;
 
  private:
-  // Exact: a voxel's middle is at least half a voxel from the edge of a tile, which is far more
-  // than what rounding can move it for indices below 2^20.
-  int32_t Divide(int32_t index) const {
-    return static_cast<int32_t>(std::floor((index + 0.5) * tiles_per_voxel_));
-  }
+  friend class TileCache;
 
-  double tiles_per_voxel_;
+  const std::shared_ptr<TileCache> cache_;
+  const std::vector<TilePart> parts_;
+  const Box bounds_;
+  const uint64_t point_count_;
+  // The rest is the cache's, guarded by its mutex.
+  mutable std::shared_ptr<const Cloud> points_;    // Null while they are in the file only.
+  mutable Extent extent_;                          // Of size 0 while they are in memory only.
+  mutable std::list<const Tile*>::iterator turn_;  // While points_ are here.
+};
+
+// Keeps the points of all tiles there are, of which `max_bytes` in memory, about. Thread safe but
+// for Add and Settle, which one thread calls.
+class TileCache : public std::enable_shared_from_this<TileCache> {
+ public:
+  // Without a file all stays in memory.
+  TileCache(std::shared_ptr<SpillFile> file, size_t max_bytes);
+
+  TilePtr Add(TileContent content);
+  // Writes to the file what is asked for least, if the limit is exceeded. Fails as SpillFile::Write
+  // does: no point is lost then, but the limit is not kept.
+  absl::Status Settle();
+
+  size_t bytes_in_memory() const;
+
+ private:
+  friend class Tile;
+
+  // In order of when they were asked for last, and how much that is.
+  struct Turns {
+    std::list<const Tile*> tiles;
+    size_t bytes = 0;
+  };
+
+  absl::StatusOr<std::shared_ptr<const Cloud>> PointsOf(const Tile& tile);
+  void Forget(const Tile& tile);
+  absl::Status Save(const TilePtr& tile, const std::shared_ptr<const Cloud>& points);
+  // mutex_ is held for these.
+  void TakeTurn(const Tile& tile, std::shared_ptr<const Cloud> points);
+  void GiveUpTurn(const Tile& tile);
+  void DropSaved();
+  Turns& TurnsOf(const Tile& tile) { return tile.extent_.size > 0 ? saved_ : unsaved_; }
+
+  const std::shared_ptr<SpillFile> file_;
+  const size_t max_bytes_;
+  mutable std::mutex mutex_;
+  Turns unsaved_;  // In memory only.
+  Turns saved_;    // In the file too.
 };
 
 }  // namespace isthmus::composition

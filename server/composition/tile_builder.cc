@@ -43,13 +43,13 @@ class TileNumbers {
 
 }  // namespace
 
-PointsByTile SortByTile(const ThinnedSubmap& submap, uint32_t frame, const Pose& T_map_submap,
-                        const VoxelGrid& grid, const TileLayout& layout) {
+PointsByTile SortByTile(const std::vector<WeightedPoint>& points, uint32_t frame,
+                        const Pose& T_map_submap, const VoxelGrid& grid, const TileLayout& layout) {
   const Placer place(T_map_submap);
   TileNumbers numbers;
   std::vector<std::pair<uint32_t, PointRun>> runs;  // With the tile's number.
-  for (uint32_t i = 0; i < submap.points.size(); ++i) {
-    const Eigen::Vector3f at = place(submap.points[i]);
+  for (uint32_t i = 0; i < points.size(); ++i) {
+    const Eigen::Vector3f at = place(points[i]);
     const auto voxel = grid.Find(at.x(), at.y(), at.z());
     if (!voxel) continue;
     const uint32_t number = numbers.Find(layout.Find(frame, *voxel));
@@ -88,7 +88,7 @@ void AddPoints(const TileSource& source, const VoxelGrid& grid, VoxelThinner* th
   const Placer place(source.T_map_submap);
   for (const PointRun& run : source.runs) {
     for (uint32_t i = run.begin; i < run.end; ++i) {
-      const WeightedPoint& point = source.submap->points[i];
+      const WeightedPoint& point = (*source.points)[i];
       const Eigen::Vector3f at = place(point);
       const auto voxel = grid.Find(at.x(), at.y(), at.z());
       if (!voxel) continue;
@@ -101,38 +101,32 @@ void AddPoints(const TileSource& source, const VoxelGrid& grid, VoxelThinner* th
   add();
 }
 
-// Moves what the thinner holds to the tile.
-void TakePart(uint32_t robot, VoxelThinner* thinner, std::vector<WeightedPoint>* scratch,
-              Tile* tile) {
-  scratch->clear();
-  thinner->Take(scratch);
-  Tile::Part part{robot, {}};
-  part.points.reserve(scratch->size());
-  for (const WeightedPoint& p : *scratch) {
-    part.points.push_back({p.x, p.y, p.z, p.intensity});
-    tile->bounds.Extend(Eigen::Vector3d(p.x, p.y, p.z));
-  }
-  tile->point_count += part.points.size();
-  tile->parts.push_back(std::move(part));
-}
-
 }  // namespace
 
-TilePtr MakeTile(std::vector<TileSource> sources, const std::vector<RobotId>& robots,
-                 const VoxelGrid& grid, VoxelThinner* thinner) {
-  if (sources.empty()) return nullptr;
-  std::stable_sort(sources.begin(), sources.end(), [&](const TileSource& l, const TileSource& r) {
-    return robots[l.robot] < robots[r.robot];
-  });
-  auto tile = std::make_shared<Tile>();
-  std::vector<WeightedPoint> scratch;
-  for (size_t i = 0; i < sources.size(); ++i) {
-    AddPoints(sources[i], grid, thinner);
-    if (i + 1 == sources.size() || sources[i + 1].robot != sources[i].robot) {
-      TakePart(sources[i].robot, thinner, &scratch, tile.get());
-    }
+void TileBuilder::Add(const TileSource& source) {
+  if (has_part_ && robot_ != source.robot) EndPart();
+  has_part_ = true;
+  robot_ = source.robot;
+  AddPoints(source, grid_, thinner_);
+}
+
+void TileBuilder::EndPart() {
+  if (!std::exchange(has_part_, false)) return;
+  scratch_.clear();
+  thinner_->Take(&scratch_);
+  if (scratch_.empty()) return;
+  const auto begin = static_cast<uint32_t>(tile_.points.size());
+  for (const WeightedPoint& p : scratch_) {
+    tile_.points.push_back({p.x, p.y, p.z, p.intensity});
+    tile_.bounds.Extend(Eigen::Vector3d(p.x, p.y, p.z));
   }
-  return tile;
+  tile_.parts.push_back({robot_, begin, static_cast<uint32_t>(tile_.points.size())});
+}
+
+TileContent TileBuilder::Take() {
+  EndPart();
+  tile_.points.shrink_to_fit();
+  return std::exchange(tile_, {});
 }
 
 }  // namespace isthmus::composition

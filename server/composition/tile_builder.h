@@ -5,14 +5,14 @@
 #include <span>
 #include <vector>
 
-#include "core/ids.h"
 #include "core/pose.h"
 #include "server/composition/thinned_submap.h"
 #include "server/composition/tile.h"
+#include "server/composition/tile_layout.h"
 
 namespace isthmus::composition {
 
-// Points of a submap that stand together, on one tile: [begin, end) of ThinnedSubmap::points.
+// Points of a submap that stand together, on one tile: [begin, end) of its thinned points.
 struct PointRun {
   uint32_t begin = 0, end = 0;
 };
@@ -31,21 +31,38 @@ struct PointsByTile {
 };
 
 // Leaves out points that the pose takes off the grid.
-PointsByTile SortByTile(const ThinnedSubmap& submap, uint32_t frame, const Pose& T_map_submap,
-                        const VoxelGrid& grid, const TileLayout& layout);
+PointsByTile SortByTile(const std::vector<WeightedPoint>& points, uint32_t frame,
+                        const Pose& T_map_submap, const VoxelGrid& grid, const TileLayout& layout);
 
 // A submap's part of one tile.
 struct TileSource {
-  const ThinnedSubmap* submap = nullptr;
+  const std::vector<WeightedPoint>* points = nullptr;  // Submap frame.
+  std::span<const PointRun> runs;                      // Those of them that lie on the tile.
   Pose T_map_submap;
   uint32_t robot = 0;  // The composer's own number.
-  std::span<const PointRun> runs;
 };
 
-// Null without sources. `robots` maps robot numbers to ids. The order of a robot's sources decides
-// the order of points and the last digit of their means: give them in order of submap for the same
-// tile every time.
-TilePtr MakeTile(std::vector<TileSource> sources, const std::vector<RobotId>& robots,
-                 const VoxelGrid& grid, VoxelThinner* thinner);
+// One tile at a time, one source after the other, so that only one has to be in memory. The order
+// of a robot's sources decides the order of points and the last digit of their means: give them in
+// order of submap for the same tile every time. Not thread safe.
+class TileBuilder {
+ public:
+  TileBuilder(const VoxelGrid& grid, VoxelThinner* thinner) : grid_(grid), thinner_(thinner) {}
+
+  // A robot's sources stand together.
+  void Add(const TileSource& source);
+  // What was added since the last Take.
+  TileContent Take();
+
+ private:
+  void EndPart();
+
+  const VoxelGrid grid_;
+  VoxelThinner* const thinner_;
+  TileContent tile_;
+  bool has_part_ = false;  // Of robot_, in the thinner.
+  uint32_t robot_ = 0;
+  std::vector<WeightedPoint> scratch_;
+};
 
 }  // namespace isthmus::composition

@@ -6,6 +6,8 @@
 #include <optional>
 #include <utility>
 
+#include "server/composition/voxel_thinner.h"
+
 namespace isthmus::composition {
 namespace {
 
@@ -113,17 +115,28 @@ const std::vector<TilePtr>& TiledMap::tiles(uint32_t component) const {
   return component < components_.size() ? components_[component].tiles : NoComponent().tiles;
 }
 
+bool TiledMap::HasPointsOf(const Tile& tile, int robot) const {
+  if (robot < 0) return true;
+  return std::any_of(tile.parts().begin(), tile.parts().end(), [&](const TilePart& part) {
+    return index_of_number_[part.robot] == static_cast<uint32_t>(robot);
+  });
+}
+
 absl::Status TiledMap::Read(const Region& region, size_t chunk, const Emit& emit) const {
   const Shape shape(region);
   Thinning thinning(region.resolution_m);
   ChunkWriter writer(chunk, emit);
   for (const TilePtr& tile : tiles(region.component)) {
-    if (!shape.Touches(tile->bounds)) continue;
-    const bool whole = shape.ContainsAll(tile->bounds);
-    for (const Tile::Part& part : tile->parts) {
+    if (!shape.Touches(tile->bounds())) continue;
+    const bool whole = shape.ContainsAll(tile->bounds());
+    if (!HasPointsOf(*tile, region.robot)) continue;
+    const absl::StatusOr<std::shared_ptr<const Cloud>> points = tile->Points();
+    if (!points.ok()) return points.status();
+    for (const TilePart& part : tile->parts()) {
       const uint32_t robot = index_of_number_[part.robot];
       if (region.robot >= 0 && robot != static_cast<uint32_t>(region.robot)) continue;
-      for (const Point& p : part.points) {
+      for (uint32_t i = part.begin; i < part.end; ++i) {
+        const Point& p = (**points)[i];
         if (!whole && !shape.Contains(p.Position().cast<double>())) continue;
         if (thinning.Passes(p) && !writer.Write(p, robot)) return absl::OkStatus();
       }

@@ -14,7 +14,7 @@ class TiledMap : public ComposedMap {
  public:
   struct Robot {
     RobotId id;
-    uint32_t number = 0;  // As in Tile::Part::robot.
+    uint32_t number = 0;  // As in TilePart::robot.
   };
   struct Component {
     std::vector<TilePtr> tiles;  // In order of their place; none is empty.
@@ -34,13 +34,16 @@ class TiledMap : public ComposedMap {
   uint64_t missing_submaps() const override { return missing_submaps_; }
   // Points come tile by tile, the same order every time. With a resolution the first point met in a
   // voxel, whoever saw it, stands for the voxel. A chunk of 0 counts as 1. Nothing is emitted for a
-  // component or robot that does not exist.
+  // component or robot that does not exist. Holds one tile at a time. Fails as SpillFile::Read
+  // does.
   absl::Status Read(const Region& region, size_t chunk, const Emit& emit) const override;
 
   // Empty for a component that does not exist.
   const std::vector<TilePtr>& tiles(uint32_t component) const;
 
  private:
+  bool HasPointsOf(const Tile& tile, int robot) const;  // Of all robots: -1.
+
   const int64_t revision_;
   const uint64_t missing_submaps_;
   std::vector<RobotId> robots_;

@@ -270,7 +270,7 @@ TEST(Composer, WhatCannotBeReadIsMissingUntilItCan) {
   const std::vector<LaidSubmap> there{MakeSubmap("alice", 0, {At(1, 1, 1)})};
   auto all = there;
   all.push_back(MakeSubmap("bob", 0, {At(2, 2, 2)}));
-  const auto without = composer.Compose(1, Placed(all), ReaderOf(there));
+  const auto without = *composer.Compose(1, Placed(all), ReaderOf(there));
   EXPECT_EQ(without->missing_submaps(), 1u);
   EXPECT_EQ(without->point_count(0), 1u);
   const auto with = Compose(&composer, 2, all);
@@ -281,8 +281,9 @@ TEST(Composer, WhatCannotBeReadIsMissingUntilItCan) {
 // The session was deleted and its name used again after the map was placed.
 TEST(Composer, AnotherSubmapThanWasPlacedIsMissing) {
   Composer composer({});
-  const auto map = composer.Compose(1, Placed({MakeSubmap("alice", 0, {At(1, 1, 1)})}),
-                                    ReaderOf({MakeSubmap("alice", 0, {At(2, 2, 2), At(3, 3, 3)})}));
+  const auto map =
+      *composer.Compose(1, Placed({MakeSubmap("alice", 0, {At(1, 1, 1)})}),
+                        ReaderOf({MakeSubmap("alice", 0, {At(2, 2, 2), At(3, 3, 3)})}));
   EXPECT_EQ(map->missing_submaps(), 1u);
   EXPECT_EQ(map->point_count(0), 0u);
 }
@@ -291,8 +292,9 @@ TEST(Composer, SubmapsAreReadOnce) {
   Composer composer({});
   const auto submaps = RandomMap(8);
   int reads = 0;
-  composer.Compose(1, Placed(submaps), ReaderOf(submaps, &reads));
-  composer.Compose(2, Placed(submaps), ReaderOf(submaps, &reads));
+  for (int64_t revision = 1; revision <= 2; ++revision) {
+    EXPECT_TRUE(composer.Compose(revision, Placed(submaps), ReaderOf(submaps, &reads)).ok());
+  }
   EXPECT_EQ(reads, static_cast<int>(submaps.size()));
 }
 

@@ -58,7 +58,9 @@ inline LaidSubmap MakeSubmap(const std::string& robot, uint32_t index,
 
 inline std::shared_ptr<const ComposedMap> Compose(Composer* composer, int64_t revision,
                                                   const std::vector<LaidSubmap>& submaps) {
-  return composer->Compose(revision, Placed(submaps), ReaderOf(submaps));
+  auto map = composer->Compose(revision, Placed(submaps), ReaderOf(submaps));
+  EXPECT_TRUE(map.ok()) << map.status();
+  return map.ok() ? *map : nullptr;
 }
 
 inline SubmapPoint At(double x, double y, double z, double intensity = 0) {

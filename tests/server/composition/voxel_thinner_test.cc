@@ -8,7 +8,7 @@
 #include <random>
 #include <set>
 
-#include "server/composition/tile.h"
+#include "server/composition/tile_layout.h"
 
 namespace isthmus::composition {
 namespace {

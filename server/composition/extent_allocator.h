@@ -1,0 +1,40 @@
+// Which stretches of a file are in use.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <set>
+#include <utility>
+
+namespace isthmus::composition {
+
+// Of a file, in bytes; nothing where size is 0.
+struct Extent {
+  uint64_t offset = 0, size = 0;
+};
+
+// Best fit; what is given back joins its neighbours. Not thread safe.
+class ExtentAllocator {
+ public:
+  // Sizes are rounded up to this.
+  static constexpr uint64_t kGrain = 4096;
+
+  // From what was given back if that has a stretch of this size, else behind the end.
+  Extent Allocate(uint64_t size);
+  // Must have come from Allocate, whole.
+  void Free(const Extent& extent);
+
+  uint64_t end() const { return end_; }  // Of the last stretch in use.
+  uint64_t in_use() const { return in_use_; }
+
+ private:
+  void Insert(uint64_t offset, uint64_t size);
+  void Remove(std::map<uint64_t, uint64_t>::iterator it);
+
+  std::map<uint64_t, uint64_t> free_;                // Offset to size; no two touch.
+  std::set<std::pair<uint64_t, uint64_t>> by_size_;  // The same: size, offset.
+  uint64_t end_ = 0;
+  uint64_t in_use_ = 0;
+};
+
+}  // namespace isthmus::composition

@@ -1,0 +1,58 @@
+// Where points go that memory has no room for: a file without a name, which is gone when the
+// process ends, however it ends. Nothing in it is needed after a restart.
+#pragma once
+
+#include <absl/status/status.h>
+#include <absl/status/statusor.h>
+#include <sys/types.h>
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <mutex>
+#include <string>
+
+#include "server/composition/extent_allocator.h"
+
+namespace isthmus::composition {
+
+// Thread safe.
+class SpillFile {
+ public:
+  // Made in the folder when first written to. The file does not grow into the last `reserve_bytes`
+  // of its disk: those are for what robots send, which has nowhere else to go.
+  SpillFile(std::string folder, uint64_t reserve_bytes);
+  virtual ~SpillFile();
+  SpillFile(const SpillFile&) = delete;
+  SpillFile& operator=(const SpillFile&) = delete;
+
+  // ResourceExhausted when the disk is full, Unavailable when it fails otherwise; the file is then
+  // as before.
+  absl::StatusOr<Extent> Write(const void* data, size_t size);
+  // `size` bytes that begin `from` bytes into what was written; DataLoss when not all of them can
+  // be read.
+  absl::Status Read(const Extent& extent, uint64_t from, void* data, size_t size) const;
+  // The space is used again.
+  void Free(const Extent& extent);
+
+  uint64_t bytes_in_use() const;
+
+ protected:
+  // As pwrite and pread: what tests make fail.
+  virtual ssize_t WriteSome(int file, const char* data, size_t size, uint64_t offset);
+  virtual ssize_t ReadSome(int file, char* data, size_t size, uint64_t offset) const;
+  virtual uint64_t FreeDiskBytes() const;
+
+ private:
+  absl::StatusOr<Extent> Allocate(size_t size);  // Opens the file, too.
+  absl::Status WriteAll(const Extent& extent, const char* data, size_t size);
+
+  const std::string folder_;
+  const uint64_t reserve_bytes_;
+  std::atomic<int> file_ = -1;  // Until first written to.
+  mutable std::mutex mutex_;
+  ExtentAllocator extents_;  // Guarded by mutex_.
+  uint64_t length_ = 0;      // Of the file, at most; guarded by mutex_.
+};
+
+}  // namespace isthmus::composition

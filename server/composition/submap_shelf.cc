@@ -1,0 +1,143 @@
+#include "server/composition/submap_shelf.h"
+
+#include <algorithm>
+#include <cstring>
+#include <utility>
+
+namespace isthmus::composition {
+namespace {
+
+// Calls visit(run) for the points on each tile in turn, then for those on none.
+template <typename Visit>
+void ForEachRun(const std::vector<PointRun>& runs, uint32_t point_count, const Visit& visit) {
+  for (const PointRun& run : runs) visit(run);
+  std::vector<PointRun> ascending = runs;
+  std::sort(ascending.begin(), ascending.end(),
+            [](const PointRun& l, const PointRun& r) { return l.begin < r.begin; });
+  uint32_t next = 0;
+  for (const PointRun& run : ascending) {
+    if (next < run.begin) visit(PointRun{next, run.begin});
+    next = run.end;
+  }
+  if (next < point_count) visit(PointRun{next, point_count});
+}
+
+}  // namespace
+
+SubmapShelf::SubmapShelf(std::shared_ptr<SpillFile> file, size_t max_bytes)
+    : file_(std::move(file)), max_bytes_(max_bytes) {}
+
+SubmapShelf::~SubmapShelf() {
+  for (auto& [id, entry] : entries_) Drop(&entry);
+}
+
+void SubmapShelf::Put(const SubmapId& id, std::vector<WeightedPoint> points, PointsByTile by_tile) {
+  Erase(id);
+  Entry& entry = entries_[id];
+  entry.point_count = static_cast<uint32_t>(points.size());
+  entry.points = std::move(points);
+  entry.runs = std::move(by_tile.runs);
+  entry.first_run = std::move(by_tile.begin);
+  entry.points.shrink_to_fit();
+  entry.runs.shrink_to_fit();
+  entry.turn = turns_.insert(turns_.end(), id);
+  bytes_ += entry.bytes();
+}
+
+void SubmapShelf::Drop(Entry* entry) {
+  if (entry->extent.size > 0) {
+    file_->Free(entry->extent);
+  } else {
+    bytes_ -= entry->bytes();
+    turns_.erase(entry->turn);
+  }
+}
+
+void SubmapShelf::Erase(const SubmapId& id) {
+  const auto it = entries_.find(id);
+  if (it == entries_.end()) return;
+  Drop(&it->second);
+  entries_.erase(it);
+}
+
+absl::StatusOr<std::vector<WeightedPoint>> SubmapShelf::TakeOut(const SubmapId& id) {
+  Entry entry = std::move(entries_.extract(id).mapped());
+  if (entry.extent.size == 0) {
+    bytes_ -= entry.bytes();
+    turns_.erase(entry.turn);
+    return std::move(entry.points);
+  }
+  std::vector<WeightedPoint> by_tile(entry.point_count);
+  std::vector<PointRun> runs(entry.first_run.back());
+  const size_t point_bytes = by_tile.size() * sizeof(WeightedPoint);
+  absl::Status status = file_->Read(entry.extent, 0, by_tile.data(), point_bytes);
+  if (status.ok()) {
+    status = file_->Read(entry.extent, point_bytes, runs.data(), runs.size() * sizeof(PointRun));
+  }
+  file_->Free(entry.extent);
+  if (!status.ok()) return status;
+  std::vector<WeightedPoint> points(entry.point_count);
+  auto from = by_tile.begin();
+  ForEachRun(runs, entry.point_count, [&](const PointRun& run) {
+    std::copy_n(from, run.end - run.begin, points.begin() + run.begin);
+    from += run.end - run.begin;
+  });
+  return points;
+}
+
+absl::StatusOr<SubmapShelf::Piece> SubmapShelf::PieceOf(const SubmapId& id, size_t tile) {
+  Entry& entry = entries_.at(id);
+  if (entry.extent.size == 0) {
+    turns_.splice(turns_.end(), turns_, entry.turn);
+    const uint32_t begin = entry.first_run[tile], end = entry.first_run[tile + 1];
+    return Piece{&entry.points, std::span(entry.runs).subspan(begin, end - begin)};
+  }
+  const uint32_t begin = entry.first_point[tile], count = entry.first_point[tile + 1] - begin;
+  piece_.resize(count);
+  const absl::Status status = file_->Read(entry.extent, begin * sizeof(WeightedPoint),
+                                          piece_.data(), count * sizeof(WeightedPoint));
+  if (!status.ok()) return status;
+  piece_run_ = {0, count};
+  return Piece{&piece_, std::span(&piece_run_, 1)};
+}
+
+absl::Status SubmapShelf::MoveToFile(Entry* entry) {
+  // At least one, so that it has an extent.
+  std::vector<char> bytes(1 + entry->points.size() * sizeof(WeightedPoint) +
+                          entry->runs.size() * sizeof(PointRun));
+  char* to = bytes.data();
+  const auto append = [&to](const void* data, size_t size) {
+    if (size > 0) std::memcpy(to, data, size);
+    to += size;
+  };
+  ForEachRun(entry->runs, entry->point_count, [&](const PointRun& run) {
+    append(&entry->points[run.begin], (run.end - run.begin) * sizeof(WeightedPoint));
+  });
+  append(entry->runs.data(), entry->runs.size() * sizeof(PointRun));
+  absl::StatusOr<Extent> extent = file_->Write(bytes.data(), bytes.size());
+  if (!extent.ok()) return extent.status();
+  Drop(entry);
+  entry->extent = *extent;
+  uint32_t points = 0;
+  for (size_t tile = 0; tile + 1 < entry->first_run.size(); ++tile) {
+    entry->first_point.push_back(points);
+    for (uint32_t i = entry->first_run[tile]; i < entry->first_run[tile + 1]; ++i) {
+      points += entry->runs[i].end - entry->runs[i].begin;
+    }
+  }
+  entry->first_point.push_back(points);
+  std::vector<WeightedPoint>().swap(entry->points);
+  std::vector<PointRun>().swap(entry->runs);
+  return absl::OkStatus();
+}
+
+absl::Status SubmapShelf::Settle() {
+  if (file_ == nullptr) return absl::OkStatus();
+  while (bytes_ > max_bytes_) {
+    const absl::Status status = MoveToFile(&entries_.at(turns_.front()));
+    if (!status.ok()) return status;
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace isthmus::composition

@@ -1,0 +1,82 @@
+// Where the composer keeps thinned submaps: in memory, and, when there are too many, in the spill
+// file.
+#pragma once
+
+#include <absl/status/status.h>
+#include <absl/status/statusor.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <list>
+#include <map>
+#include <memory>
+#include <vector>
+
+#include "core/ids.h"
+#include "server/composition/spill_file.h"
+#include "server/composition/tile_builder.h"
+
+namespace isthmus::composition {
+
+// Not thread safe.
+class SubmapShelf {
+ public:
+  // Without a file all stays in memory.
+  SubmapShelf(std::shared_ptr<SpillFile> file, size_t max_bytes);
+  ~SubmapShelf();
+  SubmapShelf(const SubmapShelf&) = delete;
+  SubmapShelf& operator=(const SubmapShelf&) = delete;
+
+  // Keeps a submap's thinned points and which of them lie on which tile, instead of what was kept
+  // under the id before.
+  void Put(const SubmapId& id, std::vector<WeightedPoint> points, PointsByTile by_tile);
+  void Erase(const SubmapId& id);
+  // The points in the order in which they were put. Erases them, even if they cannot be read, which
+  // fails as SpillFile::Read does. The id must be there.
+  absl::StatusOr<std::vector<WeightedPoint>> TakeOut(const SubmapId& id);
+
+  // Points of which some, named by runs, lie on a tile.
+  struct Piece {
+    const std::vector<WeightedPoint>* points = nullptr;
+    std::span<const PointRun> runs;
+  };
+  // Of a submap's tile-th tile, good until the next call of anything. Takes from the file no more
+  // than these points. Fails as SpillFile::Read does. The id must be there.
+  absl::StatusOr<Piece> PieceOf(const SubmapId& id, size_t tile);
+
+  // Moves to the file what was asked for longest ago, until the limit is kept. Fails as
+  // SpillFile::Write does: nothing is lost then.
+  absl::Status Settle();
+
+  size_t bytes_in_memory() const { return bytes_; }
+
+ private:
+  // A submap in memory or in the file. There, points stand tile by tile, so that those of a tile
+  // are read at once, then those on no tile; then the runs, which tell the order they had.
+  struct Entry {
+    std::vector<WeightedPoint> points;  // Empty when in the file.
+    std::vector<PointRun> runs;         // Likewise.
+    std::vector<uint32_t> first_run;    // PointsByTile::begin.
+    std::list<SubmapId>::iterator turn;
+    Extent extent;                      // Of size 0 when in memory.
+    std::vector<uint32_t> first_point;  // Of each tile, and the end of the last, in the file.
+    uint32_t point_count = 0;
+
+    size_t bytes() const {
+      return points.capacity() * sizeof(WeightedPoint) + runs.capacity() * sizeof(PointRun);
+    }
+  };
+
+  absl::Status MoveToFile(Entry* entry);
+  void Drop(Entry* entry);
+
+  const std::shared_ptr<SpillFile> file_;
+  const size_t max_bytes_;
+  std::map<SubmapId, Entry> entries_;
+  std::list<SubmapId> turns_;  // Of those in memory, the one asked for longest ago first.
+  size_t bytes_ = 0;
+  std::vector<WeightedPoint> piece_;  // Read last.
+  PointRun piece_run_;
+};
+
+}  // namespace isthmus::composition
