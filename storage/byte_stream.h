@@ -30,6 +30,14 @@ class ByteReader {
     return value;
   }
 
+  // Empty, and ok() false, where there are fewer bytes left.
+  std::string ReadString(size_t size) {
+    ok_ = ok_ && remaining() >= size;
+    if (!ok_) return {};
+    at_ += size;
+    return bytes_.substr(at_ - size, size);
+  }
+
   bool ok() const { return ok_; }
   // What has not been read.
   std::string Rest() const { return bytes_.substr(at_); }
