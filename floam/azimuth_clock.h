@@ -1,6 +1,7 @@
 // Times of points that have none, from where the sensor looked.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -13,6 +14,12 @@ class TurnPeriod {
  public:
   // `assumed_s` unless the last scans say otherwise; scans that were dropped do not disturb it.
   double Update(int64_t end_stamp_ns, double assumed_s);
+
+  // For state_codec.h.
+  template <typename Self, typename Io>
+  static void Fields(Self& self, Io& io) {
+    io(self.last_ns_, self.intervals_s_);
+  }
 
  private:
   int64_t last_ns_ = 0;
@@ -36,6 +43,16 @@ class AzimuthClock {
   bool from_order() const { return from_order_; }
   bool clockwise() const { return sense_ < 0; }
   double start_azimuth() const { return start_; }
+
+  // For state_codec.h.
+  template <typename Self, typename Io>
+  static void Fields(Self& self, Io& io) {
+    io(self.from_order_, self.ring_by_ring_, self.sense_, self.start_, self.start_known_,
+       self.whole_turns_);
+    if constexpr (Io::kIsReading) {
+      io.Expect(std::abs(self.sense_) == 1 && std::abs(self.start_) < 10 && self.whole_turns_ > 0);
+    }
+  }
 
  private:
   struct Ring {

@@ -37,6 +37,13 @@ class FeatureMap {
   double Glance(const std::vector<Eigen::Vector3d>& points, const Pose& T_odom_sensor,
                 double kernel_m);
 
+  // For state_codec.h.
+  template <typename Self, typename Io>
+  static void Fields(Self& self, Io& io) {
+    io(self.surfaces_, self.edges_, self.scans_, self.moved_m_, self.began_odom_,
+       self.T_odom_inserted_);
+  }
+
   LocalMap* surfaces() { return &surfaces_; }
   LocalMap* edges() { return &edges_; }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -30,6 +31,16 @@ struct TimedPoint {
   float time = 0;            // Seconds relative to the END of the scan.
   float weight = 1;          // The paper's local weight, in (0, 1].
   uint16_t ring = 0;         // As in RingScan.
+
+  // For state_codec.h.
+  template <typename Self, typename Io>
+  static void Fields(Self& self, Io& io) {
+    io(self.position, self.time, self.weight, self.ring);
+    if constexpr (Io::kIsReading) {
+      io.Expect(self.position.allFinite() && std::abs(self.time) < 10 &&
+                std::isfinite(self.weight));
+    }
+  }
 };
 
 struct Features {
@@ -37,6 +48,12 @@ struct Features {
   std::vector<TimedPoint> surfaces;
   // What the map is made of: surface points that are denser than `surfaces`, and all edges.
   std::vector<TimedPoint> map_surfaces;
+
+  // For state_codec.h.
+  template <typename Self, typename Io>
+  static void Fields(Self& self, Io& io) {
+    io(self.edges, self.surfaces, self.map_surfaces);
+  }
 };
 
 // The smoothness of eq. 1, |sum over S of (p_i - p_j)| / (|S| |p_i|), of the middle one of the
@@ -54,6 +71,17 @@ class FeatureExtractor {
   // Replaces the contents of `*out`, whose memory is reused. Points of zero range or with
   // coordinates that are not finite are never chosen.
   void Extract(const RingScan& scan, Features* out);
+
+  // For state_codec.h.
+  template <typename Self, typename Io>
+  static void Fields(Self& self, Io& io) {
+    float scale = self.scale_;
+    io(scale);
+    if constexpr (Io::kIsReading) {
+      io.Expect(scale > 0.1F && scale <= 1);
+      if (io.ok()) self.SetScale(scale);
+    }
+  }
 
  private:
   void SetScale(float scale);

@@ -11,6 +11,9 @@
 
 namespace isthmus::floam {
 
+class StateReader;  // floam/state_codec.h
+class StateWriter;
+
 struct LocalMapOptions {
   double radius_m = 80;  // Blocks farther than this from the robot are forgotten ...
   // ... and those farther than this that nothing was put into for so many scans of the map (one per
@@ -57,6 +60,11 @@ class LocalMap {
   void Clear();
   size_t block_count() const { return live_; }
 
+  // For state_codec.h: local_map_state.cc. Blocks keep their indices, on which it rests when they
+  // are evicted; shapes are kept as they were fitted, which may have been with fewer points.
+  static void Fields(const LocalMap& self, StateWriter& io);
+  static void Fields(LocalMap& self, StateReader& io);
+
  private:
   static constexpr uint32_t kNoBlock = ~uint32_t{0};
   static constexpr uint32_t kChunk = 256;  // Blocks that are allocated together, and never move.
@@ -88,7 +96,11 @@ class LocalMap {
   void GrowTable();
   void Place(const Slot& entry);
   const Shape& Fitted(Block& block, int level);
+  struct Columns;  // Of a state.
+  void Unpack(const Columns& columns, StateReader& io);
+  bool AddRestored(uint32_t index, uint64_t key);
   Block& BlockAt(uint32_t index) { return chunks_[index / kChunk][index % kChunk]; }
+  const Block& BlockAt(uint32_t index) const { return chunks_[index / kChunk][index % kChunk]; }
 
   const ShapeKind kind_;
   const LocalMapOptions options_;

@@ -95,7 +95,7 @@ class MapMemory {
   static void Classify(Tile* tile);
   void ForgetOldest();
 
-  const MapMemoryOptions options_;
+  MapMemoryOptions options_;
   std::unordered_map<uint64_t, Tile> tiles_;
   std::unordered_map<uint64_t, Eigen::Vector3d> sensors_;  // By square.
   size_t voxels_ = 0;

@@ -23,6 +23,12 @@ class MatchQuality {
   double agreement() const { return agreement_; }
   double share() const { return share_; }
 
+  // For state_codec.h.
+  template <typename Self, typename Io>
+  static void Fields(Self& self, Io& io) {
+    io(self.agreement_, self.share_);
+  }
+
  private:
   bool IsAtLeast(const MatchResult& match, double agreement, double share) const;
 

@@ -5,17 +5,20 @@
 
 #include <cstdint>
 #include <optional>
+#include <utility>
 
 #include "core/stopwatch.h"
 #include "floam/feature_map.h"
 #include "floam/match_quality.h"
 #include "floam/odometry_options.h"
+#include "floam/options_checksum.h"
 #include "floam/pose_covariance.h"
 #include "floam/recovery.h"
 #include "floam/relocaliser.h"
 #include "floam/scan_frame.h"
 #include "floam/scan_to_scan.h"
 #include "floam/start.h"
+#include "floam/state_codec.h"
 #include "floam/tracker.h"
 #include "floam/undistort.h"
 #include "floam/unobserved_motion.h"
@@ -26,11 +29,16 @@ namespace {
 // Scans after the first that may fail to match it, before it begins anew.
 constexpr int kStartAttempts = 3;
 
+constexpr char kStateMagic[] = "IODO";
+// Becomes another with every change of what is stored, or of what is made of it.
+constexpr uint32_t kStateVersion = 1;
+
 }  // namespace
 
 struct Odometry::State {
-  State(const SensorModel& sensor, const OdometryOptions& odometry_options)
-      : options(odometry_options),
+  State(const SensorModel& sensor_model, const OdometryOptions& odometry_options)
+      : sensor(sensor_model),
+        options(odometry_options),
         maker(sensor, odometry_options.features),
         tracker(sensor, odometry_options),
         map(odometry_options),
@@ -38,8 +46,9 @@ struct Odometry::State {
         relocaliser(odometry_options.matching, RelocaliserOptions(),
                     odometry_options.R_base_sensor) {}
 
-  enum class Phase { kFirst, kSecond, kUnderWay };
+  enum class Phase : uint8_t { kFirst, kSecond, kUnderWay };
 
+  const SensorModel sensor;
   const OdometryOptions options;
   FrameMaker maker;
   Tracker tracker;
@@ -58,6 +67,16 @@ struct Odometry::State {
 
   double SincePrevious() const { return 1e-9 * static_cast<double>(frame.stamp_ns - previous_ns); }
   absl::Status Prepare(const Scan& input);
+  // For state_codec.h. The frame is made anew for every scan, and `start` is not asked any more
+  // once under way.
+  template <typename Self, typename Io>
+  static void Fields(Self& self, Io& io) {
+    io(self.phase, self.previous_ns, self.lost, self.maker, self.tracker, self.map,
+       self.scan_to_scan, self.quality, self.unobserved, self.recovery, self.relocaliser);
+    if constexpr (Io::kIsReading) io.Expect(self.phase <= Phase::kUnderWay);
+    if (self.phase == Phase::kSecond) io(self.start);
+  }
+
   ScanPose Locate(OdometryResult* result);
   void Assess(const MatchResult& match, bool carried, OdometryResult* result);
   ScanPose Prediction();
@@ -202,6 +221,29 @@ void Odometry::Resume(const Cloud& map_odom, const Trajectory& recent) {
 }
 
 void Odometry::Remember(const Submap& submap) { state_->relocaliser.Remember(submap); }
+
+std::string Odometry::Save() const {
+  StateWriter writer;
+  const State& state = *state_;
+  writer(state);
+  return SealState(kStateMagic, kStateVersion, OptionsChecksum(state.sensor, state.options),
+                   writer.Take());
+}
+
+absl::Status Odometry::Restore(const std::string& saved) {
+  absl::StatusOr<StateReader> reader =
+      OpenState(kStateMagic, kStateVersion, OptionsChecksum(state_->sensor, state_->options), saved,
+                "the odometry");
+  if (!reader.ok()) return reader.status();
+  auto restored = std::make_unique<State>(state_->sensor, state_->options);
+  (*reader)(*restored);
+  if (!reader->ok() || reader->remaining() > 0) {
+    return absl::DataLossError("the state of the odometry is damaged: it contradicts itself");
+  }
+  restored->relocaliser.TakeMemory(&state_->relocaliser);
+  state_ = std::move(restored);
+  return absl::OkStatus();
+}
 
 absl::StatusOr<OdometryResult> Odometry::Process(const Scan& scan) {
   State& state = *state_;

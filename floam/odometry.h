@@ -76,6 +76,14 @@ class Odometry {
   // it be carried away. See Relocaliser. Without any, it is only found near where it was last.
   void Remember(const Submap& submap);
 
+  // All that later results depend on but what is remembered, exactly: one that is restored goes on
+  // bit for bit as this one does. For the same program and processor only.
+  std::string Save() const;
+  // Becomes the one that was saved, with what was remembered here before; to be called on a new
+  // one, with the submaps that the saved one knew. InvalidArgument for the state of another
+  // version, sensor or options, DataLoss for one that is damaged; nothing has changed then.
+  absl::Status Restore(const std::string& saved);
+
  private:
   struct State;
   std::unique_ptr<State> state_;

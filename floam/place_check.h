@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -49,6 +50,15 @@ class PlaceCheck {
 
   // Forgets the map to match to, which fills as places are checked.
   void Clear();
+
+  // For state_codec.h: of the map to match to. The order of tiles does not matter.
+  template <typename Self, typename Io>
+  static void Fields(Self& self, Io& io) {
+    std::vector<uint64_t> filled(self.filled_.begin(), self.filled_.end());
+    std::sort(filled.begin(), filled.end());
+    io(self.surfaces_, filled);
+    if constexpr (Io::kIsReading) self.filled_ = {filled.begin(), filled.end()};
+  }
 
  private:
   void FillAround(const MapMemory& memory, const Eigen::Vector3d& position);

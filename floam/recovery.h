@@ -30,6 +30,12 @@ class Recovery {
   // The robot is tracked again, by whatever means.
   void Reset();
 
+  // For state_codec.h.
+  template <typename Self, typename Io>
+  static void Fields(Self& self, Io& io) {
+    io(self.candidate_, self.pending_);
+  }
+
  private:
   std::optional<MatchResult> Confirm(const ScanFrame& frame, const MatchQuality& quality,
                                      Tracker* tracker, FeatureMap* map);

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "core/cloud.h"
@@ -80,6 +81,15 @@ class Relocaliser {
   // The sensor is tracked again: whatever was suspected is forgotten.
   void Reset();
 
+  // For state_codec.h: of the search, not of what is remembered.
+  template <typename Self, typename Io>
+  static void Fields(Self& self, Io& io) {
+    io(self.check_, self.lost_, self.next_search_, self.spacing_, self.last_ns_, self.regions_,
+       self.sensors_, self.candidates_, self.exhaustive_);
+  }
+  // Remembers what `other` did, which is not to be used any more.
+  void TakeMemory(Relocaliser* other) { memory_ = std::move(other->memory_); }
+
  private:
   // A place where the sensor may be.
   struct Candidate {
@@ -88,10 +98,23 @@ class Relocaliser {
     int scans = 0;  // That it was followed.
     int sure = 0;   // Of these, the last in a row that met the strict standard.
     double agreement = 0, share = 0, through = 0;  // Sums over `scans`.
+
+    // For state_codec.h. Of the match only the pose: the next scan replaces the rest.
+    template <typename Self, typename Io>
+    static void Fields(Self& self, Io& io) {
+      io(self.match.pose, self.score, self.scans, self.sure, self.agreement, self.share,
+         self.through);
+    }
   };
   struct Region {
     int x = 0, y = 0;
     auto operator<=>(const Region&) const = default;
+
+    // For state_codec.h.
+    template <typename Self, typename Io>
+    static void Fields(Self& self, Io& io) {
+      io(self.x, self.y);
+    }
   };
 
   void BeginSearch();

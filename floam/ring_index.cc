@@ -36,9 +36,19 @@ void RingIndex::Build(const std::vector<TimedPoint>& points) {
   for (const TimedPoint& p : points) {
     entries_.push_back({p, FastAtan2(p.position.y(), p.position.x())});
   }
-  std::sort(entries_.begin(), entries_.end(), [](const Entry& a, const Entry& b) {
-    return a.point.ring != b.point.ring ? a.point.ring < b.point.ring : a.azimuth < b.azimuth;
-  });
+  std::sort(entries_.begin(), entries_.end(), Before);
+  FindRings();
+}
+
+bool RingIndex::Before(const Entry& a, const Entry& b) {
+  return a.point.ring != b.point.ring ? a.point.ring < b.point.ring : a.azimuth < b.azimuth;
+}
+
+bool RingIndex::IsSorted() const {
+  return std::is_sorted(entries_.begin(), entries_.end(), Before);
+}
+
+void RingIndex::FindRings() {
   rings_.assign(entries_.empty() ? 0 : entries_.back().point.ring + 1, Ring());
   const auto count = static_cast<int>(entries_.size());
   for (int begin = 0; begin < count;) {

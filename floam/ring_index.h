@@ -41,16 +41,35 @@ class RingIndex {
   // exist have no points.
   void NearestOnRing(const Query& query, int ring, int excluded, Neighbour* best) const;
 
+  // For state_codec.h.
+  template <typename Self, typename Io>
+  static void Fields(Self& self, Io& io) {
+    io(self.entries_);
+    if constexpr (Io::kIsReading) {
+      io.Expect(self.IsSorted());
+      if (io.ok()) self.FindRings();
+    }
+  }
+
  private:
   struct Entry {
     TimedPoint point;
-    float azimuth;
+    float azimuth = 0;
+
+    // For state_codec.h.
+    template <typename Self, typename Io>
+    static void Fields(Self& self, Io& io) {
+      io(self.point, self.azimuth);
+    }
   };
   struct Ring {
     int begin = 0, end = 0;         // In entries_, in order of azimuth.
     float lowest = 0, highest = 0;  // Elevations.
   };
 
+  static bool Before(const Entry& a, const Entry& b);
+  bool IsSorted() const;
+  void FindRings();  // From entries_.
   // False once the ray to `entry` is farther from the query than `*best`.
   static bool Consider(const Query& query, const Entry& entry, float turned, int index,
                        int excluded, Neighbour* best);

@@ -12,6 +12,12 @@ namespace isthmus::floam {
 // Ouster's are 36 and 16 to 28 mm off, which blurs elevations taken from the origin.
 struct BeamOrigin {
   float up_m = 0, outwards_m = 0;
+
+  // For state_codec.h.
+  template <typename Self, typename Io>
+  static void Fields(Self& self, Io& io) {
+    io(self.up_m, self.outwards_m);
+  }
 };
 
 // Elevation of every point as seen from there, radians; azimuth likewise, in (-pi, pi].
@@ -48,6 +54,15 @@ class ElevationHistogram {
   std::vector<double> Peaks() const;
   // The chance that two points are within a tenth of a degree, but for a constant.
   double Sharpness() const;
+
+  // For state_codec.h.
+  template <typename Self, typename Io>
+  static void Fields(Self& self, Io& io) {
+    io(self.counts_, self.total_);
+    if constexpr (Io::kIsReading) {
+      io.Expect(self.counts_.size() == ElevationHistogram().counts_.size());
+    }
+  }
 
  private:
   std::vector<double> PeaksOfWidth(int bins_per_peak) const;

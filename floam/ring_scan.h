@@ -61,6 +61,15 @@ class RingSorter {
   // LiDAR do.
   absl::Status Sort(const Scan& scan, const SensorModel& model, double period_s, RingScan* out);
 
+  // For state_codec.h.
+  template <typename Self, typename Io>
+  static void Fields(Self& self, Io& io) {
+    io(self.scans_, self.rings_unordered_, self.seam_, self.seam_known_, self.origin_,
+       self.histogram_, self.rings_at_, self.rings_at_from_, self.histogram_scans_, self.clock_,
+       self.turn_period_, self.rings_seen_, self.mismatch_);
+    if constexpr (Io::kIsReading) io.Expect(self.rings_at_.size() <= kMaxElevations);
+  }
+
  private:
   absl::Status Validate(const Scan& scan, const SensorModel& model);
   absl::Status AssignRings(const Scan& scan, const SensorModel& model, RingScan* out);
@@ -71,6 +80,8 @@ class RingSorter {
   void Scatter(const Scan& scan, RingScan* out);
   absl::Status CheckFirst(const Scan& scan, const SensorModel& model, const RingScan& sorted);
   void Describe(const SensorModel& model, RingScan* out);
+
+  static constexpr size_t kMaxElevations = 1024;
 
   // Scratch memory, one entry per point of the scan.
   std::vector<float> ranges_;  // Negative for points that are not used.

@@ -31,6 +31,12 @@ class FrameMaker {
   // does not go forward.
   absl::Status Make(const Scan& input, const int64_t* previous_ns, ScanFrame* frame);
 
+  // For state_codec.h.
+  template <typename Self, typename Io>
+  static void Fields(Self& self, Io& io) {
+    io(self.sorter_, self.extractor_);
+  }
+
  private:
   const SensorModel sensor_;
   RingSorter sorter_;

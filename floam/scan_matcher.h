@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 #include <limits>
 #include <optional>
 #include <vector>
@@ -22,6 +23,15 @@ struct ScanPose {
 
   // The pose at another instant of the scan.
   Pose At(double time_s) const { return T_odom_sensor * Exp((time_s - reference_s) * twist); }
+
+  // For state_codec.h. Nothing that drives is faster.
+  template <typename Self, typename Io>
+  static void Fields(Self& self, Io& io) {
+    io(self.T_odom_sensor, self.twist, self.reference_s);
+    if constexpr (Io::kIsReading) {
+      io.Expect(self.twist.norm() < 1e3 && std::abs(self.reference_s) < 10);
+    }
+  }
 };
 
 // What is known of the twist before matching: with `since_previous_s` > 0 that its translation and

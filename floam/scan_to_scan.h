@@ -60,6 +60,12 @@ class ScanToScan {
   // of the previous), corrected by Match; unchanged where that has nothing credible to say.
   ScanPose Guess(const Features& features, const ScanPose& prediction, double elapsed_s);
 
+  // For state_codec.h.
+  template <typename Self, typename Io>
+  static void Fields(Self& self, Io& io) {
+    io(self.edges_, self.surfaces_);
+  }
+
  private:
   // A point and the plane it should lie on, n . q = offset, in the sensor frame at the time of the
   // point of the previous scan that it was matched to.

@@ -26,6 +26,13 @@ class Start {
 
   int attempts() const { return attempts_; }  // Calls of Second since the first scan.
 
+  // For state_codec.h.
+  template <typename Self, typename Io>
+  static void Fields(Self& self, Io& io) {
+    io(self.first_, self.period_s_, self.stamp_ns_, self.T_odom_first_, self.attempts_);
+    if constexpr (Io::kIsReading) io.Expect(self.period_s_ >= 0 && self.period_s_ < 10);
+  }
+
  private:
   void Keep(const ScanFrame& frame, const Pose& T_odom_end, Tracker* tracker);
   Vector6d MotionBetween(const ScanFrame& frame, double elapsed_s);

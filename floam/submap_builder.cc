@@ -1,9 +1,12 @@
 #include "floam/submap_builder.h"
 
+#include <cmath>
 #include <limits>
 #include <utility>
 
 #include "floam/adjoint.h"
+#include "floam/state_codec.h"
+#include "floam/unfinished_submap.h"
 
 namespace isthmus::floam {
 namespace {
@@ -12,6 +15,15 @@ namespace {
 constexpr double kMovedM = 0.05;
 constexpr double kMovedRad = 0.02;
 constexpr size_t kMaxKeyframes = std::numeric_limits<uint16_t>::max();
+
+constexpr char kStateMagic[] = "ISUB";
+constexpr uint32_t kStateVersion = 1;
+
+// To the nearest multiple of `step`, as codec::Quantize does.
+float Rounded(float v, double step) {
+  const double steps = static_cast<double>(v) * (1 / step);
+  return static_cast<float>(static_cast<double>(std::llround(steps)) * step);
+}
 
 }  // namespace
 
@@ -97,7 +109,10 @@ void SubmapBuilder::AddKeyframe(const OdometryResult& result) {
     const Eigen::Vector3f position = p.Position();
     if (!(position.squaredNorm() <= max_range2)) continue;
     if (!thinner_.Insert(p.x, p.y, p.z)) continue;
-    const Eigen::Vector3f q = R * position + t;
+    Eigen::Vector3f q = R * position + t;
+    if (options_.resolution_m > 0) {
+      q = q.unaryExpr([this](float v) { return Rounded(v, options_.resolution_m); });
+    }
     current_->points.push_back({q.x(), q.y(), q.z(), p.intensity, keyframe});
   }
 }
@@ -105,6 +120,53 @@ void SubmapBuilder::AddKeyframe(const OdometryResult& result) {
 std::shared_ptr<const Submap> SubmapBuilder::Cut() {
   ++next_index_;
   return std::exchange(current_, nullptr);
+}
+
+uint64_t SubmapBuilder::Checksum() const {
+  StateWriter io;
+  io(session_.value(), robot_.value(), options_.keyframe_distance_m, options_.keyframe_angle_rad,
+     options_.keyframe_interval_s, options_.keyframe_voxel_m, options_.max_range_m,
+     options_.cut_distance_m, options_.cut_scans, options_.resolution_m);
+  const std::string bytes = io.Take();
+  return StateChecksum(bytes.data(), bytes.size());
+}
+
+std::string SubmapBuilder::Save() const {
+  StateWriter writer;
+  Fields(*this, writer);
+  writer(current_ != nullptr);
+  if (current_ != nullptr) WriteUnfinished(*current_, writer);
+  return SealState(kStateMagic, kStateVersion, Checksum(), writer.Take());
+}
+
+absl::Status SubmapBuilder::Restore(const std::string& saved) {
+  absl::StatusOr<StateReader> reader =
+      OpenState(kStateMagic, kStateVersion, Checksum(), saved, "the submap");
+  if (!reader.ok()) return reader.status();
+  SubmapBuilder restored(session_, robot_, options_);
+  bool has_unfinished = false;
+  Fields(restored, *reader);
+  (*reader)(has_unfinished);
+  if (has_unfinished) {
+    restored.current_ = std::make_shared<Submap>();
+    restored.current_->id = {session_, restored.next_index_};
+    restored.current_->robot = robot_;
+    ReadUnfinished(*reader, *restored.current_);
+  }
+  if (!reader->ok() || reader->remaining() > 0) {
+    return absl::DataLossError("the state of the submap is damaged: it contradicts itself");
+  }
+  // The rest is constant or scratch.
+  next_index_ = restored.next_index_;
+  current_ = std::move(restored.current_);
+  T_odom_begun_ = restored.T_odom_begun_;
+  drift_ = restored.drift_;
+  scans_ = restored.scans_;
+  travelled_m_ = restored.travelled_m_;
+  T_odom_last_ = restored.T_odom_last_;
+  T_odom_keyframe_ = restored.T_odom_keyframe_;
+  keyframe_ns_ = restored.keyframe_ns_;
+  return absl::OkStatus();
 }
 
 }  // namespace isthmus::floam

@@ -1,8 +1,12 @@
 // Cuts a session's drive into submaps.
 #pragma once
 
+#include <absl/status/status.h>
+
+#include <cstdint>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "core/submap.h"
@@ -19,6 +23,9 @@ struct SubmapOptions {
   double max_range_m = 60;           // Farther points are too sparse to match on.
   double cut_distance_m = 15;        // A submap ends after this much travel ...
   int cut_scans = 200;               // ... or this many scans.
+  // Points are rounded to multiples of this, as the store does by default: what a submap holds is
+  // then the same before and after a restart. 0: they are not.
+  double resolution_m = 0.001;
 };
 
 // Not thread safe. Feed every result of the odometry, in order.
@@ -42,7 +49,18 @@ class SubmapBuilder {
   // Index of the submap that the next scan falls into.
   uint32_t CurrentIndex() const { return next_index_; }
 
+  // As Odometry's: with the unfinished submap, exactly.
+  std::string Save() const;
+  absl::Status Restore(const std::string& saved);
+  // For state_codec.h: all but the unfinished submap.
+  template <typename Self, typename Io>
+  static void Fields(Self& self, Io& io) {
+    io(self.next_index_, self.T_odom_begun_, self.drift_, self.scans_, self.travelled_m_,
+       self.T_odom_last_, self.T_odom_keyframe_, self.keyframe_ns_);
+  }
+
  private:
+  uint64_t Checksum() const;  // Of the settings.
   Matrix6d Carried(const Matrix6d& covariance, const OdometryResult& result) const;
   void Begin(const OdometryResult& result);
   bool IsKeyframe(const OdometryResult& result) const;
@@ -60,7 +78,7 @@ class SubmapBuilder {
   double travelled_m_ = 0;
   Pose T_odom_last_, T_odom_keyframe_;
   int64_t keyframe_ns_ = 0;
-  VoxelThinner thinner_;
+  VoxelThinner thinner_;  // Scratch.
 };
 
 }  // namespace isthmus::floam

@@ -19,6 +19,12 @@ ScanPose Predict(const ScanPose& last, double elapsed_s, double reference_s);
 struct Sighting {
   ScanPose pose;  // Its reference is the middle of the scan in kContinuous, else the END.
   int64_t stamp_ns = 0;
+
+  // For state_codec.h.
+  template <typename Self, typename Io>
+  static void Fields(Self& self, Io& io) {
+    io(self.pose, self.stamp_ns);
+  }
 };
 
 // Matches scans from where the sensor was seen last. Not thread safe.
@@ -59,6 +65,12 @@ class Tracker {
   bool IsExpected(const MatchResult& match, const ScanPose& prediction) const;
 
   ScanMatcher* matcher() { return &matcher_; }
+
+  // For state_codec.h.
+  template <typename Self, typename Io>
+  static void Fields(Self& self, Io& io) {
+    io(self.last_, self.degenerate_, self.steady_);
+  }
 
  private:
   bool IsContinuous() const { return options_.mode == OdometryMode::kContinuous; }

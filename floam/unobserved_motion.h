@@ -25,6 +25,12 @@ class UnobservedMotion {
   // same would have been taken for it.
   Matrix6d CarriedStep();
 
+  // For state_codec.h.
+  template <typename Self, typename Io>
+  static void Fields(Self& self, Io& io) {
+    io(self.blind_translation_s_, self.blind_rotation_s_);
+  }
+
  private:
   // Since when some translation, or rotation, was not observed.
   double blind_translation_s_ = 0, blind_rotation_s_ = 0;

@@ -58,7 +58,9 @@ TEST(SubmapBuilder, CutsByScans) {
 }
 
 TEST(SubmapBuilder, PointsAreThinnedAndGroupedByKeyframe) {
-  SubmapBuilder builder = Builder();
+  SubmapOptions options;
+  options.resolution_m = 0;
+  SubmapBuilder builder = Builder(options);
   for (int k = 0; k < 10; ++k) EXPECT_EQ(builder.Add(ScanAt(k, 0.5 * k)), nullptr);
   const auto submap = builder.Finish();
   ASSERT_NE(submap, nullptr);
@@ -77,6 +79,25 @@ TEST(SubmapBuilder, PointsAreThinnedAndGroupedByKeyframe) {
     EXPECT_NEAR(seen.z(), 0.3, 1e-4);
   }
   for (const int points : count) EXPECT_NEAR(points, 5 / 0.15, 2);
+}
+
+// As the store rounds them, so that a restart changes nothing.
+TEST(SubmapBuilder, PointsAreRoundedToTheResolution) {
+  SubmapOptions exact, rounded;
+  exact.resolution_m = 0;
+  SubmapBuilder exact_builder = Builder(exact), rounded_builder = Builder(rounded);
+  for (int k = 0; k < 10; ++k) {
+    exact_builder.Add(ScanAt(k, 0.517 * k));
+    rounded_builder.Add(ScanAt(k, 0.517 * k));
+  }
+  const auto points = exact_builder.Finish()->points, rough = rounded_builder.Finish()->points;
+  ASSERT_EQ(points.size(), rough.size());
+  for (size_t i = 0; i < points.size(); ++i) {
+    const Eigen::Vector3d steps = rough[i].Position().cast<double>() / rounded.resolution_m;
+    EXPECT_LT((steps - steps.array().round().matrix()).norm(), 0.01);
+    const Eigen::Vector3f off = points[i].Position() - rough[i].Position();
+    EXPECT_LE(off.cwiseAbs().maxCoeff(), 0.501e-3);
+  }
 }
 
 TEST(SubmapBuilder, FrameIsTheFirstKeyframe) {
