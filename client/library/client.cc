@@ -4,11 +4,25 @@
 
 #include "client/library/convert.h"
 #include "client/library/link.h"
-#include "client/library/scan_stream_impl.h"
+#include "client/library/memory_stream.h"
+#include "client/library/spooled_stream.h"
 
 namespace isthmus::client {
 
 using Stubs = Client::Link::Stubs;
+
+namespace {
+
+v1::CreateSessionRequest ToProto(const SessionWish& wish) {
+  v1::CreateSessionRequest request;
+  request.set_robot(wish.robot);
+  request.set_sensor(wish.sensor);
+  *request.mutable_t_base_sensor() = client::ToProto(wish.T_base_sensor);
+  request.set_odometry(wish.odometry);
+  return request;
+}
+
+}  // namespace
 
 Client::Client(std::shared_ptr<Link> link) : link_(std::move(link)) {}
 Client::~Client() = default;
@@ -17,6 +31,7 @@ const std::string& Client::address() const { return link_->options().address; }
 
 absl::StatusOr<std::unique_ptr<Client>> Client::Connect(const ClientOptions& options) {
   auto link = std::make_shared<Link>(options);
+  if (!options.require_server) return std::unique_ptr<Client>(new Client(std::move(link)));
   if (absl::Status status = link->Probe(); !status.ok()) return status;
   return std::unique_ptr<Client>(new Client(std::move(link)));
 }
@@ -24,14 +39,11 @@ absl::StatusOr<std::unique_ptr<Client>> Client::Connect(const ClientOptions& opt
 absl::StatusOr<Session> Client::CreateSession(const std::string& robot, const std::string& sensor,
                                               const Pose& T_base_sensor,
                                               const std::string& odometry) {
-  v1::CreateSessionRequest request;
-  request.set_robot(robot);
-  request.set_sensor(sensor);
-  *request.mutable_t_base_sensor() = ToProto(T_base_sensor);
-  request.set_odometry(odometry);
+  v1::CreateSessionRequest request = ToProto({robot, sensor, T_base_sensor, odometry});
+  request.set_request_id(NewRequestId());
   v1::Session session;
-  const absl::Status status = link_->CallOnce(
-      link_->options().call_timeout_s, [&](Stubs& stubs, grpc::ClientContext& context) {
+  const absl::Status status =
+      link_->Call(link_->options().call_timeout_s, [&](Stubs& stubs, grpc::ClientContext& context) {
         return stubs.sessions->CreateSession(&context, request, &session);
       });
   if (!status.ok()) return status;
@@ -63,15 +75,7 @@ absl::StatusOr<std::vector<Session>> Client::ListSessions() {
 }
 
 absl::StatusOr<Session> Client::FinishSession(const SessionId& id) {
-  v1::FinishSessionRequest request;
-  request.set_session(id.value());
-  v1::Session session;
-  const absl::Status status = link_->Call(
-      link_->options().transfer_timeout_s, [&](Stubs& stubs, grpc::ClientContext& context) {
-        return stubs.sessions->FinishSession(&context, request, &session);
-      });
-  if (!status.ok()) return status;
-  return FromProto(session);
+  return FinishAt(*link_, id, 0);
 }
 
 absl::Status Client::DeleteSession(const SessionId& id) {
@@ -85,12 +89,44 @@ absl::Status Client::DeleteSession(const SessionId& id) {
                          });
 }
 
+namespace {
+
+absl::StatusOr<std::unique_ptr<ScanStream>> OpenSpooled(std::shared_ptr<Client::Link> link,
+                                                        const ScanStreamOptions& options,
+                                                        const SpoolWish& wish) {
+  if (options.spool_dir.empty()) {
+    return absl::InvalidArgumentError("name the spool's folder in ScanStreamOptions::spool_dir");
+  }
+  auto stream = SpooledStream::Open(std::move(link), options, wish);
+  if (!stream.ok()) return stream.status();
+  return std::make_unique<ScanStream>(*std::move(stream));
+}
+
+}  // namespace
+
 absl::StatusOr<std::unique_ptr<ScanStream>> Client::OpenScanStream(
     const SessionId& id, const ScanStreamOptions& options) {
-  absl::StatusOr<Session> session = GetSession(id);
-  if (!session.ok()) return session.status();
+  v1::GetSessionRequest request;
+  request.set_session(id.value());
+  v1::Session session;
+  const absl::Status status =
+      link_->Call(link_->options().call_timeout_s, [&](Stubs& stubs, grpc::ClientContext& context) {
+        return stubs.sessions->GetSession(&context, request, &session);
+      });
+  if (!status.ok()) return status;
+  if (!options.spool_dir.empty()) return OpenSpooled(link_, options, {.session = session});
   return std::make_unique<ScanStream>(
-      std::make_unique<ScanStream::Impl>(link_, id, session->last_sequence, options));
+      std::make_unique<MemoryStream>(link_, id, session.last_sequence(), options));
+}
+
+absl::StatusOr<std::unique_ptr<ScanStream>> Client::ResumeScanStream(
+    const ScanStreamOptions& options) {
+  return OpenSpooled(link_, options, {});
+}
+
+absl::StatusOr<std::unique_ptr<ScanStream>> Client::OpenSpool(const SessionWish& wish,
+                                                              const ScanStreamOptions& options) {
+  return OpenSpooled(link_, options, {.request = ToProto(wish)});
 }
 
 }  // namespace isthmus::client

@@ -25,10 +25,18 @@
 
 namespace isthmus::client {
 
+// What a robot asks for.
+struct SessionWish {
+  std::string robot;
+  std::string sensor;
+  Pose T_base_sensor = {};
+  std::string odometry = {};
+};
+
 // Thread safe. Errors carry the server's code and message (see the comments of the API), or
 // Unavailable, saying which address did not answer. What may be repeated without harm is tried
-// again after UNAVAILABLE, see BackoffOptions; the rest, like CreateSession, is not repeated once
-// it was sent.
+// again after UNAVAILABLE, see BackoffOptions; the rest, like UndoRevision, is not repeated once it
+// was sent.
 class Client {
  public:
   // Asks the server for a sign of life. Unavailable if it gives none in backoff.max_attempts.
@@ -45,9 +53,22 @@ class Client {
   absl::Status DeleteSession(const SessionId& session);
 
   // The way for scans into a session; the client must outlive it. Continues after the session's
-  // last scan.
+  // last scan. With ScanStreamOptions::spool_dir the folder must hold nothing, or what is left of
+  // this very session: FailedPrecondition otherwise.
   absl::StatusOr<std::unique_ptr<ScanStream>> OpenScanStream(const SessionId& session,
                                                              const ScanStreamOptions& options = {});
+  // Goes on where an earlier program stopped, however it did: the session that the spool
+  // `options.spool_dir` was last opened for, numbered on after its newest scan; what the server
+  // lacks is sent. The server may be out of reach. NotFound when the spool holds nothing to go on
+  // with. FailedPrecondition when another program has the spool open, a newer one wrote it, or the
+  // session cannot go on, see IfSessionIsGone; DataLoss when it cannot be told whose scans it
+  // holds.
+  absl::StatusOr<std::unique_ptr<ScanStream>> ResumeScanStream(const ScanStreamOptions& options);
+  // The one call that a robot needs, at its first start and at every other: as ResumeScanStream,
+  // or with a new session where there is nothing to resume, which is opened as soon as the server
+  // is in reach. FailedPrecondition when the spool is of another robot.
+  absl::StatusOr<std::unique_ptr<ScanStream>> OpenSpool(const SessionWish& wish,
+                                                        const ScanStreamOptions& options);
 
   // In chunks with a checksum; durable on return. Tried again after Unavailable and DataLoss, which
   // has no effect where the submap had arrived.
@@ -71,7 +92,8 @@ class Client {
   // `to` 0: the latest. OutOfRange when `from` is older than what the server keeps.
   absl::StatusOr<RevisionDiff> DiffRevisions(int64_t from, int64_t to = 0);
   // Rejects the accepted matches and loop closures that the revision came of, or withdraws what was
-  // given by hand; returns the revision after that. FailedPrecondition when there are none. Not repeated once it was sent.
+  // given by hand; returns the revision after that. FailedPrecondition when there are none. Not
+  // repeated once it was sent.
   absl::StatusOr<int64_t> UndoRevision(int64_t revision, const std::string& note = {});
 
   // Of all robots when `robot` is empty; with the submaps that carry each if `include_edges`.

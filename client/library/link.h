@@ -35,6 +35,9 @@ class Client::Link {
   explicit Link(const ClientOptions& options);
 
   const ClientOptions& options() const { return options_; }
+  const WaitClock& clock() const {
+    return options_.clock != nullptr ? *options_.clock : WaitClock::System();
+  }
 
   // The stubs of the current channel.
   std::shared_ptr<Stubs> Get();

@@ -5,6 +5,8 @@
 #include <functional>
 #include <string>
 
+#include "client/library/wait_clock.h"
+
 namespace isthmus::client {
 
 // Waiting between attempts: first_delay_s, then `factor` times longer each time up to max_delay_s,
@@ -21,12 +23,17 @@ struct BackoffOptions {
 
 struct ClientOptions {
   std::string address = "localhost:50051";  // host:port, or unix:PATH.
+  // False: Client::Connect does not ask for a sign of life, so that a robot may begin out of reach
+  // of its server; see Client::OpenSpool.
+  bool require_server = true;
   BackoffOptions backoff = {};
   double call_timeout_s = 20;  // For an answer that the server has at hand.
   // For uploads, exports, queries, finishing a session, and what has the map placed anew.
   double transfer_timeout_s = 900;
   // Waits that many seconds; called from several threads. Null: sleeps. For tests.
   std::function<void(double)> sleep = nullptr;
+  // What else waits, waits by it; must outlive the client. Null: the machine's. For tests.
+  const WaitClock* clock = nullptr;
 };
 
 }  // namespace isthmus::client

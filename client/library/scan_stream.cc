@@ -20,6 +20,12 @@ absl::Status ScanStream::Push(const Scan& scan) {
 
 absl::Status ScanStream::Finish() { return impl_->Finish(); }
 
+absl::StatusOr<Session> ScanStream::FinishSession() { return impl_->FinishSession(); }
+
+SpoolState ScanStream::resumed() const { return impl_->resumed(); }
+
+SessionId ScanStream::session() const { return impl_->session(); }
+
 ScanStreamStats ScanStream::stats() const { return impl_->stats(); }
 
 }  // namespace isthmus::client

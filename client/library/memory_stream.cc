@@ -1,0 +1,148 @@
+#include "client/library/memory_stream.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "client/library/convert.h"
+#include "core/codec/quantized.h"
+
+namespace isthmus::client {
+
+absl::StatusOr<PointPayload> Prepare(PointPayload payload, const ScanStreamOptions& options) {
+  if (options.resolution_m <= 0 || payload.encoding != PayloadEncoding::kRaw) return payload;
+  return codec::Quantize(payload, options.resolution_m);
+}
+
+absl::StatusOr<Session> FinishAt(Client::Link& link, const SessionId& session,
+                                 uint64_t last_sequence) {
+  v1::FinishSessionRequest request;
+  request.set_session(session.value());
+  request.set_last_sequence(last_sequence);
+  v1::Session finished;
+  const absl::Status status =
+      link.Call(link.options().transfer_timeout_s,
+                [&](Client::Link::Stubs& stubs, grpc::ClientContext& context) {
+                  return stubs.sessions->FinishSession(&context, request, &finished);
+                });
+  if (!status.ok()) return status;
+  return FromProto(finished);
+}
+
+MemoryStream::MemoryStream(std::shared_ptr<Client::Link> link, SessionId session,
+                           uint64_t last_sequence, const ScanStreamOptions& options)
+    : link_(std::move(link)),
+      session_(std::move(session)),
+      options_(options),
+      window_(last_sequence + 1, std::max<size_t>(options.window, 1), options.spool_bytes),
+      uplink_(link_.get(), this, {.backoff = link_->options().backoff}) {}
+
+absl::Status MemoryStream::Push(int64_t end_stamp_ns, PointPayload payload) {
+  absl::StatusOr<PointPayload> prepared = Prepare(std::move(payload), options_);
+  if (!prepared.ok()) return prepared.status();
+  const size_t bytes = prepared->data.size();
+  auto request = std::make_shared<v1::StreamScansRequest>();
+  request->mutable_scan()->set_end_stamp_ns(end_stamp_ns);
+  *request->mutable_scan()->mutable_cloud() = ToProto(*std::move(prepared));
+
+  std::unique_lock lock(mutex_);
+  changed_.wait(lock, [&] { return done_ || finishing_ || !window_.full(); });
+  if (done_ && !result_.ok()) return result_;
+  if (finishing_) return absl::FailedPreconditionError("the stream was finished");
+  request->mutable_scan()->set_sequence(window_.next_sequence());
+  window_.Add(std::move(request), bytes);
+  stamps_.push_back(end_stamp_ns);
+  ++stats_.pushed;
+  changed_.notify_all();
+  return absl::OkStatus();
+}
+
+absl::Status MemoryStream::Finish() {
+  std::unique_lock lock(mutex_);
+  finishing_ = true;
+  changed_.notify_all();
+  changed_.wait(lock, [&] { return done_; });
+  return result_;
+}
+
+absl::StatusOr<Session> MemoryStream::FinishSession() {
+  if (absl::Status status = Finish(); !status.ok()) return status;
+  std::unique_lock lock(mutex_);
+  const uint64_t last_sequence = window_.acked_sequence();
+  lock.unlock();
+  return FinishAt(*link_, session_, last_sequence);
+}
+
+ScanStreamStats MemoryStream::stats() const {
+  std::lock_guard lock(mutex_);
+  return stats_;
+}
+
+absl::Status MemoryStream::Begin(const v1::Session& known) {
+  if (known.id().empty()) return absl::NotFoundError("no such session");
+  std::lock_guard lock(mutex_);
+  window_.Rewind(known.last_sequence());
+  interrupted_ = false;
+  return absl::OkStatus();
+}
+
+ScanSource::Request MemoryStream::Next() {
+  std::unique_lock lock(mutex_);
+  for (;;) {
+    if (interrupted_) return nullptr;
+    if (auto request = window_.TakeUnsent()) {
+      stats_.sent_bytes += request->scan().cloud().data().size();
+      return request;
+    }
+    // Half-closing early is fine: the server acknowledges what is queued before it ends.
+    if (finishing_) return nullptr;
+    changed_.wait(lock);
+  }
+}
+
+void MemoryStream::Interrupt() {
+  std::lock_guard lock(mutex_);
+  interrupted_ = true;
+  changed_.notify_all();
+}
+
+bool MemoryStream::Take(const v1::StreamScansResponse& response) {
+  ScanAck ack = FromProto(response);
+  ack.session = session_;
+  {
+    std::lock_guard lock(mutex_);
+    const bool news = ack.sequence != 0 && window_.Ack(ack.sequence);
+    window_.Durable(ack.durable_sequence);
+    stats_.durable_sequence = std::max(stats_.durable_sequence, ack.durable_sequence);
+    if (!news) return false;
+    ack.end_stamp_ns = stamps_.front();
+    stamps_.pop_front();
+    stats_.processed += ack.outcome == ScanOutcome::kProcessed;
+    stats_.duplicates += ack.outcome == ScanOutcome::kDuplicate;
+    stats_.rejected += ack.outcome == ScanOutcome::kRejected;
+    changed_.notify_all();
+  }
+  if (options_.on_ack) options_.on_ack(ack);
+  return true;
+}
+
+bool MemoryStream::complete() const {
+  std::lock_guard lock(mutex_);
+  return finishing_ && window_.all_acked();
+}
+
+void MemoryStream::Lost(const absl::Status& why) {
+  {
+    std::lock_guard lock(mutex_);
+    ++stats_.reconnects;
+  }
+  if (options_.on_event) options_.on_event("link lost: " + std::string(why.message()));
+}
+
+void MemoryStream::End(const absl::Status& status) {
+  std::lock_guard lock(mutex_);
+  result_ = status;
+  done_ = true;
+  changed_.notify_all();
+}
+
+}  // namespace isthmus::client

@@ -1,0 +1,39 @@
+// The folder of a spool: a lock, and a sub-folder per session. Private to the library.
+#pragma once
+
+#include <absl/status/status.h>
+#include <absl/status/statusor.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "client/library/session_spool.h"
+
+namespace isthmus::client {
+
+// Locked against other programs as long as it lives, however its process dies. Not thread safe.
+class SpoolFolder {
+ public:
+  // FailedPrecondition when another program has it or it cannot be written to.
+  static absl::StatusOr<std::unique_ptr<SpoolFolder>> Open(const std::string& path);
+  ~SpoolFolder();
+  SpoolFolder(const SpoolFolder&) = delete;
+  SpoolFolder& operator=(const SpoolFolder&) = delete;
+
+  // What earlier programs left, the oldest session first. Errors as SessionSpool::Open.
+  absl::StatusOr<std::vector<std::unique_ptr<SessionSpool>>> Load(
+      const SessionSpool::Options& options);
+  // For one more session.
+  absl::StatusOr<std::unique_ptr<SessionSpool>> Add(const SpoolIdentity& identity,
+                                                    const SessionSpool::Options& options);
+
+ private:
+  SpoolFolder(std::string path, int lock) : path_(std::move(path)), lock_(lock) {}
+
+  const std::string path_;
+  const int lock_;
+  int newest_ = 0;  // Number of the newest sub-folder.
+};
+
+}  // namespace isthmus::client

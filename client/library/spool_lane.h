@@ -1,0 +1,108 @@
+// One session of a spool on its way to the server. Private to the library.
+#pragma once
+
+#include <condition_variable>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+
+#include "client/library/link.h"
+#include "client/library/scan_source.h"
+#include "client/library/scan_stream.h"
+#include "client/library/session_spool.h"
+#include "client/library/token_bucket.h"
+#include "client/library/uplink.h"
+
+namespace isthmus::client {
+
+// Thread safe. Sequences are those of the spool but for what is sent, see SpoolIdentity::base.
+class SpoolLane final : private ScanSource {
+ public:
+  // Whom it belongs to. Called without locks held, from threads of the lane.
+  struct Host {
+    std::function<void(const ScanAck&)> acked;
+    std::function<void(const std::string&)> event;
+    std::function<void()> changed;           // There may be room, or it ended.
+    std::function<void(SpoolLane*)> behind;  // The link is back, and the backlog is old.
+  };
+
+  SpoolLane(Client::Link* link, std::unique_ptr<SessionSpool> spool,
+            const ScanStreamOptions& options, Host host);
+  // Stops sending; what is left stays in the spool.
+  ~SpoolLane();
+
+  // Begins to send.
+  void Start();
+  // As SessionSpool::Append.
+  absl::Status Push(int64_t end_stamp_ns, const std::string& scan);
+  // No more scans come. If `conclude`, the session is finished when the server has all, and its
+  // spool removed; also if that is only asked for after the end. Not from a thread of the lane.
+  void Close(bool conclude);
+
+  // Whether the session can go on at a server where it stands so; of one that the server does not
+  // know, `known` has no id. FailedPrecondition, saying what to do.
+  absl::Status CanGoOn(const v1::Session& known) const;
+
+  SessionSpool& spool() { return *spool_; }
+  const SpoolState& opened() const { return opened_; }
+  SessionId session() const;
+  ScanStreamStats stats() const;
+  // Everything that was pushed is acknowledged.
+  bool all_acked() const;
+  // Nothing once it has ended; then what became of it.
+  std::optional<absl::Status> ended() const;
+  // After Close(true) and an end without error.
+  std::optional<v1::Session> finished() const;
+
+ private:
+  absl::StatusOr<std::string> Session(const Ask& ask) override;
+  absl::Status Begin(const v1::Session& known) override;
+  Request Next() override;
+  void Interrupt() override;
+  bool Take(const v1::StreamScansResponse& response) override;
+  bool complete() const override;
+  absl::Status Conclude(const Ask& ask) override;
+  void Lost(const absl::Status& why) override;
+  void End(const absl::Status& status) override;
+
+  // With mutex_ held.
+  absl::Status CheckKnown(const v1::Session& known) const;
+  absl::Status ChangeSession(const v1::Session& known, const absl::Status& why);
+  std::vector<ScanAck> TakeUp(const v1::Session& known);
+  bool TooFarBehind() const;
+  // The next to send, once it may be; nothing when there will be none on this link.
+  std::optional<uint64_t> AwaitNext(std::unique_lock<std::mutex>& lock);
+  Request MakeRequest(uint64_t sequence);
+  void TellNotes();
+
+  Client::Link* const link_;
+  const std::unique_ptr<SessionSpool> spool_;
+  const ScanStreamOptions options_;
+  const Host host_;
+  const WaitClock& clock_;
+  SpoolState opened_;
+
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  // Guarded by mutex_ from here.
+  uint64_t mine_from_;      // Lower sequences may have been sent by an earlier program.
+  uint64_t to_send_ = 1;    // The next.
+  uint64_t sent_ = 0;       // The highest that this program has sent.
+  uint64_t acked_ = 0;      // All up to here are acknowledged.
+  uint64_t at_server_ = 0;  // All up to here took effect at the server, as far as is known.
+  uint64_t lost_told_ = 0;  // The highest that was reported as lost.
+  bool taken_up_ = false;   // The server has told where the session stands.
+  bool interrupted_ = true;
+  bool closed_ = false, conclude_ = false;
+  bool concluding_ = false;  // The server has all, and was asked to finish the session.
+  ScanStreamStats stats_;
+  TokenBucket bucket_;
+  std::optional<absl::Status> ended_;
+  std::optional<v1::Session> finished_;
+
+  std::unique_ptr<Uplink> uplink_;  // Last, so that it goes first.
+};
+
+}  // namespace isthmus::client

@@ -1,0 +1,227 @@
+#include "client/library/uplink.h"
+
+#include <absl/strings/str_cat.h>
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+#include "client/library/convert.h"
+
+namespace isthmus::client {
+namespace {
+
+// A scan may take as long as it needs at this rate before its link counts as stalled.
+constexpr double kSlowestBytesPerS = 8000;
+
+BackoffOptions Patience(BackoffOptions backoff, bool for_ever) {
+  if (for_ever) backoff.max_attempts = std::numeric_limits<int>::max();
+  return backoff;
+}
+
+}  // namespace
+
+Uplink::Uplink(Client::Link* link, ScanSource* source, const UplinkOptions& options)
+    : link_(link),
+      source_(source),
+      options_(options),
+      clock_(link->clock()),
+      longest_s_(link->options().call_timeout_s),
+      first_s_(options.first_deadline_s > 0 ? std::min(options.first_deadline_s, longest_s_)
+                                            : longest_s_),
+      deadline_s_(first_s_),
+      writer_([this] { WriteLoop(); }) {}
+
+Uplink::~Uplink() {
+  Abandon();
+  writer_.join();
+}
+
+void Uplink::Abandon() {
+  source_->Interrupt();
+  std::lock_guard lock(mutex_);
+  abandoned_ = true;
+  if (context_ != nullptr) context_->TryCancel();
+  changed_.notify_all();
+}
+
+void Uplink::WriteLoop() {
+  Backoff backoff(Patience(options_.backoff, options_.for_ever));
+  absl::Status status;
+  for (;;) {
+    status = RunLink();
+    {
+      std::lock_guard lock(mutex_);
+      if (std::exchange(progress_, false)) backoff.Reset();
+      if (abandoned_ || !WorthAnotherTry(status)) break;
+    }
+    const std::optional<double> delay = backoff.Next();
+    if (!delay) break;
+    source_->Lost(status);
+    WaitBeforeRetry(*delay);
+  }
+  source_->End(link_->Explain(status));
+}
+
+bool Uplink::WorthAnotherTry(const absl::Status& status) const {
+  if (absl::IsUnavailable(status)) return true;
+  if (!options_.for_ever) return false;
+  switch (status.code()) {
+    case absl::StatusCode::kResourceExhausted:  // Its disk is full, or its threads are.
+    case absl::StatusCode::kAborted:
+    case absl::StatusCode::kInternal:  // What gRPC makes of a link that was cut at a bad moment.
+    case absl::StatusCode::kUnknown:
+    case absl::StatusCode::kDataLoss:
+    case absl::StatusCode::kOutOfRange:  // It was started again since it told where it stands.
+      return true;
+    default:
+      return false;
+  }
+}
+
+absl::Status Uplink::Ask(ScanSource::Duration duration, const Client::Link::Attempt& attempt) {
+  const std::shared_ptr<Client::Link::Stubs> stubs = link_->Get();
+  double deadline_s = link_->options().transfer_timeout_s;
+  if (duration == ScanSource::Duration::kShort) {
+    std::lock_guard lock(mutex_);
+    deadline_s = deadline_s_;
+  }
+  const absl::Status status =
+      link_->Once(deadline_s, [&](Client::Link::Stubs& s, grpc::ClientContext& context) {
+        {
+          std::lock_guard lock(mutex_);
+          if (abandoned_) return grpc::Status(grpc::StatusCode::CANCELLED, "given up");
+          context_ = &context;
+        }
+        grpc::Status answer = attempt(s, context);
+        std::lock_guard lock(mutex_);
+        context_ = nullptr;
+        return answer;
+      });
+  if (!absl::IsDeadlineExceeded(status)) return status;
+  // A connection that stands but is slow is given more time; one that does not even stand is begun
+  // anew, which is heard of sooner than waiting for what TCP sends again.
+  const bool slow = stubs->channel->GetState(false) == GRPC_CHANNEL_READY;
+  link_->Renew(stubs);
+  std::lock_guard lock(mutex_);
+  deadline_s_ = slow ? std::min(2 * deadline_s_, longest_s_) : first_s_;
+  return absl::UnavailableError(absl::StrCat("no answer within ", deadline_s, " s"));
+}
+
+absl::Status Uplink::RunLink() {
+  const ScanSource::Ask ask = [this](ScanSource::Duration duration,
+                                     const Client::Link::Attempt& attempt) {
+    return Ask(duration, attempt);
+  };
+  const absl::StatusOr<std::string> session = source_->Session(ask);
+  if (!session.ok()) return session.status();
+  // Where the server stands. Also the cheapest way to see whether it is there.
+  v1::Session known;
+  absl::Status status = Ask(ScanSource::Duration::kShort,
+                            [&](Client::Link::Stubs& stubs, grpc::ClientContext& context) {
+                              v1::GetSessionRequest request;
+                              request.set_session(*session);
+                              return stubs.sessions->GetSession(&context, request, &known);
+                            });
+  if (!status.ok() && !absl::IsNotFound(status)) return status;
+  if (!status.ok()) known.Clear();
+  if (absl::Status begun = source_->Begin(known); !begun.ok()) {
+    return absl::IsNotFound(begun) ? status : begun;  // The server's own words are better.
+  }
+  status = source_->complete() ? absl::OkStatus() : Stream(*session);
+  source_->Interrupt();
+  return status.ok() ? source_->Conclude(ask) : status;
+}
+
+absl::Status Uplink::Stream(const std::string& session) {
+  const std::shared_ptr<Client::Link::Stubs> stubs = link_->Get();
+  grpc::ClientContext context;
+  {
+    std::lock_guard lock(mutex_);
+    if (abandoned_) return absl::CancelledError("the stream was given up");
+    context_ = &context;
+    over_ = stalled_ = writing_ = false;
+    moved_s_ = clock_.Now();
+    unanswered_.clear();
+  }
+  auto wire = stubs->sessions->StreamScans(&context);
+  std::thread reader([&] { ReadFrom(*wire); });
+  std::thread watchman([&] { Watch(); });
+  SendOn(*wire, session);
+  reader.join();
+  watchman.join();
+  absl::Status status = ToStatus(wire->Finish());
+  std::lock_guard lock(mutex_);
+  context_ = nullptr;
+  if (stalled_) {
+    status = absl::UnavailableError(
+        absl::StrCat("no progress for ", options_.stall_timeout_s, " s: opened anew"));
+  } else if ((status.ok() && !source_->complete()) || (absl::IsCancelled(status) && !abandoned_)) {
+    // The server ended the stream of its own accord: it is going down.
+    status = absl::UnavailableError("the server closed the stream");
+  }
+  if (absl::IsUnavailable(status)) link_->Renew(stubs);
+  return status;
+}
+
+void Uplink::SendOn(Wire& wire, const std::string& session) {
+  v1::StreamScansRequest hello;
+  hello.set_session(session);
+  bool open = wire.Write(hello);
+  while (open) {
+    const ScanSource::Request request = source_->Next();
+    if (request == nullptr) break;
+    {
+      std::lock_guard lock(mutex_);
+      if (unanswered_.empty()) moved_s_ = clock_.Now();
+      unanswered_.push_back(request->scan().cloud().data().size());
+      writing_ = true;
+    }
+    open = wire.Write(*request);
+    std::lock_guard lock(mutex_);
+    writing_ = false;
+    moved_s_ = clock_.Now();
+  }
+  wire.WritesDone();
+}
+
+void Uplink::ReadFrom(Wire& wire) {
+  v1::StreamScansResponse response;
+  while (wire.Read(&response)) {
+    const bool news = source_->Take(response);
+    std::lock_guard lock(mutex_);
+    progress_ = progress_ || news;
+    moved_s_ = clock_.Now();
+    if (response.sequence() != 0 && !unanswered_.empty()) unanswered_.pop_front();
+  }
+  source_->Interrupt();
+  std::lock_guard lock(mutex_);
+  over_ = true;
+  changed_.notify_all();
+}
+
+void Uplink::Watch() {
+  if (options_.stall_timeout_s <= 0) return;
+  std::unique_lock lock(mutex_);
+  while (!over_) {
+    const bool busy = writing_ || !unanswered_.empty();
+    const double size = unanswered_.empty() ? 0 : static_cast<double>(unanswered_.front());
+    const double until = moved_s_ + options_.stall_timeout_s + size / kSlowestBytesPerS;
+    const double now = clock_.Now();
+    if (busy && now >= until) {
+      stalled_ = true;
+      if (context_ != nullptr) context_->TryCancel();
+      return;
+    }
+    clock_.WaitUntil(changed_, lock, now >= until ? now + options_.stall_timeout_s : until,
+                     [&] { return over_; });
+  }
+}
+
+void Uplink::WaitBeforeRetry(double seconds) {
+  if (link_->options().sleep) return link_->Sleep(seconds);
+  std::unique_lock lock(mutex_);
+  clock_.WaitUntil(changed_, lock, clock_.Now() + seconds, [&] { return abandoned_; });
+}
+
+}  // namespace isthmus::client

@@ -1,0 +1,66 @@
+// The way of scans to the server, over as many links as it takes. Private to the library.
+#pragma once
+
+#include <condition_variable>
+#include <deque>
+#include <mutex>
+#include <thread>
+
+#include "client/library/link.h"
+#include "client/library/scan_source.h"
+
+namespace isthmus::client {
+
+struct UplinkOptions {
+  bool for_ever = false;  // Else until backoff.max_attempts fail in a row.
+  BackoffOptions backoff = {};
+  double first_deadline_s = 0;  // Of a link's first question; 0: call_timeout_s.
+  double stall_timeout_s = 0;   // A link without progress for so long is opened anew; 0: never.
+};
+
+// Its threads: the writer, which opens links and sends; per link a reader, which takes
+// acknowledgements, and a watchman. None of them holds mutex_ while it waits for the network.
+class Uplink {
+ public:
+  // Both must outlive it.
+  Uplink(Client::Link* link, ScanSource* source, const UplinkOptions& options);
+  ~Uplink();  // Gives up.
+  // As the destructor will, but does not wait.
+  void Abandon();
+
+ private:
+  using Wire = grpc::ClientReaderWriter<v1::StreamScansRequest, v1::StreamScansResponse>;
+
+  void WriteLoop();
+  bool WorthAnotherTry(const absl::Status& status) const;
+  // From opening a link to its end. OK only when everything was acknowledged and concluded.
+  absl::Status RunLink();
+  absl::Status Stream(const std::string& session);
+  absl::Status Ask(ScanSource::Duration duration, const Client::Link::Attempt& attempt);
+  void SendOn(Wire& wire, const std::string& session);
+  void ReadFrom(Wire& wire);
+  void Watch();
+  void WaitBeforeRetry(double seconds);
+
+  Client::Link* const link_;
+  ScanSource* const source_;
+  const UplinkOptions options_;
+  const WaitClock& clock_;
+  const double longest_s_, first_s_;  // Deadlines of questions.
+
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  // Guarded by mutex_ from here.
+  bool abandoned_ = false;
+  bool progress_ = false;                   // An acknowledgement came since the last failure.
+  double deadline_s_;                       // Of the next question.
+  grpc::ClientContext* context_ = nullptr;  // Of the call under way, to cancel it.
+  // Of the current link:
+  bool over_ = false, stalled_ = false, writing_ = false;
+  double moved_s_ = 0;             // When something was last written or read.
+  std::deque<size_t> unanswered_;  // Sizes of the scans sent without acknowledgement.
+
+  std::thread writer_;  // Last, so that it starts when everything else is there.
+};
+
+}  // namespace isthmus::client
