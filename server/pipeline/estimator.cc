@@ -15,6 +15,15 @@ constexpr double kSeldom = 0.25;
 
 bool IsFinished(const SessionEntry& entry) { return entry.record.state == SessionState::kFinished; }
 
+// The next index that a session had when a match of it was computed, which says only of how many
+// submaps: those retired since do not make it worth another try.
+uint32_t TriedUpTo(const SessionEntry& entry, uint32_t submaps, int64_t computed_ns) {
+  // Before its last submaps may be before its last word, too.
+  if (IsFinished(entry) && computed_ns < entry.record.finished_ns) return submaps;
+  const auto now = static_cast<uint32_t>(entry.submaps.size());
+  return entry.next_index() - (now > submaps ? now - submaps : 0);
+}
+
 // Whether a newer result takes the place of an accepted one. An accepted match is only given up for
 // a better estimate or for a contradiction, not for a moment of doubt.
 bool Supersedes(const Match& newer, const Match& older) {
@@ -38,7 +47,11 @@ Estimator::Estimator(MapState* state, storage::MapStore* store, SubmapCache* sub
         return outline ? prepared_store_.Get(outline) : nullptr;
       }) {
   for (const auto& [pair, match] : state_->matches) {
-    attempts_[pair] = {match.submaps_a, match.submaps_b};
+    const SessionEntry* a = state_->Find(pair.first);
+    const SessionEntry* b = state_->Find(pair.second);
+    if (a == nullptr || b == nullptr) continue;
+    attempts_[pair] = {TriedUpTo(*a, match.submaps_a, match.computed_ns),
+                       TriedUpTo(*b, match.submaps_b, match.computed_ns)};
   }
   // The last of each session may have been stored and not asked.
   for (const auto& [id, entry] : state_->sessions) {

@@ -80,7 +80,8 @@ class PipelineCycles : public ::testing::Test {
   }
 
   std::unique_ptr<storage::MapStore> store_ = storage::MakeMemoryStore();
-  MapState state_{store_.get(), &Clock::System()};
+  SubmapCache submaps_{store_.get(), size_t{1} << 30, nullptr};
+  MapState state_{store_.get(), &submaps_, &Clock::System()};
   std::optional<PlacementLoop> placement_;
 };
 
@@ -140,7 +141,8 @@ TEST_F(PipelineCycles, TheyAreFoundAgainAfterARestart) {
   ASSERT_TRUE(Contradict().ok());
   ASSERT_EQ(Components(), 3u);
   const int64_t revision = state_.revision.revision;
-  MapState again(store_.get(), &Clock::System());
+  SubmapCache submaps(store_.get(), size_t{1} << 30, nullptr);
+  MapState again(store_.get(), &submaps, &Clock::System());
   ASSERT_TRUE(again.Load().ok());
   PlacementLoop placement(&again, store_.get(), &Clock::System(), {});
   again.WaitUntilPlaced();

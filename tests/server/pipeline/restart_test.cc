@@ -3,7 +3,9 @@
 #include <filesystem>
 
 #include "storage/sqlite_store.h"
+#include "storage/submap_codec.h"
 #include "tests/server/pipeline/robots.h"
+#include "tests/storage/faulty_store.h"
 
 namespace isthmus::server {
 namespace {
@@ -82,6 +84,73 @@ TEST_F(PipelineRestart, AnActiveSessionGoesOnInTheSameOdomFrame) {
     EXPECT_LT((ack.T_odom_sensor->translation() - truth.translation()).norm(), 0.1) << i;
   }
   EXPECT_EQ(pipeline->GetTrajectory(RobotId("alice"), TrajectoryFrame::kOdom)->poses.size(), 60u);
+}
+
+// All that is stored of a session's scans, as bytes.
+std::string Stored(const std::string& folder, const SessionId& session) {
+  const auto store = storage::OpenSqliteStore(folder).value();
+  std::string bytes;
+  const auto add = [&bytes](const auto& value) {
+    bytes.append(reinterpret_cast<const char*>(&value), sizeof(value));
+  };
+  const auto trajectory = store->GetTrajectory(session).value();
+  for (const TrajectoryEntry& entry : trajectory) {
+    add(entry.sequence);
+    add(entry.stamp_ns);
+    add(entry.submap_index);
+    for (const double q : entry.T_odom_sensor.rotation().coeffs()) add(q);
+    for (const double t : entry.T_odom_sensor.translation()) add(t);
+  }
+  const auto submaps = store->ListSubmaps(session).value();
+  for (const SubmapInfo& info : submaps) {
+    bytes += storage::EncodeSubmap(*store->GetSubmap(info.id).value(), 0.001).value();
+    for (const double variance : info.drift_covariance.reshaped()) add(variance);
+  }
+  return bytes;
+}
+
+// As after kill -9: from a moment on nothing reaches the store, then the server is gone.
+TEST_F(PipelineRestart, AKilledServerLeavesNoTrace) {
+  constexpr int kScans = 33;
+  const Drive drive;
+  std::vector<std::string> stored;
+  for (const std::vector<int>& kills : {std::vector<int>{}, {1, 8, 14, 15, 29}}) {
+    const std::string folder = (folder_ / std::to_string(kills.size())).string();
+    std::filesystem::create_directories(folder);
+    SessionId session;
+    std::unique_ptr<Pipeline> pipeline;
+    std::shared_ptr<storage::Faults> faults;
+    const auto open = [&] {
+      faults = std::make_shared<storage::Faults>();
+      pipeline =
+          Pipeline::Open(QuickOptions(),
+                         storage::MakeFaultyStore(storage::OpenSqliteStore(folder).value(), faults))
+              .value();
+    };
+    open();
+    session = pipeline->CreateSession({RobotId("alice"), "vlp16"}).value().record.id;
+    int next = 0;
+    const auto send_until = [&](int end) {
+      for (; next < end; ++next) {
+        ASSERT_TRUE(pipeline->SubmitScan(session, drive.Upload(next)).ok()) << next;
+      }
+    };
+    for (const int kill : kills) {
+      send_until(kill);
+      faults->SetDiskFull(true);
+      pipeline = nullptr;
+      open();
+      next = static_cast<int>(pipeline->GetSession(session)->durable_sequence);
+      EXPECT_GE(next + 5 + 16, kill);  // A submap, and what was in the queue.
+      EXPECT_GE(pipeline->GetSession(session)->last_sequence, static_cast<uint64_t>(next));
+    }
+    send_until(kScans);
+    ASSERT_TRUE(pipeline->FinishSession(session).ok());
+    pipeline = nullptr;
+    stored.push_back(Stored(folder, session));
+  }
+  EXPECT_GT(stored[0].size(), 100'000u);
+  EXPECT_EQ(stored[0], stored[1]);
 }
 
 }  // namespace

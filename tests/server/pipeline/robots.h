@@ -77,6 +77,9 @@ class FullDisk : public storage::MapStore {
   absl::StatusOr<std::vector<TrajectoryEntry>> GetTrajectory(const SessionId& id) const override {
     return store_->GetTrajectory(id);
   }
+  absl::StatusOr<storage::Checkpoint> GetCheckpoint(const SessionId& id) const override {
+    return store_->GetCheckpoint(id);
+  }
   absl::StatusOr<std::shared_ptr<const Submap>> GetSubmap(const SubmapId& id) const override {
     return store_->GetSubmap(id);
   }

@@ -2,13 +2,15 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <memory>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "storage/memory_store.h"
+#include "storage/sqlite_store.h"
 #include "tests/storage/faulty_store.h"
+#include "tests/storage/temporary_folder.h"
 
 namespace isthmus::server {
 namespace {
@@ -28,11 +30,18 @@ Submap MakeSubmap(uint32_t index) {
   return submap;
 }
 
+// One that gives other objects than it was given.
+std::unique_ptr<storage::MapStore> OpenIn(const std::string& folder) {
+  std::filesystem::create_directories(folder);
+  return storage::OpenSqliteStore(folder).value();
+}
+
 class SubmapCacheTest : public testing::Test {
  protected:
   SubmapCacheTest()
       : faults_(std::make_shared<storage::Faults>()),
-        store_(storage::MakeFaultyStore(storage::MakeMemoryStore(), faults_)) {
+        store_(
+            storage::MakeFaultyStore(storage::OpenSqliteStore(folder_.path()).value(), faults_)) {
     storage::WriteBatch batch;
     SessionRecord record;
     record.id = kSession;
@@ -52,6 +61,7 @@ class SubmapCacheTest : public testing::Test {
                                          });
   }
 
+  const storage::TemporaryFolder folder_;
   const std::shared_ptr<storage::Faults> faults_;
   const std::unique_ptr<storage::MapStore> store_;
   std::vector<std::pair<uint32_t, std::string>> damaged_;
