@@ -1,0 +1,128 @@
+#include "tests/faults/link_faults.h"
+
+#include <absl/strings/str_cat.h>
+#include <absl/strings/str_format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <random>
+#include <stdexcept>
+#include <thread>
+
+#include "tests/faults/proxy.h"
+
+namespace isthmus::faults {
+namespace {
+
+constexpr double kStuckS = 120;
+constexpr double kMaxFirstPoseS = 2;  // After the link's return.
+
+void Sleep(double seconds) { std::this_thread::sleep_for(std::chrono::duration<double>(seconds)); }
+
+class Spoiler {
+ public:
+  Spoiler(const Setup& setup, const LinkFaultOptions& options, const Fleet& fleet,
+          const std::vector<std::unique_ptr<Proxy>>& links, Report& report)
+      : options_(options), fleet_(fleet), links_(links), report_(report), random_(setup.seed) {}
+
+  void Run() {
+    for (int i = 0; i < options_.resets; ++i) {
+      Sleep(std::uniform_real_distribution<>(0.01, 0.3)(random_));
+      for (const auto& link : links_) link->Reset(0.1);
+    }
+    Hold("stall", options_.stall_s, [](Proxy& link, bool on) { link.Stall(on); });
+    Hold("slow link", options_.slow_s,
+         [this](Proxy& link, bool on) { link.SetRate(on ? options_.slow_bytes_per_s : 0); });
+    Hold("outage", options_.outage_s, [](Proxy& link, bool on) { link.Cut(on); });
+    Hold("dark outage", options_.outage_s, [](Proxy& link, bool on) {
+      link.Stall(on);
+      if (!on) link.Reset(1);
+    });
+    if (!options_.half_open) return;
+    for (const auto& link : links_) link->Forget();
+    Recover("half-open", NowS(), false);
+  }
+
+ private:
+  template <typename Switch>
+  void Hold(const char* name, double seconds, const Switch& turn) {
+    if (seconds <= 0) return;
+    for (const auto& link : links_) turn(*link, true);
+    Sleep(seconds);
+    for (const auto& link : links_) turn(*link, false);
+    Recover(name, NowS(), true);
+  }
+
+  // How long after `since_s` the first pose comes, and until nothing is left to be sent again.
+  void Recover(const char* name, double since_s, bool is_prompt) {
+    double first_s = 0, done_s = 0;
+    for (const auto& robot : fleet_.robots()) {
+      const uint64_t behind = robot->pushed();
+      const double deadline = since_s + kStuckS;
+      while (robot->acked_s().size() < behind && NowS() < deadline) Sleep(0.005);
+      const std::vector<double> acked = robot->acked_s();
+      if (acked.size() < behind) {
+        return report_.Break(absl::StrCat(name, ": back-fill not done after ", kStuckS, " s"));
+      }
+      const auto first = std::lower_bound(acked.begin(), acked.end(), since_s);
+      if (first != acked.end()) first_s = std::max(first_s, *first - since_s);
+      done_s = std::max(done_s, acked[behind - 1] - since_s);
+    }
+    report_.figures.push_back(
+        absl::StrFormat("%s: first pose after %.2f s, back-fill done after %.2f s", name, first_s,
+                        std::max(0.0, done_s)));
+    if (is_prompt && first_s > kMaxFirstPoseS) {
+      report_.Break(absl::StrFormat("%s: first pose only after %.1f s", name, first_s));
+    }
+  }
+
+  const LinkFaultOptions options_;
+  const Fleet& fleet_;
+  const std::vector<std::unique_ptr<Proxy>>& links_;
+  Report& report_;
+  std::mt19937_64 random_;
+};
+
+}  // namespace
+
+Report SpoilLinks(const Setup& setup, const LinkFaultOptions& options) {
+  const double begin_s = NowS();
+  Report report;
+  report.name = "bad links";
+  const std::string folder = setup.folder + "/links";
+  std::filesystem::remove_all(folder);
+  ServerProcess server(setup.server, folder);
+  if (!server.Start()) throw std::runtime_error(absl::StrCat("no server: ", server.Log()));
+  std::vector<std::unique_ptr<Proxy>> links;
+  std::vector<std::string> addresses;
+  for (int i = 0; i < setup.robots; ++i) {
+    links.push_back(
+        std::make_unique<Proxy>(folder + "/robots", setup.seed + static_cast<uint64_t>(i)));
+    addresses.push_back(links.back()->address());
+  }
+  FleetOptions fleet_options;
+  fleet_options.addresses = addresses;
+  fleet_options.period_s = options.period_s;
+  fleet_options.spools = folder + "/spools";
+  Fleet fleet(setup, fleet_options);
+  fleet.Drive();
+  Spoiler(setup, options, fleet, links, report).Run();
+  fleet.Stop();
+  fleet.Finish(report);
+  if (server.Stop() != 0) report.Break(absl::StrCat("the server ended ill: ", server.Log()));
+  int64_t resets = 0;
+  for (const auto& link : links) resets += link->resets();
+  report.faults = absl::StrFormat(
+      "%d robots, %d resets, stall %.0f s, %.0f kB/s for %.0f s, "
+      "2 outages of %.0f s%s, seed %d",
+      setup.robots, resets, options.stall_s, options.slow_bytes_per_s / 1000, options.slow_s,
+      options.outage_s, options.half_open ? ", half-open" : "", setup.seed);
+  const StoredMap map = ReadStoredMap(server.data());
+  CheckAcks(fleet, map, report);
+  CheckMap(setup, fleet.pushed(), map, report);
+  report.seconds = NowS() - begin_s;
+  return report;
+}
+
+}  // namespace isthmus::faults

@@ -1,0 +1,22 @@
+// Robots on bad links: each behind a proxy of its own.
+#pragma once
+
+#include "tests/faults/fleet.h"
+
+namespace isthmus::faults {
+
+// What the links go through, one after the other, while ten scans a second are pushed. An outage is
+// gone through twice: with connections that are reset, and with ones that hang.
+struct LinkFaultOptions {
+  int resets = 6;  // Moments at which each connection is reset with a probability of 10 %.
+  double stall_s = 2;
+  double slow_s = 2, slow_bytes_per_s = 64'000;
+  double outage_s = 3;
+  bool half_open = true;
+  double period_s = 0.1;  // Between two scans.
+};
+
+// Throws where there is nothing to test: no server, no folder.
+Report SpoilLinks(const Setup& setup, const LinkFaultOptions& options);
+
+}  // namespace isthmus::faults
