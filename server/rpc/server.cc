@@ -37,12 +37,14 @@ struct RpcServer::State {
       : sessions(pipeline, options),
         map(pipeline, options),
         matches(pipeline, options),
-        graph(pipeline, options) {}
+        graph(pipeline, options),
+        admin(pipeline, options) {}
 
   SessionServiceImpl sessions;
   MapServiceImpl map;
   MatchServiceImpl matches;
   GraphServiceImpl graph;
+  AdminServiceImpl admin;
   int port = 0;
   std::string address;
   std::atomic<bool> shut_down = false;
@@ -56,11 +58,12 @@ absl::StatusOr<std::unique_ptr<RpcServer>> RpcServer::Start(server::Pipeline* pi
   grpc::ServerBuilder builder;
   // Two servers on one port would share the calls between them by chance.
   builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
-  // A robot out of reach is noticed within a minute, and robots may probe as often as that.
+  // A robot out of reach is noticed within a minute. Robots may probe every few seconds, so that
+  // they notice a dead radio link as soon.
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, 30'000);
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 20'000);
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_PERMIT_WITHOUT_CALLS, 1);
-  builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS, 10'000);
+  builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS, 1'000);
   builder.SetMaxReceiveMessageSize(options.max_receive_bytes);
   grpc::ResourceQuota quota("isthmus");
   quota.SetMaxThreads(options.max_threads);
@@ -70,6 +73,7 @@ absl::StatusOr<std::unique_ptr<RpcServer>> RpcServer::Start(server::Pipeline* pi
   builder.RegisterService(&state->map);
   builder.RegisterService(&state->matches);
   builder.RegisterService(&state->graph);
+  builder.RegisterService(&state->admin);
   state->server = builder.BuildAndStart();
   const bool unix_socket = options.listen.rfind("unix", 0) == 0;
   if (state->server == nullptr || (state->port <= 0 && !unix_socket)) {
@@ -84,6 +88,7 @@ absl::StatusOr<std::unique_ptr<RpcServer>> RpcServer::Start(server::Pipeline* pi
   health->SetServingStatus(v1::MapService::service_full_name(), true);
   health->SetServingStatus(v1::MatchService::service_full_name(), true);
   health->SetServingStatus(v1::GraphService::service_full_name(), true);
+  health->SetServingStatus(v1::AdminService::service_full_name(), true);
   return std::unique_ptr<RpcServer>(new RpcServer(std::move(state)));
 }
 

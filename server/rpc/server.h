@@ -12,6 +12,7 @@
 #include <string>
 
 #include "server/pipeline.h"
+#include "server/rpc/backup_source.h"
 
 namespace grpc {
 class Channel;
@@ -34,6 +35,8 @@ struct ServerOptions {
   // Threads that serve calls; a scan stream holds one (and another of its own) while it lives.
   // Calls beyond get RESOURCE_EXHAUSTED.
   int max_threads = 512;
+  // Where backups come from; null: there are none (UNIMPLEMENTED). Called by one thread at a time.
+  BackupSource backup;
   // Told of every call that ends with an error, from the thread that served it; may be null.
   std::function<void(const std::string& rpc, const absl::Status& status)> on_failed_call;
 };

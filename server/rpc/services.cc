@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "server/rpc/anchor_handlers.h"
+#include "server/rpc/back_up.h"
 #include "server/rpc/export_map.h"
 #include "server/rpc/export_pose_graph.h"
 #include "server/rpc/loop_handlers.h"
@@ -194,6 +195,12 @@ grpc::Status GraphServiceImpl::ExportPoseGraph(
     grpc::ServerWriter<v1::ExportPoseGraphResponse>* writer) {
   return Reply(options_, "ExportPoseGraph",
                rpc::ExportPoseGraph(pipeline_, *request, EmitTo(writer)));
+}
+
+grpc::Status AdminServiceImpl::BackUp(grpc::ServerContext*, const v1::BackUpRequest* request,
+                                      grpc::ServerWriter<v1::BackUpResponse>* writer) {
+  return Reply(options_, "BackUp",
+               rpc::BackUp(pipeline_, options_.backup, backing_up_, *request, EmitTo(writer)));
 }
 
 }  // namespace isthmus::rpc

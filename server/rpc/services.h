@@ -4,6 +4,9 @@
 #include <absl/status/status.h>
 #include <grpcpp/support/status.h>
 
+#include <mutex>
+
+#include "isthmus/v1/admin_service.grpc.pb.h"
 #include "isthmus/v1/graph_service.grpc.pb.h"
 #include "isthmus/v1/map_service.grpc.pb.h"
 #include "isthmus/v1/match_service.grpc.pb.h"
@@ -113,6 +116,20 @@ class GraphServiceImpl final : public v1::GraphService::Service {
  private:
   server::Pipeline& pipeline_;
   const ServerOptions options_;
+};
+
+class AdminServiceImpl final : public v1::AdminService::Service {
+ public:
+  AdminServiceImpl(server::Pipeline& pipeline, const ServerOptions& options)
+      : pipeline_(pipeline), options_(options) {}
+
+  grpc::Status BackUp(grpc::ServerContext* context, const v1::BackUpRequest* request,
+                      grpc::ServerWriter<v1::BackUpResponse>* writer) override;
+
+ private:
+  server::Pipeline& pipeline_;
+  const ServerOptions options_;
+  std::mutex backing_up_;  // Held while a backup is under way.
 };
 
 }  // namespace isthmus::rpc
