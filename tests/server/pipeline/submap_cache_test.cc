@@ -40,8 +40,7 @@ class SubmapCacheTest : public testing::Test {
  protected:
   SubmapCacheTest()
       : faults_(std::make_shared<storage::Faults>()),
-        store_(
-            storage::MakeFaultyStore(storage::OpenSqliteStore(folder_.path()).value(), faults_)) {
+        store_(storage::MakeFaultyStore(OpenIn(folder_.path()), faults_)) {
     storage::WriteBatch batch;
     SessionRecord record;
     record.id = kSession;
