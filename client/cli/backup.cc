@@ -1,0 +1,82 @@
+// isthmus backup: a copy of the server's map folder.
+#include <absl/strings/str_format.h>
+
+#include <optional>
+
+#include "client/cli/command.h"
+#include "client/cli/console.h"
+#include "client/cli/exit_code.h"
+#include "client/cli/json.h"
+
+namespace isthmus::cli {
+namespace {
+
+struct Options {
+  ServerOptions server;
+  std::string output;
+  bool json = false;
+};
+
+// First the copy that the server makes, then the bytes that arrive.
+class Bars {
+ public:
+  explicit Bars(const std::string& output) : output_(output) {
+    bar_.emplace("copying at the server", 100);
+  }
+  void Update(const client::BackupState& state) {
+    if (state.total_bytes > 0 && !is_sending_) {
+      is_sending_ = true;
+      bar_.emplace(output_, state.total_bytes);
+    }
+    bar_->Update(is_sending_ ? state.bytes : static_cast<uint64_t>(100 * state.copied));
+  }
+
+ private:
+  const std::string output_;
+  std::optional<Progress> bar_;
+  bool is_sending_ = false;
+};
+
+int Run(const Options& options) {
+  const auto client = Connect(options.server);
+  if (!client.ok()) return FailServer(client.status());
+  absl::StatusOr<client::Backup> backup;
+  {
+    Bars bars(options.output);
+    backup = (*client)->BackUp(options.output,
+                               [&](const client::BackupState& state) { bars.Update(state); });
+  }
+  if (!backup.ok()) return FailServer(backup.status());
+  if (options.json) {
+    Print({{"folder", options.output},
+           {"revision", backup->file.revision},
+           {"size", backup->file.size},
+           {"crc32c", absl::StrFormat("%08x", backup->file.crc32c)},
+           {"sessions", backup->sessions},
+           {"submaps", backup->submaps},
+           {"scans", backup->scans},
+           {"points", backup->points},
+           {"damaged", backup->damaged}});
+  } else {
+    absl::PrintF("%s: %s, revision %d, %d sessions, %d submaps, %d scans\n", options.output,
+                 HumanBytes(backup->file.size), backup->file.revision, backup->sessions,
+                 backup->submaps, backup->scans);
+    if (backup->damaged > 0) absl::PrintF("%s", backup->report);
+  }
+  return kOk;
+}
+
+}  // namespace
+
+void AddBackup(CLI::App& app, Action& action) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand(
+      "backup",
+      "A copy of the server's map while it is in use, as a folder that isthmus-server can serve");
+  AddServerOptions(*command, options->server);
+  command->add_option("output", options->output, "FOLDER, which must not exist yet")->required();
+  command->add_flag("--json", options->json, "Summary as JSON");
+  command->callback([options, &action] { action = [options] { return Run(*options); }; });
+}
+
+}  // namespace isthmus::cli

@@ -1,0 +1,149 @@
+#include "server/pipeline/store_health.h"
+
+#include <absl/strings/str_cat.h>
+#include <absl/time/time.h>
+
+#include <chrono>
+#include <utility>
+
+namespace isthmus::server {
+namespace {
+
+// Whether it is the store that failed, not the batch.
+bool IsStoreFailure(const absl::Status& status) {
+  return absl::IsResourceExhausted(status) || absl::IsUnavailable(status) ||
+         absl::IsDataLoss(status) || absl::IsInternal(status) || absl::IsUnknown(status);
+}
+
+class WatchedStore : public storage::MapStore {
+ public:
+  WatchedStore(std::unique_ptr<storage::MapStore> store, StoreHealth* health)
+      : store_(std::move(store)), health_(health) {}
+
+  absl::Status Write(const storage::WriteBatch& batch) override {
+    return Noted(store_->Write(batch));
+  }
+  absl::Status DeleteSession(const SessionId& session) override {
+    return Noted(store_->DeleteSession(session));
+  }
+  absl::Status PutFeatures(const storage::FeatureBlob& blob) override {
+    return Noted(store_->PutFeatures(blob));
+  }
+
+  absl::StatusOr<SessionRecord> GetSession(const SessionId& session) const override {
+    return store_->GetSession(session);
+  }
+  absl::StatusOr<std::vector<SessionRecord>> ListSessions() const override {
+    return store_->ListSessions();
+  }
+  absl::StatusOr<uint64_t> StoredBytes(const SessionId& session) const override {
+    return store_->StoredBytes(session);
+  }
+  absl::StatusOr<std::vector<TrajectoryEntry>> GetTrajectory(
+      const SessionId& session) const override {
+    return store_->GetTrajectory(session);
+  }
+  absl::StatusOr<storage::Checkpoint> GetCheckpoint(const SessionId& session) const override {
+    return store_->GetCheckpoint(session);
+  }
+  absl::StatusOr<std::shared_ptr<const Submap>> GetSubmap(const SubmapId& submap) const override {
+    return store_->GetSubmap(submap);
+  }
+  absl::StatusOr<std::vector<SubmapInfo>> ListSubmaps(
+      const std::optional<SessionId>& session) const override {
+    return store_->ListSubmaps(session);
+  }
+  absl::StatusOr<std::vector<SubmapInfo>> FindSubmaps(const SessionId& session,
+                                                      const Box& box_odom) const override {
+    return store_->FindSubmaps(session, box_odom);
+  }
+  absl::StatusOr<std::vector<Match>> ListMatches() const override { return store_->ListMatches(); }
+  absl::StatusOr<std::vector<Verdict>> ListVerdicts() const override {
+    return store_->ListVerdicts();
+  }
+  absl::StatusOr<std::vector<LoopClosure>> ListLoops() const override {
+    return store_->ListLoops();
+  }
+  absl::StatusOr<std::vector<Anchor>> ListAnchors() const override { return store_->ListAnchors(); }
+  absl::StatusOr<MapRevision> LatestRevision() const override { return store_->LatestRevision(); }
+  absl::StatusOr<std::vector<RevisionInfo>> ListRevisions(int limit) const override {
+    return store_->ListRevisions(limit);
+  }
+  absl::StatusOr<std::vector<std::pair<int64_t, SubmapMove>>> ListMoves(int64_t from,
+                                                                        int64_t to) const override {
+    return store_->ListMoves(from, to);
+  }
+  absl::StatusOr<std::string> GetFeatures(const SubmapId& submap,
+                                          const std::string& kind) const override {
+    return store_->GetFeatures(submap, kind);
+  }
+
+ private:
+  absl::Status Noted(absl::Status status) {
+    health_->Note(status);
+    return status;
+  }
+
+  const std::unique_ptr<storage::MapStore> store_;
+  StoreHealth* const health_;
+};
+
+}  // namespace
+
+void StoreHealth::Note(const absl::Status& status) {
+  const bool is_failure = IsStoreFailure(status);
+  if (!status.ok() && !is_failure) return;
+  std::lock_guard one_at_a_time(telling_);
+  std::string news;
+  {
+    std::lock_guard lock(mutex_);
+    const bool was_failing = !problem_.empty();
+    if (is_failure) {
+      problem_ = absl::StrCat("the server cannot store: ", status.message());
+      if (!was_failing) {
+        since_ns_ = clock_->NowNs();
+        news = problem_;
+      }
+    } else if (was_failing) {
+      const double seconds = 1e-9 * static_cast<double>(clock_->NowNs() - since_ns_);
+      news = absl::StrCat("the server stores again, after ", seconds, " s in which it could not");
+      problem_.clear();
+    }
+    changed_.notify_all();
+  }
+  if (!news.empty() && on_change_) on_change_(news);
+}
+
+std::string StoreHealth::Problem() const {
+  std::lock_guard lock(mutex_);
+  if (problem_.empty()) return {};
+  const std::string since = absl::FormatTime("%H:%M:%S UTC on %Y-%m-%d",
+                                             absl::FromUnixNanos(since_ns_), absl::UTCTimeZone());
+  return absl::StrCat(problem_, " (since ", since,
+                      "). What it has is served. Robots send again what is not stored yet");
+}
+
+bool StoreHealth::WaitForProblem() {
+  std::unique_lock lock(mutex_);
+  changed_.wait(lock, [this] { return is_stopped_ || !problem_.empty(); });
+  return !is_stopped_;
+}
+
+bool StoreHealth::Pause(double seconds) {
+  std::unique_lock lock(mutex_);
+  changed_.wait_for(lock, std::chrono::duration<double>(seconds), [this] { return is_stopped_; });
+  return !is_stopped_;
+}
+
+void StoreHealth::Stop() {
+  std::lock_guard lock(mutex_);
+  is_stopped_ = true;
+  changed_.notify_all();
+}
+
+std::unique_ptr<storage::MapStore> WatchStore(std::unique_ptr<storage::MapStore> store,
+                                              StoreHealth* health) {
+  return std::make_unique<WatchedStore>(std::move(store), health);
+}
+
+}  // namespace isthmus::server

@@ -1,0 +1,53 @@
+// Whether what comes in can be stored at the moment, and if not, why and since when.
+#pragma once
+
+#include <absl/status/status.h>
+
+#include <condition_variable>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+
+#include "core/clock.h"
+#include "storage/map_store.h"
+
+namespace isthmus::server {
+
+// Thread safe.
+class StoreHealth {
+ public:
+  // `on_change`, if any, is told in words when storing begins to fail and when it works again; from
+  // any thread, one call at a time.
+  StoreHealth(const Clock* clock, std::function<void(const std::string&)> on_change)
+      : clock_(clock), on_change_(std::move(on_change)) {}
+
+  // How a write ended. What is wrong with the batch itself says nothing of the store.
+  void Note(const absl::Status& status);
+
+  // For people, a sentence; empty while all is well.
+  std::string Problem() const;
+  // Waits while all is well. False once it was stopped.
+  bool WaitForProblem();
+  // Waits that long; false once it was stopped.
+  bool Pause(double seconds);
+  void Stop();
+
+ private:
+  const Clock* const clock_;
+  const std::function<void(const std::string&)> on_change_;
+  std::mutex telling_;  // Serialises Note, so that on_change_ is told in order.
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  // Guarded by mutex_ from here.
+  std::string problem_;
+  int64_t since_ns_ = 0;
+  bool is_stopped_ = false;
+};
+
+// All of `store`'s promises; notes how its writes end. `health` must outlive it.
+std::unique_ptr<storage::MapStore> WatchStore(std::unique_ptr<storage::MapStore> store,
+                                              StoreHealth* health);
+
+}  // namespace isthmus::server
