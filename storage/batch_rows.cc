@@ -38,6 +38,17 @@ absl::Status Retire(Connection& database, const std::vector<SubmapId>& retired) 
   return absl::OkStatus();
 }
 
+absl::Status WriteCheckpoints(Connection& database, const WriteBatch& batch) {
+  for (const Checkpoint& checkpoint : batch.checkpoints) {
+    if (absl::Status status = PutCheckpoint(database, checkpoint); !status.ok()) return status;
+  }
+  for (const SessionRecord& record : batch.sessions) {
+    if (record.state != SessionState::kFinished) continue;
+    if (absl::Status status = RemoveCheckpoint(database, record.id); !status.ok()) return status;
+  }
+  return absl::OkStatus();
+}
+
 // The records that came with placing submaps.
 absl::Status WriteGraphRows(Connection& database, const WriteBatch& batch) {
   for (const LoopClosure& loop : batch.loops) {
@@ -66,6 +77,7 @@ absl::Status AddBatch(Connection& database, const WriteBatch& batch,
   for (const SubmapRow& submap : submaps) {
     if (auto status = AddSubmap(database, submap); !status.ok()) return status;
   }
+  if (absl::Status status = WriteCheckpoints(database, batch); !status.ok()) return status;
   for (const Match& match : batch.matches) {
     if (absl::Status status = PutMatch(database, match); !status.ok()) return status;
   }

@@ -27,6 +27,19 @@ absl::Status CheckPair(const Record& match,
   return absl::OkStatus();
 }
 
+absl::Status CheckCheckpoint(const Checkpoint& checkpoint,
+                             const std::function<bool(const SessionId&)>& has_session) {
+  const std::string& session = checkpoint.session.value();
+  if (!checkpoint.data || checkpoint.durable_sequence > checkpoint.sequence) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("the checkpoint of session ", session,
+                     " has no data, or more is durable than was dealt with"));
+  }
+  if (has_session(checkpoint.session)) return absl::OkStatus();
+  return absl::FailedPreconditionError(
+      absl::StrCat("a checkpoint of session ", session, ", which does not exist"));
+}
+
 // The records that came with placing submaps.
 absl::Status CheckGraph(const WriteBatch& batch, const StoreContents& contents,
                         const std::function<bool(const SessionId&)>& has_session,
@@ -75,6 +88,9 @@ absl::Status CheckBatch(const WriteBatch& batch, const StoreContents& contents) 
     }
     last_known = &session;
   }
+  for (const Checkpoint& checkpoint : batch.checkpoints) {
+    if (absl::Status status = CheckCheckpoint(checkpoint, has_session); !status.ok()) return status;
+  }
   std::set<SubmapId> submaps;
   for (const auto& submap : batch.submaps) {
     if (!has_session(submap->id.session)) {
@@ -103,6 +119,10 @@ absl::Status UnknownSession(const SessionId& session) {
 
 absl::Status UnknownSubmap(const SubmapId& submap) {
   return absl::NotFoundError(absl::StrCat("there is no submap '", ToString(submap), "'"));
+}
+
+absl::Status NoCheckpoint(const SessionId& session) {
+  return absl::NotFoundError(absl::StrCat("session '", session.value(), "' has no checkpoint"));
 }
 
 absl::Status NoFeatures(const SubmapId& submap, const std::string& kind) {

@@ -26,6 +26,7 @@ absl::Status CheckBatch(const WriteBatch& batch, const StoreContents& contents);
 
 absl::Status UnknownSession(const SessionId& session);
 absl::Status UnknownSubmap(const SubmapId& submap);
+absl::Status NoCheckpoint(const SessionId& session);
 absl::Status NoFeatures(const SubmapId& submap, const std::string& kind);
 
 }  // namespace isthmus::storage

@@ -61,6 +61,7 @@ void CountRecords(Connection& database, StoreReport& report) {
   count("matches", report.matches);
   count("revisions", report.revisions);
   if (report.schema >= 5) count("loops", report.loops);
+  if (report.schema >= 6) count("checkpoints", report.checkpoints);
 }
 
 absl::Status ExpectFile(const std::string& path) {
@@ -96,17 +97,18 @@ absl::StatusOr<StoreReport> CheckStore(const std::string& directory) {
   CountRecords(**database, report);
   CheckSubmaps(**database, report.schema, report);
   CheckFeatures(**database, report);
+  if (report.schema >= 6) CheckCheckpoints(**database, report);
   CheckEdges(**database, report.schema, report);
   CheckPoses(**database, report.schema, report);
   return report;
 }
 
 std::string ToString(const StoreReport& report) {
-  std::string text =
-      absl::StrCat("schema ", report.schema, ": ", report.sessions, " sessions, ", report.submaps,
-                   " submaps of ", report.points, " points, ", report.scans, " scans, ",
-                   report.features, " features, ", report.matches, " matches, ", report.loops,
-                   " loop closures, ", report.revisions, " revisions\n");
+  std::string text = absl::StrCat(
+      "schema ", report.schema, ": ", report.sessions, " sessions, ", report.submaps,
+      " submaps of ", report.points, " points, ", report.scans, " scans, ", report.features,
+      " features, ", report.matches, " matches, ", report.loops, " loop closures, ",
+      report.revisions, " revisions, ", report.checkpoints, " checkpoints\n");
   for (const DamagedRecord& damaged : report.damaged) {
     absl::StrAppend(&text, damaged.record, ": ", damaged.problem, "\n");
   }

@@ -17,6 +17,7 @@ struct DamagedRecord {
 struct StoreReport {
   int64_t schema = 0;
   int64_t sessions = 0, submaps = 0, scans = 0, features = 0, matches = 0, loops = 0, revisions = 0;
+  int64_t checkpoints = 0;
   int64_t points = 0;  // Of the submaps that are whole.
   // The first kDamagedListed of damaged_count.
   std::vector<DamagedRecord> damaged;
@@ -33,8 +34,9 @@ inline constexpr size_t kDamagedListed = 1000;
 // is told from one that a power cut left (log_check.h).
 //
 // Writes to none of the files (SQLite may make isthmus.db-shm). Folders of older schemas are read
-// as they are, but for the points of submaps before schema 5. Holds the folder's lock meanwhile, if there is one: FailedPrecondition while a
-// server runs, and for what OpenSqliteStore refuses; NotFound where there is no map.
+// as they are, but for the points of submaps before schema 5. Holds the folder's lock meanwhile, if
+// there is one: FailedPrecondition while a server runs, and for what OpenSqliteStore refuses;
+// NotFound where there is no map.
 absl::StatusOr<StoreReport> CheckStore(const std::string& directory);
 
 // A few lines for people, ending with a newline.

@@ -5,6 +5,7 @@
 #include <absl/status/status.h>
 #include <absl/status/statusor.h>
 
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
@@ -22,9 +23,22 @@
 
 namespace isthmus::storage {
 
+// What a session's worker knew once a scan was dealt with, so that it can go on from there exactly.
+struct Checkpoint {
+  SessionId session = {};
+  uint64_t sequence = 0;  // The last scan that was dealt with.
+  // Scans up to here are safe even without `data`; at most `sequence`.
+  uint64_t durable_sequence = 0;
+  // Opaque. Absent, when read, where it is damaged: the numbers are known nevertheless.
+  std::optional<std::string> data = {};
+};
+
 // Changes that take effect together or not at all.
 struct WriteBatch {
-  std::vector<SessionRecord> sessions = {};  // Inserted, or replaced by id.
+  // Inserted, or replaced by id. One that is finished loses its checkpoint.
+  std::vector<SessionRecord> sessions = {};
+  // Inserted, or replaced by session; with `data`.
+  std::vector<Checkpoint> checkpoints = {};
   // Appended to a session's trajectory; a sequence that is there already is left as it is.
   std::vector<std::pair<SessionId, TrajectoryEntry>> trajectory = {};
   // Inserted; an id that exists is an error.
@@ -62,10 +76,10 @@ struct FeatureBlob {
 };
 
 // Thread safe. Errors: NotFound for unknown ids, AlreadyExists for a submap id that exists,
-// FailedPrecondition for a submap or pose of a session that does not exist or a revision that is
-// not newer, InvalidArgument for a record that breaks its own type's promise (batch_rules.h),
-// DataLoss for a record whose checksum is wrong, ResourceExhausted when the disk is full,
-// Unavailable when the store cannot be reached.
+// FailedPrecondition for a submap, pose or checkpoint of a session that does not exist or a
+// revision that is not newer, InvalidArgument for a record that breaks its own type's promise
+// (batch_rules.h), DataLoss for a record whose checksum is wrong, ResourceExhausted when the disk
+// is full, Unavailable when the store cannot be reached.
 class MapStore {
  public:
   virtual ~MapStore() = default;
@@ -74,17 +88,25 @@ class MapStore {
   // disk, of the machine. Otherwise nothing of it has happened.
   virtual absl::Status Write(const WriteBatch& batch) = 0;
 
-  // Removes a session with its trajectory, submaps, features, matches, verdicts, loop closures and
-  // anchors. NotFound if unknown.
+  // Removes a session with its trajectory, submaps, features, matches, verdicts, loop closures,
+  // anchors and checkpoint. NotFound if unknown.
   virtual absl::Status DeleteSession(const SessionId& session) = 0;
 
   virtual absl::StatusOr<SessionRecord> GetSession(const SessionId& session) const = 0;
   // In order of creation.
   virtual absl::StatusOr<std::vector<SessionRecord>> ListSessions() const = 0;
 
+  // What the session's submaps and their features take up, about; what else is stored of it is
+  // little.
+  virtual absl::StatusOr<uint64_t> StoredBytes(const SessionId& session) const = 0;
+
   // In order of sequence; empty for a session without scans.
   virtual absl::StatusOr<std::vector<TrajectoryEntry>> GetTrajectory(
       const SessionId& session) const = 0;
+
+  // The last one of the session; NotFound where there is none. One whose data is damaged comes
+  // without.
+  virtual absl::StatusOr<Checkpoint> GetCheckpoint(const SessionId& session) const = 0;
 
   virtual absl::StatusOr<std::shared_ptr<const Submap>> GetSubmap(const SubmapId& submap) const = 0;
   // In order of index. All sessions when `session` is absent.

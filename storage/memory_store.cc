@@ -19,6 +19,7 @@ struct SessionData {
   SessionRecord record;
   uint64_t order = 0;                              // Of insertion, because created_ns may repeat.
   std::map<uint64_t, TrajectoryEntry> trajectory;  // By sequence.
+  std::optional<Checkpoint> checkpoint;
   std::map<uint32_t, std::shared_ptr<const Submap>> submaps;
   std::map<uint32_t, SubmapInfo> infos;
   std::map<std::pair<uint32_t, std::string>, std::string> features;  // By submap and kind.
@@ -35,6 +36,7 @@ class MemoryStore : public MapStore {
     std::lock_guard lock(mutex_);
     if (absl::Status status = Check(batch); !status.ok()) return status;
     for (const SessionRecord& record : batch.sessions) PutSession(record);
+    PutCheckpoints(batch);
     for (const auto& [session, entry] : batch.trajectory) {
       sessions_.at(session).trajectory.emplace(entry.sequence, entry);
     }
@@ -87,6 +89,18 @@ class MemoryStore : public MapStore {
     return records;
   }
 
+  absl::StatusOr<uint64_t> StoredBytes(const SessionId& session) const override {
+    std::lock_guard lock(mutex_);
+    const SessionData* data = Find(session);
+    if (data == nullptr) return UnknownSession(session);
+    uint64_t bytes = 0;
+    for (const auto& [index, submap] : data->submaps) {
+      bytes += submap->points.size() * sizeof(SubmapPoint);
+    }
+    for (const auto& [key, blob] : data->features) bytes += blob.size();
+    return bytes;
+  }
+
   absl::StatusOr<std::vector<TrajectoryEntry>> GetTrajectory(
       const SessionId& session) const override {
     std::lock_guard lock(mutex_);
@@ -95,6 +109,14 @@ class MemoryStore : public MapStore {
     std::vector<TrajectoryEntry> entries;
     for (const auto& [sequence, entry] : data->trajectory) entries.push_back(entry);
     return entries;
+  }
+
+  absl::StatusOr<Checkpoint> GetCheckpoint(const SessionId& session) const override {
+    std::lock_guard lock(mutex_);
+    const SessionData* data = Find(session);
+    if (data == nullptr) return UnknownSession(session);
+    if (!data->checkpoint) return NoCheckpoint(session);
+    return *data->checkpoint;
   }
 
   absl::StatusOr<std::shared_ptr<const Submap>> GetSubmap(const SubmapId& id) const override {
@@ -214,6 +236,15 @@ class MemoryStore : public MapStore {
     const auto [item, is_new] = sessions_.try_emplace(record.id);
     if (is_new) item->second.order = next_order_++;
     item->second.record = record;
+  }
+
+  void PutCheckpoints(const WriteBatch& batch) {
+    for (const Checkpoint& checkpoint : batch.checkpoints) {
+      sessions_.at(checkpoint.session).checkpoint = checkpoint;
+    }
+    for (const SessionRecord& record : batch.sessions) {
+      if (record.state == SessionState::kFinished) sessions_.at(record.id).checkpoint.reset();
+    }
   }
 
   void RemoveAnchor(const SubmapId& submap) {

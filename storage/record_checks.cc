@@ -139,6 +139,22 @@ void CheckFeatures(Connection& database, StoreReport& report) {
   }
 }
 
+void CheckCheckpoints(Connection& database, StoreReport& report) {
+  std::vector<std::pair<int64_t, std::string>> sessions;
+  ForEachRow(database, "the list of checkpoints",
+             "SELECT session, id FROM checkpoints LEFT JOIN sessions ON key = session", report,
+             [&](const Statement& row) { sessions.emplace_back(row.Int(0), row.Text(1)); });
+  for (const auto& [key, id] : sessions) {
+    const absl::StatusOr<std::optional<Checkpoint>> found = FindCheckpoint(database, key);
+    const std::string name = absl::StrCat("checkpoint of session ", id);
+    if (!found.ok()) {
+      AddDamage(name, std::string(found.status().message()), report);
+    } else if (*found && !(*found)->data) {
+      AddDamage(name, "its data is damaged; the session goes on from its submaps", report);
+    }
+  }
+}
+
 void CheckEdges(Connection& database, int64_t schema, StoreReport& report) {
   for (const Column& column : kEdges) {
     if (schema < column.since) continue;

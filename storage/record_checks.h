@@ -11,6 +11,7 @@ void AddDamage(const std::string& record, const std::string& problem, StoreRepor
 // `schema` is the database's. What cannot be read is damage, and no reason to stop.
 void CheckSubmaps(Connection& database, int64_t schema, StoreReport& report);
 void CheckFeatures(Connection& database, StoreReport& report);
+void CheckCheckpoints(Connection& database, StoreReport& report);
 void CheckEdges(Connection& database, int64_t schema, StoreReport& report);
 void CheckPoses(Connection& database, int64_t schema, StoreReport& report);
 

@@ -34,6 +34,14 @@ absl::StatusOr<std::optional<int64_t>> FindSessionKey(Connection& database,
 absl::StatusOr<std::vector<SessionRecord>> SelectSessions(Connection& database);
 // Takes along all that belongs to it. False if there was none.
 absl::StatusOr<bool> RemoveSession(Connection& database, const SessionId& session);
+// Of the blobs of submaps and features.
+absl::StatusOr<uint64_t> SumBytes(Connection& database, int64_t session_key);
+
+// checkpoints. Replaces by session; removing what is not there is no error. What is found names no
+// session.
+absl::Status PutCheckpoint(Connection& database, const Checkpoint& checkpoint);
+absl::Status RemoveCheckpoint(Connection& database, const SessionId& session);
+absl::StatusOr<std::optional<Checkpoint>> FindCheckpoint(Connection& database, int64_t session_key);
 
 // trajectory. An entry whose sequence is there already is left as it is.
 absl::Status AddTrajectory(Connection& database,

@@ -78,4 +78,16 @@ absl::StatusOr<bool> RemoveSession(Connection& database, const SessionId& sessio
   return database.Changes() > 0;
 }
 
+// SQLite knows the length of a blob from its row: the blobs themselves are not read.
+absl::StatusOr<uint64_t> SumBytes(Connection& database, int64_t session_key) {
+  Statement sum = database.Prepare(
+      "SELECT (SELECT coalesce(sum(length(data)), 0) FROM submaps "
+      "JOIN submap_blobs ON submap = submaps.key WHERE session = ?1) + "
+      "(SELECT coalesce(sum(length(data)), 0) FROM submaps "
+      "JOIN features ON features.submap = submaps.key WHERE session = ?1)");
+  absl::StatusOr<bool> has_row = sum.Bind(session_key).Step();
+  if (!has_row.ok()) return has_row.status();
+  return *has_row ? static_cast<uint64_t>(sum.Int(0)) : 0;
+}
+
 }  // namespace isthmus::storage

@@ -63,9 +63,21 @@ class SqliteStore : public MapStore {
     return SelectSessions(*readers_.Borrow());
   }
 
+  absl::StatusOr<uint64_t> StoredBytes(const SessionId& session) const override {
+    return WithSession<uint64_t>(session, SumBytes);
+  }
+
   absl::StatusOr<std::vector<TrajectoryEntry>> GetTrajectory(
       const SessionId& session) const override {
     return WithSession<std::vector<TrajectoryEntry>>(session, SelectTrajectory);
+  }
+
+  absl::StatusOr<Checkpoint> GetCheckpoint(const SessionId& session) const override {
+    auto found = WithSession<std::optional<Checkpoint>>(session, FindCheckpoint);
+    if (!found.ok()) return found.status();
+    if (!*found) return NoCheckpoint(session);
+    (*found)->session = session;
+    return **std::move(found);
   }
 
   absl::StatusOr<std::shared_ptr<const Submap>> GetSubmap(const SubmapId& id) const override {

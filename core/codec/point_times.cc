@@ -112,6 +112,13 @@ double TimeReader::EndOf(double first_s, double last_s, double stamp_s) {
   return plausible ? expected_s : last_s;
 }
 
+void TimeReader::Restore(const Memory& memory) {
+  unit_s_ = memory.unit_s;
+  turn_s_ = memory.turn_s;
+  end_s_ = memory.end_s;
+  zero_ = memory.zero;
+}
+
 std::string TimeReader::Description() const {
   const auto unit = std::find(kUnits_s.begin(), kUnits_s.end(), unit_s_);
   const char* name = unit == kUnits_s.end() ? "unit unclear" : kUnitNames[unit - kUnits_s.begin()];

@@ -25,15 +25,25 @@ class TimeReader {
   // What the last times that were understood are: "ns, from the start of the scan".
   std::string Description() const;
 
- private:
-  enum class Zero { kStart, kEnd, kClock };
+  enum class Zero : uint8_t { kStart, kEnd, kClock };
+  // What it has learnt from the scans so far.
+  struct Memory {
+    double unit_s = 0;  // 0 before the first whole turn.
+    double turn_s = 0;  // Time from the first to the last return of a whole turn.
+    // Of whole turns: the time of the last return, or for clock times how far it is before the
+    // stamp.
+    double end_s = 0;
+    Zero zero = Zero::kStart;
+  };
+  Memory memory() const { return {unit_s_, turn_s_, end_s_, zero_}; }
+  // Goes on where another one stopped.
+  void Restore(const Memory& memory);
 
+ private:
   double EndOf(double first_s, double last_s, double stamp_s);
 
-  double unit_s_ = 0;  // 0 before the first whole turn.
-  double turn_s_ = 0;  // Time from the first to the last return of a whole turn.
-  // Of whole turns: the time of the last return, or for clock times how far it is before the stamp.
-  double end_s_ = 0;
+  // As Memory's.
+  double unit_s_ = 0, turn_s_ = 0, end_s_ = 0;
   Zero zero_ = Zero::kStart;
 };
 

@@ -48,6 +48,11 @@ class ScanDecoder {
   // Of the last scan that was decoded.
   const ScanFields& fields() const { return fields_; }
 
+  // What the scans so far have shown of the sensor's times: with it another decoder goes on as this
+  // one would.
+  TimeReader::Memory memory() const { return times_.memory(); }
+  void Restore(const TimeReader::Memory& memory) { times_.Restore(memory); }
+
  private:
   absl::StatusOr<Scan> DecodeRaw(const PointPayload& raw, int64_t end_stamp_ns);
 

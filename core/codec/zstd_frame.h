@@ -9,8 +9,12 @@
 
 namespace isthmus::codec {
 
+// On an HDL-64 scan level 3 packs 2.5 % better than level 1 and takes a third longer; level 5 gains
+// another 1.5 % in 70 % more time.
+inline constexpr int kZstdLevel = 3;
+
 // Appends the frame to `out`. Thread safe. ResourceExhausted without memory.
-absl::Status AppendZstdFrame(const std::string& content, std::string& out);
+absl::Status AppendZstdFrame(const std::string& content, std::string& out, int level = kZstdLevel);
 
 // InvalidArgument unless the bytes are exactly one undamaged frame of `content_size` bytes; no more
 // than that is allocated, whatever the frame claims. Thread safe.

@@ -26,7 +26,19 @@ class ScanClock {
   // The scan with this stamp was used: later ones are read relative to it.
   void Advance(int64_t end_stamp_ns, int64_t time_ns);
 
+  // For floam/state_codec.h.
+  template <typename Self, typename Io>
+  static void Fields(Self& self, Io& io) {
+    io(self.started_, self.stamp_ns_, self.time_ns_, self.interval_ns_);
+    if constexpr (Io::kIsReading) {
+      const auto is_time = [](int64_t ns) { return ns >= -kMost_ns && ns <= kMost_ns; };
+      io.Expect(is_time(self.stamp_ns_) && is_time(self.time_ns_) && self.interval_ns_ > 0);
+    }
+  }
+
  private:
+  static constexpr int64_t kMost_ns = (int64_t{1} << 62) + (int64_t{1} << 61);
+
   bool started_ = false;
   int64_t stamp_ns_ = 0, time_ns_ = 0;  // Of the last scan used.
   int64_t interval_ns_ = 100'000'000;   // Between the last two that followed each other.

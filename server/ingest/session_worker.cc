@@ -35,11 +35,6 @@ std::string InputText(const codec::ScanFields& fields, const floam::OdometryResu
                       warning.empty() ? "" : "; is the sensor's name right? ", warning);
 }
 
-floam::OdometryOptions Mounted(floam::OdometryOptions options, const SessionRecord& record) {
-  options.R_base_sensor = record.T_base_sensor.rotation();
-  return options;
-}
-
 }  // namespace
 
 std::shared_ptr<SessionWorker> SessionWorker::Create(const SessionRecord& record,
@@ -55,40 +50,76 @@ SessionWorker::SessionWorker(const SessionRecord& record, const floam::SensorMod
                              const Options& options, WorkerHooks hooks, Executor* executor,
                              const ResumePoint& resume)
     : record_(record),
+      sensor_(sensor),
       options_(options),
       hooks_(std::move(hooks)),
       executor_(executor),
-      odometry_(sensor, Mounted(options.odometry, record)),
-      builder_(record.id, record.robot, options.submap,
-               resume.submaps.empty() ? 0 : resume.submaps.back()->id.index + 1) {
-  if (!resume.submaps.empty()) last_submitted_ = resume.submaps.back()->last_sequence;
-  status_.last_sequence = status_.durable_sequence = last_submitted_;
+      stored_until_(resume.next_index) {
   Resume(resume);
+  checkpoint_sequence_ = last_submitted_ = status_.last_sequence;
+}
+
+void SessionWorker::Begin(const ResumePoint& resume, Cloud* around) {
+  state_ = std::make_unique<SessionState>(record_, sensor_, options_.odometry, options_.submap,
+                                          resume.next_index);
+  if (!resume.for_each_submap) return;
+  resume.for_each_submap([&](const Submap& submap) {
+    state_->odometry.Remember(submap);
+    if (around == nullptr || !T_odom_last_) return;
+    for (const SubmapPoint& point : submap.points) {
+      const Eigen::Vector3d p = submap.T_odom_submap * point.Position().cast<double>();
+      if ((p - T_odom_last_->translation()).norm() > options_.odometry.map.radius_m) continue;
+      const Eigen::Vector3f q = p.cast<float>();
+      around->push_back({q.x(), q.y(), q.z(), point.intensity});
+    }
+  });
 }
 
 void SessionWorker::Resume(const ResumePoint& resume) {
+  for (const TrajectoryEntry& entry : resume.trajectory) Follow(entry);
+  const std::optional<Checkpoint>& checkpoint = resume.checkpoint;
+  absl::Status usable = absl::DataLossError("the checkpoint is damaged");
+  if (checkpoint && checkpoint->state) {
+    Begin(resume, nullptr);
+    usable = state_->Restore(*checkpoint->state);
+  }
+  if (!usable.ok()) {
+    ResumeFromSubmaps(resume);
+    if (!checkpoint) return;
+    status_.input = absl::StrCat("resumed from submaps: ", usable.message());
+    resumed_ = absl::StrCat("; ", status_.input);
+    return;
+  }
+  status_.last_sequence = checkpoint->sequence;
+  status_.durable_sequence = checkpoint->durable_sequence;
+  status_.unsaved = state_->stretch;
+  for (const TrajectoryEntry& entry : state_->stretch) Follow(entry);
+}
+
+void SessionWorker::ResumeFromSubmaps(const ResumePoint& resume) {
+  // Numbers that cannot be are not believed.
+  const std::optional<Checkpoint>& checkpoint = resume.checkpoint;
+  const bool counts = checkpoint && checkpoint->durable_sequence >= resume.last_sequence &&
+                      checkpoint->durable_sequence <= checkpoint->sequence;
+  status_.last_sequence = counts ? checkpoint->durable_sequence : resume.last_sequence;
+  status_.durable_sequence = status_.last_sequence;
+  Cloud around;
+  Begin(resume, &around);
   Trajectory recent;
   for (const TrajectoryEntry& entry : resume.trajectory) {
-    if (T_odom_last_) {
-      status_.travelled_m +=
-          (entry.T_odom_sensor.translation() - T_odom_last_->translation()).norm();
-    }
-    T_odom_last_ = entry.T_odom_sensor;
     recent.push_back({entry.stamp_ns, entry.T_odom_sensor});
   }
   if (recent.empty()) return;
-  clock_.Advance(recent.back().stamp_ns, recent.back().stamp_ns);
-  Cloud around;
-  for (const auto& submap : resume.submaps) {
-    odometry_.Remember(*submap);
-    for (const SubmapPoint& point : submap->points) {
-      const Eigen::Vector3d p = submap->T_odom_submap * point.Position().cast<double>();
-      if ((p - T_odom_last_->translation()).norm() > options_.odometry.map.radius_m) continue;
-      const Eigen::Vector3f q = p.cast<float>();
-      around.push_back({q.x(), q.y(), q.z(), point.intensity});
-    }
+  state_->clock.Advance(recent.back().stamp_ns, recent.back().stamp_ns);
+  state_->odometry.Resume(around, recent);
+}
+
+// Takes note of where the robot was.
+void SessionWorker::Follow(const TrajectoryEntry& entry) {
+  if (T_odom_last_) {
+    status_.travelled_m += (entry.T_odom_sensor.translation() - T_odom_last_->translation()).norm();
   }
-  odometry_.Resume(around, recent);
+  T_odom_last_ = entry.T_odom_sensor;
 }
 
 absl::Status SessionWorker::Submit(ScanUpload scan) {
@@ -170,21 +201,12 @@ ScanAck SessionWorker::Handle(const ScanUpload& upload) {
     }
     status_.last_sequence = upload.sequence;
   }
-  const absl::StatusOr<ScanClock::Reading> reading = clock_.Read(upload.end_stamp_ns);
-  if (!reading.ok()) {
-    ack.outcome = ScanOutcome::kRejected;
-    ack.reason = std::string(reading.status().message());
+  DealWith(upload, &ack);
+  std::deque<Stretch> finished =
+      TakeFinished(upload.sequence, checkpoint_sequence_ + options_.checkpoint_scans);
+  {
     std::lock_guard lock(mutex_);
-    ++status_.rejected;
-    return ack;
-  }
-  absl::StatusOr<floam::OdometryResult> result = Track(upload, reading->time_ns);
-  if (result.ok()) {
-    clock_.Advance(upload.end_stamp_ns, reading->time_ns);
-    if (reading->stepped) Cut(builder_.Finish());
-    Take(*result, &ack);
-  } else {
-    Reject(result.status(), &ack);
+    for (Stretch& stretch : finished) unpersisted_.push_back(std::move(stretch));
   }
   // A failure is kept for the next attempt; Submit tells the robot when it lasts.
   (void)Persist();
@@ -193,13 +215,33 @@ ScanAck SessionWorker::Handle(const ScanUpload& upload) {
   return ack;
 }
 
+void SessionWorker::DealWith(const ScanUpload& upload, ScanAck* ack) {
+  const absl::StatusOr<ScanClock::Reading> reading = state_->clock.Read(upload.end_stamp_ns);
+  if (!reading.ok()) {
+    ack->outcome = ScanOutcome::kRejected;
+    ack->reason = std::string(reading.status().message());
+    std::lock_guard lock(mutex_);
+    ++status_.rejected;
+    return;
+  }
+  absl::StatusOr<floam::OdometryResult> result = Track(upload, reading->time_ns);
+  if (result.ok()) {
+    state_->clock.Advance(upload.end_stamp_ns, reading->time_ns);
+    if (reading->stepped) Cut(state_->builder.Finish());
+    Take(*result, ack);
+  } else {
+    Reject(result.status(), ack);
+  }
+}
+
 // The odometry sees times that go forward; what leaves it bears the robot's stamps.
 absl::StatusOr<floam::OdometryResult> SessionWorker::Track(const ScanUpload& upload,
                                                            int64_t time_ns) {
-  absl::StatusOr<Scan> scan = decoder_.Decode(upload.payload, upload.sequence, upload.end_stamp_ns);
+  absl::StatusOr<Scan> scan =
+      state_->decoder.Decode(upload.payload, upload.sequence, upload.end_stamp_ns);
   if (!scan.ok()) return scan.status();
   scan->end_stamp_ns = time_ns;
-  absl::StatusOr<floam::OdometryResult> result = odometry_.Process(*scan);
+  absl::StatusOr<floam::OdometryResult> result = state_->odometry.Process(*scan);
   if (result.ok()) result->stamp_ns = upload.end_stamp_ns;
   return result;
 }
@@ -208,7 +250,7 @@ void SessionWorker::Reject(const absl::Status& why, ScanAck* ack) {
   ack->outcome = ScanOutcome::kRejected;
   ack->reason = std::string(why.message());
   ack->status = ToString(floam::TrackingStatus::kLost);
-  if (++blind_scans_ == kBlindScans) Cut(builder_.Finish());
+  if (++state_->blind_scans == kBlindScans) Cut(state_->builder.Finish());
   std::lock_guard lock(mutex_);
   ++status_.rejected;
   if (T_odom_last_) {
@@ -219,13 +261,13 @@ void SessionWorker::Reject(const absl::Status& why, ScanAck* ack) {
 }
 
 void SessionWorker::Take(const floam::OdometryResult& result, ScanAck* ack) {
-  blind_scans_ = 0;
+  state_->blind_scans = 0;
   const bool lost = result.status == floam::TrackingStatus::kLost;
-  if (lost) Cut(builder_.Finish());
+  if (lost) Cut(state_->builder.Finish());
   const TrajectoryEntry entry{result.sequence, result.stamp_ns, result.T_odom_sensor,
-                              builder_.CurrentIndex()};
-  if (!lost) stretch_.push_back(entry);
-  Cut(builder_.Add(result));
+                              state_->builder.CurrentIndex()};
+  if (!lost) state_->stretch.push_back(entry);
+  Cut(state_->builder.Add(result));
 
   ack->status = ToString(result.status);
   ack->T_odom_sensor = result.T_odom_sensor;
@@ -242,21 +284,33 @@ void SessionWorker::Take(const floam::OdometryResult& result, ScanAck* ack) {
   odometry_ms_sum_ += result.timing.total_ms;
   status_.odometry_ms_mean = odometry_ms_sum_ / static_cast<double>(status_.processed);
   status_.tracking = ack->status;
-  status_.input = InputText(decoder_.fields(), result);
+  status_.input = InputText(state_->decoder.fields(), result) + resumed_;
   if (lost) return;
-  if (T_odom_last_) {
-    status_.travelled_m += (entry.T_odom_sensor.translation() - T_odom_last_->translation()).norm();
-  }
-  T_odom_last_ = entry.T_odom_sensor;
+  Follow(entry);
   status_.unsaved.push_back(entry);
 }
 
-// Hands over what was finished, if anything was.
 void SessionWorker::Cut(std::shared_ptr<const Submap> submap) {
   if (submap == nullptr) return;
-  odometry_.Remember(*submap);
-  std::lock_guard lock(mutex_);
-  unpersisted_.push_back({std::move(submap), std::exchange(stretch_, {})});
+  state_->odometry.Remember(*submap);
+  std::vector<TrajectoryEntry> trajectory = std::exchange(state_->stretch, {});
+  // A checkpoint may be older than the last submap: then this one was made, and stored, before.
+  if (submap->id.index < stored_until_) return;
+  finished_.push_back({std::move(submap), std::move(trajectory)});
+}
+
+std::deque<Stretch> SessionWorker::TakeFinished(uint64_t sequence, uint64_t checkpoint_after) {
+  std::deque<Stretch> finished = std::exchange(finished_, {});
+  if (finished.empty() && sequence < checkpoint_after) return finished;
+  // Without memory for it the submap goes alone; the robot keeps its scans until the next one.
+  absl::StatusOr<std::string> state = state_->Save();
+  if (!state.ok()) return finished;
+  checkpoint_sequence_ = sequence;
+  if (finished.empty()) finished.emplace_back();
+  const std::vector<TrajectoryEntry>& unfinished = state_->stretch;
+  finished.back().checkpoint = {
+      sequence, unfinished.empty() ? sequence : unfinished.front().sequence - 1, *std::move(state)};
+  return finished;
 }
 
 absl::Status SessionWorker::Persist() {
@@ -271,7 +325,8 @@ absl::Status SessionWorker::Persist() {
     if (absl::Status status = hooks_.persist(next); !status.ok()) return status;
     std::lock_guard lock(mutex_);
     unpersisted_.pop_front();
-    status_.durable_sequence = next.submap->last_sequence;
+    if (next.checkpoint) status_.durable_sequence = next.checkpoint->durable_sequence;
+    if (next.submap == nullptr) continue;
     std::erase_if(status_.unsaved, [&](const TrajectoryEntry& entry) {
       return entry.sequence <= next.submap->last_sequence;
     });
@@ -284,16 +339,19 @@ absl::Status SessionWorker::Finish() {
     stopping_ = true;
     changed_.notify_all();
     changed_.wait(lock, [this] { return !running_; });
-    if (std::shared_ptr<const Submap> last = builder_.Finish()) {
-      unpersisted_.push_back({std::move(last), std::exchange(stretch_, {})});
+    Cut(state_->builder.Finish());
+    for (Stretch& stretch : TakeFinished(status_.last_sequence, checkpoint_sequence_ + 1)) {
+      unpersisted_.push_back(std::move(stretch));
     }
   }
+  return RetryStoring();
+}
+
+absl::Status SessionWorker::RetryStoring() {
   if (absl::Status status = Persist(); !status.ok()) return status;
   ScanAck durable;
   {
     std::lock_guard lock(mutex_);
-    // Scans after the last submap were rejected or lost: nothing of them is left to be stored.
-    status_.durable_sequence = status_.last_sequence;
     durable.durable_sequence = status_.durable_sequence;
   }
   Send(durable);

@@ -13,7 +13,6 @@
 #include <string>
 #include <vector>
 
-#include "core/codec/scan_decoder.h"
 #include "core/executor.h"
 #include "core/scan_upload.h"
 #include "core/session.h"
@@ -22,14 +21,23 @@
 #include "floam/odometry.h"
 #include "floam/odometry_options.h"
 #include "floam/submap_builder.h"
-#include "server/ingest/scan_clock.h"
+#include "server/ingest/session_state.h"
 
 namespace isthmus::ingest {
 
-// A finished stretch of a session: the submap and the scans that fell into it.
+// What a worker that comes after this one needs to go on exactly.
+struct Checkpoint {
+  uint64_t sequence = 0;  // The last scan dealt with.
+  // Up to here all that scans made is in finished submaps: safe without `state`.
+  uint64_t durable_sequence = 0;
+  std::optional<std::string> state = {};  // Absent on resuming: it is damaged.
+};
+
+// What is to be made durable, together or not at all.
 struct Stretch {
-  std::shared_ptr<const Submap> submap;
-  std::vector<TrajectoryEntry> trajectory;
+  std::shared_ptr<const Submap> submap = {};     // Finished; null where there is only a checkpoint.
+  std::vector<TrajectoryEntry> trajectory = {};  // The scans that fell into it.
+  std::optional<Checkpoint> checkpoint = {};     // With its state.
 };
 
 // What a worker asks of its surroundings. Called from executor threads, one call at a time per
@@ -45,8 +53,12 @@ struct WorkerHooks {
 
 // Where a session continues: what is durable of it.
 struct ResumePoint {
-  std::vector<std::shared_ptr<const Submap>> submaps;  // All, in order.
-  std::vector<TrajectoryEntry> trajectory;             // All, in order.
+  std::optional<Checkpoint> checkpoint = {};
+  uint32_t next_index = 0;     // One more than that of the last submap.
+  uint64_t last_sequence = 0;  // Of the last submap.
+  // Calls with every submap that can be read, one at a time, in order. May be null: there are none.
+  std::function<void(const std::function<void(const Submap&)>&)> for_each_submap = {};
+  std::vector<TrajectoryEntry> trajectory = {};  // All, in order.
 };
 
 struct WorkerStatus {
@@ -71,6 +83,13 @@ struct WorkerStatus {
 // A clock that was set (see ScanClock) ends the submap, so that stamps in it stay in order, and the
 // odometry goes on. Scans are stored with the robot's stamps; lost ones are not stored.
 //
+// Durable is a scan whose effect is stored: with every finished submap, and after every so many
+// scans without one, all that the next scan depends on is handed over too (a checkpoint). A worker
+// that resumes from it makes the same poses and submaps, bit for bit, as if nothing had happened,
+// given the scans after it once more; those up to it are duplicates. Where a checkpoint cannot be
+// used it goes on from the submaps alone, in the same odom frame but with a map that is thinner,
+// and says so in WorkerStatus::input.
+//
 // Thread safe. Runs at most one task at a time on the executor, which must outlive it.
 class SessionWorker : public std::enable_shared_from_this<SessionWorker> {
  public:
@@ -78,6 +97,7 @@ class SessionWorker : public std::enable_shared_from_this<SessionWorker> {
     size_t queue = 16;  // Scans that may wait.
     floam::OdometryOptions odometry;
     floam::SubmapOptions submap;
+    uint64_t checkpoint_scans = 200;  // A checkpoint at least after so many.
   };
 
   static std::shared_ptr<SessionWorker> Create(const SessionRecord& record,
@@ -96,6 +116,9 @@ class SessionWorker : public std::enable_shared_from_this<SessionWorker> {
   // Waits for queued scans, then cuts and persists the unfinished submap. Scans submitted meanwhile
   // are refused with Unavailable. Returns what persist said. Idempotent.
   absl::Status Finish();
+  // Offers what could not be stored once more, and tells the robot if more is durable then. Returns
+  // what persist said; OK when nothing waits.
+  absl::Status RetryStoring();
   // Forgets queued scans and waits for the one in work; nothing more is persisted or acknowledged.
   void Abandon();
 
@@ -107,27 +130,36 @@ class SessionWorker : public std::enable_shared_from_this<SessionWorker> {
                 const ResumePoint& resume);
 
   void Resume(const ResumePoint& resume);
+  // A new state that remembers the submaps; appends their points near the last pose, odom frame,
+  // to `around` if it is not null.
+  void Begin(const ResumePoint& resume, Cloud* around);
+  void Follow(const TrajectoryEntry& entry);
+  // Where there is no checkpoint, or none that can be used.
+  void ResumeFromSubmaps(const ResumePoint& resume);
   void RunOne();  // Executor task: deals with one scan, posts itself again while there are more.
   ScanAck Handle(const ScanUpload& scan);
+  void DealWith(const ScanUpload& scan, ScanAck* ack);
   absl::StatusOr<floam::OdometryResult> Track(const ScanUpload& scan, int64_t time_ns);
   void Reject(const absl::Status& why, ScanAck* ack);
   void Take(const floam::OdometryResult& result, ScanAck* ack);
   void Cut(std::shared_ptr<const Submap> submap);
+  // What was cut since the last call, and a checkpoint if one is due or something was cut.
+  std::deque<Stretch> TakeFinished(uint64_t sequence, uint64_t checkpoint_after);
   absl::Status Persist();  // Offers every unpersisted stretch, in order.
   void Send(const ScanAck& ack);
 
   const SessionRecord record_;
+  const floam::SensorModel sensor_;
   const Options options_;
   const WorkerHooks hooks_;
   Executor* const executor_;
 
   // Touched only by the running task, or by Finish when none runs and none can start.
-  codec::ScanDecoder decoder_;
-  ScanClock clock_;
-  floam::Odometry odometry_;
-  floam::SubmapBuilder builder_;
-  std::vector<TrajectoryEntry> stretch_;  // Of the unfinished submap.
-  int blind_scans_ = 0;                   // In a row, up to the last.
+  std::unique_ptr<SessionState> state_;
+  std::deque<Stretch> finished_;      // Cut while the scan at hand is dealt with.
+  uint32_t stored_until_ = 0;         // Submaps below this were stored before it resumed.
+  uint64_t checkpoint_sequence_ = 0;  // Of the last checkpoint that was made.
+  std::string resumed_;               // What is to be said of how it resumed.
 
   std::mutex persist_mutex_;         // Serialises Persist.
   std::deque<Stretch> unpersisted_;  // Guarded by mutex_.

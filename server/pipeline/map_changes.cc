@@ -35,7 +35,11 @@ void MapState::Changed(const std::string& cause) {
 
 absl::Status MapState::AddStretch(const SessionId& session, const ingest::Stretch& stretch) {
   storage::WriteBatch batch;
-  batch.submaps.push_back(stretch.submap);
+  if (stretch.submap != nullptr) batch.submaps.push_back(stretch.submap);
+  if (const auto& checkpoint = stretch.checkpoint) {
+    batch.checkpoints.push_back(
+        {session, checkpoint->sequence, checkpoint->durable_sequence, checkpoint->state});
+  }
   for (const TrajectoryEntry& entry : stretch.trajectory) {
     batch.trajectory.emplace_back(session, entry);
   }
@@ -46,6 +50,7 @@ absl::Status MapState::AddStretch(const SessionId& session, const ingest::Stretc
   if (entry == nullptr) {
     return absl::NotFoundError(absl::StrCat("session ", session.value(), " was deleted"));
   }
+  if (stretch.submap == nullptr) return absl::OkStatus();
   cache_->Put(stretch.submap);
   entry->submaps.push_back(std::make_shared<const SubmapInfo>(Summarize(*stretch.submap)));
   entry->points += stretch.submap->points.size();

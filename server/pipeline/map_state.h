@@ -101,7 +101,7 @@ class MapState {
   // All that change the graph return when the change is stored; the map is placed anew soon after
   // (WaitUntilPlaced).
 
-  // Stores a finished stretch and adds it to its session.
+  // Stores a finished stretch, or a checkpoint alone, and adds what it holds to its session.
   absl::Status AddStretch(const SessionId& session, const ingest::Stretch& stretch);
   // Ignored when a session is gone.
   absl::Status PutMatch(const Match& match);

@@ -1,5 +1,7 @@
 #include "server/pipeline/pipeline_impl.h"
 
+#include <absl/strings/str_cat.h>
+
 #include <algorithm>
 #include <utility>
 
@@ -51,10 +53,29 @@ absl::StatusOr<std::shared_ptr<ingest::SessionWorker>> PipelineImpl::ResumeWorke
   if (!trajectory.ok()) return trajectory.status();
   ingest::ResumePoint resume;
   resume.trajectory = *std::move(trajectory);
-  for (const auto& submap : entry.submaps) {
-    if (auto whole = submaps_.Get(submap->id)) resume.submaps.push_back(std::move(whole));
-  }
+  resume.checkpoint = ReadCheckpoint(entry.record.id);
+  resume.next_index = entry.next_index();
+  if (!entry.submaps.empty()) resume.last_sequence = entry.submaps.back()->last_sequence;
+  resume.for_each_submap = [&](const std::function<void(const Submap&)>& visit) {
+    for (const auto& submap : entry.submaps) {
+      if (const auto whole = submaps_.Get(submap->id)) visit(*whole);
+    }
+  };
   return MakeWorker(entry.record, resume);
+}
+
+std::optional<ingest::Checkpoint> PipelineImpl::ReadCheckpoint(const SessionId& session) {
+  absl::StatusOr<storage::Checkpoint> stored = store_->GetCheckpoint(session);
+  if (absl::IsNotFound(stored.status())) return std::nullopt;
+  if (options_.on_problem && !(stored.ok() && stored->data)) {
+    options_.on_problem(
+        absl::StrCat("the checkpoint of session ", session.value(), " cannot be read",
+                     stored.ok() ? "" : absl::StrCat(" (", stored.status().message(), ")"),
+                     ": the session goes on from its submaps, in the same odom frame, but not "
+                     "exactly as it was"));
+  }
+  if (!stored.ok()) return ingest::Checkpoint();
+  return ingest::Checkpoint{stored->sequence, stored->durable_sequence, std::move(stored->data)};
 }
 
 void PipelineImpl::NoteDamage(const SubmapId& submap, const std::string& problem) {
@@ -80,7 +101,7 @@ SessionStatus PipelineImpl::StatusOf(const SessionEntry& entry) const {
   status.travelled_m = worker.travelled_m;
   status.tracking = worker.tracking;
   status.input = worker.input;
-  if (!entry.uploads && !entry.submaps.empty()) {
+  if (entry.worker == nullptr && !entry.uploads && !entry.submaps.empty()) {
     const uint64_t stored = entry.submaps.back()->last_sequence;
     status.last_sequence = std::max(status.last_sequence, stored);
     status.durable_sequence = std::max(status.durable_sequence, stored);

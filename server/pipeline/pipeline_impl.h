@@ -67,6 +67,8 @@ class PipelineImpl : public Pipeline {
       const SessionRecord& record, const ingest::ResumePoint& resume);
   // That goes on where the session is stored to be.
   absl::StatusOr<std::shared_ptr<ingest::SessionWorker>> ResumeWorker(const SessionEntry& entry);
+  // Absent where there is none.
+  std::optional<ingest::Checkpoint> ReadCheckpoint(const SessionId& session);
   // The worker of an active session that takes scans.
   absl::StatusOr<std::shared_ptr<ingest::SessionWorker>> FindWorker(const SessionId& session);
   // The state's mutex is held for these.

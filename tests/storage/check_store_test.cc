@@ -28,6 +28,7 @@ class CheckStoreTest : public ::testing::Test {
     const auto store = OpenSqliteStore(folder_.path());
     ASSERT_TRUE(store.ok()) << store.status();
     WriteBatch batch{.sessions = {MakeSession("alice-1"), MakeSession("bob-1")},
+                     .checkpoints = {{SessionId("alice-1"), 9, 7, std::string(5000, 'c')}},
                      .matches = {MakeMatch("alice-1", "bob-1")},
                      .verdicts = {MakeVerdict("alice-1", "bob-1")},
                      .loops = {MakeLoop(1, "alice-1")},
@@ -76,6 +77,7 @@ TEST_F(CheckStoreTest, FindsASoundFolderSoundAndCountsIt) {
   EXPECT_EQ(report.features, 2);
   EXPECT_EQ(report.matches, 1);
   EXPECT_EQ(report.loops, 1);
+  EXPECT_EQ(report.checkpoints, 1);
   EXPECT_EQ(report.revisions, 1);
   EXPECT_THAT(ToString(report), HasSubstr("sound"));
   EXPECT_EQ(*codec::ReadFile(folder_.database()), before);

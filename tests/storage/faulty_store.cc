@@ -42,6 +42,16 @@ class FaultyStore : public MapStore {
     if (absl::Status status = faults_->BeforeRead(); !status.ok()) return status;
     return store_->GetTrajectory(session);
   }
+  absl::StatusOr<Checkpoint> GetCheckpoint(const SessionId& session) const override {
+    if (absl::Status status = faults_->BeforeRead(); !status.ok()) return status;
+    auto checkpoint = store_->GetCheckpoint(session);
+    if (checkpoint.ok() && faults_->IsDamaged(session)) checkpoint->data.reset();
+    return checkpoint;
+  }
+  absl::StatusOr<uint64_t> StoredBytes(const SessionId& session) const override {
+    if (absl::Status status = faults_->BeforeRead(); !status.ok()) return status;
+    return store_->StoredBytes(session);
+  }
   absl::StatusOr<std::vector<SubmapInfo>> ListSubmaps(
       const std::optional<SessionId>& session) const override {
     if (absl::Status status = faults_->BeforeRead(); !status.ok()) return status;
@@ -113,6 +123,16 @@ void Faults::SetFailureRate(double probability) {
 void Faults::Damage(const SubmapId& submap) {
   std::lock_guard lock(mutex_);
   damaged_.insert(submap);
+}
+
+void Faults::Damage(const SessionId& session) {
+  std::lock_guard lock(mutex_);
+  damaged_checkpoints_.insert(session);
+}
+
+bool Faults::IsDamaged(const SessionId& session) const {
+  std::lock_guard lock(mutex_);
+  return damaged_checkpoints_.count(session) > 0;
 }
 
 void Faults::FailReads(const absl::Status& status) {

@@ -26,6 +26,8 @@ class Faults {
   void SetFailureRate(double probability);
   // As one whose blob is damaged: GetSubmap gives DataLoss.
   void Damage(const SubmapId& submap);
+  // Its checkpoint, likewise, comes without data.
+  void Damage(const SessionId& session);
   // All reads give `status`; OK ends it.
   void FailReads(const absl::Status& status);
   // Writes take up to that long more, by the seed.
@@ -42,6 +44,7 @@ class Faults {
   absl::Status BeforeWrite();
   absl::Status BeforeRead() const;
   absl::Status BeforeReading(const SubmapId& submap) const;
+  bool IsDamaged(const SessionId& session) const;
 
  private:
   mutable std::mutex mutex_;
@@ -56,6 +59,7 @@ class Faults {
   double failure_rate_ = 0;
   std::chrono::microseconds slowest_{0};
   std::set<SubmapId> damaged_;
+  std::set<SessionId> damaged_checkpoints_;
   int64_t writes_ = 0;
   int64_t failed_writes_ = 0;
 };

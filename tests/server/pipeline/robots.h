@@ -83,6 +83,9 @@ class FullDisk : public storage::MapStore {
   absl::StatusOr<std::shared_ptr<const Submap>> GetSubmap(const SubmapId& id) const override {
     return store_->GetSubmap(id);
   }
+  absl::StatusOr<uint64_t> StoredBytes(const SessionId& id) const override {
+    return store_->StoredBytes(id);
+  }
   absl::StatusOr<std::vector<SubmapInfo>> ListSubmaps(
       const std::optional<SessionId>& id) const override {
     return store_->ListSubmaps(id);

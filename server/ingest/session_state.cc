@@ -1,0 +1,98 @@
+#include "server/ingest/session_state.h"
+
+#include <absl/strings/str_cat.h>
+
+#include <cstring>
+#include <utility>
+
+#include "core/codec/zstd_frame.h"
+#include "floam/state_codec.h"
+
+namespace isthmus::ingest {
+namespace {
+
+constexpr char kMagic[] = "ISES";
+constexpr uint32_t kVersion = 1;
+// Beyond any state: local maps are bounded.
+constexpr uint64_t kMaxBytes = uint64_t{1} << 30;
+// A sixth of the time that the usual level takes, for files that are a few per cent larger.
+constexpr int kFast = 1;
+
+// In the order of its members; `Entry` is const when they are written.
+template <typename Entry, typename Io>
+void EntryFields(Entry& entry, Io& io) {
+  io(entry.sequence, entry.stamp_ns, entry.T_odom_sensor, entry.submap_index);
+}
+
+void WriteStretch(const std::vector<TrajectoryEntry>& stretch, floam::StateWriter& io) {
+  io(uint64_t{stretch.size()});
+  for (const TrajectoryEntry& entry : stretch) EntryFields(entry, io);
+}
+
+void ReadStretch(floam::StateReader& io, std::vector<TrajectoryEntry>& stretch) {
+  constexpr size_t kEntrySize = 2 * 8 + 7 * 8 + 4;
+  for (size_t left = io.Count(kEntrySize); left > 0; --left) {
+    EntryFields(stretch.emplace_back(), io);
+  }
+}
+
+floam::OdometryOptions Mounted(floam::OdometryOptions options, const SessionRecord& record) {
+  options.R_base_sensor = record.T_base_sensor.rotation();
+  return options;
+}
+
+// The content of a compressed state: its size, then a zstd frame.
+absl::StatusOr<std::string> Unpack(const std::string& saved) {
+  uint64_t size = 0;
+  if (saved.size() < sizeof(size)) return absl::DataLossError("the state is cut off");
+  std::memcpy(&size, saved.data(), sizeof(size));
+  if (size > kMaxBytes) return absl::DataLossError("the state claims to be larger than any is");
+  auto content = codec::ReadZstdFrame(saved.data() + sizeof(size), saved.size() - sizeof(size),
+                                      static_cast<size_t>(size));
+  if (!content.ok()) return absl::DataLossError(content.status().message());
+  return content;
+}
+
+}  // namespace
+
+SessionState::SessionState(const SessionRecord& record, const floam::SensorModel& sensor,
+                           const floam::OdometryOptions& odometry_options,
+                           const floam::SubmapOptions& submap_options, uint32_t first_index)
+    : odometry(sensor, Mounted(odometry_options, record)),
+      builder(record.id, record.robot, submap_options, first_index) {}
+
+absl::StatusOr<std::string> SessionState::Save() const {
+  floam::StateWriter writer;
+  const codec::TimeReader::Memory times = decoder.memory();
+  writer(times.unit_s, times.turn_s, times.end_s, times.zero, clock, blind_scans);
+  WriteStretch(stretch, writer);
+  writer(odometry.Save(), builder.Save());
+  const std::string state = floam::SealState(kMagic, kVersion, 0, writer.Take());
+  const uint64_t size = state.size();
+  std::string saved(reinterpret_cast<const char*>(&size), sizeof(size));
+  if (absl::Status status = codec::AppendZstdFrame(state, saved, kFast); !status.ok()) {
+    return status;
+  }
+  return saved;
+}
+
+absl::Status SessionState::Restore(const std::string& saved) {
+  absl::StatusOr<std::string> state = Unpack(saved);
+  if (!state.ok()) return state.status();
+  absl::StatusOr<floam::StateReader> reader =
+      floam::OpenState(kMagic, kVersion, 0, *state, "the session");
+  if (!reader.ok()) return reader.status();
+  codec::TimeReader::Memory times;
+  std::string saved_odometry, saved_builder;
+  (*reader)(times.unit_s, times.turn_s, times.end_s, times.zero, clock, blind_scans);
+  ReadStretch(*reader, stretch);
+  (*reader)(saved_odometry, saved_builder);
+  if (!reader->ok() || reader->remaining() > 0) {
+    return absl::DataLossError("the state of the session is damaged: it contradicts itself");
+  }
+  decoder.Restore(times);
+  if (absl::Status status = odometry.Restore(saved_odometry); !status.ok()) return status;
+  return builder.Restore(saved_builder);
+}
+
+}  // namespace isthmus::ingest
