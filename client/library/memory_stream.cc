@@ -69,7 +69,11 @@ absl::StatusOr<Session> MemoryStream::FinishSession() {
   std::unique_lock lock(mutex_);
   const uint64_t last_sequence = window_.acked_sequence();
   lock.unlock();
-  return FinishAt(*link_, session_, last_sequence);
+  absl::StatusOr<client::Session> session = FinishAt(*link_, session_, last_sequence);
+  if (!session.ok()) return session;
+  lock.lock();
+  stats_.durable_sequence = std::max(stats_.durable_sequence, session->durable_sequence);
+  return session;
 }
 
 ScanStreamStats MemoryStream::stats() const {

@@ -86,6 +86,7 @@ struct ScanStreamStats {
 
 // Where a spool stood when it was opened.
 struct SpoolState {
+  std::string robot;           // Empty without a spool.
   SessionId session;           // Empty while the server has not been asked for it.
   uint64_t last_sequence = 0;  // Of the newest scan that was pushed; 0: none.
   int64_t last_stamp_ns = 0;   // Its end.

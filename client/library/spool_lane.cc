@@ -39,6 +39,7 @@ SpoolLane::SpoolLane(Client::Link* link, std::unique_ptr<SessionSpool> spool,
       mine_from_(spool_->written() + 1),
       bucket_(options.spool.backfill_bytes_per_s) {
   const SpoolIdentity identity = spool_->identity();
+  opened_.robot = identity.request.robot();
   opened_.session = SessionId(identity.session);
   opened_.last_sequence = spool_->written() - std::min(spool_->written(), identity.base);
   opened_.last_stamp_ns = spool_->StampBefore(mine_from_);
@@ -211,6 +212,7 @@ std::vector<ScanAck> SpoolLane::TakeUp(const v1::Session& known) {
   stats_.duplicates += acks.size();
   stats_.durable_sequence = std::max(stats_.durable_sequence, known.durable_sequence());
   at_server_ = last;
+  over_ = known.state() == v1::Session::FINISHED;
   to_send_ = last + 1;
   spool_->Release(known.durable_sequence() + identity.base);
   return acks;
@@ -322,7 +324,7 @@ bool SpoolLane::Take(const v1::StreamScansResponse& response) {
 bool SpoolLane::complete() const {
   std::lock_guard lock(mutex_);
   if (!closed_ || !taken_up_) return false;
-  return concluding_ || std::min(acked_, at_server_) >= spool_->written();
+  return over_ || std::min(acked_, at_server_) >= spool_->written();
 }
 
 absl::Status SpoolLane::Conclude(const Ask& ask) {

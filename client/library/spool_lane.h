@@ -97,6 +97,7 @@ class SpoolLane final : private ScanSource {
   bool interrupted_ = true;
   bool closed_ = false, conclude_ = false;
   bool concluding_ = false;  // The server has all, and was asked to finish the session.
+  bool over_ = false;        // It has finished it.
   ScanStreamStats stats_;
   TokenBucket bucket_;
   std::optional<absl::Status> ended_;

@@ -101,12 +101,12 @@ absl::Status SpooledStream::Load(const SpoolWish& wish) {
 }
 
 absl::Status SpooledStream::CheckNewest(const SpoolWish& wish) {
-  const auto none = [&](const std::string& why) {
-    if (wish.request || wish.session) return absl::OkStatus();
+  const bool to_resume = !wish.request && !wish.session;
+  if (lanes_.empty() && !to_resume) return absl::OkStatus();
+  if (lanes_.empty()) {
     return absl::NotFoundError(absl::StrCat("nothing to resume in the spool ", options_.spool_dir,
-                                            why, ": open one with Client::OpenSpool"));
-  };
-  if (lanes_.empty()) return none("");
+                                            ": begin with Client::OpenSpool"));
+  }
   SpoolLane& newest = *lanes_.back();
   const SpoolIdentity identity = newest.spool().identity();
   if (wish.request && wish.request->robot() != identity.request.robot()) {
@@ -129,7 +129,10 @@ absl::Status SpooledStream::CheckNewest(const SpoolWish& wish) {
         absl::StrCat("session ", identity.session, " was finished with all that was in the spool"));
     if (absl::Status status = newest.spool().Remove(); !status.ok()) return status;
     lanes_.pop_back();
-    return none(absl::StrCat("; session ", identity.session, " was finished with all of it"));
+    if (!to_resume) return absl::OkStatus();
+    return absl::AlreadyExistsError(absl::StrCat(
+        "session ", identity.session,
+        " was finished with all that was in the spool: begin another ", "with Client::OpenSpool"));
   }
   if (options_.spool.if_session_is_gone == IfSessionIsGone::kNewSession) return absl::OkStatus();
   return newest.CanGoOn(*known);

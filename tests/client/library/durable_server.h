@@ -1,0 +1,189 @@
+// A server over a real socket that keeps sessions as the real one does: what took effect, what of
+// that is durable, and what is left after a crash. It dies, stalls and loses answers when told to.
+#pragma once
+
+#include <grpcpp/server.h>
+#include <grpcpp/server_builder.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "isthmus/v1/session_service.grpc.pb.h"
+
+namespace isthmus::client {
+
+struct FakeSession {
+  v1::CreateSessionRequest request;
+  std::vector<v1::ScanMessage> scans;  // That took effect; the k-th has sequence k + 1.
+  uint64_t durable = 0;
+  bool finished = false;
+};
+
+class DurableServer final : public v1::SessionService::Service {
+ public:
+  std::atomic<uint64_t> durable_every{1};  // Scans; the last multiple of it is durable.
+  std::atomic<int> lost_creations{0};      // So many sessions are opened without an answer.
+  std::atomic<int> crashes_at_finish{0};   // So many calls of FinishSession meet a crash.
+  std::atomic<int> break_every{0};         // A stream ends after so many scans; 0: never.
+  std::atomic<int> mute_streams{0};        // So many streams take nothing and say nothing.
+  std::atomic<int> creations{0}, streams{0}, muted{0}, got_bytes{0}, got_scans{0};
+
+  explicit DurableServer(bool start = true) {
+    Start();
+    if (!start) Stop();
+  }
+  ~DurableServer() override { Stop(); }
+
+  std::string address() const { return "127.0.0.1:" + std::to_string(port_); }
+
+  void Start() {
+    grpc::ServerBuilder builder;
+    builder.AddListeningPort("127.0.0.1:" + std::to_string(port_),
+                             grpc::InsecureServerCredentials(), &port_);
+    builder.RegisterService(this);
+    server_ = builder.BuildAndStart();
+  }
+  void Stop() {
+    if (server_ != nullptr) server_->Shutdown(std::chrono::system_clock::now());
+    server_.reset();
+  }
+  // As after kill -9: what was not durable never happened.
+  void Crash() {
+    Stop();
+    std::lock_guard lock(mutex_);
+    for (auto& [id, session] : sessions_) session.scans.resize(session.durable);
+  }
+
+  std::map<std::string, FakeSession> sessions() {
+    std::lock_guard lock(mutex_);
+    return sessions_;
+  }
+  template <typename Change>
+  void Edit(const Change& change) {
+    std::lock_guard lock(mutex_);
+    change(sessions_);
+    changed_.notify_all();
+  }
+  template <typename Condition>
+  void WaitFor(const Condition& condition) {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [&] { return condition(sessions_); });
+  }
+  void WaitForScans(const std::string& id, size_t count) {
+    WaitFor([&](auto& sessions) { return sessions[id].scans.size() >= count; });
+  }
+
+  grpc::Status CreateSession(grpc::ServerContext*, const v1::CreateSessionRequest* request,
+                             v1::Session* session) override {
+    std::lock_guard lock(mutex_);
+    ++creations;
+    for (auto& [id, known] : sessions_) {
+      if (known.request.request_id() == request->request_id()) return Tell(id, session);
+    }
+    const std::string id = request->robot() + "-" + std::to_string(sessions_.size() + 1);
+    sessions_[id].request = *request;
+    if (lost_creations > 0 && lost_creations-- > 0) {
+      return {grpc::StatusCode::UNAVAILABLE, "the answer was lost"};
+    }
+    return Tell(id, session);
+  }
+
+  grpc::Status GetSession(grpc::ServerContext*, const v1::GetSessionRequest* request,
+                          v1::Session* session) override {
+    std::lock_guard lock(mutex_);
+    return Tell(request->session(), session);
+  }
+
+  grpc::Status FinishSession(grpc::ServerContext*, const v1::FinishSessionRequest* request,
+                             v1::Session* session) override {
+    std::lock_guard lock(mutex_);
+    FakeSession& known = sessions_[request->session()];
+    if (crashes_at_finish > 0 && crashes_at_finish-- > 0) known.scans.resize(known.durable);
+    if (known.scans.size() < request->last_sequence()) {
+      return {grpc::StatusCode::ABORTED, "not all of that has taken effect"};
+    }
+    known.durable = known.scans.size();
+    known.finished = true;
+    changed_.notify_all();
+    return Tell(request->session(), session);
+  }
+
+  grpc::Status StreamScans(
+      grpc::ServerContext* context,
+      grpc::ServerReaderWriter<v1::StreamScansResponse, v1::StreamScansRequest>* stream) override {
+    ++streams;
+    if (mute_streams > 0 && mute_streams-- > 0) return BeMute(*context, *stream);
+    v1::StreamScansRequest request;
+    std::string session;
+    for (int scans = 0; stream->Read(&request);) {
+      if (!request.session().empty()) session = request.session();
+      if (!request.has_scan()) continue;
+      v1::StreamScansResponse ack;
+      const grpc::Status status = Take(session, request.scan(), ack);
+      if (!status.ok()) return status;
+      if (++scans == break_every) return {grpc::StatusCode::UNAVAILABLE, "broken on purpose"};
+      stream->Write(ack);
+    }
+    return grpc::Status::OK;
+  }
+
+ private:
+  grpc::Status Tell(const std::string& id, v1::Session* session) {
+    const auto found = sessions_.find(id);
+    if (found == sessions_.end()) return {grpc::StatusCode::NOT_FOUND, "no such session"};
+    session->set_id(id);
+    session->set_robot(found->second.request.robot());
+    session->set_last_sequence(found->second.scans.size());
+    session->set_durable_sequence(found->second.durable);
+    session->set_state(found->second.finished ? v1::Session::FINISHED : v1::Session::ACTIVE);
+    return grpc::Status::OK;
+  }
+
+  grpc::Status Take(const std::string& id, const v1::ScanMessage& scan,
+                    v1::StreamScansResponse& ack) {
+    std::lock_guard lock(mutex_);
+    FakeSession& session = sessions_[id];
+    if (session.finished) return {grpc::StatusCode::FAILED_PRECONDITION, "it is finished"};
+    const uint64_t last = session.scans.size();
+    if (scan.sequence() > last + 1) return {grpc::StatusCode::OUT_OF_RANGE, "a scan was left out"};
+    ++got_scans;
+    got_bytes += static_cast<int>(scan.cloud().data().size());
+    ack.set_outcome(scan.sequence() <= last       ? v1::StreamScansResponse::DUPLICATE
+                    : scan.cloud().data().empty() ? v1::StreamScansResponse::REJECTED
+                                                  : v1::StreamScansResponse::PROCESSED);
+    if (scan.sequence() == last + 1) session.scans.push_back(scan);
+    session.durable = session.scans.size() / durable_every * durable_every;
+    ack.set_sequence(scan.sequence());
+    ack.set_durable_sequence(session.durable);
+    changed_.notify_all();
+    return grpc::Status::OK;
+  }
+
+  grpc::Status BeMute(
+      grpc::ServerContext& context,
+      grpc::ServerReaderWriter<v1::StreamScansResponse, v1::StreamScansRequest>& stream) {
+    v1::StreamScansRequest request;
+    while (stream.Read(&request)) {
+      if (!request.has_scan()) continue;
+      std::lock_guard lock(mutex_);
+      ++muted;
+      changed_.notify_all();
+    }
+    return {grpc::StatusCode::UNAVAILABLE, context.IsCancelled() ? "hung up" : "ended"};
+  }
+
+  int port_ = 0;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::map<std::string, FakeSession> sessions_;  // Guarded by mutex_.
+  std::unique_ptr<grpc::Server> server_;
+};
+
+}  // namespace isthmus::client

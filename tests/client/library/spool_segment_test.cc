@@ -1,0 +1,130 @@
+// What a crash or a bad disk does to a file of scans.
+#include "client/library/spool_segment.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <iterator>
+
+#include "tests/client/library/spool_files.h"
+
+namespace isthmus::client {
+namespace {
+
+constexpr int kScans = 5;
+
+std::string PayloadOf(uint64_t sequence) {
+  return "scan " + std::to_string(sequence) + std::string(sequence, '.');
+}
+
+class SpoolSegmentTest : public testing::Test {
+ protected:
+  // A file with scans 7 to 11; returns its bytes, and where each scan ends.
+  std::string MakeFile(std::vector<uint64_t>* ends) {
+    auto segment = SpoolSegment::Create(path_, {"owner", 7, 60}, DiskCalls::System());
+    EXPECT_TRUE(segment.ok()) << segment.status();
+    ends->push_back((*segment)->bytes());
+    for (uint64_t i = 7; i < 7 + kScans; ++i) {
+      EXPECT_TRUE((*segment)->Append(i, static_cast<int64_t>(10 * i), PayloadOf(i)).ok());
+      ends->push_back((*segment)->bytes());
+    }
+    return ReadFile(path_);
+  }
+
+  std::shared_ptr<SpoolSegment> Open() {
+    auto segment = SpoolSegment::Open(path_, {"owner", 7, 0}, DiskCalls::System());
+    EXPECT_TRUE(segment.ok()) << segment.status();
+    return *segment;
+  }
+
+  SpoolFiles files_;
+  const std::string path_ = files_.path() + "/a.scans";
+};
+
+TEST_F(SpoolSegmentTest, WhatWasWrittenIsFoundAndRead) {
+  std::vector<uint64_t> ends;
+  MakeFile(&ends);
+  const auto segment = Open();
+  EXPECT_EQ(segment->header().owner, "owner");
+  EXPECT_EQ(segment->header().first_sequence, 7u);
+  EXPECT_EQ(segment->header().stamp_before_ns, 60);
+  const auto contents = segment->Find(true);
+  ASSERT_TRUE(contents.ok());
+  ASSERT_EQ(contents->scans.size(), static_cast<size_t>(kScans));
+  EXPECT_EQ(contents->skipped, 0u);
+  EXPECT_EQ(contents->end, ends.back());
+  for (const SpooledScan& scan : contents->scans) {
+    EXPECT_EQ(scan.end_stamp_ns, static_cast<int64_t>(10 * scan.sequence));
+    const auto payload = segment->Read(scan);
+    ASSERT_TRUE(payload.ok());
+    EXPECT_EQ(*payload, PayloadOf(scan.sequence));
+  }
+}
+
+TEST_F(SpoolSegmentTest, TornAnywhereItHoldsTheScansBeforeThat) {
+  std::vector<uint64_t> ends;
+  const std::string whole = MakeFile(&ends);
+  for (size_t length = ends[0]; length <= whole.size(); ++length) {
+    WriteFile(path_, whole.substr(0, length));
+    const auto contents = Open()->Find(true);
+    ASSERT_TRUE(contents.ok());
+    size_t complete = 0;
+    while (complete < kScans && ends[complete + 1] <= length) ++complete;
+    ASSERT_EQ(contents->scans.size(), complete) << "cut at " << length;
+    EXPECT_EQ(contents->end, ends[complete]) << "cut at " << length;
+    EXPECT_EQ(contents->skipped, 0u);
+  }
+}
+
+TEST_F(SpoolSegmentTest, AFlippedByteCostsAtMostItsOwnScan) {
+  std::vector<uint64_t> ends;
+  const std::string whole = MakeFile(&ends);
+  for (size_t at = 0; at < whole.size(); ++at) {
+    std::string flipped = whole;
+    flipped[at] = static_cast<char>(flipped[at] ^ 0x40);
+    WriteFile(path_, flipped);
+    const auto segment = SpoolSegment::Open(path_, {"owner", 7, 0}, DiskCalls::System());
+    if (!segment.ok()) {
+      EXPECT_TRUE(absl::IsFailedPrecondition(segment.status())) << segment.status();
+      EXPECT_TRUE(at >= 8 && at < 12) << "only a version may be refused";
+      continue;
+    }
+    const auto contents = (*segment)->Find(true);
+    ASSERT_TRUE(contents.ok());
+    const size_t expected = at < ends[0] ? kScans : kScans - 1;
+    ASSERT_EQ(contents->scans.size(), expected) << "flipped at " << at;
+    for (const SpooledScan& scan : contents->scans) {
+      const auto payload = (*segment)->Read(scan);
+      ASSERT_TRUE(payload.ok());
+      EXPECT_EQ(*payload, PayloadOf(scan.sequence));
+    }
+  }
+}
+
+TEST_F(SpoolSegmentTest, AFullDiskLeavesNothingHalfWritten) {
+  FailingDisk disk;
+  auto segment = SpoolSegment::Create(path_, {"owner", 7, 0}, disk.calls());
+  ASSERT_TRUE(segment.ok());
+  ASSERT_TRUE((*segment)->Append(7, 70, PayloadOf(7)).ok());
+  const std::string before = ReadFile(path_);
+  for (size_t room = 0; room < 40; ++room) {
+    disk.room = room;  // So many bytes still fit.
+    const auto scan = (*segment)->Append(8, 80, PayloadOf(8));
+    ASSERT_TRUE(absl::IsResourceExhausted(scan.status())) << scan.status();
+    EXPECT_EQ(ReadFile(path_), before);
+  }
+  disk.room.reset();
+  EXPECT_TRUE((*segment)->Append(8, 80, PayloadOf(8)).ok());
+  EXPECT_EQ((*segment)->Find(true)->scans.size(), 2u);
+}
+
+TEST_F(SpoolSegmentTest, AFullDiskLeavesNoEmptyFile) {
+  FailingDisk disk;
+  disk.room = 3;
+  EXPECT_TRUE(absl::IsResourceExhausted(
+      SpoolSegment::Create(path_, {"owner", 7, 0}, disk.calls()).status()));
+  EXPECT_FALSE(std::ifstream(path_).good());
+}
+
+}  // namespace
+}  // namespace isthmus::client

@@ -1,0 +1,231 @@
+// A spool whose session is gone, whose files are damaged, or which is full.
+#include <future>
+
+#include "tests/client/library/spooled_stream_fixture.h"
+
+namespace isthmus::client {
+namespace {
+
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+using testing::SizeIs;
+
+class SpoolTroubleTest : public SpooledStreamTest {
+ protected:
+  // A program that pushed so many scans and died; the server has them, none durable.
+  void DieAfter(int scans) {
+    auto stream = Open();
+    Push(*stream, scans);
+    server_.WaitForScans("alice-1", static_cast<size_t>(scans));
+  }
+  void ExpectStop(const std::string& why) {
+    const auto stream = client_->ResumeScanStream(options_);
+    ASSERT_TRUE(absl::IsFailedPrecondition(stream.status())) << stream.status();
+    EXPECT_THAT(std::string(stream.status().message()), HasSubstr(why));
+    EXPECT_THAT(std::string(stream.status().message()), HasSubstr("kNewSession"));
+    EXPECT_THAT(files_.Segments(), Not(IsEmpty()));
+  }
+  // Goes on as a new session with the scans from the from-th on.
+  void ExpectNewSession(uint64_t from) {
+    options_.spool.if_session_is_gone = IfSessionIsGone::kNewSession;
+    auto stream = client_->ResumeScanStream(options_);
+    ASSERT_TRUE(stream.ok()) << stream.status();
+    Push(**stream, 3);
+    ASSERT_TRUE((*stream)->FinishSession().ok());
+    const std::string session = (*stream)->session().value();
+    EXPECT_NE(session, "alice-1");
+    ExpectScans(session, from, pushed_);
+    EXPECT_EQ(server_.sessions()[session].request.robot(), "alice");
+  }
+};
+
+TEST_F(SpoolTroubleTest, NothingToResumeIsSaid) {
+  const auto stream = client_->ResumeScanStream(options_);
+  ASSERT_TRUE(absl::IsNotFound(stream.status())) << stream.status();
+  EXPECT_THAT(std::string(stream.status().message()), HasSubstr("OpenSpool"));
+}
+
+TEST_F(SpoolTroubleTest, AFolderMustBeNamed) {
+  options_.spool_dir.clear();
+  EXPECT_TRUE(absl::IsInvalidArgument(client_->ResumeScanStream(options_).status()));
+}
+
+TEST_F(SpoolTroubleTest, ASpoolIsOfOneRobotAndOneProgram) {
+  const auto stream = Open();
+  EXPECT_TRUE(absl::IsFailedPrecondition(client_->ResumeScanStream(options_).status()));
+  auto other = options_;
+  other.spool_dir += "2";
+  ASSERT_TRUE(client_->OpenSpool({"bob", "vlp16"}, other).ok());
+  const auto wrong = client_->OpenSpool({"carol", "vlp16"}, other);
+  ASSERT_TRUE(absl::IsFailedPrecondition(wrong.status())) << wrong.status();
+  EXPECT_THAT(std::string(wrong.status().message()), HasSubstr("bob"));
+}
+
+TEST_F(SpoolTroubleTest, ASessionThatTheServerDoesNotKnow) {
+  server_.durable_every = 100;
+  DieAfter(5);
+  server_.Edit([](auto& sessions) { sessions.clear(); });
+  ExpectStop("does not know it");
+  ExpectNewSession(1);
+}
+
+TEST_F(SpoolTroubleTest, ASessionThatWasFinishedTooEarly) {
+  DieAfter(5);
+  server_.Edit([](auto& sessions) {
+    sessions["alice-1"].scans.resize(3);
+    sessions["alice-1"].finished = true;
+  });
+  ExpectStop("was finished");
+  ExpectNewSession(4);
+}
+
+TEST_F(SpoolTroubleTest, ASessionThatWasFinishedWithEverythingMakesRoomForTheNext) {
+  DieAfter(5);
+  server_.Edit([](auto& sessions) { sessions["alice-1"].finished = true; });
+  const auto stream = client_->ResumeScanStream(options_);
+  ASSERT_TRUE(absl::IsAlreadyExists(stream.status())) << stream.status();
+  EXPECT_TRUE(absl::IsNotFound(client_->ResumeScanStream(options_).status()));
+  auto next = Open();
+  Push(*next, 3);
+  ASSERT_TRUE(next->FinishSession().ok());
+  ExpectScans("alice-2", 6, 8);
+}
+
+TEST_F(SpoolTroubleTest, AServerFromAnOlderBackup) {
+  options_.spool.max_bytes = 16;  // A file per scan.
+  options_.spool.when_full = WhenFull::kWait;
+  options_.spool.max_bytes = 1600;
+  DieAfter(5);
+  server_.Edit([](auto& sessions) {
+    sessions["alice-1"].scans.resize(1);
+    sessions["alice-1"].durable = 1;
+  });
+  ExpectStop("older backup");
+  // Scans 2 and 3 are gone: the server had said that they are durable.
+  const uint64_t oldest = std::stoull(std::filesystem::path(files_.Segments().front()).stem());
+  EXPECT_GT(oldest, 2u);
+  ExpectNewSession(oldest);
+}
+
+TEST_F(SpoolTroubleTest, ASessionThatGoesWhileTheRobotDrivesEndsTheStreamAndKeepsTheScans) {
+  server_.durable_every = 100;
+  auto stream = Open();
+  Push(*stream, 3);
+  server_.WaitForScans("alice-1", 3);
+  server_.Stop();
+  server_.Edit([](auto& sessions) { sessions.clear(); });
+  server_.Start();
+  Push(*stream, 1);
+  const absl::Status status = stream->Finish();
+  EXPECT_TRUE(absl::IsFailedPrecondition(status)) << status;
+  EXPECT_TRUE(absl::IsFailedPrecondition(PushOne(*stream)));
+  stream.reset();
+  ExpectNewSession(1);
+}
+
+TEST_F(SpoolTroubleTest, ADamagedScanUsesUpItsNumber) {
+  server_.Stop();
+  {
+    auto stream = Open();
+    Push(*stream, 5);
+  }
+  std::string bytes = ReadFile(files_.Segments().front());
+  bytes[bytes.find(PayloadOf(3).data)] ^= 1;
+  WriteFile(files_.Segments().front(), bytes);
+  server_.Start();
+  auto stream = Open();
+  ASSERT_TRUE(stream->Finish().ok());
+  EXPECT_EQ(stream->stats().lost, 1u);
+  EXPECT_EQ(stream->stats().rejected, 1u);
+  EXPECT_THAT(events(), HasSubstr("damaged"));
+  const auto scans = server_.sessions()["alice-1"].scans;
+  ASSERT_THAT(scans, SizeIs(5));
+  EXPECT_TRUE(scans[2].cloud().data().empty());
+  EXPECT_GT(scans[2].end_stamp_ns(), scans[1].end_stamp_ns());
+  EXPECT_LT(scans[2].end_stamp_ns(), scans[3].end_stamp_ns());
+  for (const uint64_t k : {1, 2, 4, 5}) {
+    EXPECT_EQ(scans[k - 1].cloud().data(), PayloadOf(k).data);
+  }
+}
+
+TEST_F(SpoolTroubleTest, NumbersThatTheServerHasAreNotGivenAgain) {
+  server_.durable_every = 100;
+  DieAfter(5);
+  // The newest scan is lost from the disk, though the server has it.
+  const std::string path = files_.Segments().front();
+  WriteFile(path, ReadFile(path).substr(0, ReadFile(path).size() - 10));
+  auto stream = Open();
+  EXPECT_EQ(stream->resumed().last_sequence, 4u);
+  server_.WaitFor([&](auto&) { return server_.streams >= 2; });
+  Push(*stream, 2);
+  ASSERT_TRUE(stream->Finish().ok());
+  ExpectScans("alice-1", 1, 7);
+}
+
+TEST_F(SpoolTroubleTest, AFullSpoolRefusesIfToldSo) {
+  options_.spool.max_bytes = 4000;
+  options_.spool.when_full = WhenFull::kRefuse;
+  server_.Stop();
+  auto stream = Open();
+  absl::Status status;
+  while ((status = PushOne(*stream)).ok()) ASSERT_LT(pushed_, 1000u);
+  EXPECT_TRUE(absl::IsResourceExhausted(status)) << status;
+  EXPECT_THAT(std::string(status.message()), HasSubstr("raise max_bytes"));
+  EXPECT_LE(stream->stats().spool_bytes, 4000u);
+  server_.Start();
+  server_.WaitForScans("alice-1", pushed_);
+  while (!PushOne(*stream).ok()) continue;  // Until the acknowledgement has made room.
+  ASSERT_TRUE(stream->FinishSession().ok());
+  ExpectScans("alice-1", 1, pushed_);
+}
+
+TEST_F(SpoolTroubleTest, AFullSpoolMakesPushWait) {
+  options_.spool.max_bytes = 4000;
+  server_.Stop();
+  auto stream = Open();
+  auto pushing = std::async(std::launch::async, [&] { Push(*stream, 200); });
+  server_.Start();
+  pushing.wait();
+  ASSERT_TRUE(stream->FinishSession().ok());
+  ExpectScans("alice-1", 1, 200);
+}
+
+TEST_F(SpoolTroubleTest, ASpoolTooSmallForTheServerIsToldInsteadOfWaitingForEver) {
+  server_.durable_every = 1000;
+  options_.spool.max_bytes = 4000;
+  auto stream = Open();
+  auto pushing = std::async(std::launch::async, [&] {
+    absl::Status status;
+    while ((status = PushOne(*stream)).ok()) continue;
+    return status;
+  });
+  while (pushing.wait_for(std::chrono::milliseconds(1)) != std::future_status::ready) {
+    clock_.Advance(10);
+  }
+  const absl::Status status = pushing.get();
+  EXPECT_TRUE(absl::IsResourceExhausted(status)) << status;
+  EXPECT_THAT(std::string(status.message()), HasSubstr("did not make durable"));
+}
+
+TEST_F(SpoolTroubleTest, AFullSpoolGivesUpTheOldestIfToldSo) {
+  options_.spool.max_bytes = 4000;
+  options_.spool.when_full = WhenFull::kDropOldest;
+  server_.Stop();
+  auto stream = Open();
+  Push(*stream, 100);
+  EXPECT_LE(stream->stats().spool_bytes, 4000u);
+  server_.Start();
+  ASSERT_TRUE(stream->FinishSession().ok());
+  const auto scans = server_.sessions()["alice-1"].scans;
+  ASSERT_THAT(scans, SizeIs(100)) << "their numbers are used up";
+  const uint64_t lost = stream->stats().lost;
+  EXPECT_GT(lost, 0u);
+  EXPECT_LT(lost, 90u);
+  for (uint64_t k = 1; k <= 100; ++k) {
+    EXPECT_EQ(scans[k - 1].cloud().data(), k <= lost ? "" : PayloadOf(k).data) << k;
+  }
+}
+
+}  // namespace
+}  // namespace isthmus::client

@@ -1,0 +1,221 @@
+// A robot's scans through dead links, crashes of its server and of its own program.
+#include <future>
+
+#include "tests/client/library/spooled_stream_fixture.h"
+
+namespace isthmus::client {
+namespace {
+
+using testing::Each;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Le;
+using testing::SizeIs;
+
+TEST_F(SpooledStreamTest, ADriveWithoutTroubleLeavesNothingInTheSpool) {
+  auto stream = Open();
+  Push(*stream, 30);
+  const auto session = stream->FinishSession();
+  ASSERT_TRUE(session.ok()) << session.status();
+  EXPECT_EQ(session->record.state, SessionState::kFinished);
+  ExpectScans("alice-1", 1, 30);
+  ASSERT_THAT(acks(), SizeIs(30));
+  for (uint64_t k = 1; k <= 30; ++k) {
+    EXPECT_EQ(acks()[k - 1].sequence, k);
+    EXPECT_EQ(acks()[k - 1].end_stamp_ns, static_cast<int64_t>(k) * kPeriodNs);
+  }
+  EXPECT_THAT(files_.Segments(), IsEmpty());
+  EXPECT_EQ(stream->stats().processed, 30u);
+  EXPECT_EQ(stream->stats().backlog, 0u);
+}
+
+TEST_F(SpooledStreamTest, AProgramThatDiesAgainAndAgainLosesAndDoublesNothing) {
+  server_.durable_every = 7;
+  server_.break_every = 11;
+  for (int life = 0; life < 12; ++life) {
+    auto stream = Open();
+    EXPECT_EQ(stream->resumed().last_sequence, pushed_);
+    EXPECT_EQ(stream->resumed().last_stamp_ns, static_cast<int64_t>(pushed_) * kPeriodNs);
+    Push(*stream, 1 + life);
+    if (life % 3 == 0) server_.WaitForScans("alice-1", pushed_ / 2);
+    if (life % 4 == 1) {
+      server_.Crash();
+      server_.Start();
+    }
+    // Its end comes without Finish.
+  }
+  auto stream = client_->ResumeScanStream(options_);
+  ASSERT_TRUE(stream.ok()) << stream.status();
+  ASSERT_TRUE((*stream)->FinishSession().ok());
+  ExpectScans("alice-1", 1, pushed_);
+  EXPECT_THAT(server_.sessions(), SizeIs(1));
+}
+
+TEST_F(SpooledStreamTest, BeginsAndGoesOnOutOfReachOfTheServer) {
+  server_.Stop();
+  {
+    auto stream = Open();
+    Push(*stream, 5);
+    EXPECT_EQ(stream->stats().backlog, 5u);
+    EXPECT_TRUE(stream->session().empty());
+  }
+  auto stream = Open();
+  Push(*stream, 5);
+  server_.Start();
+  ASSERT_TRUE(stream->Finish().ok());
+  ExpectScans("alice-1", 1, 10);
+}
+
+TEST_F(SpooledStreamTest, NeverGivesUpAndWaitsLongerEachTimeUpToALimit) {
+  server_.Stop();
+  std::promise<void> patient;
+  on_wait_ = [&] {
+    if (waits_.size() == 40) patient.set_value();
+  };
+  auto stream = Open();
+  Push(*stream, 3);
+  patient.get_future().wait();
+  server_.Start();
+  ASSERT_TRUE(stream->Finish().ok());
+  ExpectScans("alice-1", 1, 3);
+  std::lock_guard lock(mutex_);
+  EXPECT_THAT(waits_, Each(Le(1.0)));
+  EXPECT_LT(waits_.front(), 0.11);
+  EXPECT_GT(waits_[39], 0.6);
+}
+
+TEST_F(SpooledStreamTest, ASessionWhoseCreationWasNotAnsweredIsNotOpenedTwice) {
+  server_.lost_creations = 1;
+  {
+    auto stream = Open();
+    Push(*stream, 2);
+  }
+  auto stream = Open();
+  Push(*stream, 2);
+  ASSERT_TRUE(stream->Finish().ok());
+  EXPECT_GE(server_.creations, 2);
+  EXPECT_THAT(server_.sessions(), SizeIs(1));
+  ExpectScans("alice-1", 1, 4);
+}
+
+TEST_F(SpooledStreamTest, WhatTheServerForgotInACrashIsSentAgain) {
+  server_.durable_every = 10;
+  auto stream = Open();
+  Push(*stream, 25);
+  server_.WaitForScans("alice-1", 25);
+  server_.Crash();
+  server_.Start();
+  Push(*stream, 5);
+  ASSERT_TRUE(stream->FinishSession().ok());
+  ExpectScans("alice-1", 1, 30);
+}
+
+TEST_F(SpooledStreamTest, ASessionIsNotFinishedWithoutWhatACrashTook) {
+  server_.durable_every = 10;
+  server_.crashes_at_finish = 3;
+  auto stream = Open();
+  Push(*stream, 25);
+  ASSERT_TRUE(stream->FinishSession().ok());
+  ExpectScans("alice-1", 1, 25);
+}
+
+TEST_F(SpooledStreamTest, FinishFirstAndTheSessionLater) {
+  server_.durable_every = 10;
+  auto stream = Open();
+  Push(*stream, 25);
+  ASSERT_TRUE(stream->Finish().ok());
+  EXPECT_FALSE(server_.sessions()["alice-1"].finished);
+  EXPECT_TRUE(absl::IsFailedPrecondition(PushOne(*stream)));
+  ASSERT_TRUE(stream->FinishSession().ok());
+  EXPECT_TRUE(server_.sessions()["alice-1"].finished);
+  EXPECT_THAT(files_.Segments(), IsEmpty());
+}
+
+TEST_F(SpooledStreamTest, ALinkOnWhichNothingMovesIsOpenedAnew) {
+  server_.mute_streams = 2;
+  auto stream = Open();
+  Push(*stream, 3);
+  for (int dead = 1; dead <= 2; ++dead) {
+    server_.WaitFor([&](auto&) { return server_.muted >= 3 * dead; });
+    clock_.Advance(options_.spool.stall_timeout_s + 1);
+  }
+  ASSERT_TRUE(stream->Finish().ok());
+  ExpectScans("alice-1", 1, 3);
+  EXPECT_EQ(server_.streams, 3);
+  EXPECT_THAT(events(), HasSubstr("no progress"));
+}
+
+TEST_F(SpooledStreamTest, BackfillKeepsToItsRate) {
+  server_.Stop();
+  uint64_t empty = 0;
+  {
+    auto stream = Open();
+    empty = stream->stats().spool_bytes;
+    Push(*stream, 45);
+  }
+  const uint64_t file = std::filesystem::file_size(files_.Segments().front());
+  const uint64_t scan = (file - empty) / 45 - SpoolSegment::kRecordHeaderBytes;
+  options_.spool.backfill_bytes_per_s = static_cast<double>(10 * scan);
+  auto stream = Open();
+  server_.Start();
+  // What the first second holds comes at once, and one that goes into debt.
+  server_.WaitForScans("alice-1", 10);
+  for (int second = 1; second <= 3; ++second) {
+    EXPECT_LE(server_.got_scans, 10 * second + 1);
+    clock_.Advance(1);
+    server_.WaitForScans("alice-1", static_cast<size_t>(10 * second + 10));
+  }
+  clock_.Advance(10);
+  ASSERT_TRUE(stream->Finish().ok());
+  ExpectScans("alice-1", 1, 45);
+}
+
+TEST_F(SpooledStreamTest, LiveScansGoAheadOfAnOldBacklogInASessionOfTheirOwn) {
+  options_.spool.prefer_live_after_s = 1;
+  options_.spool.backfill_bytes_per_s = 10 * static_cast<double>(PayloadOf(1).data.size());
+  auto stream = Open();
+  Push(*stream, 5);
+  server_.WaitForScans("alice-1", 5);
+  server_.Stop();
+  Push(*stream, 40);  // Four seconds.
+  clock_.Advance(4);
+  server_.Start();
+  server_.WaitFor([](auto& sessions) { return sessions.size() == 2; });
+  Push(*stream, 5);
+  server_.WaitForScans("alice-2", 5);
+  EXPECT_LT(server_.sessions()["alice-1"].scans.size(), 45u) << "the backlog is still under way";
+  clock_.Advance(100);
+  server_.WaitFor([](auto& sessions) { return sessions["alice-1"].finished; });
+  ASSERT_TRUE(stream->FinishSession().ok());
+  ExpectScans("alice-1", 1, 45);
+  ExpectScans("alice-2", 46, 50);
+  EXPECT_EQ(stream->session(), SessionId("alice-2"));
+  EXPECT_EQ(stream->stats().pushed, 50u);
+  EXPECT_THAT(files_.Segments(), IsEmpty());
+}
+
+TEST_F(SpooledStreamTest, BothSessionsAreTakenUpAgain) {
+  options_.spool.prefer_live_after_s = 1;
+  options_.spool.backfill_bytes_per_s = 1;  // The backlog stays.
+  server_.Stop();
+  {
+    auto stream = Open();
+    Push(*stream, 40);
+    server_.Start();
+    server_.WaitFor([](auto& sessions) { return sessions.size() == 2; });
+    Push(*stream, 5);
+    server_.WaitForScans("alice-2", 5);
+  }
+  options_.spool.backfill_bytes_per_s = 0;
+  auto stream = client_->ResumeScanStream(options_);
+  ASSERT_TRUE(stream.ok()) << stream.status();
+  EXPECT_EQ((*stream)->session(), SessionId("alice-2"));
+  Push(**stream, 5);
+  ASSERT_TRUE((*stream)->FinishSession().ok());
+  ExpectScans("alice-1", 1, 40);
+  ExpectScans("alice-2", 41, 50);
+  EXPECT_TRUE(server_.sessions()["alice-1"].finished);
+}
+
+}  // namespace
+}  // namespace isthmus::client
