@@ -8,7 +8,8 @@
 namespace isthmus::ingest {
 namespace {
 
-// Finished submaps that may wait for the store (a full disk) before scans are refused.
+// Finished submaps and checkpoints that may wait for the store (a full disk) before scans are
+// refused.
 constexpr size_t kMaxUnpersisted = 2;
 // Scans in a row that cannot be used, after which a submap ends: the odometry bridges fewer.
 constexpr int kBlindScans = 3;

@@ -69,7 +69,9 @@ struct WorkerStatus {
   double odometry_ms_mean = 0;
   double travelled_m = 0;
   std::string tracking;  // "ok", "degenerate", "lost"; empty before the first scan.
-  std::string input;     // How rings and times of the scans were found; empty before the first.
+  // How rings and times of the scans were found; empty before the first. Also that, and why, it was
+  // resumed from submaps though there was a checkpoint.
+  std::string input;
   std::vector<TrajectoryEntry> unsaved;  // Scans whose submap is not finished yet.
 };
 
@@ -88,7 +90,8 @@ struct WorkerStatus {
 // that resumes from it makes the same poses and submaps, bit for bit, as if nothing had happened,
 // given the scans after it once more; those up to it are duplicates. Where a checkpoint cannot be
 // used it goes on from the submaps alone, in the same odom frame but with a map that is thinner,
-// and says so in WorkerStatus::input.
+// and says so in WorkerStatus::input. What a carried robot is looked for in is made from the stored
+// submaps: where some were retired since, a search may end otherwise than it would have.
 //
 // Thread safe. Runs at most one task at a time on the executor, which must outlive it.
 class SessionWorker : public std::enable_shared_from_this<SessionWorker> {
@@ -107,14 +110,14 @@ class SessionWorker : public std::enable_shared_from_this<SessionWorker> {
 
   // Queues a scan; waits while the queue is full. OutOfRange when the sequence leaves a gap,
   // InvalidArgument for sequence 0, Unavailable once stopped, ResourceExhausted while finished
-  // submaps cannot be stored (each call tries once more).
+  // submaps and checkpoints cannot be stored (each call tries once more).
   absl::Status Submit(ScanUpload scan);
 
   // Where acks go from now on. When it returns, the earlier sink is not called any more.
   void SetAckSink(AckSink sink);
 
-  // Waits for queued scans, then cuts and persists the unfinished submap. Scans submitted meanwhile
-  // are refused with Unavailable. Returns what persist said. Idempotent.
+  // Waits for queued scans, then cuts and persists the unfinished submap, with a checkpoint. Scans
+  // submitted meanwhile are refused with Unavailable. Returns what persist said. Idempotent.
   absl::Status Finish();
   // Offers what could not be stored once more, and tells the robot if more is durable then. Returns
   // what persist said; OK when nothing waits.
