@@ -27,13 +27,15 @@ uint64_t BytesOf(const std::string& folder) {
   return bytes;
 }
 
-// A folder that survives a power cut, with its name.
+// A folder that survives a power cut, with its name and those above it.
 absl::Status MakeFolder(const std::string& path, SyncCall sync) {
   std::error_code error;
-  if (fs::is_directory(path, error)) return absl::OkStatus();
-  fs::create_directories(path, error);
+  if (path.empty() || fs::is_directory(path, error)) return absl::OkStatus();
+  const std::string parent = fs::path(path).parent_path().string();
+  if (absl::Status status = MakeFolder(parent, sync); !status.ok()) return status;
+  fs::create_directory(path, error);
   if (error) return FileError("make", path, error.value());
-  return SyncFolder(fs::path(path).parent_path().string(), sync);
+  return SyncFolder(parent.empty() ? "." : parent, sync);
 }
 
 // A session's name is that of its folder.
@@ -211,9 +213,7 @@ class ScanArchive::Session {
 
 absl::StatusOr<std::unique_ptr<ScanArchive>> ScanArchive::Open(const std::string& directory,
                                                                const ScanArchiveOptions& options) {
-  std::string folder = absl::StrCat(directory, "/scans");
-  if (absl::Status status = MakeFolder(folder, options.sync); !status.ok()) return status;
-  return std::unique_ptr<ScanArchive>(new ScanArchive(std::move(folder), options));
+  return std::unique_ptr<ScanArchive>(new ScanArchive(absl::StrCat(directory, "/scans"), options));
 }
 
 ScanArchive::ScanArchive(std::string folder, const ScanArchiveOptions& options)

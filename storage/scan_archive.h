@@ -37,7 +37,7 @@ struct ScanArchiveOptions {
 // or is passed over by readers.
 class ScanArchive {
  public:
-  // Makes `directory`/scans where it is missing.
+  // Changes nothing on the disk: folders are made for the first scan.
   static absl::StatusOr<std::unique_ptr<ScanArchive>> Open(const std::string& directory,
                                                            const ScanArchiveOptions& options = {});
   ~ScanArchive();

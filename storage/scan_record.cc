@@ -23,6 +23,8 @@ enum class Packing : uint8_t {
   kColumns = 2,  // A zstd frame of the columns of its records.
 };
 
+// Every scan is packed while robots wait: quick rather than small.
+constexpr int kLevel = 1;
 constexpr uint64_t kMaxDataSize = codec::kMaxDecodedBytes;
 
 struct Column {
@@ -134,7 +136,7 @@ absl::Status AppendData(const PointPayload& payload, std::string& body) {
   AppendBytes(static_cast<uint8_t>(packing), body);
   AppendBytes(static_cast<uint64_t>(payload.data.size()), body);
   AppendBytes(static_cast<uint64_t>(content.size()), body);
-  if (packing != Packing::kAsItIs) return codec::AppendZstdFrame(content, body);
+  if (packing != Packing::kAsItIs) return codec::AppendZstdFrame(content, body, kLevel);
   body += content;
   return absl::OkStatus();
 }

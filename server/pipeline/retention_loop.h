@@ -1,0 +1,80 @@
+// Keeps count of what the robots have stored and holds them to their limits, on a thread of its
+// own.
+#pragma once
+
+#include <absl/status/status.h>
+#include <absl/status/statusor.h>
+
+#include <chrono>
+#include <condition_variable>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <mutex>
+#include <set>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "core/clock.h"
+#include "core/ids.h"
+#include "server/pipeline/retention.h"
+#include "server/retention_options.h"
+
+namespace isthmus::server {
+
+// Thread safe.
+class RetentionLoop {
+ public:
+  // What it asks of its surroundings; called from the loop's thread, without its locks held.
+  struct Hooks {
+    // All sessions, without their bytes.
+    std::function<std::vector<StoredSession>()> list;
+    std::function<absl::StatusOr<uint64_t>(const SessionId&)> map_bytes;
+    std::function<uint64_t(const SessionId&)> scan_bytes;
+    std::function<absl::Status(const RetentionAction&)> act;
+    std::function<void(const std::string&)> on_problem;  // May be null.
+  };
+
+  // Limits are looked at when something changes and this often, for the ages.
+  static constexpr std::chrono::seconds kInterval{60};
+
+  RetentionLoop(const RetentionOptions& options, const Clock* clock, Hooks hooks);
+  ~RetentionLoop();  // Stop(), and waits.
+
+  // Counts everything and does what is due; then starts the thread. Call once.
+  void Start();
+  void Stop();
+  // What is stored of the session has changed, or it has come, finished or gone.
+  void Changed(const SessionId& session);
+  // Until every change so far has been looked at.
+  void WaitUntilIdle();
+
+  // ResourceExhausted, saying what to do, while the robot may add nothing.
+  absl::Status Check(const RobotId& robot) const;
+  // As counted last; 0 for one that is not known.
+  uint64_t MapBytes(const SessionId& session) const;
+
+ private:
+  void Run();
+  void Round();
+  // Of all sessions, with their bytes.
+  std::vector<StoredSession> Count();
+  // Returns whether anything went.
+  bool Do(const RetentionPlan& plan);
+
+  const RetentionOptions options_;
+  const Clock* const clock_;
+  const Hooks hooks_;
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  // Guarded by mutex_.
+  std::map<SessionId, uint64_t> map_bytes_;
+  std::set<SessionId> stale_;  // To be counted anew.
+  std::map<RobotId, std::string> refused_;
+  uint64_t changes_ = 0, looked_at_ = 0;
+  bool stop_ = false;
+  std::thread thread_;
+};
+
+}  // namespace isthmus::server
