@@ -7,6 +7,7 @@
 
 #include "tests/faults/client_kills.h"
 #include "tests/faults/damage.h"
+#include "tests/faults/full_disk.h"
 #include "tests/faults/link_faults.h"
 #include "tests/faults/server_kills.h"
 
@@ -14,7 +15,7 @@ namespace isthmus::faults {
 namespace {
 
 struct Arguments {
-  int kills = 0, client_kills = 0, damages = 0;
+  int kills = 0, client_kills = 0, damages = 0, full_disks = 0;
   double outage_s = 0;
   Setup setup = {.server = ISTHMUS_SERVER, .robot = FAULT_ROBOT, .folder = ""};
 };
@@ -37,6 +38,11 @@ int Run(const Arguments& arguments) {
     options.resets = static_cast<int>(2 * arguments.outage_s);
     reports.push_back(SpoilLinks(arguments.setup, options));
   }
+  if (arguments.full_disks > 0) {
+    FullDiskOptions options;
+    options.times = arguments.full_disks;
+    reports.push_back(FillDisk(arguments.setup, options));
+  }
   if (arguments.damages > 0) {
     reports.push_back(DamageFolders(arguments.setup, arguments.damages));
   }
@@ -56,6 +62,7 @@ int main(int argc, char** argv) {
   app.add_option("--kills", arguments.kills, "kill -9 of the server, so many times");
   app.add_option("--client-kills", arguments.client_kills, "kill -9 of the robots' programs");
   app.add_option("--outage", arguments.outage_s, "Bad links, with outages of so many seconds");
+  app.add_option("--full-disks", arguments.full_disks, "A full disk, so many times");
   app.add_option("--damages", arguments.damages, "Damaged folders, each kind with so many seeds");
   app.add_option("--seed", arguments.setup.seed, "Of all that is random")->capture_default_str();
   app.add_option("--robots", arguments.setup.robots, "How many stream")

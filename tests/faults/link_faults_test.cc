@@ -10,7 +10,7 @@ namespace {
 
 TEST(LinkFaultsTest, TheMapIsThatOfAnUndisturbedRun) {
   const TestSetup setup;
-  Setup two = setup.get();
+  faults::Setup two = setup.get();
   two.robots = 2;
   const Report report = SpoilLinks(two, LinkFaultOptions());
   EXPECT_TRUE(report.broken.empty()) << ToMarkdown({report});

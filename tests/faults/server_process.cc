@@ -2,6 +2,7 @@
 
 #include <absl/strings/str_cat.h>
 #include <signal.h>
+#include <sys/resource.h>
 
 #include <cstdio>
 #include <filesystem>
@@ -53,6 +54,11 @@ bool ServerProcess::Start() {
   if (!WaitUntilUp()) return false;
   Publish();
   return true;
+}
+
+void ServerProcess::LimitFiles(std::optional<uint64_t> bytes) const {
+  const rlimit limit = {bytes.value_or(RLIM_INFINITY), RLIM_INFINITY};
+  prlimit(process_->pid(), RLIMIT_FSIZE, &limit, nullptr);
 }
 
 int ServerProcess::End() {

@@ -1,7 +1,9 @@
 // The real isthmus-server as robots meet it: it dies, and comes back under the same address.
 #pragma once
 
+#include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "tests/server/main/child_process.h"
@@ -30,6 +32,8 @@ class ServerProcess {
   void Kill();  // As a power cut would; returns when it is gone.
   int Stop();   // Politely; the exit code.
   int Wait();   // For an end of its own accord; the exit code.
+  // From now on its files cannot grow beyond `bytes`, as on a full disk; absent: they can.
+  void LimitFiles(std::optional<uint64_t> bytes) const;
   // Of the process that ended last; 128 + the signal that ended it.
   int exit_code() const { return exit_code_; }
   bool is_running() const { return process_ != nullptr; }

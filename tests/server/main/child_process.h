@@ -23,6 +23,7 @@ class ChildProcess {
   // The rest of stdout.
   std::string ReadAll();
   void Signal(int signal) const;
+  pid_t pid() const { return pid_; }
   // Waits for the end: the exit code, or 128 + the signal that ended it.
   int Wait();
   std::string Errors() const;
