@@ -42,4 +42,13 @@ struct PipelineOptions {
   composition::OccupancyOptions occupancy;
 };
 
+// Shares so many bytes of memory out among submaps, maps made ready for matching, and composition.
+// What composition has no room for goes to a file in `folder`; none: to memory all the same.
+inline void SetCache(size_t bytes, const std::string& folder, PipelineOptions* options) {
+  options->submap_cache_bytes = bytes / 8 * 3;
+  options->prepared_bytes = bytes / 8 * 2;
+  options->composer.cache_bytes = bytes / 8 * 3;
+  options->composer.spill_folder = folder;
+}
+
 }  // namespace isthmus::server

@@ -16,6 +16,7 @@ struct ServerConfig {
   rpc::ServerOptions rpc;
   PipelineOptions pipeline;
   storage::SqliteOptions storage;
+  int cache_mb = 512;  // MiB; see SetCache.
 };
 
 // Reads settings from YAML text into defaults. InvalidArgument, with section, key and line, for

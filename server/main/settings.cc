@@ -123,6 +123,11 @@ void AddStorage(ServerConfig& config, Table& table) {
             "Wait for the disk on every commit. false: a power cut may lose the last ones.");
   table.Add("resolution_m", &config.storage.resolution_m, 1e-5, 0.1,
             "Step to which stored coordinates are rounded, metres.");
+  table.Add("cache_mb", &config.cache_mb, 16, 1'000'000,
+            "Memory for points of the map, MiB, however large it is: three eighths for submaps, two "
+            "for those made ready for matching, three for the merged map. What it has no room for "
+            "is read from the disk, that of the merged map from a file without a name in the data "
+            "folder.");
 }
 
 void AddIngest(ServerConfig& config, Table& table) {

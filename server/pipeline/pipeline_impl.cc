@@ -39,7 +39,7 @@ absl::Status PipelineImpl::Start() {
   state_.WaitUntilPlaced();
   compositor_ = std::make_unique<Compositor>(
       &state_, [this](const SubmapId& id) { return submaps_.Get(id); }, options_.composer,
-      options_.composition_interval_s);
+      options_.composition_interval_s, options_.on_problem);
   estimator_ = std::make_unique<Estimator>(
       &state_, store_.get(), &submaps_, &clock_,
       Estimator::Options{options_.matcher, options_.loops, options_.revisits,

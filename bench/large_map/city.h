@@ -1,0 +1,45 @@
+// A city that robots drive through, as far as their LiDARs see it: streets between blocks of
+// houses. For maps of any size at the cost of drawing their points.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <random>
+
+#include "core/pose.h"
+#include "core/submap.h"
+
+namespace isthmus::bench {
+
+struct CityOptions {
+  int streets = 12;     // In x, one above the other; crossed by as many in y.
+  double block_m = 60;  // From street to street.
+  double street_width_m = 18;
+  int keyframes = 15;   // Of a submap, 1 m apart.
+  int points = 66'000;  // Of a keyframe: 64 lasers, about 1000 directions.
+  double range_m = 80;
+  double noise_m = 0.02;
+};
+
+class City {
+ public:
+  explicit City(const CityOptions& options) : options_(options) {}
+
+  // Where a robot stands after so many metres of a way that leads through one street of x after the
+  // other, to and fro, and begins anew at the end. Its lane is off the middle of the street.
+  Pose PoseAfter(double way_m, double lane_m) const;
+  // What it sees from there on; points as measured, in the frame of the first keyframe.
+  Submap Drive(double way_m, double lane_m, std::mt19937* rng) const;
+  double submap_length_m() const { return options_.keyframes * 1.0; }
+  double way_m() const { return options_.streets * Edge(); }
+
+ private:
+  double Edge() const { return options_.streets * options_.block_m; }
+  // How far a ray from there gets; the range where it meets nothing.
+  double Cast(const Eigen::Vector3d& from, const Eigen::Vector3d& direction) const;
+  double HouseHeight(int x, int y) const;
+
+  const CityOptions options_;
+};
+
+}  // namespace isthmus::bench

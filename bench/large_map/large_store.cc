@@ -1,0 +1,128 @@
+#include "bench/large_map/large_store.h"
+
+#include <absl/strings/str_format.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "storage/sqlite_store.h"
+
+namespace isthmus::bench {
+namespace {
+
+constexpr int64_t kBeginNs = 1'700'000'000'000'000'000;
+constexpr int64_t kKeyframeNs = 100'000'000;
+
+SessionRecord MakeSession(int number, int robots) {
+  SessionRecord session;
+  session.robot = RobotId(absl::StrFormat("robot_%c", 'a' + number % robots));
+  session.id = SessionId(absl::StrFormat("%s-%d", session.robot.value(), number / robots + 1));
+  session.sensor = "hdl64";
+  session.state = SessionState::kFinished;
+  session.created_ns = kBeginNs + number * int64_t{1'000'000'000'000};
+  session.finished_ns = session.created_ns + 1;
+  return session;
+}
+
+// Gives a submap its name and times, and its scans their poses.
+void Name(const SessionRecord& session, uint32_t index, Submap* submap,
+          storage::WriteBatch* batch) {
+  submap->id = {session.id, index};
+  submap->robot = session.robot;
+  submap->drift_covariance = Matrix6d::Identity() * 1e-4;
+  const uint64_t per_submap = submap->keyframes.size();
+  submap->first_sequence = index * per_submap + 1;
+  for (uint64_t k = 0; k < per_submap; ++k) {
+    Keyframe& keyframe = submap->keyframes[k];
+    keyframe.sequence = submap->first_sequence + k;
+    keyframe.stamp_ns = session.created_ns + static_cast<int64_t>(keyframe.sequence) * kKeyframeNs;
+    batch->trajectory.push_back({session.id,
+                                 {keyframe.sequence, keyframe.stamp_ns,
+                                  submap->T_odom_submap * keyframe.T_submap_sensor, index}});
+  }
+  submap->last_sequence = submap->first_sequence + per_submap - 1;
+  submap->first_stamp_ns = submap->keyframes.front().stamp_ns;
+  submap->last_stamp_ns = submap->keyframes.back().stamp_ns;
+}
+
+// The pair was compared without a result; that of the first session is then given by hand.
+void Compare(const std::vector<std::pair<SessionId, uint32_t>>& sessions, size_t one, size_t other,
+             storage::WriteBatch* batch) {
+  const auto [a, b] = std::minmax(sessions[one], sessions[other]);
+  Match match;
+  match.a = a.first;
+  match.b = b.first;
+  match.state = MatchState::kRejected;
+  match.reason = "FREE_SPACE";
+  match.detail = "generated: not compared";
+  match.submaps_a = a.second;
+  match.submaps_b = b.second;
+  match.computed_ns = kBeginNs * 2;
+  batch->matches.push_back(match);
+  if (one != 0) return;
+  Verdict verdict;
+  verdict.a = match.a;
+  verdict.b = match.b;
+  verdict.ruling = Ruling::kSet;
+  verdict.note = "generated";
+  verdict.given_ns = kBeginNs;
+  batch->verdicts.push_back(verdict);
+}
+
+absl::StatusOr<uint32_t> AddSession(const LargeStoreOptions& options, const City& city, int number,
+                                    const std::string& folder, storage::MapStore* store) {
+  std::mt19937 rng(options.seed + static_cast<unsigned>(number));
+  const SessionRecord session = MakeSession(number, options.robots);
+  const double begin_m = number * options.submaps_per_session * city.submap_length_m();
+  const double lane_m = -3 + 1.5 * (number % 5);
+  storage::WriteBatch first;
+  first.sessions.push_back(session);
+  if (absl::Status status = store->Write(first); !status.ok()) return status;
+  uint32_t index = 0;
+  while (index < static_cast<uint32_t>(options.submaps_per_session) &&
+         BytesOnDisk(folder) < options.bytes) {
+    auto submap = std::make_shared<Submap>(
+        city.Drive(begin_m + index * city.submap_length_m(), lane_m, &rng));
+    storage::WriteBatch batch;
+    Name(session, index++, submap.get(), &batch);
+    batch.submaps.push_back(std::move(submap));
+    if (absl::Status status = store->Write(batch); !status.ok()) return status;
+  }
+  return index;
+}
+
+}  // namespace
+
+double BytesOnDisk(const std::string& folder) {
+  double bytes = 0;
+  for (const auto& file : std::filesystem::recursive_directory_iterator(folder)) {
+    if (file.is_regular_file()) bytes += static_cast<double>(file.file_size());
+  }
+  return bytes;
+}
+
+absl::Status FillStore(const LargeStoreOptions& options, const std::string& folder) {
+  auto store = storage::OpenSqliteStore(folder, {.sync_every_commit = false});
+  if (!store.ok()) return store.status();
+  const City city(options.city);
+  std::vector<std::pair<SessionId, uint32_t>> sessions;  // And how many submaps each has.
+  while (BytesOnDisk(folder) < options.bytes) {
+    const int number = static_cast<int>(sessions.size());
+    const auto submaps = AddSession(options, city, number, folder, store->get());
+    if (!submaps.ok()) return submaps.status();
+    sessions.emplace_back(MakeSession(number, options.robots).id, *submaps);
+    std::fprintf(stderr, "%.2f GB in %zu sessions\n", BytesOnDisk(folder) / 1e9, sessions.size());
+  }
+  storage::WriteBatch batch;
+  for (size_t one = 0; one < sessions.size(); ++one) {
+    for (size_t other = one + 1; other < sessions.size(); ++other) {
+      Compare(sessions, one, other, &batch);
+    }
+  }
+  return (*store)->Write(batch);
+}
+
+}  // namespace isthmus::bench

@@ -1,0 +1,141 @@
+// What readers get while the map is composed, and when it cannot be.
+#include "server/pipeline/compositor.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <future>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/clock.h"
+#include "server/pipeline/placement_loop.h"
+#include "storage/memory_store.h"
+
+namespace isthmus::server {
+namespace {
+
+using ::testing::HasSubstr;
+
+const SessionId kSession("alice-1");
+
+class CompositorTest : public testing::Test {
+ protected:
+  CompositorTest() {
+    SessionRecord record;
+    record.id = kSession;
+    record.robot = RobotId("alice");
+    record.sensor = "vlp16";
+    storage::WriteBatch batch;
+    batch.sessions.push_back(record);
+    EXPECT_TRUE(store_->Write(batch).ok());
+    EXPECT_TRUE(state_.Load().ok());
+    placement_ = std::make_unique<PlacementLoop>(&state_, store_.get(), &Clock::System(),
+                                                 placement::PlacerOptions());
+  }
+
+  // Points in a row, 1 m apart.
+  void Add(uint32_t index, int points) {
+    auto submap = std::make_shared<Submap>();
+    submap->id = {kSession, index};
+    submap->robot = RobotId("alice");
+    submap->first_sequence = submap->last_sequence = index + 1;
+    submap->keyframes = {{index + 1, 1'000'000'000 * int64_t{index + 1}, Pose()}};
+    for (int i = 0; i < points; ++i) submap->points.push_back({float(i), 0.5f, 0.5f, 0, 0});
+    ingest::Stretch stretch;
+    stretch.submap = submap;
+    stretch.trajectory = {{index + 1, 1'000'000'000 * int64_t{index + 1}, Pose(), index}};
+    ASSERT_TRUE(state_.AddStretch(kSession, stretch).ok());
+    state_.WaitUntilPlaced();
+  }
+
+  std::shared_ptr<const ComposedMap> Map() {
+    std::lock_guard lock(state_.mutex);
+    return state_.map;
+  }
+  std::shared_ptr<const ComposedMap> ComposedMapOnceThere() {
+    std::unique_lock lock(state_.mutex);
+    state_.changed.wait(lock, [&] { return state_.IsComposed(); });
+    return state_.map;
+  }
+
+  std::unique_ptr<storage::MapStore> store_ = storage::MakeMemoryStore();
+  SubmapCache submaps_{store_.get(), size_t{1} << 30, nullptr};
+  const SubmapReader reader_ = [this](const SubmapId& id) { return submaps_.Get(id); };
+  MapState state_{store_.get(), &submaps_, &Clock::System()};
+  std::unique_ptr<PlacementLoop> placement_;
+};
+
+TEST_F(CompositorTest, EmptyMapIsReadyAtOnce) {
+  Compositor compositor(&state_, reader_, {}, 0);
+  EXPECT_TRUE(Map()->ready().ok());
+  EXPECT_EQ(Map()->component_count(), 0u);
+}
+
+TEST_F(CompositorTest, StoredMapIsUnavailableRatherThanEmptyUntilItIsComposed) {
+  Add(0, 3);
+  std::promise<void> go;
+  const auto slow = [this, gone = go.get_future().share()](const SubmapId& id) {
+    gone.wait();
+    return submaps_.Get(id);
+  };
+  Compositor compositor(&state_, slow, {}, 0);
+  const auto starting = Map();
+  EXPECT_EQ(starting->ready().code(), absl::StatusCode::kUnavailable);
+  EXPECT_THAT(std::string(starting->ready().message()), HasSubstr("0 %"));
+  EXPECT_EQ(starting->Read({}, 10, [](const auto&) { return true; }).code(),
+            absl::StatusCode::kUnavailable);
+  EXPECT_EQ(starting->component_count(), 1u) << "or readers would hear that there is none";
+  EXPECT_EQ(starting->robots(), std::vector<RobotId>{RobotId("alice")});
+  go.set_value();
+  const auto map = ComposedMapOnceThere();
+  EXPECT_TRUE(map->ready().ok());
+  EXPECT_EQ(map->point_count(0), 3u);
+}
+
+TEST_F(CompositorTest, StopsInTheMiddleOfTheFirstMap) {
+  for (uint32_t i = 0; i < 5; ++i) Add(i, 3);
+  std::atomic<int> reads = 0;
+  std::unique_ptr<Compositor> compositor;
+  std::promise<void> begun, stopped;
+  compositor = std::make_unique<Compositor>(
+      &state_,
+      [&, gone = stopped.get_future().share()](const SubmapId& id) {
+        if (reads++ == 0) begun.set_value();
+        gone.wait();
+        return submaps_.Get(id);
+      },
+      composition::ComposerOptions(), 0);
+  begun.get_future().wait();
+  compositor->Stop();
+  stopped.set_value();
+  compositor = nullptr;
+  EXPECT_EQ(reads, 1);
+}
+
+TEST_F(CompositorTest, FullDiskKeepsTheLastMapAndIsToldOnce) {
+  Add(0, 3);
+  composition::ComposerOptions options;
+  options.cache_bytes = 1000;
+  options.spill_folder = testing::TempDir();
+  options.spill_reserve_bytes = uint64_t{1} << 62;  // No disk has so much to spare.
+  std::promise<std::string> told;
+  std::atomic<int> times = 0;
+  Compositor compositor(&state_, reader_, options, 0, [&](const std::string& problem) {
+    if (times++ == 0) told.set_value(problem);
+  });
+  const auto map = ComposedMapOnceThere();
+  Add(1, 5000);
+  const std::string problem = told.get_future().get();
+  EXPECT_THAT(problem, HasSubstr("the merged map stays as it was"));
+  EXPECT_THAT(problem, HasSubstr("No space left"));
+  EXPECT_EQ(Map(), map);
+  std::lock_guard lock(state_.mutex);
+  EXPECT_FALSE(state_.IsComposed());
+  EXPECT_EQ(times, 1);
+}
+
+}  // namespace
+}  // namespace isthmus::server
