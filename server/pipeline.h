@@ -38,6 +38,9 @@ struct SessionRequest {
   std::string sensor = {};    // Name of a sensor model, e.g. "vlp16".
   std::string odometry = {};  // "continuous", "floam" or "aloam"; empty: PipelineOptions::odometry.
   Pose T_base_sensor = {};
+  // Chosen by the client: asking again with the same one, for the same robot, returns the session
+  // that was opened the first time. At most 64 characters; empty: a new session whatever was.
+  std::string request_id = {};
 };
 
 struct SessionStatus {
@@ -53,6 +56,11 @@ struct SessionStatus {
   std::string tracking;  // "ok", "degenerate", "lost"; empty before the first scan.
   std::string input;     // How rings and times of its scans were found; empty before the first.
   std::optional<Placement> placement;
+  uint64_t map_bytes = 0;    // Stored of its submaps and features, as counted last.
+  uint64_t scan_bytes = 0;   // Of its raw scans.
+  uint64_t quota_bytes = 0;  // Of all sessions of its robot; 0: no limit.
+  // What is missing of its raw scans, and why; empty while all are kept, or none are to be.
+  std::string archive_problem = {};
 };
 
 struct ComponentInfo {
@@ -78,6 +86,9 @@ struct MapInfo {
   // Submaps that were found damaged since the server started, in the store's words: they are left
   // out of the map, the rest is served.
   std::vector<std::string> damaged;
+  // Why what comes in cannot be stored at the moment, for people; empty while it can. Nothing is
+  // acknowledged as durable meanwhile, readers are served, and it ends by itself.
+  std::string storage_problem = {};
 };
 
 struct SubmapStatus {
@@ -159,7 +170,9 @@ class Pipeline {
   virtual ~Pipeline() = default;
 
   // InvalidArgument for a robot name that is empty, longer than 64 or not of [A-Za-z0-9_.-], an
-  // unknown sensor or an unknown odometry.
+  // unknown sensor or an unknown odometry, or too long a request id.
+  // unknown sensor or an unknown odometry. This, SubmitScan and AddSubmap: ResourceExhausted while
+  // the robot is above its quota (RetentionOptions); the message says what to do.
   virtual absl::StatusOr<SessionStatus> CreateSession(const SessionRequest& request) = 0;
   virtual absl::StatusOr<SessionStatus> GetSession(const SessionId& session) = 0;
   virtual std::vector<SessionStatus> ListSessions() = 0;

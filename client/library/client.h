@@ -60,7 +60,8 @@ class Client {
   // Goes on where an earlier program stopped, however it did: the session that the spool
   // `options.spool_dir` was last opened for, numbered on after its newest scan; what the server
   // lacks is sent. The server may be out of reach. NotFound when the spool holds nothing to go on
-  // with. FailedPrecondition when another program has the spool open, a newer one wrote it, or the
+  // with, AlreadyExists when its session was finished with all that was in it (and the spool is
+  // empty now). FailedPrecondition when another program has the spool open, a newer one wrote it, or the
   // session cannot go on, see IfSessionIsGone; DataLoss when it cannot be told whose scans it
   // holds.
   absl::StatusOr<std::unique_ptr<ScanStream>> ResumeScanStream(const ScanStreamOptions& options);
@@ -128,6 +129,13 @@ class Client {
 
   // The pose graph of a component as a g2o file, likewise.
   absl::StatusOr<ExportSummary> ExportPoseGraphToFile(uint32_t component, const std::string& path);
+
+  // A copy of all that the server stores, as of one moment, while robots and readers go on: into
+  // the new folder `folder`, which isthmus-server can serve. Until it is complete, verified and on
+  // the disk it is called `folder`.part. Tried again after Unavailable and DataLoss. AlreadyExists
+  // when there is a `folder`, ResourceExhausted when a disk is full.
+  absl::StatusOr<Backup> BackUp(const std::string& folder,
+                                const std::function<void(const BackupState&)>& progress = nullptr);
 
   const std::string& address() const;
 

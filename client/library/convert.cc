@@ -177,6 +177,10 @@ Session FromProto(const v1::Session& session) {
   out.travelled_m = session.travelled_m();
   out.tracking = session.tracking();
   out.input = session.input();
+  out.map_bytes = session.map_bytes();
+  out.scan_bytes = session.scan_bytes();
+  out.quota_bytes = session.quota_bytes();
+  out.archive_problem = session.archive_problem();
   if (session.has_component()) out.component = session.component();
   if (session.has_t_map_odom()) out.T_map_odom = FromProto(session.t_map_odom());
   return out;
@@ -206,6 +210,8 @@ MapInfo FromProto(const v1::MapInfo& info) {
   out.placements = info.placements();
   out.submaps = info.submaps();
   out.retired = info.retired();
+  out.damaged.assign(info.damaged().begin(), info.damaged().end());
+  out.storage_problem = info.storage_problem();
   return out;
 }
 

@@ -16,6 +16,9 @@ namespace {
 
 // Above anything the server puts into one message: graphs and lists of submaps are unary.
 constexpr int kMaxReceivedBytes = 64 << 20;
+// A radio link that is dead is noticed within the sum of these; the server permits it. One that is
+// merely slow answers a ping behind the scans that are under way.
+constexpr int kPingEveryMs = 5'000, kPingTimeoutMs = 10'000;
 constexpr char kSought[] = "cannot reach isthmus-server at ";
 
 std::shared_ptr<Client::Link::Stubs> Open(const std::string& address) {
@@ -24,6 +27,9 @@ std::shared_ptr<Client::Link::Stubs> Open(const std::string& address) {
   arguments.SetMaxSendMessageSize(-1);  // The server's own limit decides, and says so.
   // Not shared with other channels to the address, so that a new channel tries at once.
   arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
+  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, kPingEveryMs);
+  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, kPingTimeoutMs);
+  arguments.SetInt(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);  // No limit.
   auto stubs = std::make_shared<Client::Link::Stubs>();
   stubs->channel =
       grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), arguments);
@@ -31,6 +37,7 @@ std::shared_ptr<Client::Link::Stubs> Open(const std::string& address) {
   stubs->maps = v1::MapService::NewStub(stubs->channel);
   stubs->matches = v1::MatchService::NewStub(stubs->channel);
   stubs->graph = v1::GraphService::NewStub(stubs->channel);
+  stubs->admin = v1::AdminService::NewStub(stubs->channel);
   return stubs;
 }
 

@@ -12,6 +12,7 @@
 
 #include "client/library/backoff.h"
 #include "client/library/client.h"
+#include "isthmus/v1/admin_service.grpc.pb.h"
 #include "isthmus/v1/graph_service.grpc.pb.h"
 #include "isthmus/v1/map_service.grpc.pb.h"
 #include "isthmus/v1/match_service.grpc.pb.h"
@@ -28,6 +29,7 @@ class Client::Link {
     std::unique_ptr<v1::MapService::Stub> maps;
     std::unique_ptr<v1::MatchService::Stub> matches;
     std::unique_ptr<v1::GraphService::Stub> graph;
+    std::unique_ptr<v1::AdminService::Stub> admin;
   };
   // One attempt at a call. Must not have effects that a second attempt would double.
   using Attempt = std::function<grpc::Status(Stubs&, grpc::ClientContext&)>;

@@ -1,13 +1,11 @@
 // The part of Client that fetches files: the map, and its pose graph.
-#include <absl/strings/str_cat.h>
-
 #include <utility>
 
 #include "client/library/client.h"
 #include "client/library/convert.h"
+#include "client/library/file_stream.h"
 #include "client/library/link.h"
 #include "client/library/part_file.h"
-#include "core/codec/crc32c.h"
 
 namespace isthmus::client {
 
@@ -15,45 +13,9 @@ using Stubs = Client::Link::Stubs;
 
 namespace {
 
-using Bytes = std::function<bool(const std::string&)>;
+using Bytes = FilePiece;
 // One attempt at a file; the summary counts what was handed to the bytes.
 using Fetch = std::function<absl::Status(const Bytes&, ExportSummary&)>;
-
-// Compares what arrived with what the server says it sent.
-template <typename Response>
-absl::Status Verify(const ExportSummary& received, const Response& last) {
-  if (!last.last()) return absl::DataLossError("the export ended early; run it again");
-  if (received.size == last.size() && received.crc32c == last.crc32c()) return absl::OkStatus();
-  return absl::DataLossError(
-      absl::StrCat("the export was damaged on its way: ", received.size, " bytes with checksum ",
-                   absl::Hex(received.crc32c, absl::kZeroPad8), " arrived, ", last.size(), " with ",
-                   absl::Hex(last.crc32c(), absl::kZeroPad8), " were sent; run it again"));
-}
-
-// `open` begins the stream and returns its reader.
-template <typename Response, typename Open>
-absl::Status FetchStream(Client::Link& link, const Open& open, const Bytes& bytes,
-                         ExportSummary& summary) {
-  summary = {};
-  absl::Status failure;  // Found on this side.
-  const auto read = [&](Stubs& stubs, grpc::ClientContext& context) {
-    auto reader = open(stubs, context);
-    Response part;
-    while (failure.ok() && reader->Read(&part)) {
-      summary.revision = part.revision();
-      summary.size += part.data().size();
-      summary.crc32c = codec::Crc32c(part.data().data(), part.data().size(), summary.crc32c);
-      if (part.data().empty() || bytes(part.data())) continue;
-      failure = absl::CancelledError("stopped by the reader");
-      context.TryCancel();
-    }
-    const grpc::Status status = reader->Finish();
-    if (failure.ok() && status.ok()) failure = Verify(summary, part);
-    return status;
-  };
-  const absl::Status status = link.Once(link.options().transfer_timeout_s, read);
-  return failure.ok() ? status : failure;
-}
 
 Fetch FetchMap(Client::Link& link, const ExportRequest& request) {
   return [&link, message = ToProto(request)](const Bytes& bytes, ExportSummary& summary) {

@@ -36,6 +36,10 @@ struct Session {
   std::string input;                  // How rings and times of its scans were found.
   std::optional<uint32_t> component;  // Absent until the session has been placed.
   std::optional<Pose> T_map_odom;     // Likewise.
+  uint64_t map_bytes = 0;             // Stored of its submaps and their features.
+  uint64_t scan_bytes = 0;            // Of its raw scans.
+  uint64_t quota_bytes = 0;           // Of all sessions of its robot; 0: no limit.
+  std::string archive_problem;        // What is missing of its raw scans, and why.
 };
 
 struct Component {
@@ -58,6 +62,9 @@ struct MapInfo {
   uint64_t compositions = 0, estimations = 0, placements = 0;  // Since the server started.
   uint64_t submaps = 0;                                        // In the map.
   uint64_t retired = 0;  // Replaced by newer ones of the same ground, since the server started.
+  std::vector<std::string> damaged;  // Submaps that cannot be read, a sentence each.
+  // Why the server cannot store what comes in at the moment; empty while it can.
+  std::string storage_problem;
 };
 
 struct RobotTrajectory {
@@ -140,6 +147,20 @@ struct ExportSummary {
   int64_t revision = 0;
   uint64_t size = 0;    // Bytes.
   uint32_t crc32c = 0;  // Of them all.
+};
+
+// A backup under way.
+struct BackupState {
+  double copied = 0;                    // Share of the copy that the server makes first, [0, 1].
+  uint64_t bytes = 0, total_bytes = 0;  // Received; of the whole, once the copy is made.
+};
+
+// What is in a backup.
+struct Backup {
+  ExportSummary file;
+  int64_t sessions = 0, submaps = 0, scans = 0, points = 0;
+  int64_t damaged = 0;  // Records that cannot be read.
+  std::string report;   // What `isthmus-server --check` says of it.
 };
 
 // A finished submap of a robot that runs its own SLAM.

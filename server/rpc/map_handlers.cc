@@ -78,6 +78,8 @@ absl::StatusOr<v1::MapInfo> GetMapInfo(server::Pipeline& pipeline, const v1::Get
   proto.set_placements(info.placements);
   proto.set_submaps(info.submaps);
   proto.set_retired(info.retired);
+  for (const std::string& problem : info.damaged) proto.add_damaged(problem);
+  proto.set_storage_problem(info.storage_problem);
   return proto;
 }
 
