@@ -170,7 +170,9 @@ class Pipeline {
   virtual ~Pipeline() = default;
 
   // InvalidArgument for a robot name that is empty, longer than 64 or not of [A-Za-z0-9_.-], an
-  // unknown sensor or an unknown odometry, or too long a request id.
+  // unknown sensor or an unknown odometry, or too long a request id. This, SubmitScan and AddSubmap:
+  // ResourceExhausted while the robot is above its quota (RetentionOptions); the message says what
+  // to do.
   // unknown sensor or an unknown odometry. This, SubmitScan and AddSubmap: ResourceExhausted while
   // the robot is above its quota (RetentionOptions); the message says what to do.
   virtual absl::StatusOr<SessionStatus> CreateSession(const SessionRequest& request) = 0;

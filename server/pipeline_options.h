@@ -7,12 +7,14 @@
 
 #include "floam/odometry_options.h"
 #include "floam/submap_builder.h"
+#include "server/archive_options.h"
 #include "server/composition/composer.h"
 #include "server/composition/occupancy.h"
 #include "server/matching/loop_options.h"
 #include "server/matching/matcher_options.h"
 #include "server/matching/revisits.h"
 #include "server/placement/placer.h"
+#include "server/retention_options.h"
 
 namespace isthmus::server {
 
@@ -40,6 +42,8 @@ struct PipelineOptions {
   placement::PlacerOptions placer;
   composition::ComposerOptions composer;
   composition::OccupancyOptions occupancy;
+  ArchiveOptions archive;
+  RetentionOptions retention;
 };
 
 // Shares so many bytes of memory out among submaps, maps made ready for matching, and composition.

@@ -179,7 +179,7 @@ absl::Status MapState::Retire(const std::vector<SubmapId>& submaps) {
   return absl::OkStatus();
 }
 
-absl::Status MapState::RemoveSession(const SessionId& session) {
+absl::Status MapState::RemoveSession(const SessionId& session, const std::string& why) {
   if (absl::Status status = store_->DeleteSession(session); !status.ok()) return status;
   std::lock_guard lock(mutex);
   if (const SessionEntry* entry = Find(session)) {
@@ -192,7 +192,7 @@ absl::Status MapState::RemoveSession(const SessionId& session) {
   std::erase_if(loops, [&](const auto& item) { return item.second.session == session; });
   std::erase_if(anchors, [&](const auto& item) { return item.first.session == session; });
   RefreshMatches();
-  Changed(absl::StrCat("session ", session.value(), " deleted"));
+  Changed(absl::StrCat("session ", session.value(), " deleted", why.empty() ? "" : ": ", why));
   return absl::OkStatus();
 }
 

@@ -113,8 +113,8 @@ class MapState {
   absl::Status RemoveAnchor(const SubmapId& submap);
   // Removes the submaps with all that hangs on them.
   absl::Status Retire(const std::vector<SubmapId>& submaps);
-  // Removes the session from store and state.
-  absl::Status RemoveSession(const SessionId& session);
+  // Removes the session from store and state. `why` is said in the revision's cause.
+  absl::Status RemoveSession(const SessionId& session, const std::string& why = "");
   // Until `revision` shows what the state says now, or nothing is placed any more.
   void WaitUntilPlaced();
   void ScanQueued();

@@ -28,6 +28,10 @@ PipelineImpl::~PipelineImpl() { Shutdown(); }
 
 absl::Status PipelineImpl::Start() {
   if (absl::Status status = state_.Load(); !status.ok()) return status;
+  auto scans = ScanKeeper::Open(options_.archive, options_.on_problem);
+  if (!scans.ok()) return scans.status();
+  scans_ = *std::move(scans);
+  retention_ = std::make_unique<RetentionLoop>(options_.retention, &clock_, RetentionHooks());
   executor_ = std::make_unique<Executor>(options_.ingest_threads);
   for (auto& [id, entry] : state_.sessions) {
     if (entry.record.state == SessionState::kFinished) continue;
@@ -44,6 +48,7 @@ absl::Status PipelineImpl::Start() {
       &state_, store_.get(), &submaps_, &clock_,
       Estimator::Options{options_.matcher, options_.loops, options_.revisits,
                          options_.rematch_submaps, options_.prepared_bytes});
+  retention_->Start();
   return absl::OkStatus();
 }
 
@@ -109,6 +114,10 @@ SessionStatus PipelineImpl::StatusOf(const SessionEntry& entry) const {
   if (const Placement* placement = state_.PlacementOf(entry.record.id)) {
     status.placement = *placement;
   }
+  status.map_bytes = retention_->MapBytes(entry.record.id);
+  status.scan_bytes = scans_->Bytes(entry.record.id);
+  status.quota_bytes = options_.retention.LimitsOf(entry.record.robot).quota_bytes;
+  status.archive_problem = scans_->Problem(entry.record.id);
   return status;
 }
 
@@ -118,6 +127,7 @@ bool PipelineImpl::IsSettled() const {
 }
 
 void PipelineImpl::WaitUntilIdle() {
+  retention_->WaitUntilIdle();
   std::unique_lock lock(state_.mutex);
   state_.changed.wait(lock, [this] { return shut_down_ || IsSettled(); });
 }
@@ -125,6 +135,7 @@ void PipelineImpl::WaitUntilIdle() {
 void PipelineImpl::Shutdown() {
   if (shut_down_.exchange(true)) return;
   if (executor_ == nullptr) return;  // Never started.
+  if (retention_ != nullptr) retention_->Stop();
   if (estimator_ != nullptr) estimator_->Stop();
   std::vector<std::shared_ptr<ingest::SessionWorker>> workers;
   {

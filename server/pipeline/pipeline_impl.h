@@ -16,6 +16,8 @@
 #include "server/pipeline/estimator.h"
 #include "server/pipeline/map_state.h"
 #include "server/pipeline/placement_loop.h"
+#include "server/pipeline/retention_loop.h"
+#include "server/pipeline/scan_keeper.h"
 
 namespace isthmus::server {
 
@@ -69,8 +71,13 @@ class PipelineImpl : public Pipeline {
   absl::StatusOr<std::shared_ptr<ingest::SessionWorker>> ResumeWorker(const SessionEntry& entry);
   // Absent where there is none.
   std::optional<ingest::Checkpoint> ReadCheckpoint(const SessionId& session);
+  RetentionLoop::Hooks RetentionHooks();
+  // `why`, for the revision's cause, is empty where someone asked for it.
+  absl::Status Delete(const SessionId& session, const std::string& why);
   // The worker of an active session that takes scans.
   absl::StatusOr<std::shared_ptr<ingest::SessionWorker>> FindWorker(const SessionId& session);
+  // Whether the robot of the session is within its quota.
+  absl::Status MayAdd(const SessionId& session);
   // The state's mutex is held for these.
   absl::StatusOr<SessionId> ResolveSession(const SessionId& session, const RobotId& robot);
   SessionStatus StatusOf(const SessionEntry& entry) const;
@@ -85,6 +92,7 @@ class PipelineImpl : public Pipeline {
   const std::unique_ptr<storage::MapStore> store_;
   SubmapCache submaps_;
   MapState state_;
+  std::unique_ptr<ScanKeeper> scans_;
   // Held while a session comes, finishes or goes and while an uploaded submap is taken in: what is
   // written to the store then is what the state says. Locked before the state's mutex.
   std::mutex membership_mutex_;
@@ -92,6 +100,7 @@ class PipelineImpl : public Pipeline {
   // slow loop may still be at work on its map. Guarded by membership_mutex_.
   std::map<RobotId, int> last_numbers_;
   std::atomic<bool> shut_down_ = false;
+  std::unique_ptr<RetentionLoop> retention_;  // Is told by whatever is below.
   // Destroyed in reverse: the executor first, so that no worker's task outlives the loops.
   std::unique_ptr<Estimator> estimator_;
   std::unique_ptr<Compositor> compositor_;

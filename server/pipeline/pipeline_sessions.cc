@@ -48,13 +48,14 @@ absl::StatusOr<SessionStatus> PipelineImpl::CreateSession(const SessionRequest& 
   record.T_base_sensor = request.T_base_sensor;
   record.created_ns = clock_.NowNs();
   std::lock_guard changing(membership_mutex_);
+  if (absl::Status status = retention_->Check(request.robot); !status.ok()) return status;
   const auto numbered = last_numbers_.find(record.robot);
   int number = numbered == last_numbers_.end() ? 0 : numbered->second;
   {
     std::lock_guard lock(state_.mutex);
     do {
       record.id = SessionId(absl::StrCat(record.robot.value(), "-", ++number));
-    } while (state_.Find(record.id) != nullptr);
+    } while (state_.Find(record.id) != nullptr || scans_->Bytes(record.id) > 0);
   }
   auto worker = MakeWorker(record, {});
   if (!worker.ok()) return worker.status();
@@ -83,7 +84,10 @@ absl::StatusOr<std::shared_ptr<ingest::SessionWorker>> PipelineImpl::MakeWorker(
   }
   ingest::WorkerHooks hooks;
   hooks.persist = [this, id = record.id](const ingest::Stretch& stretch) {
-    return state_.AddStretch(id, stretch);
+    if (absl::Status kept = scans_->Sync(id); !kept.ok()) return kept;
+    absl::Status stored = state_.AddStretch(id, stretch);
+    if (stored.ok()) retention_->Changed(id);
+    return stored;
   };
   hooks.T_map_odom = [this, id = record.id]() -> std::optional<Pose> {
     std::lock_guard lock(state_.mutex);
@@ -122,6 +126,7 @@ absl::StatusOr<SessionStatus> PipelineImpl::FinishSession(const SessionId& sessi
     if (entry->record.state == SessionState::kFinished) return StatusOf(*entry);
     worker = entry->worker;
   }
+  if (absl::Status status = scans_->Finish(session); !status.ok()) return status;
   if (worker != nullptr) {
     if (absl::Status status = worker->Finish(); !status.ok()) return status;
   }
@@ -148,11 +153,19 @@ absl::StatusOr<SessionStatus> PipelineImpl::FinishSession(const SessionId& sessi
     entry->final_status = entry->worker->Status();
     entry->worker = nullptr;
   }
+  retention_->Changed(session);
   state_.changed.notify_all();
   return StatusOf(*entry);
 }
 
 absl::Status PipelineImpl::DeleteSession(const SessionId& session) {
+  absl::Status status = Delete(session, "");
+  if (status.ok()) retention_->Changed(session);
+  return status;
+}
+
+// Its scans go first: what is left if that stops half way is a session without.
+absl::Status PipelineImpl::Delete(const SessionId& session, const std::string& why) {
   std::shared_ptr<ingest::SessionWorker> worker;
   {
     std::lock_guard lock(state_.mutex);
@@ -162,9 +175,21 @@ absl::Status PipelineImpl::DeleteSession(const SessionId& session) {
   }
   if (worker != nullptr) worker->Abandon();
   std::lock_guard changing(membership_mutex_);
-  if (absl::Status status = state_.RemoveSession(session); !status.ok()) return status;
+  if (absl::Status status = scans_->Remove(session); !status.ok()) return status;
+  if (absl::Status status = state_.RemoveSession(session, why); !status.ok()) return status;
   state_.WaitUntilPlaced();
   return absl::OkStatus();
+}
+
+absl::Status PipelineImpl::MayAdd(const SessionId& session) {
+  RobotId robot;
+  {
+    std::lock_guard lock(state_.mutex);
+    const SessionEntry* entry = state_.Find(session);
+    if (entry == nullptr) return UnknownSession(session);
+    robot = entry->record.robot;
+  }
+  return retention_->Check(robot);
 }
 
 absl::StatusOr<std::shared_ptr<ingest::SessionWorker>> PipelineImpl::FindWorker(
@@ -205,6 +230,9 @@ absl::Status PipelineImpl::SubmitScan(const SessionId& session, ScanUpload scan)
   if (shut_down_) return absl::UnavailableError("the server is shutting down");
   auto worker = FindWorker(session);
   if (!worker.ok()) return worker.status();
+  if (absl::Status status = MayAdd(session); !status.ok()) return status;
+  const uint64_t last_sequence = (*worker)->Status().last_sequence;
+  if (absl::Status status = scans_->Keep(session, last_sequence, scan); !status.ok()) return status;
   state_.ScanQueued();
   absl::Status status = (*worker)->Submit(std::move(scan));
   if (!status.ok()) state_.ScanDone();
@@ -253,7 +281,9 @@ absl::StatusOr<SubmapInfo> PipelineImpl::AddSubmap(Submap submap) {
   // It took effect, and newer submaps of the place took its place.
   if (was_retired) return Summarize(*stretch->submap);
   const SessionId session = stretch->submap->id.session;
+  if (absl::Status status = MayAdd(session); !status.ok()) return status;
   if (absl::Status status = state_.AddStretch(session, *stretch); !status.ok()) return status;
+  retention_->Changed(session);
   std::lock_guard lock(state_.mutex);
   if (SessionEntry* entry = state_.Find(session)) entry->uploads = true;
   return Summarize(*stretch->submap);

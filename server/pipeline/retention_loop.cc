@@ -69,8 +69,13 @@ void RetentionLoop::Run() {
   while (true) {
     {
       std::unique_lock lock(mutex_);
-      changed_.wait_for(lock, kInterval, [this] { return stop_ || looked_at_ < changes_; });
+      const bool is_told =
+          changed_.wait_for(lock, kInterval, [this] { return stop_ || looked_at_ < changes_; });
       if (stop_) return;
+      // Matching adds features to what is stored, a while after its submaps.
+      for (const auto& [session, bytes] : map_bytes_) {
+        if (!is_told) stale_.insert(session);
+      }
     }
     Round();
   }
@@ -107,8 +112,7 @@ std::vector<StoredSession> RetentionLoop::Count() {
   for (StoredSession& session : sessions) {
     const auto before = known.find(session.session);
     session.map_bytes = before == known.end() ? 0 : before->second;
-    // Matching adds features to what is stored, a while after its submaps.
-    if (before == known.end() || !session.is_finished || stale.contains(session.session)) {
+    if (before == known.end() || stale.contains(session.session)) {
       const auto bytes = hooks_.map_bytes(session.session);
       if (bytes.ok()) session.map_bytes = *bytes;
     }

@@ -56,9 +56,7 @@ absl::Status ScanKeeper::Keep(const SessionId& session, uint64_t last_sequence,
   } else {
     status = archive_->Append(session, scan);
   }
-  // That one is too large to be kept is not for the robot to mend.
-  const bool is_hopeless = absl::IsInvalidArgument(status);
-  if (absl::Status verdict = Judge(session, status, 1); !verdict.ok() && !is_hopeless) {
+  if (absl::Status verdict = Judge(session, status, 1); !verdict.ok()) {
     return absl::ResourceExhaustedError(absl::StrCat(
         "the server cannot keep the scan and takes no more until it can (free space on its disk, "
         "then send again; or set archive.required: false): ",
@@ -72,6 +70,8 @@ absl::Status ScanKeeper::Keep(const SessionId& session, uint64_t last_sequence,
 
 absl::Status ScanKeeper::Judge(const SessionId& session, const absl::Status& status,
                                uint64_t missing) {
+  // That a scan is too large to be kept is not for the robot to mend.
+  const bool is_refused = options_.required && !absl::IsInvalidArgument(status);
   std::string first;
   {
     std::lock_guard lock(mutex_);
@@ -81,7 +81,7 @@ absl::Status ScanKeeper::Judge(const SessionId& session, const absl::Status& sta
       if (kept.missing == 0) kept.problem.clear();
       return absl::OkStatus();
     }
-    if (!options_.required) kept.missing += missing;
+    if (!is_refused) kept.missing += missing;
     if (kept.problem.empty()) {
       first = absl::StrCat("scans of session ", session.value(),
                            " cannot be archived: ", status.message());
@@ -89,7 +89,7 @@ absl::Status ScanKeeper::Judge(const SessionId& session, const absl::Status& sta
     kept.problem = std::string(status.message());
   }
   if (on_problem_ && !first.empty()) on_problem_(first);
-  return options_.required ? status : absl::OkStatus();
+  return is_refused ? status : absl::OkStatus();
 }
 
 absl::Status ScanKeeper::Sync(const SessionId& session) {
