@@ -5,7 +5,7 @@ namespace isthmus::storage {
 namespace {
 
 constexpr char kColumns[] =
-    "id, robot, sensor, T_base_sensor, state, created_ns, finished_ns, odometry";
+    "id, robot, sensor, T_base_sensor, state, created_ns, finished_ns, odometry, request_id";
 
 SessionRecord ReadRecord(const Statement& row) {
   SessionRecord record;
@@ -17,6 +17,7 @@ SessionRecord ReadRecord(const Statement& row) {
   record.created_ns = row.Int(5);
   record.finished_ns = row.Int(6);
   record.odometry = row.Text(7);
+  record.request_id = row.Text(8);
   return record;
 }
 
@@ -25,11 +26,11 @@ SessionRecord ReadRecord(const Statement& row) {
 absl::Status PutSession(Connection& database, const SessionRecord& record) {
   return database
       .Prepare(std::string("INSERT INTO sessions (") + kColumns +
-               ") VALUES (?, ?, ?, ?, ?, ?, ?, ?) ON CONFLICT (id) DO UPDATE SET "
+               ") VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?) ON CONFLICT (id) DO UPDATE SET "
                "robot = excluded.robot, sensor = excluded.sensor, "
                "T_base_sensor = excluded.T_base_sensor, state = excluded.state, "
                "created_ns = excluded.created_ns, finished_ns = excluded.finished_ns, "
-               "odometry = excluded.odometry")
+               "odometry = excluded.odometry, request_id = excluded.request_id")
       .Bind(record.id.value())
       .Bind(record.robot.value())
       .Bind(record.sensor)
@@ -38,6 +39,7 @@ absl::Status PutSession(Connection& database, const SessionRecord& record) {
       .Bind(record.created_ns)
       .Bind(record.finished_ns)
       .Bind(record.odometry)
+      .Bind(record.request_id)
       .Run();
 }
 

@@ -1,5 +1,7 @@
 #include "server/rpc/session_handlers.h"
 
+#include <absl/strings/str_cat.h>
+
 #include "server/rpc/convert.h"
 
 namespace isthmus::rpc {
@@ -45,7 +47,8 @@ absl::StatusOr<v1::Session> ToProto(const absl::StatusOr<server::SessionStatus>&
 
 absl::StatusOr<v1::Session> CreateSession(server::Pipeline& pipeline,
                                           const v1::CreateSessionRequest& request) {
-  server::SessionRequest wanted{RobotId(request.robot()), request.sensor(), request.odometry(), {}};
+  server::SessionRequest wanted{RobotId(request.robot()), request.sensor(), request.odometry()};
+  wanted.request_id = request.request_id();
   if (request.has_t_base_sensor()) {
     const auto pose = FromProto(request.t_base_sensor(), "t_base_sensor");
     if (!pose.ok()) return pose.status();
@@ -70,7 +73,18 @@ absl::StatusOr<v1::ListSessionsResponse> ListSessions(server::Pipeline& pipeline
 
 absl::StatusOr<v1::Session> FinishSession(server::Pipeline& pipeline,
                                           const v1::FinishSessionRequest& request) {
-  return ToProto(pipeline.FinishSession(SessionId(request.session())));
+  const SessionId session(request.session());
+  if (request.last_sequence() > 0) {
+    // It only falls behind this if the process is started anew, and this call ends with it.
+    const auto status = pipeline.GetSession(session);
+    if (!status.ok()) return status.status();
+    if (status->last_sequence < request.last_sequence()) {
+      return absl::AbortedError(absl::StrCat(
+          "session ", session.value(), " has scans up to ", status->last_sequence, " of ",
+          request.last_sequence(), ": send the rest again, then finish it"));
+    }
+  }
+  return ToProto(pipeline.FinishSession(session));
 }
 
 absl::StatusOr<v1::DeleteSessionResponse> DeleteSession(server::Pipeline& pipeline,
