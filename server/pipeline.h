@@ -173,8 +173,6 @@ class Pipeline {
   // unknown sensor or an unknown odometry, or too long a request id. This, SubmitScan and AddSubmap:
   // ResourceExhausted while the robot is above its quota (RetentionOptions); the message says what
   // to do.
-  // unknown sensor or an unknown odometry. This, SubmitScan and AddSubmap: ResourceExhausted while
-  // the robot is above its quota (RetentionOptions); the message says what to do.
   virtual absl::StatusOr<SessionStatus> CreateSession(const SessionRequest& request) = 0;
   virtual absl::StatusOr<SessionStatus> GetSession(const SessionId& session) = 0;
   virtual std::vector<SessionStatus> ListSessions() = 0;

@@ -19,7 +19,8 @@ PipelineImpl::PipelineImpl(const PipelineOptions& options, std::unique_ptr<stora
                            const Clock& clock)
     : options_(options),
       clock_(clock),
-      store_(std::move(store)),
+      health_(&clock, options.on_problem),
+      store_(WatchStore(std::move(store), &health_)),
       submaps_(store_.get(), options.submap_cache_bytes,
                [this](const SubmapId& id, const std::string& problem) { NoteDamage(id, problem); }),
       state_(store_.get(), &submaps_, &clock) {}
@@ -49,6 +50,7 @@ absl::Status PipelineImpl::Start() {
       Estimator::Options{options_.matcher, options_.loops, options_.revisits,
                          options_.rematch_submaps, options_.prepared_bytes});
   retention_->Start();
+  store_retries_ = std::thread([this] { RunStoreRetries(); });
   return absl::OkStatus();
 }
 
@@ -135,6 +137,8 @@ void PipelineImpl::WaitUntilIdle() {
 void PipelineImpl::Shutdown() {
   if (shut_down_.exchange(true)) return;
   if (executor_ == nullptr) return;  // Never started.
+  health_.Stop();
+  if (store_retries_.joinable()) store_retries_.join();
   if (retention_ != nullptr) retention_->Stop();
   if (estimator_ != nullptr) estimator_->Stop();
   std::vector<std::shared_ptr<ingest::SessionWorker>> workers;

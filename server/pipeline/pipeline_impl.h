@@ -8,6 +8,7 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "core/executor.h"
@@ -18,6 +19,7 @@
 #include "server/pipeline/placement_loop.h"
 #include "server/pipeline/retention_loop.h"
 #include "server/pipeline/scan_keeper.h"
+#include "server/pipeline/store_health.h"
 
 namespace isthmus::server {
 
@@ -65,6 +67,8 @@ class PipelineImpl : public Pipeline {
   void Shutdown() override;
 
  private:
+  // The session that was opened for the same robot and request id.
+  std::optional<SessionStatus> FindRequested(const SessionRecord& record);
   absl::StatusOr<std::shared_ptr<ingest::SessionWorker>> MakeWorker(
       const SessionRecord& record, const ingest::ResumePoint& resume);
   // That goes on where the session is stored to be.
@@ -83,13 +87,17 @@ class PipelineImpl : public Pipeline {
   SessionStatus StatusOf(const SessionEntry& entry) const;
   LoopStatus StatusOf(const LoopClosure& loop) const;
   bool IsSettled() const;
+  // Thread: while the store fails, tries again what waits for it.
+  void RunStoreRetries();
+  void RetryStoring();
   // These take the state's mutex.
   int64_t RevisionOncePlaced();
   void NoteDamage(const SubmapId& submap, const std::string& problem);
 
   const PipelineOptions options_;
   const Clock& clock_;
-  const std::unique_ptr<storage::MapStore> store_;
+  StoreHealth health_;
+  const std::unique_ptr<storage::MapStore> store_;  // Tells health_.
   SubmapCache submaps_;
   MapState state_;
   std::unique_ptr<ScanKeeper> scans_;
@@ -106,6 +114,7 @@ class PipelineImpl : public Pipeline {
   std::unique_ptr<Compositor> compositor_;
   std::unique_ptr<PlacementLoop> placement_;
   std::unique_ptr<Executor> executor_;
+  std::thread store_retries_;
 };
 
 }  // namespace isthmus::server

@@ -82,6 +82,7 @@ MapInfo PipelineImpl::GetMapInfo() {
   info.estimations = state_.estimations;
   info.placements = state_.placements;
   info.retired = state_.retired;
+  info.storage_problem = health_.Problem();
   for (const auto& [id, problem] : state_.damaged) info.damaged.push_back(problem);
   std::set<RobotId> robots;
   for (const auto& [id, entry] : state_.sessions) robots.insert(entry.record.robot);

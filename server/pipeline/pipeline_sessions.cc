@@ -13,7 +13,7 @@
 namespace isthmus::server {
 namespace {
 
-constexpr size_t kMaxRobotName = 64;
+constexpr size_t kMaxRobotName = 64, kMaxRequestId = 64;
 
 absl::Status CheckRobotName(const RobotId& robot) {
   const std::string& name = robot.value();
@@ -41,13 +41,19 @@ absl::StatusOr<SessionStatus> PipelineImpl::CreateSession(const SessionRequest& 
   if (!request.T_base_sensor.IsFinite()) {
     return absl::InvalidArgumentError("T_base_sensor has numbers that are not finite");
   }
+  if (request.request_id.size() > kMaxRequestId) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("a request id has at most ", kMaxRequestId, " characters"));
+  }
   SessionRecord record;
   record.robot = request.robot;
   record.sensor = request.sensor;
   record.odometry = request.odometry;
   record.T_base_sensor = request.T_base_sensor;
   record.created_ns = clock_.NowNs();
+  record.request_id = request.request_id;
   std::lock_guard changing(membership_mutex_);
+  if (const auto opened = FindRequested(record); opened.has_value()) return *opened;
   if (absl::Status status = retention_->Check(request.robot); !status.ok()) return status;
   const auto numbered = last_numbers_.find(record.robot);
   int number = numbered == last_numbers_.end() ? 0 : numbered->second;
@@ -68,6 +74,17 @@ absl::StatusOr<SessionStatus> PipelineImpl::CreateSession(const SessionRequest& 
   entry.record = record;
   entry.worker = *std::move(worker);
   return StatusOf(entry);
+}
+
+std::optional<SessionStatus> PipelineImpl::FindRequested(const SessionRecord& record) {
+  if (record.request_id.empty()) return std::nullopt;
+  std::lock_guard lock(state_.mutex);
+  for (const auto& [id, entry] : state_.sessions) {
+    const bool same =
+        entry.record.robot == record.robot && entry.record.request_id == record.request_id;
+    if (same) return StatusOf(entry);
+  }
+  return std::nullopt;
 }
 
 absl::StatusOr<std::shared_ptr<ingest::SessionWorker>> PipelineImpl::MakeWorker(

@@ -31,6 +31,10 @@ v1::Session ToProto(const server::SessionStatus& status) {
   proto.set_tracking(status.tracking);
   proto.set_odometry(record.odometry);
   proto.set_input(status.input);
+  proto.set_map_bytes(status.map_bytes);
+  proto.set_scan_bytes(status.scan_bytes);
+  proto.set_quota_bytes(status.quota_bytes);
+  proto.set_archive_problem(status.archive_problem);
   if (status.placement) {
     proto.set_component(status.placement->component);
     *proto.mutable_t_map_odom() = ToProto(status.placement->T_map_odom);
