@@ -77,7 +77,9 @@ class DurableServer final : public v1::SessionService::Service {
     changed_.wait(lock, [&] { return condition(sessions_); });
   }
   void WaitForScans(const std::string& id, size_t count) {
-    WaitFor([&](auto& sessions) { return sessions[id].scans.size() >= count; });
+    WaitFor([&](auto& sessions) {
+      return sessions.count(id) != 0 && sessions[id].scans.size() >= count;
+    });
   }
 
   grpc::Status CreateSession(grpc::ServerContext*, const v1::CreateSessionRequest* request,
@@ -89,6 +91,7 @@ class DurableServer final : public v1::SessionService::Service {
     }
     const std::string id = request->robot() + "-" + std::to_string(sessions_.size() + 1);
     sessions_[id].request = *request;
+    changed_.notify_all();
     if (lost_creations > 0 && lost_creations-- > 0) {
       return {grpc::StatusCode::UNAVAILABLE, "the answer was lost"};
     }
@@ -118,7 +121,11 @@ class DurableServer final : public v1::SessionService::Service {
   grpc::Status StreamScans(
       grpc::ServerContext* context,
       grpc::ServerReaderWriter<v1::StreamScansResponse, v1::StreamScansRequest>* stream) override {
-    ++streams;
+    {
+      std::lock_guard lock(mutex_);
+      ++streams;
+      changed_.notify_all();
+    }
     if (mute_streams > 0 && mute_streams-- > 0) return BeMute(*context, *stream);
     v1::StreamScansRequest request;
     std::string session;
