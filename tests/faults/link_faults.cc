@@ -16,6 +16,7 @@ namespace isthmus::faults {
 namespace {
 
 constexpr double kStuckS = 120;
+constexpr double kLiveS = 0.5;
 constexpr double kMaxFirstPoseS = 2;  // After the link's return.
 
 void Sleep(double seconds) { std::this_thread::sleep_for(std::chrono::duration<double>(seconds)); }
@@ -54,27 +55,45 @@ class Spoiler {
     Recover(name, NowS(), true);
   }
 
-  // How long after `since_s` the first pose comes, and until nothing is left to be sent again.
+  // How long after `since_s` the first pose comes, the first one of a scan that is hardly older
+  // than itself, and until nothing is left to be sent again; of the robot that takes longest.
   void Recover(const char* name, double since_s, bool is_prompt) {
-    double first_s = 0, done_s = 0;
+    double first_s = 0, live_s = 0, done_s = 0;
     for (const auto& robot : fleet_.robots()) {
       const uint64_t behind = robot->pushed();
-      const double deadline = since_s + kStuckS;
-      while (robot->acked_s().size() < behind && NowS() < deadline) Sleep(0.005);
-      const std::vector<double> acked = robot->acked_s();
-      if (acked.size() < behind) {
-        return report_.Break(absl::StrCat(name, ": back-fill not done after ", kStuckS, " s"));
+      while (!IsLive(*robot, behind, since_s)) {
+        if (NowS() > since_s + kStuckS) {
+          return report_.Break(absl::StrCat(name, ": back-fill not done after ", kStuckS, " s"));
+        }
+        Sleep(0.005);
       }
+      const std::vector<double> acked = robot->acked_s();
       const auto first = std::lower_bound(acked.begin(), acked.end(), since_s);
-      if (first != acked.end()) first_s = std::max(first_s, *first - since_s);
+      first_s = std::max(first_s, *first - since_s);
+      live_s = std::max(live_s, acked[FirstLive(*robot, since_s)] - since_s);
       done_s = std::max(done_s, acked[behind - 1] - since_s);
     }
-    report_.figures.push_back(
-        absl::StrFormat("%s: first pose after %.2f s, back-fill done after %.2f s", name, first_s,
-                        std::max(0.0, done_s)));
+    report_.figures.push_back(absl::StrFormat(
+        "%s: first pose after %.2f s, back-fill done after %.2f s, live after %.2f s", name,
+        first_s, std::max(0.0, done_s), live_s));
     if (is_prompt && first_s > kMaxFirstPoseS) {
       report_.Break(absl::StrFormat("%s: first pose only after %.1f s", name, first_s));
     }
+  }
+
+  // Of the acknowledgements after `since_s`, the first that came within kLiveS of its scan; as many
+  // as there are where none did.
+  static size_t FirstLive(const Robot& robot, double since_s) {
+    const std::vector<double> acked = robot.acked_s(), pushed = robot.pushed_s();
+    size_t i =
+        static_cast<size_t>(std::lower_bound(acked.begin(), acked.end(), since_s) - acked.begin());
+    while (i < acked.size() && i < pushed.size() && acked[i] > pushed[i] + kLiveS) ++i;
+    return i;
+  }
+
+  static bool IsLive(const Robot& robot, uint64_t behind, double since_s) {
+    const size_t acked = robot.acked_s().size();
+    return acked >= behind && FirstLive(robot, since_s) < acked;
   }
 
   const LinkFaultOptions options_;
