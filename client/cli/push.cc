@@ -27,6 +27,7 @@ void Report(const PushSummary& summary, const Options& options) {
            {"pushed", summary.scans.pushed},
            {"processed", summary.scans.processed},
            {"rejected", summary.scans.rejected},
+           {"before", summary.before},
            {"duplicates", summary.scans.duplicates},
            {"unreadable", summary.unreadable},
            {"durable_sequence", summary.scans.durable_sequence},
@@ -36,6 +37,7 @@ void Report(const PushSummary& summary, const Options& options) {
            {"reconnects", summary.scans.reconnects}});
     return;
   }
+  if (summary.before > 0) absl::PrintF("went on after scan %d\n", summary.before);
   absl::PrintF(
       "%s: %d scans processed, %d rejected, %d duplicates, %d unreadable; odometry %.1f ms per "
       "scan; durable up to scan %d; %.1f s\n",
@@ -60,9 +62,15 @@ int Run(Options options) {
   const auto client = Connect(options.server);
   if (!client.ok()) return FailServer(client.status());
   const auto summary = PushFolder(**client, *folder, options.push);
+  if (absl::IsAlreadyExists(summary.status())) {
+    absl::FPrintF(stderr,
+                  "isthmus: nothing left to push: an earlier push with the spool %s sent %s\n",
+                  options.push.spool, "everything and finished its session");
+    return kOk;
+  }
   if (!summary.ok()) return FailServer(summary.status());
   Report(*summary, options);
-  if (summary->scans.processed + summary->scans.duplicates > 0) return kOk;
+  if (summary->scans.processed + summary->scans.duplicates + summary->before > 0) return kOk;
   return FailInput(absl::InvalidArgumentError(
       absl::StrCat("none of the ", folder->size(), " scans could be used",
                    summary->first_rejection.empty() ? "" : ": ", summary->first_rejection)));
@@ -91,6 +99,11 @@ void AddPush(CLI::App& app, Action& action) {
   AddOdometryMode(*command, options->push.odometry);
   command->add_flag("--finish,!--no-finish", options->push.finish,
                     "Finish the session at the end (default)");
+  command->add_option(
+      "--spool", options->push.spool,
+      "Keep scans in this folder until they are durable, so that nothing is lost "
+      "or doubled whatever is cut off: the same command again goes on, by the stamps "
+      "of the scans. Waits for a server out of reach as long as it takes");
   command->add_flag("--json", options->json, "Summary as JSON");
   command->callback([options, &action] { action = [options] { return Run(*options); }; });
 }

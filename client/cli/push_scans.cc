@@ -1,5 +1,6 @@
 #include "client/cli/push_scans.h"
 
+#include <absl/strings/str_cat.h>
 #include <absl/strings/str_format.h>
 
 #include <atomic>
@@ -56,7 +57,9 @@ class AckLog {
 absl::Status PushAll(client::ScanStream& stream, const readers::ScanFolder& folder,
                      const PushOptions& options, AckLog& log) {
   Pacer pacer(options.pace_hz);
+  const int64_t taken_ns = stream.resumed().last_stamp_ns;  // 0: none were.
   for (size_t i = 0; i < folder.size(); ++i) {
+    if (taken_ns != 0 && folder.stamp_ns(i) <= taken_ns) continue;
     absl::StatusOr<PointPayload> scan = folder.Read(i);
     pacer.Wait();
     const absl::Status status =
@@ -72,32 +75,49 @@ absl::Status PushAll(client::ScanStream& stream, const readers::ScanFolder& fold
   return stream.Finish();
 }
 
+absl::StatusOr<std::unique_ptr<client::ScanStream>> OpenStream(
+    client::Client& client, const PushOptions& options, client::ScanStreamOptions stream_options) {
+  stream_options.spool_dir = options.spool;
+  if (options.spool.empty()) {
+    const auto session = client.CreateSession(options.robot, options.sensor, {}, options.odometry);
+    if (!session.ok()) return session.status();
+    return client.OpenScanStream(session->record.id, stream_options);
+  }
+  stream_options.on_event = [](const std::string& event) {
+    absl::FPrintF(stderr, "isthmus: %s\n", event);
+  };
+  auto stream = client.ResumeScanStream(stream_options);
+  if (absl::IsNotFound(stream.status())) {
+    return client.OpenSpool({options.robot, options.sensor, {}, options.odometry}, stream_options);
+  }
+  if (stream.ok() && (*stream)->resumed().robot != options.robot) {
+    return absl::FailedPreconditionError(
+        absl::StrCat("the spool ", options.spool, " holds scans of robot ",
+                     (*stream)->resumed().robot, ": name another folder with --spool"));
+  }
+  return stream;
+}
+
 }  // namespace
 
 absl::StatusOr<PushSummary> PushFolder(client::Client& client, const readers::ScanFolder& folder,
                                        const PushOptions& options) {
-  absl::StatusOr<client::Session> session =
-      client.CreateSession(options.robot, options.sensor, {}, options.odometry);
-  if (!session.ok()) return session.status();
   AckLog log(options.robot, folder.size());
   client::ScanStreamOptions stream_options;
   stream_options.resolution_m = options.resolution_m;
   stream_options.on_ack = [&log](const client::ScanAck& ack) { log.Add(ack); };
-  auto stream = client.OpenScanStream(session->record.id, stream_options);
+  auto stream = OpenStream(client, options, stream_options);
   if (!stream.ok()) return stream.status();
 
   PushSummary summary;
-  summary.session = session->record.id;
+  summary.before = (*stream)->resumed().last_sequence;
   const Stopwatch watch;
   absl::Status status = PushAll(**stream, folder, options, log);
+  if (status.ok() && options.finish) status = (*stream)->FinishSession().status();
   if (!status.ok()) return status;
-  if (options.finish) {
-    session = client.FinishSession(summary.session);
-    if (!session.ok()) return session.status();
-  }
+  summary.session = (*stream)->session();
   summary.seconds = watch.Ms() / 1000;
   summary.scans = (*stream)->stats();
-  if (options.finish) summary.scans.durable_sequence = session->durable_sequence;
   summary.unreadable = log.unreadable;
   summary.acks = std::move(log.acks);
   summary.first_rejection = std::move(log.first_rejection);
