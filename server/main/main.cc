@@ -141,6 +141,8 @@ int Run(const Arguments& arguments) {
   auto store = storage::OpenSqliteStore(arguments.data, config->storage);
   if (!store.ok()) return Fail(kDataFolder, store.status());
   SetCache(static_cast<size_t>(config->cache_mb) << 20, arguments.data, &config->pipeline);
+  config->pipeline.archive.directory = arguments.data;
+  config->pipeline.on_problem = [](const std::string& problem) { spdlog::warn("{}", problem); };
   auto pipeline = Pipeline::Open(config->pipeline, *std::move(store));
   if (!pipeline.ok()) return Fail(kDataFolder, pipeline.status());
   const MapInfo info = (*pipeline)->GetMapInfo();

@@ -5,8 +5,11 @@
 #include <absl/strings/str_join.h>
 
 #include <charconv>
+#include <functional>
 #include <type_traits>
 #include <utility>
+
+#include "server/main/robot_limits.h"
 
 namespace isthmus::server {
 namespace {
@@ -73,6 +76,13 @@ class Table {
     settings_.push_back({section_, key, comment, read, [value] { return Quoted(*value); }});
   }
 
+  // A value that is its own text; "" too.
+  void AddText(const char* key, std::function<absl::Status(const std::string&)> read,
+               const std::function<std::string()>& write, const char* comment) {
+    settings_.push_back(
+        {section_, key, comment, std::move(read), [write] { return Quoted(write()); }});
+  }
+
   template <typename Value>
   void AddChoice(const char* key, Value* value, const Names<Value>& names, const char* comment) {
     const auto read = [value, names](const std::string& text) {
@@ -123,11 +133,54 @@ void AddStorage(ServerConfig& config, Table& table) {
             "Wait for the disk on every commit. false: a power cut may lose the last ones.");
   table.Add("resolution_m", &config.storage.resolution_m, 1e-5, 0.1,
             "Step to which stored coordinates are rounded, metres.");
-  table.Add("cache_mb", &config.cache_mb, 16, 1'000'000,
-            "Memory for points of the map, MiB, however large it is: three eighths for submaps, two "
-            "for those made ready for matching, three for the merged map. What it has no room for "
-            "is read from the disk, that of the merged map from a file without a name in the data "
-            "folder.");
+  table.Add(
+      "cache_mb", &config.cache_mb, 16, 1'000'000,
+      "Memory for points of the map, MiB, however large it is: three eighths for submaps, two "
+      "for those made ready for matching, three for the merged map. What it has no room for "
+      "is read from the disk, that of the merged map from a file without a name in the data "
+      "folder.");
+}
+
+void AddArchive(ServerConfig& config, Table& table) {
+  table.Section("archive");
+  ArchiveOptions& archive = config.pipeline.archive;
+  table.AddChoice("mode", &archive.mode,
+                  Names<ArchiveMode>{{"off", ArchiveMode::kOff},
+                                     {"rounded", ArchiveMode::kRounded},
+                                     {"full", ArchiveMode::kFull}},
+                  "Raw scans are kept, for isthmus rebuild: off, rounded (coordinates to "
+                  "resolution_m) or full (bit by bit).");
+  table.Add("required", &archive.required,
+            "A scan that cannot be kept is refused. false: the session goes on, and its status "
+            "says what is missing.");
+  table.Add("resolution_m", &archive.resolution_m, 1e-5, 0.1,
+            "Of rounded: step to which coordinates are rounded, metres.");
+  table.Add("segment_bytes", &archive.segment_bytes, uint64_t{1} << 16, uint64_t{1} << 40,
+            "Size of the archive's files; space is freed file by file.");
+}
+
+void AddRetention(ServerConfig& config, Table& table) {
+  table.Section("retention");
+  RetentionOptions& retention = config.pipeline.retention;
+  table.Add("quota_bytes", &retention.limits.quota_bytes, uint64_t{0}, uint64_t{1} << 60,
+            "Most bytes stored per robot: submaps, features and raw scans of all its sessions. 0: "
+            "no limit.");
+  table.AddChoice(
+      "over_quota", &retention.over_quota,
+      Names<OverQuota>{{"refuse", OverQuota::kRefuse}, {"drop_oldest", OverQuota::kDropOldest}},
+      "A robot above its quota is refused. drop_oldest: raw scans of its finished "
+      "sessions go first, then such sessions, the oldest first; then it is refused.");
+  table.Add("max_age_days", &retention.limits.max_age_days, 0.0, 36'500.0,
+            "Finished sessions are deleted when they are older. 0: never.");
+  const auto read = [&retention](const std::string& text) {
+    auto robots = ParseRobotLimits(text);
+    if (robots.ok()) retention.robots = *std::move(robots);
+    return robots.status();
+  };
+  table.AddText(
+      "robots", read, [&retention] { return PrintRobotLimits(retention.robots); },
+      "Limits of single robots in place of these: NAME=QUOTA_BYTES:MAX_AGE_DAYS, separated by "
+      "spaces.");
 }
 
 void AddIngest(ServerConfig& config, Table& table) {
@@ -274,6 +327,8 @@ std::vector<Setting> SettingsOf(ServerConfig& config) {
   Table table;
   AddNetwork(config, table);
   AddStorage(config, table);
+  AddArchive(config, table);
+  AddRetention(config, table);
   AddIngest(config, table);
   AddOdometry(config, table);
   AddSubmaps(config, table);

@@ -48,8 +48,8 @@ ALLOWED = {
     "client/examples": ({"core", "core/codec", "client/library"}, STD_LIKE),
     # The offline commands run an embedded server, or an algorithm of it on a file.
     "client/cli": (
-        {"core", "core/codec", "floam", "storage", "server", "server/pose_graph", "server/rpc",
-         "client/library", "client/readers", "client/simulation", "client/evaluation"},
+        {"core", "core/codec", "floam", "storage", "server", "server/main", "server/pose_graph",
+         "server/rpc", "client/library", "client/readers", "client/simulation", "client/evaluation"},
         STD_LIKE | {"json", "cli11"},
     ),
 }

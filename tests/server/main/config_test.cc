@@ -87,6 +87,35 @@ TEST(ConfigTest, EveryLimitOfAcceptanceIsPrintedBelowItsMeaning) {
   }
 }
 
+TEST(ConfigTest, WhatIsKeptOfRobotsCanBeSet) {
+  const auto config = ParseConfig(
+      "archive:\n"
+      "  mode: rounded\n"
+      "  required: false\n"
+      "retention:\n"
+      "  quota_bytes: 20000000000\n"
+      "  over_quota: drop_oldest\n"
+      "  max_age_days: 30\n"
+      "  robots: alice=5000000000:7.5 bob=0\n");
+  ASSERT_TRUE(config.ok()) << config.status();
+  EXPECT_EQ(config->pipeline.archive.mode, ArchiveMode::kRounded);
+  EXPECT_FALSE(config->pipeline.archive.required);
+  const RetentionOptions& retention = config->pipeline.retention;
+  EXPECT_EQ(retention.over_quota, OverQuota::kDropOldest);
+  EXPECT_EQ(retention.LimitsOf(RobotId("carol")).quota_bytes, 20'000'000'000u);
+  EXPECT_EQ(retention.LimitsOf(RobotId("carol")).max_age_days, 30);
+  EXPECT_EQ(retention.LimitsOf(RobotId("alice")).quota_bytes, 5'000'000'000u);
+  EXPECT_EQ(retention.LimitsOf(RobotId("alice")).max_age_days, 7.5);
+  EXPECT_EQ(retention.LimitsOf(RobotId("bob")).quota_bytes, 0u);
+  EXPECT_EQ(retention.LimitsOf(RobotId("bob")).max_age_days, 0);
+  EXPECT_EQ(PrintConfig(*ParseConfig(PrintConfig(*config))), PrintConfig(*config));
+  for (const char* robots : {"alice", "alice=", "=5", "alice=-1", "alice=1:nan", "alice=1:2:3",
+                             "alice=1 alice=2", "alice=many"}) {
+    EXPECT_THAT(ErrorOf("retention:\n  robots: \"" + std::string(robots) + "\"\n"),
+                HasSubstr("retention.robots"));
+  }
+}
+
 TEST(ConfigTest, WhatIsPrintedReadsBackToTheSame) {
   ServerConfig config;
   config.rpc.listen = "unix:/run/\"odd\\name\"";
