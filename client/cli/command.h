@@ -32,6 +32,7 @@ void AddTrajectory(CLI::App& app, Action& action);
 void AddTransform(CLI::App& app, Action& action);
 void AddQuery(CLI::App& app, Action& action);
 void AddExport(CLI::App& app, Action& action);
+void AddBackup(CLI::App& app, Action& action);
 void AddPicture(CLI::App& app, Action& action);
 void AddOdometry(CLI::App& app, Action& action);
 void AddMatch(CLI::App& app, Action& action);
@@ -40,6 +41,7 @@ void AddLoops(CLI::App& app, Action& action);
 void AddAnchor(CLI::App& app, Action& action);
 void AddOptimize(CLI::App& app, Action& action);
 void AddMerge(CLI::App& app, Action& action);
+void AddRebuild(CLI::App& app, Action& action);
 void AddEval(CLI::App& app, Action& action);
 void AddBench(CLI::App& app, Action& action);
 

@@ -61,6 +61,10 @@ Json ToJson(const client::Session& session) {
       {"odometry_ms_mean", session.odometry_ms_mean},
       {"travelled_m", session.travelled_m},
       {"tracking", session.tracking},
+      {"map_bytes", session.map_bytes},
+      {"scan_bytes", session.scan_bytes},
+      {"quota_bytes", session.quota_bytes},
+      {"archive_problem", session.archive_problem},
   };
   out["component"] = session.component ? Json(*session.component) : Json(nullptr);
   out["T_map_odom"] = session.T_map_odom ? ToJson(*session.T_map_odom) : Json(nullptr);
@@ -80,7 +84,9 @@ Json ToJson(const client::MapInfo& info) {
               {"estimations", info.estimations},
               {"placements", info.placements},
               {"submaps", info.submaps},
-              {"retired", info.retired}};
+              {"retired", info.retired},
+              {"damaged", info.damaged},
+              {"storage_problem", info.storage_problem}};
   for (const client::Component& component : info.components) {
     out["components"].push_back({{"component", component.component},
                                  {"reference_session", component.reference.value()},

@@ -9,9 +9,9 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", ISTHMUS_VERSION);
   Action action;
   for (const auto add :
-       {AddSimulate, AddPush, AddStatus, AddRobots, AddGraph, AddTrajectory, AddTransform, AddQuery,
-        AddExport, AddPicture, AddOdometry, AddMerge, AddMatch, AddLoops, AddRevisions, AddAnchor,
-        AddOptimize, AddEval, AddBench}) {
+       {AddSimulate, AddPush,   AddStatus,    AddRobots,  AddGraph,    AddTrajectory, AddTransform,
+        AddQuery,    AddExport, AddBackup,    AddPicture, AddOdometry, AddMerge,      AddRebuild,
+        AddMatch,    AddLoops,  AddRevisions, AddAnchor,  AddOptimize, AddEval,       AddBench}) {
     add(app, action);
   }
   try {

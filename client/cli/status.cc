@@ -1,11 +1,14 @@
 // isthmus status: what the server has and whether it is still at work.
+#include <absl/strings/str_cat.h>
 #include <absl/strings/str_format.h>
 #include <absl/strings/str_join.h>
 
 #include <algorithm>
+#include <map>
 #include <vector>
 
 #include "client/cli/command.h"
+#include "client/cli/console.h"
 #include "client/cli/exit_code.h"
 #include "client/cli/json.h"
 #include "client/cli/waiting.h"
@@ -25,6 +28,48 @@ int64_t Rejected(const std::vector<client::Loop>& loops) {
                        [](const client::Loop& loop) { return loop.loop.rejected; });
 }
 
+// What a robot has stored.
+struct Stored {
+  uint64_t map_bytes = 0, scan_bytes = 0, quota_bytes = 0;
+};
+
+std::map<RobotId, Stored> StoredByRobot(const std::vector<client::Session>& sessions) {
+  std::map<RobotId, Stored> robots;
+  for (const client::Session& session : sessions) {
+    Stored& stored = robots[session.record.robot];
+    stored.map_bytes += session.map_bytes;
+    stored.scan_bytes += session.scan_bytes;
+    stored.quota_bytes = session.quota_bytes;
+  }
+  return robots;
+}
+
+void ReportStored(const std::vector<client::Session>& sessions) {
+  for (const auto& [robot, stored] : StoredByRobot(sessions)) {
+    const std::string quota =
+        stored.quota_bytes > 0 ? absl::StrCat(" of ", HumanBytes(stored.quota_bytes)) : "";
+    const uint64_t total = stored.map_bytes + stored.scan_bytes;
+    absl::PrintF("stored       %s: %s%s (%s map, %s raw scans)%s\n", robot.value(),
+                 HumanBytes(total), quota, HumanBytes(stored.map_bytes),
+                 HumanBytes(stored.scan_bytes),
+                 stored.quota_bytes > 0 && total > stored.quota_bytes ? ": OVER ITS QUOTA" : "");
+  }
+  for (const client::Session& session : sessions) {
+    if (session.archive_problem.empty()) continue;
+    absl::PrintF("ARCHIVE      %s: %s\n", session.record.id.value(), session.archive_problem);
+  }
+}
+
+Json StoredJson(const std::vector<client::Session>& sessions) {
+  Json out = Json::object();
+  for (const auto& [robot, stored] : StoredByRobot(sessions)) {
+    out[robot.value()] = {{"map_bytes", stored.map_bytes},
+                          {"scan_bytes", stored.scan_bytes},
+                          {"quota_bytes", stored.quota_bytes}};
+  }
+  return out;
+}
+
 void Report(const client::MapInfo& info, const std::vector<client::Loop>& loops,
             const std::string& address) {
   absl::PrintF("server       %s\nrevision     %d\nstate        %s\nrobots       %d\n", address,
@@ -38,6 +83,8 @@ void Report(const client::MapInfo& info, const std::vector<client::Loop>& loops,
   }
   absl::PrintF("submaps      %d in the map, %d retired since the server started\n", info.submaps,
                info.retired);
+  for (const std::string& problem : info.damaged) absl::PrintF("damaged      %s\n", problem);
+  if (!info.storage_problem.empty()) absl::PrintF("STORAGE      %s\n", info.storage_problem);
   absl::PrintF("loops        %d closed, %d of them rejected by hand\n", loops.size(),
                Rejected(loops));
   absl::PrintF("composition  %.1f ms the last of %d, %.1f ms the longest\n", info.composition_ms,
@@ -58,13 +105,17 @@ int Run(const Options& options) {
   if (!info.ok()) return FailServer(info.status());
   const auto loops = (*client)->ListLoops();
   if (!loops.ok()) return FailServer(loops.status());
+  const auto sessions = (*client)->ListSessions();
+  if (!sessions.ok()) return FailServer(sessions.status());
   if (options.json) {
     Json out = ToJson(*info);
     out["loops"] = loops->size();
     out["loops_rejected"] = Rejected(*loops);
+    out["stored"] = StoredJson(*sessions);
     Print(out);
   } else {
     Report(*info, *loops, options.server.address);
+    ReportStored(*sessions);
   }
   return kOk;
 }

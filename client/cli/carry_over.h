@@ -1,0 +1,34 @@
+// What a rebuilt map takes over from the old one.
+#pragma once
+
+#include <absl/status/status.h>
+
+#include <string>
+#include <vector>
+
+#include "client/cli/rebuild_map.h"
+#include "core/ids.h"
+#include "server/pipeline.h"
+#include "storage/map_store.h"
+
+namespace isthmus::cli {
+
+// Submaps and poses of a session that `made` knows already.
+absl::Status CopySession(const SessionId& session, const storage::MapStore& old,
+                         storage::MapStore& made);
+
+// Of pairs whose sessions are both in `made`: odom frames are the same, so all of a verdict holds.
+absl::Status CarryVerdicts(const storage::MapStore& old, storage::MapStore& made,
+                           RebuildSummary& summary);
+
+// To the submap of the same session that begins nearest in time, moved by how far that lies from
+// the old one. Loop closures that were rejected by hand are not carried over, as others are found;
+// a note says so.
+absl::Status CarryAnchors(const storage::MapStore& old, const std::vector<SessionId>& sessions,
+                          server::Pipeline& pipeline, RebuildSummary& summary);
+
+// The archive of a session: segments that will not change are shared by hard links where the file
+// system can, the last one is copied.
+absl::Status CopyScans(const std::string& from, const std::string& to, const SessionId& session);
+
+}  // namespace isthmus::cli
