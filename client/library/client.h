@@ -72,7 +72,8 @@ class Client {
                                                         const ScanStreamOptions& options);
 
   // In chunks with a checksum; durable on return. Tried again after Unavailable and DataLoss, which
-  // has no effect where the submap had arrived.
+  // has no effect where the submap had arrived. Goes on behind what the server has of it, also if an
+  // earlier call, of this program or of one before it, was cut off.
   absl::Status UploadSubmap(const SubmapUpload& submap);
 
   absl::StatusOr<MapInfo> GetMapInfo();

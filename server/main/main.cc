@@ -147,6 +147,7 @@ int Run(const Arguments& arguments) {
   if (!pipeline.ok()) return Fail(kDataFolder, pipeline.status());
   const MapInfo info = (*pipeline)->GetMapInfo();
   spdlog::info("{}: revision {}, {} robots", arguments.data, info.revision, info.robots.size());
+  config->rpc.uploads_folder = arguments.data + "/uploads";
   config->rpc.on_failed_call = LogFailedCall;
   auto server = rpc::RpcServer::Start(pipeline->get(), config->rpc);
   if (!server.ok()) return Fail(kCannotListen, server.status());

@@ -29,6 +29,10 @@ struct ServerOptions {
   int max_receive_bytes = 64 << 20;
   // Largest submap upload, bytes as they travel.
   uint64_t max_submap_bytes = 256u << 20;
+  // Where uploads under way are kept, so that they go on after a restart; empty: in memory.
+  std::string uploads_folder = {};
+  // Of one session together, bytes.
+  uint64_t max_staged_bytes = uint64_t{1} << 30;
   // Scans of one stream whose acknowledgements are not written yet; when so many are out, no more
   // are read. More than the pipeline's queue, or that never fills.
   size_t scan_window = 64;

@@ -68,7 +68,9 @@ grpc::Status SessionServiceImpl::ListSessions(grpc::ServerContext*,
 grpc::Status SessionServiceImpl::FinishSession(grpc::ServerContext*,
                                                const v1::FinishSessionRequest* request,
                                                v1::Session* response) {
-  return Reply(options_, "FinishSession", rpc::FinishSession(pipeline_, *request), response);
+  auto result = rpc::FinishSession(pipeline_, *request);
+  if (result.ok()) staging_.DropSession(SessionId(request->session()));
+  return Reply(options_, "FinishSession", std::move(result), response);
 }
 
 grpc::Status SessionServiceImpl::DeleteSession(grpc::ServerContext*,
@@ -76,7 +78,10 @@ grpc::Status SessionServiceImpl::DeleteSession(grpc::ServerContext*,
                                                v1::DeleteSessionResponse* response) {
   auto result = rpc::DeleteSession(pipeline_, *request);
   // Its queued scans are gone without acknowledgement: a stream would wait for them for ever.
-  if (result.ok()) streams_.Drop(SessionId(request->session()));
+  if (result.ok()) {
+    streams_.Drop(SessionId(request->session()));
+    staging_.DropSession(SessionId(request->session()));
+  }
   return Reply(options_, "DeleteSession", std::move(result), response);
 }
 
@@ -95,7 +100,13 @@ grpc::Status SessionServiceImpl::UploadSubmap(grpc::ServerContext*,
                                               v1::UploadSubmapResponse* response) {
   const auto read = [reader](v1::UploadSubmapRequest* part) { return reader->Read(part); };
   return Reply(options_, "UploadSubmap",
-               rpc::UploadSubmap(pipeline_, options_.max_submap_bytes, read), response);
+               rpc::UploadSubmap(pipeline_, staging_, options_.max_submap_bytes, read), response);
+}
+
+grpc::Status SessionServiceImpl::GetUpload(grpc::ServerContext*,
+                                           const v1::GetUploadRequest* request,
+                                           v1::GetUploadResponse* response) {
+  return Reply(options_, "GetUpload", rpc::GetUpload(pipeline_, staging_, *request), response);
 }
 
 grpc::Status MapServiceImpl::GetMapInfo(grpc::ServerContext*, const v1::GetMapInfoRequest* request,

@@ -14,6 +14,7 @@
 #include "server/pipeline.h"
 #include "server/rpc/scan_streams.h"
 #include "server/rpc/server.h"
+#include "server/rpc/upload_staging.h"
 
 namespace isthmus::rpc {
 
@@ -23,7 +24,10 @@ grpc::Status ToGrpc(const absl::Status& status);
 class SessionServiceImpl final : public v1::SessionService::Service {
  public:
   SessionServiceImpl(server::Pipeline& pipeline, const ServerOptions& options)
-      : pipeline_(pipeline), options_(options), streams_(pipeline, options.scan_window) {}
+      : pipeline_(pipeline),
+        options_(options),
+        streams_(pipeline, options.scan_window),
+        staging_(options.uploads_folder, options.max_staged_bytes) {}
 
   ScanStreams& streams() { return streams_; }
 
@@ -43,11 +47,14 @@ class SessionServiceImpl final : public v1::SessionService::Service {
   grpc::Status UploadSubmap(grpc::ServerContext* context,
                             grpc::ServerReader<v1::UploadSubmapRequest>* reader,
                             v1::UploadSubmapResponse* response) override;
+  grpc::Status GetUpload(grpc::ServerContext* context, const v1::GetUploadRequest* request,
+                         v1::GetUploadResponse* response) override;
 
  private:
   server::Pipeline& pipeline_;
   const ServerOptions options_;
   ScanStreams streams_;
+  UploadStaging staging_;
 };
 
 class MapServiceImpl final : public v1::MapService::Service {

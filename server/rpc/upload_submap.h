@@ -5,24 +5,27 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <string>
 
 #include "isthmus/v1/session_service.pb.h"
 #include "server/pipeline.h"
+#include "server/rpc/upload_staging.h"
 
 namespace isthmus::rpc {
 
-// Puts the chunks of one upload together. Not thread safe.
+// Puts the chunks of one upload together, behind what arrived of it before. Not thread safe.
 class SubmapReceiver {
  public:
   // At most `max_bytes` are taken, whatever the header says.
-  explicit SubmapReceiver(uint64_t max_bytes) : max_bytes_(max_bytes) {}
+  SubmapReceiver(uint64_t max_bytes, UploadStaging& staging)
+      : max_bytes_(max_bytes), staging_(staging) {}
 
   // InvalidArgument when the first part is not a header or a later one is; OutOfRange for a chunk
-  // that does not follow the last one or runs past the size announced; ResourceExhausted beyond
-  // the limit.
+  // that leaves a gap or runs past the size announced; ResourceExhausted beyond the limit.
   absl::Status Add(v1::UploadSubmapRequest&& part);
-  // DataLoss when bytes are missing or the checksum differs. To be called once, after the last Add.
+  // DataLoss when bytes are missing, which may follow in another call, or when they are not what
+  // the header says: then nothing stays of them. To be called once, after the last Add.
   absl::StatusOr<v1::UploadSubmapHeader> Finish();  // header.cloud.data holds the bytes.
 
   bool has_header() const { return has_header_; }
@@ -32,15 +35,20 @@ class SubmapReceiver {
   absl::Status AddChunk(const v1::UploadSubmapChunk& chunk);
 
   const uint64_t max_bytes_;
+  UploadStaging& staging_;
   bool has_header_ = false;
   v1::UploadSubmapHeader header_;
-  std::string data_;
+  std::unique_ptr<UploadStaging::Part> part_;
 };
 
 // Receives the next part; returns false after the last.
 using ReadPart = std::function<bool(v1::UploadSubmapRequest*)>;
 
 absl::StatusOr<v1::UploadSubmapResponse> UploadSubmap(server::Pipeline& pipeline,
-                                                      uint64_t max_bytes, const ReadPart& read);
+                                                      UploadStaging& staging, uint64_t max_bytes,
+                                                      const ReadPart& read);
+
+absl::StatusOr<v1::GetUploadResponse> GetUpload(server::Pipeline& pipeline, UploadStaging& staging,
+                                                const v1::GetUploadRequest& request);
 
 }  // namespace isthmus::rpc

@@ -1,8 +1,13 @@
 // UploadSubmap over a socket: chunks, checksums, what a submap must hold.
+#include <unistd.h>
+
+#include <filesystem>
 #include <limits>
+#include <random>
 
 #include "core/codec/crc32c.h"
 #include "core/codec/quantized.h"
+#include "core/codec/sha256.h"
 #include "tests/server/rpc/rpc_fixture.h"
 
 namespace isthmus::rpc {
@@ -230,6 +235,58 @@ TEST_F(UploadSubmapTest, PosesThatCannotBeUsed) {
   upload = Good();
   upload.header.mutable_keyframes(1)->mutable_pose()->mutable_rotation();
   EXPECT_GRPC_ERROR(Send(upload), INVALID_ARGUMENT, "keyframes.pose");
+}
+
+TEST_F(UploadSubmapTest, GoesOnBehindWhatArrivedThroughRestartsOfTheServer) {
+  ServerOptions options = SmallLimit();
+  options.listen = "127.0.0.1:0";
+  options.uploads_folder = testing::TempDir() + "isthmus_upload_rpc_" + std::to_string(getpid());
+  std::filesystem::remove_all(options.uploads_folder);
+  std::vector<Record> records;
+  for (int i = 0; i < 4000; ++i) {
+    records.push_back({static_cast<float>(i), 1, 2, 0.5F, static_cast<uint32_t>(i % 2)});
+  }
+  const Upload upload = MakeUpload(session_, records);
+  v1::GetUploadRequest question;
+  question.set_session(session_);
+  question.set_size(upload.header.size());
+  question.set_crc32c(upload.header.crc32c());
+  std::mt19937 random(11);
+  int calls = 0;
+  for (bool done = false; !done; ++calls) {
+    server_ = *RpcServer::Start(&pipeline_, options);
+    stubs_ = std::make_unique<Stubs>(
+        grpc::CreateChannel(server_->address(), grpc::InsecureChannelCredentials()));
+    v1::GetUploadResponse known;
+    EXPECT_GRPC_OK(stubs_->sessions->GetUpload(NewContext().get(), question, &known));
+    std::vector<v1::UploadSubmapRequest> parts = {Header(upload)};
+    size_t offset = known.persisted();
+    for (int chunks = static_cast<int>(random() % 5); chunks > 0; --chunks) {
+      const std::string data = upload.data.substr(offset, 1 + random() % 9000);
+      if (data.empty()) break;
+      parts.push_back(Chunk(offset, data));
+      offset += data.size();
+    }
+    const grpc::Status status = SendParts(parts);
+    done = status.ok();
+    EXPECT_EQ(done, offset == upload.data.size());
+    if (!done) EXPECT_GRPC_ERROR(status, DATA_LOSS, "send the rest");
+  }
+  EXPECT_GT(calls, 2);
+  ASSERT_EQ(pipeline_.submaps().size(), 1u);
+  const Submap submap = pipeline_.submaps()[0];
+  ASSERT_EQ(submap.points.size(), records.size());
+  for (size_t i = 0; i < records.size(); ++i) EXPECT_EQ(submap.points[i].x, records[i].x);
+  EXPECT_TRUE(std::filesystem::is_empty(options.uploads_folder));
+  std::filesystem::remove_all(options.uploads_folder);
+}
+
+TEST_F(UploadSubmapTest, BytesThatAreNotWhatTheirNameSays) {
+  Upload upload = Good();
+  upload.header.set_sha256(std::string(32, 'x'));
+  EXPECT_GRPC_ERROR(Send(upload), DATA_LOSS, "sha256");
+  upload.header.set_sha256(codec::Sha256(upload.data.data(), upload.data.size()));
+  EXPECT_GRPC_OK(Send(upload));
 }
 
 }  // namespace
