@@ -11,11 +11,13 @@
 #include <memory>
 #include <string>
 
+#include "server/main/backups.h"
 #include "server/main/config.h"
 #include "server/main/data_folder.h"
 #include "server/main/stop_signal.h"
 #include "server/pipeline.h"
 #include "server/rpc/server.h"
+#include "storage/backup_stream.h"
 #include "storage/check_store.h"
 #include "storage/sqlite_store.h"
 
@@ -47,15 +49,24 @@ bool Parse(int argc, char** argv, Arguments& arguments, int& result) {
                  "host:port to listen at, port 0 for a free one (default 127.0.0.1:50051)");
   app.add_option("--config", arguments.config_path, "YAML file of settings; see --print-config");
   app.add_flag("--print-config", arguments.print_config, "Print every effective setting and exit");
-  app.add_flag(
-      "--check", arguments.check,
-      "Read all of the map, say what is damaged, and exit: 0 sound, 1 damaged, 2 cannot be "
-      "read. Changes nothing; not while a server runs on it");
+  std::string check_folder;
+  const CLI::Option* check =
+      app.add_option("--check", check_folder,
+                     "Read all of the map in DIR (or --data DIR), say what is damaged, and exit: 0 "
+                     "sound, 1 damaged, 2 cannot be read. Changes nothing; not while a server runs "
+                     "on it")
+          ->expected(0, 1)
+          ->type_name("[DIR]");
   app.add_option("--log-level", arguments.log_level, "How much to say on stderr")
       ->check(CLI::IsMember({"debug", "info", "warn", "error", "off"}))
       ->capture_default_str();
   try {
     app.parse(argc, argv);
+    arguments.check = check->count() > 0;
+    if (!check_folder.empty()) {
+      if (!arguments.data.empty()) throw CLI::ExcludesError("--check DIR", "--data");
+      arguments.data = check_folder;
+    }
     if (arguments.data.empty() && (arguments.check || !arguments.print_config)) {
       throw CLI::RequiredError("--data DIR, the folder of the map,");
     }
@@ -134,6 +145,8 @@ int Run(const Arguments& arguments) {
     std::fputs(PrintConfig(*config).c_str(), stdout);
     return kStopped;
   }
+  // A limit on the size of files is a full disk, which is lived with, not the end.
+  ::signal(SIGXFSZ, SIG_IGN);
   StopSignal signal;  // Before any thread, so that all of them leave the signals to it.
   if (absl::Status status = MakeDataFolder(arguments.data); !status.ok()) {
     return Fail(kDataFolder, status);
@@ -141,12 +154,14 @@ int Run(const Arguments& arguments) {
   auto store = storage::OpenSqliteStore(arguments.data, config->storage);
   if (!store.ok()) return Fail(kDataFolder, store.status());
   SetCache(static_cast<size_t>(config->cache_mb) << 20, arguments.data, &config->pipeline);
+  storage::RemoveAbandonedBackups(arguments.data);
   config->pipeline.archive.directory = arguments.data;
   config->pipeline.on_problem = [](const std::string& problem) { spdlog::warn("{}", problem); };
   auto pipeline = Pipeline::Open(config->pipeline, *std::move(store));
   if (!pipeline.ok()) return Fail(kDataFolder, pipeline.status());
   const MapInfo info = (*pipeline)->GetMapInfo();
   spdlog::info("{}: revision {}, {} robots", arguments.data, info.revision, info.robots.size());
+  config->rpc.backup = BackupsOf(arguments.data);
   config->rpc.uploads_folder = arguments.data + "/uploads";
   config->rpc.on_failed_call = LogFailedCall;
   auto server = rpc::RpcServer::Start(pipeline->get(), config->rpc);

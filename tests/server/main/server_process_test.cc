@@ -185,6 +185,10 @@ TEST_F(ServerProcessTest, CheckSaysSoundDamagedOrUnreadable) {
   Start({"--data", Path("data"), "--check"});
   EXPECT_THAT(server_->ReadAll(), HasSubstr("\nsound\n"));
   EXPECT_EQ(server_->Wait(), 0);
+  Start({"--check", Path("data")});
+  EXPECT_THAT(server_->ReadAll(), HasSubstr("\nsound\n"));
+  EXPECT_EQ(server_->Wait(), 0);
+  EXPECT_EQ(Run({"--check", Path("data"), "--data", Path("other")}), 2);
   std::filesystem::resize_file(Path("data/isthmus.db"), 3 * 4096);
   Start({"--data", Path("data"), "--check"});
   EXPECT_THAT(server_->ReadAll(), HasSubstr("DAMAGED"));
