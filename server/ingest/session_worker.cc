@@ -87,8 +87,8 @@ void SessionWorker::Resume(const ResumePoint& resume) {
   if (!usable.ok()) {
     ResumeFromSubmaps(resume);
     if (!checkpoint) return;
-    status_.input = absl::StrCat("resumed from submaps: ", usable.message());
-    resumed_ = absl::StrCat("; ", status_.input);
+    status_.resumed = absl::StrCat("resumed from submaps: ", usable.message());
+    status_.input = status_.resumed;
     return;
   }
   status_.last_sequence = checkpoint->sequence;
@@ -285,7 +285,8 @@ void SessionWorker::Take(const floam::OdometryResult& result, ScanAck* ack) {
   odometry_ms_sum_ += result.timing.total_ms;
   status_.odometry_ms_mean = odometry_ms_sum_ / static_cast<double>(status_.processed);
   status_.tracking = ack->status;
-  status_.input = InputText(state_->decoder.fields(), result) + resumed_;
+  status_.input = InputText(state_->decoder.fields(), result);
+  if (!status_.resumed.empty()) absl::StrAppend(&status_.input, "; ", status_.resumed);
   if (lost) return;
   Follow(entry);
   status_.unsaved.push_back(entry);

@@ -69,9 +69,10 @@ struct WorkerStatus {
   double odometry_ms_mean = 0;
   double travelled_m = 0;
   std::string tracking;  // "ok", "degenerate", "lost"; empty before the first scan.
-  // How rings and times of the scans were found; empty before the first. Also that, and why, it was
-  // resumed from submaps though there was a checkpoint.
+  // How rings and times of the scans were found, empty before the first; and `resumed`.
   std::string input;
+  // "resumed from submaps: ..." and why, where there was a checkpoint that could not be used.
+  std::string resumed;
   std::vector<TrajectoryEntry> unsaved;  // Scans whose submap is not finished yet.
 };
 
@@ -90,7 +91,7 @@ struct WorkerStatus {
 // that resumes from it makes the same poses and submaps, bit for bit, as if nothing had happened,
 // given the scans after it once more; those up to it are duplicates. Where a checkpoint cannot be
 // used it goes on from the submaps alone, in the same odom frame but with a map that is thinner,
-// and says so in WorkerStatus::input. What a carried robot is looked for in is made from the stored
+// and says so in WorkerStatus. What a carried robot is looked for in is made from the stored
 // submaps: where some were retired since, a search may end otherwise than it would have.
 //
 // Thread safe. Runs at most one task at a time on the executor, which must outlive it.
@@ -162,7 +163,6 @@ class SessionWorker : public std::enable_shared_from_this<SessionWorker> {
   std::deque<Stretch> finished_;      // Cut while the scan at hand is dealt with.
   uint32_t stored_until_ = 0;         // Submaps below this were stored before it resumed.
   uint64_t checkpoint_sequence_ = 0;  // Of the last checkpoint that was made.
-  std::string resumed_;               // What is to be said of how it resumed.
 
   std::mutex persist_mutex_;         // Serialises Persist.
   std::deque<Stretch> unpersisted_;  // Guarded by mutex_.

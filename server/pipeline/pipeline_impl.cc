@@ -68,20 +68,20 @@ absl::StatusOr<std::shared_ptr<ingest::SessionWorker>> PipelineImpl::ResumeWorke
       if (const auto whole = submaps_.Get(submap->id)) visit(*whole);
     }
   };
-  return MakeWorker(entry.record, resume);
+  auto worker = MakeWorker(entry.record, resume);
+  if (!worker.ok() || !options_.on_problem) return worker;
+  if (const std::string resumed = (*worker)->Status().resumed; !resumed.empty()) {
+    options_.on_problem(absl::StrCat("session ", entry.record.id.value(), " was ", resumed,
+                                     "; its odom frame is the same, but it does not go on exactly "
+                                     "as it was"));
+  }
+  return worker;
 }
 
 std::optional<ingest::Checkpoint> PipelineImpl::ReadCheckpoint(const SessionId& session) {
   absl::StatusOr<storage::Checkpoint> stored = store_->GetCheckpoint(session);
   if (absl::IsNotFound(stored.status())) return std::nullopt;
-  if (options_.on_problem && !(stored.ok() && stored->data)) {
-    options_.on_problem(
-        absl::StrCat("the checkpoint of session ", session.value(), " cannot be read",
-                     stored.ok() ? "" : absl::StrCat(" (", stored.status().message(), ")"),
-                     ": the session goes on from its submaps, in the same odom frame, but not "
-                     "exactly as it was"));
-  }
-  if (!stored.ok()) return ingest::Checkpoint();
+  if (!stored.ok()) return ingest::Checkpoint();  // Damaged: the worker goes on from the submaps.
   return ingest::Checkpoint{stored->sequence, stored->durable_sequence, std::move(stored->data)};
 }
 

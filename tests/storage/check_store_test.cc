@@ -103,6 +103,9 @@ TEST_F(CheckStoreTest, NamesWhatIsDamagedOrMissing) {
   Execute("UPDATE features SET data = CAST('x' AS BLOB) WHERE submap = 2");
   ExpectOneDamaged("features 2");
   Execute("DELETE FROM features");
+  Execute("UPDATE checkpoints SET data = CAST('x' AS BLOB)");
+  ExpectOneDamaged("checkpoint of session alice-1");
+  Execute("DELETE FROM checkpoints");
   Execute("UPDATE loops SET edges = CAST('IME1' AS BLOB)");
   ExpectOneDamaged("edges of loop closure 1");
   Execute("DELETE FROM loops");

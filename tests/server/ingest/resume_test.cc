@@ -99,6 +99,8 @@ class Session {
     return Submit(sent_.size());
   }
 
+  // From now on the robot has all its scans again, as an archive of them would.
+  void KeepAll() { robot_durable_ = 0; }
   SessionWorker& worker() { return *worker_; }
   absl::Status TrySubmit(uint64_t sequence) { return worker_->Submit(sent_[sequence - 1]); }
 
@@ -193,6 +195,28 @@ TEST(Resume, LeavesTheSameBehindHoweverOftenItWasKilled) {
     EXPECT_EQ(session.worker().Status().durable_sequence, turns.size());
     EXPECT_THAT(session.worker().Status().input, Not(HasSubstr("resumed")));
   }
+}
+
+// A submap that was stored without a checkpoint is made again, but not stored again.
+TEST(Resume, WhatIsStoredBeyondTheCheckpointIsNotStoredTwice) {
+  Store undisturbed, store;
+  Session calm(&undisturbed, SmallSubmaps()), session(&store, SmallSubmaps());
+  std::optional<Checkpoint> older;
+  for (int k = 0; k < 70; ++k) {
+    const Turn turn = MakeTurn(k);
+    calm.Send(turn.payload, turn.end_stamp_ns);
+    session.Send(turn.payload, turn.end_stamp_ns);
+    if (k == 30) older = store.checkpoint;
+    if (k != 50) continue;
+    ASSERT_EQ(store.submaps().size(), 2u);
+    ASSERT_LT(older->sequence, store.submaps()[1]->first_sequence + 10);
+    store.checkpoint = older;
+    session.KeepAll();
+    session.Restart();
+  }
+  ASSERT_TRUE(calm.worker().Finish().ok());
+  ASSERT_TRUE(session.worker().Finish().ok());
+  EXPECT_EQ(store.Contents(), undisturbed.Contents());
 }
 
 TEST(Resume, GoesOnWhereAGracefulEndStopped) {

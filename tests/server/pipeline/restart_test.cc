@@ -154,5 +154,32 @@ TEST_F(PipelineRestart, AKilledServerLeavesNoTrace) {
   EXPECT_EQ(stored[0], stored[1]);
 }
 
+// What only a checkpoint knows is lost; the session, its odom frame and its numbers are not.
+TEST_F(PipelineRestart, ADamagedCheckpointIsSaidAndGoneOnWithout) {
+  const Drive drive;
+  SessionId session;
+  {
+    auto pipeline = Open();
+    session = pipeline->CreateSession({RobotId("alice"), "vlp16"}).value().record.id;
+    for (int i = 0; i < 12; ++i) ASSERT_TRUE(pipeline->SubmitScan(session, drive.Upload(i)).ok());
+  }
+  auto faults = std::make_shared<storage::Faults>();
+  faults->Damage(session);
+  std::vector<std::string> problems;
+  PipelineOptions options = QuickOptions();
+  options.on_problem = [&](const std::string& problem) { problems.push_back(problem); };
+  auto store = storage::MakeFaultyStore(storage::OpenSqliteStore(folder_.string()).value(), faults);
+  auto pipeline = Pipeline::Open(options, std::move(store)).value();
+  ASSERT_EQ(problems.size(), 1u);
+  EXPECT_NE(problems[0].find("alice-1 was resumed from submaps"), std::string::npos) << problems[0];
+  EXPECT_EQ(pipeline->GetSession(session)->durable_sequence, 12u);
+  AckLog log;
+  ASSERT_TRUE(pipeline->SetAckSink(session, log.Sink()).ok());
+  for (int i = 12; i < 20; ++i) ASSERT_TRUE(pipeline->SubmitScan(session, drive.Upload(i)).ok());
+  pipeline->WaitUntilIdle();
+  for (const ScanAck& ack : log.Take()) EXPECT_EQ(ack.status, "ok") << ack.sequence;
+  EXPECT_NE(pipeline->GetSession(session)->input.find("resumed from submaps"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace isthmus::server
