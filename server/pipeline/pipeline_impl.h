@@ -69,8 +69,6 @@ class PipelineImpl : public Pipeline {
  private:
   // The session that was opened for the same robot and request id.
   std::optional<SessionStatus> FindRequested(const SessionRecord& record);
-  // The session that was opened for the same robot and request id.
-  std::optional<SessionStatus> FindRequested(const SessionRecord& record);
   absl::StatusOr<std::shared_ptr<ingest::SessionWorker>> MakeWorker(
       const SessionRecord& record, const ingest::ResumePoint& resume);
   // That goes on where the session is stored to be.

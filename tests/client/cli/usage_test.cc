@@ -20,9 +20,9 @@ TEST(Usage, HelpNamesEveryCommand) {
   const ProgramResult help = Isthmus("--help");
   EXPECT_EQ(help.code, 0);
   for (const char* command :
-       {"simulate", "push", "status", "robots", "graph", "trajectory", "transform", "query",
-        "export", "picture", "odometry", "merge", "match", "loops", "revisions", "anchor",
-        "optimize", "eval", "bench"}) {
+       {"simulate", "push",      "status",  "robots",   "graph", "trajectory", "transform",
+        "query",    "export",    "picture", "odometry", "merge", "rebuild",    "match",
+        "loops",    "revisions", "anchor",  "optimize", "eval",  "bench"}) {
     EXPECT_THAT(help.out, HasSubstr(command));
     EXPECT_EQ(Isthmus(std::string(command) + " --help").code, 0) << command;
   }
