@@ -31,6 +31,7 @@ TEST_P(MapStoreContract, DoesNotKnowTheUnknown) {
   EXPECT_EQ(store_->ListSubmaps(nobody_).status().code(), StatusCode::kNotFound);
   EXPECT_EQ(store_->FindSubmaps(nobody_, Box()).status().code(), StatusCode::kNotFound);
   EXPECT_EQ(store_->GetSubmap({nobody_, 0}).status().code(), StatusCode::kNotFound);
+  EXPECT_EQ(store_->StoredBytes(nobody_).status().code(), StatusCode::kNotFound);
   EXPECT_EQ(store_->DeleteSession(nobody_).code(), StatusCode::kNotFound);
   EXPECT_EQ(store_->PutFeatures(MakeFeatures({nobody_, 0}, "fpfh", "x")).code(),
             StatusCode::kNotFound);
@@ -206,6 +207,23 @@ TEST_P(MapStoreContract, KeepsFeaturesOfSubmaps) {
   ASSERT_TRUE(store_->PutFeatures(MakeFeatures({alice_, 0}, "other", "")).ok());
   EXPECT_EQ(*store_->GetFeatures({alice_, 0}, "fpfh"), data);
   EXPECT_EQ(*store_->GetFeatures({alice_, 0}, "other"), "");
+}
+
+TEST_P(MapStoreContract, CountsWhatASessionTakesUp) {
+  Put({.sessions = {MakeSession("alice-1"), MakeSession("bob-1")}});
+  EXPECT_EQ(*store_->StoredBytes(alice_), 0u);
+  Put({.submaps = {MakeSubmap("alice-1", 0), MakeSubmap("bob-1", 0)}});
+  const uint64_t one = *store_->StoredBytes(alice_);
+  EXPECT_GT(one, 0u);
+  Put({.submaps = {MakeSubmap("alice-1", 1)}});
+  const uint64_t two = *store_->StoredBytes(alice_);
+  EXPECT_GT(two, one);
+  ASSERT_TRUE(store_->PutFeatures(MakeFeatures({alice_, 0}, "fpfh", std::string(1000, 'x'))).ok());
+  ASSERT_TRUE(store_->PutFeatures(MakeFeatures({alice_, 1}, "fpfh", std::string(500, 'x'))).ok());
+  EXPECT_EQ(*store_->StoredBytes(alice_), two + 1500);
+  EXPECT_EQ(*store_->StoredBytes(bob_), one);
+  Put({.retired = {{alice_, 0}}});
+  EXPECT_EQ(*store_->StoredBytes(alice_), two - one + 500);
 }
 
 TEST_P(MapStoreContract, KeepsTheLastVerdictOnEveryPairUntilItIsWithdrawn) {
