@@ -49,16 +49,22 @@ void Uplink::WriteLoop() {
   Backoff backoff(Patience(options_.backoff, options_.for_ever));
   absl::Status status;
   for (;;) {
+    const double began_s = clock_.Now();
+    bool streamed = false;
     status = RunLink();
     {
       std::lock_guard lock(mutex_);
+      streamed = std::exchange(streamed_, false);
       if (std::exchange(progress_, false)) backoff.Reset();
       if (abandoned_ || !WorthAnotherTry(status)) break;
     }
     const std::optional<double> delay = backoff.Next();
     if (!delay) break;
     source_->Lost(status);
-    WaitBeforeRetry(*delay);
+    // The time in which nobody answered counts as waiting, so that a link that comes back is
+    // noticed soon. After one that stood robots do not all come back at the same instant.
+    const double waited_s = streamed ? 0 : clock_.Now() - began_s;
+    WaitBeforeRetry(std::max(0.0, *delay - waited_s));
   }
   source_->End(link_->Explain(status));
 }
@@ -141,6 +147,7 @@ absl::Status Uplink::Stream(const std::string& session) {
     if (abandoned_) return absl::CancelledError("the stream was given up");
     context_ = &context;
     over_ = stalled_ = writing_ = false;
+    streamed_ = true;
     moved_s_ = clock_.Now();
     unanswered_.clear();
   }

@@ -52,6 +52,7 @@ class Uplink {
   std::condition_variable changed_;
   // Guarded by mutex_ from here.
   bool abandoned_ = false;
+  bool streamed_ = false;                   // A stream was opened since the last failure.
   bool progress_ = false;                   // An acknowledgement came since the last failure.
   double deadline_s_;                       // Of the next question.
   grpc::ClientContext* context_ = nullptr;  // Of the call under way, to cancel it.

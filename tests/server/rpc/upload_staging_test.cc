@@ -58,7 +58,7 @@ TEST_P(UploadStagingTest, GoesOnWhereItWasCutOff) {
   EXPECT_EQ((*part)->TakeData(), content);
   staging->Drop(key.id);
   EXPECT_EQ(staging->Persisted(key), 0u);
-  if (on_disk()) EXPECT_EQ(Files(), 0u);
+  EXPECT_EQ(on_disk() ? Files() : 0u, 0u);
 }
 
 TEST_P(UploadStagingTest, WhatIsSentAgainTakesThePlaceOfWhatWasThere) {
@@ -119,7 +119,7 @@ TEST_P(UploadStagingTest, WhatNobodyTouchedForAWeekIsRemovedAndWhatIsDamagedToo)
 }
 
 INSTANTIATE_TEST_SUITE_P(InMemoryAndOnDisk, UploadStagingTest, testing::Bool(),
-                         [](const auto& info) { return info.param ? "Disk" : "Memory"; });
+                         [](const auto& tested) { return tested.param ? "Disk" : "Memory"; });
 
 }  // namespace
 }  // namespace isthmus::rpc
