@@ -116,6 +116,7 @@ void TileBuilder::EndPart() {
   thinner_->Take(&scratch_);
   if (scratch_.empty()) return;
   const auto begin = static_cast<uint32_t>(tile_.points.size());
+  tile_.points.reserve(begin + scratch_.size());
   for (const WeightedPoint& p : scratch_) {
     tile_.points.push_back({p.x, p.y, p.z, p.intensity});
     tile_.bounds.Extend(Eigen::Vector3d(p.x, p.y, p.z));
@@ -125,7 +126,6 @@ void TileBuilder::EndPart() {
 
 TileContent TileBuilder::Take() {
   EndPart();
-  tile_.points.shrink_to_fit();
   return std::exchange(tile_, {});
 }
 
