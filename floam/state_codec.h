@@ -110,6 +110,7 @@ class StateReader {
     (Read(values), ...);
   }
   void Raw(void* data, size_t size) {
+    if (size == 0) return;  // `data` may be null then.
     if (size > remaining()) Expect(false);
     if (!ok_) {
       std::memset(data, 0, size);
