@@ -54,6 +54,17 @@ v1::QueryRegionRequest BoxFrom(double min_x, double max_x) {
   return request;
 }
 
+TEST_F(QueryRegionTest, MapThatIsNotComposedYetIsUnavailable) {
+  pipeline_.map->ready_ = absl::UnavailableError("composed after the start, 34 %");
+  EXPECT_GRPC_ERROR(Query({}), UNAVAILABLE, "34 %");
+  EXPECT_TRUE(responses_.empty());
+}
+
+TEST_F(QueryRegionTest, PointsThatCannotBeReadAreAnError) {
+  pipeline_.map->read_ = absl::DataLossError("the spill file is gone");
+  EXPECT_GRPC_ERROR(Query({}), DATA_LOSS, "spill file");
+}
+
 TEST_F(QueryRegionTest, WithoutARegionEverythingComes) {
   EXPECT_GRPC_OK(Query({}));
   EXPECT_EQ(points_.size(), 10u);
