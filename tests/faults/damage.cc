@@ -41,9 +41,11 @@ class Vandal {
       case Damage::kSubmapBits:
         return FlipSubmap();
       case Damage::kPageBits:
+        EmptyLog();
         for (int i = 0; i < 3; ++i) FlipBits(database_, kPage, 4);
         return;
       case Damage::kTornPage:
+        EmptyLog();
         return TearPage();
       case Damage::kLogBits:
         return FlipBits(log_, 0, 8);
@@ -54,6 +56,7 @@ class Vandal {
         fs::remove(database_ + "-shm");
         return;
       case Damage::kTruncated:
+        EmptyLog();
         return fs::resize_file(database_, kPage + Below(fs::file_size(database_) - kPage));
       case Damage::kEmptyDatabase:
         return fs::resize_file(database_, 0);
@@ -68,6 +71,14 @@ class Vandal {
  private:
   uint64_t Below(uint64_t end) {
     return std::uniform_int_distribution<uint64_t>(0, end - 1)(random_);
+  }
+
+  // What the log repeats of a page hides what becomes of it in the database.
+  void EmptyLog() const {
+    auto database = storage::Connection::Open(database_);
+    if (!database.ok()) throw std::runtime_error(database.status().ToString());
+    const absl::Status status = (*database)->Execute("PRAGMA wal_checkpoint(TRUNCATE)");
+    if (!status.ok()) throw std::runtime_error(status.ToString());
   }
 
   // A burst within one page behind `from`.

@@ -16,7 +16,7 @@ namespace {
 
 struct Arguments {
   int kills = 0, client_kills = 0, damages = 0, full_disks = 0;
-  double outage_s = 0;
+  double outage_s = 0, period_s = 0.1;
   Setup setup = {.server = ISTHMUS_SERVER, .robot = FAULT_ROBOT, .folder = ""};
 };
 
@@ -36,6 +36,7 @@ int Run(const Arguments& arguments) {
     LinkFaultOptions options;
     options.outage_s = options.slow_s = arguments.outage_s;
     options.resets = static_cast<int>(2 * arguments.outage_s);
+    options.period_s = arguments.period_s;
     reports.push_back(SpoilLinks(arguments.setup, options));
   }
   if (arguments.full_disks > 0) {
@@ -62,6 +63,9 @@ int main(int argc, char** argv) {
   app.add_option("--kills", arguments.kills, "kill -9 of the server, so many times");
   app.add_option("--client-kills", arguments.client_kills, "kill -9 of the robots' programs");
   app.add_option("--outage", arguments.outage_s, "Bad links, with outages of so many seconds");
+  app.add_option("--period", arguments.period_s, "Seconds between two scans, with --outage")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
   app.add_option("--full-disks", arguments.full_disks, "A full disk, so many times");
   app.add_option("--damages", arguments.damages, "Damaged folders, each kind with so many seeds");
   app.add_option("--seed", arguments.setup.seed, "Of all that is random")->capture_default_str();

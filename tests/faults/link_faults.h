@@ -5,15 +5,15 @@
 
 namespace isthmus::faults {
 
-// What the links go through, one after the other, while ten scans a second are pushed. An outage is
-// gone through twice: with connections that are reset, and with ones that hang.
+// What the links go through, one after the other, while scans are pushed at a steady rate. An
+// outage is gone through twice: with connections that are reset, and with ones that hang.
 struct LinkFaultOptions {
   int resets = 6;  // Moments at which each connection is reset with a probability of 10 %.
   double stall_s = 2;
   double slow_s = 2, slow_bytes_per_s = 64'000;
   double outage_s = 3;
   bool half_open = true;
-  double period_s = 0.1;  // Between two scans.
+  double period_s = 0.1;  // Between two scans; the server has to keep up with all robots.
 };
 
 // Throws where there is nothing to test: no server, no folder.
