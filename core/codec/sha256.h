@@ -6,7 +6,7 @@
 
 namespace isthmus::codec {
 
-// SHA-256 (FIPS 180-4, section 6.2) of the bytes: 32 bytes.
+// SHA-256 of the bytes: 32 bytes. Empty, which is nobody's, where memory ran out.
 std::string Sha256(const void* data, size_t size);
 
 }  // namespace isthmus::codec

@@ -13,7 +13,7 @@ import sys
 STD_LIKE = {"eigen", "absl"}
 ALLOWED = {
     "core": (set(), STD_LIKE),
-    "core/codec": ({"core"}, STD_LIKE | {"zstd", "lzf"}),
+    "core/codec": ({"core"}, STD_LIKE | {"zstd", "lzf", "openssl"}),
     "floam": ({"core"}, STD_LIKE),
     "storage": ({"core", "core/codec"}, STD_LIKE | {"sqlite", "zstd"}),
     "server/ingest": ({"core", "core/codec", "floam"}, STD_LIKE),
@@ -55,7 +55,7 @@ ALLOWED = {
 }
 # Only .cc files may include these, so that they never reach a neighbour's headers. A header named
 # after the library (pcl_cloud.h) may too; it is then itself for .cc files only.
-PRIVATE_TO_SOURCES = {"ceres", "pcl", "octomap", "sqlite", "zstd", "lzf", "fftw", "embree", "png"}
+PRIVATE_TO_SOURCES = {"openssl", "ceres", "pcl", "octomap", "sqlite", "zstd", "lzf", "fftw", "embree", "png"}
 THIRD_PARTY = [
     ("eigen", re.compile(r"^(Eigen|unsupported/Eigen)/")),
     ("absl", re.compile(r"^absl/")),
@@ -65,6 +65,7 @@ THIRD_PARTY = [
     ("sqlite", re.compile(r"^sqlite3")),
     ("zstd", re.compile(r"^zstd|^zdict")),
     ("lzf", re.compile(r"lzf\.h$")),
+    ("openssl", re.compile(r"^openssl/")),
     ("fftw", re.compile(r"^fftw3")),
     ("embree", re.compile(r"^embree3/")),
     ("png", re.compile(r"^png\.h$")),
