@@ -56,10 +56,11 @@ TEST_F(DamageTest, ADamagedSubmapIsNamedAndTheRestIsServed) {
   EXPECT_GT(trial.points, 0u);
 }
 
-TEST_F(DamageTest, DamagedPagesAreReported) {
+TEST_F(DamageTest, DamagedPagesAreReportedWhereAnythingIsLost) {
   for (const Damage damage : {Damage::kPageBits, Damage::kTornPage, Damage::kTruncated}) {
     const DamageTrial trial = Try(damage, 2);
-    EXPECT_TRUE(trial.is_reported) << ToString(damage);
+    // Bits may hit what nobody uses.
+    EXPECT_TRUE(trial.is_reported || trial.submaps == submaps_) << ToString(damage);
   }
 }
 
