@@ -57,8 +57,8 @@ class Proxy {
   void Refill();
 
   const std::string backend_;
+  int port_ = 0;  // Before listener_, which finds it.
   int listener_ = -1;
-  int port_ = 0;
   std::atomic<bool> stopping_ = false;
   std::atomic<int64_t> resets_ = 0, bytes_ = 0;
 
