@@ -72,23 +72,40 @@ void Compare(const std::vector<std::pair<SessionId, uint32_t>>& sessions, size_t
   batch->verdicts.push_back(verdict);
 }
 
+// What a robot sees at a place of the way. Who comes there again sees what is stored of the first
+// time: points are dear to draw.
+absl::StatusOr<std::shared_ptr<Submap>> Look(const LargeStoreOptions& options, const City& city,
+                                             int place, std::mt19937* rng,
+                                             const storage::MapStore& store) {
+  const int per_session = options.submaps_per_session;
+  const int places = static_cast<int>(city.way_m() / city.submap_length_m());
+  if (place < places) {
+    const double lane_m = -3 + 1.5 * (place / per_session % 5);
+    return std::make_shared<Submap>(city.Drive(place * city.submap_length_m(), lane_m, rng));
+  }
+  const int first = place % places;
+  const SessionId session = MakeSession(first / per_session, options.robots).id;
+  auto seen = store.GetSubmap({session, static_cast<uint32_t>(first % per_session)});
+  if (!seen.ok()) return seen.status();
+  return std::make_shared<Submap>(**seen);
+}
+
 absl::StatusOr<uint32_t> AddSession(const LargeStoreOptions& options, const City& city, int number,
                                     const std::string& folder, storage::MapStore* store) {
   std::mt19937 rng(options.seed + static_cast<unsigned>(number));
   const SessionRecord session = MakeSession(number, options.robots);
-  const double begin_m = number * options.submaps_per_session * city.submap_length_m();
-  const double lane_m = -3 + 1.5 * (number % 5);
   storage::WriteBatch first;
   first.sessions.push_back(session);
   if (absl::Status status = store->Write(first); !status.ok()) return status;
   uint32_t index = 0;
   while (index < static_cast<uint32_t>(options.submaps_per_session) &&
          BytesOnDisk(folder) < options.bytes) {
-    auto submap = std::make_shared<Submap>(
-        city.Drive(begin_m + index * city.submap_length_m(), lane_m, &rng));
+    const int place = number * options.submaps_per_session + static_cast<int>(index);
+    auto submap = Look(options, city, place, &rng, *store);
+    if (!submap.ok()) return submap.status();
     storage::WriteBatch batch;
-    Name(session, index++, submap.get(), &batch);
-    batch.submaps.push_back(std::move(submap));
+    Name(session, index++, submap->get(), &batch);
+    batch.submaps.push_back(*std::move(submap));
     if (absl::Status status = store->Write(batch); !status.ok()) return status;
   }
   return index;

@@ -24,7 +24,7 @@ double BytesOnDisk(const std::string& folder);
 
 // Writes finished sessions until the folder holds that much. All lie in one component, joined by
 // hand; every pair has been compared, so nothing is left to estimate. The robots' odometry does not
-// stray.
+// stray. Behind the city's whole way (some 3 GB) they see again what was seen there first.
 absl::Status FillStore(const LargeStoreOptions& options, const std::string& folder);
 
 }  // namespace isthmus::bench
