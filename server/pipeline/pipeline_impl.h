@@ -89,7 +89,7 @@ class PipelineImpl : public Pipeline {
   bool IsSettled() const;
   // Thread: while the store fails, tries again what waits for it.
   void RunStoreRetries();
-  void RetryStoring();
+  bool RetryStoring();  // Whether nothing waits any more.
   // These take the state's mutex.
   int64_t RevisionOncePlaced();
   void NoteDamage(const SubmapId& submap, const std::string& problem);
