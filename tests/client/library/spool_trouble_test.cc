@@ -9,7 +9,6 @@ namespace {
 using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::Not;
-using testing::SizeIs;
 
 class SpoolTroubleTest : public SpooledStreamTest {
  protected:
@@ -139,7 +138,7 @@ TEST_F(SpoolTroubleTest, ADamagedScanUsesUpItsNumber) {
   EXPECT_EQ(stream->stats().rejected, 1u);
   EXPECT_THAT(events(), HasSubstr("damaged"));
   const auto scans = server_.sessions()["alice-1"].scans;
-  ASSERT_THAT(scans, SizeIs(5));
+  ASSERT_EQ(scans.size(), 5u);
   EXPECT_TRUE(scans[2].cloud().data().empty());
   EXPECT_GT(scans[2].end_stamp_ns(), scans[1].end_stamp_ns());
   EXPECT_LT(scans[2].end_stamp_ns(), scans[3].end_stamp_ns());
@@ -217,7 +216,7 @@ TEST_F(SpoolTroubleTest, AFullSpoolGivesUpTheOldestIfToldSo) {
   server_.Start();
   ASSERT_TRUE(stream->FinishSession().ok());
   const auto scans = server_.sessions()["alice-1"].scans;
-  ASSERT_THAT(scans, SizeIs(100)) << "their numbers are used up";
+  ASSERT_EQ(scans.size(), 100u) << "their numbers are used up";
   const uint64_t lost = stream->stats().lost;
   EXPECT_GT(lost, 0u);
   EXPECT_LT(lost, 90u);
