@@ -1,5 +1,7 @@
 #include "client/library/memory_stream.h"
 
+#include <absl/strings/str_cat.h>
+
 #include <algorithm>
 #include <utility>
 
@@ -84,6 +86,11 @@ ScanStreamStats MemoryStream::stats() const {
 absl::Status MemoryStream::Begin(const v1::Session& known) {
   if (known.id().empty()) return absl::NotFoundError("no such session");
   std::lock_guard lock(mutex_);
+  const bool is_over = stats_.pushed > 0 && window_.all_acked();
+  if (known.state() == v1::Session::FINISHED && !is_over) {
+    return absl::FailedPreconditionError(absl::StrCat(
+        "session ", known.id(), " is finished: create a new session for robot ", known.robot()));
+  }
   window_.Rewind(known.last_sequence());
   interrupted_ = false;
   return absl::OkStatus();

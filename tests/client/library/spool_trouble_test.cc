@@ -1,5 +1,6 @@
 // A spool whose session is gone, whose files are damaged, or which is full.
 #include <future>
+#include <thread>
 
 #include "tests/client/library/spooled_stream_fixture.h"
 
@@ -12,11 +13,14 @@ using testing::Not;
 
 class SpoolTroubleTest : public SpooledStreamTest {
  protected:
-  // A program that pushed so many scans and died; the server has them, none durable.
+  // A program that pushed so many scans and died; the server has them, and it knows which of them
+  // are durable.
   void DieAfter(int scans) {
     auto stream = Open();
     Push(*stream, scans);
     server_.WaitForScans("alice-1", static_cast<size_t>(scans));
+    const uint64_t durable = server_.sessions()["alice-1"].durable;
+    while (stream->stats().durable_sequence < durable) std::this_thread::yield();
   }
   void ExpectStop(const std::string& why) {
     const auto stream = client_->ResumeScanStream(options_);
