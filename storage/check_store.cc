@@ -8,6 +8,7 @@
 #include "storage/directory_lock.h"
 #include "storage/log_check.h"
 #include "storage/migrations.h"
+#include "storage/open_marker.h"
 #include "storage/record_checks.h"
 
 namespace isthmus::storage {
@@ -81,6 +82,9 @@ absl::StatusOr<StoreReport> CheckStore(const std::string& directory) {
   if (!database.ok()) return database.status();
   StoreReport report;
   CheckLog(path + "-wal", report);
+  if (const std::string missing = MissingLog(directory); !missing.empty()) {
+    AddDamage("the log", missing, report);
+  }
   absl::Status status = CheckSchema(**database);
   if (absl::IsDataLoss(status)) {  // Not even its first page can be read.
     AddDamage(kTheDatabase, std::string(status.message()), report);

@@ -2,6 +2,9 @@
 
 #include <absl/strings/str_cat.h>
 
+#include <cstdint>
+#include <filesystem>
+#include <system_error>
 #include <utility>
 
 #include "core/codec/quantized.h"
@@ -10,6 +13,7 @@
 #include "storage/directory_lock.h"
 #include "storage/group_commit.h"
 #include "storage/migrations.h"
+#include "storage/open_marker.h"
 #include "storage/revision_log.h"
 #include "storage/rows.h"
 #include "storage/submap_codec.h"
@@ -25,12 +29,14 @@ constexpr int kReaders = 3;
 // packed and unpacked outside of both.
 class SqliteStore : public MapStore {
  public:
-  SqliteStore(std::unique_ptr<DirectoryLock> lock, std::unique_ptr<Connection> writer,
-              std::vector<std::unique_ptr<Connection>> readers, const SqliteOptions& options)
+  SqliteStore(const std::string& directory, std::unique_ptr<DirectoryLock> lock,
+              std::unique_ptr<Connection> writer, std::vector<std::unique_ptr<Connection>> readers,
+              const SqliteOptions& options)
       : lock_(std::move(lock)),
         options_(options),
         readers_(std::move(readers)),
-        writer_(std::move(writer)) {}
+        writer_(std::move(writer)),
+        marker_(directory) {}
 
   absl::Status Write(const WriteBatch& batch) override {
     std::vector<SubmapRow> encoded;
@@ -179,7 +185,22 @@ class SqliteStore : public MapStore {
   const SqliteOptions options_;
   mutable ConnectionPool readers_;
   GroupCommit writer_;
+  const OpenMarker marker_;  // Goes first.
 };
+
+// SQLite takes a database without a byte for a new one and throws its log away. None of ours is
+// ever so: it was cut off, and what can be rescued is in the log.
+absl::Status CheckNotCutOff(const std::string& directory, const std::string& path) {
+  std::error_code error;
+  const std::uintmax_t size = std::filesystem::file_size(path, error);
+  if (error || size > 0) return absl::OkStatus();
+  const std::uintmax_t log = std::filesystem::file_size(path + "-wal", error);
+  if ((error || log == 0) && !OpenMarker::IsIn(directory)) return absl::OkStatus();
+  return absl::DataLossError(
+      absl::StrCat(path,
+                   " is empty, but there was a map in it: it was cut off. Nothing was changed; "
+                   "restore a backup, or move the folder away to begin a new map"));
+}
 
 absl::StatusOr<std::unique_ptr<Connection>> OpenConnection(const std::string& path,
                                                            const std::string& pragmas) {
@@ -202,6 +223,9 @@ absl::StatusOr<std::unique_ptr<MapStore>> OpenSqliteStore(const std::string& dir
   absl::StatusOr<std::unique_ptr<DirectoryLock>> lock = DirectoryLock::Take(directory);
   if (!lock.ok()) return lock.status();
   const std::string path = directory + "/isthmus.db";
+  if (absl::Status status = CheckNotCutOff(directory, path); !status.ok()) return status;
+  const std::string missing = MissingLog(directory);
+  if (!missing.empty() && options.on_problem) options.on_problem(missing);
   absl::StatusOr<std::unique_ptr<Connection>> writer = OpenConnection(path, "");
   if (!writer.ok()) return writer.status();
   // Before anything is changed, the journal mode and what lies in the log included.
@@ -224,8 +248,8 @@ absl::StatusOr<std::unique_ptr<MapStore>> OpenSqliteStore(const std::string& dir
     if (!reader.ok()) return reader.status();
     readers.push_back(*std::move(reader));
   }
-  return std::make_unique<SqliteStore>(*std::move(lock), *std::move(writer), std::move(readers),
-                                       options);
+  return std::make_unique<SqliteStore>(directory, *std::move(lock), *std::move(writer),
+                                       std::move(readers), options);
 }
 
 }  // namespace isthmus::storage

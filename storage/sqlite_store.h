@@ -3,6 +3,7 @@
 
 #include <absl/status/statusor.h>
 
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -16,6 +17,8 @@ struct SqliteOptions {
   bool sync_every_commit = true;
   // Step to which submap coordinates are rounded, metres.
   double resolution_m = 0.001;
+  // Told on opening what a person should know of the folder.
+  std::function<void(const std::string& problem)> on_problem = nullptr;
 };
 
 // Opens, or creates, `directory`/isthmus.db and migrates it to the newest schema.

@@ -151,12 +151,14 @@ int Run(const Arguments& arguments) {
   if (absl::Status status = MakeDataFolder(arguments.data); !status.ok()) {
     return Fail(kDataFolder, status);
   }
+  const auto warn = [](const std::string& problem) { spdlog::warn("{}", problem); };
+  config->storage.on_problem = warn;
   auto store = storage::OpenSqliteStore(arguments.data, config->storage);
   if (!store.ok()) return Fail(kDataFolder, store.status());
   SetCache(static_cast<size_t>(config->cache_mb) << 20, arguments.data, &config->pipeline);
   storage::RemoveAbandonedBackups(arguments.data);
   config->pipeline.archive.directory = arguments.data;
-  config->pipeline.on_problem = [](const std::string& problem) { spdlog::warn("{}", problem); };
+  config->pipeline.on_problem = warn;
   auto pipeline = Pipeline::Open(config->pipeline, *std::move(store));
   if (!pipeline.ok()) return Fail(kDataFolder, pipeline.status());
   const MapInfo info = (*pipeline)->GetMapInfo();

@@ -69,13 +69,16 @@ TEST_F(DamageTest, WithoutItsLogWhatIsInTheDatabaseIsServed) {
   for (const Damage damage : {Damage::kLogBits, Damage::kTornLog, Damage::kMissingLog}) {
     const DamageTrial trial = Try(damage, 3);
     EXPECT_TRUE(trial.is_up) << ToString(damage) << ": " << trial.words;
+    if (damage == Damage::kMissingLog) EXPECT_TRUE(trial.is_reported);
   }
 }
 
 TEST_F(DamageTest, WhatIsNoMapAnyMoreIsRefused) {
-  const DamageTrial trial = Try(Damage::kNoise, 4);
-  EXPECT_FALSE(trial.is_up);
-  EXPECT_NE(trial.words, "");
+  for (const Damage damage : {Damage::kNoise, Damage::kEmptyDatabase}) {
+    const DamageTrial trial = Try(damage, 4);
+    EXPECT_FALSE(trial.is_up) << ToString(damage);
+    EXPECT_NE(trial.words, "") << ToString(damage);
+  }
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 #include <pcl/io/pcd_io.h>
 #include <pcl/point_types.h>
+#include <unistd.h>
 
 #include <cstdio>
 
@@ -22,7 +23,7 @@ class PclReadsPcd : public ::testing::TestWithParam<PcdEncoding> {
  protected:
   ~PclReadsPcd() override { std::remove(path_.c_str()); }
   const std::string path_ =
-      ::testing::TempDir() + "isthmus_pcl_" + std::to_string(static_cast<int>(GetParam())) + ".pcd";
+      ::testing::TempDir() + "isthmus_pcl_" + std::to_string(getpid()) + ".pcd";
 };
 
 TEST_P(PclReadsPcd, OurScans) {

@@ -1,0 +1,28 @@
+// A file that lies beside the database while a store is open: what a store that died leaves behind.
+// SQLite leaves its log behind too, and takes it in at the next start; without the marker, a log
+// that somebody took away would not be missed.
+#pragma once
+
+#include <string>
+
+namespace isthmus::storage {
+
+class OpenMarker {
+ public:
+  // Where it cannot be made the store does without.
+  explicit OpenMarker(const std::string& directory);
+  // To be destroyed while the log is still there: between the two, nothing is missing.
+  ~OpenMarker();
+  // A store has the folder open, or died with it open.
+  static bool IsIn(const std::string& directory);
+  OpenMarker(const OpenMarker&) = delete;
+  OpenMarker& operator=(const OpenMarker&) = delete;
+
+ private:
+  const std::string path_;
+};
+
+// What is to be said of a folder whose store died and whose log is gone; empty where all is well.
+std::string MissingLog(const std::string& directory);
+
+}  // namespace isthmus::storage
