@@ -71,13 +71,9 @@ absl::Status ExpectFile(const std::string& path) {
   return absl::NotFoundError(absl::StrCat("there is no map: ", path, " does not exist"));
 }
 
-}  // namespace
-
-absl::StatusOr<StoreReport> CheckStore(const std::string& directory) {
+// The folder is locked.
+absl::StatusOr<StoreReport> ReadAll(const std::string& directory) {
   const std::string path = directory + "/isthmus.db";
-  if (absl::Status status = ExpectFile(path); !status.ok()) return status;
-  auto lock = DirectoryLock::TakeExisting(directory);
-  if (!lock.ok()) return lock.status();
   auto database = Connection::Open(path, Connection::Access::kReadOnly);
   if (!database.ok()) return database.status();
   StoreReport report;
@@ -104,6 +100,24 @@ absl::StatusOr<StoreReport> CheckStore(const std::string& directory) {
   if (report.schema >= 6) CheckCheckpoints(**database, report);
   CheckEdges(**database, report.schema, report);
   CheckPoses(**database, report.schema, report);
+  return report;
+}
+
+}  // namespace
+
+absl::StatusOr<StoreReport> CheckStore(const std::string& directory) {
+  const std::string path = directory + "/isthmus.db";
+  if (absl::Status status = ExpectFile(path); !status.ok()) return status;
+  const auto lock = DirectoryLock::TakeExisting(directory);
+  if (!lock.ok()) return lock.status();
+  const bool misses_log = !MissingLog(directory).empty();
+  absl::StatusOr<StoreReport> report = ReadAll(directory);
+  if (misses_log) {
+    // SQLite makes an empty one to read; who starts a server next is to miss it, too.
+    std::error_code ignored;
+    const std::string log = path + "-wal";
+    if (std::filesystem::file_size(log, ignored) == 0) std::filesystem::remove(log, ignored);
+  }
   return report;
 }
 
