@@ -132,12 +132,14 @@ void Estimator::FindLoops(const SubmapId& submap) {
   matching::LoopQuery query;
   query.session = submap.session;
   std::vector<SubmapPose> poses;
+  bool was_last = false;
   {
     std::lock_guard lock(state_->mutex);
     looped_[submap.session] = submap.index + 1;
     const SessionEntry* entry = state_->Find(submap.session);
     const Placement* placement = state_->PlacementOf(submap.session);
     if (entry == nullptr || placement == nullptr) return;
+    was_last = IsFinished(*entry) && submap.index + 1 == entry->next_index();
     for (const SubmapPose& pose : placement->submaps) {
       if (pose.index <= submap.index && entry->FindSubmap(pose.index)) poses.push_back(pose);
     }
@@ -156,6 +158,8 @@ void Estimator::FindLoops(const SubmapId& submap) {
   const auto [it, is_new] = finders_.try_emplace(submap.session, options_.loops, source_, points_);
   // Loops that cannot be stored are lost to this map; those of the next submaps close it too.
   (void)state_->AddLoops(it->second.Find(query));
+  // What it keeps is large, and after a start every session is asked once.
+  if (was_last) finders_.erase(it);
 }
 
 uint32_t Estimator::FreshSubmaps(const SessionEntry& a, const SessionEntry& b,
