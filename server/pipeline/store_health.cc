@@ -6,6 +6,8 @@
 #include <chrono>
 #include <utility>
 
+#include "storage/forwarding_store.h"
+
 namespace isthmus::server {
 namespace {
 
@@ -15,67 +17,19 @@ bool IsStoreFailure(const absl::Status& status) {
          absl::IsDataLoss(status) || absl::IsInternal(status) || absl::IsUnknown(status);
 }
 
-class WatchedStore : public storage::MapStore {
+class WatchedStore : public storage::ForwardingStore {
  public:
   WatchedStore(std::unique_ptr<storage::MapStore> store, StoreHealth* health)
-      : store_(std::move(store)), health_(health) {}
+      : ForwardingStore(std::move(store)), health_(health) {}
 
   absl::Status Write(const storage::WriteBatch& batch) override {
-    return Noted(store_->Write(batch));
+    return Noted(ForwardingStore::Write(batch));
   }
   absl::Status DeleteSession(const SessionId& session) override {
-    return Noted(store_->DeleteSession(session));
+    return Noted(ForwardingStore::DeleteSession(session));
   }
   absl::Status PutFeatures(const storage::FeatureBlob& blob) override {
-    return Noted(store_->PutFeatures(blob));
-  }
-
-  absl::StatusOr<SessionRecord> GetSession(const SessionId& session) const override {
-    return store_->GetSession(session);
-  }
-  absl::StatusOr<std::vector<SessionRecord>> ListSessions() const override {
-    return store_->ListSessions();
-  }
-  absl::StatusOr<uint64_t> StoredBytes(const SessionId& session) const override {
-    return store_->StoredBytes(session);
-  }
-  absl::StatusOr<std::vector<TrajectoryEntry>> GetTrajectory(
-      const SessionId& session) const override {
-    return store_->GetTrajectory(session);
-  }
-  absl::StatusOr<storage::Checkpoint> GetCheckpoint(const SessionId& session) const override {
-    return store_->GetCheckpoint(session);
-  }
-  absl::StatusOr<std::shared_ptr<const Submap>> GetSubmap(const SubmapId& submap) const override {
-    return store_->GetSubmap(submap);
-  }
-  absl::StatusOr<std::vector<SubmapInfo>> ListSubmaps(
-      const std::optional<SessionId>& session) const override {
-    return store_->ListSubmaps(session);
-  }
-  absl::StatusOr<std::vector<SubmapInfo>> FindSubmaps(const SessionId& session,
-                                                      const Box& box_odom) const override {
-    return store_->FindSubmaps(session, box_odom);
-  }
-  absl::StatusOr<std::vector<Match>> ListMatches() const override { return store_->ListMatches(); }
-  absl::StatusOr<std::vector<Verdict>> ListVerdicts() const override {
-    return store_->ListVerdicts();
-  }
-  absl::StatusOr<std::vector<LoopClosure>> ListLoops() const override {
-    return store_->ListLoops();
-  }
-  absl::StatusOr<std::vector<Anchor>> ListAnchors() const override { return store_->ListAnchors(); }
-  absl::StatusOr<MapRevision> LatestRevision() const override { return store_->LatestRevision(); }
-  absl::StatusOr<std::vector<RevisionInfo>> ListRevisions(int limit) const override {
-    return store_->ListRevisions(limit);
-  }
-  absl::StatusOr<std::vector<std::pair<int64_t, SubmapMove>>> ListMoves(int64_t from,
-                                                                        int64_t to) const override {
-    return store_->ListMoves(from, to);
-  }
-  absl::StatusOr<std::string> GetFeatures(const SubmapId& submap,
-                                          const std::string& kind) const override {
-    return store_->GetFeatures(submap, kind);
+    return Noted(ForwardingStore::PutFeatures(blob));
   }
 
  private:
@@ -84,7 +38,6 @@ class WatchedStore : public storage::MapStore {
     return status;
   }
 
-  const std::unique_ptr<storage::MapStore> store_;
   StoreHealth* const health_;
 };
 
