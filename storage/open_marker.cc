@@ -33,9 +33,11 @@ std::string MissingLog(const std::string& directory) {
   const std::string log = directory + "/isthmus.db-wal";
   if (!OpenMarker::IsIn(directory)) return "";
   if (std::filesystem::exists(log, error) || error) return "";
-  return absl::StrCat(log,
-                      " is missing, though the map was not closed when it was last used: what was "
-                      "stored last is gone with it. A backup is the way back");
+  return absl::StrCat(
+      log,
+      " is missing, though the map was not closed when it was last used: unless "
+      "another program has taken it in, what was stored last is gone with it, and a "
+      "backup is the way back");
 }
 
 }  // namespace isthmus::storage

@@ -73,11 +73,18 @@ class Vandal {
     return std::uniform_int_distribution<uint64_t>(0, end - 1)(random_);
   }
 
-  // What the log repeats of a page hides what becomes of it in the database.
-  void EmptyLog() const {
+  // Leaves the log where it is when it is closed, as the server that died did.
+  std::unique_ptr<storage::Connection> Open() const {
     auto database = storage::Connection::Open(database_);
     if (!database.ok()) throw std::runtime_error(database.status().ToString());
-    const absl::Status status = (*database)->Execute("PRAGMA wal_checkpoint(TRUNCATE)");
+    const absl::Status status = (*database)->SetCheckpointOnClose(false);
+    if (!status.ok()) throw std::runtime_error(status.ToString());
+    return *std::move(database);
+  }
+
+  // What the log repeats of a page hides what becomes of it in the database.
+  void EmptyLog() const {
+    const absl::Status status = Open()->Execute("PRAGMA wal_checkpoint(TRUNCATE)");
     if (!status.ok()) throw std::runtime_error(status.ToString());
   }
 
@@ -102,19 +109,18 @@ class Vandal {
 
   // Through SQLite, so that nothing but the blob is wrong.
   void FlipSubmap() {
-    auto database = storage::Connection::Open(database_);
-    if (!database.ok()) throw std::runtime_error(database.status().ToString());
-    auto rows = (*database)->Prepare("SELECT submap, data FROM submap_blobs");
+    const auto database = Open();
+    auto rows = database->Prepare("SELECT submap, data FROM submap_blobs");
     std::vector<std::pair<int64_t, std::string>> blobs;
     while (*rows.Step()) blobs.emplace_back(rows.Int(0), rows.Text(1));
     auto& [submap, data] = blobs[Below(blobs.size())];
     const uint64_t at = Below(data.size());
     data[at] = static_cast<char>(data[at] ^ (1 << Below(8)));
-    const absl::Status status = (*database)
-                                    ->Prepare("UPDATE submap_blobs SET data = ? WHERE submap = ?")
-                                    .BindBlob(data)
-                                    .Bind(submap)
-                                    .Run();
+    const absl::Status status =
+        database->Prepare("UPDATE submap_blobs SET data = ? WHERE submap = ?")
+            .BindBlob(data)
+            .Bind(submap)
+            .Run();
     if (!status.ok()) throw std::runtime_error(status.ToString());
   }
 
