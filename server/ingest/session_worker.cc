@@ -379,6 +379,11 @@ void SessionWorker::Abandon() {
   SetAckSink(nullptr);
 }
 
+uint64_t SessionWorker::last_sequence() const {
+  std::lock_guard lock(mutex_);
+  return status_.last_sequence;
+}
+
 WorkerStatus SessionWorker::Status() const {
   std::lock_guard lock(mutex_);
   return status_;

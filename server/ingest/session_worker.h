@@ -127,6 +127,9 @@ class SessionWorker : public std::enable_shared_from_this<SessionWorker> {
   void Abandon();
 
   WorkerStatus Status() const;
+  // Status().last_sequence, without the rest, which is long.
+  uint64_t last_sequence() const;
+  const RobotId& robot() const { return record_.robot; }
 
  private:
   SessionWorker(const SessionRecord& record, const floam::SensorModel& sensor,

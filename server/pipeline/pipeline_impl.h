@@ -80,8 +80,6 @@ class PipelineImpl : public Pipeline {
   absl::Status Delete(const SessionId& session, const std::string& why);
   // The worker of an active session that takes scans.
   absl::StatusOr<std::shared_ptr<ingest::SessionWorker>> FindWorker(const SessionId& session);
-  // Whether the robot of the session is within its quota.
-  absl::Status MayAdd(const SessionId& session);
   // The state's mutex is held for these.
   absl::StatusOr<SessionId> ResolveSession(const SessionId& session, const RobotId& robot);
   SessionStatus StatusOf(const SessionEntry& entry) const;

@@ -198,17 +198,6 @@ absl::Status PipelineImpl::Delete(const SessionId& session, const std::string& w
   return absl::OkStatus();
 }
 
-absl::Status PipelineImpl::MayAdd(const SessionId& session) {
-  RobotId robot;
-  {
-    std::lock_guard lock(state_.mutex);
-    const SessionEntry* entry = state_.Find(session);
-    if (entry == nullptr) return UnknownSession(session);
-    robot = entry->record.robot;
-  }
-  return retention_->Check(robot);
-}
-
 absl::StatusOr<std::shared_ptr<ingest::SessionWorker>> PipelineImpl::FindWorker(
     const SessionId& session) {
   std::lock_guard lock(state_.mutex);
@@ -247,9 +236,9 @@ absl::Status PipelineImpl::SubmitScan(const SessionId& session, ScanUpload scan)
   if (shut_down_) return absl::UnavailableError("the server is shutting down");
   auto worker = FindWorker(session);
   if (!worker.ok()) return worker.status();
-  if (absl::Status status = MayAdd(session); !status.ok()) return status;
-  const uint64_t last_sequence = (*worker)->Status().last_sequence;
-  if (absl::Status status = scans_->Keep(session, last_sequence, scan); !status.ok()) return status;
+  if (absl::Status status = retention_->Check((*worker)->robot()); !status.ok()) return status;
+  absl::Status kept = scans_->Keep(session, (*worker)->last_sequence(), scan);
+  if (!kept.ok()) return kept;
   state_.ScanQueued();
   absl::Status status = (*worker)->Submit(std::move(scan));
   if (!status.ok()) state_.ScanDone();
@@ -269,7 +258,7 @@ absl::StatusOr<SubmapInfo> PipelineImpl::AddSubmap(Submap submap) {
       return absl::FailedPreconditionError(
           absl::StrCat("session ", submap.id.session.value(), " is finished: create a new one"));
     }
-    if (entry->worker->Status().last_sequence > 0 && !entry->uploads) {
+    if (entry->worker->last_sequence() > 0 && !entry->uploads) {
       return absl::FailedPreconditionError(
           absl::StrCat("session ", submap.id.session.value(),
                        " has scans: create another session to upload submaps"));
@@ -298,7 +287,8 @@ absl::StatusOr<SubmapInfo> PipelineImpl::AddSubmap(Submap submap) {
   // It took effect, and newer submaps of the place took its place.
   if (was_retired) return Summarize(*stretch->submap);
   const SessionId session = stretch->submap->id.session;
-  if (absl::Status status = MayAdd(session); !status.ok()) return status;
+  absl::Status may_add = retention_->Check(stretch->submap->robot);
+  if (!may_add.ok()) return may_add;
   if (absl::Status status = state_.AddStretch(session, *stretch); !status.ok()) return status;
   retention_->Changed(session);
   std::lock_guard lock(state_.mutex);
