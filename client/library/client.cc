@@ -50,16 +50,26 @@ absl::StatusOr<Session> Client::CreateSession(const std::string& robot, const st
   return FromProto(session);
 }
 
-absl::StatusOr<Session> Client::GetSession(const SessionId& id) {
+namespace {
+
+absl::StatusOr<v1::Session> AskFor(const SessionId& id, Client::Link& link) {
   v1::GetSessionRequest request;
   request.set_session(id.value());
   v1::Session session;
   const absl::Status status =
-      link_->Call(link_->options().call_timeout_s, [&](Stubs& stubs, grpc::ClientContext& context) {
+      link.Call(link.options().call_timeout_s, [&](Stubs& stubs, grpc::ClientContext& context) {
         return stubs.sessions->GetSession(&context, request, &session);
       });
   if (!status.ok()) return status;
-  return FromProto(session);
+  return session;
+}
+
+}  // namespace
+
+absl::StatusOr<Session> Client::GetSession(const SessionId& id) {
+  const absl::StatusOr<v1::Session> session = AskFor(id, *link_);
+  if (!session.ok()) return session.status();
+  return FromProto(*session);
 }
 
 absl::StatusOr<std::vector<Session>> Client::ListSessions() {
@@ -106,17 +116,11 @@ absl::StatusOr<std::unique_ptr<ScanStream>> OpenSpooled(std::shared_ptr<Client::
 
 absl::StatusOr<std::unique_ptr<ScanStream>> Client::OpenScanStream(
     const SessionId& id, const ScanStreamOptions& options) {
-  v1::GetSessionRequest request;
-  request.set_session(id.value());
-  v1::Session session;
-  const absl::Status status =
-      link_->Call(link_->options().call_timeout_s, [&](Stubs& stubs, grpc::ClientContext& context) {
-        return stubs.sessions->GetSession(&context, request, &session);
-      });
-  if (!status.ok()) return status;
-  if (!options.spool_dir.empty()) return OpenSpooled(link_, options, {.session = session});
+  const absl::StatusOr<v1::Session> session = AskFor(id, *link_);
+  if (!session.ok()) return session.status();
+  if (!options.spool_dir.empty()) return OpenSpooled(link_, options, {.session = *session});
   return std::make_unique<ScanStream>(
-      std::make_unique<MemoryStream>(link_, id, session.last_sequence(), options));
+      std::make_unique<MemoryStream>(link_, id, session->last_sequence(), options));
 }
 
 absl::StatusOr<std::unique_ptr<ScanStream>> Client::ResumeScanStream(
