@@ -1,40 +1,21 @@
 #include "storage/append_file.h"
 
-#include <absl/strings/str_cat.h>
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
-#include <cstring>
 #include <utility>
+
+#include "core/codec/file_io.h"
 
 namespace isthmus::storage {
 
-absl::Status FileError(const std::string& action, const std::string& path, int error) {
-  const std::string message = absl::StrCat("cannot ", action, " ", path, ": ", strerror(error));
-  switch (error) {
-    case ENOSPC:
-    case EDQUOT:
-    case EFBIG:
-      return absl::ResourceExhaustedError(message);
-    case ENOENT:
-    case ENOTDIR:
-      return absl::NotFoundError(message);
-    case EACCES:
-    case EPERM:
-    case EROFS:
-      return absl::PermissionDeniedError(message);
-    default:
-      return absl::UnavailableError(message);
-  }
-}
-
 absl::Status SyncFolder(const std::string& path, SyncCall sync) {
   const int descriptor = open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (descriptor < 0) return FileError("open", path, errno);
+  if (descriptor < 0) return codec::FileError("open", path, errno);
   const bool is_synced = sync(descriptor) == 0;
-  const absl::Status status = is_synced ? absl::OkStatus() : FileError("sync", path, errno);
+  const absl::Status status = is_synced ? absl::OkStatus() : codec::FileError("sync", path, errno);
   close(descriptor);
   return status;
 }
@@ -49,12 +30,12 @@ absl::StatusOr<std::unique_ptr<AppendFile>> AppendFile::OpenToRead(const std::st
 
 absl::StatusOr<std::unique_ptr<AppendFile>> AppendFile::Open(const std::string& path, int flags) {
   const int descriptor = open(path.c_str(), flags | O_CLOEXEC, 0666);
-  if (descriptor < 0) return FileError("open", path, errno);
+  if (descriptor < 0) return codec::FileError("open", path, errno);
   struct stat info;
   if (fstat(descriptor, &info) != 0) {
     const int error = errno;
     close(descriptor);
-    return FileError("open", path, error);
+    return codec::FileError("open", path, error);
   }
   return std::unique_ptr<AppendFile>(
       new AppendFile(path, descriptor, static_cast<uint64_t>(info.st_size)));
@@ -74,7 +55,7 @@ absl::Status AppendFile::Append(const std::string& bytes) {
                                static_cast<off_t>(size_ + written));
     if (put < 0 && errno == EINTR) continue;
     if (put < 0) {
-      const absl::Status status = FileError("write", path_, errno);
+      const absl::Status status = codec::FileError("write", path_, errno);
       is_broken_ = written > 0 && !Truncate(size_).ok();
       return status;
     }
@@ -86,7 +67,7 @@ absl::Status AppendFile::Append(const std::string& bytes) {
 
 absl::Status AppendFile::Truncate(uint64_t size) {
   if (ftruncate(descriptor_, static_cast<off_t>(size)) != 0) {
-    return FileError("shorten", path_, errno);
+    return codec::FileError("shorten", path_, errno);
   }
   size_ = size;
   if (size < synced_size_) synced_size_ = size;
@@ -96,7 +77,7 @@ absl::Status AppendFile::Truncate(uint64_t size) {
 absl::Status AppendFile::Sync(SyncCall sync) {
   if (sync(descriptor_) != 0) {
     is_suspect_ = true;
-    return FileError("sync", path_, errno);
+    return codec::FileError("sync", path_, errno);
   }
   synced_size_ = size_;
   return absl::OkStatus();
@@ -109,7 +90,7 @@ absl::StatusOr<std::string> AppendFile::Read(uint64_t offset, size_t size) const
     const ssize_t more =
         pread(descriptor_, bytes.data() + got, size - got, static_cast<off_t>(offset + got));
     if (more < 0 && errno == EINTR) continue;
-    if (more < 0) return FileError("read", path_, errno);
+    if (more < 0) return codec::FileError("read", path_, errno);
     if (more == 0) break;
     got += static_cast<size_t>(more);
   }

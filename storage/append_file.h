@@ -13,14 +13,10 @@ namespace isthmus::storage {
 // Waits until what was written to a descriptor is on the disk; 0, or -1 with errno.
 using SyncCall = int (*)(int descriptor);
 
-// ResourceExhausted for a full disk, NotFound, PermissionDenied or Unavailable; "cannot ACTION
-// PATH: why".
-absl::Status FileError(const std::string& action, const std::string& path, int error);
-
 // The names in a folder are on the disk only once it is synced itself.
 absl::Status SyncFolder(const std::string& path, SyncCall sync);
 
-// Not thread safe.
+// Errors are codec::FileError's. Not thread safe.
 class AppendFile {
  public:
   // Opens the file, or makes it where it is missing.

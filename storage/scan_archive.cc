@@ -9,6 +9,7 @@
 #include <system_error>
 #include <utility>
 
+#include "core/codec/file_io.h"
 #include "storage/scan_record.h"
 #include "storage/scan_segment.h"
 
@@ -34,7 +35,7 @@ absl::Status MakeFolder(const std::string& path, SyncCall sync) {
   const std::string parent = fs::path(path).parent_path().string();
   if (absl::Status status = MakeFolder(parent, sync); !status.ok()) return status;
   fs::create_directory(path, error);
-  if (error) return FileError("make", path, error.value());
+  if (error) return codec::FileError("make", path, error.value());
   return SyncFolder(parent.empty() ? "." : parent, sync);
 }
 
@@ -85,7 +86,7 @@ class ScanArchive::Session {
     std::error_code error;
     fs::remove_all(folder_, error);
     bytes_ = BytesOf(folder_);
-    if (error) return FileError("remove", folder_, error.value());
+    if (error) return codec::FileError("remove", folder_, error.value());
     lost_ = absl::OkStatus();
     return absl::OkStatus();
   }
@@ -99,7 +100,7 @@ class ScanArchive::Session {
     std::error_code error;
     const uint64_t size = fs::file_size(path, error);
     if (!error) fs::remove(path, error);
-    if (error) return FileError("remove", path, error.value());
+    if (error) return codec::FileError("remove", path, error.value());
     bytes_ -= std::min(bytes_.load(), size);
     return size;
   }

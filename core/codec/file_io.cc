@@ -9,9 +9,7 @@
 #include <cstring>
 
 namespace isthmus::codec {
-namespace {
-
-absl::Status ErrnoStatus(const std::string& action, const std::string& path, int error) {
+absl::Status FileError(const std::string& action, const std::string& path, int error) {
   const std::string message = absl::StrCat("cannot ", action, " ", path, ": ", strerror(error));
   switch (error) {
     case ENOENT:
@@ -31,6 +29,8 @@ absl::Status ErrnoStatus(const std::string& action, const std::string& path, int
       return absl::UnavailableError(message);
   }
 }
+
+namespace {
 
 class Descriptor {
  public:
@@ -57,15 +57,15 @@ class Descriptor {
 absl::StatusOr<std::string> ReadFile(const std::string& path) {
   const Descriptor file(open(path.c_str(), O_RDONLY | O_CLOEXEC));
   struct stat info;
-  if (file.get() < 0 || fstat(file.get(), &info) != 0) return ErrnoStatus("open", path, errno);
-  if (S_ISDIR(info.st_mode)) return ErrnoStatus("read", path, EISDIR);
+  if (file.get() < 0 || fstat(file.get(), &info) != 0) return FileError("open", path, errno);
+  if (S_ISDIR(info.st_mode)) return FileError("read", path, EISDIR);
   std::string bytes(static_cast<size_t>(info.st_size), '\0');
   size_t size = 0;
   while (true) {  // Until the end, not the size: pipes have none, and files may grow.
     if (size == bytes.size()) bytes.resize(size + 65536);
     const ssize_t got = read(file.get(), bytes.data() + size, bytes.size() - size);
     if (got < 0 && errno == EINTR) continue;
-    if (got < 0) return ErrnoStatus("read", path, errno);
+    if (got < 0) return FileError("read", path, errno);
     if (got == 0) break;
     size += static_cast<size_t>(got);
   }
@@ -75,15 +75,15 @@ absl::StatusOr<std::string> ReadFile(const std::string& path) {
 
 absl::Status WriteFile(const std::string& path, const std::string& bytes) {
   Descriptor file(open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666));
-  if (file.get() < 0) return ErrnoStatus("create", path, errno);
+  if (file.get() < 0) return FileError("create", path, errno);
   size_t written = 0;
   while (written < bytes.size()) {
     const ssize_t put = write(file.get(), bytes.data() + written, bytes.size() - written);
     if (put < 0 && errno == EINTR) continue;
-    if (put < 0) return ErrnoStatus("write", path, errno);
+    if (put < 0) return FileError("write", path, errno);
     written += static_cast<size_t>(put);
   }
-  if (file.Close() != 0) return ErrnoStatus("write", path, errno);
+  if (file.Close() != 0) return FileError("write", path, errno);
   return absl::OkStatus();
 }
 

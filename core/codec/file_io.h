@@ -8,10 +8,14 @@
 
 namespace isthmus::codec {
 
-// NotFound, PermissionDenied, FailedPrecondition (a directory) or Unavailable.
+// What an errno means, as "cannot ACTION PATH: why": NotFound, PermissionDenied, FailedPrecondition
+// (a directory), ResourceExhausted (the disk is full) or Unavailable.
+absl::Status FileError(const std::string& action, const std::string& path, int error);
+
+// Errors of FileError.
 absl::StatusOr<std::string> ReadFile(const std::string& path);
 
-// Replaces the file. ResourceExhausted when the disk is full, else as ReadFile.
+// Replaces the file. Likewise.
 absl::Status WriteFile(const std::string& path, const std::string& bytes);
 
 }  // namespace isthmus::codec
