@@ -4,11 +4,9 @@
 #include <signal.h>
 
 #include <chrono>
-#include <filesystem>
 #include <fstream>
 #include <random>
 #include <sstream>
-#include <stdexcept>
 #include <thread>
 
 #include "tests/faults/room_robot.h"
@@ -140,22 +138,19 @@ Report KillClients(const Setup& setup, const ClientKillOptions& options) {
   report.name = "kill -9 of the client";
   report.faults =
       absl::StrCat(options.kills, " kills, ", setup.robots, " robots, seed ", setup.seed);
-  const std::string folder = setup.folder + "/client_kills";
-  std::filesystem::remove_all(folder);
-  ServerProcess server(setup.server, folder);
-  if (!server.Start()) throw std::runtime_error(absl::StrCat("no server: ", server.Log()));
+  const auto server = NewServer(setup, "client_kills");
   std::vector<Told> told(static_cast<size_t>(setup.robots));
   std::vector<std::thread> threads;
   for (int i = 0; i < setup.robots; ++i) {
     const int kills = options.kills / setup.robots + (i < options.kills % setup.robots ? 1 : 0);
     threads.emplace_back([&, i, kills] {
       told[static_cast<size_t>(i)] =
-          Tormentor(setup, options, folder, server.address(), i, kills).Run();
+          Tormentor(setup, options, server->folder(), server->address(), i, kills).Run();
     });
   }
   for (std::thread& thread : threads) thread.join();
-  if (server.Stop() != 0) report.Break(absl::StrCat("the server ended ill: ", server.Log()));
-  StoredMap map = ReadStoredMap(server.data());
+  EndServer(*server, report);
+  StoredMap map = ReadStoredMap(server->data());
   std::vector<uint64_t> scans;
   for (int i = 0; i < setup.robots; ++i) {
     const Told& robot = told[static_cast<size_t>(i)];

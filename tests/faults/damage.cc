@@ -210,21 +210,18 @@ std::string ToString(Damage damage) {
 }
 
 std::string MakeDamageMaster(const Setup& setup) {
-  const std::string folder = setup.folder + "/master";
-  fs::remove_all(folder);
-  ServerProcess server(setup.server, folder);
-  if (!server.Start()) throw std::runtime_error(absl::StrCat("no server: ", server.Log()));
+  const auto server = NewServer(setup, "master");
   Setup two = setup;
   two.robots = 2;
   Report report;
   {
-    Fleet fleet(two, {.addresses = {server.address()}, .scans = {40, 44}});
+    Fleet fleet(two, {.addresses = {server->address()}, .scans = {40, 44}});
     fleet.Drive();
     fleet.Finish(report);
-    server.Kill();
+    server->Kill();
   }
   if (!report.broken.empty()) throw std::runtime_error(report.broken.front());
-  return server.data();
+  return server->data();
 }
 
 DamageTrial TryDamage(const Setup& setup, const std::string& master, Damage damage, uint64_t seed) {

@@ -92,22 +92,41 @@ void CheckAcks(const Fleet& fleet, const StoredMap& map, Report& report) {
   }
 }
 
-StoredMap UndisturbedMap(const Setup& setup, const std::vector<uint64_t>& scans) {
-  const std::string folder = setup.folder + "/undisturbed";
+std::unique_ptr<ServerProcess> NewServer(const Setup& setup, const std::string& name) {
+  const std::string folder = setup.folder + "/" + name;
   std::filesystem::remove_all(folder);
-  ServerProcess server(setup.server, folder);
-  if (!server.Start())
-    throw std::runtime_error(absl::StrCat("the server did not start: ", server.Log()));
+  auto server = std::make_unique<ServerProcess>(setup.server, folder);
+  if (!server->Start()) throw std::runtime_error(absl::StrCat("no server: ", server->Log()));
+  return server;
+}
+
+void EndServer(ServerProcess& server, Report& report) {
+  if (server.Stop() != 0) report.Break(absl::StrCat("the server ended ill: ", server.Log()));
+}
+
+void Conclude(const Setup& setup, ServerProcess& server, Fleet& fleet, Report& report) {
+  fleet.Stop();
+  if (server.is_running()) {
+    fleet.Finish(report);
+    EndServer(server, report);
+  }
+  const StoredMap map = ReadStoredMap(server.data());
+  CheckAcks(fleet, map, report);
+  CheckMap(setup, fleet.pushed(), map, report);
+}
+
+StoredMap UndisturbedMap(const Setup& setup, const std::vector<uint64_t>& scans) {
+  const auto server = NewServer(setup, "undisturbed");
   Report report;
   {
-    Fleet fleet(setup, {.addresses = {server.address()}, .scans = scans});
+    Fleet fleet(setup, {.addresses = {server->address()}, .scans = scans});
     fleet.Drive();
     fleet.Finish(report);
   }
-  if (server.Stop() != 0) report.Break(absl::StrCat("the server did not end well: ", server.Log()));
+  EndServer(*server, report);
   if (!report.broken.empty())
     throw std::runtime_error(absl::StrCat("undisturbed: ", report.broken.front()));
-  return ReadStoredMap(server.data());
+  return ReadStoredMap(server->data());
 }
 
 void CheckMap(const Setup& setup, const std::vector<uint64_t>& scans, const StoredMap& map,

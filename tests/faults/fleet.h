@@ -63,6 +63,17 @@ void CheckAcks(const Fleet& fleet, const StoredMap& map, Report& report);
 // The map of the same scans when nothing goes wrong, from a server of its own.
 StoredMap UndisturbedMap(const Setup& setup, const std::vector<uint64_t>& scans);
 
+// A running server with an empty map in the folder `name` of the setup's; what was there goes.
+// Throws std::runtime_error when it does not start.
+std::unique_ptr<ServerProcess> NewServer(const Setup& setup, const std::string& name);
+
+// Stops it politely; what it says of a bad end goes to `report`.
+void EndServer(ServerProcess& server, Report& report);
+
+// Has the robots stop, and finish if the server still runs; stops it, and checks acknowledgements
+// and map.
+void Conclude(const Setup& setup, ServerProcess& server, Fleet& fleet, Report& report);
+
 // Compares, counts and judges.
 void CheckMap(const Setup& setup, const std::vector<uint64_t>& scans, const StoredMap& map,
               Report& report);

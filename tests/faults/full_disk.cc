@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <filesystem>
 #include <functional>
 #include <random>
 #include <stdexcept>
@@ -111,20 +110,13 @@ Report FillDisk(const Setup& setup, const FullDiskOptions& options) {
   report.name = "full disk";
   report.faults = absl::StrFormat("%d times full for %.0f s, %d robots, seed %d", options.times,
                                   options.full_s, setup.robots, setup.seed);
-  const std::string folder = setup.folder + "/full_disk";
-  std::filesystem::remove_all(folder);
-  ServerProcess server(setup.server, folder);
-  if (!server.Start()) throw std::runtime_error(absl::StrCat("no server: ", server.Log()));
+  const auto server = NewServer(setup, "full_disk");
   // A robot without a spool gives up a server that refuses its scans.
-  Fleet fleet(setup, {.addresses = {server.address()}, .period_s = 0.1, .spools = folder});
+  Fleet fleet(setup,
+              {.addresses = {server->address()}, .period_s = 0.1, .spools = server->folder()});
   fleet.Drive();
-  Filler(setup, options, server, fleet, report).Run();
-  fleet.Stop();
-  fleet.Finish(report);
-  if (server.Stop() != 0) report.Break(absl::StrCat("the server ended ill: ", server.Log()));
-  const StoredMap map = ReadStoredMap(server.data());
-  CheckAcks(fleet, map, report);
-  CheckMap(setup, fleet.pushed(), map, report);
+  Filler(setup, options, *server, fleet, report).Run();
+  Conclude(setup, *server, fleet, report);
   report.seconds = NowS() - begin_s;
   return report;
 }

@@ -5,9 +5,7 @@
 
 #include <algorithm>
 #include <chrono>
-#include <filesystem>
 #include <random>
-#include <stdexcept>
 #include <thread>
 
 #include "tests/faults/proxy.h"
@@ -109,27 +107,22 @@ Report SpoilLinks(const Setup& setup, const LinkFaultOptions& options) {
   const double begin_s = NowS();
   Report report;
   report.name = "bad links";
-  const std::string folder = setup.folder + "/links";
-  std::filesystem::remove_all(folder);
-  ServerProcess server(setup.server, folder);
-  if (!server.Start()) throw std::runtime_error(absl::StrCat("no server: ", server.Log()));
+  const auto server = NewServer(setup, "links");
   std::vector<std::unique_ptr<Proxy>> links;
   std::vector<std::string> addresses;
   for (int i = 0; i < setup.robots; ++i) {
-    links.push_back(
-        std::make_unique<Proxy>(folder + "/robots", setup.seed + static_cast<uint64_t>(i)));
+    links.push_back(std::make_unique<Proxy>(server->folder() + "/robots",
+                                            setup.seed + static_cast<uint64_t>(i)));
     addresses.push_back(links.back()->address());
   }
   FleetOptions fleet_options;
   fleet_options.addresses = addresses;
   fleet_options.period_s = options.period_s;
-  fleet_options.spools = folder + "/spools";
+  fleet_options.spools = server->folder() + "/spools";
   Fleet fleet(setup, fleet_options);
   fleet.Drive();
   Spoiler(setup, options, fleet, links, report).Run();
-  fleet.Stop();
-  fleet.Finish(report);
-  if (server.Stop() != 0) report.Break(absl::StrCat("the server ended ill: ", server.Log()));
+  Conclude(setup, *server, fleet, report);
   int64_t resets = 0;
   for (const auto& link : links) resets += link->resets();
   report.faults = absl::StrFormat(
@@ -137,9 +130,6 @@ Report SpoilLinks(const Setup& setup, const LinkFaultOptions& options) {
       "2 outages of %.0f s%s, seed %d",
       setup.robots, resets, options.stall_s, options.slow_bytes_per_s / 1000, options.slow_s,
       options.outage_s, options.half_open ? ", half-open" : "", setup.seed);
-  const StoredMap map = ReadStoredMap(server.data());
-  CheckAcks(fleet, map, report);
-  CheckMap(setup, fleet.pushed(), map, report);
   report.seconds = NowS() - begin_s;
   return report;
 }

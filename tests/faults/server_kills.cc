@@ -3,9 +3,7 @@
 #include <absl/strings/str_cat.h>
 
 #include <chrono>
-#include <filesystem>
 #include <random>
-#include <stdexcept>
 #include <thread>
 
 namespace isthmus::faults {
@@ -74,23 +72,11 @@ Report KillServer(const Setup& setup, const ServerKillOptions& options) {
   report.name = "kill -9 of the server";
   report.faults =
       absl::StrCat(options.kills, " kills, ", setup.robots, " robots, seed ", setup.seed);
-  const std::string folder = setup.folder + "/server_kills";
-  std::filesystem::remove_all(folder);
-  ServerProcess server(setup.server, folder);
-  if (!server.Start())
-    throw std::runtime_error(absl::StrCat("the server did not start: ", server.Log()));
-  Fleet fleet(setup, {.addresses = {server.address()}});
+  const auto server = NewServer(setup, "server_kills");
+  Fleet fleet(setup, {.addresses = {server->address()}});
   fleet.Drive();
-  Killer(setup, options, server, fleet, report).Run();
-  fleet.Stop();
-  if (server.is_running()) {
-    fleet.Finish(report);
-    if (server.Stop() != 0)
-      report.Break(absl::StrCat("the server did not end well: ", server.Log()));
-  }
-  const StoredMap map = ReadStoredMap(server.data());
-  CheckAcks(fleet, map, report);
-  CheckMap(setup, fleet.pushed(), map, report);
+  Killer(setup, options, *server, fleet, report).Run();
+  Conclude(setup, *server, fleet, report);
   report.seconds = NowS() - begin_s;
   return report;
 }

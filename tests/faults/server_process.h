@@ -38,6 +38,7 @@ class ServerProcess {
   int exit_code() const { return exit_code_; }
   bool is_running() const { return process_ != nullptr; }
 
+  const std::string& folder() const { return folder_; }
   const std::string& data() const { return data_; }
   std::string address() const;
   std::string own_address() const;
