@@ -11,6 +11,7 @@
 #include <system_error>
 #include <utility>
 
+#include "core/codec/file_io.h"
 #include "storage/scan_segment.h"
 
 namespace isthmus::cli {
@@ -150,7 +151,7 @@ absl::Status CopyScans(const std::string& from, const std::string& to, const Ses
     std::error_code not_linked = std::make_error_code(std::errc::not_supported);
     if (number != segments.back()) fs::create_hard_link(path, copy, not_linked);
     if (not_linked) fs::copy_file(path, copy, error);
-    if (error) return storage::FileError("copy scans to", copy.string(), error.value());
+    if (error) return codec::FileError("copy scans to", copy.string(), error.value());
   }
   return absl::OkStatus();
 }
