@@ -13,6 +13,7 @@
 #include "bench/run.h"
 #include "bench/scenarios.h"
 #include "bench/summary.h"
+#include "bench/wild/wild_benchmark.h"
 #include "core/codec/file_io.h"
 #include "floam/odometry_mode.h"
 
@@ -23,7 +24,8 @@ struct Options {
   std::vector<std::string> scenarios;
   std::vector<uint64_t> seeds;
   std::string mode = "continuous", kitti, poses, output;
-  ScenarioOptions scenario;
+  ScenarioOptions scenario{.sensor = ""};
+  WildBenchmarkOptions wild;
   int repeats = 1;
   bool list = false;
 };
@@ -59,6 +61,12 @@ class Benchmark {
     const auto mode = floam::FindOdometryMode(options_.mode);
     if (!mode.ok()) return mode.status();
     odometry_.mode = *mode;
+    if (options_.wild.drives > 0) {
+      auto entries = RunWildDrives(options_.wild, odometry_);
+      if (!entries.ok()) return entries.status();
+      wild_ = *std::move(entries);
+      return absl::OkStatus();
+    }
     if (!options_.kitti.empty()) {
       const auto drive = RecordedDrive(options_.kitti, options_.poses);
       if (!drive.ok()) return drive.status();
@@ -77,13 +85,15 @@ class Benchmark {
   }
 
   absl::Status Report() const {
-    std::cout << ToMarkdown(entries_);
+    if (!entries_.empty()) std::cout << ToMarkdown(entries_);
+    if (!wild_.empty()) std::cout << ToMarkdown(wild_);
     if (options_.output.empty()) return absl::OkStatus();
     nlohmann::ordered_json json = {{"unix_time", std::time(nullptr)},
                                    {"compiler", __VERSION__},
                                    {"cores", std::thread::hardware_concurrency()},
                                    {"runs", nlohmann::ordered_json::array()}};
     for (const Entry& entry : entries_) json["runs"].push_back(ToJson(entry));
+    for (const WildEntry& entry : wild_) json["wild"].push_back(ToJson(entry));
     return codec::WriteFile(options_.output, json.dump(2) + "\n");
   }
 
@@ -100,6 +110,7 @@ class Benchmark {
   const Options options_;
   floam::OdometryOptions odometry_;
   std::vector<Entry> entries_;
+  std::vector<WildEntry> wild_;
 };
 
 void Describe(CLI::App* app, Options* options) {
@@ -109,8 +120,9 @@ void Describe(CLI::App* app, Options* options) {
                   "Of worlds, drives and noise; without it each "
                   "scenario's own");
   app->add_option("--mode", options->mode, "continuous, floam, aloam")->capture_default_str();
-  app->add_option("--sensor", options->scenario.sensor, "Simulated: vlp16, hdl32, hdl64, os1-64")
-      ->capture_default_str();
+  app->add_option(
+      "--sensor", options->scenario.sensor,
+      "Simulated: vlp16, hdl32, hdl64, os1-64, ...; without it vlp16, of wild drives any");
   app->add_option("--seconds", options->scenario.seconds,
                   "Length of drives to which nothing happens at a set time; 0: as meant");
   app->add_option("--repeats", options->repeats, "Runs of each drive, of which costs are medians")
@@ -120,6 +132,15 @@ void Describe(CLI::App* app, Options* options) {
                                 "Folder of a recorded drive's .bin scans, instead of scenarios");
   app->add_option("--poses", options->poses, "Its reference poses: KITTI rows of the LiDAR")
       ->needs(kitti);
+  auto* wild = app->add_option("--wild", options->wild.drives,
+                               "So many drives in wild worlds, other ones every time, instead");
+  app->add_option("--seed", options->wild.seed, "Of the first of them, to have it again")
+      ->needs(wild);
+  app->add_option("--kind", options->wild.drawn.kind, "Of world; without it any")->needs(wild);
+  app->add_option("--cache", options->wild.cache, "Folder to keep these drives in")->needs(wild);
+  app->add_option("--jobs", options->wild.jobs, "So many at a time; costs are honest with 1")
+      ->check(CLI::PositiveNumber)
+      ->needs(wild);
   app->add_option("-o,--output", options->output, "FILE.json");
   app->add_flag("--list", options->list, "Names of the scenarios, and nothing else");
 }
@@ -129,6 +150,9 @@ int Main(int argc, char** argv) {
   Options options;
   Describe(&app, &options);
   CLI11_PARSE(app, argc, argv);
+  options.wild.drawn.sensor = options.scenario.sensor;
+  if (options.scenario.sensor.empty()) options.scenario.sensor = "vlp16";
+  if (options.scenario.seconds > 0) options.wild.drawn.seconds = options.scenario.seconds;
   if (options.list) {
     for (const Scenario& s : Scenarios()) absl::PrintF("%-15s %s\n", s.name, s.what);
     return 0;

@@ -25,6 +25,13 @@ Verdict VerdictOf(floam::TrackingStatus status) {
   return Verdict::kLost;
 }
 
+// Results may have segments, of which poses share a frame.
+template <typename Result>
+uint32_t SegmentOf(const Result& result) {
+  if constexpr (requires { result.segment; }) return result.segment;
+  return 0;
+}
+
 // As a session does: the odometry remembers the submaps that its poses make.
 void Process(const Scan& scan, floam::Odometry* odometry, floam::SubmapBuilder* builder,
              ScanRecord* record) {
@@ -39,6 +46,7 @@ void Process(const Scan& scan, floam::Odometry* odometry, floam::SubmapBuilder* 
   }
   record->verdict = VerdictOf(result->status);
   record->T_odom_sensor = result->T_odom_sensor;
+  record->segment = SegmentOf(*result);
   record->unobserved = result->degeneracy.translations;
   const floam::ScanTiming& timing = result->timing;
   const double parts_ms = timing.features_ms + timing.matching_ms + timing.map_ms;

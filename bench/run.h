@@ -18,6 +18,7 @@ struct ScanRecord {
   Verdict verdict = Verdict::kRejected;
   Pose T_world_sensor;                      // The truth.
   Pose T_odom_sensor;                       // What was said, unless rejected.
+  uint32_t segment = 0;                     // Of poses in one frame.
   std::vector<Eigen::Vector3d> unobserved;  // Unit translations in the sensor frame.
   // CPU time of this thread for all that the odometry did with the scan, and its parts: wall times
   // scaled to that sum.

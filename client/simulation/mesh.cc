@@ -25,6 +25,12 @@ float Reflectivity(Material material) {
       return 200;
     case Material::kCloth:
       return 45;
+    case Material::kGlass:
+      return 12;
+    case Material::kRetro:
+      return 255;
+    case Material::kSoil:
+      return 28;
   }
   return 0;
 }

@@ -19,7 +19,10 @@ enum class Material : uint8_t {
   kLeaves,
   kAsphalt,
   kSign,
-  kCloth
+  kCloth,
+  kGlass,  // Of which Effects say what comes back; without them it is hit as all else.
+  kRetro,  // Sends light back to where it came from: number plates, signs, beacons.
+  kSoil
 };
 
 // Share of light that comes back at normal incidence, on the scale of a sensor's intensity byte.

@@ -76,7 +76,8 @@ void RayCaster::Cast(std::span<const Ray> rays, float max_range_m, std::span<Hit
       if (packet.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) continue;
       const Eigen::Vector3f normal(packet.hit.Ng_x[i], packet.hit.Ng_y[i], packet.hit.Ng_z[i]);
       hit.range_m = packet.ray.tfar[i];
-      hit.cosine = std::abs(normal.normalized().dot(rays[first + i].direction));
+      hit.normal = normal.normalized();
+      hit.cosine = std::abs(hit.normal.dot(rays[first + i].direction));
       hit.material = scene_->materials[packet.hit.primID[i]];
     }
   }

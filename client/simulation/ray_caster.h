@@ -19,6 +19,7 @@ struct Hit {
   float range_m = -1;  // Negative if there is nothing within reach.
   float cosine = 0;    // Of the angle between the ray and the surface's normal, in [0, 1].
   Material material = Material::kFloor;
+  Eigen::Vector3f normal = Eigen::Vector3f::Zero();  // Unit vector, world frame, to either side.
 };
 
 // Thread safe after construction. Uses no threads of its own.

@@ -53,9 +53,9 @@ absl::Status Check(const Options& options) {
 
 // Adds what was measured, if anything, to the scan.
 void Measure(const Lidar& lidar, const Firing& firing, const Hit& hit, const Noise& noise,
-             Random& random, Scan& scan) {
+             double range_offset_m, Random& random, Scan& scan) {
   if (hit.range_m < 0) return;
-  const double range = hit.range_m + noise.range_sigma_m * random.Normal();
+  const double range = hit.range_m + range_offset_m + noise.range_sigma_m * random.Normal();
   if (range < lidar.min_range_m || range > lidar.max_range_m) return;
   const double brightness = Reflectivity(hit.material) * hit.cosine;
   const double share = range / lidar.max_range_m;
@@ -93,56 +93,90 @@ absl::StatusOr<std::unique_ptr<Simulator>> Simulator::Create(const Options& opti
 }
 
 Simulator::Simulator(World world, std::vector<Motion> motions, Lidar lidar, const Options& options)
+    : Simulator(world, std::move(motions),
+                {MakeWalks(world, options.walkers, options.seconds, options.seed),
+                 MakeTraffic(world, options.cars, options.seconds, options.seed)},
+                std::move(lidar), options) {}
+
+Simulator::Simulator(World world, std::vector<Motion> motions, Actors actors, Lidar lidar,
+                     const Options& options)
     : options_(options),
       world_(std::move(world)),
       motions_(std::move(motions)),
-      walks_(MakeWalks(world_, options.walkers, options.seconds, options.seed)),
-      cars_(MakeTraffic(world_, options.cars, options.seconds, options.seed)),
+      actors_(std::move(actors)),
       lidar_(std::move(lidar)),
+      directions_(TrueDirections(options.effects, lidar_, options.seed)),
+      range_offsets_(RangeOffsets(options.effects, lidar_, options.seed)),
       caster_(world_.mesh) {}
 
 int Simulator::scan_count() const {
   return static_cast<int>(options_.seconds / lidar_.period_s + 1e-6);
 }
 
+std::vector<Ray> Simulator::Aim(int robot, double begin_s) const {
+  const size_t groups = lidar_.firings.size() / lidar_.lasers;
+  const double group_s = lidar_.period_s / static_cast<double>(groups);
+  std::vector<Ray> rays(lidar_.firings.size());
+  Frame from(motions_[robot](begin_s));
+  for (size_t group = 0; group < groups; ++group) {
+    // Exact poses at the ends of each group; between them, some 50 us, motion is linear.
+    const double group_begin = static_cast<double>(group) * group_s;
+    const Frame to(motions_[robot](begin_s + group_begin + group_s));
+    for (size_t i = group * lidar_.lasers; i < (group + 1) * lidar_.lasers; ++i) {
+      const double f = (lidar_.firings[i].time_s - group_begin) / group_s;
+      const Eigen::Matrix3d rotation = from.rotation + f * (to.rotation - from.rotation);
+      rays[i].origin = (from.position + f * (to.position - from.position)).cast<float>();
+      rays[i].direction = rotation.cast<float>() * directions_[i];
+    }
+    from = to;
+  }
+  return rays;
+}
+
 Scan Simulator::MakeScan(int robot, int index) const {
   Scan scan;
   scan.sequence = static_cast<uint64_t>(index) + 1;
-  scan.end_stamp_ns = Truth(robot, index).stamp_ns;
+  scan.end_stamp_ns = Stamp(robot, index);
   scan.has_ring = scan.has_time = true;
   scan.points.reserve(lidar_.firings.size());
   Random random(options_.seed, static_cast<uint64_t>(robot) + 1, scan.sequence);
 
   const double begin = index * lidar_.period_s;
-  const Walkers walkers(walks_, begin, begin + lidar_.period_s);
-  const Cars cars(cars_, begin, begin + lidar_.period_s);
-  const size_t groups = lidar_.firings.size() / lidar_.lasers;
-  const double group_s = lidar_.period_s / static_cast<double>(groups);
-  std::vector<Ray> rays(lidar_.lasers);
-  std::vector<Hit> hits(lidar_.lasers);
-  Frame from(motions_[robot](begin));
-  for (size_t group = 0; group < groups; ++group) {
-    // Exact poses at the ends of each group; between them, some 50 us, motion is linear.
-    const double group_begin = static_cast<double>(group) * group_s;
-    const Frame to(motions_[robot](begin + group_begin + group_s));
-    const Firing* firings = &lidar_.firings[group * lidar_.lasers];
-    for (size_t i = 0; i < lidar_.lasers; ++i) {
-      const double f = (firings[i].time_s - group_begin) / group_s;
-      const Eigen::Matrix3d rotation = from.rotation + f * (to.rotation - from.rotation);
-      rays[i].origin = (from.position + f * (to.position - from.position)).cast<float>();
-      rays[i].direction = rotation.cast<float>() * firings[i].direction;
-    }
-    const auto max_range = static_cast<float>(lidar_.max_range_m);
-    caster_.Cast(rays, max_range, hits);
-    for (size_t i = 0; i < lidar_.lasers; ++i) {
-      const double fraction = firings[i].time_s / lidar_.period_s;
-      walkers.Occlude(rays[i], fraction, max_range, hits[i]);
-      cars.Occlude(rays[i], fraction, max_range, hits[i]);
-      Measure(lidar_, firings[i], hits[i], options_.noise, random, scan);
-    }
-    from = to;
+  const Walkers walkers(actors_.walks, begin, begin + lidar_.period_s);
+  const Cars cars(actors_.cars, begin, begin + lidar_.period_s);
+  const auto max_range = static_cast<float>(lidar_.max_range_m);
+  const auto occlude = [&](const Ray& ray, size_t firing, Hit& hit) {
+    const double fraction = lidar_.firings[firing].time_s / lidar_.period_s;
+    walkers.Occlude(ray, fraction, max_range, hit);
+    cars.Occlude(ray, fraction, max_range, hit);
+  };
+  const std::vector<Ray> rays = Aim(robot, begin);
+  std::vector<Hit> hits(rays.size());
+  for (size_t group = 0; group < rays.size(); group += lidar_.lasers) {
+    caster_.Cast({&rays[group], lidar_.lasers}, max_range, {&hits[group], lidar_.lasers});
+  }
+  for (size_t i = 0; i < rays.size(); ++i) occlude(rays[i], i, hits[i]);
+  if (options_.effects.Disturb()) {
+    const Trace trace = [&](std::span<const Ray> onward, std::span<const size_t> firings,
+                            std::span<Hit> found) {
+      caster_.Cast(onward, max_range, found);
+      for (size_t i = 0; i < onward.size(); ++i) occlude(onward[i], firings[i], found[i]);
+    };
+    Random chance(options_.seed, 0x84 + static_cast<uint64_t>(robot), scan.sequence);
+    Disturb(options_.effects, lidar_, rays, trace, begin, chance, hits);
+  }
+  for (size_t i = 0; i < hits.size(); ++i) {
+    const Firing& firing = lidar_.firings[i];
+    Measure(lidar_, firing, hits[i], options_.noise, range_offsets_[firing.ring], random, scan);
   }
   return scan;
+}
+
+int64_t Simulator::Stamp(int robot, int index) const {
+  const StampedPose truth = Truth(robot, index);
+  const double end = (index + 1) * lidar_.period_s;
+  return truth.stamp_ns +
+         std::llround(StampError(options_.effects, end, options_.seed, index) * 1e9);
 }
 
 StampedPose Simulator::Truth(int robot, int index) const {

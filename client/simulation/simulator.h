@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "client/simulation/effects.h"
 #include "client/simulation/lidar.h"
 #include "client/simulation/ray_caster.h"
 #include "client/simulation/route.h"
@@ -35,7 +36,13 @@ struct Options {
   int cars = 0;       // Cars driving along the streets, 0 to 100; only where there are streets.
   uint64_t seed = 1;  // Of the world, the routes and the noise.
   Noise noise;
+  Effects effects;
   int64_t start_stamp_ns = 1'600'000'000'000'000'000;  // Unix time at which every robot sets out.
+};
+
+// Who moves among the robots; see Walkers and Cars.
+struct Actors {
+  std::vector<Motion> walks, cars;
 };
 
 // Deterministic: the same options give the same scans, in whatever order they are asked for.
@@ -47,6 +54,9 @@ class Simulator {
   // For a world and motions of one's own; there are walkers and cars if the world has roads;
   // `options.world` and `options.sensor` are not read.
   Simulator(World world, std::vector<Motion> motions, Lidar lidar, const Options& options);
+  // The same with actors of one's own.
+  Simulator(World world, std::vector<Motion> motions, Actors actors, Lidar lidar,
+            const Options& options);
 
   const Options& options() const { return options_; }
   const World& world() const { return world_; }
@@ -54,26 +64,32 @@ class Simulator {
   int robots() const { return static_cast<int>(motions_.size()); }
   // Scans of each robot.
   int scan_count() const;
+  // The stamp that comes with a scan.
+  int64_t Stamp(int robot, int index) const;
 
   // The index-th turn of a robot's sensor, counted from 0; every firing is cast from the pose at
   // its own time. Points in order of firing, with ring and time; sequence is index + 1. Requires
   // 0 <= robot < robots() and index >= 0; may go beyond scan_count().
   Scan MakeScan(int robot, int index) const;
 
-  // T_world_sensor at the END of that scan.
+  // T_world_sensor at the END of that scan; its stamp is the scan's but for Effects.
   StampedPose Truth(int robot, int index) const;
   Trajectory Truth(int robot) const;
   // T_world_sensor at any time.
   Pose PoseAt(int robot, double seconds) const { return motions_[robot](seconds); }
 
  private:
+  // The ray of every firing of a turn that begins at `begin_s`.
+  std::vector<Ray> Aim(int robot, double begin_s) const;
+
   // All constant after construction.
   Options options_;
   World world_;
   std::vector<Motion> motions_;
-  std::vector<Motion> walks_;
-  std::vector<Motion> cars_;
+  Actors actors_;
   Lidar lidar_;
+  std::vector<Eigen::Vector3f> directions_;  // In which firings truly go.
+  std::vector<float> range_offsets_;         // By ring.
   RayCaster caster_;
 };
 

@@ -1,0 +1,63 @@
+#include "bench/wild/wild_benchmark.h"
+
+#include <atomic>
+#include <iostream>
+#include <mutex>
+#include <random>
+#include <thread>
+
+namespace isthmus::bench {
+namespace {
+
+absl::StatusOr<WildEntry> RunOne(uint64_t seed, const WildBenchmarkOptions& options,
+                                 const floam::OdometryOptions& odometry) {
+  const auto ride = GetWildRide(seed, options.drawn, options.cache);
+  if (!ride.ok()) return ride.status();
+  const auto run = Run(ride->drive, odometry);
+  if (!run.ok()) return run.status();
+  constexpr double kPeriodS = 0.1;  // Of every sensor model.
+  return WildEntry{ride->kind,         ride->carrier, ride->about,
+                   ride->drive.sensor, seed,          Judge(run->scans, kPeriodS)};
+}
+
+std::vector<uint64_t> Seeds(const WildBenchmarkOptions& options) {
+  std::random_device device;
+  std::vector<uint64_t> seeds;
+  for (int i = 0; i < options.drives; ++i) {
+    // Ten digits at most: to be read, remembered and typed again.
+    seeds.push_back(options.seed ? *options.seed + static_cast<uint64_t>(i) : device());
+  }
+  return seeds;
+}
+
+}  // namespace
+
+absl::StatusOr<std::vector<WildEntry>> RunWildDrives(const WildBenchmarkOptions& options,
+                                                     const floam::OdometryOptions& odometry) {
+  const std::vector<uint64_t> seeds = Seeds(options);
+  std::vector<WildEntry> entries(seeds.size());
+  std::atomic<size_t> next = 0;
+  std::mutex mutex;
+  absl::Status failed;  // Guarded by mutex; the first.
+  const auto work = [&] {
+    for (size_t i = next++; i < seeds.size(); i = next++) {
+      auto entry = RunOne(seeds[i], options, odometry);
+      const std::lock_guard lock(mutex);
+      if (!failed.ok()) return;
+      if (!entry.ok()) {
+        failed = entry.status();
+        return;
+      }
+      entries[i] = *std::move(entry);
+      std::cerr << ToLine(entries[i]) << std::endl;
+    }
+  };
+  std::vector<std::thread> workers;
+  for (int i = 1; i < options.jobs; ++i) workers.emplace_back(work);
+  work();
+  for (std::thread& worker : workers) worker.join();
+  if (!failed.ok()) return failed;
+  return entries;
+}
+
+}  // namespace isthmus::bench

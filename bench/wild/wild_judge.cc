@@ -1,0 +1,119 @@
+#include "bench/wild/wild_judge.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "bench/summary.h"
+
+namespace isthmus::bench {
+namespace {
+
+bool IsLost(const ScanRecord& scan) {
+  return scan.verdict == Verdict::kLost || scan.verdict == Verdict::kRejected;
+}
+
+void CountLost(const std::vector<ScanRecord>& scans, double period_s, WildVerdict* verdict) {
+  int in_long = 0;
+  for (size_t begin = 0; begin < scans.size();) {
+    size_t end = begin;
+    while (end < scans.size() && IsLost(scans[end])) ++end;
+    const double seconds = static_cast<double>(end - begin) * period_s;
+    verdict->longest_lost_s = std::max(verdict->longest_lost_s, seconds);
+    if (seconds > kLongLostS) in_long += static_cast<int>(end - begin);
+    begin = end + 1;
+  }
+  if (!scans.empty()) verdict->lost_long = in_long / static_cast<double>(scans.size());
+}
+
+// Squares of the errors of one segment's scans, each aligned with the truth by all.
+std::vector<double> SquaredErrors(const std::vector<const ScanRecord*>& scans) {
+  const auto count = static_cast<Eigen::Index>(scans.size());
+  Eigen::Matrix3Xd truth(3, count), said(3, count);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    truth.col(i) = scans[i]->T_world_sensor.translation();
+    said.col(i) = scans[i]->T_odom_sensor.translation();
+  }
+  if (count >= 3) {
+    const Eigen::Matrix4d T = Eigen::umeyama(said, truth, /*with_scaling=*/false);
+    said = (T.topLeftCorner<3, 3>() * said).colwise() + T.topRightCorner<3, 1>();
+  } else {
+    said = truth;  // Fits whatever it is.
+  }
+  const Eigen::VectorXd squares = (said - truth).colwise().squaredNorm();
+  return {squares.begin(), squares.end()};
+}
+
+// How far the motion from one scan to another is off, seen from either of them: a scan whose
+// orientation alone is a little off is not off by that angle times the way.
+double RelativeError(const ScanRecord& from, const ScanRecord& to) {
+  const auto seen_from = [](const ScanRecord& a, const ScanRecord& b) {
+    const Pose truth = a.T_world_sensor.Inverse() * b.T_world_sensor;
+    const Pose said = a.T_odom_sensor.Inverse() * b.T_odom_sensor;
+    return (truth.translation() - said.translation()).norm();
+  };
+  return std::min(seen_from(from, to), seen_from(to, from));
+}
+
+void CountSilent(const std::vector<ScanRecord>& scans, const std::vector<double>& way,
+                 WildVerdict* verdict) {
+  constexpr double kStretchM = 10, kAllowedM = 0.3, kAllowedShare = 0.01;
+  std::map<uint32_t, std::vector<size_t>> ok;  // By segment, in order.
+  std::vector<int> told(scans.size() + 1, 0);  // Degenerate scans before each.
+  for (size_t i = 0; i < scans.size(); ++i) {
+    told[i + 1] = told[i] + (scans[i].verdict == Verdict::kDegenerate);
+    if (scans[i].verdict != Verdict::kOk) continue;
+    std::vector<size_t>& before = ok[scans[i].segment];
+    // The latest that is so far back, else the first.
+    const auto later = std::partition_point(before.begin(), before.end(),
+                                            [&](size_t k) { return way[i] - way[k] >= kStretchM; });
+    const bool is_first = before.empty();
+    const size_t from = is_first ? i : later == before.begin() ? before.front() : *(later - 1);
+    before.push_back(i);
+    if (is_first) continue;
+    const double allowed = kAllowedM + kAllowedShare * (way[i] - way[from]);
+    if (RelativeError(scans[from], scans[i]) <= allowed) continue;
+    ++verdict->silent;
+    verdict->silent_untold += told[i] == told[from];
+  }
+}
+
+}  // namespace
+
+WildVerdict Judge(const std::vector<ScanRecord>& scans, double period_s) {
+  WildVerdict verdict;
+  verdict.scans = static_cast<int>(scans.size());
+  std::map<uint32_t, std::vector<const ScanRecord*>> segments;
+  std::vector<double> way, costs;
+  for (size_t i = 0; i < scans.size(); ++i) {
+    const ScanRecord& scan = scans[i];
+    const Eigen::Vector3d& at = scan.T_world_sensor.translation();
+    way.push_back(i == 0 ? 0
+                         : way.back() + (at - scans[i - 1].T_world_sensor.translation()).norm());
+    verdict.ok += scan.verdict == Verdict::kOk;
+    verdict.degenerate += scan.verdict == Verdict::kDegenerate;
+    verdict.lost += scan.verdict == Verdict::kLost;
+    verdict.rejected += scan.verdict == Verdict::kRejected;
+    if (scan.verdict == Verdict::kOk) segments[scan.segment].push_back(&scan);
+    if (scan.verdict != Verdict::kRejected) costs.push_back(scan.ms);
+  }
+  verdict.segments = static_cast<int>(segments.size());
+  if (!way.empty()) verdict.way_m = way.back();
+  verdict.median_ms = Percentile(costs, 0.5);
+  CountLost(scans, period_s, &verdict);
+  double sum = 0;
+  for (const auto& [segment, of] : segments) {
+    for (const double square : SquaredErrors(of)) {
+      sum += square;
+      verdict.worst_m = std::max(verdict.worst_m, std::sqrt(square));
+    }
+  }
+  if (verdict.ok > 0) verdict.rmse_m = std::sqrt(sum / verdict.ok);
+  // Standing still is no way: errors count as if of one metre.
+  verdict.rmse_percent = 100 * verdict.rmse_m / std::max(verdict.way_m, 1.0);
+  CountSilent(scans, way, &verdict);
+  return verdict;
+}
+
+}  // namespace isthmus::bench

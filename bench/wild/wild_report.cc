@@ -1,0 +1,108 @@
+#include <absl/strings/str_cat.h>
+#include <absl/strings/str_format.h>
+
+#include <algorithm>
+#include <map>
+
+#include "bench/summary.h"
+#include "bench/wild/wild_benchmark.h"
+
+namespace isthmus::bench {
+namespace {
+
+using Group = std::vector<const WildEntry*>;
+
+template <typename Figure>
+std::vector<double> Figures(const Group& group, Figure figure) {
+  std::vector<double> values;
+  for (const WildEntry* entry : group) values.push_back(figure(entry->verdict));
+  return values;
+}
+
+std::string Row(const std::string& name, const Group& group) {
+  double scans = 0, lost_long = 0, ok = 0;
+  int silent = 0, untold = 0, hurt = 0;
+  for (const WildEntry* entry : group) {
+    const WildVerdict& v = entry->verdict;
+    scans += v.scans;
+    ok += v.ok;
+    lost_long += v.lost_long * v.scans;
+    silent += v.silent;
+    untold += v.silent_untold;
+    hurt += v.lost_long > 0 || v.silent > 0;
+  }
+  const auto percent = Figures(group, [](const WildVerdict& v) { return v.rmse_percent; });
+  const auto ms = Figures(group, [](const WildVerdict& v) { return v.median_ms; });
+  scans = std::max(scans, 1.0);
+  return absl::StrFormat("| %s | %d | %d | %.1f | %.1f | %.2f | %.2f | %d | %d | %.1f |\n", name,
+                         group.size(), hurt, 100 * ok / scans, 100 * lost_long / scans,
+                         Percentile(percent, 0.5), Percentile(percent, 1), silent, untold,
+                         Percentile(ms, 0.5));
+}
+
+// The worse, the higher.
+double Badness(const WildVerdict& v) {
+  const double scans = std::max(v.scans, 1);
+  return v.lost_long + v.silent / scans + v.rmse_percent / 100;
+}
+
+}  // namespace
+
+std::string ToLine(const WildEntry& entry) {
+  const WildVerdict& v = entry.verdict;
+  return absl::StrFormat(
+      "%-9s --kind %s --seed %d %s %s (%s): %d scans, ok %d degenerate %d lost %d rejected %d, "
+      "longest lost %.1f s, rmse %.3f m = %.2f %% of %.0f m, worst %.2f m, silent %d (untold %d), "
+      "segments %d, %.1f ms",
+      entry.kind, entry.kind, entry.seed, entry.sensor, entry.carrier, entry.about, v.scans, v.ok,
+      v.degenerate, v.lost, v.rejected, v.longest_lost_s, v.rmse_m, v.rmse_percent, v.way_m,
+      v.worst_m, v.silent, v.silent_untold, v.segments, v.median_ms);
+}
+
+std::string ToMarkdown(const std::vector<WildEntry>& entries) {
+  std::map<std::string, Group> kinds;
+  Group all;
+  for (const WildEntry& entry : entries) {
+    kinds[entry.kind].push_back(&entry);
+    all.push_back(&entry);
+  }
+  std::string text =
+      "| kind | drives | of these lost long or silent | ok % | lost > 2 s % | RMSE % median | "
+      "worst | silent scans | untold | ms |\n|---|---|---|---|---|---|---|---|---|---|\n";
+  for (const auto& [name, group] : kinds) absl::StrAppend(&text, Row(name, group));
+  absl::StrAppend(&text, Row("all", all));
+  constexpr size_t kWorst = 5;
+  std::sort(all.begin(), all.end(), [](const WildEntry* a, const WildEntry* b) {
+    return Badness(a->verdict) > Badness(b->verdict);
+  });
+  all.resize(std::min(all.size(), kWorst));
+  absl::StrAppend(&text, "\nThe worst:\n");
+  for (const WildEntry* entry : all) absl::StrAppend(&text, ToLine(*entry), "\n");
+  return text;
+}
+
+nlohmann::ordered_json ToJson(const WildEntry& entry) {
+  const WildVerdict& v = entry.verdict;
+  return {{"kind", entry.kind},
+          {"seed", entry.seed},
+          {"sensor", entry.sensor},
+          {"carrier", entry.carrier},
+          {"about", entry.about},
+          {"scans", v.scans},
+          {"ok", v.ok},
+          {"degenerate", v.degenerate},
+          {"lost", v.lost},
+          {"rejected", v.rejected},
+          {"segments", v.segments},
+          {"longest_lost_s", v.longest_lost_s},
+          {"lost_long", v.lost_long},
+          {"way_m", v.way_m},
+          {"rmse_m", v.rmse_m},
+          {"rmse_percent", v.rmse_percent},
+          {"worst_m", v.worst_m},
+          {"silent", v.silent},
+          {"silent_untold", v.silent_untold},
+          {"median_ms", v.median_ms}};
+}
+
+}  // namespace isthmus::bench

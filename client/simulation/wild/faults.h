@@ -1,0 +1,21 @@
+// What is wrong with a wild drive's measurements.
+#pragma once
+
+#include <string>
+
+#include "client/simulation/random.h"
+#include "client/simulation/simulator.h"
+#include "client/simulation/wild/carrier.h"
+
+namespace isthmus::simulation::wild {
+
+struct Faults {
+  Noise noise;
+  Effects effects;
+  std::string about;  // Of those that are there: ", rain 0.02, ...".
+};
+
+// Each effect by itself: often none or little, sometimes much, never more than real sensors show.
+Faults DrawFaults(const Carrier& carrier, Random& random);
+
+}  // namespace isthmus::simulation::wild

@@ -1,0 +1,191 @@
+#include "client/simulation/wild/path.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace isthmus::simulation::wild {
+namespace {
+
+constexpr double kCell = 4;  // Metres.
+
+int64_t Key(int64_t x, int64_t y) { return (x << 32) ^ (y & 0xFFFFFFFF); }
+int64_t CellOf(double x) { return static_cast<int64_t>(std::floor(x / kCell)); }
+
+// Weights of four neighbouring points at `t` between the middle two, and their derivatives.
+struct Weights {
+  double at[4], slope[4], bend[4];
+
+  explicit Weights(double t) {
+    const double r = 1 - t;
+    const double values[] = {r * r * r / 6, (3 * t * t * t - 6 * t * t + 4) / 6,
+                             (-3 * t * t * t + 3 * t * t + 3 * t + 1) / 6, t * t * t / 6};
+    const double slopes[] = {-r * r / 2, (3 * t * t - 4 * t) / 2, (-3 * t * t + 2 * t + 1) / 2,
+                             t * t / 2};
+    const double bends[] = {r, 3 * t - 2, 1 - 3 * t, t};
+    for (int i = 0; i < 4; ++i) {
+      at[i] = values[i];
+      slope[i] = slopes[i];
+      bend[i] = bends[i];
+    }
+  }
+};
+
+// Points on the straight stretches, about `spacing_m` apart.
+std::vector<Eigen::Vector3d> Spaced(const std::vector<Eigen::Vector3d>& corners, double spacing_m) {
+  std::vector<Eigen::Vector3d> points;
+  for (size_t i = 0; i + 1 < corners.size(); ++i) {
+    const Eigen::Vector3d by = corners[i + 1] - corners[i];
+    const int count = std::max(1, static_cast<int>(std::lround(by.norm() / spacing_m)));
+    for (int k = 0; k < count; ++k) points.push_back(corners[i] + by * k / count);
+  }
+  points.push_back(corners.back());
+  return points;
+}
+
+// The same curve by points at even steps, seen from above.
+std::vector<Eigen::Vector3d> Resampled(const std::vector<Eigen::Vector3d>& dense, double step_m) {
+  std::vector<Eigen::Vector3d> points{dense[0]};
+  double since = 0;
+  for (size_t i = 1; i < dense.size(); ++i) {
+    const Eigen::Vector3d by = dense[i] - dense[i - 1];
+    const double length = by.head<2>().norm();
+    double at = step_m - since;
+    for (; at <= length; at += step_m) points.push_back(dense[i - 1] + by * at / length);
+    since = length - (at - step_m);
+  }
+  return points;
+}
+
+}  // namespace
+
+Path::Path(std::vector<Eigen::Vector3d> points, double step_m)
+    : step_m_(step_m), points_(std::move(points)), roll_(points_.size(), 0.0) {}
+
+Path Path::Along(const std::vector<Eigen::Vector3d>& corners, double round_m) {
+  constexpr double kStep = 0.1;
+  const std::vector<Eigen::Vector3d> control = Spaced(corners, round_m);
+  std::vector<Eigen::Vector3d> dense;
+  const auto fine = static_cast<int>(std::ceil(round_m / 0.02));
+  for (size_t i = 0; i + 3 < control.size(); ++i) {
+    for (int k = 0; k < fine; ++k) {
+      const Weights weights(static_cast<double>(k) / fine);
+      Eigen::Vector3d at = Eigen::Vector3d::Zero();
+      for (int j = 0; j < 4; ++j) at += weights.at[j] * control[i + j];
+      dense.push_back(at);
+    }
+  }
+  return Path(Resampled(dense, kStep), kStep);
+}
+
+Path Path::Wandering(double length_m, double wave_m, double swing_rad, double radius_m,
+                     Random& random) {
+  constexpr double kStep = 0.25;
+  constexpr int kWaves = 4;
+  double per_m[kWaves], phase[kWaves], share[kWaves], sum = 0, bend = 0;
+  for (int i = 0; i < kWaves; ++i) {
+    per_m[i] = 2 * std::numbers::pi / (wave_m * random.Uniform(0.5, 2.5));
+    phase[i] = random.Uniform(0, 2 * std::numbers::pi);
+    share[i] = random.Uniform(0.2, 1);
+    sum += share[i];
+  }
+  for (int i = 0; i < kWaves; ++i) bend += swing_rad * share[i] / sum * per_m[i];
+  const double gentler = std::min(1.0, 1 / (radius_m * bend));
+  std::vector<Eigen::Vector3d> points{Eigen::Vector3d::Zero()};
+  const auto count = static_cast<size_t>(length_m / kStep) + 4;
+  while (points.size() < count) {
+    const double s = static_cast<double>(points.size()) * kStep;
+    double heading = 0;
+    for (int i = 0; i < kWaves; ++i) {
+      heading += gentler * swing_rad * share[i] / sum * std::sin(per_m[i] * s + phase[i]);
+    }
+    points.push_back(points.back() +
+                     kStep * Eigen::Vector3d(std::cos(heading), std::sin(heading), 0));
+  }
+  return Path(std::move(points), kStep);
+}
+
+void Path::Lay(const HeightAt& height, double base_m) {
+  const size_t count = points_.size();
+  std::vector<double> left(count), right(count);
+  for (size_t i = 0; i < count; ++i) {
+    const Eigen::Vector3d ahead =
+        points_[std::min(i + 1, count - 1)] - points_[std::max<size_t>(i, 1) - 1];
+    const Eigen::Vector2d across =
+        Eigen::Vector2d(-ahead.y(), ahead.x()).normalized() * (base_m / 2);
+    left[i] = height(points_[i].head<2>() + across);
+    right[i] = height(points_[i].head<2>() - across);
+  }
+  const auto reach = static_cast<size_t>(std::lround(base_m / 2 / step_m_));
+  for (size_t i = 0; i < count; ++i) {
+    const size_t from = i - std::min(i, reach), to = std::min(i + reach, count - 1);
+    double l = 0, r = 0;
+    for (size_t k = from; k <= to; ++k) {
+      l += left[k];
+      r += right[k];
+    }
+    const auto wheels = static_cast<double>(to - from + 1);
+    points_[i].z() = (l + r) / (2 * wheels);
+    roll_[i] = std::atan((l - r) / wheels / base_m);
+  }
+}
+
+Path::Sample Path::At(double s) const {
+  const double u = std::clamp(s, 0.0, length()) / step_m_;
+  const size_t i = std::min(static_cast<size_t>(u), points_.size() - 4);
+  const Weights weights(u - static_cast<double>(i));
+  Eigen::Vector3d d1 = Eigen::Vector3d::Zero(), d2 = Eigen::Vector3d::Zero();
+  Sample sample;
+  sample.position.setZero();
+  for (int k = 0; k < 4; ++k) {
+    sample.position += weights.at[k] * points_[i + k];
+    d1 += weights.slope[k] * points_[i + k];
+    d2 += weights.bend[k] * points_[i + k];
+    sample.roll += weights.at[k] * roll_[i + k];
+  }
+  const double level = std::max(d1.head<2>().norm(), 1e-9);
+  sample.yaw = std::atan2(d1.y(), d1.x());
+  sample.pitch = -std::atan2(d1.z(), level);
+  sample.curvature = (d1.x() * d2.y() - d1.y() * d2.x()) / (level * level * level);
+  return sample;
+}
+
+Eigen::Vector3d Path::Beside(double s, double left_m) const {
+  const Sample at = At(s);
+  return at.position + left_m * Eigen::Vector3d(-std::sin(at.yaw), std::cos(at.yaw), 0);
+}
+
+PathIndex::PathIndex(const Path& path)
+    : min_(path.points()[0].head<2>()), max_(path.points()[0].head<2>()) {
+  constexpr double kEvery = 0.5;
+  for (double s = 0; s <= path.length(); s += kEvery) {
+    const Eigen::Vector2d at = path.At(s).position.head<2>();
+    min_ = min_.cwiseMin(at);
+    max_ = max_.cwiseMax(at);
+    cells_[Key(CellOf(at.x()), CellOf(at.y()))].push_back({at, s});
+  }
+}
+
+PathIndex::Near PathIndex::Nearest(const Eigen::Vector2d& at, double reach_m) const {
+  Near near{reach_m, 0};
+  // From the middle outwards, to be done as soon as nothing nearer can come.
+  const int64_t x = CellOf(at.x()), y = CellOf(at.y());
+  const auto rings = static_cast<int64_t>(std::ceil(reach_m / kCell));
+  for (int64_t ring = 0; ring <= rings; ++ring) {
+    if (static_cast<double>(ring - 1) * kCell > near.distance_m) break;
+    for (int64_t dx = -ring; dx <= ring; ++dx) {
+      const int64_t step = std::abs(dx) == ring ? 1 : std::max<int64_t>(2 * ring, 1);
+      for (int64_t dy = -ring; dy <= ring; dy += step) {
+        const auto cell = cells_.find(Key(x + dx, y + dy));
+        if (cell == cells_.end()) continue;
+        for (const Entry& entry : cell->second) {
+          const double distance = (entry.at - at).norm();
+          if (distance < near.distance_m) near = {distance, entry.s};
+        }
+      }
+    }
+  }
+  return near;
+}
+
+}  // namespace isthmus::simulation::wild

@@ -1,0 +1,77 @@
+// The kinds of wild worlds. Each draws the way first and puts things where the way is not.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "client/simulation/mesh.h"
+#include "client/simulation/random.h"
+#include "client/simulation/route.h"
+#include "client/simulation/wild/carrier.h"
+#include "client/simulation/wild/path.h"
+
+namespace isthmus::simulation::wild {
+
+// What drives there.
+struct Need {
+  Carrier carrier;
+  double way_m = 0;  // At least so long must the path be.
+  double seconds = 0;
+
+  bool climbs() const { return carrier.gait == Gait::kLegs || carrier.gait == Gait::kHand; }
+  // Nothing may stand nearer to the path, seen from above ...
+  double clear_m() const { return carrier.base_m / 2 + (carrier.gait == Gait::kCar ? 0.7 : 0.45); }
+  // ... or hang lower above it.
+  double clear_height_m() const { return carrier.height_m + 0.5; }
+};
+
+struct Scene {
+  Mesh mesh;
+  std::shared_ptr<Path> path;
+  std::vector<Motion> walks, cars;  // Feet of people, middles of cars, on the ground.
+  // People give way: they come no nearer than this to the base.
+  double give_way_m = 1;
+};
+
+struct Kind {
+  std::string name;
+  std::vector<Gait> gaits;
+  double top_mps;
+  Scene (*make)(const Need& need, Random& random);
+};
+
+Scene MakeRoad(const Need& need, Random& random);
+Scene MakeForest(const Need& need, Random& random);
+Scene MakeMine(const Need& need, Random& random);
+Scene MakeTunnel(const Need& need, Random& random);
+Scene MakeWarehouse(const Need& need, Random& random);
+Scene MakeYard(const Need& need, Random& random);
+Scene MakeField(const Need& need, Random& random);
+Scene MakeHouse(const Need& need, Random& random);
+Scene MakePlant(const Need& need, Random& random);
+Scene MakeCrowd(const Need& need, Random& random);
+
+// Blocks side by side, with aisles between them and around, from the origin on.
+struct Blocks {
+  int columns = 1, rows = 1;
+  Eigen::Vector2d size, aisle;  // Of a block; between blocks.
+
+  Eigen::Vector2d Pitch() const { return size + aisle; }
+  Eigen::Vector2d Middle(int column, int row) const {
+    return Pitch().cwiseProduct(Eigen::Vector2d(column + 0.5, row + 0.5));
+  }
+  // Of all of them with their aisles.
+  Eigen::Vector2d Extent() const { return Pitch().cwiseProduct(Eigen::Vector2d(columns, rows)); }
+};
+
+// A walk in the aisles.
+std::shared_ptr<Path> WalkAmong(const Blocks& blocks, const Need& need, Random& random);
+
+// A walk along the lines of a grid, `columns` x `rows` crossings at `at(column, row)`: long enough,
+// never straight back unless there is no other way.
+std::vector<Eigen::Vector3d> WalkOnGrid(
+    int columns, int rows, double way_m,
+    const std::function<Eigen::Vector3d(int column, int row)>& at, Random& random);
+
+}  // namespace isthmus::simulation::wild

@@ -1,0 +1,49 @@
+// Wild drives: worlds, carriers, sensors and their faults, all drawn at random.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "client/simulation/simulator.h"
+
+namespace isthmus::simulation {
+
+// Drives of one version are not those of another; to be raised with every change of what is drawn.
+constexpr int kWildVersion = 1;
+
+struct WildOptions {
+  std::string kind;    // One of WildKinds; empty: drawn.
+  std::string sensor;  // See MakeLidar; empty: drawn.
+  double seconds = 60;
+};
+
+// A drive as it was drawn.
+struct WildDrive {
+  std::string kind, carrier;
+  std::string about;                           // Speed, height, tilt and effects, for people.
+  std::unique_ptr<const Simulator> simulator;  // Of one robot.
+};
+
+// The options with the kind and the sensor that are drawn in place of empty ones. Errors as
+// DrawWildDrive.
+absl::StatusOr<WildOptions> ChooseWild(uint64_t seed, const WildOptions& options);
+
+// The same seed and options give the same drive on every machine: naming the kind or the sensor
+// that would be drawn changes nothing. The path is free of what stands in the world; people and
+// cars give way. InvalidArgument, listing what there is, for a kind or sensor that is not known and
+// for seconds that are not above 0 and below a day.
+absl::StatusOr<WildDrive> DrawWildDrive(uint64_t seed, const WildOptions& options);
+
+// Names of the kinds:
+//   road       guard rails, few poles, hills       forest     trunks, bushes, rough ground
+//   mine       rooms and pillars of rough rock     tunnel     bends, alcoves, smooth to rough
+//   warehouse  racks                               yard       stacks of containers
+//   field      one building, grass, few trees      house      storeys, ramps or stairs, glass
+//   plant      pipes, vessels, frames              crowd      people and cars before house fronts
+std::vector<std::string> WildKinds();
+
+}  // namespace isthmus::simulation
