@@ -8,7 +8,7 @@
 namespace isthmus::floam {
 namespace {
 
-constexpr size_t kSums = 10, kShape = 7;  // Numbers of a voxel's sums, and of a shape.
+constexpr size_t kSums = 10, kShape = 8;  // Numbers of a voxel's sums, and of a shape.
 constexpr int kLevels = 9;
 // No map in use comes near it: what claims more is damaged.
 constexpr size_t kMaxAllocatedFactor = 5;
@@ -19,7 +19,7 @@ std::array<float, kSums> Numbers(const VoxelSums& s) {
 
 std::array<float, kShape> Numbers(const Shape& s) {
   return {s.mean.x(),      s.mean.y(),      s.mean.z(), s.direction.x(),
-          s.direction.y(), s.direction.z(), s.variance};
+          s.direction.y(), s.direction.z(), s.variance, s.tilt_variance};
 }
 
 VoxelSums MakeSums(const std::array<float, kSums>& n) {
@@ -27,7 +27,7 @@ VoxelSums MakeSums(const std::array<float, kSums>& n) {
 }
 
 Shape MakeShape(const std::array<float, kShape>& n) {
-  return {{n[0], n[1], n[2]}, {n[3], n[4], n[5]}, n[6], true};
+  return {{n[0], n[1], n[2]}, {n[3], n[4], n[5]}, n[6], n[7], true};
 }
 
 // Records of n numbers each, one column per number.

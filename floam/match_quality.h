@@ -14,6 +14,8 @@ class MatchQuality {
   void Add(const MatchResult& match);
   // Whether a match where it was expected is believable.
   bool IsUsual(const MatchResult& match) const;
+  // Whether it may be right although it is unusual: to be followed for a while, not to be built on.
+  bool IsDoubtful(const MatchResult& match) const;
   // Whether a match anywhere is about as good as those before it: asked of a place found again.
   bool IsTypical(const MatchResult& match) const;
   // The same where a part of what is seen is new.

@@ -1,37 +1,32 @@
 #include "floam/odometry.h"
 
 #include <absl/status/status.h>
-#include <absl/strings/str_cat.h>
 
+#include <algorithm>
 #include <cstdint>
-#include <optional>
 #include <utility>
 
 #include "core/stopwatch.h"
-#include "floam/feature_map.h"
-#include "floam/match_quality.h"
 #include "floam/odometry_options.h"
 #include "floam/options_checksum.h"
-#include "floam/pose_covariance.h"
-#include "floam/recovery.h"
-#include "floam/relocaliser.h"
 #include "floam/scan_frame.h"
-#include "floam/scan_to_scan.h"
-#include "floam/start.h"
+#include "floam/segment.h"
 #include "floam/state_codec.h"
-#include "floam/tracker.h"
 #include "floam/undistort.h"
-#include "floam/unobserved_motion.h"
 
 namespace isthmus::floam {
 namespace {
 
-// Scans after the first that may fail to match it, before it begins anew.
-constexpr int kStartAttempts = 3;
+// A robot that is lost is looked for in what it has seen for so long, and then begins anew. Where
+// that soon fails too, because there is nothing to go by, the wait doubles from one segment to the
+// next up to the longest.
+constexpr double kPatienceS = 2, kLongestPatienceS = 60;
+// A segment was worth beginning if scans were matched for this long.
+constexpr double kWorthwhileS = 5;
 
 constexpr char kStateMagic[] = "IODO";
 // Becomes another with every change of what is stored, or of what is made of it.
-constexpr uint32_t kStateVersion = 1;
+constexpr uint32_t kStateVersion = 2;
 
 }  // namespace
 
@@ -40,163 +35,53 @@ struct Odometry::State {
       : sensor(sensor_model),
         options(odometry_options),
         maker(sensor, odometry_options.features),
-        tracker(sensor, odometry_options),
-        map(odometry_options),
-        recovery(odometry_options),
-        relocaliser(odometry_options.matching, RelocaliserOptions(),
-                    odometry_options.R_base_sensor) {}
-
-  enum class Phase : uint8_t { kFirst, kSecond, kUnderWay };
+        segment(std::make_unique<Segment>(sensor, options)) {}
 
   const SensorModel sensor;
   const OdometryOptions options;
   FrameMaker maker;
-  Tracker tracker;
-  FeatureMap map;
-  ScanToScan scan_to_scan;  // kAloam.
-  Start start;
-  MatchQuality quality;
-  UnobservedMotion unobserved;
-  Recovery recovery;
-  Relocaliser relocaliser;
-  bool lost = false;  // The scan before was.
+  std::unique_ptr<Segment> segment;
+  uint32_t segment_number = 1;
+  double patience_s = kPatienceS;
+  ScanFrame frame;  // The one being processed.
 
-  Phase phase = Phase::kFirst;
-  int64_t previous_ns = 0;  // Stamp of the last scan taken, matched or not.
-  ScanFrame frame;          // The one being processed.
-
-  double SincePrevious() const { return 1e-9 * static_cast<double>(frame.stamp_ns - previous_ns); }
   absl::Status Prepare(const Scan& input);
-  // For state_codec.h. The frame is made anew for every scan, and `start` is not asked any more
-  // once under way.
+  ScanPose Locate(OdometryResult* result);
+  void BeginSegment();
+
+  // For state_codec.h. The frame is made anew for every scan.
   template <typename Self, typename Io>
   static void Fields(Self& self, Io& io) {
-    io(self.phase, self.previous_ns, self.lost, self.maker, self.tracker, self.map,
-       self.scan_to_scan, self.quality, self.unobserved, self.recovery, self.relocaliser);
-    if constexpr (Io::kIsReading) io.Expect(self.phase <= Phase::kUnderWay);
-    if (self.phase == Phase::kSecond) io(self.start);
+    io(self.segment_number, self.patience_s, self.maker, *self.segment);
   }
-
-  ScanPose Locate(OdometryResult* result);
-  void Assess(const MatchResult& match, bool carried, OdometryResult* result);
-  ScanPose Prediction();
-  std::optional<MatchResult> Second();
-  std::optional<MatchResult> Follow(const ScanPose& prediction);
-  std::optional<MatchResult> Relocalise();
 };
 
 absl::Status Odometry::State::Prepare(const Scan& input) {
-  const int64_t* previous = phase == Phase::kFirst ? nullptr : &previous_ns;
-  if (absl::Status status = maker.Make(input, previous, &frame); !status.ok()) return status;
-  const size_t surfaces = frame.features.surfaces.size();
-  if (phase == Phase::kFirst && static_cast<int>(surfaces) < options.min_used) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        "scan ", input.sequence, " shows only ", surfaces, " surface points, of ", options.min_used,
-        " needed to begin with; is the view blocked or the sensor model wrong?"));
-  }
-  return absl::OkStatus();
+  const int64_t previous_ns = segment->previous_ns();
+  const bool is_first = !segment->HasBegun();
+  absl::Status status = maker.Make(input, is_first ? nullptr : &previous_ns, &frame);
+  if (!status.ok() || !is_first) return status;
+  return segment->CheckFirst(frame);
 }
 
-// Each of these returns a match to be believed, or none.
-std::optional<MatchResult> Odometry::State::Second() {
-  // Two scans far apart in time have no motion in common, and what little a single scan shows fits
-  // in many places.
-  if (tracker.IsAfterGap(frame)) {
-    start.Again(frame, &tracker);
-    return std::nullopt;
-  }
-  MatchResult match = start.Second(frame, &tracker, &map);
-  if (!tracker.Fits(match, map)) {
-    if (start.attempts() >= kStartAttempts) start.Again(frame, &tracker);
-    return std::nullopt;
-  }
-  quality.Add(match);
-  return match;
+// What was seen before is not to be mixed with what comes: nothing is known of the way in between.
+void Odometry::State::BeginSegment() {
+  const bool was_worthwhile = segment->TrackedSeconds() >= kWorthwhileS;
+  patience_s = was_worthwhile ? kPatienceS : std::min(2 * patience_s, kLongestPatienceS);
+  segment = std::make_unique<Segment>(sensor, options);
+  ++segment_number;
 }
 
-std::optional<MatchResult> Odometry::State::Follow(const ScanPose& prediction) {
-  MatchResult match = tracker.Match(frame, prediction, tracker.Matching(map), &map);
-  if (match.degeneracy.any() && !tracker.IsDegenerate() && !map.IsYoung()) {
-    const ScanPose steady = tracker.SteadyPrediction(frame, match.degeneracy);
-    match = tracker.Match(frame, steady, tracker.Matching(map), &map);
-  }
-  if (!lost && !tracker.IsAfterGap(frame) && tracker.Fits(match, map) &&
-      tracker.IsExpected(match, prediction) && quality.IsUsual(match)) {
-    quality.Add(match);
-    return match;
-  }
-  return recovery.Find(frame, match, quality, &tracker, &map);
-}
-
-// The sensor was carried away: it goes on from there, in the map that was seen there before.
-std::optional<MatchResult> Odometry::State::Relocalise() {
-  std::optional<MatchResult> match = relocaliser.Find(frame, tracker.last().pose.T_odom_sensor,
-                                                      quality, tracker.ReferenceTime(frame));
-  if (match) {
-    const Pose T_odom_end = match->pose.At(0);
-    map.Resume(relocaliser.PointsAround(T_odom_end.translation(), options.map.radius_m),
-               T_odom_end);
-  }
-  return match;
-}
-
-// Where matching begins: the motion goes on or, in kAloam, is what the last two scans tell.
-ScanPose Odometry::State::Prediction() {
-  const ScanPose steady = tracker.Prediction(frame);
-  if (options.mode != OdometryMode::kAloam || tracker.IsAfterGap(frame)) return steady;
-  return scan_to_scan.Guess(frame.features, steady, tracker.ElapsedSeconds(frame));
-}
-
-// Sets the result's status, covariances and degeneracy.
-void Odometry::State::Assess(const MatchResult& match, bool carried, OdometryResult* result) {
-  const bool with_twist = options.mode == OdometryMode::kContinuous;
-  result->covariance = CovarianceAtEnd(match, with_twist);
-  result->degeneracy = DegeneracyAtEnd(match);
-  if (match.degeneracy.any()) result->status = TrackingStatus::kDegenerate;
-  result->matched_covariance = MatchedCovarianceAtEnd(match, with_twist);
-  result->unobserved_covariance =
-      carried ? unobserved.CarriedStep() : unobserved.Step(result->degeneracy, SincePrevious());
-}
-
-// Where the scan was; sets what Assess does.
+// The result's status and the rest that rests on the match are set; the input's words are not.
 ScanPose Odometry::State::Locate(OdometryResult* result) {
-  if (phase == Phase::kFirst) {
-    start.First(frame, &tracker);
-    phase = Phase::kSecond;
-    return tracker.last().pose;
+  ScanPose pose = segment->Locate(frame, result);
+  if (segment->LostSeconds() >= patience_s && segment->CheckFirst(frame).ok()) {
+    BeginSegment();
+    *result = OdometryResult();
+    pose = segment->Locate(frame, result);
   }
-  const ScanPose prediction = Prediction();
-  std::optional<MatchResult> match;
-  bool carried = false;
-  if (phase == Phase::kSecond) {
-    match = Second();
-  } else {
-    match = Follow(prediction);
-    if (!match) {
-      match = Relocalise();
-      carried = match.has_value();
-    }
-  }
-  if (lost && match) {
-    recovery.Reset();
-    relocaliser.Reset();
-  }
-  lost = !match;
-  if (!match) {
-    result->covariance = LostCovariance();
-    result->unobserved_covariance = unobserved.LostStep(SincePrevious());
-    result->status = TrackingStatus::kLost;
-    return prediction;
-  }
-  if (carried) {
-    tracker.Begin({match->pose, frame.stamp_ns});  // Its motion, not the way it was carried.
-  } else {
-    tracker.Adopt(frame, map, &*match);
-  }
-  if (options.mode == OdometryMode::kAloam) scan_to_scan.SetPrevious(frame.features);
-  phase = Phase::kUnderWay;
-  Assess(*match, carried, result);
-  return tracker.last().pose;
+  result->segment = segment_number;
+  return pose;
 }
 
 Odometry::Odometry(const SensorModel& sensor, const OdometryOptions& options)
@@ -204,23 +89,12 @@ Odometry::Odometry(const SensorModel& sensor, const OdometryOptions& options)
 
 Odometry::~Odometry() = default;
 
-void Odometry::Resume(const Cloud& map_odom, const Trajectory& recent) {
-  State& state = *state_;
-  const StampedPose& end = recent.back();
-  ScanPose last;
-  last.T_odom_sensor = end.pose;
-  if (recent.size() > 1) {
-    const StampedPose& before = recent[recent.size() - 2];
-    const double elapsed_s = 1e-9 * static_cast<double>(end.stamp_ns - before.stamp_ns);
-    if (elapsed_s > 0) last.twist = Log(before.pose.Inverse() * end.pose) / elapsed_s;
-  }
-  state.map.Resume(map_odom, end.pose);
-  state.tracker.Begin({last, end.stamp_ns});
-  state.previous_ns = end.stamp_ns;
-  state.phase = State::Phase::kUnderWay;  // The motion is known, nothing has to be guessed.
+void Odometry::Resume(const Cloud& map_odom, const Trajectory& recent, uint32_t segment) {
+  state_->segment->Resume(map_odom, recent);
+  state_->segment_number = segment;
 }
 
-void Odometry::Remember(const Submap& submap) { state_->relocaliser.Remember(submap); }
+void Odometry::Remember(const Submap& submap) { state_->segment->Remember(submap); }
 
 std::string Odometry::Save() const {
   StateWriter writer;
@@ -240,7 +114,7 @@ absl::Status Odometry::Restore(const std::string& saved) {
   if (!reader->ok() || reader->remaining() > 0) {
     return absl::DataLossError("the state of the odometry is damaged: it contradicts itself");
   }
-  restored->relocaliser.TakeMemory(&state_->relocaliser);
+  restored->segment->TakeMemory(state_->segment.get());
   state_ = std::move(restored);
   return absl::OkStatus();
 }
@@ -250,21 +124,19 @@ absl::StatusOr<OdometryResult> Odometry::Process(const Scan& scan) {
   const Stopwatch total;
   Stopwatch stage;
   if (absl::Status status = state.Prepare(scan); !status.ok()) return status;
+  const double features_ms = stage.Lap();
+
   OdometryResult result;
+  const ScanPose pose = state.Locate(&result);
   result.sequence = scan.sequence;
   result.stamp_ns = scan.end_stamp_ns;
   result.rings_from = state.frame.scan.rings_from;
   result.times_from = state.frame.scan.times_from;
   result.input = state.frame.scan.text;
-  result.timing.features_ms = stage.Lap();
-
-  const ScanPose pose = state.Locate(&result);
-  state.previous_ns = scan.end_stamp_ns;
   result.T_odom_sensor = pose.At(0);
+  result.timing.features_ms = features_ms;
   result.timing.matching_ms = stage.Lap();
-  if (result.status != TrackingStatus::kLost) {
-    state.map.Update(state.frame.features, pose, state.frame.period_s);
-  }
+  state.segment->UpdateMap(state.frame);
   result.timing.map_ms = stage.Lap();
   if (state.options.undistort_cloud) {
     const ScanMotion motion(pose.twist, 0, -state.frame.period_s, 0);

@@ -39,7 +39,10 @@ struct ScanTiming {
 struct OdometryResult {
   uint64_t sequence = 0;
   int64_t stamp_ns = 0;  // END of the scan.
-  Pose T_odom_sensor;    // At the END of the scan; identity for the first.
+  // Counted from 1. A robot that is lost for good begins a new one, with an odom frame of its own:
+  // poses of different segments have nothing to do with each other.
+  uint32_t segment = 1;
+  Pose T_odom_sensor;  // At the END of the scan; identity for the first of a segment.
   // Of T_odom_sensor relative to the map around the sensor, whose drift comes on top; twist order
   // [rho; phi], sensor frame at the END of the scan, m^2 and rad^2.
   Matrix6d covariance = Matrix6d::Zero();
@@ -69,11 +72,13 @@ class Odometry {
 
   // Goes on in the odom frame of an earlier run: `map_odom` is what that run saw around its last
   // pose (odom frame), `recent` its last scans' poses T_odom_sensor in order of time; one at least,
-  // of which the last two tell the motion. Call before the first Process.
-  void Resume(const Cloud& map_odom, const Trajectory& recent);
+  // of which the last two tell the motion; both of its segment `segment`. Call before the first
+  // Process.
+  void Resume(const Cloud& map_odom, const Trajectory& recent, uint32_t segment = 1);
 
-  // A finished submap of this session, or of its earlier run: where to look for the sensor, should
-  // it be carried away. See Relocaliser. Without any, it is only found near where it was last.
+  // A finished submap of this segment, or of its earlier run: where to look for the sensor, should
+  // it be carried away. See Relocaliser. Without any, it is only found near where it was last. With
+  // a new segment all are forgotten.
   void Remember(const Submap& submap);
 
   // All that later results depend on but what is remembered, exactly: one that is restored goes on

@@ -24,7 +24,7 @@ void Add(const LocalMapOptions& map, StateWriter& io) {
 void Add(const MatchOptions& matching, StateWriter& io) {
   io(matching.max_iterations, matching.pose_only_iterations, matching.point_noise_m,
      matching.kernel_start_m, matching.kernel_m, matching.gate_m, matching.stop_m,
-     matching.stop_rad, matching.least_share, matching.guess_sigma, matching.stride);
+     matching.stop_rad, matching.free_sigma_m, matching.free_sigma_rad, matching.stride);
 }
 
 }  // namespace

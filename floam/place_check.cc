@@ -17,6 +17,9 @@ LocalMapOptions MapOptions(const PlaceCheckOptions& options) {
   return map;
 }
 
+// A guess is worth little: the scan decides.
+PosePrior AnywhereNear(const Pose& T_odom_sensor) { return {T_odom_sensor, Matrix6d::Identity()}; }
+
 }  // namespace
 
 PlaceCheck::PlaceCheck(const MatchOptions& matching, const PlaceCheckOptions& options)
@@ -58,13 +61,17 @@ PlaceMatch PlaceCheck::Check(const MapMemory& memory, const ScanPose& guess, boo
     MatchOptions rough = matching_;
     rough.stride = kRoughStride;
     rough.kernel_start_m = options_.kernel_start_m;
-    start = matcher_.Match(features_, guess, std::nullopt, rough, &surfaces_, &edges_).pose;
+    start = matcher_
+                .Match(features_, guess, AnywhereNear(guess.T_odom_sensor), std::nullopt, rough,
+                       &surfaces_, &edges_)
+                .pose;
   }
   TwistPrior prior;
   prior.mean = start.twist;
   prior.sigma.setConstant(options_.twist_sigma);
   PlaceMatch place;
-  place.match = matcher_.Match(features_, start, prior, matching_, &surfaces_, &edges_);
+  place.match = matcher_.Match(features_, start, AnywhereNear(start.T_odom_sensor), prior,
+                               matching_, &surfaces_, &edges_);
   place.share = static_cast<double>(place.match.used) / std::max(place.match.features, 1);
   if (place.match.pose.T_odom_sensor.IsFinite()) LookAtWalls(memory, &place);
   return place;

@@ -17,20 +17,13 @@ constexpr double kGlanceKernelM = 0.4;
 constexpr size_t kTries = 10;
 constexpr int kTryStride = 3, kTryIterations = 8;
 constexpr double kNearM = 0.5, kNearRad = 0.12;
-// Along a street enough is observed to find a place by, if not to track without a word of warning;
-// along a tunnel it is not. See FindDegeneracy.
-constexpr double kLeastShare = 0.003;
-// So far from the last place seen, a good part of what is seen may be new.
-constexpr double kEdgeM = 4;
+// So far from the last place seen, a good part of what is seen may be new, if it drove there: of
+// twice the way at its last speed.
+constexpr double kEdgeM = 4, kEdgeReach = 2;
 // What is this much as good as the best, and elsewhere, makes it ambiguous.
 constexpr double kRival = 0.93, kElsewhereM = 0.5, kElsewhereRad = 0.15;
 // How far from where it was foretold a place is confirmed.
 constexpr double kConfirmM = 0.25, kConfirmRad = 0.1;
-
-MatchOptions WithLeastShare(MatchOptions options) {
-  options.least_share = kLeastShare;
-  return options;
-}
 
 double Score(const MatchResult& match) { return match.agreement * match.used; }
 
@@ -68,7 +61,7 @@ std::vector<ScanPose> BestGuesses(const Features& features, const std::vector<Sc
 
 }  // namespace
 
-Recovery::Recovery(const OdometryOptions& options) : matching_(WithLeastShare(options.matching)) {}
+Recovery::Recovery(const OdometryOptions& options) : matching_(options.matching) {}
 
 void Recovery::Reset() {
   candidate_.reset();
@@ -82,12 +75,13 @@ std::optional<MatchResult> Recovery::Find(const ScanFrame& frame, const MatchRes
     std::optional<MatchResult> match = Confirm(frame, quality, tracker, map);
     if (match) return match;
   }
+  const double elapsed_s = tracker->ElapsedSeconds(frame);
   std::optional<MatchResult> match;
-  if (IsBelievable(tracked, quality, *tracker, *map)) {
+  if (IsBelievable(tracked, quality, *tracker, elapsed_s, *map)) {
     match = tracked;
   } else {
     match = Search(frame, tracker, map);
-    if (match && !IsBelievable(*match, quality, *tracker, *map)) match.reset();
+    if (match && !IsBelievable(*match, quality, *tracker, elapsed_s, *map)) match.reset();
   }
   if (match) candidate_ = {match->pose, frame.stamp_ns};
   return std::nullopt;
@@ -95,24 +89,28 @@ std::optional<MatchResult> Recovery::Find(const ScanFrame& frame, const MatchRes
 
 // Where a direction is not observed, a wrong place fits as well as the right one.
 bool Recovery::IsBelievable(const MatchResult& match, const MatchQuality& quality,
-                            const Tracker& tracker, const FeatureMap& map) const {
+                            const Tracker& tracker, double elapsed_s, const FeatureMap& map) const {
   if (match.degeneracy.any() || !tracker.Fits(match, map)) return false;
-  const Pose T_last_found = tracker.last().pose.T_odom_sensor.Inverse() * match.pose.T_odom_sensor;
-  const bool at_the_edge = T_last_found.translation().norm() > kEdgeM;
+  const ScanPose& last = tracker.last().pose;
+  const double away_m =
+      (last.T_odom_sensor.Inverse() * match.pose.T_odom_sensor).translation().norm();
+  const double driven_m = kEdgeReach * last.twist.head<3>().norm() * elapsed_s;
+  const bool at_the_edge = away_m > kEdgeM && away_m < driven_m;
   return at_the_edge ? quality.IsTypicalAtTheEdge(match) : quality.IsTypical(match);
 }
 
 std::optional<MatchResult> Recovery::Confirm(const ScanFrame& frame, const MatchQuality& quality,
                                              Tracker* tracker, FeatureMap* map) {
   const Sighting lost_at = tracker->last();
+  const double elapsed_s = tracker->ElapsedSeconds(frame);
   tracker->Begin(*candidate_);
   candidate_.reset();
   const ScanPose prediction = tracker->Prediction(frame);
-  MatchResult match = tracker->Match(frame, prediction, matching_, map);
+  MatchResult match = tracker->Match(frame, prediction, map);
   const bool in_time = !tracker->IsAfterGap(frame);
   const Sighting seen_at = tracker->last();
   tracker->Begin(lost_at);
-  if (in_time && IsBelievable(match, quality, *tracker, *map) &&
+  if (in_time && IsBelievable(match, quality, *tracker, elapsed_s, *map) &&
       AreNear(prediction.T_odom_sensor, match.pose.T_odom_sensor, kConfirmM, kConfirmRad)) {
     tracker->Begin(seen_at);
     return match;
@@ -128,8 +126,9 @@ std::optional<MatchResult> Recovery::Search(const ScanFrame& frame, Tracker* tra
   attempt.kernel_start_m = kGlanceKernelM;
   std::vector<MatchResult> matches;
   for (const ScanPose& guess : BestGuesses(frame.features, NextGuesses(frame, *tracker), map)) {
-    matches.push_back(tracker->matcher()->Match(frame.features, guess, std::nullopt, attempt,
-                                                map->surfaces(), map->edges()));
+    matches.push_back(
+        tracker->matcher()->Match(frame.features, guess, tracker->Near(guess.T_odom_sensor, *map),
+                                  std::nullopt, attempt, map->surfaces(), map->edges()));
   }
   if (matches.empty()) return std::nullopt;
   std::sort(matches.begin(), matches.end(),
@@ -141,7 +140,7 @@ std::optional<MatchResult> Recovery::Search(const ScanFrame& frame, Tracker* tra
       return std::nullopt;
     }
   }
-  return tracker->Match(frame, best.pose, matching_, map);
+  return tracker->MatchNear(frame, best.pose, matching_, map);
 }
 
 std::vector<ScanPose> Recovery::NextGuesses(const ScanFrame& frame, const Tracker& tracker) {

@@ -42,7 +42,7 @@ class Recovery {
   std::optional<MatchResult> Search(const ScanFrame& frame, Tracker* tracker, FeatureMap* map);
   std::vector<ScanPose> NextGuesses(const ScanFrame& frame, const Tracker& tracker);
   bool IsBelievable(const MatchResult& match, const MatchQuality& quality, const Tracker& tracker,
-                    const FeatureMap& map) const;
+                    double elapsed_s, const FeatureMap& map) const;
 
   const MatchOptions matching_;
   std::optional<Sighting> candidate_;  // Seen in the scan before, not yet confirmed.

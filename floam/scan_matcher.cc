@@ -1,16 +1,13 @@
 #include "floam/scan_matcher.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
+#include "floam/match_information.h"
 #include "floam/undistort.h"
 
 namespace isthmus::floam {
 namespace {
-
-// Weight of the prediction along directions that are not observed: it decides there.
-constexpr double kHoldPerMatch = 1e6;
 
 std::pair<double, double> TimeSpan(const Features& features) {
   double begin = 0, end = -1e9;
@@ -23,26 +20,25 @@ std::pair<double, double> TimeSpan(const Features& features) {
   return {begin, std::max(begin, end)};
 }
 
-// Selects translation and yaw: what the motion between scans says about the motion within one.
-Vector6d Selected(const Vector6d& twist) {
-  Vector6d selected = twist;
-  selected[3] = selected[4] = 0;
-  return selected;
-}
+// What matches say of roll and pitch within a scan is about the motion relative to that within the
+// scans that the map was made of: an error that all of them share it cannot show, and such an error
+// feeds itself. So the prior weighs as much as the matches there.
+constexpr double kTiltWeight = 1;
 
-// Adds the prior on the twist: residual e = twist - S Log(T_previous^-1 T) / dt, whose derivative
-// by a motion d of T is -S / dt to first order.
+// Adds the prior on the twist: residual e = twist - Log(T_previous^-1 T) / dt, whose derivative by
+// a motion d of T is -1 / dt to first order.
 void AddPrior(const TwistPrior& prior, const ScanPose& pose, Matrix12d* H, Vector12d* g) {
   const bool coupled = prior.since_previous_s > 0;
   Vector6d residual = pose.twist - prior.mean;
   if (coupled) {
     const Vector6d motion = Log(prior.T_odom_previous.Inverse() * pose.T_odom_sensor);
-    residual = pose.twist - Selected(motion) / prior.since_previous_s;
+    residual = pose.twist - motion / prior.since_previous_s;
   }
+  const double slope = coupled ? -1 / prior.since_previous_s : 0;
   for (int k = 0; k < 6; ++k) {
-    const double weight = 1 / (prior.sigma[k] * prior.sigma[k]);
-    const bool by_pose = coupled && k != 3 && k != 4;
-    const double slope = by_pose ? -1 / prior.since_previous_s : 0;
+    const bool tilt = k == 3 || k == 4;
+    const double weight =
+        1 / (prior.sigma[k] * prior.sigma[k]) + (tilt ? kTiltWeight * (*H)(6 + k, 6 + k) : 0);
     (*H)(k, k) += weight * slope * slope;
     (*H)(k, 6 + k) += weight * slope;
     (*H)(6 + k, k) += weight * slope;
@@ -52,35 +48,11 @@ void AddPrior(const TwistPrior& prior, const ScanPose& pose, Matrix12d* H, Vecto
   }
 }
 
-// Adds what is known of the pose beforehand.
-void AddGuess(const Vector6d& sigma, const Pose& guess, const Pose& current, Matrix12d* H,
-              Vector12d* g) {
-  const Vector6d offset = Log(guess.Inverse() * current);
-  const Vector6d weight = sigma.cwiseAbs2().cwiseInverse();  // Zero for an infinite sigma.
-  H->diagonal().head<6>() += weight;
-  g->head<6>() += weight.cwiseProduct(offset);
-}
-
-// Ties pose and twist to the guess along what is not observed. The twist too: what noise says of it
-// there would carry the predictions of the scans to come away.
-void HoldDegenerate(const Degeneracy& degeneracy, const ScanPose& guess, const ScanPose& current,
-                    int used, Matrix12d* H, Vector12d* g) {
-  const Vector6d offset = Log(guess.T_odom_sensor.Inverse() * current.T_odom_sensor);
-  const Vector6d twist_offset = current.twist - guess.twist;
-  const auto hold = [&](const Vector6d& direction, double weight) {
-    const Matrix6d held = weight * direction * direction.transpose();
-    H->topLeftCorner<6, 6>() += held;
-    H->bottomRightCorner<6, 6>() += held;
-    g->head<6>() += held * offset;
-    g->tail<6>() += held * twist_offset;
-  };
-  const double weight = kHoldPerMatch * std::max(used, 1);
-  for (const Eigen::Vector3d& d : degeneracy.translations) {
-    hold((Vector6d() << d, Eigen::Vector3d::Zero()).finished(), weight);
-  }
-  for (const Eigen::Vector3d& d : degeneracy.rotations) {
-    hold((Vector6d() << Eigen::Vector3d::Zero(), d).finished(), weight);
-  }
+Matrix6d FreeMotion(const MatchOptions& options) {
+  Vector6d sigma;
+  sigma << Eigen::Vector3d::Constant(options.free_sigma_m),
+      Eigen::Vector3d::Constant(options.free_sigma_rad);
+  return sigma.cwiseAbs2().asDiagonal();
 }
 
 }  // namespace
@@ -102,13 +74,17 @@ struct ScanMatcher::Pass {
   NormalEquations equations;
   int used = 0;
   double agreement = 0;  // Sum of robust weights.
-  double lever2 = 0;     // Sum of squared distances from the sensor.
+  NormalNoise noise;
+  std::vector<MatchRow>* rows = nullptr;
 
   // One residual: q in the sensor frame at the reference time, `normal` in odom.
-  void AddRow(const Eigen::Vector3d& q, const Eigen::Vector3d& normal, double tau, double weight,
-              double residual) {
-    const Eigen::Vector3d rotated = rotation.transpose() * normal;
-    equations.Add(PoseJacobian(q, rotated), tau, weight, residual, with_twist);
+  void AddRow(const Eigen::Vector3d& q, const Eigen::Vector3d& offset,
+              const Eigen::Vector3d& normal, double tau, double weight, double residual,
+              double tilt_variance) {
+    const Vector6d jacobian = PoseJacobian(q, rotation.transpose() * normal);
+    equations.Add(jacobian, tau, weight, residual, with_twist);
+    rows->push_back({jacobian, weight});
+    noise.Add(q, rotation.transpose() * offset, jacobian, weight, tilt_variance);
   }
 
   // Geman-McClure: rho(r) = r^2 / (1 + r^2 / c^2), so the weight is 1 / (1 + r^2 / c^2)^2.
@@ -131,12 +107,13 @@ void ScanMatcher::AccumulateSurfaces(const Features& features, const MatchOption
     map->Find(p, &found);
     if (found.shape == nullptr) continue;
     const Eigen::Vector3d normal = found.shape->direction.cast<double>();
-    const double residual = normal.dot(p - found.origin - found.shape->mean.cast<double>());
+    const Eigen::Vector3d offset = p - found.origin - found.shape->mean.cast<double>();
+    const double residual = normal.dot(offset);
     if (std::abs(residual) > options.gate_m) continue;
     const double weight =
         pass->RobustWeight(residual * residual) * point.weight / (noise2 + found.shape->variance);
-    pass->lever2 += q.squaredNorm();
-    pass->AddRow(q, normal, point.time - pass->pose.reference_s, weight, residual);
+    pass->AddRow(q, offset, normal, point.time - pass->pose.reference_s, weight, residual,
+                 found.shape->tilt_variance);
   }
 }
 
@@ -160,16 +137,16 @@ void ScanMatcher::AccumulateEdges(const Features& features, const MatchOptions& 
     if (residual2 > options.gate_m * options.gate_m) continue;
     const double weight =
         pass->RobustWeight(residual2) * point.weight / (noise2 + found.shape->variance);
-    pass->lever2 += q.squaredNorm();
     const double tau = point.time - pass->pose.reference_s;
-    pass->AddRow(q, u, tau, weight, ru);
-    pass->AddRow(q, v, tau, weight, rv);
+    pass->AddRow(q, offset, u, tau, weight, ru, found.shape->tilt_variance);
+    pass->AddRow(q, offset, v, tau, weight, rv, found.shape->tilt_variance);
   }
 }
 
 MatchResult ScanMatcher::Match(const Features& features, const ScanPose& guess,
-                               const std::optional<TwistPrior>& prior, const MatchOptions& options,
-                               LocalMap* surfaces, LocalMap* edges) {
+                               const PosePrior& pose_prior,
+                               const std::optional<TwistPrior>& twist_prior,
+                               const MatchOptions& options, LocalMap* surfaces, LocalMap* edges) {
   found_surfaces_.assign(features.surfaces.size(), LocalMap::Found());
   found_edges_.assign(features.edges.size(), LocalMap::Found());
   const auto [begin_s, end_s] = TimeSpan(features);
@@ -178,13 +155,14 @@ MatchResult ScanMatcher::Match(const Features& features, const ScanPose& guess,
   const size_t stride = options.stride;
   result.features = static_cast<int>((features.surfaces.size() + stride - 1) / stride +
                                      (features.edges.size() + stride - 1) / stride);
-  const double noise2 = options.point_noise_m * options.point_noise_m;
   double kernel = options.kernel_start_m;
   for (int iteration = 0; iteration < options.max_iterations; ++iteration) {
     const ScanMotion motion(result.pose.twist, result.pose.reference_s, begin_s, end_s);
     Pass pass(result.pose, motion);
     pass.kernel2 = kernel * kernel;
-    pass.with_twist = prior.has_value() && iteration >= options.pose_only_iterations;
+    rows_.clear();
+    pass.rows = &rows_;
+    pass.with_twist = twist_prior.has_value() && iteration >= options.pose_only_iterations;
     AccumulateSurfaces(features, options, &pass, surfaces);
     AccumulateEdges(features, options, &pass, edges);
     result.iterations = iteration + 1;
@@ -194,30 +172,27 @@ MatchResult ScanMatcher::Match(const Features& features, const ScanPose& guess,
 
     Matrix12d H = pass.equations.Information();
     Vector12d g = pass.equations.Gradient();
-    result.degeneracy = FindDegeneracy(noise2 * pass.equations.pose(), pass.used,
-                                       std::sqrt(pass.lever2 / pass.used), options.least_share);
-    AddGuess(options.guess_sigma, guess.T_odom_sensor, result.pose.T_odom_sensor, &H, &g);
-    HoldDegenerate(result.degeneracy, guess, result.pose, pass.used, &H, &g);
     if (pass.with_twist)
-      AddPrior(*prior, result.pose, &H, &g);
+      AddPrior(*twist_prior, result.pose, &H, &g);
     else
       H.bottomRightCorner<6, 6>() += Matrix6d::Identity();
 
-    const Eigen::LDLT<Matrix12d> solver(H);
-    const Vector12d step = -solver.solve(g);
+    const Vector6d offset = Log(pose_prior.T_odom_sensor.Inverse() * result.pose.T_odom_sensor);
+    const JointEstimate estimate = Solve(H, g, pass.noise, rows_, pose_prior.covariance, offset);
+    const Vector12d& step = estimate.step;
     if (!step.allFinite()) return result;
     result.pose.T_odom_sensor = result.pose.T_odom_sensor * Exp(step.head<6>());
     if (pass.with_twist) result.pose.twist += step.tail<6>();
+    result.covariance = estimate.covariance;
+    result.information = estimate.match_information;
     const bool settled = kernel <= options.kernel_m;
     kernel = std::max(options.kernel_m, kernel / 2);
-    const bool last_stage = pass.with_twist || !prior.has_value();
+    const bool last_stage = pass.with_twist || !twist_prior.has_value();
     const bool small =
         step.head<3>().norm() < options.stop_m && step.segment<3>(3).norm() < options.stop_rad;
-    if ((settled && last_stage && small) || iteration + 1 == options.max_iterations) {
-      result.covariance = solver.solve(Matrix12d::Identity());
-      break;
-    }
+    if (settled && last_stage && small) break;
   }
+  result.degeneracy = FindDegeneracy(result.information, FreeMotion(options));
   return result;
 }
 

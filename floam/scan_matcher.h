@@ -3,7 +3,6 @@
 
 #include <Eigen/Core>
 #include <cmath>
-#include <limits>
 #include <optional>
 #include <vector>
 
@@ -11,6 +10,7 @@
 #include "floam/degeneracy.h"
 #include "floam/features.h"
 #include "floam/local_map.h"
+#include "floam/match_information.h"
 #include "floam/normal_equations.h"
 
 namespace isthmus::floam {
@@ -34,9 +34,8 @@ struct ScanPose {
   }
 };
 
-// What is known of the twist before matching: with `since_previous_s` > 0 that its translation and
-// yaw are about those of the motion from T_odom_previous to the pose sought, and roll and pitch
-// about zero; else that it is about `mean`.
+// What is known of the twist before matching: with `since_previous_s` > 0 that it is about that of
+// the motion from T_odom_previous to the pose sought; else that it is about `mean`.
 struct TwistPrior {
   Pose T_odom_previous;
   double since_previous_s = 0;
@@ -53,15 +52,17 @@ struct MatchOptions {
   double gate_m = 1.0;           // Farther from its plane or line a point is no match.
   double stop_m = 3e-4;          // Steps smaller than both end the iteration.
   double stop_rad = 3e-5;
-  double least_share = 0.012;  // See FindDegeneracy.
-  // Sigma of the guess about each direction of [rho; phi], sensor frame; infinite: not known.
-  Vector6d guess_sigma = Vector6d::Constant(std::numeric_limits<double>::infinity());
+  // How far the sensor may come within a scan from where it was expected, one sigma, m and rad:
+  // what matches say no better than this is not observed.
+  double free_sigma_m = 0.05;
+  double free_sigma_rad = 0.02;
   int stride = 1;  // Uses every stride-th feature.
 };
 
 struct MatchResult {
   ScanPose pose;
   Matrix12d covariance = Matrix12d::Zero();  // Of [pose motion; twist] as in NormalEquations.
+  Matrix6d information = Matrix6d::Zero();   // Of the pose motion, by the matches alone.
   Degeneracy degeneracy;
   int features = 0;      // Tried.
   int used = 0;          // With a plane or line within the gate.
@@ -74,11 +75,11 @@ struct MatchResult {
 // scratch memory.
 class ScanMatcher {
  public:
-  // Minimises from `guess`. Undistorts the features with the twist at hand in every iteration; the
-  // twist stays as it is unless there is a `prior` for it. Directions that the matches do not
-  // observe stay as in `guess`. Never fails: see MatchResult::used and agreement.
-  MatchResult Match(const Features& features, const ScanPose& guess,
-                    const std::optional<TwistPrior>& prior, const MatchOptions& options,
+  // Minimises from `guess`, together with what is known of the pose. Undistorts the features with
+  // the twist at hand in every iteration; the twist stays as it is unless there is a `twist_prior`
+  // for it. Never fails: see MatchResult::used and agreement.
+  MatchResult Match(const Features& features, const ScanPose& guess, const PosePrior& pose_prior,
+                    const std::optional<TwistPrior>& twist_prior, const MatchOptions& options,
                     LocalMap* surfaces, LocalMap* edges);
 
  private:
@@ -89,6 +90,7 @@ class ScanMatcher {
   void AccumulateEdges(const Features& features, const MatchOptions& options, Pass* pass,
                        LocalMap* map);
 
+  std::vector<MatchRow> rows_;
   std::vector<LocalMap::Found> found_surfaces_, found_edges_;  // One per feature.
 };
 

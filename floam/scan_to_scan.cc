@@ -5,15 +5,14 @@
 #include <algorithm>
 #include <cmath>
 
-#include "floam/degeneracy.h"
 #include "floam/normal_equations.h"
 
 namespace isthmus::floam {
 namespace {
 
+double Squared(double v) { return v * v; }
+
 constexpr int kLeastRows = 10;
-// Stiffness along directions that are not observed, per row.
-constexpr double kHoldPerRow = 1e6;
 // Three points of which the third is nearer than this to the line through the others (sine of the
 // angle) are no plane.
 constexpr float kLeastSine = 0.05F;
@@ -104,9 +103,9 @@ void ScanToScan::FindLines(const std::vector<TimedPoint>& edges, const ScanMotio
 // With T = Exp(xi) the motion in `elapsed_s` and s the share of it that lies between two points,
 // the residual is n . q - offset with q = Exp(s xi) p. A small motion T -> Exp(d) T moves q by
 // Exp(s d), to first order in the motion (the left Jacobians of xi and s xi are taken as identity).
-bool ScanToScan::Step(const ScanMotion& motion, double elapsed_s, Pose* moved) const {
+bool ScanToScan::Step(const ScanMotion& motion, double elapsed_s, const Pose& guessed,
+                      Pose* moved) const {
   NormalEquations equations;
-  double lever2 = 0;
   const auto place = [&](const Row& row) { return motion.ToReference(row.position, row.since); };
   const auto distance = [](const Row& row, const Eigen::Vector3f& q) {
     return static_cast<double>(row.normal.dot(q) - row.offset);
@@ -115,7 +114,6 @@ bool ScanToScan::Step(const ScanMotion& motion, double elapsed_s, Pose* moved) c
     const Vector6d jacobian = PoseJacobian(q.cast<double>(), row.normal.cast<double>());
     const double weight = row.weight * HuberWeight(scale_by, options_.kernel_m);
     equations.Add(row.since / elapsed_s * jacobian, 0, weight, r, false);
-    lever2 += q.squaredNorm();
   };
   for (const Row& row : surface_rows_) {
     const Eigen::Vector3f q = place(row);
@@ -131,16 +129,13 @@ bool ScanToScan::Step(const ScanMotion& motion, double elapsed_s, Pose* moved) c
   }
   const auto rows = static_cast<int>(surface_rows_.size() + edge_rows_.size());
   if (rows < kLeastRows) return false;
-  // Nothing moves along what is not observed: it stays as it was guessed.
+  Vector6d weight;
+  weight << Eigen::Vector3d::Constant(Squared(options_.row_sigma_m / options_.guess_sigma_m)),
+      Eigen::Vector3d::Constant(Squared(options_.row_sigma_m / options_.guess_sigma_rad));
   Matrix6d H = equations.pose();
-  const Degeneracy weak = FindDegeneracy(H, rows, std::sqrt(lever2 / rows), options_.least_share);
-  for (const Eigen::Vector3d& d : weak.translations) {
-    H.topLeftCorner<3, 3>() += kHoldPerRow * rows * d * d.transpose();
-  }
-  for (const Eigen::Vector3d& d : weak.rotations) {
-    H.bottomRightCorner<3, 3>() += kHoldPerRow * rows * d * d.transpose();
-  }
-  const Vector6d step = -H.ldlt().solve(equations.Gradient().head<6>());
+  H.diagonal() += weight;
+  const Vector6d away = weight.cwiseProduct(Log(*moved * guessed.Inverse()));
+  const Vector6d step = -H.ldlt().solve(equations.Gradient().head<6>() + away);
   if (!step.allFinite()) return false;
   *moved = Exp(step) * *moved;
   return true;
@@ -151,14 +146,15 @@ ScanToScanResult ScanToScan::Match(const Features& features, const Vector6d& gue
   ScanToScanResult result;
   result.twist = guess;
   result.features = static_cast<int>(features.surfaces.size() + features.edges.size());
-  Pose moved = Exp(elapsed_s * guess);
+  const Pose guessed = Exp(elapsed_s * guess);
+  Pose moved = guessed;
   for (int round = 0; round < options_.rounds; ++round) {
     const ScanMotion found_with = MotionOf(result.twist, elapsed_s);
     FindPlanes(features.surfaces, found_with, elapsed_s);
     FindLines(features.edges, found_with, elapsed_s);
     result.used = static_cast<int>(surface_rows_.size() + edge_rows_.size() / 2);
     for (int iteration = 0; iteration < options_.iterations; ++iteration) {
-      if (!Step(MotionOf(result.twist, elapsed_s), elapsed_s, &moved)) return result;
+      if (!Step(MotionOf(result.twist, elapsed_s), elapsed_s, guessed, &moved)) return result;
       result.twist = Log(moved) / elapsed_s;
     }
   }

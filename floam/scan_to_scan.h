@@ -19,8 +19,9 @@ struct ScanToScanOptions {
   float reach_m = 5;      // Neighbours farther away than this are none.
   int ring_reach = 2;     // How many rings away a neighbouring ring may be.
   double kernel_m = 0.1;  // Scale of the Huber loss.
-  // See FindDegeneracy; the motion along such directions stays as it was guessed.
-  double least_share = 0.004;
+  // One sigma of a match, and of the motion about the guess: what is not observed stays near it.
+  double row_sigma_m = 0.05;
+  double guess_sigma_m = 0.2, guess_sigma_rad = 0.1;
   // Less than this many matches, or a motion this far from what it was guessed to be: see Guess.
   int min_used = 60;
   double max_surprise_m = 0.6;
@@ -81,7 +82,7 @@ class ScanToScan {
                   double elapsed_s);
   void FindLines(const std::vector<TimedPoint>& edges, const ScanMotion& motion, double elapsed_s);
   // One Gauss-Newton step of the motion in `elapsed_s`; false if there is none to take.
-  bool Step(const ScanMotion& motion, double elapsed_s, Pose* moved) const;
+  bool Step(const ScanMotion& motion, double elapsed_s, const Pose& guessed, Pose* moved) const;
 
   const ScanToScanOptions options_;
   RingIndex edges_, surfaces_;  // Of the previous scan, as measured.

@@ -39,7 +39,7 @@ Vector6d Start::MotionBetween(const ScanFrame& frame, double elapsed_s) {
 
 MatchResult Start::MatchFrom(const Vector6d& twist, const ScanFrame& frame, Tracker* tracker,
                              FeatureMap* map, ScanPose* first) {
-  MatchOptions matching = tracker->Matching(*map);
+  MatchOptions matching = tracker->options().matching;
   matching.kernel_start_m = kKernelM;
   const double elapsed_s = 1e-9 * static_cast<double>(frame.stamp_ns - stamp_ns_);
   first->twist = twist;
@@ -48,9 +48,10 @@ MatchResult Start::MatchFrom(const Vector6d& twist, const ScanFrame& frame, Trac
     first->T_odom_sensor = T_odom_first_ * Exp(first->reference_s * first->twist);
     map->Clear();
     map->Insert(first_, *first, period_s_);
-    match = tracker->matcher()->Match(frame.features,
-                                      Predict(*first, elapsed_s, tracker->ReferenceTime(frame)),
-                                      std::nullopt, matching, map->surfaces(), map->edges());
+    const ScanPose guess = Predict(*first, elapsed_s, tracker->ReferenceTime(frame));
+    match =
+        tracker->matcher()->Match(frame.features, guess, tracker->Near(guess.T_odom_sensor, *map),
+                                  std::nullopt, matching, map->surfaces(), map->edges());
     if (!tracker->Fits(match, *map)) break;
     const double between_s = elapsed_s + match.pose.reference_s - first->reference_s;
     first->twist = Log(first->T_odom_sensor.Inverse() * match.pose.T_odom_sensor) / between_s;

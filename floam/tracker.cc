@@ -10,6 +10,7 @@ constexpr double kMaxTiltingS = 0.3;  // A bump, or noise: robots do not go on t
 // Scans farther apart than this many periods: too much may have happened to trust the motion.
 constexpr double kGapPeriods = 3.5;
 constexpr double kSteadyFading = 0.1;
+constexpr double kNearM = 2, kNearRad = 0.5;
 constexpr double kGapTwistSigma = 1.0;  // m/s and rad/s, after a gap.
 
 }  // namespace
@@ -32,6 +33,10 @@ double Tracker::ReferenceTime(const ScanFrame& frame) const {
   return IsContinuous() ? -0.5 * frame.period_s : 0;
 }
 
+double Tracker::Between(const ScanFrame& frame) const {
+  return ElapsedSeconds(frame) + ReferenceTime(frame) - last_.pose.reference_s;
+}
+
 bool Tracker::IsAfterGap(const ScanFrame& frame) const {
   return ElapsedSeconds(frame) > kGapPeriods * sensor_.scan_period_s;
 }
@@ -49,26 +54,52 @@ std::optional<TwistPrior> Tracker::Prior(const ScanFrame& frame, const ScanPose&
     return prior;
   }
   prior.T_odom_previous = last_.pose.T_odom_sensor;
-  prior.since_previous_s = ElapsedSeconds(frame) + guess.reference_s - last_.pose.reference_s;
+  prior.since_previous_s = Between(frame);
   prior.sigma.head<3>().setConstant(options_.speed_change_sigma);
   prior.sigma.segment<2>(3).setConstant(options_.tilt_rate_sigma);
   prior.sigma[5] = options_.yaw_rate_change_sigma;
   return prior;
 }
 
-MatchResult Tracker::Match(const ScanFrame& frame, const ScanPose& guess,
-                           const MatchOptions& options, FeatureMap* map) {
-  return matcher_.Match(frame.features, guess, Prior(frame, guess), options, map->surfaces(),
-                        map->edges());
+// Little of the ground may be in the map, and that far away and in single rings.
+void Tracker::HoldWhileNew(const FeatureMap& map, Matrix6d* covariance) const {
+  if (!map.IsNew()) return;
+  const auto hold = [&](int k, double sigma) {
+    const double variance = std::min((*covariance)(k, k), sigma * sigma);
+    covariance->row(k).setZero();
+    covariance->col(k).setZero();
+    (*covariance)(k, k) = variance;
+  };
+  hold(2, options_.young_height_sigma_m);
+  hold(3, options_.young_tilt_sigma_rad);
+  hold(4, options_.young_tilt_sigma_rad);
 }
 
-MatchOptions Tracker::Matching(const FeatureMap& map) const {
-  MatchOptions matching = options_.matching;
-  if (map.IsNew()) {
-    matching.guess_sigma[2] = options_.young_height_sigma_m;
-    matching.guess_sigma.segment<2>(3).setConstant(options_.young_tilt_sigma_rad);
-  }
-  return matching;
+PosePrior Tracker::Near(const Pose& T_odom_sensor, const FeatureMap& map) const {
+  Vector6d variance;
+  variance << Eigen::Vector3d::Constant(kNearM * kNearM),
+      Eigen::Vector3d::Constant(kNearRad * kNearRad);
+  PosePrior prior{T_odom_sensor, variance.asDiagonal()};
+  HoldWhileNew(map, &prior.covariance);
+  return prior;
+}
+
+MatchResult Tracker::Match(const ScanFrame& frame, const ScanPose& guess, FeatureMap* map) {
+  PosePrior prior{guess.T_odom_sensor, motion_.Displacement(Between(frame))};
+  HoldWhileNew(*map, &prior.covariance);
+  return matcher_.Match(frame.features, guess, prior, Prior(frame, guess), options_.matching,
+                        map->surfaces(), map->edges());
+}
+
+MatchResult Tracker::MatchNear(const ScanFrame& frame, const ScanPose& guess,
+                               const MatchOptions& options, FeatureMap* map) {
+  return matcher_.Match(frame.features, guess, Near(guess.T_odom_sensor, *map), Prior(frame, guess),
+                        options, map->surfaces(), map->edges());
+}
+
+void Tracker::Begin(const Sighting& sighting) {
+  last_ = sighting;
+  motion_ = MotionModel();
 }
 
 bool Tracker::Fits(const MatchResult& match, const FeatureMap& map) const {
@@ -91,6 +122,7 @@ void Tracker::Adopt(const ScanFrame& frame, const FeatureMap& map, MatchResult* 
   }
   // What a new map says of the tilt is held to the prediction: noise in its rate would add up.
   if (map.IsNew()) match->pose.twist.segment<2>(3).setZero();
+  motion_.Update(Between(frame), match->covariance.topLeftCorner<6, 6>());
   last_ = {match->pose, frame.stamp_ns};
   degenerate_ = match->degeneracy.any();
   if (!degenerate_) steady_ += kSteadyFading * (match->pose.twist - steady_);

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "floam/feature_map.h"
+#include "floam/motion_model.h"
 #include "floam/odometry_options.h"
 #include "floam/scan_frame.h"
 #include "floam/scan_matcher.h"
@@ -32,9 +33,10 @@ class Tracker {
  public:
   Tracker(const SensorModel& sensor, const OdometryOptions& options);
 
+  const OdometryOptions& options() const { return options_; }
   const Sighting& last() const { return last_; }
-  // Goes on from there.
-  void Begin(const Sighting& sighting) { last_ = sighting; }
+  // Goes on from there, of the motion only its twist known.
+  void Begin(const Sighting& sighting);
   // Takes the match to the map for the truth; it goes on from there.
   void Adopt(const ScanFrame& frame, const FeatureMap& map, MatchResult* match);
 
@@ -42,22 +44,26 @@ class Tracker {
   double ReferenceTime(const ScanFrame& frame) const;
   // From the END of the scan seen last to that of the new one.
   double ElapsedSeconds(const ScanFrame& frame) const;
+  // Between the instants whose poses are estimated.
+  double Between(const ScanFrame& frame) const;
   // Whether too much may have happened in between to trust in the motion going on.
   bool IsAfterGap(const ScanFrame& frame) const;
   // Where the scan should be if the motion goes on.
   ScanPose Prediction(const ScanFrame& frame) const;
 
-  // Matches from `guess`, with what the motion so far tells about the motion within the scan.
-  MatchResult Match(const ScanFrame& frame, const ScanPose& guess, const MatchOptions& options,
-                    FeatureMap* map);
+  // Matches from `guess`, with what the motion so far tells about where the scan should be and
+  // about the motion within it.
+  MatchResult Match(const ScanFrame& frame, const ScanPose& guess, FeatureMap* map);
+  // The same from a place that may be anywhere near, whatever the motion so far.
+  MatchResult MatchNear(const ScanFrame& frame, const ScanPose& guess, const MatchOptions& options,
+                        FeatureMap* map);
   // Where the scan should be if the motion along directions that are no longer observed goes on as
   // it was on average: the last scans before had little to say of it, and their noise would be kept
   // from then on.
   ScanPose SteadyPrediction(const ScanFrame& frame, const Degeneracy& unobserved) const;
   bool IsDegenerate() const { return degenerate_; }  // The last match was.
-  // What to match with: the options' settings and, while the map is new, a hold on height and
-  // tilt.
-  MatchOptions Matching(const FeatureMap& map) const;
+  // A place about which little is known; while the map is new, its height and tilt are.
+  PosePrior Near(const Pose& T_odom_sensor, const FeatureMap& map) const;
 
   // Whether the scan lies on the map well enough to be believed at all, ...
   bool Fits(const MatchResult& match, const FeatureMap& map) const;
@@ -69,17 +75,19 @@ class Tracker {
   // For state_codec.h.
   template <typename Self, typename Io>
   static void Fields(Self& self, Io& io) {
-    io(self.last_, self.degenerate_, self.steady_);
+    io(self.last_, self.motion_, self.degenerate_, self.steady_);
   }
 
  private:
   bool IsContinuous() const { return options_.mode == OdometryMode::kContinuous; }
+  void HoldWhileNew(const FeatureMap& map, Matrix6d* covariance) const;
   std::optional<TwistPrior> Prior(const ScanFrame& frame, const ScanPose& guess) const;
 
   const SensorModel sensor_;
   const OdometryOptions options_;
   ScanMatcher matcher_;
   Sighting last_;
+  MotionModel motion_;
   bool degenerate_ = false;
   Vector6d steady_ = Vector6d::Zero();  // Fading average of twists that were observed.
 };

@@ -54,6 +54,12 @@ Shape FitShape(const VoxelSums& sums, ShapeKind kind) {
     shape.valid = eigenvalues[2] > kMinWidth2 && eigenvalues[1] < kMaxSlimness * eigenvalues[2];
     shape.variance = std::max(0.5F * (eigenvalues[0] + eigenvalues[1]), 0.F);
   }
+  // To first order in the noise, lambda_0 lambda_1 / (N (lambda_1 - lambda_0)^2) along the axis of
+  // lambda_1: of both axes the one that is known less.
+  const float gap =
+      kind == ShapeKind::kPlane ? eigenvalues[1] - eigenvalues[0] : eigenvalues[2] - eigenvalues[1];
+  const float spread = kind == ShapeKind::kPlane ? eigenvalues[1] : eigenvalues[2];
+  shape.tilt_variance = shape.variance * spread * inverse / std::max(gap * gap, 1e-12F);
   shape.valid = shape.valid && shape.direction.allFinite();
   return shape;
 }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "floam/feature_map.h"
@@ -254,6 +255,40 @@ TEST(Odometry, SaysSoWhenItIsLostAndFindsItselfAgain) {
     }
   }
   EXPECT_LT(drive.error().translation().norm(), 0.05);
+}
+
+// Carried to where nothing is known: what was seen before and what comes share no frame.
+TEST(Odometry, BeginsASegmentWhereItIsLostForGood) {
+  Drive drive(Loop(1.2), WithMode(OdometryMode::kContinuous));
+  for (int k = 0; k < 60; ++k) ASSERT_EQ(drive.Step(k)->segment, 1u);
+  Room elsewhere;
+  elsewhere.walls = {{-9, -4.5, -0.9}, {6, 7, 3.4}};
+  elsewhere.boxes = {{{2, 3, -0.9}, {3, 5, 1.2}}, {{-6, -2, -0.9}, {-5, -1.2, 2}}};
+  const auto there = [](double time_s) {
+    return Pose(Eigen::Vector3d(0.8 * std::max(0.0, time_s - 8.0), 0.3, 0));
+  };
+  std::optional<Pose> T_elsewhere_odom;
+  int begun = 0;
+  for (int k = 60; k < 130; ++k) {
+    const auto result = drive.odometry().Process(MakeScan(elsewhere, there, drive.sensor(), k));
+    ASSERT_TRUE(result.ok());
+    if (result->segment == 1) {
+      EXPECT_EQ(result->status, TrackingStatus::kLost) << k;
+      continue;
+    }
+    ASSERT_EQ(result->segment, 2u);
+    const Pose T_elsewhere_sensor = there(0.1 * (k + 1));
+    if (!T_elsewhere_odom) {
+      begun = k;
+      EXPECT_LT(Log(result->T_odom_sensor).norm(), 1e-9);
+      T_elsewhere_odom = T_elsewhere_sensor * result->T_odom_sensor.Inverse();
+    }
+    const Pose error = T_elsewhere_sensor.Inverse() * *T_elsewhere_odom * result->T_odom_sensor;
+    EXPECT_NE(result->status, TrackingStatus::kLost) << k;
+    EXPECT_LT(error.translation().norm(), 0.1) << k;
+  }
+  EXPECT_GE(begun, 79);  // Two seconds, in which it is looked for.
+  EXPECT_LE(begun, 83);
 }
 
 // Picked up and put down between two scans, near enough for false minima.

@@ -81,6 +81,8 @@ TEST(NormalEquations, AreTheSumsOfTheirRows) {
 }
 
 // A map of the furnished room from several places, and a scan within it.
+PosePrior Anywhere(const Pose& near) { return {near, Matrix6d::Identity()}; }
+
 class ScanMatcherTest : public ::testing::Test {
  protected:
   ScanMatcherTest()
@@ -114,7 +116,8 @@ class ScanMatcherTest : public ::testing::Test {
                     const std::optional<TwistPrior>& prior = std::nullopt) {
     MatchOptions options;
     options.max_iterations = 30;
-    return matcher_.Match(features, guess, prior, options, &surfaces_, &edges_);
+    return matcher_.Match(features, guess, Anywhere(guess.T_odom_sensor), prior, options,
+                          &surfaces_, &edges_);
   }
 
   static void ExpectNear(const Pose& expected, const Pose& actual) {
@@ -191,8 +194,9 @@ TEST_F(ScanMatcherTest, FindsNothingInAnEmptyMap) {
   LocalMap no_surfaces(ShapeKind::kPlane, LocalMapOptions());
   LocalMap no_edges(ShapeKind::kLine, LocalMapOptions());
   const Features features = FeaturesOf([&](double) { return T_truth_; }, room_, 104);
-  const MatchResult match = matcher_.Match(features, {T_truth_, Vector6d::Zero(), 0}, std::nullopt,
-                                           MatchOptions(), &no_surfaces, &no_edges);
+  const MatchResult match =
+      matcher_.Match(features, {T_truth_, Vector6d::Zero(), 0}, Anywhere(T_truth_), std::nullopt,
+                     MatchOptions(), &no_surfaces, &no_edges);
   EXPECT_EQ(match.used, 0);
   EXPECT_EQ(match.agreement, 0);
   ExpectNear(T_truth_, match.pose.T_odom_sensor);
@@ -218,7 +222,10 @@ TEST(Degeneracy, ATunnelIsNotObservedAlongItsAxis) {
   }
   const Pose T_truth(Eigen::Vector3d(0.7 * 7, 0, 0));
   const Pose T_guess = T_truth * Pose::FromXyzRpy(0.3, 0.1, 0.05, 0, 0, 0.02);
-  const MatchResult match = ScanMatcher().Match(features, {T_guess, Vector6d::Zero(), 0},
+  // As the motion may have gone on: 5 cm and 0.02 rad.
+  PosePrior expected{T_guess, 0.05 * 0.05 * Matrix6d::Identity()};
+  expected.covariance.bottomRightCorner<3, 3>() *= 0.16;
+  const MatchResult match = ScanMatcher().Match(features, {T_guess, Vector6d::Zero(), 0}, expected,
                                                 std::nullopt, MatchOptions(), &surfaces, &edges);
   ASSERT_EQ(match.degeneracy.translations.size(), 1u);
   EXPECT_GT(std::abs(match.degeneracy.translations[0].x()), 0.99);
@@ -229,13 +236,13 @@ TEST(Degeneracy, ATunnelIsNotObservedAlongItsAxis) {
   EXPECT_NEAR(error.translation().z(), 0, 0.01);
   EXPECT_LT(RotationAngle(error), 0.003);
 
-  // Nor how fast it moves along it: that stays as it was guessed, too.
+  // Nor how fast it moves along it: as fast as the motion so far has it.
   TwistPrior prior;
-  prior.T_odom_previous = T_guess * Pose(Eigen::Vector3d(-0.05, 0, 0));
+  prior.T_odom_previous = T_guess * Pose(Eigen::Vector3d(-0.13, 0, 0));
   prior.since_previous_s = 0.1;
   const Vector6d twist = (Vector6d() << 1.3, 0, 0, 0, 0, 0).finished();
-  const MatchResult moving =
-      ScanMatcher().Match(features, {T_guess, twist, 0}, prior, MatchOptions(), &surfaces, &edges);
+  const MatchResult moving = ScanMatcher().Match(features, {T_guess, twist, 0}, expected, prior,
+                                                 MatchOptions(), &surfaces, &edges);
   EXPECT_NEAR(moving.pose.twist.x(), 1.3, 0.05);
 }
 

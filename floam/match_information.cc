@@ -1,0 +1,77 @@
+#include "floam/match_information.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+namespace isthmus::floam {
+namespace {
+
+// So many matches may be wrong without deciding anything.
+constexpr double kWrong = 6;
+// Directions about which the matches say so many times more than the prior need no second look.
+constexpr double kCertain = 200;
+
+// The share of the information about a direction that is left if any kWrong of the matches are
+// wrong: these have sqrt(kWrong Sum c^2) of Sum c at most, c the contribution of each.
+double TrustworthyShare(const std::vector<MatchRow>& rows, const Vector6d& direction) {
+  double sum = 0, sum2 = 0;
+  for (const MatchRow& row : rows) {
+    const double along = row.jacobian.dot(direction);
+    const double contribution = row.weight * along * along;
+    sum += contribution;
+    sum2 += contribution * contribution;
+  }
+  return sum > 0 ? std::max(0.0, 1 - std::sqrt(kWrong * sum2) / sum) : 0;
+}
+
+}  // namespace
+
+Matrix6d NormalNoise::Information() const {
+  const Eigen::Matrix3d cross = Skew(first_);
+  Matrix6d all;
+  all << sum_ * Eigen::Matrix3d::Identity(), -cross, cross,
+      second_.trace() * Eigen::Matrix3d::Identity() - second_;
+  return all - along_;
+}
+
+JointEstimate Solve(const Matrix12d& H, const Vector12d& g, const NormalNoise& noise,
+                    const std::vector<MatchRow>& rows, const Matrix6d& prior,
+                    const Vector6d& offset) {
+  // The twist follows from the pose: what remains is about the pose alone.
+  const Eigen::LLT<Matrix6d> twist(Matrix6d(H.bottomRightCorner<6, 6>()));
+  const Matrix6d follow = twist.solve(Matrix6d(H.bottomLeftCorner<6, 6>()));
+  const Matrix6d A = H.topLeftCorner<6, 6>() - H.topRightCorner<6, 6>() * follow;
+  const Vector6d b = g.head<6>() - follow.transpose() * g.tail<6>();
+
+  const Matrix6d L = prior.llt().matrixL();
+  const Matrix6d whitened = L.transpose() * A * L;
+  const Eigen::SelfAdjointEigenSolver<Matrix6d> solver(0.5 * (whitened + whitened.transpose()));
+  const Matrix6d directions = L * solver.eigenvectors();
+  const Vector6d slope = directions.transpose() * (b - noise.Gradient());
+  const Vector6d from_noise =
+      (directions.transpose() * noise.Information() * directions).diagonal();
+  const Vector6d away =
+      solver.eigenvectors().transpose() * L.triangularView<Eigen::Lower>().solve(offset);
+  Vector6d move, left, known;
+  for (int k = 0; k < 6; ++k) {
+    const double all = std::max(solver.eigenvalues()[k], 0.0);
+    const double trust = all < kCertain ? TrustworthyShare(rows, directions.col(k)) : 1;
+    known[k] = trust * std::max(all - from_noise[k], 0.0);
+    left[k] = 1 / (known[k] + 1);
+    move[k] = -left[k] * ((known[k] > 0 ? trust * slope[k] : 0) + away[k]);
+  }
+  JointEstimate estimate;
+  const Vector6d step = directions * move;
+  estimate.step << step, -follow * step - twist.solve(Vector6d(g.tail<6>()));
+  const Matrix6d pose = directions * left.asDiagonal() * directions.transpose();
+  const Matrix6d mixed = -pose * follow.transpose();
+  const Matrix6d rest = twist.solve(Matrix6d::Identity()) + follow * pose * follow.transpose();
+  estimate.covariance << pose, mixed, mixed.transpose(), rest;
+  const Matrix6d back = L.transpose().triangularView<Eigen::Upper>().solve(solver.eigenvectors());
+  estimate.match_information = back * known.asDiagonal() * back.transpose();
+  return estimate;
+}
+
+}  // namespace isthmus::floam

@@ -1,0 +1,31 @@
+// What is known of the sensor's motion before a scan is matched: how it went on, and how surely.
+#pragma once
+
+#include "core/pose.h"
+
+namespace isthmus::floam {
+
+// Constant velocity with white noise on the acceleration (Barfoot, "State Estimation for Robotics",
+// section 11.1): over t seconds the position goes astray by q t^3 / 3, the velocity by q t, and
+// both together by q t^2 / 2. Scans say where the sensor was, and with that how fast it came there,
+// by as much as they observe; along what they do not the velocity grows uncertain. Not thread safe.
+class MotionModel {
+ public:
+  // Of the twist by which the sensor may be elsewhere than if the motion went on, `elapsed_s` after
+  // the last scan; twist order [rho; phi], sensor frame, m^2 and rad^2.
+  Matrix6d Displacement(double elapsed_s) const;
+  // A scan was matched, after which that covariance is `posterior`.
+  void Update(double elapsed_s, const Matrix6d& posterior);
+
+  // For state_codec.h.
+  template <typename Self, typename Io>
+  static void Fields(Self& self, Io& io) {
+    io(self.velocity_);
+    if constexpr (Io::kIsReading) io.Expect(self.velocity_.allFinite());
+  }
+
+ private:
+  Matrix6d velocity_ = Matrix6d::Zero();  // Covariance of the twist at the last scan.
+};
+
+}  // namespace isthmus::floam

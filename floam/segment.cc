@@ -1,0 +1,182 @@
+#include "floam/segment.h"
+
+#include <absl/status/status.h>
+#include <absl/strings/str_cat.h>
+
+#include "floam/pose_covariance.h"
+
+namespace isthmus::floam {
+namespace {
+
+// Scans after the first that may fail to match it, before it begins anew.
+constexpr int kStartAttempts = 3;
+// Scans in a row that may match unusually badly, before the robot counts as lost.
+constexpr int kMostDoubtful = 10;
+
+// Of a pose that may be wrong altogether.
+Degeneracy Everything() {
+  Degeneracy degeneracy;
+  for (int axis = 0; axis < 3; ++axis) {
+    degeneracy.translations.push_back(Eigen::Vector3d::Unit(axis));
+    degeneracy.rotations.push_back(Eigen::Vector3d::Unit(axis));
+  }
+  return degeneracy;
+}
+
+double Seconds(int64_t from_ns, int64_t to_ns) {
+  return 1e-9 * static_cast<double>(to_ns - from_ns);
+}
+
+}  // namespace
+
+Segment::Segment(const SensorModel& sensor, const OdometryOptions& options)
+    : options_(options),
+      tracker_(sensor, options),
+      map_(options),
+      recovery_(options),
+      relocaliser_(options.matching, RelocaliserOptions(), options.R_base_sensor) {}
+
+absl::Status Segment::CheckFirst(const ScanFrame& frame) const {
+  const size_t surfaces = frame.features.surfaces.size();
+  if (static_cast<int>(surfaces) >= options_.min_used) return absl::OkStatus();
+  return absl::InvalidArgumentError(absl::StrCat(
+      "scan ", frame.sequence, " shows only ", surfaces, " surface points, of ", options_.min_used,
+      " needed to begin with; is the view blocked or the sensor model wrong?"));
+}
+
+double Segment::LostSeconds() const { return lost_ ? Seconds(lost_since_ns_, previous_ns_) : 0; }
+
+std::optional<MatchResult> Segment::Second(const ScanFrame& frame) {
+  // Two scans far apart in time have no motion in common, and what little a single scan shows fits
+  // in many places.
+  if (tracker_.IsAfterGap(frame)) {
+    start_.Again(frame, &tracker_);
+    return std::nullopt;
+  }
+  MatchResult match = start_.Second(frame, &tracker_, &map_);
+  if (!tracker_.Fits(match, map_)) {
+    if (start_.attempts() >= kStartAttempts) start_.Again(frame, &tracker_);
+    return std::nullopt;
+  }
+  quality_.Add(match);
+  return match;
+}
+
+std::optional<MatchResult> Segment::Follow(const ScanFrame& frame, const ScanPose& prediction) {
+  MatchResult match = tracker_.Match(frame, prediction, &map_);
+  if (match.degeneracy.any() && !tracker_.IsDegenerate() && !map_.IsYoung()) {
+    match = tracker_.Match(frame, tracker_.SteadyPrediction(frame, match.degeneracy), &map_);
+  }
+  if (!lost_ && !tracker_.IsAfterGap(frame) && tracker_.Fits(match, map_) &&
+      tracker_.IsExpected(match, prediction)) {
+    in_doubt_ = quality_.IsUsual(match) ? 0 : in_doubt_ + 1;
+    if (in_doubt_ == 0 || (in_doubt_ <= kMostDoubtful && quality_.IsDoubtful(match))) {
+      quality_.Add(match);
+      return match;
+    }
+  }
+  in_doubt_ = 0;
+  return recovery_.Find(frame, match, quality_, &tracker_, &map_);
+}
+
+// The sensor was carried away: it goes on from there, in the map that was seen there before.
+std::optional<MatchResult> Segment::Relocalise(const ScanFrame& frame) {
+  std::optional<MatchResult> match = relocaliser_.Find(frame, tracker_.last().pose.T_odom_sensor,
+                                                       quality_, tracker_.ReferenceTime(frame));
+  if (match) {
+    const Pose T_odom_end = match->pose.At(0);
+    map_.Resume(relocaliser_.PointsAround(T_odom_end.translation(), options_.map.radius_m),
+                T_odom_end);
+  }
+  return match;
+}
+
+// Where matching begins: the motion goes on or, in kAloam, is what the last two scans tell.
+ScanPose Segment::Prediction(const ScanFrame& frame) {
+  const ScanPose steady = tracker_.Prediction(frame);
+  if (options_.mode != OdometryMode::kAloam || tracker_.IsAfterGap(frame)) return steady;
+  return scan_to_scan_.Guess(frame.features, steady, tracker_.ElapsedSeconds(frame));
+}
+
+void Segment::Assess(const MatchResult& match, bool carried, double elapsed_s,
+                     OdometryResult* result) {
+  const bool with_twist = options_.mode == OdometryMode::kContinuous;
+  result->covariance = CovarianceAtEnd(match, with_twist);
+  result->degeneracy = in_doubt_ > 0 ? Everything() : DegeneracyAtEnd(match);
+  if (result->degeneracy.any()) result->status = TrackingStatus::kDegenerate;
+  if (in_doubt_ > 0) result->status = TrackingStatus::kLost;
+  result->matched_covariance = MatchedCovarianceAtEnd(match, with_twist);
+  result->unobserved_covariance =
+      carried ? unobserved_.CarriedStep() : unobserved_.Step(result->degeneracy, elapsed_s);
+}
+
+ScanPose Segment::Lose(const ScanPose& prediction, const ScanFrame& frame, OdometryResult* result) {
+  if (!lost_) lost_since_ns_ = frame.stamp_ns;
+  lost_ = true;
+  result->covariance = LostCovariance();
+  result->unobserved_covariance = unobserved_.LostStep(Seconds(previous_ns_, frame.stamp_ns));
+  result->status = TrackingStatus::kLost;
+  previous_ns_ = frame.stamp_ns;
+  return prediction;
+}
+
+ScanPose Segment::Locate(const ScanFrame& frame, OdometryResult* result) {
+  if (phase_ == Phase::kFirst) {
+    start_.First(frame, &tracker_);
+    phase_ = Phase::kSecond;
+    previous_ns_ = frame.stamp_ns;
+    return tracker_.last().pose;
+  }
+  const ScanPose prediction = Prediction(frame);
+  std::optional<MatchResult> match;
+  bool carried = false;
+  if (phase_ == Phase::kSecond) {
+    match = Second(frame);
+  } else {
+    match = Follow(frame, prediction);
+    if (!match) {
+      match = Relocalise(frame);
+      carried = match.has_value();
+    }
+  }
+  if (!match) return Lose(prediction, frame, result);
+  if (lost_) {
+    recovery_.Reset();
+    relocaliser_.Reset();
+  }
+  if (carried) {
+    tracker_.Begin({match->pose, frame.stamp_ns});  // Its motion, not the way it was carried.
+  } else {
+    tracker_.Adopt(frame, map_, &*match);
+  }
+  if (options_.mode == OdometryMode::kAloam) scan_to_scan_.SetPrevious(frame.features);
+  phase_ = Phase::kUnderWay;
+  const double elapsed_s = Seconds(previous_ns_, frame.stamp_ns);
+  Assess(*match, carried, elapsed_s, result);
+  if (!lost_) tracked_s_ += elapsed_s;
+  lost_ = false;
+  previous_ns_ = frame.stamp_ns;
+  return tracker_.last().pose;
+}
+
+void Segment::UpdateMap(const ScanFrame& frame) {
+  if (lost_ || in_doubt_ > 0) return;
+  map_.Update(frame.features, tracker_.last().pose, frame.period_s);
+}
+
+void Segment::Resume(const Cloud& map_odom, const Trajectory& recent) {
+  const StampedPose& end = recent.back();
+  ScanPose last;
+  last.T_odom_sensor = end.pose;
+  if (recent.size() > 1) {
+    const StampedPose& before = recent[recent.size() - 2];
+    const double elapsed_s = Seconds(before.stamp_ns, end.stamp_ns);
+    if (elapsed_s > 0) last.twist = Log(before.pose.Inverse() * end.pose) / elapsed_s;
+  }
+  map_.Resume(map_odom, end.pose);
+  tracker_.Begin({last, end.stamp_ns});
+  previous_ns_ = end.stamp_ns;
+  phase_ = Phase::kUnderWay;  // The motion is known, nothing has to be guessed.
+}
+
+}  // namespace isthmus::floam

@@ -1,0 +1,91 @@
+// One odom frame of a robot: from where it began to where the robot was lost for good, if it was.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "core/cloud.h"
+#include "core/submap.h"
+#include "core/trajectory.h"
+#include "floam/feature_map.h"
+#include "floam/match_quality.h"
+#include "floam/odometry.h"
+#include "floam/odometry_options.h"
+#include "floam/recovery.h"
+#include "floam/relocaliser.h"
+#include "floam/scan_frame.h"
+#include "floam/scan_to_scan.h"
+#include "floam/start.h"
+#include "floam/tracker.h"
+#include "floam/unobserved_motion.h"
+
+namespace isthmus::floam {
+
+// Follows the sensor from scan to scan in one frame and, when it loses it, looks for it there. Not
+// thread safe.
+class Segment {
+ public:
+  Segment(const SensorModel& sensor, const OdometryOptions& options);
+
+  // InvalidArgument for a scan that shows too little to begin with.
+  absl::Status CheckFirst(const ScanFrame& frame) const;
+  // Where the scan was; to be called for every scan, in order. Sets the result's status,
+  // covariances and degeneracy.
+  ScanPose Locate(const ScanFrame& frame, OdometryResult* result);
+  // Puts what was seen into the map, if the scan located last was matched well enough for that.
+  void UpdateMap(const ScanFrame& frame);
+
+  // See Odometry.
+  void Resume(const Cloud& map_odom, const Trajectory& recent);
+  void Remember(const Submap& submap) { relocaliser_.Remember(submap); }
+  // Remembers what `other` did, which is not to be used any more.
+  void TakeMemory(Segment* other) { relocaliser_.TakeMemory(&other->relocaliser_); }
+
+  bool HasBegun() const { return phase_ != Phase::kFirst; }
+  int64_t previous_ns() const { return previous_ns_; }  // Stamp of the last scan located.
+  // For how long scans could not be matched, up to the last; 0 if that was.
+  double LostSeconds() const;
+  // How long scans were matched, lost ones in between left out.
+  double TrackedSeconds() const { return tracked_s_; }
+
+  // For state_codec.h. `start_` is not asked any more once under way.
+  template <typename Self, typename Io>
+  static void Fields(Self& self, Io& io) {
+    io(self.phase_, self.previous_ns_, self.lost_, self.lost_since_ns_, self.tracked_s_,
+       self.in_doubt_, self.tracker_, self.map_, self.scan_to_scan_, self.quality_,
+       self.unobserved_, self.recovery_, self.relocaliser_);
+    if constexpr (Io::kIsReading) io.Expect(self.phase_ <= Phase::kUnderWay);
+    if (self.phase_ == Phase::kSecond) io(self.start_);
+  }
+
+ private:
+  enum class Phase : uint8_t { kFirst, kSecond, kUnderWay };
+
+  // Each of these returns a match to be believed, or none.
+  std::optional<MatchResult> Second(const ScanFrame& frame);
+  std::optional<MatchResult> Follow(const ScanFrame& frame, const ScanPose& prediction);
+  std::optional<MatchResult> Relocalise(const ScanFrame& frame);
+
+  ScanPose Prediction(const ScanFrame& frame);
+  ScanPose Lose(const ScanPose& prediction, const ScanFrame& frame, OdometryResult* result);
+  void Assess(const MatchResult& match, bool carried, double elapsed_s, OdometryResult* result);
+
+  const OdometryOptions options_;
+  Tracker tracker_;
+  FeatureMap map_;
+  ScanToScan scan_to_scan_;  // kAloam.
+  Start start_;
+  MatchQuality quality_;
+  UnobservedMotion unobserved_;
+  Recovery recovery_;
+  Relocaliser relocaliser_;
+
+  Phase phase_ = Phase::kFirst;
+  int64_t previous_ns_ = 0;    // Stamp of the last scan, matched or not.
+  bool lost_ = false;          // That one was.
+  int64_t lost_since_ns_ = 0;  // Stamp of the first of these.
+  double tracked_s_ = 0;
+  int in_doubt_ = 0;  // Scans in a row that were followed, but matched unusually badly.
+};
+
+}  // namespace isthmus::floam

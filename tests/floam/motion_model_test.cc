@@ -1,0 +1,46 @@
+#include "floam/motion_model.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace isthmus::floam {
+namespace {
+
+constexpr double kScanS = 0.1;
+
+// Matched to a millimetre and a milliradian.
+Matrix6d Exact() { return 1e-6 * Matrix6d::Identity(); }
+
+TEST(MotionModel, GrowsUncertainWithTime) {
+  const MotionModel model;
+  const Matrix6d one = model.Displacement(kScanS), ten = model.Displacement(10 * kScanS);
+  EXPECT_NEAR(ten(0, 0) / one(0, 0), 1000, 1e-6);  // With the third power, the speed being known.
+  EXPECT_GT(one(5, 5), 0);
+}
+
+// Between scans the acceleration is not known; how fast it was follows from where it came.
+TEST(MotionModel, SettlesWhereScansAreExact) {
+  MotionModel model;
+  for (int k = 0; k < 50; ++k) model.Update(kScanS, Exact());
+  const double settled = model.Displacement(kScanS)(0, 0);
+  for (int k = 0; k < 50; ++k) model.Update(kScanS, Exact());
+  EXPECT_NEAR(model.Displacement(kScanS)(0, 0), settled, 1e-3 * settled);
+  EXPECT_LT(settled, 0.05 * 0.05);
+}
+
+TEST(MotionModel, ForgetsHowFastItGoesWhereNothingIsObserved) {
+  MotionModel model;
+  for (int k = 0; k < 50; ++k) model.Update(kScanS, Exact());
+  const double known = model.Displacement(kScanS)(0, 0);
+  for (int k = 0; k < 50; ++k) {
+    Matrix6d along_unobserved = Exact();
+    along_unobserved(0, 0) = model.Displacement(kScanS)(0, 0);
+    model.Update(kScanS, along_unobserved);
+  }
+  EXPECT_GT(model.Displacement(kScanS)(0, 0), 20 * known);
+  EXPECT_LT(model.Displacement(kScanS)(1, 1), 2 * known);
+}
+
+}  // namespace
+}  // namespace isthmus::floam
