@@ -66,7 +66,7 @@ Shaking Shakes(const Carrier& carrier, Random& random) {
       sway_m = 0.02, sway_deg = 1, high_hz = 2;
       break;
     case Gait::kLegs:
-      sway_m = 0.03, sway_deg = 3, low_hz = 1, high_hz = 2.5, bob_m = 0.03, step_hz = 3;
+      sway_m = 0.015, sway_deg = 2.5, low_hz = 1, high_hz = 2.5, bob_m = 0.01, step_hz = 2.5;
       break;
     case Gait::kHand:
       sway_m = 0.06, sway_deg = 9, low_hz = 0.15, high_hz = 1, bob_m = 0.03, step_hz = 1.9;
@@ -84,7 +84,7 @@ Shaking Shakes(const Carrier& carrier, Random& random) {
   const double rattle = random.Chance(0.5) ? 0 : random.Unit();
   const bool wheels = carrier.gait == Gait::kWheels || carrier.gait == Gait::kCar;
   for (int i = 0; i < 6; ++i) {
-    const double rms = i < 3 ? 0.002 : 0.25 * kDegree;
+    const double rms = i < 3 ? 0.0003 : 0.06 * kDegree;
     shaking.rattle[i] = Oscillation(wheels ? rattle * rms : 0.2 * rattle * rms, 6, 25, random);
   }
   return shaking;

@@ -30,7 +30,7 @@ void Scatter(const Woods& woods, double per_m2, double reach_m, double clear_m, 
 }
 
 void AddTrees(const Woods& woods, Random& random, Mesh* mesh) {
-  const double per_m2 = std::pow(10.0, random.Uniform(-2, -0.8));
+  const double per_m2 = std::pow(10.0, random.Uniform(-1.8, -0.7));
   const double tall = random.Uniform(5, 22), thick = random.Uniform(0.05, 0.3);
   const int leaves = random.Index(250);
   Scatter(woods, per_m2, woods.reach_m, woods.clear_m + 0.6, random,

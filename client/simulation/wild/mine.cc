@@ -84,7 +84,7 @@ Scene MakeMine(const Need& need, Random& random) {
   const Eigen::Vector2d half = 1.13 * (middle.array() + mine.opening_m / 2 + 0.5).matrix();
   AddPillar(middle, half, mine, floor, rock, true, &scene.mesh);
   const PathIndex index(*scene.path);
-  const GroundCover cover{1.2 * mine.pitch_m + 20, 0.5, 1e9, 0.5};
+  const GroundCover cover{1e3, 0.5, 15, 1, middle - half, middle + half};
   AddGround(
       floor, index, cover, [](const auto&) { return Material::kSoil; }, &scene.mesh);
   const Rock roof(random.Uniform(2, 8), mine.rough_m, 2, 0.5, random);

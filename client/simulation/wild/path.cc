@@ -130,6 +130,18 @@ void Path::Lay(const HeightAt& height, double base_m) {
   }
 }
 
+void Path::Raise(double from_m, double to_m, double by_m, double slope_m) {
+  const auto eased = [](double t) {
+    t = std::clamp(t, 0.0, 1.0);
+    return t * t * (3 - 2 * t);
+  };
+  for (size_t i = 0; i < points_.size(); ++i) {
+    const double s = step_m_ * (static_cast<double>(i) - 1);
+    points_[i].z() +=
+        by_m * (eased((s - from_m) / slope_m) - eased((s - to_m + slope_m) / slope_m));
+  }
+}
+
 Path::Sample Path::At(double s) const {
   const double u = std::clamp(s, 0.0, length()) / step_m_;
   const size_t i = std::min(static_cast<size_t>(u), points_.size() - 4);

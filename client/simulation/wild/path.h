@@ -31,6 +31,9 @@ class Path {
   // Puts it on the ground, as what has wheels `base_m` apart, ahead and across, lies on it.
   void Lay(const HeightAt& height, double base_m);
 
+  // Raises it by `by_m` between two places, with slopes of `slope_m` at both ends.
+  void Raise(double from_m, double to_m, double by_m, double slope_m);
+
   struct Sample {
     Eigen::Vector3d position;
     double yaw = 0, pitch = 0, roll = 0;

@@ -24,7 +24,7 @@ struct Lot {
 };
 
 void AddVessels(const Lot& lot, Random& random, Mesh* mesh) {
-  for (int i = 1 + random.Index(4); i > 0; --i) {
+  for (int i = 1 + random.Index(6); i > 0; --i) {
     const double radius = random.Uniform(0.3, std::min(2.5, 0.45 * lot.size.minCoeff()));
     const Eigen::Vector3d at = lot.Anywhere(radius, random);
     if (random.Chance(0.6)) {
@@ -44,7 +44,7 @@ void AddVessels(const Lot& lot, Random& random, Mesh* mesh) {
 }
 
 void AddPipes(const Lot& lot, Random& random, Mesh* mesh) {
-  for (int i = random.Index(14); i > 0; --i) {
+  for (int i = random.Index(30); i > 0; --i) {
     const double radius = random.Uniform(0.03, 0.25);
     const Eigen::Vector3d corner = lot.Anywhere(radius, random);
     const Eigen::Vector3d to = lot.Anywhere(radius, random);

@@ -130,7 +130,7 @@ Scene MakeRoad(const Need& need, Random& random) {
   Scene scene;
   const Road road = Survey(need, random);
   scene.path = road.path;
-  const double reach = random.Uniform(45, 90);
+  const double reach = random.Uniform(60, 100);
   const double paved = road.half_m + 0.1;
   const auto material = [&](const Eigen::Vector2d& at) {
     const auto near = road.index->Nearest(at, 20);
@@ -140,7 +140,7 @@ Scene MakeRoad(const Need& need, Random& random) {
     const double left = -std::sin(on.yaw) * by.x() + std::cos(on.yaw) * by.y();
     return std::abs(left + road.lane_m) < paved ? Material::kAsphalt : Material::kSoil;
   };
-  AddGround(road.ground, *road.index, {reach, 0.5, 14, 2}, material, &scene.mesh);
+  AddGround(road.ground, *road.index, {reach, 0.5, 14, 4}, material, &scene.mesh);
   for (const double side : {-1.0, 1.0}) {
     if (random.Chance(0.75)) AddRails(road, side, random, &scene.mesh);
     if (random.Chance(0.2)) {

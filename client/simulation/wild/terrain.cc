@@ -86,6 +86,8 @@ void AddGround(const HeightAt& height, const PathIndex& path, const GroundCover&
   for (double x = path.min().x() - reach; x < path.max().x() + reach; x += kPatch) {
     for (double y = path.min().y() - reach; y < path.max().y() + reach; y += kPatch) {
       const Eigen::Vector2d corner(x, y);
+      if (x > cover.high.x() || y > cover.high.y()) continue;
+      if (x + kPatch < cover.low.x() || y + kPatch < cover.low.y()) continue;
       const double distance = path.Distance(corner.array() + kPatch / 2, reach);
       if (distance >= reach) continue;
       const double cell = distance < cover.fine_reach_m ? cover.fine_m : cover.coarse_m;

@@ -42,7 +42,8 @@ struct GroundCover {
   double reach_m = 60;  // Ground up to so far from the path.
   double fine_m = 0.5;  // Cells near the path ...
   double fine_reach_m = 20;
-  double coarse_m = 2;  // ... and elsewhere.
+  double coarse_m = 2;                              // ... and elsewhere.
+  Eigen::Vector2d low{-1e9, -1e9}, high{1e9, 1e9};  // None beyond.
 };
 
 // Adds the ground around a path; `material` of a place.

@@ -57,6 +57,18 @@ Motion GivingWay(Motion walk, Motion robot, double distance_m) {
   };
 }
 
+// Kerbs that are driven up and down again, humps, sills: too low to be seen as more than noise.
+void AddBumps(const Carrier& carrier, wild::Path* path, Random& random) {
+  const bool wheels = carrier.gait == Gait::kWheels || carrier.gait == Gait::kCar;
+  const double every = random.Uniform(5, 80);
+  const double highest = random.Uniform(0.02, 0.12) * std::min(1.0, 1.5 / carrier.speed_mps);
+  if (!wheels || random.Chance(0.5)) return;
+  for (double s = every; s + 10 < path->length(); s += every * random.Uniform(0.3, 1.7)) {
+    const double length = 2 * carrier.base_m + (random.Chance(0.5) ? 0 : random.Uniform(0, 5));
+    path->Raise(s, s + length, highest * random.Unit(), carrier.base_m);
+  }
+}
+
 std::string Describe(const Carrier& carrier, const wild::Faults& faults) {
   const Eigen::Vector3d up = carrier.T_base_sensor.rotation() * Eigen::Vector3d::UnitZ();
   const double tilt = std::acos(std::clamp(up.z(), -1.0, 1.0)) * 180 / std::numbers::pi;
@@ -105,6 +117,7 @@ absl::StatusOr<WildDrive> DrawWildDrive(uint64_t seed, const WildOptions& any) {
   Random world_random(seed, 0x91, 3);
   wild::Scene scene = (*kind)->make(need, world_random);
   Random ride_random(seed, 0x91, 4);
+  AddBumps(need.carrier, scene.path.get(), ride_random);
   const auto timetable = std::make_shared<const wild::Timetable>(*scene.path, need.carrier, kBeginM,
                                                                  options->seconds, ride_random);
   const wild::Carried carried = wild::Carry(scene.path, timetable, need.carrier, ride_random);
