@@ -31,7 +31,7 @@ struct Effects {
   double blooming_rad = 0;  // Retro-reflectors look this much larger to every side.
   double mixed = 0;         // Share of edges with a point between the near and the far side.
   double packet_loss = 0;   // Share of packets, of 12 groups each, that never arrive.
-  std::vector<Shade> shades;
+  std::vector<Shade> shades = {};
 
   // Calibration: one sigma, of every ring by itself.
   double ring_range_sigma_m = 0, ring_angle_sigma_rad = 0;

@@ -84,9 +84,10 @@ Scene MakeField(const Need& need, Random& random) {
 
 Scene MakeCrowd(const Need& need, Random& random) {
   Scene scene;
+  scene.begin_m = 30;
   const bool street = random.Chance(0.5);
   scene.path = std::make_shared<Path>(
-      Path::Wandering(need.way_m + 20, random.Uniform(25, 100),
+      Path::Wandering(need.way_m + 60, random.Uniform(25, 100),
                       street ? random.Uniform(0, 0.4) : random.Uniform(0.5, 2.5),
                       std::max(2.0, need.carrier.speed_mps * 2), random));
   const HeightAt ground = Hills(random.Uniform(0, 0.05), random.Uniform(0, 0.03), random);

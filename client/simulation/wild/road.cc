@@ -25,7 +25,7 @@ Road Survey(const Need& need, Random& random) {
   const double radius = std::max(25.0, speed * random.Uniform(4, 15));
   const double swing = random.Uniform(0.05, 0.9);
   road.path = std::make_shared<Path>(
-      Path::Wandering(need.way_m + 30, random.Uniform(60, 300), swing, radius, random));
+      Path::Wandering(need.way_m + 120, random.Uniform(60, 300), swing, radius, random));
   road.half_m = random.Uniform(2.8, 7);
   road.lane_m = -road.half_m * random.Uniform(0.3, 0.5);
   const HeightAt hills = Hills(random.Uniform(0, 0.2), random.Uniform(0.02, 0.5), random);
@@ -130,6 +130,7 @@ Scene MakeRoad(const Need& need, Random& random) {
   Scene scene;
   const Road road = Survey(need, random);
   scene.path = road.path;
+  scene.begin_m = 50;
   const double reach = random.Uniform(60, 100);
   const double paved = road.half_m + 0.1;
   const auto material = [&](const Eigen::Vector2d& at) {
