@@ -53,10 +53,11 @@ std::string ToLine(const WildEntry& entry) {
   return absl::StrFormat(
       "%-9s --kind %s --seed %d %s %s (%s): %d scans, ok %d degenerate %d lost %d rejected %d, "
       "longest lost %.1f s, rmse %.3f m = %.2f %% of %.0f m, worst %.2f m, silent %d (untold %d), "
-      "segments %d, %.1f ms",
+      "segments %d, %.1f ms = %.4f cal",
       entry.kind, entry.kind, entry.seed, entry.sensor, entry.carrier, entry.about, v.scans, v.ok,
       v.degenerate, v.lost, v.rejected, v.longest_lost_s, v.rmse_m, v.rmse_percent, v.way_m,
-      v.worst_m, v.silent, v.silent_untold, v.segments, v.median_ms);
+      v.worst_m, v.silent, v.silent_untold, v.segments, v.median_ms,
+      v.median_ms / std::max(entry.cal_ms, 1e-9));
 }
 
 std::string ToMarkdown(const std::vector<WildEntry>& entries) {
@@ -102,7 +103,8 @@ nlohmann::ordered_json ToJson(const WildEntry& entry) {
           {"worst_m", v.worst_m},
           {"silent", v.silent},
           {"silent_untold", v.silent_untold},
-          {"median_ms", v.median_ms}};
+          {"median_ms", v.median_ms},
+          {"cal_ms", entry.cal_ms}};
 }
 
 }  // namespace isthmus::bench
