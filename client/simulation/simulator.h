@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -80,7 +81,7 @@ class Simulator {
 
  private:
   // The ray of every firing of a turn that begins at `begin_s`.
-  std::vector<Ray> Aim(int robot, double begin_s) const;
+  std::vector<Ray> Aim(int robot, double begin_s, std::span<const Firing> firings) const;
 
   // All constant after construction.
   Options options_;
@@ -88,8 +89,7 @@ class Simulator {
   std::vector<Motion> motions_;
   Actors actors_;
   Lidar lidar_;
-  std::vector<Eigen::Vector3f> directions_;  // In which firings truly go.
-  std::vector<float> range_offsets_;         // By ring.
+  Miscalibration miscalibration_;
   RayCaster caster_;
 };
 
