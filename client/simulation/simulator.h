@@ -29,15 +29,17 @@ struct Noise {
 };
 
 struct Options {
-  std::string world = "museum";  // See MakeWorld.
+  // See MakeWorld; or wild-KIND, one of WildKinds, which has one robot and draws noise, effects,
+  // walkers and cars by itself.
+  std::string world = "museum";
   std::string sensor = "vlp16";  // See MakeLidar.
   int robots = 2;
   double seconds = 60;
   int walkers = 0;    // People walking about among the robots, 0 to 1000.
   int cars = 0;       // Cars driving along the streets, 0 to 100; only where there are streets.
   uint64_t seed = 1;  // Of the world, the routes and the noise.
-  Noise noise;
-  Effects effects;
+  Noise noise = {};
+  Effects effects = {};
   int64_t start_stamp_ns = 1'600'000'000'000'000'000;  // Unix time at which every robot sets out.
 };
 

@@ -134,6 +134,18 @@ TEST(Wild, DrawsEveryKindAndSensor) {
   EXPECT_EQ(sensors.size(), LidarNames().size());
 }
 
+TEST(Wild, IsAWorldToSimulate) {
+  Options options{.world = "wild-mine", .robots = 1, .seconds = 1, .seed = 9};
+  const auto simulator = Simulator::Create(options);
+  ASSERT_TRUE(simulator.ok()) << simulator.status();
+  EXPECT_EQ(Flat((*simulator)->MakeScan(0, 3)), Flat(Draw(9, "mine", 1).simulator->MakeScan(0, 3)));
+  options.robots = 2;
+  EXPECT_THAT(Simulator::Create(options).status().message(), HasSubstr("--robots 1"));
+  options.robots = 1;
+  options.world = "wild-moon";
+  EXPECT_THAT(Simulator::Create(options).status().message(), HasSubstr("forest"));
+}
+
 TEST(Wild, SaysWhatThereIs) {
   const auto error = [](const WildOptions& options) {
     const auto status = DrawWildDrive(1, options).status();
