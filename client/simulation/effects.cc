@@ -253,7 +253,8 @@ Eigen::Vector3f Miscalibration::Direction(const Firing& firing) const {
 
 double StampError(const Effects& effects, double end_s, uint64_t seed, int index) {
   Random random(seed, 0x83, static_cast<uint64_t>(index));
-  return effects.stamp_jitter_s * random.Unit() * random.Unit() + effects.clock_drift * end_s;
+  const double late = random.Unit();  // Twice drawn: mostly little.
+  return effects.stamp_jitter_s * late * random.Unit() + effects.clock_drift * end_s;
 }
 
 void Disturb(const Effects& effects, const CastScan& scan, const Trace& trace, Random& random) {

@@ -78,26 +78,25 @@ Path Path::Along(const std::vector<Eigen::Vector3d>& corners, double round_m) {
   return Path(Resampled(dense, kStep), kStep);
 }
 
-Path Path::Wandering(double length_m, double wave_m, double swing_rad, double radius_m,
-                     Random& random) {
+Path Path::Wandering(const Bends& bends, Random& random) {
   constexpr double kStep = 0.25;
   constexpr int kWaves = 4;
   double per_m[kWaves], phase[kWaves], share[kWaves], sum = 0, bend = 0;
   for (int i = 0; i < kWaves; ++i) {
-    per_m[i] = 2 * std::numbers::pi / (wave_m * random.Uniform(0.5, 2.5));
+    per_m[i] = 2 * std::numbers::pi / (bends.wave_m * random.Uniform(0.5, 2.5));
     phase[i] = random.Uniform(0, 2 * std::numbers::pi);
     share[i] = random.Uniform(0.2, 1);
     sum += share[i];
   }
-  for (int i = 0; i < kWaves; ++i) bend += swing_rad * share[i] / sum * per_m[i];
-  const double gentler = std::min(1.0, 1 / (radius_m * bend));
+  for (int i = 0; i < kWaves; ++i) bend += bends.swing_rad * share[i] / sum * per_m[i];
+  const double gentler = std::min(1.0, 1 / (bends.radius_m * bend));
   std::vector<Eigen::Vector3d> points{Eigen::Vector3d::Zero()};
-  const auto count = static_cast<size_t>(length_m / kStep) + 4;
+  const auto count = static_cast<size_t>(bends.length_m / kStep) + 4;
   while (points.size() < count) {
     const double s = static_cast<double>(points.size()) * kStep;
     double heading = 0;
     for (int i = 0; i < kWaves; ++i) {
-      heading += gentler * swing_rad * share[i] / sum * std::sin(per_m[i] * s + phase[i]);
+      heading += gentler * bends.swing_rad * share[i] / sum * std::sin(per_m[i] * s + phase[i]);
     }
     points.push_back(points.back() +
                      kStep * Eigen::Vector3d(std::cos(heading), std::sin(heading), 0));
@@ -176,6 +175,11 @@ PathIndex::PathIndex(const Path& path)
     max_ = max_.cwiseMax(at);
     cells_[Key(CellOf(at.x()), CellOf(at.y()))].push_back({at, s});
   }
+}
+
+Eigen::Vector2d PathIndex::Anywhere(double reach_m, Random& random) const {
+  const double x = random.Uniform(min_.x() - reach_m, max_.x() + reach_m);
+  return {x, random.Uniform(min_.y() - reach_m, max_.y() + reach_m)};
 }
 
 PathIndex::Near PathIndex::Nearest(const Eigen::Vector2d& at, double reach_m) const {

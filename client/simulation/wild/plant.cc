@@ -125,9 +125,9 @@ Scene MakePlant(const Need& need, Random& random) {
   const Eigen::Vector2d extent = blocks.Extent();
   for (int i = random.Index(4); i > 0; --i) {  // Buildings beside it.
     const double x = random.Uniform(0, extent.x());
-    AddHouse({x, random.Chance(0.5) ? -15 : extent.y() + 15, 0},
-             {random.Uniform(8, 30), random.Uniform(6, 16), random.Uniform(3, 12)}, 0, random,
-             &scene.mesh);
+    const double y = random.Chance(0.5) ? -15 : extent.y() + 15;
+    AddHouse({x, y, 0}, {random.Uniform(8, 30), random.Uniform(6, 16), random.Uniform(3, 12)}, 0,
+             random, &scene.mesh);
   }
   return scene;
 }

@@ -68,11 +68,11 @@ double Rock::At(const Eigen::Vector3d& at) const {
   return value;
 }
 
-HeightAt Hills(double slope, double roughness_m, Random& random) {
+HeightAt Hills(const Relief& relief, Random& random) {
   const double wave = random.Uniform(30, 120);
   // Between two values 1 apart the noise rises by 1.9 a wavelength at most, and twice that is rare.
-  const auto hills = std::make_shared<Rock>(wave, slope * wave / 2.2, 2, 0.3, random);
-  const auto rough = std::make_shared<Rock>(6, roughness_m, 3, 0.45, random);
+  const auto hills = std::make_shared<Rock>(wave, relief.slope * wave / 2.2, 2, 0.3, random);
+  const auto rough = std::make_shared<Rock>(6, relief.roughness_m, 3, 0.45, random);
   return [hills, rough](const Eigen::Vector2d& at) {
     const Eigen::Vector3d level(at.x(), at.y(), 0.5);
     return hills->At(level) + rough->At(level);

@@ -34,9 +34,11 @@ class Rock {
   std::vector<SmoothNoise> octaves_;
 };
 
-// Hills whose slopes are seldom above `slope` (rise over run), with unevenness of about
-// `roughness_m` over wavelengths of 6 m and less.
-HeightAt Hills(double slope, double roughness_m, Random& random);
+struct Relief {
+  double slope = 0;        // Rise over run; seldom more.
+  double roughness_m = 0;  // About so uneven over wavelengths of 6 m and less.
+};
+HeightAt Hills(const Relief& relief, Random& random);
 
 struct GroundCover {
   double reach_m = 60;  // Ground up to so far from the path.

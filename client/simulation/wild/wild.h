@@ -13,7 +13,7 @@
 namespace isthmus::simulation {
 
 // Drives of one version are not those of another; to be raised with every change of what is drawn.
-constexpr int kWildVersion = 4;
+constexpr int kWildVersion = 5;
 
 struct WildOptions {
   std::string kind;    // One of WildKinds; empty: drawn.

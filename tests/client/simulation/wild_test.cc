@@ -174,7 +174,7 @@ TEST(Path, IsAsLongAsItSaysAndRunsThroughItsCorners) {
 
 TEST(Path, LiesOnASlopeAsWheelsDo) {
   Random random(1);
-  wild::Path path = wild::Path::Wandering(40, 1e6, 0, 10, random);  // Along x.
+  wild::Path path = wild::Path::Wandering({40, 1e6, 0, 10}, random);  // Along x.
   path.Lay([](const Eigen::Vector2d& at) { return 0.1 * at.x() + 0.2 * at.y(); }, 0.6);
   const wild::Path::Sample at = path.At(20);
   EXPECT_NEAR(at.position.z(), 0.1 * at.position.x(), 1e-6);
@@ -184,7 +184,7 @@ TEST(Path, LiesOnASlopeAsWheelsDo) {
 
 TEST(PathIndex, FindsTheNearest) {
   Random random(3);
-  const wild::Path path = wild::Path::Wandering(80, 30, 1, 5, random);
+  const wild::Path path = wild::Path::Wandering({80, 30, 1, 5}, random);
   const wild::PathIndex index(path);
   for (int i = 0; i < 200; ++i) {
     const double x = random.Uniform(-10, 70);
