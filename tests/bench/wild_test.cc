@@ -111,6 +111,7 @@ TEST(WildRide, IsTheSameFromTheCache) {
     }
     EXPECT_EQ(fresh->drive.shots[turn].end_stamp_ns, kept->drive.shots[turn].end_stamp_ns);
     EXPECT_EQ(a.sequence, b.sequence);
+    EXPECT_TRUE(b.has_ring && b.has_time);
     EXPECT_LT(RotationAngle(fresh->drive.truth_of(turn).Inverse() * kept->drive.truth_of(turn)),
               1e-12);
   }
