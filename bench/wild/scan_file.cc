@@ -15,7 +15,7 @@
 namespace isthmus::bench {
 namespace {
 
-constexpr char kMagic[8] = {'w', 'i', 'l', 'd', 's', 'c', 'a', '1'};
+constexpr char kMagic[8] = {'w', 'i', 'l', 'd', 's', 'c', 'a', '2'};
 
 // Ends the file. Before it the title, before that the entries of all scans.
 struct Tail {
@@ -56,7 +56,13 @@ absl::Status ScanFileWriter::Add(const Scan& scan, const Pose& T_world_sensor) {
   std::string frame;
   if (auto status = codec::AppendZstdFrame(planes, frame, 1); !status.ok()) return status;
   ScanEntry& entry = entries_.emplace_back();
-  entry = {written_, frame.size(), scan.points.size(), scan.end_stamp_ns, {}};
+  entry = {written_,
+           frame.size(),
+           static_cast<uint32_t>(scan.points.size()),
+           scan.has_ring,
+           scan.has_time,
+           scan.end_stamp_ns,
+           {}};
   Eigen::Map<Eigen::Vector3d>(entry.pose) = T_world_sensor.translation();
   Eigen::Map<Eigen::Vector4d>(entry.pose + 3) = T_world_sensor.rotation().coeffs();
   out_ << frame;
@@ -121,7 +127,8 @@ absl::StatusOr<Scan> ScanFile::Read(int index) {
   Scan scan;
   scan.sequence = static_cast<uint64_t>(index) + 1;
   scan.end_stamp_ns = entry.end_stamp_ns;
-  scan.has_ring = scan.has_time = true;
+  scan.has_ring = entry.has_ring;
+  scan.has_time = entry.has_time;
   scan.points.resize(entry.points);
   size_t at = 0;
   for (const Column& column : kColumns) {

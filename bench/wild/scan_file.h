@@ -18,7 +18,9 @@ namespace isthmus::bench {
 
 // What is kept of a scan beside its points.
 struct ScanEntry {
-  uint64_t offset = 0, bytes = 0, points = 0;
+  uint64_t offset = 0, bytes = 0;
+  uint32_t points = 0;
+  bool has_ring = false, has_time = false;
   int64_t end_stamp_ns = 0;
   double pose[7] = {};  // T_world_sensor: x y z, quaternion x y z w.
 };

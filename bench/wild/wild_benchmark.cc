@@ -16,8 +16,13 @@ absl::StatusOr<WildEntry> RunOne(uint64_t seed, const WildBenchmarkOptions& opti
   const auto run = Run(ride->drive, odometry);
   if (!run.ok()) return run.status();
   constexpr double kPeriodS = 0.1;  // Of every sensor model.
-  return WildEntry{ride->kind,         ride->carrier, ride->about,
-                   ride->drive.sensor, seed,          Judge(run->scans, kPeriodS)};
+  return WildEntry{.kind = ride->kind,
+                   .carrier = ride->carrier,
+                   .about = ride->about,
+                   .sensor = ride->drive.sensor,
+                   .seed = seed,
+                   .cal_ms = run->cal_ms,
+                   .verdict = Judge(run->scans, kPeriodS)};
 }
 
 std::vector<uint64_t> Seeds(const WildBenchmarkOptions& options) {

@@ -27,6 +27,7 @@ struct WildBenchmarkOptions {
 struct WildEntry {
   std::string kind, carrier, about, sensor;
   uint64_t seed = 0;
+  double cal_ms = 0;  // See CalibrationMs.
   WildVerdict verdict;
 };
 

@@ -45,6 +45,26 @@ std::vector<double> SquaredErrors(const std::vector<const ScanRecord*>& scans) {
   return {squares.begin(), squares.end()};
 }
 
+using Segments = std::map<uint32_t, std::vector<const ScanRecord*>>;
+
+struct Errors {
+  double rmse_m = 0, worst_m = 0;
+};
+
+Errors ErrorsOf(const Segments& segments) {
+  Errors errors;
+  double sum = 0, count = 0;
+  for (const auto& [segment, scans] : segments) {
+    for (const double square : SquaredErrors(scans)) {
+      sum += square;
+      ++count;
+      errors.worst_m = std::max(errors.worst_m, std::sqrt(square));
+    }
+  }
+  if (count > 0) errors.rmse_m = std::sqrt(sum / count);
+  return errors;
+}
+
 // How far the motion from one scan to another is off, seen from either of them: a scan whose
 // orientation alone is a little off is not off by that angle times the way.
 double RelativeError(const ScanRecord& from, const ScanRecord& to) {
@@ -84,7 +104,7 @@ void CountSilent(const std::vector<ScanRecord>& scans, const std::vector<double>
 WildVerdict Judge(const std::vector<ScanRecord>& scans, double period_s) {
   WildVerdict verdict;
   verdict.scans = static_cast<int>(scans.size());
-  std::map<uint32_t, std::vector<const ScanRecord*>> segments;
+  Segments segments, posed;
   std::vector<double> way, costs;
   for (size_t i = 0; i < scans.size(); ++i) {
     const ScanRecord& scan = scans[i];
@@ -95,6 +115,7 @@ WildVerdict Judge(const std::vector<ScanRecord>& scans, double period_s) {
     verdict.degenerate += scan.verdict == Verdict::kDegenerate;
     verdict.lost += scan.verdict == Verdict::kLost;
     verdict.rejected += scan.verdict == Verdict::kRejected;
+    if (!IsLost(scan)) posed[scan.segment].push_back(&scan);
     if (scan.verdict == Verdict::kOk) segments[scan.segment].push_back(&scan);
     if (scan.verdict != Verdict::kRejected) costs.push_back(scan.ms);
   }
@@ -102,16 +123,13 @@ WildVerdict Judge(const std::vector<ScanRecord>& scans, double period_s) {
   if (!way.empty()) verdict.way_m = way.back();
   verdict.median_ms = Percentile(costs, 0.5);
   CountLost(scans, period_s, &verdict);
-  double sum = 0;
-  for (const auto& [segment, of] : segments) {
-    for (const double square : SquaredErrors(of)) {
-      sum += square;
-      verdict.worst_m = std::max(verdict.worst_m, std::sqrt(square));
-    }
-  }
-  if (verdict.ok > 0) verdict.rmse_m = std::sqrt(sum / verdict.ok);
   // Standing still is no way: errors count as if of one metre.
-  verdict.rmse_percent = 100 * verdict.rmse_m / std::max(verdict.way_m, 1.0);
+  const double percent = 100 / std::max(verdict.way_m, 1.0);
+  const Errors errors = ErrorsOf(segments);
+  verdict.rmse_m = errors.rmse_m;
+  verdict.worst_m = errors.worst_m;
+  verdict.rmse_percent = percent * errors.rmse_m;
+  verdict.posed_percent = percent * ErrorsOf(posed).rmse_m;
   CountSilent(scans, way, &verdict);
   return verdict;
 }

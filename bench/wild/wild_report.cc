@@ -20,12 +20,13 @@ std::vector<double> Figures(const Group& group, Figure figure) {
 }
 
 std::string Row(const std::string& name, const Group& group) {
-  double scans = 0, lost_long = 0, ok = 0;
+  double scans = 0, lost_long = 0, ok = 0, degenerate = 0;
   int silent = 0, untold = 0, hurt = 0;
   for (const WildEntry* entry : group) {
     const WildVerdict& v = entry->verdict;
     scans += v.scans;
     ok += v.ok;
+    degenerate += v.degenerate;
     lost_long += v.lost_long * v.scans;
     silent += v.silent;
     untold += v.silent_untold;
@@ -34,10 +35,10 @@ std::string Row(const std::string& name, const Group& group) {
   const auto percent = Figures(group, [](const WildVerdict& v) { return v.rmse_percent; });
   const auto ms = Figures(group, [](const WildVerdict& v) { return v.median_ms; });
   scans = std::max(scans, 1.0);
-  return absl::StrFormat("| %s | %d | %d | %.1f | %.1f | %.2f | %.2f | %d | %d | %.1f |\n", name,
-                         group.size(), hurt, 100 * ok / scans, 100 * lost_long / scans,
-                         Percentile(percent, 0.5), Percentile(percent, 1), silent, untold,
-                         Percentile(ms, 0.5));
+  return absl::StrFormat("| %s | %d | %d | %.1f | %.1f | %.1f | %.2f | %.2f | %d | %d | %.1f |\n",
+                         name, group.size(), hurt, 100 * ok / scans, 100 * degenerate / scans,
+                         100 * lost_long / scans, Percentile(percent, 0.5), Percentile(percent, 1),
+                         silent, untold, Percentile(ms, 0.5));
 }
 
 // The worse, the higher.
@@ -52,11 +53,13 @@ std::string ToLine(const WildEntry& entry) {
   const WildVerdict& v = entry.verdict;
   return absl::StrFormat(
       "%-9s --kind %s --seed %d %s %s (%s): %d scans, ok %d degenerate %d lost %d rejected %d, "
-      "longest lost %.1f s, rmse %.3f m = %.2f %% of %.0f m, worst %.2f m, silent %d (untold %d), "
-      "segments %d, %.1f ms",
+      "longest lost %.1f s, rmse %.3f m = %.2f %% of %.0f m (with degenerate %.2f %%), worst %.2f "
+      "m, silent %d (untold %d), "
+      "segments %d, %.1f ms = %.4f cal",
       entry.kind, entry.kind, entry.seed, entry.sensor, entry.carrier, entry.about, v.scans, v.ok,
       v.degenerate, v.lost, v.rejected, v.longest_lost_s, v.rmse_m, v.rmse_percent, v.way_m,
-      v.worst_m, v.silent, v.silent_untold, v.segments, v.median_ms);
+      v.posed_percent, v.worst_m, v.silent, v.silent_untold, v.segments, v.median_ms,
+      v.median_ms / std::max(entry.cal_ms, 1e-9));
 }
 
 std::string ToMarkdown(const std::vector<WildEntry>& entries) {
@@ -67,8 +70,9 @@ std::string ToMarkdown(const std::vector<WildEntry>& entries) {
     all.push_back(&entry);
   }
   std::string text =
-      "| kind | drives | of these lost long or silent | ok % | lost > 2 s % | RMSE % median | "
-      "worst | silent scans | untold | ms |\n|---|---|---|---|---|---|---|---|---|---|\n";
+      "| kind | drives | of these lost long or silent | ok % | degenerate % | lost > 2 s % | RMSE "
+      "% median | "
+      "worst | silent scans | untold | ms |\n|---|---|---|---|---|---|---|---|---|---|---|\n";
   for (const auto& [name, group] : kinds) absl::StrAppend(&text, Row(name, group));
   absl::StrAppend(&text, Row("all", all));
   constexpr size_t kWorst = 5;
@@ -99,10 +103,12 @@ nlohmann::ordered_json ToJson(const WildEntry& entry) {
           {"way_m", v.way_m},
           {"rmse_m", v.rmse_m},
           {"rmse_percent", v.rmse_percent},
+          {"posed_percent", v.posed_percent},
           {"worst_m", v.worst_m},
           {"silent", v.silent},
           {"silent_untold", v.silent_untold},
-          {"median_ms", v.median_ms}};
+          {"median_ms", v.median_ms},
+          {"cal_ms", entry.cal_ms}};
 }
 
 }  // namespace isthmus::bench

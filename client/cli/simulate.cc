@@ -56,7 +56,7 @@ void AddSimulate(CLI::App& app, Action& action) {
   auto options = std::make_shared<Options>();
   simulation::Options& simulation = options->simulation;
   CLI::App* command = app.add_subcommand("simulate", "Simulated robots with ground truth");
-  command->add_option("--world", simulation.world, "museum, campus, corridor, twins, ...")
+  command->add_option("--world", simulation.world, "museum, campus, corridor, twins, ...; wild-forest, ...")
       ->capture_default_str();
   command->add_option("--sensor", simulation.sensor, "vlp16, hdl32, hdl64, ...")
       ->capture_default_str();

@@ -31,7 +31,7 @@ struct Effects {
   double blooming_rad = 0;  // Retro-reflectors look this much larger to every side.
   double mixed = 0;         // Share of edges with a point between the near and the far side.
   double packet_loss = 0;   // Share of packets, of 12 groups each, that never arrive.
-  std::vector<Shade> shades;
+  std::vector<Shade> shades = {};
 
   // Calibration: one sigma, of every ring by itself.
   double ring_range_sigma_m = 0, ring_angle_sigma_rad = 0;
@@ -42,21 +42,42 @@ struct Effects {
   bool Disturb() const;
 };
 
-// Where a sensor's lasers truly look: the directions of `lidar`'s firings, off by the calibration's
-// error.
-std::vector<Eigen::Vector3f> TrueDirections(const Effects& effects, const Lidar& lidar,
-                                            uint64_t seed);
-// What is added to the ranges of each ring.
-std::vector<float> RangeOffsets(const Effects& effects, const Lidar& lidar, uint64_t seed);
+// How a sensor's rings differ from what is known of them.
+class Miscalibration {
+ public:
+  Miscalibration(const Effects& effects, const Lidar& lidar, uint64_t seed);
+
+  // Where a firing truly goes, sensor frame.
+  Eigen::Vector3f Direction(const Firing& firing) const;
+  // What is added to its range.
+  float RangeOffset(const Firing& firing) const { return rings_[firing.ring].range_m; }
+
+ private:
+  struct Ring {
+    double up_rad = 0, left_rad = 0;
+    float range_m = 0;
+  };
+  bool turned_;
+  std::vector<Ring> rings_;
+};
+
 // What the stamp of the index-th scan is too late, seconds.
 double StampError(const Effects& effects, double end_s, uint64_t seed, int index);
 
-// Casts rays of a turn; `firings` says which they are.
+// Casts rays of a scan; `firings` says which they are.
 using Trace = std::function<void(std::span<const Ray> rays, std::span<const size_t> firings,
                                  std::span<Hit> hits)>;
 
-// Changes the hits of a whole turn, one per firing, that begins at `begin_s`.
-void Disturb(const Effects& effects, const Lidar& lidar, std::span<const Ray> rays,
-             const Trace& trace, double begin_s, Random& random, std::span<Hit> hits);
+// A whole scan as it was cast: a ray and a hit for each firing.
+struct CastScan {
+  std::span<const Firing> firings;
+  size_t lasers = 1;  // See Lidar.
+  std::span<const Ray> rays;
+  std::span<Hit> hits;
+  double begin_s = 0;
+};
+
+// Changes the hits of the scan.
+void Disturb(const Effects& effects, const CastScan& scan, const Trace& trace, Random& random);
 
 }  // namespace isthmus::simulation

@@ -35,8 +35,11 @@ absl::Status RecordScan(const Simulator& simulator, int robot, int index, const 
 }
 
 absl::Status WriteStamps(const Simulator& simulator, int robot, const std::string& dir) {
-  const Trajectory truth = simulator.Truth(robot);
+  Trajectory truth = simulator.Truth(robot);
   std::string times;
+  for (size_t i = 0; i < truth.size(); ++i) {
+    truth[i].stamp_ns = simulator.Stamp(robot, static_cast<int>(i));  // What the scan is known by.
+  }
   for (const StampedPose& entry : truth) {
     absl::StrAppendFormat(&times, "%d.%09d\n", entry.stamp_ns / 1'000'000'000,
                           entry.stamp_ns % 1'000'000'000);

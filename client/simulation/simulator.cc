@@ -1,6 +1,8 @@
 #include "client/simulation/simulator.h"
 
+#include <absl/strings/match.h>
 #include <absl/strings/str_cat.h>
+#include <absl/strings/string_view.h>
 
 #include <algorithm>
 #include <cmath>
@@ -9,6 +11,7 @@
 #include "client/simulation/cars.h"
 #include "client/simulation/random.h"
 #include "client/simulation/walkers.h"
+#include "client/simulation/wild/wild.h"
 
 namespace isthmus::simulation {
 namespace {
@@ -51,6 +54,20 @@ absl::Status Check(const Options& options) {
   return absl::OkStatus();
 }
 
+constexpr absl::string_view kWild = "wild-";
+
+absl::StatusOr<std::unique_ptr<Simulator>> CreateWild(const Options& options) {
+  if (options.robots != 1 || options.walkers != 0 || options.cars != 0) {
+    return absl::InvalidArgumentError(
+        "simulation: in wild worlds there is one robot, and people and cars are drawn with the "
+        "world; choose --robots 1 and neither walkers nor cars");
+  }
+  auto drive = DrawWildDrive(options.seed,
+                             {options.world.substr(kWild.size()), options.sensor, options.seconds});
+  if (!drive.ok()) return drive.status();
+  return std::move(drive->simulator);
+}
+
 // Adds what was measured, if anything, to the scan.
 void Measure(const Lidar& lidar, const Firing& firing, const Hit& hit, const Noise& noise,
              double range_offset_m, Random& random, Scan& scan) {
@@ -77,6 +94,7 @@ void Measure(const Lidar& lidar, const Firing& firing, const Hit& hit, const Noi
 
 absl::StatusOr<std::unique_ptr<Simulator>> Simulator::Create(const Options& options) {
   if (absl::Status status = Check(options); !status.ok()) return status;
+  if (absl::StartsWith(options.world, kWild)) return CreateWild(options);
   absl::StatusOr<Lidar> lidar = MakeLidar(options.sensor);
   if (!lidar.ok()) return lidar.status();
   absl::StatusOr<World> world = MakeWorld(options.world, options.seed);
@@ -105,28 +123,27 @@ Simulator::Simulator(World world, std::vector<Motion> motions, Actors actors, Li
       motions_(std::move(motions)),
       actors_(std::move(actors)),
       lidar_(std::move(lidar)),
-      directions_(TrueDirections(options.effects, lidar_, options.seed)),
-      range_offsets_(RangeOffsets(options.effects, lidar_, options.seed)),
+      miscalibration_(options.effects, lidar_, options.seed),
       caster_(world_.mesh) {}
 
 int Simulator::scan_count() const {
   return static_cast<int>(options_.seconds / lidar_.period_s + 1e-6);
 }
 
-std::vector<Ray> Simulator::Aim(int robot, double begin_s) const {
-  const size_t groups = lidar_.firings.size() / lidar_.lasers;
+std::vector<Ray> Simulator::Aim(int robot, double begin_s, std::span<const Firing> firings) const {
+  const size_t groups = firings.size() / lidar_.lasers;
   const double group_s = lidar_.period_s / static_cast<double>(groups);
-  std::vector<Ray> rays(lidar_.firings.size());
+  std::vector<Ray> rays(firings.size());
   Frame from(motions_[robot](begin_s));
   for (size_t group = 0; group < groups; ++group) {
     // Exact poses at the ends of each group; between them, some 50 us, motion is linear.
     const double group_begin = static_cast<double>(group) * group_s;
     const Frame to(motions_[robot](begin_s + group_begin + group_s));
     for (size_t i = group * lidar_.lasers; i < (group + 1) * lidar_.lasers; ++i) {
-      const double f = (lidar_.firings[i].time_s - group_begin) / group_s;
+      const double f = (firings[i].time_s - group_begin) / group_s;
       const Eigen::Matrix3d rotation = from.rotation + f * (to.rotation - from.rotation);
       rays[i].origin = (from.position + f * (to.position - from.position)).cast<float>();
-      rays[i].direction = rotation.cast<float>() * directions_[i];
+      rays[i].direction = rotation.cast<float>() * miscalibration_.Direction(firings[i]);
     }
     from = to;
   }
@@ -138,7 +155,8 @@ Scan Simulator::MakeScan(int robot, int index) const {
   scan.sequence = static_cast<uint64_t>(index) + 1;
   scan.end_stamp_ns = Stamp(robot, index);
   scan.has_ring = scan.has_time = true;
-  scan.points.reserve(lidar_.firings.size());
+  const std::vector<Firing>& firings = lidar_.firings;
+  scan.points.reserve(firings.size());
   Random random(options_.seed, static_cast<uint64_t>(robot) + 1, scan.sequence);
 
   const double begin = index * lidar_.period_s;
@@ -146,28 +164,28 @@ Scan Simulator::MakeScan(int robot, int index) const {
   const Cars cars(actors_.cars, begin, begin + lidar_.period_s);
   const auto max_range = static_cast<float>(lidar_.max_range_m);
   const auto occlude = [&](const Ray& ray, size_t firing, Hit& hit) {
-    const double fraction = lidar_.firings[firing].time_s / lidar_.period_s;
+    const double fraction = firings[firing].time_s / lidar_.period_s;
     walkers.Occlude(ray, fraction, max_range, hit);
     cars.Occlude(ray, fraction, max_range, hit);
   };
-  const std::vector<Ray> rays = Aim(robot, begin);
+  const std::vector<Ray> rays = Aim(robot, begin, firings);
   std::vector<Hit> hits(rays.size());
   for (size_t group = 0; group < rays.size(); group += lidar_.lasers) {
     caster_.Cast({&rays[group], lidar_.lasers}, max_range, {&hits[group], lidar_.lasers});
   }
   for (size_t i = 0; i < rays.size(); ++i) occlude(rays[i], i, hits[i]);
   if (options_.effects.Disturb()) {
-    const Trace trace = [&](std::span<const Ray> onward, std::span<const size_t> firings,
+    const Trace trace = [&](std::span<const Ray> onward, std::span<const size_t> which,
                             std::span<Hit> found) {
       caster_.Cast(onward, max_range, found);
-      for (size_t i = 0; i < onward.size(); ++i) occlude(onward[i], firings[i], found[i]);
+      for (size_t i = 0; i < onward.size(); ++i) occlude(onward[i], which[i], found[i]);
     };
     Random chance(options_.seed, 0x84 + static_cast<uint64_t>(robot), scan.sequence);
-    Disturb(options_.effects, lidar_, rays, trace, begin, chance, hits);
+    Disturb(options_.effects, {firings, lidar_.lasers, rays, hits, begin}, trace, chance);
   }
   for (size_t i = 0; i < hits.size(); ++i) {
-    const Firing& firing = lidar_.firings[i];
-    Measure(lidar_, firing, hits[i], options_.noise, range_offsets_[firing.ring], random, scan);
+    Measure(lidar_, firings[i], hits[i], options_.noise, miscalibration_.RangeOffset(firings[i]),
+            random, scan);
   }
   return scan;
 }

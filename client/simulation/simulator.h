@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -28,15 +29,17 @@ struct Noise {
 };
 
 struct Options {
-  std::string world = "museum";  // See MakeWorld.
+  // See MakeWorld; or wild-KIND, one of WildKinds, which has one robot and draws noise, effects,
+  // walkers and cars by itself.
+  std::string world = "museum";
   std::string sensor = "vlp16";  // See MakeLidar.
   int robots = 2;
   double seconds = 60;
   int walkers = 0;    // People walking about among the robots, 0 to 1000.
   int cars = 0;       // Cars driving along the streets, 0 to 100; only where there are streets.
   uint64_t seed = 1;  // Of the world, the routes and the noise.
-  Noise noise;
-  Effects effects;
+  Noise noise = {};
+  Effects effects = {};
   int64_t start_stamp_ns = 1'600'000'000'000'000'000;  // Unix time at which every robot sets out.
 };
 
@@ -80,7 +83,7 @@ class Simulator {
 
  private:
   // The ray of every firing of a turn that begins at `begin_s`.
-  std::vector<Ray> Aim(int robot, double begin_s) const;
+  std::vector<Ray> Aim(int robot, double begin_s, std::span<const Firing> firings) const;
 
   // All constant after construction.
   Options options_;
@@ -88,8 +91,7 @@ class Simulator {
   std::vector<Motion> motions_;
   Actors actors_;
   Lidar lidar_;
-  std::vector<Eigen::Vector3f> directions_;  // In which firings truly go.
-  std::vector<float> range_offsets_;         // By ring.
+  Miscalibration miscalibration_;
   RayCaster caster_;
 };
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Runs the odometry benchmark on three seconds of a museum and checks what it writes.
+"""Runs the odometry benchmark on seconds of a museum and of a wild drive, checks what it writes.
 
 Usage: check_odometry_benchmark.py PROGRAM OUTPUT.json
 """
@@ -35,6 +35,18 @@ assert run["corridor"] is None and run["laps"] == [] and run["scans_to_recover"]
 
 rows = [line.count("|") for line in table.splitlines()]
 assert len(rows) == 3 and len(set(rows)) == 1, table
+
+subprocess.run(
+    [program, "--wild", "1", "--seed", "4", "--kind", "house", "--sensor", "vlp16", "--seconds", "1",
+     "-o", output], check=True, capture_output=True)
+with open(output, encoding="utf-8") as file:
+    result = json.load(file)
+(drive,) = result["wild"]
+assert result["runs"] == []
+assert (drive["kind"], drive["seed"], drive["sensor"]) == ("house", 4, "vlp16")
+assert drive["scans"] == 10 == sum(
+    drive[verdict] for verdict in ("ok", "degenerate", "lost", "rejected"))
+assert drive["way_m"] >= 0 and drive["cal_ms"] > 0
 
 unknown = subprocess.run([program, "--scenario", "muse", "atlantis"], capture_output=True, text=True)
 assert unknown.returncode == 1 and "museum, campus" in unknown.stderr, unknown.stderr

@@ -21,7 +21,7 @@ double Strength(double most, Random& random) {
 void AddShades(const Carrier& carrier, Random& random, Effects* effects) {
   const auto any = [&] { return static_cast<float>(random.Uniform(-1, 1) * std::numbers::pi); };
   if (carrier.gait == Gait::kHand && carrier.height_m < 1.7) {
-    const auto half = static_cast<float>(random.Uniform(20, 50) * kDegree);
+    const auto half = static_cast<float>(random.Uniform(20, 40) * kDegree);
     effects->shades.push_back({any(), half, 1.2f, static_cast<float>(random.Uniform(0.3, 0.7))});
   } else if (random.Chance(0.3)) {
     for (int i = 1 + random.Index(3); i > 0; --i) {

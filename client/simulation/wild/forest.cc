@@ -30,7 +30,7 @@ void Scatter(const Woods& woods, double per_m2, double reach_m, double clear_m, 
 }
 
 void AddTrees(const Woods& woods, Random& random, Mesh* mesh) {
-  const double per_m2 = std::pow(10.0, random.Uniform(-2, -0.8));
+  const double per_m2 = std::pow(10.0, random.Uniform(-1.8, -0.7));
   const double tall = random.Uniform(5, 22), thick = random.Uniform(0.05, 0.3);
   const int leaves = random.Index(250);
   Scatter(woods, per_m2, woods.reach_m, woods.clear_m + 0.6, random,
@@ -38,8 +38,10 @@ void AddTrees(const Woods& woods, Random& random, Mesh* mesh) {
             const double size = random.Uniform(0.3, 1.2), radius = thick * random.Uniform(0.4, 1.6);
             if (distance < woods.clear_m + 0.6 + radius + 0.06 * tall) return;
             const bool overhangs = distance < woods.clear_m + 0.3 * tall + 2.5;
-            AddTree(foot, tall * size, radius, overhangs ? woods.clear_height_m + 0.6 : 0,
-                    distance < 25 ? leaves : leaves / 3, random, mesh);
+            AddTree(foot,
+                    {tall * size, radius, overhangs ? woods.clear_height_m + 0.6 : 0,
+                     distance < 25 ? leaves : leaves / 3},
+                    random, mesh);
           });
 }
 
@@ -55,8 +57,8 @@ void AddUndergrowth(const Woods& woods, Random& random, Mesh* mesh) {
   const double tall = random.Uniform(0.1, 0.7);
   Scatter(woods, grass, 14, 0.3, random, [&](const Eigen::Vector3d& foot, double distance) {
     const double height = tall * random.Uniform(0.3, 1) * (distance < woods.clear_m ? 0.4 : 1);
-    const Eigen::Vector3d side(0.04 * random.Normal(), 0.04 * random.Normal(), 0);
-    const Eigen::Vector3d tip(0.1 * random.Normal(), 0.1 * random.Normal(), height);
+    const Eigen::Vector3d side{0.04 * random.Normal(), 0.04 * random.Normal(), 0};
+    const Eigen::Vector3d tip{0.1 * random.Normal(), 0.1 * random.Normal(), height};
     mesh->AddTriangle(foot - side, foot + side, foot + tip, Material::kLeaves);
   });
 }
@@ -64,7 +66,7 @@ void AddUndergrowth(const Woods& woods, Random& random, Mesh* mesh) {
 void AddDebris(const Woods& woods, Random& random, Mesh* mesh) {
   Scatter(woods, random.Uniform(0, 0.01), woods.reach_m * 0.6, woods.clear_m, random,
           [&](const Eigen::Vector3d& foot, double distance) {
-            const double radius = 0.2 + 0.8 * random.Unit() * random.Unit();
+            const double small = random.Unit(), radius = 0.2 + 0.8 * small * random.Unit();
             if (distance > woods.clear_m + 1.5 * radius) AddBoulder(foot, radius, random, mesh);
           });
   Scatter(woods, random.Uniform(0, 0.005), woods.reach_m * 0.6, woods.clear_m, random,
@@ -82,10 +84,10 @@ void AddDebris(const Woods& woods, Random& random, Mesh* mesh) {
 
 Scene MakeForest(const Need& need, Random& random) {
   Scene scene;
-  scene.path = std::make_shared<Path>(Path::Wandering(need.way_m + 12, random.Uniform(15, 80),
-                                                      random.Uniform(0.5, 2.2),
-                                                      random.Uniform(2, 10), random));
-  const HeightAt ground = Hills(random.Uniform(0, 0.2), random.Uniform(0.05, 0.35), random);
+  scene.path = std::make_shared<Path>(Path::Wandering(
+      {need.way_m + 12, random.Uniform(15, 80), random.Uniform(0.5, 2.2), random.Uniform(2, 10)},
+      random));
+  const HeightAt ground = Hills({random.Uniform(0, 0.2), random.Uniform(0.05, 0.35)}, random);
   scene.path->Lay(ground, need.carrier.base_m);
   const PathIndex index(*scene.path);
   const Woods woods{index, ground, random.Uniform(30, 55), need.clear_m(), need.clear_height_m()};

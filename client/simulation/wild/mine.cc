@@ -53,7 +53,7 @@ Scene MakeMine(const Need& need, Random& random) {
   mine.height_m = std::max(need.clear_height_m() + 0.6, random.Uniform(2, 6));
   mine.rough_m = random.Uniform(0.05, 0.5);
   mine.dip = random.Chance(0.5) ? 0 : random.Uniform(-0.15, 0.15);
-  const HeightAt bumps = Hills(random.Uniform(0, 0.05), random.Uniform(0, 0.12), random);
+  const HeightAt bumps = Hills({random.Uniform(0, 0.05), random.Uniform(0, 0.12)}, random);
   const HeightAt floor = [=](const Eigen::Vector2d& at) { return bumps(at) + mine.dip * at.x(); };
 
   const double jitter = std::max(0.0, mine.opening_m / 2 - need.clear_m() - 0.6);
@@ -74,7 +74,7 @@ Scene MakeMine(const Need& need, Random& random) {
     for (int row = 0; row < mine.rows; ++row) {
       if (random.Chance(0.06)) continue;  // Robbed.
       const Eigen::Vector2d shrunk =
-          solid.cwiseProduct(Eigen::Vector2d(random.Uniform(0.7, 1), random.Uniform(0.7, 1)));
+          solid.cwiseProduct(Eigen::Vector2d{random.Uniform(0.7, 1), random.Uniform(0.7, 1)});
       AddPillar(mine.pitch_m * Eigen::Vector2d(column + 0.5, row + 0.5), shrunk, mine, floor, rock,
                 false, &scene.mesh);
     }
@@ -84,7 +84,7 @@ Scene MakeMine(const Need& need, Random& random) {
   const Eigen::Vector2d half = 1.13 * (middle.array() + mine.opening_m / 2 + 0.5).matrix();
   AddPillar(middle, half, mine, floor, rock, true, &scene.mesh);
   const PathIndex index(*scene.path);
-  const GroundCover cover{1.2 * mine.pitch_m + 20, 0.5, 1e9, 0.5};
+  const GroundCover cover{1e3, 0.5, 15, 1, middle - half, middle + half};
   AddGround(
       floor, index, cover, [](const auto&) { return Material::kSoil; }, &scene.mesh);
   const Rock roof(random.Uniform(2, 8), mine.rough_m, 2, 0.5, random);

@@ -7,11 +7,6 @@
 namespace isthmus::simulation::wild {
 namespace {
 
-constexpr double kCell = 4;  // Metres.
-
-int64_t Key(int64_t x, int64_t y) { return (x << 32) ^ (y & 0xFFFFFFFF); }
-int64_t CellOf(double x) { return static_cast<int64_t>(std::floor(x / kCell)); }
-
 // Weights of four neighbouring points at `t` between the middle two, and their derivatives.
 struct Weights {
   double at[4], slope[4], bend[4];
@@ -78,26 +73,25 @@ Path Path::Along(const std::vector<Eigen::Vector3d>& corners, double round_m) {
   return Path(Resampled(dense, kStep), kStep);
 }
 
-Path Path::Wandering(double length_m, double wave_m, double swing_rad, double radius_m,
-                     Random& random) {
+Path Path::Wandering(const Bends& bends, Random& random) {
   constexpr double kStep = 0.25;
   constexpr int kWaves = 4;
   double per_m[kWaves], phase[kWaves], share[kWaves], sum = 0, bend = 0;
   for (int i = 0; i < kWaves; ++i) {
-    per_m[i] = 2 * std::numbers::pi / (wave_m * random.Uniform(0.5, 2.5));
+    per_m[i] = 2 * std::numbers::pi / (bends.wave_m * random.Uniform(0.5, 2.5));
     phase[i] = random.Uniform(0, 2 * std::numbers::pi);
     share[i] = random.Uniform(0.2, 1);
     sum += share[i];
   }
-  for (int i = 0; i < kWaves; ++i) bend += swing_rad * share[i] / sum * per_m[i];
-  const double gentler = std::min(1.0, 1 / (radius_m * bend));
+  for (int i = 0; i < kWaves; ++i) bend += bends.swing_rad * share[i] / sum * per_m[i];
+  const double gentler = std::min(1.0, 1 / (bends.radius_m * bend));
   std::vector<Eigen::Vector3d> points{Eigen::Vector3d::Zero()};
-  const auto count = static_cast<size_t>(length_m / kStep) + 4;
+  const auto count = static_cast<size_t>(bends.length_m / kStep) + 4;
   while (points.size() < count) {
     const double s = static_cast<double>(points.size()) * kStep;
     double heading = 0;
     for (int i = 0; i < kWaves; ++i) {
-      heading += gentler * swing_rad * share[i] / sum * std::sin(per_m[i] * s + phase[i]);
+      heading += gentler * bends.swing_rad * share[i] / sum * std::sin(per_m[i] * s + phase[i]);
     }
     points.push_back(points.back() +
                      kStep * Eigen::Vector3d(std::cos(heading), std::sin(heading), 0));
@@ -130,6 +124,18 @@ void Path::Lay(const HeightAt& height, double base_m) {
   }
 }
 
+void Path::Raise(double from_m, double to_m, double by_m, double slope_m) {
+  const auto eased = [](double t) {
+    t = std::clamp(t, 0.0, 1.0);
+    return t * t * (3 - 2 * t);
+  };
+  for (size_t i = 0; i < points_.size(); ++i) {
+    const double s = step_m_ * (static_cast<double>(i) - 1);
+    points_[i].z() +=
+        by_m * (eased((s - from_m) / slope_m) - eased((s - to_m + slope_m) / slope_m));
+  }
+}
+
 Path::Sample Path::At(double s) const {
   const double u = std::clamp(s, 0.0, length()) / step_m_;
   const size_t i = std::min(static_cast<size_t>(u), points_.size() - 4);
@@ -153,39 +159,6 @@ Path::Sample Path::At(double s) const {
 Eigen::Vector3d Path::Beside(double s, double left_m) const {
   const Sample at = At(s);
   return at.position + left_m * Eigen::Vector3d(-std::sin(at.yaw), std::cos(at.yaw), 0);
-}
-
-PathIndex::PathIndex(const Path& path)
-    : min_(path.points()[0].head<2>()), max_(path.points()[0].head<2>()) {
-  constexpr double kEvery = 0.5;
-  for (double s = 0; s <= path.length(); s += kEvery) {
-    const Eigen::Vector2d at = path.At(s).position.head<2>();
-    min_ = min_.cwiseMin(at);
-    max_ = max_.cwiseMax(at);
-    cells_[Key(CellOf(at.x()), CellOf(at.y()))].push_back({at, s});
-  }
-}
-
-PathIndex::Near PathIndex::Nearest(const Eigen::Vector2d& at, double reach_m) const {
-  Near near{reach_m, 0};
-  // From the middle outwards, to be done as soon as nothing nearer can come.
-  const int64_t x = CellOf(at.x()), y = CellOf(at.y());
-  const auto rings = static_cast<int64_t>(std::ceil(reach_m / kCell));
-  for (int64_t ring = 0; ring <= rings; ++ring) {
-    if (static_cast<double>(ring - 1) * kCell > near.distance_m) break;
-    for (int64_t dx = -ring; dx <= ring; ++dx) {
-      const int64_t step = std::abs(dx) == ring ? 1 : std::max<int64_t>(2 * ring, 1);
-      for (int64_t dy = -ring; dy <= ring; dy += step) {
-        const auto cell = cells_.find(Key(x + dx, y + dy));
-        if (cell == cells_.end()) continue;
-        for (const Entry& entry : cell->second) {
-          const double distance = (entry.at - at).norm();
-          if (distance < near.distance_m) near = {distance, entry.s};
-        }
-      }
-    }
-  }
-  return near;
 }
 
 }  // namespace isthmus::simulation::wild

@@ -25,11 +25,16 @@ class Path {
   // Bends of about `wave_m` from left to right to left; never turned from the x axis by more than
   // `swing_rad`, so that with less than a right angle it does not cross itself, nor bent more
   // sharply than `radius_m`.
-  static Path Wandering(double length_m, double wave_m, double swing_rad, double radius_m,
-                        Random& random);
+  struct Bends {
+    double length_m = 0, wave_m = 0, swing_rad = 0, radius_m = 0;
+  };
+  static Path Wandering(const Bends& bends, Random& random);
 
   // Puts it on the ground, as what has wheels `base_m` apart, ahead and across, lies on it.
   void Lay(const HeightAt& height, double base_m);
+
+  // Raises it by `by_m` between two places, with slopes of `slope_m` at both ends.
+  void Raise(double from_m, double to_m, double by_m, double slope_m);
 
   struct Sample {
     Eigen::Vector3d position;
@@ -63,6 +68,8 @@ class PathIndex {
   double Distance(const Eigen::Vector2d& at, double reach_m) const {
     return Nearest(at, reach_m).distance_m;
   }
+  // A place in the rectangle around the path and `reach_m` more to every side.
+  Eigen::Vector2d Anywhere(double reach_m, Random& random) const;
   const Eigen::Vector2d& min() const { return min_; }
   const Eigen::Vector2d& max() const { return max_; }
 

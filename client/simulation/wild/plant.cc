@@ -24,7 +24,7 @@ struct Lot {
 };
 
 void AddVessels(const Lot& lot, Random& random, Mesh* mesh) {
-  for (int i = 1 + random.Index(4); i > 0; --i) {
+  for (int i = 1 + random.Index(6); i > 0; --i) {
     const double radius = random.Uniform(0.3, std::min(2.5, 0.45 * lot.size.minCoeff()));
     const Eigen::Vector3d at = lot.Anywhere(radius, random);
     if (random.Chance(0.6)) {
@@ -44,7 +44,7 @@ void AddVessels(const Lot& lot, Random& random, Mesh* mesh) {
 }
 
 void AddPipes(const Lot& lot, Random& random, Mesh* mesh) {
-  for (int i = random.Index(14); i > 0; --i) {
+  for (int i = random.Index(30); i > 0; --i) {
     const double radius = random.Uniform(0.03, 0.25);
     const Eigen::Vector3d corner = lot.Anywhere(radius, random);
     const Eigen::Vector3d to = lot.Anywhere(radius, random);
@@ -125,9 +125,9 @@ Scene MakePlant(const Need& need, Random& random) {
   const Eigen::Vector2d extent = blocks.Extent();
   for (int i = random.Index(4); i > 0; --i) {  // Buildings beside it.
     const double x = random.Uniform(0, extent.x());
-    AddHouse({x, random.Chance(0.5) ? -15 : extent.y() + 15, 0},
-             {random.Uniform(8, 30), random.Uniform(6, 16), random.Uniform(3, 12)}, 0, random,
-             &scene.mesh);
+    const double y = random.Chance(0.5) ? -15 : extent.y() + 15;
+    AddHouse({x, y, 0}, {random.Uniform(8, 30), random.Uniform(6, 16), random.Uniform(3, 12)}, 0,
+             random, &scene.mesh);
   }
   return scene;
 }

@@ -25,10 +25,10 @@ Road Survey(const Need& need, Random& random) {
   const double radius = std::max(25.0, speed * random.Uniform(4, 15));
   const double swing = random.Uniform(0.05, 0.9);
   road.path = std::make_shared<Path>(
-      Path::Wandering(need.way_m + 30, random.Uniform(60, 300), swing, radius, random));
+      Path::Wandering({need.way_m + 120, random.Uniform(60, 300), swing, radius}, random));
   road.half_m = random.Uniform(2.8, 7);
   road.lane_m = -road.half_m * random.Uniform(0.3, 0.5);
-  const HeightAt hills = Hills(random.Uniform(0, 0.2), random.Uniform(0.02, 0.5), random);
+  const HeightAt hills = Hills({random.Uniform(0, 0.2), random.Uniform(0.02, 0.5)}, random);
   // What the road is cut into: the hills without what is small.
   const auto graded = std::make_shared<Path>(*road.path);
   graded->Lay(hills, 12);
@@ -94,9 +94,7 @@ void AddCountry(const Road& road, double reach_m, Random& random, Mesh* mesh) {
   const double density = random.Chance(0.5) ? random.Uniform(0, 0.0005) : random.Uniform(0, 0.004);
   const auto count = static_cast<int>(area * share * density);
   for (int i = 0; i < count; ++i) {
-    const Eigen::Vector2d at(
-        random.Uniform(road.index->min().x() - reach_m, road.index->max().x() + reach_m),
-        random.Uniform(road.index->min().y() - reach_m, road.index->max().y() + reach_m));
+    const Eigen::Vector2d at = road.index->Anywhere(reach_m, random);
     const double distance = road.index->Distance(at, reach_m);
     const double which = random.Unit();
     if (distance >= reach_m || distance < edge) continue;
@@ -104,10 +102,11 @@ void AddCountry(const Road& road, double reach_m, Random& random, Mesh* mesh) {
     if (which < 0.45) {
       AddBush(foot, random.Uniform(0.3, 1.2), 80, random, mesh);
     } else if (which < 0.97 && distance > edge + 4) {
-      AddTree(foot, random.Uniform(3, 15), random.Uniform(0.06, 0.3), 0, 150, random, mesh);
+      AddTree(foot, {random.Uniform(3, 15), random.Uniform(0.06, 0.3), 0, 150}, random, mesh);
     } else if (distance > edge + 12) {
-      AddHouse(foot, {random.Uniform(6, 16), random.Uniform(5, 10), random.Uniform(2.5, 8)},
-               random.Uniform(0, 6.3), random, mesh);
+      const Eigen::Vector3d house{random.Uniform(6, 16), random.Uniform(5, 10),
+                                  random.Uniform(2.5, 8)};
+      AddHouse(foot, house, random.Uniform(0, 6.3), random, mesh);
     }
   }
 }
@@ -130,7 +129,8 @@ Scene MakeRoad(const Need& need, Random& random) {
   Scene scene;
   const Road road = Survey(need, random);
   scene.path = road.path;
-  const double reach = random.Uniform(45, 90);
+  scene.begin_m = 50;
+  const double reach = random.Uniform(60, 100);
   const double paved = road.half_m + 0.1;
   const auto material = [&](const Eigen::Vector2d& at) {
     const auto near = road.index->Nearest(at, 20);
@@ -140,7 +140,7 @@ Scene MakeRoad(const Need& need, Random& random) {
     const double left = -std::sin(on.yaw) * by.x() + std::cos(on.yaw) * by.y();
     return std::abs(left + road.lane_m) < paved ? Material::kAsphalt : Material::kSoil;
   };
-  AddGround(road.ground, *road.index, {reach, 0.5, 14, 2}, material, &scene.mesh);
+  AddGround(road.ground, *road.index, {reach, 0.5, 14, 4}, material, &scene.mesh);
   for (const double side : {-1.0, 1.0}) {
     if (random.Chance(0.75)) AddRails(road, side, random, &scene.mesh);
     if (random.Chance(0.2)) {

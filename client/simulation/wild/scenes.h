@@ -28,7 +28,8 @@ struct Need {
 
 struct Scene {
   Mesh mesh;
-  std::shared_ptr<Path> path;
+  std::shared_ptr<Path> path;       // Longer than was needed by `begin_m` and what is seen ahead.
+  double begin_m = 3;               // Where on the path the drive begins.
   std::vector<Motion> walks, cars;  // Feet of people, middles of cars, on the ground.
   // People give way: they come no nearer than this to the base.
   double give_way_m = 1;

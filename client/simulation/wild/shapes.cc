@@ -44,27 +44,28 @@ void AddFoliage(const Eigen::Vector3d& center, const Eigen::Vector3d& radii, int
   }
 }
 
-void AddTree(const Eigen::Vector3d& foot, double height_m, double radius_m, double bare_m,
-             int leaves, Random& random, Mesh* mesh) {
+void AddTree(const Eigen::Vector3d& foot, const Tree& tree, Random& random, Mesh* mesh) {
+  const double height_m = tree.height_m, bare_m = tree.bare_m;
   const double lean = 0.06 * random.Normal();
   const Eigen::Vector3d top =
       foot + Eigen::Vector3d(0, 0, height_m) + lean * height_m * Level(random.Uniform(0, kTurn));
   const Eigen::Vector3d root = foot - Eigen::Vector3d(0, 0, 0.5);
-  AddTube(root, top, radius_m, radius_m * 0.35, 10, Material::kWood, mesh);
+  AddTube(root, top, tree.radius_m, tree.radius_m * 0.35, 10, Material::kWood, mesh);
   const int boughs = random.Index(5);
   const double crown_from = std::max(random.Uniform(0.15, 0.6), bare_m / height_m);
   for (int i = 0; i < boughs; ++i) {
     const double up = std::max(random.Uniform(crown_from / 2, 1), (bare_m + 0.4) / height_m);
     if (up > 1) continue;
     const Eigen::Vector3d at = foot + up * (top - foot);
-    const Eigen::Vector3d tip = at + random.Uniform(0.5, 2.5) * Level(random.Uniform(0, kTurn)) +
-                                Eigen::Vector3d(0, 0, random.Uniform(-0.3, 1));
+    const double out = random.Uniform(0.5, 2.5), to = random.Uniform(0, kTurn);
+    const Eigen::Vector3d tip =
+        at + out * Level(to) + Eigen::Vector3d(0, 0, random.Uniform(-0.3, 1));
     AddTube(at, tip, 0.05, 0.02, 4, Material::kWood, mesh);
   }
   const double wide = height_m * random.Uniform(0.1, 0.25);
   if (crown_from >= 1) return;
   const Eigen::Vector3d middle = foot + (crown_from + 1) / 2 * (top - foot);
-  AddFoliage(middle, {wide, wide, height_m * (1 - crown_from) / 2}, leaves,
+  AddFoliage(middle, {wide, wide, height_m * (1 - crown_from) / 2}, tree.leaves,
              random.Uniform(0.1, 0.3), random, mesh);
 }
 

@@ -19,10 +19,13 @@ void AddTube(const Eigen::Vector3d& from, const Eigen::Vector3d& to, double radi
 void AddFoliage(const Eigen::Vector3d& center, const Eigen::Vector3d& radii, int count,
                 double leaf_m, Random& random, Mesh* mesh);
 
-// A tree on its foot: trunk of `radius_m`, some boughs, a crown; there is nothing but the trunk up
-// to `bare_m`.
-void AddTree(const Eigen::Vector3d& foot, double height_m, double radius_m, double bare_m,
-             int leaves, Random& random, Mesh* mesh);
+// A tree on its foot: a trunk, some boughs, a crown.
+struct Tree {
+  double height_m = 0, radius_m = 0;  // Of the trunk, at its foot.
+  double bare_m = 0;                  // Up to there is nothing but the trunk.
+  int leaves = 0;
+};
+void AddTree(const Eigen::Vector3d& foot, const Tree& tree, Random& random, Mesh* mesh);
 
 void AddBush(const Eigen::Vector3d& foot, double radius_m, int leaves, Random& random, Mesh* mesh);
 

@@ -68,11 +68,11 @@ double Rock::At(const Eigen::Vector3d& at) const {
   return value;
 }
 
-HeightAt Hills(double slope, double roughness_m, Random& random) {
+HeightAt Hills(const Relief& relief, Random& random) {
   const double wave = random.Uniform(30, 120);
   // Between two values 1 apart the noise rises by 1.9 a wavelength at most, and twice that is rare.
-  const auto hills = std::make_shared<Rock>(wave, slope * wave / 2.2, 2, 0.3, random);
-  const auto rough = std::make_shared<Rock>(6, roughness_m, 3, 0.45, random);
+  const auto hills = std::make_shared<Rock>(wave, relief.slope * wave / 2.2, 2, 0.3, random);
+  const auto rough = std::make_shared<Rock>(6, relief.roughness_m, 3, 0.45, random);
   return [hills, rough](const Eigen::Vector2d& at) {
     const Eigen::Vector3d level(at.x(), at.y(), 0.5);
     return hills->At(level) + rough->At(level);
@@ -86,6 +86,8 @@ void AddGround(const HeightAt& height, const PathIndex& path, const GroundCover&
   for (double x = path.min().x() - reach; x < path.max().x() + reach; x += kPatch) {
     for (double y = path.min().y() - reach; y < path.max().y() + reach; y += kPatch) {
       const Eigen::Vector2d corner(x, y);
+      if (x > cover.high.x() || y > cover.high.y()) continue;
+      if (x + kPatch < cover.low.x() || y + kPatch < cover.low.y()) continue;
       const double distance = path.Distance(corner.array() + kPatch / 2, reach);
       if (distance >= reach) continue;
       const double cell = distance < cover.fine_reach_m ? cover.fine_m : cover.coarse_m;

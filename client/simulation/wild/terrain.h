@@ -34,15 +34,18 @@ class Rock {
   std::vector<SmoothNoise> octaves_;
 };
 
-// Hills whose slopes are seldom above `slope` (rise over run), with unevenness of about
-// `roughness_m` over wavelengths of 6 m and less.
-HeightAt Hills(double slope, double roughness_m, Random& random);
+struct Relief {
+  double slope = 0;        // Rise over run; seldom more.
+  double roughness_m = 0;  // About so uneven over wavelengths of 6 m and less.
+};
+HeightAt Hills(const Relief& relief, Random& random);
 
 struct GroundCover {
   double reach_m = 60;  // Ground up to so far from the path.
   double fine_m = 0.5;  // Cells near the path ...
   double fine_reach_m = 20;
-  double coarse_m = 2;  // ... and elsewhere.
+  double coarse_m = 2;                              // ... and elsewhere.
+  Eigen::Vector2d low{-1e9, -1e9}, high{1e9, 1e9};  // None beyond.
 };
 
 // Adds the ground around a path; `material` of a place.

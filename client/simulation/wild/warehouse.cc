@@ -45,7 +45,7 @@ void AddRack(const Eigen::Vector2d& middle, const Eigen::Vector2d& size, double 
 void AddHall(const Blocks& blocks, double height_m, Random& random, Mesh* mesh) {
   const Eigen::Vector2d total = blocks.Extent();
   const Eigen::Vector2d margin =
-      blocks.aisle / 2 + Eigen::Vector2d(random.Uniform(0.5, 6), random.Uniform(0.5, 6));
+      blocks.aisle / 2 + Eigen::Vector2d{random.Uniform(0.5, 6), random.Uniform(0.5, 6)};
   const Eigen::Vector2d size = total + 2 * margin;
   const Eigen::Vector3d middle(total.x() / 2, total.y() / 2, -0.2);
   mesh->AddBox(middle, {size.x(), size.y(), 0.2}, 0, Material::kFloor);
@@ -99,7 +99,7 @@ Scene MakeYard(const Need& need, Random& random) {
   const double narrow = 2 * need.clear_m() + 1.5;
   blocks.aisle = {std::max(narrow, random.Uniform(5, 20)), std::max(narrow, random.Uniform(3, 15))};
   scene.path = WalkAmong(blocks, need, random);
-  const HeightAt ground = Hills(random.Uniform(0, 0.02), random.Uniform(0, 0.04), random);
+  const HeightAt ground = Hills({random.Uniform(0, 0.02), random.Uniform(0, 0.04)}, random);
   scene.path->Lay(ground, need.carrier.base_m);
   const double high = random.Uniform(0.5, 4.5), present = random.Uniform(0.4, 1);
   for (int column = 0; column < blocks.columns; ++column) {

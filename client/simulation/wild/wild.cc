@@ -57,6 +57,25 @@ Motion GivingWay(Motion walk, Motion robot, double distance_m) {
   };
 }
 
+// Kerbs that are driven up and down again, humps, sills: too low to be seen as more than noise.
+void AddBumps(const Carrier& carrier, wild::Path* path, Random& random) {
+  const bool wheels = carrier.gait == Gait::kWheels || carrier.gait == Gait::kCar;
+  const double every = random.Uniform(5, 80);
+  const double highest = random.Uniform(0.02, 0.12) * std::min(1.0, 1.5 / carrier.speed_mps);
+  if (!wheels || random.Chance(0.5)) return;
+  for (double s = every; s + 10 < path->length(); s += every * random.Uniform(0.3, 1.7)) {
+    const double length = 2 * carrier.base_m + (random.Chance(0.5) ? 0 : random.Uniform(0, 5));
+    path->Raise(s, s + length, highest * random.Unit(), carrier.base_m);
+  }
+}
+
+wild::Carried Ride(const wild::Need& need, wild::Scene* scene, Random& random) {
+  AddBumps(need.carrier, scene->path.get(), random);
+  const auto timetable = std::make_shared<const wild::Timetable>(
+      *scene->path, need.carrier, scene->begin_m, need.seconds, random);
+  return wild::Carry(scene->path, timetable, need.carrier, random);
+}
+
 std::string Describe(const Carrier& carrier, const wild::Faults& faults) {
   const Eigen::Vector3d up = carrier.T_base_sensor.rotation() * Eigen::Vector3d::UnitZ();
   const double tilt = std::acos(std::clamp(up.z(), -1.0, 1.0)) * 180 / std::numbers::pi;
@@ -96,44 +115,34 @@ absl::StatusOr<WildDrive> DrawWildDrive(uint64_t seed, const WildOptions& any) {
   auto lidar = MakeLidar(options->sensor);
   if (!lidar.ok()) return lidar.status();
 
-  Random random(seed, 0x91, 2);
-  constexpr double kBeginM = 3;  // Along the path.
+  Random random(seed, 0x91, 2), world_random(seed, 0x91, 3), ride_random(seed, 0x91, 4);
   wild::Need need;
   need.carrier = Carrier::Draw((*kind)->gaits, (*kind)->top_mps, random);
   need.seconds = options->seconds;
-  need.way_m = need.carrier.speed_mps * (options->seconds + 3) + 2 * kBeginM;
-  Random world_random(seed, 0x91, 3);
+  need.way_m = need.carrier.speed_mps * (options->seconds + 3);
   wild::Scene scene = (*kind)->make(need, world_random);
-  Random ride_random(seed, 0x91, 4);
-  const auto timetable = std::make_shared<const wild::Timetable>(*scene.path, need.carrier, kBeginM,
-                                                                 options->seconds, ride_random);
-  const wild::Carried carried = wild::Carry(scene.path, timetable, need.carrier, ride_random);
-
-  Actors actors;
+  const wild::Carried carried = Ride(need, &scene, ride_random);
+  Actors actors{{}, std::move(scene.cars)};
   for (Motion& walk : scene.walks) {
     actors.walks.push_back(GivingWay(std::move(walk), carried.base, scene.give_way_m));
   }
-  actors.cars = std::move(scene.cars);
   Random fault_random(seed, 0x91, 5);
   const wild::Faults faults = wild::DrawFaults(need.carrier, fault_random);
-  Options simulated;
-  simulated.world = absl::StrCat("wild-", (*kind)->name);
-  simulated.sensor = lidar->name;
-  simulated.robots = 1;
-  simulated.seconds = options->seconds;
-  simulated.seed = seed;
-  simulated.noise = faults.noise;
-  simulated.effects = faults.effects;
   World world;
-  world.name = simulated.world;
+  world.name = absl::StrCat("wild-", (*kind)->name);
   world.mesh = std::move(scene.mesh);
-  WildDrive drive;
-  drive.kind = (*kind)->name;
-  drive.carrier = wild::NameOf(need.carrier.gait);
-  drive.about = Describe(need.carrier, faults);
+  const Options simulated{.world = world.name,
+                          .sensor = lidar->name,
+                          .robots = 1,
+                          .seconds = options->seconds,
+                          .seed = seed,
+                          .noise = faults.noise,
+                          .effects = faults.effects};
+  WildDrive drive{(*kind)->name, wild::NameOf(need.carrier.gait), Describe(need.carrier, faults),
+                  nullptr};
   drive.simulator =
-      std::make_unique<const Simulator>(std::move(world), std::vector<Motion>{carried.sensor},
-                                        std::move(actors), *std::move(lidar), simulated);
+      std::make_unique<Simulator>(std::move(world), std::vector<Motion>{carried.sensor},
+                                  std::move(actors), *std::move(lidar), simulated);
   return drive;
 }
 

@@ -13,7 +13,7 @@
 namespace isthmus::simulation {
 
 // Drives of one version are not those of another; to be raised with every change of what is drawn.
-constexpr int kWildVersion = 1;
+constexpr int kWildVersion = 5;
 
 struct WildOptions {
   std::string kind;    // One of WildKinds; empty: drawn.
@@ -24,8 +24,8 @@ struct WildOptions {
 // A drive as it was drawn.
 struct WildDrive {
   std::string kind, carrier;
-  std::string about;                           // Speed, height, tilt and effects, for people.
-  std::unique_ptr<const Simulator> simulator;  // Of one robot.
+  std::string about;                     // Speed, height, tilt and effects, for people.
+  std::unique_ptr<Simulator> simulator;  // Of one robot.
 };
 
 // The options with the kind and the sensor that are drawn in place of empty ones. Errors as
