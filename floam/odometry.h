@@ -39,7 +39,10 @@ struct ScanTiming {
 struct OdometryResult {
   uint64_t sequence = 0;
   int64_t stamp_ns = 0;  // END of the scan.
-  Pose T_odom_sensor;    // At the END of the scan; identity for the first.
+  // Counted from 1; poses of different segments share no frame; grows by one with the first scan of
+  // a new segment, whose T_odom_sensor is identity.
+  uint32_t segment = 1;
+  Pose T_odom_sensor;  // At the END of the scan; identity for the first.
   // Of T_odom_sensor relative to the map around the sensor, whose drift comes on top; twist order
   // [rho; phi], sensor frame at the END of the scan, m^2 and rad^2.
   Matrix6d covariance = Matrix6d::Zero();
