@@ -467,7 +467,7 @@ absl::Status SessionWorker::RetryStoring() {
   ScanAck durable;
   {
     std::lock_guard lock(mutex_);
-    durable.durable_sequence = status_.durable_sequence;
+    FillStatus(&durable);
   }
   Send(durable);
   return absl::OkStatus();

@@ -34,7 +34,7 @@ SessionWorker::Options SmallSubmaps() {
 Pose DriveOn(double time_s) {
   const double moving = std::max(0.0, time_s - 0.5);
   const double along = moving < 1 ? 0.3 * moving * moving : 0.6 * moving - 0.3;
-  return Pose::FromXyzRpy(-15 + along, 0.4, 0, 0, 0, 0.3);
+  return Pose::FromXyzRpy(-10 + along, 0.4, 0, 0, 0, 0.3);
 }
 
 struct Turn {
@@ -149,10 +149,10 @@ TEST(Segments, AreTheSameHoweverOftenTheServerWasKilled) {
   ASSERT_TRUE(calm.worker().Finish().ok());
   const size_t begin = FirstOfSecond(expected), count = expected.size();
   std::mt19937 random(4);
-  std::set<size_t> some, second_begins = {begin - 1, begin, begin + 1}, all;
+  std::set<size_t> some, second_begins = {begin - 1, begin, begin + 1}, many;
   while (some.size() < 8) some.insert(random() % count);
-  for (size_t k = 0; k < count; ++k) all.insert(k);
-  for (const std::set<size_t>& moments : {some, second_begins, all}) {
+  for (size_t k = random() % 3; k < count; k += 3) many.insert(k);
+  for (const std::set<size_t>& moments : {some, second_begins, many}) {
     Store store;
     Session session(&store, SmallSubmaps());
     for (size_t k = 0; k < count; ++k) {
