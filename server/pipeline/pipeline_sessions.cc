@@ -179,9 +179,10 @@ absl::StatusOr<SessionStatus> PipelineImpl::FinishSession(const SessionId& sessi
   }
   if (batch.sessions.empty()) return UnknownSession(session);
   if (worker != nullptr) batch.sessions.front().scans = worker->Status().scans;
+  const int64_t now_ns = clock_.NowNs();
   for (SessionRecord& record : batch.sessions) {
     record.state = SessionState::kFinished;
-    record.finished_ns = clock_.NowNs();
+    record.finished_ns = now_ns;
   }
   if (absl::Status status = store_->Write(batch); !status.ok()) return status;
   // No ack follows the last one, and whoever took them may be gone before the worker is.

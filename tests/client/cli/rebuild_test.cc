@@ -280,6 +280,9 @@ void MakeMapOfTwoSegments(const std::string& folder) {
 TEST(Rebuild, MakesSegmentsAnewAndCarriesOverWhatWasSaidOfThem) {
   const std::string folder = ScratchFolder();
   MakeMapOfTwoSegments(folder + "/old");
+  RebuildOptions options = Options(folder);
+  options.sessions = {SegmentId(kAlice, 2)};
+  EXPECT_TRUE(absl::IsNotFound(Rebuild(options).status())) << "it goes with alice-1";
   const auto summary = Rebuild(Options(folder));
   ASSERT_TRUE(summary.ok()) << summary.status();
   ASSERT_EQ(summary->sessions.size(), 1u);
@@ -301,11 +304,6 @@ TEST(Rebuild, MakesSegmentsAnewAndCarriesOverWhatWasSaidOfThem) {
             session.compared);
   EXPECT_EQ(made->ListVerdicts()->at(0).b, second);
   EXPECT_EQ(made->ListAnchors()->at(0).submap, (SubmapId{second, 0}));
-
-  RebuildOptions options = Options(folder);
-  options.to += "er";
-  options.sessions = {second};
-  EXPECT_TRUE(absl::IsNotFound(Rebuild(options).status())) << "it goes with alice-1";
 }
 
 // Without its scans a session is taken over with all its segments.

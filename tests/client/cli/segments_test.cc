@@ -99,7 +99,7 @@ TEST_F(SegmentsTest, APushSaysSoAndTheServerTellsThemApart) {
 
   const ProgramResult odom = ask("trajectory alice --frame odom -o " + Path("last.tum"));
   EXPECT_EQ(odom.code, 0);
-  EXPECT_THAT(odom.out, HasSubstr("segment 2; not in it (another frame, see --segment): 1"));
+  EXPECT_THAT(odom.out, HasSubstr("segment 2; not in it (another frame; see --segment): 1"));
   EXPECT_EQ(ask("trajectory alice --frame odom --segment 1 -o " + Path("first.tum")).code, 0);
   EXPECT_EQ(PosesIn(Path("first.tum")), 0u + kMuseum);
   EXPECT_EQ(ask("trajectory alice --frame odom --segment 3 -o " + Path("none.tum")).code, 6);
