@@ -115,8 +115,8 @@ struct RobotTrajectory {
   SessionId session;  // The robot's newest, as it was opened.
   int64_t revision = 0;
   uint32_t component = 0;
-  Trajectory poses;                // T_odom_sensor or T_map_sensor, in one frame, in order of time.
-  std::vector<Part> parts = {};         // Of `poses`.
+  Trajectory poses;              // T_odom_sensor or T_map_sensor, in one frame, in order of time.
+  std::vector<Part> parts = {};  // Of `poses`.
   std::vector<uint32_t> left_out = {};  // Segments that are not among them.
 };
 
