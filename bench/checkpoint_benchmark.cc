@@ -25,7 +25,7 @@ Costs Measure(const Drive& drive) {
   SessionRecord record;
   const floam::SensorModel sensor = floam::FindSensorModel(drive.sensor).value();
   const auto make = [&] {
-    return ingest::SessionState(record, sensor, {}, floam::SubmapOptions(), 0);
+    return ingest::SessionState(record, sensor, {}, floam::SubmapOptions(), 1, 0);
   };
   ingest::SessionState state = make();
   Costs costs;
@@ -35,7 +35,7 @@ Costs Measure(const Drive& drive) {
     const Scan scan = MakeScan(drive, shot, ++costs.scans);
     const CpuClock tracking;
     const auto result = state.odometry.Process(scan);
-    const auto submap = result.ok() ? state.builder.Add(*result) : nullptr;
+    const auto submap = result.ok() ? state.builder->Add(*result) : nullptr;
     if (submap != nullptr) state.odometry.Remember(*submap);
     costs.odometry_ms += tracking.Ms();
     if (submap == nullptr) continue;
@@ -50,7 +50,7 @@ Costs Measure(const Drive& drive) {
   }
   ingest::SessionState other = make();
   const CpuClock opening;
-  if (saved.empty() || !other.Restore(saved).ok()) std::abort();
+  if (saved.empty() || !other.Restore(saved, [] {}).ok()) std::abort();
   costs.open_ms = opening.Ms();
   return costs;
 }

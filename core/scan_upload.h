@@ -9,6 +9,7 @@
 
 #include "core/point_payload.h"
 #include "core/pose.h"
+#include "core/session.h"
 
 namespace isthmus {
 
@@ -40,7 +41,12 @@ struct ScanAck {
   // Directions that the scan does not observe, along which the prediction was kept: unit vectors,
   // sensor frame at the END of the scan. When degenerate.
   std::vector<Eigen::Vector3d> unobserved_translations, unobserved_rotations;
-  std::optional<Pose> T_map_odom;  // Newest; absent until the session has been placed.
+  // Which segment the session is in, from 1 on, and its id: both poses are of its odom frame.
+  uint32_t segment = 1;
+  SessionId segment_session;
+  std::optional<Pose> T_map_odom;  // Newest; absent until the segment has been placed.
+  int64_t lost_since_ns = 0;       // END of the first scan since it was tracked last; 0: it is.
+  ScanCounts scans;                // Of the session, up to this one.
   uint64_t durable_sequence = 0;   // Scans up to here survive a crash of the server.
   // Computing time of the odometry, wall time, decoding apart; when processed.
   double features_ms = 0, matching_ms = 0, map_ms = 0, total_ms = 0;

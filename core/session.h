@@ -14,6 +14,16 @@ enum class SessionState {
   kFinished,  // Closed by the robot; its map stays.
 };
 
+// What became of scans.
+struct ScanCounts {
+  uint64_t ok = 0, degenerate = 0, lost = 0, rejected = 0;
+
+  friend bool operator==(const ScanCounts&, const ScanCounts&) = default;
+};
+
+// A robot that stays lost goes on in a new segment: a session of its own, with its own odom frame
+// and submaps, that is opened by the server and finished and deleted with the session that the
+// robot opened. That one is the first segment.
 struct SessionRecord {
   SessionId id;
   RobotId robot;
@@ -26,6 +36,18 @@ struct SessionRecord {
   int64_t finished_ns = 0;  // 0 while active.
   // Chosen by the client, so that asking twice opens one session; empty: none.
   std::string request_id = {};
+  uint32_t segment = 1;
+  SessionId first_segment = {};  // Of a later one: the session that the robot opened.
+  ScanCounts scans = {};         // Of all segments; known here once it is finished, in the first.
+
+  // The session that the robot opened.
+  const SessionId& opened() const { return first_segment.empty() ? id : first_segment; }
 };
+
+// "alice-1" is the first segment of session "alice-1", "alice-1.2" the second. No session that a
+// robot opens has such an id: it ends in a hyphen and digits.
+inline SessionId SegmentId(const SessionId& opened, uint32_t segment) {
+  return segment <= 1 ? opened : SessionId(opened.value() + "." + std::to_string(segment));
+}
 
 }  // namespace isthmus

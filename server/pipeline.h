@@ -45,6 +45,8 @@ struct SessionRequest {
 
 struct SessionStatus {
   SessionRecord record;
+  // Of a session that a robot opened, all but the submaps, points and the placement are of all its
+  // segments; those of a later segment are its own or empty.
   uint64_t last_sequence = 0;  // Highest that took effect.
   uint64_t durable_sequence = 0;
   uint64_t scans_processed = 0;  // Since the server started.
@@ -61,6 +63,9 @@ struct SessionStatus {
   uint64_t quota_bytes = 0;  // Of all sessions of its robot; 0: no limit.
   // What is missing of its raw scans, and why; empty while all are kept, or none are to be.
   std::string archive_problem = {};
+  uint32_t segments = 1;      // How many there are so far.
+  ScanCounts scans = {};      // From the first scan on.
+  int64_t lost_since_ns = 0;  // END of the first scan since it was tracked last; 0: it is.
 };
 
 struct ComponentInfo {
@@ -101,10 +106,18 @@ struct SubmapStatus {
 enum class TrajectoryFrame { kOdom, kMap };
 
 struct RobotTrajectory {
-  SessionId session;  // The robot's newest.
+  // Those of one segment follow each other.
+  struct Part {
+    uint32_t segment = 1;
+    size_t count = 0;
+  };
+
+  SessionId session;  // The robot's newest, as it was opened.
   int64_t revision = 0;
   uint32_t component = 0;
-  Trajectory poses;  // T_odom_sensor or T_map_sensor.
+  Trajectory poses;              // T_odom_sensor or T_map_sensor, in one frame, in order of time.
+  std::vector<Part> parts = {};  // Of `poses`.
+  std::vector<uint32_t> left_out = {};  // Segments that are not among them.
 };
 
 struct MatchGraphView {
@@ -159,7 +172,9 @@ enum class ExportFormat {
   kOctoMapFull,    // .ot
 };
 
-// Thread safe. A robot is named wherever a person asks; its newest session answers.
+// Thread safe. A robot is named wherever a person asks; its newest session answers, where that has
+// several segments the last. A later segment of a session is opened, finished and deleted with the
+// session; to ask that of it alone is FailedPrecondition.
 class Pipeline {
  public:
   // Takes up what the store holds: sessions, submaps, matches and the latest revision.
@@ -170,9 +185,9 @@ class Pipeline {
   virtual ~Pipeline() = default;
 
   // InvalidArgument for a robot name that is empty, longer than 64 or not of [A-Za-z0-9_.-], an
-  // unknown sensor or an unknown odometry, or too long a request id. This, SubmitScan and AddSubmap:
-  // ResourceExhausted while the robot is above its quota (RetentionOptions); the message says what
-  // to do.
+  // unknown sensor or an unknown odometry, or too long a request id. This, SubmitScan and
+  // AddSubmap: ResourceExhausted while the robot is above its quota (RetentionOptions); the message
+  // says what to do.
   virtual absl::StatusOr<SessionStatus> CreateSession(const SessionRequest& request) = 0;
   virtual absl::StatusOr<SessionStatus> GetSession(const SessionId& session) = 0;
   virtual std::vector<SessionStatus> ListSessions() = 0;
@@ -198,10 +213,15 @@ class Pipeline {
   virtual absl::StatusOr<std::vector<SubmapStatus>> ListSubmaps(
       const std::optional<RobotId>& robot) = 0;
   // In the map frame poses follow the submaps, smoothly from one to the next; behind the newest
-  // submap its T_map_odom holds. NotFound for an unknown robot; FailedPrecondition when frame is
-  // kMap and the robot has not been placed yet (nothing stored of it).
-  virtual absl::StatusOr<RobotTrajectory> GetTrajectory(const RobotId& robot,
-                                                        TrajectoryFrame frame) = 0;
+  // submap its T_map_odom holds. Segment 0: in the odom frame the last; in the map frame all that
+  // are placed in one component, the lowest that has any. NotFound for an unknown robot or segment;
+  // FailedPrecondition when frame is kMap and what was asked for has not been placed yet (nothing
+  // stored of it).
+  virtual absl::StatusOr<RobotTrajectory> GetTrajectory(const RobotId& robot, TrajectoryFrame frame,
+                                                        uint32_t segment) = 0;
+  absl::StatusOr<RobotTrajectory> GetTrajectory(const RobotId& robot, TrajectoryFrame frame) {
+    return GetTrajectory(robot, frame, 0);
+  }
   virtual MatchGraphView GetMatchGraph() = 0;
   // Durable on return; holds until another decision on the pair, whatever is computed. Returns the
   // match as it counts from now on (of state kNotYet when nothing is known of the pair). NotFound

@@ -34,6 +34,8 @@ struct PipelineOptions {
   // Told, from any thread, what a person who runs the server should know; must not call the
   // pipeline.
   std::function<void(const std::string& problem)> on_problem = nullptr;
+  // Likewise what is no problem of the server's: a robot is lost, was found, began a segment.
+  std::function<void(const std::string& event)> on_event = nullptr;
   floam::OdometryOptions odometry;
   floam::SubmapOptions submap;
   matching::MatcherOptions matcher;

@@ -27,6 +27,23 @@ absl::Status CheckPair(const Record& match,
   return absl::OkStatus();
 }
 
+// A later segment is nothing without the session that the robot opened.
+absl::Status CheckSession(const SessionRecord& record,
+                          const std::function<bool(const SessionId&)>& has_session) {
+  if (record.id.empty()) return absl::InvalidArgumentError("a session without an id");
+  const bool is_later = record.segment > 1;
+  if (record.segment == 0 || is_later == record.first_segment.empty() ||
+      record.first_segment == record.id) {
+    return absl::InvalidArgumentError(absl::StrCat("session ", record.id.value(),
+                                                   ": segments count from 1, and those after the ",
+                                                   "first, only those, name the first"));
+  }
+  if (!is_later || has_session(record.first_segment)) return absl::OkStatus();
+  return absl::FailedPreconditionError(absl::StrCat("segment ", record.id.value(), " of session ",
+                                                    record.first_segment.value(),
+                                                    ", which does not exist"));
+}
+
 absl::Status CheckCheckpoint(const Checkpoint& checkpoint,
                              const std::function<bool(const SessionId&)>& has_session) {
   const std::string& session = checkpoint.session.value();
@@ -72,13 +89,13 @@ absl::Status CheckGraph(const WriteBatch& batch, const StoreContents& contents,
 
 absl::Status CheckBatch(const WriteBatch& batch, const StoreContents& contents) {
   std::set<SessionId> inserted;
-  for (const SessionRecord& record : batch.sessions) {
-    if (record.id.empty()) return absl::InvalidArgumentError("a session without an id");
-    inserted.insert(record.id);
-  }
   const auto has_session = [&](const SessionId& id) {
     return inserted.count(id) > 0 || contents.has_session(id);
   };
+  for (const SessionRecord& record : batch.sessions) {
+    if (absl::Status status = CheckSession(record, has_session); !status.ok()) return status;
+    inserted.insert(record.id);
+  }
   const SessionId* last_known = nullptr;  // A batch mostly holds scans of one session.
   for (const auto& [session, entry] : batch.trajectory) {
     if (last_known != nullptr && *last_known == session) continue;

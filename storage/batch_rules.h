@@ -19,7 +19,8 @@ struct StoreContents {
   int64_t latest_revision = 0;
 };
 
-// Sessions and submaps that the batch itself inserts count as held. InvalidArgument for empty ids,
+// Sessions and submaps that the batch itself inserts count as held, a session from its place in the
+// batch on where a segment names it. InvalidArgument for empty ids, segments numbered wrongly,
 // pairs that are not ordered, moves without a revision, and what record_rules.h refuses; else the
 // errors of MapStore::Write.
 absl::Status CheckBatch(const WriteBatch& batch, const StoreContents& contents);

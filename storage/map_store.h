@@ -35,7 +35,8 @@ struct Checkpoint {
 
 // Changes that take effect together or not at all.
 struct WriteBatch {
-  // Inserted, or replaced by id. One that is finished loses its checkpoint.
+  // Inserted, or replaced by id; a later segment after its first. One that is finished loses its
+  // checkpoint.
   std::vector<SessionRecord> sessions = {};
   // Inserted, or replaced by session; with `data`.
   std::vector<Checkpoint> checkpoints = {};
@@ -76,8 +77,8 @@ struct FeatureBlob {
 };
 
 // Thread safe. Errors: NotFound for unknown ids, AlreadyExists for a submap id that exists,
-// FailedPrecondition for a submap, pose or checkpoint of a session that does not exist or a
-// revision that is not newer, InvalidArgument for a record that breaks its own type's promise
+// FailedPrecondition for a submap, pose, checkpoint or segment of a session that does not exist or
+// a revision that is not newer, InvalidArgument for a record that breaks its own type's promise
 // (batch_rules.h), DataLoss for a record whose checksum is wrong, ResourceExhausted when the disk
 // is full, Unavailable when the store cannot be reached.
 class MapStore {
@@ -88,8 +89,8 @@ class MapStore {
   // disk, of the machine. Otherwise nothing of it has happened.
   virtual absl::Status Write(const WriteBatch& batch) = 0;
 
-  // Removes a session with its trajectory, submaps, features, matches, verdicts, loop closures,
-  // anchors and checkpoint. NotFound if unknown.
+  // Removes a session and its later segments with their trajectories, submaps, features, matches,
+  // verdicts, loop closures, anchors and checkpoint, all or nothing. NotFound if unknown.
   virtual absl::Status DeleteSession(const SessionId& session) = 0;
 
   virtual absl::StatusOr<SessionRecord> GetSession(const SessionId& session) const = 0;

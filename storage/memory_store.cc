@@ -63,13 +63,18 @@ class MemoryStore : public MapStore {
 
   absl::Status DeleteSession(const SessionId& session) override {
     std::lock_guard lock(mutex_);
-    if (sessions_.erase(session) == 0) return UnknownSession(session);
+    if (Find(session) == nullptr) return UnknownSession(session);
+    std::set<SessionId> gone;
+    for (const auto& [id, data] : sessions_) {
+      if (id == session || data.record.first_segment == session) gone.insert(id);
+    }
     const auto of_session = [&](const auto& item) {
-      return item.first.first == session || item.first.second == session;
+      return gone.contains(item.first.first) || gone.contains(item.first.second);
     };
+    std::erase_if(sessions_, [&](const auto& item) { return gone.contains(item.first); });
     std::erase_if(matches_, of_session);
     std::erase_if(verdicts_, of_session);
-    std::erase_if(loops_, [&](const auto& item) { return item.second.session == session; });
+    std::erase_if(loops_, [&](const auto& item) { return gone.contains(item.second.session); });
     return absl::OkStatus();
   }
 

@@ -4,8 +4,10 @@
 namespace isthmus::storage {
 namespace {
 
-constexpr char kColumns[] =
-    "id, robot, sensor, T_base_sensor, state, created_ns, finished_ns, odometry, request_id";
+constexpr char kSelect[] =
+    "SELECT s.id, s.robot, s.sensor, s.T_base_sensor, s.state, s.created_ns, s.finished_ns, "
+    "s.odometry, s.request_id, s.segment, f.id, s.scans_ok, s.scans_degenerate, s.scans_lost, "
+    "s.scans_rejected FROM sessions s LEFT JOIN sessions f ON f.key = s.first_segment";
 
 SessionRecord ReadRecord(const Statement& row) {
   SessionRecord record;
@@ -18,6 +20,9 @@ SessionRecord ReadRecord(const Statement& row) {
   record.finished_ns = row.Int(6);
   record.odometry = row.Text(7);
   record.request_id = row.Text(8);
+  record.segment = static_cast<uint32_t>(row.Int(9));
+  record.first_segment = SessionId(row.Text(10));  // NULL reads as empty.
+  record.scans = {row.Uint(11), row.Uint(12), row.Uint(13), row.Uint(14)};
   return record;
 }
 
@@ -25,12 +30,18 @@ SessionRecord ReadRecord(const Statement& row) {
 
 absl::Status PutSession(Connection& database, const SessionRecord& record) {
   return database
-      .Prepare(std::string("INSERT INTO sessions (") + kColumns +
-               ") VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?) ON CONFLICT (id) DO UPDATE SET "
-               "robot = excluded.robot, sensor = excluded.sensor, "
-               "T_base_sensor = excluded.T_base_sensor, state = excluded.state, "
-               "created_ns = excluded.created_ns, finished_ns = excluded.finished_ns, "
-               "odometry = excluded.odometry, request_id = excluded.request_id")
+      .Prepare(
+          "INSERT INTO sessions (id, robot, sensor, T_base_sensor, state, created_ns, "
+          "finished_ns, odometry, request_id, segment, first_segment, scans_ok, scans_degenerate, "
+          "scans_lost, scans_rejected) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, "
+          "(SELECT key FROM sessions WHERE id = ?), ?, ?, ?, ?) ON CONFLICT (id) DO UPDATE SET "
+          "robot = excluded.robot, sensor = excluded.sensor, "
+          "T_base_sensor = excluded.T_base_sensor, state = excluded.state, "
+          "created_ns = excluded.created_ns, finished_ns = excluded.finished_ns, "
+          "odometry = excluded.odometry, request_id = excluded.request_id, "
+          "segment = excluded.segment, first_segment = excluded.first_segment, "
+          "scans_ok = excluded.scans_ok, scans_degenerate = excluded.scans_degenerate, "
+          "scans_lost = excluded.scans_lost, scans_rejected = excluded.scans_rejected")
       .Bind(record.id.value())
       .Bind(record.robot.value())
       .Bind(record.sensor)
@@ -40,13 +51,18 @@ absl::Status PutSession(Connection& database, const SessionRecord& record) {
       .Bind(record.finished_ns)
       .Bind(record.odometry)
       .Bind(record.request_id)
+      .Bind(int64_t{record.segment})
+      .Bind(record.first_segment.value())
+      .Bind(record.scans.ok)
+      .Bind(record.scans.degenerate)
+      .Bind(record.scans.lost)
+      .Bind(record.scans.rejected)
       .Run();
 }
 
 absl::StatusOr<std::optional<SessionRecord>> FindSession(Connection& database,
                                                          const SessionId& session) {
-  Statement row =
-      database.Prepare(std::string("SELECT ") + kColumns + " FROM sessions WHERE id = ?");
+  Statement row = database.Prepare(std::string(kSelect) + " WHERE s.id = ?");
   absl::StatusOr<bool> found = row.Bind(session.value()).Step();
   if (!found.ok()) return found.status();
   if (!*found) return std::nullopt;
@@ -64,8 +80,7 @@ absl::StatusOr<std::optional<int64_t>> FindSessionKey(Connection& database,
 
 absl::StatusOr<std::vector<SessionRecord>> SelectSessions(Connection& database) {
   std::vector<SessionRecord> records;
-  Statement row =
-      database.Prepare(std::string("SELECT ") + kColumns + " FROM sessions ORDER BY key");
+  Statement row = database.Prepare(std::string(kSelect) + " ORDER BY s.key");
   while (true) {
     absl::StatusOr<bool> has_row = row.Step();
     if (!has_row.ok()) return has_row.status();

@@ -49,13 +49,25 @@ absl::StatusOr<std::map<SessionId, std::vector<SubmapInfo>>> MadeSubmaps(
   return submaps;
 }
 
+// Whether the two are in one frame: that of the first scan of a segment. A session that the robot
+// opened begins with its first.
+bool BeginAlike(const SessionRecord& record, const std::vector<SubmapInfo>& old,
+                const std::vector<SubmapInfo>& made) {
+  if (record.segment == 1) return true;
+  const SubmapInfo* before = Find(old, 0);
+  const SubmapInfo* now = Find(made, 0);
+  return before != nullptr && now != nullptr && before->first_sequence == now->first_sequence;
+}
+
 // The anchor where the new map has it; absent where there is nothing to hang it on.
 absl::StatusOr<std::optional<Anchor>> Moved(const Anchor& anchor, const MapStore& old,
                                             const std::vector<SubmapInfo>& made) {
   const auto before = old.ListSubmaps(anchor.submap.session);
   if (!before.ok()) return before.status();
+  const auto record = old.GetSession(anchor.submap.session);
+  if (!record.ok()) return record.status();
   const SubmapInfo* from = Find(*before, anchor.submap.index);
-  if (from == nullptr) return std::optional<Anchor>();
+  if (from == nullptr || !BeginAlike(*record, *before, made)) return std::optional<Anchor>();
   const SubmapInfo* to = Nearest(made, from->first_stamp_ns);
   if (to == nullptr) return std::optional<Anchor>();
   Anchor moved = anchor;
@@ -114,6 +126,40 @@ absl::Status CarryVerdicts(const MapStore& old, MapStore& made, RebuildSummary& 
   return made.Write(batch);
 }
 
+absl::Status CarrySegmentVerdicts(const MapStore& old, MapStore& made, RebuildSummary& summary) {
+  const auto verdicts = old.ListVerdicts();
+  if (!verdicts.ok()) return verdicts.status();
+  const auto carried = made.ListVerdicts();
+  if (!carried.ok()) return carried.status();
+  const auto is_same_frame = [&](const SessionId& session) {
+    const auto record = old.GetSession(session);
+    const auto before = old.ListSubmaps(session), now = made.ListSubmaps(session);
+    return record.ok() && before.ok() && now.ok() && BeginAlike(*record, *before, *now);
+  };
+  storage::WriteBatch batch;
+  uint64_t left_out = 0;
+  for (const Verdict& verdict : *verdicts) {
+    const bool is_there = std::any_of(carried->begin(), carried->end(), [&](const Verdict& other) {
+      return other.a == verdict.a && other.b == verdict.b;
+    });
+    const auto a = old.GetSession(verdict.a), b = old.GetSession(verdict.b);
+    const bool is_wanted =
+        a.ok() && b.ok() && made.GetSession(a->opened()).ok() && made.GetSession(b->opened()).ok();
+    if (is_there || !is_wanted) continue;
+    if (is_same_frame(verdict.a) && is_same_frame(verdict.b)) {
+      batch.verdicts.push_back(verdict);
+    } else {
+      ++left_out;
+    }
+  }
+  summary.verdicts += batch.verdicts.size();
+  if (left_out > 0) {
+    summary.notes.push_back(absl::StrCat(
+        left_out, " verdicts are not carried over: they are on segments that begin elsewhere now"));
+  }
+  return made.Write(batch);
+}
+
 absl::Status CarryAnchors(const MapStore& old, const std::vector<SessionId>& sessions,
                           server::Pipeline& pipeline, RebuildSummary& summary) {
   const std::set<SessionId> wanted(sessions.begin(), sessions.end());
@@ -129,7 +175,8 @@ absl::Status CarryAnchors(const MapStore& old, const std::vector<SessionId>& ses
     if (!moved.ok()) return moved.status();
     if (!*moved) {
       summary.notes.push_back(absl::StrCat("the anchor of submap ", ToString(anchor.submap),
-                                           " is not carried over: its session has no submaps now"));
+                                           " is not carried over: its session has no submaps now, "
+                                           "or is in another frame"));
       continue;
     }
     const auto revision = pipeline.PutAnchor(**std::move(moved));

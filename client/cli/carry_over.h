@@ -21,9 +21,15 @@ absl::Status CopySession(const SessionId& session, const storage::MapStore& old,
 absl::Status CarryVerdicts(const storage::MapStore& old, storage::MapStore& made,
                            RebuildSummary& summary);
 
+// What CarryVerdicts could not, as segments are only there once they are made: those of which both
+// old and new begin with the same scan, so that their odom frames are the same. The others are
+// noted.
+absl::Status CarrySegmentVerdicts(const storage::MapStore& old, storage::MapStore& made,
+                                  RebuildSummary& summary);
+
 // To the submap of the same session that begins nearest in time, moved by how far that lies from
-// the old one. Loop closures that were rejected by hand are not carried over, as others are found;
-// a note says so.
+// the old one; of a later segment as above. Loop closures that were rejected by hand are not
+// carried over, as others are found; a note says so.
 absl::Status CarryAnchors(const storage::MapStore& old, const std::vector<SessionId>& sessions,
                           server::Pipeline& pipeline, RebuildSummary& summary);
 

@@ -44,6 +44,13 @@ Json ToJson(const SubmapEdge& edge) {
           {"information", std::move(information)}};
 }
 
+Json ToJson(const ScanCounts& scans) {
+  return {{"ok", scans.ok},
+          {"degenerate", scans.degenerate},
+          {"lost", scans.lost},
+          {"rejected", scans.rejected}};
+}
+
 Json ToJson(const client::Session& session) {
   Json out = {
       {"session", session.record.id.value()},
@@ -65,7 +72,13 @@ Json ToJson(const client::Session& session) {
       {"scan_bytes", session.scan_bytes},
       {"quota_bytes", session.quota_bytes},
       {"archive_problem", session.archive_problem},
+      {"segment", session.record.segment},
+      {"segments", session.segments},
+      {"scans", ToJson(session.scans)},
+      {"lost_since_ns", session.lost_since_ns},
   };
+  const std::string& first = session.record.first_segment.value();
+  out["first_segment"] = first.empty() ? Json(nullptr) : Json(first);
   out["component"] = session.component ? Json(*session.component) : Json(nullptr);
   out["T_map_odom"] = session.T_map_odom ? ToJson(*session.T_map_odom) : Json(nullptr);
   return out;

@@ -13,6 +13,7 @@ using Json = nlohmann::ordered_json;
 Json ToJson(const Pose& pose);
 Json ToJson(const Box& box);
 Json ToJson(const SubmapEdge& edge);
+Json ToJson(const ScanCounts& scans);
 Json ToJson(const client::Session& session);
 Json ToJson(const client::MapInfo& info);
 // `with_edges`: with the submaps that carry the match, as "edges".

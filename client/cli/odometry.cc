@@ -2,17 +2,23 @@
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_format.h>
 
+#include <filesystem>
+#include <vector>
+
 #include "client/cli/command.h"
 #include "client/cli/embedded_server.h"
 #include "client/cli/exit_code.h"
 #include "client/cli/json.h"
 #include "client/cli/push_scans.h"
 #include "client/cli/scan_options.h"
+#include "client/cli/tracking_text.h"
 #include "core/codec/file_io.h"
 #include "core/codec/tum.h"
 
 namespace isthmus::cli {
 namespace {
+
+const RobotId kRobot("robot");
 
 struct Options {
   ScanOptions scans;
@@ -31,20 +37,75 @@ std::string TimingCsv(const PushSummary& summary) {
   return csv;
 }
 
-void Report(const PushSummary& summary, size_t poses, const Options& options) {
-  if (options.json) {
-    Print({{"file", options.output},
-           {"sensor", options.sensor},
-           {"poses", poses},
-           {"rejected", summary.scans.rejected},
-           {"unreadable", summary.unreadable},
-           {"odometry_ms_mean", summary.mean_ms},
-           {"seconds", summary.seconds}});
-    return;
+// "poses.tum" is of the first segment, "poses.2.tum" of the second: no file mixes frames.
+std::string FileOf(const std::string& output, uint32_t segment) {
+  if (segment == 1) return output;
+  const std::filesystem::path path(output);
+  std::filesystem::path file = path;
+  file.replace_filename(
+      absl::StrCat(path.stem().string(), ".", segment, path.extension().string()));
+  return file.string();
+}
+
+// What was written of a segment.
+struct Written {
+  std::string file;
+  uint32_t segment = 1;
+  size_t poses = 0;
+};
+
+absl::StatusOr<std::vector<Written>> WriteSegments(client::Client& client, uint32_t segments,
+                                                   const std::string& output) {
+  std::vector<Written> files;
+  for (uint32_t segment = 1; segment <= segments; ++segment) {
+    const auto trajectory = client.GetTrajectory(kRobot, client::Frame::kOdom, segment);
+    if (!trajectory.ok()) return trajectory.status();
+    const Written& written =
+        files.emplace_back(FileOf(output, segment), segment, trajectory->poses.size());
+    absl::Status status = codec::WriteTum(written.file, trajectory->poses);
+    if (!status.ok()) return status;
   }
-  absl::PrintF("%s: %d poses (%s), %d scans rejected, %d unreadable; %.1f ms per scan, %.1f s\n",
-               options.output, poses, options.sensor, summary.scans.rejected, summary.unreadable,
-               summary.mean_ms, summary.seconds);
+  return files;
+}
+
+void ReportJson(const PushSummary& summary, const std::vector<Written>& files, const Loss& loss,
+                const Options& options) {
+  size_t poses = 0;
+  Json list = Json::array();
+  for (const Written& written : files) {
+    poses += written.poses;
+    list.push_back(
+        {{"segment", written.segment}, {"file", written.file}, {"poses", written.poses}});
+  }
+  Print({{"file", options.output},
+         {"sensor", options.sensor},
+         {"poses", poses},
+         {"segments", std::move(list)},
+         {"scans", ToJson(summary.state.scans)},
+         {"lost", loss.lost},
+         {"rejected", summary.scans.rejected},
+         {"unreadable", summary.unreadable},
+         {"odometry_ms_mean", summary.mean_ms},
+         {"seconds", summary.seconds}});
+}
+
+int Report(const PushSummary& summary, const std::vector<Written>& files, const Options& options) {
+  const Loss loss = LossOf(summary.acks, summary.state.segments);
+  if (options.json) {
+    ReportJson(summary, files, loss, options);
+  } else {
+    absl::PrintF("%s: %d poses (%s), %d scans rejected, %d unreadable; %.1f ms per scan, %.1f s\n",
+                 options.output, files.front().poses, options.sensor, summary.scans.rejected,
+                 summary.unreadable, summary.mean_ms, summary.seconds);
+    for (size_t i = 1; i < files.size(); ++i) {
+      absl::PrintF("%s: %d poses of segment %d, in a frame of its own\n", files[i].file,
+                   files[i].poses, files[i].segment);
+    }
+    absl::PrintF("%s\n", CountsText(summary.state.scans));
+  }
+  if (!loss.IsMuch()) return kOk;
+  absl::FPrintF(stderr, "isthmus: %s\n", ToString(loss));
+  return kLost;
 }
 
 int Run(Options options) {
@@ -55,7 +116,7 @@ int Run(Options options) {
   if (!server.ok()) return Fail(kFailed, server.status());
   client::Client& client = (*server)->client();
   PushOptions push;
-  push.robot = "robot";
+  push.robot = kRobot.value();
   push.sensor = options.sensor;
   push.odometry = options.odometry;
   const auto summary = PushFolder(client, *folder, push);
@@ -64,15 +125,13 @@ int Run(Options options) {
     return FailInput(absl::InvalidArgumentError(absl::StrCat(
         "none of the ", folder->size(), " scans could be used: ", summary->first_rejection)));
   }
-  const auto trajectory = client.GetTrajectory(RobotId("robot"), client::Frame::kOdom);
-  if (!trajectory.ok()) return FailServer(trajectory.status());
-  absl::Status written = codec::WriteTum(options.output, trajectory->poses);
-  if (written.ok() && !options.timing.empty()) {
-    written = codec::WriteFile(options.timing, TimingCsv(*summary));
+  const auto files = WriteSegments(client, summary->state.segments, options.output);
+  if (!files.ok()) return Fail(kFailed, files.status());
+  if (!options.timing.empty()) {
+    const absl::Status written = codec::WriteFile(options.timing, TimingCsv(*summary));
+    if (!written.ok()) return Fail(kFailed, written);
   }
-  if (!written.ok()) return Fail(kFailed, written);
-  Report(*summary, trajectory->poses.size(), options);
-  return kOk;
+  return Report(*summary, *files, options);
 }
 
 }  // namespace
@@ -89,7 +148,9 @@ void AddOdometry(CLI::App& app, Action& action) {
                    "Scans per second of the stamps, where there is no times.txt")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
-  command->add_option("-o,--output", options->output, "FILE.tum, T_odom_sensor at the END of scans")
+  command
+      ->add_option("-o,--output", options->output,
+                   "FILE.tum, T_odom_sensor at the END of scans; FILE.2.tum for a second segment")
       ->required();
   command->add_option("--timing", options->timing,
                       "FILE.csv with one row per processed scan: "

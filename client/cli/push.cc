@@ -8,6 +8,7 @@
 #include "client/cli/json.h"
 #include "client/cli/push_scans.h"
 #include "client/cli/scan_options.h"
+#include "client/cli/tracking_text.h"
 
 namespace isthmus::cli {
 namespace {
@@ -31,6 +32,9 @@ void Report(const PushSummary& summary, const Options& options) {
            {"duplicates", summary.scans.duplicates},
            {"unreadable", summary.unreadable},
            {"durable_sequence", summary.scans.durable_sequence},
+           {"scans", ToJson(summary.state.scans)},
+           {"lost", LossOf(summary.acks, summary.state.segments).lost},
+           {"segments", summary.state.segments},
            {"odometry_ms_mean", summary.mean_ms},
            {"seconds", summary.seconds},
            {"sent_bytes", summary.scans.sent_bytes},
@@ -44,6 +48,10 @@ void Report(const PushSummary& summary, const Options& options) {
       summary.session.value(), summary.scans.processed, summary.scans.rejected,
       summary.scans.duplicates, summary.unreadable, summary.mean_ms, summary.scans.durable_sequence,
       summary.seconds);
+  absl::PrintF("%s: %s%s\n", summary.session.value(), CountsText(summary.state.scans),
+               SegmentAndLossText(summary.state));
+  const Loss loss = LossOf(summary.acks, summary.state.segments);
+  if (loss.IsMuch()) absl::PrintF("%s: %s\n", summary.session.value(), ToString(loss));
 }
 
 int Run(Options options) {

@@ -6,6 +6,7 @@
 #include <atomic>
 #include <chrono>
 #include <cstdio>
+#include <map>
 #include <memory>
 #include <thread>
 #include <utility>
@@ -42,6 +43,7 @@ class AckLog {
       if (first_rejection.empty()) first_rejection = ack.reason;
       absl::FPrintF(stderr, "isthmus: scan %d was rejected: %s\n", ack.sequence, ack.reason);
     }
+    NoteSegment(ack);
     acks.push_back(ack);
     progress_.Update(acks.size() + unreadable);
   }
@@ -51,7 +53,18 @@ class AckLog {
   std::atomic<uint64_t> unreadable{0};  // Counted by the robot's thread.
 
  private:
+  void NoteSegment(const client::ScanAck& ack) {
+    uint32_t& segment = segments_.try_emplace(ack.session, 1).first->second;
+    if (ack.segment <= segment) return;
+    segment = ack.segment;
+    absl::FPrintF(stderr,
+                  "isthmus: from scan %d on in segment %d (%s): the robot was lost and not found "
+                  "again; poses of different segments share no frame\n",
+                  ack.sequence, ack.segment, ack.segment_session.value());
+  }
+
   Progress progress_;
+  std::map<SessionId, uint32_t> segments_;
 };
 
 absl::Status PushAll(client::ScanStream& stream, const readers::ScanFolder& folder,
@@ -113,9 +126,12 @@ absl::StatusOr<PushSummary> PushFolder(client::Client& client, const readers::Sc
   summary.before = (*stream)->resumed().last_sequence;
   const Stopwatch watch;
   absl::Status status = PushAll(**stream, folder, options, log);
-  if (status.ok() && options.finish) status = (*stream)->FinishSession().status();
   if (!status.ok()) return status;
   summary.session = (*stream)->session();
+  const auto state =
+      options.finish ? (*stream)->FinishSession() : client.GetSession(summary.session);
+  if (!state.ok()) return state.status();
+  summary.state = *state;
   summary.seconds = watch.Ms() / 1000;
   summary.scans = (*stream)->stats();
   summary.unreadable = log.unreadable;

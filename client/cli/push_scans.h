@@ -28,12 +28,14 @@ struct PushSummary {
   uint64_t before = 0;      // Scans that an earlier push with this spool had taken.
   double seconds = 0;       // Wall time.
   double mean_ms = 0;       // Computing time of the odometry per processed scan.
+  client::Session state;    // Of the session, at the end.
   std::vector<client::ScanAck> acks;
   std::string first_rejection;  // Its reason.
 };
 
 // Opens a session and pushes every scan; with a spool it goes on behind the last one that was
 // taken. A scan that cannot be read or used is reported on stderr and left out; the others go on.
+// So is, at once, the beginning of a segment.
 absl::StatusOr<PushSummary> PushFolder(client::Client& client, const readers::ScanFolder& folder,
                                        const PushOptions& options);
 

@@ -30,6 +30,7 @@ Json ToJson(const RebuildSummary& summary, const std::string& folder) {
                         {"processed", session.processed},
                         {"missing", session.missing},
                         {"submaps", session.submaps},
+                        {"segments", session.segments},
                         {"compared", session.compared},
                         {"rmse_m", session.rmse_m},
                         {"max_m", session.max_m}});
@@ -49,10 +50,10 @@ void PrintText(const RebuildSummary& summary, const std::string& folder) {
       continue;
     }
     absl::PrintF(
-        "%s: %d of %d scans, %d missing, %d submaps; old and new poses %.4f m apart "
-        "(RMS of %d, at most %.4f m)\n",
+        "%s: %d of %d scans, %d missing, %d submaps in %d segments; old and new poses %.4f m "
+        "apart (RMS of %d, at most %.4f m)\n",
         session.id.value(), session.processed, session.scans, session.missing, session.submaps,
-        session.rmse_m, session.compared, session.max_m);
+        session.segments, session.rmse_m, session.compared, session.max_m);
   }
   for (const std::string& note : summary.notes) absl::PrintF("%s\n", note);
   absl::PrintF("%s: %d sessions, %d verdicts and %d anchors carried over\n", folder,

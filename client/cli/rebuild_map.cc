@@ -23,9 +23,10 @@ namespace {
 namespace fs = std::filesystem;
 using storage::MapStore;
 
-// One session on its way from the old folder to the new.
+// One session on its way from the old folder to the new, with all its segments.
 struct Work {
-  SessionRecord record;
+  SessionRecord record;                        // Of the first segment.
+  std::vector<SessionRecord> segments;         // The later ones, of the old map.
   std::unique_ptr<storage::ScanReader> scans;  // Null: there are none.
   RebuiltSession result;
 };
@@ -49,6 +50,13 @@ absl::StatusOr<std::vector<Work>> ListWork(const RebuildOptions& options, const 
   std::set<SessionId> wanted(options.sessions.begin(), options.sessions.end());
   std::vector<Work> work;
   for (SessionRecord& record : *records) {
+    if (record.segment > 1) {  // Comes after its first.
+      const auto first = std::find_if(work.begin(), work.end(), [&](const Work& one) {
+        return one.record.id == record.first_segment;
+      });
+      if (first != work.end()) first->segments.push_back(std::move(record));
+      continue;
+    }
     if (!options.sessions.empty() && wanted.erase(record.id) == 0) continue;
     Work one;
     one.result.id = record.id;
@@ -61,8 +69,9 @@ absl::StatusOr<std::vector<Work>> ListWork(const RebuildOptions& options, const 
     work.push_back(std::move(one));
   }
   if (wanted.empty()) return work;
-  return absl::NotFoundError(
-      absl::StrCat("there is no session \"", wanted.begin()->value(), "\" in ", options.from));
+  return absl::NotFoundError(absl::StrCat(
+      "there is no session \"", wanted.begin()->value(), "\" in ", options.from,
+      "; segments of a session are made anew with it: name the session that the robot opened"));
 }
 
 // Sessions that are to be made begin as active ones without scans, which is where the pipeline
@@ -75,8 +84,15 @@ absl::Status Prepare(const std::vector<Work>& work, const MapStore& old, MapStor
       batch.sessions[0].state = SessionState::kActive;
       batch.sessions[0].finished_ns = 0;
     }
+    if (one.scans == nullptr) {
+      batch.sessions.insert(batch.sessions.end(), one.segments.begin(), one.segments.end());
+    }
     absl::Status status = made.Write(batch);
-    if (status.ok() && one.scans == nullptr) status = CopySession(one.record.id, old, made);
+    if (one.scans == nullptr) {
+      for (const SessionRecord& record : batch.sessions) {
+        if (status.ok()) status = CopySession(record.id, old, made);
+      }
+    }
     if (!status.ok()) return status;
   }
   return absl::OkStatus();
@@ -141,44 +157,85 @@ absl::Status ReplayAll(server::Pipeline& pipeline, std::vector<Work>& work,
   return absl::OkStatus();
 }
 
-// Positions of the scans that both maps have, in odom. A session whose first scans are missing
-// begins elsewhere: then relative to the first of those.
-void Compare(const std::vector<TrajectoryEntry>& before, const std::vector<TrajectoryEntry>& now,
-             RebuiltSession& result) {
-  std::map<uint64_t, const TrajectoryEntry*> old;
-  for (const TrajectoryEntry& entry : before) old[entry.sequence] = &entry;
-  Pose T_old_new;
-  double sum = 0;
-  for (const TrajectoryEntry& entry : now) {
-    const auto found = old.find(entry.sequence);
-    if (found == old.end()) continue;
-    const Pose& T_old_sensor = found->second->T_odom_sensor;
-    if (result.compared++ == 0 && found != old.begin()) {
-      T_old_new = T_old_sensor * entry.T_odom_sensor.Inverse();
+// A scan's pose, and the number of the segment whose odom it is in.
+struct SegmentPose {
+  uint32_t segment = 1;
+  Pose T_odom_sensor;
+};
+
+// By sequence, of the session and all its segments in the store.
+absl::StatusOr<std::map<uint64_t, SegmentPose>> PosesOf(const MapStore& store,
+                                                        const std::vector<SessionRecord>& records) {
+  std::map<uint64_t, SegmentPose> poses;
+  for (const SessionRecord& record : records) {
+    const auto trajectory = store.GetTrajectory(record.id);
+    if (!trajectory.ok()) return trajectory.status();
+    for (const TrajectoryEntry& entry : *trajectory) {
+      poses[entry.sequence] = {record.segment, entry.T_odom_sensor};
     }
+  }
+  return poses;
+}
+
+// Positions of the scans that both maps have, in odom. Segments that do not begin with the same
+// scan are first laid on each other where both have one.
+void Compare(const std::map<uint64_t, SegmentPose>& old, const std::map<uint64_t, SegmentPose>& now,
+             RebuiltSession& result) {
+  std::map<uint32_t, uint64_t> first_old, first_now;
+  for (const auto& [sequence, pose] : old) first_old.try_emplace(pose.segment, sequence);
+  for (const auto& [sequence, pose] : now) first_now.try_emplace(pose.segment, sequence);
+  std::map<std::pair<uint32_t, uint32_t>, Pose> T_old_new;
+  double sum = 0;
+  for (const auto& [sequence, pose] : now) {
+    const auto found = old.find(sequence);
+    if (found == old.end()) continue;
+    const SegmentPose& before = found->second;
+    ++result.compared;
+    const bool begin_alike = first_old[before.segment] == first_now[pose.segment];
+    const Pose T = begin_alike ? Pose() : before.T_odom_sensor * pose.T_odom_sensor.Inverse();
+    const Pose& laid = T_old_new.try_emplace({before.segment, pose.segment}, T).first->second;
     const double distance =
-        (T_old_sensor.translation() - T_old_new * entry.T_odom_sensor.translation()).norm();
+        (before.T_odom_sensor.translation() - laid * pose.T_odom_sensor.translation()).norm();
     sum += distance * distance;
     result.max_m = std::max(result.max_m, distance);
   }
   if (result.compared > 0) result.rmse_m = std::sqrt(sum / static_cast<double>(result.compared));
 }
 
+// A session and its segments, as a store has them.
+std::vector<SessionRecord> RecordsOf(const std::vector<SessionRecord>& all,
+                                     const SessionId& opened) {
+  std::vector<SessionRecord> records;
+  for (const SessionRecord& record : all) {
+    if (record.opened() == opened) records.push_back(record);
+  }
+  return records;
+}
+
 // What only the stores know: poses, and when sessions were finished.
 absl::Status Conclude(const MapStore& old, MapStore& made, std::vector<Work>& work) {
+  const auto all = made.ListSessions();
+  if (!all.ok()) return all.status();
   for (Work& one : work) {
-    const auto submaps = made.ListSubmaps(one.record.id);
-    const auto before = old.GetTrajectory(one.record.id);
-    const auto now = made.GetTrajectory(one.record.id);
-    for (const absl::Status& status : {submaps.status(), before.status(), now.status()}) {
-      if (!status.ok()) return status;
+    const std::vector<SessionRecord> records = RecordsOf(*all, one.record.id);
+    one.result.segments = static_cast<uint32_t>(records.size());
+    storage::WriteBatch batch;
+    for (const SessionRecord& record : records) {
+      const auto submaps = made.ListSubmaps(record.id);
+      if (!submaps.ok()) return submaps.status();
+      one.result.submaps += static_cast<uint32_t>(submaps->size());
+      SessionRecord& finished = batch.sessions.emplace_back(record);
+      finished.finished_ns = one.record.finished_ns;
     }
-    one.result.submaps = static_cast<uint32_t>(submaps->size());
     if (one.scans == nullptr) continue;
+    std::vector<SessionRecord> before_records = one.segments;
+    before_records.push_back(one.record);
+    const auto before = PosesOf(old, before_records);
+    if (!before.ok()) return before.status();
+    const auto now = PosesOf(made, records);
+    if (!now.ok()) return now.status();
     Compare(*before, *now, one.result);
     if (one.record.state == SessionState::kActive) continue;  // It was finished now.
-    storage::WriteBatch batch;
-    batch.sessions.push_back(one.record);
     if (absl::Status status = made.Write(batch); !status.ok()) return status;
   }
   return absl::OkStatus();
@@ -195,7 +252,10 @@ absl::Status RunPipeline(const RebuildOptions& options, const MapStore& old,
   if (absl::Status status = ReplayAll(**pipeline, work, progress); !status.ok()) return status;
   (*pipeline)->WaitUntilIdle();
   std::vector<SessionId> sessions;
-  for (const Work& one : work) sessions.push_back(one.record.id);
+  for (const Work& one : work) {
+    sessions.push_back(one.record.id);
+    for (const SessionRecord& segment : one.segments) sessions.push_back(segment.id);
+  }
   absl::Status status = CarryAnchors(old, sessions, **pipeline, summary);
   (*pipeline)->WaitUntilIdle();
   (*pipeline)->Shutdown();
@@ -231,6 +291,7 @@ absl::StatusOr<RebuildSummary> RebuildMap(const RebuildOptions& options,
   made = storage::OpenSqliteStore(options.to, options.storage);
   if (!made.ok()) return made.status();
   if (status = Conclude(**old, **made, *work); !status.ok()) return status;
+  if (status = CarrySegmentVerdicts(**old, **made, summary); !status.ok()) return status;
   for (const Work& one : *work) {
     summary.sessions.push_back(one.result);
     if (one.scans == nullptr) continue;

@@ -28,9 +28,10 @@ struct RebuiltSession {
   uint64_t scans = 0;      // In the archive.
   uint64_t processed = 0;  // Of these; the others were rejected.
   uint64_t missing = 0;    // Holes in the archive, damaged scans among them.
-  uint32_t submaps = 0;    // Of the new map.
-  uint64_t compared = 0;   // Scans that have a pose in both maps.
-  double rmse_m = 0;       // Between their positions in odom, old and new.
+  uint32_t submaps = 0;    // Of the new map, in so many segments.
+  uint32_t segments = 0;
+  uint64_t compared = 0;  // Scans that have a pose in both maps.
+  double rmse_m = 0;      // Between their positions in odom, old and new.
   double max_m = 0;
 };
 
@@ -43,13 +44,16 @@ struct RebuildSummary {
 // Told how many of how many scans were read.
 using RebuildProgress = std::function<void(uint64_t done, uint64_t total)>;
 
+// A session is made anew with its segments, which may begin elsewhere with other parameters.
+//
 // Reads `from`, which no server may use meanwhile, and changes nothing in it (but that a store of
 // an older version is brought up to date). Sessions keep their ids and are all finished.
 // A scan that is missing is as one that could not be used. With the parameters of before, and a
 // full archive without holes, poses come out as they were, bit by bit.
 //
 // What a person said of pairs holds on; anchors go to the new submap that begins nearest in time to
-// the old one. NotFound for a folder without a map or an unknown session, FailedPrecondition when a
+// the old one. Of later segments only where the new one begins with the same scan: else its frame
+// is another. NotFound for a folder without a map or an unknown session, FailedPrecondition when a
 // server has the folder, AlreadyExists when `to` holds something.
 absl::StatusOr<RebuildSummary> RebuildMap(const RebuildOptions& options,
                                           const RebuildProgress& progress);

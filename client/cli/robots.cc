@@ -4,6 +4,7 @@
 #include "client/cli/command.h"
 #include "client/cli/exit_code.h"
 #include "client/cli/json.h"
+#include "client/cli/tracking_text.h"
 
 namespace isthmus::cli {
 namespace {
@@ -14,16 +15,21 @@ struct Options {
 };
 
 void Report(const std::vector<client::Session>& sessions) {
-  absl::PrintF("%-16s %-16s %-8s %-8s %7s %8s %7s %10s %9s %5s  %s\n", "robot", "session", "sensor",
-               "state", "scans", "rejected", "submaps", "points", "metres", "ms", "component");
+  absl::PrintF("%-16s %-16s %-8s %-8s %7s %7s %10s %9s %5s  %-10s %s\n", "robot", "session",
+               "sensor", "state", "scans", "submaps", "points", "metres", "ms", "component",
+               "tracking");
   for (const client::Session& session : sessions) {
     const std::string component =
         session.component ? absl::StrFormat("%d", *session.component) : std::string("not placed");
-    absl::PrintF("%-16s %-16s %-8s %-8s %7d %8d %7d %10d %9.1f %5.1f  %s\n",
+    const std::string tracking = session.record.segment > 1
+                                     ? absl::StrFormat("segment %d of %s", session.record.segment,
+                                                       session.record.first_segment.value())
+                                     : CountsText(session.scans) + SegmentAndLossText(session);
+    absl::PrintF("%-16s %-16s %-8s %-8s %7d %7d %10d %9.1f %5.1f  %-10s %s\n",
                  session.record.robot.value(), session.record.id.value(), session.record.sensor,
                  session.record.state == SessionState::kFinished ? "finished" : "active",
-                 session.last_sequence, session.scans_rejected, session.submap_count,
-                 session.point_count, session.travelled_m, session.odometry_ms_mean, component);
+                 session.last_sequence, session.submap_count, session.point_count,
+                 session.travelled_m, session.odometry_ms_mean, component, tracking);
   }
 }
 

@@ -11,6 +11,7 @@
 #include "client/cli/console.h"
 #include "client/cli/exit_code.h"
 #include "client/cli/json.h"
+#include "client/cli/tracking_text.h"
 #include "client/cli/waiting.h"
 
 namespace isthmus::cli {
@@ -44,6 +45,18 @@ std::map<RobotId, Stored> StoredByRobot(const std::vector<client::Session>& sess
   return robots;
 }
 
+// The newest session of each robot.
+void ReportTracking(const std::vector<client::Session>& sessions) {
+  std::map<RobotId, const client::Session*> newest;
+  for (const client::Session& session : sessions) {
+    if (session.record.segment == 1) newest[session.record.robot] = &session;
+  }
+  for (const auto& [robot, session] : newest) {
+    absl::PrintF("tracking     %s: %s%s\n", session->record.id.value(), CountsText(session->scans),
+                 SegmentAndLossText(*session));
+  }
+}
+
 void ReportStored(const std::vector<client::Session>& sessions) {
   for (const auto& [robot, stored] : StoredByRobot(sessions)) {
     const std::string quota =
@@ -66,6 +79,19 @@ Json StoredJson(const std::vector<client::Session>& sessions) {
     out[robot.value()] = {{"map_bytes", stored.map_bytes},
                           {"scan_bytes", stored.scan_bytes},
                           {"quota_bytes", stored.quota_bytes}};
+  }
+  return out;
+}
+
+Json TrackingJson(const std::vector<client::Session>& sessions) {
+  Json out = Json::object();
+  for (const client::Session& session : sessions) {
+    if (session.record.segment > 1) continue;  // The newest session of each robot comes last.
+    out[session.record.robot.value()] = {{"session", session.record.id.value()},
+                                         {"tracking", session.tracking},
+                                         {"segments", session.segments},
+                                         {"lost_since_ns", session.lost_since_ns},
+                                         {"scans", ToJson(session.scans)}};
   }
   return out;
 }
@@ -112,9 +138,11 @@ int Run(const Options& options) {
     out["loops"] = loops->size();
     out["loops_rejected"] = Rejected(*loops);
     out["stored"] = StoredJson(*sessions);
+    out["tracking"] = TrackingJson(*sessions);
     Print(out);
   } else {
     Report(*info, *loops, options.server.address);
+    ReportTracking(*sessions);
     ReportStored(*sessions);
   }
   return kOk;

@@ -1,5 +1,7 @@
 // isthmus trajectory: where a robot's sensor was, scan by scan.
+#include <absl/strings/str_cat.h>
 #include <absl/strings/str_format.h>
+#include <absl/strings/str_join.h>
 
 #include "client/cli/command.h"
 #include "client/cli/exit_code.h"
@@ -11,20 +13,35 @@ namespace {
 struct Options {
   ServerOptions server;
   std::string robot, frame = "map", output;
+  uint32_t segment = 0;
 };
+
+// Which segments the poses are of, and which not; nothing for a session that has but one.
+std::string SegmentsText(const client::RobotTrajectory& trajectory, bool is_map) {
+  if (trajectory.parts.size() + trajectory.left_out.size() < 2) return "";
+  std::string text = "; segment ";
+  for (size_t i = 0; i < trajectory.parts.size(); ++i) {
+    absl::StrAppend(&text, i > 0 ? ", " : "", trajectory.parts[i].segment);
+  }
+  if (trajectory.left_out.empty()) return text;
+  return absl::StrCat(text, "; not in it (",
+                      is_map ? "another component, or not placed" : "another frame",
+                      "; see --segment): ", absl::StrJoin(trajectory.left_out, ", "));
+}
 
 int Run(const Options& options) {
   const auto client = Connect(options.server);
   if (!client.ok()) return FailServer(client.status());
+  const bool is_map = options.frame == "map";
   const auto trajectory = (*client)->GetTrajectory(
-      RobotId(options.robot), options.frame == "map" ? client::Frame::kMap : client::Frame::kOdom);
+      RobotId(options.robot), is_map ? client::Frame::kMap : client::Frame::kOdom, options.segment);
   if (!trajectory.ok()) return FailServer(trajectory.status());
   const absl::Status written = codec::WriteTum(options.output, trajectory->poses);
   if (!written.ok()) return Fail(kFailed, written);
   if (options.output != "/dev/stdout") {
-    absl::PrintF("%s: %d poses of %s in the %s frame, revision %d\n", options.output,
+    absl::PrintF("%s: %d poses of %s in the %s frame, revision %d%s\n", options.output,
                  trajectory->poses.size(), trajectory->session.value(), options.frame,
-                 trajectory->revision);
+                 trajectory->revision, SegmentsText(*trajectory, is_map));
   }
   return kOk;
 }
@@ -40,6 +57,11 @@ void AddTrajectory(CLI::App& app, Action& action) {
       ->add_option("--frame", options->frame,
                    "map: the merged map's, fails until the robot is placed; odom: the robot's own")
       ->check(CLI::IsMember({"map", "odom"}))
+      ->capture_default_str();
+  command
+      ->add_option("--segment", options->segment,
+                   "Of the robot's newest session, from 1 on; 0: in odom the last one, in map "
+                   "all that lie in one component")
       ->capture_default_str();
   command->add_option("-o,--output", options->output, "FILE.tum; /dev/stdout to print")->required();
   command->callback([options, &action] { action = [options] { return Run(*options); }; });

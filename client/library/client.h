@@ -61,9 +61,9 @@ class Client {
   // `options.spool_dir` was last opened for, numbered on after its newest scan; what the server
   // lacks is sent. The server may be out of reach. NotFound when the spool holds nothing to go on
   // with, AlreadyExists when its session was finished with all that was in it (and the spool is
-  // empty now). FailedPrecondition when another program has the spool open, a newer one wrote it, or the
-  // session cannot go on, see IfSessionIsGone; DataLoss when it cannot be told whose scans it
-  // holds.
+  // empty now). FailedPrecondition when another program has the spool open, a newer one wrote it,
+  // or the session cannot go on, see IfSessionIsGone; DataLoss when it cannot be told whose scans
+  // it holds.
   absl::StatusOr<std::unique_ptr<ScanStream>> ResumeScanStream(const ScanStreamOptions& options);
   // The one call that a robot needs, at its first start and at every other: as ResumeScanStream,
   // or with a new session where there is nothing to resume, which is opened as soon as the server
@@ -72,15 +72,18 @@ class Client {
                                                         const ScanStreamOptions& options);
 
   // In chunks with a checksum; durable on return. Tried again after Unavailable and DataLoss, which
-  // has no effect where the submap had arrived. Goes on behind what the server has of it, also if an
-  // earlier call, of this program or of one before it, was cut off.
+  // has no effect where the submap had arrived. Goes on behind what the server has of it, also if
+  // an earlier call, of this program or of one before it, was cut off.
   absl::Status UploadSubmap(const SubmapUpload& submap);
 
   absl::StatusOr<MapInfo> GetMapInfo();
   // Of all robots when `robot` is empty. Indices have gaps where submaps were retired.
   absl::StatusOr<std::vector<SubmapStatus>> ListSubmaps(const RobotId& robot = {});
-  // In the map frame corrected by where the submaps lie, smoothly from one to the next.
-  absl::StatusOr<RobotTrajectory> GetTrajectory(const RobotId& robot, Frame frame);
+  // In the map frame corrected by where the submaps lie, smoothly from one to the next. Segment 0:
+  // in the odom frame the last; in the map frame all that are placed in one component, the lowest
+  // that has any.
+  absl::StatusOr<RobotTrajectory> GetTrajectory(const RobotId& robot, Frame frame,
+                                                uint32_t segment = 0);
   // With the submaps that carry each match if `include_edges`.
   absl::StatusOr<MatchGraph> GetMatchGraph(bool include_edges = false);
   // Holds until another decision on the pair, whatever the server computes. Returns the match as it

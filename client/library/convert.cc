@@ -1,5 +1,6 @@
 #include "client/library/convert.h"
 
+#include <algorithm>
 #include <cstring>
 #include <string>
 #include <utility>
@@ -158,6 +159,10 @@ v1::UploadSubmapHeader ToProto(const SubmapUpload& submap) {
   return out;
 }
 
+ScanCounts FromProto(const v1::ScanCounts& counts) {
+  return {counts.ok(), counts.degenerate(), counts.lost(), counts.rejected()};
+}
+
 Session FromProto(const v1::Session& session) {
   Session out;
   out.record.id = SessionId(session.id());
@@ -183,6 +188,11 @@ Session FromProto(const v1::Session& session) {
   out.scan_bytes = session.scan_bytes();
   out.quota_bytes = session.quota_bytes();
   out.archive_problem = session.archive_problem();
+  out.record.segment = std::max(session.segment(), 1u);
+  out.record.first_segment = SessionId(session.first_segment());
+  out.segments = std::max(session.segments(), 1u);
+  out.scans = FromProto(session.scan_counts());
+  out.lost_since_ns = session.lost_since_ns();
   if (session.has_component()) out.component = session.component();
   if (session.has_t_map_odom()) out.T_map_odom = FromProto(session.t_map_odom());
   return out;
@@ -244,6 +254,10 @@ ScanAck FromProto(const v1::StreamScansResponse& ack) {
   out.tracking = ack.tracking();
   if (ack.has_t_odom_sensor()) out.T_odom_sensor = FromProto(ack.t_odom_sensor());
   if (ack.has_t_map_odom()) out.T_map_odom = FromProto(ack.t_map_odom());
+  out.segment = ack.segment();
+  out.segment_session = SessionId(ack.segment_session());
+  out.lost_since_ns = ack.lost_since_ns();
+  out.scans = FromProto(ack.scan_counts());
   out.durable_sequence = ack.durable_sequence();
   out.covariance = FromUpperTriangle(ack.covariance());
   for (const v1::Vector3& d : ack.unobserved_translations()) {

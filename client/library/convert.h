@@ -32,6 +32,7 @@ v1::UploadSubmapHeader ToProto(const SubmapUpload& submap);
 std::optional<Matrix6d> FromUpperTriangle(const google::protobuf::RepeatedField<double>& numbers);
 Pose FromProto(const v1::Pose& pose);
 Box FromProto(const v1::Box& box);
+ScanCounts FromProto(const v1::ScanCounts& counts);
 Session FromProto(const v1::Session& session);
 MapInfo FromProto(const v1::MapInfo& info);
 SubmapStatus FromProto(const v1::Submap& submap);

@@ -33,10 +33,12 @@ absl::StatusOr<std::vector<SubmapStatus>> Client::ListSubmaps(const RobotId& rob
   return submaps;
 }
 
-absl::StatusOr<RobotTrajectory> Client::GetTrajectory(const RobotId& robot, Frame frame) {
+absl::StatusOr<RobotTrajectory> Client::GetTrajectory(const RobotId& robot, Frame frame,
+                                                      uint32_t segment) {
   v1::GetTrajectoryRequest request;
   request.set_robot(robot.value());
   request.set_frame(frame == Frame::kMap ? v1::MAP : v1::ODOM);
+  request.set_segment(segment);
   RobotTrajectory trajectory;
   const auto read = [&](Stubs& stubs, grpc::ClientContext& context) {
     trajectory = {};
@@ -46,6 +48,11 @@ absl::StatusOr<RobotTrajectory> Client::GetTrajectory(const RobotId& robot, Fram
       trajectory.session = SessionId(part.session());
       trajectory.revision = part.revision();
       trajectory.component = part.component();
+      trajectory.left_out.assign(part.segments_left_out().begin(), part.segments_left_out().end());
+      if (trajectory.parts.empty() || trajectory.parts.back().segment != part.segment()) {
+        trajectory.parts.push_back({part.segment(), 0});
+      }
+      trajectory.parts.back().count += static_cast<size_t>(part.poses_size());
       for (const v1::StampedPose& pose : part.poses()) {
         trajectory.poses.push_back({pose.stamp_ns(), FromProto(pose.pose())});
       }

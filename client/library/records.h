@@ -40,6 +40,11 @@ struct Session {
   uint64_t scan_bytes = 0;            // Of its raw scans.
   uint64_t quota_bytes = 0;           // Of all sessions of its robot; 0: no limit.
   std::string archive_problem;        // What is missing of its raw scans, and why.
+  // Of a session that a robot opened: how many segments it has so far, what became of all its
+  // scans, and, while it is lost, END of the first scan since it was tracked last (else 0).
+  uint32_t segments = 1;
+  ScanCounts scans;
+  int64_t lost_since_ns = 0;
 };
 
 struct Component {
@@ -68,10 +73,18 @@ struct MapInfo {
 };
 
 struct RobotTrajectory {
-  SessionId session;
+  // Those of one segment follow each other.
+  struct Part {
+    uint32_t segment = 1;
+    size_t count = 0;
+  };
+
+  SessionId session;  // As the robot opened it.
   int64_t revision = 0;
-  uint32_t component = 0;  // Of the map frame.
-  Trajectory poses;
+  uint32_t component = 0;          // Of the map frame.
+  Trajectory poses;                // In one frame.
+  std::vector<Part> parts;         // Of `poses`.
+  std::vector<uint32_t> left_out;  // Segments that are not among them.
 };
 
 enum class Frame { kOdom, kMap };

@@ -46,7 +46,14 @@ struct ScanAck {
   // Directions that the scan did not observe, along which the prediction was kept: unit vectors,
   // sensor frame at the END of the scan. When degenerate.
   std::vector<Eigen::Vector3d> unobserved_translations, unobserved_rotations;
-  std::optional<Pose> T_map_odom;  // Newest; absent until the session has been placed.
+  // The segment that the session is in, from 1 on, and its id: both poses are of its odom frame,
+  // and poses of different segments share none.
+  uint32_t segment = 0;
+  SessionId segment_session;
+  std::optional<Pose> T_map_odom;  // Newest; absent until the segment has been placed.
+  // While the session is lost: END of the first scan since it was tracked last. Else 0.
+  int64_t lost_since_ns = 0;
+  ScanCounts scans;  // Of the session, up to this one.
   uint64_t durable_sequence = 0;
   ScanTiming timing;  // When processed.
 };

@@ -12,7 +12,7 @@ namespace isthmus::ingest {
 namespace {
 
 constexpr char kMagic[] = "ISES";
-constexpr uint32_t kVersion = 1;
+constexpr uint32_t kVersion = 2;
 // Beyond any state: local maps are bounded.
 constexpr uint64_t kMaxBytes = uint64_t{1} << 30;
 // A sixth of the time that the usual level takes, for files that are a few per cent larger.
@@ -57,16 +57,34 @@ absl::StatusOr<std::string> Unpack(const std::string& saved) {
 
 SessionState::SessionState(const SessionRecord& record, const floam::SensorModel& sensor,
                            const floam::OdometryOptions& odometry_options,
-                           const floam::SubmapOptions& submap_options, uint32_t first_index)
+                           const floam::SubmapOptions& submap_options, uint32_t in_segment,
+                           uint32_t first_index)
     : odometry(sensor, Mounted(odometry_options, record)),
-      builder(record.id, record.robot, submap_options, first_index) {}
+      segment(in_segment),
+      session_(record.id),
+      robot_(record.robot),
+      submap_options_(submap_options) {
+  MakeBuilder(first_index);
+}
+
+void SessionState::MakeBuilder(uint32_t first_index) {
+  builder.emplace(SegmentId(session_, segment), robot_, submap_options_, first_index);
+}
+
+void SessionState::BeginSegment() {
+  ++segment;
+  MakeBuilder(0);
+  stretch.clear();
+}
 
 absl::StatusOr<std::string> SessionState::Save() const {
   floam::StateWriter writer;
   const codec::TimeReader::Memory times = decoder.memory();
   writer(times.unit_s, times.turn_s, times.end_s, times.zero, clock, blind_scans);
+  writer(segment, odometry_segment, counts.ok, counts.degenerate, counts.lost, counts.rejected,
+         lost_since_ns, lost_scans);
   WriteStretch(stretch, writer);
-  writer(odometry.Save(), builder.Save());
+  writer(odometry.Save(), builder->Save());
   const std::string state = floam::SealState(kMagic, kVersion, 0, writer.Take());
   const uint64_t size = state.size();
   std::string saved(reinterpret_cast<const char*>(&size), sizeof(size));
@@ -76,7 +94,8 @@ absl::StatusOr<std::string> SessionState::Save() const {
   return saved;
 }
 
-absl::Status SessionState::Restore(const std::string& saved) {
+absl::Status SessionState::Restore(const std::string& saved,
+                                   const std::function<void()>& remember) {
   absl::StatusOr<std::string> state = Unpack(saved);
   if (!state.ok()) return state.status();
   absl::StatusOr<floam::StateReader> reader =
@@ -85,14 +104,18 @@ absl::Status SessionState::Restore(const std::string& saved) {
   codec::TimeReader::Memory times;
   std::string saved_odometry, saved_builder;
   (*reader)(times.unit_s, times.turn_s, times.end_s, times.zero, clock, blind_scans);
+  (*reader)(segment, odometry_segment, counts.ok, counts.degenerate, counts.lost, counts.rejected,
+            lost_since_ns, lost_scans);
   ReadStretch(*reader, stretch);
   (*reader)(saved_odometry, saved_builder);
   if (!reader->ok() || reader->remaining() > 0) {
     return absl::DataLossError("the state of the session is damaged: it contradicts itself");
   }
   decoder.Restore(times);
+  remember();
   if (absl::Status status = odometry.Restore(saved_odometry); !status.ok()) return status;
-  return builder.Restore(saved_builder);
+  MakeBuilder(0);
+  return builder->Restore(saved_builder);
 }
 
 }  // namespace isthmus::ingest

@@ -5,6 +5,8 @@
 #include <absl/status/statusor.h>
 
 #include <cstdint>
+#include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,24 +22,41 @@ namespace isthmus::ingest {
 
 // Not thread safe.
 struct SessionState {
-  // Submaps are numbered from `first_index`.
+  // In a segment whose submaps are numbered from `first_index`.
   SessionState(const SessionRecord& record, const floam::SensorModel& sensor,
                const floam::OdometryOptions& odometry_options,
-               const floam::SubmapOptions& submap_options, uint32_t first_index);
+               const floam::SubmapOptions& submap_options, uint32_t in_segment,
+               uint32_t first_index);
+
+  // Goes on in the next segment. What is unfinished of this one is gone: finish it first.
+  void BeginSegment();
 
   // Exactly, and compressed; without what the odometry was told to remember.
   absl::StatusOr<std::string> Save() const;
-  // Of a new one, once the odometry remembers what the saved one's did. InvalidArgument for what
-  // another version or other settings made, DataLoss for what is damaged; not to be used any more
-  // then.
-  absl::Status Restore(const std::string& saved);
+  // Of a new one. `remember`, called once, tells the odometry what the saved one's remembered: the
+  // submaps of `segment`, which is known by then. InvalidArgument for what another version or other
+  // settings made, DataLoss for what is damaged; not to be used any more then.
+  absl::Status Restore(const std::string& saved, const std::function<void()>& remember);
 
   codec::ScanDecoder decoder;
   ScanClock clock;
   floam::Odometry odometry;
-  floam::SubmapBuilder builder;
-  std::vector<TrajectoryEntry> stretch;  // Scans of the unfinished submap.
-  int blind_scans = 0;                   // In a row, up to the last.
+  uint32_t segment;                             // Of the session.
+  uint32_t odometry_segment = 1;                // The odometry's own count, which a resumed session
+                                                // without a checkpoint begins anew.
+  std::optional<floam::SubmapBuilder> builder;  // Of the segment; always there.
+  std::vector<TrajectoryEntry> stretch;         // Scans of the unfinished submap.
+  int blind_scans = 0;                          // In a row, up to the last.
+  ScanCounts counts;                            // From the session's first scan on.
+  int64_t lost_since_ns = 0;  // END of the first scan since it was tracked last; 0: it is.
+  uint32_t lost_scans = 0;    // Since then.
+
+ private:
+  void MakeBuilder(uint32_t first_index);
+
+  const SessionId session_;
+  const RobotId robot_;
+  const floam::SubmapOptions submap_options_;
 };
 
 }  // namespace isthmus::ingest

@@ -1,6 +1,7 @@
 #include "server/ingest/session_worker.h"
 
 #include <absl/strings/str_cat.h>
+#include <absl/strings/str_format.h>
 
 #include <algorithm>
 #include <utility>
@@ -13,6 +14,8 @@ namespace {
 constexpr size_t kMaxUnpersisted = 2;
 // Scans in a row that cannot be used, after which a submap ends: the odometry bridges fewer.
 constexpr int kBlindScans = 3;
+// So many lost scans in a row are worth a line in the log.
+constexpr uint32_t kLostScans = 3;
 
 std::string ToString(floam::TrackingStatus status) {
   switch (status) {
@@ -54,17 +57,22 @@ SessionWorker::SessionWorker(const SessionRecord& record, const floam::SensorMod
       sensor_(sensor),
       options_(options),
       hooks_(std::move(hooks)),
-      executor_(executor),
-      stored_until_(resume.next_index) {
+      executor_(executor) {
   Resume(resume);
   checkpoint_sequence_ = last_submitted_ = status_.last_sequence;
 }
 
-void SessionWorker::Begin(const ResumePoint& resume, Cloud* around) {
+void SessionWorker::MakeState(uint32_t segment, uint32_t first_index) {
   state_ = std::make_unique<SessionState>(record_, sensor_, options_.odometry, options_.submap,
-                                          resume.next_index);
-  if (!resume.for_each_submap) return;
-  resume.for_each_submap([&](const Submap& submap) {
+                                          segment, first_index);
+}
+
+void SessionWorker::Remember(const ResumePoint& resume, Cloud* around) {
+  const auto stored =
+      std::find_if(resume.segments.begin(), resume.segments.end(),
+                   [this](const auto& segment) { return segment.segment == state_->segment; });
+  if (stored == resume.segments.end() || !stored->for_each_submap) return;
+  stored->for_each_submap([&](const Submap& submap) {
     state_->odometry.Remember(submap);
     if (around == nullptr || !T_odom_last_) return;
     for (const SubmapPoint& point : submap.points) {
@@ -77,40 +85,62 @@ void SessionWorker::Begin(const ResumePoint& resume, Cloud* around) {
 }
 
 void SessionWorker::Resume(const ResumePoint& resume) {
-  for (const TrajectoryEntry& entry : resume.trajectory) Follow(entry);
+  for (const StoredSegment& segment : resume.segments) {
+    T_odom_last_.reset();  // No way leads from one segment to the next.
+    for (const TrajectoryEntry& entry : segment.trajectory) Follow(entry);
+    stored_until_ = {segment.segment, segment.next_index};
+  }
   const std::optional<Checkpoint>& checkpoint = resume.checkpoint;
   absl::Status usable = absl::DataLossError("the checkpoint is damaged");
   if (checkpoint && checkpoint->state) {
-    Begin(resume, nullptr);
-    usable = state_->Restore(*checkpoint->state);
+    MakeState(1, 0);
+    usable = state_->Restore(*checkpoint->state, [&] { Remember(resume, nullptr); });
   }
   if (!usable.ok()) {
     ResumeFromSubmaps(resume);
+    status_.segment = state_->segment;
     if (!checkpoint) return;
     status_.resumed = absl::StrCat("resumed from submaps: ", usable.message());
     status_.input = status_.resumed;
     return;
   }
+  if (state_->segment != stored_until_.first) T_odom_last_.reset();
   status_.last_sequence = checkpoint->sequence;
   status_.durable_sequence = checkpoint->durable_sequence;
-  status_.unsaved = state_->stretch;
+  status_.segment = state_->segment;
+  status_.scans = state_->counts;
+  status_.lost_since_ns = state_->lost_since_ns;
+  status_.unsaved[state_->segment] = state_->stretch;
   for (const TrajectoryEntry& entry : state_->stretch) Follow(entry);
 }
 
 void SessionWorker::ResumeFromSubmaps(const ResumePoint& resume) {
+  StoredSegment last;
+  for (const StoredSegment& segment : resume.segments) {
+    const uint64_t stored = std::max(last.last_sequence, segment.last_sequence);
+    last = segment;
+    last.last_sequence = stored;
+  }
   // Numbers that cannot be are not believed.
   const std::optional<Checkpoint>& checkpoint = resume.checkpoint;
-  const bool counts = checkpoint && checkpoint->durable_sequence >= resume.last_sequence &&
+  const bool counts = checkpoint && checkpoint->durable_sequence >= last.last_sequence &&
                       checkpoint->durable_sequence <= checkpoint->sequence;
-  status_.last_sequence = counts ? checkpoint->durable_sequence : resume.last_sequence;
+  status_.last_sequence = counts ? checkpoint->durable_sequence : last.last_sequence;
   status_.durable_sequence = status_.last_sequence;
+  if (last.trajectory.empty()) {
+    // Whatever the robot was told of this segment's frame, nothing is left that says where it was.
+    const bool is_new = status_.last_sequence > 0;
+    MakeState(is_new ? last.segment + 1 : last.segment, is_new ? 0 : last.next_index);
+    checkpoint_due_ = is_new;
+    return;
+  }
+  MakeState(last.segment, last.next_index);
   Cloud around;
-  Begin(resume, &around);
+  Remember(resume, &around);
   Trajectory recent;
-  for (const TrajectoryEntry& entry : resume.trajectory) {
+  for (const TrajectoryEntry& entry : last.trajectory) {
     recent.push_back({entry.stamp_ns, entry.T_odom_sensor});
   }
-  if (recent.empty()) return;
   state_->clock.Advance(recent.back().stamp_ns, recent.back().stamp_ns);
   state_->odometry.Resume(around, recent);
 }
@@ -192,15 +222,20 @@ void SessionWorker::RunOne() {
 ScanAck SessionWorker::Handle(const ScanUpload& upload) {
   ScanAck ack;
   ack.sequence = upload.sequence;
-  ack.T_map_odom = hooks_.T_map_odom();
+  bool is_duplicate = false;
   {
     std::lock_guard lock(mutex_);
-    ack.durable_sequence = status_.durable_sequence;
-    if (upload.sequence <= status_.last_sequence) {
+    is_duplicate = upload.sequence <= status_.last_sequence;
+    if (is_duplicate) {
       ack.outcome = ScanOutcome::kDuplicate;
-      return ack;
+      FillStatus(&ack);
+    } else {
+      status_.last_sequence = upload.sequence;
     }
-    status_.last_sequence = upload.sequence;
+  }
+  if (is_duplicate) {
+    ack.T_map_odom = hooks_.T_map_odom(ack.segment);
+    return ack;
   }
   DealWith(upload, &ack);
   std::deque<Stretch> finished =
@@ -211,9 +246,20 @@ ScanAck SessionWorker::Handle(const ScanUpload& upload) {
   }
   // A failure is kept for the next attempt; Submit tells the robot when it lasts.
   (void)Persist();
-  std::lock_guard lock(mutex_);
-  ack.durable_sequence = status_.durable_sequence;
+  {
+    std::lock_guard lock(mutex_);
+    FillStatus(&ack);
+  }
+  ack.T_map_odom = hooks_.T_map_odom(ack.segment);
   return ack;
+}
+
+void SessionWorker::FillStatus(ScanAck* ack) const {
+  ack->durable_sequence = status_.durable_sequence;
+  ack->segment = status_.segment;
+  ack->segment_session = SegmentId(record_.id, status_.segment);
+  ack->lost_since_ns = status_.lost_since_ns;
+  ack->scans = status_.scans;
 }
 
 void SessionWorker::DealWith(const ScanUpload& upload, ScanAck* ack) {
@@ -221,18 +267,67 @@ void SessionWorker::DealWith(const ScanUpload& upload, ScanAck* ack) {
   if (!reading.ok()) {
     ack->outcome = ScanOutcome::kRejected;
     ack->reason = std::string(reading.status().message());
+    ++state_->counts.rejected;
     std::lock_guard lock(mutex_);
     ++status_.rejected;
+    status_.scans = state_->counts;
     return;
   }
   absl::StatusOr<floam::OdometryResult> result = Track(upload, reading->time_ns);
   if (result.ok()) {
     state_->clock.Advance(upload.end_stamp_ns, reading->time_ns);
-    if (reading->stepped) Cut(state_->builder.Finish());
+    if (result->segment != state_->odometry_segment) BeginSegment(*result);
+    if (reading->stepped) Cut(state_->builder->Finish());
     Take(*result, ack);
   } else {
-    Reject(result.status(), ack);
+    Reject(upload, result.status(), ack);
   }
+}
+
+void SessionWorker::BeginSegment(const floam::OdometryResult& first) {
+  // The odometry has forgotten the old segment, and must not be told of it again.
+  Hand(state_->builder->Finish());
+  state_->odometry_segment = first.segment;
+  state_->BeginSegment();
+  checkpoint_due_ = true;
+  const double lost_s =
+      std::max(1e-9 * static_cast<double>(first.stamp_ns - state_->lost_since_ns), 0.0);
+  Tell(absl::StrCat(
+      "goes on in segment ", state_->segment, " (", SegmentId(record_.id, state_->segment).value(),
+      ") from scan ", first.sequence, " on",
+      state_->lost_scans == 0 ? ""
+                              : absl::StrFormat(", having been lost for %d scans, %.1f s",
+                                                state_->lost_scans, lost_s)));
+  state_->lost_scans = 0;  // That it is found is said.
+  std::lock_guard lock(mutex_);
+  status_.segment = state_->segment;
+  T_odom_last_.reset();
+}
+
+void SessionWorker::Tell(const std::string& what) const {
+  if (!hooks_.tell) return;
+  const ScanCounts& scans = state_->counts;
+  hooks_.tell(absl::StrFormat(
+      "session %s %s (scans so far: %d ok, %d degenerate, %d lost, %d "
+      "rejected)",
+      record_.id.value(), what, scans.ok, scans.degenerate, scans.lost, scans.rejected));
+}
+
+void SessionWorker::NoteTracking(bool is_lost, uint64_t sequence, int64_t stamp_ns) {
+  const uint32_t lost_scans = state_->lost_scans;
+  if (is_lost) {
+    if (lost_scans == 0) state_->lost_since_ns = stamp_ns;
+    if (++state_->lost_scans == kLostScans) {
+      Tell(absl::StrCat("is lost since scan ", sequence + 1 - kLostScans, ", in segment ",
+                        state_->segment));
+    }
+    return;
+  }
+  state_->lost_since_ns = 0;
+  state_->lost_scans = 0;
+  if (lost_scans < kLostScans) return;
+  Tell(absl::StrCat("was found again with scan ", sequence, " after ", lost_scans,
+                    " lost ones, in segment ", state_->segment));
 }
 
 // The odometry sees times that go forward; what leaves it bears the robot's stamps.
@@ -247,14 +342,19 @@ absl::StatusOr<floam::OdometryResult> SessionWorker::Track(const ScanUpload& upl
   return result;
 }
 
-void SessionWorker::Reject(const absl::Status& why, ScanAck* ack) {
+void SessionWorker::Reject(const ScanUpload& scan, const absl::Status& why, ScanAck* ack) {
   ack->outcome = ScanOutcome::kRejected;
   ack->reason = std::string(why.message());
   ack->status = ToString(floam::TrackingStatus::kLost);
-  if (++state_->blind_scans == kBlindScans) Cut(state_->builder.Finish());
+  ++state_->counts.rejected;
+  if (++state_->blind_scans == kBlindScans) Cut(state_->builder->Finish());
+  const bool has_begun = state_->segment > 1 || T_odom_last_.has_value();
+  if (has_begun) NoteTracking(true, scan.sequence, scan.end_stamp_ns);
   std::lock_guard lock(mutex_);
   ++status_.rejected;
-  if (T_odom_last_) {
+  status_.scans = state_->counts;
+  status_.lost_since_ns = state_->lost_since_ns;
+  if (has_begun) {
     status_.tracking = ack->status;
   } else {
     status_.input = absl::StrCat("no scan could be used so far: ", ack->reason);
@@ -264,11 +364,16 @@ void SessionWorker::Reject(const absl::Status& why, ScanAck* ack) {
 void SessionWorker::Take(const floam::OdometryResult& result, ScanAck* ack) {
   state_->blind_scans = 0;
   const bool lost = result.status == floam::TrackingStatus::kLost;
-  if (lost) Cut(state_->builder.Finish());
+  if (lost) Cut(state_->builder->Finish());
   const TrajectoryEntry entry{result.sequence, result.stamp_ns, result.T_odom_sensor,
-                              state_->builder.CurrentIndex()};
+                              state_->builder->CurrentIndex()};
   if (!lost) state_->stretch.push_back(entry);
-  Cut(state_->builder.Add(result));
+  Cut(state_->builder->Add(result));
+  ScanCounts& scans = state_->counts;
+  ++(lost                                                  ? scans.lost
+     : result.status == floam::TrackingStatus::kDegenerate ? scans.degenerate
+                                                           : scans.ok);
+  NoteTracking(lost, result.sequence, result.stamp_ns);
 
   ack->status = ToString(result.status);
   ack->T_odom_sensor = result.T_odom_sensor;
@@ -285,33 +390,41 @@ void SessionWorker::Take(const floam::OdometryResult& result, ScanAck* ack) {
   odometry_ms_sum_ += result.timing.total_ms;
   status_.odometry_ms_mean = odometry_ms_sum_ / static_cast<double>(status_.processed);
   status_.tracking = ack->status;
+  status_.scans = scans;
+  status_.lost_since_ns = state_->lost_since_ns;
   status_.input = InputText(state_->decoder.fields(), result);
   if (!status_.resumed.empty()) absl::StrAppend(&status_.input, "; ", status_.resumed);
   if (lost) return;
   Follow(entry);
-  status_.unsaved.push_back(entry);
+  status_.unsaved[state_->segment].push_back(entry);
 }
 
 void SessionWorker::Cut(std::shared_ptr<const Submap> submap) {
+  if (submap != nullptr) state_->odometry.Remember(*submap);
+  Hand(std::move(submap));
+}
+
+void SessionWorker::Hand(std::shared_ptr<const Submap> submap) {
   if (submap == nullptr) return;
-  state_->odometry.Remember(*submap);
   std::vector<TrajectoryEntry> trajectory = std::exchange(state_->stretch, {});
   // A checkpoint may be older than the last submap: then this one was made, and stored, before.
-  if (submap->id.index < stored_until_) return;
-  finished_.push_back({std::move(submap), std::move(trajectory)});
+  if (std::pair(state_->segment, submap->id.index) < stored_until_) return;
+  finished_.push_back({std::move(submap), std::move(trajectory), state_->segment});
 }
 
 std::deque<Stretch> SessionWorker::TakeFinished(uint64_t sequence, uint64_t checkpoint_after) {
   std::deque<Stretch> finished = std::exchange(finished_, {});
-  if (finished.empty() && sequence < checkpoint_after) return finished;
+  if (finished.empty() && sequence < checkpoint_after && !checkpoint_due_) return finished;
   // Without memory for it the submap goes alone; the robot keeps its scans until the next one.
   absl::StatusOr<std::string> state = state_->Save();
   if (!state.ok()) return finished;
   checkpoint_sequence_ = sequence;
+  checkpoint_due_ = false;
   if (finished.empty()) finished.emplace_back();
   const std::vector<TrajectoryEntry>& unfinished = state_->stretch;
-  finished.back().checkpoint = {
-      sequence, unfinished.empty() ? sequence : unfinished.front().sequence - 1, *std::move(state)};
+  finished.back().checkpoint = {sequence,
+                                unfinished.empty() ? sequence : unfinished.front().sequence - 1,
+                                *std::move(state), state_->segment};
   return finished;
 }
 
@@ -329,7 +442,7 @@ absl::Status SessionWorker::Persist() {
     unpersisted_.pop_front();
     if (next.checkpoint) status_.durable_sequence = next.checkpoint->durable_sequence;
     if (next.submap == nullptr) continue;
-    std::erase_if(status_.unsaved, [&](const TrajectoryEntry& entry) {
+    std::erase_if(status_.unsaved[next.segment], [&](const TrajectoryEntry& entry) {
       return entry.sequence <= next.submap->last_sequence;
     });
   }
@@ -341,7 +454,7 @@ absl::Status SessionWorker::Finish() {
     stopping_ = true;
     changed_.notify_all();
     changed_.wait(lock, [this] { return !running_; });
-    Cut(state_->builder.Finish());
+    Cut(state_->builder->Finish());
     for (Stretch& stretch : TakeFinished(status_.last_sequence, checkpoint_sequence_ + 1)) {
       unpersisted_.push_back(std::move(stretch));
     }
@@ -354,7 +467,7 @@ absl::Status SessionWorker::RetryStoring() {
   ScanAck durable;
   {
     std::lock_guard lock(mutex_);
-    durable.durable_sequence = status_.durable_sequence;
+    FillStatus(&durable);
   }
   Send(durable);
   return absl::OkStatus();

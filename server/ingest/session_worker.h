@@ -7,10 +7,12 @@
 #include <cstdint>
 #include <deque>
 #include <functional>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/executor.h"
@@ -31,13 +33,15 @@ struct Checkpoint {
   // Up to here all that scans made is in finished submaps: safe without `state`.
   uint64_t durable_sequence = 0;
   std::optional<std::string> state = {};  // Absent on resuming: it is damaged.
+  uint32_t segment = 1;                   // That the session is in. Not known on resuming.
 };
 
 // What is to be made durable, together or not at all.
 struct Stretch {
   std::shared_ptr<const Submap> submap = {};     // Finished; null where there is only a checkpoint.
   std::vector<TrajectoryEntry> trajectory = {};  // The scans that fell into it.
-  std::optional<Checkpoint> checkpoint = {};     // With its state.
+  uint32_t segment = 1;                          // Of both.
+  std::optional<Checkpoint> checkpoint = {};     // With its state; maybe in a later segment.
 };
 
 // What a worker asks of its surroundings. Called from executor threads, one call at a time per
@@ -45,15 +49,17 @@ struct Stretch {
 struct WorkerHooks {
   // Makes a stretch durable and hands it on. On error the stretch is kept and offered again.
   std::function<absl::Status(const Stretch&)> persist;
-  // The session's newest placement.
-  std::function<std::optional<Pose>()> T_map_odom;
+  // The segment's newest placement.
+  std::function<std::optional<Pose>(uint32_t segment)> T_map_odom;
   // A scan has been dealt with (its ack was sent).
   std::function<void()> scan_done;
+  // The session got lost, was found again, began a segment: a sentence for the log. May be null.
+  std::function<void(const std::string&)> tell = {};
 };
 
-// Where a session continues: what is durable of it.
-struct ResumePoint {
-  std::optional<Checkpoint> checkpoint = {};
+// What is durable of one segment.
+struct StoredSegment {
+  uint32_t segment = 1;
   uint32_t next_index = 0;     // One more than that of the last submap.
   uint64_t last_sequence = 0;  // Of the last submap.
   // Calls with every submap that can be read, one at a time, in order. May be null: there are none.
@@ -61,11 +67,20 @@ struct ResumePoint {
   std::vector<TrajectoryEntry> trajectory = {};  // All, in order.
 };
 
+// Where a session continues: what is durable of it.
+struct ResumePoint {
+  std::optional<Checkpoint> checkpoint = {};
+  std::vector<StoredSegment> segments = {};  // In order; none in a new session.
+};
+
 struct WorkerStatus {
   uint64_t last_sequence = 0;  // Highest that was dealt with.
   uint64_t durable_sequence = 0;
-  uint64_t processed = 0;
+  uint64_t processed = 0;  // By this worker, as the next.
   uint64_t rejected = 0;
+  ScanCounts scans;           // From the session's first scan on, if its checkpoints were usable.
+  uint32_t segment = 1;       // That the session is in.
+  int64_t lost_since_ns = 0;  // END of the first scan since it was tracked last; 0: it is.
   double odometry_ms_mean = 0;
   double travelled_m = 0;
   std::string tracking;  // "ok", "degenerate", "lost"; empty before the first scan.
@@ -73,7 +88,8 @@ struct WorkerStatus {
   std::string input;
   // "resumed from submaps: ..." and why, where there was a checkpoint that could not be used.
   std::string resumed;
-  std::vector<TrajectoryEntry> unsaved;  // Scans whose submap is not finished yet.
+  // Scans whose submap is not stored yet, by segment.
+  std::map<uint32_t, std::vector<TrajectoryEntry>> unsaved;
 };
 
 // What becomes of a scan, and what its ack says:
@@ -83,6 +99,11 @@ struct WorkerStatus {
 //                                     after three in a row the submap ends
 //   cannot be matched                 processed, "lost": the pose is a prediction. The submap ends
 //   matched                           processed, "ok" or "degenerate"
+// Where the odometry gives up looking for a lost robot and begins a new segment, the submaps of the
+// old one end, and those of the new one are of the session SegmentId(record.id, segment), counted
+// from 0; sequences go on. A checkpoint follows at once, so that the segment is known to the store
+// before the robot hears of it.
+//
 // A clock that was set (see ScanClock) ends the submap, so that stamps in it stay in order, and the
 // odometry goes on. Scans are stored with the robot's stamps; lost ones are not stored.
 //
@@ -90,9 +111,10 @@ struct WorkerStatus {
 // scans without one, all that the next scan depends on is handed over too (a checkpoint). A worker
 // that resumes from it makes the same poses and submaps, bit for bit, as if nothing had happened,
 // given the scans after it once more; those up to it are duplicates. Where a checkpoint cannot be
-// used it goes on from the submaps alone, in the same odom frame but with a map that is thinner,
-// and says so in WorkerStatus. What a carried robot is looked for in is made from the stored
-// submaps: where some were retired since, a search may end otherwise than it would have.
+// used it goes on from the last segment's submaps alone, in the same odom frame but with a map that
+// is thinner, or, where that segment has none, in a new one, and says so in WorkerStatus. What a
+// carried robot is looked for in is made from the stored submaps: where some were retired since, a
+// search may end otherwise than it would have.
 //
 // Thread safe. Runs at most one task at a time on the executor, which must outlive it.
 class SessionWorker : public std::enable_shared_from_this<SessionWorker> {
@@ -137,9 +159,10 @@ class SessionWorker : public std::enable_shared_from_this<SessionWorker> {
                 const ResumePoint& resume);
 
   void Resume(const ResumePoint& resume);
-  // A new state that remembers the submaps; appends their points near the last pose, odom frame,
-  // to `around` if it is not null.
-  void Begin(const ResumePoint& resume, Cloud* around);
+  void MakeState(uint32_t segment, uint32_t first_index);
+  // Has the odometry remember the submaps of its segment; appends their points near the last pose,
+  // odom frame, to `around` if it is not null.
+  void Remember(const ResumePoint& resume, Cloud* around);
   void Follow(const TrajectoryEntry& entry);
   // Where there is no checkpoint, or none that can be used.
   void ResumeFromSubmaps(const ResumePoint& resume);
@@ -147,8 +170,15 @@ class SessionWorker : public std::enable_shared_from_this<SessionWorker> {
   ScanAck Handle(const ScanUpload& scan);
   void DealWith(const ScanUpload& scan, ScanAck* ack);
   absl::StatusOr<floam::OdometryResult> Track(const ScanUpload& scan, int64_t time_ns);
-  void Reject(const absl::Status& why, ScanAck* ack);
+  void Reject(const ScanUpload& scan, const absl::Status& why, ScanAck* ack);
   void Take(const floam::OdometryResult& result, ScanAck* ack);
+  void BeginSegment(const floam::OdometryResult& first);
+  // Where it is tracked again, or not any more; stamp of the scan that shows it.
+  void NoteTracking(bool is_lost, uint64_t sequence, int64_t stamp_ns);
+  void Tell(const std::string& what) const;
+  // What goes for the scan that was dealt with; mutex_ is held.
+  void FillStatus(ScanAck* ack) const;
+  void Hand(std::shared_ptr<const Submap> submap);
   void Cut(std::shared_ptr<const Submap> submap);
   // What was cut since the last call, and a checkpoint if one is due or something was cut.
   std::deque<Stretch> TakeFinished(uint64_t sequence, uint64_t checkpoint_after);
@@ -163,9 +193,11 @@ class SessionWorker : public std::enable_shared_from_this<SessionWorker> {
 
   // Touched only by the running task, or by Finish when none runs and none can start.
   std::unique_ptr<SessionState> state_;
-  std::deque<Stretch> finished_;      // Cut while the scan at hand is dealt with.
-  uint32_t stored_until_ = 0;         // Submaps below this were stored before it resumed.
+  std::deque<Stretch> finished_;  // Cut while the scan at hand is dealt with.
+  // Segment and index: submaps below this were stored before it resumed.
+  std::pair<uint32_t, uint32_t> stored_until_ = {1, 0};
   uint64_t checkpoint_sequence_ = 0;  // Of the last checkpoint that was made.
+  bool checkpoint_due_ = false;       // A segment has begun.
 
   std::mutex persist_mutex_;         // Serialises Persist.
   std::deque<Stretch> unpersisted_;  // Guarded by mutex_.
@@ -181,7 +213,7 @@ class SessionWorker : public std::enable_shared_from_this<SessionWorker> {
   bool stopping_ = false;
   WorkerStatus status_;
   double odometry_ms_sum_ = 0;
-  std::optional<Pose> T_odom_last_;
+  std::optional<Pose> T_odom_last_;  // In the segment that it is in.
 };
 
 }  // namespace isthmus::ingest

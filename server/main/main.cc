@@ -159,6 +159,7 @@ int Run(const Arguments& arguments) {
   storage::RemoveAbandonedBackups(arguments.data);
   config->pipeline.archive.directory = arguments.data;
   config->pipeline.on_problem = warn;
+  config->pipeline.on_event = [](const std::string& event) { spdlog::info("{}", event); };
   auto pipeline = Pipeline::Open(config->pipeline, *std::move(store));
   if (!pipeline.ok()) return Fail(kDataFolder, pipeline.status());
   const MapInfo info = (*pipeline)->GetMapInfo();

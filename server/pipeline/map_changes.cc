@@ -17,8 +17,8 @@ std::string NameOf(const SessionId& a, const SessionId& b) {
   return absl::StrCat("match ", a.value(), " ~ ", b.value());
 }
 
-bool IsNamed(const SessionPair& pair, const SessionId& session) {
-  return pair.first == session || pair.second == session;
+bool NamesOneOf(const SessionPair& pair, const std::set<SessionId>& sessions) {
+  return sessions.contains(pair.first) || sessions.contains(pair.second);
 }
 
 }  // namespace
@@ -33,23 +33,47 @@ void MapState::Changed(const std::string& cause) {
   changed.notify_all();
 }
 
+std::vector<SessionRecord> MapState::NewSegments(const SessionId& session,
+                                                 const ingest::Stretch& stretch) {
+  std::set<uint32_t> numbers;
+  if (stretch.submap != nullptr) numbers.insert(stretch.segment);
+  if (stretch.checkpoint) numbers.insert(stretch.checkpoint->segment);
+  std::vector<SessionRecord> records;
+  std::lock_guard lock(mutex);
+  const SessionEntry* opened = Find(session);
+  for (const uint32_t number : numbers) {
+    const SessionId id = SegmentId(session, number);
+    if (opened == nullptr || Find(id) != nullptr) continue;
+    SessionRecord& record = records.emplace_back(opened->record);
+    record.id = id;
+    record.segment = number;
+    record.first_segment = session;
+    record.request_id.clear();
+    record.created_ns = clock_->NowNs();
+  }
+  return records;
+}
+
 absl::Status MapState::AddStretch(const SessionId& session, const ingest::Stretch& stretch) {
+  const SessionId segment = SegmentId(session, stretch.segment);
   storage::WriteBatch batch;
+  batch.sessions = NewSegments(session, stretch);
   if (stretch.submap != nullptr) batch.submaps.push_back(stretch.submap);
   if (const auto& checkpoint = stretch.checkpoint) {
     batch.checkpoints.push_back(
         {session, checkpoint->sequence, checkpoint->durable_sequence, checkpoint->state});
   }
   for (const TrajectoryEntry& entry : stretch.trajectory) {
-    batch.trajectory.emplace_back(session, entry);
+    batch.trajectory.emplace_back(segment, entry);
   }
   // Outside the lock: the disk may take its time, and one session writes one stretch at a time.
   if (absl::Status status = store_->Write(batch); !status.ok()) return status;
   std::lock_guard lock(mutex);
-  SessionEntry* entry = Find(session);
-  if (entry == nullptr) {
+  if (Find(session) == nullptr) {
     return absl::NotFoundError(absl::StrCat("session ", session.value(), " was deleted"));
   }
+  for (const SessionRecord& record : batch.sessions) sessions[record.id].record = record;
+  SessionEntry* entry = Find(segment);
   if (stretch.submap == nullptr) return absl::OkStatus();
   cache_->Put(stretch.submap);
   entry->submaps.push_back(std::make_shared<const SubmapInfo>(Summarize(*stretch.submap)));
@@ -182,15 +206,17 @@ absl::Status MapState::Retire(const std::vector<SubmapId>& submaps) {
 absl::Status MapState::RemoveSession(const SessionId& session, const std::string& why) {
   if (absl::Status status = store_->DeleteSession(session); !status.ok()) return status;
   std::lock_guard lock(mutex);
-  if (const SessionEntry* entry = Find(session)) {
+  std::set<SessionId> gone;
+  for (const SessionEntry* entry : SegmentsOf(session)) {
     for (const auto& submap : entry->submaps) cache_->Forget(submap->id);
+    gone.insert(entry->record.id);
   }
-  sessions.erase(session);
-  std::erase_if(damaged, [&](const auto& item) { return item.first.session == session; });
-  std::erase_if(matches, [&](const auto& item) { return IsNamed(item.first, session); });
-  std::erase_if(verdicts, [&](const auto& item) { return IsNamed(item.first, session); });
-  std::erase_if(loops, [&](const auto& item) { return item.second.session == session; });
-  std::erase_if(anchors, [&](const auto& item) { return item.first.session == session; });
+  std::erase_if(sessions, [&](const auto& item) { return gone.contains(item.first); });
+  std::erase_if(damaged, [&](const auto& item) { return gone.contains(item.first.session); });
+  std::erase_if(matches, [&](const auto& item) { return NamesOneOf(item.first, gone); });
+  std::erase_if(verdicts, [&](const auto& item) { return NamesOneOf(item.first, gone); });
+  std::erase_if(loops, [&](const auto& item) { return gone.contains(item.second.session); });
+  std::erase_if(anchors, [&](const auto& item) { return gone.contains(item.first.session); });
   RefreshMatches();
   Changed(absl::StrCat("session ", session.value(), " deleted", why.empty() ? "" : ": ", why));
   return absl::OkStatus();

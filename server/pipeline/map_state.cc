@@ -84,7 +84,8 @@ absl::Status MapState::LoadSession(const SessionRecord& record) {
     entry.submaps.push_back(std::make_shared<const SubmapInfo>(std::move(info)));
   }
   // A finished session takes neither scans nor submaps.
-  entry.uploads = record.state == SessionState::kActive && HasUploads(entry, cache_);
+  entry.uploads =
+      record.state == SessionState::kActive && record.segment == 1 && HasUploads(entry, cache_);
   absl::StatusOr<std::vector<TrajectoryEntry>> trajectory = store_->GetTrajectory(record.id);
   if (!trajectory.ok()) return trajectory.status();
   for (const TrajectoryEntry& pose : *trajectory) entry.AddPose(pose);
@@ -146,10 +147,28 @@ SessionEntry* MapState::Find(const SessionId& session) {
 SessionEntry* MapState::Newest(const RobotId& robot) {
   SessionEntry* newest = nullptr;
   for (auto& [id, entry] : sessions) {
-    if (entry.record.robot != robot) continue;
+    if (entry.record.robot != robot || entry.record.segment > 1) continue;
     if (newest == nullptr || entry.record.created_ns >= newest->record.created_ns) newest = &entry;
   }
-  return newest;
+  return newest == nullptr ? nullptr : SegmentsOf(newest->record.id).back();
+}
+
+std::vector<const SessionEntry*> MapState::SegmentsOf(const SessionId& opened) const {
+  std::vector<const SessionEntry*> segments;
+  for (const auto& [id, entry] : sessions) {
+    if (entry.record.opened() == opened) segments.push_back(&entry);
+  }
+  std::sort(segments.begin(), segments.end(),
+            [](const auto* a, const auto* b) { return a->record.segment < b->record.segment; });
+  return segments;
+}
+
+std::vector<SessionEntry*> MapState::SegmentsOf(const SessionId& opened) {
+  std::vector<SessionEntry*> segments;
+  for (const SessionEntry* entry : std::as_const(*this).SegmentsOf(opened)) {
+    segments.push_back(Find(entry->record.id));
+  }
+  return segments;
 }
 
 const Placement* MapState::PlacementOf(const SessionId& session) const {

@@ -78,8 +78,11 @@ class MapState {
 
   // --- mutex held by the caller ---
   SessionEntry* Find(const SessionId& session);
-  // The robot's newest session; null if unknown.
+  // The robot's newest session, where that has several segments the last; null if unknown.
   SessionEntry* Newest(const RobotId& robot);
+  // Of the session that a robot opened, in order; none for another id.
+  std::vector<SessionEntry*> SegmentsOf(const SessionId& opened);
+  std::vector<const SessionEntry*> SegmentsOf(const SessionId& opened) const;
   const Placement* PlacementOf(const SessionId& session) const;
   // What the graph is made of: the computed match of the pair under what a person said of it, and
   // set aside where others speak against it; nothing where nothing is known of the pair.
@@ -101,7 +104,8 @@ class MapState {
   // All that change the graph return when the change is stored; the map is placed anew soon after
   // (WaitUntilPlaced).
 
-  // Stores a finished stretch, or a checkpoint alone, and adds what it holds to its session.
+  // Stores a finished stretch, or a checkpoint alone, and adds what it holds to its segment of the
+  // session. A segment that there is none of yet is opened with it.
   absl::Status AddStretch(const SessionId& session, const ingest::Stretch& stretch);
   // Ignored when a session is gone.
   absl::Status PutMatch(const Match& match);
@@ -113,7 +117,8 @@ class MapState {
   absl::Status RemoveAnchor(const SubmapId& submap);
   // Removes the submaps with all that hangs on them.
   absl::Status Retire(const std::vector<SubmapId>& submaps);
-  // Removes the session from store and state. `why` is said in the revision's cause.
+  // Removes the session, all its segments, from store and state. `why` is said in the revision's
+  // cause.
   absl::Status RemoveSession(const SessionId& session, const std::string& why = "");
   // Until `revision` shows what the state says now, or nothing is placed any more.
   void WaitUntilPlaced();
@@ -148,6 +153,8 @@ class MapState {
 
  private:
   absl::Status LoadSession(const SessionRecord& record);
+  // Those of its segments that the stretch brings, as they are to be stored.
+  std::vector<SessionRecord> NewSegments(const SessionId& session, const ingest::Stretch& stretch);
   absl::Status LoadLoops();
   // Takes note of a change. mutex is held.
   void Changed(const std::string& cause);

@@ -35,7 +35,7 @@ absl::Status PipelineImpl::Start() {
   retention_ = std::make_unique<RetentionLoop>(options_.retention, &clock_, RetentionHooks());
   executor_ = std::make_unique<Executor>(options_.ingest_threads);
   for (auto& [id, entry] : state_.sessions) {
-    if (entry.record.state == SessionState::kFinished) continue;
+    if (entry.record.state == SessionState::kFinished || entry.record.segment > 1) continue;
     auto worker = ResumeWorker(entry);
     if (!worker.ok()) return worker.status();
     entry.worker = *std::move(worker);
@@ -56,26 +56,36 @@ absl::Status PipelineImpl::Start() {
 
 absl::StatusOr<std::shared_ptr<ingest::SessionWorker>> PipelineImpl::ResumeWorker(
     const SessionEntry& entry) {
-  absl::StatusOr<std::vector<TrajectoryEntry>> trajectory = store_->GetTrajectory(entry.record.id);
-  if (!trajectory.ok()) return trajectory.status();
   ingest::ResumePoint resume;
-  resume.trajectory = *std::move(trajectory);
   resume.checkpoint = ReadCheckpoint(entry.record.id);
-  resume.next_index = entry.next_index();
-  if (!entry.submaps.empty()) resume.last_sequence = entry.submaps.back()->last_sequence;
-  resume.for_each_submap = [&](const std::function<void(const Submap&)>& visit) {
-    for (const auto& submap : entry.submaps) {
-      if (const auto whole = submaps_.Get(submap->id)) visit(*whole);
-    }
-  };
+  for (const SessionEntry* segment : state_.SegmentsOf(entry.record.id)) {
+    absl::StatusOr<ingest::StoredSegment> stored = ReadSegment(*segment);
+    if (!stored.ok()) return stored.status();
+    resume.segments.push_back(*std::move(stored));
+  }
   auto worker = MakeWorker(entry.record, resume);
   if (!worker.ok() || !options_.on_problem) return worker;
   if (const std::string resumed = (*worker)->Status().resumed; !resumed.empty()) {
     options_.on_problem(absl::StrCat("session ", entry.record.id.value(), " was ", resumed,
-                                     "; its odom frame is the same, but it does not go on exactly "
-                                     "as it was"));
+                                     "; it does not go on exactly as it was"));
   }
   return worker;
+}
+
+absl::StatusOr<ingest::StoredSegment> PipelineImpl::ReadSegment(const SessionEntry& entry) {
+  absl::StatusOr<std::vector<TrajectoryEntry>> trajectory = store_->GetTrajectory(entry.record.id);
+  if (!trajectory.ok()) return trajectory.status();
+  ingest::StoredSegment stored;
+  stored.segment = entry.record.segment;
+  stored.trajectory = *std::move(trajectory);
+  stored.next_index = entry.next_index();
+  if (!entry.submaps.empty()) stored.last_sequence = entry.submaps.back()->last_sequence;
+  stored.for_each_submap = [this, &entry](const std::function<void(const Submap&)>& visit) {
+    for (const auto& submap : entry.submaps) {
+      if (const auto whole = submaps_.Get(submap->id)) visit(*whole);
+    }
+  };
+  return stored;
 }
 
 std::optional<ingest::Checkpoint> PipelineImpl::ReadCheckpoint(const SessionId& session) {
@@ -98,29 +108,42 @@ SessionStatus PipelineImpl::StatusOf(const SessionEntry& entry) const {
   status.record = entry.record;
   status.submap_count = static_cast<uint32_t>(entry.submaps.size());
   status.point_count = entry.points;
-  const ingest::WorkerStatus worker =
-      entry.worker != nullptr ? entry.worker->Status() : entry.final_status;
-  status.last_sequence = worker.last_sequence;
-  status.durable_sequence = worker.durable_sequence;
-  status.scans_processed = worker.processed;
-  status.scans_rejected = worker.rejected;
-  status.odometry_ms_mean = worker.odometry_ms_mean;
-  status.travelled_m = worker.travelled_m;
-  status.tracking = worker.tracking;
-  status.input = worker.input;
-  if (entry.worker == nullptr && !entry.uploads && !entry.submaps.empty()) {
-    const uint64_t stored = entry.submaps.back()->last_sequence;
-    status.last_sequence = std::max(status.last_sequence, stored);
-    status.durable_sequence = std::max(status.durable_sequence, stored);
-  }
   if (const Placement* placement = state_.PlacementOf(entry.record.id)) {
     status.placement = *placement;
   }
-  status.map_bytes = retention_->MapBytes(entry.record.id);
-  status.scan_bytes = scans_->Bytes(entry.record.id);
   status.quota_bytes = options_.retention.LimitsOf(entry.record.robot).quota_bytes;
-  status.archive_problem = scans_->Problem(entry.record.id);
+  if (entry.record.segment == 1) {
+    FillStreamStatus(entry, &status);
+  } else if (!entry.submaps.empty()) {
+    status.last_sequence = status.durable_sequence = entry.submaps.back()->last_sequence;
+  }
   return status;
+}
+
+void PipelineImpl::FillStreamStatus(const SessionEntry& entry, SessionStatus* status) const {
+  const ingest::WorkerStatus worker =
+      entry.worker != nullptr ? entry.worker->Status() : entry.final_status;
+  status->last_sequence = worker.last_sequence;
+  status->durable_sequence = worker.durable_sequence;
+  status->scans_processed = worker.processed;
+  status->scans_rejected = worker.rejected;
+  status->odometry_ms_mean = worker.odometry_ms_mean;
+  status->travelled_m = worker.travelled_m;
+  status->tracking = worker.tracking;
+  status->input = worker.input;
+  status->scans = entry.worker != nullptr ? worker.scans : entry.record.scans;
+  status->lost_since_ns = worker.lost_since_ns;
+  const std::vector<const SessionEntry*> segments = state_.SegmentsOf(entry.record.id);
+  status->segments = std::max(worker.segment, segments.back()->record.segment);
+  for (const SessionEntry* segment : segments) {
+    if (entry.worker != nullptr || entry.uploads || segment->submaps.empty()) continue;
+    const uint64_t stored = segment->submaps.back()->last_sequence;
+    status->last_sequence = std::max(status->last_sequence, stored);
+    status->durable_sequence = std::max(status->durable_sequence, stored);
+  }
+  status->map_bytes = retention_->MapBytes(entry.record.id);
+  status->scan_bytes = scans_->Bytes(entry.record.id);
+  status->archive_problem = scans_->Problem(entry.record.id);
 }
 
 bool PipelineImpl::IsSettled() const {

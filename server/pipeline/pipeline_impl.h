@@ -45,8 +45,9 @@ class PipelineImpl : public Pipeline {
   MapInfo GetMapInfo() override;
   absl::StatusOr<std::vector<SubmapStatus>> ListSubmaps(
       const std::optional<RobotId>& robot) override;
-  absl::StatusOr<RobotTrajectory> GetTrajectory(const RobotId& robot,
-                                                TrajectoryFrame frame) override;
+  using Pipeline::GetTrajectory;
+  absl::StatusOr<RobotTrajectory> GetTrajectory(const RobotId& robot, TrajectoryFrame frame,
+                                                uint32_t segment) override;
   MatchGraphView GetMatchGraph() override;
   absl::StatusOr<Match> DecideMatch(const MatchDecision& decision) override;
   absl::StatusOr<std::vector<LoopStatus>> ListLoops(const std::optional<RobotId>& robot) override;
@@ -71,18 +72,23 @@ class PipelineImpl : public Pipeline {
   std::optional<SessionStatus> FindRequested(const SessionRecord& record);
   absl::StatusOr<std::shared_ptr<ingest::SessionWorker>> MakeWorker(
       const SessionRecord& record, const ingest::ResumePoint& resume);
-  // That goes on where the session is stored to be.
+  // That goes on where the session, its first segment, is stored to be.
   absl::StatusOr<std::shared_ptr<ingest::SessionWorker>> ResumeWorker(const SessionEntry& entry);
+  absl::StatusOr<ingest::StoredSegment> ReadSegment(const SessionEntry& entry);
   // Absent where there is none.
   std::optional<ingest::Checkpoint> ReadCheckpoint(const SessionId& session);
   RetentionLoop::Hooks RetentionHooks();
   // `why`, for the revision's cause, is empty where someone asked for it.
   absl::Status Delete(const SessionId& session, const std::string& why);
+  // NotFound, or FailedPrecondition for a later segment of a session.
+  absl::StatusOr<SessionEntry*> FindOpened(const SessionId& session);
   // The worker of an active session that takes scans.
   absl::StatusOr<std::shared_ptr<ingest::SessionWorker>> FindWorker(const SessionId& session);
   // The state's mutex is held for these.
   absl::StatusOr<SessionId> ResolveSession(const SessionId& session, const RobotId& robot);
   SessionStatus StatusOf(const SessionEntry& entry) const;
+  // What is told of a session as a whole, in its first segment.
+  void FillStreamStatus(const SessionEntry& entry, SessionStatus* status) const;
   LoopStatus StatusOf(const LoopClosure& loop) const;
   bool IsSettled() const;
   // Thread: while the store fails, tries again what waits for it.

@@ -64,6 +64,67 @@ std::vector<placement::TrajectoryKnot> KnotsOf(
   return knots;
 }
 
+// What a trajectory of one segment is made of, all as of one moment.
+struct SegmentView {
+  uint32_t segment = 1;
+  SessionId session;
+  std::vector<std::shared_ptr<const SubmapInfo>> submaps;
+  std::vector<TrajectoryEntry> unsaved;
+  std::optional<Placement> placement;
+};
+
+// The state's mutex is held.
+std::vector<SegmentView> ViewSegments(const MapState& state, const SessionId& opened) {
+  std::vector<SegmentView> views;
+  std::map<uint32_t, std::vector<TrajectoryEntry>> unsaved;
+  for (const SessionEntry* entry : state.SegmentsOf(opened)) {
+    SegmentView& view = views.emplace_back();
+    view.segment = entry->record.segment;
+    view.session = entry->record.id;
+    view.submaps = entry->submaps;
+    // Before the store is asked: what leaves these meanwhile is in the store by then.
+    if (entry->worker != nullptr) unsaved = entry->worker->Status().unsaved;
+    view.unsaved = unsaved[view.segment];
+    if (const Placement* placed = state.PlacementOf(view.session)) view.placement = *placed;
+  }
+  return views;
+}
+
+// Those that the answer has poses of, which share its frame; the others are noted as left out.
+std::vector<SegmentView> ChooseSegments(TrajectoryFrame frame, uint32_t wanted,
+                                        std::vector<SegmentView> segments,
+                                        RobotTrajectory* trajectory) {
+  const uint32_t last = segments.back().segment;
+  std::optional<uint32_t> component;
+  for (const SegmentView& view : segments) {
+    if (!view.placement || (wanted > 0 && view.segment != wanted)) continue;
+    component = std::min(component.value_or(view.placement->component), view.placement->component);
+  }
+  if (frame == TrajectoryFrame::kMap) trajectory->component = component.value_or(0);
+  const auto is_chosen = [&](const SegmentView& view) {
+    if (wanted > 0 && view.segment != wanted) return false;
+    if (frame == TrajectoryFrame::kOdom) return wanted > 0 || view.segment == last;
+    return view.placement && view.placement->component == component;
+  };
+  std::vector<SegmentView> chosen;
+  for (SegmentView& view : segments) {
+    if (is_chosen(view)) {
+      chosen.push_back(std::move(view));
+    } else {
+      trajectory->left_out.push_back(view.segment);
+    }
+  }
+  return chosen;
+}
+
+Trajectory OdomPoses(const std::vector<TrajectoryEntry>& entries) {
+  Trajectory poses;
+  for (const TrajectoryEntry& entry : entries) {
+    poses.push_back({entry.stamp_ns, entry.T_odom_sensor});
+  }
+  return poses;
+}
+
 // Bytes handed to a sink at a time.
 constexpr size_t kFileChunk = 1 << 20;
 
@@ -129,38 +190,39 @@ absl::StatusOr<std::vector<SubmapStatus>> PipelineImpl::ListSubmaps(
 }
 
 absl::StatusOr<RobotTrajectory> PipelineImpl::GetTrajectory(const RobotId& robot,
-                                                            TrajectoryFrame frame) {
+                                                            TrajectoryFrame frame,
+                                                            uint32_t segment) {
   RobotTrajectory trajectory;
-  std::vector<std::shared_ptr<const SubmapInfo>> submaps;
-  std::vector<TrajectoryEntry> unsaved;
-  std::optional<Placement> placement;
+  std::vector<SegmentView> segments;
   {
     std::lock_guard lock(state_.mutex);
-    const SessionEntry* entry = state_.Newest(robot);
-    if (entry == nullptr) return UnknownRobot(robot);
-    trajectory.session = entry->record.id;
+    const SessionEntry* newest = state_.Newest(robot);
+    if (newest == nullptr) return UnknownRobot(robot);
+    trajectory.session = newest->record.opened();
     trajectory.revision = state_.revision.revision;
-    submaps = entry->submaps;
-    // Before the store is asked: what leaves these meanwhile is in the store by then.
-    if (entry->worker != nullptr) unsaved = entry->worker->Status().unsaved;
-    if (const Placement* placed = state_.PlacementOf(entry->record.id)) placement = *placed;
+    segments = ViewSegments(state_, trajectory.session);
   }
-  if (frame == TrajectoryFrame::kMap && !placement) {
-    return absl::FailedPreconditionError(absl::StrCat(
-        "robot \"", robot.value(), "\" is not in the map yet: its first submap is not finished"));
+  for (SegmentView& view : ChooseSegments(frame, segment, std::move(segments), &trajectory)) {
+    absl::StatusOr<std::vector<TrajectoryEntry>> entries = store_->GetTrajectory(view.session);
+    if (!entries.ok()) return entries.status();
+    Append(view.unsaved, &*entries);
+    const Trajectory poses = frame == TrajectoryFrame::kOdom
+                                 ? OdomPoses(*entries)
+                                 : placement::CorrectTrajectory(
+                                       *entries, KnotsOf(view.submaps, *entries), *view.placement);
+    trajectory.parts.push_back({view.segment, poses.size()});
+    trajectory.poses.insert(trajectory.poses.end(), poses.begin(), poses.end());
   }
-  absl::StatusOr<std::vector<TrajectoryEntry>> entries = store_->GetTrajectory(trajectory.session);
-  if (!entries.ok()) return entries.status();
-  Append(unsaved, &*entries);
-  if (frame == TrajectoryFrame::kOdom) {
-    for (const TrajectoryEntry& pose : *entries) {
-      trajectory.poses.push_back({pose.stamp_ns, pose.T_odom_sensor});
-    }
-    return trajectory;
+  if (!trajectory.parts.empty()) return trajectory;
+  const std::vector<uint32_t>& left_out = trajectory.left_out;
+  if (segment > 0 && std::count(left_out.begin(), left_out.end(), segment) == 0) {
+    return absl::NotFoundError(absl::StrCat("session ", trajectory.session.value(),
+                                            " has no segment ", segment, ": the last one is ",
+                                            left_out.back()));
   }
-  trajectory.component = placement->component;
-  trajectory.poses = placement::CorrectTrajectory(*entries, KnotsOf(submaps, *entries), *placement);
-  return trajectory;
+  return absl::FailedPreconditionError(absl::StrCat(
+      "robot \"", robot.value(), "\" is not in the map yet: its first submap ",
+      segment > 1 ? absl::StrCat("of segment ", segment, " ") : "", "is not finished"));
 }
 
 MatchGraphView PipelineImpl::GetMatchGraph() {

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cctype>
+#include <map>
+#include <tuple>
 #include <utility>
 
 #include "floam/odometry_mode.h"
@@ -106,13 +108,14 @@ absl::StatusOr<std::shared_ptr<ingest::SessionWorker>> PipelineImpl::MakeWorker(
     if (stored.ok()) retention_->Changed(id);
     return stored;
   };
-  hooks.T_map_odom = [this, id = record.id]() -> std::optional<Pose> {
+  hooks.T_map_odom = [this, id = record.id](uint32_t segment) -> std::optional<Pose> {
     std::lock_guard lock(state_.mutex);
-    const Placement* placement = state_.PlacementOf(id);
+    const Placement* placement = state_.PlacementOf(SegmentId(id, segment));
     if (placement == nullptr) return std::nullopt;
     return placement->T_map_odom;
   };
   hooks.scan_done = [this] { state_.ScanDone(); };
+  hooks.tell = options_.on_event;
   return ingest::SessionWorker::Create(record, *sensor, options, std::move(hooks), executor_.get(),
                                        resume);
 }
@@ -128,44 +131,65 @@ std::vector<SessionStatus> PipelineImpl::ListSessions() {
   std::vector<SessionStatus> list;
   std::lock_guard lock(state_.mutex);
   for (const auto& [id, entry] : state_.sessions) list.push_back(StatusOf(entry));
-  std::stable_sort(list.begin(), list.end(), [](const auto& a, const auto& b) {
-    return a.record.created_ns < b.record.created_ns;
-  });
+  std::map<SessionId, int64_t> opened_ns;
+  for (const SessionStatus& status : list) {
+    if (status.record.segment == 1) opened_ns[status.record.id] = status.record.created_ns;
+  }
+  const auto place = [&](const SessionStatus& status) {
+    const SessionId& opened = status.record.opened();
+    return std::tuple(opened_ns[opened], opened, status.record.segment);
+  };
+  std::sort(list.begin(), list.end(),
+            [&](const auto& a, const auto& b) { return place(a) < place(b); });
   return list;
+}
+
+absl::StatusOr<SessionEntry*> PipelineImpl::FindOpened(const SessionId& session) {
+  SessionEntry* entry = state_.Find(session);
+  if (entry == nullptr) return UnknownSession(session);
+  if (entry->record.segment == 1) return entry;
+  const std::string& opened = entry->record.first_segment.value();
+  return absl::FailedPreconditionError(
+      absl::StrCat(session.value(), " is segment ", entry->record.segment, " of session ", opened,
+                   ", which its robot streams to and which is finished and deleted as a whole: "
+                   "name ",
+                   opened));
 }
 
 absl::StatusOr<SessionStatus> PipelineImpl::FinishSession(const SessionId& session) {
   std::shared_ptr<ingest::SessionWorker> worker;
   {
     std::lock_guard lock(state_.mutex);
-    const SessionEntry* entry = state_.Find(session);
-    if (entry == nullptr) return UnknownSession(session);
-    if (entry->record.state == SessionState::kFinished) return StatusOf(*entry);
-    worker = entry->worker;
+    const absl::StatusOr<SessionEntry*> entry = FindOpened(session);
+    if (!entry.ok()) return entry.status();
+    if ((*entry)->record.state == SessionState::kFinished) return StatusOf(**entry);
+    worker = (*entry)->worker;
   }
   if (absl::Status status = scans_->Finish(session); !status.ok()) return status;
   if (worker != nullptr) {
     if (absl::Status status = worker->Finish(); !status.ok()) return status;
   }
   std::lock_guard changing(membership_mutex_);
-  SessionRecord record;
+  storage::WriteBatch batch;
   {
     std::lock_guard lock(state_.mutex);
-    const SessionEntry* entry = state_.Find(session);
-    if (entry == nullptr) return UnknownSession(session);
-    record = entry->record;
+    for (const SessionEntry* segment : state_.SegmentsOf(session)) {
+      batch.sessions.push_back(segment->record);
+    }
   }
-  record.state = SessionState::kFinished;
-  record.finished_ns = clock_.NowNs();
-  storage::WriteBatch batch;
-  batch.sessions.push_back(record);
+  if (batch.sessions.empty()) return UnknownSession(session);
+  if (worker != nullptr) batch.sessions.front().scans = worker->Status().scans;
+  const int64_t now_ns = clock_.NowNs();
+  for (SessionRecord& record : batch.sessions) {
+    record.state = SessionState::kFinished;
+    record.finished_ns = now_ns;
+  }
   if (absl::Status status = store_->Write(batch); !status.ok()) return status;
   // No ack follows the last one, and whoever took them may be gone before the worker is.
   if (worker != nullptr) worker->SetAckSink(nullptr);
   std::lock_guard lock(state_.mutex);
+  for (const SessionRecord& record : batch.sessions) state_.sessions[record.id].record = record;
   SessionEntry* entry = state_.Find(session);
-  if (entry == nullptr) return UnknownSession(session);
-  entry->record = record;
   if (entry->worker != nullptr) {
     entry->final_status = entry->worker->Status();
     entry->worker = nullptr;
@@ -186,9 +210,9 @@ absl::Status PipelineImpl::Delete(const SessionId& session, const std::string& w
   std::shared_ptr<ingest::SessionWorker> worker;
   {
     std::lock_guard lock(state_.mutex);
-    const SessionEntry* entry = state_.Find(session);
-    if (entry == nullptr) return UnknownSession(session);
-    worker = entry->worker;
+    const absl::StatusOr<SessionEntry*> entry = FindOpened(session);
+    if (!entry.ok()) return entry.status();
+    worker = (*entry)->worker;
   }
   if (worker != nullptr) worker->Abandon();
   std::lock_guard changing(membership_mutex_);
@@ -201,8 +225,9 @@ absl::Status PipelineImpl::Delete(const SessionId& session, const std::string& w
 absl::StatusOr<std::shared_ptr<ingest::SessionWorker>> PipelineImpl::FindWorker(
     const SessionId& session) {
   std::lock_guard lock(state_.mutex);
-  const SessionEntry* entry = state_.Find(session);
-  if (entry == nullptr) return UnknownSession(session);
+  const absl::StatusOr<SessionEntry*> found = FindOpened(session);
+  if (!found.ok()) return found.status();
+  const SessionEntry* entry = *found;
   if (entry->record.state == SessionState::kFinished || entry->worker == nullptr) {
     return absl::FailedPreconditionError(
         absl::StrCat("session ", session.value(), " is finished: create a new session for robot ",
@@ -252,8 +277,9 @@ absl::StatusOr<SubmapInfo> PipelineImpl::AddSubmap(Submap submap) {
   bool was_retired = false;
   {
     std::lock_guard lock(state_.mutex);
-    SessionEntry* entry = state_.Find(submap.id.session);
-    if (entry == nullptr) return UnknownSession(submap.id.session);
+    const absl::StatusOr<SessionEntry*> found = FindOpened(submap.id.session);
+    if (!found.ok()) return found.status();
+    const SessionEntry* entry = *found;
     if (entry->record.state == SessionState::kFinished) {
       return absl::FailedPreconditionError(
           absl::StrCat("session ", submap.id.session.value(), " is finished: create a new one"));

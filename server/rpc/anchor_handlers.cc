@@ -34,15 +34,13 @@ v1::Anchor ToProto(const Anchor& anchor, const RobotOfSession& robots) {
 absl::StatusOr<SubmapId> NewestSubmap(server::Pipeline& pipeline, const RobotId& robot) {
   const auto submaps = pipeline.ListSubmaps(robot);
   if (!submaps.ok()) return submaps.status();
-  std::optional<std::pair<int64_t, SessionId>> session;
+  std::optional<SessionId> session;
   for (const server::SessionStatus& status : pipeline.ListSessions()) {
-    if (status.record.robot != robot) continue;
-    session =
-        std::max(session, std::optional(std::pair(status.record.created_ns, status.record.id)));
+    if (status.record.robot == robot) session = status.record.id;  // In order of creation.
   }
   std::optional<SubmapId> newest;
   for (const server::SubmapStatus& submap : *submaps) {
-    if (!session || submap.info.id.session != session->second) continue;
+    if (submap.info.id.session != session) continue;
     newest = std::max(newest, std::optional(submap.info.id));
   }
   if (newest) return *newest;

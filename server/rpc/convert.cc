@@ -111,6 +111,15 @@ v1::StampedPose ToProto(const StampedPose& pose) {
   return proto;
 }
 
+v1::ScanCounts ToProto(const ScanCounts& counts) {
+  v1::ScanCounts proto;
+  proto.set_ok(counts.ok);
+  proto.set_degenerate(counts.degenerate);
+  proto.set_lost(counts.lost);
+  proto.set_rejected(counts.rejected);
+  return proto;
+}
+
 v1::Box ToProto(const Box& box) {
   v1::Box proto;
   *proto.mutable_min() = ToProto(box.min);

@@ -11,8 +11,10 @@
 #include "core/match.h"
 #include "core/point_payload.h"
 #include "core/pose.h"
+#include "core/session.h"
 #include "core/trajectory.h"
 #include "isthmus/v1/map_service.pb.h"
+#include "isthmus/v1/session_service.pb.h"
 #include "isthmus/v1/types.pb.h"
 
 namespace isthmus::rpc {
@@ -38,6 +40,7 @@ absl::Status CheckNote(const std::string& note);
 v1::Vector3 ToProto(const Eigen::Vector3d& vector);
 v1::Pose ToProto(const Pose& pose);
 v1::StampedPose ToProto(const StampedPose& pose);
+v1::ScanCounts ToProto(const ScanCounts& counts);
 v1::Box ToProto(const Box& box);  // Of a box that is not empty.
 v1::SubmapEdge ToProto(const SubmapEdge& edge);
 // Of a symmetric matrix: 21 numbers, row by row.

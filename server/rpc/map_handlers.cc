@@ -101,18 +101,25 @@ absl::Status GetTrajectory(server::Pipeline& pipeline, const v1::GetTrajectoryRe
   if (!frame) {
     return absl::InvalidArgumentError("name the frame of the trajectory: ODOM or MAP");
   }
-  const auto trajectory = pipeline.GetTrajectory(RobotId(request.robot()), *frame);
+  const auto trajectory =
+      pipeline.GetTrajectory(RobotId(request.robot()), *frame, request.segment());
   if (!trajectory.ok()) return trajectory.status();
+  v1::GetTrajectoryResponse head;
+  head.set_revision(trajectory->revision);
+  head.set_session(trajectory->session.value());
+  head.set_component(trajectory->component);
+  for (const uint32_t segment : trajectory->left_out) head.add_segments_left_out(segment);
   size_t sent = 0;
-  do {  // At least one response, so that the session is named also where there are no poses.
-    v1::GetTrajectoryResponse response;
-    response.set_revision(trajectory->revision);
-    response.set_session(trajectory->session.value());
-    response.set_component(trajectory->component);
-    const size_t end = std::min(sent + kTrajectoryChunk, trajectory->poses.size());
-    for (; sent < end; ++sent) *response.add_poses() = ToProto(trajectory->poses[sent]);
-    if (!emit(response)) return ReaderGone();
-  } while (sent < trajectory->poses.size());
+  for (const server::RobotTrajectory::Part& part : trajectory->parts) {
+    const size_t part_end = sent + part.count;
+    do {  // At least one response, so that the segment is named also where there are no poses.
+      v1::GetTrajectoryResponse response = head;
+      response.set_segment(part.segment);
+      const size_t end = std::min(sent + kTrajectoryChunk, part_end);
+      for (; sent < end; ++sent) *response.add_poses() = ToProto(trajectory->poses[sent]);
+      if (!emit(response)) return ReaderGone();
+    } while (sent < part_end);
+  }
   return absl::OkStatus();
 }
 

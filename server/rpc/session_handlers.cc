@@ -35,6 +35,13 @@ v1::Session ToProto(const server::SessionStatus& status) {
   proto.set_scan_bytes(status.scan_bytes);
   proto.set_quota_bytes(status.quota_bytes);
   proto.set_archive_problem(status.archive_problem);
+  proto.set_segment(record.segment);
+  proto.set_first_segment(record.first_segment.value());
+  if (record.segment == 1) {
+    proto.set_segments(status.segments);
+    *proto.mutable_scan_counts() = ToProto(status.scans);
+    proto.set_lost_since_ns(status.lost_since_ns);
+  }
   if (status.placement) {
     proto.set_component(status.placement->component);
     *proto.mutable_t_map_odom() = ToProto(status.placement->T_map_odom);
@@ -83,9 +90,9 @@ absl::StatusOr<v1::Session> FinishSession(server::Pipeline& pipeline,
     const auto status = pipeline.GetSession(session);
     if (!status.ok()) return status.status();
     if (status->last_sequence < request.last_sequence()) {
-      return absl::AbortedError(absl::StrCat(
-          "session ", session.value(), " has scans up to ", status->last_sequence, " of ",
-          request.last_sequence(), ": send the rest again, then finish it"));
+      return absl::AbortedError(absl::StrCat("session ", session.value(), " has scans up to ",
+                                             status->last_sequence, " of ", request.last_sequence(),
+                                             ": send the rest again, then finish it"));
     }
   }
   return ToProto(pipeline.FinishSession(session));

@@ -35,6 +35,10 @@ v1::StreamScansResponse ToProto(const ScanAck& ack) {
   proto.set_tracking(ack.status);
   if (ack.T_odom_sensor) *proto.mutable_t_odom_sensor() = ToProto(*ack.T_odom_sensor);
   if (ack.T_map_odom) *proto.mutable_t_map_odom() = ToProto(*ack.T_map_odom);
+  proto.set_segment(ack.segment);
+  proto.set_segment_session(ack.segment_session.value());
+  proto.set_lost_since_ns(ack.lost_since_ns);
+  *proto.mutable_scan_counts() = ToProto(ack.scans);
   if (ack.covariance) AddUpperTriangle(*ack.covariance, proto.mutable_covariance());
   for (const Eigen::Vector3d& d : ack.unobserved_translations) {
     *proto.add_unobserved_translations() = ToProto(d);

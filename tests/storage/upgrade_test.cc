@@ -179,5 +179,43 @@ TEST(UpgradeTest, HistoryOfSubmapsBeginsAfterSchema4) {
   EXPECT_TRUE((*store)->GetTrajectory(alice)->empty());
 }
 
+// Sessions of one segment each, checkpoint and all.
+void WriteSchema7(const std::string& path) {
+  auto database = Connection::Open(path);
+  ASSERT_TRUE(database.ok()) << database.status();
+  const std::vector<Migration> seven(Migrations().begin(), Migrations().begin() + 7);
+  ASSERT_TRUE(Migrate(**database, seven).ok());
+  ASSERT_TRUE((*database)
+                  ->Prepare("INSERT INTO sessions (id, robot, sensor, T_base_sensor, state, "
+                            "created_ns, finished_ns, request_id) VALUES ('alice-1', 'alice', "
+                            "'vlp16', ?, 0, 5, 0, 'wish')")
+                  .BindBlob(PackPose(Pose()))
+                  .Run()
+                  .ok());
+  ASSERT_TRUE((*database)->Execute("INSERT INTO checkpoints VALUES (1, 9, 7, 0, x'6f6c64')").ok());
+}
+
+TEST(UpgradeTest, SessionsOfSchema7AreFirstSegmentsAndTakeLaterOnes) {
+  const TemporaryFolder folder;
+  std::filesystem::create_directories(folder.path());
+  WriteSchema7(folder.database());
+  const auto store = OpenSqliteStore(folder.path());
+  ASSERT_TRUE(store.ok()) << store.status();
+  const SessionId alice("alice-1");
+  const auto record = (*store)->GetSession(alice);
+  ASSERT_TRUE(record.ok()) << record.status();
+  EXPECT_EQ(record->segment, 1u);
+  EXPECT_TRUE(record->first_segment.empty());
+  EXPECT_EQ(record->request_id, "wish");
+  EXPECT_EQ(record->scans, ScanCounts());
+  EXPECT_EQ((*store)->GetCheckpoint(alice)->durable_sequence, 7u);
+  SessionRecord second = MakeSession("alice-1.2");
+  second.segment = 2;
+  second.first_segment = alice;
+  ASSERT_TRUE((*store)->Write({.sessions = {second}}).ok());
+  ASSERT_TRUE((*store)->DeleteSession(alice).ok());
+  EXPECT_TRUE((*store)->ListSessions()->empty());
+}
+
 }  // namespace
 }  // namespace isthmus::storage

@@ -240,5 +240,87 @@ TEST(Rebuild, TheCommandSaysWhatItDidAndWhatIsWrong) {
   EXPECT_EQ(summary["sessions"][0]["rmse_m"], 0.0);
 }
 
+// A robot that breaks off in a museum and goes on at a campus, what a person says of its segments,
+// and an anchor in the second.
+void MakeMapOfTwoSegments(const std::string& folder) {
+  auto store = storage::OpenSqliteStore(folder);
+  const auto pipeline =
+      server::Pipeline::Open(Settings(folder, server::ArchiveMode::kFull), *std::move(store))
+          .value();
+  const SessionId session = pipeline->CreateSession({RobotId("alice"), "vlp16"}).value().record.id;
+  uint64_t sequence = 0;
+  for (const auto& [world, scans] : {std::pair("museum", kScans), std::pair("campus", 45)}) {
+    simulation::Options options;
+    options.world = world;
+    options.robots = 1;
+    const auto simulator = simulation::Simulator::Create(options).value();
+    for (int i = 0; i < scans; ++i) {
+      const Scan scan = simulator->MakeScan(0, i);
+      ++sequence;
+      const auto stamp_ns = static_cast<int64_t>(sequence) * 100'000'000;
+      ASSERT_TRUE(
+          pipeline->SubmitScan(session, {sequence, stamp_ns, codec::MakePayload(scan)}).ok());
+    }
+  }
+  ASSERT_TRUE(pipeline->FinishSession(session).ok());
+  pipeline->WaitUntilIdle();
+  server::MatchDecision decision;
+  decision.session_a = session;
+  decision.session_b = SegmentId(session, 2);
+  decision.ruling = Ruling::kReject;
+  const auto decided = pipeline->DecideMatch(decision);
+  ASSERT_TRUE(decided.ok()) << decided.status();
+  Anchor anchor;
+  anchor.submap = {SegmentId(session, 2), 0};
+  anchor.T_map_submap = Pose(Eigen::Quaterniond::Identity(), {100, 50, 2});
+  anchor.sigma_xy_m = 0.1;
+  ASSERT_TRUE(pipeline->PutAnchor(anchor).ok());
+}
+
+TEST(Rebuild, MakesSegmentsAnewAndCarriesOverWhatWasSaidOfThem) {
+  const std::string folder = ScratchFolder();
+  MakeMapOfTwoSegments(folder + "/old");
+  RebuildOptions options = Options(folder);
+  options.sessions = {SegmentId(kAlice, 2)};
+  EXPECT_TRUE(absl::IsNotFound(Rebuild(options).status())) << "it goes with alice-1";
+  const auto summary = Rebuild(Options(folder));
+  ASSERT_TRUE(summary.ok()) << summary.status();
+  ASSERT_EQ(summary->sessions.size(), 1u);
+  const RebuiltSession& session = summary->sessions[0];
+  EXPECT_EQ(session.segments, 2u);
+  EXPECT_EQ(session.max_m, 0);
+  EXPECT_EQ(summary->verdicts, 1u);
+  EXPECT_EQ(summary->anchors, 1u);
+  EXPECT_TRUE(summary->notes.empty());
+  const auto old = storage::OpenSqliteStore(folder + "/old").value();
+  const auto made = storage::OpenSqliteStore(folder + "/new").value();
+  const SessionId second("alice-1.2");
+  const SessionRecord record = made->GetSession(second).value();
+  EXPECT_EQ(record.first_segment, kAlice);
+  EXPECT_EQ(record.state, SessionState::kFinished);
+  EXPECT_EQ(record.finished_ns, old->GetSession(second)->finished_ns);
+  EXPECT_EQ(made->GetTrajectory(second)->size(), old->GetTrajectory(second)->size());
+  EXPECT_EQ(made->GetTrajectory(kAlice)->size() + made->GetTrajectory(second)->size(),
+            session.compared);
+  EXPECT_EQ(made->ListVerdicts()->at(0).b, second);
+  EXPECT_EQ(made->ListAnchors()->at(0).submap, (SubmapId{second, 0}));
+}
+
+// Without its scans a session is taken over with all its segments.
+TEST(Rebuild, TakesOverSegmentsOfWhichNoScansAreKept) {
+  const std::string folder = ScratchFolder();
+  MakeMapOfTwoSegments(folder + "/old");
+  fs::remove_all(folder + "/old/scans");
+  const auto summary = Rebuild(Options(folder));
+  ASSERT_TRUE(summary.ok()) << summary.status();
+  EXPECT_TRUE(summary->sessions[0].is_copied);
+  EXPECT_EQ(summary->sessions[0].segments, 2u);
+  EXPECT_EQ(summary->verdicts, 1u);
+  EXPECT_EQ(summary->anchors, 1u);
+  const auto old = storage::OpenSqliteStore(folder + "/old").value();
+  const auto made = storage::OpenSqliteStore(folder + "/new").value();
+  EXPECT_EQ(made->ListSubmaps(std::nullopt)->size(), old->ListSubmaps(std::nullopt)->size());
+}
+
 }  // namespace
 }  // namespace isthmus::cli

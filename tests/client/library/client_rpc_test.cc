@@ -80,6 +80,10 @@ TEST_F(ClientRpcTest, ScansGoUpAndAcknowledgementsComeDown) {
   EXPECT_EQ(acks[41].tracking, "ok");
   ExpectEqual(*acks[41].T_odom_sensor, Pose(Eigen::Vector3d(42, 0, 0)));
   EXPECT_EQ(acks[41].timing.total_ms, 3.5);
+  EXPECT_EQ(acks[41].segment, 2u);
+  EXPECT_EQ(acks[41].segment_session, SegmentId(acks[41].session, 2));
+  EXPECT_EQ(acks[41].lost_since_ns, 7);
+  EXPECT_EQ(acks[41].scans, (ScanCounts{11, 12, 13, 14}));
   ASSERT_TRUE(acks[41].covariance);
   EXPECT_EQ((*acks[41].covariance)(1, 3), 13);
   EXPECT_EQ((*acks[41].covariance)(3, 1), 13);
@@ -298,6 +302,25 @@ TEST_F(ClientRpcTest, ALongTrajectoryComesInOneAnswer) {
   ASSERT_EQ(read->poses.size(), 2500u);
   EXPECT_EQ(read->poses[2222].stamp_ns, 2222);
   EXPECT_EQ(read->poses[2222].pose.translation().x(), 2222);
+  ASSERT_EQ(read->parts.size(), 1u);
+  EXPECT_EQ(read->parts[0].count, 2500u);
+}
+
+TEST_F(ClientRpcTest, ATrajectorySaysWhichSegmentsItIsOf) {
+  server::RobotTrajectory trajectory;
+  for (int i = 0; i < 1500; ++i) trajectory.poses.push_back({i, Pose()});
+  trajectory.parts = {{1, 1200}, {3, 300}};
+  trajectory.left_out = {2};
+  pipeline_.trajectory = trajectory;
+  const auto read = client_->GetTrajectory(RobotId("alice"), Frame::kMap, 7);
+  ASSERT_TRUE(read.ok()) << read.status();
+  EXPECT_EQ(pipeline_.trajectory_segment, 7u);
+  ASSERT_EQ(read->parts.size(), 2u);
+  EXPECT_EQ(read->parts[0].segment, 1u);
+  EXPECT_EQ(read->parts[0].count, 1200u);
+  EXPECT_EQ(read->parts[1].segment, 3u);
+  EXPECT_EQ(read->parts[1].count, 300u);
+  EXPECT_EQ(read->left_out, std::vector<uint32_t>{2});
 }
 
 TEST_F(ClientRpcTest, TransformsAndWhyThereIsNone) {

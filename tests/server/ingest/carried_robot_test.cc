@@ -48,7 +48,7 @@ class Session {
       stored.push_back(stretch);
       return absl::OkStatus();
     };
-    hooks.T_map_odom = [] { return std::nullopt; };
+    hooks.T_map_odom = [](uint32_t) { return std::nullopt; };
     hooks.scan_done = [] {};
     worker_ = SessionWorker::Create(record, floam::FindSensorModel("vlp16").value(), {}, hooks,
                                     &executor_, {});

@@ -3,140 +3,21 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <map>
 #include <random>
 #include <set>
 
 #include "core/codec/payload_builder.h"
-#include "core/executor.h"
-#include "floam/state_codec.h"
-#include "floam/unfinished_submap.h"
 #include "server/ingest/session_worker.h"
 #include "tests/floam/room.h"
+#include "tests/server/ingest/killed_session.h"
 
 namespace isthmus::ingest {
 namespace {
 
 using ::testing::HasSubstr;
 using ::testing::Not;
-
-// What is durable: it survives the worker.
-class Store {
- public:
-  absl::Status Persist(const Stretch& stretch) {
-    if (is_full) return absl::ResourceExhaustedError("the disk is full");
-    if (stretch.submap != nullptr) {
-      EXPECT_EQ(stretch.submap->id.index, submaps_.size()) << "twice, or one is missing";
-      submaps_.push_back(stretch.submap);
-    }
-    for (const TrajectoryEntry& entry : stretch.trajectory) {
-      EXPECT_TRUE(trajectory_.emplace(entry.sequence, entry).second) << entry.sequence;
-    }
-    if (stretch.checkpoint) {
-      EXPECT_TRUE(stretch.checkpoint->state.has_value());
-      checkpoint = stretch.checkpoint;
-      ++checkpoints;
-    }
-    return absl::OkStatus();
-  }
-
-  ResumePoint Resume() const {
-    ResumePoint resume;
-    resume.checkpoint = checkpoint;
-    resume.next_index = static_cast<uint32_t>(submaps_.size());
-    if (!submaps_.empty()) resume.last_sequence = submaps_.back()->last_sequence;
-    resume.for_each_submap = [this](const std::function<void(const Submap&)>& visit) {
-      for (const auto& submap : submaps_) visit(*submap);
-    };
-    for (const auto& [sequence, entry] : trajectory_) resume.trajectory.push_back(entry);
-    return resume;
-  }
-
-  // All of it, as bytes.
-  std::string Contents() const {
-    floam::StateWriter out;
-    for (const auto& submap : submaps_) {
-      out(submap->id.index);
-      floam::WriteUnfinished(*submap, out);
-    }
-    for (const auto& [sequence, entry] : trajectory_) {
-      out(sequence, entry.stamp_ns, entry.T_odom_sensor, entry.submap_index);
-    }
-    return out.Take();
-  }
-  const std::vector<std::shared_ptr<const Submap>>& submaps() const { return submaps_; }
-
-  std::optional<Checkpoint> checkpoint;
-  int checkpoints = 0;
-  bool is_full = false;
-
- private:
-  std::vector<std::shared_ptr<const Submap>> submaps_;
-  std::map<uint64_t, TrajectoryEntry> trajectory_;
-};
-
-// A server's worker and the robot that sends to it; the robot keeps what is not durable.
-class Session {
- public:
-  Session(Store* store, SessionWorker::Options options) : store_(store), options_(options) {
-    Start();
-  }
-
-  // Killed, and started anew; the robot sends again what it kept.
-  void Restart() {
-    worker_ = nullptr;
-    Start();
-    const WorkerStatus status = worker_->Status();
-    ASSERT_GE(status.durable_sequence, robot_durable_) << "the robot has let go of these";
-    for (uint64_t sequence = status.durable_sequence + 1; sequence <= sent_.size(); ++sequence) {
-      const ScanAck ack = Submit(sequence);
-      EXPECT_EQ(ack.outcome == ScanOutcome::kDuplicate, sequence <= status.last_sequence);
-    }
-  }
-
-  ScanAck Send(PointPayload payload, int64_t end_stamp_ns) {
-    sent_.push_back({sent_.size() + 1, end_stamp_ns, std::move(payload)});
-    return Submit(sent_.size());
-  }
-
-  // From now on the robot has all its scans again, as an archive of them would.
-  void KeepAll() { robot_durable_ = 0; }
-  SessionWorker& worker() { return *worker_; }
-  absl::Status TrySubmit(uint64_t sequence) { return worker_->Submit(sent_[sequence - 1]); }
-
- private:
-  void Start() {
-    SessionRecord record;
-    record.id = SessionId("alice-1");
-    record.robot = RobotId("alice");
-    WorkerHooks hooks;
-    hooks.persist = [this](const Stretch& stretch) { return store_->Persist(stretch); };
-    hooks.T_map_odom = [] { return std::nullopt; };
-    hooks.scan_done = [] {};
-    worker_ = SessionWorker::Create(record, floam::FindSensorModel("vlp16").value(), options_,
-                                    hooks, &executor_, store_->Resume());
-    worker_->SetAckSink([this](const ScanAck& ack) { last_ack_ = ack; });
-  }
-
-  ScanAck Submit(uint64_t sequence) {
-    last_ack_ = ScanAck();
-    const absl::Status status = worker_->Submit(sent_[sequence - 1]);
-    EXPECT_TRUE(status.ok()) << status;
-    executor_.WaitUntilIdle();
-    EXPECT_EQ(last_ack_.sequence, sequence);
-    EXPECT_GE(last_ack_.durable_sequence, robot_durable_);
-    robot_durable_ = last_ack_.durable_sequence;
-    return last_ack_;
-  }
-
-  Store* const store_;
-  const SessionWorker::Options options_;
-  Executor executor_{1};
-  std::shared_ptr<SessionWorker> worker_;
-  std::vector<ScanUpload> sent_;
-  uint64_t robot_durable_ = 0;  // As the robot knows.
-  ScanAck last_ack_;
-};
+using testing::Session;
+using testing::Store;
 
 SessionWorker::Options SmallSubmaps() {
   SessionWorker::Options options;

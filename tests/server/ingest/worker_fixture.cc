@@ -18,7 +18,7 @@ Rig::Rig(const std::string& sensor, double speed) : motion_(floam::testing::Loop
     stored_.push_back(stretch);
     return absl::OkStatus();
   };
-  hooks.T_map_odom = [] { return std::nullopt; };
+  hooks.T_map_odom = [](uint32_t) { return std::nullopt; };
   hooks.scan_done = [] {};
   worker_ = SessionWorker::Create(record, floam::FindSensorModel(sensor).value(), {}, hooks,
                                   &executor_, {});

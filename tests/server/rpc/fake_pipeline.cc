@@ -53,6 +53,9 @@ absl::StatusOr<server::SessionStatus> FakePipeline::CreateSession(
   status.record.odometry = request.odometry;
   status.record.T_base_sensor = request.T_base_sensor;
   status.record.created_ns = 1000;
+  status.segments = 3;
+  status.scans = {21, 22, 23, 24};
+  status.lost_since_ns = 25;
   sessions_[status.record.id].status = status;
   return status;
 }
@@ -139,6 +142,10 @@ server::ScanAck FakePipeline::Handle(Session& session, const server::ScanUpload&
   ack.status = "ok";
   ack.T_odom_sensor = Pose(Eigen::Vector3d(static_cast<double>(scan.sequence), 0, 0));
   ack.total_ms = 3.5;
+  ack.segment = 2;
+  ack.segment_session = SegmentId(session.status.record.id, 2);
+  ack.lost_since_ns = 7;
+  ack.scans = {11, 12, 13, 14};
   // Every entry differs, so that none can take another's place on the way.
   Matrix6d covariance;
   for (int i = 0; i < 6; ++i) {
@@ -174,8 +181,12 @@ absl::StatusOr<std::vector<server::SubmapStatus>> FakePipeline::ListSubmaps(
 }
 
 absl::StatusOr<server::RobotTrajectory> FakePipeline::GetTrajectory(const RobotId&,
-                                                                    server::TrajectoryFrame) {
-  return trajectory;
+                                                                    server::TrajectoryFrame,
+                                                                    uint32_t segment) {
+  trajectory_segment = segment;
+  absl::StatusOr<server::RobotTrajectory> answer = trajectory;
+  if (answer.ok() && answer->parts.empty()) answer->parts = {{1, answer->poses.size()}};
+  return answer;
 }
 
 absl::StatusOr<server::RobotTransform> FakePipeline::GetTransform(const RobotId&, const RobotId&) {

@@ -49,7 +49,8 @@ class FakePipeline : public server::Pipeline {
   absl::StatusOr<std::vector<server::SubmapStatus>> ListSubmaps(
       const std::optional<RobotId>& robot) override;
   absl::StatusOr<server::RobotTrajectory> GetTrajectory(const RobotId& robot,
-                                                        server::TrajectoryFrame frame) override;
+                                                        server::TrajectoryFrame frame,
+                                                        uint32_t segment) override;
   server::MatchGraphView GetMatchGraph() override { return graph; }
   absl::StatusOr<Match> DecideMatch(const server::MatchDecision& decision) override {
     decisions.push_back(decision);
@@ -102,6 +103,7 @@ class FakePipeline : public server::Pipeline {
   server::MatchGraphView graph;
   std::shared_ptr<FakeMap> map = std::make_shared<FakeMap>();
   absl::StatusOr<server::RobotTrajectory> trajectory = absl::NotFoundError("no such robot");
+  uint32_t trajectory_segment = 0;  // As asked for last.
   absl::StatusOr<server::RobotTransform> transform = absl::NotFoundError("no such robot");
   absl::StatusOr<Match> decided = absl::NotFoundError("no such robot");
   std::vector<server::MatchDecision> decisions;  // Those asked for.

@@ -7,10 +7,12 @@ namespace {
 
 class MapRpcTest : public RpcTest {
  protected:
-  grpc::Status Trajectory(v1::Frame frame, std::vector<v1::GetTrajectoryResponse>* responses) {
+  grpc::Status Trajectory(v1::Frame frame, std::vector<v1::GetTrajectoryResponse>* responses,
+                          uint32_t segment = 0) {
     v1::GetTrajectoryRequest request;
     request.set_robot("alice");
     request.set_frame(frame);
+    request.set_segment(segment);
     const auto context = NewContext();
     auto reader = stubs_->map->GetTrajectory(context.get(), request);
     v1::GetTrajectoryResponse response;
@@ -114,6 +116,25 @@ TEST_F(MapRpcTest, ALongTrajectoryComesInChunksInOrder) {
     for (const auto& pose : response.poses()) EXPECT_EQ(pose.stamp_ns(), next++);
   }
   EXPECT_EQ(next, 2500);
+}
+
+TEST_F(MapRpcTest, NoResponseHasPosesOfTwoSegments) {
+  server::RobotTrajectory trajectory{SessionId("alice-1"), 9, 2, {}};
+  for (int i = 0; i < 1500; ++i) trajectory.poses.push_back({i, Pose()});
+  trajectory.parts = {{1, 1200}, {3, 300}};
+  trajectory.left_out = {2, 4};
+  pipeline_.trajectory = trajectory;
+  std::vector<v1::GetTrajectoryResponse> responses;
+  EXPECT_GRPC_OK(Trajectory(v1::MAP, &responses, 5));
+  EXPECT_EQ(pipeline_.trajectory_segment, 5u);
+  ASSERT_EQ(responses.size(), 3u);
+  const std::vector<std::pair<uint32_t, int>> expected = {{1, 1000}, {1, 200}, {3, 300}};
+  for (size_t i = 0; i < 3; ++i) {
+    EXPECT_EQ(responses[i].segment(), expected[i].first);
+    EXPECT_EQ(responses[i].poses_size(), expected[i].second);
+    ASSERT_EQ(responses[i].segments_left_out_size(), 2);
+    EXPECT_EQ(responses[i].segments_left_out(1), 4u);
+  }
 }
 
 TEST_F(MapRpcTest, ATrajectoryWithoutPosesStillNamesItsSession) {

@@ -37,6 +37,14 @@ TEST_F(SessionRpcTest, CreateReturnsTheSessionWithItsExtrinsicNormalised) {
   EXPECT_EQ(session.t_base_sensor().rotation().w(), 1);
   EXPECT_FALSE(session.has_component());
   EXPECT_FALSE(session.has_t_map_odom());
+  EXPECT_EQ(session.segment(), 1u);
+  EXPECT_EQ(session.first_segment(), "");
+  EXPECT_EQ(session.segments(), 3u);
+  EXPECT_EQ(session.scan_counts().ok(), 21u);
+  EXPECT_EQ(session.scan_counts().degenerate(), 22u);
+  EXPECT_EQ(session.scan_counts().lost(), 23u);
+  EXPECT_EQ(session.scan_counts().rejected(), 24u);
+  EXPECT_EQ(session.lost_since_ns(), 25);
 }
 
 TEST_F(SessionRpcTest, AnAbsentExtrinsicIsIdentity) {

@@ -73,6 +73,13 @@ TEST_F(StreamScansTest, EveryScanIsAcknowledgedInOrder) {
     EXPECT_EQ(ack.t_odom_sensor().translation().x(), static_cast<double>(i));
     EXPECT_FALSE(ack.has_t_map_odom());
     EXPECT_EQ(ack.timing().total_ms(), 3.5);
+    EXPECT_EQ(ack.segment(), 2u);
+    EXPECT_EQ(ack.segment_session(), session_ + ".2");
+    EXPECT_EQ(ack.lost_since_ns(), 7);
+    EXPECT_EQ(ack.scan_counts().ok(), 11u);
+    EXPECT_EQ(ack.scan_counts().degenerate(), 12u);
+    EXPECT_EQ(ack.scan_counts().lost(), 13u);
+    EXPECT_EQ(ack.scan_counts().rejected(), 14u);
     ASSERT_EQ(ack.covariance_size(), 21);
     EXPECT_EQ(ack.covariance(0), 0);    // Of x.
     EXPECT_EQ(ack.covariance(5), 5);    // Of x and the rotation about z.
