@@ -116,9 +116,12 @@ void Bloom(const Effects& effects, const Lidar& lidar, Random& random, std::span
 // A beam that meets an edge sees something between the near and the far side.
 void MixEdges(const Effects& effects, const Lidar& lidar, Random& random, std::span<Hit> hits) {
   constexpr float kLeast = 0.15f, kMost = 3;  // Farther apart they are two echoes.
-  for (size_t i = 0; i + lidar.lasers < hits.size(); ++i) {
-    Hit &a = hits[i], &b = hits[i + lidar.lasers];
+  constexpr float kNext = 0.9998f;  // Cosine of the angle between neighbours: a degree.
+  const size_t next = lidar.has_rings ? lidar.lasers : 1;
+  for (size_t i = 0; i + next < hits.size(); ++i) {
+    Hit &a = hits[i], &b = hits[i + next];
     if (a.range_m < 0 || b.range_m < 0) continue;
+    if (lidar.firings[i].direction.dot(lidar.firings[i + next].direction) < kNext) continue;
     const float apart = std::abs(a.range_m - b.range_m);
     if (apart < kLeast || apart > kMost || !random.Chance(effects.mixed)) continue;
     Hit& far = a.range_m > b.range_m ? a : b;

@@ -113,7 +113,9 @@ int Simulator::scan_count() const {
   return static_cast<int>(options_.seconds / lidar_.period_s + 1e-6);
 }
 
-std::vector<Ray> Simulator::Aim(int robot, double begin_s) const {
+std::vector<Ray> Simulator::Aim(int robot, int index) const {
+  const double begin_s = index * lidar_.period_s;
+  const Eigen::Matrix3f turn = TurnOfScan(lidar_, index);
   const size_t groups = lidar_.firings.size() / lidar_.lasers;
   const double group_s = lidar_.period_s / static_cast<double>(groups);
   std::vector<Ray> rays(lidar_.firings.size());
@@ -126,7 +128,7 @@ std::vector<Ray> Simulator::Aim(int robot, double begin_s) const {
       const double f = (lidar_.firings[i].time_s - group_begin) / group_s;
       const Eigen::Matrix3d rotation = from.rotation + f * (to.rotation - from.rotation);
       rays[i].origin = (from.position + f * (to.position - from.position)).cast<float>();
-      rays[i].direction = rotation.cast<float>() * directions_[i];
+      rays[i].direction = rotation.cast<float>() * turn * directions_[i];
     }
     from = to;
   }
@@ -137,7 +139,8 @@ Scan Simulator::MakeScan(int robot, int index) const {
   Scan scan;
   scan.sequence = static_cast<uint64_t>(index) + 1;
   scan.end_stamp_ns = Stamp(robot, index);
-  scan.has_ring = scan.has_time = true;
+  scan.has_ring = lidar_.has_rings;
+  scan.has_time = true;
   scan.points.reserve(lidar_.firings.size());
   Random random(options_.seed, static_cast<uint64_t>(robot) + 1, scan.sequence);
 
@@ -150,7 +153,8 @@ Scan Simulator::MakeScan(int robot, int index) const {
     walkers.Occlude(ray, fraction, max_range, hit);
     cars.Occlude(ray, fraction, max_range, hit);
   };
-  const std::vector<Ray> rays = Aim(robot, begin);
+  const Lidar lidar = AtScan(lidar_, index);
+  const std::vector<Ray> rays = Aim(robot, index);
   std::vector<Hit> hits(rays.size());
   for (size_t group = 0; group < rays.size(); group += lidar_.lasers) {
     caster_.Cast({&rays[group], lidar_.lasers}, max_range, {&hits[group], lidar_.lasers});
@@ -163,11 +167,11 @@ Scan Simulator::MakeScan(int robot, int index) const {
       for (size_t i = 0; i < onward.size(); ++i) occlude(onward[i], firings[i], found[i]);
     };
     Random chance(options_.seed, 0x84 + static_cast<uint64_t>(robot), scan.sequence);
-    Disturb(options_.effects, lidar_, rays, trace, begin, chance, hits);
+    Disturb(options_.effects, lidar, rays, trace, begin, chance, hits);
   }
   for (size_t i = 0; i < hits.size(); ++i) {
-    const Firing& firing = lidar_.firings[i];
-    Measure(lidar_, firing, hits[i], options_.noise, range_offsets_[firing.ring], random, scan);
+    const Firing& firing = lidar.firings[i];
+    Measure(lidar, firing, hits[i], options_.noise, range_offsets_[firing.ring], random, scan);
   }
   return scan;
 }

@@ -67,9 +67,9 @@ class Simulator {
   // The stamp that comes with a scan.
   int64_t Stamp(int robot, int index) const;
 
-  // The index-th turn of a robot's sensor, counted from 0; every firing is cast from the pose at
-  // its own time. Points in order of firing, with ring and time; sequence is index + 1. Requires
-  // 0 <= robot < robots() and index >= 0; may go beyond scan_count().
+  // The index-th scan of a robot's sensor, counted from 0; every firing is cast from the pose at
+  // its own time. Points in order of firing, with time and, where there are rings, ring; sequence
+  // is index + 1. Requires 0 <= robot < robots() and index >= 0; may go beyond scan_count().
   Scan MakeScan(int robot, int index) const;
 
   // T_world_sensor at the END of that scan; its stamp is the scan's but for Effects.
@@ -79,8 +79,8 @@ class Simulator {
   Pose PoseAt(int robot, double seconds) const { return motions_[robot](seconds); }
 
  private:
-  // The ray of every firing of a turn that begins at `begin_s`.
-  std::vector<Ray> Aim(int robot, double begin_s) const;
+  // The ray of every firing of the index-th scan.
+  std::vector<Ray> Aim(int robot, int index) const;
 
   // All constant after construction.
   Options options_;
