@@ -72,6 +72,7 @@ void FeatureExtractor::SetScale(float scale) {
 }
 
 void FeatureExtractor::Extract(const RingScan& scan, Features* out) {
+  if (!scan.in_rings()) neighbourhoods_.Build(scan);
   ExtractAll(scan, out);
   const auto few = static_cast<size_t>(options_.few_surfaces);
   while (out->surfaces.size() < few && scale_ > kLeastScale) {
@@ -90,6 +91,7 @@ void FeatureExtractor::ExtractAll(const RingScan& scan, Features* out) {
   surface_thinner_.Clear();
   edge_thinner_.Clear();
   map_thinner_.Clear();
+  if (!scan.in_rings()) return ExtractWithoutRings(scan, out);
   for (size_t ring = 0; ring + 1 < scan.ring_begin.size(); ++ring) {
     const RingPoint* begin = scan.points.data() + scan.ring_begin[ring];
     const RingPoint* end = scan.points.data() + scan.ring_begin[ring + 1];
@@ -102,6 +104,26 @@ void FeatureExtractor::ExtractAll(const RingScan& scan, Features* out) {
       segment = segment_end;
     }
     KeepBestEdges(begin, end, out);
+  }
+}
+
+void FeatureExtractor::ExtractWithoutRings(const RingScan& scan, Features* out) {
+  for (size_t band = 0; band + 1 < scan.ring_begin.size(); ++band) {
+    for (uint32_t i = scan.ring_begin[band]; i < scan.ring_begin[band + 1]; ++i) {
+      const RingPoint& p = scan.points[i];
+      if (!map_thinner_.Insert(p.x, p.y, p.z)) continue;
+      const auto look = neighbourhoods_.At(p, options_.surface_deviation_m);
+      if (look.are == Surroundings::kUnclear) continue;
+      const auto ring = static_cast<uint16_t>(band);
+      if (look.are == Surroundings::kEdge) {
+        if (edge_thinner_.Insert(p.x, p.y, p.z)) out->edges.push_back(ToTimed(p, 1, ring));
+        continue;
+      }
+      const float smoothness = look.deviation_m / p.range;
+      const TimedPoint point = ToTimed(p, std::exp(-smoothness / kSmoothnessScale), ring);
+      out->map_surfaces.push_back(point);
+      if (surface_thinner_.Insert(p.x, p.y, p.z)) out->surfaces.push_back(point);
+    }
   }
 }
 
