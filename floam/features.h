@@ -89,6 +89,7 @@ class FeatureExtractor {
   void SetScale(float scale);
   void ExtractAll(const RingScan& scan, Features* out);
   void ExtractWithoutRings(const RingScan& scan, Features* out);
+  void Balance(std::vector<TimedPoint>* surfaces);
   void ExtractSegment(const RingPoint* begin, const RingPoint* end, Features* out);
   void KeepBestEdges(const RingPoint* ring_begin, const RingPoint* ring_end, Features* out);
 
@@ -103,6 +104,7 @@ class FeatureExtractor {
   uint16_t ring_ = 0;                           // The one at hand.
   std::vector<EdgeCandidate> edge_candidates_;  // Of that ring.
   Neighbourhoods neighbourhoods_;               // Of a scan without rings.
+  std::vector<uint8_t> facings_;                // Of its surfaces: see Facing.
 };
 
 }  // namespace isthmus::floam

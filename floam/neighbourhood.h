@@ -24,42 +24,47 @@ enum class Surroundings {
 // safe: holds scratch memory.
 class Neighbourhoods {
  public:
-  // `scan` must stay as it is for as long as it is looked at. Points with coordinates that are not
-  // finite are nobody's neighbours.
+  // `scan` must stay as and where it is for as long as it is looked at. Points with coordinates that
+  // are not finite are nobody's neighbours.
   void Build(const RingScan& scan);
 
   struct Look {
     Surroundings are = Surroundings::kUnclear;
-    float deviation_m = 0;  // Root mean square distance of the neighbours from the plane.
+    float deviation_m = 0;    // Of the neighbours from the plane, root mean square.
+    Eigen::Vector3f normal = Eigen::Vector3f::Zero();  // Of the plane, towards the sensor.
   };
   // Of a point of the scan. Neighbours may be off a plane by `deviation_m` (root mean square).
-  Look At(const RingPoint& point, float deviation_m);
+  Look At(uint32_t index, float deviation_m);
 
  private:
-  struct Entry {
-    float x, y, z, time;
-  };
-  // A neighbour in axes with x towards the point: directions, and range over that of the point.
+  // A neighbour: what the unknowns are multiplied by, and what should come out; see FitPlane.
   struct Neighbour {
-    float y, z, x, time;
+    Eigen::Array4f row;
+    float w;
+  };
+  struct Cell {
+    uint16_t row = 0, column = 0;
   };
 
   void ChooseCells(const RingScan& scan);
-  int RowOf(float elevation) const;
-  int ColumnOf(float azimuth, int row) const;
-  void Gather(const RingPoint& point);
-  bool FitPlane(const RingPoint& point, float* deviation_m) const;
-  bool IsSlim(const RingPoint& point) const;
+  void Sort(const RingScan& scan);
+  void Gather(const RingPoint& point, const Cell& cell);
+  bool FitPlane(const RingPoint& point, Look* look) const;
+  bool IsSlim(const RingPoint& point);
 
+  const RingScan* scan_ = nullptr;
   float cell_rad_ = 0;
-  size_t stride_ = 1;               // Of scans so dense that every so manieth point is enough.
-  std::vector<uint32_t> row_cell_;  // The first cell of each row, and the end of the last.
-  std::vector<uint32_t> begin_;     // Of each cell's entries, and the end of the last.
-  std::vector<Entry> entries_;
-  std::vector<uint32_t> cell_of_;
+  size_t stride_ = 1;  // Of scans so dense that every so manieth point is enough.
+  std::vector<Eigen::Vector2f> angles_;  // Of each point: azimuth and elevation.
+  std::vector<Cell> cells_;              // Of each point.
+  std::vector<uint32_t> row_begin_;      // The first cell of each row, and the end of the last.
+  std::vector<uint32_t> cell_begin_;     // Of each cell's entries, and the end of the last.
+  std::vector<Eigen::Array4f> entries_;  // Position and time.
 
   // Of the point at hand.
-  std::vector<Neighbour> near_, all_;
+  Eigen::Matrix3f axes_;  // Columns: towards the point, to the left, up.
+  std::vector<Neighbour> near_, beside_;
+  std::vector<Eigen::Vector2f> strip_, background_;  // Directions, in cells.
 };
 
 }  // namespace isthmus::floam
