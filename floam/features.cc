@@ -50,14 +50,19 @@ TimedPoint ToTimed(const RingPoint& p, float weight, uint16_t ring) {
 // Normals either way, told apart by the nearest of the axes through the faces, edges and corners of
 // a cube.
 constexpr size_t kFacings = 13;
+constexpr size_t kMaxPerFacing = 400;
 
 uint8_t Facing(const Eigen::Vector3f& normal) {
   static const auto* const axes = [] {
     auto* all = new std::vector<Eigen::Vector3f>;
-    for (int x = 0; x <= 1; ++x) for (int y = -1; y <= 1; ++y) for (int z = -1; z <= 1; ++z) {
-      if (x == 0 && (y < 0 || (y == 0 && z <= 0))) continue;
-      all->push_back(Eigen::Vector3f(static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)).normalized());
-    }
+    for (int x = 0; x <= 1; ++x)
+      for (int y = -1; y <= 1; ++y)
+        for (int z = -1; z <= 1; ++z) {
+          if (x == 0 && (y < 0 || (y == 0 && z <= 0))) continue;
+          all->push_back(
+              Eigen::Vector3f(static_cast<float>(x), static_cast<float>(y), static_cast<float>(z))
+                  .normalized());
+        }
     return all;
   }();
   uint8_t best = 0;
@@ -154,16 +159,16 @@ void FeatureExtractor::ExtractWithoutRings(const RingScan& scan, Features* out) 
 
 // Where most of what is seen is ground, the few walls that tell the way along it would be outvoted.
 void FeatureExtractor::Balance(std::vector<TimedPoint>* surfaces) {
-  const size_t limit=getenv("CAP")?atoi(getenv("CAP")):600;
   std::array<size_t, kFacings> count{}, seen{};
   for (const uint8_t facing : facings_) ++count[facing];
   size_t kept = 0;
   for (size_t i = 0; i < surfaces->size(); ++i) {
     const uint8_t facing = facings_[i];
-    const size_t share = std::min(limit, count[facing]);
+    const size_t share = std::min(kMaxPerFacing, count[facing]);
     const size_t nth = seen[facing]++;
     // Evenly: as often as the share grows.
-    if ((nth + 1) * share / count[facing] > nth * share / count[facing]) (*surfaces)[kept++] = (*surfaces)[i];
+    if ((nth + 1) * share / count[facing] > nth * share / count[facing])
+      (*surfaces)[kept++] = (*surfaces)[i];
   }
   surfaces->resize(kept);
 }

@@ -28,14 +28,14 @@ constexpr float kSteepest = 3;  // Tangent of the angle of incidence.
 constexpr size_t kLeastNeighbours = 6;
 constexpr float kLeastShare = 0.6F;  // That belong to the same thing.
 
-// What is slim is no thicker, no wider than this, and what is beside it, on both sides, is farther by
-// so much.
+// What is slim is no thicker, no wider than this, and what is beside it, on both sides, is farther
+// by so much.
 constexpr float kThickM = 0.3F, kHalfWidthM = 0.2F, kBehindM = 0.5F;
 constexpr size_t kLeastOnIt = 3, kLeastBeside = 2;
 constexpr float kLeastLength = 1.6F;  // Cells, of the three that are looked at.
 
-// Unknowns of about the same size: change per tenth of a second, and, where the neighbours do not tell
-// them, none.
+// Unknowns of about the same size: change per tenth of a second, and, where the neighbours do not
+// tell them, none.
 constexpr float kPerTime = 10;
 constexpr float kRidge = 1e-3F;
 
@@ -138,7 +138,8 @@ void Neighbourhoods::Gather(const RingPoint& point, const Cell& cell) {
         const float inverse = 1 / q[0];
         const float y = per_cell * inverse * q[1], z = per_cell * inverse * q[2];
         const float farther = std::abs(q[0] - point.range) - kGapM;
-        const bool is_near = farther < 0 || farther * farther < steepest * steepest * (y * y + z * z);
+        const bool is_near =
+            farther < 0 || farther * farther < steepest * steepest * (y * y + z * z);
         (is_near ? near_ : beside_)
             .push_back({{1, y, z, kPerTime * (e[3] - point.time)}, point.range * inverse - 1});
       }
@@ -171,8 +172,7 @@ bool Neighbourhoods::FitPlane(const RingPoint& point, Look* look) const {
   look->normal = axes_ * Eigen::Vector3f(-ahead, -slope.x(), -slope.y()).normalized();
   // From inverse range to distance off the plane.
   const float incidence = ahead / std::sqrt(ahead * ahead + steepness2);
-  look->deviation_m =
-      std::max(std::abs(plane[0]), std::sqrt(misfit)) * point.range * incidence;
+  look->deviation_m = std::max(std::abs(plane[0]), std::sqrt(misfit)) * point.range * incidence;
   return true;
 }
 
@@ -203,7 +203,8 @@ bool Neighbourhoods::IsSlim(const RingPoint& point) {
     first = std::min(first, along.dot(p - mean));
     last = std::max(last, along.dot(p - mean));
   }
-  if (half_width * cell_rad_ * point.range > kHalfWidthM || last - first < kLeastLength) return false;
+  if (half_width * cell_rad_ * point.range > kHalfWidthM || last - first < kLeastLength)
+    return false;
   size_t to_one_side = 0, to_other = 0;
   for (const Eigen::Vector2f& p : background_) {
     const float aside = across.dot(p - mean);

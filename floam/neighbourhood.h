@@ -24,13 +24,13 @@ enum class Surroundings {
 // safe: holds scratch memory.
 class Neighbourhoods {
  public:
-  // `scan` must stay as and where it is for as long as it is looked at. Points with coordinates that
-  // are not finite are nobody's neighbours.
+  // `scan` must stay as and where it is for as long as it is looked at. Points with coordinates
+  // that are not finite are nobody's neighbours.
   void Build(const RingScan& scan);
 
   struct Look {
     Surroundings are = Surroundings::kUnclear;
-    float deviation_m = 0;    // Of the neighbours from the plane, root mean square.
+    float deviation_m = 0;  // Of the neighbours from the plane, root mean square.
     Eigen::Vector3f normal = Eigen::Vector3f::Zero();  // Of the plane, towards the sensor.
   };
   // Of a point of the scan. Neighbours may be off a plane by `deviation_m` (root mean square).
@@ -54,7 +54,7 @@ class Neighbourhoods {
 
   const RingScan* scan_ = nullptr;
   float cell_rad_ = 0;
-  size_t stride_ = 1;  // Of scans so dense that every so manieth point is enough.
+  size_t stride_ = 1;                    // Of scans so dense that every so manieth point is enough.
   std::vector<Eigen::Vector2f> angles_;  // Of each point: azimuth and elevation.
   std::vector<Cell> cells_;              // Of each point.
   std::vector<uint32_t> row_begin_;      // The first cell of each row, and the end of the last.

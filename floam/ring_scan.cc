@@ -50,7 +50,13 @@ absl::Status RingSorter::Sort(const Scan& scan, const SensorModel& model, double
                               RingScan* out) {
   if (absl::Status status = Validate(scan, model); !status.ok()) return status;
   if (model.spins && rings_at_from_ != Inference::kNone) {
+    is_shuffled_ = false;
     absl::Status status = SortIntoRings(scan, model, period_s, out);
+    if (!status.ok() && scans_ == 0 && out->rings_from == Inference::kPointOrder) {
+      // Points in no order seem to turn as often as those of ring after ring.
+      is_shuffled_ = true;
+      if (SortIntoRings(scan, model, period_s, out).ok()) return absl::OkStatus();
+    }
     // What a sensor whose rings are known does not look like is another sensor.
     if (status.ok() || scans_ > 0 || model.rings > 0) return status;
   }
@@ -178,7 +184,7 @@ absl::Status RingSorter::TakeGivenRings(const Scan& scan, const SensorModel& mod
 
 absl::Status RingSorter::InferRings(const Scan& scan, const SensorModel& model, RingScan* out) {
   const double turns = CountTurns(azimuths_);
-  if (std::abs(turns) >= kMinRingMajorTurns) {
+  if (rings_at_.empty() && !is_shuffled_ && std::abs(turns) >= kMinRingMajorTurns) {
     if (!seam_known_) {
       ComputeElevations(scan, origin_, &elevations_);
       seam_ = FindSeam(azimuths_, elevations_);

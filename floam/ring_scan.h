@@ -105,6 +105,7 @@ class RingSorter {
   int ring_count_ = 0;
   int lowest_ring_ = 0, highest_ring_ = 0;  // Given by the points of the scan.
   bool has_times_ = false;                  // That differ.
+  bool is_shuffled_ = false;                // Not ring after ring, for all that it turns.
 
   // What earlier scans showed.
   uint64_t scans_ = 0;  // That were sorted.
