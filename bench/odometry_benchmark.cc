@@ -122,7 +122,7 @@ void Describe(CLI::App* app, Options* options) {
   app->add_option("--mode", options->mode, "continuous, floam, aloam")->capture_default_str();
   app->add_option(
       "--sensor", options->scenario.sensor,
-      "Simulated: vlp16, hdl32, hdl64, os1-64, ...; without it vlp16, of wild drives any");
+      "Simulated: vlp16, os1-64, solid, mid360, ...; without it vlp16, of wild drives any");
   app->add_option("--seconds", options->scenario.seconds,
                   "Length of drives to which nothing happens at a set time; 0: as meant");
   app->add_option("--repeats", options->repeats, "Runs of each drive, of which costs are medians")

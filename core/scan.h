@@ -1,4 +1,4 @@
-// One turn of a spinning LiDAR, as the odometry sees it.
+// One turn of a spinning LiDAR, or one frame of another, as the odometry sees it.
 #pragma once
 
 #include <cstdint>
@@ -16,7 +16,7 @@ struct ScanPoint {
 // Points in the order the sensor gave them. No-returns (NaN or zero range) have been dropped.
 struct Scan {
   uint64_t sequence = 0;     // Per session, chosen by the robot, increasing.
-  int64_t end_stamp_ns = 0;  // Nanoseconds since the Unix epoch, END of the turn.
+  int64_t end_stamp_ns = 0;  // Nanoseconds since the Unix epoch, END of the turn or frame.
   bool has_ring = false;     // ScanPoint::ring is the sensor's own.
   bool has_time = false;     // ScanPoint::time is the sensor's own.
   std::vector<ScanPoint> points;

@@ -1,6 +1,7 @@
 #include "floam/features.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace isthmus::floam {
@@ -46,6 +47,31 @@ TimedPoint ToTimed(const RingPoint& p, float weight, uint16_t ring) {
   return {Eigen::Vector3f(p.x, p.y, p.z), p.time, weight, ring};
 }
 
+// Normals either way, told apart by the nearest of the axes through the faces, edges and corners of
+// a cube.
+constexpr size_t kFacings = 13;
+constexpr size_t kMaxPerFacing = 400;
+
+uint8_t Facing(const Eigen::Vector3f& normal) {
+  static const auto* const axes = [] {
+    auto* all = new std::vector<Eigen::Vector3f>;
+    for (int x = 0; x <= 1; ++x)
+      for (int y = -1; y <= 1; ++y)
+        for (int z = -1; z <= 1; ++z) {
+          if (x == 0 && (y < 0 || (y == 0 && z <= 0))) continue;
+          all->push_back(
+              Eigen::Vector3f(static_cast<float>(x), static_cast<float>(y), static_cast<float>(z))
+                  .normalized());
+        }
+    return all;
+  }();
+  uint8_t best = 0;
+  for (uint8_t k = 1; k < kFacings; ++k) {
+    if (std::abs((*axes)[k].dot(normal)) > std::abs((*axes)[best].dot(normal))) best = k;
+  }
+  return best;
+}
+
 // Keeps `limit` of the points, evenly spread over their order.
 void ThinEvenly(size_t limit, std::vector<TimedPoint>* points) {
   if (points->size() <= limit) return;
@@ -72,6 +98,7 @@ void FeatureExtractor::SetScale(float scale) {
 }
 
 void FeatureExtractor::Extract(const RingScan& scan, Features* out) {
+  if (!scan.in_rings()) neighbourhoods_.Build(scan);
   ExtractAll(scan, out);
   const auto few = static_cast<size_t>(options_.few_surfaces);
   while (out->surfaces.size() < few && scale_ > kLeastScale) {
@@ -80,6 +107,7 @@ void FeatureExtractor::Extract(const RingScan& scan, Features* out) {
   }
   // Half the voxels hold up to four times the surfaces.
   if (scale_ < 1 && out->surfaces.size() > kPlenty * few) SetScale(2 * scale_);
+  if (!scan.in_rings()) Balance(&out->surfaces);
   ThinEvenly(static_cast<size_t>(options_.max_surfaces), &out->surfaces);
 }
 
@@ -90,6 +118,7 @@ void FeatureExtractor::ExtractAll(const RingScan& scan, Features* out) {
   surface_thinner_.Clear();
   edge_thinner_.Clear();
   map_thinner_.Clear();
+  if (!scan.in_rings()) return ExtractWithoutRings(scan, out);
   for (size_t ring = 0; ring + 1 < scan.ring_begin.size(); ++ring) {
     const RingPoint* begin = scan.points.data() + scan.ring_begin[ring];
     const RingPoint* end = scan.points.data() + scan.ring_begin[ring + 1];
@@ -103,6 +132,45 @@ void FeatureExtractor::ExtractAll(const RingScan& scan, Features* out) {
     }
     KeepBestEdges(begin, end, out);
   }
+}
+
+void FeatureExtractor::ExtractWithoutRings(const RingScan& scan, Features* out) {
+  facings_.clear();
+  for (size_t band = 0; band + 1 < scan.ring_begin.size(); ++band) {
+    for (uint32_t i = scan.ring_begin[band]; i < scan.ring_begin[band + 1]; ++i) {
+      const RingPoint& p = scan.points[i];
+      if (!map_thinner_.Insert(p.x, p.y, p.z)) continue;
+      const auto look = neighbourhoods_.At(i, options_.surface_deviation_m);
+      if (look.are == Surroundings::kUnclear) continue;
+      const auto ring = static_cast<uint16_t>(band);
+      if (look.are == Surroundings::kEdge) {
+        if (edge_thinner_.Insert(p.x, p.y, p.z)) out->edges.push_back(ToTimed(p, 1, ring));
+        continue;
+      }
+      const float smoothness = look.deviation_m / p.range;
+      const TimedPoint point = ToTimed(p, std::exp(-smoothness / kSmoothnessScale), ring);
+      out->map_surfaces.push_back(point);
+      if (!surface_thinner_.Insert(p.x, p.y, p.z)) continue;
+      out->surfaces.push_back(point);
+      facings_.push_back(Facing(look.normal));
+    }
+  }
+}
+
+// Where most of what is seen is ground, the few walls that tell the way along it would be outvoted.
+void FeatureExtractor::Balance(std::vector<TimedPoint>* surfaces) {
+  std::array<size_t, kFacings> count{}, seen{};
+  for (const uint8_t facing : facings_) ++count[facing];
+  size_t kept = 0;
+  for (size_t i = 0; i < surfaces->size(); ++i) {
+    const uint8_t facing = facings_[i];
+    const size_t share = std::min(kMaxPerFacing, count[facing]);
+    const size_t nth = seen[facing]++;
+    // Evenly: as often as the share grows.
+    if ((nth + 1) * share / count[facing] > nth * share / count[facing])
+      (*surfaces)[kept++] = (*surfaces)[i];
+  }
+  surfaces->resize(kept);
 }
 
 void FeatureExtractor::ExtractSegment(const RingPoint* begin, const RingPoint* end, Features* out) {

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "floam/neighbourhood.h"
 #include "floam/ring_scan.h"
 #include "floam/voxel_thinner.h"
 
@@ -63,7 +64,8 @@ float Smoothness(const RingPoint* middle, int half_window);
 // Chooses features in time linear in the points. Where there is little to see, in a small room,
 // voxels are halved, and stay so for the scans after it until there are plenty. A point is a
 // candidate only if the points next to it on the ring belong to the same surface (no occlusion, no
-// gap) and that surface is not seen at grazing incidence. Not thread safe: holds scratch memory.
+// gap) and that surface is not seen at grazing incidence; without rings, by what is around it on
+// all sides (neighbourhood.h). Not thread safe: holds scratch memory.
 class FeatureExtractor {
  public:
   explicit FeatureExtractor(const FeatureOptions& options);
@@ -86,6 +88,8 @@ class FeatureExtractor {
  private:
   void SetScale(float scale);
   void ExtractAll(const RingScan& scan, Features* out);
+  void ExtractWithoutRings(const RingScan& scan, Features* out);
+  void Balance(std::vector<TimedPoint>* surfaces);
   void ExtractSegment(const RingPoint* begin, const RingPoint* end, Features* out);
   void KeepBestEdges(const RingPoint* ring_begin, const RingPoint* ring_end, Features* out);
 
@@ -99,6 +103,8 @@ class FeatureExtractor {
   VoxelThinner surface_thinner_, edge_thinner_, map_thinner_;
   uint16_t ring_ = 0;                           // The one at hand.
   std::vector<EdgeCandidate> edge_candidates_;  // Of that ring.
+  Neighbourhoods neighbourhoods_;               // Of a scan without rings.
+  std::vector<uint8_t> facings_;                // Of its surfaces: see Facing.
 };
 
 }  // namespace isthmus::floam

@@ -6,8 +6,9 @@ namespace isthmus::floam {
 namespace {
 
 void Add(const SensorModel& sensor, StateWriter& io) {
-  io(sensor.name, sensor.rings, sensor.elevations, sensor.scan_period_s, sensor.min_range_m,
-     sensor.max_range_m, sensor.start_azimuth, sensor.clockwise, sensor.sorted_files);
+  io(sensor.name, sensor.spins, sensor.rings, sensor.elevations, sensor.scan_period_s,
+     sensor.min_range_m, sensor.max_range_m, sensor.start_azimuth, sensor.clockwise,
+     sensor.sorted_files);
 }
 
 void Add(const FeatureOptions& features, StateWriter& io) {

@@ -37,6 +37,7 @@ const char* RingSource(Inference from, const SensorModel& model) {
     case Inference::kSensorModel:
       return ", by the sensor's elevations";
     case Inference::kHistogram:
+    case Inference::kNone:
       break;
   }
   return model.elevations.empty() ? ", by the elevations seen"
@@ -48,6 +49,24 @@ const char* RingSource(Inference from, const SensorModel& model) {
 absl::Status RingSorter::Sort(const Scan& scan, const SensorModel& model, double period_s,
                               RingScan* out) {
   if (absl::Status status = Validate(scan, model); !status.ok()) return status;
+  if (model.spins && rings_at_from_ != Inference::kNone) {
+    is_shuffled_ = false;
+    absl::Status status = SortIntoRings(scan, model, period_s, out);
+    if (!status.ok() && scans_ == 0 && out->rings_from == Inference::kPointOrder) {
+      // Points in no order seem to turn as often as those of ring after ring.
+      is_shuffled_ = true;
+      if (SortIntoRings(scan, model, period_s, out).ok()) return absl::OkStatus();
+    }
+    // What a sensor whose rings are known does not look like is another sensor.
+    if (status.ok() || scans_ > 0 || model.rings > 0) return status;
+  }
+  SortIntoBands(scan, model, period_s, out);
+  ++scans_;
+  return absl::OkStatus();
+}
+
+absl::Status RingSorter::SortIntoRings(const Scan& scan, const SensorModel& model, double period_s,
+                                       RingScan* out) {
   if (absl::Status status = AssignRings(scan, model, out); !status.ok()) return status;
   AssignTimes(scan, model, period_s, out);
   Scatter(scan, out);
@@ -66,7 +85,7 @@ absl::Status RingSorter::Validate(const Scan& scan, const SensorModel& model) {
   ranges_.resize(scan.points.size());
   float* range = ranges_.data();
   size_t usable = 0;
-  float earliest = 0, latest = 0;
+  float earliest = scan.points.empty() ? 0 : scan.points[0].time, latest = earliest;
   lowest_ring_ = std::numeric_limits<uint16_t>::max();
   highest_ring_ = 0;
   // Sums of 0 * x are NaN as soon as one x is not finite: one test at the end instead of one per
@@ -106,12 +125,37 @@ absl::Status RingSorter::Validate(const Scan& scan, const SensorModel& model) {
         "scan ", scan.sequence, " has point times from ", earliest, " s to ", latest,
         " s; they must be relative to the END of the scan, within the last ", kMaxScanS, " s"));
   }
-  if (scan.has_ring && highest_ring_ >= kMaxRings) {
+  has_times_ = scan.has_time && earliest < latest;
+  if (model.spins && scan.has_ring && highest_ring_ >= kMaxRings) {
     return absl::InvalidArgumentError(absl::StrCat("scan ", scan.sequence, " names ring ",
                                                    highest_ring_, "; at most ", kMaxRings,
                                                    " are supported"));
   }
   return absl::OkStatus();
+}
+
+void RingSorter::SortIntoBands(const Scan& scan, const SensorModel& model, double period_s,
+                               RingScan* out) {
+  constexpr float kQuarterTurn = std::numbers::pi_v<float> / 2;
+  rings_at_from_ = out->rings_from = Inference::kNone;
+  ring_count_ = static_cast<int>(std::lround(2 * kQuarterTurn / RingScan::kBandRad));
+  ComputeElevations(scan, BeamOrigin(), &elevations_);
+  rings_.resize(scan.points.size());
+  for (size_t i = 0; i < scan.points.size(); ++i) {
+    const int band = static_cast<int>((elevations_[i] + kQuarterTurn) / RingScan::kBandRad);
+    rings_[i] = static_cast<uint16_t>(std::clamp(band, 0, ring_count_ - 1));
+  }
+  if (has_times_) {
+    AssignTimes(scan, model, period_s, out);
+  } else {
+    times_.assign(scan.points.size(), 0);
+    out->times_from = Inference::kNone;
+    out->period_s = turn_period_.Update(scan.end_stamp_ns, period_s);
+  }
+  Scatter(scan, out);
+  out->text.rings = "none: surfaces from neighbourhoods";
+  out->text.times = has_times_ ? "given" : "not given: motion within a scan is not compensated";
+  out->text.warning.clear();
 }
 
 absl::Status RingSorter::AssignRings(const Scan& scan, const SensorModel& model, RingScan* out) {
@@ -140,7 +184,7 @@ absl::Status RingSorter::TakeGivenRings(const Scan& scan, const SensorModel& mod
 
 absl::Status RingSorter::InferRings(const Scan& scan, const SensorModel& model, RingScan* out) {
   const double turns = CountTurns(azimuths_);
-  if (std::abs(turns) >= kMinRingMajorTurns) {
+  if (rings_at_.empty() && !is_shuffled_ && std::abs(turns) >= kMinRingMajorTurns) {
     if (!seam_known_) {
       ComputeElevations(scan, origin_, &elevations_);
       seam_ = FindSeam(azimuths_, elevations_);
@@ -238,7 +282,8 @@ void RingSorter::Scatter(const Scan& scan, RingScan* out) {
     out->points[at] = {p.x, p.y, p.z, p.intensity, times_[i], ranges_[i]};
     if (at > out->ring_begin[rings_[i]]) order.Add(out->points[at - 1], out->points[at]);
   }
-  if (order.IsDisordered(out->points.size(), ring_count_)) order = SortRings(out);
+  const bool sortable = out->in_rings();
+  if (sortable && order.IsDisordered(out->points.size(), ring_count_)) order = SortRings(out);
   if (order.HasTwoReturns(out->points.size())) KeepFarthestReturns(out);
 }
 

@@ -1,9 +1,11 @@
-// A scan sorted into rings, every point with its time: what feature extraction works on.
+// A scan sorted into rings, or bands of elevation where there are none, every point with its time:
+// what feature extraction works on.
 #pragma once
 
 #include <absl/status/status.h>
 
 #include <cstdint>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -27,6 +29,7 @@ enum class Inference {
   kPointOrder,   // Order of the points: ring after ring, or firing after firing.
   kSensorModel,  // Elevations, or start azimuth and sense of rotation, of the sensor model.
   kHistogram,    // Elevations that the scan itself shows.
+  kNone,         // There are no rings; times are not known.
 };
 
 // What a session says of its scans.
@@ -38,13 +41,18 @@ struct InputText {
 
 struct RingScan {
   // Ring k is points [ring_begin[k], ring_begin[k + 1]), in order of azimuth. Rings are in order of
-  // elevation, one way or the other; some may be empty.
+  // elevation, one way or the other; some may be empty. Where there are none (`rings_from` is
+  // kNone) bands of elevation take their place, kBandRad high, from straight down to straight up,
+  // their points in the order they came in.
   std::vector<RingPoint> points;
   std::vector<uint32_t> ring_begin;
-  double period_s = 0.1;  // Duration of the turn.
+  double period_s = 0.1;  // Duration of the turn, or of the scan.
   Inference rings_from = Inference::kSensor;
   Inference times_from = Inference::kSensor;
   InputText text;
+
+  static constexpr float kBandRad = 2 * std::numbers::pi_v<float> / 180;
+  bool in_rings() const { return rings_from != Inference::kNone; }
 };
 
 // Sorts the scans of one sensor into rings, one after the other, and remembers what they showed:
@@ -57,8 +65,10 @@ class RingSorter {
   // where the scan has no times and the stamps do not say otherwise. InvalidArgument, `*out`
   // unspecified, for scans that cannot be used: too few points in range, all in one place,
   // coordinates or times that are not finite, times after the END or more than two seconds before
-  // it, more rings than the model has, and points that do not lie in rings as those of a spinning
-  // LiDAR do.
+  // it; and of a model with so many rings, scans with more, and points that do not lie in rings as
+  // those of a spinning LiDAR do. Where the number of rings is not known, the first scan that is
+  // sorted tells whether there are any. Without rings, points without times are taken to have been
+  // measured at the END.
   absl::Status Sort(const Scan& scan, const SensorModel& model, double period_s, RingScan* out);
 
   // For state_codec.h.
@@ -72,6 +82,9 @@ class RingSorter {
 
  private:
   absl::Status Validate(const Scan& scan, const SensorModel& model);
+  absl::Status SortIntoRings(const Scan& scan, const SensorModel& model, double period_s,
+                             RingScan* out);
+  void SortIntoBands(const Scan& scan, const SensorModel& model, double period_s, RingScan* out);
   absl::Status AssignRings(const Scan& scan, const SensorModel& model, RingScan* out);
   absl::Status TakeGivenRings(const Scan& scan, const SensorModel& model);
   absl::Status InferRings(const Scan& scan, const SensorModel& model, RingScan* out);
@@ -91,6 +104,8 @@ class RingSorter {
   std::vector<uint32_t> next_;
   int ring_count_ = 0;
   int lowest_ring_ = 0, highest_ring_ = 0;  // Given by the points of the scan.
+  bool has_times_ = false;                  // That differ.
+  bool is_shuffled_ = false;                // Not ring after ring, for all that it turns.
 
   // What earlier scans showed.
   uint64_t scans_ = 0;  // That were sorted.
@@ -100,7 +115,7 @@ class RingSorter {
   BeamOrigin origin_;
   ElevationHistogram histogram_;
   std::vector<double> rings_at_;  // Elevations of the rings; empty before they are known.
-  Inference rings_at_from_ = Inference::kSensorModel;
+  Inference rings_at_from_ = Inference::kSensorModel;  // kNone once known that there are none.
   uint64_t histogram_scans_ = 0;
   AzimuthClock clock_;
   TurnPeriod turn_period_;

@@ -43,8 +43,8 @@ std::vector<std::pair<float, float>> Directions(const RingScan& scan, size_t rin
 absl::Status NotSpinning(uint64_t sequence, const std::string& what_was_seen) {
   return absl::InvalidArgumentError(absl::StrCat(
       "scan ", sequence, " does not lie in rings: ", what_was_seen,
-      ". This looks like a non-repetitive scan pattern (Livox and the like); Isthmus supports "
-      "spinning LiDARs only. If the sensor spins, send a field \"ring\" with the laser of each "
+      ". This looks like a non-repetitive scan pattern (Livox and the like): open the session with "
+      "the sensor \"unordered\". If the sensor spins, send a field \"ring\" with the laser of each "
       "point, and points in the sensor's own frame"));
 }
 

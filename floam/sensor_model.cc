@@ -72,6 +72,23 @@ SensorModel Spinning() {
   return model;
 }
 
+// Of which nothing more is known, or need be.
+SensorModel Rings(const char* name, int rings, double max_range_m) {
+  SensorModel model = Spinning();
+  model.name = name;
+  model.rings = rings;
+  model.max_range_m = max_range_m;
+  return model;
+}
+
+SensorModel Unordered(const char* name, double max_range_m) {
+  SensorModel model;
+  model.name = name;
+  model.spins = false;
+  model.max_range_m = max_range_m;
+  return model;
+}
+
 std::vector<SensorModel> KnownModels() {
   std::vector<SensorModel> models = {
       Velodyne("vlp16", Uniform(-15, 15, 16), 100),
@@ -85,7 +102,15 @@ std::vector<SensorModel> KnownModels() {
     models.push_back(Ouster("os1", rings, 22.5, 120));
     models.push_back(Ouster("os2", rings, 11.25, 240));
   }
+  models.push_back(Rings("vls128", 128, 220));
+  models.push_back(Rings("m8", 8, 150));
   models.push_back(Spinning());
+  models.push_back(Unordered("solid", 200));
+  models.push_back(Unordered("mid360", 70));
+  for (const char* livox : {"mid40", "mid70", "avia", "horizon", "tele15"}) {
+    models.push_back(Unordered(livox, 260));
+  }
+  models.push_back(Unordered("unordered", 200));
   return models;
 }
 
@@ -95,7 +120,9 @@ std::string Normalised(const std::string& name) {
   for (const char c : absl::AsciiStrToLower(name)) {
     if (absl::ascii_isalnum(c)) letters += c;
   }
-  for (const char* maker : {"velodyne", "ouster"}) {
+  if (letters == "any" || letters == "livox") return "unordered";
+  if (letters == "solidstate") return "solid";
+  for (const char* maker : {"velodyne", "ouster", "quanergy", "livox"}) {
     if (absl::StartsWith(letters, maker)) letters.erase(0, std::strlen(maker));
   }
   if (letters == "auto" || letters == "unknown") return "spinning";
@@ -112,16 +139,9 @@ absl::StatusOr<SensorModel> FindSensorModel(const std::string& name) {
   for (SensorModel& model : KnownModels()) {
     if (Normalised(model.name) == wanted) return std::move(model);
   }
-  for (const char* other : {"livox", "mid40", "mid70", "mid360", "avia", "horizon", "tele15"}) {
-    if (!absl::StartsWith(wanted, other)) continue;
-    return absl::InvalidArgumentError(absl::StrCat("the scan pattern of a \"", name,
-                                                   "\" does not repeat; Isthmus supports spinning "
-                                                   "LiDARs only: ",
-                                                   absl::StrJoin(SensorModelNames(), ", ")));
-  }
-  return absl::NotFoundError(absl::StrCat("unknown sensor model \"", name, "\"; known are ",
-                                          absl::StrJoin(SensorModelNames(), ", "),
-                                          "; \"spinning\" takes any LiDAR that spins"));
+  return absl::NotFoundError(absl::StrCat(
+      "unknown sensor model \"", name, "\"; known are ", absl::StrJoin(SensorModelNames(), ", "),
+      "; \"spinning\" takes any LiDAR that spins, \"unordered\" any other"));
 }
 
 std::vector<std::string> SensorModelNames() {

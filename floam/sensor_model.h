@@ -10,7 +10,9 @@ namespace isthmus::floam {
 
 struct SensorModel {
   std::string name;  // "vlp16"
-  int rings = 0;     // Lasers; 0: not known before the first scan.
+  // Else there are no rings, and times are what the scans say.
+  bool spins = true;
+  int rings = 0;  // Lasers; 0: not known before the first scan.
   // Elevation of each ring, radians, ascending; for scans without a ring field. Empty when the
   // scans are to show them.
   std::vector<double> elevations;
@@ -26,12 +28,15 @@ struct SensorModel {
   bool sorted_files = false;
 };
 
-// Models known by name: vlp16, vlp32, hdl32, hdl64, os0-{32,64,128}, os1-..., os2-..., and
-// "spinning", of which nothing is known but that it spins: rings and times come from the fields of
-// its scans, else from elevations and azimuths. Case, '-', '_', ' ' and a "velodyne" or "ouster"
-// before the name do not matter, nor does the letter after it (HDL-64E); "auto" and "unknown" are
-// "spinning". InvalidArgument for sensors known not to spin (Livox), NotFound for any other, with
-// the known names in the message.
+// Models known by name:
+//   vlp16, vlp32, hdl32, hdl64, vls128, m8, os0-{32,64,128}, os1-..., os2-...: they spin.
+//   spinning: nothing is known of it; rings and times come from the fields of its scans, else from
+//     elevations and azimuths. Should its points not lie in rings, it is taken as one that does not
+//     spin. Also called "auto" and "unknown".
+//   solid, mid360, mid40, mid70, avia, horizon, tele15, and unordered for any other: they do not
+//     spin, or are not to be taken to. Unordered is also called "any" and "livox".
+// Case, '-', '_', ' ' and the name of the maker before it do not matter, nor does the letter after
+// it (HDL-64E). NotFound for any other, with the known names in the message.
 absl::StatusOr<SensorModel> FindSensorModel(const std::string& name);
 std::vector<std::string> SensorModelNames();
 

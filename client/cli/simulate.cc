@@ -58,7 +58,7 @@ void AddSimulate(CLI::App& app, Action& action) {
   CLI::App* command = app.add_subcommand("simulate", "Simulated robots with ground truth");
   command->add_option("--world", simulation.world, "museum, campus, corridor, twins, ...; wild-forest, ...")
       ->capture_default_str();
-  command->add_option("--sensor", simulation.sensor, "vlp16, hdl32, hdl64, ...")
+  command->add_option("--sensor", simulation.sensor, "vlp16, os1-64, solid, mid360, ...")
       ->capture_default_str();
   command->add_option("--robots", simulation.robots)->capture_default_str();
   command->add_option("--seconds", simulation.seconds, "Length of each drive")

@@ -3,82 +3,84 @@
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_join.h>
 
-#include <cmath>
-#include <numbers>
+#include <Eigen/Geometry>
+
+#include "client/simulation/scan_patterns.h"
 
 namespace isthmus::simulation {
 namespace {
 
-// A laser in the order of firing.
-struct Laser {
-  uint16_t ring = 0;
-  double elevation_deg = 0;
-  double offset_s = 0;  // Since its group began.
+struct Model {
+  std::string name;
+  double max_range_m;
+  void (*fill)(Lidar* lidar);
 };
 
-// Rings 0, n/2, 1, n/2 + 1, ...: neighbours in time are far apart in elevation.
-std::vector<Laser> Interleaved(int rings, double lowest_deg, double step_deg, double slot_s) {
-  std::vector<Laser> lasers;
-  for (int i = 0; i < rings; ++i) {
-    const int ring = i / 2 + (i % 2) * rings / 2;
-    lasers.push_back({static_cast<uint16_t>(ring), lowest_deg + ring * step_deg, i * slot_s});
-  }
-  return lasers;
+template <int kRings, int kView>  // Tenths of a degree from the lowest to the highest.
+void FillOuster(Lidar* lidar) {
+  const double view_deg = kView / 10.0;
+  Spin(Interleaved(kRings, -view_deg / 2, view_deg / (kRings - 1), 0), 0.1 / 1024, lidar);
 }
 
-std::vector<Laser> Hdl64(double group_s) {
-  std::vector<Laser> lasers;
-  for (int i = 0; i < 64; ++i) {
-    const double elevation = i < 32 ? -24.33 + i * 0.5 : -8.33 + (i - 32) / 3.0;
-    lasers.push_back({static_cast<uint16_t>(i), elevation, i * group_s / 64});
-  }
-  return lasers;
-}
-
-Lidar Build(const std::string& name, const std::vector<Laser>& lasers, double group_s) {
-  Lidar lidar;
-  lidar.name = name;
-  lidar.lasers = lasers.size();
-  const auto groups = static_cast<int>(lidar.period_s / group_s + 1e-9);
-  for (int group = 0; group < groups; ++group) {
-    for (const Laser& laser : lasers) {
-      Firing& firing = lidar.firings.emplace_back();
-      firing.time_s = group * group_s + laser.offset_s;
-      firing.ring = laser.ring;
-      const double azimuth =
-          std::numbers::pi * (1 - 2 * firing.time_s / lidar.period_s);  // Clockwise from the back.
-      const double elevation = laser.elevation_deg * std::numbers::pi / 180;
-      firing.direction =
-          Eigen::Vector3d(std::cos(elevation) * std::cos(azimuth),
-                          std::cos(elevation) * std::sin(azimuth), std::sin(elevation))
-              .cast<float>();
-    }
-  }
-  return lidar;
+const std::vector<Model>& Models() {
+  static const auto* const models = new std::vector<Model>{
+      {"vlp16", 100, [](Lidar* l) { Spin(Interleaved(16, -15, 2, 2.304e-6), 55.296e-6, l); }},
+      {"vlp32", 200, [](Lidar* l) { Spin(Vlp32(), 55.296e-6, l); }},
+      {"hdl32", 100,
+       [](Lidar* l) { Spin(Interleaved(32, -30.67, 4.0 / 3, 1.152e-6), 46.08e-6, l); }},
+      {"hdl64", 120, [](Lidar* l) { Spin(Hdl64(48e-6), 48e-6, l); }},
+      {"vls128", 220,
+       [](Lidar* l) { Spin(Interleaved(128, -25, 40.0 / 127, 53.3e-6 / 128), 53.3e-6, l); }},
+      {"m8", 100, [](Lidar* l) { Spin(M8(6.25e-6), 50e-6, l); }},
+      {"os0-32", 50, FillOuster<32, 900>},
+      {"os0-64", 50, FillOuster<64, 900>},
+      {"os0-128", 50, FillOuster<128, 900>},
+      {"os1-32", 120, FillOuster<32, 450>},
+      {"os1-64", 120, FillOuster<64, 450>},
+      {"os1-128", 120, FillOuster<128, 450>},
+      {"os2-32", 240, FillOuster<32, 225>},
+      {"os2-64", 240, FillOuster<64, 225>},
+      {"os2-128", 240, FillOuster<128, 225>},
+      {"solid", 75, [](Lidar* l) { ScanRaster(240, 100, 120, 90, l); }},
+      {"mid360", 70, [](Lidar* l) { Scatter(20000, -7, 52, l); }},
+      {"mid70", 90, [](Lidar* l) { DrawRosette(10000, 70.4, l); }},
+  };
+  return *models;
 }
 
 }  // namespace
 
-std::vector<std::string> LidarNames() { return {"vlp16", "hdl32", "hdl64", "os1-64"}; }
+Eigen::Matrix3f TurnOfScan(const Lidar& lidar, int index) {
+  const double turn = index * lidar.turn_per_scan.norm();
+  if (turn == 0) return Eigen::Matrix3f::Identity();
+  return Eigen::AngleAxisd(turn, lidar.turn_per_scan.normalized()).toRotationMatrix().cast<float>();
+}
+
+Lidar AtScan(Lidar lidar, int index) {
+  if (lidar.turn_per_scan.isZero(0)) return lidar;
+  const Eigen::Matrix3f turn = TurnOfScan(lidar, index);
+  for (Firing& firing : lidar.firings) firing.direction = turn * firing.direction;
+  return lidar;
+}
+
+std::vector<std::string> LidarNames() {
+  std::vector<std::string> names;
+  for (const Model& model : Models()) names.push_back(model.name);
+  return names;
+}
 
 absl::StatusOr<Lidar> MakeLidar(const std::string& name) {
-  Lidar lidar;
-  if (name == "vlp16") {
-    lidar = Build(name, Interleaved(16, -15, 2, 2.304e-6), 55.296e-6);
-  } else if (name == "hdl32") {
-    lidar = Build(name, Interleaved(32, -30.67, 4.0 / 3, 1.152e-6), 46.08e-6);
-  } else if (name == "hdl64") {
-    lidar = Build(name, Hdl64(48e-6), 48e-6);
-    lidar.max_range_m = 120;
-  } else if (name == "os1-64") {
-    lidar = Build(name, Interleaved(64, -22.5, 45.0 / 63, 0), 0.1 / 1024);
-    lidar.max_range_m = 120;
-  } else {
-    return absl::InvalidArgumentError(absl::StrCat("no simulated sensor is called \"", name,
-                                                   "\"; choose one of ",
-                                                   absl::StrJoin(LidarNames(), ", ")));
+  for (const Model& model : Models()) {
+    if (model.name != name) continue;
+    Lidar lidar;
+    lidar.name = name;
+    lidar.max_range_m = model.max_range_m;
+    model.fill(&lidar);
+    return lidar;
   }
-  return lidar;
+  return absl::InvalidArgumentError(absl::StrCat("no simulated sensor is called \"", name,
+                                                 "\"; choose one of ",
+                                                 absl::StrJoin(LidarNames(), ", ")));
 }
 
 }  // namespace isthmus::simulation

@@ -154,8 +154,9 @@ Scan Simulator::MakeScan(int robot, int index) const {
   Scan scan;
   scan.sequence = static_cast<uint64_t>(index) + 1;
   scan.end_stamp_ns = Stamp(robot, index);
-  scan.has_ring = scan.has_time = true;
-  const std::vector<Firing>& firings = lidar_.firings;
+  scan.has_ring = lidar_.has_rings;
+  scan.has_time = true;
+  const std::vector<Firing> firings = AtScan(lidar_, index).firings;
   scan.points.reserve(firings.size());
   Random random(options_.seed, static_cast<uint64_t>(robot) + 1, scan.sequence);
 

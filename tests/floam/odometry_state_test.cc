@@ -172,6 +172,17 @@ TEST_P(OdometryState, GoesOnExactlyWithInferredRingsAndTimes) {
   ExpectSameWithRestarts(scans, {1, 2, 3, 11, 19}, "spinning", GetParam());
 }
 
+TEST_P(OdometryState, GoesOnExactlyWithoutRings) {
+  std::vector<Scan> scans;
+  for (int k = 0; k < 25; ++k) {
+    scans.push_back(
+        testing::MakeScanWithoutRings(FurnishedRoom(), Loop(1.2), testing::Scattered, 8000, k));
+  }
+  for (const char* sensor : {"mid360", "spinning"}) {
+    ExpectSameWithRestarts(scans, {1, 2, 3, 11, 19}, sensor, GetParam());
+  }
+}
+
 TEST_P(OdometryState, GoesOnExactlyAlongABareCorridor) {
   Room corridor;
   corridor.walls = {{-400, -1.5, -1.2}, {400, 1.5, 1.8}};

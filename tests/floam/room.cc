@@ -73,6 +73,46 @@ Scan MakeScan(const Room& room, const Motion& motion, const Sensor& sensor, int 
   return scan;
 }
 
+Eigen::Vector3d Raster(int k, int points, int) {
+  const int columns = static_cast<int>(std::sqrt(points / 0.75)), row = k / columns;
+  const double azimuth = (60 - 120.0 * (k % columns) / (columns - 1)) * std::numbers::pi / 180;
+  const double elevation = (45 - 90.0 * row * columns / points) * std::numbers::pi / 180;
+  return {std::cos(elevation) * std::cos(azimuth), std::cos(elevation) * std::sin(azimuth),
+          std::sin(elevation)};
+}
+
+Eigen::Vector3d Scattered(int k, int points, int index) {
+  const double i = k + static_cast<double>(points) * index;
+  const double azimuth = 2 * std::numbers::pi * std::fmod(0.7548776662466927 * i, 1);
+  const double elevation =
+      (-7 + 59 * std::fmod(0.5698402909980532 * i, 1)) * std::numbers::pi / 180;
+  return {std::cos(elevation) * std::cos(azimuth), std::cos(elevation) * std::sin(azimuth),
+          std::sin(elevation)};
+}
+
+Scan MakeScanWithoutRings(const Room& room, const Motion& motion, const Pattern& pattern,
+                          int points, int index, double noise_m) {
+  const double period_s = Sensor().period_s;
+  Scan scan;
+  scan.sequence = static_cast<uint64_t>(index) + 1;
+  scan.end_stamp_ns = 1'000'000'000 + std::llround((index + 1) * period_s * 1e9);
+  scan.has_time = true;
+  std::mt19937 random(static_cast<unsigned>(index) + 17);
+  std::normal_distribution<double> noise(0, 1);
+  for (int k = 0; k < points; ++k) {
+    const double fraction = static_cast<double>(k) / points;
+    const Pose T_world_sensor = motion((index + fraction) * period_s);
+    const Eigen::Vector3d direction = pattern(k, points, index);
+    const double range =
+        room.Cast(T_world_sensor.translation(), T_world_sensor.rotation() * direction) +
+        noise_m * noise(random);
+    const Eigen::Vector3f p = (range * direction).cast<float>();
+    scan.points.push_back(
+        {p.x(), p.y(), p.z(), 10, static_cast<float>((fraction - 1) * period_s), 0});
+  }
+  return scan;
+}
+
 Pose EndPose(const Motion& motion, const Sensor& sensor, int index) {
   return motion((index + 1) * sensor.period_s);
 }

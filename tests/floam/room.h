@@ -43,6 +43,18 @@ struct Sensor {
 // scan k is at (k + 1) periods; noise depends on `index` only.
 Scan MakeScan(const Room& room, const Motion& motion, const Sensor& sensor, int index);
 
+// Where a sensor without rings looks at the k-th of `points` measurements of a scan, a unit vector.
+using Pattern = std::function<Eigen::Vector3d(int k, int points, int index)>;
+// 120 by 90 degrees ahead, row by row from the top.
+Eigen::Vector3d Raster(int k, int points, int index);
+// All round, 7 degrees down to 52 up, scattered evenly; another way in every scan.
+Eigen::Vector3d Scattered(int k, int points, int index);
+
+// The index-th scan of a sensor that looks at `points` directions one after the other, each from
+// where it is at that instant; else as above, without rings.
+Scan MakeScanWithoutRings(const Room& room, const Motion& motion, const Pattern& pattern,
+                          int points, int index, double noise_m = 0.01);
+
 // T_world_sensor at the END of scan `index`.
 Pose EndPose(const Motion& motion, const Sensor& sensor, int index);
 

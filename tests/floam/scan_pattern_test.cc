@@ -74,21 +74,73 @@ std::pair<double, double> Window(double f) {
           12 * kDegree * std::sin(2 * M_PI * 211.7 * f)};
 }
 
-TEST(ScanPattern, PatternsThatDoNotRepeatAreRefused) {
+TEST(ScanPattern, PatternsThatDoNotRepeatAreNotThoseOfASensorWithRings) {
   for (const Pattern& pattern : {Pattern(Rosette), Pattern(Weave), Pattern(Window)}) {
     for (const int lines : {1, 4, 6}) {
       for (const bool with_line : {true, false}) {
-        for (const char* sensor : {"spinning", "vlp16", "os1-128"}) {
+        for (const char* sensor : {"vlp16", "os1-128"}) {
           Scan scan = ScanOfPattern(pattern, lines, 20000);
           scan.has_ring = with_line;
           const absl::Status status = Sort(scan, sensor);
           ASSERT_EQ(status.code(), absl::StatusCode::kInvalidArgument)
               << lines << with_line << sensor;
           EXPECT_THAT(std::string(status.message()), HasSubstr("non-repetitive scan pattern"));
-          EXPECT_THAT(std::string(status.message()), HasSubstr("spinning LiDARs only"));
+          EXPECT_THAT(std::string(status.message()), HasSubstr("\"unordered\""));
         }
       }
     }
+  }
+}
+
+TEST(ScanPattern, PatternsThatDoNotRepeatAreTakenWithoutRings) {
+  for (const Pattern& pattern : {Pattern(Rosette), Pattern(Weave), Pattern(Window)}) {
+    for (const int lines : {1, 4, 6}) {
+      for (const bool with_line : {true, false}) {
+        for (const char* sensor : {"spinning", "unordered", "mid360", "livox"}) {
+          Scan scan = ScanOfPattern(pattern, lines, 20000);
+          scan.has_ring = with_line;
+          RingSorter sorter;
+          RingScan sorted;
+          for (int k = 0; k < 3; ++k) {
+            const absl::Status status = sorter.Sort(scan, Model(sensor), 0.1, &sorted);
+            ASSERT_TRUE(status.ok()) << status << lines << with_line << sensor;
+            EXPECT_FALSE(sorted.in_rings());
+            EXPECT_EQ(sorted.points.size(), scan.points.size());
+            EXPECT_EQ(sorted.times_from, Inference::kSensor);
+            EXPECT_EQ(sorted.text.rings, "none: surfaces from neighbourhoods");
+            EXPECT_EQ(sorted.text.times, "given");
+          }
+        }
+      }
+    }
+  }
+}
+
+TEST(ScanPattern, BandsOfElevationTakeThePlaceOfRings) {
+  RingScan sorted;
+  ASSERT_TRUE(
+      RingSorter().Sort(ScanOfPattern(Weave, 4, 20000), Model("mid360"), 0.1, &sorted).ok());
+  ASSERT_EQ(sorted.ring_begin.back(), sorted.points.size());
+  for (size_t band = 0; band + 1 < sorted.ring_begin.size(); ++band) {
+    for (uint32_t i = sorted.ring_begin[band]; i < sorted.ring_begin[band + 1]; ++i) {
+      const RingPoint& p = sorted.points[i];
+      const double above = std::asin(p.z / p.range) + M_PI / 2;
+      ASSERT_NEAR(above / RingScan::kBandRad, static_cast<double>(band) + 0.5, 0.501);
+    }
+  }
+}
+
+TEST(ScanPattern, WithoutRingsOrTimesAllIsTakenToBeOfTheEnd) {
+  Scan scan = ScanOfPattern(Rosette, 1, 20000);
+  for (const bool all_the_same : {true, false}) {  // A field that nobody filled is none.
+    scan.has_time = all_the_same;
+    for (ScanPoint& p : scan.points) p.time = 0;
+    RingScan sorted;
+    ASSERT_TRUE(RingSorter().Sort(scan, Model("avia"), 0.1, &sorted).ok());
+    EXPECT_EQ(sorted.times_from, Inference::kNone);
+    EXPECT_EQ(sorted.text.times, "not given: motion within a scan is not compensated");
+    for (const RingPoint& p : sorted.points) ASSERT_EQ(p.time, 0);
+    EXPECT_DOUBLE_EQ(sorted.period_s, 0.1);
   }
 }
 
