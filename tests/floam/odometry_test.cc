@@ -262,8 +262,8 @@ TEST(Odometry, BeginsASegmentWhereItIsLostForGood) {
   Drive drive(Loop(1.2), WithMode(OdometryMode::kContinuous));
   for (int k = 0; k < 60; ++k) ASSERT_EQ(drive.Step(k)->segment, 1u);
   Room elsewhere;
-  elsewhere.walls = {{-9, -4.5, -0.9}, {6, 7, 3.4}};
-  elsewhere.boxes = {{{2, 3, -0.9}, {3, 5, 1.2}}, {{-6, -2, -0.9}, {-5, -1.2, 2}}};
+  elsewhere.walls = {{-21, -9, -1.6}, {13, 16, 6}};
+  elsewhere.boxes = {{{5, 6, -1.6}, {7, 10, 2}}, {{-12, -5, -1.6}, {-10, -4, 3}}};
   const auto there = [](double time_s) {
     return Pose(Eigen::Vector3d(0.8 * std::max(0.0, time_s - 8.0), 0.3, 0));
   };
