@@ -25,8 +25,8 @@ struct OdometryOptions;  // floam/odometry_options.h
 
 enum class TrackingStatus {
   kOk,
-  kDegenerate,  // Some direction is not observed; the prediction was kept along it.
-  kLost,        // The scan could not be matched; the pose is a prediction only.
+  kDegenerate,  // Some direction is not observed; how the motion went on decided along it.
+  kLost,        // The scan could not be matched, or so badly that the pose is not to be trusted.
 };
 
 struct ScanTiming {
