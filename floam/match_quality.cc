@@ -9,7 +9,7 @@ constexpr double kFading = 0.05;
 // Of the averages. New surroundings lower the share at once, but hardly the agreement.
 constexpr double kUsualAgreement = 0.88, kUsualShare = 0.6;
 constexpr double kDoubtfulAgreement = 0.7, kDoubtfulShare = 0.4;
-constexpr double kTypicalAgreement = 0.94, kTypicalShare = 0.75;
+constexpr double kTypicalAgreement = 0.94, kTypicalShare = 0.85;
 constexpr double kEdgeAgreement = 0.9, kEdgeShare = 0.4;
 
 double Share(const MatchResult& match) {

@@ -34,7 +34,7 @@ struct OdometryOptions {
   // ... and lies on it this well on average; see MatchResult::agreement.
   double min_agreement = 0.4;
   // ... and the pose is this near to the prediction.
-  double max_surprise_m = 0.6;
+  double max_surprise_m = 0.3;
   double max_surprise_rad = 0.3;
 
   // Scans go into the map after this much motion, so that standing still does not blur it, and at
