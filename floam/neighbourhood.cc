@@ -26,7 +26,10 @@ constexpr float kLeastCell = 0.8F * kDegree, kMostCell = 3 * kDegree;
 constexpr float kGapM = 0.25F;
 constexpr float kSteepest = 3;  // Tangent of the angle of incidence.
 constexpr size_t kLeastNeighbours = 6;
-constexpr float kLeastShare = 0.6F;  // That belong to the same thing.
+// Farther away neighbours are farther from each other, and fewer things are flat: so much more they
+// may be off a plane, per metre of range.
+constexpr float kDeviationPerM = 0.0015F;
+constexpr float kLeastShare = 0.4F;  // That belong to the same thing.
 
 // What is slim is no thicker, no wider than this, and what is beside it, on both sides, is farther
 // by so much.
@@ -219,10 +222,12 @@ Neighbourhoods::Look Neighbourhoods::At(uint32_t index, float deviation_m) {
   const RingPoint& point = scan_->points[index];
   if (!IsFinite(point)) return look;
   Gather(point, cells_[index]);
-  if (FitPlane(point, &look) && look.deviation_m < deviation_m) {
-    look.are = Surroundings::kSurface;
-  } else if (IsSlim(point)) {
+  const float most_m = deviation_m + kDeviationPerM * point.range;
+  // Something slim may have a flat side.
+  if (beside_.size() >= 2 * kLeastBeside && IsSlim(point)) {
     look.are = Surroundings::kEdge;
+  } else if (FitPlane(point, &look) && look.deviation_m < most_m) {
+    look.are = Surroundings::kSurface;
   }
   return look;
 }

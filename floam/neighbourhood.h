@@ -33,7 +33,8 @@ class Neighbourhoods {
     float deviation_m = 0;  // Of the neighbours from the plane, root mean square.
     Eigen::Vector3f normal = Eigen::Vector3f::Zero();  // Of the plane, towards the sensor.
   };
-  // Of a point of the scan. Neighbours may be off a plane by `deviation_m` (root mean square).
+  // Of a point of the scan. Neighbours may be off a plane by `deviation_m` (root mean square), and
+  // a little more the farther away they are.
   Look At(uint32_t index, float deviation_m);
 
  private:
