@@ -17,6 +17,7 @@
 #include "floam/odometry.h"
 #include "floam/odometry_options.h"
 #include "floam/ring_scan.h"
+#include "floam/motion_model.h"
 #include "floam/scan_matcher.h"
 #include "floam/undistort.h"
 
@@ -176,10 +177,11 @@ void BM_Match(benchmark::State& state) {
   prior.T_odom_previous = before.T_odom_sensor;
   prior.since_previous_s = setting.period_s();
   prior.sigma.setConstant(setting.options.speed_change_sigma);
+  const PosePrior expected{guess.T_odom_sensor, MotionModel().Displacement(setting.period_s())};
   ScanMatcher matcher;
   MatchResult match;
   for (auto _ : state) {
-    match = matcher.Match(setting.features, guess, prior, setting.options.matching,
+    match = matcher.Match(setting.features, guess, expected, prior, setting.options.matching,
                           &setting.surfaces, &setting.edges);
   }
   const Pose error = setting.truth[kMapScans].T_odom_sensor.Inverse() * match.pose.T_odom_sensor;
