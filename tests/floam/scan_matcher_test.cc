@@ -240,6 +240,7 @@ TEST(Degeneracy, ATunnelIsNotObservedAlongItsAxis) {
   TwistPrior prior;
   prior.T_odom_previous = T_guess * Pose(Eigen::Vector3d(-0.13, 0, 0));
   prior.since_previous_s = 0.1;
+  prior.sigma.setConstant(0.05);  // As the odometry has it.
   const Vector6d twist = (Vector6d() << 1.3, 0, 0, 0, 0, 0).finished();
   const MatchResult moving = ScanMatcher().Match(features, {T_guess, twist, 0}, expected, prior,
                                                  MatchOptions(), &surfaces, &edges);
