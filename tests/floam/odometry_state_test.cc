@@ -185,7 +185,7 @@ TEST_P(OdometryState, GoesOnExactlyWithoutRings) {
 
 TEST_P(OdometryState, GoesOnExactlyAlongABareCorridor) {
   Room corridor;
-  corridor.walls = {{-400, -2, -1.2}, {400, 2, 2.5}};
+  corridor.walls = {{-400, -5, -1.2}, {400, 5, 8}};
   std::vector<Scan> scans;
   const auto along = [](double time_s) { return Pose(Eigen::Vector3d(-30 + 1.5 * time_s, 0, 0)); };
   for (int k = 0; k < 60; ++k) scans.push_back(MakeScan(corridor, along, Sensor(), k));
