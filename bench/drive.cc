@@ -34,6 +34,13 @@ void Drop(Shots* shots, int at, int count) {
   shots->erase(shots->begin() + at, shots->begin() + at + count);
 }
 
+void KeepEvery(Shots* shots, int nth) {
+  size_t kept = 0;
+  for (size_t i = 0; i < shots->size(); i += static_cast<size_t>(nth))
+    (*shots)[kept++] = (*shots)[i];
+  shots->resize(kept);
+}
+
 void Duplicate(Shots* shots, int at) { shots->insert(shots->begin() + at, (*shots)[at]); }
 
 void Swap(Shots* shots, int at) { std::swap((*shots)[at], (*shots)[at + 1]); }

@@ -50,8 +50,9 @@ Shots InOrder(int turns, double period_s);
 // What happens to robots. Each changes shots from `at` on.
 void Cover(Shots* shots, int at, int count, View view);
 void Drop(Shots* shots, int at, int count);
-void Duplicate(Shots* shots, int at);  // Sends the shot again.
-void Swap(Shots* shots, int at);       // Sends it after the one that follows.
+void KeepEvery(Shots* shots, int nth);  // Key scans: the first and every nth after it.
+void Duplicate(Shots* shots, int at);   // Sends the shot again.
+void Swap(Shots* shots, int at);        // Sends it after the one that follows.
 void StepClock(Shots* shots, int at, double by_s);
 void Carry(Shots* shots, int at, int by_turns);  // From there, as if this much later or earlier.
 

@@ -98,7 +98,8 @@ class Benchmark {
   }
 
  private:
-  absl::Status Add(const std::string& name, uint64_t seed, const Drive& drive) {
+  absl::Status Add(const std::string& name, uint64_t seed, Drive drive) {
+    KeepEvery(&drive.shots, options_.wild.every);
     const auto run = RunRepeatedly(drive, odometry_, options_.repeats);
     if (!run.ok()) return run.status();
     entries_.push_back({name, options_.mode, drive.sensor, seed, drive.shots.size(),
@@ -125,6 +126,8 @@ void Describe(CLI::App* app, Options* options) {
       "Simulated: vlp16, os1-64, solid, mid360, ...; without it vlp16, of wild drives any");
   app->add_option("--seconds", options->scenario.seconds,
                   "Length of drives to which nothing happens at a set time; 0: as meant");
+  app->add_option("--every", options->wild.every, "Only every so many'th scan: key scans")
+      ->check(CLI::PositiveNumber);
   app->add_option("--repeats", options->repeats, "Runs of each drive, of which costs are medians")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();

@@ -14,10 +14,10 @@
 #include "client/simulation/simulator.h"
 #include "floam/features.h"
 #include "floam/local_map.h"
+#include "floam/motion_model.h"
 #include "floam/odometry.h"
 #include "floam/odometry_options.h"
 #include "floam/ring_scan.h"
-#include "floam/motion_model.h"
 #include "floam/scan_matcher.h"
 #include "floam/undistort.h"
 

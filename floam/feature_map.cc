@@ -16,7 +16,8 @@ constexpr float kMaxLevel = 0.8F;  // Of the normal: ground, even where it was s
 FeatureMap::FeatureMap(const OdometryOptions& options)
     : options_(options),
       surfaces_(ShapeKind::kPlane, options.map),
-      edges_(ShapeKind::kLine, options.map) {}
+      edges_(ShapeKind::kLine, options.map),
+      poles_(ShapeKind::kPole, options.map) {}
 
 void FeatureMap::Insert(const Features& features, const ScanPose& pose, double period_s) {
   const ScanMotion motion(pose.twist, pose.reference_s, -period_s, 0);
@@ -29,6 +30,7 @@ void FeatureMap::Insert(const Features& features, const ScanPose& pose, double p
   };
   insert(features.map_surfaces, &surfaces_);
   insert(features.edges, &edges_);
+  insert(features.poles, &poles_);
   T_odom_inserted_ = pose.At(0);
   if (scans_ == 0) began_odom_ = T_odom_inserted_.translation();
   moved_m_ = std::max(moved_m_, (T_odom_inserted_.translation() - began_odom_).norm());
@@ -45,6 +47,7 @@ void FeatureMap::Update(const Features& features, const ScanPose& pose, double p
   Insert(features, pose, period_s);
   surfaces_.Evict(T_odom_end.translation());
   edges_.Evict(T_odom_end.translation());
+  poles_.Evict(T_odom_end.translation());
 }
 
 void FeatureMap::Resume(const Cloud& map_odom, const Pose& T_odom_sensor) {
@@ -57,6 +60,7 @@ void FeatureMap::Resume(const Cloud& map_odom, const Pose& T_odom_sensor) {
 void FeatureMap::Clear() {
   surfaces_.Clear();
   edges_.Clear();
+  poles_.Clear();
   scans_ = 0;
   moved_m_ = 0;
 }

@@ -1,4 +1,4 @@
-// The local map of both kinds of features, and when scans go into it.
+// The local map of all kinds of features, and when scans go into it.
 #pragma once
 
 #include <vector>
@@ -40,16 +40,17 @@ class FeatureMap {
   // For state_codec.h.
   template <typename Self, typename Io>
   static void Fields(Self& self, Io& io) {
-    io(self.surfaces_, self.edges_, self.scans_, self.moved_m_, self.began_odom_,
+    io(self.surfaces_, self.edges_, self.poles_, self.scans_, self.moved_m_, self.began_odom_,
        self.T_odom_inserted_);
   }
 
   LocalMap* surfaces() { return &surfaces_; }
   LocalMap* edges() { return &edges_; }
+  LocalMap* poles() { return &poles_; }
 
  private:
   const OdometryOptions options_;
-  LocalMap surfaces_, edges_;
+  LocalMap surfaces_, edges_, poles_;
   int scans_ = 0;
   double moved_m_ = 0;                                    // Farthest from where it began.
   Eigen::Vector3d began_odom_ = Eigen::Vector3d::Zero();  // END of the first scan inserted, ...

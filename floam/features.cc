@@ -15,6 +15,11 @@ constexpr float kGapPerRange = 0.02F;
 constexpr float kGrazingCosine = 0.97F;
 // Smoothness at which the weight of a surface has fallen to 1/e.
 constexpr float kSmoothnessScale = 0.02F;
+// Of the angle between points next to each other on a ring: a larger one nothing came back from.
+constexpr float kEmptyCosine = 0.99985F;  // 1 degree.
+// What is thinner than this is hit once, if it is far away; near the sensor it is a flake or a
+// drop.
+constexpr float kThinM = 0.03F, kThinFromM = 10;
 constexpr float kLeastScale = 0.3F;
 constexpr size_t kPlenty = 5;
 
@@ -41,6 +46,13 @@ float SquaredDeviation(const RingPoint* middle, int half_window) {
   const auto count = static_cast<float>(2 * half_window);
   const Eigen::Array4f off = sum / count - four(0);
   return off[0] * off[0] + off[1] * off[1] + off[2] * off[2];
+}
+
+// Whether what is beside a point on the ring is behind it, or nothing is.
+bool StandsOut(const RingPoint& beside, const RingPoint& p) {
+  const float cosine =
+      (beside.x * p.x + beside.y * p.y + beside.z * p.z) / (beside.range * p.range);
+  return beside.range > p.range + kGapM || cosine < kEmptyCosine;
 }
 
 TimedPoint ToTimed(const RingPoint& p, float weight, uint16_t ring) {
@@ -109,12 +121,14 @@ void FeatureExtractor::Extract(const RingScan& scan, Features* out) {
   if (scale_ < 1 && out->surfaces.size() > kPlenty * few) SetScale(2 * scale_);
   if (!scan.in_rings()) Balance(&out->surfaces);
   ThinEvenly(static_cast<size_t>(options_.max_surfaces), &out->surfaces);
+  ThinEvenly(static_cast<size_t>(options_.max_poles), &out->poles);
 }
 
 void FeatureExtractor::ExtractAll(const RingScan& scan, Features* out) {
   out->edges.clear();
   out->surfaces.clear();
   out->map_surfaces.clear();
+  out->poles.clear();
   surface_thinner_.Clear();
   edge_thinner_.Clear();
   map_thinner_.Clear();
@@ -128,6 +142,7 @@ void FeatureExtractor::ExtractAll(const RingScan& scan, Features* out) {
       const RingPoint* segment_end = segment + 1;
       while (segment_end < end && Joined(segment_end[-1], *segment_end)) ++segment_end;
       ExtractSegment(segment, segment_end, out);
+      if (segment > begin && segment_end < end) AddPole(segment - 1, segment, segment_end, out);
       segment = segment_end;
     }
     KeepBestEdges(begin, end, out);
@@ -191,6 +206,21 @@ void FeatureExtractor::ExtractSegment(const RingPoint* begin, const RingPoint* e
     out->map_surfaces.push_back(point);
     if (surface_thinner_.Insert(p->x, p->y, p->z)) out->surfaces.push_back(point);
   }
+}
+
+void FeatureExtractor::AddPole(const RingPoint* before, const RingPoint* begin,
+                               const RingPoint* end, Features* out) const {
+  const auto position = [](const RingPoint& p) { return Eigen::Vector3f(p.x, p.y, p.z); };
+  const Eigen::Vector3f first = position(*begin), last = position(end[-1]);
+  const float width2 = (last - first).squaredNorm();
+  if (width2 > options_.pole_width_m * options_.pole_width_m) return;
+  if (width2 < kThinM * kThinM && begin->range < kThinFromM) return;
+  if (!StandsOut(*before, *begin) || !StandsOut(*end, end[-1])) return;
+  TimedPoint pole = ToTimed(begin[(end - begin) / 2], 1, ring_);
+  Eigen::Vector3f sum = Eigen::Vector3f::Zero();
+  for (const RingPoint* p = begin; p < end; ++p) sum += position(*p);
+  pole.position = sum / static_cast<float>(end - begin);
+  out->poles.push_back(pole);
 }
 
 void FeatureExtractor::KeepBestEdges(const RingPoint* ring_begin, const RingPoint* ring_end,

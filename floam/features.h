@@ -24,6 +24,8 @@ struct FeatureOptions {
   int few_surfaces = 800;             // Fewer: the place is small, voxels become so (to a quarter).
   int sectors = 6;                    // Parts of a ring that edges are spread over.
   int edges_per_sector = 3;
+  float pole_width_m = 0.6F;  // Wider than this along the ring a thing is no pole.
+  int max_poles = 300;        // Likewise thinned.
 };
 
 // A point as it was measured, when, and how far it is to be trusted.
@@ -49,11 +51,14 @@ struct Features {
   std::vector<TimedPoint> surfaces;
   // What the map is made of: surface points that are denser than `surfaces`, and all edges.
   std::vector<TimedPoint> map_surfaces;
+  // Middles, ring by ring, of what is narrow and stands before what is behind it: posts, trunks,
+  // legs. They tell the way on the level where there are no walls.
+  std::vector<TimedPoint> poles;
 
   // For state_codec.h.
   template <typename Self, typename Io>
   static void Fields(Self& self, Io& io) {
-    io(self.edges, self.surfaces, self.map_surfaces);
+    io(self.edges, self.surfaces, self.map_surfaces, self.poles);
   }
 };
 
@@ -91,6 +96,9 @@ class FeatureExtractor {
   void ExtractWithoutRings(const RingScan& scan, Features* out);
   void Balance(std::vector<TimedPoint>* surfaces);
   void ExtractSegment(const RingPoint* begin, const RingPoint* end, Features* out);
+  // The points [begin, end) of a ring belong together; those next to them do not.
+  void AddPole(const RingPoint* before, const RingPoint* begin, const RingPoint* end,
+               Features* out) const;
   void KeepBestEdges(const RingPoint* ring_begin, const RingPoint* ring_end, Features* out);
 
   struct EdgeCandidate {

@@ -23,6 +23,10 @@ Matrix6d MotionModel::Displacement(double elapsed_s) const {
   return t2 * velocity_ + t2 * elapsed_s / 3 * Density();
 }
 
+Vector6d MotionModel::TwistChange(double elapsed_s) {
+  return (elapsed_s * Density().diagonal()).cwiseSqrt();
+}
+
 void MotionModel::Update(double elapsed_s, const Matrix6d& posterior) {
   const Matrix6d prior = Displacement(elapsed_s);
   const Matrix6d mixed = elapsed_s * velocity_ + 0.5 * elapsed_s * elapsed_s * Density();

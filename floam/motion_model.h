@@ -14,6 +14,8 @@ class MotionModel {
   // Of the twist by which the sensor may be elsewhere than if the motion went on, `elapsed_s` after
   // the last scan; twist order [rho; phi], sensor frame, m^2 and rad^2.
   Matrix6d Displacement(double elapsed_s) const;
+  // One sigma of how much the twist changes in that time.
+  static Vector6d TwistChange(double elapsed_s);
   // A scan was matched, after which that covariance is `posterior`.
   void Update(double elapsed_s, const Matrix6d& posterior);
 

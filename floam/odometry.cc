@@ -17,16 +17,17 @@
 namespace isthmus::floam {
 namespace {
 
-// A robot that is lost is looked for in what it has seen for so long, and then begins anew. Where
-// that soon fails too, because there is nothing to go by, the wait doubles from one segment to the
-// next up to the longest.
-constexpr double kPatienceS = 2, kLongestPatienceS = 60;
+// A robot that is lost is looked for in what it has seen for so long, and then begins anew; where
+// that was next to nothing, because it began badly, sooner. Where beginning anew soon fails too,
+// because there is nothing to go by, the wait doubles from one segment to the next up to the
+// longest.
+constexpr double kPatienceS = 2, kLeastPatienceS = 0.3, kLongestPatienceS = 60;
 // A segment was worth beginning if scans were matched for this long.
 constexpr double kWorthwhileS = 5;
 
 constexpr char kStateMagic[] = "IODO";
 // Becomes another with every change of what is stored, or of what is made of it.
-constexpr uint32_t kStateVersion = 2;
+constexpr uint32_t kStateVersion = 3;
 
 }  // namespace
 
@@ -42,11 +43,13 @@ struct Odometry::State {
   FrameMaker maker;
   std::unique_ptr<Segment> segment;
   uint32_t segment_number = 1;
-  double patience_s = kPatienceS;
-  ScanFrame frame;  // The one being processed.
+  double patience_s = kLeastPatienceS;  // With a segment that was not worth beginning.
+  ScanFrame frame;                      // The one being processed.
 
   absl::Status Prepare(const Scan& input);
   ScanPose Locate(OdometryResult* result);
+  bool IsWorthwhile() const { return segment->TrackedSeconds() >= kWorthwhileS; }
+  double PatienceS() const;
   void BeginSegment();
 
   // For state_codec.h. The frame is made anew for every scan.
@@ -64,10 +67,14 @@ absl::Status Odometry::State::Prepare(const Scan& input) {
   return segment->CheckFirst(frame);
 }
 
+double Odometry::State::PatienceS() const {
+  if (IsWorthwhile()) return kPatienceS;
+  return std::max(patience_s, std::min(kPatienceS, 0.5 * segment->TrackedSeconds()));
+}
+
 // What was seen before is not to be mixed with what comes: nothing is known of the way in between.
 void Odometry::State::BeginSegment() {
-  const bool was_worthwhile = segment->TrackedSeconds() >= kWorthwhileS;
-  patience_s = was_worthwhile ? kPatienceS : std::min(2 * patience_s, kLongestPatienceS);
+  patience_s = IsWorthwhile() ? kLeastPatienceS : std::min(2 * patience_s, kLongestPatienceS);
   segment = std::make_unique<Segment>(sensor, options);
   ++segment_number;
 }
@@ -75,7 +82,7 @@ void Odometry::State::BeginSegment() {
 // The result's status and the rest that rests on the match are set; the input's words are not.
 ScanPose Odometry::State::Locate(OdometryResult* result) {
   ScanPose pose = segment->Locate(frame, result);
-  if (segment->LostSeconds() >= patience_s && segment->CheckFirst(frame).ok()) {
+  if (segment->LostSeconds() >= PatienceS() && segment->CheckFirst(frame).ok()) {
     BeginSegment();
     *result = OdometryResult();
     pose = segment->Locate(frame, result);

@@ -18,15 +18,10 @@ struct OdometryOptions {
   LocalMapOptions map;
   MatchOptions matching;
 
-  // While the map is new, what little there is of the ground may be far and in single rings: one
-  // sigma of the prediction of height and of roll and pitch.
-  double young_height_sigma_m = 0.003;
-  double young_tilt_sigma_rad = 0.002;
-
   // How far the motion within a scan may be from the motion between scans (kContinuous): one sigma.
   double speed_change_sigma = 0.05;     // m/s.
   double yaw_rate_change_sigma = 0.05;  // rad/s.
-  double tilt_rate_sigma = 0.05;        // rad/s, roll and pitch, around zero.
+  double tilt_rate_sigma = 0.05;        // rad/s, roll and pitch.
 
   // A scan is matched if this share of its features found a plane or line ...
   double min_used_share = 0.25;

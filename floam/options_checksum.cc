@@ -15,7 +15,7 @@ void Add(const FeatureOptions& features, StateWriter& io) {
   io(features.half_window, features.range_noise_m, features.edge_deviation_m,
      features.surface_deviation_m, features.surface_voxel_m, features.edge_voxel_m,
      features.map_voxel_m, features.max_surfaces, features.few_surfaces, features.sectors,
-     features.edges_per_sector);
+     features.edges_per_sector, features.pole_width_m, features.max_poles);
 }
 
 void Add(const LocalMapOptions& map, StateWriter& io) {
@@ -24,8 +24,9 @@ void Add(const LocalMapOptions& map, StateWriter& io) {
 
 void Add(const MatchOptions& matching, StateWriter& io) {
   io(matching.max_iterations, matching.pose_only_iterations, matching.point_noise_m,
-     matching.kernel_start_m, matching.kernel_m, matching.gate_m, matching.stop_m,
-     matching.stop_rad, matching.free_sigma_m, matching.free_sigma_rad, matching.stride);
+     matching.pole_noise_m, matching.kernel_start_m, matching.kernel_m, matching.gate_m,
+     matching.stop_m, matching.stop_rad, matching.free_sigma_m, matching.free_sigma_rad,
+     matching.stride);
 }
 
 }  // namespace
@@ -36,11 +37,11 @@ uint64_t OptionsChecksum(const SensorModel& sensor, const OdometryOptions& optio
   Add(options.features, io);
   Add(options.map, io);
   Add(options.matching, io);
-  io(options.mode, options.young_height_sigma_m, options.young_tilt_sigma_rad,
-     options.speed_change_sigma, options.yaw_rate_change_sigma, options.tilt_rate_sigma,
-     options.min_used_share, options.min_used, options.min_agreement, options.max_surprise_m,
-     options.max_surprise_rad, options.map_distance_m, options.map_angle_rad,
-     options.map_first_scans, options.map_young_distance_m, options.R_base_sensor.coeffs());
+  io(options.mode, options.speed_change_sigma, options.yaw_rate_change_sigma,
+     options.tilt_rate_sigma, options.min_used_share, options.min_used, options.min_agreement,
+     options.max_surprise_m, options.max_surprise_rad, options.map_distance_m,
+     options.map_angle_rad, options.map_first_scans, options.map_young_distance_m,
+     options.R_base_sensor.coeffs());
   const std::string bytes = io.Take();
   return StateChecksum(bytes.data(), bytes.size());
 }

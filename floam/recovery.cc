@@ -107,11 +107,13 @@ std::optional<MatchResult> Recovery::Confirm(const ScanFrame& frame, const Match
   candidate_.reset();
   const ScanPose prediction = tracker->Prediction(frame);
   MatchResult match = tracker->Match(frame, prediction, map);
-  const bool in_time = !tracker->IsAfterGap(frame);
+  const bool as_foretold =
+      tracker->IsAfterGap(frame)
+          ? tracker->IsExpected(frame, match, prediction)
+          : AreNear(prediction.T_odom_sensor, match.pose.T_odom_sensor, kConfirmM, kConfirmRad);
   const Sighting seen_at = tracker->last();
   tracker->Begin(lost_at);
-  if (in_time && IsBelievable(match, quality, *tracker, elapsed_s, *map) &&
-      AreNear(prediction.T_odom_sensor, match.pose.T_odom_sensor, kConfirmM, kConfirmRad)) {
+  if (as_foretold && IsBelievable(match, quality, *tracker, elapsed_s, *map)) {
     tracker->Begin(seen_at);
     return match;
   }
@@ -126,9 +128,9 @@ std::optional<MatchResult> Recovery::Search(const ScanFrame& frame, Tracker* tra
   attempt.kernel_start_m = kGlanceKernelM;
   std::vector<MatchResult> matches;
   for (const ScanPose& guess : BestGuesses(frame.features, NextGuesses(frame, *tracker), map)) {
-    matches.push_back(
-        tracker->matcher()->Match(frame.features, guess, tracker->Near(guess.T_odom_sensor, *map),
-                                  std::nullopt, attempt, map->surfaces(), map->edges()));
+    matches.push_back(tracker->matcher()->Match(frame.features, guess, Near(guess.T_odom_sensor),
+                                                std::nullopt, attempt, map->surfaces(),
+                                                map->edges(), map->poles()));
   }
   if (matches.empty()) return std::nullopt;
   std::sort(matches.begin(), matches.end(),
@@ -141,6 +143,14 @@ std::optional<MatchResult> Recovery::Search(const ScanFrame& frame, Tracker* tra
     }
   }
   return tracker->MatchNear(frame, best.pose, matching_, map);
+}
+
+std::optional<MatchResult> Recovery::LookAround(const ScanFrame& frame, Tracker* tracker,
+                                                FeatureMap* map) {
+  pending_.clear();
+  std::optional<MatchResult> match = Search(frame, tracker, map);
+  pending_.clear();
+  return match;
 }
 
 std::vector<ScanPose> Recovery::NextGuesses(const ScanFrame& frame, const Tracker& tracker) {

@@ -27,6 +27,10 @@ class Recovery {
   std::optional<MatchResult> Find(const ScanFrame& frame, const MatchResult& tracked,
                                   const MatchQuality& quality, Tracker* tracker, FeatureMap* map);
 
+  // After a gap in which it may have come anywhere near: the best of all places nearby, or none if
+  // that is ambiguous.
+  std::optional<MatchResult> LookAround(const ScanFrame& frame, Tracker* tracker, FeatureMap* map);
+
   // The robot is tracked again, by whatever means.
   void Reset();
 

@@ -123,4 +123,22 @@ RingIndex::Neighbour RingIndex::Nearest(const Query& query, float reach_m) const
   return best;
 }
 
+std::pair<int, int> RingIndex::Along(int index, float reach_m) const {
+  const TimedPoint& from = At(index);
+  const Ring& ring = rings_[from.ring];
+  const int size = ring.end - ring.begin;
+  const auto lead = [&](int step) {
+    int at = index;
+    for (int left = size - 1; left > 0; --left) {
+      const int next = ring.begin + (at - ring.begin + step + size) % size;
+      const Eigen::Vector3f& p = At(next).position;
+      if ((p - from.position).squaredNorm() > reach_m * reach_m) break;
+      if ((p - At(at).position).squaredNorm() > 0.25F * reach_m * reach_m) break;
+      at = next;
+    }
+    return at;
+  };
+  return {lead(-1), lead(1)};
+}
+
 }  // namespace isthmus::floam

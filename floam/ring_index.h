@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include "floam/features.h"
@@ -40,6 +41,10 @@ class RingIndex {
   // The nearest on that ring, `excluded` apart, if it is nearer than `*best`; rings that do not
   // exist have no points.
   void NearestOnRing(const Query& query, int ring, int excluded, Neighbour* best) const;
+
+  // The points on the same ring, to either side, that lead farthest away from the one at `index`
+  // without leaving `reach_m` around it or making a leap of more than half of that.
+  std::pair<int, int> Along(int index, float reach_m) const;
 
   // For state_codec.h.
   template <typename Self, typename Io>

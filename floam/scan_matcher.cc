@@ -20,11 +20,6 @@ std::pair<double, double> TimeSpan(const Features& features) {
   return {begin, std::max(begin, end)};
 }
 
-// What matches say of roll and pitch within a scan is about the motion relative to that within the
-// scans that the map was made of: an error that all of them share it cannot show, and such an error
-// feeds itself. So the prior weighs as much as the matches there.
-constexpr double kTiltWeight = 1;
-
 // Adds the prior on the twist: residual e = twist - Log(T_previous^-1 T) / dt, whose derivative by
 // a motion d of T is -1 / dt to first order.
 void AddPrior(const TwistPrior& prior, const ScanPose& pose, Matrix12d* H, Vector12d* g) {
@@ -36,9 +31,7 @@ void AddPrior(const TwistPrior& prior, const ScanPose& pose, Matrix12d* H, Vecto
   }
   const double slope = coupled ? -1 / prior.since_previous_s : 0;
   for (int k = 0; k < 6; ++k) {
-    const bool tilt = k == 3 || k == 4;
-    const double weight =
-        1 / (prior.sigma[k] * prior.sigma[k]) + (tilt ? kTiltWeight * (*H)(6 + k, 6 + k) : 0);
+    const double weight = 1 / (prior.sigma[k] * prior.sigma[k]);
     (*H)(k, k) += weight * slope * slope;
     (*H)(k, 6 + k) += weight * slope;
     (*H)(6 + k, k) += weight * slope;
@@ -48,14 +41,14 @@ void AddPrior(const TwistPrior& prior, const ScanPose& pose, Matrix12d* H, Vecto
   }
 }
 
+}  // namespace
+
 Matrix6d FreeMotion(const MatchOptions& options) {
   Vector6d sigma;
   sigma << Eigen::Vector3d::Constant(options.free_sigma_m),
       Eigen::Vector3d::Constant(options.free_sigma_rad);
   return sigma.cwiseAbs2().asDiagonal();
 }
-
-}  // namespace
 
 struct ScanMatcher::Pass {
   Pass(const ScanPose& scan_pose, const ScanMotion& scan_motion)
@@ -143,12 +136,40 @@ void ScanMatcher::AccumulateEdges(const Features& features, const MatchOptions& 
   }
 }
 
+// Poles are hit at any height: what they tell is along the ray and across it on the level. They do
+// not count as used, for whatever stands about may be somebody.
+void ScanMatcher::AccumulatePoles(const Features& features, const MatchOptions& options, Pass* pass,
+                                  LocalMap* map) {
+  const double noise2 = options.pole_noise_m * options.pole_noise_m;
+  for (size_t i = 0; i < features.poles.size(); ++i) {
+    const TimedPoint& point = features.poles[i];
+    const Eigen::Vector3d q = pass->motion.ToReference(point.position, point.time).cast<double>();
+    const Eigen::Vector3d p = pass->rotation * q + pass->translation;
+    LocalMap::Found& found = found_poles_[i];
+    map->Find(p, &found);
+    if (found.shape == nullptr) continue;
+    const Eigen::Vector3d offset = p - found.origin - found.shape->mean.cast<double>();
+    const Eigen::Vector3d u = pass->rotation * q.normalized();
+    const Eigen::Vector3d v = pass->rotation * Eigen::Vector3d::UnitZ().cross(q).normalized();
+    const double ru = u.dot(offset), rv = v.dot(offset);
+    const double residual2 = ru * ru + rv * rv;
+    if (residual2 > options.gate_m * options.gate_m) continue;
+    const double ratio = pass->kernel2 / (pass->kernel2 + residual2);
+    const double weight = ratio * ratio / (noise2 + found.shape->variance);
+    const double tau = point.time - pass->pose.reference_s;
+    pass->AddRow(q, offset, u, tau, weight, ru, 0);
+    pass->AddRow(q, offset, v, tau, weight, rv, 0);
+  }
+}
+
 MatchResult ScanMatcher::Match(const Features& features, const ScanPose& guess,
                                const PosePrior& pose_prior,
                                const std::optional<TwistPrior>& twist_prior,
-                               const MatchOptions& options, LocalMap* surfaces, LocalMap* edges) {
+                               const MatchOptions& options, LocalMap* surfaces, LocalMap* edges,
+                               LocalMap* poles) {
   found_surfaces_.assign(features.surfaces.size(), LocalMap::Found());
   found_edges_.assign(features.edges.size(), LocalMap::Found());
+  found_poles_.assign(features.poles.size(), LocalMap::Found());
   const auto [begin_s, end_s] = TimeSpan(features);
   MatchResult result;
   result.pose = guess;
@@ -165,10 +186,10 @@ MatchResult ScanMatcher::Match(const Features& features, const ScanPose& guess,
     pass.with_twist = twist_prior.has_value() && iteration >= options.pose_only_iterations;
     AccumulateSurfaces(features, options, &pass, surfaces);
     AccumulateEdges(features, options, &pass, edges);
+    if (poles != nullptr) AccumulatePoles(features, options, &pass, poles);
     result.iterations = iteration + 1;
     result.used = pass.used;
     result.agreement = pass.used > 0 ? pass.agreement / pass.used : 0;
-    if (pass.used < 10) return result;
 
     Matrix12d H = pass.equations.Information();
     Vector12d g = pass.equations.Gradient();

@@ -47,6 +47,7 @@ struct MatchOptions {
   int max_iterations = 12;
   int pose_only_iterations = 3;  // Before the twist is estimated too, if it is.
   double point_noise_m = 0.02;   // One sigma of a point's distance to a perfect plane.
+  double pole_noise_m = 0.07;    // Likewise of a pole's middle: from each side another is seen.
   double kernel_start_m = 0.3;   // Scale of the Geman-McClure loss at first ...
   double kernel_m = 0.1;         // ... and, halved every iteration, at last.
   double gate_m = 1.0;           // Farther from its plane or line a point is no match.
@@ -59,6 +60,9 @@ struct MatchOptions {
   int stride = 1;  // Uses every stride-th feature.
 };
 
+// The covariance that these free sigmas mean.
+Matrix6d FreeMotion(const MatchOptions& options);
+
 struct MatchResult {
   ScanPose pose;
   Matrix12d covariance = Matrix12d::Zero();  // Of [pose motion; twist] as in NormalEquations.
@@ -68,6 +72,8 @@ struct MatchResult {
   int used = 0;          // With a plane or line within the gate.
   double agreement = 0;  // Mean weight in the robust loss of those used, [0, 1].
   int iterations = 0;
+  // Whether the scan before, too, tells well how the sensor moved: see Join.
+  bool seconded = false;
 };
 
 // Gauss-Newton over SE(3) on distances of surface points to planes and edge points to lines (F-LOAM
@@ -75,12 +81,12 @@ struct MatchResult {
 // scratch memory.
 class ScanMatcher {
  public:
-  // Minimises from `guess`, together with what is known of the pose. Undistorts the features with
-  // the twist at hand in every iteration; the twist stays as it is unless there is a `twist_prior`
-  // for it. Never fails: see MatchResult::used and agreement.
+  // Minimises from `guess`, together with what is known of the pose. `poles` may be null.
+  // Undistorts the features with the twist at hand in every iteration; the twist stays as it is
+  // unless there is a `twist_prior` for it. Never fails: see MatchResult::used and agreement.
   MatchResult Match(const Features& features, const ScanPose& guess, const PosePrior& pose_prior,
                     const std::optional<TwistPrior>& twist_prior, const MatchOptions& options,
-                    LocalMap* surfaces, LocalMap* edges);
+                    LocalMap* surfaces, LocalMap* edges, LocalMap* poles = nullptr);
 
  private:
   struct Pass;  // One iteration's sums.
@@ -89,9 +95,11 @@ class ScanMatcher {
                           LocalMap* map);
   void AccumulateEdges(const Features& features, const MatchOptions& options, Pass* pass,
                        LocalMap* map);
+  void AccumulatePoles(const Features& features, const MatchOptions& options, Pass* pass,
+                       LocalMap* map);
 
   std::vector<MatchRow> rows_;
-  std::vector<LocalMap::Found> found_surfaces_, found_edges_;  // One per feature.
+  std::vector<LocalMap::Found> found_surfaces_, found_edges_, found_poles_;  // One per feature.
 };
 
 }  // namespace isthmus::floam

@@ -10,6 +10,8 @@ namespace {
 
 // Scans after the first that may fail to match it, before it begins anew.
 constexpr int kStartAttempts = 3;
+// Not matched to the first any more.
+constexpr double kLongestStartS = 5;
 // Scans in a row that may match unusually badly, before the robot counts as lost.
 constexpr int kMostDoubtful = 10;
 
@@ -22,6 +24,8 @@ Degeneracy Everything() {
   }
   return degeneracy;
 }
+
+double Score(const MatchResult& match) { return match.agreement * match.used; }
 
 double Seconds(int64_t from_ns, int64_t to_ns) {
   return 1e-9 * static_cast<double>(to_ns - from_ns);
@@ -47,9 +51,8 @@ absl::Status Segment::CheckFirst(const ScanFrame& frame) const {
 double Segment::LostSeconds() const { return lost_ ? Seconds(lost_since_ns_, previous_ns_) : 0; }
 
 std::optional<MatchResult> Segment::Second(const ScanFrame& frame) {
-  // Two scans far apart in time have no motion in common, and what little a single scan shows fits
-  // in many places.
-  if (tracker_.IsAfterGap(frame)) {
+  // What little a single scan shows fits in many places.
+  if (tracker_.ElapsedSeconds(frame) > kLongestStartS) {
     start_.Again(frame, &tracker_);
     return std::nullopt;
   }
@@ -67,9 +70,12 @@ std::optional<MatchResult> Segment::Follow(const ScanFrame& frame, const ScanPos
   if (match.degeneracy.any() && !tracker_.IsDegenerate() && !map_.IsYoung()) {
     match = tracker_.Match(frame, tracker_.SteadyPrediction(frame, match.degeneracy), &map_);
   }
-  if (!lost_ && !tracker_.IsAfterGap(frame) && tracker_.Fits(match, map_) &&
-      tracker_.IsExpected(match, prediction)) {
-    in_doubt_ = quality_.IsUsual(match) ? 0 : in_doubt_ + 1;
+  if (!lost_ && tracker_.IsAfterGap(frame)) {
+    const std::optional<MatchResult> around = recovery_.LookAround(frame, &tracker_, &map_);
+    if (around && Score(*around) > Score(match)) match = *around;
+  }
+  if (!lost_ && tracker_.Fits(match, map_) && tracker_.IsExpected(frame, match, prediction)) {
+    in_doubt_ = match.seconded || quality_.IsUsual(match) ? 0 : in_doubt_ + 1;
     if (in_doubt_ == 0 || (in_doubt_ <= kMostDoubtful && quality_.IsDoubtful(match))) {
       quality_.Add(match);
       return match;

@@ -1,15 +1,35 @@
 #include "floam/start.h"
 
+#include <algorithm>
+#include <cmath>
 #include <optional>
+#include <utility>
+
+#include "floam/pole_search.h"
 
 namespace isthmus::floam {
 namespace {
 
 constexpr int kIterations = 4;
 constexpr double kKernelM = 1.0;
-constexpr int kBetweenRounds = 3;
+constexpr double kAnyM = 0.3, kAnyRad = 0.15;  // Per scan, around each of these.
+constexpr size_t kTries = 4;
+constexpr int kAgain = 2;
+constexpr double kSameM = 0.05, kSameRad = 0.01;
 
 double Score(const MatchResult& match) { return match.agreement * match.used; }
+
+Matrix6d AnyMotion() {
+  Vector6d variance;
+  variance << Eigen::Vector3d::Constant(kAnyM * kAnyM),
+      Eigen::Vector3d::Constant(kAnyRad * kAnyRad);
+  return variance.asDiagonal();
+}
+
+bool AreNear(const Pose& a, const Pose& b) {
+  const Pose between = a.Inverse() * b;
+  return between.translation().norm() < kSameM && RotationAngle(between) < kSameRad;
+}
 
 }  // namespace
 
@@ -28,56 +48,78 @@ void Start::Keep(const ScanFrame& frame, const Pose& T_odom_end, Tracker* tracke
   tracker->Begin({{T_odom_end, Vector6d::Zero(), tracker->ReferenceTime(frame)}, stamp_ns_});
 }
 
-Vector6d Start::MotionBetween(const ScanFrame& frame, double elapsed_s) {
+std::vector<ScanToScanResult> Start::MotionsBetween(const ScanFrame& frame, double elapsed_s) {
   scan_to_scan_.SetPrevious(first_);
-  Vector6d twist = Vector6d::Zero();
-  for (int round = 0; round < kBetweenRounds; ++round) {
-    twist = scan_to_scan_.Match(frame.features, twist, elapsed_s).twist;
+  std::vector<ScanToScanResult> motions;
+  const auto try_from = [&](const Vector6d& twist) {
+    ScanToScanResult moved = scan_to_scan_.Match(frame.features, twist, elapsed_s, AnyMotion());
+    for (int again = 0; again < kAgain; ++again) {
+      moved = scan_to_scan_.Match(frame.features, moved.twist, elapsed_s, AnyMotion());
+    }
+    const auto same = [&](const ScanToScanResult& other) {
+      return AreNear(Exp(elapsed_s * moved.twist), Exp(elapsed_s * other.twist));
+    };
+    if (std::none_of(motions.begin(), motions.end(), same)) motions.push_back(moved);
+  };
+  try_from(Vector6d::Zero());
+  for (const Pose& moved : MotionsOfPoles(first_.poles, frame.features.poles, elapsed_s)) {
+    try_from(Log(moved) / elapsed_s);
   }
-  return twist;
+  std::sort(motions.begin(), motions.end(),
+            [](const auto& a, const auto& b) { return a.evidence > b.evidence; });
+  if (motions.size() > kTries) motions.resize(kTries);
+  return motions;
 }
 
-MatchResult Start::MatchFrom(const Vector6d& twist, const ScanFrame& frame, Tracker* tracker,
-                             FeatureMap* map, ScanPose* first) {
+Start::Beginning Start::MatchFrom(const ScanToScanResult& moved, const ScanFrame& frame,
+                                  Tracker* tracker, FeatureMap* map) {
   MatchOptions matching = tracker->options().matching;
   matching.kernel_start_m = kKernelM;
   const double elapsed_s = 1e-9 * static_cast<double>(frame.stamp_ns - stamp_ns_);
-  first->twist = twist;
-  MatchResult match;
+  const bool joined = moved.used >= tracker->options().min_used;
+  Beginning began;
+  ScanPose& first = began.first;
+  first = tracker->last().pose;
+  first.twist = moved.twist;
   for (int iteration = 0; iteration < kIterations; ++iteration) {
-    first->T_odom_sensor = T_odom_first_ * Exp(first->reference_s * first->twist);
+    first.T_odom_sensor = T_odom_first_ * Exp(first.reference_s * first.twist);
     map->Clear();
-    map->Insert(first_, *first, period_s_);
-    const ScanPose guess = Predict(*first, elapsed_s, tracker->ReferenceTime(frame));
-    match =
-        tracker->matcher()->Match(frame.features, guess, tracker->Near(guess.T_odom_sensor, *map),
-                                  std::nullopt, matching, map->surfaces(), map->edges());
-    if (!tracker->Fits(match, *map)) break;
-    const double between_s = elapsed_s + match.pose.reference_s - first->reference_s;
-    first->twist = Log(first->T_odom_sensor.Inverse() * match.pose.T_odom_sensor) / between_s;
-    match.pose.twist = first->twist;
+    map->Insert(first_, first, period_s_);
+    ScanPose guess = Predict(first, elapsed_s, tracker->ReferenceTime(frame));
+    PosePrior prior = Near(guess.T_odom_sensor);
+    const double between_s = elapsed_s + guess.reference_s - first.reference_s;
+    if (joined) {
+      guess.T_odom_sensor = first.T_odom_sensor * Exp(between_s * moved.twist);
+      prior = {guess.T_odom_sensor, moved.covariance};
+    }
+    began.second = tracker->matcher()->Match(frame.features, guess, prior, std::nullopt, matching,
+                                             map->surfaces(), map->edges(), map->poles());
+    began.score = Score(began.second);
+    if (joined) Join(moved, tracker->options(), &began.second);
+    if (!tracker->Fits(began.second, *map)) break;
+    first.twist = Log(first.T_odom_sensor.Inverse() * began.second.pose.T_odom_sensor) / between_s;
+    began.second.pose.twist = first.twist;
     // Two scans say little of height; a small error there must not add up.
-    first->twist[2] = 0;
+    first.twist[2] = 0;
   }
-  return match;
+  began.score += moved.evidence;
+  return began;
 }
 
 MatchResult Start::Second(const ScanFrame& frame, Tracker* tracker, FeatureMap* map) {
   ++attempts_;
   const double elapsed_s = tracker->ElapsedSeconds(frame);
-  ScanPose first = tracker->last().pose;
-  const MatchResult from_rest = MatchFrom(Vector6d::Zero(), frame, tracker, map, &first);
-  ScanPose moving = first;
-  MatchResult match = MatchFrom(MotionBetween(frame, elapsed_s), frame, tracker, map, &moving);
-  if (Score(match) > Score(from_rest)) {
-    first = moving;
-  } else {
-    match = from_rest;
-    map->Clear();
-    map->Insert(first_, first, period_s_);
+  Beginning best = MatchFrom(ScanToScanResult(), frame, tracker, map);
+  scan_to_scan_.SetPrevious(first_);
+  best.score += scan_to_scan_.Evidence(frame.features, best.first.twist, elapsed_s);
+  for (const ScanToScanResult& moved : MotionsBetween(frame, elapsed_s)) {
+    Beginning began = MatchFrom(moved, frame, tracker, map);
+    if (began.score > best.score) best = std::move(began);
   }
-  tracker->Begin({first, stamp_ns_});
-  return match;
+  map->Clear();
+  map->Insert(first_, best.first, period_s_);
+  tracker->Begin({best.first, stamp_ns_});
+  return best.second;
 }
 
 }  // namespace isthmus::floam

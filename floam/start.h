@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 #include "floam/feature_map.h"
 #include "floam/scan_frame.h"
@@ -12,8 +13,8 @@ namespace isthmus::floam {
 
 // The motion within the first scan is only known once the second is matched to it, which depends on
 // that motion: taken to be constant over both, it is found by repetition. A map of one scan has few
-// planes, and false minima at speed, so matching begins both at rest and from what the two scans
-// alone say of the motion; what fits better counts. Not thread safe.
+// planes, and false minima at speed, so matching begins from several motions, from what the two
+// scans alone make of these, and at rest; what fits best counts. Not thread safe.
 class Start {
  public:
   // Puts the first scan at the origin, as if at rest.
@@ -35,9 +36,16 @@ class Start {
 
  private:
   void Keep(const ScanFrame& frame, const Pose& T_odom_end, Tracker* tracker);
-  Vector6d MotionBetween(const ScanFrame& frame, double elapsed_s);
-  MatchResult MatchFrom(const Vector6d& twist, const ScanFrame& frame, Tracker* tracker,
-                        FeatureMap* map, ScanPose* first);
+  // What the two scans alone say of the motion, best first.
+  std::vector<ScanToScanResult> MotionsBetween(const ScanFrame& frame, double elapsed_s);
+  // The second scan's match to the first's map, with that motion (twist) or what was found to be.
+  struct Beginning {
+    ScanPose first;
+    MatchResult second;
+    double score = 0;
+  };
+  Beginning MatchFrom(const ScanToScanResult& moved, const ScanFrame& frame, Tracker* tracker,
+                      FeatureMap* map);
 
   ScanToScan scan_to_scan_;
   Features first_;

@@ -1,5 +1,6 @@
 #include "floam/tracker.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 
 namespace isthmus::floam {
@@ -11,9 +12,20 @@ constexpr double kMaxTiltingS = 0.3;  // A bump, or noise: robots do not go on t
 constexpr double kGapPeriods = 3.5;
 constexpr double kSteadyFading = 0.1;
 constexpr double kNearM = 2, kNearRad = 0.5;
-constexpr double kGapTwistSigma = 1.0;  // m/s and rad/s, after a gap.
+
+// Below this share of features with a plane or line in the map, it is thin.
+constexpr double kThinShare = 0.5;
+constexpr double kMostSurprise2 = 22.5;  // Of chi squared with six degrees of freedom: 99.9 %.
+constexpr double kSharedFading = 0.1;
 
 }  // namespace
+
+void Join(const ScanToScanResult& moved, const OdometryOptions& options, MatchResult* match) {
+  match->information += moved.information;
+  match->degeneracy = FindDegeneracy(match->information, FreeMotion(options.matching));
+  match->seconded = moved.used >= options.min_used_share * moved.features &&
+                    moved.score >= options.min_agreement * moved.used;
+}
 
 ScanPose Predict(const ScanPose& last, double elapsed_s, double reference_s) {
   const double time_s = std::min(elapsed_s, kMaxExtrapolationS) + reference_s;
@@ -45,73 +57,84 @@ ScanPose Tracker::Prediction(const ScanFrame& frame) const {
   return Predict(last_.pose, ElapsedSeconds(frame), ReferenceTime(frame));
 }
 
-std::optional<TwistPrior> Tracker::Prior(const ScanFrame& frame, const ScanPose& guess) const {
+std::optional<TwistPrior> Tracker::Prior(const ScanFrame& frame) const {
   if (!IsContinuous()) return std::nullopt;
   TwistPrior prior;
-  if (IsAfterGap(frame)) {
-    prior.mean = guess.twist;
-    prior.sigma.setConstant(kGapTwistSigma);
-    return prior;
-  }
   prior.T_odom_previous = last_.pose.T_odom_sensor;
   prior.since_previous_s = Between(frame);
+  if (IsAfterGap(frame)) {
+    prior.sigma = MotionModel::TwistChange(Between(frame));
+    return prior;
+  }
   prior.sigma.head<3>().setConstant(options_.speed_change_sigma);
   prior.sigma.segment<2>(3).setConstant(options_.tilt_rate_sigma);
   prior.sigma[5] = options_.yaw_rate_change_sigma;
   return prior;
 }
 
-// Little of the ground may be in the map, and that far away and in single rings.
-void Tracker::HoldWhileNew(const FeatureMap& map, Matrix6d* covariance) const {
-  if (!map.IsNew()) return;
-  const auto hold = [&](int k, double sigma) {
-    const double variance = std::min((*covariance)(k, k), sigma * sigma);
-    covariance->row(k).setZero();
-    covariance->col(k).setZero();
-    (*covariance)(k, k) = variance;
-  };
-  hold(2, options_.young_height_sigma_m);
-  hold(3, options_.young_tilt_sigma_rad);
-  hold(4, options_.young_tilt_sigma_rad);
-}
-
-PosePrior Tracker::Near(const Pose& T_odom_sensor, const FeatureMap& map) const {
+PosePrior Near(const Pose& T_odom_sensor) {
   Vector6d variance;
   variance << Eigen::Vector3d::Constant(kNearM * kNearM),
       Eigen::Vector3d::Constant(kNearRad * kNearRad);
-  PosePrior prior{T_odom_sensor, variance.asDiagonal()};
-  HoldWhileNew(map, &prior.covariance);
-  return prior;
+  return {T_odom_sensor, variance.asDiagonal()};
+}
+
+void Tracker::Keep(const ScanFrame& frame) {
+  scan_to_scan_.SetPrevious(frame.features);
+  keeps_last_ = true;
+}
+
+std::optional<ScanToScanResult> Tracker::LookBack(const ScanFrame& frame, PosePrior* prior) {
+  if (!keeps_last_) return std::nullopt;
+  const Pose& T_odom_last = last_.pose.T_odom_sensor;
+  const Vector6d expected = Log(T_odom_last.Inverse() * prior->T_odom_sensor) / Between(frame);
+  ScanToScanResult moved =
+      scan_to_scan_.Match(frame.features, expected, ElapsedSeconds(frame), prior->covariance);
+  if (moved.used < options_.min_used) return std::nullopt;
+  *prior = {T_odom_last * Exp(Between(frame) * moved.twist), moved.covariance};
+  return moved;
 }
 
 MatchResult Tracker::Match(const ScanFrame& frame, const ScanPose& guess, FeatureMap* map) {
   PosePrior prior{guess.T_odom_sensor, motion_.Displacement(Between(frame))};
-  HoldWhileNew(*map, &prior.covariance);
-  return matcher_.Match(frame.features, guess, prior, Prior(frame, guess), options_.matching,
-                        map->surfaces(), map->edges());
+  ScanPose from = guess;
+  const std::optional<ScanToScanResult> moved = LookBack(frame, &prior);
+  if (moved) from.T_odom_sensor = prior.T_odom_sensor;
+  MatchResult match = matcher_.Match(frame.features, from, prior, Prior(frame), options_.matching,
+                                     map->surfaces(), map->edges(), map->poles());
+  if (moved) Join(*moved, options_, &match);
+  return match;
 }
 
 MatchResult Tracker::MatchNear(const ScanFrame& frame, const ScanPose& guess,
                                const MatchOptions& options, FeatureMap* map) {
-  return matcher_.Match(frame.features, guess, Near(guess.T_odom_sensor, *map), Prior(frame, guess),
-                        options, map->surfaces(), map->edges());
+  return matcher_.Match(frame.features, guess, Near(guess.T_odom_sensor), Prior(frame), options,
+                        map->surfaces(), map->edges(), map->poles());
 }
 
 void Tracker::Begin(const Sighting& sighting) {
   last_ = sighting;
   motion_ = MotionModel();
+  keeps_last_ = false;
 }
 
 bool Tracker::Fits(const MatchResult& match, const FeatureMap& map) const {
+  if (!match.pose.T_odom_sensor.IsFinite()) return false;
   const double least_share = map.IsYoung() ? 0 : options_.min_used_share;
-  return match.used >= std::max<double>(options_.min_used, least_share * match.features) &&
-         match.agreement >= options_.min_agreement && match.pose.T_odom_sensor.IsFinite();
+  return match.seconded ||
+         (match.used >= std::max<double>(options_.min_used, least_share * match.features) &&
+          match.agreement >= options_.min_agreement);
 }
 
-bool Tracker::IsExpected(const MatchResult& match, const ScanPose& prediction) const {
+bool Tracker::IsExpected(const ScanFrame& frame, const MatchResult& match,
+                         const ScanPose& prediction) const {
   const Pose surprise = prediction.T_odom_sensor.Inverse() * match.pose.T_odom_sensor;
-  return surprise.translation().norm() < options_.max_surprise_m &&
-         RotationAngle(surprise) < options_.max_surprise_rad;
+  if (surprise.translation().norm() < options_.max_surprise_m &&
+      RotationAngle(surprise) < options_.max_surprise_rad) {
+    return true;
+  }
+  const Vector6d away = Log(surprise);
+  return away.dot(motion_.Displacement(Between(frame)).ldlt().solve(away)) < kMostSurprise2;
 }
 
 void Tracker::Adopt(const ScanFrame& frame, const FeatureMap& map, MatchResult* match) {
@@ -120,11 +143,21 @@ void Tracker::Adopt(const ScanFrame& frame, const FeatureMap& map, MatchResult* 
     const Pose moved = last_.pose.T_odom_sensor.Inverse() * match->pose.T_odom_sensor;
     match->pose.twist = Log(moved) / ElapsedSeconds(frame);
   }
-  // What a new map says of the tilt is held to the prediction: noise in its rate would add up.
-  if (map.IsNew()) match->pose.twist.segment<2>(3).setZero();
+  if (IsContinuous() && !IsAfterGap(frame)) {
+    const Vector6d between =
+        Log(last_.pose.T_odom_sensor.Inverse() * match->pose.T_odom_sensor) / Between(frame);
+    shared_twist_ += kSharedFading * (match->pose.twist - between - shared_twist_);
+    match->pose.twist -= shared_twist_;
+  }
   motion_.Update(Between(frame), match->covariance.topLeftCorner<6, 6>());
   last_ = {match->pose, frame.stamp_ns};
   degenerate_ = match->degeneracy.any();
+  if (map.IsYoung() || degenerate_ || IsAfterGap(frame) ||
+      match->used < kThinShare * match->features) {
+    Keep(frame);
+  } else {
+    keeps_last_ = false;
+  }
   if (!degenerate_) steady_ += kSteadyFading * (match->pose.twist - steady_);
 }
 

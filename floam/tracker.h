@@ -9,12 +9,16 @@
 #include "floam/odometry_options.h"
 #include "floam/scan_frame.h"
 #include "floam/scan_matcher.h"
+#include "floam/scan_to_scan.h"
 
 namespace isthmus::floam {
 
 // Pose extrapolated by the twist, at most a few seconds: what is said while nothing is seen.
 // `reference_s` is that of the result, relative to the END of the new scan.
 ScanPose Predict(const ScanPose& last, double elapsed_s, double reference_s);
+
+// A place about which little is known.
+PosePrior Near(const Pose& T_odom_sensor);
 
 // A scan that was matched: where the sensor was and how it moved, and when.
 struct Sighting {
@@ -27,6 +31,9 @@ struct Sighting {
     io(self.pose, self.stamp_ns);
   }
 };
+
+// Adds what the scan before says of the motion to what the map says.
+void Join(const ScanToScanResult& moved, const OdometryOptions& options, MatchResult* match);
 
 // Matches scans from where the sensor was seen last. Not thread safe.
 class Tracker {
@@ -51,8 +58,10 @@ class Tracker {
   // Where the scan should be if the motion goes on.
   ScanPose Prediction(const ScanFrame& frame) const;
 
+  // Keeps the scan seen last, for the next one to be matched to as well.
+  void Keep(const ScanFrame& frame);
   // Matches from `guess`, with what the motion so far tells about where the scan should be and
-  // about the motion within it.
+  // about the motion within it, and while the map is thin with what the scan before tells.
   MatchResult Match(const ScanFrame& frame, const ScanPose& guess, FeatureMap* map);
   // The same from a place that may be anywhere near, whatever the motion so far.
   MatchResult MatchNear(const ScanFrame& frame, const ScanPose& guess, const MatchOptions& options,
@@ -62,34 +71,41 @@ class Tracker {
   // from then on.
   ScanPose SteadyPrediction(const ScanFrame& frame, const Degeneracy& unobserved) const;
   bool IsDegenerate() const { return degenerate_; }  // The last match was.
-  // A place about which little is known; while the map is new, its height and tilt are.
-  PosePrior Near(const Pose& T_odom_sensor, const FeatureMap& map) const;
 
   // Whether the scan lies on the map well enough to be believed at all, ...
   bool Fits(const MatchResult& match, const FeatureMap& map) const;
-  // ... and whether that is near the prediction.
-  bool IsExpected(const MatchResult& match, const ScanPose& prediction) const;
+  // ... and whether that is near the prediction, or no farther from it than the motion so far lets
+  // expect.
+  bool IsExpected(const ScanFrame& frame, const MatchResult& match,
+                  const ScanPose& prediction) const;
 
   ScanMatcher* matcher() { return &matcher_; }
 
   // For state_codec.h.
   template <typename Self, typename Io>
   static void Fields(Self& self, Io& io) {
-    io(self.last_, self.motion_, self.degenerate_, self.steady_);
+    io(self.last_, self.motion_, self.degenerate_, self.steady_, self.shared_twist_,
+       self.scan_to_scan_, self.keeps_last_);
   }
 
  private:
+  // How the sensor moved since the scan before, and what is known of the pose then; none if these
+  // two scans do not tell.
+  std::optional<ScanToScanResult> LookBack(const ScanFrame& frame, PosePrior* prior);
   bool IsContinuous() const { return options_.mode == OdometryMode::kContinuous; }
-  void HoldWhileNew(const FeatureMap& map, Matrix6d* covariance) const;
-  std::optional<TwistPrior> Prior(const ScanFrame& frame, const ScanPose& guess) const;
+  std::optional<TwistPrior> Prior(const ScanFrame& frame) const;
 
   const SensorModel sensor_;
   const OdometryOptions options_;
   ScanMatcher matcher_;
+  ScanToScan scan_to_scan_;
+  bool keeps_last_ = false;  // In scan_to_scan_.
   Sighting last_;
   MotionModel motion_;
   bool degenerate_ = false;
   Vector6d steady_ = Vector6d::Zero();  // Fading average of twists that were observed.
+  // Fading average of how much faster scans moved in themselves than from one to the next.
+  Vector6d shared_twist_ = Vector6d::Zero();
 };
 
 }  // namespace isthmus::floam

@@ -5,7 +5,8 @@
 namespace isthmus::floam {
 namespace {
 
-constexpr float kMinCount = 5;
+constexpr float kMinCount = 5, kMinPoleCount = 3;
+constexpr float kMaxPoleVariance = 0.15F * 0.15F;
 constexpr float kMinWidth2 = 0.09F * 0.09F;  // Of the middle eigenvalue of a plane, m^2.
 constexpr float kMaxFlatness = 0.1F;         // Smallest over middle eigenvalue of a plane.
 constexpr float kMaxSlimness = 0.15F;        // Middle over largest eigenvalue of a line.
@@ -36,7 +37,7 @@ void VoxelSums::Scale(float factor) {
 
 Shape FitShape(const VoxelSums& sums, ShapeKind kind) {
   Shape shape;
-  if (sums.count < kMinCount) return shape;
+  if (sums.count < (kind == ShapeKind::kPole ? kMinPoleCount : kMinCount)) return shape;
   const float inverse = 1 / sums.count;
   shape.mean = inverse * sums.first;
   Eigen::Matrix3f covariance;
@@ -45,6 +46,11 @@ Shape FitShape(const VoxelSums& sums, ShapeKind kind) {
   Eigen::SelfAdjointEigenSolver<Eigen::Matrix3f> solver;
   solver.computeDirect(covariance);
   const Eigen::Vector3f& eigenvalues = solver.eigenvalues();  // Ascending.
+  if (kind == ShapeKind::kPole) {
+    shape.variance = std::max(0.5F * (eigenvalues[0] + eigenvalues[1]), 0.F);
+    shape.valid = shape.variance < kMaxPoleVariance;
+    return shape;
+  }
   const int axis = kind == ShapeKind::kPlane ? 0 : 2;
   shape.direction = solver.eigenvectors().col(axis);
   if (kind == ShapeKind::kPlane) {

@@ -27,7 +27,7 @@ struct VoxelSums {
   void Scale(float factor);
 };
 
-enum class ShapeKind { kPlane, kLine };
+enum class ShapeKind { kPlane, kLine, kPole };
 
 // A plane or line through the points of a voxel.
 struct Shape {

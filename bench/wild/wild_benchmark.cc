@@ -11,8 +11,9 @@ namespace {
 
 absl::StatusOr<WildEntry> RunOne(uint64_t seed, const WildBenchmarkOptions& options,
                                  const floam::OdometryOptions& odometry) {
-  const auto ride = GetWildRide(seed, options.drawn, options.cache);
+  auto ride = GetWildRide(seed, options.drawn, options.cache);
   if (!ride.ok()) return ride.status();
+  KeepEvery(&ride->drive.shots, options.every);
   const auto run = Run(ride->drive, odometry);
   if (!run.ok()) return run.status();
   constexpr double kPeriodS = 0.1;  // Of every sensor model.
@@ -22,7 +23,7 @@ absl::StatusOr<WildEntry> RunOne(uint64_t seed, const WildBenchmarkOptions& opti
                    .sensor = ride->drive.sensor,
                    .seed = seed,
                    .cal_ms = run->cal_ms,
-                   .verdict = Judge(run->scans, kPeriodS)};
+                   .verdict = Judge(run->scans, options.every * kPeriodS)};
 }
 
 std::vector<uint64_t> Seeds(const WildBenchmarkOptions& options) {

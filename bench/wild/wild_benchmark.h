@@ -20,6 +20,7 @@ struct WildBenchmarkOptions {
   std::optional<uint64_t> seed;  // Of the first drive, the others follow; without: never the same.
   simulation::WildOptions drawn;
   std::string cache;  // See GetWildRide.
+  int every = 1;      // See KeepEvery.
   int jobs = 1;       // Drives at a time; costs are honest with 1.
 };
 

@@ -89,5 +89,19 @@ TEST(RingIndex, RingsMayBeMissingAndReachIsKept) {
   EXPECT_EQ(index.Nearest(query, 100).index, RingIndex::kNone);
 }
 
+TEST(RingIndex, GoesAlongARingAsFarAsItReaches) {
+  std::vector<TimedPoint> points;
+  for (int k = 0; k < 20; ++k) {
+    const float y = 0.1F * static_cast<float>(k) - 1 + (k >= 15 ? 3 : 0);  // A leap after 0.4.
+    points.push_back({{4, y, 0}, 0, 1, 2});
+  }
+  RingIndex index;
+  index.Build(points);
+  const auto middle = index.Nearest(RingIndex::Query({4, 0, 0}), kReachM);
+  const auto [left, right] = index.Along(middle.index, 0.75F);
+  EXPECT_NEAR(index.At(left).position.y(), -0.7, 1e-5);
+  EXPECT_NEAR(index.At(right).position.y(), 0.4, 1e-5);
+}
+
 }  // namespace
 }  // namespace isthmus::floam
