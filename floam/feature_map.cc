@@ -25,7 +25,8 @@ void FeatureMap::Insert(const Features& features, const ScanPose& pose, double p
   const Eigen::Vector3d& t = pose.T_odom_sensor.translation();
   const auto insert = [&](const std::vector<TimedPoint>& from, LocalMap* map) {
     for (const TimedPoint& p : from) {
-      map->Insert(R * motion.ToReference(p.position, p.time).cast<double>() + t);
+      const Eigen::Vector3d q = R * motion.ToReference(p.position, p.time).cast<double>();
+      map->Insert(q + t, q.normalized().cast<float>());
     }
   };
   insert(features.map_surfaces, &surfaces_);

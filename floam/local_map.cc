@@ -46,13 +46,13 @@ LocalMap::Cell LocalMap::CellOf(const Eigen::Vector3d& p) {
   return cell;
 }
 
-void LocalMap::Insert(const Eigen::Vector3d& p) {
+void LocalMap::Insert(const Eigen::Vector3d& p, const Eigen::Vector3f& ray) {
   const Cell cell = CellOf(p);
   uint32_t index = FindBlock(cell.key);
   if (index == kNoBlock) index = AddBlock(cell.key);
   Block& block = BlockAt(index);
   VoxelSums& sums = block.sums[cell.voxel];
-  sums.Add(cell.offset);
+  sums.Add(cell.offset, ray);
   block.count += 1;
   block.scan = scan_;
   if (sums.count > options_.max_count) {

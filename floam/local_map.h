@@ -40,7 +40,8 @@ class LocalMap {
 
   LocalMap(ShapeKind kind, const LocalMapOptions& options);
 
-  void Insert(const Eigen::Vector3d& p);
+  // `ray`: the direction it was seen in, a unit vector; zero if that is not known.
+  void Insert(const Eigen::Vector3d& p, const Eigen::Vector3f& ray = Eigen::Vector3f::Zero());
 
   // The shape near a point, and where it was found. Good until the next Insert, Evict or Clear.
   struct Found {

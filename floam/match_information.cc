@@ -12,18 +12,34 @@ namespace {
 constexpr double kWrong = 6;
 // Directions about which the matches say so many times more than the prior need no second look.
 constexpr double kCertain = 200;
+// Matches that hold a direction at a steeper slant than 75 degrees do so by what their normals are
+// off, or by what a wall bends: the map, made of such scans, goes along with the sensor.
+constexpr double kPlainCosine = 0.25;
 
-// The share of the information about a direction that is left if any kWrong of the matches are
-// wrong: these have sqrt(kWrong Sum c^2) of Sum c at most, c the contribution of each.
-double TrustworthyShare(const std::vector<MatchRow>& rows, const Vector6d& direction) {
-  double sum = 0, sum2 = 0;
+// Shares of the information about a direction.
+struct Shares {
+  // What is left if any kWrong of the matches are wrong: these have sqrt(kWrong Sum c^2) of Sum c
+  // at most, c the contribution of each.
+  double trustworthy = 1;
+  // The same of matches whose points move along their normals rather than across.
+  double plain = 1;
+};
+
+Shares SharesOf(const std::vector<MatchRow>& rows, const Vector6d& direction) {
+  double sum = 0, sum2 = 0, plain = 0, plain2 = 0;
   for (const MatchRow& row : rows) {
     const double along = row.jacobian.dot(direction);
     const double contribution = row.weight * along * along;
     sum += contribution;
     sum2 += contribution * contribution;
+    const Eigen::Vector3d moved = direction.head<3>() + direction.tail<3>().cross(row.q);
+    if (along * along < kPlainCosine * kPlainCosine * moved.squaredNorm()) continue;
+    plain += contribution;
+    plain2 += contribution * contribution;
   }
-  return sum > 0 ? std::max(0.0, 1 - std::sqrt(kWrong * sum2) / sum) : 0;
+  if (sum <= 0) return {0, 0};
+  return {std::max(0.0, 1 - std::sqrt(kWrong * sum2) / sum),
+          std::max(0.0, plain - std::sqrt(kWrong * plain2)) / sum};
 }
 
 }  // namespace
@@ -54,13 +70,15 @@ JointEstimate Solve(const Matrix12d& H, const Vector12d& g, const NormalNoise& n
       (directions.transpose() * noise.Information() * directions).diagonal();
   const Vector6d away =
       solver.eigenvectors().transpose() * L.triangularView<Eigen::Lower>().solve(offset);
-  Vector6d move, left, known;
+  Vector6d move, left, told;
   for (int k = 0; k < 6; ++k) {
     const double all = std::max(solver.eigenvalues()[k], 0.0);
-    const double trust = all < kCertain ? TrustworthyShare(rows, directions.col(k)) : 1;
-    known[k] = trust * std::max(all - from_noise[k], 0.0);
-    left[k] = 1 / (known[k] + 1);
-    move[k] = -left[k] * ((known[k] > 0 ? trust * slope[k] : 0) + away[k]);
+    const Shares shares = all < kCertain ? SharesOf(rows, directions.col(k)) : Shares();
+    const double honest = std::max(all - from_noise[k], 0.0);
+    const double known = shares.trustworthy * honest;
+    told[k] = shares.plain * honest;
+    left[k] = 1 / (known + 1);
+    move[k] = -left[k] * ((known > 0 ? shares.trustworthy * slope[k] : 0) + away[k]);
   }
   JointEstimate estimate;
   const Vector6d step = directions * move;
@@ -70,7 +88,7 @@ JointEstimate Solve(const Matrix12d& H, const Vector12d& g, const NormalNoise& n
   const Matrix6d rest = twist.solve(Matrix6d::Identity()) + follow * pose * follow.transpose();
   estimate.covariance << pose, mixed, mixed.transpose(), rest;
   const Matrix6d back = L.transpose().triangularView<Eigen::Upper>().solve(solver.eigenvectors());
-  estimate.match_information = back * known.asDiagonal() * back.transpose();
+  estimate.match_information = back * told.asDiagonal() * back.transpose();
   return estimate;
 }
 

@@ -49,17 +49,21 @@ class NormalNoise {
   Matrix6d along_ = Matrix6d::Zero();
 };
 
-// One match: derivative of its distance by the pose, and weight.
+// One match: derivative of its distance by the pose, weight, and where the point is, from where the
+// pose turns.
 struct MatchRow {
   Vector6d jacobian;
   double weight = 0;
+  Eigen::Vector3d q = Eigen::Vector3d::Zero();
 };
 
 // The minimum of matches, prior on the pose and prior on the twist together.
 struct JointEstimate {
-  Vector12d step = Vector12d::Zero();             // Of [pose; twist] from where they are.
-  Matrix12d covariance = Matrix12d::Zero();       // After it.
-  Matrix6d match_information = Matrix6d::Zero();  // Of the matches alone about the pose.
+  Vector12d step = Vector12d::Zero();        // Of [pose; twist] from where they are.
+  Matrix12d covariance = Matrix12d::Zero();  // After it.
+  // Of the matches alone about the pose, of little information only the part that is plain: what
+  // is to be said to be known.
+  Matrix6d match_information = Matrix6d::Zero();
 };
 
 // `H`, `g`: information and gradient over [pose; twist] of the matches with all that is known of
@@ -67,8 +71,9 @@ struct JointEstimate {
 // `offset` = Log(prior^-1 pose). In the eigenbasis of what the matches say, measured in the prior's
 // standard deviations, what their noise says is taken off, and of what is little the share counts
 // that does not hang on a few matches: a handful of points far away, or on something that moves,
-// must not decide where the sensor is (S. Tuna et al., "X-ICP", T-RO 2024, section V, likewise asks
-// how many matches contribute).
+// must not decide where the sensor is. The estimate uses that; said to be known is what matches
+// tell whose normals lie along the motion (S. Tuna et al., "X-ICP", T-RO 2024, section V, likewise
+// counts matches and leaves out those nearly at right angles).
 JointEstimate Solve(const Matrix12d& H, const Vector12d& g, const NormalNoise& noise,
                     const std::vector<MatchRow>& rows, const Matrix6d& prior,
                     const Vector6d& offset);

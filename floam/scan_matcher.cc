@@ -76,7 +76,7 @@ struct ScanMatcher::Pass {
               double tilt_variance) {
     const Vector6d jacobian = PoseJacobian(q, rotation.transpose() * normal);
     equations.Add(jacobian, tau, weight, residual, with_twist);
-    rows->push_back({jacobian, weight});
+    rows->push_back({jacobian, weight, q});
     noise.Add(q, rotation.transpose() * offset, jacobian, weight, tilt_variance);
   }
 

@@ -163,7 +163,7 @@ bool ScanToScan::Step(const ScanMotion& motion, double elapsed_s, const PosePrio
     const Vector6d jacobian = PoseJacobian(q.cast<double>(), row.normal.cast<double>());
     const double weight = row.weight * HuberWeight(scale_by, options_.kernel_m) / Squared(sigma_m);
     equations.Add(share * jacobian, 0, weight, r, false);
-    rows_.push_back({share * jacobian, weight});
+    rows_.push_back({share * jacobian, weight, q.cast<double>()});
     noise.Add(q.cast<double>(), (q - row.on_plane).cast<double>(), jacobian, weight,
               row.tilt_variance);
   };

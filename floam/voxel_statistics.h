@@ -11,10 +11,14 @@ struct VoxelSums {
   float count = 0;
   Eigen::Vector3f first = Eigen::Vector3f::Zero();
   float xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0;
+  // Of the directions that points were seen in, unit vectors; zero for those of which it is not
+  // known.
+  Eigen::Vector3f rays = Eigen::Vector3f::Zero();
 
-  void Add(const Eigen::Vector3f& p) {
+  void Add(const Eigen::Vector3f& p, const Eigen::Vector3f& ray) {
     count += 1;
     first += p;
+    rays += ray;
     xx += p.x() * p.x();
     xy += p.x() * p.y();
     xz += p.x() * p.z();

@@ -51,7 +51,7 @@ Sums SumsOf(const std::vector<Plane>& planes, double tilt_variance = 0,
     const Vector6d jacobian = PoseJacobian(plane.q, plane.normal);
     sums.equations.Add(jacobian, 0, kWeight, plane.residual, false);
     sums.noise.Add(plane.q, offset, jacobian, kWeight, tilt_variance);
-    sums.rows.push_back({jacobian, kWeight});
+    sums.rows.push_back({jacobian, kWeight, plane.q});
   }
   return sums;
 }
@@ -95,10 +95,21 @@ TEST(MatchInformation, NoiseOfNormalsIsNoInformation) {
     plane.normal += tilt(random) * kX;
     plane.normal.normalize();
   }
-  const double believed = SolveOf(SumsOf(planes), Vector6d::Zero()).match_information(0, 0);
-  const double honest = SolveOf(SumsOf(planes, 9e-4), Vector6d::Zero()).match_information(0, 0);
-  EXPECT_GT(believed, 1500);
-  EXPECT_LT(honest, 0.2 * believed);
+  const JointEstimate believed = SolveOf(SumsOf(planes), Vector6d::Zero());
+  const JointEstimate honest = SolveOf(SumsOf(planes, 9e-4), Vector6d::Zero());
+  const auto information = [](const JointEstimate& e) { return 1 / e.covariance(0, 0) - 100; };
+  EXPECT_GT(information(believed), 1300);
+  EXPECT_LT(information(honest), 0.2 * information(believed));
+  // And nobody is told so, for none of the planes lies across.
+  EXPECT_LT(believed.match_information(0, 0), 0.01 * information(believed));
+}
+
+// As much information of few planes that do lie across is said to be known.
+TEST(MatchInformation, PlainMatchesAreSaidToTell) {
+  std::vector<Plane> planes = Planes({kY, kZ}, 1000);
+  for (const Plane& plane : Planes({kX}, 12)) planes.push_back(plane);
+  const JointEstimate estimate = SolveOf(SumsOf(planes), Vector6d::Zero());
+  EXPECT_GT(estimate.match_information(0, 0), 0.2 * 12 * kWeight);
 }
 
 // The rings of a slow sensor lie where they lay before: noise would have it stand still.
