@@ -26,7 +26,7 @@ void FeatureMap::Insert(const Features& features, const ScanPose& pose, double p
   const auto insert = [&](const std::vector<TimedPoint>& from, LocalMap* map) {
     for (const TimedPoint& p : from) {
       const Eigen::Vector3d q = R * motion.ToReference(p.position, p.time).cast<double>();
-      map->Insert(q + t, q.normalized().cast<float>());
+      map->Insert(q + t, features.in_rings ? p.ring : VoxelSums::kSeveral);
     }
   };
   insert(features.map_surfaces, &surfaces_);

@@ -37,16 +37,44 @@ bool Grazing(const RingPoint& before, const RingPoint& p, const RingPoint& after
 }
 
 // |sum over S of (p_i - p_j)| / |S| of eq. 1, squared: how far a point is from the mean of the
-// others.
-float SquaredDeviation(const RingPoint* middle, int half_window) {
+// others. For one point after the other, the sum goes along.
+class Deviations {
+ public:
+  Deviations(const RingPoint* middle, int half_window) : half_window_(half_window) { Sum(middle); }
+
+  float SquaredAt(const RingPoint* middle) {
+    if (middle != middle_) {
+      if (++steps_ == kStepsPerSum) {
+        Sum(middle);
+      } else {
+        sum_ += Four(middle[half_window_]) - Four(middle_[-half_window_]);
+        middle_ = middle;
+      }
+    }
+    const auto count = static_cast<float>(2 * half_window_);
+    const Eigen::Array4f off = (sum_ - Four(*middle)) / count - Four(*middle);
+    return off[0] * off[0] + off[1] * off[1] + off[2] * off[2];
+  }
+
+ private:
+  static constexpr int kStepsPerSum = 16;  // Before rounding adds up.
+
   // Position and, for the sake of vector units, intensity.
-  const auto four = [&](int j) { return Eigen::Map<const Eigen::Array4f>(&middle[j].x); };
-  Eigen::Array4f sum = Eigen::Array4f::Zero();
-  for (int j = 1; j <= half_window; ++j) sum += four(-j) + four(j);
-  const auto count = static_cast<float>(2 * half_window);
-  const Eigen::Array4f off = sum / count - four(0);
-  return off[0] * off[0] + off[1] * off[1] + off[2] * off[2];
-}
+  static Eigen::Map<const Eigen::Array4f> Four(const RingPoint& p) {
+    return Eigen::Map<const Eigen::Array4f>(&p.x);
+  }
+  void Sum(const RingPoint* middle) {
+    middle_ = middle;
+    steps_ = 0;
+    sum_.setZero();
+    for (int j = -half_window_; j <= half_window_; ++j) sum_ += Four(middle[j]);
+  }
+
+  const int half_window_;
+  const RingPoint* middle_ = nullptr;
+  int steps_ = 0;
+  Eigen::Array4f sum_;
+};
 
 // Whether what is beside a point on the ring is behind it, or nothing is.
 bool StandsOut(const RingPoint& beside, const RingPoint& p) {
@@ -94,7 +122,7 @@ void ThinEvenly(size_t limit, std::vector<TimedPoint>* points) {
 }  // namespace
 
 float Smoothness(const RingPoint* middle, int half_window) {
-  return std::sqrt(SquaredDeviation(middle, half_window)) / middle->range;
+  return std::sqrt(Deviations(middle, half_window).SquaredAt(middle)) / middle->range;
 }
 
 FeatureExtractor::FeatureExtractor(const FeatureOptions& options)
@@ -122,6 +150,8 @@ void FeatureExtractor::Extract(const RingScan& scan, Features* out) {
   if (!scan.in_rings()) Balance(&out->surfaces);
   ThinEvenly(static_cast<size_t>(options_.max_surfaces), &out->surfaces);
   ThinEvenly(static_cast<size_t>(options_.max_poles), &out->poles);
+  out->chords = ChordsOf(scan, out->surfaces);
+  out->in_rings = scan.in_rings();
 }
 
 void FeatureExtractor::ExtractAll(const RingScan& scan, Features* out) {
@@ -192,9 +222,11 @@ void FeatureExtractor::ExtractSegment(const RingPoint* begin, const RingPoint* e
   const int window = options_.half_window;
   const float edge2 = options_.edge_deviation_m * options_.edge_deviation_m;
   const float surface2 = options_.surface_deviation_m * options_.surface_deviation_m;
+  if (end - begin <= 2 * window) return;
+  Deviations deviations(begin + window, window);
   for (const RingPoint* p = begin + window; p + window < end; ++p) {
     const bool new_in_map = map_thinner_.Insert(p->x, p->y, p->z);
-    const float deviation2 = SquaredDeviation(p, window);
+    const float deviation2 = deviations.SquaredAt(p);
     if (deviation2 > edge2) {
       edge_candidates_.push_back({p, std::sqrt(deviation2) / p->range});
       continue;

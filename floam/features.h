@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "floam/neighbourhood.h"
+#include "floam/ring_chords.h"
 #include "floam/ring_scan.h"
 #include "floam/voxel_thinner.h"
 
@@ -20,12 +21,12 @@ struct FeatureOptions {
   float surface_voxel_m = 0.4F;       // One surface feature per such voxel.
   float edge_voxel_m = 0.4F;          // One edge feature per such voxel.
   float map_voxel_m = 0.2F;           // One point per such voxel goes into the map.
-  int max_surfaces = 2500;            // Matched per scan; a denser set is thinned evenly.
+  int max_surfaces = 1800;            // Matched per scan; a denser set is thinned evenly.
   int few_surfaces = 800;             // Fewer: the place is small, voxels become so (to a quarter).
   int sectors = 6;                    // Parts of a ring that edges are spread over.
   int edges_per_sector = 3;
   float pole_width_m = 0.6F;  // Wider than this along the ring a thing is no pole.
-  int max_poles = 300;        // Likewise thinned.
+  int max_poles = 150;        // Likewise thinned.
 };
 
 // A point as it was measured, when, and how far it is to be trusted.
@@ -49,16 +50,18 @@ struct TimedPoint {
 struct Features {
   std::vector<TimedPoint> edges;
   std::vector<TimedPoint> surfaces;
+  std::vector<RingChords> chords;  // Of `surfaces`; empty if they are not known.
   // What the map is made of: surface points that are denser than `surfaces`, and all edges.
   std::vector<TimedPoint> map_surfaces;
   // Middles, ring by ring, of what is narrow and stands before what is behind it: posts, trunks,
   // legs. They tell the way on the level where there are no walls.
   std::vector<TimedPoint> poles;
+  bool in_rings = true;  // Else TimedPoint::ring is that of a band, see RingScan.
 
-  // For state_codec.h.
+  // For state_codec.h. Chords are of use while a scan is matched, and not kept.
   template <typename Self, typename Io>
   static void Fields(Self& self, Io& io) {
-    io(self.edges, self.surfaces, self.map_surfaces, self.poles);
+    io(self.edges, self.surfaces, self.map_surfaces, self.poles, self.in_rings);
   }
 };
 

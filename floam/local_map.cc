@@ -46,13 +46,13 @@ LocalMap::Cell LocalMap::CellOf(const Eigen::Vector3d& p) {
   return cell;
 }
 
-void LocalMap::Insert(const Eigen::Vector3d& p, const Eigen::Vector3f& ray) {
+void LocalMap::Insert(const Eigen::Vector3d& p, float ring) {
   const Cell cell = CellOf(p);
   uint32_t index = FindBlock(cell.key);
   if (index == kNoBlock) index = AddBlock(cell.key);
   Block& block = BlockAt(index);
   VoxelSums& sums = block.sums[cell.voxel];
-  sums.Add(cell.offset, ray);
+  sums.Add(cell.offset, ring);
   block.count += 1;
   block.scan = scan_;
   if (sums.count > options_.max_count) {
@@ -63,9 +63,19 @@ void LocalMap::Insert(const Eigen::Vector3d& p, const Eigen::Vector3f& ray) {
   }
 }
 
+bool LocalMap::IsWithin(const Found& voxel, const Eigen::Vector3d& p) {
+  for (int axis = 0; axis < 3; ++axis) {
+    const double offset = p[axis] - voxel.origin[axis];
+    const bool upper = (voxel.voxel >> (2 - axis) & 1) != 0;
+    if (upper ? !(offset >= 0 && offset < kVoxelM) : !(offset < 0 && offset >= -kVoxelM))
+      return false;
+  }
+  return true;
+}
+
 void LocalMap::Find(const Eigen::Vector3d& p, Found* found) {
+  if (found->key != kNoKey && IsWithin(*found, p)) return;
   const Cell cell = CellOf(p);
-  if (cell.key == found->key && cell.voxel == found->voxel) return;
   *found = {nullptr, cell.centre, cell.key, cell.voxel};
   const uint32_t index = FindBlock(cell.key);
   if (index == kNoBlock) return;

@@ -40,8 +40,8 @@ class LocalMap {
 
   LocalMap(ShapeKind kind, const LocalMapOptions& options);
 
-  // `ray`: the direction it was seen in, a unit vector; zero if that is not known.
-  void Insert(const Eigen::Vector3d& p, const Eigen::Vector3f& ray = Eigen::Vector3f::Zero());
+  // `ring`: that it is of; kSeveral if that is not known.
+  void Insert(const Eigen::Vector3d& p, float ring = VoxelSums::kSeveral);
 
   // The shape near a point, and where it was found. Good until the next Insert, Evict or Clear.
   struct Found {
@@ -70,13 +70,14 @@ class LocalMap {
   static constexpr uint32_t kNoBlock = ~uint32_t{0};
   static constexpr uint32_t kChunk = 256;  // Blocks that are allocated together, and never move.
 
-  struct Block {
+  // What every look at it touches comes first, in one cache line.
+  struct alignas(64) Block {
     uint64_t key = kNoKey;
-    std::array<VoxelSums, 8> sums;        // Relative to the centre of the block.
-    std::array<Shape, 9> shapes;          // Of the eight voxels and, last, of the whole block.
-    std::array<float, 9> fitted_count{};  // VoxelSums::count when the shape was last fitted.
     float count = 0;                      // Sum over all voxels.
     uint32_t scan = 0;                    // The last that put a point here.
+    std::array<float, 9> fitted_count{};  // VoxelSums::count when the shape was last fitted.
+    std::array<VoxelSums, 8> sums;        // Relative to the centre of the block.
+    std::array<Shape, 9> shapes;          // Of the eight voxels and, last, of the whole block.
   };
   struct Slot {
     uint64_t key = kNoKey;
@@ -90,6 +91,7 @@ class LocalMap {
     Eigen::Vector3d centre;
   };
   static Cell CellOf(const Eigen::Vector3d& p);
+  static bool IsWithin(const Found& voxel, const Eigen::Vector3d& p);
 
   uint32_t FindBlock(uint64_t key) const;
   uint32_t AddBlock(uint64_t key);

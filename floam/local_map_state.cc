@@ -8,14 +8,14 @@
 namespace isthmus::floam {
 namespace {
 
-constexpr size_t kSums = 13, kShape = 8;  // Numbers of a voxel's sums, and of a shape.
+constexpr size_t kSums = 11, kShape = 8;  // Numbers of a voxel's sums, and of a shape.
 constexpr int kLevels = 9;
 // No map in use comes near it: what claims more is damaged.
 constexpr size_t kMaxAllocatedFactor = 5;
 
 std::array<float, kSums> Numbers(const VoxelSums& s) {
-  return {s.count, s.first.x(), s.first.y(), s.first.z(), s.xx,       s.xy,      s.xz,
-          s.yy,    s.yz,        s.zz,        s.rays.x(),  s.rays.y(), s.rays.z()};
+  return {s.count, s.first.x(), s.first.y(), s.first.z(), s.xx,  s.xy,
+          s.xz,    s.yy,        s.yz,        s.zz,        s.ring};
 }
 
 std::array<float, kShape> Numbers(const Shape& s) {
@@ -24,7 +24,7 @@ std::array<float, kShape> Numbers(const Shape& s) {
 }
 
 VoxelSums MakeSums(const std::array<float, kSums>& n) {
-  return {n[0], {n[1], n[2], n[3]}, n[4], n[5], n[6], n[7], n[8], n[9], {n[10], n[11], n[12]}};
+  return {n[0], {n[1], n[2], n[3]}, n[4], n[5], n[6], n[7], n[8], n[9], n[10]};
 }
 
 Shape MakeShape(const std::array<float, kShape>& n) {

@@ -44,17 +44,16 @@ Shares SharesOf(const std::vector<MatchRow>& rows, const Vector6d& direction) {
 
 }  // namespace
 
-Matrix6d NormalNoise::Information() const {
-  const Eigen::Matrix3d cross = Skew(first_);
-  Matrix6d all;
-  all << sum_ * Eigen::Matrix3d::Identity(), -cross, cross,
-      second_.trace() * Eigen::Matrix3d::Identity() - second_;
-  return all - along_;
+Matrix6d Isotropic(double sigma_m, double sigma_rad) {
+  Vector6d sigma;
+  sigma << Eigen::Vector3d::Constant(sigma_m), Eigen::Vector3d::Constant(sigma_rad);
+  return sigma.cwiseAbs2().asDiagonal();
 }
 
-JointEstimate Solve(const Matrix12d& H, const Vector12d& g, const NormalNoise& noise,
-                    const std::vector<MatchRow>& rows, const Matrix6d& prior,
+JointEstimate Solve(const MatchSums& sums, const std::vector<MatchRow>& rows, const Matrix6d& prior,
                     const Vector6d& offset) {
+  const Matrix12d& H = sums.information;
+  const Vector12d& g = sums.gradient;
   // The twist follows from the pose: what remains is about the pose alone.
   const Eigen::LLT<Matrix6d> twist(Matrix6d(H.bottomRightCorner<6, 6>()));
   const Matrix6d follow = twist.solve(Matrix6d(H.bottomLeftCorner<6, 6>()));
@@ -65,9 +64,8 @@ JointEstimate Solve(const Matrix12d& H, const Vector12d& g, const NormalNoise& n
   const Matrix6d whitened = L.transpose() * A * L;
   const Eigen::SelfAdjointEigenSolver<Matrix6d> solver(0.5 * (whitened + whitened.transpose()));
   const Matrix6d directions = L * solver.eigenvectors();
-  const Vector6d slope = directions.transpose() * (b - noise.Gradient());
-  const Vector6d from_noise =
-      (directions.transpose() * noise.Information() * directions).diagonal();
+  const Vector6d slope = directions.transpose() * (b - sums.noise_gradient);
+  const Vector6d from_noise = (directions.transpose() * sums.noise * directions).diagonal();
   const Vector6d away =
       solver.eigenvectors().transpose() * L.triangularView<Eigen::Lower>().solve(offset);
   Vector6d move, left, told;

@@ -11,10 +11,15 @@ namespace isthmus::floam {
 // by as much as they observe; along what they do not the velocity grows uncertain. Not thread safe.
 class MotionModel {
  public:
+  // From now on the motion is taken to change as that of anything may, or, where the way along is
+  // not observed, as that of what goes on steadily at that speed, m/s: what little is seen of it
+  // would draw the estimate about.
+  void ExpectAnything();
+  void ExpectSteadiness(double speed);
   // Of the twist by which the sensor may be elsewhere than if the motion went on, `elapsed_s` after
   // the last scan; twist order [rho; phi], sensor frame, m^2 and rad^2.
   Matrix6d Displacement(double elapsed_s) const;
-  // One sigma of how much the twist changes in that time.
+  // One sigma of how much, of anything, the twist changes in that time.
   static Vector6d TwistChange(double elapsed_s);
   // A scan was matched, after which that covariance is `posterior`.
   void Update(double elapsed_s, const Matrix6d& posterior);
@@ -22,12 +27,21 @@ class MotionModel {
   // For state_codec.h.
   template <typename Self, typename Io>
   static void Fields(Self& self, Io& io) {
-    io(self.velocity_);
-    if constexpr (Io::kIsReading) io.Expect(self.velocity_.allFinite());
+    io(self.velocity_, self.acceleration_);
+    if constexpr (Io::kIsReading)
+      io.Expect(self.velocity_.allFinite() && self.acceleration_ >= 0 && self.acceleration_ < 1e3);
   }
 
  private:
+  // Density of the white noise on the acceleration, m^2/s^3: 0.7 m/s in a second. Cars brake
+  // harder, which scans show; where they do not, a motion that mostly goes on is the better guess.
+  // Calibrated on a recorded street, a bare corridor and two tunnels.
+  static constexpr double kAcceleration = 0.5;
+
+  Matrix6d Density() const;
+
   Matrix6d velocity_ = Matrix6d::Zero();  // Covariance of the twist at the last scan.
+  double acceleration_ = kAcceleration;   // Density of its noise in use, m^2/s^3.
 };
 
 }  // namespace isthmus::floam

@@ -25,8 +25,6 @@ constexpr double kRival = 0.93, kElsewhereM = 0.5, kElsewhereRad = 0.15;
 // How far from where it was foretold a place is confirmed.
 constexpr double kConfirmM = 0.25, kConfirmRad = 0.1;
 
-double Score(const MatchResult& match) { return match.agreement * match.used; }
-
 bool AreNear(const Pose& a, const Pose& b, double distance_m, double angle_rad) {
   const Pose between = a.Inverse() * b;
   return between.translation().norm() < distance_m && RotationAngle(between) < angle_rad;
@@ -134,10 +132,10 @@ std::optional<MatchResult> Recovery::Search(const ScanFrame& frame, Tracker* tra
   }
   if (matches.empty()) return std::nullopt;
   std::sort(matches.begin(), matches.end(),
-            [](const auto& a, const auto& b) { return Score(a) > Score(b); });
+            [](const auto& a, const auto& b) { return a.Score() > b.Score(); });
   const MatchResult& best = matches.front();
   for (const MatchResult& other : matches) {
-    if (Score(other) > kRival * Score(best) &&
+    if (other.Score() > kRival * best.Score() &&
         !AreNear(other.pose.T_odom_sensor, best.pose.T_odom_sensor, kElsewhereM, kElsewhereRad)) {
       return std::nullopt;
     }

@@ -22,32 +22,31 @@ std::pair<double, double> TimeSpan(const Features& features) {
 
 // Adds the prior on the twist: residual e = twist - Log(T_previous^-1 T) / dt, whose derivative by
 // a motion d of T is -1 / dt to first order.
-void AddPrior(const TwistPrior& prior, const ScanPose& pose, Matrix12d* H, Vector12d* g) {
+void AddPrior(const TwistPrior& prior, const ScanPose& pose, MatchSums* sums) {
   const bool coupled = prior.since_previous_s > 0;
   Vector6d residual = pose.twist - prior.mean;
   if (coupled) {
     const Vector6d motion = Log(prior.T_odom_previous.Inverse() * pose.T_odom_sensor);
     residual = pose.twist - motion / prior.since_previous_s;
   }
+  Matrix12d& H = sums->information;
+  Vector12d& g = sums->gradient;
   const double slope = coupled ? -1 / prior.since_previous_s : 0;
   for (int k = 0; k < 6; ++k) {
     const double weight = 1 / (prior.sigma[k] * prior.sigma[k]);
-    (*H)(k, k) += weight * slope * slope;
-    (*H)(k, 6 + k) += weight * slope;
-    (*H)(6 + k, k) += weight * slope;
-    (*H)(6 + k, 6 + k) += weight;
-    (*g)[k] += weight * slope * residual[k];
-    (*g)[6 + k] += weight * residual[k];
+    H(k, k) += weight * slope * slope;
+    H(k, 6 + k) += weight * slope;
+    H(6 + k, k) += weight * slope;
+    H(6 + k, 6 + k) += weight;
+    g[k] += weight * slope * residual[k];
+    g[6 + k] += weight * residual[k];
   }
 }
 
 }  // namespace
 
 Matrix6d FreeMotion(const MatchOptions& options) {
-  Vector6d sigma;
-  sigma << Eigen::Vector3d::Constant(options.free_sigma_m),
-      Eigen::Vector3d::Constant(options.free_sigma_rad);
-  return sigma.cwiseAbs2().asDiagonal();
+  return Isotropic(options.free_sigma_m, options.free_sigma_rad);
 }
 
 struct ScanMatcher::Pass {
@@ -62,30 +61,35 @@ struct ScanMatcher::Pass {
   const Eigen::Matrix3d rotation;
   const Eigen::Vector3d translation;
   double kernel2 = 0;
-  bool with_twist = false;
 
-  NormalEquations equations;
   int used = 0;
   double agreement = 0;  // Sum of robust weights.
-  NormalNoise noise;
   std::vector<MatchRow>* rows = nullptr;
 
-  // One residual: q in the sensor frame at the reference time, `normal` in odom.
+  // The distance of q (sensor frame, at the reference time) to the plane across `normal` (odom),
+  // `offset` from its middle.
   void AddRow(const Eigen::Vector3d& q, const Eigen::Vector3d& offset,
-              const Eigen::Vector3d& normal, double tau, double weight, double residual,
-              double tilt_variance) {
-    const Vector6d jacobian = PoseJacobian(q, rotation.transpose() * normal);
-    equations.Add(jacobian, tau, weight, residual, with_twist);
-    rows->push_back({jacobian, weight, q});
-    noise.Add(q, rotation.transpose() * offset, jacobian, weight, tilt_variance);
+              const Eigen::Vector3d& normal, double time_s, double weight, double tilt_variance) {
+    rows->push_back({PoseJacobian(q, rotation.transpose() * normal), weight, normal.dot(offset),
+                     time_s - pose.reference_s, q, rotation.transpose() * offset, tilt_variance});
+  }
+  // Likewise to a line, which is where two planes meet.
+  void AddRows(const Eigen::Vector3d& q, const Eigen::Vector3d& offset, const Eigen::Vector3d& u,
+               const Eigen::Vector3d& v, double time_s, double weight, double tilt_variance) {
+    AddRow(q, offset, u, time_s, weight, tilt_variance);
+    AddRow(q, offset, v, time_s, weight, tilt_variance);
   }
 
   // Geman-McClure: rho(r) = r^2 / (1 + r^2 / c^2), so the weight is 1 / (1 + r^2 / c^2)^2.
-  double RobustWeight(double residual2) {
+  double RobustWeight(double residual2) const {
     const double ratio = kernel2 / (kernel2 + residual2);
-    agreement += ratio * ratio;
-    ++used;
     return ratio * ratio;
+  }
+  double Use(double residual2) {
+    const double weight = RobustWeight(residual2);
+    agreement += weight;
+    ++used;
+    return weight;
   }
 };
 
@@ -104,9 +108,12 @@ void ScanMatcher::AccumulateSurfaces(const Features& features, const MatchOption
     const double residual = normal.dot(offset);
     if (std::abs(residual) > options.gate_m) continue;
     const double weight =
-        pass->RobustWeight(residual * residual) * point.weight / (noise2 + found.shape->variance);
-    pass->AddRow(q, offset, normal, point.time - pass->pose.reference_s, weight, residual,
-                 found.shape->tilt_variance);
+        pass->Use(residual * residual) * point.weight / (noise2 + found.shape->variance);
+    if (i < features.chords.size() &&
+        !MayBe(features.chords[i], (pass->rotation.transpose() * normal).cast<float>())) {
+      continue;
+    }
+    pass->AddRow(q, offset, normal, point.time, weight, found.shape->tilt_variance);
   }
 }
 
@@ -120,19 +127,14 @@ void ScanMatcher::AccumulateEdges(const Features& features, const MatchOptions& 
     LocalMap::Found& found = found_edges_[i];
     map->Find(p, &found);
     if (found.shape == nullptr) continue;
-    // The distance to a line is the distances to two planes that meet in it.
     const Eigen::Vector3d along = found.shape->direction.cast<double>();
     const Eigen::Vector3d offset = p - found.origin - found.shape->mean.cast<double>();
     const Eigen::Vector3d u = along.unitOrthogonal();
     const Eigen::Vector3d v = along.cross(u);
-    const double ru = u.dot(offset), rv = v.dot(offset);
-    const double residual2 = ru * ru + rv * rv;
+    const double residual2 = std::pow(u.dot(offset), 2) + std::pow(v.dot(offset), 2);
     if (residual2 > options.gate_m * options.gate_m) continue;
-    const double weight =
-        pass->RobustWeight(residual2) * point.weight / (noise2 + found.shape->variance);
-    const double tau = point.time - pass->pose.reference_s;
-    pass->AddRow(q, offset, u, tau, weight, ru, found.shape->tilt_variance);
-    pass->AddRow(q, offset, v, tau, weight, rv, found.shape->tilt_variance);
+    const double weight = pass->Use(residual2) * point.weight / (noise2 + found.shape->variance);
+    pass->AddRows(q, offset, u, v, point.time, weight, found.shape->tilt_variance);
   }
 }
 
@@ -151,14 +153,10 @@ void ScanMatcher::AccumulatePoles(const Features& features, const MatchOptions& 
     const Eigen::Vector3d offset = p - found.origin - found.shape->mean.cast<double>();
     const Eigen::Vector3d u = pass->rotation * q.normalized();
     const Eigen::Vector3d v = pass->rotation * Eigen::Vector3d::UnitZ().cross(q).normalized();
-    const double ru = u.dot(offset), rv = v.dot(offset);
-    const double residual2 = ru * ru + rv * rv;
+    const double residual2 = std::pow(u.dot(offset), 2) + std::pow(v.dot(offset), 2);
     if (residual2 > options.gate_m * options.gate_m) continue;
-    const double ratio = pass->kernel2 / (pass->kernel2 + residual2);
-    const double weight = ratio * ratio / (noise2 + found.shape->variance);
-    const double tau = point.time - pass->pose.reference_s;
-    pass->AddRow(q, offset, u, tau, weight, ru, 0);
-    pass->AddRow(q, offset, v, tau, weight, rv, 0);
+    const double weight = pass->RobustWeight(residual2) / (noise2 + found.shape->variance);
+    pass->AddRows(q, offset, u, v, point.time, weight, 0);
   }
 }
 
@@ -183,7 +181,7 @@ MatchResult ScanMatcher::Match(const Features& features, const ScanPose& guess,
     pass.kernel2 = kernel * kernel;
     rows_.clear();
     pass.rows = &rows_;
-    pass.with_twist = twist_prior.has_value() && iteration >= options.pose_only_iterations;
+    const bool with_twist = twist_prior.has_value() && iteration >= options.pose_only_iterations;
     AccumulateSurfaces(features, options, &pass, surfaces);
     AccumulateEdges(features, options, &pass, edges);
     if (poles != nullptr) AccumulatePoles(features, options, &pass, poles);
@@ -191,24 +189,23 @@ MatchResult ScanMatcher::Match(const Features& features, const ScanPose& guess,
     result.used = pass.used;
     result.agreement = pass.used > 0 ? pass.agreement / pass.used : 0;
 
-    Matrix12d H = pass.equations.Information();
-    Vector12d g = pass.equations.Gradient();
-    if (pass.with_twist)
-      AddPrior(*twist_prior, result.pose, &H, &g);
+    MatchSums sums = SumOf(rows_, with_twist);
+    if (with_twist)
+      AddPrior(*twist_prior, result.pose, &sums);
     else
-      H.bottomRightCorner<6, 6>() += Matrix6d::Identity();
+      sums.information.bottomRightCorner<6, 6>().setIdentity();
 
     const Vector6d offset = Log(pose_prior.T_odom_sensor.Inverse() * result.pose.T_odom_sensor);
-    const JointEstimate estimate = Solve(H, g, pass.noise, rows_, pose_prior.covariance, offset);
+    const JointEstimate estimate = Solve(sums, rows_, pose_prior.covariance, offset);
     const Vector12d& step = estimate.step;
     if (!step.allFinite()) return result;
     result.pose.T_odom_sensor = result.pose.T_odom_sensor * Exp(step.head<6>());
-    if (pass.with_twist) result.pose.twist += step.tail<6>();
+    if (with_twist) result.pose.twist += step.tail<6>();
     result.covariance = estimate.covariance;
     result.information = estimate.match_information;
     const bool settled = kernel <= options.kernel_m;
     kernel = std::max(options.kernel_m, kernel / 2);
-    const bool last_stage = pass.with_twist || !twist_prior.has_value();
+    const bool last_stage = with_twist || !twist_prior.has_value();
     const bool small =
         step.head<3>().norm() < options.stop_m && step.segment<3>(3).norm() < options.stop_rad;
     if (settled && last_stage && small) break;

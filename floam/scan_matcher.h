@@ -11,7 +11,7 @@
 #include "floam/features.h"
 #include "floam/local_map.h"
 #include "floam/match_information.h"
-#include "floam/normal_equations.h"
+#include "floam/match_sums.h"
 
 namespace isthmus::floam {
 
@@ -65,7 +65,7 @@ Matrix6d FreeMotion(const MatchOptions& options);
 
 struct MatchResult {
   ScanPose pose;
-  Matrix12d covariance = Matrix12d::Zero();  // Of [pose motion; twist] as in NormalEquations.
+  Matrix12d covariance = Matrix12d::Zero();  // Of [pose motion; twist] as in MatchSums.
   Matrix6d information = Matrix6d::Zero();   // Of the pose motion, by the matches alone.
   Degeneracy degeneracy;
   int features = 0;      // Tried.
@@ -74,6 +74,8 @@ struct MatchResult {
   int iterations = 0;
   // Whether the scan before, too, tells well how the sensor moved: see Join.
   bool seconded = false;
+
+  double Score() const { return agreement * used; }  // Of several places the best has the most.
 };
 
 // Gauss-Newton over SE(3) on distances of surface points to planes and edge points to lines (F-LOAM

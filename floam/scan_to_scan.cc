@@ -6,7 +6,7 @@
 
 #include "floam/adjoint.h"
 #include "floam/match_information.h"
-#include "floam/normal_equations.h"
+#include "floam/match_sums.h"
 
 namespace isthmus::floam {
 namespace {
@@ -17,6 +17,7 @@ T Squared(T v) {
 }
 
 constexpr int kLeastRows = 10;
+constexpr double kLeastShare = 1e-3;
 constexpr float kPoleLengthM = 3;
 constexpr float kLevel = 0.8F;  // Of the normal: ground, even where it was seen at a tilt.
 // A plane is met by chance every other time, one of a hundred poles once in a few hundred times.
@@ -149,8 +150,6 @@ void ScanToScan::FindPoles(const std::vector<TimedPoint>& poles, const ScanMotio
 // Exp(s d), to first order in the motion (the left Jacobians of xi and s xi are taken as identity).
 bool ScanToScan::Step(const ScanMotion& motion, double elapsed_s, const PosePrior& prior,
                       Pose* moved, ScanToScanResult* result) {
-  NormalEquations equations;
-  NormalNoise noise;
   rows_.clear();
   result->score = result->evidence = 0;
   const auto place = [&](const Row& row) { return motion.ToReference(row.position, row.since); };
@@ -159,13 +158,12 @@ bool ScanToScan::Step(const ScanMotion& motion, double elapsed_s, const PosePrio
   };
   const auto add = [&](const Row& row, const Eigen::Vector3f& q, double r, double scale_by,
                        double sigma_m) {
-    const double share = row.since / elapsed_s;
+    // As much as if it had moved all the way.
+    const double share = std::max(row.since / elapsed_s, kLeastShare);
     const Vector6d jacobian = PoseJacobian(q.cast<double>(), row.normal.cast<double>());
     const double weight = row.weight * HuberWeight(scale_by, options_.kernel_m) / Squared(sigma_m);
-    equations.Add(share * jacobian, 0, weight, r, false);
-    rows_.push_back({share * jacobian, weight, q.cast<double>()});
-    noise.Add(q.cast<double>(), (q - row.on_plane).cast<double>(), jacobian, weight,
-              row.tilt_variance);
+    rows_.push_back({jacobian, Squared(share) * weight, r / share, 0, q.cast<double>(),
+                     (q - row.on_plane).cast<double>(), row.tilt_variance});
   };
   const auto score = [&](double r, double worth) {
     const double weight = Squared(1 / (1 + Squared(r / options_.kernel_m)));
@@ -191,11 +189,10 @@ bool ScanToScan::Step(const ScanMotion& motion, double elapsed_s, const PosePrio
   add_pairs(edge_rows_, options_.row_sigma_m, 1);
   add_pairs(pole_rows_, options_.pole_sigma_m, kPoleWorth);
   if (static_cast<int>(rows_.size()) < kLeastRows) return false;
-  Matrix12d H = equations.Information();
-  H.bottomRightCorner<6, 6>().setIdentity();
+  MatchSums sums = SumOf(rows_, false);
+  sums.information.bottomRightCorner<6, 6>().setIdentity();
   const Vector6d away = Log(*moved * prior.T_odom_sensor.Inverse());
-  const JointEstimate estimate =
-      Solve(H, equations.Gradient(), noise, rows_, prior.covariance, away);
+  const JointEstimate estimate = Solve(sums, rows_, prior.covariance, away);
   const Vector6d step = estimate.step.head<6>();
   if (!step.allFinite()) return false;
   *moved = Exp(step) * *moved;
@@ -242,10 +239,8 @@ ScanToScanResult ScanToScan::Minimise(const Features& features, const Vector6d& 
 
 ScanToScanResult ScanToScan::Match(const Features& features, const Vector6d& guess,
                                    double elapsed_s) {
-  Vector6d variance;
-  variance << Eigen::Vector3d::Constant(Squared(options_.guess_sigma_m)),
-      Eigen::Vector3d::Constant(Squared(options_.guess_sigma_rad));
-  return Minimise(features, guess, elapsed_s, variance.asDiagonal(), 0);
+  return Minimise(features, guess, elapsed_s,
+                  Isotropic(options_.guess_sigma_m, options_.guess_sigma_rad), 0);
 }
 
 double ScanToScan::Evidence(const Features& features, const Vector6d& twist, double elapsed_s) {

@@ -25,8 +25,6 @@ Degeneracy Everything() {
   return degeneracy;
 }
 
-double Score(const MatchResult& match) { return match.agreement * match.used; }
-
 double Seconds(int64_t from_ns, int64_t to_ns) {
   return 1e-9 * static_cast<double>(to_ns - from_ns);
 }
@@ -72,7 +70,7 @@ std::optional<MatchResult> Segment::Follow(const ScanFrame& frame, const ScanPos
   }
   if (!lost_ && tracker_.IsAfterGap(frame)) {
     const std::optional<MatchResult> around = recovery_.LookAround(frame, &tracker_, &map_);
-    if (around && Score(*around) > Score(match)) match = *around;
+    if (around && around->Score() > match.Score()) match = *around;
   }
   if (!lost_ && tracker_.Fits(match, map_) && tracker_.IsExpected(frame, match, prediction)) {
     in_doubt_ = match.seconded || quality_.IsUsual(match) ? 0 : in_doubt_ + 1;

@@ -17,14 +17,7 @@ constexpr size_t kTries = 4;
 constexpr int kAgain = 2;
 constexpr double kSameM = 0.05, kSameRad = 0.01;
 
-double Score(const MatchResult& match) { return match.agreement * match.used; }
-
-Matrix6d AnyMotion() {
-  Vector6d variance;
-  variance << Eigen::Vector3d::Constant(kAnyM * kAnyM),
-      Eigen::Vector3d::Constant(kAnyRad * kAnyRad);
-  return variance.asDiagonal();
-}
+Matrix6d AnyMotion() { return Isotropic(kAnyM, kAnyRad); }
 
 bool AreNear(const Pose& a, const Pose& b) {
   const Pose between = a.Inverse() * b;
@@ -49,7 +42,6 @@ void Start::Keep(const ScanFrame& frame, const Pose& T_odom_end, Tracker* tracke
 }
 
 std::vector<ScanToScanResult> Start::MotionsBetween(const ScanFrame& frame, double elapsed_s) {
-  scan_to_scan_.SetPrevious(first_);
   std::vector<ScanToScanResult> motions;
   const auto try_from = [&](const Vector6d& twist) {
     ScanToScanResult moved = scan_to_scan_.Match(frame.features, twist, elapsed_s, AnyMotion());
@@ -94,7 +86,7 @@ Start::Beginning Start::MatchFrom(const ScanToScanResult& moved, const ScanFrame
     }
     began.second = tracker->matcher()->Match(frame.features, guess, prior, std::nullopt, matching,
                                              map->surfaces(), map->edges(), map->poles());
-    began.score = Score(began.second);
+    began.score = began.second.Score();
     if (joined) Join(moved, tracker->options(), &began.second);
     if (!tracker->Fits(began.second, *map)) break;
     first.twist = Log(first.T_odom_sensor.Inverse() * began.second.pose.T_odom_sensor) / between_s;

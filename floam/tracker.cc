@@ -11,6 +11,7 @@ constexpr double kMaxTiltingS = 0.3;  // A bump, or noise: robots do not go on t
 // Scans farther apart than this many periods: too much may have happened to trust the motion.
 constexpr double kGapPeriods = 3.5;
 constexpr double kSteadyFading = 0.1;
+constexpr int64_t kSteadyNs = 1'000'000'000;  // After a direction was not observed.
 constexpr double kNearM = 2, kNearRad = 0.5;
 
 // Below this share of features with a plane or line in the map, it is thin.
@@ -72,12 +73,7 @@ std::optional<TwistPrior> Tracker::Prior(const ScanFrame& frame) const {
   return prior;
 }
 
-PosePrior Near(const Pose& T_odom_sensor) {
-  Vector6d variance;
-  variance << Eigen::Vector3d::Constant(kNearM * kNearM),
-      Eigen::Vector3d::Constant(kNearRad * kNearRad);
-  return {T_odom_sensor, variance.asDiagonal()};
-}
+PosePrior Near(const Pose& T_odom_sensor) { return {T_odom_sensor, Isotropic(kNearM, kNearRad)}; }
 
 void Tracker::Keep(const ScanFrame& frame) {
   scan_to_scan_.SetPrevious(frame.features);
@@ -96,6 +92,13 @@ std::optional<ScanToScanResult> Tracker::LookBack(const ScanFrame& frame, PosePr
 }
 
 MatchResult Tracker::Match(const ScanFrame& frame, const ScanPose& guess, FeatureMap* map) {
+  // Clocks may step back.
+  const bool steady =
+      frame.stamp_ns < steady_until_ns_ && frame.stamp_ns >= steady_until_ns_ - kSteadyNs;
+  if (steady && !map->IsYoung())
+    motion_.ExpectSteadiness(steady_.head<3>().norm());
+  else
+    motion_.ExpectAnything();
   PosePrior prior{guess.T_odom_sensor, motion_.Displacement(Between(frame))};
   ScanPose from = guess;
   const std::optional<ScanToScanResult> moved = LookBack(frame, &prior);
@@ -152,6 +155,7 @@ void Tracker::Adopt(const ScanFrame& frame, const FeatureMap& map, MatchResult* 
   motion_.Update(Between(frame), match->covariance.topLeftCorner<6, 6>());
   last_ = {match->pose, frame.stamp_ns};
   degenerate_ = match->degeneracy.any();
+  if (degenerate_) steady_until_ns_ = frame.stamp_ns + kSteadyNs;
   if (map.IsYoung() || degenerate_ || IsAfterGap(frame) ||
       match->used < kThinShare * match->features) {
     Keep(frame);

@@ -58,8 +58,6 @@ class Tracker {
   // Where the scan should be if the motion goes on.
   ScanPose Prediction(const ScanFrame& frame) const;
 
-  // Keeps the scan seen last, for the next one to be matched to as well.
-  void Keep(const ScanFrame& frame);
   // Matches from `guess`, with what the motion so far tells about where the scan should be and
   // about the motion within it, and while the map is thin with what the scan before tells.
   MatchResult Match(const ScanFrame& frame, const ScanPose& guess, FeatureMap* map);
@@ -84,11 +82,13 @@ class Tracker {
   // For state_codec.h.
   template <typename Self, typename Io>
   static void Fields(Self& self, Io& io) {
-    io(self.last_, self.motion_, self.degenerate_, self.steady_, self.shared_twist_,
-       self.scan_to_scan_, self.keeps_last_);
+    io(self.last_, self.motion_, self.degenerate_, self.steady_until_ns_, self.steady_,
+       self.shared_twist_, self.scan_to_scan_, self.keeps_last_);
   }
 
  private:
+  // Keeps the scan seen last, for the next one to be matched to as well.
+  void Keep(const ScanFrame& frame);
   // How the sensor moved since the scan before, and what is known of the pose then; none if these
   // two scans do not tell.
   std::optional<ScanToScanResult> LookBack(const ScanFrame& frame, PosePrior* prior);
@@ -103,6 +103,7 @@ class Tracker {
   Sighting last_;
   MotionModel motion_;
   bool degenerate_ = false;
+  int64_t steady_until_ns_ = 0;         // Stamp; soon after such a match.
   Vector6d steady_ = Vector6d::Zero();  // Fading average of twists that were observed.
   // Fading average of how much faster scans moved in themselves than from one to the next.
   Vector6d shared_twist_ = Vector6d::Zero();

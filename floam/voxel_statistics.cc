@@ -10,21 +10,15 @@ constexpr float kMinCount = 5, kMinPoleCount = 3;
 constexpr float kMaxPoleVariance = 0.15F * 0.15F;
 constexpr float kMinWidth2 = 0.09F * 0.09F;  // Of the middle eigenvalue of a plane, m^2.
 constexpr float kMaxFlatness = 0.1F;         // Smallest over middle eigenvalue of a plane.
-constexpr float kEdgeOn = 0.05F;             // Sine of the angle between a plane and the rays.
 constexpr float kMaxSlimness = 0.15F;        // Middle over largest eigenvalue of a line.
-
-// What is seen edge-on is no surface, but a ring that bends within the voxel: its points lie on the
-// cone that the beam sweeps.
-bool IsEdgeOn(const VoxelSums& sums, const Shape& shape) {
-  return std::abs(sums.rays.dot(shape.direction)) < kEdgeOn * sums.rays.norm();
-}
 
 }  // namespace
 
 void VoxelSums::Add(const VoxelSums& other) {
+  if (other.count == 0) return;
+  ring = count == 0 || ring == other.ring ? other.ring : kSeveral;
   count += other.count;
   first += other.first;
-  rays += other.rays;
   xx += other.xx;
   xy += other.xy;
   xz += other.xz;
@@ -36,7 +30,6 @@ void VoxelSums::Add(const VoxelSums& other) {
 void VoxelSums::Scale(float factor) {
   count *= factor;
   first *= factor;
-  rays *= factor;
   xx *= factor;
   xy *= factor;
   xz *= factor;
@@ -76,7 +69,7 @@ Shape FitShape(const VoxelSums& sums, ShapeKind kind) {
       kind == ShapeKind::kPlane ? eigenvalues[1] - eigenvalues[0] : eigenvalues[2] - eigenvalues[1];
   const float spread = kind == ShapeKind::kPlane ? eigenvalues[1] : eigenvalues[2];
   shape.tilt_variance = shape.variance * spread * inverse / std::max(gap * gap, 1e-12F);
-  if (kind == ShapeKind::kPlane && IsEdgeOn(sums, shape)) shape.valid = false;
+  if (kind == ShapeKind::kPlane && sums.ring != VoxelSums::kSeveral) shape.valid = false;
   shape.valid = shape.valid && shape.direction.allFinite();
   return shape;
 }

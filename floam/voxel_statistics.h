@@ -11,14 +11,14 @@ struct VoxelSums {
   float count = 0;
   Eigen::Vector3f first = Eigen::Vector3f::Zero();
   float xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0;
-  // Of the directions that points were seen in, unit vectors; zero for those of which it is not
-  // known.
-  Eigen::Vector3f rays = Eigen::Vector3f::Zero();
+  float ring = 0;  // That all points are of, or kSeveral.
 
-  void Add(const Eigen::Vector3f& p, const Eigen::Vector3f& ray) {
+  static constexpr float kSeveral = -1;
+
+  void Add(const Eigen::Vector3f& p, float of_ring) {
+    ring = count == 0 || ring == of_ring ? of_ring : kSeveral;
     count += 1;
     first += p;
-    rays += ray;
     xx += p.x() * p.x();
     xy += p.x() * p.y();
     xz += p.x() * p.z();
@@ -44,8 +44,9 @@ struct Shape {
 };
 
 // Not valid if there are too few points or they do not have that shape. A plane must be wide in
-// both of its directions: one ring that crosses a voxel, with its range noise, otherwise passes for
-// a plane that contains the rays, and pins the estimate to where the sensor was.
+// both of its directions, and crossed by more than one ring: a single one, with its range noise, or
+// bending, or as the sensor pitches, otherwise passes for a plane that it is not, and pins the
+// estimate to where the sensor was, which would have seen others had it moved.
 Shape FitShape(const VoxelSums& sums, ShapeKind kind);
 
 }  // namespace isthmus::floam

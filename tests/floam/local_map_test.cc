@@ -13,22 +13,26 @@ using Eigen::Vector3d;
 
 VoxelSums SumsOf(const std::vector<Eigen::Vector3f>& points) {
   VoxelSums sums;
-  for (const Eigen::Vector3f& p : points) sums.Add(p, Eigen::Vector3f::Zero());
+  for (const Eigen::Vector3f& p : points) sums.Add(p, VoxelSums::kSeveral);
   return sums;
 }
 
-// A ring that bends within a voxel lies in a plane that holds the rays; no surface is seen so.
-TEST(FitShape, APlaneSeenEdgeOnIsNone) {
-  for (const bool edge_on : {false, true}) {
+// However wide what it crosses: it may bend, or the sensor pitch.
+TEST(FitShape, WhatOnlyOneRingCrossedIsNoPlane) {
+  for (const bool several : {false, true}) {
     VoxelSums sums;
     for (int k = 0; k < 40; ++k) {
       const float x = 0.1F * static_cast<float>(k % 5) - 0.2F;
       const float y = 0.06F * static_cast<float>(k / 5) - 0.2F;
-      const Eigen::Vector3f ray =
-          edge_on ? Eigen::Vector3f(0.6F, 0.8F, 0.01F) : Eigen::Vector3f(0.6F, 0.7F, 0.3F);
-      sums.Add({x, y, 0.001F * static_cast<float>(k % 3)}, ray.normalized());
+      sums.Add({x, y, 0.001F * static_cast<float>(k % 3)}, several && k % 2 == 1 ? 4 : 3);
     }
-    EXPECT_EQ(FitShape(sums, ShapeKind::kPlane).valid, !edge_on);
+    EXPECT_EQ(FitShape(sums, ShapeKind::kPlane).valid, several);
+    // Nor are voxels of one ring each together.
+    VoxelSums block;
+    block.Add(sums);
+    block.Add(VoxelSums());
+    block.Add(sums);
+    EXPECT_EQ(FitShape(block, ShapeKind::kPlane).valid, several);
   }
 }
 

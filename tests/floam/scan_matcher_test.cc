@@ -19,70 +19,9 @@ using testing::Sensor;
 constexpr double kToleranceM = 0.01;
 constexpr double kToleranceRad = 0.002;
 
-Pose SomePose() { return Pose::FromXyzRpy(1.3, -0.4, 0.7, 0.2, -0.1, 2.4); }
-
-TEST(PoseJacobian, AgreesWithNumericalDerivatives) {
-  std::mt19937 random(5);
-  std::uniform_real_distribution<double> uniform(-5, 5);
-  for (int trial = 0; trial < 20; ++trial) {
-    const Eigen::Vector3d q(uniform(random), uniform(random), uniform(random));
-    const Eigen::Vector3d n =
-        Eigen::Vector3d(uniform(random), uniform(random), uniform(random)).normalized();
-    const Pose T = SomePose();
-    const Vector6d analytic = PoseJacobian(q, T.RotationMatrix().transpose() * n);
-    for (int k = 0; k < 6; ++k) {
-      const double h = 1e-6;
-      const auto distance = [&](double step) {
-        return n.dot(T * Exp(step * Vector6d::Unit(k)) * q);
-      };
-      EXPECT_NEAR(analytic[k], (distance(h) - distance(-h)) / (2 * h), 1e-7);
-    }
-  }
-}
-
-// The derivative by the twist is exact at rest, and to first order in the motion within the scan.
-TEST(TwistJacobian, AgreesWithNumericalDerivatives) {
-  const Eigen::Vector3d p(4, -2, 1), n = Eigen::Vector3d(1, 2, 3).normalized();
-  const Pose T = SomePose();
-  const double tau = -0.04;
-  for (const double scale : {0.0, 1.0}) {
-    const Vector6d twist = scale * (Vector6d() << 1.5, 0.2, 0, 0.05, -0.1, 0.9).finished();
-    const Eigen::Vector3d q = Exp(tau * twist) * p;
-    const Vector6d analytic = tau * PoseJacobian(q, T.RotationMatrix().transpose() * n);
-    const double motion_rad = std::abs(tau) * twist.tail<3>().norm();
-    for (int k = 0; k < 6; ++k) {
-      const double h = 1e-6;
-      const auto distance = [&](double step) {
-        return n.dot(T * Exp(tau * (twist + step * Vector6d::Unit(k))) * p);
-      };
-      const double numeric = (distance(h) - distance(-h)) / (2 * h);
-      EXPECT_NEAR(analytic[k], numeric, 1e-8 + motion_rad * analytic.norm()) << k;
-    }
-  }
-}
-
-TEST(NormalEquations, AreTheSumsOfTheirRows) {
-  std::mt19937 random(5);
-  std::uniform_real_distribution<double> uniform(-1, 1);
-  NormalEquations equations;
-  Matrix12d H = Matrix12d::Zero();
-  Vector12d g = Vector12d::Zero();
-  for (int row = 0; row < 50; ++row) {
-    const Vector6d a = Vector6d::NullaryExpr([&] { return uniform(random); });
-    const double tau = 0.05 * uniform(random), weight = 1 + uniform(random), r = uniform(random);
-    equations.Add(a, tau, weight, r, true);
-    Vector12d J;
-    J << a, tau * a;
-    H += weight * J * J.transpose();
-    g += weight * r * J;
-  }
-  EXPECT_TRUE(equations.Information().isApprox(H, 1e-12));
-  EXPECT_TRUE(equations.Gradient().isApprox(g, 1e-12));
-}
-
-// A map of the furnished room from several places, and a scan within it.
 PosePrior Anywhere(const Pose& near) { return {near, Matrix6d::Identity()}; }
 
+// A map of the furnished room from several places, and a scan within it.
 class ScanMatcherTest : public ::testing::Test {
  protected:
   ScanMatcherTest()

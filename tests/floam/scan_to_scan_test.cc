@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-#include "floam/normal_equations.h"
+#include "floam/match_sums.h"
 #include "floam/odometry.h"
 #include "floam/odometry_options.h"
 #include "tests/floam/room.h"
