@@ -7,9 +7,7 @@ namespace isthmus::floam {
 namespace {
 
 constexpr double kTurning = 0.2;  // Likewise of turning, rad^2/s^3: 0.45 rad/s in a second.
-// Of the speed, in a second, while it is steady; of the least that a robot drives at, m/s.
-// Calibrated on four drives through a corridor, and on 32 in wild worlds.
-constexpr double kSteady = 0.1, kLeastSpeed = 1;
+constexpr double kLeastAcceleration = 0.005;  // 0.07 m/s in a second.
 
 Vector6d Densities(double acceleration) {
   Vector6d density;
@@ -21,9 +19,8 @@ Vector6d Densities(double acceleration) {
 
 void MotionModel::ExpectAnything() { acceleration_ = kAcceleration; }
 
-void MotionModel::ExpectSteadiness(double speed) {
-  const double change = kSteady * std::max(speed, kLeastSpeed);
-  acceleration_ = std::min(kAcceleration, change * change);
+void MotionModel::ExpectAcceleration(double density) {
+  acceleration_ = std::clamp(density, kLeastAcceleration, kAcceleration);
 }
 
 Matrix6d MotionModel::Density() const { return Densities(acceleration_).asDiagonal(); }

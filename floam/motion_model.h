@@ -12,10 +12,10 @@ namespace isthmus::floam {
 class MotionModel {
  public:
   // From now on the motion is taken to change as that of anything may, or, where the way along is
-  // not observed, as that of what goes on steadily at that speed, m/s: what little is seen of it
-  // would draw the estimate about.
+  // not observed, as much as this robot's was seen to change (density of the white noise, m^2/s^3;
+  // never by more): what little is seen along it would draw the estimate about.
   void ExpectAnything();
-  void ExpectSteadiness(double speed);
+  void ExpectAcceleration(double density);
   // Of the twist by which the sensor may be elsewhere than if the motion went on, `elapsed_s` after
   // the last scan; twist order [rho; phi], sensor frame, m^2 and rad^2.
   Matrix6d Displacement(double elapsed_s) const;

@@ -10,7 +10,7 @@ constexpr double kMaxExtrapolationS = 3;
 constexpr double kMaxTiltingS = 0.3;  // A bump, or noise: robots do not go on tilting.
 // Scans farther apart than this many periods: too much may have happened to trust the motion.
 constexpr double kGapPeriods = 3.5;
-constexpr double kSteadyFading = 0.1;
+constexpr double kSteadyFading = 0.1, kAccelerationFading = 0.03;
 constexpr int64_t kSteadyNs = 1'000'000'000;  // After a direction was not observed.
 constexpr double kNearM = 2, kNearRad = 0.5;
 
@@ -96,7 +96,7 @@ MatchResult Tracker::Match(const ScanFrame& frame, const ScanPose& guess, Featur
   const bool steady =
       frame.stamp_ns < steady_until_ns_ && frame.stamp_ns >= steady_until_ns_ - kSteadyNs;
   if (steady && !map->IsYoung())
-    motion_.ExpectSteadiness(steady_.head<3>().norm());
+    motion_.ExpectAcceleration(acceleration_);
   else
     motion_.ExpectAnything();
   PosePrior prior{guess.T_odom_sensor, motion_.Displacement(Between(frame))};
@@ -162,7 +162,12 @@ void Tracker::Adopt(const ScanFrame& frame, const FeatureMap& map, MatchResult* 
   } else {
     keeps_last_ = false;
   }
-  if (!degenerate_) steady_ += kSteadyFading * (match->pose.twist - steady_);
+  if (degenerate_) return;
+  // Of white noise on the acceleration, the speed is off its fading average by half the density
+  // times the time of fading, which is a second.
+  const Eigen::Vector3d change = (match->pose.twist - steady_).head<3>();
+  acceleration_ += kAccelerationFading * (2 * change.squaredNorm() - acceleration_);
+  steady_ += kSteadyFading * (match->pose.twist - steady_);
 }
 
 ScanPose Tracker::SteadyPrediction(const ScanFrame& frame, const Degeneracy& unobserved) const {

@@ -82,8 +82,8 @@ class Tracker {
   // For state_codec.h.
   template <typename Self, typename Io>
   static void Fields(Self& self, Io& io) {
-    io(self.last_, self.motion_, self.degenerate_, self.steady_until_ns_, self.steady_,
-       self.shared_twist_, self.scan_to_scan_, self.keeps_last_);
+    io(self.last_, self.motion_, self.degenerate_, self.acceleration_, self.steady_until_ns_,
+       self.steady_, self.shared_twist_, self.scan_to_scan_, self.keeps_last_);
   }
 
  private:
@@ -103,7 +103,8 @@ class Tracker {
   Sighting last_;
   MotionModel motion_;
   bool degenerate_ = false;
-  int64_t steady_until_ns_ = 0;         // Stamp; soon after such a match.
+  double acceleration_ = 1;      // Fading density of its noise where that was observed, m^2/s^3.
+  int64_t steady_until_ns_ = 0;  // Stamp; soon after such a match.
   Vector6d steady_ = Vector6d::Zero();  // Fading average of twists that were observed.
   // Fading average of how much faster scans moved in themselves than from one to the next.
   Vector6d shared_twist_ = Vector6d::Zero();
