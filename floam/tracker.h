@@ -84,6 +84,7 @@ class Tracker {
   static void Fields(Self& self, Io& io) {
     io(self.last_, self.motion_, self.degenerate_, self.acceleration_, self.steady_until_ns_,
        self.steady_, self.shared_twist_, self.scan_to_scan_, self.keeps_last_);
+    if constexpr (Io::kIsReading) io.Expect(self.acceleration_ >= 0 && self.acceleration_ < 1e9);
   }
 
  private:
