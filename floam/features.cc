@@ -84,7 +84,7 @@ bool StandsOut(const RingPoint& beside, const RingPoint& p) {
 }
 
 TimedPoint ToTimed(const RingPoint& p, float weight, uint16_t ring) {
-  return {Eigen::Vector3f(p.x, p.y, p.z), p.time, weight, ring};
+  return {p.Position(), p.time, weight, ring};
 }
 
 // Normals either way, told apart by the nearest of the axes through the faces, edges and corners of
@@ -242,15 +242,14 @@ void FeatureExtractor::ExtractSegment(const RingPoint* begin, const RingPoint* e
 
 void FeatureExtractor::AddPole(const RingPoint* before, const RingPoint* begin,
                                const RingPoint* end, Features* out) const {
-  const auto position = [](const RingPoint& p) { return Eigen::Vector3f(p.x, p.y, p.z); };
-  const Eigen::Vector3f first = position(*begin), last = position(end[-1]);
+  const Eigen::Vector3f first = begin->Position(), last = end[-1].Position();
   const float width2 = (last - first).squaredNorm();
   if (width2 > options_.pole_width_m * options_.pole_width_m) return;
   if (width2 < kThinM * kThinM && begin->range < kThinFromM) return;
   if (!StandsOut(*before, *begin) || !StandsOut(*end, end[-1])) return;
   TimedPoint pole = ToTimed(begin[(end - begin) / 2], 1, ring_);
   Eigen::Vector3f sum = Eigen::Vector3f::Zero();
-  for (const RingPoint* p = begin; p < end; ++p) sum += position(*p);
+  for (const RingPoint* p = begin; p < end; ++p) sum += p->Position();
   pole.position = sum / static_cast<float>(end - begin);
   out->poles.push_back(pole);
 }

@@ -1,6 +1,5 @@
 #include "floam/match_sums.h"
 
-#include <algorithm>
 #include <array>
 #include <cstddef>
 
@@ -15,12 +14,6 @@ constexpr size_t kPairs = 21;  // Of the columns of a pose's Jacobian.
 using Lanes = Eigen::Array<double, kLanes, 1>;
 
 struct Block {
-  Block() {
-    for (Lanes& lane : a) lane.setZero();
-    for (int axis = 0; axis < 3; ++axis) q[axis].setZero(), offset[axis].setZero();
-    weight.setZero(), residual.setZero(), tau.setZero(), tilt.setZero();
-  }
-
   void Set(size_t lane, const MatchRow& row) {
     const auto k = static_cast<Eigen::Index>(lane);
     for (int column = 0; column < 6; ++column) a[column][k] = row.jacobian[column];
@@ -118,11 +111,12 @@ class Sums {
 }  // namespace
 
 MatchSums SumOf(const std::vector<MatchRow>& rows, bool with_twist) {
+  const MatchRow nothing{Vector6d::Zero()};
   Sums sums;
+  Block block;
   for (size_t begin = 0; begin < rows.size(); begin += kLanes) {
-    Block block;
-    const size_t count = std::min(kLanes, rows.size() - begin);
-    for (size_t k = 0; k < count; ++k) block.Set(k, rows[begin + k]);
+    for (size_t k = 0; k < kLanes; ++k)
+      block.Set(k, begin + k < rows.size() ? rows[begin + k] : nothing);
     sums.Add(block, with_twist);
   }
   return sums.Result();

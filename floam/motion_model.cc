@@ -6,7 +6,8 @@
 namespace isthmus::floam {
 namespace {
 
-constexpr double kTurning = 0.2;  // Likewise of turning, rad^2/s^3: 0.45 rad/s in a second.
+// Density of the white noise on turning, rad^2/s^3: 0.45 rad/s in a second.
+constexpr double kTurning = 0.2;
 constexpr double kLeastAcceleration = 0.005;  // 0.07 m/s in a second.
 
 Vector6d Densities(double acceleration) {

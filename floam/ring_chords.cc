@@ -20,8 +20,6 @@ constexpr float kSameSurface = 0.5F;
 const Eigen::Vector3f kAnywhere =
     Eigen::Vector3f::Constant(std::numeric_limits<float>::quiet_NaN());
 
-Eigen::Vector3f Position(const RingPoint& p) { return {p.x, p.y, p.z}; }
-
 float AzimuthCosine(const Eigen::Vector3f& a, const Eigen::Vector3f& b) {
   return a.head<2>().dot(b.head<2>()) / (a.head<2>().norm() * b.head<2>().norm());
 }
@@ -36,10 +34,10 @@ const RingPoint* AtAzimuthOf(const TimedPoint& point, const RingPoint* begin,
       begin, end, point.time,
       [rising](const RingPoint& p, float time) { return rising ? p.time < time : p.time > time; });
   if (at == end) --at;
-  float best = AzimuthCosine(Position(*at), point.position);
+  float best = AzimuthCosine(at->Position(), point.position);
   for (const std::ptrdiff_t step : {-1, 1}) {
     while (at + step >= begin && at + step < end) {
-      const float cosine = AzimuthCosine(Position(at[step]), point.position);
+      const float cosine = AzimuthCosine(at[step].Position(), point.position);
       if (!(cosine > best)) break;
       best = cosine;
       at += step;
@@ -57,7 +55,7 @@ Eigen::Vector3f Chord(const RingScan& scan, const TimedPoint& point, int side) {
     if (at == nullptr) continue;
     const float range = point.position.norm();
     if (std::min(range, at->range) < kSameSurface * std::max(range, at->range)) return kAnywhere;
-    return (Position(*at) - point.position).normalized();
+    return (at->Position() - point.position).normalized();
   }
   return Eigen::Vector3f::Zero();
 }

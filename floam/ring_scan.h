@@ -4,6 +4,7 @@
 
 #include <absl/status/status.h>
 
+#include <Eigen/Core>
 #include <cstdint>
 #include <numbers>
 #include <string>
@@ -21,6 +22,8 @@ struct RingPoint {
   float intensity = 0;
   float time = 0;   // Seconds relative to the END of the scan, in [-period_s, 0].
   float range = 0;  // Metres.
+
+  Eigen::Vector3f Position() const { return {x, y, z}; }
 };
 
 // Where ring or time of a point came from.

@@ -57,7 +57,7 @@ void ScanImage::Make(const RingScan& scan) {
       pixel.max_range = std::max(pixel.max_range, p.range);
       if (pixel.min_range > 0 && pixel.min_range <= p.range) continue;
       pixel.min_range = p.range;
-      pixel.nearest = {p.x, p.y, p.z};
+      pixel.nearest = p.Position();
     }
   }
 }

@@ -23,7 +23,7 @@ class RingChordsTest : public ::testing::Test {
     const uint32_t begin = scan_.ring_begin[ring], end = scan_.ring_begin[ring + 1];
     const RingPoint& p = scan_.points[begin + (end - begin) / 3];
     TimedPoint point;
-    point.position = {p.x, p.y, p.z};
+    point.position = p.Position();
     point.time = p.time;
     point.ring = static_cast<uint16_t>(ring);
     return point;
