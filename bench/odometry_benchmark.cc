@@ -115,8 +115,9 @@ class Benchmark {
 };
 
 void Describe(CLI::App* app, Options* options) {
-  app->add_option("--scenario", options->scenarios,
-                  "Names, or what names begin with; without it all that are simulated");
+  auto* scenario =
+      app->add_option("--scenario", options->scenarios,
+                      "Names, or what names begin with; without it all that are simulated");
   app->add_option("--seeds", options->seeds,
                   "Of worlds, drives and noise; without it each "
                   "scenario's own");
@@ -125,24 +126,28 @@ void Describe(CLI::App* app, Options* options) {
       "--sensor", options->scenario.sensor,
       "Simulated: vlp16, os1-64, solid, mid360, ...; without it vlp16, of wild drives any");
   app->add_option("--seconds", options->scenario.seconds,
-                  "Length of drives to which nothing happens at a set time; 0: as meant");
+                  "Length of drives to which nothing happens at a set time; 0: as meant")
+      ->check(CLI::Range(0, 1'000'000));
   app->add_option("--every", options->wild.every, "Only every so many'th scan: key scans")
-      ->check(CLI::PositiveNumber);
+      ->check(CLI::Range(1, 1'000'000));
   app->add_option("--repeats", options->repeats, "Runs of each drive, of which costs are medians")
-      ->check(CLI::PositiveNumber)
+      ->check(CLI::Range(1, 1'000'000))
       ->capture_default_str();
   auto* kitti = app->add_option("--kitti", options->kitti,
                                 "Folder of a recorded drive's .bin scans, instead of scenarios");
   app->add_option("--poses", options->poses, "Its reference poses: KITTI rows of the LiDAR")
       ->needs(kitti);
   auto* wild = app->add_option("--wild", options->wild.drives,
-                               "So many drives in wild worlds, other ones every time, instead");
+                               "So many drives in wild worlds, other ones every time, instead")
+                   ->check(CLI::Range(1, 1'000'000))
+                   ->excludes(kitti)
+                   ->excludes(scenario);
   app->add_option("--seed", options->wild.seed, "Of the first of them, to have it again")
       ->needs(wild);
   app->add_option("--kind", options->wild.drawn.kind, "Of world; without it any")->needs(wild);
   app->add_option("--cache", options->wild.cache, "Folder to keep these drives in")->needs(wild);
   app->add_option("--jobs", options->wild.jobs, "So many at a time; costs are honest with 1")
-      ->check(CLI::PositiveNumber)
+      ->check(CLI::Range(1, 1024))
       ->needs(wild);
   app->add_option("-o,--output", options->output, "FILE.json");
   app->add_flag("--list", options->list, "Names of the scenarios, and nothing else");

@@ -44,9 +44,13 @@ Json ErrorJson(const ErrorSummary& error) {
 }
 
 Json CountJson(const CountSummary& counts) {
-  return {{"ok", counts.ok},         {"degenerate", counts.degenerate},
-          {"lost", counts.lost},     {"rejected", counts.rejected},
-          {"silent", counts.silent}, {"covered_ok", counts.covered_ok}};
+  return {{"ok", counts.ok},
+          {"degenerate", counts.degenerate},
+          {"lost", counts.lost},
+          {"rejected", counts.rejected},
+          {"silent", counts.silent},
+          {"covered_ok", counts.covered_ok},
+          {"segments", counts.segments}};
 }
 
 Json LapsJson(const std::vector<LapSummary>& laps) {
@@ -219,11 +223,11 @@ std::string ToLine(const Entry& entry) {
   const Summary& s = entry.summary;
   return absl::StrFormat(
       "%-15s %2d %-10s %6d scans %6.2f ms %.4f cal (cal %.1f ms) rmse %.4f worst %.3f final %.3f "
-      "heading %.2f tilt %.2f ok %d degenerate %d lost %d rejected %d silent %d",
+      "heading %.2f tilt %.2f ok %d degenerate %d lost %d rejected %d silent %d segments %d",
       entry.scenario, entry.seed, entry.mode, entry.scans, s.cost.median_ms,
       s.cost.median_ms / s.cal_ms, s.cal_ms, s.error.rmse_m, s.error.worst_m, s.error.final_m,
       s.error.heading_worst_deg, s.error.tilt_worst_deg, s.counts.ok, s.counts.degenerate,
-      s.counts.lost, s.counts.rejected, s.counts.silent);
+      s.counts.lost, s.counts.rejected, s.counts.silent, s.counts.segments);
 }
 
 }  // namespace isthmus::bench

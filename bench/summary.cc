@@ -3,6 +3,8 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <map>
 #include <numbers>
 
 namespace isthmus::bench {
@@ -45,6 +47,24 @@ Pose AlignRigidly(const std::vector<ScanRecord>& scans) {
     said.col(i++) = scan.T_odom_sensor.translation();
   }
   return Pose::FromMatrix(Eigen::umeyama(said, truth, /*with_scaling=*/false));
+}
+
+// Segments share no frame: later ones in that of the first, where all of each fits the truth best.
+std::vector<ScanRecord> InOneFrame(const std::vector<ScanRecord>& scans) {
+  std::map<uint32_t, std::vector<ScanRecord>> segments;
+  for (const ScanRecord& scan : scans) segments[scan.segment].push_back(scan);
+  std::vector<ScanRecord> joined = scans;
+  if (segments.size() < 2) return joined;
+  std::map<uint32_t, Pose> T_world_odom;
+  for (const auto& [segment, of] : segments) T_world_odom[segment] = AlignRigidly(of);
+  const auto first = std::find_if(scans.begin(), scans.end(), HasPose);
+  if (first == scans.end()) return joined;
+  const Pose T_first_world = T_world_odom[first->segment].Inverse();
+  for (ScanRecord& scan : joined) {
+    if (scan.segment == first->segment) continue;
+    scan.T_odom_sensor = T_first_world * T_world_odom[scan.segment] * scan.T_odom_sensor;
+  }
+  return joined;
 }
 
 // Root of the mean square, and the largest, of what is added.
@@ -113,10 +133,13 @@ ErrorSummary SummarizeErrors(const std::vector<ScanRecord>& scans, const Pose& f
   return error;
 }
 
-CountSummary Count(const Drive& drive, const RunRecord& run, const Pose& first, const Pose& rigid) {
+CountSummary Count(const Drive& drive, const std::vector<ScanRecord>& scans, const Pose& first,
+                   const Pose& rigid) {
   CountSummary counts;
-  for (size_t i = 0; i < run.scans.size(); ++i) {
-    const ScanRecord& scan = run.scans[i];
+  for (const ScanRecord& scan : scans)
+    counts.segments = std::max(counts.segments, static_cast<int>(scan.segment));
+  for (size_t i = 0; i < scans.size(); ++i) {
+    const ScanRecord& scan = scans[i];
     counts.degenerate += scan.verdict == Verdict::kDegenerate;
     counts.lost += scan.verdict == Verdict::kLost;
     counts.rejected += scan.verdict == Verdict::kRejected;
@@ -183,22 +206,23 @@ double Percentile(std::vector<double> values, double share) {
 }
 
 Summary Summarize(const Drive& drive, const RunRecord& run, bool is_corridor) {
-  const Pose first = AlignFirst(run.scans), rigid = AlignRigidly(run.scans);
+  const std::vector<ScanRecord> scans = InOneFrame(run.scans);
+  const Pose first = AlignFirst(scans), rigid = AlignRigidly(scans);
   Summary summary;
-  summary.cost = SummarizeCost(run.scans);
-  summary.error = SummarizeErrors(run.scans, first, rigid);
-  summary.counts = Count(drive, run, first, rigid);
+  summary.cost = SummarizeCost(scans);
+  summary.error = SummarizeErrors(scans, first, rigid);
+  summary.counts = Count(drive, scans, first, rigid);
   summary.cal_ms = run.cal_ms;
   summary.odometry_mb = run.odometry_mb;
   summary.peak_mb = run.peak_mb;
   if (drive.trouble_ends >= 0) {
-    summary.scans_to_recover = ScansToRecover(drive, run.scans, first);
+    summary.scans_to_recover = ScansToRecover(drive, scans, first);
   }
-  if (is_corridor) summary.corridor = SummarizeCorridor(run.scans, first);
+  if (is_corridor) summary.corridor = SummarizeCorridor(scans, first);
   if (drive.lap_shots > 0) {
     const auto length = static_cast<size_t>(drive.lap_shots);
-    for (size_t i = drive.lap_begins; i + length <= run.scans.size(); i += length) {
-      summary.laps.push_back(SummarizeLap(run.scans, i, i + length, first));
+    for (size_t i = drive.lap_begins; i + length <= scans.size(); i += length) {
+      summary.laps.push_back(SummarizeLap(scans, i, i + length, first));
     }
   }
   return summary;

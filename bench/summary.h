@@ -15,7 +15,8 @@ struct CostSummary {
   std::optional<double> early_ms, late_ms;  // Medians of scans 200 to 300 and of the last 100.
 };
 
-// Positions, in metres, and angles, in degrees, of scans that were not lost or rejected.
+// Positions, in metres, and angles, in degrees, of scans that were not lost or rejected. A later
+// segment, in a frame of its own, counts from where all of it fits the truth best.
 struct ErrorSummary {
   // After rigid alignment (Umeyama, as evaluation::Alignment); of the last scan.
   double rmse_m = 0, worst_m = 0, last_m = 0;
@@ -28,6 +29,7 @@ struct ErrorSummary {
 
 struct CountSummary {
   int ok = 0, degenerate = 0, lost = 0, rejected = 0;
+  int segments = 0;
   // Claimed ok but wrong (see Drive::wrong_m), in either alignment.
   int silent = 0;
   int covered_ok = 0;  // Claimed ok with the view covered in part or whole.

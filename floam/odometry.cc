@@ -27,7 +27,7 @@ constexpr double kWorthwhileS = 5;
 
 constexpr char kStateMagic[] = "IODO";
 // Becomes another with every change of what is stored, or of what is made of it.
-constexpr uint32_t kStateVersion = 4;
+constexpr uint32_t kStateVersion = 5;
 
 }  // namespace
 
@@ -82,7 +82,7 @@ void Odometry::State::BeginSegment() {
 // The result's status and the rest that rests on the match are set; the input's words are not.
 ScanPose Odometry::State::Locate(OdometryResult* result) {
   ScanPose pose = segment->Locate(frame, result);
-  if (segment->LostSeconds() >= PatienceS() && segment->CheckFirst(frame).ok()) {
+  if (segment->SearchedSeconds() >= PatienceS() && segment->CheckFirst(frame).ok()) {
     BeginSegment();
     *result = OdometryResult();
     pose = segment->Locate(frame, result);

@@ -23,24 +23,24 @@ Matrix6d MatchedCovarianceAtEnd(const MatchResult& match, bool with_twist) {
   return J * match.covariance * J.transpose();
 }
 
-Matrix6d CovarianceAtEnd(const MatchResult& match, bool with_twist) {
-  MatchResult wide = match;
-  for (const Eigen::Vector3d& d : match.degeneracy.translations) {
-    wide.covariance.topLeftCorner<3, 3>() += kUnobservedM * kUnobservedM * d * d.transpose();
-  }
-  for (const Eigen::Vector3d& d : match.degeneracy.rotations) {
-    wide.covariance.block<3, 3>(3, 3) += kUnobservedRad * kUnobservedRad * d * d.transpose();
-  }
-  return MatchedCovarianceAtEnd(wide, with_twist);
-}
-
 Degeneracy DegeneracyAtEnd(const MatchResult& match) {
   const Eigen::Matrix3d R_end_reference =
       Exp(match.pose.reference_s * match.pose.twist).RotationMatrix();
-  Degeneracy degeneracy = match.degeneracy;
+  Degeneracy degeneracy = match.map_degeneracy;
   for (Eigen::Vector3d& d : degeneracy.translations) d = R_end_reference * d;
   for (Eigen::Vector3d& d : degeneracy.rotations) d = R_end_reference * d;
   return degeneracy;
+}
+
+Matrix6d Widened(const Matrix6d& covariance, const Degeneracy& unobserved) {
+  Matrix6d wide = covariance;
+  for (const Eigen::Vector3d& d : unobserved.translations) {
+    wide.topLeftCorner<3, 3>() += kUnobservedM * kUnobservedM * d * d.transpose();
+  }
+  for (const Eigen::Vector3d& d : unobserved.rotations) {
+    wide.bottomRightCorner<3, 3>() += kUnobservedRad * kUnobservedRad * d * d.transpose();
+  }
+  return wide;
 }
 
 Matrix6d LostCovariance() {

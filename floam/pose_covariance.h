@@ -8,15 +8,15 @@
 namespace isthmus::floam {
 
 // Covariance of T_odom_sensor at the END of the scan, twist order [rho; phi], sensor frame there,
-// from that of pose and twist at the reference time. `with_twist`: the twist was estimated.
-Matrix6d CovarianceAtEnd(const MatchResult& match, bool with_twist);
-
-// The same of what the matches themselves say. Not large along what they do not observe: the guess
-// was held there.
+// from that of pose and twist at the reference time. `with_twist`: the twist was estimated. Not
+// large along what was not observed: the guess was held there.
 Matrix6d MatchedCovarianceAtEnd(const MatchResult& match, bool with_twist);
 
-// The unobserved directions of the pose at the reference time, as seen at the END of the scan.
+// What the map does not tell of the pose at the reference time, as seen at the END of the scan.
 Degeneracy DegeneracyAtEnd(const MatchResult& match);
+
+// Wide along what was not observed, both in the sensor frame at the END of the scan.
+Matrix6d Widened(const Matrix6d& covariance, const Degeneracy& unobserved);
 
 // Of a pose that is a prediction only.
 Matrix6d LostCovariance();

@@ -19,7 +19,7 @@ constexpr int kTryStride = 3, kTryIterations = 8;
 constexpr double kNearM = 0.5, kNearRad = 0.12;
 // So far from the last place seen, a good part of what is seen may be new, if it drove there: of
 // twice the way at its last speed.
-constexpr double kEdgeM = 4, kEdgeReach = 2;
+constexpr double kEdgeM = 4, kEdgeReach = 2, kEdgeS = 4;
 // What is this much as good as the best, and elsewhere, makes it ambiguous.
 constexpr double kRival = 0.93, kElsewhereM = 0.5, kElsewhereRad = 0.15;
 // How far from where it was foretold a place is confirmed.
@@ -93,7 +93,7 @@ bool Recovery::IsBelievable(const MatchResult& match, const MatchQuality& qualit
   const double away_m =
       (last.T_odom_sensor.Inverse() * match.pose.T_odom_sensor).translation().norm();
   const double driven_m = kEdgeReach * last.twist.head<3>().norm() * elapsed_s;
-  const bool at_the_edge = away_m > kEdgeM && away_m < driven_m;
+  const bool at_the_edge = elapsed_s < kEdgeS && away_m > kEdgeM && away_m < driven_m;
   return at_the_edge ? quality.IsTypicalAtTheEdge(match) : quality.IsTypical(match);
 }
 

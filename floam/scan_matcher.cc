@@ -63,7 +63,8 @@ struct ScanMatcher::Pass {
   double kernel2 = 0;
 
   int used = 0;
-  double agreement = 0;  // Sum of robust weights.
+  double agreement = 0;  // Sum of robust weights ...
+  double standing = 0;   // ... and of those of edges and poles.
   std::vector<MatchRow>* rows = nullptr;
 
   // The distance of q (sensor frame, at the reference time) to the plane across `normal` (odom),
@@ -133,7 +134,9 @@ void ScanMatcher::AccumulateEdges(const Features& features, const MatchOptions& 
     const Eigen::Vector3d v = along.cross(u);
     const double residual2 = std::pow(u.dot(offset), 2) + std::pow(v.dot(offset), 2);
     if (residual2 > options.gate_m * options.gate_m) continue;
-    const double weight = pass->Use(residual2) * point.weight / (noise2 + found.shape->variance);
+    const double robust = pass->Use(residual2);
+    pass->standing += robust;
+    const double weight = robust * point.weight / (noise2 + found.shape->variance);
     pass->AddRows(q, offset, u, v, point.time, weight, found.shape->tilt_variance);
   }
 }
@@ -155,7 +158,9 @@ void ScanMatcher::AccumulatePoles(const Features& features, const MatchOptions& 
     const Eigen::Vector3d v = pass->rotation * Eigen::Vector3d::UnitZ().cross(q).normalized();
     const double residual2 = std::pow(u.dot(offset), 2) + std::pow(v.dot(offset), 2);
     if (residual2 > options.gate_m * options.gate_m) continue;
-    const double weight = pass->RobustWeight(residual2) / (noise2 + found.shape->variance);
+    const double robust = pass->RobustWeight(residual2);
+    pass->standing += robust;
+    const double weight = robust / (noise2 + found.shape->variance);
     pass->AddRows(q, offset, u, v, point.time, weight, 0);
   }
 }
@@ -174,6 +179,8 @@ MatchResult ScanMatcher::Match(const Features& features, const ScanPose& guess,
   const size_t stride = options.stride;
   result.features = static_cast<int>((features.surfaces.size() + stride - 1) / stride +
                                      (features.edges.size() + stride - 1) / stride);
+  result.standing_tried = static_cast<int>((features.edges.size() + stride - 1) / stride +
+                                           (poles != nullptr ? features.poles.size() : 0));
   double kernel = options.kernel_start_m;
   for (int iteration = 0; iteration < options.max_iterations; ++iteration) {
     const ScanMotion motion(result.pose.twist, result.pose.reference_s, begin_s, end_s);
@@ -188,6 +195,7 @@ MatchResult ScanMatcher::Match(const Features& features, const ScanPose& guess,
     result.iterations = iteration + 1;
     result.used = pass.used;
     result.agreement = pass.used > 0 ? pass.agreement / pass.used : 0;
+    result.standing = pass.standing / std::max(result.standing_tried, 1);
 
     MatchSums sums = SumOf(rows_, with_twist);
     if (with_twist)
@@ -211,6 +219,7 @@ MatchResult ScanMatcher::Match(const Features& features, const ScanPose& guess,
     if (settled && last_stage && small) break;
   }
   result.degeneracy = FindDegeneracy(result.information, FreeMotion(options));
+  result.map_degeneracy = result.degeneracy;
   return result;
 }
 

@@ -67,9 +67,14 @@ struct MatchResult {
   ScanPose pose;
   Matrix12d covariance = Matrix12d::Zero();  // Of [pose motion; twist] as in MatchSums.
   Matrix6d information = Matrix6d::Zero();   // Of the pose motion, by the matches alone.
-  Degeneracy degeneracy;
-  int features = 0;      // Tried.
-  int used = 0;          // With a plane or line within the gate.
+  Degeneracy degeneracy;      // What neither the map nor the scan before tells: see Join.
+  Degeneracy map_degeneracy;  // What the map does not tell.
+  int features = 0;           // Tried.
+  int used = 0;               // With a plane or line within the gate.
+  // Of the edges and poles tried, the share that lie on lines and poles: the sum of their weights
+  // in the robust loss over their number. Ground fits anywhere, these do not.
+  double standing = 0;
+  int standing_tried = 0;
   double agreement = 0;  // Mean weight in the robust loss of those used, [0, 1].
   int iterations = 0;
   // Whether the scan before, too, tells well how the sensor moved: see Join.

@@ -46,8 +46,6 @@ absl::Status Segment::CheckFirst(const ScanFrame& frame) const {
       " needed to begin with; is the view blocked or the sensor model wrong?"));
 }
 
-double Segment::LostSeconds() const { return lost_ ? Seconds(lost_since_ns_, previous_ns_) : 0; }
-
 std::optional<MatchResult> Segment::Second(const ScanFrame& frame) {
   // What little a single scan shows fits in many places.
   if (tracker_.ElapsedSeconds(frame) > kLongestStartS) {
@@ -72,10 +70,21 @@ std::optional<MatchResult> Segment::Follow(const ScanFrame& frame, const ScanPos
     const std::optional<MatchResult> around = recovery_.LookAround(frame, &tracker_, &map_);
     if (around && around->Score() > match.Score()) match = *around;
   }
-  if (!lost_ && tracker_.Fits(match, map_) && tracker_.IsExpected(frame, match, prediction)) {
-    in_doubt_ = match.seconded || quality_.IsUsual(match) ? 0 : in_doubt_ + 1;
-    if (in_doubt_ == 0 || (in_doubt_ <= kMostDoubtful && quality_.IsDoubtful(match))) {
+  // Whoever was carried fits somewhere nearly as well as usual, now and then.
+  const bool was_away = tracker_.IsAfterGap(frame) && !tracker_.WasAfterGap();
+  const bool good = in_doubt_ > 0 || was_away ? quality_.IsTypical(match) : quality_.IsUsual(match);
+  if (!lost_ && tracker_.Fits(match, map_) && (good || !was_away)) {
+    const bool expected = tracker_.IsExpected(frame, match, prediction);
+    in_doubt_ = expected && (match.seconded || good) ? 0 : in_doubt_ + 1;
+    if (expected &&
+        (in_doubt_ == 0 || (in_doubt_ <= kMostDoubtful && quality_.IsDoubtful(match)))) {
       quality_.Add(match);
+      return match;
+    }
+    // Where scan after scan does not tell the way, none shows that it was another.
+    if (!expected && match.degeneracy.any() && tracker_.IsSteady(frame) &&
+        in_doubt_ <= kMostDoubtful) {
+      match.pose = prediction;
       return match;
     }
   }
@@ -105,17 +114,20 @@ ScanPose Segment::Prediction(const ScanFrame& frame) {
 void Segment::Assess(const MatchResult& match, bool carried, double elapsed_s,
                      OdometryResult* result) {
   const bool with_twist = options_.mode == OdometryMode::kContinuous;
-  result->covariance = CovarianceAtEnd(match, with_twist);
-  result->degeneracy = in_doubt_ > 0 ? Everything() : DegeneracyAtEnd(match);
+  result->degeneracy =
+      unobserved_.Lasting(DegeneracyAtEnd(match), match.pose.At(0).RotationMatrix(), elapsed_s);
+  if (in_doubt_ > 0) result->degeneracy = Everything();
   if (result->degeneracy.any()) result->status = TrackingStatus::kDegenerate;
   if (in_doubt_ > 0) result->status = TrackingStatus::kLost;
   result->matched_covariance = MatchedCovarianceAtEnd(match, with_twist);
+  result->covariance = Widened(result->matched_covariance, result->degeneracy);
   result->unobserved_covariance =
       carried ? unobserved_.CarriedStep() : unobserved_.Step(result->degeneracy, elapsed_s);
 }
 
 ScanPose Segment::Lose(const ScanPose& prediction, const ScanFrame& frame, OdometryResult* result) {
-  if (!lost_) lost_since_ns_ = frame.stamp_ns;
+  if (!lost_) searched_s_ = 0;
+  if (lost_ && CheckFirst(frame).ok()) searched_s_ += Seconds(previous_ns_, frame.stamp_ns);
   lost_ = true;
   result->covariance = LostCovariance();
   result->unobserved_covariance = unobserved_.LostStep(Seconds(previous_ns_, frame.stamp_ns));
@@ -151,7 +163,7 @@ ScanPose Segment::Locate(const ScanFrame& frame, OdometryResult* result) {
   if (carried) {
     tracker_.Begin({match->pose, frame.stamp_ns});  // Its motion, not the way it was carried.
   } else {
-    tracker_.Adopt(frame, map_, &*match);
+    tracker_.Adopt(frame, map_, in_doubt_ > 0, &*match);
   }
   if (options_.mode == OdometryMode::kAloam) scan_to_scan_.SetPrevious(frame.features);
   phase_ = Phase::kUnderWay;

@@ -43,15 +43,15 @@ class Segment {
 
   bool HasBegun() const { return phase_ != Phase::kFirst; }
   int64_t previous_ns() const { return previous_ns_; }  // Stamp of the last scan located.
-  // For how long scans could not be matched, up to the last; 0 if that was.
-  double LostSeconds() const;
+  // For how long scans that show enough could not be matched, up to the last; 0 if that was.
+  double SearchedSeconds() const { return lost_ ? searched_s_ : 0; }
   // How long scans were matched, lost ones in between left out.
   double TrackedSeconds() const { return tracked_s_; }
 
   // For state_codec.h. `start_` is not asked any more once under way.
   template <typename Self, typename Io>
   static void Fields(Self& self, Io& io) {
-    io(self.phase_, self.previous_ns_, self.lost_, self.lost_since_ns_, self.tracked_s_,
+    io(self.phase_, self.previous_ns_, self.lost_, self.searched_s_, self.tracked_s_,
        self.in_doubt_, self.tracker_, self.map_, self.scan_to_scan_, self.quality_,
        self.unobserved_, self.recovery_, self.relocaliser_);
     if constexpr (Io::kIsReading) io.Expect(self.phase_ <= Phase::kUnderWay);
@@ -81,9 +81,9 @@ class Segment {
   Relocaliser relocaliser_;
 
   Phase phase_ = Phase::kFirst;
-  int64_t previous_ns_ = 0;    // Stamp of the last scan, matched or not.
-  bool lost_ = false;          // That one was.
-  int64_t lost_since_ns_ = 0;  // Stamp of the first of these.
+  int64_t previous_ns_ = 0;  // Stamp of the last scan, matched or not.
+  bool lost_ = false;        // That one was.
+  double searched_s_ = 0;    // Since then, with something in view.
   double tracked_s_ = 0;
   int in_doubt_ = 0;  // Scans in a row that were followed, but matched unusually badly.
 };

@@ -87,7 +87,7 @@ Start::Beginning Start::MatchFrom(const ScanToScanResult& moved, const ScanFrame
     began.second = tracker->matcher()->Match(frame.features, guess, prior, std::nullopt, matching,
                                              map->surfaces(), map->edges(), map->poles());
     began.score = began.second.Score();
-    if (joined) Join(moved, tracker->options(), &began.second);
+    if (joined) Join(moved, tracker->options(), *map, &began.second);
     if (!tracker->Fits(began.second, *map)) break;
     first.twist = Log(first.T_odom_sensor.Inverse() * began.second.pose.T_odom_sensor) / between_s;
     began.second.pose.twist = first.twist;

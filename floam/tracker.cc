@@ -21,9 +21,11 @@ constexpr double kSharedFading = 0.1;
 
 }  // namespace
 
-void Join(const ScanToScanResult& moved, const OdometryOptions& options, MatchResult* match) {
+void Join(const ScanToScanResult& moved, const OdometryOptions& options, const FeatureMap& map,
+          MatchResult* match) {
   match->information += moved.information;
   match->degeneracy = FindDegeneracy(match->information, FreeMotion(options.matching));
+  if (map.IsYoung()) match->map_degeneracy = match->degeneracy;
   match->seconded = moved.used >= options.min_used_share * moved.features &&
                     moved.score >= options.min_agreement * moved.used;
 }
@@ -91,11 +93,13 @@ std::optional<ScanToScanResult> Tracker::LookBack(const ScanFrame& frame, PosePr
   return moved;
 }
 
-MatchResult Tracker::Match(const ScanFrame& frame, const ScanPose& guess, FeatureMap* map) {
+bool Tracker::IsSteady(const ScanFrame& frame) const {
   // Clocks may step back.
-  const bool steady =
-      frame.stamp_ns < steady_until_ns_ && frame.stamp_ns >= steady_until_ns_ - kSteadyNs;
-  if (steady && !map->IsYoung())
+  return frame.stamp_ns < steady_until_ns_ && frame.stamp_ns >= steady_until_ns_ - kSteadyNs;
+}
+
+MatchResult Tracker::Match(const ScanFrame& frame, const ScanPose& guess, FeatureMap* map) {
+  if (IsSteady(frame) && !map->IsYoung())
     motion_.ExpectAcceleration(acceleration_);
   else
     motion_.ExpectAnything();
@@ -105,7 +109,7 @@ MatchResult Tracker::Match(const ScanFrame& frame, const ScanPose& guess, Featur
   if (moved) from.T_odom_sensor = prior.T_odom_sensor;
   MatchResult match = matcher_.Match(frame.features, from, prior, Prior(frame), options_.matching,
                                      map->surfaces(), map->edges(), map->poles());
-  if (moved) Join(*moved, options_, &match);
+  if (moved) Join(*moved, options_, *map, &match);
   return match;
 }
 
@@ -140,7 +144,8 @@ bool Tracker::IsExpected(const ScanFrame& frame, const MatchResult& match,
   return away.dot(motion_.Displacement(Between(frame)).ldlt().solve(away)) < kMostSurprise2;
 }
 
-void Tracker::Adopt(const ScanFrame& frame, const FeatureMap& map, MatchResult* match) {
+void Tracker::Adopt(const ScanFrame& frame, const FeatureMap& map, bool doubtful,
+                    MatchResult* match) {
   if (options_.mode == OdometryMode::kFloam) {
     // Stage two of the paper: the motion that was found replaces the one that was predicted.
     const Pose moved = last_.pose.T_odom_sensor.Inverse() * match->pose.T_odom_sensor;
@@ -152,11 +157,19 @@ void Tracker::Adopt(const ScanFrame& frame, const FeatureMap& map, MatchResult* 
     shared_twist_ += kSharedFading * (match->pose.twist - between - shared_twist_);
     match->pose.twist -= shared_twist_;
   }
+  was_after_gap_ = IsAfterGap(frame);
   motion_.Update(Between(frame), match->covariance.topLeftCorner<6, 6>());
   last_ = {match->pose, frame.stamp_ns};
+  // Two scans from where a sensor was carried to agree with each other wherever they are put: one
+  // that is in doubt supports none that follows, unless nothing else is to be had.
+  if (doubtful) {
+    keeps_last_ = false;
+    if (IsSteady(frame)) Keep(frame);
+    return;
+  }
   degenerate_ = match->degeneracy.any();
   if (degenerate_) steady_until_ns_ = frame.stamp_ns + kSteadyNs;
-  if (map.IsYoung() || degenerate_ || IsAfterGap(frame) ||
+  if (map.IsYoung() || IsSteady(frame) || IsAfterGap(frame) ||
       match->used < kThinShare * match->features) {
     Keep(frame);
   } else {

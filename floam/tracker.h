@@ -32,8 +32,10 @@ struct Sighting {
   }
 };
 
-// Adds what the scan before says of the motion to what the map says.
-void Join(const ScanToScanResult& moved, const OdometryOptions& options, MatchResult* match);
+// Adds what the scan before says of the motion to what the map says. Where the map is more than
+// these few scans that does not make up for what it does not tell: steps add up, errors as well.
+void Join(const ScanToScanResult& moved, const OdometryOptions& options, const FeatureMap& map,
+          MatchResult* match);
 
 // Matches scans from where the sensor was seen last. Not thread safe.
 class Tracker {
@@ -44,8 +46,9 @@ class Tracker {
   const Sighting& last() const { return last_; }
   // Goes on from there, of the motion only its twist known.
   void Begin(const Sighting& sighting);
-  // Takes the match to the map for the truth; it goes on from there.
-  void Adopt(const ScanFrame& frame, const FeatureMap& map, MatchResult* match);
+  // Takes the match to the map for the truth, or if `doubtful` for the best there is; it goes on
+  // from there.
+  void Adopt(const ScanFrame& frame, const FeatureMap& map, bool doubtful, MatchResult* match);
 
   // The instant within the scan whose pose is estimated, relative to its END.
   double ReferenceTime(const ScanFrame& frame) const;
@@ -55,6 +58,8 @@ class Tracker {
   double Between(const ScanFrame& frame) const;
   // Whether too much may have happened in between to trust in the motion going on.
   bool IsAfterGap(const ScanFrame& frame) const;
+  // Whether that was so of the scan seen last: key scans.
+  bool WasAfterGap() const { return was_after_gap_; }
   // Where the scan should be if the motion goes on.
   ScanPose Prediction(const ScanFrame& frame) const;
 
@@ -69,6 +74,8 @@ class Tracker {
   // from then on.
   ScanPose SteadyPrediction(const ScanFrame& frame, const Degeneracy& unobserved) const;
   bool IsDegenerate() const { return degenerate_; }  // The last match was.
+  // One less than a second before the scan was: of the speed only its steadiness is known.
+  bool IsSteady(const ScanFrame& frame) const;
 
   // Whether the scan lies on the map well enough to be believed at all, ...
   bool Fits(const MatchResult& match, const FeatureMap& map) const;
@@ -82,8 +89,9 @@ class Tracker {
   // For state_codec.h.
   template <typename Self, typename Io>
   static void Fields(Self& self, Io& io) {
-    io(self.last_, self.motion_, self.degenerate_, self.acceleration_, self.steady_until_ns_,
-       self.steady_, self.shared_twist_, self.scan_to_scan_, self.keeps_last_);
+    io(self.last_, self.motion_, self.degenerate_, self.was_after_gap_, self.acceleration_,
+       self.steady_until_ns_, self.steady_, self.shared_twist_, self.scan_to_scan_,
+       self.keeps_last_);
     if constexpr (Io::kIsReading) io.Expect(self.acceleration_ >= 0 && self.acceleration_ < 1e9);
   }
 
@@ -104,6 +112,7 @@ class Tracker {
   Sighting last_;
   MotionModel motion_;
   bool degenerate_ = false;
+  bool was_after_gap_ = false;
   double acceleration_ = 1;      // Fading density of its noise where that was observed, m^2/s^3.
   int64_t steady_until_ns_ = 0;  // Stamp; soon after such a match.
   Vector6d steady_ = Vector6d::Zero();  // Fading average of twists that were observed.

@@ -11,6 +11,7 @@ namespace {
 // it can be, 1 m/s, and the rate of turning, 0.3 rad/s: robots brake, stop and turn in a second.
 constexpr double kAcceleration = 1, kTurning = 0.1;
 constexpr double kKnownS = 1;
+constexpr double kLastingS = 0.55;
 
 // Integral of density t^2 over the next `elapsed_s` after `blind_s`, with t at most kKnownS.
 double Growth(double density, double blind_s, double elapsed_s) {
@@ -20,7 +21,25 @@ double Growth(double density, double blind_s, double elapsed_s) {
   return density * ((to * to * to - from * from * from) / 3 + kKnownS * kKnownS * evenly_s);
 }
 
+Degeneracy Rotated(const Eigen::Matrix3d& R, Degeneracy degeneracy) {
+  for (Eigen::Vector3d& d : degeneracy.translations) d = R * d;
+  for (Eigen::Vector3d& d : degeneracy.rotations) d = R * d;
+  return degeneracy;
+}
+
 }  // namespace
+
+Degeneracy UnobservedMotion::Lasting(const Degeneracy& degeneracy,
+                                     const Eigen::Matrix3d& R_odom_sensor, double elapsed_s) {
+  if (degeneracy.any()) {
+    lasting_odom_ = Rotated(R_odom_sensor, degeneracy);
+    lasted_s_ = 0;
+    return degeneracy;
+  }
+  lasted_s_ += elapsed_s;
+  if (lasted_s_ > kLastingS) lasting_odom_ = Degeneracy();
+  return Rotated(R_odom_sensor.transpose(), lasting_odom_);
+}
 
 Matrix6d UnobservedMotion::Step(const Degeneracy& unobserved, double elapsed_s) {
   Matrix6d covariance = Matrix6d::Zero();

@@ -17,6 +17,11 @@ namespace isthmus::floam {
 // of the later one, twist order [rho; phi]; those of steps under way add up. Not thread safe.
 class UnobservedMotion {
  public:
+  // Directions that count as not observed in a scan `elapsed_s` after the one before: those that it
+  // does not observe or, where it observes all, what one did not up to half a second ago. The first
+  // that sees something again tells where the sensor is in a map that came along with it.
+  Degeneracy Lasting(const Degeneracy& degeneracy, const Eigen::Matrix3d& R_odom_sensor,
+                     double elapsed_s);
   // Of a step of `elapsed_s` to a scan that was matched, with its unobserved directions at the END.
   Matrix6d Step(const Degeneracy& unobserved, double elapsed_s);
   // To one that could not be matched.
@@ -28,12 +33,19 @@ class UnobservedMotion {
   // For state_codec.h.
   template <typename Self, typename Io>
   static void Fields(Self& self, Io& io) {
-    io(self.blind_translation_s_, self.blind_rotation_s_);
+    io(self.blind_translation_s_, self.blind_rotation_s_, self.lasting_odom_.translations,
+       self.lasting_odom_.rotations, self.lasted_s_);
+    if constexpr (Io::kIsReading) {
+      io.Expect(self.lasting_odom_.translations.size() <= 3 &&
+                self.lasting_odom_.rotations.size() <= 3);
+    }
   }
 
  private:
   // Since when some translation, or rotation, was not observed.
   double blind_translation_s_ = 0, blind_rotation_s_ = 0;
+  Degeneracy lasting_odom_;  // What was not observed last, ...
+  double lasted_s_ = 0;      // ... and how long ago.
 };
 
 }  // namespace isthmus::floam

@@ -65,6 +65,14 @@ absl::StatusOr<std::vector<Written>> WriteSegments(client::Client& client, uint3
     absl::Status status = codec::WriteTum(written.file, trajectory->poses);
     if (!status.ok()) return status;
   }
+  // What an earlier drive left under this name would pass for a segment of this one.
+  for (uint32_t next = segments + 1; std::filesystem::exists(FileOf(output, next)); ++next) {
+    std::error_code failed;
+    if (!std::filesystem::remove(FileOf(output, next), failed)) {
+      return absl::FailedPreconditionError(
+          absl::StrCat("cannot remove ", FileOf(output, next), " of an earlier drive"));
+    }
+  }
   return files;
 }
 

@@ -86,6 +86,21 @@ TEST(Summarize, CountsAsSilentWhatIsWrongAndClaimsToBeOk) {
   EXPECT_NEAR(summary.error.first_rmse_m, std::sqrt(2 * 0.25 / 498), 1e-9);
 }
 
+TEST(Summarize, SegmentsShareNoFrame) {
+  Perfect drive;
+  for (ScanRecord& scan : drive.run.scans) scan.segment = 1;
+  for (int i = 200; i < 500; ++i) {
+    ScanRecord& scan = drive.run.scans[i];
+    scan.segment = 2;
+    scan.T_odom_sensor = Pose::FromXyzRpy(-70, 8, 2, 0, 0.1, 1) * scan.T_odom_sensor;
+  }
+  const Summary summary = Summarize(drive.drive, drive.run, false);
+  EXPECT_EQ(summary.counts.segments, 2);
+  EXPECT_EQ(summary.counts.silent, 0);
+  EXPECT_LT(summary.error.first_worst_m, 1e-6);
+  EXPECT_LT(summary.error.worst_m, 1e-6);
+}
+
 TEST(Summarize, CountsScansUntilThePoseIsRightAgain) {
   Perfect drive;
   drive.drive.trouble_ends = 200;

@@ -6,6 +6,7 @@
 #include <functional>
 #include <limits>
 #include <optional>
+#include <random>
 #include <vector>
 
 #include "floam/feature_map.h"
@@ -36,8 +37,8 @@ OdometryOptions WithMode(OdometryMode mode) {
 // places the odom frame.
 class Drive {
  public:
-  Drive(const Motion& motion, const OdometryOptions& options)
-      : motion_(motion), odometry_(Vlp16(), options) {}
+  Drive(const Motion& motion, const OdometryOptions& options, const Room& room = FurnishedRoom())
+      : room_(room), motion_(motion), odometry_(Vlp16(), options) {}
 
   absl::StatusOr<OdometryResult> Step(int index) {
     return Process(MakeScan(room_, motion_, sensor_, index), index);
@@ -61,7 +62,7 @@ class Drive {
   Odometry& odometry() { return odometry_; }
 
  private:
-  const Room room_ = FurnishedRoom();
+  const Room room_;
   const Sensor sensor_;
   const Motion motion_;
   Odometry odometry_;
@@ -257,6 +258,36 @@ TEST(Odometry, SaysSoWhenItIsLostAndFindsItselfAgain) {
   EXPECT_LT(drive.error().translation().norm(), 0.05);
 }
 
+// Dust shows nothing to begin a segment with, and so nothing that the robot could be looked for by.
+TEST(Odometry, IsLookedForWhereItWasOnceTheDustHasSettled) {
+  Drive drive(Loop(1.2), WithMode(OdometryMode::kContinuous));
+  for (int k = 0; k < 60; ++k) ASSERT_TRUE(drive.Step(k).ok());
+  std::mt19937 random(3);
+  std::uniform_real_distribution<float> range(0.6F, 3);
+  for (int k = 60; k < 90; ++k) {
+    Scan scan = MakeScan(
+        drive.room(), [](double) { return Pose(); }, drive.sensor(), k);
+    for (ScanPoint& p : scan.points) {
+      const float nearer = range(random) / std::hypot(p.x, p.y, p.z);
+      p.x *= nearer, p.y *= nearer, p.z *= nearer;
+    }
+    const auto result = drive.odometry().Process(scan);
+    ASSERT_TRUE(result.ok());
+    EXPECT_EQ(result->status, TrackingStatus::kLost) << k;
+  }
+  // It stood still meanwhile.
+  for (int k = 90; k < 110; ++k) {
+    Scan scan = MakeScan(
+        drive.room(), [&](double time_s) { return Loop(1.2)(time_s - 3); }, drive.sensor(), k);
+    const auto result = drive.odometry().Process(scan);
+    ASSERT_TRUE(result.ok());
+    EXPECT_EQ(result->segment, 1u) << k;
+    if (k > 100) {
+      EXPECT_EQ(result->status, TrackingStatus::kOk) << k;
+    }
+  }
+}
+
 // Carried to where nothing is known: what was seen before and what comes share no frame.
 TEST(Odometry, BeginsASegmentWhereItIsLostForGood) {
   Drive drive(Loop(1.2), WithMode(OdometryMode::kContinuous));
@@ -312,6 +343,31 @@ TEST(Odometry, ACarriedRobotIsNeverClaimedWhereItIsNot) {
         if (k == 40) {
           EXPECT_EQ(result->status, TrackingStatus::kLost);
         }
+      }
+    }
+  }
+}
+
+// Put down elsewhere while nothing was sent: what fits there a little is no place to go on from.
+TEST(Odometry, ARobotCarriedInAGapIsNeverClaimedWhereItIsNot) {
+  Room room = FurnishedRoom();  // Which would do turned by 180 degrees, but for these.
+  room.boxes.push_back({{-10, -7, -1.2}, {-2.5, -5.2, 3.8}});
+  room.boxes.push_back({{1.5, 5.5, -1.2}, {4, 7, 3.8}});
+  room.boxes.push_back({{-10, 2, -1.2}, {-7.5, 3.5, 2}});
+  const Motion loop = Loop(1.2);
+  for (const double gap_s : {1.0, 30.0}) {
+    for (const double back_s : {2.5, 7.5}) {
+      SCOPED_TRACE(::testing::Message() << gap_s << " s gap, back by " << back_s << " s");
+      const auto carried = [&](double time_s) {
+        return loop(time_s < 9.0001 ? time_s : time_s - gap_s - back_s);
+      };
+      Drive drive(carried, WithMode(OdometryMode::kContinuous), room);
+      for (int k = 0; k < 130; ++k) {
+        const int after_gap = k < 90 ? 0 : static_cast<int>(10 * gap_s);
+        const auto result = drive.Step(k + after_gap);
+        ASSERT_TRUE(result.ok());
+        if (result->status == TrackingStatus::kLost || result->segment > 1) continue;
+        EXPECT_LT(drive.error().translation().norm(), 0.25) << k;
       }
     }
   }

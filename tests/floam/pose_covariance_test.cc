@@ -29,34 +29,36 @@ Eigen::Matrix<double, 6, 12> NumericJacobian(const ScanPose& pose) {
   return J;
 }
 
-TEST(CovarianceAtEnd, FollowsFromThatOfThePose) {
+TEST(MatchedCovarianceAtEnd, FollowsFromThatOfThePose) {
   MatchResult match = SomeMatch();
   const Vector12d sigma = Vector12d::LinSpaced(12, 0.01, 0.12);
   match.covariance = sigma.cwiseAbs2().asDiagonal();
   const Eigen::Matrix<double, 6, 6> J = NumericJacobian(match.pose).leftCols<6>();
   const Matrix6d expected = J * match.covariance.topLeftCorner<6, 6>() * J.transpose();
-  EXPECT_TRUE(CovarianceAtEnd(match, false).isApprox(expected, 1e-5));
+  EXPECT_TRUE(MatchedCovarianceAtEnd(match, false).isApprox(expected, 1e-5));
 }
 
-TEST(CovarianceAtEnd, GrowsByWhatIsNotKnownOfTheTwist) {
+TEST(MatchedCovarianceAtEnd, GrowsByWhatIsNotKnownOfTheTwist) {
   for (const int axis : {0, 1, 5}) {
     MatchResult match = SomeMatch();
     match.covariance(6 + axis, 6 + axis) = 0.04;
     const Vector6d column = NumericJacobian(match.pose).col(6 + axis);
     const Matrix6d expected = 0.04 * column * column.transpose();
     // The left Jacobian of the motion to the END is taken as identity.
-    EXPECT_LT((CovarianceAtEnd(match, true) - expected).norm(), 0.05 * expected.norm()) << axis;
+    EXPECT_LT((MatchedCovarianceAtEnd(match, true) - expected).norm(), 0.05 * expected.norm())
+        << axis;
   }
 }
 
-TEST(CovarianceAtEnd, IsWideAlongWhatIsNotObserved) {
+TEST(Widened, IsWideAlongWhatTheMapDoesNotTell) {
   MatchResult match = SomeMatch();
   match.covariance = 1e-6 * Matrix12d::Identity();
   const Eigen::Vector3d along = Eigen::Vector3d(1, 1, 0).normalized();
-  match.degeneracy.translations = {along};
+  match.map_degeneracy.translations = {along};
   const Degeneracy at_end = DegeneracyAtEnd(match);
   ASSERT_EQ(at_end.translations.size(), 1u);
-  const Eigen::Matrix3d covariance = CovarianceAtEnd(match, false).topLeftCorner<3, 3>();
+  const Eigen::Matrix3d covariance =
+      Widened(MatchedCovarianceAtEnd(match, false), at_end).topLeftCorner<3, 3>();
   const Eigen::Vector3d& d = at_end.translations[0];
   const Eigen::Vector3d across = d.unitOrthogonal();
   EXPECT_GT(d.dot(covariance * d), 0.9);

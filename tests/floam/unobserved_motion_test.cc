@@ -26,6 +26,21 @@ TEST(UnobservedMotion, IsNoneWhereAllIsObserved) {
   EXPECT_TRUE(motion.Step(Degeneracy(), 0.1).isZero(0));
 }
 
+TEST(UnobservedMotion, LastsForHalfASecondWhereverTheSensorTurns) {
+  UnobservedMotion motion;
+  const Eigen::Matrix3d ahead = Eigen::Matrix3d::Identity();
+  const Eigen::Matrix3d left = Pose::FromXyzRpy(0, 0, 0, 0, 0, EIGEN_PI / 2).RotationMatrix();
+  EXPECT_FALSE(motion.Lasting(Degeneracy(), ahead, 0.1).any());
+  motion.Lasting(Along(Eigen::Vector3d::UnitX()), ahead, 0.1);
+  for (int k = 0; k < 5; ++k) {
+    const Degeneracy lasting = motion.Lasting(Degeneracy(), left, 0.1);
+    ASSERT_EQ(lasting.translations.size(), 1u) << k;
+    EXPECT_TRUE(lasting.translations[0].isApprox(-Eigen::Vector3d::UnitY()));
+    EXPECT_TRUE(lasting.rotations.empty());
+  }
+  EXPECT_FALSE(motion.Lasting(Degeneracy(), left, 0.1).any());
+}
+
 TEST(UnobservedMotion, GrowsAlongTheUnobservedDirectionAlone) {
   const Eigen::Vector3d d = Eigen::Vector3d(1, 2, 0).normalized();
   UnobservedMotion motion;

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "client/cli/embedded_server.h"
@@ -74,10 +75,12 @@ TEST_F(SegmentsTest, OdometryWritesAFileForEachAndDoesNotLookLikeSuccess) {
 }
 
 TEST_F(SegmentsTest, OdometryOfAGoodDriveIsASuccess) {
+  std::ofstream(Path("good.2.tum")) << "of an earlier drive\n";
   const ProgramResult result = Isthmus(absl::StrFormat(
       "odometry --sensor vlp16 --to %d %s -o %s", kMuseum - 1, Path("carried"), Path("good.tum")));
   EXPECT_EQ(result.code, 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr("25 ok, 0 degenerate, 0 lost, 0 rejected"));
+  EXPECT_FALSE(std::filesystem::exists(Path("good.2.tum")));
   EXPECT_THAT(result.err, Not(HasSubstr("lost")));
 }
 
