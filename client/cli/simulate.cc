@@ -56,11 +56,14 @@ void AddSimulate(CLI::App& app, Action& action) {
   auto options = std::make_shared<Options>();
   simulation::Options& simulation = options->simulation;
   CLI::App* command = app.add_subcommand("simulate", "Simulated robots with ground truth");
-  command->add_option("--world", simulation.world, "museum, campus, corridor, twins, ...; wild-forest, ...")
+  command
+      ->add_option("--world", simulation.world,
+                   "museum, campus, corridor, twins, ...; wild-forest, ...")
       ->capture_default_str();
   command->add_option("--sensor", simulation.sensor, "vlp16, os1-64, solid, mid360, ...")
       ->capture_default_str();
-  command->add_option("--robots", simulation.robots)->capture_default_str();
+  command->add_option("--robots", simulation.robots, "wild worlds have room for 1")
+      ->capture_default_str();
   command->add_option("--seconds", simulation.seconds, "Length of each drive")
       ->capture_default_str();
   command->add_option("--walkers", simulation.walkers, "People among the robots, 0 to 1000")
