@@ -127,7 +127,7 @@ void Describe(CLI::App* app, Options* options) {
       "Simulated: vlp16, os1-64, solid, mid360, ...; without it vlp16, of wild drives any");
   app->add_option("--seconds", options->scenario.seconds,
                   "Length of drives to which nothing happens at a set time; 0: as meant")
-      ->check(CLI::Range(0, 1'000'000));
+      ->check(CLI::Range(0.0, 1e6));
   app->add_option("--every", options->wild.every, "Only every so many'th scan: key scans")
       ->check(CLI::Range(1, 1'000'000));
   app->add_option("--repeats", options->repeats, "Runs of each drive, of which costs are medians")
