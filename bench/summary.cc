@@ -50,21 +50,22 @@ Pose AlignRigidly(const std::vector<ScanRecord>& scans) {
 }
 
 // Segments share no frame: later ones in that of the first, where all of each fits the truth best.
-std::vector<ScanRecord> InOneFrame(const std::vector<ScanRecord>& scans) {
+std::vector<ScanRecord> InOneFrame(std::vector<ScanRecord> scans) {
+  const auto first = std::find_if(scans.begin(), scans.end(), HasPose);
+  if (first == scans.end()) return scans;
   std::map<uint32_t, std::vector<ScanRecord>> segments;
   for (const ScanRecord& scan : scans) segments[scan.segment].push_back(scan);
-  std::vector<ScanRecord> joined = scans;
-  if (segments.size() < 2) return joined;
-  std::map<uint32_t, Pose> T_world_odom;
-  for (const auto& [segment, of] : segments) T_world_odom[segment] = AlignRigidly(of);
-  const auto first = std::find_if(scans.begin(), scans.end(), HasPose);
-  if (first == scans.end()) return joined;
-  const Pose T_first_world = T_world_odom[first->segment].Inverse();
-  for (ScanRecord& scan : joined) {
-    if (scan.segment == first->segment) continue;
-    scan.T_odom_sensor = T_first_world * T_world_odom[scan.segment] * scan.T_odom_sensor;
+  const uint32_t first_segment = first->segment;
+  const Pose T_first_world = AlignRigidly(segments[first_segment]).Inverse();
+  std::map<uint32_t, Pose> T_first_odom;
+  for (const auto& [segment, of] : segments) {
+    T_first_odom[segment] = T_first_world * AlignRigidly(of);
   }
-  return joined;
+  for (ScanRecord& scan : scans) {
+    if (scan.segment == first_segment) continue;
+    scan.T_odom_sensor = T_first_odom[scan.segment] * scan.T_odom_sensor;
+  }
+  return scans;
 }
 
 // Root of the mean square, and the largest, of what is added.
@@ -136,10 +137,9 @@ ErrorSummary SummarizeErrors(const std::vector<ScanRecord>& scans, const Pose& f
 CountSummary Count(const Drive& drive, const std::vector<ScanRecord>& scans, const Pose& first,
                    const Pose& rigid) {
   CountSummary counts;
-  for (const ScanRecord& scan : scans)
-    counts.segments = std::max(counts.segments, static_cast<int>(scan.segment));
   for (size_t i = 0; i < scans.size(); ++i) {
     const ScanRecord& scan = scans[i];
+    counts.segments = std::max(counts.segments, static_cast<int>(scan.segment));
     counts.degenerate += scan.verdict == Verdict::kDegenerate;
     counts.lost += scan.verdict == Verdict::kLost;
     counts.rejected += scan.verdict == Verdict::kRejected;

@@ -26,6 +26,31 @@ std::vector<Eigen::Vector3d> Unobserved(const Eigen::Matrix3d& posterior,
 
 }  // namespace
 
+Degeneracy Everything() {
+  Degeneracy degeneracy;
+  for (int axis = 0; axis < 3; ++axis) {
+    degeneracy.translations.push_back(Eigen::Vector3d::Unit(axis));
+    degeneracy.rotations.push_back(Eigen::Vector3d::Unit(axis));
+  }
+  return degeneracy;
+}
+
+Degeneracy Rotated(const Eigen::Matrix3d& R, Degeneracy degeneracy) {
+  for (Eigen::Vector3d& d : degeneracy.translations) d = R * d;
+  for (Eigen::Vector3d& d : degeneracy.rotations) d = R * d;
+  return degeneracy;
+}
+
+void Widen(const Degeneracy& degeneracy, double translation, double rotation,
+           Matrix6d* covariance) {
+  for (const Eigen::Vector3d& d : degeneracy.translations) {
+    covariance->topLeftCorner<3, 3>() += translation * d * d.transpose();
+  }
+  for (const Eigen::Vector3d& d : degeneracy.rotations) {
+    covariance->bottomRightCorner<3, 3>() += rotation * d * d.transpose();
+  }
+}
+
 Degeneracy FindDegeneracy(const Matrix6d& information, const Matrix6d& prior) {
   const Matrix6d posterior = (information + prior.inverse()).inverse();
   return {Unobserved(posterior.topLeftCorner<3, 3>(), prior.topLeftCorner<3, 3>()),

@@ -26,20 +26,12 @@ Matrix6d MatchedCovarianceAtEnd(const MatchResult& match, bool with_twist) {
 Degeneracy DegeneracyAtEnd(const MatchResult& match) {
   const Eigen::Matrix3d R_end_reference =
       Exp(match.pose.reference_s * match.pose.twist).RotationMatrix();
-  Degeneracy degeneracy = match.map_degeneracy;
-  for (Eigen::Vector3d& d : degeneracy.translations) d = R_end_reference * d;
-  for (Eigen::Vector3d& d : degeneracy.rotations) d = R_end_reference * d;
-  return degeneracy;
+  return Rotated(R_end_reference, match.map_degeneracy);
 }
 
 Matrix6d Widened(const Matrix6d& covariance, const Degeneracy& unobserved) {
   Matrix6d wide = covariance;
-  for (const Eigen::Vector3d& d : unobserved.translations) {
-    wide.topLeftCorner<3, 3>() += kUnobservedM * kUnobservedM * d * d.transpose();
-  }
-  for (const Eigen::Vector3d& d : unobserved.rotations) {
-    wide.bottomRightCorner<3, 3>() += kUnobservedRad * kUnobservedRad * d * d.transpose();
-  }
+  Widen(unobserved, kUnobservedM * kUnobservedM, kUnobservedRad * kUnobservedRad, &wide);
   return wide;
 }
 

@@ -67,18 +67,20 @@ struct ScanMatcher::Pass {
   double standing = 0;   // ... and of those of edges and poles.
   std::vector<MatchRow>* rows = nullptr;
 
-  // The distance of q (sensor frame, at the reference time) to the plane across `normal` (odom),
-  // `offset` from its middle.
+  // The distance of q (sensor frame, at the reference time) to the plane across `normal` (sensor
+  // frame), `offset` (odom) from its middle.
   void AddRow(const Eigen::Vector3d& q, const Eigen::Vector3d& offset,
-              const Eigen::Vector3d& normal, double time_s, double weight, double tilt_variance) {
-    rows->push_back({PoseJacobian(q, rotation.transpose() * normal), weight, normal.dot(offset),
-                     time_s - pose.reference_s, q, rotation.transpose() * offset, tilt_variance});
+              const Eigen::Vector3d& normal, double residual, double time_s, double weight,
+              double tilt_variance) {
+    rows->push_back({PoseJacobian(q, normal), weight, residual, time_s - pose.reference_s, q,
+                     rotation.transpose() * offset, tilt_variance});
   }
-  // Likewise to a line, which is where two planes meet.
+  // Likewise to a line, where planes across u and v (odom) meet.
   void AddRows(const Eigen::Vector3d& q, const Eigen::Vector3d& offset, const Eigen::Vector3d& u,
                const Eigen::Vector3d& v, double time_s, double weight, double tilt_variance) {
-    AddRow(q, offset, u, time_s, weight, tilt_variance);
-    AddRow(q, offset, v, time_s, weight, tilt_variance);
+    for (const Eigen::Vector3d& n : {u, v}) {
+      AddRow(q, offset, rotation.transpose() * n, n.dot(offset), time_s, weight, tilt_variance);
+    }
   }
 
   // Geman-McClure: rho(r) = r^2 / (1 + r^2 / c^2), so the weight is 1 / (1 + r^2 / c^2)^2.
@@ -110,11 +112,9 @@ void ScanMatcher::AccumulateSurfaces(const Features& features, const MatchOption
     if (std::abs(residual) > options.gate_m) continue;
     const double weight =
         pass->Use(residual * residual) * point.weight / (noise2 + found.shape->variance);
-    if (i < features.chords.size() &&
-        !MayBe(features.chords[i], (pass->rotation.transpose() * normal).cast<float>())) {
-      continue;
-    }
-    pass->AddRow(q, offset, normal, point.time, weight, found.shape->tilt_variance);
+    const Eigen::Vector3d seen = pass->rotation.transpose() * normal;
+    if (i < features.chords.size() && !MayBe(features.chords[i], seen.cast<float>())) continue;
+    pass->AddRow(q, offset, seen, residual, point.time, weight, found.shape->tilt_variance);
   }
 }
 

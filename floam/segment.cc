@@ -15,16 +15,6 @@ constexpr double kLongestStartS = 5;
 // Scans in a row that may match unusually badly, before the robot counts as lost.
 constexpr int kMostDoubtful = 10;
 
-// Of a pose that may be wrong altogether.
-Degeneracy Everything() {
-  Degeneracy degeneracy;
-  for (int axis = 0; axis < 3; ++axis) {
-    degeneracy.translations.push_back(Eigen::Vector3d::Unit(axis));
-    degeneracy.rotations.push_back(Eigen::Vector3d::Unit(axis));
-  }
-  return degeneracy;
-}
-
 double Seconds(int64_t from_ns, int64_t to_ns) {
   return 1e-9 * static_cast<double>(to_ns - from_ns);
 }
@@ -116,7 +106,7 @@ void Segment::Assess(const MatchResult& match, bool carried, double elapsed_s,
   const bool with_twist = options_.mode == OdometryMode::kContinuous;
   result->degeneracy =
       unobserved_.Lasting(DegeneracyAtEnd(match), match.pose.At(0).RotationMatrix(), elapsed_s);
-  if (in_doubt_ > 0) result->degeneracy = Everything();
+  if (in_doubt_ > 0) result->degeneracy = Everything();  // It may be wrong altogether.
   if (result->degeneracy.any()) result->status = TrackingStatus::kDegenerate;
   if (in_doubt_ > 0) result->status = TrackingStatus::kLost;
   result->matched_covariance = MatchedCovarianceAtEnd(match, with_twist);

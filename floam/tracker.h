@@ -74,7 +74,8 @@ class Tracker {
   // from then on.
   ScanPose SteadyPrediction(const ScanFrame& frame, const Degeneracy& unobserved) const;
   bool IsDegenerate() const { return degenerate_; }  // The last match was.
-  // One less than a second before the scan was: of the speed only its steadiness is known.
+  // Whether one was, less than a second before this scan: of the speed along what was not observed
+  // no more is known than how steadily the robot drove.
   bool IsSteady(const ScanFrame& frame) const;
 
   // Whether the scan lies on the map well enough to be believed at all, ...

@@ -21,12 +21,6 @@ double Growth(double density, double blind_s, double elapsed_s) {
   return density * ((to * to * to - from * from * from) / 3 + kKnownS * kKnownS * evenly_s);
 }
 
-Degeneracy Rotated(const Eigen::Matrix3d& R, Degeneracy degeneracy) {
-  for (Eigen::Vector3d& d : degeneracy.translations) d = R * d;
-  for (Eigen::Vector3d& d : degeneracy.rotations) d = R * d;
-  return degeneracy;
-}
-
 }  // namespace
 
 Degeneracy UnobservedMotion::Lasting(const Degeneracy& degeneracy,
@@ -43,27 +37,14 @@ Degeneracy UnobservedMotion::Lasting(const Degeneracy& degeneracy,
 
 Matrix6d UnobservedMotion::Step(const Degeneracy& unobserved, double elapsed_s) {
   Matrix6d covariance = Matrix6d::Zero();
-  const double translation = Growth(kAcceleration, blind_translation_s_, elapsed_s);
-  for (const Eigen::Vector3d& d : unobserved.translations) {
-    covariance.topLeftCorner<3, 3>() += translation * d * d.transpose();
-  }
-  const double rotation = Growth(kTurning, blind_rotation_s_, elapsed_s);
-  for (const Eigen::Vector3d& d : unobserved.rotations) {
-    covariance.bottomRightCorner<3, 3>() += rotation * d * d.transpose();
-  }
+  Widen(unobserved, Growth(kAcceleration, blind_translation_s_, elapsed_s),
+        Growth(kTurning, blind_rotation_s_, elapsed_s), &covariance);
   blind_translation_s_ = unobserved.translations.empty() ? 0 : blind_translation_s_ + elapsed_s;
   blind_rotation_s_ = unobserved.rotations.empty() ? 0 : blind_rotation_s_ + elapsed_s;
   return covariance;
 }
 
-Matrix6d UnobservedMotion::LostStep(double elapsed_s) {
-  Degeneracy all;
-  for (int axis = 0; axis < 3; ++axis) {
-    all.translations.push_back(Eigen::Vector3d::Unit(axis));
-    all.rotations.push_back(Eigen::Vector3d::Unit(axis));
-  }
-  return Step(all, elapsed_s);
-}
+Matrix6d UnobservedMotion::LostStep(double elapsed_s) { return Step(Everything(), elapsed_s); }
 
 Matrix6d UnobservedMotion::CarriedStep() {
   blind_translation_s_ = blind_rotation_s_ = 0;

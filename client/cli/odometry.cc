@@ -3,6 +3,7 @@
 #include <absl/strings/str_format.h>
 
 #include <filesystem>
+#include <system_error>
 #include <vector>
 
 #include "client/cli/command.h"
@@ -66,12 +67,12 @@ absl::StatusOr<std::vector<Written>> WriteSegments(client::Client& client, uint3
     if (!status.ok()) return status;
   }
   // What an earlier drive left under this name would pass for a segment of this one.
-  for (uint32_t next = segments + 1; std::filesystem::exists(FileOf(output, next)); ++next) {
-    std::error_code failed;
-    if (!std::filesystem::remove(FileOf(output, next), failed)) {
-      return absl::FailedPreconditionError(
-          absl::StrCat("cannot remove ", FileOf(output, next), " of an earlier drive"));
-    }
+  std::error_code failed;
+  uint32_t next = segments + 1;
+  while (std::filesystem::remove(FileOf(output, next), failed)) ++next;
+  if (failed) {
+    return absl::FailedPreconditionError(absl::StrCat("cannot remove ", FileOf(output, next),
+                                                      " of an earlier drive: ", failed.message()));
   }
   return files;
 }
