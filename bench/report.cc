@@ -26,6 +26,7 @@ Json CostJson(const Summary& summary) {
        {{"features", cost.features_ms}, {"matching", cost.matching_ms}, {"map", cost.map_ms}}},
       {"scans_200_300_ms", OrNull(cost.early_ms)},
       {"last_100_ms", OrNull(cost.late_ms)},
+      {"lost_ratio", OrNull(cost.lost_ratio)},
   };
 }
 
@@ -223,11 +224,12 @@ std::string ToLine(const Entry& entry) {
   const Summary& s = entry.summary;
   return absl::StrFormat(
       "%-15s %2d %-10s %6d scans %6.2f ms %.4f cal (cal %.1f ms) rmse %.4f worst %.3f final %.3f "
-      "heading %.2f tilt %.2f ok %d degenerate %d lost %d rejected %d silent %d segments %d",
+      "heading %.2f tilt %.2f ok %d degenerate %d lost %d rejected %d silent %d segments %d%s",
       entry.scenario, entry.seed, entry.mode, entry.scans, s.cost.median_ms,
       s.cost.median_ms / s.cal_ms, s.cal_ms, s.error.rmse_m, s.error.worst_m, s.error.final_m,
       s.error.heading_worst_deg, s.error.tilt_worst_deg, s.counts.ok, s.counts.degenerate,
-      s.counts.lost, s.counts.rejected, s.counts.silent, s.counts.segments);
+      s.counts.lost, s.counts.rejected, s.counts.silent, s.counts.segments,
+      s.cost.lost_ratio ? absl::StrFormat(" lost scan %.1fx", *s.cost.lost_ratio) : "");
 }
 
 }  // namespace isthmus::bench

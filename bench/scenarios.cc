@@ -74,10 +74,10 @@ Make Standing(const std::string& world, double seconds, Motion (*motion)(const P
 
 Motion Spin(const Pose& at) { return simulation::SpinInPlace(at, 60 * kDegree, 1, 1); }
 
-// A minute's tour to which something happens; `trouble` returns when it is over.
-Make InTrouble(const std::string& world, int (*trouble)(Drive*)) {
+// A tour to which something happens; `trouble` returns when it is over.
+Make InTrouble(const std::string& world, int (*trouble)(Drive*), double seconds = 60) {
   return [=](const ScenarioOptions& options, uint64_t seed) -> absl::StatusOr<Drive> {
-    auto simulator = Tour(world, 60, options, seed);
+    auto simulator = Tour(world, seconds, options, seed);
     if (!simulator.ok()) return simulator.status();
     Drive drive = DriveOf(*std::move(simulator));
     drive.trouble_ends = trouble(&drive);
@@ -140,6 +140,33 @@ int CarryAwayAndBack(Drive* drive) {
   return 350;
 }
 
+// The robot drives on all the while.
+int CoverForAMinute(Drive* drive) {
+  Cover(&drive->shots, 300, 600, View::kBlank);
+  return 900;
+}
+
+// In one building and from one scan to the next in another: as out of a lift. Truths are in the
+// frame of either building.
+absl::StatusOr<Drive> Elsewhere(const ScenarioOptions& options, uint64_t seed) {
+  constexpr double kThere = 30;
+  constexpr uint64_t kOther = 1'000'000;  // Of seeds.
+  const auto first = Tour("museum", kThere, options, seed);
+  if (!first.ok()) return first.status();
+  const auto then = Tour("museum", kThere, options, seed + kOther);
+  if (!then.ok()) return then.status();
+  const int turns = (*first)->scan_count();
+  const auto in = [=](auto ask) {
+    return [=](int turn) { return turn < turns ? ask(**first, turn) : ask(**then, turn - turns); };
+  };
+  Drive drive = DriveOf(*first);
+  drive.shots = InOrder(turns + (*then)->scan_count(), (*first)->lidar().period_s);
+  drive.scan_of = in([](const Simulator& sim, int turn) { return sim.MakeScan(0, turn); });
+  drive.truth_of = in([](const Simulator& sim, int turn) { return sim.Truth(0, turn).pose; });
+  drive.trouble_ends = turns;
+  return drive;
+}
+
 // One lap is recorded, with the way there; all others are that one again, noise included.
 absl::StatusOr<Drive> Laps(const ScenarioOptions& options, uint64_t seed) {
   const auto tour = Tour("campus", 60, options, seed);
@@ -195,6 +222,10 @@ const std::vector<Scenario>& Scenarios() {
       {"carried_campus", "the same in the streets", five, InTrouble("campus", CarryBack)},
       {"away", "carried to a place not seen before, and 5 s later back", five,
        InTrouble("museum", CarryAwayAndBack)},
+      {"covered", "a minute with nothing to be seen, driving on", five,
+       InTrouble("museum", CoverForAMinute, 120)},
+      {"elsewhere", "from one scan to the next in another building, as out of a lift", five,
+       Elsewhere},
       {"laps", "one recorded lap of a campus, driven for 20,000 scans", {1}, Laps},
   };
   return *all;

@@ -90,6 +90,20 @@ std::vector<double> Costs(const std::vector<ScanRecord>& scans, double ScanRecor
   return values;
 }
 
+std::optional<double> LostRatio(const std::vector<ScanRecord>& scans) {
+  constexpr int kSome = 10;
+  double lost_ms = 0, other_ms = 0;
+  int lost = 0, others = 0;
+  for (const ScanRecord& scan : scans) {
+    if (scan.verdict == Verdict::kRejected) continue;
+    const bool is_lost = scan.verdict == Verdict::kLost;
+    (is_lost ? lost_ms : other_ms) += scan.ms;
+    ++(is_lost ? lost : others);
+  }
+  if (lost < kSome || others < kSome) return std::nullopt;
+  return lost_ms / lost / (other_ms / others);
+}
+
 CostSummary SummarizeCost(const std::vector<ScanRecord>& scans) {
   const auto median = [&](double ScanRecord::*cost, size_t begin, size_t end) {
     return Percentile(Costs(scans, cost, begin, end), 0.5);
@@ -106,6 +120,7 @@ CostSummary SummarizeCost(const std::vector<ScanRecord>& scans) {
     cost.early_ms = median(&ScanRecord::ms, 200, 300);
     cost.late_ms = median(&ScanRecord::ms, count - 100, count);
   }
+  cost.lost_ratio = LostRatio(scans);
   return cost;
 }
 

@@ -9,13 +9,16 @@
 namespace isthmus::floam {
 namespace {
 
-// Every guess is looked at, with a few features and a wide loss, ...
-constexpr size_t kGuessesPerScan = 2000;
-constexpr size_t kGlancePoints = 120;
+// The first scans that are lost are searched at once, later ones now and then: a lost robot is not
+// to cost more than others.
+constexpr int kEager = 2, kSpacing = 5;
+// Every guess is looked at with a few features and a wide loss, the better ones with more, ...
+constexpr size_t kGuessesPerScan = 2000, kBetterGuesses = 200;
+constexpr size_t kFewPoints = 30, kGlancePoints = 120;
 constexpr double kGlanceKernelM = 0.4;
-// ... and the best that are not near each other are matched properly.
-constexpr size_t kTries = 10;
-constexpr int kTryStride = 3, kTryIterations = 8;
+// ... and the best that are not near each other are matched properly: a little, the better ones on.
+constexpr size_t kTries = 10, kBetterTries = 4;
+constexpr int kTryStride = 3, kTryIterations = 3, kBetterTryIterations = 6;
 constexpr double kNearM = 0.5, kNearRad = 0.12;
 // So far from the last place seen, a good part of what is seen may be new, if it drove there: of
 // twice the way at its last speed.
@@ -30,29 +33,49 @@ bool AreNear(const Pose& a, const Pose& b, double distance_m, double angle_rad) 
   return between.translation().norm() < distance_m && RotationAngle(between) < angle_rad;
 }
 
-std::vector<ScanPose> BestGuesses(const Features& features, const std::vector<ScanPose>& guesses,
-                                  FeatureMap* map) {
-  // All guesses share the motion within the scan.
+bool IsNearAny(const ScanPose& pose, const std::vector<ScanPose>& others) {
+  return std::any_of(others.begin(), others.end(), [&](const ScanPose& other) {
+    return AreNear(other.T_odom_sensor, pose.T_odom_sensor, kNearM, kNearRad);
+  });
+}
+
+using Ranked = std::vector<std::pair<double, size_t>>;  // By score, of guesses.
+
+// Evenly of the scan's surfaces, seen from the pose's time.
+std::vector<Eigen::Vector3d> Sample(const Features& features, const ScanPose& pose, size_t count) {
   std::vector<Eigen::Vector3d> points;
-  const size_t step = features.surfaces.size() / kGlancePoints + 1;
-  const ScanMotion motion(guesses.front().twist, guesses.front().reference_s, -0.2, 0);
+  const size_t step = features.surfaces.size() / count + 1;
+  const ScanMotion motion(pose.twist, pose.reference_s, -0.2, 0);
   for (size_t i = 0; i < features.surfaces.size(); i += step) {
     const TimedPoint& p = features.surfaces[i];
     points.push_back(motion.ToReference(p.position, p.time).cast<double>());
   }
-  std::vector<std::pair<double, size_t>> ranked;
-  for (size_t k = 0; k < guesses.size(); ++k) {
-    ranked.emplace_back(map->Glance(points, guesses[k].T_odom_sensor, kGlanceKernelM), k);
+  return points;
+}
+
+void Rank(const std::vector<ScanPose>& guesses, const std::vector<Eigen::Vector3d>& points,
+          FeatureMap* map, Ranked* ranked) {
+  for (auto& [score, k] : *ranked) {
+    score = map->Glance(points, guesses[k].T_odom_sensor, kGlanceKernelM);
   }
-  std::sort(ranked.begin(), ranked.end(),
+  std::sort(ranked->begin(), ranked->end(),
             [](const auto& a, const auto& b) { return a.first > b.first; });
+}
+
+std::vector<ScanPose> BestGuesses(const Features& features, const std::vector<ScanPose>& guesses,
+                                  FeatureMap* map) {
+  Ranked ranked;
+  for (size_t k = 0; k < guesses.size(); ++k) ranked.emplace_back(0, k);
+  // All guesses share the motion within the scan.
+  if (ranked.size() > kBetterGuesses) {
+    Rank(guesses, Sample(features, guesses.front(), kFewPoints), map, &ranked);
+    ranked.resize(kBetterGuesses);
+  }
+  Rank(guesses, Sample(features, guesses.front(), kGlancePoints), map, &ranked);
   std::vector<ScanPose> best;
   for (const auto& [score, k] : ranked) {
     if (best.size() >= kTries || score <= 0) break;
-    const auto is_near = [&](const ScanPose& other) {
-      return AreNear(other.T_odom_sensor, guesses[k].T_odom_sensor, kNearM, kNearRad);
-    };
-    if (std::none_of(best.begin(), best.end(), is_near)) best.push_back(guesses[k]);
+    if (!IsNearAny(guesses[k], best)) best.push_back(guesses[k]);
   }
   return best;
 }
@@ -64,6 +87,12 @@ Recovery::Recovery(const OdometryOptions& options) : matching_(options.matching)
 void Recovery::Reset() {
   candidate_.reset();
   pending_.clear();
+  lost_ = 0;
+}
+
+bool Recovery::Begin() {
+  const int lost = lost_++;
+  return candidate_ || lost < kEager || lost % kSpacing == 0;
 }
 
 std::optional<MatchResult> Recovery::Find(const ScanFrame& frame, const MatchResult& tracked,
@@ -118,21 +147,35 @@ std::optional<MatchResult> Recovery::Confirm(const ScanFrame& frame, const Match
   return std::nullopt;
 }
 
-std::optional<MatchResult> Recovery::Search(const ScanFrame& frame, Tracker* tracker,
-                                            FeatureMap* map) {
+std::vector<MatchResult> Recovery::Try(const ScanFrame& frame, const std::vector<ScanPose>& guesses,
+                                       int iterations, Tracker* tracker, FeatureMap* map) {
   MatchOptions attempt = matching_;
   attempt.stride = kTryStride;
-  attempt.max_iterations = kTryIterations;
+  attempt.max_iterations = iterations;
   attempt.kernel_start_m = kGlanceKernelM;
   std::vector<MatchResult> matches;
-  for (const ScanPose& guess : BestGuesses(frame.features, NextGuesses(frame, *tracker), map)) {
+  for (const ScanPose& guess : guesses) {
     matches.push_back(tracker->matcher()->Match(frame.features, guess, Near(guess.T_odom_sensor),
                                                 std::nullopt, attempt, map->surfaces(),
                                                 map->edges(), map->poles()));
   }
-  if (matches.empty()) return std::nullopt;
   std::sort(matches.begin(), matches.end(),
             [](const auto& a, const auto& b) { return a.Score() > b.Score(); });
+  return matches;
+}
+
+std::optional<MatchResult> Recovery::Search(const ScanFrame& frame, Tracker* tracker,
+                                            FeatureMap* map) {
+  std::vector<ScanPose> better;
+  for (const MatchResult& match :
+       Try(frame, BestGuesses(frame.features, NextGuesses(frame, *tracker), map), kTryIterations,
+           tracker, map)) {
+    if (better.size() < kBetterTries && !IsNearAny(match.pose, better)) {
+      better.push_back(match.pose);
+    }
+  }
+  const std::vector<MatchResult> matches = Try(frame, better, kBetterTryIterations, tracker, map);
+  if (matches.empty()) return std::nullopt;
   const MatchResult& best = matches.front();
   for (const MatchResult& other : matches) {
     if (other.Score() > kRival * best.Score() &&

@@ -21,7 +21,11 @@ class Recovery {
  public:
   explicit Recovery(const OdometryOptions& options);
 
-  // To be asked for every scan that could not be tracked, in order. `tracked` is what tracking made
+  // To be called with every scan while lost, before anything is made of it: whether it is worth
+  // matching and to be asked about with Find.
+  bool Begin();
+
+  // To be asked for scans that could not be tracked, in order. `tracked` is what tracking made
   // of it. Returns a match to be believed, or none; then `tracker` goes on from the scan before,
   // which was the first to see the place.
   std::optional<MatchResult> Find(const ScanFrame& frame, const MatchResult& tracked,
@@ -37,12 +41,15 @@ class Recovery {
   // For state_codec.h.
   template <typename Self, typename Io>
   static void Fields(Self& self, Io& io) {
-    io(self.candidate_, self.pending_);
+    io(self.candidate_, self.pending_, self.lost_);
   }
 
  private:
   std::optional<MatchResult> Confirm(const ScanFrame& frame, const MatchQuality& quality,
                                      Tracker* tracker, FeatureMap* map);
+  // Matches with a part of the features; the best first.
+  std::vector<MatchResult> Try(const ScanFrame& frame, const std::vector<ScanPose>& guesses,
+                               int iterations, Tracker* tracker, FeatureMap* map);
   std::optional<MatchResult> Search(const ScanFrame& frame, Tracker* tracker, FeatureMap* map);
   std::vector<ScanPose> NextGuesses(const ScanFrame& frame, const Tracker& tracker);
   bool IsBelievable(const MatchResult& match, const MatchQuality& quality, const Tracker& tracker,
@@ -51,6 +58,7 @@ class Recovery {
   const MatchOptions matching_;
   std::optional<Sighting> candidate_;  // Seen in the scan before, not yet confirmed.
   std::vector<ScanPose> pending_;      // Guesses that are still to be looked at, the next one last.
+  int lost_ = 0;                       // Scans in a row.
 };
 
 }  // namespace isthmus::floam

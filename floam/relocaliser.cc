@@ -118,7 +118,7 @@ void Relocaliser::SearchSome(const Eigen::Quaterniond& tilt, double reference_s,
     for (const FoundPose& found : result.found) Inspect(found, tilt, reference_s, usual);
   }
   if (!regions_.empty()) return;
-  spacing_ = std::min(2 * spacing_, options_.max_spacing);
+  spacing_ = std::min(4 * spacing_, options_.max_spacing);
   next_search_ = lost_ + spacing_;
 }
 

@@ -25,9 +25,10 @@ struct RelocaliserOptions {
   PlaceCheckOptions check;
 
   // When to look.
-  int patience = 5;                      // Lost scans before the first search.
-  int max_spacing = 60;                  // Lost scans between searches, doubled from `patience` on.
-  size_t lookups_per_scan = 40'000'000;  // Then the search goes on with the next scan.
+  int patience = 5;  // Lost scans before the first search.
+  // Lost scans between searches, four times as many from one to the next, from `patience` on.
+  int max_spacing = 60;
+  size_t lookups_per_scan = 10'000'000;  // Then the search goes on with the next scan.
 
   // Where to look.
   double view_m = 25;           // What is farther from the sensor is left out.

@@ -52,6 +52,7 @@ std::optional<MatchResult> Segment::Second(const ScanFrame& frame) {
 }
 
 std::optional<MatchResult> Segment::Follow(const ScanFrame& frame, const ScanPose& prediction) {
+  if (lost_ && !recovery_.Begin()) return std::nullopt;
   MatchResult match = tracker_.Match(frame, prediction, &map_);
   if (match.degeneracy.any() && !tracker_.IsDegenerate() && !map_.IsYoung()) {
     match = tracker_.Match(frame, tracker_.SteadyPrediction(frame, match.degeneracy), &map_);

@@ -120,6 +120,17 @@ TEST(Summarize, TellsGrowthOfCost) {
   EXPECT_FALSE(Summarize(Perfect(300).drive, Perfect(300).run, false).cost.early_ms.has_value());
 }
 
+TEST(Summarize, ComparesCostsOfLostScansWithOthers) {
+  Perfect drive;
+  for (ScanRecord& scan : drive.run.scans) scan.ms = 2;
+  EXPECT_FALSE(Summarize(drive.drive, drive.run, false).cost.lost_ratio.has_value());
+  for (int i = 100; i < 150; ++i) {
+    drive.run.scans[i].verdict = Verdict::kLost;
+    drive.run.scans[i].ms = i < 125 ? 1 : 5;
+  }
+  EXPECT_EQ(Summarize(drive.drive, drive.run, false).cost.lost_ratio, 1.5);
+}
+
 TEST(Summarize, SplitsErrorsInACorridor) {
   Perfect drive;
   drive.Disturb(50, Pose(Eigen::Vector3d(-2, 0.1, 0.03)));
