@@ -14,6 +14,10 @@ constexpr double kEdgeAgreement = 0.9, kEdgeShare = 0.4;
 // Of what stands, where so many are expected that hardly ever so few are met by chance.
 constexpr double kUsualStanding = 0.15, kTypicalStanding = 0.4, kFewStanding = 8;
 
+// Fewer tell nothing.
+constexpr int kFewWalls = 200;
+constexpr double kMoreThrough = 0.2, kWallsFading = 0.2;
+
 double Share(const MatchResult& match) {
   return static_cast<double>(match.used) / std::max(match.features, 1);
 }
@@ -25,6 +29,17 @@ void MatchQuality::Add(const MatchResult& match) {
   agreement_ += weight * (match.agreement - agreement_);
   share_ += weight * (Share(match) - share_);
   standing_ += weight * (match.standing - standing_);
+}
+
+void MatchQuality::AddWalls(const WallsSeen& walls) {
+  if (walls.count() < kFewWalls) return;
+  through_ += (has_walls_ ? kWallsFading : 1) * (walls.through_share() - through_);
+  has_walls_ = true;
+}
+
+bool MatchQuality::IsContradicted(const WallsSeen& walls) const {
+  return has_walls_ && walls.count() >= kFewWalls &&
+         walls.through_share() > through_ + kMoreThrough;
 }
 
 bool MatchQuality::IsUsual(const MatchResult& match) const {

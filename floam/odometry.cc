@@ -27,7 +27,7 @@ constexpr double kWorthwhileS = 5;
 
 constexpr char kStateMagic[] = "IODO";
 // Becomes another with every change of what is stored, or of what is made of it.
-constexpr uint32_t kStateVersion = 6;
+constexpr uint32_t kStateVersion = 7;
 
 }  // namespace
 

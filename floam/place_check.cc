@@ -73,26 +73,29 @@ PlaceMatch PlaceCheck::Check(const MapMemory& memory, const ScanPose& guess, boo
   place.match = matcher_.Match(features_, start, AnywhereNear(start.T_odom_sensor), prior,
                                matching_, &surfaces_, &edges_);
   place.share = static_cast<double>(place.match.used) / std::max(place.match.features, 1);
-  if (place.match.pose.T_odom_sensor.IsFinite()) LookAtWalls(memory, &place);
+  if (place.match.pose.T_odom_sensor.IsFinite())
+    place.walls = Walls(memory, place.match.pose.T_odom_sensor);
   return place;
 }
 
-void PlaceCheck::LookAtWalls(const MapMemory& memory, PlaceMatch* place) {
-  const Pose T_sensor_odom = place->match.pose.T_odom_sensor.Inverse();
-  const Eigen::Matrix3f R = T_sensor_odom.RotationMatrix().cast<float>();
-  const Eigen::Vector3f t = T_sensor_odom.translation().cast<float>();
+WallsSeen PlaceCheck::Walls(const MapMemory& memory, const Pose& T_map_sensor) {
+  const Pose T_sensor_map = T_map_sensor.Inverse();
+  const Eigen::Matrix3f R = T_sensor_map.RotationMatrix().cast<float>();
+  const Eigen::Vector3f t = T_sensor_map.translation().cast<float>();
+  WallsSeen walls;
   points_.clear();
   MapMemory::ForTilesAround(
-      place->match.pose.T_odom_sensor.translation().head<2>(), kWallRangeM,
+      T_map_sensor.translation().head<2>(), kWallRangeM,
       [&](MapMemory::TileIndex index) { memory.AppendPoints(index, &points_); });
   for (size_t i = 0; i < points_.size(); i += kWallStride) {
     if (!points_[i].on_wall) continue;
     const Eigen::Vector3f p = R * points_[i].position + t;
     if (p.squaredNorm() > kWallRangeM * kWallRangeM) continue;
     const ScanImage::Sight sight = image_->Look(p);
-    place->onto += sight == ScanImage::Sight::kOnto;
-    place->through += sight == ScanImage::Sight::kThrough;
+    walls.onto += sight == ScanImage::Sight::kOnto;
+    walls.through += sight == ScanImage::Sight::kThrough;
   }
+  return walls;
 }
 
 }  // namespace isthmus::floam

@@ -29,12 +29,7 @@ struct PlaceCheckOptions {
 struct PlaceMatch {
   MatchResult match;
   double share = 0;  // Of the surfaces nearby, those with a plane of the map at hand.
-  int onto = 0;      // Walls of the map that the scan sees where they are, ...
-  int through = 0;   // ... and those it looks through: they are not there.
-
-  double through_share() const {
-    return onto + through > 0 ? static_cast<double>(through) / (onto + through) : 1;
-  }
+  WallsSeen walls;
 };
 
 // Matches scans to the remembered map instead of to the local one. Not thread safe.
@@ -47,6 +42,9 @@ class PlaceCheck {
 
   // From a guess that may be off by half a metre and a few degrees (`is_rough`), or by little.
   PlaceMatch Check(const MapMemory& memory, const ScanPose& guess, bool is_rough);
+
+  // What the scan sees of the map's walls from a place.
+  WallsSeen Walls(const MapMemory& memory, const Pose& T_map_sensor);
 
   // Forgets the map to match to, which fills as places are checked.
   void Clear();
@@ -62,7 +60,6 @@ class PlaceCheck {
 
  private:
   void FillAround(const MapMemory& memory, const Eigen::Vector3d& position);
-  void LookAtWalls(const MapMemory& memory, PlaceMatch* place);
 
   const MatchOptions matching_;
   const PlaceCheckOptions options_;

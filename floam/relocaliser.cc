@@ -80,6 +80,12 @@ std::optional<MatchResult> Relocaliser::Find(const ScanFrame& frame, const Pose&
   return match;
 }
 
+WallsSeen Relocaliser::Walls(const ScanFrame& frame, const Pose& T_odom_sensor) {
+  image_.Make(frame.scan);
+  check_.SetScan(frame, image_);
+  return check_.Walls(memory_, T_level_odom_ * T_odom_sensor);
+}
+
 void Relocaliser::BeginSearch() {
   sensors_ = memory_.SensorPositions();
   for (const Eigen::Vector3d& sensor : sensors_) {
@@ -151,11 +157,9 @@ bool Relocaliser::IsStrict(const PlaceMatch& place, double score, const MatchQua
   const double agreement =
       std::max(options_.least_agreement, options_.min_agreement * usual.agreement());
   const double share = std::max(options_.least_share, options_.min_share * usual.share());
-  const double through =
-      options_.max_through + options_.through_per_score * (score - options_.min_score);
   return score >= options_.min_score && !place.match.degeneracy.any() &&
          place.match.agreement >= agreement && place.share >= share &&
-         place.through_share() <= through;
+         place.walls.through_share() <= usual.through() + options_.more_through;
 }
 
 // Adds a scan to what is known of a place; `scans` becomes 0 if it is out of the question.
@@ -173,7 +177,7 @@ void Relocaliser::Judge(const PlaceMatch& place, const MatchQuality& usual,
   ++candidate->scans;
   candidate->agreement += place.match.agreement;
   candidate->share += place.share;
-  candidate->through += place.through_share();
+  candidate->through += place.walls.through_share();
   candidate->sure = IsStrict(place, candidate->score, usual) ? candidate->sure + 1 : 0;
 }
 

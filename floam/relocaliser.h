@@ -46,9 +46,8 @@ struct RelocaliserOptions {
   double min_share = 0.65;       // the share of surfaces that have a plane of the map.
   double least_agreement = 0.8;  // The same, whatever is usual.
   double least_share = 0.45;
-  double max_through = 0.25;  // See PlaceMatch::through_share; at min_score, and more above it:
-  double through_per_score = 0.5;  // outdoors the sensor looks through much of what grows.
-  double max_surprise_m = 0.25;    // Between a place's pose and what its motion foretold.
+  double more_through = 0.12;    // Than usual, of walls: see MatchQuality.
+  double max_surprise_m = 0.25;  // Between a place's pose and what its motion foretold.
   double max_surprise_rad = 0.1;
 };
 
@@ -78,6 +77,9 @@ class Relocaliser {
   // END.
   std::optional<MatchResult> Find(const ScanFrame& frame, const Pose& last,
                                   const MatchQuality& usual, double reference_s);
+
+  // What a scan sees of the walls that are remembered, from anywhere.
+  WallsSeen Walls(const ScanFrame& frame, const Pose& T_odom_sensor);
 
   // The sensor is tracked again: whatever was suspected is forgotten.
   void Reset();

@@ -8,6 +8,15 @@
 
 namespace isthmus::floam {
 
+// Of walls that were there before.
+struct WallsSeen {
+  int onto = 0;     // That the scan sees where they are.
+  int through = 0;  // That it looks through: they are not there.
+
+  int count() const { return onto + through; }
+  double through_share() const { return count() > 0 ? static_cast<double>(through) / count() : 1; }
+};
+
 // The scan is taken as it was measured: the sensor hardly moved meanwhile. Not thread safe.
 class ScanImage {
  public:

@@ -14,6 +14,8 @@ constexpr int kStartAttempts = 3;
 constexpr double kLongestStartS = 5;
 // Scans in a row that may match unusually badly, before the robot counts as lost.
 constexpr int kMostDoubtful = 10;
+// Between looks at the walls around.
+constexpr double kLookS = 3;
 
 double Seconds(int64_t from_ns, int64_t to_ns) {
   return 1e-9 * static_cast<double>(to_ns - from_ns);
@@ -66,8 +68,11 @@ std::optional<MatchResult> Segment::Follow(const ScanFrame& frame, const ScanPos
   const bool good = in_doubt_ > 0 || was_away ? quality_.IsTypical(match) : quality_.IsUsual(match);
   if (!lost_ && tracker_.Fits(match, map_) && (good || !was_away)) {
     const bool expected = tracker_.IsExpected(frame, match, prediction);
+    const bool was_in_doubt = in_doubt_ > 0;
     in_doubt_ = expected && (match.seconded || good) ? 0 : in_doubt_ + 1;
-    if (expected &&
+    const bool contradicted =
+        in_doubt_ == 0 && (was_in_doubt || was_away) && IsContradicted(frame, match);
+    if (expected && !contradicted &&
         (in_doubt_ == 0 || (in_doubt_ <= kMostDoubtful && quality_.IsDoubtful(match)))) {
       quality_.Add(match);
       return match;
@@ -80,7 +85,23 @@ std::optional<MatchResult> Segment::Follow(const ScanFrame& frame, const ScanPos
     }
   }
   in_doubt_ = 0;
-  return recovery_.Find(frame, match, quality_, &tracker_, &map_);
+  const Sighting lost_at = tracker_.last();
+  std::optional<MatchResult> found = recovery_.Find(frame, match, quality_, &tracker_, &map_);
+  if (found && IsContradicted(frame, *found)) {
+    tracker_.Begin(lost_at);
+    found.reset();
+  }
+  return found;
+}
+
+bool Segment::IsContradicted(const ScanFrame& frame, const MatchResult& match) {
+  return quality_.IsContradicted(relocaliser_.Walls(frame, match.pose.At(0)));
+}
+
+void Segment::LookAtWalls(const ScanFrame& frame, const MatchResult& match) {
+  if (in_doubt_ > 0 || tracked_s_ < next_look_s_) return;
+  quality_.AddWalls(relocaliser_.Walls(frame, match.pose.At(0)));
+  next_look_s_ = tracked_s_ + kLookS;
 }
 
 // The sensor was carried away: it goes on from there, in the map that was seen there before.
@@ -160,7 +181,10 @@ ScanPose Segment::Locate(const ScanFrame& frame, OdometryResult* result) {
   phase_ = Phase::kUnderWay;
   const double elapsed_s = Seconds(previous_ns_, frame.stamp_ns);
   Assess(*match, carried, elapsed_s, result);
-  if (!lost_) tracked_s_ += elapsed_s;
+  if (!lost_) {
+    tracked_s_ += elapsed_s;
+    LookAtWalls(frame, *match);
+  }
   lost_ = false;
   previous_ns_ = frame.stamp_ns;
   return tracker_.last().pose;

@@ -52,8 +52,8 @@ class Segment {
   template <typename Self, typename Io>
   static void Fields(Self& self, Io& io) {
     io(self.phase_, self.previous_ns_, self.lost_, self.searched_s_, self.tracked_s_,
-       self.in_doubt_, self.tracker_, self.map_, self.scan_to_scan_, self.quality_,
-       self.unobserved_, self.recovery_, self.relocaliser_);
+       self.in_doubt_, self.next_look_s_, self.tracker_, self.map_, self.scan_to_scan_,
+       self.quality_, self.unobserved_, self.recovery_, self.relocaliser_);
     if constexpr (Io::kIsReading) io.Expect(self.phase_ <= Phase::kUnderWay);
     if (self.phase_ == Phase::kSecond) io(self.start_);
   }
@@ -65,6 +65,11 @@ class Segment {
   std::optional<MatchResult> Second(const ScanFrame& frame);
   std::optional<MatchResult> Follow(const ScanFrame& frame, const ScanPose& prediction);
   std::optional<MatchResult> Relocalise(const ScanFrame& frame);
+
+  // Whether what is remembered of the surroundings speaks against a match to the local map.
+  bool IsContradicted(const ScanFrame& frame, const MatchResult& match);
+  // Learns now and then what walls usually look like.
+  void LookAtWalls(const ScanFrame& frame, const MatchResult& match);
 
   ScanPose Prediction(const ScanFrame& frame);
   ScanPose Lose(const ScanPose& prediction, const ScanFrame& frame, OdometryResult* result);
@@ -85,7 +90,8 @@ class Segment {
   bool lost_ = false;        // That one was.
   double searched_s_ = 0;    // Since then, with something in view.
   double tracked_s_ = 0;
-  int in_doubt_ = 0;  // Scans in a row that were followed, but matched unusually badly.
+  int in_doubt_ = 0;        // Scans in a row that were followed, but matched unusually badly.
+  double next_look_s_ = 0;  // Of tracked_s_: at the walls.
 };
 
 }  // namespace isthmus::floam

@@ -81,6 +81,21 @@ TEST(Relocaliser, FindsARobotThatWasPutDownAnywhereAtAnyHeading) {
   }
 }
 
+TEST(Relocaliser, WallsAreLookedThroughFromAWrongPlaceOnly) {
+  const Room building = testing::ThreeRooms();
+  Lost lost(building, AlongTheAxis(-16, 16));
+  FrameMaker maker(*FindSensorModel("vlp16"), FeatureOptions());
+  ScanFrame frame;
+  ASSERT_TRUE(
+      maker.Make(MakeScan(building, At(-13.5, -1.3, 0), Sensor(), 0), nullptr, &frame).ok());
+  const WallsSeen here = lost.relocaliser().Walls(frame, At(-13.5, -1.3, 0)(0));
+  EXPECT_GT(here.count(), 300);
+  EXPECT_LT(here.through_share(), 0.05);
+  const WallsSeen elsewhere = lost.relocaliser().Walls(frame, At(-12, 0.5, 1)(0));
+  EXPECT_GT(elsewhere.count(), 300);
+  EXPECT_GT(elsewhere.through_share(), 0.3);
+}
+
 TEST(Relocaliser, FindsARobotThatDrivesAndTurns) {
   const Room building = testing::ThreeRooms();
   Lost lost(building, AlongTheAxis(-16, 16));
