@@ -20,6 +20,8 @@ constexpr float kEmptyCosine = 0.99985F;  // 1 degree.
 // What is thinner than this is hit once, if it is far away; near the sensor it is a flake or a
 // drop.
 constexpr float kThinM = 0.03F, kThinFromM = 10;
+// Slim things nearer than this may be parts of the robot: they go along with it.
+constexpr float kOwnM = 2;
 constexpr float kLeastScale = 0.3F;
 constexpr size_t kPlenty = 5;
 
@@ -189,7 +191,8 @@ void FeatureExtractor::ExtractWithoutRings(const RingScan& scan, Features* out) 
       if (look.are == Surroundings::kUnclear) continue;
       const auto ring = static_cast<uint16_t>(band);
       if (look.are == Surroundings::kEdge) {
-        if (edge_thinner_.Insert(p.x, p.y, p.z)) out->edges.push_back(ToTimed(p, 1, ring));
+        if (p.range >= kOwnM && edge_thinner_.Insert(p.x, p.y, p.z))
+          out->edges.push_back(ToTimed(p, 1, ring));
         continue;
       }
       const float smoothness = look.deviation_m / p.range;
@@ -246,6 +249,7 @@ void FeatureExtractor::AddPole(const RingPoint* before, const RingPoint* begin,
   const float width2 = (last - first).squaredNorm();
   if (width2 > options_.pole_width_m * options_.pole_width_m) return;
   if (width2 < kThinM * kThinM && begin->range < kThinFromM) return;
+  if (begin->range < kOwnM) return;
   if (!StandsOut(*before, *begin) || !StandsOut(*end, end[-1])) return;
   TimedPoint pole = ToTimed(begin[(end - begin) / 2], 1, ring_);
   Eigen::Vector3f sum = Eigen::Vector3f::Zero();

@@ -69,7 +69,7 @@ Shape FitShape(const VoxelSums& sums, ShapeKind kind) {
       kind == ShapeKind::kPlane ? eigenvalues[1] - eigenvalues[0] : eigenvalues[2] - eigenvalues[1];
   const float spread = kind == ShapeKind::kPlane ? eigenvalues[1] : eigenvalues[2];
   shape.tilt_variance = shape.variance * spread * inverse / std::max(gap * gap, 1e-12F);
-  if (kind == ShapeKind::kPlane && sums.ring != VoxelSums::kSeveral) shape.valid = false;
+  if (sums.ring != VoxelSums::kSeveral) shape.valid = false;
   shape.valid = shape.valid && shape.direction.allFinite();
   return shape;
 }

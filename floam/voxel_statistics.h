@@ -44,9 +44,9 @@ struct Shape {
 };
 
 // Not valid if there are too few points or they do not have that shape. A plane must be wide in
-// both of its directions, and crossed by more than one ring: a single one, with its range noise, or
-// bending, or as the sensor pitches, otherwise passes for a plane that it is not, and pins the
-// estimate to where the sensor was, which would have seen others had it moved.
+// both of its directions, and both planes and lines crossed by more than one ring: a single one,
+// with its range noise, or bending, or as the sensor pitches, otherwise passes for a plane that it
+// is not, and pins the estimate to where the sensor was, which would have seen others had it moved.
 Shape FitShape(const VoxelSums& sums, ShapeKind kind);
 
 }  // namespace isthmus::floam

@@ -45,7 +45,7 @@ int Run(const Options& options) {
   const absl::Status written =
       evaluation::WritePicture(options.output, region->points, *ways, names, options.picture);
   if (!written.ok()) return Fail(kFailed, written);
-  absl::PrintF("%s: %d points of %d robots, revision %d\n", options.output, region->points.size(),
+  absl::PrintF("%s: %d points of %d sessions, revision %d\n", options.output, region->points.size(),
                region->robots.size(), region->revision);
   return kOk;
 }

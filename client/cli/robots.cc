@@ -1,4 +1,5 @@
 // isthmus robots: every session of every robot.
+#include <absl/strings/str_cat.h>
 #include <absl/strings/str_format.h>
 
 #include "client/cli/command.h"
@@ -21,15 +22,19 @@ void Report(const std::vector<client::Session>& sessions) {
   for (const client::Session& session : sessions) {
     const std::string component =
         session.component ? absl::StrFormat("%d", *session.component) : std::string("not placed");
-    const std::string tracking = session.record.segment > 1
-                                     ? absl::StrFormat("segment %d of %s", session.record.segment,
-                                                       session.record.first_segment.value())
-                                     : CountsText(session.scans) + SegmentAndLossText(session);
-    absl::PrintF("%-16s %-16s %-8s %-8s %7d %7d %10d %9.1f %5.1f  %-10s %s\n",
+    // What is counted for all segments together stands with the first.
+    const bool is_first = session.record.segment <= 1;
+    const std::string tracking = is_first
+                                     ? CountsText(session.scans) + SegmentAndLossText(session)
+                                     : absl::StrFormat("segment %d of %s", session.record.segment,
+                                                       session.record.first_segment.value());
+    absl::PrintF("%-16s %-16s %-8s %-8s %7s %7d %10d %9s %5s  %-10s %s\n",
                  session.record.robot.value(), session.record.id.value(), session.record.sensor,
                  session.record.state == SessionState::kFinished ? "finished" : "active",
-                 session.last_sequence, session.submap_count, session.point_count,
-                 session.travelled_m, session.odometry_ms_mean, component, tracking);
+                 is_first ? absl::StrCat(session.last_sequence) : "", session.submap_count,
+                 session.point_count, is_first ? absl::StrFormat("%.1f", session.travelled_m) : "",
+                 is_first ? absl::StrFormat("%.1f", session.odometry_ms_mean) : "", component,
+                 tracking);
   }
 }
 

@@ -18,7 +18,7 @@ VoxelSums SumsOf(const std::vector<Eigen::Vector3f>& points) {
 }
 
 // However wide what it crosses: it may bend, or the sensor pitch.
-TEST(FitShape, WhatOnlyOneRingCrossedIsNoPlane) {
+TEST(FitShape, WhatOnlyOneRingCrossedIsNeitherPlaneNorLine) {
   for (const bool several : {false, true}) {
     VoxelSums sums;
     for (int k = 0; k < 40; ++k) {
@@ -27,6 +27,12 @@ TEST(FitShape, WhatOnlyOneRingCrossedIsNoPlane) {
       sums.Add({x, y, 0.001F * static_cast<float>(k % 3)}, several && k % 2 == 1 ? 4 : 3);
     }
     EXPECT_EQ(FitShape(sums, ShapeKind::kPlane).valid, several);
+    VoxelSums slim;
+    for (int k = 0; k < 40; ++k) {
+      slim.Add({0.01F * static_cast<float>(k), 0.001F * static_cast<float>(k % 3), 0},
+               several && k % 2 == 1 ? 4 : 3);
+    }
+    EXPECT_EQ(FitShape(slim, ShapeKind::kLine).valid, several);
     // Nor are voxels of one ring each together.
     VoxelSums block;
     block.Add(sums);
@@ -54,8 +60,8 @@ TEST(FitShape, FindsAPlaneThroughNoise) {
   EXPECT_FALSE(FitShape(SumsOf(points), ShapeKind::kLine).valid);
 }
 
-// One ring across a voxel, with noise along the rays: thin, though flat.
-TEST(FitShape, OneRingIsNoPlaneButMayBeALine) {
+// With noise along the rays: thin, though flat.
+TEST(FitShape, AStripIsNoPlaneButMayBeALine) {
   std::mt19937 random(3);
   std::normal_distribution<float> noise(0, 0.02F);
   std::vector<Eigen::Vector3f> points;

@@ -64,6 +64,14 @@ TEST(Poles, AreWhatIsNarrowAndStandsOut) {
   }
 }
 
+// A mast, somebody's arm: it would be found again wherever the robot goes.
+TEST(Poles, WhatMayBeAPartOfTheRobotIsNone) {
+  Room room;
+  room.boxes = {{{1.2, 0.5, -1.2}, {1.25, 0.55, 3.8}}};
+  EXPECT_TRUE(FeaturesOf(room, Pose()).poles.empty());
+  EXPECT_FALSE(FeaturesOf(room, Pose::FromXyzRpy(-2, 0, 0, 0, 0, 0)).poles.empty());
+}
+
 TEST(Poles, FlakesNearTheSensorAreNone) {
   const Motion still = [](double) { return Pose(); };
   Scan scan = MakeScan(Room(), still, Sensor(), 0);
