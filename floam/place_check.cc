@@ -74,11 +74,12 @@ PlaceMatch PlaceCheck::Check(const MapMemory& memory, const ScanPose& guess, boo
                                matching_, &surfaces_, &edges_);
   place.share = static_cast<double>(place.match.used) / std::max(place.match.features, 1);
   if (place.match.pose.T_odom_sensor.IsFinite())
-    place.walls = Walls(memory, place.match.pose.T_odom_sensor);
+    place.walls = Walls(memory, *image_, place.match.pose.T_odom_sensor);
   return place;
 }
 
-WallsSeen PlaceCheck::Walls(const MapMemory& memory, const Pose& T_map_sensor) {
+WallsSeen PlaceCheck::Walls(const MapMemory& memory, const ScanImage& image,
+                            const Pose& T_map_sensor) {
   const Pose T_sensor_map = T_map_sensor.Inverse();
   const Eigen::Matrix3f R = T_sensor_map.RotationMatrix().cast<float>();
   const Eigen::Vector3f t = T_sensor_map.translation().cast<float>();
@@ -91,7 +92,7 @@ WallsSeen PlaceCheck::Walls(const MapMemory& memory, const Pose& T_map_sensor) {
     if (!points_[i].on_wall) continue;
     const Eigen::Vector3f p = R * points_[i].position + t;
     if (p.squaredNorm() > kWallRangeM * kWallRangeM) continue;
-    const ScanImage::Sight sight = image_->Look(p);
+    const ScanImage::Sight sight = image.Look(p);
     walls.onto += sight == ScanImage::Sight::kOnto;
     walls.through += sight == ScanImage::Sight::kThrough;
   }

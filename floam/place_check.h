@@ -43,8 +43,8 @@ class PlaceCheck {
   // From a guess that may be off by half a metre and a few degrees (`is_rough`), or by little.
   PlaceMatch Check(const MapMemory& memory, const ScanPose& guess, bool is_rough);
 
-  // What the scan sees of the map's walls from a place.
-  WallsSeen Walls(const MapMemory& memory, const Pose& T_map_sensor);
+  // What a scan sees of the map's walls from a place.
+  WallsSeen Walls(const MapMemory& memory, const ScanImage& image, const Pose& T_map_sensor);
 
   // Forgets the map to match to, which fills as places are checked.
   void Clear();

@@ -82,8 +82,7 @@ std::optional<MatchResult> Relocaliser::Find(const ScanFrame& frame, const Pose&
 
 WallsSeen Relocaliser::Walls(const ScanFrame& frame, const Pose& T_odom_sensor) {
   image_.Make(frame.scan);
-  check_.SetScan(frame, image_);
-  return check_.Walls(memory_, T_level_odom_ * T_odom_sensor);
+  return check_.Walls(memory_, image_, T_level_odom_ * T_odom_sensor);
 }
 
 void Relocaliser::BeginSearch() {
