@@ -20,8 +20,9 @@ constexpr float kEmptyCosine = 0.99985F;  // 1 degree.
 // What is thinner than this is hit once, if it is far away; near the sensor it is a flake or a
 // drop.
 constexpr float kThinM = 0.03F, kThinFromM = 10;
-// Slim things nearer than this may be parts of the robot: they go along with it.
-constexpr float kOwnM = 2;
+// What stands free nearer than this, and is no wider, may be a part of the robot or its company: it
+// goes along.
+constexpr float kOwnM = 2, kOwnWidthM = 1;
 constexpr float kLeastScale = 0.3F;
 constexpr size_t kPlenty = 5;
 
@@ -83,6 +84,17 @@ bool StandsOut(const RingPoint& beside, const RingPoint& p) {
   const float cosine =
       (beside.x * p.x + beside.y * p.y + beside.z * p.z) / (beside.range * p.range);
   return beside.range > p.range + kGapM || cosine < kEmptyCosine;
+}
+
+bool MayGoAlong(const RingPoint* begin, const RingPoint* end) {
+  const RingPoint& first = *begin;
+  const RingPoint& middle = begin[(end - begin) / 2];  // A room's ring may end where it began.
+  const RingPoint& last = end[-1];
+  const auto is_far = [&](const RingPoint& p) {
+    return p.range >= kOwnM ||
+           (p.Position() - middle.Position()).squaredNorm() >= kOwnWidthM * kOwnWidthM / 4;
+  };
+  return !is_far(first) && !is_far(middle) && !is_far(last);
 }
 
 TimedPoint ToTimed(const RingPoint& p, float weight, uint16_t ring) {
@@ -173,8 +185,14 @@ void FeatureExtractor::ExtractAll(const RingScan& scan, Features* out) {
     for (const RingPoint* segment = begin; segment < end;) {
       const RingPoint* segment_end = segment + 1;
       while (segment_end < end && Joined(segment_end[-1], *segment_end)) ++segment_end;
-      ExtractSegment(segment, segment_end, out);
-      if (segment > begin && segment_end < end) AddPole(segment - 1, segment, segment_end, out);
+      const bool has_sides = segment > begin && segment_end < end;
+      // What is beside a ring's first and last points is not known.
+      const bool stands_free = (segment == begin || StandsOut(segment[-1], *segment)) &&
+                               (segment_end == end || StandsOut(*segment_end, segment_end[-1]));
+      if (!stands_free || !MayGoAlong(segment, segment_end)) {
+        ExtractSegment(segment, segment_end, out);
+        if (stands_free && has_sides) AddPole(segment, segment_end, out);
+      }
       segment = segment_end;
     }
     KeepBestEdges(begin, end, out);
@@ -243,14 +261,11 @@ void FeatureExtractor::ExtractSegment(const RingPoint* begin, const RingPoint* e
   }
 }
 
-void FeatureExtractor::AddPole(const RingPoint* before, const RingPoint* begin,
-                               const RingPoint* end, Features* out) const {
+void FeatureExtractor::AddPole(const RingPoint* begin, const RingPoint* end, Features* out) const {
   const Eigen::Vector3f first = begin->Position(), last = end[-1].Position();
   const float width2 = (last - first).squaredNorm();
   if (width2 > options_.pole_width_m * options_.pole_width_m) return;
   if (width2 < kThinM * kThinM && begin->range < kThinFromM) return;
-  if (begin->range < kOwnM) return;
-  if (!StandsOut(*before, *begin) || !StandsOut(*end, end[-1])) return;
   TimedPoint pole = ToTimed(begin[(end - begin) / 2], 1, ring_);
   Eigen::Vector3f sum = Eigen::Vector3f::Zero();
   for (const RingPoint* p = begin; p < end; ++p) sum += p->Position();

@@ -99,9 +99,8 @@ class FeatureExtractor {
   void ExtractWithoutRings(const RingScan& scan, Features* out);
   void Balance(std::vector<TimedPoint>* surfaces);
   void ExtractSegment(const RingPoint* begin, const RingPoint* end, Features* out);
-  // The points [begin, end) of a ring belong together; those next to them do not.
-  void AddPole(const RingPoint* before, const RingPoint* begin, const RingPoint* end,
-               Features* out) const;
+  // The points [begin, end) of a ring belong together and stand before what is next to them.
+  void AddPole(const RingPoint* begin, const RingPoint* end, Features* out) const;
   void KeepBestEdges(const RingPoint* ring_begin, const RingPoint* ring_end, Features* out);
 
   struct EdgeCandidate {

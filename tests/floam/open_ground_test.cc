@@ -64,12 +64,26 @@ TEST(Poles, AreWhatIsNarrowAndStandsOut) {
   }
 }
 
-// A mast, somebody's arm: it would be found again wherever the robot goes.
-TEST(Poles, WhatMayBeAPartOfTheRobotIsNone) {
+// A mast, a box on the roof, somebody who walks beside: it would be found again wherever the robot
+// goes. What reaches farther, or leans on a wall, is not taken for one.
+TEST(Features, AreNoneOnWhatMayGoAlong) {
   Room room;
-  room.boxes = {{{1.2, 0.5, -1.2}, {1.25, 0.55, 3.8}}};
-  EXPECT_TRUE(FeaturesOf(room, Pose()).poles.empty());
-  EXPECT_FALSE(FeaturesOf(room, Pose::FromXyzRpy(-2, 0, 0, 0, 0, 0)).poles.empty());
+  room.boxes = {{{1.2, 0.5, -1.2}, {1.25, 0.55, 3.8}},    // Slim.
+                {{-1.3, -0.4, -1.2}, {-1.1, 0.4, 3.8}}};  // As wide as a person with luggage.
+  const auto near = [](const std::vector<TimedPoint>& points) {
+    return std::ranges::count_if(
+        points, [](const TimedPoint& p) { return p.position.head<2>().norm() < 2.5F; });
+  };
+  const Features along = FeaturesOf(room, Pose());
+  EXPECT_EQ(near(along.surfaces) + near(along.edges) + near(along.poles), 0);
+  const Features away = FeaturesOf(room, Pose::FromXyzRpy(3.5, 0, 0, 0, 0, 0));
+  const auto on_box = [](const TimedPoint& p) {
+    return std::abs(p.position.x() + 4.6F) < 0.15F && std::abs(p.position.y()) < 0.5F;
+  };
+  EXPECT_GT(std::ranges::count_if(away.surfaces, on_box), 0);
+  EXPECT_FALSE(FeaturesOf(room, Pose::FromXyzRpy(0, -3, 0, 0, 0, 0)).poles.empty());
+  room.boxes.push_back({{0.5, -9, -1.2}, {0.9, 9, 3.8}});  // A wall that passes by.
+  EXPECT_GT(near(FeaturesOf(room, Pose()).surfaces), 0);
 }
 
 TEST(Poles, FlakesNearTheSensorAreNone) {
