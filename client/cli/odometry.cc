@@ -28,12 +28,12 @@ struct Options {
 };
 
 std::string TimingCsv(const PushSummary& summary) {
-  std::string csv = "scan,features_ms,matching_ms,map_ms,total_ms\n";
+  std::string csv = "scan,features_ms,matching_ms,map_ms,total_ms,segment,tracking\n";
   for (const client::ScanAck& ack : summary.acks) {
     if (ack.outcome != client::ScanOutcome::kProcessed) continue;
     const client::ScanTiming& t = ack.timing;
-    absl::StrAppendFormat(&csv, "%d,%.3f,%.3f,%.3f,%.3f\n", ack.sequence - 1, t.features_ms,
-                          t.matching_ms, t.map_ms, t.total_ms);
+    absl::StrAppendFormat(&csv, "%d,%.3f,%.3f,%.3f,%.3f,%d,%s\n", ack.sequence - 1, t.features_ms,
+                          t.matching_ms, t.map_ms, t.total_ms, ack.segment, ack.tracking);
   }
   return csv;
 }
@@ -112,6 +112,8 @@ int Report(const PushSummary& summary, const std::vector<Written>& files, const 
     }
     absl::PrintF("%s\n", CountsText(summary.state.scans));
   }
+  const std::string degenerate = DegeneracyText(summary.state.scans);
+  if (!degenerate.empty()) absl::FPrintF(stderr, "isthmus: %s\n", degenerate);
   if (!loss.IsMuch()) return kOk;
   absl::FPrintF(stderr, "isthmus: %s\n", ToString(loss));
   return kLost;
@@ -163,7 +165,7 @@ void AddOdometry(CLI::App& app, Action& action) {
       ->required();
   command->add_option("--timing", options->timing,
                       "FILE.csv with one row per processed scan: "
-                      "scan,features_ms,matching_ms,map_ms,total_ms");
+                      "scan,features_ms,matching_ms,map_ms,total_ms,segment,tracking");
   AddOdometryMode(*command, options->odometry);
   command->add_flag("--json", options->json, "Summary as JSON");
   command->callback([options, &action] { action = [options] { return Run(*options); }; });

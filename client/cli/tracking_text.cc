@@ -24,6 +24,16 @@ std::string SegmentAndLossText(const client::Session& session) {
   return text;
 }
 
+std::string DegeneracyText(const ScanCounts& scans) {
+  const uint64_t all = scans.ok + scans.degenerate + scans.lost + scans.rejected;
+  if (scans.degenerate * 2 <= all) return "";
+  return absl::StrFormat(
+      "in %d of %d scans (%.0f %%) a direction was not observed; along it the poses are "
+      "extrapolated",
+      scans.degenerate, all,
+      100 * static_cast<double>(scans.degenerate) / static_cast<double>(all));
+}
+
 Loss LossOf(const std::vector<client::ScanAck>& acks, uint32_t segments) {
   const auto lost = std::count_if(
       acks.begin(), acks.end(), [](const client::ScanAck& ack) { return ack.tracking == "lost"; });

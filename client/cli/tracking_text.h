@@ -24,6 +24,10 @@ struct Loss {
 };
 Loss LossOf(const std::vector<client::ScanAck>& acks, uint32_t segments);
 
+// "in 150 of 200 scans (75 %) a direction was not observed; along it the poses are extrapolated";
+// empty when half the scans or fewer are degenerate.
+std::string DegeneracyText(const ScanCounts& scans);
+
 // "lost in 117 of 200 scans (58 %), 3 segments; poses of different segments share no frame".
 std::string ToString(const Loss& loss);
 

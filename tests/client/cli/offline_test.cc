@@ -19,6 +19,7 @@ namespace {
 
 using nlohmann::json;
 using testing::HasSubstr;
+using testing::Not;
 
 TEST(Offline, SimulateOdometryAndEvalFitTogether) {
   const std::string folder = ScratchFolder();
@@ -26,12 +27,13 @@ TEST(Offline, SimulateOdometryAndEvalFitTogether) {
   const ProgramResult odometry = Isthmus("odometry " + folder + "/robot_0 -o " + folder +
                                          "/odom.tum --timing " + folder + "/timing.csv --json");
   ASSERT_EQ(odometry.code, 0) << odometry.err;
+  EXPECT_THAT(odometry.err, Not(HasSubstr("not observed")));
   EXPECT_EQ(json::parse(odometry.out)["poses"], 40);
 
   std::ifstream timing(folder + "/timing.csv");
   std::string line;
   std::getline(timing, line);
-  EXPECT_EQ(line, "scan,features_ms,matching_ms,map_ms,total_ms");
+  EXPECT_EQ(line, "scan,features_ms,matching_ms,map_ms,total_ms,segment,tracking");
   int rows = 0;
   while (std::getline(timing, line)) {
     double scan = -1, features = 0, matching = 0, map = 0, total = 0;
@@ -40,6 +42,7 @@ TEST(Offline, SimulateOdometryAndEvalFitTogether) {
         5);
     EXPECT_EQ(scan, rows++);
     EXPECT_GT(total, 0);
+    EXPECT_TRUE(line.ends_with(",1,ok")) << line;
   }
   EXPECT_EQ(rows, 40);
 
@@ -49,6 +52,16 @@ TEST(Offline, SimulateOdometryAndEvalFitTogether) {
   const json robot = json::parse(eval.out)["robots"][0];
   EXPECT_EQ(robot["poses"], 40);
   EXPECT_LT(robot["rmse_m"], 0.10);
+}
+
+TEST(Offline, OdometrySaysSoWhenMostOfItIsExtrapolated) {
+  const std::string folder = ScratchFolder();  // A bare field, seen by few rings.
+  ASSERT_EQ(
+      Isthmus("simulate --world wild-field --robots 1 --seconds 2 --seed 1 -o " + folder).code, 0);
+  const ProgramResult odometry =
+      Isthmus("odometry " + folder + "/robot_0 -o " + folder + "/odom.tum");
+  EXPECT_EQ(odometry.code, 0);
+  EXPECT_THAT(odometry.err, HasSubstr("of 20 scans (95 %) a direction was not observed"));
 }
 
 TEST(Offline, SimulatePutsWalkersAndCarsAmongTheRobots) {
