@@ -31,6 +31,9 @@ struct PipelineOptions {
   size_t submap_cache_bytes = size_t{192} << 20;
   // ... and so do maps that were made ready for matching, but for the two at hand.
   size_t prepared_bytes = size_t{128} << 20;
+  // File that says what the matcher has at hand, so that a record that made the server crash twice
+  // is left out; empty: none.
+  std::string work_journal = {};
   // Told, from any thread, what a person who runs the server should know; must not call the
   // pipeline.
   std::function<void(const std::string& problem)> on_problem = nullptr;

@@ -158,6 +158,7 @@ int Run(const Arguments& arguments) {
   SetCache(static_cast<size_t>(config->cache_mb) << 20, arguments.data, &config->pipeline);
   storage::RemoveAbandonedBackups(arguments.data);
   config->pipeline.archive.directory = arguments.data;
+  config->pipeline.work_journal = arguments.data + "/matching.journal";
   config->pipeline.on_problem = warn;
   config->pipeline.on_event = [](const std::string& event) { spdlog::info("{}", event); };
   auto pipeline = Pipeline::Open(config->pipeline, *std::move(store));

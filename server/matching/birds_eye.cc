@@ -72,7 +72,7 @@ std::vector<Placement2d> SearchCoarse(const BirdsEyeCells& a, const BirdsEyeCell
   FftCorrelator correlator(reference, static_cast<int>(2 * b.radius / b.cell_m) + 2);
   std::vector<Placement2d> found;
   const int yaws = std::max(8, static_cast<int>(std::ceil(2 * M_PI / options.yaw_step_rad)));
-  for (int k = 0; k < yaws; ++k) {
+  for (int k = 0; k < yaws && !options.stop.stop_requested(); ++k) {
     const double yaw = 2 * M_PI * k / yaws;
     const Eigen::Vector2d zero = Draw(b, yaw, reference, &correlator);
     const float* scores = correlator.Correlate();
@@ -147,19 +147,21 @@ std::vector<Candidate> SearchBirdsEye(const WallMap& a, const WallMap& b,
   const Stopwatch watch;
   const SceneScale scale = PairScale(a, b);
   const double cell = options.cell_m > 0 ? options.cell_m : scale.cell_m;
-  const double coarse_cell = kCoarseFactor * cell;
+  const double coarse_cell = CellThatFits(a, b, scale, kCoarseFactor * cell);
   const BirdsEyeCells a_coarse = MakeBirdsEyeCells(a, scale, coarse_cell);
   const BirdsEyeCells b_coarse = MakeBirdsEyeCells(b, scale, coarse_cell);
   std::vector<Candidate> candidates;
   if (!a_coarse.walls.empty() && !b_coarse.walls.empty()) {
+    const double fine_cell = coarse_cell / kCoarseFactor;
     const Eigen::Vector2d pivot = b_coarse.center.cast<double>();
     const double apart = 4 * coarse_cell;
     std::vector<Placement2d> placements = SuppressNeighbors(
         SearchCoarse(a_coarse, b_coarse, options), pivot, apart, kSuppressYawRad, kPolished);
-    const BirdsEyeCells a_fine = MakeBirdsEyeCells(a, scale, cell);
-    const BirdsEyeCells b_fine = MakeBirdsEyeCells(b, scale, cell);
+    const BirdsEyeCells a_fine = MakeBirdsEyeCells(a, scale, fine_cell);
+    const BirdsEyeCells b_fine = MakeBirdsEyeCells(b, scale, fine_cell);
     const BirdsEyeImage reference = MakeReferenceImage(a_fine, options.free_space_weight);
     for (Placement2d& placement : placements) {
+      if (options.stop.stop_requested()) return {};
       placement = Polish(reference, b_fine, placement, 0.5 * options.yaw_step_rad, coarse_cell);
     }
     placements = SuppressNeighbors(std::move(placements), pivot, apart, kSuppressYawRad,

@@ -3,6 +3,7 @@
 // other there. Needs gravity within about 10 degrees.
 #pragma once
 
+#include <stop_token>
 #include <vector>
 
 #include "core/match.h"
@@ -13,10 +14,12 @@
 namespace isthmus::matching {
 
 struct BirdsEyeOptions {
-  double cell_m = 0;               // 0: 0.25 m indoors, 0.5 m outdoors, told from the map itself.
+  // 0: 0.25 m indoors, 0.5 m outdoors, told from the map itself; coarser where CellThatFits.
+  double cell_m = 0;
   double yaw_step_rad = 0.0698;    // 4 degrees.
   double free_space_weight = 1.0;  // How much a wall in seen free space counts against agreement.
   int candidates = 12;             // Returned at the most, after suppression of neighbours.
+  std::stop_token stop = {};       // Ends the search early, with no candidates.
 };
 
 // Best first. Appends one entry to `stages`. Deterministic; thread safe (no shared state).

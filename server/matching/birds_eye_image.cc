@@ -9,9 +9,11 @@
 namespace isthmus::matching {
 namespace {
 
-constexpr int kLayers = 8;        // Of the height band.
-constexpr float kFullLayers = 4;  // A wall that fills this many counts in full.
-constexpr int kMaxCells = 16'000'000;
+constexpr int kLayers = 8;          // Of the height band.
+constexpr float kFullLayers = 4;    // A wall that fills this many counts in full.
+constexpr double kMaxShifts = 4e6;  // Some 200 MB.
+// Of one map, in cells half as large as those whose shifts are that many.
+constexpr double kMaxCells = 2.1 * kMaxShifts;
 // What two walls in one place are worth whichever way they face, beside the cosine between them.
 constexpr float kUnorientedShare = 0.3f;
 // Binomial kernel of the blur, its peak at 1.
@@ -34,21 +36,22 @@ struct Grid {
 };
 
 // Around where the robot was, as far as it is looked from there.
+Eigen::AlignedBox2f Extent(const WallMap& map, const SceneScale& scale) {
+  Eigen::AlignedBox2f box;
+  for (const Eigen::Vector3f& sensor : map.sensors()) box.extend(sensor.head<2>());
+  if (box.isEmpty()) return box;
+  const Eigen::Vector2f range = Eigen::Vector2f::Constant(scale.max_range_m);
+  return {box.min() - range, box.max() + range};
+}
+
 Grid MakeGrid(const WallMap& map, const SceneScale& scale, double cell_m) {
   Grid grid;
-  Eigen::Vector2f low = Eigen::Vector2f::Constant(std::numeric_limits<float>::max());
-  Eigen::Vector2f high = -low;
-  for (const Eigen::Vector3f& sensor : map.sensors()) {
-    low = low.cwiseMin(sensor.head<2>());
-    high = high.cwiseMax(sensor.head<2>());
-  }
-  if (low.x() > high.x()) return grid;
-  low.array() -= scale.max_range_m;
-  high.array() += scale.max_range_m;
-  grid.origin = low;
+  const Eigen::AlignedBox2f extent = Extent(map, scale);
+  if (extent.isEmpty()) return grid;
+  grid.origin = extent.min();
   grid.cell = static_cast<float>(cell_m);
   grid.inverse_cell = 1 / grid.cell;
-  const Eigen::Vector2f size = (high - low) * grid.inverse_cell;
+  const Eigen::Vector2f size = extent.sizes() * grid.inverse_cell;
   if (!((size.x() + 1) * (size.y() + 1) < kMaxCells)) return grid;
   grid.width = static_cast<int>(size.x()) + 1;
   grid.rows = static_cast<int>(size.y()) + 1;
@@ -148,6 +151,17 @@ void Blur(int width, int rows, std::vector<float>* plane) {
 }
 
 }  // namespace
+
+double CellThatFits(const WallMap& a, const WallMap& b, const SceneScale& scale, double cell_m) {
+  // However it is turned, a map fits into the square around the circle around it.
+  double side_m = 0;
+  for (const WallMap* map : {&a, &b}) {
+    const Eigen::AlignedBox2f extent = Extent(*map, scale);
+    if (!extent.isEmpty()) side_m += extent.diagonal().cast<double>().norm();
+  }
+  while (std::isfinite(side_m) && std::pow(side_m / cell_m, 2) > kMaxShifts) cell_m *= 2;
+  return cell_m;
+}
 
 BirdsEyeCells MakeBirdsEyeCells(const WallMap& map, const SceneScale& scale, double cell_m) {
   BirdsEyeCells cells;

@@ -26,7 +26,12 @@ struct BirdsEyeCells {
   float radius = 0;
 };
 
-// Empty for a map without walls in the band.
+// `cell_m`, or doubled so often that the correlation of the two maps' images has no more than four
+// million shifts: two routes of 1 km each at cells of 1 m. Larger ones would take gigabytes.
+double CellThatFits(const WallMap& a, const WallMap& b, const SceneScale& scale, double cell_m);
+
+// Empty for a map without walls in the band. Takes memory for the square around the map,
+// so `cell_m` is not to be less than half of what fits.
 BirdsEyeCells MakeBirdsEyeCells(const WallMap& map, const SceneScale& scale, double cell_m);
 
 // Four planes whose products with another map's, summed over the planes, are the score of a

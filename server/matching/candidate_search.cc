@@ -36,8 +36,8 @@ Eigen::Vector3d MeanSensor(const PreparedMap& map) {
 
 }  // namespace
 
-CandidateSearch::CandidateSearch(const PreparedMap& a, const PreparedMap& b)
-    : a_(a), b_(b), scale_(PairScale(a.whole().walls, b.whole().walls)) {
+CandidateSearch::CandidateSearch(const PreparedMap& a, const PreparedMap& b, std::stop_token stop)
+    : a_(a), b_(b), scale_(PairScale(a.whole().walls, b.whole().walls)), stop_(std::move(stop)) {
   refine_options_ = a.whole().refine_options;
   refine_options_.voxel_m = std::max(refine_options_.voxel_m, b.whole().refine_options.voxel_m);
   if (scale_.outdoors) refine_options_.coarse_distance_m *= 1.5;
@@ -47,6 +47,7 @@ CandidateSearch::CandidateSearch(const PreparedMap& a, const PreparedMap& b)
 void CandidateSearch::ByBirdsEye(std::vector<Hypothesis>* found, std::vector<StageTime>* stages,
                                  const Possible& possible) {
   BirdsEyeOptions options;
+  options.stop = stop_;
   if (possible) options.candidates *= 2;  // Many of them may lie elsewhere.
   std::vector<Candidate> candidates =
       SearchBirdsEye(a_.whole().walls, b_.whole().walls, options, stages);
@@ -64,6 +65,7 @@ void CandidateSearch::ByPlaces(std::vector<Hypothesis>* found, std::vector<Stage
 }
 
 void CandidateSearch::ByFeatures(std::vector<Hypothesis>* found, std::vector<StageTime>* stages) {
+  if (stop_.stop_requested()) return;
   FeatureChainOptions chain;
   const bool known = a_.gravity_known() && b_.gravity_known();
   chain.ransac.max_tilt_rad = known ? kMaxOdomTiltRad : M_PI;
@@ -76,6 +78,7 @@ void CandidateSearch::Take(const std::vector<Candidate>& candidates, std::vector
   candidates_ += static_cast<uint32_t>(candidates.size());
   std::vector<Hypothesis> fresh;
   for (const Candidate& candidate : candidates) {
+    if (stop_.stop_requested()) return;
     const Refinement refined = RefineAlignment(a_.whole().refinable, b_.whole().refinable,
                                                candidate.T_a_b, refine_options_);
     if (!refined.T_a_b.IsFinite() || Tilt(refined.T_a_b) > kMaxTiltRad) continue;
@@ -94,6 +97,7 @@ void CandidateSearch::Take(const std::vector<Candidate>& candidates, std::vector
   }
   stages->push_back({"refine", watch.Lap()});
   for (Hypothesis& h : fresh) {
+    if (stop_.stop_requested()) return;
     h.free_space = ScoreFreeSpace(a_.free_space(), b_.free_space(),
                                   MapPoses::Rigid(a_.session_map(), b_.session_map(), h.T_a_b),
                                   FreeSpaceOptions::For(scale_.outdoors));
@@ -111,7 +115,7 @@ double CandidateSearch::Tilt(const Pose& T_a_b) const {
 
 void CandidateSearch::MeasureShared(Hypothesis* h) {
   if (a_cells_.cell_m == 0) {
-    const double cell = 2 * scale_.cell_m;
+    const double cell = CellThatFits(a_.whole().walls, b_.whole().walls, scale_, 2 * scale_.cell_m);
     a_cells_ = MakeBirdsEyeCells(a_.whole().walls, scale_, cell);
     b_cells_ = MakeBirdsEyeCells(b_.whole().walls, scale_, cell);
   }

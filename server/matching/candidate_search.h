@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <stop_token>
 #include <vector>
 
 #include "core/match.h"
@@ -15,7 +16,8 @@ namespace isthmus::matching {
 // Of one pair of maps. The maps must outlive it. Not thread safe.
 class CandidateSearch {
  public:
-  CandidateSearch(const PreparedMap& a, const PreparedMap& b);
+  // With `stop` requested nothing more is found.
+  CandidateSearch(const PreparedMap& a, const PreparedMap& b, std::stop_token stop = {});
 
   // Which transforms between the odom frames need not be looked at.
   using Possible = std::function<bool(const Pose& T_a_b)>;
@@ -41,6 +43,7 @@ class CandidateSearch {
   const PreparedMap& a_;
   const PreparedMap& b_;
   const SceneScale scale_;
+  const std::stop_token stop_;
   RefineOptions refine_options_;
   Eigen::Vector3d middle_b_ = Eigen::Vector3d::Zero();  // Of b's sensors, b's odom frame.
   BirdsEyeCells a_cells_, b_cells_;

@@ -142,7 +142,7 @@ bool PairMatcher::SuggestPlaces(const PreparedMap& a, const PreparedMap& b) {
 }
 
 void PairMatcher::Search(const PreparedMap& a, const PreparedMap& b, Match* match) {
-  CandidateSearch search(a, b);
+  CandidateSearch search(a, b, options_.stop);
   match->stages.push_back({"prepare", a.prepare_ms() + b.prepare_ms()});
   for (const Hypothesis& h : hypotheses_) suggested_.push_back({h.T_a_b, 0, h.source});
   std::vector<Hypothesis> found;
@@ -155,7 +155,7 @@ void PairMatcher::Search(const PreparedMap& a, const PreparedMap& b, Match* matc
     RankHypotheses(&found);
     hypotheses_.clear();
     for (const Hypothesis& rigid : found) {
-      if (hypotheses_.size() == kMaxJoint) break;
+      if (hypotheses_.size() == kMaxJoint || options_.stop.stop_requested()) break;
       const double least = kMinSupportShare * found.front().Support();
       if (!hypotheses_.empty() && rigid.Support() < least) break;
       Hypothesis& h = hypotheses_.emplace_back(rigid);
@@ -197,7 +197,7 @@ void PairMatcher::Extend(const PreparedMap& a, const PreparedMap& b, Match* matc
   }
   // It takes the whole maps, which is dear outdoors: only where nothing else is lacking.
   if (lacks_ground_) {
-    CandidateSearch search(a, b);
+    CandidateSearch search(a, b, options_.stop);
     for (Hypothesis& h : hypotheses_) search.MeasureShared(&h);
   }
   RankHypotheses(&hypotheses_);

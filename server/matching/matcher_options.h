@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <stop_token>
 #include <string>
 
 namespace isthmus::matching {
@@ -25,7 +26,9 @@ struct MatcherOptions {
   double max_enclosed_share = 0.6;
   double min_enclosed_area_m2 = 1000;
   double min_hold = 0.02;  // Mean squared normal along the direction held least.
-  double max_strain = 3;   // Standard deviations that the odometry may bend; more: NOT_YET.
+  double max_strain = 3;  // Standard deviations that the odometry may bend; more: NOT_YET.
+  // Ends a match early; what comes of it then is to be thrown away.
+  std::stop_token stop = {};
 };
 
 }  // namespace isthmus::matching

@@ -23,9 +23,41 @@ std::vector<Eigen::Vector3f> Sensors(const Submap& submap) {
   return sensors;
 }
 
-bool IsNear(const Pose& a, const Pose& b) {
+bool IsNear(const Pose& a, const Pose& b, double spacing) {
   const Pose T_a_b = a.Inverse() * b;
-  return T_a_b.translation().norm() < kViewSpacingM && RotationAngle(T_a_b) < kViewTurnRad;
+  return T_a_b.translation().norm() < spacing * kViewSpacingM &&
+         RotationAngle(T_a_b) < spacing * kViewTurnRad;
+}
+
+// Of keyframes that are `spacing` times the usual apart from the one taken before.
+std::vector<bool> SpreadOut(const std::vector<Keyframe>& keyframes,
+                            const std::vector<bool>& has_points, double spacing) {
+  std::vector<bool> taken(keyframes.size(), false);
+  const Pose* last = nullptr;
+  for (size_t k = 0; k < keyframes.size(); ++k) {
+    const Pose& pose = keyframes[k].T_submap_sensor;
+    if (!has_points[k] || (last != nullptr && IsNear(*last, pose, spacing))) continue;
+    taken[k] = true;
+    last = &pose;
+  }
+  return taken;
+}
+
+std::vector<bool> ChooseViews(const Submap& outline, const std::vector<SubmapPoint>& points) {
+  std::vector<bool> has_points(outline.keyframes.size(), false);
+  for (const SubmapPoint& point : points) {
+    if (point.keyframe < has_points.size()) has_points[point.keyframe] = true;
+  }
+  std::vector<bool> taken = SpreadOut(outline.keyframes, has_points, 1);
+  const auto count = [&] { return std::ranges::count(taken, true); };
+  constexpr auto kMost = static_cast<std::ptrdiff_t>(PreparedSubmap::kMaxViews);
+  for (double spacing = 2; count() > kMost && spacing < 1e6; spacing *= 2) {
+    taken = SpreadOut(outline.keyframes, has_points, spacing);
+  }
+  // Keyframes that jump to and fro by kilometres: the first ones.
+  std::ptrdiff_t left = kMost;
+  for (size_t k = 0; k < taken.size(); ++k) taken[k] = taken[k] && left-- > 0;
+  return taken;
 }
 
 }  // namespace
@@ -85,13 +117,7 @@ size_t PreparedSubmap::bytes() const {
 
 void PreparedSubmap::CollectViews(const std::vector<SubmapPoint>& submap_points) {
   std::vector<std::vector<Eigen::Vector3f>> points(submap_->keyframes.size());
-  std::vector<bool> taken(points.size(), false);
-  for (size_t k = 0, last = 0; k < points.size(); ++k) {
-    const Pose& T_submap_sensor = submap_->keyframes[k].T_submap_sensor;
-    if (k > 0 && IsNear(submap_->keyframes[last].T_submap_sensor, T_submap_sensor)) continue;
-    taken[k] = true;
-    last = k;
-  }
+  const std::vector<bool> taken = ChooseViews(*submap_, submap_points);
   for (const SubmapPoint& point : submap_points) {
     if (point.keyframe >= points.size() || !taken[point.keyframe]) continue;
     points[point.keyframe].push_back(point.Position());

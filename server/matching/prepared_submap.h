@@ -21,7 +21,9 @@ class PreparedSubmap {
   // Holds on to the outline only: to the submap without its points, which are those of `whole`.
   PreparedSubmap(std::shared_ptr<const Submap> outline, const Submap& whole);
 
-  // What a keyframe measured, of keyframes a metre or a turn apart.
+  // What a keyframe measured, of keyframes with points that are a metre or a turn apart; farther
+  // where there would be more than kMaxViews of them: each takes 33 kB.
+  static constexpr size_t kMaxViews = 1000;
   struct View {
     Pose T_submap_sensor;
     RangeImage image;

@@ -120,6 +120,7 @@ std::shared_ptr<const PreparedSubmap> DecodePreparedSubmap(std::shared_ptr<const
   header.step_m = Take<float>(bytes, &at);
   header.points = Take<uint32_t>(bytes, &at);
   header.views = Take<uint32_t>(bytes, &at);
+  if (header.views > PreparedSubmap::kMaxViews) return nullptr;
   const bool plausible =
       header.voxel_m > 0 && header.voxel_m < 100 && header.step_m > 0 && header.step_m < 100;
   if (!plausible || bytes.size() != kHeaderBytes + header.points * sizeof(PackedPoint) +

@@ -1,6 +1,9 @@
 #include "server/pipeline/estimator.h"
 
+#include <absl/strings/str_cat.h>
+
 #include <algorithm>
+#include <exception>
 
 #include "core/stopwatch.h"
 
@@ -31,6 +34,11 @@ bool Supersedes(const Match& newer, const Match& older) {
   return newer.state == MatchState::kAccepted || newer.state == MatchState::kRejected;
 }
 
+Estimator::Options WithStop(Estimator::Options options, std::stop_token stop) {
+  options.matcher.stop = std::move(stop);
+  return options;
+}
+
 }  // namespace
 
 Estimator::Estimator(MapState* state, storage::MapStore* store, SubmapCache* submaps,
@@ -39,12 +47,13 @@ Estimator::Estimator(MapState* state, storage::MapStore* store, SubmapCache* sub
       submaps_(submaps),
       prepared_store_(store, submaps),
       clock_(clock),
-      options_(options),
-      source_([this](const auto& outline) { return prepared_store_.Get(outline); }),
+      options_(WithStop(options, stop_.get_token())),
+      journal_(options.work_journal),
+      source_([this](const auto& outline) { return GetPrepared(outline); }),
       points_([this](const SubmapId& id) { return submaps_->Get(id); }),
       revisits_(options.revisits, [this](const SubmapId& id) {
         const std::shared_ptr<const Submap> outline = submaps_->Outline(id);
-        return outline ? prepared_store_.Get(outline) : nullptr;
+        return outline ? GetPrepared(outline) : nullptr;
       }) {
   for (const auto& [pair, match] : state_->matches) {
     const SessionEntry* a = state_->Find(pair.first);
@@ -67,8 +76,39 @@ Estimator::~Estimator() {
 
 void Estimator::Stop() {
   std::lock_guard lock(state_->mutex);
-  stop_ = true;
+  stop_.request_stop();
+  journal_.End();
   state_->changed.notify_all();
+}
+
+std::shared_ptr<const matching::PreparedSubmap> Estimator::GetPrepared(
+    const std::shared_ptr<const Submap>& outline) const {
+  if (stop_.stop_requested()) throw Stopped();
+  return prepared_store_.Get(outline);
+}
+
+bool Estimator::Guard(const std::string& task, const std::function<void()>& work) {
+  std::string problem;
+  if (journal_.IsPoisonous(task)) {
+    problem = absl::StrCat("the server ended while it was at that, ", WorkJournal::kMaxCrashes,
+                           " times; please report it. To try again stop the server, remove ",
+                           options_.work_journal, " and start it");
+  } else {
+    journal_.Begin(task);
+    try {
+      work();
+    } catch (const Stopped&) {
+      problem = "stopped";
+    } catch (const std::exception& e) {
+      problem = e.what();
+    }
+    journal_.End();
+  }
+  if (problem.empty()) return true;
+  if (!stop_.stop_requested() && left_out_.insert(task).second && options_.on_problem) {
+    options_.on_problem(absl::StrCat("left out ", task, ": ", problem));
+  }
+  return false;
 }
 
 bool Estimator::IsUpToDate() const {
@@ -78,7 +118,7 @@ bool Estimator::IsUpToDate() const {
 void Estimator::Run() {
   std::unique_lock lock(state_->mutex);
   Stopwatch round;
-  while (!stop_) {
+  while (!stop_.stop_requested()) {
     if (!state_->estimating) round = Stopwatch();
     if (RunNext(&lock)) continue;
     if (state_->estimating) {
@@ -155,11 +195,16 @@ void Estimator::FindLoops(const SubmapId& submap) {
   }
   if (query.submaps.empty() || query.submaps.back()->id.index != submap.index) return;
   query.first_new = query.submaps.size() - 1;
-  const auto [it, is_new] = finders_.try_emplace(submap.session, options_.loops, source_, points_);
+  const bool done =
+      Guard(absl::StrCat("the loops of ", ToString(submap)), [&] { FindLoops(query); });
+  // What it keeps is large, and after a start every session is asked once.
+  if (was_last || !done) finders_.erase(submap.session);
+}
+
+void Estimator::FindLoops(const matching::LoopQuery& query) {
+  const auto [it, is_new] = finders_.try_emplace(query.session, options_.loops, source_, points_);
   // Loops that cannot be stored are lost to this map; those of the next submaps close it too.
   (void)state_->AddLoops(it->second.Find(query));
-  // What it keeps is large, and after a start every session is asked once.
-  if (was_last) finders_.erase(it);
 }
 
 uint32_t Estimator::FreshSubmaps(const SessionEntry& a, const SessionEntry& b,
@@ -227,13 +272,23 @@ void Estimator::Estimate(const SessionPair& pair) {
   }
   const SessionMap a = MapOf(pair.first, submaps_a), b = MapOf(pair.second, submaps_b);
   if (a.submaps.empty() || b.submaps.empty()) return;
+  const bool done =
+      Guard(absl::StrCat("the match of ", pair.first.value(), " and ", pair.second.value()),
+            [&] { Estimate(a, b, finished, older); });
+  if (!done) matchers_.erase(pair);
+}
+
+void Estimator::Estimate(const SessionMap& a, const SessionMap& b, bool finished,
+                         const std::optional<Match>& older) {
   const bool accepted = older && older->state == MatchState::kAccepted;
-  const auto [it, is_new] = matchers_.try_emplace(pair, options_.matcher);
+  const auto [it, is_new] =
+      matchers_.try_emplace(SessionPair(a.session, b.session), options_.matcher);
   // After a restart what was found before is one of the guesses.
   if (is_new && accepted) it->second.Suggest(older->T_a_b, older->matcher);
   // The last word on a pair that is still open takes all there is.
   const bool search = finished && !accepted;
   Match match = it->second.Update(*Prepare(a), *Prepare(b), search);
+  if (stop_.stop_requested()) throw Stopped();
   match.computed_ns = clock_->NowNs();
   if (older && !Supersedes(match, *older)) return;
   // A match that cannot be stored is found again at the next start; the map goes on without it.
@@ -292,7 +347,9 @@ void Estimator::CountRevisits() {
     counted_revision_ = state_->revision.revision;
     placed = state_->PlacedSubmaps();
   }
-  std::vector<SubmapId> seen_again = revisits_.Update(placed);
+  std::vector<SubmapId> seen_again;
+  if (!Guard("which submaps were seen again", [&] { seen_again = revisits_.Update(placed); }))
+    return;
   {
     // With an anchored submap its anchor would go.
     std::lock_guard lock(state_->mutex);

@@ -3,10 +3,14 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <list>
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
+#include <stop_token>
+#include <string>
 #include <thread>
 #include <utility>
 
@@ -17,6 +21,7 @@
 #include "server/matching/revisits.h"
 #include "server/pipeline/map_state.h"
 #include "server/pipeline/prepared_store.h"
+#include "server/pipeline/work_journal.h"
 
 namespace isthmus::server {
 
@@ -31,16 +36,21 @@ class Estimator {
     int rematch_submaps = 1;
     // What maps kept ready may take, but for the two at hand.
     size_t prepared_bytes = size_t{128} << 20;
+    // See WorkJournal; empty: none.
+    std::string work_journal;
+    // Told, from the thread, what was left out and why. May be null.
+    std::function<void(const std::string& problem)> on_problem;
   };
 
   Estimator(MapState* state, storage::MapStore* store, SubmapCache* submaps, const Clock* clock,
             const Options& options);
-  ~Estimator();  // Finishes what is under way.
+  ~Estimator();  // Stops.
 
   // Nothing is under way and nothing new waits for it. The state's mutex is held by the caller.
   bool IsUpToDate() const;
 
-  // Makes the thread end after what is under way; does not wait.
+  // Makes the thread end within a second or so; does not wait. What is under way is given up, to be
+  // taken up at the next start.
   void Stop();
 
  private:
@@ -50,20 +60,33 @@ class Estimator {
   };
   using Prepared = std::shared_ptr<const matching::PreparedMap>;
 
+  // Thrown through the matcher once the thread is to end.
+  struct Stopped {};
+
   void Run();
   // The task that comes first; false when all is up to date. `lock` is on the state's mutex, and
   // is released while the task runs.
   bool RunNext(std::unique_lock<std::mutex>* lock);
 
+  // Does work that no record may keep from being followed by other work: what throws, or ended the
+  // server before, is told and left out. False where it was not done.
+  bool Guard(const std::string& task, const std::function<void()>& work);
+  // Throws Stopped.
+  std::shared_ptr<const matching::PreparedSubmap> GetPrepared(
+      const std::shared_ptr<const Submap>& outline) const;
+
   // The first submap that was not asked for loops yet; only once it is placed. state mutex is held.
   std::optional<SubmapId> NextForLoops() const;
   void FindLoops(const SubmapId& submap);
+  void FindLoops(const matching::LoopQuery& query);
 
   // The pair with the most new evidence; nothing when all is up to date. state mutex is held.
   std::optional<SessionPair> NextPair() const;
   // How many new submaps the pair has since it was tried; 0 where it is not worth a try.
   uint32_t FreshSubmaps(const SessionEntry& a, const SessionEntry& b, const Attempt& tried) const;
   void Estimate(const SessionPair& pair);
+  void Estimate(const SessionMap& a, const SessionMap& b, bool finished,
+                const std::optional<Match>& older);
   // Outlines of those that can be read; reads from the store.
   SessionMap MapOf(const SessionId& session,
                    const std::vector<std::shared_ptr<const SubmapInfo>>& submaps) const;
@@ -83,19 +106,21 @@ class Estimator {
   SubmapCache* const submaps_;
   const PreparedStore prepared_store_;
   const Clock* const clock_;
+  std::stop_source stop_;  // Requested with the state's mutex held.
   const Options options_;
+  WorkJournal journal_;
   const matching::SubmapSource source_;
   const SubmapReader points_;
   // Attempts since the start, whatever came of them. Guarded by the state's mutex.
   std::map<SessionPair, Attempt> attempts_;
   std::map<SessionId, uint32_t> looped_;  // The next submap to ask; guarded by the state's mutex.
   int64_t counted_revision_ = -1;         // Guarded by the state's mutex.
-  bool stop_ = false;                     // Guarded by the state's mutex.
   // Touched by the thread only.
   std::list<Prepared> prepared_;  // The latest used first.
   std::map<SessionPair, matching::PairMatcher> matchers_;
   std::map<SessionId, matching::LoopFinder> finders_;
   matching::RevisitCounter revisits_;
+  std::set<std::string> left_out_;  // Told already.
   std::thread thread_;
 };
 

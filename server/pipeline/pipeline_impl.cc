@@ -48,7 +48,8 @@ absl::Status PipelineImpl::Start() {
   estimator_ = std::make_unique<Estimator>(
       &state_, store_.get(), &submaps_, &clock_,
       Estimator::Options{options_.matcher, options_.loops, options_.revisits,
-                         options_.rematch_submaps, options_.prepared_bytes});
+                         options_.rematch_submaps, options_.prepared_bytes,
+                         options_.work_journal, options_.on_problem});
   retention_->Start();
   store_retries_ = std::thread([this] { RunStoreRetries(); });
   return absl::OkStatus();

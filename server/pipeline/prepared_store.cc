@@ -10,8 +10,8 @@
 namespace isthmus::server {
 namespace {
 
-// A submap of 65535 keyframes could not have more.
-constexpr uint64_t kMaxBytes = uint64_t{1} << 31;
+// PreparedSubmap::kMaxViews of 33 kB, and more points than a submap has.
+constexpr uint64_t kMaxBytes = uint64_t{1} << 28;
 
 }  // namespace
 

@@ -76,6 +76,38 @@ TEST_F(BirdsEyeTest, NothingComesOfEmptyMaps) {
   EXPECT_TRUE(SearchBirdsEye(map_a_, empty, BirdsEyeOptions(), nullptr).empty());
 }
 
+// Two halls 6 km apart: at the usual cells the correlation would take gigabytes.
+TEST_F(BirdsEyeTest, MapsThatSpreadFarAreSearchedCoarsely) {
+  SessionMap far = map_a_;
+  Submap away = *map_a_.submaps.front();
+  away.id.index = 1000;
+  away.T_odom_submap = Pose(Eigen::Vector3d(6000, 100, 0)) * away.T_odom_submap;
+  far.submaps.push_back(std::make_shared<const Submap>(away));
+  const WallMap a(far, SampleSurface(far, 0.25)), b(map_b_, SampleSurface(map_b_, 0.25));
+  const SceneScale scale = PairScale(a, b);
+  const double cell = CellThatFits(a, b, scale, 0.5);
+  EXPECT_GE(cell, 3);
+  const BirdsEyeCells a_cells = MakeBirdsEyeCells(a, scale, cell);
+  const BirdsEyeCells b_cells = MakeBirdsEyeCells(b, scale, cell);
+  ASSERT_FALSE(a_cells.walls.empty());
+  EXPECT_LT(std::pow(2 * (a_cells.radius + b_cells.radius) / cell, 2), 4.2e6);
+  BirdsEyeOptions options;
+  options.yaw_step_rad = 45 * kDegree;
+  for (const Candidate& candidate : SearchBirdsEye(a, b, options, nullptr)) {
+    EXPECT_TRUE(candidate.T_a_b.IsFinite());
+  }
+  // What fits is looked at as finely as ever.
+  EXPECT_EQ(CellThatFits(b, b, scale, 0.5), 0.5);
+}
+
+TEST_F(BirdsEyeTest, EndsWhenItIsToldTo) {
+  std::stop_source source;
+  source.request_stop();
+  BirdsEyeOptions options;
+  options.stop = source.get_token();
+  EXPECT_TRUE(SearchBirdsEye(map_a_, map_b_, options, nullptr).empty());
+}
+
 TEST_F(BirdsEyeTest, LevelsTiltedMaps) {
   const WallMap walls(map_a_, SampleSurface(map_a_, 0.25));
   EXPECT_FALSE(walls.outdoors());

@@ -23,6 +23,22 @@ class PreparedSubmapCodecTest : public testing::Test {
   std::shared_ptr<const PreparedSubmap> prepared_;
 };
 
+// Somebody's whole drive in one submap: 65,535 views would take gigabytes.
+TEST(PreparedSubmap, HasAtMostSoManyViewsSpreadOverTheWay) {
+  Submap submap;
+  submap.id = {SessionId("a-1"), 0};
+  for (uint16_t k = 0; k < 20000; ++k) {
+    Keyframe &keyframe = submap.keyframes.emplace_back();
+    keyframe.T_submap_sensor = Pose(Eigen::Vector3d(2.0 * k, 0, 0));
+    // Every second one has measured nothing.
+    if (k % 2 == 0) submap.points.push_back({.x = 2.0F * k, .y = 3, .z = 0, .keyframe = k});
+  }
+  const PreparedSubmap prepared(std::make_shared<const Submap>(submap));
+  EXPECT_LE(prepared.views().size(), PreparedSubmap::kMaxViews);
+  EXPECT_GT(prepared.views().size(), PreparedSubmap::kMaxViews / 3);
+  EXPECT_GT(prepared.views().back().T_submap_sensor.translation().x(), 39900);
+}
+
 TEST_F(PreparedSubmapCodecTest, GivesBackWhatWasKept) {
   const auto again = DecodePreparedSubmap(submap_, EncodePreparedSubmap(*prepared_));
   ASSERT_NE(again, nullptr);
