@@ -4,7 +4,11 @@ namespace isthmus::composition {
 
 namespace {
 constexpr int kInitialBits = 12;
-}
+// A table of more slots than this per voxel was made for larger clouds than it gets now.
+constexpr size_t kRoomy = 16;
+// It stays for so many small clouds: large ones that come now and then find it ready.
+constexpr int kPatience = 32;
+}  // namespace
 
 VoxelThinner::VoxelThinner() : slots_(size_t{1} << kInitialBits), shift_(64 - kInitialBits) {}
 
@@ -22,6 +26,14 @@ void VoxelThinner::Grow() {
   for (const Slot& slot : old) {
     if (slot.key != kFree) slots_[FindSlot(slot.key)] = slot;
   }
+}
+
+// Clearing costs what the table is large: one cloud of millions must not make it slow for all the
+// small ones after it, nor keep its memory.
+void VoxelThinner::Shrink() {
+  slots_ = std::vector<Slot>(slots_.size() / 2);
+  ++shift_;
+  cells_.shrink_to_fit();
 }
 
 void VoxelThinner::Add(uint64_t voxel, const WeightedPoint& point) {
@@ -52,8 +64,15 @@ void VoxelThinner::Take(std::vector<WeightedPoint>* out) {
     out->push_back({p.x + cell.dx * share, p.y + cell.dy * share, p.z + cell.dz * share,
                     p.intensity + cell.di * share, p.weight});
   }
+  const bool is_roomy =
+      slots_.size() > size_t{1} << kInitialBits && cells_.size() * kRoomy < slots_.size();
   cells_.clear();
-  slots_.assign(slots_.size(), Slot());
+  roomy_in_a_row_ = is_roomy ? roomy_in_a_row_ + 1 : 0;
+  if (roomy_in_a_row_ > kPatience) {
+    Shrink();
+  } else {
+    slots_.assign(slots_.size(), Slot());
+  }
 }
 
 }  // namespace isthmus::composition

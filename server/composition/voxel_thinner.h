@@ -54,8 +54,8 @@ struct WeightedPoint {
   uint32_t weight = 1;
 };
 
-// An open-addressing hash table from voxel to running mean. Meant to be kept and used again: after
-// the first clouds it allocates nothing. Not thread safe.
+// An open-addressing hash table from voxel to running mean. Meant to be kept and used again: among
+// clouds of like size it allocates nothing. Not thread safe.
 class VoxelThinner {
  public:
   VoxelThinner();
@@ -82,10 +82,12 @@ class VoxelThinner {
   size_t FirstSlot(uint64_t key) const { return (key * 0x9e3779b97f4a7c15u) >> shift_; }
   size_t FindSlot(uint64_t key) const;
   void Grow();
+  void Shrink();  // When empty.
 
   std::vector<Slot> slots_;  // A power of two of them, at most half in use.
   int shift_ = 0;            // 64 - log2(slots_.size()).
   std::vector<Cell> cells_;
+  int roomy_in_a_row_ = 0;  // Clouds for which the table was far too large.
 };
 
 }  // namespace isthmus::composition

@@ -8,6 +8,7 @@
 #include <random>
 #include <set>
 
+#include "core/stopwatch.h"
 #include "server/composition/tile_layout.h"
 
 namespace isthmus::composition {
@@ -85,6 +86,46 @@ TEST(VoxelThinner, MeansMatchAPlainMap) {
     }
     EXPECT_GT(weight, 30000);
   }
+}
+
+TEST(VoxelThinner, WhatItThinnedBeforeShowsInNothing) {
+  std::mt19937 rng(6);
+  VoxelThinner thinner;
+  std::vector<int> sizes{100'000, 10, 3000};
+  for (int i = 0; i < 50; ++i) sizes.push_back(i % 7);  // Its table shrinks.
+  for (const int size : {3000, 1, 40'000}) sizes.push_back(size);
+  for (const int size : sizes) {
+    VoxelThinner fresh;
+    for (int i = 0; i < size; ++i) {
+      const WeightedPoint p{float(rng() % 1000), float(rng() % 1000), 0, 0, 1};
+      const uint64_t key = rng() % (size + 1);
+      thinner.Add(key, p);
+      fresh.Add(key, p);
+    }
+    std::vector<WeightedPoint> thinned, expected;
+    thinner.Take(&thinned);
+    fresh.Take(&expected);
+    ASSERT_EQ(thinned.size(), expected.size());
+    for (size_t i = 0; i < expected.size(); ++i) {
+      ASSERT_EQ(thinned[i].x, expected[i].x);
+      ASSERT_EQ(thinned[i].weight, expected[i].weight);
+    }
+  }
+}
+
+// The table of a cloud of millions would be cleared for every small one, which takes minutes.
+TEST(VoxelThinner, SmallCloudsAreQuickAfterALargeOne) {
+  VoxelThinner thinner;
+  std::vector<WeightedPoint> thinned;
+  for (uint64_t i = 0; i < 1'000'000; ++i) thinner.Add(i, {});
+  thinner.Take(&thinned);
+  Stopwatch watch;
+  for (uint64_t i = 0; i < 10'000; ++i) {
+    thinned.clear();
+    thinner.Add(i, {});
+    thinner.Take(&thinned);
+  }
+  EXPECT_LT(watch.Ms(), 3000);
 }
 
 }  // namespace
