@@ -1,17 +1,21 @@
 #include "server/composition/composer.h"
 
 #include <absl/container/flat_hash_map.h>
+#include <absl/container/flat_hash_set.h>
 
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
 #include <set>
 #include <utility>
 
+#include "server/composition/points_by_tile.h"
 #include "server/composition/spill_file.h"
 #include "server/composition/submap_shelf.h"
 #include "server/composition/thinned_submap.h"
 #include "server/composition/tile_builder.h"
+#include "server/composition/tile_limit.h"
 #include "server/composition/tiled_map.h"
 
 namespace isthmus::composition {
@@ -24,8 +28,10 @@ struct Composed {
   uint32_t robot = 0;  // Number, see Composer::State::robots.
   uint32_t frame = 0;
   Pose T_map_submap;
-  std::vector<TileKey> tiles;  // At that pose, as on the shelf.
-  bool wanted = false;         // By the Compose that is under way.
+  std::vector<TileKey> tiles;         // At that pose, as on the shelf.
+  std::vector<uint32_t> point_count;  // Of each of the tiles.
+  uint64_t left_out = 0;              // Points, at that pose.
+  bool wanted = false;                // By the Compose that is under way.
 };
 
 // What lies on a tile: which submap, and which of its tiles this is.
@@ -39,6 +45,10 @@ struct OnTile {
 constexpr double kReadingShare = 0.8;
 // Share of the memory that is for thinned submaps; readers ask for tiles.
 constexpr size_t kShelfShare = 3;
+// Share of the tiles that are for one submap.
+constexpr int kSubmapTilesShare = 8;
+
+absl::Status Stopped() { return absl::CancelledError("stopped"); }
 
 double InRange(double value, double lowest, double highest, double otherwise) {
   return std::isfinite(value) ? std::clamp(value, lowest, highest) : otherwise;
@@ -50,6 +60,7 @@ ComposerOptions Sane(const ComposerOptions& given) {
   options.voxel_m = InRange(given.voxel_m, 0.001, 100, defaults.voxel_m);
   options.tile_m = InRange(given.tile_m, options.voxel_m, 1e5, defaults.tile_m);
   options.min_move_m = InRange(given.min_move_m, 0, 1e5, defaults.min_move_m);
+  options.max_tiles = std::max(given.max_tiles, kSubmapTilesShare);
   options.cache_bytes = given.cache_bytes;
   return options;
 }
@@ -65,7 +76,8 @@ struct Composer::State {
         shelf(file, options.cache_bytes / kShelfShare),
         cache(std::make_shared<TileCache>(file,
                                           options.cache_bytes - options.cache_bytes / kShelfShare)),
-        builder(grid, &tile_thinner) {}
+        builder(grid, &tile_thinner),
+        limit(static_cast<size_t>(options.max_tiles)) {}
 
   const ComposerOptions options;
   const VoxelGrid grid;
@@ -77,30 +89,38 @@ struct Composer::State {
   SubmapShelf shelf;                     // Has all of them.
   const std::shared_ptr<TileCache> cache;
   TileBuilder builder;
-  std::map<TileKey, TilePtr> tiles;  // None is null.
-  std::set<TileKey> dirty;           // Those of `tiles` that are not as `submaps` says.
-  std::vector<RobotId> robots;       // By number; only grows.
+  std::map<TileKey, TilePtr> tiles;    // None is null.
+  absl::flat_hash_set<TileKey> dirty;  // Those of `tiles` that are not as `submaps` says.
+  TileLimit limit;                     // Knows the tiles of all of `submaps`.
+  std::vector<RobotId> robots;         // By number; only grows.
   absl::flat_hash_map<std::string, uint32_t> robot_numbers;
   uint32_t next_frame = 0;
   int last_tiles_remade = 0;
-  uint64_t missing = 0;  // Of the Compose that is under way.
+  LeftOut left_out;
+  // Of the Compose that is under way.
+  uint64_t missing = 0;
+  Progress progress;
+  double share = 0;
 
   std::map<uint32_t, uint32_t> FramesOf(const std::vector<PlacedSubmap>& placed);
   uint32_t RobotNumber(const RobotId& robot);
   absl::Status PlaceAll(const std::vector<PlacedSubmap>& placed,
-                        const std::map<uint32_t, uint32_t>& frames, const SubmapReader& reader,
-                        const Progress& progress);
+                        const std::map<uint32_t, uint32_t>& frames, const SubmapReader& reader);
   absl::Status Place(const PlacedSubmap& placed, uint32_t frame, const SubmapReader& reader);
   absl::StatusOr<std::vector<WeightedPoint>> PointsOf(const PlacedSubmap& placed, bool is_known,
                                                       const SubmapReader& reader,
                                                       Composed* composed);
-  void Soil(const Composed& composed);
+  bool KeepsOn() const { return !progress || progress(share); }
+  void Enter(const Composed& composed);
+  void Leave(const Composed& composed);
   void Forget(const SubmapId& id);
   void DropUnwanted();
   absl::Status Settle();
-  absl::Status Remake(const Progress& progress);
-  std::map<TileKey, std::vector<OnTile>> WhatIsOnDirty() const;
+  void KeepToLimit();
+  absl::Status Remake();
+  absl::StatusOr<std::map<TileKey, std::vector<OnTile>>> WhatIsOnDirty() const;
   absl::StatusOr<TileContent> MakeTile(std::vector<OnTile> sources);
+  LeftOut CountLeftOut() const;
   std::vector<TiledMap::Robot> RobotsInMap() const;
 };
 
@@ -135,21 +155,31 @@ uint32_t Composer::State::RobotNumber(const RobotId& robot) {
   return it->second;
 }
 
-void Composer::State::Soil(const Composed& composed) {
+void Composer::State::Enter(const Composed& composed) {
   dirty.insert(composed.tiles.begin(), composed.tiles.end());
+  for (size_t i = 0; i < composed.tiles.size(); ++i) {
+    limit.Add(composed.tiles[i], composed.point_count[i]);
+  }
+}
+
+void Composer::State::Leave(const Composed& composed) {
+  dirty.insert(composed.tiles.begin(), composed.tiles.end());
+  for (size_t i = 0; i < composed.tiles.size(); ++i) {
+    limit.Remove(composed.tiles[i], composed.point_count[i]);
+  }
 }
 
 void Composer::State::Forget(const SubmapId& id) {
   const auto it = submaps.find(id);
   if (it == submaps.end()) return;
-  Soil(it->second);
+  Leave(it->second);
   shelf.Erase(id);
   submaps.erase(it);
 }
 
 absl::Status Composer::State::PlaceAll(const std::vector<PlacedSubmap>& placed,
                                        const std::map<uint32_t, uint32_t>& frames,
-                                       const SubmapReader& reader, const Progress& progress) {
+                                       const SubmapReader& reader) {
   for (auto& [id, composed] : submaps) composed.wanted = false;
   missing = 0;
   size_t done = 0;
@@ -157,8 +187,8 @@ absl::Status Composer::State::PlaceAll(const std::vector<PlacedSubmap>& placed,
     absl::Status status = Place(p, frames.at(p.component), reader);
     if (status.ok()) status = shelf.Settle();
     if (!status.ok()) return status;
-    const double share = static_cast<double>(++done) / static_cast<double>(placed.size());
-    if (progress && !progress(kReadingShare * share)) return absl::CancelledError("stopped");
+    share = kReadingShare * static_cast<double>(++done) / static_cast<double>(placed.size());
+    if (!KeepsOn()) return Stopped();
   }
   return absl::OkStatus();
 }
@@ -186,19 +216,28 @@ absl::Status Composer::State::Place(const PlacedSubmap& placed, uint32_t frame,
     ++missing;
     return absl::OkStatus();
   }
-  Soil(composed);
-  PointsByTile by_tile = SortByTile(*points, frame, T_map_submap, grid, layout);
+  std::optional<PointsByTile> by_tile = SortByTile(
+      *points, frame, T_map_submap, grid, layout,
+      static_cast<size_t>(options.max_tiles / kSubmapTilesShare), [this] { return KeepsOn(); });
+  if (!by_tile) {
+    Forget(id);
+    return Stopped();
+  }
+  Leave(composed);
   composed.robot = robot;
   composed.frame = frame;
   composed.T_map_submap = T_map_submap;
-  composed.tiles = by_tile.tiles;
+  composed.tiles = by_tile->tiles;
+  composed.point_count = by_tile->point_count;
+  composed.left_out = by_tile->left_out;
   composed.wanted = true;
-  Soil(composed);
-  shelf.Put(id, *std::move(points), std::move(by_tile));
+  Enter(composed);
+  shelf.Put(id, *std::move(points), *std::move(by_tile));
   return absl::OkStatus();
 }
 
-// Thinned. NotFound when the reader has not the submap that is meant; else fails as the file does.
+// Thinned. NotFound when the reader has not the submap that is meant, Cancelled when told to stop;
+// else fails as the file does.
 absl::StatusOr<std::vector<WeightedPoint>> Composer::State::PointsOf(const PlacedSubmap& placed,
                                                                      bool is_known,
                                                                      const SubmapReader& reader,
@@ -210,10 +249,12 @@ absl::StatusOr<std::vector<WeightedPoint>> Composer::State::PointsOf(const Place
   if (content == nullptr || FingerprintOf(*content) != fingerprint) {
     return absl::NotFoundError("the submap is not there");
   }
-  ThinnedSubmap thinned = Thin(*content, grid, &submap_thinner);
+  std::optional<ThinnedSubmap> thinned =
+      Thin(*content, grid, &submap_thinner, [this] { return KeepsOn(); });
+  if (!thinned) return Stopped();
   composed->fingerprint = fingerprint;
-  composed->bounds = thinned.bounds;
-  return std::move(thinned.points);
+  composed->bounds = thinned->bounds;
+  return std::move(thinned->points);
 }
 
 void Composer::State::DropUnwanted() {
@@ -229,10 +270,24 @@ absl::Status Composer::State::Settle() {
   return status.ok() ? cache->Settle() : status;
 }
 
-std::map<TileKey, std::vector<OnTile>> Composer::State::WhatIsOnDirty() const {
+// What the map has no room for goes, and what it has room for again is to be made.
+void Composer::State::KeepToLimit() {
+  if (!limit.Update()) return;
+  limit.ForEach([this](const TileKey& key) {
+    if (!limit.Stays(key)) {
+      tiles.erase(key);
+      dirty.erase(key);
+    } else if (!tiles.contains(key)) {
+      dirty.insert(key);
+    }
+  });
+}
+
+absl::StatusOr<std::map<TileKey, std::vector<OnTile>>> Composer::State::WhatIsOnDirty() const {
   std::map<TileKey, std::vector<OnTile>> on_tile;
   for (const TileKey& key : dirty) on_tile[key];
   for (const auto& [id, composed] : submaps) {
+    if (!KeepsOn()) return Stopped();
     for (size_t i = 0; i < composed.tiles.size(); ++i) {
       const auto it = on_tile.find(composed.tiles[i]);
       if (it != on_tile.end()) it->second.push_back({&id, &composed, i});
@@ -246,6 +301,10 @@ absl::StatusOr<TileContent> Composer::State::MakeTile(std::vector<OnTile> source
     return robots[l.composed->robot] < robots[r.composed->robot];
   });
   for (const OnTile& source : sources) {
+    if (!KeepsOn()) {
+      builder.Take();
+      return Stopped();
+    }
     const auto piece = shelf.PieceOf(*source.id, source.tile);
     if (!piece.ok()) {
       builder.Take();                // What was added is of no use.
@@ -258,9 +317,11 @@ absl::StatusOr<TileContent> Composer::State::MakeTile(std::vector<OnTile> source
   return builder.Take();
 }
 
-absl::Status Composer::State::Remake(const Progress& progress) {
+absl::Status Composer::State::Remake() {
   const double all = static_cast<double>(dirty.size());
-  for (auto& [key, sources] : WhatIsOnDirty()) {
+  auto on_dirty = WhatIsOnDirty();
+  if (!on_dirty.ok()) return on_dirty.status();
+  for (auto& [key, sources] : *on_dirty) {
     absl::StatusOr<TileContent> content = MakeTile(std::move(sources));
     if (!content.ok()) return content.status();
     if (content->points.empty()) {
@@ -271,12 +332,26 @@ absl::Status Composer::State::Remake(const Progress& progress) {
     dirty.erase(key);
     ++last_tiles_remade;
     if (absl::Status status = cache->Settle(); !status.ok()) return status;
-    const double share = 1 - static_cast<double>(dirty.size()) / all;
-    if (progress && !progress(kReadingShare + (1 - kReadingShare) * share)) {
-      return absl::CancelledError("stopped");
-    }
+    share = 1 - (1 - kReadingShare) * static_cast<double>(dirty.size()) / all;
+    if (!KeepsOn()) return Stopped();
   }
   return absl::OkStatus();
+}
+
+Composer::LeftOut Composer::State::CountLeftOut() const {
+  LeftOut all;
+  uint64_t largest = 0;
+  for (const auto& [id, composed] : submaps) {
+    uint64_t points = composed.left_out;
+    for (size_t i = 0; i < composed.tiles.size() && !limit.has_room_for_all(); ++i) {
+      if (!limit.Stays(composed.tiles[i])) points += composed.point_count[i];
+    }
+    all.points += points;
+    if (points <= largest) continue;
+    largest = points;
+    all.most = id;
+  }
+  return all;
 }
 
 std::vector<TiledMap::Robot> Composer::State::RobotsInMap() const {
@@ -314,12 +389,16 @@ absl::StatusOr<std::shared_ptr<const ComposedMap>> Composer::Compose(
   }
 
   state_->last_tiles_remade = 0;
+  state_->progress = progress;
+  state_->share = 0;
   const std::map<uint32_t, uint32_t> frames = state_->FramesOf(placed);
   absl::Status status = state_->Settle();  // What an earlier call could not.
-  if (status.ok()) status = state_->PlaceAll(placed, frames, reader, progress);
+  if (status.ok()) status = state_->PlaceAll(placed, frames, reader);
   if (!status.ok()) return status;
   state_->DropUnwanted();
-  if (status = state_->Remake(progress); !status.ok()) return status;
+  state_->KeepToLimit();
+  if (status = state_->Remake(); !status.ok()) return status;
+  state_->left_out = state_->CountLeftOut();
 
   std::map<uint32_t, uint32_t> component_of_frame;
   for (const auto& [component, frame] : frames) component_of_frame[frame] = component;
@@ -335,6 +414,7 @@ absl::StatusOr<std::shared_ptr<const ComposedMap>> Composer::Compose(
 }
 
 int Composer::last_tiles_remade() const { return state_->last_tiles_remade; }
+Composer::LeftOut Composer::left_out() const { return state_->left_out; }
 
 Composer::Memory Composer::memory() const {
   return {state_->shelf.bytes_in_memory(), state_->cache->bytes_in_memory(),

@@ -10,11 +10,12 @@
 #include <list>
 #include <map>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "core/ids.h"
+#include "server/composition/points_by_tile.h"
 #include "server/composition/spill_file.h"
-#include "server/composition/tile_builder.h"
 
 namespace isthmus::composition {
 

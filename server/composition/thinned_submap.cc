@@ -8,13 +8,16 @@
 namespace isthmus::composition {
 namespace {
 
-// Blocks in the order in which they are first met; order within a block stays.
-std::vector<WeightedPoint> GroupByBlock(const std::vector<WeightedPoint>& points,
-                                        const VoxelGrid& grid) {
+// Blocks in the order in which they are first met; order within a block stays. Nothing when told to
+// end.
+std::optional<std::vector<WeightedPoint>> GroupByBlock(const std::vector<WeightedPoint>& points,
+                                                       const VoxelGrid& grid,
+                                                       const KeepOn& keep_on) {
   absl::flat_hash_map<uint64_t, uint32_t> numbers;
   std::vector<uint32_t> block_of_point, next;
   block_of_point.reserve(points.size());
   for (const WeightedPoint& p : points) {
+    if (EndsAt(block_of_point.size(), keep_on)) return std::nullopt;
     const Voxel voxel = grid.Find(p.x, p.y, p.z).value_or(Voxel());
     const uint64_t block =
         PackVoxel({voxel.x / kBlockVoxels, voxel.y / kBlockVoxels, voxel.z / kBlockVoxels});
@@ -41,16 +44,24 @@ SubmapFingerprint FingerprintOf(const Submap& submap) {
           submap.last_sequence,  submap.points.size(), submap.keyframes.size()};
 }
 
-ThinnedSubmap Thin(const Submap& submap, const VoxelGrid& grid, VoxelThinner* thinner) {
-  for (const SubmapPoint& p : submap.points) {
+std::optional<ThinnedSubmap> Thin(const Submap& submap, const VoxelGrid& grid,
+                                  VoxelThinner* thinner, const KeepOn& keep_on) {
+  std::vector<WeightedPoint> in_order_met;
+  for (size_t i = 0; i < submap.points.size(); ++i) {
+    if (EndsAt(i, keep_on)) {
+      thinner->Take(&in_order_met);  // The next cloud must not find them there.
+      return std::nullopt;
+    }
+    const SubmapPoint& p = submap.points[i];
     if (const auto voxel = grid.Find(p.x, p.y, p.z)) {
       thinner->Add(PackVoxel(*voxel), {p.x, p.y, p.z, p.intensity});
     }
   }
-  ThinnedSubmap thinned;
-  std::vector<WeightedPoint> in_order_met;
   thinner->Take(&in_order_met);
-  thinned.points = GroupByBlock(in_order_met, grid);
+  auto grouped = GroupByBlock(in_order_met, grid, keep_on);
+  if (!grouped) return std::nullopt;
+  ThinnedSubmap thinned;
+  thinned.points = *std::move(grouped);
   for (const WeightedPoint& p : thinned.points) {
     thinned.bounds.Extend(Eigen::Vector3d(p.x, p.y, p.z));
   }

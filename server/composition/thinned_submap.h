@@ -3,9 +3,11 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "core/submap.h"
+#include "server/composition/keep_on.h"
 #include "server/composition/voxel_thinner.h"
 
 namespace isthmus::composition {
@@ -31,8 +33,9 @@ struct ThinnedSubmap {
   Box bounds;  // Of those, submap frame.
 };
 
-// Leaves out points that are not finite or off the grid.
-ThinnedSubmap Thin(const Submap& submap, const VoxelGrid& grid, VoxelThinner* thinner);
+// Leaves out points that are not finite or off the grid. Nothing when told to end.
+std::optional<ThinnedSubmap> Thin(const Submap& submap, const VoxelGrid& grid,
+                                  VoxelThinner* thinner, const KeepOn& keep_on);
 
 // The largest distance that any point of the box moves when its pose changes from one to the other.
 // Exact: the displacement is affine in the point, so a corner has the largest.

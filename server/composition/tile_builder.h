@@ -6,33 +6,11 @@
 #include <vector>
 
 #include "core/pose.h"
-#include "server/composition/thinned_submap.h"
+#include "server/composition/points_by_tile.h"
 #include "server/composition/tile.h"
-#include "server/composition/tile_layout.h"
+#include "server/composition/voxel_thinner.h"
 
 namespace isthmus::composition {
-
-// Points of a submap that stand together, on one tile: [begin, end) of its thinned points.
-struct PointRun {
-  uint32_t begin = 0, end = 0;
-};
-
-// Which of a submap's points lie on which tile, at the pose that it was made for. Kept with a
-// submap, so that its neighbours' tiles can be remade without looking at its other points.
-struct PointsByTile {
-  std::vector<TileKey> tiles;   // In order; none without points.
-  std::vector<uint32_t> begin;  // Of each tile's runs, and the end of the last.
-  std::vector<PointRun> runs;   // Ascending within a tile.
-
-  // Of the i-th tile.
-  std::span<const PointRun> Of(size_t i) const {
-    return std::span(runs).subspan(begin[i], begin[i + 1] - begin[i]);
-  }
-};
-
-// Leaves out points that the pose takes off the grid.
-PointsByTile SortByTile(const std::vector<WeightedPoint>& points, uint32_t frame,
-                        const Pose& T_map_submap, const VoxelGrid& grid, const TileLayout& layout);
 
 // A submap's part of one tile.
 struct TileSource {

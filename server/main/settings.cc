@@ -314,6 +314,10 @@ void AddComposition(ServerConfig& config, Table& table) {
             "The merged map has one point per voxel of this edge and robot.");
   table.Add("min_move_m", &composer.min_move_m, 0.0, 10.0,
             "A submap that moved less than this does not remake its tiles.");
+  table.Add(
+      "max_tiles", &composer.max_tiles, 1000, 10'000'000,
+      "So many tiles has the merged map at most, and one submap an eighth of them: those with "
+      "most points. Points scattered over more are left out.");
   composition::OccupancyOptions& occupancy = config.pipeline.occupancy;
   table.Add("octomap_resolution_m", &occupancy.resolution_m, 0.01, 10.0,
             "Leaf size of an OctoMap where a reader names none.");
