@@ -1,17 +1,17 @@
 #include "server/pipeline/compositor.h"
 
+#include <absl/strings/str_cat.h>
+
 #include <algorithm>
 #include <chrono>
 #include <set>
 #include <utility>
 
-#include "core/stopwatch.h"
-
 namespace isthmus::server {
 namespace {
 
 constexpr double kRetryS = 3;        // After a failure.
-constexpr double kLastMapMs = 2000;  // What the composition under way may take when told to stop.
+constexpr double kLastMapMs = 1000;  // What compositions may still take when told to stop.
 
 }  // namespace
 
@@ -62,11 +62,18 @@ std::shared_ptr<const ComposedMap> Compositor::FirstMap() {
 
 absl::StatusOr<std::shared_ptr<const ComposedMap>> Compositor::Compose(
     int64_t revision, const std::vector<PlacedSubmap>& placed) {
-  Stopwatch watch;
   return composer_.Compose(revision, placed, reader_, [&](double share) {
     if (starting_ != nullptr) starting_->SetDone(share);
-    return !stop_ || (starting_ == nullptr && watch.Ms() < kLastMapMs);
+    return KeepsOn();
   });
+}
+
+// While no session was removed since, and the thread is not to end.
+bool Compositor::KeepsOn() {
+  if (removals_ && state_->removals != *removals_) return false;
+  if (!stop_) return true;
+  if (!since_stop_) since_stop_.emplace();
+  return starting_ == nullptr && since_stop_->Ms() < kLastMapMs;
 }
 
 void Compositor::Publish(std::shared_ptr<const ComposedMap> map, double ms) {
@@ -84,9 +91,20 @@ void Compositor::Report(const absl::Status& status) {
   on_problem_("the merged map stays as it was: " + problem);
 }
 
+void Compositor::ReportLeftOut() {
+  const composition::Composer::LeftOut left_out = composer_.left_out();
+  const auto most = left_out.points > 0 ? std::optional(left_out.most) : std::nullopt;
+  if (std::exchange(left_out_, most) == most || !most || !on_problem_) return;
+  on_problem_(absl::StrCat(
+      "the merged map leaves out ", left_out.points, " points, most of them of submap ",
+      ToString(*most), ": they are scattered over more tiles than it may have. Delete the session ",
+      "if they are noise; else raise composition.max_tiles or composition.tile_m"));
+}
+
 void Compositor::Run() {
   using SteadyClock = std::chrono::steady_clock;
   SteadyClock::time_point next_allowed = SteadyClock::now();
+  bool cancelled = false;  // The last composition.
   std::unique_lock lock(state_->mutex);
   while (true) {
     if (state_->IsComposed()) {
@@ -100,11 +118,14 @@ void Compositor::Run() {
     }
     const int64_t revision = state_->revision.revision;
     const std::vector<PlacedSubmap> placed = state_->PlacedSubmaps();
+    removals_ = cancelled ? std::nullopt : std::optional<uint64_t>(state_->removals);
     lock.unlock();
     Stopwatch watch;
     absl::StatusOr<std::shared_ptr<const ComposedMap>> map = Compose(revision, placed);
     const double ms = watch.Ms();
-    if (!absl::IsCancelled(map.status())) Report(map.status());
+    cancelled = absl::IsCancelled(map.status());
+    if (!cancelled) Report(map.status());
+    if (map.ok()) ReportLeftOut();
     lock.lock();
     if (map.ok()) {
       starting_ = nullptr;
@@ -112,6 +133,7 @@ void Compositor::Run() {
     } else if (stop_) {
       return;
     }
+    if (cancelled) continue;
     const double pause_s = map.ok() ? interval_s_ : kRetryS;
     next_allowed = SteadyClock::now() + std::chrono::microseconds(int64_t(pause_s * 1e6));
   }

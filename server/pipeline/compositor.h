@@ -2,11 +2,14 @@
 #pragma once
 
 #include <atomic>
+#include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <thread>
 
+#include "core/stopwatch.h"
 #include "server/composition/composer.h"
 #include "server/pipeline/map_state.h"
 #include "server/pipeline/starting_map.h"
@@ -15,11 +18,14 @@ namespace isthmus::server {
 
 class Compositor {
  public:
-  // Told, from the thread, why the map is not as new as it should be; once per reason.
+  // Told, from the thread, why the map is not as new as it should be, or what it leaves out; once
+  // per reason.
   using OnProblem = std::function<void(const std::string& problem)>;
 
   // Composes after changes, at most once per interval (0: at once). Where that fails, as on a full
-  // disk, the last map stays and it is tried again every few seconds. Until what the store holds
+  // disk, the last map stays and it is tried again every few seconds. A composition under way ends
+  // when a session is deleted, and goes on at once without it; the next one is then made to its
+  // end, so that there are new maps however often sessions are deleted. Until what the store holds
   // has been composed once, readers get a StartingMap. Reader and `on_problem` must hold out until
   // the compositor is destroyed.
   Compositor(MapState* state, SubmapReader reader, const composition::ComposerOptions& options,
@@ -27,13 +33,17 @@ class Compositor {
   ~Compositor();
 
   // Makes the thread end after one last composition of what is there, if that takes no more than a
-  // moment; does not wait.
+  // moment: a composition under way ends, in the middle of a submap if need be, within a second and
+  // what reading one submap takes. Nothing is lost by that: a map is made anew from the store.
+  // Does not wait.
   void Stop();
 
  private:
   void Run();
   absl::StatusOr<std::shared_ptr<const ComposedMap>> Compose(
       int64_t revision, const std::vector<PlacedSubmap>& placed);
+  bool KeepsOn();
+  void ReportLeftOut();
   void Report(const absl::Status& status);
   // The state's mutex is held for these.
   std::shared_ptr<const ComposedMap> FirstMap();
@@ -46,8 +56,13 @@ class Compositor {
   composition::Composer composer_;  // Touched by the thread only.
   // Null once there is a map. Touched by the thread only, but for what is in it.
   std::shared_ptr<StartingMap> starting_;
-  std::string problem_;             // The last reported. Touched by the thread only.
-  std::atomic<bool> stop_ = false;  // Set under the state's mutex.
+  std::string problem_;                  // The last reported. Touched by the thread only.
+  std::optional<SubmapId> left_out_;     // Likewise; who has most points that are left out.
+  std::atomic<bool> stop_ = false;       // Set under the state's mutex.
+  std::optional<Stopwatch> since_stop_;  // Since the thread saw it; touched by the thread only.
+  // Sessions removed when the composition under way began; nothing if it goes on whatever is
+  // removed. Touched by the thread only.
+  std::optional<uint64_t> removals_;
   std::thread thread_;
 };
 

@@ -206,6 +206,7 @@ absl::Status MapState::Retire(const std::vector<SubmapId>& submaps) {
 absl::Status MapState::RemoveSession(const SessionId& session, const std::string& why) {
   if (absl::Status status = store_->DeleteSession(session); !status.ok()) return status;
   std::lock_guard lock(mutex);
+  ++removals;
   std::set<SessionId> gone;
   for (const SessionEntry* entry : SegmentsOf(session)) {
     for (const auto& submap : entry->submaps) cache_->Forget(submap->id);

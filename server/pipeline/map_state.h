@@ -2,6 +2,7 @@
 // matches, where everything is placed, and what is still to be done.
 #pragma once
 
+#include <atomic>
 #include <condition_variable>
 #include <cstdint>
 #include <map>
@@ -128,6 +129,10 @@ class MapState {
   std::mutex mutex;
   // Notified whenever anything below changes.
   std::condition_variable changed;
+
+  // How many sessions were removed so far. Grows with mutex held; read by who is at work on what
+  // there was, without it.
+  std::atomic<uint64_t> removals = 0;
 
   // --- guarded by mutex ---
   std::map<SessionId, SessionEntry> sessions;

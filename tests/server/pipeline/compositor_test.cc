@@ -36,14 +36,16 @@ class CompositorTest : public testing::Test {
                                                  placement::PlacerOptions());
   }
 
-  // Points in a row, 1 m apart.
+  // Points in rows of 1000, 1 m apart.
   void Add(uint32_t index, int points) {
     auto submap = std::make_shared<Submap>();
     submap->id = {kSession, index};
     submap->robot = RobotId("alice");
     submap->first_sequence = submap->last_sequence = index + 1;
     submap->keyframes = {{index + 1, 1'000'000'000 * int64_t{index + 1}, Pose()}};
-    for (int i = 0; i < points; ++i) submap->points.push_back({float(i), 0.5f, 0.5f, 0, 0});
+    for (int i = 0; i < points; ++i) {
+      submap->points.push_back({float(i % 1000), 0.5f + float(i / 1000), 0.5f, 0, 0});
+    }
     ingest::Stretch stretch;
     stretch.submap = submap;
     stretch.trajectory = {{index + 1, 1'000'000'000 * int64_t{index + 1}, Pose(), index}};
@@ -113,6 +115,58 @@ TEST_F(CompositorTest, StopsInTheMiddleOfTheFirstMap) {
   stopped.set_value();
   compositor = nullptr;
   EXPECT_EQ(reads, 1);
+}
+
+TEST_F(CompositorTest, StopsInTheMiddleOfASubmap) {
+  Add(0, 300'000);
+  std::promise<Compositor*> made;
+  auto compositor = std::make_unique<Compositor>(
+      &state_,
+      [&, gone = made.get_future().share()](const SubmapId& id) {
+        gone.get()->Stop();
+        return submaps_.Get(id);
+      },
+      composition::ComposerOptions(), 0);
+  const auto starting = Map();
+  made.set_value(compositor.get());
+  compositor = nullptr;
+  EXPECT_THAT(std::string(starting->ready().message()), HasSubstr(", 0 %"));
+}
+
+// It would show what is no more, and the memory would be gone for longer.
+TEST_F(CompositorTest, DeletingASessionEndsTheCompositionUnderWay) {
+  Add(0, 300'000);
+  std::promise<void> go;
+  Compositor compositor(
+      &state_,
+      [&, gone = go.get_future().share()](const SubmapId& id) {
+        gone.wait();
+        auto submap = submaps_.Get(id);
+        EXPECT_TRUE(state_.RemoveSession(kSession).ok());  // Waits for no composition.
+        return submap;
+      },
+      {}, 0);
+  const auto starting = Map();
+  go.set_value();
+  EXPECT_EQ(ComposedMapOnceThere()->point_count(0), 0u);
+  EXPECT_THAT(std::string(starting->ready().message()), HasSubstr(", 0 %"));
+}
+
+TEST_F(CompositorTest, SaysOnceWhatTheMapHasNoRoomFor) {
+  std::atomic<int> times = 0;
+  std::promise<std::string> told;
+  composition::ComposerOptions options;
+  options.max_tiles = 8;  // Of which a submap may lie on one.
+  Compositor compositor(&state_, reader_, options, 0, [&](const std::string& problem) {
+    if (times++ == 0) told.set_value(problem);
+  });
+  Add(0, 50);
+  const std::string problem = told.get_future().get();
+  EXPECT_THAT(problem, HasSubstr("leaves out 50 points, most of them of submap alice-1/0"));
+  EXPECT_THAT(problem, HasSubstr("composition.max_tiles"));
+  Add(1, 5);
+  EXPECT_EQ(ComposedMapOnceThere()->point_count(0), 5u);
+  EXPECT_EQ(times, 1);
 }
 
 TEST_F(CompositorTest, FullDiskKeepsTheLastMapAndIsToldOnce) {
