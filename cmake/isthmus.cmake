@@ -13,10 +13,17 @@ if(ISTHMUS_SANITIZE)
   target_compile_definitions(isthmus_flags INTERFACE EIGEN_MALLOC_ALREADY_ALIGNED=1)
 endif()
 
-# isthmus_library(NAME SOURCES ... [DEPS public...] [PRIVATE third-party...])
+# isthmus_library(NAME [UNITY] SOURCES ... [DEPS public...] [PRIVATE third-party...])
+# UNITY: with ISTHMUS_UNITY its sources are compiled a dozen at a time, which takes less than half
+# the time from nothing. Names in unnamed namespaces must then differ from file to file.
 function(isthmus_library name)
-  cmake_parse_arguments(ARG "" "" "SOURCES;DEPS;PRIVATE" ${ARGN})
+  cmake_parse_arguments(ARG "UNITY" "" "SOURCES;DEPS;PRIVATE" ${ARGN})
   add_library(${name} STATIC ${ARG_SOURCES})
+  if(ARG_UNITY AND ISTHMUS_UNITY)
+    set_target_properties(${name} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 12)
+    # A class that a source file declares in its header and defines by its own local types.
+    target_compile_options(${name} PRIVATE -Wno-subobject-linkage)
+  endif()
   target_link_libraries(${name} PUBLIC isthmus_flags ${ARG_DEPS} PRIVATE ${ARG_PRIVATE})
 endfunction()
 

@@ -2,14 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
-#include "floam/azimuth.h"
+#include "core/geometry/angles.h"
 
 namespace isthmus::floam {
 namespace {
-
-constexpr float kTurn = 2 * std::numbers::pi_v<float>;
 
 constexpr size_t kIntervals = 9;
 constexpr size_t kEnoughIntervals = 3;
@@ -17,14 +14,14 @@ constexpr double kShortestTurnS = 0.02, kLongestTurnS = 0.6;
 constexpr double kUnlike = 0.25;  // Relative; stamps jitter less.
 
 // Farther apart, points that follow each other in a ring do not tell the sense of turning.
-constexpr float kStep = 30.F / 360 * kTurn;
+constexpr float kStep = 30.F / 360 * (2 * kPi);
 // At least this share of all steps leads forward. Half of it does where two returns interleave.
 constexpr float kMinForward = 0.25F;
 // Lasers look a little to the side of each other: by so much a point may lie behind those before
 // it, and at the start, where that may be the very end as well, by so much (turns).
 constexpr float kAside = 0.1F;
 constexpr float kAsideAtStart = 0.04F;
-constexpr float kFading = 1.F / 32;
+constexpr float kProgressFading = 1.F / 32;
 constexpr float kFullRing = 0.8F;    // Of the points of the fullest.
 constexpr float kWholeShare = 0.9F;  // A scan with less of a turn misses a part.
 constexpr float kForget = 0.99F;
@@ -120,7 +117,7 @@ bool AzimuthClock::Follow(const std::vector<float>& azimuths, const std::vector<
 }
 
 float AzimuthClock::TurnsSince(float azimuth, float start) const {
-  return Fraction(sense_ * (azimuth - start) / kTurn);
+  return Fraction(sense_ * (azimuth - start) / (2 * kPi));
 }
 
 float AzimuthClock::MedianStart() const {
@@ -149,7 +146,7 @@ void AzimuthClock::CountTurns(const std::vector<float>& azimuths,
     }
     const float since = TurnsSince(azimuths[i], start) - (progress - back);
     ring.turns = Fraction(since) + (progress - back);
-    progress += (ring_by_ring_ ? 1.F : kFading) * (ring.turns - progress);
+    progress += (ring_by_ring_ ? 1.F : kProgressFading) * (ring.turns - progress);
     if (progress > kAside) back = kAside;
     (*turns)[i] = ring.turns;
   }

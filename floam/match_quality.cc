@@ -5,7 +5,7 @@
 namespace isthmus::floam {
 namespace {
 
-constexpr double kFading = 0.05;
+constexpr double kAgreementFading = 0.05;
 // Of the averages. New surroundings lower the share at once, but hardly the agreement.
 constexpr double kUsualAgreement = 0.88, kUsualShare = 0.6;
 constexpr double kDoubtfulAgreement = 0.7, kDoubtfulShare = 0.4;
@@ -25,7 +25,7 @@ double Share(const MatchResult& match) {
 }  // namespace
 
 void MatchQuality::Add(const MatchResult& match) {
-  const double weight = agreement_ > 0 ? kFading : 1;
+  const double weight = agreement_ > 0 ? kAgreementFading : 1;
   agreement_ += weight * (match.agreement - agreement_);
   share_ += weight * (Share(match) - share_);
   standing_ += weight * (match.standing - standing_);

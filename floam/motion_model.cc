@@ -7,12 +7,12 @@ namespace isthmus::floam {
 namespace {
 
 // Density of the white noise on turning, rad^2/s^3: 0.45 rad/s in a second.
-constexpr double kTurning = 0.2;
+constexpr double kTurningDensity = 0.2;
 constexpr double kLeastAcceleration = 0.005;  // 0.07 m/s in a second.
 
 Vector6d Densities(double acceleration) {
   Vector6d density;
-  density << Eigen::Vector3d::Constant(acceleration), Eigen::Vector3d::Constant(kTurning);
+  density << Eigen::Vector3d::Constant(acceleration), Eigen::Vector3d::Constant(kTurningDensity);
   return density;
 }
 

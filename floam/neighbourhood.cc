@@ -6,15 +6,11 @@
 #include <algorithm>
 #include <bitset>
 #include <cmath>
-#include <numbers>
 
-#include "floam/azimuth.h"
+#include "core/geometry/angles.h"
 
 namespace isthmus::floam {
 namespace {
-
-constexpr float kPi = std::numbers::pi_v<float>;
-constexpr float kDegree = kPi / 180;
 
 // Density is measured in coarse cells, points per cell are to be so many, cells of these sizes.
 constexpr float kCoarse = 3 * kDegree;
@@ -23,13 +19,13 @@ constexpr float kLeastCell = 0.8F * kDegree, kMostCell = 3 * kDegree;
 
 // Neighbours whose range differs by more belong to something else: so much, and so much more per
 // metre aside, which is what a surface does that is seen at grazing incidence.
-constexpr float kGapM = 0.25F;
+constexpr float kDepthStepM = 0.25F;
 constexpr float kSteepest = 3;  // Tangent of the angle of incidence.
 constexpr size_t kLeastNeighbours = 6;
 // Farther away neighbours are farther from each other, and fewer things are flat: so much more they
 // may be off a plane, per metre of range.
 constexpr float kDeviationPerM = 0.0015F;
-constexpr float kLeastShare = 0.4F;  // That belong to the same thing.
+constexpr float kLeastAlike = 0.4F;  // That belong to the same thing.
 
 // What is slim is no thicker, no wider than this, and what is beside it, on both sides, is farther
 // by so much.
@@ -140,7 +136,7 @@ void Neighbourhoods::Gather(const RingPoint& point, const Cell& cell) {
         if (!(q[0] > 0)) continue;
         const float inverse = 1 / q[0];
         const float y = per_cell * inverse * q[1], z = per_cell * inverse * q[2];
-        const float farther = std::abs(q[0] - point.range) - kGapM;
+        const float farther = std::abs(q[0] - point.range) - kDepthStepM;
         const bool is_near =
             farther < 0 || farther * farther < steepest * steepest * (y * y + z * z);
         (is_near ? near_ : beside_)
@@ -154,7 +150,7 @@ void Neighbourhoods::Gather(const RingPoint& point, const Cell& cell) {
 bool Neighbourhoods::FitPlane(const RingPoint& point, Look* look) const {
   const auto count = static_cast<float>(near_.size());
   if (near_.size() < kLeastNeighbours ||
-      count < kLeastShare * static_cast<float>(near_.size() + beside_.size())) {
+      count < kLeastAlike * static_cast<float>(near_.size() + beside_.size())) {
     return false;
   }
   Eigen::Array<float, 4, 4> H = Eigen::Array<float, 4, 4>::Zero();

@@ -25,9 +25,9 @@ constexpr double kPatienceS = 2, kLeastPatienceS = 0.3, kLongestPatienceS = 60;
 // A segment was worth beginning if scans were matched for this long.
 constexpr double kWorthwhileS = 5;
 
-constexpr char kStateMagic[] = "IODO";
+constexpr char kOdometryMagic[] = "IODO";
 // Becomes another with every change of what is stored, or of what is made of it.
-constexpr uint32_t kStateVersion = 7;
+constexpr uint32_t kOdometryVersion = 7;
 
 }  // namespace
 
@@ -107,14 +107,14 @@ std::string Odometry::Save() const {
   StateWriter writer;
   const State& state = *state_;
   writer(state);
-  return SealState(kStateMagic, kStateVersion, OptionsChecksum(state.sensor, state.options),
+  return SealState(kOdometryMagic, kOdometryVersion, OptionsChecksum(state.sensor, state.options),
                    writer.Take());
 }
 
 absl::Status Odometry::Restore(const std::string& saved) {
   absl::StatusOr<StateReader> reader =
-      OpenState(kStateMagic, kStateVersion, OptionsChecksum(state_->sensor, state_->options), saved,
-                "the odometry");
+      OpenState(kOdometryMagic, kOdometryVersion, OptionsChecksum(state_->sensor, state_->options),
+                saved, "the odometry");
   if (!reader.ok()) return reader.status();
   auto restored = std::make_unique<State>(state_->sensor, state_->options);
   (*reader)(*restored);

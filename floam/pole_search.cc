@@ -8,8 +8,8 @@
 namespace isthmus::floam {
 namespace {
 
-constexpr double kSpeed = 20, kTurning = 1.6;  // The fastest, m/s and rad/s, ...
-constexpr double kMostM = 6, kMostRad = 0.8;   // ... and the farthest.
+constexpr double kSpeed = 20, kTurnRate = 1.6;  // The fastest, m/s and rad/s, ...
+constexpr double kMostM = 6, kMostRad = 0.8;    // ... and the farthest.
 constexpr double kStepM = 0.2, kStepRad = 0.02;
 constexpr size_t kLeastPoles = 4, kBest = 4;
 constexpr double kApartM = 0.5, kApartRad = 0.05;
@@ -63,7 +63,7 @@ std::vector<Pose> MotionsOfPoles(const std::vector<TimedPoint>& before,
                                  const std::vector<TimedPoint>& now, double elapsed_s) {
   if (std::min(before.size(), now.size()) < kLeastPoles) return {};
   const double reach_m = std::min(kMostM, kSpeed * elapsed_s);
-  const double reach_rad = std::min(kMostRad, kTurning * elapsed_s);
+  const double reach_rad = std::min(kMostRad, kTurnRate * elapsed_s);
   const PoleImage image(before);
   std::vector<Move> moves;
   std::vector<Eigen::Vector2f> turned(now.size());

@@ -13,14 +13,14 @@ constexpr int kTopLevel = 3;
 constexpr double kMinReachM = 2;
 
 // A square of 2^level cells, by its low corner, at one heading.
-struct Block {
+struct PoseBlock {
   int32_t bound = 0;  // No pose in it scores more.
   uint16_t heading = 0;
   int16_t x = 0, y = 0;
   int8_t level = 0;
 
   // The best first, and of equals the smallest: it is nearer to a pose.
-  bool operator<(const Block& other) const {
+  bool operator<(const PoseBlock& other) const {
     return bound != other.bound ? bound < other.bound : level > other.level;
   }
 };
@@ -49,7 +49,7 @@ class Search {
     AddTopBlocks();
     while (!queue_.empty() && static_cast<int>(result_.found.size()) < options_.max_found) {
       if (result_.lookups > options_.max_lookups) return result_;
-      const Block block = queue_.top();
+      const PoseBlock block = queue_.top();
       queue_.pop();
       if (block.bound < least_) break;
       if (block.level == 0) {
@@ -99,7 +99,7 @@ class Search {
     }
   }
 
-  void Split(const Block& block) {
+  void Split(const PoseBlock& block) {
     const int half = 1 << (block.level - 1);
     for (const int y : {block.y + 0, block.y + half}) {
       for (const int x : {block.x + 0, block.x + half}) {
@@ -109,7 +109,7 @@ class Search {
   }
 
   // Keeps a pose unless it is the flank of a better one.
-  void Keep(const Block& block) {
+  void Keep(const PoseBlock& block) {
     FoundPose pose;
     pose.position = image_.CentreOf(block.x, block.y);
     pose.yaw = YawOf(block.heading);
@@ -134,7 +134,7 @@ class Search {
   int32_t least_;  // Grows once the best is known.
   int headings_ = 0;
   std::vector<int32_t> offsets_;  // Of cells, heading after heading.
-  std::priority_queue<Block> queue_;
+  std::priority_queue<PoseBlock> queue_;
   PoseSearchResult result_;
 };
 

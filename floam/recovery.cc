@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/geometry/near.h"
 #include "floam/recovery_guesses.h"
 #include "floam/undistort.h"
 
@@ -17,9 +18,9 @@ constexpr size_t kGuessesPerScan = 2000, kBetterGuesses = 200;
 constexpr size_t kFewPoints = 30, kGlancePoints = 120;
 constexpr double kGlanceKernelM = 0.4;
 // ... and the best that are not near each other are matched properly: a little, the better ones on.
-constexpr size_t kTries = 10, kBetterTries = 4;
+constexpr size_t kFirstTries = 10, kBetterTries = 4;
 constexpr int kTryStride = 3, kTryIterations = 3, kBetterTryIterations = 6;
-constexpr double kNearM = 0.5, kNearRad = 0.12;
+constexpr double kDistinctM = 0.5, kDistinctRad = 0.12;
 // So far from the last place seen, a good part of what is seen may be new, if it drove there: of
 // twice the way at its last speed.
 constexpr double kEdgeM = 4, kEdgeReach = 2, kEdgeS = 4;
@@ -28,14 +29,9 @@ constexpr double kRival = 0.93, kElsewhereM = 0.5, kElsewhereRad = 0.15;
 // How far from where it was foretold a place is confirmed.
 constexpr double kConfirmM = 0.25, kConfirmRad = 0.1;
 
-bool AreNear(const Pose& a, const Pose& b, double distance_m, double angle_rad) {
-  const Pose between = a.Inverse() * b;
-  return between.translation().norm() < distance_m && RotationAngle(between) < angle_rad;
-}
-
 bool IsNearAny(const ScanPose& pose, const std::vector<ScanPose>& others) {
   return std::any_of(others.begin(), others.end(), [&](const ScanPose& other) {
-    return AreNear(other.T_odom_sensor, pose.T_odom_sensor, kNearM, kNearRad);
+    return AreNear(other.T_odom_sensor, pose.T_odom_sensor, kDistinctM, kDistinctRad);
   });
 }
 
@@ -74,7 +70,7 @@ std::vector<ScanPose> BestGuesses(const Features& features, const std::vector<Sc
   Rank(guesses, Sample(features, guesses.front(), kGlancePoints), map, &ranked);
   std::vector<ScanPose> best;
   for (const auto& [score, k] : ranked) {
-    if (best.size() >= kTries || score <= 0) break;
+    if (best.size() >= kFirstTries || score <= 0) break;
     if (!IsNearAny(guesses[k], best)) best.push_back(guesses[k]);
   }
   return best;

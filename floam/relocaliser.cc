@@ -5,6 +5,8 @@
 #include <limits>
 #include <utility>
 
+#include "core/geometry/near.h"
+
 namespace isthmus::floam {
 namespace {
 
@@ -17,7 +19,7 @@ constexpr double kRivalScore = 0.8, kRivalAgreement = 0.9, kRivalShare = 0.75;
 // ... and is contradicted by walls looked through no more than this.
 constexpr double kRivalThroughFactor = 3, kRivalThroughMore = 0.05;
 // The same place.
-constexpr double kSameM = 0.5, kSameRad = 0.1;
+constexpr double kSamePlaceM = 0.5, kSamePlaceRad = 0.1;
 
 Eigen::Quaterniond TiltOf(const Pose& pose) {
   return Eigen::AngleAxisd(-pose.Yaw(), Eigen::Vector3d::UnitZ()) * pose.rotation();
@@ -210,9 +212,8 @@ void Relocaliser::MergeCandidates() {
   std::vector<Candidate> merged;
   for (Candidate& candidate : candidates_) {
     const bool known = std::any_of(merged.begin(), merged.end(), [&](const Candidate& other) {
-      const Pose apart =
-          other.match.pose.T_odom_sensor.Inverse() * candidate.match.pose.T_odom_sensor;
-      return apart.translation().norm() < kSameM && RotationAngle(apart) < kSameRad;
+      return AreNear(other.match.pose.T_odom_sensor, candidate.match.pose.T_odom_sensor,
+                     kSamePlaceM, kSamePlaceRad);
     });
     if (!known && static_cast<int>(merged.size()) < options_.max_candidates) {
       merged.push_back(std::move(candidate));

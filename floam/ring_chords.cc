@@ -10,7 +10,7 @@
 namespace isthmus::floam {
 namespace {
 
-constexpr int kRingReach = 2;
+constexpr int kRingsApart = 2;
 constexpr float kSameAzimuth = 0.9995F;  // Cosine of 1.8 degrees.
 // Of the angle between chord and normal: surfaces are rough, and bend on the way to the next ring.
 constexpr float kLyingCosine = 0.4F;
@@ -47,7 +47,7 @@ const RingPoint* AtAzimuthOf(const TimedPoint& point, const RingPoint* begin,
 }
 
 Eigen::Vector3f Chord(const RingScan& scan, const TimedPoint& point, int side) {
-  for (int away = 1; away <= kRingReach; ++away) {
+  for (int away = 1; away <= kRingsApart; ++away) {
     const int ring = point.ring + side * away;
     if (ring < 0 || ring + 1 >= static_cast<int>(scan.ring_begin.size())) break;
     const RingPoint* at = AtAzimuthOf(point, scan.points.data() + scan.ring_begin[ring],

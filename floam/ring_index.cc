@@ -3,12 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "floam/azimuth.h"
+#include "core/geometry/angles.h"
 
 namespace isthmus::floam {
 namespace {
 
-constexpr float kTurn = 6.28318531F;
 // What the angles are off by.
 constexpr float kAngleError = 2e-5F;
 
@@ -87,14 +86,14 @@ void RingIndex::NearestOnRing(const Query& query, int ring, int excluded, Neighb
   for (int k = 0; k < count; ++k, ++index) {
     if (index == end) index = begin;
     float turned = entries_[index].azimuth - query.azimuth;
-    if (turned < 0) turned += kTurn;
+    if (turned < 0) turned += 2 * kPi;
     if (!Consider(query, entries_[index], turned, index, excluded, best)) break;
   }
   index = start - 1;
   for (int k = 0; k < count; ++k, --index) {
     if (index < begin) index = end - 1;
     float turned = query.azimuth - entries_[index].azimuth;
-    if (turned < 0) turned += kTurn;
+    if (turned < 0) turned += 2 * kPi;
     if (!Consider(query, entries_[index], turned, index, excluded, best)) break;
   }
 }

@@ -2,17 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <utility>
 
-#include "floam/azimuth.h"
+#include "core/geometry/angles.h"
 
 namespace isthmus::floam {
 namespace {
 
-constexpr float kPi = std::numbers::pi_v<float>;
-constexpr int kMaxRings = 256;
-constexpr float kNearM = 1.5F;
+constexpr int kMaxInferredRings = 256;
+constexpr float kClearFromM = 1.5F;
 // Of the histogram: an eighth of the spacing of the densest sensor's rings.
 constexpr float kBin = 0.02F * kPi / 180;
 constexpr int kBins = 9001;  // From straight down to straight up.
@@ -162,7 +160,7 @@ int RingsByWrap(const std::vector<float>& azimuths, double turns, float seam,
     if (a < 0) a += 2 * kPi;
     if (i > 0) {
       travel += WrapOnce(a - last);
-      if (last - a > kPi && travel > kPi && ring + 1 < kMaxRings) {
+      if (last - a > kPi && travel > kPi && ring + 1 < kMaxInferredRings) {
         ++ring;
         travel = 0;
       }
@@ -178,7 +176,7 @@ ElevationHistogram::ElevationHistogram() : counts_(kBins, 0.F) {}
 void ElevationHistogram::Add(const Scan& scan, const std::vector<float>& elevations) {
   for (size_t i = 0; i < elevations.size(); ++i) {
     const ScanPoint& p = scan.points[i];
-    if (p.x * p.x + p.y * p.y + p.z * p.z < kNearM * kNearM) continue;
+    if (p.x * p.x + p.y * p.y + p.z * p.z < kClearFromM * kClearFromM) continue;
     const int bin = static_cast<int>(std::lround(elevations[i] / kBin)) + kBins / 2;
     if (bin < 0 || bin >= kBins) continue;
     counts_[bin] += 1;
@@ -192,7 +190,7 @@ std::vector<double> ElevationHistogram::Peaks() const {
   // How sharp rings are differs between sensors and scenes: the width that explains most.
   for (const int width : {1, 2, 4, 8, 12}) {
     std::vector<double> peaks = PeaksOfWidth(width);
-    if (peaks.empty() || peaks.size() > kMaxRings) continue;
+    if (peaks.empty() || peaks.size() > kMaxInferredRings) continue;
     const double misfit = Misfit(peaks);
     if (misfit >= least) continue;
     least = misfit;
@@ -214,7 +212,7 @@ double ElevationHistogram::Sharpness() const {
 
 std::vector<double> ElevationHistogram::PeaksOfWidth(int width) const {
   // A ring holds more than its share of the points, were there as many as can be.
-  const auto floor = static_cast<float>(0.15 * total_ / kMaxRings);
+  const auto floor = static_cast<float>(0.15 * total_ / kMaxInferredRings);
   std::vector<double> peaks, weights;
   double weight = 0, moment = 0;  // Since the last valley.
   float top = 0, low = 0;         // Likewise.

@@ -4,18 +4,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <utility>
 #include <vector>
 
-#include "floam/azimuth.h"
+#include "core/geometry/angles.h"
 
 namespace isthmus::floam {
 namespace {
 
-constexpr float kDegree = std::numbers::pi_v<float> / 180;
 // Near points have no clear elevation: lasers start a few centimetres apart.
-constexpr float kNearM = 1.5F;
+constexpr float kClearElevationM = 1.5F;
 constexpr uint32_t kMinPerRing = 20;
 // Farther apart in azimuth are no neighbours.
 constexpr float kNeighbour = 3 * kDegree;
@@ -32,7 +30,7 @@ std::vector<std::pair<float, float>> Directions(const RingScan& scan, size_t rin
   std::vector<std::pair<float, float>> directions;
   for (uint32_t i = scan.ring_begin[ring]; i < scan.ring_begin[ring + 1]; ++i) {
     const RingPoint& p = scan.points[i];
-    if (p.range > kNearM) directions.emplace_back(FastAtan2(p.y, p.x), Elevation(p));
+    if (p.range > kClearElevationM) directions.emplace_back(FastAtan2(p.y, p.x), Elevation(p));
   }
   std::sort(directions.begin(), directions.end());
   return directions;
@@ -82,7 +80,7 @@ std::string ElevationMismatch(const RingScan& scan, const SensorModel& model) {
   if (model.elevations.empty()) return "";
   std::vector<float> seen;
   for (const RingPoint& p : scan.points) {
-    if (p.range > kNearM) seen.push_back(Elevation(p));
+    if (p.range > kClearElevationM) seen.push_back(Elevation(p));
   }
   if (seen.size() < kMinPerRing) return "";
   std::sort(seen.begin(), seen.end());

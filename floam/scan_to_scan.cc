@@ -17,7 +17,7 @@ T Squared(T v) {
 }
 
 constexpr int kLeastRows = 10;
-constexpr double kLeastShare = 1e-3;
+constexpr double kLeastElapsed = 1e-3;
 constexpr float kPoleLengthM = 3;
 constexpr float kLevel = 0.8F;  // Of the normal: ground, even where it was seen at a tilt.
 // A plane is met by chance every other time, one of a hundred poles once in a few hundred times.
@@ -159,7 +159,7 @@ bool ScanToScan::Step(const ScanMotion& motion, double elapsed_s, const PosePrio
   const auto add = [&](const Row& row, const Eigen::Vector3f& q, double r, double scale_by,
                        double sigma_m) {
     // As much as if it had moved all the way.
-    const double share = std::max(row.since / elapsed_s, kLeastShare);
+    const double share = std::max(row.since / elapsed_s, kLeastElapsed);
     const Vector6d jacobian = PoseJacobian(q.cast<double>(), row.normal.cast<double>());
     const double weight = row.weight * HuberWeight(scale_by, options_.kernel_m) / Squared(sigma_m);
     rows_.push_back({jacobian, Squared(share) * weight, r / share, 0, q.cast<double>(),

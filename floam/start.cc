@@ -5,6 +5,7 @@
 #include <optional>
 #include <utility>
 
+#include "core/geometry/near.h"
 #include "floam/pole_search.h"
 
 namespace isthmus::floam {
@@ -13,16 +14,11 @@ namespace {
 constexpr int kIterations = 4;
 constexpr double kKernelM = 1.0;
 constexpr double kAnyM = 0.3, kAnyRad = 0.15;  // Per scan, around each of these.
-constexpr size_t kTries = 4;
+constexpr size_t kMostMotions = 4;
 constexpr int kAgain = 2;
-constexpr double kSameM = 0.05, kSameRad = 0.01;
+constexpr double kSameMotionM = 0.05, kSameMotionRad = 0.01;
 
 Matrix6d AnyMotion() { return Isotropic(kAnyM, kAnyRad); }
-
-bool AreNear(const Pose& a, const Pose& b) {
-  const Pose between = a.Inverse() * b;
-  return between.translation().norm() < kSameM && RotationAngle(between) < kSameRad;
-}
 
 }  // namespace
 
@@ -49,7 +45,8 @@ std::vector<ScanToScanResult> Start::MotionsBetween(const ScanFrame& frame, doub
       moved = scan_to_scan_.Match(frame.features, moved.twist, elapsed_s, AnyMotion());
     }
     const auto same = [&](const ScanToScanResult& other) {
-      return AreNear(Exp(elapsed_s * moved.twist), Exp(elapsed_s * other.twist));
+      return AreNear(Exp(elapsed_s * moved.twist), Exp(elapsed_s * other.twist), kSameMotionM,
+                     kSameMotionRad);
     };
     if (std::none_of(motions.begin(), motions.end(), same)) motions.push_back(moved);
   };
@@ -59,7 +56,7 @@ std::vector<ScanToScanResult> Start::MotionsBetween(const ScanFrame& frame, doub
   }
   std::sort(motions.begin(), motions.end(),
             [](const auto& a, const auto& b) { return a.evidence > b.evidence; });
-  if (motions.size() > kTries) motions.resize(kTries);
+  if (motions.size() > kMostMotions) motions.resize(kMostMotions);
   return motions;
 }
 

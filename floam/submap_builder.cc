@@ -16,8 +16,8 @@ constexpr double kMovedM = 0.05;
 constexpr double kMovedRad = 0.02;
 constexpr size_t kMaxKeyframes = std::numeric_limits<uint16_t>::max();
 
-constexpr char kStateMagic[] = "ISUB";
-constexpr uint32_t kStateVersion = 1;
+constexpr char kBuilderMagic[] = "ISUB";
+constexpr uint32_t kBuilderVersion = 1;
 
 // To the nearest multiple of `step`, as codec::Quantize does.
 float Rounded(float v, double step) {
@@ -136,12 +136,12 @@ std::string SubmapBuilder::Save() const {
   Fields(*this, writer);
   writer(current_ != nullptr);
   if (current_ != nullptr) WriteUnfinished(*current_, writer);
-  return SealState(kStateMagic, kStateVersion, Checksum(), writer.Take());
+  return SealState(kBuilderMagic, kBuilderVersion, Checksum(), writer.Take());
 }
 
 absl::Status SubmapBuilder::Restore(const std::string& saved) {
   absl::StatusOr<StateReader> reader =
-      OpenState(kStateMagic, kStateVersion, Checksum(), saved, "the submap");
+      OpenState(kBuilderMagic, kBuilderVersion, Checksum(), saved, "the submap");
   if (!reader.ok()) return reader.status();
   SubmapBuilder restored(session_, robot_, options_);
   bool has_unfinished = false;

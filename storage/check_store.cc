@@ -16,14 +16,6 @@ namespace {
 
 constexpr char kTheDatabase[] = "the database";
 
-// The only value of one row.
-absl::StatusOr<int64_t> ReadNumber(Connection& database, const std::string& sql) {
-  Statement statement = database.Prepare(sql);
-  absl::StatusOr<bool> has_row = statement.Step();
-  if (!has_row.ok()) return has_row.status();
-  return *has_row ? statement.Int(0) : 0;
-}
-
 // Each row of `sql` that is not "ok" is damage.
 void ReportRows(Connection& database, const std::string& sql, StoreReport& report) {
   Statement row = database.Prepare(sql);
@@ -48,7 +40,7 @@ void CheckFile(Connection& database, StoreReport& report) {
 
 void CountRecords(Connection& database, StoreReport& report) {
   const auto count = [&](const char* table, int64_t& number) {
-    const auto rows = ReadNumber(database, absl::StrCat("SELECT count(*) FROM ", table));
+    const auto rows = database.ReadNumber(absl::StrCat("SELECT count(*) FROM ", table));
     if (rows.ok()) {
       number = *rows;
     } else {
@@ -89,7 +81,7 @@ absl::StatusOr<StoreReport> ReadAll(const std::string& directory) {
   if (!status.ok()) return status;
   const Transaction snapshot(**database, Transaction::Kind::kRead);
   if (!snapshot.status().ok()) return snapshot.status();
-  const auto schema = ReadNumber(**database, "PRAGMA user_version");
+  const auto schema = (*database)->ReadNumber("PRAGMA user_version");
   if (!schema.ok()) return schema.status();
   report.schema = *schema;
   CheckFile(**database, report);

@@ -9,8 +9,8 @@ namespace isthmus::storage {
 namespace {
 
 // The last character is the version of the layout.
-constexpr char kMagic[] = "IME1";
-constexpr size_t kMagicSize = 4;
+constexpr char kEdgeMagic[] = "IME1";
+constexpr size_t kEdgeMagicSize = 4;
 constexpr size_t kEdgeSize = 2 * 4 + 7 * 8 + kSymmetricSize;
 
 }  // namespace
@@ -25,14 +25,14 @@ std::string EncodeEdges(const std::vector<SubmapEdge>& edges) {
     AppendPose(edge.T_a_b, body);
     AppendSymmetric(edge.information, body);
   }
-  std::string blob(kMagic, kMagicSize);
+  std::string blob(kEdgeMagic, kEdgeMagicSize);
   AppendBytes(codec::Crc32c(body.data(), body.size()), blob);
   return blob + body;
 }
 
 absl::Status DecodeEdges(const std::string& blob, std::vector<SubmapEdge>& edges) {
-  constexpr size_t kBody = kMagicSize + sizeof(uint32_t);
-  if (blob.size() < kBody || blob.compare(0, kMagicSize, kMagic) != 0) {
+  constexpr size_t kBody = kEdgeMagicSize + sizeof(uint32_t);
+  if (blob.size() < kBody || blob.compare(0, kEdgeMagicSize, kEdgeMagic) != 0) {
     return absl::DataLossError("they do not begin like edges");
   }
   ByteReader reader(blob);

@@ -14,7 +14,7 @@ using Bytes = std::vector<unsigned char>;
 
 constexpr size_t kHeaderSize = 32;
 constexpr size_t kFrameHeaderSize = 24;
-constexpr uint32_t kMagic = 0x377f0682;  // Its last bit: sums are over big-endian words.
+constexpr uint32_t kLogMagic = 0x377f0682;  // Its last bit: sums are over big-endian words.
 constexpr uint32_t kMaxPageSize = 65536;
 
 uint32_t Number(const Bytes& bytes, size_t at) {
@@ -56,7 +56,7 @@ void CheckLog(const std::string& path, StoreReport& report) {
   const uint32_t page_size = Number(header, 8);
   Checksum sum;
   sum.Add(header, 0, 24, is_big_endian);
-  if ((Number(header, 0) & ~1u) != kMagic || page_size > kMaxPageSize || !sum.Is(header, 24)) {
+  if ((Number(header, 0) & ~1u) != kLogMagic || page_size > kMaxPageSize || !sum.Is(header, 24)) {
     return AddDamage("the write-ahead log", "its header is broken: none of it is used", report);
   }
   Bytes frame(kFrameHeaderSize + page_size);

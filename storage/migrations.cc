@@ -7,18 +7,11 @@ namespace {
 
 constexpr char kReadVersion[] = "PRAGMA user_version";
 
-absl::StatusOr<int64_t> ReadNumber(Connection& database, const std::string& sql) {
-  Statement statement = database.Prepare(sql);
-  absl::StatusOr<bool> has_row = statement.Step();
-  if (!has_row.ok()) return has_row.status();
-  return *has_row ? statement.Int(0) : 0;
-}
-
 absl::Status CheckOwner(Connection& database) {
-  absl::StatusOr<int64_t> owner = ReadNumber(database, "PRAGMA application_id");
+  absl::StatusOr<int64_t> owner = database.ReadNumber("PRAGMA application_id");
   if (!owner.ok()) return owner.status();
   if (*owner == kApplicationId) return absl::OkStatus();
-  absl::StatusOr<int64_t> objects = ReadNumber(database, "SELECT count(*) FROM sqlite_schema");
+  absl::StatusOr<int64_t> objects = database.ReadNumber("SELECT count(*) FROM sqlite_schema");
   if (!objects.ok()) return objects.status();
   if (*owner == 0 && *objects == 0) return absl::OkStatus();
   return absl::FailedPreconditionError(
@@ -41,7 +34,7 @@ absl::Status Apply(Connection& database, const Migration& migration) {
 
 absl::Status CheckSchema(Connection& database, const std::vector<Migration>& migrations) {
   if (absl::Status status = CheckOwner(database); !status.ok()) return status;
-  absl::StatusOr<int64_t> version = ReadNumber(database, kReadVersion);
+  absl::StatusOr<int64_t> version = database.ReadNumber(kReadVersion);
   if (!version.ok()) return version.status();
   const int64_t newest = migrations.empty() ? 0 : migrations.back().version;
   if (*version <= newest) return absl::OkStatus();
@@ -52,7 +45,7 @@ absl::Status CheckSchema(Connection& database, const std::vector<Migration>& mig
 
 absl::Status Migrate(Connection& database, const std::vector<Migration>& migrations) {
   if (auto status = CheckSchema(database, migrations); !status.ok()) return status;
-  absl::StatusOr<int64_t> version = ReadNumber(database, kReadVersion);
+  absl::StatusOr<int64_t> version = database.ReadNumber(kReadVersion);
   if (!version.ok()) return version.status();
   for (const Migration& migration : migrations) {
     if (migration.version <= *version) continue;

@@ -5,7 +5,7 @@
 namespace isthmus::storage {
 namespace {
 
-constexpr char kInfoColumns[] =
+constexpr char kRevisionColumns[] =
     "revision, stamp_ns, cause, coalesce(added, 0), moved, removed, largest_move_m";
 
 absl::Status AddInfo(Connection& database, const RevisionInfo& info) {
@@ -143,7 +143,7 @@ absl::StatusOr<int64_t> OldestComparableRevision(Connection& database) {
 
 absl::StatusOr<std::vector<RevisionInfo>> SelectRevisions(Connection& database, int limit) {
   std::vector<RevisionInfo> infos;
-  Statement row = database.Prepare(std::string("SELECT ") + kInfoColumns +
+  Statement row = database.Prepare(std::string("SELECT ") + kRevisionColumns +
                                    " FROM revisions ORDER BY revision DESC LIMIT max(?, 0)");
   row.Bind(limit);
   while (true) {

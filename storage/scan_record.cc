@@ -27,14 +27,14 @@ enum class Packing : uint8_t {
 constexpr int kLevel = 1;
 constexpr uint64_t kMaxDataSize = codec::kMaxDecodedBytes;
 
-struct Column {
+struct PayloadColumn {
   uint32_t offset = 0;
   uint32_t width = 1;  // Bytes: 1, 2, 4 or 8.
 };
 
 // The values of all fields that do not overlap an earlier one, and every byte that belongs to none.
-std::vector<Column> ListColumns(const PointPayload& payload) {
-  std::vector<Column> columns;
+std::vector<PayloadColumn> ListColumns(const PointPayload& payload) {
+  std::vector<PayloadColumn> columns;
   std::vector<bool> taken(payload.stride, false);
   for (const PointField& field : payload.fields) {
     const uint32_t width = SizeOf(field.type);
@@ -60,7 +60,7 @@ std::string EncodeColumns(const PointPayload& payload) {
   const size_t n = codec::PointCount(payload);
   std::string content;
   content.reserve(payload.data.size() + 16 * payload.fields.size());
-  for (const Column& column : ListColumns(payload)) {
+  for (const PayloadColumn& column : ListColumns(payload)) {
     const size_t transform_at = content.size();
     content.push_back(0);
     content[transform_at] = static_cast<char>(codec::EncodeColumn(
@@ -74,7 +74,7 @@ absl::Status DecodeColumns(const std::string& content, PointPayload& payload) {
   if (!HasColumns(payload)) return damaged;
   const size_t n = codec::PointCount(payload);
   size_t at = 0;
-  for (const Column& column : ListColumns(payload)) {
+  for (const PayloadColumn& column : ListColumns(payload)) {
     if (at >= content.size()) return damaged;
     const auto transform = static_cast<codec::Transform>(content[at++]);
     if (transform > codec::Transform::kPalette || transform == codec::Transform::kCoordinate) {

@@ -187,6 +187,13 @@ Statement Connection::Prepare(const std::string& sql) {
   return Statement(database_, statement, absl::OkStatus());
 }
 
+absl::StatusOr<int64_t> Connection::ReadNumber(const std::string& sql) {
+  Statement statement = Prepare(sql);
+  const absl::StatusOr<bool> has_row = statement.Step();
+  if (!has_row.ok()) return has_row.status();
+  return *has_row ? statement.Int(0) : 0;
+}
+
 int64_t Connection::Changes() const { return sqlite3_changes64(database_); }
 
 int64_t Connection::LastKey() const { return sqlite3_last_insert_rowid(database_); }

@@ -79,6 +79,8 @@ class Connection {
   absl::Status Execute(const std::string& sql);
   // Compiled once per text. A text must not be prepared again while its statement is at work.
   Statement Prepare(const std::string& sql);
+  // The first value of the first row, a number; 0 without rows.
+  absl::StatusOr<int64_t> ReadNumber(const std::string& sql);
   // Rows that the last INSERT, UPDATE or DELETE changed; the key that the last INSERT made.
   int64_t Changes() const;
   int64_t LastKey() const;

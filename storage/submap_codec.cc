@@ -13,8 +13,8 @@
 namespace isthmus::storage {
 namespace {
 
-constexpr char kMagic[] = "ISM1";
-constexpr size_t kMagicSize = 4;
+constexpr char kSubmapMagic[] = "ISM1";
+constexpr size_t kSubmapMagicSize = 4;
 constexpr size_t kKeyframeSize = 2 * 8 + 7 * 8;
 
 // A point's record: x y z intensity as float32, keyframe as uint16.
@@ -82,18 +82,18 @@ absl::StatusOr<std::string> EncodeSubmap(const Submap& submap, double resolution
     AppendPose(keyframe.T_submap_sensor, body);
   }
   if (auto status = AppendPoints(submap, resolution_m, body); !status.ok()) return status;
-  std::string blob(kMagic, kMagicSize);
+  std::string blob(kSubmapMagic, kSubmapMagicSize);
   AppendBytes(codec::Crc32c(body.data(), body.size()), blob);
   return blob + body;
 }
 
 absl::Status DecodeSubmap(const std::string& blob, Submap& submap) {
-  constexpr size_t kBody = kMagicSize + sizeof(uint32_t);
-  if (blob.size() < kBody || blob.compare(0, kMagicSize, kMagic) != 0) {
+  constexpr size_t kBody = kSubmapMagicSize + sizeof(uint32_t);
+  if (blob.size() < kBody || blob.compare(0, kSubmapMagicSize, kSubmapMagic) != 0) {
     return absl::DataLossError("it does not begin like a submap");
   }
   const std::string body = blob.substr(kBody);
-  const std::string checksum = blob.substr(kMagicSize, sizeof(uint32_t));
+  const std::string checksum = blob.substr(kSubmapMagicSize, sizeof(uint32_t));
   ByteReader checksum_reader(checksum);
   if (checksum_reader.Read<uint32_t>() != codec::Crc32c(body.data(), body.size())) {
     return absl::DataLossError("its checksum is wrong");

@@ -10,7 +10,7 @@ namespace isthmus::storage {
 namespace {
 
 // Behind "FROM submaps s JOIN sessions e ON e.key = s.session".
-constexpr char kInfoColumns[] =
+constexpr char kSubmapColumns[] =
     "e.id, s.submap_index, e.robot, s.T_odom_submap, s.first_sequence, s.last_sequence, "
     "s.first_stamp_ns, s.last_stamp_ns, s.keyframe_count, s.point_count, "
     "s.min_x, s.min_y, s.min_z, s.max_x, s.max_y, s.max_z, s.drift_covariance";
@@ -159,7 +159,7 @@ absl::StatusOr<std::optional<int64_t>> FindSubmapKey(Connection& database, const
 
 absl::StatusOr<SubmapRow> FindSubmap(Connection& database, const SubmapId& submap) {
   Statement row = database.Prepare(
-      std::string("SELECT ") + kInfoColumns + ", b.data" + kFrom +
+      std::string("SELECT ") + kSubmapColumns + ", b.data" + kFrom +
       "LEFT JOIN submap_blobs b ON b.submap = s.key WHERE e.id = ? AND s.submap_index = ?");
   absl::StatusOr<bool> found = row.Bind(submap.session.value()).Bind(submap.index).Step();
   if (absl::IsDataLoss(found.status())) return Damaged(submap, found.status());
@@ -172,7 +172,7 @@ absl::StatusOr<SubmapRow> FindSubmap(Connection& database, const SubmapId& subma
 
 absl::StatusOr<std::vector<SubmapInfo>> SelectSubmaps(Connection& database,
                                                       std::optional<int64_t> session_key) {
-  const std::string select = std::string("SELECT ") + kInfoColumns + kFrom;
+  const std::string select = std::string("SELECT ") + kSubmapColumns + kFrom;
   if (!session_key) {
     Statement row = database.Prepare(select + "ORDER BY e.id, s.submap_index");
     return ReadInfos(row);
@@ -184,7 +184,7 @@ absl::StatusOr<std::vector<SubmapInfo>> SelectSubmaps(Connection& database,
 absl::StatusOr<std::vector<SubmapInfo>> SelectSubmapsNear(Connection& database, int64_t session_key,
                                                           const Box& box_odom) {
   Statement row = database.Prepare(
-      std::string("SELECT ") + kInfoColumns + kFrom +
+      std::string("SELECT ") + kSubmapColumns + kFrom +
       "JOIN submap_bounds r ON r.submap = s.key "
       "WHERE r.max_x >= ? AND r.min_x <= ? AND r.max_y >= ? AND r.min_y <= ? "
       "AND r.max_z >= ? AND r.min_z <= ? AND s.session = ? ORDER BY s.submap_index");

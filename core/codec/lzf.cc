@@ -11,7 +11,7 @@
 namespace isthmus::codec {
 namespace {
 
-constexpr size_t kHeaderSize = 8;
+constexpr size_t kLzfHeaderSize = 8;
 // A back reference of 3 bytes gives at most 264.
 constexpr size_t kMaxRatio = 88;
 
@@ -24,26 +24,26 @@ absl::StatusOr<std::string> LzfBlock(const std::string& content) {
     return absl::ResourceExhaustedError(
         "binary_compressed PCD cannot hold more than 4 GiB; use binary");
   }
-  std::string block(kHeaderSize + bound, '\0');
+  std::string block(kLzfHeaderSize + bound, '\0');
   unsigned int packed = 0;
   if (!content.empty()) {
     packed = lzf_compress(content.data(), static_cast<unsigned int>(content.size()),
-                          block.data() + kHeaderSize, static_cast<unsigned int>(bound));
+                          block.data() + kLzfHeaderSize, static_cast<unsigned int>(bound));
     if (packed == 0) return absl::InternalError("LZF needed more room than its bound");
   }
   StoreAs(static_cast<uint32_t>(packed), block.data());
   StoreAs(static_cast<uint32_t>(content.size()), block.data() + 4);
-  block.resize(kHeaderSize + packed);
+  block.resize(kLzfHeaderSize + packed);
   return block;
 }
 
 absl::StatusOr<std::string> ReadLzfBlock(const char* block, size_t size, size_t content_size) {
-  if (size < kHeaderSize) return absl::InvalidArgumentError("the compressed data is truncated");
+  if (size < kLzfHeaderSize) return absl::InvalidArgumentError("the compressed data is truncated");
   const uint32_t packed = LoadAs<uint32_t>(block);
   const uint32_t unpacked = LoadAs<uint32_t>(block + 4);
-  if (packed > size - kHeaderSize) {
+  if (packed > size - kLzfHeaderSize) {
     return absl::InvalidArgumentError(absl::StrCat("the compressed data is truncated: ", packed,
-                                                   " bytes announced, ", size - kHeaderSize,
+                                                   " bytes announced, ", size - kLzfHeaderSize,
                                                    " there"));
   }
   if (unpacked != content_size || content_size > packed * kMaxRatio) {
@@ -53,7 +53,7 @@ absl::StatusOr<std::string> ReadLzfBlock(const char* block, size_t size, size_t 
   }
   std::string content(content_size, '\0');
   if (content_size > 0 &&
-      lzf_decompress(block + kHeaderSize, packed, content.data(), unpacked) != unpacked) {
+      lzf_decompress(block + kLzfHeaderSize, packed, content.data(), unpacked) != unpacked) {
     return absl::InvalidArgumentError("the compressed data is damaged");
   }
   return content;

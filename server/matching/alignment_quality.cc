@@ -8,14 +8,10 @@
 namespace isthmus::matching {
 namespace {
 
-constexpr float kMinNormalCosine = 0.5f;
-// Range noise and thinning keep even a perfect alignment from being known better than this.
-constexpr double kMinSigmaM = 0.02;
-
 // More points than this tell no more about the overlap of two maps.
-constexpr size_t kMaxAsked = 40000;
+constexpr size_t kMaxPointsAsked = 40000;
 
-size_t StrideOf(const RefinableMap::Data& map) { return map.points.size() / kMaxAsked + 1; }
+size_t StrideOf(const RefinableMap::Data& map) { return map.points.size() / kMaxPointsAsked + 1; }
 
 // Point-to-plane pairs of an even sample of `moving` on `fixed`; p is the point in the frame of
 // `moving`.

@@ -13,7 +13,6 @@
 namespace isthmus::matching {
 namespace {
 
-constexpr double kSurfaceVoxelM = 0.25;
 // The first pass is at this many times the cell: at 4 degrees of yaw the images do not fit better.
 constexpr double kCoarseFactor = 2.0;
 constexpr size_t kPeaksPerYaw = 12;
@@ -182,8 +181,8 @@ std::vector<Candidate> SearchBirdsEye(const SessionMap& a, const SessionMap& b,
                                       const BirdsEyeOptions& options,
                                       std::vector<StageTime>* stages) {
   const Stopwatch watch;
-  const WallMap a_walls(a, SampleSurface(a, kSurfaceVoxelM));
-  const WallMap b_walls(b, SampleSurface(b, kSurfaceVoxelM));
+  const WallMap a_walls(a, SampleSurface(a, kIndoorVoxelM));
+  const WallMap b_walls(b, SampleSurface(b, kIndoorVoxelM));
   std::vector<Candidate> candidates = SearchBirdsEye(a_walls, b_walls, options, nullptr);
   if (stages) stages->push_back({"birds_eye", watch.Ms()});
   return candidates;

@@ -24,7 +24,7 @@ constexpr double kMaxOdomTiltRad = 0.4;
 constexpr double kMinScoreShare = 0.1;
 
 // Of the places that look most alike, so many are tried.
-constexpr size_t kMaxPlaces = 4;
+constexpr size_t kPlacesTried = 4;
 
 Eigen::Vector3d MeanSensor(const PreparedMap& map) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
@@ -59,7 +59,7 @@ void CandidateSearch::ByBirdsEye(std::vector<Hypothesis>* found, std::vector<Sta
 
 void CandidateSearch::ByPlaces(std::vector<Hypothesis>* found, std::vector<StageTime>* stages) {
   const Stopwatch watch;
-  const std::vector<Candidate> candidates = SearchPlaces(a_.places(), b_.places(), kMaxPlaces);
+  const std::vector<Candidate> candidates = SearchPlaces(a_.places(), b_.places(), kPlacesTried);
   stages->push_back({"places", watch.Ms()});
   Take(candidates, found, stages);
 }

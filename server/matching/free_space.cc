@@ -12,7 +12,6 @@
 namespace isthmus::matching {
 namespace {
 
-constexpr double kSurfaceVoxelM = 0.25;
 constexpr float kPointSpacingM = 0.4f;
 constexpr float kColumnM = 4.0f;
 // A surface seen this flat has no range of its own in a bin two degrees wide.
@@ -210,7 +209,7 @@ FreeSpaceScore ScoreFreeSpace(const SessionMap& a, const SessionMap& b, const Po
     for (const auto& submap : map.submaps) {
       submaps.push_back(std::make_shared<const PreparedSubmap>(submap));
     }
-    double voxel_m = kSurfaceVoxelM;
+    double voxel_m = kIndoorVoxelM;
     const Pose T_level_odom(EstimateLevel(JoinSurfaces(submaps, 0, &voxel_m)),
                             Eigen::Vector3d::Zero());
     return FreeSpaceMap(submaps, T_level_odom, options);

@@ -7,10 +7,7 @@
 namespace isthmus::matching {
 namespace {
 
-constexpr float kMinNormalCosine = 0.5f;
 constexpr float kMinAcross = 1e-3f;
-// Squared error, in the unit of DiscInformation, that noise alone explains.
-constexpr double kNoiseFloor = 1.0;
 
 double Median(std::vector<double>* values) {
   if (values->empty()) return 0;

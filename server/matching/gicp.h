@@ -30,6 +30,9 @@ void FindGicpPairs(const std::vector<SurfacePoint>& a, const KdTree& tree_a,
                    const std::vector<SurfacePoint>& b, const std::vector<int>& sample,
                    const Pose& T_a_b, double gate_m, PairSet* result);
 
+// Squared error, in the unit of DiscInformation, that noise alone explains.
+inline constexpr double kNoiseFloor = 1.0;
+
 // Multiplies every weight by (s / (s + e))^2, e = d^T W d being the pair's squared error under
 // T_a_b and s the larger of `floor` and three medians of e. A redescending kernel: what one map
 // does not show at all has no say.

@@ -8,10 +8,10 @@
 namespace isthmus::matching {
 namespace {
 
-constexpr float kMinUpward = 0.85f;   // n_z of ground.
-constexpr float kTopStep = 0.4f;      // A cell this far above its neighbourhood's median is a top.
-constexpr int kTopWindow = 2;         // Cells on either side.
-constexpr int kMaxCells = 4'000'000;  // A map that would need more is cut off, not refused.
+constexpr float kMinUpward = 0.85f;  // n_z of ground.
+constexpr float kTopStep = 0.4f;     // A cell this far above its neighbourhood's median is a top.
+constexpr int kTopWindow = 2;        // Cells on either side.
+constexpr int kMaxGroundCells = 4'000'000;  // A map that would need more is cut off, not refused.
 
 }  // namespace
 
@@ -26,7 +26,7 @@ GroundGrid::GroundGrid(const std::vector<SurfacePoint>& surface, double cell_m)
   }
   if (low.x() > high.x()) return;
   const Eigen::Vector2f size = (high - low) / cell_m_;
-  if (!((size.x() + 1) * (size.y() + 1) < kMaxCells)) return;
+  if (!((size.x() + 1) * (size.y() + 1) < kMaxGroundCells)) return;
   origin_ = low;
   width_ = static_cast<int>(size.x()) + 1;
   rows_ = static_cast<int>(size.y()) + 1;

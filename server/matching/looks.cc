@@ -6,11 +6,11 @@ namespace isthmus::matching {
 namespace {
 
 constexpr float kMarginM = 0.4f, kMarginPerM = 0.01f;
-constexpr float kMinRangeM = 0.5f, kMaxRangeM = 60;
+constexpr float kNearestM = 0.5f, kFarthestM = 60;
 
 Look LookAt(const Eigen::Vector3f& point, const RangeImage& image) {
   const float range = point.norm();
-  if (range < kMinRangeM || range > kMaxRangeM) return Look::kNone;
+  if (range < kNearestM || range > kFarthestM) return Look::kNone;
   RangeImage::Interval seen;
   if (!image.At(point, &seen)) return Look::kNone;
   const float margin = kMarginM + kMarginPerM * range;

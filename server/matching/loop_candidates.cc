@@ -8,7 +8,7 @@ namespace isthmus::matching {
 namespace {
 
 // Submaps whose middles are farther apart than this share of their radii have too little in common.
-constexpr double kMaxApart = 0.35;
+constexpr double kMaxLoopApart = 0.35;
 // A robot that is still this near on its way straight on has not come back.
 constexpr double kWayPerApart = 3;
 // They may be nearer than it seems by this share of how far odometry may be off.
@@ -51,7 +51,7 @@ std::vector<LoopCandidate> FindLoopCandidates(const LoopScene& scene, const Loop
     candidate.reach_m = options.drift_sigmas * known.PositionSigma(middle);
     const double nearest = std::max(0.0, candidate.apart_m - kReachShare * candidate.reach_m);
     const double other = submaps.Radius(scene.submaps[i]->id.index, radius);
-    if (nearest > kMaxApart * (radius + other) || way < kWayPerApart * nearest) continue;
+    if (nearest > kMaxLoopApart * (radius + other) || way < kWayPerApart * nearest) continue;
     candidate.reach_rad = options.drift_sigmas * known.RotationSigma();
     candidates.push_back(candidate);
   }

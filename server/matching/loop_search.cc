@@ -18,17 +18,17 @@ constexpr size_t kNewest = 3, kBeside = 2;
 constexpr double kGapShare = 0.5;
 // What an alignment captures; beyond it, what looks alike and the bird's-eye search are asked.
 constexpr double kCaptureM = 2.5, kCaptureOutdoorsM = 5, kCaptureRad = 0.25;
-constexpr double kMinGateM = 1;
+constexpr double kMinWindowGateM = 1;
 // Where odometry leaves so many times that open, another place may be like the right one: all that
 // are possible have to be compared.
 constexpr double kRivalShare = 2;
-constexpr size_t kMaxPlaces = 3;
+constexpr size_t kPlacesPerWindow = 3;
 // Errors of guesses and of verified alignments, beside what is known before them.
 constexpr double kGuessM = 2.0, kGuessRad = 0.1;
-constexpr double kSlackM = 0.15, kSlackRad = 0.01;
-constexpr size_t kMaxJoint = 3;
-constexpr double kRigidLeniency = 10;
-constexpr double kMinSupportShare = 0.1;
+constexpr double kWindowSlackM = 0.15, kWindowSlackRad = 0.01;
+constexpr size_t kMaxJointLoops = 3;
+constexpr double kLoopLeniency = 10;
+constexpr double kMinLoopSupport = 0.1;
 
 using Submaps = std::vector<std::shared_ptr<const Submap>>;
 
@@ -117,7 +117,7 @@ class Search {
   // Each by an alignment of the newest submap that settles, which is much cheaper than one of the
   // whole windows.
   std::vector<Hypothesis> Align(const std::vector<Candidate>& guesses) const {
-    const double gate = std::clamp(candidate_.reach_m, kMinGateM, Capture());
+    const double gate = std::clamp(candidate_.reach_m, kMinWindowGateM, Capture());
     std::vector<Hypothesis> aligned;
     for (const Candidate& guess : guesses) {
       const PreparedSubmap& b = *fresh_.submaps().back();
@@ -159,7 +159,8 @@ class Search {
                   [&](const Hypothesis& h) { return !IsPossible(h.T_a_b, kGuessM, kGuessRad); });
     Match match;
     Decide(Judge(std::move(found)), Limits(), &match);
-    if (match.state != MatchState::kAccepted || !IsPossible(match.T_a_b, kSlackM, kSlackRad)) {
+    if (match.state != MatchState::kAccepted ||
+        !IsPossible(match.T_a_b, kWindowSlackM, kWindowSlackRad)) {
       return std::nullopt;
     }
     return Close(match);
@@ -181,7 +182,7 @@ class Search {
         (i <= windows_.last_old ? old : fresh).push_back(std::move(place));
       }
     }
-    for (Candidate& place : SearchPlaces(old, fresh, kMaxPlaces)) {
+    for (Candidate& place : SearchPlaces(old, fresh, kPlacesPerWindow)) {
       guesses.push_back(std::move(place));
     }
     std::erase_if(guesses,
@@ -208,12 +209,12 @@ class Search {
   // The best refined jointly, best first.
   std::vector<Hypothesis> Judge(std::vector<Hypothesis> found) const {
     const double limit = MaxFreeSpace();
-    for (Hypothesis& h : found) h.max_free_space = std::min(kRigidLeniency * limit, 0.5);
+    for (Hypothesis& h : found) h.max_free_space = std::min(kLoopLeniency * limit, 0.5);
     RankHypotheses(&found);
     std::vector<Hypothesis> judged;
     for (const Hypothesis& rigid : found) {
-      if (judged.size() == kMaxJoint) break;
-      if (!judged.empty() && rigid.Support() < kMinSupportShare * found.front().Support()) break;
+      if (judged.size() == kMaxJointLoops) break;
+      if (!judged.empty() && rigid.Support() < kMinLoopSupport * found.front().Support()) break;
       Hypothesis& h = judged.emplace_back(rigid);
       h.max_free_space = limit;
       h.shared_center = place().T_odom_submap * MiddleOf(place());

@@ -15,7 +15,7 @@ constexpr double kWellM = 2.0, kWellRad = 0.2;
 constexpr double kAloneM = 1.2;
 constexpr double kAgreeM = 0.5, kAgreeRad = 0.05;
 constexpr double kMinGateM = 0.5;
-constexpr double kOverlapM = 0.3;
+constexpr double kAgreementReachM = 0.3;
 // An alignment's own error, beside what is known before it.
 constexpr double kSlackM = 0.1, kSlackRad = 0.01;
 // Single submaps have fewer comparisons than windows of several.
@@ -46,7 +46,7 @@ std::optional<Laid> LayOn(const LoopScene& scene, const LoopCandidate& candidate
   if (chi2 > options.drift_sigmas * options.drift_sigmas) return std::nullopt;
   Laid laid;
   laid.edge = {a.submap().id.index, b.submap().id.index, T_a_b, aligned->information};
-  laid.agreement = MeasureAgreement(b, T_a_b, old->submaps(), {Pose()}, kOverlapM);
+  laid.agreement = MeasureAgreement(b, T_a_b, old->submaps(), {Pose()}, kAgreementReachM);
   const bool outdoors = IsOutdoors(*old) && IsOutdoors(fresh);
   laid.free_space = ScoreFreeSpace(old->free_space(), fresh.free_space(), {{Pose()}, {T_a_b}},
                                    FreeSpaceOptions::For(outdoors));

@@ -11,13 +11,12 @@
 namespace isthmus::matching {
 namespace {
 
-constexpr double kIndoorVoxelM = 0.25, kOutdoorVoxelM = 0.5;
 // Plenty to tell the vertical from.
 constexpr size_t kLevelPoints = 20000;
 // Of all surfaces, the floors and the walls at least.
 constexpr double kMinSurfaceShare = 0.03;
 // A map that has grown by this factor has its level estimated anew.
-constexpr double kGrowth = 1.25;
+constexpr double kLevelGrowth = 1.25;
 
 // One plane alone may be a floor or a wall: it takes both to tell which way is up.
 bool HasFloorsAndWalls(const std::vector<SurfacePoint>& surface, const Eigen::Quaterniond& R) {
@@ -89,7 +88,7 @@ PreparedMap::PreparedMap(const SessionMap& map, const PreparedMap& before,
   const std::optional<std::vector<size_t>> kept = FindKept(before.map_, map);
   TakeSubmaps(&before, kept.value_or(std::vector<size_t>()), source);
   const bool little_new = kept && static_cast<double>(submaps_.size()) <
-                                      kGrowth * static_cast<double>(before.levelled_);
+                                      kLevelGrowth * static_cast<double>(before.levelled_);
   const bool retired = !kept || kept->size() < before.submaps_.size();
   gravity_known_ = before.gravity_known_;
   T_level_odom_ = little_new ? before.T_level_odom_ : Level(map_, submaps_, &gravity_known_);

@@ -10,7 +10,6 @@
 namespace isthmus::matching {
 namespace {
 
-constexpr double kIndoorVoxelM = 0.25, kOutdoorVoxelM = 0.5;
 constexpr size_t kSamplePoints = 1000;
 constexpr double kViewSpacingM = 1.0;
 constexpr double kViewTurnRad = 0.5;

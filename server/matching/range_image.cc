@@ -3,24 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/geometry/angles.h"
+
 namespace isthmus::matching {
 namespace {
 
 constexpr float kBinRad = static_cast<float>(M_PI) / 90;
 constexpr float kMaxRangeM = 650;  // What fits 16 bits of centimetres.
-
-// atan2 to 0.01 degrees, far below a bin; the library's costs more than all the rest here.
-// Minimax polynomial for atan on [0, 1]: Abramowitz and Stegun, 4.4.49.
-float FastAtan2(float y, float x) {
-  const float ax = std::abs(x), ay = std::abs(y);
-  const float q = std::min(ax, ay) / std::max(std::max(ax, ay), 1e-9f);
-  const float s = q * q;
-  float angle =
-      q * (0.9998660f + s * (-0.3302995f + s * (0.1801410f + s * (-0.0851330f + s * 0.0208351f))));
-  if (ay > ax) angle = static_cast<float>(M_PI_2) - angle;
-  if (x < 0) angle = static_cast<float>(M_PI) - angle;
-  return y < 0 ? -angle : angle;
-}
 
 }  // namespace
 

@@ -13,7 +13,6 @@ namespace {
 
 constexpr size_t kMaxCoarsePoints = 3000;
 constexpr size_t kMaxFinePoints = 15000;
-constexpr double kDamping = 1e-6;
 // A step below these ends a round.
 constexpr double kCoarseStepM = 0.005, kCoarseStepRad = 5e-4;
 constexpr double kFineStepM = 2e-4, kFineStepRad = 2e-5;

@@ -11,13 +11,9 @@ namespace {
 
 constexpr int kIterations = 12;
 constexpr size_t kMinPairs = 120;
-constexpr double kDamping = 1e-6;
 constexpr double kSmallM = 0.002, kSmallRad = 2e-4;
-constexpr float kMinNormalCosine = 0.5f;
 // Pairs farther apart than this at the end are of other surfaces.
 constexpr double kInlierM = 0.3;
-// Range noise and thinning keep even a perfect alignment from being known better than this.
-constexpr double kMinSigmaM = 0.02;
 // As many points as are taken to err independently.
 constexpr double kIndependentPoints = 10;
 constexpr size_t kMaxAsked = 1500;

@@ -12,7 +12,7 @@
 namespace isthmus::matching {
 namespace {
 
-constexpr size_t kMinSurfaces = 50;
+constexpr size_t kFewestSurfaces = 50;
 // More surfaces than this make no answer better.
 constexpr size_t kMaxSurfaces = 20'000;
 // Gate for normals along and across a hypothesised vertical.
@@ -203,7 +203,7 @@ Eigen::Vector3d Up(const UpCandidate& candidate) {
   return candidate.R_level_odom.inverse() * Eigen::Vector3d::UnitZ();
 }
 
-bool IsNear(const Eigen::Vector3d& a, const Eigen::Vector3d& b, double angle_rad) {
+bool IsWithin(const Eigen::Vector3d& a, const Eigen::Vector3d& b, double angle_rad) {
   return a.dot(b) > std::cos(angle_rad);
 }
 
@@ -214,7 +214,7 @@ std::vector<UpCandidate> Distinct(std::vector<UpCandidate> candidates) {
   std::vector<UpCandidate> distinct;
   for (const UpCandidate& candidate : candidates) {
     const bool known = std::any_of(distinct.begin(), distinct.end(), [&](const UpCandidate& other) {
-      return IsNear(Up(candidate), Up(other), kDistinctRad);
+      return IsWithin(Up(candidate), Up(other), kDistinctRad);
     });
     if (!known) distinct.push_back(candidate);
   }
@@ -226,7 +226,7 @@ std::vector<UpCandidate> Distinct(std::vector<UpCandidate> candidates) {
 std::vector<UpCandidate> FindUpCandidates(const std::vector<SurfacePoint>& surface, size_t limit,
                                           const std::vector<Eigen::Vector3f>& sensors) {
   if (limit == 0) return {};
-  if (surface.size() < kMinSurfaces) return {UpCandidate()};
+  if (surface.size() < kFewestSurfaces) return {UpCandidate()};
   const std::vector<SurfacePoint> thinned = Thin(surface);
   std::vector<Eigen::Vector3d> axes = FindAxes(thinned);
   axes.push_back(Eigen::Vector3d::UnitZ());
@@ -236,7 +236,7 @@ std::vector<UpCandidate> FindUpCandidates(const std::vector<SurfacePoint>& surfa
   candidates = Distinct(std::move(candidates));
   const auto near_z =
       std::find_if(candidates.begin(), candidates.end(), [](const UpCandidate& candidate) {
-        return IsNear(Up(candidate), Eigen::Vector3d::UnitZ(), kDistinctRad);
+        return IsWithin(Up(candidate), Eigen::Vector3d::UnitZ(), kDistinctRad);
       });
   if (near_z >= candidates.begin() + static_cast<std::ptrdiff_t>(limit) &&
       near_z != candidates.end() && near_z->score >= kKeepShare * candidates.front().score) {
@@ -249,7 +249,7 @@ std::vector<UpCandidate> FindUpCandidates(const std::vector<SurfacePoint>& surfa
 bool IsGravityKnown(const std::vector<UpCandidate>& candidates, double max_tilt_rad) {
   if (candidates.empty() || !(candidates.front().score > 0)) return false;
   return std::any_of(candidates.begin(), candidates.end(), [&](const UpCandidate& candidate) {
-    return IsNear(Up(candidate), Eigen::Vector3d::UnitZ(), max_tilt_rad) &&
+    return IsWithin(Up(candidate), Eigen::Vector3d::UnitZ(), max_tilt_rad) &&
            candidate.score >= kBelieveShare * candidates.front().score;
   });
 }

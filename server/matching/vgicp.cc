@@ -8,9 +8,6 @@
 namespace isthmus::matching {
 namespace {
 
-constexpr float kMinNormalCosine = 0.5f;
-constexpr double kNoiseFloor = 1.0;
-
 Eigen::Matrix3f DiscCovariance(const Eigen::Vector3f& normal, float across) {
   return Eigen::Matrix3f::Identity() - (1.0f - across) * normal * normal.transpose();
 }

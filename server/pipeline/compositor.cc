@@ -10,8 +10,8 @@
 namespace isthmus::server {
 namespace {
 
-constexpr double kRetryS = 3;        // After a failure.
-constexpr double kLastMapMs = 1000;  // What compositions may still take when told to stop.
+constexpr double kComposeAgainS = 3;  // After a failure.
+constexpr double kLastMapMs = 1000;   // What compositions may still take when told to stop.
 
 }  // namespace
 
@@ -134,7 +134,7 @@ void Compositor::Run() {
       return;
     }
     if (cancelled) continue;
-    const double pause_s = map.ok() ? interval_s_ : kRetryS;
+    const double pause_s = map.ok() ? interval_s_ : kComposeAgainS;
     next_allowed = SteadyClock::now() + std::chrono::microseconds(int64_t(pause_s * 1e6));
   }
 }

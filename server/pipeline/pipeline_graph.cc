@@ -5,18 +5,11 @@
 #include <cmath>
 #include <set>
 
+#include "core/note.h"
 #include "server/pipeline/pipeline_impl.h"
 
 namespace isthmus::server {
 namespace {
-
-constexpr size_t kMaxNote = 1000;
-
-absl::Status CheckNote(const std::string& note) {
-  if (note.size() <= kMaxNote) return absl::OkStatus();
-  return absl::InvalidArgumentError(
-      absl::StrCat("the note has ", note.size(), " characters; ", kMaxNote, " are kept"));
-}
 
 absl::Status CheckAnchor(const Anchor& anchor) {
   const double sigmas[] = {anchor.sigma_xy_m, anchor.sigma_z_m, anchor.sigma_deg};

@@ -6,12 +6,11 @@
 #include <map>
 #include <utility>
 
+#include "core/note.h"
 #include "server/pipeline/pipeline_impl.h"
 
 namespace isthmus::server {
 namespace {
-
-constexpr size_t kMaxNote = 1000;
 
 // It ended where it began.
 bool CameBack(const SubmapMove& move) {
@@ -69,10 +68,7 @@ absl::StatusOr<RevisionDiff> PipelineImpl::DiffRevisions(int64_t from, int64_t t
 }
 
 absl::StatusOr<int64_t> PipelineImpl::UndoRevision(int64_t revision, const std::string& note) {
-  if (note.size() > kMaxNote) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("the note has ", note.size(), " characters; ", kMaxNote, " are kept"));
-  }
+  if (absl::Status status = CheckNote(note); !status.ok()) return status;
   const absl::StatusOr<std::vector<RevisionInfo>> revisions =
       store_->ListRevisions(std::numeric_limits<int>::max());
   if (!revisions.ok()) return revisions.status();

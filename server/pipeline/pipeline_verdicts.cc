@@ -4,23 +4,18 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/note.h"
 #include "server/match_graph/verdict.h"
 #include "server/pipeline/pipeline_impl.h"
 
 namespace isthmus::server {
 namespace {
 
-constexpr size_t kMaxNote = 1000;
-
 absl::Status CheckDecision(const MatchDecision& decision) {
   if (!decision.T_a_b.IsFinite()) {
     return absl::InvalidArgumentError("T_a_b has numbers that are not finite");
   }
-  if (decision.note.size() > kMaxNote) {
-    return absl::InvalidArgumentError(absl::StrCat("the note has ", decision.note.size(),
-                                                   " characters; ", kMaxNote, " are kept"));
-  }
-  return absl::OkStatus();
+  return CheckNote(decision.note);
 }
 
 }  // namespace

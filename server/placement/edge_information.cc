@@ -3,12 +3,12 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+
+#include "core/geometry/angles.h"
 
 namespace isthmus::placement {
 namespace {
 
-constexpr double kRadPerDeg = std::numbers::pi / 180;
 // Farther away doubles hold less than a micrometre.
 constexpr double kMaxTranslationM = 1e8;
 

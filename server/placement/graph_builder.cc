@@ -2,15 +2,14 @@
 
 #include <algorithm>
 #include <limits>
-#include <numbers>
 #include <optional>
 
+#include "core/geometry/angles.h"
 #include "server/placement/edge_information.h"
 
 namespace isthmus::placement {
 namespace {
 
-constexpr double kRadPerDeg = std::numbers::pi / 180;
 // Of a match that a person gave; of one that was computed and has lost its submaps since.
 constexpr double kByHandM = 0.05, kByHandRad = 0.5 * kRadPerDeg;
 constexpr double kWeakM = 0.3, kWeakRad = 2 * kRadPerDeg;

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/note.h"
 #include "server/rpc/convert.h"
 #include "server/rpc/robots_of.h"
 

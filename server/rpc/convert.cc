@@ -78,13 +78,6 @@ absl::StatusOr<PointPayload> FromProto(v1::PointCloud&& cloud) {
   return payload;
 }
 
-absl::Status CheckNote(const std::string& note) {
-  constexpr size_t kMaxNote = 1000;
-  if (note.size() <= kMaxNote) return absl::OkStatus();
-  return absl::InvalidArgumentError(
-      absl::StrCat("the note has ", note.size(), " characters: ", kMaxNote, " are the most"));
-}
-
 v1::Vector3 ToProto(const Eigen::Vector3d& vector) {
   v1::Vector3 proto;
   proto.set_x(vector.x());

@@ -34,9 +34,6 @@ absl::StatusOr<Pose> FromProto(const v1::Pose& pose, const char* name);
 // whether the layout fits the data is left to core/codec.
 absl::StatusOr<PointPayload> FromProto(v1::PointCloud&& cloud);
 
-// Of a person's words that are kept with a decision: InvalidArgument for more than 1000 characters.
-absl::Status CheckNote(const std::string& note);
-
 v1::Vector3 ToProto(const Eigen::Vector3d& vector);
 v1::Pose ToProto(const Pose& pose);
 v1::StampedPose ToProto(const StampedPose& pose);

@@ -2,6 +2,7 @@
 
 #include <optional>
 
+#include "core/note.h"
 #include "server/rpc/convert.h"
 #include "server/rpc/robots_of.h"
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "core/note.h"
 #include "server/rpc/convert.h"
 
 namespace isthmus::rpc {

@@ -9,7 +9,7 @@
 #include <set>
 #include <tuple>
 
-#include "floam/azimuth.h"
+#include "core/geometry/angles.h"
 #include "tests/floam/room.h"
 
 namespace isthmus::floam {

@@ -3,8 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
-namespace isthmus::floam {
+namespace isthmus {
+
+inline constexpr float kPi = std::numbers::pi_v<float>;
+inline constexpr float kDegree = kPi / 180;
+inline constexpr double kRadPerDeg = std::numbers::pi / 180;
 
 // atan2 to 1e-5 rad, which is 0.2 us of a turn at 10 Hz. Zero for the origin. Polynomial of
 // Abramowitz and Stegun, "Handbook of Mathematical Functions", 4.4.49.
@@ -22,9 +27,8 @@ inline float FastAtan2(float y, float x) {
 
 // The same angle in (-pi, pi], for angles that are off by at most one turn.
 inline float WrapOnce(float angle) {
-  constexpr float kPi = 3.14159265F, kTurn = 6.28318531F;
-  if (angle > kPi) return angle - kTurn;
-  if (angle <= -kPi) return angle + kTurn;
+  if (angle > kPi) return angle - 2 * kPi;
+  if (angle <= -kPi) return angle + 2 * kPi;
   return angle;
 }
 
@@ -34,4 +38,4 @@ inline float Fraction(float v) {
   return v - (v < whole ? whole - 1 : whole);
 }
 
-}  // namespace isthmus::floam
+}  // namespace isthmus
