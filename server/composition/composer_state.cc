@@ -1,0 +1,291 @@
+#include "server/composition/composer_state.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <set>
+#include <utility>
+
+#include "server/composition/points_by_tile.h"
+
+namespace isthmus::composition {
+namespace {
+
+// Share of a composition's time that reading and thinning take, about.
+constexpr double kReadingShare = 0.8;
+// Share of the memory that is for thinned submaps; readers ask for tiles.
+constexpr size_t kShelfShare = 3;
+// Share of the tiles that are for one submap.
+constexpr int kSubmapTilesShare = 8;
+
+absl::Status Stopped() { return absl::CancelledError("stopped"); }
+
+double InRange(double value, double lowest, double highest, double otherwise) {
+  return std::isfinite(value) ? std::clamp(value, lowest, highest) : otherwise;
+}
+
+ComposerOptions Sane(const ComposerOptions& given) {
+  const ComposerOptions defaults;
+  ComposerOptions options;
+  options.voxel_m = InRange(given.voxel_m, 0.001, 100, defaults.voxel_m);
+  options.tile_m = InRange(given.tile_m, options.voxel_m, 1e5, defaults.tile_m);
+  options.min_move_m = InRange(given.min_move_m, 0, 1e5, defaults.min_move_m);
+  options.max_tiles = std::max(given.max_tiles, kSubmapTilesShare);
+  options.cache_bytes = given.cache_bytes;
+  return options;
+}
+
+}  // namespace
+
+Composer::State::State(const ComposerOptions& given, std::shared_ptr<SpillFile> spill)
+    : options(Sane(given)),
+      grid(options.voxel_m),
+      layout(options.tile_m, options.voxel_m),
+      file(std::move(spill)),
+      shelf(file, options.cache_bytes / kShelfShare),
+      cache(std::make_shared<TileCache>(file,
+                                        options.cache_bytes - options.cache_bytes / kShelfShare)),
+      builder(grid, &tile_thinner),
+      limit(static_cast<size_t>(options.max_tiles)) {}
+
+// A component's frame is the one that its first known submap had, so that tiles stay good when
+// components are only renumbered.
+std::map<uint32_t, uint32_t> Composer::State::FramesOf(const std::vector<PlacedSubmap>& placed) {
+  std::map<uint32_t, std::pair<SubmapId, uint32_t>> first_known;  // Component: its submap, frame.
+  std::map<uint32_t, uint32_t> frames;
+  for (const PlacedSubmap& p : placed) {
+    frames[p.component] = 0;
+    const auto it = submaps.find(p.submap->id);
+    if (it == submaps.end()) continue;
+    const auto [known, inserted] =
+        first_known.try_emplace(p.component, it->first, it->second.frame);
+    if (!inserted && it->first < known->second.first) {
+      known->second = {it->first, it->second.frame};
+    }
+  }
+  std::set<uint32_t> taken;
+  for (auto& [component, frame] : frames) {
+    const auto it = first_known.find(component);
+    const bool keep = it != first_known.end() && taken.insert(it->second.second).second;
+    frame = keep ? it->second.second : next_frame++;
+  }
+  return frames;
+}
+
+uint32_t Composer::State::RobotNumber(const RobotId& robot) {
+  const auto [it, inserted] =
+      robot_numbers.try_emplace(robot.value(), static_cast<uint32_t>(robots.size()));
+  if (inserted) robots.push_back(robot);
+  return it->second;
+}
+
+void Composer::State::Enter(const Composed& composed) {
+  dirty.insert(composed.tiles.begin(), composed.tiles.end());
+  for (size_t i = 0; i < composed.tiles.size(); ++i) {
+    limit.Add(composed.tiles[i], composed.point_count[i]);
+  }
+}
+
+void Composer::State::Leave(const Composed& composed) {
+  dirty.insert(composed.tiles.begin(), composed.tiles.end());
+  for (size_t i = 0; i < composed.tiles.size(); ++i) {
+    limit.Remove(composed.tiles[i], composed.point_count[i]);
+  }
+}
+
+void Composer::State::Forget(const SubmapId& id) {
+  const auto it = submaps.find(id);
+  if (it == submaps.end()) return;
+  Leave(it->second);
+  shelf.Erase(id);
+  submaps.erase(it);
+}
+
+absl::Status Composer::State::PlaceAll(const std::vector<PlacedSubmap>& placed,
+                                       const std::map<uint32_t, uint32_t>& frames,
+                                       const SubmapReader& reader) {
+  for (auto& [id, composed] : submaps) composed.wanted = false;
+  missing = 0;
+  size_t done = 0;
+  for (const PlacedSubmap& p : placed) {
+    absl::Status status = Place(p, frames.at(p.component), reader);
+    if (status.ok()) status = shelf.Settle();
+    if (!status.ok()) return status;
+    share = kReadingShare * static_cast<double>(++done) / static_cast<double>(placed.size());
+    if (!KeepsOn()) return Stopped();
+  }
+  return absl::OkStatus();
+}
+
+// Brings what is known of one submap up to date; every tile it left, entered or moved on is dirty.
+// One that cannot be read is forgotten.
+absl::Status Composer::State::Place(const PlacedSubmap& placed, uint32_t frame,
+                                    const SubmapReader& reader) {
+  const SubmapId& id = placed.submap->id;
+  const Pose& T_map_submap = placed.T_map_submap;
+  const uint32_t robot = RobotNumber(placed.submap->robot);
+  auto [it, is_new] = submaps.try_emplace(id);
+  Composed& composed = it->second;
+  const bool is_known =
+      !is_new && composed.robot == robot && composed.fingerprint == FingerprintOf(*placed.submap);
+  if (is_known && composed.frame == frame &&
+      LargestMove(composed.bounds, composed.T_map_submap, T_map_submap) <= options.min_move_m) {
+    composed.wanted = true;
+    return absl::OkStatus();
+  }
+  absl::StatusOr<std::vector<WeightedPoint>> points = PointsOf(placed, is_known, reader, &composed);
+  if (!points.ok()) {
+    Forget(id);
+    if (!absl::IsNotFound(points.status())) return points.status();
+    ++missing;
+    return absl::OkStatus();
+  }
+  std::optional<PointsByTile> by_tile = SortByTile(
+      *points, frame, T_map_submap, grid, layout,
+      static_cast<size_t>(options.max_tiles / kSubmapTilesShare), [this] { return KeepsOn(); });
+  if (!by_tile) {
+    Forget(id);
+    return Stopped();
+  }
+  Leave(composed);
+  composed.robot = robot;
+  composed.frame = frame;
+  composed.T_map_submap = T_map_submap;
+  composed.tiles = by_tile->tiles;
+  composed.point_count = by_tile->point_count;
+  composed.left_out = by_tile->left_out;
+  composed.wanted = true;
+  Enter(composed);
+  shelf.Put(id, *std::move(points), *std::move(by_tile));
+  return absl::OkStatus();
+}
+
+// Thinned. NotFound when the reader has not the submap that is meant, Cancelled when told to stop;
+// else fails as the file does.
+absl::StatusOr<std::vector<WeightedPoint>> Composer::State::PointsOf(const PlacedSubmap& placed,
+                                                                     bool is_known,
+                                                                     const SubmapReader& reader,
+                                                                     Composed* composed) {
+  if (is_known) return shelf.TakeOut(placed.submap->id);
+  const std::shared_ptr<const Submap> content = reader(placed.submap->id);
+  const SubmapFingerprint fingerprint = FingerprintOf(*placed.submap);
+  // Another one than was meant: the first one's session was deleted meanwhile.
+  if (content == nullptr || FingerprintOf(*content) != fingerprint) {
+    return absl::NotFoundError("the submap is not there");
+  }
+  std::optional<ThinnedSubmap> thinned =
+      Thin(*content, grid, &submap_thinner, [this] { return KeepsOn(); });
+  if (!thinned) return Stopped();
+  composed->fingerprint = fingerprint;
+  composed->bounds = thinned->bounds;
+  return std::move(thinned->points);
+}
+
+void Composer::State::DropUnwanted() {
+  std::vector<SubmapId> unwanted;
+  for (const auto& [id, composed] : submaps) {
+    if (!composed.wanted) unwanted.push_back(id);
+  }
+  for (const SubmapId& id : unwanted) Forget(id);
+}
+
+absl::Status Composer::State::Settle() {
+  const absl::Status status = shelf.Settle();
+  return status.ok() ? cache->Settle() : status;
+}
+
+// What the map has no room for goes, and what it has room for again is to be made.
+void Composer::State::KeepToLimit() {
+  if (!limit.Update()) return;
+  limit.ForEach([this](const TileKey& key) {
+    if (!limit.Stays(key)) {
+      tiles.erase(key);
+      dirty.erase(key);
+    } else if (!tiles.contains(key)) {
+      dirty.insert(key);
+    }
+  });
+}
+
+absl::StatusOr<std::map<TileKey, std::vector<OnTile>>> Composer::State::WhatIsOnDirty() const {
+  std::map<TileKey, std::vector<OnTile>> on_tile;
+  for (const TileKey& key : dirty) on_tile[key];
+  for (const auto& [id, composed] : submaps) {
+    if (!KeepsOn()) return Stopped();
+    for (size_t i = 0; i < composed.tiles.size(); ++i) {
+      const auto it = on_tile.find(composed.tiles[i]);
+      if (it != on_tile.end()) it->second.push_back({&id, &composed, i});
+    }
+  }
+  return on_tile;
+}
+
+absl::StatusOr<TileContent> Composer::State::MakeTile(std::vector<OnTile> sources) {
+  std::stable_sort(sources.begin(), sources.end(), [&](const OnTile& l, const OnTile& r) {
+    return robots[l.composed->robot] < robots[r.composed->robot];
+  });
+  for (const OnTile& source : sources) {
+    if (!KeepsOn()) {
+      builder.Take();
+      return Stopped();
+    }
+    const auto piece = shelf.PieceOf(*source.id, source.tile);
+    if (!piece.ok()) {
+      builder.Take();                // What was added is of no use.
+      Forget(SubmapId(*source.id));  // To be read and thinned again.
+      return piece.status();
+    }
+    builder.Add(
+        {piece->points, piece->runs, source.composed->T_map_submap, source.composed->robot});
+  }
+  return builder.Take();
+}
+
+absl::Status Composer::State::Remake() {
+  const double all = static_cast<double>(dirty.size());
+  auto on_dirty = WhatIsOnDirty();
+  if (!on_dirty.ok()) return on_dirty.status();
+  for (auto& [key, sources] : *on_dirty) {
+    absl::StatusOr<TileContent> content = MakeTile(std::move(sources));
+    if (!content.ok()) return content.status();
+    if (content->points.empty()) {
+      tiles.erase(key);
+    } else {
+      tiles[key] = cache->Add(*std::move(content));
+    }
+    dirty.erase(key);
+    ++last_tiles_remade;
+    if (absl::Status status = cache->Settle(); !status.ok()) return status;
+    share = 1 - (1 - kReadingShare) * static_cast<double>(dirty.size()) / all;
+    if (!KeepsOn()) return Stopped();
+  }
+  return absl::OkStatus();
+}
+
+Composer::LeftOut Composer::State::CountLeftOut() const {
+  LeftOut all;
+  uint64_t largest = 0;
+  for (const auto& [id, composed] : submaps) {
+    uint64_t points = composed.left_out;
+    for (size_t i = 0; i < composed.tiles.size() && !limit.has_room_for_all(); ++i) {
+      if (!limit.Stays(composed.tiles[i])) points += composed.point_count[i];
+    }
+    all.points += points;
+    if (points <= largest) continue;
+    largest = points;
+    all.most = id;
+  }
+  return all;
+}
+
+std::vector<TiledMap::Robot> Composer::State::RobotsInMap() const {
+  std::set<uint32_t> numbers;
+  for (const auto& [id, composed] : submaps) numbers.insert(composed.robot);
+  std::vector<TiledMap::Robot> in_map;
+  for (const uint32_t number : numbers) in_map.push_back({robots[number], number});
+  std::sort(in_map.begin(), in_map.end(),
+            [](const TiledMap::Robot& l, const TiledMap::Robot& r) { return l.id < r.id; });
+  return in_map;
+}
+
+}  // namespace isthmus::composition

@@ -1,0 +1,92 @@
+// What a composer keeps from one map to the next. For composer.cc and composer_state.cc alone.
+#pragma once
+
+#include <absl/container/flat_hash_map.h>
+#include <absl/container/flat_hash_set.h>
+#include <absl/status/status.h>
+#include <absl/status/statusor.h>
+
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "server/composition/composer.h"
+#include "server/composition/spill_file.h"
+#include "server/composition/submap_shelf.h"
+#include "server/composition/thinned_submap.h"
+#include "server/composition/tile_builder.h"
+#include "server/composition/tile_limit.h"
+#include "server/composition/tiled_map.h"
+
+namespace isthmus::composition {
+
+// A submap as the tiles have it. Its points are on the shelf.
+struct Composed {
+  SubmapFingerprint fingerprint;
+  Box bounds;          // Of the thinned points, submap frame.
+  uint32_t robot = 0;  // Number, see Composer::State::robots.
+  uint32_t frame = 0;
+  Pose T_map_submap;
+  std::vector<TileKey> tiles;         // At that pose, as on the shelf.
+  std::vector<uint32_t> point_count;  // Of each of the tiles.
+  uint64_t left_out = 0;              // Points, at that pose.
+  bool wanted = false;                // By the Compose that is under way.
+};
+
+// What lies on a tile: which submap, and which of its tiles this is.
+struct OnTile {
+  const SubmapId* id = nullptr;
+  const Composed* composed = nullptr;
+  size_t tile = 0;
+};
+
+struct Composer::State {
+  State(const ComposerOptions& given, std::shared_ptr<SpillFile> spill);
+
+  const ComposerOptions options;
+  const VoxelGrid grid;
+  const TileLayout layout;
+  const std::shared_ptr<SpillFile> file;  // Null: all stays in memory.
+  // Apart, because a large submap's table is slow to clear for every small tile.
+  VoxelThinner submap_thinner, tile_thinner;
+  std::map<SubmapId, Composed> submaps;  // In the order in which they go into tiles.
+  SubmapShelf shelf;                     // Has all of them.
+  const std::shared_ptr<TileCache> cache;
+  TileBuilder builder;
+  std::map<TileKey, TilePtr> tiles;    // None is null.
+  absl::flat_hash_set<TileKey> dirty;  // Those of `tiles` that are not as `submaps` says.
+  TileLimit limit;                     // Knows the tiles of all of `submaps`.
+  std::vector<RobotId> robots;         // By number; only grows.
+  absl::flat_hash_map<std::string, uint32_t> robot_numbers;
+  uint32_t next_frame = 0;
+  int last_tiles_remade = 0;
+  LeftOut left_out;
+  // Of the Compose that is under way.
+  uint64_t missing = 0;
+  Progress progress;
+  double share = 0;
+
+  std::map<uint32_t, uint32_t> FramesOf(const std::vector<PlacedSubmap>& placed);
+  uint32_t RobotNumber(const RobotId& robot);
+  absl::Status PlaceAll(const std::vector<PlacedSubmap>& placed,
+                        const std::map<uint32_t, uint32_t>& frames, const SubmapReader& reader);
+  absl::Status Place(const PlacedSubmap& placed, uint32_t frame, const SubmapReader& reader);
+  absl::StatusOr<std::vector<WeightedPoint>> PointsOf(const PlacedSubmap& placed, bool is_known,
+                                                      const SubmapReader& reader,
+                                                      Composed* composed);
+  bool KeepsOn() const { return !progress || progress(share); }
+  void Enter(const Composed& composed);
+  void Leave(const Composed& composed);
+  void Forget(const SubmapId& id);
+  void DropUnwanted();
+  absl::Status Settle();
+  void KeepToLimit();
+  absl::Status Remake();
+  absl::StatusOr<std::map<TileKey, std::vector<OnTile>>> WhatIsOnDirty() const;
+  absl::StatusOr<TileContent> MakeTile(std::vector<OnTile> sources);
+  LeftOut CountLeftOut() const;
+  std::vector<TiledMap::Robot> RobotsInMap() const;
+};
+
+}  // namespace isthmus::composition
