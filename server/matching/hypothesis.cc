@@ -7,6 +7,8 @@
 #include <optional>
 #include <utility>
 
+#include "core/geometry/near.h"
+
 namespace isthmus::matching {
 namespace {
 
@@ -134,8 +136,7 @@ bool IsSamePlace(const JointRefinement& joint, const JointRefinement& other) {
   size_t same = 0;
   for (const SubmapEdge& edge : joint.edges) {
     const Pose T_there = other.poses.a[edge.submap_a].Inverse() * other.poses.b[edge.submap_b];
-    const Pose apart = edge.T_a_b.Inverse() * T_there;
-    same += apart.translation().norm() < kSameShiftM && RotationAngle(apart) < kSameTurnRad;
+    same += AreNear(edge.T_a_b, T_there, kSameShiftM, kSameTurnRad);
   }
   return 2 * same > joint.edges.size();
 }

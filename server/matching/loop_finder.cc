@@ -5,6 +5,7 @@
 #include <optional>
 #include <utility>
 
+#include "core/geometry/near.h"
 #include "server/matching/loop_search.h"
 #include "server/matching/loop_tracking.h"
 
@@ -24,8 +25,7 @@ constexpr double kSaidM = 2, kSaidRad = 0.15, kSaidWays = 2;
 constexpr double kPatienceShare = 0.8;
 
 bool IsLike(const Pose& T_a_b, const Pose& other_T_a_b) {
-  const Pose apart = T_a_b.Inverse() * other_T_a_b;
-  return apart.translation().norm() < kPlacedM && RotationAngle(apart) < kPlacedRad;
+  return AreNear(T_a_b, other_T_a_b, kPlacedM, kPlacedRad);
 }
 
 // Position of the submap of that index, or nothing.
@@ -95,8 +95,7 @@ bool IsRejected(const LoopClosure& closure, const LoopScene& scene, const LoopQu
                       std::abs(scene.ways[*b] - scene.ways[*j]) < way_m;
     const Pose T_a_b =
         T_odom(*a).Inverse() * T_odom(*i) * edge.T_a_b * T_odom(*j).Inverse() * T_odom(*b);
-    const Pose apart = T_a_b.Inverse() * closure.T_a_b;
-    return near && apart.translation().norm() < kSaidM && RotationAngle(apart) < kSaidRad;
+    return near && AreNear(T_a_b, closure.T_a_b, kSaidM, kSaidRad);
   };
   return std::any_of(query.known.begin(), query.known.end(), [&](const LoopClosure& known) {
     return known.rejected && std::any_of(known.edges.begin(), known.edges.end(), says_so);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "core/geometry/near.h"
 #include "server/matching/surface_sample.h"
 #include "server/matching/wall_map.h"
 
@@ -22,12 +23,6 @@ std::vector<Eigen::Vector3f> Sensors(const Submap& submap) {
   return sensors;
 }
 
-bool IsNear(const Pose& a, const Pose& b, double spacing) {
-  const Pose T_a_b = a.Inverse() * b;
-  return T_a_b.translation().norm() < spacing * kViewSpacingM &&
-         RotationAngle(T_a_b) < spacing * kViewTurnRad;
-}
-
 // Of keyframes that are `spacing` times the usual apart from the one taken before.
 std::vector<bool> SpreadOut(const std::vector<Keyframe>& keyframes,
                             const std::vector<bool>& has_points, double spacing) {
@@ -35,7 +30,9 @@ std::vector<bool> SpreadOut(const std::vector<Keyframe>& keyframes,
   const Pose* last = nullptr;
   for (size_t k = 0; k < keyframes.size(); ++k) {
     const Pose& pose = keyframes[k].T_submap_sensor;
-    if (!has_points[k] || (last != nullptr && IsNear(*last, pose, spacing))) continue;
+    if (!has_points[k] ||
+        (last != nullptr && AreNear(*last, pose, spacing * kViewSpacingM, spacing * kViewTurnRad)))
+      continue;
     taken[k] = true;
     last = &pose;
   }

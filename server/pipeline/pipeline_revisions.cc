@@ -6,6 +6,7 @@
 #include <map>
 #include <utility>
 
+#include "core/geometry/near.h"
 #include "core/note.h"
 #include "server/pipeline/pipeline_impl.h"
 
@@ -16,8 +17,7 @@ namespace {
 bool CameBack(const SubmapMove& move) {
   if (!move.before || !move.after) return !move.before && !move.after;
   if (move.frame_before != move.frame_after) return false;
-  const Pose difference = move.before->Inverse() * *move.after;
-  return difference.translation().norm() < 1e-9 && RotationAngle(difference) < 1e-9;
+  return AreNear(*move.before, *move.after, 1e-9, 1e-9);
 }
 
 // From where each submap was before the first move to where it was after the last.

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "absl/container/flat_hash_set.h"
+#include "core/geometry/near.h"
 
 namespace isthmus::placement {
 namespace {
@@ -20,9 +21,7 @@ bool IsSame(const pose_graph::Edge& a, const pose_graph::Edge& b) {
 // The same but for a refinement, which does not make the one before a mistake.
 bool IsNear(const pose_graph::Edge& a, const pose_graph::Edge& b) {
   constexpr double kNearM = 0.5, kNearRad = 0.05;
-  const Pose gap = a.T_a_b.Inverse() * b.T_a_b;
-  return a.may_be_wrong == b.may_be_wrong && gap.translation().norm() < kNearM &&
-         RotationAngle(gap) < kNearRad;
+  return a.may_be_wrong == b.may_be_wrong && AreNear(a.T_a_b, b.T_a_b, kNearM, kNearRad);
 }
 
 bool IsSame(const Anchor& a, const Anchor& b) {

@@ -14,6 +14,7 @@ namespace isthmus::floam {
 namespace {
 
 using testing::Drive;
+using testing::ExpectTrackedAgain;
 using testing::FurnishedRoom;
 using testing::Loop;
 using testing::MakeScan;
@@ -39,15 +40,7 @@ TEST(Odometry, SaysSoWhenItIsLostAndFindsItselfAgain) {
     unobserved += result->unobserved_covariance;
   }
   EXPECT_NEAR(unobserved(0, 0), 1.0 / 3, 1e-6);  // Of a second.
-  for (int k = 70; k < 100; ++k) {
-    const auto result = drive.Step(k);
-    ASSERT_TRUE(result.ok());
-    if (k > 75) {
-      EXPECT_EQ(result->status, TrackingStatus::kOk) << k;
-      EXPECT_TRUE(result->unobserved_covariance.isZero(0)) << k;
-    }
-  }
-  EXPECT_LT(drive.error().translation().norm(), 0.05);
+  ExpectTrackedAgain(&drive, 70, 100);
 }
 
 // Dust shows nothing to begin a segment with, and so nothing that the robot could be looked for by.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <absl/status/statusor.h>
+#include <gtest/gtest.h>
 
 #include <cmath>
 
@@ -57,5 +58,18 @@ class Drive {
   double sum_ = 0;
   int count_ = 0;
 };
+
+// Goes on with scans [begin, end): from the sixth on all is well again.
+inline void ExpectTrackedAgain(Drive* drive, int begin, int end) {
+  for (int k = begin; k < end; ++k) {
+    const auto result = drive->Step(k);
+    ASSERT_TRUE(result.ok());
+    if (k > begin + 5) {
+      EXPECT_EQ(result->status, TrackingStatus::kOk) << k;
+      EXPECT_TRUE(result->unobserved_covariance.isZero(0)) << k;
+    }
+  }
+  EXPECT_LT(drive->error().translation().norm(), 0.05);
+}
 
 }  // namespace isthmus::floam::testing

@@ -17,6 +17,7 @@ namespace {
 
 using testing::Drive;
 using testing::EndPose;
+using testing::ExpectTrackedAgain;
 using testing::Loop;
 using testing::MakeScan;
 using testing::Motion;
@@ -172,15 +173,7 @@ TEST(Odometry, BlankScansAreRefusedAndItGoesOnAfterThem) {
     blank.end_stamp_ns = 1'000'000'000 + (k + 1) * 100'000'000LL;
     EXPECT_EQ(drive.odometry().Process(blank).status().code(), absl::StatusCode::kInvalidArgument);
   }
-  for (int k = 75; k < 110; ++k) {
-    const auto result = drive.Step(k);
-    ASSERT_TRUE(result.ok());
-    if (k > 80) {
-      EXPECT_EQ(result->status, TrackingStatus::kOk) << k;
-      EXPECT_TRUE(result->unobserved_covariance.isZero(0)) << k;
-    }
-  }
-  EXPECT_LT(drive.error().translation().norm(), 0.05);
+  ExpectTrackedAgain(&drive, 75, 110);
 }
 
 // Many scans from one place show no more than the first: single rings, of which few make planes.

@@ -239,18 +239,7 @@ TEST(Composer, IncrementalEqualsFromScratch) {
   Composer composer({.tile_m = 8, .voxel_m = 0.3, .min_move_m = 0});
   std::vector<LaidSubmap> in_map;
   for (int step = 0; step < 30; ++step) {
-    const LaidSubmap& picked = submaps[rng() % submaps.size()];
-    const auto it = std::find_if(in_map.begin(), in_map.end(), [&](const LaidSubmap& p) {
-      return p.submap->id == picked.submap->id;
-    });
-    if (it == in_map.end()) {
-      in_map.push_back(picked);
-    } else if (rng() % 3 == 0) {
-      in_map.erase(it);
-    } else {
-      it->T_map_submap = Pose::FromXyzRpy(rng() % 9, rng() % 9, 0, 0, 0, rng() % 6);
-      it->component = rng() % 4 == 0;
-    }
+    Stir(submaps, {9, 3, 4}, &rng, &in_map);
     std::shuffle(in_map.begin(), in_map.end(), rng);
     const auto map = Compose(&composer, step, in_map);
     Composer fresh({.tile_m = 8, .voxel_m = 0.3, .min_move_m = 0});

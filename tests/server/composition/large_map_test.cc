@@ -77,18 +77,7 @@ TEST_P(AnyMemory, GivesTheSameMapAfterAnyHistory) {
   std::vector<LaidSubmap> in_map;
   std::shared_ptr<const ComposedMap> before;
   for (int step = 0; step < 20; ++step) {
-    const LaidSubmap& picked = submaps[rng() % submaps.size()];
-    const auto it = std::find_if(in_map.begin(), in_map.end(), [&](const LaidSubmap& laid) {
-      return laid.submap->id == picked.submap->id;
-    });
-    if (it == in_map.end()) {
-      in_map.push_back(picked);
-    } else if (rng() % 4 == 0) {
-      in_map.erase(it);
-    } else {
-      it->T_map_submap = Pose::FromXyzRpy(rng() % 9, rng() % 9, 0, 0, 0, rng() % 6);
-      it->component = rng() % 5 == 0;
-    }
+    Stir(submaps, {9, 4, 5}, &rng, &in_map);
     const auto points_before = before ? ReadAll(*before) : std::vector<MapPoint>();
     const auto map = Compose(&composer, step, in_map);
     Composer fresh(WithMemory(0));

@@ -179,18 +179,7 @@ TEST(ScatteredPoints, IncrementalEqualsFromScratch) {
   Composer composer(options);
   std::set<bool> was_there_room;
   for (int step = 0; step < 200; ++step) {
-    const LaidSubmap& picked = submaps[rng() % submaps.size()];
-    const auto it = std::find_if(in_map.begin(), in_map.end(), [&](const LaidSubmap& laid) {
-      return laid.submap->id == picked.submap->id;
-    });
-    if (it == in_map.end()) {
-      in_map.push_back(picked);
-    } else if (rng() % 3 == 0) {
-      in_map.erase(it);
-    } else {
-      it->T_map_submap = Pose::FromXyzRpy(rng() % 60, rng() % 60, 0, 0, 0, rng() % 6);
-      it->component = rng() % 3 == 0;
-    }
+    Stir(submaps, {60, 3, 3}, &rng, &in_map);
     const auto map = Compose(&composer, step, in_map);
     Composer fresh(options);
     const auto expected = Compose(&fresh, step, in_map);

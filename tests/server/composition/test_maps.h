@@ -80,6 +80,29 @@ inline std::vector<SubmapPoint> RandomPoints(std::mt19937* rng, int count, const
   return points;
 }
 
+// How `Stir` changes a map: lays submaps within so many metres, one in so many elsewhere.
+struct Stirring {
+  unsigned reach_m = 9, erase_one_in = 3, other_component_one_in = 4;
+};
+
+// Puts one of the submaps, by chance, into the map, or moves it there, or takes it away.
+inline void Stir(const std::vector<LaidSubmap>& submaps, const Stirring& how, std::mt19937* rng,
+                 std::vector<LaidSubmap>* in_map) {
+  const LaidSubmap& picked = submaps[(*rng)() % submaps.size()];
+  const auto it = std::find_if(in_map->begin(), in_map->end(), [&](const LaidSubmap& laid) {
+    return laid.submap->id == picked.submap->id;
+  });
+  if (it == in_map->end()) {
+    in_map->push_back(picked);
+  } else if ((*rng)() % how.erase_one_in == 0) {
+    in_map->erase(it);
+  } else {
+    it->T_map_submap =
+        Pose::FromXyzRpy((*rng)() % how.reach_m, (*rng)() % how.reach_m, 0, 0, 0, (*rng)() % 6);
+    it->component = (*rng)() % how.other_component_one_in == 0;
+  }
+}
+
 inline Box MakeBox(const Eigen::Vector3d& min, const Eigen::Vector3d& max) {
   Box box;
   box.Extend(min);
