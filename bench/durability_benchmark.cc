@@ -19,7 +19,7 @@
 #include "core/codec/payload_builder.h"
 #include "server/pipeline.h"
 #include "storage/memory_store.h"
-#include "storage/sqlite_store.h"
+#include "storage/sqlite/sqlite_store.h"
 #include "tests/storage/faulty_store.h"
 
 namespace isthmus::bench {

@@ -14,7 +14,7 @@
 #include "bench/scenarios.h"
 #include "bench/summary.h"
 #include "bench/wild/wild_benchmark.h"
-#include "core/codec/file_io.h"
+#include "core/io/file_io.h"
 #include "floam/odometry_mode.h"
 
 namespace isthmus::bench {
@@ -94,7 +94,7 @@ class Benchmark {
                                    {"runs", nlohmann::ordered_json::array()}};
     for (const Entry& entry : entries_) json["runs"].push_back(ToJson(entry));
     for (const WildEntry& entry : wild_) json["wild"].push_back(ToJson(entry));
-    return codec::WriteFile(options_.output, json.dump(2) + "\n");
+    return io::WriteFile(options_.output, json.dump(2) + "\n");
   }
 
  private:

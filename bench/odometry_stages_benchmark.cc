@@ -12,14 +12,14 @@
 #include <vector>
 
 #include "client/simulation/simulator.h"
-#include "floam/features.h"
-#include "floam/local_map.h"
-#include "floam/motion_model.h"
+#include "floam/map/local_map.h"
+#include "floam/match/motion_model.h"
+#include "floam/match/scan_matcher.h"
 #include "floam/odometry.h"
 #include "floam/odometry_options.h"
-#include "floam/ring_scan.h"
-#include "floam/scan_matcher.h"
-#include "floam/undistort.h"
+#include "floam/rings/ring_scan.h"
+#include "floam/scan/features.h"
+#include "floam/scan/undistort.h"
 
 namespace isthmus::floam {
 namespace {

@@ -7,15 +7,15 @@
 
 #include "bench/scenarios.h"
 #include "client/readers/scan_folder.h"
-#include "core/codec/file_io.h"
 #include "core/codec/scan_decoder.h"
+#include "core/io/file_io.h"
 
 namespace isthmus::bench {
 namespace {
 
 // Rows of KITTI: the upper three rows of the matrix, row by row.
 absl::StatusOr<std::vector<Pose>> ReadPoses(const std::string& path) {
-  const auto text = codec::ReadFile(path);
+  const auto text = io::ReadFile(path);
   if (!text.ok()) return text.status();
   std::vector<Pose> poses;
   for (const auto& line : absl::StrSplit(*text, '\n', absl::SkipWhitespace())) {

@@ -8,11 +8,11 @@
 
 #include "core/stopwatch.h"
 #include "floam/odometry_options.h"
-#include "floam/options_checksum.h"
-#include "floam/scan_frame.h"
+#include "floam/scan/scan_frame.h"
+#include "floam/scan/undistort.h"
 #include "floam/segment.h"
-#include "floam/state_codec.h"
-#include "floam/undistort.h"
+#include "floam/state/options_checksum.h"
+#include "floam/state/state_codec.h"
 
 namespace isthmus::floam {
 namespace {

@@ -15,9 +15,9 @@
 #include "core/scan.h"
 #include "core/submap.h"
 #include "core/trajectory.h"
-#include "floam/degeneracy.h"
-#include "floam/ring_scan.h"
-#include "floam/sensor_model.h"
+#include "floam/match/degeneracy.h"
+#include "floam/rings/ring_scan.h"
+#include "floam/rings/sensor_model.h"
 
 namespace isthmus::floam {
 

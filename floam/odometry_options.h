@@ -4,10 +4,10 @@
 
 #include <Eigen/Geometry>
 
-#include "floam/features.h"
-#include "floam/local_map.h"
+#include "floam/map/local_map.h"
+#include "floam/match/scan_matcher.h"
 #include "floam/odometry_mode.h"
-#include "floam/scan_matcher.h"
+#include "floam/scan/features.h"
 
 namespace isthmus::floam {
 

@@ -3,7 +3,7 @@
 #include <absl/status/status.h>
 #include <absl/strings/str_cat.h>
 
-#include "floam/pose_covariance.h"
+#include "floam/match/pose_covariance.h"
 
 namespace isthmus::floam {
 namespace {

@@ -4,9 +4,9 @@
 #include <limits>
 #include <utility>
 
-#include "floam/adjoint.h"
-#include "floam/state_codec.h"
-#include "floam/unfinished_submap.h"
+#include "core/geometry/se3.h"
+#include "floam/state/state_codec.h"
+#include "floam/state/unfinished_submap.h"
 
 namespace isthmus::floam {
 namespace {

@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
+#include "core/geometry/voxel_thinner.h"
 #include "core/submap.h"
 #include "floam/odometry.h"
-#include "floam/voxel_thinner.h"
 
 namespace isthmus::floam {
 

@@ -33,14 +33,33 @@ install_packages() {
   }
 }
 
+# Of ninja's output, what no progress line is; and of those one every ten seconds: how far it is,
+# how long it took and about how long it still takes. Sources are compiled before programs are
+# linked, and those are quick, so what is left is overrated rather than underrated.
+show_progress() {
+  awk -F'[@/ ]' '
+    /^@[0-9]+\/[0-9]+ / {
+      now = int($4)
+      if (now < next_at && $2 != $3) next
+      next_at = now + 10
+      left = $2 ? now * ($3 - $2) / $2 : 0
+      printf "%4d of %d built, %d:%02d min", $2, $3, now / 60, now % 60
+      if ($2 != $3) printf ", about %d min to go", left / 60 + 1
+      printf "\n"
+      fflush()
+      next
+    }
+    { print; fflush() }'
+}
+
 # build [TARGET ...]: configures the preset and builds the targets (all without).
 build() {
   say "building ($preset) in ${build_dir#"$root"/}"
-  (cd "$root" && cmake --preset "$preset" >"$root/build-configure.log" 2>&1) || {
+  (cd "$root" && cmake --preset "$preset" ${configure[@]+"${configure[@]}"} \
+    >"$root/build-configure.log" 2>&1) || {
     tail -n 30 "$root/build-configure.log" >&2
     exit 1
   }
   rm -f "$root/build-configure.log"
-  cmake --build "$build_dir" ${1:+--target "$@"} | grep -vE '^\[[0-9]+/[0-9]+\] (Building|Linking|Running)' || true
-  [ "${PIPESTATUS[0]}" -eq 0 ] || exit 1
+  NINJA_STATUS='@%f/%t %e ' cmake --build "$build_dir" ${1:+--target "$@"} | show_progress
 }

@@ -10,9 +10,9 @@
 #include "server/archive_options.h"
 #include "server/composition/composer.h"
 #include "server/composition/occupancy.h"
-#include "server/matching/loop_options.h"
-#include "server/matching/matcher_options.h"
-#include "server/matching/revisits.h"
+#include "server/matching/loops/loop_options.h"
+#include "server/matching/loops/revisits.h"
+#include "server/matching/pairs/matcher_options.h"
 #include "server/placement/placer.h"
 #include "server/retention_options.h"
 

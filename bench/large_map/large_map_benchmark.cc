@@ -19,7 +19,7 @@
 #include "bench/merging/temporary_folder.h"
 #include "core/stopwatch.h"
 #include "server/pipeline.h"
-#include "storage/sqlite_store.h"
+#include "storage/sqlite/sqlite_store.h"
 
 namespace isthmus::bench {
 namespace {

@@ -13,7 +13,7 @@
 #include "client/evaluation/trajectory_error.h"
 #include "core/stopwatch.h"
 #include "server/pipeline.h"
-#include "storage/sqlite_store.h"
+#include "storage/sqlite/sqlite_store.h"
 
 namespace isthmus::bench {
 namespace {

@@ -12,7 +12,7 @@
 #include "bench/mapping/report.h"
 #include "bench/merging/drive_cache.h"
 #include "bench/merging/odom_frames.h"
-#include "core/codec/file_io.h"
+#include "core/io/file_io.h"
 
 namespace isthmus::bench {
 namespace {
@@ -203,7 +203,7 @@ absl::Status RunAll(const Options& options) {
   }
   std::cout << MappingTables(bench.results);
   if (options.output.empty()) return absl::OkStatus();
-  return codec::WriteFile(options.output, ToJson(bench.results).dump(2) + "\n");
+  return io::WriteFile(options.output, ToJson(bench.results).dump(2) + "\n");
 }
 
 int Main(int argc, char** argv) {

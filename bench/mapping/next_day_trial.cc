@@ -11,7 +11,7 @@
 #include "bench/merging/temporary_folder.h"
 #include "client/evaluation/trajectory_error.h"
 #include "server/pipeline.h"
-#include "storage/sqlite_store.h"
+#include "storage/sqlite/sqlite_store.h"
 
 namespace isthmus::bench {
 namespace {

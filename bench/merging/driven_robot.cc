@@ -11,11 +11,11 @@
 
 #include "bench/merging/temporary_folder.h"
 #include "client/evaluation/trajectory_error.h"
-#include "core/codec/file_io.h"
 #include "core/codec/payload_builder.h"
-#include "core/codec/tum.h"
+#include "core/formats/tum.h"
+#include "core/io/file_io.h"
 #include "server/pipeline.h"
-#include "storage/sqlite_store.h"
+#include "storage/sqlite/sqlite_store.h"
 
 namespace isthmus::bench {
 namespace {
@@ -59,9 +59,9 @@ absl::Status Stream(const Drive& drive, server::Pipeline& pipeline, LostScans* l
 // The store's file is copied first: one that is opened is locked, and migrated if need be.
 absl::StatusOr<std::unique_ptr<storage::MapStore>> OpenCopy(const std::string& folder,
                                                             const std::string& copy) {
-  const auto bytes = codec::ReadFile(folder + kStore);
+  const auto bytes = io::ReadFile(folder + kStore);
   if (!bytes.ok()) return bytes.status();
-  if (absl::Status status = codec::WriteFile(copy + kStore, *bytes); !status.ok()) return status;
+  if (absl::Status status = io::WriteFile(copy + kStore, *bytes); !status.ok()) return status;
   return storage::OpenSqliteStore(copy);
 }
 
@@ -133,16 +133,16 @@ absl::Status DriveThroughServer(const GroundedDrive& grounded,
   for (const Shot& shot : grounded.drive.shots) {
     truth.push_back({shot.end_stamp_ns, grounded.drive.truth_of(shot.turn)});
   }
-  absl::Status status = codec::WriteTum(folder + kTruth, truth);
+  absl::Status status = formats::WriteTum(folder + kTruth, truth);
   if (!status.ok()) return status;
   const nlohmann::ordered_json about = {{"ground", grounded.ground},
                                         {"overlap_cell_m", grounded.overlap_cell_m},
                                         {"lost_scans", lost.count()}};
-  return codec::WriteFile(folder + kAbout, about.dump(2) + "\n");
+  return io::WriteFile(folder + kAbout, about.dump(2) + "\n");
 }
 
 absl::StatusOr<DrivenRobot> LoadDrivenRobot(const std::string& folder) {
-  const auto text = codec::ReadFile(folder + kAbout);
+  const auto text = io::ReadFile(folder + kAbout);
   if (!text.ok()) return text.status();
   const auto about = nlohmann::json::parse(*text, nullptr, false);
   DrivenRobot robot;
@@ -150,7 +150,7 @@ absl::StatusOr<DrivenRobot> LoadDrivenRobot(const std::string& folder) {
   robot.ground = about.value("ground", "");
   robot.overlap_cell_m = about.value("overlap_cell_m", 1.0);
   robot.lost_scans = about.value("lost_scans", 0);
-  const auto truth = codec::ReadTum(folder + kTruth);
+  const auto truth = formats::ReadTum(folder + kTruth);
   if (!truth.ok()) return truth.status();
   const TemporaryFolder copy;
   const auto store = OpenCopy(folder, copy.path());

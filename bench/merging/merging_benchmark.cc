@@ -16,7 +16,7 @@
 #include "bench/merging/scenario_list.h"
 #include "bench/merging/update.h"
 #include "bench/scenarios.h"
-#include "core/codec/file_io.h"
+#include "core/io/file_io.h"
 #include "floam/odometry_mode.h"
 
 namespace isthmus::bench {
@@ -179,7 +179,7 @@ absl::Status Report(const Results& results, const Options& options) {
                                  {"odometry", options.odometry},
                                  {"trials", nlohmann::ordered_json::array()}};
   for (const Trial& trial : trials) json["trials"].push_back(ToJson(trial));
-  return codec::WriteFile(options.output, json.dump(2) + "\n");
+  return io::WriteFile(options.output, json.dump(2) + "\n");
 }
 
 absl::Status RunAll(const Options& options) {

@@ -5,8 +5,8 @@
 #include <utility>
 #include <vector>
 
-#include "floam/ring_scan.h"
-#include "floam/sensor_model.h"
+#include "floam/rings/ring_scan.h"
+#include "floam/rings/sensor_model.h"
 
 namespace isthmus::bench {
 namespace {

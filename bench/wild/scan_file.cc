@@ -9,8 +9,8 @@
 #include <filesystem>
 
 #include "core/codec/byte_shuffle.h"
-#include "core/codec/file_io.h"
 #include "core/codec/zstd_frame.h"
+#include "core/io/file_io.h"
 
 namespace isthmus::bench {
 namespace {
@@ -67,7 +67,7 @@ absl::Status ScanFileWriter::Add(const Scan& scan, const Pose& T_world_sensor) {
   Eigen::Map<Eigen::Vector4d>(entry.pose + 3) = T_world_sensor.rotation().coeffs();
   out_ << frame;
   written_ += frame.size();
-  return out_ ? absl::OkStatus() : codec::FileError("write", temporary_, errno);
+  return out_ ? absl::OkStatus() : io::FileError("write", temporary_, errno);
 }
 
 absl::Status ScanFileWriter::Finish() {
@@ -78,17 +78,17 @@ absl::Status ScanFileWriter::Finish() {
   out_ << title_;
   out_.write(reinterpret_cast<const char*>(&tail), sizeof(tail));
   out_.close();
-  if (!out_) return codec::FileError("write", temporary_, errno);
+  if (!out_) return io::FileError("write", temporary_, errno);
   std::error_code error;
   std::filesystem::rename(temporary_, path_, error);
-  return error ? codec::FileError("write", path_, error.value()) : absl::OkStatus();
+  return error ? io::FileError("write", path_, error.value()) : absl::OkStatus();
 }
 
 absl::StatusOr<std::shared_ptr<ScanFile>> ScanFile::Open(const std::string& path) {
   auto file = std::make_shared<ScanFile>();
   file->path_ = path;
   file->in_.open(path, std::ios::binary);
-  if (!file->in_) return codec::FileError("read", path, errno);
+  if (!file->in_) return io::FileError("read", path, errno);
   Tail tail;
   file->in_.seekg(-static_cast<std::streamoff>(sizeof(tail)), std::ios::end);
   const auto end = static_cast<int64_t>(file->in_.tellg());

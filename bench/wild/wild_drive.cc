@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "bench/wild/scan_file.h"
-#include "core/codec/file_io.h"
+#include "core/io/file_io.h"
 
 namespace isthmus::bench {
 namespace {
@@ -76,7 +76,7 @@ absl::StatusOr<WildRide> GetWildRide(uint64_t seed, const WildOptions& options,
   if (cache.empty()) return ride;
   std::error_code error;
   std::filesystem::create_directories(cache, error);
-  if (error) return codec::FileError("make", cache, error.value());
+  if (error) return io::FileError("make", cache, error.value());
   ScanFileWriter writer(path, TitleOf(ride));
   for (size_t turn = 0; turn < ride.drive.shots.size(); ++turn) {
     const auto index = static_cast<int>(turn);

@@ -9,7 +9,7 @@
 #include "client/cli/command.h"
 #include "client/cli/console.h"
 #include "client/cli/exit_code.h"
-#include "core/codec/file_io.h"
+#include "core/io/file_io.h"
 
 namespace isthmus::cli {
 namespace {
@@ -51,7 +51,7 @@ int Run(const Options& options) {
   }
   Say(PaperBenchMeans(runs));
   if (options.json.empty()) return kOk;
-  const absl::Status written = codec::WriteFile(options.json, ToJson(bench, runs).dump(2) + "\n");
+  const absl::Status written = io::WriteFile(options.json, ToJson(bench, runs).dump(2) + "\n");
   return written.ok() ? kOk : Fail(kFailed, written);
 }
 

@@ -11,8 +11,8 @@
 #include <system_error>
 #include <utility>
 
-#include "core/codec/file_io.h"
-#include "storage/scan_segment.h"
+#include "core/io/file_io.h"
+#include "storage/archive/scan_segment.h"
 
 namespace isthmus::cli {
 namespace {
@@ -198,7 +198,7 @@ absl::Status CopyScans(const std::string& from, const std::string& to, const Ses
     std::error_code not_linked = std::make_error_code(std::errc::not_supported);
     if (number != segments.back()) fs::create_hard_link(path, copy, not_linked);
     if (not_linked) fs::copy_file(path, copy, error);
-    if (error) return codec::FileError("copy scans to", copy.string(), error.value());
+    if (error) return io::FileError("copy scans to", copy.string(), error.value());
   }
   return absl::OkStatus();
 }

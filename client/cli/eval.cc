@@ -8,7 +8,7 @@
 #include "client/cli/exit_code.h"
 #include "client/cli/json.h"
 #include "client/evaluation/trajectory_error.h"
-#include "core/codec/tum.h"
+#include "core/formats/tum.h"
 
 namespace isthmus::cli {
 namespace {
@@ -39,9 +39,9 @@ struct Evaluation {
 absl::StatusOr<std::vector<TrajectoryPair>> ReadPairs(const Options& options) {
   std::vector<TrajectoryPair> pairs;
   for (size_t i = 0; i < options.truths.size(); ++i) {
-    auto truth = codec::ReadTum(options.truths[i]);
+    auto truth = formats::ReadTum(options.truths[i]);
     if (!truth.ok()) return truth.status();
-    auto estimate = codec::ReadTum(options.estimates[i]);
+    auto estimate = formats::ReadTum(options.estimates[i]);
     if (!estimate.ok()) return estimate.status();
     pairs.push_back({std::filesystem::path(options.estimates[i]).stem(), *std::move(truth),
                      *std::move(estimate)});

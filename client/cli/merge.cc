@@ -9,7 +9,7 @@
 #include "client/cli/exit_code.h"
 #include "client/cli/merge_report.h"
 #include "client/cli/waiting.h"
-#include "core/codec/file_io.h"
+#include "core/io/file_io.h"
 
 namespace isthmus::cli {
 namespace {
@@ -94,7 +94,7 @@ int Run(const Options& options) {
   if (!result.ok()) return Fail(kFailed, result.status());
   PrintText(*result);
   if (!options.report.empty()) {
-    const absl::Status written = codec::WriteFile(
+    const absl::Status written = io::WriteFile(
         options.report, ToJson(*result).dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
     if (!written.ok()) return Fail(kFailed, written);
   }

@@ -11,8 +11,8 @@
 #include "client/cli/guessed_viewpoints.h"
 #include "client/cli/viewpoints.h"
 #include "core/codec/payload_layout.h"
-#include "core/codec/pcd.h"
-#include "core/codec/tum.h"
+#include "core/formats/pcd.h"
+#include "core/formats/tum.h"
 
 namespace isthmus::cli {
 namespace {
@@ -38,7 +38,7 @@ absl::StatusOr<Trajectory> Viewpoints(const std::string& file) {
   const auto beside = std::filesystem::path(file).replace_extension(".tum");
   std::error_code error;
   if (!std::filesystem::exists(beside, error)) return Trajectory{};
-  absl::StatusOr<Trajectory> poses = codec::ReadTum(beside);
+  absl::StatusOr<Trajectory> poses = formats::ReadTum(beside);
   if (!poses.ok()) return poses.status();
   if (!poses->empty()) return Thin(*poses, kViewpointDistanceM);
   return absl::InvalidArgumentError(absl::StrCat(beside.string(), " holds no poses"));
@@ -96,7 +96,7 @@ std::vector<client::SubmapUpload> MakeSubmaps(const Cloud& points, const Traject
 }
 
 absl::StatusOr<MergeInput> ReadMergeInput(const std::string& file) {
-  const absl::StatusOr<codec::PcdFile> pcd = codec::ReadPcd(file);
+  const absl::StatusOr<formats::PcdFile> pcd = formats::ReadPcd(file);
   if (!pcd.ok()) return pcd.status();
   absl::StatusOr<Trajectory> viewpoints = Viewpoints(file);
   if (!viewpoints.ok()) return viewpoints.status();

@@ -13,8 +13,8 @@
 #include "client/cli/push_scans.h"
 #include "client/cli/scan_options.h"
 #include "client/cli/tracking_text.h"
-#include "core/codec/file_io.h"
-#include "core/codec/tum.h"
+#include "core/formats/tum.h"
+#include "core/io/file_io.h"
 
 namespace isthmus::cli {
 namespace {
@@ -63,7 +63,7 @@ absl::StatusOr<std::vector<Written>> WriteSegments(client::Client& client, uint3
     if (!trajectory.ok()) return trajectory.status();
     const Written& written =
         files.emplace_back(FileOf(output, segment), segment, trajectory->poses.size());
-    absl::Status status = codec::WriteTum(written.file, trajectory->poses);
+    absl::Status status = formats::WriteTum(written.file, trajectory->poses);
     if (!status.ok()) return status;
   }
   // What an earlier drive left under this name would pass for a segment of this one.
@@ -139,7 +139,7 @@ int Run(Options options) {
   const auto files = WriteSegments(client, summary->state.segments, options.output);
   if (!files.ok()) return Fail(kFailed, files.status());
   if (!options.timing.empty()) {
-    const absl::Status written = codec::WriteFile(options.timing, TimingCsv(*summary));
+    const absl::Status written = io::WriteFile(options.timing, TimingCsv(*summary));
     if (!written.ok()) return Fail(kFailed, written);
   }
   return Report(*summary, *files, options);

@@ -8,7 +8,7 @@
 #include <sstream>
 #include <vector>
 
-#include "core/codec/file_io.h"
+#include "core/io/file_io.h"
 
 namespace isthmus::cli {
 namespace {
@@ -54,7 +54,7 @@ absl::StatusOr<SubmapId> ParseSubmapId(const std::string& text) {
 }
 
 absl::StatusOr<PoseGraphFile> ReadPoseGraph(const std::string& path) {
-  const auto text = codec::ReadFile(path);
+  const auto text = io::ReadFile(path);
   if (!text.ok()) return text.status();
   auto file = Parse(*text);
   if (file.ok()) return file;
@@ -68,7 +68,7 @@ absl::Status WritePoseGraph(const std::string& path, const PoseGraphFile& file) 
   }
   const absl::Status status = pose_graph::WriteG2o(file.graph.problem, file.graph.ids, output);
   if (!status.ok()) return status;
-  return codec::WriteFile(path, output.str());
+  return io::WriteFile(path, output.str());
 }
 
 }  // namespace isthmus::cli

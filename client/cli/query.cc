@@ -9,8 +9,8 @@
 #include "client/cli/command.h"
 #include "client/cli/exit_code.h"
 #include "client/cli/region_reader.h"
-#include "core/codec/file_io.h"
-#include "core/codec/map_writer.h"
+#include "core/formats/map_writer.h"
+#include "core/io/file_io.h"
 
 namespace isthmus::cli {
 namespace {
@@ -61,10 +61,10 @@ int Run(Options options) {
   if (!client.ok()) return FailServer(client.status());
   const auto region = ReadRegion(**client, options.query);
   if (!region.ok()) return FailServer(region.status());
-  constexpr auto kEncoding = codec::PcdEncoding::kBinary;
-  const absl::Status written = codec::WriteFile(
-      options.output, codec::PcdMapHeader(region->points.size(), kEncoding, region->robots) +
-                          codec::PcdMapChunk(region->points, kEncoding));
+  constexpr auto kEncoding = formats::PcdEncoding::kBinary;
+  const absl::Status written = io::WriteFile(
+      options.output, formats::PcdMapHeader(region->points.size(), kEncoding, region->robots) +
+                          formats::PcdMapChunk(region->points, kEncoding));
   if (!written.ok()) return Fail(kFailed, written);
   absl::PrintF("%s: %d points, revision %d\n", options.output, region->points.size(),
                region->revision);

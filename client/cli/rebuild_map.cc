@@ -15,7 +15,7 @@
 
 #include "client/cli/carry_over.h"
 #include "server/pipeline.h"
-#include "storage/scan_reader.h"
+#include "storage/archive/scan_reader.h"
 
 namespace isthmus::cli {
 namespace {

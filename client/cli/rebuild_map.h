@@ -10,7 +10,7 @@
 
 #include "core/ids.h"
 #include "server/pipeline_options.h"
-#include "storage/sqlite_store.h"
+#include "storage/sqlite/sqlite_store.h"
 
 namespace isthmus::cli {
 

@@ -5,7 +5,7 @@
 
 #include "client/cli/command.h"
 #include "client/cli/exit_code.h"
-#include "core/codec/tum.h"
+#include "core/formats/tum.h"
 
 namespace isthmus::cli {
 namespace {
@@ -36,7 +36,7 @@ int Run(const Options& options) {
   const auto trajectory = (*client)->GetTrajectory(
       RobotId(options.robot), is_map ? client::Frame::kMap : client::Frame::kOdom, options.segment);
   if (!trajectory.ok()) return FailServer(trajectory.status());
-  const absl::Status written = codec::WriteTum(options.output, trajectory->poses);
+  const absl::Status written = formats::WriteTum(options.output, trajectory->poses);
   if (!written.ok()) return Fail(kFailed, written);
   if (options.output != "/dev/stdout") {
     absl::PrintF("%s: %d poses of %s in the %s frame, revision %d%s\n", options.output,

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <utility>
 
-#include "core/codec/file_io.h"
+#include "core/io/file_io.h"
 
 namespace isthmus::evaluation {
 namespace {
@@ -191,7 +191,7 @@ Canvas TopDownPicture::Draw() const {
 absl::Status TopDownPicture::WritePng(const std::string& path) const {
   const auto bytes = Draw().EncodePng();
   if (!bytes.ok()) return bytes.status();
-  return codec::WriteFile(path, *bytes);
+  return io::WriteFile(path, *bytes);
 }
 
 Box PictureExtent(const std::vector<MapPoint>& points, const std::vector<Trajectory>& trajectories,

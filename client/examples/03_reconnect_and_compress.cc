@@ -7,7 +7,7 @@
 #include <string>
 
 #include "client/library/client.h"
-#include "core/codec/kitti_bin.h"
+#include "core/formats/kitti_bin.h"
 
 namespace {
 
@@ -29,7 +29,7 @@ absl::Status Drive(int files, char** names, const std::string& address) {
   const auto stream = (*client)->OpenScanStream(session->record.id, stream_options);
   if (!stream.ok()) return stream.status();
   for (int i = 0; i < files; ++i) {
-    auto scan = isthmus::codec::ReadKittiBin(names[i]);
+    auto scan = isthmus::formats::ReadKittiBin(names[i]);
     if (!scan.ok()) return scan.status();
     const absl::Status pushed = (*stream)->Push(i * 100'000'000LL, *std::move(scan));
     if (!pushed.ok()) return pushed;

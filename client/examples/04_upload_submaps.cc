@@ -8,7 +8,7 @@
 #include <string>
 
 #include "client/library/client.h"
-#include "core/codec/pcd.h"
+#include "core/formats/pcd.h"
 
 namespace {
 
@@ -18,7 +18,7 @@ absl::Status Upload(Client& client, int files, char** names) {
   const auto session = client.CreateSession("carol", "vlp16");
   if (!session.ok()) return session.status();
   for (int i = 0; i < files; ++i) {
-    auto pcd = isthmus::codec::ReadPcd(names[i]);
+    auto pcd = isthmus::formats::ReadPcd(names[i]);
     if (!pcd.ok()) return pcd.status();
     SubmapUpload submap;
     submap.id = {session->record.id, static_cast<uint32_t>(i)};

@@ -9,7 +9,7 @@
 #include <string>
 
 #include "client/library/client.h"
-#include "core/codec/kitti_bin.h"
+#include "core/formats/kitti_bin.h"
 
 namespace {
 
@@ -36,7 +36,7 @@ absl::Status Drive(const std::string& address, const std::string& spool, int fil
   for (int i = 1; i <= files; ++i) {
     const int64_t stamp_ns = i * 100'000'000LL;
     if (stamp_ns <= pushed_ns) continue;
-    auto scan = isthmus::codec::ReadKittiBin(names[i - 1]);
+    auto scan = isthmus::formats::ReadKittiBin(names[i - 1]);
     if (!scan.ok()) return scan.status();
     const absl::Status pushed = (*stream)->Push(stamp_ns, *std::move(scan));
     if (!pushed.ok()) return pushed;  // Once OK, the scan outlives this program.

@@ -5,8 +5,8 @@
 #include <string>
 #include <utility>
 
-#include "core/codec/crc32c.h"
-#include "core/codec/sha256.h"
+#include "core/io/crc32c.h"
+#include "core/io/sha256.h"
 
 namespace isthmus::client {
 namespace {
@@ -154,8 +154,8 @@ v1::UploadSubmapHeader ToProto(const SubmapUpload& submap) {
   }
   *out.mutable_cloud() = Layout(submap.cloud);
   out.set_size(submap.cloud.data.size());
-  out.set_crc32c(codec::Crc32c(submap.cloud.data.data(), submap.cloud.data.size()));
-  out.set_sha256(codec::Sha256(submap.cloud.data.data(), submap.cloud.data.size()));
+  out.set_crc32c(io::Crc32c(submap.cloud.data.data(), submap.cloud.data.size()));
+  out.set_sha256(io::Sha256(submap.cloud.data.data(), submap.cloud.data.size()));
   return out;
 }
 

@@ -9,7 +9,7 @@
 
 #include "client/library/link.h"
 #include "client/library/records.h"
-#include "core/codec/crc32c.h"
+#include "core/io/crc32c.h"
 
 namespace isthmus::client {
 
@@ -42,7 +42,7 @@ absl::Status FetchStream(Client::Link& link, const Open& open, const FilePiece& 
       if (note) note(part);
       summary.revision = part.revision();
       summary.size += part.data().size();
-      summary.crc32c = codec::Crc32c(part.data().data(), part.data().size(), summary.crc32c);
+      summary.crc32c = io::Crc32c(part.data().data(), part.data().size(), summary.crc32c);
       if (part.data().empty() || bytes(part.data())) continue;
       failure = absl::CancelledError("stopped by the reader");
       context.TryCancel();

@@ -11,7 +11,7 @@
 
 #include "client/library/part_file.h"
 #include "client/library/spool_segment.h"
-#include "core/codec/crc32c.h"
+#include "core/io/crc32c.h"
 
 namespace isthmus::client {
 namespace {
@@ -48,7 +48,7 @@ absl::Status WriteIdentity(const std::string& folder, const SpoolIdentity& ident
   std::string numbers(reinterpret_cast<const char*>(&identity.base), sizeof(identity.base));
   numbers += identity.closed ? '\1' : '\0';
   PutString(bytes, numbers);
-  const uint32_t crc = codec::Crc32c(bytes.data(), bytes.size());
+  const uint32_t crc = io::Crc32c(bytes.data(), bytes.size());
   bytes.append(reinterpret_cast<const char*>(&crc), sizeof(crc));
 
   PartFile file(folder + "/session");
@@ -69,7 +69,7 @@ absl::StatusOr<SpoolIdentity> ReadIdentity(const std::string& folder) {
   if (bytes.size() < kMagicBytes + sizeof(crc)) return damaged;
   std::memcpy(&crc, &bytes[bytes.size() - sizeof(crc)], sizeof(crc));
   bytes.resize(bytes.size() - sizeof(crc));
-  if (codec::Crc32c(bytes.data(), bytes.size()) != crc) return damaged;
+  if (io::Crc32c(bytes.data(), bytes.size()) != crc) return damaged;
   if (bytes.compare(0, kMagicBytes, kMagic) != 0) return damaged;
   SpoolIdentity identity;
   std::string request, numbers;

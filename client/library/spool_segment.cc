@@ -11,7 +11,7 @@
 #include <cstring>
 #include <utility>
 
-#include "core/codec/crc32c.h"
+#include "core/io/crc32c.h"
 
 namespace isthmus::client {
 namespace {
@@ -62,7 +62,7 @@ std::string Encode(const SegmentHeader& header) {
   Put(out, header.first_sequence);
   Put(out, header.stamp_before_ns);
   out += header.owner;
-  Put(out, codec::Crc32c(out.data(), out.size()));
+  Put(out, io::Crc32c(out.data(), out.size()));
   return out;
 }
 
@@ -128,7 +128,7 @@ absl::Status SpoolSegment::ReadHeader() {
   const size_t owner = Get<uint32_t>(&bytes[kMagicBytes + 4]);
   const size_t end = kFixedHeader + owner;
   if (owner > kMaxOwner || bytes.size() < end + 4) return damaged;
-  if (codec::Crc32c(bytes.data(), end) != Get<uint32_t>(&bytes[end])) return damaged;
+  if (io::Crc32c(bytes.data(), end) != Get<uint32_t>(&bytes[end])) return damaged;
   header_.first_sequence = Get<uint64_t>(&bytes[kMagicBytes + 8]);
   header_.stamp_before_ns = Get<int64_t>(&bytes[kMagicBytes + 16]);
   header_.owner = bytes.substr(kFixedHeader, owner);
@@ -147,7 +147,7 @@ bool SpoolSegment::RecordAt(uint64_t offset, uint64_t size, bool verify, Spooled
   if (offset + sizeof(head) > size) return false;
   if (ReadAt(file_, head, sizeof(head), offset) != sizeof(head)) return false;
   if (Get<uint32_t>(head) != kMarker) return false;
-  if (codec::Crc32c(head, 28) != Get<uint32_t>(head + 28)) return false;
+  if (io::Crc32c(head, 28) != Get<uint32_t>(head + 28)) return false;
   *scan = {Get<uint64_t>(head + 8), Get<int64_t>(head + 16), offset + sizeof(head),
            Get<uint32_t>(head + 4), Get<uint32_t>(head + 24)};
   if (scan->offset + scan->size > size) return false;
@@ -198,7 +198,7 @@ absl::StatusOr<SpooledScan> SpoolSegment::Append(uint64_t sequence, int64_t end_
                                                  const std::string& payload) {
   SpooledScan scan{sequence, end_stamp_ns, bytes_ + kRecordHeaderBytes,
                    static_cast<uint32_t>(payload.size()),
-                   codec::Crc32c(payload.data(), payload.size())};
+                   io::Crc32c(payload.data(), payload.size())};
   std::string record;
   record.reserve(kRecordHeaderBytes + payload.size());
   Put(record, kMarker);
@@ -206,7 +206,7 @@ absl::StatusOr<SpooledScan> SpoolSegment::Append(uint64_t sequence, int64_t end_
   Put(record, sequence);
   Put(record, end_stamp_ns);
   Put(record, scan.crc32c);
-  Put(record, codec::Crc32c(record.data(), record.size()));
+  Put(record, io::Crc32c(record.data(), record.size()));
   record += payload;
   if (absl::Status status = WriteAll(record, bytes_); !status.ok()) {
     (void)Truncate(bytes_);  // Else cut off when the spool is opened again.
@@ -241,7 +241,7 @@ absl::Status SpoolSegment::Truncate(uint64_t bytes) {
 absl::StatusOr<std::string> SpoolSegment::Read(const SpooledScan& scan) const {
   std::string payload(scan.size, '\0');
   const bool whole = ReadAt(file_, payload.data(), payload.size(), scan.offset) == payload.size();
-  if (whole && codec::Crc32c(payload.data(), payload.size()) == scan.crc32c) return payload;
+  if (whole && io::Crc32c(payload.data(), payload.size()) == scan.crc32c) return payload;
   return absl::DataLossError(
       absl::StrCat("scan ", scan.sequence, " in ", path_, " is damaged: its checksum is wrong"));
 }

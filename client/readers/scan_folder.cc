@@ -11,10 +11,10 @@
 #include <utility>
 
 #include "client/readers/times_file.h"
-#include "core/codec/file_io.h"
-#include "core/codec/kitti_bin.h"
 #include "core/codec/payload_layout.h"
-#include "core/codec/pcd.h"
+#include "core/formats/kitti_bin.h"
+#include "core/formats/pcd.h"
+#include "core/io/file_io.h"
 
 namespace isthmus::readers {
 namespace {
@@ -70,7 +70,7 @@ std::optional<fs::path> Find(const fs::path& folder, const char* name) {
 
 absl::StatusOr<std::vector<int64_t>> Stamps(const fs::path& folder, size_t scans, double rate_hz) {
   if (const std::optional<fs::path> file = Find(folder, "times.txt")) {
-    absl::StatusOr<std::string> text = codec::ReadFile(*file);
+    absl::StatusOr<std::string> text = io::ReadFile(*file);
     if (!text.ok()) return text.status();
     absl::StatusOr<std::vector<int64_t>> stamps = ParseTimes(*text);
     if (!stamps.ok()) return WithPath(stamps.status(), *file);
@@ -119,18 +119,18 @@ absl::StatusOr<ScanFolder> ScanFolder::Open(const std::string& path,
 
 absl::StatusOr<PointPayload> ScanFolder::Read(size_t i) const {
   if (kitti_) {
-    absl::StatusOr<PointPayload> payload = codec::ReadKittiBin(files_[i]);
+    absl::StatusOr<PointPayload> payload = formats::ReadKittiBin(files_[i]);
     if (!payload.ok()) return WithPath(payload.status(), files_[i]);
     return payload;
   }
-  absl::StatusOr<codec::PcdFile> pcd = codec::ReadPcd(files_[i]);
+  absl::StatusOr<formats::PcdFile> pcd = formats::ReadPcd(files_[i]);
   if (!pcd.ok()) return WithPath(pcd.status(), files_[i]);
   return std::move(pcd->payload);
 }
 
 absl::StatusOr<std::string> ScanFolder::GuessSensor() const {
   if (const std::optional<fs::path> file = Find(path_, "simulation.json")) {
-    absl::StatusOr<std::string> text = codec::ReadFile(*file);
+    absl::StatusOr<std::string> text = io::ReadFile(*file);
     if (!text.ok()) return text.status();
     const auto json = nlohmann::json::parse(*text, nullptr, /*allow_exceptions=*/false);
     if (json.is_object() && json.contains("sensor") && json["sensor"].is_string()) {

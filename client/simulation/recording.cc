@@ -8,10 +8,10 @@
 #include <system_error>
 
 #include "client/simulation/overlap.h"
-#include "core/codec/file_io.h"
 #include "core/codec/payload_builder.h"
-#include "core/codec/pcd.h"
-#include "core/codec/tum.h"
+#include "core/formats/pcd.h"
+#include "core/formats/tum.h"
+#include "core/io/file_io.h"
 
 namespace isthmus::simulation {
 namespace {
@@ -30,8 +30,8 @@ absl::Status RecordScan(const Simulator& simulator, int robot, int index, const 
   const Scan scan = simulator.MakeScan(robot, index);
   const int turns_per_second = static_cast<int>(1 / simulator.lidar().period_s);
   if (index % turns_per_second == 0) seen.Add(scan, simulator.Truth(robot, index).pose);
-  return codec::WritePcd(absl::StrFormat("%s/%06d.pcd", dir, index), codec::MakePayload(scan),
-                         codec::PcdEncoding::kBinary);
+  return formats::WritePcd(absl::StrFormat("%s/%06d.pcd", dir, index), codec::MakePayload(scan),
+                           formats::PcdEncoding::kBinary);
 }
 
 absl::Status WriteStamps(const Simulator& simulator, int robot, const std::string& dir) {
@@ -45,8 +45,8 @@ absl::Status WriteStamps(const Simulator& simulator, int robot, const std::strin
                           entry.stamp_ns % 1'000'000'000);
   }
   const std::string name = absl::StrCat(dir, "/robot_", robot);
-  if (auto status = codec::WriteFile(name + "/times.txt", times); !status.ok()) return status;
-  return codec::WriteTum(name + ".truth.tum", truth);
+  if (auto status = io::WriteFile(name + "/times.txt", times); !status.ok()) return status;
+  return formats::WriteTum(name + ".truth.tum", truth);
 }
 
 std::string ToJson(const Simulator& simulator, const RecordingSummary& summary) {
@@ -99,7 +99,7 @@ absl::StatusOr<RecordingSummary> Record(const Simulator& simulator, const std::s
     auto& row = summary.overlap.emplace_back();
     for (const SeenSurface& b : seen) row.push_back(SeenSurface::Overlap(a, b));
   }
-  auto status = codec::WriteFile(dir + "/simulation.json", ToJson(simulator, summary));
+  auto status = io::WriteFile(dir + "/simulation.json", ToJson(simulator, summary));
   if (!status.ok()) return status;
   return summary;
 }

@@ -7,10 +7,10 @@
 #include <numbers>
 #include <utility>
 
+#include "core/geometry/angles.h"
+
 namespace isthmus::simulation {
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 // The tour's corners, moved about within the lane, as evenly spaced points; and the index of the
 // one at which all places have been seen.
@@ -76,7 +76,7 @@ Pose SensorPose(const World& world, const ClosedCurve& curve, const SpeedProfile
   };
   const double slope_ahead = std::atan(rise(0.5 * c, 0.5 * s));
   const double slope_left = std::atan(rise(-0.5 * s, 0.5 * c));
-  const double sway = 0.5 * kDegree * state.speed_mps / world.max_speed_mps;
+  const double sway = 0.5 * kRadPerDeg * state.speed_mps / world.max_speed_mps;
   const double t = 2 * std::numbers::pi * seconds;
   const double roll = slope_left + sway * std::sin(swaying.roll_hz * t + swaying.phase);
   const double pitch = -slope_ahead + sway * std::sin(swaying.pitch_hz * t + 2 * swaying.phase);

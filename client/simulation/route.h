@@ -8,7 +8,7 @@
 #include <functional>
 #include <vector>
 
-#include "client/simulation/world.h"
+#include "client/simulation/worlds/world.h"
 #include "core/pose.h"
 
 namespace isthmus::simulation {

@@ -8,10 +8,10 @@
 #include <cmath>
 #include <utility>
 
-#include "client/simulation/cars.h"
 #include "client/simulation/random.h"
-#include "client/simulation/walkers.h"
 #include "client/simulation/wild/wild.h"
+#include "client/simulation/worlds/cars.h"
+#include "client/simulation/worlds/walkers.h"
 
 namespace isthmus::simulation {
 namespace {

@@ -9,11 +9,11 @@
 #include <string>
 #include <vector>
 
-#include "client/simulation/effects.h"
-#include "client/simulation/lidar.h"
-#include "client/simulation/ray_caster.h"
 #include "client/simulation/route.h"
-#include "client/simulation/world.h"
+#include "client/simulation/sensors/effects.h"
+#include "client/simulation/sensors/lidar.h"
+#include "client/simulation/sensors/ray_caster.h"
+#include "client/simulation/worlds/world.h"
 #include "core/scan.h"
 #include "core/trajectory.h"
 

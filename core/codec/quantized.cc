@@ -11,10 +11,10 @@
 #include "core/codec/byte_shuffle.h"
 #include "core/codec/column.h"
 #include "core/codec/column_transform.h"
-#include "core/codec/crc32c.h"
 #include "core/codec/delta_code.h"
 #include "core/codec/payload_layout.h"
 #include "core/codec/zstd_frame.h"
+#include "core/io/crc32c.h"
 
 namespace isthmus::codec {
 namespace {
@@ -146,7 +146,7 @@ absl::Status CheckHeader(const PointPayload& quantized, const std::vector<Column
         absl::StrCat("quantised payload of version ", static_cast<int>(data[2]),
                      "; this program reads version ", static_cast<int>(kMagic[2])));
   }
-  if (LoadAs<uint32_t>(&data[4]) != Crc32c(&data[kHeaderSize], data.size() - kHeaderSize)) {
+  if (LoadAs<uint32_t>(&data[4]) != io::Crc32c(&data[kHeaderSize], data.size() - kHeaderSize)) {
     return absl::InvalidArgumentError("the checksum of the quantised payload is wrong");
   }
   for (size_t c = 0; c < columns.size(); ++c) {
@@ -198,7 +198,7 @@ absl::StatusOr<PointPayload> Quantize(const PointPayload& raw, double resolution
     data.push_back(static_cast<char>(transform));
   }
   if (absl::Status status = AppendZstdFrame(content, data); !status.ok()) return status;
-  StoreAs(Crc32c(&data[kHeaderSize], data.size() - kHeaderSize), &data[4]);
+  StoreAs(io::Crc32c(&data[kHeaderSize], data.size() - kHeaderSize), &data[4]);
 
   PointPayload quantized;
   quantized.encoding = PayloadEncoding::kQuantized;

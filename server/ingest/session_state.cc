@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "core/codec/zstd_frame.h"
-#include "floam/state_codec.h"
+#include "floam/state/state_codec.h"
 
 namespace isthmus::ingest {
 namespace {

@@ -1,6 +1,6 @@
 #include "server/main/backups.h"
 
-#include "storage/backup_stream.h"
+#include "storage/upkeep/backup_stream.h"
 
 namespace isthmus::server {
 

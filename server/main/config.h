@@ -8,7 +8,7 @@
 
 #include "server/pipeline_options.h"
 #include "server/rpc/server.h"
-#include "storage/sqlite_store.h"
+#include "storage/sqlite/sqlite_store.h"
 
 namespace isthmus::server {
 

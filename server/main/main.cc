@@ -17,9 +17,9 @@
 #include "server/main/stop_signal.h"
 #include "server/pipeline.h"
 #include "server/rpc/server.h"
-#include "storage/backup_stream.h"
-#include "storage/check_store.h"
-#include "storage/sqlite_store.h"
+#include "storage/sqlite/sqlite_store.h"
+#include "storage/upkeep/backup_stream.h"
+#include "storage/upkeep/check_store.h"
 
 namespace isthmus::server {
 namespace {

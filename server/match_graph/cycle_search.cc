@@ -5,7 +5,7 @@
 #include <numbers>
 #include <numeric>
 
-#include "server/match_graph/union_find.h"
+#include "core/union_find.h"
 
 namespace isthmus::match_graph {
 namespace {

@@ -9,8 +9,8 @@
 #include <string>
 #include <utility>
 
+#include "core/union_find.h"
 #include "server/match_graph/cycle_search.h"
-#include "server/match_graph/union_find.h"
 
 namespace isthmus::match_graph {
 namespace {

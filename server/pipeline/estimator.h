@@ -15,10 +15,10 @@
 #include <utility>
 
 #include "core/clock.h"
-#include "server/matching/loop_finder.h"
-#include "server/matching/matcher.h"
-#include "server/matching/prepared_map.h"
-#include "server/matching/revisits.h"
+#include "server/matching/loops/loop_finder.h"
+#include "server/matching/loops/revisits.h"
+#include "server/matching/pairs/matcher.h"
+#include "server/matching/prepared/prepared_map.h"
 #include "server/pipeline/map_state.h"
 #include "server/pipeline/prepared_store.h"
 #include "server/pipeline/work_journal.h"

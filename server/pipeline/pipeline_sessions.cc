@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "floam/odometry_mode.h"
-#include "floam/sensor_model.h"
+#include "floam/rings/sensor_model.h"
 #include "server/pipeline/pipeline_impl.h"
 #include "server/pipeline/uploaded_submap.h"
 

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "core/codec/zstd_frame.h"
-#include "server/matching/prepared_submap_codec.h"
+#include "server/matching/prepared/prepared_submap_codec.h"
 
 namespace isthmus::server {
 namespace {

@@ -4,7 +4,7 @@
 #include <memory>
 
 #include "core/submap.h"
-#include "server/matching/prepared_submap.h"
+#include "server/matching/prepared/prepared_submap.h"
 #include "server/pipeline/submap_cache.h"
 #include "storage/map_store.h"
 

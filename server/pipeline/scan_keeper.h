@@ -14,7 +14,7 @@
 #include "core/ids.h"
 #include "core/scan_upload.h"
 #include "server/archive_options.h"
-#include "storage/scan_archive.h"
+#include "storage/archive/scan_archive.h"
 
 namespace isthmus::server {
 

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/codec/file_io.h"
+#include "core/io/file_io.h"
 
 namespace isthmus::server {
 namespace {
@@ -28,14 +28,14 @@ WorkJournal::WorkJournal(std::string path, std::string boot, std::string version
 }
 
 std::string WorkJournal::BootId() {
-  auto id = codec::ReadFile("/proc/sys/kernel/random/boot_id");
+  auto id = io::ReadFile("/proc/sys/kernel/random/boot_id");
   return id.ok() ? std::string(absl::StripAsciiWhitespace(*id)) : "";
 }
 
 std::string WorkJournal::Version() { return ISTHMUS_VERSION; }
 
 void WorkJournal::Load() {
-  const auto text = codec::ReadFile(path_);
+  const auto text = io::ReadFile(path_);
   if (!text.ok()) return;
   std::string version, boot, at_hand;
   for (absl::string_view line : absl::StrSplit(*text, '\n')) {
@@ -63,7 +63,7 @@ void WorkJournal::Save(const std::string& at_hand) {
   for (const auto& [task, count] : crashes_)
     absl::StrAppend(&text, kCrashedMark, count, " ", task, "\n");
   if (!at_hand.empty()) absl::StrAppend(&text, kAtHandMark, at_hand, "\n");
-  (void)codec::WriteFile(path_, text);
+  (void)io::WriteFile(path_, text);
 }
 
 bool WorkJournal::IsPoisonous(const std::string& task) const {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "server/pose_graph/se3.h"
+#include "core/geometry/se3.h"
 
 namespace isthmus::pose_graph {
 namespace {

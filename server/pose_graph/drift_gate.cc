@@ -3,7 +3,7 @@
 #include <Eigen/Cholesky>
 #include <cstddef>
 
-#include "server/pose_graph/se3.h"
+#include "core/geometry/se3.h"
 
 namespace isthmus::pose_graph {
 namespace {

@@ -8,8 +8,8 @@
 #include <string>
 
 #include "absl/strings/str_cat.h"
+#include "core/geometry/se3.h"
 #include "server/pose_graph/information.h"
-#include "server/pose_graph/se3.h"
 
 namespace isthmus::pose_graph {
 namespace {

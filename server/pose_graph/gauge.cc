@@ -3,26 +3,26 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <numeric>
+
+#include "core/union_find.h"
 
 namespace isthmus::pose_graph {
 namespace {
 
 // The least node connected with each node; `only_sure` does without doubtful edges.
 std::vector<size_t> Components(const Problem& problem, bool only_sure) {
-  std::vector<size_t> parent(problem.poses.size());
-  std::iota(parent.begin(), parent.end(), size_t{0});
-  const auto find = [&](size_t i) {
-    while (parent[i] != i) i = parent[i] = parent[parent[i]];
-    return i;
-  };
+  const size_t n = problem.poses.size();
+  UnionFind sets(n);
   for (const Edge& edge : problem.edges) {
     if (only_sure && edge.may_be_wrong) continue;
-    const size_t a = find(static_cast<size_t>(edge.a)), b = find(static_cast<size_t>(edge.b));
-    parent[std::max(a, b)] = std::min(a, b);  // The root stays the least of its set.
+    sets.Unite(static_cast<size_t>(edge.a), static_cast<size_t>(edge.b));
   }
-  for (size_t i = 0; i < parent.size(); ++i) parent[i] = find(i);
-  return parent;
+  std::vector<size_t> least(n, n), component(n);
+  for (size_t i = 0; i < n; ++i) {
+    size_t& of_set = least[sets.Find(i)];
+    component[i] = of_set = std::min(of_set, i);
+  }
+  return component;
 }
 
 // Whether anchors leave a rigid motion of all nodes no freedom. A motion [rho; phi] about the

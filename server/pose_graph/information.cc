@@ -6,7 +6,7 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/str_format.h"
-#include "server/pose_graph/se3.h"
+#include "core/geometry/se3.h"
 
 namespace isthmus::pose_graph {
 

@@ -5,8 +5,8 @@
 #include <limits>
 
 #include "absl/strings/str_cat.h"
+#include "core/geometry/se3.h"
 #include "server/pose_graph/gauge.h"
-#include "server/pose_graph/se3.h"
 #include "server/pose_graph/validate.h"
 
 namespace isthmus::pose_graph {

@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "core/codec/map_writer.h"
+#include "core/formats/map_writer.h"
 
 namespace isthmus::query {
 namespace {
@@ -39,13 +39,13 @@ absl::Status Stream(const ComposedMap& map, const Region& region, const std::str
   return wanted ? status : Stopped();
 }
 
-absl::Status StreamPcd(const ComposedMap& map, const Region& region, codec::PcdEncoding encoding,
+absl::Status StreamPcd(const ComposedMap& map, const Region& region, formats::PcdEncoding encoding,
                        const ByteSink& sink) {
   const absl::StatusOr<uint64_t> count = CountPoints(map, region);
   if (!count.ok()) return count.status();
-  const std::string header = codec::PcdMapHeader(*count, encoding, map.robots());
+  const std::string header = formats::PcdMapHeader(*count, encoding, map.robots());
   const auto chunk = [&](const std::vector<MapPoint>& points) {
-    return codec::PcdMapChunk(points, encoding);
+    return formats::PcdMapChunk(points, encoding);
   };
   return Stream(map, region, header, chunk, sink);
 }
@@ -62,10 +62,10 @@ absl::Status SendCompressedPcd(const ComposedMap& map, const Region& region, con
         return true;
       });
   if (!status.ok()) return status;
-  const absl::StatusOr<std::string> body = codec::PcdMapCompressed(all);
+  const absl::StatusOr<std::string> body = formats::PcdMapCompressed(all);
   if (!body.ok()) return body.status();
   const std::string header =
-      codec::PcdMapHeader(all.size(), codec::PcdEncoding::kBinaryCompressed, map.robots());
+      formats::PcdMapHeader(all.size(), formats::PcdEncoding::kBinaryCompressed, map.robots());
   if (!sink(header)) return Stopped();
   for (size_t begin = 0; begin < body->size(); begin += kBytesPerPiece) {
     if (!sink(body->substr(begin, kBytesPerPiece))) return Stopped();
@@ -76,8 +76,8 @@ absl::Status SendCompressedPcd(const ComposedMap& map, const Region& region, con
 absl::Status StreamPly(const ComposedMap& map, const Region& region, const ByteSink& sink) {
   const absl::StatusOr<uint64_t> count = CountPoints(map, region);
   if (!count.ok()) return count.status();
-  const std::string header = codec::PlyMapHeader(*count, map.robots());
-  return Stream(map, region, header, codec::PlyMapChunk, sink);
+  const std::string header = formats::PlyMapHeader(*count, map.robots());
+  return Stream(map, region, header, formats::PlyMapChunk, sink);
 }
 
 }  // namespace
@@ -86,9 +86,9 @@ absl::Status ExportCloud(const ComposedMap& map, const Region& region, CloudForm
                          const ByteSink& sink) {
   switch (format) {
     case CloudFormat::kPcdAscii:
-      return StreamPcd(map, region, codec::PcdEncoding::kAscii, sink);
+      return StreamPcd(map, region, formats::PcdEncoding::kAscii, sink);
     case CloudFormat::kPcdBinary:
-      return StreamPcd(map, region, codec::PcdEncoding::kBinary, sink);
+      return StreamPcd(map, region, formats::PcdEncoding::kBinary, sink);
     case CloudFormat::kPcdBinaryCompressed:
       return SendCompressedPcd(map, region, sink);
     case CloudFormat::kPly:

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <string>
 
-#include "core/codec/crc32c.h"
+#include "core/io/crc32c.h"
 #include "server/rpc/emit.h"
 
 namespace isthmus::rpc {
@@ -26,7 +26,7 @@ class FileEmitter {
   // False once the reader has gone away; so is Finish.
   bool Add(const std::string& piece) {
     size_ += piece.size();
-    crc32c_ = codec::Crc32c(piece.data(), piece.size(), crc32c_);
+    crc32c_ = io::Crc32c(piece.data(), piece.size(), crc32c_);
     for (size_t offset = 0; offset < piece.size(); offset += kExportChunkBytes) {
       response_.set_data(piece.data() + offset, std::min(kExportChunkBytes, piece.size() - offset));
       if (!emit_(response_)) return false;

@@ -4,8 +4,8 @@
 
 #include <utility>
 
-#include "core/codec/crc32c.h"
-#include "core/codec/sha256.h"
+#include "core/io/crc32c.h"
+#include "core/io/sha256.h"
 #include "server/rpc/submap_conversion.h"
 
 namespace isthmus::rpc {
@@ -19,12 +19,12 @@ UploadKey KeyOf(const v1::UploadSubmapHeader& header) {
 }
 
 absl::Status CheckContent(const v1::UploadSubmapHeader& header, const std::string& data) {
-  if (const uint32_t crc32c = codec::Crc32c(data.data(), data.size()); crc32c != header.crc32c()) {
+  if (const uint32_t crc32c = io::Crc32c(data.data(), data.size()); crc32c != header.crc32c()) {
     return absl::DataLossError(absl::StrCat("the bytes have crc32c ", crc32c,
                                             " but the header says ", header.crc32c(),
                                             ": send it again"));
   }
-  if (!header.sha256().empty() && codec::Sha256(data.data(), data.size()) != header.sha256()) {
+  if (!header.sha256().empty() && io::Sha256(data.data(), data.size()) != header.sha256()) {
     return absl::DataLossError("the bytes have another sha256 than the header says: send it again");
   }
   return absl::OkStatus();

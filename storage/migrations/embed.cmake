@@ -1,7 +1,7 @@
 # cmake -DFILES="a.sql;b.sql" -DOUTPUT=x.cc -P embed.cmake: the migrations as a C++ source. The number
 # that a file's name begins with is the version of the schema it leads to.
 
-set(text "#include \"storage/migrations.h\"\n\nnamespace isthmus::storage {\n\n")
+set(text "#include \"storage/sqlite/migrations.h\"\n\nnamespace isthmus::storage {\n\n")
 string(APPEND text "const std::vector<Migration>& Migrations() {\n")
 string(APPEND text "  static const std::vector<Migration> kMigrations = {\n")
 foreach(file IN LISTS FILES)

@@ -2,7 +2,6 @@
 
 #include <cmath>
 #include <memory>
-#include <numbers>
 #include <string>
 #include <vector>
 
@@ -11,11 +10,11 @@
 #include "bench/merging/odom_frames.h"
 #include "bench/merging/report.h"
 #include "bench/merging/seen_surface.h"
+#include "core/geometry/angles.h"
 
 namespace isthmus::bench {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr int kScans = 20;  // Per submap; one a metre.
 
 // Drives along x from `begin_m`, sees a point beside it at every metre, and has perfect odometry
@@ -63,9 +62,9 @@ TEST(RandomFrame, IsWithinWhatItSays) {
     tilt = std::max(tilt, std::acos((frame.rotation() * Eigen::Vector3d::UnitZ()).z()));
     far = std::max(far, frame.translation().head<2>().norm());
   }
-  EXPECT_GT(yaw, 170 * kDegree);
-  EXPECT_GT(tilt, 5 * kDegree);  // Roll and pitch together.
-  EXPECT_LT(tilt, 7.1 * kDegree);
+  EXPECT_GT(yaw, 170 * kRadPerDeg);
+  EXPECT_GT(tilt, 5 * kRadPerDeg);  // Roll and pitch together.
+  EXPECT_LT(tilt, 7.1 * kRadPerDeg);
   EXPECT_GT(far, 180);
   EXPECT_LE(far, 200);
   ExpectNear(RandomFrame(3, 1), RandomFrame(3, 1));
@@ -118,7 +117,7 @@ TEST(AddDrift, IsAsLargeAsSaid) {
   }
   EXPECT_NEAR(std::sqrt(along), 0.02 * kScans, 0.04);
   EXPECT_NEAR(std::sqrt(height), 0.02 * kScans / 3, 0.015);
-  EXPECT_NEAR(std::sqrt(yaw), 0.1 * kDegree * kScans, 0.2 * kDegree);
+  EXPECT_NEAR(std::sqrt(yaw), 0.1 * kRadPerDeg * kScans, 0.2 * kRadPerDeg);
 }
 
 TEST(SeenSurface, OverlapIsOfTheOneThatSawLess) {
@@ -179,7 +178,7 @@ TEST(PairTruth, MeasuresWhereBothHaveBeen) {
   EXPECT_NEAR(truth.ErrorOf(shifted).median_m, 0.25, 1e-9);
   EXPECT_TRUE(truth.IsWithin(shifted, 0.3, 1));
   EXPECT_FALSE(truth.IsWithin(shifted, 0.2, 1));
-  const Pose turned = T_a_b * X * Pose::FromXyzRpy(0, 0, 0, 0, 0, 2 * kDegree) * X.Inverse();
+  const Pose turned = T_a_b * X * Pose::FromXyzRpy(0, 0, 0, 0, 0, 2 * kRadPerDeg) * X.Inverse();
   EXPECT_NEAR(truth.ErrorOf(turned).median_deg, 2, 1e-6);
   EXPECT_FALSE(truth.IsWithin(turned, 10, 1));
 }

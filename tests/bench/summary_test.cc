@@ -3,12 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <numbers>
+
+#include "core/geometry/angles.h"
 
 namespace isthmus::bench {
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 // A drive along a bend that was estimated without error, in an odom frame of its own.
 struct Perfect {
@@ -60,8 +59,8 @@ TEST(Summarize, FindsNoErrorWhereThereIsNone) {
 
 TEST(Summarize, TellsHeadingFromTilt) {
   Perfect drive;
-  drive.Disturb(100, Pose::FromXyzRpy(0, 0, 0, 0, 0, 3 * kDegree));
-  drive.Disturb(200, Pose::FromXyzRpy(0, 0, 0, 2 * kDegree, 0, 0));
+  drive.Disturb(100, Pose::FromXyzRpy(0, 0, 0, 0, 0, 3 * kRadPerDeg));
+  drive.Disturb(200, Pose::FromXyzRpy(0, 0, 0, 2 * kRadPerDeg, 0, 0));
   const ErrorSummary error = Summarize(drive.drive, drive.run, false).error;
   EXPECT_NEAR(error.heading_worst_deg, 3, 1e-6);
   EXPECT_NEAR(error.tilt_worst_deg, 2, 1e-6);

@@ -5,9 +5,9 @@
 #include <filesystem>
 #include <fstream>
 
-#include "tests/faults/answers.h"
-#include "tests/faults/room_robot.h"
-#include "tests/faults/test_setup.h"
+#include "tests/faults/harness/answers.h"
+#include "tests/faults/harness/room_robot.h"
+#include "tests/faults/harness/test_setup.h"
 
 namespace isthmus::faults {
 namespace {

@@ -9,7 +9,7 @@
 #include <sstream>
 #include <thread>
 
-#include "tests/faults/room_robot.h"
+#include "tests/faults/harness/room_robot.h"
 
 namespace isthmus::faults {
 namespace {

@@ -1,7 +1,7 @@
 // kill -9 of the robots' programs, again and again.
 #pragma once
 
-#include "tests/faults/fleet.h"
+#include "tests/faults/harness/fleet.h"
 
 namespace isthmus::faults {
 

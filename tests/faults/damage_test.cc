@@ -1,9 +1,9 @@
 // Damaged folders: no crash, a report, and the rest is served.
-#include "tests/faults/damage.h"
+#include "tests/faults/harness/damage.h"
 
 #include <gtest/gtest.h>
 
-#include "tests/faults/test_setup.h"
+#include "tests/faults/harness/test_setup.h"
 
 namespace isthmus::faults {
 namespace {

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "tests/faults/client_kills.h"
-#include "tests/faults/damage.h"
 #include "tests/faults/full_disk.h"
+#include "tests/faults/harness/damage.h"
 #include "tests/faults/link_faults.h"
 #include "tests/faults/server_kills.h"
 

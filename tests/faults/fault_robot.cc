@@ -10,8 +10,8 @@
 #include <string>
 
 #include "client/library/client.h"
-#include "tests/faults/robot.h"
-#include "tests/faults/room_robot.h"
+#include "tests/faults/harness/robot.h"
+#include "tests/faults/harness/room_robot.h"
 
 namespace isthmus::faults {
 namespace {

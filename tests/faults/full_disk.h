@@ -1,7 +1,7 @@
 // A disk that is full for a while.
 #pragma once
 
-#include "tests/faults/fleet.h"
+#include "tests/faults/harness/fleet.h"
 
 namespace isthmus::faults {
 

@@ -8,12 +8,12 @@
 #include <random>
 #include <thread>
 
-#include "tests/faults/proxy.h"
+#include "tests/faults/harness/proxy.h"
 
 namespace isthmus::faults {
 namespace {
 
-constexpr double kStuckS = 120;
+constexpr double kBackFillS = 120;
 constexpr double kLiveS = 0.5;
 constexpr double kMaxFirstPoseS = 2;  // After the link's return.
 
@@ -60,8 +60,8 @@ class Spoiler {
     for (const auto& robot : fleet_.robots()) {
       const uint64_t behind = robot->pushed();
       while (!IsLive(*robot, behind, since_s)) {
-        if (NowS() > since_s + kStuckS) {
-          return report_.Break(absl::StrCat(name, ": back-fill not done after ", kStuckS, " s"));
+        if (NowS() > since_s + kBackFillS) {
+          return report_.Break(absl::StrCat(name, ": back-fill not done after ", kBackFillS, " s"));
         }
         Sleep(0.005);
       }

@@ -1,7 +1,7 @@
 // Robots on bad links: each behind a proxy of its own.
 #pragma once
 
-#include "tests/faults/fleet.h"
+#include "tests/faults/harness/fleet.h"
 
 namespace isthmus::faults {
 

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/faults/test_setup.h"
+#include "tests/faults/harness/test_setup.h"
 
 namespace isthmus::faults {
 namespace {

@@ -1,9 +1,9 @@
 // Two servers on one folder: the second refuses, and does no harm.
 #include <gtest/gtest.h>
 
-#include "tests/faults/answers.h"
-#include "tests/faults/damage.h"
-#include "tests/faults/test_setup.h"
+#include "tests/faults/harness/answers.h"
+#include "tests/faults/harness/damage.h"
+#include "tests/faults/harness/test_setup.h"
 
 namespace isthmus::faults {
 namespace {

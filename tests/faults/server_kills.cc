@@ -9,7 +9,7 @@
 namespace isthmus::faults {
 namespace {
 
-constexpr double kStuckS = 60;
+constexpr double kSilenceS = 60;
 
 class Killer {
  public:
@@ -35,8 +35,8 @@ class Killer {
   // After some acknowledgements, and a little more.
   bool WaitForMoment() {
     const uint64_t acks = std::uniform_int_distribution<uint64_t>(0, options_.max_acks)(random_);
-    if (!fleet_.acks().WaitFor(fleet_.acks().count() + acks, kStuckS)) {
-      report_.Break(absl::StrCat("no acknowledgements for ", kStuckS, " s: ", server_.Log()));
+    if (!fleet_.acks().WaitFor(fleet_.acks().count() + acks, kSilenceS)) {
+      report_.Break(absl::StrCat("no acknowledgements for ", kSilenceS, " s: ", server_.Log()));
       return false;
     }
     Delay(20'000);

@@ -1,7 +1,7 @@
 // kill -9 of the server, again and again, under robots that stream.
 #pragma once
 
-#include "tests/faults/fleet.h"
+#include "tests/faults/harness/fleet.h"
 
 namespace isthmus::faults {
 

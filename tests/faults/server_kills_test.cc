@@ -5,7 +5,7 @@
 
 #include <filesystem>
 
-#include "tests/faults/test_setup.h"
+#include "tests/faults/harness/test_setup.h"
 
 namespace isthmus::faults {
 namespace {

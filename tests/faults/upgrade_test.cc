@@ -4,11 +4,11 @@
 
 #include <filesystem>
 
-#include "storage/migrations.h"
-#include "storage/sqlite.h"
-#include "tests/faults/answers.h"
-#include "tests/faults/damage.h"
-#include "tests/faults/test_setup.h"
+#include "storage/sqlite/migrations.h"
+#include "storage/sqlite/sqlite.h"
+#include "tests/faults/harness/answers.h"
+#include "tests/faults/harness/damage.h"
+#include "tests/faults/harness/test_setup.h"
 
 namespace isthmus::faults {
 namespace {

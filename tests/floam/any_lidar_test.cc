@@ -9,8 +9,8 @@
 
 #include "floam/odometry.h"
 #include "floam/odometry_options.h"
-#include "floam/scan_frame.h"
-#include "floam/scan_image.h"
+#include "floam/scan/scan_frame.h"
+#include "floam/scan/scan_image.h"
 #include "tests/floam/room.h"
 
 namespace isthmus::floam {

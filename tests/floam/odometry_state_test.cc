@@ -12,9 +12,9 @@
 
 #include "floam/odometry.h"
 #include "floam/odometry_options.h"
-#include "floam/state_codec.h"
+#include "floam/state/state_codec.h"
+#include "floam/state/unfinished_submap.h"
 #include "floam/submap_builder.h"
-#include "floam/unfinished_submap.h"
 #include "tests/floam/building.h"
 
 namespace isthmus::floam {

@@ -7,7 +7,7 @@
 #include <limits>
 #include <vector>
 
-#include "floam/feature_map.h"
+#include "floam/match/feature_map.h"
 #include "floam/odometry_options.h"
 #include "tests/floam/odometry_drive.h"
 #include "tests/floam/room.h"

@@ -6,10 +6,10 @@
 #include <random>
 #include <vector>
 
-#include "floam/features.h"
+#include "floam/map/pole_search.h"
 #include "floam/odometry.h"
 #include "floam/odometry_options.h"
-#include "floam/pole_search.h"
+#include "floam/scan/features.h"
 #include "tests/floam/room.h"
 
 namespace isthmus::floam {
@@ -124,17 +124,17 @@ TEST(PoleSearch, SaysNothingOfTooFewPoles) {
   EXPECT_TRUE(MotionsOfPoles({pole, pole}, {pole, pole}, 0.1).empty());
 }
 
-struct Outcome {
+struct GroundOutcome {
   int lost = 0;
   double worst_m = 0, worst_rad = 0;
 };
 
 // Every nth scan, from the first, of a motion.
-Outcome Follow(const Room& room, const Motion& motion, int scans, int every = 1) {
+GroundOutcome Follow(const Room& room, const Motion& motion, int scans, int every = 1) {
   OdometryOptions options;
   options.undistort_cloud = false;
   Odometry odometry(*FindSensorModel("vlp16"), options);
-  Outcome outcome;
+  GroundOutcome outcome;
   Pose T_world_odom;
   for (int k = 0; k < scans; k += every) {
     const auto result = odometry.Process(MakeScan(room, motion, Sensor(), k));
@@ -156,7 +156,7 @@ TEST(OpenRoad, IsFollowedFromTheFirstScanAtAnySpeed) {
     for (const double yaw_rate : {0.0, 0.25}) {
       SCOPED_TRACE(::testing::Message() << speed << " m/s, " << yaw_rate << " rad/s");
       const Vector6d twist = (Vector6d() << speed, 0, 0, 0, 0, yaw_rate).finished();
-      const Outcome outcome = Follow(
+      const GroundOutcome outcome = Follow(
           road, [&](double time_s) { return Exp(time_s * twist); }, 25);
       EXPECT_EQ(outcome.lost, 0);
       EXPECT_LT(outcome.worst_m, 0.2 + 0.005 * 2.5 * speed);
@@ -166,7 +166,7 @@ TEST(OpenRoad, IsFollowedFromTheFirstScanAtAnySpeed) {
 }
 
 TEST(OpenRoad, IsFollowedFromStandingWithAcceleration) {
-  const Outcome outcome = Follow(
+  const GroundOutcome outcome = Follow(
       OpenRoad(),
       [](double time_s) {
         const double moving = std::max(0.0, time_s - 1);
@@ -180,7 +180,7 @@ TEST(OpenRoad, IsFollowedFromStandingWithAcceleration) {
 // Turning about a sensor that is mounted at a tilt: in its own frame it rolls and pitches as well.
 TEST(OpenRoad, IsFollowedByATiltedSensorThatTurns) {
   const Pose T_base_sensor = Pose::FromXyzRpy(0, 0, 0, 0.1, 0.25, 0.4);
-  const Outcome outcome = Follow(
+  const GroundOutcome outcome = Follow(
       OpenRoad(),
       [&](double time_s) {
         const double moving = std::max(0.0, time_s - 0.5);
@@ -195,11 +195,11 @@ TEST(OpenRoad, IsFollowedByATiltedSensorThatTurns) {
 
 TEST(KeyScans, AreFollowedOverGapsOfSecondsAndMetres) {
   const Motion loop = testing::Loop(1.2);
-  const Outcome indoors = Follow(
+  const GroundOutcome indoors = Follow(
       FurnishedRoom(), [&](double time_s) { return loop(time_s + 3); }, 160, 10);
   EXPECT_EQ(indoors.lost, 0);
   EXPECT_LT(indoors.worst_m, 0.1);
-  const Outcome outdoors = Follow(
+  const GroundOutcome outdoors = Follow(
       OpenRoad(), [](double time_s) { return Pose(Eigen::Vector3d(4 * time_s, 0, 0)); }, 120, 6);
   EXPECT_EQ(outdoors.lost, 0);
   EXPECT_LT(outdoors.worst_m, 0.3);

@@ -58,6 +58,8 @@ Scan MakeScanWithoutRings(const Room& room, const Motion& motion, const Pattern&
 // T_world_sensor at the END of scan `index`.
 Pose EndPose(const Motion& motion, const Sensor& sensor, int index);
 
+// At rest.
+inline Pose Still(double) { return Pose(); }
 // Once around an ellipse, `speed` m/s, looking ahead; at rest for the first half second and then
 // speeding up over one second.
 Motion Loop(double speed);

@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 """Holds the table "who may include whom" of docs/architecture.md true.
 
-Usage: check_includes.py ROOT
-Prints one line per violation and exits 1 if there is any.
+Usage: check_includes.py ROOT [--write]
+Prints one line per violation and exits 1 if there is any, or if the document shows another table.
+--write: writes the table into the document instead.
 """
 import pathlib
 import re
@@ -13,9 +14,11 @@ import sys
 STD_LIKE = {"eigen", "absl"}
 ALLOWED = {
     "core": (set(), STD_LIKE),
-    "core/codec": ({"core"}, STD_LIKE | {"zstd", "lzf", "openssl"}),
+    "core/io": ({"core"}, STD_LIKE | {"openssl"}),
+    "core/codec": ({"core", "core/io"}, STD_LIKE | {"zstd"}),
+    "core/formats": ({"core", "core/codec", "core/io"}, STD_LIKE | {"lzf"}),
     "floam": ({"core"}, STD_LIKE),
-    "storage": ({"core", "core/codec"}, STD_LIKE | {"sqlite", "zstd"}),
+    "storage": ({"core", "core/codec", "core/io"}, STD_LIKE | {"sqlite", "zstd"}),
     "server/ingest": ({"core", "core/codec", "floam"}, STD_LIKE),
     # An algorithm below the stages, for matching and the pipeline to use; no stage itself.
     "server/pose_graph": ({"core"}, STD_LIKE | {"ceres"}),
@@ -23,10 +26,10 @@ ALLOWED = {
     "server/match_graph": ({"core"}, STD_LIKE),
     "server/placement": ({"core", "server/pose_graph"}, STD_LIKE),
     "server/composition": ({"core"}, STD_LIKE | {"octomap"}),
-    "server/query": ({"core", "core/codec"}, STD_LIKE),
+    "server/query": ({"core", "core/formats"}, STD_LIKE),
     "server/pipeline": (
-        {"core", "core/codec", "floam", "storage", "server", "server/ingest", "server/matching",
-         "server/match_graph", "server/composition", "server/query", "server/pose_graph",
+        {"core", "core/codec", "core/io", "floam", "storage", "server", "server/ingest",
+         "server/matching", "server/match_graph", "server/composition", "server/query",
          "server/placement"},
         STD_LIKE,
     ),
@@ -35,23 +38,37 @@ ALLOWED = {
         {"core", "floam", "storage", "server/matching", "server/placement", "server/composition"},
         STD_LIKE,
     ),
-    "server/rpc": ({"api", "core", "core/codec", "server"}, STD_LIKE | {"grpc", "protobuf"}),
+    "server/rpc": (
+        {"api", "core", "core/codec", "core/io", "server"},
+        STD_LIKE | {"grpc", "protobuf"},
+    ),
     "server/main": (
-        {"core", "floam", "storage", "server", "server/rpc", "server/matching",
-         "server/placement", "server/composition"},
+        {"core", "storage", "server", "server/rpc"},
         STD_LIKE | {"yaml", "spdlog", "cli11"},
     ),
-    "client/library": ({"api", "core", "core/codec"}, STD_LIKE | {"grpc", "protobuf"}),
-    "client/readers": ({"core", "core/codec"}, STD_LIKE | {"json"}),
-    "client/simulation": ({"core", "core/codec"}, STD_LIKE | {"embree"}),
-    "client/evaluation": ({"core", "core/codec"}, STD_LIKE | {"png"}),
-    "client/examples": ({"core", "core/codec", "client/library"}, STD_LIKE),
+    "client/library": (
+        {"api", "core", "core/codec", "core/io"},
+        STD_LIKE | {"grpc", "protobuf"},
+    ),
+    "client/readers": ({"core", "core/codec", "core/formats", "core/io"}, STD_LIKE | {"json"}),
+    "client/simulation": ({"core", "core/codec", "core/formats", "core/io"}, STD_LIKE | {"embree"}),
+    "client/evaluation": ({"core", "core/io"}, STD_LIKE | {"png"}),
+    "client/examples": ({"core/formats", "client/library"}, STD_LIKE),
     # The offline commands run an embedded server, or an algorithm of it on a file.
     "client/cli": (
-        {"core", "core/codec", "floam", "storage", "server", "server/main", "server/pose_graph",
-         "server/rpc", "client/library", "client/readers", "client/simulation", "client/evaluation"},
+        {"core", "core/codec", "core/formats", "core/io", "storage", "server", "server/main",
+         "server/pose_graph", "server/rpc", "client/library", "client/readers",
+         "client/simulation", "client/evaluation"},
         STD_LIKE | {"json", "cli11"},
     ),
+}
+# A folder's subfolders, from the ground up: each may include those before it, and the folder's own
+# files any; what they may include of the folder's own files are its options alone, or in storage,
+# which begins with its interface, all.
+LEVELS = {
+    "floam": ["rings", "state", "scan", "map", "match", "relocalise", "track", "."],
+    "server/matching": ["registration", "search", "prepared", "paper", "pairs", "loops"],
+    "storage": [".", "records", "archive", "sqlite", "upkeep"],
 }
 # Only .cc files may include these, so that they never reach a neighbour's headers. A header named
 # after the library (pcl_cloud.h) may too; it is then itself for .cc files only.
@@ -76,6 +93,12 @@ THIRD_PARTY = [
     ("cli11", re.compile(r"^CLI/")),
     ("json", re.compile(r"^nlohmann/")),
 ]
+NAMES = {
+    "ceres": "Ceres", "pcl": "PCL", "octomap": "OctoMap", "sqlite": "SQLite", "zstd": "zstd",
+    "lzf": "lzf", "openssl": "OpenSSL", "fftw": "FFTW", "embree": "Embree", "png": "libpng",
+    "grpc": "gRPC", "protobuf": "Protobuf", "yaml": "yaml-cpp", "spdlog": "spdlog",
+    "cli11": "CLI11", "json": "nlohmann-json",
+}
 INCLUDE = re.compile(r'^\s*#\s*include\s*[<"]([^>"]+)[>"]')
 ROOTS = ("core", "floam", "storage", "server", "client")
 
@@ -100,6 +123,19 @@ def classify(include):
         if pattern.search(include):
             return ("third", family)
     return None
+
+
+def breaks_levels(folder, path, include):
+    """Whether `include` lies on a higher level of the folder than the file that includes it."""
+    levels = LEVELS.get(folder)
+    if levels is None or include.endswith("_options.h"):
+        return False
+
+    def level(file):
+        inside = file[len(folder) + 1:].split("/")
+        return levels.index(inside[0] if len(inside) > 1 else ".")
+
+    return level(include) > level(path)
 
 
 def is_adapter(header):
@@ -127,6 +163,8 @@ def check_file(root, path):
         place = f"{relative}:{number}"
         if kind == "own" and name != folder and name not in ours:
             problems.append(f"{place}: {folder} may not include {name}")
+        if kind == "own" and name == folder and breaks_levels(folder, relative, found.group(1)):
+            problems.append(f"{place}: {found.group(1)} lies on a higher level of {folder}")
         if kind == "third" and name not in families:
             problems.append(f"{place}: {folder} may not include {name}")
         if not path.name.endswith(".h"):
@@ -138,10 +176,39 @@ def check_file(root, path):
     return problems
 
 
+def table():
+    """The table as Markdown."""
+    lines = ["| folder | of ours | third party |", "|---|---|---|"]
+    for folder, (ours, families) in ALLOWED.items():
+        third = ", ".join(sorted((NAMES[f] for f in families - STD_LIKE), key=str.lower))
+        lines.append(f"| `{folder}/` | {', '.join(sorted(ours))} | {third} |")
+    for folder, levels in LEVELS.items():
+        steps = ", ".join("its own files" if step == "." else f"`{step}/`" for step in levels)
+        lines += ["", f"Inside `{folder}/`, each may include those before it: {steps}."]
+    return "\n".join(lines)
+
+
+def check_document(root, write):
+    """Problems of the table in the document; none where there is no document."""
+    document = root / "docs" / "architecture.md"
+    if not document.is_file():
+        return []
+    begin, end = "<!-- from tests/lint/check_includes.py -->\n", "\n<!-- end -->"
+    text = document.read_text(encoding="utf-8")
+    before, rest = text.split(begin)
+    shown, after = rest.split(end)
+    if write:
+        document.write_text(before + begin + table() + end + after, encoding="utf-8")
+    elif shown != table():
+        return ["docs/architecture.md: shows another table; run tests/lint/check_includes.py . --write"]
+    return []
+
+
 def main():
     root = pathlib.Path(sys.argv[1]).resolve()
     files = [f for top in ROOTS for f in sorted((root / top).rglob("*")) if f.suffix in (".h", ".cc")]
     problems = [problem for f in files for problem in check_file(root, f)]
+    problems += check_document(root, write="--write" in sys.argv[2:])
     print("\n".join(problems) if problems else f"{len(files)} files keep to the table")
     sys.exit(1 if problems or not files else 0)
 

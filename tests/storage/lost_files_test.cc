@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "core/codec/file_io.h"
-#include "storage/check_store.h"
-#include "storage/sqlite.h"
-#include "storage/sqlite_store.h"
+#include "core/io/file_io.h"
+#include "storage/sqlite/sqlite.h"
+#include "storage/sqlite/sqlite_store.h"
+#include "storage/upkeep/check_store.h"
 #include "tests/storage/temporary_folder.h"
 
 namespace isthmus::storage {
@@ -51,13 +51,13 @@ TEST_F(LostFilesTest, RefusesADatabaseThatWasCutOffAndKeepsItsLog) {
   ASSERT_TRUE((*killed)->Execute("PRAGMA user_version = 99").ok());
   killed->reset();
   std::filesystem::resize_file(folder_.database(), 0);
-  const std::string log = *codec::ReadFile(folder_.database() + "-wal");
+  const std::string log = *io::ReadFile(folder_.database() + "-wal");
   ASSERT_FALSE(log.empty());
   const absl::Status status = OpenSqliteStore(folder_.path()).status();
   EXPECT_EQ(status.code(), StatusCode::kDataLoss);
   EXPECT_THAT(std::string(status.message()), HasSubstr("cut off"));
   EXPECT_EQ(std::filesystem::file_size(folder_.database()), 0u);
-  EXPECT_EQ(*codec::ReadFile(folder_.database() + "-wal"), log);
+  EXPECT_EQ(*io::ReadFile(folder_.database() + "-wal"), log);
 }
 
 }  // namespace

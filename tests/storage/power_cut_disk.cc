@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "core/codec/file_io.h"
+#include "core/io/file_io.h"
 
 namespace isthmus::storage {
 namespace {
@@ -163,7 +163,7 @@ bool PowerCutDisk::TryOperation() {
 void PowerCutDisk::Open(const std::string& path) {
   std::lock_guard lock(mutex_);
   if (files_.count(path) > 0) return;
-  const auto bytes = codec::ReadFile(path);
+  const auto bytes = io::ReadFile(path);
   files_[path].synced = bytes.ok() ? *bytes : std::string();
 }
 
@@ -194,7 +194,7 @@ void PowerCutDisk::Restore() {
   for (auto& [path, file] : files_) {
     for (const Change& change : file.pending) Survive(change, file);
     file.pending.clear();
-    codec::WriteFile(path, file.synced).IgnoreError();
+    io::WriteFile(path, file.synced).IgnoreError();
     std::filesystem::remove(path + "-shm");  // Memory.
   }
   is_off_ = false;

@@ -4,8 +4,8 @@
 
 #include <thread>
 
-#include "storage/check_store.h"
-#include "storage/sqlite_store.h"
+#include "storage/sqlite/sqlite_store.h"
+#include "storage/upkeep/check_store.h"
 #include "tests/storage/power_cut_disk.h"
 #include "tests/storage/records.h"
 #include "tests/storage/temporary_folder.h"
@@ -13,10 +13,10 @@
 namespace isthmus::storage {
 namespace {
 
-constexpr int kWriters = 4;
+constexpr int kRobots = 4;
 constexpr uint32_t kScans = 3;  // Of a batch, whose number is that of its submap.
 
-SessionId SessionOf(int writer) { return SessionId("robot-" + std::to_string(writer)); }
+SessionId RobotsSession(int writer) { return SessionId("robot-" + std::to_string(writer)); }
 
 // One robot's view of the store.
 struct Writer {
@@ -25,7 +25,7 @@ struct Writer {
 };
 
 WriteBatch BatchOf(int writer, uint32_t number) {
-  const SessionId id = SessionOf(writer);
+  const SessionId id = RobotsSession(writer);
   WriteBatch batch{.sessions = {MakeSession(id.value())},
                    .submaps = {MakeSubmap(id.value(), number, 400)},
                    .anchors = {MakeAnchor(id.value(), number)}};
@@ -46,7 +46,7 @@ class PowerCutTest : public ::testing::Test {
       return;
     }
     std::vector<std::thread> threads;
-    for (int i = 0; i < kWriters; ++i) {
+    for (int i = 0; i < kRobots; ++i) {
       threads.emplace_back([&, i] {
         Writer& writer = writers_[i];
         for (uint32_t n = 0; n < batches; ++n) {
@@ -67,9 +67,9 @@ class PowerCutTest : public ::testing::Test {
     if (!store.ok()) return 0;
     uint32_t missing = 0;
     size_t anchors = 0;
-    for (int i = 0; i < kWriters; ++i) {
+    for (int i = 0; i < kRobots; ++i) {
       uint32_t present = 0;
-      const auto submaps = (*store)->ListSubmaps(SessionOf(i));
+      const auto submaps = (*store)->ListSubmaps(RobotsSession(i));
       if (submaps.ok()) {
         present = static_cast<uint32_t>(submaps->size());
         // In order, none left out: none can be there without those before.
@@ -77,7 +77,7 @@ class PowerCutTest : public ::testing::Test {
         if (present > 0) {
           EXPECT_TRUE((*store)->GetSubmap(submaps->back().id).ok());
         }
-        EXPECT_EQ((*store)->GetTrajectory(SessionOf(i))->size(), kScans * present);
+        EXPECT_EQ((*store)->GetTrajectory(RobotsSession(i))->size(), kScans * present);
       }
       anchors += present;
       EXPECT_LE(present, writers_[i].next);
@@ -108,7 +108,7 @@ class PowerCutTest : public ::testing::Test {
 
   TemporaryFolder folder_;
   PowerCutDisk disk_{5};
-  Writer writers_[kWriters];
+  Writer writers_[kRobots];
 };
 
 TEST_F(PowerCutTest, AcknowledgedBatchesSurviveWhole) {

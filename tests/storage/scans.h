@@ -12,7 +12,7 @@
 
 #include "core/codec/payload_builder.h"
 #include "core/scan_upload.h"
-#include "storage/scan_reader.h"
+#include "storage/archive/scan_reader.h"
 
 namespace isthmus::storage {
 

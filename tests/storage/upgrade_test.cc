@@ -3,10 +3,10 @@
 
 #include <cmath>
 
-#include "storage/migrations.h"
-#include "storage/pose_codec.h"
-#include "storage/sqlite_store.h"
-#include "storage/submap_codec.h"
+#include "storage/records/pose_codec.h"
+#include "storage/records/submap_codec.h"
+#include "storage/sqlite/migrations.h"
+#include "storage/sqlite/sqlite_store.h"
 #include "tests/storage/records.h"
 #include "tests/storage/temporary_folder.h"
 

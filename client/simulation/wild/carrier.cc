@@ -5,10 +5,10 @@
 #include <numbers>
 #include <utility>
 
+#include "core/geometry/angles.h"
+
 namespace isthmus::simulation::wild {
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 struct Range {
   double low, high;
@@ -37,7 +37,8 @@ Habits HabitsOf(Gait gait) {
 // How the sensor is fixed: level, or at a tilt of up to 20 degrees to any side.
 Pose Mounting(double height_m, Gait gait, Random& random) {
   const double side = random.Uniform(0, 2 * std::numbers::pi);
-  const double tilt = (random.Chance(0.4) ? random.Uniform(0, 2) : random.Uniform(0, 20)) * kDegree;
+  const double tilt =
+      (random.Chance(0.4) ? random.Uniform(0, 2) : random.Uniform(0, 20)) * kRadPerDeg;
   const double yaw =
       random.Chance(0.6) ? 0.02 * random.Normal() : random.Uniform(0, 2 * std::numbers::pi);
   const double ahead = gait == Gait::kCar ? random.Uniform(-1, 1) : random.Uniform(-0.2, 0.2);

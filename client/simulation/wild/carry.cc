@@ -3,11 +3,10 @@
 #include <numbers>
 
 #include "client/simulation/wild/carrier.h"
+#include "core/geometry/angles.h"
 
 namespace isthmus::simulation::wild {
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 // How a carrier shakes: along x, y, z and about them.
 struct Shaking {
@@ -41,13 +40,13 @@ Shaking Shakes(const Carrier& carrier, Random& random) {
     shaking.moved[axis] = axis == 2 && bob_m > 0
                               ? Oscillation(strength * bob_m, 0.9 * step_hz, 1.1 * step_hz, random)
                               : Oscillation(strength * upright * sway_m, low_hz, high_hz, random);
-    shaking.turned[axis] = Oscillation(strength * sway_deg * kDegree * random.Uniform(0.5, 1),
+    shaking.turned[axis] = Oscillation(strength * sway_deg * kRadPerDeg * random.Uniform(0.5, 1),
                                        low_hz, high_hz, random);
   }
   const double rattle = random.Chance(0.5) ? 0 : random.Unit();
   const bool wheels = carrier.gait == Gait::kWheels || carrier.gait == Gait::kCar;
   for (int i = 0; i < 6; ++i) {
-    const double rms = i < 3 ? 0.0003 : 0.06 * kDegree;
+    const double rms = i < 3 ? 0.0003 : 0.06 * kRadPerDeg;
     shaking.rattle[i] = Oscillation(wheels ? rattle * rms : 0.2 * rattle * rms, 6, 25, random);
   }
   return shaking;

@@ -5,10 +5,10 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/geometry/angles.h"
+
 namespace isthmus::simulation::wild {
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 // Nothing in half of all drives; else mostly little.
 double Strength(double most, Random& random) {
@@ -21,11 +21,11 @@ double Strength(double most, Random& random) {
 void AddShades(const Carrier& carrier, Random& random, Effects* effects) {
   const auto any = [&] { return static_cast<float>(random.Uniform(-1, 1) * std::numbers::pi); };
   if (carrier.gait == Gait::kHand && carrier.height_m < 1.7) {
-    const auto half = static_cast<float>(random.Uniform(20, 40) * kDegree);
+    const auto half = static_cast<float>(random.Uniform(20, 40) * kRadPerDeg);
     effects->shades.push_back({any(), half, 1.2f, static_cast<float>(random.Uniform(0.3, 0.7))});
   } else if (random.Chance(0.3)) {
     for (int i = 1 + random.Index(3); i > 0; --i) {
-      const auto half = static_cast<float>(random.Uniform(0.5, 15) * kDegree);
+      const auto half = static_cast<float>(random.Uniform(0.5, 15) * kRadPerDeg);
       const auto highest = random.Chance(0.5) ? 1.5f : -0.1f;
       const auto range = static_cast<float>(random.Uniform(0, 1.5));
       effects->shades.push_back({any(), half, highest, range < 0.3f ? 0 : range});
@@ -46,11 +46,11 @@ Faults DrawFaults(const Carrier& carrier, Random& random) {
   effects.dust = Strength(0.5, random);
   effects.foliage = random.Uniform(0, 0.7);
   effects.glass = random.Uniform(0.05, 1);
-  effects.blooming_rad = Strength(2 * kDegree, random);
+  effects.blooming_rad = Strength(2 * kRadPerDeg, random);
   effects.mixed = random.Uniform(0, 0.8);
   effects.packet_loss = random.Chance(0.6) ? 0 : Strength(0.05, random);
   effects.ring_range_sigma_m = Strength(0.03, random);
-  effects.ring_angle_sigma_rad = Strength(0.12 * kDegree, random);
+  effects.ring_angle_sigma_rad = Strength(0.12 * kRadPerDeg, random);
   effects.stamp_jitter_s = Strength(0.01, random);
   effects.clock_drift = (random.Chance(0.5) ? 1 : -1) * Strength(2e-4, random);
   AddShades(carrier, random, &effects);
@@ -61,7 +61,7 @@ Faults DrawFaults(const Carrier& carrier, Random& random) {
   tell(effects.dust, 0, "dust");
   tell(effects.packet_loss, 0, "packet loss");
   tell(effects.ring_range_sigma_m, 0.005, "rings m");
-  tell(effects.ring_angle_sigma_rad / kDegree, 0.02, "rings deg");
+  tell(effects.ring_angle_sigma_rad / kRadPerDeg, 0.02, "rings deg");
   tell(effects.stamp_jitter_s, 0.001, "jitter s");
   tell(static_cast<double>(effects.shades.size()), 0, "shades");
   return faults;

@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "client/simulation/mesh.h"
 #include "client/simulation/random.h"
 #include "client/simulation/route.h"
+#include "client/simulation/sensors/mesh.h"
 #include "client/simulation/wild/carrier.h"
 #include "client/simulation/wild/path.h"
 

@@ -7,8 +7,6 @@
 namespace isthmus::simulation::wild {
 namespace {
 
-constexpr double kTurn = 2 * std::numbers::pi;
-
 Eigen::Vector3d Level(double angle) { return {std::cos(angle), std::sin(angle), 0}; }
 
 }  // namespace
@@ -20,7 +18,7 @@ void AddTube(const Eigen::Vector3d& from, const Eigen::Vector3d& to, double radi
       std::abs(axis.z()) < 0.9 ? Eigen::Vector3d::UnitZ() : Eigen::Vector3d::UnitX();
   const Eigen::Vector3d u = axis.cross(any).normalized(), v = axis.cross(u);
   const auto rim = [&](int i) -> Eigen::Vector3d {
-    const double angle = kTurn * i / sides;
+    const double angle = (2 * std::numbers::pi) * i / sides;
     return std::cos(angle) * u + std::sin(angle) * v;
   };
   for (int i = 0; i < sides; ++i) {
@@ -47,8 +45,8 @@ void AddFoliage(const Eigen::Vector3d& center, const Eigen::Vector3d& radii, int
 void AddTree(const Eigen::Vector3d& foot, const Tree& tree, Random& random, Mesh* mesh) {
   const double height_m = tree.height_m, bare_m = tree.bare_m;
   const double lean = 0.06 * random.Normal();
-  const Eigen::Vector3d top =
-      foot + Eigen::Vector3d(0, 0, height_m) + lean * height_m * Level(random.Uniform(0, kTurn));
+  const Eigen::Vector3d top = foot + Eigen::Vector3d(0, 0, height_m) +
+                              lean * height_m * Level(random.Uniform(0, (2 * std::numbers::pi)));
   const Eigen::Vector3d root = foot - Eigen::Vector3d(0, 0, 0.5);
   AddTube(root, top, tree.radius_m, tree.radius_m * 0.35, 10, Material::kWood, mesh);
   const int boughs = random.Index(5);
@@ -57,7 +55,7 @@ void AddTree(const Eigen::Vector3d& foot, const Tree& tree, Random& random, Mesh
     const double up = std::max(random.Uniform(crown_from / 2, 1), (bare_m + 0.4) / height_m);
     if (up > 1) continue;
     const Eigen::Vector3d at = foot + up * (top - foot);
-    const double out = random.Uniform(0.5, 2.5), to = random.Uniform(0, kTurn);
+    const double out = random.Uniform(0.5, 2.5), to = random.Uniform(0, (2 * std::numbers::pi));
     const Eigen::Vector3d tip =
         at + out * Level(to) + Eigen::Vector3d(0, 0, random.Uniform(-0.3, 1));
     AddTube(at, tip, 0.05, 0.02, 4, Material::kWood, mesh);
@@ -74,7 +72,9 @@ void AddBush(const Eigen::Vector3d& foot, double radius_m, int leaves, Random& r
   AddFoliage(foot + Eigen::Vector3d(0, 0, tall * 0.8), {radius_m, radius_m, tall}, leaves,
              random.Uniform(0.06, 0.16), random, mesh);
   for (int i = random.Index(4); i > 0; --i) {
-    AddTube(foot, foot + tall * (0.5 * Level(random.Uniform(0, kTurn)) + Eigen::Vector3d::UnitZ()),
+    AddTube(foot,
+            foot + tall * (0.5 * Level(random.Uniform(0, (2 * std::numbers::pi))) +
+                           Eigen::Vector3d::UnitZ()),
             0.03, 0.01, 4, Material::kWood, mesh);
   }
 }
@@ -84,8 +84,9 @@ void AddBoulder(const Eigen::Vector3d& center, double radius_m, Random& random, 
   const Rock rock(radius_m, 0.35 * radius_m, 2, 0.5, random);
   const auto at = [&](int ring, int side) -> Eigen::Vector3d {
     const double up = std::numbers::pi * ring / kRings;
-    const Eigen::Vector3d out = std::sin(up) * Level(kTurn * (side % kSides) / kSides) -
-                                std::cos(up) * Eigen::Vector3d::UnitZ();
+    const Eigen::Vector3d out =
+        std::sin(up) * Level((2 * std::numbers::pi) * (side % kSides) / kSides) -
+        std::cos(up) * Eigen::Vector3d::UnitZ();
     return center + (radius_m + rock.At(center + radius_m * out)) * out;
   };
   for (int ring = 0; ring < kRings; ++ring) {
@@ -147,7 +148,7 @@ void AddHouse(const Eigen::Vector3d& base, const Eigen::Vector3d& size, double y
   const Eigen::Vector3d deep(0, 0, 2);  // On a slope its walls go down into the ground.
   mesh->AddBox(base - deep, size + deep, yaw,
                random.Chance(0.5) ? Material::kPlaster : Material::kStone);
-  const Eigen::Vector3d x = Level(yaw), y = Level(yaw + kTurn / 4);
+  const Eigen::Vector3d x = Level(yaw), y = Level(yaw + (2 * std::numbers::pi) / 4);
   const double eaves = random.Uniform(0.2, 0.8), gable = random.Uniform(0, 0.5) * size.y();
   const Eigen::Vector3d along = (size.x() / 2 + eaves) * x, out = (size.y() / 2 + eaves) * y;
   const Eigen::Vector3d top = base + Eigen::Vector3d(0, 0, size.z());

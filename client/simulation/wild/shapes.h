@@ -4,8 +4,8 @@
 #include <Eigen/Geometry>
 #include <vector>
 
-#include "client/simulation/mesh.h"
 #include "client/simulation/random.h"
+#include "client/simulation/sensors/mesh.h"
 #include "client/simulation/wild/path.h"
 #include "client/simulation/wild/terrain.h"
 

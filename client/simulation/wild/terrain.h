@@ -5,8 +5,8 @@
 #include <functional>
 #include <vector>
 
-#include "client/simulation/mesh.h"
 #include "client/simulation/random.h"
+#include "client/simulation/sensors/mesh.h"
 #include "client/simulation/wild/path.h"
 
 namespace isthmus::simulation::wild {

@@ -6,8 +6,8 @@
 namespace isthmus::simulation::wild {
 namespace {
 
-constexpr double kAlong = 0.05;  // Metres between entries of the speeds.
-constexpr double kStep = 0.1;    // Seconds between entries of the table.
+constexpr double kAlong = 0.05;     // Metres between entries of the speeds.
+constexpr double kTableStep = 0.1;  // Seconds between entries of the table.
 
 // The speeds that are allowed every kAlong metres, with zeros where it stops.
 std::vector<double> Speeds(const Path& path, const Carrier& carrier, double begin_m, size_t count,
@@ -56,8 +56,8 @@ Timetable::Timetable(const Path& path, const Carrier& carrier, double begin_m, d
     }
     const double then = now + 2 * kAlong / (speeds[i] + speeds[i + 1]);
     const double acceleration = (speeds[i + 1] - speeds[i]) / (then - now);
-    while (static_cast<double>(s_.size()) * kStep < then) {
-      const double dt = static_cast<double>(s_.size()) * kStep - now;
+    while (static_cast<double>(s_.size()) * kTableStep < then) {
+      const double dt = static_cast<double>(s_.size()) * kTableStep - now;
       const double since = dt < 0 ? 0 : speeds[i] * dt + acceleration * dt * dt / 2;
       s_.push_back(begin_m + static_cast<double>(i) * kAlong + since);
     }
@@ -67,7 +67,7 @@ Timetable::Timetable(const Path& path, const Carrier& carrier, double begin_m, d
 
 Timetable::State Timetable::At(double seconds) const {
   // A uniform cubic B-spline of the table: it smooths accelerations over a fifth of a second.
-  const double u = std::max(seconds, 0.0) / kStep;
+  const double u = std::max(seconds, 0.0) / kTableStep;
   const auto i = static_cast<int64_t>(u);
   const double t = u - static_cast<double>(i), r = 1 - t;
   const auto last = static_cast<int64_t>(s_.size()) - 1;
@@ -82,8 +82,9 @@ Timetable::State Timetable::At(double seconds) const {
             6;
   state.speed_mps =
       (-r * r * a + (3 * t * t - 4 * t) * b + (-3 * t * t + 2 * t + 1) * c + t * t * d) /
-      (2 * kStep);
-  state.acceleration_mps2 = (r * a + (3 * t - 2) * b + (1 - 3 * t) * c + t * d) / (kStep * kStep);
+      (2 * kTableStep);
+  state.acceleration_mps2 =
+      (r * a + (3 * t - 2) * b + (1 - 3 * t) * c + t * d) / (kTableStep * kTableStep);
   return state;
 }
 

@@ -9,8 +9,8 @@
 
 #include "core/codec/payload_builder.h"
 #include "core/codec/payload_layout.h"
-#include "core/codec/pcd.h"
-#include "core/codec/tum.h"
+#include "core/formats/pcd.h"
+#include "core/formats/tum.h"
 #include "tests/client/cli/program.h"
 
 namespace isthmus::cli {
@@ -45,8 +45,8 @@ TEST(ReadMergeInputs, NamesRobotsAfterFilesAndKeepsTheViewpoint) {
   const std::vector<std::string> files = {folder + "/first floor.pcd", folder + "/b.pcd",
                                           folder + "/other/b.pcd"};
   for (const std::string& file : files) {
-    ASSERT_TRUE(codec::WritePcd(file, codec::MakePayload(Cloud{{1, 2, 3, 4}}),
-                                codec::PcdEncoding::kAscii, viewpoint)
+    ASSERT_TRUE(formats::WritePcd(file, codec::MakePayload(Cloud{{1, 2, 3, 4}}),
+                                  formats::PcdEncoding::kAscii, viewpoint)
                     .ok());
   }
   const auto inputs = ReadMergeInputs(files);
@@ -71,11 +71,11 @@ TEST(ReadMergeInputs, ATrajectoryBesideTheMapTellsWhatWasSeenFromWhere) {
   cloud.push_back({3, 0.02f, 0.02f, 0});
   cloud.push_back({7, 0.02f, 0.02f, 0});
   ASSERT_TRUE(
-      codec::WritePcd(folder + "/a.pcd", codec::MakePayload(cloud), codec::PcdEncoding::kBinary)
+      formats::WritePcd(folder + "/a.pcd", codec::MakePayload(cloud), formats::PcdEncoding::kBinary)
           .ok());
-  ASSERT_TRUE(codec::WriteTum(folder + "/a.tum", {{1, Pose()},
-                                                  {2, Pose(Eigen::Vector3d(0.1, 0, 0))},
-                                                  {3, Pose(Eigen::Vector3d(10, 0, 0))}})
+  ASSERT_TRUE(formats::WriteTum(folder + "/a.tum", {{1, Pose()},
+                                                    {2, Pose(Eigen::Vector3d(0.1, 0, 0))},
+                                                    {3, Pose(Eigen::Vector3d(10, 0, 0))}})
                   .ok());
   const auto inputs = ReadMergeInputs({folder + "/a.pcd"});
   ASSERT_TRUE(inputs.ok()) << inputs.status();

@@ -10,8 +10,8 @@
 
 #include "client/simulation/simulator.h"
 #include "core/codec/payload_builder.h"
-#include "core/codec/pcd.h"
-#include "core/codec/tum.h"
+#include "core/formats/pcd.h"
+#include "core/formats/tum.h"
 #include "tests/client/cli/program.h"
 
 namespace isthmus::cli {
@@ -89,7 +89,8 @@ std::string WriteWall(const std::string& path, float y) {
     for (int k = 0; k < 20; ++k) cloud.push_back({i * 0.02f, y, k * 0.1f, 1});
   }
   EXPECT_TRUE(
-      codec::WritePcd(path, codec::MakePayload(cloud), codec::PcdEncoding::kBinaryCompressed).ok());
+      formats::WritePcd(path, codec::MakePayload(cloud), formats::PcdEncoding::kBinaryCompressed)
+          .ok());
   return path;
 }
 
@@ -127,10 +128,10 @@ void WriteMap(const simulation::Simulator& simulator, int robot, const std::stri
       cloud.push_back({q.x(), q.y(), q.z(), p.intensity});
     }
   }
-  ASSERT_TRUE(codec::WritePcd(stem + ".pcd", codec::MakePayload(cloud),
-                              codec::PcdEncoding::kBinaryCompressed)
+  ASSERT_TRUE(formats::WritePcd(stem + ".pcd", codec::MakePayload(cloud),
+                                formats::PcdEncoding::kBinaryCompressed)
                   .ok());
-  ASSERT_TRUE(codec::WriteTum(stem + ".tum", trajectory).ok());
+  ASSERT_TRUE(formats::WriteTum(stem + ".tum", trajectory).ok());
 }
 
 Pose PoseOf(const json& pose) {
@@ -183,7 +184,7 @@ TEST_F(MuseumMaps, AreMergedWhereTheyBelongAndWithoutSensorPosesOnlyWhenAskedFor
   EXPECT_TRUE(Report()["lacking"].empty());
   EXPECT_EQ(Report()["pairs"][0]["accepted"], true);
   ExpectRight(Report()["pairs"][0], 0.15, 0.01);
-  const auto merged = codec::ReadPcd(folder_ + "/merged.pcd");
+  const auto merged = formats::ReadPcd(folder_ + "/merged.pcd");
   ASSERT_TRUE(merged.ok()) << merged.status();
   EXPECT_GT(merged->payload.width, 10'000u);
 

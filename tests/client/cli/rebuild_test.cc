@@ -9,7 +9,7 @@
 #include "client/simulation/simulator.h"
 #include "core/codec/payload_builder.h"
 #include "server/pipeline.h"
-#include "storage/scan_segment.h"
+#include "storage/archive/scan_segment.h"
 #include "tests/client/cli/program.h"
 
 namespace isthmus::cli {

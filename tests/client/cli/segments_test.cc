@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "client/cli/embedded_server.h"
-#include "core/codec/tum.h"
+#include "core/formats/tum.h"
 #include "tests/client/cli/program.h"
 
 namespace isthmus::cli {
@@ -53,7 +53,7 @@ class SegmentsTest : public testing::Test {
 std::string* SegmentsTest::folder_ = nullptr;
 
 size_t PosesIn(const std::string& file) {
-  const auto poses = codec::ReadTum(file);
+  const auto poses = formats::ReadTum(file);
   return poses.ok() ? poses->size() : 0;
 }
 

@@ -9,8 +9,8 @@
 
 #include "client/cli/embedded_server.h"
 #include "core/codec/payload_builder.h"
-#include "core/codec/pcd.h"
-#include "core/codec/tum.h"
+#include "core/formats/pcd.h"
+#include "core/formats/tum.h"
 #include "tests/client/cli/program.h"
 
 namespace isthmus::cli {
@@ -78,8 +78,8 @@ TEST_F(ServerCommandsTest, PushReportsEveryScanAndFinishesTheSession) {
 TEST_F(ServerCommandsTest, APartOfAFolderKeepsItsStamps) {
   ASSERT_EQ(Ask("push --robot part --from 10 --to 14 " + Path("robot_0")).code, 0);
   ASSERT_EQ(Ask("trajectory part --frame odom -o " + Path("part.tum")).code, 0);
-  const auto part = codec::ReadTum(Path("part.tum"));
-  const auto truth = codec::ReadTum(Path("robot_0.truth.tum"));
+  const auto part = formats::ReadTum(Path("part.tum"));
+  const auto truth = formats::ReadTum(Path("robot_0.truth.tum"));
   ASSERT_TRUE(part.ok() && truth.ok());
   ASSERT_EQ(part->size(), 5u);
   EXPECT_EQ(part->front().stamp_ns, truth->at(10).stamp_ns);
@@ -89,8 +89,8 @@ TEST_F(ServerCommandsTest, ScansThatCannotBeUsedAreNamedAndTheOthersGoOn) {
   fs::create_directories(Path("mixed"));
   fs::copy_file(Path("robot_0/000000.pcd"), Path("mixed/0.pcd"));
   std::ofstream(Path("mixed/1.pcd")) << "no PCD at all";
-  ASSERT_TRUE(codec::WritePcd(Path("mixed/2.pcd"), codec::MakePayload(Cloud(50, {1, 1, 1, 0})),
-                              codec::PcdEncoding::kBinary)
+  ASSERT_TRUE(formats::WritePcd(Path("mixed/2.pcd"), codec::MakePayload(Cloud(50, {1, 1, 1, 0})),
+                                formats::PcdEncoding::kBinary)
                   .ok());
   fs::copy_file(Path("robot_0/000001.pcd"), Path("mixed/3.pcd"));
   const ProgramResult result = Ask("push --robot mixed --sensor vlp16 --json " + Path("mixed"));
@@ -105,8 +105,8 @@ TEST_F(ServerCommandsTest, ScansThatCannotBeUsedAreNamedAndTheOthersGoOn) {
 
 TEST_F(ServerCommandsTest, OnlyUselessScansGiveFive) {
   fs::create_directories(Path("useless"));
-  ASSERT_TRUE(codec::WritePcd(Path("useless/0.pcd"), codec::MakePayload(Cloud(50, {1, 1, 1, 0})),
-                              codec::PcdEncoding::kBinary)
+  ASSERT_TRUE(formats::WritePcd(Path("useless/0.pcd"), codec::MakePayload(Cloud(50, {1, 1, 1, 0})),
+                                formats::PcdEncoding::kBinary)
                   .ok());
   const ProgramResult result = Ask("push --robot useless --sensor vlp16 " + Path("useless"));
   EXPECT_EQ(result.code, 5);
@@ -175,7 +175,7 @@ TEST_F(ServerCommandsTest, AnAnchorMovesTheMapToItsPlace) {
                 .code,
             0);
   ASSERT_EQ(Ask("trajectory anchored -o " + Path("anchored.tum")).code, 0);
-  const auto trajectory = codec::ReadTum(Path("anchored.tum"));
+  const auto trajectory = formats::ReadTum(Path("anchored.tum"));
   ASSERT_TRUE(trajectory.ok() && !trajectory->empty());
   EXPECT_LT((trajectory->front().pose.translation() - Eigen::Vector3d(100, 50, 2)).norm(), 0.05);
   EXPECT_NEAR(trajectory->front().pose.Yaw(), std::acos(0.0), 0.01);
@@ -221,8 +221,8 @@ TEST_F(ServerCommandsTest, TheMapCanBeReadInEveryForm) {
     EXPECT_EQ(summary["size"], fs::file_size(file)) << format;
   }
   ASSERT_EQ(Ask("query --sphere 0,0,0,5 -o " + Path("near.pcd")).code, 0);
-  const auto near = codec::ReadPcd(Path("near.pcd"));
-  const auto whole = codec::ReadPcd(Path("map.pcd"));
+  const auto near = formats::ReadPcd(Path("near.pcd"));
+  const auto whole = formats::ReadPcd(Path("map.pcd"));
   ASSERT_TRUE(near.ok() && whole.ok()) << near.status() << whole.status();
   EXPECT_GT(near->payload.width, 0u);
   EXPECT_LT(near->payload.width, whole->payload.width);

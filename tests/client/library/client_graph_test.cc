@@ -8,6 +8,7 @@
 
 #include "client/library/client.h"
 #include "server/rpc/server.h"
+#include "tests/client/library/poses.h"
 #include "tests/server/rpc/fake_pipeline.h"
 
 namespace isthmus::client {
@@ -15,12 +16,6 @@ namespace {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
-
-const Pose kPose = Pose::FromXyzRpy(1, -2, 3, 0.1, -0.2, 2.5);
-
-void ExpectEqual(const Pose& a, const Pose& b) {
-  EXPECT_TRUE(a.Matrix().isApprox(b.Matrix(), 1e-12)) << a.Matrix() << "\n" << b.Matrix();
-}
 
 class ClientGraphTest : public testing::Test {
  protected:
@@ -54,7 +49,7 @@ RevisionInfo Info(int64_t revision) {
   return info;
 }
 
-void ExpectEqual(const RevisionInfo& a, const RevisionInfo& b) {
+void ExpectEqualInfo(const RevisionInfo& a, const RevisionInfo& b) {
   EXPECT_EQ(a.revision, b.revision);
   EXPECT_EQ(a.stamp_ns, b.stamp_ns);
   EXPECT_EQ(a.cause, b.cause);
@@ -99,8 +94,8 @@ TEST_F(ClientGraphTest, RevisionsAreReadInFull) {
   ASSERT_TRUE(revisions.ok()) << revisions.status();
   EXPECT_EQ(pipeline_.asked_limit, 2);
   ASSERT_EQ(revisions->size(), 2u);
-  ExpectEqual(revisions->at(0), Info(9));
-  ExpectEqual(revisions->at(1), Info(8));
+  ExpectEqualInfo(revisions->at(0), Info(9));
+  ExpectEqualInfo(revisions->at(1), Info(8));
   ASSERT_TRUE(client_->ListRevisions().ok());
   EXPECT_EQ(pipeline_.asked_limit, 100);
 }
@@ -130,7 +125,7 @@ TEST_F(ClientGraphTest, ALargeDifferenceComesInOneAnswer) {
   EXPECT_EQ(read->from, 4);
   EXPECT_EQ(read->to, 9);
   ASSERT_EQ(read->revisions.size(), 2u);
-  ExpectEqual(read->revisions[1], Info(5));
+  ExpectEqualInfo(read->revisions[1], Info(5));
   ASSERT_EQ(read->moves.size(), 2500u);
   const SubmapMove& moved = read->moves[2400];
   EXPECT_EQ(moved.submap.index, 2400u);

@@ -7,8 +7,8 @@
 #include <optional>
 
 #include "client/library/client.h"
-#include "core/codec/file_io.h"
 #include "core/codec/payload_builder.h"
+#include "core/io/file_io.h"
 #include "tests/client/library/fake_server.h"
 
 namespace isthmus::client {
@@ -115,7 +115,7 @@ TEST(ClientExport, AFileAppearsWholeAndVerified) {
   const auto summary = ConnectTo(server)->ExportToFile({}, path);
   ASSERT_TRUE(summary.ok()) << summary.status();
   EXPECT_EQ(summary->size, server.map.file.size());
-  EXPECT_EQ(*codec::ReadFile(path), server.map.file);
+  EXPECT_EQ(*io::ReadFile(path), server.map.file);
   EXPECT_FALSE(std::filesystem::exists(path + ".part"));
 }
 
@@ -125,7 +125,7 @@ TEST(ClientExport, DamagedAndTruncatedExportsAreFetchedAgain) {
   server.map.truncated = 1;
   const std::string path = Scratch("again.pcd");
   ASSERT_TRUE(ConnectTo(server)->ExportToFile({}, path).ok());
-  EXPECT_EQ(*codec::ReadFile(path), server.map.file);
+  EXPECT_EQ(*io::ReadFile(path), server.map.file);
   EXPECT_EQ(server.map.exports, 3);
 }
 
@@ -136,7 +136,7 @@ TEST(ClientExport, ADamagedExportNeverReplacesAFile) {
   std::ofstream(path) << "older map";
   const absl::Status status = ConnectTo(server)->ExportToFile({}, path).status();
   EXPECT_TRUE(absl::IsDataLoss(status)) << status;
-  EXPECT_EQ(*codec::ReadFile(path), "older map");
+  EXPECT_EQ(*io::ReadFile(path), "older map");
   EXPECT_FALSE(std::filesystem::exists(path + ".part"));
 }
 

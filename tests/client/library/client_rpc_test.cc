@@ -9,18 +9,13 @@
 #include "client/library/client.h"
 #include "core/codec/payload_builder.h"
 #include "server/rpc/server.h"
+#include "tests/client/library/poses.h"
 #include "tests/server/rpc/fake_pipeline.h"
 
 namespace isthmus::client {
 namespace {
 
 using testing::ElementsAre;
-
-const Pose kPose = Pose::FromXyzRpy(1, -2, 3, 0.1, -0.2, 2.5);
-
-void ExpectEqual(const Pose& a, const Pose& b) {
-  EXPECT_TRUE(a.Matrix().isApprox(b.Matrix(), 1e-12)) << a.Matrix() << "\n" << b.Matrix();
-}
 
 class ClientRpcTest : public testing::Test {
  protected:

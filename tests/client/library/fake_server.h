@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "core/codec/crc32c.h"
+#include "core/io/crc32c.h"
 #include "isthmus/v1/graph_service.grpc.pb.h"
 #include "isthmus/v1/map_service.grpc.pb.h"
 #include "isthmus/v1/session_service.grpc.pb.h"
@@ -82,8 +82,7 @@ class FakeSessions final : public v1::SessionService::Service {
       --spoil_uploads;
       data[0] ^= 1;
     }
-    if (data.size() != header.size() ||
-        codec::Crc32c(data.data(), data.size()) != header.crc32c()) {
+    if (data.size() != header.size() || io::Crc32c(data.data(), data.size()) != header.crc32c()) {
       return {grpc::StatusCode::DATA_LOSS, "crc32c differs"};
     }
     return grpc::Status::OK;
@@ -145,7 +144,7 @@ class FakeMap final : public v1::MapService::Service {
     part.set_data(file.substr(file.size() / 2));
     part.set_last(true);
     part.set_size(file.size());
-    part.set_crc32c(codec::Crc32c(file.data(), file.size()));
+    part.set_crc32c(io::Crc32c(file.data(), file.size()));
     writer->Write(part);
     return grpc::Status::OK;
   }

@@ -13,7 +13,7 @@ namespace {
 
 constexpr int kScans = 5;
 
-std::string PayloadOf(uint64_t sequence) {
+std::string DottedPayload(uint64_t sequence) {
   return "scan " + std::to_string(sequence) + std::string(sequence, '.');
 }
 
@@ -25,7 +25,7 @@ class SpoolSegmentTest : public testing::Test {
     EXPECT_TRUE(segment.ok()) << segment.status();
     ends->push_back((*segment)->bytes());
     for (uint64_t i = 7; i < 7 + kScans; ++i) {
-      EXPECT_TRUE((*segment)->Append(i, static_cast<int64_t>(10 * i), PayloadOf(i)).ok());
+      EXPECT_TRUE((*segment)->Append(i, static_cast<int64_t>(10 * i), DottedPayload(i)).ok());
       ends->push_back((*segment)->bytes());
     }
     return ReadFile(path_);
@@ -57,7 +57,7 @@ TEST_F(SpoolSegmentTest, WhatWasWrittenIsFoundAndRead) {
     EXPECT_EQ(scan.end_stamp_ns, static_cast<int64_t>(10 * scan.sequence));
     const auto payload = segment->Read(scan);
     ASSERT_TRUE(payload.ok());
-    EXPECT_EQ(*payload, PayloadOf(scan.sequence));
+    EXPECT_EQ(*payload, DottedPayload(scan.sequence));
   }
 }
 
@@ -96,7 +96,7 @@ TEST_F(SpoolSegmentTest, AFlippedByteCostsAtMostItsOwnScan) {
     for (const SpooledScan& scan : contents->scans) {
       const auto payload = (*segment)->Read(scan);
       ASSERT_TRUE(payload.ok());
-      EXPECT_EQ(*payload, PayloadOf(scan.sequence));
+      EXPECT_EQ(*payload, DottedPayload(scan.sequence));
     }
   }
 }
@@ -105,16 +105,16 @@ TEST_F(SpoolSegmentTest, AFullDiskLeavesNothingHalfWritten) {
   FailingDisk disk;
   auto segment = SpoolSegment::Create(path_, {"owner", 7, 0}, disk.calls());
   ASSERT_TRUE(segment.ok());
-  ASSERT_TRUE((*segment)->Append(7, 70, PayloadOf(7)).ok());
+  ASSERT_TRUE((*segment)->Append(7, 70, DottedPayload(7)).ok());
   const std::string before = ReadFile(path_);
   for (size_t room = 0; room < 40; ++room) {
     disk.room = room;  // So many bytes still fit.
-    const auto scan = (*segment)->Append(8, 80, PayloadOf(8));
+    const auto scan = (*segment)->Append(8, 80, DottedPayload(8));
     ASSERT_TRUE(absl::IsResourceExhausted(scan.status())) << scan.status();
     EXPECT_EQ(ReadFile(path_), before);
   }
   disk.room.reset();
-  EXPECT_TRUE((*segment)->Append(8, 80, PayloadOf(8)).ok());
+  EXPECT_TRUE((*segment)->Append(8, 80, DottedPayload(8)).ok());
   EXPECT_EQ((*segment)->Find(true)->scans.size(), 2u);
 }
 

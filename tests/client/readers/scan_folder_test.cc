@@ -8,7 +8,7 @@
 #include <fstream>
 
 #include "core/codec/payload_builder.h"
-#include "core/codec/pcd.h"
+#include "core/formats/pcd.h"
 
 namespace isthmus::readers {
 namespace {
@@ -34,8 +34,9 @@ class ScanFolderTest : public testing::Test {
   void AddPcd(const std::string& name, uint16_t highest_ring, bool has_ring = true) {
     std::vector<ScanPoint> points(2);
     points[1].ring = highest_ring;
-    ASSERT_TRUE(codec::WritePcd(root_ / "scans" / name, codec::MakePayload(points, has_ring, false),
-                                codec::PcdEncoding::kBinary)
+    ASSERT_TRUE(formats::WritePcd(root_ / "scans" / name,
+                                  codec::MakePayload(points, has_ring, false),
+                                  formats::PcdEncoding::kBinary)
                     .ok());
   }
   void Write(const std::string& name, const std::string& text) {

@@ -1,4 +1,4 @@
-#include "client/simulation/effects.h"
+#include "client/simulation/sensors/effects.h"
 
 #include <gtest/gtest.h>
 
@@ -13,15 +13,15 @@
 namespace isthmus::simulation {
 namespace {
 
-constexpr Noise kExact{0, 0, 0};
+constexpr Noise kNoNoise{0, 0, 0};
 
 // Standing in the middle of a square room of 20 m with something in it.
-Simulator InRoom(const Effects& effects, const std::function<void(Mesh*)>& furnish = {}) {
+Simulator WithEffects(const Effects& effects, const std::function<void(Mesh*)>& furnish = {}) {
   World world;
   world.mesh.AddBox(Eigen::Vector3d::Zero(), {20, 20, 8}, 0, Material::kPlaster);
   if (furnish) furnish(&world.mesh);
   Options options;
-  options.noise = kExact;
+  options.noise = kNoNoise;
   options.effects = effects;
   const Pose standing(Eigen::Vector3d(0, 0, 2));
   return Simulator(std::move(world), {[standing](double) { return standing; }}, *MakeLidar("vlp16"),
@@ -48,13 +48,13 @@ bool IsAhead(const ScanPoint& p) { return std::abs(p.y) < 2 && p.z > -1.5f && p.
 
 TEST(Effects, NoneChangeNothing) {
   EXPECT_FALSE(Effects().Disturb());
-  const Scan scan = InRoom({}).MakeScan(0, 4);
+  const Scan scan = WithEffects({}).MakeScan(0, 4);
   EXPECT_EQ(scan.points.size(), MakeLidar("vlp16")->firings.size());
-  EXPECT_EQ(scan.end_stamp_ns, InRoom({}).Truth(0, 4).stamp_ns);
+  EXPECT_EQ(scan.end_stamp_ns, WithEffects({}).Truth(0, 4).stamp_ns);
 }
 
 TEST(Effects, RainIsSeenNearBefore) {
-  const Scan dry = InRoom({}).MakeScan(0, 0), wet = InRoom({.rain = 0.1}).MakeScan(0, 0);
+  const Scan dry = WithEffects({}).MakeScan(0, 0), wet = WithEffects({.rain = 0.1}).MakeScan(0, 0);
   const auto nearer = [](const auto& a, const auto& b) { return Range(b) < Range(a) - 1e-3f; };
   const double share = Count(dry, wet, nearer) / static_cast<double>(dry.points.size());
   EXPECT_GT(share, 0.05);
@@ -62,7 +62,8 @@ TEST(Effects, RainIsSeenNearBefore) {
 }
 
 TEST(Effects, DustHidesASide) {
-  const Scan clear = InRoom({}).MakeScan(0, 0), dusty = InRoom({.dust = 0.5}).MakeScan(0, 0);
+  const Scan clear = WithEffects({}).MakeScan(0, 0),
+             dusty = WithEffects({.dust = 0.5}).MakeScan(0, 0);
   EXPECT_LT(dusty.points.size(), clear.points.size());
   EXPECT_GT(dusty.points.size(), clear.points.size() / 2);
   const auto near = [](const ScanPoint& p) { return Range(p) < 5; };
@@ -75,9 +76,9 @@ void AddPane(Mesh* mesh) {
 }
 
 TEST(Effects, GlassPassesOrMirrors) {
-  const Scan solid = InRoom({}, AddPane).MakeScan(0, 0);
-  const Scan clear = InRoom({.glass = 1e-6}, AddPane).MakeScan(0, 0);
-  const Scan mirror = InRoom({.glass = 1}, AddPane).MakeScan(0, 0);
+  const Scan solid = WithEffects({}, AddPane).MakeScan(0, 0);
+  const Scan clear = WithEffects({.glass = 1e-6}, AddPane).MakeScan(0, 0);
+  const Scan mirror = WithEffects({.glass = 1}, AddPane).MakeScan(0, 0);
   const auto on_pane = [](const ScanPoint& p) { return std::abs(p.x - 5) < 1e-3; };
   const auto behind = [](const ScanPoint& p) { return std::abs(p.x - 10) < 1e-2; };
   const auto image = [](const ScanPoint& p) { return p.x > 10.1f; };  // Behind the wall.
@@ -102,8 +103,8 @@ TEST(Effects, FoliageIsHitInPart) {
                     Material::kLeaves);
     }
   };
-  const Scan whole = InRoom({}, hedge).MakeScan(0, 0);
-  const Scan part = InRoom({.foliage = 1}, hedge).MakeScan(0, 0);
+  const Scan whole = WithEffects({}, hedge).MakeScan(0, 0);
+  const Scan part = WithEffects({.foliage = 1}, hedge).MakeScan(0, 0);
   const auto within = [](const ScanPoint& p) { return IsAhead(p) && p.x > 4.02f && p.x < 4.48f; };
   EXPECT_EQ(std::count_if(whole.points.begin(), whole.points.end(), within), 0);
   EXPECT_GT(std::count_if(part.points.begin(), part.points.end(), within), 300);
@@ -117,8 +118,8 @@ TEST(Effects, RetroReflectorsBloom) {
     return std::count_if(scan.points.begin(), scan.points.end(),
                          [](const ScanPoint& p) { return IsAhead(p) && p.x > 4.5f && p.x < 5.1f; });
   };
-  const auto plain = on_sign(InRoom({}, sign).MakeScan(0, 0));
-  const auto blooming = on_sign(InRoom({.blooming_rad = 0.05}, sign).MakeScan(0, 0));
+  const auto plain = on_sign(WithEffects({}, sign).MakeScan(0, 0));
+  const auto blooming = on_sign(WithEffects({.blooming_rad = 0.05}, sign).MakeScan(0, 0));
   EXPECT_GT(plain, 10);
   EXPECT_GT(blooming, 2 * plain);
 }
@@ -130,13 +131,13 @@ TEST(Effects, EdgesHavePointsBetween) {
       return p.x > 9.3f && p.x < 9.95f && std::abs(p.y) < 0.7f;
     });
   };
-  EXPECT_EQ(between(InRoom({}, post).MakeScan(0, 0)), 0);
-  EXPECT_GT(between(InRoom({.mixed = 1}, post).MakeScan(0, 0)), 5);
+  EXPECT_EQ(between(WithEffects({}, post).MakeScan(0, 0)), 0);
+  EXPECT_GT(between(WithEffects({.mixed = 1}, post).MakeScan(0, 0)), 5);
 }
 
 TEST(Effects, RingsAreOffByAsMuchAsSaid) {
-  const Scan exact = InRoom({}).MakeScan(0, 0);
-  const Scan off = InRoom({.ring_range_sigma_m = 0.02}).MakeScan(0, 0);
+  const Scan exact = WithEffects({}).MakeScan(0, 0);
+  const Scan off = WithEffects({.ring_range_sigma_m = 0.02}).MakeScan(0, 0);
   ASSERT_EQ(off.points.size(), exact.points.size());
   std::vector<double> by_ring(16), first(16, NAN);
   double squares = 0;
@@ -148,7 +149,7 @@ TEST(Effects, RingsAreOffByAsMuchAsSaid) {
   }
   for (const double by : first) squares += by * by;
   EXPECT_NEAR(std::sqrt(squares / 16), 0.02, 0.01);
-  const Scan askew = InRoom({.ring_angle_sigma_rad = 0.002}).MakeScan(0, 0);
+  const Scan askew = WithEffects({.ring_angle_sigma_rad = 0.002}).MakeScan(0, 0);
   const auto differs = [](const auto& a, const auto& b) {
     return std::abs(Range(a) - Range(b)) > 1e-3f;
   };
@@ -156,7 +157,7 @@ TEST(Effects, RingsAreOffByAsMuchAsSaid) {
 }
 
 TEST(Effects, PacketsAreLostWhole) {
-  const Scan scan = InRoom({.packet_loss = 0.3}).MakeScan(0, 0);
+  const Scan scan = WithEffects({.packet_loss = 0.3}).MakeScan(0, 0);
   const size_t all = MakeLidar("vlp16")->firings.size(), lost = all - scan.points.size();
   EXPECT_NEAR(static_cast<double>(lost) / static_cast<double>(all), 0.3, 0.12);
   EXPECT_EQ(lost % 16, 0u);
@@ -165,7 +166,7 @@ TEST(Effects, PacketsAreLostWhole) {
 TEST(Effects, ShadesAreInTheSensorsFrame) {
   Effects effects;
   effects.shades = {{1, 0.2f, 1.5f, 0.6f}, {-1, 0.2f, 1.5f, 0}};
-  const Scan scan = InRoom(effects).MakeScan(0, 0);
+  const Scan scan = WithEffects(effects).MakeScan(0, 0);
   for (const ScanPoint& p : scan.points) {
     const double azimuth = std::atan2(p.y, p.x);
     ASSERT_GT(std::abs(azimuth + 1), 0.199);
@@ -176,7 +177,7 @@ TEST(Effects, ShadesAreInTheSensorsFrame) {
 }
 
 TEST(Effects, StampsJitterAndDrift) {
-  const Simulator simulator = InRoom({.stamp_jitter_s = 0.01, .clock_drift = 1e-3});
+  const Simulator simulator = WithEffects({.stamp_jitter_s = 0.01, .clock_drift = 1e-3});
   double least = 1, most = 0;
   for (int i = 0; i < 100; ++i) {
     const double late =

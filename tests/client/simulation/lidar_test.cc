@@ -1,4 +1,4 @@
-#include "client/simulation/lidar.h"
+#include "client/simulation/sensors/lidar.h"
 
 #include <gtest/gtest.h>
 
@@ -9,10 +9,10 @@
 #include <set>
 #include <utility>
 
+#include "core/geometry/angles.h"
+
 namespace isthmus::simulation {
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 double Azimuth(const Firing& firing) {
   return std::atan2(firing.direction.y(), firing.direction.x());
@@ -107,7 +107,7 @@ TEST(Lidar, Vlp32LooksClosestAroundTheHorizon) {
   const Lidar lidar = *MakeLidar("vlp32");
   std::vector<double> elevations(32);
   for (size_t i = 0; i < 32; ++i) {
-    elevations[lidar.firings[i].ring] = Elevation(lidar.firings[i]) / kDegree;
+    elevations[lidar.firings[i].ring] = Elevation(lidar.firings[i]) / kRadPerDeg;
   }
   EXPECT_NEAR(elevations[0], -25, 1e-3);
   EXPECT_NEAR(elevations[20], 0, 1e-3);
@@ -123,12 +123,12 @@ TEST(Lidar, SolidLooksAheadRowByRow) {
   ASSERT_EQ(lidar.firings.size(), 24000u);
   for (size_t i = 0; i < lidar.firings.size(); ++i) {
     const Firing& firing = lidar.firings[i];
-    ASSERT_LT(std::abs(Azimuth(firing)), 60.01 * kDegree);
-    ASSERT_LT(std::abs(Elevation(firing)), 45.01 * kDegree);
+    ASSERT_LT(std::abs(Azimuth(firing)), 60.01 * kRadPerDeg);
+    ASSERT_LT(std::abs(Elevation(firing)), 45.01 * kRadPerDeg);
     if (i == 0) continue;
     const Firing& before = lidar.firings[i - 1];
     if (i % 240 == 0) {
-      ASSERT_LT(Elevation(firing), Elevation(before) - 0.5 * kDegree);
+      ASSERT_LT(Elevation(firing), Elevation(before) - 0.5 * kRadPerDeg);
     } else {
       ASSERT_NEAR(Elevation(firing), Elevation(before), 1e-5);
       ASSERT_LT(Azimuth(firing), Azimuth(before));
@@ -140,8 +140,8 @@ TEST(Lidar, SolidLooksAheadRowByRow) {
 std::set<std::pair<int, int>> Cells(const std::vector<Firing>& firings, size_t begin, size_t end) {
   std::set<std::pair<int, int>> cells;
   for (size_t i = begin; i < end; ++i) {
-    cells.emplace(std::lround(Azimuth(firings[i]) / (3 * kDegree)),
-                  std::lround(Elevation(firings[i]) / (3 * kDegree)));
+    cells.emplace(std::lround(Azimuth(firings[i]) / (3 * kRadPerDeg)),
+                  std::lround(Elevation(firings[i]) / (3 * kRadPerDeg)));
   }
   return cells;
 }
@@ -150,8 +150,8 @@ TEST(Lidar, Mid360LooksAllRoundAtAnyTime) {
   const Lidar lidar = *MakeLidar("mid360");
   ASSERT_EQ(lidar.firings.size(), 20000u);
   for (const Firing& firing : lidar.firings) {
-    ASSERT_GT(Elevation(firing), -7.01 * kDegree);
-    ASSERT_LT(Elevation(firing), 52.01 * kDegree);
+    ASSERT_GT(Elevation(firing), -7.01 * kRadPerDeg);
+    ASSERT_LT(Elevation(firing), 52.01 * kRadPerDeg);
   }
   const size_t all = Cells(lidar.firings, 0, 20000).size();
   EXPECT_GT(all, 2300u);
@@ -167,9 +167,9 @@ TEST(Lidar, Mid70LooksAheadAlongARosette) {
     const Eigen::Vector3f& direction = lidar.firings[i].direction;
     widest = std::max(widest, std::acos(std::min(1.0, double{direction.x()})));
     if (i == 0) continue;
-    ASSERT_LT((direction - lidar.firings[i - 1].direction).norm(), 0.6 * kDegree);
+    ASSERT_LT((direction - lidar.firings[i - 1].direction).norm(), 0.6 * kRadPerDeg);
   }
-  EXPECT_NEAR(widest, 35.2 * kDegree, 0.2 * kDegree);
+  EXPECT_NEAR(widest, 35.2 * kRadPerDeg, 0.2 * kRadPerDeg);
 }
 
 TEST(Lidar, NonRepeatingPatternsFillWhatOneScanLeavesOut) {

@@ -3,12 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <numbers>
+
+#include "core/geometry/angles.h"
 
 namespace isthmus::simulation {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
 const Pose kPlace = Pose::FromXyzRpy(3, -2, 0.8, 0.02, -0.03, 2.5);
 
 TEST(StandStill, StaysWhereItIs) {
@@ -17,12 +17,12 @@ TEST(StandStill, StaysWhereItIs) {
 }
 
 TEST(SpinInPlace, StandsThenTurnsAboutItsOwnAxis) {
-  const Motion motion = SpinInPlace(kPlace, 60 * kDegree, 2, 1);
+  const Motion motion = SpinInPlace(kPlace, 60 * kRadPerDeg, 2, 1);
   EXPECT_EQ(motion(2).Matrix(), kPlace.Matrix());
   for (double t = 0; t < 40; t += 0.37) {
     EXPECT_LT((motion(t).translation() - kPlace.translation()).norm(), 1e-12);
     const Vector6d twist = Log(motion(t).Inverse() * motion(t + 1e-3)) / 1e-3;
-    const double rate = std::clamp(t + 5e-4 - 2, 0.0, 1.0) * 60 * kDegree;
+    const double rate = std::clamp(t + 5e-4 - 2, 0.0, 1.0) * 60 * kRadPerDeg;
     EXPECT_NEAR(twist[5], rate, 2e-3) << t;
     EXPECT_LT(twist.head<5>().norm(), 1e-9) << t;
   }

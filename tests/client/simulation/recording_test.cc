@@ -5,10 +5,10 @@
 
 #include <filesystem>
 
-#include "core/codec/file_io.h"
-#include "core/codec/pcd.h"
 #include "core/codec/scan_decoder.h"
-#include "core/codec/tum.h"
+#include "core/formats/pcd.h"
+#include "core/formats/tum.h"
+#include "core/io/file_io.h"
 
 namespace isthmus::simulation {
 namespace {
@@ -40,7 +40,7 @@ TEST_F(Recording, FilesHoldWhatTheSimulatorMade) {
 
   for (const int robot : {0, 1}) {
     const std::string name = dir_ + "/robot_" + std::to_string(robot);
-    const auto file = codec::ReadPcd(name + "/000003.pcd");
+    const auto file = formats::ReadPcd(name + "/000003.pcd");
     ASSERT_TRUE(file.ok()) << file.status();
     const auto read = codec::DecodeScan(file->payload, 4, 0);
     ASSERT_TRUE(read.ok()) << read.status();
@@ -54,12 +54,12 @@ TEST_F(Recording, FilesHoldWhatTheSimulatorMade) {
       // The decoder takes the last return for the end of the turn.
       ASSERT_NEAR(a.time - read->points[0].time, b.time - made.points[0].time, 1e-6);
     }
-    const auto truth = codec::ReadTum(name + ".truth.tum");
+    const auto truth = formats::ReadTum(name + ".truth.tum");
     ASSERT_TRUE(truth.ok()) << truth.status();
     ASSERT_EQ(truth->size(), 5u);
     EXPECT_EQ((*truth)[3].stamp_ns, made.end_stamp_ns);
     EXPECT_LT(Log((*truth)[3].pose.Inverse() * simulator->Truth(robot, 3).pose).norm(), 1e-6);
-    EXPECT_THAT(*codec::ReadFile(name + "/times.txt"),
+    EXPECT_THAT(*io::ReadFile(name + "/times.txt"),
                 HasSubstr("1600000000.100000000\n1600000000.200000000\n"));
   }
 }
@@ -71,7 +71,7 @@ TEST_F(Recording, JsonSaysWhatItIs) {
   options.seed = 7;
   const auto summary = Record(options, dir_);
   ASSERT_TRUE(summary.ok()) << summary.status();
-  const std::string json = *codec::ReadFile(dir_ + "/simulation.json");
+  const std::string json = *io::ReadFile(dir_ + "/simulation.json");
   EXPECT_THAT(json, HasSubstr("\"world\": \"twins\""));
   EXPECT_THAT(json, HasSubstr("\"seed\": 7"));
   // Two closed rooms apart share nothing; a robot shares everything with itself.
@@ -80,7 +80,7 @@ TEST_F(Recording, JsonSaysWhatItIs) {
 
 TEST_F(Recording, FailsWithAnErrorWhereNothingCanBeWritten) {
   std::filesystem::create_directories(dir_);
-  ASSERT_TRUE(codec::WriteFile(dir_ + "/file", "x").ok());
+  ASSERT_TRUE(io::WriteFile(dir_ + "/file", "x").ok());
   Options options;
   options.seconds = 0.1;
   const auto summary = Record(options, dir_ + "/file/below");

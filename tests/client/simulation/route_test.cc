@@ -6,7 +6,7 @@
 #include <numbers>
 #include <tuple>
 
-#include "client/simulation/ray_caster.h"
+#include "client/simulation/sensors/ray_caster.h"
 
 namespace isthmus::simulation {
 namespace {

@@ -7,8 +7,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "client/simulation/cars.h"
-#include "client/simulation/walkers.h"
+#include "client/simulation/worlds/cars.h"
+#include "client/simulation/worlds/walkers.h"
 
 namespace isthmus::simulation {
 namespace {

@@ -8,7 +8,7 @@
 #include <numbers>
 #include <set>
 
-#include "client/simulation/ray_caster.h"
+#include "client/simulation/sensors/ray_caster.h"
 #include "client/simulation/wild/path.h"
 
 namespace isthmus::simulation {

@@ -1,11 +1,11 @@
-#include "client/simulation/world.h"
+#include "client/simulation/worlds/world.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "client/simulation/ray_caster.h"
+#include "client/simulation/sensors/ray_caster.h"
 
 namespace isthmus::simulation {
 namespace {

@@ -14,15 +14,15 @@ namespace {
 using ::testing::HasSubstr;
 using enum ScalarType;
 
-constexpr int kPoints = 1000;
+constexpr int kTimedPoints = 1000;
 constexpr double kTurn_s = 0.1;
 constexpr int64_t kStamp_ns = 1'700'000'000'123'456'789;
 
 // The part [from, to] of a turn, as seconds since the turn's start.
 std::vector<double> Part(double from, double to) {
   std::vector<double> times;
-  for (int i = 0; i < kPoints; ++i) {
-    const double fraction = static_cast<double>(i) / (kPoints - 1);
+  for (int i = 0; i < kTimedPoints; ++i) {
+    const double fraction = static_cast<double>(i) / (kTimedPoints - 1);
     if (fraction >= from && fraction <= to) times.push_back(fraction * kTurn_s);
   }
   return times;

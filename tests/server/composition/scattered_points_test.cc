@@ -21,7 +21,7 @@ using ::testing::IsSupersetOf;
 
 constexpr size_t kNoLimit = size_t{1} << 30;
 const KeepOn kToTheEnd = [] { return true; };
-const Box kRoom = MakeBox({-25, -15, -1}, {25, 15, 3});
+const Box kHall = MakeBox({-25, -15, -1}, {25, 15, 3});
 const Box kCounty = MakeBox({-5000, -5000, 0}, {5000, 5000, 10});
 
 std::vector<WeightedPoint> RandomWeighted(unsigned seed, int count, const Box& box) {
@@ -80,7 +80,7 @@ TEST(SortByTile, IsWhatLookingAtEachPointGives) {
   const VoxelGrid grid(0.1);
   const TileLayout layout(5, 0.1);
   const Pose T_map_submap = Pose::FromXyzRpy(100, -30, 1, 0.02, 0.01, 2);
-  const std::vector<WeightedPoint> points = RandomWeighted(1, 5000, kRoom);
+  const std::vector<WeightedPoint> points = RandomWeighted(1, 5000, kHall);
   std::map<TileKey, std::vector<uint32_t>> expected;
   const Placer place(T_map_submap);
   for (uint32_t i = 0; i < points.size(); ++i) {
@@ -107,7 +107,7 @@ TEST(SortByTile, KeepsTheFullestTiles) {
   const VoxelGrid grid(0.1);
   const TileLayout layout(20, 0.1);
   std::vector<WeightedPoint> points = RandomWeighted(2, 5000, kCounty);
-  const auto room = RandomWeighted(3, 2000, kRoom);
+  const auto room = RandomWeighted(3, 2000, kHall);
   for (size_t i = 0; i < room.size(); ++i) points.insert(points.begin() + 2 * i, room[i]);
   const PointsByTile all = *SortByTile(room, 0, Pose(), grid, layout, kNoLimit, kToTheEnd);
   const PointsByTile sorted = *SortByTile(points, 0, Pose(), grid, layout, 16, kToTheEnd);
@@ -131,7 +131,7 @@ TEST(SortByTile, TakesNoLongerForManyTiles) {
 TEST(ScatteredPoints, OneSubmapLiesOnAnEighthOfTheTilesAtMost) {
   std::mt19937 rng(5);
   auto points = RandomPoints(&rng, 20'000, kCounty);
-  const auto room = RandomPoints(&rng, 3000, kRoom);
+  const auto room = RandomPoints(&rng, 3000, kHall);
   points.insert(points.end(), room.begin(), room.end());
   Composer composer({.max_tiles = 160});
   const auto map = Compose(&composer, 1, {MakeSubmap("mallory", 3, points)});
@@ -145,7 +145,7 @@ TEST(ScatteredPoints, OneSubmapLiesOnAnEighthOfTheTilesAtMost) {
 // Strewn over many submaps each of which is within its limit.
 TEST(ScatteredPoints, ManySubmapsDoNotTakeTheOthersTiles) {
   std::mt19937 rng(6);
-  std::vector<LaidSubmap> submaps{MakeSubmap("alice", 0, RandomPoints(&rng, 3000, kRoom))};
+  std::vector<LaidSubmap> submaps{MakeSubmap("alice", 0, RandomPoints(&rng, 3000, kHall))};
   Composer alone({.max_tiles = 400});
   const auto expected = ReadAll(*Compose(&alone, 1, submaps));
   for (uint32_t i = 0; i < 40; ++i) {

@@ -14,8 +14,8 @@
 #include <vector>
 
 #include "core/executor.h"
-#include "floam/state_codec.h"
-#include "floam/unfinished_submap.h"
+#include "floam/state/state_codec.h"
+#include "floam/state/unfinished_submap.h"
 #include "server/ingest/session_worker.h"
 
 namespace isthmus::ingest::testing {

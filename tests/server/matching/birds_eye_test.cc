@@ -1,19 +1,18 @@
-#include "server/matching/birds_eye.h"
+#include "server/matching/search/birds_eye.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "server/matching/birds_eye_image.h"
-#include "server/matching/fft_correlator.h"
-#include "server/matching/gravity.h"
-#include "server/matching/placement.h"
+#include "core/geometry/angles.h"
+#include "server/matching/search/birds_eye_image.h"
+#include "server/matching/search/fft_correlator.h"
+#include "server/matching/search/gravity.h"
+#include "server/matching/search/placement.h"
 #include "tests/server/matching/scene.h"
 
 namespace isthmus::matching {
 namespace {
-
-constexpr double kDegree = M_PI / 180;
 
 // Two robots in one gallery, their start frames far apart and tilted, sharing the middle.
 class BirdsEyeTest : public ::testing::Test {
@@ -39,7 +38,7 @@ TEST_F(BirdsEyeTest, PutsTheRightPlaceFirst) {
   ASSERT_FALSE(candidates.empty());
   const Pose error = T_a_b().Inverse() * candidates[0].T_a_b;
   EXPECT_LT(error.translation().norm(), 0.6);
-  EXPECT_LT(RotationAngle(error), 2.5 * kDegree);
+  EXPECT_LT(RotationAngle(error), 2.5 * kRadPerDeg);
   EXPECT_EQ(candidates[0].source, "birds_eye");
   ASSERT_EQ(stages.size(), 1u);
   EXPECT_EQ(stages[0].stage, "birds_eye");
@@ -50,7 +49,7 @@ TEST_F(BirdsEyeTest, FindsAMapOnItself) {
   const auto candidates = SearchBirdsEye(map_a_, map_a_, BirdsEyeOptions(), nullptr);
   ASSERT_FALSE(candidates.empty());
   EXPECT_LT(candidates[0].T_a_b.translation().norm(), 0.3);
-  EXPECT_LT(RotationAngle(candidates[0].T_a_b), 1 * kDegree);
+  EXPECT_LT(RotationAngle(candidates[0].T_a_b), 1 * kRadPerDeg);
 }
 
 TEST_F(BirdsEyeTest, CandidatesAreOrderedLimitedAndRepeatable) {
@@ -92,7 +91,7 @@ TEST_F(BirdsEyeTest, MapsThatSpreadFarAreSearchedCoarsely) {
   ASSERT_FALSE(a_cells.walls.empty());
   EXPECT_LT(std::pow(2 * (a_cells.radius + b_cells.radius) / cell, 2), 4.2e6);
   BirdsEyeOptions options;
-  options.yaw_step_rad = 45 * kDegree;
+  options.yaw_step_rad = 45 * kRadPerDeg;
   for (const Candidate& candidate : SearchBirdsEye(a, b, options, nullptr)) {
     EXPECT_TRUE(candidate.T_a_b.IsFinite());
   }
@@ -114,7 +113,7 @@ TEST_F(BirdsEyeTest, LevelsTiltedMaps) {
   // World's up in odom, and back to level.
   const Eigen::Vector3d up_odom = T_world_a().rotation().inverse() * Eigen::Vector3d::UnitZ();
   const Eigen::Vector3d up_level = walls.T_level_odom().rotation() * up_odom;
-  EXPECT_LT(std::acos(up_level.z()), 0.5 * kDegree);
+  EXPECT_LT(std::acos(up_level.z()), 0.5 * kRadPerDeg);
   // The sensor drives 1 m above the floor.
   for (const Eigen::Vector3f& sensor : walls.sensors()) {
     EXPECT_NEAR(sensor.z() - walls.ground().Height(sensor.x(), sensor.y()), 1.0, 0.15);

@@ -1,4 +1,4 @@
-#include "server/matching/correspondence.h"
+#include "server/matching/paper/correspondence.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

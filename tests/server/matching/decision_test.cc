@@ -1,4 +1,4 @@
-#include "server/matching/decision.h"
+#include "server/matching/pairs/decision.h"
 
 #include <gtest/gtest.h>
 

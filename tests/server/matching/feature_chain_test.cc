@@ -1,4 +1,4 @@
-#include "server/matching/feature_chain.h"
+#include "server/matching/paper/feature_chain.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

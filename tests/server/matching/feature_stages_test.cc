@@ -6,11 +6,11 @@
 #include <limits>
 #include <memory>
 
-#include "server/matching/fpfh.h"
-#include "server/matching/harris.h"
-#include "server/matching/normals.h"
-#include "server/matching/outlier_removal.h"
-#include "server/matching/voxel_filter.h"
+#include "server/matching/paper/fpfh.h"
+#include "server/matching/paper/harris.h"
+#include "server/matching/paper/normals.h"
+#include "server/matching/paper/outlier_removal.h"
+#include "server/matching/registration/voxel_filter.h"
 #include "tests/server/matching/scene.h"
 
 namespace isthmus::matching {

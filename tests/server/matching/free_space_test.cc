@@ -1,4 +1,4 @@
-#include "server/matching/free_space.h"
+#include "server/matching/prepared/free_space.h"
 
 #include <gtest/gtest.h>
 

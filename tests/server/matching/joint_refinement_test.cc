@@ -1,18 +1,17 @@
-#include "server/matching/joint_refinement.h"
+#include "server/matching/pairs/joint_refinement.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <memory>
 
-#include "server/matching/hypothesis.h"
-#include "server/matching/matcher.h"
+#include "core/geometry/angles.h"
+#include "server/matching/pairs/hypothesis.h"
+#include "server/matching/pairs/matcher.h"
 #include "tests/server/matching/scene.h"
 
 namespace isthmus::matching {
 namespace {
-
-constexpr double kDegree = M_PI / 180;
 
 Pose T_world_a() { return Pose::FromXyzRpy(3, 3, 1, 0, 0, 0.4); }
 Pose T_world_b() { return Pose::FromXyzRpy(27, 8, 1, 0, 0, -2.0); }
@@ -74,7 +73,7 @@ class JointRefinementTest : public testing::Test {
 
 TEST_F(JointRefinementTest, PutsDriftedSubmapsWhereTheyBelong) {
   const SessionMap drifted =
-      Drifted(map_b_, Pose::FromXyzRpy(0.08, -0.05, 0.01, 0, 0, 0.6 * kDegree));
+      Drifted(map_b_, Pose::FromXyzRpy(0.08, -0.05, 0.01, 0, 0, 0.6 * kRadPerDeg));
   const PreparedMap a(map_a_), b(drifted);
   JointRefinement joint{MapPoses::Rigid(map_a_, drifted, T_a_b()), {}, 0, T_a_b()};
   EXPECT_GT(WorstError(joint, map_a_, map_b_), 0.3);
@@ -113,7 +112,7 @@ TEST_F(JointRefinementTest, MapsThatDoNotMeetAreLeftAlone) {
 
 // A map that is judged where it lies rigidly is contradicted by its own drift.
 TEST_F(JointRefinementTest, DriftIsNoContradictionOnceItIsTakenOut) {
-  const SessionMap drifted = Drifted(map_b_, Pose::FromXyzRpy(0.2, 0.1, 0, 0, 0, 1.2 * kDegree));
+  const SessionMap drifted = Drifted(map_b_, Pose::FromXyzRpy(0.2, 0.1, 0, 0, 0, 1.2 * kRadPerDeg));
   const PreparedMap a(map_a_), b(drifted);
   const FreeSpaceScore rigid =
       ScoreFreeSpace(a.free_space(), b.free_space(), MapPoses::Rigid(map_a_, drifted, T_a_b()),

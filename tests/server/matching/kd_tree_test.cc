@@ -1,4 +1,4 @@
-#include "server/matching/kd_tree.h"
+#include "server/matching/registration/kd_tree.h"
 
 #include <gtest/gtest.h>
 

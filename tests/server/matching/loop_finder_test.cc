@@ -1,4 +1,4 @@
-#include "server/matching/loop_finder.h"
+#include "server/matching/loops/loop_finder.h"
 
 #include <gtest/gtest.h>
 
@@ -7,12 +7,11 @@
 #include <memory>
 #include <set>
 
+#include "core/geometry/angles.h"
 #include "tests/server/matching/scene.h"
 
 namespace isthmus::matching {
 namespace {
-
-constexpr double kDegree = M_PI / 180;
 
 using Submaps = std::vector<std::shared_ptr<const Submap>>;
 
@@ -97,7 +96,7 @@ TEST_F(LoopFinderTest, ClosesTheLoopWhereItIs) {
     for (const SubmapEdge& edge : closure.edges) {
       const Pose error = Error(edge);
       EXPECT_LT(error.translation().norm(), 0.02) << edge.submap_a << " " << edge.submap_b;
-      EXPECT_LT(RotationAngle(error), 0.2 * kDegree) << edge.submap_a << " " << edge.submap_b;
+      EXPECT_LT(RotationAngle(error), 0.2 * kRadPerDeg) << edge.submap_a << " " << edge.submap_b;
     }
   }
   // Once closed it stays so: the last submaps all lie on older ones.

@@ -1,4 +1,4 @@
-#include "server/matching/matcher.h"
+#include "server/matching/pairs/matcher.h"
 
 #include <gtest/gtest.h>
 
@@ -6,13 +6,12 @@
 #include <cmath>
 #include <memory>
 
-#include "server/matching/prepared_map.h"
+#include "core/geometry/angles.h"
+#include "server/matching/prepared/prepared_map.h"
 #include "tests/server/matching/scene.h"
 
 namespace isthmus::matching {
 namespace {
-
-constexpr double kDegree = M_PI / 180;
 
 Pose T_world_a() { return Pose::FromXyzRpy(3, 3, 1, 0.05, -0.04, 0.3); }
 Pose T_world_b() { return Pose::FromXyzRpy(27, 8, 1, -0.06, 0.03, -2.0); }
@@ -44,7 +43,7 @@ TEST_F(MatcherTest, AcceptsTheRightMergeWithAllFigures) {
   EXPECT_FALSE(match.detail.empty());
   const Pose error = (T_world_a().Inverse() * T_world_b()).Inverse() * match.T_a_b;
   EXPECT_LT(error.translation().norm(), 0.03);
-  EXPECT_LT(RotationAngle(error), 0.2 * kDegree);
+  EXPECT_LT(RotationAngle(error), 0.2 * kRadPerDeg);
   EXPECT_EQ(match.a, map_a_.session);
   EXPECT_EQ(match.b, map_b_.session);
   EXPECT_EQ(match.matcher, "birds_eye");

@@ -1,4 +1,4 @@
-#include "server/matching/place_descriptor.h"
+#include "server/matching/search/place_descriptor.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,14 +9,14 @@
 #include <random>
 #include <vector>
 
+#include "core/geometry/angles.h"
 #include "core/pose.h"
 #include "tests/server/matching/scene.h"
 
 namespace isthmus::matching {
 namespace {
 
-constexpr double kDegree = M_PI / 180;
-constexpr double kSector = 6 * kDegree;
+constexpr double kSector = 6 * kRadPerDeg;
 
 // What a sensor sees that stands there and looks that way.
 std::vector<Eigen::Vector3f> Look(const Eigen::Vector3d& from, double yaw, unsigned seed) {
@@ -92,7 +92,7 @@ TEST(PlaceDescriptorTest, TellsPlacesApartFromMetresOff) {
     ASSERT_EQ(hits.size(), 3u);
     EXPECT_EQ(hits[0].place, i);
     // The shift alone turns the bearing of a wall 5 m off by up to 13.5 degrees.
-    EXPECT_LE(std::abs(std::remainder(hits[0].comparison.yaw + yaw, 2 * M_PI)), 13.5 * kDegree);
+    EXPECT_LE(std::abs(std::remainder(hits[0].comparison.yaw + yaw, 2 * M_PI)), 13.5 * kRadPerDeg);
     EXPECT_LE(hits[0].comparison.distance, hits[1].comparison.distance);
     EXPECT_LE(hits[1].comparison.distance, hits[2].comparison.distance);
   }

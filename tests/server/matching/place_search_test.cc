@@ -1,16 +1,15 @@
-#include "server/matching/place_search.h"
+#include "server/matching/search/place_search.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <vector>
 
+#include "core/geometry/angles.h"
 #include "tests/server/matching/scene.h"
 
 namespace isthmus::matching {
 namespace {
-
-constexpr double kDegree = M_PI / 180;
 
 // Of all submaps, the level known.
 std::vector<Place> Describe(const SessionMap& map, const Pose& T_world_odom) {
@@ -65,7 +64,7 @@ TEST_F(PlaceSearchTest, TheRightPlacementIsAmongTheFirst) {
   bool found = false;
   for (const Candidate& candidate : candidates) {
     const double shift = (candidate.T_a_b * crossing - T_a_b() * crossing).norm();
-    found |= shift < 2.5 && RotationAngle(candidate.T_a_b.Inverse() * T_a_b()) < 12 * kDegree;
+    found |= shift < 2.5 && RotationAngle(candidate.T_a_b.Inverse() * T_a_b()) < 12 * kRadPerDeg;
   }
   EXPECT_TRUE(found);
 }
@@ -86,7 +85,7 @@ TEST_F(PlaceSearchTest, CandidatesAreOrderedDistinctAndLimited) {
   for (size_t i = 0; i < all.size(); ++i) {
     for (size_t j = 0; j < i; ++j) {
       const Pose between = all[i].T_a_b.Inverse() * all[j].T_a_b;
-      EXPECT_TRUE(between.translation().norm() > 0.1 || RotationAngle(between) > 1 * kDegree);
+      EXPECT_TRUE(between.translation().norm() > 0.1 || RotationAngle(between) > 1 * kRadPerDeg);
     }
   }
   EXPECT_EQ(SearchPlaces(places_a_, places_b_, 3).size(), 3u);

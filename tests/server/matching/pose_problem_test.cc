@@ -1,4 +1,4 @@
-#include "server/matching/pose_problem.h"
+#include "server/matching/registration/pose_problem.h"
 
 #include <gtest/gtest.h>
 

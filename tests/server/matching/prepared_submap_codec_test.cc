@@ -1,4 +1,4 @@
-#include "server/matching/prepared_submap_codec.h"
+#include "server/matching/prepared/prepared_submap_codec.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "server/matching/ransac.h"
+#include "server/matching/paper/ransac.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,10 +1,11 @@
-#include "server/matching/refine.h"
+#include "server/matching/registration/refine.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
 
+#include "core/geometry/angles.h"
 #include "tests/server/matching/scene.h"
 
 namespace isthmus::matching {
@@ -12,7 +13,6 @@ namespace {
 
 constexpr double kToleranceM = 0.02;
 constexpr double kToleranceRad = 0.1 * M_PI / 180;
-constexpr double kDegree = M_PI / 180;
 
 // Two robots in one gallery, their start frames 10 m and 70 degrees apart. They share the middle.
 class RefineTest : public ::testing::Test {
@@ -63,12 +63,12 @@ TEST_F(RefineTest, StaysAtTheTruth) {
 }
 
 TEST_F(RefineTest, Forward) {
-  const Pose guess = Guess(Pose::FromXyzRpy(1.0, -0.8, 0.2, 0.02, 0.02, 4 * kDegree));
+  const Pose guess = Guess(Pose::FromXyzRpy(1.0, -0.8, 0.2, 0.02, 0.02, 4 * kRadPerDeg));
   ExpectNear(RefineAlignment(*a_, *b_, guess, options_).T_a_b, T_a_b());
 }
 
 TEST_F(RefineTest, Inverse) {
-  const Pose guess = Guess(Pose::FromXyzRpy(1.0, -0.8, 0.2, 0.02, 0.02, 4 * kDegree)).Inverse();
+  const Pose guess = Guess(Pose::FromXyzRpy(1.0, -0.8, 0.2, 0.02, 0.02, 4 * kRadPerDeg)).Inverse();
   ExpectNear(RefineAlignment(*b_, *a_, guess, options_).T_a_b, T_a_b().Inverse());
 }
 
@@ -77,7 +77,7 @@ TEST_F(RefineTest, ComesBackFromMetresAndDegreesOff) {
   const Pose T_world_middle(Eigen::Vector3d(14, 6, 1));
   for (int i = 0; i < 8; ++i) {
     const double angle = i * M_PI / 4;
-    const double yaw = (i % 2 == 0 ? 5 : -5) * kDegree;
+    const double yaw = (i % 2 == 0 ? 5 : -5) * kRadPerDeg;
     const Pose off =
         T_world_middle *
         Pose::FromXyzRpy(2.2 * std::cos(angle), 2.2 * std::sin(angle), 0.3, 0.03, -0.03, yaw) *
@@ -98,7 +98,7 @@ TEST_F(RefineTest, FramesFarFromTheOrigin) {
   const RefinableMap far(shifted, options_);
   const Pose truth = T_a_b() * T_far_odom.Inverse();
   const Pose guess =
-      Guess(Pose::FromXyzRpy(0.8, 0.8, 0.1, 0, 0, 2 * kDegree)) * T_far_odom.Inverse();
+      Guess(Pose::FromXyzRpy(0.8, 0.8, 0.1, 0, 0, 2 * kRadPerDeg)) * T_far_odom.Inverse();
   const Refinement result = RefineAlignment(*a_, far, guess, options_);
   // Judged where the maps lie, not at an origin a kilometre away.
   ExpectNear(result.T_a_b * T_far_odom, truth * T_far_odom);
@@ -109,7 +109,7 @@ TEST_F(RefineTest, NoisyRanges) {
   const RefinableMap noisy(Survey(scene, {Way({{27, 8, 1}, {18, 8, 1}, {13, 6, 1}, {9, 4, 1}}, 15),
                                           T_world_b(), 0.05, 7}),
                            options_);
-  const Pose guess = Guess(Pose::FromXyzRpy(-0.7, 0.5, 0, 0, 0, -3 * kDegree));
+  const Pose guess = Guess(Pose::FromXyzRpy(-0.7, 0.5, 0, 0, 0, -3 * kRadPerDeg));
   ExpectNear(RefineAlignment(*a_, noisy, guess, options_).T_a_b, T_a_b());
 }
 
@@ -119,7 +119,7 @@ TEST_F(RefineTest, LittleOverlap) {
                           options_);
   const RefinableMap east(Survey(scene, {Way({{27, 8, 1}, {15, 7, 1}}, 10), T_world_b(), 0.01, 4}),
                           options_);
-  const Pose guess = Guess(Pose::FromXyzRpy(0.5, 0.5, 0.1, 0, 0, 2 * kDegree));
+  const Pose guess = Guess(Pose::FromXyzRpy(0.5, 0.5, 0.1, 0, 0, 2 * kRadPerDeg));
   const Refinement result = RefineAlignment(west, east, guess, options_);
   ExpectNear(result.T_a_b, T_a_b());
   EXPECT_LT(result.overlap, 0.5);

@@ -1,4 +1,4 @@
-#include "server/matching/revisits.h"
+#include "server/matching/loops/revisits.h"
 
 #include <gtest/gtest.h>
 
@@ -7,8 +7,8 @@
 #include <set>
 #include <utility>
 
-#include "server/matching/looks.h"
-#include "server/matching/prepared_map.h"
+#include "server/matching/prepared/looks.h"
+#include "server/matching/prepared/prepared_map.h"
 #include "tests/server/matching/scene.h"
 
 namespace isthmus::matching {

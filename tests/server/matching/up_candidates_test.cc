@@ -1,4 +1,4 @@
-#include "server/matching/up_candidates.h"
+#include "server/matching/search/up_candidates.h"
 
 #include <gtest/gtest.h>
 
@@ -6,14 +6,13 @@
 #include <cmath>
 #include <vector>
 
+#include "core/geometry/angles.h"
 #include "core/pose.h"
-#include "server/matching/wall_map.h"
+#include "server/matching/search/wall_map.h"
 #include "tests/server/matching/scene.h"
 
 namespace isthmus::matching {
 namespace {
-
-constexpr double kDegree = M_PI / 180;
 
 // What is known of a map, in an odom frame that can be turned.
 struct View {
@@ -55,7 +54,7 @@ View LookAtYard() {
 
 std::vector<Eigen::Quaterniond> Turns() {
   const auto about = [](double degrees, const Eigen::Vector3d& axis) {
-    return Eigen::Quaterniond(Eigen::AngleAxisd(degrees * kDegree, axis.normalized()));
+    return Eigen::Quaterniond(Eigen::AngleAxisd(degrees * kRadPerDeg, axis.normalized()));
   };
   return {Eigen::Quaterniond::Identity(), about(45, {1, 0, 0}),    about(90, {1, 0, 0}),
           about(90, {0, 1, 0}),           about(180, {1, 0, 0}),   about(180, {0, 1, 0}),
@@ -73,7 +72,7 @@ double Angle(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
 // Index of the candidate within 2 degrees of the truth; candidates.size() when there is none.
 size_t Rank(const std::vector<UpCandidate>& candidates, const Eigen::Vector3d& up) {
   return std::find_if(candidates.begin(), candidates.end(),
-                      [&](const UpCandidate& c) { return Angle(Up(c), up) < 2 * kDegree; }) -
+                      [&](const UpCandidate& c) { return Angle(Up(c), up) < 2 * kRadPerDeg; }) -
          candidates.begin();
 }
 
@@ -113,7 +112,7 @@ TEST(UpCandidatesTest, CandidatesAreOrderedDistinctSmallestRotations) {
                 Angle(Up(candidates[i]), Eigen::Vector3d::UnitZ()), 1e-6);
     for (size_t j = 0; j < i; ++j) {
       EXPECT_LE(candidates[i].score, candidates[j].score);
-      EXPECT_GT(Angle(Up(candidates[i]), Up(candidates[j])), 9.9 * kDegree);
+      EXPECT_GT(Angle(Up(candidates[i]), Up(candidates[j])), 9.9 * kRadPerDeg);
     }
   }
 }
@@ -155,7 +154,7 @@ TEST(UpCandidatesTest, GravityIsKnownNearLevelOnly) {
   for (const View& level : {LookAtGallery(), LookAtYard()}) {
     for (const double tilt : {0.0, 5.0, -9.0, 14.0}) {
       const Eigen::Quaterniond by(
-          Eigen::AngleAxisd(tilt * kDegree, Eigen::Vector3d(1, 0.4, 0).normalized()));
+          Eigen::AngleAxisd(tilt * kRadPerDeg, Eigen::Vector3d(1, 0.4, 0).normalized()));
       const View view = level.Turned(by);
       EXPECT_TRUE(IsGravityKnown(view.surface, 0.3, view.sensors)) << tilt;
     }
@@ -171,9 +170,9 @@ TEST(UpCandidatesTest, GravityIsKnownNearLevelOnly) {
 // How far odom's z may be off is the caller's to say.
 TEST(UpCandidatesTest, TheLimitOfTiltIsKept) {
   const View view = LookAtYard().Turned(
-      Eigen::Quaterniond(Eigen::AngleAxisd(14 * kDegree, Eigen::Vector3d::UnitX())));
-  EXPECT_TRUE(IsGravityKnown(view.surface, 15 * kDegree));
-  EXPECT_FALSE(IsGravityKnown(view.surface, 13 * kDegree));
+      Eigen::Quaterniond(Eigen::AngleAxisd(14 * kRadPerDeg, Eigen::Vector3d::UnitX())));
+  EXPECT_TRUE(IsGravityKnown(view.surface, 15 * kRadPerDeg));
+  EXPECT_FALSE(IsGravityKnown(view.surface, 13 * kRadPerDeg));
 }
 
 }  // namespace

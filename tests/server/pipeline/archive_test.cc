@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "storage/scan_reader.h"
-#include "storage/sqlite_store.h"
+#include "storage/archive/scan_reader.h"
+#include "storage/sqlite/sqlite_store.h"
 #include "tests/server/pipeline/robots.h"
 
 namespace isthmus::server {

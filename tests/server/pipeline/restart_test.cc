@@ -2,8 +2,8 @@
 
 #include <filesystem>
 
-#include "storage/sqlite_store.h"
-#include "storage/submap_codec.h"
+#include "storage/records/submap_codec.h"
+#include "storage/sqlite/sqlite_store.h"
 #include "tests/server/pipeline/robots.h"
 #include "tests/storage/faulty_store.h"
 

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "storage/sqlite_store.h"
+#include "storage/sqlite/sqlite_store.h"
 #include "tests/storage/faulty_store.h"
 #include "tests/storage/temporary_folder.h"
 

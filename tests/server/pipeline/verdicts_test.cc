@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <string>
 
-#include "storage/sqlite_store.h"
+#include "storage/sqlite/sqlite_store.h"
 #include "tests/server/pipeline/robots.h"
 
 namespace isthmus::server {

@@ -5,8 +5,8 @@
 #include <sstream>
 #include <string>
 
+#include "core/geometry/se3.h"
 #include "server/pose_graph/optimize.h"
-#include "server/pose_graph/se3.h"
 #include "tests/server/pose_graph/graphs.h"
 
 namespace isthmus::pose_graph {

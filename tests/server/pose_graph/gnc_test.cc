@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "core/geometry/se3.h"
 #include "server/pose_graph/drift_gate.h"
-#include "server/pose_graph/se3.h"
 #include "tests/server/pose_graph/graphs.h"
 
 namespace isthmus::pose_graph {

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "server/pose_graph/se3.h"
+#include "core/geometry/se3.h"
 #include "tests/server/pose_graph/graphs.h"
 
 namespace isthmus::pose_graph {

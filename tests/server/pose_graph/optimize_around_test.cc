@@ -7,19 +7,19 @@
 namespace isthmus::pose_graph {
 namespace {
 
-constexpr int kRows = 30, kColumns = 20;
+constexpr int kLongRows = 30, kLongColumns = 20;
 
 // An optimised grid of 600 nodes with a new link of its last row to the one below.
 Problem WithNewLink(const std::vector<Pose>& truth, uint64_t seed) {
   GraphMaker maker(seed);
   Problem problem;
   AddOdometry(truth, {0.05, 0.004}, &maker, &problem);
-  AddRowLinks(truth, kRows - 1, kColumns, {0.03, 0.003}, &maker, &problem);
+  AddRowLinks(truth, kLongRows - 1, kLongColumns, {0.03, 0.003}, &maker, &problem);
   const auto before = Optimize(problem);
   EXPECT_TRUE(before.ok());
   problem.poses = before->poses;
   const int last = static_cast<int>(truth.size()) - 1;
-  problem.edges.push_back(maker.Measure(truth, last - 2 * kColumns + 1, last, {0.03, 0.003}));
+  problem.edges.push_back(maker.Measure(truth, last - 2 * kLongColumns + 1, last, {0.03, 0.003}));
   return problem;
 }
 
@@ -40,7 +40,7 @@ std::pair<double, double> LargestChange(const Problem& problem, const std::vecto
 class OneNewLink : public testing::TestWithParam<int> {};
 
 TEST_P(OneNewLink, ComesWithinMillimetresOfTheFullSolution) {
-  const std::vector<Pose> truth = Grid(kRows, kColumns);
+  const std::vector<Pose> truth = Grid(kLongRows, kLongColumns);
   const Problem problem = WithNewLink(truth, static_cast<uint64_t>(GetParam()));
   const auto around = OptimizeAround(problem, {static_cast<int>(problem.edges.size()) - 1});
   const auto full = Optimize(problem);
@@ -62,7 +62,7 @@ TEST_P(OneNewLink, ComesWithinMillimetresOfTheFullSolution) {
 INSTANTIATE_TEST_SUITE_P(Seeds, OneNewLink, testing::Range(1, 6));
 
 TEST(OptimizeAround, LeavesAllElseUntouched) {
-  const std::vector<Pose> truth = Grid(kRows, kColumns);
+  const std::vector<Pose> truth = Grid(kLongRows, kLongColumns);
   const Problem problem = WithNewLink(truth, 7);
   const auto around = OptimizeAround(problem, {static_cast<int>(problem.edges.size()) - 1});
   ASSERT_TRUE(around.ok()) << around.status();
@@ -75,7 +75,7 @@ TEST(OptimizeAround, LeavesAllElseUntouched) {
 }
 
 TEST(OptimizeAround, NothingNewChangesNothing) {
-  const std::vector<Pose> truth = Grid(kRows, kColumns);
+  const std::vector<Pose> truth = Grid(kLongRows, kLongColumns);
   const Problem problem = WithNewLink(truth, 8);
   const auto around = OptimizeAround(problem, {});
   ASSERT_TRUE(around.ok()) << around.status();
@@ -84,7 +84,7 @@ TEST(OptimizeAround, NothingNewChangesNothing) {
 }
 
 TEST(OptimizeAround, DiscardsAFalseEdgeAndLeavesOutWhatWasDiscarded) {
-  const std::vector<Pose> truth = Grid(kRows, kColumns);
+  const std::vector<Pose> truth = Grid(kLongRows, kLongColumns);
   Problem problem = WithNewLink(truth, 9);
   const auto settled = Optimize(problem);
   ASSERT_TRUE(settled.ok());

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "server/pose_graph/se3.h"
+#include "core/geometry/se3.h"
 #include "tests/server/pose_graph/graphs.h"
 
 namespace isthmus::pose_graph {

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "core/codec/payload_layout.h"
-#include "core/codec/pcd.h"
+#include "core/formats/pcd.h"
 
 namespace isthmus::query {
 namespace {
@@ -98,7 +98,7 @@ INSTANTIATE_TEST_SUITE_P(Encodings, PcdExport,
 TEST_P(PcdExport, EveryPointComesBack) {
   const auto points = RandomPoints(50001);  // More than one piece, the last one not full.
   const std::string file = Export(ListMap(points), GetParam());
-  const auto pcd = codec::ParsePcd(file);
+  const auto pcd = formats::ParsePcd(file);
   ASSERT_TRUE(pcd.ok()) << pcd.status();
   ExpectPoints(pcd->payload, points);
   const std::string header = file.substr(0, 500);
@@ -110,7 +110,7 @@ TEST_P(PcdExport, CountIsThatOfTheRegion) {
   auto points = RandomPoints(1001);
   Region region;
   region.robot = 1;
-  const auto pcd = codec::ParsePcd(Export(ListMap(points), GetParam(), region));
+  const auto pcd = formats::ParsePcd(Export(ListMap(points), GetParam(), region));
   ASSERT_TRUE(pcd.ok()) << pcd.status();
   points.erase(
       std::remove_if(points.begin(), points.end(), [](const MapPoint& p) { return p.robot != 1; }),
@@ -119,7 +119,7 @@ TEST_P(PcdExport, CountIsThatOfTheRegion) {
 }
 
 TEST_P(PcdExport, NothingIsAFileOfNoPoints) {
-  const auto pcd = codec::ParsePcd(Export(ListMap({}), GetParam()));
+  const auto pcd = formats::ParsePcd(Export(ListMap({}), GetParam()));
   ASSERT_TRUE(pcd.ok()) << pcd.status();
   EXPECT_EQ(codec::PointCount(pcd->payload), 0u);
 }

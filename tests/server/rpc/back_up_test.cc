@@ -6,7 +6,7 @@
 #include <thread>
 #include <vector>
 
-#include "core/codec/crc32c.h"
+#include "core/io/crc32c.h"
 #include "tests/server/rpc/fake_pipeline.h"
 
 namespace isthmus::rpc {
@@ -45,7 +45,7 @@ TEST_F(BackUpTest, ProgressThenDataThenWhatIsInIt) {
   const v1::BackUpResponse& last = responses_.back();
   EXPECT_TRUE(last.last());
   EXPECT_EQ(last.size(), 5u);
-  EXPECT_EQ(last.crc32c(), codec::Crc32c("abcde", 5, 0));
+  EXPECT_EQ(last.crc32c(), io::Crc32c("abcde", 5, 0));
   EXPECT_EQ(last.contents().submaps(), 3);
   EXPECT_EQ(last.contents().damaged(), 1);
   EXPECT_EQ(last.contents().report(), "submap alice-1/3: damaged\n");

@@ -1,6 +1,6 @@
 // Revisions, loop closures and the pose graph, over a socket: what is asked arrives, what
 // is answered comes back.
-#include "core/codec/crc32c.h"
+#include "core/io/crc32c.h"
 #include "tests/server/rpc/rpc_fixture.h"
 
 namespace isthmus::rpc {
@@ -270,7 +270,7 @@ TEST_F(GraphRpcTest, ThePoseGraphComesInChunksWithItsChecksum) {
   EXPECT_EQ(file, pipeline_.pose_graph);
   EXPECT_TRUE(response.last());
   EXPECT_EQ(response.size(), file.size());
-  EXPECT_EQ(response.crc32c(), codec::Crc32c(file.data(), file.size()));
+  EXPECT_EQ(response.crc32c(), io::Crc32c(file.data(), file.size()));
 }
 
 TEST_F(GraphRpcTest, APoseGraphOfNoComponent) {

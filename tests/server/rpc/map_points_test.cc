@@ -2,7 +2,7 @@
 #include <cstring>
 #include <limits>
 
-#include "core/codec/crc32c.h"
+#include "core/io/crc32c.h"
 #include "tests/server/rpc/rpc_fixture.h"
 
 namespace isthmus::rpc {
@@ -191,7 +191,7 @@ TEST_F(ExportMapTest, AFileComesInChunksAndIsSummedUpInTheLast) {
     EXPECT_EQ(responses_[i].last(), i + 1 == responses_.size());
   }
   EXPECT_EQ(responses_.back().size(), file_.size());
-  EXPECT_EQ(responses_.back().crc32c(), codec::Crc32c(file_.data(), file_.size()));
+  EXPECT_EQ(responses_.back().crc32c(), io::Crc32c(file_.data(), file_.size()));
 }
 
 TEST_F(ExportMapTest, WhatWasAskedReachesThePipeline) {

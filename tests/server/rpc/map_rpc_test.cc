@@ -1,5 +1,5 @@
 // The RPCs that read the map, over a socket: what is asked arrives, what is answered comes back.
-#include "core/codec/crc32c.h"
+#include "core/io/crc32c.h"
 #include "tests/server/rpc/rpc_fixture.h"
 
 namespace isthmus::rpc {

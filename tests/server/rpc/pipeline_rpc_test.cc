@@ -3,7 +3,7 @@
 #include <cstring>
 #include <limits>
 
-#include "core/codec/crc32c.h"
+#include "core/io/crc32c.h"
 #include "storage/memory_store.h"
 #include "tests/server/rpc/room_scans.h"
 #include "tests/server/rpc/stubs.h"
@@ -81,7 +81,7 @@ class PipelineRpcTest : public testing::Test {
     header.set_session(session);
     header.set_index(index);
     header.set_size(xyz.size() * sizeof(float));
-    header.set_crc32c(codec::Crc32c(xyz.data(), header.size()));
+    header.set_crc32c(io::Crc32c(xyz.data(), header.size()));
     v1::PointCloud& cloud = *header.mutable_cloud();
     cloud.set_encoding(v1::PointCloud::RAW);
     cloud.set_width(static_cast<uint32_t>(xyz.size() / 3));
@@ -177,7 +177,7 @@ TEST_F(PipelineRpcTest, TheMapIsQueriedAndExported) {
     EXPECT_GRPC_OK(reader->Finish());
     EXPECT_THAT(file.substr(0, 60), testing::StartsWith(magic));
     EXPECT_EQ(response.size(), file.size());
-    EXPECT_EQ(response.crc32c(), codec::Crc32c(file.data(), file.size()));
+    EXPECT_EQ(response.crc32c(), io::Crc32c(file.data(), file.size()));
   }
 }
 

@@ -5,9 +5,9 @@
 #include <limits>
 #include <random>
 
-#include "core/codec/crc32c.h"
 #include "core/codec/quantized.h"
-#include "core/codec/sha256.h"
+#include "core/io/crc32c.h"
+#include "core/io/sha256.h"
 #include "tests/server/rpc/rpc_fixture.h"
 
 namespace isthmus::rpc {
@@ -34,7 +34,7 @@ struct Upload {
 
   void Seal() {
     header.set_size(data.size());
-    header.set_crc32c(codec::Crc32c(data.data(), data.size()));
+    header.set_crc32c(io::Crc32c(data.data(), data.size()));
   }
 };
 
@@ -285,7 +285,7 @@ TEST_F(UploadSubmapTest, BytesThatAreNotWhatTheirNameSays) {
   Upload upload = Good();
   upload.header.set_sha256(std::string(32, 'x'));
   EXPECT_GRPC_ERROR(Send(upload), DATA_LOSS, "sha256");
-  upload.header.set_sha256(codec::Sha256(upload.data.data(), upload.data.size()));
+  upload.header.set_sha256(io::Sha256(upload.data.data(), upload.data.size()));
   EXPECT_GRPC_OK(Send(upload));
 }
 

@@ -1,1 +1,1 @@
-#include "server/matching/matcher.h"
+#include "server/matching/pairs/matcher.h"

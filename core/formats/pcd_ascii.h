@@ -1,0 +1,21 @@
+// Records as rows of numbers.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <string>
+
+#include "core/formats/pcd_header.h"
+#include "core/point_payload.h"
+
+namespace isthmus::formats {
+
+// The rows behind the header as packed records of header.Stride() bytes, 8-byte integers already as
+// float64. InvalidArgument, naming the row, for too few or too many values or rows, for what is not
+// a number, and for an integer that its type cannot hold.
+absl::StatusOr<std::string> ParsePcdRows(const std::string& bytes, const PcdHeader& header);
+
+// Appends one value, in the fewest digits that read back the same.
+void AppendValue(const char* value, ScalarType type, std::string& text);
+
+}  // namespace isthmus::formats

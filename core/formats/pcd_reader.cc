@@ -1,0 +1,119 @@
+#include <absl/strings/str_cat.h>
+
+#include <utility>
+
+#include "core/codec/column.h"
+#include "core/formats/lzf.h"
+#include "core/formats/pcd.h"
+#include "core/formats/pcd_ascii.h"
+#include "core/formats/pcd_header.h"
+#include "core/io/file_io.h"
+
+namespace isthmus::formats {
+namespace {
+
+absl::StatusOr<std::string> ReadRecords(const std::string& bytes, const PcdHeader& header) {
+  const uint64_t size = bytes.size() - header.data_start;
+  const uint32_t stride = header.Stride();
+  // Points() may be near 2^64: divide, do not multiply.
+  if (header.Points() != size / stride) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("PCD data: the header announces ", header.Points(), " points of ", stride,
+                     " bytes, but there are ", size, " bytes of data"));
+  }
+  return bytes.substr(header.data_start, header.Points() * stride);
+}
+
+// Field by field, as PCL compresses them, to point by point. Padding is not in the file.
+absl::StatusOr<std::string> ReadCompressed(const std::string& bytes, const PcdHeader& header) {
+  uint64_t packed_stride = 0;
+  for (const PcdField& field : header.fields)
+    packed_stride += field.name == "_" ? 0 : field.Bytes();
+  const uint64_t n = header.Points();
+  if (packed_stride > 0 && n > (uint64_t{1} << 32) / packed_stride) {
+    return absl::InvalidArgumentError("PCD header: more points than compressed data can hold");
+  }
+  absl::StatusOr<std::string> columns = ReadLzfBlock(
+      bytes.data() + header.data_start, bytes.size() - header.data_start, n * packed_stride);
+  if (!columns.ok()) return columns.status();
+  if (packed_stride == 0) return absl::InvalidArgumentError("PCD header: nothing but padding");
+
+  const uint32_t stride = header.Stride();
+  std::string records(n * stride, '\0');
+  const char* in = columns->data();
+  uint64_t offset = 0;
+  for (const PcdField& field : header.fields) {
+    const uint32_t width = field.Bytes();
+    for (uint64_t i = 0; field.name != "_" && i < n; ++i, in += width) {
+      std::memcpy(records.data() + i * stride + offset, in, width);
+    }
+    offset += width;
+  }
+  return records;
+}
+
+// 8-byte integers become float64 where they stand.
+void ConvertWideIntegers(const PcdField& field, uint32_t offset, PointPayload& payload) {
+  for (uint64_t i = 0; i < uint64_t{payload.width} * payload.height; ++i) {
+    char* value = payload.data.data() + i * payload.stride + offset;
+    for (uint32_t k = 0; k < field.count; ++k, value += 8) {
+      codec::StoreAs(field.kind == 'I' ? static_cast<double>(codec::LoadAs<int64_t>(value))
+                                       : static_cast<double>(codec::LoadAs<uint64_t>(value)),
+                     value);
+    }
+  }
+}
+
+absl::Status ListFields(const PcdHeader& header, PointPayload& payload) {
+  uint32_t offset = 0;
+  for (const PcdField& field : header.fields) {
+    absl::StatusOr<ScalarType> type = ToScalarType(field);
+    if (!type.ok()) return type.status();
+    if (field.name != "_") payload.fields.push_back({field.name, offset, *type, field.count});
+    const bool wide_integer = field.size == 8 && field.kind != 'F';
+    if (wide_integer && header.encoding != PcdEncoding::kAscii) {
+      ConvertWideIntegers(field, offset, payload);
+    }
+    offset += field.Bytes();
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::StatusOr<PcdFile> ParsePcd(const std::string& bytes) {
+  absl::StatusOr<PcdHeader> header = ParsePcdHeader(bytes);
+  if (!header.ok()) return header.status();
+  absl::StatusOr<std::string> records;
+  switch (header->encoding) {
+    case PcdEncoding::kAscii:
+      records = ParsePcdRows(bytes, *header);
+      break;
+    case PcdEncoding::kBinary:
+      records = ReadRecords(bytes, *header);
+      break;
+    case PcdEncoding::kBinaryCompressed:
+      records = ReadCompressed(bytes, *header);
+      break;
+  }
+  if (!records.ok()) return records.status();
+  PcdFile file;
+  file.viewpoint = header->viewpoint;
+  file.encoding = header->encoding;
+  file.payload.width = header->width;
+  file.payload.height = header->height;
+  file.payload.stride = header->Stride();
+  file.payload.data = *std::move(records);
+  if (absl::Status status = ListFields(*header, file.payload); !status.ok()) return status;
+  return file;
+}
+
+absl::StatusOr<PcdFile> ReadPcd(const std::string& path) {
+  absl::StatusOr<std::string> bytes = io::ReadFile(path);
+  if (!bytes.ok()) return bytes.status();
+  absl::StatusOr<PcdFile> file = ParsePcd(*bytes);
+  if (file.ok()) return file;
+  return absl::Status(file.status().code(), absl::StrCat(path, ": ", file.status().message()));
+}
+
+}  // namespace isthmus::formats

@@ -1,0 +1,197 @@
+#include "floam/track/tracker.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+
+namespace isthmus::floam {
+namespace {
+
+constexpr double kMaxExtrapolationS = 3;
+constexpr double kMaxTiltingS = 0.3;  // A bump, or noise: robots do not go on tilting.
+// Scans farther apart than this many periods: too much may have happened to trust the motion.
+constexpr double kGapPeriods = 3.5;
+constexpr double kSteadyFading = 0.1, kAccelerationFading = 0.03;
+constexpr int64_t kSteadyNs = 1'000'000'000;  // After a direction was not observed.
+constexpr double kNearM = 2, kNearRad = 0.5;
+
+// Below this share of features with a plane or line in the map, it is thin.
+constexpr double kThinShare = 0.5;
+constexpr double kMostSurprise2 = 22.5;  // Of chi squared with six degrees of freedom: 99.9 %.
+constexpr double kSharedFading = 0.1;
+
+}  // namespace
+
+void Join(const ScanToScanResult& moved, const OdometryOptions& options, const FeatureMap& map,
+          MatchResult* match) {
+  match->information += moved.information;
+  match->degeneracy = FindDegeneracy(match->information, FreeMotion(options.matching));
+  if (map.IsYoung()) match->map_degeneracy = match->degeneracy;
+  match->seconded = moved.used >= options.min_used_share * moved.features &&
+                    moved.score >= options.min_agreement * moved.used;
+}
+
+ScanPose Predict(const ScanPose& last, double elapsed_s, double reference_s) {
+  const double time_s = std::min(elapsed_s, kMaxExtrapolationS) + reference_s;
+  ScanPose moving = last;
+  if (elapsed_s > kMaxTiltingS) moving.twist.segment<2>(3) *= kMaxTiltingS / elapsed_s;
+  return {moving.At(time_s), last.twist, reference_s};
+}
+
+Tracker::Tracker(const SensorModel& sensor, const OdometryOptions& options)
+    : sensor_(sensor), options_(options) {}
+
+double Tracker::ElapsedSeconds(const ScanFrame& frame) const {
+  return 1e-9 * static_cast<double>(frame.stamp_ns - last_.stamp_ns);
+}
+
+double Tracker::ReferenceTime(const ScanFrame& frame) const {
+  return IsContinuous() ? -0.5 * frame.period_s : 0;
+}
+
+double Tracker::Between(const ScanFrame& frame) const {
+  return ElapsedSeconds(frame) + ReferenceTime(frame) - last_.pose.reference_s;
+}
+
+bool Tracker::IsAfterGap(const ScanFrame& frame) const {
+  return ElapsedSeconds(frame) > kGapPeriods * sensor_.scan_period_s;
+}
+
+ScanPose Tracker::Prediction(const ScanFrame& frame) const {
+  return Predict(last_.pose, ElapsedSeconds(frame), ReferenceTime(frame));
+}
+
+std::optional<TwistPrior> Tracker::Prior(const ScanFrame& frame) const {
+  if (!IsContinuous()) return std::nullopt;
+  TwistPrior prior;
+  prior.T_odom_previous = last_.pose.T_odom_sensor;
+  prior.since_previous_s = Between(frame);
+  if (IsAfterGap(frame)) {
+    prior.sigma = MotionModel::TwistChange(Between(frame));
+    return prior;
+  }
+  prior.sigma.head<3>().setConstant(options_.speed_change_sigma);
+  prior.sigma.segment<2>(3).setConstant(options_.tilt_rate_sigma);
+  prior.sigma[5] = options_.yaw_rate_change_sigma;
+  return prior;
+}
+
+PosePrior Near(const Pose& T_odom_sensor) { return {T_odom_sensor, Isotropic(kNearM, kNearRad)}; }
+
+void Tracker::Keep(const ScanFrame& frame) {
+  scan_to_scan_.SetPrevious(frame.features);
+  keeps_last_ = true;
+}
+
+std::optional<ScanToScanResult> Tracker::LookBack(const ScanFrame& frame, PosePrior* prior) {
+  if (!keeps_last_) return std::nullopt;
+  const Pose& T_odom_last = last_.pose.T_odom_sensor;
+  const Vector6d expected = Log(T_odom_last.Inverse() * prior->T_odom_sensor) / Between(frame);
+  ScanToScanResult moved =
+      scan_to_scan_.Match(frame.features, expected, ElapsedSeconds(frame), prior->covariance);
+  if (moved.used < options_.min_used) return std::nullopt;
+  *prior = {T_odom_last * Exp(Between(frame) * moved.twist), moved.covariance};
+  return moved;
+}
+
+bool Tracker::IsSteady(const ScanFrame& frame) const {
+  // Clocks may step back.
+  return frame.stamp_ns < steady_until_ns_ && frame.stamp_ns >= steady_until_ns_ - kSteadyNs;
+}
+
+MatchResult Tracker::Match(const ScanFrame& frame, const ScanPose& guess, FeatureMap* map) {
+  if (IsSteady(frame) && !map->IsYoung())
+    motion_.ExpectAcceleration(acceleration_);
+  else
+    motion_.ExpectAnything();
+  PosePrior prior{guess.T_odom_sensor, motion_.Displacement(Between(frame))};
+  ScanPose from = guess;
+  const std::optional<ScanToScanResult> moved = LookBack(frame, &prior);
+  if (moved) from.T_odom_sensor = prior.T_odom_sensor;
+  MatchResult match = matcher_.Match(frame.features, from, prior, Prior(frame), options_.matching,
+                                     map->surfaces(), map->edges(), map->poles());
+  if (moved) Join(*moved, options_, *map, &match);
+  return match;
+}
+
+MatchResult Tracker::MatchNear(const ScanFrame& frame, const ScanPose& guess,
+                               const MatchOptions& options, FeatureMap* map) {
+  return matcher_.Match(frame.features, guess, Near(guess.T_odom_sensor), Prior(frame), options,
+                        map->surfaces(), map->edges(), map->poles());
+}
+
+void Tracker::Begin(const Sighting& sighting) {
+  last_ = sighting;
+  motion_ = MotionModel();
+  keeps_last_ = false;
+}
+
+bool Tracker::Fits(const MatchResult& match, const FeatureMap& map) const {
+  if (!match.pose.T_odom_sensor.IsFinite()) return false;
+  const double least_share = map.IsYoung() ? 0 : options_.min_used_share;
+  return match.seconded ||
+         (match.used >= std::max<double>(options_.min_used, least_share * match.features) &&
+          match.agreement >= options_.min_agreement);
+}
+
+bool Tracker::IsExpected(const ScanFrame& frame, const MatchResult& match,
+                         const ScanPose& prediction) const {
+  const Pose surprise = prediction.T_odom_sensor.Inverse() * match.pose.T_odom_sensor;
+  if (surprise.translation().norm() < options_.max_surprise_m &&
+      RotationAngle(surprise) < options_.max_surprise_rad) {
+    return true;
+  }
+  const Vector6d away = Log(surprise);
+  return away.dot(motion_.Displacement(Between(frame)).ldlt().solve(away)) < kMostSurprise2;
+}
+
+void Tracker::Adopt(const ScanFrame& frame, const FeatureMap& map, bool doubtful,
+                    MatchResult* match) {
+  if (options_.mode == OdometryMode::kFloam) {
+    // Stage two of the paper: the motion that was found replaces the one that was predicted.
+    const Pose moved = last_.pose.T_odom_sensor.Inverse() * match->pose.T_odom_sensor;
+    match->pose.twist = Log(moved) / ElapsedSeconds(frame);
+  }
+  if (IsContinuous() && !IsAfterGap(frame)) {
+    const Vector6d between =
+        Log(last_.pose.T_odom_sensor.Inverse() * match->pose.T_odom_sensor) / Between(frame);
+    shared_twist_ += kSharedFading * (match->pose.twist - between - shared_twist_);
+    match->pose.twist -= shared_twist_;
+  }
+  was_after_gap_ = IsAfterGap(frame);
+  motion_.Update(Between(frame), match->covariance.topLeftCorner<6, 6>());
+  last_ = {match->pose, frame.stamp_ns};
+  // Two scans from where a sensor was carried to agree with each other wherever they are put: one
+  // that is in doubt supports none that follows, unless nothing else is to be had.
+  if (doubtful) {
+    keeps_last_ = false;
+    if (IsSteady(frame)) Keep(frame);
+    return;
+  }
+  degenerate_ = match->degeneracy.any();
+  if (degenerate_) steady_until_ns_ = frame.stamp_ns + kSteadyNs;
+  if (map.IsYoung() || IsSteady(frame) || IsAfterGap(frame) ||
+      match->used < kThinShare * match->features) {
+    Keep(frame);
+  } else {
+    keeps_last_ = false;
+  }
+  if (degenerate_) return;
+  // Of white noise on the acceleration, the speed is off its fading average by half the density
+  // times the time of fading, which is a second.
+  const Eigen::Vector3d change = (match->pose.twist - steady_).head<3>();
+  acceleration_ += kAccelerationFading * (2 * change.squaredNorm() - acceleration_);
+  steady_ += kSteadyFading * (match->pose.twist - steady_);
+}
+
+ScanPose Tracker::SteadyPrediction(const ScanFrame& frame, const Degeneracy& unobserved) const {
+  ScanPose last = last_.pose;
+  const auto settle = [&](const Eigen::Vector3d& d, int first) {
+    const double change = d.dot(steady_.segment<3>(first) - last.twist.segment<3>(first));
+    last.twist.segment<3>(first) += change * d;
+  };
+  for (const Eigen::Vector3d& d : unobserved.translations) settle(d, 0);
+  for (const Eigen::Vector3d& d : unobserved.rotations) settle(d, 3);
+  return Predict(last, ElapsedSeconds(frame), ReferenceTime(frame));
+}
+
+}  // namespace isthmus::floam

@@ -1,0 +1,75 @@
+#include "server/matching/loops/loop_candidates.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace isthmus::matching {
+namespace {
+
+// Submaps whose middles are farther apart than this share of their radii have too little in common.
+constexpr double kMaxLoopApart = 0.35;
+// A robot that is still this near on its way straight on has not come back.
+constexpr double kWayPerApart = 3;
+// They may be nearer than it seems by this share of how far odometry may be off.
+constexpr double kReachShare = 0.5;
+// Nothing is gained by telling apart nearness more finely.
+constexpr double kStepM = 3;
+
+// Equally near ones: newest, oldest, second newest, ...
+void SortByNearness(std::vector<LoopCandidate>* candidates) {
+  const auto step = [](const LoopCandidate& c) { return std::floor(c.apart_m / kStepM); };
+  std::stable_sort(candidates->begin(), candidates->end(), [&](const auto& x, const auto& y) {
+    return step(x) != step(y) ? step(x) < step(y) : x.position > y.position;
+  });
+  std::vector<LoopCandidate> sorted;
+  for (size_t first = 0, last = 0; first < candidates->size(); first = last) {
+    const double here = step((*candidates)[first]);
+    while (last < candidates->size() && step((*candidates)[last]) == here) ++last;
+    for (size_t newer = first, older = last; newer < older;) {
+      sorted.push_back((*candidates)[newer++]);
+      if (newer < older) sorted.push_back((*candidates)[--older]);
+    }
+  }
+  *candidates = std::move(sorted);
+}
+
+}  // namespace
+
+std::vector<LoopCandidate> FindLoopCandidates(const LoopScene& scene, const LoopOptions& options,
+                                              const LoopSubmaps& submaps, size_t limit) {
+  const Submap& newest = *scene.newest();
+  const Eigen::Vector3d middle = MiddleOf(newest);
+  const double radius = submaps.Radius(newest.id.index, 0);
+  std::vector<LoopCandidate> candidates;
+  for (size_t i = 0; i + 1 < scene.submaps.size(); ++i) {
+    const double way = scene.ways.back() - scene.ways[i];
+    if (way < options.min_way_m) break;
+    const KnownPose& known = scene.known[i];
+    LoopCandidate candidate{i, known.T_new_old};
+    candidate.apart_m = (known.T_new_old * MiddleOf(*scene.submaps[i]) - middle).norm();
+    candidate.reach_m = options.drift_sigmas * known.PositionSigma(middle);
+    const double nearest = std::max(0.0, candidate.apart_m - kReachShare * candidate.reach_m);
+    const double other = submaps.Radius(scene.submaps[i]->id.index, radius);
+    if (nearest > kMaxLoopApart * (radius + other) || way < kWayPerApart * nearest) continue;
+    candidate.reach_rad = options.drift_sigmas * known.RotationSigma();
+    candidates.push_back(candidate);
+  }
+  SortByNearness(&candidates);
+  if (candidates.size() > limit) candidates.resize(limit);
+  return candidates;
+}
+
+std::vector<LoopCandidate> FirstOfEachPass(const std::vector<LoopCandidate>& candidates,
+                                           const LoopScene& scene, double way_m) {
+  std::vector<LoopCandidate> first;
+  for (const LoopCandidate& candidate : candidates) {
+    const bool passed = std::any_of(first.begin(), first.end(), [&](const LoopCandidate& other) {
+      return std::abs(scene.ways[other.position] - scene.ways[candidate.position]) < way_m;
+    });
+    if (!passed) first.push_back(candidate);
+  }
+  return first;
+}
+
+}  // namespace isthmus::matching

@@ -1,0 +1,47 @@
+// Which older submaps the newest may lie on.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <set>
+#include <utility>
+#include <vector>
+
+#include "server/matching/loops/loop_drift.h"
+#include "server/matching/loops/loop_options.h"
+#include "server/matching/loops/loop_submaps.h"
+
+namespace isthmus::matching {
+
+// A session as of one of its submaps, which is the last of `submaps`.
+struct LoopScene {
+  std::vector<std::shared_ptr<const Submap>> submaps;
+  std::vector<Pose> T_map_submap;
+  std::vector<double> ways;     // WaysTravelled.
+  std::vector<LoopEdge> edges;  // Of loops closed so far, as far as they are believed.
+  std::set<std::pair<uint32_t, uint32_t>> joined;  // By index: all that were found, older first.
+  std::vector<KnownPose> known;                    // Of all but the last, from the last.
+
+  const std::shared_ptr<const Submap>& newest() const { return submaps.back(); }
+};
+
+struct LoopCandidate {
+  size_t position = 0;  // In the scene's submaps.
+  Pose T_new_old;       // Where odometry and the loops so far have it, ...
+  double apart_m = 0;   // ... how far that is, between the middles of the ways, ...
+  double reach_m = 0;   // ... how far off that may be, ...
+  double reach_rad = 0;
+};
+
+// Those far enough back along the way that may overlap the newest: nearest first, in steps of some
+// metres; of those equally near the newest and the oldest in turn, so that a place that is seen
+// again and again hangs on its latest and on its first look. At most `limit`.
+std::vector<LoopCandidate> FindLoopCandidates(const LoopScene& scene, const LoopOptions& options,
+                                              const LoopSubmaps& submaps, size_t limit);
+
+// The first of each stretch of the way, in their order.
+std::vector<LoopCandidate> FirstOfEachPass(const std::vector<LoopCandidate>& candidates,
+                                           const LoopScene& scene, double way_m);
+
+}  // namespace isthmus::matching

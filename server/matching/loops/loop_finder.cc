@@ -1,0 +1,170 @@
+#include "server/matching/loops/loop_finder.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "core/geometry/near.h"
+#include "server/matching/loops/loop_search.h"
+#include "server/matching/loops/loop_tracking.h"
+
+namespace isthmus::matching {
+namespace {
+
+// Of the older submaps that the newest may lie on, so many are looked at; of the passes they are
+// of, so many are searched.
+constexpr size_t kMaxCandidates = 48, kMaxSearches = 2;
+// An edge that the placement contradicts by more was found wrong there, or is not in it yet.
+constexpr double kPlacedM = 0.6, kPlacedRad = 0.06;
+// What a person rejected is not offered again if it is this much like it, along the way before and
+// after, so many times the least way.
+constexpr double kSaidM = 2, kSaidRad = 0.15, kSaidWays = 2;
+// A place that was searched in vain is left alone until the robot has gone so much farther, in
+// shares of the least way.
+constexpr double kPatienceShare = 0.8;
+
+bool IsLike(const Pose& T_a_b, const Pose& other_T_a_b) {
+  return AreNear(T_a_b, other_T_a_b, kPlacedM, kPlacedRad);
+}
+
+// Position of the submap of that index, or nothing.
+std::optional<size_t> FindPosition(const std::vector<std::shared_ptr<const Submap>>& submaps,
+                                   uint32_t index) {
+  const auto at = std::lower_bound(
+      submaps.begin(), submaps.end(), index,
+      [](const auto& submap, uint32_t wanted) { return submap->id.index < wanted; });
+  if (at == submaps.end() || (*at)->id.index != index) return std::nullopt;
+  return static_cast<size_t>(at - submaps.begin());
+}
+
+// Those of the closure among the submaps given; if `placed`, only those that hold there.
+void AddEdges(const LoopClosure& closure, const LoopQuery& query, bool placed,
+              std::vector<LoopEdge>* edges) {
+  if (closure.rejected) return;
+  for (const SubmapEdge& edge : closure.edges) {
+    const auto a = FindPosition(query.submaps, edge.submap_a),
+               b = FindPosition(query.submaps, edge.submap_b);
+    if (!a || !b || *a == *b) continue;
+    const Pose T_placed = query.T_map_submap[*a].Inverse() * query.T_map_submap[*b];
+    if (placed && !IsLike(edge.T_a_b, T_placed)) continue;
+    edges->push_back({*a, *b, edge.T_a_b, edge.information});
+  }
+}
+
+// The session as of its k-th submap.
+LoopScene SceneOf(const LoopQuery& query, size_t k, const std::vector<double>& ways,
+                  const std::vector<LoopClosure>& found, const LoopOptions& options) {
+  LoopScene scene;
+  const auto end = static_cast<std::ptrdiff_t>(k + 1);
+  scene.submaps.assign(query.submaps.begin(), query.submaps.begin() + end);
+  scene.T_map_submap.assign(query.T_map_submap.begin(), query.T_map_submap.begin() + end);
+  scene.ways.assign(ways.begin(), ways.begin() + end);
+  for (const auto* closures : {&query.known, &found}) {
+    for (const LoopClosure& closure : *closures) {
+      // What was found for the submap before may not have come into the placement yet.
+      const bool placed =
+          closures == &query.known && k > 0 && closure.submap_b < query.submaps[k - 1]->id.index;
+      AddEdges(closure, query, placed, &scene.edges);
+      for (const SubmapEdge& edge : closure.edges) {
+        scene.joined.emplace(edge.submap_a, edge.submap_b);
+      }
+    }
+  }
+  scene.known = LookBack(scene.submaps, scene.ways, scene.edges, options.drift);
+  return scene;
+}
+
+bool IsClosed(const LoopScene& scene) {
+  return std::any_of(scene.joined.begin(), scene.joined.end(),
+                     [&](const auto& pair) { return pair.second == scene.newest()->id.index; });
+}
+
+// Whether a person rejected a loop that says the same: that these stretches of the way lie on each
+// other like this.
+bool IsRejected(const LoopClosure& closure, const LoopScene& scene, const LoopQuery& query,
+                double way_m) {
+  const auto a = FindPosition(scene.submaps, closure.submap_a);
+  const auto b = FindPosition(scene.submaps, closure.submap_b);
+  const auto T_odom = [&](size_t i) { return scene.submaps[i]->T_odom_submap; };
+  const auto says_so = [&](const SubmapEdge& edge) {
+    const auto i = FindPosition(scene.submaps, edge.submap_a);
+    const auto j = FindPosition(scene.submaps, edge.submap_b);
+    if (!a || !b || !i || !j) return false;
+    const bool near = std::abs(scene.ways[*a] - scene.ways[*i]) < way_m &&
+                      std::abs(scene.ways[*b] - scene.ways[*j]) < way_m;
+    const Pose T_a_b =
+        T_odom(*a).Inverse() * T_odom(*i) * edge.T_a_b * T_odom(*j).Inverse() * T_odom(*b);
+    return near && AreNear(T_a_b, closure.T_a_b, kSaidM, kSaidRad);
+  };
+  return std::any_of(query.known.begin(), query.known.end(), [&](const LoopClosure& known) {
+    return known.rejected && std::any_of(known.edges.begin(), known.edges.end(), says_so);
+  });
+}
+
+}  // namespace
+
+struct LoopFinder::State {
+  struct Failure {  // A search in vain, in metres along the way.
+    double old_way = 0, new_way = 0;
+  };
+
+  State(const LoopOptions& loop_options, SubmapSource source, SubmapReader points)
+      : options(loop_options),
+        submaps(std::move(source), loop_options.prepared_submaps, std::move(points)) {}
+
+  bool WasInVain(double old_way, double new_way) const {
+    const double patience = kPatienceShare * options.min_way_m;
+    return std::any_of(failures.begin(), failures.end(), [&](const Failure& failure) {
+      return std::abs(failure.old_way - old_way) < patience && new_way - failure.new_way < patience;
+    });
+  }
+
+  std::optional<LoopClosure> FindFor(const LoopScene& scene) {
+    submaps.Prepared(scene.newest());
+    const auto candidates = FindLoopCandidates(scene, options, submaps, kMaxCandidates);
+    if (candidates.empty()) return std::nullopt;
+    if (auto followed = FollowLoop(scene, candidates, options, &submaps)) return followed;
+    size_t searches = 0;
+    for (const LoopCandidate& candidate : FirstOfEachPass(candidates, scene, options.min_way_m)) {
+      const double old_way = scene.ways[candidate.position], new_way = scene.ways.back();
+      if (WasInVain(old_way, new_way)) continue;
+      if (++searches > kMaxSearches) break;
+      const bool thorough = searches == 1;  // One such search is dear enough.
+      if (auto closed = CloseLoop(scene, candidate, options, thorough, &submaps)) return closed;
+      failures.push_back({old_way, new_way});
+    }
+    std::erase_if(failures, [&](const Failure& failure) {
+      return scene.ways.back() - failure.new_way > options.min_way_m;
+    });
+    return std::nullopt;
+  }
+
+  const LoopOptions options;
+  LoopSubmaps submaps;
+  std::vector<Failure> failures;
+};
+
+LoopFinder::LoopFinder(const LoopOptions& options, SubmapSource source, SubmapReader points)
+    : state_(std::make_unique<State>(options, std::move(source), std::move(points))) {}
+
+LoopFinder::~LoopFinder() = default;
+
+std::vector<LoopClosure> LoopFinder::Find(const LoopQuery& query) {
+  std::vector<LoopClosure> found;
+  if (!state_->options.enabled) return found;
+  state_->submaps.Keep(query.submaps);
+  const std::vector<double> ways = WaysTravelled(query.submaps);
+  for (size_t k = query.first_new; k < query.submaps.size(); ++k) {
+    const LoopScene scene = SceneOf(query, k, ways, found, state_->options);
+    // Asked before, perhaps before a restart.
+    if (IsClosed(scene)) continue;
+    auto closure = state_->FindFor(scene);
+    if (!closure) continue;
+    const double way_m = kSaidWays * state_->options.min_way_m;
+    if (!IsRejected(*closure, scene, query, way_m)) found.push_back(std::move(*closure));
+  }
+  return found;
+}
+
+}  // namespace isthmus::matching

@@ -1,0 +1,43 @@
+// Places that a session came back to: its newest submaps laid on its own older ones, and verified
+// as matches between sessions are.
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <vector>
+
+#include "core/loop_closure.h"
+#include "core/submap.h"
+#include "server/matching/loops/loop_options.h"
+#include "server/matching/prepared/prepared_map.h"
+
+namespace isthmus::matching {
+
+// A session as it is placed at present, loop closures found so far included.
+struct LoopQuery {
+  SessionId session;
+  std::vector<std::shared_ptr<const Submap>> submaps;  // In order of index; gaps are retired ones.
+  std::vector<Pose> T_map_submap;                      // Of each.
+  size_t first_new = 0;                                // Those from here on were not asked before.
+  std::vector<LoopClosure> known;                      // Found so far, rejected ones included.
+};
+
+// Of one session. Keeps prepared submaps and places, so that what a new submap costs does not grow
+// with the session. Not thread safe; starts no threads.
+class LoopFinder {
+ public:
+  // With `points` the submaps of queries may be outlines.
+  explicit LoopFinder(const LoopOptions& options = {}, SubmapSource source = PrepareSubmap,
+                      SubmapReader points = nullptr);
+  ~LoopFinder();
+
+  // At most a few closures for every new submap, without ids; none where nothing was found or
+  // nothing is certain enough. Deterministic.
+  std::vector<LoopClosure> Find(const LoopQuery& query);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace isthmus::matching

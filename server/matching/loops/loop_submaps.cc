@@ -1,0 +1,120 @@
+#include "server/matching/loops/loop_submaps.h"
+
+#include <algorithm>
+#include <iterator>
+#include <utility>
+
+namespace isthmus::matching {
+namespace {
+
+constexpr size_t kMinCapacity = 16;
+// Submaps whose surfaces are coarser look like outdoors.
+constexpr double kMaxIndoorVoxelM = 0.4;
+
+double WayWithin(const Submap& submap) {
+  double way = 0;
+  for (size_t i = 1; i < submap.keyframes.size(); ++i) {
+    way += (submap.keyframes[i].T_submap_sensor.translation() -
+            submap.keyframes[i - 1].T_submap_sensor.translation())
+               .norm();
+  }
+  return way;
+}
+
+// From the last keyframe of one to the first of the other.
+double WayBetween(const Submap& from, const Submap& to) {
+  const Pose& T_end = from.keyframes.back().T_submap_sensor;
+  return (from.T_odom_submap * T_end.translation() - to.T_odom_submap.translation()).norm();
+}
+
+}  // namespace
+
+LoopSubmaps::LoopSubmaps(SubmapSource source, size_t capacity, SubmapReader points)
+    : source_(std::move(source)),
+      points_(std::move(points)),
+      capacity_(std::max(capacity, kMinCapacity)) {}
+
+SessionMap LoopSubmaps::MapOf(const std::vector<std::shared_ptr<const Submap>>& submaps) const {
+  return {submaps.front()->id.session, submaps, points_};
+}
+
+std::shared_ptr<const PreparedMap> LoopSubmaps::Prepared(
+    const std::shared_ptr<const Submap>& submap) {
+  const uint32_t index = submap->id.index;
+  if (const auto found = used_.find(index); found != used_.end()) {
+    turns_.splice(turns_.end(), turns_, found->second.turn);
+    return found->second.prepared;
+  }
+  auto prepared = std::make_shared<const PreparedMap>(MapOf({submap}), source_);
+  if (facts_.count(index) == 0) {
+    Facts facts{prepared->submaps().front()->radius_m(), prepared->places()};
+    for (Place& place : facts.places) {
+      place.T_odom_place = submap->T_odom_submap.Inverse() * place.T_odom_place;
+    }
+    facts_.emplace(index, std::move(facts));
+  }
+  if (used_.size() >= capacity_) {
+    used_.erase(turns_.front());
+    turns_.pop_front();
+  }
+  used_.emplace(index, Used{prepared, turns_.insert(turns_.end(), index)});
+  return prepared;
+}
+
+PreparedMap LoopSubmaps::Window(const std::vector<std::shared_ptr<const Submap>>& submaps) {
+  const SubmapSource kept = [this](const std::shared_ptr<const Submap>& submap) {
+    return Prepared(submap)->submaps().front();
+  };
+  return PreparedMap(MapOf(submaps), kept);
+}
+
+const std::vector<Place>& LoopSubmaps::Places(const std::shared_ptr<const Submap>& submap) {
+  const auto found = facts_.find(submap->id.index);
+  if (found != facts_.end()) return found->second.places;
+  Prepared(submap);
+  return facts_.at(submap->id.index).places;
+}
+
+double LoopSubmaps::Radius(uint32_t index, double otherwise) const {
+  const auto found = facts_.find(index);
+  return found == facts_.end() ? otherwise : found->second.radius_m;
+}
+
+void LoopSubmaps::Keep(const std::vector<std::shared_ptr<const Submap>>& submaps) {
+  const auto gone = [&](uint32_t index) {
+    const auto at = std::lower_bound(
+        submaps.begin(), submaps.end(), index,
+        [](const auto& submap, uint32_t wanted) { return submap->id.index < wanted; });
+    return at == submaps.end() || (*at)->id.index != index;
+  };
+  std::erase_if(facts_, [&](const auto& entry) { return gone(entry.first); });
+  std::erase_if(turns_, gone);
+  std::erase_if(used_, [&](const auto& entry) { return gone(entry.first); });
+}
+
+bool IsOutdoors(const PreparedMap& map) {
+  return std::all_of(map.submaps().begin(), map.submaps().end(),
+                     [](const auto& submap) { return submap->voxel_m() > kMaxIndoorVoxelM; });
+}
+
+Eigen::Vector3d MiddleOf(const Submap& submap) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const Keyframe& keyframe : submap.keyframes) sum += keyframe.T_submap_sensor.translation();
+  return sum / static_cast<double>(std::max<size_t>(submap.keyframes.size(), 1));
+}
+
+std::vector<double> WaysTravelled(const std::vector<std::shared_ptr<const Submap>>& submaps) {
+  std::vector<double> ways;
+  double way = 0;
+  for (size_t k = 0; k < submaps.size(); ++k) {
+    const double within = WayWithin(*submaps[k]);
+    ways.push_back(way + 0.5 * within);
+    way += within;
+    if (k + 1 == submaps.size()) break;
+    const double retired = submaps[k + 1]->id.index - submaps[k]->id.index - 1;
+    way += WayBetween(*submaps[k], *submaps[k + 1]) + retired * within;
+  }
+  return ways;
+}
+
+}  // namespace isthmus::matching

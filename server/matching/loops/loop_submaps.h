@@ -1,0 +1,66 @@
+// What a session's submaps are to those who look for loops: prepared maps of one submap each, the
+// few that are in use kept in memory, and the little that is kept of all.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <list>
+#include <map>
+#include <memory>
+#include <vector>
+
+#include "core/submap.h"
+#include "server/matching/prepared/prepared_map.h"
+#include "server/matching/search/place_search.h"
+
+namespace isthmus::matching {
+
+// Not thread safe.
+class LoopSubmaps {
+ public:
+  // With `points` the submaps given may be outlines.
+  LoopSubmaps(SubmapSource source, size_t capacity, SubmapReader points);
+
+  // The submap alone, level, with its free space and places.
+  std::shared_ptr<const PreparedMap> Prepared(const std::shared_ptr<const Submap>& submap);
+  // From prepared submaps that are kept, as far as they are.
+  PreparedMap Window(const std::vector<std::shared_ptr<const Submap>>& submaps);
+  // In the submap's frame: T_odom_place is T_submap_place. Prepares the submap if it never was.
+  const std::vector<Place>& Places(const std::shared_ptr<const Submap>& submap);
+  // Of the surface's sphere; `otherwise` while the submap was never prepared.
+  double Radius(uint32_t index, double otherwise) const;
+
+  // Forgets everything about submaps that are not among these, in order of index.
+  void Keep(const std::vector<std::shared_ptr<const Submap>>& submaps);
+
+ private:
+  struct Used {
+    std::shared_ptr<const PreparedMap> prepared;
+    std::list<uint32_t>::iterator turn;
+  };
+  struct Facts {
+    double radius_m = 0;
+    std::vector<Place> places;
+  };
+
+  SessionMap MapOf(const std::vector<std::shared_ptr<const Submap>>& submaps) const;
+
+  const SubmapSource source_;
+  const SubmapReader points_;
+  const size_t capacity_;
+  std::map<uint32_t, Used> used_;
+  std::list<uint32_t> turns_;  // Least recently used first.
+  std::map<uint32_t, Facts> facts_;
+};
+
+// As its submaps say, all of them.
+bool IsOutdoors(const PreparedMap& map);
+
+// Where the sensor was in the middle of the submap, in its frame.
+Eigen::Vector3d MiddleOf(const Submap& submap);
+
+// The way travelled to the middle of each, from the first submap's beginning. Retired submaps in
+// between count as long as the one before them.
+std::vector<double> WaysTravelled(const std::vector<std::shared_ptr<const Submap>>& submaps);
+
+}  // namespace isthmus::matching

@@ -1,0 +1,149 @@
+#include "server/matching/loops/loop_tracking.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "server/matching/loops/loop_confidence.h"
+#include "server/matching/pairs/submap_alignment.h"
+
+namespace isthmus::matching {
+namespace {
+
+// What an alignment of two submaps captures.
+constexpr double kWellM = 2.0, kWellRad = 0.2;
+// Known worse than this, one alignment is believed only if another agrees with it.
+constexpr double kAloneM = 1.2;
+constexpr double kAgreeM = 0.5, kAgreeRad = 0.05;
+constexpr double kMinGateM = 0.5;
+constexpr double kAgreementReachM = 0.3;
+// An alignment's own error, beside what is known before it.
+constexpr double kSlackM = 0.1, kSlackRad = 0.01;
+// Single submaps have fewer comparisons than windows of several.
+constexpr int64_t kComparisonShare = 2;
+// One pass gives two edges, so that there are some left for other times.
+constexpr int kEdgesPerPass = 2;
+// Behind so many candidates those with fewer edges than this come first.
+constexpr int kFirst = 1, kHeld = 2;
+
+struct Laid {
+  SubmapEdge edge;
+  SurfaceAgreement agreement;
+  FreeSpaceScore free_space;
+};
+
+std::optional<Laid> LayOn(const LoopScene& scene, const LoopCandidate& candidate,
+                          const PreparedMap& fresh, const LoopOptions& options,
+                          LoopSubmaps* submaps) {
+  const std::shared_ptr<const PreparedMap> old =
+      submaps->Prepared(scene.submaps[candidate.position]);
+  const PreparedSubmap &a = *old->submaps().front(), &b = *fresh.submaps().front();
+  const auto aligned = AlignSubmaps(a, b, candidate.T_new_old.Inverse(),
+                                    std::clamp(candidate.reach_m, kMinGateM, kWellM));
+  if (!aligned) return std::nullopt;
+  const Pose& T_a_b = aligned->T_a_b;
+  const double chi2 =
+      scene.known[candidate.position].Chi2(T_a_b.Inverse(), b.center(), kSlackM, kSlackRad);
+  if (chi2 > options.drift_sigmas * options.drift_sigmas) return std::nullopt;
+  Laid laid;
+  laid.edge = {a.submap().id.index, b.submap().id.index, T_a_b, aligned->information};
+  laid.agreement = MeasureAgreement(b, T_a_b, old->submaps(), {Pose()}, kAgreementReachM);
+  const bool outdoors = IsOutdoors(*old) && IsOutdoors(fresh);
+  laid.free_space = ScoreFreeSpace(old->free_space(), fresh.free_space(), {{Pose()}, {T_a_b}},
+                                   FreeSpaceOptions::For(outdoors));
+  const double limit = outdoors ? options.max_free_space_outdoors : options.max_free_space;
+  const bool agrees = laid.free_space.violation() <= limit &&
+                      laid.free_space.comparisons() * kComparisonShare >= options.min_comparisons &&
+                      static_cast<double>(laid.agreement.on) >=
+                          options.min_overlap * static_cast<double>(laid.agreement.asked);
+  if (!agrees) return std::nullopt;
+  return laid;
+}
+
+// Whether the newest submap lies the same by both.
+bool Agree(const LoopScene& scene, size_t position, const Laid& laid, size_t other_position,
+           const Laid& other) {
+  const auto T_new = [&](size_t i) { return scene.known[i].T_new_old; };
+  const Pose T_old_old = T_new(position).Inverse() * T_new(other_position);
+  const Pose apart = laid.edge.T_a_b.Inverse() * T_old_old * other.edge.T_a_b;
+  return apart.translation().norm() < kAgreeM && RotationAngle(apart) < kAgreeRad;
+}
+
+// Those that hang on the rest by an edge or none of late come right after the first: with the
+// submaps that are retired go edges, and what no loop holds any more lies where odometry has it.
+std::vector<LoopCandidate> LonelyFirst(const LoopScene& scene,
+                                       const std::vector<LoopCandidate>& candidates) {
+  std::vector<int> held(scene.submaps.size(), 0);
+  for (const LoopEdge& edge : scene.edges) {
+    ++held[edge.a];
+    ++held[edge.b];
+  }
+  std::vector<LoopCandidate> sorted = candidates;
+  if (sorted.size() > kFirst) {
+    std::stable_partition(
+        sorted.begin() + kFirst, sorted.end(),
+        [&](const LoopCandidate& candidate) { return held[candidate.position] < kHeld; });
+  }
+  return sorted;
+}
+
+LoopClosure Close(const std::vector<Laid>& laid, const LoopScene& scene) {
+  LoopClosure closure;
+  const Laid& first = laid.front();
+  closure.session = scene.newest()->id.session;
+  closure.submap_a = first.edge.submap_a;
+  closure.submap_b = first.edge.submap_b;
+  closure.T_a_b = first.edge.T_a_b;
+  SurfaceAgreement agreement;
+  FreeSpaceScore free_space;
+  for (const Laid& one : laid) {
+    closure.edges.push_back(one.edge);
+    agreement += one.agreement;
+    free_space += one.free_space;
+  }
+  const auto on = static_cast<double>(agreement.on);
+  closure.overlap = on / static_cast<double>(std::max<int64_t>(agreement.asked, 1));
+  closure.residual_m = std::sqrt(agreement.squared_m2 / std::max(on, 1.0));
+  closure.free_space = free_space.violation();
+  closure.comparisons = free_space.comparisons();
+  closure.source = "odometry";
+  return closure;
+}
+
+}  // namespace
+
+bool IsKnownWell(const LoopCandidate& candidate) {
+  return candidate.reach_m < kWellM && candidate.reach_rad < kWellRad;
+}
+
+std::optional<LoopClosure> FollowLoop(const LoopScene& scene,
+                                      const std::vector<LoopCandidate>& candidates,
+                                      const LoopOptions& options, LoopSubmaps* submaps) {
+  const std::shared_ptr<const PreparedMap> fresh = submaps->Prepared(scene.newest());
+  std::vector<Laid> laid;
+  std::vector<size_t> taken;
+  double reach = 0;
+  size_t tried = 0;
+  for (const LoopCandidate& candidate : LonelyFirst(scene, candidates)) {
+    if (laid.size() >= options.max_edges || tried >= options.max_edges + 2) break;
+    const auto of_this_pass = std::count_if(taken.begin(), taken.end(), [&](size_t position) {
+      return std::abs(scene.ways[position] - scene.ways[candidate.position]) < options.min_way_m;
+    });
+    if (!IsKnownWell(candidate) || of_this_pass >= kEdgesPerPass) continue;
+    ++tried;
+    std::optional<Laid> one = LayOn(scene, candidate, *fresh, options, submaps);
+    if (!one) continue;
+    laid.push_back(std::move(*one));
+    taken.push_back(candidate.position);
+    reach = std::max(reach, candidate.reach_m);
+  }
+  if (laid.empty() || (laid.size() == 1 && reach > kAloneM)) return std::nullopt;
+  for (size_t i = 1; i < laid.size(); ++i) {
+    if (!Agree(scene, taken[0], laid[0], taken[i], laid[i])) return std::nullopt;
+  }
+  LoopClosure closure = Close(laid, scene);
+  const bool outdoors = IsOutdoors(*fresh);
+  DescribeLoop(outdoors ? options.max_free_space_outdoors : options.max_free_space, &closure);
+  return closure;
+}
+
+}  // namespace isthmus::matching

@@ -1,0 +1,186 @@
+#include "server/matching/loops/revisits.h"
+
+#include <algorithm>
+#include <map>
+#include <tuple>
+#include <utility>
+
+#include "server/matching/prepared/looks.h"
+
+namespace isthmus::matching {
+namespace {
+
+// Points of a submap that are asked.
+constexpr size_t kPoints = 300;
+// A new submap looks at so many of the older ones at most, the nearest.
+constexpr size_t kMaxOlder = 96;
+// So many new submaps are taken in per call.
+constexpr size_t kMaxNew = 6;
+// They look at each other when their surfaces' spheres come so near, in shares of their radii.
+constexpr double kMaxApart = 0.8;
+// A map is made anew for no fewer, and of no more that overlap each other.
+constexpr size_t kMinBatch = 4, kMaxOfAPlace = 4;
+constexpr double kMinBatchShare = 0.05;
+constexpr double kPlaceShare = 0.3;  // Of their radii, apart: one place.
+// Looked at so seldom, a contradiction says nothing.
+constexpr int kMinSeen = 10;
+
+std::vector<Eigen::Vector3f> Sample(const PreparedSubmap& submap) {
+  std::vector<Eigen::Vector3f> points;
+  const size_t stride = submap.surface().size() / kPoints + 1;
+  for (size_t i = 0; i < submap.surface().size(); i += stride) {
+    points.push_back(submap.surface()[i].position);
+  }
+  return points;
+}
+
+// What is kept of a submap.
+struct Counted {
+  int64_t last_stamp_ns = 0;
+  bool is_readable = true;
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();
+  double radius_m = 0;
+  std::vector<Eigen::Vector3f> points;
+  std::vector<uint8_t> looks;  // Of each point; not above the limit.
+};
+
+// In the order in which they end.
+using Order = std::tuple<int64_t, SubmapId>;
+
+}  // namespace
+
+struct RevisitCounter::State {
+  State(const RevisitOptions& revisit_options, PreparedReader reader)
+      : options(revisit_options), read(std::move(reader)) {
+    options.min_looks = std::clamp(options.min_looks, 1, 255);
+  }
+
+  void Forget(const std::map<SubmapId, const PlacedSubmap*>& placed) {
+    std::erase_if(counted, [&](const auto& entry) { return placed.count(entry.first) == 0; });
+  }
+
+  // Which of those placed are not counted yet, the first few to end.
+  std::vector<const PlacedSubmap*> TakeNew(const std::vector<PlacedSubmap>& placed) const {
+    std::vector<const PlacedSubmap*> fresh;
+    for (const PlacedSubmap& one : placed) {
+      if (counted.count(one.submap->id) == 0) fresh.push_back(&one);
+    }
+    std::sort(fresh.begin(), fresh.end(), [](const PlacedSubmap* x, const PlacedSubmap* y) {
+      return Order(x->submap->last_stamp_ns, x->submap->id) <
+             Order(y->submap->last_stamp_ns, y->submap->id);
+    });
+    if (fresh.size() > kMaxNew) fresh.resize(kMaxNew);
+    return fresh;
+  }
+
+  void TakeIn(const PlacedSubmap& fresh, const std::map<SubmapId, const PlacedSubmap*>& placed) {
+    const std::shared_ptr<const PreparedSubmap> prepared = read(fresh.submap->id);
+    Counted own;
+    own.last_stamp_ns = fresh.submap->last_stamp_ns;
+    own.is_readable = prepared != nullptr;
+    if (!own.is_readable) {
+      counted.emplace(fresh.submap->id, std::move(own));
+      return;
+    }
+    LookAtOlder(fresh, *prepared, placed);
+    own.center = prepared->center();
+    own.radius_m = prepared->radius_m();
+    own.points = Sample(*prepared);
+    own.looks.assign(own.points.size(), 0);
+    counted.emplace(fresh.submap->id, std::move(own));
+  }
+
+  void LookAtOlder(const PlacedSubmap& fresh, const PreparedSubmap& prepared,
+                   const std::map<SubmapId, const PlacedSubmap*>& placed) {
+    std::vector<std::tuple<double, SubmapId>> near;
+    const Eigen::Vector3d middle = fresh.T_map_submap * prepared.center();
+    for (const auto& [id, older] : counted) {
+      const PlacedSubmap& there = *placed.at(id);
+      if (there.component != fresh.component) continue;
+      if (Order(older.last_stamp_ns, id) > Order(fresh.submap->last_stamp_ns, fresh.submap->id)) {
+        continue;
+      }
+      const double apart = (there.T_map_submap * older.center - middle).norm();
+      const double reach = kMaxApart * (older.radius_m + prepared.radius_m());
+      if (apart < reach) near.emplace_back(apart, id);
+    }
+    std::sort(near.begin(), near.end());
+    if (near.size() > kMaxOlder) near.resize(kMaxOlder);
+    for (const auto& [apart, id] : near) {
+      Count(prepared, fresh.T_map_submap.Inverse() * placed.at(id)->T_map_submap, &counted.at(id));
+    }
+  }
+
+  void Count(const PreparedSubmap& later, const Pose& T_later_older, Counted* older) const {
+    const std::vector<Look> looks = LookAt(older->points, later, T_later_older);
+    const auto on = std::count(looks.begin(), looks.end(), Look::kOn);
+    const auto through = std::count(looks.begin(), looks.end(), Look::kThrough);
+    if (on + through < kMinSeen || through > on) return;
+    for (size_t i = 0; i < looks.size(); ++i) {
+      if (looks[i] == Look::kNone || older->looks[i] >= options.min_looks) continue;
+      ++older->looks[i];
+    }
+  }
+
+  bool MayGo(const Counted& one) const {
+    if (!one.is_readable) return false;
+    const auto often = std::count_if(one.looks.begin(), one.looks.end(),
+                                     [&](uint8_t looks) { return looks >= options.min_looks; });
+    return static_cast<double>(often) >= options.min_share * static_cast<double>(one.looks.size());
+  }
+
+  // Of each session but its newest, in order of id.
+  std::vector<SubmapId> WhatMayGo(const std::map<SubmapId, const PlacedSubmap*>& placed) const {
+    std::map<SessionId, std::vector<SubmapId>> sessions;
+    for (const auto& [id, one] : placed) sessions[id.session].push_back(id);
+    std::vector<SubmapId> going;
+    for (const auto& [session, ids] : sessions) {
+      const auto keep = static_cast<size_t>(std::max(options.keep_newest, 0));
+      std::vector<SubmapId> of_session;
+      for (size_t i = 0; i + keep < ids.size(); ++i) {
+        const auto found = counted.find(ids[i]);
+        if (found == counted.end() || !MayGo(found->second)) continue;
+        if (IsCrowded(ids[i], of_session, placed)) continue;
+        of_session.push_back(ids[i]);
+      }
+      const double share = kMinBatchShare * static_cast<double>(ids.size());
+      const bool worth = of_session.size() >= kMinBatch ||
+                         (!of_session.empty() && static_cast<double>(of_session.size()) >= share);
+      if (worth) going.insert(going.end(), of_session.begin(), of_session.end());
+    }
+    return going;
+  }
+
+  // Whether enough of the same place go already.
+  bool IsCrowded(const SubmapId& id, const std::vector<SubmapId>& going,
+                 const std::map<SubmapId, const PlacedSubmap*>& placed) const {
+    const Counted& one = counted.at(id);
+    const Eigen::Vector3d center = placed.at(id)->T_map_submap * one.center;
+    const auto of_place = std::count_if(going.begin(), going.end(), [&](const SubmapId& other) {
+      const Counted& there = counted.at(other);
+      const double apart = (placed.at(other)->T_map_submap * there.center - center).norm();
+      return apart < kPlaceShare * (one.radius_m + there.radius_m);
+    });
+    return static_cast<size_t>(of_place) >= kMaxOfAPlace;
+  }
+
+  RevisitOptions options;
+  PreparedReader read;
+  std::map<SubmapId, Counted> counted;
+};
+
+RevisitCounter::RevisitCounter(const RevisitOptions& options, PreparedReader prepared)
+    : state_(std::make_unique<State>(options, std::move(prepared))) {}
+
+RevisitCounter::~RevisitCounter() = default;
+
+std::vector<SubmapId> RevisitCounter::Update(const std::vector<PlacedSubmap>& placed) {
+  if (!state_->options.retire) return {};
+  std::map<SubmapId, const PlacedSubmap*> by_id;
+  for (const PlacedSubmap& one : placed) by_id[one.submap->id] = &one;
+  state_->Forget(by_id);
+  for (const PlacedSubmap* fresh : state_->TakeNew(placed)) state_->TakeIn(*fresh, by_id);
+  return state_->WhatMayGo(by_id);
+}
+
+}  // namespace isthmus::matching

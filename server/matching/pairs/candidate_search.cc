@@ -1,0 +1,133 @@
+#include "server/matching/pairs/candidate_search.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "core/stopwatch.h"
+#include "server/matching/paper/feature_chain.h"
+#include "server/matching/paper/feature_chain_options.h"
+#include "server/matching/prepared/shared_area.h"
+#include "server/matching/search/birds_eye.h"
+
+namespace isthmus::matching {
+namespace {
+
+// Maps are levelled: what stands this much askew to gravity after refinement is no merge of them. A
+// building turned upside down fits its mirror image.
+constexpr double kMaxTiltRad = 0.2;
+// Of the chain's candidates, in the odom frames, each within about 10 degrees of level.
+constexpr double kMaxOdomTiltRad = 0.4;
+
+// Candidates of the bird's-eye search with less than this share of the best one's score are no
+// rivals of it: a twin scores half of it and more.
+constexpr double kMinScoreShare = 0.1;
+
+// Of the places that look most alike, so many are tried.
+constexpr size_t kPlacesTried = 4;
+
+Eigen::Vector3d MeanSensor(const PreparedMap& map) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  const auto& sensors = map.whole().walls.sensors();
+  for (const Eigen::Vector3f& sensor : sensors) sum += sensor.cast<double>();
+  if (!sensors.empty()) sum /= static_cast<double>(sensors.size());
+  return map.T_level_odom().Inverse() * sum;
+}
+
+}  // namespace
+
+CandidateSearch::CandidateSearch(const PreparedMap& a, const PreparedMap& b, std::stop_token stop)
+    : a_(a), b_(b), scale_(PairScale(a.whole().walls, b.whole().walls)), stop_(std::move(stop)) {
+  refine_options_ = a.whole().refine_options;
+  refine_options_.voxel_m = std::max(refine_options_.voxel_m, b.whole().refine_options.voxel_m);
+  if (scale_.outdoors) refine_options_.coarse_distance_m *= 1.5;
+  middle_b_ = MeanSensor(b);
+}
+
+void CandidateSearch::ByBirdsEye(std::vector<Hypothesis>* found, std::vector<StageTime>* stages,
+                                 const Possible& possible) {
+  BirdsEyeOptions options;
+  options.stop = stop_;
+  if (possible) options.candidates *= 2;  // Many of them may lie elsewhere.
+  std::vector<Candidate> candidates =
+      SearchBirdsEye(a_.whole().walls, b_.whole().walls, options, stages);
+  if (possible) std::erase_if(candidates, [&](const Candidate& c) { return !possible(c.T_a_b); });
+  std::erase_if(candidates, [least = candidates.empty() ? 0 : candidates[0].score](
+                                const Candidate& c) { return c.score < kMinScoreShare * least; });
+  Take(candidates, found, stages);
+}
+
+void CandidateSearch::ByPlaces(std::vector<Hypothesis>* found, std::vector<StageTime>* stages) {
+  const Stopwatch watch;
+  const std::vector<Candidate> candidates = SearchPlaces(a_.places(), b_.places(), kPlacesTried);
+  stages->push_back({"places", watch.Ms()});
+  Take(candidates, found, stages);
+}
+
+void CandidateSearch::ByFeatures(std::vector<Hypothesis>* found, std::vector<StageTime>* stages) {
+  if (stop_.stop_requested()) return;
+  FeatureChainOptions chain;
+  const bool known = a_.gravity_known() && b_.gravity_known();
+  chain.ransac.max_tilt_rad = known ? kMaxOdomTiltRad : M_PI;
+  Take(SearchByFeatures(a_.session_map(), b_.session_map(), chain, stages), found, stages);
+}
+
+void CandidateSearch::Take(const std::vector<Candidate>& candidates, std::vector<Hypothesis>* found,
+                           std::vector<StageTime>* stages) {
+  Stopwatch watch;
+  candidates_ += static_cast<uint32_t>(candidates.size());
+  std::vector<Hypothesis> fresh;
+  for (const Candidate& candidate : candidates) {
+    if (stop_.stop_requested()) return;
+    const Refinement refined = RefineAlignment(a_.whole().refinable, b_.whole().refinable,
+                                               candidate.T_a_b, refine_options_);
+    if (!refined.T_a_b.IsFinite() || Tilt(refined.T_a_b) > kMaxTiltRad) continue;
+    const auto is_known = [&](const std::vector<Hypothesis>& among) {
+      return std::any_of(among.begin(), among.end(), [&](const Hypothesis& other) {
+        return IsSameAlignment(refined.T_a_b, other.T_a_b, middle_b_);
+      });
+    };
+    if (is_known(*found) || is_known(fresh)) continue;
+    Hypothesis h;
+    h.source = candidate.source;
+    h.outdoors = scale_.outdoors;
+    h.T_a_b = refined.T_a_b;
+    h.converged = refined.converged;
+    fresh.push_back(std::move(h));
+  }
+  stages->push_back({"refine", watch.Lap()});
+  for (Hypothesis& h : fresh) {
+    if (stop_.stop_requested()) return;
+    h.free_space = ScoreFreeSpace(a_.free_space(), b_.free_space(),
+                                  MapPoses::Rigid(a_.session_map(), b_.session_map(), h.T_a_b),
+                                  FreeSpaceOptions::For(scale_.outdoors));
+    found->push_back(std::move(h));
+  }
+  stages->push_back({"free_space", watch.Lap()});
+}
+
+// Angle between the two maps' verticals.
+double CandidateSearch::Tilt(const Pose& T_a_b) const {
+  const Eigen::Vector3d up_b = b_.T_level_odom().rotation().inverse() * Eigen::Vector3d::UnitZ();
+  const Eigen::Vector3d up_level = (a_.T_level_odom() * T_a_b).rotation() * up_b;
+  return std::acos(std::clamp(up_level.z(), -1.0, 1.0));
+}
+
+void CandidateSearch::MeasureShared(Hypothesis* h) {
+  if (a_cells_.cell_m == 0) {
+    const double cell = CellThatFits(a_.whole().walls, b_.whole().walls, scale_, 2 * scale_.cell_m);
+    a_cells_ = MakeBirdsEyeCells(a_.whole().walls, scale_, cell);
+    b_cells_ = MakeBirdsEyeCells(b_.whole().walls, scale_, cell);
+  }
+  const Pose T_b_level = b_.T_level_odom().Inverse();
+  const Pose T_level_level = a_.T_level_odom() * h->T_a_b * T_b_level;
+  const SharedArea shared = MeasureSharedArea(a_cells_, b_cells_, T_level_level);
+  h->shared_area_m2 = shared.area_m2;
+  h->shared_share = shared.share;
+  // At the height of b's sensor, wherever the origins of the odom frames are.
+  const double height = (a_.T_level_odom() * h->T_a_b * middle_b_).z();
+  h->shared_center =
+      a_.T_level_odom().Inverse() * Eigen::Vector3d(shared.center.x(), shared.center.y(), height);
+}
+
+}  // namespace isthmus::matching

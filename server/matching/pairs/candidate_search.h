@@ -1,0 +1,53 @@
+// Where two whole maps could lie on each other: what the searches propose, each refined rigidly.
+#pragma once
+
+#include <functional>
+#include <stop_token>
+#include <vector>
+
+#include "core/match.h"
+#include "server/matching/pairs/hypothesis.h"
+#include "server/matching/prepared/prepared_map.h"
+#include "server/matching/registration/candidate.h"
+#include "server/matching/search/birds_eye_image.h"
+
+namespace isthmus::matching {
+
+// Of one pair of maps. The maps must outlive it. Not thread safe.
+class CandidateSearch {
+ public:
+  // With `stop` requested nothing more is found.
+  CandidateSearch(const PreparedMap& a, const PreparedMap& b, std::stop_token stop = {});
+
+  // Which transforms between the odom frames need not be looked at.
+  using Possible = std::function<bool(const Pose& T_a_b)>;
+
+  // Each appends hypotheses that are not among `*found` yet, refined and with the free space of the
+  // rigid alignment, and stage times. Only what is `possible`, where that is given, is refined.
+  void ByBirdsEye(std::vector<Hypothesis>* found, std::vector<StageTime>* stages,
+                  const Possible& possible = {});
+  void ByPlaces(std::vector<Hypothesis>* found, std::vector<StageTime>* stages);
+  void ByFeatures(std::vector<Hypothesis>* found, std::vector<StageTime>* stages);
+  void Take(const std::vector<Candidate>& candidates, std::vector<Hypothesis>* found,
+            std::vector<StageTime>* stages);
+
+  // Fills the ground that both know; whole maps only.
+  void MeasureShared(Hypothesis* h);
+
+  bool outdoors() const { return scale_.outdoors; }
+  uint32_t candidates() const { return candidates_; }  // Refined so far.
+
+ private:
+  double Tilt(const Pose& T_a_b) const;
+
+  const PreparedMap& a_;
+  const PreparedMap& b_;
+  const SceneScale scale_;
+  const std::stop_token stop_;
+  RefineOptions refine_options_;
+  Eigen::Vector3d middle_b_ = Eigen::Vector3d::Zero();  // Of b's sensors, b's odom frame.
+  BirdsEyeCells a_cells_, b_cells_;
+  uint32_t candidates_ = 0;
+};
+
+}  // namespace isthmus::matching

@@ -1,0 +1,16 @@
+// What is to be made of the hypotheses about a pair of maps.
+#pragma once
+
+#include <vector>
+
+#include "core/match.h"
+#include "server/matching/pairs/hypothesis.h"
+#include "server/matching/pairs/matcher_options.h"
+
+namespace isthmus::matching {
+
+// Fills everything of `match` that follows from the hypotheses, best first: state, reason, detail,
+// transform and all figures.
+void Decide(const std::vector<Hypothesis>& ranked, const MatcherOptions& options, Match* match);
+
+}  // namespace isthmus::matching

@@ -1,0 +1,211 @@
+#include "server/matching/pairs/hypothesis.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "core/geometry/near.h"
+
+namespace isthmus::matching {
+namespace {
+
+constexpr double kSameShiftM = 1.0, kSameTurnRad = 0.09;
+// A point lies on the other map when it is this near.
+constexpr double kOverlapM = 0.3;
+// Pairs of points may be this far off where a joint refinement begins: what drift leaves of a
+// rigid fit.
+constexpr double kFirstGateM = 2.0, kNextGateM = 1.0;
+// Submaps that moved by more have to be compared anew.
+constexpr double kMovedM = 0.1, kMovedRad = 0.01;
+
+size_t SurfaceSize(const PreparedMap& map) {
+  size_t size = 0;
+  for (const auto& submap : map.submaps()) size += submap->surface().size();
+  return size;
+}
+
+// The smallest eigenvalue of the translation's information about `center` with the rotation free
+// (Schur complement), per inlier and in units of one inlier's.
+double WeakestHold(const SurfaceAgreement& agreement, const Eigen::Vector3d& center) {
+  if (agreement.on == 0) return 0;
+  // A twist [rho; phi] about the origin moves the center by rho' = rho + phi x center.
+  Matrix6d J = Matrix6d::Identity();
+  J.topRightCorner<3, 3>() = Skew(center);
+  const Matrix6d H = J.transpose() * agreement.scatter * J;
+  const Eigen::Matrix3d rotation = H.bottomRightCorner<3, 3>();
+  const Eigen::Matrix3d cross = H.topRightCorner<3, 3>();
+  const Eigen::Matrix3d held =
+      H.topLeftCorner<3, 3>() - cross * rotation.ldlt().solve(cross.transpose());
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(held, Eigen::EigenvaluesOnly);
+  const double least = solver.eigenvalues()[0];
+  return least > 0 ? least / static_cast<double>(agreement.on) : 0;
+}
+
+// Whose surface is asked, and of whom.
+struct Sides {
+  const PreparedSubmaps &moving, &fixed;
+  const std::vector<Pose>&moving_poses, &fixed_poses;
+};
+
+Sides SidesOf(const PreparedMap& a, const PreparedMap& b, const Hypothesis& h) {
+  const MapPoses& poses = h.joint.poses;
+  return h.moving_is_b ? Sides{b.submaps(), a.submaps(), poses.b, poses.a}
+                       : Sides{a.submaps(), b.submaps(), poses.a, poses.b};
+}
+
+// Of every submap of the moving map that `asked(k)` says yes to.
+template <typename Asked>
+void MeasureSurface(const PreparedMap& a, const PreparedMap& b, const Asked& asked, Hypothesis* h) {
+  const auto& [moving, fixed, moving_poses, fixed_poses] = SidesOf(a, b, *h);
+  h->agreement.resize(moving.size());
+  SurfaceAgreement sum;
+  for (size_t k = 0; k < moving.size(); ++k) {
+    if (asked(k)) {
+      h->agreement[k] =
+          MeasureAgreement(*moving[k], moving_poses[k], fixed, fixed_poses, kOverlapM);
+    }
+    sum += h->agreement[k];
+  }
+  const auto share = [](double part, double whole) { return whole > 0 ? part / whole : 0; };
+  const auto on = static_cast<double>(sum.on);
+  h->inliers = sum.on;
+  h->overlap = share(on, static_cast<double>(sum.asked));
+  h->inlier_ratio = share(on, static_cast<double>(sum.near));
+  h->residual_m = std::sqrt(share(sum.squared_m2, on));
+  h->hold = WeakestHold(sum, h->shared_center);
+}
+
+bool HasMoved(const std::vector<Pose>& before, const std::vector<Pose>& after) {
+  for (size_t k = 0; k < before.size(); ++k) {
+    const Pose moved = before[k].Inverse() * after[k];
+    if (moved.translation().norm() > kMovedM || RotationAngle(moved) > kMovedRad) return true;
+  }
+  return false;
+}
+
+// New submaps follow the last one that was placed.
+void PlaceNew(const PreparedSubmaps& submaps, const Pose& T_common_odom, std::vector<Pose>* poses) {
+  for (size_t k = poses->size(); k < submaps.size(); ++k) {
+    const Pose& T_odom_submap = submaps[k]->submap().T_odom_submap;
+    poses->push_back(k == 0 ? T_common_odom * T_odom_submap
+                            : (*poses)[k - 1] * submaps[k - 1]->submap().T_odom_submap.Inverse() *
+                                  T_odom_submap);
+  }
+}
+
+// Reduces `items` to those at the positions kept, as far as there are so many.
+template <typename T>
+void Reduce(const std::vector<size_t>& kept, std::vector<T>* items) {
+  std::vector<T> left;
+  for (const size_t i : kept) {
+    if (i < items->size()) left.push_back((*items)[i]);
+  }
+  *items = std::move(left);
+}
+
+// Where the item at a position is after Reduce, or nothing.
+std::optional<uint32_t> PositionAfter(const std::vector<size_t>& kept, uint32_t position) {
+  const auto at = std::lower_bound(kept.begin(), kept.end(), position);
+  if (at == kept.end() || *at != position) return std::nullopt;
+  return static_cast<uint32_t>(at - kept.begin());
+}
+
+}  // namespace
+
+double Hypothesis::Support() const {
+  if (max_free_space <= 0) return 0;
+  return static_cast<double>(free_space.agree) -
+         static_cast<double>(free_space.front) * (1 - max_free_space) / max_free_space;
+}
+
+void RankHypotheses(std::vector<Hypothesis>* hypotheses) {
+  std::stable_sort(
+      hypotheses->begin(), hypotheses->end(),
+      [](const Hypothesis& x, const Hypothesis& y) { return x.Support() > y.Support(); });
+}
+
+bool IsSameAlignment(const Pose& T_a_b, const Pose& other_T_a_b, const Eigen::Vector3d& middle_b) {
+  return (T_a_b * middle_b - other_T_a_b * middle_b).norm() < kSameShiftM &&
+         RotationAngle(T_a_b.Inverse() * other_T_a_b) < kSameTurnRad;
+}
+
+bool IsSamePlace(const JointRefinement& joint, const JointRefinement& other) {
+  size_t same = 0;
+  for (const SubmapEdge& edge : joint.edges) {
+    const Pose T_there = other.poses.a[edge.submap_a].Inverse() * other.poses.b[edge.submap_b];
+    same += AreNear(edge.T_a_b, T_there, kSameShiftM, kSameTurnRad);
+  }
+  return 2 * same > joint.edges.size();
+}
+
+void MeasureJointly(const PreparedMap& a, const PreparedMap& b, Hypothesis* h) {
+  h->joint = {MapPoses::Rigid(a.session_map(), b.session_map(), h->T_a_b), {}, 0, h->T_a_b};
+  h->converged = RefineJointly(a.submaps(), b.submaps(), kFirstGateM, 0, 0, &h->joint);
+  h->T_a_b = h->joint.T_a_b;
+  h->strain = h->joint.strain;
+  h->moving_is_b = SurfaceSize(b) <= SurfaceSize(a);
+  MeasureSurface(
+      a, b, [](size_t) { return true; }, h);
+  h->free_space = ScoreFreeSpace(a.free_space(), b.free_space(), h->joint.poses,
+                                 FreeSpaceOptions::For(h->outdoors));
+}
+
+void ExtendJointly(const PreparedMap& a, const PreparedMap& b, size_t first_a, size_t first_b,
+                   Hypothesis* h) {
+  const MapPoses before = h->joint.poses;
+  PlaceNew(a.submaps(), Pose(), &h->joint.poses.a);
+  PlaceNew(b.submaps(), h->T_a_b, &h->joint.poses.b);
+  // Where all that were aligned were retired, the others are, from where these left them.
+  const bool lost = h->joint.edges.empty();
+  // Where the new submaps meet nothing, what was found before holds.
+  if (RefineJointly(a.submaps(), b.submaps(), kNextGateM, lost ? 0 : first_a, lost ? 0 : first_b,
+                    &h->joint)) {
+    h->converged = true;
+    h->T_a_b = h->joint.T_a_b;
+    h->strain = h->joint.strain;
+  }
+  const MapPoses& after = h->joint.poses;
+  const bool anew = HasMoved(before.a, after.a) || HasMoved(before.b, after.b);
+  const bool was_b = std::exchange(h->moving_is_b, SurfaceSize(b) <= SurfaceSize(a));
+  const bool all = anew || was_b != h->moving_is_b;
+  const Sides sides = SidesOf(a, b, *h);
+  const size_t first_moving = h->moving_is_b ? first_b : first_a;
+  const size_t first_fixed = h->moving_is_b ? first_a : first_b;
+  const auto asked = [&](size_t k) {
+    if (all || k >= first_moving) return true;
+    const PreparedSubmap& moving = *sides.moving[k];
+    const Eigen::Vector3d middle = sides.moving_poses[k] * moving.center();
+    for (size_t i = first_fixed; i < sides.fixed.size(); ++i) {
+      const PreparedSubmap& fixed = *sides.fixed[i];
+      const double apart = (sides.fixed_poses[i] * fixed.center() - middle).norm();
+      if (apart < fixed.radius_m() + moving.radius_m()) return true;
+    }
+    return false;
+  };
+  MeasureSurface(a, b, asked, h);
+  if (anew) h->free_space = {};
+  h->free_space +=
+      ScoreFreeSpace(a.free_space(), b.free_space(), after, FreeSpaceOptions::For(h->outdoors),
+                     anew ? 0 : first_a, anew ? 0 : first_b);
+}
+
+void KeepOnly(const std::vector<size_t>& kept_a, const std::vector<size_t>& kept_b, Hypothesis* h) {
+  Reduce(kept_a, &h->joint.poses.a);
+  Reduce(kept_b, &h->joint.poses.b);
+  Reduce(h->moving_is_b ? kept_b : kept_a, &h->agreement);
+  std::vector<SubmapEdge> edges;
+  for (SubmapEdge edge : h->joint.edges) {
+    const auto in_a = PositionAfter(kept_a, edge.submap_a);
+    const auto in_b = PositionAfter(kept_b, edge.submap_b);
+    if (!in_a || !in_b) continue;
+    edge.submap_a = *in_a;
+    edge.submap_b = *in_b;
+    edges.push_back(edge);
+  }
+  h->joint.edges = std::move(edges);
+}
+
+}  // namespace isthmus::matching

@@ -1,0 +1,68 @@
+// A guess about a pair of maps with all that was measured of it.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/match.h"
+#include "server/matching/pairs/joint_refinement.h"
+#include "server/matching/pairs/submap_alignment.h"
+#include "server/matching/prepared/free_space.h"
+#include "server/matching/prepared/prepared_map.h"
+
+namespace isthmus::matching {
+
+struct Hypothesis {
+  std::string source;      // Which search proposed it.
+  bool outdoors = false;   // The pair is looked at as outdoors.
+  Pose T_a_b;              // Between the odom frames.
+  bool converged = false;  // Its refinement settled.
+  FreeSpaceScore free_space;
+  double max_free_space = 0;  // The limit that holds for this pair.
+  double overlap = 0;         // As in Match.
+  int64_t inliers = 0;
+  double inlier_ratio = 0;
+  double residual_m = 0;
+  double shared_area_m2 = 0;  // Ground that both robots looked across.
+  double shared_share = 0;    // Its share of all that the robot that saw more saw.
+  // Mean squared component of the inliers' normals along the direction in which the alignment is
+  // held least; 0: it slides.
+  double hold = 0;
+  double strain = 0;  // As in Match.
+
+  // Agreement less contradiction, such that at the limit nothing is left: what hypotheses are
+  // ranked by. Large where much was compared and little contradicted.
+  double Support() const;
+
+  // --- what it was measured at, to be added to when the maps have grown ---
+  JointRefinement joint;
+  Eigen::Vector3d shared_center = Eigen::Vector3d::Zero();  // Of the shared ground, a's odom frame.
+  bool moving_is_b = true;  // Whose surface the agreement is measured of: the smaller map's.
+  std::vector<SurfaceAgreement> agreement;  // By its submaps.
+};
+
+// Puts the best first.
+void RankHypotheses(std::vector<Hypothesis>* hypotheses);
+
+// Alignments nearer to each other than 1 m and 5 degrees, where b's points are (`middle_b`, b's
+// odom frame), are one hypothesis.
+bool IsSameAlignment(const Pose& T_a_b, const Pose& other_T_a_b, const Eigen::Vector3d& middle_b);
+
+// After joint refinements: the edges of one lie in the other as they do in it. Guesses that differ
+// while rigid may bend into the same place.
+bool IsSamePlace(const JointRefinement& joint, const JointRefinement& other);
+
+// Refines jointly from h->T_a_b and measures everything but the shared area anew. Leaves the poses
+// rigid, with `converged` false, where no submaps could be aligned.
+void MeasureJointly(const PreparedMap& a, const PreparedMap& b, Hypothesis* h);
+
+// The same for maps that have grown by the submaps from `first_a` and `first_b` on: only these and
+// what lies around them is looked at, unless the old ones had to move.
+void ExtendJointly(const PreparedMap& a, const PreparedMap& b, size_t first_a, size_t first_b,
+                   Hypothesis* h);
+
+// The same for maps of which only the submaps at these positions are left. What was measured of the
+// others still counts.
+void KeepOnly(const std::vector<size_t>& kept_a, const std::vector<size_t>& kept_b, Hypothesis* h);
+
+}  // namespace isthmus::matching

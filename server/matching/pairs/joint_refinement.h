@@ -1,0 +1,29 @@
+// A hypothesis about two maps refined together with both robots' own odometry: every submap may
+// move, the more the less it contradicts the odometry. A drifted map cannot be laid rigidly on
+// another; judged so, the right place may look worse than a wrong one.
+#pragma once
+
+#include <vector>
+
+#include "core/match.h"
+#include "server/matching/prepared/map_poses.h"
+#include "server/matching/prepared/prepared_submap.h"
+
+namespace isthmus::matching {
+
+struct JointRefinement {
+  MapPoses poses;                 // The first submap of a that an edge touches keeps its place.
+  std::vector<SubmapEdge> edges;  // Submaps of a on submaps of b, as aligned with each other.
+  double strain = 0;              // RMS of the odometry's errors in its standard deviations.
+  // One transform between the odom frames for all: where the edges want it.
+  Pose T_a_b;
+};
+
+// Begins at `poses` and adds to `edges` those of pairs of submaps of which one is new (at or beyond
+// `first_a`, `first_b`); with zeros all edges are made anew. `gate_m` is how far off pairs of
+// points may be at first. Of every submap of b the few nearest of a are tried. False, with
+// nothing changed, when no submaps could be aligned. Deterministic. Thread safe.
+bool RefineJointly(const PreparedSubmaps& a, const PreparedSubmaps& b, double gate_m,
+                   size_t first_a, size_t first_b, JointRefinement* joint);
+
+}  // namespace isthmus::matching

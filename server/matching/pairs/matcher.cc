@@ -1,0 +1,217 @@
+#include "server/matching/pairs/matcher.h"
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+#include "core/stopwatch.h"
+#include "server/matching/pairs/candidate_search.h"
+#include "server/matching/pairs/decision.h"
+#include "server/matching/pairs/submap_alignment.h"
+
+namespace isthmus::matching {
+namespace {
+
+// Maps are searched anew when they have grown by this factor since the last time; what was accepted
+// is looked for elsewhere more seldom.
+constexpr double kGrowth = 1.25, kGrowthAccepted = 2.0;
+// What a joint refinement is spent on: the best by rigid alignment, and what comes near them.
+constexpr size_t kMaxJoint = 4;
+// Drift contradicts a rigid alignment: by so many times what is allowed once it is taken out.
+constexpr double kRigidLeniency = 20;
+// A hypothesis with less of the best one's support is out of the question.
+constexpr double kMinSupportShare = 0.1;
+
+// Of the places that new submaps look like, so many are looked at more closely.
+constexpr size_t kMaxPlaces = 2;
+// A guess from a place may be off by this much.
+constexpr double kPlaceGateM = 4.0;
+// What a guess must show for a search of the whole to be spent on it.
+constexpr double kMaxPlaceViolation = 0.08;
+constexpr int64_t kMinPlaceComparisons = 500;
+
+bool IsUndecided(const Match& match) {
+  return match.state == MatchState::kNotYet || match.state == MatchState::kRejected;
+}
+
+// A guess from how a place looks, by one alignment of submaps and their free space: the refined
+// guess, or nothing where the new submaps of `b` contradict it or have too little to say.
+std::optional<Pose> LookCloser(const PreparedMap& a, const PreparedMap& b, size_t first_b,
+                               const Pose& guess_T_a_b) {
+  std::optional<Pose> best;
+  FreeSpaceScore best_score;
+  for (size_t j = first_b; j < b.submaps().size(); ++j) {
+    const Pose& T_odom_b = b.submaps()[j]->submap().T_odom_submap;
+    const Eigen::Vector3d middle = guess_T_a_b * (T_odom_b * b.submaps()[j]->center());
+    const auto nearest =
+        std::min_element(a.submaps().begin(), a.submaps().end(), [&](const auto& x, const auto& y) {
+          const auto apart = [&](const PreparedSubmap& s) {
+            return (s.submap().T_odom_submap * s.center() - middle).squaredNorm();
+          };
+          return apart(*x) < apart(*y);
+        });
+    if (nearest == a.submaps().end()) continue;
+    const Pose& T_odom_a = (*nearest)->submap().T_odom_submap;
+    const auto aligned = AlignSubmaps(**nearest, *b.submaps()[j],
+                                      T_odom_a.Inverse() * guess_T_a_b * T_odom_b, kPlaceGateM);
+    if (!aligned) continue;
+    const Pose T_a_b = T_odom_a * aligned->T_a_b * T_odom_b.Inverse();
+    const FreeSpaceScore score = ScoreFreeSpace(
+        a.free_space(), b.free_space(), MapPoses::Rigid(a.session_map(), b.session_map(), T_a_b),
+        FreeSpaceOptions(), a.submaps().size(), j);
+    if (score.violation() > kMaxPlaceViolation || score.agree <= best_score.agree) continue;
+    best = T_a_b;
+    best_score = score;
+  }
+  return best_score.comparisons() >= kMinPlaceComparisons ? best : std::nullopt;
+}
+
+}  // namespace
+
+void PairMatcher::Suggest(const Pose& T_a_b, const std::string& source) {
+  suggested_.push_back({T_a_b, 0, source});
+}
+
+bool PairMatcher::FollowMaps(const SessionMap& a, const SessionMap& b) {
+  const auto kept_a = FindKept(map_a_, a), kept_b = FindKept(map_b_, b);
+  if (searched_ == 0 || !kept_a || !kept_b) return false;
+  if (kept_a->size() < map_a_.submaps.size() || kept_b->size() < map_b_.submaps.size()) {
+    for (Hypothesis& h : hypotheses_) KeepOnly(*kept_a, *kept_b, &h);
+  }
+  const auto end = [](const auto& submaps, size_t count) {
+    return submaps.begin() + static_cast<std::ptrdiff_t>(count);
+  };
+  map_a_.submaps.assign(a.submaps.begin(), end(a.submaps, kept_a->size()));
+  map_b_.submaps.assign(b.submaps.begin(), end(b.submaps, kept_b->size()));
+  come_ += a.submaps.size() - kept_a->size() + b.submaps.size() - kept_b->size();
+  return true;
+}
+
+bool PairMatcher::MustSearch(const PreparedMap& a, const PreparedMap& b) const {
+  const auto searched = static_cast<double>(searched_);
+  const size_t have = a.submaps().size() + b.submaps().size();
+  if (accepted_) return static_cast<double>(have) >= kGrowthAccepted * searched;
+  return static_cast<double>(searched_ + come_) >= kGrowth * searched;
+}
+
+Match PairMatcher::Update(const PreparedMap& a, const PreparedMap& b, bool search) {
+  Match match;
+  match.a = a.session_map().session;
+  match.b = b.session_map().session;
+  match.submaps_a = static_cast<uint32_t>(a.submaps().size());
+  match.submaps_b = static_cast<uint32_t>(b.submaps().size());
+  const bool followed = FollowMaps(a.session_map(), b.session_map());
+  if (search || !followed || MustSearch(a, b) || (!accepted_ && SuggestPlaces(a, b))) {
+    Search(a, b, &match);
+  } else {
+    Extend(a, b, &match);
+  }
+  map_a_ = a.session_map();
+  map_b_ = b.session_map();
+  accepted_ = match.state == MatchState::kAccepted;
+  lacks_ground_ = match.reason == "TOO_SMALL" || match.reason == "ENCLOSED";
+  for (SubmapEdge& edge : match.edges) {
+    edge.submap_a = map_a_.submaps[edge.submap_a]->id.index;
+    edge.submap_b = map_b_.submaps[edge.submap_b]->id.index;
+  }
+  return match;
+}
+
+bool PairMatcher::SuggestPlaces(const PreparedMap& a, const PreparedMap& b) {
+  const PreparedMap* maps[] = {&a, &b};
+  const size_t first_new[] = {map_a_.submaps.size(), map_b_.submaps.size()};
+  bool suggested = false;
+  for (const int fresh : {0, 1}) {  // Whose new submaps are looked up in the other's map.
+    const PreparedMap &grown = *maps[fresh], &other = *maps[1 - fresh];
+    const auto begin = static_cast<std::ptrdiff_t>(grown.first_place(first_new[fresh]));
+    const std::vector<Place> places(grown.places().begin() + begin, grown.places().end());
+    for (const Candidate& place : SearchPlaces(other.places(), places, kMaxPlaces)) {
+      std::optional<Pose> T_other_grown = LookCloser(other, grown, first_new[fresh], place.T_a_b);
+      if (!T_other_grown) continue;
+      const Pose T_a_b = fresh == 1 ? *T_other_grown : T_other_grown->Inverse();
+      const Eigen::Vector3d middle = b.submaps().back()->submap().T_odom_submap.translation();
+      const bool known = std::any_of(hypotheses_.begin(), hypotheses_.end(), [&](const auto& h) {
+        return IsSameAlignment(T_a_b, h.T_a_b, middle);
+      });
+      if (known) continue;
+      Suggest(T_a_b, place.source);
+      suggested = true;
+    }
+  }
+  return suggested;
+}
+
+void PairMatcher::Search(const PreparedMap& a, const PreparedMap& b, Match* match) {
+  CandidateSearch search(a, b, options_.stop);
+  match->stages.push_back({"prepare", a.prepare_ms() + b.prepare_ms()});
+  for (const Hypothesis& h : hypotheses_) suggested_.push_back({h.T_a_b, 0, h.source});
+  std::vector<Hypothesis> found;
+  hypotheses_.clear();
+  const auto judge = [&] {
+    Stopwatch watch;
+    const double limit =
+        search.outdoors() ? options_.max_free_space_outdoors : options_.max_free_space;
+    for (Hypothesis& h : found) h.max_free_space = std::min(kRigidLeniency * limit, 0.5);
+    RankHypotheses(&found);
+    hypotheses_.clear();
+    for (const Hypothesis& rigid : found) {
+      if (hypotheses_.size() == kMaxJoint || options_.stop.stop_requested()) break;
+      const double least = kMinSupportShare * found.front().Support();
+      if (!hypotheses_.empty() && rigid.Support() < least) break;
+      Hypothesis& h = hypotheses_.emplace_back(rigid);
+      h.max_free_space = limit;
+      search.MeasureShared(&h);
+      MeasureJointly(a, b, &h);
+      const bool known =
+          std::any_of(hypotheses_.begin(), hypotheses_.end() - 1,
+                      [&](const Hypothesis& other) { return IsSamePlace(h.joint, other.joint); });
+      if (known) hypotheses_.pop_back();
+    }
+    RankHypotheses(&hypotheses_);
+    match->stages.push_back({"joint", watch.Lap()});
+    Decide(hypotheses_, options_, match);
+  };
+  if (!suggested_.empty()) search.Take(suggested_, &found, &match->stages);
+  suggested_.clear();
+  if (options_.search != "paper") {
+    search.ByBirdsEye(&found, &match->stages);
+    if (options_.search == "default") search.ByPlaces(&found, &match->stages);
+    judge();
+  }
+  const bool by_features =
+      options_.search == "paper" ||
+      (options_.search != "birds_eye" && !search.outdoors() && IsUndecided(*match));
+  if (by_features && !a.submaps().empty() && !b.submaps().empty()) {
+    search.ByFeatures(&found, &match->stages);
+  }
+  if (by_features) judge();
+  match->candidates = search.candidates();
+  searched_ = a.submaps().size() + b.submaps().size();
+  come_ = 0;
+}
+
+void PairMatcher::Extend(const PreparedMap& a, const PreparedMap& b, Match* match) {
+  Stopwatch watch;
+  for (Hypothesis& h : hypotheses_) {
+    ExtendJointly(a, b, map_a_.submaps.size(), map_b_.submaps.size(), &h);
+  }
+  // It takes the whole maps, which is dear outdoors: only where nothing else is lacking.
+  if (lacks_ground_) {
+    CandidateSearch search(a, b, options_.stop);
+    for (Hypothesis& h : hypotheses_) search.MeasureShared(&h);
+  }
+  RankHypotheses(&hypotheses_);
+  match->candidates = static_cast<uint32_t>(hypotheses_.size());
+  match->stages.push_back({"extend", watch.Lap()});
+  Decide(hypotheses_, options_, match);
+}
+
+Match MatchPrepared(const PreparedMap& a, const PreparedMap& b, const MatcherOptions& options) {
+  return PairMatcher(options).Update(a, b);
+}
+
+Match MatchSessions(const SessionMap& a, const SessionMap& b, const MatcherOptions& options) {
+  return MatchPrepared(PreparedMap(a), PreparedMap(b), options);
+}
+
+}  // namespace isthmus::matching

@@ -1,0 +1,67 @@
+// From two sessions' maps to a verified match: search, refine, verify, decide.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/match.h"
+#include "core/submap.h"
+#include "server/matching/pairs/hypothesis.h"
+#include "server/matching/pairs/matcher_options.h"
+#include "server/matching/prepared/prepared_map.h"
+
+namespace isthmus::matching {
+
+// One pair of sessions. Keeps what was found, so that a map that has grown costs what is new in it,
+// and only now and then a search of the whole. Not thread safe; starts no threads beyond what PCL's
+// OpenMP does.
+class PairMatcher {
+ public:
+  explicit PairMatcher(const MatcherOptions& options) : options_(options) {}
+
+  // The match of the pair (a, b), a.session < b.session; every field of Match is filled but
+  // computed_ns and the cycle's. Never fails: what cannot be decided is NOT_YET with a reason.
+  // Deterministic. The stage "prepare" is what making the maps took, though not in this call.
+  //
+  // Searches both whole maps at the first call, when so many submaps came since the last search as
+  // a quarter of what there was (when accepted: when the maps have doubled), when a new submap
+  // looks and lies like a place of the other map, or when they are not what they were with more
+  // submaps at their ends; and whenever `search` says so. Otherwise the hypotheses kept are refined
+  // and verified with the new submaps. Submaps that were retired cost nothing: what was found with
+  // them stays, but for their edges.
+  //
+  // Edges name submaps by Submap::id.index.
+  //
+  // Reasons: OK (ACCEPTED); FREE_SPACE (REJECTED); AMBIGUOUS, ENCLOSED (AMBIGUOUS); LOW_OVERLAP,
+  // FEW_COMPARISONS, TOO_SMALL, NO_CANDIDATE, DEGENERATE, NOT_CONVERGED, STRAINED
+  // (NOT_YET).
+  Match Update(const PreparedMap& a, const PreparedMap& b, bool search = false);
+
+  // A transform that is known from before, to be tried in the next search beside all others.
+  void Suggest(const Pose& T_a_b, const std::string& source);
+
+ private:
+  // Forgets submaps that were retired since the last call. False where the maps are others.
+  bool FollowMaps(const SessionMap& a, const SessionMap& b);
+  bool MustSearch(const PreparedMap& a, const PreparedMap& b) const;
+  void Search(const PreparedMap& a, const PreparedMap& b, Match* match);
+  void Extend(const PreparedMap& a, const PreparedMap& b, Match* match);
+  // Suggests what new submaps look like in the other map, unless a first look refutes it or it is
+  // known; true when there was something.
+  bool SuggestPlaces(const PreparedMap& a, const PreparedMap& b);
+
+  const MatcherOptions options_;
+  std::vector<Candidate> suggested_;
+  std::vector<Hypothesis> hypotheses_;  // Best first.
+  bool accepted_ = false;
+  bool lacks_ground_ = false;  // All that was lacking is more ground seen by both.
+  size_t searched_ = 0;        // Submaps of both at the last search, ...
+  size_t come_ = 0;            // ... and those that came since, retired or not.
+  SessionMap map_a_, map_b_;   // As of the last call.
+};
+
+// From scratch, for those who match a pair once.
+Match MatchPrepared(const PreparedMap& a, const PreparedMap& b, const MatcherOptions& options);
+Match MatchSessions(const SessionMap& a, const SessionMap& b, const MatcherOptions& options);
+
+}  // namespace isthmus::matching

@@ -1,0 +1,220 @@
+#include "server/matching/prepared/free_space.h"
+
+#include <absl/container/flat_hash_map.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "server/matching/registration/voxel_key.h"
+#include "server/matching/search/gravity.h"
+
+namespace isthmus::matching {
+namespace {
+
+constexpr float kPointSpacingM = 0.4f;
+constexpr float kColumnM = 4.0f;
+// A surface seen this flat has no range of its own in a bin two degrees wide.
+constexpr float kMinIncidenceCos = 0.2f;
+// Nearer than this the robot itself and the bins' smallness spoil the comparison.
+constexpr float kMinRangeM = 1.0f;
+// A point that its own map contradicts more often is of something that moved.
+constexpr float kMaxFleeting = 0.2f;
+// A point that fewer views agree on may be so too.
+constexpr int kMinViews = 3;
+
+// What one point of another map, or of the same, is to a view: +1 in front of what was measured,
+// -1 at the range measured, 0 without a say (outside, occluded, grazing, at an edge of depth).
+class Comparer {
+ public:
+  Comparer(const PreparedSubmap::View& view, const Pose& T_submap_points,
+           const FreeSpaceOptions& options)
+      : view_(view), options_(options) {
+    const Pose T_sensor_points = view.T_submap_sensor.Inverse() * T_submap_points;
+    R_ = T_sensor_points.RotationMatrix().cast<float>();
+    t_ = T_sensor_points.translation().cast<float>();
+    max_range_ = static_cast<float>(options.max_range_m);
+  }
+
+  bool Reaches(const FreeSpaceMap::Column& column) const {
+    const float reach = max_range_ + kColumnM;
+    return (R_ * column.center + t_).squaredNorm() < reach * reach;
+  }
+
+  int Compare(const SurfacePoint& point) const {
+    const Eigen::Vector3f p = R_ * point.position + t_;
+    const float range = p.norm();
+    if (range < kMinRangeM || range > max_range_) return 0;
+    if (std::abs((R_ * point.normal).dot(p)) < kMinIncidenceCos * range) return 0;
+    RangeImage::Interval seen;
+    if (!view_.image.At(p, &seen)) return 0;
+    const float margin = static_cast<float>(options_.margin_m) +
+                         static_cast<float>(options_.margin_per_m) * seen.shortest;
+    if (range < seen.shortest - margin) return 1;
+    const bool agrees =
+        std::abs(range - seen.shortest) < margin || std::abs(range - seen.longest) < margin;
+    return agrees ? -1 : 0;
+  }
+
+ private:
+  const PreparedSubmap::View& view_;
+  const FreeSpaceOptions& options_;
+  Eigen::Matrix3f R_;
+  Eigen::Vector3f t_;
+  float max_range_ = 0;
+};
+
+// Whether a view of one submap can reach a point of the other.
+bool Meet(const PreparedSubmap& views, const PreparedSubmap& points, const Pose& T_views_points,
+          double max_range_m) {
+  const double apart = (views.center() - T_views_points * points.center()).norm();
+  return apart < views.radius_m() + points.radius_m() + max_range_m;
+}
+
+// One way: the points of a piece against the views of another map's submap.
+void Compare(const PreparedSubmap& views, const FreeSpaceMap::Piece& piece,
+             const Pose& T_views_points, const FreeSpaceOptions& options, FreeSpaceScore* score) {
+  if (!Meet(views, *piece.submap, T_views_points, options.max_range_m)) return;
+  for (const PreparedSubmap::View& view : views.views()) {
+    const Comparer comparer(view, T_views_points, options);
+    for (const FreeSpaceMap::Column& column : piece.columns) {
+      if (!comparer.Reaches(column)) continue;
+      for (const SurfacePoint& point : column.points) {
+        const int verdict = comparer.Compare(point);
+        score->front += verdict > 0;
+        score->agree += verdict < 0;
+      }
+    }
+  }
+}
+
+// Of every point of the piece, what the views of the submaps make of it.
+std::vector<FreeSpaceScore> AskOwnViews(const FreeSpaceMap::Piece& piece,
+                                        const std::vector<const PreparedSubmap*>& submaps,
+                                        const FreeSpaceOptions& options) {
+  size_t count = 0;
+  for (const FreeSpaceMap::Column& column : piece.columns) count += column.points.size();
+  std::vector<FreeSpaceScore> scores(count);
+  for (const PreparedSubmap* submap : submaps) {
+    const Pose T_views_points =
+        submap->submap().T_odom_submap.Inverse() * piece.submap->submap().T_odom_submap;
+    if (!Meet(*submap, *piece.submap, T_views_points, options.max_range_m)) continue;
+    for (const PreparedSubmap::View& view : submap->views()) {
+      const Comparer comparer(view, T_views_points, options);
+      size_t i = 0;
+      for (const FreeSpaceMap::Column& column : piece.columns) {
+        if (!comparer.Reaches(column)) {
+          i += column.points.size();
+          continue;
+        }
+        for (const SurfacePoint& point : column.points) {
+          const int verdict = comparer.Compare(point);
+          scores[i].front += verdict > 0;
+          scores[i++].agree += verdict < 0;
+        }
+      }
+    }
+  }
+  return scores;
+}
+
+// Keeps the points that `keep(score)` says yes to, in order of the scores.
+template <typename Keep>
+void Filter(const std::vector<FreeSpaceScore>& scores, const Keep& keep,
+            FreeSpaceMap::Piece* piece) {
+  size_t i = 0;
+  for (FreeSpaceMap::Column& column : piece->columns) {
+    std::erase_if(column.points, [&](const SurfacePoint&) { return !keep(scores[i++]); });
+  }
+}
+
+bool IsFleeting(const FreeSpaceScore& score) { return score.violation() > kMaxFleeting; }
+
+}  // namespace
+
+FreeSpaceMap::FreeSpaceMap(const PreparedSubmaps& submaps, const Pose& T_level_odom,
+                           const FreeSpaceOptions& options)
+    : FreeSpaceMap(FreeSpaceMap(), submaps, T_level_odom, options) {}
+
+FreeSpaceMap::FreeSpaceMap(const FreeSpaceMap& before, const PreparedSubmaps& submaps,
+                           const Pose& T_level_odom, const FreeSpaceOptions& options)
+    : FreeSpaceMap(before) {
+  const size_t first_new = pieces_.size();
+  for (size_t i = first_new; i < submaps.size(); ++i) Add(submaps[i], T_level_odom, options);
+  DropFleeting(first_new, options);
+}
+
+void FreeSpaceMap::Add(const std::shared_ptr<const PreparedSubmap>& submap,
+                       const Pose& T_level_odom, const FreeSpaceOptions& options) {
+  const Pose& T_odom_submap = submap->submap().T_odom_submap;
+  const Eigen::Matrix3f R = T_odom_submap.RotationMatrix().cast<float>();
+  const Eigen::Vector3f t = T_odom_submap.translation().cast<float>();
+  const Eigen::Vector3f up =
+      ((T_level_odom * T_odom_submap).rotation().inverse() * Eigen::Vector3d::UnitZ())
+          .cast<float>();
+  const auto max_normal_z = static_cast<float>(options.max_abs_normal_z);
+  auto piece = std::make_shared<Piece>();
+  piece->submap = submap;
+  absl::flat_hash_map<uint64_t, int> column_of;
+  for (const SurfacePoint& point : submap->surface()) {
+    if (std::abs(point.normal.dot(up)) > max_normal_z) continue;
+    const Eigen::Vector3f& p = point.position;
+    if (!taken_.insert(VoxelKey(R * p + t, 1 / kPointSpacingM)).second) continue;
+    const auto [entry, added] =
+        column_of.try_emplace(VoxelKey(p, 1 / kColumnM), static_cast<int>(piece->columns.size()));
+    if (added) piece->columns.push_back({((p / kColumnM).array().floor() + 0.5f) * kColumnM, {}});
+    piece->columns[entry->second].points.push_back(point);
+  }
+  pieces_.push_back(std::move(piece));
+}
+
+void FreeSpaceMap::DropFleeting(size_t first_new, const FreeSpaceOptions& options) {
+  std::vector<const PreparedSubmap*> all, fresh;
+  for (size_t i = 0; i < pieces_.size(); ++i) {
+    all.push_back(pieces_[i]->submap.get());
+    if (i >= first_new) fresh.push_back(pieces_[i]->submap.get());
+  }
+  for (size_t i = 0; i < pieces_.size() && !fresh.empty(); ++i) {
+    const bool is_new = i >= first_new;
+    const std::vector<FreeSpaceScore> scores =
+        AskOwnViews(*pieces_[i], is_new ? all : fresh, options);
+    const auto keep = [is_new](const FreeSpaceScore& score) {
+      return !IsFleeting(score) && (!is_new || score.agree >= kMinViews);
+    };
+    if (std::all_of(scores.begin(), scores.end(), keep)) continue;
+    auto kept = std::make_shared<Piece>(*pieces_[i]);
+    Filter(scores, keep, kept.get());
+    pieces_[i] = std::move(kept);
+  }
+}
+
+FreeSpaceScore ScoreFreeSpace(const FreeSpaceMap& a, const FreeSpaceMap& b, const MapPoses& poses,
+                              const FreeSpaceOptions& options, size_t first_a, size_t first_b) {
+  FreeSpaceScore score;
+  for (size_t i = 0; i < a.pieces().size(); ++i) {
+    for (size_t j = i < first_a ? first_b : 0; j < b.pieces().size(); ++j) {
+      const FreeSpaceMap::Piece &in_a = *a.pieces()[i], &in_b = *b.pieces()[j];
+      const Pose T_i_j = poses.a[i].Inverse() * poses.b[j];
+      Compare(*in_a.submap, in_b, T_i_j, options, &score);
+      Compare(*in_b.submap, in_a, T_i_j.Inverse(), options, &score);
+    }
+  }
+  return score;
+}
+
+FreeSpaceScore ScoreFreeSpace(const SessionMap& a, const SessionMap& b, const Pose& T_a_b,
+                              const FreeSpaceOptions& options) {
+  const auto prepare = [&](const SessionMap& map) {
+    PreparedSubmaps submaps;
+    for (const auto& submap : map.submaps) {
+      submaps.push_back(std::make_shared<const PreparedSubmap>(submap));
+    }
+    double voxel_m = kIndoorVoxelM;
+    const Pose T_level_odom(EstimateLevel(JoinSurfaces(submaps, 0, &voxel_m)),
+                            Eigen::Vector3d::Zero());
+    return FreeSpaceMap(submaps, T_level_odom, options);
+  };
+  return ScoreFreeSpace(prepare(a), prepare(b), MapPoses::Rigid(a, b, T_a_b), options);
+}
+
+}  // namespace isthmus::matching

@@ -1,0 +1,168 @@
+#include "server/matching/prepared/prepared_map.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "core/stopwatch.h"
+#include "server/matching/search/gravity.h"
+#include "server/matching/search/up_candidates.h"
+
+namespace isthmus::matching {
+namespace {
+
+// Plenty to tell the vertical from.
+constexpr size_t kLevelPoints = 20000;
+// Of all surfaces, the floors and the walls at least.
+constexpr double kMinSurfaceShare = 0.03;
+// A map that has grown by this factor has its level estimated anew.
+constexpr double kLevelGrowth = 1.25;
+
+// One plane alone may be a floor or a wall: it takes both to tell which way is up.
+bool HasFloorsAndWalls(const std::vector<SurfacePoint>& surface, const Eigen::Quaterniond& R) {
+  const Eigen::Vector3f up = (R.inverse() * Eigen::Vector3d::UnitZ()).cast<float>();
+  size_t level = 0, upright = 0;
+  for (const SurfacePoint& point : surface) {
+    const float along = std::abs(point.normal.dot(up));
+    level += along > 0.9f;
+    upright += along < 0.3f;
+  }
+  return static_cast<double>(std::min(level, upright)) >
+         kMinSurfaceShare * static_cast<double>(surface.size());
+}
+
+// By floors, walls and ceilings near odom's z; by whatever is likeliest to be up where the sensor
+// was mounted at a slant or carried.
+Pose Level(const SessionMap& map, const PreparedSubmaps& submaps, bool* is_known) {
+  double voxel_m = kOutdoorVoxelM;
+  const std::vector<SurfacePoint> surface = JoinSurfaces(submaps, kLevelPoints, &voxel_m);
+  const std::vector<UpCandidate> ups = FindUpCandidates(surface, 2, SensorPositions(map));
+  const Eigen::Quaterniond& likeliest = ups.front().R_level_odom;
+  *is_known = IsGravityKnown(ups) || !HasFloorsAndWalls(surface, likeliest);
+  return Pose(*is_known ? EstimateLevel(surface) : likeliest, Eigen::Vector3d::Zero());
+}
+
+// Outdoors cars and hedges fill what is near the ground.
+PlaceDescriptorOptions PlaceOptions(const PreparedSubmap& submap) {
+  PlaceDescriptorOptions options;
+  if (submap.voxel_m() < kOutdoorVoxelM) return options;
+  options.low_m = 0.2f;
+  options.high_m = 7.0f;
+  return options;
+}
+
+}  // namespace
+
+std::optional<std::vector<size_t>> FindKept(const SessionMap& before, const SessionMap& map) {
+  if (before.session != map.session) return std::nullopt;
+  std::vector<size_t> kept;
+  size_t at = 0;
+  for (const auto& submap : map.submaps) {
+    while (at < before.submaps.size() && before.submaps[at]->id.index < submap->id.index) ++at;
+    if (at == before.submaps.size()) break;
+    if (before.submaps[at] != submap) return std::nullopt;
+    kept.push_back(at++);
+  }
+  if (kept.empty() && !before.submaps.empty()) return std::nullopt;
+  return kept;
+}
+
+std::shared_ptr<const PreparedSubmap> PrepareSubmap(const std::shared_ptr<const Submap>& submap) {
+  return std::make_shared<const PreparedSubmap>(submap);
+}
+
+PreparedMap::PreparedMap(const SessionMap& map, const SubmapSource& source) : map_(map) {
+  const Stopwatch watch;
+  TakeSubmaps(nullptr, {}, source);
+  T_level_odom_ = Level(map_, submaps_, &gravity_known_);
+  free_space_ = FreeSpaceMap(submaps_, T_level_odom_, FreeSpaceOptions());
+  DescribeNewPlaces();
+  levelled_ = submaps_.size();
+  prepare_ms_ = watch.Ms();
+}
+
+PreparedMap::PreparedMap(const SessionMap& map, const PreparedMap& before,
+                         const SubmapSource& source)
+    : map_(map) {
+  const Stopwatch watch;
+  const std::optional<std::vector<size_t>> kept = FindKept(before.map_, map);
+  TakeSubmaps(&before, kept.value_or(std::vector<size_t>()), source);
+  const bool little_new = kept && static_cast<double>(submaps_.size()) <
+                                      kLevelGrowth * static_cast<double>(before.levelled_);
+  const bool retired = !kept || kept->size() < before.submaps_.size();
+  gravity_known_ = before.gravity_known_;
+  T_level_odom_ = little_new ? before.T_level_odom_ : Level(map_, submaps_, &gravity_known_);
+  free_space_ = FreeSpaceMap(little_new && !retired ? before.free_space_ : FreeSpaceMap(), submaps_,
+                             T_level_odom_, FreeSpaceOptions());
+  if (little_new) TakePlaces(before, *kept);
+  DescribeNewPlaces();
+  levelled_ = little_new ? before.levelled_ : submaps_.size();
+  prepare_ms_ = watch.Ms();
+}
+
+void PreparedMap::DescribeNewPlaces() {
+  for (size_t i = first_places_.size(); i < submaps_.size(); ++i) {
+    first_places_.push_back(places_.size());
+    for (Place& place :
+         DescribePlaces(*map_.Whole(i), T_level_odom_.rotation(), PlaceOptions(*submaps_[i]))) {
+      places_.push_back(std::move(place));
+    }
+  }
+}
+
+void PreparedMap::TakeSubmaps(const PreparedMap* before, const std::vector<size_t>& kept,
+                              const SubmapSource& source) {
+  for (const size_t i : kept) submaps_.push_back(before->submaps_[i]);
+  for (size_t i = submaps_.size(); i < map_.submaps.size(); ++i) {
+    submaps_.push_back(source(map_.submaps[i]));
+  }
+}
+
+void PreparedMap::TakePlaces(const PreparedMap& before, const std::vector<size_t>& kept) {
+  for (const size_t i : kept) {
+    const auto at = [&](size_t submap) {
+      return before.places_.begin() + static_cast<std::ptrdiff_t>(before.first_place(submap));
+    };
+    first_places_.push_back(places_.size());
+    places_.insert(places_.end(), at(i), at(i + 1));
+  }
+}
+
+size_t PreparedMap::bytes() const {
+  size_t bytes = sizeof(PreparedMap) + places_.size() * sizeof(Place);
+  for (const auto& submap : submaps_) {
+    // The free space has most of the surface again, and so has the map as a whole, if it is made.
+    bytes += submap->bytes() + 2 * submap->surface().size() * sizeof(SurfacePoint);
+  }
+  return bytes;
+}
+
+double PreparedMap::prepare_ms() const {
+  std::lock_guard lock(mutex_);
+  return prepare_ms_;
+}
+
+const PreparedMap::Whole& PreparedMap::whole() const {
+  std::lock_guard lock(mutex_);
+  if (whole_) return *whole_;
+  const Stopwatch watch;
+  RefineOptions options;
+  const bool indoors = std::any_of(submaps_.begin(), submaps_.end(), [](const auto& submap) {
+    return submap->voxel_m() < kOutdoorVoxelM;
+  });
+  options.voxel_m = indoors ? kIndoorVoxelM : kOutdoorVoxelM;
+  std::vector<SurfacePoint> surface =
+      JoinSurfaces(submaps_, static_cast<size_t>(options.max_points), &options.voxel_m);
+  WallMap walls(map_, surface, T_level_odom_);
+  if (indoors && walls.outdoors()) {
+    options.voxel_m = std::max(options.voxel_m, kOutdoorVoxelM);
+    surface = JoinSurfaces(submaps_, static_cast<size_t>(options.max_points), &options.voxel_m);
+    walls = WallMap(map_, surface, T_level_odom_);
+  }
+  RefinableMap refinable(std::move(surface), options);
+  whole_.emplace(Whole{options, std::move(refinable), std::move(walls)});
+  prepare_ms_ += watch.Ms();
+  return *whole_;
+}
+
+}  // namespace isthmus::matching

@@ -1,0 +1,91 @@
+// A session's map with everything the matcher needs of it, made once and used against many others.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <vector>
+
+#include "core/submap.h"
+#include "server/matching/prepared/free_space.h"
+#include "server/matching/prepared/prepared_submap.h"
+#include "server/matching/registration/refine.h"
+#include "server/matching/search/place_search.h"
+#include "server/matching/search/wall_map.h"
+
+namespace isthmus::matching {
+
+// What a map that some submaps were retired from begins with: the positions in `before` of those
+// that are left, which `map`, of the same session, begins with in this order before newer ones
+// come. Nothing where it does not, or where none are left of some.
+std::optional<std::vector<size_t>> FindKept(const SessionMap& before, const SessionMap& map);
+
+// Where prepared submaps come from: made, or kept from before. Never null.
+using SubmapSource = std::function<std::shared_ptr<const PreparedSubmap>(
+    const std::shared_ptr<const Submap>& submap)>;
+
+// The source that makes them.
+std::shared_ptr<const PreparedSubmap> PrepareSubmap(const std::shared_ptr<const Submap>& submap);
+
+// Does not change; safe to use from many threads. Holds on to the submaps.
+class PreparedMap {
+ public:
+  explicit PreparedMap(const SessionMap& map, const SubmapSource& source = PrepareSubmap);
+
+  // The map that `before` was the beginning of: prepared submaps are taken over, and as long as it
+  // has not grown by a quarter the level, places and the free space too, so that what this takes
+  // depends on the new submaps and their surroundings only. Where submaps were retired from it, the
+  // free space is made anew, as others show what they showed. Where `before` is something else, all
+  // is made anew.
+  PreparedMap(const SessionMap& map, const PreparedMap& before,
+              const SubmapSource& source = PrepareSubmap);
+
+  const SessionMap& session_map() const { return map_; }
+  const PreparedSubmaps& submaps() const { return submaps_; }
+  const FreeSpaceMap& free_space() const { return free_space_; }
+  // Places along the way, in order; `first_place(k)` is where those of submap k begin.
+  const std::vector<Place>& places() const { return places_; }
+  size_t first_place(size_t submap) const {
+    return submap < first_places_.size() ? first_places_[submap] : places_.size();
+  }
+  // Pure rotation: the level frame has odom's origin, z up.
+  const Pose& T_level_odom() const { return T_level_odom_; }
+  // Up is near odom's z; else it is what is likeliest of all directions (up_candidates.h).
+  bool gravity_known() const { return gravity_known_; }
+  // What it takes in memory, about.
+  size_t bytes() const;
+  // What it took to make so far, wall time.
+  double prepare_ms() const;
+
+  // The map as a whole: made when first asked for, kept. What it takes grows with the map.
+  struct Whole {
+    RefineOptions refine_options;  // Of the refinable map: coarser outdoors.
+    RefinableMap refinable;
+    WallMap walls;
+  };
+  const Whole& whole() const;
+
+ private:
+  // Those of `before` at these positions, and new ones.
+  void TakeSubmaps(const PreparedMap* before, const std::vector<size_t>& kept,
+                   const SubmapSource& source);
+  void TakePlaces(const PreparedMap& before, const std::vector<size_t>& kept);
+  // Of submaps that have none yet.
+  void DescribeNewPlaces();
+
+  SessionMap map_;
+  PreparedSubmaps submaps_;
+  Pose T_level_odom_;
+  bool gravity_known_ = true;
+  FreeSpaceMap free_space_;
+  std::vector<Place> places_;
+  std::vector<size_t> first_places_;  // By submap.
+  size_t levelled_ = 0;       // Submaps when level and free space were last made from scratch.
+  mutable std::mutex mutex_;  // Of what follows.
+  mutable std::optional<Whole> whole_;
+  mutable double prepare_ms_ = 0;
+};
+
+}  // namespace isthmus::matching

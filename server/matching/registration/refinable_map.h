@@ -1,0 +1,23 @@
+// What a RefinableMap holds; for the files that refine and measure alignments.
+#pragma once
+
+#include <vector>
+
+#include "server/matching/registration/kd_tree.h"
+#include "server/matching/registration/refine.h"
+#include "server/matching/registration/surface.h"
+#include "server/matching/registration/vgicp.h"
+
+namespace isthmus::matching {
+
+struct RefinableMap::Data {
+  std::vector<SurfacePoint> points;
+  double voxel_m = 0;              // Between points.
+  KdTree tree;                     // Over points.
+  GaussianVoxelMap voxels;         // Of RefineOptions::vgicp_voxel_m.
+  GaussianVoxelMap fine_voxels;    // Of half of it.
+  std::vector<int> coarse_sample;  // Into points: what is moved while metres off,
+  std::vector<int> fine_sample;    // and at the end.
+};
+
+}  // namespace isthmus::matching

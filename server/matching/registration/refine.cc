@@ -1,0 +1,91 @@
+#include "server/matching/registration/refine.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "server/matching/registration/alignment_quality.h"
+#include "server/matching/registration/gicp.h"
+#include "server/matching/registration/refinable_map.h"
+#include "server/matching/registration/surface_sample.h"
+
+namespace isthmus::matching {
+namespace {
+
+constexpr size_t kMaxCoarsePoints = 3000;
+constexpr size_t kMaxFinePoints = 15000;
+// A step below these ends a round.
+constexpr double kCoarseStepM = 0.005, kCoarseStepRad = 5e-4;
+constexpr double kFineStepM = 2e-4, kFineStepRad = 2e-5;
+
+bool IsSmall(const Vector6d& twist, double step_m, double step_rad) {
+  return twist.head<3>().norm() < step_m && twist.tail<3>().norm() < step_rad;
+}
+
+// The gate follows the error that is left: a few times the median distance, never growing, never
+// below what thinning alone makes of neighbours.
+void RunGicp(const RefinableMap::Data& a, const RefinableMap::Data& b, const RefineOptions& options,
+             Pose* T_a_b) {
+  const double min_gate = std::max(3.0 * a.voxel_m, 0.5);
+  double gate = std::max(options.coarse_distance_m, min_gate);
+  PairSet found;
+  for (int i = 0; i < options.max_iterations; ++i) {
+    FindGicpPairs(a.points, a.tree, b.points, b.coarse_sample, *T_a_b, gate, &found);
+    Vector6d twist;
+    if (!StepPose(found.pairs, kDamping, T_a_b, &twist)) return;
+    const double wanted = 8.0 * found.median_normal_distance_m + a.voxel_m;
+    const double shrunk = std::clamp(wanted, std::max(min_gate, 0.7 * gate), gate);
+    if (IsSmall(twist, kCoarseStepM, kCoarseStepRad) && shrunk > 0.99 * gate) return;
+    gate = shrunk;
+  }
+}
+
+// True when the steps became small.
+bool RunVgicp(const GaussianVoxelMap& a, const RefinableMap::Data& b, const RefineOptions& options,
+              Pose* T_a_b) {
+  std::vector<Correspondence> pairs;
+  for (int i = 0; i < options.max_iterations; ++i) {
+    FindVgicpPairs(a, b.points, b.fine_sample, *T_a_b, &pairs);
+    Vector6d twist;
+    if (!StepPose(pairs, kDamping, T_a_b, &twist)) return false;
+    if (IsSmall(twist, kFineStepM, kFineStepRad)) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+RefinableMap::RefinableMap(const SessionMap& map, const RefineOptions& options)
+    : RefinableMap(SampleSurface(map, options.voxel_m), options) {}
+
+RefinableMap::RefinableMap(std::vector<SurfacePoint> surface, const RefineOptions& options)
+    : data_(std::make_unique<Data>()) {
+  data_->voxel_m = options.voxel_m;
+  data_->points = std::move(surface);
+  std::vector<Eigen::Vector3f> positions;
+  positions.reserve(data_->points.size());
+  for (const SurfacePoint& point : data_->points) positions.push_back(point.position);
+  data_->tree = KdTree(positions);
+  // A Gaussian wants several points.
+  const double gaussian_voxel_m = std::max(options.vgicp_voxel_m, 3.0 * data_->voxel_m);
+  data_->voxels = GaussianVoxelMap(data_->points, gaussian_voxel_m);
+  data_->fine_voxels = GaussianVoxelMap(data_->points, 0.5 * gaussian_voxel_m);
+  data_->coarse_sample = SampleBalanced(data_->points, 4.0 * data_->voxel_m, kMaxCoarsePoints);
+  data_->fine_sample = SampleBalanced(data_->points, data_->voxel_m, kMaxFinePoints);
+}
+
+RefinableMap::~RefinableMap() = default;
+RefinableMap::RefinableMap(RefinableMap&&) noexcept = default;
+
+Refinement RefineAlignment(const RefinableMap& a, const RefinableMap& b, const Pose& guess_T_a_b,
+                           const RefineOptions& options) {
+  Refinement result;
+  if (!guess_T_a_b.IsFinite()) return result;
+  result.T_a_b = guess_T_a_b;
+  RunGicp(a.data(), b.data(), options, &result.T_a_b);
+  RunVgicp(a.data().voxels, b.data(), options, &result.T_a_b);
+  result.converged = RunVgicp(a.data().fine_voxels, b.data(), options, &result.T_a_b);
+  MeasureAlignment(a.data(), b.data(), options.overlap_distance_m, &result);
+  return result;
+}
+
+}  // namespace isthmus::matching

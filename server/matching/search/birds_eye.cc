@@ -1,0 +1,191 @@
+#include "server/matching/search/birds_eye.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "core/stopwatch.h"
+#include "server/matching/registration/surface.h"
+#include "server/matching/search/birds_eye_image.h"
+#include "server/matching/search/fft_correlator.h"
+#include "server/matching/search/placement.h"
+
+namespace isthmus::matching {
+namespace {
+
+// The first pass is at this many times the cell: at 4 degrees of yaw the images do not fit better.
+constexpr double kCoarseFactor = 2.0;
+constexpr size_t kPeaksPerYaw = 12;
+constexpr size_t kPolished = 48;
+constexpr size_t kFreeStride = 3;
+constexpr double kSuppressYawRad = 0.12;
+// Ground of both maps is compared where at least this many cells were seen by both.
+constexpr size_t kMinSharedGround = 10;
+
+// Draws b's cells, turned, into the planes; returns the shift that field index (0, 0) stands for.
+Eigen::Vector2d Draw(const BirdsEyeCells& cells, double yaw, const BirdsEyeImage& reference,
+                     FftCorrelator* correlator) {
+  const Eigen::Matrix2f R = Eigen::Rotation2Df(static_cast<float>(yaw)).toRotationMatrix();
+  const Eigen::Vector2f corner = (R * cells.center).array() - cells.radius;
+  const float inverse_cell = 1 / reference.cell_m;
+  const auto index = [&](const Eigen::Vector2f& p) {
+    const Eigen::Vector2f at = (R * p - corner) * inverse_cell;
+    return static_cast<size_t>(at.y()) * correlator->width() + static_cast<size_t>(at.x());
+  };
+  for (const auto& wall : cells.walls) {
+    const size_t i = index(wall.position);
+    const Eigen::Vector2f n = R * wall.normal;
+    correlator->plane(BirdsEyeImage::kNormalX)[i] += n.x();
+    correlator->plane(BirdsEyeImage::kNormalY)[i] += n.y();
+    correlator->plane(BirdsEyeImage::kWall)[i] += wall.weight;
+  }
+  for (const auto& p : cells.free) correlator->plane(BirdsEyeImage::kFree)[index(p)] += 1.0f;
+  return (reference.origin - corner).cast<double>();
+}
+
+// Local maxima of a field of scores that wraps round, best first.
+std::vector<std::pair<float, int>> FindPeaks(const float* scores, int width, int rows) {
+  std::vector<std::pair<float, int>> peaks;
+  for (int y = 0; y < rows; ++y) {
+    const float* row = scores + static_cast<size_t>(y) * width;
+    const float* above = scores + static_cast<size_t>((y + rows - 1) % rows) * width;
+    const float* below = scores + static_cast<size_t>((y + 1) % rows) * width;
+    for (int x = 0; x < width; ++x) {
+      const float s = row[x];
+      if (!(s > 0) || (peaks.size() == kPeaksPerYaw && s <= peaks.back().first)) continue;
+      const int left = x > 0 ? x - 1 : width - 1, right = x + 1 < width ? x + 1 : 0;
+      if (row[left] > s || row[right] >= s || above[x] > s || below[x] >= s) continue;
+      const auto place =
+          std::lower_bound(peaks.begin(), peaks.end(), s,
+                           [](const auto& p, float score) { return p.first > score; });
+      peaks.insert(place, {s, y * width + x});
+      if (peaks.size() > kPeaksPerYaw) peaks.pop_back();
+    }
+  }
+  return peaks;
+}
+
+std::vector<Placement2d> SearchCoarse(const BirdsEyeCells& a, const BirdsEyeCells& b,
+                                      const BirdsEyeOptions& options) {
+  const BirdsEyeImage reference = MakeReferenceImage(a, options.free_space_weight);
+  FftCorrelator correlator(reference, static_cast<int>(2 * b.radius / b.cell_m) + 2);
+  std::vector<Placement2d> found;
+  const int yaws = std::max(8, static_cast<int>(std::ceil(2 * M_PI / options.yaw_step_rad)));
+  for (int k = 0; k < yaws && !options.stop.stop_requested(); ++k) {
+    const double yaw = 2 * M_PI * k / yaws;
+    const Eigen::Vector2d zero = Draw(b, yaw, reference, &correlator);
+    const float* scores = correlator.Correlate();
+    for (const auto& [score, i] : FindPeaks(scores, correlator.width(), correlator.rows())) {
+      int x = i % correlator.width(), y = i / correlator.width();
+      if (x >= reference.width) x -= correlator.width();
+      if (y >= reference.rows) y -= correlator.rows();
+      found.push_back({yaw, zero + reference.cell_m * Eigen::Vector2d(x, y), score});
+    }
+  }
+  return found;
+}
+
+// Hill climbing on yaw, x and y about b's centre, with halving steps.
+Placement2d Polish(const BirdsEyeImage& a, const BirdsEyeCells& b, Placement2d placement,
+                   double yaw_step, double shift_step) {
+  const Eigen::Vector2d center = b.center.cast<double>();
+  placement.score = ScorePlacement(a, b, placement.yaw, placement.shift, kFreeStride);
+  const double smallest = 0.5 * b.cell_m;
+  while (shift_step > smallest) {
+    bool better = false;
+    for (int axis = 0; axis < 6; ++axis) {
+      const double sign = axis % 2 ? -1 : 1;
+      Placement2d moved = placement;
+      if (axis < 4) moved.shift[axis / 2] += sign * shift_step;
+      if (axis >= 4) {  // About b's centre, so that yaw and shift do not fight.
+        const Eigen::Vector2d at = Eigen::Rotation2Dd(moved.yaw) * center + moved.shift;
+        moved.yaw += sign * yaw_step;
+        moved.shift = at - Eigen::Rotation2Dd(moved.yaw) * center;
+      }
+      moved.score = ScorePlacement(a, b, moved.yaw, moved.shift, kFreeStride);
+      if (moved.score > placement.score) {
+        placement = moved;
+        better = true;
+      }
+    }
+    if (!better) {
+      yaw_step *= 0.5;
+      shift_step *= 0.5;
+    }
+  }
+  return placement;
+}
+
+// Height of b's level frame over a's: the median difference of the ground both saw.
+double GroundOffset(const GroundGrid& a, const GroundGrid& b, const Placement2d& placement) {
+  const Eigen::Matrix2f R =
+      Eigen::Rotation2Df(static_cast<float>(placement.yaw)).toRotationMatrix();
+  const Eigen::Vector2f t = placement.shift.cast<float>();
+  std::vector<float> shared, filled;
+  for (const GroundGrid::Sample& sample : b.seen()) {
+    const Eigen::Vector2f p = R * sample.position + t;
+    const float offset = a.Height(p.x(), p.y()) - sample.height;
+    filled.push_back(offset);
+    if (a.Seen(p.x(), p.y())) shared.push_back(offset);
+  }
+  std::vector<float>& offsets = shared.size() >= kMinSharedGround ? shared : filled;
+  if (offsets.empty()) return 0;
+  std::nth_element(offsets.begin(), offsets.begin() + offsets.size() / 2, offsets.end());
+  return offsets[offsets.size() / 2];
+}
+
+}  // namespace
+
+SceneScale PairScale(const WallMap& a, const WallMap& b) {
+  return a.outdoors() || b.outdoors() ? SceneScale::Outdoors() : SceneScale::Indoors();
+}
+
+std::vector<Candidate> SearchBirdsEye(const WallMap& a, const WallMap& b,
+                                      const BirdsEyeOptions& options,
+                                      std::vector<StageTime>* stages) {
+  const Stopwatch watch;
+  const SceneScale scale = PairScale(a, b);
+  const double cell = options.cell_m > 0 ? options.cell_m : scale.cell_m;
+  const double coarse_cell = CellThatFits(a, b, scale, kCoarseFactor * cell);
+  const BirdsEyeCells a_coarse = MakeBirdsEyeCells(a, scale, coarse_cell);
+  const BirdsEyeCells b_coarse = MakeBirdsEyeCells(b, scale, coarse_cell);
+  std::vector<Candidate> candidates;
+  if (!a_coarse.walls.empty() && !b_coarse.walls.empty()) {
+    const double fine_cell = coarse_cell / kCoarseFactor;
+    const Eigen::Vector2d pivot = b_coarse.center.cast<double>();
+    const double apart = 4 * coarse_cell;
+    std::vector<Placement2d> placements = SuppressNeighbors(
+        SearchCoarse(a_coarse, b_coarse, options), pivot, apart, kSuppressYawRad, kPolished);
+    const BirdsEyeCells a_fine = MakeBirdsEyeCells(a, scale, fine_cell);
+    const BirdsEyeCells b_fine = MakeBirdsEyeCells(b, scale, fine_cell);
+    const BirdsEyeImage reference = MakeReferenceImage(a_fine, options.free_space_weight);
+    for (Placement2d& placement : placements) {
+      if (options.stop.stop_requested()) return {};
+      placement = Polish(reference, b_fine, placement, 0.5 * options.yaw_step_rad, coarse_cell);
+    }
+    placements = SuppressNeighbors(std::move(placements), pivot, apart, kSuppressYawRad,
+                                   static_cast<size_t>(std::max(0, options.candidates)));
+    for (const Placement2d& placement : placements) {
+      const double z = GroundOffset(a.ground(), b.ground(), placement);
+      const Pose T_level_level =
+          Pose::FromXyzRpy(placement.shift.x(), placement.shift.y(), z, 0, 0, placement.yaw);
+      candidates.push_back({a.T_level_odom().Inverse() * T_level_level * b.T_level_odom(),
+                            placement.score, "birds_eye"});
+    }
+  }
+  if (stages) stages->push_back({"birds_eye", watch.Ms()});
+  return candidates;
+}
+
+std::vector<Candidate> SearchBirdsEye(const SessionMap& a, const SessionMap& b,
+                                      const BirdsEyeOptions& options,
+                                      std::vector<StageTime>* stages) {
+  const Stopwatch watch;
+  const WallMap a_walls(a, SampleSurface(a, kIndoorVoxelM));
+  const WallMap b_walls(b, SampleSurface(b, kIndoorVoxelM));
+  std::vector<Candidate> candidates = SearchBirdsEye(a_walls, b_walls, options, nullptr);
+  if (stages) stages->push_back({"birds_eye", watch.Ms()});
+  return candidates;
+}
+
+}  // namespace isthmus::matching

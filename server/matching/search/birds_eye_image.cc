@@ -1,0 +1,258 @@
+#include "server/matching/search/birds_eye_image.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+
+namespace isthmus::matching {
+namespace {
+
+constexpr int kLayers = 8;          // Of the height band.
+constexpr float kFullLayers = 4;    // A wall that fills this many counts in full.
+constexpr double kMaxShifts = 4e6;  // Some 200 MB.
+// Of one map, in cells half as large as those whose shifts are that many.
+constexpr double kMaxCells = 2.1 * kMaxShifts;
+// What two walls in one place are worth whichever way they face, beside the cosine between them.
+constexpr float kUnorientedShare = 0.3f;
+// Binomial kernel of the blur, its peak at 1.
+constexpr float kBlurNear = 0.5f;
+
+struct Grid {
+  Eigen::Vector2f origin;
+  float inverse_cell = 1, cell = 1;
+  int width = 0, rows = 0;
+
+  bool Inside(int x, int y) const { return x >= 0 && y >= 0 && x < width && y < rows; }
+  int Column(float x) const {
+    return static_cast<int>(std::floor((x - origin.x()) * inverse_cell));
+  }
+  int Row(float y) const { return static_cast<int>(std::floor((y - origin.y()) * inverse_cell)); }
+  Eigen::Vector2f Center(int i) const {
+    return origin + cell * Eigen::Vector2f(static_cast<float>(i % width) + 0.5f,
+                                           static_cast<float>(i / width) + 0.5f);
+  }
+};
+
+// Around where the robot was, as far as it is looked from there.
+Eigen::AlignedBox2f Extent(const WallMap& map, const SceneScale& scale) {
+  Eigen::AlignedBox2f box;
+  for (const Eigen::Vector3f& sensor : map.sensors()) box.extend(sensor.head<2>());
+  if (box.isEmpty()) return box;
+  const Eigen::Vector2f range = Eigen::Vector2f::Constant(scale.max_range_m);
+  return {box.min() - range, box.max() + range};
+}
+
+Grid MakeGrid(const WallMap& map, const SceneScale& scale, double cell_m) {
+  Grid grid;
+  const Eigen::AlignedBox2f extent = Extent(map, scale);
+  if (extent.isEmpty()) return grid;
+  grid.origin = extent.min();
+  grid.cell = static_cast<float>(cell_m);
+  grid.inverse_cell = 1 / grid.cell;
+  const Eigen::Vector2f size = extent.sizes() * grid.inverse_cell;
+  if (!((size.x() + 1) * (size.y() + 1) < kMaxCells)) return grid;
+  grid.width = static_cast<int>(size.x()) + 1;
+  grid.rows = static_cast<int>(size.y()) + 1;
+  return grid;
+}
+
+struct Column {
+  Eigen::Vector2f normal = Eigen::Vector2f::Zero();
+  int count = 0;
+  uint32_t layers = 0;
+};
+
+std::vector<Column> CollectWalls(const WallMap& map, const SceneScale& scale, const Grid& grid) {
+  std::vector<Column> columns(static_cast<size_t>(grid.width) * grid.rows);
+  const float to_layer = kLayers / (scale.wall.high - scale.wall.low);
+  for (const WallPoint& wall : map.walls()) {
+    if (wall.height < scale.wall.low || wall.height >= scale.wall.high) continue;
+    const int x = grid.Column(wall.position.x()), y = grid.Row(wall.position.y());
+    if (!grid.Inside(x, y)) continue;
+    Column& column = columns[y * grid.width + x];
+    column.normal += wall.normal;
+    column.layers |=
+        1u << std::min(kLayers - 1, static_cast<int>((wall.height - scale.wall.low) * to_layer));
+    ++column.count;
+  }
+  return columns;
+}
+
+std::vector<uint8_t> CollectFree(const WallMap& map, const SceneScale& scale, const Grid& grid) {
+  std::vector<uint8_t> hits(static_cast<size_t>(grid.width) * grid.rows, 0);
+  for (const FreeRay& ray : map.FreeRays(scale)) {
+    const Eigen::Vector2f along = ray.to - ray.from;
+    const float length = along.norm();
+    // The last cell belongs to what stopped the ray.
+    const int steps = static_cast<int>(length * grid.inverse_cell) - 1;
+    const Eigen::Vector2f step = along / std::max(length * grid.inverse_cell, 1e-3f);
+    Eigen::Vector2f p = ray.from;
+    for (int i = 0; i < steps; ++i, p += step) {
+      const int x = grid.Column(p.x()), y = grid.Row(p.y());
+      if (!grid.Inside(x, y)) continue;
+      uint8_t& hit = hits[y * grid.width + x];
+      if (hit < 255) ++hit;
+    }
+  }
+  return hits;
+}
+
+bool NearWall(const std::vector<Column>& columns, const Grid& grid, int x, int y) {
+  for (int dy = -1; dy <= 1; ++dy) {
+    for (int dx = -1; dx <= 1; ++dx) {
+      if (grid.Inside(x + dx, y + dy) && columns[(y + dy) * grid.width + x + dx].count > 0) {
+        return true;
+      }
+    }
+  }
+  return false;
+}
+
+void Enclose(BirdsEyeCells* cells) {
+  Eigen::Vector2f low = Eigen::Vector2f::Constant(std::numeric_limits<float>::max());
+  Eigen::Vector2f high = -low;
+  const auto extend = [&](const Eigen::Vector2f& p) {
+    low = low.cwiseMin(p);
+    high = high.cwiseMax(p);
+  };
+  for (const auto& wall : cells->walls) extend(wall.position);
+  for (const auto& p : cells->free) extend(p);
+  if (low.x() > high.x()) return;
+  cells->center = 0.5f * (low + high);
+  for (const auto& wall : cells->walls) {
+    cells->radius = std::max(cells->radius, (wall.position - cells->center).norm());
+  }
+  for (const auto& p : cells->free) {
+    cells->radius = std::max(cells->radius, (p - cells->center).norm());
+  }
+  cells->radius += static_cast<float>(cells->cell_m);
+}
+
+// One pass of [near 1 near] along and one across, cut off at `limit` in size.
+void Blur(int width, int rows, std::vector<float>* plane) {
+  std::vector<float> row(static_cast<size_t>(width));
+  for (int y = 0; y < rows; ++y) {
+    float* p = plane->data() + static_cast<size_t>(y) * width;
+    for (int x = 0; x < width; ++x) {
+      row[x] = p[x] + kBlurNear * ((x > 0 ? p[x - 1] : 0) + (x + 1 < width ? p[x + 1] : 0));
+    }
+    std::copy(row.begin(), row.end(), p);
+  }
+  const std::vector<float> source = *plane;
+  for (int y = 0; y < rows; ++y) {
+    for (int x = 0; x < width; ++x) {
+      const size_t i = static_cast<size_t>(y) * width + x;
+      (*plane)[i] = source[i] + kBlurNear * ((y > 0 ? source[i - width] : 0) +
+                                             (y + 1 < rows ? source[i + width] : 0));
+    }
+  }
+}
+
+}  // namespace
+
+double CellThatFits(const WallMap& a, const WallMap& b, const SceneScale& scale, double cell_m) {
+  // However it is turned, a map fits into the square around the circle around it.
+  double side_m = 0;
+  for (const WallMap* map : {&a, &b}) {
+    const Eigen::AlignedBox2f extent = Extent(*map, scale);
+    if (!extent.isEmpty()) side_m += extent.diagonal().cast<double>().norm();
+  }
+  while (std::isfinite(side_m) && std::pow(side_m / cell_m, 2) > kMaxShifts) cell_m *= 2;
+  return cell_m;
+}
+
+BirdsEyeCells MakeBirdsEyeCells(const WallMap& map, const SceneScale& scale, double cell_m) {
+  BirdsEyeCells cells;
+  cells.cell_m = cell_m;
+  const Grid grid = MakeGrid(map, scale, cell_m);
+  if (grid.width == 0) return cells;
+  const std::vector<Column> columns = CollectWalls(map, scale, grid);
+  const std::vector<uint8_t> hits = CollectFree(map, scale, grid);
+  for (int i = 0; i < grid.width * grid.rows; ++i) {
+    const Column& column = columns[i];
+    if (column.count > 0 || hits[i] > 0) cells.known.push_back(grid.Center(i));
+    if (column.count > 0) {
+      const float filled = static_cast<float>(std::popcount(column.layers));
+      const float weight = std::min(1.0f, filled / kFullLayers);
+      cells.walls.push_back(
+          {grid.Center(i), weight / static_cast<float>(column.count) * column.normal, weight});
+    } else if (hits[i] >= 2 && !NearWall(columns, grid, i % grid.width, i / grid.width)) {
+      cells.free.push_back(grid.Center(i));
+    }
+  }
+  Enclose(&cells);
+  return cells;
+}
+
+BirdsEyeImage MakeReferenceImage(const BirdsEyeCells& cells, double free_space_weight) {
+  BirdsEyeImage image;
+  image.cell_m = static_cast<float>(cells.cell_m);
+  image.origin = cells.center.array() - cells.radius - 2 * image.cell_m;
+  image.width = image.rows = static_cast<int>(2 * cells.radius / image.cell_m) + 5;
+  const size_t size = static_cast<size_t>(image.width) * image.rows;
+  for (auto& plane : image.planes) plane.assign(size, 0.0f);
+  const auto index = [&](const Eigen::Vector2f& p) {
+    const int x = static_cast<int>((p.x() - image.origin.x()) / image.cell_m);
+    const int y = static_cast<int>((p.y() - image.origin.y()) / image.cell_m);
+    return static_cast<size_t>(y) * image.width + x;
+  };
+  for (const auto& wall : cells.walls) {
+    const size_t i = index(wall.position);
+    image.planes[BirdsEyeImage::kNormalX][i] = wall.normal.x();
+    image.planes[BirdsEyeImage::kNormalY][i] = wall.normal.y();
+    image.planes[BirdsEyeImage::kWall][i] = wall.weight;
+  }
+  std::vector<float> sharp_walls = image.planes[BirdsEyeImage::kWall];
+  for (int k = 0; k < BirdsEyeImage::kFree; ++k) Blur(image.width, image.rows, &image.planes[k]);
+  const float weight = static_cast<float>(free_space_weight);
+  for (size_t i = 0; i < size; ++i) {
+    // A long wall's cells add up in the blur: cut back to the worth of one.
+    Eigen::Vector2f normal(image.planes[0][i], image.planes[1][i]);
+    const float length = normal.norm();
+    if (length > 1) normal /= length;
+    image.planes[BirdsEyeImage::kNormalX][i] = normal.x();
+    image.planes[BirdsEyeImage::kNormalY][i] = normal.y();
+    float& wall = image.planes[BirdsEyeImage::kWall][i];
+    wall = kUnorientedShare * std::min(wall, 1.0f);
+    image.planes[BirdsEyeImage::kFree][i] = -weight * sharp_walls[i];
+  }
+  // A free cell is no wall's and no neighbour of one's: the blurred agreement and the conflict of
+  // the moved map's walls share a plane.
+  for (const auto& p : cells.free) image.planes[BirdsEyeImage::kWall][index(p)] -= weight;
+  return image;
+}
+
+double ScorePlacement(const BirdsEyeImage& reference, const BirdsEyeCells& moved, double yaw,
+                      const Eigen::Vector2d& shift, size_t free_stride) {
+  const float c = static_cast<float>(std::cos(yaw)), s = static_cast<float>(std::sin(yaw));
+  const float inverse_cell = 1 / reference.cell_m;
+  const float ox = (static_cast<float>(shift.x()) - reference.origin.x()) * inverse_cell;
+  const float oy = (static_cast<float>(shift.y()) - reference.origin.y()) * inverse_cell;
+  const auto index = [&](const Eigen::Vector2f& p) -> int {
+    const float x = (c * p.x() - s * p.y()) * inverse_cell + ox;
+    const float y = (s * p.x() + c * p.y()) * inverse_cell + oy;
+    if (!(x >= 0 && y >= 0)) return -1;
+    const int column = static_cast<int>(x), row = static_cast<int>(y);
+    if (column >= reference.width || row >= reference.rows) return -1;
+    return row * reference.width + column;
+  };
+  double score = 0;
+  for (const auto& wall : moved.walls) {
+    const int i = index(wall.position);
+    if (i < 0) continue;
+    const Eigen::Vector2f& n = wall.normal;
+    score += reference.planes[BirdsEyeImage::kNormalX][i] * (c * n.x() - s * n.y()) +
+             reference.planes[BirdsEyeImage::kNormalY][i] * (s * n.x() + c * n.y()) +
+             reference.planes[BirdsEyeImage::kWall][i] * wall.weight;
+  }
+  double conflict = 0;
+  for (size_t k = 0; k < moved.free.size(); k += free_stride) {
+    const int i = index(moved.free[k]);
+    if (i >= 0) conflict += reference.planes[BirdsEyeImage::kFree][i];
+  }
+  return score + static_cast<double>(free_stride) * conflict;
+}
+
+}  // namespace isthmus::matching

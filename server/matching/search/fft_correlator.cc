@@ -1,0 +1,126 @@
+#include "server/matching/search/fft_correlator.h"
+
+#include <fftw3.h>
+
+#include <algorithm>
+#include <array>
+#include <complex>
+#include <mutex>
+
+namespace isthmus::matching {
+namespace {
+
+// FFTW's planner is the one part of it that threads must not share.
+std::mutex& PlannerMutex() {
+  static std::mutex mutex;
+  return mutex;
+}
+
+// The next even number with no prime factor above 7, where FFTW is fast.
+int FastSize(int least) {
+  for (int size = std::max(2, least);; ++size) {
+    int rest = size;
+    for (const int factor : {2, 3, 5, 7}) {
+      while (rest % factor == 0) rest /= factor;
+    }
+    if (rest == 1 && size % 2 == 0) return size;
+  }
+}
+
+struct FreeFftw {
+  void operator()(void* p) const { fftwf_free(p); }
+};
+using RealBuffer = std::unique_ptr<float[], FreeFftw>;
+using Complex = std::complex<float>;
+using ComplexBuffer = std::unique_ptr<Complex[], FreeFftw>;
+
+RealBuffer MakeReal(size_t count) {
+  RealBuffer buffer(static_cast<float*>(fftwf_malloc(count * sizeof(float))));
+  std::fill_n(buffer.get(), count, 0.0f);
+  return buffer;
+}
+ComplexBuffer MakeComplex(size_t count) {
+  ComplexBuffer buffer(static_cast<Complex*>(fftwf_malloc(count * sizeof(Complex))));
+  std::fill_n(buffer.get(), count, Complex());
+  return buffer;
+}
+fftwf_complex* Fftw(const ComplexBuffer& buffer) {
+  return reinterpret_cast<fftwf_complex*>(buffer.get());
+}
+
+}  // namespace
+
+struct FftCorrelator::Buffers {
+  int width = 0, rows = 0;
+  size_t bins = 0;  // Of a real image's spectrum.
+  std::array<RealBuffer, BirdsEyeImage::kPlanes> moved;
+  std::array<ComplexBuffer, BirdsEyeImage::kPlanes> reference;
+  ComplexBuffer spectrum, product;
+  RealBuffer scores;
+  fftwf_plan forward = nullptr, backward = nullptr;
+
+  size_t size() const { return static_cast<size_t>(width) * rows; }
+  void Forward(float* image) { fftwf_execute_dft_r2c(forward, image, Fftw(spectrum)); }
+};
+
+FftCorrelator::FftCorrelator(const BirdsEyeImage& reference, int moved_size)
+    : buffers_(std::make_unique<Buffers>()) {
+  Buffers& b = *buffers_;
+  b.width = FastSize(reference.width + moved_size);
+  b.rows = FastSize(reference.rows + moved_size);
+  b.bins = static_cast<size_t>(b.rows) * (b.width / 2 + 1);
+  for (auto& plane : b.moved) plane = MakeReal(b.size());
+  b.spectrum = MakeComplex(b.bins);
+  b.product = MakeComplex(b.bins);
+  b.scores = MakeReal(b.size());
+  {
+    std::lock_guard lock(PlannerMutex());
+    b.forward = fftwf_plan_dft_r2c_2d(b.rows, b.width, b.scores.get(), Fftw(b.spectrum),
+                                      FFTW_ESTIMATE | FFTW_PRESERVE_INPUT);
+    b.backward =
+        fftwf_plan_dft_c2r_2d(b.rows, b.width, Fftw(b.product), b.scores.get(), FFTW_ESTIMATE);
+  }
+  for (int k = 0; k < BirdsEyeImage::kPlanes; ++k) {
+    std::fill_n(b.scores.get(), b.size(), 0.0f);
+    for (int y = 0; y < reference.rows; ++y) {
+      std::copy_n(reference.planes[k].begin() + static_cast<size_t>(y) * reference.width,
+                  reference.width, b.scores.get() + static_cast<size_t>(y) * b.width);
+    }
+    b.Forward(b.scores.get());
+    b.reference[k] = MakeComplex(b.bins);
+    std::copy_n(b.spectrum.get(), b.bins, b.reference[k].get());
+  }
+}
+
+FftCorrelator::~FftCorrelator() {
+  std::lock_guard lock(PlannerMutex());
+  fftwf_destroy_plan(buffers_->forward);
+  fftwf_destroy_plan(buffers_->backward);
+}
+
+int FftCorrelator::width() const { return buffers_->width; }
+int FftCorrelator::rows() const { return buffers_->rows; }
+float* FftCorrelator::plane(int k) { return buffers_->moved[k].get(); }
+
+const float* FftCorrelator::Correlate() {
+  Buffers& b = *buffers_;
+  std::fill_n(b.product.get(), b.bins, Complex());
+  // FFTW does not normalise.
+  const float scale = 1.0f / static_cast<float>(b.size());
+  for (int k = 0; k < BirdsEyeImage::kPlanes; ++k) {
+    b.Forward(b.moved[k].get());
+    std::fill_n(b.moved[k].get(), b.size(), 0.0f);
+    const Complex* moved = b.spectrum.get();
+    const Complex* reference = b.reference[k].get();
+    Complex* product = b.product.get();
+    for (size_t i = 0; i < b.bins; ++i) {
+      const float re = reference[i].real(), im = reference[i].imag();
+      const float mr = moved[i].real() * scale, mi = moved[i].imag() * scale;
+      product[i] += Complex(re * mr + im * mi, im * mr - re * mi);  // reference * conj(moved).
+    }
+  }
+  fftwf_execute(b.backward);
+  return b.scores.get();
+}
+
+}  // namespace isthmus::matching

@@ -1,0 +1,262 @@
+#include "server/matching/search/up_candidates.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <utility>
+
+#include "server/matching/search/gravity.h"
+
+namespace isthmus::matching {
+namespace {
+
+constexpr size_t kFewestSurfaces = 50;
+// More surfaces than this make no answer better.
+constexpr size_t kMaxSurfaces = 20'000;
+// Gate for normals along and across a hypothesised vertical.
+constexpr float kSinGate = 0.17f, kCosGate = 0.985f;
+// The first look: hypotheses about 3.2 degrees apart on half the sphere, against normals gathered
+// in cells of about 2.5 degrees.
+constexpr int kHypotheses = 2000;
+constexpr float kCellsPerUnit = 24;
+// Axes that are looked at closely, and how far they are from each other.
+constexpr size_t kMaxAxes = 8;
+constexpr double kAxisSpacingRad = 0.35;
+constexpr double kRefineRad = 0.15;
+constexpr double kDistinctRad = 10 * std::numbers::pi / 180;
+// What counts as one plane: two bins.
+constexpr float kPlaneBinM = 0.15f;
+// The map's spread along the axis, over its largest, at which an axis is believed half as much.
+constexpr double kHalfFlatness = 0.5;
+// How far the sensors' place between floor and ceiling may swing the judgement.
+constexpr double kMinSensorHeight = 0.2;
+// The candidate near odom's z is kept above the first, and believed above the second share of the
+// best one's score.
+constexpr double kKeepShare = 0.5;
+constexpr double kBelieveShare = 0.8;
+
+std::vector<SurfacePoint> Thin(const std::vector<SurfacePoint>& surface) {
+  if (surface.size() <= kMaxSurfaces) return surface;
+  std::vector<SurfacePoint> thinned;
+  thinned.reserve(kMaxSurfaces);
+  for (size_t i = 0; i < kMaxSurfaces; ++i) {
+    thinned.push_back(surface[i * surface.size() / kMaxSurfaces]);
+  }
+  return thinned;
+}
+
+// Mean normals and their number, the two directions of an axis taken as one.
+std::vector<Eigen::Vector4f> GatherNormals(const std::vector<SurfacePoint>& surface) {
+  std::map<std::pair<int, int>, Eigen::Vector4f> cells;
+  for (const SurfacePoint& point : surface) {
+    int axis = 0;
+    point.normal.cwiseAbs().maxCoeff(&axis);
+    const Eigen::Vector3f n =
+        point.normal[axis] < 0 ? Eigen::Vector3f(-point.normal) : point.normal;
+    const auto cell = [&](int k) {
+      return static_cast<int>(std::floor(n[(axis + k) % 3] / n[axis] * kCellsPerUnit));
+    };
+    auto [it, fresh] = cells.try_emplace({3 * cell(1) + axis, cell(2)}, Eigen::Vector4f::Zero());
+    it->second += Eigen::Vector4f(n.x(), n.y(), n.z(), 1);
+  }
+  std::vector<Eigen::Vector4f> gathered;
+  gathered.reserve(cells.size());
+  for (const auto& [key, sum] : cells) {
+    const Eigen::Vector3f mean = sum.head<3>().normalized();
+    gathered.emplace_back(mean.x(), mean.y(), mean.z(), sum.w());
+  }
+  return gathered;
+}
+
+// Evenly over the half sphere z >= 0: a spiral that turns by the golden angle.
+Eigen::Vector3f HalfSpherePoint(int i) {
+  const double z = (i + 0.5) / kHypotheses, r = std::sqrt(1 - z * z);
+  const double azimuth = i * std::numbers::pi * (3 - std::sqrt(5.0));
+  return Eigen::Vector3d(r * std::cos(azimuth), r * std::sin(azimuth), z).cast<float>();
+}
+
+// Axes along and across which most surfaces face.
+std::vector<Eigen::Vector3d> FindAxes(const std::vector<SurfacePoint>& surface) {
+  const std::vector<Eigen::Vector4f> normals = GatherNormals(surface);
+  std::vector<std::pair<float, int>> ranked;
+  for (int i = 0; i < kHypotheses; ++i) {
+    const Eigen::Vector3f axis = HalfSpherePoint(i);
+    float mass = 0;
+    for (const Eigen::Vector4f& normal : normals) {
+      const float along = std::abs(axis.dot(normal.head<3>()));
+      if (along > kCosGate || along < kSinGate) mass += normal.w();
+    }
+    ranked.emplace_back(-mass, i);
+  }
+  std::sort(ranked.begin(), ranked.end());
+  std::vector<Eigen::Vector3d> axes;
+  for (const auto& [mass, i] : ranked) {
+    const Eigen::Vector3d axis = HalfSpherePoint(i).cast<double>();
+    const bool taken = std::any_of(axes.begin(), axes.end(), [&](const Eigen::Vector3d& other) {
+      return std::abs(axis.dot(other)) > std::cos(kAxisSpacingRad);
+    });
+    if (!taken) axes.push_back(axis);
+    if (axes.size() == kMaxAxes) break;
+  }
+  return axes;
+}
+
+Eigen::Vector3d Refine(const std::vector<SurfacePoint>& surface, const Eigen::Vector3d& axis) {
+  const auto R = Eigen::Quaterniond::FromTwoVectors(axis, Eigen::Vector3d::UnitZ());
+  const Eigen::Matrix3f R_float = R.toRotationMatrix().cast<float>();
+  std::vector<SurfacePoint> turned = surface;
+  for (SurfacePoint& point : turned) point.normal = R_float * point.normal;
+  return (EstimateLevel(turned, kRefineRad) * R).inverse() * Eigen::Vector3d::UnitZ();
+}
+
+// Surfaces that face one way along an axis, by where they are along it.
+struct Layers {
+  std::vector<float> offsets;
+
+  // Number of surfaces times the share of them that lies in one plane.
+  double Evidence() {
+    if (offsets.empty()) return 0;
+    std::sort(offsets.begin(), offsets.end());
+    size_t most = 0, first = 0;
+    for (size_t i = 0; i < offsets.size(); ++i) {
+      while (offsets[i] - offsets[first] > 2 * kPlaneBinM) ++first;
+      most = std::max(most, i - first + 1);
+    }
+    return static_cast<double>(most);
+  }
+  // Only after Evidence().
+  float Median() const { return offsets[offsets.size() / 2]; }
+};
+
+float MedianAlong(const std::vector<Eigen::Vector3f>& positions, const Eigen::Vector3f& axis) {
+  std::vector<float> along;
+  for (const Eigen::Vector3f& position : positions) along.push_back(axis.dot(position));
+  std::nth_element(along.begin(), along.begin() + along.size() / 2, along.end());
+  return along[along.size() / 2];
+}
+
+// Scores of hypotheses on one map.
+class Judge {
+ public:
+  Judge(const std::vector<SurfacePoint>& surface, const std::vector<Eigen::Vector3f>& sensors)
+      : surface_(surface), sensors_(sensors) {
+    Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+    for (const SurfacePoint& point : surface) mean += point.position.cast<double>();
+    mean /= static_cast<double>(surface.size());
+    for (const SurfacePoint& point : surface) {
+      const Eigen::Vector3d d = point.position.cast<double>() - mean;
+      spread_.noalias() += d * d.transpose() / static_cast<double>(surface.size());
+    }
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(spread_);
+    largest_ = std::max(1e-6, solver.eigenvalues()[2]);
+  }
+
+  // For both ends of the axis.
+  void Add(const Eigen::Vector3d& axis, std::vector<UpCandidate>* candidates) const {
+    const Eigen::Vector3f up = axis.cast<float>();
+    Layers floors, ceilings;
+    size_t explained = 0;
+    for (const SurfacePoint& point : surface_) {
+      const float along = point.normal.dot(up);
+      if (along > kCosGate) floors.offsets.push_back(up.dot(point.position));
+      if (along < -kCosGate) ceilings.offsets.push_back(up.dot(point.position));
+      explained += std::abs(along) > kCosGate || std::abs(along) < kSinGate;
+    }
+    const double flatness2 = axis.dot(spread_ * axis) / largest_;
+    const double vertical = static_cast<double>(explained) / static_cast<double>(surface_.size()) /
+                            (1 + flatness2 / (kHalfFlatness * kHalfFlatness));
+    const double up_share = UpShare(up, &floors, &ceilings);
+    const auto add = [&](const Eigen::Vector3d& end, double score) {
+      candidates->push_back(
+          {Eigen::Quaterniond::FromTwoVectors(end, Eigen::Vector3d::UnitZ()), score});
+    };
+    add(axis, vertical * up_share);
+    add(-axis, vertical * (1 - up_share));
+  }
+
+ private:
+  // How likely it is that up is up and not down.
+  double UpShare(const Eigen::Vector3f& up, Layers* floors, Layers* ceilings) const {
+    double below = floors->Evidence(), above = ceilings->Evidence();
+    if (below + above == 0) return 0.5;
+    if (!sensors_.empty() && !floors->offsets.empty() && !ceilings->offsets.empty()) {
+      const float floor = floors->Median(), ceiling = ceilings->Median();
+      const double height = (MedianAlong(sensors_, up) - floor) / (ceiling - floor);
+      const double clamped = std::clamp(height, kMinSensorHeight, 1 - kMinSensorHeight);
+      if (ceiling > floor) {
+        below *= 1 - clamped;
+        above *= clamped;
+      }
+    }
+    return below / (below + above);
+  }
+
+  const std::vector<SurfacePoint>& surface_;
+  const std::vector<Eigen::Vector3f>& sensors_;
+  Eigen::Matrix3d spread_ = Eigen::Matrix3d::Zero();
+  double largest_ = 1;
+};
+
+Eigen::Vector3d Up(const UpCandidate& candidate) {
+  return candidate.R_level_odom.inverse() * Eigen::Vector3d::UnitZ();
+}
+
+bool IsWithin(const Eigen::Vector3d& a, const Eigen::Vector3d& b, double angle_rad) {
+  return a.dot(b) > std::cos(angle_rad);
+}
+
+// Best first, and none near a better one.
+std::vector<UpCandidate> Distinct(std::vector<UpCandidate> candidates) {
+  std::stable_sort(candidates.begin(), candidates.end(),
+                   [](const UpCandidate& a, const UpCandidate& b) { return a.score > b.score; });
+  std::vector<UpCandidate> distinct;
+  for (const UpCandidate& candidate : candidates) {
+    const bool known = std::any_of(distinct.begin(), distinct.end(), [&](const UpCandidate& other) {
+      return IsWithin(Up(candidate), Up(other), kDistinctRad);
+    });
+    if (!known) distinct.push_back(candidate);
+  }
+  return distinct;
+}
+
+}  // namespace
+
+std::vector<UpCandidate> FindUpCandidates(const std::vector<SurfacePoint>& surface, size_t limit,
+                                          const std::vector<Eigen::Vector3f>& sensors) {
+  if (limit == 0) return {};
+  if (surface.size() < kFewestSurfaces) return {UpCandidate()};
+  const std::vector<SurfacePoint> thinned = Thin(surface);
+  std::vector<Eigen::Vector3d> axes = FindAxes(thinned);
+  axes.push_back(Eigen::Vector3d::UnitZ());
+  const Judge judge(thinned, sensors);
+  std::vector<UpCandidate> candidates;
+  for (const Eigen::Vector3d& axis : axes) judge.Add(Refine(thinned, axis), &candidates);
+  candidates = Distinct(std::move(candidates));
+  const auto near_z =
+      std::find_if(candidates.begin(), candidates.end(), [](const UpCandidate& candidate) {
+        return IsWithin(Up(candidate), Eigen::Vector3d::UnitZ(), kDistinctRad);
+      });
+  if (near_z >= candidates.begin() + static_cast<std::ptrdiff_t>(limit) &&
+      near_z != candidates.end() && near_z->score >= kKeepShare * candidates.front().score) {
+    candidates[limit - 1] = *near_z;
+  }
+  if (candidates.size() > limit) candidates.resize(limit);
+  return candidates;
+}
+
+bool IsGravityKnown(const std::vector<UpCandidate>& candidates, double max_tilt_rad) {
+  if (candidates.empty() || !(candidates.front().score > 0)) return false;
+  return std::any_of(candidates.begin(), candidates.end(), [&](const UpCandidate& candidate) {
+    return IsWithin(Up(candidate), Eigen::Vector3d::UnitZ(), max_tilt_rad) &&
+           candidate.score >= kBelieveShare * candidates.front().score;
+  });
+}
+
+bool IsGravityKnown(const std::vector<SurfacePoint>& surface, double max_tilt_rad,
+                    const std::vector<Eigen::Vector3f>& sensors) {
+  return IsGravityKnown(FindUpCandidates(surface, 3, sensors), max_tilt_rad);
+}
+
+}  // namespace isthmus::matching

@@ -1,0 +1,88 @@
+// What the bird's-eye search and the free-space check need of a session's map, made once: walls and
+// ground in a level frame, and where the robot looked through.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "core/pose.h"
+#include "core/submap.h"
+#include "server/matching/registration/surface.h"
+#include "server/matching/search/ground_grid.h"
+
+namespace isthmus::matching {
+
+// Metres above the local ground.
+struct HeightBand {
+  float low = 0, high = 0;
+};
+
+// How a place is looked at. Indoors rooms are small and low; outdoors cars, people and hedges fill
+// what is near the ground, and walls are high.
+struct SceneScale {
+  bool outdoors = false;
+  double cell_m = 0.25;         // Of the bird's-eye image.
+  HeightBand wall{0.6f, 3.5f};  // Where a near-vertical surface is a wall.
+  HeightBand free{0.6f, 2.2f};  // Where a ray shows that there is none.
+  float max_range_m = 30;       // Of rays and walls from where the robot was.
+
+  static SceneScale Indoors() { return {}; }
+  static SceneScale Outdoors() { return {true, 0.5, {1.5f, 8.0f}, {1.0f, 4.0f}, 40}; }
+};
+
+struct WallPoint {
+  Eigen::Vector3f position;  // Level frame.
+  Eigen::Vector2f normal;    // Level frame, towards the sensor, unit length.
+  float height = 0;          // Above the local ground.
+};
+
+// A horizontal stretch that was seen to be free at wall height, level frame.
+struct FreeRay {
+  Eigen::Vector2f from, to;
+};
+
+// Outdoors there are no ceilings, and a good part of what is seen is far from wherever the robot
+// was; a sensor that looks ahead sees no ceiling in a small room either. `surface` within about 15
+// degrees of level; `sensors` in the same frame.
+bool IsOutdoors(const std::vector<SurfacePoint>& surface,
+                const std::vector<Eigen::Vector3f>& sensors);
+
+// Where the keyframes' sensors were, odom frame.
+std::vector<Eigen::Vector3f> SensorPositions(const SessionMap& map);
+
+// Immutable; safe to read from many threads.
+class WallMap {
+ public:
+  // `surface` as sampled from the map (SampleSurface), odom frame; `T_level_odom` a rotation.
+  WallMap(const SessionMap& map, const std::vector<SurfacePoint>& surface,
+          const Pose& T_level_odom);
+  // The level is estimated from the surface.
+  WallMap(const SessionMap& map, const std::vector<SurfacePoint>& surface);
+
+  bool outdoors() const { return outdoors_; }
+  // Pure rotation: the level frame has odom's origin, z up.
+  const Pose& T_level_odom() const { return T_level_odom_; }
+  const GroundGrid& ground() const { return ground_; }
+  // Near-vertical surfaces of any height.
+  const std::vector<WallPoint>& walls() const { return walls_; }
+  // Keyframes' sensor positions, level frame.
+  const std::vector<Eigen::Vector3f>& sensors() const { return sensors_; }
+  // Rays of the keyframes within the band.
+  std::vector<FreeRay> FreeRays(const SceneScale& scale) const;
+
+ private:
+  struct KeyframeEnds {
+    Eigen::Vector3f sensor;
+    std::vector<Eigen::Vector3f> ends;  // Relative to the sensor.
+  };
+  void CollectKeyframes(const SessionMap& map);
+
+  Pose T_level_odom_;
+  bool outdoors_ = false;
+  GroundGrid ground_;
+  std::vector<WallPoint> walls_;
+  std::vector<Eigen::Vector3f> sensors_;
+  std::vector<KeyframeEnds> keyframes_;  // Thinned.
+};
+
+}  // namespace isthmus::matching

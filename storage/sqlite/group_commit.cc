@@ -1,0 +1,68 @@
+#include "storage/sqlite/group_commit.h"
+
+namespace isthmus::storage {
+namespace {
+
+// Bounds how long the first of a group waits for the last.
+constexpr size_t kMaxGroup = 64;
+
+}  // namespace
+
+absl::Status GroupCommit::Run(const Work& work) {
+  Request request(work);
+  std::unique_lock lock(mutex_);
+  waiting_.push_back(&request);
+  changed_.wait(lock, [&] { return request.is_done || !is_led_; });
+  if (request.is_done) return request.status;
+  is_led_ = true;
+  lock.unlock();
+  Group group;  // Begins with the oldest that waits, which need not be this thread's.
+  while (!request.is_done) {
+    group.clear();
+    if (!CommitTogether(group)) {
+      for (Request* lost : group) CommitAlone(*lost);
+    }
+    lock.lock();
+    for (Request* settled : group) settled->is_done = true;
+    changed_.notify_all();
+    if (request.is_done) is_led_ = false;
+    lock.unlock();
+  }
+  return request.status;
+}
+
+GroupCommit::Request* GroupCommit::Next(size_t size) {
+  std::lock_guard lock(mutex_);
+  if (waiting_.empty() || size >= kMaxGroup) return nullptr;
+  Request* request = waiting_.front();
+  waiting_.pop_front();
+  return request;
+}
+
+bool GroupCommit::CommitTogether(Group& group) {
+  Transaction transaction(*writer_);
+  while (Request* request = Next(group.size())) {
+    group.push_back(request);
+    if (!transaction.status().ok()) {
+      request->status = transaction.status();
+      continue;
+    }
+    Savepoint savepoint(*writer_);
+    request->status = savepoint.status();
+    if (request->status.ok()) request->status = request->work(*writer_);
+    if (request->status.ok()) request->status = savepoint.Release();
+    // A full disk, for one, takes back all there was before it.
+    if (!writer_->InTransaction()) return false;
+  }
+  if (!transaction.status().ok()) return true;  // All know that they could not even begin.
+  return transaction.Commit().ok();
+}
+
+void GroupCommit::CommitAlone(Request& request) {
+  Transaction transaction(*writer_);
+  request.status = transaction.status();
+  if (request.status.ok()) request.status = request.work(*writer_);
+  if (request.status.ok()) request.status = transaction.Commit();
+}
+
+}  // namespace isthmus::storage

@@ -1,0 +1,55 @@
+// Writes of many threads share transactions, and with them the wait for the disk.
+#pragma once
+
+#include <absl/status/status.h>
+
+#include <condition_variable>
+#include <deque>
+#include <functional>
+#include <memory>
+#include <mutex>
+
+#include "storage/sqlite/sqlite.h"
+
+namespace isthmus::storage {
+
+// Thread safe. There is no thread of its own: whoever finds nobody writing writes for all who came
+// meanwhile, then hands on. Works are done in the order in which they came.
+class GroupCommit {
+ public:
+  // May run twice, so must not change anything but the database.
+  using Work = std::function<absl::Status(Connection&)>;
+
+  // The connection is the only one that writes.
+  explicit GroupCommit(std::unique_ptr<Connection> writer) : writer_(std::move(writer)) {}
+  GroupCommit(const GroupCommit&) = delete;
+  GroupCommit& operator=(const GroupCommit&) = delete;
+
+  // Once this returns OK, all that `work` did is committed. Otherwise, by its own error or by one
+  // of the database's, nothing of it has happened; works beside it are not touched by its errors.
+  absl::Status Run(const Work& work);
+
+ private:
+  struct Request {
+    explicit Request(const Work& asked) : work(asked) {}
+    const Work& work;
+    absl::Status status;
+    bool is_done = false;
+  };
+  using Group = std::deque<Request*>;
+
+  // Of requests that came and fit into a group of `size`; takes them out of waiting_.
+  Request* Next(size_t size);
+  // For those below the caller leads. One transaction for all that come until it is committed;
+  // false if it was lost, and all of `group` with it.
+  bool CommitTogether(Group& group);
+  void CommitAlone(Request& request);
+
+  const std::unique_ptr<Connection> writer_;  // What it points to is the leader's.
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  Group waiting_;        // Guarded by mutex_, as is:
+  bool is_led_ = false;  // Somebody is writing.
+};
+
+}  // namespace isthmus::storage

@@ -1,0 +1,264 @@
+#include "storage/sqlite/sqlite.h"
+
+#include <absl/strings/str_cat.h>
+#include <sqlite3.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace isthmus::storage {
+namespace {
+
+// The system's error at the last failed access to the database file or to its journal.
+int LastErrno(sqlite3* database, int which_file) {
+  sqlite3_file* file = nullptr;
+  int error = 0;
+  if (sqlite3_file_control(database, "main", which_file, &file) == SQLITE_OK && file != nullptr &&
+      file->pMethods != nullptr) {
+    file->pMethods->xFileControl(file, SQLITE_FCNTL_LAST_ERRNO, &error);
+  }
+  return error;
+}
+
+// A quota or a limit on file sizes reaches SQLite as an error of writing, not as a full disk.
+bool IsDiskFull(sqlite3* database, int code) {
+  if (code == SQLITE_FULL) return true;
+  if (code != SQLITE_IOERR_WRITE) return false;
+  for (const int which : {SQLITE_FCNTL_JOURNAL_POINTER, SQLITE_FCNTL_FILE_POINTER}) {
+    const int error = LastErrno(database, which);
+    if (error == ENOSPC || error == EDQUOT || error == EFBIG) return true;
+  }
+  return false;
+}
+
+absl::Status ToStatus(sqlite3* database, int code) {
+  if (code == SQLITE_OK || code == SQLITE_ROW || code == SQLITE_DONE) return absl::OkStatus();
+  const char* file = database == nullptr ? nullptr : sqlite3_db_filename(database, "main");
+  const std::string message =
+      absl::StrCat(file == nullptr ? "SQLite" : file, ": ",
+                   database == nullptr ? sqlite3_errstr(code) : sqlite3_errmsg(database));
+  if (IsDiskFull(database, code)) {
+    return absl::ResourceExhaustedError(absl::StrCat(message, "; free some space on the disk"));
+  }
+  switch (code & 0xFF) {
+    case SQLITE_NOMEM:
+      return absl::ResourceExhaustedError(message);
+    case SQLITE_TOOBIG:
+      return absl::InvalidArgumentError(message);
+    case SQLITE_CORRUPT:
+    case SQLITE_NOTADB:
+      return absl::DataLossError(message);
+    case SQLITE_READONLY:
+    case SQLITE_PERM:
+    case SQLITE_AUTH:
+      return absl::FailedPreconditionError(message);
+    case SQLITE_BUSY:
+    case SQLITE_LOCKED:
+    case SQLITE_IOERR:
+    case SQLITE_CANTOPEN:
+      return absl::UnavailableError(message);
+    default:
+      return absl::InternalError(message);
+  }
+}
+
+}  // namespace
+
+Statement::Statement(Statement&& other) noexcept
+    : database_(other.database_),
+      statement_(std::exchange(other.statement_, nullptr)),
+      bound_(other.bound_),
+      status_(std::move(other.status_)) {}
+
+Statement::~Statement() {
+  if (statement_ == nullptr) return;
+  sqlite3_reset(statement_);
+  sqlite3_clear_bindings(statement_);
+}
+
+Statement& Statement::Note(int code) {
+  if (status_.ok()) status_ = ToStatus(database_, code);
+  return *this;
+}
+
+Statement& Statement::Bind(int64_t value) {
+  if (!status_.ok()) return *this;
+  return Note(sqlite3_bind_int64(statement_, ++bound_, value));
+}
+
+Statement& Statement::Bind(double value) {
+  if (!status_.ok()) return *this;
+  return Note(sqlite3_bind_double(statement_, ++bound_, value));
+}
+
+Statement& Statement::Bind(const std::string& text) {
+  if (!status_.ok()) return *this;
+  return Note(sqlite3_bind_text64(statement_, ++bound_, text.data(), text.size(), SQLITE_TRANSIENT,
+                                  SQLITE_UTF8));
+}
+
+Statement& Statement::BindBlob(const std::string& bytes) {
+  if (!status_.ok()) return *this;
+  return Note(
+      sqlite3_bind_blob64(statement_, ++bound_, bytes.data(), bytes.size(), SQLITE_TRANSIENT));
+}
+
+Statement& Statement::BindNull() {
+  if (!status_.ok()) return *this;
+  return Note(sqlite3_bind_null(statement_, ++bound_));
+}
+
+absl::StatusOr<bool> Statement::Step() {
+  if (!status_.ok()) return status_;
+  const int code = sqlite3_step(statement_);
+  if (code == SQLITE_ROW) return true;
+  if (code == SQLITE_DONE) return false;
+  Note(code);
+  return status_;
+}
+
+absl::Status Statement::Run() {
+  while (true) {
+    absl::StatusOr<bool> has_row = Step();
+    if (!has_row.ok()) return has_row.status();
+    if (!*has_row) break;
+  }
+  sqlite3_reset(statement_);
+  bound_ = 0;
+  return absl::OkStatus();
+}
+
+int64_t Statement::Int(int column) const { return sqlite3_column_int64(statement_, column); }
+
+double Statement::Real(int column) const {
+  if (IsNull(column)) return std::numeric_limits<double>::quiet_NaN();
+  return sqlite3_column_double(statement_, column);
+}
+
+bool Statement::IsNull(int column) const {
+  return sqlite3_column_type(statement_, column) == SQLITE_NULL;
+}
+
+std::string Statement::Text(int column) const {
+  const void* bytes = sqlite3_column_blob(statement_, column);
+  const int size = sqlite3_column_bytes(statement_, column);
+  if (bytes == nullptr) return {};
+  return std::string(static_cast<const char*>(bytes), static_cast<size_t>(size));
+}
+
+absl::StatusOr<std::unique_ptr<Connection>> Connection::Open(const std::string& path,
+                                                             Access access) {
+  sqlite3* database = nullptr;
+  const int how = access == Access::kReadOnly ? SQLITE_OPEN_READONLY
+                                              : SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE;
+  // No mutex of SQLite's own: whoever holds a connection guards it.
+  const int code = sqlite3_open_v2(path.c_str(), &database, how | SQLITE_OPEN_NOMUTEX, nullptr);
+  std::unique_ptr<Connection> connection(new Connection(path, database));
+  if (code != SQLITE_OK) return ToStatus(database, code);
+  sqlite3_extended_result_codes(database, 1);
+  constexpr int kWaitForOthers_ms = 5000;  // The sqlite3 shell may be looking at the file.
+  sqlite3_busy_timeout(database, kWaitForOthers_ms);
+  if (access == Access::kCreate) return connection;
+  if (auto status = connection->SetCheckpointOnClose(false); !status.ok()) return status;
+  return connection;
+}
+
+Connection::~Connection() {
+  for (const auto& [sql, statement] : cache_) sqlite3_finalize(statement);
+  sqlite3_close(database_);
+}
+
+absl::Status Connection::Execute(const std::string& sql) {
+  return ToStatus(database_, sqlite3_exec(database_, sql.c_str(), nullptr, nullptr, nullptr));
+}
+
+Statement Connection::Prepare(const std::string& sql) {
+  if (const auto found = cache_.find(sql); found != cache_.end()) {
+    return Statement(database_, found->second, absl::OkStatus());
+  }
+  sqlite3_stmt* statement = nullptr;
+  const int code = sqlite3_prepare_v3(database_, sql.data(), static_cast<int>(sql.size()),
+                                      SQLITE_PREPARE_PERSISTENT, &statement, nullptr);
+  if (code != SQLITE_OK) return Statement(database_, nullptr, ToStatus(database_, code));
+  cache_[sql] = statement;
+  return Statement(database_, statement, absl::OkStatus());
+}
+
+absl::StatusOr<int64_t> Connection::ReadNumber(const std::string& sql) {
+  Statement statement = Prepare(sql);
+  const absl::StatusOr<bool> has_row = statement.Step();
+  if (!has_row.ok()) return has_row.status();
+  return *has_row ? statement.Int(0) : 0;
+}
+
+int64_t Connection::Changes() const { return sqlite3_changes64(database_); }
+
+int64_t Connection::LastKey() const { return sqlite3_last_insert_rowid(database_); }
+
+absl::Status Connection::SetCheckpointOnClose(bool checkpoint) {
+  return ToStatus(database_, sqlite3_db_config(database_, SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE,
+                                               checkpoint ? 0 : 1, nullptr));
+}
+
+absl::Status Connection::CopyTo(Connection& target, const std::function<bool(double)>& progress) {
+  constexpr int kPagesAtOnce = 64;
+  // Held throughout: the copy would else begin anew with every commit of others.
+  const Transaction snapshot(*this, Transaction::Kind::kRead);
+  if (!snapshot.status().ok()) return snapshot.status();
+  Statement first = Prepare("SELECT count(*) FROM sqlite_schema");
+  if (auto row = first.Step(); !row.ok()) return row.status();
+  sqlite3_backup* backup = sqlite3_backup_init(target.database_, "main", database_, "main");
+  if (backup == nullptr) return ToStatus(target.database_, sqlite3_errcode(target.database_));
+  int code = SQLITE_OK;
+  bool goes_on = true;
+  while (code == SQLITE_OK && goes_on) {
+    code = sqlite3_backup_step(backup, kPagesAtOnce);
+    const double all = std::max(1, sqlite3_backup_pagecount(backup));
+    if (progress && code == SQLITE_OK)
+      goes_on = progress(1 - sqlite3_backup_remaining(backup) / all);
+  }
+  const int finished = sqlite3_backup_finish(backup);
+  if (!goes_on) return absl::CancelledError("the copy was given up");
+  if (finished != SQLITE_OK) return ToStatus(target.database_, finished);
+  if (code == SQLITE_DONE) return absl::OkStatus();
+  return absl::UnavailableError(absl::StrCat(path_, ": ", sqlite3_errstr(code)));
+}
+
+bool Connection::InTransaction() const { return sqlite3_get_autocommit(database_) == 0; }
+
+Transaction::Transaction(Connection& database, Kind kind) : database_(database) {
+  status_ = database_.Execute(kind == Kind::kWrite ? "BEGIN IMMEDIATE" : "BEGIN");
+  open_ = status_.ok();
+}
+
+Transaction::~Transaction() {
+  // Some errors have rolled back already, which makes this one fail; nothing is left to do then.
+  if (open_) database_.Execute("ROLLBACK").IgnoreError();
+}
+
+absl::Status Transaction::Commit() {
+  absl::Status status = database_.Execute("COMMIT");
+  if (status.ok()) open_ = false;
+  return status;
+}
+
+Savepoint::Savepoint(Connection& database) : database_(database) {
+  status_ = database_.Execute("SAVEPOINT part");
+  open_ = status_.ok();
+}
+
+Savepoint::~Savepoint() {
+  // There is nothing left to take back when an error has taken back the whole transaction.
+  if (open_) database_.Execute("ROLLBACK TO part; RELEASE part").IgnoreError();
+}
+
+absl::Status Savepoint::Release() {
+  absl::Status status = database_.Execute("RELEASE part");
+  if (status.ok()) open_ = false;
+  return status;
+}
+
+}  // namespace isthmus::storage

@@ -1,0 +1,53 @@
+#include "storage/records/pose_codec.h"
+#include "storage/sqlite/rows.h"
+
+namespace isthmus::storage {
+
+absl::Status AddTrajectory(Connection& database,
+                           const std::vector<std::pair<SessionId, TrajectoryEntry>>& entries) {
+  Statement insert = database.Prepare(
+      "INSERT OR IGNORE INTO trajectory (session, sequence, stamp_ns, submap_index, T_odom_sensor) "
+      "VALUES (?, ?, ?, ?, ?)");
+  // Batches mostly hold scans of one session, in order.
+  const SessionId* session = nullptr;
+  std::optional<int64_t> key;
+  for (const auto& [id, entry] : entries) {
+    if (session == nullptr || *session != id) {
+      absl::StatusOr<std::optional<int64_t>> found = FindSessionKey(database, id);
+      if (!found.ok()) return found.status();
+      if (!*found) return absl::InternalError("a trajectory of an unchecked session");
+      key = *found;
+      session = &id;
+    }
+    const absl::Status status = insert.Bind(*key)
+                                    .Bind(entry.sequence)
+                                    .Bind(entry.stamp_ns)
+                                    .Bind(entry.submap_index)
+                                    .BindBlob(PackPose(entry.T_odom_sensor))
+                                    .Run();
+    if (!status.ok()) return status;
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<std::vector<TrajectoryEntry>> SelectTrajectory(Connection& database,
+                                                              int64_t session_key) {
+  std::vector<TrajectoryEntry> entries;
+  Statement row = database.Prepare(
+      "SELECT sequence, stamp_ns, submap_index, T_odom_sensor FROM trajectory "
+      "WHERE session = ? ORDER BY sequence");
+  row.Bind(session_key);
+  while (true) {
+    absl::StatusOr<bool> has_row = row.Step();
+    if (!has_row.ok()) return has_row.status();
+    if (!*has_row) return entries;
+    TrajectoryEntry entry;
+    entry.sequence = row.Uint(0);
+    entry.stamp_ns = row.Int(1);
+    entry.submap_index = static_cast<uint32_t>(row.Int(2));
+    entry.T_odom_sensor = UnpackPose(row.Text(3));
+    entries.push_back(entry);
+  }
+}
+
+}  // namespace isthmus::storage

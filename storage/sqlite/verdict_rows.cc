@@ -1,0 +1,70 @@
+#include "storage/records/pose_codec.h"
+#include "storage/sqlite/rows.h"
+
+namespace isthmus::storage {
+namespace {
+
+using KeyPair = std::pair<int64_t, int64_t>;
+
+// Names are stored, so that the numbers of the enumeration may change.
+Ruling ParseRuling(const std::string& name) {
+  for (const Ruling ruling : {Ruling::kAccept, Ruling::kSet}) {
+    if (name == ToString(ruling)) return ruling;
+  }
+  return Ruling::kReject;  // What is not known joins nothing.
+}
+
+absl::StatusOr<std::optional<KeyPair>> FindKeys(Connection& database, const SessionId& a,
+                                                const SessionId& b) {
+  absl::StatusOr<std::optional<int64_t>> key_a = FindSessionKey(database, a);
+  if (!key_a.ok()) return key_a.status();
+  absl::StatusOr<std::optional<int64_t>> key_b = FindSessionKey(database, b);
+  if (!key_b.ok()) return key_b.status();
+  if (!*key_a || !*key_b) return std::nullopt;
+  return KeyPair(**key_a, **key_b);
+}
+
+}  // namespace
+
+absl::Status PutVerdict(Connection& database, const Verdict& verdict) {
+  const auto keys = FindKeys(database, verdict.a, verdict.b);
+  if (!keys.ok()) return keys.status();
+  if (!*keys) return absl::InternalError("a verdict on unchecked sessions");
+  return database
+      .Prepare(
+          "INSERT OR REPLACE INTO verdicts (a, b, ruling, T_a_b, note, given_ns) "
+          "VALUES (?, ?, ?, ?, ?, ?)")
+      .Bind((*keys)->first)
+      .Bind((*keys)->second)
+      .Bind(std::string(ToString(verdict.ruling)))
+      .BindBlob(PackPose(verdict.T_a_b))
+      .Bind(verdict.note)
+      .Bind(verdict.given_ns)
+      .Run();
+}
+
+absl::Status RemoveVerdict(Connection& database, const SessionId& a, const SessionId& b) {
+  const auto keys = FindKeys(database, a, b);
+  if (!keys.ok()) return keys.status();
+  if (!*keys) return absl::OkStatus();
+  return database.Prepare("DELETE FROM verdicts WHERE a = ? AND b = ?")
+      .Bind((*keys)->first)
+      .Bind((*keys)->second)
+      .Run();
+}
+
+absl::StatusOr<std::vector<Verdict>> SelectVerdicts(Connection& database) {
+  std::vector<Verdict> verdicts;
+  Statement row = database.Prepare(
+      "SELECT a.id, b.id, ruling, T_a_b, note, given_ns FROM verdicts v "
+      "JOIN sessions a ON a.key = v.a JOIN sessions b ON b.key = v.b ORDER BY a.id, b.id");
+  while (true) {
+    absl::StatusOr<bool> has_row = row.Step();
+    if (!has_row.ok()) return has_row.status();
+    if (!*has_row) return verdicts;
+    verdicts.push_back({SessionId(row.Text(0)), SessionId(row.Text(1)), ParseRuling(row.Text(2)),
+                        UnpackPose(row.Text(3)), row.Text(4), row.Int(5)});
+  }
+}
+
+}  // namespace isthmus::storage

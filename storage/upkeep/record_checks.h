@@ -1,0 +1,18 @@
+// The records of a database, read one by one to see which are damaged.
+#pragma once
+
+#include "storage/sqlite/sqlite.h"
+#include "storage/upkeep/check_store.h"
+
+namespace isthmus::storage {
+
+void AddDamage(const std::string& record, const std::string& problem, StoreReport& report);
+
+// `schema` is the database's. What cannot be read is damage, and no reason to stop.
+void CheckSubmaps(Connection& database, int64_t schema, StoreReport& report);
+void CheckFeatures(Connection& database, StoreReport& report);
+void CheckCheckpoints(Connection& database, StoreReport& report);
+void CheckEdges(Connection& database, int64_t schema, StoreReport& report);
+void CheckPoses(Connection& database, int64_t schema, StoreReport& report);
+
+}  // namespace isthmus::storage

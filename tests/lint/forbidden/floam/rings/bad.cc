@@ -1,0 +1,1 @@
+#include "floam/track/tracker.h"
