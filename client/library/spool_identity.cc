@@ -18,8 +18,8 @@ namespace {
 
 // Then three strings, each behind its length (u32): the request, the session's id, and base and
 // `closed` as nine bytes; then the crc32c of all before. Little endian.
-constexpr char kMagic[] = "ISTHSPI1";
-constexpr size_t kMagicBytes = 8;
+constexpr char kIdentityMagic[] = "ISTHSPI1";
+constexpr size_t kIdentityMagicBytes = 8;
 
 void PutString(std::string& out, const std::string& value) {
   const auto size = static_cast<uint32_t>(value.size());
@@ -42,7 +42,7 @@ bool TakeString(const std::string& bytes, size_t& at, std::string& value) {
 }  // namespace
 
 absl::Status WriteIdentity(const std::string& folder, const SpoolIdentity& identity) {
-  std::string bytes(kMagic, kMagicBytes);
+  std::string bytes(kIdentityMagic, kIdentityMagicBytes);
   PutString(bytes, identity.request.SerializeAsString());
   PutString(bytes, identity.session);
   std::string numbers(reinterpret_cast<const char*>(&identity.base), sizeof(identity.base));
@@ -66,14 +66,14 @@ absl::StatusOr<SpoolIdentity> ReadIdentity(const std::string& folder) {
   std::string bytes{std::istreambuf_iterator<char>(file), {}};
   const absl::Status damaged = absl::DataLossError(absl::StrCat(path, " is damaged"));
   uint32_t crc = 0;
-  if (bytes.size() < kMagicBytes + sizeof(crc)) return damaged;
+  if (bytes.size() < kIdentityMagicBytes + sizeof(crc)) return damaged;
   std::memcpy(&crc, &bytes[bytes.size() - sizeof(crc)], sizeof(crc));
   bytes.resize(bytes.size() - sizeof(crc));
   if (io::Crc32c(bytes.data(), bytes.size()) != crc) return damaged;
-  if (bytes.compare(0, kMagicBytes, kMagic) != 0) return damaged;
+  if (bytes.compare(0, kIdentityMagicBytes, kIdentityMagic) != 0) return damaged;
   SpoolIdentity identity;
   std::string request, numbers;
-  size_t at = kMagicBytes;
+  size_t at = kIdentityMagicBytes;
   if (!TakeString(bytes, at, request) || !TakeString(bytes, at, identity.session) ||
       !TakeString(bytes, at, numbers) || numbers.size() != sizeof(identity.base) + 1 ||
       !identity.request.ParseFromString(request)) {

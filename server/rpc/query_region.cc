@@ -42,9 +42,9 @@ v1::PointCloud ToProto(const std::vector<MapPoint>& points) {
 }
 
 absl::Status SetBox(const v1::Box& box, Region& region) {
-  const auto min = FromProto(box.min(), "box.min");
+  const auto min = rpc::FromProto(box.min(), "box.min");
   if (!min.ok()) return min.status();
-  const auto max = FromProto(box.max(), "box.max");
+  const auto max = rpc::FromProto(box.max(), "box.max");
   if (!max.ok()) return max.status();
   if ((min->array() > max->array()).any()) {
     return absl::InvalidArgumentError(absl::StrCat("box.min (", min->x(), ", ", min->y(), ", ",
@@ -57,7 +57,7 @@ absl::Status SetBox(const v1::Box& box, Region& region) {
 }
 
 absl::Status SetSphere(const v1::Sphere& sphere, Region& region) {
-  const auto center = FromProto(sphere.center(), "sphere.center");
+  const auto center = rpc::FromProto(sphere.center(), "sphere.center");
   if (!center.ok()) return center.status();
   // Written so that NaN fails too.
   if (!(sphere.radius_m() > 0 && sphere.radius_m() <= kMaxCoordinateM)) {

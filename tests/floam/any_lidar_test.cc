@@ -46,8 +46,8 @@ struct Outcome {
   InputText input;
 };
 
-Outcome Drive(const std::string& sensor, const std::function<Scan(int)>& scan_of,
-              OdometryMode mode = OdometryMode::kContinuous) {
+Outcome DriveWith(const std::string& sensor, const std::function<Scan(int)>& scan_of,
+                  OdometryMode mode = OdometryMode::kContinuous) {
   OdometryOptions options;
   options.mode = mode;
   options.undistort_cloud = false;
@@ -72,30 +72,30 @@ Outcome Drive(const std::string& sensor, const std::function<Scan(int)>& scan_of
 }
 
 TEST(AnyLidar, SolidState) {
-  const Outcome outcome = Drive("solid", SolidState);
+  const Outcome outcome = DriveWith("solid", SolidState);
   EXPECT_LT(outcome.rmse_m, 0.05);
   EXPECT_LE(outcome.not_ok, 2);
   EXPECT_EQ(outcome.input.rings, "none: surfaces from neighbourhoods");
 }
 
 TEST(AnyLidar, NonRepeatingPattern) {
-  const Outcome outcome = Drive("mid360", NonRepeating);
+  const Outcome outcome = DriveWith("mid360", NonRepeating);
   EXPECT_LT(outcome.rmse_m, 0.03);
   EXPECT_EQ(outcome.not_ok, 0);
 }
 
 TEST(AnyLidar, NonRepeatingPatternOfASensorThatNobodyNamed) {
-  EXPECT_LT(Drive("auto", NonRepeating).rmse_m, 0.03);
+  EXPECT_LT(DriveWith("auto", NonRepeating).rmse_m, 0.03);
 }
 
 TEST(AnyLidar, InTheOtherModes) {
-  EXPECT_LT(Drive("mid360", NonRepeating, OdometryMode::kFloam).rmse_m, 0.05);
-  EXPECT_LT(Drive("mid360", NonRepeating, OdometryMode::kAloam).rmse_m, 0.05);
+  EXPECT_LT(DriveWith("mid360", NonRepeating, OdometryMode::kFloam).rmse_m, 0.05);
+  EXPECT_LT(DriveWith("mid360", NonRepeating, OdometryMode::kAloam).rmse_m, 0.05);
 }
 
 TEST(AnyLidar, ShuffledTurnsWithoutRings) {
-  EXPECT_LT(Drive("unordered", Shuffled).rmse_m, 0.1);
-  const Outcome in_rings = Drive("auto", Shuffled);  // Which the elevations show.
+  EXPECT_LT(DriveWith("unordered", Shuffled).rmse_m, 0.1);
+  const Outcome in_rings = DriveWith("auto", Shuffled);  // Which the elevations show.
   EXPECT_LT(in_rings.rmse_m, 0.03);
   EXPECT_EQ(in_rings.input.rings, "16, by the elevations seen");
 }

@@ -17,7 +17,7 @@ namespace isthmus::matching {
 namespace {
 
 // A wall in the plane x = 5, 4 m wide and high, seen from `sensor`, with submap = odom.
-SessionMap Wall(const Eigen::Vector3d& sensor) {
+SessionMap FlatWall(const Eigen::Vector3d& sensor) {
   auto submap = std::make_shared<Submap>();
   submap->keyframes.push_back({1, 0, Pose(sensor)});
   for (float y = -2; y <= 2; y += 0.1f) {
@@ -27,7 +27,7 @@ SessionMap Wall(const Eigen::Vector3d& sensor) {
 }
 
 TEST(FilterVoxels, OnePointPerVoxelAtTheMean) {
-  SessionMap map = Wall({0, 0, 0});
+  SessionMap map = FlatWall({0, 0, 0});
   auto submap = std::make_shared<Submap>(*map.submaps[0]);
   submap->points = {{1.1f, 1.1f, 1.1f, 0, 0}, {1.3f, 1.3f, 1.1f, 0, 0}, {9, 9, 9, 0, 0}};
   const auto points = FilterVoxels({map.session, {submap}}, 1.0);
@@ -37,7 +37,7 @@ TEST(FilterVoxels, OnePointPerVoxelAtTheMean) {
 }
 
 TEST(FilterVoxels, JoinsSubmapsInTheOdomFrame) {
-  const SessionMap wall = Wall({0, 0, 0});
+  const SessionMap wall = FlatWall({0, 0, 0});
   auto moved = std::make_shared<Submap>(*wall.submaps[0]);
   moved->T_odom_submap = Pose::FromXyzRpy(0, 0, 0, 0, 0, M_PI);
   const auto points = FilterVoxels({wall.session, {wall.submaps[0], moved}}, 0.5);
@@ -63,7 +63,7 @@ TEST(FilterVoxels, LeavesOutWhatCannotBeUsed) {
 }
 
 TEST(RemoveOutliers, DropsTheLonelyPoint) {
-  std::vector<ViewedPoint> points = FilterVoxels(Wall({0, 0, 0}), 0.2);
+  std::vector<ViewedPoint> points = FilterVoxels(FlatWall({0, 0, 0}), 0.2);
   const size_t wall = points.size();
   points.push_back({{0, 0, 20}, {0, 0, -1}});
   const auto kept = RemoveOutliers(points, {});
@@ -73,7 +73,7 @@ TEST(RemoveOutliers, DropsTheLonelyPoint) {
 
 TEST(EstimateNormals, FaceTheSensorOnWhicheverSideOfTheWallItStood) {
   for (const double x : {0.0, 12.0}) {  // The origin is on the near side of the wall both times.
-    const OrientedPoints points = EstimateNormals(FilterVoxels(Wall({x, 0.5, 0}), 0.2), {});
+    const OrientedPoints points = EstimateNormals(FilterVoxels(FlatWall({x, 0.5, 0}), 0.2), {});
     ASSERT_GT(points.normals.size(), 100u);
     for (const Eigen::Vector3f& normal : points.normals) {
       EXPECT_NEAR(normal.x(), x < 5 ? -1 : 1, 1e-3);
@@ -92,7 +92,7 @@ OrientedPoints Gallery() {
 }
 
 TEST(DetectHarrisKeypoints, SitWhereSurfacesMeet) {
-  const OrientedPoints flat = EstimateNormals(FilterVoxels(Wall({0, 0, 0}), 0.2), {});
+  const OrientedPoints flat = EstimateNormals(FilterVoxels(FlatWall({0, 0, 0}), 0.2), {});
   EXPECT_TRUE(DetectHarrisKeypoints(flat, {}).empty());
   const OrientedPoints gallery = Gallery();
   const auto keypoints = DetectHarrisKeypoints(gallery, {});

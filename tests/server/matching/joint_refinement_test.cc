@@ -13,28 +13,21 @@
 namespace isthmus::matching {
 namespace {
 
-Pose T_world_a() { return Pose::FromXyzRpy(3, 3, 1, 0, 0, 0.4); }
-Pose T_world_b() { return Pose::FromXyzRpy(27, 8, 1, 0, 0, -2.0); }
-Pose T_a_b() { return T_world_a().Inverse() * T_world_b(); }
+Pose T_world_first() { return Pose::FromXyzRpy(3, 3, 1, 0, 0, 0.4); }
+Pose T_world_second() { return Pose::FromXyzRpy(27, 8, 1, 0, 0, -2.0); }
+Pose T_a_b() { return T_world_first().Inverse() * T_world_second(); }
 
 SessionMap SurveyA() {
   return Survey(MakeGallery(), {Way({{3, 3, 1}, {9, 4, 1}, {13, 6, 1}, {18, 8, 1}, {27, 8, 1}}, 25),
-                                T_world_a(), 0.01, 1});
+                                T_world_first(), 0.01, 1});
 }
 
 SessionMap SurveyB() {
-  SessionMap map = Survey(
-      MakeGallery(),
-      {Way({{27, 8, 1}, {18, 8, 1}, {13, 6, 1}, {9, 4, 1}, {3, 3, 1}}, 25), T_world_b(), 0.01, 2});
+  SessionMap map =
+      Survey(MakeGallery(), {Way({{27, 8, 1}, {18, 8, 1}, {13, 6, 1}, {9, 4, 1}, {3, 3, 1}}, 25),
+                             T_world_second(), 0.01, 2});
   map.session = SessionId("robot_b-0001");
   return map;
-}
-
-// The gallery is small, and both robots see all of it: in earnest a twin of it would be feared.
-MatcherOptions InTheGallery() {
-  MatcherOptions options;
-  options.min_enclosed_area_m2 = 0;
-  return options;
 }
 
 // The odometry strays by as much from each submap to the next; the submaps stay as they are.

@@ -40,7 +40,7 @@ Submaps Stray(const Submaps& truth, const Pose& step) {
   return strayed;
 }
 
-LoopOptions InTheGallery() {
+LoopOptions AfterTwentyMetres() {
   LoopOptions options;
   options.min_way_m = 20;
   return options;
@@ -74,7 +74,7 @@ class LoopFinderTest : public ::testing::Test {
     truth_ = map.submaps;
     // Half a metre and some degrees by the time it is back.
     strayed_ = Stray(truth_, Pose::FromXyzRpy(0.04, -0.05, 0.01, 0, 0, 0.008));
-    found_ = FindOneByOne(strayed_, InTheGallery());
+    found_ = FindOneByOne(strayed_, AfterTwentyMetres());
   }
 
   static const Submap& TruthOf(uint32_t index) { return *truth_.at(index); }
@@ -109,7 +109,7 @@ TEST_F(LoopFinderTest, FillsEveryField) {
     EXPECT_EQ(closure.session, truth_.front()->id.session);
     EXPECT_LT(closure.submap_a, closure.submap_b);
     ASSERT_FALSE(closure.edges.empty());
-    EXPECT_LE(closure.edges.size(), InTheGallery().max_edges);
+    EXPECT_LE(closure.edges.size(), AfterTwentyMetres().max_edges);
     EXPECT_EQ(closure.edges.front().submap_a, closure.submap_a);
     EXPECT_EQ(closure.edges.front().submap_b, closure.submap_b);
     EXPECT_TRUE(closure.edges.front().T_a_b.Matrix() == closure.T_a_b.Matrix());
@@ -120,7 +120,7 @@ TEST_F(LoopFinderTest, FillsEveryField) {
     EXPECT_GT(closure.residual_m, 0);
     EXPECT_LT(closure.residual_m, 0.1);
     EXPECT_GE(closure.free_space, 0);
-    EXPECT_LE(closure.free_space, InTheGallery().max_free_space);
+    EXPECT_LE(closure.free_space, AfterTwentyMetres().max_free_space);
     EXPECT_GT(closure.comparisons, 500);
     EXPECT_FALSE(closure.source.empty());
     EXPECT_FALSE(closure.detail.empty());
@@ -138,7 +138,7 @@ TEST_F(LoopFinderTest, NoPairOfSubmapsTwice) {
 }
 
 TEST_F(LoopFinderTest, IsDeterministic) {
-  const std::vector<LoopClosure> again = FindOneByOne(strayed_, InTheGallery());
+  const std::vector<LoopClosure> again = FindOneByOne(strayed_, AfterTwentyMetres());
   ASSERT_EQ(again.size(), found_.size());
   for (size_t i = 0; i < again.size(); ++i) {
     ASSERT_EQ(again[i].edges.size(), found_[i].edges.size());
@@ -149,13 +149,13 @@ TEST_F(LoopFinderTest, IsDeterministic) {
 }
 
 TEST_F(LoopFinderTest, NothingWhereTheWayIsShortOrNobodyAsks) {
-  EXPECT_TRUE(LoopFinder(InTheGallery()).Find({}).empty());
-  EXPECT_TRUE(FindOneByOne({strayed_.front()}, InTheGallery()).empty());
-  EXPECT_TRUE(FindOneByOne({strayed_.begin(), strayed_.begin() + 3}, InTheGallery()).empty());
-  LoopOptions options = InTheGallery();
+  EXPECT_TRUE(LoopFinder(AfterTwentyMetres()).Find({}).empty());
+  EXPECT_TRUE(FindOneByOne({strayed_.front()}, AfterTwentyMetres()).empty());
+  EXPECT_TRUE(FindOneByOne({strayed_.begin(), strayed_.begin() + 3}, AfterTwentyMetres()).empty());
+  LoopOptions options = AfterTwentyMetres();
   options.min_way_m = 1000;
   EXPECT_TRUE(FindOneByOne(strayed_, options).empty());
-  options = InTheGallery();
+  options = AfterTwentyMetres();
   options.enabled = false;
   EXPECT_TRUE(FindOneByOne(strayed_, options).empty());
 }
@@ -172,7 +172,7 @@ TEST_F(LoopFinderTest, GoesOnFromWhatWasFoundBefore) {
   }
   // It was placed by them.
   for (size_t i = 0; i + 1 < strayed_.size(); ++i) query.T_map_submap[i] = truth_[i]->T_odom_submap;
-  const std::vector<LoopClosure> found = LoopFinder(InTheGallery()).Find(query);
+  const std::vector<LoopClosure> found = LoopFinder(AfterTwentyMetres()).Find(query);
   ASSERT_EQ(found.size(), 1u);
   EXPECT_EQ(found[0].submap_b, strayed_.size() - 1);
   EXPECT_LT(Error(found[0].edges.front()).translation().norm(), 0.02);
@@ -183,7 +183,7 @@ TEST_F(LoopFinderTest, RetiredSubmapsAreNoTrouble) {
   Submaps left = strayed_;
   left.erase(left.begin() + 3);
   left.erase(left.begin());
-  const std::vector<LoopClosure> found = FindOneByOne(left, InTheGallery());
+  const std::vector<LoopClosure> found = FindOneByOne(left, AfterTwentyMetres());
   ASSERT_FALSE(found.empty());
   for (const LoopClosure& closure : found) {
     for (const SubmapEdge& edge : closure.edges) {
@@ -203,10 +203,10 @@ TEST_F(LoopFinderTest, WhatAPersonRejectedIsNotOfferedAgain) {
   for (uint32_t i = 0; i <= first.submap_b; ++i) query.submaps.push_back(strayed_[i]);
   query.T_map_submap = PosesOf(query.submaps);
   query.first_new = first.submap_b;
-  EXPECT_TRUE(LoopFinder(InTheGallery()).Find(query).empty());
+  EXPECT_TRUE(LoopFinder(AfterTwentyMetres()).Find(query).empty());
   query.known.front().rejected = false;
   query.known.front().edges.clear();
-  EXPECT_FALSE(LoopFinder(InTheGallery()).Find(query).empty());
+  EXPECT_FALSE(LoopFinder(AfterTwentyMetres()).Find(query).empty());
 }
 
 // The same gallery once more, 45 m on: everything looks alike, but odometry knows better. Where it
@@ -222,7 +222,7 @@ TEST(LoopFinderTwinTest, ATwinIsAnotherPlaceIfOdometrySaysSo) {
   way.insert(way.end(), twin.begin(), twin.end());
   const Submaps truth = Survey(scene, {way, Pose()}).submaps;
   const Pose stray = Pose::FromXyzRpy(0.05, 0.05, 0, 0, 0, 0.01);
-  LoopOptions options = InTheGallery();
+  LoopOptions options = AfterTwentyMetres();
   options.min_way_m = 10;
   EXPECT_TRUE(FindOneByOne(Stray(truth, stray), options).empty());
   Submaps fooled;
@@ -259,7 +259,7 @@ TEST(LoopFinderTwinTest, AnotherPlaceIsNotTheSame) {
     later->id.index += static_cast<uint32_t>(here.size());
     both.push_back(std::move(later));
   }
-  LoopOptions options = InTheGallery();
+  LoopOptions options = AfterTwentyMetres();
   options.min_way_m = 10;
   EXPECT_TRUE(FindOneByOne(both, options).empty());
 }

@@ -16,13 +16,6 @@ namespace {
 Pose T_world_a() { return Pose::FromXyzRpy(3, 3, 1, 0.05, -0.04, 0.3); }
 Pose T_world_b() { return Pose::FromXyzRpy(27, 8, 1, -0.06, 0.03, -2.0); }
 
-// The gallery is small, and both robots see all of it: in earnest a twin of it would be feared.
-MatcherOptions InTheGallery() {
-  MatcherOptions options;
-  options.min_enclosed_area_m2 = 0;
-  return options;
-}
-
 class MatcherTest : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {

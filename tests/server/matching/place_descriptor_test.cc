@@ -19,7 +19,7 @@ namespace {
 constexpr double kSector = 6 * kRadPerDeg;
 
 // What a sensor sees that stands there and looks that way.
-std::vector<Eigen::Vector3f> Look(const Eigen::Vector3d& from, double yaw, unsigned seed) {
+std::vector<Eigen::Vector3f> LookFrom(const Eigen::Vector3d& from, double yaw, unsigned seed) {
   static const Scene scene = MakeGallery();
   const SessionMap map = Survey(
       scene, {{from}, Pose::FromXyzRpy(from.x(), from.y(), from.z(), 0, 0, yaw), 0.01, seed});
@@ -32,8 +32,8 @@ std::vector<Eigen::Vector3f> Look(const Eigen::Vector3d& from, double yaw, unsig
   return points;
 }
 
-PlaceDescriptor Describe(const Eigen::Vector3d& from, double yaw = 0, unsigned seed = 1) {
-  return DescribePlace(Look(from, yaw, seed));
+PlaceDescriptor DescribeFrom(const Eigen::Vector3d& from, double yaw = 0, unsigned seed = 1) {
+  return DescribePlace(LookFrom(from, yaw, seed));
 }
 
 const std::vector<Eigen::Vector3d> kPlaces = {{3, 3, 1},   {8, 6, 1},   {16, 6, 1},
@@ -42,12 +42,12 @@ const std::vector<Eigen::Vector3d> kPlaces = {{3, 3, 1},   {8, 6, 1},   {16, 6, 
 
 std::vector<PlaceDescriptor> DescribeAll() {
   std::vector<PlaceDescriptor> all;
-  for (const Eigen::Vector3d& place : kPlaces) all.push_back(Describe(place));
+  for (const Eigen::Vector3d& place : kPlaces) all.push_back(DescribeFrom(place));
   return all;
 }
 
 TEST(PlaceDescriptorTest, IsOfUnitLengthAndNotNegative) {
-  const PlaceDescriptor place = Describe({8, 6, 1});
+  const PlaceDescriptor place = DescribeFrom({8, 6, 1});
   double sum = 0;
   for (const float cell : place.cells) {
     EXPECT_GE(cell, 0);
@@ -61,7 +61,7 @@ TEST(PlaceDescriptorTest, IsOfUnitLengthAndNotNegative) {
 }
 
 TEST(PlaceDescriptorTest, ComparesEqualToItself) {
-  const PlaceDescriptor place = Describe({8, 6, 1});
+  const PlaceDescriptor place = DescribeFrom({8, 6, 1});
   const PlaceComparison comparison = Compare(place, place);
   EXPECT_NEAR(comparison.distance, 0, 1e-5);
   EXPECT_EQ(comparison.yaw, 0);
@@ -69,9 +69,9 @@ TEST(PlaceDescriptorTest, ComparesEqualToItself) {
 
 TEST(PlaceDescriptorTest, FindsTheTurnBetweenTwoLooks) {
   const double yaw_a = 0.3;
-  const PlaceDescriptor a = Describe({8, 6, 1}, yaw_a, 1);
+  const PlaceDescriptor a = DescribeFrom({8, 6, 1}, yaw_a, 1);
   for (double yaw_b = -3; yaw_b < 3.2; yaw_b += 0.41) {
-    const PlaceDescriptor b = Describe({8, 6, 1}, yaw_b, 2);
+    const PlaceDescriptor b = DescribeFrom({8, 6, 1}, yaw_b, 2);
     const PlaceComparison a_b = Compare(a, b), b_a = Compare(b, a);
     EXPECT_LT(a_b.distance, 0.1);
     // R_a_b = R_world_a^-1 R_world_b.
@@ -88,7 +88,7 @@ TEST(PlaceDescriptorTest, TellsPlacesApartFromMetresOff) {
   const Eigen::Vector3d shift(0.9, -0.8, 0);
   for (size_t i = 0; i < kPlaces.size(); ++i) {
     const double yaw = 0.7 * static_cast<double>(i);
-    const auto hits = FindPlaces(Describe(kPlaces[i] + shift, yaw, 2), places, 3);
+    const auto hits = FindPlaces(DescribeFrom(kPlaces[i] + shift, yaw, 2), places, 3);
     ASSERT_EQ(hits.size(), 3u);
     EXPECT_EQ(hits[0].place, i);
     // The shift alone turns the bearing of a wall 5 m off by up to 13.5 degrees.
@@ -99,7 +99,7 @@ TEST(PlaceDescriptorTest, TellsPlacesApartFromMetresOff) {
 }
 
 TEST(PlaceDescriptorTest, OnlyTheBandAndTheRangeCount) {
-  std::vector<Eigen::Vector3f> points = Look({8, 6, 1}, 0, 1);
+  std::vector<Eigen::Vector3f> points = LookFrom({8, 6, 1}, 0, 1);
   const PlaceDescriptor before = DescribePlace(points);
   for (float x = -50; x < 50; x += 0.5f) {
     points.emplace_back(x, 3.0f, -0.31f);
@@ -112,7 +112,7 @@ TEST(PlaceDescriptorTest, OnlyTheBandAndTheRangeCount) {
 }
 
 TEST(PlaceDescriptorTest, NeitherOrderNorNonFinitePointsMatter) {
-  std::vector<Eigen::Vector3f> points = Look({8, 6, 1}, 0, 1);
+  std::vector<Eigen::Vector3f> points = LookFrom({8, 6, 1}, 0, 1);
   const PlaceDescriptor before = DescribePlace(points);
   std::shuffle(points.begin(), points.end(), std::mt19937(5));
   const float nan = std::numeric_limits<float>::quiet_NaN();
@@ -136,7 +136,7 @@ TEST(PlaceDescriptorTest, TheHighestPointOfACellCounts) {
 }
 
 TEST(PlaceDescriptorTest, NothingIsLikeNothing) {
-  const PlaceDescriptor nothing = DescribePlace({}), place = Describe({8, 6, 1});
+  const PlaceDescriptor nothing = DescribePlace({}), place = DescribeFrom({8, 6, 1});
   EXPECT_TRUE(nothing.empty());
   EXPECT_FALSE(place.empty());
   EXPECT_EQ(Compare(nothing, place).distance, 1);
@@ -149,7 +149,7 @@ TEST(PlaceDescriptorTest, NothingIsLikeNothing) {
 }
 
 TEST(PlaceDescriptorTest, AtMostKAreReturnedEqualOnesInOrder) {
-  const PlaceDescriptor place = Describe({8, 6, 1});
+  const PlaceDescriptor place = DescribeFrom({8, 6, 1});
   const std::vector<PlaceDescriptor> places(7, place);
   EXPECT_TRUE(FindPlaces(place, places, 0).empty());
   std::vector<size_t> found;
@@ -169,8 +169,8 @@ TEST(PlaceDescriptorTest, TheRingKeyFindsOneAmongMany) {
     }
     places.push_back(DescribePlace(clutter));
   }
-  places.push_back(Describe({8, 6, 1}, 0, 1));
-  const auto hits = FindPlaces(Describe({8.5, 6, 1}, 2, 2), places, 1);
+  places.push_back(DescribeFrom({8, 6, 1}, 0, 1));
+  const auto hits = FindPlaces(DescribeFrom({8.5, 6, 1}, 2, 2), places, 1);
   ASSERT_EQ(hits.size(), 1u);
   EXPECT_EQ(hits[0].place, 400u);
 }

@@ -23,42 +23,42 @@ std::vector<Correspondence> RandomPairs(const Pose& T_a_b, double noise, unsigne
   return pairs;
 }
 
-const Pose kTruth = Pose::FromXyzRpy(12, -7, 1, 0.1, -0.2, 2.0);
+const Pose kTrueMotion = Pose::FromXyzRpy(12, -7, 1, 0.1, -0.2, 2.0);
 
 TEST(PoseProblem, GradientEqualsNumericalDerivativeOfTheCost) {
-  const auto pairs = RandomPairs(kTruth, 0.3, 1);
+  const auto pairs = RandomPairs(kTrueMotion, 0.3, 1);
   const Eigen::Vector3d center(10, -5, 2);
-  const NormalEquations equations = Linearize(pairs, kTruth, center);
+  const NormalEquations equations = Linearize(pairs, kTrueMotion, center);
   for (int i = 0; i < 6; ++i) {
     const double h = 1e-5;
     const Vector6d step = h * Vector6d::Unit(i);
-    const double plus = Linearize(pairs, MoveAbout(center, step, kTruth), center).cost;
-    const double minus = Linearize(pairs, MoveAbout(center, -step, kTruth), center).cost;
+    const double plus = Linearize(pairs, MoveAbout(center, step, kTrueMotion), center).cost;
+    const double minus = Linearize(pairs, MoveAbout(center, -step, kTrueMotion), center).cost;
     EXPECT_NEAR(equations.g[i], (plus - minus) / (2 * h), 1e-4 * equations.g.norm()) << i;
   }
 }
 
 TEST(PoseProblem, HessianEqualsNumericalDerivativeOfTheGradientWithoutNoise) {
   // With zero residuals Gauss-Newton's Hessian is the exact one.
-  const auto pairs = RandomPairs(kTruth, 0, 2);
+  const auto pairs = RandomPairs(kTrueMotion, 0, 2);
   const Eigen::Vector3d center(10, -5, 2);
-  const NormalEquations equations = Linearize(pairs, kTruth, center);
+  const NormalEquations equations = Linearize(pairs, kTrueMotion, center);
   for (int i = 0; i < 6; ++i) {
     const double h = 1e-5;
     const Vector6d step = h * Vector6d::Unit(i);
-    const Vector6d plus = Linearize(pairs, MoveAbout(center, step, kTruth), center).g;
-    const Vector6d minus = Linearize(pairs, MoveAbout(center, -step, kTruth), center).g;
+    const Vector6d plus = Linearize(pairs, MoveAbout(center, step, kTrueMotion), center).g;
+    const Vector6d minus = Linearize(pairs, MoveAbout(center, -step, kTrueMotion), center).g;
     const Vector6d column = (plus - minus) / (2 * h);
     EXPECT_LT((equations.H.col(i) - column).norm(), 1e-3 * equations.H.norm()) << i;
   }
 }
 
 TEST(PoseProblem, StepsReachTheTruth) {
-  const auto pairs = RandomPairs(kTruth, 0, 3);
-  Pose T = kTruth * Pose::FromXyzRpy(1, -2, 0.5, 0.2, -0.1, 0.3);
+  const auto pairs = RandomPairs(kTrueMotion, 0, 3);
+  Pose T = kTrueMotion * Pose::FromXyzRpy(1, -2, 0.5, 0.2, -0.1, 0.3);
   Vector6d twist;
   for (int i = 0; i < 10; ++i) ASSERT_TRUE(StepPose(pairs, 1e-9, &T, &twist));
-  EXPECT_LT(Log(kTruth.Inverse() * T).norm(), 1e-9);
+  EXPECT_LT(Log(kTrueMotion.Inverse() * T).norm(), 1e-9);
 }
 
 TEST(PoseProblem, UnseenDirectionsStayWhereTheyAre) {
@@ -82,10 +82,10 @@ TEST(PoseProblem, TooFewPairsAreRefused) {
 }
 
 TEST(PoseProblem, InformationMovesToTheOriginAsIfComputedThere) {
-  const auto pairs = RandomPairs(kTruth, 0.1, 6);
+  const auto pairs = RandomPairs(kTrueMotion, 0.1, 6);
   const Eigen::Vector3d center(10, -5, 2);
-  const Matrix6d there = Linearize(pairs, kTruth, center).H;
-  const Matrix6d here = Linearize(pairs, kTruth, Eigen::Vector3d::Zero()).H;
+  const Matrix6d there = Linearize(pairs, kTrueMotion, center).H;
+  const Matrix6d here = Linearize(pairs, kTrueMotion, Eigen::Vector3d::Zero()).H;
   EXPECT_LT((MoveInformationToOrigin(there, center) - here).norm(), 1e-9 * here.norm());
 }
 

@@ -86,6 +86,12 @@ std::vector<Eigen::Vector3d> Way(const std::vector<Eigen::Vector3d>& corners, in
   return positions;
 }
 
+MatcherOptions InTheGallery() {
+  MatcherOptions options;
+  options.min_enclosed_area_m2 = 0;
+  return options;
+}
+
 SessionMap Survey(const Scene& scene, const Drive& drive) {
   SessionMap map;
   map.session = SessionId("survey-" + std::to_string(drive.seed));

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "core/submap.h"
+#include "server/matching/pairs/matcher_options.h"
 
 namespace isthmus::matching {
 
@@ -20,6 +21,8 @@ struct Scene {
 
 // Three rooms and a hall, about 30 by 20 m and 4 m high, with doors and exhibits, no symmetry.
 Scene MakeGallery();
+// The gallery is small, and both robots see all of it: in earnest a twin of it would be feared.
+MatcherOptions InTheGallery();
 
 struct Drive {
   std::vector<Eigen::Vector3d> positions;  // Of the sensor, world frame.

@@ -13,7 +13,7 @@
 namespace isthmus::rpc {
 namespace {
 
-constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+constexpr float kNotANumber = std::numeric_limits<float>::quiet_NaN();
 
 struct Record {
   float x, y, z, intensity;
@@ -199,7 +199,7 @@ TEST_F(UploadSubmapTest, UnknownSession) {
 TEST_F(UploadSubmapTest, CloudsThatCannotBeUsed) {
   Upload upload = MakeUpload(session_, {});
   EXPECT_GRPC_ERROR(Send(upload), INVALID_ARGUMENT, "no points");
-  EXPECT_GRPC_ERROR(Send(MakeUpload(session_, {{1, kNaN, 3, 0, 0}})), INVALID_ARGUMENT, "point 0");
+  EXPECT_GRPC_ERROR(Send(MakeUpload(session_, {{1, kNotANumber, 3, 0, 0}})), INVALID_ARGUMENT, "point 0");
   EXPECT_GRPC_ERROR(Send(MakeUpload(session_, {{1, 1, 3e6F, 0, 0}})), INVALID_ARGUMENT, "100 km");
   EXPECT_GRPC_ERROR(Send(MakeUpload(session_, {{1, 1, 3, 0, 2}})), INVALID_ARGUMENT,
                     "names keyframe 2");
@@ -230,7 +230,7 @@ TEST_F(UploadSubmapTest, CloudsThatCannotBeUsed) {
 
 TEST_F(UploadSubmapTest, PosesThatCannotBeUsed) {
   Upload upload = Good();
-  upload.header.mutable_t_odom_submap()->mutable_translation()->set_x(kNaN);
+  upload.header.mutable_t_odom_submap()->mutable_translation()->set_x(kNotANumber);
   EXPECT_GRPC_ERROR(Send(upload), INVALID_ARGUMENT, "t_odom_submap");
   upload = Good();
   upload.header.mutable_keyframes(1)->mutable_pose()->mutable_rotation();
