@@ -1,4 +1,4 @@
-# One image for the server and the demo robots: `isthmus-server` and `isthmus` with what they need.
+# One image for the server and the demo robots: the programs with what they need.
 FROM debian:12 AS build
 WORKDIR /src
 COPY scripts/packages scripts/packages
@@ -7,11 +7,12 @@ RUN apt-get update \
  && rm -rf /var/lib/apt/lists/*
 COPY . .
 RUN cmake --preset release -DISTHMUS_TESTS=OFF \
- && cmake --build build/release --target isthmus isthmus-server \
- && install -D -t /out/bin build/release/bin/isthmus build/release/bin/isthmus-server \
- # The shared libraries the two programs really load, so that the image needs no package list.
+ && cmake --build build/release --target isthmus isthmus-offline isthmus-server \
+ && install -D -t /out/bin build/release/bin/isthmus build/release/bin/isthmus-offline \
+    build/release/bin/isthmus-server \
+ # The shared libraries the programs really load, so that the image needs no package list.
  && mkdir -p /out/lib \
- && ldd /out/bin/isthmus /out/bin/isthmus-server \
+ && ldd /out/bin/isthmus /out/bin/isthmus-offline /out/bin/isthmus-server \
     | awk '$3 ~ "^/" { print $3 }' | sort -u \
     | grep -vE '/(libc|libm|libdl|librt|libpthread|ld-linux[^/]*)\.so' \
     | xargs cp -L -t /out/lib

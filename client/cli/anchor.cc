@@ -6,11 +6,11 @@
 #include <vector>
 
 #include "client/cli/anchor_import.h"
-#include "client/cli/command.h"
-#include "client/cli/exit_code.h"
+#include "client/cli/commands.h"
 #include "client/cli/graph_json.h"
-#include "client/cli/pose_graph_file.h"
-#include "client/cli/pose_text.h"
+#include "client/console/exit_code.h"
+#include "client/console/pose_graph_file.h"
+#include "client/console/pose_text.h"
 
 namespace isthmus::cli {
 namespace {

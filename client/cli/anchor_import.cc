@@ -2,7 +2,7 @@
 
 #include <absl/strings/str_format.h>
 
-#include "client/cli/console.h"
+#include "client/console/console.h"
 
 namespace isthmus::cli {
 

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "client/cli/pose_graph_file.h"
+#include "client/console/pose_graph_file.h"
 #include "client/library/client.h"
 #include "core/anchor.h"
 

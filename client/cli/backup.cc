@@ -3,10 +3,10 @@
 
 #include <optional>
 
-#include "client/cli/command.h"
-#include "client/cli/console.h"
-#include "client/cli/exit_code.h"
-#include "client/cli/json.h"
+#include "client/cli/commands.h"
+#include "client/console/console.h"
+#include "client/console/exit_code.h"
+#include "client/console/json.h"
 
 namespace isthmus::cli {
 namespace {

@@ -7,12 +7,12 @@
 #include <utility>
 #include <vector>
 
-#include "client/cli/command.h"
-#include "client/cli/console.h"
-#include "client/cli/exit_code.h"
-#include "client/cli/json.h"
-#include "client/cli/match_text.h"
-#include "client/cli/pose_text.h"
+#include "client/cli/commands.h"
+#include "client/console/console.h"
+#include "client/console/exit_code.h"
+#include "client/console/json.h"
+#include "client/console/match_text.h"
+#include "client/console/pose_text.h"
 
 namespace isthmus::cli {
 namespace {
@@ -131,7 +131,7 @@ void AddGraph(CLI::App& app, Action& action) {
   auto options = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand("graph", "Matches between robots, with their reasons");
   AddServerOptions(*command, options->server);
-  command->add_option("--format", options->format)
+  command->add_option("--format", options->format, "dot is for Graphviz")
       ->check(CLI::IsMember({"text", "json", "dot"}))
       ->capture_default_str();
   command->add_flag("--edges", options->edges,

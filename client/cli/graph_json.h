@@ -1,7 +1,7 @@
 // Revisions, loop closures and anchors as JSON; see json.h.
 #pragma once
 
-#include "client/cli/json.h"
+#include "client/console/json.h"
 #include "client/library/graph_records.h"
 
 namespace isthmus::cli {

@@ -4,9 +4,9 @@
 
 #include <vector>
 
-#include "client/cli/command.h"
-#include "client/cli/exit_code.h"
+#include "client/cli/commands.h"
 #include "client/cli/graph_json.h"
+#include "client/console/exit_code.h"
 
 namespace isthmus::cli {
 namespace {

@@ -4,10 +4,10 @@
 #include <numbers>
 #include <vector>
 
-#include "client/cli/command.h"
-#include "client/cli/exit_code.h"
-#include "client/cli/json.h"
-#include "client/cli/match_text.h"
+#include "client/cli/commands.h"
+#include "client/console/exit_code.h"
+#include "client/console/json.h"
+#include "client/console/match_text.h"
 
 namespace isthmus::cli {
 namespace {
@@ -57,7 +57,7 @@ void AddDecision(CLI::App& match, Action& action, const std::string& name, const
   CLI::App* command = match.add_subcommand(name, what);
   AddServerOptions(*command, options->server);
   command->add_option("A", options->a, "Robot; its newest session is meant")->required();
-  command->add_option("B", options->b)->required();
+  command->add_option("B", options->b, "The other robot")->required();
   command->add_flag("--sessions", options->sessions, "A and B are sessions");
   if (ruling == Ruling::kSet) {
     command

@@ -6,7 +6,7 @@
 
 #include <numbers>
 
-#include "client/cli/pose_text.h"
+#include "client/console/pose_text.h"
 
 namespace isthmus::cli {
 

@@ -3,9 +3,9 @@
 
 #include <absl/strings/str_format.h>
 
-#include "client/cli/command.h"
-#include "client/cli/exit_code.h"
+#include "client/cli/commands.h"
 #include "client/cli/region_reader.h"
+#include "client/console/exit_code.h"
 
 namespace isthmus::cli {
 namespace {

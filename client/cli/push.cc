@@ -3,12 +3,12 @@
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_format.h>
 
-#include "client/cli/command.h"
-#include "client/cli/exit_code.h"
-#include "client/cli/json.h"
-#include "client/cli/push_scans.h"
-#include "client/cli/scan_options.h"
-#include "client/cli/tracking_text.h"
+#include "client/cli/commands.h"
+#include "client/console/exit_code.h"
+#include "client/console/json.h"
+#include "client/console/push_scans.h"
+#include "client/console/scan_options.h"
+#include "client/console/tracking_text.h"
 
 namespace isthmus::cli {
 namespace {

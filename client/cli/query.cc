@@ -6,9 +6,9 @@
 
 #include <algorithm>
 
-#include "client/cli/command.h"
-#include "client/cli/exit_code.h"
+#include "client/cli/commands.h"
 #include "client/cli/region_reader.h"
+#include "client/console/exit_code.h"
 #include "core/formats/map_writer.h"
 #include "core/io/file_io.h"
 

@@ -1,6 +1,6 @@
 #include "client/cli/region_reader.h"
 
-#include "client/cli/console.h"
+#include "client/console/console.h"
 
 namespace isthmus::cli {
 

@@ -1,10 +1,10 @@
 // isthmus revisions: how the map changed, and taking a change back.
 #include <absl/strings/str_format.h>
 
-#include "client/cli/command.h"
-#include "client/cli/exit_code.h"
+#include "client/cli/commands.h"
 #include "client/cli/graph_json.h"
 #include "client/cli/moves_text.h"
+#include "client/console/exit_code.h"
 
 namespace isthmus::cli {
 namespace {
@@ -83,7 +83,9 @@ void AddUndo(CLI::App& revisions, Action& action, const std::shared_ptr<Options>
   CLI::App* command = revisions.add_subcommand(
       "undo", "Reject the accepted matches and loop closures that a revision came of");
   command->fallthrough();
-  command->add_option("REVISION", options->revision)->check(CLI::PositiveNumber)->required();
+  command->add_option("REVISION", options->revision, "Its number; what it came of is rejected")
+      ->check(CLI::PositiveNumber)
+      ->required();
   command->add_option("--note", options->note, "Why; kept with what is rejected");
   command->footer("--server, --attempts and --json as for `isthmus revisions`.");
   command->callback([options, &action] { action = [options] { return RunUndo(*options); }; });

@@ -7,12 +7,12 @@
 #include <map>
 #include <vector>
 
-#include "client/cli/command.h"
-#include "client/cli/console.h"
-#include "client/cli/exit_code.h"
-#include "client/cli/json.h"
-#include "client/cli/tracking_text.h"
-#include "client/cli/waiting.h"
+#include "client/cli/commands.h"
+#include "client/console/console.h"
+#include "client/console/exit_code.h"
+#include "client/console/json.h"
+#include "client/console/tracking_text.h"
+#include "client/console/waiting.h"
 
 namespace isthmus::cli {
 namespace {

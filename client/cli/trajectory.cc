@@ -3,8 +3,8 @@
 #include <absl/strings/str_format.h>
 #include <absl/strings/str_join.h>
 
-#include "client/cli/command.h"
-#include "client/cli/exit_code.h"
+#include "client/cli/commands.h"
+#include "client/console/exit_code.h"
 #include "core/formats/tum.h"
 
 namespace isthmus::cli {
@@ -52,7 +52,7 @@ void AddTrajectory(CLI::App& app, Action& action) {
   auto options = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand("trajectory", "Poses of a robot's sensor as a TUM file");
   AddServerOptions(*command, options->server);
-  command->add_option("ROBOT", options->robot)->required();
+  command->add_option("ROBOT", options->robot, "Its name")->required();
   command
       ->add_option("--frame", options->frame,
                    "map: the merged map's, fails until the robot is placed; odom: the robot's own")

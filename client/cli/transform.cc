@@ -1,10 +1,10 @@
 // isthmus transform: where one robot's frame lies in another's.
 #include <absl/strings/str_format.h>
 
-#include "client/cli/command.h"
-#include "client/cli/exit_code.h"
-#include "client/cli/json.h"
-#include "client/cli/pose_text.h"
+#include "client/cli/commands.h"
+#include "client/console/exit_code.h"
+#include "client/console/json.h"
+#include "client/console/pose_text.h"
 
 namespace isthmus::cli {
 namespace {
@@ -39,8 +39,8 @@ void AddTransform(CLI::App& app, Action& action) {
   CLI::App* command = app.add_subcommand(
       "transform", "The pose that takes ROBOT_B's odom frame to ROBOT_A's; fails until known");
   AddServerOptions(*command, options->server);
-  command->add_option("ROBOT_A", options->a)->required();
-  command->add_option("ROBOT_B", options->b)->required();
+  command->add_option("ROBOT_A", options->a, "The robot whose frame the answer is in")->required();
+  command->add_option("ROBOT_B", options->b, "The robot whose frame is placed")->required();
   command->add_flag("--json", options->json, "As JSON");
   command->callback([options, &action] { action = [options] { return Run(*options); }; });
 }

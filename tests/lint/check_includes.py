@@ -54,10 +54,21 @@ ALLOWED = {
     "client/simulation": ({"core", "core/codec", "core/formats", "core/io"}, STD_LIKE | {"embree"}),
     "client/evaluation": ({"core", "core/io"}, STD_LIKE | {"png"}),
     "client/examples": ({"core/formats", "client/library"}, STD_LIKE),
-    # The offline commands run an embedded server, or an algorithm of it on a file.
+    # What the two programs of the command line share.
+    "client/console": (
+        {"core", "core/io", "client/library", "client/readers", "server/pose_graph"},
+        STD_LIKE | {"json", "cli11"},
+    ),
+    # No server, no store, no odometry: this is what a robot carries.
     "client/cli": (
+        {"core", "core/formats", "core/io", "client/console", "client/library",
+         "client/evaluation"},
+        STD_LIKE | {"json", "cli11"},
+    ),
+    # These commands run an embedded server, or an algorithm of it on a file.
+    "client/offline": (
         {"core", "core/codec", "core/formats", "core/io", "storage", "server", "server/main",
-         "server/pose_graph", "server/rpc", "client/library", "client/readers",
+         "server/pose_graph", "server/rpc", "client/console", "client/library", "client/readers",
          "client/simulation", "client/evaluation"},
         STD_LIKE | {"json", "cli11"},
     ),

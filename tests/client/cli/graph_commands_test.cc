@@ -6,7 +6,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "client/cli/pose_graph_file.h"
+#include "client/console/pose_graph_file.h"
 #include "server/rpc/server.h"
 #include "tests/client/cli/program.h"
 #include "tests/server/rpc/fake_pipeline.h"

@@ -23,10 +23,14 @@ std::string Slurp(const fs::path& path) {
 }  // namespace
 
 ProgramResult Isthmus(const std::string& arguments) {
+  return RunProgram(ISTHMUS_PROGRAM, arguments);
+}
+
+ProgramResult RunProgram(const std::string& program, const std::string& arguments) {
   const fs::path base = fs::path(testing::TempDir()) / ("isthmus_" + std::to_string(getpid()));
   const std::string out = base.string() + ".out", err = base.string() + ".err";
   const std::string command =
-      "env -u ISTHMUS_SERVER " ISTHMUS_PROGRAM " " + arguments + " >" + out + " 2>" + err;
+      "env -u ISTHMUS_SERVER " + program + " " + arguments + " >" + out + " 2>" + err;
   const int status = std::system(command.c_str());
   const ProgramResult result{WIFEXITED(status) ? WEXITSTATUS(status) : -1, Slurp(out), Slurp(err)};
   fs::remove(out);

@@ -12,6 +12,7 @@ struct ProgramResult {
 
 // Arguments as a shell takes them. Without ISTHMUS_SERVER in the environment.
 ProgramResult Isthmus(const std::string& arguments);
+ProgramResult RunProgram(const std::string& program, const std::string& arguments);
 
 // A folder of the running test's own, empty.
 std::string ScratchFolder();

@@ -8,7 +8,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "client/cli/embedded_server.h"
+#include "client/offline/embedded_server.h"
 #include "core/formats/tum.h"
 #include "tests/client/cli/program.h"
 

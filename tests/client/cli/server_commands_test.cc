@@ -7,7 +7,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "client/cli/embedded_server.h"
+#include "client/offline/embedded_server.h"
 #include "core/codec/payload_builder.h"
 #include "core/formats/pcd.h"
 #include "core/formats/tum.h"

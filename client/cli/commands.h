@@ -1,0 +1,23 @@
+// The commands that ask a server, one file each.
+#pragma once
+
+#include "client/console/command.h"
+
+namespace isthmus::cli {
+
+void AddPush(CLI::App& app, Action& action);
+void AddStatus(CLI::App& app, Action& action);
+void AddRobots(CLI::App& app, Action& action);
+void AddGraph(CLI::App& app, Action& action);
+void AddMatch(CLI::App& app, Action& action);
+void AddLoops(CLI::App& app, Action& action);
+void AddRevisions(CLI::App& app, Action& action);
+void AddAnchor(CLI::App& app, Action& action);
+void AddTrajectory(CLI::App& app, Action& action);
+void AddTransform(CLI::App& app, Action& action);
+void AddQuery(CLI::App& app, Action& action);
+void AddExport(CLI::App& app, Action& action);
+void AddBackup(CLI::App& app, Action& action);
+void AddPicture(CLI::App& app, Action& action);
+
+}  // namespace isthmus::cli

@@ -1,0 +1,62 @@
+#include "client/cli/offline_program.h"
+
+#include <absl/strings/str_cat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <system_error>
+
+#include "client/console/exit_code.h"
+#include "client/console/offline_commands.h"
+
+namespace isthmus::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Where this program lies. Empty, so that nothing is found, where the system does not tell.
+fs::path OwnFolder() {
+  std::error_code unknown;
+  return fs::read_symlink("/proc/self/exe", unknown).parent_path();
+}
+
+}  // namespace
+
+bool NamesOfflineCommand(int argc, char** argv) {
+  const auto is_option = [](std::string_view word) { return word.starts_with('-'); };
+  char** const command = std::find_if_not(argv + 1, argv + std::max(argc, 1), is_option);
+  if (command == argv + std::max(argc, 1)) return false;
+  const auto names = OfflineCommands();
+  return std::ranges::find(names, std::string_view(*command), &OfflineCommand::name) != names.end();
+}
+
+int BecomeOfflineProgram(char** argv) {
+  const fs::path here = OwnFolder();
+  const fs::path libexec = (here / ISTHMUS_LIBEXEC_FROM_BIN).lexically_normal();
+  for (const fs::path& folder : {here, libexec}) {
+    std::string program = folder / kOfflineProgram;
+    std::error_code ignored;
+    if (!fs::exists(program, ignored)) continue;
+    argv[0] = program.data();
+    execv(program.c_str(), argv);
+    return Fail(kFailed, absl::FailedPreconditionError(
+                             absl::StrCat("cannot run ", program, ": ", std::strerror(errno))));
+  }
+  return Fail(kFailed, absl::FailedPreconditionError(absl::StrCat(
+                           "this command needs the program ", kOfflineProgram,
+                           ", which is neither in ", here.string(), " nor in ", libexec.string(),
+                           "; the Debian package of the same name has it")));
+}
+
+void ListOfflineCommands(CLI::App& app, Action&) {
+  for (const OfflineCommand& command : OfflineCommands()) {
+    AddOfflineCommand(app, command.name)->group("Subcommands that need no server");
+  }
+}
+
+}  // namespace isthmus::cli

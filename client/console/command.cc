@@ -1,0 +1,38 @@
+#include "client/console/command.h"
+
+#include "client/console/exit_code.h"
+
+namespace isthmus::cli {
+
+int RunCommandLine(CLI::App& app, std::span<const AddCommand> commands, int argc, char** argv) {
+  app.require_subcommand(1);
+  app.set_version_flag("--version", ISTHMUS_VERSION);
+  Action action;
+  for (const AddCommand add : commands) add(app, action);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? kOk : kUsage;  // Prints help, version or what is wrong.
+  }
+  return action();
+}
+
+void AddServerOptions(CLI::App& command, ServerOptions& options) {
+  command.add_option("--server", options.address, "Address of isthmus-server, HOST:PORT")
+      ->envname("ISTHMUS_SERVER")
+      ->capture_default_str();
+  command
+      .add_option("--attempts", options.attempts,
+                  "How often to try to reach the server, waiting ever longer (up to 5 s)")
+      ->check(CLI::Range(1, 1000000))
+      ->capture_default_str();
+}
+
+absl::StatusOr<std::unique_ptr<client::Client>> Connect(const ServerOptions& options) {
+  client::ClientOptions out;
+  out.address = options.address;
+  out.backoff.max_attempts = options.attempts;
+  return client::Client::Connect(out);
+}
+
+}  // namespace isthmus::cli

@@ -1,0 +1,33 @@
+// A command of the command line: added to its program by one function, run after parsing.
+#pragma once
+
+#include <CLI/App.hpp>
+#include <CLI/Config.hpp>
+#include <CLI/Formatter.hpp>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+
+#include "client/library/client.h"
+
+namespace isthmus::cli {
+
+// Set by the command that was named; returns an ExitCode.
+using Action = std::function<int()>;
+
+// Adds one command; `action` outlives the parsing.
+using AddCommand = void (*)(CLI::App& app, Action& action);
+
+// Parses the command line and runs what it names. Prints help, version and usage errors itself.
+int RunCommandLine(CLI::App& app, std::span<const AddCommand> commands, int argc, char** argv);
+
+// Options of every command that speaks to a server.
+struct ServerOptions {
+  std::string address = "localhost:50051";
+  int attempts = 5;
+};
+void AddServerOptions(CLI::App& command, ServerOptions& options);
+absl::StatusOr<std::unique_ptr<client::Client>> Connect(const ServerOptions& options);
+
+}  // namespace isthmus::cli

@@ -1,0 +1,178 @@
+#include "client/console/json.h"
+
+#include <iostream>
+
+namespace isthmus::cli {
+namespace {
+
+template <typename Ids>
+Json Names(const Ids& ids) {
+  Json out = Json::array();
+  for (const auto& id : ids) out.push_back(id.value());
+  return out;
+}
+
+// What a stage did not compute is -1 in the API and null here, like what is not a number.
+template <typename T>
+Json OrNull(T value) {
+  return value >= 0 ? Json(value) : Json(nullptr);
+}
+
+}  // namespace
+
+Json ToJson(const Pose& pose) {
+  const Eigen::Vector3d& t = pose.translation();
+  const Eigen::Quaterniond& q = pose.rotation();
+  return {{"translation", {t.x(), t.y(), t.z()}}, {"rotation", {q.x(), q.y(), q.z(), q.w()}}};
+}
+
+Json ToJson(const Box& box) {
+  if (box.empty()) return nullptr;
+  return {{"min", {box.min.x(), box.min.y(), box.min.z()}},
+          {"max", {box.max.x(), box.max.y(), box.max.z()}}};
+}
+
+Json ToJson(const SubmapEdge& edge) {
+  Json information = Json::array();
+  for (int row = 0; row < 6; ++row) {
+    for (int column = row; column < 6; ++column)
+      information.push_back(edge.information(row, column));
+  }
+  return {{"submap_a", edge.submap_a},
+          {"submap_b", edge.submap_b},
+          {"T_a_b", ToJson(edge.T_a_b)},
+          {"information", std::move(information)}};
+}
+
+Json ToJson(const ScanCounts& scans) {
+  return {{"ok", scans.ok},
+          {"degenerate", scans.degenerate},
+          {"lost", scans.lost},
+          {"rejected", scans.rejected}};
+}
+
+Json ToJson(const client::Session& session) {
+  Json out = {
+      {"session", session.record.id.value()},
+      {"robot", session.record.robot.value()},
+      {"sensor", session.record.sensor},
+      {"odometry", session.record.odometry},
+      {"input", session.input},
+      {"state", session.record.state == SessionState::kFinished ? "FINISHED" : "ACTIVE"},
+      {"last_sequence", session.last_sequence},
+      {"durable_sequence", session.durable_sequence},
+      {"scans_processed", session.scans_processed},
+      {"scans_rejected", session.scans_rejected},
+      {"submap_count", session.submap_count},
+      {"point_count", session.point_count},
+      {"odometry_ms_mean", session.odometry_ms_mean},
+      {"travelled_m", session.travelled_m},
+      {"tracking", session.tracking},
+      {"map_bytes", session.map_bytes},
+      {"scan_bytes", session.scan_bytes},
+      {"quota_bytes", session.quota_bytes},
+      {"archive_problem", session.archive_problem},
+      {"segment", session.record.segment},
+      {"segments", session.segments},
+      {"scans", ToJson(session.scans)},
+      {"lost_since_ns", session.lost_since_ns},
+  };
+  const std::string& first = session.record.first_segment.value();
+  out["first_segment"] = first.empty() ? Json(nullptr) : Json(first);
+  out["component"] = session.component ? Json(*session.component) : Json(nullptr);
+  out["T_map_odom"] = session.T_map_odom ? ToJson(*session.T_map_odom) : Json(nullptr);
+  return out;
+}
+
+Json ToJson(const client::MapInfo& info) {
+  Json out = {{"revision", info.revision},
+              {"settled", info.settled},
+              {"robots", Names(info.robots)},
+              {"components", Json::array()},
+              {"composition_ms", info.composition_ms},
+              {"composition_max_ms", info.composition_max_ms},
+              {"estimation_ms", info.estimation_ms},
+              {"placement_ms", info.placement_ms},
+              {"compositions", info.compositions},
+              {"estimations", info.estimations},
+              {"placements", info.placements},
+              {"submaps", info.submaps},
+              {"retired", info.retired},
+              {"damaged", info.damaged},
+              {"storage_problem", info.storage_problem}};
+  for (const client::Component& component : info.components) {
+    out["components"].push_back({{"component", component.component},
+                                 {"reference_session", component.reference.value()},
+                                 {"sessions", Names(component.sessions)},
+                                 {"robots", Names(component.robots)},
+                                 {"point_count", component.point_count},
+                                 {"bounds", ToJson(component.bounds)}});
+  }
+  return out;
+}
+
+Json ToJson(const client::MatchEdge& edge, bool with_edges) {
+  const Match& match = edge.match;
+  Json out = {{"session_a", match.a.value()},
+              {"session_b", match.b.value()},
+              {"robot_a", edge.robot_a.value()},
+              {"robot_b", edge.robot_b.value()},
+              {"state", ToString(match.state)},
+              {"reason", match.reason},
+              {"detail", match.detail},
+              {"in_tree", edge.in_tree},
+              {"T_a_b", ToJson(match.T_a_b)},
+              {"confidence", OrNull(match.confidence)},
+              {"overlap", OrNull(match.overlap)},
+              {"inliers", OrNull(match.inliers)},
+              {"inlier_ratio", OrNull(match.inlier_ratio)},
+              {"residual_m", OrNull(match.residual_m)},
+              {"free_space", OrNull(match.free_space)},
+              {"comparisons", OrNull(match.comparisons)},
+              {"runner_up", OrNull(match.runner_up)},
+              {"shared_area_m2", OrNull(match.shared_area_m2)},
+              {"hold", OrNull(match.hold)},
+              {"strain", OrNull(match.strain)},
+              {"cycle_m", OrNull(match.cycle_m)},
+              {"cycle_deg", OrNull(match.cycle_deg)},
+              {"candidates", match.candidates},
+              {"matcher", match.matcher},
+              {"submaps_a", match.submaps_a},
+              {"submaps_b", match.submaps_b},
+              {"computed_ns", match.computed_ns},
+              {"stages_ms", Json::object()}};
+  for (const StageTime& stage : match.stages) out["stages_ms"][stage.stage] = stage.ms;
+  out["verdict"] = nullptr;
+  if (edge.verdict) {
+    out["verdict"] = {{"ruling", ToString(edge.verdict->ruling)},
+                      {"note", edge.verdict->note},
+                      {"given_ns", edge.verdict->given_ns}};
+  }
+  if (with_edges) {
+    out["edges"] = Json::array();
+    for (const SubmapEdge& submaps : match.edges) out["edges"].push_back(ToJson(submaps));
+  }
+  return out;
+}
+
+Json ToJson(const client::MatchGraph& graph, bool with_edges) {
+  Json out = {
+      {"revision", graph.revision}, {"matches", Json::array()}, {"placements", Json::array()}};
+  for (const client::MatchEdge& edge : graph.matches)
+    out["matches"].push_back(ToJson(edge, with_edges));
+  for (const client::PlacedSession& placed : graph.placements) {
+    out["placements"].push_back({{"session", placed.placement.session.value()},
+                                 {"robot", placed.robot.value()},
+                                 {"component", placed.placement.component},
+                                 {"reference_session", placed.placement.reference.value()},
+                                 {"T_map_odom", ToJson(placed.placement.T_map_odom)}});
+  }
+  return out;
+}
+
+void Print(const Json& json) {
+  // Names come from robots: what is not UTF-8 is replaced rather than refused.
+  std::cout << json.dump(2, ' ', false, Json::error_handler_t::replace) << "\n";
+}
+
+}  // namespace isthmus::cli

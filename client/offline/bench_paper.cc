@@ -1,0 +1,167 @@
+#include "client/offline/bench_paper.h"
+
+#include <absl/strings/str_cat.h>
+
+#include <algorithm>
+#include <chrono>
+#include <condition_variable>
+#include <memory>
+#include <mutex>
+#include <utility>
+
+#include "client/console/waiting.h"
+#include "client/offline/embedded_server.h"
+#include "client/simulation/simulator.h"
+
+namespace isthmus::cli {
+namespace {
+
+using simulation::Simulator;
+
+constexpr int kRobots = 2;
+constexpr double kSettleTimeoutS = 3600;
+// A scan without an answer for so long is not waited for any longer; Finish then tells why.
+constexpr std::chrono::seconds kAckTimeout(60);
+
+// What the acknowledgements of one robot say; added to by the stream's thread.
+class AckTotals {
+ public:
+  void Add(const client::ScanAck& ack) {
+    const std::lock_guard lock(mutex_);
+    ++answered_;
+    if (ack.outcome == client::ScanOutcome::kProcessed) {
+      ++processed_;
+      if (ack.tracking == "lost") ++lost_;
+      sum_ms_ += ack.timing.total_ms;
+      max_ms_ = std::max(max_ms_, ack.timing.total_ms);
+    }
+    changed_.notify_all();
+  }
+
+  void WaitFor(uint64_t answers) {
+    std::unique_lock lock(mutex_);
+    changed_.wait_for(lock, kAckTimeout, [&] { return answered_ >= answers; });
+  }
+
+  void Report(PaperBenchRobot* robot) {
+    const std::lock_guard lock(mutex_);
+    robot->scans = processed_;
+    robot->lost = lost_;
+    robot->mean_ms = processed_ > 0 ? sum_ms_ / static_cast<double>(processed_) : 0;
+    robot->max_ms = max_ms_;
+  }
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  uint64_t answered_ = 0, processed_ = 0, lost_ = 0;
+  double sum_ms_ = 0, max_ms_ = 0;
+};
+
+absl::Status Drive(client::Client& client, const Simulator& simulator, int index,
+                   const std::string& mode, const BenchProgress& progress, PaperBenchRobot* robot) {
+  auto session = client.CreateSession(robot->name, simulator.options().sensor, Pose(), mode);
+  if (!session.ok()) return session.status();
+  AckTotals totals;
+  client::ScanStreamOptions options;
+  options.on_ack = [&totals](const client::ScanAck& ack) { totals.Add(ack); };
+  auto stream = client.OpenScanStream(session->record.id, options);
+  if (!stream.ok()) return stream.status();
+  const int count = simulator.scan_count();
+  for (int k = 0; k < count; ++k) {
+    progress(index * count + k, kRobots * count);
+    if (absl::Status status = (*stream)->Push(simulator.MakeScan(index, k)); !status.ok()) {
+      return status;
+    }
+    totals.WaitFor(static_cast<uint64_t>(k) + 1);
+  }
+  if (absl::Status status = (*stream)->Finish(); !status.ok()) return status;
+  session = client.FinishSession(session->record.id);
+  if (!session.ok()) return session.status();
+  robot->travelled_m = session->travelled_m;
+  totals.Report(robot);
+  return absl::OkStatus();
+}
+
+absl::StatusOr<std::vector<evaluation::TrajectoryPair>> Trajectories(client::Client& client,
+                                                                     const Simulator& simulator,
+                                                                     const PaperBenchRun& run,
+                                                                     client::Frame frame) {
+  std::vector<evaluation::TrajectoryPair> pairs;
+  for (int i = 0; i < kRobots; ++i) {
+    const std::string& name = run.robots[i].name;
+    auto trajectory = client.GetTrajectory(RobotId(name), frame);
+    if (!trajectory.ok()) return trajectory.status();
+    pairs.push_back({name, simulator.Truth(i), std::move(trajectory->poses)});
+  }
+  return pairs;
+}
+
+// What matching the two maps took, the last time.
+absl::StatusOr<double> EstimationMs(client::Client& client) {
+  const auto graph = client.GetMatchGraph();
+  if (!graph.ok()) return graph.status();
+  double ms = 0;
+  for (const client::MatchEdge& edge : graph->matches) {
+    for (const StageTime& stage : edge.match.stages) ms += stage.ms;
+  }
+  return ms;
+}
+
+absl::Status CompareWithTruth(client::Client& client, const Simulator& simulator, bool merged,
+                              PaperBenchRun* run) {
+  const auto own = Trajectories(client, simulator, *run, client::Frame::kOdom);
+  if (!own.ok()) return own.status();
+  for (int i = 0; i < kRobots; ++i) {
+    const auto errors = evaluation::CompareTrajectories({(*own)[i]});
+    if (!errors.ok()) return errors.status();
+    run->robots[i].own = errors->all;
+  }
+  if (!merged) return absl::OkStatus();
+  const auto placed = Trajectories(client, simulator, *run, client::Frame::kMap);
+  if (!placed.ok()) return placed.status();
+  const auto errors = evaluation::CompareTrajectories(*placed);
+  if (!errors.ok()) return errors.status();
+  for (int i = 0; i < kRobots; ++i) run->robots[i].in_map = errors->robots[i];
+  run->all = errors->all;
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::StatusOr<PaperBenchRun> RunPaperBench(const std::string& world, const std::string& mode,
+                                            uint64_t seed, double seconds,
+                                            const BenchProgress& progress) {
+  simulation::Options options;
+  options.world = world;
+  options.seed = seed;
+  options.seconds = seconds;
+  options.robots = kRobots;
+  const auto simulator = Simulator::Create(options);
+  if (!simulator.ok()) return simulator.status();
+  const auto server = EmbeddedServer::Start({});
+  if (!server.ok()) return server.status();
+  client::Client& client = (*server)->client();
+
+  PaperBenchRun run;
+  run.world = world;
+  run.mode = mode;
+  run.seed = seed;
+  for (int i = 0; i < kRobots; ++i) {
+    run.robots.emplace_back().name = absl::StrCat("robot_", i);
+    const absl::Status status = Drive(client, **simulator, i, mode, progress, &run.robots.back());
+    if (!status.ok()) return status;
+  }
+  const auto info = Wait(client, WaitFor::kSettled, kSettleTimeoutS);
+  if (!info.ok()) return info.status();
+  const auto estimation_ms = EstimationMs(client);
+  if (!estimation_ms.ok()) return estimation_ms.status();
+  run.estimation_ms = *estimation_ms;
+  run.composition_ms = info->composition_ms;
+  run.composition_max_ms = info->composition_max_ms;
+  const absl::Status status = CompareWithTruth(client, **simulator, IsMerged(*info), &run);
+  if (!status.ok()) return status;
+  return run;
+}
+
+}  // namespace isthmus::cli

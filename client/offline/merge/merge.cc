@@ -1,0 +1,123 @@
+// isthmus merge: finished maps of several robots into one, without a server.
+#include <absl/strings/match.h>
+#include <absl/strings/str_cat.h>
+
+#include "client/console/console.h"
+#include "client/console/exit_code.h"
+#include "client/console/offline_commands.h"
+#include "client/console/waiting.h"
+#include "client/offline/commands.h"
+#include "client/offline/embedded_server.h"
+#include "client/offline/merge/bare_maps.h"
+#include "client/offline/merge/merge_report.h"
+#include "core/io/file_io.h"
+
+namespace isthmus::cli {
+namespace {
+
+struct Options {
+  std::vector<std::string> files;
+  std::string output, report;
+  double timeout_s = 3600;
+  bool unverified = false;
+};
+
+// The clouds leave `input` as they arrive.
+absl::Status Upload(client::Client& client, MergeInput& input) {
+  const auto session = client.CreateSession(input.robot, "vlp16");
+  if (!session.ok()) return session.status();
+  for (size_t i = 0; i < input.submaps.size(); ++i) {
+    client::SubmapUpload& submap = input.submaps[i];
+    submap.id = {session->record.id, static_cast<uint32_t>(i)};
+    const absl::Status status = client.UploadSubmap(submap);
+    if (!status.ok()) {
+      return absl::Status(status.code(), absl::StrCat(input.file, ": ", status.message()));
+    }
+    submap.cloud = {};
+  }
+  return client.FinishSession(session->record.id).status();
+}
+
+absl::Status UploadAll(client::Client& client, std::vector<MergeInput>& inputs) {
+  Progress progress("maps", inputs.size());
+  for (size_t i = 0; i < inputs.size(); ++i) {
+    if (absl::Status status = Upload(client, inputs[i]); !status.ok()) return status;
+    progress.Update(i + 1);
+  }
+  return absl::OkStatus();
+}
+
+// Component 0 is the largest: where it is one robot alone, nothing was merged.
+absl::Status Write(client::Client& client, const std::string& output, MergeResult* result) {
+  if (result->info.components.empty() || result->info.components[0].robots.size() < 2) {
+    return absl::OkStatus();
+  }
+  client::ExportRequest request;
+  if (absl::EndsWith(output, ".ply")) request.format = client::ExportFormat::kPly;
+  const auto exported = client.ExportToFile(request, output);
+  if (exported.ok()) result->output = output;
+  return exported.status();
+}
+
+absl::StatusOr<MergeResult> Merge(client::Client& client, std::vector<MergeInput> inputs,
+                                  const Options& options) {
+  MergeResult result;
+  if (absl::Status status = UploadAll(client, inputs); !status.ok()) return status;
+  result.inputs = std::move(inputs);
+  auto info = Wait(client, WaitFor::kSettled, options.timeout_s);
+  if (!info.ok()) return info.status();
+  const auto computed = client.GetMatchGraph();
+  if (!computed.ok()) return computed.status();
+  auto pairs = DecideBarePairs(client, *computed, result.inputs, options.unverified);
+  if (!pairs.ok()) return pairs.status();
+  info = Wait(client, WaitFor::kSettled, options.timeout_s);
+  if (!info.ok()) return info.status();
+  result.info = *std::move(info);
+  auto graph = client.GetMatchGraph();
+  if (!graph.ok()) return graph.status();
+  result.graph = *std::move(graph);
+  result.graph.matches = *std::move(pairs);
+  result.merged = IsMerged(result.info);
+  if (absl::Status status = Write(client, options.output, &result); !status.ok()) return status;
+  return result;
+}
+
+int Run(const Options& options) {
+  auto inputs = ReadMergeInputs(options.files);
+  if (!inputs.ok()) return FailInput(inputs.status());
+  server::PipelineOptions pipeline;
+  pipeline.composition_interval_s = 0;
+  const auto server = EmbeddedServer::Start(pipeline);
+  if (!server.ok()) return Fail(kFailed, server.status());
+  const auto result = Merge((*server)->client(), *std::move(inputs), options);
+  if (absl::IsDeadlineExceeded(result.status())) return Fail(kNoAnswer, result.status());
+  if (absl::IsInvalidArgument(result.status())) return FailInput(result.status());
+  if (!result.ok()) return Fail(kFailed, result.status());
+  PrintText(*result);
+  if (!options.report.empty()) {
+    const absl::Status written = io::WriteFile(
+        options.report, ToJson(*result).dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
+    if (!written.ok()) return Fail(kFailed, written);
+  }
+  return result->merged ? kOk : kNoAnswer;
+}
+
+}  // namespace
+
+void AddMerge(CLI::App& app, Action& action) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = AddOfflineCommand(app, "merge");
+  command->add_option("FILES", options->files, "A.pcd B.pcd ...: one map per robot")
+      ->required()
+      ->expected(2, 1000);
+  command->add_option("-o,--output", options->output, "MERGED.pcd (or .ply)")->required();
+  command->add_option("--json", options->report, "REPORT.json: every pair, with its reasons");
+  command->add_flag("--unverified", options->unverified,
+                    "Believe the best alignments of maps without sensor poses; may be wrong");
+  command->add_option("--timeout", options->timeout_s, "Seconds to take at most")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  command->callback([options, &action] { action = [options] { return Run(*options); }; });
+}
+
+}  // namespace isthmus::cli

@@ -1,0 +1,164 @@
+#include "client/offline/merge/merge_input.h"
+
+#include <absl/strings/ascii.h>
+#include <absl/strings/str_cat.h>
+
+#include <filesystem>
+#include <numeric>
+#include <set>
+#include <utility>
+
+#include "client/offline/merge/guessed_viewpoints.h"
+#include "client/offline/merge/viewpoints.h"
+#include "core/codec/payload_layout.h"
+#include "core/formats/pcd.h"
+#include "core/formats/tum.h"
+
+namespace isthmus::cli {
+namespace {
+
+// The server takes kMaxScanPoints in one submap.
+constexpr size_t kMaxSubmapPoints = 2'000'000;
+constexpr double kViewpointDistanceM = 1;
+constexpr double kPointSpacingM = 0.2;
+
+std::string RobotName(const std::string& file, std::set<std::string>& taken) {
+  std::string name = std::filesystem::path(file).stem().string().substr(0, 56);
+  for (char& c : name) {
+    if (!absl::ascii_isalnum(c) && c != '_' && c != '.' && c != '-') c = '_';
+  }
+  if (name.empty()) name = "map";
+  std::string unique = name;
+  for (int i = 2; !taken.insert(unique).second; ++i) unique = absl::StrCat(name, "-", i);
+  return unique;
+}
+
+// The poses from which the map was seen, thinned. Empty when nothing tells.
+absl::StatusOr<Trajectory> Viewpoints(const std::string& file) {
+  const auto beside = std::filesystem::path(file).replace_extension(".tum");
+  std::error_code error;
+  if (!std::filesystem::exists(beside, error)) return Trajectory{};
+  absl::StatusOr<Trajectory> poses = formats::ReadTum(beside);
+  if (!poses.ok()) return poses.status();
+  if (!poses->empty()) return Thin(*poses, kViewpointDistanceM);
+  return absl::InvalidArgumentError(absl::StrCat(beside.string(), " holds no poses"));
+}
+
+// A submap as it grows.
+class SubmapMaker {
+ public:
+  SubmapMaker() {
+    upload_.cloud.fields = {{"x", 0, ScalarType::kFloat32, 1},
+                            {"y", 4, ScalarType::kFloat32, 1},
+                            {"z", 8, ScalarType::kFloat32, 1},
+                            {"intensity", 12, ScalarType::kFloat32, 1},
+                            {"keyframe", 16, ScalarType::kUint32, 1}};
+    upload_.cloud.stride = 20;
+  }
+
+  void AddKeyframe(const StampedPose& keyframe) {
+    if (upload_.keyframes.empty()) upload_.first_stamp_ns = keyframe.stamp_ns;
+    upload_.last_stamp_ns = keyframe.stamp_ns;
+    upload_.keyframes.push_back(keyframe);
+  }
+  // Of the keyframe added last.
+  void AddPoint(const Point& point) {
+    const float values[4] = {point.x, point.y, point.z, point.intensity};
+    const uint32_t keyframe = static_cast<uint32_t>(upload_.keyframes.size() - 1);
+    upload_.cloud.data.append(reinterpret_cast<const char*>(values), sizeof(values));
+    upload_.cloud.data.append(reinterpret_cast<const char*>(&keyframe), sizeof(keyframe));
+    ++upload_.cloud.width;
+  }
+  size_t points() const { return upload_.cloud.width; }
+  client::SubmapUpload Take() { return std::exchange(*this, SubmapMaker()).upload_; }
+
+ private:
+  client::SubmapUpload upload_;
+};
+
+std::vector<client::SubmapUpload> MakeSubmaps(const Cloud& points, const Trajectory& keyframes,
+                                              const std::vector<std::vector<uint32_t>>& visible) {
+  std::vector<client::SubmapUpload> submaps;
+  SubmapMaker maker;
+  for (size_t k = 0; k < keyframes.size(); ++k) {
+    if (visible[k].empty()) continue;
+    maker.AddKeyframe(keyframes[k]);
+    for (const uint32_t index : visible[k]) {
+      if (maker.points() == kMaxSubmapPoints) {
+        submaps.push_back(maker.Take());
+        maker.AddKeyframe(keyframes[k]);
+      }
+      maker.AddPoint(points[index]);
+    }
+  }
+  submaps.push_back(maker.Take());
+  return submaps;
+}
+
+absl::StatusOr<MergeInput> ReadMergeInput(const std::string& file) {
+  const absl::StatusOr<formats::PcdFile> pcd = formats::ReadPcd(file);
+  if (!pcd.ok()) return pcd.status();
+  absl::StatusOr<Trajectory> viewpoints = Viewpoints(file);
+  if (!viewpoints.ok()) return viewpoints.status();
+  const absl::StatusOr<Cloud> points = FinitePoints(pcd->payload);
+  if (!points.ok()) {
+    return absl::InvalidArgumentError(absl::StrCat(file, ": ", points.status().message()));
+  }
+  MergeInput input;
+  input.file = file;
+  input.points = points->size();
+  input.viewpoints = viewpoints->size();
+  const bool has_viewpoint = !pcd->viewpoint.Matrix().isIdentity(1e-6);
+  if (viewpoints->empty()) {
+    input.viewpoints = has_viewpoint ? 1 : 0;
+    *viewpoints = has_viewpoint ? Trajectory{{0, pcd->viewpoint}} : GuessViewpoints(*points);
+  }
+  if (viewpoints->empty()) *viewpoints = {{0, pcd->viewpoint}};
+  std::vector<std::vector<uint32_t>> visible;
+  if (viewpoints->size() == 1) {
+    visible.emplace_back(points->size());
+    std::iota(visible[0].begin(), visible[0].end(), 0);
+  } else {
+    visible = VisiblePoints(*points, *viewpoints, kPointSpacingM);
+  }
+  input.submaps = MakeSubmaps(*points, *viewpoints, visible);
+  return input;
+}
+
+}  // namespace
+
+absl::StatusOr<Cloud> FinitePoints(const PointPayload& payload) {
+  if (absl::Status status = codec::CheckRawLayout(payload); !status.ok()) return status;
+  std::vector<std::vector<double>> xyz;
+  for (const char* name : {"x", "y", "z"}) {
+    const PointField* field = codec::FindField(payload, {name});
+    if (field == nullptr) return absl::InvalidArgumentError(absl::StrCat("no field ", name));
+    xyz.push_back(codec::ReadColumn(payload, *field));
+  }
+  std::vector<double> intensity(xyz[0].size(), 0);
+  if (const PointField* field = codec::FindField(payload, {"intensity", "i", "reflectivity"})) {
+    intensity = codec::ReadColumn(payload, *field);
+  }
+  Cloud points;
+  for (size_t i = 0; i < xyz[0].size(); ++i) {
+    const Point point{static_cast<float>(xyz[0][i]), static_cast<float>(xyz[1][i]),
+                      static_cast<float>(xyz[2][i]), static_cast<float>(intensity[i])};
+    if (point.Position().allFinite()) points.push_back(point);
+  }
+  if (points.empty()) return absl::InvalidArgumentError("no point with finite coordinates");
+  return points;
+}
+
+absl::StatusOr<std::vector<MergeInput>> ReadMergeInputs(const std::vector<std::string>& files) {
+  std::vector<MergeInput> inputs;
+  std::set<std::string> names;
+  for (const std::string& file : files) {
+    absl::StatusOr<MergeInput> input = ReadMergeInput(file);
+    if (!input.ok()) return input.status();
+    input->robot = RobotName(file, names);
+    inputs.push_back(*std::move(input));
+  }
+  return inputs;
+}
+
+}  // namespace isthmus::cli

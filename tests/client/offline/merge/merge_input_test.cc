@@ -1,0 +1,104 @@
+#include "client/offline/merge/merge_input.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include "core/codec/payload_builder.h"
+#include "core/codec/payload_layout.h"
+#include "core/formats/pcd.h"
+#include "core/formats/tum.h"
+#include "tests/client/cli/program.h"
+
+namespace isthmus::cli {
+namespace {
+
+using testing::HasSubstr;
+
+constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+
+TEST(FinitePoints, LeavesOutWhatIsNotFiniteAndKeepsOrder) {
+  const Cloud cloud{
+      {1, 0, 0, 10}, {kNan, 0, 0, 20}, {3, 0, 0, 30}, {4, INFINITY, 0, 40}, {5, 0, 0, 50}};
+  const auto points = FinitePoints(codec::MakePayload(cloud));
+  ASSERT_TRUE(points.ok()) << points.status();
+  ASSERT_EQ(points->size(), 3u);
+  EXPECT_EQ((*points)[1].x, 3);
+  EXPECT_EQ((*points)[2].intensity, 50);
+}
+
+TEST(FinitePoints, RefusesCloudsWithoutPoints) {
+  EXPECT_TRUE(
+      absl::IsInvalidArgument(FinitePoints(codec::MakePayload(Cloud{{kNan, 0, 0, 0}})).status()));
+  PointPayload flat = codec::MakePayload(Cloud{{1, 2, 3, 4}});
+  flat.fields.erase(flat.fields.begin() + 2);
+  EXPECT_THAT(std::string(FinitePoints(flat).status().message()), HasSubstr("no field z"));
+}
+
+TEST(ReadMergeInputs, NamesRobotsAfterFilesAndKeepsTheViewpoint) {
+  const std::string folder = ScratchFolder();
+  std::filesystem::create_directories(folder + "/other");
+  const Pose viewpoint(Eigen::Vector3d(1, 2, 3));
+  const std::vector<std::string> files = {folder + "/first floor.pcd", folder + "/b.pcd",
+                                          folder + "/other/b.pcd"};
+  for (const std::string& file : files) {
+    ASSERT_TRUE(formats::WritePcd(file, codec::MakePayload(Cloud{{1, 2, 3, 4}}),
+                                  formats::PcdEncoding::kAscii, viewpoint)
+                    .ok());
+  }
+  const auto inputs = ReadMergeInputs(files);
+  ASSERT_TRUE(inputs.ok()) << inputs.status();
+  EXPECT_EQ((*inputs)[0].robot, "first_floor");
+  EXPECT_EQ((*inputs)[1].robot, "b");
+  EXPECT_EQ((*inputs)[2].robot, "b-2");
+  const client::SubmapUpload& submap = (*inputs)[0].submaps.at(0);
+  EXPECT_EQ((*inputs)[0].viewpoints, 1u);
+  ASSERT_EQ(submap.keyframes.size(), 1u);
+  EXPECT_TRUE(submap.keyframes[0].pose.translation().isApprox(viewpoint.translation()));
+}
+
+TEST(ReadMergeInputs, ATrajectoryBesideTheMapTellsWhatWasSeenFromWhere) {
+  const std::string folder = ScratchFolder();
+  // Points to the left and to the right of a wall that stands between the two viewpoints.
+  Cloud cloud;
+  for (int i = -10; i <= 10; ++i) {
+    for (int k = -10; k <= 10; ++k) cloud.push_back({5, i * 0.1f, k * 0.1f, 0});
+  }
+  const size_t wall = cloud.size();
+  cloud.push_back({3, 0.02f, 0.02f, 0});
+  cloud.push_back({7, 0.02f, 0.02f, 0});
+  ASSERT_TRUE(
+      formats::WritePcd(folder + "/a.pcd", codec::MakePayload(cloud), formats::PcdEncoding::kBinary)
+          .ok());
+  ASSERT_TRUE(formats::WriteTum(folder + "/a.tum", {{1, Pose()},
+                                                    {2, Pose(Eigen::Vector3d(0.1, 0, 0))},
+                                                    {3, Pose(Eigen::Vector3d(10, 0, 0))}})
+                  .ok());
+  const auto inputs = ReadMergeInputs({folder + "/a.pcd"});
+  ASSERT_TRUE(inputs.ok()) << inputs.status();
+  EXPECT_EQ(inputs->at(0).viewpoints, 2u) << "the second pose is too near to the first";
+  const client::SubmapUpload& submap = inputs->at(0).submaps.at(0);
+  EXPECT_EQ(submap.last_stamp_ns, 3);
+  const auto x = codec::ReadColumn(submap.cloud, *codec::FindField(submap.cloud, {"x"}));
+  const auto keyframe =
+      codec::ReadColumn(submap.cloud, *codec::FindField(submap.cloud, {"keyframe"}));
+  size_t wall_points = 0;
+  for (size_t i = 0; i < x.size(); ++i) {
+    if (x[i] == 3) {
+      EXPECT_EQ(keyframe[i], 0);
+    }
+    if (x[i] == 7) {
+      EXPECT_EQ(keyframe[i], 1);
+    }
+    wall_points += x[i] == 5;
+  }
+  EXPECT_EQ(std::count(x.begin(), x.end(), 3), 1);
+  EXPECT_EQ(std::count(x.begin(), x.end(), 7), 1);
+  EXPECT_GT(wall_points, wall * 3 / 2) << "most of the wall is seen from both sides";
+}
+
+}  // namespace
+}  // namespace isthmus::cli
