@@ -8,18 +8,19 @@ RUN apt-get update \
 COPY . .
 RUN cmake --preset release -DISTHMUS_TESTS=OFF \
  && cmake --build build/release --target isthmus isthmus-offline isthmus-server \
- && install -D -t /out/bin build/release/bin/isthmus build/release/bin/isthmus-offline \
-    build/release/bin/isthmus-server \
+ && for part in client offline server; do \
+      DESTDIR=/out cmake --install build/release --component $part; \
+    done \
  # The shared libraries the programs really load, so that the image needs no package list.
  && mkdir -p /out/lib \
- && ldd /out/bin/isthmus /out/bin/isthmus-offline /out/bin/isthmus-server \
+ && ldd /out/usr/local/bin/* /out/usr/local/libexec/isthmus/* \
     | awk '$3 ~ "^/" { print $3 }' | sort -u \
     | grep -vE '/(libc|libm|libdl|librt|libpthread|ld-linux[^/]*)\.so' \
     | xargs cp -L -t /out/lib
 
 FROM debian:12-slim
 RUN useradd --system --uid 10001 --create-home --home-dir /var/lib/isthmus isthmus
-COPY --from=build /out/bin/ /usr/local/bin/
+COPY --from=build /out/usr/local/ /usr/local/
 COPY --from=build /out/lib/ /usr/local/lib/isthmus/
 RUN echo /usr/local/lib/isthmus > /etc/ld.so.conf.d/isthmus.conf && ldconfig
 USER isthmus

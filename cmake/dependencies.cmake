@@ -14,9 +14,9 @@ find_package(yaml-cpp REQUIRED)
 find_package(spdlog REQUIRED)
 find_package(CLI11 REQUIRED)
 find_package(nlohmann_json REQUIRED)
-pkg_check_modules(ZSTD REQUIRED IMPORTED_TARGET libzstd)
 pkg_check_modules(FFTW REQUIRED IMPORTED_TARGET fftw3f)
 find_package(liblzf REQUIRED)
+find_package(zstd REQUIRED)
 
 # VTK would bring in Qt and 35 targets of its own; the PCL modules used here do without it.
 set(CMAKE_DISABLE_FIND_PACKAGE_VTK ON)

@@ -37,7 +37,8 @@ function(isthmus_library name)
   if(ARG_HOT)
     target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O3>)
   endif()
-  target_link_libraries(${name} PUBLIC isthmus_flags ${ARG_DEPS} PRIVATE ${ARG_PRIVATE})
+  # The flags are for us, not for who uses an installed library.
+  target_link_libraries(${name} PUBLIC $<BUILD_INTERFACE:isthmus_flags> ${ARG_DEPS} PRIVATE ${ARG_PRIVATE})
 endfunction()
 
 # isthmus_test(NAME [SEPARATE] SOURCES ... DEPS ...): a GoogleTest program; each test is one CTest

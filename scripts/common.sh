@@ -6,10 +6,11 @@ build_dir=$root/build/$preset
 
 say() { printf '\n== %s\n' "$*"; }
 
-# Installs what scripts/packages names and is not there yet. Needs root or sudo only for that.
+# install_packages [PACKAGE ...]: installs what scripts/packages names, and these, as far as it is
+# not there yet. Needs root or sudo only for that.
 install_packages() {
   local wanted missing=() package
-  wanted=$(grep -v '^#' "$root/scripts/packages")
+  wanted="$(grep -v '^#' "$root/scripts/packages") $*"
   for package in $wanted; do
     dpkg-query -W -f '${db:Status-Status}' "$package" 2>/dev/null | grep -qx installed ||
       missing+=("$package")

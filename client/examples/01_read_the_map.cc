@@ -1,9 +1,9 @@
 // The shortest way to a merged map: connect, export.
 //
 //   example_01_read_the_map [ADDRESS]
-#include <cstdio>
+#include <isthmus/client/client.h>
 
-#include "client/library/client.h"
+#include <cstdio>
 
 int main(int argc, char** argv) {
   using namespace isthmus::client;

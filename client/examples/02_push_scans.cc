@@ -4,12 +4,12 @@
 //
 // The scans here are of a room that is made up: walls 6 m and 4 m away, seen by a sensor of 16
 // rings that creeps forward. A real robot has its driver's clouds instead; see MakePayload in
-// core/codec/payload_builder.h, or fill a PointPayload field by field from a PointCloud2.
+// isthmus/core/codec/payload_builder.h, or fill a PointPayload field by field from a PointCloud2.
+#include <isthmus/client/client.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-
-#include "client/library/client.h"
 
 namespace {
 

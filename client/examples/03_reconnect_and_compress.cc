@@ -3,11 +3,11 @@
 //   example_03_reconnect_and_compress ADDRESS FILE.bin [FILE.bin ...]
 //
 // Stop the server while this runs and start it again: nothing is lost, nothing counts twice.
+#include <isthmus/client/client.h>
+#include <isthmus/core/formats/kitti_bin.h>
+
 #include <cstdio>
 #include <string>
-
-#include "client/library/client.h"
-#include "core/formats/kitti_bin.h"
 
 namespace {
 

@@ -4,11 +4,11 @@
 //   example_04_upload_submaps ADDRESS OTHER_ROBOT SUBMAP.pcd [SUBMAP.pcd ...]
 //
 // All PCD files are taken to be in the robot's odom frame.
+#include <isthmus/client/client.h>
+#include <isthmus/core/formats/pcd.h>
+
 #include <cstdio>
 #include <string>
-
-#include "client/library/client.h"
-#include "core/formats/pcd.h"
 
 namespace {
 

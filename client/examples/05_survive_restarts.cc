@@ -5,11 +5,11 @@
 //
 // Kill it, pull the cable, stop the server; then run the same command again: it goes on behind the
 // newest scan that it had pushed, in the same session and the same map.
+#include <isthmus/client/client.h>
+#include <isthmus/core/formats/kitti_bin.h>
+
 #include <cstdio>
 #include <string>
-
-#include "client/library/client.h"
-#include "core/formats/kitti_bin.h"
 
 namespace {
 

@@ -128,6 +128,8 @@ def classify(include):
     """('own', folder), ('third', family) or None for the standard library and the system."""
     if include.startswith("isthmus/v1/"):
         return ("own", "api")
+    # As a user of the installed library includes it.
+    include = re.sub("^isthmus/client/", "client/library/", re.sub("^isthmus/core/", "core/", include))
     if include.split("/")[0] in ROOTS:
         return ("own", folder_of(include) or include)
     for family, pattern in THIRD_PARTY:

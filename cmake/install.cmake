@@ -1,0 +1,107 @@
+# What `cmake --install` puts where, in four components: server, client, offline and dev.
+# `cpack` makes a Debian package of each; see package.cmake.
+
+set(install_dir ${CMAKE_CURRENT_LIST_DIR}/install)
+
+# The programs.
+install(TARGETS isthmus RUNTIME COMPONENT client)
+install(TARGETS isthmus-offline
+  RUNTIME DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/isthmus COMPONENT offline)
+install(TARGETS isthmus-server RUNTIME COMPONENT server)
+
+# Their manual pages, made of their --help.
+find_program(HELP2MAN help2man)
+if(HELP2MAN)
+  foreach(component client offline server)
+    set(pages ${CMAKE_BINARY_DIR}/man/${component})
+    install(CODE "
+      set(HELP2MAN \"${HELP2MAN}\")
+      set(VERSION \"${PROJECT_VERSION}\")
+      set(BIN \"${CMAKE_RUNTIME_OUTPUT_DIRECTORY}\")
+      set(WHAT ${component})
+      set(INCLUDE \"${PROJECT_SOURCE_DIR}/packaging/isthmus.h2m\")
+      set(OUTPUT \"${pages}\")
+      include(\"${install_dir}/man_pages.cmake\")" COMPONENT ${component})
+    install(DIRECTORY ${pages}/ DESTINATION ${CMAKE_INSTALL_MANDIR} COMPONENT ${component})
+  endforeach()
+endif()
+
+# Completion for bash, which loads it by the name of the program.
+set(completions ${CMAKE_INSTALL_DATADIR}/bash-completion/completions)
+install(FILES packaging/isthmus.bash
+  DESTINATION ${completions} RENAME isthmus COMPONENT client)
+install(FILES packaging/isthmus.bash
+  DESTINATION ${completions} RENAME isthmus-server COMPONENT server)
+
+# The server as a service, and its settings, all of them commented out: the defaults hold. What is
+# configured for /usr has its settings in /etc.
+set(settings_full_dir ${CMAKE_INSTALL_FULL_SYSCONFDIR}/isthmus)
+set(settings_dir ${CMAKE_INSTALL_SYSCONFDIR}/isthmus)
+if(CMAKE_INSTALL_PREFIX STREQUAL "/usr")
+  set(settings_dir ${settings_full_dir})
+endif()
+configure_file(packaging/isthmus-server.service.in isthmus-server.service @ONLY)
+install(FILES ${CMAKE_BINARY_DIR}/isthmus-server.service
+  DESTINATION lib/systemd/system COMPONENT server)
+install(CODE "
+  set(SERVER \"$<TARGET_FILE:isthmus-server>\")
+  set(OUTPUT \"${CMAKE_BINARY_DIR}/server.yaml\")
+  include(\"${install_dir}/default_settings.cmake\")" COMPONENT server)
+install(FILES ${CMAKE_BINARY_DIR}/server.yaml
+  DESTINATION ${settings_dir} COMPONENT server)
+
+# The client library. Headers are rewritten to include each other as <isthmus/...>.
+set(public_headers
+  client/library/client.h core/codec/payload_builder.h core/formats/kitti_bin.h
+  core/formats/map_writer.h core/formats/pcd.h core/formats/tum.h)
+install(CODE "
+  set(SOURCE \"${PROJECT_SOURCE_DIR}\")
+  set(HEADERS \"${public_headers}\")
+  set(OUTPUT \"${CMAKE_BINARY_DIR}/public_headers\")
+  include(\"${install_dir}/public_headers.cmake\")" COMPONENT dev)
+install(DIRECTORY ${CMAKE_BINARY_DIR}/public_headers/isthmus
+  DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT dev)
+
+# Sets client_libraries: ours that the target needs, each before those it needs itself.
+function(collect_libraries target)
+  get_target_property(needed ${target} INTERFACE_LINK_LIBRARIES)
+  foreach(library ${needed})
+    string(REGEX REPLACE "^\\$<LINK_ONLY:(.*)>$" "\\1" library "${library}")
+    if(library MATCHES "^isthmus_" AND NOT library IN_LIST client_libraries)
+      collect_libraries(${library})
+    endif()
+  endforeach()
+  list(PREPEND client_libraries ${target})
+  set(client_libraries ${client_libraries} PARENT_SCOPE)
+endfunction()
+
+set(client_libraries)
+collect_libraries(isthmus_client)
+foreach(library ${client_libraries})  # Only isthmus::client is promised.
+  string(REPLACE isthmus_ "" short_name ${library})
+  set_target_properties(${library} PROPERTIES EXPORT_NAME ${short_name})
+endforeach()
+install(TARGETS ${client_libraries} EXPORT isthmus-targets
+  ARCHIVE COMPONENT dev INCLUDES DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
+
+include(CMakePackageConfigHelpers)
+set(config_dir ${CMAKE_INSTALL_LIBDIR}/cmake/isthmus)
+install(EXPORT isthmus-targets NAMESPACE isthmus:: DESTINATION ${config_dir} COMPONENT dev)
+configure_package_config_file(packaging/isthmus-config.cmake.in
+  ${CMAKE_BINARY_DIR}/isthmus-config.cmake INSTALL_DESTINATION ${config_dir})
+write_basic_package_version_file(${CMAKE_BINARY_DIR}/isthmus-config-version.cmake
+  COMPATIBILITY SameMinorVersion)
+install(FILES ${CMAKE_BINARY_DIR}/isthmus-config.cmake
+  ${CMAKE_BINARY_DIR}/isthmus-config-version.cmake DESTINATION ${config_dir} COMPONENT dev)
+
+cmake_path(RELATIVE_PATH CMAKE_INSTALL_PREFIX
+  BASE_DIRECTORY ${CMAKE_INSTALL_FULL_LIBDIR}/pkgconfig OUTPUT_VARIABLE prefix_from_pkgconfig)
+list(TRANSFORM client_libraries PREPEND -l OUTPUT_VARIABLE client_link_options)
+list(JOIN client_link_options " " client_link_options)
+configure_file(packaging/isthmus-client.pc.in isthmus-client.pc @ONLY)
+install(FILES ${CMAKE_BINARY_DIR}/isthmus-client.pc
+  DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT dev)
+install(FILES docs/api.md docs/cli.md docs/concepts.md docs/durability.md
+  DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/isthmus COMPONENT client)
+install(DIRECTORY client/examples/ DESTINATION ${CMAKE_INSTALL_DATADIR}/isthmus/examples
+  COMPONENT dev FILES_MATCHING PATTERN "*.cc")

@@ -1,0 +1,51 @@
+# `cpack` makes a Debian package of each component; scripts/package does all of it.
+# Debian's way of naming who answers for a package; set it when you publish one.
+set(CPACK_PACKAGE_CONTACT "Isthmus maintainers <isthmus@localhost>" CACHE STRING
+  "Maintainer of the packages: Name <address>")
+set(CPACK_GENERATOR DEB)
+set(CPACK_PACKAGE_NAME isthmus)
+set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
+set(CPACK_DEB_COMPONENT_INSTALL ON)
+set(CPACK_COMPONENTS_ALL server client offline dev)
+set(CPACK_COMPONENTS_GROUPING IGNORE)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
+set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXECUTE
+    GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
+
+# isthmus_package(COMPONENT NAME SECTION SUMMARY)
+macro(isthmus_package component name section summary)
+  string(TOUPPER ${component} upper)
+  set(CPACK_DEBIAN_${upper}_PACKAGE_NAME ${name})
+  set(CPACK_DEBIAN_${upper}_PACKAGE_SECTION ${section})
+  set(CPACK_COMPONENT_${upper}_DESCRIPTION ${summary})
+  install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/${name} RENAME copyright
+    COMPONENT ${component})
+endmacro()
+
+isthmus_package(server isthmus-server science
+"map server for many LiDAR robots
+Takes robots' scans, computes their odometry, finds where their maps overlap and
+serves the merged map. Installed, not started: systemctl enable --now isthmus-server")
+isthmus_package(client isthmus science
+"command line of the Isthmus map server
+Pushes scans, asks for the state of the map, downloads and corrects it. The
+commands that need no server are in isthmus-offline.")
+isthmus_package(offline isthmus-offline science
+"the commands of isthmus that need no server
+Simulates robots, computes odometry of recorded drives, merges maps on disk,
+rebuilds maps from archived scans. Brings the libraries that these need.")
+isthmus_package(dev libisthmus-client-dev libdevel
+"client library of the Isthmus map server, for C++20
+Headers and static libraries, for CMake and pkg-config, and examples.")
+
+set(CPACK_DEBIAN_CLIENT_PACKAGE_RECOMMENDS isthmus-offline)
+set(CPACK_DEBIAN_OFFLINE_PACKAGE_DEPENDS "isthmus (= ${PROJECT_VERSION})")
+set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS
+  "libabsl-dev, libeigen3-dev, libgrpc++-dev, liblzf-dev, libprotobuf-dev, libssl-dev, libzstd-dev, \
+protobuf-compiler-grpc")  # What Debian's gRPC asks for where CMake looks for it.
+set(CPACK_DEBIAN_SERVER_PACKAGE_CONTROL_EXTRA
+  ${PROJECT_SOURCE_DIR}/packaging/server/conffiles ${PROJECT_SOURCE_DIR}/packaging/server/postinst
+  ${PROJECT_SOURCE_DIR}/packaging/server/prerm ${PROJECT_SOURCE_DIR}/packaging/server/postrm)
+include(CPack)
