@@ -19,7 +19,7 @@ if(HELP2MAN)
       set(VERSION \"${PROJECT_VERSION}\")
       set(BIN \"${CMAKE_RUNTIME_OUTPUT_DIRECTORY}\")
       set(WHAT ${component})
-      set(INCLUDE \"${PROJECT_SOURCE_DIR}/packaging/isthmus.h2m\")
+      set(INCLUDE \"${PROJECT_SOURCE_DIR}/cmake/install/files/isthmus.h2m\")
       set(OUTPUT \"${pages}\")
       include(\"${install_dir}/man_pages.cmake\")" COMPONENT ${component})
     install(DIRECTORY ${pages}/ DESTINATION ${CMAKE_INSTALL_MANDIR} COMPONENT ${component})
@@ -28,9 +28,9 @@ endif()
 
 # Completion for bash, which loads it by the name of the program.
 set(completions ${CMAKE_INSTALL_DATADIR}/bash-completion/completions)
-install(FILES packaging/isthmus.bash
+install(FILES cmake/install/files/isthmus.bash
   DESTINATION ${completions} RENAME isthmus COMPONENT client)
-install(FILES packaging/isthmus.bash
+install(FILES cmake/install/files/isthmus.bash
   DESTINATION ${completions} RENAME isthmus-server COMPONENT server)
 
 # The server as a service, and its settings, all of them commented out: the defaults hold. What is
@@ -40,7 +40,7 @@ set(settings_dir ${CMAKE_INSTALL_SYSCONFDIR}/isthmus)
 if(CMAKE_INSTALL_PREFIX STREQUAL "/usr")
   set(settings_dir ${settings_full_dir})
 endif()
-configure_file(packaging/isthmus-server.service.in isthmus-server.service @ONLY)
+configure_file(cmake/install/files/isthmus-server.service.in isthmus-server.service @ONLY)
 install(FILES ${CMAKE_BINARY_DIR}/isthmus-server.service
   DESTINATION lib/systemd/system COMPONENT server)
 install(CODE "
@@ -87,7 +87,7 @@ install(TARGETS ${client_libraries} EXPORT isthmus-targets
 include(CMakePackageConfigHelpers)
 set(config_dir ${CMAKE_INSTALL_LIBDIR}/cmake/isthmus)
 install(EXPORT isthmus-targets NAMESPACE isthmus:: DESTINATION ${config_dir} COMPONENT dev)
-configure_package_config_file(packaging/isthmus-config.cmake.in
+configure_package_config_file(cmake/install/files/isthmus-config.cmake.in
   ${CMAKE_BINARY_DIR}/isthmus-config.cmake INSTALL_DESTINATION ${config_dir})
 write_basic_package_version_file(${CMAKE_BINARY_DIR}/isthmus-config-version.cmake
   COMPATIBILITY SameMinorVersion)
@@ -98,7 +98,7 @@ cmake_path(RELATIVE_PATH CMAKE_INSTALL_PREFIX
   BASE_DIRECTORY ${CMAKE_INSTALL_FULL_LIBDIR}/pkgconfig OUTPUT_VARIABLE prefix_from_pkgconfig)
 list(TRANSFORM client_libraries PREPEND -l OUTPUT_VARIABLE client_link_options)
 list(JOIN client_link_options " " client_link_options)
-configure_file(packaging/isthmus-client.pc.in isthmus-client.pc @ONLY)
+configure_file(cmake/install/files/isthmus-client.pc.in isthmus-client.pc @ONLY)
 install(FILES ${CMAKE_BINARY_DIR}/isthmus-client.pc
   DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT dev)
 install(FILES docs/api.md docs/cli.md docs/concepts.md docs/durability.md

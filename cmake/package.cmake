@@ -46,6 +46,6 @@ set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS
   "libabsl-dev, libeigen3-dev, libgrpc++-dev, liblzf-dev, libprotobuf-dev, libssl-dev, libzstd-dev, \
 protobuf-compiler-grpc")  # What Debian's gRPC asks for where CMake looks for it.
 set(CPACK_DEBIAN_SERVER_PACKAGE_CONTROL_EXTRA
-  ${PROJECT_SOURCE_DIR}/packaging/server/conffiles ${PROJECT_SOURCE_DIR}/packaging/server/postinst
-  ${PROJECT_SOURCE_DIR}/packaging/server/prerm ${PROJECT_SOURCE_DIR}/packaging/server/postrm)
+  ${PROJECT_SOURCE_DIR}/cmake/install/files/server/conffiles ${PROJECT_SOURCE_DIR}/cmake/install/files/server/postinst
+  ${PROJECT_SOURCE_DIR}/cmake/install/files/server/prerm ${PROJECT_SOURCE_DIR}/cmake/install/files/server/postrm)
 include(CPack)
