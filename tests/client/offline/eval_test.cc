@@ -32,10 +32,10 @@ TEST_F(EvalTest, PrintsRmseByEquationThree) {
   const ProgramResult result =
       Isthmus("eval --truth " + truth + " --estimate " + estimate + " --align none --json");
   ASSERT_EQ(result.code, 0) << result.err;
-  const auto json = nlohmann::json::parse(result.out);
-  EXPECT_NEAR(json["robots"][0]["rmse_m"].get<double>(), 0.5, 1e-9);
-  EXPECT_EQ(json["robots"][0]["poses"], 10);
-  EXPECT_TRUE(json["merged"].is_null());
+  const auto report = nlohmann::json::parse(result.out);
+  EXPECT_NEAR(report["robots"][0]["rmse_m"].get<double>(), 0.5, 1e-9);
+  EXPECT_EQ(report["robots"][0]["poses"], 10);
+  EXPECT_TRUE(report["merged"].is_null());
 }
 
 TEST_F(EvalTest, ARobotInTheWrongPlaceCountsOnlyWhenMerged) {
