@@ -189,6 +189,9 @@ TEST_F(SpooledStreamTest, LiveScansGoAheadOfAnOldBacklogInASessionOfTheirOwn) {
   Push(*stream, 5);
   server_.WaitForScans("alice-2", 5);
   EXPECT_LT(server_.sessions()["alice-1"].scans.size(), 45u) << "the backlog is still under way";
+  // The rate is counted from the first old scan on: one second's worth goes at once. Were the clock
+  // moved before that, that second would have passed unused, and the last scans never come.
+  server_.WaitForScans("alice-1", 15);
   for (const size_t scans : {25, 35, 45}) {
     clock_.Advance(1);
     server_.WaitForScans("alice-1", scans);
