@@ -2,12 +2,12 @@
 // (refuse); nothing is ever dropped silently.
 #pragma once
 
-#include <condition_variable>
 #include <cstddef>
 #include <deque>
-#include <mutex>
 #include <optional>
 #include <utility>
+
+#include "core/mutex.h"
 
 namespace isthmus {
 
@@ -19,63 +19,63 @@ class BoundedQueue {
 
   // Waits for a free place. Returns false, and leaves `value` unused, once closed.
   bool Push(T value) {
-    std::unique_lock lock(mutex_);
-    not_full_.wait(lock, [&] { return closed_ || items_.size() < capacity_; });
+    MutexLock lock(&mutex_);
+    while (!closed_ && items_.size() >= capacity_) not_full_.Wait(&mutex_);
     if (closed_) return false;
     items_.push_back(std::move(value));
-    not_empty_.notify_one();
+    not_empty_.Signal();
     return true;
   }
 
   // Never waits. Returns false when full or closed.
   bool TryPush(T value) {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     if (closed_ || items_.size() >= capacity_) return false;
     items_.push_back(std::move(value));
-    not_empty_.notify_one();
+    not_empty_.Signal();
     return true;
   }
 
   // Waits for an item. Empty once closed and drained.
   std::optional<T> Pop() {
-    std::unique_lock lock(mutex_);
-    not_empty_.wait(lock, [&] { return closed_ || !items_.empty(); });
+    MutexLock lock(&mutex_);
+    while (!closed_ && items_.empty()) not_empty_.Wait(&mutex_);
     return TakeFront();
   }
 
   // Never waits.
   std::optional<T> TryPop() {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     return TakeFront();
   }
 
   // Wakes every waiter. Items already in can still be popped.
   void Close() {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     closed_ = true;
-    not_empty_.notify_all();
-    not_full_.notify_all();
+    not_empty_.SignalAll();
+    not_full_.SignalAll();
   }
 
   size_t size() const {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     return items_.size();
   }
 
  private:
-  std::optional<T> TakeFront() {  // mutex_ is held.
+  std::optional<T> TakeFront() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
     if (items_.empty()) return std::nullopt;
     std::optional<T> item(std::move(items_.front()));
     items_.pop_front();
-    not_full_.notify_one();
+    not_full_.Signal();
     return item;
   }
 
   const size_t capacity_;
-  mutable std::mutex mutex_;
-  std::condition_variable not_empty_, not_full_;
-  std::deque<T> items_;  // Guarded by mutex_.
-  bool closed_ = false;  // Guarded by mutex_.
+  mutable Mutex mutex_;
+  CondVar not_empty_, not_full_;
+  std::deque<T> items_ ABSL_GUARDED_BY(mutex_);
+  bool closed_ ABSL_GUARDED_BY(mutex_) = false;
 };
 
 }  // namespace isthmus

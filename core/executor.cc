@@ -10,40 +10,42 @@ Executor::Executor(int threads) {
 
 Executor::~Executor() {
   {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     stopping_ = true;
   }
-  wake_.notify_all();
+  wake_.SignalAll();
   for (std::thread& thread : threads_) thread.join();
 }
 
 void Executor::Post(std::function<void()> task) {
   {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     tasks_.push_back(std::move(task));
   }
-  wake_.notify_one();
+  wake_.Signal();
 }
 
 void Executor::WaitUntilIdle() {
-  std::unique_lock lock(mutex_);
-  idle_.wait(lock, [this] { return tasks_.empty() && running_ == 0; });
+  MutexLock lock(&mutex_);
+  while (!tasks_.empty() || running_ > 0) idle_.Wait(&mutex_);
 }
 
 void Executor::Work() {
-  std::unique_lock lock(mutex_);
   while (true) {
-    wake_.wait(lock, [this] { return stopping_ || !tasks_.empty(); });
-    if (tasks_.empty()) return;
-    std::function<void()> task = std::move(tasks_.front());
-    tasks_.pop_front();
-    ++running_;
-    lock.unlock();
+    std::function<void()> task;
+    {
+      MutexLock lock(&mutex_);
+      while (!stopping_ && tasks_.empty()) wake_.Wait(&mutex_);
+      if (tasks_.empty()) return;
+      task = std::move(tasks_.front());
+      tasks_.pop_front();
+      ++running_;
+    }
     task();
     task = nullptr;  // Destroy captures outside the lock.
-    lock.lock();
+    MutexLock lock(&mutex_);
     --running_;
-    if (tasks_.empty() && running_ == 0) idle_.notify_all();
+    if (tasks_.empty() && running_ == 0) idle_.SignalAll();
   }
 }
 

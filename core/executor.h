@@ -1,12 +1,12 @@
 // A fixed number of threads that run tasks; the only place where the server makes worker threads.
 #pragma once
 
-#include <condition_variable>
 #include <deque>
 #include <functional>
-#include <mutex>
 #include <thread>
 #include <vector>
+
+#include "core/mutex.h"
 
 namespace isthmus {
 
@@ -28,12 +28,12 @@ class Executor {
  private:
   void Work();
 
-  std::mutex mutex_;
-  std::condition_variable wake_, idle_;
-  std::deque<std::function<void()>> tasks_;  // Guarded by mutex_.
-  int running_ = 0;                          // Guarded by mutex_.
-  bool stopping_ = false;                    // Guarded by mutex_.
-  std::vector<std::thread> threads_;         // Constant after construction.
+  Mutex mutex_;
+  CondVar wake_, idle_;
+  std::deque<std::function<void()>> tasks_ ABSL_GUARDED_BY(mutex_);
+  int running_ ABSL_GUARDED_BY(mutex_) = 0;
+  bool stopping_ ABSL_GUARDED_BY(mutex_) = false;
+  std::vector<std::thread> threads_;  // Constant after construction.
 };
 
 }  // namespace isthmus

@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <map>
-#include <mutex>
 #include <set>
 #include <utility>
 
+#include "core/mutex.h"
 #include "storage/batch_rules.h"
 #include "storage/revision_log.h"
 
@@ -33,7 +33,7 @@ class MemoryStore : public MapStore {
     // Bounds take a pass over the points: made before the lock is.
     std::vector<SubmapInfo> infos;
     for (const auto& submap : batch.submaps) infos.push_back(Summarize(*submap));
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     if (absl::Status status = Check(batch); !status.ok()) return status;
     for (const SessionRecord& record : batch.sessions) PutSession(record);
     PutCheckpoints(batch);
@@ -62,7 +62,7 @@ class MemoryStore : public MapStore {
   }
 
   absl::Status DeleteSession(const SessionId& session) override {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     if (Find(session) == nullptr) return UnknownSession(session);
     std::set<SessionId> gone;
     for (const auto& [id, data] : sessions_) {
@@ -79,14 +79,14 @@ class MemoryStore : public MapStore {
   }
 
   absl::StatusOr<SessionRecord> GetSession(const SessionId& session) const override {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     const SessionData* data = Find(session);
     if (data == nullptr) return UnknownSession(session);
     return data->record;
   }
 
   absl::StatusOr<std::vector<SessionRecord>> ListSessions() const override {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     std::map<uint64_t, SessionRecord> by_order;
     for (const auto& [id, data] : sessions_) by_order.emplace(data.order, data.record);
     std::vector<SessionRecord> records;
@@ -95,7 +95,7 @@ class MemoryStore : public MapStore {
   }
 
   absl::StatusOr<uint64_t> StoredBytes(const SessionId& session) const override {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     const SessionData* data = Find(session);
     if (data == nullptr) return UnknownSession(session);
     uint64_t bytes = 0;
@@ -108,7 +108,7 @@ class MemoryStore : public MapStore {
 
   absl::StatusOr<std::vector<TrajectoryEntry>> GetTrajectory(
       const SessionId& session) const override {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     const SessionData* data = Find(session);
     if (data == nullptr) return UnknownSession(session);
     std::vector<TrajectoryEntry> entries;
@@ -117,7 +117,7 @@ class MemoryStore : public MapStore {
   }
 
   absl::StatusOr<Checkpoint> GetCheckpoint(const SessionId& session) const override {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     const SessionData* data = Find(session);
     if (data == nullptr) return UnknownSession(session);
     if (!data->checkpoint) return NoCheckpoint(session);
@@ -125,14 +125,14 @@ class MemoryStore : public MapStore {
   }
 
   absl::StatusOr<std::shared_ptr<const Submap>> GetSubmap(const SubmapId& id) const override {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     if (!HasSubmap(id)) return UnknownSubmap(id);
     return sessions_.at(id.session).submaps.at(id.index);
   }
 
   absl::StatusOr<std::vector<SubmapInfo>> ListSubmaps(
       const std::optional<SessionId>& session) const override {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     if (session && Find(*session) == nullptr) return UnknownSession(*session);
     std::vector<SubmapInfo> infos;
     for (const auto& [id, data] : sessions_) {
@@ -144,7 +144,7 @@ class MemoryStore : public MapStore {
 
   absl::StatusOr<std::vector<SubmapInfo>> FindSubmaps(const SessionId& session,
                                                       const Box& box_odom) const override {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     const SessionData* data = Find(session);
     if (data == nullptr) return UnknownSession(session);
     std::vector<SubmapInfo> infos;
@@ -156,28 +156,28 @@ class MemoryStore : public MapStore {
   }
 
   absl::StatusOr<std::vector<Match>> ListMatches() const override {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     std::vector<Match> matches;
     for (const auto& [pair, match] : matches_) matches.push_back(match);
     return matches;
   }
 
   absl::StatusOr<std::vector<Verdict>> ListVerdicts() const override {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     std::vector<Verdict> verdicts;
     for (const auto& [pair, verdict] : verdicts_) verdicts.push_back(verdict);
     return verdicts;
   }
 
   absl::StatusOr<std::vector<LoopClosure>> ListLoops() const override {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     std::vector<LoopClosure> loops;
     for (const auto& [id, loop] : loops_) loops.push_back(loop);
     return loops;
   }
 
   absl::StatusOr<std::vector<Anchor>> ListAnchors() const override {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     std::vector<Anchor> anchors;
     for (const auto& [id, data] : sessions_) {
       for (const auto& [index, anchor] : data.anchors) anchors.push_back(anchor);
@@ -186,23 +186,23 @@ class MemoryStore : public MapStore {
   }
 
   absl::StatusOr<MapRevision> LatestRevision() const override {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     return revisions_.Latest();
   }
 
   absl::StatusOr<std::vector<RevisionInfo>> ListRevisions(int limit) const override {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     return revisions_.List(limit);
   }
 
   absl::StatusOr<std::vector<std::pair<int64_t, SubmapMove>>> ListMoves(int64_t from,
                                                                         int64_t to) const override {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     return revisions_.Moves(from, to);
   }
 
   absl::Status PutFeatures(const FeatureBlob& blob) override {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     if (!HasSubmap(blob.submap)) return UnknownSubmap(blob.submap);
     sessions_.at(blob.submap.session).features[{blob.submap.index, blob.kind}] = blob.data;
     return absl::OkStatus();
@@ -210,7 +210,7 @@ class MemoryStore : public MapStore {
 
   absl::StatusOr<std::string> GetFeatures(const SubmapId& submap,
                                           const std::string& kind) const override {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     if (!HasSubmap(submap)) return UnknownSubmap(submap);
     const auto& features = sessions_.at(submap.session).features;
     const auto found = features.find({submap.index, kind});
@@ -219,31 +219,32 @@ class MemoryStore : public MapStore {
   }
 
  private:
-  // The rest of the class: mutex_ is held.
-  const SessionData* Find(const SessionId& session) const {
+  const SessionData* Find(const SessionId& session) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
     const auto found = sessions_.find(session);
     return found == sessions_.end() ? nullptr : &found->second;
   }
 
-  bool HasSubmap(const SubmapId& id) const {
+  bool HasSubmap(const SubmapId& id) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
     const SessionData* data = Find(id.session);
     return data != nullptr && data->submaps.count(id.index) > 0;
   }
 
-  absl::Status Check(const WriteBatch& batch) const {
-    return CheckBatch(batch,
-                      {.has_session = [this](const SessionId& id) { return Find(id) != nullptr; },
-                       .has_submap = [this](const SubmapId& id) { return HasSubmap(id); },
-                       .latest_revision = revisions_.latest()});
+  absl::Status Check(const WriteBatch& batch) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
+    return CheckBatch(
+        batch, {.has_session = [this](const SessionId& id) ABSL_EXCLUSIVE_LOCKS_REQUIRED(
+                                   mutex_) { return Find(id) != nullptr; },
+                .has_submap = [this](const SubmapId& id)
+                                  ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return HasSubmap(id); },
+                .latest_revision = revisions_.latest()});
   }
 
-  void PutSession(const SessionRecord& record) {
+  void PutSession(const SessionRecord& record) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
     const auto [item, is_new] = sessions_.try_emplace(record.id);
     if (is_new) item->second.order = next_order_++;
     item->second.record = record;
   }
 
-  void PutCheckpoints(const WriteBatch& batch) {
+  void PutCheckpoints(const WriteBatch& batch) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
     for (const Checkpoint& checkpoint : batch.checkpoints) {
       sessions_.at(checkpoint.session).checkpoint = checkpoint;
     }
@@ -252,7 +253,7 @@ class MemoryStore : public MapStore {
     }
   }
 
-  void RemoveAnchor(const SubmapId& submap) {
+  void RemoveAnchor(const SubmapId& submap) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
     const auto found = sessions_.find(submap.session);
     if (found != sessions_.end()) found->second.anchors.erase(submap.index);
   }
@@ -268,29 +269,30 @@ class MemoryStore : public MapStore {
                   [&](const auto& item) { return indices.count(item.second.submap_index) > 0; });
   }
 
-  void Retire(const std::vector<SubmapId>& retired) {
+  void Retire(const std::vector<SubmapId>& retired) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
     std::map<SessionId, std::set<uint32_t>> gone;
     for (const SubmapId& id : retired) {
       if (HasSubmap(id)) gone[id.session].insert(id.index);
     }
     for (const auto& [session, indices] : gone) RetireOf(sessions_.at(session), indices);
-    std::erase_if(loops_, [&](const auto& item) {
+    std::erase_if(loops_, [&](const auto& item) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
       const LoopClosure& loop = item.second;
       return gone.count(loop.session) > 0 &&
-             std::none_of(loop.edges.begin(), loop.edges.end(), [&](const SubmapEdge& edge) {
-               return HasSubmap({loop.session, edge.submap_a}) &&
-                      HasSubmap({loop.session, edge.submap_b});
-             });
+             std::none_of(loop.edges.begin(), loop.edges.end(),
+                          [&](const SubmapEdge& edge) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
+                            return HasSubmap({loop.session, edge.submap_a}) &&
+                                   HasSubmap({loop.session, edge.submap_b});
+                          });
     });
   }
 
-  mutable std::mutex mutex_;
-  std::map<SessionId, SessionData> sessions_;  // Guarded by mutex_, as the rest.
-  std::map<std::pair<SessionId, SessionId>, Match> matches_;
-  std::map<std::pair<SessionId, SessionId>, Verdict> verdicts_;
-  std::map<uint64_t, LoopClosure> loops_;  // By id.
-  RevisionLog revisions_;
-  uint64_t next_order_ = 0;
+  mutable Mutex mutex_;
+  std::map<SessionId, SessionData> sessions_ ABSL_GUARDED_BY(mutex_);
+  std::map<std::pair<SessionId, SessionId>, Match> matches_ ABSL_GUARDED_BY(mutex_);
+  std::map<std::pair<SessionId, SessionId>, Verdict> verdicts_ ABSL_GUARDED_BY(mutex_);
+  std::map<uint64_t, LoopClosure> loops_ ABSL_GUARDED_BY(mutex_);  // By id.
+  RevisionLog revisions_ ABSL_GUARDED_BY(mutex_);
+  uint64_t next_order_ ABSL_GUARDED_BY(mutex_) = 0;
 };
 
 }  // namespace

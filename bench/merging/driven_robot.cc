@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <limits>
 #include <map>
-#include <mutex>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -14,6 +13,7 @@
 #include "core/codec/payload_builder.h"
 #include "core/formats/tum.h"
 #include "core/io/file_io.h"
+#include "core/mutex.h"
 #include "server/pipeline.h"
 #include "storage/sqlite/sqlite_store.h"
 
@@ -27,18 +27,18 @@ class LostScans {
  public:
   AckSink Sink() {
     return [this](const ScanAck& ack) {
-      std::lock_guard lock(mutex_);
+      MutexLock lock(&mutex_);
       if (ack.status == "lost") ++count_;
     };
   }
   int count() {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     return count_;
   }
 
  private:
-  std::mutex mutex_;
-  int count_ = 0;  // Guarded by mutex_.
+  Mutex mutex_;
+  int count_ ABSL_GUARDED_BY(mutex_) = 0;
 };
 
 absl::Status Stream(const Drive& drive, server::Pipeline& pipeline, LostScans* lost) {

@@ -117,7 +117,7 @@ absl::StatusOr<Scan> ScanFile::Read(int index) {
   const ScanEntry& entry = entries_[index];
   std::string frame(entry.bytes, '\0');
   {
-    const std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     in_.seekg(static_cast<std::streamoff>(entry.offset));
     in_.read(frame.data(), static_cast<std::streamsize>(frame.size()));
     if (!in_) return Damaged(path_);

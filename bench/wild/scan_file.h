@@ -7,10 +7,10 @@
 #include <cstdint>
 #include <fstream>
 #include <memory>
-#include <mutex>
 #include <string>
 #include <vector>
 
+#include "core/mutex.h"
 #include "core/pose.h"
 #include "core/scan.h"
 
@@ -58,8 +58,8 @@ class ScanFile {
  private:
   std::string path_, title_;
   std::vector<ScanEntry> entries_;
-  std::mutex mutex_;
-  std::ifstream in_;  // Guarded by mutex_.
+  Mutex mutex_;
+  std::ifstream in_ ABSL_GUARDED_BY(mutex_);
 };
 
 }  // namespace isthmus::bench

@@ -2,9 +2,10 @@
 
 #include <atomic>
 #include <iostream>
-#include <mutex>
 #include <random>
 #include <thread>
+
+#include "core/mutex.h"
 
 namespace isthmus::bench {
 namespace {
@@ -43,12 +44,12 @@ absl::StatusOr<std::vector<WildEntry>> RunWildDrives(const WildBenchmarkOptions&
   const std::vector<uint64_t> seeds = Seeds(options);
   std::vector<WildEntry> entries(seeds.size());
   std::atomic<size_t> next = 0;
-  std::mutex mutex;
-  absl::Status failed;  // Guarded by mutex; the first.
+  Mutex mutex;
+  absl::Status failed ABSL_GUARDED_BY(mutex);  // The first.
   const auto work = [&] {
     for (size_t i = next++; i < seeds.size(); i = next++) {
       auto entry = RunOne(seeds[i], options, odometry);
-      const std::lock_guard lock(mutex);
+      MutexLock lock(&mutex);
       if (!failed.ok()) return;
       if (!entry.ok()) {
         failed = entry.status();
@@ -62,6 +63,7 @@ absl::StatusOr<std::vector<WildEntry>> RunWildDrives(const WildBenchmarkOptions&
   for (int i = 1; i < options.jobs; ++i) workers.emplace_back(work);
   work();
   for (std::thread& worker : workers) worker.join();
+  MutexLock lock(&mutex);
   if (!failed.ok()) return failed;
   return entries;
 }

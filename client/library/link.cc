@@ -52,12 +52,12 @@ Client::Link::Link(const ClientOptions& options)
     : options_(options), stubs_(Open(options.address)) {}
 
 std::shared_ptr<Client::Link::Stubs> Client::Link::Get() {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   return stubs_;
 }
 
 void Client::Link::Renew(const std::shared_ptr<Stubs>& broken) {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   if (stubs_ == broken) stubs_ = Open(options_.address);
 }
 

@@ -7,11 +7,11 @@
 
 #include <functional>
 #include <memory>
-#include <mutex>
 #include <string>
 
 #include "client/library/backoff.h"
 #include "client/library/client.h"
+#include "core/mutex.h"
 #include "isthmus/v1/admin_service.grpc.pb.h"
 #include "isthmus/v1/graph_service.grpc.pb.h"
 #include "isthmus/v1/map_service.grpc.pb.h"
@@ -67,8 +67,8 @@ class Client::Link {
 
  private:
   const ClientOptions options_;
-  std::mutex mutex_;
-  std::shared_ptr<Stubs> stubs_;  // Guarded by mutex_.
+  Mutex mutex_;
+  std::shared_ptr<Stubs> stubs_ ABSL_GUARDED_BY(mutex_);
 };
 
 // For streams whose first part has been handed on: Unavailable becomes Aborted, so that it is not

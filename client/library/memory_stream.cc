@@ -46,46 +46,48 @@ absl::Status MemoryStream::Push(int64_t end_stamp_ns, PointPayload payload) {
   request->mutable_scan()->set_end_stamp_ns(end_stamp_ns);
   *request->mutable_scan()->mutable_cloud() = ToProto(*std::move(prepared));
 
-  std::unique_lock lock(mutex_);
-  changed_.wait(lock, [&] { return done_ || finishing_ || !window_.full(); });
+  MutexLock lock(&mutex_);
+  while (!done_ && !finishing_ && window_.full()) changed_.Wait(&mutex_);
   if (done_ && !result_.ok()) return result_;
   if (finishing_) return absl::FailedPreconditionError("the stream was finished");
   request->mutable_scan()->set_sequence(window_.next_sequence());
   window_.Add(std::move(request), bytes);
   stamps_.push_back(end_stamp_ns);
   ++stats_.pushed;
-  changed_.notify_all();
+  changed_.SignalAll();
   return absl::OkStatus();
 }
 
 absl::Status MemoryStream::Finish() {
-  std::unique_lock lock(mutex_);
+  MutexLock lock(&mutex_);
   finishing_ = true;
-  changed_.notify_all();
-  changed_.wait(lock, [&] { return done_; });
+  changed_.SignalAll();
+  while (!done_) changed_.Wait(&mutex_);
   return result_;
 }
 
 absl::StatusOr<Session> MemoryStream::FinishSession() {
   if (absl::Status status = Finish(); !status.ok()) return status;
-  std::unique_lock lock(mutex_);
-  const uint64_t last_sequence = window_.acked_sequence();
-  lock.unlock();
+  uint64_t last_sequence = 0;
+  {
+    MutexLock lock(&mutex_);
+    last_sequence = window_.acked_sequence();
+  }
   absl::StatusOr<client::Session> session = FinishAt(*link_, session_, last_sequence);
   if (!session.ok()) return session;
-  lock.lock();
+  MutexLock lock(&mutex_);
   stats_.durable_sequence = std::max(stats_.durable_sequence, session->durable_sequence);
   return session;
 }
 
 ScanStreamStats MemoryStream::stats() const {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   return stats_;
 }
 
 absl::Status MemoryStream::Begin(const v1::Session& known) {
   if (known.id().empty()) return absl::NotFoundError("no such session");
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   const bool is_over = stats_.pushed > 0 && window_.all_acked();
   if (known.state() == v1::Session::FINISHED && !is_over) {
     return absl::FailedPreconditionError(absl::StrCat(
@@ -97,7 +99,7 @@ absl::Status MemoryStream::Begin(const v1::Session& known) {
 }
 
 ScanSource::Request MemoryStream::Next() {
-  std::unique_lock lock(mutex_);
+  MutexLock lock(&mutex_);
   for (;;) {
     if (interrupted_) return nullptr;
     if (auto request = window_.TakeUnsent()) {
@@ -106,21 +108,21 @@ ScanSource::Request MemoryStream::Next() {
     }
     // Half-closing early is fine: the server acknowledges what is queued before it ends.
     if (finishing_) return nullptr;
-    changed_.wait(lock);
+    changed_.Wait(&mutex_);
   }
 }
 
 void MemoryStream::Interrupt() {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   interrupted_ = true;
-  changed_.notify_all();
+  changed_.SignalAll();
 }
 
 bool MemoryStream::Take(const v1::StreamScansResponse& response) {
   ScanAck ack = FromProto(response);
   ack.session = session_;
   {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     const bool news = ack.sequence != 0 && window_.Ack(ack.sequence);
     window_.Durable(ack.durable_sequence);
     stats_.durable_sequence = std::max(stats_.durable_sequence, ack.durable_sequence);
@@ -130,30 +132,30 @@ bool MemoryStream::Take(const v1::StreamScansResponse& response) {
     stats_.processed += ack.outcome == ScanOutcome::kProcessed;
     stats_.duplicates += ack.outcome == ScanOutcome::kDuplicate;
     stats_.rejected += ack.outcome == ScanOutcome::kRejected;
-    changed_.notify_all();
+    changed_.SignalAll();
   }
   if (options_.on_ack) options_.on_ack(ack);
   return true;
 }
 
 bool MemoryStream::complete() const {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   return finishing_ && window_.all_acked();
 }
 
 void MemoryStream::Lost(const absl::Status& why) {
   {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     ++stats_.reconnects;
   }
   if (options_.on_event) options_.on_event("link lost: " + std::string(why.message()));
 }
 
 void MemoryStream::End(const absl::Status& status) {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   result_ = status;
   done_ = true;
-  changed_.notify_all();
+  changed_.SignalAll();
 }
 
 }  // namespace isthmus::client

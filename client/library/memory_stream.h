@@ -1,16 +1,15 @@
 // A stream that keeps its scans in memory. Private to the library.
 #pragma once
 
-#include <condition_variable>
 #include <deque>
 #include <memory>
-#include <mutex>
 
 #include "client/library/link.h"
 #include "client/library/scan_source.h"
 #include "client/library/scan_stream_impl.h"
 #include "client/library/scan_window.h"
 #include "client/library/uplink.h"
+#include "core/mutex.h"
 
 namespace isthmus::client {
 
@@ -42,16 +41,15 @@ class MemoryStream final : public ScanStream::Impl, private ScanSource {
   const SessionId session_;
   const ScanStreamOptions options_;
 
-  mutable std::mutex mutex_;
-  std::condition_variable changed_;
-  // Guarded by mutex_ from here.
-  ScanWindow<v1::StreamScansRequest> window_;
-  ScanStreamStats stats_;
-  std::deque<int64_t> stamps_;  // Of the scans without acknowledgement.
-  bool finishing_ = false;      // No more scans will come.
-  bool interrupted_ = false;    // The current link has seen its end.
-  bool done_ = false;           // result_ is final.
-  absl::Status result_;
+  mutable Mutex mutex_;
+  CondVar changed_;
+  ScanWindow<v1::StreamScansRequest> window_ ABSL_GUARDED_BY(mutex_);
+  ScanStreamStats stats_ ABSL_GUARDED_BY(mutex_);
+  std::deque<int64_t> stamps_ ABSL_GUARDED_BY(mutex_);  // Of the scans without acknowledgement.
+  bool finishing_ ABSL_GUARDED_BY(mutex_) = false;      // No more scans will come.
+  bool interrupted_ ABSL_GUARDED_BY(mutex_) = false;    // The current link has seen its end.
+  bool done_ ABSL_GUARDED_BY(mutex_) = false;           // result_ is final.
+  absl::Status result_ ABSL_GUARDED_BY(mutex_);
 
   Uplink uplink_;  // Last, so that it starts when everything else is there.
 };

@@ -32,7 +32,10 @@ absl::StatusOr<std::unique_ptr<SessionSpool>> SessionSpool::Create(const std::st
   }
   std::unique_ptr<SessionSpool> spool(new SessionSpool(folder, identity, options));
   absl::Status status = WriteIdentity(folder, identity);
-  if (status.ok()) status = spool->StartPart();
+  if (status.ok()) {
+    MutexLock writing(&spool->write_mutex_);
+    status = spool->StartPart();
+  }
   if (status.ok()) status = SyncFolder(std::filesystem::path(folder).parent_path().string());
   if (status.ok()) return spool;
   std::filesystem::remove_all(folder, error);
@@ -73,8 +76,7 @@ absl::Status SessionSpool::LoadPart(const std::string& path, bool newest) {
   const std::string name = std::filesystem::path(path).stem().string();
   if (!absl::SimpleAtoi(name, &first_sequence) || first_sequence == 0) return absl::OkStatus();
   auto segment =
-      SpoolSegment::Open(path, {identity_.request.request_id(), first_sequence, 0},
-                                    *options_.disk);
+      SpoolSegment::Open(path, {identity_.request.request_id(), first_sequence, 0}, *options_.disk);
   if (!segment.ok()) return segment.status();
   // What is torn can only be at the end of the newest file; elsewhere a scan is looked at when it
   // is sent.
@@ -103,12 +105,12 @@ absl::Status SessionSpool::LoadPart(const std::string& path, bool newest) {
 }
 
 SpoolIdentity SessionSpool::identity() const {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   return identity_;
 }
 
 absl::Status SessionSpool::SetIdentity(const SpoolIdentity& identity) {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   if (absl::Status status = WriteIdentity(folder_, identity); !status.ok()) return status;
   identity_ = identity;
   return absl::OkStatus();
@@ -121,7 +123,7 @@ std::string SessionSpool::PathOf(uint64_t first_sequence) const {
 absl::Status SessionSpool::StartPart() {
   SegmentHeader header;
   {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     header = {identity_.request.request_id(), written_ + 1, 0};
   }
   header.stamp_before_ns = StampBefore(header.first_sequence);
@@ -129,7 +131,7 @@ absl::Status SessionSpool::StartPart() {
   if (!segment.ok()) return segment.status();
   if (absl::Status status = SyncFolder(folder_); !status.ok()) return status;
   spoilt_ = false;
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   // A file that failed before it took a scan leaves its name to the next.
   if (!parts_.empty() && parts_.back().entries.empty()) {
     bytes_ -= parts_.back().segment->bytes();
@@ -143,19 +145,19 @@ absl::Status SessionSpool::StartPart() {
 absl::StatusOr<std::shared_ptr<SpoolSegment>> SessionSpool::PartToWrite(double now_s) {
   std::shared_ptr<SpoolSegment> segment;
   {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     segment = parts_.back().segment;
   }
   if (!spoilt_ && segment->bytes() < options_.segment_bytes) return segment;
   if (absl::Status status = SyncWritten(now_s); !status.ok()) return status;
   if (absl::Status status = StartPart(); !status.ok()) return status;
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   return parts_.back().segment;
 }
 
 absl::StatusOr<uint64_t> SessionSpool::Append(int64_t end_stamp_ns, const std::string& payload,
                                               double now_s) {
-  std::lock_guard writing(write_mutex_);
+  MutexLock writing(&write_mutex_);
   auto segment = PartToWrite(now_s);
   if (!segment.ok()) return segment.status();
   const uint64_t before = (*segment)->bytes();
@@ -169,7 +171,7 @@ absl::StatusOr<uint64_t> SessionSpool::Append(int64_t end_stamp_ns, const std::s
     (void)(*segment)->Truncate(before);
     return synced;
   }
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   parts_.back().entries.push_back({*scan, now_s});
   bytes_ += (*segment)->bytes() - before;
   written_ = sequence;
@@ -184,16 +186,16 @@ absl::StatusOr<uint64_t> SessionSpool::Append(int64_t end_stamp_ns, const std::s
 }
 
 absl::Status SessionSpool::Sync(double now_s) {
-  std::lock_guard writing(write_mutex_);
+  MutexLock writing(&write_mutex_);
   return SyncWritten(now_s);
 }
 
 absl::Status SessionSpool::Skip(uint64_t from, uint64_t sequence) {
-  std::lock_guard writing(write_mutex_);
+  MutexLock writing(&write_mutex_);
   if (from != written()) return absl::AbortedError("a scan was written meanwhile");
   if (absl::Status status = SyncWritten(0); !status.ok()) return status;
   {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     written_ = safe_ = sequence;
   }
   return StartPart();  // Its header keeps the number.
@@ -202,13 +204,13 @@ absl::Status SessionSpool::Skip(uint64_t from, uint64_t sequence) {
 absl::Status SessionSpool::SyncWritten(double now_s) {
   std::shared_ptr<SpoolSegment> segment;
   {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     if (safe_ == written_) return absl::OkStatus();
     segment = parts_.back().segment;
   }
   if (absl::Status status = segment->Sync(); !status.ok()) return status;
   synced_s_ = now_s;
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   safe_ = written_;
   return absl::OkStatus();
 }
@@ -217,7 +219,7 @@ absl::StatusOr<std::string> SessionSpool::Read(uint64_t sequence) const {
   std::shared_ptr<SpoolSegment> segment;
   SpooledScan scan;
   {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     for (const Part& part : parts_) {
       const auto at = std::lower_bound(part.entries.begin(), part.entries.end(), sequence, Below);
       if (at == part.entries.end() || at->scan.sequence != sequence) continue;
@@ -230,7 +232,7 @@ absl::StatusOr<std::string> SessionSpool::Read(uint64_t sequence) const {
 }
 
 std::optional<SessionSpool::Entry> SessionSpool::Find(uint64_t sequence) const {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   for (const Part& part : parts_) {
     const auto at = std::lower_bound(part.entries.begin(), part.entries.end(), sequence, Below);
     if (at != part.entries.end() && at->scan.sequence == sequence) return *at;
@@ -239,7 +241,7 @@ std::optional<SessionSpool::Entry> SessionSpool::Find(uint64_t sequence) const {
 }
 
 int64_t SessionSpool::StampBefore(uint64_t sequence) const {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   int64_t stamp = 0;
   for (const Part& part : parts_) {
     if (part.segment->header().first_sequence > sequence) break;
@@ -251,34 +253,34 @@ int64_t SessionSpool::StampBefore(uint64_t sequence) const {
 }
 
 uint64_t SessionSpool::first() const {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   return parts_.front().segment->header().first_sequence;
 }
 
 uint64_t SessionSpool::safe() const {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   return safe_;
 }
 
 uint64_t SessionSpool::written() const {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   return written_;
 }
 
 uint64_t SessionSpool::bytes() const {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   return bytes_;
 }
 
 void SessionSpool::Release(uint64_t durable) {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   while (parts_.size() > 1 && parts_[1].segment->header().first_sequence <= durable + 1) {
     RemoveFront();
   }
 }
 
 bool SessionSpool::DropOldest() {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   if (parts_.size() < 2) return false;
   RemoveFront();
   return true;
@@ -291,8 +293,8 @@ void SessionSpool::RemoveFront() {
 }
 
 absl::Status SessionSpool::Remove() {
-  std::lock_guard writing(write_mutex_);
-  std::lock_guard lock(mutex_);
+  MutexLock writing(&write_mutex_);
+  MutexLock lock(&mutex_);
   // The identity goes first: without it the rest is known to be of no use.
   std::error_code error;
   std::filesystem::remove(folder_ + "/session", error);
@@ -302,7 +304,7 @@ absl::Status SessionSpool::Remove() {
 }
 
 std::vector<std::string> SessionSpool::TakeNotes() {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   return std::exchange(notes_, {});
 }
 

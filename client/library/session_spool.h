@@ -7,13 +7,13 @@
 #include <cstdint>
 #include <deque>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "client/library/spool_identity.h"
 #include "client/library/spool_segment.h"
+#include "core/mutex.h"
 
 namespace isthmus::client {
 
@@ -91,30 +91,33 @@ class SessionSpool {
   SessionSpool(std::string folder, const SpoolIdentity& identity, const Options& options)
       : folder_(std::move(folder)), options_(options), identity_(identity) {}
 
-  absl::Status Load();
-  absl::Status LoadPart(const std::string& path, bool newest);
+  // As a constructor: nobody else has it yet.
+  absl::Status Load() ABSL_NO_THREAD_SAFETY_ANALYSIS;
+  absl::Status LoadPart(const std::string& path, bool newest) ABSL_NO_THREAD_SAFETY_ANALYSIS;
   std::string PathOf(uint64_t first_sequence) const;
   // The part that is written to; a new one where the last is full or cannot be trusted with more.
-  absl::StatusOr<std::shared_ptr<SpoolSegment>> PartToWrite(double now_s);
-  absl::Status StartPart();
-  absl::Status SyncWritten(double now_s);
-  void RemoveFront();
+  absl::StatusOr<std::shared_ptr<SpoolSegment>> PartToWrite(double now_s)
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(write_mutex_);
+  absl::Status StartPart() ABSL_EXCLUSIVE_LOCKS_REQUIRED(write_mutex_);
+  absl::Status SyncWritten(double now_s) ABSL_EXCLUSIVE_LOCKS_REQUIRED(write_mutex_);
+  void RemoveFront() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   const std::string folder_;
   const Options options_;
 
-  // Held while a scan is written and synced. Taken before mutex_.
-  std::mutex write_mutex_;
-  bool spoilt_ = false;       // Guarded by write_mutex_: the last file failed.
-  double synced_s_ = -1e300;  // Likewise.
+  // Held while a scan is written and synced.
+  Mutex write_mutex_ ABSL_ACQUIRED_BEFORE(mutex_);
+  bool spoilt_ ABSL_GUARDED_BY(write_mutex_) = false;  // The last file failed.
+  double synced_s_ ABSL_GUARDED_BY(write_mutex_) = -1e300;
 
-  mutable std::mutex mutex_;
-  // Guarded by mutex_ from here.
-  SpoolIdentity identity_;
-  std::deque<Part> parts_;  // By ascending sequence, never empty; the last one is written to.
-  uint64_t written_ = 0, safe_ = 0;
-  uint64_t bytes_ = 0;
-  std::vector<std::string> notes_;
+  mutable Mutex mutex_;
+  SpoolIdentity identity_ ABSL_GUARDED_BY(mutex_);
+  // By ascending sequence, never empty; the last one is written to.
+  std::deque<Part> parts_ ABSL_GUARDED_BY(mutex_);
+  uint64_t written_ ABSL_GUARDED_BY(mutex_) = 0;
+  uint64_t safe_ ABSL_GUARDED_BY(mutex_) = 0;
+  uint64_t bytes_ ABSL_GUARDED_BY(mutex_) = 0;
+  std::vector<std::string> notes_ ABSL_GUARDED_BY(mutex_);
 };
 
 }  // namespace isthmus::client

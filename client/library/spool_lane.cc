@@ -57,21 +57,21 @@ void SpoolLane::Start() {
 absl::Status SpoolLane::Push(int64_t end_stamp_ns, const std::string& scan) {
   const auto sequence = spool_->Append(end_stamp_ns, scan, clock_.Now());
   if (!sequence.ok()) return sequence.status();
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   ++stats_.pushed;
-  changed_.notify_all();
+  changed_.SignalAll();
   return absl::OkStatus();
 }
 
 void SpoolLane::Close(bool conclude) {
   bool again = false;
   {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     closed_ = true;
     conclude_ = conclude_ || conclude;
     again = conclude_ && !finished_ && ended_ && ended_->ok();
     if (again) ended_.reset();
-    changed_.notify_all();
+    changed_.SignalAll();
   }
   if (again) Start();
 }
@@ -79,7 +79,7 @@ void SpoolLane::Close(bool conclude) {
 SessionId SpoolLane::session() const { return SessionId(spool_->identity().session); }
 
 ScanStreamStats SpoolLane::stats() const {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   ScanStreamStats stats = stats_;
   stats.backlog = spool_->written() - std::min(spool_->written(), acked_);
   stats.spool_bytes = spool_->bytes();
@@ -87,17 +87,22 @@ ScanStreamStats SpoolLane::stats() const {
 }
 
 bool SpoolLane::all_acked() const {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   return acked_ >= spool_->written();
 }
 
+bool SpoolLane::behind() const {
+  MutexLock lock(&mutex_);
+  return !closed_ && TooFarBehind();
+}
+
 std::optional<absl::Status> SpoolLane::ended() const {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   return ended_;
 }
 
 std::optional<v1::Session> SpoolLane::finished() const {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   return finished_;
 }
 
@@ -118,7 +123,7 @@ absl::StatusOr<std::string> SpoolLane::Session(const Ask& ask) {
 }
 
 absl::Status SpoolLane::CanGoOn(const v1::Session& known) const {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   return CheckKnown(known);
 }
 
@@ -171,9 +176,8 @@ absl::Status SpoolLane::ChangeSession(const v1::Session& known, const absl::Stat
 
 absl::Status SpoolLane::Begin(const v1::Session& known) {
   std::vector<ScanAck> acks;
-  bool behind = false;
   {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     if (absl::Status status = CheckKnown(known); !status.ok()) {
       const bool change = options_.spool.if_session_is_gone == IfSessionIsGone::kNewSession;
       return change ? ChangeSession(known, status) : status;
@@ -185,12 +189,11 @@ absl::Status SpoolLane::Begin(const v1::Session& known) {
       mine_from_ = last + 1;
     }
     acks = TakeUp(known);
-    behind = !closed_ && TooFarBehind();
     interrupted_ = false;
   }
   for (const ScanAck& ack : acks) host_.acked(ack);
   host_.changed();
-  if (behind) host_.behind(this);
+  if (behind()) host_.behind(this);
   return absl::OkStatus();
 }
 
@@ -228,8 +231,8 @@ bool SpoolLane::TooFarBehind() const {
 ScanSource::Request SpoolLane::Next() {
   std::optional<uint64_t> sequence;
   {
-    std::unique_lock lock(mutex_);
-    sequence = AwaitNext(lock);
+    MutexLock lock(&mutex_);
+    sequence = AwaitNext();
     if (!sequence) return nullptr;
   }
   if (*sequence > spool_->safe()) {
@@ -240,7 +243,7 @@ ScanSource::Request SpoolLane::Next() {
     }
   }
   Request request = MakeRequest(*sequence);
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   if (interrupted_) return nullptr;
   to_send_ = *sequence + 1;
   sent_ = std::max(sent_, *sequence);
@@ -248,7 +251,7 @@ ScanSource::Request SpoolLane::Next() {
   return request;
 }
 
-std::optional<uint64_t> SpoolLane::AwaitNext(std::unique_lock<std::mutex>& lock) {
+std::optional<uint64_t> SpoolLane::AwaitNext() {
   const size_t window = std::max<size_t>(options_.window, 1);
   for (;;) {
     if (interrupted_) return std::nullopt;
@@ -256,7 +259,7 @@ std::optional<uint64_t> SpoolLane::AwaitNext(std::unique_lock<std::mutex>& lock)
     // Half-closing early is fine: the server acknowledges what is queued before it ends.
     if (!more && closed_) return std::nullopt;
     if (!more || to_send_ > at_server_ + window) {
-      changed_.wait(lock);
+      changed_.Wait(&mutex_);
       continue;
     }
     const std::optional<SessionSpool::Entry> entry = spool_->Find(to_send_);
@@ -264,7 +267,8 @@ std::optional<uint64_t> SpoolLane::AwaitNext(std::unique_lock<std::mutex>& lock)
     if (!entry || now - entry->appended_s <= options_.spool.live_s) return to_send_;
     const double when = bucket_.Take(entry->scan.size, now);
     if (when <= now) return to_send_;
-    clock_.WaitUntil(changed_, lock, when, [&] { return interrupted_; });
+    clock_.WaitUntil(&changed_, &mutex_, when,
+                     [this]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return interrupted_; });
   }
 }
 
@@ -278,7 +282,7 @@ ScanSource::Request SpoolLane::MakeRequest(uint64_t sequence) {
     scan.set_end_stamp_ns(spool_->StampBefore(sequence) + 1);
     bool news = false;
     {
-      std::lock_guard lock(mutex_);
+      MutexLock lock(&mutex_);
       news = sequence > lost_told_;
       lost_told_ = std::max(lost_told_, sequence);
       stats_.lost += news;
@@ -290,9 +294,9 @@ ScanSource::Request SpoolLane::MakeRequest(uint64_t sequence) {
 }
 
 void SpoolLane::Interrupt() {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   interrupted_ = true;
-  changed_.notify_all();
+  changed_.SignalAll();
 }
 
 bool SpoolLane::Take(const v1::StreamScansResponse& response) {
@@ -302,7 +306,7 @@ bool SpoolLane::Take(const v1::StreamScansResponse& response) {
   spool_->Release(ack.durable_sequence + identity.base);
   bool news = false;
   {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     const uint64_t sequence = ack.sequence + identity.base;
     stats_.durable_sequence = std::max(stats_.durable_sequence, ack.durable_sequence);
     if (ack.sequence != 0) at_server_ = std::max(at_server_, sequence);
@@ -314,7 +318,7 @@ bool SpoolLane::Take(const v1::StreamScansResponse& response) {
       stats_.duplicates += ack.outcome == ScanOutcome::kDuplicate;
       stats_.rejected += ack.outcome == ScanOutcome::kRejected;
     }
-    changed_.notify_all();
+    changed_.SignalAll();
   }
   if (news) host_.acked(ack);
   host_.changed();
@@ -322,14 +326,14 @@ bool SpoolLane::Take(const v1::StreamScansResponse& response) {
 }
 
 bool SpoolLane::complete() const {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   if (!closed_ || !taken_up_) return false;
   return over_ || std::min(acked_, at_server_) >= spool_->written();
 }
 
 absl::Status SpoolLane::Conclude(const Ask& ask) {
   {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     if (!conclude_) return absl::OkStatus();
     concluding_ = true;
   }
@@ -343,7 +347,7 @@ absl::Status SpoolLane::Conclude(const Ask& ask) {
         return stubs.sessions->FinishSession(&context, request, &session);
       });
   if (!status.ok()) return status;
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   finished_ = session;
   stats_.durable_sequence = session.durable_sequence();
   return spool_->Remove();
@@ -351,7 +355,7 @@ absl::Status SpoolLane::Conclude(const Ask& ask) {
 
 void SpoolLane::Lost(const absl::Status& why) {
   {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     ++stats_.reconnects;
   }
   host_.event("link lost: " + std::string(why.message()));
@@ -359,9 +363,9 @@ void SpoolLane::Lost(const absl::Status& why) {
 
 void SpoolLane::End(const absl::Status& status) {
   {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     ended_ = status;
-    changed_.notify_all();
+    changed_.SignalAll();
   }
   host_.changed();
 }

@@ -1,10 +1,8 @@
 // One session of a spool on its way to the server. Private to the library.
 #pragma once
 
-#include <condition_variable>
 #include <functional>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
 
@@ -14,6 +12,7 @@
 #include "client/library/session_spool.h"
 #include "client/library/token_bucket.h"
 #include "client/library/uplink.h"
+#include "core/mutex.h"
 
 namespace isthmus::client {
 
@@ -51,6 +50,8 @@ class SpoolLane final : private ScanSource {
   ScanStreamStats stats() const;
   // Everything that was pushed is acknowledged.
   bool all_acked() const;
+  // New scans would wait behind older ones than SpoolOptions::prefer_live_after_s.
+  bool behind() const;
   // Nothing once it has ended; then what became of it.
   std::optional<absl::Status> ended() const;
   // After Close(true) and an end without error.
@@ -67,13 +68,13 @@ class SpoolLane final : private ScanSource {
   void Lost(const absl::Status& why) override;
   void End(const absl::Status& status) override;
 
-  // With mutex_ held.
-  absl::Status CheckKnown(const v1::Session& known) const;
-  absl::Status ChangeSession(const v1::Session& known, const absl::Status& why);
-  std::vector<ScanAck> TakeUp(const v1::Session& known);
-  bool TooFarBehind() const;
+  absl::Status CheckKnown(const v1::Session& known) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  absl::Status ChangeSession(const v1::Session& known, const absl::Status& why)
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  std::vector<ScanAck> TakeUp(const v1::Session& known) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  bool TooFarBehind() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   // The next to send, once it may be; nothing when there will be none on this link.
-  std::optional<uint64_t> AwaitNext(std::unique_lock<std::mutex>& lock);
+  std::optional<uint64_t> AwaitNext() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   Request MakeRequest(uint64_t sequence);
   void TellNotes();
 
@@ -84,24 +85,27 @@ class SpoolLane final : private ScanSource {
   const WaitClock& clock_;
   SpoolState opened_;
 
-  mutable std::mutex mutex_;
-  std::condition_variable changed_;
-  // Guarded by mutex_ from here.
-  uint64_t mine_from_;      // Lower sequences may have been sent by an earlier program.
-  uint64_t to_send_ = 1;    // The next.
-  uint64_t sent_ = 0;       // The highest that this program has sent.
-  uint64_t acked_ = 0;      // All up to here are acknowledged.
-  uint64_t at_server_ = 0;  // All up to here took effect at the server, as far as is known.
-  uint64_t lost_told_ = 0;  // The highest that was reported as lost.
-  bool taken_up_ = false;   // The server has told where the session stands.
-  bool interrupted_ = true;
-  bool closed_ = false, conclude_ = false;
-  bool concluding_ = false;  // The server has all, and was asked to finish the session.
-  bool over_ = false;        // It has finished it.
-  ScanStreamStats stats_;
-  TokenBucket bucket_;
-  std::optional<absl::Status> ended_;
-  std::optional<v1::Session> finished_;
+  mutable Mutex mutex_;
+  CondVar changed_;
+  // Lower sequences may have been sent by an earlier program.
+  uint64_t mine_from_ ABSL_GUARDED_BY(mutex_);
+  uint64_t to_send_ ABSL_GUARDED_BY(mutex_) = 1;  // The next.
+  uint64_t sent_ ABSL_GUARDED_BY(mutex_) = 0;     // The highest that this program has sent.
+  uint64_t acked_ ABSL_GUARDED_BY(mutex_) = 0;    // All up to here are acknowledged.
+  // All up to here took effect at the server, as far as is known.
+  uint64_t at_server_ ABSL_GUARDED_BY(mutex_) = 0;
+  uint64_t lost_told_ ABSL_GUARDED_BY(mutex_) = 0;  // The highest that was reported as lost.
+  bool taken_up_ ABSL_GUARDED_BY(mutex_) = false;   // The server has told where the session stands.
+  bool interrupted_ ABSL_GUARDED_BY(mutex_) = true;
+  bool closed_ ABSL_GUARDED_BY(mutex_) = false;
+  bool conclude_ ABSL_GUARDED_BY(mutex_) = false;
+  // The server has all, and was asked to finish the session.
+  bool concluding_ ABSL_GUARDED_BY(mutex_) = false;
+  bool over_ ABSL_GUARDED_BY(mutex_) = false;  // It has finished it.
+  ScanStreamStats stats_ ABSL_GUARDED_BY(mutex_);
+  TokenBucket bucket_ ABSL_GUARDED_BY(mutex_);
+  std::optional<absl::Status> ended_ ABSL_GUARDED_BY(mutex_);
+  std::optional<v1::Session> finished_ ABSL_GUARDED_BY(mutex_);
 
   std::unique_ptr<Uplink> uplink_;  // Last, so that it goes first.
 };

@@ -56,15 +56,15 @@ SpooledStream::SpooledStream(std::shared_ptr<Client::Link> link, const ScanStrea
 
 SpooledStream::~SpooledStream() {
   {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     stopping_ = true;
-    changed_.notify_all();
+    changed_.SignalAll();
   }
   // A lane that is about to open another waits for this, and then finds that it need not.
   std::vector<std::unique_ptr<SpoolLane>> lanes;
-  std::lock_guard pushing(push_mutex_);
+  MutexLock pushing(&push_mutex_);
   {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     lanes.swap(lanes_);
   }
 }
@@ -80,21 +80,23 @@ absl::StatusOr<std::unique_ptr<SpooledStream>> SpooledStream::Open(
 }
 
 absl::Status SpooledStream::Load(const SpoolWish& wish) {
+  MutexLock pushing(&push_mutex_);
   auto spools = folder_->Load(SpoolOptionsFor());
   if (!spools.ok()) return spools.status();
   for (auto& spool : *spools) Adopt(std::move(spool));
   if (absl::Status status = CheckNewest(wish); !status.ok()) return status;
   // One that was closed had a successor, which was removed or never came to be.
-  if (lanes_.empty() || lanes_.back()->spool().identity().closed) {
-    auto lane = AddLane(!lanes_.empty() ? IdentityOf(lanes_.back()->spool().identity().request)
-                        : wish.request  ? IdentityOf(*wish.request)
-                                        : IdentityOf(*wish.session));
+  SpoolLane* const newest = Newest();
+  if (newest == nullptr || newest->spool().identity().closed) {
+    auto lane = AddLane(newest != nullptr ? IdentityOf(newest->spool().identity().request)
+                        : wish.request    ? IdentityOf(*wish.request)
+                                          : IdentityOf(*wish.session));
     if (!lane.ok()) return lane.status();
   }
-  resumed_ = lanes_.back()->opened();
-  for (auto& lane : lanes_) {
+  resumed_ = Newest()->opened();
+  for (SpoolLane* lane : Lanes()) {
     resumed_.last_stamp_ns = std::max(resumed_.last_stamp_ns, lane->opened().last_stamp_ns);
-    if (lane != lanes_.back()) lane->Close(true);
+    if (lane != Newest()) lane->Close(true);
     lane->Start();
   }
   return absl::OkStatus();
@@ -102,13 +104,13 @@ absl::Status SpooledStream::Load(const SpoolWish& wish) {
 
 absl::Status SpooledStream::CheckNewest(const SpoolWish& wish) {
   const bool to_resume = !wish.request && !wish.session;
-  if (lanes_.empty() && !to_resume) return absl::OkStatus();
-  if (lanes_.empty()) {
+  SpoolLane* const newest = Newest();
+  if (newest == nullptr && !to_resume) return absl::OkStatus();
+  if (newest == nullptr) {
     return absl::NotFoundError(absl::StrCat("nothing to resume in the spool ", options_.spool_dir,
                                             ": begin with Client::OpenSpool"));
   }
-  SpoolLane& newest = *lanes_.back();
-  const SpoolIdentity identity = newest.spool().identity();
+  const SpoolIdentity identity = newest->spool().identity();
   if (wish.request && wish.request->robot() != identity.request.robot()) {
     return absl::FailedPreconditionError(absl::StrCat(
         "the spool ", options_.spool_dir, " holds scans of robot ", identity.request.robot(),
@@ -123,19 +125,22 @@ absl::Status SpooledStream::CheckNewest(const SpoolWish& wish) {
   const std::optional<v1::Session> known = AskOnce(identity.session);
   if (!known) return absl::OkStatus();
   const bool over = known->state() == v1::Session::FINISHED &&
-                    known->last_sequence() + identity.base >= newest.spool().written();
+                    known->last_sequence() + identity.base >= newest->spool().written();
   if (over) {
     Tell(
         absl::StrCat("session ", identity.session, " was finished with all that was in the spool"));
-    if (absl::Status status = newest.spool().Remove(); !status.ok()) return status;
-    lanes_.pop_back();
+    if (absl::Status status = newest->spool().Remove(); !status.ok()) return status;
+    {
+      MutexLock lock(&mutex_);
+      lanes_.pop_back();
+    }
     if (!to_resume) return absl::OkStatus();
     return absl::AlreadyExistsError(absl::StrCat(
         "session ", identity.session,
         " was finished with all that was in the spool: begin another ", "with Client::OpenSpool"));
   }
   if (options_.spool.if_session_is_gone == IfSessionIsGone::kNewSession) return absl::OkStatus();
-  return newest.CanGoOn(*known);
+  return newest->CanGoOn(*known);
 }
 
 std::optional<v1::Session> SpooledStream::AskOnce(const std::string& session) const {
@@ -168,45 +173,67 @@ absl::StatusOr<SpoolLane*> SpooledStream::AddLane(const SpoolIdentity& identity)
 
 void SpooledStream::Adopt(std::unique_ptr<SessionSpool> spool) {
   auto lane = std::make_unique<SpoolLane>(link_.get(), std::move(spool), options_, MakeHost());
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   lanes_.push_back(std::move(lane));
 }
 
 SpoolLane::Host SpooledStream::MakeHost() {
   SpoolLane::Host host;
   host.acked = [this](const ScanAck& ack) {
-    std::lock_guard lock(callback_mutex_);
+    MutexLock lock(&callback_mutex_);
     if (options_.on_ack) options_.on_ack(ack);
   };
   host.event = [this](const std::string& event) { Tell(event); };
   host.changed = [this] {
-    std::lock_guard lock(mutex_);
-    changed_.notify_all();
+    MutexLock lock(&mutex_);
+    changed_.SignalAll();
   };
-  host.behind = [this](SpoolLane* lane) { TurnTo(lane); };
+  host.behind = [this](SpoolLane* lane) { TurnFrom(lane); };
   return host;
 }
 
 void SpooledStream::Tell(const std::string& event) {
-  std::lock_guard lock(callback_mutex_);
+  MutexLock lock(&callback_mutex_);
   if (options_.on_event) options_.on_event(event);
 }
 
-SpoolLane* SpooledStream::Newest() const {
-  std::lock_guard lock(mutex_);
-  return lanes_.back().get();
+std::vector<SpoolLane*> SpooledStream::Lanes() const {
+  MutexLock lock(&mutex_);
+  std::vector<SpoolLane*> lanes;
+  for (const auto& lane : lanes_) lanes.push_back(lane.get());
+  return lanes;
 }
 
-SessionId SpooledStream::session() const { return Newest()->session(); }
+SpoolLane* SpooledStream::Newest() const {
+  MutexLock lock(&mutex_);
+  return lanes_.empty() ? nullptr : lanes_.back().get();
+}
 
-void SpooledStream::TurnTo(SpoolLane* lane) {
-  // A Push that waits for room holds this; there is no room for another session then.
-  std::unique_lock pushing(push_mutex_, std::try_to_lock);
-  if (!pushing.owns_lock()) return;
+SessionId SpooledStream::session() const {
+  MutexLock lock(&mutex_);
+  return lanes_.back()->session();
+}
+
+void SpooledStream::TurnFrom(SpoolLane* lane) {
   {
-    std::lock_guard lock(mutex_);
-    if (stopping_ || finishing_ || lanes_.empty() || lanes_.back().get() != lane) return;
+    MutexLock lock(&mutex_);
+    behind_ = lane;
   }
+  // Else a Push holds it, maybe until there is room, which takes the lane's own thread.
+  if (!push_mutex_.TryLock()) return;
+  TurnIfDue();
+  push_mutex_.Unlock();
+}
+
+void SpooledStream::TurnIfDue() {
+  SpoolLane* lane = nullptr;
+  {
+    MutexLock lock(&mutex_);
+    const SpoolLane* const behind = std::exchange(behind_, nullptr);
+    if (stopping_ || finishing_ || lanes_.empty() || lanes_.back().get() != behind) return;
+    lane = lanes_.back().get();
+  }
+  if (!lane->behind()) return;
   SpoolIdentity identity = lane->spool().identity();
   const SpoolIdentity next = IdentityOf(identity.request);
   identity.closed = true;
@@ -226,9 +253,10 @@ absl::Status SpooledStream::Push(int64_t end_stamp_ns, PointPayload payload) {
   *scan.mutable_cloud() = ToProto(*std::move(prepared));
   const std::string bytes = scan.SerializeAsString();
 
-  std::lock_guard pushing(push_mutex_);
+  MutexLock pushing(&push_mutex_);
   Reap();
   if (absl::Status status = WaitForRoom(bytes.size()); !status.ok()) return status;
+  TurnIfDue();
   return Newest()->Push(end_stamp_ns, bytes);
 }
 
@@ -239,7 +267,7 @@ uint64_t SpooledStream::SpoolBytes() const {
 }
 
 absl::Status SpooledStream::WaitForRoom(uint64_t bytes) {
-  std::unique_lock lock(mutex_);
+  MutexLock lock(&mutex_);
   for (;;) {
     if (finishing_) return absl::FailedPreconditionError("the stream was finished");
     if (stopping_) return absl::CancelledError("the stream was given up");
@@ -248,11 +276,11 @@ absl::Status SpooledStream::WaitForRoom(uint64_t bytes) {
     if (SpoolBytes() + bytes + SpoolSegment::kRecordHeaderBytes <= options_.spool.max_bytes) {
       return absl::OkStatus();
     }
-    if (absl::Status status = MakeRoom(lock, bytes); !status.ok()) return status;
+    if (absl::Status status = MakeRoom(bytes); !status.ok()) return status;
   }
 }
 
-absl::Status SpooledStream::MakeRoom(std::unique_lock<std::mutex>& lock, uint64_t bytes) {
+absl::Status SpooledStream::MakeRoom(uint64_t bytes) {
   const std::string full = absl::StrCat("the spool ", options_.spool_dir,
                                         " is full: ", options_.spool.max_bytes, " bytes");
   if (bytes > options_.spool.max_bytes / 2) {
@@ -274,18 +302,19 @@ absl::Status SpooledStream::MakeRoom(std::unique_lock<std::mutex>& lock, uint64_
       break;
   }
   const WaitClock& clock = link_->clock();
-  const auto stuck = [&] {
+  const auto stuck = [this]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
     return std::all_of(lanes_.begin(), lanes_.end(), [](auto& lane) { return lane->all_acked(); });
   };
   const uint64_t before = SpoolBytes();
-  const auto moved = [&] {
+  const auto moved = [&]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
     return stopping_ || lanes_.back()->ended() || SpoolBytes() < before || !stuck();
   };
   if (!stuck()) {
-    changed_.wait(lock);
+    changed_.Wait(&mutex_);
     return absl::OkStatus();
   }
-  if (clock.WaitUntil(changed_, lock, clock.Now() + kHopeless_s, moved)) return absl::OkStatus();
+  if (clock.WaitUntil(&changed_, &mutex_, clock.Now() + kHopeless_s, moved))
+    return absl::OkStatus();
   return absl::ResourceExhaustedError(
       full +
       " hold scans that the server has but did not make durable for a minute: raise max_bytes");
@@ -295,7 +324,7 @@ absl::Status SpooledStream::MakeRoom(std::unique_lock<std::mutex>& lock, uint64_
 void SpooledStream::Reap() {
   std::vector<std::unique_ptr<SpoolLane>> done;
   {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     for (auto& lane : lanes_) {
       if (lane == lanes_.back() || !lane->finished()) continue;
       AddUp(lane->stats(), reaped_);
@@ -307,18 +336,18 @@ void SpooledStream::Reap() {
 
 absl::Status SpooledStream::Close(bool conclude) {
   {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     finishing_ = true;  // Wakes a Push that waits.
-    changed_.notify_all();
+    changed_.SignalAll();
   }
   {
-    std::lock_guard pushing(push_mutex_);  // No lane is added from here on.
-    for (auto& lane : lanes_) lane->Close(conclude || lane != lanes_.back());
+    MutexLock pushing(&push_mutex_);  // No lane is added from here on.
+    for (SpoolLane* lane : Lanes()) lane->Close(conclude || lane != Newest());
   }
-  std::unique_lock lock(mutex_);
-  changed_.wait(lock, [&] {
-    return std::all_of(lanes_.begin(), lanes_.end(), [](auto& lane) { return lane->ended(); });
-  });
+  MutexLock lock(&mutex_);
+  while (!std::all_of(lanes_.begin(), lanes_.end(), [](auto& lane) { return lane->ended(); })) {
+    changed_.Wait(&mutex_);
+  }
   for (auto& lane : lanes_) {
     if (!lane->ended()->ok()) return *lane->ended();
   }
@@ -327,11 +356,12 @@ absl::Status SpooledStream::Close(bool conclude) {
 
 absl::StatusOr<Session> SpooledStream::FinishSession() {
   if (absl::Status status = Close(true); !status.ok()) return status;
-  return FromProto(*Newest()->finished());
+  MutexLock lock(&mutex_);
+  return FromProto(*lanes_.back()->finished());
 }
 
 ScanStreamStats SpooledStream::stats() const {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   ScanStreamStats sum = reaped_;
   for (const auto& lane : lanes_) AddUp(lane->stats(), sum);
   return sum;

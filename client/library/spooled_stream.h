@@ -1,9 +1,7 @@
 // A stream that keeps its scans on disk. Private to the library.
 #pragma once
 
-#include <condition_variable>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
@@ -12,6 +10,7 @@
 #include "client/library/scan_stream_impl.h"
 #include "client/library/spool_folder.h"
 #include "client/library/spool_lane.h"
+#include "core/mutex.h"
 
 namespace isthmus::client {
 
@@ -46,22 +45,27 @@ class SpooledStream final : public ScanStream::Impl {
                 std::unique_ptr<SpoolFolder> folder);
 
   absl::Status Load(const SpoolWish& wish);
-  absl::Status CheckNewest(const SpoolWish& wish);
+  absl::Status CheckNewest(const SpoolWish& wish) ABSL_EXCLUSIVE_LOCKS_REQUIRED(push_mutex_);
   // What the server says of it, if it answers soon.
   std::optional<v1::Session> AskOnce(const std::string& session) const;
-  absl::StatusOr<SpoolLane*> AddLane(const SpoolIdentity& identity);
-  void Adopt(std::unique_ptr<SessionSpool> spool);
+  absl::StatusOr<SpoolLane*> AddLane(const SpoolIdentity& identity)
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(push_mutex_);
+  void Adopt(std::unique_ptr<SessionSpool> spool) ABSL_EXCLUSIVE_LOCKS_REQUIRED(push_mutex_);
   SpoolLane::Host MakeHost();
   SessionSpool::Options SpoolOptionsFor() const;
 
-  // New scans go into a new session from now on, if `lane` is still the one that takes them.
-  void TurnTo(SpoolLane* lane);
-  absl::Status WaitForRoom(uint64_t bytes);
-  absl::Status MakeRoom(std::unique_lock<std::mutex>& lock, uint64_t bytes);
+  // New scans go into a new session from now on, if `lane` is the one that takes them; from the
+  // next on if one is being taken.
+  void TurnFrom(SpoolLane* lane);
+  void TurnIfDue() ABSL_EXCLUSIVE_LOCKS_REQUIRED(push_mutex_);
+  absl::Status WaitForRoom(uint64_t bytes) ABSL_EXCLUSIVE_LOCKS_REQUIRED(push_mutex_);
+  absl::Status MakeRoom(uint64_t bytes) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   absl::Status Close(bool conclude);
-  uint64_t SpoolBytes() const;  // With mutex_ held.
-  SpoolLane* Newest() const;
-  void Reap();
+  uint64_t SpoolBytes() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  // They stay while push_mutex_ is held.
+  std::vector<SpoolLane*> Lanes() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(push_mutex_);
+  SpoolLane* Newest() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(push_mutex_);
+  void Reap() ABSL_EXCLUSIVE_LOCKS_REQUIRED(push_mutex_);
   void Tell(const std::string& event);
 
   const std::shared_ptr<Client::Link> link_;
@@ -69,16 +73,19 @@ class SpooledStream final : public ScanStream::Impl {
   const std::unique_ptr<SpoolFolder> folder_;
   SpoolState resumed_;
 
-  std::mutex callback_mutex_;  // Held while the robot's functions are called.
-  std::mutex push_mutex_;      // Held while a scan is taken; taken before mutex_.
+  Mutex callback_mutex_;  // Held while the robot's functions are called.
+  // Held while a scan is taken, and while lanes come and go.
+  Mutex push_mutex_ ABSL_ACQUIRED_BEFORE(mutex_);
 
-  mutable std::mutex mutex_;
-  mutable std::condition_variable changed_;
-  // Guarded by mutex_ from here.
-  bool finishing_ = false;
-  bool stopping_ = false;                          // The destructor has begun.
-  ScanStreamStats reaped_;                         // Of lanes that are gone.
-  std::vector<std::unique_ptr<SpoolLane>> lanes_;  // The last takes new scans.
+  mutable Mutex mutex_;
+  mutable CondVar changed_;
+  bool finishing_ ABSL_GUARDED_BY(mutex_) = false;
+  bool stopping_ ABSL_GUARDED_BY(mutex_) = false;  // The destructor has begun.
+  // Its backlog was old when the link came back; to be turned from.
+  const SpoolLane* behind_ ABSL_GUARDED_BY(mutex_) = nullptr;
+  ScanStreamStats reaped_ ABSL_GUARDED_BY(mutex_);  // Of lanes that are gone.
+  // The last takes new scans.
+  std::vector<std::unique_ptr<SpoolLane>> lanes_ ABSL_GUARDED_BY(mutex_);
 };
 
 }  // namespace isthmus::client

@@ -39,10 +39,10 @@ Uplink::~Uplink() {
 
 void Uplink::Abandon() {
   source_->Interrupt();
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   abandoned_ = true;
   if (context_ != nullptr) context_->TryCancel();
-  changed_.notify_all();
+  changed_.SignalAll();
 }
 
 void Uplink::WriteLoop() {
@@ -53,7 +53,7 @@ void Uplink::WriteLoop() {
     bool streamed = false;
     status = RunLink();
     {
-      std::lock_guard lock(mutex_);
+      MutexLock lock(&mutex_);
       streamed = std::exchange(streamed_, false);
       if (std::exchange(progress_, false)) backoff.Reset();
       if (abandoned_ || !WorthAnotherTry(status)) break;
@@ -89,18 +89,18 @@ absl::Status Uplink::Ask(ScanSource::Duration duration, const Client::Link::Atte
   const std::shared_ptr<Client::Link::Stubs> stubs = link_->Get();
   double deadline_s = link_->options().transfer_timeout_s;
   if (duration == ScanSource::Duration::kShort) {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     deadline_s = deadline_s_;
   }
   const absl::Status status =
       link_->Once(deadline_s, [&](Client::Link::Stubs& s, grpc::ClientContext& context) {
         {
-          std::lock_guard lock(mutex_);
+          MutexLock lock(&mutex_);
           if (abandoned_) return grpc::Status(grpc::StatusCode::CANCELLED, "given up");
           context_ = &context;
         }
         grpc::Status answer = attempt(s, context);
-        std::lock_guard lock(mutex_);
+        MutexLock lock(&mutex_);
         context_ = nullptr;
         return answer;
       });
@@ -109,7 +109,7 @@ absl::Status Uplink::Ask(ScanSource::Duration duration, const Client::Link::Atte
   // anew, which is heard of sooner than waiting for what TCP sends again.
   const bool slow = stubs->channel->GetState(false) == GRPC_CHANNEL_READY;
   link_->Renew(stubs);
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   deadline_s_ = slow ? std::min(2 * deadline_s_, longest_s_) : first_s_;
   return absl::UnavailableError(absl::StrCat("no answer within ", deadline_s, " s"));
 }
@@ -143,7 +143,7 @@ absl::Status Uplink::Stream(const std::string& session) {
   const std::shared_ptr<Client::Link::Stubs> stubs = link_->Get();
   grpc::ClientContext context;
   {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     if (abandoned_) return absl::CancelledError("the stream was given up");
     context_ = &context;
     over_ = stalled_ = writing_ = false;
@@ -158,7 +158,7 @@ absl::Status Uplink::Stream(const std::string& session) {
   reader.join();
   watchman.join();
   absl::Status status = ToStatus(wire->Finish());
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   context_ = nullptr;
   if (stalled_) {
     status = absl::UnavailableError(
@@ -179,13 +179,13 @@ void Uplink::SendOn(Wire& wire, const std::string& session) {
     const ScanSource::Request request = source_->Next();
     if (request == nullptr) break;
     {
-      std::lock_guard lock(mutex_);
+      MutexLock lock(&mutex_);
       if (unanswered_.empty()) moved_s_ = clock_.Now();
       unanswered_.push_back(request->scan().cloud().data().size());
       writing_ = true;
     }
     open = wire.Write(*request);
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     writing_ = false;
     moved_s_ = clock_.Now();
   }
@@ -196,20 +196,20 @@ void Uplink::ReadFrom(Wire& wire) {
   v1::StreamScansResponse response;
   while (wire.Read(&response)) {
     const bool news = source_->Take(response);
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     progress_ = progress_ || news;
     moved_s_ = clock_.Now();
     if (response.sequence() != 0 && !unanswered_.empty()) unanswered_.pop_front();
   }
   source_->Interrupt();
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   over_ = true;
-  changed_.notify_all();
+  changed_.SignalAll();
 }
 
 void Uplink::Watch() {
   if (options_.stall_timeout_s <= 0) return;
-  std::unique_lock lock(mutex_);
+  MutexLock lock(&mutex_);
   while (!over_) {
     const bool busy = writing_ || !unanswered_.empty();
     const double size = unanswered_.empty() ? 0 : static_cast<double>(unanswered_.front());
@@ -220,15 +220,16 @@ void Uplink::Watch() {
       if (context_ != nullptr) context_->TryCancel();
       return;
     }
-    clock_.WaitUntil(changed_, lock, now >= until ? now + options_.stall_timeout_s : until,
-                     [&] { return over_; });
+    clock_.WaitUntil(&changed_, &mutex_, now >= until ? now + options_.stall_timeout_s : until,
+                     [this]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return over_; });
   }
 }
 
 void Uplink::WaitBeforeRetry(double seconds) {
   if (link_->options().sleep) return link_->Sleep(seconds);
-  std::unique_lock lock(mutex_);
-  clock_.WaitUntil(changed_, lock, clock_.Now() + seconds, [&] { return abandoned_; });
+  MutexLock lock(&mutex_);
+  clock_.WaitUntil(&changed_, &mutex_, clock_.Now() + seconds,
+                   [this]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return abandoned_; });
 }
 
 }  // namespace isthmus::client

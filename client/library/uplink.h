@@ -1,13 +1,12 @@
 // The way of scans to the server, over as many links as it takes. Private to the library.
 #pragma once
 
-#include <condition_variable>
 #include <deque>
-#include <mutex>
 #include <thread>
 
 #include "client/library/link.h"
 #include "client/library/scan_source.h"
+#include "core/mutex.h"
 
 namespace isthmus::client {
 
@@ -48,18 +47,22 @@ class Uplink {
   const WaitClock& clock_;
   const double longest_s_, first_s_;  // Deadlines of questions.
 
-  std::mutex mutex_;
-  std::condition_variable changed_;
-  // Guarded by mutex_ from here.
-  bool abandoned_ = false;
-  bool streamed_ = false;                   // A stream was opened since the last failure.
-  bool progress_ = false;                   // An acknowledgement came since the last failure.
-  double deadline_s_;                       // Of the next question.
-  grpc::ClientContext* context_ = nullptr;  // Of the call under way, to cancel it.
+  Mutex mutex_;
+  CondVar changed_;
+  bool abandoned_ ABSL_GUARDED_BY(mutex_) = false;
+  bool streamed_ ABSL_GUARDED_BY(mutex_) = false;  // A stream was opened since the last failure.
+  bool progress_ ABSL_GUARDED_BY(mutex_) =
+      false;                                   // An acknowledgement came since the last failure.
+  double deadline_s_ ABSL_GUARDED_BY(mutex_);  // Of the next question.
+  // Of the call under way, to cancel it.
+  grpc::ClientContext* context_ ABSL_GUARDED_BY(mutex_) = nullptr;
   // Of the current link:
-  bool over_ = false, stalled_ = false, writing_ = false;
-  double moved_s_ = 0;             // When something was last written or read.
-  std::deque<size_t> unanswered_;  // Sizes of the scans sent without acknowledgement.
+  bool over_ ABSL_GUARDED_BY(mutex_) = false;
+  bool stalled_ ABSL_GUARDED_BY(mutex_) = false;
+  bool writing_ ABSL_GUARDED_BY(mutex_) = false;
+  double moved_s_ ABSL_GUARDED_BY(mutex_) = 0;  // When something was last written or read.
+  std::deque<size_t> unanswered_
+      ABSL_GUARDED_BY(mutex_);  // Sizes of the scans sent without acknowledgement.
 
   std::thread writer_;  // Last, so that it starts when everything else is there.
 };

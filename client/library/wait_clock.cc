@@ -13,13 +13,14 @@ class SystemWaitClock final : public WaitClock {
         .count();
   }
 
-  bool WaitUntil(std::condition_variable& changed, std::unique_lock<std::mutex>& lock,
-                 double deadline, const std::function<bool()>& ready) const override {
+  bool WaitUntil(CondVar* changed, Mutex* mutex, double deadline,
+                 const std::function<bool()>& ready) const
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex) override {
     // At most a day at a time: an infinite deadline would overflow the clock's ticks.
     while (!ready()) {
       const double seconds = std::min(deadline - Now(), 86'400.0);
       if (seconds <= 0) return false;
-      changed.wait_for(lock, std::chrono::duration<double>(seconds));
+      changed->WaitFor(mutex, std::chrono::duration<double>(seconds));
     }
     return true;
   }

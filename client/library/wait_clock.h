@@ -1,9 +1,9 @@
 // Time as far as the library waits for it, so that tests need not.
 #pragma once
 
-#include <condition_variable>
 #include <functional>
-#include <mutex>
+
+#include "core/mutex.h"
 
 namespace isthmus::client {
 
@@ -13,9 +13,11 @@ class WaitClock {
   virtual ~WaitClock() = default;
   // Seconds since some instant; never goes back.
   virtual double Now() const = 0;
-  // Waits on `changed` until `ready` holds or it is `deadline`; returns what `ready` says then.
-  virtual bool WaitUntil(std::condition_variable& changed, std::unique_lock<std::mutex>& lock,
-                         double deadline, const std::function<bool()>& ready) const = 0;
+  // Waits on `changed` until `ready` holds or it is `deadline`; returns what `ready` says then. It
+  // is called with `mutex` held.
+  virtual bool WaitUntil(CondVar* changed, Mutex* mutex, double deadline,
+                         const std::function<bool()>& ready) const
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex) = 0;
 
   // The machine's steady clock; lives for ever.
   static const WaitClock& System();

@@ -4,14 +4,13 @@
 
 #include <algorithm>
 #include <chrono>
-#include <condition_variable>
 #include <memory>
-#include <mutex>
 #include <utility>
 
 #include "client/console/waiting.h"
 #include "client/offline/embedded_server.h"
 #include "client/simulation/simulator.h"
+#include "core/mutex.h"
 
 namespace isthmus::cli {
 namespace {
@@ -27,7 +26,7 @@ constexpr std::chrono::seconds kAckTimeout(60);
 class AckTotals {
  public:
   void Add(const client::ScanAck& ack) {
-    const std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     ++answered_;
     if (ack.outcome == client::ScanOutcome::kProcessed) {
       ++processed_;
@@ -35,16 +34,19 @@ class AckTotals {
       sum_ms_ += ack.timing.total_ms;
       max_ms_ = std::max(max_ms_, ack.timing.total_ms);
     }
-    changed_.notify_all();
+    changed_.SignalAll();
   }
 
   void WaitFor(uint64_t answers) {
-    std::unique_lock lock(mutex_);
-    changed_.wait_for(lock, kAckTimeout, [&] { return answered_ >= answers; });
+    MutexLock lock(&mutex_);
+    const auto until = std::chrono::steady_clock::now() + kAckTimeout;
+    while (answered_ < answers && std::chrono::steady_clock::now() < until) {
+      changed_.WaitFor(&mutex_, until - std::chrono::steady_clock::now());
+    }
   }
 
   void Report(PaperBenchRobot* robot) {
-    const std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     robot->scans = processed_;
     robot->lost = lost_;
     robot->mean_ms = processed_ > 0 ? sum_ms_ / static_cast<double>(processed_) : 0;
@@ -52,10 +54,11 @@ class AckTotals {
   }
 
  private:
-  std::mutex mutex_;
-  std::condition_variable changed_;
-  uint64_t answered_ = 0, processed_ = 0, lost_ = 0;
-  double sum_ms_ = 0, max_ms_ = 0;
+  Mutex mutex_;
+  CondVar changed_;
+  uint64_t answered_ ABSL_GUARDED_BY(mutex_) = 0,
+                     processed_ ABSL_GUARDED_BY(mutex_) = 0, lost_ ABSL_GUARDED_BY(mutex_) = 0;
+  double sum_ms_ ABSL_GUARDED_BY(mutex_) = 0, max_ms_ ABSL_GUARDED_BY(mutex_) = 0;
 };
 
 absl::Status Drive(client::Client& client, const Simulator& simulator, int index,

@@ -60,7 +60,7 @@ uint64_t SpillFile::FreeDiskBytes() const {
 }
 
 absl::StatusOr<Extent> SpillFile::Allocate(size_t size) {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   if (file_ < 0) file_ = OpenUnnamed(folder_);
   if (file_ < 0) return WriteFailed(folder_, errno);
   const Extent extent = extents_.Allocate(size);
@@ -111,7 +111,7 @@ absl::Status SpillFile::Read(const Extent& extent, uint64_t from, void* data, si
 }
 
 void SpillFile::Free(const Extent& extent) {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   extents_.Free(extent);
   // So that the disk has it again. A file that stays long does no harm but take room.
   if (extents_.end() < length_ && ::ftruncate(file_, static_cast<off_t>(extents_.end())) == 0) {
@@ -120,7 +120,7 @@ void SpillFile::Free(const Extent& extent) {
 }
 
 uint64_t SpillFile::bytes_in_use() const {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   return extents_.in_use();
 }
 

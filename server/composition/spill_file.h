@@ -9,9 +9,9 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
-#include <mutex>
 #include <string>
 
+#include "core/mutex.h"
 #include "server/composition/extent_allocator.h"
 
 namespace isthmus::composition {
@@ -50,9 +50,9 @@ class SpillFile {
   const std::string folder_;
   const uint64_t reserve_bytes_;
   std::atomic<int> file_ = -1;  // Until first written to.
-  mutable std::mutex mutex_;
-  ExtentAllocator extents_;  // Guarded by mutex_.
-  uint64_t length_ = 0;      // Of the file, at most; guarded by mutex_.
+  mutable Mutex mutex_;
+  ExtentAllocator extents_ ABSL_GUARDED_BY(mutex_);
+  uint64_t length_ ABSL_GUARDED_BY(mutex_) = 0;  // Of the file, at most.
 };
 
 }  // namespace isthmus::composition

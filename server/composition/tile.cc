@@ -29,7 +29,7 @@ TilePtr TileCache::Add(TileContent content) {
   auto points = std::make_shared<const Cloud>(std::move(content.points));
   auto tile = std::make_shared<const Tile>(shared_from_this(), std::move(content.parts),
                                            content.bounds, points->size());
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   TakeTurn(*tile, std::move(points));
   return tile;
 }
@@ -37,43 +37,48 @@ TilePtr TileCache::Add(TileContent content) {
 void TileCache::TakeTurn(const Tile& tile, std::shared_ptr<const Cloud> points) {
   Turns& turns = TurnsOf(tile);
   turns.bytes += BytesOf(*points);
-  tile.points_ = std::move(points);
-  tile.turn_ = turns.tiles.insert(turns.tiles.end(), &tile);
+  KeptOf(tile).points = std::move(points);
+  KeptOf(tile).turn = turns.tiles.insert(turns.tiles.end(), &tile);
 }
 
 void TileCache::GiveUpTurn(const Tile& tile) {
-  if (tile.points_ == nullptr) return;
+  Tile::Kept& kept = KeptOf(tile);
+  if (kept.points == nullptr) return;
   Turns& turns = TurnsOf(tile);
-  turns.bytes -= BytesOf(*tile.points_);
-  turns.tiles.erase(tile.turn_);
-  tile.points_ = nullptr;
+  turns.bytes -= BytesOf(*kept.points);
+  turns.tiles.erase(kept.turn);
+  kept.points = nullptr;
 }
 
 void TileCache::Forget(const Tile& tile) {
+  Extent extent;
   {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     GiveUpTurn(tile);
+    extent = KeptOf(tile).extent;
   }
-  if (tile.extent_.size > 0) file_->Free(tile.extent_);
+  if (extent.size > 0) file_->Free(extent);
 }
 
 absl::StatusOr<std::shared_ptr<const Cloud>> TileCache::PointsOf(const Tile& tile) {
   Extent extent;
   {
-    std::lock_guard lock(mutex_);
-    if (tile.points_ != nullptr) {
+    MutexLock lock(&mutex_);
+    const Tile::Kept& kept = KeptOf(tile);
+    if (kept.points != nullptr) {
       auto& tiles = TurnsOf(tile).tiles;
-      tiles.splice(tiles.end(), tiles, tile.turn_);
-      return tile.points_;
+      tiles.splice(tiles.end(), tiles, kept.turn);
+      return kept.points;
     }
-    extent = tile.extent_;
+    extent = kept.extent;
   }
   auto read = std::make_shared<Cloud>(tile.point_count());
   const absl::Status status = file_->Read(extent, 0, read->data(), BytesOf(*read));
   if (!status.ok()) return status;
   std::shared_ptr<const Cloud> points = std::move(read);
-  std::lock_guard lock(mutex_);
-  if (tile.points_ != nullptr) return tile.points_;  // Another reader was faster.
+  MutexLock lock(&mutex_);
+  // Another reader may have been faster.
+  if (KeptOf(tile).points != nullptr) return KeptOf(tile).points;
   TakeTurn(tile, points);
   DropSaved();
   return points;
@@ -88,40 +93,41 @@ void TileCache::DropSaved() {
 absl::Status TileCache::Save(const TilePtr& tile, const std::shared_ptr<const Cloud>& points) {
   const absl::StatusOr<Extent> extent = file_->Write(points->data(), BytesOf(*points));
   if (!extent.ok()) return extent.status();
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   GiveUpTurn(*tile);
-  tile->extent_ = *extent;
+  KeptOf(*tile).extent = *extent;
   TakeTurn(*tile, points);
   return absl::OkStatus();
 }
 
-absl::Status TileCache::Settle() {
-  if (file_ == nullptr) return absl::OkStatus();
-  std::unique_lock lock(mutex_);
-  if (unsaved_.bytes + saved_.bytes <= max_bytes_) return absl::OkStatus();
+std::pair<TilePtr, std::shared_ptr<const Cloud>> TileCache::NextToSave() {
+  MutexLock lock(&mutex_);
   // Half of the memory is for tiles that readers bring back: else those never asked for, but not
   // saved yet, would fill it for good.
   while (unsaved_.bytes > max_bytes_ / 2) {
     const Tile& coldest = *unsaved_.tiles.front();
-    TilePtr tile = coldest.weak_from_this().lock();
-    if (tile == nullptr) {  // About to go; its thread waits for the lock.
-      GiveUpTurn(coldest);
-      continue;
-    }
-    std::shared_ptr<const Cloud> points = tile->points_;
-    lock.unlock();  // Readers need not wait for the disk.
-    const absl::Status status = Save(tile, points);
-    points = nullptr;
-    tile = nullptr;  // Perhaps the last to hold it, which takes the lock.
-    if (!status.ok()) return status;
-    lock.lock();
+    if (TilePtr tile = coldest.weak_from_this().lock()) return {tile, KeptOf(*tile).points};
+    GiveUpTurn(coldest);  // About to go; its thread waits for the lock.
   }
+  return {};
+}
+
+absl::Status TileCache::Settle() {
+  if (file_ == nullptr || bytes_in_memory() <= max_bytes_) return absl::OkStatus();
+  for (;;) {
+    // Without the lock: readers need not wait for the disk, and letting go of the tile, perhaps as
+    // the last to hold it, takes the lock.
+    const auto [tile, points] = NextToSave();
+    if (tile == nullptr) break;
+    if (absl::Status status = Save(tile, points); !status.ok()) return status;
+  }
+  MutexLock lock(&mutex_);
   DropSaved();
   return absl::OkStatus();
 }
 
 size_t TileCache::bytes_in_memory() const {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   return unsaved_.bytes + saved_.bytes;
 }
 

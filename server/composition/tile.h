@@ -8,10 +8,11 @@
 #include <cstdint>
 #include <list>
 #include <memory>
-#include <mutex>
+#include <utility>
 #include <vector>
 
 #include "core/cloud.h"
+#include "core/mutex.h"
 #include "server/composition/spill_file.h"
 
 namespace isthmus::composition {
@@ -56,10 +57,13 @@ class Tile : public std::enable_shared_from_this<Tile> {
   const std::vector<TilePart> parts_;
   const Box bounds_;
   const uint64_t point_count_;
-  // The rest is the cache's, guarded by its mutex.
-  mutable std::shared_ptr<const Cloud> points_;    // Null while they are in the file only.
-  mutable Extent extent_;                          // Of size 0 while they are in memory only.
-  mutable std::list<const Tile*>::iterator turn_;  // While points_ are here.
+  // The cache's; for TileCache::KeptOf alone.
+  struct Kept {
+    std::shared_ptr<const Cloud> points;    // Null while they are in the file only.
+    Extent extent;                          // Of size 0 while they are in memory only.
+    std::list<const Tile*>::iterator turn;  // While points are here.
+  };
+  mutable Kept kept_;
 };
 
 // Keeps the points of all tiles there are, of which `max_bytes` in memory, about. Thread safe but
@@ -88,17 +92,24 @@ class TileCache : public std::enable_shared_from_this<TileCache> {
   absl::StatusOr<std::shared_ptr<const Cloud>> PointsOf(const Tile& tile);
   void Forget(const Tile& tile);
   absl::Status Save(const TilePtr& tile, const std::shared_ptr<const Cloud>& points);
-  // mutex_ is held for these.
-  void TakeTurn(const Tile& tile, std::shared_ptr<const Cloud> points);
-  void GiveUpTurn(const Tile& tile);
-  void DropSaved();
-  Turns& TurnsOf(const Tile& tile) { return tile.extent_.size > 0 ? saved_ : unsaved_; }
+  // What is to be written to the file next, with its points; nothing once that is enough.
+  std::pair<TilePtr, std::shared_ptr<const Cloud>> NextToSave();
+  void TakeTurn(const Tile& tile, std::shared_ptr<const Cloud> points)
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void GiveUpTurn(const Tile& tile) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void DropSaved() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  Tile::Kept& KeptOf(const Tile& tile) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
+    return tile.kept_;
+  }
+  Turns& TurnsOf(const Tile& tile) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
+    return KeptOf(tile).extent.size > 0 ? saved_ : unsaved_;
+  }
 
   const std::shared_ptr<SpillFile> file_;
   const size_t max_bytes_;
-  mutable std::mutex mutex_;
-  Turns unsaved_;  // In memory only.
-  Turns saved_;    // In the file too.
+  mutable Mutex mutex_;
+  Turns unsaved_ ABSL_GUARDED_BY(mutex_);  // In memory only.
+  Turns saved_ ABSL_GUARDED_BY(mutex_);    // In the file too.
 };
 
 }  // namespace isthmus::composition

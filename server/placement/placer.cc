@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <deque>
-#include <mutex>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "core/mutex.h"
 #include "server/placement/anchor_fit.h"
 #include "server/placement/changes.h"
 #include "server/placement/gaps.h"
@@ -48,14 +48,19 @@ void Start(const Input& input, const std::vector<Placement>& placements, const L
 }  // namespace
 
 struct Placer::Memory {
-  mutable std::mutex mutex;  // For `last`, which is written by Place alone.
   SessionNumbers numbers;
   NearestPairs nearest;
   GapPoses gaps;
-  std::shared_ptr<const LastGraphs> last = std::make_shared<LastGraphs>();
+  mutable Mutex mutex;
+  std::shared_ptr<const LastGraphs> last ABSL_GUARDED_BY(mutex) = std::make_shared<LastGraphs>();
   // Such as were before a match came, the newest last.
   std::deque<std::shared_ptr<const LastGraphs>> earlier;
   std::map<SessionId, int> partial;  // Optimisations since the last whole one, by reference.
+
+  std::shared_ptr<const LastGraphs> Last() const {
+    MutexLock lock(&mutex);
+    return last;
+  }
 
   struct Base {
     std::shared_ptr<const LastGraphs> graphs;
@@ -71,10 +76,11 @@ struct Placer::Memory {
 // thing, the change says that it begins anew.
 std::vector<Placer::Memory::Base> Placer::Memory::ChooseBases(const Input& input,
                                                               const GraphSet& set) const {
+  const std::shared_ptr<const LastGraphs> newest = Last();
   std::vector<Base> bases;
   bool missing = false;
-  for (const Change& change : FindChanges(*last, input, numbers, set)) {
-    bases.push_back({last, change});
+  for (const Change& change : FindChanges(*newest, input, numbers, set)) {
+    bases.push_back({newest, change});
     missing |= change.anew;
   }
   for (auto older = earlier.rbegin(); older != earlier.rend() && missing; ++older) {
@@ -94,10 +100,11 @@ std::vector<Placer::Memory::Base> Placer::Memory::ChooseBases(const Input& input
 
 void Placer::Memory::Keep(const Input& input, const std::vector<Base>& bases, GraphSet set,
                           const std::vector<Placement>& placements) {
-  const bool new_match = std::any_of(bases.begin(), bases.end(), [this](const Base& base) {
-    return base.graphs == last && base.change.new_match;
+  const std::shared_ptr<const LastGraphs> newest = Last();
+  const bool new_match = std::any_of(bases.begin(), bases.end(), [&](const Base& base) {
+    return base.graphs == newest && base.change.new_match;
   });
-  if (new_match) earlier.push_back(last);
+  if (new_match) earlier.push_back(newest);
   if (earlier.size() > kMostEarlier) earlier.pop_front();
   const auto kept = std::make_shared<LastGraphs>();
   kept->placements = placements;
@@ -110,7 +117,7 @@ void Placer::Memory::Keep(const Input& input, const std::vector<Base>& bases, Gr
   }
   std::erase_if(partial, [&](const auto& entry) { return !kept->anchored.contains(entry.first); });
   kept->set = std::move(set);
-  const std::lock_guard lock(mutex);
+  MutexLock lock(&mutex);
   last = kept;
 }
 
@@ -125,12 +132,13 @@ Outcome Placer::Place(const Input& input, const std::vector<Placement>& previous
   UpdateGaps(previous, input, &memory.gaps);
   GraphSet set = BuildGraphs(input, options_.drift, memory.gaps, &memory.numbers, &memory.nearest);
   const std::vector<Memory::Base> bases = memory.ChooseBases(input, set);
+  const std::shared_ptr<const LastGraphs> newest = memory.Last();
   Outcome outcome;
   bool partial = false;
   for (size_t i = 0; i < set.graphs.size(); ++i) {
     Graph& graph = set.graphs[i];
     const auto& [base, change] = bases[i];
-    Start(input, base == memory.last ? previous : base->placements, *base, change, &graph);
+    Start(input, base == newest ? previous : base->placements, *base, change, &graph);
     int& partial_before = memory.partial[graph.reference];
     const Solved solved = Solve(options_, change, partial_before, &graph);
     if (solved.whole) partial_before = 0;
@@ -159,11 +167,7 @@ Outcome Placer::Place(const Input& input, const std::vector<Placement>& previous
 }
 
 absl::StatusOr<std::string> Placer::WriteG2o(uint32_t component) const {
-  std::shared_ptr<const LastGraphs> last;
-  {
-    const std::lock_guard lock(memory_->mutex);
-    last = memory_->last;
-  }
+  const std::shared_ptr<const LastGraphs> last = memory_->Last();
   for (const Graph& graph : last->set.graphs) {
     if (graph.component == component) return GraphText(graph);
   }

@@ -6,37 +6,36 @@
 namespace isthmus::rpc {
 
 bool AckWindow::WaitForRoom() {
-  std::unique_lock lock(mutex_);
-  changed_.wait(lock,
-                [this] { return closed_ || stopped_ || expected_.size() + unwritten_ < limit_; });
+  MutexLock lock(&mutex_);
+  while (!closed_ && !stopped_ && expected_.size() + unwritten_ >= limit_) changed_.Wait(&mutex_);
   return !closed_ && !stopped_;
 }
 
 void AckWindow::Expect(uint64_t sequence, std::string reason) {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   expected_.push_back({sequence, std::move(reason)});
 }
 
 void AckWindow::Withdraw(uint64_t sequence) {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   // It may be gone: acknowledged on behalf of an earlier stream that had sent it too.
   if (!expected_.empty() && expected_.back().sequence == sequence) expected_.pop_back();
-  changed_.notify_all();
+  changed_.SignalAll();
 }
 
 void AckWindow::EndScans() {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   ended_ = true;
-  changed_.notify_all();
+  changed_.SignalAll();
 }
 
 bool AckWindow::scans_ended() const {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   return ended_;
 }
 
 void AckWindow::Add(ScanAck ack) {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   if (closed_) return;
   const auto found = std::find_if(expected_.begin(), expected_.end(), [&](const Expected& scan) {
     return scan.sequence == ack.sequence;
@@ -51,7 +50,7 @@ void AckWindow::Add(ScanAck ack) {
     acks_.push_back(std::move(ack));
     ++unwritten_;
   }
-  changed_.notify_all();
+  changed_.SignalAll();
 }
 
 void AckWindow::AddDurable(uint64_t durable_sequence) {
@@ -61,29 +60,29 @@ void AckWindow::AddDurable(uint64_t durable_sequence) {
 }
 
 std::optional<ScanAck> AckWindow::Next() {
-  std::unique_lock lock(mutex_);
-  changed_.wait(lock, [this] {
-    return closed_ || !acks_.empty() || ((ended_ || stopped_) && expected_.empty());
-  });
+  MutexLock lock(&mutex_);
+  while (!closed_ && acks_.empty() && !((ended_ || stopped_) && expected_.empty())) {
+    changed_.Wait(&mutex_);
+  }
   if (closed_ || acks_.empty()) return std::nullopt;
   std::optional<ScanAck> ack(std::move(acks_.front()));
   acks_.pop_front();
   if (ack->sequence != 0) --unwritten_;
-  changed_.notify_all();
+  changed_.SignalAll();
   return ack;
 }
 
 void AckWindow::Stop() {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   stopped_ = true;
-  changed_.notify_all();
+  changed_.SignalAll();
 }
 
 void AckWindow::Close() {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   closed_ = true;
   acks_.clear();
-  changed_.notify_all();
+  changed_.SignalAll();
 }
 
 }  // namespace isthmus::rpc

@@ -6,14 +6,13 @@
 // its scans have no acknowledgement written yet.
 #pragma once
 
-#include <condition_variable>
 #include <cstddef>
 #include <cstdint>
 #include <deque>
-#include <mutex>
 #include <optional>
 #include <string>
 
+#include "core/mutex.h"
 #include "core/scan_upload.h"
 
 namespace isthmus::rpc {
@@ -51,17 +50,17 @@ class AckWindow {
     std::string reason;
   };
 
-  void AddDurable(uint64_t durable_sequence);  // mutex_ is held.
+  void AddDurable(uint64_t durable_sequence) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   const size_t limit_;
-  mutable std::mutex mutex_;
-  std::condition_variable changed_;
-  std::deque<Expected> expected_;  // Guarded by mutex_, as is all below.
-  std::deque<ScanAck> acks_;
-  size_t unwritten_ = 0;  // Of scans, in acks_.
-  bool stopped_ = false;
-  bool ended_ = false;
-  bool closed_ = false;
+  mutable Mutex mutex_;
+  CondVar changed_;
+  std::deque<Expected> expected_ ABSL_GUARDED_BY(mutex_);
+  std::deque<ScanAck> acks_ ABSL_GUARDED_BY(mutex_);
+  size_t unwritten_ ABSL_GUARDED_BY(mutex_) = 0;  // Of scans, in acks_.
+  bool stopped_ ABSL_GUARDED_BY(mutex_) = false;
+  bool ended_ ABSL_GUARDED_BY(mutex_) = false;
+  bool closed_ ABSL_GUARDED_BY(mutex_) = false;
 };
 
 }  // namespace isthmus::rpc

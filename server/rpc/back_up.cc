@@ -1,5 +1,7 @@
 #include "server/rpc/back_up.h"
 
+#include <absl/cleanup/cleanup.h>
+
 #include <string>
 #include <utility>
 
@@ -21,13 +23,13 @@ void SetContents(const BackupContents& contents, v1::BackupContents* message) {
 
 }  // namespace
 
-absl::Status BackUp(server::Pipeline& pipeline, const BackupSource& source, std::mutex& busy,
+absl::Status BackUp(server::Pipeline& pipeline, const BackupSource& source, std::atomic<bool>& busy,
                     const v1::BackUpRequest&, const Emit<v1::BackUpResponse>& emit) {
   if (!source) return absl::UnimplementedError("this server stores nothing that could be kept");
-  const std::unique_lock under_way(busy, std::try_to_lock);
-  if (!under_way) {
+  if (busy.exchange(true)) {
     return absl::ResourceExhaustedError("another backup is under way; try again when it is done");
   }
+  const absl::Cleanup done = [&busy] { busy = false; };
   const int64_t revision = pipeline.GetMapInfo().revision;
   BackupContents contents;
   // The last response says what is in the backup, too.

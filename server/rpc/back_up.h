@@ -3,7 +3,7 @@
 
 #include <absl/status/status.h>
 
-#include <mutex>
+#include <atomic>
 
 #include "isthmus/v1/admin_service.pb.h"
 #include "server/pipeline.h"
@@ -12,8 +12,8 @@
 
 namespace isthmus::rpc {
 
-// `busy` is held while a backup is under way.
-absl::Status BackUp(server::Pipeline& pipeline, const BackupSource& source, std::mutex& busy,
+// `busy` is true while a backup is under way.
+absl::Status BackUp(server::Pipeline& pipeline, const BackupSource& source, std::atomic<bool>& busy,
                     const v1::BackUpRequest& request, const Emit<v1::BackUpResponse>& emit);
 
 }  // namespace isthmus::rpc

@@ -14,7 +14,7 @@ void ScanStreams::Seat::Hang() {
 absl::StatusOr<std::unique_ptr<ScanStreams::Seat>> ScanStreams::Join(const SessionId& session,
                                                                      std::function<void()> cancel) {
   std::unique_ptr<Seat> seat(new Seat(*this, session, window_, std::move(cancel)));
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   if (stopped_) return absl::UnavailableError("the server is shutting down; try again");
   const absl::Status status = pipeline_.SetAckSink(
       session, [window = seat->window_](const ScanAck& ack) { window->Add(ack); });
@@ -26,19 +26,19 @@ absl::StatusOr<std::unique_ptr<ScanStreams::Seat>> ScanStreams::Join(const Sessi
 }
 
 void ScanStreams::Drop(const SessionId& session) {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   const auto found = current_.find(session);
   if (found != current_.end()) found->second->Hang();
 }
 
 void ScanStreams::StopAll() {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   stopped_ = true;
   for (const auto& [session, seat] : current_) seat->window_->Stop();
 }
 
 void ScanStreams::Leave(Seat* seat) {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   const auto found = current_.find(seat->session_);
   if (found == current_.end() || found->second != seat) return;  // A newer stream took over.
   current_.erase(found);

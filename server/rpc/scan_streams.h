@@ -7,9 +7,9 @@
 #include <functional>
 #include <map>
 #include <memory>
-#include <mutex>
 
 #include "core/ids.h"
+#include "core/mutex.h"
 #include "server/pipeline.h"
 #include "server/rpc/ack_window.h"
 
@@ -61,9 +61,9 @@ class ScanStreams {
 
   server::Pipeline& pipeline_;
   const size_t window_;
-  std::mutex mutex_;
-  std::map<SessionId, Seat*> current_;  // Guarded by mutex_, as is all below.
-  bool stopped_ = false;
+  Mutex mutex_;
+  std::map<SessionId, Seat*> current_ ABSL_GUARDED_BY(mutex_);
+  bool stopped_ ABSL_GUARDED_BY(mutex_) = false;
 };
 
 }  // namespace isthmus::rpc

@@ -7,7 +7,6 @@
 #include <grpcpp/resource_quota.h>
 
 #include <atomic>
-#include <mutex>
 #include <utility>
 
 #include "server/rpc/services.h"
@@ -17,11 +16,11 @@ namespace {
 
 // Reflection and health are switched on for every server of the process, before the first is built.
 void EnablePlugins() {
-  static std::once_flag once;
-  std::call_once(once, [] {
+  [[maybe_unused]] static const bool enabled = [] {
     grpc::EnableDefaultHealthCheckService(true);
     grpc::reflection::InitProtoReflectionServerBuilderPlugin();
-  });
+    return true;
+  }();
 }
 
 std::string WithPort(const std::string& listen, int port) {

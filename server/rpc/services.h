@@ -4,7 +4,7 @@
 #include <absl/status/status.h>
 #include <grpcpp/support/status.h>
 
-#include <mutex>
+#include <atomic>
 
 #include "isthmus/v1/admin_service.grpc.pb.h"
 #include "isthmus/v1/graph_service.grpc.pb.h"
@@ -136,7 +136,7 @@ class AdminServiceImpl final : public v1::AdminService::Service {
  private:
   server::Pipeline& pipeline_;
   const ServerOptions options_;
-  std::mutex backing_up_;  // Held while a backup is under way.
+  std::atomic<bool> backing_up_ = false;
 };
 
 }  // namespace isthmus::rpc

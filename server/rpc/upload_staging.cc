@@ -104,7 +104,7 @@ std::string UploadStaging::PathOf(const SubmapId& id) const {
 }
 
 absl::StatusOr<std::unique_ptr<UploadStaging::Part>> UploadStaging::Begin(const UploadKey& key) {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   uint64_t under_way = key.size;
   for (const auto& [id, entry] : entries_) {
     if (id.session == key.id.session && id != key.id) under_way += entry.key.size;
@@ -153,7 +153,7 @@ absl::Status UploadStaging::OpenFile(Part& part) const {
 
 absl::Status UploadStaging::Part::Append(uint64_t offset, const std::string& bytes) {
   {
-    std::lock_guard lock(staging_.mutex_);
+    MutexLock lock(&staging_.mutex_);
     const auto found = staging_.entries_.find(key_.id);
     if (found == staging_.entries_.end() || found->second.turn != turn_) {
       return absl::AbortedError("another call sends this submap");
@@ -181,14 +181,14 @@ UploadStaging::Part::~Part() { staging_.Leave(*this); }
 
 void UploadStaging::Leave(Part& part) {
   if (part.file_ >= 0) close(part.file_);
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   const auto found = entries_.find(part.key_.id);
   if (found == entries_.end() || found->second.turn != part.turn_) return;
   if (folder_.empty()) found->second.data = std::move(part.data_);
 }
 
 uint64_t UploadStaging::Persisted(const UploadKey& key) {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   const auto found = entries_.find(key.id);
   if (found == entries_.end() || found->second.key != key) return 0;
   if (folder_.empty()) return found->second.data.size();
@@ -208,12 +208,12 @@ void UploadStaging::Forget(const SubmapId& id) {
 }
 
 void UploadStaging::Drop(const SubmapId& id) {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   if (entries_.count(id) != 0) Forget(id);
 }
 
 void UploadStaging::DropSession(const SessionId& session) {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   std::vector<SubmapId> ids;
   for (const auto& [id, entry] : entries_) {
     if (id.session == session) ids.push_back(id);

@@ -8,10 +8,10 @@
 #include <cstdint>
 #include <map>
 #include <memory>
-#include <mutex>
 #include <string>
 
 #include "core/ids.h"
+#include "core/mutex.h"
 #include "core/submap.h"
 
 namespace isthmus::rpc {
@@ -75,14 +75,14 @@ class UploadStaging {
   std::string PathOf(const SubmapId& id) const;
   absl::Status OpenFile(Part& part) const;
   void Leave(Part& part);
-  void Forget(const SubmapId& id);  // With mutex_ held.
-  void Load();
+  void Forget(const SubmapId& id) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void Load() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   const std::string folder_;
   const uint64_t max_bytes_;
-  std::mutex mutex_;
-  std::map<SubmapId, Entry> entries_;  // Guarded by mutex_.
-  uint64_t turns_ = 0;                 // Likewise.
+  Mutex mutex_;
+  std::map<SubmapId, Entry> entries_ ABSL_GUARDED_BY(mutex_);
+  uint64_t turns_ ABSL_GUARDED_BY(mutex_) = 0;
 };
 
 }  // namespace isthmus::rpc

@@ -61,7 +61,7 @@ class ScanArchive::Session {
       : folder_(std::move(folder)), options_(options), bytes_(BytesOf(folder_)) {}
 
   absl::Status Append(const std::string& record) {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     if (absl::Status status = Prepare(record.size()); !status.ok()) return status;
     if (absl::Status status = file_->Append(record); !status.ok()) return status;
     bytes_ += record.size();
@@ -69,19 +69,19 @@ class ScanArchive::Session {
   }
 
   absl::Status Sync() {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     return SyncLocked();
   }
 
   absl::Status Finish() {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     absl::Status status = SyncLocked();
     if (status.ok()) file_ = nullptr;
     return status;
   }
 
   absl::Status Remove() {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     file_ = nullptr;
     std::error_code error;
     fs::remove_all(folder_, error);
@@ -92,7 +92,7 @@ class ScanArchive::Session {
   }
 
   absl::StatusOr<uint64_t> RemoveOldestSegment() {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     const std::vector<int> numbers = ListSegments(folder_);
     if (numbers.empty()) return 0;
     if (numbers.size() == 1) file_ = nullptr;  // It is the one that grows.
@@ -110,7 +110,7 @@ class ScanArchive::Session {
  private:
   std::string PathOf(int number) const { return absl::StrCat(folder_, "/", SegmentName(number)); }
 
-  absl::Status SyncLocked() {
+  absl::Status SyncLocked() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
     if (!lost_.ok()) return lost_;
     if (file_ == nullptr) return absl::OkStatus();
     if (file_->is_suspect()) return Rescue();
@@ -118,7 +118,7 @@ class ScanArchive::Session {
   }
 
   // There is a file that takes `size` more bytes.
-  absl::Status Prepare(uint64_t size) {
+  absl::Status Prepare(uint64_t size) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
     if (file_ == nullptr) {
       if (absl::Status status = GoOn(); !status.ok()) return status;
     }
@@ -134,7 +134,7 @@ class ScanArchive::Session {
   }
 
   // Opens the last segment, if there is one, and cuts off what was not finished.
-  absl::Status GoOn() {
+  absl::Status GoOn() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
     if (absl::Status status = MakeFolder(folder_, options_.sync); !status.ok()) return status;
     const std::vector<int> numbers = ListSegments(folder_);
     number_ = numbers.empty() ? 0 : numbers.back();
@@ -154,7 +154,7 @@ class ScanArchive::Session {
     return absl::OkStatus();
   }
 
-  absl::Status StartSegment() {
+  absl::Status StartSegment() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
     auto file = io::AppendFile::Open(PathOf(number_ + 1));
     if (!file.ok()) return file.status();
     // A start that failed before may have left something.
@@ -170,7 +170,7 @@ class ScanArchive::Session {
 
   // After a sync that failed, the next one may say OK of data that the system has dropped. So what
   // was not synced is read back and, if it is still whole, written anew to another segment.
-  absl::Status Rescue() {
+  absl::Status Rescue() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
     const std::shared_ptr<io::AppendFile> old = file_;
     const uint64_t from = std::max(old->synced_size(), kSegmentHeadSize);
     absl::StatusOr<std::string> bytes = old->Read(from, old->size() - from);
@@ -205,11 +205,11 @@ class ScanArchive::Session {
   const std::string folder_;
   const ScanArchiveOptions& options_;
   std::atomic<uint64_t> bytes_;  // To be read while the disk is at work; changed under mutex_.
-  std::mutex mutex_;
-  // Guarded by mutex_.
-  int number_ = 0;                        // Of the segment that grows.
-  std::shared_ptr<io::AppendFile> file_;  // Null before the first scan and once finished.
-  absl::Status lost_;                     // What Sync says for good.
+  Mutex mutex_;
+  int number_ ABSL_GUARDED_BY(mutex_) = 0;  // Of the segment that grows.
+  // Null before the first scan and once finished.
+  std::shared_ptr<io::AppendFile> file_ ABSL_GUARDED_BY(mutex_);
+  absl::Status lost_ ABSL_GUARDED_BY(mutex_);  // What Sync says for good.
 };
 
 absl::StatusOr<std::unique_ptr<ScanArchive>> ScanArchive::Open(const std::string& directory,
@@ -228,7 +228,7 @@ ScanArchive::ScanArchive(std::string folder, const ScanArchiveOptions& options)
 ScanArchive::~ScanArchive() = default;
 
 std::shared_ptr<ScanArchive::Session> ScanArchive::Find(const SessionId& session) {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   std::shared_ptr<Session>& found = sessions_[session];
   if (found == nullptr) {
     found = std::make_shared<Session>(absl::StrCat(folder_, "/", session.value()), options_);
@@ -264,13 +264,13 @@ absl::StatusOr<uint64_t> ScanArchive::RemoveOldestSegment(const SessionId& sessi
 }
 
 uint64_t ScanArchive::Bytes(const SessionId& session) const {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   const auto found = sessions_.find(session);
   return found == sessions_.end() ? 0 : found->second->bytes();
 }
 
 std::map<SessionId, uint64_t> ScanArchive::ListBytes() const {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   std::map<SessionId, uint64_t> list;
   for (const auto& [session, files] : sessions_) {
     if (const uint64_t bytes = files->bytes(); bytes > 0) list[session] = bytes;

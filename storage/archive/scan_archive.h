@@ -7,12 +7,12 @@
 #include <cstdint>
 #include <map>
 #include <memory>
-#include <mutex>
 #include <string>
 #include <vector>
 
 #include "core/ids.h"
 #include "core/io/append_file.h"
+#include "core/mutex.h"
 #include "core/scan_upload.h"
 
 namespace isthmus::storage {
@@ -72,8 +72,8 @@ class ScanArchive {
 
   const std::string folder_;
   const ScanArchiveOptions options_;
-  mutable std::mutex mutex_;
-  std::map<SessionId, std::shared_ptr<Session>> sessions_;  // Guarded by mutex_.
+  mutable Mutex mutex_;
+  std::map<SessionId, std::shared_ptr<Session>> sessions_ ABSL_GUARDED_BY(mutex_);
 };
 
 }  // namespace isthmus::storage

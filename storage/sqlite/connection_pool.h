@@ -1,12 +1,11 @@
 // Connections for reading, lent one at a time.
 #pragma once
 
-#include <condition_variable>
 #include <memory>
-#include <mutex>
 #include <utility>
 #include <vector>
 
+#include "core/mutex.h"
 #include "storage/sqlite/sqlite.h"
 
 namespace isthmus::storage {
@@ -34,8 +33,8 @@ class ConnectionPool {
 
   // Waits while all are lent.
   Lease Borrow() {
-    std::unique_lock lock(mutex_);
-    returned_.wait(lock, [this] { return !free_.empty(); });
+    MutexLock lock(&mutex_);
+    while (free_.empty()) returned_.Wait(&mutex_);
     std::unique_ptr<Connection> connection = std::move(free_.back());
     free_.pop_back();
     return Lease(*this, std::move(connection));
@@ -43,14 +42,14 @@ class ConnectionPool {
 
  private:
   void Return(std::unique_ptr<Connection> connection) {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     free_.push_back(std::move(connection));
-    returned_.notify_one();
+    returned_.Signal();
   }
 
-  std::mutex mutex_;
-  std::condition_variable returned_;
-  std::vector<std::unique_ptr<Connection>> free_;  // Guarded by mutex_.
+  Mutex mutex_;
+  CondVar returned_;
+  std::vector<std::unique_ptr<Connection>> free_ ABSL_GUARDED_BY(mutex_);
 };
 
 }  // namespace isthmus::storage

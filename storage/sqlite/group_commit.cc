@@ -10,29 +10,29 @@ constexpr size_t kMaxGroup = 64;
 
 absl::Status GroupCommit::Run(const Work& work) {
   Request request(work);
-  std::unique_lock lock(mutex_);
-  waiting_.push_back(&request);
-  changed_.wait(lock, [&] { return request.is_done || !is_led_; });
-  if (request.is_done) return request.status;
-  is_led_ = true;
-  lock.unlock();
+  {
+    MutexLock lock(&mutex_);
+    waiting_.push_back(&request);
+    while (!request.is_done && is_led_) changed_.Wait(&mutex_);
+    if (request.is_done) return request.status;
+    is_led_ = true;
+  }
   Group group;  // Begins with the oldest that waits, which need not be this thread's.
   while (!request.is_done) {
     group.clear();
     if (!CommitTogether(group)) {
       for (Request* lost : group) CommitAlone(*lost);
     }
-    lock.lock();
+    MutexLock lock(&mutex_);
     for (Request* settled : group) settled->is_done = true;
-    changed_.notify_all();
+    changed_.SignalAll();
     if (request.is_done) is_led_ = false;
-    lock.unlock();
   }
   return request.status;
 }
 
 GroupCommit::Request* GroupCommit::Next(size_t size) {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   if (waiting_.empty() || size >= kMaxGroup) return nullptr;
   Request* request = waiting_.front();
   waiting_.pop_front();

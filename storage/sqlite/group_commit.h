@@ -3,12 +3,11 @@
 
 #include <absl/status/status.h>
 
-#include <condition_variable>
 #include <deque>
 #include <functional>
 #include <memory>
-#include <mutex>
 
+#include "core/mutex.h"
 #include "storage/sqlite/sqlite.h"
 
 namespace isthmus::storage {
@@ -46,10 +45,10 @@ class GroupCommit {
   void CommitAlone(Request& request);
 
   const std::unique_ptr<Connection> writer_;  // What it points to is the leader's.
-  std::mutex mutex_;
-  std::condition_variable changed_;
-  Group waiting_;        // Guarded by mutex_, as is:
-  bool is_led_ = false;  // Somebody is writing.
+  Mutex mutex_;
+  CondVar changed_;
+  Group waiting_ ABSL_GUARDED_BY(mutex_);
+  bool is_led_ ABSL_GUARDED_BY(mutex_) = false;  // Somebody is writing.
 };
 
 }  // namespace isthmus::storage

@@ -105,94 +105,96 @@ class FaultyStore : public MapStore {
 }  // namespace
 
 void Faults::SetDiskFull(bool is_full) {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   is_full_ = is_full;
 }
 
 void Faults::FailWrites(int count, const absl::Status& status) {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   fail_count_ = count;
   fail_status_ = status;
 }
 
 void Faults::SetFailureRate(double probability) {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   failure_rate_ = probability;
 }
 
 void Faults::Damage(const SubmapId& submap) {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   damaged_.insert(submap);
 }
 
 void Faults::Damage(const SessionId& session) {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   damaged_checkpoints_.insert(session);
 }
 
 bool Faults::IsDamaged(const SessionId& session) const {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   return damaged_checkpoints_.count(session) > 0;
 }
 
 void Faults::FailReads(const absl::Status& status) {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   read_status_ = status;
 }
 
 void Faults::SetSlowest(std::chrono::microseconds slowest) {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   slowest_ = slowest;
 }
 
 void Faults::Stall() {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   is_stalled_ = true;
 }
 
 void Faults::Resume() {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   is_stalled_ = false;
-  resumed_.notify_all();
+  resumed_.SignalAll();
 }
 
 int64_t Faults::writes() const {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   return writes_;
 }
 
 int64_t Faults::failed_writes() const {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   return failed_writes_;
 }
 
 absl::Status Faults::BeforeWrite() {
-  std::unique_lock lock(mutex_);
-  ++writes_;
-  resumed_.wait(lock, [this] { return !is_stalled_; });
-  // Drawn in any case, so that the moments do not hang on what else is asked for.
-  std::uniform_real_distribution<double> share(0, 1);
-  const std::chrono::duration<double, std::micro> delay = share(random_) * slowest_;
+  std::chrono::duration<double, std::micro> delay(0);
   absl::Status status;
-  if (share(random_) < failure_rate_) status = absl::UnavailableError("the disk did not answer");
-  if (is_full_) status = absl::ResourceExhaustedError("the disk is full; free some space on it");
-  if (fail_count_ > 0) {
-    --fail_count_;
-    status = fail_status_;
+  {
+    MutexLock lock(&mutex_);
+    ++writes_;
+    while (is_stalled_) resumed_.Wait(&mutex_);
+    // Drawn in any case, so that the moments do not hang on what else is asked for.
+    std::uniform_real_distribution<double> share(0, 1);
+    delay = share(random_) * slowest_;
+    if (share(random_) < failure_rate_) status = absl::UnavailableError("the disk did not answer");
+    if (is_full_) status = absl::ResourceExhaustedError("the disk is full; free some space on it");
+    if (fail_count_ > 0) {
+      --fail_count_;
+      status = fail_status_;
+    }
+    failed_writes_ += status.ok() ? 0 : 1;
   }
-  failed_writes_ += status.ok() ? 0 : 1;
-  lock.unlock();
   if (delay.count() > 0) std::this_thread::sleep_for(delay);
   return status;
 }
 
 absl::Status Faults::BeforeRead() const {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   return read_status_;
 }
 
 absl::Status Faults::BeforeReading(const SubmapId& submap) const {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   if (damaged_.count(submap) == 0) return read_status_;
   return absl::DataLossError(
       absl::StrCat("submap ", ToString(submap), " is damaged: its checksum is wrong"));

@@ -2,13 +2,12 @@
 #pragma once
 
 #include <chrono>
-#include <condition_variable>
 #include <cstdint>
 #include <memory>
-#include <mutex>
 #include <random>
 #include <set>
 
+#include "core/mutex.h"
 #include "storage/map_store.h"
 
 namespace isthmus::storage {
@@ -47,21 +46,20 @@ class Faults {
   bool IsDamaged(const SessionId& session) const;
 
  private:
-  mutable std::mutex mutex_;
-  std::condition_variable resumed_;
-  // All guarded by mutex_.
-  std::mt19937 random_;
-  bool is_full_ = false;
-  bool is_stalled_ = false;
-  int fail_count_ = 0;
-  absl::Status fail_status_;
-  absl::Status read_status_;
-  double failure_rate_ = 0;
-  std::chrono::microseconds slowest_{0};
-  std::set<SubmapId> damaged_;
-  std::set<SessionId> damaged_checkpoints_;
-  int64_t writes_ = 0;
-  int64_t failed_writes_ = 0;
+  mutable Mutex mutex_;
+  CondVar resumed_;
+  std::mt19937 random_ ABSL_GUARDED_BY(mutex_);
+  bool is_full_ ABSL_GUARDED_BY(mutex_) = false;
+  bool is_stalled_ ABSL_GUARDED_BY(mutex_) = false;
+  int fail_count_ ABSL_GUARDED_BY(mutex_) = 0;
+  absl::Status fail_status_ ABSL_GUARDED_BY(mutex_);
+  absl::Status read_status_ ABSL_GUARDED_BY(mutex_);
+  double failure_rate_ ABSL_GUARDED_BY(mutex_) = 0;
+  std::chrono::microseconds slowest_ ABSL_GUARDED_BY(mutex_){0};
+  std::set<SubmapId> damaged_ ABSL_GUARDED_BY(mutex_);
+  std::set<SessionId> damaged_checkpoints_ ABSL_GUARDED_BY(mutex_);
+  int64_t writes_ ABSL_GUARDED_BY(mutex_) = 0;
+  int64_t failed_writes_ ABSL_GUARDED_BY(mutex_) = 0;
 };
 
 // All of MapStore's promises, but for what `faults` spoil.

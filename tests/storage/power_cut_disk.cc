@@ -134,63 +134,63 @@ PowerCutDisk::~PowerCutDisk() {
 }
 
 void PowerCutDisk::CutAfter(int64_t operations) {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   operations_left_ = operations;
 }
 
 bool PowerCutDisk::is_off() const {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   return is_off_;
 }
 
 void PowerCutDisk::Forget() {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   files_.clear();
 }
 
 int64_t PowerCutDisk::lost_writes() const {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   return lost_writes_;
 }
 
 bool PowerCutDisk::TryOperation() {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   if (operations_left_ == 0) is_off_ = true;
   if (operations_left_ > 0) --operations_left_;
   return !is_off_;
 }
 
 void PowerCutDisk::Open(const std::string& path) {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   if (files_.count(path) > 0) return;
   const auto bytes = io::ReadFile(path);
   files_[path].synced = bytes.ok() ? *bytes : std::string();
 }
 
 void PowerCutDisk::Write(const std::string& path, const char* data, size_t size, int64_t offset) {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   files_[path].pending.push_back({false, offset, std::string(data, size)});
 }
 
 void PowerCutDisk::Truncate(const std::string& path, int64_t size) {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   files_[path].pending.push_back({true, size, {}});
 }
 
 void PowerCutDisk::Sync(const std::string& path) {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   File& file = files_[path];
   for (const Change& change : file.pending) Apply(change, file.synced);
   file.pending.clear();
 }
 
 void PowerCutDisk::Delete(const std::string& path) {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   files_.erase(path);
 }
 
 void PowerCutDisk::Restore() {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   for (auto& [path, file] : files_) {
     for (const Change& change : file.pending) Survive(change, file);
     file.pending.clear();

@@ -3,10 +3,11 @@
 
 #include <cstdint>
 #include <map>
-#include <mutex>
 #include <random>
 #include <string>
 #include <vector>
+
+#include "core/mutex.h"
 
 namespace isthmus::storage {
 
@@ -53,17 +54,16 @@ class PowerCutDisk {
     std::string synced;
     std::vector<Change> pending;
   };
-  // For these, mutex_ is held.
-  bool Coin() { return random_() % 2 == 0; }
-  void Survive(const Change& change, File& file);
+  bool Coin() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return random_() % 2 == 0; }
+  void Survive(const Change& change, File& file) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   static void Apply(const Change& change, std::string& bytes);
 
-  mutable std::mutex mutex_;
-  std::mt19937 random_;
-  std::map<std::string, File> files_;  // By path.
-  int64_t operations_left_ = -1;       // Negative: no end.
-  bool is_off_ = false;
-  int64_t lost_writes_ = 0;
+  mutable Mutex mutex_;
+  std::mt19937 random_ ABSL_GUARDED_BY(mutex_);
+  std::map<std::string, File> files_ ABSL_GUARDED_BY(mutex_);  // By path.
+  int64_t operations_left_ ABSL_GUARDED_BY(mutex_) = -1;       // Negative: no end.
+  bool is_off_ ABSL_GUARDED_BY(mutex_) = false;
+  int64_t lost_writes_ ABSL_GUARDED_BY(mutex_) = 0;
 };
 
 }  // namespace isthmus::storage

@@ -138,12 +138,12 @@ size_t PreparedMap::bytes() const {
 }
 
 double PreparedMap::prepare_ms() const {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   return prepare_ms_;
 }
 
 const PreparedMap::Whole& PreparedMap::whole() const {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   if (whole_) return *whole_;
   const Stopwatch watch;
   RefineOptions options;

@@ -4,10 +4,10 @@
 #include <cstddef>
 #include <functional>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <vector>
 
+#include "core/mutex.h"
 #include "core/submap.h"
 #include "server/matching/prepared/free_space.h"
 #include "server/matching/prepared/prepared_submap.h"
@@ -82,10 +82,10 @@ class PreparedMap {
   FreeSpaceMap free_space_;
   std::vector<Place> places_;
   std::vector<size_t> first_places_;  // By submap.
-  size_t levelled_ = 0;       // Submaps when level and free space were last made from scratch.
-  mutable std::mutex mutex_;  // Of what follows.
-  mutable std::optional<Whole> whole_;
-  mutable double prepare_ms_ = 0;
+  size_t levelled_ = 0;  // Submaps when level and free space were last made from scratch.
+  mutable Mutex mutex_;
+  mutable std::optional<Whole> whole_ ABSL_GUARDED_BY(mutex_);  // Stays as it is once it is there.
+  mutable double prepare_ms_ ABSL_GUARDED_BY(mutex_) = 0;
 };
 
 }  // namespace isthmus::matching

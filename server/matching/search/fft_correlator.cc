@@ -5,16 +5,14 @@
 #include <algorithm>
 #include <array>
 #include <complex>
-#include <mutex>
+
+#include "core/mutex.h"
 
 namespace isthmus::matching {
 namespace {
 
 // FFTW's planner is the one part of it that threads must not share.
-std::mutex& PlannerMutex() {
-  static std::mutex mutex;
-  return mutex;
-}
+Mutex planner_mutex;
 
 // The next even number with no prime factor above 7, where FFTW is fast.
 int FastSize(int least) {
@@ -74,7 +72,7 @@ FftCorrelator::FftCorrelator(const BirdsEyeImage& reference, int moved_size)
   b.product = MakeComplex(b.bins);
   b.scores = MakeReal(b.size());
   {
-    std::lock_guard lock(PlannerMutex());
+    MutexLock lock(&planner_mutex);
     b.forward = fftwf_plan_dft_r2c_2d(b.rows, b.width, b.scores.get(), Fftw(b.spectrum),
                                       FFTW_ESTIMATE | FFTW_PRESERVE_INPUT);
     b.backward =
@@ -93,7 +91,7 @@ FftCorrelator::FftCorrelator(const BirdsEyeImage& reference, int moved_size)
 }
 
 FftCorrelator::~FftCorrelator() {
-  std::lock_guard lock(PlannerMutex());
+  MutexLock lock(&planner_mutex);
   fftwf_destroy_plan(buffers_->forward);
   fftwf_destroy_plan(buffers_->backward);
 }

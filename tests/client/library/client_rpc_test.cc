@@ -3,11 +3,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <mutex>
 #include <thread>
 
 #include "client/library/client.h"
 #include "core/codec/payload_builder.h"
+#include "core/mutex.h"
 #include "server/rpc/server.h"
 #include "tests/client/library/poses.h"
 #include "tests/server/rpc/fake_pipeline.h"
@@ -23,7 +23,7 @@ class ClientRpcTest : public testing::Test {
     StartServer();
     ClientOptions options;
     options.address = server_->address();
-    options.sleep = [this](double) { std::lock_guard wait_for_restart(restarting_); };
+    options.sleep = [this](double) { MutexLock wait_for_restart(&restarting_); };
     auto client = Client::Connect(options);
     ASSERT_TRUE(client.ok()) << client.status();
     client_ = *std::move(client);
@@ -39,7 +39,7 @@ class ClientRpcTest : public testing::Test {
   }
 
   rpc::FakePipeline pipeline_;
-  std::mutex restarting_;  // Held while there is no server.
+  Mutex restarting_;  // Held while there is no server.
   int port_ = 0;
   std::unique_ptr<rpc::RpcServer> server_;
   std::unique_ptr<Client> client_;
@@ -98,7 +98,7 @@ TEST_F(ClientRpcTest, ARestartOfTheServerLosesAndDoublesNothing) {
   for (int i = 1; i <= 8; ++i) ASSERT_TRUE((*stream)->Push(i, payload).ok());
   pipeline_.WaitForQueued(8);
   {
-    std::lock_guard restarting(restarting_);
+    MutexLock restarting(&restarting_);
     std::thread shutdown([this] { server_->Shutdown(std::chrono::milliseconds(0)); });
     pipeline_.Release();  // Some acknowledgements get through, others do not.
     shutdown.join();

@@ -8,13 +8,12 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
-#include <condition_variable>
 #include <map>
 #include <memory>
-#include <mutex>
 #include <string>
 #include <vector>
 
+#include "core/mutex.h"
 #include "isthmus/v1/session_service.grpc.pb.h"
 
 namespace isthmus::client {
@@ -57,24 +56,24 @@ class DurableServer final : public v1::SessionService::Service {
   // As after kill -9: what was not durable never happened.
   void Crash() {
     Stop();
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     for (auto& [id, session] : sessions_) session.scans.resize(session.durable);
   }
 
   std::map<std::string, FakeSession> sessions() {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     return sessions_;
   }
   template <typename Change>
   void Edit(const Change& change) {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     change(sessions_);
-    changed_.notify_all();
+    changed_.SignalAll();
   }
   template <typename Condition>
   void WaitFor(const Condition& condition) {
-    std::unique_lock lock(mutex_);
-    changed_.wait(lock, [&] { return condition(sessions_); });
+    MutexLock lock(&mutex_);
+    while (!condition(sessions_)) changed_.Wait(&mutex_);
   }
   void WaitForScans(const std::string& id, size_t count) {
     WaitFor([&](auto& sessions) {
@@ -84,14 +83,14 @@ class DurableServer final : public v1::SessionService::Service {
 
   grpc::Status CreateSession(grpc::ServerContext*, const v1::CreateSessionRequest* request,
                              v1::Session* session) override {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     ++creations;
     for (auto& [id, known] : sessions_) {
       if (known.request.request_id() == request->request_id()) return Tell(id, session);
     }
     const std::string id = request->robot() + "-" + std::to_string(sessions_.size() + 1);
     sessions_[id].request = *request;
-    changed_.notify_all();
+    changed_.SignalAll();
     if (lost_creations > 0 && lost_creations-- > 0) {
       return {grpc::StatusCode::UNAVAILABLE, "the answer was lost"};
     }
@@ -100,13 +99,13 @@ class DurableServer final : public v1::SessionService::Service {
 
   grpc::Status GetSession(grpc::ServerContext*, const v1::GetSessionRequest* request,
                           v1::Session* session) override {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     return Tell(request->session(), session);
   }
 
   grpc::Status FinishSession(grpc::ServerContext*, const v1::FinishSessionRequest* request,
                              v1::Session* session) override {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     FakeSession& known = sessions_[request->session()];
     if (crashes_at_finish > 0 && crashes_at_finish-- > 0) known.scans.resize(known.durable);
     if (known.scans.size() < request->last_sequence()) {
@@ -114,7 +113,7 @@ class DurableServer final : public v1::SessionService::Service {
     }
     known.durable = known.scans.size();
     known.finished = true;
-    changed_.notify_all();
+    changed_.SignalAll();
     return Tell(request->session(), session);
   }
 
@@ -122,9 +121,9 @@ class DurableServer final : public v1::SessionService::Service {
       grpc::ServerContext* context,
       grpc::ServerReaderWriter<v1::StreamScansResponse, v1::StreamScansRequest>* stream) override {
     {
-      std::lock_guard lock(mutex_);
+      MutexLock lock(&mutex_);
       ++streams;
-      changed_.notify_all();
+      changed_.SignalAll();
     }
     if (mute_streams > 0 && mute_streams-- > 0) return BeMute(*context, *stream);
     v1::StreamScansRequest request;
@@ -142,7 +141,8 @@ class DurableServer final : public v1::SessionService::Service {
   }
 
  private:
-  grpc::Status Tell(const std::string& id, v1::Session* session) {
+  grpc::Status Tell(const std::string& id, v1::Session* session)
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
     const auto found = sessions_.find(id);
     if (found == sessions_.end()) return {grpc::StatusCode::NOT_FOUND, "no such session"};
     session->set_id(id);
@@ -155,7 +155,7 @@ class DurableServer final : public v1::SessionService::Service {
 
   grpc::Status Take(const std::string& id, const v1::ScanMessage& scan,
                     v1::StreamScansResponse& ack) {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     FakeSession& session = sessions_[id];
     if (session.finished) return {grpc::StatusCode::FAILED_PRECONDITION, "it is finished"};
     const uint64_t last = session.scans.size();
@@ -169,7 +169,7 @@ class DurableServer final : public v1::SessionService::Service {
     session.durable = session.scans.size() / durable_every * durable_every;
     ack.set_sequence(scan.sequence());
     ack.set_durable_sequence(session.durable);
-    changed_.notify_all();
+    changed_.SignalAll();
     return grpc::Status::OK;
   }
 
@@ -179,17 +179,17 @@ class DurableServer final : public v1::SessionService::Service {
     v1::StreamScansRequest request;
     while (stream.Read(&request)) {
       if (!request.has_scan()) continue;
-      std::lock_guard lock(mutex_);
+      MutexLock lock(&mutex_);
       ++muted;
-      changed_.notify_all();
+      changed_.SignalAll();
     }
     return {grpc::StatusCode::UNAVAILABLE, context.IsCancelled() ? "hung up" : "ended"};
   }
 
   int port_ = 0;
-  std::mutex mutex_;
-  std::condition_variable changed_;
-  std::map<std::string, FakeSession> sessions_;  // Guarded by mutex_.
+  Mutex mutex_;
+  CondVar changed_;
+  std::map<std::string, FakeSession> sessions_ ABSL_GUARDED_BY(mutex_);
   std::unique_ptr<grpc::Server> server_;
 };
 

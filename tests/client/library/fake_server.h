@@ -9,11 +9,11 @@
 #include <chrono>
 #include <map>
 #include <memory>
-#include <mutex>
 #include <string>
 #include <vector>
 
 #include "core/io/crc32c.h"
+#include "core/mutex.h"
 #include "isthmus/v1/graph_service.grpc.pb.h"
 #include "isthmus/v1/map_service.grpc.pb.h"
 #include "isthmus/v1/session_service.grpc.pb.h"
@@ -30,7 +30,7 @@ class FakeSessions final : public v1::SessionService::Service {
   std::atomic<int> creations{0}, uploads{0};
 
   std::vector<uint64_t> effects() {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     return effects_;
   }
 
@@ -44,7 +44,7 @@ class FakeSessions final : public v1::SessionService::Service {
   grpc::Status GetSession(grpc::ServerContext*, const v1::GetSessionRequest* request,
                           v1::Session* session) override {
     if (request->session() != "alice-1") return {grpc::StatusCode::NOT_FOUND, "no such session"};
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     session->set_id("alice-1");
     session->set_last_sequence(effects_.empty() ? 0 : effects_.back());
     return grpc::Status::OK;
@@ -90,7 +90,7 @@ class FakeSessions final : public v1::SessionService::Service {
 
  private:
   grpc::Status Take(uint64_t sequence, v1::StreamScansResponse& ack) {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     const uint64_t last = effects_.empty() ? 0 : effects_.back();
     if (sequence > last + 1) return {grpc::StatusCode::OUT_OF_RANGE, "a sequence was left out"};
     ack.set_sequence(sequence);
@@ -101,14 +101,14 @@ class FakeSessions final : public v1::SessionService::Service {
   }
 
   grpc::Status Break() {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     break_after = -1;
     if (forget_from > 0) effects_.resize(forget_from - 1);
     return {grpc::StatusCode::UNAVAILABLE, "broken on purpose"};
   }
 
-  std::mutex mutex_;
-  std::vector<uint64_t> effects_;  // Guarded by mutex_: every scan that took effect, in order.
+  Mutex mutex_;
+  std::vector<uint64_t> effects_ ABSL_GUARDED_BY(mutex_);  // Every scan that took effect, in order.
 };
 
 // A map that can be exported, whole or damaged.

@@ -13,10 +13,11 @@ class ManualWaitClock final : public WaitClock {
   void Advance(double seconds) { now_ = now_ + seconds; }
 
   double Now() const override { return now_; }
-  bool WaitUntil(std::condition_variable& changed, std::unique_lock<std::mutex>& lock,
-                 double deadline, const std::function<bool()>& ready) const override {
+  bool WaitUntil(CondVar* changed, Mutex* mutex, double deadline,
+                 const std::function<bool()>& ready) const
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex) override {
     // Looks every now and then whether it was told.
-    while (!ready() && Now() < deadline) changed.wait_for(lock, std::chrono::milliseconds(1));
+    while (!ready() && Now() < deadline) changed->WaitFor(mutex, std::chrono::milliseconds(1));
     return ready();
   }
 

@@ -6,12 +6,12 @@
 
 #include <map>
 #include <memory>
-#include <mutex>
 #include <string>
 #include <vector>
 
 #include "client/library/client.h"
 #include "core/codec/payload_builder.h"
+#include "core/mutex.h"
 #include "tests/client/library/durable_server.h"
 #include "tests/client/library/manual_wait_clock.h"
 #include "tests/client/library/spool_files.h"
@@ -28,7 +28,7 @@ class SpooledStreamTest : public testing::Test {
     options.require_server = false;
     options.clock = &clock_;
     options.sleep = [this](double seconds) {
-      std::lock_guard lock(mutex_);
+      MutexLock lock(&mutex_);
       waits_.push_back(seconds);
       if (on_wait_) on_wait_();
     };
@@ -36,11 +36,11 @@ class SpooledStreamTest : public testing::Test {
     ASSERT_TRUE(client.ok()) << client.status();
     client_ = *std::move(client);
     options_.on_ack = [this](const ScanAck& ack) {
-      std::lock_guard lock(mutex_);
+      MutexLock lock(&mutex_);
       acks_.push_back(ack);
     };
     options_.on_event = [this](const std::string& event) {
-      std::lock_guard lock(mutex_);
+      MutexLock lock(&mutex_);
       events_.push_back(event);
     };
   }
@@ -83,11 +83,11 @@ class SpooledStreamTest : public testing::Test {
   }
 
   std::vector<ScanAck> acks() {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     return acks_;
   }
   std::string events() {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     std::string all;
     for (const std::string& event : events_) all += event + "\n";
     return all;
@@ -97,11 +97,11 @@ class SpooledStreamTest : public testing::Test {
   ManualWaitClock clock_;
   ScanStreamOptions options_;
   DurableServer server_;
-  std::mutex mutex_;
-  std::vector<double> waits_;  // Guarded by mutex_, as are the next.
-  std::function<void()> on_wait_;
-  std::vector<ScanAck> acks_;
-  std::vector<std::string> events_;
+  Mutex mutex_;
+  std::vector<double> waits_ ABSL_GUARDED_BY(mutex_);
+  std::function<void()> on_wait_ ABSL_GUARDED_BY(mutex_);
+  std::vector<ScanAck> acks_ ABSL_GUARDED_BY(mutex_);
+  std::vector<std::string> events_ ABSL_GUARDED_BY(mutex_);
   uint64_t pushed_ = 0;
   std::unique_ptr<Client> client_;
 };

@@ -81,7 +81,7 @@ TEST_F(SpooledStreamTest, NeverGivesUpAndWaitsLongerEachTimeUpToALimit) {
   server_.Start();
   ASSERT_TRUE(stream->Finish().ok());
   ExpectScans("alice-1", 1, 3);
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   EXPECT_THAT(waits_, Each(Le(1.0)));
   EXPECT_LT(waits_.front(), 0.11);
   EXPECT_GT(waits_[39], 0.6);

@@ -73,18 +73,18 @@ Proxy::~Proxy() {
 std::string Proxy::address() const { return absl::StrCat("127.0.0.1:", port_); }
 
 void Proxy::SetRate(double bytes_per_s) {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   rate_ = bytes_per_s;
   up_ = down_ = 0;
 }
 
 void Proxy::Stall(bool is_stalled) {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   is_stalled_ = is_stalled;
 }
 
 void Proxy::Cut(bool is_cut) {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   is_cut_ = is_cut;
   if (!is_cut) return;
   for (Pair& pair : pairs_) Close(pair, true);
@@ -92,8 +92,8 @@ void Proxy::Cut(bool is_cut) {
 }
 
 int Proxy::Reset(double probability) {
-  std::lock_guard lock(mutex_);
-  return static_cast<int>(pairs_.remove_if([&](Pair& pair) {
+  MutexLock lock(&mutex_);
+  return static_cast<int>(pairs_.remove_if([&](Pair& pair) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
     if (pair.is_forgotten || !std::bernoulli_distribution(probability)(random_)) return false;
     Close(pair, true);
     return true;
@@ -101,7 +101,7 @@ int Proxy::Reset(double probability) {
 }
 
 void Proxy::Forget() {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   for (Pair& pair : pairs_) {
     if (pair.is_forgotten) continue;
     close(pair.up.to);
@@ -170,11 +170,11 @@ void Proxy::Run() {
   while (!stopping_) {
     polled.assign(1, {listener_, POLLIN, 0});
     {
-      std::lock_guard lock(mutex_);
+      MutexLock lock(&mutex_);
       Refill();
       if (!is_stalled_) {
         Accept();
-        pairs_.remove_if([this](Pair& pair) {
+        pairs_.remove_if([this](Pair& pair) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
           if (pair.is_forgotten || (Carry(pair.up, up_) && Carry(pair.down, down_))) return false;
           Close(pair, false);
           return true;

@@ -4,10 +4,11 @@
 #include <atomic>
 #include <cstdint>
 #include <list>
-#include <mutex>
 #include <random>
 #include <string>
 #include <thread>
+
+#include "core/mutex.h"
 
 namespace isthmus::faults {
 
@@ -49,12 +50,12 @@ class Proxy {
   };
 
   void Run();
-  // mutex_ is held for these.
-  void Accept();
-  void Open(int client);
-  bool Carry(Way& way, double& allowance);  // False once the connection is over.
-  void Close(Pair& pair, bool reset);
-  void Refill();
+  void Accept() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void Open(int client) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  // False once the connection is over.
+  bool Carry(Way& way, double& allowance) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void Close(Pair& pair, bool reset) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void Refill() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   const std::string backend_;
   int port_ = 0;  // Before listener_, which finds it.
@@ -62,12 +63,13 @@ class Proxy {
   std::atomic<bool> stopping_ = false;
   std::atomic<int64_t> resets_ = 0, bytes_ = 0;
 
-  mutable std::mutex mutex_;  // Guards all below.
-  std::mt19937_64 random_;
-  std::list<Pair> pairs_;
-  double rate_ = 0, up_ = 0, down_ = 0;  // Bytes a second; that may pass now.
-  double last_s_ = 0;
-  bool is_stalled_ = false, is_cut_ = false;
+  mutable Mutex mutex_;
+  std::mt19937_64 random_ ABSL_GUARDED_BY(mutex_);
+  std::list<Pair> pairs_ ABSL_GUARDED_BY(mutex_);
+  double rate_ ABSL_GUARDED_BY(mutex_) = 0;                                   // Bytes a second.
+  double up_ ABSL_GUARDED_BY(mutex_) = 0, down_ ABSL_GUARDED_BY(mutex_) = 0;  // That may pass now.
+  double last_s_ ABSL_GUARDED_BY(mutex_) = 0;
+  bool is_stalled_ ABSL_GUARDED_BY(mutex_) = false, is_cut_ ABSL_GUARDED_BY(mutex_) = false;
 
   std::thread thread_;
 };

@@ -8,20 +8,23 @@
 namespace isthmus::faults {
 
 void AckCounter::Add() {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   ++count_;
-  changed_.notify_all();
+  changed_.SignalAll();
 }
 
 uint64_t AckCounter::count() const {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   return count_;
 }
 
 bool AckCounter::WaitFor(uint64_t count, double timeout_s) const {
-  std::unique_lock lock(mutex_);
-  return changed_.wait_for(lock, std::chrono::duration<double>(timeout_s),
-                           [&] { return count_ >= count; });
+  MutexLock lock(&mutex_);
+  const double until = NowS() + timeout_s;
+  while (count_ < count && NowS() < until) {
+    changed_.WaitFor(&mutex_, std::chrono::duration<double>(until - NowS()));
+  }
+  return count_ >= count;
 }
 
 double NowS() {
@@ -46,7 +49,7 @@ Robot::Robot(const RobotOptions& options, AckCounter* acks) : options_(options),
   client::ScanStreamOptions stream = options.stream;
   stream.on_ack = [this](const client::ScanAck& ack) {
     {
-      std::lock_guard lock(mutex_);
+      MutexLock lock(&mutex_);
       acks_.push_back(ack);
       acked_s_.push_back(NowS());
     }
@@ -72,7 +75,7 @@ void Robot::Push() {
   for (uint64_t scan = 1; !stopping_ && (options_.scans == 0 || scan <= options_.scans); ++scan) {
     const absl::Status status = stream_->Push(RobotStamp(scan), RobotScan(options_.robot, scan));
     {
-      std::lock_guard lock(mutex_);
+      MutexLock lock(&mutex_);
       result_ = status;
       if (!status.ok()) return;
       pushed_ = scan;
@@ -88,7 +91,7 @@ void Robot::Stop() { stopping_ = true; }
 absl::Status Robot::Finish() {
   if (thread_.joinable()) thread_.join();
   {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     if (!result_.ok()) return result_;
   }
   if (absl::Status status = stream_->Finish(); !status.ok()) return status;
@@ -96,24 +99,24 @@ absl::Status Robot::Finish() {
 }
 
 uint64_t Robot::pushed() const {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   return pushed_;
 }
 
 uint64_t Robot::durable() const { return stream_->stats().durable_sequence; }
 
 std::vector<client::ScanAck> Robot::acks() const {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   return acks_;
 }
 
 std::vector<double> Robot::pushed_s() const {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   return pushed_s_;
 }
 
 std::vector<double> Robot::acked_s() const {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   return acked_s_;
 }
 

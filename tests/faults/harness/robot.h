@@ -4,15 +4,14 @@
 #include <absl/status/status.h>
 
 #include <atomic>
-#include <condition_variable>
 #include <cstdint>
 #include <memory>
-#include <mutex>
 #include <string>
 #include <thread>
 #include <vector>
 
 #include "client/library/client.h"
+#include "core/mutex.h"
 
 namespace isthmus::faults {
 
@@ -25,9 +24,9 @@ class AckCounter {
   bool WaitFor(uint64_t count, double timeout_s) const;
 
  private:
-  mutable std::mutex mutex_;
-  mutable std::condition_variable changed_;
-  uint64_t count_ = 0;  // Guarded by mutex_.
+  mutable Mutex mutex_;
+  mutable CondVar changed_;
+  uint64_t count_ ABSL_GUARDED_BY(mutex_) = 0;
 };
 
 // Of a clock that only goes forward.
@@ -74,11 +73,11 @@ class Robot {
   SessionId session_;
   std::unique_ptr<client::ScanStream> stream_;
   std::atomic<bool> stopping_ = false;
-  mutable std::mutex mutex_;
-  absl::Status result_;  // Guarded by mutex_, as is all below.
-  uint64_t pushed_ = 0;
-  std::vector<client::ScanAck> acks_;
-  std::vector<double> pushed_s_, acked_s_;
+  mutable Mutex mutex_;
+  absl::Status result_ ABSL_GUARDED_BY(mutex_);
+  uint64_t pushed_ ABSL_GUARDED_BY(mutex_) = 0;
+  std::vector<client::ScanAck> acks_ ABSL_GUARDED_BY(mutex_);
+  std::vector<double> pushed_s_ ABSL_GUARDED_BY(mutex_), acked_s_ ABSL_GUARDED_BY(mutex_);
   std::thread thread_;
 };
 

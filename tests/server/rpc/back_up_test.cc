@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <thread>
 #include <vector>
 
@@ -23,7 +24,7 @@ class BackUpTest : public testing::Test {
   }
 
   FakePipeline pipeline_;
-  std::mutex busy_;
+  std::atomic<bool> busy_ = false;
   std::vector<v1::BackUpResponse> responses_;
 };
 

@@ -44,7 +44,7 @@ absl::StatusOr<FakePipeline::Session*> FakePipeline::Find(const SessionId& sessi
 
 absl::StatusOr<server::SessionStatus> FakePipeline::CreateSession(
     const server::SessionRequest& request) {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   if (request.robot.empty()) return absl::InvalidArgumentError("the robot has no name");
   server::SessionStatus status;
   status.record.id = SessionId(absl::StrCat(request.robot.value(), "-", sessions_.size() + 1));
@@ -61,21 +61,21 @@ absl::StatusOr<server::SessionStatus> FakePipeline::CreateSession(
 }
 
 absl::StatusOr<server::SessionStatus> FakePipeline::GetSession(const SessionId& session) {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   const auto found = Find(session);
   if (!found.ok()) return found.status();
   return (*found)->status;
 }
 
 std::vector<server::SessionStatus> FakePipeline::ListSessions() {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   std::vector<server::SessionStatus> list;
   for (const auto& [id, session] : sessions_) list.push_back(session.status);
   return list;
 }
 
 absl::StatusOr<server::SessionStatus> FakePipeline::FinishSession(const SessionId& session) {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   const auto found = Find(session);
   if (!found.ok()) return found.status();
   (*found)->status.record.state = SessionState::kFinished;
@@ -84,17 +84,17 @@ absl::StatusOr<server::SessionStatus> FakePipeline::FinishSession(const SessionI
 }
 
 absl::Status FakePipeline::DeleteSession(const SessionId& session) {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   const auto found = Find(session);
   if (!found.ok()) return found.status();
   sessions_.erase(session);
   std::erase_if(queue_, [&](const Queued& queued) { return queued.session == session; });
-  changed_.notify_all();
+  changed_.SignalAll();
   return absl::OkStatus();
 }
 
 absl::Status FakePipeline::SetAckSink(const SessionId& session, server::AckSink sink) {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   const auto found = Find(session);
   if (!found.ok()) return found.status();
   if (sink && (*found)->status.record.state == SessionState::kFinished) {
@@ -105,8 +105,8 @@ absl::Status FakePipeline::SetAckSink(const SessionId& session, server::AckSink 
 }
 
 absl::Status FakePipeline::SubmitScan(const SessionId& session, server::ScanUpload scan) {
-  std::unique_lock lock(mutex_);
-  changed_.wait(lock, [this] { return capacity_ == 0 || queue_.size() < capacity_; });
+  MutexLock lock(&mutex_);
+  while (capacity_ > 0 && queue_.size() >= capacity_) changed_.Wait(&mutex_);
   const auto found = Find(session);
   if (!found.ok()) return found.status();
   if (scan.sequence > (*found)->last_submitted + 1) {
@@ -117,7 +117,7 @@ absl::Status FakePipeline::SubmitScan(const SessionId& session, server::ScanUplo
   ++submitted_;
   if (capacity_ > 0) {
     queue_.push_back({session, std::move(scan)});
-    changed_.notify_all();
+    changed_.SignalAll();
     return absl::OkStatus();
   }
   const server::ScanAck ack = Handle(**found, scan);
@@ -158,14 +158,14 @@ server::ScanAck FakePipeline::Handle(Session& session, const server::ScanUpload&
 }
 
 absl::StatusOr<SubmapInfo> FakePipeline::AddSubmap(Submap submap) {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   submaps_.push_back(std::move(submap));
   return Summarize(submaps_.back());
 }
 
 absl::StatusOr<std::vector<server::SubmapStatus>> FakePipeline::ListSubmaps(
     const std::optional<RobotId>& robot) {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   std::vector<server::SubmapStatus> list;
   for (const Submap& submap : submaps_) {
     if (robot && submap.robot != *robot) continue;
@@ -204,12 +204,12 @@ absl::Status FakePipeline::ExportMap(server::ExportFormat format, const Region& 
 }
 
 void FakePipeline::Hold(size_t capacity) {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   capacity_ = capacity;
 }
 
 void FakePipeline::Release() {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   capacity_ = 0;
   for (const Queued& queued : queue_) {
     Session& session = sessions_.at(queued.session);
@@ -217,21 +217,21 @@ void FakePipeline::Release() {
     if (session.sink) session.sink(ack);
   }
   queue_.clear();
-  changed_.notify_all();
+  changed_.SignalAll();
 }
 
 size_t FakePipeline::Waiting() {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   return queue_.size();
 }
 
 void FakePipeline::WaitForQueued(size_t scans) {
-  std::unique_lock lock(mutex_);
-  changed_.wait(lock, [&] { return queue_.size() >= scans; });
+  MutexLock lock(&mutex_);
+  while (queue_.size() < scans) changed_.Wait(&mutex_);
 }
 
 void FakePipeline::MakeDurable(const SessionId& session, uint64_t sequence) {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   Session& found = sessions_.at(session);
   found.status.durable_sequence = sequence;
   server::ScanAck ack;
@@ -240,12 +240,12 @@ void FakePipeline::MakeDurable(const SessionId& session, uint64_t sequence) {
 }
 
 std::vector<Submap> FakePipeline::submaps() {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   return submaps_;
 }
 
 size_t FakePipeline::submitted() {
-  std::lock_guard lock(mutex_);
+  MutexLock lock(&mutex_);
   return submitted_;
 }
 

@@ -2,16 +2,15 @@
 // the test says so. For what the RPC layer makes of answers, errors and back-pressure.
 #pragma once
 
-#include <condition_variable>
 #include <deque>
 #include <map>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "core/mutex.h"
 #include "server/pipeline.h"
 
 namespace isthmus::rpc {
@@ -159,16 +158,17 @@ class FakePipeline : public server::Pipeline {
     server::ScanUpload scan;
   };
 
-  absl::StatusOr<Session*> Find(const SessionId& session);                   // mutex_ is held.
-  server::ScanAck Handle(Session& session, const server::ScanUpload& scan);  // mutex_ is held.
+  absl::StatusOr<Session*> Find(const SessionId& session) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  server::ScanAck Handle(Session& session, const server::ScanUpload& scan)
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
-  std::mutex mutex_;
-  std::condition_variable changed_;
-  std::map<SessionId, Session> sessions_;
-  std::deque<Queued> queue_;
-  std::vector<Submap> submaps_;
-  size_t submitted_ = 0;
-  size_t capacity_ = 0;  // 0: not held.
+  Mutex mutex_;
+  CondVar changed_;
+  std::map<SessionId, Session> sessions_ ABSL_GUARDED_BY(mutex_);
+  std::deque<Queued> queue_ ABSL_GUARDED_BY(mutex_);
+  std::vector<Submap> submaps_ ABSL_GUARDED_BY(mutex_);
+  size_t submitted_ ABSL_GUARDED_BY(mutex_) = 0;
+  size_t capacity_ ABSL_GUARDED_BY(mutex_) = 0;  // 0: not held.
 };
 
 }  // namespace isthmus::rpc
