@@ -22,9 +22,9 @@ find_package(zstd REQUIRED)
 set(CMAKE_DISABLE_FIND_PACKAGE_VTK ON)
 find_package(PCL 1.13 REQUIRED QUIET COMPONENTS common kdtree search filters features keypoints)
 
+# Debian's Protobuf has no CMake config of its own: the module finds it.
+find_package(Protobuf REQUIRED)
 if(ISTHMUS_WITH_GRPC)
-  # Debian's Protobuf has no CMake config of its own: the module finds it.
-  find_package(Protobuf REQUIRED)
   find_package(gRPC CONFIG REQUIRED)
 endif()
 if(ISTHMUS_TESTS)

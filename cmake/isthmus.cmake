@@ -41,10 +41,10 @@ function(isthmus_library name)
   target_link_libraries(${name} PUBLIC $<BUILD_INTERFACE:isthmus_flags> ${ARG_DEPS} PRIVATE ${ARG_PRIVATE})
 endfunction()
 
-# isthmus_test(NAME [SEPARATE] SOURCES ... DEPS ...): a GoogleTest program; each test is one CTest
-# test.
+# isthmus_test(NAME [SEPARATE] [PREFIX before the names of its tests] SOURCES ... DEPS ...): a
+# GoogleTest program; each test is one CTest test.
 function(isthmus_test name)
-  cmake_parse_arguments(ARG "SEPARATE" "TIMEOUT" "SOURCES;DEPS" ${ARGN})
+  cmake_parse_arguments(ARG "SEPARATE" "TIMEOUT;PREFIX" "SOURCES;DEPS" ${ARGN})
   if(NOT ARG_TIMEOUT)
     set(ARG_TIMEOUT 120)
   endif()
@@ -56,5 +56,6 @@ function(isthmus_test name)
     isthmus_unity(${name})
   endif()
   target_link_libraries(${name} PRIVATE ${ARG_DEPS} GTest::gmock GTest::gtest_main)
-  gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST PROPERTIES TIMEOUT ${ARG_TIMEOUT})
+  gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST TEST_PREFIX "${ARG_PREFIX}"
+                       PROPERTIES TIMEOUT ${ARG_TIMEOUT})
 endfunction()

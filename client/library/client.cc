@@ -11,19 +11,6 @@ namespace isthmus::client {
 
 using Stubs = Client::Link::Stubs;
 
-namespace {
-
-v1::CreateSessionRequest ToProto(const SessionWish& wish) {
-  v1::CreateSessionRequest request;
-  request.set_robot(wish.robot);
-  request.set_sensor(wish.sensor);
-  *request.mutable_t_base_sensor() = client::ToProto(wish.T_base_sensor);
-  request.set_odometry(wish.odometry);
-  return request;
-}
-
-}  // namespace
-
 Client::Client(std::shared_ptr<Link> link) : link_(std::move(link)) {}
 Client::~Client() = default;
 
@@ -39,7 +26,7 @@ absl::StatusOr<std::unique_ptr<Client>> Client::Connect(const ClientOptions& opt
 absl::StatusOr<Session> Client::CreateSession(const std::string& robot, const std::string& sensor,
                                               const Pose& T_base_sensor,
                                               const std::string& odometry) {
-  v1::CreateSessionRequest request = ToProto({robot, sensor, T_base_sensor, odometry});
+  v1::CreateSessionRequest request = ToProto(SessionWish{robot, sensor, T_base_sensor, odometry});
   request.set_request_id(NewRequestId());
   v1::Session session;
   const absl::Status status =
@@ -99,38 +86,23 @@ absl::Status Client::DeleteSession(const SessionId& id) {
                          });
 }
 
-namespace {
-
-absl::StatusOr<std::unique_ptr<ScanStream>> OpenSpooled(std::shared_ptr<Client::Link> link,
-                                                        const ScanStreamOptions& options,
-                                                        const SpoolWish& wish) {
-  if (options.spool_dir.empty()) {
-    return absl::InvalidArgumentError("name the spool's folder in ScanStreamOptions::spool_dir");
-  }
-  auto stream = SpooledStream::Open(std::move(link), options, wish);
-  if (!stream.ok()) return stream.status();
-  return std::make_unique<ScanStream>(*std::move(stream));
-}
-
-}  // namespace
-
 absl::StatusOr<std::unique_ptr<ScanStream>> Client::OpenScanStream(
     const SessionId& id, const ScanStreamOptions& options) {
   const absl::StatusOr<v1::Session> session = AskFor(id, *link_);
   if (!session.ok()) return session.status();
-  if (!options.spool_dir.empty()) return OpenSpooled(link_, options, {.session = *session});
+  if (!options.spool_dir.empty()) return SpooledStream::Open(link_, options, {.session = *session});
   return std::make_unique<ScanStream>(
       std::make_unique<MemoryStream>(link_, id, session->last_sequence(), options));
 }
 
 absl::StatusOr<std::unique_ptr<ScanStream>> Client::ResumeScanStream(
     const ScanStreamOptions& options) {
-  return OpenSpooled(link_, options, {});
+  return SpooledStream::Open(link_, options, {});
 }
 
 absl::StatusOr<std::unique_ptr<ScanStream>> Client::OpenSpool(const SessionWish& wish,
                                                               const ScanStreamOptions& options) {
-  return OpenSpooled(link_, options, {.request = ToProto(wish)});
+  return SpooledStream::Open(link_, options, {.request = ToProto(wish)});
 }
 
 }  // namespace isthmus::client

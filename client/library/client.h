@@ -25,14 +25,6 @@
 
 namespace isthmus::client {
 
-// What a robot asks for.
-struct SessionWish {
-  std::string robot;
-  std::string sensor;
-  Pose T_base_sensor = {};
-  std::string odometry = {};
-};
-
 // Thread safe. Errors carry the server's code and message (see the comments of the API), or
 // Unavailable, saying which address did not answer. What may be repeated without harm is tried
 // again after UNAVAILABLE, see BackoffOptions; the rest, like UndoRevision, is not repeated once it

@@ -23,11 +23,6 @@ Eigen::Vector3d ToVector(const v1::Vector3& v) { return {v.x(), v.y(), v.z()}; }
 
 }  // namespace
 
-absl::Status ToStatus(const grpc::Status& status) {
-  // gRPC and absl share the canonical codes.
-  return absl::Status(static_cast<absl::StatusCode>(status.error_code()), status.error_message());
-}
-
 v1::Pose ToProto(const Pose& pose) {
   v1::Pose out;
   *out.mutable_translation() = FromVector(pose.translation());
@@ -36,6 +31,15 @@ v1::Pose ToProto(const Pose& pose) {
   out.mutable_rotation()->set_z(pose.rotation().z());
   out.mutable_rotation()->set_w(pose.rotation().w());
   return out;
+}
+
+v1::CreateSessionRequest ToProto(const SessionWish& wish) {
+  v1::CreateSessionRequest request;
+  request.set_robot(wish.robot);
+  request.set_sensor(wish.sensor);
+  *request.mutable_t_base_sensor() = ToProto(wish.T_base_sensor);
+  request.set_odometry(wish.odometry);
+  return request;
 }
 
 std::optional<Matrix6d> FromUpperTriangle(const google::protobuf::RepeatedField<double>& numbers) {

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <absl/status/status.h>
-#include <grpcpp/support/status.h>
 
 #include <optional>
 
@@ -15,9 +14,8 @@
 
 namespace isthmus::client {
 
-absl::Status ToStatus(const grpc::Status& status);
-
 v1::Pose ToProto(const Pose& pose);
+v1::CreateSessionRequest ToProto(const SessionWish& wish);
 v1::PointCloud ToProto(PointPayload payload);
 v1::Box ToProto(const Box& box);
 v1::QueryRegionRequest ToProto(const RegionQuery& query);

@@ -1,16 +1,17 @@
-// The connection behind a client, and the rule of trying again. Private to the library.
+// The connection behind a client, over gRPC. Private to the library.
 #pragma once
 
 #include <absl/status/status.h>
 #include <grpcpp/channel.h>
 #include <grpcpp/client_context.h>
+#include <grpcpp/support/status.h>
 
 #include <functional>
 #include <memory>
 #include <string>
 
-#include "client/library/backoff.h"
 #include "client/library/client.h"
+#include "client/library/session_link.h"
 #include "core/mutex.h"
 #include "isthmus/v1/admin_service.grpc.pb.h"
 #include "isthmus/v1/graph_service.grpc.pb.h"
@@ -21,7 +22,7 @@
 namespace isthmus::client {
 
 // Thread safe.
-class Client::Link {
+class Client::Link final : public SessionLink {
  public:
   struct Stubs {
     std::shared_ptr<grpc::Channel> channel;
@@ -36,10 +37,7 @@ class Client::Link {
 
   explicit Link(const ClientOptions& options);
 
-  const ClientOptions& options() const { return options_; }
-  const WaitClock& clock() const {
-    return options_.clock != nullptr ? *options_.clock : WaitClock::System();
-  }
+  std::unique_ptr<SessionCall> NewCall(double timeout_s) override;
 
   // The stubs of the current channel.
   std::shared_ptr<Stubs> Get();
@@ -54,22 +52,16 @@ class Client::Link {
   // A single attempt, after making sure that the server answers: for calls with effects that must
   // not be doubled.
   absl::Status CallOnce(double timeout_s, const Attempt& attempt);
-  // Repeats `attempt` while it ends in Unavailable or (if `also_data_loss`) DataLoss.
-  absl::Status Repeat(bool also_data_loss, const std::function<absl::Status()>& attempt);
-
   // Any call that answers at once.
   absl::Status Probe();
 
-  // Adds to an Unavailable status where the server was sought and what to do. Others pass.
-  absl::Status Explain(const absl::Status& status) const;
-  void Sleep(double seconds) const;
-  Backoff NewBackoff() const { return Backoff(options_.backoff); }
-
  private:
-  const ClientOptions options_;
   Mutex mutex_;
   std::shared_ptr<Stubs> stubs_ ABSL_GUARDED_BY(mutex_);
 };
+
+absl::Status ToStatus(const grpc::Status& status);
+void SetDeadline(double timeout_s, grpc::ClientContext& context);
 
 // For streams whose first part has been handed on: Unavailable becomes Aborted, so that it is not
 // begun again.

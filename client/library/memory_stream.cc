@@ -15,22 +15,20 @@ absl::StatusOr<PointPayload> Prepare(PointPayload payload, const ScanStreamOptio
   return codec::Quantize(payload, options.resolution_m);
 }
 
-absl::StatusOr<Session> FinishAt(Client::Link& link, const SessionId& session,
+absl::StatusOr<Session> FinishAt(SessionLink& link, const SessionId& session,
                                  uint64_t last_sequence) {
   v1::FinishSessionRequest request;
   request.set_session(session.value());
   request.set_last_sequence(last_sequence);
   v1::Session finished;
-  const absl::Status status =
-      link.Call(link.options().transfer_timeout_s,
-                [&](Client::Link::Stubs& stubs, grpc::ClientContext& context) {
-                  return stubs.sessions->FinishSession(&context, request, &finished);
-                });
+  const absl::Status status = link.Repeat(false, [&] {
+    return link.NewCall(link.options().transfer_timeout_s)->FinishSession(request, &finished);
+  });
   if (!status.ok()) return status;
   return FromProto(finished);
 }
 
-MemoryStream::MemoryStream(std::shared_ptr<Client::Link> link, SessionId session,
+MemoryStream::MemoryStream(std::shared_ptr<SessionLink> link, SessionId session,
                            uint64_t last_sequence, const ScanStreamOptions& options)
     : link_(std::move(link)),
       session_(std::move(session)),

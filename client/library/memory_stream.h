@@ -4,10 +4,10 @@
 #include <deque>
 #include <memory>
 
-#include "client/library/link.h"
 #include "client/library/scan_source.h"
 #include "client/library/scan_stream_impl.h"
 #include "client/library/scan_window.h"
+#include "client/library/session_link.h"
 #include "client/library/uplink.h"
 #include "core/mutex.h"
 
@@ -16,7 +16,7 @@ namespace isthmus::client {
 // Thread safe: the robot's thread and the uplink's meet here.
 class MemoryStream final : public ScanStream::Impl, private ScanSource {
  public:
-  MemoryStream(std::shared_ptr<Client::Link> link, SessionId session, uint64_t last_sequence,
+  MemoryStream(std::shared_ptr<SessionLink> link, SessionId session, uint64_t last_sequence,
                const ScanStreamOptions& options);
 
   absl::Status Push(int64_t end_stamp_ns, PointPayload payload) override;
@@ -37,7 +37,7 @@ class MemoryStream final : public ScanStream::Impl, private ScanSource {
   void Lost(const absl::Status& why) override;
   void End(const absl::Status& status) override;
 
-  const std::shared_ptr<Client::Link> link_;
+  const std::shared_ptr<SessionLink> link_;
   const SessionId session_;
   const ScanStreamOptions options_;
 
@@ -57,7 +57,7 @@ class MemoryStream final : public ScanStream::Impl, private ScanSource {
 // Compressed if `options` ask for it. InvalidArgument when that cannot be done.
 absl::StatusOr<PointPayload> Prepare(PointPayload payload, const ScanStreamOptions& options);
 // The session after it was finished, with the client's patience; see FinishSessionRequest.
-absl::StatusOr<Session> FinishAt(Client::Link& link, const SessionId& session,
+absl::StatusOr<Session> FinishAt(SessionLink& link, const SessionId& session,
                                  uint64_t last_sequence);
 
 }  // namespace isthmus::client

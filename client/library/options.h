@@ -5,9 +5,9 @@
 #include <functional>
 #include <string>
 
-#include "client/library/wait_clock.h"
-
 namespace isthmus::client {
+
+class WaitClock;
 
 // Waiting between attempts: first_delay_s, then `factor` times longer each time up to max_delay_s,
 // each shortened by a random share of up to `jitter`, so that robots which lost the same server do

@@ -97,6 +97,14 @@ struct MatchEdge {
   std::optional<Verdict> verdict = std::nullopt;
 };
 
+// What a robot asks for.
+struct SessionWish {
+  std::string robot;
+  std::string sensor;
+  Pose T_base_sensor = {};
+  std::string odometry = {};
+};
+
 // A person's word on a pair. Where no session is named, the robot's newest is meant.
 struct MatchDecision {
   RobotId robot_a = {}, robot_b = {};

@@ -6,8 +6,9 @@
 
 #include <functional>
 #include <memory>
+#include <string>
 
-#include "client/library/link.h"
+#include "client/library/session_link.h"
 #include "isthmus/v1/session_service.pb.h"
 
 namespace isthmus::client {
@@ -18,7 +19,8 @@ class ScanSource {
   using Request = std::shared_ptr<const v1::StreamScansRequest>;
   // Makes one attempt at a call that the server answers at once, or at one that takes its time.
   enum class Duration { kShort, kLong };
-  using Ask = std::function<absl::Status(Duration, const Client::Link::Attempt&)>;
+  using Attempt = std::function<absl::Status(SessionCall&)>;
+  using Ask = std::function<absl::Status(Duration, const Attempt&)>;
 
   virtual ~ScanSource() = default;
 

@@ -29,7 +29,7 @@ absl::Status Gone(const std::string& session, const std::string& what) {
 
 }  // namespace
 
-SpoolLane::SpoolLane(Client::Link* link, std::unique_ptr<SessionSpool> spool,
+SpoolLane::SpoolLane(SessionLink* link, std::unique_ptr<SessionSpool> spool,
                      const ScanStreamOptions& options, Host host)
     : link_(link),
       spool_(std::move(spool)),
@@ -111,10 +111,9 @@ absl::StatusOr<std::string> SpoolLane::Session(const Ask& ask) {
   if (!identity.session.empty()) return identity.session;
   v1::Session session;
   // May be repeated: its request_id, which the spool keeps, makes it one session.
-  absl::Status status =
-      ask(Duration::kShort, [&](Client::Link::Stubs& stubs, grpc::ClientContext& context) {
-        return stubs.sessions->CreateSession(&context, identity.request, &session);
-      });
+  absl::Status status = ask(Duration::kShort, [&](SessionCall& call) {
+    return call.CreateSession(identity.request, &session);
+  });
   if (!status.ok()) return status;
   identity.session = session.id();
   if (status = spool_->SetIdentity(identity); !status.ok()) return status;
@@ -342,10 +341,8 @@ absl::Status SpoolLane::Conclude(const Ask& ask) {
   request.set_session(identity.session);
   request.set_last_sequence(spool_->written() - identity.base);
   v1::Session session;
-  absl::Status status =
-      ask(Duration::kLong, [&](Client::Link::Stubs& stubs, grpc::ClientContext& context) {
-        return stubs.sessions->FinishSession(&context, request, &session);
-      });
+  absl::Status status = ask(
+      Duration::kLong, [&](SessionCall& call) { return call.FinishSession(request, &session); });
   if (!status.ok()) return status;
   MutexLock lock(&mutex_);
   finished_ = session;

@@ -6,9 +6,9 @@
 #include <optional>
 #include <string>
 
-#include "client/library/link.h"
 #include "client/library/scan_source.h"
 #include "client/library/scan_stream.h"
+#include "client/library/session_link.h"
 #include "client/library/session_spool.h"
 #include "client/library/token_bucket.h"
 #include "client/library/uplink.h"
@@ -27,7 +27,7 @@ class SpoolLane final : private ScanSource {
     std::function<void(SpoolLane*)> behind;  // The link is back, and the backlog is old.
   };
 
-  SpoolLane(Client::Link* link, std::unique_ptr<SessionSpool> spool,
+  SpoolLane(SessionLink* link, std::unique_ptr<SessionSpool> spool,
             const ScanStreamOptions& options, Host host);
   // Stops sending; what is left stays in the spool.
   ~SpoolLane();
@@ -78,7 +78,7 @@ class SpoolLane final : private ScanSource {
   Request MakeRequest(uint64_t sequence);
   void TellNotes();
 
-  Client::Link* const link_;
+  SessionLink* const link_;
   const std::unique_ptr<SessionSpool> spool_;
   const ScanStreamOptions options_;
   const Host host_;

@@ -50,7 +50,7 @@ SpoolIdentity IdentityOf(const v1::Session& session) {
 
 }  // namespace
 
-SpooledStream::SpooledStream(std::shared_ptr<Client::Link> link, const ScanStreamOptions& options,
+SpooledStream::SpooledStream(std::shared_ptr<SessionLink> link, const ScanStreamOptions& options,
                              std::unique_ptr<SpoolFolder> folder)
     : link_(std::move(link)), options_(options), folder_(std::move(folder)) {}
 
@@ -69,14 +69,18 @@ SpooledStream::~SpooledStream() {
   }
 }
 
-absl::StatusOr<std::unique_ptr<SpooledStream>> SpooledStream::Open(
-    std::shared_ptr<Client::Link> link, const ScanStreamOptions& options, const SpoolWish& wish) {
+absl::StatusOr<std::unique_ptr<ScanStream>> SpooledStream::Open(std::shared_ptr<SessionLink> link,
+                                                                const ScanStreamOptions& options,
+                                                                const SpoolWish& wish) {
+  if (options.spool_dir.empty()) {
+    return absl::InvalidArgumentError("name the spool's folder in ScanStreamOptions::spool_dir");
+  }
   auto folder = SpoolFolder::Open(options.spool_dir);
   if (!folder.ok()) return folder.status();
   std::unique_ptr<SpooledStream> stream(
       new SpooledStream(std::move(link), options, *std::move(folder)));
   if (absl::Status status = stream->Load(wish); !status.ok()) return status;
-  return stream;
+  return std::make_unique<ScanStream>(std::move(stream));
 }
 
 absl::Status SpooledStream::Load(const SpoolWish& wish) {
@@ -148,10 +152,7 @@ std::optional<v1::Session> SpooledStream::AskOnce(const std::string& session) co
   request.set_session(session);
   v1::Session known;
   const absl::Status status =
-      link_->Once(options_.spool.attempt_timeout_s,
-                  [&](Client::Link::Stubs& stubs, grpc::ClientContext& context) {
-                    return stubs.sessions->GetSession(&context, request, &known);
-                  });
+      link_->NewCall(options_.spool.attempt_timeout_s)->GetSession(request, &known);
   if (absl::IsNotFound(status)) return v1::Session();
   if (!status.ok()) return std::nullopt;
   return known;

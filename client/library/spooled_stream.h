@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "client/library/link.h"
 #include "client/library/scan_stream_impl.h"
+#include "client/library/session_link.h"
 #include "client/library/spool_folder.h"
 #include "client/library/spool_lane.h"
 #include "core/mutex.h"
@@ -28,9 +28,9 @@ struct SpoolWish {
 class SpooledStream final : public ScanStream::Impl {
  public:
   // Errors of Client::OpenScanStream, ResumeScanStream and OpenSpool.
-  static absl::StatusOr<std::unique_ptr<SpooledStream>> Open(std::shared_ptr<Client::Link> link,
-                                                             const ScanStreamOptions& options,
-                                                             const SpoolWish& wish);
+  static absl::StatusOr<std::unique_ptr<ScanStream>> Open(std::shared_ptr<SessionLink> link,
+                                                          const ScanStreamOptions& options,
+                                                          const SpoolWish& wish);
   ~SpooledStream() override;
 
   absl::Status Push(int64_t end_stamp_ns, PointPayload payload) override;
@@ -41,7 +41,7 @@ class SpooledStream final : public ScanStream::Impl {
   SessionId session() const override;
 
  private:
-  SpooledStream(std::shared_ptr<Client::Link> link, const ScanStreamOptions& options,
+  SpooledStream(std::shared_ptr<SessionLink> link, const ScanStreamOptions& options,
                 std::unique_ptr<SpoolFolder> folder);
 
   absl::Status Load(const SpoolWish& wish);
@@ -68,7 +68,7 @@ class SpooledStream final : public ScanStream::Impl {
   void Reap() ABSL_EXCLUSIVE_LOCKS_REQUIRED(push_mutex_);
   void Tell(const std::string& event);
 
-  const std::shared_ptr<Client::Link> link_;
+  const std::shared_ptr<SessionLink> link_;
   const ScanStreamOptions options_;
   const std::unique_ptr<SpoolFolder> folder_;
   SpoolState resumed_;

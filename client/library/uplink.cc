@@ -6,8 +6,6 @@
 #include <limits>
 #include <utility>
 
-#include "client/library/convert.h"
-
 namespace isthmus::client {
 namespace {
 
@@ -21,7 +19,7 @@ BackoffOptions Patience(BackoffOptions backoff, bool for_ever) {
 
 }  // namespace
 
-Uplink::Uplink(Client::Link* link, ScanSource* source, const UplinkOptions& options)
+Uplink::Uplink(SessionLink* link, ScanSource* source, const UplinkOptions& options)
     : link_(link),
       source_(source),
       options_(options),
@@ -41,7 +39,7 @@ void Uplink::Abandon() {
   source_->Interrupt();
   MutexLock lock(&mutex_);
   abandoned_ = true;
-  if (context_ != nullptr) context_->TryCancel();
+  if (call_ != nullptr) call_->Cancel();
   changed_.SignalAll();
 }
 
@@ -85,30 +83,28 @@ bool Uplink::WorthAnotherTry(const absl::Status& status) const {
   }
 }
 
-absl::Status Uplink::Ask(ScanSource::Duration duration, const Client::Link::Attempt& attempt) {
-  const std::shared_ptr<Client::Link::Stubs> stubs = link_->Get();
+absl::Status Uplink::Ask(ScanSource::Duration duration, const ScanSource::Attempt& attempt) {
   double deadline_s = link_->options().transfer_timeout_s;
   if (duration == ScanSource::Duration::kShort) {
     MutexLock lock(&mutex_);
     deadline_s = deadline_s_;
   }
-  const absl::Status status =
-      link_->Once(deadline_s, [&](Client::Link::Stubs& s, grpc::ClientContext& context) {
-        {
-          MutexLock lock(&mutex_);
-          if (abandoned_) return grpc::Status(grpc::StatusCode::CANCELLED, "given up");
-          context_ = &context;
-        }
-        grpc::Status answer = attempt(s, context);
-        MutexLock lock(&mutex_);
-        context_ = nullptr;
-        return answer;
-      });
+  const std::unique_ptr<SessionCall> call = link_->NewCall(deadline_s);
+  {
+    MutexLock lock(&mutex_);
+    if (abandoned_) return absl::CancelledError("given up");
+    call_ = call.get();
+  }
+  const absl::Status status = attempt(*call);
+  {
+    MutexLock lock(&mutex_);
+    call_ = nullptr;
+  }
   if (!absl::IsDeadlineExceeded(status)) return status;
   // A connection that stands but is slow is given more time; one that does not even stand is begun
   // anew, which is heard of sooner than waiting for what TCP sends again.
-  const bool slow = stubs->channel->GetState(false) == GRPC_CHANNEL_READY;
-  link_->Renew(stubs);
+  const bool slow = call->connected();
+  call->Renew();
   MutexLock lock(&mutex_);
   deadline_s_ = slow ? std::min(2 * deadline_s_, longest_s_) : first_s_;
   return absl::UnavailableError(absl::StrCat("no answer within ", deadline_s, " s"));
@@ -116,19 +112,17 @@ absl::Status Uplink::Ask(ScanSource::Duration duration, const Client::Link::Atte
 
 absl::Status Uplink::RunLink() {
   const ScanSource::Ask ask = [this](ScanSource::Duration duration,
-                                     const Client::Link::Attempt& attempt) {
+                                     const ScanSource::Attempt& attempt) {
     return Ask(duration, attempt);
   };
   const absl::StatusOr<std::string> session = source_->Session(ask);
   if (!session.ok()) return session.status();
   // Where the server stands. Also the cheapest way to see whether it is there.
   v1::Session known;
+  v1::GetSessionRequest request;
+  request.set_session(*session);
   absl::Status status = Ask(ScanSource::Duration::kShort,
-                            [&](Client::Link::Stubs& stubs, grpc::ClientContext& context) {
-                              v1::GetSessionRequest request;
-                              request.set_session(*session);
-                              return stubs.sessions->GetSession(&context, request, &known);
-                            });
+                            [&](SessionCall& call) { return call.GetSession(request, &known); });
   if (!status.ok() && !absl::IsNotFound(status)) return status;
   if (!status.ok()) known.Clear();
   if (absl::Status begun = source_->Begin(known); !begun.ok()) {
@@ -140,26 +134,25 @@ absl::Status Uplink::RunLink() {
 }
 
 absl::Status Uplink::Stream(const std::string& session) {
-  const std::shared_ptr<Client::Link::Stubs> stubs = link_->Get();
-  grpc::ClientContext context;
+  const std::unique_ptr<SessionCall> call = link_->NewCall(0);
   {
     MutexLock lock(&mutex_);
     if (abandoned_) return absl::CancelledError("the stream was given up");
-    context_ = &context;
+    call_ = call.get();
     over_ = stalled_ = writing_ = false;
     streamed_ = true;
     moved_s_ = clock_.Now();
     unanswered_.clear();
   }
-  auto wire = stubs->sessions->StreamScans(&context);
+  const std::unique_ptr<ScanWire> wire = call->StreamScans();
   std::thread reader([&] { ReadFrom(*wire); });
   std::thread watchman([&] { Watch(); });
   SendOn(*wire, session);
   reader.join();
   watchman.join();
-  absl::Status status = ToStatus(wire->Finish());
+  absl::Status status = wire->Finish();
   MutexLock lock(&mutex_);
-  context_ = nullptr;
+  call_ = nullptr;
   if (stalled_) {
     status = absl::UnavailableError(
         absl::StrCat("no progress for ", options_.stall_timeout_s, " s: opened anew"));
@@ -167,11 +160,11 @@ absl::Status Uplink::Stream(const std::string& session) {
     // The server ended the stream of its own accord: it is going down.
     status = absl::UnavailableError("the server closed the stream");
   }
-  if (absl::IsUnavailable(status)) link_->Renew(stubs);
+  if (absl::IsUnavailable(status)) call->Renew();
   return status;
 }
 
-void Uplink::SendOn(Wire& wire, const std::string& session) {
+void Uplink::SendOn(ScanWire& wire, const std::string& session) {
   v1::StreamScansRequest hello;
   hello.set_session(session);
   bool open = wire.Write(hello);
@@ -192,7 +185,7 @@ void Uplink::SendOn(Wire& wire, const std::string& session) {
   wire.WritesDone();
 }
 
-void Uplink::ReadFrom(Wire& wire) {
+void Uplink::ReadFrom(ScanWire& wire) {
   v1::StreamScansResponse response;
   while (wire.Read(&response)) {
     const bool news = source_->Take(response);
@@ -217,7 +210,7 @@ void Uplink::Watch() {
     const double now = clock_.Now();
     if (busy && now >= until) {
       stalled_ = true;
-      if (context_ != nullptr) context_->TryCancel();
+      if (call_ != nullptr) call_->Cancel();
       return;
     }
     clock_.WaitUntil(&changed_, &mutex_, now >= until ? now + options_.stall_timeout_s : until,

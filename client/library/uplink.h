@@ -4,8 +4,9 @@
 #include <deque>
 #include <thread>
 
-#include "client/library/link.h"
+#include "client/library/backoff.h"
 #include "client/library/scan_source.h"
+#include "client/library/session_link.h"
 #include "core/mutex.h"
 
 namespace isthmus::client {
@@ -22,26 +23,24 @@ struct UplinkOptions {
 class Uplink {
  public:
   // Both must outlive it.
-  Uplink(Client::Link* link, ScanSource* source, const UplinkOptions& options);
+  Uplink(SessionLink* link, ScanSource* source, const UplinkOptions& options);
   ~Uplink();  // Gives up.
   // As the destructor will, but does not wait.
   void Abandon();
 
  private:
-  using Wire = grpc::ClientReaderWriter<v1::StreamScansRequest, v1::StreamScansResponse>;
-
   void WriteLoop();
   bool WorthAnotherTry(const absl::Status& status) const;
   // From opening a link to its end. OK only when everything was acknowledged and concluded.
   absl::Status RunLink();
   absl::Status Stream(const std::string& session);
-  absl::Status Ask(ScanSource::Duration duration, const Client::Link::Attempt& attempt);
-  void SendOn(Wire& wire, const std::string& session);
-  void ReadFrom(Wire& wire);
+  absl::Status Ask(ScanSource::Duration duration, const ScanSource::Attempt& attempt);
+  void SendOn(ScanWire& wire, const std::string& session);
+  void ReadFrom(ScanWire& wire);
   void Watch();
   void WaitBeforeRetry(double seconds);
 
-  Client::Link* const link_;
+  SessionLink* const link_;
   ScanSource* const source_;
   const UplinkOptions options_;
   const WaitClock& clock_;
@@ -54,8 +53,7 @@ class Uplink {
   bool progress_ ABSL_GUARDED_BY(mutex_) =
       false;                                   // An acknowledgement came since the last failure.
   double deadline_s_ ABSL_GUARDED_BY(mutex_);  // Of the next question.
-  // Of the call under way, to cancel it.
-  grpc::ClientContext* context_ ABSL_GUARDED_BY(mutex_) = nullptr;
+  SessionCall* call_ ABSL_GUARDED_BY(mutex_) = nullptr;  // Under way, to be cancelled.
   // Of the current link:
   bool over_ ABSL_GUARDED_BY(mutex_) = false;
   bool stalled_ ABSL_GUARDED_BY(mutex_) = false;

@@ -1,46 +1,23 @@
-// A server over a real socket that keeps sessions as the real one does: what took effect, what of
-// that is durable, and what is left after a crash. It dies, stalls and loses answers when told to.
+// DurableSessions over a real socket, by gRPC.
 #pragma once
 
 #include <grpcpp/server.h>
 #include <grpcpp/server_builder.h>
 
-#include <algorithm>
-#include <atomic>
 #include <chrono>
-#include <map>
 #include <memory>
 #include <string>
-#include <vector>
 
-#include "core/mutex.h"
+#include "client/library/client.h"
 #include "isthmus/v1/session_service.grpc.pb.h"
+#include "tests/client/library/durable_sessions.h"
 
 namespace isthmus::client {
 
-struct FakeSession {
-  v1::CreateSessionRequest request;
-  std::vector<v1::ScanMessage> scans;  // That took effect; the k-th has sequence k + 1.
-  uint64_t durable = 0;
-  bool finished = false;
-};
-
-class DurableServer final : public v1::SessionService::Service {
+class DurableServer final : public DurableSessions, private v1::SessionService::Service {
  public:
-  std::atomic<uint64_t> durable_every{1};  // Scans; the last multiple of it is durable.
-  std::atomic<int> lost_creations{0};      // So many sessions are opened without an answer.
-  std::atomic<int> crashes_at_finish{0};   // So many calls of FinishSession meet a crash.
-  std::atomic<int> break_every{0};         // A stream ends after so many scans; 0: never.
-  std::atomic<int> mute_streams{0};        // So many streams take nothing and say nothing.
-  std::atomic<int> creations{0}, streams{0}, muted{0}, got_bytes{0}, got_scans{0};
-
-  explicit DurableServer(bool start = true) {
-    Start();
-    if (!start) Stop();
-  }
+  DurableServer() { Start(); }
   ~DurableServer() override { Stop(); }
-
-  std::string address() const { return "127.0.0.1:" + std::to_string(port_); }
 
   void Start() {
     grpc::ServerBuilder builder;
@@ -53,144 +30,66 @@ class DurableServer final : public v1::SessionService::Service {
     if (server_ != nullptr) server_->Shutdown(std::chrono::system_clock::now());
     server_.reset();
   }
-  // As after kill -9: what was not durable never happened.
+  // As after kill -9.
   void Crash() {
     Stop();
-    MutexLock lock(&mutex_);
-    for (auto& [id, session] : sessions_) session.scans.resize(session.durable);
+    Forget();
   }
 
-  std::map<std::string, FakeSession> sessions() {
-    MutexLock lock(&mutex_);
-    return sessions_;
+  std::unique_ptr<Client> Connect(ClientOptions options) {
+    options.address = "127.0.0.1:" + std::to_string(port_);
+    auto client = Client::Connect(options);
+    return client.ok() ? *std::move(client) : nullptr;
   }
-  template <typename Change>
-  void Edit(const Change& change) {
-    MutexLock lock(&mutex_);
-    change(sessions_);
-    changed_.SignalAll();
-  }
-  template <typename Condition>
-  void WaitFor(const Condition& condition) {
-    MutexLock lock(&mutex_);
-    while (!condition(sessions_)) changed_.Wait(&mutex_);
-  }
-  void WaitForScans(const std::string& id, size_t count) {
-    WaitFor([&](auto& sessions) {
-      return sessions.count(id) != 0 && sessions[id].scans.size() >= count;
-    });
+
+ private:
+  using Stream = grpc::ServerReaderWriter<v1::StreamScansResponse, v1::StreamScansRequest>;
+
+  static grpc::Status ToGrpc(const absl::Status& status) {
+    return {static_cast<grpc::StatusCode>(status.code()), std::string(status.message())};
   }
 
   grpc::Status CreateSession(grpc::ServerContext*, const v1::CreateSessionRequest* request,
                              v1::Session* session) override {
-    MutexLock lock(&mutex_);
-    ++creations;
-    for (auto& [id, known] : sessions_) {
-      if (known.request.request_id() == request->request_id()) return Tell(id, session);
-    }
-    const std::string id = request->robot() + "-" + std::to_string(sessions_.size() + 1);
-    sessions_[id].request = *request;
-    changed_.SignalAll();
-    if (lost_creations > 0 && lost_creations-- > 0) {
-      return {grpc::StatusCode::UNAVAILABLE, "the answer was lost"};
-    }
-    return Tell(id, session);
+    return ToGrpc(Create(*request, session));
   }
-
   grpc::Status GetSession(grpc::ServerContext*, const v1::GetSessionRequest* request,
                           v1::Session* session) override {
-    MutexLock lock(&mutex_);
-    return Tell(request->session(), session);
+    return ToGrpc(Get(*request, session));
   }
-
   grpc::Status FinishSession(grpc::ServerContext*, const v1::FinishSessionRequest* request,
                              v1::Session* session) override {
-    MutexLock lock(&mutex_);
-    FakeSession& known = sessions_[request->session()];
-    if (crashes_at_finish > 0 && crashes_at_finish-- > 0) known.scans.resize(known.durable);
-    if (known.scans.size() < request->last_sequence()) {
-      return {grpc::StatusCode::ABORTED, "not all of that has taken effect"};
-    }
-    known.durable = known.scans.size();
-    known.finished = true;
-    changed_.SignalAll();
-    return Tell(request->session(), session);
+    return ToGrpc(Finish(*request, session));
   }
 
-  grpc::Status StreamScans(
-      grpc::ServerContext* context,
-      grpc::ServerReaderWriter<v1::StreamScansResponse, v1::StreamScansRequest>* stream) override {
-    {
-      MutexLock lock(&mutex_);
-      ++streams;
-      changed_.SignalAll();
-    }
-    if (mute_streams > 0 && mute_streams-- > 0) return BeMute(*context, *stream);
+  grpc::Status StreamScans(grpc::ServerContext* context, Stream* stream) override {
+    if (BeginStream()) return BeMute(*context, *stream);
     v1::StreamScansRequest request;
     std::string session;
     for (int scans = 0; stream->Read(&request);) {
       if (!request.session().empty()) session = request.session();
       if (!request.has_scan()) continue;
       v1::StreamScansResponse ack;
-      const grpc::Status status = Take(session, request.scan(), ack);
-      if (!status.ok()) return status;
+      const absl::Status status = Take(session, request.scan(), ack);
+      if (!status.ok()) return ToGrpc(status);
       if (++scans == break_every) return {grpc::StatusCode::UNAVAILABLE, "broken on purpose"};
       stream->Write(ack);
     }
     return grpc::Status::OK;
   }
 
- private:
-  grpc::Status Tell(const std::string& id, v1::Session* session)
-      ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
-    const auto found = sessions_.find(id);
-    if (found == sessions_.end()) return {grpc::StatusCode::NOT_FOUND, "no such session"};
-    session->set_id(id);
-    session->set_robot(found->second.request.robot());
-    session->set_last_sequence(found->second.scans.size());
-    session->set_durable_sequence(found->second.durable);
-    session->set_state(found->second.finished ? v1::Session::FINISHED : v1::Session::ACTIVE);
-    return grpc::Status::OK;
-  }
-
-  grpc::Status Take(const std::string& id, const v1::ScanMessage& scan,
-                    v1::StreamScansResponse& ack) {
-    MutexLock lock(&mutex_);
-    FakeSession& session = sessions_[id];
-    if (session.finished) return {grpc::StatusCode::FAILED_PRECONDITION, "it is finished"};
-    const uint64_t last = session.scans.size();
-    if (scan.sequence() > last + 1) return {grpc::StatusCode::OUT_OF_RANGE, "a scan was left out"};
-    ++got_scans;
-    got_bytes += static_cast<int>(scan.cloud().data().size());
-    ack.set_outcome(scan.sequence() <= last       ? v1::StreamScansResponse::DUPLICATE
-                    : scan.cloud().data().empty() ? v1::StreamScansResponse::REJECTED
-                                                  : v1::StreamScansResponse::PROCESSED);
-    if (scan.sequence() == last + 1) session.scans.push_back(scan);
-    session.durable = session.scans.size() / durable_every * durable_every;
-    ack.set_sequence(scan.sequence());
-    ack.set_durable_sequence(session.durable);
-    changed_.SignalAll();
-    return grpc::Status::OK;
-  }
-
-  grpc::Status BeMute(
-      grpc::ServerContext& context,
-      grpc::ServerReaderWriter<v1::StreamScansResponse, v1::StreamScansRequest>& stream) {
+  grpc::Status BeMute(grpc::ServerContext& context, Stream& stream) {
     v1::StreamScansRequest request;
     while (stream.Read(&request)) {
-      if (!request.has_scan()) continue;
-      MutexLock lock(&mutex_);
-      ++muted;
-      changed_.SignalAll();
+      if (request.has_scan()) Mute();
     }
     return {grpc::StatusCode::UNAVAILABLE, context.IsCancelled() ? "hung up" : "ended"};
   }
 
   int port_ = 0;
-  Mutex mutex_;
-  CondVar changed_;
-  std::map<std::string, FakeSession> sessions_ ABSL_GUARDED_BY(mutex_);
   std::unique_ptr<grpc::Server> server_;
 };
+
+using TestServer = DurableServer;
 
 }  // namespace isthmus::client

@@ -1,4 +1,4 @@
-// A robot with a spool, and a server that comes and goes.
+// A robot with a spool, and a server that comes and goes: over a real socket, or without a network.
 #pragma once
 
 #include <gmock/gmock.h>
@@ -9,12 +9,17 @@
 #include <string>
 #include <vector>
 
-#include "client/library/client.h"
+#include "client/library/scan_stream.h"
 #include "core/codec/payload_builder.h"
 #include "core/mutex.h"
-#include "tests/client/library/durable_server.h"
 #include "tests/client/library/manual_wait_clock.h"
 #include "tests/client/library/spool_files.h"
+
+#ifdef ISTHMUS_TEST_WITHOUT_NETWORK
+#include "tests/client/library/durable_link.h"
+#else
+#include "tests/client/library/durable_server.h"
+#endif
 
 namespace isthmus::client {
 
@@ -24,7 +29,6 @@ class SpooledStreamTest : public testing::Test {
 
   void SetUp() override {
     ClientOptions options;
-    options.address = server_.address();
     options.require_server = false;
     options.clock = &clock_;
     options.sleep = [this](double seconds) {
@@ -32,9 +36,8 @@ class SpooledStreamTest : public testing::Test {
       waits_.push_back(seconds);
       if (on_wait_) on_wait_();
     };
-    auto client = Client::Connect(options);
-    ASSERT_TRUE(client.ok()) << client.status();
-    client_ = *std::move(client);
+    client_ = server_.Connect(options);
+    ASSERT_NE(client_, nullptr);
     options_.on_ack = [this](const ScanAck& ack) {
       MutexLock lock(&mutex_);
       acks_.push_back(ack);
@@ -96,14 +99,14 @@ class SpooledStreamTest : public testing::Test {
   SpoolFiles files_;
   ManualWaitClock clock_;
   ScanStreamOptions options_;
-  DurableServer server_;
+  TestServer server_;
   Mutex mutex_;
   std::vector<double> waits_ ABSL_GUARDED_BY(mutex_);
   std::function<void()> on_wait_ ABSL_GUARDED_BY(mutex_);
   std::vector<ScanAck> acks_ ABSL_GUARDED_BY(mutex_);
   std::vector<std::string> events_ ABSL_GUARDED_BY(mutex_);
   uint64_t pushed_ = 0;
-  std::unique_ptr<Client> client_;
+  decltype(server_.Connect({})) client_;
 };
 
 }  // namespace isthmus::client

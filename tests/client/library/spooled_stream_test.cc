@@ -204,6 +204,29 @@ TEST_F(SpooledStreamTest, LiveScansGoAheadOfAnOldBacklogInASessionOfTheirOwn) {
   EXPECT_THAT(files_.Segments(), IsEmpty());
 }
 
+TEST_F(SpooledStreamTest, LiveScansGoAheadThoughOneWasBeingPushedWhenTheLinkCameBack) {
+  options_.spool.prefer_live_after_s = 1;
+  options_.spool.backfill_bytes_per_s = 10 * kScanBytes;
+  options_.spool.when_full = WhenFull::kWait;
+  options_.spool.max_bytes = 4000;
+  server_.Stop();
+  auto stream = Open();
+  const double room = kScanBytes + SpoolSegment::kRecordHeaderBytes + 8;
+  while (static_cast<double>(stream->stats().spool_bytes) + room < 4000) Push(*stream, 1);
+  clock_.Advance(4);
+  std::promise<void> pushes;
+  std::thread waits_for_room([&] {
+    pushes.set_value();
+    Push(*stream, 2);
+  });
+  pushes.get_future().wait();
+  server_.Start();
+  waits_for_room.join();
+  ASSERT_NE(events().find("new scans go into another"), std::string::npos);
+  server_.WaitForScans("alice-2", 1);
+  EXPECT_LT(server_.sessions()["alice-1"].scans.size(), pushed_ - 2) << "it is still under way";
+}
+
 TEST_F(SpooledStreamTest, BothSessionsAreTakenUpAgain) {
   options_.spool.prefer_live_after_s = 1;
   options_.spool.backfill_bytes_per_s = 1;  // The backlog stays.
