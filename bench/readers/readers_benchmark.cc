@@ -23,7 +23,7 @@
 #include "bench/readers/known_map.h"
 #include "server/pipeline.h"
 #include "storage/memory_store.h"
-#include "storage/sqlite_store.h"
+#include "storage/sqlite/sqlite_store.h"
 
 namespace isthmus::bench {
 namespace {

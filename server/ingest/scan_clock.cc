@@ -15,8 +15,8 @@ constexpr int64_t kStep_ns = 10'000'000'000;
 absl::StatusOr<ScanClock::Reading> ScanClock::Read(int64_t end_stamp_ns) const {
   // No difference below overflows.
   if (end_stamp_ns > kLatest_ns || end_stamp_ns < -kLatest_ns) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        "the scan's stamp, ", end_stamp_ns, ", is no time in nanoseconds since 1970"));
+    return absl::InvalidArgumentError(
+        absl::StrCat("the scan's stamp, ", end_stamp_ns, ", is no time in nanoseconds since 1970"));
   }
   if (!started_) return Reading{end_stamp_ns, false};
   const int64_t between_ns = end_stamp_ns - stamp_ns_;

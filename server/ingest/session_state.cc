@@ -24,15 +24,15 @@ void EntryFields(Entry& entry, Io& io) {
   io(entry.sequence, entry.stamp_ns, entry.T_odom_sensor, entry.submap_index);
 }
 
-void WriteStretch(const std::vector<TrajectoryEntry>& stretch, floam::StateWriter& io) {
-  io(uint64_t{stretch.size()});
-  for (const TrajectoryEntry& entry : stretch) EntryFields(entry, io);
+void WriteEntries(const std::vector<TrajectoryEntry>& entries, floam::StateWriter& io) {
+  io(uint64_t{entries.size()});
+  for (const TrajectoryEntry& entry : entries) EntryFields(entry, io);
 }
 
-void ReadStretch(floam::StateReader& io, std::vector<TrajectoryEntry>& stretch) {
+void ReadEntries(floam::StateReader& io, std::vector<TrajectoryEntry>& entries) {
   constexpr size_t kEntrySize = 2 * 8 + 7 * 8 + 4;
   for (size_t left = io.Count(kEntrySize); left > 0; --left) {
-    EntryFields(stretch.emplace_back(), io);
+    EntryFields(entries.emplace_back(), io);
   }
 }
 
@@ -74,7 +74,7 @@ void SessionState::MakeBuilder(uint32_t first_index) {
 void SessionState::BeginSegment() {
   ++segment;
   MakeBuilder(0);
-  stretch.clear();
+  unfinished.clear();
 }
 
 absl::StatusOr<std::string> SessionState::Save() const {
@@ -83,7 +83,7 @@ absl::StatusOr<std::string> SessionState::Save() const {
   writer(times.unit_s, times.turn_s, times.end_s, times.zero, clock, blind_scans);
   writer(segment, odometry_segment, counts.ok, counts.degenerate, counts.lost, counts.rejected,
          lost_since_ns, lost_scans);
-  WriteStretch(stretch, writer);
+  WriteEntries(unfinished, writer);
   writer(odometry.Save(), builder->Save());
   const std::string state = floam::SealState(kMagic, kVersion, 0, writer.Take());
   const uint64_t size = state.size();
@@ -106,7 +106,7 @@ absl::Status SessionState::Restore(const std::string& saved,
   (*reader)(times.unit_s, times.turn_s, times.end_s, times.zero, clock, blind_scans);
   (*reader)(segment, odometry_segment, counts.ok, counts.degenerate, counts.lost, counts.rejected,
             lost_since_ns, lost_scans);
-  ReadStretch(*reader, stretch);
+  ReadEntries(*reader, unfinished);
   (*reader)(saved_odometry, saved_builder);
   if (!reader->ok() || reader->remaining() > 0) {
     return absl::DataLossError("the state of the session is damaged: it contradicts itself");

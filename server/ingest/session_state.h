@@ -45,7 +45,7 @@ struct SessionState {
   uint32_t odometry_segment = 1;                // The odometry's own count, which a resumed session
                                                 // without a checkpoint begins anew.
   std::optional<floam::SubmapBuilder> builder;  // Of the segment; always there.
-  std::vector<TrajectoryEntry> stretch;         // Scans of the unfinished submap.
+  std::vector<TrajectoryEntry> unfinished;      // Scans of the unfinished submap.
   int blind_scans = 0;                          // In a row, up to the last.
   ScanCounts counts;                            // From the session's first scan on.
   int64_t lost_since_ns = 0;  // END of the first scan since it was tracked last; 0: it is.

@@ -44,8 +44,8 @@ class Session {
     record.robot = RobotId("alice");
     record.sensor = "vlp16";
     WorkerHooks hooks;
-    hooks.persist = [this](const Stretch& stretch) {
-      stored.push_back(stretch);
+    hooks.persist = [this](const FinishedSubmap& finished) {
+      stored.push_back(finished);
       return absl::OkStatus();
     };
     hooks.T_map_odom = [](uint32_t) { return std::nullopt; };
@@ -63,7 +63,7 @@ class Session {
     return acks_.back();
   }
 
-  std::vector<Stretch> stored;
+  std::vector<FinishedSubmap> stored;
 
  private:
   Executor executor_{1};
@@ -107,8 +107,8 @@ TEST(CarriedRobot, IsLostAndThenFoundInTheSameOdomFrame) {
   EXPECT_LE(lost, 20);
 
   // No submap reaches across the carrying.
-  for (const Stretch& stretch : session.stored) {
-    const Submap& submap = *stretch.submap;
+  for (const FinishedSubmap& finished : session.stored) {
+    const Submap& submap = *finished.submap;
     EXPECT_TRUE(submap.last_sequence <= kDriveScans || submap.first_sequence > kDriveScans);
   }
 }

@@ -23,20 +23,20 @@ namespace isthmus::ingest::testing {
 // What is durable: it survives the worker.
 class Store {
  public:
-  absl::Status Persist(const Stretch& stretch) {
+  absl::Status Persist(const FinishedSubmap& finished) {
     if (is_full) return absl::ResourceExhaustedError("the disk is full");
-    Kept& kept = segments_[stretch.segment];
-    if (stretch.submap != nullptr) {
-      EXPECT_EQ(stretch.submap->id.session, SegmentId(kSession, stretch.segment));
-      EXPECT_EQ(stretch.submap->id.index, kept.submaps.size()) << "twice, or one is missing";
-      kept.submaps.push_back(stretch.submap);
+    Kept& kept = segments_[finished.segment];
+    if (finished.submap != nullptr) {
+      EXPECT_EQ(finished.submap->id.session, SegmentId(kSession, finished.segment));
+      EXPECT_EQ(finished.submap->id.index, kept.submaps.size()) << "twice, or one is missing";
+      kept.submaps.push_back(finished.submap);
     }
-    for (const TrajectoryEntry& entry : stretch.trajectory) {
+    for (const TrajectoryEntry& entry : finished.trajectory) {
       EXPECT_TRUE(kept.trajectory.emplace(entry.sequence, entry).second) << entry.sequence;
     }
-    if (stretch.checkpoint) {
-      EXPECT_TRUE(stretch.checkpoint->state.has_value());
-      checkpoint = stretch.checkpoint;
+    if (finished.checkpoint) {
+      EXPECT_TRUE(finished.checkpoint->state.has_value());
+      checkpoint = finished.checkpoint;
       segments_[checkpoint->segment];
       ++checkpoints;
     }
@@ -82,7 +82,7 @@ class Store {
   }
   bool has_segment(uint32_t segment) const { return segments_.contains(segment); }
 
-  std::optional<Checkpoint> checkpoint;
+  std::optional<SessionCheckpoint> checkpoint;
   int checkpoints = 0;
   bool is_full = false;
 
@@ -131,7 +131,7 @@ class Session {
     record.id = Store::kSession;
     record.robot = RobotId("alice");
     WorkerHooks hooks;
-    hooks.persist = [this](const Stretch& stretch) { return store_->Persist(stretch); };
+    hooks.persist = [this](const FinishedSubmap& finished) { return store_->Persist(finished); };
     hooks.T_map_odom = [](uint32_t) { return std::nullopt; };
     hooks.scan_done = [] {};
     hooks.tell = [this](const std::string& what) { told.push_back(what); };

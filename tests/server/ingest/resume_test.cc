@@ -82,7 +82,7 @@ TEST(Resume, LeavesTheSameBehindHoweverOftenItWasKilled) {
 TEST(Resume, WhatIsStoredBeyondTheCheckpointIsNotStoredTwice) {
   Store undisturbed, store;
   Session calm(&undisturbed, SmallSubmaps()), session(&store, SmallSubmaps());
-  std::optional<Checkpoint> older;
+  std::optional<SessionCheckpoint> older;
   for (int k = 0; k < 70; ++k) {
     const Turn turn = MakeTurn(k);
     calm.Send(turn.payload, turn.end_stamp_ns);

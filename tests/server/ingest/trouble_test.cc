@@ -97,15 +97,15 @@ TEST(Trouble, ClocksMayBeSetBackAndForth) {
   // Stamps are the robot's, and in order within every submap.
   ASSERT_TRUE(rig.worker().Finish().ok());
   ASSERT_GE(rig.stored().size(), 6u);
-  for (const Stretch& stretch : rig.stored()) {
+  for (const FinishedSubmap& finished : rig.stored()) {
     int64_t last_ns = std::numeric_limits<int64_t>::min();
-    for (const TrajectoryEntry& entry : stretch.trajectory) {
+    for (const TrajectoryEntry& entry : finished.trajectory) {
       EXPECT_GT(entry.stamp_ns, last_ns);
-      EXPECT_EQ(entry.submap_index, stretch.submap->id.index);
+      EXPECT_EQ(entry.submap_index, finished.submap->id.index);
       last_ns = entry.stamp_ns;
     }
-    EXPECT_EQ(stretch.submap->first_stamp_ns, stretch.trajectory.front().stamp_ns);
-    EXPECT_EQ(stretch.submap->last_stamp_ns, stretch.trajectory.back().stamp_ns);
+    EXPECT_EQ(finished.submap->first_stamp_ns, finished.trajectory.front().stamp_ns);
+    EXPECT_EQ(finished.submap->last_stamp_ns, finished.trajectory.back().stamp_ns);
   }
 }
 
@@ -199,10 +199,10 @@ TEST(Trouble, LostScansEndTheSubmapAndAreNotStored) {
   EXPECT_EQ(rig.worker().Status().tracking, "lost");
   for (int k = 34; k < 50; ++k) rig.Send(rig.Turn(k));
   ASSERT_TRUE(rig.worker().Finish().ok());
-  for (const Stretch& stretch : rig.stored()) {
-    for (const TrajectoryEntry& entry : stretch.trajectory) {
-      EXPECT_GE(entry.sequence, stretch.submap->first_sequence);
-      EXPECT_LE(entry.sequence, stretch.submap->last_sequence);
+  for (const FinishedSubmap& finished : rig.stored()) {
+    for (const TrajectoryEntry& entry : finished.trajectory) {
+      EXPECT_GE(entry.sequence, finished.submap->first_sequence);
+      EXPECT_LE(entry.sequence, finished.submap->last_sequence);
       EXPECT_FALSE(entry.sequence > 30 && entry.sequence <= 34) << entry.sequence;
     }
   }

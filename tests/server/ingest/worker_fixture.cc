@@ -14,8 +14,8 @@ Rig::Rig(const std::string& sensor, double speed) : motion_(floam::testing::Loop
   record.robot = RobotId("alice");
   record.sensor = sensor;
   WorkerHooks hooks;
-  hooks.persist = [this](const Stretch& stretch) {
-    stored_.push_back(stretch);
+  hooks.persist = [this](const FinishedSubmap& finished) {
+    stored_.push_back(finished);
     return absl::OkStatus();
   };
   hooks.T_map_odom = [](uint32_t) { return std::nullopt; };

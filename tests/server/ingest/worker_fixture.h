@@ -31,7 +31,7 @@ class Rig {
   double Error(const ScanAck& ack, int index) const;
 
   SessionWorker& worker() { return *worker_; }
-  const std::vector<Stretch>& stored() const { return stored_; }
+  const std::vector<FinishedSubmap>& stored() const { return stored_; }
   static constexpr int64_t kPeriod_ns = 100'000'000;
 
  private:
@@ -41,7 +41,7 @@ class Rig {
   const floam::testing::Motion motion_;
   Executor executor_{1};
   std::shared_ptr<SessionWorker> worker_;
-  std::vector<Stretch> stored_;
+  std::vector<FinishedSubmap> stored_;
   std::vector<ScanAck> acks_;
   uint64_t sequence_ = 0;
   PointPayload last_payload_;

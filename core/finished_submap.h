@@ -1,0 +1,33 @@
+// A submap on its way from a session's odometry to the store.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/submap.h"
+#include "core/trajectory.h"
+
+namespace isthmus {
+
+// What a session's worker that comes after this one needs to go on exactly.
+struct SessionCheckpoint {
+  uint64_t sequence = 0;  // The last scan dealt with.
+  // Up to here all that scans made is in finished submaps: safe without `state`.
+  uint64_t durable_sequence = 0;
+  std::optional<std::string> state = {};  // Absent on resuming: it is damaged.
+  uint32_t segment = 1;                   // That the session is in. Not known on resuming.
+};
+
+// What is to be made durable, together or not at all.
+struct FinishedSubmap {
+  std::shared_ptr<const Submap> submap = {};     // Null where there is only a checkpoint.
+  std::vector<TrajectoryEntry> trajectory = {};  // The scans that fell into it.
+  uint32_t segment = 1;                          // Of both.
+  // With its state; maybe in a later segment.
+  std::optional<SessionCheckpoint> checkpoint = {};
+};
+
+}  // namespace isthmus

@@ -1,0 +1,70 @@
+// The recorder of raw scans: what of them goes into the archive on their way in, and what follows
+// when that fails.
+#pragma once
+
+#include <absl/base/thread_annotations.h>
+#include <absl/status/status.h>
+#include <absl/status/statusor.h>
+#include <absl/synchronization/mutex.h>
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+
+#include "core/ids.h"
+#include "core/scan_upload.h"
+#include "server/archive_options.h"
+#include "storage/archive/scan_archive.h"
+
+namespace isthmus::ingest {
+
+// Thread safe.
+class ScanRecorder {
+ public:
+  // With server::ArchiveMode::kOff scans that were kept earlier are still counted, and removed with
+  // their sessions. `on_problem` is told once when keeping begins to fail.
+  static absl::StatusOr<std::unique_ptr<ScanRecorder>> Open(
+      const server::ArchiveOptions& options, std::function<void(const std::string&)> on_problem);
+
+  // Keeps a scan before it is queued, if it is the next of the session: others are repeats, or will
+  // be refused. `last_sequence`: the last that took effect. Errors, where the archive is required:
+  // ResourceExhausted; the scan must not be taken then. Whatever the odometry makes of a scan, it
+  // is kept: better parameters may make more of it.
+  absl::Status Keep(const SessionId& session, uint64_t last_sequence, const ScanUpload& scan);
+  // Once this returns OK what was kept survives; to be called before what was made of the scans is
+  // called durable.
+  absl::Status Sync(const SessionId& session);
+  // The same for the end of a session.
+  absl::Status Finish(const SessionId& session);
+  absl::Status Remove(const SessionId& session);
+  // Removes the oldest scans of a finished session until `bytes` are free or none are left.
+  absl::Status Free(const SessionId& session, uint64_t bytes);
+
+  uint64_t Bytes(const SessionId& session) const;
+  // What is missing of the session, for its status; empty when nothing is.
+  std::string Problem(const SessionId& session) const;
+
+ private:
+  struct Kept {
+    uint64_t last_sequence = 0;  // That was looked at.
+    uint64_t missing = 0;        // Scans that could not be kept.
+    std::string problem;
+  };
+
+  ScanRecorder(const server::ArchiveOptions& options,
+               std::function<void(const std::string&)> on_problem,
+               std::unique_ptr<storage::ScanArchive> archive);
+  bool keeps() const { return archive_ != nullptr && options_.mode != server::ArchiveMode::kOff; }
+  // What follows from what the archive said: `status` where it is required, else a note.
+  absl::Status FollowUp(const SessionId& session, const absl::Status& status, uint64_t missing);
+
+  const server::ArchiveOptions options_;
+  const std::function<void(const std::string&)> on_problem_;
+  const std::unique_ptr<storage::ScanArchive> archive_;  // Null without a directory.
+  mutable absl::Mutex mutex_;
+  std::map<SessionId, Kept> kept_ ABSL_GUARDED_BY(mutex_);
+};
+
+}  // namespace isthmus::ingest

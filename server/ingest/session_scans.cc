@@ -1,0 +1,183 @@
+// What becomes of one scan.
+#include <absl/strings/str_cat.h>
+#include <absl/strings/str_format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "server/ingest/session_worker.h"
+
+namespace isthmus::ingest {
+namespace {
+
+// Scans in a row that cannot be used, after which a submap ends: the odometry bridges fewer.
+constexpr int kBlindScans = 3;
+// So many lost scans in a row are worth a line in the log.
+constexpr uint32_t kLostScans = 3;
+
+std::string ToString(floam::TrackingStatus status) {
+  switch (status) {
+    case floam::TrackingStatus::kOk:
+      return "ok";
+    case floam::TrackingStatus::kDegenerate:
+      return "degenerate";
+    case floam::TrackingStatus::kLost:
+      return "lost";
+  }
+  return "unknown";
+}
+
+std::string InputText(const codec::ScanFields& fields, const floam::OdometryResult& result) {
+  const auto given = [](floam::Inference from, const std::string& field) {
+    return from == floam::Inference::kSensor ? absl::StrCat(" by ", field) : std::string();
+  };
+  const std::string& warning = result.input.warning;
+  return absl::StrCat("rings: ", result.input.rings, given(result.rings_from, fields.ring),
+                      "; times: ", result.input.times, given(result.times_from, fields.time),
+                      warning.empty() ? "" : "; is the sensor's name right? ", warning);
+}
+
+}  // namespace
+
+void SessionWorker::DealWith(const ScanUpload& upload, ScanAck* ack) {
+  const absl::StatusOr<ScanClock::Reading> reading = state_->clock.Read(upload.end_stamp_ns);
+  if (!reading.ok()) {
+    ack->outcome = ScanOutcome::kRejected;
+    ack->reason = std::string(reading.status().message());
+    ++state_->counts.rejected;
+    absl::MutexLock lock(&mutex_);
+    ++status_.rejected;
+    status_.scans = state_->counts;
+    return;
+  }
+  absl::StatusOr<floam::OdometryResult> result = Track(upload, reading->time_ns);
+  if (result.ok()) {
+    state_->clock.Advance(upload.end_stamp_ns, reading->time_ns);
+    if (result->segment != state_->odometry_segment) BeginSegment(*result);
+    if (reading->stepped) Cut(state_->builder->Finish());
+    Take(*result, ack);
+  } else {
+    Reject(upload, result.status(), ack);
+  }
+}
+
+void SessionWorker::BeginSegment(const floam::OdometryResult& first) {
+  // The odometry has forgotten the old segment, and must not be told of it again.
+  Hand(state_->builder->Finish());
+  state_->odometry_segment = first.segment;
+  state_->BeginSegment();
+  checkpoint_due_ = true;
+  const double lost_s =
+      std::max(1e-9 * static_cast<double>(first.stamp_ns - state_->lost_since_ns), 0.0);
+  Tell(absl::StrCat(
+      "goes on in segment ", state_->segment, " (", SegmentId(record_.id, state_->segment).value(),
+      ") from scan ", first.sequence, " on",
+      state_->lost_scans == 0 ? ""
+                              : absl::StrFormat(", having been lost for %d scans, %.1f s",
+                                                state_->lost_scans, lost_s)));
+  state_->lost_scans = 0;  // That it is found is said.
+  absl::MutexLock lock(&mutex_);
+  status_.segment = state_->segment;
+  T_odom_last_.reset();
+}
+
+void SessionWorker::Tell(const std::string& what) const {
+  if (!hooks_.tell) return;
+  const ScanCounts& scans = state_->counts;
+  hooks_.tell(absl::StrFormat(
+      "session %s %s (scans so far: %d ok, %d degenerate, %d lost, %d "
+      "rejected)",
+      record_.id.value(), what, scans.ok, scans.degenerate, scans.lost, scans.rejected));
+}
+
+void SessionWorker::NoteTracking(bool is_lost, uint64_t sequence, int64_t stamp_ns) {
+  const uint32_t lost_scans = state_->lost_scans;
+  if (is_lost) {
+    if (lost_scans == 0) state_->lost_since_ns = stamp_ns;
+    if (++state_->lost_scans == kLostScans) {
+      Tell(absl::StrCat("is lost since scan ", sequence + 1 - kLostScans, ", in segment ",
+                        state_->segment));
+    }
+    return;
+  }
+  state_->lost_since_ns = 0;
+  state_->lost_scans = 0;
+  if (lost_scans < kLostScans) return;
+  Tell(absl::StrCat("was found again with scan ", sequence, " after ", lost_scans,
+                    " lost ones, in segment ", state_->segment));
+}
+
+// The odometry sees times that go forward; what leaves it bears the robot's stamps.
+absl::StatusOr<floam::OdometryResult> SessionWorker::Track(const ScanUpload& upload,
+                                                           int64_t time_ns) {
+  absl::StatusOr<Scan> scan =
+      state_->decoder.Decode(upload.payload, upload.sequence, upload.end_stamp_ns);
+  if (!scan.ok()) return scan.status();
+  scan->end_stamp_ns = time_ns;
+  absl::StatusOr<floam::OdometryResult> result = state_->odometry.Process(*scan);
+  if (result.ok()) result->stamp_ns = upload.end_stamp_ns;
+  return result;
+}
+
+void SessionWorker::Reject(const ScanUpload& scan, const absl::Status& why, ScanAck* ack) {
+  ack->outcome = ScanOutcome::kRejected;
+  ack->reason = std::string(why.message());
+  ack->status = ToString(floam::TrackingStatus::kLost);
+  ++state_->counts.rejected;
+  if (++state_->blind_scans == kBlindScans) Cut(state_->builder->Finish());
+  bool has_begun = state_->segment > 1;
+  {
+    absl::MutexLock lock(&mutex_);
+    has_begun = has_begun || T_odom_last_.has_value();
+  }
+  if (has_begun) NoteTracking(true, scan.sequence, scan.end_stamp_ns);
+  absl::MutexLock lock(&mutex_);
+  ++status_.rejected;
+  status_.scans = state_->counts;
+  status_.lost_since_ns = state_->lost_since_ns;
+  if (has_begun) {
+    status_.tracking = ack->status;
+  } else {
+    status_.input = absl::StrCat("no scan could be used so far: ", ack->reason);
+  }
+}
+
+void SessionWorker::Take(const floam::OdometryResult& result, ScanAck* ack) {
+  state_->blind_scans = 0;
+  const bool lost = result.status == floam::TrackingStatus::kLost;
+  if (lost) Cut(state_->builder->Finish());
+  const TrajectoryEntry entry{result.sequence, result.stamp_ns, result.T_odom_sensor,
+                              state_->builder->CurrentIndex()};
+  if (!lost) state_->unfinished.push_back(entry);
+  Cut(state_->builder->Add(result));
+  ScanCounts& scans = state_->counts;
+  ++(lost                                                  ? scans.lost
+     : result.status == floam::TrackingStatus::kDegenerate ? scans.degenerate
+                                                           : scans.ok);
+  NoteTracking(lost, result.sequence, result.stamp_ns);
+
+  ack->status = ToString(result.status);
+  ack->T_odom_sensor = result.T_odom_sensor;
+  ack->covariance = result.covariance;
+  ack->unobserved_translations = result.degeneracy.translations;
+  ack->unobserved_rotations = result.degeneracy.rotations;
+  ack->features_ms = result.timing.features_ms;
+  ack->matching_ms = result.timing.matching_ms;
+  ack->map_ms = result.timing.map_ms;
+  ack->total_ms = result.timing.total_ms;
+
+  absl::MutexLock lock(&mutex_);
+  ++status_.processed;
+  odometry_ms_sum_ += result.timing.total_ms;
+  status_.odometry_ms_mean = odometry_ms_sum_ / static_cast<double>(status_.processed);
+  status_.tracking = ack->status;
+  status_.scans = scans;
+  status_.lost_since_ns = state_->lost_since_ns;
+  status_.input = InputText(state_->decoder.fields(), result);
+  if (!status_.resumed.empty()) absl::StrAppend(&status_.input, "; ", status_.resumed);
+  if (lost) return;
+  Follow(entry);
+  status_.unsaved[state_->segment].push_back(entry);
+}
+
+}  // namespace isthmus::ingest

@@ -1,0 +1,58 @@
+// From submaps that are cut to what is stored.
+#include <utility>
+
+#include "server/ingest/session_worker.h"
+
+namespace isthmus::ingest {
+
+void SessionWorker::Cut(std::shared_ptr<const Submap> submap) {
+  if (submap != nullptr) state_->odometry.Remember(*submap);
+  Hand(std::move(submap));
+}
+
+void SessionWorker::Hand(std::shared_ptr<const Submap> submap) {
+  if (submap == nullptr) return;
+  std::vector<TrajectoryEntry> trajectory = std::exchange(state_->unfinished, {});
+  // A checkpoint may be older than the last submap: then this one was made, and stored, before.
+  if (std::pair(state_->segment, submap->id.index) < stored_until_) return;
+  finished_.push_back({std::move(submap), std::move(trajectory), state_->segment});
+}
+
+std::deque<FinishedSubmap> SessionWorker::TakeFinished(uint64_t sequence,
+                                                       uint64_t checkpoint_after) {
+  std::deque<FinishedSubmap> finished = std::exchange(finished_, {});
+  if (finished.empty() && sequence < checkpoint_after && !checkpoint_due_) return finished;
+  // Without memory for it the submap goes alone; the robot keeps its scans until the next one.
+  absl::StatusOr<std::string> state = state_->Save();
+  if (!state.ok()) return finished;
+  checkpoint_sequence_ = sequence;
+  checkpoint_due_ = false;
+  if (finished.empty()) finished.emplace_back();
+  const std::vector<TrajectoryEntry>& unfinished = state_->unfinished;
+  finished.back().checkpoint = {sequence,
+                                unfinished.empty() ? sequence : unfinished.front().sequence - 1,
+                                *std::move(state), state_->segment};
+  return finished;
+}
+
+absl::Status SessionWorker::Persist() {
+  absl::MutexLock persisting(&persist_mutex_);
+  while (true) {
+    FinishedSubmap next;
+    {
+      absl::MutexLock lock(&mutex_);
+      if (unpersisted_.empty()) return absl::OkStatus();
+      next = unpersisted_.front();
+    }
+    if (absl::Status status = hooks_.persist(next); !status.ok()) return status;
+    absl::MutexLock lock(&mutex_);
+    unpersisted_.pop_front();
+    if (next.checkpoint) status_.durable_sequence = next.checkpoint->durable_sequence;
+    if (next.submap == nullptr) continue;
+    std::erase_if(status_.unsaved[next.segment], [&](const TrajectoryEntry& entry) {
+      return entry.sequence <= next.submap->last_sequence;
+    });
+  }
+}
+
+}  // namespace isthmus::ingest

@@ -1,0 +1,44 @@
+// The workers of the sessions that take scans, and what those said last that have finished.
+#pragma once
+
+#include <absl/base/thread_annotations.h>
+#include <absl/synchronization/mutex.h>
+
+#include <map>
+#include <memory>
+#include <vector>
+
+#include "core/ids.h"
+#include "server/ingest/session_worker.h"
+
+namespace isthmus::ingest {
+
+// By the session that the robot opened. Its lock is held for a look-up only: workers are asked
+// without it. Thread safe.
+class SessionWorkers {
+ public:
+  using Worker = std::shared_ptr<SessionWorker>;
+
+  struct Entry {
+    Worker worker = {};              // Null once finished: its local map is large.
+    WorkerStatus final_status = {};  // Of one that has finished.
+    bool uploads = false;            // Holds uploaded submaps, so takes no scans.
+  };
+
+  void Add(const SessionId& session, Worker worker);
+  void NoteUploads(const SessionId& session);
+  // The session has finished.
+  void Release(const SessionId& session);
+  void Remove(const SessionId& session);
+
+  // Empty for one that is not known.
+  Entry Find(const SessionId& session) const;
+  // Those that are at work.
+  std::vector<Worker> All() const;
+
+ private:
+  mutable absl::Mutex mutex_;
+  std::map<SessionId, Entry> entries_ ABSL_GUARDED_BY(mutex_);
+};
+
+}  // namespace isthmus::ingest

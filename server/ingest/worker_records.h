@@ -1,0 +1,69 @@
+// What a session's worker is given, asks for and says.
+#pragma once
+
+#include <absl/status/status.h>
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/finished_submap.h"
+#include "core/pose.h"
+#include "core/session.h"
+#include "core/submap.h"
+#include "core/trajectory.h"
+
+namespace isthmus::ingest {
+
+// What a worker asks of its surroundings. Called from executor threads, one call at a time per
+// worker, without any lock of the worker's but that which serialises `persist`.
+struct WorkerHooks {
+  // Makes a submap durable and hands it on. On error it is kept and offered again.
+  std::function<absl::Status(const FinishedSubmap&)> persist;
+  // The segment's newest placement.
+  std::function<std::optional<Pose>(uint32_t segment)> T_map_odom;
+  // A scan has been dealt with (its ack was sent).
+  std::function<void()> scan_done;
+  // The session got lost, was found again, began a segment: a sentence for the log. May be null.
+  std::function<void(const std::string&)> tell = {};
+};
+
+// What is durable of one segment.
+struct StoredSegment {
+  uint32_t segment = 1;
+  uint32_t next_index = 0;     // One more than that of the last submap.
+  uint64_t last_sequence = 0;  // Of the last submap.
+  // Calls with every submap that can be read, one at a time, in order. May be null: there are none.
+  std::function<void(const std::function<void(const Submap&)>&)> for_each_submap = {};
+  std::vector<TrajectoryEntry> trajectory = {};  // All, in order.
+};
+
+// Where a session continues: what is durable of it.
+struct ResumePoint {
+  std::optional<SessionCheckpoint> checkpoint = {};
+  std::vector<StoredSegment> segments = {};  // In order; none in a new session.
+};
+
+struct WorkerStatus {
+  uint64_t last_sequence = 0;  // Highest that was dealt with.
+  uint64_t durable_sequence = 0;
+  uint64_t processed = 0;  // By this worker, as the next.
+  uint64_t rejected = 0;
+  ScanCounts scans;           // From the session's first scan on, if its checkpoints were usable.
+  uint32_t segment = 1;       // That the session is in.
+  int64_t lost_since_ns = 0;  // END of the first scan since it was tracked last; 0: it is.
+  double odometry_ms_mean = 0;
+  double travelled_m = 0;
+  std::string tracking;  // "ok", "degenerate", "lost"; empty before the first scan.
+  // How rings and times of the scans were found, empty before the first; and `resumed`.
+  std::string input;
+  // "resumed from submaps: ..." and why, where there was a checkpoint that could not be used.
+  std::string resumed;
+  // Scans whose submap is not stored yet, by segment.
+  std::map<uint32_t, std::vector<TrajectoryEntry>> unsaved;
+};
+
+}  // namespace isthmus::ingest

@@ -1,0 +1,51 @@
+// What the server is doing: what is under way, how long things took, what cannot be read. None of
+// it is part of the map.
+#pragma once
+
+#include <absl/base/thread_annotations.h>
+#include <absl/synchronization/mutex.h>
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "core/event_count.h"
+#include "core/ids.h"
+
+namespace isthmus::server {
+
+// Thread safe.
+class Activity {
+ public:
+  struct Counters {
+    uint64_t pending_scans = 0;  // Queued or at work.
+    // Last of each, and the longest; wall time.
+    double composition_ms = 0, composition_max_ms = 0, estimation_ms = 0, placement_ms = 0;
+    uint64_t compositions = 0, estimations = 0, placements = 0;
+  };
+  Counters counters() const;
+
+  void ScanQueued();
+  void ScanDone();
+  void Composed(double ms);
+  void Placed(double ms);
+  void Estimated(double ms);
+
+  // Submaps that cannot be read, and why.
+  void NoteDamage(const SubmapId& submap, const std::string& problem);
+  void ForgetDamage(const std::function<bool(const SubmapId&)>& is_gone);
+  std::vector<std::string> damage() const;  // In order of submap.
+
+  // Notified when the map changes, no scan is pending any more, or a thread has nothing left to do.
+  EventCount& changed() { return changed_; }
+
+ private:
+  EventCount changed_;
+  mutable absl::Mutex mutex_;
+  Counters counters_ ABSL_GUARDED_BY(mutex_);
+  std::map<SubmapId, std::string> damaged_ ABSL_GUARDED_BY(mutex_);
+};
+
+}  // namespace isthmus::server

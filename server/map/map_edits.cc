@@ -1,0 +1,173 @@
+// What changes the map, one by one.
+#include <absl/strings/str_cat.h>
+
+#include <set>
+#include <utility>
+
+#include "server/map/map_writer.h"
+
+namespace isthmus::server {
+namespace {
+
+std::string NameOf(const SessionId& a, const SessionId& b) {
+  return absl::StrCat("match ", a.value(), " ~ ", b.value());
+}
+
+}  // namespace
+
+absl::Status MapWriter::PutSessions(const std::vector<SessionRecord>& sessions) {
+  MapEdit edit;
+  edit.batch.sessions = sessions;
+  return Commit(edit);
+}
+
+std::vector<SessionRecord> MapWriter::NewSegments(const SessionId& session,
+                                                  const FinishedSubmap& finished) const {
+  std::set<uint32_t> numbers;
+  if (finished.submap != nullptr) numbers.insert(finished.segment);
+  if (finished.checkpoint) numbers.insert(finished.checkpoint->segment);
+  std::vector<SessionRecord> records;
+  const View now = view();
+  const SessionView* opened = now->Find(session);
+  for (const uint32_t number : numbers) {
+    const SessionId id = SegmentId(session, number);
+    if (opened == nullptr || now->Find(id) != nullptr) continue;
+    SessionRecord& record = records.emplace_back(opened->record);
+    record.id = id;
+    record.segment = number;
+    record.first_segment = session;
+    record.request_id.clear();
+    record.created_ns = clock_->NowNs();
+  }
+  return records;
+}
+
+absl::Status MapWriter::AddSubmap(const SessionId& session, const FinishedSubmap& finished) {
+  const SessionId segment = SegmentId(session, finished.segment);
+  MapEdit edit;
+  edit.rests_on = {session};
+  edit.batch.sessions = NewSegments(session, finished);
+  if (finished.submap != nullptr) {
+    edit.batch.submaps.push_back(finished.submap);
+    edit.changes.causes = {absl::StrCat("submap ", ToString(finished.submap->id))};
+  }
+  if (const auto& checkpoint = finished.checkpoint) {
+    edit.batch.checkpoints.push_back(
+        {session, checkpoint->sequence, checkpoint->durable_sequence, checkpoint->state});
+  }
+  for (const TrajectoryEntry& entry : finished.trajectory) {
+    edit.batch.trajectory.emplace_back(segment, entry);
+  }
+  // Without a lock: the disk may take its time, and one session writes one submap at a time.
+  if (absl::Status status = store_->Write(edit.batch); !status.ok()) return status;
+  if (finished.submap == nullptr && edit.batch.sessions.empty()) {
+    // Nothing that a view shows.
+    if (!IsVoid(edit, *view())) return absl::OkStatus();
+  } else {
+    if (finished.submap != nullptr) cache_->Put(finished.submap);
+    if (Show(edit)) return absl::OkStatus();
+    if (finished.submap != nullptr) cache_->Forget(finished.submap->id);
+  }
+  return absl::NotFoundError(absl::StrCat("session ", session.value(), " was deleted"));
+}
+
+absl::Status MapWriter::PutMatch(const Match& match) {
+  MapEdit edit;
+  edit.rests_on = {match.a, match.b};
+  if (IsVoid(edit, *view())) return absl::OkStatus();
+  edit.batch.matches = {match};
+  edit.changes.causes = {absl::StrCat(NameOf(match.a, match.b), " ", ToString(match.state))};
+  edit.changes.matches = {{match.a, match.b}};
+  return Commit(edit);
+}
+
+absl::Status MapWriter::PutDecisions(const ManualDecisions& decisions) {
+  MapEdit edit;
+  edit.batch.verdicts = decisions.verdicts;
+  edit.batch.withdrawn_verdicts = decisions.withdrawn;
+  edit.batch.loops = decisions.loops;
+  Changes& changes = edit.changes;
+  for (const Verdict& verdict : decisions.verdicts) {
+    changes.matches.emplace_back(verdict.a, verdict.b);
+    changes.causes.push_back(
+        absl::StrCat(NameOf(verdict.a, verdict.b), " by hand: ", ToString(verdict.ruling)));
+  }
+  for (const SessionPair& pair : decisions.withdrawn) {
+    changes.matches.push_back(pair);
+    changes.causes.push_back(
+        absl::StrCat(NameOf(pair.first, pair.second), ": word by hand withdrawn"));
+  }
+  for (const LoopClosure& loop : decisions.loops) {
+    changes.loops.push_back(loop.id);
+    changes.causes.push_back(
+        absl::StrCat("loop ", loop.id, " by hand: ", loop.rejected ? "REJECT" : "RESTORE"));
+  }
+  return Commit(edit);
+}
+
+absl::Status MapWriter::AddLoops(std::vector<LoopClosure> found) {
+  const View now = view();
+  std::erase_if(found, [&](const LoopClosure& loop) { return now->Find(loop.session) == nullptr; });
+  if (found.empty()) return absl::OkStatus();
+  MapEdit edit;
+  const int64_t now_ns = clock_->NowNs();
+  for (LoopClosure& loop : found) {
+    {
+      absl::MutexLock lock(&mutex_);
+      loop.id = next_loop_++;
+    }
+    loop.computed_ns = now_ns;
+    edit.rests_on.push_back(loop.session);
+    edit.changes.loops.push_back(loop.id);
+    edit.changes.causes.push_back(absl::StrCat("loop ", loop.id, ": ",
+                                               ToString(SubmapId{loop.session, loop.submap_b}),
+                                               " on ", loop.submap_a));
+  }
+  edit.batch.loops = std::move(found);
+  return Commit(edit);
+}
+
+absl::Status MapWriter::PutAnchor(const Anchor& anchor) {
+  MapEdit edit;
+  edit.batch.anchors = {anchor};
+  edit.changes.causes = {absl::StrCat("anchor of ", ToString(anchor.submap))};
+  return Commit(edit);
+}
+
+absl::Status MapWriter::RemoveAnchor(const SubmapId& submap) {
+  MapEdit edit;
+  edit.batch.removed_anchors = {submap};
+  edit.changes.causes = {absl::StrCat("anchor of ", ToString(submap), " removed")};
+  return Commit(edit);
+}
+
+absl::Status MapWriter::Retire(const std::vector<SubmapId>& submaps) {
+  if (submaps.empty()) return absl::OkStatus();
+  const std::set<SubmapId> gone(submaps.begin(), submaps.end());
+  MapEdit edit;
+  edit.batch.retired = submaps;
+  edit.changes.causes = {
+      absl::StrCat(gone.size(), " submaps retired, ", ToString(*gone.begin()), " first")};
+  if (absl::Status status = Commit(edit); !status.ok()) return status;
+  for (const SubmapId& id : gone) cache_->Forget(id);
+  activity_->ForgetDamage([&](const SubmapId& id) { return gone.contains(id); });
+  return absl::OkStatus();
+}
+
+absl::Status MapWriter::RemoveSession(const SessionId& session, const std::string& why) {
+  if (absl::Status status = store_->DeleteSession(session); !status.ok()) return status;
+  const View before = view();
+  MapEdit edit;
+  edit.removed_session = session;
+  edit.changes.causes = {
+      absl::StrCat("session ", session.value(), " deleted", why.empty() ? "" : ": ", why)};
+  (void)Show(edit);
+  const View after = view();
+  for (const SessionView* segment : before->SegmentsOf(session)) {
+    for (const auto& [index, submap] : segment->submaps) cache_->Forget(submap.id);
+  }
+  activity_->ForgetDamage([&](const SubmapId& id) { return after->Find(id.session) == nullptr; });
+  return absl::OkStatus();
+}
+
+}  // namespace isthmus::server

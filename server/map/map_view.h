@@ -1,0 +1,72 @@
+// The map as of one moment: an immutable value that any number of threads read without a lock.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "core/composed_map.h"
+#include "core/match.h"
+#include "core/revision.h"
+#include "server/match_graph/match_graph.h"
+#include "server/placement/placer.h"
+#include "storage/map_records.h"
+
+namespace isthmus::server {
+
+using storage::SessionPair;
+using SessionView = storage::SessionRecords;
+
+// All that one answer says comes from one view, so it is of one revision. An old view lives as long
+// as somebody reads it; parts that did not change since are shared with the newer ones.
+struct MapView : storage::MapRecords {
+  uint64_t serial = 0;         // Grows with every edit.
+  uint64_t graph_version = 0;  // Grows with everything that placements rest on.
+  uint64_t removals = 0;       // Sessions that were removed since the server started.
+  uint64_t retired = 0;        // Submaps, likewise.
+
+  // Matches as the graph is made of them, in order of the pairs: the computed ones under what
+  // people said, set aside where others speak against them. Never null, as what follows.
+  std::shared_ptr<const std::vector<Match>> effective =
+      std::make_shared<const std::vector<Match>>();
+
+  // What placement found, of the state of things at placed_version.
+  uint64_t placed_version = 0;
+  std::shared_ptr<const MapRevision> revision = std::make_shared<const MapRevision>();
+  std::shared_ptr<const std::vector<SessionPair>> tree =
+      std::make_shared<const std::vector<SessionPair>>();
+  // Which edges `revision` agrees with.
+  std::shared_ptr<const placement::Judgement> judgement =
+      std::make_shared<const placement::Judgement>();
+
+  // The newest composed map, null before the first, and the revision that it was made of.
+  std::shared_ptr<const ComposedMap> map;
+  int64_t composed_revision = -1;
+
+  // Nothing has changed that `revision` does not show.
+  bool IsPlaced() const { return placed_version == graph_version; }
+  // `map` shows `revision`.
+  bool IsComposed() const { return composed_revision == revision->revision; }
+
+  // Pointers into the view; null where there is none.
+  const SessionView* Find(const SessionId& session) const { return sessions.Find(session); }
+  // The robot's newest session, where that has several segments the last.
+  const SessionView* Newest(const RobotId& robot) const;
+  const Placement* PlacementOf(const SessionId& session) const;
+  const SubmapPose* PoseOf(const SubmapId& submap) const;
+  const Match* EffectiveMatch(const SessionPair& pair) const;
+  // Of the session that a robot opened, in order; none for another id.
+  std::vector<const SessionView*> SegmentsOf(const SessionId& opened) const;
+
+  // All submaps with their placements, for composition.
+  std::vector<PlacedSubmap> PlacedSubmaps() const;
+};
+
+// The sessions that have submaps.
+std::vector<match_graph::Node> MatchGraphNodes(const MapView& view);
+
+// What the pose graph is made of.
+placement::Input PlacementInput(const MapView& view);
+
+}  // namespace isthmus::server

@@ -1,0 +1,101 @@
+#include "server/map/map_writer.h"
+
+#include <optional>
+#include <utility>
+
+namespace isthmus::server {
+namespace {
+
+// Of what came between two revisions so many are named; the rest is counted by their moves.
+constexpr size_t kMaxCauses = 4;
+
+template <typename T>
+void Append(const std::vector<T>& more, std::vector<T>* all) {
+  all->insert(all->end(), more.begin(), more.end());
+}
+
+void Append(const Changes& more, Changes* all) {
+  for (const std::string& cause : more.causes) {
+    if (all->causes.size() > kMaxCauses) break;
+    all->causes.push_back(all->causes.size() < kMaxCauses ? cause : "and more");
+  }
+  Append(more.matches, &all->matches);
+  Append(more.loops, &all->loops);
+}
+
+}  // namespace
+
+MapWriter::View MapWriter::view() const {
+  absl::ReaderMutexLock lock(&mutex_);
+  return view_;
+}
+
+absl::Status MapWriter::Commit(const MapEdit& edit) {
+  if (absl::Status status = store_->Write(edit.batch); !status.ok()) return status;
+  (void)Show(edit);
+  return absl::OkStatus();
+}
+
+bool MapWriter::Show(const MapEdit& edit) {
+  const View now = view();
+  if (!ChangesMatches(edit, *now)) return ShowPrepared(edit, Prepare(edit, *now));
+  // Others that do not change matches show theirs while cycles are checked.
+  absl::MutexLock matching(&matching_);
+  return ShowPrepared(edit, Prepare(edit, *view()));
+}
+
+bool MapWriter::ShowPrepared(const MapEdit& edit, const PreparedEdit& prepared) {
+  View base;  // May be the last that holds a large map: let go of without a lock.
+  {
+    absl::MutexLock editing(&editing_);
+    base = view();
+    if (IsVoid(edit, *base)) return false;
+    View next = Apply(*base, edit, prepared);
+    absl::MutexLock lock(&mutex_);
+    view_ = std::move(next);
+    Append(edit.changes, &changes_);
+  }
+  changed_.Notify();
+  activity_->changed().Notify();
+  return true;
+}
+
+MapWriter::ToPlace MapWriter::TakeChanges() {
+  absl::MutexLock lock(&mutex_);
+  return {view_, std::exchange(changes_, {})};
+}
+
+void MapWriter::ShowPlaced(PlacedMap placed) {
+  MapEdit edit;
+  edit.placed = std::move(placed);
+  (void)Show(edit);
+}
+
+void MapWriter::ShowComposed(std::shared_ptr<const ComposedMap> map) {
+  MapEdit edit;
+  edit.composed = std::move(map);
+  (void)Show(edit);
+}
+
+void MapWriter::EndPlacing() {
+  {
+    absl::MutexLock lock(&mutex_);
+    placing_ = false;
+  }
+  changed_.Notify();
+  activity_->changed().Notify();
+}
+
+void MapWriter::WaitUntilPlaced() const {
+  const uint64_t wanted = view()->graph_version;
+  while (true) {
+    const uint64_t seen = changed_.count();
+    {
+      absl::ReaderMutexLock lock(&mutex_);
+      if (!placing_ || view_->placed_version >= wanted) return;
+    }
+    changed_.WaitPast(seen);
+  }
+}
+
+}  // namespace isthmus::server

@@ -1,0 +1,121 @@
+// The one place where the map changes: stored first, then shown as a new view.
+#pragma once
+
+#include <absl/base/thread_annotations.h>
+#include <absl/status/status.h>
+#include <absl/synchronization/mutex.h>
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/clock.h"
+#include "core/event_count.h"
+#include "core/finished_submap.h"
+#include "server/map/activity.h"
+#include "server/map/map_edit.h"
+#include "server/map/map_view.h"
+#include "server/map/submap_cache.h"
+#include "storage/map_store.h"
+
+namespace isthmus::server {
+
+// What a person says at once.
+struct ManualDecisions {
+  std::vector<Verdict> verdicts = {};
+  std::vector<SessionPair> withdrawn = {};  // Whose verdicts are taken back.
+  std::vector<LoopClosure> loops = {};      // As they are from now on.
+};
+
+// Thread safe. Who reads takes one pointer and never waits for who writes: the lock for it is held
+// while a pointer is copied. Writers wait for the store without a lock, and for each other while a
+// view is copied, some microseconds; those that change matches also while cycles are checked.
+//
+// Edits of different callers are stored and shown in any order: none rests on another's that is
+// under way, as what is of a session is handed over by one thread at a time. An edit that names a
+// session that is gone by then is void.
+class MapWriter {
+ public:
+  using View = std::shared_ptr<const MapView>;
+
+  // `cache` is told which submaps come and go, `activity` that the map has changed.
+  MapWriter(storage::MapStore* store, SubmapCache* cache, Activity* activity, const Clock* clock)
+      : store_(store), cache_(cache), activity_(activity), clock_(clock) {}
+
+  // Reads everything back from the store. Call once, before any thread starts.
+  absl::Status Load();
+
+  // The newest; never null.
+  View view() const;
+  // Notified after every new view, and when nothing is placed any more.
+  EventCount& changed() { return changed_; }
+
+  // All that change what is placed return when the change is stored; the map is placed anew soon
+  // after (WaitUntilPlaced).
+
+  // New sessions, or known ones with other records; nothing that is placed changes.
+  absl::Status PutSessions(const std::vector<SessionRecord>& sessions);
+  // Stores a finished submap, or a checkpoint alone, and adds what it holds to its segment of the
+  // session. A segment that there is none of yet is opened with it. NotFound when the session was
+  // deleted meanwhile.
+  absl::Status AddSubmap(const SessionId& session, const FinishedSubmap& finished);
+  // Ignored when a session is gone.
+  absl::Status PutMatch(const Match& match);
+  // Stores what a person said of pairs and of loop closures, all or nothing. All must exist.
+  absl::Status PutDecisions(const ManualDecisions& decisions);
+  // New ones; gives them their ids. Ignored when the session is gone.
+  absl::Status AddLoops(std::vector<LoopClosure> found);
+  absl::Status PutAnchor(const Anchor& anchor);
+  absl::Status RemoveAnchor(const SubmapId& submap);
+  // Removes the submaps with all that hangs on them.
+  absl::Status Retire(const std::vector<SubmapId>& submaps);
+  // Removes the session, all its segments, from store and map. `why` is said in the revision's
+  // cause.
+  absl::Status RemoveSession(const SessionId& session, const std::string& why = "");
+
+  // Until the revision shows what the map says now, or nothing is placed any more.
+  void WaitUntilPlaced() const;
+
+  // For the threads that place and compose. What is shown so is not stored here.
+  struct ToPlace {
+    View view;
+    Changes changes;  // Since the last call.
+  };
+  ToPlace TakeChanges();
+  void ShowPlaced(PlacedMap placed);
+  void ShowComposed(std::shared_ptr<const ComposedMap> map);
+  // Nothing will be placed any more.
+  void EndPlacing();
+
+ private:
+  absl::Status Commit(const MapEdit& edit);  // Stores, then shows.
+  // False where it is void.
+  bool Show(const MapEdit& edit) ABSL_LOCKS_EXCLUDED(matching_, editing_, mutex_);
+  bool ShowPrepared(const MapEdit& edit, const PreparedEdit& prepared)
+      ABSL_LOCKS_EXCLUDED(editing_, mutex_);
+  // Those that the finished submap brings, as they are to be stored.
+  std::vector<SessionRecord> NewSegments(const SessionId& session,
+                                         const FinishedSubmap& finished) const;
+  absl::Status LoadSessions(MapView* view);
+  absl::Status LoadDecisions(MapView* view);
+  absl::Status LoadLoops(MapView* view);
+
+  storage::MapStore* const store_;
+  SubmapCache* const cache_;
+  Activity* const activity_;
+  const Clock* const clock_;
+  EventCount changed_;
+
+  absl::Mutex matching_;  // Held while effective matches are worked out and shown.
+  absl::Mutex editing_ ABSL_ACQUIRED_AFTER(matching_);  // Held from one view to the next.
+  mutable absl::Mutex mutex_ ABSL_ACQUIRED_AFTER(editing_);
+  View view_ ABSL_GUARDED_BY(mutex_) = std::make_shared<const MapView>();
+  Changes changes_ ABSL_GUARDED_BY(mutex_);  // Since they were taken.
+  bool placing_ ABSL_GUARDED_BY(mutex_) = true;
+  // No number is given twice while a revision names it, even if its loop closure is gone: who
+  // undoes that revision means the old one.
+  uint64_t next_loop_ ABSL_GUARDED_BY(mutex_) = 1;
+};
+
+}  // namespace isthmus::server

@@ -1,0 +1,103 @@
+#include "server/map/submap_cache.h"
+
+#include <utility>
+
+namespace isthmus::server {
+
+size_t BytesOf(const Submap& submap) {
+  return sizeof(Submap) + submap.keyframes.capacity() * sizeof(Keyframe) +
+         submap.points.capacity() * sizeof(SubmapPoint);
+}
+
+SubmapCache::SubmapCache(const storage::MapStore* store, size_t max_bytes, OnDamaged on_damaged)
+    : store_(store), max_bytes_(max_bytes), on_damaged_(std::move(on_damaged)) {}
+
+std::shared_ptr<const Submap> SubmapCache::Get(const SubmapId& id) {
+  {
+    absl::MutexLock lock(&mutex_);
+    if (const auto it = entries_.find(id); it != entries_.end()) {
+      Entry& entry = it->second;
+      if (entry.is_damaged) return nullptr;
+      if (std::shared_ptr<const Submap> held = entry.kept ? entry.kept : entry.held.lock()) {
+        Keep(&entry, held);
+        return held;
+      }
+    }
+  }
+  // Not under the lock: two who ask for the same at a time read it twice.
+  absl::StatusOr<std::shared_ptr<const Submap>> read = store_->GetSubmap(id);
+  if (read.ok()) {
+    absl::MutexLock lock(&mutex_);
+    Keep(&entries_[id], *read);
+    return *std::move(read);
+  }
+  if (!absl::IsDataLoss(read.status())) return nullptr;
+  {
+    absl::MutexLock lock(&mutex_);
+    if (std::exchange(entries_[id].is_damaged, true)) return nullptr;
+  }
+  if (on_damaged_) on_damaged_(id, std::string(read.status().message()));
+  return nullptr;
+}
+
+std::shared_ptr<const Submap> SubmapCache::Outline(const SubmapId& id) {
+  {
+    absl::MutexLock lock(&mutex_);
+    const auto it = entries_.find(id);
+    if (it != entries_.end() && it->second.outline) return it->second.outline;
+  }
+  const std::shared_ptr<const Submap> whole = Get(id);
+  if (!whole) return nullptr;
+  auto outline = std::make_shared<Submap>();
+  outline->id = whole->id;
+  outline->robot = whole->robot;
+  outline->T_odom_submap = whole->T_odom_submap;
+  outline->drift_covariance = whole->drift_covariance;
+  outline->first_sequence = whole->first_sequence;
+  outline->last_sequence = whole->last_sequence;
+  outline->first_stamp_ns = whole->first_stamp_ns;
+  outline->last_stamp_ns = whole->last_stamp_ns;
+  outline->keyframes = whole->keyframes;
+  absl::MutexLock lock(&mutex_);
+  Entry& entry = entries_[id];
+  if (!entry.outline) entry.outline = std::move(outline);
+  return entry.outline;
+}
+
+void SubmapCache::Put(std::shared_ptr<const Submap> submap) {
+  absl::MutexLock lock(&mutex_);
+  Keep(&entries_[submap->id], submap);
+}
+
+void SubmapCache::Forget(const SubmapId& id) {
+  absl::MutexLock lock(&mutex_);
+  const auto it = entries_.find(id);
+  if (it == entries_.end()) return;
+  if (it->second.kept) LetGo(&it->second);
+  entries_.erase(it);
+}
+
+size_t SubmapCache::bytes() const {
+  absl::MutexLock lock(&mutex_);
+  return bytes_;
+}
+
+void SubmapCache::Keep(Entry* entry, const std::shared_ptr<const Submap>& submap) {
+  if (entry->kept) {
+    turns_.splice(turns_.end(), turns_, entry->turn);
+    return;
+  }
+  entry->kept = submap;
+  entry->held = submap;
+  entry->turn = turns_.insert(turns_.end(), submap->id);
+  bytes_ += BytesOf(*submap);
+  while (bytes_ > max_bytes_ && !turns_.empty()) LetGo(&entries_.at(turns_.front()));
+}
+
+void SubmapCache::LetGo(Entry* entry) {
+  bytes_ -= BytesOf(*entry->kept);
+  turns_.erase(entry->turn);
+  entry->kept = nullptr;
+}
+
+}  // namespace isthmus::server

@@ -1,0 +1,71 @@
+// A cache of submaps: read from the store when somebody asks, let go when there are too many, so
+// that a server's memory does not grow with its map.
+#pragma once
+
+#include <absl/base/thread_annotations.h>
+#include <absl/synchronization/mutex.h>
+
+#include <cstddef>
+#include <functional>
+#include <list>
+#include <map>
+#include <memory>
+#include <string>
+
+#include "core/submap.h"
+#include "storage/map_store.h"
+
+namespace isthmus::server {
+
+// About what a submap takes in memory.
+size_t BytesOf(const Submap& submap);
+
+// Thread safe.
+class SubmapCache {
+ public:
+  // Told once of each submap that cannot be read, with the store's words; from any thread.
+  using OnDamaged = std::function<void(const SubmapId&, const std::string& problem)>;
+
+  // Submaps are let go, those asked for longest ago first, until they take `max_bytes` at most. One
+  // that somebody still holds is handed out again, not read a second time, and is not counted.
+  SubmapCache(const storage::MapStore* store, size_t max_bytes, OnDamaged on_damaged);
+  SubmapCache(const SubmapCache&) = delete;
+  SubmapCache& operator=(const SubmapCache&) = delete;
+
+  // Null where it is gone or cannot be read. A damaged one is not read again; where the store
+  // failed otherwise, the next call tries again.
+  std::shared_ptr<const Submap> Get(const SubmapId& id);
+  // All but its points; kept for good once read, a kB or so each, and always the same object.
+  std::shared_ptr<const Submap> Outline(const SubmapId& id);
+
+  // One that was stored just now.
+  void Put(std::shared_ptr<const Submap> submap);
+  // One that is gone: should the id come again, it is another submap's.
+  void Forget(const SubmapId& id);
+
+  size_t bytes() const;  // Of the submaps kept, outlines left out.
+
+ private:
+  struct Entry {
+    std::shared_ptr<const Submap> kept;     // Null once let go.
+    std::weak_ptr<const Submap> held;       // By somebody, perhaps.
+    std::shared_ptr<const Submap> outline;  // Null until somebody asked.
+    std::list<SubmapId>::iterator turn;     // While kept.
+    bool is_damaged = false;
+  };
+
+  void Keep(Entry* entry, const std::shared_ptr<const Submap>& submap)
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void LetGo(Entry* entry) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+
+  const storage::MapStore* const store_;
+  const size_t max_bytes_;
+  const OnDamaged on_damaged_;
+  mutable absl::Mutex mutex_;
+  std::map<SubmapId, Entry> entries_ ABSL_GUARDED_BY(mutex_);
+  // Of those kept, the least recently asked for first.
+  std::list<SubmapId> turns_ ABSL_GUARDED_BY(mutex_);
+  size_t bytes_ ABSL_GUARDED_BY(mutex_) = 0;
+};
+
+}  // namespace isthmus::server

@@ -1,0 +1,138 @@
+#include "server/pipeline/map_decisions.h"
+
+#include <absl/strings/str_cat.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "core/note.h"
+#include "server/pipeline/map_reader.h"
+
+namespace isthmus::server {
+namespace {
+
+absl::Status CheckAnchor(const Anchor& anchor) {
+  const double sigmas[] = {anchor.sigma_xy_m, anchor.sigma_z_m, anchor.sigma_deg};
+  const bool usable = std::all_of(std::begin(sigmas), std::end(sigmas),
+                                  [](double sigma) { return std::isfinite(sigma) && sigma >= 0; });
+  if (!usable || *std::max_element(std::begin(sigmas), std::end(sigmas)) == 0) {
+    return absl::InvalidArgumentError(
+        "an anchor's standard deviations are finite and not negative, and one of them is positive: "
+        "0 says that this part of the pose is not known");
+  }
+  if (!anchor.T_map_submap.IsFinite()) {
+    return absl::InvalidArgumentError("the anchor's pose has numbers that are not finite");
+  }
+  if (anchor.T_map_submap.translation().cwiseAbs().maxCoeff() > kMaxAnchorM) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("the anchor is more than ", kMaxAnchorM / 1000,
+                     " km from the origin: give coordinates relative to a point of the site"));
+  }
+  return CheckNote(anchor.note);
+}
+
+}  // namespace
+
+int64_t MapDecisions::RevisionOncePlaced() const {
+  map_->WaitUntilPlaced();
+  return map_->view()->revision->revision;
+}
+
+absl::StatusOr<LoopStatus> MapDecisions::DecideLoop(const LoopDecision& decision) {
+  if (absl::Status status = CheckNote(decision.note); !status.ok()) return status;
+  LoopClosure loop;
+  {
+    absl::MutexLock changing(membership_);
+    const std::shared_ptr<const LoopClosure> known = map_->view()->loops.Get(decision.id);
+    if (known == nullptr) {
+      return absl::NotFoundError(absl::StrCat("no loop closure ", decision.id,
+                                              ": list those there are; retired submaps' are gone"));
+    }
+    loop = *known;
+    loop.rejected = decision.rejected;
+    loop.note = decision.note;
+    if (absl::Status status = map_->PutDecisions({.loops = {loop}}); !status.ok()) return status;
+  }
+  map_->WaitUntilPlaced();
+  return MapReader::StatusOf(loop, *map_->view());
+}
+
+absl::StatusOr<int64_t> MapDecisions::PutAnchor(Anchor anchor) {
+  if (absl::Status status = CheckAnchor(anchor); !status.ok()) return status;
+  {
+    absl::MutexLock changing(membership_);
+    const MapWriter::View view = map_->view();
+    const SessionView* session = view->Find(anchor.submap.session);
+    if (session == nullptr || !session->submaps.contains(anchor.submap.index)) {
+      return absl::NotFoundError(
+          absl::StrCat("no submap ", ToString(anchor.submap), ": list those there are"));
+    }
+    anchor.given_ns = clock_->NowNs();
+    if (absl::Status status = map_->PutAnchor(anchor); !status.ok()) return status;
+  }
+  return RevisionOncePlaced();
+}
+
+absl::StatusOr<int64_t> MapDecisions::RemoveAnchor(const SubmapId& submap) {
+  {
+    absl::MutexLock changing(membership_);
+    if (!map_->view()->anchors.contains(submap)) {
+      return absl::NotFoundError(absl::StrCat("submap ", ToString(submap), " has no anchor"));
+    }
+    if (absl::Status status = map_->RemoveAnchor(submap); !status.ok()) return status;
+  }
+  return RevisionOncePlaced();
+}
+
+ManualDecisions MapDecisions::Reject(const RevisionInfo& revision, const std::string& note) const {
+  ManualDecisions decisions;
+  const MapWriter::View view = map_->view();
+  for (const SessionPair& pair : revision.matches) {
+    const Match* match = view->EffectiveMatch(pair);
+    if (match == nullptr || match->state != MatchState::kAccepted) continue;
+    const Verdict* said = view->verdicts.Find(pair);
+    if (said != nullptr && said->ruling == Ruling::kSet) {
+      decisions.withdrawn.push_back(pair);
+      continue;
+    }
+    decisions.verdicts.push_back(
+        {pair.first, pair.second, Ruling::kReject, match->T_a_b, note, clock_->NowNs()});
+  }
+  for (const uint64_t id : revision.loops) {
+    const LoopClosure* known = view->loops.Find(id);
+    if (known == nullptr || known->rejected) continue;
+    LoopClosure& loop = decisions.loops.emplace_back(*known);
+    loop.rejected = true;
+    loop.note = note;
+  }
+  return decisions;
+}
+
+absl::StatusOr<int64_t> MapDecisions::UndoRevision(int64_t revision, const std::string& note) {
+  if (absl::Status status = CheckNote(note); !status.ok()) return status;
+  const absl::StatusOr<std::vector<RevisionInfo>> revisions =
+      map_store_->ListRevisions(std::numeric_limits<int>::max());
+  if (!revisions.ok()) return revisions.status();
+  const auto info = std::find_if(revisions->begin(), revisions->end(),
+                                 [&](const auto& r) { return r.revision == revision; });
+  if (info == revisions->end()) {
+    return absl::NotFoundError(
+        absl::StrCat("revision ", revision, " is not kept: list those that are"));
+  }
+  {
+    // Sessions must not go while the store is written.
+    absl::MutexLock changing(membership_);
+    const ManualDecisions rejected = Reject(*info, note);
+    if (rejected.verdicts.empty() && rejected.withdrawn.empty() && rejected.loops.empty()) {
+      return absl::FailedPreconditionError(
+          absl::StrCat("revision ", revision, " (", info->cause,
+                       ") came of no match or loop closure that still counts: nothing to reject"));
+    }
+    if (absl::Status status = map_->PutDecisions(rejected); !status.ok()) return status;
+  }
+  return RevisionOncePlaced();
+}
+
+}  // namespace isthmus::server

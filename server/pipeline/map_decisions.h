@@ -1,0 +1,43 @@
+// The editing part of the pipeline: what people decide about the map.
+#pragma once
+
+#include <absl/status/status.h>
+#include <absl/status/statusor.h>
+#include <absl/synchronization/mutex.h>
+
+#include <cstdint>
+#include <string>
+
+#include "core/clock.h"
+#include "server/map/map_writer.h"
+#include "server/pipeline.h"
+#include "storage/map_store.h"
+
+namespace isthmus::server {
+
+// See Pipeline for what is promised. Each looks at one view, with `membership` held so that no
+// session goes until the store is written, and waits for the new placement without it. Thread safe.
+class MapDecisions {
+ public:
+  MapDecisions(MapWriter* map, const storage::MapStore* store, const Clock* clock,
+               absl::Mutex* membership)
+      : map_(map), map_store_(store), clock_(clock), membership_(membership) {}
+
+  absl::StatusOr<Match> DecideMatch(const MatchDecision& decision);
+  absl::StatusOr<LoopStatus> DecideLoop(const LoopDecision& decision);
+  absl::StatusOr<int64_t> PutAnchor(Anchor anchor);
+  absl::StatusOr<int64_t> RemoveAnchor(const SubmapId& submap);
+  absl::StatusOr<int64_t> UndoRevision(int64_t revision, const std::string& note);
+
+ private:
+  // What is to be rejected of what the revision came of.
+  ManualDecisions Reject(const RevisionInfo& revision, const std::string& note) const;
+  int64_t RevisionOncePlaced() const;
+
+  MapWriter* const map_;
+  const storage::MapStore* const map_store_;
+  const Clock* const clock_;
+  absl::Mutex* const membership_;
+};
+
+}  // namespace isthmus::server

@@ -1,0 +1,57 @@
+// The reading part of the pipeline: what people and robots ask of the map.
+#pragma once
+
+#include <absl/status/status.h>
+#include <absl/status/statusor.h>
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "server/composition/occupancy.h"
+#include "server/map/map_writer.h"
+#include "server/map/submap_cache.h"
+#include "server/pipeline.h"
+#include "storage/map_store.h"
+
+namespace isthmus::server {
+
+absl::Status UnknownRobot(const RobotId& robot);
+
+// See Pipeline for what is promised. Each answer is made from one view, without a lock. Thread
+// safe.
+class MapReader {
+ public:
+  MapReader(const MapWriter* map, const storage::MapStore* store, SubmapCache* submaps,
+            const composition::OccupancyOptions& occupancy)
+      : map_(map), store_(store), submaps_(submaps), occupancy_(occupancy) {}
+
+  // What the view says; nothing of what is under way.
+  static MapInfo Describe(const MapView& view);
+  static LoopStatus StatusOf(const LoopClosure& loop, const MapView& view);
+
+  absl::StatusOr<std::vector<SubmapStatus>> ListSubmaps(const std::optional<RobotId>& robot) const;
+  MatchGraphView GetMatchGraph() const;
+  absl::StatusOr<std::vector<LoopStatus>> ListLoops(const std::optional<RobotId>& robot) const;
+  std::vector<Anchor> ListAnchors() const;
+  absl::StatusOr<std::vector<RevisionInfo>> ListRevisions(int limit) const;
+  absl::StatusOr<RevisionDiff> DiffRevisions(int64_t from, int64_t to) const;
+  absl::StatusOr<RobotTransform> GetTransform(const RobotId& a, const RobotId& b) const;
+  std::shared_ptr<const ComposedMap> GetMap() const { return map_->view()->map; }
+  absl::Status ExportMap(ExportFormat format, const Region& region, double octomap_resolution_m,
+                         const std::function<bool(const std::string&)>& sink) const;
+
+ private:
+  absl::Status ExportOccupancy(composition::OccupancyFormat format, const Region& region,
+                               double resolution_m,
+                               const std::function<bool(const std::string&)>& sink) const;
+
+  const MapWriter* const map_;
+  const storage::MapStore* const store_;
+  SubmapCache* const submaps_;
+  const composition::OccupancyOptions occupancy_;
+};
+
+}  // namespace isthmus::server

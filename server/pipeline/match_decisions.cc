@@ -1,0 +1,88 @@
+// What people decide about matches.
+#include <absl/strings/str_cat.h>
+
+#include <algorithm>
+#include <tuple>
+#include <utility>
+
+#include "core/note.h"
+#include "server/pipeline/map_decisions.h"
+
+namespace isthmus::server {
+namespace {
+
+absl::Status CheckDecision(const MatchDecision& decision) {
+  if (!decision.T_a_b.IsFinite()) {
+    return absl::InvalidArgumentError("T_a_b has numbers that are not finite");
+  }
+  return CheckNote(decision.note);
+}
+
+absl::StatusOr<SessionId> ResolveSession(const MapView& view, const SessionId& session,
+                                         const RobotId& robot) {
+  if (!session.empty()) {
+    if (view.Find(session) != nullptr) return session;
+    return absl::NotFoundError(absl::StrCat("no session \"", session.value(), "\""));
+  }
+  const SessionView* newest = view.Newest(robot);
+  if (newest != nullptr) return newest->record.id;
+  return absl::NotFoundError(absl::StrCat("no robot \"", robot.value(), "\""));
+}
+
+// Whose pair is meant, and what is to be said of it; without ruling and time where it is to be
+// withdrawn.
+absl::StatusOr<Verdict> MakeVerdict(const MatchDecision& decision, const MapView& view) {
+  absl::StatusOr<SessionId> a = ResolveSession(view, decision.session_a, decision.robot_a);
+  if (!a.ok()) return a.status();
+  absl::StatusOr<SessionId> b = ResolveSession(view, decision.session_b, decision.robot_b);
+  if (!b.ok()) return b.status();
+  if (*a == *b) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("a match is between two sessions; both are ", a->value()));
+  }
+  Verdict verdict;
+  verdict.T_a_b = *a < *b ? decision.T_a_b : decision.T_a_b.Inverse();
+  std::tie(verdict.a, verdict.b) = std::minmax(*a, *b);
+  verdict.note = decision.note;
+  if (!decision.ruling) return verdict;
+  verdict.ruling = *decision.ruling;
+  if (verdict.ruling == Ruling::kSet) return verdict;
+  const Match* computed = view.matches.Find({verdict.a, verdict.b});
+  const bool found = computed != nullptr && !computed->matcher.empty();
+  if (!found && verdict.ruling == Ruling::kAccept) {
+    return absl::FailedPreconditionError(absl::StrCat(
+        "nothing was found between ", verdict.a.value(), " and ", verdict.b.value(),
+        " that could be accepted: give the transform by hand (SET), or wait for more submaps"));
+  }
+  verdict.T_a_b = found ? computed->T_a_b : Pose();
+  return verdict;
+}
+
+}  // namespace
+
+absl::StatusOr<Match> MapDecisions::DecideMatch(const MatchDecision& decision) {
+  if (absl::Status status = CheckDecision(decision); !status.ok()) return status;
+  SessionPair pair;
+  {
+    absl::MutexLock changing(membership_);
+    absl::StatusOr<Verdict> verdict = MakeVerdict(decision, *map_->view());
+    if (!verdict.ok()) return verdict.status();
+    pair = {verdict->a, verdict->b};
+    verdict->given_ns = clock_->NowNs();
+    ManualDecisions said;
+    if (decision.ruling) {
+      said.verdicts = {*verdict};
+    } else {
+      said.withdrawn = {pair};
+    }
+    if (absl::Status status = map_->PutDecisions(said); !status.ok()) return status;
+  }
+  map_->WaitUntilPlaced();
+  const MapWriter::View view = map_->view();
+  if (const Match* match = view->EffectiveMatch(pair)) return *match;
+  Match none;
+  std::tie(none.a, none.b) = pair;
+  return none;
+}
+
+}  // namespace isthmus::server

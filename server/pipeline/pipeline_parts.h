@@ -1,0 +1,56 @@
+// What the parts of the pipeline share: the store, the map, and who is at work on it.
+#pragma once
+
+#include <absl/synchronization/mutex.h>
+
+#include <atomic>
+#include <memory>
+#include <utility>
+
+#include "core/clock.h"
+#include "core/executor.h"
+#include "server/ingest/scan_recorder.h"
+#include "server/ingest/session_workers.h"
+#include "server/map/activity.h"
+#include "server/map/map_writer.h"
+#include "server/map/submap_cache.h"
+#include "server/pipeline_options.h"
+#include "server/threads/retention_thread.h"
+#include "server/threads/store_health.h"
+
+namespace isthmus::server {
+
+// Each member is thread safe by itself.
+struct PipelineParts {
+  PipelineParts(const PipelineOptions& opened_with, std::unique_ptr<storage::MapStore> opened,
+                const Clock& clock_given)
+      : options(opened_with),
+        clock(clock_given),
+        health(&clock, options.on_problem),
+        store(WatchStore(std::move(opened), &health)),
+        submaps(store.get(), options.submap_cache_bytes,
+                [this](const SubmapId& id, const std::string& problem) {
+                  activity.NoteDamage(id, problem);
+                  if (options.on_problem) options.on_problem(problem);
+                }),
+        map(store.get(), &submaps, &activity, &clock) {}
+
+  const PipelineOptions options;
+  const Clock& clock;
+  StoreHealth health;
+  const std::unique_ptr<storage::MapStore> store;  // Tells `health`.
+  Activity activity;
+  SubmapCache submaps;
+  MapWriter map;
+  ingest::SessionWorkers workers;
+  std::unique_ptr<ingest::ScanRecorder> scans;
+  // Held while a session comes, finishes or goes, while an uploaded submap is taken in and while
+  // what a person says is stored: sessions that were looked up then stay what they are.
+  absl::Mutex membership;
+  std::atomic<bool> shut_down = false;
+  // Set before anything comes in.
+  RetentionThread* retention = nullptr;
+  Executor* executor = nullptr;
+};
+
+}  // namespace isthmus::server

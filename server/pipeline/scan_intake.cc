@@ -1,0 +1,116 @@
+// What comes in through sessions: scans, and submaps of robots with their own SLAM.
+#include <absl/strings/str_cat.h>
+
+#include <utility>
+
+#include "server/ingest/uploaded_submap.h"
+#include "server/pipeline/sessions.h"
+
+namespace isthmus::server {
+
+absl::StatusOr<Sessions::Worker> Sessions::FindWorker(const SessionId& session) const {
+  const MapWriter::View view = parts_.map.view();
+  const auto opened = FindOpened(*view, session);
+  if (!opened.ok()) return opened.status();
+  const SessionRecord& record = (*opened)->record;
+  ingest::SessionWorkers::Entry entry = parts_.workers.Find(session);
+  if (record.state == SessionState::kFinished || entry.worker == nullptr) {
+    return absl::FailedPreconditionError(
+        absl::StrCat("session ", session.value(), " is finished: create a new session for robot ",
+                     record.robot.value()));
+  }
+  if (entry.uploads) {
+    return absl::FailedPreconditionError(
+        absl::StrCat("session ", session.value(),
+                     " holds uploaded submaps: create another session to stream scans"));
+  }
+  return std::move(entry.worker);
+}
+
+absl::Status Sessions::SetAckSink(const SessionId& session, AckSink sink) {
+  Worker worker;
+  if (sink) {
+    auto found = FindWorker(session);
+    if (!found.ok()) return found.status();
+    worker = *std::move(found);
+  } else {
+    // Taking a sink away always works, so that a stream can end after its session did.
+    worker = parts_.workers.Find(session).worker;
+  }
+  if (worker != nullptr) worker->SetAckSink(std::move(sink));
+  return absl::OkStatus();
+}
+
+absl::Status Sessions::SubmitScan(const SessionId& session, ScanUpload scan) {
+  if (parts_.shut_down) return absl::UnavailableError("the server is shutting down");
+  auto worker = FindWorker(session);
+  if (!worker.ok()) return worker.status();
+  if (absl::Status status = parts_.retention->Check((*worker)->robot()); !status.ok()) {
+    return status;
+  }
+  absl::Status kept = parts_.scans->Keep(session, (*worker)->last_sequence(), scan);
+  if (!kept.ok()) return kept;
+  parts_.activity.ScanQueued();
+  absl::Status status = (*worker)->Submit(std::move(scan));
+  if (!status.ok()) parts_.activity.ScanDone();
+  return status;
+}
+
+absl::Status Sessions::CheckUpload(const SessionView& session, const SubmapId& submap) const {
+  if (session.record.state == SessionState::kFinished) {
+    return absl::FailedPreconditionError(
+        absl::StrCat("session ", submap.session.value(), " is finished: create a new one"));
+  }
+  const ingest::SessionWorkers::Entry entry = parts_.workers.Find(submap.session);
+  if (entry.worker != nullptr && entry.worker->last_sequence() > 0 && !entry.uploads) {
+    return absl::FailedPreconditionError(
+        absl::StrCat("session ", submap.session.value(),
+                     " has scans: create another session to upload submaps"));
+  }
+  if (submap.index > session.next_index()) {
+    return absl::OutOfRangeError(absl::StrCat("submap index ", submap.index, " leaves a gap: ",
+                                              session.next_index(), " is expected next"));
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<SubmapInfo> Sessions::RepeatUpload(const SubmapInfo* existing,
+                                                  const Submap& repeated) {
+  // It took effect, and newer submaps of the place took its place.
+  if (existing == nullptr) return Summarize(repeated);
+  const std::shared_ptr<const Submap> stored = parts_.submaps.Get(existing->id);
+  if (stored == nullptr) {
+    return absl::DataLossError(
+        absl::StrCat("submap ", ToString(existing->id), " is stored but cannot be read any more"));
+  }
+  if (ingest::SameSubmap(*stored, repeated)) return *existing;
+  return absl::AlreadyExistsError(
+      absl::StrCat("submap ", ToString(existing->id), " exists with other content"));
+}
+
+absl::StatusOr<SubmapInfo> Sessions::AddSubmap(Submap submap) {
+  if (parts_.shut_down) return absl::UnavailableError("the server is shutting down");
+  absl::MutexLock changing(&parts_.membership);
+  const MapWriter::View view = parts_.map.view();
+  const SubmapId id = submap.id;
+  const auto opened = FindOpened(*view, id.session);
+  if (!opened.ok()) return opened.status();
+  const SessionView& session = **opened;
+  if (absl::Status status = CheckUpload(session, id); !status.ok()) return status;
+  submap.robot = session.record.robot;
+  absl::StatusOr<FinishedSubmap> finished = ingest::MakeUploadedSubmap(std::move(submap));
+  if (!finished.ok()) return finished.status();
+  if (id.index < session.next_index()) {
+    return RepeatUpload(session.submaps.Find(id.index), *finished->submap);
+  }
+  absl::Status may_add = parts_.retention->Check(session.record.robot);
+  if (!may_add.ok()) return may_add;
+  if (absl::Status status = parts_.map.AddSubmap(id.session, *finished); !status.ok()) {
+    return status;
+  }
+  parts_.retention->Changed(id.session);
+  parts_.workers.NoteUploads(id.session);
+  return Summarize(*finished->submap);
+}
+
+}  // namespace isthmus::server

@@ -1,0 +1,117 @@
+// Workers of sessions: new ones, and those that go on after a restart.
+#include <absl/strings/str_cat.h>
+
+#include <utility>
+
+#include "floam/odometry_mode.h"
+#include "floam/rings/sensor_model.h"
+#include "server/pipeline/sessions.h"
+
+namespace isthmus::server {
+namespace {
+
+// A robot with its own SLAM sends submaps; their keyframes come from no scan.
+bool HasUploads(const SessionView& session, SubmapCache* cache) {
+  for (const auto& [index, submap] : session.submaps) {
+    const std::shared_ptr<const Submap> outline = cache->Outline(submap.id);
+    if (outline) return outline->keyframes.front().sequence == 0;
+  }
+  return false;
+}
+
+}  // namespace
+
+absl::Status Sessions::Resume() {
+  const MapWriter::View view = parts_.map.view();
+  for (const auto& [id, session] : view->sessions) {
+    const SessionRecord& record = session.record;
+    if (record.state == SessionState::kFinished || record.segment > 1) continue;
+    absl::StatusOr<Worker> worker = ResumeWorker(session);
+    if (!worker.ok()) return worker.status();
+    parts_.workers.Add(id, *std::move(worker));
+    // A finished session takes neither scans nor submaps.
+    if (HasUploads(session, &parts_.submaps)) parts_.workers.NoteUploads(id);
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<Sessions::Worker> Sessions::ResumeWorker(const SessionView& session) {
+  const SessionRecord& record = session.record;
+  const MapWriter::View view = parts_.map.view();
+  ingest::ResumePoint resume;
+  resume.checkpoint = ReadCheckpoint(record.id);
+  for (const SessionView* segment : view->SegmentsOf(record.id)) {
+    absl::StatusOr<ingest::StoredSegment> stored = ReadSegment(*segment);
+    if (!stored.ok()) return stored.status();
+    resume.segments.push_back(*std::move(stored));
+  }
+  auto worker = MakeWorker(record, resume);
+  if (!worker.ok() || !parts_.options.on_problem) return worker;
+  if (const std::string resumed = (*worker)->Status().resumed; !resumed.empty()) {
+    parts_.options.on_problem(absl::StrCat("session ", record.id.value(), " was ", resumed,
+                                           "; it does not go on exactly as it was"));
+  }
+  return worker;
+}
+
+absl::StatusOr<ingest::StoredSegment> Sessions::ReadSegment(const SessionView& session) {
+  auto trajectory = parts_.store->GetTrajectory(session.record.id);
+  if (!trajectory.ok()) return trajectory.status();
+  ingest::StoredSegment stored;
+  stored.segment = session.record.segment;
+  stored.trajectory = *std::move(trajectory);
+  stored.next_index = session.next_index();
+  if (!session.submaps.empty()) stored.last_sequence = session.submaps.back().last_sequence;
+  stored.for_each_submap =
+      [this, submaps = session.submaps](const std::function<void(const Submap&)>& visit) {
+        for (const auto& [index, submap] : submaps) {
+          if (const auto whole = parts_.submaps.Get(submap.id)) visit(*whole);
+        }
+      };
+  return stored;
+}
+
+std::optional<SessionCheckpoint> Sessions::ReadCheckpoint(const SessionId& session) const {
+  absl::StatusOr<storage::Checkpoint> stored = parts_.store->GetCheckpoint(session);
+  if (absl::IsNotFound(stored.status())) return std::nullopt;
+  if (!stored.ok()) return SessionCheckpoint();  // Damaged: the worker goes on from the submaps.
+  return SessionCheckpoint{stored->sequence, stored->durable_sequence, std::move(stored->data)};
+}
+
+absl::StatusOr<Sessions::Worker> Sessions::MakeWorker(const SessionRecord& record,
+                                                      const ingest::ResumePoint& resume) {
+  absl::StatusOr<floam::SensorModel> sensor = floam::FindSensorModel(record.sensor);
+  if (!sensor.ok()) {
+    return absl::InvalidArgumentError(sensor.status().message());
+  }
+  const PipelineOptions& given = parts_.options;
+  ingest::SessionWorker::Options options{given.scan_queue, given.odometry, given.submap};
+  if (!record.odometry.empty()) {
+    absl::StatusOr<floam::OdometryMode> mode = floam::FindOdometryMode(record.odometry);
+    if (!mode.ok()) return mode.status();
+    options.odometry.mode = *mode;
+  }
+  return ingest::SessionWorker::Create(record, *sensor, options, HooksOf(record.id),
+                                       parts_.executor, resume);
+}
+
+ingest::WorkerHooks Sessions::HooksOf(const SessionId& session) {
+  ingest::WorkerHooks hooks;
+  hooks.persist = [this, session](const FinishedSubmap& finished) {
+    if (absl::Status kept = parts_.scans->Sync(session); !kept.ok()) return kept;
+    absl::Status stored = parts_.map.AddSubmap(session, finished);
+    if (stored.ok()) parts_.retention->Changed(session);
+    return stored;
+  };
+  hooks.T_map_odom = [this, session](uint32_t segment) -> std::optional<Pose> {
+    const MapWriter::View view = parts_.map.view();
+    const Placement* placement = view->PlacementOf(SegmentId(session, segment));
+    if (placement == nullptr) return std::nullopt;
+    return placement->T_map_odom;
+  };
+  hooks.scan_done = [this] { parts_.activity.ScanDone(); };
+  hooks.tell = parts_.options.on_event;
+  return hooks;
+}
+
+}  // namespace isthmus::server

@@ -1,0 +1,80 @@
+// What is told of sessions.
+#include <algorithm>
+#include <map>
+#include <tuple>
+
+#include "server/pipeline/sessions.h"
+
+namespace isthmus::server {
+
+SessionStatus Sessions::StatusOf(const MapView& view, const SessionView& session) const {
+  SessionStatus status;
+  status.record = session.record;
+  status.submap_count = static_cast<uint32_t>(session.submaps.size());
+  status.point_count = session.points;
+  if (const Placement* placement = view.PlacementOf(session.record.id)) {
+    status.placement = *placement;
+  }
+  status.quota_bytes = parts_.options.retention.LimitsOf(session.record.robot).quota_bytes;
+  if (session.record.segment == 1) {
+    FillStreamStatus(view, session, &status);
+  } else if (!session.submaps.empty()) {
+    status.last_sequence = status.durable_sequence = session.submaps.back().last_sequence;
+  }
+  return status;
+}
+
+void Sessions::FillStreamStatus(const MapView& view, const SessionView& session,
+                                SessionStatus* status) const {
+  const SessionId& id = session.record.id;
+  const ingest::SessionWorkers::Entry entry = parts_.workers.Find(id);
+  const ingest::WorkerStatus worker =
+      entry.worker != nullptr ? entry.worker->Status() : entry.final_status;
+  status->last_sequence = worker.last_sequence;
+  status->durable_sequence = worker.durable_sequence;
+  status->scans_processed = worker.processed;
+  status->scans_rejected = worker.rejected;
+  status->odometry_ms_mean = worker.odometry_ms_mean;
+  status->travelled_m = worker.travelled_m;
+  status->tracking = worker.tracking;
+  status->input = worker.input;
+  status->scans = entry.worker != nullptr ? worker.scans : session.record.scans;
+  status->lost_since_ns = worker.lost_since_ns;
+  const std::vector<const SessionView*> segments = view.SegmentsOf(id);
+  status->segments = std::max(worker.segment, segments.back()->record.segment);
+  for (const SessionView* segment : segments) {
+    if (entry.worker != nullptr || entry.uploads || segment->submaps.empty()) continue;
+    const uint64_t stored = segment->submaps.back().last_sequence;
+    status->last_sequence = std::max(status->last_sequence, stored);
+    status->durable_sequence = std::max(status->durable_sequence, stored);
+  }
+  status->map_bytes = parts_.retention->MapBytes(id);
+  status->scan_bytes = parts_.scans->Bytes(id);
+  status->archive_problem = parts_.scans->Problem(id);
+}
+
+absl::StatusOr<SessionStatus> Sessions::GetSession(const SessionId& session) const {
+  const MapWriter::View view = parts_.map.view();
+  const SessionView* known = view->Find(session);
+  if (known == nullptr) return UnknownSession(session);
+  return StatusOf(*view, *known);
+}
+
+std::vector<SessionStatus> Sessions::ListSessions() const {
+  const MapWriter::View view = parts_.map.view();
+  std::vector<SessionStatus> list;
+  for (const auto& [id, session] : view->sessions) list.push_back(StatusOf(*view, session));
+  std::map<SessionId, int64_t> opened_ns;
+  for (const SessionStatus& status : list) {
+    if (status.record.segment == 1) opened_ns[status.record.id] = status.record.created_ns;
+  }
+  const auto place = [&](const SessionStatus& status) {
+    const SessionId& opened = status.record.opened();
+    return std::tuple(opened_ns[opened], opened, status.record.segment);
+  };
+  std::sort(list.begin(), list.end(),
+            [&](const auto& a, const auto& b) { return place(a) < place(b); });
+  return list;
+}
+
+}  // namespace isthmus::server

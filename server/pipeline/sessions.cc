@@ -1,0 +1,152 @@
+#include "server/pipeline/sessions.h"
+
+#include <absl/strings/str_cat.h>
+
+#include <algorithm>
+#include <cctype>
+#include <utility>
+
+namespace isthmus::server {
+namespace {
+
+constexpr size_t kMaxRobotName = 64, kMaxRequestId = 64;
+
+absl::Status CheckRobotName(const RobotId& robot) {
+  const std::string& name = robot.value();
+  const bool plain = std::all_of(name.begin(), name.end(), [](unsigned char c) {
+    return std::isalnum(c) || c == '_' || c == '.' || c == '-';
+  });
+  if (name.empty() || name.size() > kMaxRobotName || !plain) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("robot name \"", name, "\" cannot be used: give 1 to ", kMaxRobotName,
+                     " characters of letters, digits, '_', '.' and '-'"));
+  }
+  return absl::OkStatus();
+}
+
+absl::Status CheckRequest(const SessionRequest& request) {
+  if (absl::Status status = CheckRobotName(request.robot); !status.ok()) return status;
+  if (!request.T_base_sensor.IsFinite()) {
+    return absl::InvalidArgumentError("T_base_sensor has numbers that are not finite");
+  }
+  if (request.request_id.size() > kMaxRequestId) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("a request id has at most ", kMaxRequestId, " characters"));
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::Status UnknownSession(const SessionId& session) {
+  return absl::NotFoundError(absl::StrCat("no session \"", session.value(),
+                                          "\": create one, or list the sessions there are"));
+}
+
+absl::StatusOr<const SessionView*> FindOpened(const MapView& view, const SessionId& session) {
+  const SessionView* known = view.Find(session);
+  if (known == nullptr) return UnknownSession(session);
+  if (known->record.segment == 1) return known;
+  const std::string& opened = known->record.first_segment.value();
+  return absl::FailedPreconditionError(
+      absl::StrCat(session.value(), " is segment ", known->record.segment, " of session ", opened,
+                   ", which its robot streams to and which is finished and deleted as a whole: "
+                   "name ",
+                   opened));
+}
+
+absl::StatusOr<SessionStatus> Sessions::CreateSession(const SessionRequest& request) {
+  if (parts_.shut_down) return absl::UnavailableError("the server is shutting down");
+  if (absl::Status status = CheckRequest(request); !status.ok()) return status;
+  SessionRecord record;
+  record.robot = request.robot;
+  record.sensor = request.sensor;
+  record.odometry = request.odometry;
+  record.T_base_sensor = request.T_base_sensor;
+  record.created_ns = parts_.clock.NowNs();
+  record.request_id = request.request_id;
+  absl::MutexLock changing(&parts_.membership);
+  if (const auto opened = FindRequested(record); opened.has_value()) return *opened;
+  if (absl::Status status = parts_.retention->Check(request.robot); !status.ok()) return status;
+  const auto numbered = last_numbers_.find(record.robot);
+  int number = numbered == last_numbers_.end() ? 0 : numbered->second;
+  record.id = NextId(record.robot, &number);
+  auto worker = MakeWorker(record, {});
+  if (!worker.ok()) return worker.status();
+  if (absl::Status status = parts_.map.PutSessions({record}); !status.ok()) return status;
+  last_numbers_[record.robot] = number;
+  parts_.workers.Add(record.id, *std::move(worker));
+  return GetSession(record.id);
+}
+
+SessionId Sessions::NextId(const RobotId& robot, int* number) const {
+  const MapWriter::View view = parts_.map.view();
+  while (true) {
+    SessionId id(absl::StrCat(robot.value(), "-", ++*number));
+    if (view->Find(id) == nullptr && parts_.scans->Bytes(id) == 0) return id;
+  }
+}
+
+std::optional<SessionStatus> Sessions::FindRequested(const SessionRecord& record) const {
+  if (record.request_id.empty()) return std::nullopt;
+  const MapWriter::View view = parts_.map.view();
+  for (const auto& [id, session] : view->sessions) {
+    const bool same =
+        session.record.robot == record.robot && session.record.request_id == record.request_id;
+    if (same) return StatusOf(*view, session);
+  }
+  return std::nullopt;
+}
+
+absl::StatusOr<SessionStatus> Sessions::FinishSession(const SessionId& session) {
+  {
+    const MapWriter::View view = parts_.map.view();
+    const auto opened = FindOpened(*view, session);
+    if (!opened.ok()) return opened.status();
+    if ((*opened)->record.state == SessionState::kFinished) return StatusOf(*view, **opened);
+  }
+  const Worker worker = parts_.workers.Find(session).worker;
+  if (absl::Status status = parts_.scans->Finish(session); !status.ok()) return status;
+  if (worker != nullptr) {
+    if (absl::Status status = worker->Finish(); !status.ok()) return status;
+  }
+  absl::MutexLock changing(&parts_.membership);
+  std::vector<SessionRecord> records;
+  {
+    const MapWriter::View view = parts_.map.view();
+    for (const SessionView* segment : view->SegmentsOf(session)) records.push_back(segment->record);
+  }
+  if (records.empty()) return UnknownSession(session);
+  if (worker != nullptr) records.front().scans = worker->Status().scans;
+  const int64_t now_ns = parts_.clock.NowNs();
+  for (SessionRecord& record : records) {
+    record.state = SessionState::kFinished;
+    record.finished_ns = now_ns;
+  }
+  if (absl::Status status = parts_.map.PutSessions(records); !status.ok()) return status;
+  // No ack follows the last one, and whoever took them may be gone before the worker is.
+  if (worker != nullptr) worker->SetAckSink(nullptr);
+  parts_.workers.Release(session);
+  parts_.retention->Changed(session);
+  return GetSession(session);
+}
+
+// Its scans go first: what is left if that stops half way is a session without.
+absl::Status Sessions::DeleteSession(const SessionId& session, const std::string& why) {
+  {
+    const MapWriter::View view = parts_.map.view();
+    const auto opened = FindOpened(*view, session);
+    if (!opened.ok()) return opened.status();
+  }
+  if (const Worker worker = parts_.workers.Find(session).worker) worker->Abandon();
+  {
+    absl::MutexLock changing(&parts_.membership);
+    if (absl::Status status = parts_.scans->Remove(session); !status.ok()) return status;
+    if (absl::Status status = parts_.map.RemoveSession(session, why); !status.ok()) return status;
+    parts_.workers.Remove(session);
+  }
+  parts_.map.WaitUntilPlaced();
+  return absl::OkStatus();
+}
+
+}  // namespace isthmus::server

@@ -1,0 +1,75 @@
+// The ingest part of the pipeline: sessions, and what comes in through them.
+#pragma once
+
+#include <absl/base/thread_annotations.h>
+#include <absl/status/status.h>
+#include <absl/status/statusor.h>
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "server/pipeline.h"
+#include "server/pipeline/pipeline_parts.h"
+
+namespace isthmus::server {
+
+// See Pipeline for what is promised. Thread safe.
+class Sessions {
+ public:
+  // `parts` must outlive it; their executor and retention are there before anything is asked.
+  explicit Sessions(PipelineParts* parts) : parts_(*parts) {}
+
+  // Gives the sessions of the store that take scans their workers. Call once, before anything else.
+  absl::Status Resume();
+
+  absl::StatusOr<SessionStatus> CreateSession(const SessionRequest& request);
+  absl::StatusOr<SessionStatus> GetSession(const SessionId& session) const;
+  std::vector<SessionStatus> ListSessions() const;
+  absl::StatusOr<SessionStatus> FinishSession(const SessionId& session);
+  // `why`, for the revision's cause, is empty where someone asked for it.
+  absl::Status DeleteSession(const SessionId& session, const std::string& why);
+
+  absl::Status SetAckSink(const SessionId& session, AckSink sink);
+  absl::Status SubmitScan(const SessionId& session, ScanUpload scan);
+  absl::StatusOr<SubmapInfo> AddSubmap(Submap submap);
+
+ private:
+  using Worker = ingest::SessionWorkers::Worker;
+
+  // The session that was opened for the same robot and request id.
+  std::optional<SessionStatus> FindRequested(const SessionRecord& record) const;
+  SessionId NextId(const RobotId& robot, int* number) const;
+  absl::StatusOr<Worker> MakeWorker(const SessionRecord& record, const ingest::ResumePoint& resume);
+  ingest::WorkerHooks HooksOf(const SessionId& session);
+  // That goes on where the session, its first segment, is stored to be.
+  absl::StatusOr<Worker> ResumeWorker(const SessionView& session);
+  absl::StatusOr<ingest::StoredSegment> ReadSegment(const SessionView& session);
+  // Absent where there is none.
+  std::optional<SessionCheckpoint> ReadCheckpoint(const SessionId& session) const;
+  // The worker of an active session that takes scans.
+  absl::StatusOr<Worker> FindWorker(const SessionId& session) const;
+
+  SessionStatus StatusOf(const MapView& view, const SessionView& session) const;
+  // What is told of a session as a whole, in its first segment.
+  void FillStreamStatus(const MapView& view, const SessionView& session,
+                        SessionStatus* status) const;
+
+  // What the session is to take the submap as: NotFound, or why it may not.
+  absl::Status CheckUpload(const SessionView& session, const SubmapId& submap) const;
+  // A submap whose index was taken in before.
+  absl::StatusOr<SubmapInfo> RepeatUpload(const SubmapInfo* existing, const Submap& repeated);
+
+  PipelineParts& parts_;
+  // The numbers given to the robots' sessions. A deleted session's number is not given again: the
+  // slow loop may still be at work on its map.
+  std::map<RobotId, int> last_numbers_ ABSL_GUARDED_BY(parts_.membership);
+};
+
+// NotFound, or FailedPrecondition for a later segment of a session. Points into the view.
+absl::StatusOr<const SessionView*> FindOpened(const MapView& view, const SessionId& session);
+absl::Status UnknownSession(const SessionId& session);
+
+}  // namespace isthmus::server

@@ -1,0 +1,69 @@
+// The fast loop: a thread that composes the merged map anew, with the transforms at hand.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <thread>
+
+#include "core/stopwatch.h"
+#include "server/composition/composer.h"
+#include "server/map/map_writer.h"
+#include "server/threads/loading_map.h"
+
+namespace isthmus::server {
+
+class CompositionThread {
+ public:
+  // Told, from the thread, why the map is not as new as it should be, or what it leaves out; once
+  // per reason.
+  using OnProblem = std::function<void(const std::string& problem)>;
+
+  // Composes after changes, at most once per interval (0: at once). Where that fails, as on a full
+  // disk, the last map stays and it is tried again every few seconds. A composition under way ends
+  // when a session is deleted, and goes on at once without it; the next one is then made to its
+  // end, so that there are new maps however often sessions are deleted. Until what the store holds
+  // has been composed once, readers get a LoadingMap. Reader and `on_problem` must hold out until
+  // the thread is destroyed.
+  CompositionThread(MapWriter* map, Activity* activity, SubmapReader reader,
+                    const composition::ComposerOptions& options, double interval_s,
+                    OnProblem on_problem = nullptr);
+  ~CompositionThread();
+
+  // Makes the thread end after one last composition of what is there, if that takes no more than a
+  // moment: a composition under way ends, in the middle of a submap if need be, within a second and
+  // what reading one submap takes. Nothing is lost by that: a map is made anew from the store.
+  // Does not wait.
+  void Stop();
+
+ private:
+  void Run();
+  absl::StatusOr<std::shared_ptr<const ComposedMap>> Compose(
+      int64_t revision, const std::vector<PlacedSubmap>& placed);
+  bool KeepsOn();
+  void ReportLeftOut();
+  void Report(const absl::Status& status);
+  std::shared_ptr<const ComposedMap> FirstMap();
+
+  MapWriter* const map_;
+  Activity* const activity_;
+  const SubmapReader reader_;
+  const double interval_s_;
+  const OnProblem on_problem_;
+  composition::Composer composer_;  // Touched by the thread only.
+  // Null once there is a map. Touched by the thread only, but for what is in it.
+  std::shared_ptr<LoadingMap> loading_;
+  std::string problem_;               // The last reported. Touched by the thread only.
+  std::optional<SubmapId> left_out_;  // Likewise; who has most points that are left out.
+  std::atomic<bool> stop_ = false;
+  std::optional<Stopwatch> since_stop_;  // Since the thread saw it; touched by the thread only.
+  // Sessions removed when the composition under way began; nothing if it goes on whatever is
+  // removed. Touched by the thread only.
+  std::optional<uint64_t> removals_;
+  std::thread thread_;
+};
+
+}  // namespace isthmus::server

@@ -1,0 +1,63 @@
+// Loop closures: where a session came back to a place.
+#include <absl/strings/str_cat.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "server/threads/matching_thread.h"
+
+namespace isthmus::server {
+
+std::optional<SubmapId> MatchingThread::NextForLoops(const MapView& view) const {
+  if (!options_.loops.enabled) return std::nullopt;
+  for (const Placement& placement : view.revision->placements) {
+    const SessionView* entry = view.Find(placement.session);
+    if (entry == nullptr) continue;
+    const auto it = looped_.find(placement.session);
+    const uint32_t next = it == looped_.end() ? 0 : it->second;
+    // One at a time: where it leads is what the next one is looked for by.
+    const auto first = std::lower_bound(
+        placement.submaps.begin(), placement.submaps.end(), next,
+        [](const SubmapPose& pose, uint32_t wanted) { return pose.index < wanted; });
+    if (first != placement.submaps.end()) return SubmapId{placement.session, first->index};
+  }
+  return std::nullopt;
+}
+
+void MatchingThread::FindLoops(const MapView& view, const SubmapId& submap) {
+  matching::LoopQuery query;
+  query.session = submap.session;
+  std::vector<SubmapPose> poses;
+  bool was_last = false;
+  looped_[submap.session] = submap.index + 1;
+  const SessionView* entry = view.Find(submap.session);
+  const Placement* placement = view.PlacementOf(submap.session);
+  if (entry == nullptr || placement == nullptr) return;
+  was_last = IsFinished(*entry) && submap.index + 1 == entry->next_index();
+  for (const SubmapPose& pose : placement->submaps) {
+    if (pose.index <= submap.index && entry->submaps.contains(pose.index)) poses.push_back(pose);
+  }
+  for (const auto& [id, loop] : view.loops) {
+    if (loop.session == submap.session) query.known.push_back(loop);
+  }
+  for (const SubmapPose& pose : poses) {
+    std::shared_ptr<const Submap> outline = submaps_->Outline({submap.session, pose.index});
+    if (outline == nullptr) continue;
+    query.submaps.push_back(std::move(outline));
+    query.T_map_submap.push_back(pose.T_map_submap);
+  }
+  if (query.submaps.empty() || query.submaps.back()->id.index != submap.index) return;
+  query.first_new = query.submaps.size() - 1;
+  const bool done =
+      Guard(absl::StrCat("the loops of ", ToString(submap)), [&] { FindLoops(query); });
+  // What it keeps is large, and after a start every session is asked once.
+  if (was_last || !done) finders_.erase(submap.session);
+}
+
+void MatchingThread::FindLoops(const matching::LoopQuery& query) {
+  const auto [it, is_new] = finders_.try_emplace(query.session, options_.loops, source_, points_);
+  // Loops that cannot be stored are lost to this map; those of the next submaps close it too.
+  (void)map_->AddLoops(it->second.Find(query));
+}
+
+}  // namespace isthmus::server

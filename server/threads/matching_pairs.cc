@@ -1,0 +1,132 @@
+// Matches: how two sessions' maps lie to each other.
+#include <absl/strings/str_cat.h>
+
+#include <algorithm>
+#include <iterator>
+#include <utility>
+
+#include "server/threads/matching_thread.h"
+
+namespace isthmus::server {
+namespace {
+
+// Maps that are kept ready at most: the robots of a team.
+constexpr size_t kMaxPrepared = 8;
+// With more sessions than that, pairs are tried again only when one of them has grown by this
+// share: a robot among the maps of a month is not matched with all of them at every submap.
+constexpr double kSeldom = 0.25;
+
+// Whether a newer result takes the place of an accepted one. An accepted match is only given up for
+// a better estimate or for a contradiction, not for a moment of doubt.
+bool Supersedes(const Match& newer, const Match& older) {
+  if (older.state != MatchState::kAccepted) return true;
+  return newer.state == MatchState::kAccepted || newer.state == MatchState::kRejected;
+}
+
+}  // namespace
+
+uint32_t MatchingThread::FreshSubmaps(const MapView& view, const SessionView& a,
+                                      const SessionView& b, const Attempt& tried) const {
+  const uint32_t fresh_a = a.next_index() - std::min(a.next_index(), tried.next_a);
+  const uint32_t fresh_b = b.next_index() - std::min(b.next_index(), tried.next_b);
+  const uint32_t fresh = fresh_a + fresh_b;
+  if (tried.next_a + tried.next_b == 0 || (IsFinished(a) && IsFinished(b))) return fresh;
+  if (view.sessions.size() > kMaxPrepared) {
+    const bool grown_a = fresh_a > 0 && fresh_a >= kSeldom * tried.next_a;
+    const bool grown_b = fresh_b > 0 && fresh_b >= kSeldom * tried.next_b;
+    if (!grown_a && !grown_b) return 0;
+  }
+  return fresh >= static_cast<uint32_t>(std::max(options_.rematch_submaps, 1)) ? fresh : 0;
+}
+
+std::optional<SessionPair> MatchingThread::NextPair(const MapView& view) const {
+  std::optional<SessionPair> best;
+  uint32_t most = 0;
+  for (auto a = view.sessions.begin(); a != view.sessions.end(); ++a) {
+    if (a.value().submaps.empty()) continue;
+    for (auto b = std::next(a); b != view.sessions.end(); ++b) {
+      if (b.value().submaps.empty()) continue;
+      const SessionPair pair(a.key(), b.key());
+      const auto it = attempts_.find(pair);
+      const uint32_t fresh =
+          FreshSubmaps(view, a.value(), b.value(), it == attempts_.end() ? Attempt{} : it->second);
+      if (fresh <= most) continue;
+      most = fresh;
+      best = pair;
+    }
+  }
+  return best;
+}
+
+void MatchingThread::Estimate(const MapView& view, const SessionPair& pair) {
+  const SessionView* session_a = view.Find(pair.first);
+  const SessionView* session_b = view.Find(pair.second);
+  if (session_a == nullptr || session_b == nullptr) return;
+  const bool finished = IsFinished(*session_a) && IsFinished(*session_b);
+  const std::shared_ptr<const Match> older = view.matches.Get(pair);
+  attempts_[pair] = {session_a->next_index(), session_b->next_index()};
+  const SessionMap a = MapOf(*session_a), b = MapOf(*session_b);
+  if (a.submaps.empty() || b.submaps.empty()) return;
+  const bool done =
+      Guard(absl::StrCat("the match of ", pair.first.value(), " and ", pair.second.value()),
+            [&] { Estimate(a, b, finished, older.get()); });
+  if (!done) matchers_.erase(pair);
+}
+
+void MatchingThread::Estimate(const SessionMap& a, const SessionMap& b, bool finished,
+                              const Match* older) {
+  const bool accepted = older != nullptr && older->state == MatchState::kAccepted;
+  const auto [it, is_new] =
+      matchers_.try_emplace(SessionPair(a.session, b.session), options_.matcher);
+  // After a restart what was found before is one of the guesses.
+  if (is_new && accepted) it->second.Suggest(older->T_a_b, older->matcher);
+  // The last word on a pair that is still open takes all there is.
+  const bool search = finished && !accepted;
+  Match match = it->second.Update(*Prepare(a), *Prepare(b), search);
+  if (stop_.stop_requested()) throw Stopped();
+  match.computed_ns = clock_->NowNs();
+  if (older != nullptr && !Supersedes(match, *older)) return;
+  // A match that cannot be stored is found again at the next start; the map goes on without it.
+  (void)map_->PutMatch(match);
+}
+
+SessionMap MatchingThread::MapOf(const SessionView& session) const {
+  SessionMap map{session.record.id, {}, points_};
+  for (const auto& [index, submap] : session.submaps) {
+    if (auto outline = submaps_->Outline(submap.id)) map.submaps.push_back(std::move(outline));
+  }
+  return map;
+}
+
+MatchingThread::Prepared MatchingThread::Prepare(const SessionMap& map) {
+  Prepared before;
+  for (auto it = prepared_.begin(); it != prepared_.end(); ++it) {
+    const SessionMap& held = (*it)->session_map();
+    if (held.session != map.session) continue;
+    // Submaps are immutable and shared, so the same ones are the same map.
+    if (held.submaps == map.submaps) {
+      prepared_.splice(prepared_.begin(), prepared_, it);
+      return prepared_.front();
+    }
+    before = *it;
+    prepared_.erase(it);
+    break;
+  }
+  prepared_.push_front(before ? std::make_shared<const matching::PreparedMap>(map, *before, source_)
+                              : std::make_shared<const matching::PreparedMap>(map, source_));
+  const Prepared made = prepared_.front();
+  LimitPrepared();
+  return made;
+}
+
+void MatchingThread::LimitPrepared() {
+  size_t bytes = 0, kept = 0;
+  for (auto it = prepared_.begin(); it != prepared_.end();) {
+    bytes += (*it)->bytes();
+    ++kept;
+    const bool fits = kept <= 2 || (kept <= kMaxPrepared && bytes <= options_.prepared_bytes);
+    it = fits ? std::next(it) : prepared_.erase(it);
+  }
+}
+
+}  // namespace isthmus::server

@@ -1,0 +1,169 @@
+#include "server/threads/matching_thread.h"
+
+#include <absl/strings/str_cat.h>
+
+#include <algorithm>
+#include <exception>
+
+#include "core/stopwatch.h"
+
+namespace isthmus::server {
+namespace {
+
+// The next index that a session had when a match of it was computed, which says only of how many
+// submaps: those retired since do not make it worth another try.
+uint32_t TriedUpTo(const SessionView& entry, uint32_t submaps, int64_t computed_ns) {
+  // Before its last submaps may be before its last word, too.
+  if (IsFinished(entry) && computed_ns < entry.record.finished_ns) return submaps;
+  const auto now = static_cast<uint32_t>(entry.submaps.size());
+  return entry.next_index() - (now > submaps ? now - submaps : 0);
+}
+
+MatchingThread::Options WithStop(MatchingThread::Options options, std::stop_token stop) {
+  options.matcher.stop = std::move(stop);
+  return options;
+}
+
+}  // namespace
+
+MatchingThread::MatchingThread(MapWriter* map, Activity* activity, storage::MapStore* store,
+                               SubmapCache* submaps, const Clock* clock, const Options& options)
+    : map_(map),
+      activity_(activity),
+      submaps_(submaps),
+      prepared_store_(store, submaps),
+      clock_(clock),
+      options_(WithStop(options, stop_.get_token())),
+      journal_(options.work_journal),
+      source_([this](const auto& outline) { return GetPrepared(outline); }),
+      points_([this](const SubmapId& id) { return submaps_->Get(id); }),
+      revisits_(options.revisits, [this](const SubmapId& id) {
+        const std::shared_ptr<const Submap> outline = submaps_->Outline(id);
+        return outline ? GetPrepared(outline) : nullptr;
+      }) {
+  const MapWriter::View view = map_->view();
+  for (const auto& [pair, match] : view->matches) {
+    const SessionView* a = view->Find(pair.first);
+    const SessionView* b = view->Find(pair.second);
+    if (a == nullptr || b == nullptr) continue;
+    attempts_[pair] = {TriedUpTo(*a, match.submaps_a, match.computed_ns),
+                       TriedUpTo(*b, match.submaps_b, match.computed_ns)};
+  }
+  // The last of each session may have been stored and not asked.
+  for (const auto& [id, session] : view->sessions) {
+    if (!session.submaps.empty()) looped_[id] = session.next_index() - 1;
+  }
+  thread_ = std::thread([this] { Run(); });
+}
+
+MatchingThread::~MatchingThread() {
+  Stop();
+  thread_.join();
+}
+
+void MatchingThread::Stop() {
+  stop_.request_stop();
+  journal_.End();
+  map_->changed().Notify();
+}
+
+std::shared_ptr<const matching::PreparedSubmap> MatchingThread::GetPrepared(
+    const std::shared_ptr<const Submap>& outline) const {
+  if (stop_.stop_requested()) throw Stopped();
+  return prepared_store_.Get(outline);
+}
+
+bool MatchingThread::Guard(const std::string& task, const std::function<void()>& work) {
+  std::string problem;
+  if (journal_.IsPoisonous(task)) {
+    problem = absl::StrCat("the server ended while it was at that, ", WorkJournal::kMaxCrashes,
+                           " times; please report it. To try again stop the server, remove ",
+                           options_.work_journal, " and start it");
+  } else {
+    journal_.Begin(task);
+    try {
+      work();
+    } catch (const Stopped&) {
+      problem = "stopped";
+    } catch (const std::exception& e) {
+      problem = e.what();
+    }
+    journal_.End();
+  }
+  if (problem.empty()) return true;
+  if (!stop_.stop_requested() && left_out_.insert(task).second && options_.on_problem) {
+    options_.on_problem(absl::StrCat("left out ", task, ": ", problem));
+  }
+  return false;
+}
+
+void MatchingThread::Run() {
+  Stopwatch round;
+  bool is_at_work = false;
+  while (!stop_.stop_requested()) {
+    const uint64_t seen = map_->changed().count();
+    const MapWriter::View view = map_->view();
+    if (!is_at_work) round = Stopwatch();
+    if (RunNext(*view)) {
+      is_at_work = true;
+      continue;
+    }
+    if (std::exchange(is_at_work, false)) {
+      activity_->Estimated(round.Ms());
+      Prune(*view);
+    }
+    up_to_date_with_ = view->serial;
+    activity_->changed().Notify();
+    map_->changed().WaitPast(seen);
+  }
+}
+
+bool MatchingThread::RunNext(const MapView& view) {
+  // Loops first: they straighten the maps that pairs are then matched by.
+  if (const std::optional<SubmapId> submap = NextForLoops(view)) {
+    FindLoops(view, *submap);
+  } else if (const std::optional<SessionPair> pair = NextPair(view)) {
+    Estimate(view, *pair);
+  } else if (MustCountRevisits(view)) {
+    CountRevisits(view);
+  } else {
+    return false;
+  }
+  return true;
+}
+
+void MatchingThread::Prune(const MapView& view) {
+  const auto is_gone = [&view](const SessionId& id) { return view.Find(id) == nullptr; };
+  const auto of_gone = [&](const auto& item) {
+    return is_gone(item.first.first) || is_gone(item.first.second);
+  };
+  std::erase_if(attempts_, of_gone);
+  std::erase_if(matchers_, of_gone);
+  std::erase_if(looped_, [&](const auto& item) { return is_gone(item.first); });
+  std::erase_if(finders_, [&](const auto& item) {
+    const SessionView* entry = view.Find(item.first);
+    return entry == nullptr || IsFinished(*entry);
+  });
+  std::erase_if(prepared_,
+                [&](const Prepared& map) { return is_gone(map->session_map().session); });
+}
+
+bool MatchingThread::MustCountRevisits(const MapView& view) const {
+  return options_.revisits.retire && view.IsPlaced() &&
+         view.revision->revision != counted_revision_;
+}
+
+void MatchingThread::CountRevisits(const MapView& view) {
+  counted_revision_ = view.revision->revision;
+  const std::vector<PlacedSubmap> placed = view.PlacedSubmaps();
+  std::vector<SubmapId> seen_again;
+  if (!Guard("which submaps were seen again", [&] { seen_again = revisits_.Update(placed); }))
+    return;
+  // With an anchored submap its anchor would go.
+  const MapWriter::View now = map_->view();
+  std::erase_if(seen_again, [&](const SubmapId& id) { return now->anchors.contains(id); });
+  // What cannot be stored now is tried again with the next submap.
+  (void)map_->Retire(seen_again);
+}
+
+}  // namespace isthmus::server

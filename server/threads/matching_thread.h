@@ -1,0 +1,133 @@
+// The slow loop: a thread that finds where sessions came back to, how two sessions' maps lie to
+// each other, and which submaps have been seen again often enough. Nobody waits for it.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <list>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <stop_token>
+#include <string>
+#include <thread>
+#include <utility>
+
+#include "core/clock.h"
+#include "server/map/map_writer.h"
+#include "server/matching/loops/loop_finder.h"
+#include "server/matching/pairs/matcher.h"
+#include "server/matching/prepared/prepared_map.h"
+#include "server/matching/loops/revisits.h"
+#include "server/threads/prepared_store.h"
+#include "server/threads/work_journal.h"
+
+namespace isthmus::server {
+
+inline bool IsFinished(const SessionView& session) {
+  return session.record.state == SessionState::kFinished;
+}
+
+class MatchingThread {
+ public:
+  struct Options {
+    matching::MatcherOptions matcher;
+    matching::LoopOptions loops;
+    matching::RevisitOptions revisits;
+    // A pair is tried again when its maps have grown by this many submaps; a finished session's
+    // last submaps always count.
+    int rematch_submaps = 1;
+    // What maps kept ready may take, but for the two at hand.
+    size_t prepared_bytes = size_t{128} << 20;
+    // See WorkJournal; empty: none.
+    std::string work_journal;
+    // Told, from the thread, what was left out and why. May be null.
+    std::function<void(const std::string& problem)> on_problem;
+  };
+
+  MatchingThread(MapWriter* map, Activity* activity, storage::MapStore* store, SubmapCache* submaps,
+                 const Clock* clock, const Options& options);
+  ~MatchingThread();  // Stops.
+
+  // Whether the view shows nothing that it has not dealt with.
+  bool IsUpToDateWith(const MapView& view) const { return up_to_date_with_ == view.serial; }
+
+  // Makes the thread end within a second or so; does not wait. What is under way is given up, to be
+  // taken up at the next start.
+  void Stop();
+
+ private:
+  // What a pair was last tried with: the indices that their next submaps had.
+  struct Attempt {
+    uint32_t next_a = 0, next_b = 0;
+  };
+  using Prepared = std::shared_ptr<const matching::PreparedMap>;
+
+  // Thrown through the matcher once the thread is to end.
+  struct Stopped {};
+
+  void Run();
+  // The task that comes first; false when all is up to date.
+  bool RunNext(const MapView& view);
+
+  // Does work that no record may keep from being followed by other work: what throws, or ended the
+  // server before, is told and left out. False where it was not done.
+  bool Guard(const std::string& task, const std::function<void()>& work);
+  // Throws Stopped.
+  std::shared_ptr<const matching::PreparedSubmap> GetPrepared(
+      const std::shared_ptr<const Submap>& outline) const;
+
+  // The first submap that was not asked for loops yet; only once it is placed.
+  std::optional<SubmapId> NextForLoops(const MapView& view) const;
+  void FindLoops(const MapView& view, const SubmapId& submap);
+  void FindLoops(const matching::LoopQuery& query);
+
+  // The pair with the most new evidence; nothing when all is up to date.
+  std::optional<SessionPair> NextPair(const MapView& view) const;
+  // How many new submaps the pair has since it was tried; 0 where it is not worth a try.
+  uint32_t FreshSubmaps(const MapView& view, const SessionView& a, const SessionView& b,
+                        const Attempt& tried) const;
+  void Estimate(const MapView& view, const SessionPair& pair);
+  // `older` is null where nothing is known of the pair.
+  void Estimate(const SessionMap& a, const SessionMap& b, bool finished, const Match* older);
+  // Outlines of those that can be read; reads from the store.
+  SessionMap MapOf(const SessionView& session) const;
+  // The map made ready for matching: made once, grown with the map.
+  Prepared Prepare(const SessionMap& map);
+  // Lets go of maps that were not used for long, not of the two used last.
+  void LimitPrepared();
+
+  // The map shows more submaps than when revisits were counted last.
+  bool MustCountRevisits(const MapView& view) const;
+  void CountRevisits(const MapView& view);
+
+  // Forgets what was kept of sessions that are gone.
+  void Prune(const MapView& view);
+
+  MapWriter* const map_;
+  Activity* const activity_;
+  SubmapCache* const submaps_;
+  const PreparedStore prepared_store_;
+  const Clock* const clock_;
+  std::stop_source stop_;
+  const Options options_;
+  WorkJournal journal_;
+  const matching::SubmapSource source_;
+  const SubmapReader points_;
+  // The serial of the last view that left nothing to do; of no view at first.
+  std::atomic<uint64_t> up_to_date_with_ = ~uint64_t{0};
+  // Touched by the thread only, once it runs.
+  std::map<SessionPair, Attempt> attempts_;  // Since the start, whatever came of them.
+  std::map<SessionId, uint32_t> looped_;     // The next submap to ask.
+  int64_t counted_revision_ = -1;
+  std::list<Prepared> prepared_;  // The latest used first.
+  std::map<SessionPair, matching::PairMatcher> matchers_;
+  std::map<SessionId, matching::LoopFinder> finders_;
+  matching::RevisitCounter revisits_;
+  std::set<std::string> left_out_;  // Told already.
+  std::thread thread_;
+};
+
+}  // namespace isthmus::server

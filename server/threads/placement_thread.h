@@ -1,0 +1,62 @@
+// The thread that keeps every submap placed: whenever something changes it works out where all lie
+// and makes that a revision. Neither the robots nor readers wait for it.
+#pragma once
+
+#include <absl/base/thread_annotations.h>
+#include <absl/status/statusor.h>
+#include <absl/synchronization/mutex.h>
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "core/clock.h"
+#include "core/revision.h"
+#include "server/map/map_writer.h"
+#include "server/placement/placer.h"
+#include "storage/map_store.h"
+
+namespace isthmus::server {
+
+class PlacementThread {
+ public:
+  PlacementThread(MapWriter* map, Activity* activity, storage::MapStore* store, const Clock* clock,
+                  const placement::PlacerOptions& options);
+  ~PlacementThread();  // Stop(), and waits.
+
+  // Ends once everything so far is placed; does not wait.
+  void Stop();
+
+  // Placer::WriteG2o. Waits for the optimisation under way.
+  absl::StatusOr<std::string> WriteG2o(uint32_t component);
+
+ private:
+  void Run();
+  // Places what the map says and shows it.
+  void Place();
+  // Of new placements, which differ from the previous ones by `moves`; stored if that is possible.
+  // Readers see the newest truth even when it is not: it follows from what is stored and is found
+  // again at the next start.
+  std::shared_ptr<const MapRevision> MakeRevision(const MapRevision& previous,
+                                                  const Changes& changes,
+                                                  std::vector<SubmapMove> moves,
+                                                  std::vector<Placement> placements);
+
+  MapWriter* const map_;
+  Activity* const activity_;
+  storage::MapStore* const store_;
+  const Clock* const clock_;
+  absl::Mutex placer_mutex_;
+  placement::Placer placer_ ABSL_GUARDED_BY(placer_mutex_);
+  // What the store has of the latest revision, when that could not be written. Touched by the
+  // thread only.
+  std::shared_ptr<const MapRevision> stored_;
+  std::atomic<bool> stop_ = false;
+  std::thread thread_;
+};
+
+}  // namespace isthmus::server

@@ -1,0 +1,50 @@
+#include "server/threads/prepared_store.h"
+
+#include <cstring>
+#include <string>
+#include <utility>
+
+#include "core/codec/zstd_frame.h"
+#include "server/matching/prepared/prepared_submap_codec.h"
+
+namespace isthmus::server {
+namespace {
+
+// PreparedSubmap::kMaxViews of 33 kB, and more points than a submap has.
+constexpr uint64_t kMaxBytes = uint64_t{1} << 28;
+
+}  // namespace
+
+std::shared_ptr<const matching::PreparedSubmap> PreparedStore::Get(
+    const std::shared_ptr<const Submap>& outline) const {
+  if (auto found = Find(outline)) return found;
+  const std::shared_ptr<const Submap> whole = submaps_->Get(outline->id);
+  if (!whole) return std::make_shared<const matching::PreparedSubmap>(outline);
+  auto made = std::make_shared<const matching::PreparedSubmap>(outline, *whole);
+  Keep(*made);
+  return made;
+}
+
+std::shared_ptr<const matching::PreparedSubmap> PreparedStore::Find(
+    const std::shared_ptr<const Submap>& outline) const {
+  const absl::StatusOr<std::string> kept =
+      store_->GetFeatures(outline->id, matching::kPreparedSubmapKind);
+  uint64_t size = 0;
+  if (!kept.ok() || kept->size() < sizeof(size)) return nullptr;
+  std::memcpy(&size, kept->data(), sizeof(size));
+  if (size > kMaxBytes) return nullptr;
+  const absl::StatusOr<std::string> bytes =
+      codec::ReadZstdFrame(kept->data() + sizeof(size), kept->size() - sizeof(size), size);
+  if (!bytes.ok()) return nullptr;
+  return matching::DecodePreparedSubmap(outline, *bytes);
+}
+
+void PreparedStore::Keep(const matching::PreparedSubmap& prepared) const {
+  const std::string bytes = matching::EncodePreparedSubmap(prepared);
+  const uint64_t size = bytes.size();
+  std::string data(reinterpret_cast<const char*>(&size), sizeof(size));
+  if (!codec::AppendZstdFrame(bytes, data).ok()) return;
+  (void)store_->PutFeatures({prepared.submap().id, matching::kPreparedSubmapKind, std::move(data)});
+}
+
+}  // namespace isthmus::server

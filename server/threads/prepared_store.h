@@ -1,0 +1,34 @@
+// Prepared submaps, made once and kept in the store beside the submaps themselves.
+#pragma once
+
+#include <memory>
+
+#include "core/submap.h"
+#include "server/map/submap_cache.h"
+#include "server/matching/prepared/prepared_submap.h"
+#include "storage/map_store.h"
+
+namespace isthmus::server {
+
+// Thread safe, as the store is.
+class PreparedStore {
+ public:
+  PreparedStore(storage::MapStore* store, SubmapCache* submaps)
+      : store_(store), submaps_(submaps) {}
+
+  // What was kept, or made and kept. What is damaged or of another version is made anew; what
+  // cannot be kept is made again after the next restart. Of a submap whose points cannot be read,
+  // one without a surface. Never null.
+  std::shared_ptr<const matching::PreparedSubmap> Get(
+      const std::shared_ptr<const Submap>& outline) const;
+
+ private:
+  std::shared_ptr<const matching::PreparedSubmap> Find(
+      const std::shared_ptr<const Submap>& outline) const;
+  void Keep(const matching::PreparedSubmap& prepared) const;
+
+  storage::MapStore* const store_;
+  SubmapCache* const submaps_;
+};
+
+}  // namespace isthmus::server

@@ -1,0 +1,148 @@
+#include "server/threads/retention_thread.h"
+
+#include <absl/strings/str_cat.h>
+#include <absl/time/clock.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace isthmus::server {
+namespace {
+
+// What is dropped makes room for no other round to drop more: two suffice, and a store that cannot
+// delete is not asked for ever.
+constexpr int kMaxRounds = 3;
+
+std::string TextOf(const ingest::RetentionAction& action) {
+  const bool scans = action.kind == ingest::RetentionAction::Kind::kDropScans;
+  return absl::StrCat(scans ? "oldest raw scans of session " : "session ", action.session.value(),
+                      scans ? " dropped: " : " deleted: ", action.why);
+}
+
+}  // namespace
+
+RetentionThread::RetentionThread(const RetentionOptions& options, const Clock* clock, Hooks hooks)
+    : options_(options), clock_(clock), hooks_(std::move(hooks)) {}
+
+RetentionThread::~RetentionThread() {
+  Stop();
+  if (thread_.joinable()) thread_.join();
+}
+
+void RetentionThread::Start() {
+  Round();
+  thread_ = std::thread([this] { Run(); });
+}
+
+void RetentionThread::Stop() {
+  absl::MutexLock lock(&mutex_);
+  stop_ = true;
+  changed_.SignalAll();
+}
+
+void RetentionThread::Changed(const SessionId& session) {
+  absl::MutexLock lock(&mutex_);
+  stale_.insert(session);
+  ++changes_;
+  changed_.SignalAll();
+}
+
+void RetentionThread::WaitUntilIdle() {
+  absl::MutexLock lock(&mutex_);
+  const uint64_t wanted = changes_;
+  while (!stop_ && looked_at_ < wanted) changed_.Wait(&mutex_);
+}
+
+absl::Status RetentionThread::Check(const RobotId& robot) const {
+  absl::MutexLock lock(&mutex_);
+  const auto found = refused_.find(robot);
+  if (found == refused_.end()) return absl::OkStatus();
+  return absl::ResourceExhaustedError(found->second);
+}
+
+uint64_t RetentionThread::MapBytes(const SessionId& session) const {
+  absl::MutexLock lock(&mutex_);
+  const auto found = map_bytes_.find(session);
+  return found == map_bytes_.end() ? 0 : found->second;
+}
+
+void RetentionThread::Run() {
+  while (true) {
+    {
+      absl::MutexLock lock(&mutex_);
+      const absl::Time due = absl::Now() + kInterval;
+      bool is_told = stop_ || looked_at_ < changes_;
+      while (!is_told && !changed_.WaitWithDeadline(&mutex_, due)) {
+        is_told = stop_ || looked_at_ < changes_;
+      }
+      if (stop_) return;
+      // Matching adds features to what is stored, a while after its submaps.
+      for (const auto& [session, bytes] : map_bytes_) {
+        if (!is_told) stale_.insert(session);
+      }
+    }
+    Round();
+  }
+}
+
+void RetentionThread::Round() {
+  uint64_t changes = 0;
+  {
+    absl::MutexLock lock(&mutex_);
+    changes = changes_;
+  }
+  ingest::RetentionPlan plan;
+  for (int round = 0; round < kMaxRounds; ++round) {
+    const std::vector<ingest::StoredSession> sessions = Count();
+    plan = ingest::PlanRetention(sessions, options_, clock_->NowNs());
+    if (!Do(plan)) break;
+  }
+  absl::MutexLock lock(&mutex_);
+  refused_ = std::move(plan.refused);
+  looked_at_ = std::max(looked_at_, changes);
+  changed_.SignalAll();
+}
+
+std::vector<ingest::StoredSession> RetentionThread::Count() {
+  std::vector<ingest::StoredSession> sessions = hooks_.list();
+  std::map<SessionId, uint64_t> known;
+  std::set<SessionId> stale;
+  {
+    absl::MutexLock lock(&mutex_);
+    known = map_bytes_;
+    stale = std::exchange(stale_, {});
+  }
+  std::map<SessionId, uint64_t> counted;
+  for (ingest::StoredSession& session : sessions) {
+    const auto before = known.find(session.session);
+    session.map_bytes = before == known.end() ? 0 : before->second;
+    if (before == known.end() || stale.contains(session.session)) {
+      const auto bytes = hooks_.map_bytes(session.session);
+      if (bytes.ok()) session.map_bytes = *bytes;
+    }
+    session.scan_bytes = hooks_.scan_bytes(session.session);
+    counted[session.session] = session.map_bytes;
+  }
+  absl::MutexLock lock(&mutex_);
+  map_bytes_ = std::move(counted);
+  return sessions;
+}
+
+bool RetentionThread::Do(const ingest::RetentionPlan& plan) {
+  bool any = false;
+  for (const ingest::RetentionAction& action : plan.actions) {
+    {
+      absl::MutexLock lock(&mutex_);
+      if (stop_) return false;
+    }
+    const absl::Status status = hooks_.act(action);
+    any = any || status.ok();
+    if (!hooks_.on_problem) continue;
+    hooks_.on_problem(
+        status.ok() ? TextOf(action)
+                    : absl::StrCat("could not be done, ", TextOf(action), ": ", status.message()));
+  }
+  return any;
+}
+
+}  // namespace isthmus::server

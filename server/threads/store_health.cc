@@ -1,0 +1,105 @@
+#include "server/threads/store_health.h"
+
+#include <absl/strings/str_cat.h>
+#include <absl/time/clock.h>
+#include <absl/time/time.h>
+
+#include <utility>
+
+#include "storage/forwarding_store.h"
+
+namespace isthmus::server {
+namespace {
+
+// Whether it is the store that failed, not the batch.
+bool IsStoreFailure(const absl::Status& status) {
+  return absl::IsResourceExhausted(status) || absl::IsUnavailable(status) ||
+         absl::IsDataLoss(status) || absl::IsInternal(status) || absl::IsUnknown(status);
+}
+
+class WatchedStore : public storage::ForwardingStore {
+ public:
+  WatchedStore(std::unique_ptr<storage::MapStore> store, StoreHealth* health)
+      : ForwardingStore(std::move(store)), health_(health) {}
+
+  absl::Status Write(const storage::WriteBatch& batch) override {
+    return Noted(ForwardingStore::Write(batch));
+  }
+  absl::Status DeleteSession(const SessionId& session) override {
+    return Noted(ForwardingStore::DeleteSession(session));
+  }
+  absl::Status PutFeatures(const storage::FeatureBlob& blob) override {
+    return Noted(ForwardingStore::PutFeatures(blob));
+  }
+
+ private:
+  absl::Status Noted(absl::Status status) {
+    health_->Note(status);
+    return status;
+  }
+
+  StoreHealth* const health_;
+};
+
+}  // namespace
+
+void StoreHealth::Note(const absl::Status& status) {
+  const bool is_failure = IsStoreFailure(status);
+  if (!status.ok() && !is_failure) return;
+  absl::MutexLock one_at_a_time(&telling_);
+  std::string news;
+  {
+    absl::MutexLock lock(&mutex_);
+    const bool was_failing = !problem_.empty();
+    if (is_failure) {
+      problem_ = absl::StrCat("the server cannot store: ", status.message());
+      if (!was_failing) {
+        since_ns_ = clock_->NowNs();
+        news = problem_;
+      }
+    } else if (was_failing) {
+      const double seconds = 1e-9 * static_cast<double>(clock_->NowNs() - since_ns_);
+      news = absl::StrCat("the server stores again, after ", seconds, " s in which it could not");
+      problem_.clear();
+    }
+    changed_.SignalAll();
+  }
+  if (!news.empty() && on_change_) on_change_(news);
+}
+
+std::string StoreHealth::Problem() const {
+  absl::MutexLock lock(&mutex_);
+  if (problem_.empty()) return {};
+  const std::string since = absl::FormatTime("%H:%M:%S UTC on %Y-%m-%d",
+                                             absl::FromUnixNanos(since_ns_), absl::UTCTimeZone());
+  return absl::StrCat(problem_, " (since ", since,
+                      "). What it has is served. Robots send again what is not stored yet");
+}
+
+bool StoreHealth::WaitForProblem() {
+  absl::MutexLock lock(&mutex_);
+  while (!is_stopped_ && problem_.empty()) changed_.Wait(&mutex_);
+  return !is_stopped_;
+}
+
+bool StoreHealth::Pause(double seconds) {
+  absl::MutexLock lock(&mutex_);
+  const absl::Time until = absl::Now() + absl::Seconds(seconds);
+  while (!is_stopped_) {
+    if (changed_.WaitWithDeadline(&mutex_, until)) break;
+  }
+  return !is_stopped_;
+}
+
+void StoreHealth::Stop() {
+  absl::MutexLock lock(&mutex_);
+  is_stopped_ = true;
+  changed_.SignalAll();
+}
+
+std::unique_ptr<storage::MapStore> WatchStore(std::unique_ptr<storage::MapStore> store,
+                                              StoreHealth* health) {
+  return std::make_unique<WatchedStore>(std::move(store), health);
+}
+
+}  // namespace isthmus::server

@@ -1,0 +1,53 @@
+// The state of the store: whether what comes in can be stored at the moment, and if not, why and
+// since when.
+#pragma once
+
+#include <absl/base/thread_annotations.h>
+#include <absl/status/status.h>
+#include <absl/synchronization/mutex.h>
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "core/clock.h"
+#include "storage/map_store.h"
+
+namespace isthmus::server {
+
+// Thread safe.
+class StoreHealth {
+ public:
+  // `on_change`, if any, is told in words when storing begins to fail and when it works again; from
+  // any thread, one call at a time.
+  StoreHealth(const Clock* clock, std::function<void(const std::string&)> on_change)
+      : clock_(clock), on_change_(std::move(on_change)) {}
+
+  // How a write ended. What is wrong with the batch itself says nothing of the store.
+  void Note(const absl::Status& status);
+
+  // For people, a sentence; empty while all is well.
+  std::string Problem() const;
+  // Waits while all is well. False once it was stopped.
+  bool WaitForProblem();
+  // Waits that long; false once it was stopped.
+  bool Pause(double seconds);
+  void Stop();
+
+ private:
+  const Clock* const clock_;
+  const std::function<void(const std::string&)> on_change_;
+  absl::Mutex telling_;  // Serialises Note, so that on_change_ is told in order.
+  mutable absl::Mutex mutex_ ABSL_ACQUIRED_AFTER(telling_);
+  absl::CondVar changed_;
+  std::string problem_ ABSL_GUARDED_BY(mutex_);
+  int64_t since_ns_ ABSL_GUARDED_BY(mutex_) = 0;
+  bool is_stopped_ ABSL_GUARDED_BY(mutex_) = false;
+};
+
+// All of `store`'s promises; notes how its writes end. `health` must outlive it.
+std::unique_ptr<storage::MapStore> WatchStore(std::unique_ptr<storage::MapStore> store,
+                                              StoreHealth* health);
+
+}  // namespace isthmus::server

@@ -1,0 +1,78 @@
+#include "server/threads/work_journal.h"
+
+#include <absl/strings/ascii.h>
+#include <absl/strings/numbers.h>
+#include <absl/strings/str_cat.h>
+#include <absl/strings/str_split.h>
+#include <absl/strings/string_view.h>
+#include <absl/strings/strip.h>
+
+#include <utility>
+#include <vector>
+
+#include "core/io/file_io.h"
+
+namespace isthmus::server {
+namespace {
+
+constexpr absl::string_view kVersionMark = "version ", kBootMark = "boot ",
+                            kAtHandMark = "at_hand ", kCrashedMark = "crashed ";
+
+}  // namespace
+
+WorkJournal::WorkJournal(std::string path, std::string boot, std::string version)
+    : path_(std::move(path)), boot_(std::move(boot)), version_(std::move(version)) {
+  if (path_.empty()) return;
+  Load();
+  Save("");
+}
+
+std::string WorkJournal::BootId() {
+  auto id = io::ReadFile("/proc/sys/kernel/random/boot_id");
+  return id.ok() ? std::string(absl::StripAsciiWhitespace(*id)) : "";
+}
+
+std::string WorkJournal::Version() { return ISTHMUS_VERSION; }
+
+void WorkJournal::Load() {
+  const auto text = io::ReadFile(path_);
+  if (!text.ok()) return;
+  std::string version, boot, at_hand;
+  for (absl::string_view line : absl::StrSplit(*text, '\n')) {
+    if (absl::ConsumePrefix(&line, kVersionMark)) {
+      version = std::string(line);
+    } else if (absl::ConsumePrefix(&line, kBootMark)) {
+      boot = std::string(line);
+    } else if (absl::ConsumePrefix(&line, kAtHandMark)) {
+      at_hand = std::string(line);
+    } else if (absl::ConsumePrefix(&line, kCrashedMark)) {
+      const std::pair<std::string, std::string> entry =
+          absl::StrSplit(line, absl::MaxSplits(' ', 1));
+      int count = 0;
+      if (absl::SimpleAtoi(entry.first, &count)) crashes_[entry.second] = count;
+    }
+  }
+  if (version != version_) crashes_.clear();
+  if (version == version_ && boot == boot_ && !at_hand.empty()) ++crashes_[at_hand];
+}
+
+void WorkJournal::Save(const std::string& at_hand) {
+  if (path_.empty()) return;
+  absl::MutexLock lock(&mutex_);
+  std::string text = absl::StrCat(kVersionMark, version_, "\n", kBootMark, boot_, "\n");
+  for (const auto& [task, count] : crashes_)
+    absl::StrAppend(&text, kCrashedMark, count, " ", task, "\n");
+  if (!at_hand.empty()) absl::StrAppend(&text, kAtHandMark, at_hand, "\n");
+  (void)io::WriteFile(path_, text);
+}
+
+bool WorkJournal::IsPoisonous(const std::string& task) const {
+  const auto it = crashes_.find(task);
+  return it != crashes_.end() && it->second >= kMaxCrashes;
+}
+
+void WorkJournal::Begin(const std::string& task) { Save(task); }
+
+void WorkJournal::End() { Save(""); }
+
+}  // namespace isthmus::server

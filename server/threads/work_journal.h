@@ -1,0 +1,43 @@
+// A record on disk of the work at hand, so that work that ends the server is found out.
+#pragma once
+
+#include <absl/synchronization/mutex.h>
+
+#include <map>
+#include <string>
+#include <utility>
+
+namespace isthmus::server {
+
+// A pair or a submap that made the server crash would do so again at every start, as it is taken up
+// again at every start. What was at hand at kMaxCrashes of them is left out from then on.
+//
+// Crashes are what ended the process but not the machine: after a power cut the number of the boot
+// is another, and nobody is to blame. Counts hold for one version of the program. Errors of the
+// file are ignored: without it the server works as well. Thread safe.
+class WorkJournal {
+ public:
+  static constexpr int kMaxCrashes = 2;
+
+  // Counts what the last process left at hand. With an empty path nothing is kept.
+  explicit WorkJournal(std::string path) : WorkJournal(std::move(path), BootId(), Version()) {}
+  WorkJournal(std::string path, std::string boot, std::string version);
+
+  // `task` is one line.
+  bool IsPoisonous(const std::string& task) const;
+  void Begin(const std::string& task);
+  // Also when the work is ordered to stop: what ends the process from then on is not its fault.
+  void End();
+
+ private:
+  static std::string BootId();
+  static std::string Version();
+  void Load();
+  void Save(const std::string& at_hand);
+
+  const std::string path_, boot_, version_;
+  std::map<std::string, int> crashes_;  // By task; does not change once it is made.
+  absl::Mutex mutex_;                   // Held while the file is written.
+};
+
+}  // namespace isthmus::server

@@ -1,0 +1,59 @@
+// What batches make of a map's records, but for points, scans' poses, checkpoints and history: one
+// meaning of a batch for the memory store and for the server's view of the map.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <set>
+#include <utility>
+#include <vector>
+
+#include "core/anchor.h"
+#include "core/loop_closure.h"
+#include "core/match.h"
+#include "core/session.h"
+#include "core/shared_map.h"
+#include "core/submap.h"
+#include "core/trajectory.h"
+#include "core/verdict.h"
+#include "storage/map_store.h"
+
+namespace isthmus::storage {
+
+using SessionPair = std::pair<SessionId, SessionId>;  // first < second
+
+struct SessionRecords {
+  SessionRecord record;
+  SharedMap<uint32_t, SubmapInfo> submaps;  // By index; gaps are submaps that were retired.
+  uint64_t points = 0;                      // Of these.
+  // By submap: how far the sensor went from its first scan to the first of the next one.
+  SharedMap<uint32_t, double> path_length_m;
+  std::optional<TrajectoryEntry> last_pose;  // The newest scan's.
+
+  // The index that the next submap has: it grows whatever is retired, because the newest never is.
+  uint32_t next_index() const { return submaps.empty() ? 0 : submaps.back().id.index + 1; }
+};
+
+// Copies share what is the same in them, so a copy costs next to nothing.
+struct MapRecords {
+  SharedMap<SessionId, SessionRecords> sessions;
+  SharedMap<SessionPair, Match> matches;  // As computed.
+  SharedMap<SessionPair, Verdict> verdicts;
+  SharedMap<uint64_t, LoopClosure> loops;  // By id.
+  SharedMap<SubmapId, Anchor> anchors;
+};
+
+using SubmapInfos = std::vector<std::shared_ptr<const SubmapInfo>>;
+
+// Of the batch's submaps, in their order. Bounds take a pass over the points.
+SubmapInfos SummarizeSubmaps(const WriteBatch& batch);
+
+// As WriteBatch says; `infos` stand for its submaps. What is of a session that is not there is
+// passed over; a store has refused it.
+void Apply(const WriteBatch& batch, const SubmapInfos& infos, MapRecords* records);
+
+// The session and its later segments, with all that is of them. Returns whose.
+std::set<SessionId> RemoveSession(const SessionId& session, MapRecords* records);
+
+}  // namespace isthmus::storage

@@ -1,0 +1,197 @@
+// What readers get while the map is composed, and when it cannot be.
+#include "server/threads/composition_thread.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <future>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/clock.h"
+#include "server/threads/placement_thread.h"
+#include "storage/memory_store.h"
+
+namespace isthmus::server {
+namespace {
+
+using ::testing::HasSubstr;
+
+const SessionId kSession("alice-1");
+
+class CompositionThreadTest : public testing::Test {
+ protected:
+  CompositionThreadTest() {
+    SessionRecord record;
+    record.id = kSession;
+    record.robot = RobotId("alice");
+    record.sensor = "vlp16";
+    storage::WriteBatch batch;
+    batch.sessions.push_back(record);
+    EXPECT_TRUE(store_->Write(batch).ok());
+    EXPECT_TRUE(map_.Load().ok());
+    placement_ = std::make_unique<PlacementThread>(&map_, &activity_, store_.get(),
+                                                   &Clock::System(), placement::PlacerOptions());
+  }
+
+  // Points in rows of 1000, 1 m apart.
+  void Add(uint32_t index, int points) {
+    auto submap = std::make_shared<Submap>();
+    submap->id = {kSession, index};
+    submap->robot = RobotId("alice");
+    submap->first_sequence = submap->last_sequence = index + 1;
+    submap->keyframes = {{index + 1, 1'000'000'000 * int64_t{index + 1}, Pose()}};
+    for (int i = 0; i < points; ++i) {
+      submap->points.push_back({float(i % 1000), 0.5f + float(i / 1000), 0.5f, 0, 0});
+    }
+    FinishedSubmap finished;
+    finished.submap = submap;
+    finished.trajectory = {{index + 1, 1'000'000'000 * int64_t{index + 1}, Pose(), index}};
+    ASSERT_TRUE(map_.AddSubmap(kSession, finished).ok());
+    map_.WaitUntilPlaced();
+  }
+
+  std::shared_ptr<const ComposedMap> Map() { return map_.view()->map; }
+  std::shared_ptr<const ComposedMap> ComposedMapOnceThere() {
+    while (true) {
+      const uint64_t seen = map_.changed().count();
+      const MapWriter::View view = map_.view();
+      if (view->IsComposed()) return view->map;
+      map_.changed().WaitPast(seen);
+    }
+  }
+
+  std::unique_ptr<storage::MapStore> store_ = storage::MakeMemoryStore();
+  SubmapCache submaps_{store_.get(), size_t{1} << 30, nullptr};
+  const SubmapReader reader_ = [this](const SubmapId& id) { return submaps_.Get(id); };
+  Activity activity_;
+  MapWriter map_{store_.get(), &submaps_, &activity_, &Clock::System()};
+  std::unique_ptr<PlacementThread> placement_;
+};
+
+TEST_F(CompositionThreadTest, EmptyMapIsReadyAtOnce) {
+  CompositionThread composition(&map_, &activity_, reader_, {}, 0);
+  EXPECT_TRUE(Map()->ready().ok());
+  EXPECT_EQ(Map()->component_count(), 0u);
+}
+
+TEST_F(CompositionThreadTest, StoredMapIsUnavailableRatherThanEmptyUntilItIsComposed) {
+  Add(0, 3);
+  std::promise<void> go;
+  const auto slow = [this, gone = go.get_future().share()](const SubmapId& id) {
+    gone.wait();
+    return submaps_.Get(id);
+  };
+  CompositionThread composition(&map_, &activity_, slow, {}, 0);
+  const auto starting = Map();
+  EXPECT_EQ(starting->ready().code(), absl::StatusCode::kUnavailable);
+  EXPECT_THAT(std::string(starting->ready().message()), HasSubstr("0 %"));
+  EXPECT_EQ(starting->Read({}, 10, [](const auto&) { return true; }).code(),
+            absl::StatusCode::kUnavailable);
+  EXPECT_EQ(starting->component_count(), 1u) << "or readers would hear that there is none";
+  EXPECT_EQ(starting->robots(), std::vector<RobotId>{RobotId("alice")});
+  go.set_value();
+  const auto map = ComposedMapOnceThere();
+  EXPECT_TRUE(map->ready().ok());
+  EXPECT_EQ(map->point_count(0), 3u);
+}
+
+TEST_F(CompositionThreadTest, StopsInTheMiddleOfTheFirstMap) {
+  for (uint32_t i = 0; i < 5; ++i) Add(i, 3);
+  std::atomic<int> reads = 0;
+  std::unique_ptr<CompositionThread> composition;
+  std::promise<void> begun, stopped;
+  composition = std::make_unique<CompositionThread>(
+      &map_, &activity_,
+      [&, gone = stopped.get_future().share()](const SubmapId& id) {
+        if (reads++ == 0) begun.set_value();
+        gone.wait();
+        return submaps_.Get(id);
+      },
+      composition::ComposerOptions(), 0);
+  begun.get_future().wait();
+  composition->Stop();
+  stopped.set_value();
+  composition = nullptr;
+  EXPECT_EQ(reads, 1);
+}
+
+TEST_F(CompositionThreadTest, StopsInTheMiddleOfASubmap) {
+  Add(0, 300'000);
+  std::promise<CompositionThread*> made;
+  auto composition = std::make_unique<CompositionThread>(
+      &map_, &activity_,
+      [&, gone = made.get_future().share()](const SubmapId& id) {
+        gone.get()->Stop();
+        return submaps_.Get(id);
+      },
+      composition::ComposerOptions(), 0);
+  const auto starting = Map();
+  made.set_value(composition.get());
+  composition = nullptr;
+  EXPECT_THAT(std::string(starting->ready().message()), HasSubstr(", 0 %"));
+}
+
+// It would show what is no more, and the memory would be gone for longer.
+TEST_F(CompositionThreadTest, DeletingASessionEndsTheCompositionUnderWay) {
+  Add(0, 300'000);
+  std::promise<void> go;
+  CompositionThread composition(
+      &map_, &activity_,
+      [&, gone = go.get_future().share()](const SubmapId& id) {
+        gone.wait();
+        auto submap = submaps_.Get(id);
+        EXPECT_TRUE(map_.RemoveSession(kSession).ok());  // Waits for no composition.
+        return submap;
+      },
+      {}, 0);
+  const auto starting = Map();
+  go.set_value();
+  EXPECT_EQ(ComposedMapOnceThere()->point_count(0), 0u);
+  EXPECT_THAT(std::string(starting->ready().message()), HasSubstr(", 0 %"));
+}
+
+TEST_F(CompositionThreadTest, SaysOnceWhatTheMapHasNoRoomFor) {
+  std::atomic<int> times = 0;
+  std::promise<std::string> told;
+  composition::ComposerOptions options;
+  options.max_tiles = 8;  // Of which a submap may lie on one.
+  CompositionThread composition(&map_, &activity_, reader_, options, 0,
+                                [&](const std::string& problem) {
+                                  if (times++ == 0) told.set_value(problem);
+                                });
+  Add(0, 50);
+  const std::string problem = told.get_future().get();
+  EXPECT_THAT(problem, HasSubstr("leaves out 50 points, most of them of submap alice-1/0"));
+  EXPECT_THAT(problem, HasSubstr("composition.max_tiles"));
+  Add(1, 5);
+  EXPECT_EQ(ComposedMapOnceThere()->point_count(0), 5u);
+  EXPECT_EQ(times, 1);
+}
+
+TEST_F(CompositionThreadTest, FullDiskKeepsTheLastMapAndIsToldOnce) {
+  Add(0, 3);
+  composition::ComposerOptions options;
+  options.cache_bytes = 1000;
+  options.spill_folder = testing::TempDir();
+  options.spill_reserve_bytes = uint64_t{1} << 62;  // No disk has so much to spare.
+  std::promise<std::string> told;
+  std::atomic<int> times = 0;
+  CompositionThread composition(&map_, &activity_, reader_, options, 0,
+                                [&](const std::string& problem) {
+                                  if (times++ == 0) told.set_value(problem);
+                                });
+  const auto map = ComposedMapOnceThere();
+  Add(1, 5000);
+  const std::string problem = told.get_future().get();
+  EXPECT_THAT(problem, HasSubstr("the merged map stays as it was"));
+  EXPECT_THAT(problem, HasSubstr("No space left"));
+  EXPECT_EQ(Map(), map);
+  EXPECT_FALSE(map_.view()->IsComposed());
+  EXPECT_EQ(times, 1);
+}
+
+}  // namespace
+}  // namespace isthmus::server

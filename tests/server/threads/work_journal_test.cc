@@ -1,0 +1,97 @@
+#include "server/threads/work_journal.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "server/pipeline.h"
+#include "tests/server/pipeline/robots.h"
+
+namespace isthmus::server {
+namespace {
+
+class WorkJournalTest : public ::testing::Test {
+ protected:
+  WorkJournalTest()
+      : path_(testing::TempDir() + "/" +
+              testing::UnitTest::GetInstance()->current_test_info()->name() + ".journal") {
+    std::filesystem::remove(path_);
+  }
+
+  // A process that ends while the task is at hand.
+  void CrashAt(const std::string& task, const std::string& boot = "b",
+               const std::string& version = "1") {
+    WorkJournal(path_, boot, version).Begin(task);
+  }
+
+  const std::string path_;
+};
+
+TEST_F(WorkJournalTest, FindsOutWhatWasAtHandTwice) {
+  CrashAt("one");
+  EXPECT_FALSE(WorkJournal(path_, "b", "1").IsPoisonous("one"));
+  CrashAt("two");
+  CrashAt("one");
+  const WorkJournal journal(path_, "b", "1");
+  EXPECT_TRUE(journal.IsPoisonous("one"));
+  EXPECT_FALSE(journal.IsPoisonous("two"));
+  // And remembers.
+  EXPECT_TRUE(WorkJournal(path_, "b", "1").IsPoisonous("one"));
+}
+
+TEST_F(WorkJournalTest, WorkThatEndedIsNotToBlame) {
+  for (int i = 0; i < 3; ++i) {
+    WorkJournal journal(path_, "b", "1");
+    journal.Begin("one");
+    journal.End();
+  }
+  EXPECT_FALSE(WorkJournal(path_, "b", "1").IsPoisonous("one"));
+}
+
+TEST_F(WorkJournalTest, APowerCutIsNobodysFault) {
+  for (const char* boot : {"b1", "b2", "b3"}) CrashAt("one", boot);
+  EXPECT_FALSE(WorkJournal(path_, "b4", "1").IsPoisonous("one"));
+}
+
+TEST_F(WorkJournalTest, AnotherVersionTriesAgain) {
+  for (int i = 0; i < 3; ++i) CrashAt("one");
+  EXPECT_FALSE(WorkJournal(path_, "b", "2").IsPoisonous("one"));
+}
+
+TEST_F(WorkJournalTest, RubbishInTheFileIsIgnored) {
+  std::ofstream(path_) << "crashed x\ncrashed 9\nboot\n\0at_hand";
+  EXPECT_FALSE(WorkJournal(path_, "b", "1").IsPoisonous("x"));
+}
+
+// What two processes ended at is left out by a pipeline, and all else is done.
+TEST_F(WorkJournalTest, APipelineLeavesOutWhatEndedItTwice) {
+  const auto match_of = [&](std::vector<std::string>* problems) {
+    PipelineOptions options = QuickOptions();
+    options.work_journal = path_;
+    options.on_problem = [problems](const std::string& problem) { problems->push_back(problem); };
+    const Drive drive(2);
+    auto pipeline = OpenInMemory(options);
+    for (int robot = 0; robot < 2; ++robot) {
+      const SessionId session =
+          pipeline->CreateSession({RobotId(robot == 0 ? "a" : "b"), "vlp16"}).value().record.id;
+      for (int i = 0; i < 6; ++i)
+        EXPECT_TRUE(pipeline->SubmitScan(session, drive.Upload(i, robot)).ok());
+      EXPECT_TRUE(pipeline->FinishSession(session).ok());
+    }
+    pipeline->WaitUntilIdle();
+    return pipeline->GetMatchGraph().matches.size();
+  };
+  std::vector<std::string> problems;
+  EXPECT_EQ(match_of(&problems), 1u);
+  EXPECT_TRUE(problems.empty());
+  const std::string task = "the match of a-1 and b-1";
+  for (int i = 0; i < WorkJournal::kMaxCrashes; ++i) WorkJournal(path_).Begin(task);
+  EXPECT_EQ(match_of(&problems), 0u);
+  ASSERT_EQ(problems.size(), 1u);
+  EXPECT_NE(problems[0].find(task), std::string::npos) << problems[0];
+}
+
+}  // namespace
+}  // namespace isthmus::server
