@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <set>
+#include <thread>
 #include <utility>
 
 #include "server/match_graph/match_graph.h"
@@ -14,6 +15,14 @@ absl::Status UnknownRobot(const RobotId& robot) {
   return absl::NotFoundError(
       absl::StrCat("no robot \"", robot.value(), "\" has opened a session on this server"));
 }
+
+MapReader::MapReader(const MapWriter* map, const storage::MapStore* store, SubmapCache* submaps,
+                     const composition::OccupancyOptions& occupancy)
+    : map_(map),
+      store_(store),
+      submaps_(submaps),
+      occupancy_(occupancy),
+      turns_(std::max(1, static_cast<int>(std::thread::hardware_concurrency()) / 2)) {}
 
 MapInfo MapReader::Describe(const MapView& view) {
   MapInfo info;
@@ -42,6 +51,7 @@ MapInfo MapReader::Describe(const MapView& view) {
 
 absl::StatusOr<std::vector<SubmapStatus>> MapReader::ListSubmaps(
     const std::optional<RobotId>& robot) const {
+  const Turn turn(turns_);
   const MapWriter::View view = map_->view();
   if (robot && view->Newest(*robot) == nullptr) return UnknownRobot(*robot);
   std::vector<SubmapStatus> list;
@@ -61,6 +71,7 @@ absl::StatusOr<std::vector<SubmapStatus>> MapReader::ListSubmaps(
 }
 
 MatchGraphView MapReader::GetMatchGraph() const {
+  const Turn turn(turns_);
   const MapWriter::View view = map_->view();
   MatchGraphView graph;
   graph.revision = view->revision->revision;
@@ -82,6 +93,7 @@ LoopStatus MapReader::StatusOf(const LoopClosure& loop, const MapView& view) {
 
 absl::StatusOr<std::vector<LoopStatus>> MapReader::ListLoops(
     const std::optional<RobotId>& robot) const {
+  const Turn turn(turns_);
   const MapWriter::View view = map_->view();
   if (robot && view->Newest(*robot) == nullptr) return UnknownRobot(*robot);
   std::vector<LoopStatus> list;

@@ -7,6 +7,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <semaphore>
 #include <string>
 #include <vector>
 
@@ -25,8 +26,7 @@ absl::Status UnknownRobot(const RobotId& robot);
 class MapReader {
  public:
   MapReader(const MapWriter* map, const storage::MapStore* store, SubmapCache* submaps,
-            const composition::OccupancyOptions& occupancy)
-      : map_(map), store_(store), submaps_(submaps), occupancy_(occupancy) {}
+            const composition::OccupancyOptions& occupancy);
 
   // What the view says; nothing of what is under way.
   static MapInfo Describe(const MapView& view);
@@ -44,6 +44,18 @@ class MapReader {
                          const std::function<bool(const std::string&)>& sink) const;
 
  private:
+  // From its making to its end somebody makes a list.
+  class Turn {
+   public:
+    explicit Turn(std::counting_semaphore<>& turns) : turns_(turns) { turns_.acquire(); }
+    ~Turn() { turns_.release(); }
+    Turn(const Turn&) = delete;
+    Turn& operator=(const Turn&) = delete;
+
+   private:
+    std::counting_semaphore<>& turns_;
+  };
+
   absl::Status ExportOccupancy(composition::OccupancyFormat format, const Region& region,
                                double resolution_m,
                                const std::function<bool(const std::string&)>& sink) const;
@@ -52,6 +64,7 @@ class MapReader {
   const storage::MapStore* const store_;
   SubmapCache* const submaps_;
   const composition::OccupancyOptions occupancy_;
+  mutable std::counting_semaphore<> turns_;
 };
 
 }  // namespace isthmus::server
