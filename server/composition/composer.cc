@@ -59,7 +59,7 @@ int Composer::last_tiles_remade() const { return state_->last_tiles_remade; }
 Composer::LeftOut Composer::left_out() const { return state_->left_out; }
 
 Composer::Memory Composer::memory() const {
-  return {state_->shelf.bytes_in_memory(), state_->cache->bytes_in_memory(),
+  return {state_->thinned.bytes_in_memory(), state_->cache->bytes_in_memory(),
           state_->file ? state_->file->bytes_in_use() : 0};
 }
 

@@ -14,7 +14,7 @@ namespace {
 // Share of a composition's time that reading and thinning take, about.
 constexpr double kReadingShare = 0.8;
 // Share of the memory that is for thinned submaps; readers ask for tiles.
-constexpr size_t kShelfShare = 3;
+constexpr size_t kThinnedShare = 3;
 // Share of the tiles that are for one submap.
 constexpr int kSubmapTilesShare = 8;
 
@@ -42,9 +42,9 @@ Composer::State::State(const ComposerOptions& given, std::shared_ptr<SpillFile> 
       grid(options.voxel_m),
       layout(options.tile_m, options.voxel_m),
       file(std::move(spill)),
-      shelf(file, options.cache_bytes / kShelfShare),
+      thinned(file, options.cache_bytes / kThinnedShare),
       cache(std::make_shared<TileCache>(file,
-                                        options.cache_bytes - options.cache_bytes / kShelfShare)),
+                                        options.cache_bytes - options.cache_bytes / kThinnedShare)),
       builder(grid, &tile_thinner),
       limit(static_cast<size_t>(options.max_tiles)) {}
 
@@ -97,7 +97,7 @@ void Composer::State::Forget(const SubmapId& id) {
   const auto it = submaps.find(id);
   if (it == submaps.end()) return;
   Leave(it->second);
-  shelf.Erase(id);
+  thinned.Erase(id);
   submaps.erase(it);
 }
 
@@ -109,7 +109,7 @@ absl::Status Composer::State::PlaceAll(const std::vector<PlacedSubmap>& placed,
   size_t done = 0;
   for (const PlacedSubmap& p : placed) {
     absl::Status status = Place(p, frames.at(p.component), reader);
-    if (status.ok()) status = shelf.Settle();
+    if (status.ok()) status = thinned.Settle();
     if (!status.ok()) return status;
     share = kReadingShare * static_cast<double>(++done) / static_cast<double>(placed.size());
     if (!KeepsOn()) return Stopped();
@@ -156,7 +156,7 @@ absl::Status Composer::State::Place(const PlacedSubmap& placed, uint32_t frame,
   composed.left_out = by_tile->left_out;
   composed.wanted = true;
   Enter(composed);
-  shelf.Put(id, *std::move(points), *std::move(by_tile));
+  thinned.Put(id, *std::move(points), *std::move(by_tile));
   return absl::OkStatus();
 }
 
@@ -166,19 +166,19 @@ absl::StatusOr<std::vector<WeightedPoint>> Composer::State::PointsOf(const Place
                                                                      bool is_known,
                                                                      const SubmapReader& reader,
                                                                      Composed* composed) {
-  if (is_known) return shelf.TakeOut(placed.submap->id);
+  if (is_known) return thinned.TakeOut(placed.submap->id);
   const std::shared_ptr<const Submap> content = reader(placed.submap->id);
   const SubmapFingerprint fingerprint = FingerprintOf(*placed.submap);
   // Another one than was meant: the first one's session was deleted meanwhile.
   if (content == nullptr || FingerprintOf(*content) != fingerprint) {
     return absl::NotFoundError("the submap is not there");
   }
-  std::optional<ThinnedSubmap> thinned =
+  std::optional<ThinnedSubmap> made =
       Thin(*content, grid, &submap_thinner, [this] { return KeepsOn(); });
-  if (!thinned) return Stopped();
+  if (!made) return Stopped();
   composed->fingerprint = fingerprint;
-  composed->bounds = thinned->bounds;
-  return std::move(thinned->points);
+  composed->bounds = made->bounds;
+  return std::move(made->points);
 }
 
 void Composer::State::DropUnwanted() {
@@ -190,7 +190,7 @@ void Composer::State::DropUnwanted() {
 }
 
 absl::Status Composer::State::Settle() {
-  const absl::Status status = shelf.Settle();
+  const absl::Status status = thinned.Settle();
   return status.ok() ? cache->Settle() : status;
 }
 
@@ -229,7 +229,7 @@ absl::StatusOr<TileContent> Composer::State::MakeTile(std::vector<OnTile> source
       builder.Take();
       return Stopped();
     }
-    const auto piece = shelf.PieceOf(*source.id, source.tile);
+    const auto piece = thinned.PieceOf(*source.id, source.tile);
     if (!piece.ok()) {
       builder.Take();                // What was added is of no use.
       Forget(SubmapId(*source.id));  // To be read and thinned again.

@@ -13,22 +13,22 @@
 
 #include "server/composition/composer.h"
 #include "server/composition/spill_file.h"
-#include "server/composition/submap_shelf.h"
 #include "server/composition/thinned_submap.h"
+#include "server/composition/thinned_submap_cache.h"
 #include "server/composition/tile_builder.h"
 #include "server/composition/tile_limit.h"
 #include "server/composition/tiled_map.h"
 
 namespace isthmus::composition {
 
-// A submap as the tiles have it. Its points are on the shelf.
+// A submap as the tiles have it. Its points are in `thinned`.
 struct Composed {
   SubmapFingerprint fingerprint;
   Box bounds;          // Of the thinned points, submap frame.
   uint32_t robot = 0;  // Number, see Composer::State::robots.
   uint32_t frame = 0;
   Pose T_map_submap;
-  std::vector<TileKey> tiles;         // At that pose, as on the shelf.
+  std::vector<TileKey> tiles;         // At that pose, as in `thinned`.
   std::vector<uint32_t> point_count;  // Of each of the tiles.
   uint64_t left_out = 0;              // Points, at that pose.
   bool wanted = false;                // By the Compose that is under way.
@@ -51,7 +51,7 @@ struct Composer::State {
   // Apart, because a large submap's table is slow to clear for every small tile.
   VoxelThinner submap_thinner, tile_thinner;
   std::map<SubmapId, Composed> submaps;  // In the order in which they go into tiles.
-  SubmapShelf shelf;                     // Has all of them.
+  ThinnedSubmapCache thinned;            // Has all of them.
   const std::shared_ptr<TileCache> cache;
   TileBuilder builder;
   std::map<TileKey, TilePtr> tiles;    // None is null.

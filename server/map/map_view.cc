@@ -61,15 +61,6 @@ const Placement* MapView::PlacementOf(const SessionId& session) const {
   return it == all.end() || it->session != session ? nullptr : &*it;
 }
 
-const SubmapPose* MapView::PoseOf(const SubmapId& submap) const {
-  const Placement* placement = PlacementOf(submap.session);
-  if (placement == nullptr) return nullptr;
-  const auto it =
-      std::lower_bound(placement->submaps.begin(), placement->submaps.end(), submap.index,
-                       [](const SubmapPose& pose, uint32_t wanted) { return pose.index < wanted; });
-  return it == placement->submaps.end() || it->index != submap.index ? nullptr : &*it;
-}
-
 const Match* MapView::EffectiveMatch(const SessionPair& pair) const {
   const auto it = std::lower_bound(effective->begin(), effective->end(), pair,
                                    [](const Match& match, const SessionPair& wanted) {

@@ -54,7 +54,6 @@ struct MapView : storage::MapRecords {
   // The robot's newest session, where that has several segments the last.
   const SessionView* Newest(const RobotId& robot) const;
   const Placement* PlacementOf(const SessionId& session) const;
-  const SubmapPose* PoseOf(const SubmapId& submap) const;
   const Match* EffectiveMatch(const SessionPair& pair) const;
   // Of the session that a robot opened, in order; none for another id.
   std::vector<const SessionView*> SegmentsOf(const SessionId& opened) const;

@@ -10,6 +10,18 @@
 #include "server/match_graph/match_graph.h"
 
 namespace isthmus::server {
+namespace {
+
+// Null where it is not placed.
+const SubmapPose* FindPose(const Placement* placement, uint32_t index) {
+  if (placement == nullptr) return nullptr;
+  const auto it =
+      std::lower_bound(placement->submaps.begin(), placement->submaps.end(), index,
+                       [](const SubmapPose& pose, uint32_t wanted) { return pose.index < wanted; });
+  return it == placement->submaps.end() || it->index != index ? nullptr : &*it;
+}
+
+}  // namespace
 
 absl::Status UnknownRobot(const RobotId& robot) {
   return absl::NotFoundError(
@@ -61,7 +73,7 @@ absl::StatusOr<std::vector<SubmapStatus>> MapReader::ListSubmaps(
     for (const auto& [index, info] : session.submaps) {
       SubmapStatus& status = list.emplace_back();
       status.info = info;
-      const SubmapPose* pose = placement == nullptr ? nullptr : view->PoseOf(info.id);
+      const SubmapPose* pose = FindPose(placement, index);
       if (pose == nullptr) continue;
       status.component = placement->component;
       status.T_map_submap = pose->T_map_submap;

@@ -1,4 +1,4 @@
-#include "server/composition/submap_shelf.h"
+#include "server/composition/thinned_submap_cache.h"
 
 #include <algorithm>
 #include <cstring>
@@ -24,14 +24,15 @@ void ForEachRun(const std::vector<PointRun>& runs, uint32_t point_count, const V
 
 }  // namespace
 
-SubmapShelf::SubmapShelf(std::shared_ptr<SpillFile> file, size_t max_bytes)
+ThinnedSubmapCache::ThinnedSubmapCache(std::shared_ptr<SpillFile> file, size_t max_bytes)
     : file_(std::move(file)), max_bytes_(max_bytes) {}
 
-SubmapShelf::~SubmapShelf() {
+ThinnedSubmapCache::~ThinnedSubmapCache() {
   for (auto& [id, entry] : entries_) Drop(&entry);
 }
 
-void SubmapShelf::Put(const SubmapId& id, std::vector<WeightedPoint> points, PointsByTile by_tile) {
+void ThinnedSubmapCache::Put(const SubmapId& id, std::vector<WeightedPoint> points,
+                             PointsByTile by_tile) {
   Erase(id);
   Entry& entry = entries_[id];
   entry.point_count = static_cast<uint32_t>(points.size());
@@ -44,7 +45,7 @@ void SubmapShelf::Put(const SubmapId& id, std::vector<WeightedPoint> points, Poi
   bytes_ += entry.bytes();
 }
 
-void SubmapShelf::Drop(Entry* entry) {
+void ThinnedSubmapCache::Drop(Entry* entry) {
   if (entry->extent.size > 0) {
     file_->Free(entry->extent);
   } else {
@@ -53,14 +54,14 @@ void SubmapShelf::Drop(Entry* entry) {
   }
 }
 
-void SubmapShelf::Erase(const SubmapId& id) {
+void ThinnedSubmapCache::Erase(const SubmapId& id) {
   const auto it = entries_.find(id);
   if (it == entries_.end()) return;
   Drop(&it->second);
   entries_.erase(it);
 }
 
-absl::StatusOr<std::vector<WeightedPoint>> SubmapShelf::TakeOut(const SubmapId& id) {
+absl::StatusOr<std::vector<WeightedPoint>> ThinnedSubmapCache::TakeOut(const SubmapId& id) {
   Entry entry = std::move(entries_.extract(id).mapped());
   if (entry.extent.size == 0) {
     bytes_ -= entry.bytes();
@@ -85,7 +86,8 @@ absl::StatusOr<std::vector<WeightedPoint>> SubmapShelf::TakeOut(const SubmapId& 
   return points;
 }
 
-absl::StatusOr<SubmapShelf::Piece> SubmapShelf::PieceOf(const SubmapId& id, size_t tile) {
+absl::StatusOr<ThinnedSubmapCache::Piece> ThinnedSubmapCache::PieceOf(const SubmapId& id,
+                                                                      size_t tile) {
   Entry& entry = entries_.at(id);
   if (entry.extent.size == 0) {
     turns_.splice(turns_.end(), turns_, entry.turn);
@@ -101,7 +103,7 @@ absl::StatusOr<SubmapShelf::Piece> SubmapShelf::PieceOf(const SubmapId& id, size
   return Piece{&piece_, std::span(&piece_run_, 1)};
 }
 
-absl::Status SubmapShelf::MoveToFile(Entry* entry) {
+absl::Status ThinnedSubmapCache::MoveToFile(Entry* entry) {
   // At least one, so that it has an extent.
   std::vector<char> bytes(1 + entry->points.size() * sizeof(WeightedPoint) +
                           entry->runs.size() * sizeof(PointRun));
@@ -131,7 +133,7 @@ absl::Status SubmapShelf::MoveToFile(Entry* entry) {
   return absl::OkStatus();
 }
 
-absl::Status SubmapShelf::Settle() {
+absl::Status ThinnedSubmapCache::Settle() {
   if (file_ == nullptr) return absl::OkStatus();
   while (bytes_ > max_bytes_) {
     const absl::Status status = MoveToFile(&entries_.at(turns_.front()));

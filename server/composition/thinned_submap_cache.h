@@ -1,5 +1,5 @@
-// Where the composer keeps thinned submaps: in memory, and, when there are too many, in the spill
-// file.
+// A cache of thinned submaps for the composer: in memory, and, when there are too many, in the
+// spill file.
 #pragma once
 
 #include <absl/status/status.h>
@@ -20,13 +20,13 @@
 namespace isthmus::composition {
 
 // Not thread safe.
-class SubmapShelf {
+class ThinnedSubmapCache {
  public:
   // Without a file all stays in memory.
-  SubmapShelf(std::shared_ptr<SpillFile> file, size_t max_bytes);
-  ~SubmapShelf();
-  SubmapShelf(const SubmapShelf&) = delete;
-  SubmapShelf& operator=(const SubmapShelf&) = delete;
+  ThinnedSubmapCache(std::shared_ptr<SpillFile> file, size_t max_bytes);
+  ~ThinnedSubmapCache();
+  ThinnedSubmapCache(const ThinnedSubmapCache&) = delete;
+  ThinnedSubmapCache& operator=(const ThinnedSubmapCache&) = delete;
 
   // Keeps a submap's thinned points and which of them lie on which tile, instead of what was kept
   // under the id before.
