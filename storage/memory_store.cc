@@ -230,8 +230,9 @@ class MemoryStore : public MapStore {
     for (const SubmapId& id : retired) {
       if (HasSubmap(id)) gone[id.session].insert(id.index);
     }
-    for (const auto& [session, indices] : gone) {
-      SessionData& data = sessions_.at(session);
+    for (const auto& of_session : gone) {
+      const std::set<uint32_t>& indices = of_session.second;
+      SessionData& data = sessions_.at(of_session.first);
       for (const uint32_t index : indices) data.submaps.erase(index);
       std::erase_if(data.features,
                     [&](const auto& item) { return indices.contains(item.first.first); });
