@@ -1,11 +1,11 @@
 // A counter of events that threads wait on: what changed is looked up elsewhere.
 #pragma once
 
-#include <absl/base/thread_annotations.h>
-#include <absl/synchronization/mutex.h>
 #include <absl/time/time.h>
 
 #include <cstdint>
+
+#include "core/mutex.h"
 
 namespace isthmus {
 
@@ -14,25 +14,25 @@ namespace isthmus {
 class EventCount {
  public:
   uint64_t count() const {
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     return count_;
   }
   void Notify() {
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     ++count_;
     changed_.SignalAll();
   }
   // Until more than so many events came, or until then.
   void WaitPast(uint64_t seen, absl::Time deadline = absl::InfiniteFuture()) const {
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     while (count_ <= seen) {
       if (changed_.WaitWithDeadline(&mutex_, deadline)) return;
     }
   }
 
  private:
-  mutable absl::Mutex mutex_;
-  mutable absl::CondVar changed_;
+  mutable Mutex mutex_;
+  mutable CondVar changed_;
   uint64_t count_ ABSL_GUARDED_BY(mutex_) = 0;
 };
 

@@ -7,6 +7,7 @@
 #pragma once
 
 #include <absl/base/thread_annotations.h>
+#include <absl/time/time.h>
 
 #include <chrono>
 #include <condition_variable>
@@ -25,6 +26,8 @@ class ABSL_LOCKABLE Mutex {
   void Unlock() ABSL_UNLOCK_FUNCTION() { mutex_.unlock(); }
   // Never waits; whether it is held now.
   bool TryLock() ABSL_EXCLUSIVE_TRYLOCK_FUNCTION(true) { return mutex_.try_lock(); }
+  // For clang, which does not see that a callback is called with the mutex held. Checks nothing.
+  void AssertHeld() const ABSL_ASSERT_EXCLUSIVE_LOCK() {}
 
  private:
   friend class CondVar;
@@ -60,6 +63,17 @@ class CondVar {
     std::unique_lock lock(mutex->mutex_, std::adopt_lock);
     changed_.wait_for(lock, longest);
     lock.release();
+  }
+  // Until then at most; whether that time has come.
+  bool WaitWithDeadline(Mutex* mutex, absl::Time deadline) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex) {
+    if (deadline == absl::InfiniteFuture()) {
+      Wait(mutex);
+      return false;
+    }
+    std::unique_lock lock(mutex->mutex_, std::adopt_lock);
+    const std::cv_status status = changed_.wait_until(lock, absl::ToChronoTime(deadline));
+    lock.release();
+    return status == std::cv_status::timeout;
   }
 
   void Signal() { changed_.notify_one(); }

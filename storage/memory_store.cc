@@ -3,10 +3,10 @@
 #include <absl/strings/str_cat.h>
 
 #include <map>
-#include <mutex>
 #include <set>
 #include <utility>
 
+#include "core/mutex.h"
 #include "storage/batch_rules.h"
 #include "storage/map_records.h"
 #include "storage/revision_log.h"
@@ -37,7 +37,7 @@ class MemoryStore : public MapStore {
   absl::Status Write(const WriteBatch& batch) override {
     // Bounds take a pass over the points: made before the lock is.
     const SubmapInfos infos = SummarizeSubmaps(batch);
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     if (absl::Status status = Check(batch); !status.ok()) return status;
     Apply(batch, infos, &records_);
     for (const SessionRecord& record : batch.sessions) AddSession(record);
@@ -54,21 +54,21 @@ class MemoryStore : public MapStore {
   }
 
   absl::Status DeleteSession(const SessionId& session) override {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     if (Find(session) == nullptr) return UnknownSession(session);
     for (const SessionId& id : RemoveSession(session, &records_)) sessions_.erase(id);
     return absl::OkStatus();
   }
 
   absl::StatusOr<SessionRecord> GetSession(const SessionId& session) const override {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     const SessionRecords* known = records_.sessions.Find(session);
     if (known == nullptr) return UnknownSession(session);
     return known->record;
   }
 
   absl::StatusOr<std::vector<SessionRecord>> ListSessions() const override {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     std::map<uint64_t, SessionRecord> by_order;
     for (const auto& [id, known] : records_.sessions) {
       by_order.emplace(sessions_.at(id).order, known.record);
@@ -79,7 +79,7 @@ class MemoryStore : public MapStore {
   }
 
   absl::StatusOr<uint64_t> StoredBytes(const SessionId& session) const override {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     const SessionData* data = Find(session);
     if (data == nullptr) return UnknownSession(session);
     uint64_t bytes = 0;
@@ -92,7 +92,7 @@ class MemoryStore : public MapStore {
 
   absl::StatusOr<std::vector<TrajectoryEntry>> GetTrajectory(
       const SessionId& session) const override {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     const SessionData* data = Find(session);
     if (data == nullptr) return UnknownSession(session);
     std::vector<TrajectoryEntry> entries;
@@ -101,7 +101,7 @@ class MemoryStore : public MapStore {
   }
 
   absl::StatusOr<Checkpoint> GetCheckpoint(const SessionId& session) const override {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     const SessionData* data = Find(session);
     if (data == nullptr) return UnknownSession(session);
     if (!data->checkpoint) return NoCheckpoint(session);
@@ -109,14 +109,14 @@ class MemoryStore : public MapStore {
   }
 
   absl::StatusOr<std::shared_ptr<const Submap>> GetSubmap(const SubmapId& id) const override {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     if (!HasSubmap(id)) return UnknownSubmap(id);
     return sessions_.at(id.session).submaps.at(id.index);
   }
 
   absl::StatusOr<std::vector<SubmapInfo>> ListSubmaps(
       const std::optional<SessionId>& session) const override {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     if (session && Find(*session) == nullptr) return UnknownSession(*session);
     std::vector<SubmapInfo> infos;
     for (const auto& [id, known] : records_.sessions) {
@@ -128,7 +128,7 @@ class MemoryStore : public MapStore {
 
   absl::StatusOr<std::vector<SubmapInfo>> FindSubmaps(const SessionId& session,
                                                       const Box& box_odom) const override {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     const SessionRecords* known = records_.sessions.Find(session);
     if (known == nullptr) return UnknownSession(session);
     std::vector<SubmapInfo> infos;
@@ -140,43 +140,43 @@ class MemoryStore : public MapStore {
   }
 
   absl::StatusOr<std::vector<Match>> ListMatches() const override {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     return ValuesOf(records_.matches);
   }
 
   absl::StatusOr<std::vector<Verdict>> ListVerdicts() const override {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     return ValuesOf(records_.verdicts);
   }
 
   absl::StatusOr<std::vector<LoopClosure>> ListLoops() const override {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     return ValuesOf(records_.loops);
   }
 
   absl::StatusOr<std::vector<Anchor>> ListAnchors() const override {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     return ValuesOf(records_.anchors);
   }
 
   absl::StatusOr<MapRevision> LatestRevision() const override {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     return revisions_.Latest();
   }
 
   absl::StatusOr<std::vector<RevisionInfo>> ListRevisions(int limit) const override {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     return revisions_.List(limit);
   }
 
   absl::StatusOr<std::vector<std::pair<int64_t, SubmapMove>>> ListMoves(int64_t from,
                                                                         int64_t to) const override {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     return revisions_.Moves(from, to);
   }
 
   absl::Status PutFeatures(const FeatureBlob& blob) override {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     if (!HasSubmap(blob.submap)) return UnknownSubmap(blob.submap);
     sessions_.at(blob.submap.session).features[{blob.submap.index, blob.kind}] = blob.data;
     return absl::OkStatus();
@@ -184,7 +184,7 @@ class MemoryStore : public MapStore {
 
   absl::StatusOr<std::string> GetFeatures(const SubmapId& submap,
                                           const std::string& kind) const override {
-    std::lock_guard lock(mutex_);
+    MutexLock lock(&mutex_);
     if (!HasSubmap(submap)) return UnknownSubmap(submap);
     const auto& features = sessions_.at(submap.session).features;
     const auto found = features.find({submap.index, kind});
@@ -193,30 +193,31 @@ class MemoryStore : public MapStore {
   }
 
  private:
-  // The rest of the class: mutex_ is held.
-  const SessionData* Find(const SessionId& session) const {
+  const SessionData* Find(const SessionId& session) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
     const auto found = sessions_.find(session);
     return found == sessions_.end() ? nullptr : &found->second;
   }
 
-  bool HasSubmap(const SubmapId& id) const {
+  bool HasSubmap(const SubmapId& id) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
     const SessionData* data = Find(id.session);
     return data != nullptr && data->submaps.count(id.index) > 0;
   }
 
-  absl::Status Check(const WriteBatch& batch) const {
-    return CheckBatch(batch,
-                      {.has_session = [this](const SessionId& id) { return Find(id) != nullptr; },
-                       .has_submap = [this](const SubmapId& id) { return HasSubmap(id); },
-                       .latest_revision = revisions_.latest()});
+  absl::Status Check(const WriteBatch& batch) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
+    return CheckBatch(
+        batch, {.has_session = [this](const SessionId& id) ABSL_EXCLUSIVE_LOCKS_REQUIRED(
+                                   mutex_) { return Find(id) != nullptr; },
+                .has_submap = [this](const SubmapId& id)
+                                  ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return HasSubmap(id); },
+                .latest_revision = revisions_.latest()});
   }
 
-  void AddSession(const SessionRecord& record) {
+  void AddSession(const SessionRecord& record) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
     const auto [item, is_new] = sessions_.try_emplace(record.id);
     if (is_new) item->second.order = next_order_++;
   }
 
-  void PutCheckpoints(const WriteBatch& batch) {
+  void PutCheckpoints(const WriteBatch& batch) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
     for (const Checkpoint& checkpoint : batch.checkpoints) {
       sessions_.at(checkpoint.session).checkpoint = checkpoint;
     }
@@ -225,7 +226,7 @@ class MemoryStore : public MapStore {
     }
   }
 
-  void Retire(const std::vector<SubmapId>& retired) {
+  void Retire(const std::vector<SubmapId>& retired) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
     std::map<SessionId, std::set<uint32_t>> gone;
     for (const SubmapId& id : retired) {
       if (HasSubmap(id)) gone[id.session].insert(id.index);
@@ -241,11 +242,11 @@ class MemoryStore : public MapStore {
     }
   }
 
-  mutable std::mutex mutex_;
-  MapRecords records_;                         // Guarded by mutex_, as the rest.
-  std::map<SessionId, SessionData> sessions_;  // Of the same sessions.
-  RevisionLog revisions_;
-  uint64_t next_order_ = 0;
+  mutable Mutex mutex_;
+  MapRecords records_ ABSL_GUARDED_BY(mutex_);
+  std::map<SessionId, SessionData> sessions_ ABSL_GUARDED_BY(mutex_);  // Of the same sessions.
+  RevisionLog revisions_ ABSL_GUARDED_BY(mutex_);
+  uint64_t next_order_ ABSL_GUARDED_BY(mutex_) = 0;
 };
 
 }  // namespace

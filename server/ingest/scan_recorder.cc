@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/codec/quantized.h"
+#include "core/mutex.h"
 
 namespace isthmus::ingest {
 
@@ -43,7 +44,7 @@ absl::Status ScanRecorder::Keep(const SessionId& session, uint64_t last_sequence
                                 const ScanUpload& scan) {
   if (!keeps()) return absl::OkStatus();
   {
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     Kept& kept = kept_[session];
     kept.last_sequence = std::max(kept.last_sequence, last_sequence);
     if (scan.sequence != kept.last_sequence + 1) return absl::OkStatus();
@@ -62,7 +63,7 @@ absl::Status ScanRecorder::Keep(const SessionId& session, uint64_t last_sequence
         "then send again; or set archive.required: false): ",
         verdict.message()));
   }
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   Kept& kept = kept_[session];
   kept.last_sequence = std::max(kept.last_sequence, scan.sequence);
   return absl::OkStatus();
@@ -74,7 +75,7 @@ absl::Status ScanRecorder::FollowUp(const SessionId& session, const absl::Status
   const bool is_refused = options_.required && !absl::IsInvalidArgument(status);
   std::string first;
   {
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     Kept& kept = kept_[session];
     if (status.ok()) {
       // What is missing stays missing; a failure that was mended was none.
@@ -102,7 +103,7 @@ absl::Status ScanRecorder::Finish(const SessionId& session) {
 
 absl::Status ScanRecorder::Remove(const SessionId& session) {
   {
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     kept_.erase(session);
   }
   return archive_ == nullptr ? absl::OkStatus() : archive_->Remove(session);
@@ -124,7 +125,7 @@ uint64_t ScanRecorder::Bytes(const SessionId& session) const {
 }
 
 std::string ScanRecorder::Problem(const SessionId& session) const {
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   const auto found = kept_.find(session);
   if (found == kept_.end() || found->second.problem.empty()) return "";
   const Kept& kept = found->second;

@@ -2,10 +2,8 @@
 // when that fails.
 #pragma once
 
-#include <absl/base/thread_annotations.h>
 #include <absl/status/status.h>
 #include <absl/status/statusor.h>
-#include <absl/synchronization/mutex.h>
 
 #include <cstdint>
 #include <functional>
@@ -14,6 +12,7 @@
 #include <string>
 
 #include "core/ids.h"
+#include "core/mutex.h"
 #include "core/scan_upload.h"
 #include "server/archive_options.h"
 #include "storage/archive/scan_archive.h"
@@ -63,7 +62,7 @@ class ScanRecorder {
   const server::ArchiveOptions options_;
   const std::function<void(const std::string&)> on_problem_;
   const std::unique_ptr<storage::ScanArchive> archive_;  // Null without a directory.
-  mutable absl::Mutex mutex_;
+  mutable Mutex mutex_;
   std::map<SessionId, Kept> kept_ ABSL_GUARDED_BY(mutex_);
 };
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/mutex.h"
 #include "server/ingest/session_worker.h"
 
 namespace isthmus::ingest {
@@ -45,7 +46,7 @@ void SessionWorker::DealWith(const ScanUpload& upload, ScanAck* ack) {
     ack->outcome = ScanOutcome::kRejected;
     ack->reason = std::string(reading.status().message());
     ++state_->counts.rejected;
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     ++status_.rejected;
     status_.scans = state_->counts;
     return;
@@ -76,7 +77,7 @@ void SessionWorker::BeginSegment(const floam::OdometryResult& first) {
                               : absl::StrFormat(", having been lost for %d scans, %.1f s",
                                                 state_->lost_scans, lost_s)));
   state_->lost_scans = 0;  // That it is found is said.
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   status_.segment = state_->segment;
   T_odom_last_.reset();
 }
@@ -127,11 +128,11 @@ void SessionWorker::Reject(const ScanUpload& scan, const absl::Status& why, Scan
   if (++state_->blind_scans == kBlindScans) Cut(state_->builder->Finish());
   bool has_begun = state_->segment > 1;
   {
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     has_begun = has_begun || T_odom_last_.has_value();
   }
   if (has_begun) NoteTracking(true, scan.sequence, scan.end_stamp_ns);
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   ++status_.rejected;
   status_.scans = state_->counts;
   status_.lost_since_ns = state_->lost_since_ns;
@@ -166,7 +167,7 @@ void SessionWorker::Take(const floam::OdometryResult& result, ScanAck* ack) {
   ack->map_ms = result.timing.map_ms;
   ack->total_ms = result.timing.total_ms;
 
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   ++status_.processed;
   odometry_ms_sum_ += result.timing.total_ms;
   status_.odometry_ms_mean = odometry_ms_sum_ / static_cast<double>(status_.processed);

@@ -1,6 +1,7 @@
 // From submaps that are cut to what is stored.
 #include <utility>
 
+#include "core/mutex.h"
 #include "server/ingest/session_worker.h"
 
 namespace isthmus::ingest {
@@ -36,16 +37,16 @@ std::deque<FinishedSubmap> SessionWorker::TakeFinished(uint64_t sequence,
 }
 
 absl::Status SessionWorker::Persist() {
-  absl::MutexLock persisting(&persist_mutex_);
+  MutexLock persisting(&persist_mutex_);
   while (true) {
     FinishedSubmap next;
     {
-      absl::MutexLock lock(&mutex_);
+      MutexLock lock(&mutex_);
       if (unpersisted_.empty()) return absl::OkStatus();
       next = unpersisted_.front();
     }
     if (absl::Status status = hooks_.persist(next); !status.ok()) return status;
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     unpersisted_.pop_front();
     if (next.checkpoint) status_.durable_sequence = next.checkpoint->durable_sequence;
     if (next.submap == nullptr) continue;

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/mutex.h"
+
 namespace isthmus::ingest {
 namespace {
 
@@ -31,7 +33,7 @@ SessionWorker::SessionWorker(const SessionRecord& record, const floam::SensorMod
       options_(options),
       hooks_(std::move(hooks)),
       executor_(executor) {
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   Resume(resume);
   checkpoint_sequence_ = last_submitted_ = status_.last_sequence;
 }
@@ -42,7 +44,7 @@ absl::Status SessionWorker::Submit(ScanUpload scan) {
   }
   bool blocked = false;
   {
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     blocked = unpersisted_.size() >= kMaxUnpersisted;
   }
   if (blocked) {
@@ -53,7 +55,7 @@ absl::Status SessionWorker::Submit(ScanUpload scan) {
                        stored.message()));
     }
   }
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   while (!stopping_ && queue_.size() >= options_.queue) changed_.Wait(&mutex_);
   if (stopping_) {
     return absl::UnavailableError(absl::StrCat(
@@ -73,19 +75,19 @@ absl::Status SessionWorker::Submit(ScanUpload scan) {
 }
 
 void SessionWorker::SetAckSink(AckSink sink) {
-  absl::MutexLock lock(&sink_mutex_);
+  MutexLock lock(&sink_mutex_);
   sink_ = std::move(sink);
 }
 
 void SessionWorker::Send(const ScanAck& ack) {
-  absl::MutexLock lock(&sink_mutex_);
+  MutexLock lock(&sink_mutex_);
   if (sink_) sink_(ack);
 }
 
 void SessionWorker::RunOne() {
   std::optional<ScanUpload> scan;
   {
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     if (!queue_.empty()) {
       scan = std::move(queue_.front());
       queue_.pop_front();
@@ -96,7 +98,7 @@ void SessionWorker::RunOne() {
     Send(Handle(*scan));
     hooks_.scan_done();
   }
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   running_ = !queue_.empty();
   if (running_) executor_->Post([self = shared_from_this()] { self->RunOne(); });
   changed_.SignalAll();
@@ -107,7 +109,7 @@ ScanAck SessionWorker::Handle(const ScanUpload& upload) {
   ack.sequence = upload.sequence;
   bool is_duplicate = false;
   {
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     is_duplicate = upload.sequence <= status_.last_sequence;
     if (is_duplicate) {
       ack.outcome = ScanOutcome::kDuplicate;
@@ -124,13 +126,13 @@ ScanAck SessionWorker::Handle(const ScanUpload& upload) {
   std::deque<FinishedSubmap> finished =
       TakeFinished(upload.sequence, checkpoint_sequence_ + options_.checkpoint_scans);
   {
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     for (FinishedSubmap& submap : finished) unpersisted_.push_back(std::move(submap));
   }
   // A failure is kept for the next attempt; Submit tells the robot when it lasts.
   (void)Persist();
   {
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     FillStatus(&ack);
   }
   ack.T_map_odom = hooks_.T_map_odom(ack.segment);
@@ -147,7 +149,7 @@ void SessionWorker::FillStatus(ScanAck* ack) const {
 
 absl::Status SessionWorker::Finish() {
   {
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     stopping_ = true;
     changed_.SignalAll();
     while (running_) changed_.Wait(&mutex_);
@@ -163,7 +165,7 @@ absl::Status SessionWorker::RetryStoring() {
   if (absl::Status status = Persist(); !status.ok()) return status;
   ScanAck durable;
   {
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     FillStatus(&durable);
   }
   Send(durable);
@@ -173,7 +175,7 @@ absl::Status SessionWorker::RetryStoring() {
 void SessionWorker::Abandon() {
   size_t dropped = 0;
   {
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     stopping_ = true;
     dropped = queue_.size();
     queue_.clear();
@@ -182,8 +184,8 @@ void SessionWorker::Abandon() {
   }
   {
     // A Submit or Finish elsewhere may be storing the first of them.
-    absl::MutexLock persisting(&persist_mutex_);
-    absl::MutexLock lock(&mutex_);
+    MutexLock persisting(&persist_mutex_);
+    MutexLock lock(&mutex_);
     unpersisted_.clear();
   }
   for (size_t i = 0; i < dropped; ++i) hooks_.scan_done();
@@ -191,12 +193,12 @@ void SessionWorker::Abandon() {
 }
 
 uint64_t SessionWorker::last_sequence() const {
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   return status_.last_sequence;
 }
 
 WorkerStatus SessionWorker::Status() const {
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   return status_;
 }
 

@@ -2,9 +2,7 @@
 // to the store.
 #pragma once
 
-#include <absl/base/thread_annotations.h>
 #include <absl/status/status.h>
-#include <absl/synchronization/mutex.h>
 
 #include <cstdint>
 #include <deque>
@@ -17,6 +15,7 @@
 #include <vector>
 
 #include "core/executor.h"
+#include "core/mutex.h"
 #include "core/scan_upload.h"
 #include "core/session.h"
 #include "core/submap.h"
@@ -136,12 +135,12 @@ class SessionWorker : public std::enable_shared_from_this<SessionWorker> {
   uint64_t checkpoint_sequence_ = 0;  // Of the last checkpoint that was made.
   bool checkpoint_due_ = false;       // A segment has begun.
 
-  absl::Mutex sink_mutex_;  // Held while an ack is sent.
+  Mutex sink_mutex_;  // Held while an ack is sent.
   AckSink sink_ ABSL_GUARDED_BY(sink_mutex_);
 
-  absl::Mutex persist_mutex_;  // Serialises Persist.
-  mutable absl::Mutex mutex_ ABSL_ACQUIRED_AFTER(persist_mutex_);
-  absl::CondVar changed_;
+  Mutex persist_mutex_;  // Serialises Persist.
+  mutable Mutex mutex_ ABSL_ACQUIRED_AFTER(persist_mutex_);
+  CondVar changed_;
   std::deque<FinishedSubmap> unpersisted_ ABSL_GUARDED_BY(mutex_);
   std::deque<ScanUpload> queue_ ABSL_GUARDED_BY(mutex_);
   uint64_t last_submitted_ ABSL_GUARDED_BY(mutex_) = 0;

@@ -2,15 +2,17 @@
 
 #include <utility>
 
+#include "core/mutex.h"
+
 namespace isthmus::ingest {
 
 void SessionWorkers::Add(const SessionId& session, Worker worker) {
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   entries_[session].worker = std::move(worker);
 }
 
 void SessionWorkers::NoteUploads(const SessionId& session) {
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   const auto found = entries_.find(session);
   if (found != entries_.end()) found->second.uploads = true;
 }
@@ -19,7 +21,7 @@ void SessionWorkers::Release(const SessionId& session) {
   Worker worker = Find(session).worker;
   if (worker == nullptr) return;
   WorkerStatus status = worker->Status();
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   const auto found = entries_.find(session);
   if (found == entries_.end()) return;
   found->second.final_status = std::move(status);
@@ -28,7 +30,7 @@ void SessionWorkers::Release(const SessionId& session) {
 
 void SessionWorkers::Remove(const SessionId& session) {
   Entry gone;
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   const auto found = entries_.find(session);
   if (found == entries_.end()) return;
   gone = std::move(found->second);
@@ -36,13 +38,13 @@ void SessionWorkers::Remove(const SessionId& session) {
 }
 
 SessionWorkers::Entry SessionWorkers::Find(const SessionId& session) const {
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   const auto found = entries_.find(session);
   return found == entries_.end() ? Entry() : found->second;
 }
 
 std::vector<SessionWorkers::Worker> SessionWorkers::All() const {
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   std::vector<Worker> workers;
   for (const auto& [session, entry] : entries_) {
     if (entry.worker != nullptr) workers.push_back(entry.worker);

@@ -1,14 +1,12 @@
 // The workers of the sessions that take scans, and what those said last that have finished.
 #pragma once
 
-#include <absl/base/thread_annotations.h>
-#include <absl/synchronization/mutex.h>
-
 #include <map>
 #include <memory>
 #include <vector>
 
 #include "core/ids.h"
+#include "core/mutex.h"
 #include "server/ingest/session_worker.h"
 
 namespace isthmus::ingest {
@@ -37,7 +35,7 @@ class SessionWorkers {
   std::vector<Worker> All() const;
 
  private:
-  mutable absl::Mutex mutex_;
+  mutable Mutex mutex_;
   std::map<SessionId, Entry> entries_ ABSL_GUARDED_BY(mutex_);
 };
 

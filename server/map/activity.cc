@@ -2,57 +2,59 @@
 
 #include <algorithm>
 
+#include "core/mutex.h"
+
 namespace isthmus::server {
 
 Activity::Counters Activity::counters() const {
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   return counters_;
 }
 
 void Activity::ScanQueued() {
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   ++counters_.pending_scans;
 }
 
 void Activity::ScanDone() {
   {
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     if (--counters_.pending_scans > 0) return;
   }
   changed_.Notify();
 }
 
 void Activity::Composed(double ms) {
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   counters_.composition_ms = ms;
   counters_.composition_max_ms = std::max(counters_.composition_max_ms, ms);
   ++counters_.compositions;
 }
 
 void Activity::Placed(double ms) {
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   counters_.placement_ms = ms;
   ++counters_.placements;
 }
 
 void Activity::Estimated(double ms) {
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   counters_.estimation_ms = ms;
   ++counters_.estimations;
 }
 
 void Activity::NoteDamage(const SubmapId& submap, const std::string& problem) {
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   damaged_[submap] = problem;
 }
 
 void Activity::ForgetDamage(const std::function<bool(const SubmapId&)>& is_gone) {
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   std::erase_if(damaged_, [&](const auto& item) { return is_gone(item.first); });
 }
 
 std::vector<std::string> Activity::damage() const {
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   std::vector<std::string> problems;
   for (const auto& [id, problem] : damaged_) problems.push_back(problem);
   return problems;

@@ -2,9 +2,6 @@
 // it is part of the map.
 #pragma once
 
-#include <absl/base/thread_annotations.h>
-#include <absl/synchronization/mutex.h>
-
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -13,6 +10,7 @@
 
 #include "core/event_count.h"
 #include "core/ids.h"
+#include "core/mutex.h"
 
 namespace isthmus::server {
 
@@ -43,7 +41,7 @@ class Activity {
 
  private:
   EventCount changed_;
-  mutable absl::Mutex mutex_;
+  mutable Mutex mutex_;
   Counters counters_ ABSL_GUARDED_BY(mutex_);
   std::map<SubmapId, std::string> damaged_ ABSL_GUARDED_BY(mutex_);
 };

@@ -4,6 +4,7 @@
 #include <set>
 #include <utility>
 
+#include "core/mutex.h"
 #include "server/map/map_writer.h"
 
 namespace isthmus::server {
@@ -113,7 +114,7 @@ absl::Status MapWriter::AddLoops(std::vector<LoopClosure> found) {
   const int64_t now_ns = clock_->NowNs();
   for (LoopClosure& loop : found) {
     {
-      absl::MutexLock lock(&mutex_);
+      MutexLock lock(&mutex_);
       loop.id = next_loop_++;
     }
     loop.computed_ns = now_ns;

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/mutex.h"
 #include "server/map/map_writer.h"
 
 namespace isthmus::server {
@@ -56,7 +57,7 @@ absl::Status MapWriter::LoadLoops(MapView* view) {
   for (const RevisionInfo& info : *revisions) {
     for (const uint64_t id : info.loops) last = std::max(last, id);
   }
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   next_loop_ = last + 1;
   return absl::OkStatus();
 }
@@ -74,7 +75,7 @@ absl::Status MapWriter::Load() {
   restart.changes.causes = {"restart"};
   PreparedEdit prepared;
   prepared.effective = EffectiveMatches(view);
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   view_ = Apply(view, restart, prepared);
   changes_ = restart.changes;
   return absl::OkStatus();

@@ -3,6 +3,8 @@
 #include <optional>
 #include <utility>
 
+#include "core/mutex.h"
+
 namespace isthmus::server {
 namespace {
 
@@ -26,7 +28,7 @@ void Append(const Changes& more, Changes* all) {
 }  // namespace
 
 MapWriter::View MapWriter::view() const {
-  absl::ReaderMutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   return view_;
 }
 
@@ -40,18 +42,18 @@ bool MapWriter::Show(const MapEdit& edit) {
   const View now = view();
   if (!ChangesMatches(edit, *now)) return ShowPrepared(edit, Prepare(edit, *now));
   // Others that do not change matches show theirs while cycles are checked.
-  absl::MutexLock matching(&matching_);
+  MutexLock matching(&matching_);
   return ShowPrepared(edit, Prepare(edit, *view()));
 }
 
 bool MapWriter::ShowPrepared(const MapEdit& edit, const PreparedEdit& prepared) {
   View base;  // May be the last that holds a large map: let go of without a lock.
   {
-    absl::MutexLock editing(&editing_);
+    MutexLock editing(&editing_);
     base = view();
     if (IsVoid(edit, *base)) return false;
     View next = Apply(*base, edit, prepared);
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     view_ = std::move(next);
     Append(edit.changes, &changes_);
   }
@@ -61,7 +63,7 @@ bool MapWriter::ShowPrepared(const MapEdit& edit, const PreparedEdit& prepared) 
 }
 
 MapWriter::ToPlace MapWriter::TakeChanges() {
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   return {view_, std::exchange(changes_, {})};
 }
 
@@ -79,7 +81,7 @@ void MapWriter::ShowComposed(std::shared_ptr<const ComposedMap> map) {
 
 void MapWriter::EndPlacing() {
   {
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     placing_ = false;
   }
   changed_.Notify();
@@ -91,7 +93,7 @@ void MapWriter::WaitUntilPlaced() const {
   while (true) {
     const uint64_t seen = changed_.count();
     {
-      absl::ReaderMutexLock lock(&mutex_);
+      MutexLock lock(&mutex_);
       if (!placing_ || view_->placed_version >= wanted) return;
     }
     changed_.WaitPast(seen);

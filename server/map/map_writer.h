@@ -1,9 +1,7 @@
 // The one place where the map changes: stored first, then shown as a new view.
 #pragma once
 
-#include <absl/base/thread_annotations.h>
 #include <absl/status/status.h>
-#include <absl/synchronization/mutex.h>
 
 #include <cstdint>
 #include <memory>
@@ -13,6 +11,7 @@
 #include "core/clock.h"
 #include "core/event_count.h"
 #include "core/finished_submap.h"
+#include "core/mutex.h"
 #include "server/map/activity.h"
 #include "server/map/map_edit.h"
 #include "server/map/map_view.h"
@@ -107,9 +106,9 @@ class MapWriter {
   const Clock* const clock_;
   EventCount changed_;
 
-  absl::Mutex matching_;  // Held while effective matches are worked out and shown.
-  absl::Mutex editing_ ABSL_ACQUIRED_AFTER(matching_);  // Held from one view to the next.
-  mutable absl::Mutex mutex_ ABSL_ACQUIRED_AFTER(editing_);
+  Mutex matching_;  // Held while effective matches are worked out and shown.
+  Mutex editing_ ABSL_ACQUIRED_AFTER(matching_);  // Held from one view to the next.
+  mutable Mutex mutex_ ABSL_ACQUIRED_AFTER(editing_);
   View view_ ABSL_GUARDED_BY(mutex_) = std::make_shared<const MapView>();
   Changes changes_ ABSL_GUARDED_BY(mutex_);  // Since they were taken.
   bool placing_ ABSL_GUARDED_BY(mutex_) = true;

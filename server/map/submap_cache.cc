@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "core/mutex.h"
+
 namespace isthmus::server {
 
 size_t BytesOf(const Submap& submap) {
@@ -14,7 +16,7 @@ SubmapCache::SubmapCache(const storage::MapStore* store, size_t max_bytes, OnDam
 
 std::shared_ptr<const Submap> SubmapCache::Get(const SubmapId& id) {
   {
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     if (const auto it = entries_.find(id); it != entries_.end()) {
       Entry& entry = it->second;
       if (entry.is_damaged) return nullptr;
@@ -27,13 +29,13 @@ std::shared_ptr<const Submap> SubmapCache::Get(const SubmapId& id) {
   // Not under the lock: two who ask for the same at a time read it twice.
   absl::StatusOr<std::shared_ptr<const Submap>> read = store_->GetSubmap(id);
   if (read.ok()) {
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     Keep(&entries_[id], *read);
     return *std::move(read);
   }
   if (!absl::IsDataLoss(read.status())) return nullptr;
   {
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     if (std::exchange(entries_[id].is_damaged, true)) return nullptr;
   }
   if (on_damaged_) on_damaged_(id, std::string(read.status().message()));
@@ -42,7 +44,7 @@ std::shared_ptr<const Submap> SubmapCache::Get(const SubmapId& id) {
 
 std::shared_ptr<const Submap> SubmapCache::Outline(const SubmapId& id) {
   {
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     const auto it = entries_.find(id);
     if (it != entries_.end() && it->second.outline) return it->second.outline;
   }
@@ -58,19 +60,19 @@ std::shared_ptr<const Submap> SubmapCache::Outline(const SubmapId& id) {
   outline->first_stamp_ns = whole->first_stamp_ns;
   outline->last_stamp_ns = whole->last_stamp_ns;
   outline->keyframes = whole->keyframes;
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   Entry& entry = entries_[id];
   if (!entry.outline) entry.outline = std::move(outline);
   return entry.outline;
 }
 
 void SubmapCache::Put(std::shared_ptr<const Submap> submap) {
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   Keep(&entries_[submap->id], submap);
 }
 
 void SubmapCache::Forget(const SubmapId& id) {
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   const auto it = entries_.find(id);
   if (it == entries_.end()) return;
   if (it->second.kept) LetGo(&it->second);
@@ -78,7 +80,7 @@ void SubmapCache::Forget(const SubmapId& id) {
 }
 
 size_t SubmapCache::bytes() const {
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   return bytes_;
 }
 

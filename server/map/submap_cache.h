@@ -2,9 +2,6 @@
 // that a server's memory does not grow with its map.
 #pragma once
 
-#include <absl/base/thread_annotations.h>
-#include <absl/synchronization/mutex.h>
-
 #include <cstddef>
 #include <functional>
 #include <list>
@@ -12,6 +9,7 @@
 #include <memory>
 #include <string>
 
+#include "core/mutex.h"
 #include "core/submap.h"
 #include "storage/map_store.h"
 
@@ -61,7 +59,7 @@ class SubmapCache {
   const storage::MapStore* const store_;
   const size_t max_bytes_;
   const OnDamaged on_damaged_;
-  mutable absl::Mutex mutex_;
+  mutable Mutex mutex_;
   std::map<SubmapId, Entry> entries_ ABSL_GUARDED_BY(mutex_);
   // Of those kept, the least recently asked for first.
   std::list<SubmapId> turns_ ABSL_GUARDED_BY(mutex_);

@@ -7,6 +7,7 @@
 #include <limits>
 #include <utility>
 
+#include "core/mutex.h"
 #include "core/note.h"
 #include "server/pipeline/map_reader.h"
 
@@ -44,7 +45,7 @@ absl::StatusOr<LoopStatus> MapDecisions::DecideLoop(const LoopDecision& decision
   if (absl::Status status = CheckNote(decision.note); !status.ok()) return status;
   LoopClosure loop;
   {
-    absl::MutexLock changing(membership_);
+    MutexLock changing(membership_);
     const std::shared_ptr<const LoopClosure> known = map_->view()->loops.Get(decision.id);
     if (known == nullptr) {
       return absl::NotFoundError(absl::StrCat("no loop closure ", decision.id,
@@ -62,7 +63,7 @@ absl::StatusOr<LoopStatus> MapDecisions::DecideLoop(const LoopDecision& decision
 absl::StatusOr<int64_t> MapDecisions::PutAnchor(Anchor anchor) {
   if (absl::Status status = CheckAnchor(anchor); !status.ok()) return status;
   {
-    absl::MutexLock changing(membership_);
+    MutexLock changing(membership_);
     const MapWriter::View view = map_->view();
     const SessionView* session = view->Find(anchor.submap.session);
     if (session == nullptr || !session->submaps.contains(anchor.submap.index)) {
@@ -77,7 +78,7 @@ absl::StatusOr<int64_t> MapDecisions::PutAnchor(Anchor anchor) {
 
 absl::StatusOr<int64_t> MapDecisions::RemoveAnchor(const SubmapId& submap) {
   {
-    absl::MutexLock changing(membership_);
+    MutexLock changing(membership_);
     if (!map_->view()->anchors.contains(submap)) {
       return absl::NotFoundError(absl::StrCat("submap ", ToString(submap), " has no anchor"));
     }
@@ -123,7 +124,7 @@ absl::StatusOr<int64_t> MapDecisions::UndoRevision(int64_t revision, const std::
   }
   {
     // Sessions must not go while the store is written.
-    absl::MutexLock changing(membership_);
+    MutexLock changing(membership_);
     const ManualDecisions rejected = Reject(*info, note);
     if (rejected.verdicts.empty() && rejected.withdrawn.empty() && rejected.loops.empty()) {
       return absl::FailedPreconditionError(

@@ -3,7 +3,6 @@
 
 #include <absl/status/status.h>
 #include <absl/status/statusor.h>
-#include <absl/synchronization/mutex.h>
 
 #include <cstdint>
 #include <string>
@@ -20,7 +19,7 @@ namespace isthmus::server {
 class MapDecisions {
  public:
   MapDecisions(MapWriter* map, const storage::MapStore* store, const Clock* clock,
-               absl::Mutex* membership)
+               Mutex* membership)
       : map_(map), map_store_(store), clock_(clock), membership_(membership) {}
 
   absl::StatusOr<Match> DecideMatch(const MatchDecision& decision);
@@ -37,7 +36,7 @@ class MapDecisions {
   MapWriter* const map_;
   const storage::MapStore* const map_store_;
   const Clock* const clock_;
-  absl::Mutex* const membership_;
+  Mutex* const membership_;
 };
 
 }  // namespace isthmus::server

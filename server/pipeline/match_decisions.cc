@@ -5,6 +5,7 @@
 #include <tuple>
 #include <utility>
 
+#include "core/mutex.h"
 #include "core/note.h"
 #include "server/pipeline/map_decisions.h"
 
@@ -64,7 +65,7 @@ absl::StatusOr<Match> MapDecisions::DecideMatch(const MatchDecision& decision) {
   if (absl::Status status = CheckDecision(decision); !status.ok()) return status;
   SessionPair pair;
   {
-    absl::MutexLock changing(membership_);
+    MutexLock changing(membership_);
     absl::StatusOr<Verdict> verdict = MakeVerdict(decision, *map_->view());
     if (!verdict.ok()) return verdict.status();
     pair = {verdict->a, verdict->b};

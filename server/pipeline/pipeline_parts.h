@@ -1,14 +1,13 @@
 // What the parts of the pipeline share: the store, the map, and who is at work on it.
 #pragma once
 
-#include <absl/synchronization/mutex.h>
-
 #include <atomic>
 #include <memory>
 #include <utility>
 
 #include "core/clock.h"
 #include "core/executor.h"
+#include "core/mutex.h"
 #include "server/ingest/scan_recorder.h"
 #include "server/ingest/session_workers.h"
 #include "server/map/activity.h"
@@ -46,7 +45,7 @@ struct PipelineParts {
   std::unique_ptr<ingest::ScanRecorder> scans;
   // Held while a session comes, finishes or goes, while an uploaded submap is taken in and while
   // what a person says is stored: sessions that were looked up then stay what they are.
-  absl::Mutex membership;
+  Mutex membership;
   std::atomic<bool> shut_down = false;
   // Set before anything comes in.
   RetentionThread* retention = nullptr;

@@ -3,6 +3,7 @@
 
 #include <utility>
 
+#include "core/mutex.h"
 #include "server/ingest/uploaded_submap.h"
 #include "server/pipeline/sessions.h"
 
@@ -90,7 +91,7 @@ absl::StatusOr<SubmapInfo> Sessions::RepeatUpload(const SubmapInfo* existing,
 
 absl::StatusOr<SubmapInfo> Sessions::AddSubmap(Submap submap) {
   if (parts_.shut_down) return absl::UnavailableError("the server is shutting down");
-  absl::MutexLock changing(&parts_.membership);
+  MutexLock changing(&parts_.membership);
   const MapWriter::View view = parts_.map.view();
   const SubmapId id = submap.id;
   const auto opened = FindOpened(*view, id.session);

@@ -6,6 +6,8 @@
 #include <cctype>
 #include <utility>
 
+#include "core/mutex.h"
+
 namespace isthmus::server {
 namespace {
 
@@ -65,7 +67,7 @@ absl::StatusOr<SessionStatus> Sessions::CreateSession(const SessionRequest& requ
   record.T_base_sensor = request.T_base_sensor;
   record.created_ns = parts_.clock.NowNs();
   record.request_id = request.request_id;
-  absl::MutexLock changing(&parts_.membership);
+  MutexLock changing(&parts_.membership);
   if (const auto opened = FindRequested(record); opened.has_value()) return *opened;
   if (absl::Status status = parts_.retention->Check(request.robot); !status.ok()) return status;
   const auto numbered = last_numbers_.find(record.robot);
@@ -110,7 +112,7 @@ absl::StatusOr<SessionStatus> Sessions::FinishSession(const SessionId& session) 
   if (worker != nullptr) {
     if (absl::Status status = worker->Finish(); !status.ok()) return status;
   }
-  absl::MutexLock changing(&parts_.membership);
+  MutexLock changing(&parts_.membership);
   std::vector<SessionRecord> records;
   {
     const MapWriter::View view = parts_.map.view();
@@ -140,7 +142,7 @@ absl::Status Sessions::DeleteSession(const SessionId& session, const std::string
   }
   if (const Worker worker = parts_.workers.Find(session).worker) worker->Abandon();
   {
-    absl::MutexLock changing(&parts_.membership);
+    MutexLock changing(&parts_.membership);
     if (absl::Status status = parts_.scans->Remove(session); !status.ok()) return status;
     if (absl::Status status = parts_.map.RemoveSession(session, why); !status.ok()) return status;
     parts_.workers.Remove(session);

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/mutex.h"
 #include "core/stopwatch.h"
 #include "server/match_graph/match_graph.h"
 
@@ -60,7 +61,7 @@ void PlacementThread::Stop() {
 }
 
 absl::StatusOr<std::string> PlacementThread::WriteG2o(uint32_t component) {
-  absl::MutexLock lock(&placer_mutex_);
+  MutexLock lock(&placer_mutex_);
   return placer_.WriteG2o(component);
 }
 
@@ -113,7 +114,7 @@ void PlacementThread::Place() {
   placed.tree = PlaceByTree(MatchGraphNodes(view), previous, &input);
   placement::Outcome outcome;
   {
-    absl::MutexLock placing(&placer_mutex_);
+    MutexLock placing(&placer_mutex_);
     outcome = placer_.Place(input, previous);
   }
   std::vector<SubmapMove> moves = placement::FindMoves(previous, outcome.placements);

@@ -2,9 +2,7 @@
 // and makes that a revision. Neither the robots nor readers wait for it.
 #pragma once
 
-#include <absl/base/thread_annotations.h>
 #include <absl/status/statusor.h>
-#include <absl/synchronization/mutex.h>
 
 #include <atomic>
 #include <cstdint>
@@ -15,6 +13,7 @@
 #include <vector>
 
 #include "core/clock.h"
+#include "core/mutex.h"
 #include "core/revision.h"
 #include "server/map/map_writer.h"
 #include "server/placement/placer.h"
@@ -50,7 +49,7 @@ class PlacementThread {
   Activity* const activity_;
   storage::MapStore* const store_;
   const Clock* const clock_;
-  absl::Mutex placer_mutex_;
+  Mutex placer_mutex_;
   placement::Placer placer_ ABSL_GUARDED_BY(placer_mutex_);
   // What the store has of the latest revision, when that could not be written. Touched by the
   // thread only.

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/mutex.h"
+
 namespace isthmus::server {
 namespace {
 
@@ -35,33 +37,33 @@ void RetentionThread::Start() {
 }
 
 void RetentionThread::Stop() {
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   stop_ = true;
   changed_.SignalAll();
 }
 
 void RetentionThread::Changed(const SessionId& session) {
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   stale_.insert(session);
   ++changes_;
   changed_.SignalAll();
 }
 
 void RetentionThread::WaitUntilIdle() {
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   const uint64_t wanted = changes_;
   while (!stop_ && looked_at_ < wanted) changed_.Wait(&mutex_);
 }
 
 absl::Status RetentionThread::Check(const RobotId& robot) const {
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   const auto found = refused_.find(robot);
   if (found == refused_.end()) return absl::OkStatus();
   return absl::ResourceExhaustedError(found->second);
 }
 
 uint64_t RetentionThread::MapBytes(const SessionId& session) const {
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   const auto found = map_bytes_.find(session);
   return found == map_bytes_.end() ? 0 : found->second;
 }
@@ -69,7 +71,7 @@ uint64_t RetentionThread::MapBytes(const SessionId& session) const {
 void RetentionThread::Run() {
   while (true) {
     {
-      absl::MutexLock lock(&mutex_);
+      MutexLock lock(&mutex_);
       const absl::Time due = absl::Now() + kInterval;
       bool is_told = stop_ || looked_at_ < changes_;
       while (!is_told && !changed_.WaitWithDeadline(&mutex_, due)) {
@@ -88,7 +90,7 @@ void RetentionThread::Run() {
 void RetentionThread::Round() {
   uint64_t changes = 0;
   {
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     changes = changes_;
   }
   ingest::RetentionPlan plan;
@@ -97,7 +99,7 @@ void RetentionThread::Round() {
     plan = ingest::PlanRetention(sessions, options_, clock_->NowNs());
     if (!Do(plan)) break;
   }
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   refused_ = std::move(plan.refused);
   looked_at_ = std::max(looked_at_, changes);
   changed_.SignalAll();
@@ -108,7 +110,7 @@ std::vector<ingest::StoredSession> RetentionThread::Count() {
   std::map<SessionId, uint64_t> known;
   std::set<SessionId> stale;
   {
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     known = map_bytes_;
     stale = std::exchange(stale_, {});
   }
@@ -123,7 +125,7 @@ std::vector<ingest::StoredSession> RetentionThread::Count() {
     session.scan_bytes = hooks_.scan_bytes(session.session);
     counted[session.session] = session.map_bytes;
   }
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   map_bytes_ = std::move(counted);
   return sessions;
 }
@@ -132,7 +134,7 @@ bool RetentionThread::Do(const ingest::RetentionPlan& plan) {
   bool any = false;
   for (const ingest::RetentionAction& action : plan.actions) {
     {
-      absl::MutexLock lock(&mutex_);
+      MutexLock lock(&mutex_);
       if (stop_) return false;
     }
     const absl::Status status = hooks_.act(action);

@@ -1,10 +1,8 @@
 // The thread that keeps count of what the robots have stored and holds them to their limits.
 #pragma once
 
-#include <absl/base/thread_annotations.h>
 #include <absl/status/status.h>
 #include <absl/status/statusor.h>
-#include <absl/synchronization/mutex.h>
 #include <absl/time/time.h>
 
 #include <cstdint>
@@ -17,6 +15,7 @@
 
 #include "core/clock.h"
 #include "core/ids.h"
+#include "core/mutex.h"
 #include "server/ingest/retention.h"
 #include "server/retention_options.h"
 
@@ -65,8 +64,8 @@ class RetentionThread {
   const RetentionOptions options_;
   const Clock* const clock_;
   const Hooks hooks_;
-  mutable absl::Mutex mutex_;
-  absl::CondVar changed_;
+  mutable Mutex mutex_;
+  CondVar changed_;
   std::map<SessionId, uint64_t> map_bytes_ ABSL_GUARDED_BY(mutex_);
   std::set<SessionId> stale_ ABSL_GUARDED_BY(mutex_);  // To be counted anew.
   std::map<RobotId, std::string> refused_ ABSL_GUARDED_BY(mutex_);

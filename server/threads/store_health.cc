@@ -6,6 +6,7 @@
 
 #include <utility>
 
+#include "core/mutex.h"
 #include "storage/forwarding_store.h"
 
 namespace isthmus::server {
@@ -46,10 +47,10 @@ class WatchedStore : public storage::ForwardingStore {
 void StoreHealth::Note(const absl::Status& status) {
   const bool is_failure = IsStoreFailure(status);
   if (!status.ok() && !is_failure) return;
-  absl::MutexLock one_at_a_time(&telling_);
+  MutexLock one_at_a_time(&telling_);
   std::string news;
   {
-    absl::MutexLock lock(&mutex_);
+    MutexLock lock(&mutex_);
     const bool was_failing = !problem_.empty();
     if (is_failure) {
       problem_ = absl::StrCat("the server cannot store: ", status.message());
@@ -68,7 +69,7 @@ void StoreHealth::Note(const absl::Status& status) {
 }
 
 std::string StoreHealth::Problem() const {
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   if (problem_.empty()) return {};
   const std::string since = absl::FormatTime("%H:%M:%S UTC on %Y-%m-%d",
                                              absl::FromUnixNanos(since_ns_), absl::UTCTimeZone());
@@ -77,13 +78,13 @@ std::string StoreHealth::Problem() const {
 }
 
 bool StoreHealth::WaitForProblem() {
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   while (!is_stopped_ && problem_.empty()) changed_.Wait(&mutex_);
   return !is_stopped_;
 }
 
 bool StoreHealth::Pause(double seconds) {
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   const absl::Time until = absl::Now() + absl::Seconds(seconds);
   while (!is_stopped_) {
     if (changed_.WaitWithDeadline(&mutex_, until)) break;
@@ -92,7 +93,7 @@ bool StoreHealth::Pause(double seconds) {
 }
 
 void StoreHealth::Stop() {
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   is_stopped_ = true;
   changed_.SignalAll();
 }

@@ -2,9 +2,7 @@
 // since when.
 #pragma once
 
-#include <absl/base/thread_annotations.h>
 #include <absl/status/status.h>
-#include <absl/synchronization/mutex.h>
 
 #include <cstdint>
 #include <functional>
@@ -12,6 +10,7 @@
 #include <string>
 
 #include "core/clock.h"
+#include "core/mutex.h"
 #include "storage/map_store.h"
 
 namespace isthmus::server {
@@ -38,9 +37,9 @@ class StoreHealth {
  private:
   const Clock* const clock_;
   const std::function<void(const std::string&)> on_change_;
-  absl::Mutex telling_;  // Serialises Note, so that on_change_ is told in order.
-  mutable absl::Mutex mutex_ ABSL_ACQUIRED_AFTER(telling_);
-  absl::CondVar changed_;
+  Mutex telling_;  // Serialises Note, so that on_change_ is told in order.
+  mutable Mutex mutex_ ABSL_ACQUIRED_AFTER(telling_);
+  CondVar changed_;
   std::string problem_ ABSL_GUARDED_BY(mutex_);
   int64_t since_ns_ ABSL_GUARDED_BY(mutex_) = 0;
   bool is_stopped_ ABSL_GUARDED_BY(mutex_) = false;

@@ -1,5 +1,7 @@
 #include "server/threads/store_retry_thread.h"
 
+#include "core/mutex.h"
+
 namespace isthmus::server {
 namespace {
 
@@ -9,7 +11,7 @@ constexpr double kRetryS = 1;
 
 StoreRetryThread::StoreRetryThread(StoreHealth* health, ingest::SessionWorkers* workers,
                                    const MapWriter* map, storage::MapStore* store,
-                                   absl::Mutex* membership)
+                                   Mutex* membership)
     : health_(health), workers_(workers), map_(map), store_(store), membership_(membership) {
   thread_ = std::thread([this] { Run(); });
 }
@@ -35,7 +37,7 @@ bool StoreRetryThread::RetryStoring() {
   }
   if (health_->Problem().empty()) return true;
   // Nothing waits, so whether it works again has to be found out: what is there is written anew.
-  absl::MutexLock changing(membership_);
+  MutexLock changing(membership_);
   const MapWriter::View view = map_->view();
   if (view->sessions.empty()) return true;  // The next session that is asked for will show.
   storage::WriteBatch batch;

@@ -1,8 +1,6 @@
 // The thread that tries again what could not be stored, while the store fails.
 #pragma once
 
-#include <absl/synchronization/mutex.h>
-
 #include <thread>
 
 #include "server/ingest/session_workers.h"
@@ -17,7 +15,7 @@ class StoreRetryThread {
   // `membership` is held while a session's record is written (docs/architecture.md, locks). All
   // must outlive the thread.
   StoreRetryThread(StoreHealth* health, ingest::SessionWorkers* workers, const MapWriter* map,
-                   storage::MapStore* store, absl::Mutex* membership);
+                   storage::MapStore* store, Mutex* membership);
   ~StoreRetryThread();  // Stops `health`, and waits.
 
  private:
@@ -28,7 +26,7 @@ class StoreRetryThread {
   ingest::SessionWorkers* const workers_;
   const MapWriter* const map_;
   storage::MapStore* const store_;
-  absl::Mutex* const membership_;
+  Mutex* const membership_;
   std::thread thread_;
 };
 

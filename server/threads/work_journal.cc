@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/io/file_io.h"
+#include "core/mutex.h"
 
 namespace isthmus::server {
 namespace {
@@ -58,7 +59,7 @@ void WorkJournal::Load() {
 
 void WorkJournal::Save(const std::string& at_hand) {
   if (path_.empty()) return;
-  absl::MutexLock lock(&mutex_);
+  MutexLock lock(&mutex_);
   std::string text = absl::StrCat(kVersionMark, version_, "\n", kBootMark, boot_, "\n");
   for (const auto& [task, count] : crashes_)
     absl::StrAppend(&text, kCrashedMark, count, " ", task, "\n");

@@ -1,11 +1,11 @@
 // A record on disk of the work at hand, so that work that ends the server is found out.
 #pragma once
 
-#include <absl/synchronization/mutex.h>
-
 #include <map>
 #include <string>
 #include <utility>
+
+#include "core/mutex.h"
 
 namespace isthmus::server {
 
@@ -37,7 +37,7 @@ class WorkJournal {
 
   const std::string path_, boot_, version_;
   std::map<std::string, int> crashes_;  // By task; does not change once it is made.
-  absl::Mutex mutex_;                   // Held while the file is written.
+  Mutex mutex_;                         // Held while the file is written.
 };
 
 }  // namespace isthmus::server
