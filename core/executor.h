@@ -1,4 +1,4 @@
-// A fixed number of threads that run tasks; the only place where the server makes worker threads.
+// A fixed number of threads that run tasks, in the order they were posted.
 #pragma once
 
 #include <deque>

@@ -38,19 +38,21 @@ install_packages() {
 # how long it took and about how long it still takes. Sources are compiled before programs are
 # linked, and those are quick, so what is left is overrated rather than underrated.
 show_progress() {
-  awk -F'[@/ ]' '
-    /^@[0-9]+\/[0-9]+ / {
-      now = int($4)
-      if (now < next_at && $2 != $3) next
-      next_at = now + 10
-      left = $2 ? now * ($3 - $2) / $2 : 0
-      printf "%4d of %d built, %d:%02d min", $2, $3, now / 60, now % 60
-      if ($2 != $3) printf ", about %d min to go", left / 60 + 1
-      printf "\n"
-      fflush()
-      next
-    }
-    { print; fflush() }'
+  local line done_files=0 files=0 seconds=0 next_at=0
+  while IFS= read -r line; do
+    if ! [[ $line =~ ^@([0-9]+)/([0-9]+)\ ([0-9]+) ]]; then
+      printf '%s\n' "$line"
+      continue
+    fi
+    done_files=${BASH_REMATCH[1]} files=${BASH_REMATCH[2]} seconds=${BASH_REMATCH[3]}
+    ((seconds < next_at && done_files < files)) && continue
+    next_at=$((seconds + 10))
+    printf '%4d of %d built, %d:%02d min' "$done_files" "$files" $((seconds / 60)) $((seconds % 60))
+    if ((done_files < files)); then
+      printf ', about %d min to go' $((seconds * (files - done_files) / (done_files * 60) + 1))
+    fi
+    printf '\n'
+  done
 }
 
 # build [TARGET ...]: configures the preset and builds the targets (all without).
