@@ -79,13 +79,21 @@ class SharedMap {
     if (chunk == chunks_->size()) return end();
     return {chunks_.get(), chunk, PlaceIn(*(*chunks_)[chunk], key)};
   }
-  // Null where there is none.
-  std::shared_ptr<const Value> Get(const Key& key) const {
+  // end() where there is none.
+  const_iterator find(const Key& key) const {
     const const_iterator it = lower_bound(key);
-    return it == end() || key < it.key() ? nullptr : it.shared();
+    return it == end() || key < it.key() ? end() : it;
   }
-  // Likewise; lives as long as a map that has it.
-  const Value* Find(const Key& key) const { return Get(key).get(); }
+  // Null where there is none; lives as long as a map that has it.
+  const Value* Find(const Key& key) const {
+    const const_iterator it = find(key);
+    return it == end() ? nullptr : &it.value();
+  }
+  // Likewise; lives as long as anybody has it.
+  std::shared_ptr<const Value> Get(const Key& key) const {
+    const const_iterator it = find(key);
+    return it == end() ? nullptr : it.shared();
+  }
   bool contains(const Key& key) const { return Find(key) != nullptr; }
 
   // Adds a value, or puts another in its place.

@@ -25,22 +25,18 @@ std::optional<SubmapId> MatchingThread::NextForLoops(const MapView& view) const 
 }
 
 void MatchingThread::FindLoops(const MapView& view, const SubmapId& submap) {
-  matching::LoopQuery query;
-  query.session = submap.session;
-  std::vector<SubmapPose> poses;
-  bool was_last = false;
   looped_[submap.session] = submap.index + 1;
   const SessionView* entry = view.Find(submap.session);
   const Placement* placement = view.PlacementOf(submap.session);
   if (entry == nullptr || placement == nullptr) return;
-  was_last = IsFinished(*entry) && submap.index + 1 == entry->next_index();
-  for (const SubmapPose& pose : placement->submaps) {
-    if (pose.index <= submap.index && entry->submaps.contains(pose.index)) poses.push_back(pose);
-  }
+  const bool was_last = IsFinished(*entry) && submap.index + 1 == entry->next_index();
+  matching::LoopQuery query;
+  query.session = submap.session;
   for (const auto& [id, loop] : view.loops) {
     if (loop.session == submap.session) query.known.push_back(loop);
   }
-  for (const SubmapPose& pose : poses) {
+  for (const SubmapPose& pose : placement->submaps) {
+    if (pose.index > submap.index || !entry->submaps.contains(pose.index)) continue;
     std::shared_ptr<const Submap> outline = submaps_->Outline({submap.session, pose.index});
     if (outline == nullptr) continue;
     query.submaps.push_back(std::move(outline));

@@ -18,9 +18,9 @@
 #include "core/clock.h"
 #include "server/map/map_writer.h"
 #include "server/matching/loops/loop_finder.h"
+#include "server/matching/loops/revisits.h"
 #include "server/matching/pairs/matcher.h"
 #include "server/matching/prepared/prepared_map.h"
-#include "server/matching/loops/revisits.h"
 #include "server/threads/prepared_store.h"
 #include "server/threads/work_journal.h"
 

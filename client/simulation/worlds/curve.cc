@@ -7,7 +7,7 @@
 namespace isthmus::simulation {
 namespace {
 
-constexpr int kPerSegment = 8;  // Entries of the arc length table per control point.
+constexpr int kPerSegment = 8;         // Entries of the arc length table per control point.
 constexpr double kProfileStep = 0.05;  // Metres between entries of a speed profile.
 
 }  // namespace
@@ -82,7 +82,8 @@ SpeedProfile::SpeedProfile(const ClosedCurve& curve, const SpeedLimits& limits, 
         {limits.speed_mps, std::sqrt(limits.lateral_mps2 / bend), limits.yaw_rate_radps / bend}));
   }
   speed_[0] = 0;
-  const double gain = 2 * limits.acceleration_mps2 * kProfileStep;  // Of the speed's square, per step.
+  const double gain =
+      2 * limits.acceleration_mps2 * kProfileStep;  // Of the speed's square, per step.
   const auto limit = [&](size_t i, size_t from) {
     speed_[i] = std::min(speed_[i], std::sqrt(speed_[from] * speed_[from] + gain));
   };
@@ -98,7 +99,8 @@ SpeedProfile::State SpeedProfile::At(double seconds) const {
   if (seconds <= 0) return {};
   const auto next = std::upper_bound(time_.begin() + 1, time_.end() - 1, seconds);
   const size_t i = static_cast<size_t>(next - time_.begin()) - 1;
-  const double acceleration = (speed_[i + 1] * speed_[i + 1] - speed_[i] * speed_[i]) / (2 * kProfileStep);
+  const double acceleration =
+      (speed_[i + 1] * speed_[i + 1] - speed_[i] * speed_[i]) / (2 * kProfileStep);
   const double dt = seconds - time_[i];
   return {static_cast<double>(i) * kProfileStep + speed_[i] * dt + acceleration * dt * dt / 2,
           speed_[i] + acceleration * dt};

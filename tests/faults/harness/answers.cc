@@ -9,8 +9,8 @@
 #include <thread>
 #include <tuple>
 
-#include "tests/faults/harness/robot.h"
 #include "tests/faults/harness/or_throw.h"
+#include "tests/faults/harness/robot.h"
 
 namespace isthmus::faults {
 namespace {

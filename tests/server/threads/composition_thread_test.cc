@@ -10,9 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "core/clock.h"
-#include "server/threads/placement_thread.h"
-#include "storage/memory_store.h"
+#include "tests/server/threads/placed_map.h"
 
 namespace isthmus::server {
 namespace {
@@ -21,20 +19,9 @@ using ::testing::HasSubstr;
 
 const SessionId kSession("alice-1");
 
-class CompositionThreadTest : public testing::Test {
+class CompositionThreadTest : public PlacedMapTest {
  protected:
-  CompositionThreadTest() {
-    SessionRecord record;
-    record.id = kSession;
-    record.robot = RobotId("alice");
-    record.sensor = "vlp16";
-    storage::WriteBatch batch;
-    batch.sessions.push_back(record);
-    EXPECT_TRUE(store_->Write(batch).ok());
-    EXPECT_TRUE(map_.Load().ok());
-    placement_ = std::make_unique<PlacementThread>(&map_, &activity_, store_.get(),
-                                                   &Clock::System(), placement::PlacerOptions());
-  }
+  void SetUp() override { ASSERT_NO_FATAL_FAILURE(Begin({.sessions = {SessionOf("alice")}})); }
 
   // Points in rows of 1000, 1 m apart.
   void Add(uint32_t index, int points) {
@@ -63,12 +50,7 @@ class CompositionThreadTest : public testing::Test {
     }
   }
 
-  std::unique_ptr<storage::MapStore> store_ = storage::MakeMemoryStore();
-  SubmapCache submaps_{store_.get(), size_t{1} << 30, nullptr};
   const SubmapReader reader_ = [this](const SubmapId& id) { return submaps_.Get(id); };
-  Activity activity_;
-  MapWriter map_{store_.get(), &submaps_, &activity_, &Clock::System()};
-  std::unique_ptr<PlacementThread> placement_;
 };
 
 TEST_F(CompositionThreadTest, EmptyMapIsReadyAtOnce) {

@@ -7,23 +7,12 @@
 #include <string>
 #include <vector>
 
-#include "core/clock.h"
-#include "server/map/map_writer.h"
-#include "server/threads/placement_thread.h"
-#include "storage/memory_store.h"
+#include "tests/server/threads/placed_map.h"
 
 namespace isthmus::server {
 namespace {
 
 using ::testing::HasSubstr;
-
-SessionRecord MakeSession(const std::string& robot) {
-  SessionRecord record;
-  record.id = SessionId(robot + "-1");
-  record.robot = RobotId(robot);
-  record.sensor = "vlp16";
-  return record;
-}
 
 std::shared_ptr<Submap> MakeSubmap(const std::string& robot) {
   auto submap = std::make_shared<Submap>();
@@ -47,18 +36,15 @@ Match MakeMatch(const std::string& a, const std::string& b, double x) {
 }
 
 // alice, bob and carol; the match of bob and carol is 30 m off.
-class PipelineCycles : public ::testing::Test {
+class PipelineCycles : public PlacedMapTest {
  protected:
   void SetUp() override {
     storage::WriteBatch batch;
     for (const char* robot : {"alice", "bob", "carol"}) {
-      batch.sessions.push_back(MakeSession(robot));
+      batch.sessions.push_back(SessionOf(robot));
       batch.submaps.push_back(MakeSubmap(robot));
     }
-    ASSERT_TRUE(store_->Write(batch).ok());
-    ASSERT_TRUE(map_.Load().ok());
-    placement_.emplace(&map_, &activity_, store_.get(), &Clock::System(),
-                       placement::PlacerOptions());
+    ASSERT_NO_FATAL_FAILURE(Begin(batch));
     ASSERT_TRUE(map_.PutMatch(MakeMatch("alice", "bob", 1)).ok());
     ASSERT_TRUE(map_.PutMatch(MakeMatch("alice", "carol", 2)).ok());
   }
@@ -79,12 +65,6 @@ class PipelineCycles : public ::testing::Test {
     }
     return last + 1;
   }
-
-  std::unique_ptr<storage::MapStore> store_ = storage::MakeMemoryStore();
-  SubmapCache submaps_{store_.get(), size_t{1} << 30, nullptr};
-  Activity activity_;
-  MapWriter map_{store_.get(), &submaps_, &activity_, &Clock::System()};
-  std::optional<PlacementThread> placement_;
 };
 
 TEST_F(PipelineCycles, MatchesThatDisagreeCarryNothingButAreKeptAsComputed) {

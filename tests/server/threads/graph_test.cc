@@ -7,10 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "core/clock.h"
-#include "server/map/map_writer.h"
-#include "server/threads/placement_thread.h"
-#include "storage/memory_store.h"
+#include "tests/server/threads/placed_map.h"
 
 namespace isthmus::server {
 namespace {
@@ -54,19 +51,10 @@ LoopClosure Closure(uint32_t a, uint32_t b) {
   return loop;
 }
 
-class PipelineGraph : public testing::Test {
+class PipelineGraph : public PlacedMapTest {
  protected:
   void SetUp() override {
-    SessionRecord record;
-    record.id = kSession;
-    record.robot = RobotId("alice");
-    record.sensor = "vlp16";
-    storage::WriteBatch batch;
-    batch.sessions.push_back(record);
-    ASSERT_TRUE(store_->Write(batch).ok());
-    ASSERT_TRUE(map_.Load().ok());
-    placement_.emplace(&map_, &activity_, store_.get(), &Clock::System(),
-                       placement::PlacerOptions());
+    ASSERT_NO_FATAL_FAILURE(Begin({.sessions = {SessionOf("alice")}}));
     for (uint32_t i = 0; i < kSubmaps; ++i) {
       FinishedSubmap finished;
       finished.submap = MakeSubmap(i);
@@ -89,12 +77,6 @@ class PipelineGraph : public testing::Test {
   double ErrorOf(uint32_t index) {
     return (PoseOf(index)->translation() - TruthOf(index).translation()).norm();
   }
-
-  std::unique_ptr<storage::MapStore> store_ = storage::MakeMemoryStore();
-  SubmapCache submaps_{store_.get(), size_t{1} << 30, nullptr};
-  Activity activity_;
-  MapWriter map_{store_.get(), &submaps_, &activity_, &Clock::System()};
-  std::optional<PlacementThread> placement_;
 };
 
 TEST_F(PipelineGraph, ALoopClosureStraightensTheMapAndIsTakenBack) {
