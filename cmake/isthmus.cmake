@@ -55,6 +55,8 @@ function(isthmus_test name)
   if(NOT ARG_SEPARATE)
     isthmus_unity(${name})
   endif()
+  # A fifth less to compile than with -O2; what takes time in them is in the libraries.
+  target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)
   target_link_libraries(${name} PRIVATE ${ARG_DEPS} GTest::gmock GTest::gtest_main)
   gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST TEST_PREFIX "${ARG_PREFIX}"
                        PROPERTIES TIMEOUT ${ARG_TIMEOUT})

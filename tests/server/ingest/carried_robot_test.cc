@@ -22,7 +22,7 @@ constexpr int kDriveScans = 210;
 const Pose kPutDown = Pose::FromXyzRpy(-11.5, -1.4, 0, 0, 0, 2.2);
 
 // Through all rooms along the x axis, from rest, at up to 1.5 m/s.
-Pose Drive(double time_s) {
+Pose BeforeLift(double time_s) {
   const double moving = std::clamp(time_s - 0.5, 0.0, 1.0);
   const double along = 0.75 * moving * moving + 1.5 * std::max(0.0, time_s - 1.5);
   return Pose::FromXyzRpy(-15 + along, 0.3 * std::sin(along / 3), 0, 0, 0,
@@ -30,15 +30,15 @@ Pose Drive(double time_s) {
 }
 
 // From where it was put down, at rest for two seconds and then on at 0.6 m/s.
-Pose DriveOn(double time_s) {
+Pose AfterPutDown(double time_s) {
   const double moving = std::max(0.0, time_s - 2);
   const double along = moving < 1 ? 0.3 * moving * moving : 0.6 * moving - 0.3;
   return kPutDown * Pose(Eigen::Vector3d(along, 0, 0));
 }
 
-class Session {
+class MovedRobot {
  public:
-  Session() {
+  MovedRobot() {
     SessionRecord record;
     record.id = SessionId("alice-1");
     record.robot = RobotId("alice");
@@ -75,24 +75,24 @@ class Session {
 TEST(CarriedRobot, IsLostAndThenFoundInTheSameOdomFrame) {
   const Room building = floam::testing::ThreeRooms();
   const floam::testing::Sensor sensor;
-  const Pose T_odom_world = EndPose(Drive, sensor, 0).Inverse();
+  const Pose T_odom_world = EndPose(BeforeLift, sensor, 0).Inverse();
   const auto error = [&](const ScanAck& ack, const Motion& motion, int index) {
     const Pose off =
         (T_odom_world * EndPose(motion, sensor, index)).Inverse() * ack.T_odom_sensor.value();
     return off.translation().norm() + RotationAngle(off);
   };
-  Session session;
+  MovedRobot session;
   for (int k = 0; k < kDriveScans; ++k) {
-    const ScanAck ack = session.Send(MakeScan(building, Drive, sensor, k).points);
+    const ScanAck ack = session.Send(MakeScan(building, BeforeLift, sensor, k).points);
     ASSERT_EQ(ack.status, "ok") << k;
-    ASSERT_LT(error(ack, Drive, k), 0.15) << k;
+    ASSERT_LT(error(ack, BeforeLift, k), 0.15) << k;
   }
   const std::vector<ScanPoint> blank(16 * 1200);
   for (int k = 0; k < 10; ++k) EXPECT_NE(session.Send(blank).status, "ok");
 
   int lost = 0;
   for (int k = 0; k < 50; ++k) {
-    const ScanAck ack = session.Send(MakeScan(building, DriveOn, sensor, k).points);
+    const ScanAck ack = session.Send(MakeScan(building, AfterPutDown, sensor, k).points);
     ASSERT_EQ(ack.outcome, ScanOutcome::kProcessed);
     if (ack.status == "lost") {
       ++lost;
@@ -101,7 +101,7 @@ TEST(CarriedRobot, IsLostAndThenFoundInTheSameOdomFrame) {
       continue;
     }
     EXPECT_EQ(ack.status, "ok") << k;
-    EXPECT_LT(error(ack, DriveOn, k), 0.15) << k;
+    EXPECT_LT(error(ack, AfterPutDown, k), 0.15) << k;
   }
   EXPECT_GE(lost, 2);  // Never believed at first sight.
   EXPECT_LE(lost, 20);

@@ -16,22 +16,12 @@ namespace {
 
 using ::testing::HasSubstr;
 using ::testing::Not;
+using testing::SentScan;
 using testing::Session;
+using testing::SmallSubmaps;
 using testing::Store;
 
-SessionWorker::Options SmallSubmaps() {
-  SessionWorker::Options options;
-  options.submap.cut_scans = 20;
-  options.checkpoint_scans = 7;  // With an unfinished submap, mostly.
-  return options;
-}
-
-struct Turn {
-  PointPayload payload;
-  int64_t end_stamp_ns = 0;
-};
-
-Turn MakeTurn(int index) {
+SentScan MakeTurn(int index) {
   const Scan scan = MakeScan(floam::testing::FurnishedRoom(), floam::testing::Loop(1.2),
                              floam::testing::Sensor(), index);
   return {codec::MakePayload(scan), scan.end_stamp_ns};
@@ -41,8 +31,8 @@ PointPayload Blank() { return codec::MakePayload(std::vector<ScanPoint>(64), tru
 
 // A loop with what happens: blank scans, scans that never came, one out of order, a clock that is
 // set back.
-std::vector<Turn> TroubledDrive() {
-  std::vector<Turn> turns;
+std::vector<SentScan> TroubledDrive() {
+  std::vector<SentScan> turns;
   for (int k = 0; k < 110; ++k) {
     if (k == 30 || k == 31) continue;
     turns.push_back(MakeTurn(k));
@@ -54,10 +44,10 @@ std::vector<Turn> TroubledDrive() {
 }
 
 TEST(Resume, LeavesTheSameBehindHoweverOftenItWasKilled) {
-  const std::vector<Turn> turns = TroubledDrive();
+  const std::vector<SentScan> turns = TroubledDrive();
   Store undisturbed;
   Session calm(&undisturbed, SmallSubmaps());
-  for (const Turn& turn : turns) calm.Send(turn.payload, turn.end_stamp_ns);
+  for (const SentScan& turn : turns) calm.Send(turn.payload, turn.end_stamp_ns);
   ASSERT_TRUE(calm.worker().Finish().ok());
   ASSERT_GE(undisturbed.submaps().size(), 6u);
 
@@ -84,7 +74,7 @@ TEST(Resume, WhatIsStoredBeyondTheCheckpointIsNotStoredTwice) {
   Session calm(&undisturbed, SmallSubmaps()), session(&store, SmallSubmaps());
   std::optional<SessionCheckpoint> older;
   for (int k = 0; k < 70; ++k) {
-    const Turn turn = MakeTurn(k);
+    const SentScan turn = MakeTurn(k);
     calm.Send(turn.payload, turn.end_stamp_ns);
     session.Send(turn.payload, turn.end_stamp_ns);
     if (k == 30) older = store.checkpoint;
@@ -174,7 +164,7 @@ TEST(Resume, NothingIsDurableWhileTheDiskIsFull) {
     ack = session.Send(MakeTurn(k).payload, MakeTurn(k).end_stamp_ns);
     EXPECT_EQ(ack.durable_sequence, durable);
   }
-  const Turn next = MakeTurn(k);
+  const SentScan next = MakeTurn(k);
   const auto refused = session.worker().Submit({ack.sequence + 1, next.end_stamp_ns, next.payload});
   EXPECT_EQ(refused.code(), absl::StatusCode::kResourceExhausted) << refused;
   store.is_full = false;

@@ -17,52 +17,44 @@ namespace {
 using floam::testing::EndPose;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using testing::SentScan;
 using testing::Session;
+using testing::SmallSubmaps;
 using testing::Store;
 
 constexpr int kFirst = 45;   // Scans of the room where the session begins ...
 constexpr int kSecond = 75;  // ... and of the building that it is carried to.
 
-SessionWorker::Options SmallSubmaps() {
-  SessionWorker::Options options;
-  options.submap.cut_scans = 20;
-  options.checkpoint_scans = 7;
-  return options;
-}
-
 // From rest, along the axis of the building, slowly.
-Pose DriveOn(double time_s) {
+Pose ThroughOtherBuilding(double time_s) {
   const double moving = std::max(0.0, time_s - 0.5);
   const double along = moving < 1 ? 0.3 * moving * moving : 0.6 * moving - 0.3;
   return Pose::FromXyzRpy(-10 + along, 0.4, 0, 0, 0, 0.3);
 }
 
-struct Turn {
-  PointPayload payload;
-  int64_t end_stamp_ns = 0;
-};
-
 // Through the furnished room, and then through a building that the session knows nothing of.
-std::vector<Turn> CarriedDrive() {
+std::vector<SentScan> CarriedDrive() {
   const floam::testing::Sensor sensor;
-  std::vector<Turn> turns;
+  std::vector<SentScan> turns;
   for (int k = 0; k < kFirst + kSecond; ++k) {
     const Scan scan =
-        k < kFirst ? MakeScan(floam::testing::FurnishedRoom(), floam::testing::Loop(1.2), sensor, k)
-                   : MakeScan(floam::testing::OtherBuilding(), DriveOn, sensor, k - kFirst);
+        k < kFirst
+            ? MakeScan(floam::testing::FurnishedRoom(), floam::testing::Loop(1.2), sensor, k)
+            : MakeScan(floam::testing::OtherBuilding(), ThroughOtherBuilding, sensor, k - kFirst);
     turns.push_back({codec::MakePayload(scan), 1'000'000'000 + (k + 1) * int64_t{100'000'000}});
   }
   return turns;
 }
 
-const std::vector<Turn>& Turns() {
-  static const auto* const turns = new std::vector<Turn>(CarriedDrive());
+const std::vector<SentScan>& Turns() {
+  static const auto* const turns = new std::vector<SentScan>(CarriedDrive());
   return *turns;
 }
 
 std::vector<ScanAck> SendAll(Session& session) {
   std::vector<ScanAck> acks;
-  for (const Turn& turn : Turns()) acks.push_back(session.Send(turn.payload, turn.end_stamp_ns));
+  for (const SentScan& turn : Turns())
+    acks.push_back(session.Send(turn.payload, turn.end_stamp_ns));
   return acks;
 }
 
@@ -90,8 +82,8 @@ TEST(Segments, TheAckSaysWhichAndPosesOfTheNewOneAreRightInItsOwnFrame) {
     EXPECT_EQ(acks[k].status, k < kFirst || is_second ? "ok" : "lost");
     EXPECT_EQ(acks[k].lost_since_ns, k < kFirst || is_second ? 0 : Turns()[kFirst].end_stamp_ns);
     if (!is_second) continue;
-    const Pose truth = EndPose(DriveOn, sensor, first_turn).Inverse() *
-                       EndPose(DriveOn, sensor, static_cast<int>(k) - kFirst);
+    const Pose truth = EndPose(ThroughOtherBuilding, sensor, first_turn).Inverse() *
+                       EndPose(ThroughOtherBuilding, sensor, static_cast<int>(k) - kFirst);
     EXPECT_LT((acks[k].T_odom_sensor->translation() - truth.translation()).norm(), 0.1);
   }
   EXPECT_TRUE(acks[begin].T_odom_sensor->translation().isZero(1e-9));
@@ -123,7 +115,7 @@ TEST(Segments, AreKnownToTheStoreBeforeTheRobotHearsOfThem) {
   SessionWorker::Options options = SmallSubmaps();
   options.checkpoint_scans = 1000;
   Session session(&store, options);
-  for (const Turn& turn : Turns()) {
+  for (const SentScan& turn : Turns()) {
     const ScanAck ack = session.Send(turn.payload, turn.end_stamp_ns);
     if (ack.segment == 1) continue;
     EXPECT_TRUE(store.has_segment(2));
@@ -200,14 +192,15 @@ TEST(Segments, GoOnFromTheirOwnSubmapsWhereTheCheckpointIsDamaged) {
   EXPECT_THAT(session.worker().Status().input, HasSubstr("resumed from submaps"));
   const int next = static_cast<int>(Turns().size());
   const floam::testing::Sensor sensor;
-  const Scan scan = MakeScan(floam::testing::OtherBuilding(), DriveOn, sensor, next - kFirst);
+  const Scan scan =
+      MakeScan(floam::testing::OtherBuilding(), ThroughOtherBuilding, sensor, next - kFirst);
   const ScanAck ack =
       session.Send(codec::MakePayload(scan), Turns().back().end_stamp_ns + 100'000'000);
   EXPECT_EQ(ack.segment, 2u);
   EXPECT_EQ(ack.status, "ok");
   const int first_turn = static_cast<int>(FirstOfSecond(acks)) - kFirst;
-  const Pose truth =
-      EndPose(DriveOn, sensor, first_turn).Inverse() * EndPose(DriveOn, sensor, next - kFirst);
+  const Pose truth = EndPose(ThroughOtherBuilding, sensor, first_turn).Inverse() *
+                     EndPose(ThroughOtherBuilding, sensor, next - kFirst);
   EXPECT_LT((ack.T_odom_sensor->translation() - truth.translation()).norm(), 0.1);
 }
 

@@ -26,11 +26,11 @@ void ExpectTracked(const Rig& rig, const ScanAck& ack, int index) {
   EXPECT_TRUE(ack.covariance->allFinite());
 }
 
-void Drive(Rig* rig, int from, int to, int64_t shift_ns = 0) {
+void DriveOn(Rig* rig, int from, int to, int64_t shift_ns = 0) {
   for (int k = from; k < to; ++k) ExpectTracked(*rig, rig->Send(rig->Turn(k), shift_ns), k);
 }
 
-// As Drive after a gap in time or place: the robot may be lost, and say so, for a few scans.
+// As DriveOn after a gap in time or place: the robot may be lost, and say so, for a few scans.
 void DriveAfterGap(Rig* rig, int from, int to, int64_t shift_ns = 0) {
   constexpr int kLost = 5;
   int k = from;
@@ -39,7 +39,7 @@ void DriveAfterGap(Rig* rig, int from, int to, int64_t shift_ns = 0) {
     EXPECT_EQ(ack.outcome, ScanOutcome::kProcessed) << k << ": " << ack.reason;
     if (ack.status == "ok") ExpectTracked(*rig, ack, k);
   }
-  Drive(rig, k, to, shift_ns);
+  DriveOn(rig, k, to, shift_ns);
 }
 
 void ExpectRejected(const ScanAck& ack, const std::string& status, const std::string& reason) {
@@ -50,7 +50,7 @@ void ExpectRejected(const ScanAck& ack, const std::string& status, const std::st
 }
 
 // As a driver sends a turn in which nothing came back.
-PointPayload Blank(float value) {
+PointPayload AllPointsAt(float value) {
   std::vector<ScanPoint> points(16 * 1200);
   for (ScanPoint& p : points) p.x = p.y = p.z = value;
   return codec::MakePayload(points, true, true);
@@ -58,42 +58,42 @@ PointPayload Blank(float value) {
 
 TEST(Trouble, DuplicatesAreAcknowledgedAndIgnored) {
   Rig rig;
-  Drive(&rig, 0, 5);
+  DriveOn(&rig, 0, 5);
   const ScanAck ack = rig.SendAgain(5);
   EXPECT_EQ(ack.outcome, ScanOutcome::kDuplicate);
   EXPECT_EQ(rig.SendAgain(2).outcome, ScanOutcome::kDuplicate);
-  Drive(&rig, 5, 10);
+  DriveOn(&rig, 5, 10);
   EXPECT_EQ(rig.worker().Status().processed, 10u);
 }
 
 TEST(Trouble, ScansThatNeverCameAreBridged) {
   Rig rig;
-  Drive(&rig, 0, 20);
-  Drive(&rig, 21, 24);
+  DriveOn(&rig, 0, 20);
+  DriveOn(&rig, 21, 24);
   DriveAfterGap(&rig, 26, 30);
   DriveAfterGap(&rig, 50, 60);  // Two seconds, at 1 m/s and in a turn.
 }
 
 TEST(Trouble, ScansOutOfOrderAndEqualStampsAreRejected) {
   Rig rig;
-  Drive(&rig, 0, 10);
+  DriveOn(&rig, 0, 10);
   ExpectRejected(rig.Send(rig.Turn(8)), "", "out of order");
   ExpectRejected(rig.Send(rig.Turn(9)), "", "sent twice");
   EXPECT_EQ(rig.worker().Status().tracking, "ok");
   EXPECT_EQ(rig.worker().Status().rejected, 2u);
-  Drive(&rig, 10, 15);
+  DriveOn(&rig, 10, 15);
 }
 
 TEST(Trouble, ClocksMayBeSetBackAndForth) {
   Rig rig;
-  Drive(&rig, 0, 20);
-  Drive(&rig, 20, 30, -kHour_ns);
-  Drive(&rig, 30, 40, -kHour_ns - 2'000'000'000);
+  DriveOn(&rig, 0, 20);
+  DriveOn(&rig, 20, 30, -kHour_ns);
+  DriveOn(&rig, 30, 40, -kHour_ns - 2'000'000'000);
   DriveAfterGap(&rig, 40, 50);
   DriveAfterGap(&rig, 50, 60, 5 * kHour_ns);
   EXPECT_EQ(rig.Send(rig.Turn(60), 500 * kHour_ns).outcome,
             ScanOutcome::kProcessed);  // One stamp is nonsense.
-  Drive(&rig, 61, 70, 5 * kHour_ns);
+  DriveOn(&rig, 61, 70, 5 * kHour_ns);
   // Stamps are the robot's, and in order within every submap.
   ASSERT_TRUE(rig.worker().Finish().ok());
   ASSERT_GE(rig.stored().size(), 6u);
@@ -111,7 +111,7 @@ TEST(Trouble, ClocksMayBeSetBackAndForth) {
 
 TEST(Trouble, SmallStepsBackCostTheScansInBetween) {
   Rig rig;
-  Drive(&rig, 0, 20);
+  DriveOn(&rig, 0, 20);
   for (int k = 20; k < 25; ++k) {
     ExpectRejected(rig.Send(rig.Turn(k), -500'000'000), "", "out of order");
   }
@@ -121,9 +121,9 @@ TEST(Trouble, SmallStepsBackCostTheScansInBetween) {
 TEST(Trouble, BlankScansSayThatTheRobotIsLostUntilItSeesAgain) {
   for (const float value : {0.F, kNaN}) {
     Rig rig;
-    Drive(&rig, 0, 30);
+    DriveOn(&rig, 0, 30);
     for (int k = 30; k < 50; ++k) {
-      const ScanAck ack = rig.Send(Blank(value), rig.Turn(k).end_stamp_ns);
+      const ScanAck ack = rig.Send(AllPointsAt(value), rig.Turn(k).end_stamp_ns);
       ExpectRejected(ack, "lost", "no returns");
       EXPECT_EQ(rig.worker().Status().tracking, "lost");
       // The submap ends once the odometry cannot bridge it.
@@ -137,12 +137,12 @@ TEST(Trouble, BlankScansSayThatTheRobotIsLostUntilItSeesAgain) {
 
 TEST(Trouble, ScansWithoutPointsAreRejected) {
   Rig rig;
-  Drive(&rig, 0, 5);
+  DriveOn(&rig, 0, 5);
   PointPayload empty = codec::MakePayload(rig.Turn(5));
   empty.width = empty.height = 0;
   empty.data.clear();
   ExpectRejected(rig.Send(empty, rig.Turn(5).end_stamp_ns), "lost", "no points");
-  Drive(&rig, 6, 10);
+  DriveOn(&rig, 6, 10);
 }
 
 TEST(Trouble, HalfBlankScansAreTracked) {
@@ -150,21 +150,21 @@ TEST(Trouble, HalfBlankScansAreTracked) {
   for (const bool front : {true, false}) {
     for (const bool fields : {true, false}) {
       Rig rig;
-      Drive(&rig, 0, 30);
+      DriveOn(&rig, 0, 30);
       for (int k = 30; k < 50; ++k) {
         Scan scan = rig.Turn(k);
         std::erase_if(scan.points, [&](const ScanPoint& p) { return (p.x > 0) == front; });
         scan.has_ring = scan.has_time = fields;
         ExpectTracked(rig, rig.Send(scan), k);
       }
-      Drive(&rig, 50, 55);
+      DriveOn(&rig, 50, 55);
     }
   }
 }
 
 TEST(Trouble, PointsThatAreNoNumbersAreLeftOut) {
   Rig rig;
-  Drive(&rig, 0, 10);
+  DriveOn(&rig, 0, 10);
   for (int k = 10; k < 20; ++k) {
     Scan scan = rig.Turn(k);
     for (size_t i = 0; i < scan.points.size(); i += 7) {
@@ -176,17 +176,17 @@ TEST(Trouble, PointsThatAreNoNumbersAreLeftOut) {
 
 TEST(Trouble, DamagedPayloadsAreRejected) {
   Rig rig;
-  Drive(&rig, 0, 5);
+  DriveOn(&rig, 0, 5);
   PointPayload damaged = codec::MakePayload(rig.Turn(5));
   damaged.data.resize(damaged.data.size() / 2);
   ExpectRejected(rig.Send(damaged, rig.Turn(5).end_stamp_ns), "lost", "do not make");
-  Drive(&rig, 6, 10);
+  DriveOn(&rig, 6, 10);
 }
 
 // A scan that cannot be matched is no part of any map or trajectory.
 TEST(Trouble, LostScansEndTheSubmapAndAreNotStored) {
   Rig rig;
-  Drive(&rig, 0, 30);
+  DriveOn(&rig, 0, 30);
   floam::testing::Room elsewhere;
   elsewhere.walls = {{-1.9, -0.8, -0.5}, {0.7, 2.4, 0.6}};
   const auto still = [](double) { return Pose(); };

@@ -8,6 +8,13 @@
 
 namespace isthmus::ingest::testing {
 
+SessionWorker::Options SmallSubmaps() {
+  SessionWorker::Options options;
+  options.submap.cut_scans = 20;
+  options.checkpoint_scans = 7;
+  return options;
+}
+
 Rig::Rig(const std::string& sensor, double speed) : motion_(floam::testing::Loop(speed)) {
   SessionRecord record;
   record.id = SessionId("alice-1");

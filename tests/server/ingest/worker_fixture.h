@@ -15,6 +15,15 @@
 
 namespace isthmus::ingest::testing {
 
+// A scan as a robot sends it.
+struct SentScan {
+  PointPayload payload;
+  int64_t end_stamp_ns = 0;
+};
+
+// Submaps of 20 scans, and checkpoints that mostly have an unfinished one.
+SessionWorker::Options SmallSubmaps();
+
 // Drives a loop through the furnished room; scans end 0.1 s apart. Not thread safe.
 class Rig {
  public:

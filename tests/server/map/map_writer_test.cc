@@ -32,7 +32,7 @@ class HookedStore : public storage::ForwardingStore {
 
 const SessionId kAlice("alice-1"), kBob("bob-1");
 
-FinishedSubmap MakeSubmap(const SessionId& session, uint32_t index) {
+FinishedSubmap MakeFinished(const SessionId& session, uint32_t index) {
   auto submap = std::make_shared<Submap>();
   submap->id = {session, index};
   submap->robot = RobotId(session.value().substr(0, session.value().find('-')));
@@ -75,7 +75,7 @@ class MapWriterTest : public testing::Test {
 TEST_F(MapWriterTest, WhatCannotBeStoredIsNotShown) {
   store_.fails = true;
   const MapWriter::View before = map_.view();
-  EXPECT_FALSE(map_.AddSubmap(kAlice, MakeSubmap(kAlice, 0)).ok());
+  EXPECT_FALSE(map_.AddSubmap(kAlice, MakeFinished(kAlice, 0)).ok());
   EXPECT_FALSE(map_.PutMatch(MakeMatch()).ok());
   EXPECT_EQ(map_.view(), before);
 }
@@ -86,7 +86,7 @@ TEST_F(MapWriterTest, ReadersSeeTheMapWhileTheStoreIsWritten) {
     seen = map_.view();
     EXPECT_TRUE(seen->Find(kAlice)->submaps.empty());
   };
-  ASSERT_TRUE(map_.AddSubmap(kAlice, MakeSubmap(kAlice, 0)).ok());
+  ASSERT_TRUE(map_.AddSubmap(kAlice, MakeFinished(kAlice, 0)).ok());
   ASSERT_NE(seen, nullptr);
   EXPECT_TRUE(seen->Find(kAlice)->submaps.empty()) << "a view never changes";
   EXPECT_EQ(map_.view()->Find(kAlice)->submaps.size(), 1u);
@@ -109,7 +109,7 @@ TEST_F(MapWriterTest, WhatASessionThatIsGoneWasFoundToBeIsIgnored) {
   loop.session = kBob;
   EXPECT_TRUE(map_.AddLoops({loop}).ok());
   EXPECT_TRUE(map_.view()->loops.empty());
-  EXPECT_FALSE(map_.AddSubmap(kBob, MakeSubmap(kBob, 0)).ok());
+  EXPECT_FALSE(map_.AddSubmap(kBob, MakeFinished(kBob, 0)).ok());
   EXPECT_EQ(submaps_.Get({kBob, 0}), nullptr);
 }
 
@@ -117,7 +117,7 @@ TEST_F(MapWriterTest, ChangesAreTakenOnceWithTheViewThatHasThem) {
   (void)map_.TakeChanges();
   ASSERT_TRUE(map_.PutMatch(MakeMatch()).ok());
   for (uint32_t i = 0; i < 5; ++i) {
-    ASSERT_TRUE(map_.AddSubmap(kAlice, MakeSubmap(kAlice, i)).ok());
+    ASSERT_TRUE(map_.AddSubmap(kAlice, MakeFinished(kAlice, i)).ok());
   }
   const MapWriter::ToPlace taken = map_.TakeChanges();
   EXPECT_EQ(taken.view, map_.view());
@@ -151,7 +151,7 @@ TEST_F(MapWriterTest, ManyWritersAndReadersAtOnce) {
   for (const SessionId& session : {kAlice, kBob}) {
     writers.emplace_back([&, session] {
       for (uint32_t i = 0; i < kSubmaps; ++i) {
-        EXPECT_TRUE(map_.AddSubmap(session, MakeSubmap(session, i)).ok());
+        EXPECT_TRUE(map_.AddSubmap(session, MakeFinished(session, i)).ok());
       }
     });
   }

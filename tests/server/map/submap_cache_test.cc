@@ -18,7 +18,7 @@ namespace {
 const SessionId kSession("alice-1");
 constexpr size_t kPoints = 1000;
 
-Submap MakeSubmap(uint32_t index) {
+Submap LargeSubmap(uint32_t index) {
   Submap submap;
   submap.id = {kSession, index};
   submap.robot = RobotId("alice");
@@ -47,14 +47,14 @@ class SubmapCacheTest : public testing::Test {
     record.robot = RobotId("alice");
     batch.sessions.push_back(record);
     for (uint32_t i = 0; i < 10; ++i) {
-      batch.submaps.push_back(std::make_shared<const Submap>(MakeSubmap(i)));
+      batch.submaps.push_back(std::make_shared<const Submap>(LargeSubmap(i)));
     }
     EXPECT_TRUE(store_->Write(batch).ok());
   }
 
   // Room for so many submaps.
   std::unique_ptr<SubmapCache> Cache(size_t submaps) {
-    return std::make_unique<SubmapCache>(store_.get(), submaps * BytesOf(MakeSubmap(0)) + 100,
+    return std::make_unique<SubmapCache>(store_.get(), submaps * BytesOf(LargeSubmap(0)) + 100,
                                          [this](const SubmapId& id, const std::string& problem) {
                                            damaged_.emplace_back(id.index, problem);
                                          });
@@ -68,7 +68,7 @@ class SubmapCacheTest : public testing::Test {
 
 TEST_F(SubmapCacheTest, KeepsTheLimitWhateverIsAsked) {
   const auto cache = Cache(3);
-  const size_t limit = 3 * BytesOf(MakeSubmap(0)) + 100;
+  const size_t limit = 3 * BytesOf(LargeSubmap(0)) + 100;
   for (const uint32_t index : {0, 1, 2, 3, 2, 9, 8, 7, 6, 0, 5, 5, 4}) {
     const std::shared_ptr<const Submap> submap = cache->Get({kSession, index});
     ASSERT_NE(submap, nullptr);
@@ -76,7 +76,7 @@ TEST_F(SubmapCacheTest, KeepsTheLimitWhateverIsAsked) {
     EXPECT_EQ(submap->points[0].y, static_cast<float>(index));
     EXPECT_LE(cache->bytes(), limit);
   }
-  cache->Put(std::make_shared<const Submap>(MakeSubmap(10)));
+  cache->Put(std::make_shared<const Submap>(LargeSubmap(10)));
   EXPECT_LE(cache->bytes(), limit);
 }
 

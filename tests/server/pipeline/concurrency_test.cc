@@ -11,10 +11,6 @@
 namespace isthmus::server {
 namespace {
 
-SessionId Create(Pipeline& pipeline, const std::string& robot) {
-  return pipeline.CreateSession({RobotId(robot), "vlp16"}).value().record.id;
-}
-
 // An event that others wait for, but not forever: where it may rightly not come.
 class Event {
  public:
@@ -69,7 +65,7 @@ class PipelineConcurrency : public testing::Test {
 
 TEST_F(PipelineConcurrency, DeletingWaitsForASubmapThatIsBeingStored) {
   Drive drive;
-  const SessionId session = Create(*pipeline_, "alice");
+  const SessionId session = Create(*pipeline_);
   *full_ = true;
   for (int i = 0; i < 10; ++i) ASSERT_TRUE(pipeline_->SubmitScan(session, drive.Upload(i)).ok());
   pipeline_->WaitUntilIdle();  // Two submaps wait for the disk.
@@ -98,7 +94,7 @@ TEST_F(PipelineConcurrency, DeletingWaitsForASubmapThatIsBeingStored) {
 }
 
 TEST_F(PipelineConcurrency, ASessionDeletedWhileItFinishesStaysDeleted) {
-  const SessionId session = Create(*pipeline_, "alice");
+  const SessionId session = Create(*pipeline_);
   Event finishing, deleted;
   store_->before_write = [&](const storage::WriteBatch& batch) {
     if (batch.sessions.empty()) return;
@@ -115,9 +111,9 @@ TEST_F(PipelineConcurrency, ASessionDeletedWhileItFinishesStaysDeleted) {
 }
 
 TEST_F(PipelineConcurrency, ADeletedSessionsNameIsNotGivenAgain) {
-  const SessionId first = Create(*pipeline_, "alice");
+  const SessionId first = Create(*pipeline_);
   ASSERT_TRUE(pipeline_->DeleteSession(first).ok());
-  EXPECT_NE(Create(*pipeline_, "alice"), first);
+  EXPECT_NE(Create(*pipeline_), first);
 }
 
 // Looks at everything until told to stop; every answer must be one that a reader can use.
@@ -151,7 +147,8 @@ TEST_F(PipelineConcurrency, RobotsComeAndGoWhileOthersReadTheMap) {
       const int rounds = robot == 0 ? 3 : 1;  // The first one's sessions are deleted.
       for (int round = 0; round < rounds; ++round) {
         AckLog log;
-        const SessionId session = Create(*pipeline_, std::string("robot") + char('a' + robot));
+        const SessionId session =
+            Create(*pipeline_, RobotId(std::string("robot") + char('a' + robot)));
         EXPECT_TRUE(pipeline_->SetAckSink(session, log.Sink()).ok());
         for (int i = 0; i < kScans; ++i) {
           EXPECT_TRUE(pipeline_->SubmitScan(session, drive.Upload(i, robot)).ok());

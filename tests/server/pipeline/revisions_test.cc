@@ -13,8 +13,6 @@ namespace {
 
 using ::testing::HasSubstr;
 
-const RobotId kAlice("alice"), kBob("bob");
-
 // A stretch of a straight drive along a wall, 5 m long.
 Submap Stretch(const SessionId& session, uint32_t index) {
   Submap submap;

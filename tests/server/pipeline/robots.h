@@ -17,6 +17,13 @@
 
 namespace isthmus::server {
 
+inline const RobotId kAlice("alice"), kBob("bob");
+
+// Opens a session of a robot with a VLP-16.
+inline SessionId Create(Pipeline& pipeline, const RobotId& robot = kAlice) {
+  return pipeline.CreateSession({robot, "vlp16"}).value().record.id;
+}
+
 // A drive through the museum of one robot and the scans it would send.
 class Drive {
  public:

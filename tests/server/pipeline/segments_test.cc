@@ -15,7 +15,6 @@ using storage::MakeSubmap;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-const RobotId kAlice("alice"), kBob("bob");
 const SessionId kFirst("alice-1"), kSecond("alice-1.2"), kBobs("bob-1");
 const Pose kFirstSecond = Pose::FromXyzRpy(100, -20, 1, 0, 0, 0.5);
 

@@ -8,12 +8,6 @@ namespace {
 
 using ::testing::HasSubstr;
 
-const RobotId kAlice("alice");
-
-SessionId Create(Pipeline& pipeline, const RobotId& robot = kAlice) {
-  return pipeline.CreateSession({robot, "vlp16"}).value().record.id;
-}
-
 TEST(PipelineSessions, RefusesNamesAndSensorsItCannotUse) {
   auto pipeline = OpenInMemory();
   for (const char* name : {"", "two words", "../etc", "caf\xc3\xa9"}) {

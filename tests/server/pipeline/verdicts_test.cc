@@ -15,7 +15,6 @@ namespace {
 
 using ::testing::HasSubstr;
 
-const RobotId kAlice("alice"), kBob("bob");
 const Pose kGiven = Pose::FromXyzRpy(12, -3, 0.5, 0, 0, 1.2);
 
 bool Near(const Pose& a, const Pose& b) {

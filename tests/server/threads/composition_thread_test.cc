@@ -17,8 +17,6 @@ namespace {
 
 using ::testing::HasSubstr;
 
-const SessionId kSession("alice-1");
-
 class CompositionThreadTest : public PlacedMapTest {
  protected:
   void SetUp() override { ASSERT_NO_FATAL_FAILURE(Begin({.sessions = {SessionOf("alice")}})); }

@@ -14,7 +14,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-std::shared_ptr<Submap> MakeSubmap(const std::string& robot) {
+std::shared_ptr<Submap> SubmapAtOrigin(const std::string& robot) {
   auto submap = std::make_shared<Submap>();
   submap->id = {SessionId(robot + "-1"), 0};
   submap->robot = RobotId(robot);
@@ -42,7 +42,7 @@ class PipelineCycles : public PlacedMapTest {
     storage::WriteBatch batch;
     for (const char* robot : {"alice", "bob", "carol"}) {
       batch.sessions.push_back(SessionOf(robot));
-      batch.submaps.push_back(MakeSubmap(robot));
+      batch.submaps.push_back(SubmapAtOrigin(robot));
     }
     ASSERT_NO_FATAL_FAILURE(Begin(batch));
     ASSERT_TRUE(map_.PutMatch(MakeMatch("alice", "bob", 1)).ok());

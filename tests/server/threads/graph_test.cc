@@ -14,7 +14,6 @@ namespace {
 
 using ::testing::HasSubstr;
 
-const SessionId kSession("alice-1");
 constexpr uint32_t kSubmaps = 8;
 
 // Round a square of 20 m, two submaps a side, with 0.3 m of drift by the end.

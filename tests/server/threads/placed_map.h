@@ -14,6 +14,8 @@
 
 namespace isthmus::server {
 
+inline const SessionId kSession("alice-1");
+
 class PlacedMapTest : public ::testing::Test {
  protected:
   // Starts placing a map of these records. Call once, first.
