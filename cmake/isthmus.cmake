@@ -41,15 +41,16 @@ function(isthmus_library name)
   target_link_libraries(${name} PUBLIC $<BUILD_INTERFACE:isthmus_flags> ${ARG_DEPS} PRIVATE ${ARG_PRIVATE})
 endfunction()
 
-# isthmus_test(NAME [SEPARATE] [PREFIX before the names of its tests] SOURCES ... DEPS ...): a
-# GoogleTest program; each test is one CTest test.
+# isthmus_test(NAME [SEPARATE] [COST seconds] [PREFIX before the names of its tests] SOURCES ...
+# DEPS ...): a GoogleTest program; each test is one CTest test. The costly ones are started first.
 function(isthmus_test name)
-  cmake_parse_arguments(ARG "SEPARATE" "TIMEOUT;PREFIX" "SOURCES;DEPS" ${ARGN})
-  if(NOT ARG_TIMEOUT)
-    set(ARG_TIMEOUT 120)
-  endif()
+  cmake_parse_arguments(ARG "SEPARATE" "COST;PREFIX" "SOURCES;DEPS" ${ARGN})
+  set(timeout 120)
   if(ISTHMUS_SANITIZE)
-    math(EXPR ARG_TIMEOUT "10 * ${ARG_TIMEOUT}")  # What the sanitizers' checks cost, and more.
+    set(timeout 1200)  # What the sanitizers' checks cost, and more.
+  endif()
+  if(NOT ARG_COST)
+    set(ARG_COST 1)
   endif()
   add_executable(${name} ${ARG_SOURCES})
   if(NOT ARG_SEPARATE)
@@ -59,5 +60,5 @@ function(isthmus_test name)
   target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)
   target_link_libraries(${name} PRIVATE ${ARG_DEPS} GTest::gmock GTest::gtest_main)
   gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST TEST_PREFIX "${ARG_PREFIX}"
-                       PROPERTIES TIMEOUT ${ARG_TIMEOUT})
+                       PROPERTIES TIMEOUT ${timeout} COST ${ARG_COST})
 endfunction()
