@@ -1,6 +1,5 @@
 #include "client/library/session_spool.h"
 
-#include <absl/strings/numbers.h>
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_format.h>
 #include <unistd.h>
@@ -9,6 +8,8 @@
 #include <filesystem>
 #include <limits>
 #include <utility>
+
+#include "core/io/folder.h"
 
 namespace isthmus::client {
 namespace {
@@ -36,7 +37,7 @@ absl::StatusOr<std::unique_ptr<SessionSpool>> SessionSpool::Create(const std::st
     MutexLock writing(&spool->write_mutex_);
     status = spool->StartPart();
   }
-  if (status.ok()) status = SyncFolder(std::filesystem::path(folder).parent_path().string());
+  if (status.ok()) status = io::SyncNameOf(folder);
   if (status.ok()) return spool;
   std::filesystem::remove_all(folder, error);
   return status;
@@ -52,15 +53,10 @@ absl::StatusOr<std::unique_ptr<SessionSpool>> SessionSpool::Open(const std::stri
 }
 
 absl::Status SessionSpool::Load() {
-  std::vector<std::string> paths;
-  std::error_code error;
-  for (const auto& file : std::filesystem::directory_iterator(folder_, error)) {
-    if (file.path().extension() == kSuffix) paths.push_back(file.path().string());
-  }
-  if (error) return absl::UnavailableError(absl::StrCat(folder_, ": ", error.message()));
-  std::sort(paths.begin(), paths.end());  // Names are numbers of one length.
-  for (const std::string& path : paths) {
-    if (absl::Status status = LoadPart(path, path == paths.back()); !status.ok()) return status;
+  const absl::StatusOr<std::vector<uint64_t>> firsts = io::ListNumbers(folder_, kSuffix);
+  if (!firsts.ok()) return firsts.status();
+  for (const uint64_t first : *firsts) {
+    if (absl::Status status = LoadPart(first, first == firsts->back()); !status.ok()) return status;
   }
   if (parts_.empty()) return StartPart();
   const Part& last = parts_.back();
@@ -71,22 +67,20 @@ absl::Status SessionSpool::Load() {
   return absl::OkStatus();
 }
 
-absl::Status SessionSpool::LoadPart(const std::string& path, bool newest) {
-  uint64_t first_sequence = 0;
-  const std::string name = std::filesystem::path(path).stem().string();
-  if (!absl::SimpleAtoi(name, &first_sequence) || first_sequence == 0) return absl::OkStatus();
+absl::Status SessionSpool::LoadPart(uint64_t first_sequence, bool newest) {
+  const std::string path = PathOf(first_sequence);
   auto segment =
       SpoolSegment::Open(path, {identity_.request.request_id(), first_sequence, 0}, *options_.disk);
   if (!segment.ok()) return segment.status();
   // What is torn can only be at the end of the newest file; elsewhere a scan is looked at when it
   // is sent.
-  auto contents = (*segment)->Find(newest);
+  auto contents = (*segment)->Find(newest ? io::Look::kBodies : io::Look::kHeaders);
   if (!contents.ok()) return contents.status();
   // The program died before the file had taken a scan; the next one gets its name.
-  if ((*segment)->headless() && contents->scans.empty() && newest) return absl::OkStatus();
-  if (contents->skipped > 0) {
-    notes_.push_back(absl::StrCat(path, ": ", contents->skipped,
-                                  " bytes are damaged; the scans in them are lost"));
+  if ((*segment)->headless() && contents->records.empty() && newest) return absl::OkStatus();
+  for (const io::DamagedBytes& damaged : contents->damaged) {
+    notes_.push_back(absl::StrCat(path, ": ", damaged.size, " bytes at ", damaged.offset,
+                                  " are damaged; the scans in them are lost"));
   }
   if (const uint64_t behind = (*segment)->bytes() - contents->end; newest && behind > 0) {
     notes_.push_back(absl::StrCat(path, ": cut off ", behind,
@@ -99,7 +93,7 @@ absl::Status SessionSpool::LoadPart(const std::string& path, bool newest) {
     spoilt_ = (*segment)->headless();
   }
   Part part{*std::move(segment), {}};
-  for (const SpooledScan& scan : contents->scans) part.entries.push_back({scan, kLongAgo});
+  for (const io::Record& scan : contents->records) part.entries.push_back({scan, kLongAgo});
   parts_.push_back(std::move(part));
   return absl::OkStatus();
 }
@@ -129,7 +123,7 @@ absl::Status SessionSpool::StartPart() {
   header.stamp_before_ns = StampBefore(header.first_sequence);
   auto segment = SpoolSegment::Create(PathOf(header.first_sequence), header, *options_.disk);
   if (!segment.ok()) return segment.status();
-  if (absl::Status status = SyncFolder(folder_); !status.ok()) return status;
+  if (absl::Status status = io::SyncFolder(folder_); !status.ok()) return status;
   spoilt_ = false;
   MutexLock lock(&mutex_);
   // A file that failed before it took a scan leaves its name to the next.
@@ -217,7 +211,7 @@ absl::Status SessionSpool::SyncWritten(double now_s) {
 
 absl::StatusOr<std::string> SessionSpool::Read(uint64_t sequence) const {
   std::shared_ptr<SpoolSegment> segment;
-  SpooledScan scan;
+  io::Record scan;
   {
     MutexLock lock(&mutex_);
     for (const Part& part : parts_) {
@@ -247,7 +241,7 @@ int64_t SessionSpool::StampBefore(uint64_t sequence) const {
     if (part.segment->header().first_sequence > sequence) break;
     if (part.segment->header().stamp_before_ns != 0) stamp = part.segment->header().stamp_before_ns;
     const auto at = std::lower_bound(part.entries.begin(), part.entries.end(), sequence, Below);
-    if (at != part.entries.begin()) stamp = std::prev(at)->scan.end_stamp_ns;
+    if (at != part.entries.begin()) stamp = std::prev(at)->scan.stamp_ns;
   }
   return stamp;
 }

@@ -27,7 +27,7 @@ class SessionSpool {
     uint64_t segment_bytes = 64u << 20;  // A file is closed when it is larger.
     // A scan is on the disk at most so much later than Append returns; 0: before it returns.
     double sync_interval_s = 0;
-    const DiskCalls* disk = &DiskCalls::System();
+    const io::DiskCalls* disk = &io::DiskCalls::System();
   };
 
   // A new folder. Nothing is left of it on failure.
@@ -45,8 +45,7 @@ class SessionSpool {
   absl::Status SetIdentity(const SpoolIdentity& identity);
 
   // Writes a scan behind the last and returns its sequence. `now_s` is when, on the caller's clock.
-  // ResourceExhausted when the disk is full, Unavailable when it fails: nothing of the scan stays,
-  // and the next call tries anew.
+  // Errors are io::FileError's: nothing of the scan stays, and the next call tries anew.
   absl::StatusOr<uint64_t> Append(int64_t end_stamp_ns, const std::string& payload, double now_s);
   // Puts on the disk what sync_interval_s left.
   absl::Status Sync(double now_s);
@@ -59,7 +58,7 @@ class SessionSpool {
   absl::StatusOr<std::string> Read(uint64_t sequence) const;
 
   struct Entry {
-    SpooledScan scan;
+    io::Record scan;
     double appended_s = 0;  // On the caller's clock; from an earlier program: minus infinity.
   };
   // Nothing when the scan is lost or not kept.
@@ -93,7 +92,7 @@ class SessionSpool {
 
   // As a constructor: nobody else has it yet.
   absl::Status Load() ABSL_NO_THREAD_SAFETY_ANALYSIS;
-  absl::Status LoadPart(const std::string& path, bool newest) ABSL_NO_THREAD_SAFETY_ANALYSIS;
+  absl::Status LoadPart(uint64_t first_sequence, bool newest) ABSL_NO_THREAD_SAFETY_ANALYSIS;
   std::string PathOf(uint64_t first_sequence) const;
   // The part that is written to; a new one where the last is full or cannot be trusted with more.
   absl::StatusOr<std::shared_ptr<SpoolSegment>> PartToWrite(double now_s)

@@ -4,11 +4,14 @@
 #include <absl/status/status.h>
 #include <absl/status/statusor.h>
 
+#include <cstdint>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "client/library/session_spool.h"
+#include "core/io/directory_lock.h"
 
 namespace isthmus::client {
 
@@ -17,9 +20,6 @@ class SpoolFolder {
  public:
   // FailedPrecondition when another program has it or it cannot be written to.
   static absl::StatusOr<std::unique_ptr<SpoolFolder>> Open(const std::string& path);
-  ~SpoolFolder();
-  SpoolFolder(const SpoolFolder&) = delete;
-  SpoolFolder& operator=(const SpoolFolder&) = delete;
 
   // What earlier programs left, the oldest session first. Errors as SessionSpool::Open.
   absl::StatusOr<std::vector<std::unique_ptr<SessionSpool>>> Load(
@@ -29,11 +29,12 @@ class SpoolFolder {
                                                     const SessionSpool::Options& options);
 
  private:
-  SpoolFolder(std::string path, int lock) : path_(std::move(path)), lock_(lock) {}
+  SpoolFolder(std::string path, std::unique_ptr<io::DirectoryLock> lock)
+      : path_(std::move(path)), lock_(std::move(lock)) {}
 
   const std::string path_;
-  const int lock_;
-  int newest_ = 0;  // Number of the newest sub-folder.
+  const std::unique_ptr<io::DirectoryLock> lock_;
+  uint64_t newest_ = 0;  // Number of the newest sub-folder.
 };
 
 }  // namespace isthmus::client

@@ -21,11 +21,13 @@ struct SpoolIdentity {
   bool closed = false;  // No more scans come: a newer session of the robot took over.
 };
 
-// Into `folder`/session; it is there as before or as now whatever happens. ResourceExhausted when
-// the disk is full.
+// Into `folder`/session; it is there as before or as now whatever happens. Errors are
+// io::FileError's.
 absl::Status WriteIdentity(const std::string& folder, const SpoolIdentity& identity);
-// NotFound when there is none, DataLoss when it is damaged.
+// Likewise; NotFound when there is none, DataLoss when it is damaged.
 absl::StatusOr<SpoolIdentity> ReadIdentity(const std::string& folder);
+// True where it cannot be told.
+bool HasIdentity(const std::string& folder);
 
 // 128 random bits as text.
 std::string NewRequestId();

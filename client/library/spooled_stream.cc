@@ -274,7 +274,7 @@ absl::Status SpooledStream::WaitForRoom(uint64_t bytes) {
     if (stopping_) return absl::CancelledError("the stream was given up");
     const std::optional<absl::Status> ended = lanes_.back()->ended();
     if (ended) return *ended;
-    if (SpoolBytes() + bytes + SpoolSegment::kRecordHeaderBytes <= options_.spool.max_bytes) {
+    if (SpoolBytes() + bytes + io::kRecordHeaderBytes <= options_.spool.max_bytes) {
       return absl::OkStatus();
     }
     if (absl::Status status = MakeRoom(bytes); !status.ok()) return status;

@@ -6,7 +6,7 @@
 #include <cstring>
 #include <string>
 
-namespace isthmus::storage {
+namespace isthmus {
 
 static_assert(std::endian::native == std::endian::little, "numbers are copied as they are");
 
@@ -49,4 +49,4 @@ class ByteReader {
   bool ok_ = true;
 };
 
-}  // namespace isthmus::storage
+}  // namespace isthmus
