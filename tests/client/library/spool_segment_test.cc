@@ -61,21 +61,6 @@ TEST_F(SpoolSegmentTest, WhatWasWrittenIsFoundAndRead) {
   }
 }
 
-TEST_F(SpoolSegmentTest, TornAnywhereItHoldsTheScansBeforeThat) {
-  std::vector<uint64_t> ends;
-  const std::string whole = MakeFile(&ends);
-  for (size_t length = ends[0]; length <= whole.size(); ++length) {
-    WriteFile(path_, whole.substr(0, length));
-    const auto contents = Open()->Find(io::Look::kBodies);
-    ASSERT_TRUE(contents.ok());
-    size_t complete = 0;
-    while (complete < kScans && ends[complete + 1] <= length) ++complete;
-    ASSERT_EQ(contents->records.size(), complete) << "cut at " << length;
-    EXPECT_EQ(contents->end, ends[complete]) << "cut at " << length;
-    EXPECT_TRUE(contents->damaged.empty());
-  }
-}
-
 TEST_F(SpoolSegmentTest, AFlippedByteCostsAtMostItsOwnScan) {
   std::vector<uint64_t> ends;
   const std::string whole = MakeFile(&ends);
@@ -99,23 +84,6 @@ TEST_F(SpoolSegmentTest, AFlippedByteCostsAtMostItsOwnScan) {
       EXPECT_EQ(*payload, DottedPayload(scan.sequence));
     }
   }
-}
-
-TEST_F(SpoolSegmentTest, AFullDiskLeavesNothingHalfWritten) {
-  FailingDisk disk;
-  auto segment = SpoolSegment::Create(path_, {"owner", 7, 0}, disk.calls());
-  ASSERT_TRUE(segment.ok());
-  ASSERT_TRUE((*segment)->Append(7, 70, DottedPayload(7)).ok());
-  const std::string before = ReadFile(path_);
-  for (size_t room = 0; room < 40; ++room) {
-    disk.room = room;  // So many bytes still fit.
-    const auto scan = (*segment)->Append(8, 80, DottedPayload(8));
-    ASSERT_TRUE(absl::IsResourceExhausted(scan.status())) << scan.status();
-    EXPECT_EQ(ReadFile(path_), before);
-  }
-  disk.room.reset();
-  EXPECT_TRUE((*segment)->Append(8, 80, DottedPayload(8)).ok());
-  EXPECT_EQ((*segment)->Find(io::Look::kBodies)->records.size(), 2u);
 }
 
 TEST_F(SpoolSegmentTest, AFullDiskLeavesNoEmptyFile) {

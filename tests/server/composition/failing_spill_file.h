@@ -29,7 +29,7 @@ class FailingSpillFile : public SpillFile {
   std::atomic<uint64_t> free_bytes = uint64_t{1} << 40;
 
  private:
-  ssize_t Write(int file, const void* data, size_t size, off_t offset) {
+  ssize_t WriteSome(int file, const void* data, size_t size, off_t offset) {
     if (Interrupted()) return -1;
     if (writes_left <= 0) {
       errno = ENOSPC;
@@ -38,7 +38,7 @@ class FailingSpillFile : public SpillFile {
     --writes_left;
     return pwrite(file, data, std::min(size, longest.load()), offset);
   }
-  ssize_t Read(int file, void* data, size_t size, off_t offset) const {
+  ssize_t ReadSome(int file, void* data, size_t size, off_t offset) const {
     if (Interrupted()) return -1;
     if (fail_reads) {
       errno = EIO;
@@ -55,9 +55,9 @@ class FailingSpillFile : public SpillFile {
   mutable std::atomic<int> count_ = 0;
   const io::DiskCalls calls_{
       .write = [this](int file, const void* data, size_t size,
-                      off_t offset) { return Write(file, data, size, offset); },
+                      off_t offset) { return WriteSome(file, data, size, offset); },
       .read = [this](int file, void* data, size_t size,
-                     off_t offset) { return Read(file, data, size, offset); },
+                     off_t offset) { return ReadSome(file, data, size, offset); },
       .sync = fdatasync,
       .sync_folder = fsync,
       .free_bytes = [this](const std::string&) { return free_bytes.load(); }};
