@@ -1,10 +1,10 @@
 // The scans of a session on disk, through crashes, bad disks and full ones.
-#include "client/library/session_spool.h"
+#include "client/library/spool/session_spool.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "client/library/spool_folder.h"
+#include "client/library/spool/spool_folder.h"
 #include "tests/client/library/spool_files.h"
 
 namespace isthmus::client {

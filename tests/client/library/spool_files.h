@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "client/library/spool_segment.h"
+#include "client/library/spool/spool_segment.h"
 #include "tests/core/io/failing_disk.h"
 
 namespace isthmus::client {

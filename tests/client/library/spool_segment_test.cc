@@ -1,5 +1,5 @@
 // What a crash or a bad disk does to a file of scans.
-#include "client/library/spool_segment.h"
+#include "client/library/spool/spool_segment.h"
 
 #include <gtest/gtest.h>
 

@@ -11,8 +11,8 @@
 #include <string>
 #include <vector>
 
-#include "client/library/spool_identity.h"
-#include "client/library/spool_segment.h"
+#include "client/library/spool/spool_identity.h"
+#include "client/library/spool/spool_segment.h"
 #include "core/mutex.h"
 
 namespace isthmus::client {

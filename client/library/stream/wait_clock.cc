@@ -1,4 +1,4 @@
-#include "client/library/wait_clock.h"
+#include "client/library/stream/wait_clock.h"
 
 #include <algorithm>
 #include <chrono>

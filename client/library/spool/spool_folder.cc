@@ -1,4 +1,4 @@
-#include "client/library/spool_folder.h"
+#include "client/library/spool/spool_folder.h"
 
 #include <absl/strings/str_format.h>
 

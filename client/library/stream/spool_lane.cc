@@ -1,4 +1,4 @@
-#include "client/library/spool_lane.h"
+#include "client/library/stream/spool_lane.h"
 
 #include <absl/strings/str_cat.h>
 

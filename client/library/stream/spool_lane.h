@@ -6,12 +6,12 @@
 #include <optional>
 #include <string>
 
-#include "client/library/scan_source.h"
-#include "client/library/scan_stream.h"
-#include "client/library/session_link.h"
-#include "client/library/session_spool.h"
-#include "client/library/token_bucket.h"
-#include "client/library/uplink.h"
+#include "client/library/spool/session_spool.h"
+#include "client/library/stream/scan_source.h"
+#include "client/library/stream/scan_stream.h"
+#include "client/library/stream/session_link.h"
+#include "client/library/stream/token_bucket.h"
+#include "client/library/stream/uplink.h"
 #include "core/mutex.h"
 
 namespace isthmus::client {

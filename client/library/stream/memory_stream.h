@@ -4,11 +4,11 @@
 #include <deque>
 #include <memory>
 
-#include "client/library/scan_source.h"
-#include "client/library/scan_stream_impl.h"
-#include "client/library/scan_window.h"
-#include "client/library/session_link.h"
-#include "client/library/uplink.h"
+#include "client/library/stream/scan_source.h"
+#include "client/library/stream/scan_stream_impl.h"
+#include "client/library/stream/scan_window.h"
+#include "client/library/stream/session_link.h"
+#include "client/library/stream/uplink.h"
 #include "core/mutex.h"
 
 namespace isthmus::client {

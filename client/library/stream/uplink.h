@@ -4,9 +4,9 @@
 #include <deque>
 #include <thread>
 
-#include "client/library/backoff.h"
-#include "client/library/scan_source.h"
-#include "client/library/session_link.h"
+#include "client/library/stream/backoff.h"
+#include "client/library/stream/scan_source.h"
+#include "client/library/stream/session_link.h"
 #include "core/mutex.h"
 
 namespace isthmus::client {

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "client/library/session_spool.h"
+#include "client/library/spool/session_spool.h"
 #include "core/io/directory_lock.h"
 
 namespace isthmus::client {

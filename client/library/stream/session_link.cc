@@ -1,4 +1,4 @@
-#include "client/library/session_link.h"
+#include "client/library/stream/session_link.h"
 
 #include <absl/strings/match.h>
 #include <absl/strings/str_cat.h>
@@ -7,7 +7,7 @@
 #include <optional>
 #include <thread>
 
-#include "client/library/backoff.h"
+#include "client/library/stream/backoff.h"
 
 namespace isthmus::client {
 namespace {

@@ -1,4 +1,4 @@
-#include "client/library/spooled_stream.h"
+#include "client/library/stream/spooled_stream.h"
 
 #include <absl/strings/str_cat.h>
 
@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "client/library/convert.h"
-#include "client/library/memory_stream.h"
+#include "client/library/stream/memory_stream.h"
 
 namespace isthmus::client {
 namespace {

@@ -1,4 +1,4 @@
-#include "client/library/spool_segment.h"
+#include "client/library/spool/spool_segment.h"
 
 #include <absl/strings/str_cat.h>
 #include <unistd.h>

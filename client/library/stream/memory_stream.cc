@@ -1,4 +1,4 @@
-#include "client/library/memory_stream.h"
+#include "client/library/stream/memory_stream.h"
 
 #include <absl/strings/str_cat.h>
 

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "client/library/records.h"
-#include "client/library/spool_options.h"
+#include "client/library/spool/spool_options.h"
 #include "core/ids.h"
 #include "core/point_payload.h"
 #include "core/pose.h"

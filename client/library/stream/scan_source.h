@@ -8,7 +8,7 @@
 #include <memory>
 #include <string>
 
-#include "client/library/session_link.h"
+#include "client/library/stream/session_link.h"
 #include "isthmus/v1/session_service.pb.h"
 
 namespace isthmus::client {

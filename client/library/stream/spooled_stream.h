@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "client/library/scan_stream_impl.h"
-#include "client/library/session_link.h"
-#include "client/library/spool_folder.h"
-#include "client/library/spool_lane.h"
+#include "client/library/spool/spool_folder.h"
+#include "client/library/stream/scan_stream_impl.h"
+#include "client/library/stream/session_link.h"
+#include "client/library/stream/spool_lane.h"
 #include "core/mutex.h"
 
 namespace isthmus::client {

@@ -1,4 +1,4 @@
-#include "client/library/uplink.h"
+#include "client/library/stream/uplink.h"
 
 #include <absl/strings/str_cat.h>
 

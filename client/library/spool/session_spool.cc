@@ -1,4 +1,4 @@
-#include "client/library/session_spool.h"
+#include "client/library/spool/session_spool.h"
 
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_format.h>

@@ -1,8 +1,8 @@
-#include "client/library/scan_stream.h"
+#include "client/library/stream/scan_stream.h"
 
 #include <utility>
 
-#include "client/library/scan_stream_impl.h"
+#include "client/library/stream/scan_stream_impl.h"
 #include "core/codec/payload_builder.h"
 
 namespace isthmus::client {

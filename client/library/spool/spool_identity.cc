@@ -1,4 +1,4 @@
-#include "client/library/spool_identity.h"
+#include "client/library/spool/spool_identity.h"
 
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_format.h>

@@ -1,7 +1,7 @@
 // What stands behind a scan stream. Private to the library.
 #pragma once
 
-#include "client/library/scan_stream.h"
+#include "client/library/stream/scan_stream.h"
 
 namespace isthmus::client {
 

@@ -7,7 +7,7 @@
 #include <memory>
 
 #include "client/library/options.h"
-#include "client/library/wait_clock.h"
+#include "client/library/stream/wait_clock.h"
 #include "isthmus/v1/session_service.pb.h"
 
 namespace isthmus::client {
