@@ -4,8 +4,8 @@
 
 #include "client/library/convert.h"
 #include "client/library/link.h"
-#include "client/library/memory_stream.h"
-#include "client/library/spooled_stream.h"
+#include "client/library/stream/memory_stream.h"
+#include "client/library/stream/spooled_stream.h"
 
 namespace isthmus::client {
 

@@ -21,7 +21,7 @@
 
 #include "client/library/options.h"
 #include "client/library/records.h"
-#include "client/library/scan_stream.h"
+#include "client/library/stream/scan_stream.h"
 
 namespace isthmus::client {
 

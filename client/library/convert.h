@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "client/library/records.h"
-#include "client/library/scan_stream.h"
+#include "client/library/stream/scan_stream.h"
 #include "isthmus/v1/graph_service.pb.h"
 #include "isthmus/v1/map_service.pb.h"
 #include "isthmus/v1/match_service.pb.h"

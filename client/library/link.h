@@ -11,7 +11,7 @@
 #include <string>
 
 #include "client/library/client.h"
-#include "client/library/session_link.h"
+#include "client/library/stream/session_link.h"
 #include "core/mutex.h"
 #include "isthmus/v1/admin_service.grpc.pb.h"
 #include "isthmus/v1/graph_service.grpc.pb.h"

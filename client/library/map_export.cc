@@ -5,7 +5,7 @@
 #include "client/library/convert.h"
 #include "client/library/file_stream.h"
 #include "client/library/link.h"
-#include "client/library/part_file.h"
+#include "core/io/part_file.h"
 
 namespace isthmus::client {
 
@@ -41,18 +41,18 @@ Fetch FetchPoseGraph(Client::Link& link, uint32_t component) {
 absl::StatusOr<ExportSummary> ToFile(Client::Link& link, const Fetch& fetch,
                                      const std::string& path,
                                      const std::function<void(uint64_t)>& progress) {
-  PartFile file(path);
+  io::PartFile file(path);
   ExportSummary summary;
   absl::Status status = link.Repeat(true, [&] {
     absl::Status written = file.Open();
-    if (!written.ok()) return written;
+    if (!written.ok()) return NotAgain(written);
     const auto append = [&](const std::string& bytes) {
       written = file.Append(bytes);
       if (progress) progress(summary.size);
       return written.ok();
     };
     const absl::Status fetched = fetch(append, summary);
-    return written.ok() ? fetched : written;
+    return written.ok() ? fetched : NotAgain(written);
   });
   if (status.ok()) status = file.Commit();
   if (!status.ok()) return status;

@@ -5,6 +5,8 @@
 
 #include <memory>
 
+#include "core/byte_stream.h"
+
 namespace isthmus::codec {
 
 absl::Status AppendZstdFrame(const std::string& content, std::string& out, int level) {
@@ -41,6 +43,24 @@ absl::StatusOr<std::string> ReadZstdFrame(const char* frame, size_t frame_size,
   if (ZSTD_isError(size) || size != content_size) {
     return absl::InvalidArgumentError("the compressed data is damaged");
   }
+  return content;
+}
+
+absl::StatusOr<std::string> PackZstd(const std::string& content, int level) {
+  std::string packed;
+  AppendBytes(uint64_t{content.size()}, packed);
+  if (absl::Status status = AppendZstdFrame(content, packed, level); !status.ok()) return status;
+  return packed;
+}
+
+absl::StatusOr<std::string> UnpackZstd(const std::string& packed, uint64_t max_bytes) {
+  ByteReader reader(packed);
+  const auto size = reader.Read<uint64_t>();
+  if (!reader.ok()) return absl::DataLossError("it is cut off");
+  if (size > max_bytes) return absl::DataLossError("it claims to be larger than any is");
+  const size_t at = packed.size() - reader.remaining();
+  auto content = ReadZstdFrame(packed.data() + at, reader.remaining(), static_cast<size_t>(size));
+  if (!content.ok()) return absl::DataLossError(content.status().message());
   return content;
 }
 

@@ -5,6 +5,7 @@
 #include <absl/status/statusor.h>
 
 #include <cstddef>
+#include <cstdint>
 #include <string>
 
 namespace isthmus::codec {
@@ -20,5 +21,10 @@ absl::Status AppendZstdFrame(const std::string& content, std::string& out, int l
 // than that is allocated, whatever the frame claims. Thread safe.
 absl::StatusOr<std::string> ReadZstdFrame(const char* frame, size_t frame_size,
                                           size_t content_size);
+
+// A frame behind the size of its content, u64 little endian. Likewise.
+absl::StatusOr<std::string> PackZstd(const std::string& content, int level = kZstdLevel);
+// DataLoss where it is damaged or claims to hold more than `max_bytes`.
+absl::StatusOr<std::string> UnpackZstd(const std::string& packed, uint64_t max_bytes);
 
 }  // namespace isthmus::codec

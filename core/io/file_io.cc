@@ -3,88 +3,175 @@
 #include <absl/strings/str_cat.h>
 #include <fcntl.h>
 #include <sys/stat.h>
+#include <sys/statvfs.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <cstring>
+#include <utility>
 
 namespace isthmus::io {
-absl::Status FileError(const std::string& action, const std::string& path, int error) {
-  const std::string message = absl::StrCat("cannot ", action, " ", path, ": ", strerror(error));
+namespace {
+
+struct Meaning {
+  absl::StatusCode code = absl::StatusCode::kUnavailable;
+  const char* advice = "";
+};
+
+Meaning MeaningOf(int error) {
+  using absl::StatusCode;
   switch (error) {
     case ENOENT:
     case ENOTDIR:
-      return absl::NotFoundError(message);
+      return {StatusCode::kNotFound};
     case EACCES:
     case EPERM:
+      return {StatusCode::kPermissionDenied, "; give this user the right to"};
     case EROFS:
-      return absl::PermissionDeniedError(message);
+      return {StatusCode::kPermissionDenied, "; make its disk writable"};
     case EISDIR:
-      return absl::FailedPreconditionError(message);
+      return {StatusCode::kFailedPrecondition};
     case ENOSPC:
     case EDQUOT:
+      return {StatusCode::kResourceExhausted, "; make room on its disk"};
     case EFBIG:
-      return absl::ResourceExhaustedError(message);
+      return {StatusCode::kResourceExhausted, "; raise the limit on the size of files"};
+    case EMFILE:
+    case ENFILE:
+      return {StatusCode::kUnavailable, "; raise the limit on open files"};
+    case EIO:
+      return {StatusCode::kUnavailable, "; see whether its disk is well"};
     default:
-      return absl::UnavailableError(message);
+      return {};
   }
 }
 
-namespace {
-
-class Descriptor {
- public:
-  explicit Descriptor(int fd) : fd_(fd) {}
-  ~Descriptor() {
-    if (fd_ >= 0) close(fd_);
+// Calls some(done), which returns as read(2) does, until all is done or nothing more is. The bytes
+// done, or -1 with errno.
+template <typename Some>
+ssize_t DoAll(size_t size, const Some& some) {
+  size_t done = 0;
+  while (done < size) {
+    const ssize_t n = some(done);
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) return -1;
+    if (n == 0) break;
+    done += static_cast<size_t>(n);
   }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  int get() const { return fd_; }
-  // Network file systems report a full disk only here.
-  int Close() {
-    const int result = close(fd_);
-    fd_ = -1;
-    return result;
-  }
+  return static_cast<ssize_t>(done);
+}
 
- private:
-  int fd_;
-};
+// Pipes and terminals have no places to read from and write to.
+const DiskCalls& Streams() {
+  static const DiskCalls calls{
+      [](int file, const void* data, size_t size, off_t) { return ::write(file, data, size); },
+      [](int file, void* data, size_t size, off_t) { return ::read(file, data, size); },
+      {},
+      {},
+      {}};
+  return calls;
+}
 
 }  // namespace
 
+std::string Explain(int error) { return absl::StrCat(strerror(error), MeaningOf(error).advice); }
+
+absl::Status FileError(const std::string& action, const std::string& path, int error) {
+  return {MeaningOf(error).code, absl::StrCat("cannot ", action, " ", path, ": ", Explain(error))};
+}
+
+const DiskCalls& DiskCalls::System() {
+  static const DiskCalls calls{pwrite, pread, fdatasync, fsync, [](const std::string& folder) {
+                                 struct statvfs disk = {};
+                                 // Where it does not tell, the write will.
+                                 if (statvfs(folder.c_str(), &disk) != 0) return ~uint64_t{0};
+                                 return uint64_t{disk.f_bavail} * disk.f_frsize;
+                               }};
+  return calls;
+}
+
+File::File(int descriptor, std::string path, const DiskCalls& disk)
+    : descriptor_(descriptor), path_(std::move(path)), disk_(&disk) {}
+
+absl::StatusOr<File> File::Open(const std::string& path, int flags, const DiskCalls& disk) {
+  const int descriptor = open(path.c_str(), flags | O_CLOEXEC, 0666);
+  if (descriptor < 0) return FileError("open", path, errno);
+  return File(descriptor, path, disk);
+}
+
+File::~File() { (void)Close(); }
+
+File::File(File&& other) noexcept { *this = std::move(other); }
+
+File& File::operator=(File&& other) noexcept {
+  std::swap(descriptor_, other.descriptor_);
+  std::swap(path_, other.path_);
+  std::swap(disk_, other.disk_);
+  return *this;
+}
+
+absl::StatusOr<uint64_t> File::Size() const {
+  struct stat info = {};
+  if (fstat(descriptor_, &info) != 0) return FileError("read", path_, errno);
+  return static_cast<uint64_t>(info.st_size);
+}
+
+absl::Status File::Write(const void* data, size_t size, uint64_t offset) const {
+  const ssize_t done = DoAll(size, [&](size_t from) {
+    return disk_->write(descriptor_, static_cast<const char*>(data) + from, size - from,
+                        static_cast<off_t>(offset + from));
+  });
+  if (done == static_cast<ssize_t>(size)) return absl::OkStatus();
+  return FileError("write", path_, done < 0 ? errno : ENOSPC);
+}
+
+absl::StatusOr<size_t> File::Read(void* data, size_t size, uint64_t offset) const {
+  const ssize_t done = DoAll(size, [&](size_t from) {
+    return disk_->read(descriptor_, static_cast<char*>(data) + from, size - from,
+                       static_cast<off_t>(offset + from));
+  });
+  if (done < 0) return FileError("read", path_, errno);
+  return static_cast<size_t>(done);
+}
+
+absl::Status File::Truncate(uint64_t size) const {
+  if (ftruncate(descriptor_, static_cast<off_t>(size)) == 0) return absl::OkStatus();
+  return FileError("shorten", path_, errno);
+}
+
+absl::Status File::Sync() const {
+  return disk_->sync(descriptor_) == 0 ? absl::OkStatus() : FileError("sync", path_, errno);
+}
+
+absl::Status File::Close() {
+  const int descriptor = std::exchange(descriptor_, -1);
+  if (descriptor < 0 || close(descriptor) == 0) return absl::OkStatus();
+  return FileError("write", path_, errno);
+}
+
 absl::StatusOr<std::string> ReadFile(const std::string& path) {
-  const Descriptor file(open(path.c_str(), O_RDONLY | O_CLOEXEC));
-  struct stat info;
-  if (file.get() < 0 || fstat(file.get(), &info) != 0) return FileError("open", path, errno);
-  if (S_ISDIR(info.st_mode)) return FileError("read", path, EISDIR);
-  std::string bytes(static_cast<size_t>(info.st_size), '\0');
-  size_t size = 0;
-  while (true) {  // Until the end, not the size: pipes have none, and files may grow.
-    if (size == bytes.size()) bytes.resize(size + 65536);
-    const ssize_t got = read(file.get(), bytes.data() + size, bytes.size() - size);
-    if (got < 0 && errno == EINTR) continue;
-    if (got < 0) return FileError("read", path, errno);
-    if (got == 0) break;
-    size += static_cast<size_t>(got);
+  const auto file = File::Open(path, O_RDONLY, Streams());
+  if (!file.ok()) return file.status();
+  const absl::StatusOr<uint64_t> expected = file->Size();
+  if (!expected.ok()) return expected.status();
+  std::string bytes;
+  // Until the end, not the size: pipes have none, and files may grow.
+  for (size_t size = 0, more = *expected + 1;; more = 65536) {
+    bytes.resize(size + more);
+    const absl::StatusOr<size_t> got = file->Read(bytes.data() + size, more, size);
+    if (!got.ok()) return got.status();
+    size += *got;
+    bytes.resize(size);
+    if (*got < more) return bytes;
   }
-  bytes.resize(size);
-  return bytes;
 }
 
 absl::Status WriteFile(const std::string& path, const std::string& bytes) {
-  Descriptor file(open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666));
-  if (file.get() < 0) return FileError("create", path, errno);
-  size_t written = 0;
-  while (written < bytes.size()) {
-    const ssize_t put = write(file.get(), bytes.data() + written, bytes.size() - written);
-    if (put < 0 && errno == EINTR) continue;
-    if (put < 0) return FileError("write", path, errno);
-    written += static_cast<size_t>(put);
-  }
-  if (file.Close() != 0) return FileError("write", path, errno);
-  return absl::OkStatus();
+  absl::StatusOr<File> file = File::Open(path, O_WRONLY | O_CREAT | O_TRUNC, Streams());
+  if (!file.ok()) return file.status();
+  absl::Status status = file->Write(bytes.data(), bytes.size(), 0);
+  const absl::Status closed = file->Close();
+  return status.ok() ? closed : status;
 }
 
 }  // namespace isthmus::io

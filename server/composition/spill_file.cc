@@ -2,13 +2,10 @@
 
 #include <absl/strings/str_cat.h>
 #include <fcntl.h>
-#include <sys/statvfs.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <cerrno>
 #include <cstdlib>
-#include <cstring>
 #include <utility>
 
 namespace isthmus::composition {
@@ -25,98 +22,59 @@ int OpenUnnamed(const std::string& folder) {
   return named;
 }
 
-absl::Status WriteFailed(const std::string& folder, int error) {
-  const std::string message = absl::StrCat("cannot keep parts of the map in a file in ", folder,
-                                           ": ", std::strerror(error), "; ");
-  if (error == ENOSPC || error == EDQUOT || error == EFBIG) {
-    return absl::ResourceExhaustedError(
-        absl::StrCat(message, "make room on its disk or give the server more memory (cache_mb)"));
-  }
-  return absl::UnavailableError(absl::StrCat(message, "see whether its disk is well"));
+// What errors call the file.
+std::string NameIn(const std::string& folder) { return "parts of the map in a file in " + folder; }
+
+absl::Status WithAdvice(const absl::Status& status) {
+  if (!absl::IsResourceExhausted(status)) return status;
+  return {status.code(),
+          absl::StrCat(status.message(), " or give the server more memory (cache_mb)")};
 }
 
 }  // namespace
 
-SpillFile::SpillFile(std::string folder, uint64_t reserve_bytes)
-    : folder_(std::move(folder)), reserve_bytes_(reserve_bytes) {}
-
-SpillFile::~SpillFile() {
-  if (file_ >= 0) ::close(file_);
-}
-
-ssize_t SpillFile::WriteSome(int file, const char* data, size_t size, uint64_t offset) {
-  return ::pwrite(file, data, size, static_cast<off_t>(offset));
-}
-
-ssize_t SpillFile::ReadSome(int file, char* data, size_t size, uint64_t offset) const {
-  return ::pread(file, data, size, static_cast<off_t>(offset));
-}
-
-uint64_t SpillFile::FreeDiskBytes() const {
-  struct statvfs disk = {};
-  // Where it does not tell, the write will.
-  if (::statvfs(folder_.c_str(), &disk) != 0) return ~uint64_t{0};
-  return uint64_t{disk.f_bavail} * disk.f_frsize;
-}
+SpillFile::SpillFile(std::string folder, uint64_t reserve_bytes, const io::DiskCalls& disk)
+    : folder_(std::move(folder)), reserve_bytes_(reserve_bytes), disk_(disk) {}
 
 absl::StatusOr<Extent> SpillFile::Allocate(size_t size) {
   MutexLock lock(&mutex_);
-  if (file_ < 0) file_ = OpenUnnamed(folder_);
-  if (file_ < 0) return WriteFailed(folder_, errno);
+  if (!file_.is_open()) file_ = io::File(OpenUnnamed(folder_), NameIn(folder_), disk_);
+  if (!file_.is_open()) return io::FileError("keep", NameIn(folder_), errno);
   const Extent extent = extents_.Allocate(size);
   if (extents_.end() > length_) {
-    const uint64_t free = FreeDiskBytes(), more = extents_.end() - length_;
+    const uint64_t free = disk_.free_bytes(folder_), more = extents_.end() - length_;
     if (free < more || free - more < reserve_bytes_) {
       extents_.Free(extent);
-      return WriteFailed(folder_, ENOSPC);
+      return io::FileError("keep", NameIn(folder_), ENOSPC);
     }
     length_ = extents_.end();
   }
   return extent;
 }
 
-absl::Status SpillFile::WriteAll(const Extent& extent, const char* data, size_t size) {
-  for (size_t done = 0; done < size;) {
-    const ssize_t some = WriteSome(file_, data + done, size - done, extent.offset + done);
-    if (some < 0 && errno == EINTR) continue;
-    if (some <= 0) return WriteFailed(folder_, some < 0 ? errno : ENOSPC);
-    done += static_cast<size_t>(some);
-  }
-  return absl::OkStatus();
-}
-
 absl::StatusOr<Extent> SpillFile::Write(const void* data, size_t size) {
   absl::StatusOr<Extent> extent = Allocate(size);
-  if (!extent.ok()) return extent;
-  const absl::Status status = WriteAll(*extent, static_cast<const char*>(data), size);
+  if (!extent.ok()) return WithAdvice(extent.status());
+  const absl::Status status = file_.Write(data, size, extent->offset);
   if (status.ok()) return extent;
   Free(*extent);
-  return status;
+  return WithAdvice(status);
 }
 
 absl::Status SpillFile::Read(const Extent& extent, uint64_t from, void* data, size_t size) const {
-  char* out = static_cast<char*>(data);
-  for (size_t done = 0; done < size;) {
-    const ssize_t some = ReadSome(file_, out + done, size - done, extent.offset + from + done);
-    if (some < 0 && errno == EINTR) continue;
-    if (some <= 0) {
-      return absl::DataLossError(
-          absl::StrCat("cannot read back parts of the map from a file in ", folder_, ": ",
-                       some < 0 ? std::strerror(errno) : "it ends too early",
-                       "; see whether its disk is well, then restart the server"));
-    }
-    done += static_cast<size_t>(some);
-  }
-  return absl::OkStatus();
+  const absl::StatusOr<size_t> read = file_.Read(data, size, extent.offset + from);
+  if (read.ok() && *read == size) return absl::OkStatus();
+  return absl::DataLossError(
+      absl::StrCat(read.ok() ? absl::StrCat("cannot read ", NameIn(folder_), ": it ends too early")
+                             : read.status().message(),
+                   "; restart the server"));
 }
 
 void SpillFile::Free(const Extent& extent) {
   MutexLock lock(&mutex_);
   extents_.Free(extent);
   // So that the disk has it again. A file that stays long does no harm but take room.
-  if (extents_.end() < length_ && ::ftruncate(file_, static_cast<off_t>(extents_.end())) == 0) {
-    length_ = extents_.end();
-  }
+  if (extents_.end() < length_ && file_.Truncate(extents_.end()).ok()) length_ = extents_.end();
 }
 
 uint64_t SpillFile::bytes_in_use() const {

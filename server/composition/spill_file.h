@@ -4,13 +4,12 @@
 
 #include <absl/status/status.h>
 #include <absl/status/statusor.h>
-#include <sys/types.h>
 
-#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <string>
 
+#include "core/io/file_io.h"
 #include "core/mutex.h"
 #include "server/composition/extent_allocator.h"
 
@@ -21,13 +20,10 @@ class SpillFile {
  public:
   // Made in the folder when first written to. The file does not grow into the last `reserve_bytes`
   // of its disk: those are for what robots send, which has nowhere else to go.
-  SpillFile(std::string folder, uint64_t reserve_bytes);
-  virtual ~SpillFile();
-  SpillFile(const SpillFile&) = delete;
-  SpillFile& operator=(const SpillFile&) = delete;
+  SpillFile(std::string folder, uint64_t reserve_bytes,
+            const io::DiskCalls& disk = io::DiskCalls::System());
 
-  // ResourceExhausted when the disk is full, Unavailable when it fails otherwise; the file is then
-  // as before.
+  // Errors are io::FileError's; the file is then as before.
   absl::StatusOr<Extent> Write(const void* data, size_t size);
   // `size` bytes that begin `from` bytes into what was written; DataLoss when not all of them can
   // be read.
@@ -37,20 +33,14 @@ class SpillFile {
 
   uint64_t bytes_in_use() const;
 
- protected:
-  // As pwrite and pread: what tests make fail.
-  virtual ssize_t WriteSome(int file, const char* data, size_t size, uint64_t offset);
-  virtual ssize_t ReadSome(int file, char* data, size_t size, uint64_t offset) const;
-  virtual uint64_t FreeDiskBytes() const;
-
  private:
   absl::StatusOr<Extent> Allocate(size_t size);  // Opens the file, too.
-  absl::Status WriteAll(const Extent& extent, const char* data, size_t size);
 
   const std::string folder_;
   const uint64_t reserve_bytes_;
-  std::atomic<int> file_ = -1;  // Until first written to.
+  const io::DiskCalls& disk_;
   mutable Mutex mutex_;
+  io::File file_;  // Opened under the lock by the first Allocate, then left as it is.
   ExtentAllocator extents_ ABSL_GUARDED_BY(mutex_);
   uint64_t length_ ABSL_GUARDED_BY(mutex_) = 0;  // Of the file, at most.
 };

@@ -28,7 +28,9 @@ ThinnedSubmapCache::ThinnedSubmapCache(std::shared_ptr<SpillFile> file, size_t m
     : file_(std::move(file)), max_bytes_(max_bytes) {}
 
 ThinnedSubmapCache::~ThinnedSubmapCache() {
-  for (auto& [id, entry] : entries_) Drop(&entry);
+  for (const auto& [id, entry] : entries_) {
+    if (entry.extent.size > 0) file_->Free(entry.extent);
+  }
 }
 
 void ThinnedSubmapCache::Put(const SubmapId& id, std::vector<WeightedPoint> points,
@@ -41,33 +43,21 @@ void ThinnedSubmapCache::Put(const SubmapId& id, std::vector<WeightedPoint> poin
   entry.first_run = std::move(by_tile.begin);
   entry.points.shrink_to_fit();
   entry.runs.shrink_to_fit();
-  entry.turn = turns_.insert(turns_.end(), id);
-  bytes_ += entry.bytes();
-}
-
-void ThinnedSubmapCache::Drop(Entry* entry) {
-  if (entry->extent.size > 0) {
-    file_->Free(entry->extent);
-  } else {
-    bytes_ -= entry->bytes();
-    turns_.erase(entry->turn);
-  }
+  in_memory_.Put(id, &entry, entry.bytes());
 }
 
 void ThinnedSubmapCache::Erase(const SubmapId& id) {
   const auto it = entries_.find(id);
   if (it == entries_.end()) return;
-  Drop(&it->second);
+  in_memory_.Erase(id);
+  if (it->second.extent.size > 0) file_->Free(it->second.extent);
   entries_.erase(it);
 }
 
 absl::StatusOr<std::vector<WeightedPoint>> ThinnedSubmapCache::TakeOut(const SubmapId& id) {
   Entry entry = std::move(entries_.extract(id).mapped());
-  if (entry.extent.size == 0) {
-    bytes_ -= entry.bytes();
-    turns_.erase(entry.turn);
-    return std::move(entry.points);
-  }
+  in_memory_.Erase(id);
+  if (entry.extent.size == 0) return std::move(entry.points);
   std::vector<WeightedPoint> by_tile(entry.point_count);
   std::vector<PointRun> runs(entry.first_run.back());
   const size_t point_bytes = by_tile.size() * sizeof(WeightedPoint);
@@ -89,8 +79,7 @@ absl::StatusOr<std::vector<WeightedPoint>> ThinnedSubmapCache::TakeOut(const Sub
 absl::StatusOr<ThinnedSubmapCache::Piece> ThinnedSubmapCache::PieceOf(const SubmapId& id,
                                                                       size_t tile) {
   Entry& entry = entries_.at(id);
-  if (entry.extent.size == 0) {
-    turns_.splice(turns_.end(), turns_, entry.turn);
+  if (in_memory_.Use(id) != nullptr) {
     const uint32_t begin = entry.first_run[tile], end = entry.first_run[tile + 1];
     return Piece{&entry.points, std::span(entry.runs).subspan(begin, end - begin)};
   }
@@ -103,7 +92,7 @@ absl::StatusOr<ThinnedSubmapCache::Piece> ThinnedSubmapCache::PieceOf(const Subm
   return Piece{&piece_, std::span(&piece_run_, 1)};
 }
 
-absl::Status ThinnedSubmapCache::MoveToFile(Entry* entry) {
+absl::Status ThinnedSubmapCache::MoveToFile(const SubmapId& id, Entry* entry) {
   // At least one, so that it has an extent.
   std::vector<char> bytes(1 + entry->points.size() * sizeof(WeightedPoint) +
                           entry->runs.size() * sizeof(PointRun));
@@ -118,7 +107,7 @@ absl::Status ThinnedSubmapCache::MoveToFile(Entry* entry) {
   append(entry->runs.data(), entry->runs.size() * sizeof(PointRun));
   absl::StatusOr<Extent> extent = file_->Write(bytes.data(), bytes.size());
   if (!extent.ok()) return extent.status();
-  Drop(entry);
+  in_memory_.Erase(id);
   entry->extent = *extent;
   uint32_t points = 0;
   for (size_t tile = 0; tile + 1 < entry->first_run.size(); ++tile) {
@@ -135,8 +124,9 @@ absl::Status ThinnedSubmapCache::MoveToFile(Entry* entry) {
 
 absl::Status ThinnedSubmapCache::Settle() {
   if (file_ == nullptr) return absl::OkStatus();
-  while (bytes_ > max_bytes_) {
-    const absl::Status status = MoveToFile(&entries_.at(turns_.front()));
+  while (in_memory_.weight() > max_bytes_) {
+    const auto [id, entry, weight] = in_memory_.oldest();
+    const absl::Status status = MoveToFile(id, entry);
     if (!status.ok()) return status;
   }
   return absl::OkStatus();

@@ -7,13 +7,13 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <list>
 #include <map>
 #include <memory>
 #include <span>
 #include <vector>
 
 #include "core/ids.h"
+#include "core/lru_cache.h"
 #include "server/composition/points_by_tile.h"
 #include "server/composition/spill_file.h"
 
@@ -49,7 +49,7 @@ class ThinnedSubmapCache {
   // SpillFile::Write does: nothing is lost then.
   absl::Status Settle();
 
-  size_t bytes_in_memory() const { return bytes_; }
+  size_t bytes_in_memory() const { return in_memory_.weight(); }
 
  private:
   // A submap in memory or in the file. There, points stand tile by tile, so that those of a tile
@@ -58,7 +58,6 @@ class ThinnedSubmapCache {
     std::vector<WeightedPoint> points;  // Empty when in the file.
     std::vector<PointRun> runs;         // Likewise.
     std::vector<uint32_t> first_run;    // PointsByTile::begin.
-    std::list<SubmapId>::iterator turn;
     Extent extent;                      // Of size 0 when in memory.
     std::vector<uint32_t> first_point;  // Of each tile, and the end of the last, in the file.
     uint32_t point_count = 0;
@@ -68,14 +67,12 @@ class ThinnedSubmapCache {
     }
   };
 
-  absl::Status MoveToFile(Entry* entry);
-  void Drop(Entry* entry);
+  absl::Status MoveToFile(const SubmapId& id, Entry* entry);
 
   const std::shared_ptr<SpillFile> file_;
   const size_t max_bytes_;
   std::map<SubmapId, Entry> entries_;
-  std::list<SubmapId> turns_;  // Of those in memory, the one asked for longest ago first.
-  size_t bytes_ = 0;
+  LruCache<SubmapId, Entry*> in_memory_;
   std::vector<WeightedPoint> piece_;  // Read last.
   PointRun piece_run_;
 };

@@ -29,33 +29,19 @@ TilePtr TileCache::Add(TileContent content) {
   auto points = std::make_shared<const Cloud>(std::move(content.points));
   auto tile = std::make_shared<const Tile>(shared_from_this(), std::move(content.parts),
                                            content.bounds, points->size());
+  const size_t bytes = BytesOf(*points);
   MutexLock lock(&mutex_);
-  TakeTurn(*tile, std::move(points));
+  unsaved_.Put(tile.get(), std::move(points), bytes);
   return tile;
-}
-
-void TileCache::TakeTurn(const Tile& tile, std::shared_ptr<const Cloud> points) {
-  Turns& turns = TurnsOf(tile);
-  turns.bytes += BytesOf(*points);
-  KeptOf(tile).points = std::move(points);
-  KeptOf(tile).turn = turns.tiles.insert(turns.tiles.end(), &tile);
-}
-
-void TileCache::GiveUpTurn(const Tile& tile) {
-  Tile::Kept& kept = KeptOf(tile);
-  if (kept.points == nullptr) return;
-  Turns& turns = TurnsOf(tile);
-  turns.bytes -= BytesOf(*kept.points);
-  turns.tiles.erase(kept.turn);
-  kept.points = nullptr;
 }
 
 void TileCache::Forget(const Tile& tile) {
   Extent extent;
   {
     MutexLock lock(&mutex_);
-    GiveUpTurn(tile);
-    extent = KeptOf(tile).extent;
+    unsaved_.Erase(&tile);
+    saved_.Erase(&tile);
+    extent = ExtentOf(tile);
   }
   if (extent.size > 0) file_->Free(extent);
 }
@@ -64,13 +50,8 @@ absl::StatusOr<std::shared_ptr<const Cloud>> TileCache::PointsOf(const Tile& til
   Extent extent;
   {
     MutexLock lock(&mutex_);
-    const Tile::Kept& kept = KeptOf(tile);
-    if (kept.points != nullptr) {
-      auto& tiles = TurnsOf(tile).tiles;
-      tiles.splice(tiles.end(), tiles, kept.turn);
-      return kept.points;
-    }
-    extent = kept.extent;
+    extent = ExtentOf(tile);
+    if (const auto* points = (extent.size > 0 ? saved_ : unsaved_).Use(&tile)) return *points;
   }
   auto read = std::make_shared<Cloud>(tile.point_count());
   const absl::Status status = file_->Read(extent, 0, read->data(), BytesOf(*read));
@@ -78,25 +59,23 @@ absl::StatusOr<std::shared_ptr<const Cloud>> TileCache::PointsOf(const Tile& til
   std::shared_ptr<const Cloud> points = std::move(read);
   MutexLock lock(&mutex_);
   // Another reader may have been faster.
-  if (KeptOf(tile).points != nullptr) return KeptOf(tile).points;
-  TakeTurn(tile, points);
+  if (const auto* faster = saved_.Use(&tile)) return *faster;
+  saved_.Put(&tile, points, BytesOf(*points));
   DropSaved();
   return points;
 }
 
 void TileCache::DropSaved() {
-  while (unsaved_.bytes + saved_.bytes > max_bytes_ && !saved_.tiles.empty()) {
-    GiveUpTurn(*saved_.tiles.front());
-  }
+  while (unsaved_.weight() + saved_.weight() > max_bytes_ && !saved_.empty()) saved_.DropOldest();
 }
 
 absl::Status TileCache::Save(const TilePtr& tile, const std::shared_ptr<const Cloud>& points) {
   const absl::StatusOr<Extent> extent = file_->Write(points->data(), BytesOf(*points));
   if (!extent.ok()) return extent.status();
   MutexLock lock(&mutex_);
-  GiveUpTurn(*tile);
-  KeptOf(*tile).extent = *extent;
-  TakeTurn(*tile, points);
+  unsaved_.Erase(tile.get());
+  ExtentOf(*tile) = *extent;
+  saved_.Put(tile.get(), points, BytesOf(*points));
   return absl::OkStatus();
 }
 
@@ -104,10 +83,10 @@ std::pair<TilePtr, std::shared_ptr<const Cloud>> TileCache::NextToSave() {
   MutexLock lock(&mutex_);
   // Half of the memory is for tiles that readers bring back: else those never asked for, but not
   // saved yet, would fill it for good.
-  while (unsaved_.bytes > max_bytes_ / 2) {
-    const Tile& coldest = *unsaved_.tiles.front();
-    if (TilePtr tile = coldest.weak_from_this().lock()) return {tile, KeptOf(*tile).points};
-    GiveUpTurn(coldest);  // About to go; its thread waits for the lock.
+  while (unsaved_.weight() > max_bytes_ / 2) {
+    const auto& coldest = unsaved_.oldest();
+    if (TilePtr tile = coldest.key->weak_from_this().lock()) return {tile, coldest.value};
+    unsaved_.DropOldest();  // About to go; its thread waits for the lock.
   }
   return {};
 }
@@ -128,7 +107,7 @@ absl::Status TileCache::Settle() {
 
 size_t TileCache::bytes_in_memory() const {
   MutexLock lock(&mutex_);
-  return unsaved_.bytes + saved_.bytes;
+  return unsaved_.weight() + saved_.weight();
 }
 
 }  // namespace isthmus::composition

@@ -6,12 +6,12 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <list>
 #include <memory>
 #include <utility>
 #include <vector>
 
 #include "core/cloud.h"
+#include "core/lru_cache.h"
 #include "core/mutex.h"
 #include "server/composition/spill_file.h"
 
@@ -57,13 +57,8 @@ class Tile : public std::enable_shared_from_this<Tile> {
   const std::vector<TilePart> parts_;
   const Box bounds_;
   const uint64_t point_count_;
-  // The cache's; for TileCache::KeptOf alone.
-  struct Kept {
-    std::shared_ptr<const Cloud> points;    // Null while they are in the file only.
-    Extent extent;                          // Of size 0 while they are in memory only.
-    std::list<const Tile*>::iterator turn;  // While points are here.
-  };
-  mutable Kept kept_;
+  // Of size 0 while the points are in memory only. The cache's; for TileCache::ExtentOf alone.
+  mutable Extent extent_;
 };
 
 // Keeps the points of all tiles there are, of which `max_bytes` in memory, about. Thread safe but
@@ -83,33 +78,23 @@ class TileCache : public std::enable_shared_from_this<TileCache> {
  private:
   friend class Tile;
 
-  // In order of when they were asked for last, and how much that is.
-  struct Turns {
-    std::list<const Tile*> tiles;
-    size_t bytes = 0;
-  };
+  using Points = LruCache<const Tile*, std::shared_ptr<const Cloud>>;
 
   absl::StatusOr<std::shared_ptr<const Cloud>> PointsOf(const Tile& tile);
   void Forget(const Tile& tile);
   absl::Status Save(const TilePtr& tile, const std::shared_ptr<const Cloud>& points);
   // What is to be written to the file next, with its points; nothing once that is enough.
   std::pair<TilePtr, std::shared_ptr<const Cloud>> NextToSave();
-  void TakeTurn(const Tile& tile, std::shared_ptr<const Cloud> points)
-      ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  void GiveUpTurn(const Tile& tile) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void DropSaved() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  Tile::Kept& KeptOf(const Tile& tile) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
-    return tile.kept_;
-  }
-  Turns& TurnsOf(const Tile& tile) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
-    return KeptOf(tile).extent.size > 0 ? saved_ : unsaved_;
+  Extent& ExtentOf(const Tile& tile) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
+    return tile.extent_;
   }
 
   const std::shared_ptr<SpillFile> file_;
   const size_t max_bytes_;
   mutable Mutex mutex_;
-  Turns unsaved_ ABSL_GUARDED_BY(mutex_);  // In memory only.
-  Turns saved_ ABSL_GUARDED_BY(mutex_);    // In the file too.
+  Points unsaved_ ABSL_GUARDED_BY(mutex_);  // In memory only.
+  Points saved_ ABSL_GUARDED_BY(mutex_);    // In the file too.
 };
 
 }  // namespace isthmus::composition

@@ -2,7 +2,6 @@
 
 #include <absl/strings/str_cat.h>
 
-#include <cstring>
 #include <utility>
 
 #include "core/codec/zstd_frame.h"
@@ -41,18 +40,6 @@ floam::OdometryOptions Mounted(floam::OdometryOptions options, const SessionReco
   return options;
 }
 
-// The content of a compressed state: its size, then a zstd frame.
-absl::StatusOr<std::string> Unpack(const std::string& saved) {
-  uint64_t size = 0;
-  if (saved.size() < sizeof(size)) return absl::DataLossError("the state is cut off");
-  std::memcpy(&size, saved.data(), sizeof(size));
-  if (size > kMaxBytes) return absl::DataLossError("the state claims to be larger than any is");
-  auto content = codec::ReadZstdFrame(saved.data() + sizeof(size), saved.size() - sizeof(size),
-                                      static_cast<size_t>(size));
-  if (!content.ok()) return absl::DataLossError(content.status().message());
-  return content;
-}
-
 }  // namespace
 
 SessionState::SessionState(const SessionRecord& record, const floam::SensorModel& sensor,
@@ -85,18 +72,12 @@ absl::StatusOr<std::string> SessionState::Save() const {
          lost_since_ns, lost_scans);
   WriteEntries(unfinished, writer);
   writer(odometry.Save(), builder->Save());
-  const std::string state = floam::SealState(kMagic, kVersion, 0, writer.Take());
-  const uint64_t size = state.size();
-  std::string saved(reinterpret_cast<const char*>(&size), sizeof(size));
-  if (absl::Status status = codec::AppendZstdFrame(state, saved, kFast); !status.ok()) {
-    return status;
-  }
-  return saved;
+  return codec::PackZstd(floam::SealState(kMagic, kVersion, 0, writer.Take()), kFast);
 }
 
 absl::Status SessionState::Restore(const std::string& saved,
                                    const std::function<void()>& remember) {
-  absl::StatusOr<std::string> state = Unpack(saved);
+  const absl::StatusOr<std::string> state = codec::UnpackZstd(saved, kMaxBytes);
   if (!state.ok()) return state.status();
   absl::StatusOr<floam::StateReader> reader =
       floam::OpenState(kMagic, kVersion, 0, *state, "the session");

@@ -5,14 +5,10 @@
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <cstring>
-#include <filesystem>
-#include <fstream>
 #include <set>
-#include <sstream>
 #include <vector>
 
+#include "core/io/file_io.h"
 #include "server/main/settings.h"
 
 namespace isthmus::server {
@@ -105,17 +101,12 @@ absl::StatusOr<ServerConfig> ParseConfig(const std::string& yaml) {
 }
 
 absl::StatusOr<ServerConfig> LoadConfig(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::ostringstream yaml;
-  if (file) yaml << file.rdbuf();  // Sets yaml's failbit for an empty file.
-  std::error_code ignored;
-  const bool folder = std::filesystem::is_directory(path, ignored);  // Opens, and reads as empty.
-  if (folder) errno = EISDIR;
-  if (!file || folder) {
+  const absl::StatusOr<std::string> yaml = io::ReadFile(path);
+  if (!yaml.ok()) {
     return absl::NotFoundError(
-        absl::StrCat("cannot read the configuration ", path, ": ", std::strerror(errno)));
+        absl::StrCat("the configuration cannot be read: ", yaml.status().message()));
   }
-  absl::StatusOr<ServerConfig> config = ParseConfig(yaml.str());
+  absl::StatusOr<ServerConfig> config = ParseConfig(*yaml);
   if (!config.ok()) {
     return absl::Status(config.status().code(),
                         absl::StrCat(path, ", ", config.status().message()));

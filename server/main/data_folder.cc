@@ -4,8 +4,9 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <cstring>
 #include <filesystem>
+
+#include "core/io/file_io.h"
 
 namespace isthmus::server {
 
@@ -21,9 +22,9 @@ absl::Status MakeDataFolder(const std::string& path) {
         absl::StrCat("the data folder ", path, " is not a folder: name another with --data"));
   }
   if (access(path.c_str(), R_OK | W_OK | X_OK) != 0) {
-    return absl::FailedPreconditionError(
-        absl::StrCat("cannot write in the data folder ", path, ": ", std::strerror(errno),
-                     "; give this user the right to, or name another with --data"));
+    return absl::FailedPreconditionError(absl::StrCat("cannot write in the data folder ", path,
+                                                      ": ", io::Explain(errno),
+                                                      ", or name another with --data"));
   }
   return absl::OkStatus();
 }

@@ -18,10 +18,10 @@ std::shared_ptr<const Submap> SubmapCache::Get(const SubmapId& id) {
   {
     MutexLock lock(&mutex_);
     if (const auto it = entries_.find(id); it != entries_.end()) {
-      Entry& entry = it->second;
+      const Entry& entry = it->second;
       if (entry.is_damaged) return nullptr;
-      if (std::shared_ptr<const Submap> held = entry.kept ? entry.kept : entry.held.lock()) {
-        Keep(&entry, held);
+      if (std::shared_ptr<const Submap> held = entry.held.lock()) {
+        Keep(id, held);
         return held;
       }
     }
@@ -30,7 +30,7 @@ std::shared_ptr<const Submap> SubmapCache::Get(const SubmapId& id) {
   absl::StatusOr<std::shared_ptr<const Submap>> read = store_->GetSubmap(id);
   if (read.ok()) {
     MutexLock lock(&mutex_);
-    Keep(&entries_[id], *read);
+    Keep(id, *read);
     return *std::move(read);
   }
   if (!absl::IsDataLoss(read.status())) return nullptr;
@@ -68,38 +68,25 @@ std::shared_ptr<const Submap> SubmapCache::Outline(const SubmapId& id) {
 
 void SubmapCache::Put(std::shared_ptr<const Submap> submap) {
   MutexLock lock(&mutex_);
-  Keep(&entries_[submap->id], submap);
+  Keep(submap->id, submap);
 }
 
 void SubmapCache::Forget(const SubmapId& id) {
   MutexLock lock(&mutex_);
-  const auto it = entries_.find(id);
-  if (it == entries_.end()) return;
-  if (it->second.kept) LetGo(&it->second);
-  entries_.erase(it);
+  kept_.Erase(id);
+  entries_.erase(id);
 }
 
 size_t SubmapCache::bytes() const {
   MutexLock lock(&mutex_);
-  return bytes_;
+  return kept_.weight();
 }
 
-void SubmapCache::Keep(Entry* entry, const std::shared_ptr<const Submap>& submap) {
-  if (entry->kept) {
-    turns_.splice(turns_.end(), turns_, entry->turn);
-    return;
-  }
-  entry->kept = submap;
-  entry->held = submap;
-  entry->turn = turns_.insert(turns_.end(), submap->id);
-  bytes_ += BytesOf(*submap);
-  while (bytes_ > max_bytes_ && !turns_.empty()) LetGo(&entries_.at(turns_.front()));
-}
-
-void SubmapCache::LetGo(Entry* entry) {
-  bytes_ -= BytesOf(*entry->kept);
-  turns_.erase(entry->turn);
-  entry->kept = nullptr;
+void SubmapCache::Keep(const SubmapId& id, const std::shared_ptr<const Submap>& submap) {
+  if (kept_.Use(id) != nullptr) return;
+  entries_[id].held = submap;
+  kept_.Put(id, submap, BytesOf(*submap));
+  while (kept_.weight() > max_bytes_ && !kept_.empty()) kept_.DropOldest();
 }
 
 }  // namespace isthmus::server

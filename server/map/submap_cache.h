@@ -4,11 +4,11 @@
 
 #include <cstddef>
 #include <functional>
-#include <list>
 #include <map>
 #include <memory>
 #include <string>
 
+#include "core/lru_cache.h"
 #include "core/mutex.h"
 #include "core/submap.h"
 #include "storage/map_store.h"
@@ -45,25 +45,20 @@ class SubmapCache {
 
  private:
   struct Entry {
-    std::shared_ptr<const Submap> kept;     // Null once let go.
-    std::weak_ptr<const Submap> held;       // By somebody, perhaps.
+    std::weak_ptr<const Submap> held;       // By the cache or somebody else, perhaps.
     std::shared_ptr<const Submap> outline;  // Null until somebody asked.
-    std::list<SubmapId>::iterator turn;     // While kept.
     bool is_damaged = false;
   };
 
-  void Keep(Entry* entry, const std::shared_ptr<const Submap>& submap)
+  void Keep(const SubmapId& id, const std::shared_ptr<const Submap>& submap)
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  void LetGo(Entry* entry) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   const storage::MapStore* const store_;
   const size_t max_bytes_;
   const OnDamaged on_damaged_;
   mutable Mutex mutex_;
   std::map<SubmapId, Entry> entries_ ABSL_GUARDED_BY(mutex_);
-  // Of those kept, the least recently asked for first.
-  std::list<SubmapId> turns_ ABSL_GUARDED_BY(mutex_);
-  size_t bytes_ ABSL_GUARDED_BY(mutex_) = 0;
+  LruCache<SubmapId, std::shared_ptr<const Submap>> kept_ ABSL_GUARDED_BY(mutex_);
 };
 
 }  // namespace isthmus::server

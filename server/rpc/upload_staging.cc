@@ -4,16 +4,11 @@
 #include <absl/strings/numbers.h>
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_split.h>
-#include <fcntl.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <chrono>
-#include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -23,6 +18,7 @@ namespace {
 
 constexpr char kSuffix[] = ".part";
 constexpr char kMagic[] = "isthmus-upload-1";
+constexpr size_t kMaxHeader = 256;
 constexpr uint64_t kSyncEvery = 4u << 20;
 constexpr auto kStale = std::chrono::hours(7 * 24);
 
@@ -40,9 +36,11 @@ std::optional<UploadKey> ReadKey(const std::filesystem::path& path) {
     return std::nullopt;
   }
   key.id.session = SessionId(name.substr(0, dash));
-  std::ifstream file(path, std::ios::binary);
-  std::string line;
-  if (!std::getline(file, line)) return std::nullopt;
+  const auto file = io::AppendFile::OpenToRead(path.string());
+  if (!file.ok()) return std::nullopt;
+  const absl::StatusOr<std::string> begin = (*file)->Read(0, kMaxHeader);
+  if (!begin.ok()) return std::nullopt;
+  const std::string line = begin->substr(0, begin->find('\n'));
   const std::vector<std::string> words = absl::StrSplit(line, ' ');
   if (words.size() != 4 || words[0] != kMagic || !absl::SimpleAtoi(words[1], &key.size) ||
       !absl::SimpleAtoi(words[2], &key.crc32c)) {
@@ -54,25 +52,10 @@ std::optional<UploadKey> ReadKey(const std::filesystem::path& path) {
   return key;
 }
 
-absl::Status Failure(const std::string& path) {
-  const int code = errno;
-  const std::string message = absl::StrCat("cannot write ", path, ": ", strerror(code));
-  if (code == ENOSPC || code == EDQUOT) {
-    return absl::ResourceExhaustedError(message + "; the server's disk is full: try again later");
-  }
-  return absl::UnavailableError(message);
-}
-
-// False, with errno, when not all of it could be written.
-bool WriteAll(int file, const std::string& bytes, uint64_t offset) {
-  for (size_t done = 0; done < bytes.size();) {
-    const ssize_t n =
-        pwrite(file, bytes.data() + done, bytes.size() - done, static_cast<off_t>(offset + done));
-    if (n < 0 && errno == EINTR) continue;
-    if (n <= 0) return false;
-    done += static_cast<size_t>(n);
-  }
-  return true;
+// What a robot is told of this machine's disk: full, or to be tried again.
+absl::Status Told(const absl::Status& status) {
+  if (status.ok() || absl::IsResourceExhausted(status)) return status;
+  return absl::UnavailableError(status.message());
 }
 
 }  // namespace
@@ -124,30 +107,23 @@ absl::StatusOr<std::unique_ptr<UploadStaging::Part>> UploadStaging::Begin(const 
   part->turn_ = entry.turn;
   part->data_ = std::exchange(entry.data, {});
   if (folder_.empty()) return part;
-  if (absl::Status status = OpenFile(*part); !status.ok()) return status;
+  if (absl::Status status = OpenFile(*part); !status.ok()) return Told(status);
   return part;
 }
 
 absl::Status UploadStaging::OpenFile(Part& part) const {
-  const std::string path = PathOf(part.key_.id);
   const std::string header = HeaderOf(part.key_);
   part.header_ = header.size();
-  part.file_ = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
-  if (part.file_ < 0) return Failure(path);
-  struct stat info = {};
-  if (fstat(part.file_, &info) != 0) return Failure(path);
-  const auto size = static_cast<uint64_t>(info.st_size);
-  if (size < header.size())
-    return WriteAll(part.file_, header, 0) ? absl::OkStatus() : Failure(path);
-  part.data_.resize(std::min(size - header.size(), part.key_.size));
-  size_t done = 0;
-  while (done < part.data_.size()) {
-    const ssize_t n = pread(part.file_, part.data_.data() + done, part.data_.size() - done,
-                            static_cast<off_t>(header.size() + done));
-    if (n <= 0) break;
-    done += static_cast<size_t>(n);
+  auto file = io::AppendFile::Open(PathOf(part.key_.id));
+  if (!file.ok()) return file.status();
+  part.file_ = *std::move(file);
+  if (part.file_->size() < header.size()) {
+    const absl::Status status = part.file_->Truncate(0);
+    return status.ok() ? part.file_->Append(header) : status;
   }
-  part.data_.resize(done);
+  const uint64_t size = std::min(part.file_->size() - header.size(), part.key_.size);
+  absl::StatusOr<std::string> data = part.file_->Read(header.size(), size);
+  if (data.ok()) part.data_ = *std::move(data);  // Else it comes again.
   return absl::OkStatus();
 }
 
@@ -159,28 +135,26 @@ absl::Status UploadStaging::Part::Append(uint64_t offset, const std::string& byt
       return absl::AbortedError("another call sends this submap");
     }
     data_.resize(std::min<uint64_t>(offset, data_.size()));
-    if (file_ >= 0) {
+    if (file_ != nullptr) {
       const uint64_t end = header_ + data_.size();
-      bool written = ftruncate(file_, static_cast<off_t>(end)) == 0;
-      written = written && WriteAll(file_, bytes, end);
-      if (!written) {
-        const absl::Status failure = Failure(staging_.PathOf(key_.id));
-        if (ftruncate(file_, static_cast<off_t>(end)) != 0) staging_.Forget(key_.id);
-        return failure;
+      absl::Status status = file_->Truncate(end);
+      if (status.ok()) status = file_->Append(bytes);
+      if (!status.ok()) {
+        if (!file_->Truncate(end).ok()) staging_.Forget(key_.id);
+        return Told(status);
       }
     }
     data_ += bytes;
   }
   unsynced_ += bytes.size();
-  if (file_ < 0 || unsynced_ < kSyncEvery) return absl::OkStatus();
+  if (file_ == nullptr || unsynced_ < kSyncEvery) return absl::OkStatus();
   unsynced_ = 0;
-  return fdatasync(file_) == 0 ? absl::OkStatus() : Failure(staging_.PathOf(key_.id));
+  return Told(file_->Sync());
 }
 
 UploadStaging::Part::~Part() { staging_.Leave(*this); }
 
 void UploadStaging::Leave(Part& part) {
-  if (part.file_ >= 0) close(part.file_);
   MutexLock lock(&mutex_);
   const auto found = entries_.find(part.key_.id);
   if (found == entries_.end() || found->second.turn != part.turn_) return;
@@ -192,14 +166,10 @@ uint64_t UploadStaging::Persisted(const UploadKey& key) {
   const auto found = entries_.find(key.id);
   if (found == entries_.end() || found->second.key != key) return 0;
   if (folder_.empty()) return found->second.data.size();
-  const int file = open(PathOf(key.id).c_str(), O_RDONLY | O_CLOEXEC);
-  if (file < 0) return 0;
-  struct stat info = {};
-  const bool safe = fdatasync(file) == 0 && fstat(file, &info) == 0;
-  close(file);
+  const auto file = io::AppendFile::OpenToRead(PathOf(key.id));
   const uint64_t header = HeaderOf(key).size();
-  const auto size = static_cast<uint64_t>(info.st_size);
-  return safe && size > header ? std::min(size - header, key.size) : 0;
+  if (!file.ok() || !(*file)->Sync().ok() || (*file)->size() < header) return 0;
+  return std::min((*file)->size() - header, key.size);
 }
 
 void UploadStaging::Forget(const SubmapId& id) {

@@ -11,6 +11,7 @@
 #include <string>
 
 #include "core/ids.h"
+#include "core/io/append_file.h"
 #include "core/mutex.h"
 #include "core/submap.h"
 
@@ -46,7 +47,7 @@ class UploadStaging {
     UploadStaging& staging_;
     const UploadKey key_;
     std::string data_;
-    int file_ = -1;  // None: in memory.
+    std::unique_ptr<io::AppendFile> file_;  // None: in memory.
     uint64_t header_ = 0;
     uint64_t unsynced_ = 0;
     uint64_t turn_ = 0;

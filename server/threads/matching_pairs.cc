@@ -100,33 +100,21 @@ SessionMap MatchingThread::MapOf(const SessionView& session) const {
 
 MatchingThread::Prepared MatchingThread::Prepare(const SessionMap& map) {
   Prepared before;
-  for (auto it = prepared_.begin(); it != prepared_.end(); ++it) {
-    const SessionMap& held = (*it)->session_map();
-    if (held.session != map.session) continue;
+  if (const Prepared* held = prepared_.Use(map.session)) {
     // Submaps are immutable and shared, so the same ones are the same map.
-    if (held.submaps == map.submaps) {
-      prepared_.splice(prepared_.begin(), prepared_, it);
-      return prepared_.front();
-    }
-    before = *it;
-    prepared_.erase(it);
-    break;
+    if ((*held)->session_map().submaps == map.submaps) return *held;
+    before = *held;
+    prepared_.Erase(map.session);
   }
-  prepared_.push_front(before ? std::make_shared<const matching::PreparedMap>(map, *before, source_)
-                              : std::make_shared<const matching::PreparedMap>(map, source_));
-  const Prepared made = prepared_.front();
-  LimitPrepared();
+  const Prepared made = before
+                            ? std::make_shared<const matching::PreparedMap>(map, *before, source_)
+                            : std::make_shared<const matching::PreparedMap>(map, source_);
+  prepared_.Put(map.session, made, made->bytes());
+  while (prepared_.size() > 2 &&
+         (prepared_.size() > kMaxPrepared || prepared_.weight() > options_.prepared_bytes)) {
+    prepared_.DropOldest();
+  }
   return made;
-}
-
-void MatchingThread::LimitPrepared() {
-  size_t bytes = 0, kept = 0;
-  for (auto it = prepared_.begin(); it != prepared_.end();) {
-    bytes += (*it)->bytes();
-    ++kept;
-    const bool fits = kept <= 2 || (kept <= kMaxPrepared && bytes <= options_.prepared_bytes);
-    it = fits ? std::next(it) : prepared_.erase(it);
-  }
 }
 
 }  // namespace isthmus::server

@@ -144,8 +144,7 @@ void MatchingThread::Prune(const MapView& view) {
     const SessionView* entry = view.Find(item.first);
     return entry == nullptr || IsFinished(*entry);
   });
-  std::erase_if(prepared_,
-                [&](const Prepared& map) { return is_gone(map->session_map().session); });
+  prepared_.EraseIf(is_gone);
 }
 
 bool MatchingThread::MustCountRevisits(const MapView& view) const {

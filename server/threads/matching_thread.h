@@ -5,7 +5,6 @@
 #include <atomic>
 #include <cstdint>
 #include <functional>
-#include <list>
 #include <map>
 #include <memory>
 #include <optional>
@@ -16,6 +15,7 @@
 #include <utility>
 
 #include "core/clock.h"
+#include "core/lru_cache.h"
 #include "server/map/map_writer.h"
 #include "server/matching/loops/loop_finder.h"
 #include "server/matching/loops/revisits.h"
@@ -97,7 +97,6 @@ class MatchingThread {
   // The map made ready for matching: made once, grown with the map.
   Prepared Prepare(const SessionMap& map);
   // Lets go of maps that were not used for long, not of the two used last.
-  void LimitPrepared();
 
   // The map shows more submaps than when revisits were counted last.
   bool MustCountRevisits(const MapView& view) const;
@@ -122,7 +121,7 @@ class MatchingThread {
   std::map<SessionPair, Attempt> attempts_;  // Since the start, whatever came of them.
   std::map<SessionId, uint32_t> looped_;     // The next submap to ask.
   int64_t counted_revision_ = -1;
-  std::list<Prepared> prepared_;  // The latest used first.
+  LruCache<SessionId, Prepared> prepared_;
   std::map<SessionPair, matching::PairMatcher> matchers_;
   std::map<SessionId, matching::LoopFinder> finders_;
   matching::RevisitCounter revisits_;

@@ -1,6 +1,5 @@
 #include "server/threads/prepared_store.h"
 
-#include <cstring>
 #include <string>
 #include <utility>
 
@@ -29,22 +28,17 @@ std::shared_ptr<const matching::PreparedSubmap> PreparedStore::Find(
     const std::shared_ptr<const Submap>& outline) const {
   const absl::StatusOr<std::string> kept =
       store_->GetFeatures(outline->id, matching::kPreparedSubmapKind);
-  uint64_t size = 0;
-  if (!kept.ok() || kept->size() < sizeof(size)) return nullptr;
-  std::memcpy(&size, kept->data(), sizeof(size));
-  if (size > kMaxBytes) return nullptr;
-  const absl::StatusOr<std::string> bytes =
-      codec::ReadZstdFrame(kept->data() + sizeof(size), kept->size() - sizeof(size), size);
+  if (!kept.ok()) return nullptr;
+  const absl::StatusOr<std::string> bytes = codec::UnpackZstd(*kept, kMaxBytes);
   if (!bytes.ok()) return nullptr;
   return matching::DecodePreparedSubmap(outline, *bytes);
 }
 
 void PreparedStore::Keep(const matching::PreparedSubmap& prepared) const {
-  const std::string bytes = matching::EncodePreparedSubmap(prepared);
-  const uint64_t size = bytes.size();
-  std::string data(reinterpret_cast<const char*>(&size), sizeof(size));
-  if (!codec::AppendZstdFrame(bytes, data).ok()) return;
-  (void)store_->PutFeatures({prepared.submap().id, matching::kPreparedSubmapKind, std::move(data)});
+  auto data = codec::PackZstd(matching::EncodePreparedSubmap(prepared));
+  if (!data.ok()) return;
+  (void)store_->PutFeatures(
+      {prepared.submap().id, matching::kPreparedSubmapKind, *std::move(data)});
 }
 
 }  // namespace isthmus::server

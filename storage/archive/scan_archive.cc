@@ -1,7 +1,6 @@
 #include "storage/archive/scan_archive.h"
 
 #include <absl/strings/str_cat.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
@@ -9,7 +8,8 @@
 #include <system_error>
 #include <utility>
 
-#include "core/io/file_io.h"
+#include "core/io/folder.h"
+#include "core/io/record_log.h"
 #include "storage/archive/scan_record.h"
 #include "storage/archive/scan_segment.h"
 
@@ -28,17 +28,6 @@ uint64_t BytesOf(const std::string& folder) {
   return bytes;
 }
 
-// A folder that survives a power cut, with its name and those above it.
-absl::Status MakeFolder(const std::string& path, io::SyncCall sync) {
-  std::error_code error;
-  if (path.empty() || fs::is_directory(path, error)) return absl::OkStatus();
-  const std::string parent = fs::path(path).parent_path().string();
-  if (absl::Status status = MakeFolder(parent, sync); !status.ok()) return status;
-  fs::create_directory(path, error);
-  if (error) return io::FileError("make", path, error.value());
-  return io::SyncFolder(parent.empty() ? "." : parent, sync);
-}
-
 // A session's name is that of its folder.
 absl::Status CheckName(const SessionId& session) {
   const std::string& name = session.value();
@@ -52,20 +41,19 @@ absl::Status CheckName(const SessionId& session) {
 
 }  // namespace
 
-int SyncFile(int descriptor) { return fdatasync(descriptor); }
-
 // The segments of one session, the last of which grows.
 class ScanArchive::Session {
  public:
   Session(std::string folder, const ScanArchiveOptions& options)
       : folder_(std::move(folder)), options_(options), bytes_(BytesOf(folder_)) {}
 
-  absl::Status Append(const std::string& record) {
+  absl::Status Append(uint64_t sequence, int64_t end_stamp_ns, const std::string& body) {
     MutexLock lock(&mutex_);
-    if (absl::Status status = Prepare(record.size()); !status.ok()) return status;
-    if (absl::Status status = file_->Append(record); !status.ok()) return status;
-    bytes_ += record.size();
-    return absl::OkStatus();
+    const uint64_t size = io::kRecordHeaderBytes + body.size();
+    if (absl::Status status = Prepare(size); !status.ok()) return status;
+    const auto added = io::AppendRecord(*file_, kScanMarker, sequence, end_stamp_ns, body);
+    if (added.ok()) bytes_ += size;
+    return added.status();
   }
 
   absl::Status Sync() {
@@ -114,7 +102,7 @@ class ScanArchive::Session {
     if (!lost_.ok()) return lost_;
     if (file_ == nullptr) return absl::OkStatus();
     if (file_->is_suspect()) return Rescue();
-    return file_->synced_size() == file_->size() ? absl::OkStatus() : file_->Sync(options_.sync);
+    return file_->synced_size() == file_->size() ? absl::OkStatus() : file_->Sync();
   }
 
   // There is a file that takes `size` more bytes.
@@ -135,13 +123,13 @@ class ScanArchive::Session {
 
   // Opens the last segment, if there is one, and cuts off what was not finished.
   absl::Status GoOn() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
-    if (absl::Status status = MakeFolder(folder_, options_.sync); !status.ok()) return status;
+    if (absl::Status status = io::MakeFolder(folder_, options_.disk); !status.ok()) return status;
     const std::vector<int> numbers = ListSegments(folder_);
     number_ = numbers.empty() ? 0 : numbers.back();
     if (numbers.empty()) return StartSegment();
-    auto file = io::AppendFile::Open(PathOf(number_));
+    auto file = io::AppendFile::Open(PathOf(number_), options_.disk);
     if (!file.ok()) return file.status();
-    const absl::StatusOr<SegmentIndex> index = IndexSegment(**file, Look::kBodies);
+    const absl::StatusOr<io::RecordIndex> index = IndexSegment(**file, io::Look::kBodies);
     if (!index.ok()) return index.status();
     if (index->end < (*file)->size()) {
       if (absl::Status status = (*file)->Truncate(index->end); !status.ok()) return status;
@@ -155,12 +143,12 @@ class ScanArchive::Session {
   }
 
   absl::Status StartSegment() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
-    auto file = io::AppendFile::Open(PathOf(number_ + 1));
+    auto file = io::AppendFile::Open(PathOf(number_ + 1), options_.disk);
     if (!file.ok()) return file.status();
     // A start that failed before may have left something.
     absl::Status status = (*file)->Truncate(0);
     if (status.ok()) status = (*file)->Append(MakeSegmentHead());
-    if (status.ok()) status = io::SyncFolder(folder_, options_.sync);
+    if (status.ok()) status = io::SyncFolder(folder_, options_.disk);
     if (!status.ok()) return status;
     ++number_;
     file_ = *std::move(file);
@@ -175,10 +163,10 @@ class ScanArchive::Session {
     const uint64_t from = std::max(old->synced_size(), kSegmentHeadSize);
     absl::StatusOr<std::string> bytes = old->Read(from, old->size() - from);
     if (!bytes.ok()) return bytes.status();
-    const absl::StatusOr<SegmentIndex> index = IndexSegment(*old, Look::kBodies);
+    const absl::StatusOr<io::RecordIndex> index = IndexSegment(*old, io::Look::kBodies);
     if (!index.ok()) return index.status();
     bool is_whole = index->end == old->size();
-    for (const DamagedBytes& damaged : index->damaged) {
+    for (const io::DamagedBytes& damaged : index->damaged) {
       is_whole = is_whole && damaged.offset + damaged.size <= from;
     }
     if (!is_whole) {
@@ -189,7 +177,7 @@ class ScanArchive::Session {
     }
     if (absl::Status status = StartSegment(); !status.ok()) return status;
     absl::Status status = file_->Append(*bytes);
-    if (status.ok()) status = file_->Sync(options_.sync);
+    if (status.ok()) status = file_->Sync();
     if (!status.ok()) {
       --number_;  // To be started again.
       bytes_ -= std::min(bytes_.load(), kSegmentHeadSize);
@@ -238,9 +226,9 @@ std::shared_ptr<ScanArchive::Session> ScanArchive::Find(const SessionId& session
 
 absl::Status ScanArchive::Append(const SessionId& session, const ScanUpload& scan) {
   if (absl::Status status = CheckName(session); !status.ok()) return status;
-  const absl::StatusOr<std::string> record = EncodeScanRecord(scan);
-  if (!record.ok()) return record.status();
-  return Find(session)->Append(*record);
+  const absl::StatusOr<std::string> body = EncodeScan(scan);
+  if (!body.ok()) return body.status();
+  return Find(session)->Append(scan.sequence, scan.end_stamp_ns, *body);
 }
 
 absl::Status ScanArchive::Sync(const SessionId& session) {

@@ -17,24 +17,19 @@
 
 namespace isthmus::storage {
 
-// Its data, and where it ends, are on the disk once this returns 0; see fdatasync(2).
-int SyncFile(int descriptor);
-
 struct ScanArchiveOptions {
   // A segment is not made larger by a further scan. Smaller ones let go of space in smaller steps;
   // larger ones are fewer files.
   uint64_t segment_bytes = 64u << 20;
-  // Tests make it fail.
-  io::SyncCall sync = SyncFile;
+  io::DiskCalls disk = io::DiskCalls::System();
 };
 
 // Appends to the segments in `directory`/scans/SESSION/. One process at a time: whoever holds the
 // lock of the map folder. Thread safe; calls for one session wait for each other, those for
 // different sessions do not.
 //
-// Errors: ResourceExhausted when the disk is full, PermissionDenied or Unavailable when it cannot
-// be written to. After any of them the call can be made again: what was half written is taken back
-// or is passed over by readers.
+// Errors are io::FileError's. After any of them the call can be made again: what was half written
+// is taken back or is passed over by readers.
 class ScanArchive {
  public:
   // Changes nothing on the disk: folders are made for the first scan.

@@ -7,6 +7,7 @@
 #include <system_error>
 #include <utility>
 
+#include "storage/archive/scan_record.h"
 #include "storage/archive/scan_segment.h"
 
 namespace isthmus::storage {
@@ -45,10 +46,10 @@ absl::StatusOr<std::unique_ptr<ScanReader>> ScanReader::Open(const std::string& 
   }
   std::stable_sort(
       reader->places_.begin(), reader->places_.end(),
-      [](const auto& a, const auto& b) { return a.header.sequence < b.header.sequence; });
+      [](const auto& a, const auto& b) { return a.record.sequence < b.record.sequence; });
   for (size_t i = 0; i < reader->places_.size(); ++i) {
     const bool is_copy =
-        i > 0 && reader->places_[i].header.sequence == reader->places_[i - 1].header.sequence;
+        i > 0 && reader->places_[i].record.sequence == reader->places_[i - 1].record.sequence;
     if (!is_copy) ++reader->scans_;
   }
   return reader;
@@ -57,12 +58,10 @@ absl::StatusOr<std::unique_ptr<ScanReader>> ScanReader::Open(const std::string& 
 absl::Status ScanReader::AddSegment(const std::string& path, bool is_last) {
   auto file = io::AppendFile::OpenToRead(path);
   if (!file.ok()) return file.status();
-  const absl::StatusOr<SegmentIndex> index = IndexSegment(**file, Look::kHeaders);
+  const absl::StatusOr<io::RecordIndex> index = IndexSegment(**file, io::Look::kHeaders);
   if (!index.ok()) return index.status();
-  for (const ScanPlace& place : index->scans) {
-    places_.push_back({segments_.size(), place.offset, place.header});
-  }
-  for (const DamagedBytes& damaged : index->damaged) {
+  for (const io::Record& record : index->records) places_.push_back({segments_.size(), record});
+  for (const io::DamagedBytes& damaged : index->damaged) {
     AddDamage(
         absl::StrCat(path, ": ", damaged.size, " bytes at ", damaged.offset, " belong to no scan"));
   }
@@ -83,22 +82,25 @@ void ScanReader::AddDamage(std::string what) {
 absl::StatusOr<std::optional<ScanUpload>> ScanReader::Read(const Place& place,
                                                            std::string& problem) const {
   const io::AppendFile& file = *segments_[place.segment];
-  absl::StatusOr<std::string> body =
-      file.Read(place.offset + kScanHeaderSize, place.header.body_size);
-  if (!body.ok()) return body.status();
-  absl::StatusOr<ScanUpload> scan = DecodeScanBody(place.header, *body);
+  absl::StatusOr<ScanUpload> scan;
+  if (const auto body = io::ReadBody(file, place.record); body.ok()) {
+    scan = DecodeScan(place.record, *body);
+  } else {
+    scan = body.status();
+  }
   if (scan.ok()) return *std::move(scan);
-  problem = absl::StrCat(file.path(), ": scan ", place.header.sequence, " at ", place.offset, ": ",
-                         std::string(scan.status().message()));
+  if (!absl::IsDataLoss(scan.status())) return scan.status();
+  problem = absl::StrCat(file.path(), ": scan ", place.record.sequence, " at ",
+                         place.record.begin(), ": ", scan.status().message());
   return std::optional<ScanUpload>();
 }
 
 absl::StatusOr<std::optional<ScanUpload>> ScanReader::Next() {
   while (next_ < places_.size()) {
-    const uint64_t sequence = places_[next_].header.sequence;
+    const uint64_t sequence = places_[next_].record.sequence;
     std::optional<ScanUpload> scan;
     std::string problem;
-    for (; next_ < places_.size() && places_[next_].header.sequence == sequence; ++next_) {
+    for (; next_ < places_.size() && places_[next_].record.sequence == sequence; ++next_) {
       if (scan) continue;
       auto read = Read(places_[next_], problem);
       if (!read.ok()) return read.status();

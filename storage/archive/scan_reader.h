@@ -10,9 +10,8 @@
 #include <vector>
 
 #include "core/ids.h"
-#include "core/io/append_file.h"
+#include "core/io/record_log.h"
 #include "core/scan_upload.h"
-#include "storage/archive/scan_record.h"
 
 namespace isthmus::storage {
 
@@ -40,8 +39,7 @@ class ScanReader {
  private:
   struct Place {
     size_t segment = 0;
-    uint64_t offset = 0;
-    ScanHeader header;
+    io::Record record;
   };
 
   absl::Status AddSegment(const std::string& path, bool is_last);

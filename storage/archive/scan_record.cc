@@ -3,15 +3,13 @@
 #include <absl/strings/str_cat.h>
 
 #include <algorithm>
-#include <cstring>
 #include <utility>
 #include <vector>
 
+#include "core/byte_stream.h"
 #include "core/codec/column_transform.h"
 #include "core/codec/payload_layout.h"
 #include "core/codec/zstd_frame.h"
-#include "core/io/crc32c.h"
-#include "storage/records/byte_stream.h"
 
 namespace isthmus::storage {
 namespace {
@@ -26,6 +24,8 @@ enum class Packing : uint8_t {
 // Every scan is packed while robots wait: quick rather than small.
 constexpr int kLevel = 1;
 constexpr uint64_t kMaxDataSize = codec::kMaxDecodedBytes;
+// Larger ones cannot come through the network (network.max_receive_bytes).
+constexpr size_t kMaxScanBody = 1u << 30;
 
 struct PayloadColumn {
   uint32_t offset = 0;
@@ -168,7 +168,7 @@ absl::Status ReadData(ByteReader& reader, PointPayload& payload) {
 
 }  // namespace
 
-absl::StatusOr<std::string> EncodeScanRecord(const ScanUpload& scan) {
+absl::StatusOr<std::string> EncodeScan(const ScanUpload& scan) {
   if (scan.payload.data.size() > kMaxDataSize) {
     return absl::InvalidArgumentError(
         absl::StrCat("a scan of ", scan.payload.data.size(), " bytes is too large to be kept"));
@@ -179,44 +179,13 @@ absl::StatusOr<std::string> EncodeScanRecord(const ScanUpload& scan) {
   if (body.size() > kMaxScanBody) {
     return absl::InvalidArgumentError("the names of a scan's fields are too large to be kept");
   }
-  std::string record(kScanMagic, kScanMagicSize);
-  record.reserve(kScanHeaderSize + body.size());
-  AppendBytes(static_cast<uint32_t>(body.size()), record);
-  AppendBytes(scan.sequence, record);
-  AppendBytes(scan.end_stamp_ns, record);
-  AppendBytes(io::Crc32c(body.data(), body.size()), record);
-  AppendBytes(io::Crc32c(record.data(), record.size()), record);
-  record += body;
-  return record;
+  return body;
 }
 
-std::optional<ScanHeader> DecodeScanHeader(const std::string& bytes) {
-  constexpr size_t kChecked = kScanHeaderSize - sizeof(uint32_t);
-  if (bytes.size() < kScanHeaderSize ||
-      std::memcmp(bytes.data(), kScanMagic, kScanMagicSize) != 0) {
-    return std::nullopt;
-  }
-  const std::string head = bytes.substr(kScanMagicSize, kScanHeaderSize - kScanMagicSize);
-  ByteReader reader(head);
-  ScanHeader header;
-  header.body_size = reader.Read<uint32_t>();
-  header.sequence = reader.Read<uint64_t>();
-  header.end_stamp_ns = reader.Read<int64_t>();
-  header.body_crc = reader.Read<uint32_t>();
-  if (reader.Read<uint32_t>() != io::Crc32c(bytes.data(), kChecked)) return std::nullopt;
-  if (header.body_size > kMaxScanBody) return std::nullopt;
-  return header;
-}
-
-bool IsWhole(const ScanHeader& header, const std::string& body) {
-  return body.size() == header.body_size && io::Crc32c(body.data(), body.size()) == header.body_crc;
-}
-
-absl::StatusOr<ScanUpload> DecodeScanBody(const ScanHeader& header, const std::string& body) {
-  if (!IsWhole(header, body)) return absl::DataLossError("its checksum is wrong");
+absl::StatusOr<ScanUpload> DecodeScan(const io::Record& record, const std::string& body) {
   ScanUpload scan;
-  scan.sequence = header.sequence;
-  scan.end_stamp_ns = header.end_stamp_ns;
+  scan.sequence = record.sequence;
+  scan.end_stamp_ns = record.stamp_ns;
   ByteReader reader(body);
   if (!ReadLayout(reader, scan.payload)) return absl::DataLossError("its layout is damaged");
   if (absl::Status status = ReadData(reader, scan.payload); !status.ok()) return status;

@@ -1,7 +1,7 @@
 #include "storage/records/edge_codec.h"
 
+#include "core/byte_stream.h"
 #include "core/io/crc32c.h"
-#include "storage/records/byte_stream.h"
 #include "storage/records/matrix_codec.h"
 #include "storage/records/pose_codec.h"
 

@@ -3,8 +3,8 @@
 
 #include <string>
 
+#include "core/byte_stream.h"
 #include "core/pose.h"
-#include "storage/records/byte_stream.h"
 
 namespace isthmus::storage {
 

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <string>
 
+#include "core/byte_stream.h"
 #include "core/pose.h"
-#include "storage/records/byte_stream.h"
 
 namespace isthmus::storage {
 

@@ -4,10 +4,10 @@
 
 #include <utility>
 
+#include "core/byte_stream.h"
 #include "core/codec/payload_layout.h"
 #include "core/codec/quantized.h"
 #include "core/io/crc32c.h"
-#include "storage/records/byte_stream.h"
 #include "storage/records/pose_codec.h"
 
 namespace isthmus::storage {

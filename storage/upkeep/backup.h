@@ -24,8 +24,8 @@ using BackupProgress = std::function<bool(double share)>;
 // `target`.partial-XXXXXX, which only the death of the process leaves behind.
 //
 // NotFound where there is no map, AlreadyExists when there is a `target`, Cancelled when `progress`
-// gave up, FailedPrecondition for what OpenSqliteStore refuses and where the copy cannot be
-// written, ResourceExhausted when its disk is full.
+// gave up, FailedPrecondition for what OpenSqliteStore refuses, io::FileError's where the copy
+// cannot be written.
 absl::StatusOr<StoreReport> BackUp(const std::string& directory, const std::string& target,
                                    const BackupProgress& progress = {});
 

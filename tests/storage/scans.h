@@ -11,12 +11,18 @@
 #include <vector>
 
 #include "core/codec/payload_builder.h"
+#include "core/io/file_io.h"
 #include "core/scan_upload.h"
 #include "storage/archive/scan_reader.h"
 
 namespace isthmus::storage {
 
 // For tests in which no power fails: the disk takes its time.
+inline io::DiskCalls WithSync(int (*sync)(int)) {
+  io::DiskCalls calls = io::DiskCalls::System();
+  calls.sync = calls.sync_folder = sync;
+  return calls;
+}
 inline int DoNotSync(int) { return 0; }
 
 // A raw scan of rings and times; different for each sequence.

@@ -41,10 +41,7 @@ SessionMap LoopSubmaps::MapOf(const std::vector<std::shared_ptr<const Submap>>& 
 std::shared_ptr<const PreparedMap> LoopSubmaps::Prepared(
     const std::shared_ptr<const Submap>& submap) {
   const uint32_t index = submap->id.index;
-  if (const auto found = used_.find(index); found != used_.end()) {
-    turns_.splice(turns_.end(), turns_, found->second.turn);
-    return found->second.prepared;
-  }
+  if (const auto* used = used_.Use(index)) return *used;
   auto prepared = std::make_shared<const PreparedMap>(MapOf({submap}), source_);
   if (facts_.count(index) == 0) {
     Facts facts{prepared->submaps().front()->radius_m(), prepared->places()};
@@ -53,11 +50,8 @@ std::shared_ptr<const PreparedMap> LoopSubmaps::Prepared(
     }
     facts_.emplace(index, std::move(facts));
   }
-  if (used_.size() >= capacity_) {
-    used_.erase(turns_.front());
-    turns_.pop_front();
-  }
-  used_.emplace(index, Used{prepared, turns_.insert(turns_.end(), index)});
+  if (used_.size() >= capacity_) used_.DropOldest();
+  used_.Put(index, prepared);
   return prepared;
 }
 
@@ -88,8 +82,7 @@ void LoopSubmaps::Keep(const std::vector<std::shared_ptr<const Submap>>& submaps
     return at == submaps.end() || (*at)->id.index != index;
   };
   std::erase_if(facts_, [&](const auto& entry) { return gone(entry.first); });
-  std::erase_if(turns_, gone);
-  std::erase_if(used_, [&](const auto& entry) { return gone(entry.first); });
+  used_.EraseIf(gone);
 }
 
 bool IsOutdoors(const PreparedMap& map) {

@@ -4,11 +4,11 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <list>
 #include <map>
 #include <memory>
 #include <vector>
 
+#include "core/lru_cache.h"
 #include "core/submap.h"
 #include "server/matching/prepared/prepared_map.h"
 #include "server/matching/search/place_search.h"
@@ -34,10 +34,6 @@ class LoopSubmaps {
   void Keep(const std::vector<std::shared_ptr<const Submap>>& submaps);
 
  private:
-  struct Used {
-    std::shared_ptr<const PreparedMap> prepared;
-    std::list<uint32_t>::iterator turn;
-  };
   struct Facts {
     double radius_m = 0;
     std::vector<Place> places;
@@ -48,8 +44,7 @@ class LoopSubmaps {
   const SubmapSource source_;
   const SubmapReader points_;
   const size_t capacity_;
-  std::map<uint32_t, Used> used_;
-  std::list<uint32_t> turns_;  // Least recently used first.
+  LruCache<uint32_t, std::shared_ptr<const PreparedMap>> used_;
   std::map<uint32_t, Facts> facts_;
 };
 

@@ -1,17 +1,16 @@
 #include "server/matching/prepared/prepared_submap_codec.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <utility>
 #include <vector>
 
+#include "core/byte_stream.h"
+
 namespace isthmus::matching {
 namespace {
-
-static_assert(std::endian::native == std::endian::little, "numbers are copied as they are");
 
 constexpr size_t kBins = static_cast<size_t>(RangeImage::kRows) * RangeImage::kColumns;
 constexpr float kSteps = 32767;
@@ -38,19 +37,6 @@ static_assert(sizeof(PackedPoint) == 10 && sizeof(PackedPose) == 56);
 
 constexpr size_t kViewBytes = sizeof(PackedPose) + 2 * kBins * sizeof(uint16_t);
 
-template <typename T>
-void Append(const T& value, std::string* out) {
-  out->append(reinterpret_cast<const char*>(&value), sizeof(T));
-}
-
-template <typename T>
-T Take(const std::string& bytes, size_t* at) {
-  T value;
-  std::memcpy(&value, bytes.data() + *at, sizeof(T));
-  *at += sizeof(T);
-  return value;
-}
-
 void AppendBins(const std::vector<uint16_t>& bins, std::string* out) {
   // An image of nothing has no bins.
   std::vector<uint16_t> all = bins;
@@ -58,10 +44,10 @@ void AppendBins(const std::vector<uint16_t>& bins, std::string* out) {
   out->append(reinterpret_cast<const char*>(all.data()), kBins * sizeof(uint16_t));
 }
 
-std::vector<uint16_t> TakeBins(const std::string& bytes, size_t* at) {
+std::vector<uint16_t> TakeBins(ByteReader& reader) {
   std::vector<uint16_t> bins(kBins);
-  std::memcpy(bins.data(), bytes.data() + *at, kBins * sizeof(uint16_t));
-  *at += kBins * sizeof(uint16_t);
+  const std::string bytes = reader.ReadString(kBins * sizeof(uint16_t));
+  std::memcpy(bins.data(), bytes.data(), bytes.size());
   return bins;
 }
 
@@ -95,15 +81,15 @@ std::string EncodePreparedSubmap(const PreparedSubmap& prepared) {
   }
   const float step_m = reach / kSteps;
   std::string bytes;
-  Append(prepared.voxel_m(), &bytes);
-  Append(step_m, &bytes);
-  Append(static_cast<uint32_t>(prepared.surface().size()), &bytes);
-  Append(static_cast<uint32_t>(prepared.views().size()), &bytes);
-  for (const SurfacePoint& point : prepared.surface()) Append(Pack(point, step_m), &bytes);
+  AppendBytes(prepared.voxel_m(), bytes);
+  AppendBytes(step_m, bytes);
+  AppendBytes(static_cast<uint32_t>(prepared.surface().size()), bytes);
+  AppendBytes(static_cast<uint32_t>(prepared.views().size()), bytes);
+  for (const SurfacePoint& point : prepared.surface()) AppendBytes(Pack(point, step_m), bytes);
   for (const PreparedSubmap::View& view : prepared.views()) {
     const Eigen::Quaterniond& q = view.T_submap_sensor.rotation();
     const Eigen::Vector3d& t = view.T_submap_sensor.translation();
-    Append(PackedPose{{q.x(), q.y(), q.z(), q.w()}, {t.x(), t.y(), t.z()}}, &bytes);
+    AppendBytes(PackedPose{{q.x(), q.y(), q.z(), q.w()}, {t.x(), t.y(), t.z()}}, bytes);
     AppendBins(view.image.shortest_cm(), &bytes);
     AppendBins(view.image.longest_cm(), &bytes);
   }
@@ -114,12 +100,12 @@ std::shared_ptr<const PreparedSubmap> DecodePreparedSubmap(std::shared_ptr<const
                                                            const std::string& bytes) {
   constexpr size_t kHeaderBytes = 20;
   if (bytes.size() < kHeaderBytes) return nullptr;
-  size_t at = 0;
+  ByteReader reader(bytes);
   Header header;
-  header.voxel_m = Take<double>(bytes, &at);
-  header.step_m = Take<float>(bytes, &at);
-  header.points = Take<uint32_t>(bytes, &at);
-  header.views = Take<uint32_t>(bytes, &at);
+  header.voxel_m = reader.Read<double>();
+  header.step_m = reader.Read<float>();
+  header.points = reader.Read<uint32_t>();
+  header.views = reader.Read<uint32_t>();
   if (header.views > PreparedSubmap::kMaxViews) return nullptr;
   const bool plausible =
       header.voxel_m > 0 && header.voxel_m < 100 && header.step_m > 0 && header.step_m < 100;
@@ -130,18 +116,18 @@ std::shared_ptr<const PreparedSubmap> DecodePreparedSubmap(std::shared_ptr<const
   std::vector<SurfacePoint> surface;
   surface.reserve(header.points);
   for (uint32_t k = 0; k < header.points; ++k) {
-    surface.push_back(Unpack(Take<PackedPoint>(bytes, &at), header.step_m));
+    surface.push_back(Unpack(reader.Read<PackedPoint>(), header.step_m));
     if (!surface.back().normal.allFinite()) return nullptr;
   }
   std::vector<PreparedSubmap::View> views;
   for (uint32_t k = 0; k < header.views; ++k) {
-    const auto pose = Take<PackedPose>(bytes, &at);
+    const auto pose = reader.Read<PackedPose>();
     const double* q = pose.rotation;
     const Eigen::Quaterniond rotation(q[3], q[0], q[1], q[2]);
     const Pose T(rotation, Eigen::Map<const Eigen::Vector3d>(pose.translation));
     if (!T.IsFinite() || !(std::abs(rotation.norm() - 1) < 1e-6)) return nullptr;
-    std::vector<uint16_t> shortest = TakeBins(bytes, &at);
-    std::vector<uint16_t> longest = TakeBins(bytes, &at);
+    std::vector<uint16_t> shortest = TakeBins(reader);
+    std::vector<uint16_t> longest = TakeBins(reader);
     views.push_back({T, RangeImage(std::move(shortest), std::move(longest))});
   }
   return std::make_shared<const PreparedSubmap>(std::move(submap), header.voxel_m,

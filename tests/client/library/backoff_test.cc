@@ -1,4 +1,4 @@
-#include "client/library/backoff.h"
+#include "client/library/stream/backoff.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

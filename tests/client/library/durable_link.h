@@ -8,8 +8,8 @@
 #include <string>
 
 #include "client/library/convert.h"
-#include "client/library/session_link.h"
-#include "client/library/spooled_stream.h"
+#include "client/library/stream/session_link.h"
+#include "client/library/stream/spooled_stream.h"
 #include "core/mutex.h"
 #include "tests/client/library/durable_sessions.h"
 

@@ -4,7 +4,7 @@
 #include <atomic>
 #include <chrono>
 
-#include "client/library/wait_clock.h"
+#include "client/library/stream/wait_clock.h"
 
 namespace isthmus::client {
 

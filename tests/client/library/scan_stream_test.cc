@@ -1,5 +1,5 @@
 // What a lost link does to a robot's scans: nothing.
-#include "client/library/scan_stream.h"
+#include "client/library/stream/scan_stream.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

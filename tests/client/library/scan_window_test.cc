@@ -1,4 +1,4 @@
-#include "client/library/scan_window.h"
+#include "client/library/stream/scan_window.h"
 
 #include <gtest/gtest.h>
 

@@ -1,10 +1,10 @@
 // The scans of a session on disk, through crashes, bad disks and full ones.
-#include "client/library/session_spool.h"
+#include "client/library/spool/session_spool.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "client/library/spool_folder.h"
+#include "client/library/spool/spool_folder.h"
 #include "tests/client/library/spool_files.h"
 
 namespace isthmus::client {
@@ -81,7 +81,7 @@ TEST_F(SessionSpoolTest, ATornTailIsCutOffWhereverItTears) {
   }
   const std::string path = files_.Segments().front();
   const std::string whole = ReadFile(path);
-  const size_t record = SpoolSegment::kRecordHeaderBytes + PayloadOf(3).size();
+  const size_t record = io::kRecordHeaderBytes + PayloadOf(3).size();
   for (size_t torn = 1; torn < record; ++torn) {
     WriteFile(path, whole.substr(0, whole.size() - torn));
     const auto spool = Open();
@@ -276,7 +276,7 @@ TEST(SpoolFolderTest, IsForOneProgramAtATime) {
   ASSERT_TRUE(folder.ok()) << folder.status();
   const auto second = SpoolFolder::Open(files.path() + "/robot");
   ASSERT_TRUE(absl::IsFailedPrecondition(second.status())) << second.status();
-  EXPECT_THAT(std::string(second.status().message()), HasSubstr("in use by another program"));
+  EXPECT_THAT(std::string(second.status().message()), HasSubstr("in use by process"));
   folder->reset();
   EXPECT_TRUE(SpoolFolder::Open(files.path() + "/robot").ok());
 }

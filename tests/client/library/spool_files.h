@@ -5,17 +5,18 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
-#include <optional>
 #include <string>
 #include <vector>
 
-#include "client/library/spool_segment.h"
+#include "client/library/spool/spool_segment.h"
+#include "tests/core/io/failing_disk.h"
 
 namespace isthmus::client {
+
+using io::FailingDisk;
 
 // A folder that goes with its test.
 class SpoolFiles {
@@ -58,36 +59,5 @@ inline std::string ReadFile(const std::string& path) {
 inline void WriteFile(const std::string& path, const std::string& bytes) {
   std::ofstream(path, std::ios::binary | std::ios::trunc) << bytes;
 }
-
-// A disk with room for so many bytes more, or whose fsync fails.
-class FailingDisk {
- public:
-  std::optional<size_t> room;  // Absent: as much as there is.
-  bool fails_to_sync = false;
-  int syncs = 0;
-
-  const DiskCalls& calls() const { return calls_; }
-
- private:
-  ssize_t Write(int file, const void* data, size_t size, off_t offset) {
-    if (!room) return pwrite(file, data, size, offset);
-    const size_t fits = std::min(size, *room);
-    *room -= fits;
-    if (fits > 0) return pwrite(file, data, fits, offset);
-    errno = ENOSPC;
-    return -1;
-  }
-  int Sync(int file) {
-    ++syncs;
-    if (!fails_to_sync) return fdatasync(file);
-    errno = EIO;
-    return -1;
-  }
-
-  const DiskCalls calls_{[this](int file, const void* data, size_t size, off_t offset) {
-                           return Write(file, data, size, offset);
-                         },
-                         [this](int file) { return Sync(file); }};
-};
 
 }  // namespace isthmus::client

@@ -1,5 +1,5 @@
 // What a crash or a bad disk does to a file of scans.
-#include "client/library/spool_segment.h"
+#include "client/library/spool/spool_segment.h"
 
 #include <gtest/gtest.h>
 
@@ -21,7 +21,7 @@ class SpoolSegmentTest : public testing::Test {
  protected:
   // A file with scans 7 to 11; returns its bytes, and where each scan ends.
   std::string MakeFile(std::vector<uint64_t>* ends) {
-    auto segment = SpoolSegment::Create(path_, {"owner", 7, 60}, DiskCalls::System());
+    auto segment = SpoolSegment::Create(path_, {"owner", 7, 60}, io::DiskCalls::System());
     EXPECT_TRUE(segment.ok()) << segment.status();
     ends->push_back((*segment)->bytes());
     for (uint64_t i = 7; i < 7 + kScans; ++i) {
@@ -32,7 +32,7 @@ class SpoolSegmentTest : public testing::Test {
   }
 
   std::shared_ptr<SpoolSegment> Open() {
-    auto segment = SpoolSegment::Open(path_, {"owner", 7, 0}, DiskCalls::System());
+    auto segment = SpoolSegment::Open(path_, {"owner", 7, 0}, io::DiskCalls::System());
     EXPECT_TRUE(segment.ok()) << segment.status();
     return *segment;
   }
@@ -48,31 +48,16 @@ TEST_F(SpoolSegmentTest, WhatWasWrittenIsFoundAndRead) {
   EXPECT_EQ(segment->header().owner, "owner");
   EXPECT_EQ(segment->header().first_sequence, 7u);
   EXPECT_EQ(segment->header().stamp_before_ns, 60);
-  const auto contents = segment->Find(true);
+  const auto contents = segment->Find(io::Look::kBodies);
   ASSERT_TRUE(contents.ok());
-  ASSERT_EQ(contents->scans.size(), static_cast<size_t>(kScans));
-  EXPECT_EQ(contents->skipped, 0u);
+  ASSERT_EQ(contents->records.size(), static_cast<size_t>(kScans));
+  EXPECT_TRUE(contents->damaged.empty());
   EXPECT_EQ(contents->end, ends.back());
-  for (const SpooledScan& scan : contents->scans) {
-    EXPECT_EQ(scan.end_stamp_ns, static_cast<int64_t>(10 * scan.sequence));
+  for (const io::Record& scan : contents->records) {
+    EXPECT_EQ(scan.stamp_ns, static_cast<int64_t>(10 * scan.sequence));
     const auto payload = segment->Read(scan);
     ASSERT_TRUE(payload.ok());
     EXPECT_EQ(*payload, DottedPayload(scan.sequence));
-  }
-}
-
-TEST_F(SpoolSegmentTest, TornAnywhereItHoldsTheScansBeforeThat) {
-  std::vector<uint64_t> ends;
-  const std::string whole = MakeFile(&ends);
-  for (size_t length = ends[0]; length <= whole.size(); ++length) {
-    WriteFile(path_, whole.substr(0, length));
-    const auto contents = Open()->Find(true);
-    ASSERT_TRUE(contents.ok());
-    size_t complete = 0;
-    while (complete < kScans && ends[complete + 1] <= length) ++complete;
-    ASSERT_EQ(contents->scans.size(), complete) << "cut at " << length;
-    EXPECT_EQ(contents->end, ends[complete]) << "cut at " << length;
-    EXPECT_EQ(contents->skipped, 0u);
   }
 }
 
@@ -83,39 +68,22 @@ TEST_F(SpoolSegmentTest, AFlippedByteCostsAtMostItsOwnScan) {
     std::string flipped = whole;
     flipped[at] = static_cast<char>(flipped[at] ^ 0x40);
     WriteFile(path_, flipped);
-    const auto segment = SpoolSegment::Open(path_, {"owner", 7, 0}, DiskCalls::System());
+    const auto segment = SpoolSegment::Open(path_, {"owner", 7, 0}, io::DiskCalls::System());
     if (!segment.ok()) {
       EXPECT_TRUE(absl::IsFailedPrecondition(segment.status())) << segment.status();
       EXPECT_TRUE(at >= 8 && at < 12) << "only a version may be refused";
       continue;
     }
-    const auto contents = (*segment)->Find(true);
+    const auto contents = (*segment)->Find(io::Look::kBodies);
     ASSERT_TRUE(contents.ok());
     const size_t expected = at < ends[0] ? kScans : kScans - 1;
-    ASSERT_EQ(contents->scans.size(), expected) << "flipped at " << at;
-    for (const SpooledScan& scan : contents->scans) {
+    ASSERT_EQ(contents->records.size(), expected) << "flipped at " << at;
+    for (const io::Record& scan : contents->records) {
       const auto payload = (*segment)->Read(scan);
       ASSERT_TRUE(payload.ok());
       EXPECT_EQ(*payload, DottedPayload(scan.sequence));
     }
   }
-}
-
-TEST_F(SpoolSegmentTest, AFullDiskLeavesNothingHalfWritten) {
-  FailingDisk disk;
-  auto segment = SpoolSegment::Create(path_, {"owner", 7, 0}, disk.calls());
-  ASSERT_TRUE(segment.ok());
-  ASSERT_TRUE((*segment)->Append(7, 70, DottedPayload(7)).ok());
-  const std::string before = ReadFile(path_);
-  for (size_t room = 0; room < 40; ++room) {
-    disk.room = room;  // So many bytes still fit.
-    const auto scan = (*segment)->Append(8, 80, DottedPayload(8));
-    ASSERT_TRUE(absl::IsResourceExhausted(scan.status())) << scan.status();
-    EXPECT_EQ(ReadFile(path_), before);
-  }
-  disk.room.reset();
-  EXPECT_TRUE((*segment)->Append(8, 80, DottedPayload(8)).ok());
-  EXPECT_EQ((*segment)->Find(true)->scans.size(), 2u);
 }
 
 TEST_F(SpoolSegmentTest, AFullDiskLeavesNoEmptyFile) {

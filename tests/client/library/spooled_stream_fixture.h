@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "client/library/scan_stream.h"
+#include "client/library/stream/scan_stream.h"
 #include "core/codec/payload_builder.h"
 #include "core/mutex.h"
 #include "tests/client/library/manual_wait_clock.h"

@@ -159,7 +159,7 @@ TEST_F(SpooledStreamTest, BackfillKeepsToItsRate) {
     auto stream = Open();
     Push(*stream, 45);
     EXPECT_NEAR(static_cast<double>(stream->stats().spool_bytes) / 45,
-                kScanBytes + SpoolSegment::kRecordHeaderBytes, 4);
+                kScanBytes + io::kRecordHeaderBytes, 4);
   }
   auto stream = Open();
   server_.Start();
@@ -211,7 +211,7 @@ TEST_F(SpooledStreamTest, LiveScansGoAheadThoughOneWasBeingPushedWhenTheLinkCame
   options_.spool.max_bytes = 4000;
   server_.Stop();
   auto stream = Open();
-  const double room = kScanBytes + SpoolSegment::kRecordHeaderBytes + 8;
+  const double room = kScanBytes + io::kRecordHeaderBytes + 8;
   while (static_cast<double>(stream->stats().spool_bytes) + room < 4000) Push(*stream, 1);
   clock_.Advance(4);
   std::promise<void> pushes;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
@@ -9,6 +10,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <string>
 
 #include "server/composition/spill_file.h"
 
@@ -18,7 +20,7 @@ class FailingSpillFile : public SpillFile {
  public:
   static constexpr uint64_t kReserve = 1 << 20;
 
-  FailingSpillFile() : SpillFile(::testing::TempDir(), kReserve) {}
+  FailingSpillFile() : SpillFile(::testing::TempDir(), kReserve, calls_) {}
 
   std::atomic<size_t> longest = std::numeric_limits<size_t>::max();  // Bytes of one call.
   std::atomic<int> interrupt_every = 0;                              // Calls; 0: never.
@@ -26,34 +28,39 @@ class FailingSpillFile : public SpillFile {
   std::atomic<bool> fail_reads = false;
   std::atomic<uint64_t> free_bytes = uint64_t{1} << 40;
 
- protected:
-  ssize_t WriteSome(int file, const char* data, size_t size, uint64_t offset) override {
+ private:
+  ssize_t WriteSome(int file, const void* data, size_t size, off_t offset) {
     if (Interrupted()) return -1;
     if (writes_left <= 0) {
       errno = ENOSPC;
       return -1;
     }
     --writes_left;
-    return SpillFile::WriteSome(file, data, std::min(size, longest.load()), offset);
+    return pwrite(file, data, std::min(size, longest.load()), offset);
   }
-  ssize_t ReadSome(int file, char* data, size_t size, uint64_t offset) const override {
+  ssize_t ReadSome(int file, void* data, size_t size, off_t offset) const {
     if (Interrupted()) return -1;
     if (fail_reads) {
       errno = EIO;
       return -1;
     }
-    return SpillFile::ReadSome(file, data, std::min(size, longest.load()), offset);
+    return pread(file, data, std::min(size, longest.load()), offset);
   }
-  uint64_t FreeDiskBytes() const override { return free_bytes; }
-
- private:
   bool Interrupted() const {
-    if (interrupt_every == 0 || ++calls_ % interrupt_every != 0) return false;
+    if (interrupt_every == 0 || ++count_ % interrupt_every != 0) return false;
     errno = EINTR;
     return true;
   }
 
-  mutable std::atomic<int> calls_ = 0;
+  mutable std::atomic<int> count_ = 0;
+  const io::DiskCalls calls_{
+      .write = [this](int file, const void* data, size_t size,
+                      off_t offset) { return WriteSome(file, data, size, offset); },
+      .read = [this](int file, void* data, size_t size,
+                     off_t offset) { return ReadSome(file, data, size, offset); },
+      .sync = fdatasync,
+      .sync_folder = fsync,
+      .free_bytes = [this](const std::string&) { return free_bytes.load(); }};
 };
 
 }  // namespace isthmus::composition

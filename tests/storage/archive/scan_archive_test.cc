@@ -24,7 +24,7 @@ std::unique_ptr<ScanArchive> OpenArchive(const std::string& directory,
                                          uint64_t segment_bytes = 4096) {
   ScanArchiveOptions options;
   options.segment_bytes = segment_bytes;
-  options.sync = DoNotSync;
+  options.disk = WithSync(DoNotSync);
   return std::move(ScanArchive::Open(directory, options).value());
 }
 
@@ -40,9 +40,8 @@ int Segments(const TemporaryFolder& folder, const SessionId& session = kAlice) {
 }
 
 ScanUpload RoundTrip(const ScanUpload& scan) {
-  const std::string record = EncodeScanRecord(scan).value();
-  const ScanHeader header = DecodeScanHeader(record).value();
-  return DecodeScanBody(header, record.substr(kScanHeaderSize)).value();
+  const io::Record record{.sequence = scan.sequence, .stamp_ns = scan.end_stamp_ns};
+  return DecodeScan(record, EncodeScan(scan).value()).value();
 }
 
 TEST(ScanRecordTest, KeepsEveryBitOfAPayload) {
@@ -79,7 +78,7 @@ TEST(ScanRecordTest, KeepsWhatNoDecoderTakes) {
 
 TEST(ScanRecordTest, PacksRawScansWithoutLoss) {
   const ScanUpload scan = MakeUpload(1, 20'000);
-  const size_t size = EncodeScanRecord(scan)->size();
+  const size_t size = EncodeScan(scan)->size();
   EXPECT_LT(size, scan.payload.data.size() * 7 / 10);
 }
 
@@ -278,7 +277,7 @@ int FailingSync(int descriptor) {
 TEST(ScanArchiveTest, ScansThatCouldNotBeSyncedAreWrittenAnew) {
   TemporaryFolder folder;
   ScanArchiveOptions options;
-  options.sync = FailingSync;
+  options.disk = WithSync(FailingSync);
   const auto archive = ScanArchive::Open(folder.path(), options).value();
   Append(*archive, 1, 3);
   ASSERT_TRUE(archive->Sync(kAlice).ok());
@@ -298,7 +297,7 @@ TEST(ScanArchiveTest, ScansThatCouldNotBeSyncedAreWrittenAnew) {
 TEST(ScanArchiveTest, SaysSoWhenTheDiskLostScansItHadTaken) {
   TemporaryFolder folder;
   ScanArchiveOptions options;
-  options.sync = FailingSync;
+  options.disk = WithSync(FailingSync);
   auto archive = ScanArchive::Open(folder.path(), options).value();
   Append(*archive, 1, 3);
   ASSERT_TRUE(archive->Sync(kAlice).ok());

@@ -4,10 +4,10 @@
 #include <cstring>
 #include <random>
 
+#include "core/byte_stream.h"
 #include "core/io/crc32c.h"
 #include "storage/archive/scan_archive.h"
 #include "storage/archive/scan_segment.h"
-#include "storage/records/byte_stream.h"
 #include "tests/storage/scans.h"
 #include "tests/storage/temporary_folder.h"
 
@@ -15,7 +15,7 @@ namespace isthmus::storage {
 namespace {
 
 const SessionId kDamaged("alice-1");
-const ScanArchiveOptions kQuick{.sync = DoNotSync};
+const ScanArchiveOptions kQuick{.disk = WithSync(DoNotSync)};
 
 // An archive whose scans are all in one segment.
 class OneSegment {

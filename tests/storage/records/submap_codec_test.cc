@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "core/io/crc32c.h"
-#include "storage/records/byte_stream.h"
+#include "core/byte_stream.h"
 #include "tests/storage/records.h"
 
 namespace isthmus::storage {

@@ -1,0 +1,51 @@
+#include "client/library/spool/spool_folder.h"
+
+#include <absl/strings/str_format.h>
+
+#include <filesystem>
+#include <system_error>
+
+#include "core/io/folder.h"
+
+namespace isthmus::client {
+namespace {
+
+std::string PathIn(const std::string& folder, uint64_t number) {
+  return absl::StrFormat("%s/%06d", folder, number);
+}
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<SpoolFolder>> SpoolFolder::Open(const std::string& path) {
+  auto lock = io::DirectoryLock::Take(path, {"lock", "the spool"});
+  if (!lock.ok()) return lock.status();
+  return std::unique_ptr<SpoolFolder>(new SpoolFolder(path, *std::move(lock)));
+}
+
+absl::StatusOr<std::vector<std::unique_ptr<SessionSpool>>> SpoolFolder::Load(
+    const SessionSpool::Options& options) {
+  const absl::StatusOr<std::vector<uint64_t>> numbers = io::ListNumbers(path_, "");
+  if (!numbers.ok()) return numbers.status();
+  std::vector<std::unique_ptr<SessionSpool>> spools;
+  for (const uint64_t number : *numbers) {
+    newest_ = number;
+    const std::string path = PathIn(path_, number);
+    std::error_code error;
+    if (!HasIdentity(path)) {
+      // The program died while it made or removed it: no scan is in it that is still needed.
+      std::filesystem::remove_all(path, error);
+      continue;
+    }
+    auto spool = SessionSpool::Open(path, options);
+    if (!spool.ok()) return spool.status();
+    spools.push_back(*std::move(spool));
+  }
+  return spools;
+}
+
+absl::StatusOr<std::unique_ptr<SessionSpool>> SpoolFolder::Add(
+    const SpoolIdentity& identity, const SessionSpool::Options& options) {
+  return SessionSpool::Create(PathIn(path_, ++newest_), identity, options);
+}
+
+}  // namespace isthmus::client

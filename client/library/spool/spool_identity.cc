@@ -1,0 +1,74 @@
+#include "client/library/spool/spool_identity.h"
+
+#include <absl/strings/str_cat.h>
+#include <absl/strings/str_format.h>
+
+#include <filesystem>
+#include <random>
+#include <system_error>
+
+#include "core/byte_stream.h"
+#include "core/io/crc32c.h"
+#include "core/io/part_file.h"
+
+namespace isthmus::client {
+namespace {
+
+// Then three strings, each behind its length (u32): the request, the session's id, and base and
+// `closed` as nine bytes; then the crc32c of all before. Little endian.
+constexpr char kIdentityMagic[] = "ISTHSPI1";
+constexpr size_t kIdentityMagicBytes = 8, kNumberBytes = 9;
+
+void PutString(std::string& out, const std::string& value) {
+  AppendBytes(static_cast<uint32_t>(value.size()), out);
+  out += value;
+}
+
+std::string PathOf(const std::string& folder) { return folder + "/session"; }
+
+}  // namespace
+
+absl::Status WriteIdentity(const std::string& folder, const SpoolIdentity& identity) {
+  std::string bytes(kIdentityMagic, kIdentityMagicBytes);
+  PutString(bytes, identity.request.SerializeAsString());
+  PutString(bytes, identity.session);
+  AppendBytes(uint32_t{kNumberBytes}, bytes);
+  AppendBytes(identity.base, bytes);
+  bytes += identity.closed ? '\1' : '\0';
+  AppendBytes(io::Crc32c(bytes.data(), bytes.size()), bytes);
+  return io::ReplaceFile(PathOf(folder), bytes);
+}
+
+absl::StatusOr<SpoolIdentity> ReadIdentity(const std::string& folder) {
+  const absl::StatusOr<std::string> bytes = io::ReadFile(PathOf(folder));
+  if (!bytes.ok()) return bytes.status();
+  ByteReader reader(*bytes);
+  const auto string = [&] { return reader.ReadString(reader.Read<uint32_t>()); };
+  SpoolIdentity identity;
+  const bool is_ours = reader.ReadString(kIdentityMagicBytes) == kIdentityMagic;
+  const bool is_parsed = identity.request.ParseFromString(string());
+  identity.session = string();
+  const bool has_numbers = reader.Read<uint32_t>() == kNumberBytes;
+  identity.base = reader.Read<uint64_t>();
+  identity.closed = reader.Read<char>() != '\0';
+  const size_t checked = bytes->size() - reader.remaining();
+  const bool is_whole = reader.Read<uint32_t>() == io::Crc32c(bytes->data(), checked);
+  if (is_ours && is_parsed && has_numbers && is_whole && reader.ok() && reader.remaining() == 0) {
+    return identity;
+  }
+  return absl::DataLossError(absl::StrCat(PathOf(folder), " is damaged"));
+}
+
+bool HasIdentity(const std::string& folder) {
+  std::error_code error;
+  return std::filesystem::exists(PathOf(folder), error) || error;
+}
+
+std::string NewRequestId() {
+  std::random_device random;
+  std::string id;
+  for (int i = 0; i < 4; ++i) absl::StrAppendFormat(&id, "%08x", random());
+  return id;
+}
+
+}  // namespace isthmus::client

@@ -1,0 +1,35 @@
+// Whose scans a spool holds. Private to the library.
+#pragma once
+
+#include <absl/status/status.h>
+#include <absl/status/statusor.h>
+
+#include <cstdint>
+#include <string>
+
+#include "isthmus/v1/session_service.pb.h"
+
+namespace isthmus::client {
+
+struct SpoolIdentity {
+  // What the session was, or is to be, asked for with; its request_id is the spool's own name.
+  v1::CreateSessionRequest request;
+  std::string session;  // Its id; empty until the server has told.
+  // A scan's sequence at the server is that in the spool less this: not 0 where the spool changed
+  // over to another session.
+  uint64_t base = 0;
+  bool closed = false;  // No more scans come: a newer session of the robot took over.
+};
+
+// Into `folder`/session; it is there as before or as now whatever happens. Errors are
+// io::FileError's.
+absl::Status WriteIdentity(const std::string& folder, const SpoolIdentity& identity);
+// Likewise; NotFound when there is none, DataLoss when it is damaged.
+absl::StatusOr<SpoolIdentity> ReadIdentity(const std::string& folder);
+// True where it cannot be told.
+bool HasIdentity(const std::string& folder);
+
+// 128 random bits as text.
+std::string NewRequestId();
+
+}  // namespace isthmus::client

@@ -1,0 +1,159 @@
+#include "client/library/stream/memory_stream.h"
+
+#include <absl/strings/str_cat.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "client/library/convert.h"
+#include "core/codec/quantized.h"
+
+namespace isthmus::client {
+
+absl::StatusOr<PointPayload> Prepare(PointPayload payload, const ScanStreamOptions& options) {
+  if (options.resolution_m <= 0 || payload.encoding != PayloadEncoding::kRaw) return payload;
+  return codec::Quantize(payload, options.resolution_m);
+}
+
+absl::StatusOr<Session> FinishAt(SessionLink& link, const SessionId& session,
+                                 uint64_t last_sequence) {
+  v1::FinishSessionRequest request;
+  request.set_session(session.value());
+  request.set_last_sequence(last_sequence);
+  v1::Session finished;
+  const absl::Status status = link.Repeat(false, [&] {
+    return link.NewCall(link.options().transfer_timeout_s)->FinishSession(request, &finished);
+  });
+  if (!status.ok()) return status;
+  return FromProto(finished);
+}
+
+MemoryStream::MemoryStream(std::shared_ptr<SessionLink> link, SessionId session,
+                           uint64_t last_sequence, const ScanStreamOptions& options)
+    : link_(std::move(link)),
+      session_(std::move(session)),
+      options_(options),
+      window_(last_sequence + 1, std::max<size_t>(options.window, 1), options.spool_bytes),
+      uplink_(link_.get(), this, {.backoff = link_->options().backoff}) {}
+
+absl::Status MemoryStream::Push(int64_t end_stamp_ns, PointPayload payload) {
+  absl::StatusOr<PointPayload> prepared = Prepare(std::move(payload), options_);
+  if (!prepared.ok()) return prepared.status();
+  const size_t bytes = prepared->data.size();
+  auto request = std::make_shared<v1::StreamScansRequest>();
+  request->mutable_scan()->set_end_stamp_ns(end_stamp_ns);
+  *request->mutable_scan()->mutable_cloud() = ToProto(*std::move(prepared));
+
+  MutexLock lock(&mutex_);
+  while (!done_ && !finishing_ && window_.full()) changed_.Wait(&mutex_);
+  if (done_ && !result_.ok()) return result_;
+  if (finishing_) return absl::FailedPreconditionError("the stream was finished");
+  request->mutable_scan()->set_sequence(window_.next_sequence());
+  window_.Add(std::move(request), bytes);
+  stamps_.push_back(end_stamp_ns);
+  ++stats_.pushed;
+  changed_.SignalAll();
+  return absl::OkStatus();
+}
+
+absl::Status MemoryStream::Finish() {
+  MutexLock lock(&mutex_);
+  finishing_ = true;
+  changed_.SignalAll();
+  while (!done_) changed_.Wait(&mutex_);
+  return result_;
+}
+
+absl::StatusOr<Session> MemoryStream::FinishSession() {
+  if (absl::Status status = Finish(); !status.ok()) return status;
+  uint64_t last_sequence = 0;
+  {
+    MutexLock lock(&mutex_);
+    last_sequence = window_.acked_sequence();
+  }
+  absl::StatusOr<client::Session> session = FinishAt(*link_, session_, last_sequence);
+  if (!session.ok()) return session;
+  MutexLock lock(&mutex_);
+  stats_.durable_sequence = std::max(stats_.durable_sequence, session->durable_sequence);
+  return session;
+}
+
+ScanStreamStats MemoryStream::stats() const {
+  MutexLock lock(&mutex_);
+  return stats_;
+}
+
+absl::Status MemoryStream::Begin(const v1::Session& known) {
+  if (known.id().empty()) return absl::NotFoundError("no such session");
+  MutexLock lock(&mutex_);
+  const bool is_over = stats_.pushed > 0 && window_.all_acked();
+  if (known.state() == v1::Session::FINISHED && !is_over) {
+    return absl::FailedPreconditionError(absl::StrCat(
+        "session ", known.id(), " is finished: create a new session for robot ", known.robot()));
+  }
+  window_.Rewind(known.last_sequence());
+  interrupted_ = false;
+  return absl::OkStatus();
+}
+
+ScanSource::Request MemoryStream::Next() {
+  MutexLock lock(&mutex_);
+  for (;;) {
+    if (interrupted_) return nullptr;
+    if (auto request = window_.TakeUnsent()) {
+      stats_.sent_bytes += request->scan().cloud().data().size();
+      return request;
+    }
+    // Half-closing early is fine: the server acknowledges what is queued before it ends.
+    if (finishing_) return nullptr;
+    changed_.Wait(&mutex_);
+  }
+}
+
+void MemoryStream::Interrupt() {
+  MutexLock lock(&mutex_);
+  interrupted_ = true;
+  changed_.SignalAll();
+}
+
+bool MemoryStream::Take(const v1::StreamScansResponse& response) {
+  ScanAck ack = FromProto(response);
+  ack.session = session_;
+  {
+    MutexLock lock(&mutex_);
+    const bool news = ack.sequence != 0 && window_.Ack(ack.sequence);
+    window_.Durable(ack.durable_sequence);
+    stats_.durable_sequence = std::max(stats_.durable_sequence, ack.durable_sequence);
+    if (!news) return false;
+    ack.end_stamp_ns = stamps_.front();
+    stamps_.pop_front();
+    stats_.processed += ack.outcome == ScanOutcome::kProcessed;
+    stats_.duplicates += ack.outcome == ScanOutcome::kDuplicate;
+    stats_.rejected += ack.outcome == ScanOutcome::kRejected;
+    changed_.SignalAll();
+  }
+  if (options_.on_ack) options_.on_ack(ack);
+  return true;
+}
+
+bool MemoryStream::complete() const {
+  MutexLock lock(&mutex_);
+  return finishing_ && window_.all_acked();
+}
+
+void MemoryStream::Lost(const absl::Status& why) {
+  {
+    MutexLock lock(&mutex_);
+    ++stats_.reconnects;
+  }
+  if (options_.on_event) options_.on_event("link lost: " + std::string(why.message()));
+}
+
+void MemoryStream::End(const absl::Status& status) {
+  MutexLock lock(&mutex_);
+  result_ = status;
+  done_ = true;
+  changed_.SignalAll();
+}
+
+}  // namespace isthmus::client

@@ -1,0 +1,63 @@
+// A stream that keeps its scans in memory. Private to the library.
+#pragma once
+
+#include <deque>
+#include <memory>
+
+#include "client/library/stream/scan_source.h"
+#include "client/library/stream/scan_stream_impl.h"
+#include "client/library/stream/scan_window.h"
+#include "client/library/stream/session_link.h"
+#include "client/library/stream/uplink.h"
+#include "core/mutex.h"
+
+namespace isthmus::client {
+
+// Thread safe: the robot's thread and the uplink's meet here.
+class MemoryStream final : public ScanStream::Impl, private ScanSource {
+ public:
+  MemoryStream(std::shared_ptr<SessionLink> link, SessionId session, uint64_t last_sequence,
+               const ScanStreamOptions& options);
+
+  absl::Status Push(int64_t end_stamp_ns, PointPayload payload) override;
+  absl::Status Finish() override;
+  absl::StatusOr<client::Session> FinishSession() override;
+  ScanStreamStats stats() const override;
+  SpoolState resumed() const override { return {}; }
+  SessionId session() const override { return session_; }
+
+ private:
+  absl::StatusOr<std::string> Session(const Ask&) override { return session_.value(); }
+  absl::Status Begin(const v1::Session& known) override;
+  Request Next() override;
+  void Interrupt() override;
+  bool Take(const v1::StreamScansResponse& response) override;
+  bool complete() const override;
+  absl::Status Conclude(const Ask&) override { return absl::OkStatus(); }
+  void Lost(const absl::Status& why) override;
+  void End(const absl::Status& status) override;
+
+  const std::shared_ptr<SessionLink> link_;
+  const SessionId session_;
+  const ScanStreamOptions options_;
+
+  mutable Mutex mutex_;
+  CondVar changed_;
+  ScanWindow<v1::StreamScansRequest> window_ ABSL_GUARDED_BY(mutex_);
+  ScanStreamStats stats_ ABSL_GUARDED_BY(mutex_);
+  std::deque<int64_t> stamps_ ABSL_GUARDED_BY(mutex_);  // Of the scans without acknowledgement.
+  bool finishing_ ABSL_GUARDED_BY(mutex_) = false;      // No more scans will come.
+  bool interrupted_ ABSL_GUARDED_BY(mutex_) = false;    // The current link has seen its end.
+  bool done_ ABSL_GUARDED_BY(mutex_) = false;           // result_ is final.
+  absl::Status result_ ABSL_GUARDED_BY(mutex_);
+
+  Uplink uplink_;  // Last, so that it starts when everything else is there.
+};
+
+// Compressed if `options` ask for it. InvalidArgument when that cannot be done.
+absl::StatusOr<PointPayload> Prepare(PointPayload payload, const ScanStreamOptions& options);
+// The session after it was finished, with the client's patience; see FinishSessionRequest.
+absl::StatusOr<Session> FinishAt(SessionLink& link, const SessionId& session,
+                                 uint64_t last_sequence);
+
+}  // namespace isthmus::client

@@ -1,0 +1,48 @@
+// What an uplink sends, and where its acknowledgements go. Private to the library.
+#pragma once
+
+#include <absl/status/status.h>
+#include <absl/status/statusor.h>
+
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "client/library/stream/session_link.h"
+#include "isthmus/v1/session_service.pb.h"
+
+namespace isthmus::client {
+
+// Thread safe. The uplink calls it without locks of its own.
+class ScanSource {
+ public:
+  using Request = std::shared_ptr<const v1::StreamScansRequest>;
+  // Makes one attempt at a call that the server answers at once, or at one that takes its time.
+  enum class Duration { kShort, kLong };
+  using Attempt = std::function<absl::Status(SessionCall&)>;
+  using Ask = std::function<absl::Status(Duration, const Attempt&)>;
+
+  virtual ~ScanSource() = default;
+
+  // The session, opened if that has not happened.
+  virtual absl::StatusOr<std::string> Session(const Ask& ask) = 0;
+  // A new link begins, to a server that stands so; of a session that it does not know, `known` has
+  // no id. An error ends the link.
+  virtual absl::Status Begin(const v1::Session& known) = 0;
+  // The next scan; waits for one. Null when there will be none on this link.
+  virtual Request Next() = 0;
+  // The link has ended: Next returns null until the next Begin.
+  virtual void Interrupt() = 0;
+  // True for an acknowledgement that brought the stream on.
+  virtual bool Take(const v1::StreamScansResponse& response) = 0;
+  // Whether everything was acknowledged and no more will come.
+  virtual bool complete() const = 0;
+  // After that; attempted again after a link that was lost.
+  virtual absl::Status Conclude(const Ask& ask) = 0;
+  // A link was lost with this and will be opened again.
+  virtual void Lost(const absl::Status& why) = 0;
+  // The uplink's last word.
+  virtual void End(const absl::Status& status) = 0;
+};
+
+}  // namespace isthmus::client

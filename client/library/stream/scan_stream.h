@@ -1,0 +1,143 @@
+// One robot's scans on their way to the server.
+#pragma once
+
+#include <absl/status/status.h>
+#include <absl/status/statusor.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "client/library/records.h"
+#include "client/library/spool/spool_options.h"
+#include "core/ids.h"
+#include "core/point_payload.h"
+#include "core/pose.h"
+#include "core/scan.h"
+
+namespace isthmus::client {
+
+enum class ScanOutcome {
+  kProcessed,
+  kDuplicate,  // The server had it already, from before a lost link.
+  kRejected,   // Cannot be used; `reason` says why.
+};
+
+// Computing time of one scan's odometry at the server, wall time, decoding apart.
+struct ScanTiming {
+  double features_ms = 0, matching_ms = 0, map_ms = 0, total_ms = 0;
+};
+
+struct ScanAck {
+  SessionId session;      // Which of the stream's: with a spool there may be several.
+  uint64_t sequence = 0;  // In that session.
+  int64_t end_stamp_ns = 0;
+  ScanOutcome outcome = ScanOutcome::kProcessed;
+  std::string reason;
+  std::string tracking;               // "ok", "degenerate" or "lost" when processed.
+  std::optional<Pose> T_odom_sensor;  // At the END of the scan, when processed.
+  // Of T_odom_sensor, relative to the map around the robot (drift adds to it): twist order
+  // [rho; phi], sensor frame at the END of the scan, m^2 and rad^2. When processed.
+  std::optional<Matrix6d> covariance;
+  // Directions that the scan did not observe, along which the prediction was kept: unit vectors,
+  // sensor frame at the END of the scan. When degenerate.
+  std::vector<Eigen::Vector3d> unobserved_translations, unobserved_rotations;
+  // The segment that the session is in, from 1 on, and its id: both poses are of its odom frame,
+  // and poses of different segments share none.
+  uint32_t segment = 0;
+  SessionId segment_session;
+  std::optional<Pose> T_map_odom;  // Newest; absent until the segment has been placed.
+  // While the session is lost: END of the first scan since it was tracked last. Else 0.
+  int64_t lost_since_ns = 0;
+  ScanCounts scans;  // Of the session, up to this one.
+  uint64_t durable_sequence = 0;
+  ScanTiming timing;  // When processed.
+};
+
+struct ScanStreamOptions {
+  // Scans under way without acknowledgement. Without a spool Push waits when there are as many.
+  size_t window = 16;
+  // Without a spool acknowledged scans are kept in memory up to this size until they are durable,
+  // to be sent again should the server crash.
+  size_t spool_bytes = 256u << 20;
+  // Where scans are kept until they are durable at the server: a folder for this robot alone. What
+  // Push returned OK for then survives this program, and is sent by the next one that opens the
+  // folder. Empty: in memory.
+  std::string spool_dir = {};
+  SpoolOptions spool = {};  // With spool_dir.
+  // Sends x, y, z rounded to this, compressed (0.001 to 0.005 is usual); 0: as they are. Payloads
+  // that are compressed already are sent as they are.
+  double resolution_m = 0;
+  // Called once per scan, in order within a session, from a thread of the stream, one call at a
+  // time. Must not call the stream. Scans that an earlier program pushed are among them unless it
+  // had their acknowledgement, and maybe then.
+  std::function<void(const ScanAck&)> on_ack = nullptr;
+  // What is worth a line in a log: lost links, damage, changes of session. Likewise.
+  std::function<void(const std::string&)> on_event = nullptr;
+};
+
+struct ScanStreamStats {
+  uint64_t pushed = 0, processed = 0, duplicates = 0, rejected = 0;
+  uint64_t durable_sequence = 0;
+  uint64_t sent_bytes = 0;  // Of clouds, what was sent again included.
+  int reconnects = 0;
+  // With a spool:
+  uint64_t backlog = 0;      // Scans without acknowledgement, of earlier programs too.
+  uint64_t spool_bytes = 0;  // On the disk.
+  uint64_t lost = 0;         // Damaged in the spool, or dropped from it.
+};
+
+// Where a spool stood when it was opened.
+struct SpoolState {
+  std::string robot;           // Empty without a spool.
+  SessionId session;           // Empty while the server has not been asked for it.
+  uint64_t last_sequence = 0;  // Of the newest scan that was pushed; 0: none.
+  int64_t last_stamp_ns = 0;   // Its end.
+};
+
+// Thread safe, though scans of one robot come from one thread. When the link is lost it is opened
+// again, with back-off, and whatever the server lacks is sent again: nothing is lost and nothing
+// counts twice. Without a spool it gives up after backoff.max_attempts without any acknowledgement
+// in between, and from then on every call returns that error; with a spool it never gives up,
+// except where only a person can help (see IfSessionIsGone).
+class ScanStream {
+ public:
+  // Gives up what is not acknowledged; call Finish first. With a spool nothing is given up: what
+  // is left is sent by whoever opens the spool next.
+  ~ScanStream();
+
+  // Hands over a scan; stamp is the END of it. InvalidArgument for a payload that cannot be
+  // compressed: it was not taken, and the stream goes on.
+  //
+  // Without a spool: waits while the window is full; the scan is lost with this program.
+  // With one: OK means that the scan is in the spool, see SpoolOptions::sync_interval_s for how
+  // safe. ResourceExhausted when the disk is full, or the spool as WhenFull says; Unavailable when
+  // the disk fails: nothing of the scan stays then, and the next call may succeed.
+  absl::Status Push(int64_t end_stamp_ns, PointPayload payload);
+  absl::Status Push(const Scan& scan);  // Its sequence is not used: the stream counts.
+
+  // Waits until every scan is acknowledged and closes the stream. The session stays open, see
+  // Client::FinishSession. Idempotent.
+  absl::Status Finish();
+  // As Finish, then finishes the session (and those of an earlier program) and empties the spool:
+  // all is durable. Returns the session.
+  absl::StatusOr<Session> FinishSession();
+
+  ScanStreamStats stats() const;
+  // What an earlier program left; all empty without a spool.
+  SpoolState resumed() const;
+  // Of the scans that are pushed now; empty while the server has not been asked for it.
+  SessionId session() const;
+
+  class Impl;  // Private to the library.
+  explicit ScanStream(std::unique_ptr<Impl> impl);
+
+ private:
+  const std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace isthmus::client

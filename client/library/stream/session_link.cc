@@ -1,0 +1,44 @@
+#include "client/library/stream/session_link.h"
+
+#include <absl/strings/match.h>
+#include <absl/strings/str_cat.h>
+
+#include <chrono>
+#include <optional>
+#include <thread>
+
+#include "client/library/stream/backoff.h"
+
+namespace isthmus::client {
+namespace {
+
+constexpr char kSought[] = "cannot reach isthmus-server at ";
+
+}  // namespace
+
+absl::Status SessionLink::Repeat(bool also_data_loss,
+                                 const std::function<absl::Status()>& attempt) {
+  Backoff backoff(options_.backoff);
+  for (;;) {
+    const absl::Status status = attempt();
+    const bool again = absl::IsUnavailable(status) || (also_data_loss && absl::IsDataLoss(status));
+    if (!again) return status;
+    const std::optional<double> delay = backoff.Next();
+    if (!delay) return Explain(status);
+    Sleep(*delay);
+  }
+}
+
+absl::Status SessionLink::Explain(const absl::Status& status) const {
+  if (!absl::IsUnavailable(status) || absl::StartsWith(status.message(), kSought)) return status;
+  return absl::UnavailableError(
+      absl::StrCat(kSought, options_.address, ": is it running? Start it with `isthmus-server ",
+                   "--data DIR --listen ", options_.address, "` (", status.message(), ")"));
+}
+
+void SessionLink::Sleep(double seconds) const {
+  if (options_.sleep) return options_.sleep(seconds);
+  std::this_thread::sleep_for(std::chrono::duration<double>(seconds));
+}
+
+}  // namespace isthmus::client

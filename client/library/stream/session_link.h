@@ -1,0 +1,72 @@
+// What the streams of scans ask of a server. Private to the library.
+#pragma once
+
+#include <absl/status/status.h>
+
+#include <functional>
+#include <memory>
+
+#include "client/library/options.h"
+#include "client/library/stream/wait_clock.h"
+#include "isthmus/v1/session_service.pb.h"
+
+namespace isthmus::client {
+
+// A stream of scans that is open. One thread writes, another one reads.
+class ScanWire {
+ public:
+  virtual ~ScanWire() = default;
+  // False once it is over.
+  virtual bool Write(const v1::StreamScansRequest& request) = 0;
+  virtual void WritesDone() = 0;
+  // Waits for one; false when none will come.
+  virtual bool Read(v1::StreamScansResponse* response) = 0;
+  // What became of it, when reading and writing have ended.
+  virtual absl::Status Finish() = 0;
+};
+
+// One attempt at one call of the session service: whichever function is called, once.
+class SessionCall {
+ public:
+  virtual ~SessionCall() = default;
+  virtual absl::Status CreateSession(const v1::CreateSessionRequest& request,
+                                     v1::Session* session) = 0;
+  virtual absl::Status GetSession(const v1::GetSessionRequest& request, v1::Session* session) = 0;
+  virtual absl::Status FinishSession(const v1::FinishSessionRequest& request,
+                                     v1::Session* session) = 0;
+  // The call must outlive it.
+  virtual std::unique_ptr<ScanWire> StreamScans() = 0;
+
+  // Ends it, also one that has not begun yet. Thread safe.
+  virtual void Cancel() = 0;
+  // Whether the connection that it goes over stands.
+  virtual bool connected() const = 0;
+  // Later calls do not go over that connection.
+  virtual void Renew() = 0;
+};
+
+// The way to one server, over as many connections as it takes. Thread safe.
+class SessionLink {
+ public:
+  explicit SessionLink(const ClientOptions& options) : options_(options) {}
+  virtual ~SessionLink() = default;
+
+  // It may last so long; 0: for ever. The link must outlive it.
+  virtual std::unique_ptr<SessionCall> NewCall(double timeout_s) = 0;
+
+  const ClientOptions& options() const { return options_; }
+  const WaitClock& clock() const {
+    return options_.clock != nullptr ? *options_.clock : WaitClock::System();
+  }
+  // Repeats `attempt` while it ends in Unavailable or (if `also_data_loss`) DataLoss, waiting in
+  // between.
+  absl::Status Repeat(bool also_data_loss, const std::function<absl::Status()>& attempt);
+  // Adds to an Unavailable status where the server was sought and what to do. Others pass.
+  absl::Status Explain(const absl::Status& status) const;
+  void Sleep(double seconds) const;
+
+ private:
+  const ClientOptions options_;
+};
+
+}  // namespace isthmus::client

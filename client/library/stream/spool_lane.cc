@@ -1,0 +1,374 @@
+#include "client/library/stream/spool_lane.h"
+
+#include <absl/strings/str_cat.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "client/library/convert.h"
+
+namespace isthmus::client {
+namespace {
+
+UplinkOptions ToUplinkOptions(const ScanStreamOptions& options) {
+  UplinkOptions uplink;
+  uplink.for_ever = true;
+  uplink.backoff.first_delay_s = options.spool.retry_first_s;
+  uplink.backoff.max_delay_s = options.spool.retry_max_s;
+  uplink.first_deadline_s = options.spool.attempt_timeout_s;
+  uplink.stall_timeout_s = options.spool.stall_timeout_s;
+  return uplink;
+}
+
+absl::Status Gone(const std::string& session, const std::string& what) {
+  return absl::FailedPreconditionError(
+      absl::StrCat("session ", session, " cannot go on: ", what,
+                   ". The scans are kept in the spool: have them sent into a new session with "
+                   "IfSessionIsGone::kNewSession, or remove the folder if they are not needed"));
+}
+
+}  // namespace
+
+SpoolLane::SpoolLane(SessionLink* link, std::unique_ptr<SessionSpool> spool,
+                     const ScanStreamOptions& options, Host host)
+    : link_(link),
+      spool_(std::move(spool)),
+      options_(options),
+      host_(std::move(host)),
+      clock_(link->clock()),
+      mine_from_(spool_->written() + 1),
+      bucket_(options.spool.backfill_bytes_per_s) {
+  const SpoolIdentity identity = spool_->identity();
+  opened_.robot = identity.request.robot();
+  opened_.session = SessionId(identity.session);
+  opened_.last_sequence = spool_->written() - std::min(spool_->written(), identity.base);
+  opened_.last_stamp_ns = spool_->StampBefore(mine_from_);
+}
+
+SpoolLane::~SpoolLane() = default;
+
+void SpoolLane::Start() {
+  TellNotes();
+  uplink_.reset();  // It may have ended before.
+  ScanSource* const source = this;
+  uplink_ = std::make_unique<Uplink>(link_, source, ToUplinkOptions(options_));
+}
+
+absl::Status SpoolLane::Push(int64_t end_stamp_ns, const std::string& scan) {
+  const auto sequence = spool_->Append(end_stamp_ns, scan, clock_.Now());
+  if (!sequence.ok()) return sequence.status();
+  MutexLock lock(&mutex_);
+  ++stats_.pushed;
+  changed_.SignalAll();
+  return absl::OkStatus();
+}
+
+void SpoolLane::Close(bool conclude) {
+  bool again = false;
+  {
+    MutexLock lock(&mutex_);
+    closed_ = true;
+    conclude_ = conclude_ || conclude;
+    again = conclude_ && !finished_ && ended_ && ended_->ok();
+    if (again) ended_.reset();
+    changed_.SignalAll();
+  }
+  if (again) Start();
+}
+
+SessionId SpoolLane::session() const { return SessionId(spool_->identity().session); }
+
+ScanStreamStats SpoolLane::stats() const {
+  MutexLock lock(&mutex_);
+  ScanStreamStats stats = stats_;
+  stats.backlog = spool_->written() - std::min(spool_->written(), acked_);
+  stats.spool_bytes = spool_->bytes();
+  return stats;
+}
+
+bool SpoolLane::all_acked() const {
+  MutexLock lock(&mutex_);
+  return acked_ >= spool_->written();
+}
+
+bool SpoolLane::behind() const {
+  MutexLock lock(&mutex_);
+  return !closed_ && TooFarBehind();
+}
+
+std::optional<absl::Status> SpoolLane::ended() const {
+  MutexLock lock(&mutex_);
+  return ended_;
+}
+
+std::optional<v1::Session> SpoolLane::finished() const {
+  MutexLock lock(&mutex_);
+  return finished_;
+}
+
+absl::StatusOr<std::string> SpoolLane::Session(const Ask& ask) {
+  SpoolIdentity identity = spool_->identity();
+  if (!identity.session.empty()) return identity.session;
+  v1::Session session;
+  // May be repeated: its request_id, which the spool keeps, makes it one session.
+  absl::Status status = ask(Duration::kShort, [&](SessionCall& call) {
+    return call.CreateSession(identity.request, &session);
+  });
+  if (!status.ok()) return status;
+  identity.session = session.id();
+  if (status = spool_->SetIdentity(identity); !status.ok()) return status;
+  host_.event(absl::StrCat("session ", session.id(), " of robot ", session.robot()));
+  return identity.session;
+}
+
+absl::Status SpoolLane::CanGoOn(const v1::Session& known) const {
+  MutexLock lock(&mutex_);
+  return CheckKnown(known);
+}
+
+absl::Status SpoolLane::CheckKnown(const v1::Session& known) const {
+  const SpoolIdentity identity = spool_->identity();
+  if (known.id().empty()) {
+    return Gone(identity.session,
+                "the server does not know it; it was deleted, or the server has "
+                "another map folder");
+  }
+  const uint64_t written = spool_->written();
+  const uint64_t last = known.last_sequence() + identity.base;
+  if (known.state() == v1::Session::FINISHED) {
+    if (closed_ && (concluding_ || last >= written)) return absl::OkStatus();
+    return Gone(identity.session, "it was finished");
+  }
+  if (last + 1 < spool_->first() && options_.spool.when_full != WhenFull::kDropOldest) {
+    return Gone(identity.session,
+                absl::StrCat("the server has its scans up to ", known.last_sequence(),
+                             ", the spool those from ", spool_->first() - identity.base,
+                             "; the server was restored from an older backup"));
+  }
+  const bool numbers_taken = last > std::max(mine_from_ - 1, sent_) && written >= mine_from_;
+  if (numbers_taken) {
+    return Gone(identity.session,
+                "the server has newer scans than the spool had when it was "
+                "opened; its last file was damaged or removed");
+  }
+  return absl::OkStatus();
+}
+
+absl::Status SpoolLane::ChangeSession(const v1::Session& known, const absl::Status& why) {
+  SpoolIdentity identity = spool_->identity();
+  uint64_t from = spool_->first();
+  if (known.state() == v1::Session::FINISHED) {
+    from = std::max(from, known.last_sequence() + identity.base + 1);
+  } else if (!known.id().empty() && known.last_sequence() + identity.base >= mine_from_) {
+    from = std::max(from, mine_from_);  // Those before were at the server.
+  }
+  identity.base = from - 1;
+  identity.session.clear();
+  identity.request.set_request_id(NewRequestId());
+  if (absl::Status status = spool_->SetIdentity(identity); !status.ok()) return status;
+  mine_from_ = to_send_ = from;
+  sent_ = acked_ = at_server_ = from - 1;
+  taken_up_ = false;
+  return absl::UnavailableError(
+      absl::StrCat("a new session follows: ", std::string(why.message())));
+}
+
+absl::Status SpoolLane::Begin(const v1::Session& known) {
+  std::vector<ScanAck> acks;
+  {
+    MutexLock lock(&mutex_);
+    if (absl::Status status = CheckKnown(known); !status.ok()) {
+      const bool change = options_.spool.if_session_is_gone == IfSessionIsGone::kNewSession;
+      return change ? ChangeSession(known, status) : status;
+    }
+    const uint64_t last = known.last_sequence() + spool_->identity().base;
+    if (last > spool_->written()) {
+      absl::Status status = spool_->Skip(mine_from_ - 1, last);
+      if (!status.ok()) return status;
+      mine_from_ = last + 1;
+    }
+    acks = TakeUp(known);
+    interrupted_ = false;
+  }
+  for (const ScanAck& ack : acks) host_.acked(ack);
+  host_.changed();
+  if (behind()) host_.behind(this);
+  return absl::OkStatus();
+}
+
+std::vector<ScanAck> SpoolLane::TakeUp(const v1::Session& known) {
+  const SpoolIdentity identity = spool_->identity();
+  const uint64_t last = known.last_sequence() + identity.base;
+  if (!std::exchange(taken_up_, true)) acked_ = std::max(acked_, std::min(last, mine_from_ - 1));
+  // What took effect while its acknowledgement was lost need not travel again.
+  std::vector<ScanAck> acks;
+  while (acked_ < std::min(last, sent_)) {
+    ScanAck ack;
+    ack.session = SessionId(identity.session);
+    ack.sequence = ++acked_ - identity.base;
+    ack.end_stamp_ns = spool_->StampBefore(acked_ + 1);
+    ack.outcome = ScanOutcome::kDuplicate;
+    ack.durable_sequence = known.durable_sequence();
+    acks.push_back(std::move(ack));
+  }
+  stats_.duplicates += acks.size();
+  stats_.durable_sequence = std::max(stats_.durable_sequence, known.durable_sequence());
+  at_server_ = last;
+  over_ = known.state() == v1::Session::FINISHED;
+  to_send_ = last + 1;
+  spool_->Release(known.durable_sequence() + identity.base);
+  return acks;
+}
+
+bool SpoolLane::TooFarBehind() const {
+  if (options_.spool.prefer_live_after_s <= 0 || to_send_ > spool_->written()) return false;
+  const int64_t newest = spool_->StampBefore(spool_->written() + 1);
+  const int64_t oldest = spool_->StampBefore(to_send_ + 1);
+  return static_cast<double>(newest - oldest) > options_.spool.prefer_live_after_s * 1e9;
+}
+
+ScanSource::Request SpoolLane::Next() {
+  std::optional<uint64_t> sequence;
+  {
+    MutexLock lock(&mutex_);
+    sequence = AwaitNext();
+    if (!sequence) return nullptr;
+  }
+  if (*sequence > spool_->safe()) {
+    // What the server has must be on the disk, or its number might be given again.
+    if (absl::Status status = spool_->Sync(clock_.Now()); !status.ok()) {
+      host_.event("the spool cannot be written: " + std::string(status.message()));
+      return nullptr;
+    }
+  }
+  Request request = MakeRequest(*sequence);
+  MutexLock lock(&mutex_);
+  if (interrupted_) return nullptr;
+  to_send_ = *sequence + 1;
+  sent_ = std::max(sent_, *sequence);
+  stats_.sent_bytes += request->scan().cloud().data().size();
+  return request;
+}
+
+std::optional<uint64_t> SpoolLane::AwaitNext() {
+  const size_t window = std::max<size_t>(options_.window, 1);
+  for (;;) {
+    if (interrupted_) return std::nullopt;
+    const bool more = to_send_ <= spool_->written();
+    // Half-closing early is fine: the server acknowledges what is queued before it ends.
+    if (!more && closed_) return std::nullopt;
+    if (!more || to_send_ > at_server_ + window) {
+      changed_.Wait(&mutex_);
+      continue;
+    }
+    const std::optional<SessionSpool::Entry> entry = spool_->Find(to_send_);
+    const double now = clock_.Now();
+    if (!entry || now - entry->appended_s <= options_.spool.live_s) return to_send_;
+    const double when = bucket_.Take(entry->scan.size, now);
+    if (when <= now) return to_send_;
+    clock_.WaitUntil(&changed_, &mutex_, when,
+                     [this]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return interrupted_; });
+  }
+}
+
+ScanSource::Request SpoolLane::MakeRequest(uint64_t sequence) {
+  auto request = std::make_shared<v1::StreamScansRequest>();
+  v1::ScanMessage& scan = *request->mutable_scan();
+  const absl::StatusOr<std::string> bytes = spool_->Read(sequence);
+  if (!bytes.ok() || !scan.ParseFromString(*bytes)) {
+    // Uses up the number, so that those behind it can follow; rejected for having no points.
+    scan.Clear();
+    scan.set_end_stamp_ns(spool_->StampBefore(sequence) + 1);
+    bool news = false;
+    {
+      MutexLock lock(&mutex_);
+      news = sequence > lost_told_;
+      lost_told_ = std::max(lost_told_, sequence);
+      stats_.lost += news;
+    }
+    if (news) host_.event("a scan is lost: " + std::string(bytes.status().message()));
+  }
+  scan.set_sequence(sequence - spool_->identity().base);
+  return request;
+}
+
+void SpoolLane::Interrupt() {
+  MutexLock lock(&mutex_);
+  interrupted_ = true;
+  changed_.SignalAll();
+}
+
+bool SpoolLane::Take(const v1::StreamScansResponse& response) {
+  ScanAck ack = FromProto(response);
+  const SpoolIdentity identity = spool_->identity();
+  ack.session = SessionId(identity.session);
+  spool_->Release(ack.durable_sequence + identity.base);
+  bool news = false;
+  {
+    MutexLock lock(&mutex_);
+    const uint64_t sequence = ack.sequence + identity.base;
+    stats_.durable_sequence = std::max(stats_.durable_sequence, ack.durable_sequence);
+    if (ack.sequence != 0) at_server_ = std::max(at_server_, sequence);
+    news = ack.sequence != 0 && sequence == acked_ + 1 && sequence <= sent_;
+    if (news) {
+      acked_ = sequence;
+      ack.end_stamp_ns = spool_->StampBefore(sequence + 1);
+      stats_.processed += ack.outcome == ScanOutcome::kProcessed;
+      stats_.duplicates += ack.outcome == ScanOutcome::kDuplicate;
+      stats_.rejected += ack.outcome == ScanOutcome::kRejected;
+    }
+    changed_.SignalAll();
+  }
+  if (news) host_.acked(ack);
+  host_.changed();
+  return news;
+}
+
+bool SpoolLane::complete() const {
+  MutexLock lock(&mutex_);
+  if (!closed_ || !taken_up_) return false;
+  return over_ || std::min(acked_, at_server_) >= spool_->written();
+}
+
+absl::Status SpoolLane::Conclude(const Ask& ask) {
+  {
+    MutexLock lock(&mutex_);
+    if (!conclude_) return absl::OkStatus();
+    concluding_ = true;
+  }
+  const SpoolIdentity identity = spool_->identity();
+  v1::FinishSessionRequest request;
+  request.set_session(identity.session);
+  request.set_last_sequence(spool_->written() - identity.base);
+  v1::Session session;
+  absl::Status status = ask(
+      Duration::kLong, [&](SessionCall& call) { return call.FinishSession(request, &session); });
+  if (!status.ok()) return status;
+  MutexLock lock(&mutex_);
+  finished_ = session;
+  stats_.durable_sequence = session.durable_sequence();
+  return spool_->Remove();
+}
+
+void SpoolLane::Lost(const absl::Status& why) {
+  {
+    MutexLock lock(&mutex_);
+    ++stats_.reconnects;
+  }
+  host_.event("link lost: " + std::string(why.message()));
+}
+
+void SpoolLane::End(const absl::Status& status) {
+  {
+    MutexLock lock(&mutex_);
+    ended_ = status;
+    changed_.SignalAll();
+  }
+  host_.changed();
+}
+
+void SpoolLane::TellNotes() {
+  for (const std::string& note : spool_->TakeNotes()) host_.event(note);
+}
+
+}  // namespace isthmus::client

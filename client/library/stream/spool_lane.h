@@ -1,0 +1,113 @@
+// One session of a spool on its way to the server. Private to the library.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "client/library/spool/session_spool.h"
+#include "client/library/stream/scan_source.h"
+#include "client/library/stream/scan_stream.h"
+#include "client/library/stream/session_link.h"
+#include "client/library/stream/token_bucket.h"
+#include "client/library/stream/uplink.h"
+#include "core/mutex.h"
+
+namespace isthmus::client {
+
+// Thread safe. Sequences are those of the spool but for what is sent, see SpoolIdentity::base.
+class SpoolLane final : private ScanSource {
+ public:
+  // Whom it belongs to. Called without locks held, from threads of the lane.
+  struct Host {
+    std::function<void(const ScanAck&)> acked;
+    std::function<void(const std::string&)> event;
+    std::function<void()> changed;           // There may be room, or it ended.
+    std::function<void(SpoolLane*)> behind;  // The link is back, and the backlog is old.
+  };
+
+  SpoolLane(SessionLink* link, std::unique_ptr<SessionSpool> spool,
+            const ScanStreamOptions& options, Host host);
+  // Stops sending; what is left stays in the spool.
+  ~SpoolLane();
+
+  // Begins to send.
+  void Start();
+  // As SessionSpool::Append.
+  absl::Status Push(int64_t end_stamp_ns, const std::string& scan);
+  // No more scans come. If `conclude`, the session is finished when the server has all, and its
+  // spool removed; also if that is only asked for after the end. Not from a thread of the lane.
+  void Close(bool conclude);
+
+  // Whether the session can go on at a server where it stands so; of one that the server does not
+  // know, `known` has no id. FailedPrecondition, saying what to do.
+  absl::Status CanGoOn(const v1::Session& known) const;
+
+  SessionSpool& spool() { return *spool_; }
+  const SpoolState& opened() const { return opened_; }
+  SessionId session() const;
+  ScanStreamStats stats() const;
+  // Everything that was pushed is acknowledged.
+  bool all_acked() const;
+  // New scans would wait behind older ones than SpoolOptions::prefer_live_after_s.
+  bool behind() const;
+  // Nothing once it has ended; then what became of it.
+  std::optional<absl::Status> ended() const;
+  // After Close(true) and an end without error.
+  std::optional<v1::Session> finished() const;
+
+ private:
+  absl::StatusOr<std::string> Session(const Ask& ask) override;
+  absl::Status Begin(const v1::Session& known) override;
+  Request Next() override;
+  void Interrupt() override;
+  bool Take(const v1::StreamScansResponse& response) override;
+  bool complete() const override;
+  absl::Status Conclude(const Ask& ask) override;
+  void Lost(const absl::Status& why) override;
+  void End(const absl::Status& status) override;
+
+  absl::Status CheckKnown(const v1::Session& known) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  absl::Status ChangeSession(const v1::Session& known, const absl::Status& why)
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  std::vector<ScanAck> TakeUp(const v1::Session& known) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  bool TooFarBehind() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  // The next to send, once it may be; nothing when there will be none on this link.
+  std::optional<uint64_t> AwaitNext() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  Request MakeRequest(uint64_t sequence);
+  void TellNotes();
+
+  SessionLink* const link_;
+  const std::unique_ptr<SessionSpool> spool_;
+  const ScanStreamOptions options_;
+  const Host host_;
+  const WaitClock& clock_;
+  SpoolState opened_;
+
+  mutable Mutex mutex_;
+  CondVar changed_;
+  // Lower sequences may have been sent by an earlier program.
+  uint64_t mine_from_ ABSL_GUARDED_BY(mutex_);
+  uint64_t to_send_ ABSL_GUARDED_BY(mutex_) = 1;  // The next.
+  uint64_t sent_ ABSL_GUARDED_BY(mutex_) = 0;     // The highest that this program has sent.
+  uint64_t acked_ ABSL_GUARDED_BY(mutex_) = 0;    // All up to here are acknowledged.
+  // All up to here took effect at the server, as far as is known.
+  uint64_t at_server_ ABSL_GUARDED_BY(mutex_) = 0;
+  uint64_t lost_told_ ABSL_GUARDED_BY(mutex_) = 0;  // The highest that was reported as lost.
+  bool taken_up_ ABSL_GUARDED_BY(mutex_) = false;   // The server has told where the session stands.
+  bool interrupted_ ABSL_GUARDED_BY(mutex_) = true;
+  bool closed_ ABSL_GUARDED_BY(mutex_) = false;
+  bool conclude_ ABSL_GUARDED_BY(mutex_) = false;
+  // The server has all, and was asked to finish the session.
+  bool concluding_ ABSL_GUARDED_BY(mutex_) = false;
+  bool over_ ABSL_GUARDED_BY(mutex_) = false;  // It has finished it.
+  ScanStreamStats stats_ ABSL_GUARDED_BY(mutex_);
+  TokenBucket bucket_ ABSL_GUARDED_BY(mutex_);
+  std::optional<absl::Status> ended_ ABSL_GUARDED_BY(mutex_);
+  std::optional<v1::Session> finished_ ABSL_GUARDED_BY(mutex_);
+
+  std::unique_ptr<Uplink> uplink_;  // Last, so that it goes first.
+};
+
+}  // namespace isthmus::client

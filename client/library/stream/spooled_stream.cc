@@ -1,0 +1,371 @@
+#include "client/library/stream/spooled_stream.h"
+
+#include <absl/strings/str_cat.h>
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+#include "client/library/convert.h"
+#include "client/library/stream/memory_stream.h"
+
+namespace isthmus::client {
+namespace {
+
+constexpr uint64_t kLargestSegment = 64u << 20;
+constexpr uint64_t kSegments = 16;  // At least so many fit into a spool.
+// A spool that is full of scans that the server has, but does not make durable, is too small.
+constexpr double kHopeless_s = 60;
+
+void AddUp(const ScanStreamStats& part, ScanStreamStats& sum) {
+  sum.pushed += part.pushed;
+  sum.processed += part.processed;
+  sum.duplicates += part.duplicates;
+  sum.rejected += part.rejected;
+  sum.sent_bytes += part.sent_bytes;
+  sum.reconnects += part.reconnects;
+  sum.backlog += part.backlog;
+  sum.spool_bytes += part.spool_bytes;
+  sum.lost += part.lost;
+  sum.durable_sequence = part.durable_sequence;  // Of the last.
+}
+
+SpoolIdentity IdentityOf(const v1::CreateSessionRequest& request) {
+  SpoolIdentity identity;
+  identity.request = request;
+  identity.request.set_request_id(NewRequestId());
+  return identity;
+}
+
+SpoolIdentity IdentityOf(const v1::Session& session) {
+  v1::CreateSessionRequest request;
+  request.set_robot(session.robot());
+  request.set_sensor(session.sensor());
+  request.set_odometry(session.odometry());
+  if (session.has_t_base_sensor()) *request.mutable_t_base_sensor() = session.t_base_sensor();
+  SpoolIdentity identity = IdentityOf(request);
+  identity.session = session.id();
+  return identity;
+}
+
+}  // namespace
+
+SpooledStream::SpooledStream(std::shared_ptr<SessionLink> link, const ScanStreamOptions& options,
+                             std::unique_ptr<SpoolFolder> folder)
+    : link_(std::move(link)), options_(options), folder_(std::move(folder)) {}
+
+SpooledStream::~SpooledStream() {
+  {
+    MutexLock lock(&mutex_);
+    stopping_ = true;
+    changed_.SignalAll();
+  }
+  // A lane that is about to open another waits for this, and then finds that it need not.
+  std::vector<std::unique_ptr<SpoolLane>> lanes;
+  MutexLock pushing(&push_mutex_);
+  {
+    MutexLock lock(&mutex_);
+    lanes.swap(lanes_);
+  }
+}
+
+absl::StatusOr<std::unique_ptr<ScanStream>> SpooledStream::Open(std::shared_ptr<SessionLink> link,
+                                                                const ScanStreamOptions& options,
+                                                                const SpoolWish& wish) {
+  if (options.spool_dir.empty()) {
+    return absl::InvalidArgumentError("name the spool's folder in ScanStreamOptions::spool_dir");
+  }
+  auto folder = SpoolFolder::Open(options.spool_dir);
+  if (!folder.ok()) return folder.status();
+  std::unique_ptr<SpooledStream> stream(
+      new SpooledStream(std::move(link), options, *std::move(folder)));
+  if (absl::Status status = stream->Load(wish); !status.ok()) return status;
+  return std::make_unique<ScanStream>(std::move(stream));
+}
+
+absl::Status SpooledStream::Load(const SpoolWish& wish) {
+  MutexLock pushing(&push_mutex_);
+  auto spools = folder_->Load(SpoolOptionsFor());
+  if (!spools.ok()) return spools.status();
+  for (auto& spool : *spools) Adopt(std::move(spool));
+  if (absl::Status status = CheckNewest(wish); !status.ok()) return status;
+  // One that was closed had a successor, which was removed or never came to be.
+  SpoolLane* const newest = Newest();
+  if (newest == nullptr || newest->spool().identity().closed) {
+    auto lane = AddLane(newest != nullptr ? IdentityOf(newest->spool().identity().request)
+                        : wish.request    ? IdentityOf(*wish.request)
+                                          : IdentityOf(*wish.session));
+    if (!lane.ok()) return lane.status();
+  }
+  resumed_ = Newest()->opened();
+  for (SpoolLane* lane : Lanes()) {
+    resumed_.last_stamp_ns = std::max(resumed_.last_stamp_ns, lane->opened().last_stamp_ns);
+    if (lane != Newest()) lane->Close(true);
+    lane->Start();
+  }
+  return absl::OkStatus();
+}
+
+absl::Status SpooledStream::CheckNewest(const SpoolWish& wish) {
+  const bool to_resume = !wish.request && !wish.session;
+  SpoolLane* const newest = Newest();
+  if (newest == nullptr && !to_resume) return absl::OkStatus();
+  if (newest == nullptr) {
+    return absl::NotFoundError(absl::StrCat("nothing to resume in the spool ", options_.spool_dir,
+                                            ": begin with Client::OpenSpool"));
+  }
+  const SpoolIdentity identity = newest->spool().identity();
+  if (wish.request && wish.request->robot() != identity.request.robot()) {
+    return absl::FailedPreconditionError(absl::StrCat(
+        "the spool ", options_.spool_dir, " holds scans of robot ", identity.request.robot(),
+        ": name another folder for ", wish.request->robot()));
+  }
+  if (wish.session && wish.session->id() != identity.session) {
+    return absl::FailedPreconditionError(
+        absl::StrCat("the spool ", options_.spool_dir, " holds scans of session ", identity.session,
+                     ": send those first with Client::ResumeScanStream, or name another folder"));
+  }
+  if (identity.session.empty()) return absl::OkStatus();
+  const std::optional<v1::Session> known = AskOnce(identity.session);
+  if (!known) return absl::OkStatus();
+  const bool over = known->state() == v1::Session::FINISHED &&
+                    known->last_sequence() + identity.base >= newest->spool().written();
+  if (over) {
+    Tell(
+        absl::StrCat("session ", identity.session, " was finished with all that was in the spool"));
+    if (absl::Status status = newest->spool().Remove(); !status.ok()) return status;
+    {
+      MutexLock lock(&mutex_);
+      lanes_.pop_back();
+    }
+    if (!to_resume) return absl::OkStatus();
+    return absl::AlreadyExistsError(absl::StrCat(
+        "session ", identity.session,
+        " was finished with all that was in the spool: begin another ", "with Client::OpenSpool"));
+  }
+  if (options_.spool.if_session_is_gone == IfSessionIsGone::kNewSession) return absl::OkStatus();
+  return newest->CanGoOn(*known);
+}
+
+std::optional<v1::Session> SpooledStream::AskOnce(const std::string& session) const {
+  v1::GetSessionRequest request;
+  request.set_session(session);
+  v1::Session known;
+  const absl::Status status =
+      link_->NewCall(options_.spool.attempt_timeout_s)->GetSession(request, &known);
+  if (absl::IsNotFound(status)) return v1::Session();
+  if (!status.ok()) return std::nullopt;
+  return known;
+}
+
+SessionSpool::Options SpooledStream::SpoolOptionsFor() const {
+  SessionSpool::Options options;
+  options.segment_bytes = std::min(kLargestSegment, options_.spool.max_bytes / kSegments);
+  options.sync_interval_s = options_.spool.sync_interval_s;
+  return options;
+}
+
+absl::StatusOr<SpoolLane*> SpooledStream::AddLane(const SpoolIdentity& identity) {
+  auto spool = folder_->Add(identity, SpoolOptionsFor());
+  if (!spool.ok()) return spool.status();
+  Adopt(*std::move(spool));
+  return Newest();
+}
+
+void SpooledStream::Adopt(std::unique_ptr<SessionSpool> spool) {
+  auto lane = std::make_unique<SpoolLane>(link_.get(), std::move(spool), options_, MakeHost());
+  MutexLock lock(&mutex_);
+  lanes_.push_back(std::move(lane));
+}
+
+SpoolLane::Host SpooledStream::MakeHost() {
+  SpoolLane::Host host;
+  host.acked = [this](const ScanAck& ack) {
+    MutexLock lock(&callback_mutex_);
+    if (options_.on_ack) options_.on_ack(ack);
+  };
+  host.event = [this](const std::string& event) { Tell(event); };
+  host.changed = [this] {
+    MutexLock lock(&mutex_);
+    changed_.SignalAll();
+  };
+  host.behind = [this](SpoolLane* lane) { TurnFrom(lane); };
+  return host;
+}
+
+void SpooledStream::Tell(const std::string& event) {
+  MutexLock lock(&callback_mutex_);
+  if (options_.on_event) options_.on_event(event);
+}
+
+std::vector<SpoolLane*> SpooledStream::Lanes() const {
+  MutexLock lock(&mutex_);
+  std::vector<SpoolLane*> lanes;
+  for (const auto& lane : lanes_) lanes.push_back(lane.get());
+  return lanes;
+}
+
+SpoolLane* SpooledStream::Newest() const {
+  MutexLock lock(&mutex_);
+  return lanes_.empty() ? nullptr : lanes_.back().get();
+}
+
+SessionId SpooledStream::session() const {
+  MutexLock lock(&mutex_);
+  return lanes_.back()->session();
+}
+
+void SpooledStream::TurnFrom(SpoolLane* lane) {
+  {
+    MutexLock lock(&mutex_);
+    behind_ = lane;
+  }
+  // Else a Push holds it, maybe until there is room, which takes the lane's own thread.
+  if (!push_mutex_.TryLock()) return;
+  TurnIfDue();
+  push_mutex_.Unlock();
+}
+
+void SpooledStream::TurnIfDue() {
+  SpoolLane* lane = nullptr;
+  {
+    MutexLock lock(&mutex_);
+    const SpoolLane* const behind = std::exchange(behind_, nullptr);
+    if (stopping_ || finishing_ || lanes_.empty() || lanes_.back().get() != behind) return;
+    lane = lanes_.back().get();
+  }
+  if (!lane->behind()) return;
+  SpoolIdentity identity = lane->spool().identity();
+  const SpoolIdentity next = IdentityOf(identity.request);
+  identity.closed = true;
+  absl::Status status = lane->spool().SetIdentity(identity);
+  absl::StatusOr<SpoolLane*> added = status.ok() ? AddLane(next) : status;
+  if (!added.ok()) return Tell("no new session: " + std::string(added.status().message()));
+  Tell(absl::StrCat("session ", identity.session, " is filled up; new scans go into another"));
+  lane->Close(true);
+  (*added)->Start();
+}
+
+absl::Status SpooledStream::Push(int64_t end_stamp_ns, PointPayload payload) {
+  absl::StatusOr<PointPayload> prepared = Prepare(std::move(payload), options_);
+  if (!prepared.ok()) return prepared.status();
+  v1::ScanMessage scan;
+  scan.set_end_stamp_ns(end_stamp_ns);
+  *scan.mutable_cloud() = ToProto(*std::move(prepared));
+  const std::string bytes = scan.SerializeAsString();
+
+  MutexLock pushing(&push_mutex_);
+  Reap();
+  if (absl::Status status = WaitForRoom(bytes.size()); !status.ok()) return status;
+  TurnIfDue();
+  return Newest()->Push(end_stamp_ns, bytes);
+}
+
+uint64_t SpooledStream::SpoolBytes() const {
+  uint64_t bytes = 0;
+  for (const auto& lane : lanes_) bytes += lane->spool().bytes();
+  return bytes;
+}
+
+absl::Status SpooledStream::WaitForRoom(uint64_t bytes) {
+  MutexLock lock(&mutex_);
+  for (;;) {
+    if (finishing_) return absl::FailedPreconditionError("the stream was finished");
+    if (stopping_) return absl::CancelledError("the stream was given up");
+    const std::optional<absl::Status> ended = lanes_.back()->ended();
+    if (ended) return *ended;
+    if (SpoolBytes() + bytes + io::kRecordHeaderBytes <= options_.spool.max_bytes) {
+      return absl::OkStatus();
+    }
+    if (absl::Status status = MakeRoom(bytes); !status.ok()) return status;
+  }
+}
+
+absl::Status SpooledStream::MakeRoom(uint64_t bytes) {
+  const std::string full = absl::StrCat("the spool ", options_.spool_dir,
+                                        " is full: ", options_.spool.max_bytes, " bytes");
+  if (bytes > options_.spool.max_bytes / 2) {
+    return absl::ResourceExhaustedError(absl::StrCat(full, " are too few for a scan of ", bytes));
+  }
+  switch (options_.spool.when_full) {
+    case WhenFull::kRefuse:
+      return absl::ResourceExhaustedError(
+          full +
+          "; the server is out of reach or too slow: raise max_bytes, push less often, or "
+          "let the oldest scans go with WhenFull::kDropOldest");
+    case WhenFull::kDropOldest: {
+      const bool dropped = std::any_of(lanes_.begin(), lanes_.end(),
+                                       [](auto& lane) { return lane->spool().DropOldest(); });
+      if (!dropped) return absl::ResourceExhaustedError(full + "; raise max_bytes");
+      return absl::OkStatus();
+    }
+    case WhenFull::kWait:
+      break;
+  }
+  const WaitClock& clock = link_->clock();
+  const auto stuck = [this]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
+    return std::all_of(lanes_.begin(), lanes_.end(), [](auto& lane) { return lane->all_acked(); });
+  };
+  const uint64_t before = SpoolBytes();
+  const auto moved = [&]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
+    return stopping_ || lanes_.back()->ended() || SpoolBytes() < before || !stuck();
+  };
+  if (!stuck()) {
+    changed_.Wait(&mutex_);
+    return absl::OkStatus();
+  }
+  if (clock.WaitUntil(&changed_, &mutex_, clock.Now() + kHopeless_s, moved))
+    return absl::OkStatus();
+  return absl::ResourceExhaustedError(
+      full +
+      " hold scans that the server has but did not make durable for a minute: raise max_bytes");
+}
+
+// Removes lanes that have nothing left to do. Not from a thread of theirs.
+void SpooledStream::Reap() {
+  std::vector<std::unique_ptr<SpoolLane>> done;
+  {
+    MutexLock lock(&mutex_);
+    for (auto& lane : lanes_) {
+      if (lane == lanes_.back() || !lane->finished()) continue;
+      AddUp(lane->stats(), reaped_);
+      done.push_back(std::move(lane));
+    }
+    lanes_.erase(std::remove(lanes_.begin(), lanes_.end(), nullptr), lanes_.end());
+  }
+}
+
+absl::Status SpooledStream::Close(bool conclude) {
+  {
+    MutexLock lock(&mutex_);
+    finishing_ = true;  // Wakes a Push that waits.
+    changed_.SignalAll();
+  }
+  {
+    MutexLock pushing(&push_mutex_);  // No lane is added from here on.
+    for (SpoolLane* lane : Lanes()) lane->Close(conclude || lane != Newest());
+  }
+  MutexLock lock(&mutex_);
+  while (!std::all_of(lanes_.begin(), lanes_.end(), [](auto& lane) { return lane->ended(); })) {
+    changed_.Wait(&mutex_);
+  }
+  for (auto& lane : lanes_) {
+    if (!lane->ended()->ok()) return *lane->ended();
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<Session> SpooledStream::FinishSession() {
+  if (absl::Status status = Close(true); !status.ok()) return status;
+  MutexLock lock(&mutex_);
+  return FromProto(*lanes_.back()->finished());
+}
+
+ScanStreamStats SpooledStream::stats() const {
+  MutexLock lock(&mutex_);
+  ScanStreamStats sum = reaped_;
+  for (const auto& lane : lanes_) AddUp(lane->stats(), sum);
+  return sum;
+}
+
+}  // namespace isthmus::client

@@ -1,0 +1,91 @@
+// A stream that keeps its scans on disk. Private to the library.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "client/library/spool/spool_folder.h"
+#include "client/library/stream/scan_stream_impl.h"
+#include "client/library/stream/session_link.h"
+#include "client/library/stream/spool_lane.h"
+#include "core/mutex.h"
+
+namespace isthmus::client {
+
+// Whose scans are to be pushed.
+struct SpoolWish {
+  // A new session if the spool holds none; else the spool's must be of this robot.
+  std::optional<v1::CreateSessionRequest> request = {};
+  // That very session, as the server knows it.
+  std::optional<v1::Session> session = {};
+  // Neither: whatever the spool holds.
+};
+
+// One lane per session of the spool: the last takes new scans, the others are filled up at the
+// server, finished and removed. Thread safe.
+class SpooledStream final : public ScanStream::Impl {
+ public:
+  // Errors of Client::OpenScanStream, ResumeScanStream and OpenSpool.
+  static absl::StatusOr<std::unique_ptr<ScanStream>> Open(std::shared_ptr<SessionLink> link,
+                                                          const ScanStreamOptions& options,
+                                                          const SpoolWish& wish);
+  ~SpooledStream() override;
+
+  absl::Status Push(int64_t end_stamp_ns, PointPayload payload) override;
+  absl::Status Finish() override { return Close(false); }
+  absl::StatusOr<Session> FinishSession() override;
+  ScanStreamStats stats() const override;
+  SpoolState resumed() const override { return resumed_; }
+  SessionId session() const override;
+
+ private:
+  SpooledStream(std::shared_ptr<SessionLink> link, const ScanStreamOptions& options,
+                std::unique_ptr<SpoolFolder> folder);
+
+  absl::Status Load(const SpoolWish& wish);
+  absl::Status CheckNewest(const SpoolWish& wish) ABSL_EXCLUSIVE_LOCKS_REQUIRED(push_mutex_);
+  // What the server says of it, if it answers soon.
+  std::optional<v1::Session> AskOnce(const std::string& session) const;
+  absl::StatusOr<SpoolLane*> AddLane(const SpoolIdentity& identity)
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(push_mutex_);
+  void Adopt(std::unique_ptr<SessionSpool> spool) ABSL_EXCLUSIVE_LOCKS_REQUIRED(push_mutex_);
+  SpoolLane::Host MakeHost();
+  SessionSpool::Options SpoolOptionsFor() const;
+
+  // New scans go into a new session from now on, if `lane` is the one that takes them; from the
+  // next on if one is being taken.
+  void TurnFrom(SpoolLane* lane);
+  void TurnIfDue() ABSL_EXCLUSIVE_LOCKS_REQUIRED(push_mutex_);
+  absl::Status WaitForRoom(uint64_t bytes) ABSL_EXCLUSIVE_LOCKS_REQUIRED(push_mutex_);
+  absl::Status MakeRoom(uint64_t bytes) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  absl::Status Close(bool conclude);
+  uint64_t SpoolBytes() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  // They stay while push_mutex_ is held.
+  std::vector<SpoolLane*> Lanes() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(push_mutex_);
+  SpoolLane* Newest() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(push_mutex_);
+  void Reap() ABSL_EXCLUSIVE_LOCKS_REQUIRED(push_mutex_);
+  void Tell(const std::string& event);
+
+  const std::shared_ptr<SessionLink> link_;
+  const ScanStreamOptions options_;
+  const std::unique_ptr<SpoolFolder> folder_;
+  SpoolState resumed_;
+
+  Mutex callback_mutex_;  // Held while the robot's functions are called.
+  // Held while a scan is taken, and while lanes come and go.
+  Mutex push_mutex_ ABSL_ACQUIRED_BEFORE(mutex_);
+
+  mutable Mutex mutex_;
+  mutable CondVar changed_;
+  bool finishing_ ABSL_GUARDED_BY(mutex_) = false;
+  bool stopping_ ABSL_GUARDED_BY(mutex_) = false;  // The destructor has begun.
+  // Its backlog was old when the link came back; to be turned from.
+  const SpoolLane* behind_ ABSL_GUARDED_BY(mutex_) = nullptr;
+  ScanStreamStats reaped_ ABSL_GUARDED_BY(mutex_);  // Of lanes that are gone.
+  // The last takes new scans.
+  std::vector<std::unique_ptr<SpoolLane>> lanes_ ABSL_GUARDED_BY(mutex_);
+};
+
+}  // namespace isthmus::client

@@ -1,0 +1,228 @@
+#include "client/library/stream/uplink.h"
+
+#include <absl/strings/str_cat.h>
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+namespace isthmus::client {
+namespace {
+
+// A scan may take as long as it needs at this rate before its link counts as stalled.
+constexpr double kSlowestBytesPerS = 8000;
+
+BackoffOptions Patience(BackoffOptions backoff, bool for_ever) {
+  if (for_ever) backoff.max_attempts = std::numeric_limits<int>::max();
+  return backoff;
+}
+
+}  // namespace
+
+Uplink::Uplink(SessionLink* link, ScanSource* source, const UplinkOptions& options)
+    : link_(link),
+      source_(source),
+      options_(options),
+      clock_(link->clock()),
+      longest_s_(link->options().call_timeout_s),
+      first_s_(options.first_deadline_s > 0 ? std::min(options.first_deadline_s, longest_s_)
+                                            : longest_s_),
+      deadline_s_(first_s_),
+      writer_([this] { WriteLoop(); }) {}
+
+Uplink::~Uplink() {
+  Abandon();
+  writer_.join();
+}
+
+void Uplink::Abandon() {
+  source_->Interrupt();
+  MutexLock lock(&mutex_);
+  abandoned_ = true;
+  if (call_ != nullptr) call_->Cancel();
+  changed_.SignalAll();
+}
+
+void Uplink::WriteLoop() {
+  Backoff backoff(Patience(options_.backoff, options_.for_ever));
+  absl::Status status;
+  for (;;) {
+    const double began_s = clock_.Now();
+    bool streamed = false;
+    status = RunLink();
+    {
+      MutexLock lock(&mutex_);
+      streamed = std::exchange(streamed_, false);
+      if (std::exchange(progress_, false)) backoff.Reset();
+      if (abandoned_ || !WorthAnotherTry(status)) break;
+    }
+    const std::optional<double> delay = backoff.Next();
+    if (!delay) break;
+    source_->Lost(status);
+    // The time in which nobody answered counts as waiting, so that a link that comes back is
+    // noticed soon. After one that stood robots do not all come back at the same instant.
+    const double waited_s = streamed ? 0 : clock_.Now() - began_s;
+    WaitBeforeRetry(std::max(0.0, *delay - waited_s));
+  }
+  source_->End(link_->Explain(status));
+}
+
+bool Uplink::WorthAnotherTry(const absl::Status& status) const {
+  if (absl::IsUnavailable(status)) return true;
+  if (!options_.for_ever) return false;
+  switch (status.code()) {
+    case absl::StatusCode::kResourceExhausted:  // Its disk is full, or its threads are.
+    case absl::StatusCode::kAborted:
+    case absl::StatusCode::kInternal:  // What gRPC makes of a link that was cut at a bad moment.
+    case absl::StatusCode::kUnknown:
+    case absl::StatusCode::kDataLoss:
+    case absl::StatusCode::kOutOfRange:  // It was started again since it told where it stands.
+      return true;
+    default:
+      return false;
+  }
+}
+
+absl::Status Uplink::Ask(ScanSource::Duration duration, const ScanSource::Attempt& attempt) {
+  double deadline_s = link_->options().transfer_timeout_s;
+  if (duration == ScanSource::Duration::kShort) {
+    MutexLock lock(&mutex_);
+    deadline_s = deadline_s_;
+  }
+  const std::unique_ptr<SessionCall> call = link_->NewCall(deadline_s);
+  {
+    MutexLock lock(&mutex_);
+    if (abandoned_) return absl::CancelledError("given up");
+    call_ = call.get();
+  }
+  const absl::Status status = attempt(*call);
+  {
+    MutexLock lock(&mutex_);
+    call_ = nullptr;
+  }
+  if (!absl::IsDeadlineExceeded(status)) return status;
+  // A connection that stands but is slow is given more time; one that does not even stand is begun
+  // anew, which is heard of sooner than waiting for what TCP sends again.
+  const bool slow = call->connected();
+  call->Renew();
+  MutexLock lock(&mutex_);
+  deadline_s_ = slow ? std::min(2 * deadline_s_, longest_s_) : first_s_;
+  return absl::UnavailableError(absl::StrCat("no answer within ", deadline_s, " s"));
+}
+
+absl::Status Uplink::RunLink() {
+  const ScanSource::Ask ask = [this](ScanSource::Duration duration,
+                                     const ScanSource::Attempt& attempt) {
+    return Ask(duration, attempt);
+  };
+  const absl::StatusOr<std::string> session = source_->Session(ask);
+  if (!session.ok()) return session.status();
+  // Where the server stands. Also the cheapest way to see whether it is there.
+  v1::Session known;
+  v1::GetSessionRequest request;
+  request.set_session(*session);
+  absl::Status status = Ask(ScanSource::Duration::kShort,
+                            [&](SessionCall& call) { return call.GetSession(request, &known); });
+  if (!status.ok() && !absl::IsNotFound(status)) return status;
+  if (!status.ok()) known.Clear();
+  if (absl::Status begun = source_->Begin(known); !begun.ok()) {
+    return absl::IsNotFound(begun) ? status : begun;  // The server's own words are better.
+  }
+  status = source_->complete() ? absl::OkStatus() : Stream(*session);
+  source_->Interrupt();
+  return status.ok() ? source_->Conclude(ask) : status;
+}
+
+absl::Status Uplink::Stream(const std::string& session) {
+  const std::unique_ptr<SessionCall> call = link_->NewCall(0);
+  {
+    MutexLock lock(&mutex_);
+    if (abandoned_) return absl::CancelledError("the stream was given up");
+    call_ = call.get();
+    over_ = stalled_ = writing_ = false;
+    streamed_ = true;
+    moved_s_ = clock_.Now();
+    unanswered_.clear();
+  }
+  const std::unique_ptr<ScanWire> wire = call->StreamScans();
+  std::thread reader([&] { ReadFrom(*wire); });
+  std::thread watchman([&] { Watch(); });
+  SendOn(*wire, session);
+  reader.join();
+  watchman.join();
+  absl::Status status = wire->Finish();
+  MutexLock lock(&mutex_);
+  call_ = nullptr;
+  if (stalled_) {
+    status = absl::UnavailableError(
+        absl::StrCat("no progress for ", options_.stall_timeout_s, " s: opened anew"));
+  } else if ((status.ok() && !source_->complete()) || (absl::IsCancelled(status) && !abandoned_)) {
+    // The server ended the stream of its own accord: it is going down.
+    status = absl::UnavailableError("the server closed the stream");
+  }
+  if (absl::IsUnavailable(status)) call->Renew();
+  return status;
+}
+
+void Uplink::SendOn(ScanWire& wire, const std::string& session) {
+  v1::StreamScansRequest hello;
+  hello.set_session(session);
+  bool open = wire.Write(hello);
+  while (open) {
+    const ScanSource::Request request = source_->Next();
+    if (request == nullptr) break;
+    {
+      MutexLock lock(&mutex_);
+      if (unanswered_.empty()) moved_s_ = clock_.Now();
+      unanswered_.push_back(request->scan().cloud().data().size());
+      writing_ = true;
+    }
+    open = wire.Write(*request);
+    MutexLock lock(&mutex_);
+    writing_ = false;
+    moved_s_ = clock_.Now();
+  }
+  wire.WritesDone();
+}
+
+void Uplink::ReadFrom(ScanWire& wire) {
+  v1::StreamScansResponse response;
+  while (wire.Read(&response)) {
+    const bool news = source_->Take(response);
+    MutexLock lock(&mutex_);
+    progress_ = progress_ || news;
+    moved_s_ = clock_.Now();
+    if (response.sequence() != 0 && !unanswered_.empty()) unanswered_.pop_front();
+  }
+  source_->Interrupt();
+  MutexLock lock(&mutex_);
+  over_ = true;
+  changed_.SignalAll();
+}
+
+void Uplink::Watch() {
+  if (options_.stall_timeout_s <= 0) return;
+  MutexLock lock(&mutex_);
+  while (!over_) {
+    const bool busy = writing_ || !unanswered_.empty();
+    const double size = unanswered_.empty() ? 0 : static_cast<double>(unanswered_.front());
+    const double until = moved_s_ + options_.stall_timeout_s + size / kSlowestBytesPerS;
+    const double now = clock_.Now();
+    if (busy && now >= until) {
+      stalled_ = true;
+      if (call_ != nullptr) call_->Cancel();
+      return;
+    }
+    clock_.WaitUntil(&changed_, &mutex_, now >= until ? now + options_.stall_timeout_s : until,
+                     [this]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return over_; });
+  }
+}
+
+void Uplink::WaitBeforeRetry(double seconds) {
+  if (link_->options().sleep) return link_->Sleep(seconds);
+  MutexLock lock(&mutex_);
+  clock_.WaitUntil(&changed_, &mutex_, clock_.Now() + seconds,
+                   [this]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return abandoned_; });
+}
+
+}  // namespace isthmus::client

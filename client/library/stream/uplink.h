@@ -1,0 +1,68 @@
+// The way of scans to the server, over as many links as it takes. Private to the library.
+#pragma once
+
+#include <deque>
+#include <thread>
+
+#include "client/library/stream/backoff.h"
+#include "client/library/stream/scan_source.h"
+#include "client/library/stream/session_link.h"
+#include "core/mutex.h"
+
+namespace isthmus::client {
+
+struct UplinkOptions {
+  bool for_ever = false;  // Else until backoff.max_attempts fail in a row.
+  BackoffOptions backoff = {};
+  double first_deadline_s = 0;  // Of a link's first question; 0: call_timeout_s.
+  double stall_timeout_s = 0;   // A link without progress for so long is opened anew; 0: never.
+};
+
+// Its threads: the writer, which opens links and sends; per link a reader, which takes
+// acknowledgements, and a watchman. None of them holds mutex_ while it waits for the network.
+class Uplink {
+ public:
+  // Both must outlive it.
+  Uplink(SessionLink* link, ScanSource* source, const UplinkOptions& options);
+  ~Uplink();  // Gives up.
+  // As the destructor will, but does not wait.
+  void Abandon();
+
+ private:
+  void WriteLoop();
+  bool WorthAnotherTry(const absl::Status& status) const;
+  // From opening a link to its end. OK only when everything was acknowledged and concluded.
+  absl::Status RunLink();
+  absl::Status Stream(const std::string& session);
+  absl::Status Ask(ScanSource::Duration duration, const ScanSource::Attempt& attempt);
+  void SendOn(ScanWire& wire, const std::string& session);
+  void ReadFrom(ScanWire& wire);
+  void Watch();
+  void WaitBeforeRetry(double seconds);
+
+  SessionLink* const link_;
+  ScanSource* const source_;
+  const UplinkOptions options_;
+  const WaitClock& clock_;
+  const double longest_s_, first_s_;  // Deadlines of questions.
+
+  Mutex mutex_;
+  CondVar changed_;
+  bool abandoned_ ABSL_GUARDED_BY(mutex_) = false;
+  bool streamed_ ABSL_GUARDED_BY(mutex_) = false;  // A stream was opened since the last failure.
+  bool progress_ ABSL_GUARDED_BY(mutex_) =
+      false;                                   // An acknowledgement came since the last failure.
+  double deadline_s_ ABSL_GUARDED_BY(mutex_);  // Of the next question.
+  SessionCall* call_ ABSL_GUARDED_BY(mutex_) = nullptr;  // Under way, to be cancelled.
+  // Of the current link:
+  bool over_ ABSL_GUARDED_BY(mutex_) = false;
+  bool stalled_ ABSL_GUARDED_BY(mutex_) = false;
+  bool writing_ ABSL_GUARDED_BY(mutex_) = false;
+  double moved_s_ ABSL_GUARDED_BY(mutex_) = 0;  // When something was last written or read.
+  std::deque<size_t> unanswered_
+      ABSL_GUARDED_BY(mutex_);  // Sizes of the scans sent without acknowledgement.
+
+  std::thread writer_;  // Last, so that it starts when everything else is there.
+};
+
+}  // namespace isthmus::client
