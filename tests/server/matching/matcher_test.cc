@@ -9,6 +9,7 @@
 #include "core/geometry/angles.h"
 #include "server/matching/prepared/prepared_map.h"
 #include "tests/server/matching/scene.h"
+#include "tests/server/matching/whole_maps.h"
 
 namespace isthmus::matching {
 namespace {
