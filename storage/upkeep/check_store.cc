@@ -18,15 +18,9 @@ constexpr char kTheDatabase[] = "the database";
 
 // Each row of `sql` that is not "ok" is damage.
 void ReportRows(Connection& database, const std::string& sql, StoreReport& report) {
-  Statement row = database.Prepare(sql);
-  while (true) {
-    absl::StatusOr<bool> has_row = row.Step();
-    if (!has_row.ok()) {
-      AddDamage(kTheDatabase, std::string(has_row.status().message()), report);
-    }
-    if (!has_row.ok() || !*has_row) return;
+  ForEachRow(database, kTheDatabase, sql, report, [&](const Statement& row) {
     if (row.Text(0) != "ok") AddDamage(kTheDatabase, row.Text(0), report);
-  }
+  });
 }
 
 void CheckFile(Connection& database, StoreReport& report) {
