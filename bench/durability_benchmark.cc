@@ -15,6 +15,7 @@
 
 #include "absl/strings/str_format.h"
 #include "bench/cpu_clock.h"
+#include "bench/merging/figures.h"
 #include "client/simulation/simulator.h"
 #include "core/codec/payload_builder.h"
 #include "server/pipeline.h"
@@ -123,12 +124,6 @@ Measured RunOnDisk(const Settings& settings, const Drives& drives) {
   Measured measured = Run(settings, drives, OrThrow(storage::OpenSqliteStore(folder)));
   std::filesystem::remove_all(folder);
   return measured;
-}
-
-double Median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  const size_t middle = values.size() / 2;
-  return values.size() % 2 == 1 ? values[middle] : (values[middle - 1] + values[middle]) / 2;
 }
 
 void Benchmark(const Settings& settings) {

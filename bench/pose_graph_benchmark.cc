@@ -1,5 +1,10 @@
 // What optimising pose graphs costs and achieves; see BENCHMARK.md.
+#include <ceres/ceres.h>
+#include <ceres/rotation.h>
+
 #include <CLI/CLI.hpp>
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cstdio>
 #include <fstream>
@@ -9,13 +14,95 @@
 #include "absl/strings/str_format.h"
 #include "bench/calibration.h"
 #include "bench/cpu_clock.h"
-#include "bench/pose_graph/ceres_example.h"
 #include "bench/pose_graph/graphs.h"
 #include "server/pose_graph/g2o.h"
-#include "server/pose_graph/optimize_around.h"
+#include "server/pose_graph/optimize.h"
+#include "server/pose_graph/problem.h"
 
 namespace isthmus::bench {
 namespace {
+
+struct ExampleResult {
+  std::vector<Pose> poses;
+  int iterations = 0;
+};
+
+struct Blocks {
+  Eigen::Vector3d p;
+  Eigen::Quaterniond q;
+};
+
+// Log(T_a^-1 T_b M^-1) of any scalar type, times the root of the information.
+class ExampleError {
+ public:
+  explicit ExampleError(const pose_graph::Edge& edge)
+      : inverse_(edge.T_a_b.Inverse()), root_(edge.information.llt().matrixU()) {}
+
+  template <typename T>
+  bool operator()(const T* p_a, const T* q_a, const T* p_b, const T* q_b, T* residual) const {
+    using Vector3 = Eigen::Matrix<T, 3, 1>;
+    using Quaternion = Eigen::Quaternion<T>;
+    const Eigen::Map<const Vector3> pa(p_a), pb(p_b);
+    const Eigen::Map<const Quaternion> qa(q_a), qb(q_b);
+    const Quaternion q_ab = qa.conjugate() * qb;
+    const Vector3 p_ab = qa.conjugate() * (pb - pa);
+    const Quaternion q = q_ab * inverse_.rotation().template cast<T>();
+    const Vector3 t = p_ab + q_ab * inverse_.translation().template cast<T>();
+    const T quaternion[4] = {q.w(), q.x(), q.y(), q.z()};
+    Vector3 phi;
+    ceres::QuaternionToAngleAxis(quaternion, phi.data());
+    // rho = V^-1 t = t - phi x t / 2 + c phi x (phi x t).
+    const T squared = phi.squaredNorm();
+    T c(1.0 / 12.0);
+    if (squared > T(1e-6)) {
+      const T angle = sqrt(squared);
+      c = (T(1) - angle * T(0.5) / tan(angle * T(0.5))) / squared;
+    }
+    const Vector3 cross = phi.cross(t);
+    Eigen::Matrix<T, 6, 1> e;
+    e << t - T(0.5) * cross + c * phi.cross(cross), phi;
+    Eigen::Map<Eigen::Matrix<T, 6, 1>>{residual} = root_.template cast<T>() * e;
+    return true;
+  }
+
+ private:
+  Pose inverse_;
+  Matrix6d root_;
+};
+
+// Position and quaternion as two blocks with Ceres' quaternion manifold, errors and Jacobians by
+// automatic differentiation, sparse normal equations, 200 iterations, all else as Ceres has it. The
+// first node is held. The error is that of pose_graph::Edge and the square root of its information
+// the right way round, so that the sums compare. No edge is discarded.
+ExampleResult SolveLikeCeresExample(const pose_graph::Problem& problem) {
+  std::vector<Blocks> blocks;
+  for (const Pose& pose : problem.poses) blocks.push_back({pose.translation(), pose.rotation()});
+  ceres::Problem ceres_problem;
+  auto* manifold = new ceres::EigenQuaternionManifold;  // The problem owns it.
+  for (const pose_graph::Edge& edge : problem.edges) {
+    Blocks& a = blocks[static_cast<size_t>(edge.a)];
+    Blocks& b = blocks[static_cast<size_t>(edge.b)];
+    ceres_problem.AddResidualBlock(
+        new ceres::AutoDiffCostFunction<ExampleError, 6, 3, 4, 3, 4>(new ExampleError(edge)),
+        nullptr, a.p.data(), a.q.coeffs().data(), b.p.data(), b.q.coeffs().data());
+    ceres_problem.SetManifold(a.q.coeffs().data(), manifold);
+    ceres_problem.SetManifold(b.q.coeffs().data(), manifold);
+  }
+  if (!blocks.empty() && ceres_problem.HasParameterBlock(blocks[0].p.data())) {
+    ceres_problem.SetParameterBlockConstant(blocks[0].p.data());
+    ceres_problem.SetParameterBlockConstant(blocks[0].q.coeffs().data());
+  }
+  ceres::Solver::Options options;
+  options.max_num_iterations = 200;
+  options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
+  options.logging_type = ceres::SILENT;
+  ceres::Solver::Summary summary;
+  ceres::Solve(options, &ceres_problem, &summary);
+  ExampleResult result;
+  result.iterations = static_cast<int>(summary.iterations.size()) - 1;
+  for (const Blocks& block : blocks) result.poses.emplace_back(block.q, block.p);
+  return result;
+}
 
 double Chi2Sum(const pose_graph::Problem& problem, const std::vector<Pose>& poses) {
   const pose_graph::Problem now{poses, {}, {}, {}};
@@ -50,7 +137,7 @@ auto Timed(int repeats, const Work& work, double* ms) {
   return result;
 }
 
-bool RunGraph(const BenchmarkGraph& graph, int repeats, bool example) {
+bool RunGraph(const BenchmarkGraph& graph, int repeats) {
   const double cal_ms = CalibrationMs();
   const pose_graph::Problem& problem = graph.problem;
   PrintRow(graph, "start", Chi2Sum(problem, problem.poses), problem.poses, 0, cal_ms, 0);
@@ -72,81 +159,10 @@ bool RunGraph(const BenchmarkGraph& graph, int repeats, bool example) {
   if (!again.ok()) return false;
   PrintRow(graph, "isthmus, from there", Chi2Sum(problem, again->poses), again->poses, ms, cal_ms,
            again->iterations);
-  if (!example) return true;
   const auto theirs = Timed(
       1, [&] { return SolveLikeCeresExample(problem); }, &ms);
   PrintRow(graph, "Ceres' example", Chi2Sum(problem, theirs.poses), theirs.poses, ms, cal_ms,
            theirs.iterations);
-  return true;
-}
-
-// Closures in doubt, without and with false ones.
-bool RunFalse(BenchmarkGraph graph, double share) {
-  const double cal_ms = CalibrationMs();
-  double errors[2] = {};
-  for (const int with : {0, 1}) {
-    const size_t right = graph.problem.edges.size();
-    if (with == 1) AddFalseClosures(share, 5, &graph);
-    double ms = 0;
-    const auto result = Timed(
-        1, [&] { return Optimize(graph.problem); }, &ms);
-    if (!result.ok()) return false;
-    const auto kept =
-        std::count_if(result->edge_weights.begin() + static_cast<std::ptrdiff_t>(right),
-                      result->edge_weights.end(), [](double weight) { return weight > 0.5; });
-    const auto lost =
-        std::count_if(result->edge_weights.begin(),
-                      result->edge_weights.begin() + static_cast<std::ptrdiff_t>(right),
-                      [](double weight) { return weight < 0.5; });
-    errors[with] = AlignedRmse(result->poses, graph.truth);
-    absl::PrintF("| %s | %d | %d | %d | %d | %.3f | %.2f | %.0f | %.2f |\n", graph.name,
-                 graph.problem.edges.size(), graph.problem.edges.size() - right, kept, lost,
-                 errors[with], errors[with] / errors[0], ms, ms / cal_ms);
-    std::fflush(stdout);
-  }
-  return true;
-}
-
-// Takes closures out one by one, solves, and gives them back as new ones.
-bool RunNewClosures(const BenchmarkGraph& graph, int closures) {
-  const double cal_ms = CalibrationMs();
-  std::vector<double> around_ms, full_ms, gap_m;
-  int most_free = 0;
-  const size_t odometry = graph.problem.poses.size() - 1;
-  for (int k = 0; k < closures; ++k) {
-    pose_graph::Problem problem = graph.problem;
-    for (pose_graph::Edge& edge : problem.edges) edge.may_be_wrong = false;
-    const size_t pick =
-        odometry + (static_cast<size_t>(k) * 977) % (problem.edges.size() - odometry);
-    std::swap(problem.edges[pick], problem.edges.back());
-    const pose_graph::Edge closure = problem.edges.back();
-    problem.edges.pop_back();
-    const auto before = Optimize(problem);
-    if (!before.ok()) return false;
-    problem.poses = before->poses;
-    problem.edges.push_back(closure);
-    double ms = 0;
-    const int last = static_cast<int>(problem.edges.size()) - 1;
-    const auto around = Timed(
-        3, [&] { return OptimizeAround(problem, {last}); }, &ms);
-    around_ms.push_back(ms);
-    const auto full = Timed(
-        1, [&] { return Optimize(problem); }, &ms);
-    full_ms.push_back(ms);
-    if (!around.ok() || !full.ok()) return false;
-    most_free = std::max(most_free, around->free_nodes);
-    double gap = 0;
-    for (size_t i = 0; i < problem.poses.size(); ++i) {
-      gap = std::max(gap, (around->poses[i].translation() - full->poses[i].translation()).norm());
-    }
-    gap_m.push_back(gap);
-  }
-  for (auto* v : {&around_ms, &full_ms, &gap_m}) std::sort(v->begin(), v->end());
-  const size_t middle = around_ms.size() / 2;
-  absl::PrintF("| %s | %d | %.1f / %.1f | %.3f / %.3f | %.0f / %.0f | %d | %.3f / %.3f |\n",
-               graph.name, closures, around_ms[middle], around_ms.back(),
-               around_ms[middle] / cal_ms, around_ms.back() / cal_ms, full_ms[middle],
-               full_ms.back(), most_free, gap_m[middle], gap_m.back());
   return true;
 }
 
@@ -170,7 +186,7 @@ constexpr char kHeader[] =
     "| graph | nodes / edges | solver | chi2 | RMSE m | ms | cal | iterations |\n"
     "|---|---|---|---|---|---|---|---|\n";
 
-int Run(const std::vector<std::string>& files, uint64_t seed, int repeats, int closures) {
+int Run(const std::vector<std::string>& files, uint64_t seed, int repeats) {
   std::vector<BenchmarkGraph> graphs;
   for (const std::string& path : files) {
     if (!ReadFile(path, &graphs.emplace_back())) return 1;
@@ -178,34 +194,24 @@ int Run(const std::vector<std::string>& files, uint64_t seed, int repeats, int c
   if (files.empty()) graphs = {SphereGraph(seed), GarageGraph(seed), CampusGraph(seed)};
   std::fputs(kHeader, stdout);
   for (const BenchmarkGraph& graph : graphs) {
-    if (!RunGraph(graph, repeats, true)) return 1;
+    if (!RunGraph(graph, repeats)) return 1;
   }
-  if (!files.empty()) return 0;
-  std::puts(
-      "\n| graph | edges | false | false kept | right lost | RMSE m | ratio | ms | cal |\n"
-      "|---|---|---|---|---|---|---|---|---|");
-  for (const BenchmarkGraph& graph : {GarageGraph(seed), CampusGraph(seed)}) {
-    if (!RunFalse(graph, 0.3)) return 1;
-  }
-  std::puts(
-      "\n| graph | new closures | ms, median / most | cal | all anew, ms | nodes free | farthest "
-      "from all anew, m |\n|---|---|---|---|---|---|---|");
-  return RunNewClosures(CampusGraph(seed), closures) ? 0 : 1;
+  return 0;
 }
 
 }  // namespace
+
 }  // namespace isthmus::bench
 
 int main(int argc, char** argv) {
   CLI::App app{"What optimising pose graphs costs and achieves. Without files: graphs made here."};
   std::vector<std::string> files;
   uint64_t seed = 1;
-  int repeats = 5, closures = 20;
+  int repeats = 5;
   app.add_option("files", files, "g2o files of 3-D graphs");
   app.add_option("--seed", seed, "of the graphs made here");
   app.add_option("--repeats", repeats, "runs of which the fastest counts")
       ->check(CLI::Range(1, 100));
-  app.add_option("--closures", closures, "new closures to try")->check(CLI::Range(1, 1000));
   CLI11_PARSE(app, argc, argv);
-  return isthmus::bench::Run(files, seed, repeats, closures);
+  return isthmus::bench::Run(files, seed, repeats);
 }

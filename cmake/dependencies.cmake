@@ -19,8 +19,10 @@ find_package(liblzf REQUIRED)
 find_package(zstd REQUIRED)
 
 # VTK would bring in Qt and 35 targets of its own; the PCL modules used here do without it.
-set(CMAKE_DISABLE_FIND_PACKAGE_VTK ON)
-find_package(PCL 1.13 REQUIRED QUIET COMPONENTS common kdtree search filters features keypoints)
+if(ISTHMUS_PAPER)
+  set(CMAKE_DISABLE_FIND_PACKAGE_VTK ON)
+  find_package(PCL 1.13 REQUIRED QUIET COMPONENTS common kdtree search filters features keypoints)
+endif()
 
 # Debian's Protobuf has no CMake config of its own: the module finds it.
 find_package(Protobuf REQUIRED)

@@ -4,6 +4,9 @@ add_library(isthmus_flags INTERFACE)
 target_include_directories(isthmus_flags INTERFACE ${PROJECT_SOURCE_DIR})
 target_compile_options(isthmus_flags INTERFACE
   -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Woverloaded-virtual -Werror)
+if(NOT ISTHMUS_PAPER)
+  target_compile_definitions(isthmus_flags INTERFACE ISTHMUS_WITHOUT_PAPER)
+endif()
 if(ISTHMUS_SANITIZE)
   target_compile_options(isthmus_flags INTERFACE
     -fsanitize=${ISTHMUS_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)

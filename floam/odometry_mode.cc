@@ -5,22 +5,29 @@
 #include <absl/strings/str_join.h>
 
 #include <array>
+#include <span>
+
+#include "core/paper.h"
 
 namespace isthmus::floam {
 namespace {
 
 constexpr std::array kModes = {OdometryMode::kContinuous, OdometryMode::kFloam,
                                OdometryMode::kAloam};
+// The last one is there to compare with.
+constexpr std::span kModesBuilt(kModes.data(), kHasPaper ? kModes.size() : kModes.size() - 1);
 
 }  // namespace
 
 absl::StatusOr<OdometryMode> FindOdometryMode(const std::string& name) {
   if (name.empty()) return OdometryMode::kContinuous;
-  for (const OdometryMode mode : kModes) {
+  for (const OdometryMode mode : kModesBuilt) {
     if (name == Name(mode)) return mode;
   }
-  return absl::InvalidArgumentError(absl::StrCat("unknown odometry \"", name, "\"; known are ",
-                                                 absl::StrJoin(OdometryModeNames(), ", ")));
+  const bool left_out = name == Name(OdometryMode::kAloam);
+  return absl::InvalidArgumentError(absl::StrCat(
+      left_out ? "this program was built without (ISTHMUS_PAPER=OFF)" : "unknown", " odometry \"",
+      name, "\"; known are ", absl::StrJoin(OdometryModeNames(), ", ")));
 }
 
 const char* Name(OdometryMode mode) {
@@ -37,7 +44,7 @@ const char* Name(OdometryMode mode) {
 
 std::vector<std::string> OdometryModeNames() {
   std::vector<std::string> names;
-  for (const OdometryMode mode : kModes) names.emplace_back(Name(mode));
+  for (const OdometryMode mode : kModesBuilt) names.emplace_back(Name(mode));
   return names;
 }
 

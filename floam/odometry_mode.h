@@ -14,8 +14,8 @@ enum class OdometryMode {
   kAloam,       // Scan to scan, then scan to map: A-LOAM, to compare with.
 };
 
-// "continuous", "floam", "aloam"; the empty name is the default. InvalidArgument, with the known
-// names in the message, for any other.
+// "continuous", "floam" and, unless it was left out (core/paper.h), "aloam"; the empty name is the
+// default. InvalidArgument, with the known names in the message, for any other.
 absl::StatusOr<OdometryMode> FindOdometryMode(const std::string& name);
 const char* Name(OdometryMode mode);
 std::vector<std::string> OdometryModeNames();

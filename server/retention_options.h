@@ -31,9 +31,6 @@ struct RetentionOptions {
     const auto own = robots.find(robot);
     return own == robots.end() ? limits : own->second;
   }
-  bool HasLimits() const {
-    return !robots.empty() || limits.quota_bytes > 0 || limits.max_age_days > 0;
-  }
 };
 
 }  // namespace isthmus::server

@@ -4,17 +4,65 @@
 #include <absl/strings/str_format.h>
 #include <absl/strings/str_join.h>
 
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <system_error>
+#include <unordered_set>
 
-#include "client/simulation/overlap.h"
 #include "core/codec/payload_builder.h"
 #include "core/formats/pcd.h"
 #include "core/formats/tum.h"
 #include "core/io/file_io.h"
+#include "core/pose.h"
+#include "core/scan.h"
 
 namespace isthmus::simulation {
 namespace {
+
+// The surface a robot has measured, as cubic cells of the world. Not thread safe.
+class SeenSurface {
+ public:
+  explicit SeenSurface(double cell_m) : cell_m_(cell_m) {}
+
+  void Add(const Scan& scan, const Pose& T_world_sensor);
+  size_t cells() const { return cells_.size(); }
+
+  // Both must have the same size of cells. Share of the cells of the one with fewer of them that
+  // the other has too, [0, 1].
+  static double Overlap(const SeenSurface& a, const SeenSurface& b);
+
+ private:
+  double cell_m_;
+  std::unordered_set<uint64_t> cells_;
+};
+
+void SeenSurface::Add(const Scan& scan, const Pose& T_world_sensor) {
+  constexpr size_t kEvery = 8;  // Surfaces are seen many times: some of the points will do.
+  const Eigen::Matrix3d rotation = T_world_sensor.RotationMatrix();
+  for (size_t i = 0; i < scan.points.size(); i += kEvery) {
+    const ScanPoint& p = scan.points[i];
+    const Eigen::Vector3d at =
+        rotation * Eigen::Vector3d(p.x, p.y, p.z) + T_world_sensor.translation();
+    uint64_t key = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto cell = static_cast<int64_t>(std::floor(at[axis] / cell_m_));
+      key = (key << 21) | (static_cast<uint64_t>(cell) & 0x1FFFFF);
+    }
+    cells_.insert(key);
+  }
+}
+
+double SeenSurface::Overlap(const SeenSurface& a, const SeenSurface& b) {
+  const bool a_is_smaller = a.cells() < b.cells();
+  const SeenSurface &small = a_is_smaller ? a : b, &large = a_is_smaller ? b : a;
+  if (small.cells_.empty()) return 0;
+  const auto common = std::count_if(small.cells_.begin(), small.cells_.end(),
+                                    [&](uint64_t cell) { return large.cells_.contains(cell); });
+  return static_cast<double>(common) / static_cast<double>(small.cells());
+}
 
 absl::Status MakeFolder(const std::string& path) {
   std::error_code error;

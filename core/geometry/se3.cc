@@ -18,13 +18,6 @@ double Remainder(double x, int n) {
   return sum;
 }
 
-// Eq. 7.77a.
-Eigen::Matrix3d LeftJacobianOfRotation(const Eigen::Vector3d& phi) {
-  const double x = phi.norm();
-  const Eigen::Matrix3d K = Skew(phi);
-  return Eigen::Matrix3d::Identity() + Remainder(x, 2) * K + Remainder(x, 3) * K * K;
-}
-
 // The upper right block of the left Jacobian, eq. 7.86b.
 Eigen::Matrix3d Coupling(const Vector6d& twist) {
   const Eigen::Matrix3d P = Skew(twist.head<3>());
@@ -61,19 +54,9 @@ Eigen::Matrix3d InverseLeftJacobian(const Eigen::Vector3d& phi) {
   return Eigen::Matrix3d::Identity() - 0.5 * K + c * K * K;
 }
 
-Matrix6d LeftJacobian(const Vector6d& twist) {
-  return Blocks(LeftJacobianOfRotation(twist.tail<3>()), Coupling(twist));
-}
-
 Matrix6d InverseLeftJacobian(const Vector6d& twist) {
   const Eigen::Matrix3d inverse = InverseLeftJacobian(Eigen::Vector3d(twist.tail<3>()));
   return Blocks(inverse, -inverse * Coupling(twist) * inverse);
-}
-
-Matrix6d RightJacobian(const Vector6d& twist) { return LeftJacobian(-twist); }
-
-Matrix6d InverseRightJacobian(const Vector6d& twist) {
-  return InverseLeftJacobian(Vector6d(-twist));
 }
 
 }  // namespace isthmus

@@ -14,14 +14,7 @@ Matrix6d Adjoint(const Pose& T);
 // Log(Exp(d) Exp(phi)) = phi + J^-1 d + O(d^2), for rotation vectors. Angles below 2 pi. Eq. 7.77.
 Eigen::Matrix3d InverseLeftJacobian(const Eigen::Vector3d& phi);
 
-// Exp(twist + d) = Exp(J d) Exp(twist) + O(d^2). Eq. 7.85.
-Matrix6d LeftJacobian(const Vector6d& twist);
 // Log(Exp(d) Exp(twist)) = twist + J^-1 d + O(d^2). Rotation angles below 2 pi. Eq. 7.95.
 Matrix6d InverseLeftJacobian(const Vector6d& twist);
-
-// The same with d on the right: Exp(twist + d) = Exp(twist) Exp(J d) + O(d^2).
-Matrix6d RightJacobian(const Vector6d& twist);
-// Log(Exp(twist) Exp(d)) = twist + J^-1 d + O(d^2).
-Matrix6d InverseRightJacobian(const Vector6d& twist);
 
 }  // namespace isthmus

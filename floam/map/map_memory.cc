@@ -172,11 +172,6 @@ void MapMemory::ForgetOldest() {
   }
 }
 
-size_t MapMemory::MemoryBytes() const {
-  return voxels_ * sizeof(Voxel) + tiles_.size() * (sizeof(Tile) + 4 * sizeof(void*)) +
-         sensors_.size() * (sizeof(Eigen::Vector3d) + 5 * sizeof(void*));
-}
-
 std::vector<Eigen::Vector3d> MapMemory::SensorPositions() const {
   std::vector<Eigen::Vector3d> positions;
   positions.reserve(sensors_.size());

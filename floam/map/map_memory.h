@@ -49,7 +49,6 @@ class MapMemory {
   bool empty() const { return tiles_.empty(); }
   size_t voxel_count() const { return voxels_; }
   size_t tile_count() const { return tiles_.size(); }
-  size_t MemoryBytes() const;
 
   // The latest sensor position of each square of keyframe_spacing_m, in no particular order.
   std::vector<Eigen::Vector3d> SensorPositions() const;

@@ -11,11 +11,11 @@
 #include <memory>
 #include <string>
 
-#include "server/main/backups.h"
 #include "server/main/config.h"
 #include "server/main/data_folder.h"
 #include "server/main/stop_signal.h"
 #include "server/pipeline.h"
+#include "server/rpc/backup_source.h"
 #include "server/rpc/server.h"
 #include "storage/sqlite/sqlite_store.h"
 #include "storage/upkeep/backup_stream.h"
@@ -23,6 +23,17 @@
 
 namespace isthmus::server {
 namespace {
+
+// Of the folder that this process has open.
+rpc::BackupSource BackupsOf(const std::string& folder) {
+  return [folder](const rpc::BackupSink& sink) -> absl::StatusOr<rpc::BackupContents> {
+    const absl::StatusOr<storage::StoreReport> report =
+        storage::StreamBackup(folder, {sink.progress, sink.begin, sink.piece});
+    if (!report.ok()) return report.status();
+    return rpc::BackupContents{report->sessions, report->submaps,       report->scans,
+                               report->points,   report->damaged_count, ToString(*report)};
+  };
+}
 
 // What the exit code means; docs/api.md is the promise.
 enum ExitCode { kStopped = 0, kUsage = 2, kDataFolder = 3, kCannotListen = 4 };
@@ -174,6 +185,7 @@ int Run(const Arguments& arguments) {
 }
 
 }  // namespace
+
 }  // namespace isthmus::server
 
 int main(int argc, char** argv) {

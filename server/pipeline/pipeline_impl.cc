@@ -1,5 +1,6 @@
 #include "server/pipeline/pipeline_impl.h"
 
+#include "core/paper.h"
 #include "server/pipeline/trajectory_reader.h"
 
 namespace isthmus::server {
@@ -22,6 +23,11 @@ PipelineImpl::PipelineImpl(const PipelineOptions& options, std::unique_ptr<stora
 PipelineImpl::~PipelineImpl() { Shutdown(); }
 
 absl::Status PipelineImpl::Start() {
+  if (!kHasPaper && parts_.options.matcher.search == "paper") {
+    return absl::InvalidArgumentError(
+        "this program was built without the paper's matching chain (ISTHMUS_PAPER=OFF): search by "
+        "\"default\" or \"birds_eye\"");
+  }
   if (absl::Status status = parts_.map.Load(); !status.ok()) return status;
   const PipelineOptions& options = parts_.options;
   auto scans = ingest::ScanRecorder::Open(options.archive, options.on_problem);

@@ -257,13 +257,4 @@ uint64_t ScanArchive::Bytes(const SessionId& session) const {
   return found == sessions_.end() ? 0 : found->second->bytes();
 }
 
-std::map<SessionId, uint64_t> ScanArchive::ListBytes() const {
-  MutexLock lock(&mutex_);
-  std::map<SessionId, uint64_t> list;
-  for (const auto& [session, files] : sessions_) {
-    if (const uint64_t bytes = files->bytes(); bytes > 0) list[session] = bytes;
-  }
-  return list;
-}
-
 }  // namespace isthmus::storage

@@ -56,7 +56,6 @@ class ScanArchive {
 
   // On the disk; 0 for a session without scans.
   uint64_t Bytes(const SessionId& session) const;
-  std::map<SessionId, uint64_t> ListBytes() const;
 
  private:
   class Session;

@@ -3,8 +3,6 @@
 #include <absl/strings/str_cat.h>
 
 #include <algorithm>
-#include <filesystem>
-#include <system_error>
 #include <utility>
 
 #include "storage/archive/scan_record.h"
@@ -16,19 +14,6 @@ namespace {
 constexpr size_t kDamageListed = 100;
 
 }  // namespace
-
-std::vector<SessionId> ListArchivedSessions(const std::string& directory) {
-  std::vector<SessionId> sessions;
-  std::error_code error;
-  for (std::filesystem::directory_iterator it(directory + "/scans", error), end;
-       !error && it != end; it.increment(error)) {
-    if (!ListSegments(it->path().string()).empty()) {
-      sessions.emplace_back(it->path().filename().string());
-    }
-  }
-  std::sort(sessions.begin(), sessions.end());
-  return sessions;
-}
 
 absl::StatusOr<std::unique_ptr<ScanReader>> ScanReader::Open(const std::string& directory,
                                                              const SessionId& session) {

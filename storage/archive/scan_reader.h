@@ -15,9 +15,6 @@
 
 namespace isthmus::storage {
 
-// The sessions that have scans in `directory`/scans, in order.
-std::vector<SessionId> ListArchivedSessions(const std::string& directory);
-
 // The scans of a session in order of sequence, each once. Not thread safe; changes nothing.
 class ScanReader {
  public:

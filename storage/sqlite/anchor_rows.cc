@@ -29,23 +29,19 @@ absl::Status RemoveAnchor(Connection& database, const SubmapId& submap) {
 }
 
 absl::StatusOr<std::vector<Anchor>> SelectAnchors(Connection& database) {
-  std::vector<Anchor> anchors;
-  Statement row = database.Prepare(
+  Statement rows = database.Prepare(
       "SELECT e.id, s.submap_index, T_map_submap, sigma_xy_m, sigma_z_m, sigma_deg, note, given_ns "
       "FROM anchors a JOIN submaps s ON s.key = a.submap JOIN sessions e ON e.key = s.session "
       "ORDER BY e.id, s.submap_index");
-  while (true) {
-    absl::StatusOr<bool> has_row = row.Step();
-    if (!has_row.ok()) return has_row.status();
-    if (!*has_row) return anchors;
-    anchors.push_back({.submap = {SessionId(row.Text(0)), static_cast<uint32_t>(row.Int(1))},
-                       .T_map_submap = UnpackPose(row.Text(2)),
-                       .sigma_xy_m = row.Real(3),
-                       .sigma_z_m = row.Real(4),
-                       .sigma_deg = row.Real(5),
-                       .note = row.Text(6),
-                       .given_ns = row.Int(7)});
-  }
+  return rows.ReadAll([](const Statement& row) {
+    return Anchor{.submap = {SessionId(row.Text(0)), static_cast<uint32_t>(row.Int(1))},
+                  .T_map_submap = UnpackPose(row.Text(2)),
+                  .sigma_xy_m = row.Real(3),
+                  .sigma_z_m = row.Real(4),
+                  .sigma_deg = row.Real(5),
+                  .note = row.Text(6),
+                  .given_ns = row.Int(7)};
+  });
 }
 
 }  // namespace isthmus::storage

@@ -27,22 +27,14 @@ bool ReadLoop(const Statement& row, LoopClosure& loop) {
   return DecodeEdges(row.Text(15), loop.edges).ok();
 }
 
-absl::StatusOr<std::set<uint32_t>> SelectIndices(Connection& database, int64_t session_key) {
-  std::set<uint32_t> indices;
-  Statement row = database.Prepare("SELECT submap_index FROM submaps WHERE session = ?");
-  row.Bind(session_key);
-  while (true) {
-    absl::StatusOr<bool> has_row = row.Step();
-    if (!has_row.ok()) return has_row.status();
-    if (!*has_row) return indices;
-    indices.insert(static_cast<uint32_t>(row.Int(0)));
-  }
-}
-
 // Of loop closures of the session none of whose edges, if any can be read, has both its submaps.
 absl::StatusOr<std::vector<int64_t>> SelectLost(Connection& database, int64_t session_key) {
-  absl::StatusOr<std::set<uint32_t>> submaps = SelectIndices(database, session_key);
-  if (!submaps.ok()) return submaps.status();
+  Statement indices = database.Prepare("SELECT submap_index FROM submaps WHERE session = ?");
+  const auto listed = indices.Bind(session_key).ReadAll([](const Statement& row) {
+    return static_cast<uint32_t>(row.Int(0));
+  });
+  if (!listed.ok()) return listed.status();
+  const std::set<uint32_t> submaps(listed->begin(), listed->end());
   std::vector<int64_t> lost;
   Statement row = database.Prepare("SELECT id, edges FROM loops WHERE session = ?");
   row.Bind(session_key);
@@ -54,7 +46,7 @@ absl::StatusOr<std::vector<int64_t>> SelectLost(Connection& database, int64_t se
     if (!DecodeEdges(row.Text(1), edges).ok()) edges.clear();
     bool holds = false;
     for (const SubmapEdge& edge : edges) {
-      holds = holds || (submaps->count(edge.submap_a) > 0 && submaps->count(edge.submap_b) > 0);
+      holds = holds || (submaps.contains(edge.submap_a) && submaps.contains(edge.submap_b));
     }
     if (!holds) lost.push_back(row.Int(0));
   }

@@ -124,20 +124,17 @@ absl::Status PutMatch(Connection& database, const Match& match) {
 absl::StatusOr<std::vector<Match>> SelectMatches(Connection& database) {
   auto stages = SelectStages(database);
   if (!stages.ok()) return stages.status();
-  std::vector<Match> matches;
-  Statement row = database.Prepare(
+  Statement rows = database.Prepare(
       "SELECT m.a, m.b, a.id, b.id, T_a_b, m.state, reason, detail, confidence, overlap, inliers, "
       "residual_m, free_space, comparisons, runner_up, matcher, submaps_a, submaps_b, computed_ns, "
       "inlier_ratio, shared_area_m2, hold, strain, candidates, edges FROM matches m JOIN sessions "
       "a ON a.key = m.a JOIN sessions b ON b.key = m.b "
       "ORDER BY a.id, b.id");
-  while (true) {
-    absl::StatusOr<bool> has_row = row.Step();
-    if (!has_row.ok()) return has_row.status();
-    if (!*has_row) return matches;
-    matches.push_back(ReadMatch(row));
-    matches.back().stages = std::move((*stages)[{row.Int(0), row.Int(1)}]);
-  }
+  return rows.ReadAll([&](const Statement& row) {
+    Match match = ReadMatch(row);
+    match.stages = std::move((*stages)[{row.Int(0), row.Int(1)}]);
+    return match;
+  });
 }
 
 }  // namespace isthmus::storage

@@ -40,39 +40,29 @@ absl::Status AddMoves(Connection& database, int64_t revision,
 
 absl::StatusOr<std::vector<std::pair<int64_t, SubmapMove>>> SelectMoves(Connection& database,
                                                                         int64_t from, int64_t to) {
-  std::vector<std::pair<int64_t, SubmapMove>> moves;
-  Statement row = database.Prepare(
+  Statement rows = database.Prepare(
       "SELECT revision, session, submap_index, T_before, frame_before, T_after, frame_after "
       "FROM submap_moves WHERE revision > ? AND revision <= ? "
       "ORDER BY revision, session, submap_index");
-  row.Bind(from).Bind(to);
-  while (true) {
-    absl::StatusOr<bool> has_row = row.Step();
-    if (!has_row.ok()) return has_row.status();
-    if (!*has_row) return moves;
+  return rows.Bind(from).Bind(to).ReadAll([](const Statement& row) {
     SubmapMove move;
     move.submap = {SessionId(row.Text(1)), static_cast<uint32_t>(row.Int(2))};
     move.before = ReadOptionalPose(row, 3);
     move.frame_before = SessionId(row.Text(4));
     move.after = ReadOptionalPose(row, 5);
     move.frame_after = SessionId(row.Text(6));
-    moves.emplace_back(row.Int(0), std::move(move));
-  }
+    return std::pair(row.Int(0), std::move(move));
+  });
 }
 
 absl::StatusOr<std::vector<SubmapPose>> SelectPlacedSubmaps(Connection& database,
                                                             const SessionId& session) {
-  std::vector<SubmapPose> submaps;
-  Statement row = database.Prepare(
+  Statement rows = database.Prepare(
       "SELECT submap_index, T_map_submap FROM placed_submaps WHERE session = ? "
       "ORDER BY submap_index");
-  row.Bind(session.value());
-  while (true) {
-    absl::StatusOr<bool> has_row = row.Step();
-    if (!has_row.ok()) return has_row.status();
-    if (!*has_row) return submaps;
-    submaps.push_back({static_cast<uint32_t>(row.Int(0)), UnpackPose(row.Text(1))});
-  }
+  return rows.Bind(session.value()).ReadAll([](const Statement& row) {
+    return SubmapPose{static_cast<uint32_t>(row.Int(0)), UnpackPose(row.Text(1))};
+  });
 }
 
 }  // namespace isthmus::storage

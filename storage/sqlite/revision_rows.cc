@@ -70,47 +70,37 @@ absl::Status Prune(Connection& database) {
 }
 
 absl::StatusOr<std::vector<Placement>> SelectPlacements(Connection& database, int64_t revision) {
-  std::vector<Placement> placements;
-  Statement row = database.Prepare(
+  Statement rows = database.Prepare(
       "SELECT session, component, reference, T_map_odom FROM placements WHERE revision = ? "
       "ORDER BY session");
-  row.Bind(revision);
-  while (true) {
-    absl::StatusOr<bool> has_row = row.Step();
-    if (!has_row.ok()) return has_row.status();
-    if (!*has_row) return placements;
-    Placement placement;
-    placement.session = SessionId(row.Text(0));
-    placement.component = static_cast<uint32_t>(row.Int(1));
-    placement.reference = SessionId(row.Text(2));
-    placement.T_map_odom = UnpackPose(row.Text(3));
+  auto placements = rows.Bind(revision).ReadAll([](const Statement& row) {
+    return Placement{SessionId(row.Text(0)), static_cast<uint32_t>(row.Int(1)),
+                     SessionId(row.Text(2)), UnpackPose(row.Text(3))};
+  });
+  if (!placements.ok()) return placements;
+  for (Placement& placement : *placements) {
     auto submaps = SelectPlacedSubmaps(database, placement.session);
     if (!submaps.ok()) return submaps.status();
     placement.submaps = *std::move(submaps);
-    placements.push_back(std::move(placement));
   }
+  return placements;
 }
 
-absl::Status SelectMatchesOf(Connection& database, RevisionInfo& info) {
-  Statement row =
+// The matches and loop closures that it came of.
+absl::Status SelectCauses(Connection& database, RevisionInfo& info) {
+  Statement pairs =
       database.Prepare("SELECT a, b FROM revision_matches WHERE revision = ? ORDER BY position");
-  row.Bind(info.revision);
-  while (true) {
-    absl::StatusOr<bool> has_row = row.Step();
-    if (!has_row.ok() || !*has_row) return has_row.status();
-    info.matches.emplace_back(SessionId(row.Text(0)), SessionId(row.Text(1)));
-  }
-}
-
-absl::Status SelectLoopsOf(Connection& database, RevisionInfo& info) {
-  Statement row =
+  auto matches = pairs.Bind(info.revision).ReadAll([](const Statement& row) {
+    return std::pair(SessionId(row.Text(0)), SessionId(row.Text(1)));
+  });
+  if (!matches.ok()) return matches.status();
+  info.matches = *std::move(matches);
+  Statement ids =
       database.Prepare("SELECT loop FROM revision_loops WHERE revision = ? ORDER BY position");
-  row.Bind(info.revision);
-  while (true) {
-    absl::StatusOr<bool> has_row = row.Step();
-    if (!has_row.ok() || !*has_row) return has_row.status();
-    info.loops.push_back(row.Uint(0));
-  }
+  auto loops = ids.Bind(info.revision).ReadAll([](const Statement& row) { return row.Uint(0); });
+  if (!loops.ok()) return loops.status();
+  info.loops = *std::move(loops);
+  return absl::OkStatus();
 }
 
 }  // namespace
@@ -125,31 +115,20 @@ absl::Status AddRevision(Connection& database, const MapRevision& revision,
 }
 
 absl::StatusOr<int64_t> LatestRevisionNumber(Connection& database) {
-  Statement row = database.Prepare("SELECT coalesce(max(revision), 0) FROM revisions");
-  absl::StatusOr<bool> found = row.Step();
-  if (!found.ok()) return found.status();
-  return row.Int(0);
+  return database.ReadNumber("SELECT coalesce(max(revision), 0) FROM revisions");
 }
 
 absl::StatusOr<int64_t> OldestComparableRevision(Connection& database) {
   // What a revision of an older schema did is not known; see migration 0005.
-  Statement row = database.Prepare(
+  return database.ReadNumber(
       "SELECT coalesce(max(revision) FILTER (WHERE added IS NULL), min(revision) - 1, 0) "
       "FROM revisions");
-  absl::StatusOr<bool> found = row.Step();
-  if (!found.ok()) return found.status();
-  return row.Int(0);
 }
 
 absl::StatusOr<std::vector<RevisionInfo>> SelectRevisions(Connection& database, int limit) {
-  std::vector<RevisionInfo> infos;
-  Statement row = database.Prepare(std::string("SELECT ") + kRevisionColumns +
-                                   " FROM revisions ORDER BY revision DESC LIMIT max(?, 0)");
-  row.Bind(limit);
-  while (true) {
-    absl::StatusOr<bool> has_row = row.Step();
-    if (!has_row.ok()) return has_row.status();
-    if (!*has_row) return infos;
+  Statement rows = database.Prepare(std::string("SELECT ") + kRevisionColumns +
+                                    " FROM revisions ORDER BY revision DESC LIMIT max(?, 0)");
+  auto infos = rows.Bind(limit).ReadAll([](const Statement& row) {
     RevisionInfo info;
     info.revision = row.Int(0);
     info.stamp_ns = row.Int(1);
@@ -158,10 +137,13 @@ absl::StatusOr<std::vector<RevisionInfo>> SelectRevisions(Connection& database, 
     info.moved = static_cast<uint32_t>(row.Int(4));
     info.removed = static_cast<uint32_t>(row.Int(5));
     info.largest_move_m = row.Real(6);
-    if (auto status = SelectMatchesOf(database, info); !status.ok()) return status;
-    if (auto status = SelectLoopsOf(database, info); !status.ok()) return status;
-    infos.push_back(std::move(info));
+    return info;
+  });
+  if (!infos.ok()) return infos;
+  for (RevisionInfo& info : *infos) {
+    if (auto status = SelectCauses(database, info); !status.ok()) return status;
   }
+  return infos;
 }
 
 absl::StatusOr<MapRevision> SelectLatestRevision(Connection& database) {

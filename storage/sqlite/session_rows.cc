@@ -79,14 +79,7 @@ absl::StatusOr<std::optional<int64_t>> FindSessionKey(Connection& database,
 }
 
 absl::StatusOr<std::vector<SessionRecord>> SelectSessions(Connection& database) {
-  std::vector<SessionRecord> records;
-  Statement row = database.Prepare(std::string(kSelect) + " ORDER BY s.key");
-  while (true) {
-    absl::StatusOr<bool> has_row = row.Step();
-    if (!has_row.ok()) return has_row.status();
-    if (!*has_row) return records;
-    records.push_back(ReadRecord(row));
-  }
+  return database.Prepare(std::string(kSelect) + " ORDER BY s.key").ReadAll(ReadRecord);
 }
 
 absl::StatusOr<bool> RemoveSession(Connection& database, const SessionId& session) {

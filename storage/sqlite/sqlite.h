@@ -38,6 +38,17 @@ class Statement {
 
   // True when there is a row to read, false behind the last.
   absl::StatusOr<bool> Step();
+  // What `read` makes of each row, in order.
+  template <typename Read>
+  auto ReadAll(const Read& read) -> absl::StatusOr<std::vector<decltype(read(*this))>> {
+    std::vector<decltype(read(*this))> records;
+    while (true) {
+      absl::StatusOr<bool> has_row = Step();
+      if (!has_row.ok()) return has_row.status();
+      if (!*has_row) return records;
+      records.push_back(read(*this));
+    }
+  }
   // To the end, rows unread. Afterwards parameters can be bound anew.
   absl::Status Run();
 

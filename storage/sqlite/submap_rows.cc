@@ -43,16 +43,6 @@ SubmapInfo ReadInfo(const Statement& row) {
   return info;
 }
 
-absl::StatusOr<std::vector<SubmapInfo>> ReadInfos(Statement& row) {
-  std::vector<SubmapInfo> infos;
-  while (true) {
-    absl::StatusOr<bool> has_row = row.Step();
-    if (!has_row.ok()) return has_row.status();
-    if (!*has_row) return infos;
-    infos.push_back(ReadInfo(row));
-  }
-}
-
 absl::Status AddInfo(Connection& database, int64_t session_key, const SubmapRow& submap) {
   const SubmapInfo& info = submap.info;
   Statement insert = database.Prepare(
@@ -174,11 +164,11 @@ absl::StatusOr<std::vector<SubmapInfo>> SelectSubmaps(Connection& database,
                                                       std::optional<int64_t> session_key) {
   const std::string select = std::string("SELECT ") + kSubmapColumns + kFrom;
   if (!session_key) {
-    Statement row = database.Prepare(select + "ORDER BY e.id, s.submap_index");
-    return ReadInfos(row);
+    return database.Prepare(select + "ORDER BY e.id, s.submap_index").ReadAll(ReadInfo);
   }
-  Statement row = database.Prepare(select + "WHERE s.session = ? ORDER BY s.submap_index");
-  return ReadInfos(row.Bind(*session_key));
+  return database.Prepare(select + "WHERE s.session = ? ORDER BY s.submap_index")
+      .Bind(*session_key)
+      .ReadAll(ReadInfo);
 }
 
 absl::StatusOr<std::vector<SubmapInfo>> SelectSubmapsNear(Connection& database, int64_t session_key,
@@ -189,7 +179,7 @@ absl::StatusOr<std::vector<SubmapInfo>> SelectSubmapsNear(Connection& database, 
       "WHERE r.max_x >= ? AND r.min_x <= ? AND r.max_y >= ? AND r.min_y <= ? "
       "AND r.max_z >= ? AND r.min_z <= ? AND s.session = ? ORDER BY s.submap_index");
   for (int axis = 0; axis < 3; ++axis) row.Bind(box_odom.min[axis]).Bind(box_odom.max[axis]);
-  return ReadInfos(row.Bind(session_key));
+  return row.Bind(session_key).ReadAll(ReadInfo);
 }
 
 }  // namespace isthmus::storage

@@ -32,22 +32,17 @@ absl::Status AddTrajectory(Connection& database,
 
 absl::StatusOr<std::vector<TrajectoryEntry>> SelectTrajectory(Connection& database,
                                                               int64_t session_key) {
-  std::vector<TrajectoryEntry> entries;
-  Statement row = database.Prepare(
+  Statement rows = database.Prepare(
       "SELECT sequence, stamp_ns, submap_index, T_odom_sensor FROM trajectory "
       "WHERE session = ? ORDER BY sequence");
-  row.Bind(session_key);
-  while (true) {
-    absl::StatusOr<bool> has_row = row.Step();
-    if (!has_row.ok()) return has_row.status();
-    if (!*has_row) return entries;
+  return rows.Bind(session_key).ReadAll([](const Statement& row) {
     TrajectoryEntry entry;
     entry.sequence = row.Uint(0);
     entry.stamp_ns = row.Int(1);
     entry.submap_index = static_cast<uint32_t>(row.Int(2));
     entry.T_odom_sensor = UnpackPose(row.Text(3));
-    entries.push_back(entry);
-  }
+    return entry;
+  });
 }
 
 }  // namespace isthmus::storage

@@ -54,17 +54,17 @@ absl::Status RemoveVerdict(Connection& database, const SessionId& a, const Sessi
 }
 
 absl::StatusOr<std::vector<Verdict>> SelectVerdicts(Connection& database) {
-  std::vector<Verdict> verdicts;
-  Statement row = database.Prepare(
+  Statement rows = database.Prepare(
       "SELECT a.id, b.id, ruling, T_a_b, note, given_ns FROM verdicts v "
       "JOIN sessions a ON a.key = v.a JOIN sessions b ON b.key = v.b ORDER BY a.id, b.id");
-  while (true) {
-    absl::StatusOr<bool> has_row = row.Step();
-    if (!has_row.ok()) return has_row.status();
-    if (!*has_row) return verdicts;
-    verdicts.push_back({SessionId(row.Text(0)), SessionId(row.Text(1)), ParseRuling(row.Text(2)),
-                        UnpackPose(row.Text(3)), row.Text(4), row.Int(5)});
-  }
+  return rows.ReadAll([](const Statement& row) {
+    return Verdict{SessionId(row.Text(0)),
+                   SessionId(row.Text(1)),
+                   ParseRuling(row.Text(2)),
+                   UnpackPose(row.Text(3)),
+                   row.Text(4),
+                   row.Int(5)};
+  });
 }
 
 }  // namespace isthmus::storage

@@ -31,7 +31,7 @@ inline constexpr size_t kDamagedListed = 1000;
 // blobs, its counts and its poses. Bits flipped in other columns show only where SQLite or these
 // see them: there is no checksum over rows. A write-ahead log that is missing
 // shows as commits that are not there, unless the rest does not fit together; one that is damaged
-// is told from one that a power cut left (log_check.h).
+// is told from one that a power cut left.
 //
 // Writes to none of the files (SQLite may make isthmus.db-shm). Folders of older schemas are read
 // as they are, but for the points of submaps before schema 5. Holds the folder's lock meanwhile, if

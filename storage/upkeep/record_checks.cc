@@ -15,18 +15,6 @@ namespace {
 
 constexpr size_t kPoseSize = 7 * sizeof(double);
 
-// Rows of which some values are fetched alone, so that one that cannot be read costs no others.
-void ForEachRow(Connection& database, const std::string& what, const std::string& sql,
-                StoreReport& report, const std::function<void(const Statement&)>& visit) {
-  Statement row = database.Prepare(sql);
-  while (true) {
-    absl::StatusOr<bool> has_row = row.Step();
-    if (!has_row.ok()) AddDamage(what, std::string(has_row.status().message()), report);
-    if (!has_row.ok() || !*has_row) return;
-    visit(row);
-  }
-}
-
 std::string ProblemOfPose(const std::string& bytes) {
   if (bytes.size() != kPoseSize) return absl::StrCat("its pose has ", bytes.size(), " bytes");
   return UnpackPose(bytes).IsFinite() ? "" : "its pose is not finite";
@@ -105,6 +93,17 @@ absl::Status CheckSubmap(Connection& database, const SubmapId& id, StoreReport& 
 void AddDamage(const std::string& record, const std::string& problem, StoreReport& report) {
   ++report.damaged_count;
   if (report.damaged.size() < kDamagedListed) report.damaged.push_back({record, problem});
+}
+
+void ForEachRow(Connection& database, const std::string& what, const std::string& sql,
+                StoreReport& report, const std::function<void(const Statement&)>& visit) {
+  Statement row = database.Prepare(sql);
+  while (true) {
+    absl::StatusOr<bool> has_row = row.Step();
+    if (!has_row.ok()) AddDamage(what, std::string(has_row.status().message()), report);
+    if (!has_row.ok() || !*has_row) return;
+    visit(row);
+  }
 }
 
 void CheckSubmaps(Connection& database, int64_t schema, StoreReport& report) {

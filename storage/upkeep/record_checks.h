@@ -8,6 +8,11 @@ namespace isthmus::storage {
 
 void AddDamage(const std::string& record, const std::string& problem, StoreReport& report);
 
+// Calls `visit` for each row of `sql`; where that ends early, `what` is damaged. Names of records
+// and their values are fetched apart, so that one that cannot be read costs no others.
+void ForEachRow(Connection& database, const std::string& what, const std::string& sql,
+                StoreReport& report, const std::function<void(const Statement&)>& visit);
+
 // `schema` is the database's. What cannot be read is damage, and no reason to stop.
 void CheckSubmaps(Connection& database, int64_t schema, StoreReport& report);
 void CheckFeatures(Connection& database, StoreReport& report);

@@ -1,12 +1,15 @@
 #include "floam/odometry.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <string>
 #include <vector>
 
+#include "core/paper.h"
 #include "floam/match/feature_map.h"
 #include "floam/odometry_options.h"
 #include "tests/floam/odometry_drive.h"
@@ -33,6 +36,18 @@ INSTANTIATE_TEST_SUITE_P(Both, OdometryModes,
                          [](const auto& param) {
                            return param.param == OdometryMode::kFloam ? "Floam" : "Continuous";
                          });
+
+TEST(OdometryModeNames, SayWhatThisBuildHas) {
+  EXPECT_EQ(OdometryModeNames().size(), kHasPaper ? 3u : 2u);
+  EXPECT_EQ(*FindOdometryMode("floam"), OdometryMode::kFloam);
+  const auto aloam = FindOdometryMode("aloam");
+  EXPECT_EQ(aloam.ok(), kHasPaper);
+  if (!aloam.ok()) {
+    EXPECT_THAT(std::string(aloam.status().message()), ::testing::HasSubstr("ISTHMUS_PAPER"));
+  }
+  EXPECT_THAT(std::string(FindOdometryMode("loam").status().message()),
+              ::testing::StartsWith("unknown"));
+}
 
 TEST_P(OdometryModes, FollowsALoop) {
   Drive drive(Loop(1.2), WithMode(GetParam()));

@@ -3,17 +3,20 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <random>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include "core/codec/payload_builder.h"
 #include "core/io/file_io.h"
 #include "core/scan_upload.h"
 #include "storage/archive/scan_reader.h"
+#include "storage/archive/scan_segment.h"
 
 namespace isthmus::storage {
 
@@ -83,6 +86,20 @@ inline ReadBack ReadScans(const std::string& directory, const SessionId& session
   back.damaged = (*reader)->damaged_count();
   back.unfinished_bytes = (*reader)->unfinished_bytes();
   return back;
+}
+
+// The sessions that have scans in `directory`/scans, in order.
+inline std::vector<SessionId> ListArchivedSessions(const std::string& directory) {
+  std::vector<SessionId> sessions;
+  std::error_code error;
+  for (std::filesystem::directory_iterator it(directory + "/scans", error), end;
+       !error && it != end; it.increment(error)) {
+    if (!ListSegments(it->path().string()).empty()) {
+      sessions.emplace_back(it->path().filename().string());
+    }
+  }
+  std::sort(sessions.begin(), sessions.end());
+  return sessions;
 }
 
 inline std::vector<uint64_t> Range(uint64_t first, uint64_t last) {

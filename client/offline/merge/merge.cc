@@ -1,19 +1,88 @@
 // isthmus merge: finished maps of several robots into one, without a server.
 #include <absl/strings/match.h>
 #include <absl/strings/str_cat.h>
+#include <absl/strings/str_format.h>
+
+#include <algorithm>
+#include <string>
+#include <vector>
 
 #include "client/console/console.h"
 #include "client/console/exit_code.h"
+#include "client/console/json.h"
+#include "client/console/match_text.h"
 #include "client/console/offline_commands.h"
 #include "client/console/waiting.h"
+#include "client/library/records.h"
 #include "client/offline/commands.h"
 #include "client/offline/embedded_server.h"
 #include "client/offline/merge/bare_maps.h"
-#include "client/offline/merge/merge_report.h"
+#include "client/offline/merge/merge_input.h"
 #include "core/io/file_io.h"
 
 namespace isthmus::cli {
 namespace {
+
+struct MergeResult {
+  std::vector<MergeInput> inputs;  // Without their points.
+  client::MapInfo info;
+  client::MatchGraph graph;  // Pairs without sensor poses as DecideBarePairs reports them.
+  std::string output;        // Empty when nothing was merged and so nothing written.
+  bool merged = false;       // All of them into one map.
+};
+
+// Something was merged, and by verified matches only.
+bool IsVerified(const MergeResult& result) {
+  return !result.output.empty() &&
+         std::none_of(
+             result.graph.matches.begin(), result.graph.matches.end(),
+             [](const client::MatchEdge& edge) { return edge.match.reason == "UNVERIFIED"; });
+}
+
+Json ToJson(const MergeResult& result) {
+  Json out = {{"merged", result.merged},
+              {"verified", IsVerified(result)},
+              {"lacking", WhatIsLacking(result.inputs)},
+              {"file", result.output.empty() ? Json(nullptr) : Json(result.output)},
+              {"inputs", Json::array()},
+              {"pairs", Json::array()},
+              {"placements", cli::ToJson(result.graph)["placements"]},
+              {"estimation_ms", result.info.estimation_ms},
+              {"composition_ms", result.info.composition_ms}};
+  for (const MergeInput& input : result.inputs) {
+    out["inputs"].push_back({{"file", input.file},
+                             {"robot", input.robot},
+                             {"points", input.points},
+                             {"viewpoints", input.viewpoints}});
+  }
+  for (const client::MatchEdge& edge : result.graph.matches) {
+    Json pair = cli::ToJson(edge);
+    pair["accepted"] = edge.match.state == MatchState::kAccepted;
+    out["pairs"].push_back(std::move(pair));
+  }
+  return out;
+}
+
+void PrintText(const MergeResult& result) {
+  for (const MergeInput& input : result.inputs) {
+    absl::PrintF(
+        "%s: %s, %d points seen from %s\n", input.robot, input.file, input.points,
+        input.viewpoints > 0 ? absl::StrCat(input.viewpoints, " places") : "nobody knows where");
+  }
+  for (const client::MatchEdge& edge : result.graph.matches) {
+    absl::PrintF("\n%s", MatchText(edge, edge.robot_a.value() + " ~ " + edge.robot_b.value()));
+  }
+  absl::PrintF("\n");
+  for (const std::string& sentence : WhatIsLacking(result.inputs)) absl::PrintF("%s\n", sentence);
+  if (result.output.empty()) {
+    absl::PrintF("not merged: nothing written\n");
+    return;
+  }
+  absl::PrintF("%s: %s, composed in %.1f ms%s\n", result.output,
+               result.merged ? "all in one map" : "only the largest group of those that merged",
+               result.info.composition_ms,
+               IsVerified(result) ? "" : "; UNVERIFIED: look at it before you trust it");
+}
 
 struct Options {
   std::vector<std::string> files;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "core/paper.h"
 #include "core/stopwatch.h"
 #include "server/matching/paper/feature_chain.h"
 #include "server/matching/paper/feature_chain_options.h"
@@ -66,10 +67,12 @@ void CandidateSearch::ByPlaces(std::vector<Hypothesis>* found, std::vector<Stage
 
 void CandidateSearch::ByFeatures(std::vector<Hypothesis>* found, std::vector<StageTime>* stages) {
   if (stop_.stop_requested()) return;
-  FeatureChainOptions chain;
-  const bool known = a_.gravity_known() && b_.gravity_known();
-  chain.ransac.max_tilt_rad = known ? kMaxOdomTiltRad : M_PI;
-  Take(SearchByFeatures(a_.session_map(), b_.session_map(), chain, stages), found, stages);
+  if constexpr (kHasPaper) {  // Else nobody defines SearchByFeatures.
+    FeatureChainOptions chain;
+    const bool known = a_.gravity_known() && b_.gravity_known();
+    chain.ransac.max_tilt_rad = known ? kMaxOdomTiltRad : M_PI;
+    Take(SearchByFeatures(a_.session_map(), b_.session_map(), chain, stages), found, stages);
+  }
 }
 
 void CandidateSearch::Take(const std::vector<Candidate>& candidates, std::vector<Hypothesis>* found,

@@ -27,6 +27,7 @@ class CandidateSearch {
   void ByBirdsEye(std::vector<Hypothesis>* found, std::vector<StageTime>* stages,
                   const Possible& possible = {});
   void ByPlaces(std::vector<Hypothesis>* found, std::vector<StageTime>* stages);
+  // Finds nothing in a build without the paper's chain.
   void ByFeatures(std::vector<Hypothesis>* found, std::vector<StageTime>* stages);
   void Take(const std::vector<Candidate>& candidates, std::vector<Hypothesis>* found,
             std::vector<StageTime>* stages);

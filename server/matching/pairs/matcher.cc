@@ -206,12 +206,4 @@ void PairMatcher::Extend(const PreparedMap& a, const PreparedMap& b, Match* matc
   Decide(hypotheses_, options_, match);
 }
 
-Match MatchPrepared(const PreparedMap& a, const PreparedMap& b, const MatcherOptions& options) {
-  return PairMatcher(options).Update(a, b);
-}
-
-Match MatchSessions(const SessionMap& a, const SessionMap& b, const MatcherOptions& options) {
-  return MatchPrepared(PreparedMap(a), PreparedMap(b), options);
-}
-
 }  // namespace isthmus::matching

@@ -60,8 +60,4 @@ class PairMatcher {
   SessionMap map_a_, map_b_;   // As of the last call.
 };
 
-// From scratch, for those who match a pair once.
-Match MatchPrepared(const PreparedMap& a, const PreparedMap& b, const MatcherOptions& options);
-Match MatchSessions(const SessionMap& a, const SessionMap& b, const MatcherOptions& options);
-
 }  // namespace isthmus::matching

@@ -11,7 +11,7 @@ namespace isthmus::matching {
 struct MatcherOptions {
   // "default": the bird's-eye search proposes, and the paper's feature chain where that leaves the
   // pair undecided indoors (outdoors it costs seconds and finds nothing at realistic overlap).
-  // "paper": the feature chain only. "birds_eye": the search only.
+  // "paper", where it was built (core/paper.h): the chain only. "birds_eye": the search only.
   std::string search = "default";
   double min_overlap = 0.1;        // Less: NOT_YET.
   int64_t min_comparisons = 3000;  // Fewer free-space comparisons: NOT_YET.

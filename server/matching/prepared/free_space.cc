@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "server/matching/registration/voxel_key.h"
-#include "server/matching/search/gravity.h"
 
 namespace isthmus::matching {
 namespace {
@@ -200,21 +199,6 @@ FreeSpaceScore ScoreFreeSpace(const FreeSpaceMap& a, const FreeSpaceMap& b, cons
     }
   }
   return score;
-}
-
-FreeSpaceScore ScoreFreeSpace(const SessionMap& a, const SessionMap& b, const Pose& T_a_b,
-                              const FreeSpaceOptions& options) {
-  const auto prepare = [&](const SessionMap& map) {
-    PreparedSubmaps submaps;
-    for (const auto& submap : map.submaps) {
-      submaps.push_back(std::make_shared<const PreparedSubmap>(submap));
-    }
-    double voxel_m = kIndoorVoxelM;
-    const Pose T_level_odom(EstimateLevel(JoinSurfaces(submaps, 0, &voxel_m)),
-                            Eigen::Vector3d::Zero());
-    return FreeSpaceMap(submaps, T_level_odom, options);
-  };
-  return ScoreFreeSpace(prepare(a), prepare(b), MapPoses::Rigid(a, b, T_a_b), options);
 }
 
 }  // namespace isthmus::matching

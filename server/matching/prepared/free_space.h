@@ -86,8 +86,4 @@ FreeSpaceScore ScoreFreeSpace(const FreeSpaceMap& a, const FreeSpaceMap& b, cons
                               const FreeSpaceOptions& options, size_t first_a = 0,
                               size_t first_b = 0);
 
-// From bare maps, for those who ask once.
-FreeSpaceScore ScoreFreeSpace(const SessionMap& a, const SessionMap& b, const Pose& T_a_b,
-                              const FreeSpaceOptions& options);
-
 }  // namespace isthmus::matching

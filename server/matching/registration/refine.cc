@@ -54,9 +54,6 @@ bool RunVgicp(const GaussianVoxelMap& a, const RefinableMap::Data& b, const Refi
 
 }  // namespace
 
-RefinableMap::RefinableMap(const SessionMap& map, const RefineOptions& options)
-    : RefinableMap(SampleSurface(map, options.voxel_m), options) {}
-
 RefinableMap::RefinableMap(std::vector<SurfacePoint> surface, const RefineOptions& options)
     : data_(std::make_unique<Data>()) {
   data_->voxel_m = options.voxel_m;

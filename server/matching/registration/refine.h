@@ -36,7 +36,6 @@ struct Refinement {
 // points with normals turned to where the sensor stood, covariances, k-d tree, Gaussian voxels.
 class RefinableMap {
  public:
-  RefinableMap(const SessionMap& map, const RefineOptions& options);
   // From a surface that was sampled with options.voxel_m.
   RefinableMap(std::vector<SurfacePoint> surface, const RefineOptions& options);
   ~RefinableMap();

@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "core/stopwatch.h"
-#include "server/matching/registration/surface.h"
 #include "server/matching/search/birds_eye_image.h"
 #include "server/matching/search/fft_correlator.h"
 #include "server/matching/search/placement.h"
@@ -173,17 +172,6 @@ std::vector<Candidate> SearchBirdsEye(const WallMap& a, const WallMap& b,
                             placement.score, "birds_eye"});
     }
   }
-  if (stages) stages->push_back({"birds_eye", watch.Ms()});
-  return candidates;
-}
-
-std::vector<Candidate> SearchBirdsEye(const SessionMap& a, const SessionMap& b,
-                                      const BirdsEyeOptions& options,
-                                      std::vector<StageTime>* stages) {
-  const Stopwatch watch;
-  const WallMap a_walls(a, SampleSurface(a, kIndoorVoxelM));
-  const WallMap b_walls(b, SampleSurface(b, kIndoorVoxelM));
-  std::vector<Candidate> candidates = SearchBirdsEye(a_walls, b_walls, options, nullptr);
   if (stages) stages->push_back({"birds_eye", watch.Ms()});
   return candidates;
 }

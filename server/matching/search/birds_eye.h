@@ -23,11 +23,6 @@ struct BirdsEyeOptions {
 };
 
 // Best first. Appends one entry to `stages`. Deterministic; thread safe (no shared state).
-std::vector<Candidate> SearchBirdsEye(const SessionMap& a, const SessionMap& b,
-                                      const BirdsEyeOptions& options,
-                                      std::vector<StageTime>* stages);
-
-// The same from maps made ready before.
 std::vector<Candidate> SearchBirdsEye(const WallMap& a, const WallMap& b,
                                       const BirdsEyeOptions& options,
                                       std::vector<StageTime>* stages);

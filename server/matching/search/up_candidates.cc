@@ -254,9 +254,4 @@ bool IsGravityKnown(const std::vector<UpCandidate>& candidates, double max_tilt_
   });
 }
 
-bool IsGravityKnown(const std::vector<SurfacePoint>& surface, double max_tilt_rad,
-                    const std::vector<Eigen::Vector3f>& sensors) {
-  return IsGravityKnown(FindUpCandidates(surface, 3, sensors), max_tilt_rad);
-}
-
 }  // namespace isthmus::matching

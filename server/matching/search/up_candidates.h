@@ -33,8 +33,4 @@ std::vector<UpCandidate> FindUpCandidates(const std::vector<SurfacePoint>& surfa
 // so? `candidates` as FindUpCandidates gives them, with a limit of at least 2.
 bool IsGravityKnown(const std::vector<UpCandidate>& candidates, double max_tilt_rad = 0.3);
 
-// The same from a surface.
-bool IsGravityKnown(const std::vector<SurfacePoint>& surface, double max_tilt_rad = 0.3,
-                    const std::vector<Eigen::Vector3f>& sensors = {});
-
 }  // namespace isthmus::matching

@@ -3,6 +3,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "core/paper.h"
 #include "tests/client/cli/program.h"
 
 namespace isthmus::cli {
@@ -11,6 +12,7 @@ namespace {
 using nlohmann::json;
 
 TEST(Bench, PaperComparesTheOdometriesOnTheSameDrives) {
+  if (!kHasPaper) GTEST_SKIP() << "built without A-LOAM";
   const std::string file = ScratchFolder() + "/paper.json";
   const ProgramResult bench = Isthmus(
       "bench paper --worlds museum --odometry aloam,floam --seed 2 --seconds 3 --json " + file);

@@ -119,7 +119,6 @@ TEST(RetentionTest, RobotsHaveLimitsOfTheirOwn) {
   EXPECT_TRUE(plan.actions.empty());
   ASSERT_EQ(plan.refused.size(), 1u);
   EXPECT_TRUE(plan.refused.contains(kAlice));
-  EXPECT_TRUE(options.HasLimits());
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include "server/matching/search/gravity.h"
 #include "server/matching/search/placement.h"
 #include "tests/server/matching/scene.h"
+#include "tests/server/matching/whole_maps.h"
 
 namespace isthmus::matching {
 namespace {

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "tests/server/matching/scene.h"
+#include "tests/server/matching/whole_maps.h"
 
 namespace isthmus::matching {
 namespace {

@@ -9,6 +9,7 @@
 #include "server/matching/pairs/hypothesis.h"
 #include "server/matching/pairs/matcher.h"
 #include "tests/server/matching/scene.h"
+#include "tests/server/matching/whole_maps.h"
 
 namespace isthmus::matching {
 namespace {

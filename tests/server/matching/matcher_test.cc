@@ -7,8 +7,10 @@
 #include <memory>
 
 #include "core/geometry/angles.h"
+#include "core/paper.h"
 #include "server/matching/prepared/prepared_map.h"
 #include "tests/server/matching/scene.h"
+#include "tests/server/matching/whole_maps.h"
 
 namespace isthmus::matching {
 namespace {
@@ -207,6 +209,7 @@ TEST_F(MatcherTest, EmptyMapsAreNotYet) {
 }
 
 TEST_F(MatcherTest, ThePapersChainAloneNamesItself) {
+  if (!kHasPaper) GTEST_SKIP() << "built without it";
   MatcherOptions options;
   options.search = "paper";
   const Match match = MatchSessions(map_a_, map_b_, options);

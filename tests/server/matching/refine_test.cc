@@ -7,6 +7,7 @@
 
 #include "core/geometry/angles.h"
 #include "tests/server/matching/scene.h"
+#include "tests/server/matching/whole_maps.h"
 
 namespace isthmus::matching {
 namespace {
@@ -25,8 +26,8 @@ class RefineTest : public ::testing::Test {
                         2};
     map_a_ = new SessionMap(Survey(scene, drive_a));
     map_b_ = new SessionMap(Survey(scene, drive_b));
-    a_ = new RefinableMap(*map_a_, options_);
-    b_ = new RefinableMap(*map_b_, options_);
+    a_ = new RefinableMap(MakeRefinable(*map_a_, options_));
+    b_ = new RefinableMap(MakeRefinable(*map_b_, options_));
   }
   static void TearDownTestSuite() {
     delete a_;
@@ -95,7 +96,7 @@ TEST_F(RefineTest, FramesFarFromTheOrigin) {
     copy.T_odom_submap = T_far_odom * copy.T_odom_submap;
     submap = std::make_shared<Submap>(std::move(copy));
   }
-  const RefinableMap far(shifted, options_);
+  const RefinableMap far = MakeRefinable(shifted, options_);
   const Pose truth = T_a_b() * T_far_odom.Inverse();
   const Pose guess =
       Guess(Pose::FromXyzRpy(0.8, 0.8, 0.1, 0, 0, 2 * kRadPerDeg)) * T_far_odom.Inverse();
@@ -106,19 +107,20 @@ TEST_F(RefineTest, FramesFarFromTheOrigin) {
 
 TEST_F(RefineTest, NoisyRanges) {
   const Scene scene = MakeGallery();
-  const RefinableMap noisy(Survey(scene, {Way({{27, 8, 1}, {18, 8, 1}, {13, 6, 1}, {9, 4, 1}}, 15),
-                                          T_world_b(), 0.05, 7}),
-                           options_);
+  const RefinableMap noisy = MakeRefinable(
+      Survey(scene,
+             {Way({{27, 8, 1}, {18, 8, 1}, {13, 6, 1}, {9, 4, 1}}, 15), T_world_b(), 0.05, 7}),
+      options_);
   const Pose guess = Guess(Pose::FromXyzRpy(-0.7, 0.5, 0, 0, 0, -3 * kRadPerDeg));
   ExpectNear(RefineAlignment(*a_, noisy, guess, options_).T_a_b, T_a_b());
 }
 
 TEST_F(RefineTest, LittleOverlap) {
   const Scene scene = MakeGallery();
-  const RefinableMap west(Survey(scene, {Way({{3, 3, 1}, {9, 8, 1}}, 10), T_world_a(), 0.01, 3}),
-                          options_);
-  const RefinableMap east(Survey(scene, {Way({{27, 8, 1}, {15, 7, 1}}, 10), T_world_b(), 0.01, 4}),
-                          options_);
+  const RefinableMap west = MakeRefinable(
+      Survey(scene, {Way({{3, 3, 1}, {9, 8, 1}}, 10), T_world_a(), 0.01, 3}), options_);
+  const RefinableMap east = MakeRefinable(
+      Survey(scene, {Way({{27, 8, 1}, {15, 7, 1}}, 10), T_world_b(), 0.01, 4}), options_);
   const Pose guess = Guess(Pose::FromXyzRpy(0.5, 0.5, 0.1, 0, 0, 2 * kRadPerDeg));
   const Refinement result = RefineAlignment(west, east, guess, options_);
   ExpectNear(result.T_a_b, T_a_b());
@@ -126,7 +128,8 @@ TEST_F(RefineTest, LittleOverlap) {
 }
 
 TEST_F(RefineTest, EqualInputGivesEqualOutput) {
-  const RefinableMap a(*map_a_, options_), b(*map_b_, options_);
+  const RefinableMap a = MakeRefinable(*map_a_, options_);
+  const RefinableMap b = MakeRefinable(*map_b_, options_);
   const Pose guess = Guess(Pose::FromXyzRpy(0.5, -0.5, 0, 0, 0, 0.03));
   const Refinement first = RefineAlignment(*a_, *b_, guess, options_);
   const Refinement second = RefineAlignment(a, b, guess, options_);
@@ -158,7 +161,7 @@ TEST_F(RefineTest, InformationKnowsWhereACorridorSlides) {
                     {{0, 0, 4.25}, {100, 5, 0.25}},
                     {{0, 2.25, 2}, {100, 0.25, 2}},
                     {{0, -2.25, 2}, {100, 0.25, 2}}};
-  const RefinableMap map(
+  const RefinableMap map = MakeRefinable(
       Survey(corridor, {Way({{-5, 0, 1}, {5, 0, 1}}, 10), Pose(Eigen::Vector3d(0, 0, 1)), 0.01, 5}),
       options_);
   const Matrix6d H = RefineAlignment(map, map, Pose(), options_).information;
@@ -168,10 +171,10 @@ TEST_F(RefineTest, InformationKnowsWhereACorridorSlides) {
 }
 
 TEST_F(RefineTest, EmptyMapsAndBadGuessesGiveNoConvergence) {
-  const RefinableMap empty(SessionMap{}, options_);
+  const RefinableMap empty = MakeRefinable(SessionMap{}, options_);
   SessionMap hollow;
   hollow.submaps.push_back(std::make_shared<Submap>());
-  const RefinableMap no_points(hollow, options_);
+  const RefinableMap no_points = MakeRefinable(hollow, options_);
   for (const auto& [a, b] :
        {std::pair{&empty, &empty}, {a_, &empty}, {&empty, b_}, {&no_points, b_}}) {
     const Refinement result = RefineAlignment(*a, *b, T_a_b(), options_);

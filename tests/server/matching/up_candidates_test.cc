@@ -10,6 +10,7 @@
 #include "core/pose.h"
 #include "server/matching/search/wall_map.h"
 #include "tests/server/matching/scene.h"
+#include "tests/server/matching/whole_maps.h"
 
 namespace isthmus::matching {
 namespace {

@@ -8,6 +8,7 @@
 #include "storage/archive/scan_reader.h"
 #include "storage/sqlite/sqlite_store.h"
 #include "tests/server/pipeline/robots.h"
+#include "tests/storage/scans.h"
 
 namespace isthmus::server {
 namespace {
