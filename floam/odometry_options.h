@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 
 #include "floam/map/local_map.h"
+#include "floam/match/limits.h"
 #include "floam/match/scan_matcher.h"
 #include "floam/odometry_mode.h"
 #include "floam/scan/features.h"
@@ -25,7 +26,7 @@ struct OdometryOptions {
 
   // A scan is matched if this share of its features found a plane or line ...
   double min_used_share = 0.25;
-  int min_used = 60;
+  int min_used = kMinMatches;
   // ... and lies on it this well on average; see MatchResult::agreement.
   double min_agreement = 0.4;
   // ... and the pose is this near to the prediction.
