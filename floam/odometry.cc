@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/stopwatch.h"
+#include "floam/limits.h"
 #include "floam/odometry_options.h"
 #include "floam/scan/scan_frame.h"
 #include "floam/scan/undistort.h"
@@ -17,17 +18,9 @@
 namespace isthmus::floam {
 namespace {
 
-// A robot that is lost is looked for in what it has seen for so long, and then begins anew; where
-// that was next to nothing, because it began badly, sooner. Where beginning anew soon fails too,
-// because there is nothing to go by, the wait doubles from one segment to the next up to the
-// longest.
-constexpr double kPatienceS = 2, kLeastPatienceS = 0.3, kLongestPatienceS = 60;
-// A segment was worth beginning if scans were matched for this long.
-constexpr double kWorthwhileS = 5;
-
 constexpr char kOdometryMagic[] = "IODO";
 // Becomes another with every change of what is stored, or of what is made of it.
-constexpr uint32_t kOdometryVersion = 7;
+constexpr uint32_t kOdometryVersion = 7;  // Format.
 
 }  // namespace
 

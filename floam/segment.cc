@@ -3,19 +3,11 @@
 #include <absl/status/status.h>
 #include <absl/strings/str_cat.h>
 
+#include "floam/limits.h"
 #include "floam/match/pose_covariance.h"
 
 namespace isthmus::floam {
 namespace {
-
-// Scans after the first that may fail to match it, before it begins anew.
-constexpr int kStartAttempts = 3;
-// Not matched to the first any more.
-constexpr double kLongestStartS = 5;
-// Scans in a row that may match unusually badly, before the robot counts as lost.
-constexpr int kMostDoubtful = 10;
-// Between looks at the walls around.
-constexpr double kLookS = 3;
 
 double Seconds(int64_t from_ns, int64_t to_ns) {
   return 1e-9 * static_cast<double>(to_ns - from_ns);
@@ -101,7 +93,7 @@ bool Segment::IsContradicted(const ScanFrame& frame, const MatchResult& match) {
 void Segment::LookAtWalls(const ScanFrame& frame, const MatchResult& match) {
   if (in_doubt_ > 0 || tracked_s_ < next_look_s_) return;
   quality_.AddWalls(relocaliser_.Walls(frame, match.pose.At(0)));
-  next_look_s_ = tracked_s_ + kLookS;
+  next_look_s_ = tracked_s_ + kWallLookS;
 }
 
 // The sensor was carried away: it goes on from there, in the map that was seen there before.

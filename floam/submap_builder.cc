@@ -5,19 +5,17 @@
 #include <utility>
 
 #include "core/geometry/se3.h"
+#include "floam/limits.h"
 #include "floam/state/state_codec.h"
 #include "floam/state/unfinished_submap.h"
 
 namespace isthmus::floam {
 namespace {
 
-// Less than this is standing still: noise of the poses.
-constexpr double kMovedM = 0.05;
-constexpr double kMovedRad = 0.02;
-constexpr size_t kMaxKeyframes = std::numeric_limits<uint16_t>::max();
+constexpr size_t kMaxKeyframes = std::numeric_limits<uint16_t>::max();  // Format of points.
 
 constexpr char kBuilderMagic[] = "ISUB";
-constexpr uint32_t kBuilderVersion = 1;
+constexpr uint32_t kBuilderVersion = 1;  // Format.
 
 // To the nearest multiple of `step`, as codec::Quantize does.
 float Rounded(float v, double step) {

@@ -3,15 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "floam/map/limits.h"
+
 namespace isthmus::floam {
 namespace {
 
-constexpr size_t kFirstTableSize = size_t{1} << 12;
-constexpr int kEvictPerCall = 512;
-// A shape is fitted anew when its points have become more by this factor.
-constexpr float kRefitGrowth = 1.25F;
-constexpr int64_t kAxisOffset = 1 << 20;
-constexpr uint64_t kAxisMask = (uint64_t{1} << 21) - 1;
+constexpr size_t kFirstTableSize = size_t{1} << 12;      // Layout: a power of two.
+constexpr int64_t kAxisOffset = 1 << 20;                 // Layout: three axes of 21 bits in a key.
+constexpr uint64_t kAxisMask = (uint64_t{1} << 21) - 1;  // Layout.
 
 size_t Hash(uint64_t key) {
   key *= 0x9e3779b97f4a7c15ULL;
@@ -21,7 +20,7 @@ size_t Hash(uint64_t key) {
 Eigen::Vector3d CentreOf(uint64_t key) {
   const auto axis = [key](int shift) {
     const double block = static_cast<double>(key >> shift & kAxisMask) - kAxisOffset;
-    return LocalMap::kGridOriginM + (block + 0.5) * LocalMap::kBlockM;
+    return kGridOriginM + (block + 0.5) * kBlockM;
   };
   return {axis(42), axis(21), axis(0)};
 }
@@ -67,7 +66,7 @@ bool LocalMap::IsWithin(const Found& voxel, const Eigen::Vector3d& p) {
   for (int axis = 0; axis < 3; ++axis) {
     const double offset = p[axis] - voxel.origin[axis];
     const bool upper = (voxel.voxel >> (2 - axis) & 1) != 0;
-    if (upper ? !(offset >= 0 && offset < kVoxelM) : !(offset < 0 && offset >= -kVoxelM))
+    if (upper ? !(offset >= 0 && offset < kBlockM / 2) : !(offset < 0 && offset >= -kBlockM / 2))
       return false;
   }
   return true;
@@ -109,7 +108,7 @@ void LocalMap::Evict(const Eigen::Vector3d& robot) {
   }
   ++scan_;
   const double lasting2 = options_.lasting_radius_m * options_.lasting_radius_m;
-  const uint32_t looks = std::min<uint32_t>(allocated_, kEvictPerCall);
+  const uint32_t looks = std::min<uint32_t>(allocated_, kEvictedPerScan);
   for (uint32_t k = 0; k < looks; ++k) {
     cursor_ = cursor_ + 1 < allocated_ ? cursor_ + 1 : 0;
     const Block& block = BlockAt(cursor_);

@@ -30,12 +30,6 @@ struct LocalMapOptions {
 // 1000 km of its origin. Not thread safe.
 class LocalMap {
  public:
-  static constexpr double kBlockM = 1.0;
-  static constexpr double kVoxelM = 0.5;
-  // Where blocks begin, on every axis. Built things are often at round coordinates relative to
-  // where a drive begins, and a wall on the border of voxels is found from one side of it only:
-  // this is off all multiples of 0.05 m by almost as much as can be.
-  static constexpr double kGridOriginM = 0.2236;
   static constexpr uint64_t kNoKey = ~uint64_t{0};
 
   LocalMap(ShapeKind kind, const LocalMapOptions& options);

@@ -2,16 +2,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "floam/map/limits.h"
 #include "floam/map/local_map.h"
 #include "floam/state/state_codec.h"
 
 namespace isthmus::floam {
 namespace {
 
-constexpr size_t kSums = 11, kShape = 8;  // Numbers of a voxel's sums, and of a shape.
-constexpr int kLevels = 9;
-// No map in use comes near it: what claims more is damaged.
-constexpr size_t kMaxAllocatedFactor = 5;
+constexpr size_t kSums = 11, kShape = 8;  // Format: numbers of a voxel's sums, and of a shape.
+constexpr int kLevels = 9;                // Format: eight voxels, and the block.
 
 std::array<float, kSums> Numbers(const VoxelSums& s) {
   return {s.count, s.first.x(), s.first.y(), s.first.z(), s.xx,  s.xy,

@@ -3,21 +3,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "floam/map/limits.h"
+
 namespace isthmus::floam {
 namespace {
 
-constexpr int kVoxelsPerTile = 2 * MapMemory::kCells;
+constexpr int kVoxelsPerTile = 2 * MapMemory::kCells;  // Layout.
 // Heights are counted from here, so that they are never negative.
-constexpr int64_t kHeightOffset = int64_t{1} << 21;
-constexpr int64_t kHeightMax = (int64_t{1} << 22) - 1;
-// A cell holds a wall if this many levels of voxels are seen within so many that follow each other:
-// a floor with its noise is in two.
-constexpr int kWallLevels = 3;
-constexpr uint32_t kWallWindow = 5;
-// Of a cell, that a submap must see to have looked at it.
-constexpr int kLookedAtVoxels = 2;
-// What is let go when there is too much.
-constexpr double kForgottenShare = 0.25;
+constexpr int64_t kHeightOffset = int64_t{1} << 21;     // Layout: 22 bits in a key.
+constexpr int64_t kHeightMax = (int64_t{1} << 22) - 1;  // Layout.
 
 uint32_t HeightOf(uint32_t key) { return key >> 2 & 0x3fffff; }
 uint32_t CellOf(uint32_t key) { return key >> 24; }
@@ -29,7 +23,7 @@ MapMemory::TileIndex SquareAt(double x, double y, double size) {
 }  // namespace
 
 MapMemory::MapMemory(const MapMemoryOptions& options)
-    : options_(options), thinner_(static_cast<float>(kVoxelM)) {}
+    : options_(options), thinner_(static_cast<float>(kMemoryVoxelM)) {}
 
 MapMemory::TileIndex MapMemory::TileAt(double x, double y) { return SquareAt(x, y, kTileM); }
 
@@ -64,7 +58,7 @@ void MapMemory::Gather(const Submap& submap, const Pose& T_map_submap) {
   const Eigen::Matrix3d R = T_map_submap.RotationMatrix();
   const Eigen::Vector3d& t = T_map_submap.translation();
   // The thinner takes coordinates near zero; whole voxels away from it voxels stay the same.
-  const Eigen::Vector3d base = (t / kVoxelM).array().floor() * kVoxelM;
+  const Eigen::Vector3d base = (t / kMemoryVoxelM).array().floor() * kMemoryVoxelM;
   const auto max_range2 = static_cast<float>(options_.max_range_m * options_.max_range_m);
   for (const SubmapPoint& point : submap.points) {
     const Eigen::Vector3d sensor = submap.keyframes[point.keyframe].T_submap_sensor.translation();
@@ -74,7 +68,7 @@ void MapMemory::Gather(const Submap& submap, const Pose& T_map_submap) {
     if (!thinner_.Insert(near.x(), near.y(), near.z())) continue;
     const TileIndex tile = TileAt(p.x(), p.y());
     const Eigen::Vector3d local(p.x() - tile.x * kTileM, p.y() - tile.y * kTileM, p.z());
-    const Eigen::Vector3d scaled = local / kVoxelM;
+    const Eigen::Vector3d scaled = local / kMemoryVoxelM;
     const int x = std::clamp(static_cast<int>(scaled.x()), 0, kVoxelsPerTile - 1);
     const int y = std::clamp(static_cast<int>(scaled.y()), 0, kVoxelsPerTile - 1);
     const double level = std::floor(scaled.z());
@@ -120,7 +114,7 @@ void MapMemory::DropStale(uint32_t submap) {
     });
     const auto seen =
         std::count_if(begin, end, [&](const Voxel& voxel) { return voxel.submap == submap; });
-    const bool stale_goes = seen >= kLookedAtVoxels;
+    const bool stale_goes = seen > 1;  // A single voxel may be noise.
     kept = std::copy_if(begin, end, kept,
                         [&](const Voxel& voxel) { return !stale_goes || voxel.submap >= oldest; });
     begin = end;
@@ -157,8 +151,7 @@ void MapMemory::ForgetOldest() {
   for (const auto& [key, tile] : tiles_) {
     for (const Voxel& voxel : tile.voxels) ages.push_back(voxel.submap);
   }
-  const auto cut = ages.begin() +
-                   static_cast<std::ptrdiff_t>(kForgottenShare * static_cast<double>(ages.size()));
+  const auto cut = ages.begin() + static_cast<std::ptrdiff_t>(ages.size() / 4);  // To go.
   std::nth_element(ages.begin(), cut, ages.end());
   const uint32_t oldest_kept = *cut + 1;
   voxels_ = 0;
@@ -188,7 +181,7 @@ const std::array<MapMemory::Cell, MapMemory::kCells * MapMemory::kCells>* MapMem
 void MapMemory::AppendPoints(TileIndex index, std::vector<SeenPoint>* out) const {
   const auto it = tiles_.find(KeyOf(index));
   if (it == tiles_.end()) return;
-  const double voxel_m = kVoxelM;
+  const double voxel_m = kMemoryVoxelM;
   for (const Voxel& voxel : it->second.voxels) {
     const uint32_t cell = CellOf(voxel.key);
     const auto x = 2 * (cell % kCells) + (voxel.key & 1);

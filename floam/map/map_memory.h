@@ -10,6 +10,7 @@
 
 #include "core/geometry/voxel_thinner.h"
 #include "core/submap.h"
+#include "floam/map/limits.h"
 
 namespace isthmus::floam {
 
@@ -27,9 +28,8 @@ struct MapMemoryOptions {
 // seen, not the distance driven. Not thread safe.
 class MapMemory {
  public:
-  static constexpr double kVoxelM = 0.2;
-  static constexpr double kCellM = 2 * kVoxelM;  // Of the view from above.
-  static constexpr int kCells = 16;              // Per side of a tile.
+  static constexpr double kCellM = 2 * kMemoryVoxelM;  // Of the view from above.
+  static constexpr int kCells = 16;                    // Per side of a tile.
   static constexpr double kTileM = kCells * kCellM;
 
   // What the view from above shows: walls are whatever is upright, be it a tree.

@@ -5,20 +5,15 @@
 #include <cstddef>
 #include <utility>
 
+#include "floam/map/limits.h"
+
 namespace isthmus::floam {
 namespace {
-
-constexpr double kSpeed = 20, kTurnRate = 1.6;  // The fastest, m/s and rad/s, ...
-constexpr double kMostM = 6, kMostRad = 0.8;    // ... and the farthest.
-constexpr double kStepM = 0.2, kStepRad = 0.02;
-constexpr size_t kLeastPoles = 4, kBest = 4;
-constexpr double kApartM = 0.5, kApartRad = 0.05;
 
 // How near to a pole a place on the level is.
 class PoleImage {
  public:
   explicit PoleImage(const std::vector<TimedPoint>& poles) : weight_(kSide * kSide) {
-    constexpr int kAround = 3;  // Cells.
     for (const TimedPoint& pole : poles) {
       const Eigen::Vector2f at = pole.position.head<2>();
       const int x = Cell(at.x()), y = Cell(at.y());
@@ -40,10 +35,14 @@ class PoleImage {
   }
 
  private:
-  static constexpr int kSide = 800;
-  static constexpr float kCellM = 0.15F, kKernelM = 0.2F;
-  static int Cell(float v) { return static_cast<int>(std::floor(v / kCellM)) + kSide / 2; }
-  static float Middle(int cell) { return (static_cast<float>(cell - kSide / 2) + 0.5F) * kCellM; }
+  static constexpr int kSide = 800;  // Layout: cells, 60 m each way.
+  // A pole counts as far as two kernels away: that is, for a 25th.
+  static constexpr float kKernelM = static_cast<float>(kPoleStepM);
+  static constexpr int kAround = 1 + static_cast<int>(2 * kKernelM / kPoleCellM);
+  static int Cell(float v) { return static_cast<int>(std::floor(v / kPoleCellM)) + kSide / 2; }
+  static float Middle(int cell) {
+    return (static_cast<float>(cell - kSide / 2) + 0.5F) * kPoleCellM;
+  }
 
   std::vector<float> weight_;
 };
@@ -54,24 +53,25 @@ struct Move {
 };
 
 bool AreNear(const Move& a, const Move& b) {
-  return std::hypot(a.x - b.x, a.y - b.y) < kApartM && std::abs(a.yaw - b.yaw) < kApartRad;
+  return std::hypot(a.x - b.x, a.y - b.y) < kSamePoleMotionM &&
+         std::abs(a.yaw - b.yaw) < kSamePoleMotionRad;
 }
 
 }  // namespace
 
 std::vector<Pose> MotionsOfPoles(const std::vector<TimedPoint>& before,
                                  const std::vector<TimedPoint>& now, double elapsed_s) {
-  if (std::min(before.size(), now.size()) < kLeastPoles) return {};
-  const double reach_m = std::min(kMostM, kSpeed * elapsed_s);
-  const double reach_rad = std::min(kMostRad, kTurnRate * elapsed_s);
+  if (std::min(before.size(), now.size()) < kMinPoles) return {};
+  const double reach_m = std::min(kFarthestPoleM, kFastestMPerS * elapsed_s);
+  const double reach_rad = std::min(kFarthestPoleRad, kFastestRadPerS * elapsed_s);
   const PoleImage image(before);
   std::vector<Move> moves;
   std::vector<Eigen::Vector2f> turned(now.size());
-  for (double yaw = -reach_rad; yaw <= reach_rad; yaw += kStepRad) {
+  for (double yaw = -reach_rad; yaw <= reach_rad; yaw += kPoleStepRad) {
     const Eigen::Matrix2f R = Eigen::Rotation2Dd(yaw).toRotationMatrix().cast<float>();
     for (size_t k = 0; k < now.size(); ++k) turned[k] = R * now[k].position.head<2>();
-    for (double x = -reach_m; x <= reach_m; x += kStepM) {
-      for (double y = -reach_m; y <= reach_m; y += kStepM) {
+    for (double x = -reach_m; x <= reach_m; x += kPoleStepM) {
+      for (double y = -reach_m; y <= reach_m; y += kPoleStepM) {
         Move move{0, x, y, yaw};
         for (const Eigen::Vector2f& p : turned) {
           move.score += image.At(p.x() + static_cast<float>(x), p.y() + static_cast<float>(y));
@@ -84,7 +84,7 @@ std::vector<Pose> MotionsOfPoles(const std::vector<TimedPoint>& before,
             [](const auto& a, const auto& b) { return a.score > b.score; });
   std::vector<Move> best;
   for (const Move& move : moves) {
-    if (best.size() >= kBest || move.score <= 0) break;
+    if (best.size() >= kMostMotions || move.score <= 0) break;
     const auto is_near = [&](const Move& other) { return AreNear(move, other); };
     if (std::none_of(best.begin(), best.end(), is_near)) best.push_back(move);
   }

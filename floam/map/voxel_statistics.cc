@@ -3,17 +3,9 @@
 #include <Eigen/Eigenvalues>
 #include <cmath>
 
+#include "floam/map/limits.h"
+
 namespace isthmus::floam {
-namespace {
-
-constexpr float kMinCount = 5, kMinPoleCount = 3;
-constexpr float kMaxPoleVariance = 0.15F * 0.15F;
-constexpr float kMinWidth2 = 0.09F * 0.09F;  // Of the middle eigenvalue of a plane, m^2.
-constexpr float kMaxFlatness = 0.1F;         // Smallest over middle eigenvalue of a plane.
-constexpr float kMaxSlimness = 0.15F;        // Middle over largest eigenvalue of a line.
-
-}  // namespace
-
 void VoxelSums::Add(const VoxelSums& other) {
   if (other.count == 0) return;
   ring = count == 0 || ring == other.ring ? other.ring : kSeveral;
@@ -40,7 +32,7 @@ void VoxelSums::Scale(float factor) {
 
 Shape FitShape(const VoxelSums& sums, ShapeKind kind) {
   Shape shape;
-  if (sums.count < (kind == ShapeKind::kPole ? kMinPoleCount : kMinCount)) return shape;
+  if (sums.count < (kind == ShapeKind::kPole ? kMinPolePoints : kMinShapePoints)) return shape;
   const float inverse = 1 / sums.count;
   shape.mean = inverse * sums.first;
   Eigen::Matrix3f covariance;
@@ -57,10 +49,12 @@ Shape FitShape(const VoxelSums& sums, ShapeKind kind) {
   const int axis = kind == ShapeKind::kPlane ? 0 : 2;
   shape.direction = solver.eigenvectors().col(axis);
   if (kind == ShapeKind::kPlane) {
-    shape.valid = eigenvalues[1] > kMinWidth2 && eigenvalues[0] < kMaxFlatness * eigenvalues[1];
+    shape.valid =
+        eigenvalues[1] > kMinShapeVariance && eigenvalues[0] < kMaxFlatness * eigenvalues[1];
     shape.variance = std::max(eigenvalues[0], 0.F);
   } else {
-    shape.valid = eigenvalues[2] > kMinWidth2 && eigenvalues[1] < kMaxSlimness * eigenvalues[2];
+    shape.valid =
+        eigenvalues[2] > kMinShapeVariance && eigenvalues[1] < kMaxSlimness * eigenvalues[2];
     shape.variance = std::max(0.5F * (eigenvalues[0] + eigenvalues[1]), 0.F);
   }
   // To first order in the noise, lambda_0 lambda_1 / (N (lambda_1 - lambda_0)^2) along the axis of

@@ -12,7 +12,7 @@ namespace isthmus::floam {
 // A window of the map: square cells of MapMemory::kCellM, row by row. The sensor may be in the
 // cells [margin, width - margin) of both axes; the margin is what it sees from there.
 struct WallImage {
-  static constexpr int8_t kWall = 100, kNearWall = 50, kUnknown = 0, kFlat = -50;
+  static constexpr int8_t kWall = 100, kNearWall = kWall / 2, kUnknown = 0, kFlat = -kWall / 2;
 
   int width = 0;  // Cells of either axis.
   int margin = 0;

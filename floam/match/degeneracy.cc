@@ -7,9 +7,6 @@
 namespace isthmus::floam {
 namespace {
 
-// As much is known by the matches as by the prior.
-constexpr double kLeftOfVariance = 0.5;
-
 std::vector<Eigen::Vector3d> Unobserved(const Eigen::Matrix3d& posterior,
                                         const Eigen::Matrix3d& prior) {
   const Eigen::Matrix3d L = prior.llt().matrixL();
@@ -18,7 +15,8 @@ std::vector<Eigen::Vector3d> Unobserved(const Eigen::Matrix3d& posterior,
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(left);
   std::vector<Eigen::Vector3d> directions;
   for (int k = 0; k < 3; ++k) {
-    if (solver.eigenvalues()[k] <= kLeftOfVariance) continue;
+    // As much is known by the matches as by the prior.
+    if (solver.eigenvalues()[k] <= 0.5) continue;
     directions.push_back((L * solver.eigenvectors().col(k)).normalized());
   }
   return directions;

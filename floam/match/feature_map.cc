@@ -4,15 +4,10 @@
 #include <cmath>
 #include <vector>
 
+#include "floam/match/limits.h"
 #include "floam/scan/undistort.h"
 
 namespace isthmus::floam {
-namespace {
-
-constexpr float kMaxLevel = 0.8F;  // Of the normal: ground, even where it was seen at a tilt.
-
-}  // namespace
-
 FeatureMap::FeatureMap(const OdometryOptions& options)
     : options_(options),
       surfaces_(ShapeKind::kPlane, options.map),
@@ -76,7 +71,7 @@ double FeatureMap::Glance(const std::vector<Eigen::Vector3d>& points, const Pose
   for (const Eigen::Vector3d& point : points) {
     const Eigen::Vector3d p = R * point + t;
     surfaces_.Find(p, &found);
-    if (found.shape == nullptr || std::abs(found.shape->direction.z()) > kMaxLevel) continue;
+    if (found.shape == nullptr || std::abs(found.shape->direction.z()) > kGroundNormalZ) continue;
     const Eigen::Vector3d offset = p - found.origin - found.shape->mean.cast<double>();
     const double distance = found.shape->direction.cast<double>().dot(offset);
     const double ratio = kernel2 / (kernel2 + distance * distance);

@@ -5,21 +5,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "floam/match/limits.h"
+
 namespace isthmus::floam {
 namespace {
 
-// So many matches may be wrong without deciding anything.
-constexpr double kWrong = 6;
-// Directions about which the matches say so many times more than the prior need no second look.
-constexpr double kCertain = 200;
-// Matches that hold a direction at a steeper slant than 75 degrees do so by what their normals are
-// off, or by what a wall bends: the map, made of such scans, goes along with the sensor.
-constexpr double kPlainCosine = 0.25;
-
 // Shares of the information about a direction.
 struct Shares {
-  // What is left if any kWrong of the matches are wrong: these have sqrt(kWrong Sum c^2) of Sum c
-  // at most, c the contribution of each.
+  // What is left if any kWrongMatches of the matches are wrong: these have sqrt(kWrongMatches Sum
+  // c^2) of Sum c at most, c the contribution of each.
   double trustworthy = 1;
   // The same of matches whose points move along their normals rather than across.
   double plain = 1;
@@ -38,8 +32,8 @@ Shares SharesOf(const std::vector<MatchRow>& rows, const Vector6d& direction) {
     plain2 += contribution * contribution;
   }
   if (sum <= 0) return {0, 0};
-  return {std::max(0.0, 1 - std::sqrt(kWrong * sum2) / sum),
-          std::max(0.0, plain - std::sqrt(kWrong * plain2)) / sum};
+  return {std::max(0.0, 1 - std::sqrt(kWrongMatches * sum2) / sum),
+          std::max(0.0, plain - std::sqrt(kWrongMatches * plain2)) / sum};
 }
 
 }  // namespace
@@ -71,7 +65,7 @@ JointEstimate Solve(const MatchSums& sums, const std::vector<MatchRow>& rows, co
   Vector6d move, left, told;
   for (int k = 0; k < 6; ++k) {
     const double all = std::max(solver.eigenvalues()[k], 0.0);
-    const Shares shares = all < kCertain ? SharesOf(rows, directions.col(k)) : Shares();
+    const Shares shares = all < kCertainRatio ? SharesOf(rows, directions.col(k)) : Shares();
     const double honest = std::max(all - from_noise[k], 0.0);
     const double known = shares.trustworthy * honest;
     told[k] = shares.plain * honest;

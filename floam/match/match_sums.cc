@@ -8,8 +8,8 @@ namespace {
 
 // Rows that are summed side by side, for the sake of vector units: 40 % less time than summing
 // one outer product after the other.
-constexpr size_t kLanes = 8;
-constexpr size_t kPairs = 21;  // Of the columns of a pose's Jacobian.
+constexpr size_t kLanes = 8;   // Layout.
+constexpr size_t kPairs = 21;  // Math: of the columns of a pose's Jacobian.
 
 using Lanes = Eigen::Array<double, kLanes, 1>;
 

@@ -3,25 +3,23 @@
 #include <Eigen/LU>
 #include <algorithm>
 
+#include "floam/match/limits.h"
+
 namespace isthmus::floam {
 namespace {
 
-// Density of the white noise on turning, rad^2/s^3: 0.45 rad/s in a second.
-constexpr double kTurningDensity = 0.2;
-constexpr double kLeastAcceleration = 0.005;  // 0.07 m/s in a second.
-
 Vector6d Densities(double acceleration) {
   Vector6d density;
-  density << Eigen::Vector3d::Constant(acceleration), Eigen::Vector3d::Constant(kTurningDensity);
+  density << Eigen::Vector3d::Constant(acceleration), Eigen::Vector3d::Constant(kTurningNoise);
   return density;
 }
 
 }  // namespace
 
-void MotionModel::ExpectAnything() { acceleration_ = kAcceleration; }
+void MotionModel::ExpectAnything() { acceleration_ = kAccelerationNoise; }
 
 void MotionModel::ExpectAcceleration(double density) {
-  acceleration_ = std::clamp(density, kLeastAcceleration, kAcceleration);
+  acceleration_ = std::clamp(density, kLeastAccelerationNoise, kAccelerationNoise);
 }
 
 Matrix6d MotionModel::Density() const { return Densities(acceleration_).asDiagonal(); }
@@ -32,7 +30,7 @@ Matrix6d MotionModel::Displacement(double elapsed_s) const {
 }
 
 Vector6d MotionModel::TwistChange(double elapsed_s) {
-  return (elapsed_s * Densities(kAcceleration)).cwiseSqrt();
+  return (elapsed_s * Densities(kAccelerationNoise)).cwiseSqrt();
 }
 
 void MotionModel::Update(double elapsed_s, const Matrix6d& posterior) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/pose.h"
+#include "floam/match/limits.h"
 
 namespace isthmus::floam {
 
@@ -33,15 +34,10 @@ class MotionModel {
   }
 
  private:
-  // Density of the white noise on the acceleration, m^2/s^3: 0.7 m/s in a second. Cars brake
-  // harder, which scans show; where they do not, a motion that mostly goes on is the better guess.
-  // Calibrated on a recorded street, a bare corridor and two tunnels.
-  static constexpr double kAcceleration = 0.5;
-
   Matrix6d Density() const;
 
-  Matrix6d velocity_ = Matrix6d::Zero();  // Covariance of the twist at the last scan.
-  double acceleration_ = kAcceleration;   // Density of its noise in use, m^2/s^3.
+  Matrix6d velocity_ = Matrix6d::Zero();      // Covariance of the twist at the last scan.
+  double acceleration_ = kAccelerationNoise;  // Density of its noise in use, m^2/s^3.
 };
 
 }  // namespace isthmus::floam

@@ -1,13 +1,10 @@
 #include "floam/match/pose_covariance.h"
 
 #include "core/geometry/se3.h"
+#include "floam/match/limits.h"
 
 namespace isthmus::floam {
 namespace {
-
-// Sigma along directions that are not observed, and of poses that are a prediction only.
-constexpr double kUnobservedM = 1.0, kUnobservedRad = 0.2;
-constexpr double kLostM = 10, kLostRad = 1;
 
 // The twist's prior is wide enough for speed bumps; on most scans height and tilt change far less
 // than it allows, and what it leaves open is this share of what the covariance says.

@@ -8,13 +8,10 @@
 namespace isthmus::floam {
 namespace {
 
-// What the angles are off by.
-constexpr float kAngleError = 2e-5F;
-
 // A lower bound of the sine of an angle >= 0, and beyond a right angle of one: what is behind
-// cannot be nearer than the axis.
+// cannot be nearer than the axis. Two of FastAtan2 may be off.
 float SineBound(float angle) {
-  const float a = std::min(std::max(angle - kAngleError, 0.F), 1.4F);
+  const float a = std::min(std::max(angle - 2 * 1e-5F, 0.F), 1.4F);
   return a - a * a * a * (1.F / 6);
 }
 

@@ -12,6 +12,7 @@
 #include "floam/match/match_information.h"
 #include "floam/match/match_sums.h"
 #include "floam/scan/features.h"
+#include "floam/scan/limits.h"
 
 namespace isthmus::floam {
 
@@ -45,13 +46,13 @@ struct TwistPrior {
 
 struct MatchOptions {
   int max_iterations = 12;
-  int pose_only_iterations = 3;  // Before the twist is estimated too, if it is.
-  double point_noise_m = 0.02;   // One sigma of a point's distance to a perfect plane.
-  double pole_noise_m = 0.07;    // Likewise of a pole's middle: from each side another is seen.
-  double kernel_start_m = 0.3;   // Scale of the Geman-McClure loss at first ...
-  double kernel_m = 0.1;         // ... and, halved every iteration, at last.
-  double gate_m = 1.0;           // Farther from its plane or line a point is no match.
-  double stop_m = 3e-4;          // Steps smaller than both end the iteration.
+  int pose_only_iterations = 3;         // Before the twist is estimated too, if it is.
+  double point_noise_m = kRangeNoiseM;  // One sigma of a point's distance to a perfect plane.
+  double pole_noise_m = 0.07;   // Likewise of a pole's middle: from each side another is seen.
+  double kernel_start_m = 0.3;  // Scale of the Geman-McClure loss at first ...
+  double kernel_m = 0.1;        // ... and, halved every iteration, at last.
+  double gate_m = 1.0;          // Farther from its plane or line a point is no match.
+  double stop_m = 3e-4;         // Steps smaller than both end the iteration.
   double stop_rad = 3e-5;
   // How far the sensor may come within a scan from where it was expected, one sigma, m and rad:
   // what matches say no better than this is not observed.

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/geometry/se3.h"
+#include "floam/match/limits.h"
 #include "floam/match/match_information.h"
 #include "floam/match/match_sums.h"
 
@@ -15,16 +16,6 @@ template <typename T>
 T Squared(T v) {
   return v * v;
 }
-
-constexpr int kLeastRows = 10;
-constexpr double kLeastElapsed = 1e-3;
-constexpr float kPoleLengthM = 3;
-constexpr float kLevel = 0.8F;  // Of the normal: ground, even where it was seen at a tilt.
-// A plane is met by chance every other time, one of a hundred poles once in a few hundred times.
-constexpr double kPoleWorth = 8;
-// Three points of which the third is nearer than this to the line through the others (sine of the
-// angle) are no plane.
-constexpr float kLeastSine = 0.05F;
 
 // Exp(t twist) for t up to the longest time between points of the two scans.
 ScanMotion MotionOf(const Vector6d& twist, double elapsed_s) {
@@ -80,7 +71,7 @@ void ScanToScan::FindPlanes(const std::vector<TimedPoint>& surfaces, const ScanM
     const Eigen::Vector3f ab = d.position - b.position, ac = c.position - a.position;
     const Eigen::Vector3f cross = ab.cross(ac);
     const float length2 = cross.squaredNorm(), ab2 = ab.squaredNorm();
-    if (!(length2 > kLeastSine * kLeastSine * ab2 * ac.squaredNorm())) continue;
+    if (!(length2 > kLeastPlaneSine * kLeastPlaneSine * ab2 * ac.squaredNorm())) continue;
     const Eigen::Vector3f normal = cross / std::sqrt(length2);
     // Where a ring leaves a wall for the floor there is no plane, or a false one.
     const auto [c_left, c_right] = surfaces_.Along(across.index, options_.base_m);
@@ -158,8 +149,8 @@ bool ScanToScan::Step(const ScanMotion& motion, double elapsed_s, const PosePrio
   };
   const auto add = [&](const Row& row, const Eigen::Vector3f& q, double r, double scale_by,
                        double sigma_m) {
-    // As much as if it had moved all the way.
-    const double share = std::max(row.since / elapsed_s, kLeastElapsed);
+    // As much as if it had moved all the way; not nothing, or nothing could be divided by it.
+    const double share = std::max(row.since / elapsed_s, 1e-3);
     const Vector6d jacobian = PoseJacobian(q.cast<double>(), row.normal.cast<double>());
     const double weight = row.weight * HuberWeight(scale_by, options_.kernel_m) / Squared(sigma_m);
     rows_.push_back({jacobian, Squared(share) * weight, r / share, 0, q.cast<double>(),
@@ -174,7 +165,7 @@ bool ScanToScan::Step(const ScanMotion& motion, double elapsed_s, const PosePrio
     const Eigen::Vector3f q = place(row);
     const double r = distance(row, q);
     add(row, q, r, std::abs(r), options_.row_sigma_m);
-    score(r, std::abs(row.normal.z()) > kLevel ? 0 : 1);
+    score(r, std::abs(row.normal.z()) > kGroundNormalZ ? 0 : 1);
   }
   const auto add_pairs = [&](const std::vector<Row>& rows, double sigma_m, double worth) {
     for (size_t k = 0; k + 1 < rows.size(); k += 2) {
@@ -188,7 +179,7 @@ bool ScanToScan::Step(const ScanMotion& motion, double elapsed_s, const PosePrio
   };
   add_pairs(edge_rows_, options_.row_sigma_m, 1);
   add_pairs(pole_rows_, options_.pole_sigma_m, kPoleWorth);
-  if (static_cast<int>(rows_.size()) < kLeastRows) return false;
+  if (static_cast<int>(rows_.size()) < kMinScanRows) return false;
   MatchSums sums = SumOf(rows_, false);
   sums.information.bottomRightCorner<6, 6>().setIdentity();
   const Vector6d away = Log(*moved * prior.T_odom_sensor.Inverse());

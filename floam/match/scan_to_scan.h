@@ -5,21 +5,23 @@
 #include <vector>
 
 #include "core/pose.h"
+#include "floam/match/limits.h"
 #include "floam/match/ring_index.h"
 #include "floam/match/scan_matcher.h"
 #include "floam/scan/features.h"
+#include "floam/scan/limits.h"
 #include "floam/scan/undistort.h"
 
 namespace isthmus::floam {
 
 // The public A-LOAM's, where it has a name for them.
 struct ScanToScanOptions {
-  int rounds = 2;             // Times that neighbours are looked for ...
-  int iterations = 4;         // ... and Gauss-Newton steps with each set of them.
-  float base_m = 1;           // A ring's direction is that between points so far to either side.
-  float flat_m = 0.1F;        // The neighbours of both lie this near to a plane through them.
-  float reach_m = 5;          // Neighbours farther away than this are none.
-  int ring_reach = 2;         // How many rings away a neighbouring ring may be.
+  int rounds = 2;       // Times that neighbours are looked for ...
+  int iterations = 4;   // ... and Gauss-Newton steps with each set of them.
+  float base_m = 1;     // A ring's direction is that between points so far to either side.
+  float flat_m = 0.1F;  // The neighbours of both lie this near to a plane through them.
+  float reach_m = 5;    // Neighbours farther away than this are none.
+  int ring_reach = kNeighbourRings;
   double kernel_m = 0.1;      // Scale of the Huber loss.
   double row_sigma_m = 0.3;   // Of a match: planes lie between rings far apart.
   double pole_sigma_m = 0.1;  // Likewise of poles.
@@ -28,7 +30,7 @@ struct ScanToScanOptions {
   // Of the motion about the guess, where nothing else is known of it: what is not observed stays.
   double guess_sigma_m = 1.2, guess_sigma_rad = 0.6;
   // Less than this many matches, or a motion this far from what it was guessed to be: see Guess.
-  int min_used = 60;
+  int min_used = kMinMatches;
   double max_surprise_m = 0.6;
   double max_surprise_rad = 0.3;
 };

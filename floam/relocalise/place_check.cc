@@ -3,13 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "floam/match/limits.h"
+#include "floam/relocalise/limits.h"
+
 namespace isthmus::floam {
 namespace {
-
-constexpr int kRoughStride = 3;
-// Walls of the map that are looked at: every so many, and not farther than this.
-constexpr size_t kWallStride = 3;
-constexpr double kWallRangeM = 20;
 
 LocalMapOptions MapOptions(const PlaceCheckOptions& options) {
   LocalMapOptions map;
@@ -88,7 +86,7 @@ WallsSeen PlaceCheck::Walls(const MapMemory& memory, const ScanImage& image,
   MapMemory::ForTilesAround(
       T_map_sensor.translation().head<2>(), kWallRangeM,
       [&](MapMemory::TileIndex index) { memory.AppendPoints(index, &points_); });
-  for (size_t i = 0; i < points_.size(); i += kWallStride) {
+  for (size_t i = 0; i < points_.size(); i += kRoughStride) {
     if (!points_[i].on_wall) continue;
     const Eigen::Vector3f p = R * points_[i].position + t;
     if (p.squaredNorm() > kWallRangeM * kWallRangeM) continue;

@@ -11,7 +11,9 @@
 
 #include "floam/map/local_map.h"
 #include "floam/map/map_memory.h"
+#include "floam/match/limits.h"
 #include "floam/match/scan_matcher.h"
+#include "floam/relocalise/limits.h"
 #include "floam/scan/features.h"
 #include "floam/scan/scan_frame.h"
 #include "floam/scan/scan_image.h"
@@ -19,10 +21,10 @@
 namespace isthmus::floam {
 
 struct PlaceCheckOptions {
-  double radius_m = 25;         // Of the surroundings that are compared.
-  double kernel_start_m = 1.0;  // For a guess from above, cells of 0.4 m.
-  double twist_sigma = 1.0;     // m/s and rad/s: how far the motion may be from the guess's.
-  int max_blocks = 60'000;      // Of the map to match to, see LocalMapOptions.
+  double radius_m = kViewM;               // Of the surroundings that are compared.
+  double kernel_start_m = kRoughKernelM;  // For a guess from above, cells of 0.4 m.
+  double twist_sigma = 1.0;  // m/s and rad/s: how far the motion may be from the guess's.
+  int max_blocks = 60'000;   // Of the map to match to, see LocalMapOptions.
 };
 
 // What was found at a place.

@@ -5,12 +5,12 @@
 #include <numbers>
 #include <queue>
 
+#include "floam/relocalise/limits.h"
+
 namespace isthmus::floam {
 namespace {
 
-// Blocks of 8 x 8 cells are looked at first.
-constexpr int kTopLevel = 3;
-constexpr double kMinReachM = 2;
+constexpr int kTopLevel = 3;  // Layout: blocks of 8 x 8 cells are looked at first.
 
 // A square of 2^level cells, by its low corner, at one heading.
 struct PoseBlock {
@@ -161,7 +161,7 @@ MaxPyramid::MaxPyramid(const WallImage& image, int levels) : width_(image.width)
 }
 
 double HeadingStep(const std::vector<Eigen::Vector2f>& walls) {
-  double reach = kMinReachM;
+  double reach = kMinHeadingReachM;
   for (const Eigen::Vector2f& wall : walls) reach = std::max<double>(reach, wall.norm());
   return MapMemory::kCellM / reach;
 }

@@ -6,20 +6,10 @@
 #include <utility>
 
 #include "core/geometry/near.h"
+#include "floam/relocalise/limits.h"
 
 namespace isthmus::floam {
 namespace {
-
-// Scans farther apart than this break what was followed.
-constexpr double kGapS = 0.5;
-// A place is followed as long as it meets this share of the strict standard.
-constexpr double kFollowedShare = 0.85;
-// Another place is a rival if it does this well in comparison, by score, agreement and share, ...
-constexpr double kRivalScore = 0.8, kRivalAgreement = 0.9, kRivalShare = 0.75;
-// ... and is contradicted by walls looked through no more than this.
-constexpr double kRivalThroughFactor = 3, kRivalThroughMore = 0.05;
-// The same place.
-constexpr double kSamePlaceM = 0.5, kSamePlaceRad = 0.1;
 
 Eigen::Quaterniond TiltOf(const Pose& pose) {
   return Eigen::AngleAxisd(-pose.Yaw(), Eigen::Vector3d::UnitZ()) * pose.rotation();
@@ -185,7 +175,7 @@ void Relocaliser::Judge(const PlaceMatch& place, const MatchQuality& usual,
 // Takes every place on to the new scan, and drops those where it does not fit.
 void Relocaliser::Follow(const ScanFrame& frame, double reference_s, const MatchQuality& usual) {
   const double elapsed_s = 1e-9 * static_cast<double>(frame.stamp_ns - last_ns_);
-  if (elapsed_s > kGapS) {
+  if (elapsed_s > kFollowGapS) {
     candidates_.clear();
     regions_.clear();
     return;

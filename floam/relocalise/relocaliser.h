@@ -12,6 +12,7 @@
 #include "floam/map/map_memory.h"
 #include "floam/match/match_quality.h"
 #include "floam/match/scan_matcher.h"
+#include "floam/relocalise/limits.h"
 #include "floam/relocalise/place_check.h"
 #include "floam/relocalise/pose_search.h"
 #include "floam/scan/scan_frame.h"
@@ -31,7 +32,7 @@ struct RelocaliserOptions {
   size_t lookups_per_scan = 10'000'000;  // Then the search goes on with the next scan.
 
   // Where to look.
-  double view_m = 25;           // What is farther from the sensor is left out.
+  double view_m = kViewM;       // What is farther from the sensor is left out.
   double wall_spacing_m = 0.8;  // Of the scan's walls that are compared.
   int min_walls = 25;           // Of the scan; fewer do not tell one place from another.
   double reach_m = 8;           // From where the sensor has been.
@@ -46,9 +47,9 @@ struct RelocaliserOptions {
   double min_share = 0.65;       // the share of surfaces that have a plane of the map.
   double least_agreement = 0.8;  // The same, whatever is usual.
   double least_share = 0.45;
-  double more_through = 0.12;    // Than usual, of walls: see MatchQuality.
-  double max_surprise_m = 0.25;  // Between a place's pose and what its motion foretold.
-  double max_surprise_rad = 0.1;
+  double more_through = 0.12;  // Than usual, of walls: see MatchQuality.
+  double max_surprise_m = kForetoldM;
+  double max_surprise_rad = kForetoldRad;
 };
 
 // The scan is compared with the map from above, at every place and heading there is

@@ -4,27 +4,10 @@
 #include <cmath>
 
 #include "core/geometry/angles.h"
+#include "floam/rings/limits.h"
 
 namespace isthmus::floam {
 namespace {
-
-constexpr size_t kIntervals = 9;
-constexpr size_t kEnoughIntervals = 3;
-constexpr double kShortestTurnS = 0.02, kLongestTurnS = 0.6;
-constexpr double kUnlike = 0.25;  // Relative; stamps jitter less.
-
-// Farther apart, points that follow each other in a ring do not tell the sense of turning.
-constexpr float kStep = 30.F / 360 * (2 * kPi);
-// At least this share of all steps leads forward. Half of it does where two returns interleave.
-constexpr float kMinForward = 0.25F;
-// Lasers look a little to the side of each other: by so much a point may lie behind those before
-// it, and at the start, where that may be the very end as well, by so much (turns).
-constexpr float kAside = 0.1F;
-constexpr float kAsideAtStart = 0.04F;
-constexpr float kProgressFading = 1.F / 32;
-constexpr float kFullRing = 0.8F;    // Of the points of the fullest.
-constexpr float kWholeShare = 0.9F;  // A scan with less of a turn misses a part.
-constexpr float kForget = 0.99F;
 
 float Median(std::vector<float>* values) {
   const auto middle = values->begin() + static_cast<std::ptrdiff_t>(values->size() / 2);
@@ -37,17 +20,17 @@ float Median(std::vector<float>* values) {
 double TurnPeriod::Update(int64_t end_stamp_ns, double assumed_s) {
   const double interval_s = 1e-9 * static_cast<double>(end_stamp_ns - last_ns_);
   if (last_ns_ != 0 && interval_s >= kShortestTurnS && interval_s <= kLongestTurnS) {
-    if (intervals_s_.size() == kIntervals) intervals_s_.erase(intervals_s_.begin());
+    if (intervals_s_.size() == kTurnIntervals) intervals_s_.erase(intervals_s_.begin());
     intervals_s_.push_back(interval_s);
   }
   last_ns_ = end_stamp_ns;
-  if (intervals_s_.size() < kEnoughIntervals) return assumed_s;
+  if (intervals_s_.size() < kTurnIntervals / 3) return assumed_s;
   std::vector<double> sorted = intervals_s_;
   std::sort(sorted.begin(), sorted.end());
   const double median_s = sorted[sorted.size() / 2];
-  const bool faster = median_s < (1 - kUnlike) * assumed_s;
+  const bool faster = median_s < (1 - kUnlikePeriod) * assumed_s;
   // Longer intervals may be scans that were dropped, unless there is none of the assumed length.
-  const bool slower = sorted.front() > (1 + kUnlike) * assumed_s;
+  const bool slower = sorted.front() > (1 + kUnlikePeriod) * assumed_s;
   return faster || slower ? median_s : assumed_s;
 }
 
@@ -68,14 +51,14 @@ void AzimuthClock::Assign(const std::vector<float>& azimuths, const std::vector<
   float start = MedianStart();
   CountTurns(azimuths, rings, start, times);
   float extent = MedianExtent();
-  if (extent >= kWholeShare * whole_turns_) {
+  if (extent >= kWholeTurnShare * whole_turns_) {
     start_ = start;
     whole_turns_ = extent;
     start_known_ = true;
   } else {
     if (start_known_) CountTurns(azimuths, rings, start_, times);
     if (!start_known_) start_ = start;
-    whole_turns_ = std::max(extent, kForget * whole_turns_);
+    whole_turns_ = std::max(extent, kWholeTurnFading * whole_turns_);
     extent = whole_turns_;
   }
   for (float& t : *times) t = std::min(0.F, (t / extent - 1) * period);
@@ -92,7 +75,8 @@ bool AzimuthClock::Follow(const std::vector<float>& azimuths, const std::vector<
     Ring& ring = rings_[rings[i]];
     if (ring.count++ == 0) {
       ring.first = azimuths[i];
-    } else if (const float step = WrapOnce(azimuths[i] - ring.last); std::abs(step) < kStep) {
+    } else if (const float step = WrapOnce(azimuths[i] - ring.last);
+               std::abs(step) < kTurningStepRad) {
       ring.forward += step;
       ring.path += std::abs(step);
     }
@@ -105,11 +89,11 @@ bool AzimuthClock::Follow(const std::vector<float>& azimuths, const std::vector<
     forward += ring.forward;
     path += ring.path;
   }
-  if (std::abs(forward) < kMinForward * path) return false;
+  if (std::abs(forward) < kMinForwardShare * path) return false;
   sense_ = forward > 0 ? 1.F : -1.F;
   full_rings_.clear();
   for (uint32_t k = 0; k < rings_.size(); ++k) {
-    if (static_cast<float>(rings_[k].count) > kFullRing * static_cast<float>(most)) {
+    if (static_cast<float>(rings_[k].count) > kFullRingShare * static_cast<float>(most)) {
       full_rings_.push_back(k);
     }
   }
@@ -137,17 +121,17 @@ void AzimuthClock::CountTurns(const std::vector<float>& azimuths,
                               const std::vector<uint16_t>& rings, float start,
                               std::vector<float>* turns) {
   float progress = 0;  // Of the ring that is being told, or of all where they are told together.
-  float back = kAsideAtStart;
+  float back = kAsideAtStartTurns;
   for (size_t i = 0; i < azimuths.size(); ++i) {
     Ring& ring = rings_[rings[i]];
     if (ring_by_ring_ && (i == 0 || rings[i] != rings[i - 1])) {
       progress = 0;
-      back = kAsideAtStart;
+      back = kAsideAtStartTurns;
     }
     const float since = TurnsSince(azimuths[i], start) - (progress - back);
     ring.turns = Fraction(since) + (progress - back);
     progress += (ring_by_ring_ ? 1.F : kProgressFading) * (ring.turns - progress);
-    if (progress > kAside) back = kAside;
+    if (progress > kAsideTurns) back = kAsideTurns;
     (*turns)[i] = ring.turns;
   }
 }

@@ -5,19 +5,10 @@
 #include <utility>
 
 #include "core/geometry/angles.h"
+#include "floam/rings/limits.h"
 
 namespace isthmus::floam {
 namespace {
-
-constexpr int kMaxInferredRings = 256;
-constexpr float kClearFromM = 1.5F;
-// Of the histogram: an eighth of the spacing of the densest sensor's rings.
-constexpr float kBin = 0.02F * kPi / 180;
-constexpr int kBins = 9001;  // From straight down to straight up.
-// Points of one ring make a heap at least this much higher than the valleys beside it.
-constexpr float kValley = 0.5F;
-constexpr double kGhost = 0.25;
-constexpr double kOutermostSpacing = 0.1;  // Rad, beyond the outermost ring.
 
 struct Nearest {
   size_t ring;
@@ -29,15 +20,16 @@ Nearest FindNearest(const std::vector<double>& rings_at, double elevation) {
   if (k == rings_at.size() || (k > 0 && elevation - rings_at[k - 1] < rings_at[k] - elevation)) {
     --k;
   }
-  const double below = k > 0 ? rings_at[k] - rings_at[k - 1] : kOutermostSpacing;
-  const double above = k + 1 < rings_at.size() ? rings_at[k + 1] - rings_at[k] : kOutermostSpacing;
+  const double below = k > 0 ? rings_at[k] - rings_at[k - 1] : kOutermostSpacingRad;
+  const double above =
+      k + 1 < rings_at.size() ? rings_at[k + 1] - rings_at[k] : kOutermostSpacingRad;
   return {k, std::min(0.5, std::abs(elevation - rings_at[k]) / std::min(below, above))};
 }
 
 // Crosstalk between lasers makes heaps beside those of the rings, far lower than both neighbours.
 void DropGhosts(std::vector<double>* peaks, std::vector<double>* weights) {
   while (true) {
-    double least = kGhost;
+    double least = kGhostShare;
     size_t ghost = 0;
     // The higher of the next two on a side: ghosts may come in pairs.
     const auto around = [&](size_t k, int side) {
@@ -55,7 +47,9 @@ void DropGhosts(std::vector<double>* peaks, std::vector<double>* weights) {
   }
 }
 
-double Elevation(int bin) { return (bin - kBins / 2) * static_cast<double>(kBin); }
+double Elevation(int bin) {
+  return (bin - kElevationBins / 2) * static_cast<double>(kElevationBinRad);
+}
 
 }  // namespace
 
@@ -69,10 +63,8 @@ void ComputeElevations(const Scan& scan, const BeamOrigin& origin, std::vector<f
 }
 
 BeamOrigin FindBeamOrigin(const Scan& scan) {
-  constexpr size_t kSample = 20000;
-  constexpr double kClearlyBetter = 1.1;
   Scan sample;
-  const size_t stride = scan.points.size() / kSample + 1;
+  const size_t stride = scan.points.size() / kOriginSample + 1;
   for (size_t i = 0; i < scan.points.size(); i += stride) sample.points.push_back(scan.points[i]);
   std::vector<float> elevations;
   const auto sharpness = [&](const BeamOrigin& origin) {
@@ -82,7 +74,7 @@ BeamOrigin FindBeamOrigin(const Scan& scan) {
     return histogram.Sharpness();
   };
   BeamOrigin best;
-  double most = kClearlyBetter * sharpness(best);
+  double most = kClearlySharper * sharpness(best);
   const auto look = [&](const BeamOrigin& origin) {
     const double value = sharpness(origin);
     if (value > most) best = origin, most = value;
@@ -117,14 +109,13 @@ double CountTurns(const std::vector<float>& azimuths) {
 }
 
 float FindSeam(const std::vector<float>& azimuths, const std::vector<float>& elevations) {
-  constexpr float kJump = 0.1F * kPi / 180;
-  constexpr int kSectors = 360;
+  constexpr int kSectors = 360;  // Layout: of a degree each.
   // From ring to ring elevation always jumps up, or always down; at the borders of things both.
   std::vector<int> jumps(kSectors, 0);
   std::vector<std::pair<int, float>> seams;  // Sector, and azimuth between the two points.
   for (size_t i = 1; i < azimuths.size(); ++i) {
     const float jump = elevations[i] - elevations[i - 1];
-    if (std::abs(jump) < kJump) continue;
+    if (std::abs(jump) < kSeamJumpRad) continue;
     const float seam = WrapOnce(azimuths[i] + 0.5F * WrapOnce(azimuths[i - 1] - azimuths[i]));
     const float sector = (seam + kPi) / (2 * kPi) * kSectors;
     seams.emplace_back(std::clamp(static_cast<int>(sector), 0, kSectors - 1), seam);
@@ -171,14 +162,15 @@ int RingsByWrap(const std::vector<float>& azimuths, double turns, float seam,
   return ring + 1;
 }
 
-ElevationHistogram::ElevationHistogram() : counts_(kBins, 0.F) {}
+ElevationHistogram::ElevationHistogram() : counts_(kElevationBins, 0.F) {}
 
 void ElevationHistogram::Add(const Scan& scan, const std::vector<float>& elevations) {
   for (size_t i = 0; i < elevations.size(); ++i) {
     const ScanPoint& p = scan.points[i];
-    if (p.x * p.x + p.y * p.y + p.z * p.z < kClearFromM * kClearFromM) continue;
-    const int bin = static_cast<int>(std::lround(elevations[i] / kBin)) + kBins / 2;
-    if (bin < 0 || bin >= kBins) continue;
+    if (p.x * p.x + p.y * p.y + p.z * p.z < kClearElevationM * kClearElevationM) continue;
+    const int bin =
+        static_cast<int>(std::lround(elevations[i] / kElevationBinRad)) + kElevationBins / 2;
+    if (bin < 0 || bin >= kElevationBins) continue;
     counts_[bin] += 1;
     total_ += 1;
   }
@@ -200,11 +192,11 @@ std::vector<double> ElevationHistogram::Peaks() const {
 }
 
 double ElevationHistogram::Sharpness() const {
-  constexpr int kWidth = 2;
+  const int width = 2;  // A tenth of a degree, both sides and the middle.
   double sum = 0;
-  for (int bin = kWidth; bin + kWidth < kBins; ++bin) {
+  for (int bin = width; bin + width < kElevationBins; ++bin) {
     double count = 0;
-    for (int j = -kWidth; j <= kWidth; ++j) count += counts_[bin + j];
+    for (int j = -width; j <= width; ++j) count += counts_[bin + j];
     sum += count * counts_[bin];
   }
   return sum / (total_ * total_ + 1);
@@ -216,7 +208,7 @@ std::vector<double> ElevationHistogram::PeaksOfWidth(int width) const {
   std::vector<double> peaks, weights;
   double weight = 0, moment = 0;  // Since the last valley.
   float top = 0, low = 0;         // Likewise.
-  bool falling = false;
+  bool falling = false;           // A ring makes a heap twice as high as the valleys beside it.
   const auto finish = [&] {
     if (weight > floor) {
       peaks.push_back(moment / weight);
@@ -226,11 +218,11 @@ std::vector<double> ElevationHistogram::PeaksOfWidth(int width) const {
     top = 0;
     falling = false;
   };
-  for (int bin = width; bin + width < kBins; ++bin) {
+  for (int bin = width; bin + width < kElevationBins; ++bin) {
     float count = 0;
     for (int j = -width; j <= width; ++j) count += counts_[bin + j];
-    if (falling && count > low / kValley && count > floor) finish();
-    if (!falling && count < kValley * top) falling = true, low = count;
+    if (falling && count > 2 * low && count > floor) finish();
+    if (!falling && count < 0.5F * top) falling = true, low = count;
     if (falling) low = std::min(low, count);
     top = std::max(top, count);
     weight += counts_[bin];
@@ -243,7 +235,7 @@ std::vector<double> ElevationHistogram::PeaksOfWidth(int width) const {
 
 double ElevationHistogram::Misfit(const std::vector<double>& elevations) const {
   double sum = 0;
-  for (int bin = 0; bin < kBins; ++bin) {
+  for (int bin = 0; bin < kElevationBins; ++bin) {
     if (counts_[bin] > 0) sum += counts_[bin] * FindNearest(elevations, Elevation(bin)).misfit;
   }
   return sum / total_;

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/scan.h"
+#include "floam/rings/limits.h"
 #include "floam/rings/ring_scan.h"
 
 namespace isthmus::floam {
@@ -13,9 +14,9 @@ namespace isthmus::floam {
 class OrderWatch {
  public:
   void Add(const RingPoint& before, const RingPoint& p) {
-    if (p.time < before.time - kSameTimeS) {
+    if (p.time < before.time - kSameRayS) {
       ++backward_;
-    } else if (p.time < before.time + kSameTimeS && SameDirection(before, p)) {
+    } else if (p.time < before.time + kSameRayS && SameDirection(before, p)) {
       ++repeated_;
     }
   }
@@ -27,14 +28,11 @@ class OrderWatch {
 
   static bool SameDirection(const RingPoint& a, const RingPoint& b) {
     const float x = a.y * b.z - a.z * b.y, y = a.z * b.x - a.x * b.z, z = a.x * b.y - a.y * b.x;
-    const float limit = kSameSine * a.range * b.range;
+    const float limit = kSameRaySine * a.range * b.range;
     return x * x + y * y + z * z < limit * limit && a.x * b.x + a.y * b.y + a.z * b.z > 0;
   }
 
  private:
-  static constexpr float kSameTimeS = 2e-6F;
-  static constexpr float kSameSine = 5e-4F;  // A third of the finest spacing on a ring.
-
   size_t backward_ = 0, repeated_ = 0;
 };
 

@@ -10,23 +10,12 @@
 #include <numbers>
 #include <utility>
 
+#include "floam/rings/limits.h"
 #include "floam/rings/ring_order.h"
 #include "floam/rings/scan_pattern.h"
 
 namespace isthmus::floam {
 namespace {
-
-constexpr size_t kMinPoints = 100;
-constexpr float kMinExtentM = 0.2F;  // All points within a box this small: nothing was seen.
-constexpr int kMaxRings = 1024;
-constexpr double kMinRingMajorTurns = 3.5;
-// See RingsByElevation.
-constexpr double kGoodFit = 0.1;
-constexpr double kMaxMisfit = 0.18;
-constexpr uint64_t kHistogramScans = 32;  // Show all rings there are.
-constexpr float kMaxScanS = 2;
-constexpr float kClockSlackS = 1e-3F;
-constexpr float kNotUsed = -1;
 
 const char* RingSource(Inference from, const SensorModel& model) {
   switch (from) {
@@ -99,7 +88,7 @@ absl::Status RingSorter::Validate(const Scan& scan, const SensorModel& model) {
     highest_ring_ = std::max<int>(highest_ring_, p.ring);
     const float range2 = p.x * p.x + p.y * p.y + p.z * p.z;
     const bool in_range = range2 >= min_range2 && range2 <= max_range2;
-    *range++ = in_range ? std::sqrt(range2) : kNotUsed;
+    *range++ = in_range ? std::sqrt(range2) : -1;
     if (!in_range) continue;
     const Eigen::Map<const Eigen::Array4f> position(&p.x);
     low = low.min(position);
@@ -110,13 +99,13 @@ absl::Status RingSorter::Validate(const Scan& scan, const SensorModel& model) {
     return absl::InvalidArgumentError(absl::StrCat(
         "scan ", scan.sequence, " has coordinates or times that are not finite; drop such points"));
   }
-  if (usable < kMinPoints) {
+  if (usable < kMinScanPoints) {
     return absl::InvalidArgumentError(absl::StrCat("scan ", scan.sequence, " has ", usable, " of ",
                                                    scan.points.size(), " points between ",
                                                    model.min_range_m, " m and ", model.max_range_m,
-                                                   " m; at least ", kMinPoints, " are needed"));
+                                                   " m; at least ", kMinScanPoints, " are needed"));
   }
-  if ((high - low).head<3>().maxCoeff() < kMinExtentM) {
+  if ((high - low).head<3>().maxCoeff() < kMinScanExtentM) {
     return absl::InvalidArgumentError(
         absl::StrCat("all points of scan ", scan.sequence, " are in one place"));
   }
@@ -136,13 +125,12 @@ absl::Status RingSorter::Validate(const Scan& scan, const SensorModel& model) {
 
 void RingSorter::SortIntoBands(const Scan& scan, const SensorModel& model, double period_s,
                                RingScan* out) {
-  constexpr float kQuarterTurn = std::numbers::pi_v<float> / 2;
   rings_at_from_ = out->rings_from = Inference::kNone;
-  ring_count_ = static_cast<int>(std::lround(2 * kQuarterTurn / RingScan::kBandRad));
+  ring_count_ = static_cast<int>(std::lround(kPi / kBandRad));
   ComputeElevations(scan, BeamOrigin(), &elevations_);
   rings_.resize(scan.points.size());
   for (size_t i = 0; i < scan.points.size(); ++i) {
-    const int band = static_cast<int>((elevations_[i] + kQuarterTurn) / RingScan::kBandRad);
+    const int band = static_cast<int>((elevations_[i] + kPi / 2) / kBandRad);
     rings_[i] = static_cast<uint16_t>(std::clamp(band, 0, ring_count_ - 1));
   }
   if (has_times_) {
@@ -184,7 +172,7 @@ absl::Status RingSorter::TakeGivenRings(const Scan& scan, const SensorModel& mod
 
 absl::Status RingSorter::InferRings(const Scan& scan, const SensorModel& model, RingScan* out) {
   const double turns = CountTurns(azimuths_);
-  if (rings_at_.empty() && !is_shuffled_ && std::abs(turns) >= kMinRingMajorTurns) {
+  if (rings_at_.empty() && !is_shuffled_ && std::abs(turns) >= kRingByRingTurns) {
     if (!seam_known_) {
       ComputeElevations(scan, origin_, &elevations_);
       seam_ = FindSeam(azimuths_, elevations_);
@@ -212,7 +200,7 @@ absl::Status RingSorter::FindElevations(const Scan& scan, const SensorModel& mod
   if (!known && !model.elevations.empty()) {
     misfit = RingsByElevation(elevations_, model.elevations, &rings_);
   }
-  if (misfit > kGoodFit) {
+  if (misfit > kGoodRingFit) {
     if (!known) {
       origin_ = FindBeamOrigin(scan);
       ComputeElevations(scan, origin_, &elevations_);
@@ -222,7 +210,7 @@ absl::Status RingSorter::FindElevations(const Scan& scan, const SensorModel& mod
     if (known && !std::has_single_bit(histogram_scans_)) return absl::OkStatus();
     std::vector<double> peaks = histogram_.Peaks();
     const double peaks_misfit = peaks.empty() ? 1 : RingsByElevation(elevations_, peaks, &rings_);
-    if (peaks_misfit < kMaxMisfit && peaks_misfit < misfit) {
+    if (peaks_misfit < kMaxRingMisfit && peaks_misfit < misfit) {
       // Elevations that blur may show more rings than there are, but not twice as many.
       const int highest = static_cast<int>(peaks.size()) - 1 - model.rings / 2;
       absl::Status status = CheckRingCount(scan.sequence, 0, highest, model);
@@ -233,7 +221,7 @@ absl::Status RingSorter::FindElevations(const Scan& scan, const SensorModel& mod
     }
   }
   if (known) return absl::OkStatus();
-  if (misfit > kMaxMisfit) {
+  if (misfit > kMaxRingMisfit) {
     histogram_ = ElevationHistogram();
     histogram_scans_ = 0;
     origin_ = BeamOrigin();

@@ -6,12 +6,12 @@
 
 #include <Eigen/Core>
 #include <cstdint>
-#include <numbers>
 #include <string>
 #include <vector>
 
 #include "core/scan.h"
 #include "floam/rings/azimuth_clock.h"
+#include "floam/rings/limits.h"
 #include "floam/rings/ring_inference.h"
 #include "floam/rings/sensor_model.h"
 
@@ -54,7 +54,6 @@ struct RingScan {
   Inference times_from = Inference::kSensor;
   InputText text;
 
-  static constexpr float kBandRad = 2 * std::numbers::pi_v<float> / 180;
   bool in_rings() const { return rings_from != Inference::kNone; }
 };
 
@@ -80,7 +79,7 @@ class RingSorter {
     io(self.scans_, self.rings_unordered_, self.seam_, self.seam_known_, self.origin_,
        self.histogram_, self.rings_at_, self.rings_at_from_, self.histogram_scans_, self.clock_,
        self.turn_period_, self.rings_seen_, self.mismatch_);
-    if constexpr (Io::kIsReading) io.Expect(self.rings_at_.size() <= kMaxElevations);
+    if constexpr (Io::kIsReading) io.Expect(self.rings_at_.size() <= kMaxRings);
   }
 
  private:
@@ -96,8 +95,6 @@ class RingSorter {
   void Scatter(const Scan& scan, RingScan* out);
   absl::Status CheckFirst(const Scan& scan, const SensorModel& model, const RingScan& sorted);
   void Describe(const SensorModel& model, RingScan* out);
-
-  static constexpr size_t kMaxElevations = 1024;
 
   // Scratch memory, one entry per point of the scan.
   std::vector<float> ranges_;  // Negative for points that are not used.

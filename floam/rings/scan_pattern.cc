@@ -8,20 +8,10 @@
 #include <vector>
 
 #include "core/geometry/angles.h"
+#include "floam/rings/limits.h"
 
 namespace isthmus::floam {
 namespace {
-
-// Near points have no clear elevation: lasers start a few centimetres apart.
-constexpr float kClearElevationM = 1.5F;
-constexpr uint32_t kMinPerRing = 20;
-// Farther apart in azimuth are no neighbours.
-constexpr float kNeighbour = 3 * kDegree;
-// The median change of elevation between neighbours. Noise of real sensors makes 0.03 degrees, a
-// pattern that does not repeat several.
-constexpr float kMaxJump = 0.4F * kDegree;
-constexpr float kSlack = 3 * kDegree;
-constexpr float kOutlying = 0.01F;  // Share of points whose elevation is not looked at, each way.
 
 float Elevation(const RingPoint& p) { return FastAtan2(p.z, std::sqrt(p.x * p.x + p.y * p.y)); }
 
@@ -49,17 +39,17 @@ absl::Status NotSpinning(uint64_t sequence, const std::string& what_was_seen) {
 absl::Status CheckSpinning(const RingScan& scan, uint64_t sequence) {
   std::vector<float> jumps;
   for (size_t ring = 0; ring + 1 < scan.ring_begin.size(); ++ring) {
-    if (scan.ring_begin[ring + 1] - scan.ring_begin[ring] < kMinPerRing) continue;
+    if (scan.ring_begin[ring + 1] - scan.ring_begin[ring] < kMinRingPoints) continue;
     const auto directions = Directions(scan, ring);
     for (size_t i = 1; i < directions.size(); ++i) {
-      if (directions[i].first - directions[i - 1].first > kNeighbour) continue;
+      if (directions[i].first - directions[i - 1].first > kRingNeighbourRad) continue;
       jumps.push_back(std::abs(directions[i].second - directions[i - 1].second));
     }
   }
   if (jumps.empty()) return absl::OkStatus();  // All is near: nothing to tell by.
   const auto middle = jumps.begin() + static_cast<std::ptrdiff_t>(jumps.size() / 2);
   std::nth_element(jumps.begin(), middle, jumps.end());
-  if (*middle <= kMaxJump) return absl::OkStatus();
+  if (*middle <= kMaxRingJumpRad) return absl::OkStatus();
   return NotSpinning(sequence, absl::StrCat("elevations change by ", std::round(*middle / kDegree),
                                             " deg from one point of a ring to the next"));
 }
@@ -82,13 +72,13 @@ std::string ElevationMismatch(const RingScan& scan, const SensorModel& model) {
   for (const RingPoint& p : scan.points) {
     if (p.range > kClearElevationM) seen.push_back(Elevation(p));
   }
-  if (seen.size() < kMinPerRing) return "";
+  if (seen.size() < kMinRingPoints) return "";
   std::sort(seen.begin(), seen.end());
-  const auto outlying = static_cast<size_t>(kOutlying * static_cast<float>(seen.size()));
+  const auto outlying = static_cast<size_t>(kOutlyingShare * static_cast<float>(seen.size()));
   const float low = seen[outlying], high = seen[seen.size() - 1 - outlying];
   const auto least = static_cast<float>(model.elevations.front());
   const auto most = static_cast<float>(model.elevations.back());
-  if (low > least - kSlack && high < most + kSlack) return "";
+  if (low > least - kElevationSlackRad && high < most + kElevationSlackRad) return "";
   const auto degrees = [](float angle) { return std::round(angle / kDegree); };
   return absl::StrCat("elevations are ", degrees(low), " to ", degrees(high), " deg, but a ",
                       model.name, " has ", degrees(least), " to ", degrees(most));

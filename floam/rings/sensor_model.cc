@@ -9,10 +9,10 @@
 #include <cstring>
 #include <numbers>
 
+#include "core/geometry/angles.h"
+
 namespace isthmus::floam {
 namespace {
-
-constexpr double kRadPerDeg = std::numbers::pi / 180;
 
 std::vector<double> Uniform(double lowest_deg, double highest_deg, int rings) {
   std::vector<double> elevations;

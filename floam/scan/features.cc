@@ -4,31 +4,14 @@
 #include <array>
 #include <cmath>
 
+#include "floam/scan/limits.h"
+
 namespace isthmus::floam {
 namespace {
 
-// Neighbours on a ring farther apart than this belong to different surfaces. The second term
-// grows with range as the spacing of points on a wall seen at about 10 degrees does.
-constexpr float kGapM = 0.25F;
-constexpr float kGapPerRange = 0.02F;
-// Cosine of the angle between the ray and the surface along the ring; above it is grazing.
-constexpr float kGrazingCosine = 0.97F;
-// Smoothness at which the weight of a surface has fallen to 1/e.
-constexpr float kSmoothnessScale = 0.02F;
-// Of the angle between points next to each other on a ring: a larger one nothing came back from.
-constexpr float kEmptyCosine = 0.99985F;  // 1 degree.
-// What is thinner than this is hit once, if it is far away; near the sensor it is a flake or a
-// drop.
-constexpr float kThinM = 0.03F, kThinFromM = 10;
-// What stands free nearer than this, and is no wider, may be a part of the robot or its company: it
-// goes along.
-constexpr float kOwnM = 2, kOwnWidthM = 1;
-constexpr float kLeastScale = 0.3F;
-constexpr size_t kPlenty = 5;
-
 bool Joined(const RingPoint& a, const RingPoint& b) {
   const float dx = a.x - b.x, dy = a.y - b.y, dz = a.z - b.z;
-  const float gap = kGapM + kGapPerRange * std::min(a.range, b.range);
+  const float gap = kSurfaceGapM + kSurfaceGapPerM * std::min(a.range, b.range);
   return dx * dx + dy * dy + dz * dz < gap * gap;  // False for NaN.
 }
 
@@ -83,7 +66,7 @@ class Deviations {
 bool StandsOut(const RingPoint& beside, const RingPoint& p) {
   const float cosine =
       (beside.x * p.x + beside.y * p.y + beside.z * p.z) / (beside.range * p.range);
-  return beside.range > p.range + kGapM || cosine < kEmptyCosine;
+  return beside.range > p.range + kSurfaceGapM || cosine < kEmptyCosine;
 }
 
 bool MayGoAlong(const RingPoint* begin, const RingPoint* end) {
@@ -103,8 +86,7 @@ TimedPoint ToTimed(const RingPoint& p, float weight, uint16_t ring) {
 
 // Normals either way, told apart by the nearest of the axes through the faces, edges and corners of
 // a cube.
-constexpr size_t kFacings = 13;
-constexpr size_t kMaxPerFacing = 400;
+constexpr size_t kFacings = 13;  // Math: half of 27 - 1.
 
 uint8_t Facing(const Eigen::Vector3f& normal) {
   static const auto* const axes = [] {
@@ -155,12 +137,12 @@ void FeatureExtractor::Extract(const RingScan& scan, Features* out) {
   if (!scan.in_rings()) neighbourhoods_.Build(scan);
   ExtractAll(scan, out);
   const auto few = static_cast<size_t>(options_.few_surfaces);
-  while (out->surfaces.size() < few && scale_ > kLeastScale) {
+  while (out->surfaces.size() < few && scale_ > kLeastVoxelScale) {
     SetScale(0.5F * scale_);
     ExtractAll(scan, out);
   }
   // Half the voxels hold up to four times the surfaces.
-  if (scale_ < 1 && out->surfaces.size() > kPlenty * few) SetScale(2 * scale_);
+  if (scale_ < 1 && out->surfaces.size() > kPlentySurfaces * few) SetScale(2 * scale_);
   if (!scan.in_rings()) Balance(&out->surfaces);
   ThinEvenly(static_cast<size_t>(options_.max_surfaces), &out->surfaces);
   ThinEvenly(static_cast<size_t>(options_.max_poles), &out->poles);

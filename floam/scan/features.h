@@ -8,14 +8,15 @@
 
 #include "core/geometry/voxel_thinner.h"
 #include "floam/rings/ring_scan.h"
+#include "floam/scan/limits.h"
 #include "floam/scan/neighbourhood.h"
 #include "floam/scan/ring_chords.h"
 
 namespace isthmus::floam {
 
 struct FeatureOptions {
-  int half_window = 5;                // Neighbours on each side on the ring, S of eq. 1.
-  float range_noise_m = 0.02F;        // One sigma of the sensor.
+  int half_window = 5;  // Neighbours on each side on the ring, S of eq. 1.
+  float range_noise_m = static_cast<float>(kRangeNoiseM);
   float edge_deviation_m = 0.07F;     // At least this far from the mean of the neighbours: an edge.
   float surface_deviation_m = 0.05F;  // At most this far: a surface.
   float surface_voxel_m = 0.4F;       // One surface feature per such voxel.

@@ -8,43 +8,19 @@
 #include <cmath>
 
 #include "core/geometry/angles.h"
+#include "floam/scan/limits.h"
 
 namespace isthmus::floam {
 namespace {
-
-// Density is measured in coarse cells, points per cell are to be so many, cells of these sizes.
-constexpr float kCoarse = 3 * kDegree;
-constexpr float kPerCell = 2.2F;
-constexpr float kLeastCell = 0.8F * kDegree, kMostCell = 3 * kDegree;
-
-// Neighbours whose range differs by more belong to something else: so much, and so much more per
-// metre aside, which is what a surface does that is seen at grazing incidence.
-constexpr float kDepthStepM = 0.25F;
-constexpr float kSteepest = 3;  // Tangent of the angle of incidence.
-constexpr size_t kLeastNeighbours = 6;
-// Farther away neighbours are farther from each other, and fewer things are flat: so much more they
-// may be off a plane, per metre of range.
-constexpr float kDeviationPerM = 0.0015F;
-constexpr float kLeastAlike = 0.4F;  // That belong to the same thing.
-
-// What is slim is no thicker, no wider than this, and what is beside it, on both sides, is farther
-// by so much.
-constexpr float kThickM = 0.3F, kHalfWidthM = 0.2F, kBehindM = 0.5F;
-constexpr size_t kLeastOnIt = 3, kLeastBeside = 2;
-constexpr float kLeastLength = 1.6F;  // Cells, of the three that are looked at.
-
-// Unknowns of about the same size: change per tenth of a second, and, where the neighbours do not
-// tell them, none.
-constexpr float kPerTime = 10;
-constexpr float kRidge = 1e-3F;
 
 bool IsFinite(const RingPoint& p) { return std::isfinite(p.x + p.y + p.z) && p.range > 0; }
 
 }  // namespace
 
 void Neighbourhoods::ChooseCells(const RingScan& scan) {
-  constexpr int kRows = 60, kColumns = 120;
-  std::bitset<static_cast<size_t>(kRows) * kColumns> seen;
+  constexpr int kCoarseRows = static_cast<int>(kPi / kLargestCellRad + 0.5F),
+                kCoarseColumns = 2 * kCoarseRows;
+  std::bitset<static_cast<size_t>(kCoarseRows) * kCoarseColumns> seen;
   angles_.resize(scan.points.size());
   for (size_t i = 0; i < scan.points.size(); ++i) {
     const RingPoint& p = scan.points[i];
@@ -52,21 +28,22 @@ void Neighbourhoods::ChooseCells(const RingScan& scan) {
     const float elevation = FastAtan2(p.z, std::sqrt(p.x * p.x + p.y * p.y));
     angles_[i] = {azimuth, elevation};
     if (!IsFinite(p)) continue;
-    const int row = static_cast<int>((elevation + kPi / 2) / kCoarse);
-    const int column = static_cast<int>((azimuth + kPi) / kCoarse);
-    seen.set(std::clamp(row, 0, kRows - 1) * kColumns + std::clamp(column, 0, kColumns - 1));
+    const int row = static_cast<int>((elevation + kPi / 2) / kLargestCellRad);
+    const int column = static_cast<int>((azimuth + kPi) / kLargestCellRad);
+    seen.set(std::clamp(row, 0, kCoarseRows - 1) * kCoarseColumns +
+             std::clamp(column, 0, kCoarseColumns - 1));
   }
   float area = 0;
-  for (int row = 0; row < kRows; ++row) {
-    const float height = std::cos((static_cast<float>(row) + 0.5F) * kCoarse - kPi / 2);
-    for (int column = 0; column < kColumns; ++column) {
-      if (seen[row * kColumns + column]) area += height * kCoarse * kCoarse;
+  for (int row = 0; row < kCoarseRows; ++row) {
+    const float height = std::cos((static_cast<float>(row) + 0.5F) * kLargestCellRad - kPi / 2);
+    for (int column = 0; column < kCoarseColumns; ++column) {
+      if (seen[row * kCoarseColumns + column]) area += height * kLargestCellRad * kLargestCellRad;
     }
   }
   const float per_point = area / static_cast<float>(std::max<size_t>(scan.points.size(), 1));
-  cell_rad_ = std::clamp(std::sqrt(kPerCell * per_point), kLeastCell, kMostCell);
+  cell_rad_ = std::clamp(std::sqrt(kPointsPerCell * per_point), kSmallestCellRad, kLargestCellRad);
   const float per_cell = cell_rad_ * cell_rad_ / std::max(per_point, 1e-9F);
-  stride_ = std::max<size_t>(1, std::lround(per_cell / kPerCell));
+  stride_ = std::max<size_t>(1, std::lround(per_cell / kPointsPerCell));
   row_begin_.assign(1, 0);
   const int rows = static_cast<int>(std::ceil(kPi / cell_rad_));
   for (int row = 0; row < rows; ++row) {
@@ -121,7 +98,7 @@ void Neighbourhoods::Gather(const RingPoint& point, const Cell& cell) {
   to_y << axes_.row(1).transpose().array(), 0;
   to_z << axes_.row(2).transpose().array(), 0;
   const float per_cell = 1 / cell_rad_;
-  const float steepest = kSteepest * cell_rad_ * point.range;
+  const float steepest = kSteepestSlope * cell_rad_ * point.range;
   const int rows = static_cast<int>(row_begin_.size()) - 1;
   const auto own_columns = static_cast<float>(row_begin_[cell.row + 1] - row_begin_[cell.row]);
   const float turns = (static_cast<float>(cell.column) + 0.5F) / own_columns;
@@ -136,11 +113,12 @@ void Neighbourhoods::Gather(const RingPoint& point, const Cell& cell) {
         if (!(q[0] > 0)) continue;
         const float inverse = 1 / q[0];
         const float y = per_cell * inverse * q[1], z = per_cell * inverse * q[2];
-        const float farther = std::abs(q[0] - point.range) - kDepthStepM;
+        const float farther = std::abs(q[0] - point.range) - kSurfaceGapM;
         const bool is_near =
             farther < 0 || farther * farther < steepest * steepest * (y * y + z * z);
         (is_near ? near_ : beside_)
-            .push_back({{1, y, z, kPerTime * (e[3] - point.time)}, point.range * inverse - 1});
+            .push_back(
+                {{1, y, z, kPlaneTimePerS * (e[3] - point.time)}, point.range * inverse - 1});
       }
     }
   }
@@ -149,8 +127,8 @@ void Neighbourhoods::Gather(const RingPoint& point, const Cell& cell) {
 // With x towards the point: range / x - 1 = a + b y / x + c z / x + d t.
 bool Neighbourhoods::FitPlane(const RingPoint& point, Look* look) const {
   const auto count = static_cast<float>(near_.size());
-  if (near_.size() < kLeastNeighbours ||
-      count < kLeastAlike * static_cast<float>(near_.size() + beside_.size())) {
+  if (near_.size() < kMinPlaneNeighbours ||
+      count < kMinAlikeShare * static_cast<float>(near_.size() + beside_.size())) {
     return false;
   }
   Eigen::Array<float, 4, 4> H = Eigen::Array<float, 4, 4>::Zero();
@@ -161,12 +139,13 @@ bool Neighbourhoods::FitPlane(const RingPoint& point, Look* look) const {
     g += n.row * n.w;
     squares += n.w * n.w;
   }
-  H.matrix().diagonal().tail<3>().array() += kRidge * count;
+  H.matrix().diagonal().tail<3>().array() += kPlaneRidge * count;
   const Eigen::Vector4f plane = H.matrix().llt().solve(g.matrix());
   const float ahead = 1 + plane[0];
   const Eigen::Vector2f slope = plane.segment<2>(1) / cell_rad_;
   const float steepness2 = slope.squaredNorm();
-  if (!(ahead > 0.5F) || !(steepness2 < kSteepest * kSteepest * ahead * ahead)) return false;
+  if (!(ahead > 0.5F) || !(steepness2 < kSteepestSlope * kSteepestSlope * ahead * ahead))
+    return false;
   const float misfit = std::max(0.F, squares - plane.dot(g.matrix())) / std::max(count - 4, 1.F);
   look->normal = axes_ * Eigen::Vector3f(-ahead, -slope.x(), -slope.y()).normalized();
   // From inverse range to distance off the plane.
@@ -183,12 +162,12 @@ bool Neighbourhoods::IsSlim(const RingPoint& point) {
   for (const auto* neighbours : {&near_, &beside_}) {
     for (const Neighbour& n : *neighbours) {
       const float farther = point.range / (1 + n.w) - point.range;
-      if (farther < -kThickM) return false;
-      if (farther < kThickM) strip_.emplace_back(n.row[1], n.row[2]);
-      if (farther > kBehindM) background_.emplace_back(n.row[1], n.row[2]);
+      if (farther < -kSlimThicknessM) return false;
+      if (farther < kSlimThicknessM) strip_.emplace_back(n.row[1], n.row[2]);
+      if (farther > kSlimBehindM) background_.emplace_back(n.row[1], n.row[2]);
     }
   }
-  if (strip_.size() < kLeastOnIt || background_.size() < 2 * kLeastBeside) return false;
+  if (strip_.size() < kMinOnSlim || background_.size() < 2 * kMinBesideSlim) return false;
   Eigen::Vector2f mean = Eigen::Vector2f::Zero();
   for (const Eigen::Vector2f& p : strip_) mean += p;
   mean /= static_cast<float>(strip_.size());
@@ -202,7 +181,7 @@ bool Neighbourhoods::IsSlim(const RingPoint& point) {
     first = std::min(first, along.dot(p - mean));
     last = std::max(last, along.dot(p - mean));
   }
-  if (half_width * cell_rad_ * point.range > kHalfWidthM || last - first < kLeastLength)
+  if (half_width * cell_rad_ * point.range > kSlimHalfWidthM || last - first < kMinSlimLength)
     return false;
   size_t to_one_side = 0, to_other = 0;
   for (const Eigen::Vector2f& p : background_) {
@@ -210,7 +189,7 @@ bool Neighbourhoods::IsSlim(const RingPoint& point) {
     to_one_side += aside > half_width ? 1 : 0;
     to_other += aside < -half_width ? 1 : 0;
   }
-  return std::min(to_one_side, to_other) >= kLeastBeside;
+  return std::min(to_one_side, to_other) >= kMinBesideSlim;
 }
 
 Neighbourhoods::Look Neighbourhoods::At(uint32_t index, float deviation_m) {
@@ -220,7 +199,7 @@ Neighbourhoods::Look Neighbourhoods::At(uint32_t index, float deviation_m) {
   Gather(point, cells_[index]);
   const float most_m = deviation_m + kDeviationPerM * point.range;
   // Something slim may have a flat side.
-  if (beside_.size() >= 2 * kLeastBeside && IsSlim(point)) {
+  if (beside_.size() >= 2 * kMinBesideSlim && IsSlim(point)) {
     look.are = Surroundings::kEdge;
   } else if (FitPlane(point, &look) && look.deviation_m < most_m) {
     look.are = Surroundings::kSurface;

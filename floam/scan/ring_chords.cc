@@ -6,17 +6,11 @@
 #include <limits>
 
 #include "floam/scan/features.h"
+#include "floam/scan/limits.h"
 
 namespace isthmus::floam {
 namespace {
 
-constexpr int kRingsApart = 2;
-constexpr float kSameAzimuth = 0.9995F;  // Cosine of 1.8 degrees.
-// Of the angle between chord and normal: surfaces are rough, and bend on the way to the next ring.
-constexpr float kLyingCosine = 0.4F;
-// Of the ranges to one surface: on a level floor a ring 2 degrees above is so much farther 14 times
-// the sensor's height away.
-constexpr float kSameSurface = 0.5F;
 const Eigen::Vector3f kAnywhere =
     Eigen::Vector3f::Constant(std::numeric_limits<float>::quiet_NaN());
 
@@ -43,18 +37,20 @@ const RingPoint* AtAzimuthOf(const TimedPoint& point, const RingPoint* begin,
       at += step;
     }
   }
-  return best >= kSameAzimuth ? at : nullptr;
+  return best >= kSameAzimuthCosine ? at : nullptr;
 }
 
 Eigen::Vector3f Chord(const RingScan& scan, const TimedPoint& point, int side) {
-  for (int away = 1; away <= kRingsApart; ++away) {
+  for (int away = 1; away <= kNeighbourRings; ++away) {
     const int ring = point.ring + side * away;
     if (ring < 0 || ring + 1 >= static_cast<int>(scan.ring_begin.size())) break;
     const RingPoint* at = AtAzimuthOf(point, scan.points.data() + scan.ring_begin[ring],
                                       scan.points.data() + scan.ring_begin[ring + 1]);
     if (at == nullptr) continue;
     const float range = point.position.norm();
-    if (std::min(range, at->range) < kSameSurface * std::max(range, at->range)) return kAnywhere;
+    // Half the range is another surface: on a level floor a ring 2 degrees above is so much farther
+    // 14 times the sensor's height away.
+    if (std::min(range, at->range) < 0.5F * std::max(range, at->range)) return kAnywhere;
     return (at->Position() - point.position).normalized();
   }
   return Eigen::Vector3f::Zero();

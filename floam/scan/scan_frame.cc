@@ -4,6 +4,8 @@
 
 #include <cmath>
 
+#include "floam/rings/limits.h"
+
 namespace isthmus::floam {
 
 FrameMaker::FrameMaker(const SensorModel& sensor, const FeatureOptions& options)
@@ -20,7 +22,7 @@ absl::Status FrameMaker::Make(const Scan& input, const int64_t* previous_ns, Sca
     }
     // The time between stamps is the better period, unless scans were dropped.
     const double between_s = 1e-9 * static_cast<double>(input.end_stamp_ns - *previous_ns);
-    if (std::abs(between_s - frame->period_s) < 0.25 * frame->period_s) {
+    if (std::abs(between_s - frame->period_s) < kUnlikePeriod * frame->period_s) {
       frame->period_s = between_s;
     }
   }

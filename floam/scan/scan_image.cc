@@ -5,19 +5,10 @@
 #include <numbers>
 
 #include "core/geometry/voxel_thinner.h"
+#include "floam/scan/limits.h"
 
 namespace isthmus::floam {
 namespace {
-
-// Of two points above each other.
-constexpr float kMinRiseM = 0.1F;
-constexpr float kMaxLean = 0.6F;  // Horizontal over vertical distance.
-// Rings much closer than this show more noise than shape.
-constexpr int kRingsCompared = 20;
-// A point is where something was seen if it is this near to it.
-constexpr float kToleranceM = 0.4F, kTolerancePerM = 0.01F;
-// Farther from the nearest ring than this share of the rings' distance, it was not looked at.
-constexpr float kRingReach = 0.3F;
 
 int ColumnOf(float x, float y) {
   constexpr float kPerRad = static_cast<float>(ScanImage::kColumns / (2 * std::numbers::pi));
@@ -74,7 +65,7 @@ std::vector<Eigen::Vector2f> ScanImage::Walls(const Eigen::Matrix3f& R_level_sen
       if (low.min_range <= 0 || high.min_range <= 0) continue;
       const Eigen::Vector3f a = R_level_sensor * low.nearest, b = R_level_sensor * high.nearest;
       const float rise = std::abs(b.z() - a.z());
-      if (rise < kMinRiseM || (b - a).head<2>().norm() > kMaxLean * rise) continue;
+      if (rise < kMinWallRiseM || (b - a).head<2>().norm() > kMaxWallLean * rise) continue;
       if (a.head<2>().squaredNorm() > max_range_m * max_range_m) continue;
       if (thinner.Insert(a.x(), a.y(), 0)) walls.emplace_back(a.head<2>());
     }
@@ -90,14 +81,14 @@ ScanImage::Sight ScanImage::Look(const Eigen::Vector3f& point) const {
   const float apart = elevations_[upper] - elevations_[upper - 1];
   const float to_upper = elevations_[upper] - elevation;
   size_t ring = upper;
-  if (to_upper > kRingReach * apart) {
-    if (apart - to_upper > kRingReach * apart) return Sight::kUnknown;
+  if (to_upper > kSightRingReach * apart) {
+    if (apart - to_upper > kSightRingReach * apart) return Sight::kUnknown;
     ring = upper - 1;
   }
   const Pixel& pixel = At(ring, ColumnOf(point.x(), point.y()));
   if (pixel.min_range <= 0) return Sight::kUnknown;
   const float range = point.norm();
-  const float tolerance = kToleranceM + kTolerancePerM * range;
+  const float tolerance = kSightToleranceM + kSightTolerancePerM * range;
   if (range < pixel.min_range - tolerance) return Sight::kThrough;
   return range > pixel.max_range + tolerance ? Sight::kHidden : Sight::kOnto;
 }

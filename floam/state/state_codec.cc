@@ -5,8 +5,9 @@
 namespace isthmus::floam {
 namespace {
 
-constexpr size_t kMagicSize = 4;
-constexpr size_t kHeaderSize = kMagicSize + sizeof(uint32_t) + 2 * sizeof(uint64_t);
+constexpr size_t kMagicSize = 4;  // Format.
+constexpr size_t kHeaderSize =    // Format.
+    kMagicSize + sizeof(uint32_t) + 2 * sizeof(uint64_t);
 
 uint64_t Mixed(uint64_t hash) {
   hash = (hash ^ hash >> 30) * 0xbf58476d1ce4e5b9ULL;

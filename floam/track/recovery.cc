@@ -4,34 +4,18 @@
 #include <utility>
 
 #include "core/geometry/near.h"
+#include "floam/match/limits.h"
+#include "floam/relocalise/limits.h"
 #include "floam/scan/undistort.h"
+#include "floam/track/limits.h"
 #include "floam/track/recovery_guesses.h"
 
 namespace isthmus::floam {
 namespace {
 
-// The first scans that are lost are searched at once, later ones now and then: a lost robot is not
-// to cost more than others.
-constexpr int kEager = 2, kSpacing = 5;
-// Every guess is looked at with a few features and a wide loss, the better ones with more, ...
-constexpr size_t kGuessesPerScan = 2000, kBetterGuesses = 200;
-constexpr size_t kFewPoints = 30, kGlancePoints = 120;
-constexpr double kGlanceKernelM = 0.4;
-// ... and the best that are not near each other are matched properly: a little, the better ones on.
-constexpr size_t kFirstTries = 10, kBetterTries = 4;
-constexpr int kTryStride = 3, kTryIterations = 3, kBetterTryIterations = 6;
-constexpr double kDistinctM = 0.5, kDistinctRad = 0.12;
-// So far from the last place seen, a good part of what is seen may be new, if it drove there: of
-// twice the way at its last speed.
-constexpr double kEdgeM = 4, kEdgeReach = 2, kEdgeS = 4;
-// What is this much as good as the best, and elsewhere, makes it ambiguous.
-constexpr double kRival = 0.93, kElsewhereM = 0.5, kElsewhereRad = 0.15;
-// How far from where it was foretold a place is confirmed.
-constexpr double kConfirmM = 0.25, kConfirmRad = 0.1;
-
 bool IsNearAny(const ScanPose& pose, const std::vector<ScanPose>& others) {
   return std::any_of(others.begin(), others.end(), [&](const ScanPose& other) {
-    return AreNear(other.T_odom_sensor, pose.T_odom_sensor, kDistinctM, kDistinctRad);
+    return AreNear(other.T_odom_sensor, pose.T_odom_sensor, kSamePlaceM, kDistinctRad);
   });
 }
 
@@ -63,11 +47,12 @@ std::vector<ScanPose> BestGuesses(const Features& features, const std::vector<Sc
   Ranked ranked;
   for (size_t k = 0; k < guesses.size(); ++k) ranked.emplace_back(0, k);
   // All guesses share the motion within the scan.
-  if (ranked.size() > kBetterGuesses) {
-    Rank(guesses, Sample(features, guesses.front(), kFewPoints), map, &ranked);
-    ranked.resize(kBetterGuesses);
+  const size_t better = kGuessesPerScan / 10;
+  if (ranked.size() > better) {
+    Rank(guesses, Sample(features, guesses.front(), kGlancePoints), map, &ranked);
+    ranked.resize(better);
   }
-  Rank(guesses, Sample(features, guesses.front(), kGlancePoints), map, &ranked);
+  Rank(guesses, Sample(features, guesses.front(), 4 * kGlancePoints), map, &ranked);
   std::vector<ScanPose> best;
   for (const auto& [score, k] : ranked) {
     if (best.size() >= kFirstTries || score <= 0) break;
@@ -88,7 +73,7 @@ void Recovery::Reset() {
 
 bool Recovery::Begin() {
   const int lost = lost_++;
-  return candidate_ || lost < kEager || lost % kSpacing == 0;
+  return candidate_ || lost < kEagerSearches || lost % kSearchSpacing == 0;
 }
 
 std::optional<MatchResult> Recovery::Find(const ScanFrame& frame, const MatchResult& tracked,
@@ -117,7 +102,7 @@ bool Recovery::IsBelievable(const MatchResult& match, const MatchQuality& qualit
   const ScanPose& last = tracker.last().pose;
   const double away_m =
       (last.T_odom_sensor.Inverse() * match.pose.T_odom_sensor).translation().norm();
-  const double driven_m = kEdgeReach * last.twist.head<3>().norm() * elapsed_s;
+  const double driven_m = 2 * last.twist.head<3>().norm() * elapsed_s;
   const bool at_the_edge = elapsed_s < kEdgeS && away_m > kEdgeM && away_m < driven_m;
   return at_the_edge ? quality.IsTypicalAtTheEdge(match) : quality.IsTypical(match);
 }
@@ -133,7 +118,7 @@ std::optional<MatchResult> Recovery::Confirm(const ScanFrame& frame, const Match
   const bool as_foretold =
       tracker->IsAfterGap(frame)
           ? tracker->IsExpected(frame, match, prediction)
-          : AreNear(prediction.T_odom_sensor, match.pose.T_odom_sensor, kConfirmM, kConfirmRad);
+          : AreNear(prediction.T_odom_sensor, match.pose.T_odom_sensor, kForetoldM, kForetoldRad);
   const Sighting seen_at = tracker->last();
   tracker->Begin(lost_at);
   if (as_foretold && IsBelievable(match, quality, *tracker, elapsed_s, *map)) {
@@ -146,7 +131,7 @@ std::optional<MatchResult> Recovery::Confirm(const ScanFrame& frame, const Match
 std::vector<MatchResult> Recovery::Try(const ScanFrame& frame, const std::vector<ScanPose>& guesses,
                                        int iterations, Tracker* tracker, FeatureMap* map) {
   MatchOptions attempt = matching_;
-  attempt.stride = kTryStride;
+  attempt.stride = kRoughStride;
   attempt.max_iterations = iterations;
   attempt.kernel_start_m = kGlanceKernelM;
   std::vector<MatchResult> matches;
@@ -170,12 +155,12 @@ std::optional<MatchResult> Recovery::Search(const ScanFrame& frame, Tracker* tra
       better.push_back(match.pose);
     }
   }
-  const std::vector<MatchResult> matches = Try(frame, better, kBetterTryIterations, tracker, map);
+  const std::vector<MatchResult> matches = Try(frame, better, 2 * kTryIterations, tracker, map);
   if (matches.empty()) return std::nullopt;
   const MatchResult& best = matches.front();
   for (const MatchResult& other : matches) {
-    if (other.Score() > kRival * best.Score() &&
-        !AreNear(other.pose.T_odom_sensor, best.pose.T_odom_sensor, kElsewhereM, kElsewhereRad)) {
+    if (other.Score() > kAmbiguousScore * best.Score() &&
+        !AreNear(other.pose.T_odom_sensor, best.pose.T_odom_sensor, kSamePlaceM, kGridRad)) {
       return std::nullopt;
     }
   }

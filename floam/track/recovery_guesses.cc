@@ -4,19 +4,11 @@
 #include <cmath>
 #include <numbers>
 
+#include "floam/track/limits.h"
 #include "floam/track/tracker.h"
 
 namespace isthmus::floam {
 namespace {
-
-constexpr double kMaxArcS = 6, kMaxArcRad = 1.6;
-constexpr double kYawRateRadPerS = 0.8;  // The heading may be off by this much per second ...
-constexpr double kMinYawReachRad = 0.3;  // ... and this at least.
-constexpr double kSlackM = 0.6;          // Likewise the place, at the last speed.
-constexpr double kMaxGridM = 2.5;
-constexpr double kGridM = 0.6, kGridRad = 0.15;  // Matching converges from half of both.
-constexpr double kArcRad = 0.1;
-constexpr double kArcReach = 1.1;  // It may have sped up.
 
 // Drives on at about the last speed or less along arcs of every curvature, the heading a little
 // off. The farthest first: while they are looked at, the robot may drive on.
@@ -24,10 +16,10 @@ void AddArcs(const ScanPose& last, double elapsed_s, double reference_s,
              std::vector<ScanPose>* guesses) {
   const double time_s = std::min(elapsed_s, kMaxArcS);
   const double reach_m = last.twist.head<3>().norm() * time_s;
-  const double reach_rad = std::min(kMaxArcRad, kYawRateRadPerS * time_s);
+  const double reach_rad = std::min(kMaxArcRad, kGuessRadPerS * time_s);
   const Pose T_odom_last = last.At(0);
   for (double along = kArcReach * reach_m; along >= kGridM; along -= kGridM) {
-    for (double turn = -reach_rad; turn <= reach_rad; turn += kArcRad) {
+    for (double turn = -reach_rad; turn <= reach_rad; turn += kArcStepRad) {
       Vector6d arc = Vector6d::Zero();
       arc.head<3>() = last.twist.head<3>() * (along / reach_m * time_s);
       arc[5] = turn;
@@ -43,9 +35,8 @@ void AddArcs(const ScanPose& last, double elapsed_s, double reference_s,
 void AddGrid(const ScanPose& last, double elapsed_s, double reference_s,
              std::vector<ScanPose>* guesses) {
   const double speed = last.twist.head<3>().norm();
-  const double reach_m = std::min(kMaxGridM, kSlackM + speed * elapsed_s);
-  const double reach_rad =
-      std::min(std::numbers::pi, kMinYawReachRad + kYawRateRadPerS * elapsed_s);
+  const double reach_m = std::min(kMaxGridM, kGridM + speed * elapsed_s);
+  const double reach_rad = std::min(std::numbers::pi, 2 * kGridRad + kGuessRadPerS * elapsed_s);
   const Pose T_odom_last = last.At(0);
   for (double x = -reach_m; x <= reach_m; x += kGridM) {
     for (double y = -reach_m; y <= reach_m; y += kGridM) {

@@ -6,19 +6,15 @@
 #include <utility>
 
 #include "core/geometry/near.h"
+#include "floam/map/limits.h"
 #include "floam/map/pole_search.h"
+#include "floam/match/limits.h"
+#include "floam/track/limits.h"
 
 namespace isthmus::floam {
 namespace {
 
-constexpr int kIterations = 4;
-constexpr double kKernelM = 1.0;
-constexpr double kAnyM = 0.3, kAnyRad = 0.15;  // Per scan, around each of these.
-constexpr size_t kMostMotions = 4;
-constexpr int kAgain = 2;
-constexpr double kSameMotionM = 0.05, kSameMotionRad = 0.01;
-
-Matrix6d AnyMotion() { return Isotropic(kAnyM, kAnyRad); }
+Matrix6d AnyMotion() { return Isotropic(kAnyMotionM, kAnyMotionRad); }
 
 }  // namespace
 
@@ -41,7 +37,7 @@ std::vector<ScanToScanResult> Start::MotionsBetween(const ScanFrame& frame, doub
   std::vector<ScanToScanResult> motions;
   const auto try_from = [&](const Vector6d& twist) {
     ScanToScanResult moved = scan_to_scan_.Match(frame.features, twist, elapsed_s, AnyMotion());
-    for (int again = 0; again < kAgain; ++again) {
+    for (int again = 0; again < kMotionRepeats; ++again) {
       moved = scan_to_scan_.Match(frame.features, moved.twist, elapsed_s, AnyMotion());
     }
     const auto same = [&](const ScanToScanResult& other) {
@@ -63,14 +59,14 @@ std::vector<ScanToScanResult> Start::MotionsBetween(const ScanFrame& frame, doub
 Start::Beginning Start::MatchFrom(const ScanToScanResult& moved, const ScanFrame& frame,
                                   Tracker* tracker, FeatureMap* map) {
   MatchOptions matching = tracker->options().matching;
-  matching.kernel_start_m = kKernelM;
+  matching.kernel_start_m = kRoughKernelM;
   const double elapsed_s = 1e-9 * static_cast<double>(frame.stamp_ns - stamp_ns_);
   const bool joined = moved.used >= tracker->options().min_used;
   Beginning began;
   ScanPose& first = began.first;
   first = tracker->last().pose;
   first.twist = moved.twist;
-  for (int iteration = 0; iteration < kIterations; ++iteration) {
+  for (int iteration = 0; iteration < kStartIterations; ++iteration) {
     first.T_odom_sensor = T_odom_first_ * Exp(first.reference_s * first.twist);
     map->Clear();
     map->Insert(first_, first, period_s_);

@@ -3,24 +3,9 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 
+#include "floam/track/limits.h"
+
 namespace isthmus::floam {
-namespace {
-
-constexpr double kMaxExtrapolationS = 3;
-constexpr double kMaxTiltingS = 0.3;  // A bump, or noise: robots do not go on tilting.
-// Scans farther apart than this many periods: too much may have happened to trust the motion.
-constexpr double kGapPeriods = 3.5;
-constexpr double kSteadyFading = 0.1, kAccelerationFading = 0.03;
-constexpr int64_t kSteadyNs = 1'000'000'000;  // After a direction was not observed.
-constexpr double kNearM = 2, kNearRad = 0.5;
-
-// Below this share of features with a plane or line in the map, it is thin.
-constexpr double kThinShare = 0.5;
-constexpr double kMostSurprise2 = 22.5;  // Of chi squared with six degrees of freedom: 99.9 %.
-constexpr double kSharedFading = 0.1;
-
-}  // namespace
-
 void Join(const ScanToScanResult& moved, const OdometryOptions& options, const FeatureMap& map,
           MatchResult* match) {
   match->information += moved.information;
@@ -154,7 +139,7 @@ void Tracker::Adopt(const ScanFrame& frame, const FeatureMap& map, bool doubtful
   if (IsContinuous() && !IsAfterGap(frame)) {
     const Vector6d between =
         Log(last_.pose.T_odom_sensor.Inverse() * match->pose.T_odom_sensor) / Between(frame);
-    shared_twist_ += kSharedFading * (match->pose.twist - between - shared_twist_);
+    shared_twist_ += kTwistFading * (match->pose.twist - between - shared_twist_);
     match->pose.twist -= shared_twist_;
   }
   was_after_gap_ = IsAfterGap(frame);
@@ -170,7 +155,7 @@ void Tracker::Adopt(const ScanFrame& frame, const FeatureMap& map, bool doubtful
   degenerate_ = match->degeneracy.any();
   if (degenerate_) steady_until_ns_ = frame.stamp_ns + kSteadyNs;
   if (map.IsYoung() || IsSteady(frame) || IsAfterGap(frame) ||
-      match->used < kThinShare * match->features) {
+      match->used < 0.5 * match->features) {
     Keep(frame);
   } else {
     keeps_last_ = false;
@@ -180,7 +165,7 @@ void Tracker::Adopt(const ScanFrame& frame, const FeatureMap& map, bool doubtful
   // times the time of fading, which is a second.
   const Eigen::Vector3d change = (match->pose.twist - steady_).head<3>();
   acceleration_ += kAccelerationFading * (2 * change.squaredNorm() - acceleration_);
-  steady_ += kSteadyFading * (match->pose.twist - steady_);
+  steady_ += kTwistFading * (match->pose.twist - steady_);
 }
 
 ScanPose Tracker::SteadyPrediction(const ScanFrame& frame, const Degeneracy& unobserved) const {

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <random>
 
+#include "floam/map/limits.h"
+
 namespace isthmus::floam {
 namespace {
 
@@ -89,8 +91,8 @@ void InsertFloor(double x, double y, double z, LocalMap* map) {
 TEST(LocalMap, FindsTheVoxelsPlaneAlsoFarFromTheOrigin) {
   for (const double far : {0.0, -300.0, 50'000.0}) {
     LocalMap map(ShapeKind::kPlane, LocalMapOptions());
-    const double corner = far + LocalMap::kGridOriginM;  // Of a block.
-    const double floor = LocalMap::kGridOriginM - 0.73;
+    const double corner = far + kGridOriginM;  // Of a block.
+    const double floor = kGridOriginM - 0.73;
     InsertFloor(corner, corner, floor, &map);
     LocalMap::Found found;
     map.Find({corner + 0.2, corner + 0.8, floor + 0.13}, &found);
@@ -102,7 +104,7 @@ TEST(LocalMap, FindsTheVoxelsPlaneAlsoFarFromTheOrigin) {
 
 TEST(LocalMap, FallsBackToTheBlockAndElseFindsNothing) {
   LocalMap map(ShapeKind::kPlane, LocalMapOptions());
-  const Vector3d corner = Vector3d::Constant(LocalMap::kGridOriginM);  // Of a block.
+  const Vector3d corner = Vector3d::Constant(kGridOriginM);  // Of a block.
   InsertFloor(corner.x(), corner.y(), corner.z() + 0.1, &map);
   LocalMap::Found found;
   map.Find(corner + Vector3d(0.3, 0.3, 0.9),

@@ -124,7 +124,7 @@ TEST(ScanPattern, BandsOfElevationTakeThePlaceOfRings) {
     for (uint32_t i = sorted.ring_begin[band]; i < sorted.ring_begin[band + 1]; ++i) {
       const RingPoint& p = sorted.points[i];
       const double above = std::asin(p.z / p.range) + M_PI / 2;
-      ASSERT_NEAR(above / RingScan::kBandRad, static_cast<double>(band) + 0.5, 0.501);
+      ASSERT_NEAR(above / kBandRad, static_cast<double>(band) + 0.5, 0.501);
     }
   }
 }
