@@ -1,5 +1,8 @@
 #include <string>
+#include <vector>
 
-int Length(const std::string& text);
-
-int Twice(std::string text) { return 2 * Length(text); }
+size_t Length(const std::vector<std::string>& words) {
+  size_t length = 0;
+  for (const std::string word : words) length += word.size();
+  return length;
+}
