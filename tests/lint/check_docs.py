@@ -27,7 +27,8 @@ def documents(root):
 
 def blocks(lines):
     """(first line, lines, whether it is prose) for each paragraph, list item, table or code."""
-    block, start, fenced, in_list = [], 0, False, False
+    block, start, fenced = [], 0, False
+    margin = 0  # Where the text of the list item begins; code is indented by four more.
     for number, line in enumerate(lines):
         if FENCE.match(line) or fenced:
             if block:
@@ -38,13 +39,14 @@ def blocks(lines):
             continue
         text = line.lstrip()
         indent = len(line) - len(text)
-        code = indent >= 4 and not block and not in_list
+        code = indent >= margin + 4 and not block
         alone = not text or text.startswith(("|", "#", "<!--", "![")) or code
         if block and (alone or MARKER.match(text)):
             yield start, block, True
             block = []
         if text and not code:
-            in_list = bool(MARKER.match(text)) or in_list and indent > 0
+            marker = MARKER.match(text)
+            margin = indent + marker.end() if marker else margin if indent > 0 else 0
         if alone:
             yield number, [line], False if text.startswith(("|", "<!--")) or code else None
         else:
