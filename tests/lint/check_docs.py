@@ -70,8 +70,10 @@ def wrap(block):
     marker = MARKER.match(first.lstrip())
     lead = indent + (marker.group() if marker else "")
     text = " ".join(line.strip() for line in block)[len(lead) - len(indent):]
+    text = re.sub("`[^`]*`", lambda span: span[0].replace(" ", "\0") if len(span[0]) <= 60
+                  else span[0], text)
     words = []
-    for word in re.findall(r"(?:`[^`]{0,60}`|[^\s`]|`)+", text):
+    for word in text.split():
         if words and (STRUCTURE.match(word) or word.startswith("|")):
             words[-1] += " " + word
         else:
@@ -82,7 +84,7 @@ def wrap(block):
             lines.append(" " * len(lead) + word)
         else:
             lines[-1] += " " + word
-    return [line + "\n" for line in lines]
+    return [line.replace("\0", " ") + "\n" for line in lines]
 
 
 def wrapped(lines):
