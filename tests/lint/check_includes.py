@@ -8,6 +8,7 @@ Prints one line per violation and exits 1 if there is any, or if the document sh
 import pathlib
 import re
 import sys
+import textwrap
 
 # Folder -> what its files may include: other folders of ours, and third-party families.
 # The longest matching folder counts; a folder may always include itself.
@@ -211,7 +212,8 @@ def table():
         lines.append(f"| `{folder}/` | {', '.join(sorted(ours))} | {third} |")
     for folder, levels in LEVELS.items():
         steps = ", ".join("its own files" if step == "." else f"`{step}/`" for step in levels)
-        lines += ["", f"Inside `{folder}/`, each may include those before it: {steps}."]
+        inside = f"Inside `{folder}/`, each may include those before it: {steps}."
+        lines += ["", textwrap.fill(inside, 100, break_long_words=False, break_on_hyphens=False)]
     return "\n".join(lines)
 
 

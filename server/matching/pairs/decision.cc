@@ -96,8 +96,8 @@ const Hypothesis* FindRival(const std::vector<Hypothesis>& ranked, const Matcher
 }
 
 // The probability that the alignment is right, after a logistic model of what was measured. Fitted
-// to simulated pairs of museums and campuses, some of which had nothing in common; BENCHMARK.md has
-// the curve. Twins were left out: see `kTwinConfidence`.
+// to simulated pairs of museums and campuses, some of which had nothing in common; the curve is in
+// docs/benchmarks/merging.md. Twins were left out: see `kTwinConfidence`.
 double Confidence(const Hypothesis& h) {
   const double violation = h.free_space.violation() / (h.outdoors ? 0.08 : 0.02);
   const double comparisons = static_cast<double>(h.free_space.comparisons());

@@ -12,9 +12,12 @@
 namespace isthmus::matching {
 
 struct JointRefinement {
-  MapPoses poses;                 // The first submap of a that an edge touches keeps its place.
-  std::vector<SubmapEdge> edges;  // Submaps of a on submaps of b, as aligned with each other.
-  double strain = 0;              // RMS of the odometry's errors in its standard deviations.
+  MapPoses poses;  // The first submap of a that an edge touches keeps its place.
+  // Submaps of a on submaps of b, as aligned with each other. Until matching hands them out, their
+  // submap_a and submap_b are positions in the maps at hand and not, as elsewhere, indices in the
+  // sessions, which have gaps where submaps were retired.
+  std::vector<SubmapEdge> edges;
+  double strain = 0;  // RMS of the odometry's errors in its standard deviations.
   // One transform between the odom frames for all: where the edges want it.
   Pose T_a_b;
 };

@@ -1,0 +1,1 @@
+int  Twice(int x){ return 2*x; }
