@@ -26,7 +26,7 @@ int OpenUnnamed(const std::string& folder) {
 std::string NameIn(const std::string& folder) { return "parts of the map in a file in " + folder; }
 
 absl::Status WithAdvice(const absl::Status& status) {
-  if (!absl::IsResourceExhausted(status)) return status;
+  if (!absl::IsResourceExhausted(status)) return absl::UnavailableError(status.message());
   return {status.code(),
           absl::StrCat(status.message(), " or give the server more memory (cache_mb)")};
 }

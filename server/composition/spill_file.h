@@ -23,7 +23,8 @@ class SpillFile {
   SpillFile(std::string folder, uint64_t reserve_bytes,
             const io::DiskCalls& disk = io::DiskCalls::System());
 
-  // Errors are io::FileError's; the file is then as before.
+  // ResourceExhausted when the disk is full, Unavailable when it fails otherwise; the file is then
+  // as before.
   absl::StatusOr<Extent> Write(const void* data, size_t size);
   // `size` bytes that begin `from` bytes into what was written; DataLoss when not all of them can
   // be read.
