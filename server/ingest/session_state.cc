@@ -7,16 +7,13 @@
 
 #include "core/codec/zstd_frame.h"
 #include "floam/state/state_codec.h"
+#include "server/ingest/limits.h"
 
 namespace isthmus::ingest {
 namespace {
 
-constexpr char kMagic[] = "ISES";
-constexpr uint32_t kVersion = 2;
-// Beyond any state: local maps are bounded.
-constexpr uint64_t kMaxBytes = uint64_t{1} << 30;
-// A sixth of the time that the usual level takes, for files that are a few per cent larger.
-constexpr int kFast = 1;
+constexpr char kStateMagic[] = "ISES";
+constexpr uint32_t kStateVersion = 2;  // Format.
 
 // In the order of its members; `Entry` is const when they are written.
 template <typename Entry, typename Io>
@@ -46,7 +43,8 @@ absl::StatusOr<std::string> Unpack(const std::string& saved) {
   uint64_t size = 0;
   if (saved.size() < sizeof(size)) return absl::DataLossError("the state is cut off");
   std::memcpy(&size, saved.data(), sizeof(size));
-  if (size > kMaxBytes) return absl::DataLossError("the state claims to be larger than any is");
+  if (size > kMaxStateBytes)
+    return absl::DataLossError("the state claims to be larger than any is");
   auto content = codec::ReadZstdFrame(saved.data() + sizeof(size), saved.size() - sizeof(size),
                                       static_cast<size_t>(size));
   if (!content.ok()) return absl::DataLossError(content.status().message());
@@ -85,10 +83,10 @@ absl::StatusOr<std::string> SessionState::Save() const {
          lost_since_ns, lost_scans);
   WriteEntries(unfinished, writer);
   writer(odometry.Save(), builder->Save());
-  const std::string state = floam::SealState(kMagic, kVersion, 0, writer.Take());
+  const std::string state = floam::SealState(kStateMagic, kStateVersion, 0, writer.Take());
   const uint64_t size = state.size();
   std::string saved(reinterpret_cast<const char*>(&size), sizeof(size));
-  if (absl::Status status = codec::AppendZstdFrame(state, saved, kFast); !status.ok()) {
+  if (absl::Status status = codec::AppendZstdFrame(state, saved, kStateZstdLevel); !status.ok()) {
     return status;
   }
   return saved;
@@ -99,7 +97,7 @@ absl::Status SessionState::Restore(const std::string& saved,
   absl::StatusOr<std::string> state = Unpack(saved);
   if (!state.ok()) return state.status();
   absl::StatusOr<floam::StateReader> reader =
-      floam::OpenState(kMagic, kVersion, 0, *state, "the session");
+      floam::OpenState(kStateMagic, kStateVersion, 0, *state, "the session");
   if (!reader.ok()) return reader.status();
   codec::TimeReader::Memory times;
   std::string saved_odometry, saved_builder;

@@ -6,14 +6,9 @@
 
 #include "core/codec/zstd_frame.h"
 #include "server/matching/prepared/prepared_submap_codec.h"
+#include "server/threads/limits.h"
 
 namespace isthmus::server {
-namespace {
-
-// PreparedSubmap::kMaxViews of 33 kB, and more points than a submap has.
-constexpr uint64_t kMaxBytes = uint64_t{1} << 28;
-
-}  // namespace
 
 std::shared_ptr<const matching::PreparedSubmap> PreparedStore::Get(
     const std::shared_ptr<const Submap>& outline) const {
@@ -32,7 +27,7 @@ std::shared_ptr<const matching::PreparedSubmap> PreparedStore::Find(
   uint64_t size = 0;
   if (!kept.ok() || kept->size() < sizeof(size)) return nullptr;
   std::memcpy(&size, kept->data(), sizeof(size));
-  if (size > kMaxBytes) return nullptr;
+  if (size > kMaxPreparedBytes) return nullptr;
   const absl::StatusOr<std::string> bytes =
       codec::ReadZstdFrame(kept->data() + sizeof(size), kept->size() - sizeof(size), size);
   if (!bytes.ok()) return nullptr;

@@ -5,16 +5,16 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <limits>
 #include <utility>
 #include <vector>
+
+#include "server/matching/prepared/limits.h"
 
 namespace isthmus::matching {
 namespace {
 
 static_assert(std::endian::native == std::endian::little, "numbers are copied as they are");
-
-constexpr size_t kBins = static_cast<size_t>(RangeImage::kRows) * RangeImage::kColumns;
-constexpr float kSteps = 32767;
 
 struct Header {
   double voxel_m = 0;
@@ -36,8 +36,6 @@ struct PackedPose {
 
 static_assert(sizeof(PackedPoint) == 10 && sizeof(PackedPose) == 56);
 
-constexpr size_t kViewBytes = sizeof(PackedPose) + 2 * kBins * sizeof(uint16_t);
-
 template <typename T>
 void Append(const T& value, std::string* out) {
   out->append(reinterpret_cast<const char*>(&value), sizeof(T));
@@ -54,14 +52,14 @@ T Take(const std::string& bytes, size_t* at) {
 void AppendBins(const std::vector<uint16_t>& bins, std::string* out) {
   // An image of nothing has no bins.
   std::vector<uint16_t> all = bins;
-  all.resize(kBins, 0);
-  out->append(reinterpret_cast<const char*>(all.data()), kBins * sizeof(uint16_t));
+  all.resize(RangeImage::kBins, 0);
+  out->append(reinterpret_cast<const char*>(all.data()), RangeImage::kBins * sizeof(uint16_t));
 }
 
 std::vector<uint16_t> TakeBins(const std::string& bytes, size_t* at) {
-  std::vector<uint16_t> bins(kBins);
-  std::memcpy(bins.data(), bytes.data() + *at, kBins * sizeof(uint16_t));
-  *at += kBins * sizeof(uint16_t);
+  std::vector<uint16_t> bins(RangeImage::kBins);
+  std::memcpy(bins.data(), bytes.data() + *at, RangeImage::kBins * sizeof(uint16_t));
+  *at += RangeImage::kBins * sizeof(uint16_t);
   return bins;
 }
 
@@ -93,7 +91,7 @@ std::string EncodePreparedSubmap(const PreparedSubmap& prepared) {
   for (const SurfacePoint& point : prepared.surface()) {
     reach = std::max(reach, point.position.cwiseAbs().maxCoeff());
   }
-  const float step_m = reach / kSteps;
+  const float step_m = reach / std::numeric_limits<int16_t>::max();
   std::string bytes;
   Append(prepared.voxel_m(), &bytes);
   Append(step_m, &bytes);
@@ -113,6 +111,7 @@ std::string EncodePreparedSubmap(const PreparedSubmap& prepared) {
 std::shared_ptr<const PreparedSubmap> DecodePreparedSubmap(std::shared_ptr<const Submap> submap,
                                                            const std::string& bytes) {
   constexpr size_t kHeaderBytes = 20;
+  constexpr size_t kViewBytes = sizeof(PackedPose) + 2 * RangeImage::kBins * sizeof(uint16_t);
   if (bytes.size() < kHeaderBytes) return nullptr;
   size_t at = 0;
   Header header;
@@ -120,7 +119,7 @@ std::shared_ptr<const PreparedSubmap> DecodePreparedSubmap(std::shared_ptr<const
   header.step_m = Take<float>(bytes, &at);
   header.points = Take<uint32_t>(bytes, &at);
   header.views = Take<uint32_t>(bytes, &at);
-  if (header.views > PreparedSubmap::kMaxViews) return nullptr;
+  if (header.views > kMaxViews) return nullptr;
   const bool plausible =
       header.voxel_m > 0 && header.voxel_m < 100 && header.step_m > 0 && header.step_m < 100;
   if (!plausible || bytes.size() != kHeaderBytes + header.points * sizeof(PackedPoint) +
