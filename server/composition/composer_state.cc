@@ -6,17 +6,11 @@
 #include <set>
 #include <utility>
 
+#include "server/composition/limits.h"
 #include "server/composition/points_by_tile.h"
 
 namespace isthmus::composition {
 namespace {
-
-// Share of a composition's time that reading and thinning take, about.
-constexpr double kReadingShare = 0.8;
-// Share of the memory that is for thinned submaps; readers ask for tiles.
-constexpr size_t kThinnedShare = 3;
-// Share of the tiles that are for one submap.
-constexpr int kSubmapTilesShare = 8;
 
 absl::Status Stopped() { return absl::CancelledError("stopped"); }
 
@@ -30,7 +24,7 @@ ComposerOptions Sane(const ComposerOptions& given) {
   options.voxel_m = InRange(given.voxel_m, 0.001, 100, defaults.voxel_m);
   options.tile_m = InRange(given.tile_m, options.voxel_m, 1e5, defaults.tile_m);
   options.min_move_m = InRange(given.min_move_m, 0, 1e5, defaults.min_move_m);
-  options.max_tiles = std::max(given.max_tiles, kSubmapTilesShare);
+  options.max_tiles = std::max(given.max_tiles, kSubmapTilesParts);
   options.cache_bytes = given.cache_bytes;
   return options;
 }
@@ -42,9 +36,9 @@ Composer::State::State(const ComposerOptions& given, std::shared_ptr<SpillFile> 
       grid(options.voxel_m),
       layout(options.tile_m, options.voxel_m),
       file(std::move(spill)),
-      thinned(file, options.cache_bytes / kThinnedShare),
+      thinned(file, options.cache_bytes / kThinnedParts),
       cache(std::make_shared<TileCache>(file,
-                                        options.cache_bytes - options.cache_bytes / kThinnedShare)),
+                                        options.cache_bytes - options.cache_bytes / kThinnedParts)),
       builder(grid, &tile_thinner),
       limit(static_cast<size_t>(options.max_tiles)) {}
 
@@ -142,7 +136,7 @@ absl::Status Composer::State::Place(const PlacedSubmap& placed, uint32_t frame,
   }
   std::optional<PointsByTile> by_tile = SortByTile(
       *points, frame, T_map_submap, grid, layout,
-      static_cast<size_t>(options.max_tiles / kSubmapTilesShare), [this] { return KeepsOn(); });
+      static_cast<size_t>(options.max_tiles / kSubmapTilesParts), [this] { return KeepsOn(); });
   if (!by_tile) {
     Forget(id);
     return Stopped();

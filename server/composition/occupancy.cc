@@ -7,15 +7,14 @@
 #include <exception>
 #include <sstream>
 
+#include "server/composition/limits.h"
 #include "server/composition/occupancy_grid.h"
 
 namespace isthmus::composition {
 namespace {
 
-// An octree's leaf with its share of inner nodes and of the allocator's overhead.
-constexpr uint64_t kBytesPerLeaf = 50;
-// OctoMap numbers voxels with 16 bits per axis, the origin in the middle.
-constexpr int32_t kOctreeReach = 1 << 15;
+// OctoMap numbers voxels with so many bits per axis, the origin in the middle.
+constexpr int32_t OctreeReach() { return 1 << (8 * sizeof(octomap::key_type) - 1); }
 
 absl::Status CheckOptions(const OccupancyOptions& options) {
   const double resolution = options.resolution_m, range = options.max_range_m;
@@ -31,7 +30,7 @@ absl::Status CheckOptions(const OccupancyOptions& options) {
 }
 
 absl::Status CheckReach(const Eigen::Vector3d& origin, const OccupancyOptions& options) {
-  const double reach = kOctreeReach * options.resolution_m;
+  const double reach = OctreeReach() * options.resolution_m;
   const double needed = origin.cwiseAbs().maxCoeff() + options.max_range_m + options.resolution_m;
   if (needed < reach) return absl::OkStatus();
   return absl::OutOfRangeError(absl::StrCat("The map reaches ", std::ceil(needed),
@@ -82,7 +81,7 @@ std::string Serialize(const OccupancyGrid& grid, OccupancyFormat format,
                       const OccupancyOptions& options) {
   octomap::OcTree tree(options.resolution_m);
   grid.ForEachKnown([&](int32_t x, int32_t y, int32_t z, float log_odds) {
-    const auto key = [](int32_t i) { return static_cast<octomap::key_type>(i + kOctreeReach); };
+    const auto key = [](int32_t i) { return static_cast<octomap::key_type>(i + OctreeReach()); };
     // Lazy: inner nodes are summed up once, at the end.
     tree.setNodeValue(octomap::OcTreeKey(key(x), key(y), key(z)), log_odds, true);
   });

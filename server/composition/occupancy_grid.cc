@@ -27,7 +27,6 @@ OccupancyGrid::Cell& OccupancyGrid::CellAt(const Index& index) {
     last_key_ = key;
     last_block_ = block.get();
   }
-  constexpr int kMask = kEdge - 1;
   return (*last_block_)[(index.x() & kMask) | (index.y() & kMask) << kBits |
                         (index.z() & kMask) << 2 * kBits];
 }

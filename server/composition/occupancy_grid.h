@@ -50,7 +50,7 @@ class OccupancyGrid {
 
  private:
   static constexpr int kBits = 3;  // Blocks of 8 x 8 x 8 voxels: 4 kB, a page.
-  static constexpr int kEdge = 1 << kBits;
+  static constexpr int kEdge = 1 << kBits, kMask = kEdge - 1;
   using Index = Eigen::Matrix<int32_t, 3, 1>;
 
   struct Cell {
@@ -81,7 +81,6 @@ class OccupancyGrid {
 
 template <typename Visit>
 void OccupancyGrid::ForEachKnown(const Visit& visit) const {
-  constexpr int kMask = kEdge - 1;
   for (const auto& [key, block] : blocks_) {
     const auto start = [key_ = key](int shift) {
       return (static_cast<int32_t>(key_ >> shift & 0x1fffff) - (1 << 20)) * kEdge;

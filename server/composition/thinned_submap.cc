@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <numeric>
 
+#include "server/composition/limits.h"
+
 namespace isthmus::composition {
 namespace {
 

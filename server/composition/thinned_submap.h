@@ -24,8 +24,6 @@ struct SubmapFingerprint {
 SubmapFingerprint FingerprintOf(const SubmapInfo& submap);
 SubmapFingerprint FingerprintOf(const Submap& submap);
 
-inline constexpr int32_t kBlockVoxels = 16;  // Along an edge; a power of two.
-
 struct ThinnedSubmap {
   // Submap frame. What lies in one cube of kBlockVoxels stands together, so that what is on a tile
   // is in few places.

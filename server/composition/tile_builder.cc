@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <utility>
 
+#include "server/composition/limits.h"
 #include "server/composition/placer.h"
 
 namespace isthmus::composition {
@@ -12,8 +13,7 @@ namespace {
 // Most of the time goes into waiting for the table's memory: so it is told early what will be
 // asked.
 void AddPoints(const TileSource& source, const VoxelGrid& grid, VoxelThinner* thinner) {
-  constexpr size_t kBatch = 64;
-  std::array<std::pair<uint64_t, WeightedPoint>, kBatch> batch;
+  std::array<std::pair<uint64_t, WeightedPoint>, kPrefetchedPoints> batch;
   size_t waiting = 0;
   const auto add = [&] {
     for (size_t i = 0; i < waiting; ++i) thinner->Add(batch[i].first, batch[i].second);
@@ -29,7 +29,7 @@ void AddPoints(const TileSource& source, const VoxelGrid& grid, VoxelThinner* th
       const uint64_t key = PackVoxel(*voxel);
       thinner->Prefetch(key);
       batch[waiting++] = {key, {at.x(), at.y(), at.z(), point.intensity, point.weight}};
-      if (waiting == kBatch) add();
+      if (waiting == kPrefetchedPoints) add();
     }
   }
   add();

@@ -1,21 +1,15 @@
 #include "server/composition/voxel_thinner.h"
 
+#include "server/composition/limits.h"
+
 namespace isthmus::composition {
 
-namespace {
-constexpr int kInitialBits = 12;
-// A table of more slots than this per voxel was made for larger clouds than it gets now.
-constexpr size_t kRoomy = 16;
-// It stays for so many small clouds: large ones that come now and then find it ready.
-constexpr int kPatience = 32;
-}  // namespace
-
-VoxelThinner::VoxelThinner() : slots_(size_t{1} << kInitialBits), shift_(64 - kInitialBits) {}
+VoxelThinner::VoxelThinner() : slots_(size_t{1} << kFirstTableBits), shift_(64 - kFirstTableBits) {}
 
 size_t VoxelThinner::FindSlot(uint64_t key) const {
   const size_t mask = slots_.size() - 1;
   size_t i = FirstSlot(key);
-  while (slots_[i].key != key && slots_[i].key != kFree) i = (i + 1) & mask;
+  while (slots_[i].key != key && slots_[i].key != kNoVoxel) i = (i + 1) & mask;
   return i;
 }
 
@@ -24,7 +18,7 @@ void VoxelThinner::Grow() {
   old.swap(slots_);
   --shift_;
   for (const Slot& slot : old) {
-    if (slot.key != kFree) slots_[FindSlot(slot.key)] = slot;
+    if (slot.key != kNoVoxel) slots_[FindSlot(slot.key)] = slot;
   }
 }
 
@@ -38,7 +32,7 @@ void VoxelThinner::Shrink() {
 
 void VoxelThinner::Add(uint64_t voxel, const WeightedPoint& point) {
   size_t i = FindSlot(voxel);
-  if (slots_[i].key == kFree) {
+  if (slots_[i].key == kNoVoxel) {
     if (cells_.size() * 2 >= slots_.size()) {
       Grow();
       i = FindSlot(voxel);
@@ -65,10 +59,10 @@ void VoxelThinner::Take(std::vector<WeightedPoint>* out) {
                     p.intensity + cell.di * share, p.weight});
   }
   const bool is_roomy =
-      slots_.size() > size_t{1} << kInitialBits && cells_.size() * kRoomy < slots_.size();
+      slots_.size() > size_t{1} << kFirstTableBits && cells_.size() * kRoomySlots < slots_.size();
   cells_.clear();
   roomy_in_a_row_ = is_roomy ? roomy_in_a_row_ + 1 : 0;
-  if (roomy_in_a_row_ > kPatience) {
+  if (roomy_in_a_row_ > kRoomyClouds) {
     Shrink();
   } else {
     slots_.assign(slots_.size(), Slot());

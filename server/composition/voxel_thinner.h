@@ -68,7 +68,7 @@ class VoxelThinner {
 
  private:
   struct Slot {
-    uint64_t key = kFree;
+    uint64_t key = kNoVoxel;
     uint32_t cell = 0;
   };
   // Sums are kept relative to the first point, where float has digits to spare.
@@ -76,7 +76,7 @@ class VoxelThinner {
     WeightedPoint first;
     float dx = 0, dy = 0, dz = 0, di = 0;
   };
-  static constexpr uint64_t kFree = ~uint64_t{0};  // No packed voxel: those have 63 bits.
+  static constexpr uint64_t kNoVoxel = ~uint64_t{0};  // No packed voxel: those have 63 bits.
 
   // Fibonacci hashing: the high bits of the product depend on all bits of the key.
   size_t FirstSlot(uint64_t key) const { return (key * 0x9e3779b97f4a7c15u) >> shift_; }

@@ -9,8 +9,6 @@
 namespace isthmus::ingest {
 namespace {
 
-constexpr double kNsPerDay = 86'400e9;
-
 using Kind = RetentionAction::Kind;
 
 std::string Megabytes(uint64_t bytes) {
@@ -19,6 +17,7 @@ std::string Megabytes(uint64_t bytes) {
 
 bool IsTooOld(const StoredSession& session, const server::RetentionLimits& limits, int64_t now_ns) {
   if (!session.is_finished || limits.max_age_days <= 0) return false;
+  constexpr double kNsPerDay = 86'400e9;
   // Also where the clock was set back: then nothing is too old.
   return static_cast<double>(now_ns) - static_cast<double>(session.finished_ns) >
          limits.max_age_days * kNsPerDay;

@@ -2,18 +2,13 @@
 
 #include <absl/strings/str_cat.h>
 
+#include "server/ingest/limits.h"
+
 namespace isthmus::ingest {
-namespace {
-
-constexpr int64_t kOutOfOrder_ns = 1'000'000'000;
-constexpr int64_t kLongestInterval_ns = 600'000'000;
-constexpr int64_t kLatest_ns = int64_t{1} << 62;  // The year 2116.
-constexpr int64_t kStep_ns = 10'000'000'000;
-
-}  // namespace
 
 absl::StatusOr<ScanClock::Reading> ScanClock::Read(int64_t end_stamp_ns) const {
-  // No difference below overflows.
+  // The year 2116; no difference below overflows.
+  constexpr int64_t kLatest_ns = int64_t{1} << 62;
   if (end_stamp_ns > kLatest_ns || end_stamp_ns < -kLatest_ns) {
     return absl::InvalidArgumentError(
         absl::StrCat("the scan's stamp, ", end_stamp_ns, ", is no time in nanoseconds since 1970"));
@@ -28,13 +23,13 @@ absl::StatusOr<ScanClock::Reading> ScanClock::Read(int64_t end_stamp_ns) const {
         "order of time"));
   }
   // A pause of a minute or of a year is the same to the odometry.
-  const int64_t forward_ns = between_ns > kStep_ns ? kStep_ns : between_ns;
-  return Reading{time_ns_ + forward_ns, between_ns > kStep_ns};
+  const int64_t forward_ns = between_ns > kMaxStep_ns ? kMaxStep_ns : between_ns;
+  return Reading{time_ns_ + forward_ns, between_ns > kMaxStep_ns};
 }
 
 void ScanClock::Advance(int64_t end_stamp_ns, int64_t time_ns) {
   const int64_t interval_ns = time_ns - time_ns_;
-  if (started_ && interval_ns <= kLongestInterval_ns) interval_ns_ = interval_ns;
+  if (started_ && interval_ns <= kMaxInterval_ns) interval_ns_ = interval_ns;
   started_ = true;
   stamp_ns_ = end_stamp_ns;
   time_ns_ = time_ns;

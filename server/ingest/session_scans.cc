@@ -6,15 +6,11 @@
 #include <utility>
 
 #include "core/mutex.h"
+#include "server/ingest/limits.h"
 #include "server/ingest/session_worker.h"
 
 namespace isthmus::ingest {
 namespace {
-
-// Scans in a row that cannot be used, after which a submap ends: the odometry bridges fewer.
-constexpr int kBlindScans = 3;
-// So many lost scans in a row are worth a line in the log.
-constexpr uint32_t kLostScans = 3;
 
 std::string ToString(floam::TrackingStatus status) {
   switch (status) {

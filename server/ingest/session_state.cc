@@ -6,16 +6,13 @@
 
 #include "core/codec/zstd_frame.h"
 #include "floam/state/state_codec.h"
+#include "server/ingest/limits.h"
 
 namespace isthmus::ingest {
 namespace {
 
-constexpr char kMagic[] = "ISES";
-constexpr uint32_t kVersion = 2;
-// Beyond any state: local maps are bounded.
-constexpr uint64_t kMaxBytes = uint64_t{1} << 30;
-// A sixth of the time that the usual level takes, for files that are a few per cent larger.
-constexpr int kFast = 1;
+constexpr char kStateMagic[] = "ISES";
+constexpr uint32_t kStateVersion = 2;  // Format.
 
 // In the order of its members; `Entry` is const when they are written.
 template <typename Entry, typename Io>
@@ -72,15 +69,15 @@ absl::StatusOr<std::string> SessionState::Save() const {
          lost_since_ns, lost_scans);
   WriteEntries(unfinished, writer);
   writer(odometry.Save(), builder->Save());
-  return codec::PackZstd(floam::SealState(kMagic, kVersion, 0, writer.Take()), kFast);
+  return codec::PackZstd(floam::SealState(kStateMagic, kStateVersion, 0, writer.Take()), kStateZstdLevel);
 }
 
 absl::Status SessionState::Restore(const std::string& saved,
                                    const std::function<void()>& remember) {
-  const absl::StatusOr<std::string> state = codec::UnpackZstd(saved, kMaxBytes);
+  const absl::StatusOr<std::string> state = codec::UnpackZstd(saved, kMaxStateBytes);
   if (!state.ok()) return state.status();
   absl::StatusOr<floam::StateReader> reader =
-      floam::OpenState(kMagic, kVersion, 0, *state, "the session");
+      floam::OpenState(kStateMagic, kStateVersion, 0, *state, "the session");
   if (!reader.ok()) return reader.status();
   codec::TimeReader::Memory times;
   std::string saved_odometry, saved_builder;

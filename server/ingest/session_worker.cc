@@ -7,14 +7,9 @@
 #include <utility>
 
 #include "core/mutex.h"
+#include "server/ingest/limits.h"
 
 namespace isthmus::ingest {
-namespace {
-
-// Finished submaps and checkpoints that may wait for the store (a full disk) before scans are
-// refused.
-constexpr size_t kMaxUnpersisted = 2;
-}  // namespace
 
 std::shared_ptr<SessionWorker> SessionWorker::Create(const SessionRecord& record,
                                                      const floam::SensorModel& sensor,

@@ -7,17 +7,12 @@
 #include <memory>
 #include <utility>
 
+#include "server/ingest/limits.h"
+
 namespace isthmus::ingest {
-namespace {
-
-// Trajectory entries of a submap are numbered from index * this + 1.
-constexpr uint64_t kKeyframesPerSubmap = 65536;
-// The store rounds coordinates to a millimetre; twice that is still the same point.
-constexpr float kSameCoordinate = 0.002f;
-
-}  // namespace
-
 absl::StatusOr<FinishedSubmap> MakeUploadedSubmap(Submap submap) {
+  // Trajectory entries of a submap are numbered from index * this + 1.
+  constexpr uint64_t kKeyframesPerSubmap = 65536;
   const std::string name = ToString(submap.id);
   if (submap.points.empty()) {
     return absl::InvalidArgumentError(absl::StrCat("submap ", name, " has no points"));
@@ -69,7 +64,7 @@ bool SameSubmap(const Submap& stored, const Submap& repeated) {
     const SubmapPoint& a = stored.points[i];
     const SubmapPoint& b = repeated.points[i];
     if (a.keyframe != b.keyframe ||
-        (a.Position() - b.Position()).cwiseAbs().maxCoeff() > kSameCoordinate) {
+        (a.Position() - b.Position()).cwiseAbs().maxCoeff() > kSameCoordinateM) {
       return false;
     }
   }

@@ -4,12 +4,10 @@
 #include <utility>
 
 #include "core/mutex.h"
+#include "server/map/limits.h"
 
 namespace isthmus::server {
 namespace {
-
-// Of what came between two revisions so many are named; the rest is counted by their moves.
-constexpr size_t kMaxCauses = 4;
 
 template <typename T>
 void Append(const std::vector<T>& more, std::vector<T>* all) {

@@ -25,20 +25,20 @@ std::vector<uint32_t> ByConfidence(const std::vector<CycleEdge>& edges,
 
 // The forest hung up at one node of each tree.
 struct HungForest {
-  static constexpr uint32_t kNone = ~uint32_t{0};
+  static constexpr uint32_t kUnreached = ~uint32_t{0};
   std::vector<uint32_t> parent, depth;
 
   HungForest(size_t node_count, const std::vector<std::vector<uint32_t>>& neighbours)
-      : parent(node_count, kNone), depth(node_count, kNone) {
+      : parent(node_count, kUnreached), depth(node_count, kUnreached) {
     for (uint32_t root = 0; root < node_count; ++root) {
-      if (depth[root] != kNone) continue;
+      if (depth[root] != kUnreached) continue;
       depth[root] = 0;
       std::vector<uint32_t> open = {root};
       while (!open.empty()) {
         const uint32_t i = open.back();
         open.pop_back();
         for (const uint32_t j : neighbours[i]) {
-          if (depth[j] != kNone) continue;
+          if (depth[j] != kUnreached) continue;
           parent[j] = i;
           depth[j] = depth[i] + 1;
           open.push_back(j);

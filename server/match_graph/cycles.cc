@@ -11,14 +11,10 @@
 
 #include "core/union_find.h"
 #include "server/match_graph/cycle_search.h"
+#include "server/match_graph/limits.h"
 
 namespace isthmus::match_graph {
 namespace {
-
-// Certainty is never complete; keeps odds finite.
-constexpr double kMaxConfidence = 1 - 1e-6;
-// Squares: the longest cycles that are all looked at.
-constexpr size_t kShort = 4;
 
 // The sessions and accepted matches as a graph with an order of its own.
 struct Graph {
@@ -135,7 +131,7 @@ class Judge {
       // On a long way round, each step of which is borne out by others, it is drift that adds up.
       const bool borne_out = std::all_of(doubtful.begin(), doubtful.end(),
                                          [&](uint32_t e) { return support_[e].agreeing > 0; });
-      if (cycle.nodes.size() > kShort && borne_out) continue;
+      if (cycle.nodes.size() > kShortCycle && borne_out) continue;
       disagreeing_.push_back(&cycle);
     }
     for (const Cycle* cycle : disagreeing_) {

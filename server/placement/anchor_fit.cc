@@ -3,14 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
+
+#include "server/placement/limits.h"
 
 namespace isthmus::placement {
 namespace {
-
-constexpr size_t kMaxAnchorsInPairs = 40;
-constexpr double kLeastBaselineM = 1e-3;  // Between positions that are to give a heading.
-constexpr double kTiltRad = 2 * std::numbers::pi / 180;
 
 // An anchor and the node as it lies now.
 struct Tie {
@@ -75,7 +72,7 @@ Pose FitToAnchors(const pose_graph::Problem& problem) {
       if (!HasPlan(ties[i]) || !HasPlan(ties[j])) continue;
       const Eigen::Vector3d apart =
           ties[i].T_map_node.translation() - ties[j].T_map_node.translation();
-      if (apart.head<2>().norm() > kLeastBaselineM) {
+      if (apart.head<2>().norm() > kMinBaselineM) {
         candidates.push_back(FromTwo(ties[i], ties[j]));
       }
     }
@@ -106,7 +103,7 @@ void KeepUpright(const Input& input, Graph* graph) {
     const double yaw = (problem.poses[gauge] * T_odom_node.Inverse()).Yaw();
     const Pose upright = Pose::FromXyzRpy(0, 0, 0, 0, 0, yaw) * T_odom_node;
     Matrix6d information = Matrix6d::Zero();
-    information(3, 3) = information(4, 4) = 1 / (kTiltRad * kTiltRad);
+    information(3, 3) = information(4, 4) = 1 / (kVerticalRad * kVerticalRad);
     problem.anchors.push_back({graph->gauge,
                                Pose(upright.rotation(), problem.poses[gauge].translation()),
                                information, false});

@@ -5,6 +5,8 @@
 
 #include "absl/container/flat_hash_set.h"
 #include "core/geometry/near.h"
+#include "server/placement/limits.h"
+#include "server/pose_graph/limits.h"
 
 namespace isthmus::placement {
 namespace {
@@ -20,8 +22,8 @@ bool IsSame(const pose_graph::Edge& a, const pose_graph::Edge& b) {
 
 // The same but for a refinement, which does not make the one before a mistake.
 bool IsNear(const pose_graph::Edge& a, const pose_graph::Edge& b) {
-  constexpr double kNearM = 0.5, kNearRad = 0.05;
-  return a.may_be_wrong == b.may_be_wrong && AreNear(a.T_a_b, b.T_a_b, kNearM, kNearRad);
+  return a.may_be_wrong == b.may_be_wrong &&
+         AreNear(a.T_a_b, b.T_a_b, kRefinedM, kRefinedM / pose_graph::kLeverM);
 }
 
 bool IsSame(const Anchor& a, const Anchor& b) {
@@ -97,7 +99,7 @@ class Comparison {
   void FindGoneAnchors() {
     for (const auto& [id, kept] : last_.anchors) {
       const auto graph = LastGraph(id.session);
-      if (graph == kNone || !IsInMap(id)) continue;
+      if (graph == kNoGraph || !IsInMap(id)) continue;
       const Anchor* anchor = FindAnchor(id);
       if (anchor == nullptr || !IsSame(*anchor, kept.anchor)) anew_.insert(graph);
     }
@@ -120,7 +122,7 @@ class Comparison {
     return false;
   }
 
-  static constexpr size_t kNone = static_cast<size_t>(-1);
+  static constexpr size_t kNoGraph = static_cast<size_t>(-1);
 
   size_t LastGraph(const SessionId& id) const {
     for (size_t i = 0; i < last_.set.graphs.size(); ++i) {
@@ -129,7 +131,7 @@ class Comparison {
         if (graph.ids[static_cast<size_t>(session.first_node)].session == id) return i;
       }
     }
-    return kNone;
+    return kNoGraph;
   }
 
   Change Compare(const Graph& graph) const {

@@ -5,12 +5,10 @@
 #include <cmath>
 
 #include "core/geometry/angles.h"
+#include "server/placement/limits.h"
 
 namespace isthmus::placement {
 namespace {
-
-// Farther away doubles hold less than a micrometre.
-constexpr double kMaxTranslationM = 1e8;
 
 Matrix6d Inverse(const Matrix6d& symmetric) {
   const Matrix6d inverse = symmetric.ldlt().solve(Matrix6d::Identity());

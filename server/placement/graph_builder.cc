@@ -6,15 +6,10 @@
 
 #include "core/geometry/angles.h"
 #include "server/placement/edge_information.h"
+#include "server/placement/limits.h"
 
 namespace isthmus::placement {
 namespace {
-
-// Of a match that a person gave; of one that was computed and has lost its submaps since.
-constexpr double kByHandM = 0.05, kByHandRad = 0.5 * kRadPerDeg;
-constexpr double kWeakM = 0.3, kWeakRad = 2 * kRadPerDeg;
-// So many anchors outvote a wrong one.
-constexpr size_t kAnchorsToDoubt = 4;
 
 class Builder {
  public:

@@ -7,12 +7,10 @@
 #include <tuple>
 
 #include "server/placement/graph_builder.h"
+#include "server/placement/limits.h"
 
 namespace isthmus::placement {
 namespace {
-
-// Edges that are asked about one transform.
-constexpr size_t kMaxEdgesAsked = 64;
 
 const Session& SessionOf(const Input& input, const Graph& graph, int node, size_t* k) {
   for (const GraphSession& session : graph.sessions) {

@@ -12,14 +12,12 @@
 #include "server/placement/graph_builder.h"
 #include "server/placement/graph_text.h"
 #include "server/placement/initial_poses.h"
+#include "server/placement/limits.h"
 #include "server/placement/publish.h"
 #include "server/placement/solve.h"
 
 namespace isthmus::placement {
 namespace {
-
-// Matches that can be taken back without a trace in maps that are not optimised as a whole.
-constexpr size_t kMostEarlier = 8;
 
 // Everything before the search. `placements` are where it goes on from.
 void Start(const Input& input, const std::vector<Placement>& placements, const LastGraphs& base,
@@ -105,7 +103,7 @@ void Placer::Memory::Keep(const Input& input, const std::vector<Base>& bases, Gr
     return base.graphs == newest && base.change.new_match;
   });
   if (new_match) earlier.push_back(newest);
-  if (earlier.size() > kMostEarlier) earlier.pop_front();
+  if (earlier.size() > kMaxEarlier) earlier.pop_front();
   const auto kept = std::make_shared<LastGraphs>();
   kept->placements = placements;
   for (const Graph& graph : set.graphs) {

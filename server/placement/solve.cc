@@ -4,16 +4,12 @@
 #include <numeric>
 
 #include "server/placement/initial_poses.h"
+#include "server/placement/limits.h"
+#include "server/pose_graph/limits.h"
 #include "server/pose_graph/optimize_around.h"
 
 namespace isthmus::placement {
 namespace {
-
-// Submaps beside what is optimised that want to move by less stay. A fifth of the default: chains
-// of submaps are soft, and what each of them keeps of a bend adds up.
-constexpr double kRestM = 1e-4, kRestRad = 1e-5;
-// Costs below it are rounding.
-constexpr double kNothing = 1e-9;
 
 bool Counts(double weight) { return weight >= 0.5; }
 
@@ -37,8 +33,8 @@ Solved Solve(const PlacerOptions& options, const Change& change, int partial_bef
   pose_graph::Problem& problem = graph->problem;
   const bool all = change.anew || change.joined || change.new_anchor;
   // What fits without any error leaves everything where it is best.
-  if (all ? CostOfAll(problem) <= kNothing
-          : !change.loosened && CostOfNew(problem, change.edges) <= kNothing) {
+  if (all ? CostOfAll(problem) <= kNothingCost
+          : !change.loosened && CostOfNew(problem, change.edges) <= kNothingCost) {
     return solved;
   }
   solved.whole = all || problem.poses.size() <= options.whole_up_to ||
@@ -48,7 +44,7 @@ Solved Solve(const PlacerOptions& options, const Change& change, int partial_bef
   pose_graph::RegionOptions region;
   region.solver.max_seconds = options.max_seconds;
   region.position_tolerance_m = kRestM;
-  region.rotation_tolerance_rad = kRestRad;
+  region.rotation_tolerance_rad = kRestM / pose_graph::kLeverM;
   pose_graph::Options whole = region.solver;
   whole.go_on = !change.anew && !change.unknown;
   const auto result =

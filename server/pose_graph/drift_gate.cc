@@ -4,15 +4,13 @@
 #include <cstddef>
 
 #include "core/geometry/se3.h"
+#include "server/pose_graph/limits.h"
 
 namespace isthmus::pose_graph {
 namespace {
 
-// Where an edge says nothing it is this uncertain: a kilometre, a thousand radians.
-constexpr double kLeastInformation = 1e-6;
-
 Matrix6d Covariance(const Edge& edge) {
-  const Matrix6d information = edge.information + kLeastInformation * Matrix6d::Identity();
+  const Matrix6d information = edge.information + kLeastEdgeInformation * Matrix6d::Identity();
   return information.ldlt().solve(Matrix6d::Identity());
 }
 

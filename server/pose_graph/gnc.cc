@@ -6,21 +6,10 @@
 #include <cstddef>
 
 #include "server/pose_graph/drift_gate.h"
+#include "server/pose_graph/limits.h"
 
 namespace isthmus::pose_graph {
 namespace {
-
-constexpr double kGrowth = 2;  // Of mu per step.
-constexpr int kMaxSteps = 60;  // 2^60: whatever chi2 it begins with.
-constexpr int kInnerIterations = 8;
-// Relative change of the cost at which a solution is good enough; rough where the weights change
-// anyway.
-constexpr double kFine = 1e-11, kRough = 1e-2;
-constexpr int kTrialIterations = 15;
-constexpr double kGateMargin = 1.5;
-constexpr double kLowerQuartile = 3.45;  // Of chi-square with 6 degrees of freedom.
-constexpr double kLeastMu = 1e-5;        // Errors of 1e5 times the limit count at first.
-constexpr int kMaxReviews = 5;
 
 class Gnc {
  public:
@@ -57,7 +46,7 @@ class Gnc {
   GncOutcome outcome;
 
  private:
-  absl::Status Solve(int max_iterations, double tolerance = kFine) {
+  absl::Status Solve(int max_iterations, double tolerance = kFineCostChange) {
     double seconds = 0;
     if (options_.max_seconds > 0) {
       const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start_;
@@ -142,7 +131,8 @@ class Gnc {
     }
     Measure();
     const double given_strain = Strain();
-    absl::Status status = Solve(std::min(kTrialIterations, options_.max_iterations), kRough);
+    absl::Status status =
+        Solve(std::min(kTrialIterations, options_.max_iterations), kRoughCostChange);
     if (!status.ok()) return status;
     Measure();
     if (*std::max_element(chi2_.begin(), chi2_.end()) <= options_.doubt_chi2) {
@@ -166,6 +156,7 @@ class Gnc {
     for (const size_t i : edges_) sorted.push_back(with_drift[i]);
     const auto quartile = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 4);
     std::nth_element(sorted.begin(), quartile, sorted.end());
+    constexpr double kLowerQuartile = 3.45;  // Of chi-square with 6 degrees of freedom.
     return kGateMargin * options_.doubt_chi2 * std::max(1.0, *quartile / kLowerQuartile);
   }
 
@@ -186,11 +177,12 @@ class Gnc {
       if (Weight(k) > 0) largest = std::max(largest, chi2_[k]);
     }
     double mu = std::max(kLeastMu, limit / (2 * largest - limit));
-    for (int step = 0; step < kMaxSteps; ++step, mu *= kGrowth) {
+    // Steps enough for any chi2: mu grows 2^60-fold.
+    for (int step = 0; step < 60; ++step, mu *= kMuGrowth) {
       bool decided = false, changed = false;
       SetWeights([&](double chi2) { return GncWeight(chi2, limit, mu); }, &decided, &changed);
       if (decided) break;
-      absl::Status status = Solve(kInnerIterations, kRough);
+      absl::Status status = Solve(kInnerIterations, kRoughCostChange);
       if (!status.ok()) return status;
       Measure();
     }

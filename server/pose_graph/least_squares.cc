@@ -6,12 +6,10 @@
 #include "absl/strings/str_cat.h"
 #include "server/pose_graph/ceres_terms.h"
 #include "server/pose_graph/information.h"
+#include "server/pose_graph/limits.h"
 
 namespace isthmus::pose_graph {
 namespace {
-
-// A kilometre and a thousand radians: holds a freedom, bends nothing.
-constexpr double kSteadyingRoot = 1e-3;
 
 ceres::Problem::Options Owning() {
   ceres::Problem::Options options;

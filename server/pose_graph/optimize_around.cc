@@ -12,8 +12,6 @@
 namespace isthmus::pose_graph {
 namespace {
 
-constexpr int kNone = -1;
-
 // An edge or anchor that was discarded before.
 template <typename Tie>
 bool LeftOut(const Tie& tie) {
@@ -76,6 +74,8 @@ class Region {
   }
 
  private:
+  static constexpr int kNoNode = -1;
+
   static size_t Index(int i) { return static_cast<size_t>(i); }
   static int Other(const Edge& edge, int node) { return edge.a == node ? edge.b : edge.a; }
 
@@ -116,18 +116,18 @@ class Region {
   // The nodes on the shortest way from one end of an edge to the other without it; the ends alone
   // when there is none.
   std::vector<int> Way(const Edge& edge, size_t index) const {
-    std::vector<int> from(poses_.size(), kNone), open = {edge.a};
+    std::vector<int> from(poses_.size(), kNoNode), open = {edge.a};
     from[Index(edge.a)] = edge.a;
-    for (size_t next = 0; next < open.size() && from[Index(edge.b)] == kNone; ++next) {
+    for (size_t next = 0; next < open.size() && from[Index(edge.b)] == kNoNode; ++next) {
       for (const size_t i : touching_[Index(open[next])]) {
         const int node = Other(problem_.edges[i], open[next]);
-        if (i == index || from[Index(node)] != kNone) continue;
+        if (i == index || from[Index(node)] != kNoNode) continue;
         from[Index(node)] = open[next];
         open.push_back(node);
       }
     }
     std::vector<int> way = {edge.a, edge.b};
-    if (from[Index(edge.b)] == kNone) return way;
+    if (from[Index(edge.b)] == kNoNode) return way;
     for (int node = from[Index(edge.b)]; node != edge.a; node = from[Index(node)]) {
       way.push_back(node);
     }
@@ -154,7 +154,7 @@ class Region {
   // The region's edges, with its nodes and the held ones beside it, as a problem of its own. Nodes
   // keep their order, so that its gauge is the same.
   absl::Status Solve() {
-    std::vector<int> number(poses_.size(), kNone);
+    std::vector<int> number(poses_.size(), kNoNode);
     std::vector<size_t> nodes, edges, anchors;
     const auto is_free = [&](int node) { return free_[Index(node)] && !held_[Index(node)]; };
     for (size_t i = 0; i < problem_.edges.size(); ++i) {
@@ -167,7 +167,7 @@ class Region {
     }
     Problem part;
     for (size_t i = 0; i < poses_.size(); ++i) {
-      if (number[i] == kNone) continue;
+      if (number[i] == kNoNode) continue;
       number[i] = static_cast<int>(nodes.size());
       nodes.push_back(i);
       part.poses.push_back(poses_[i]);
@@ -180,7 +180,7 @@ class Region {
     }
     for (size_t i = 0; i < problem_.anchors.size(); ++i) {
       const int node = number[Index(problem_.anchors[i].node)];
-      if (node == kNone || !is_free(problem_.anchors[i].node) || LeftOut(problem_.anchors[i])) {
+      if (node == kNoNode || !is_free(problem_.anchors[i].node) || LeftOut(problem_.anchors[i])) {
         continue;
       }
       anchors.push_back(i);

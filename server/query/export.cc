@@ -5,13 +5,10 @@
 #include <vector>
 
 #include "core/formats/map_writer.h"
+#include "server/query/limits.h"
 
 namespace isthmus::query {
 namespace {
-
-// 200 kB of binary records, about 500 kB of text.
-constexpr size_t kPointsPerPiece = 10000;
-constexpr size_t kBytesPerPiece = size_t{1} << 19;
 
 absl::Status Stopped() { return absl::CancelledError("The reader stopped the export"); }
 

@@ -8,13 +8,9 @@
 #include <set>
 #include <utility>
 
+#include "server/threads/limits.h"
+
 namespace isthmus::server {
-namespace {
-
-constexpr double kComposeAgainS = 3;  // After a failure.
-constexpr double kLastMapMs = 1000;   // What compositions may still take when told to stop.
-
-}  // namespace
 
 CompositionThread::CompositionThread(MapWriter* map, Activity* activity, SubmapReader reader,
                                      const composition::ComposerOptions& options, double interval_s,

@@ -5,16 +5,11 @@
 #include <iterator>
 #include <utility>
 
+#include "server/threads/limits.h"
 #include "server/threads/matching_thread.h"
 
 namespace isthmus::server {
 namespace {
-
-// Maps that are kept ready at most: the robots of a team.
-constexpr size_t kMaxPrepared = 8;
-// With more sessions than that, pairs are tried again only when one of them has grown by this
-// share: a robot among the maps of a month is not matched with all of them at every submap.
-constexpr double kSeldom = 0.25;
 
 // Whether a newer result takes the place of an accepted one. An accepted match is only given up for
 // a better estimate or for a contradiction, not for a moment of doubt.
@@ -31,9 +26,9 @@ uint32_t MatchingThread::FreshSubmaps(const MapView& view, const SessionView& a,
   const uint32_t fresh_b = b.next_index() - std::min(b.next_index(), tried.next_b);
   const uint32_t fresh = fresh_a + fresh_b;
   if (tried.next_a + tried.next_b == 0 || (IsFinished(a) && IsFinished(b))) return fresh;
-  if (view.sessions.size() > kMaxPrepared) {
-    const bool grown_a = fresh_a > 0 && fresh_a >= kSeldom * tried.next_a;
-    const bool grown_b = fresh_b > 0 && fresh_b >= kSeldom * tried.next_b;
+  if (view.sessions.size() > kMaxPreparedMaps) {
+    const bool grown_a = fresh_a > 0 && fresh_a >= kSeldomGrowth * tried.next_a;
+    const bool grown_b = fresh_b > 0 && fresh_b >= kSeldomGrowth * tried.next_b;
     if (!grown_a && !grown_b) return 0;
   }
   return fresh >= static_cast<uint32_t>(std::max(options_.rematch_submaps, 1)) ? fresh : 0;
@@ -111,7 +106,7 @@ MatchingThread::Prepared MatchingThread::Prepare(const SessionMap& map) {
                             : std::make_shared<const matching::PreparedMap>(map, source_);
   prepared_.Put(map.session, made, made->bytes());
   while (prepared_.size() > 2 &&
-         (prepared_.size() > kMaxPrepared || prepared_.weight() > options_.prepared_bytes)) {
+         (prepared_.size() > kMaxPreparedMaps || prepared_.weight() > options_.prepared_bytes)) {
     prepared_.DropOldest();
   }
   return made;

@@ -6,6 +6,7 @@
 #include <exception>
 
 #include "core/stopwatch.h"
+#include "server/threads/limits.h"
 
 namespace isthmus::server {
 namespace {
@@ -76,7 +77,7 @@ std::shared_ptr<const matching::PreparedSubmap> MatchingThread::GetPrepared(
 bool MatchingThread::Guard(const std::string& task, const std::function<void()>& work) {
   std::string problem;
   if (journal_.IsPoisonous(task)) {
-    problem = absl::StrCat("the server ended while it was at that, ", WorkJournal::kMaxCrashes,
+    problem = absl::StrCat("the server ended while it was at that, ", kMaxCrashes,
                            " times; please report it. To try again stop the server, remove ",
                            options_.work_journal, " and start it");
   } else {

@@ -5,14 +5,9 @@
 
 #include "core/codec/zstd_frame.h"
 #include "server/matching/prepared/prepared_submap_codec.h"
+#include "server/threads/limits.h"
 
 namespace isthmus::server {
-namespace {
-
-// PreparedSubmap::kMaxViews of 33 kB, and more points than a submap has.
-constexpr uint64_t kMaxBytes = uint64_t{1} << 28;
-
-}  // namespace
 
 std::shared_ptr<const matching::PreparedSubmap> PreparedStore::Get(
     const std::shared_ptr<const Submap>& outline) const {
@@ -29,7 +24,7 @@ std::shared_ptr<const matching::PreparedSubmap> PreparedStore::Find(
   const absl::StatusOr<std::string> kept =
       store_->GetFeatures(outline->id, matching::kPreparedSubmapKind);
   if (!kept.ok()) return nullptr;
-  const absl::StatusOr<std::string> bytes = codec::UnpackZstd(*kept, kMaxBytes);
+  const absl::StatusOr<std::string> bytes = codec::UnpackZstd(*kept, kMaxPreparedBytes);
   if (!bytes.ok()) return nullptr;
   return matching::DecodePreparedSubmap(outline, *bytes);
 }

@@ -7,13 +7,10 @@
 #include <utility>
 
 #include "core/mutex.h"
+#include "server/threads/limits.h"
 
 namespace isthmus::server {
 namespace {
-
-// What is dropped makes room for no other round to drop more: two suffice, and a store that cannot
-// delete is not asked for ever.
-constexpr int kMaxRounds = 3;
 
 std::string TextOf(const ingest::RetentionAction& action) {
   const bool scans = action.kind == ingest::RetentionAction::Kind::kDropScans;
@@ -72,7 +69,7 @@ void RetentionThread::Run() {
   while (true) {
     {
       MutexLock lock(&mutex_);
-      const absl::Time due = absl::Now() + kInterval;
+      const absl::Time due = absl::Now() + kRetentionInterval;
       bool is_told = stop_ || looked_at_ < changes_;
       while (!is_told && !changed_.WaitWithDeadline(&mutex_, due)) {
         is_told = stop_ || looked_at_ < changes_;
@@ -94,7 +91,7 @@ void RetentionThread::Round() {
     changes = changes_;
   }
   ingest::RetentionPlan plan;
-  for (int round = 0; round < kMaxRounds; ++round) {
+  for (int round = 0; round < kMaxRetentionRounds; ++round) {
     const std::vector<ingest::StoredSession> sessions = Count();
     plan = ingest::PlanRetention(sessions, options_, clock_->NowNs());
     if (!Do(plan)) break;

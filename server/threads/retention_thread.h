@@ -34,9 +34,6 @@ class RetentionThread {
     std::function<void(const std::string&)> on_problem;  // May be null.
   };
 
-  // Limits are looked at when something changes and this often, for the ages.
-  static constexpr absl::Duration kInterval = absl::Minutes(1);
-
   RetentionThread(const RetentionOptions& options, const Clock* clock, Hooks hooks);
   ~RetentionThread();  // Stop(), and waits.
 

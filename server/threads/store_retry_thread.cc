@@ -1,13 +1,9 @@
 #include "server/threads/store_retry_thread.h"
 
 #include "core/mutex.h"
+#include "server/threads/limits.h"
 
 namespace isthmus::server {
-namespace {
-
-constexpr double kRetryS = 1;
-
-}  // namespace
 
 StoreRetryThread::StoreRetryThread(StoreHealth* health, ingest::SessionWorkers* workers,
                                    const MapWriter* map, storage::MapStore* store,
@@ -25,7 +21,7 @@ void StoreRetryThread::Run() {
   while (health_->WaitForProblem()) {
     // Others' writes may succeed before what waits here was offered again.
     do {
-      if (!health_->Pause(kRetryS)) return;
+      if (!health_->Pause(kRetryStoreS)) return;
     } while (!RetryStoring());
   }
 }

@@ -12,6 +12,7 @@
 
 #include "core/io/file_io.h"
 #include "core/mutex.h"
+#include "server/threads/limits.h"
 
 namespace isthmus::server {
 namespace {

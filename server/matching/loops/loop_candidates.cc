@@ -4,21 +4,14 @@
 #include <cmath>
 #include <utility>
 
+#include "server/matching/loops/limits.h"
+
 namespace isthmus::matching {
 namespace {
 
-// Submaps whose middles are farther apart than this share of their radii have too little in common.
-constexpr double kMaxLoopApart = 0.35;
-// A robot that is still this near on its way straight on has not come back.
-constexpr double kWayPerApart = 3;
-// They may be nearer than it seems by this share of how far odometry may be off.
-constexpr double kReachShare = 0.5;
-// Nothing is gained by telling apart nearness more finely.
-constexpr double kStepM = 3;
-
 // Equally near ones: newest, oldest, second newest, ...
 void SortByNearness(std::vector<LoopCandidate>* candidates) {
-  const auto step = [](const LoopCandidate& c) { return std::floor(c.apart_m / kStepM); };
+  const auto step = [](const LoopCandidate& c) { return std::floor(c.apart_m / kNearnessStepM); };
   std::stable_sort(candidates->begin(), candidates->end(), [&](const auto& x, const auto& y) {
     return step(x) != step(y) ? step(x) < step(y) : x.position > y.position;
   });
@@ -51,7 +44,7 @@ std::vector<LoopCandidate> FindLoopCandidates(const LoopScene& scene, const Loop
     candidate.reach_m = options.drift_sigmas * known.PositionSigma(middle);
     const double nearest = std::max(0.0, candidate.apart_m - kReachShare * candidate.reach_m);
     const double other = submaps.Radius(scene.submaps[i]->id.index, radius);
-    if (nearest > kMaxLoopApart * (radius + other) || way < kWayPerApart * nearest) continue;
+    if (nearest > kMaxLoopApart * (radius + other) || way < kPathPerApart * nearest) continue;
     candidate.reach_rad = options.drift_sigmas * known.RotationSigma();
     candidates.push_back(candidate);
   }

@@ -10,14 +10,12 @@
 #include <utility>
 
 #include "core/geometry/se3.h"
+#include "server/matching/loops/limits.h"
+#include "server/matching/registration/limits.h"
+#include "server/pose_graph/limits.h"
 
 namespace isthmus::matching {
 namespace {
-
-constexpr double kLeverM = 10;
-// An alignment is never better than this, and where it says nothing it is this uncertain.
-constexpr double kAlignedM = 0.02, kAlignedRad = 0.002;
-constexpr double kLeastInformation = 1e-4;
 
 Matrix6d Diagonal(double position, double rotation) {
   Vector6d diagonal;
@@ -48,7 +46,7 @@ struct Step {
   double Variance() const {
     const Matrix6d there = At(T_from_to.translation(), covariance);
     return there.topLeftCorner<3, 3>().trace() +
-           kLeverM * kLeverM * there.bottomRightCorner<3, 3>().trace();
+           pose_graph::kLeverM * pose_graph::kLeverM * there.bottomRightCorner<3, 3>().trace();
   }
 };
 
@@ -72,8 +70,8 @@ Steps CollectSteps(const std::vector<std::shared_ptr<const Submap>>& submaps,
   for (const LoopEdge& edge : edges) {
     if (edge.a > newest || edge.b > newest) continue;
     add(edge.a, {edge.b, edge.T_a_b,
-                 Invert(edge.information + kLeastInformation * Matrix6d::Identity()) +
-                     Diagonal(kAlignedM, kAlignedRad)});
+                 Invert(edge.information + kLeastLoopInformation * Matrix6d::Identity()) +
+                     Diagonal(kMinSigmaM, kMinSigmaM / pose_graph::kLeverM)});
   }
   return steps;
 }

@@ -6,26 +6,16 @@
 #include <utility>
 
 #include "core/geometry/near.h"
+#include "server/matching/loops/limits.h"
 #include "server/matching/loops/loop_search.h"
 #include "server/matching/loops/loop_tracking.h"
+#include "server/pose_graph/limits.h"
 
 namespace isthmus::matching {
 namespace {
 
-// Of the older submaps that the newest may lie on, so many are looked at; of the passes they are
-// of, so many are searched.
-constexpr size_t kMaxCandidates = 48, kMaxSearches = 2;
-// An edge that the placement contradicts by more was found wrong there, or is not in it yet.
-constexpr double kPlacedM = 0.6, kPlacedRad = 0.06;
-// What a person rejected is not offered again if it is this much like it, along the way before and
-// after, so many times the least way.
-constexpr double kSaidM = 2, kSaidRad = 0.15, kSaidWays = 2;
-// A place that was searched in vain is left alone until the robot has gone so much farther, in
-// shares of the least way.
-constexpr double kPatienceShare = 0.8;
-
 bool IsLike(const Pose& T_a_b, const Pose& other_T_a_b) {
-  return AreNear(T_a_b, other_T_a_b, kPlacedM, kPlacedRad);
+  return AreNear(T_a_b, other_T_a_b, kPlacedM, kPlacedM / pose_graph::kLeverM);
 }
 
 // Position of the submap of that index, or nothing.
@@ -95,7 +85,7 @@ bool IsRejected(const LoopClosure& closure, const LoopScene& scene, const LoopQu
                       std::abs(scene.ways[*b] - scene.ways[*j]) < way_m;
     const Pose T_a_b =
         T_odom(*a).Inverse() * T_odom(*i) * edge.T_a_b * T_odom(*j).Inverse() * T_odom(*b);
-    return near && AreNear(T_a_b, closure.T_a_b, kSaidM, kSaidRad);
+    return near && AreNear(T_a_b, closure.T_a_b, kRejectedM, kRejectedRad);
   };
   return std::any_of(query.known.begin(), query.known.end(), [&](const LoopClosure& known) {
     return known.rejected && std::any_of(known.edges.begin(), known.edges.end(), says_so);
@@ -122,7 +112,7 @@ struct LoopFinder::State {
 
   std::optional<LoopClosure> FindFor(const LoopScene& scene) {
     submaps.Prepared(scene.newest());
-    const auto candidates = FindLoopCandidates(scene, options, submaps, kMaxCandidates);
+    const auto candidates = FindLoopCandidates(scene, options, submaps, kMaxLoopCandidates);
     if (candidates.empty()) return std::nullopt;
     if (auto followed = FollowLoop(scene, candidates, options, &submaps)) return followed;
     size_t searches = 0;
@@ -161,7 +151,7 @@ std::vector<LoopClosure> LoopFinder::Find(const LoopQuery& query) {
     if (IsClosed(scene)) continue;
     auto closure = state_->FindFor(scene);
     if (!closure) continue;
-    const double way_m = kSaidWays * state_->options.min_way_m;
+    const double way_m = kRejectedWays * state_->options.min_way_m;
     if (!IsRejected(*closure, scene, query, way_m)) found.push_back(std::move(*closure));
   }
   return found;

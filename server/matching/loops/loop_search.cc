@@ -4,31 +4,17 @@
 #include <cmath>
 #include <utility>
 
+#include "server/matching/loops/limits.h"
 #include "server/matching/loops/loop_confidence.h"
 #include "server/matching/pairs/candidate_search.h"
 #include "server/matching/pairs/decision.h"
+#include "server/matching/pairs/limits.h"
 #include "server/matching/pairs/submap_alignment.h"
+#include "server/matching/search/limits.h"
+#include "server/pose_graph/limits.h"
 
 namespace isthmus::matching {
 namespace {
-
-// Windows are of so many submaps at most: the newest, and on either side of the place.
-constexpr size_t kNewest = 3, kBeside = 2;
-// Between the two windows lies at least this share of the least way.
-constexpr double kGapShare = 0.5;
-// What an alignment captures; beyond it, what looks alike and the bird's-eye search are asked.
-constexpr double kCaptureM = 2.5, kCaptureOutdoorsM = 5, kCaptureRad = 0.25;
-constexpr double kMinWindowGateM = 1;
-// Where odometry leaves so many times that open, another place may be like the right one: all that
-// are possible have to be compared.
-constexpr double kRivalShare = 2;
-constexpr size_t kPlacesPerWindow = 3;
-// Errors of guesses and of verified alignments, beside what is known before them.
-constexpr double kGuessM = 2.0, kGuessRad = 0.1;
-constexpr double kWindowSlackM = 0.15, kWindowSlackRad = 0.01;
-constexpr size_t kMaxJointLoops = 3;
-constexpr double kLoopLeniency = 10;
-constexpr double kMinLoopSupport = 0.1;
 
 using Submaps = std::vector<std::shared_ptr<const Submap>>;
 
@@ -40,21 +26,21 @@ struct Windows {
 std::optional<Windows> ChooseWindows(const LoopScene& scene, size_t place,
                                      const LoopOptions& options) {
   const std::vector<double>& ways = scene.ways;
-  const double gap = kGapShare * options.min_way_m;
+  const double gap = kWindowGapShare * options.min_way_m;
   const auto near = [&](size_t i, size_t j) {
     return std::abs(ways[i] - ways[j]) < 1.5 * options.min_way_m;
   };
   const size_t last = scene.submaps.size() - 1;
   Windows windows{place, place, last};
-  while (windows.first_new > 0 && last - windows.first_new + 1 < kNewest &&
+  while (windows.first_new > 0 && last - windows.first_new + 1 < kNewestSubmaps &&
          near(windows.first_new - 1, last) && ways[windows.first_new - 1] - ways[place] > gap) {
     --windows.first_new;
   }
-  while (windows.first_old > 0 && place - windows.first_old < kBeside &&
+  while (windows.first_old > 0 && place - windows.first_old < kBesideSubmaps &&
          near(windows.first_old - 1, place)) {
     --windows.first_old;
   }
-  while (windows.last_old - place < kBeside && near(windows.last_old + 1, place) &&
+  while (windows.last_old - place < kBesideSubmaps && near(windows.last_old + 1, place) &&
          ways[windows.first_new] - ways[windows.last_old + 1] > gap) {
     ++windows.last_old;
   }
@@ -74,8 +60,9 @@ class Search {
         old_(submaps->Window(Cut(windows.first_old, windows.last_old + 1))),
         fresh_(submaps->Window(Cut(windows.first_new, scene.submaps.size()))),
         outdoors_(IsOutdoors(old_) && IsOutdoors(fresh_)),
-        far_(candidate.reach_m > Capture() || candidate.reach_rad > kCaptureRad),
-        may_have_rivals_(candidate.reach_m > kRivalShare * Capture()) {}
+        far_(candidate.reach_m > Capture() ||
+             candidate.reach_rad > kCaptureM / pose_graph::kLeverM),
+        may_have_rivals_(candidate.reach_m > kRivalReach * Capture()) {}
 
   std::optional<LoopClosure> Run(bool thorough) {
     if (fresh_.submaps().back()->surface().empty()) return std::nullopt;
@@ -86,8 +73,9 @@ class Search {
     if (!far_ || !thorough) return std::nullopt;
     CandidateSearch search(old_, fresh_);
     std::vector<StageTime> stages;
-    search.ByBirdsEye(&found, &stages,
-                      [this](const Pose& T_a_b) { return IsPossible(T_a_b, kGuessM, kGuessRad); });
+    search.ByBirdsEye(&found, &stages, [this](const Pose& T_a_b) {
+      return IsPossible(T_a_b, kGuessErrorM, kGuessErrorRad);
+    });
     return Take(std::move(found));
   }
 
@@ -117,7 +105,7 @@ class Search {
   // Each by an alignment of the newest submap that settles, which is much cheaper than one of the
   // whole windows.
   std::vector<Hypothesis> Align(const std::vector<Candidate>& guesses) const {
-    const double gate = std::clamp(candidate_.reach_m, kMinWindowGateM, Capture());
+    const double gate = std::clamp(candidate_.reach_m, kKnownGateM, Capture());
     std::vector<Hypothesis> aligned;
     for (const Candidate& guess : guesses) {
       const PreparedSubmap& b = *fresh_.submaps().back();
@@ -155,18 +143,19 @@ class Search {
   }
 
   std::optional<LoopClosure> Take(std::vector<Hypothesis> found) const {
-    std::erase_if(found,
-                  [&](const Hypothesis& h) { return !IsPossible(h.T_a_b, kGuessM, kGuessRad); });
+    std::erase_if(found, [&](const Hypothesis& h) {
+      return !IsPossible(h.T_a_b, kGuessErrorM, kGuessErrorRad);
+    });
     Match match;
     Decide(Judge(std::move(found)), Limits(), &match);
     if (match.state != MatchState::kAccepted ||
-        !IsPossible(match.T_a_b, kWindowSlackM, kWindowSlackRad)) {
+        !IsPossible(match.T_a_b, kWindowErrorM, kWindowErrorRad)) {
       return std::nullopt;
     }
     return Close(match);
   }
 
-  double Capture() const { return outdoors_ ? kCaptureOutdoorsM : kCaptureM; }
+  double Capture() const { return outdoors_ ? 2 * kCaptureM : kCaptureM; }
 
   std::vector<Candidate> Guesses() {
     std::vector<Candidate> guesses = {{ToOdom(candidate_.T_new_old), 0, "odometry"}};
@@ -182,11 +171,12 @@ class Search {
         (i <= windows_.last_old ? old : fresh).push_back(std::move(place));
       }
     }
-    for (Candidate& place : SearchPlaces(old, fresh, kPlacesPerWindow)) {
+    for (Candidate& place : SearchPlaces(old, fresh, kWindowPlaceGuesses)) {
       guesses.push_back(std::move(place));
     }
-    std::erase_if(guesses,
-                  [&](const Candidate& c) { return !IsPossible(c.T_a_b, kGuessM, kGuessRad); });
+    std::erase_if(guesses, [&](const Candidate& c) {
+      return !IsPossible(c.T_a_b, kGuessErrorM, kGuessErrorRad);
+    });
     return guesses;
   }
 
@@ -214,7 +204,7 @@ class Search {
     std::vector<Hypothesis> judged;
     for (const Hypothesis& rigid : found) {
       if (judged.size() == kMaxJointLoops) break;
-      if (!judged.empty() && rigid.Support() < kMinLoopSupport * found.front().Support()) break;
+      if (!judged.empty() && rigid.Support() < kMinRivalShare * found.front().Support()) break;
       Hypothesis& h = judged.emplace_back(rigid);
       h.max_free_space = limit;
       h.shared_center = place().T_odom_submap * MiddleOf(place());

@@ -4,12 +4,11 @@
 #include <iterator>
 #include <utility>
 
+#include "server/matching/loops/limits.h"
+#include "server/matching/registration/limits.h"
+
 namespace isthmus::matching {
 namespace {
-
-constexpr size_t kMinCapacity = 16;
-// Submaps whose surfaces are coarser look like outdoors.
-constexpr double kMaxIndoorVoxelM = 0.4;
 
 double WayWithin(const Submap& submap) {
   double way = 0;
@@ -32,7 +31,7 @@ double WayBetween(const Submap& from, const Submap& to) {
 LoopSubmaps::LoopSubmaps(SubmapSource source, size_t capacity, SubmapReader points)
     : source_(std::move(source)),
       points_(std::move(points)),
-      capacity_(std::max(capacity, kMinCapacity)) {}
+      capacity_(std::max(capacity, kMinPreparedSubmaps)) {}
 
 SessionMap LoopSubmaps::MapOf(const std::vector<std::shared_ptr<const Submap>>& submaps) const {
   return {submaps.front()->id.session, submaps, points_};
@@ -87,7 +86,7 @@ void LoopSubmaps::Keep(const std::vector<std::shared_ptr<const Submap>>& submaps
 
 bool IsOutdoors(const PreparedMap& map) {
   return std::all_of(map.submaps().begin(), map.submaps().end(),
-                     [](const auto& submap) { return submap->voxel_m() > kMaxIndoorVoxelM; });
+                     [](const auto& submap) { return submap->voxel_m() >= kOutdoorVoxelM; });
 }
 
 Eigen::Vector3d MiddleOf(const Submap& submap) {

@@ -3,27 +3,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "server/matching/loops/limits.h"
 #include "server/matching/loops/loop_confidence.h"
+#include "server/matching/pairs/limits.h"
 #include "server/matching/pairs/submap_alignment.h"
+#include "server/matching/registration/limits.h"
+#include "server/pose_graph/limits.h"
 
 namespace isthmus::matching {
 namespace {
-
-// What an alignment of two submaps captures.
-constexpr double kWellM = 2.0, kWellRad = 0.2;
-// Known worse than this, one alignment is believed only if another agrees with it.
-constexpr double kAloneM = 1.2;
-constexpr double kAgreeM = 0.5, kAgreeRad = 0.05;
-constexpr double kMinGateM = 0.5;
-constexpr double kAgreementReachM = 0.3;
-// An alignment's own error, beside what is known before it.
-constexpr double kSlackM = 0.1, kSlackRad = 0.01;
-// Single submaps have fewer comparisons than windows of several.
-constexpr int64_t kComparisonShare = 2;
-// One pass gives two edges, so that there are some left for other times.
-constexpr int kEdgesPerPass = 2;
-// Behind so many candidates those with fewer edges than this come first.
-constexpr int kFirst = 1, kHeld = 2;
 
 struct Laid {
   SubmapEdge edge;
@@ -37,16 +25,16 @@ std::optional<Laid> LayOn(const LoopScene& scene, const LoopCandidate& candidate
   const std::shared_ptr<const PreparedMap> old =
       submaps->Prepared(scene.submaps[candidate.position]);
   const PreparedSubmap &a = *old->submaps().front(), &b = *fresh.submaps().front();
-  const auto aligned = AlignSubmaps(a, b, candidate.T_new_old.Inverse(),
-                                    std::clamp(candidate.reach_m, kMinGateM, kWellM));
+  const auto aligned =
+      AlignSubmaps(a, b, candidate.T_new_old.Inverse(), std::min(candidate.reach_m, kSubmapGateM));
   if (!aligned) return std::nullopt;
   const Pose& T_a_b = aligned->T_a_b;
-  const double chi2 =
-      scene.known[candidate.position].Chi2(T_a_b.Inverse(), b.center(), kSlackM, kSlackRad);
+  const double chi2 = scene.known[candidate.position].Chi2(
+      T_a_b.Inverse(), b.center(), kAlignmentErrorM, kAlignmentErrorM / pose_graph::kLeverM);
   if (chi2 > options.drift_sigmas * options.drift_sigmas) return std::nullopt;
   Laid laid;
   laid.edge = {a.submap().id.index, b.submap().id.index, T_a_b, aligned->information};
-  laid.agreement = MeasureAgreement(b, T_a_b, old->submaps(), {Pose()}, kAgreementReachM);
+  laid.agreement = MeasureAgreement(b, T_a_b, old->submaps(), {Pose()}, kOnSurfaceM);
   const bool outdoors = IsOutdoors(*old) && IsOutdoors(fresh);
   laid.free_space = ScoreFreeSpace(old->free_space(), fresh.free_space(), {{Pose()}, {T_a_b}},
                                    FreeSpaceOptions::For(outdoors));
@@ -65,7 +53,8 @@ bool Agree(const LoopScene& scene, size_t position, const Laid& laid, size_t oth
   const auto T_new = [&](size_t i) { return scene.known[i].T_new_old; };
   const Pose T_old_old = T_new(position).Inverse() * T_new(other_position);
   const Pose apart = laid.edge.T_a_b.Inverse() * T_old_old * other.edge.T_a_b;
-  return apart.translation().norm() < kAgreeM && RotationAngle(apart) < kAgreeRad;
+  return apart.translation().norm() < kAgreeM &&
+         RotationAngle(apart) < kAgreeM / pose_graph::kLeverM;
 }
 
 // Those that hang on the rest by an edge or none of late come right after the first: with the
@@ -78,10 +67,10 @@ std::vector<LoopCandidate> LonelyFirst(const LoopScene& scene,
     ++held[edge.b];
   }
   std::vector<LoopCandidate> sorted = candidates;
-  if (sorted.size() > kFirst) {
-    std::stable_partition(
-        sorted.begin() + kFirst, sorted.end(),
-        [&](const LoopCandidate& candidate) { return held[candidate.position] < kHeld; });
+  if (!sorted.empty()) {
+    std::stable_partition(sorted.begin() + 1, sorted.end(), [&](const LoopCandidate& candidate) {
+      return held[candidate.position] < kEdgesPerPass;
+    });
   }
   return sorted;
 }
@@ -112,7 +101,8 @@ LoopClosure Close(const std::vector<Laid>& laid, const LoopScene& scene) {
 }  // namespace
 
 bool IsKnownWell(const LoopCandidate& candidate) {
-  return candidate.reach_m < kWellM && candidate.reach_rad < kWellRad;
+  return candidate.reach_m < kSubmapGateM &&
+         candidate.reach_rad < kSubmapGateM / pose_graph::kLeverM;
 }
 
 std::optional<LoopClosure> FollowLoop(const LoopScene& scene,

@@ -5,29 +5,15 @@
 #include <tuple>
 #include <utility>
 
+#include "server/matching/loops/limits.h"
 #include "server/matching/prepared/looks.h"
 
 namespace isthmus::matching {
 namespace {
 
-// Points of a submap that are asked.
-constexpr size_t kPoints = 300;
-// A new submap looks at so many of the older ones at most, the nearest.
-constexpr size_t kMaxOlder = 96;
-// So many new submaps are taken in per call.
-constexpr size_t kMaxNew = 6;
-// They look at each other when their surfaces' spheres come so near, in shares of their radii.
-constexpr double kMaxApart = 0.8;
-// A map is made anew for no fewer, and of no more that overlap each other.
-constexpr size_t kMinBatch = 4, kMaxOfAPlace = 4;
-constexpr double kMinBatchShare = 0.05;
-constexpr double kPlaceShare = 0.3;  // Of their radii, apart: one place.
-// Looked at so seldom, a contradiction says nothing.
-constexpr int kMinSeen = 10;
-
 std::vector<Eigen::Vector3f> Sample(const PreparedSubmap& submap) {
   std::vector<Eigen::Vector3f> points;
-  const size_t stride = submap.surface().size() / kPoints + 1;
+  const size_t stride = submap.surface().size() / kRevisitPoints + 1;
   for (size_t i = 0; i < submap.surface().size(); i += stride) {
     points.push_back(submap.surface()[i].position);
   }
@@ -69,7 +55,7 @@ struct RevisitCounter::State {
       return Order(x->submap->last_stamp_ns, x->submap->id) <
              Order(y->submap->last_stamp_ns, y->submap->id);
     });
-    if (fresh.size() > kMaxNew) fresh.resize(kMaxNew);
+    if (fresh.size() > kMaxNewPerCall) fresh.resize(kMaxNewPerCall);
     return fresh;
   }
 
@@ -101,7 +87,7 @@ struct RevisitCounter::State {
         continue;
       }
       const double apart = (there.T_map_submap * older.center - middle).norm();
-      const double reach = kMaxApart * (older.radius_m + prepared.radius_m());
+      const double reach = kMaxRevisitApart * (older.radius_m + prepared.radius_m());
       if (apart < reach) near.emplace_back(apart, id);
     }
     std::sort(near.begin(), near.end());
@@ -115,7 +101,7 @@ struct RevisitCounter::State {
     const std::vector<Look> looks = LookAt(older->points, later, T_later_older);
     const auto on = std::count(looks.begin(), looks.end(), Look::kOn);
     const auto through = std::count(looks.begin(), looks.end(), Look::kThrough);
-    if (on + through < kMinSeen || through > on) return;
+    if (on + through < kMinSeenPoints || through > on) return;
     for (size_t i = 0; i < looks.size(); ++i) {
       if (looks[i] == Look::kNone || older->looks[i] >= options.min_looks) continue;
       ++older->looks[i];
@@ -159,7 +145,7 @@ struct RevisitCounter::State {
     const auto of_place = std::count_if(going.begin(), going.end(), [&](const SubmapId& other) {
       const Counted& there = counted.at(other);
       const double apart = (placed.at(other)->T_map_submap * there.center - center).norm();
-      return apart < kPlaceShare * (one.radius_m + there.radius_m);
+      return apart < kSamePlaceShare * (one.radius_m + there.radius_m);
     });
     return static_cast<size_t>(of_place) >= kMaxOfAPlace;
   }

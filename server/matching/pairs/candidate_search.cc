@@ -6,6 +6,7 @@
 
 #include "core/paper.h"
 #include "core/stopwatch.h"
+#include "server/matching/pairs/limits.h"
 #include "server/matching/paper/feature_chain.h"
 #include "server/matching/paper/feature_chain_options.h"
 #include "server/matching/prepared/shared_area.h"
@@ -13,19 +14,6 @@
 
 namespace isthmus::matching {
 namespace {
-
-// Maps are levelled: what stands this much askew to gravity after refinement is no merge of them. A
-// building turned upside down fits its mirror image.
-constexpr double kMaxTiltRad = 0.2;
-// Of the chain's candidates, in the odom frames, each within about 10 degrees of level.
-constexpr double kMaxOdomTiltRad = 0.4;
-
-// Candidates of the bird's-eye search with less than this share of the best one's score are no
-// rivals of it: a twin scores half of it and more.
-constexpr double kMinScoreShare = 0.1;
-
-// Of the places that look most alike, so many are tried.
-constexpr size_t kPlacesTried = 4;
 
 Eigen::Vector3d MeanSensor(const PreparedMap& map) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
@@ -54,13 +42,13 @@ void CandidateSearch::ByBirdsEye(std::vector<Hypothesis>* found, std::vector<Sta
       SearchBirdsEye(a_.whole().walls, b_.whole().walls, options, stages);
   if (possible) std::erase_if(candidates, [&](const Candidate& c) { return !possible(c.T_a_b); });
   std::erase_if(candidates, [least = candidates.empty() ? 0 : candidates[0].score](
-                                const Candidate& c) { return c.score < kMinScoreShare * least; });
+                                const Candidate& c) { return c.score < kMinRivalShare * least; });
   Take(candidates, found, stages);
 }
 
 void CandidateSearch::ByPlaces(std::vector<Hypothesis>* found, std::vector<StageTime>* stages) {
   const Stopwatch watch;
-  const std::vector<Candidate> candidates = SearchPlaces(a_.places(), b_.places(), kPlacesTried);
+  const std::vector<Candidate> candidates = SearchPlaces(a_.places(), b_.places(), kPlaceGuesses);
   stages->push_back({"places", watch.Ms()});
   Take(candidates, found, stages);
 }
@@ -70,7 +58,8 @@ void CandidateSearch::ByFeatures(std::vector<Hypothesis>* found, std::vector<Sta
   if constexpr (kHasPaper) {  // Else nobody defines SearchByFeatures.
     FeatureChainOptions chain;
     const bool known = a_.gravity_known() && b_.gravity_known();
-    chain.ransac.max_tilt_rad = known ? kMaxOdomTiltRad : M_PI;
+    // Between the odom frames, each of them askew by as much.
+    chain.ransac.max_tilt_rad = known ? 2 * kMaxTiltRad : M_PI;
     Take(SearchByFeatures(a_.session_map(), b_.session_map(), chain, stages), found, stages);
   }
 }

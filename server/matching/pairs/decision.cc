@@ -5,17 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "server/matching/pairs/limits.h"
+
 namespace isthmus::matching {
 namespace {
-
-// Below this a right and a wrong hypothesis' contradictions are both noise.
-constexpr double kFreeSpaceNoise = 0.002;
-// Where the place may be a twin of the right one, that takes its share of the confidence.
-constexpr double kTwinConfidence = 0.5;
-// What one robot looked through stands there nevertheless only if a limit is wrong.
-constexpr double kContradictedConfidence = 0.1;
-// A competitor needs at least this share of the best's support.
-constexpr double kMinRivalSupport = 0.1;
 
 // What contradicts acceptance of one hypothesis taken by itself; reason "OK" for nothing.
 struct Finding {
@@ -24,12 +17,11 @@ struct Finding {
   std::string detail;
 };
 
-// Rises from 400 m2 to where nothing beyond is asked for.
+// Rises from kEnclosedFromM2 to where nothing beyond is asked for.
 double MaxEnclosedShare(double area_m2, const MatcherOptions& options) {
-  constexpr double kRiseFromM2 = 400;
   if (area_m2 >= options.min_enclosed_area_m2) return 1;
-  const double risen = std::max(0.0, area_m2 - kRiseFromM2) /
-                       std::max(1.0, options.min_enclosed_area_m2 - kRiseFromM2);
+  const double risen = std::max(0.0, area_m2 - kEnclosedFromM2) /
+                       std::max(1.0, options.min_enclosed_area_m2 - kEnclosedFromM2);
   return options.max_enclosed_share + (1 - options.max_enclosed_share) * std::min(1.0, risen);
 }
 
@@ -89,7 +81,7 @@ const Hypothesis* FindRival(const std::vector<Hypothesis>& ranked, const Matcher
     const Hypothesis& h = ranked[i];
     if (h.free_space.comparisons() < options.min_comparisons) continue;
     if (h.overlap < 0.5 * options.min_overlap) continue;
-    if (h.Support() < kMinRivalSupport * ranked.front().Support()) continue;
+    if (h.Support() < kMinRivalShare * ranked.front().Support()) continue;
     if (!rival || h.free_space.violation() < rival->free_space.violation()) rival = &h;
   }
   return rival;

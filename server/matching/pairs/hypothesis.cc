@@ -8,18 +8,12 @@
 #include <utility>
 
 #include "core/geometry/near.h"
+#include "server/matching/pairs/limits.h"
+#include "server/matching/registration/limits.h"
+#include "server/pose_graph/limits.h"
 
 namespace isthmus::matching {
 namespace {
-
-constexpr double kSameShiftM = 1.0, kSameTurnRad = 0.09;
-// A point lies on the other map when it is this near.
-constexpr double kOverlapM = 0.3;
-// Pairs of points may be this far off where a joint refinement begins: what drift leaves of a
-// rigid fit.
-constexpr double kFirstGateM = 2.0, kNextGateM = 1.0;
-// Submaps that moved by more have to be compared anew.
-constexpr double kMovedM = 0.1, kMovedRad = 0.01;
 
 size_t SurfaceSize(const PreparedMap& map) {
   size_t size = 0;
@@ -65,7 +59,7 @@ void MeasureSurface(const PreparedMap& a, const PreparedMap& b, const Asked& ask
   for (size_t k = 0; k < moving.size(); ++k) {
     if (asked(k)) {
       h->agreement[k] =
-          MeasureAgreement(*moving[k], moving_poses[k], fixed, fixed_poses, kOverlapM);
+          MeasureAgreement(*moving[k], moving_poses[k], fixed, fixed_poses, kOnSurfaceM);
     }
     sum += h->agreement[k];
   }
@@ -81,7 +75,9 @@ void MeasureSurface(const PreparedMap& a, const PreparedMap& b, const Asked& ask
 bool HasMoved(const std::vector<Pose>& before, const std::vector<Pose>& after) {
   for (size_t k = 0; k < before.size(); ++k) {
     const Pose moved = before[k].Inverse() * after[k];
-    if (moved.translation().norm() > kMovedM || RotationAngle(moved) > kMovedRad) return true;
+    if (moved.translation().norm() > kMovedM ||
+        RotationAngle(moved) > kMovedM / pose_graph::kLeverM)
+      return true;
   }
   return false;
 }
@@ -143,7 +139,7 @@ bool IsSamePlace(const JointRefinement& joint, const JointRefinement& other) {
 
 void MeasureJointly(const PreparedMap& a, const PreparedMap& b, Hypothesis* h) {
   h->joint = {MapPoses::Rigid(a.session_map(), b.session_map(), h->T_a_b), {}, 0, h->T_a_b};
-  h->converged = RefineJointly(a.submaps(), b.submaps(), kFirstGateM, 0, 0, &h->joint);
+  h->converged = RefineJointly(a.submaps(), b.submaps(), kSubmapGateM, 0, 0, &h->joint);
   h->T_a_b = h->joint.T_a_b;
   h->strain = h->joint.strain;
   h->moving_is_b = SurfaceSize(b) <= SurfaceSize(a);
@@ -161,7 +157,7 @@ void ExtendJointly(const PreparedMap& a, const PreparedMap& b, size_t first_a, s
   // Where all that were aligned were retired, the others are, from where these left them.
   const bool lost = h->joint.edges.empty();
   // Where the new submaps meet nothing, what was found before holds.
-  if (RefineJointly(a.submaps(), b.submaps(), kNextGateM, lost ? 0 : first_a, lost ? 0 : first_b,
+  if (RefineJointly(a.submaps(), b.submaps(), kKnownGateM, lost ? 0 : first_a, lost ? 0 : first_b,
                     &h->joint)) {
     h->converged = true;
     h->T_a_b = h->joint.T_a_b;

@@ -6,17 +6,13 @@
 #include <utility>
 
 #include "core/geometry/se3.h"
+#include "server/matching/pairs/limits.h"
 #include "server/matching/pairs/submap_alignment.h"
 #include "server/pose_graph/information.h"
 #include "server/pose_graph/optimize.h"
 
 namespace isthmus::matching {
 namespace {
-
-// Of a submap, this many of the other map are aligned with it.
-constexpr size_t kPartners = 4;
-// Submaps whose middles are farther apart than this share of their radii have little in common.
-constexpr double kMaxPairApart = 0.6;
 
 using IndexPair = std::pair<size_t, size_t>;
 
@@ -30,7 +26,7 @@ std::vector<IndexPair> FindPartners(const PreparedSubmaps& a, const PreparedSubm
     const Eigen::Vector3d middle = poses.b[j] * b[j]->center();
     for (size_t i = j < first_b ? first_a : 0; i < a.size(); ++i) {
       const double apart = (poses.a[i] * a[i]->center() - middle).norm();
-      if (apart < kMaxPairApart * (a[i]->radius_m() + b[j]->radius_m()))
+      if (apart < kMaxPartnersApart * (a[i]->radius_m() + b[j]->radius_m()))
         near.emplace_back(apart, i);
     }
     const size_t count = std::min(kPartners, near.size());

@@ -7,28 +7,13 @@
 #include "core/stopwatch.h"
 #include "server/matching/pairs/candidate_search.h"
 #include "server/matching/pairs/decision.h"
+#include "server/matching/pairs/limits.h"
 #include "server/matching/pairs/submap_alignment.h"
+#include "server/matching/prepared/limits.h"
+#include "server/matching/registration/limits.h"
 
 namespace isthmus::matching {
 namespace {
-
-// Maps are searched anew when they have grown by this factor since the last time; what was accepted
-// is looked for elsewhere more seldom.
-constexpr double kGrowth = 1.25, kGrowthAccepted = 2.0;
-// What a joint refinement is spent on: the best by rigid alignment, and what comes near them.
-constexpr size_t kMaxJoint = 4;
-// Drift contradicts a rigid alignment: by so many times what is allowed once it is taken out.
-constexpr double kRigidLeniency = 20;
-// A hypothesis with less of the best one's support is out of the question.
-constexpr double kMinSupportShare = 0.1;
-
-// Of the places that new submaps look like, so many are looked at more closely.
-constexpr size_t kMaxPlaces = 2;
-// A guess from a place may be off by this much.
-constexpr double kPlaceGateM = 4.0;
-// What a guess must show for a search of the whole to be spent on it.
-constexpr double kMaxPlaceViolation = 0.08;
-constexpr int64_t kMinPlaceComparisons = 500;
 
 bool IsUndecided(const Match& match) {
   return match.state == MatchState::kNotYet || match.state == MatchState::kRejected;
@@ -53,17 +38,17 @@ std::optional<Pose> LookCloser(const PreparedMap& a, const PreparedMap& b, size_
     if (nearest == a.submaps().end()) continue;
     const Pose& T_odom_a = (*nearest)->submap().T_odom_submap;
     const auto aligned = AlignSubmaps(**nearest, *b.submaps()[j],
-                                      T_odom_a.Inverse() * guess_T_a_b * T_odom_b, kPlaceGateM);
+                                      T_odom_a.Inverse() * guess_T_a_b * T_odom_b, kGuessGateM);
     if (!aligned) continue;
     const Pose T_a_b = T_odom_a * aligned->T_a_b * T_odom_b.Inverse();
     const FreeSpaceScore score = ScoreFreeSpace(
         a.free_space(), b.free_space(), MapPoses::Rigid(a.session_map(), b.session_map(), T_a_b),
         FreeSpaceOptions(), a.submaps().size(), j);
-    if (score.violation() > kMaxPlaceViolation || score.agree <= best_score.agree) continue;
+    if (score.violation() > kMaxGuessViolation || score.agree <= best_score.agree) continue;
     best = T_a_b;
     best_score = score;
   }
-  return best_score.comparisons() >= kMinPlaceComparisons ? best : std::nullopt;
+  return best_score.comparisons() >= kMinGuessComparisons ? best : std::nullopt;
 }
 
 }  // namespace
@@ -90,8 +75,8 @@ bool PairMatcher::FollowMaps(const SessionMap& a, const SessionMap& b) {
 bool PairMatcher::MustSearch(const PreparedMap& a, const PreparedMap& b) const {
   const auto searched = static_cast<double>(searched_);
   const size_t have = a.submaps().size() + b.submaps().size();
-  if (accepted_) return static_cast<double>(have) >= kGrowthAccepted * searched;
-  return static_cast<double>(searched_ + come_) >= kGrowth * searched;
+  if (accepted_) return static_cast<double>(have) >= kAcceptedGrowth * searched;
+  return static_cast<double>(searched_ + come_) >= kNewMapGrowth * searched;
 }
 
 Match PairMatcher::Update(const PreparedMap& a, const PreparedMap& b, bool search) {
@@ -125,7 +110,7 @@ bool PairMatcher::SuggestPlaces(const PreparedMap& a, const PreparedMap& b) {
     const PreparedMap &grown = *maps[fresh], &other = *maps[1 - fresh];
     const auto begin = static_cast<std::ptrdiff_t>(grown.first_place(first_new[fresh]));
     const std::vector<Place> places(grown.places().begin() + begin, grown.places().end());
-    for (const Candidate& place : SearchPlaces(other.places(), places, kMaxPlaces)) {
+    for (const Candidate& place : SearchPlaces(other.places(), places, kNewPlaceGuesses)) {
       std::optional<Pose> T_other_grown = LookCloser(other, grown, first_new[fresh], place.T_a_b);
       if (!T_other_grown) continue;
       const Pose T_a_b = fresh == 1 ? *T_other_grown : T_other_grown->Inverse();
@@ -156,7 +141,7 @@ void PairMatcher::Search(const PreparedMap& a, const PreparedMap& b, Match* matc
     hypotheses_.clear();
     for (const Hypothesis& rigid : found) {
       if (hypotheses_.size() == kMaxJoint || options_.stop.stop_requested()) break;
-      const double least = kMinSupportShare * found.front().Support();
+      const double least = kMinRivalShare * found.front().Support();
       if (!hypotheses_.empty() && rigid.Support() < least) break;
       Hypothesis& h = hypotheses_.emplace_back(rigid);
       h.max_free_space = limit;

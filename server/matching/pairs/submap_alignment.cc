@@ -3,21 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "server/matching/pairs/limits.h"
 #include "server/matching/registration/gicp.h"
+#include "server/matching/registration/limits.h"
 #include "server/matching/registration/pose_problem.h"
 
 namespace isthmus::matching {
 namespace {
-
-constexpr int kIterations = 12;
-constexpr size_t kMinPairs = 120;
-constexpr double kSmallM = 0.002, kSmallRad = 2e-4;
-// Pairs farther apart than this at the end are of other surfaces.
-constexpr double kInlierM = 0.3;
-// As many points as are taken to err independently.
-constexpr double kIndependentPoints = 10;
-constexpr size_t kMaxAsked = 1500;
-constexpr float kNearM = 1.0f;
 
 // Point-to-plane information about frame a's origin.
 Matrix6d PlaneInformation(const PreparedSubmap& a, const PreparedSubmap& b, const Pose& T_a_b,
@@ -29,12 +21,12 @@ Matrix6d PlaneInformation(const PreparedSubmap& a, const PreparedSubmap& b, cons
   for (int i : b.sample()) {
     const Eigen::Vector3f p = R * b.surface()[i].position + t;
     const Eigen::Vector3f n = R * b.surface()[i].normal;
-    const auto neighbor = a.tree().NearestIf(p, 2 * static_cast<float>(kInlierM), [&](int j) {
+    const auto neighbor = a.tree().NearestIf(p, 2 * static_cast<float>(kOnSurfaceM), [&](int j) {
       return a.surface()[j].normal.dot(n) > kMinNormalCosine;
     });
     if (neighbor.index < 0) continue;
     const SurfacePoint& q = a.surface()[neighbor.index];
-    if (std::abs(q.normal.dot(q.position - p)) > kInlierM) continue;
+    if (std::abs(q.normal.dot(q.position - p)) > kOnSurfaceM) continue;
     const Eigen::Vector3d normal = q.normal.cast<double>();
     pairs.push_back({b.surface()[i].position.cast<double>(), q.position.cast<double>(),
                      normal * normal.transpose()});
@@ -46,7 +38,7 @@ Matrix6d PlaneInformation(const PreparedSubmap& a, const PreparedSubmap& b, cons
   center /= count;
   const NormalEquations equations = Linearize(pairs, T_a_b, center);
   const double sigma = std::max(std::sqrt(2 * equations.cost / count), kMinSigmaM);
-  const double weight = std::min(1.0, kIndependentPoints / count) / (sigma * sigma);
+  const double weight = std::min(1.0, kIndependentPairs / count) / (sigma * sigma);
   return MoveInformationToOrigin(weight * equations.H, center);
 }
 
@@ -56,26 +48,24 @@ std::optional<SubmapAlignment> AlignSubmaps(const PreparedSubmap& a, const Prepa
                                             const Pose& guess_T_a_b, double gate_m) {
   SubmapAlignment result;
   result.T_a_b = guess_T_a_b;
-  const double min_gate = std::max(3 * a.voxel_m(), 0.5);
+  const double min_gate = LeastGate(a.voxel_m());
   double gate = std::max(gate_m, min_gate);
   PairSet found;
   bool settled = false;
-  for (int i = 0; i < kIterations && !settled; ++i) {
+  for (int i = 0; i < kAlignmentRounds && !settled; ++i) {
     FindGicpPairs(a.surface(), a.tree(), b.surface(), b.sample(), result.T_a_b, gate, &found);
-    if (found.pairs.size() < kMinPairs) return std::nullopt;
+    if (found.pairs.size() < kMinAlignedPairs) return std::nullopt;
     Vector6d twist;
     if (!StepPose(found.pairs, kDamping, &result.T_a_b, &twist)) return std::nullopt;
-    const double wanted = 8 * found.median_normal_distance_m + a.voxel_m();
-    const double shrunk = std::clamp(wanted, std::max(min_gate, 0.7 * gate), gate);
-    settled = twist.head<3>().norm() < kSmallM && twist.tail<3>().norm() < kSmallRad &&
-              shrunk > 0.99 * gate;
+    const double shrunk = NextGate(gate, found.median_normal_distance_m, a.voxel_m());
+    settled = IsSmallStep(twist, kAlignmentStepM) && shrunk > 0.99 * gate;
     gate = shrunk;
   }
   const Pose moved = guess_T_a_b.Inverse() * result.T_a_b;
   const Eigen::Vector3d& middle = b.center();
   if (!((moved * middle - middle).norm() < std::max(gate_m, min_gate))) return std::nullopt;
   result.information = PlaneInformation(a, b, result.T_a_b, &result.inliers);
-  if (result.inliers < static_cast<int>(kMinPairs)) return std::nullopt;
+  if (result.inliers < static_cast<int>(kMinAlignedPairs)) return std::nullopt;
   return result;
 }
 
@@ -102,14 +92,14 @@ SurfaceAgreement MeasureAgreement(const PreparedSubmap& submap, const Pose& T_co
   for (size_t i = 0; i < map.size(); ++i) {
     const Pose T = T_common_map[i].Inverse() * T_common_submap;
     const double apart = (T * submap.center() - map[i]->center()).norm();
-    if (apart > submap.radius_m() + map[i]->radius_m() + kNearM) continue;
+    if (apart > submap.radius_m() + map[i]->radius_m() + kSeenM) continue;
     targets.push_back({map[i].get(), T.RotationMatrix().cast<float>(),
                        T.translation().cast<float>(), T_common_map[i].RotationMatrix(),
                        static_cast<float>(std::max(distance_m, map[i]->voxel_m()))});
   }
   SurfaceAgreement result;
   const std::vector<SurfacePoint>& points = submap.surface();
-  const size_t stride = points.size() / kMaxAsked + 1;
+  const size_t stride = points.size() / kMaxAgreementPoints + 1;
   for (size_t k = 0; k < points.size(); k += stride) {
     ++result.asked;
     bool near = false, on = false;
@@ -120,7 +110,7 @@ SurfaceAgreement MeasureAgreement(const PreparedSubmap& submap, const Pose& T_co
       const auto neighbor = target.submap->tree().NearestIf(
           p, target.reach, [&](int j) { return surface[j].normal.dot(n) > kMinNormalCosine; });
       if (neighbor.index < 0) {
-        near = near || target.submap->tree().Nearest(p, kNearM).index >= 0;
+        near = near || target.submap->tree().Nearest(p, kSeenM).index >= 0;
         continue;
       }
       near = true;

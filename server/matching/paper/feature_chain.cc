@@ -9,6 +9,7 @@
 #include "core/stopwatch.h"
 #include "server/matching/paper/correspondence.h"
 #include "server/matching/paper/harris.h"
+#include "server/matching/paper/limits.h"
 #include "server/matching/paper/normals.h"
 #include "server/matching/paper/outlier_removal.h"
 #include "server/matching/paper/ransac.h"
@@ -17,12 +18,6 @@
 
 namespace isthmus::matching {
 namespace {
-
-// How often inliers and fit are computed from each other.
-constexpr int kFitRounds = 5;
-// A fit that loses more of the inliers than this has left the consensus. A few it may lose: a
-// sample of three is chosen for its count, yet all inliers together fix the transform better.
-constexpr double kMinKept = 0.8;
 
 std::vector<PointPair> Choose(const std::vector<PointPair>& pairs, const std::vector<int>& chosen) {
   std::vector<PointPair> result;
@@ -39,7 +34,7 @@ Candidate FitConsensus(const std::vector<PointPair>& pairs, const Consensus& con
     const Pose fitted = FitRigid(Choose(pairs, inliers));
     inliers = FindInliers(pairs, fitted, options.inlier_distance_m);
     const double kept = static_cast<double>(inliers.size());
-    if (kept < kMinKept * static_cast<double>(consensus.inliers.size())) break;
+    if (kept < kMinKeptShare * static_cast<double>(consensus.inliers.size())) break;
     candidate.T_a_b = fitted;
     candidate.score = kept;
   }

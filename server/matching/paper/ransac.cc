@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstdint>
 
+#include "server/matching/paper/limits.h"
+
 namespace isthmus::matching {
 namespace {
 
@@ -85,8 +87,6 @@ class DistinctBest {
 // Samples after which a consensus of `inliers` would have been hit with near certainty; a sample of
 // inliers passes the edge tests in about one of kEdgeLoss cases.
 double EnoughIterations(size_t inliers, size_t pairs) {
-  constexpr double kMissedLog = -14;  // Missed once in a million.
-  constexpr double kEdgeLoss = 4;
   const double share = static_cast<double>(inliers) / static_cast<double>(pairs);
   return kMissedLog / std::log1p(-std::min(share * share * share / kEdgeLoss, 0.5));
 }

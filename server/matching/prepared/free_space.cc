@@ -6,21 +6,12 @@
 #include <cmath>
 #include <utility>
 
+#include "server/matching/prepared/limits.h"
+#include "server/matching/registration/limits.h"
 #include "server/matching/registration/voxel_key.h"
 
 namespace isthmus::matching {
 namespace {
-
-constexpr float kPointSpacingM = 0.4f;
-constexpr float kColumnM = 4.0f;
-// A surface seen this flat has no range of its own in a bin two degrees wide.
-constexpr float kMinIncidenceCos = 0.2f;
-// Nearer than this the robot itself and the bins' smallness spoil the comparison.
-constexpr float kMinRangeM = 1.0f;
-// A point that its own map contradicts more often is of something that moved.
-constexpr float kMaxFleeting = 0.2f;
-// A point that fewer views agree on may be so too.
-constexpr int kMinViews = 3;
 
 // What one point of another map, or of the same, is to a view: +1 in front of what was measured,
 // -1 at the range measured, 0 without a say (outside, occluded, grazing, at an edge of depth).
@@ -36,15 +27,15 @@ class Comparer {
   }
 
   bool Reaches(const FreeSpaceMap::Column& column) const {
-    const float reach = max_range_ + kColumnM;
+    const float reach = max_range_ + kAskedColumnM;
     return (R_ * column.center + t_).squaredNorm() < reach * reach;
   }
 
   int Compare(const SurfacePoint& point) const {
     const Eigen::Vector3f p = R_ * point.position + t_;
     const float range = p.norm();
-    if (range < kMinRangeM || range > max_range_) return 0;
-    if (std::abs((R_ * point.normal).dot(p)) < kMinIncidenceCos * range) return 0;
+    if (range < kMinComparedM || range > max_range_) return 0;
+    if (std::abs((R_ * point.normal).dot(p)) < kMinIncidenceCosine * range) return 0;
     RangeImage::Interval seen;
     if (!view_.image.At(p, &seen)) return 0;
     const float margin = static_cast<float>(options_.margin_m) +
@@ -158,10 +149,11 @@ void FreeSpaceMap::Add(const std::shared_ptr<const PreparedSubmap>& submap,
   for (const SurfacePoint& point : submap->surface()) {
     if (std::abs(point.normal.dot(up)) > max_normal_z) continue;
     const Eigen::Vector3f& p = point.position;
-    if (!taken_.insert(VoxelKey(R * p + t, 1 / kPointSpacingM)).second) continue;
-    const auto [entry, added] =
-        column_of.try_emplace(VoxelKey(p, 1 / kColumnM), static_cast<int>(piece->columns.size()));
-    if (added) piece->columns.push_back({((p / kColumnM).array().floor() + 0.5f) * kColumnM, {}});
+    if (!taken_.insert(VoxelKey(R * p + t, 1 / kAskedSpacingM)).second) continue;
+    const auto [entry, added] = column_of.try_emplace(VoxelKey(p, 1 / kAskedColumnM),
+                                                      static_cast<int>(piece->columns.size()));
+    if (added)
+      piece->columns.push_back({((p / kAskedColumnM).array().floor() + 0.5f) * kAskedColumnM, {}});
     piece->columns[entry->second].points.push_back(point);
   }
   pieces_.push_back(std::move(piece));
@@ -178,7 +170,7 @@ void FreeSpaceMap::DropFleeting(size_t first_new, const FreeSpaceOptions& option
     const std::vector<FreeSpaceScore> scores =
         AskOwnViews(*pieces_[i], is_new ? all : fresh, options);
     const auto keep = [is_new](const FreeSpaceScore& score) {
-      return !IsFleeting(score) && (!is_new || score.agree >= kMinViews);
+      return !IsFleeting(score) && (!is_new || score.agree >= kMinAgreeingViews);
     };
     if (std::all_of(scores.begin(), scores.end(), keep)) continue;
     auto kept = std::make_shared<Piece>(*pieces_[i]);

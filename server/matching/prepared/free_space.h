@@ -10,16 +10,20 @@
 
 #include "core/pose.h"
 #include "core/submap.h"
+#include "server/matching/prepared/limits.h"
 #include "server/matching/prepared/map_poses.h"
 #include "server/matching/prepared/prepared_submap.h"
 
 namespace isthmus::matching {
 
 struct FreeSpaceOptions {
-  double margin_m = 0.4;       // A point contradicts when it lies this much ...
-  double margin_per_m = 0.01;  // ... plus this share of the range in front of what was measured.
+  // A point contradicts when it lies so much, and so much of the range, in front of what was
+  // measured.
+  double margin_m = kFreeSpaceMarginM, margin_per_m = kFreeSpaceMarginPerM;
+  // Metres from the view: farther, a bin of 2 degrees is as wide as a door. A guess, as is For's.
   double max_range_m = 25;
-  double max_abs_normal_z = 0.5;  // Only near-vertical surfaces are asked.
+  // |n_z| up to which surfaces are asked: near-vertical ones, as rays meet floors at a slant.
+  double max_abs_normal_z = 0.5;
 
   // Outdoors ways come less near each other, and walls are large: farther ones have a say too.
   static FreeSpaceOptions For(bool outdoors) {

@@ -2,18 +2,18 @@
 
 #include <algorithm>
 
+#include "server/matching/prepared/limits.h"
+
 namespace isthmus::matching {
 namespace {
 
-constexpr float kMarginM = 0.4f, kMarginPerM = 0.01f;
-constexpr float kNearestM = 0.5f, kFarthestM = 60;
-
 Look LookAt(const Eigen::Vector3f& point, const RangeImage& image) {
   const float range = point.norm();
-  if (range < kNearestM || range > kFarthestM) return Look::kNone;
+  if (range < kMinLookM || range > kMaxLookM) return Look::kNone;
   RangeImage::Interval seen;
   if (!image.At(point, &seen)) return Look::kNone;
-  const float margin = kMarginM + kMarginPerM * range;
+  const float margin =
+      static_cast<float>(kFreeSpaceMarginM) + static_cast<float>(kFreeSpaceMarginPerM) * range;
   if (range < seen.shortest - margin) return Look::kThrough;
   // Between the two, at an edge of depth, there is no telling which of them it is.
   return range < seen.longest + margin ? Look::kOn : Look::kNone;

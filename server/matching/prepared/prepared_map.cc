@@ -5,18 +5,14 @@
 #include <utility>
 
 #include "core/stopwatch.h"
+#include "server/matching/prepared/limits.h"
+#include "server/matching/registration/limits.h"
 #include "server/matching/search/gravity.h"
+#include "server/matching/search/limits.h"
 #include "server/matching/search/up_candidates.h"
 
 namespace isthmus::matching {
 namespace {
-
-// Plenty to tell the vertical from.
-constexpr size_t kLevelPoints = 20000;
-// Of all surfaces, the floors and the walls at least.
-constexpr double kMinSurfaceShare = 0.03;
-// A map that has grown by this factor has its level estimated anew.
-constexpr double kLevelGrowth = 1.25;
 
 // One plane alone may be a floor or a wall: it takes both to tell which way is up.
 bool HasFloorsAndWalls(const std::vector<SurfacePoint>& surface, const Eigen::Quaterniond& R) {
@@ -35,7 +31,7 @@ bool HasFloorsAndWalls(const std::vector<SurfacePoint>& surface, const Eigen::Qu
 // was mounted at a slant or carried.
 Pose Level(const SessionMap& map, const PreparedSubmaps& submaps, bool* is_known) {
   double voxel_m = kOutdoorVoxelM;
-  const std::vector<SurfacePoint> surface = JoinSurfaces(submaps, kLevelPoints, &voxel_m);
+  const std::vector<SurfacePoint> surface = JoinSurfaces(submaps, kMaxLevelSurfaces, &voxel_m);
   const std::vector<UpCandidate> ups = FindUpCandidates(surface, 2, SensorPositions(map));
   const Eigen::Quaterniond& likeliest = ups.front().R_level_odom;
   *is_known = IsGravityKnown(ups) || !HasFloorsAndWalls(surface, likeliest);
@@ -88,7 +84,7 @@ PreparedMap::PreparedMap(const SessionMap& map, const PreparedMap& before,
   const std::optional<std::vector<size_t>> kept = FindKept(before.map_, map);
   TakeSubmaps(&before, kept.value_or(std::vector<size_t>()), source);
   const bool little_new = kept && static_cast<double>(submaps_.size()) <
-                                      kLevelGrowth * static_cast<double>(before.levelled_);
+                                      kNewMapGrowth * static_cast<double>(before.levelled_);
   const bool retired = !kept || kept->size() < before.submaps_.size();
   gravity_known_ = before.gravity_known_;
   T_level_odom_ = little_new ? before.T_level_odom_ : Level(map_, submaps_, &gravity_known_);

@@ -5,15 +5,13 @@
 #include <utility>
 
 #include "core/geometry/near.h"
+#include "server/matching/prepared/limits.h"
+#include "server/matching/registration/limits.h"
 #include "server/matching/registration/surface_sample.h"
 #include "server/matching/search/wall_map.h"
 
 namespace isthmus::matching {
 namespace {
-
-constexpr size_t kSamplePoints = 1000;
-constexpr double kViewSpacingM = 1.0;
-constexpr double kViewTurnRad = 0.5;
 
 std::vector<Eigen::Vector3f> Sensors(const Submap& submap) {
   std::vector<Eigen::Vector3f> sensors;
@@ -46,12 +44,11 @@ std::vector<bool> ChooseViews(const Submap& outline, const std::vector<SubmapPoi
   }
   std::vector<bool> taken = SpreadOut(outline.keyframes, has_points, 1);
   const auto count = [&] { return std::ranges::count(taken, true); };
-  constexpr auto kMost = static_cast<std::ptrdiff_t>(PreparedSubmap::kMaxViews);
-  for (double spacing = 2; count() > kMost && spacing < 1e6; spacing *= 2) {
+  auto left = static_cast<std::ptrdiff_t>(kMaxViews);
+  for (double spacing = 2; count() > left && spacing < 1e6; spacing *= 2) {
     taken = SpreadOut(outline.keyframes, has_points, spacing);
   }
   // Keyframes that jump to and fro by kilometres: the first ones.
-  std::ptrdiff_t left = kMost;
   for (size_t k = 0; k < taken.size(); ++k) taken[k] = taken[k] && left-- > 0;
   return taken;
 }
@@ -86,7 +83,7 @@ void PreparedSubmap::IndexSurface() {
   positions.reserve(surface_.size());
   for (const SurfacePoint& point : surface_) positions.push_back(point.position);
   tree_ = KdTree(positions);
-  sample_ = SampleBalanced(surface_, 2 * voxel_m_, kSamplePoints);
+  sample_ = SampleBalanced(surface_, 2 * voxel_m_, kAlignedPoints);
   if (positions.empty()) return;
   Eigen::Vector3f low = positions.front(), high = positions.front();
   for (const Eigen::Vector3f& p : positions) {

@@ -22,8 +22,7 @@ class PreparedSubmap {
   PreparedSubmap(std::shared_ptr<const Submap> outline, const Submap& whole);
 
   // What a keyframe measured, of keyframes with points that are a metre or a turn apart; farther
-  // where there would be more than kMaxViews of them: each takes 33 kB.
-  static constexpr size_t kMaxViews = 1000;
+  // where there would be more than kMaxViews of them (limits.h).
   struct View {
     Pose T_submap_sensor;
     RangeImage image;

@@ -4,16 +4,15 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <limits>
 #include <utility>
 #include <vector>
 
 #include "core/byte_stream.h"
+#include "server/matching/prepared/limits.h"
 
 namespace isthmus::matching {
 namespace {
-
-constexpr size_t kBins = static_cast<size_t>(RangeImage::kRows) * RangeImage::kColumns;
-constexpr float kSteps = 32767;
 
 struct Header {
   double voxel_m = 0;
@@ -35,18 +34,16 @@ struct PackedPose {
 
 static_assert(sizeof(PackedPoint) == 10 && sizeof(PackedPose) == 56);
 
-constexpr size_t kViewBytes = sizeof(PackedPose) + 2 * kBins * sizeof(uint16_t);
-
 void AppendBins(const std::vector<uint16_t>& bins, std::string* out) {
   // An image of nothing has no bins.
   std::vector<uint16_t> all = bins;
-  all.resize(kBins, 0);
-  out->append(reinterpret_cast<const char*>(all.data()), kBins * sizeof(uint16_t));
+  all.resize(RangeImage::kBins, 0);
+  out->append(reinterpret_cast<const char*>(all.data()), RangeImage::kBins * sizeof(uint16_t));
 }
 
 std::vector<uint16_t> TakeBins(ByteReader& reader) {
-  std::vector<uint16_t> bins(kBins);
-  const std::string bytes = reader.ReadString(kBins * sizeof(uint16_t));
+  std::vector<uint16_t> bins(RangeImage::kBins);
+  const std::string bytes = reader.ReadString(RangeImage::kBins * sizeof(uint16_t));
   std::memcpy(bins.data(), bytes.data(), bytes.size());
   return bins;
 }
@@ -79,7 +76,7 @@ std::string EncodePreparedSubmap(const PreparedSubmap& prepared) {
   for (const SurfacePoint& point : prepared.surface()) {
     reach = std::max(reach, point.position.cwiseAbs().maxCoeff());
   }
-  const float step_m = reach / kSteps;
+  const float step_m = reach / std::numeric_limits<int16_t>::max();
   std::string bytes;
   AppendBytes(prepared.voxel_m(), bytes);
   AppendBytes(step_m, bytes);
@@ -99,6 +96,7 @@ std::string EncodePreparedSubmap(const PreparedSubmap& prepared) {
 std::shared_ptr<const PreparedSubmap> DecodePreparedSubmap(std::shared_ptr<const Submap> submap,
                                                            const std::string& bytes) {
   constexpr size_t kHeaderBytes = 20;
+  constexpr size_t kViewBytes = sizeof(PackedPose) + 2 * RangeImage::kBins * sizeof(uint16_t);
   if (bytes.size() < kHeaderBytes) return nullptr;
   ByteReader reader(bytes);
   Header header;
@@ -106,7 +104,7 @@ std::shared_ptr<const PreparedSubmap> DecodePreparedSubmap(std::shared_ptr<const
   header.step_m = reader.Read<float>();
   header.points = reader.Read<uint32_t>();
   header.views = reader.Read<uint32_t>();
-  if (header.views > PreparedSubmap::kMaxViews) return nullptr;
+  if (header.views > kMaxViews) return nullptr;
   const bool plausible =
       header.voxel_m > 0 && header.voxel_m < 100 && header.step_m > 0 && header.step_m < 100;
   if (!plausible || bytes.size() != kHeaderBytes + header.points * sizeof(PackedPoint) +

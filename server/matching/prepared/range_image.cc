@@ -6,14 +6,9 @@
 #include "core/geometry/angles.h"
 
 namespace isthmus::matching {
-namespace {
-
-constexpr float kBinRad = static_cast<float>(M_PI) / 90;
-constexpr float kMaxRangeM = 650;  // What fits 16 bits of centimetres.
-
-}  // namespace
 
 int RangeImage::Bin(const Eigen::Vector3f& direction) {
+  constexpr float kBinRad = 2 * static_cast<float>(M_PI) / kColumns;
   const float elevation = FastAtan2(direction.z(), direction.head<2>().norm());
   const float row = elevation / kBinRad + 0.5f * kRows;
   if (!(row >= 0 && row < kRows)) return -1;
@@ -23,7 +18,8 @@ int RangeImage::Bin(const Eigen::Vector3f& direction) {
 }
 
 RangeImage::RangeImage(const std::vector<Eigen::Vector3f>& points) {
-  std::vector<uint16_t> low(kColumns * kRows, UINT16_MAX), high(kColumns * kRows, 0);
+  constexpr float kMaxRangeM = 650;  // What fits 16 bits of centimetres.
+  std::vector<uint16_t> low(kBins, UINT16_MAX), high(kBins, 0);
   for (const Eigen::Vector3f& point : points) {
     const float range = point.norm();
     if (!(range > 0.01f && range < kMaxRangeM)) continue;

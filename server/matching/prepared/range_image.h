@@ -15,6 +15,7 @@ class RangeImage {
  public:
   static constexpr int kColumns = 180;  // Over azimuth.
   static constexpr int kRows = 46;      // Over elevation, +-46 degrees.
+  static constexpr size_t kBins = size_t{kRows} * kColumns;
 
   RangeImage() = default;
   // `points` in the sensor frame.
@@ -29,7 +30,7 @@ class RangeImage {
   // Row by row, centimetres, 0 for a bin without measurement; empty before anything was measured.
   const std::vector<uint16_t>& shortest_cm() const { return shortest_; }
   const std::vector<uint16_t>& longest_cm() const { return longest_; }
-  // From what these gave; both have kRows * kColumns bins.
+  // From what these gave; both have kBins bins.
   RangeImage(std::vector<uint16_t> shortest_cm, std::vector<uint16_t> longest_cm)
       : shortest_(std::move(shortest_cm)), longest_(std::move(longest_cm)) {}
 

@@ -3,15 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "server/matching/registration/limits.h"
 #include "server/matching/registration/pose_problem.h"
 
 namespace isthmus::matching {
 namespace {
 
-// More points than this tell no more about the overlap of two maps.
-constexpr size_t kMaxPointsAsked = 40000;
-
-size_t StrideOf(const RefinableMap::Data& map) { return map.points.size() / kMaxPointsAsked + 1; }
+size_t StrideOf(const RefinableMap::Data& map) { return map.points.size() / kMaxOverlapPoints + 1; }
 
 // Point-to-plane pairs of an even sample of `moving` on `fixed`; p is the point in the frame of
 // `moving`.

@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "server/matching/registration/limits.h"
+
 namespace isthmus::matching {
 namespace {
-
-constexpr float kMinAcross = 1e-3f;
 
 double Median(std::vector<double>* values) {
   if (values->empty()) return 0;
@@ -17,6 +17,13 @@ double Median(std::vector<double>* values) {
 }
 
 }  // namespace
+
+double LeastGate(double voxel_m) { return kMinGateVoxels * voxel_m; }
+
+double NextGate(double gate_m, double median_normal_distance_m, double voxel_m) {
+  const double wanted = kGatePerError * median_normal_distance_m + voxel_m;
+  return std::clamp(wanted, std::max(LeastGate(voxel_m), kGateShare * gate_m), gate_m);
+}
 
 float AcrossCovariance(const SurfacePoint& point) { return std::max(kMinAcross, point.roughness); }
 

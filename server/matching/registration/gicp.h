@@ -30,8 +30,10 @@ void FindGicpPairs(const std::vector<SurfacePoint>& a, const KdTree& tree_a,
                    const std::vector<SurfacePoint>& b, const std::vector<int>& sample,
                    const Pose& T_a_b, double gate_m, PairSet* result);
 
-// Squared error, in the unit of DiscInformation, that noise alone explains.
-inline constexpr double kNoiseFloor = 1.0;
+// The gate follows the error that is left: a few times the median distance, never growing, never
+// below what thinning to `voxel_m` alone makes of neighbours. Of a's voxel, from LeastGate up.
+double LeastGate(double voxel_m);
+double NextGate(double gate_m, double median_normal_distance_m, double voxel_m);
 
 // Multiplies every weight by (s / (s + e))^2, e = d^T W d being the pair's squared error under
 // T_a_b and s the larger of `floor` and three medians of e. A redescending kernel: what one map

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <numeric>
 
+#include "server/matching/registration/limits.h"
+
 namespace isthmus::matching {
 namespace {
-
-constexpr int32_t kLeafSize = 12;
 
 // The axis along which the points spread most.
 int WidestAxis(const std::vector<Eigen::Vector3f>& points, const int32_t* begin,
@@ -44,7 +44,7 @@ struct KdTree::KNearestVisitor {
 KdTree::KdTree(const std::vector<Eigen::Vector3f>& points) : order_(points.size()) {
   if (points.empty()) return;
   std::iota(order_.begin(), order_.end(), 0);
-  nodes_.reserve(2 * points.size() / (kLeafSize / 2) + 1);
+  nodes_.reserve(2 * points.size() / (kLeafPoints / 2) + 1);
   Build(points, 0, static_cast<int32_t>(points.size()));
   points_.reserve(points.size());
   for (int32_t index : order_) points_.push_back(points[index]);
@@ -53,7 +53,7 @@ KdTree::KdTree(const std::vector<Eigen::Vector3f>& points) : order_(points.size(
 int32_t KdTree::Build(const std::vector<Eigen::Vector3f>& points, int32_t begin, int32_t end) {
   const int32_t index = static_cast<int32_t>(nodes_.size());
   nodes_.emplace_back();
-  if (end - begin <= kLeafSize) {
+  if (end - begin <= kLeafPoints) {
     nodes_[index] = {-1, 0.0f, begin, end};
     return index;
   }

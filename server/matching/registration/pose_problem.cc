@@ -3,6 +3,8 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 
+#include "server/pose_graph/limits.h"
+
 namespace isthmus::matching {
 
 Pose MoveAbout(const Eigen::Vector3d& center, const Vector6d& twist, const Pose& T) {
@@ -32,6 +34,10 @@ NormalEquations Linearize(const std::vector<Correspondence>& pairs, const Pose& 
   }
   equations.H.bottomLeftCorner<3, 3>() = equations.H.topRightCorner<3, 3>().transpose();
   return equations;
+}
+
+bool IsSmallStep(const Vector6d& twist, double step_m) {
+  return twist.head<3>().norm() < step_m && twist.tail<3>().norm() < step_m / pose_graph::kLeverM;
 }
 
 bool StepPose(const std::vector<Correspondence>& pairs, double damping, Pose* T_a_b,

@@ -32,16 +32,14 @@ Pose MoveAbout(const Eigen::Vector3d& center, const Vector6d& twist, const Pose&
 NormalEquations Linearize(const std::vector<Correspondence>& pairs, const Pose& T_a_b,
                           const Eigen::Vector3d& center);
 
-// What keeps a step finite, and biases none.
-inline constexpr double kDamping = 1e-6;
-// Range noise and thinning keep even a perfect alignment from being known better than this.
-inline constexpr double kMinSigmaM = 0.02;
-
 // One damped Gauss-Newton step on fixed pairs: solves (H + damping diag(H)) xi = -g. Directions
 // that the pairs say nothing about (a corridor's length) stay where they are. False, with T_a_b and
 // twist unchanged, when there are fewer than 6 pairs or the result is not finite.
 bool StepPose(const std::vector<Correspondence>& pairs, double damping, Pose* T_a_b,
               Vector6d* twist);
+
+// Whether a step is below `step_m`, and what that is at pose_graph::kLeverM in radians.
+bool IsSmallStep(const Vector6d& twist, double step_m);
 
 // The information of a twist about the origin of frame a, given that of one about `center`.
 Matrix6d MoveInformationToOrigin(const Matrix6d& information, const Eigen::Vector3d& center);

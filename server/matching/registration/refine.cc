@@ -5,36 +5,23 @@
 
 #include "server/matching/registration/alignment_quality.h"
 #include "server/matching/registration/gicp.h"
+#include "server/matching/registration/limits.h"
 #include "server/matching/registration/refinable_map.h"
 #include "server/matching/registration/surface_sample.h"
 
 namespace isthmus::matching {
 namespace {
 
-constexpr size_t kMaxCoarsePoints = 3000;
-constexpr size_t kMaxFinePoints = 15000;
-// A step below these ends a round.
-constexpr double kCoarseStepM = 0.005, kCoarseStepRad = 5e-4;
-constexpr double kFineStepM = 2e-4, kFineStepRad = 2e-5;
-
-bool IsSmall(const Vector6d& twist, double step_m, double step_rad) {
-  return twist.head<3>().norm() < step_m && twist.tail<3>().norm() < step_rad;
-}
-
-// The gate follows the error that is left: a few times the median distance, never growing, never
-// below what thinning alone makes of neighbours.
 void RunGicp(const RefinableMap::Data& a, const RefinableMap::Data& b, const RefineOptions& options,
              Pose* T_a_b) {
-  const double min_gate = std::max(3.0 * a.voxel_m, 0.5);
-  double gate = std::max(options.coarse_distance_m, min_gate);
+  double gate = std::max(options.coarse_distance_m, LeastGate(a.voxel_m));
   PairSet found;
   for (int i = 0; i < options.max_iterations; ++i) {
     FindGicpPairs(a.points, a.tree, b.points, b.coarse_sample, *T_a_b, gate, &found);
     Vector6d twist;
     if (!StepPose(found.pairs, kDamping, T_a_b, &twist)) return;
-    const double wanted = 8.0 * found.median_normal_distance_m + a.voxel_m;
-    const double shrunk = std::clamp(wanted, std::max(min_gate, 0.7 * gate), gate);
-    if (IsSmall(twist, kCoarseStepM, kCoarseStepRad) && shrunk > 0.99 * gate) return;
+    const double shrunk = NextGate(gate, found.median_normal_distance_m, a.voxel_m);
+    if (IsSmallStep(twist, kCoarseStepM) && shrunk > 0.99 * gate) return;
     gate = shrunk;
   }
 }
@@ -47,7 +34,7 @@ bool RunVgicp(const GaussianVoxelMap& a, const RefinableMap::Data& b, const Refi
     FindVgicpPairs(a, b.points, b.fine_sample, *T_a_b, &pairs);
     Vector6d twist;
     if (!StepPose(pairs, kDamping, T_a_b, &twist)) return false;
-    if (IsSmall(twist, kFineStepM, kFineStepRad)) return true;
+    if (IsSmallStep(twist, kFineStepM)) return true;
   }
   return false;
 }

@@ -8,17 +8,19 @@
 #include "core/match.h"
 #include "core/submap.h"
 #include "server/matching/registration/candidate.h"
+#include "server/matching/registration/limits.h"
 #include "server/matching/registration/surface.h"
 
 namespace isthmus::matching {
 
 struct RefineOptions {
-  double voxel_m = 0.25;            // Thinning of both maps, at least; see max_points.
-  double coarse_distance_m = 4.0;   // Correspondence gate of the first GICP round.
-  double vgicp_voxel_m = 1.0;       // Voxel of the VGICP target; at least 3 voxels of thinning.
-  double overlap_distance_m = 0.3;  // A point of b overlaps a when it has a neighbour this near.
-  int max_iterations = 60;          // Per round; from 7 m off GICP takes about 50.
-  int max_points = 150000;          // Larger maps are thinned more coarsely, to about this many.
+  double voxel_m = kIndoorVoxelM;          // Thinning of both maps, at least; see max_points.
+  double coarse_distance_m = kGuessGateM;  // Correspondence gate of the first GICP round.
+  double vgicp_voxel_m = 1.0;  // Voxel of the VGICP target; at least 3 voxels of thinning.
+  // A point of b overlaps a when it has a neighbour this near.
+  double overlap_distance_m = kOnSurfaceM;
+  int max_iterations = 60;  // Per round; from 7 m off GICP takes about 50.
+  int max_points = 150000;  // Larger maps are thinned more coarsely, to about this many.
 };
 
 struct Refinement {

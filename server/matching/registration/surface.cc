@@ -8,26 +8,18 @@
 #include <cstdint>
 
 #include "server/matching/registration/kd_tree.h"
+#include "server/matching/registration/limits.h"
 #include "server/matching/registration/voxel_filter.h"
 #include "server/matching/registration/voxel_key.h"
 
 namespace isthmus::matching {
 namespace {
 
-constexpr int kNeighbors = 16;
-constexpr size_t kMinNeighbors = 6;
-// Neighbourhoods reach this many voxels at the most.
-constexpr float kNeighborhoodVoxels = 6.0f;
-// Below this middle over largest eigenvalue the neighbours lie on a line.
-constexpr float kMinPlanarity = 0.03f;
-// Normals of one surface seen from several submaps: cosine between them, at least.
-constexpr float kMinAgreement = 0.8f;
-
 // False when the neighbours do not span a surface.
 bool EstimateNormal(const std::vector<Eigen::Vector3f>& points,
                     const std::vector<KdTree::Neighbor>& neighbors,
                     const Eigen::Vector3f& to_sensor, SurfacePoint* point) {
-  if (neighbors.size() < kMinNeighbors) return false;
+  if (neighbors.size() < kMinNormalNeighbors) return false;
   Eigen::Vector3f mean = Eigen::Vector3f::Zero();
   for (const auto& n : neighbors) mean += points[n.index] - point->position;
   mean /= static_cast<float>(neighbors.size());
@@ -51,13 +43,13 @@ std::vector<SurfacePoint> Sample(const std::vector<ViewedPoint>& thinned, double
   positions.reserve(thinned.size());
   for (const ViewedPoint& point : thinned) positions.push_back(point.position);
   const KdTree tree(positions);
-  const float reach = kNeighborhoodVoxels * static_cast<float>(voxel_m);
+  const float reach = kNormalReachVoxels * static_cast<float>(voxel_m);
   std::vector<SurfacePoint> surface;
   surface.reserve(positions.size());
   std::vector<KdTree::Neighbor> neighbors;
   for (size_t i = 0; i < positions.size(); ++i) {
     SurfacePoint point{positions[i], Eigen::Vector3f::Zero(), 1.0f};
-    tree.KNearest(positions[i], kNeighbors, reach, &neighbors);
+    tree.KNearest(positions[i], kNormalNeighbors, reach, &neighbors);
     if (EstimateNormal(positions, neighbors, thinned[i].to_sensor, &point)) {
       surface.push_back(point);
     }
@@ -86,7 +78,7 @@ std::vector<SurfacePoint> Join(const std::vector<SurfacePart>& parts, double vox
         continue;
       }
       SurfacePoint& mean = joined[entry->second];
-      if (mean.normal.dot(point.normal) < kMinAgreement * mean.normal.norm()) continue;
+      if (mean.normal.dot(point.normal) < kMinJoinedCosine * mean.normal.norm()) continue;
       const float share = 1.0f / static_cast<float>(++counts[entry->second]);
       mean.position += share * (point.position - mean.position);
       mean.normal += share * (point.normal - mean.normal);

@@ -9,12 +9,6 @@
 
 namespace isthmus::matching {
 
-// Between points of a surface: fine enough for rooms; outdoors half as fine is enough, and a
-// quarter of the cost.
-inline constexpr double kIndoorVoxelM = 0.25, kOutdoorVoxelM = 0.5;
-// Of the normals of surfaces that can be the same.
-inline constexpr float kMinNormalCosine = 0.5f;
-
 struct SurfacePoint {
   Eigen::Vector3f position;
   Eigen::Vector3f normal;  // Unit length, towards the sensor.

@@ -3,6 +3,7 @@
 #include <Eigen/LU>
 
 #include "server/matching/registration/gicp.h"
+#include "server/matching/registration/limits.h"
 #include "server/matching/registration/voxel_key.h"
 
 namespace isthmus::matching {

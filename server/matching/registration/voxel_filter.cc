@@ -4,12 +4,11 @@
 
 #include <cstdint>
 
+#include "server/matching/registration/limits.h"
 #include "server/matching/registration/voxel_key.h"
 
 namespace isthmus::matching {
 namespace {
-
-constexpr float kMaxCoordinateM = 1e5f;
 
 struct VoxelMean {
   Eigen::Vector3f anchor;  // First point; sums are relative to it to keep float precision.
@@ -38,7 +37,7 @@ class Thinner {
       if (point.keyframe >= sensors.size()) continue;
       const Eigen::Vector3f p = R * point.Position() + t;
       // Written so that NaN fails too.
-      if (!(p.cwiseAbs().maxCoeff() < kMaxCoordinateM)) continue;
+      if (!(p.cwiseAbs().maxCoeff() < kMaxSurfaceCoordinateM)) continue;
       Add(p, (sensors[point.keyframe] - p).normalized());
     }
   }

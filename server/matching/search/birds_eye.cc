@@ -5,21 +5,14 @@
 #include <cmath>
 
 #include "core/stopwatch.h"
+#include "server/matching/registration/limits.h"
 #include "server/matching/search/birds_eye_image.h"
 #include "server/matching/search/fft_correlator.h"
+#include "server/matching/search/limits.h"
 #include "server/matching/search/placement.h"
 
 namespace isthmus::matching {
 namespace {
-
-// The first pass is at this many times the cell: at 4 degrees of yaw the images do not fit better.
-constexpr double kCoarseFactor = 2.0;
-constexpr size_t kPeaksPerYaw = 12;
-constexpr size_t kPolished = 48;
-constexpr size_t kFreeStride = 3;
-constexpr double kSuppressYawRad = 0.12;
-// Ground of both maps is compared where at least this many cells were seen by both.
-constexpr size_t kMinSharedGround = 10;
 
 // Draws b's cells, turned, into the planes; returns the shift that field index (0, 0) stands for.
 Eigen::Vector2d Draw(const BirdsEyeCells& cells, double yaw, const BirdsEyeImage& reference,
@@ -127,7 +120,7 @@ double GroundOffset(const GroundGrid& a, const GroundGrid& b, const Placement2d&
     filled.push_back(offset);
     if (a.Seen(p.x(), p.y())) shared.push_back(offset);
   }
-  std::vector<float>& offsets = shared.size() >= kMinSharedGround ? shared : filled;
+  std::vector<float>& offsets = shared.size() >= kMinSharedGroundCells ? shared : filled;
   if (offsets.empty()) return 0;
   std::nth_element(offsets.begin(), offsets.begin() + offsets.size() / 2, offsets.end());
   return offsets[offsets.size() / 2];
@@ -153,8 +146,9 @@ std::vector<Candidate> SearchBirdsEye(const WallMap& a, const WallMap& b,
     const double fine_cell = coarse_cell / kCoarseFactor;
     const Eigen::Vector2d pivot = b_coarse.center.cast<double>();
     const double apart = 4 * coarse_cell;
-    std::vector<Placement2d> placements = SuppressNeighbors(
-        SearchCoarse(a_coarse, b_coarse, options), pivot, apart, kSuppressYawRad, kPolished);
+    std::vector<Placement2d> placements =
+        SuppressNeighbors(SearchCoarse(a_coarse, b_coarse, options), pivot, apart, kSuppressYawRad,
+                          kPolishedPlacements);
     const BirdsEyeCells a_fine = MakeBirdsEyeCells(a, scale, fine_cell);
     const BirdsEyeCells b_fine = MakeBirdsEyeCells(b, scale, fine_cell);
     const BirdsEyeImage reference = MakeReferenceImage(a_fine, options.free_space_weight);

@@ -6,18 +6,10 @@
 #include <cstdint>
 #include <limits>
 
+#include "server/matching/search/limits.h"
+
 namespace isthmus::matching {
 namespace {
-
-constexpr int kLayers = 8;          // Of the height band.
-constexpr float kFullLayers = 4;    // A wall that fills this many counts in full.
-constexpr double kMaxShifts = 4e6;  // Some 200 MB.
-// Of one map, in cells half as large as those whose shifts are that many.
-constexpr double kMaxCells = 2.1 * kMaxShifts;
-// What two walls in one place are worth whichever way they face, beside the cosine between them.
-constexpr float kUnorientedShare = 0.3f;
-// Binomial kernel of the blur, its peak at 1.
-constexpr float kBlurNear = 0.5f;
 
 struct Grid {
   Eigen::Vector2f origin;
@@ -52,7 +44,8 @@ Grid MakeGrid(const WallMap& map, const SceneScale& scale, double cell_m) {
   grid.cell = static_cast<float>(cell_m);
   grid.inverse_cell = 1 / grid.cell;
   const Eigen::Vector2f size = extent.sizes() * grid.inverse_cell;
-  if (!((size.x() + 1) * (size.y() + 1) < kMaxCells)) return grid;
+  // In cells half as large as those whose shifts are that many.
+  if (!((size.x() + 1) * (size.y() + 1) < 2.1 * kMaxPlanCells)) return grid;
   grid.width = static_cast<int>(size.x()) + 1;
   grid.rows = static_cast<int>(size.y()) + 1;
   return grid;
@@ -66,15 +59,15 @@ struct Column {
 
 std::vector<Column> CollectWalls(const WallMap& map, const SceneScale& scale, const Grid& grid) {
   std::vector<Column> columns(static_cast<size_t>(grid.width) * grid.rows);
-  const float to_layer = kLayers / (scale.wall.high - scale.wall.low);
+  const float to_layer = kWallLayers / (scale.wall.high - scale.wall.low);
   for (const WallPoint& wall : map.walls()) {
     if (wall.height < scale.wall.low || wall.height >= scale.wall.high) continue;
     const int x = grid.Column(wall.position.x()), y = grid.Row(wall.position.y());
     if (!grid.Inside(x, y)) continue;
     Column& column = columns[y * grid.width + x];
     column.normal += wall.normal;
-    column.layers |=
-        1u << std::min(kLayers - 1, static_cast<int>((wall.height - scale.wall.low) * to_layer));
+    column.layers |= 1u << std::min(kWallLayers - 1,
+                                    static_cast<int>((wall.height - scale.wall.low) * to_layer));
     ++column.count;
   }
   return columns;
@@ -130,13 +123,13 @@ void Enclose(BirdsEyeCells* cells) {
   cells->radius += static_cast<float>(cells->cell_m);
 }
 
-// One pass of [near 1 near] along and one across, cut off at `limit` in size.
+// The binomial kernel, its peak at 1: one pass of [1/2 1 1/2] along and one across.
 void Blur(int width, int rows, std::vector<float>* plane) {
   std::vector<float> row(static_cast<size_t>(width));
   for (int y = 0; y < rows; ++y) {
     float* p = plane->data() + static_cast<size_t>(y) * width;
     for (int x = 0; x < width; ++x) {
-      row[x] = p[x] + kBlurNear * ((x > 0 ? p[x - 1] : 0) + (x + 1 < width ? p[x + 1] : 0));
+      row[x] = p[x] + 0.5f * ((x > 0 ? p[x - 1] : 0) + (x + 1 < width ? p[x + 1] : 0));
     }
     std::copy(row.begin(), row.end(), p);
   }
@@ -144,8 +137,8 @@ void Blur(int width, int rows, std::vector<float>* plane) {
   for (int y = 0; y < rows; ++y) {
     for (int x = 0; x < width; ++x) {
       const size_t i = static_cast<size_t>(y) * width + x;
-      (*plane)[i] = source[i] + kBlurNear * ((y > 0 ? source[i - width] : 0) +
-                                             (y + 1 < rows ? source[i + width] : 0));
+      (*plane)[i] = source[i] + 0.5f * ((y > 0 ? source[i - width] : 0) +
+                                        (y + 1 < rows ? source[i + width] : 0));
     }
   }
 }
@@ -159,7 +152,7 @@ double CellThatFits(const WallMap& a, const WallMap& b, const SceneScale& scale,
     const Eigen::AlignedBox2f extent = Extent(*map, scale);
     if (!extent.isEmpty()) side_m += extent.diagonal().cast<double>().norm();
   }
-  while (std::isfinite(side_m) && std::pow(side_m / cell_m, 2) > kMaxShifts) cell_m *= 2;
+  while (std::isfinite(side_m) && std::pow(side_m / cell_m, 2) > kMaxPlanCells) cell_m *= 2;
   return cell_m;
 }
 
@@ -175,7 +168,7 @@ BirdsEyeCells MakeBirdsEyeCells(const WallMap& map, const SceneScale& scale, dou
     if (column.count > 0 || hits[i] > 0) cells.known.push_back(grid.Center(i));
     if (column.count > 0) {
       const float filled = static_cast<float>(std::popcount(column.layers));
-      const float weight = std::min(1.0f, filled / kFullLayers);
+      const float weight = std::min(1.0f, filled / (0.5f * kWallLayers));
       cells.walls.push_back(
           {grid.Center(i), weight / static_cast<float>(column.count) * column.normal, weight});
     } else if (hits[i] >= 2 && !NearWall(columns, grid, i % grid.width, i / grid.width)) {

@@ -4,12 +4,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "server/matching/search/limits.h"
+
 namespace isthmus::matching {
 namespace {
-
-constexpr size_t kMinSurfaces = 50;
-constexpr double kFinalGateRad = 0.07;
-constexpr int kRounds = 8;
 
 // One class of surfaces: the mean of n n^T over those within the gate.
 struct Scatter {
@@ -29,8 +27,8 @@ struct Scatter {
 
 Eigen::Quaterniond EstimateLevel(const std::vector<SurfacePoint>& surface, double max_tilt_rad) {
   Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
-  for (int round = 0; round < kRounds; ++round) {
-    const double gate = std::max(kFinalGateRad, max_tilt_rad * std::pow(0.7, round));
+  for (int round = 0; round < kLevelRounds; ++round) {
+    const double gate = std::max(kLevelGateRad, max_tilt_rad * std::pow(0.7, round));
     const double sin_gate = std::sin(gate), cos_gate = std::cos(gate);
     Scatter level, upright;
     for (const SurfacePoint& point : surface) {
@@ -39,7 +37,7 @@ Eigen::Quaterniond EstimateLevel(const std::vector<SurfacePoint>& surface, doubl
       if (along > cos_gate) level.Add(n);
       if (along < sin_gate) upright.Add(n);
     }
-    if (level.count < kMinSurfaces) return Eigen::Quaterniond::Identity();
+    if (level.count < kMinLevelSurfaces) return Eigen::Quaterniond::Identity();
     // Minimise |u x n|^2 over level ones plus (u . n)^2 over upright ones, each class as one vote.
     const Eigen::Matrix3d cost = upright.Mean() - level.Mean();
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(cost);

@@ -5,35 +5,29 @@
 #include <deque>
 #include <limits>
 
+#include "server/matching/search/limits.h"
+
 namespace isthmus::matching {
-namespace {
-
-constexpr float kMinUpward = 0.85f;  // n_z of ground.
-constexpr float kTopStep = 0.4f;     // A cell this far above its neighbourhood's median is a top.
-constexpr int kTopWindow = 2;        // Cells on either side.
-constexpr int kMaxGroundCells = 4'000'000;  // A map that would need more is cut off, not refused.
-
-}  // namespace
 
 GroundGrid::GroundGrid(const std::vector<SurfacePoint>& surface, double cell_m)
     : cell_m_(static_cast<float>(cell_m)) {
   Eigen::Vector2f low = Eigen::Vector2f::Constant(std::numeric_limits<float>::max());
   Eigen::Vector2f high = -low;
   for (const SurfacePoint& point : surface) {
-    if (point.normal.z() < kMinUpward) continue;
+    if (point.normal.z() < kMinLevelNormalZ) continue;
     low = low.cwiseMin(point.position.head<2>());
     high = high.cwiseMax(point.position.head<2>());
   }
   if (low.x() > high.x()) return;
   const Eigen::Vector2f size = (high - low) / cell_m_;
-  if (!((size.x() + 1) * (size.y() + 1) < kMaxGroundCells)) return;
+  if (!((size.x() + 1) * (size.y() + 1) < kMaxPlanCells)) return;
   origin_ = low;
   width_ = static_cast<int>(size.x()) + 1;
   rows_ = static_cast<int>(size.y()) + 1;
   height_.assign(static_cast<size_t>(width_) * rows_, std::numeric_limits<float>::max());
   known_.assign(height_.size(), 0);
   for (const SurfacePoint& point : surface) {
-    if (point.normal.z() < kMinUpward) continue;
+    if (point.normal.z() < kMinLevelNormalZ) continue;
     const int cell = Index(point.position.x(), point.position.y());
     height_[cell] = std::min(height_[cell], point.position.z());
     known_[cell] = 1;
@@ -72,7 +66,7 @@ void GroundGrid::RejectTops() {
         }
       }
       std::nth_element(around.begin(), around.begin() + around.size() / 2, around.end());
-      if (height_[cell] > around[around.size() / 2] + kTopStep) known_[cell] = 0;
+      if (height_[cell] > around[around.size() / 2] + kTopStepM) known_[cell] = 0;
     }
   }
 }

@@ -8,11 +8,7 @@
 namespace isthmus::matching {
 namespace {
 
-constexpr int kRings = PlaceDescriptor::kRings, kSectors = PlaceDescriptor::kSectors;
-// How often (1 2 1)/4 goes over rings and sectors: about a ring, and a sector, to either side.
-constexpr int kBlurs = 2;
-
-using Cells = std::array<float, static_cast<size_t>(kRings) * kSectors>;
+using Cells = std::array<float, static_cast<size_t>(kPlaceRings) * kPlaceSectors>;
 
 // The greatest height per cell, as a share of the band; 0 where there is nothing.
 Cells Rasterise(const std::vector<Eigen::Vector3f>& points, const PlaceDescriptorOptions& options) {
@@ -24,9 +20,9 @@ Cells Rasterise(const std::vector<Eigen::Vector3f>& points, const PlaceDescripto
     const float range = point.head<2>().norm();
     if (!(range < max_range)) continue;
     const float turn = std::atan2(point.y(), point.x()) / (2 * std::numbers::pi_v<float>)+0.5f;
-    const int sector = std::min(static_cast<int>(turn * kSectors), kSectors - 1);
-    const int ring = std::min(static_cast<int>(range / max_range * kRings), kRings - 1);
-    float& cell = cells[sector * kRings + ring];
+    const int sector = std::min(static_cast<int>(turn * kPlaceSectors), kPlaceSectors - 1);
+    const int ring = std::min(static_cast<int>(range / max_range * kPlaceRings), kPlaceRings - 1);
+    float& cell = cells[sector * kPlaceRings + ring];
     cell = std::max(cell, (point.z() - options.low_m) / band);
   }
   return cells;
@@ -34,20 +30,22 @@ Cells Rasterise(const std::vector<Eigen::Vector3f>& points, const PlaceDescripto
 
 Cells Blur(const Cells& cells) {
   Cells along = {}, blurred = {};
-  for (int sector = 0; sector < kSectors; ++sector) {
-    const float* in = &cells[sector * kRings];
-    float* out = &along[sector * kRings];
-    for (int ring = 0; ring < kRings; ++ring) {
-      const float inner = ring > 0 ? in[ring - 1] : 0, outer = ring + 1 < kRings ? in[ring + 1] : 0;
+  for (int sector = 0; sector < kPlaceSectors; ++sector) {
+    const float* in = &cells[sector * kPlaceRings];
+    float* out = &along[sector * kPlaceRings];
+    for (int ring = 0; ring < kPlaceRings; ++ring) {
+      const float inner = ring > 0 ? in[ring - 1] : 0,
+                  outer = ring + 1 < kPlaceRings ? in[ring + 1] : 0;
       out[ring] = 0.5f * in[ring] + 0.25f * (inner + outer);
     }
   }
-  for (int sector = 0; sector < kSectors; ++sector) {
-    const float* middle = &along[sector * kRings];
-    const float* left = &along[(sector + kSectors - 1) % kSectors * kRings];
-    const float* right = &along[(sector + 1) % kSectors * kRings];
-    for (int ring = 0; ring < kRings; ++ring) {
-      blurred[sector * kRings + ring] = 0.5f * middle[ring] + 0.25f * (left[ring] + right[ring]);
+  for (int sector = 0; sector < kPlaceSectors; ++sector) {
+    const float* middle = &along[sector * kPlaceRings];
+    const float* left = &along[(sector + kPlaceSectors - 1) % kPlaceSectors * kPlaceRings];
+    const float* right = &along[(sector + 1) % kPlaceSectors * kPlaceRings];
+    for (int ring = 0; ring < kPlaceRings; ++ring) {
+      blurred[sector * kPlaceRings + ring] =
+          0.5f * middle[ring] + 0.25f * (left[ring] + right[ring]);
     }
   }
   return blurred;
@@ -56,8 +54,8 @@ Cells Blur(const Cells& cells) {
 // To unit length, where a cell's square counts by its area.
 void Weigh(Cells* cells) {
   double sum = 0;
-  for (int i = 0; i < kRings * kSectors; ++i) {
-    (*cells)[i] *= std::sqrt(static_cast<float>(i % kRings) + 0.5f);
+  for (int i = 0; i < kPlaceRings * kPlaceSectors; ++i) {
+    (*cells)[i] *= std::sqrt(static_cast<float>(i % kPlaceRings) + 0.5f);
     sum += (*cells)[i] * (*cells)[i];
   }
   if (!(sum > 0)) return;
@@ -72,7 +70,7 @@ float Dot(const float* a, const float* b, int count) {
 
 float KeyDistance2(const PlaceDescriptor& a, const PlaceDescriptor& b) {
   float sum = 0;
-  for (int ring = 0; ring < kRings; ++ring) {
+  for (int ring = 0; ring < kPlaceRings; ++ring) {
     const float difference = a.ring_key[ring] - b.ring_key[ring];
     sum += difference * difference;
   }
@@ -106,9 +104,10 @@ PlaceDescriptor DescribePlace(const std::vector<Eigen::Vector3f>& points,
                               const PlaceDescriptorOptions& options) {
   PlaceDescriptor descriptor;
   descriptor.cells = Rasterise(points, options);
-  for (int i = 0; i < kBlurs; ++i) descriptor.cells = Blur(descriptor.cells);
-  for (int i = 0; i < kRings * kSectors; ++i) {
-    descriptor.ring_key[i % kRings] += descriptor.cells[i] / kSectors;
+  // About a ring, and a sector, to either side.
+  descriptor.cells = Blur(Blur(descriptor.cells));
+  for (int i = 0; i < kPlaceRings * kPlaceSectors; ++i) {
+    descriptor.ring_key[i % kPlaceRings] += descriptor.cells[i] / kPlaceSectors;
   }
   Weigh(&descriptor.cells);
   return descriptor;
@@ -117,9 +116,9 @@ PlaceDescriptor DescribePlace(const std::vector<Eigen::Vector3f>& points,
 PlaceComparison Compare(const PlaceDescriptor& a, const PlaceDescriptor& b) {
   int best_turn = 0;
   float best = 0;
-  for (int turn = 0; turn < kSectors; ++turn) {
+  for (int turn = 0; turn < kPlaceSectors; ++turn) {
     // Sector s of b lies on sector s + turn of a.
-    const int split = turn * kRings, rest = kRings * kSectors - split;
+    const int split = turn * kPlaceRings, rest = kPlaceRings * kPlaceSectors - split;
     const float agreement = Dot(&a.cells[split], b.cells.data(), rest) +
                             Dot(a.cells.data(), &b.cells[rest % b.cells.size()], split);
     if (agreement > best) {
@@ -130,8 +129,8 @@ PlaceComparison Compare(const PlaceDescriptor& a, const PlaceDescriptor& b) {
   PlaceComparison comparison;
   comparison.distance = std::clamp(1.0 - best, 0.0, 1.0);
   // (-pi, pi].
-  const int turn = best_turn > kSectors / 2 ? best_turn - kSectors : best_turn;
-  comparison.yaw = turn * 2 * std::numbers::pi / kSectors;
+  const int turn = best_turn > kPlaceSectors / 2 ? best_turn - kPlaceSectors : best_turn;
+  comparison.yaw = turn * 2 * std::numbers::pi / kPlaceSectors;
   return comparison;
 }
 

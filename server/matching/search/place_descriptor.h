@@ -14,6 +14,8 @@
 #include <cstddef>
 #include <vector>
 
+#include "server/matching/search/limits.h"
+
 namespace isthmus::matching {
 
 struct PlaceDescriptorOptions {
@@ -25,12 +27,11 @@ struct PlaceDescriptorOptions {
 
 // Value type. Comparable with those of the same options only.
 struct PlaceDescriptor {
-  static constexpr int kRings = 20, kSectors = 60;
-
   // Sector by sector from azimuth -pi, rings outwards; not negative, of unit length as a whole, or
   // all 0 where there was nothing in the band.
-  std::array<float, kRings* kSectors> cells = {};
-  std::array<float, kRings> ring_key = {};  // Mean height of each ring, as a share of the band.
+  std::array<float, kPlaceRings* kPlaceSectors> cells = {};
+  // Mean height of each ring, as a share of the band.
+  std::array<float, kPlaceRings> ring_key = {};
 
   bool empty() const;
 };
@@ -57,7 +58,6 @@ struct PlaceHit {
 // The at most k places nearest to the query, nearest first: those whose ring keys are nearest are
 // compared, at least kMinShortlist and kShortlistPerHit for each of k; equal ones in order of
 // index. Empty ones are never returned. Deterministic; thread safe. O(places) in ring keys.
-inline constexpr size_t kMinShortlist = 50, kShortlistPerHit = 5;
 std::vector<PlaceHit> FindPlaces(const PlaceDescriptor& query,
                                  const std::vector<PlaceDescriptor>& places, size_t k);
 

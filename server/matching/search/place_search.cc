@@ -1,16 +1,12 @@
 #include "server/matching/search/place_search.h"
 
 #include <algorithm>
-#include <numbers>
 #include <utility>
+
+#include "server/matching/search/limits.h"
 
 namespace isthmus::matching {
 namespace {
-
-// Of each place of b, so many of a may be the same.
-constexpr size_t kHitsPerPlace = 3;
-constexpr double kSameM = 2;
-constexpr double kSameRad = 12 * std::numbers::pi / 180;
 
 struct Guess {
   double distance = 1;
@@ -20,8 +16,8 @@ struct Guess {
 
 // Measured at the place, not at the origin that may be far away.
 bool IsSame(const Guess& guess, const Guess& other) {
-  return (guess.T_a_b * guess.place_b - other.T_a_b * guess.place_b).norm() < kSameM &&
-         RotationAngle(guess.T_a_b.Inverse() * other.T_a_b) < kSameRad;
+  return (guess.T_a_b * guess.place_b - other.T_a_b * guess.place_b).norm() < kGuessErrorM &&
+         RotationAngle(guess.T_a_b.Inverse() * other.T_a_b) < kSameGuessRad;
 }
 
 std::vector<Guess> MakeGuesses(const std::vector<Place>& a, const std::vector<Place>& b) {

@@ -8,41 +8,17 @@
 #include <utility>
 
 #include "server/matching/search/gravity.h"
+#include "server/matching/search/limits.h"
 
 namespace isthmus::matching {
 namespace {
 
-constexpr size_t kFewestSurfaces = 50;
-// More surfaces than this make no answer better.
-constexpr size_t kMaxSurfaces = 20'000;
-// Gate for normals along and across a hypothesised vertical.
-constexpr float kSinGate = 0.17f, kCosGate = 0.985f;
-// The first look: hypotheses about 3.2 degrees apart on half the sphere, against normals gathered
-// in cells of about 2.5 degrees.
-constexpr int kHypotheses = 2000;
-constexpr float kCellsPerUnit = 24;
-// Axes that are looked at closely, and how far they are from each other.
-constexpr size_t kMaxAxes = 8;
-constexpr double kAxisSpacingRad = 0.35;
-constexpr double kRefineRad = 0.15;
-constexpr double kDistinctRad = 10 * std::numbers::pi / 180;
-// What counts as one plane: two bins.
-constexpr float kPlaneBinM = 0.15f;
-// The map's spread along the axis, over its largest, at which an axis is believed half as much.
-constexpr double kHalfFlatness = 0.5;
-// How far the sensors' place between floor and ceiling may swing the judgement.
-constexpr double kMinSensorHeight = 0.2;
-// The candidate near odom's z is kept above the first, and believed above the second share of the
-// best one's score.
-constexpr double kKeepShare = 0.5;
-constexpr double kBelieveShare = 0.8;
-
 std::vector<SurfacePoint> Thin(const std::vector<SurfacePoint>& surface) {
-  if (surface.size() <= kMaxSurfaces) return surface;
+  if (surface.size() <= kMaxLevelSurfaces) return surface;
   std::vector<SurfacePoint> thinned;
-  thinned.reserve(kMaxSurfaces);
-  for (size_t i = 0; i < kMaxSurfaces; ++i) {
-    thinned.push_back(surface[i * surface.size() / kMaxSurfaces]);
+  thinned.reserve(kMaxLevelSurfaces);
+  for (size_t i = 0; i < kMaxLevelSurfaces; ++i) {
+    thinned.push_back(surface[i * surface.size() / kMaxLevelSurfaces]);
   }
   return thinned;
 }
@@ -56,7 +32,7 @@ std::vector<Eigen::Vector4f> GatherNormals(const std::vector<SurfacePoint>& surf
     const Eigen::Vector3f n =
         point.normal[axis] < 0 ? Eigen::Vector3f(-point.normal) : point.normal;
     const auto cell = [&](int k) {
-      return static_cast<int>(std::floor(n[(axis + k) % 3] / n[axis] * kCellsPerUnit));
+      return static_cast<int>(std::floor(n[(axis + k) % 3] / n[axis] * kNormalCellsPerUnit));
     };
     auto [it, fresh] = cells.try_emplace({3 * cell(1) + axis, cell(2)}, Eigen::Vector4f::Zero());
     it->second += Eigen::Vector4f(n.x(), n.y(), n.z(), 1);
@@ -72,7 +48,7 @@ std::vector<Eigen::Vector4f> GatherNormals(const std::vector<SurfacePoint>& surf
 
 // Evenly over the half sphere z >= 0: a spiral that turns by the golden angle.
 Eigen::Vector3f HalfSpherePoint(int i) {
-  const double z = (i + 0.5) / kHypotheses, r = std::sqrt(1 - z * z);
+  const double z = (i + 0.5) / kUpHypotheses, r = std::sqrt(1 - z * z);
   const double azimuth = i * std::numbers::pi * (3 - std::sqrt(5.0));
   return Eigen::Vector3d(r * std::cos(azimuth), r * std::sin(azimuth), z).cast<float>();
 }
@@ -81,12 +57,12 @@ Eigen::Vector3f HalfSpherePoint(int i) {
 std::vector<Eigen::Vector3d> FindAxes(const std::vector<SurfacePoint>& surface) {
   const std::vector<Eigen::Vector4f> normals = GatherNormals(surface);
   std::vector<std::pair<float, int>> ranked;
-  for (int i = 0; i < kHypotheses; ++i) {
+  for (int i = 0; i < kUpHypotheses; ++i) {
     const Eigen::Vector3f axis = HalfSpherePoint(i);
     float mass = 0;
     for (const Eigen::Vector4f& normal : normals) {
       const float along = std::abs(axis.dot(normal.head<3>()));
-      if (along > kCosGate || along < kSinGate) mass += normal.w();
+      if (along > kAlongUpCosine || along < kAcrossUpSine) mass += normal.w();
     }
     ranked.emplace_back(-mass, i);
   }
@@ -95,10 +71,10 @@ std::vector<Eigen::Vector3d> FindAxes(const std::vector<SurfacePoint>& surface) 
   for (const auto& [mass, i] : ranked) {
     const Eigen::Vector3d axis = HalfSpherePoint(i).cast<double>();
     const bool taken = std::any_of(axes.begin(), axes.end(), [&](const Eigen::Vector3d& other) {
-      return std::abs(axis.dot(other)) > std::cos(kAxisSpacingRad);
+      return std::abs(axis.dot(other)) > std::cos(kUpAxisSpacingRad);
     });
     if (!taken) axes.push_back(axis);
-    if (axes.size() == kMaxAxes) break;
+    if (axes.size() == kMaxUpAxes) break;
   }
   return axes;
 }
@@ -108,7 +84,7 @@ Eigen::Vector3d Refine(const std::vector<SurfacePoint>& surface, const Eigen::Ve
   const Eigen::Matrix3f R_float = R.toRotationMatrix().cast<float>();
   std::vector<SurfacePoint> turned = surface;
   for (SurfacePoint& point : turned) point.normal = R_float * point.normal;
-  return (EstimateLevel(turned, kRefineRad) * R).inverse() * Eigen::Vector3d::UnitZ();
+  return (EstimateLevel(turned, kUpRefinementRad) * R).inverse() * Eigen::Vector3d::UnitZ();
 }
 
 // Surfaces that face one way along an axis, by where they are along it.
@@ -121,7 +97,7 @@ struct Layers {
     std::sort(offsets.begin(), offsets.end());
     size_t most = 0, first = 0;
     for (size_t i = 0; i < offsets.size(); ++i) {
-      while (offsets[i] - offsets[first] > 2 * kPlaneBinM) ++first;
+      while (offsets[i] - offsets[first] > kPlaneThicknessM) ++first;
       most = std::max(most, i - first + 1);
     }
     return static_cast<double>(most);
@@ -160,9 +136,9 @@ class Judge {
     size_t explained = 0;
     for (const SurfacePoint& point : surface_) {
       const float along = point.normal.dot(up);
-      if (along > kCosGate) floors.offsets.push_back(up.dot(point.position));
-      if (along < -kCosGate) ceilings.offsets.push_back(up.dot(point.position));
-      explained += std::abs(along) > kCosGate || std::abs(along) < kSinGate;
+      if (along > kAlongUpCosine) floors.offsets.push_back(up.dot(point.position));
+      if (along < -kAlongUpCosine) ceilings.offsets.push_back(up.dot(point.position));
+      explained += std::abs(along) > kAlongUpCosine || std::abs(along) < kAcrossUpSine;
     }
     const double flatness2 = axis.dot(spread_ * axis) / largest_;
     const double vertical = static_cast<double>(explained) / static_cast<double>(surface_.size()) /
@@ -214,7 +190,7 @@ std::vector<UpCandidate> Distinct(std::vector<UpCandidate> candidates) {
   std::vector<UpCandidate> distinct;
   for (const UpCandidate& candidate : candidates) {
     const bool known = std::any_of(distinct.begin(), distinct.end(), [&](const UpCandidate& other) {
-      return IsWithin(Up(candidate), Up(other), kDistinctRad);
+      return IsWithin(Up(candidate), Up(other), kDistinctUpRad);
     });
     if (!known) distinct.push_back(candidate);
   }
@@ -226,7 +202,7 @@ std::vector<UpCandidate> Distinct(std::vector<UpCandidate> candidates) {
 std::vector<UpCandidate> FindUpCandidates(const std::vector<SurfacePoint>& surface, size_t limit,
                                           const std::vector<Eigen::Vector3f>& sensors) {
   if (limit == 0) return {};
-  if (surface.size() < kFewestSurfaces) return {UpCandidate()};
+  if (surface.size() < kMinLevelSurfaces) return {UpCandidate()};
   const std::vector<SurfacePoint> thinned = Thin(surface);
   std::vector<Eigen::Vector3d> axes = FindAxes(thinned);
   axes.push_back(Eigen::Vector3d::UnitZ());
@@ -236,10 +212,10 @@ std::vector<UpCandidate> FindUpCandidates(const std::vector<SurfacePoint>& surfa
   candidates = Distinct(std::move(candidates));
   const auto near_z =
       std::find_if(candidates.begin(), candidates.end(), [](const UpCandidate& candidate) {
-        return IsWithin(Up(candidate), Eigen::Vector3d::UnitZ(), kDistinctRad);
+        return IsWithin(Up(candidate), Eigen::Vector3d::UnitZ(), kDistinctUpRad);
       });
   if (near_z >= candidates.begin() + static_cast<std::ptrdiff_t>(limit) &&
-      near_z != candidates.end() && near_z->score >= kKeepShare * candidates.front().score) {
+      near_z != candidates.end() && near_z->score >= kKeepUprightShare * candidates.front().score) {
     candidates[limit - 1] = *near_z;
   }
   if (candidates.size() > limit) candidates.resize(limit);
@@ -250,7 +226,7 @@ bool IsGravityKnown(const std::vector<UpCandidate>& candidates, double max_tilt_
   if (candidates.empty() || !(candidates.front().score > 0)) return false;
   return std::any_of(candidates.begin(), candidates.end(), [&](const UpCandidate& candidate) {
     return IsWithin(Up(candidate), Eigen::Vector3d::UnitZ(), max_tilt_rad) &&
-           candidate.score >= kBelieveShare * candidates.front().score;
+           candidate.score >= kBelieveUprightShare * candidates.front().score;
   });
 }
 

@@ -4,39 +4,20 @@
 #include <cmath>
 
 #include "server/matching/search/gravity.h"
+#include "server/matching/search/limits.h"
 
 namespace isthmus::matching {
-namespace {
-
-constexpr float kMaxWallNormalZ = 0.4f;
-constexpr float kLevelNormalZ = 0.85f;
-constexpr double kGroundCellM = 1.0;
-// Outdoors at most this many ceilings are seen per floor, ...
-constexpr double kMaxCeilingShare = 0.15;
-// ... and at least this share of what is seen, asked of every so many-th, is this far away.
-constexpr double kMinFarShare = 0.5;
-constexpr float kFarM = 12;
-constexpr size_t kFarStride = 20;
-// Keyframes nearer than this to one that was taken add nothing (turning on the spot).
-constexpr float kKeyframeSpacingM = 0.7f;
-constexpr int kAzimuthBins = 360;
-// Of the ranges in a bin, the one taken for the ray: half of them say that it is free so far.
-constexpr float kRangeQuantile = 0.5f;
-// Every other point is plenty for a bin, and half of the memory.
-constexpr size_t kPointStride = 2;
-
-}  // namespace
 
 bool IsOutdoors(const std::vector<SurfacePoint>& surface,
                 const std::vector<Eigen::Vector3f>& sensors) {
   size_t floors = 0, ceilings = 0;
   for (const SurfacePoint& point : surface) {
-    floors += point.normal.z() > kLevelNormalZ;
-    ceilings += point.normal.z() < -kLevelNormalZ;
+    floors += point.normal.z() > kMinLevelNormalZ;
+    ceilings += point.normal.z() < -kMinLevelNormalZ;
   }
   if (static_cast<double>(ceilings) > kMaxCeilingShare * static_cast<double>(floors)) return false;
   size_t asked = 0, far = 0;
-  for (size_t i = 0; i < surface.size(); i += kFarStride, ++asked) {
+  for (size_t i = 0; i < surface.size(); i += 20, ++asked) {
     const bool near = std::any_of(sensors.begin(), sensors.end(), [&](const auto& sensor) {
       return (sensor - surface[i].position).squaredNorm() < kFarM * kFarM;
     });
@@ -89,13 +70,14 @@ void WallMap::CollectKeyframes(const SessionMap& map) {
           (T_level_submap * submap->keyframes[k].T_submap_sensor.translation()).cast<float>();
       sensors_.push_back(sensor);
       const bool spaced =
-          keyframes_.empty() || (keyframes_.back().sensor - sensor).norm() > kKeyframeSpacingM;
+          keyframes_.empty() || (keyframes_.back().sensor - sensor).norm() > kRaySpacingM;
       if (!spaced) continue;
       slot[k] = static_cast<int>(keyframes_.size());
       keyframes_.push_back({sensor, {}});
     }
     const Eigen::Vector3f t = T_level_submap.translation().cast<float>();
-    for (size_t i = 0; i < submap->points.size(); i += kPointStride) {
+    // Every other point is plenty for a bin, and half of the memory.
+    for (size_t i = 0; i < submap->points.size(); i += 2) {
       const SubmapPoint& point = submap->points[i];
       if (point.keyframe >= slot.size() || slot[point.keyframe] < 0) continue;
       KeyframeEnds& keyframe = keyframes_[slot[point.keyframe]];
@@ -121,8 +103,8 @@ std::vector<FreeRay> WallMap::FreeRays(const SceneScale& scale) const {
     for (int i = 0; i < kAzimuthBins; ++i) {
       auto& bin = bins[i];
       if (bin.empty()) continue;
-      const auto middle =
-          bin.begin() + static_cast<int>(kRangeQuantile * static_cast<float>(bin.size() - 1));
+      // The median: half of the ranges say that it is free so far.
+      const auto middle = bin.begin() + static_cast<std::ptrdiff_t>((bin.size() - 1) / 2);
       std::nth_element(bin.begin(), middle, bin.end());
       const auto [range, height] = *middle;
       // The part of the ray that is inside the band; its end is.

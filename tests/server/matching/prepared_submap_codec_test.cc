@@ -5,6 +5,7 @@
 #include <memory>
 #include <string>
 
+#include "server/matching/prepared/limits.h"
 #include "tests/server/matching/scene.h"
 
 namespace isthmus::matching {
@@ -34,8 +35,8 @@ TEST(PreparedSubmap, HasAtMostSoManyViewsSpreadOverTheWay) {
     if (k % 2 == 0) submap.points.push_back({.x = 2.0F * k, .y = 3, .z = 0, .keyframe = k});
   }
   const PreparedSubmap prepared(std::make_shared<const Submap>(submap));
-  EXPECT_LE(prepared.views().size(), PreparedSubmap::kMaxViews);
-  EXPECT_GT(prepared.views().size(), PreparedSubmap::kMaxViews / 3);
+  EXPECT_LE(prepared.views().size(), kMaxViews);
+  EXPECT_GT(prepared.views().size(), kMaxViews / 3);
   EXPECT_GT(prepared.views().back().T_submap_sensor.translation().x(), 39900);
 }
 

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "server/pipeline.h"
+#include "server/threads/limits.h"
 #include "tests/server/pipeline/robots.h"
 
 namespace isthmus::server {
@@ -87,7 +88,7 @@ TEST_F(WorkJournalTest, APipelineLeavesOutWhatEndedItTwice) {
   EXPECT_EQ(match_of(&problems), 1u);
   EXPECT_TRUE(problems.empty());
   const std::string task = "the match of a-1 and b-1";
-  for (int i = 0; i < WorkJournal::kMaxCrashes; ++i) WorkJournal(path_).Begin(task);
+  for (int i = 0; i < kMaxCrashes; ++i) WorkJournal(path_).Begin(task);
   EXPECT_EQ(match_of(&problems), 0u);
   ASSERT_EQ(problems.size(), 1u);
   EXPECT_NE(problems[0].find(task), std::string::npos) << problems[0];

@@ -1,0 +1,78 @@
+// Limits of registration: how surfaces are sampled, paired, moved onto each other and measured.
+//
+// Where no source is named a number is a guess that was never varied by itself. All of them
+// together were in view on merging_benchmark's seeds 11 to 20 and held on 21 to 30 (BENCHMARK.md,
+// Merging).
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace isthmus::matching {
+
+// Surfaces.
+
+// Metres between points: fine enough for rooms; outdoors half as fine is a quarter of the cost, and
+// pairs of streets still lie within a centimetre. Coarser, the corners of rooms are rounded off.
+inline constexpr double kIndoorVoxelM = 0.25, kOutdoorVoxelM = 2 * kIndoorVoxelM;
+// Metres from the origin, per axis: what voxel keys of 21 bits hold with room to spare. Points
+// farther away are dropped; far beyond, keys would no longer be unique.
+inline constexpr float kMaxSurfaceCoordinateM = 1e5f;
+// Points that a normal is fitted to, and the fewest. More round off edges, fewer follow the noise.
+inline constexpr int kNormalNeighbors = 16;
+inline constexpr size_t kMinNormalNeighbors = 6;
+// Voxels that such a neighbourhood reaches. Geometry: 1.5 m is the gap between rings 2 degrees
+// apart at 43 m. Less loses what is that far; more bridges corners.
+inline constexpr float kNormalReachVoxels = 6.0f;
+// Middle over largest eigenvalue below which neighbours lie on a line, a single ring, and have no
+// normal. Too large drops walls seen by two rings.
+inline constexpr float kMinPlanarity = 0.03f;
+// Cosine, 37 degrees: normals in a voxel that several submaps show are averaged above it. Lower
+// mixes the two sides of an edge.
+inline constexpr float kMinJoinedCosine = 0.8f;
+// Points of a leaf of the k-d tree. Speed alone.
+inline constexpr int32_t kLeafPoints = 12;
+
+// Pairs.
+
+// Cosine, 60 degrees: normals of what can be one surface. Tells the two sides of a wall apart, and
+// walls from floors, with any guess that is worth refining.
+inline constexpr float kMinNormalCosine = 0.5f;
+// Least covariance across a disc, 1 being that along it. Segal et al., section III.B.
+inline constexpr float kMinAcross = 1e-3f;
+// Squared error, in the unit of DiscInformation, that noise alone explains: 1.4 m along the
+// flattest discs, 4.5 cm across. The kernel is never narrower, or it would refuse noise.
+inline constexpr double kNoiseFloor = 1.0;
+// A point lies on another map within so many metres of its surface. Less counts what drift leaves
+// as no overlap; more lets one side of a wall lie on the other.
+inline constexpr double kOnSurfaceM = 0.3;
+// Metres that a guess may be off: gate of the first round. refine_test holds it to guesses
+// 2.2 m and 5 degrees off in rooms. Wider, walls are paired with their neighbours.
+inline constexpr double kGuessGateM = 4.0;
+// The gate of GICP is never below so many voxels, which thinning alone makes of neighbours; ...
+inline constexpr double kMinGateVoxels = 3.0;
+// ... it is so many median errors wide, and narrows to no less than this share at a time: faster,
+// it loses the far side of a map that is turned.
+inline constexpr double kGatePerError = 8.0, kGateShare = 0.7;
+
+// Steps.
+
+// Levenberg's share of the diagonal: keeps a step finite, and is too small to bias one.
+inline constexpr double kDamping = 1e-6;
+// Metres, and divided by pose_graph::kLeverM radians: a step below ends a round. Far below what
+// the next round mends, and what the benchmark sees (7 mm). More stops short, less takes time.
+inline constexpr double kCoarseStepM = 0.005, kFineStepM = 2e-4;
+// Points that are moved, while metres off and at the end. More take time; too few miss the small
+// surfaces that hold a corridor's length.
+inline constexpr size_t kMaxCoarsePoints = 3000, kMaxFinePoints = 15000;
+
+// Measures.
+
+// Metres, standard deviation: range noise and thinning keep even a perfect alignment from being
+// known better. Less lets edges bend the odometry.
+inline constexpr double kMinSigmaM = 0.02;
+// Points that are asked about an alignment: told from 40,000, overlap has a standard error of a
+// quarter of a percent.
+inline constexpr size_t kMaxOverlapPoints = 40000;
+
+}  // namespace isthmus::matching

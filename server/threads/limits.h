@@ -1,0 +1,46 @@
+// Limits of the server's threads: how often they try, and what they keep.
+//
+// Guesses that were never varied, but for what names a reason; none of them changes a map, all
+// change when it is there.
+#pragma once
+
+#include <absl/time/time.h>
+
+#include <cstddef>
+#include <cstdint>
+
+#include "server/matching/prepared/limits.h"
+
+namespace isthmus::server {
+
+// Matching.
+
+// Maps that are kept ready at most: the robots of a team. Memory, about a megabyte per submap.
+inline constexpr size_t kMaxPreparedMaps = 8;
+// With more sessions than that, share by which one of a pair has to grow before it is tried again:
+// a robot among the maps of a month is not matched with all of them at every submap.
+inline constexpr double kSeldomGrowth = matching::kNewMapGrowth - 1;
+// Bytes of a prepared submap as stored: kMaxViews of 33 kB, and more points than a submap has. A
+// record that claims more is not read.
+inline constexpr uint64_t kMaxPreparedBytes = uint64_t{1} << 28;
+// Ends of the server at the same piece of work, after which it is left out and named: one may have
+// been anybody's doing.
+inline constexpr int kMaxCrashes = 2;
+
+// Composition.
+
+// Seconds until a composition that failed is tried again; milliseconds since being told to stop in
+// which the last map may still be composed.
+inline constexpr double kComposeAgainS = 3, kLastMapMs = 1000;
+
+// Storing.
+
+// Seconds between attempts to store what waits: a full disk is noticed to be free within one.
+inline constexpr double kRetryStoreS = 1;
+// Ages of what is stored are looked at this often; what is due is dropped a minute late at most.
+inline constexpr absl::Duration kRetentionInterval = absl::Minutes(1);
+// Rounds of dropping. What is dropped makes room for no other round to drop more: two suffice, and
+// a store that cannot delete is not asked for ever.
+inline constexpr int kMaxRetentionRounds = 3;
+
+}  // namespace isthmus::server
