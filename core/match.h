@@ -1,4 +1,4 @@
-// What was found out about a pair of sessions' maps, accepted or not.
+// The result of matching two sessions' maps, accepted or not.
 #pragma once
 
 #include <cstdint>

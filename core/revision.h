@@ -1,5 +1,4 @@
-// Where every submap lies in the merged map, as of one revision, and what changed from one to the
-// next.
+// Revisions of the merged map: where every submap lies, and what changed from one to the next.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// Whether what the robots sent is kept, so that a map can be rebuilt from it.
+// Options of the archive that keeps what robots sent, so that a map can be rebuilt from it.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,5 @@
-// Where stages, queues and threads are wired together; the whole server but its network skin.
+// The pipeline that wires stages, queues and threads together: the whole server but its network
+// skin.
 #pragma once
 
 #include <absl/status/status.h>

@@ -1,4 +1,4 @@
-// How much of a robot is kept, and for how long.
+// Options of retention: how much of a robot's data is kept, and for how long.
 #pragma once
 
 #include <cstdint>

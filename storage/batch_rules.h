@@ -1,4 +1,5 @@
-// What a batch must satisfy before any store takes it, and the words both stores refuse with.
+// Rules that a batch must satisfy before any store takes it, and the words with which both stores
+// refuse.
 #pragma once
 
 #include <absl/status/status.h>

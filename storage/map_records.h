@@ -1,5 +1,5 @@
-// What batches make of a map's records, but for points, scans' poses, checkpoints and history: one
-// meaning of a batch for the memory store and for the server's view of the map.
+// The records of a map as batches change them, without points, scans' poses, checkpoints and
+// history: one meaning of a batch for the memory store and for the server's view of the map.
 #pragma once
 
 #include <cstdint>

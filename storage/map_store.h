@@ -1,5 +1,5 @@
-// Where sessions, submaps, trajectories, matches and revisions live. The promise every store keeps;
-// sqlite_store.h keeps it on disk, memory_store.h until the process ends.
+// The store of sessions, submaps, trajectories, matches and revisions: the promise that every store
+// keeps; sqlite_store.h keeps it on disk, memory_store.h until the process ends.
 #pragma once
 
 #include <absl/status/status.h>

@@ -1,4 +1,4 @@
-// Whether loops make a map right: robots with bad odometry, through the real server.
+// A trial of loop closure: robots with bad odometry, through the real server.
 #pragma once
 
 #include <absl/status/statusor.h>

@@ -1,4 +1,4 @@
-// What a map of uploaded submaps is judged by.
+// The truth that a map of uploaded submaps is compared with.
 #pragma once
 
 #include <absl/status/statusor.h>

@@ -1,4 +1,4 @@
-// What a mapping benchmark prints: Markdown tables, and the same as JSON.
+// The report of a mapping benchmark: Markdown tables, and the same as JSON.
 #pragma once
 
 #include <nlohmann/json.hpp>

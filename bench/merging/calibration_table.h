@@ -1,4 +1,4 @@
-// Whether confidences are the probabilities they claim to be.
+// A reliability table: claimed confidences beside the share of matches that were right.
 #pragma once
 
 #include <array>

@@ -1,4 +1,4 @@
-// What the server makes of one robot's drive, with the truth beside it.
+// One robot's drive as the server mapped it, with the truth beside it.
 #pragma once
 
 #include <absl/status/status.h>

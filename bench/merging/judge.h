@@ -1,4 +1,4 @@
-// How far from the truth a transform between two robots' maps is.
+// The error of a transform between two robots' maps.
 #pragma once
 
 #include <vector>

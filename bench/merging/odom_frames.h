@@ -1,5 +1,5 @@
-// What would have come of it had the robots' odometry been another: frames that lie anywhere, and
-// drift. Submaps stay as they are and their poses move; the scans' poses move with their submaps.
+// Substitute odometry for recorded drives: frames that lie anywhere, and drift. Submaps stay as
+// they are and their poses move; the scans' poses move with their submaps.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// Whether the server finds how robots' maps lie to each other.
+// One trial of merging: robots' maps, and the transforms the server finds between them.
 #pragma once
 
 #include <absl/status/statusor.h>

@@ -1,4 +1,4 @@
-// What a revision did, for a person.
+// The changes of a revision as text for a person.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,5 @@
-// How `isthmus` has the commands of isthmus-offline: it becomes that program.
+// The hand-over from `isthmus` to isthmus-offline, whose commands it offers by becoming that
+// program.
 #pragma once
 
 #include "client/console/command.h"

@@ -1,4 +1,4 @@
-// How well a robot's scans could be followed, in words.
+// A summary in words of how well a robot's scans could be tracked.
 #pragma once
 
 #include <string>

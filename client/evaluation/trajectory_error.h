@@ -1,4 +1,4 @@
-// How far estimated trajectories are from the truth.
+// Errors of estimated trajectories.
 #pragma once
 
 #include <absl/status/statusor.h>

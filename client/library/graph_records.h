@@ -1,4 +1,4 @@
-// What the server answers about revisions, loop closures and anchors, as plain values.
+// The server's answers about revisions, loop closures and anchors, as plain values.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// What the server answers, as plain values. Frames and units are those of the API: metres, radians,
+// The server's answers as plain values. Frames and units are those of the API: metres, radians,
 // Unix nanoseconds; T_target_source takes a point from `source` to `target`.
 #pragma once
 

@@ -1,4 +1,5 @@
-// What an uplink sends, and where its acknowledgements go. Private to the library.
+// The source of the scans that an uplink sends, and the sink of their acknowledgements. Private to
+// the library.
 #pragma once
 
 #include <absl/status/status.h>

@@ -1,4 +1,4 @@
-// What the streams of scans ask of a server. Private to the library.
+// The interface through which streams of scans reach a server. Private to the library.
 #pragma once
 
 #include <absl/status/status.h>

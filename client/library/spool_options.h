@@ -1,4 +1,4 @@
-// How scans are kept on the disk of the robot.
+// Options for keeping scans on the robot's disk.
 #pragma once
 
 #include <cstdint>

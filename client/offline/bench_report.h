@@ -1,4 +1,4 @@
-// What `isthmus bench paper` found, for people and for scripts.
+// The results of `isthmus bench paper`, for people and for scripts.
 #pragma once
 
 #include <string>

@@ -1,4 +1,4 @@
-// What a rebuilt map takes over from the old one.
+// The parts of an old map that a rebuilt one takes over.
 #pragma once
 
 #include <absl/status/status.h>

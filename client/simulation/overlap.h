@@ -1,4 +1,4 @@
-// How much of the world two simulated robots have in common.
+// The overlap of two simulated robots' views of the world.
 #pragma once
 
 #include <cstddef>

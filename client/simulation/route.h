@@ -1,4 +1,4 @@
-// How a simulated robot moves.
+// The route of a simulated robot, and its motion along it.
 #pragma once
 
 #include <absl/status/statusor.h>

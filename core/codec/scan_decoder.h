@@ -1,4 +1,4 @@
-// From a cloud as it travels to a scan as the odometry sees it.
+// The decoder that turns a cloud as it was sent into a scan as the odometry takes it.
 #pragma once
 
 #include <absl/status/statusor.h>

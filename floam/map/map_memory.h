@@ -1,4 +1,4 @@
-// What a session has seen so far, thinned, all of it: where to look for a robot that was carried.
+// The memory of all that a session has seen so far, thinned: where a kidnapped robot is looked for.
 #pragma once
 
 #include <Eigen/Core>

@@ -1,4 +1,4 @@
-// What a voxel of the local map knows of the points that fell into it.
+// Statistics of the points that fell into a voxel of the local map.
 #pragma once
 
 #include <Eigen/Core>

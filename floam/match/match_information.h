@@ -1,4 +1,5 @@
-// What matches say of a pose, without what their noise says, and joined with what was known before.
+// The information that matches give about a pose, freed from what their noise says and joined with
+// prior knowledge.
 #pragma once
 
 #include <Eigen/Core>

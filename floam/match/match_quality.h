@@ -1,4 +1,4 @@
-// How well scans matched lately, and so whether a match is to be believed.
+// The quality of recent matches, by which it is decided whether to believe a new one.
 #pragma once
 
 #include "floam/match/scan_matcher.h"

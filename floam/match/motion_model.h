@@ -1,4 +1,5 @@
-// What is known of the sensor's motion before a scan is matched: how it went on, and how surely.
+// The motion model: a prediction of the sensor's motion before a scan is matched, and its
+// uncertainty.
 #pragma once
 
 #include "core/pose.h"

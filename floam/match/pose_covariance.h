@@ -1,4 +1,4 @@
-// What a match says of the pose at the END of the scan, and how surely.
+// The covariance of the pose at the END of a scan, from its match.
 #pragma once
 
 #include "core/pose.h"

@@ -1,4 +1,4 @@
-// How far the motion that no scan observed may have gone another way than assumed.
+// The uncertainty of motion that no scan observed and that was assumed instead.
 #pragma once
 
 #include "core/pose.h"

@@ -1,4 +1,4 @@
-// Whether a scan was taken at a certain place of the remembered map.
+// A check whether a scan was taken at a certain place of the remembered map.
 #pragma once
 
 #include <Eigen/Core>

@@ -1,4 +1,4 @@
-// Finds a robot again that was carried away: anywhere in what its session has seen.
+// The relocaliser: finds a kidnapped robot anywhere in what its session has seen.
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,4 @@
-// Whether scans are those of a spinning LiDAR, and of the one that was named.
+// A test whether scans are those of a spinning LiDAR, and of the one that was named.
 #pragma once
 
 #include <absl/status/status.h>

@@ -1,4 +1,4 @@
-// What the surroundings of a point of a scan look like, where there are no rings to go along.
+// The neighbourhood of a scan's point where there are no rings to follow.
 #pragma once
 
 #include <Eigen/Core>

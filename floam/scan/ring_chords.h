@@ -1,4 +1,5 @@
-// How the surface that a ring crosses goes on to the rings beside it.
+// Chords between neighbouring rings: the surface that a ring crosses, continued to the rings beside
+// it.
 #pragma once
 
 #include <Eigen/Core>

@@ -1,4 +1,5 @@
-// What a class knows, as bytes and back: every float and double bit for bit.
+// The codec that turns the state of a class into bytes and back: every float and double bit for
+// bit.
 //
 // A class lists what later results depend on, once, in a template that serves both ways:
 //

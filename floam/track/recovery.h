@@ -1,4 +1,4 @@
-// Finding a lost robot again in the map around where it was last.
+// Recovery: finds a lost robot again in the map around where it was last.
 #pragma once
 
 #include <cstddef>

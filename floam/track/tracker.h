@@ -1,4 +1,4 @@
-// Follows the sensor from scan to scan.
+// The tracker, which follows the sensor from scan to scan.
 #pragma once
 
 #include <cstdint>

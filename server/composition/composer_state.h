@@ -1,4 +1,5 @@
-// What a composer keeps from one map to the next. For composer.cc and composer_state.cc alone.
+// The state that a composer keeps from one map to the next. For composer.cc and composer_state.cc
+// alone.
 #pragma once
 
 #include <absl/container/flat_hash_map.h>

@@ -1,4 +1,4 @@
-// Which stretches of a file are in use.
+// An allocator of extents of a file.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// How long work on one submap is told to end.
+// The interval at which work on one submap checks whether to go on.
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,4 @@
-// Which of a submap's points lie on which tile.
+// A submap's points sorted by the tile they lie on.
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,4 @@
-// How many tiles a map may have, and which those are.
+// The limit on a map's number of tiles, and the choice of those it keeps.
 //
 // A tile costs some hundred bytes and microseconds however little lies on it, so points strewn over
 // the plane, which no LiDAR measures but an upload may hold, would cost a tile each. Which points a

@@ -1,4 +1,4 @@
-// What a session's worker is given, asks for and says.
+// Records that a session's worker is given and returns, and its hooks.
 #pragma once
 
 #include <absl/status/status.h>

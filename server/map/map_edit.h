@@ -1,4 +1,4 @@
-// What turns one view of the map into the next.
+// An edit, which turns one view of the map into the next.
 #pragma once
 
 #include <cstdint>

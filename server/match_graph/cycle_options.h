@@ -1,4 +1,4 @@
-// When matches round a cycle agree.
+// Limits within which matches round a cycle agree.
 #pragma once
 
 #include <cstddef>

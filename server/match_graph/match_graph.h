@@ -1,4 +1,4 @@
-// From matches to placements: which sessions hang together, and by which matches.
+// The match graph: which sessions hang together, by which matches, and where that places them.
 //
 // Section 3.3 of the paper: nodes are robots' maps, edges are matches weighted by confidence; the
 // maximum spanning tree of each connected component gives every node its transform. The tree is

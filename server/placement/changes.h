@@ -1,4 +1,4 @@
-// What is new since the last graphs.
+// The difference between the last graphs and the new ones.
 #pragma once
 
 #include <map>

@@ -1,4 +1,4 @@
-// What the edges and anchors of the graph deserve.
+// Information matrices for the edges and anchors of the graph.
 #pragma once
 
 #include "core/anchor.h"

@@ -1,4 +1,4 @@
-// From records to pose graphs.
+// The builder of pose graphs from records.
 #pragma once
 
 #include <map>

@@ -1,4 +1,4 @@
-// Where the search for poses begins.
+// Initial poses for the search.
 #pragma once
 
 #include <vector>

@@ -1,5 +1,5 @@
-// From sessions hanging together to a pose for every submap: odometry, matches, loop closures and
-// anchors in one pose graph.
+// The placer: gives every submap of connected sessions a pose, from odometry, matches, loop
+// closures and anchors in one pose graph.
 //
 // The paper stops at the spanning tree of the match graph, which gives each session one transform
 // and leaves its drift in the map. Here that is the initial value, and what is left where nothing

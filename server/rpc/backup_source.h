@@ -1,4 +1,4 @@
-// Where the bytes of a backup come from: whoever owns the store gives it to the network skin.
+// The source of a backup's bytes, which the owner of the store hands to the network skin.
 #pragma once
 
 #include <absl/status/statusor.h>

@@ -1,4 +1,4 @@
-// Which stream feeds which session: at most one each, the newest.
+// The registry of streams and the sessions they feed: at most one each, the newest.
 #pragma once
 
 #include <absl/status/status.h>

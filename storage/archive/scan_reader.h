@@ -1,4 +1,4 @@
-// Reads the scans of an archive back.
+// A reader of the scans in an archive.
 #pragma once
 
 #include <absl/status/statusor.h>

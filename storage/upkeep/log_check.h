@@ -1,4 +1,4 @@
-// Whether a write-ahead log of SQLite breaks off before its end.
+// A check whether a write-ahead log of SQLite breaks off before its end.
 #pragma once
 
 #include <string>

@@ -1,4 +1,4 @@
-// What `isthmus merge` says of every pair of maps.
+// The report of `isthmus merge` on every pair of maps.
 #pragma once
 
 #include <string>

@@ -1,4 +1,4 @@
-// What weather, surfaces and imperfect sensors do to a turn's measurements.
+// Effects of weather, surfaces and imperfect sensors on one turn's measurements.
 #pragma once
 
 #include <Eigen/Core>

@@ -1,4 +1,4 @@
-// When and where a simulated LiDAR's lasers fire during a scan.
+// A simulated LiDAR: when and in which direction its lasers fire during a scan.
 #pragma once
 
 #include <absl/status/statusor.h>

@@ -1,4 +1,4 @@
-// Where robots may drive in a simulated world: a graph of straight stretches, and tours on it.
+// The road map of a simulated world: a graph of straight stretches, and tours on it.
 #pragma once
 
 #include <Eigen/Core>

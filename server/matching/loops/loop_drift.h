@@ -1,5 +1,5 @@
-// How well a session's older submaps are known from its newest: by the way back along its odometry
-// and across the loops that are closed already.
+// The uncertainty of a session's older submaps relative to its newest, along its odometry and
+// across the loops that are closed already.
 #pragma once
 
 #include <cstddef>

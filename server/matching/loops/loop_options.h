@@ -1,4 +1,4 @@
-// When a place counts as seen again.
+// Options that decide when a place counts as seen again.
 #pragma once
 
 #include <cstddef>

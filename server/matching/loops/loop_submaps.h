@@ -1,5 +1,5 @@
-// What a session's submaps are to those who look for loops: prepared maps of one submap each, the
-// few that are in use kept in memory, and the little that is kept of all.
+// A session's submaps as the search for loops uses them: prepared maps of one submap each, of which
+// the few in use are kept in memory, and a few facts about all of them.
 #pragma once
 
 #include <cstddef>

@@ -1,5 +1,5 @@
-// Which submaps have been looked at again so often that they add nothing: what keeps a map that is
-// driven over for days from growing.
+// Retirement of submaps that were seen again so often that they add nothing, which keeps a map that
+// is driven over for days from growing.
 #pragma once
 
 #include <cstddef>

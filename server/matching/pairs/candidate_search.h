@@ -1,4 +1,5 @@
-// Where two whole maps could lie on each other: what the searches propose, each refined rigidly.
+// The search for ways in which two whole maps could lie on each other: what the searches propose,
+// each refined rigidly.
 #pragma once
 
 #include <functional>

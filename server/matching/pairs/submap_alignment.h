@@ -1,4 +1,5 @@
-// How one submap lies on another: an edge for a pose graph, and the numbers of the alignment.
+// The alignment of one submap with another: an edge for a pose graph, and the numbers of the
+// alignment.
 #pragma once
 
 #include <optional>

@@ -1,4 +1,4 @@
-// What a later submap saw of an older one's surface.
+// The visibility of an older submap's surface from a later one.
 #pragma once
 
 #include <Eigen/Core>

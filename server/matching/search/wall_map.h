@@ -1,4 +1,4 @@
-// What the bird's-eye search and the free-space check need of a session's map, made once: walls and
+// A session's map as the bird's-eye search and the free-space check need it, made once: walls and
 // ground in a level frame, and where the robot looked through.
 #pragma once
 

@@ -1,4 +1,4 @@
-// What a server says of its whole map, to be held against what it says later.
+// A server's answers about its whole map, to be compared with what it says later.
 #pragma once
 
 #include <string>

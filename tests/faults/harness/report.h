@@ -1,4 +1,4 @@
-// What a campaign of faults did and what became of the map.
+// The report of a campaign of faults: what was done, and what became of the map.
 #pragma once
 
 #include <cstdint>
