@@ -44,7 +44,7 @@ struct OdometryOptions {
   // rotation of T_base_sensor. A robot that was carried away is looked for on the level.
   Eigen::Quaterniond R_base_sensor = Eigen::Quaterniond::Identity();
 
-  // Whether OdometryResult::undistorted is wanted.
+  // True if OdometryResult::undistorted is wanted.
   bool undistort_cloud = true;
 };
 

@@ -66,7 +66,7 @@ class Segment {
   std::optional<MatchResult> Follow(const ScanFrame& frame, const ScanPose& prediction);
   std::optional<MatchResult> Relocalise(const ScanFrame& frame);
 
-  // Whether what is remembered of the surroundings speaks against a match to the local map.
+  // True if what is remembered of the surroundings speaks against a match to the local map.
   bool IsContradicted(const ScanFrame& frame, const MatchResult& match);
   // Learns now and then what walls usually look like.
   void LookAtWalls(const ScanFrame& frame, const MatchResult& match);

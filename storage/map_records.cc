@@ -89,7 +89,7 @@ void PutLoopsAndAnchors(const WriteBatch& batch, MapRecords* records) {
   for (const SubmapId& submap : batch.removed_anchors) records->anchors.Erase(submap);
 }
 
-// Whether no edge is left with both its submaps.
+// True if no edge is left with both its submaps.
 bool HasNoEdge(const LoopClosure& loop, const SessionRecords& session) {
   return std::none_of(loop.edges.begin(), loop.edges.end(), [&](const SubmapEdge& edge) {
     return session.submaps.contains(edge.submap_a) && session.submaps.contains(edge.submap_b);

@@ -36,7 +36,7 @@ class ScanSource {
   virtual void Interrupt() = 0;
   // True for an acknowledgement that brought the stream on.
   virtual bool Take(const v1::StreamScansResponse& response) = 0;
-  // Whether everything was acknowledged and no more will come.
+  // True if everything was acknowledged and no more will come.
   virtual bool complete() const = 0;
   // After that; attempted again after a link that was lost.
   virtual absl::Status Conclude(const Ask& ask) = 0;

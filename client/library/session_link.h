@@ -39,7 +39,7 @@ class SessionCall {
 
   // Ends it, also one that has not begun yet. Thread safe.
   virtual void Cancel() = 0;
-  // Whether the connection that it goes over stands.
+  // True if the connection that it goes over stands.
   virtual bool connected() const = 0;
   // Later calls do not go over that connection.
   virtual void Renew() = 0;

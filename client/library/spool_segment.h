@@ -91,7 +91,7 @@ class SpoolSegment {
   absl::Status WriteAll(const std::string& bytes, uint64_t offset);
   absl::Status ReadHeader();
   absl::StatusOr<uint64_t> FileBytes() const;
-  // Whether a record begins there; of a file of `size` bytes.
+  // True if a record begins there; of a file of `size` bytes.
   bool RecordAt(uint64_t offset, uint64_t size, bool verify, SpooledScan* scan) const;
   // Where the next one that can be read begins; `size` if there is none.
   uint64_t NextRecord(uint64_t from, uint64_t size, bool verify) const;

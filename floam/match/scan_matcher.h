@@ -77,7 +77,7 @@ struct MatchResult {
   int standing_tried = 0;
   double agreement = 0;  // Mean weight in the robust loss of those used, [0, 1].
   int iterations = 0;
-  // Whether the scan before, too, tells well how the sensor moved: see Join.
+  // True if the scan before, too, tells well how the sensor moved: see Join.
   bool seconded = false;
 
   double Score() const { return agreement * used; }  // Of several places the best has the most.

@@ -62,7 +62,7 @@ class AzimuthClock {
     uint32_t count = 0;
   };
 
-  // Whether the order of points is that of time.
+  // True if the order of points is that of time.
   bool Follow(const std::vector<float>& azimuths, const std::vector<uint16_t>& rings,
               int ring_count, const SensorModel& model);
   float TurnsSince(float azimuth, float start) const;

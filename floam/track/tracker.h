@@ -56,9 +56,9 @@ class Tracker {
   double ElapsedSeconds(const ScanFrame& frame) const;
   // Between the instants whose poses are estimated.
   double Between(const ScanFrame& frame) const;
-  // Whether too much may have happened in between to trust in the motion going on.
+  // True if too much may have happened in between to trust in the motion going on.
   bool IsAfterGap(const ScanFrame& frame) const;
-  // Whether that was so of the scan seen last: key scans.
+  // True if that was so of the scan seen last: key scans.
   bool WasAfterGap() const { return was_after_gap_; }
   // Where the scan should be if the motion goes on.
   ScanPose Prediction(const ScanFrame& frame) const;
@@ -74,11 +74,11 @@ class Tracker {
   // from then on.
   ScanPose SteadyPrediction(const ScanFrame& frame, const Degeneracy& unobserved) const;
   bool IsDegenerate() const { return degenerate_; }  // The last match was.
-  // Whether one was, less than a second before this scan: of the speed along what was not observed
+  // True if one was, less than a second before this scan: of the speed along what was not observed
   // no more is known than how steadily the robot drove.
   bool IsSteady(const ScanFrame& frame) const;
 
-  // Whether the scan lies on the map well enough to be believed at all, ...
+  // True if the scan lies on the map well enough to be believed at all, ...
   bool Fits(const MatchResult& match, const FeatureMap& map) const;
   // ... and whether that is near the prediction, or no farther from it than the motion so far lets
   // expect.

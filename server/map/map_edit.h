@@ -48,7 +48,7 @@ struct PreparedEdit {
 
 bool IsVoid(const MapEdit& edit, const MapView& view);
 
-// Whether the effective matches have to be worked out anew: with matches, verdicts and the sessions
+// True if the effective matches have to be worked out anew: with matches, verdicts and the sessions
 // that have submaps.
 bool ChangesMatches(const MapEdit& edit, const MapView& view);
 

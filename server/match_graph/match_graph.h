@@ -28,7 +28,7 @@ struct Node {
   double extent_m = 0;
 };
 
-// Whether a match may be an edge: accepted, and its confidence and transform finite.
+// True if a match may be an edge: accepted, and its confidence and transform finite.
 bool MayCarry(const Match& match);
 
 struct Solution {

@@ -19,7 +19,7 @@ Matrix6d IsotropicInformation(double position_m, double rotation_rad);
 // In the convention of pose_graph::Anchor.
 Matrix6d AnchorInformation(const Anchor& anchor);
 
-// Whether the optimiser takes an edge with these numbers.
+// True if the optimiser takes an edge with these numbers.
 bool IsUsable(const Pose& T_a_b, const Matrix6d& information);
 
 }  // namespace isthmus::placement

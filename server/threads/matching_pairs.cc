@@ -16,7 +16,7 @@ constexpr size_t kMaxPrepared = 8;
 // share: a robot among the maps of a month is not matched with all of them at every submap.
 constexpr double kSeldom = 0.25;
 
-// Whether a newer result takes the place of an accepted one. An accepted match is only given up for
+// True if a newer result takes the place of an accepted one. An accepted match is only given up for
 // a better estimate or for a contradiction, not for a moment of doubt.
 bool Supersedes(const Match& newer, const Match& older) {
   if (older.state != MatchState::kAccepted) return true;

@@ -51,7 +51,7 @@ class MatchingThread {
                  const Clock* clock, const Options& options);
   ~MatchingThread();  // Stops.
 
-  // Whether the view shows nothing that it has not dealt with.
+  // True if the view shows nothing that it has not dealt with.
   bool IsUpToDateWith(const MapView& view) const { return up_to_date_with_ == view.serial; }
 
   // Makes the thread end within a second or so; does not wait. What is under way is given up, to be

@@ -38,7 +38,7 @@ struct Effects {
   // Of a scan's stamp: greatest delay on top of the truth, and how much too fast the clock goes.
   double stamp_jitter_s = 0, clock_drift = 0;
 
-  // Whether any but of calibration and stamps is there.
+  // True if any but of calibration and stamps is there.
   bool Disturb() const;
 };
 

@@ -80,7 +80,7 @@ bool IsClosed(const LoopScene& scene) {
                      [&](const auto& pair) { return pair.second == scene.newest()->id.index; });
 }
 
-// Whether a person rejected a loop that says the same: that these stretches of the way lie on each
+// True if a person rejected a loop that says the same: that these stretches of the way lie on each
 // other like this.
 bool IsRejected(const LoopClosure& closure, const LoopScene& scene, const LoopQuery& query,
                 double way_m) {

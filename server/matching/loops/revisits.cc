@@ -151,7 +151,7 @@ struct RevisitCounter::State {
     return going;
   }
 
-  // Whether enough of the same place go already.
+  // True if enough of the same place go already.
   bool IsCrowded(const SubmapId& id, const std::vector<SubmapId>& going,
                  const std::map<SubmapId, const PlacedSubmap*>& placed) const {
     const Counted& one = counted.at(id);

@@ -64,7 +64,7 @@ class Comparer {
   float max_range_ = 0;
 };
 
-// Whether a view of one submap can reach a point of the other.
+// True if a view of one submap can reach a point of the other.
 bool Meet(const PreparedSubmap& views, const PreparedSubmap& points, const Pose& T_views_points,
           double max_range_m) {
   const double apart = (views.center() - T_views_points * points.center()).norm();
