@@ -70,7 +70,7 @@ class SharedMap {
   bool empty() const { return size_ == 0; }
   const_iterator begin() const { return {chunks_.get(), 0, 0}; }
   const_iterator end() const { return {chunks_.get(), chunks_->size(), 0}; }
-  // Of a map that is not empty.
+  // The last value of a map that is not empty.
   const Value& back() const { return *chunks_->back()->back().value; }
 
   // The first whose key is not before this one.

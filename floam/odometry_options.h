@@ -18,7 +18,8 @@ struct OdometryOptions {
   LocalMapOptions map;
   MatchOptions matching;
 
-  // How far the motion within a scan may be from the motion between scans (kContinuous): one sigma.
+  // The difference between the motion within a scan and that between scans (kContinuous): one
+  // sigma.
   double speed_change_sigma = 0.05;     // m/s.
   double yaw_rate_change_sigma = 0.05;  // rad/s.
   double tilt_rate_sigma = 0.05;        // rad/s, roll and pitch.
@@ -40,7 +41,7 @@ struct OdometryOptions {
   // The map is young until the sensor has been this far from where it began.
   double map_young_distance_m = 1.0;
 
-  // How the sensor is mounted on the robot, which stands about level when the session begins:
+  // The sensor's mounting on the robot, which stands about level when the session begins: the
   // rotation of T_base_sensor. A robot that was carried away is looked for on the level.
   Eigen::Quaterniond R_base_sensor = Eigen::Quaterniond::Identity();
 

@@ -13,7 +13,7 @@
 
 namespace isthmus::storage {
 
-// What a store holds already.
+// The contents of a store, as the rules need them.
 struct StoreContents {
   std::function<bool(const SessionId&)> has_session;
   std::function<bool(const SubmapId&)> has_submap;

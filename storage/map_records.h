@@ -46,7 +46,7 @@ struct MapRecords {
 
 using SubmapInfos = std::vector<std::shared_ptr<const SubmapInfo>>;
 
-// Of the batch's submaps, in their order. Bounds take a pass over the points.
+// Summaries of the batch's submaps, in their order. Bounds take a pass over the points.
 SubmapInfos SummarizeSubmaps(const WriteBatch& batch);
 
 // As WriteBatch says; `infos` stand for its submaps. What is of a session that is not there is

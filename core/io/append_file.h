@@ -31,7 +31,7 @@ class AppendFile {
   absl::Status Append(const std::string& bytes);
   absl::Status Truncate(uint64_t size);
   absl::Status Sync(SyncCall sync);
-  // What lies there; shorter where the file ends.
+  // The bytes at that offset; shorter where the file ends.
   absl::StatusOr<std::string> Read(uint64_t offset, size_t size) const;
 
   const std::string& path() const { return path_; }

@@ -8,8 +8,8 @@
 
 namespace isthmus::io {
 
-// What an errno means, as "cannot ACTION PATH: why": NotFound, PermissionDenied, FailedPrecondition
-// (a directory), ResourceExhausted (the disk is full) or Unavailable.
+// The meaning of errno, as "cannot ACTION PATH: why": NotFound, PermissionDenied,
+// FailedPrecondition (a directory), ResourceExhausted (the disk is full) or Unavailable.
 absl::Status FileError(const std::string& action, const std::string& path, int error);
 
 // Errors of FileError.

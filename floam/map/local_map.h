@@ -32,9 +32,9 @@ class LocalMap {
  public:
   static constexpr double kBlockM = 1.0;
   static constexpr double kVoxelM = 0.5;
-  // Where blocks begin, on every axis. Built things are often at round coordinates relative to
-  // where a drive begins, and a wall on the border of voxels is found from one side of it only:
-  // this is off all multiples of 0.05 m by almost as much as can be.
+  // The origin of the grid of blocks, on every axis. Built things are often at round coordinates
+  // relative to where a drive begins, and a wall on the border of voxels is found from one side of
+  // it only: this is off all multiples of 0.05 m by almost as much as can be.
   static constexpr double kGridOriginM = 0.2236;
   static constexpr uint64_t kNoKey = ~uint64_t{0};
 
@@ -70,7 +70,7 @@ class LocalMap {
   static constexpr uint32_t kNoBlock = ~uint32_t{0};
   static constexpr uint32_t kChunk = 256;  // Blocks that are allocated together, and never move.
 
-  // What every look at it touches comes first, in one cache line.
+  // A block of voxels. Members that every lookup touches come first, in one cache line.
   struct alignas(64) Block {
     uint64_t key = kNoKey;
     float count = 0;                      // Sum over all voxels.

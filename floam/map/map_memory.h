@@ -32,7 +32,7 @@ class MapMemory {
   static constexpr int kCells = 16;              // Per side of a tile.
   static constexpr double kTileM = kCells * kCellM;
 
-  // What the view from above shows: walls are whatever is upright, be it a tree.
+  // A cell of the view from above. Whatever is upright is a wall, even a tree.
   enum class Cell : uint8_t { kUnknown, kFlat, kWall };
 
   struct TileIndex {

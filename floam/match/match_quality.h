@@ -15,7 +15,7 @@ namespace isthmus::floam {
 // more of them than are usual there. Not thread safe.
 class MatchQuality {
  public:
-  // Of a scan that was tracked without interruption.
+  // Adds the match of a scan that was tracked without interruption.
   void Add(const MatchResult& match);
   // True if a match where it was expected is believable.
   bool IsUsual(const MatchResult& match) const;
@@ -26,7 +26,7 @@ class MatchQuality {
   // The same where a part of what is seen is new.
   bool IsTypicalAtTheEdge(const MatchResult& match) const;
 
-  // What such a scan sees of the walls that were there before.
+  // Adds such a scan's view of the walls that were there before.
   void AddWalls(const WallsSeen& walls);
   // True if they speak against a place; never before the usual is known.
   bool IsContradicted(const WallsSeen& walls) const;

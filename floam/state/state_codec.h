@@ -127,7 +127,7 @@ class StateReader {
     Expect(count <= remaining() / least_size);
     return ok_ ? static_cast<size_t>(count) : 0;
   }
-  // What must hold of what was read.
+  // A condition that the values read must satisfy.
   void Expect(bool holds) { ok_ = ok_ && holds; }
 
   bool ok() const { return ok_; }
@@ -194,8 +194,8 @@ class StateReader {
 // checksum over what they were made with. `magic` has four characters.
 std::string SealState(const char* magic, uint32_t version, uint64_t options, std::string state);
 
-// What was sealed. InvalidArgument where it is of another version or was made with other options,
-// DataLoss for all that SealState did not make; `name` says in the message what it is of.
+// The state that was sealed. InvalidArgument where it is of another version or was made with other
+// options, DataLoss for all that SealState did not make; `name` says in the message what it is of.
 absl::StatusOr<StateReader> OpenState(const char* magic, uint32_t version, uint64_t options,
                                       const std::string& sealed, const std::string& name);
 

@@ -35,7 +35,7 @@ struct Composed {
   bool wanted = false;                // By the Compose that is under way.
 };
 
-// What lies on a tile: which submap, and which of its tiles this is.
+// A submap's part on a tile: which submap, and which of its tiles this is.
 struct OnTile {
   const SubmapId* id = nullptr;
   const Composed* composed = nullptr;
@@ -63,7 +63,7 @@ struct Composer::State {
   uint32_t next_frame = 0;
   int last_tiles_remade = 0;
   LeftOut left_out;
-  // Of the Compose that is under way.
+  // State of the Compose under way.
   uint64_t missing = 0;
   Progress progress;
   double share = 0;

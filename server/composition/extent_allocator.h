@@ -8,7 +8,7 @@
 
 namespace isthmus::composition {
 
-// Of a file, in bytes; nothing where size is 0.
+// A part of a file, in bytes; none if size is 0.
 struct Extent {
   uint64_t offset = 0, size = 0;
 };

@@ -22,7 +22,7 @@ namespace isthmus::match_graph {
 struct Node {
   SessionId session;
   double weight = 1;  // Size of the session's map (points); the heaviest becomes the reference.
-  // Where its map lies in odom, and how far it reaches: the diagonal of the box of its submaps'
+  // The position of its map in odom, and its extent: the diagonal of the box of its submaps'
   // origins. For CheckCycles.
   Eigen::Vector3d center = Eigen::Vector3d::Zero();
   double extent_m = 0;

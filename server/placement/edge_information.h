@@ -7,9 +7,9 @@
 
 namespace isthmus::placement {
 
-// Of the odometry from one node of a session to the next: the drift model, for the way gone, and
-// what the odometry says itself, their covariances added up. Where submaps in between were retired
-// the way is taken to be as long for each of them.
+// The information of the odometry from one node of a session to the next: the covariance of the
+// drift model over the distance travelled and that of the odometry itself, added up. Where submaps
+// in between were retired the way is taken to be as long for each of them.
 Matrix6d DriftInformation(const Node& before, const Node& node,
                           const pose_graph::DriftModel& drift);
 

@@ -33,7 +33,7 @@ enum class Source : uint8_t {
   kLoop,
 };
 
-// What an edge is known by from call to call.
+// The identity of an edge from call to call.
 struct EdgeKey {
   Source source = Source::kOdometry;
   uint64_t loop = 0;  // LoopClosure::id; 0 for others.
@@ -80,7 +80,7 @@ struct Graph {
 
 struct GraphSet {
   std::vector<Graph> graphs;  // In order of component.
-  // Where things are: index of the graph, and in it.
+  // An index of things: the number of the graph, and the place in it.
   absl::flat_hash_map<NodeKey, std::pair<size_t, int>> nodes;
   absl::flat_hash_map<EdgeKey, std::pair<size_t, size_t>> edges;
   absl::flat_hash_map<uint32_t, size_t> sessions;  // Graph of a session with nodes, by number.

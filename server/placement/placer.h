@@ -51,7 +51,8 @@ struct Session {
   std::vector<Node> nodes;  // In order of index; gaps are submaps that were retired.
 };
 
-// What is known. Everything that names a submap that is not among the nodes is passed over.
+// The input of a placement. Everything that names a submap that is not among the nodes is passed
+// over.
 struct Input {
   std::vector<Session> sessions;   // In order of id.
   std::vector<Match> matches;      // Those that carry or could: only accepted ones count.
@@ -106,7 +107,7 @@ class Placer {
   std::unique_ptr<Memory> memory_;
 };
 
-// How the placements differ, each submap once, in order of submap.
+// The differences between the placements, each submap once, in order of submap.
 std::vector<SubmapMove> FindMoves(const std::vector<Placement>& before,
                                   const std::vector<Placement>& after);
 

@@ -30,7 +30,7 @@ struct ScanHeader {
 // rejected are kept too. InvalidArgument for one that is larger than any scan may be.
 absl::StatusOr<std::string> EncodeScanRecord(const ScanUpload& scan);
 
-// Of the first kScanHeaderSize bytes; absent when they are no header, or a damaged one.
+// The header in the first kScanHeaderSize bytes; absent when they are no header, or a damaged one.
 std::optional<ScanHeader> DecodeScanHeader(const std::string& bytes);
 
 bool IsWhole(const ScanHeader& header, const std::string& body);

@@ -23,7 +23,7 @@ std::string SegmentName(int number);
 // The segments of a folder in order; empty where there is no folder.
 std::vector<int> ListSegments(const std::string& folder);
 
-// Where a record lies.
+// The place of a record.
 struct ScanPlace {
   uint64_t offset = 0;
   ScanHeader header;

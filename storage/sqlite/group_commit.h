@@ -37,7 +37,7 @@ class GroupCommit {
   };
   using Group = std::deque<Request*>;
 
-  // Of requests that came and fit into a group of `size`; takes them out of waiting_.
+  // The next waiting request that fits into a group of `size`, taken out of waiting_.
   Request* Next(size_t size);
   // For those below the caller leads. One transaction for all that come until it is committed;
   // false if it was lost, and all of `group` with it.

@@ -20,7 +20,7 @@ struct RevisitOptions {
   // ... was looked at by so many newer submaps each: seen again, or looked through because it is
   // gone. At most 255.
   int min_looks = 30;
-  // Of every session the newest stay: its robot goes on from them.
+  // The newest of every session stay: its robot goes on from them.
   int keep_newest = 8;
 };
 

@@ -14,7 +14,7 @@
 
 namespace isthmus::matching {
 
-// Of one pair of maps. The maps must outlive it. Not thread safe.
+// The search for one pair of maps. The maps must outlive it. Not thread safe.
 class CandidateSearch {
  public:
   // With `stop` requested nothing more is found.

@@ -21,8 +21,8 @@ class PreparedSubmap {
   // Holds on to the outline only: to the submap without its points, which are those of `whole`.
   PreparedSubmap(std::shared_ptr<const Submap> outline, const Submap& whole);
 
-  // What a keyframe measured, of keyframes with points that are a metre or a turn apart; farther
-  // where there would be more than kMaxViews of them: each takes 33 kB.
+  // The measurements of keyframes with points that are a metre or a turn apart, or farther if there
+  // would be more than kMaxViews of them: each takes 33 kB.
   static constexpr size_t kMaxViews = 1000;
   struct View {
     Pose T_submap_sensor;
@@ -45,7 +45,7 @@ class PreparedSubmap {
   // A sphere around the surface.
   const Eigen::Vector3d& center() const { return center_; }
   double radius_m() const { return radius_m_; }
-  // What it takes in memory, about; the submap apart.
+  // The memory it takes, about, without the submap.
   size_t bytes() const;
 
  private:

@@ -32,7 +32,7 @@ Pose MoveAbout(const Eigen::Vector3d& center, const Vector6d& twist, const Pose&
 NormalEquations Linearize(const std::vector<Correspondence>& pairs, const Pose& T_a_b,
                           const Eigen::Vector3d& center);
 
-// What keeps a step finite, and biases none.
+// Damping that keeps a step finite and biases none.
 inline constexpr double kDamping = 1e-6;
 // Range noise and thinning keep even a perfect alignment from being known better than this.
 inline constexpr double kMinSigmaM = 0.02;

@@ -12,7 +12,7 @@ namespace isthmus::matching {
 // Between points of a surface: fine enough for rooms; outdoors half as fine is enough, and a
 // quarter of the cost.
 inline constexpr double kIndoorVoxelM = 0.25, kOutdoorVoxelM = 0.5;
-// Of the normals of surfaces that can be the same.
+// The least cosine between the normals of surfaces that can be the same.
 inline constexpr float kMinNormalCosine = 0.5f;
 
 struct SurfacePoint {
