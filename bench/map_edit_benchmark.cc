@@ -1,4 +1,4 @@
-// What the next view of a large map costs; see BENCHMARK.md.
+// The cost of the next view of a large map; see BENCHMARK.md.
 #include <benchmark/benchmark.h>
 
 #include <memory>

@@ -1,4 +1,4 @@
-// What each stage of the odometry costs, on simulated scans: a VLP-16 and an HDL-64, in a museum
+// The cost of each stage of the odometry, on simulated scans: a VLP-16 and an HDL-64, in a museum
 // and in streets. Simulating, and whatever comes before the stage, is not measured.
 #include <benchmark/benchmark.h>
 

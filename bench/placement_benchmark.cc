@@ -1,4 +1,4 @@
-// What placing submaps costs, and what false loop closures do to it; see BENCHMARK.md.
+// The cost of placing submaps, and the effect of false loop closures; see BENCHMARK.md.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>

@@ -31,7 +31,7 @@ class SharedMap {
   using Chunks = std::vector<std::shared_ptr<const Chunk>>;
 
  public:
-  // In order of key; as good as the map that it is of, and while that does not change.
+  // In order of key; valid as long as the map it belongs to does not change.
   class const_iterator {
    public:
     using iterator_category = std::forward_iterator_tag;

@@ -63,7 +63,7 @@ std::optional<MatchResult> Segment::Follow(const ScanFrame& frame, const ScanPos
     const std::optional<MatchResult> around = recovery_.LookAround(frame, &tracker_, &map_);
     if (around && around->Score() > match.Score()) match = *around;
   }
-  // Whoever was carried fits somewhere nearly as well as usual, now and then.
+  // A kidnapped robot's scan fits somewhere nearly as well as usual, now and then.
   const bool was_away = tracker_.IsAfterGap(frame) && !tracker_.WasAfterGap();
   const bool good = in_doubt_ > 0 || was_away ? quality_.IsTypical(match) : quality_.IsUsual(match);
   if (!lost_ && tracker_.Fits(match, map_) && (good || !was_away)) {

@@ -53,7 +53,8 @@ SubmapInfos SummarizeSubmaps(const WriteBatch& batch);
 // passed over; a store has refused it.
 void Apply(const WriteBatch& batch, const SubmapInfos& infos, MapRecords* records);
 
-// The session and its later segments, with all that is of them. Returns whose.
+// Removes the session and its later segments with everything that belongs to them. Returns their
+// ids.
 std::set<SessionId> RemoveSession(const SessionId& session, MapRecords* records);
 
 }  // namespace isthmus::storage

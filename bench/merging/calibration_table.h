@@ -24,7 +24,7 @@ struct CalibrationFigures {
   double ece = 0;
 };
 
-// Of confidences in [0, 1], each with whether the hypothesis was right.
+// Figures for confidences in [0, 1], each with whether the hypothesis was right.
 CalibrationFigures Calibrate(const std::vector<std::pair<double, bool>>& hypotheses);
 
 // Markdown: of the best hypothesis of every pair that has one, whatever became of it.

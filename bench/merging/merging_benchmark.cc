@@ -1,5 +1,6 @@
-// Whether robots' maps are joined rightly, not at all or wrongly, and what that takes: worlds,
-// seeds and overlaps through the real pipeline. BENCHMARK.md says how to use it.
+// Trials of merging, in which robots' maps are joined rightly, wrongly or not at all, and the time
+// that takes: worlds, seeds and overlaps through the real pipeline. BENCHMARK.md says how to use
+// it.
 #include <CLI/CLI.hpp>
 #include <functional>
 #include <iostream>

@@ -23,7 +23,7 @@ struct DriftOptions {
   double deg_per_m = 0;  // About the vertical axis.
 };
 
-// What a step of `length_m` errs by; multiply it from the right.
+// The error of a step of `length_m`; multiply it from the right.
 Pose DriftOf(const DriftOptions& drift, double length_m, simulation::Random& random);
 
 void AddDrift(const DriftOptions& drift, uint64_t seed, DrivenRobot* robot);

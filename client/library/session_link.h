@@ -21,7 +21,7 @@ class ScanWire {
   virtual void WritesDone() = 0;
   // Waits for one; false when none will come.
   virtual bool Read(v1::StreamScansResponse* response) = 0;
-  // What became of it, when reading and writing have ended.
+  // The outcome of the stream, once reading and writing have ended.
   virtual absl::Status Finish() = 0;
 };
 

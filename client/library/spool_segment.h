@@ -69,7 +69,7 @@ class SpoolSegment {
     uint64_t skipped = 0;            // Bytes between them that could not be read.
   };
   // Finds the scans, past what is damaged. Payloads are only looked at if `verify`; one whose
-  // checksum is wrong is then as good as none.
+  // checksum is wrong then counts as missing.
   absl::StatusOr<Contents> Find(bool verify) const;
 
   // Adds a scan behind the last; safe from the death of the process on return, from that of the

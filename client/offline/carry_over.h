@@ -17,13 +17,14 @@ namespace isthmus::cli {
 absl::Status CopySession(const SessionId& session, const storage::MapStore& old,
                          storage::MapStore& made);
 
-// Of pairs whose sessions are both in `made`: odom frames are the same, so all of a verdict holds.
+// Takes over verdicts on pairs whose sessions are both in `made`: odom frames are the same, so all
+// of a verdict holds.
 absl::Status CarryVerdicts(const storage::MapStore& old, storage::MapStore& made,
                            RebuildSummary& summary);
 
-// What CarryVerdicts could not, as segments are only there once they are made: those of which both
-// old and new begin with the same scan, so that their odom frames are the same. The others are
-// noted.
+// Takes over the verdicts that CarryVerdicts could not, as segments are only there once they are
+// made: those of which both old and new begin with the same scan, so that their odom frames are the
+// same. The others are noted.
 absl::Status CarrySegmentVerdicts(const storage::MapStore& old, storage::MapStore& made,
                                   RebuildSummary& summary);
 

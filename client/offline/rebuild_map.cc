@@ -99,7 +99,7 @@ absl::Status Prepare(const std::vector<Work>& work, const MapStore& old, MapStor
 }
 
 // Sequences of a session count without gaps. What is missing is sent as a scan without points,
-// which is as good as one that the sensor could not make: where the robot was then is not known.
+// which counts as one that the sensor could not make: where the robot was then is not known.
 absl::Status FillGap(server::Pipeline& pipeline, Work& work, uint64_t from, const ScanUpload& next,
                      int64_t last_stamp_ns) {
   const uint64_t count = next.sequence - from;

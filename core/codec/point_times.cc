@@ -26,8 +26,8 @@ constexpr double kMaxRelative_s = 1.5;
 constexpr double kClockSlack_s = 1e-3;
 // A scan that lasts less than this share of a turn misses a part of it.
 constexpr double kWholeShare = 0.9;
-// By so much per scan is a turn forgotten, lest a sensor that was set to turn faster is taken to
-// miss parts for ever.
+// A turn is forgotten at this rate per scan, so that a sensor that was set to turn faster is not
+// taken to miss parts for ever.
 constexpr double kForget = 0.99;
 
 bool IsTurn(double seconds) { return seconds >= kShortestTurn_s && seconds <= kLongestTurn_s; }

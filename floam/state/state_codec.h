@@ -32,8 +32,8 @@ namespace isthmus::floam {
 
 static_assert(std::endian::native == std::endian::little, "numbers are copied as they are");
 
-// Tells damage from what was written; no protection from whoever means harm. Eight bytes at a time,
-// FNV-1a with the finaliser of SplitMix64.
+// Tells damage from what was written; no protection against malice. Eight bytes at a time, FNV-1a
+// with the finaliser of SplitMix64.
 uint64_t StateChecksum(const char* data, size_t size);
 
 namespace internal {

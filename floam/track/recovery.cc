@@ -24,9 +24,9 @@ constexpr double kDistinctM = 0.5, kDistinctRad = 0.12;
 // So far from the last place seen, a good part of what is seen may be new, if it drove there: of
 // twice the way at its last speed.
 constexpr double kEdgeM = 4, kEdgeReach = 2, kEdgeS = 4;
-// What is this much as good as the best, and elsewhere, makes it ambiguous.
+// A match elsewhere that scores at least this share of the best makes it ambiguous.
 constexpr double kRival = 0.93, kElsewhereM = 0.5, kElsewhereRad = 0.15;
-// How far from where it was foretold a place is confirmed.
+// The distance from its prediction within which a place is confirmed.
 constexpr double kConfirmM = 0.25, kConfirmRad = 0.1;
 
 bool IsNearAny(const ScanPose& pose, const std::vector<ScanPose>& others) {

@@ -58,7 +58,7 @@ class Tracker {
   double Between(const ScanFrame& frame) const;
   // True if too much may have happened in between to trust in the motion going on.
   bool IsAfterGap(const ScanFrame& frame) const;
-  // True if that was so of the scan seen last: key scans.
+  // The same for the scan seen last: key scans.
   bool WasAfterGap() const { return was_after_gap_; }
   // The pose of the scan if the motion goes on.
   ScanPose Prediction(const ScanFrame& frame) const;

@@ -69,7 +69,7 @@ class Composer {
   // made before; it may outlive the composer.
   //
   // ResourceExhausted when the file's disk is full, Unavailable and DataLoss when it fails
-  // otherwise, Cancelled by `progress`. Earlier maps are then as good as before, and the next call
+  // otherwise, Cancelled by `progress`. Earlier maps are then as valid as before, and the next call
   // goes on where this one ended.
   absl::StatusOr<std::shared_ptr<const ComposedMap>> Compose(
       int64_t revision, const std::vector<PlacedSubmap>& submaps, const SubmapReader& reader,

@@ -109,7 +109,7 @@ class SessionWorker : public std::enable_shared_from_this<SessionWorker> {
   void Reject(const ScanUpload& scan, const absl::Status& why, ScanAck* ack);
   void Take(const floam::OdometryResult& result, ScanAck* ack);
   void BeginSegment(const floam::OdometryResult& first);
-  // Where it is tracked again, or not any more; stamp of the scan that shows it.
+  // Notes that the robot is tracked again, or lost; stamp of the scan that shows it.
   void NoteTracking(bool is_lost, uint64_t sequence, int64_t stamp_ns);
   void Tell(const std::string& what) const;
   // What goes for the scan that was dealt with.

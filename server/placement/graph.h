@@ -71,7 +71,7 @@ struct Graph {
   std::vector<EdgeOrigin> origins;  // Of problem.edges.
   std::vector<size_t> anchors;      // Indices into Input::anchors, of the first problem.anchors.
   int gauge = 0;                    // The node that holds the map frame where no anchor does.
-  // An anchor names one of its sessions, be it a submap that has left the map: then the frame is
+  // An anchor names one of its sessions, even of a submap that has left the map: then the frame is
   // the anchors'.
   bool anchored = false;
 

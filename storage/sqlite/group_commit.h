@@ -12,8 +12,8 @@
 
 namespace isthmus::storage {
 
-// Thread safe. There is no thread of its own: whoever finds nobody writing writes for all who came
-// meanwhile, then hands on. Works are done in the order in which they came.
+// Thread safe. It has no thread of its own: a caller that finds nobody writing writes for all who
+// came meanwhile, then hands on. Works are done in the order in which they came.
 class GroupCommit {
  public:
   // May run twice, so must not change anything but the database.

@@ -44,7 +44,7 @@ double WeakestHold(const SurfaceAgreement& agreement, const Eigen::Vector3d& cen
   return least > 0 ? least / static_cast<double>(agreement.on) : 0;
 }
 
-// Whose surface is asked, and of whom.
+// The submap whose surface is compared, and the one it is compared with.
 struct Sides {
   const PreparedSubmaps &moving, &fixed;
   const std::vector<Pose>&moving_poses, &fixed_poses;
