@@ -179,7 +179,7 @@ void BM_ComposeAfterClosure(benchmark::State& state) {
 }
 BENCHMARK(BM_ComposeAfterClosure)->Arg(5)->Arg(15)->Unit(benchmark::kMillisecond);
 
-// What the fast loop mostly does: one submap came.
+// The usual work of the fast loop: one submap came.
 void BM_ComposeOneMoreSubmap(benchmark::State& state) {
   const World world = Museum();
   const std::vector<PlacedSubmap> before(world.placed.begin(), world.placed.end() - 1);

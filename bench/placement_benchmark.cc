@@ -47,7 +47,7 @@ placement::Input MakeInput(const BenchmarkGraph& graph) {
   return input;
 }
 
-// What the server says of odometry that strays as the graph's does.
+// The server's options for odometry that drifts as the graph's does.
 PlacerOptions OptionsFor(const BenchmarkGraph& graph) {
   PlacerOptions options;
   const Matrix6d& information = graph.problem.edges.front().information;

@@ -49,7 +49,7 @@ void FollowPath(const WriteBatch& batch, ChangedSessions* sessions) {
     SessionRecords* session = sessions->Find(id);
     if (session == nullptr) continue;
     const std::optional<TrajectoryEntry> last = std::exchange(session->last_pose, entry);
-    // Where a submap between the two was retired this is no way that was gone.
+    // If a submap between the two was retired this is not the path that was driven.
     if (!last || entry.submap_index > last->submap_index + 1) continue;
     const double* known = session->path_length_m.Find(last->submap_index);
     double& length =

@@ -87,7 +87,7 @@ absl::StatusOr<std::vector<DrivenRobot>> MakeRobots(const MergingScenario& scena
 
 using RobotsOf = std::function<absl::StatusOr<std::vector<DrivenRobot>>(uint64_t seed)>;
 
-// What came of all trials.
+// The results of all trials.
 struct Results {
   std::vector<Trial> trials;
   std::vector<UpdateTrial> updates;

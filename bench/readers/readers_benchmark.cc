@@ -90,7 +90,7 @@ double Measure(const std::string& name, Fleet* fleet, const Settings& settings, 
   return p99;
 }
 
-// What is matched anew, or looked for by loops, would hide what is asked here.
+// Matching and loop closure would hide what is measured here.
 server::PipelineOptions QuietOptions() {
   server::PipelineOptions options;
   options.rematch_submaps = 1'000'000;

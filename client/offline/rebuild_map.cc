@@ -212,7 +212,7 @@ std::vector<SessionRecord> RecordsOf(const std::vector<SessionRecord>& all,
   return records;
 }
 
-// What only the stores know: poses, and when sessions were finished.
+// Adds what only the stores know: poses, and when sessions were finished.
 absl::Status Conclude(const MapStore& old, MapStore& made, std::vector<Work>& work) {
   const auto all = made.ListSessions();
   if (!all.ok()) return all.status();

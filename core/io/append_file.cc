@@ -41,8 +41,7 @@ absl::StatusOr<std::unique_ptr<AppendFile>> AppendFile::Open(const std::string& 
       new AppendFile(path, descriptor, static_cast<uint64_t>(info.st_size)));
 }
 
-// What a file holds when it is opened survived whatever was before, but nothing says that it would
-// survive a power cut now.
+// The contents of a file that is opened survived so far, but might not survive a power cut now.
 AppendFile::AppendFile(std::string path, int descriptor, uint64_t size)
     : path_(std::move(path)), descriptor_(descriptor), size_(size), synced_size_(0) {}
 

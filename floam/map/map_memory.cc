@@ -16,7 +16,7 @@ constexpr int kWallLevels = 3;
 constexpr uint32_t kWallWindow = 5;
 // Of a cell, that a submap must see to have looked at it.
 constexpr int kLookedAtVoxels = 2;
-// What is let go when there is too much.
+// The share that is forgotten when there is too much.
 constexpr double kForgottenShare = 0.25;
 
 uint32_t HeightOf(uint32_t key) { return key >> 2 & 0x3fffff; }

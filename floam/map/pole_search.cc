@@ -14,7 +14,7 @@ constexpr double kStepM = 0.2, kStepRad = 0.02;
 constexpr size_t kLeastPoles = 4, kBest = 4;
 constexpr double kApartM = 0.5, kApartRad = 0.05;
 
-// How near to a pole a place on the level is.
+// Distances to the nearest pole, over the level.
 class PoleImage {
  public:
   explicit PoleImage(const std::vector<TimedPoint>& poles) : weight_(kSide * kSide) {

@@ -18,8 +18,8 @@ constexpr double kPlainCosine = 0.25;
 
 // Shares of the information about a direction.
 struct Shares {
-  // What is left if any kWrong of the matches are wrong: these have sqrt(kWrong Sum c^2) of Sum c
-  // at most, c the contribution of each.
+  // The information that is left if any kWrong of the matches are wrong: these have sqrt(kWrong Sum
+  // c^2) of Sum c at most, c the contribution of each.
   double trustworthy = 1;
   // The same of matches whose points move along their normals rather than across.
   double plain = 1;

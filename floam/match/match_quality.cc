@@ -6,7 +6,8 @@ namespace isthmus::floam {
 namespace {
 
 constexpr double kAgreementFading = 0.05;
-// Of the averages. New surroundings lower the share at once, but hardly the agreement.
+// Initial values of the averages. New surroundings lower the share at once, but hardly the
+// agreement.
 constexpr double kUsualAgreement = 0.88, kUsualShare = 0.6;
 constexpr double kDoubtfulAgreement = 0.7, kDoubtfulShare = 0.4;
 constexpr double kTypicalAgreement = 0.94, kTypicalShare = 0.85;

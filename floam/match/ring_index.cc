@@ -8,7 +8,7 @@
 namespace isthmus::floam {
 namespace {
 
-// What the angles are off by.
+// The error of the angles.
 constexpr float kAngleError = 2e-5F;
 
 // A lower bound of the sine of an angle >= 0, and beyond a right angle of one: what is behind

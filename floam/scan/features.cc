@@ -17,11 +17,11 @@ constexpr float kGrazingCosine = 0.97F;
 constexpr float kSmoothnessScale = 0.02F;
 // Of the angle between points next to each other on a ring: a larger one nothing came back from.
 constexpr float kEmptyCosine = 0.99985F;  // 1 degree.
-// What is thinner than this is hit once, if it is far away; near the sensor it is a flake or a
+// An object thinner than this is hit once, if it is far away; near the sensor it is a flake or a
 // drop.
 constexpr float kThinM = 0.03F, kThinFromM = 10;
-// What stands free nearer than this, and is no wider, may be a part of the robot or its company: it
-// goes along.
+// An object that stands free nearer than this, and is no wider, may be a part of the robot or its
+// company, and move along.
 constexpr float kOwnM = 2, kOwnWidthM = 1;
 constexpr float kLeastScale = 0.3F;
 constexpr size_t kPlenty = 5;
@@ -79,7 +79,7 @@ class Deviations {
   Eigen::Array4f sum_;
 };
 
-// Whether what is beside a point on the ring is behind it, or nothing is.
+// True if the neighbour of a point on the ring is behind it, or missing.
 bool StandsOut(const RingPoint& beside, const RingPoint& p) {
   const float cosine =
       (beside.x * p.x + beside.y * p.y + beside.z * p.z) / (beside.range * p.range);
@@ -186,7 +186,7 @@ void FeatureExtractor::ExtractAll(const RingScan& scan, Features* out) {
       const RingPoint* segment_end = segment + 1;
       while (segment_end < end && Joined(segment_end[-1], *segment_end)) ++segment_end;
       const bool has_sides = segment > begin && segment_end < end;
-      // What is beside a ring's first and last points is not known.
+      // The surroundings of a ring's first and last points are not known.
       const bool stands_free = (segment == begin || StandsOut(segment[-1], *segment)) &&
                                (segment_end == end || StandsOut(*segment_end, segment_end[-1]));
       if (!stands_free || !MayGoAlong(segment, segment_end)) {

@@ -27,8 +27,8 @@ constexpr size_t kLeastNeighbours = 6;
 constexpr float kDeviationPerM = 0.0015F;
 constexpr float kLeastAlike = 0.4F;  // That belong to the same thing.
 
-// What is slim is no thicker, no wider than this, and what is beside it, on both sides, is farther
-// by so much.
+// A slim object is no thicker and no wider than this, and its surroundings on both sides are
+// farther by so much.
 constexpr float kThickM = 0.3F, kHalfWidthM = 0.2F, kBehindM = 0.5F;
 constexpr size_t kLeastOnIt = 3, kLeastBeside = 2;
 constexpr float kLeastLength = 1.6F;  // Cells, of the three that are looked at.

@@ -54,7 +54,7 @@ ssize_t SpillFile::ReadSome(int file, char* data, size_t size, uint64_t offset) 
 
 uint64_t SpillFile::FreeDiskBytes() const {
   struct statvfs disk = {};
-  // Where it does not tell, the write will.
+  // If it does not tell, the write will.
   if (::statvfs(folder_.c_str(), &disk) != 0) return ~uint64_t{0};
   return uint64_t{disk.f_bavail} * disk.f_frsize;
 }

@@ -24,7 +24,7 @@
 namespace isthmus::server {
 namespace {
 
-// What the exit code means; docs/api.md is the promise.
+// Exit codes, as docs/api.md promises them.
 enum ExitCode { kStopped = 0, kUsage = 2, kDataFolder = 3, kCannotListen = 4 };
 
 // Calls under way have this long to end before they are cancelled.

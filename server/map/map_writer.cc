@@ -8,7 +8,7 @@
 namespace isthmus::server {
 namespace {
 
-// Of what came between two revisions so many are named; the rest is counted by their moves.
+// The greatest number of causes that a revision names; the rest is counted by its moves.
 constexpr size_t kMaxCauses = 4;
 
 template <typename T>

@@ -1,4 +1,4 @@
-// What people decide about matches.
+// People's decisions about matches.
 #include <absl/strings/str_cat.h>
 
 #include <algorithm>

@@ -10,7 +10,8 @@
 namespace isthmus::placement {
 namespace {
 
-// Of a match that a person gave; of one that was computed and has lost its submaps since.
+// The uncertainty of a match that a person gave, and of one that was computed and has lost its
+// submaps since.
 constexpr double kByHandM = 0.05, kByHandRad = 0.5 * kRadPerDeg;
 constexpr double kWeakM = 0.3, kWeakRad = 2 * kRadPerDeg;
 // So many anchors outvote a wrong one.

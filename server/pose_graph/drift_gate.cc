@@ -8,7 +8,7 @@
 namespace isthmus::pose_graph {
 namespace {
 
-// Where an edge says nothing it is this uncertain: a kilometre, a thousand radians.
+// The uncertainty along directions of which an edge says nothing: a kilometre, a thousand radians.
 constexpr double kLeastInformation = 1e-6;
 
 Matrix6d Covariance(const Edge& edge) {

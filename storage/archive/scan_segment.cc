@@ -40,7 +40,7 @@ absl::Status CheckVersion(const io::AppendFile& file, const std::string& head) {
                    ", this one knows ", kVersion, "): use that one"));
 }
 
-// Where the next whole header is, from `offset` on.
+// The place of the next whole header, from `offset` on.
 absl::StatusOr<std::optional<uint64_t>> FindHeader(const io::AppendFile& file, uint64_t offset) {
   const std::string magic(kScanMagic, kScanMagicSize);
   while (offset + kScanHeaderSize <= file.size()) {

@@ -39,7 +39,8 @@ absl::StatusOr<std::set<uint32_t>> SelectIndices(Connection& database, int64_t s
   }
 }
 
-// Of loop closures of the session none of whose edges, if any can be read, has both its submaps.
+// The ids of the session's loop closures none of whose edges, if any can be read, has both its
+// submaps.
 absl::StatusOr<std::vector<int64_t>> SelectLost(Connection& database, int64_t session_key) {
   absl::StatusOr<std::set<uint32_t>> submaps = SelectIndices(database, session_key);
   if (!submaps.ok()) return submaps.status();

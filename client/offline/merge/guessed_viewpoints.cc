@@ -14,7 +14,7 @@ namespace {
 
 constexpr float kCellM = 0.5f;
 constexpr double kHeightM = 1;
-// What stands between these heights above the floor is in the way of a robot.
+// Anything between these heights above the floor is in a robot's way.
 constexpr float kStepM = 0.3f, kHeadM = 1.6f;
 constexpr size_t kMaxPlaces = 64;
 // Of stretches of floor apart from the largest.

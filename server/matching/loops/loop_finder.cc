@@ -12,13 +12,13 @@
 namespace isthmus::matching {
 namespace {
 
-// Of the older submaps that the newest may lie on, so many are looked at; of the passes they are
-// of, so many are searched.
+// The greatest number of older submaps that are considered for the newest, and of passes that are
+// searched.
 constexpr size_t kMaxCandidates = 48, kMaxSearches = 2;
 // An edge that the placement contradicts by more was found wrong there, or is not in it yet.
 constexpr double kPlacedM = 0.6, kPlacedRad = 0.06;
-// What a person rejected is not offered again if it is this much like it, along the way before and
-// after, so many times the least way.
+// A loop that a person rejected is not offered again if it is so similar, and along the path,
+// before and after, within so many times the least path.
 constexpr double kSaidM = 2, kSaidRad = 0.15, kSaidWays = 2;
 // A place that was searched in vain is left alone until the robot has gone so much farther, in
 // shares of the least way.
@@ -62,7 +62,7 @@ LoopScene SceneOf(const LoopQuery& query, size_t k, const std::vector<double>& w
   scene.ways.assign(ways.begin(), ways.begin() + end);
   for (const auto* closures : {&query.known, &found}) {
     for (const LoopClosure& closure : *closures) {
-      // What was found for the submap before may not have come into the placement yet.
+      // The loops of the submap before may not have reached the placement yet.
       const bool placed =
           closures == &query.known && k > 0 && closure.submap_b < query.submaps[k - 1]->id.index;
       AddEdges(closure, query, placed, &scene.edges);

@@ -16,11 +16,12 @@ namespace {
 constexpr size_t kNewest = 3, kBeside = 2;
 // Between the two windows lies at least this share of the least way.
 constexpr double kGapShare = 0.5;
-// What an alignment captures; beyond it, what looks alike and the bird's-eye search are asked.
+// The basin of convergence of an alignment; beyond it, places that look alike and the bird's-eye
+// search are tried.
 constexpr double kCaptureM = 2.5, kCaptureOutdoorsM = 5, kCaptureRad = 0.25;
 constexpr double kMinWindowGateM = 1;
-// Where odometry leaves so many times that open, another place may be like the right one: all that
-// are possible have to be compared.
+// If odometry leaves so many times that open, another place may resemble the right one: all
+// possible ones have to be compared.
 constexpr double kRivalShare = 2;
 constexpr size_t kPlacesPerWindow = 3;
 // Errors of guesses and of verified alignments, beside what is known before them.
@@ -245,8 +246,8 @@ class Search {
     return closure;
   }
 
-  // Of pairs that no loop joins yet: the newest submap's first, then one of each of the others,
-  // until there are enough.
+  // Edges for pairs that no loop joins yet: the newest submap's first, then one of each of the
+  // others, until there are enough.
   std::vector<SubmapEdge> ChooseEdges(const std::vector<SubmapEdge>& all) const {
     std::vector<std::pair<int, SubmapEdge>> ranked;
     std::vector<int> of(fresh_.submaps().size(), 0);

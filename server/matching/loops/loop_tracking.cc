@@ -9,7 +9,7 @@
 namespace isthmus::matching {
 namespace {
 
-// What an alignment of two submaps captures.
+// The basin of convergence of an alignment of two submaps.
 constexpr double kWellM = 2.0, kWellRad = 0.2;
 // Known worse than this, one alignment is believed only if another agrees with it.
 constexpr double kAloneM = 1.2;

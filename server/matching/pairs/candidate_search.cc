@@ -16,14 +16,15 @@ namespace {
 // Maps are levelled: what stands this much askew to gravity after refinement is no merge of them. A
 // building turned upside down fits its mirror image.
 constexpr double kMaxTiltRad = 0.2;
-// Of the chain's candidates, in the odom frames, each within about 10 degrees of level.
+// The greatest tilt of the chain's candidates, in the odom frames, each within about 10 degrees of
+// level.
 constexpr double kMaxOdomTiltRad = 0.4;
 
 // Candidates of the bird's-eye search with less than this share of the best one's score are no
 // rivals of it: a twin scores half of it and more.
 constexpr double kMinScoreShare = 0.1;
 
-// Of the places that look most alike, so many are tried.
+// The number of the most similar places that are tried.
 constexpr size_t kPlacesTried = 4;
 
 Eigen::Vector3d MeanSensor(const PreparedMap& map) {

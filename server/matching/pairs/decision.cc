@@ -10,14 +10,14 @@ namespace {
 
 // Below this a right and a wrong hypothesis' contradictions are both noise.
 constexpr double kFreeSpaceNoise = 0.002;
-// Where the place may be a twin of the right one, that takes its share of the confidence.
+// The share of the confidence that is left if the place may be a twin of the right one.
 constexpr double kTwinConfidence = 0.5;
-// What one robot looked through stands there nevertheless only if a limit is wrong.
+// If one robot looked through what the other saw, the match is right only if a limit is wrong.
 constexpr double kContradictedConfidence = 0.1;
 // A competitor needs at least this share of the best's support.
 constexpr double kMinRivalSupport = 0.1;
 
-// What contradicts acceptance of one hypothesis taken by itself; reason "OK" for nothing.
+// The reason against accepting one hypothesis taken by itself; reason "OK" for nothing.
 struct Finding {
   MatchState state = MatchState::kAccepted;
   std::string reason = "OK";

@@ -106,7 +106,7 @@ void Reduce(const std::vector<size_t>& kept, std::vector<T>* items) {
   *items = std::move(left);
 }
 
-// Where the item at a position is after Reduce, or nothing.
+// The position of an item after Reduce, or nothing.
 std::optional<uint32_t> PositionAfter(const std::vector<size_t>& kept, uint32_t position) {
   const auto at = std::lower_bound(kept.begin(), kept.end(), position);
   if (at == kept.end() || *at != position) return std::nullopt;
@@ -158,9 +158,10 @@ void ExtendJointly(const PreparedMap& a, const PreparedMap& b, size_t first_a, s
   const MapPoses before = h->joint.poses;
   PlaceNew(a.submaps(), Pose(), &h->joint.poses.a);
   PlaceNew(b.submaps(), h->T_a_b, &h->joint.poses.b);
-  // Where all that were aligned were retired, the others are, from where these left them.
+  // If all aligned submaps were retired, the others are aligned, from the poses that these left
+  // them.
   const bool lost = h->joint.edges.empty();
-  // Where the new submaps meet nothing, what was found before holds.
+  // If the new submaps meet nothing, the earlier result holds.
   if (RefineJointly(a.submaps(), b.submaps(), kNextGateM, lost ? 0 : first_a, lost ? 0 : first_b,
                     &h->joint)) {
     h->converged = true;

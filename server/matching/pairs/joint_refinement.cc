@@ -13,7 +13,7 @@
 namespace isthmus::matching {
 namespace {
 
-// Of a submap, this many of the other map are aligned with it.
+// The number of submaps of the other map that are aligned with a submap.
 constexpr size_t kPartners = 4;
 // Submaps whose middles are farther apart than this share of their radii have little in common.
 constexpr double kMaxPairApart = 0.6;

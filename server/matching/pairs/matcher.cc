@@ -15,18 +15,19 @@ namespace {
 // Maps are searched anew when they have grown by this factor since the last time; what was accepted
 // is looked for elsewhere more seldom.
 constexpr double kGrowth = 1.25, kGrowthAccepted = 2.0;
-// What a joint refinement is spent on: the best by rigid alignment, and what comes near them.
+// The number of hypotheses that are refined jointly: the best by rigid alignment, and what comes
+// near them.
 constexpr size_t kMaxJoint = 4;
 // Drift contradicts a rigid alignment: by so many times what is allowed once it is taken out.
 constexpr double kRigidLeniency = 20;
 // A hypothesis with less of the best one's support is out of the question.
 constexpr double kMinSupportShare = 0.1;
 
-// Of the places that new submaps look like, so many are looked at more closely.
+// The number of places similar to new submaps that are examined more closely.
 constexpr size_t kMaxPlaces = 2;
 // A guess from a place may be off by this much.
 constexpr double kPlaceGateM = 4.0;
-// What a guess must show for a search of the whole to be spent on it.
+// The worst guess that is worth a search of the whole map.
 constexpr double kMaxPlaceViolation = 0.08;
 constexpr int64_t kMinPlaceComparisons = 500;
 

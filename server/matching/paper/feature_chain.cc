@@ -18,7 +18,7 @@
 namespace isthmus::matching {
 namespace {
 
-// How often inliers and fit are computed from each other.
+// The number of times that inliers and fit are computed from each other.
 constexpr int kFitRounds = 5;
 // A fit that loses more of the inliers than this has left the consensus. A few it may lose: a
 // sample of three is chosen for its count, yet all inliers together fix the transform better.

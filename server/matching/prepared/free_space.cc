@@ -23,7 +23,7 @@ constexpr float kMaxFleeting = 0.2f;
 // A point that fewer views agree on may be so too.
 constexpr int kMinViews = 3;
 
-// What one point of another map, or of the same, is to a view: +1 in front of what was measured,
+// Compares one point of another map, or of the same, with a view: +1 in front of what was measured,
 // -1 at the range measured, 0 without a say (outside, occluded, grazing, at an edge of depth).
 class Comparer {
  public:
@@ -88,7 +88,7 @@ void Compare(const PreparedSubmap& views, const FreeSpaceMap::Piece& piece,
   }
 }
 
-// Of every point of the piece, what the views of the submaps make of it.
+// The scores of the piece's points by the views of the submaps.
 std::vector<FreeSpaceScore> AskOwnViews(const FreeSpaceMap::Piece& piece,
                                         const std::vector<const PreparedSubmap*>& submaps,
                                         const FreeSpaceOptions& options) {

@@ -13,7 +13,7 @@ namespace {
 
 // Plenty to tell the vertical from.
 constexpr size_t kLevelPoints = 20000;
-// Of all surfaces, the floors and the walls at least.
+// The least share of floors, and of walls, in all surfaces.
 constexpr double kMinSurfaceShare = 0.03;
 // A map that has grown by this factor has its level estimated anew.
 constexpr double kLevelGrowth = 1.25;

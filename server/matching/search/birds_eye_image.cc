@@ -14,7 +14,7 @@ constexpr float kFullLayers = 4;    // A wall that fills this many counts in ful
 constexpr double kMaxShifts = 4e6;  // Some 200 MB.
 // Of one map, in cells half as large as those whose shifts are that many.
 constexpr double kMaxCells = 2.1 * kMaxShifts;
-// What two walls in one place are worth whichever way they face, beside the cosine between them.
+// The score of two walls in one place whichever way they face, beside the cosine between them.
 constexpr float kUnorientedShare = 0.3f;
 // Binomial kernel of the blur, its peak at 1.
 constexpr float kBlurNear = 0.5f;

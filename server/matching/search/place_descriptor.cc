@@ -9,7 +9,8 @@ namespace isthmus::matching {
 namespace {
 
 constexpr int kRings = PlaceDescriptor::kRings, kSectors = PlaceDescriptor::kSectors;
-// How often (1 2 1)/4 goes over rings and sectors: about a ring, and a sector, to either side.
+// The number of times that (1 2 1)/4 goes over rings and sectors: about a ring, and a sector, to
+// either side.
 constexpr int kBlurs = 2;
 
 using Cells = std::array<float, static_cast<size_t>(kRings) * kSectors>;

@@ -7,7 +7,7 @@
 namespace isthmus::matching {
 namespace {
 
-// Of each place of b, so many of a may be the same.
+// The number of a's places that may be the same as one of b.
 constexpr size_t kHitsPerPlace = 3;
 constexpr double kSameM = 2;
 constexpr double kSameRad = 12 * std::numbers::pi / 180;

@@ -26,11 +26,11 @@ constexpr size_t kMaxAxes = 8;
 constexpr double kAxisSpacingRad = 0.35;
 constexpr double kRefineRad = 0.15;
 constexpr double kDistinctRad = 10 * std::numbers::pi / 180;
-// What counts as one plane: two bins.
+// The thickness that counts as one plane: two bins.
 constexpr float kPlaneBinM = 0.15f;
 // The map's spread along the axis, over its largest, at which an axis is believed half as much.
 constexpr double kHalfFlatness = 0.5;
-// How far the sensors' place between floor and ceiling may swing the judgement.
+// The influence of the sensors' height between floor and ceiling on the decision.
 constexpr double kMinSensorHeight = 0.2;
 // The candidate near odom's z is kept above the first, and believed above the second share of the
 // best one's score.
@@ -177,7 +177,7 @@ class Judge {
   }
 
  private:
-  // How likely it is that up is up and not down.
+  // The probability that up is up and not down.
   double UpShare(const Eigen::Vector3f& up, Layers* floors, Layers* ceilings) const {
     double below = floors->Evidence(), above = ceilings->Evidence();
     if (below + above == 0) return 0.5;

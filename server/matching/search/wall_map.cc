@@ -20,7 +20,7 @@ constexpr size_t kFarStride = 20;
 // Keyframes nearer than this to one that was taken add nothing (turning on the spot).
 constexpr float kKeyframeSpacingM = 0.7f;
 constexpr int kAzimuthBins = 360;
-// Of the ranges in a bin, the one taken for the ray: half of them say that it is free so far.
+// The range of a bin that is taken for the ray: half of them say that it is free so far.
 constexpr float kRangeQuantile = 0.5f;
 // Every other point is plenty for a bin, and half of the memory.
 constexpr size_t kPointStride = 2;
