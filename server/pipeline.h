@@ -62,7 +62,7 @@ struct SessionStatus {
   uint64_t map_bytes = 0;    // Stored of its submaps and features, as counted last.
   uint64_t scan_bytes = 0;   // Of its raw scans.
   uint64_t quota_bytes = 0;  // Of all sessions of its robot; 0: no limit.
-  // What is missing of its raw scans, and why; empty while all are kept, or none are to be.
+  // The raw scans that are missing, and why; empty while all are kept, or none are to be.
   std::string archive_problem = {};
   uint32_t segments = 1;      // How many there are so far.
   ScanCounts scans = {};      // From the first scan on.
@@ -99,7 +99,7 @@ struct MapInfo {
 
 struct SubmapStatus {
   SubmapInfo info;
-  // Where it lies, once it is placed.
+  // Its place, once it has one.
   std::optional<uint32_t> component;
   Pose T_map_submap;
 };
@@ -132,7 +132,7 @@ struct MatchGraphView {
 
 struct LoopStatus {
   LoopClosure loop;
-  // How many of its edges the map agrees with; those it does not were set aside as outliers.
+  // The number of its edges that the map agrees with; those it does not were set aside as outliers.
   uint32_t edges_used = 0;
 };
 

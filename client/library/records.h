@@ -93,7 +93,7 @@ struct MatchEdge {
   Match match;
   RobotId robot_a, robot_b;
   bool in_tree = false;  // Carries a placement.
-  // What a person said of the pair: `match` is then as they want it.
+  // The person's decision on the pair: `match` is then as they want it.
   std::optional<Verdict> verdict = std::nullopt;
 };
 

@@ -78,7 +78,7 @@ absl::Status SessionSpool::LoadPart(const std::string& path, bool newest) {
   auto segment =
       SpoolSegment::Open(path, {identity_.request.request_id(), first_sequence, 0}, *options_.disk);
   if (!segment.ok()) return segment.status();
-  // What is torn can only be at the end of the newest file; elsewhere a scan is looked at when it
+  // A torn record can only be at the end of the newest file; elsewhere a scan is looked at when it
   // is sent.
   auto contents = (*segment)->Find(newest);
   if (!contents.ok()) return contents.status();

@@ -17,8 +17,8 @@ constexpr double kLongestTurn_s = 0.5;
 constexpr double kShortestPart_s = 1e-3;
 constexpr std::array<double, 4> kUnits_s = {1, 1e-3, 1e-6, 1e-9};
 constexpr std::array<const char*, 4> kUnitNames = {"s", "ms", "us", "ns"};
-// Where counters start again, in their own units: 32 bits; the hour of Velodyne's packets, in us
-// and s; the second, in ns and us.
+// The values at which counters wrap around, in their own units: 32 bits; the hour of Velodyne's
+// packets, in us and s; the second, in ns and us.
 constexpr std::array<double, 5> kModuli = {4294967296.0, 3.6e9, 3600, 1e9, 1e6};
 
 // Times farther from zero than this are those of a clock.

@@ -14,7 +14,7 @@ constexpr int64_t kHeightMax = (int64_t{1} << 22) - 1;
 // a floor with its noise is in two.
 constexpr int kWallLevels = 3;
 constexpr uint32_t kWallWindow = 5;
-// Of a cell, that a submap must see to have looked at it.
+// The number of voxels of a cell that a submap must see to have looked at it.
 constexpr int kLookedAtVoxels = 2;
 // The share that is forgotten when there is too much.
 constexpr double kForgottenShare = 0.25;

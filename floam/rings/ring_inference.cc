@@ -11,7 +11,7 @@ namespace {
 
 constexpr int kMaxInferredRings = 256;
 constexpr float kClearFromM = 1.5F;
-// Of the histogram: an eighth of the spacing of the densest sensor's rings.
+// The bin width of the histogram: an eighth of the spacing of the densest sensor's rings.
 constexpr float kBin = 0.02F * kPi / 180;
 constexpr int kBins = 9001;  // From straight down to straight up.
 // Points of one ring make a heap at least this much higher than the valleys beside it.
@@ -187,7 +187,7 @@ void ElevationHistogram::Add(const Scan& scan, const std::vector<float>& elevati
 std::vector<double> ElevationHistogram::Peaks() const {
   std::vector<double> best;
   double least = 0.5;
-  // How sharp rings are differs between sensors and scenes: the width that explains most.
+  // The sharpness of rings differs between sensors and scenes: the width that explains most.
   for (const int width : {1, 2, 4, 8, 12}) {
     std::vector<double> peaks = PeaksOfWidth(width);
     if (peaks.empty() || peaks.size() > kMaxInferredRings) continue;

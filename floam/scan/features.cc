@@ -15,7 +15,7 @@ constexpr float kGapPerRange = 0.02F;
 constexpr float kGrazingCosine = 0.97F;
 // Smoothness at which the weight of a surface has fallen to 1/e.
 constexpr float kSmoothnessScale = 0.02F;
-// Of the angle between points next to each other on a ring: a larger one nothing came back from.
+// The cosine of the angle between neighbours on a ring; across a larger angle nothing came back.
 constexpr float kEmptyCosine = 0.99985F;  // 1 degree.
 // An object thinner than this is hit once, if it is far away; near the sensor it is a flake or a
 // drop.
@@ -223,7 +223,7 @@ void FeatureExtractor::ExtractWithoutRings(const RingScan& scan, Features* out) 
   }
 }
 
-// Where most of what is seen is ground, the few walls that tell the way along it would be outvoted.
+// If most of what is seen is ground, the few walls that observe motion along it would be outvoted.
 void FeatureExtractor::Balance(std::vector<TimedPoint>* surfaces) {
   std::array<size_t, kFacings> count{}, seen{};
   for (const uint8_t facing : facings_) ++count[facing];

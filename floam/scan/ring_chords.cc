@@ -12,10 +12,11 @@ namespace {
 
 constexpr int kRingsApart = 2;
 constexpr float kSameAzimuth = 0.9995F;  // Cosine of 1.8 degrees.
-// Of the angle between chord and normal: surfaces are rough, and bend on the way to the next ring.
+// The cosine of the angle between chord and normal: surfaces are rough, and bend on the way to the
+// next ring.
 constexpr float kLyingCosine = 0.4F;
-// Of the ranges to one surface: on a level floor a ring 2 degrees above is so much farther 14 times
-// the sensor's height away.
+// The greatest relative difference of the ranges to one surface: on a level floor a ring 2 degrees
+// above is so much farther 14 times the sensor's height away.
 constexpr float kSameSurface = 0.5F;
 const Eigen::Vector3f kAnywhere =
     Eigen::Vector3f::Constant(std::numeric_limits<float>::quiet_NaN());

@@ -9,7 +9,7 @@
 namespace isthmus::floam {
 namespace {
 
-// Of two points above each other.
+// The least rise between two points above each other.
 constexpr float kMinRiseM = 0.1F;
 constexpr float kMaxLean = 0.6F;  // Horizontal over vertical distance.
 // Rings much closer than this show more noise than shape.

@@ -112,7 +112,7 @@ class SessionWorker : public std::enable_shared_from_this<SessionWorker> {
   // Notes that the robot is tracked again, or lost; stamp of the scan that shows it.
   void NoteTracking(bool is_lost, uint64_t sequence, int64_t stamp_ns);
   void Tell(const std::string& what) const;
-  // What goes for the scan that was dealt with.
+  // Fills in the status after the scan that was dealt with.
   void FillStatus(ScanAck* ack) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void Hand(std::shared_ptr<const Submap> submap);
   void Cut(std::shared_ptr<const Submap> submap);

@@ -7,7 +7,7 @@
 
 namespace isthmus::server {
 
-// Of the folder that this process has open.
+// A source of backups of the folder that this process has open.
 rpc::BackupSource BackupsOf(const std::string& folder);
 
 }  // namespace isthmus::server

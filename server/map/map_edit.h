@@ -13,14 +13,14 @@
 
 namespace isthmus::server {
 
-// What came since the map was placed last: why the next revision is made.
+// The changes since the map was placed last: the causes of the next revision.
 struct Changes {
   std::vector<std::string> causes;  // For a person; the first few.
   std::vector<SessionPair> matches;
   std::vector<uint64_t> loops;
 };
 
-// What placement made of the state of things at `version`.
+// The result of placing the state at `version`.
 struct PlacedMap {
   uint64_t version = 0;                         // MapView::graph_version.
   std::shared_ptr<const MapRevision> revision;  // Null where nothing moved: the last one stands.
@@ -39,7 +39,7 @@ struct MapEdit {
   std::shared_ptr<const ComposedMap> composed = {};
 };
 
-// What an edit needs that takes its time, so that it can be made ready before anybody waits.
+// The slow part of an edit, prepared before anybody waits for it.
 struct PreparedEdit {
   storage::SubmapInfos infos;  // Of the batch's submaps.
   // Null: the effective matches stay as they are.

@@ -20,7 +20,7 @@
 
 namespace isthmus::server {
 
-// What a person says at once.
+// Decisions that a person makes at once.
 struct ManualDecisions {
   std::vector<Verdict> verdicts = {};
   std::vector<SessionPair> withdrawn = {};  // Whose verdicts are taken back.

@@ -61,7 +61,7 @@ class SubmapCache {
   const OnDamaged on_damaged_;
   mutable Mutex mutex_;
   std::map<SubmapId, Entry> entries_ ABSL_GUARDED_BY(mutex_);
-  // Of those kept, the least recently asked for first.
+  // The submaps kept, the least recently asked for first.
   std::list<SubmapId> turns_ ABSL_GUARDED_BY(mutex_);
   size_t bytes_ ABSL_GUARDED_BY(mutex_) = 0;
 };

@@ -121,7 +121,7 @@ class Judge {
     return edges;
   }
 
-  // What the judgement rests on: all that agree, and those that disagree and count.
+  // Weighs the cycles that count: all that agree, and those that disagree and count.
   void Weigh() {
     support_.assign(active_.size(), {});
     disagreeing_.clear();

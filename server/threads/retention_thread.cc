@@ -11,7 +11,7 @@
 namespace isthmus::server {
 namespace {
 
-// What is dropped makes room for no other round to drop more: two suffice, and a store that cannot
+// Two rounds suffice, as dropping makes room for no further dropping, and a store that cannot
 // delete is not asked for ever.
 constexpr int kMaxRounds = 3;
 

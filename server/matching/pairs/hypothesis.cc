@@ -56,7 +56,7 @@ Sides SidesOf(const PreparedMap& a, const PreparedMap& b, const Hypothesis& h) {
                        : Sides{a.submaps(), b.submaps(), poses.a, poses.b};
 }
 
-// Of every submap of the moving map that `asked(k)` says yes to.
+// The agreement of every submap of the moving map for which `asked(k)` is true.
 template <typename Asked>
 void MeasureSurface(const PreparedMap& a, const PreparedMap& b, const Asked& asked, Hypothesis* h) {
   const auto& [moving, fixed, moving_poses, fixed_poses] = SidesOf(a, b, *h);

@@ -12,7 +12,7 @@ namespace {
 constexpr int kLayers = 8;          // Of the height band.
 constexpr float kFullLayers = 4;    // A wall that fills this many counts in full.
 constexpr double kMaxShifts = 4e6;  // Some 200 MB.
-// Of one map, in cells half as large as those whose shifts are that many.
+// The greatest number of cells of one map, half as large as those whose shifts are that many.
 constexpr double kMaxCells = 2.1 * kMaxShifts;
 // The score of two walls in one place whichever way they face, beside the cosine between them.
 constexpr float kUnorientedShare = 0.3f;
