@@ -1,4 +1,4 @@
-// What it costs that a robot's session survives a crash of the server; see BENCHMARK.md.
+// The cost of letting a robot's session survive a crash of the server; see BENCHMARK.md.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>

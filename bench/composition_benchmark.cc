@@ -38,7 +38,8 @@ constexpr int kPointsPerKeyframe = 10000;  // A thinned VLP-16 scan.
 constexpr int kPointsOutdoors = 7400;      // Of farther surfaces fewer share a voxel.
 constexpr double kHallX = 40, kHallY = 25, kHallZ = 5;
 
-// Where a ray from `origin` meets the walls, floor or ceiling of a room of which the origin is in.
+// The point where a ray from `origin` meets the walls, floor or ceiling of a room of which the
+// origin is in.
 Eigen::Vector3d HitRoom(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
                         const Box& room) {
   double range = std::numeric_limits<double>::infinity();
@@ -179,7 +180,7 @@ void BM_ComposeAfterClosure(benchmark::State& state) {
 }
 BENCHMARK(BM_ComposeAfterClosure)->Arg(5)->Arg(15)->Unit(benchmark::kMillisecond);
 
-// What the fast loop mostly does: one submap came.
+// The usual work of the fast loop: one submap came.
 void BM_ComposeOneMoreSubmap(benchmark::State& state) {
   const World world = Museum();
   const std::vector<PlacedSubmap> before(world.placed.begin(), world.placed.end() - 1);

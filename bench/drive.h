@@ -47,7 +47,7 @@ Scan MakeScan(const Drive& drive, const Shot& shot, uint64_t sequence);
 // Scans one after the other, as a sensor that nothing happens to sends them.
 Shots InOrder(int turns, double period_s);
 
-// What happens to robots. Each changes shots from `at` on.
+// Mishaps of robots. Each changes shots from `at` on.
 void Cover(Shots* shots, int at, int count, View view);
 void Drop(Shots* shots, int at, int count);
 void KeepEvery(Shots* shots, int nth);  // Key scans: the first and every nth after it.

@@ -1,4 +1,4 @@
-// What durability costs: the same scans of eight robots into a pipeline whose store is on the disk
+// The cost of durability: the same scans of eight robots into a pipeline whose store is on the disk
 // and into one whose store forgets; see BENCHMARK.md.
 #include <stdlib.h>
 

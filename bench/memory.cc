@@ -9,7 +9,7 @@
 namespace isthmus::bench {
 namespace {
 
-// Of a line such as "VmHWM:  1234 kB" of /proc/self/status; 0 where there is none.
+// The number in a line such as "VmHWM:  1234 kB" of /proc/self/status; 0 where there is none.
 double StatusMb(const std::string& name) {
   std::ifstream status("/proc/self/status");
   for (std::string word; status >> word;) {

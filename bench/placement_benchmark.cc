@@ -1,4 +1,4 @@
-// What placing submaps costs, and what false loop closures do to it; see BENCHMARK.md.
+// The cost of placing submaps, and the effect of false loop closures; see BENCHMARK.md.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
@@ -47,7 +47,7 @@ placement::Input MakeInput(const BenchmarkGraph& graph) {
   return input;
 }
 
-// What the server says of odometry that strays as the graph's does.
+// The server's options for odometry that drifts as the graph's does.
 PlacerOptions OptionsFor(const BenchmarkGraph& graph) {
   PlacerOptions options;
   const Matrix6d& information = graph.problem.edges.front().information;

@@ -1,4 +1,4 @@
-// What odometry is measured on.
+// The scenarios that odometry is measured on.
 #pragma once
 
 #include <absl/status/statusor.h>

@@ -16,7 +16,7 @@ bool HasPose(const ScanRecord& scan) {
   return scan.verdict == Verdict::kOk || scan.verdict == Verdict::kDegenerate;
 }
 
-// How far the pose that was said is from the truth, in the world frame.
+// The deviation of the estimated pose from the truth, in the world frame.
 struct Deviation {
   Eigen::Vector3d translation;
   double heading_rad, tilt_rad;

@@ -9,9 +9,9 @@
 
 namespace isthmus {
 
-// Where a component has anchors, its map frame is the frame in which they are given: one for the
-// whole site, z up, metres. Coordinates beyond kMaxAnchorM of its origin are refused, because maps
-// are served as 32-bit floats.
+// The map frame of a component with anchors is the frame in which they are given: one for the whole
+// site, z up, metres. Coordinates beyond kMaxAnchorM of its origin are refused, because maps are
+// served as 32-bit floats.
 struct Anchor {
   SubmapId submap;  // One anchor each.
   Pose T_map_submap;

@@ -39,7 +39,7 @@ class ByteReader {
   }
 
   bool ok() const { return ok_; }
-  // What has not been read.
+  // The bytes that have not been read.
   std::string Rest() const { return bytes_.substr(at_); }
   size_t remaining() const { return bytes_.size() - at_; }
 

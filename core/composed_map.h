@@ -24,7 +24,7 @@ struct PlacedSubmap {
   Pose T_map_submap;
 };
 
-// What to read of the map. Everything given must hold.
+// The part of the map to read. Everything given must hold.
 struct Region {
   Box box;  // In the map frame; ignored when empty.
   bool has_sphere = false;

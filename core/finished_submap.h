@@ -12,7 +12,7 @@
 
 namespace isthmus {
 
-// What a session's worker that comes after this one needs to go on exactly.
+// All that a later worker of the session needs to go on exactly.
 struct SessionCheckpoint {
   uint64_t sequence = 0;  // The last scan dealt with.
   // Up to here all that scans made is in finished submaps: safe without `state`.
@@ -21,7 +21,7 @@ struct SessionCheckpoint {
   uint32_t segment = 1;                   // That the session is in. Not known on resuming.
 };
 
-// What is to be made durable, together or not at all.
+// A record to be made durable as a whole or not at all.
 struct FinishedSubmap {
   std::shared_ptr<const Submap> submap = {};     // Null where there is only a checkpoint.
   std::vector<TrajectoryEntry> trajectory = {};  // The scans that fell into it.

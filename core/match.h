@@ -1,4 +1,4 @@
-// What was found out about a pair of sessions' maps, accepted or not.
+// The result of matching two sessions' maps, accepted or not.
 #pragma once
 
 #include <cstdint>
@@ -25,7 +25,8 @@ struct SubmapEdge {
   uint32_t submap_a = 0;  // Index of the submap in its session.
   uint32_t submap_b = 0;
   Pose T_a_b;  // Takes a point of the submap of b to the frame of the submap of a.
-  // Of the twist [rho; phi] in the frame of submap a by which the true pose is Exp(twist) T_a_b.
+  // The information of the twist [rho; phi] in the frame of submap a by which the true pose is
+  // Exp(twist) T_a_b.
   Matrix6d information = Matrix6d::Zero();
 };
 
@@ -53,7 +54,7 @@ struct Match {
   double shared_area_m2 = -1;  // Ground that both robots looked across.
   double hold = -1;            // Mean squared normal along the direction held least; 0: it slides.
   double strain = -1;  // How far the odometry had to bend to fit, RMS in its standard deviations.
-  // What is left of going round the best cycle of accepted matches through this one.
+  // The residual of going round the best cycle of accepted matches through this one.
   double cycle_m = -1, cycle_deg = -1;
   uint32_t candidates = 0;  // Guesses that were refined.
   std::string matcher;      // Whose guess it was: "birds_eye", "places", "paper", "by_hand".
@@ -61,7 +62,7 @@ struct Match {
   uint32_t submaps_b = 0;
   int64_t computed_ns = 0;  // Unix nanoseconds.
   std::vector<StageTime> stages;
-  // How their submaps lie on each other; at least one of an accepted match that was computed.
+  // Edges between their submaps; at least one of an accepted match that was computed.
   std::vector<SubmapEdge> edges;
 };
 

@@ -1,4 +1,4 @@
-// What a person writes beside a decision.
+// The note that a person writes beside a decision.
 #pragma once
 
 #include <absl/status/status.h>

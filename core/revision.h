@@ -1,5 +1,4 @@
-// Where every submap lies in the merged map, as of one revision, and what changed from one to the
-// next.
+// Revisions of the merged map: where every submap lies, and what changed from one to the next.
 #pragma once
 
 #include <cstdint>
@@ -34,13 +33,13 @@ struct MapRevision {
   int64_t revision = 0;
   int64_t stamp_ns = 0;
   std::string cause;  // For a person: "match alice-1 ~ bob-1 ACCEPTED; submap alice-1/7".
-  // What was found or said since the revision before: what to reject to undo this one.
+  // The findings and decisions since the revision before: what to reject to undo this one.
   std::vector<std::pair<SessionId, SessionId>> matches = {};
   std::vector<uint64_t> loops = {};        // LoopClosure::id.
   std::vector<Placement> placements = {};  // In order of session id.
 };
 
-// What a revision did to one submap.
+// The effect of a revision on one submap.
 struct SubmapMove {
   SubmapId submap;
   // In the map frame named after `frame_before`; absent for one that was not in the map before.
@@ -51,7 +50,7 @@ struct SubmapMove {
   SessionId frame_after = {};
 };
 
-// What can be said of a revision without its poses.
+// A revision without its poses.
 struct RevisionInfo {
   int64_t revision = 0;
   int64_t stamp_ns = 0;

@@ -26,7 +26,7 @@ enum class ScanOutcome {
   kRejected,   // Cannot be used, see reason; sending it again will not help.
 };
 
-// What became of a scan.
+// The outcome of a scan.
 struct ScanAck {
   uint64_t sequence = 0;  // 0 in an ack that only moves durable_sequence.
   ScanOutcome outcome = ScanOutcome::kProcessed;
@@ -35,8 +35,8 @@ struct ScanAck {
   // it holds: where the robot was then is not known.
   std::string status;
   std::optional<Pose> T_odom_sensor;  // At the END of the scan; when processed.
-  // Of T_odom_sensor, relative to the map around the robot: twist order [rho; phi], sensor frame at
-  // the END of the scan, m^2 and rad^2. When processed.
+  // The covariance of T_odom_sensor relative to the map around the robot: twist order [rho; phi],
+  // sensor frame at the END of the scan, m^2 and rad^2. When processed.
   std::optional<Matrix6d> covariance;
   // Directions that the scan does not observe, along which the prediction was kept: unit vectors,
   // sensor frame at the END of the scan. When degenerate.

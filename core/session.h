@@ -14,7 +14,7 @@ enum class SessionState {
   kFinished,  // Closed by the robot; its map stays.
 };
 
-// What became of scans.
+// Counts of scans by outcome.
 struct ScanCounts {
   uint64_t ok = 0, degenerate = 0, lost = 0, rejected = 0;
 

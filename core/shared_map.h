@@ -31,7 +31,7 @@ class SharedMap {
   using Chunks = std::vector<std::shared_ptr<const Chunk>>;
 
  public:
-  // In order of key; as good as the map that it is of, and while that does not change.
+  // In order of key; valid as long as the map it belongs to does not change.
   class const_iterator {
    public:
     using iterator_category = std::forward_iterator_tag;
@@ -70,7 +70,7 @@ class SharedMap {
   bool empty() const { return size_ == 0; }
   const_iterator begin() const { return {chunks_.get(), 0, 0}; }
   const_iterator end() const { return {chunks_.get(), chunks_->size(), 0}; }
-  // Of a map that is not empty.
+  // The last value of a map that is not empty.
   const Value& back() const { return *chunks_->back()->back().value; }
 
   // The first whose key is not before this one.

@@ -35,8 +35,8 @@ struct Submap {
   SubmapId id;
   RobotId robot;
   Pose T_odom_submap;  // Pose of the first keyframe's sensor in odom.
-  // What the odometry itself says of how far it strayed since the session's submap before: of the
-  // twist by which the true T_before_this is Exp(twist) T_before_this. Zero: it says nothing.
+  // The odometry's own estimate of its drift since the session's submap before: the covariance of
+  // the twist by which the true T_before_this is Exp(twist) T_before_this. Zero: it says nothing.
   Matrix6d drift_covariance = Matrix6d::Zero();
   uint64_t first_sequence = 0;  // Scans covered, both ends included.
   uint64_t last_sequence = 0;
@@ -46,7 +46,7 @@ struct Submap {
   std::vector<SubmapPoint> points;  // Grouped by keyframe, in ascending order of it.
 };
 
-// What can be said of a submap without its points.
+// A submap without its points.
 struct SubmapInfo {
   SubmapId id;
   RobotId robot;

@@ -1,4 +1,4 @@
-// Where a robot's sensor was, scan by scan.
+// A trajectory: the poses of a robot's sensor, scan by scan.
 #pragma once
 
 #include <cstdint>

@@ -65,7 +65,8 @@ double Odometry::State::PatienceS() const {
   return std::max(patience_s, std::min(kPatienceS, 0.5 * segment->TrackedSeconds()));
 }
 
-// What was seen before is not to be mixed with what comes: nothing is known of the way in between.
+// Earlier observations must not be mixed with later ones: nothing is known of the motion in
+// between.
 void Odometry::State::BeginSegment() {
   patience_s = IsWorthwhile() ? kLeastPatienceS : std::min(2 * patience_s, kLongestPatienceS);
   segment = std::make_unique<Segment>(sensor, options);

@@ -43,12 +43,13 @@ struct OdometryResult {
   // poses of different segments have nothing to do with each other.
   uint32_t segment = 1;
   Pose T_odom_sensor;  // At the END of the scan; identity for the first of a segment.
-  // Of T_odom_sensor relative to the map around the sensor, whose drift comes on top; twist order
-  // [rho; phi], sensor frame at the END of the scan, m^2 and rad^2.
+  // The covariance of T_odom_sensor relative to the map around the sensor, whose drift comes on
+  // top; twist order [rho; phi], sensor frame at the END of the scan, m^2 and rad^2.
   Matrix6d covariance = Matrix6d::Zero();
-  // What the match alone says, in the same terms: not large along what it does not observe.
+  // The covariance by the match alone, in the same terms: not large along what it does not observe.
   Matrix6d matched_covariance = Matrix6d::Zero();
-  // Of what was not observed of the motion since the scan before; see UnobservedMotion.
+  // The covariance of the unobserved part of the motion since the scan before; see
+  // UnobservedMotion.
   Matrix6d unobserved_covariance = Matrix6d::Zero();
   TrackingStatus status = TrackingStatus::kOk;
   Degeneracy degeneracy;  // Which directions, when degenerate; sensor frame at the END of the scan.

@@ -45,11 +45,11 @@ struct OdometryOptions {
   // is far shows single rings only, however many scans there are.
   double map_young_distance_m = 1.0;
 
-  // How the sensor is mounted on the robot, which stands about level when the session begins:
+  // The sensor's mounting on the robot, which stands about level when the session begins: the
   // rotation of T_base_sensor. A robot that was carried away is looked for on the level.
   Eigen::Quaterniond R_base_sensor = Eigen::Quaterniond::Identity();
 
-  // Whether OdometryResult::undistorted is wanted.
+  // True if OdometryResult::undistorted is wanted.
   bool undistort_cloud = true;
 };
 

@@ -31,7 +31,7 @@ absl::Status Segment::CheckFirst(const ScanFrame& frame) const {
 }
 
 std::optional<MatchResult> Segment::Second(const ScanFrame& frame) {
-  // What little a single scan shows fits in many places.
+  // The little that a single scan shows fits in many places.
   if (tracker_.ElapsedSeconds(frame) > kLongestStartS) {
     start_.Again(frame, &tracker_);
     return std::nullopt;
@@ -55,7 +55,7 @@ std::optional<MatchResult> Segment::Follow(const ScanFrame& frame, const ScanPos
     const std::optional<MatchResult> around = recovery_.LookAround(frame, &tracker_, &map_);
     if (around && around->Score() > match.Score()) match = *around;
   }
-  // Whoever was carried fits somewhere nearly as well as usual, now and then.
+  // A kidnapped robot's scan fits somewhere nearly as well as usual, now and then.
   const bool was_away = tracker_.IsAfterGap(frame) && !tracker_.WasAfterGap();
   const bool good = in_doubt_ > 0 || was_away ? quality_.IsTypical(match) : quality_.IsUsual(match);
   if (!lost_ && tracker_.Fits(match, map_) && (good || !was_away)) {
@@ -69,7 +69,8 @@ std::optional<MatchResult> Segment::Follow(const ScanFrame& frame, const ScanPos
       quality_.Add(match);
       return match;
     }
-    // Where scan after scan does not tell the way, none shows that it was another.
+    // If scan after scan leaves a direction unobserved, none shows that the motion along it was
+    // different.
     if (!expected && match.degeneracy.any() && tracker_.IsSteady(frame) &&
         in_doubt_ <= kMostDoubtful) {
       match.pose = prediction;
@@ -108,7 +109,8 @@ std::optional<MatchResult> Segment::Relocalise(const ScanFrame& frame) {
   return match;
 }
 
-// Where matching begins: the motion goes on or, in kAloam, is what the last two scans tell.
+// The initial pose for matching: the motion goes on or, in kAloam, is the one between the last two
+// scans.
 ScanPose Segment::Prediction(const ScanFrame& frame) {
   const ScanPose steady = tracker_.Prediction(frame);
   if (options_.mode != OdometryMode::kAloam || tracker_.IsAfterGap(frame)) return steady;

@@ -29,7 +29,7 @@ class Segment {
 
   // InvalidArgument for a scan that shows too little to begin with.
   absl::Status CheckFirst(const ScanFrame& frame) const;
-  // Where the scan was; to be called for every scan, in order. Sets the result's status,
+  // The pose of a scan; to be called for every scan, in order. Sets the result's status,
   // covariances and degeneracy.
   ScanPose Locate(const ScanFrame& frame, OdometryResult* result);
   // Puts what was seen into the map, if the scan located last was matched well enough for that.
@@ -45,7 +45,7 @@ class Segment {
   int64_t previous_ns() const { return previous_ns_; }  // Stamp of the last scan located.
   // For how long scans that show enough could not be matched, up to the last; 0 if that was.
   double SearchedSeconds() const { return lost_ ? searched_s_ : 0; }
-  // How long scans were matched, lost ones in between left out.
+  // The time over which scans were matched, without lost ones in between.
   double TrackedSeconds() const { return tracked_s_; }
 
   // For state_codec.h. `start_` is not asked any more once under way.
@@ -66,7 +66,7 @@ class Segment {
   std::optional<MatchResult> Follow(const ScanFrame& frame, const ScanPose& prediction);
   std::optional<MatchResult> Relocalise(const ScanFrame& frame);
 
-  // Whether what is remembered of the surroundings speaks against a match to the local map.
+  // True if what is remembered of the surroundings speaks against a match to the local map.
   bool IsContradicted(const ScanFrame& frame, const MatchResult& match);
   // Learns now and then what walls usually look like.
   void LookAtWalls(const ScanFrame& frame, const MatchResult& match);

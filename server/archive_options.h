@@ -1,4 +1,4 @@
-// Whether what the robots sent is kept, so that a map can be rebuilt from it.
+// Options of the archive that keeps what robots sent, so that a map can be rebuilt from it.
 #pragma once
 
 #include <cstdint>
@@ -19,7 +19,7 @@ struct ArchiveOptions {
   // A scan that cannot be kept is not taken, and nothing becomes durable whose scans are not. Else
   // the session goes on without, and its status says what is missing.
   bool required = true;
-  // Of kRounded: the step to which coordinates are rounded, metres.
+  // For kRounded: the step to which coordinates are rounded, metres.
   double resolution_m = 0.002;
   uint64_t segment_bytes = uint64_t{64} << 20;  // Space is freed in pieces of this size.
 };

@@ -1,4 +1,5 @@
-// Where stages, queues and threads are wired together; the whole server but its network skin.
+// The pipeline that wires stages, queues and threads together: the whole server but its network
+// skin.
 #pragma once
 
 #include <absl/status/status.h>
@@ -32,7 +33,7 @@ using isthmus::ScanAck;
 using isthmus::ScanOutcome;
 using isthmus::ScanUpload;
 
-// What a robot asks for.
+// A robot's request for a session.
 struct SessionRequest {
   RobotId robot = {};
   std::string sensor = {};    // Name of a sensor model, e.g. "vlp16".
@@ -61,7 +62,7 @@ struct SessionStatus {
   uint64_t map_bytes = 0;    // Stored of its submaps and features, as counted last.
   uint64_t scan_bytes = 0;   // Of its raw scans.
   uint64_t quota_bytes = 0;  // Of all sessions of its robot; 0: no limit.
-  // What is missing of its raw scans, and why; empty while all are kept, or none are to be.
+  // The raw scans that are missing, and why; empty while all are kept, or none are to be.
   std::string archive_problem = {};
   uint32_t segments = 1;      // How many there are so far.
   ScanCounts scans = {};      // From the first scan on.
@@ -98,7 +99,7 @@ struct MapInfo {
 
 struct SubmapStatus {
   SubmapInfo info;
-  // Where it lies, once it is placed.
+  // Its place, once it has one.
   std::optional<uint32_t> component;
   Pose T_map_submap;
 };
@@ -131,11 +132,11 @@ struct MatchGraphView {
 
 struct LoopStatus {
   LoopClosure loop;
-  // How many of its edges the map agrees with; those it does not were set aside as outliers.
+  // The number of its edges that the map agrees with; those it does not were set aside as outliers.
   uint32_t edges_used = 0;
 };
 
-// How the map changed from one revision to another.
+// The changes of the map from one revision to another.
 struct RevisionDiff {
   int64_t from = 0, to = 0;
   std::vector<SubmapMove> moves;  // In order of submap, each once; those that came back left out.
@@ -196,8 +197,8 @@ class Pipeline {
   // The session and all that came of it leave the map.
   virtual absl::Status DeleteSession(const SessionId& session) = 0;
 
-  // Where acks of the session go from now on; replaces an earlier sink. A null sink drops them.
-  // NotFound for an unknown session, FailedPrecondition for a finished one.
+  // Sets the sink of the session's acks from now on; replaces an earlier sink. A null sink drops
+  // them. NotFound for an unknown session, FailedPrecondition for a finished one.
   virtual absl::Status SetAckSink(const SessionId& session, AckSink sink) = 0;
   // Queues a scan; its ack follows. Waits while the session's queue is full, so that the robot is
   // slowed down and nothing is dropped. Unavailable while shutting down. OutOfRange, and nothing
@@ -209,7 +210,8 @@ class Pipeline {
   virtual absl::StatusOr<SubmapInfo> AddSubmap(Submap submap) = 0;
 
   virtual MapInfo GetMapInfo() = 0;
-  // Of every session of the robot; of all robots when absent. NotFound for an unknown robot.
+  // The submaps of every session of the robot; of all robots if absent. NotFound for an unknown
+  // robot.
   virtual absl::StatusOr<std::vector<SubmapStatus>> ListSubmaps(
       const std::optional<RobotId>& robot) = 0;
   // In the map frame poses follow the submaps, smoothly from one to the next; behind the newest

@@ -1,4 +1,4 @@
-// How much of a robot is kept, and for how long.
+// Options of retention: how much of a robot's data is kept, and for how long.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 namespace isthmus::server {
 
-// What happens to a robot that has more stored than its quota.
+// The consequence for a robot that has more stored than its quota.
 enum class OverQuota {
   kRefuse,      // It can add nothing until someone makes room.
   kDropOldest,  // Raw scans of its finished sessions go, the oldest first; then such sessions. If

@@ -9,7 +9,7 @@
 namespace isthmus::storage {
 namespace {
 
-// Of a match, or of a verdict on one.
+// Checks the pair of a match, or of a verdict on one.
 template <typename Record>
 absl::Status CheckPair(const Record& match,
                        const std::function<bool(const SessionId&)>& has_session) {

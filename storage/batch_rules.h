@@ -1,4 +1,5 @@
-// What a batch must satisfy before any store takes it, and the words both stores refuse with.
+// Rules that a batch must satisfy before any store takes it, and the words with which both stores
+// refuse.
 #pragma once
 
 #include <absl/status/status.h>
@@ -12,7 +13,7 @@
 
 namespace isthmus::storage {
 
-// What a store holds already.
+// The contents of a store, as the rules need them.
 struct StoreContents {
   std::function<bool(const SessionId&)> has_session;
   std::function<bool(const SubmapId&)> has_submap;

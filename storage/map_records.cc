@@ -49,7 +49,7 @@ void FollowPath(const WriteBatch& batch, ChangedSessions* sessions) {
     SessionRecords* session = sessions->Find(id);
     if (session == nullptr) continue;
     const std::optional<TrajectoryEntry> last = std::exchange(session->last_pose, entry);
-    // Where a submap between the two was retired this is no way that was gone.
+    // If a submap between the two was retired this is not the path that was driven.
     if (!last || entry.submap_index > last->submap_index + 1) continue;
     const double* known = session->path_length_m.Find(last->submap_index);
     double& length =
@@ -89,7 +89,7 @@ void PutLoopsAndAnchors(const WriteBatch& batch, MapRecords* records) {
   for (const SubmapId& submap : batch.removed_anchors) records->anchors.Erase(submap);
 }
 
-// Whether no edge is left with both its submaps.
+// True if no edge is left with both its submaps.
 bool HasNoEdge(const LoopClosure& loop, const SessionRecords& session) {
   return std::none_of(loop.edges.begin(), loop.edges.end(), [&](const SubmapEdge& edge) {
     return session.submaps.contains(edge.submap_a) && session.submaps.contains(edge.submap_b);

@@ -1,5 +1,5 @@
-// What batches make of a map's records, but for points, scans' poses, checkpoints and history: one
-// meaning of a batch for the memory store and for the server's view of the map.
+// The records of a map as batches change them, without points, scans' poses, checkpoints and
+// history: one meaning of a batch for the memory store and for the server's view of the map.
 #pragma once
 
 #include <cstdint>
@@ -46,14 +46,15 @@ struct MapRecords {
 
 using SubmapInfos = std::vector<std::shared_ptr<const SubmapInfo>>;
 
-// Of the batch's submaps, in their order. Bounds take a pass over the points.
+// Summaries of the batch's submaps, in their order. Bounds take a pass over the points.
 SubmapInfos SummarizeSubmaps(const WriteBatch& batch);
 
 // As WriteBatch says; `infos` stand for its submaps. What is of a session that is not there is
 // passed over; a store has refused it.
 void Apply(const WriteBatch& batch, const SubmapInfos& infos, MapRecords* records);
 
-// The session and its later segments, with all that is of them. Returns whose.
+// Removes the session and its later segments with everything that belongs to them. Returns their
+// ids.
 std::set<SessionId> RemoveSession(const SessionId& session, MapRecords* records);
 
 }  // namespace isthmus::storage

@@ -1,5 +1,5 @@
-// Where sessions, submaps, trajectories, matches and revisions live. The promise every store keeps;
-// sqlite_store.h keeps it on disk, memory_store.h until the process ends.
+// The store of sessions, submaps, trajectories, matches and revisions: the promise that every store
+// keeps; sqlite_store.h keeps it on disk, memory_store.h until the process ends.
 #pragma once
 
 #include <absl/status/status.h>
@@ -23,7 +23,7 @@
 
 namespace isthmus::storage {
 
-// What a session's worker knew once a scan was dealt with, so that it can go on from there exactly.
+// A session worker's state after a scan, from which it can go on exactly.
 struct Checkpoint {
   SessionId session = {};
   uint64_t sequence = 0;  // The last scan that was dealt with.
@@ -97,8 +97,8 @@ class MapStore {
   // In order of creation.
   virtual absl::StatusOr<std::vector<SessionRecord>> ListSessions() const = 0;
 
-  // What the session's submaps and their features take up, about; what else is stored of it is
-  // little.
+  // The size of the session's submaps and their features, about; everything else stored about it is
+  // small.
   virtual absl::StatusOr<uint64_t> StoredBytes(const SessionId& session) const = 0;
 
   // In order of sequence; empty for a session without scans.
@@ -134,9 +134,9 @@ class MapStore {
   virtual absl::StatusOr<MapRevision> LatestRevision() const = 0;
   // The newest at most `limit` of those still kept, the newest first; see kRevisionsKept.
   virtual absl::StatusOr<std::vector<RevisionInfo>> ListRevisions(int limit) const = 0;
-  // What revisions after `from` up to `to` did, each with its number, in order of revision and then
-  // of submap; nothing when from >= to. OutOfRange, naming the oldest that can be compared with,
-  // when `from` is older; NotFound when `to` is newer than the latest.
+  // The moves of revisions after `from` up to `to`, each with its number, in order of revision and
+  // then of submap; nothing when from >= to. OutOfRange, naming the oldest that can be compared
+  // with, when `from` is older; NotFound when `to` is newer than the latest.
   virtual absl::StatusOr<std::vector<std::pair<int64_t, SubmapMove>>> ListMoves(
       int64_t from, int64_t to) const = 0;
 

@@ -14,7 +14,7 @@
 namespace isthmus::storage {
 namespace {
 
-// What is kept of one session beside its records.
+// The data of one session beside its records.
 struct SessionData {
   uint64_t order = 0;                              // Of insertion, because created_ns may repeat.
   std::map<uint64_t, TrajectoryEntry> trajectory;  // By sequence.

@@ -1,4 +1,4 @@
-// What one record must satisfy by itself before any store takes it.
+// Rules that one record must satisfy by itself before any store takes it.
 #pragma once
 
 #include <absl/status/status.h>

@@ -13,14 +13,14 @@
 
 namespace isthmus::storage {
 
-// What a revision's moves come to.
+// A summary of a revision's moves.
 RevisionInfo Describe(const MapRevision& revision, const std::vector<SubmapMove>& moves);
 
 // OutOfRange or NotFound where what happened after `from` up to `to` is not known: `oldest` is the
 // oldest revision that the log can be asked about, `latest` the newest.
 absl::Status CheckRange(int64_t from, int64_t to, int64_t oldest, int64_t latest);
 
-// What MapStore promises of revisions, in memory. Not thread safe.
+// MapStore's promises about revisions, kept in memory. Not thread safe.
 class RevisionLog {
  public:
   // The revision and its moves have passed CheckBatch.

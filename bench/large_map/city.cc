@@ -10,7 +10,7 @@ namespace {
 constexpr double kSensorHeightM = 1.8;
 constexpr int kLasers = 64;
 
-// Where a ray enters the box; infinity where it passes by. It begins outside.
+// The distance at which a ray enters the box; infinity if it misses. It begins outside.
 double EnterBox(const Eigen::Vector3d& from, const Eigen::Vector3d& direction, const Box& box) {
   double enter = 0, leave = std::numeric_limits<double>::infinity();
   for (int axis = 0; axis < 3; ++axis) {

@@ -25,17 +25,18 @@ class City {
  public:
   explicit City(const CityOptions& options) : options_(options) {}
 
-  // Where a robot stands after so many metres of a way that leads through one street of x after the
-  // other, to and fro, and begins anew at the end. Its lane is off the middle of the street.
+  // The pose of a robot after so many metres of a path that leads through one street of x after the
+  // other, to and fro, and starts over at the end. Its lane is off the middle of the street.
   Pose PoseAfter(double way_m, double lane_m) const;
-  // What it sees from there on; points as measured, in the frame of the first keyframe.
+  // The submap of what it sees from there on; points as measured, in the frame of the first
+  // keyframe.
   Submap Drive(double way_m, double lane_m, std::mt19937* rng) const;
   double submap_length_m() const { return options_.keyframes * 1.0; }
   double way_m() const { return options_.streets * Edge(); }
 
  private:
   double Edge() const { return options_.streets * options_.block_m; }
-  // How far a ray from there gets; the range where it meets nothing.
+  // The length of a ray from there; the range if it meets nothing.
   double Cast(const Eigen::Vector3d& from, const Eigen::Vector3d& direction) const;
   double HouseHeight(int x, int y) const;
 

@@ -113,7 +113,7 @@ absl::Status WaitUntilReady(server::Pipeline& pipeline) {
 absl::Status Measure(const Arguments& arguments, const std::string& folder) {
   server::PipelineOptions options;
   server::SetCache(size_t(arguments.cache_mb) << 20, folder, &options);
-  // What estimation makes ready of each submap takes a second, once; it is not what is asked here.
+  // Estimation spends a second, once, to prepare each submap; that is not measured here.
   options.loops.enabled = options.revisits.retire = arguments.estimate;
   options.on_problem = [](const std::string& problem) {
     std::fprintf(stderr, "%s\n", problem.c_str());

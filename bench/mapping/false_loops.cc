@@ -85,7 +85,7 @@ placement::Input InputOf(const DrivenRobot& robot, std::vector<LoopClosure> loop
   return input;
 }
 
-// Of all keyframes, where the placement has the submaps.
+// The error over all keyframes, with the submaps as placed.
 double RmseOf(const DrivenRobot& robot, const placement::Outcome& outcome) {
   DrivenRobot placed = robot;
   for (const Placement& placement : outcome.placements) {

@@ -1,5 +1,5 @@
-// What false loop closures do to a map: at the level of placement, as no robot can be made to find
-// them.
+// A trial of false loop closures: their effect on a map, at the level of placement, as no robot can
+// be made to find them.
 #pragma once
 
 #include <cstdint>

@@ -20,7 +20,7 @@ struct Lap {
   double gap_m = std::numeric_limits<double>::infinity();
 };
 
-// Where the submaps from `begin` on first come back, and how near.
+// The first return of the submaps from `begin` on, and how near it is.
 Lap ComeBack(const std::vector<Pose>& truth, size_t begin) {
   Lap lap{begin, begin};
   bool away = false;

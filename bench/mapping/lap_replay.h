@@ -32,7 +32,7 @@ class LapReplay {
   // The next of the laps, with ids and stamps that go on from the one before. Odometry is the
   // recorded one with drift, from the last of a lap to the first of the next as in truth.
   Submap Next();
-  // Of the submap with that index, in whichever lap.
+  // The true pose of the submap with that index, in whichever lap.
   const Pose& TruePose(uint32_t index) const { return truth_[index % truth_.size()]; }
 
  private:

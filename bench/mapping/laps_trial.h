@@ -1,4 +1,4 @@
-// Whether a map grows that is driven over again and again.
+// A trial of growth: laps over the same ground should not make a map larger and larger.
 #pragma once
 
 #include <absl/status/statusor.h>

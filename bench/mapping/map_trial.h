@@ -1,4 +1,4 @@
-// Whether loops make a map right: robots with bad odometry, through the real server.
+// A trial of loop closure: robots with bad odometry, through the real server.
 #pragma once
 
 #include <absl/status/statusor.h>
@@ -29,11 +29,11 @@ struct MapTrial {
   uint64_t revisions = 0;
   double cpu_ms = 0;           // Of the process, all uploads to the settled map.
   double worst_upload_ms = 0;  // Wall time from a submap to the map settled with it.
-  // What the map was made of, for placing it again.
+  // The parts of the map, for placing it again.
   std::vector<server::LoopStatus> found;
 };
 
-// How a trial is run, beyond the robots.
+// Settings of a trial, beside its robots.
 struct MapTrialOptions {
   server::PipelineOptions pipeline;
   std::string picture;  // Two are drawn, named so with _open.png and _closed.png; empty: none.

@@ -1,4 +1,4 @@
-// What a map of uploaded submaps is judged by.
+// The truth that a map of uploaded submaps is compared with.
 #pragma once
 
 #include <absl/status/statusor.h>
@@ -13,7 +13,7 @@
 
 namespace isthmus::bench {
 
-// Where the submap's frame was in truth: the sensor at its first keyframe. The scan must not have
+// The true pose of the submap's frame: the sensor at its first keyframe. The scan must not have
 // been lost.
 Pose TruePose(const DrivenRobot& robot, const Submap& submap);
 
@@ -38,7 +38,7 @@ absl::StatusOr<TeamRmse> WayRmse(const std::vector<DrivenRobot>& robots,
 absl::StatusOr<TeamRmse> MapRmse(const std::vector<DrivenRobot>& robots,
                                  server::Pipeline& pipeline);
 
-// Where submaps lie in the map.
+// The place of a submap in the map.
 struct SubmapPlace {
   uint32_t component = 0;
   Pose T_map_submap;

@@ -1,6 +1,5 @@
-// Whether loops make maps right, whether maps stop growing and whether what changed them can be
-// undone: recorded drives with bad odometry through the real server. BENCHMARK.md says how to use
-// it.
+// Trials of mapping, whether loops make maps right, maps stop growing, and changes can be undone:
+// recorded drives with bad odometry through the real server. BENCHMARK.md says how to use it.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <functional>

@@ -1,4 +1,4 @@
-// Whether a robot finds itself in the map of the day before.
+// A trial of a robot's second day: it should be matched to its map of the day before.
 #pragma once
 
 #include <absl/status/statusor.h>

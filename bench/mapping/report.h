@@ -1,4 +1,4 @@
-// What a mapping benchmark prints: Markdown tables, and the same as JSON.
+// The report of a mapping benchmark: Markdown tables, and the same as JSON.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -25,7 +25,7 @@ struct MappingResults {
 std::string LapsHeader();
 std::string ToLine(const LapsRow& row);
 
-// Tables of what there is.
+// Tables of the results.
 std::string MappingTables(const MappingResults& results);
 nlohmann::ordered_json ToJson(const MappingResults& results);
 

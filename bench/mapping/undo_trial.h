@@ -1,4 +1,4 @@
-// Whether what a person does wrong to a map can be undone.
+// A trial of undoing: a person's wrong decisions about a map, taken back.
 #pragma once
 
 #include <absl/status/statusor.h>

@@ -1,4 +1,4 @@
-// Whether confidences are the probabilities they claim to be.
+// A reliability table: claimed confidences beside the share of matches that were right.
 #pragma once
 
 #include <array>
@@ -24,7 +24,7 @@ struct CalibrationFigures {
   double ece = 0;
 };
 
-// Of confidences in [0, 1], each with whether the hypothesis was right.
+// Figures for confidences in [0, 1], each with whether the hypothesis was right.
 CalibrationFigures Calibrate(const std::vector<std::pair<double, bool>>& hypotheses);
 
 // Markdown: of the best hypothesis of every pair that has one, whatever became of it.

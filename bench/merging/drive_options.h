@@ -1,4 +1,4 @@
-// What one simulated robot does.
+// The settings of one simulated robot's drive.
 #pragma once
 
 #include <absl/status/statusor.h>

@@ -1,4 +1,4 @@
-// What the server makes of one robot's drive, with the truth beside it.
+// One robot's drive as the server mapped it, with the truth beside it.
 #pragma once
 
 #include <absl/status/status.h>
@@ -46,7 +46,7 @@ struct DrivenRobot {
 absl::Status DriveThroughServer(const GroundedDrive& grounded,
                                 const server::PipelineOptions& options, const std::string& folder);
 
-// What was kept in such a folder. The folder is only read: many programs may do so at a time.
+// Loads what was kept in such a folder. The folder is only read: many programs may do so at a time.
 // NotFound if it holds no drive.
 absl::StatusOr<DrivenRobot> LoadDrivenRobot(const std::string& folder);
 

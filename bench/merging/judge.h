@@ -1,4 +1,4 @@
-// How far from the truth a transform between two robots' maps is.
+// The error of a transform between two robots' maps.
 #pragma once
 
 #include <vector>
@@ -8,9 +8,9 @@
 
 namespace isthmus::bench {
 
-// How the maps lie on each other where both robots have been, or where they came nearest to each
-// other, by the pairs of poses that are nearest in truth: half a drive's drift, which no transform
-// can take back, is not in it.
+// The error of the maps where both robots have been, or where they came nearest to each other, by
+// the pairs of poses that are nearest in truth: half a drive's drift, which no transform can take
+// back, is not in it.
 struct MapError {
   double median_m = 0, median_deg = 0;
 };
@@ -26,7 +26,7 @@ class PairTruth {
   bool known() const { return !near_.empty(); }
 
   MapError ErrorOf(const Pose& T_a_b) const;
-  // Of the transform between the start frames: contains the drift of both drives.
+  // The error of the transform between the start frames: contains the drift of both drives.
   MapError StartErrorOf(const Pose& T_a_b) const;
   // Transforms that make the maps fit at one place where both have been, each judged everywhere:
   // the worst of their errors, which is drift within the shared part and next to nothing without.

@@ -1,5 +1,6 @@
-// Whether robots' maps are joined rightly, not at all or wrongly, and what that takes: worlds,
-// seeds and overlaps through the real pipeline. BENCHMARK.md says how to use it.
+// Trials of merging, in which robots' maps are joined rightly, wrongly or not at all, and the time
+// that takes: worlds, seeds and overlaps through the real pipeline. BENCHMARK.md says how to use
+// it.
 #include <CLI/CLI.hpp>
 #include <functional>
 #include <iostream>
@@ -86,7 +87,7 @@ absl::StatusOr<std::vector<DrivenRobot>> MakeRobots(const MergingScenario& scena
 
 using RobotsOf = std::function<absl::StatusOr<std::vector<DrivenRobot>>(uint64_t seed)>;
 
-// What came of all trials.
+// The results of all trials.
 struct Results {
   std::vector<Trial> trials;
   std::vector<UpdateTrial> updates;

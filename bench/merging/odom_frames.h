@@ -1,5 +1,5 @@
-// What would have come of it had the robots' odometry been another: frames that lie anywhere, and
-// drift. Submaps stay as they are and their poses move; the scans' poses move with their submaps.
+// Substitute odometry for recorded drives: frames that lie anywhere, and drift. Submaps stay as
+// they are and their poses move; the scans' poses move with their submaps.
 #pragma once
 
 #include <cstdint>
@@ -23,7 +23,7 @@ struct DriftOptions {
   double deg_per_m = 0;  // About the vertical axis.
 };
 
-// What a step of `length_m` errs by; multiply it from the right.
+// The error of a step of `length_m`; multiply it from the right.
 Pose DriftOf(const DriftOptions& drift, double length_m, simulation::Random& random);
 
 void AddDrift(const DriftOptions& drift, uint64_t seed, DrivenRobot* robot);

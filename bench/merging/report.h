@@ -1,4 +1,4 @@
-// What a merging benchmark prints.
+// The report of a merging benchmark.
 #pragma once
 
 #include <nlohmann/json.hpp>

@@ -1,4 +1,4 @@
-// Which robots are to be merged.
+// The scenarios of the merging benchmark: which robots' maps are merged.
 #pragma once
 
 #include <absl/status/statusor.h>

@@ -1,4 +1,4 @@
-// How much of the world two robots have in common, as a function of what they drove.
+// The surface that robots have seen, to choose drives by the share they have in common.
 #pragma once
 
 #include <cstddef>

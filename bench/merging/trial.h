@@ -1,4 +1,4 @@
-// Whether the server finds how robots' maps lie to each other.
+// One trial of merging: robots' maps, and the transforms the server finds between them.
 #pragma once
 
 #include <absl/status/statusor.h>
@@ -28,7 +28,7 @@ struct PairResult {
   double overlap = 0;  // Share of the surface of the robot that saw less which the other saw too.
   Match match;         // The best hypothesis, accepted or not.
   TrialOutcome outcome = TrialOutcome::kNotMerged;
-  // Of the match, whatever its state; mean nothing where robots were in different worlds.
+  // Errors of the match, whatever its state; meaningless if the robots were in different worlds.
   MapError map, start;
   MapError drift;  // Within the part both have seen; see PairTruth::drift.
   MapError edges;  // Of the match's edges between submaps.

@@ -1,4 +1,4 @@
-// What it takes to estimate anew after one more submap.
+// The cost of estimating a pair again after one more submap.
 #pragma once
 
 #include <absl/status/statusor.h>

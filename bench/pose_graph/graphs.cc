@@ -21,7 +21,7 @@ class Surveyor {
  public:
   Surveyor(uint64_t seed, const std::vector<Pose>& truth) : random_(seed), truth_(truth) {}
 
-  // What a measurement with this noise gives for T_a_b, and its information.
+  // A measurement of T_a_b with this noise, and its information.
   Edge Measure(int a, int b, const Noise& noise) {
     Vector6d sigma;
     sigma << Eigen::Vector3d::Constant(noise.position_m),

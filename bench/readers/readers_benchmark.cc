@@ -1,5 +1,5 @@
-// Whether who reads a large map keeps robots waiting: how soon scans are acknowledged without
-// readers, and while some ask for lists without a pause. See BENCHMARK.md.
+// The effect of readers of a large map on robots: how soon scans are acknowledged without readers,
+// and while some ask for lists without a pause. See BENCHMARK.md.
 #include <sys/resource.h>
 #include <sys/syscall.h>
 #include <unistd.h>
@@ -90,7 +90,7 @@ double Measure(const std::string& name, Fleet* fleet, const Settings& settings, 
   return p99;
 }
 
-// What is matched anew, or looked for by loops, would hide what is asked here.
+// Matching and loop closure would hide what is measured here.
 server::PipelineOptions QuietOptions() {
   server::PipelineOptions options;
   options.rematch_submaps = 1'000'000;

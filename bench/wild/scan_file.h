@@ -16,7 +16,7 @@
 
 namespace isthmus::bench {
 
-// What is kept of a scan beside its points.
+// The part of a scan that is kept beside its points.
 struct ScanEntry {
   uint64_t offset = 0, bytes = 0;
   uint32_t points = 0;

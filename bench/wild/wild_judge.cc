@@ -65,7 +65,7 @@ Errors ErrorsOf(const Segments& segments) {
   return errors;
 }
 
-// How far the motion from one scan to another is off, seen from either of them: a scan whose
+// The error of the motion from one scan to another, seen from either of them: a scan whose
 // orientation alone is a little off is not off by that angle times the way.
 double RelativeError(const ScanRecord& from, const ScanRecord& to) {
   const auto seen_from = [](const ScanRecord& a, const ScanRecord& b) {

@@ -1,4 +1,4 @@
-// What is to be said of the odometry of a wild drive.
+// Scores of the odometry on a wild drive.
 #pragma once
 
 #include <string>

@@ -1,4 +1,4 @@
-// From the poses of a graph to anchors.
+// Anchors made from the poses of a graph.
 #pragma once
 
 #include <absl/status/statusor.h>

@@ -51,7 +51,7 @@ void PrintPlacements(const client::MatchGraph& graph) {
   }
 }
 
-// What carries the map first, then what was accepted, then the rest.
+// Matches that carry the map come first, then other accepted ones, then the rest.
 void PrintText(const client::MatchGraph& graph) {
   PrintPlacements(graph);
   std::vector<const client::MatchEdge*> edges;

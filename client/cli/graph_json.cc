@@ -11,7 +11,7 @@ Json NameOrNull(const SessionId& session) {
   return session.empty() ? Json(nullptr) : Json(session.value());
 }
 
-// What was not computed is -1 in the API and null here.
+// Numbers that were not computed are -1 in the API and null here.
 template <typename T>
 Json OrNull(T value) {
   return value >= 0 ? Json(value) : Json(nullptr);

@@ -1,4 +1,4 @@
-// What a revision did, for a person.
+// The changes of a revision as text for a person.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,8 @@ namespace isthmus::cli {
 struct MoveSize {
   double metres = 0, degrees = 0;
 };
-// How far a submap moved within one map frame; nothing where it came, went or changed its frame.
+// The distance that a submap moved within one map frame; none if it came, went or changed its
+// frame.
 std::optional<MoveSize> SizeOf(const SubmapMove& move);
 
 // "2026-11-21 12:46:51" in UTC.

@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Where this program lies. Empty, so that nothing is found, where the system does not tell.
+// The folder of this program. Empty, so that nothing is found, where the system does not tell.
 fs::path OwnFolder() {
   std::error_code unknown;
   return fs::read_symlink("/proc/self/exe", unknown).parent_path();

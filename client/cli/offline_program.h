@@ -1,11 +1,12 @@
-// How `isthmus` has the commands of isthmus-offline: it becomes that program.
+// The hand-over from `isthmus` to isthmus-offline, whose commands it offers by becoming that
+// program.
 #pragma once
 
 #include "client/console/command.h"
 
 namespace isthmus::cli {
 
-// Whether the command line, whose first word that is no option is the command, names one of them.
+// True if the command line, whose first word that is no option is the command, names one of them.
 bool NamesOfflineCommand(int argc, char** argv);
 
 // Runs isthmus-offline in place of this program with the same arguments, so that exit code, signals

@@ -22,7 +22,7 @@ void Report(const std::vector<client::Session>& sessions) {
   for (const client::Session& session : sessions) {
     const std::string component =
         session.component ? absl::StrFormat("%d", *session.component) : std::string("not placed");
-    // What is counted for all segments together stands with the first.
+    // Counts over all segments are shown with the first.
     const bool is_first = session.record.segment <= 1;
     const std::string tracking = is_first
                                      ? CountsText(session.scans) + SegmentAndLossText(session)

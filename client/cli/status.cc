@@ -29,7 +29,7 @@ int64_t Rejected(const std::vector<client::Loop>& loops) {
                        [](const client::Loop& loop) { return loop.loop.rejected; });
 }
 
-// What a robot has stored.
+// The amount that a robot has stored.
 struct Stored {
   uint64_t map_bytes = 0, scan_bytes = 0, quota_bytes = 0;
 };

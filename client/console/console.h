@@ -1,4 +1,4 @@
-// What a person watches: a progress bar on a terminal, plain lines in a pipe.
+// Progress for a person to watch: a progress bar on a terminal, plain lines in a pipe.
 #pragma once
 
 #include <chrono>

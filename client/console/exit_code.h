@@ -1,4 +1,4 @@
-// What the exit code of `isthmus` means; docs/cli.md is the promise.
+// Exit codes of `isthmus`, as docs/cli.md promises them.
 #pragma once
 
 #include <absl/status/status.h>

@@ -12,7 +12,7 @@ Json Names(const Ids& ids) {
   return out;
 }
 
-// What a stage did not compute is -1 in the API and null here, like what is not a number.
+// Numbers that a stage did not compute are -1 in the API and null here, as is NaN.
 template <typename T>
 Json OrNull(T value) {
   return value >= 0 ? Json(value) : Json(nullptr);

@@ -1,4 +1,4 @@
-// From a folder of scans into a session: what `push` and `odometry` share.
+// The loop that pushes a folder of scans into a session, shared by `push` and `odometry`.
 #pragma once
 
 #include <optional>

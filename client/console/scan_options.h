@@ -1,4 +1,4 @@
-// PATH, --from and --to: which scans of a folder. Shared by `push` and `odometry`.
+// The options PATH, --from and --to, which name scans of a folder. Shared by `push` and `odometry`.
 #pragma once
 
 #include <CLI/App.hpp>

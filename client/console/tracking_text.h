@@ -1,4 +1,4 @@
-// How well a robot's scans could be followed, in words.
+// A summary in words of how well a robot's scans could be tracked.
 #pragma once
 
 #include <string>
@@ -14,7 +14,7 @@ std::string CountsText(const ScanCounts& scans);
 // "; segment 2 of 2; LOST since stamp 1700000012.300", of which what does not apply is left out.
 std::string SegmentAndLossText(const client::Session& session);
 
-// How much of a drive was lost: scans that could not be matched, or not be used at all.
+// The lost part of a drive: scans that could not be matched, or not be used at all.
 struct Loss {
   uint64_t lost = 0, scans = 0;
   uint32_t segments = 1;

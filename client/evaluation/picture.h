@@ -41,7 +41,7 @@ class TopDownPicture {
   // Poses T_map_sensor; what is not finite is left out.
   void AddTrajectory(uint32_t robot, Trajectory trajectory);
 
-  // Of the map, without the legend.
+  // The size of the map, without the legend.
   int width() const { return width_; }
   int height() const { return height_; }
   double meters_per_pixel() const { return meters_per_pixel_; }

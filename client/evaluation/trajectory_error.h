@@ -1,4 +1,4 @@
-// How far estimated trajectories are from the truth.
+// Errors of estimated trajectories.
 #pragma once
 
 #include <absl/status/statusor.h>
@@ -12,8 +12,8 @@
 
 namespace isthmus::evaluation {
 
-// Of the distances between true and estimated positions, metres; of the angles between true and
-// estimated orientations, degrees.
+// Statistics of the distances between true and estimated positions, metres; of the angles between
+// true and estimated orientations, degrees.
 struct ErrorStatistics {
   size_t count = 0;   // Poses compared.
   double rmse_m = 0;  // sqrt(1/n sum |p_true - p_estimated|^2), eq. 3 of the paper.

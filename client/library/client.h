@@ -69,7 +69,8 @@ class Client {
   absl::Status UploadSubmap(const SubmapUpload& submap);
 
   absl::StatusOr<MapInfo> GetMapInfo();
-  // Of all robots when `robot` is empty. Indices have gaps where submaps were retired.
+  // The submaps of one robot, or of all robots if `robot` is empty. Indices have gaps where submaps
+  // were retired.
   absl::StatusOr<std::vector<SubmapStatus>> ListSubmaps(const RobotId& robot = {});
   // In the map frame corrected by where the submaps lie, smoothly from one to the next. Segment 0:
   // in the odom frame the last; in the map frame all that are placed in one component, the lowest
@@ -84,7 +85,7 @@ class Client {
   // FailedPrecondition, saying what is missing, while nothing connects the two.
   absl::StatusOr<RobotTransform> GetTransform(const RobotId& a, const RobotId& b);
 
-  // What changed the map, the newest first; at most `limit`, 100 if that is 0.
+  // The revisions of the map, the newest first; at most `limit`, 100 if that is 0.
   absl::StatusOr<std::vector<RevisionInfo>> ListRevisions(int limit = 0);
   // `to` 0: the latest. OutOfRange when `from` is older than what the server keeps.
   absl::StatusOr<RevisionDiff> DiffRevisions(int64_t from, int64_t to = 0);
@@ -93,7 +94,8 @@ class Client {
   // repeated once it was sent.
   absl::StatusOr<int64_t> UndoRevision(int64_t revision, const std::string& note = {});
 
-  // Of all robots when `robot` is empty; with the submaps that carry each if `include_edges`.
+  // The loop closures of one robot, or of all robots if `robot` is empty; with the submaps that
+  // carry each if `include_edges`.
   absl::StatusOr<std::vector<Loop>> ListLoops(const RobotId& robot = {},
                                               bool include_edges = false);
   // Returns the loop closure as it counts from now on, without its edges.

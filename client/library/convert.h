@@ -1,4 +1,4 @@
-// Between the API's messages and the records of this library. Private to the library.
+// Conversion between the API's messages and the records of this library. Private to the library.
 #pragma once
 
 #include <absl/status/status.h>

@@ -1,4 +1,4 @@
-// What the server answers about revisions, loop closures and anchors, as plain values.
+// The server's answers about revisions, loop closures and anchors, as plain values.
 #pragma once
 
 #include <cstdint>
@@ -21,7 +21,7 @@ struct SubmapStatus {
   Pose T_map_submap;                  // Where it lies then.
 };
 
-// How the map changed from one revision to another.
+// The changes of the map from one revision to another.
 struct RevisionDiff {
   int64_t from = 0, to = 0;
   std::vector<RevisionInfo> revisions;  // After `from` up to `to`, the newest first.
@@ -47,7 +47,7 @@ struct RobotAnchor {
   RobotId robot;  // Whose submap it is.
 };
 
-// What became of putting an anchor.
+// The result of putting an anchor.
 struct Anchored {
   int64_t revision = 0;  // Of the map with it.
   SubmapId submap;

@@ -1,4 +1,4 @@
-// How a client reaches its server, and how long it tries.
+// Options of a client: where its server is, and how long it keeps trying.
 #pragma once
 
 #include <cstdint>

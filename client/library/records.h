@@ -1,4 +1,4 @@
-// What the server answers, as plain values. Frames and units are those of the API: metres, radians,
+// The server's answers as plain values. Frames and units are those of the API: metres, radians,
 // Unix nanoseconds; T_target_source takes a point from `source` to `target`.
 #pragma once
 
@@ -93,11 +93,11 @@ struct MatchEdge {
   Match match;
   RobotId robot_a, robot_b;
   bool in_tree = false;  // Carries a placement.
-  // What a person said of the pair: `match` is then as they want it.
+  // The person's decision on the pair: `match` is then as they want it.
   std::optional<Verdict> verdict = std::nullopt;
 };
 
-// What a robot asks for.
+// A robot's request for a session.
 struct SessionWish {
   std::string robot;
   std::string sensor;
@@ -130,7 +130,7 @@ struct RobotTransform {
   Pose T_a_b;  // b's odom frame to a's, both as at their newest submaps.
 };
 
-// What to read of the merged map; without box and sphere everything. Map frame.
+// The part of the merged map to read; without box and sphere everything. Map frame.
 struct RegionQuery {
   std::optional<Box> box = std::nullopt;
   struct Sphere {
@@ -176,7 +176,7 @@ struct BackupState {
   uint64_t bytes = 0, total_bytes = 0;  // Received; of the whole, once the copy is made.
 };
 
-// What is in a backup.
+// The contents of a backup.
 struct Backup {
   ExportSummary file;
   int64_t sessions = 0, submaps = 0, scans = 0, points = 0;
@@ -189,7 +189,7 @@ struct SubmapUpload {
   SubmapId id;  // The index-th of its session, from 0, without gaps.
   int64_t first_stamp_ns = 0, last_stamp_ns = 0;
   Pose T_odom_submap;
-  // Where the sensor stood (T_submap_sensor); the cloud's field `keyframe` refers to them. May be
+  // Poses of the sensor (T_submap_sensor); the cloud's field `keyframe` refers to them. May be
   // empty: then the sensor is taken to have stood at the submap's origin.
   std::vector<StampedPose> keyframes;
   PointPayload cloud;  // Submap frame; fields x, y, z at least.

@@ -22,7 +22,7 @@ constexpr double kSettleTimeoutS = 3600;
 // A scan without an answer for so long is not waited for any longer; Finish then tells why.
 constexpr std::chrono::seconds kAckTimeout(60);
 
-// What the acknowledgements of one robot say; added to by the stream's thread.
+// Totals over the acknowledgements of one robot; added to by the stream's thread.
 class AckTotals {
  public:
   void Add(const client::ScanAck& ack) {
@@ -100,7 +100,7 @@ absl::StatusOr<std::vector<evaluation::TrajectoryPair>> Trajectories(client::Cli
   return pairs;
 }
 
-// What matching the two maps took, the last time.
+// The time that matching the two maps took last.
 absl::StatusOr<double> EstimationMs(client::Client& client) {
   const auto graph = client.GetMatchGraph();
   if (!graph.ok()) return graph.status();

@@ -1,4 +1,4 @@
-// What the paper's Tables 3 and 4 compare: the same server with one odometry or another.
+// The comparison of the paper's Tables 3 and 4: the same server with one odometry or another.
 #pragma once
 
 #include <absl/status/statusor.h>

@@ -49,7 +49,7 @@ absl::StatusOr<std::map<SessionId, std::vector<SubmapInfo>>> MadeSubmaps(
   return submaps;
 }
 
-// Whether the two are in one frame: that of the first scan of a segment. A session that the robot
+// True if the two are in one frame: that of the first scan of a segment. A session that the robot
 // opened begins with its first.
 bool BeginAlike(const SessionRecord& record, const std::vector<SubmapInfo>& old,
                 const std::vector<SubmapInfo>& made) {

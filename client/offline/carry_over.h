@@ -1,4 +1,4 @@
-// What a rebuilt map takes over from the old one.
+// The parts of an old map that a rebuilt one takes over.
 #pragma once
 
 #include <absl/status/status.h>
@@ -17,13 +17,14 @@ namespace isthmus::cli {
 absl::Status CopySession(const SessionId& session, const storage::MapStore& old,
                          storage::MapStore& made);
 
-// Of pairs whose sessions are both in `made`: odom frames are the same, so all of a verdict holds.
+// Takes over verdicts on pairs whose sessions are both in `made`: odom frames are the same, so all
+// of a verdict holds.
 absl::Status CarryVerdicts(const storage::MapStore& old, storage::MapStore& made,
                            RebuildSummary& summary);
 
-// What CarryVerdicts could not, as segments are only there once they are made: those of which both
-// old and new begin with the same scan, so that their odom frames are the same. The others are
-// noted.
+// Takes over the verdicts that CarryVerdicts could not, as segments are only there once they are
+// made: those of which both old and new begin with the same scan, so that their odom frames are the
+// same. The others are noted.
 absl::Status CarrySegmentVerdicts(const storage::MapStore& old, storage::MapStore& made,
                                   RebuildSummary& summary);
 

@@ -49,7 +49,7 @@ std::string FileOf(const std::string& output, uint32_t segment) {
   return file.string();
 }
 
-// What was written of a segment.
+// The files written for a segment.
 struct Written {
   std::string file;
   uint32_t segment = 1;
@@ -67,7 +67,7 @@ absl::StatusOr<std::vector<Written>> WriteSegments(client::Client& client, uint3
     absl::Status status = formats::WriteTum(written.file, trajectory->poses);
     if (!status.ok()) return status;
   }
-  // What an earlier drive left under this name would pass for a segment of this one.
+  // A file that an earlier drive left under this name would pass for a segment of this one.
   std::error_code failed;
   uint32_t next = segments + 1;
   while (std::filesystem::remove(FileOf(output, next), failed)) ++next;

@@ -99,7 +99,7 @@ absl::Status Prepare(const std::vector<Work>& work, const MapStore& old, MapStor
 }
 
 // Sequences of a session count without gaps. What is missing is sent as a scan without points,
-// which is as good as one that the sensor could not make: where the robot was then is not known.
+// which counts as one that the sensor could not make: where the robot was then is not known.
 absl::Status FillGap(server::Pipeline& pipeline, Work& work, uint64_t from, const ScanUpload& next,
                      int64_t last_stamp_ns) {
   const uint64_t count = next.sequence - from;
@@ -212,7 +212,7 @@ std::vector<SessionRecord> RecordsOf(const std::vector<SessionRecord>& all,
   return records;
 }
 
-// What only the stores know: poses, and when sessions were finished.
+// Adds what only the stores know: poses, and when sessions were finished.
 absl::Status Conclude(const MapStore& old, MapStore& made, std::vector<Work>& work) {
   const auto all = made.ListSessions();
   if (!all.ok()) return all.status();

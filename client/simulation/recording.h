@@ -12,7 +12,7 @@
 
 namespace isthmus::simulation {
 
-// What was written, as in simulation.json.
+// A summary of what was written, as in simulation.json.
 struct RecordingSummary {
   int robots = 0;
   int scans_per_robot = 0;
@@ -34,7 +34,7 @@ using Progress = std::function<void(int done, int total)>;
 absl::StatusOr<RecordingSummary> Record(const Options& options, const std::string& dir,
                                         const Progress& progress = {});
 
-// The same for a simulator at hand.
+// The same for a given simulator.
 absl::StatusOr<RecordingSummary> Record(const Simulator& simulator, const std::string& dir,
                                         const Progress& progress = {});
 

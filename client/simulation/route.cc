@@ -59,7 +59,7 @@ struct Drive {
         done_s(profile.TimeAt(curve.LengthTo(polygon.done))) {}
 };
 
-// How the sensor nods and rolls.
+// Nodding and rolling of the sensor.
 struct Sway {
   double phase = 0;
   double roll_hz = 0.9, pitch_hz = 0.6;

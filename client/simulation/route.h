@@ -1,4 +1,4 @@
-// How a simulated robot moves.
+// The route of a simulated robot, and its motion along it.
 #pragma once
 
 #include <absl/status/statusor.h>
@@ -99,12 +99,12 @@ struct TeamMember {
 absl::StatusOr<Lap> MakeLap(const World& world, double about_s, double turn_s, uint64_t seed,
                             const TeamMember& member = {});
 
-// Where people walk: `count` motions of the point between their feet, around tours of their own for
+// Motions of people: `count` motions of the point between their feet, around tours of their own for
 // at least `seconds`, on the same stretches as the robots but farther to the sides. By the time a
 // robot sets out they are on their way. Deterministic by seed.
 std::vector<Motion> MakeWalks(const World& world, int count, double seconds, uint64_t seed);
 
-// Where cars drive: `count` motions of the point on the road below their middle, x ahead, around
+// Motions of cars: `count` motions of the point on the road below their middle, x ahead, around
 // tours of their own for at least `seconds`, 2.2 m to the right of the streets' middle (less in
 // bends), each at a speed of its own of 3 to 8 m/s, slower in bends. They are on their way from the
 // beginning. Deterministic by seed.

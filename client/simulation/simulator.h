@@ -19,7 +19,7 @@
 
 namespace isthmus::simulation {
 
-// What keeps a measurement from being exact. All zero: exact.
+// The noise of a measurement. All zero: exact.
 struct Noise {
   double range_sigma_m = 0.02;  // Standard deviation along the ray.
   double dropout = 0.005;       // Share of measurements lost by chance, [0, 1].

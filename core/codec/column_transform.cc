@@ -43,7 +43,7 @@ void AppendPlanes(const std::vector<Word>& values, std::string& out) {
           out.data() + start);
 }
 
-// Whether neighbouring differences share more bytes than neighbouring values, in a sample from the
+// True if neighbouring differences share more bytes than neighbouring values, in a sample from the
 // middle of the cloud.
 template <typename Word>
 bool DeltaPacksBetter(const std::vector<Word>& values) {

@@ -1,4 +1,4 @@
-// What every reader of a point payload checks first, and how it finds and reads fields.
+// The layout of a point payload: the checks that come first, and how fields are found and read.
 #pragma once
 
 #include <absl/status/status.h>

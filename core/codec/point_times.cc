@@ -17,8 +17,8 @@ constexpr double kLongestTurn_s = 0.5;
 constexpr double kShortestPart_s = 1e-3;
 constexpr std::array<double, 4> kUnits_s = {1, 1e-3, 1e-6, 1e-9};
 constexpr std::array<const char*, 4> kUnitNames = {"s", "ms", "us", "ns"};
-// Where counters start again, in their own units: 32 bits; the hour of Velodyne's packets, in us
-// and s; the second, in ns and us.
+// The values at which counters wrap around, in their own units: 32 bits; the hour of Velodyne's
+// packets, in us and s; the second, in ns and us.
 constexpr std::array<double, 5> kModuli = {4294967296.0, 3.6e9, 3600, 1e9, 1e6};
 
 // Times farther from zero than this are those of a clock.
@@ -26,8 +26,8 @@ constexpr double kMaxRelative_s = 1.5;
 constexpr double kClockSlack_s = 1e-3;
 // A scan that lasts less than this share of a turn misses a part of it.
 constexpr double kWholeShare = 0.9;
-// By so much per scan is a turn forgotten, lest a sensor that was set to turn faster is taken to
-// miss parts for ever.
+// A turn is forgotten at this rate per scan, so that a sensor that was set to turn faster is not
+// taken to miss parts for ever.
 constexpr double kForget = 0.99;
 
 bool IsTurn(double seconds) { return seconds >= kShortestTurn_s && seconds <= kLongestTurn_s; }

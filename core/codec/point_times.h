@@ -22,15 +22,15 @@ class TimeReader {
   // unspecified, when a time is not finite or no unit makes sense.
   bool Read(ScalarType type, int64_t end_stamp_ns, std::vector<double>& times);
 
-  // What the last times that were understood are: "ns, from the start of the scan".
+  // A description of the last times that were understood: "ns, from the start of the scan".
   std::string Description() const;
 
   enum class Zero : uint8_t { kStart, kEnd, kClock };
-  // What it has learnt from the scans so far.
+  // All that was learnt from the scans so far.
   struct Memory {
     double unit_s = 0;  // 0 before the first whole turn.
     double turn_s = 0;  // Time from the first to the last return of a whole turn.
-    // Of whole turns: the time of the last return, or for clock times how far it is before the
+    // The time, of whole turns, of the last return, or for clock times how far it is before the
     // stamp.
     double end_s = 0;
     Zero zero = Zero::kStart;

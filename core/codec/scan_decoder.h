@@ -1,4 +1,4 @@
-// From a cloud as it travels to a scan as the odometry sees it.
+// The decoder that turns a cloud as it was sent into a scan as the odometry takes it.
 #pragma once
 
 #include <absl/status/statusor.h>
@@ -12,7 +12,7 @@
 
 namespace isthmus::codec {
 
-// What the fields of a scan were taken for, in words.
+// The meanings that the fields of a scan were given, in words.
 struct ScanFields {
   std::string ring;  // "field 'ring'", "rows of the cloud"; empty when there is none.
   std::string time;  // "field 't' (ns, from the start of the scan)"; empty when there is none.
@@ -45,11 +45,11 @@ class ScanDecoder {
   // without any return.
   absl::StatusOr<Scan> Decode(const PointPayload& payload, uint64_t sequence, int64_t end_stamp_ns);
 
-  // Of the last scan that was decoded.
+  // The fields of the last scan that was decoded.
   const ScanFields& fields() const { return fields_; }
 
-  // What the scans so far have shown of the sensor's times: with it another decoder goes on as this
-  // one would.
+  // The knowledge of the sensor's times, from the scans so far: with it another decoder goes on as
+  // this one would.
   TimeReader::Memory memory() const { return times_.memory(); }
   void Restore(const TimeReader::Memory& memory) { times_.Restore(memory); }
 

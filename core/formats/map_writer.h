@@ -21,8 +21,9 @@ std::string PcdMapHeader(uint64_t points, PcdEncoding encoding,
 // Rows for kAscii, records otherwise; kBinaryCompressed cannot be chunked, see below.
 std::string PcdMapChunk(const std::vector<MapPoint>& points, PcdEncoding encoding);
 
-// What follows the header of a binary_compressed file: all points at once, because PCL compresses
-// field by field. ResourceExhausted above 4 GiB (214 million points), a limit of the format.
+// The data that follows the header of a binary_compressed file: all points at once, because PCL
+// compresses field by field. ResourceExhausted above 4 GiB (214 million points), a limit of the
+// format.
 absl::StatusOr<std::string> PcdMapCompressed(const std::vector<MapPoint>& points);
 
 // Binary little-endian PLY.

@@ -32,7 +32,7 @@ inline float WrapOnce(float angle) {
   return angle;
 }
 
-// How far above the next lower whole number, in [0, 1].
+// The distance to the next lower whole number, in [0, 1].
 inline float Fraction(float v) {
   const auto whole = static_cast<float>(static_cast<int>(v));
   return v - (v < whole ? whole - 1 : whole);

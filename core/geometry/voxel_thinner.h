@@ -52,7 +52,7 @@ class VoxelThinner {
     return static_cast<uint64_t>(static_cast<int32_t>(v * inverse_voxel_ + offset_)) & 0x3fff;
   }
   bool IsCurrent(const Slot& slot) const { return slot.tag >> 36 == (epoch_ & kEpochs); }
-  // Of the block, which is put in if it is not there.
+  // The slot of the block, which is put in if it is not there.
   size_t FindSlot(uint64_t tag) {
     const size_t mask = slots_.size() - 1;
     size_t at = (tag * 0x9e3779b97f4a7c15ULL) >> 40 & mask;

@@ -64,7 +64,7 @@ class LocalMap {
   static constexpr uint32_t kNoBlock = ~uint32_t{0};
   static constexpr uint32_t kChunk = 256;  // Blocks that are allocated together, and never move.
 
-  // What every look at it touches comes first, in one cache line.
+  // A block of voxels. Members that every lookup touches come first, in one cache line.
   struct alignas(64) Block {
     uint64_t key = kNoKey;
     float count = 0;                      // Sum over all voxels.

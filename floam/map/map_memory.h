@@ -1,4 +1,4 @@
-// What a session has seen so far, thinned, all of it: where to look for a robot that was carried.
+// The memory of all that a session has seen so far, thinned: where a kidnapped robot is looked for.
 #pragma once
 
 #include <Eigen/Core>
@@ -32,7 +32,7 @@ class MapMemory {
   static constexpr int kCells = 16;                    // Per side of a tile.
   static constexpr double kTileM = kCells * kCellM;
 
-  // What the view from above shows: walls are whatever is upright, be it a tree.
+  // A cell of the view from above. Whatever is upright is a wall, even a tree.
   enum class Cell : uint8_t { kUnknown, kFlat, kWall };
 
   struct TileIndex {

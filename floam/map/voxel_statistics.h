@@ -1,4 +1,4 @@
-// What a voxel of the local map knows of the points that fell into it.
+// Statistics of the points that fell into a voxel of the local map.
 #pragma once
 
 #include <Eigen/Core>
@@ -38,7 +38,8 @@ struct Shape {
   Eigen::Vector3f mean = Eigen::Vector3f::Zero();       // As the points were given.
   Eigen::Vector3f direction = Eigen::Vector3f::Zero();  // Normal of the plane; along the line.
   float variance = 0;  // Of the points off the plane, or off the line per axis; m^2.
-  // Of the direction's own error per axis, by the noise of the points it was fitted to; rad^2.
+  // The variance of the direction's own error per axis, from the noise of the points it was fitted
+  // to; rad^2.
   float tilt_variance = 0;
   bool valid = false;
 };

@@ -1,4 +1,4 @@
-// Which directions of motion a set of matches does not observe.
+// Degeneracy: the directions of motion that a set of matches does not observe.
 #pragma once
 
 #include <Eigen/Core>

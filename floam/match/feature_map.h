@@ -31,7 +31,7 @@ class FeatureMap {
   void Resume(const Cloud& map_odom, const Pose& T_odom_sensor);
   void Clear();
 
-  // How well points (sensor frame) lie on the map's planes: the sum of their weights under the
+  // The fit of points (sensor frame) to the map's planes: the sum of their weights under the
   // Geman-McClure loss. Level planes do not count: ground is everywhere. Takes about 50 ns per
   // point.
   double Glance(const std::vector<Eigen::Vector3d>& points, const Pose& T_odom_sensor,

@@ -1,4 +1,5 @@
-// What matches say of a pose, without what their noise says, and joined with what was known before.
+// The information that matches give about a pose, freed from what their noise says and joined with
+// prior knowledge.
 #pragma once
 
 #include <Eigen/Core>
@@ -9,7 +10,7 @@
 
 namespace isthmus::floam {
 
-// What is known of the pose before matching: it is T_odom_sensor Exp(d), with this covariance of d.
+// Prior knowledge of the pose: it is T_odom_sensor Exp(d), with this covariance of d.
 struct PosePrior {
   Pose T_odom_sensor;
   Matrix6d covariance = Matrix6d::Identity();
@@ -22,8 +23,8 @@ Matrix6d Isotropic(double sigma_m, double sigma_rad);
 struct JointEstimate {
   Vector12d step = Vector12d::Zero();        // Of [pose; twist] from where they are.
   Matrix12d covariance = Matrix12d::Zero();  // After it.
-  // Of the matches alone about the pose, of little information only the part that is plain: what
-  // is to be said to be known.
+  // The information of the matches alone about the pose; of little information only the part that
+  // is certain, which may be reported as known.
   Matrix6d match_information = Matrix6d::Zero();
 };
 

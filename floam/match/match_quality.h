@@ -1,4 +1,4 @@
-// How well scans matched lately, and so whether a match is to be believed.
+// The quality of recent matches, by which it is decided whether to believe a new one.
 #pragma once
 
 #include "floam/match/scan_matcher.h"
@@ -15,20 +15,20 @@ namespace isthmus::floam {
 // more of them than are usual there. Not thread safe.
 class MatchQuality {
  public:
-  // Of a scan that was tracked without interruption.
+  // Adds the match of a scan that was tracked without interruption.
   void Add(const MatchResult& match);
-  // Whether a match where it was expected is believable.
+  // True if a match where it was expected is believable.
   bool IsUsual(const MatchResult& match) const;
-  // Whether it may be right although it is unusual: to be followed for a while, not to be built on.
+  // True if it may be right although it is unusual: to be followed for a while, not to be built on.
   bool IsDoubtful(const MatchResult& match) const;
-  // Whether a match anywhere is about as good as those before it: asked of a place found again.
+  // True if a match anywhere is about as good as those before it: asked of a place found again.
   bool IsTypical(const MatchResult& match) const;
   // The same where a part of what is seen is new.
   bool IsTypicalAtTheEdge(const MatchResult& match) const;
 
-  // What such a scan sees of the walls that were there before.
+  // Adds such a scan's view of the walls that were there before.
   void AddWalls(const WallsSeen& walls);
-  // Whether they speak against a place; never before the usual is known.
+  // True if they speak against a place; never before the usual is known.
   bool IsContradicted(const WallsSeen& walls) const;
 
   double through() const { return through_; }  // Usual share of the walls looked through.

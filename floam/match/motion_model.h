@@ -1,4 +1,5 @@
-// What is known of the sensor's motion before a scan is matched: how it went on, and how surely.
+// The motion model: a prediction of the sensor's motion before a scan is matched, and its
+// uncertainty.
 #pragma once
 
 #include "core/pose.h"
@@ -17,8 +18,8 @@ class MotionModel {
   // never by more): what little is seen along it would draw the estimate about.
   void ExpectAnything();
   void ExpectAcceleration(double density);
-  // Of the twist by which the sensor may be elsewhere than if the motion went on, `elapsed_s` after
-  // the last scan; twist order [rho; phi], sensor frame, m^2 and rad^2.
+  // The covariance, `elapsed_s` after the last scan, of the twist by which the sensor may be
+  // elsewhere than if the motion went on; twist order [rho; phi], sensor frame, m^2 and rad^2.
   Matrix6d Displacement(double elapsed_s) const;
   // One sigma of how much, of anything, the twist changes in that time.
   static Vector6d TwistChange(double elapsed_s);

@@ -1,4 +1,4 @@
-// What a match says of the pose at the END of the scan, and how surely.
+// The covariance of the pose at the END of a scan, from its match.
 #pragma once
 
 #include "core/pose.h"
@@ -12,13 +12,14 @@ namespace isthmus::floam {
 // large along what was not observed: the guess was held there.
 Matrix6d MatchedCovarianceAtEnd(const MatchResult& match, bool with_twist);
 
-// What the map does not tell of the pose at the reference time, as seen at the END of the scan.
+// The directions in which the map leaves the pose at the reference time unobserved, as seen at the
+// END of the scan.
 Degeneracy DegeneracyAtEnd(const MatchResult& match);
 
 // Wide along what was not observed, both in the sensor frame at the END of the scan.
 Matrix6d Widened(const Matrix6d& covariance, const Degeneracy& unobserved);
 
-// Of a pose that is a prediction only.
+// The covariance of a pose that is only predicted.
 Matrix6d LostCovariance();
 
 }  // namespace isthmus::floam

@@ -16,7 +16,7 @@
 
 namespace isthmus::floam {
 
-// Where the sensor was at one instant of a scan, and how it moved within it.
+// The sensor's pose at one instant of a scan, and its motion during the scan.
 struct ScanPose {
   Pose T_odom_sensor;                 // At `reference_s`.
   Vector6d twist = Vector6d::Zero();  // Per second, sensor frame, constant over the scan.
@@ -35,8 +35,8 @@ struct ScanPose {
   }
 };
 
-// What is known of the twist before matching: with `since_previous_s` > 0 that it is about that of
-// the motion from T_odom_previous to the pose sought; else that it is about `mean`.
+// Prior knowledge of the twist: with `since_previous_s` > 0 that it is about that of the motion
+// from T_odom_previous to the pose sought; else that it is about `mean`.
 struct TwistPrior {
   Pose T_odom_previous;
   double since_previous_s = 0;
@@ -54,8 +54,8 @@ struct MatchOptions {
   double gate_m = 1.0;          // Farther from its plane or line a point is no match.
   double stop_m = 3e-4;         // Steps smaller than both end the iteration.
   double stop_rad = 3e-5;
-  // How far the sensor may come within a scan from where it was expected, one sigma, m and rad:
-  // what matches say no better than this is not observed.
+  // The deviation of the sensor from its expected pose within a scan, one sigma, m and rad: what
+  // matches say no better than this is not observed.
   double free_sigma_m = 0.05;
   double free_sigma_rad = 0.02;
   int stride = 1;  // Uses every stride-th feature.
@@ -72,13 +72,13 @@ struct MatchResult {
   Degeneracy map_degeneracy;  // What the map does not tell.
   int features = 0;           // Tried.
   int used = 0;               // With a plane or line within the gate.
-  // Of the edges and poles tried, the share that lie on lines and poles: the sum of their weights
-  // in the robust loss over their number. Ground fits anywhere, these do not.
+  // The share of the edges and poles tried that lie on lines and poles: the sum of their weights in
+  // the robust loss over their number. Ground fits anywhere, these do not.
   double standing = 0;
   int standing_tried = 0;
   double agreement = 0;  // Mean weight in the robust loss of those used, [0, 1].
   int iterations = 0;
-  // Whether the scan before, too, tells well how the sensor moved: see Join.
+  // True if the scan before, too, tells well how the sensor moved: see Join.
   bool seconded = false;
 
   double Score() const { return agreement * used; }  // Of several places the best has the most.

@@ -73,7 +73,7 @@ void ScanToScan::FindPlanes(const std::vector<TimedPoint>& surfaces, const ScanM
     const float length2 = cross.squaredNorm(), ab2 = ab.squaredNorm();
     if (!(length2 > kLeastPlaneSine * kLeastPlaneSine * ab2 * ac.squaredNorm())) continue;
     const Eigen::Vector3f normal = cross / std::sqrt(length2);
-    // Where a ring leaves a wall for the floor there is no plane, or a false one.
+    // There is no plane, or a false one, where a ring leaves a wall for the floor.
     const auto [c_left, c_right] = surfaces_.Along(across.index, options_.base_m);
     const auto is_off = [&](const TimedPoint& p) {
       return std::abs(normal.dot(p.position - a.position)) > options_.flat_m;

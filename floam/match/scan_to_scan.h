@@ -27,7 +27,8 @@ struct ScanToScanOptions {
   double pole_sigma_m = 0.1;  // Likewise of poles.
   float pole_reach_m = 0.8F;
   double point_noise_m = 0.04;  // Of the points that planes and lines are put through.
-  // Of the motion about the guess, where nothing else is known of it: what is not observed stays.
+  // The spread of the motion about the guess, where nothing else is known of it: what is not
+  // observed stays.
   double guess_sigma_m = 1.2, guess_sigma_rad = 0.6;
   // Less than this many matches, or a motion this far from what it was guessed to be: see Guess.
   int min_used = kMinMatches;
@@ -43,7 +44,8 @@ struct ScanToScanResult {
   // The same without level planes, for ground is everywhere, and with poles, which are hardly met
   // by chance, counting for more: of several motions the one with the most is right.
   double evidence = 0;
-  // Of the motion d that follows that of the twist: after matching, and by the matches alone.
+  // The uncertainty of the motion d that follows that of the twist: after matching, and by the
+  // matches alone.
   Matrix6d covariance = Matrix6d::Zero(), information = Matrix6d::Zero();
 };
 

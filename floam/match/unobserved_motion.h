@@ -1,4 +1,4 @@
-// How far the motion that no scan observed may have gone another way than assumed.
+// The uncertainty of motion that no scan observed and that was assumed instead.
 #pragma once
 
 #include "core/pose.h"
@@ -22,7 +22,8 @@ class UnobservedMotion {
   // that sees something again tells where the sensor is in a map that came along with it.
   Degeneracy Lasting(const Degeneracy& degeneracy, const Eigen::Matrix3d& R_odom_sensor,
                      double elapsed_s);
-  // Of a step of `elapsed_s` to a scan that was matched, with its unobserved directions at the END.
+  // The uncertainty of a step of `elapsed_s` to a scan that was matched, with its unobserved
+  // directions at the END.
   Matrix6d Step(const Degeneracy& unobserved, double elapsed_s);
   // To one that could not be matched.
   Matrix6d LostStep(double elapsed_s);

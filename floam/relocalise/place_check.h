@@ -1,4 +1,4 @@
-// Whether a scan was taken at a certain place of the remembered map.
+// A check whether a scan was taken at a certain place of the remembered map.
 #pragma once
 
 #include <Eigen/Core>
@@ -27,7 +27,7 @@ struct PlaceCheckOptions {
   int max_blocks = 60'000;   // Of the map to match to, see LocalMapOptions.
 };
 
-// What was found at a place.
+// The match of a scan at a place.
 struct PlaceMatch {
   MatchResult match;
   double share = 0;  // Of the surfaces nearby, those with a plane of the map at hand.
@@ -45,7 +45,7 @@ class PlaceCheck {
   // From a guess that may be off by half a metre and a few degrees (`is_rough`), or by little.
   PlaceMatch Check(const MapMemory& memory, const ScanPose& guess, bool is_rough);
 
-  // What a scan sees of the map's walls from a place.
+  // The map's walls as a scan sees them from a place.
   WallsSeen Walls(const MapMemory& memory, const ScanImage& image, const Pose& T_map_sensor);
 
   // Forgets the map to match to, which fills as places are checked.

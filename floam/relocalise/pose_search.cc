@@ -67,7 +67,7 @@ class Search {
     return 2 * std::numbers::pi * heading / headings_ - std::numbers::pi;
   }
 
-  // Whether the sensor may be anywhere in the block.
+  // True if the sensor may be anywhere in the block.
   bool IsStandable(int x, int y, int level) const {
     const int end_x = std::min(x + (1 << level), image_.width);
     const int end_y = std::min(y + (1 << level), image_.width);

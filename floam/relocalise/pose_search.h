@@ -1,5 +1,5 @@
-// Where in a picture of the map a scan fits, whatever place and heading: correlative scan matching
-// by branch and bound.
+// A search for the place and heading at which a scan fits a picture of the map: correlative scan
+// matching by branch and bound.
 //
 // E. Olson, "Real-Time Correlative Scan Matching", ICRA 2009; W. Hess, D. Kohler, H. Rapp,
 // D. Andor, "Real-Time Loop Closure in 2D LIDAR SLAM", ICRA 2016, section V.

@@ -1,4 +1,4 @@
-// Finds a robot again that was carried away: anywhere in what its session has seen.
+// The relocaliser: finds a kidnapped robot anywhere in what its session has seen.
 #pragma once
 
 #include <cstddef>
@@ -38,7 +38,7 @@ struct RelocaliserOptions {
   double reach_m = 8;           // From where the sensor has been.
   double region_m = 51.2;       // The map is searched in squares of this size.
 
-  // What it takes to be sure.
+  // The evidence required to be sure.
   int confirmations = 5;         // Scans in a row at the same place, or moving on from it.
   int max_candidates = 8;        // Places followed at a time.
   int max_followed = 100;        // Scans, after which doubtful places are given up.
@@ -69,17 +69,17 @@ class Relocaliser {
   // seen: see MapMemory.
   void Remember(const Submap& submap);
   const MapMemory& memory() const { return memory_; }
-  // What is remembered within a distance, odom frame.
+  // The remembered points within a distance, odom frame.
   Cloud PointsAround(const Eigen::Vector3d& position, double radius_m) const;
 
-  // Where a scan was taken that the odometry could not place. To be asked for every lost scan, in
-  // order; none while not sure. `last` is the last pose known, for the tilt; `usual` how well scans
-  // matched while tracked; `reference_s` the instant of the pose wanted, relative to the scan's
-  // END.
+  // Finds where a scan was taken that the odometry could not place. To be asked for every lost
+  // scan, in order; none while not sure. `last` is the last pose known, for the tilt; `usual` how
+  // well scans matched while tracked; `reference_s` the instant of the pose wanted, relative to the
+  // scan's END.
   std::optional<MatchResult> Find(const ScanFrame& frame, const Pose& last,
                                   const MatchQuality& usual, double reference_s);
 
-  // What a scan sees of the walls that are remembered, from anywhere.
+  // The remembered walls as a scan sees them, from anywhere.
   WallsSeen Walls(const ScanFrame& frame, const Pose& T_odom_sensor);
 
   // The sensor is tracked again: whatever was suspected is forgotten.

@@ -39,7 +39,7 @@ class AzimuthClock {
   void Assign(const std::vector<float>& azimuths, const std::vector<uint16_t>& rings,
               int ring_count, const SensorModel& model, double period_s, std::vector<float>* times);
 
-  // Of the last scan.
+  // Findings from the last scan.
   bool from_order() const { return from_order_; }
   bool clockwise() const { return sense_ < 0; }
   double start_azimuth() const { return start_; }
@@ -62,7 +62,7 @@ class AzimuthClock {
     uint32_t count = 0;
   };
 
-  // Whether the order of points is that of time.
+  // True if the order of points is that of time.
   bool Follow(const std::vector<float>& azimuths, const std::vector<uint16_t>& rings,
               int ring_count, const SensorModel& model);
   float TurnsSince(float azimuth, float start) const;

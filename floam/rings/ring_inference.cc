@@ -179,7 +179,7 @@ void ElevationHistogram::Add(const Scan& scan, const std::vector<float>& elevati
 std::vector<double> ElevationHistogram::Peaks() const {
   std::vector<double> best;
   double least = 0.5;
-  // How sharp rings are differs between sensors and scenes: the width that explains most.
+  // The sharpness of rings differs between sensors and scenes: the width that explains most.
   for (const int width : {1, 2, 4, 8, 12}) {
     std::vector<double> peaks = PeaksOfWidth(width);
     if (peaks.empty() || peaks.size() > kMaxInferredRings) continue;

@@ -8,8 +8,8 @@
 
 namespace isthmus::floam {
 
-// Where a sensor's beams start, metres: above the origin of its points, and outwards from its axis.
-// Ouster's are 36 and 16 to 28 mm off, which blurs elevations taken from the origin.
+// The origin of a sensor's beams, metres: above the origin of its points, and outwards from its
+// axis. Ouster's are 36 and 16 to 28 mm off, which blurs elevations taken from the origin.
 struct BeamOrigin {
   float up_m = 0, outwards_m = 0;
 

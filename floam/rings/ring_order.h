@@ -40,8 +40,8 @@ class OrderWatch {
 // that order or against it. Returns what there was to see of them then.
 OrderWatch SortRings(RingScan* scan);
 
-// Of several returns along one ray, neighbours in their ring, keeps the farthest: what is seen
-// through leaves, rain and glass.
+// Keeps the farthest of several returns along one ray, which are neighbours in their ring: what is
+// seen through leaves, rain and glass.
 void KeepFarthestReturns(RingScan* scan);
 
 // The rank of every ring by elevation, the lowest first, when rings do not come in that order, up

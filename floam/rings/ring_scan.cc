@@ -46,7 +46,8 @@ absl::Status RingSorter::Sort(const Scan& scan, const SensorModel& model, double
       is_shuffled_ = true;
       if (SortIntoRings(scan, model, period_s, out).ok()) return absl::OkStatus();
     }
-    // What a sensor whose rings are known does not look like is another sensor.
+    // A scan that does not look like one of the named sensor, whose rings are known, is another
+    // sensor's.
     if (status.ok() || scans_ > 0 || model.rings > 0) return status;
   }
   SortIntoBands(scan, model, period_s, out);

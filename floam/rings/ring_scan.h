@@ -26,7 +26,7 @@ struct RingPoint {
   Eigen::Vector3f Position() const { return {x, y, z}; }
 };
 
-// Where ring or time of a point came from.
+// The origin of a point's ring or time.
 enum class Inference {
   kSensor,       // Fields of the scan.
   kPointOrder,   // Order of the points: ring after ring, or firing after firing.
@@ -35,7 +35,7 @@ enum class Inference {
   kNone,         // There are no rings; times are not known.
 };
 
-// What a session says of its scans.
+// A description of a session's scans.
 struct InputText {
   std::string rings;    // "16, given", "64, by the order of points", ...
   std::string times;    // "given", "from azimuth, clockwise from 180 deg", ...
@@ -107,7 +107,7 @@ class RingSorter {
   bool has_times_ = false;                  // That differ.
   bool is_shuffled_ = false;                // Not ring after ring, for all that it turns.
 
-  // What earlier scans showed.
+  // Knowledge from earlier scans.
   uint64_t scans_ = 0;  // That were sorted.
   bool rings_unordered_ = false;
   float seam_ = 0;

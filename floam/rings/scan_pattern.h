@@ -1,4 +1,4 @@
-// Whether scans are those of a spinning LiDAR, and of the one that was named.
+// A test whether scans are those of a spinning LiDAR, and of the one that was named.
 #pragma once
 
 #include <absl/status/status.h>
@@ -10,7 +10,7 @@
 
 namespace isthmus::floam {
 
-// What to say of points that do not lie in rings.
+// The error for points that do not lie in rings.
 absl::Status NotSpinning(uint64_t sequence, const std::string& what_was_seen);
 
 // A laser of a spinning LiDAR looks at the same elevation all the way round, or, where points were

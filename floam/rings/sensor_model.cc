@@ -72,7 +72,7 @@ SensorModel Spinning() {
   return model;
 }
 
-// Of which nothing more is known, or need be.
+// A sensor of which nothing more is known, or need be.
 SensorModel Rings(const char* name, int rings, double max_range_m) {
   SensorModel model = Spinning();
   model.name = name;

@@ -1,4 +1,4 @@
-// What is known of a LiDAR model before it sends anything.
+// A LiDAR model: what is known of a sensor before it sends anything.
 #pragma once
 
 #include <absl/status/statusor.h>

@@ -62,7 +62,7 @@ class Deviations {
   Eigen::Array4f sum_;
 };
 
-// Whether what is beside a point on the ring is behind it, or nothing is.
+// True if the neighbour of a point on the ring is behind it, or missing.
 bool StandsOut(const RingPoint& beside, const RingPoint& p) {
   const float cosine =
       (beside.x * p.x + beside.y * p.y + beside.z * p.z) / (beside.range * p.range);
@@ -168,7 +168,7 @@ void FeatureExtractor::ExtractAll(const RingScan& scan, Features* out) {
       const RingPoint* segment_end = segment + 1;
       while (segment_end < end && Joined(segment_end[-1], *segment_end)) ++segment_end;
       const bool has_sides = segment > begin && segment_end < end;
-      // What is beside a ring's first and last points is not known.
+      // The surroundings of a ring's first and last points are not known.
       const bool stands_free = (segment == begin || StandsOut(segment[-1], *segment)) &&
                                (segment_end == end || StandsOut(*segment_end, segment_end[-1]));
       if (!stands_free || !MayGoAlong(segment, segment_end)) {
@@ -205,7 +205,7 @@ void FeatureExtractor::ExtractWithoutRings(const RingScan& scan, Features* out) 
   }
 }
 
-// Where most of what is seen is ground, the few walls that tell the way along it would be outvoted.
+// If most of what is seen is ground, the few walls that observe motion along it would be outvoted.
 void FeatureExtractor::Balance(std::vector<TimedPoint>* surfaces) {
   std::array<size_t, kFacings> count{}, seen{};
   for (const uint8_t facing : facings_) ++count[facing];

@@ -52,7 +52,8 @@ struct Features {
   std::vector<TimedPoint> edges;
   std::vector<TimedPoint> surfaces;
   std::vector<RingChords> chords;  // Of `surfaces`; empty if they are not known.
-  // What the map is made of: surface points that are denser than `surfaces`, and all edges.
+  // The features that the map is made of: surface points that are denser than `surfaces`, and all
+  // edges.
   std::vector<TimedPoint> map_surfaces;
   // Middles, ring by ring, of what is narrow and stands before what is behind it: posts, trunks,
   // legs. They tell the way on the level where there are no walls.

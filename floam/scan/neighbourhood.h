@@ -1,4 +1,4 @@
-// What the surroundings of a point of a scan look like, where there are no rings to go along.
+// The neighbourhood of a scan's point where there are no rings to follow.
 #pragma once
 
 #include <Eigen/Core>
@@ -33,8 +33,8 @@ class Neighbourhoods {
     float deviation_m = 0;  // Of the neighbours from the plane, root mean square.
     Eigen::Vector3f normal = Eigen::Vector3f::Zero();  // Of the plane, towards the sensor.
   };
-  // Of a point of the scan. Neighbours may be off a plane by `deviation_m` (root mean square), and
-  // a little more the farther away they are.
+  // The neighbourhood of a point of the scan. Neighbours may be off a plane by `deviation_m` (root
+  // mean square), and a little more the farther away they are.
   Look At(uint32_t index, float deviation_m);
 
  private:
@@ -62,7 +62,7 @@ class Neighbourhoods {
   std::vector<uint32_t> cell_begin_;     // Of each cell's entries, and the end of the last.
   std::vector<Eigen::Array4f> entries_;  // Position and time.
 
-  // Of the point at hand.
+  // State for the point at hand.
   Eigen::Matrix3f axes_;  // Columns: towards the point, to the left, up.
   std::vector<Neighbour> near_, beside_;
   std::vector<Eigen::Vector2f> strip_, background_;  // Directions, in cells.

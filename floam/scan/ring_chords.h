@@ -1,4 +1,5 @@
-// How the surface that a ring crosses goes on to the rings beside it.
+// Chords between neighbouring rings: the surface that a ring crosses, continued to the rings beside
+// it.
 #pragma once
 
 #include <Eigen/Core>
@@ -19,7 +20,7 @@ using RingChords = std::array<Eigen::Vector3f, 2>;
 // Those of every point of `points`, which are of that scan. Empty without rings.
 std::vector<RingChords> ChordsOf(const RingScan& scan, const std::vector<TimedPoint>& points);
 
-// Whether a plane of that normal (sensor frame) may be the one that is seen: it lies along one of
+// True if a plane of that normal (sensor frame) may be the one that is seen: it lies along one of
 // the chords. A voxel that few rings crossed may hold any plane through these, and of points that
 // were put there when the sensor was thought to pitch, steep ones on a level floor.
 bool MayBe(const RingChords& chords, const Eigen::Vector3f& normal);

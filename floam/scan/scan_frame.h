@@ -12,7 +12,7 @@
 
 namespace isthmus::floam {
 
-// What the odometry works on: the scan in rings, its features, and when it was.
+// A scan as the odometry works on it: in rings, with its features and its time.
 struct ScanFrame {
   uint64_t sequence = 0;
   int64_t stamp_ns = 0;  // END of the scan.

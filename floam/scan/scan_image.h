@@ -8,7 +8,7 @@
 
 namespace isthmus::floam {
 
-// Of walls that were there before.
+// Counts of walls that were there before.
 struct WallsSeen {
   int onto = 0;     // That the scan sees where they are.
   int through = 0;  // That it looks through: they are not there.
@@ -37,7 +37,7 @@ class ScanImage {
     kOnto,     // It saw something where the point is.
     kHidden,   // It saw something nearer.
   };
-  // What the scan says of a point in the sensor frame.
+  // The scan's evidence about a point in the sensor frame.
   Sight Look(const Eigen::Vector3f& point) const;
 
  private:

@@ -1,4 +1,5 @@
-// What a class knows, as bytes and back: every float and double bit for bit.
+// The codec that turns the state of a class into bytes and back: every float and double bit for
+// bit.
 //
 // A class lists what later results depend on, once, in a template that serves both ways:
 //
@@ -31,8 +32,8 @@ namespace isthmus::floam {
 
 static_assert(std::endian::native == std::endian::little, "numbers are copied as they are");
 
-// Tells damage from what was written; no protection from whoever means harm. Eight bytes at a time,
-// FNV-1a with the finaliser of SplitMix64.
+// Tells damage from what was written; no protection against malice. Eight bytes at a time, FNV-1a
+// with the finaliser of SplitMix64.
 uint64_t StateChecksum(const char* data, size_t size);
 
 namespace internal {
@@ -126,7 +127,7 @@ class StateReader {
     Expect(count <= remaining() / least_size);
     return ok_ ? static_cast<size_t>(count) : 0;
   }
-  // What must hold of what was read.
+  // A condition that the values read must satisfy.
   void Expect(bool holds) { ok_ = ok_ && holds; }
 
   bool ok() const { return ok_; }
@@ -193,8 +194,8 @@ class StateReader {
 // checksum over what they were made with. `magic` has four characters.
 std::string SealState(const char* magic, uint32_t version, uint64_t options, std::string state);
 
-// What was sealed. InvalidArgument where it is of another version or was made with other options,
-// DataLoss for all that SealState did not make; `name` says in the message what it is of.
+// The state that was sealed. InvalidArgument where it is of another version or was made with other
+// options, DataLoss for all that SealState did not make; `name` says in the message what it is of.
 absl::StatusOr<StateReader> OpenState(const char* magic, uint32_t version, uint64_t options,
                                       const std::string& sealed, const std::string& name);
 

@@ -95,7 +95,7 @@ std::optional<MatchResult> Recovery::Find(const ScanFrame& frame, const MatchRes
   return std::nullopt;
 }
 
-// Where a direction is not observed, a wrong place fits as well as the right one.
+// If a direction is not observed, a wrong place fits as well as the right one.
 bool Recovery::IsBelievable(const MatchResult& match, const MatchQuality& quality,
                             const Tracker& tracker, double elapsed_s, const FeatureMap& map) const {
   if (match.degeneracy.any() || !tracker.Fits(match, map)) return false;

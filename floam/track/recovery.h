@@ -1,4 +1,4 @@
-// Finding a lost robot again in the map around where it was last.
+// Recovery: finds a lost robot again in the map around where it was last.
 #pragma once
 
 #include <cstddef>
@@ -14,9 +14,9 @@
 namespace isthmus::floam {
 
 // A place is only believed once a second scan confirms it: it must lie where the first, and the
-// motion seen within it, foretold. What looks as good elsewhere is ambiguous, and not believed.
-// The work per scan is bounded: guesses that do not fit in are looked at with the next scans. Not
-// thread safe.
+// motion seen within it, predicted. A place that fits as well elsewhere is ambiguous, and not
+// believed. The work per scan is bounded: guesses that do not fit in are looked at with the next
+// scans. Not thread safe.
 class Recovery {
  public:
   explicit Recovery(const OdometryOptions& options);

@@ -1,4 +1,4 @@
-// Where to look for a robot that was not seen for a while.
+// Guesses at where a robot is that was not tracked for a while.
 #pragma once
 
 #include <vector>

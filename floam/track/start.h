@@ -36,7 +36,7 @@ class Start {
 
  private:
   void Keep(const ScanFrame& frame, const Pose& T_odom_end, Tracker* tracker);
-  // What the two scans alone say of the motion, best first.
+  // Estimates of the motion from the two scans alone, best first.
   std::vector<ScanToScanResult> MotionsBetween(const ScanFrame& frame, double elapsed_s);
   // The second scan's match to the first's map, with that motion (twist) or what was found to be.
   struct Beginning {

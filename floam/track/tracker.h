@@ -1,4 +1,4 @@
-// Follows the sensor from scan to scan.
+// The tracker, which follows the sensor from scan to scan.
 #pragma once
 
 #include <cstdint>
@@ -56,11 +56,11 @@ class Tracker {
   double ElapsedSeconds(const ScanFrame& frame) const;
   // Between the instants whose poses are estimated.
   double Between(const ScanFrame& frame) const;
-  // Whether too much may have happened in between to trust in the motion going on.
+  // True if too much may have happened in between to trust in the motion going on.
   bool IsAfterGap(const ScanFrame& frame) const;
-  // Whether that was so of the scan seen last: key scans.
+  // The same for the scan seen last: key scans.
   bool WasAfterGap() const { return was_after_gap_; }
-  // Where the scan should be if the motion goes on.
+  // The pose of the scan if the motion goes on.
   ScanPose Prediction(const ScanFrame& frame) const;
 
   // Matches from `guess`, with what the motion so far tells about where the scan should be and
@@ -69,16 +69,16 @@ class Tracker {
   // The same from a place that may be anywhere near, whatever the motion so far.
   MatchResult MatchNear(const ScanFrame& frame, const ScanPose& guess, const MatchOptions& options,
                         FeatureMap* map);
-  // Where the scan should be if the motion along directions that are no longer observed goes on as
-  // it was on average: the last scans before had little to say of it, and their noise would be kept
+  // The pose of the scan if the motion along directions that are no longer observed goes on as it
+  // was on average: the last scans before had little to say of it, and their noise would be kept
   // from then on.
   ScanPose SteadyPrediction(const ScanFrame& frame, const Degeneracy& unobserved) const;
   bool IsDegenerate() const { return degenerate_; }  // The last match was.
-  // Whether one was, less than a second before this scan: of the speed along what was not observed
+  // True if one was, less than a second before this scan: of the speed along what was not observed
   // no more is known than how steadily the robot drove.
   bool IsSteady(const ScanFrame& frame) const;
 
-  // Whether the scan lies on the map well enough to be believed at all, ...
+  // True if the scan lies on the map well enough to be believed at all, ...
   bool Fits(const MatchResult& match, const FeatureMap& map) const;
   // ... and whether that is near the prediction, or no farther from it than the motion so far lets
   // expect.
@@ -99,8 +99,8 @@ class Tracker {
  private:
   // Keeps the scan seen last, for the next one to be matched to as well.
   void Keep(const ScanFrame& frame);
-  // How the sensor moved since the scan before, and what is known of the pose then; none if these
-  // two scans do not tell.
+  // The sensor's motion since the scan before, and a prior for the pose then; none if these two
+  // scans do not tell.
   std::optional<ScanToScanResult> LookBack(const ScanFrame& frame, PosePrior* prior);
   bool IsContinuous() const { return options_.mode == OdometryMode::kContinuous; }
   std::optional<TwistPrior> Prior(const ScanFrame& frame) const;

@@ -39,7 +39,8 @@ struct ComposerOptions {
   // Points of thinned submaps and tiles, those of all maps that are still read included, take this
   // much memory, about; what else there is goes to a file. The map does not depend on it.
   size_t cache_bytes = size_t{192} << 20;
-  // Where that file is, which has no name and goes with the process. Empty: all stays in memory.
+  // The folder of that file, which has no name and goes with the process. Empty: all stays in
+  // memory.
   std::string spill_folder = {};
   // It leaves so much of the disk free.
   uint64_t spill_reserve_bytes = uint64_t{256} << 20;
@@ -68,7 +69,7 @@ class Composer {
   // made before; it may outlive the composer.
   //
   // ResourceExhausted when the file's disk is full, Unavailable and DataLoss when it fails
-  // otherwise, Cancelled by `progress`. Earlier maps are then as good as before, and the next call
+  // otherwise, Cancelled by `progress`. Earlier maps are then as valid as before, and the next call
   // goes on where this one ended.
   absl::StatusOr<std::shared_ptr<const ComposedMap>> Compose(
       int64_t revision, const std::vector<PlacedSubmap>& submaps, const SubmapReader& reader,
@@ -76,7 +77,7 @@ class Composer {
   // Tiles that the last Compose remade.
   int last_tiles_remade() const;
 
-  // Of the last map that Compose returned: what lies on tiles beyond the limit.
+  // The part of the last composed map that lies on tiles beyond the limit.
   struct LeftOut {
     uint64_t points = 0;  // Thinned ones.
     SubmapId most;        // The submap with most of them, the first of equals; if there are any.

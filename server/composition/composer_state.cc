@@ -188,7 +188,7 @@ absl::Status Composer::State::Settle() {
   return status.ok() ? cache->Settle() : status;
 }
 
-// What the map has no room for goes, and what it has room for again is to be made.
+// Drops tiles that the map has no room for, and marks those that it has room for again.
 void Composer::State::KeepToLimit() {
   if (!limit.Update()) return;
   limit.ForEach([this](const TileKey& key) {

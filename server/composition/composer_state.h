@@ -1,4 +1,5 @@
-// What a composer keeps from one map to the next. For composer.cc and composer_state.cc alone.
+// The state that a composer keeps from one map to the next. For composer.cc and composer_state.cc
+// alone.
 #pragma once
 
 #include <absl/container/flat_hash_map.h>
@@ -34,7 +35,7 @@ struct Composed {
   bool wanted = false;                // By the Compose that is under way.
 };
 
-// What lies on a tile: which submap, and which of its tiles this is.
+// A submap's part on a tile: which submap, and which of its tiles this is.
 struct OnTile {
   const SubmapId* id = nullptr;
   const Composed* composed = nullptr;
@@ -62,7 +63,7 @@ struct Composer::State {
   uint32_t next_frame = 0;
   int last_tiles_remade = 0;
   LeftOut left_out;
-  // Of the Compose that is under way.
+  // State of the Compose under way.
   uint64_t missing = 0;
   Progress progress;
   double share = 0;

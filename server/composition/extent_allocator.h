@@ -1,4 +1,4 @@
-// Which stretches of a file are in use.
+// An allocator of extents of a file.
 #pragma once
 
 #include <cstdint>
@@ -8,7 +8,7 @@
 
 namespace isthmus::composition {
 
-// Of a file, in bytes; nothing where size is 0.
+// A part of a file, in bytes; none if size is 0.
 struct Extent {
   uint64_t offset = 0, size = 0;
 };

@@ -32,11 +32,11 @@ class OccupancyGrid {
   OccupancyGrid(double resolution_m, double max_range_m, uint64_t max_bytes,
                 const SensorEvidence& evidence);
 
-  // What one keyframe saw. Points of one voxel count once, with a ray to the voxel's middle, as in
-  // OctoMap's discretised insertion; rays longer than the maximum range clear the way up to it and
-  // hit nothing. Points that are not finite are left out. Everything within
-  // reach of `origin` must be within 2^20 voxels of the origin of the grid. False, the scan
-  // inserted in part, when the grid has outgrown `max_bytes`.
+  // Inserts what one keyframe saw. Points of one voxel count once, with a ray to the voxel's
+  // middle, as in OctoMap's discretised insertion; rays longer than the maximum range clear the way
+  // up to it and hit nothing. Points that are not finite are left out. Everything within reach of
+  // `origin` must be within 2^20 voxels of the origin of the grid. False, the scan inserted in
+  // part, when the grid has outgrown `max_bytes`.
   bool InsertScan(const Eigen::Vector3d& origin, const std::vector<Eigen::Vector3d>& points);
 
   uint64_t known_voxels() const { return known_voxels_; }
@@ -74,7 +74,7 @@ class OccupancyGrid {
   Block* last_block_ = nullptr;
   uint32_t scan_ = 0;
   uint64_t known_voxels_ = 0;
-  // Of the scan under way; kept to spare allocations.
+  // Ends of the rays of the scan under way; kept to spare allocations.
   std::vector<Eigen::Vector3d> ray_ends_;
   absl::flat_hash_set<uint64_t> cut_ends_;  // Voxels in which rays end at the maximum range.
 };

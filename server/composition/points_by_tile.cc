@@ -54,7 +54,7 @@ bool FindRuns(const std::vector<WeightedPoint>& points, const Placer& place, con
   return true;
 }
 
-// Of the tiles with at least so many points: their numbers, in order of the tiles.
+// The numbers of the tiles with at least so many points, in order of the tiles.
 std::vector<uint32_t> NumbersToKeep(const std::vector<TileKey>& tiles,
                                     const std::vector<uint64_t>& point_count, uint64_t fewest) {
   std::vector<uint32_t> keep;

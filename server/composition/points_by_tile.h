@@ -1,4 +1,4 @@
-// Which of a submap's points lie on which tile.
+// A submap's points sorted by the tile they lie on.
 #pragma once
 
 #include <cstddef>
@@ -28,7 +28,7 @@ struct PointsByTile {
   std::vector<PointRun> runs;         // Ascending within a tile.
   uint64_t left_out = 0;              // Points on tiles beyond the limit.
 
-  // Of the i-th tile.
+  // The runs of the i-th tile.
   std::span<const PointRun> Of(size_t i) const {
     return std::span(runs).subspan(begin[i], begin[i + 1] - begin[i]);
   }

@@ -1,5 +1,5 @@
-// Where points go that memory has no room for: a file without a name, which is gone when the
-// process ends, however it ends. Nothing in it is needed after a restart.
+// The file for points that memory has no room for. It has no name and is gone when the process
+// ends, however it ends. Nothing in it is needed after a restart.
 #pragma once
 
 #include <absl/status/status.h>

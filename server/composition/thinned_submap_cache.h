@@ -41,8 +41,8 @@ class ThinnedSubmapCache {
     const std::vector<WeightedPoint>* points = nullptr;
     std::span<const PointRun> runs;
   };
-  // Of a submap's tile-th tile, good until the next call of anything. Takes from the file no more
-  // than these points. Fails as SpillFile::Read does. The id must be there.
+  // The points on a submap's tile-th tile, valid until the next call of anything. Takes from the
+  // file no more than these points. Fails as SpillFile::Read does. The id must be there.
   absl::StatusOr<Piece> PieceOf(const SubmapId& id, size_t tile);
 
   // Moves to the file what was asked for longest ago, until the limit is kept. Fails as

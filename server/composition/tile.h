@@ -83,7 +83,7 @@ class TileCache : public std::enable_shared_from_this<TileCache> {
   absl::StatusOr<std::shared_ptr<const Cloud>> PointsOf(const Tile& tile);
   void Forget(const Tile& tile);
   absl::Status Save(const TilePtr& tile, const std::shared_ptr<const Cloud>& points);
-  // What is to be written to the file next, with its points; nothing once that is enough.
+  // The tile to write to the file next, with its points; none once enough are written.
   std::pair<TilePtr, std::shared_ptr<const Cloud>> NextToSave();
   void DropSaved() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   Extent& ExtentOf(const Tile& tile) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {

@@ -29,7 +29,7 @@ class TileBuilder {
 
   // A robot's sources stand together.
   void Add(const TileSource& source);
-  // What was added since the last Take.
+  // The points added since the last Take.
   TileContent Take();
 
  private:

@@ -1,4 +1,4 @@
-// How the plane of a component's map is cut into tiles.
+// The division of a component's plane into tiles.
 #pragma once
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// How many tiles a map may have, and which those are.
+// The limit on a map's number of tiles, and the choice of those it keeps.
 //
 // A tile costs some hundred bytes and microseconds however little lies on it, so points strewn over
 // the plane, which no LiDAR measures but an upload may hold, would cost a tile each. Which points a
@@ -16,11 +16,11 @@
 
 namespace isthmus::composition {
 
-// How many points a tile must have so that at most `max_tiles` of them stay: those with most. Of
-// equals all stay or none, so that it does not depend on any order. At least 1.
+// The number of points that a tile must have so that at most `max_tiles` of them stay: those with
+// most. Of equals all stay or none, so that it does not depend on any order. At least 1.
 uint64_t FewestPoints(std::vector<uint64_t> points_of_tiles, size_t max_tiles);
 
-// Of all submaps together. Not thread safe.
+// The limit over all submaps together. Not thread safe.
 class TileLimit {
  public:
   explicit TileLimit(size_t max_tiles) : max_tiles_(max_tiles) {}

@@ -1,4 +1,5 @@
-// The rules of retention: what of the robots' sessions goes, and who may add no more.
+// The rules of retention: which parts of robots' sessions are deleted, and which robots may add no
+// more.
 #pragma once
 
 #include <cstdint>

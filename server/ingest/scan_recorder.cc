@@ -71,14 +71,14 @@ absl::Status ScanRecorder::Keep(const SessionId& session, uint64_t last_sequence
 
 absl::Status ScanRecorder::FollowUp(const SessionId& session, const absl::Status& status,
                                     uint64_t missing) {
-  // That a scan is too large to be kept is not for the robot to mend.
+  // A robot cannot do anything about a scan that is too large to be kept.
   const bool is_refused = options_.required && !absl::IsInvalidArgument(status);
   std::string first;
   {
     MutexLock lock(&mutex_);
     Kept& kept = kept_[session];
     if (status.ok()) {
-      // What is missing stays missing; a failure that was mended was none.
+      // Missing scans stay missing; a failure that was mended does not count.
       if (kept.missing == 0) kept.problem.clear();
       return absl::OkStatus();
     }

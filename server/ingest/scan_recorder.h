@@ -42,7 +42,7 @@ class ScanRecorder {
   absl::Status Free(const SessionId& session, uint64_t bytes);
 
   uint64_t Bytes(const SessionId& session) const;
-  // What is missing of the session, for its status; empty when nothing is.
+  // The scans missing from the session's archive, for its status; empty when none are.
   std::string Problem(const SessionId& session) const;
 
  private:
@@ -56,7 +56,7 @@ class ScanRecorder {
                std::function<void(const std::string&)> on_problem,
                std::unique_ptr<storage::ScanArchive> archive);
   bool keeps() const { return archive_ != nullptr && options_.mode != server::ArchiveMode::kOff; }
-  // What follows from what the archive said: `status` where it is required, else a note.
+  // The consequence of the archive's answer: `status` where the archive is required, else a note.
   absl::Status FollowUp(const SessionId& session, const absl::Status& status, uint64_t missing);
 
   const server::ArchiveOptions options_;

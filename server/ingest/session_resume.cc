@@ -1,4 +1,4 @@
-// How a session goes on where a worker before it ended.
+// Resuming of a session where its last worker ended.
 #include <absl/strings/str_cat.h>
 
 #include <algorithm>

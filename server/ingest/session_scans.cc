@@ -1,4 +1,4 @@
-// What becomes of one scan.
+// Handling of one scan.
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_format.h>
 

@@ -33,9 +33,9 @@ struct SessionState {
 
   // Exactly, and compressed; without what the odometry was told to remember.
   absl::StatusOr<std::string> Save() const;
-  // Of a new one. `remember`, called once, tells the odometry what the saved one's remembered: the
-  // submaps of `segment`, which is known by then. InvalidArgument for what another version or other
-  // settings made, DataLoss for what is damaged; not to be used any more then.
+  // Call on a new object. `remember`, called once, tells the odometry what the saved one's
+  // remembered: the submaps of `segment`, which is known by then. InvalidArgument for what another
+  // version or other settings made, DataLoss for what is damaged; not to be used any more then.
   absl::Status Restore(const std::string& saved, const std::function<void()>& remember);
 
   codec::ScanDecoder decoder;

@@ -72,7 +72,7 @@ class SessionWorker : public std::enable_shared_from_this<SessionWorker> {
   // submaps and checkpoints cannot be stored (each call tries once more).
   absl::Status Submit(ScanUpload scan);
 
-  // Where acks go from now on. When it returns, the earlier sink is not called any more.
+  // Sets the sink of acks from now on. When it returns, the earlier sink is not called any more.
   void SetAckSink(AckSink sink);
 
   // Waits for queued scans, then cuts and persists the unfinished submap, with a checkpoint. Scans
@@ -100,7 +100,7 @@ class SessionWorker : public std::enable_shared_from_this<SessionWorker> {
   // odom frame, to `around` if it is not null.
   void Remember(const ResumePoint& resume, Cloud* around) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void Follow(const TrajectoryEntry& entry) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  // Where there is no checkpoint, or none that can be used.
+  // For sessions without a checkpoint, or without a usable one.
   void ResumeFromSubmaps(const ResumePoint& resume) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void RunOne();  // Executor task: deals with one scan, posts itself again while there are more.
   ScanAck Handle(const ScanUpload& scan);
@@ -109,14 +109,14 @@ class SessionWorker : public std::enable_shared_from_this<SessionWorker> {
   void Reject(const ScanUpload& scan, const absl::Status& why, ScanAck* ack);
   void Take(const floam::OdometryResult& result, ScanAck* ack);
   void BeginSegment(const floam::OdometryResult& first);
-  // Where it is tracked again, or not any more; stamp of the scan that shows it.
+  // Notes that the robot is tracked again, or lost; stamp of the scan that shows it.
   void NoteTracking(bool is_lost, uint64_t sequence, int64_t stamp_ns);
   void Tell(const std::string& what) const;
-  // What goes for the scan that was dealt with.
+  // Fills in the status after the scan that was dealt with.
   void FillStatus(ScanAck* ack) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void Hand(std::shared_ptr<const Submap> submap);
   void Cut(std::shared_ptr<const Submap> submap);
-  // What was cut since the last call, and a checkpoint if one is due or something was cut.
+  // The submaps cut since the last call, and a checkpoint if one is due or something was cut.
   std::deque<FinishedSubmap> TakeFinished(uint64_t sequence, uint64_t checkpoint_after);
   absl::Status Persist();  // Offers every submap that is not stored yet, in order.
   void Send(const ScanAck& ack);

@@ -13,7 +13,7 @@ namespace isthmus::ingest {
 // names a keyframe that is not there, or numbers are not finite.
 absl::StatusOr<FinishedSubmap> MakeUploadedSubmap(Submap submap);
 
-// Whether an upload repeats a stored submap, up to the rounding of the store.
+// True if an upload repeats a stored submap, up to the rounding of the store.
 bool SameSubmap(const Submap& stored, const Submap& repeated);
 
 }  // namespace isthmus::ingest

@@ -1,4 +1,4 @@
-// What a session's worker is given, asks for and says.
+// Records that a session's worker is given and returns, and its hooks.
 #pragma once
 
 #include <absl/status/status.h>
@@ -18,7 +18,7 @@
 
 namespace isthmus::ingest {
 
-// What a worker asks of its surroundings. Called from executor threads, one call at a time per
+// Callbacks of a worker into its surroundings. Called from executor threads, one call at a time per
 // worker, without any lock of the worker's but that which serialises `persist`.
 struct WorkerHooks {
   // Makes a submap durable and hands it on. On error it is kept and offered again.
@@ -31,7 +31,7 @@ struct WorkerHooks {
   std::function<void(const std::string&)> tell = {};
 };
 
-// What is durable of one segment.
+// The durable part of one segment.
 struct StoredSegment {
   uint32_t segment = 1;
   uint32_t next_index = 0;     // One more than that of the last submap.
@@ -41,7 +41,7 @@ struct StoredSegment {
   std::vector<TrajectoryEntry> trajectory = {};  // All, in order.
 };
 
-// Where a session continues: what is durable of it.
+// The point at which a session continues: its durable part.
 struct ResumePoint {
   std::optional<SessionCheckpoint> checkpoint = {};
   std::vector<StoredSegment> segments = {};  // In order; none in a new session.
@@ -58,7 +58,8 @@ struct WorkerStatus {
   double odometry_ms_mean = 0;
   double travelled_m = 0;
   std::string tracking;  // "ok", "degenerate", "lost"; empty before the first scan.
-  // How rings and times of the scans were found, empty before the first; and `resumed`.
+  // A description of how rings and times of the scans were found, empty before the first; and
+  // `resumed`.
   std::string input;
   // "resumed from submaps: ..." and why, where there was a checkpoint that could not be used.
   std::string resumed;

@@ -111,7 +111,7 @@ void LogFailedCall(const std::string& rpc, const absl::Status& status) {
               absl::StatusCodeToString(status.code()), std::string(status.message()));
 }
 
-// Whether everything that was acknowledged is stored; says so.
+// True if everything that was acknowledged is stored; says so.
 bool ReportStop(Pipeline& pipeline) {
   bool stored = true;
   for (const SessionStatus& session : pipeline.ListSessions()) {

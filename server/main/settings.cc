@@ -275,7 +275,8 @@ void AddAcceptance(ServerConfig& config, Table& table) {
             "ambiguous.");
 }
 
-// How far odometry strays: what loop closures are looked for within, and what they bend.
+// The drift of odometry: the range within which loop closures are looked for, and how far they bend
+// it.
 void AddPlacement(ServerConfig& config, Table& table) {
   table.Section("placement");
   auto& drift = config.pipeline.placer.drift;

@@ -1,5 +1,5 @@
-// What the server is doing: what is under way, how long things took, what cannot be read. None of
-// it is part of the map.
+// The server's activity: what is under way, how long things took, what cannot be read. None of it
+// is part of the map.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// What turns one view of the map into the next.
+// An edit, which turns one view of the map into the next.
 #pragma once
 
 #include <cstdint>
@@ -13,14 +13,14 @@
 
 namespace isthmus::server {
 
-// What came since the map was placed last: why the next revision is made.
+// The changes since the map was placed last: the causes of the next revision.
 struct Changes {
   std::vector<std::string> causes;  // For a person; the first few.
   std::vector<SessionPair> matches;
   std::vector<uint64_t> loops;
 };
 
-// What placement made of the state of things at `version`.
+// The result of placing the state at `version`.
 struct PlacedMap {
   uint64_t version = 0;                         // MapView::graph_version.
   std::shared_ptr<const MapRevision> revision;  // Null where nothing moved: the last one stands.
@@ -39,7 +39,7 @@ struct MapEdit {
   std::shared_ptr<const ComposedMap> composed = {};
 };
 
-// What an edit needs that takes its time, so that it can be made ready before anybody waits.
+// The slow part of an edit, prepared before anybody waits for it.
 struct PreparedEdit {
   storage::SubmapInfos infos;  // Of the batch's submaps.
   // Null: the effective matches stay as they are.
@@ -48,7 +48,7 @@ struct PreparedEdit {
 
 bool IsVoid(const MapEdit& edit, const MapView& view);
 
-// Whether the effective matches have to be worked out anew: with matches, verdicts and the sessions
+// True if the effective matches have to be worked out anew: with matches, verdicts and the sessions
 // that have submaps.
 bool ChangesMatches(const MapEdit& edit, const MapView& view);
 

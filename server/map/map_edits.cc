@@ -1,4 +1,4 @@
-// What changes the map, one by one.
+// The edits of the map, one by one.
 #include <absl/strings/str_cat.h>
 
 #include <set>

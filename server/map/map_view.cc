@@ -18,7 +18,7 @@ placement::Session PlacementSession(const SessionId& id, const SessionView& view
     node.index = index;
     node.T_odom_submap = submap.T_odom_submap;
     if (before != nullptr) {
-      // What a retired submap knew of the way went with it.
+      // A retired submap took its path length with it.
       const double* length = view.path_length_m.Find(index - 1);
       node.travelled_m = length == nullptr ? mean : *length;
       if (before->id.index + 1 == index) node.drift_covariance = submap.drift_covariance;

@@ -31,7 +31,7 @@ struct MapView : storage::MapRecords {
   std::shared_ptr<const std::vector<Match>> effective =
       std::make_shared<const std::vector<Match>>();
 
-  // What placement found, of the state of things at placed_version.
+  // The result of placing the state at placed_version.
   uint64_t placed_version = 0;
   std::shared_ptr<const MapRevision> revision = std::make_shared<const MapRevision>();
   std::shared_ptr<const std::vector<SessionPair>> tree =
@@ -55,7 +55,7 @@ struct MapView : storage::MapRecords {
   const SessionView* Newest(const RobotId& robot) const;
   const Placement* PlacementOf(const SessionId& session) const;
   const Match* EffectiveMatch(const SessionPair& pair) const;
-  // Of the session that a robot opened, in order; none for another id.
+  // The segments of the session that a robot opened, in order; none for another id.
   std::vector<const SessionView*> SegmentsOf(const SessionId& opened) const;
 
   // All submaps with their placements, for composition.
@@ -65,7 +65,7 @@ struct MapView : storage::MapRecords {
 // The sessions that have submaps.
 std::vector<match_graph::Node> MatchGraphNodes(const MapView& view);
 
-// What the pose graph is made of.
+// The input of the pose graph.
 placement::Input PlacementInput(const MapView& view);
 
 }  // namespace isthmus::server

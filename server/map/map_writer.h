@@ -20,7 +20,7 @@
 
 namespace isthmus::server {
 
-// What a person says at once.
+// Decisions that a person makes at once.
 struct ManualDecisions {
   std::vector<Verdict> verdicts = {};
   std::vector<SessionPair> withdrawn = {};  // Whose verdicts are taken back.
@@ -56,7 +56,7 @@ class MapWriter {
   // New sessions, or known ones with other records; nothing that is placed changes.
   absl::Status PutSessions(const std::vector<SessionRecord>& sessions);
   // Stores a finished submap, or a checkpoint alone, and adds what it holds to its segment of the
-  // session. A segment that there is none of yet is opened with it. NotFound when the session was
+  // session. A segment that does not exist yet is opened with it. NotFound when the session was
   // deleted meanwhile.
   absl::Status AddSubmap(const SessionId& session, const FinishedSubmap& finished);
   // Ignored when a session is gone.

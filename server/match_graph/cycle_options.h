@@ -1,4 +1,4 @@
-// When matches round a cycle agree.
+// Limits within which matches round a cycle agree.
 #pragma once
 
 #include <cstddef>
@@ -13,8 +13,8 @@ struct CycleOptions {
   double max_m = 1.0;    // Allowed besides drift,
   double drift = 0.01;   // and this share of each map's extent, summed in squares.
   double max_deg = 3.0;  // Allowed round a triangle; grows with the square root of the length.
-  // Where several matches might be the wrong one, only the least certain is set aside if its odds
-  // are so many times less than any other's; else all of them are.
+  // If several matches might be the wrong one, only the least certain is set aside if its odds are
+  // so many times less than any other's; else all of them are.
   double min_odds = 10;
   // A match might be the wrong one as well as another if its share of agreeing cycles is less than
   // so many times the other's.

@@ -44,9 +44,9 @@ class CycleSearch {
   CycleSearch(const std::vector<CycleNode>& nodes, const std::vector<CycleEdge>& edges,
               const CycleOptions& options);
 
-  // Of the edges that are `active`: all triangles and squares, unless there are too many
-  // (CycleOptions), and every cycle that an edge closes through the maximum spanning forest. Each
-  // once; an edge that is in any cycle is in one of these.
+  // Cycles of `active` edges: all triangles and squares, unless there are too many (CycleOptions),
+  // and every cycle that an edge closes through the maximum spanning forest. Each once; an edge
+  // that is in any cycle is in one of these.
   std::vector<Cycle> Find(const std::vector<bool>& active) const;
 
  private:

@@ -36,7 +36,7 @@ std::map<SessionId, uint32_t> AddNodes(const std::vector<Node>& given, Graph* gr
   return index;
 }
 
-// Of two matches of one pair the more confident is the edge.
+// The more confident of two matches of a pair is the edge.
 void AddEdges(const std::map<SessionId, uint32_t>& index, std::vector<Match>* matches,
               Graph* graph) {
   std::map<std::pair<uint32_t, uint32_t>, Match*> sorted;
@@ -117,7 +117,7 @@ class Judge {
     return edges;
   }
 
-  // What the judgement rests on: all that agree, and those that disagree and count.
+  // Weighs the cycles that count: all that agree, and those that disagree and count.
   void Weigh() {
     support_.assign(active_.size(), {});
     disagreeing_.clear();
@@ -184,7 +184,7 @@ class Judge {
     return {edges, "nothing tells which match of it is wrong"};
   }
 
-  // Of the shortest cycles that speak against the match the least bad.
+  // The least bad of the shortest cycles that contradict the match.
   const Cycle& Against(uint32_t e) const {
     const Cycle* least = nullptr;
     for (const Cycle* cycle : disagreeing_) {

@@ -15,7 +15,7 @@ struct Edge {
   size_t a = 0, b = 0;  // Indices into the sorted nodes; T_a_b of the match.
 };
 
-// What a session was in the previous placements.
+// The role of a session in the previous placements.
 struct Past {
   SessionId reference;
   size_t component_size = 0;  // Sessions of that component that are still there.

@@ -1,4 +1,4 @@
-// From matches to placements: which sessions hang together, and by which matches.
+// The match graph: which sessions hang together, by which matches, and where that places them.
 //
 // Section 3.3 of the paper: nodes are robots' maps, edges are matches weighted by confidence; the
 // maximum spanning tree of each connected component gives every node its transform. The tree is
@@ -22,13 +22,13 @@ namespace isthmus::match_graph {
 struct Node {
   SessionId session;
   double weight = 1;  // Size of the session's map (points); the heaviest becomes the reference.
-  // Where its map lies in odom, and how far it reaches: the diagonal of the box of its submaps'
+  // The position of its map in odom, and its extent: the diagonal of the box of its submaps'
   // origins. For CheckCycles.
   Eigen::Vector3d center = Eigen::Vector3d::Zero();
   double extent_m = 0;
 };
 
-// Whether a match may be an edge: accepted, and its confidence and transform finite.
+// True if a match may be an edge: accepted, and its confidence and transform finite.
 bool MayCarry(const Match& match);
 
 struct Solution {

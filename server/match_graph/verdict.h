@@ -1,4 +1,4 @@
-// How a person's word changes what was computed.
+// The effective match of a pair: what was computed, as a person's decision changes it.
 #pragma once
 
 #include <optional>

@@ -29,7 +29,7 @@ class MapDecisions {
   absl::StatusOr<int64_t> UndoRevision(int64_t revision, const std::string& note);
 
  private:
-  // What is to be rejected of what the revision came of.
+  // The rejections of what the revision came from.
   ManualDecisions Reject(const RevisionInfo& revision, const std::string& note) const;
   int64_t RevisionOncePlaced() const;
 

@@ -28,7 +28,7 @@ class MapReader {
   MapReader(const MapWriter* map, const storage::MapStore* store, SubmapCache* submaps,
             const composition::OccupancyOptions& occupancy);
 
-  // What the view says; nothing of what is under way.
+  // The view's info, without what is under way.
   static MapInfo Describe(const MapView& view);
   static LoopStatus StatusOf(const LoopClosure& loop, const MapView& view);
 

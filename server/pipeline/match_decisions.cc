@@ -1,4 +1,4 @@
-// What people decide about matches.
+// People's decisions about matches.
 #include <absl/strings/str_cat.h>
 
 #include <algorithm>
@@ -30,7 +30,7 @@ absl::StatusOr<SessionId> ResolveSession(const MapView& view, const SessionId& s
   return absl::NotFoundError(absl::StrCat("no robot \"", robot.value(), "\""));
 }
 
-// Whose pair is meant, and what is to be said of it; without ruling and time where it is to be
+// The pair that is meant and the decision on it; without ruling and time where it is to be
 // withdrawn.
 absl::StatusOr<Verdict> MakeVerdict(const MatchDecision& decision, const MapView& view) {
   absl::StatusOr<SessionId> a = ResolveSession(view, decision.session_a, decision.robot_a);

@@ -57,7 +57,7 @@ absl::Status PipelineImpl::Start() {
   return absl::OkStatus();
 }
 
-// What the limits on the robots' sessions rest on, and what they lead to.
+// The inputs and the actions of the limits on robots' sessions.
 RetentionThread::Hooks PipelineImpl::RetentionHooks() {
   RetentionThread::Hooks hooks;
   hooks.list = [this] {

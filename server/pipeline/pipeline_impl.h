@@ -104,7 +104,7 @@ class PipelineImpl : public Pipeline {
 
  private:
   RetentionThread::Hooks RetentionHooks();
-  // Whether nothing is under way, or waits, that the view does not show yet.
+  // True if nothing is under way, or waits, that the view does not show yet.
   bool IsSettled(uint64_t pending_scans, const MapView& view) const;
 
   PipelineParts parts_;

@@ -1,4 +1,4 @@
-// What the parts of the pipeline share: the store, the map, and who is at work on it.
+// The state that the parts of the pipeline share: the store, the map, and who is at work on it.
 #pragma once
 
 #include <atomic>

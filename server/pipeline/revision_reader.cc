@@ -1,4 +1,4 @@
-// How the map came to be what it is.
+// The history of the map.
 #include <absl/strings/str_cat.h>
 
 #include <limits>

@@ -1,4 +1,4 @@
-// What comes in through sessions: scans, and submaps of robots with their own SLAM.
+// The intake of sessions: scans, and submaps of robots with their own SLAM.
 #include <absl/strings/str_cat.h>
 
 #include <utility>

@@ -1,4 +1,4 @@
-// What is told of sessions.
+// The status of sessions.
 #include <algorithm>
 #include <map>
 #include <tuple>

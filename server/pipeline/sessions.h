@@ -44,7 +44,7 @@ class Sessions {
   SessionId NextId(const RobotId& robot, int* number) const;
   absl::StatusOr<Worker> MakeWorker(const SessionRecord& record, const ingest::ResumePoint& resume);
   ingest::WorkerHooks HooksOf(const SessionId& session);
-  // That goes on where the session, its first segment, is stored to be.
+  // A worker that goes on from the session's stored state, that of its first segment.
   absl::StatusOr<Worker> ResumeWorker(const SessionView& session);
   absl::StatusOr<ingest::StoredSegment> ReadSegment(const SessionView& session);
   // Absent where there is none.
@@ -53,11 +53,12 @@ class Sessions {
   absl::StatusOr<Worker> FindWorker(const SessionId& session) const;
 
   SessionStatus StatusOf(const MapView& view, const SessionView& session) const;
-  // What is told of a session as a whole, in its first segment.
+  // Fills in the status of a session as a whole, reported in its first segment.
   void FillStreamStatus(const MapView& view, const SessionView& session,
                         SessionStatus* status) const;
 
-  // What the session is to take the submap as: NotFound, or why it may not.
+  // OK if the session takes uploads and the index leaves no gap; else an error that says what to
+  // do.
   absl::Status CheckUpload(const SessionView& session, const SubmapId& submap) const;
   // A submap whose index was taken in before.
   absl::StatusOr<SubmapInfo> RepeatUpload(const SubmapInfo* existing, const Submap& repeated);

@@ -38,7 +38,7 @@ std::vector<placement::TrajectoryKnot> KnotsOf(const SharedMap<uint32_t, SubmapI
   return knots;
 }
 
-// What a trajectory of one segment is made of, all as of one moment.
+// The parts of a trajectory of one segment, all as of one moment.
 struct SegmentPart {
   uint32_t segment = 1;
   SessionId session;

@@ -24,7 +24,7 @@ Tie MakeTie(const pose_graph::Problem& problem, const pose_graph::Anchor& anchor
   return tie;
 }
 
-// What the rotation leaves to the translation; none along unknown axes.
+// The translation that remains after the rotation; none along unknown axes.
 Eigen::Vector3d Shift(const Tie& tie, const Eigen::Quaterniond& R) {
   const Eigen::Vector3d& p = tie.T_map_node.translation();
   const Eigen::Vector3d target = p + tie.known.cwiseProduct(tie.T_anchor.translation() - p);

@@ -1,4 +1,4 @@
-// What is new since the last graphs.
+// The difference between the last graphs and the new ones.
 #pragma once
 
 #include <map>
@@ -14,7 +14,7 @@ struct KeptAnchor {
   double weight = 1;
 };
 
-// What was placed by one call.
+// The graphs and placements of one call.
 struct LastGraphs {
   GraphSet set;                            // With the weights that were found.
   std::vector<Placement> placements;       // As published.
@@ -37,7 +37,7 @@ struct Change {
   std::vector<int> edges;
 };
 
-// Of each of the graphs.
+// The changes of each of the graphs.
 std::vector<Change> FindChanges(const LastGraphs& last, const Input& input,
                                 const SessionNumbers& numbers, const GraphSet& now);
 

@@ -31,8 +31,8 @@ std::vector<Correction> Corrections(const std::vector<TrajectoryKnot>& knots,
 
 double Apart(const Pose& a, const Pose& b) { return (a.translation() - b.translation()).norm(); }
 
-// Of the entries [first, last), which lie between two knots, each by its share of the way; of the
-// time where there is no way.
+// Corrects the entries [first, last), which lie between two knots, each by its share of the path;
+// of the time if there is no path.
 void Between(const std::vector<TrajectoryEntry>& entries, size_t first, size_t last,
              const Correction& from, const Correction& to, Trajectory* trajectory) {
   std::vector<double> gone;

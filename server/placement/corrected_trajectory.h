@@ -10,7 +10,7 @@
 
 namespace isthmus::placement {
 
-// Where a submap begins, in odom; what correction holds there.
+// The beginning of a submap in odom, and the correction that holds there.
 struct TrajectoryKnot {
   uint32_t index = 0;
   int64_t stamp_ns = 0;  // Of its first keyframe.

@@ -1,4 +1,4 @@
-// What the edges and anchors of the graph deserve.
+// Information matrices for the edges and anchors of the graph.
 #pragma once
 
 #include "core/anchor.h"
@@ -7,9 +7,9 @@
 
 namespace isthmus::placement {
 
-// Of the odometry from one node of a session to the next: the drift model, for the way gone, and
-// what the odometry says itself, their covariances added up. Where submaps in between were retired
-// the way is taken to be as long for each of them.
+// The information of the odometry from one node of a session to the next: the covariance of the
+// drift model over the distance travelled and that of the odometry itself, added up. Where submaps
+// in between were retired the way is taken to be as long for each of them.
 Matrix6d DriftInformation(const Node& before, const Node& node,
                           const pose_graph::DriftModel& drift);
 
@@ -19,7 +19,7 @@ Matrix6d IsotropicInformation(double position_m, double rotation_rad);
 // In the convention of pose_graph::Anchor.
 Matrix6d AnchorInformation(const Anchor& anchor);
 
-// Whether the optimiser takes an edge with these numbers.
+// True if the optimiser takes an edge with these numbers.
 bool IsUsable(const Pose& T_a_b, const Matrix6d& information);
 
 }  // namespace isthmus::placement

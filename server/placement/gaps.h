@@ -1,5 +1,5 @@
-// Where submaps were retired in between, odometry says little: it has strayed for as long as the
-// robot went on. Where its ends were placed says more.
+// Gaps that retired submaps leave in a session. Odometry says little across them, as it has drifted
+// for as long as the robot went on; where the ends were placed says more.
 #pragma once
 
 #include <cstdint>

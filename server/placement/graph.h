@@ -33,7 +33,7 @@ enum class Source : uint8_t {
   kLoop,
 };
 
-// What an edge is known by from call to call.
+// The identity of an edge from call to call.
 struct EdgeKey {
   Source source = Source::kOdometry;
   uint64_t loop = 0;  // LoopClosure::id; 0 for others.
@@ -71,7 +71,7 @@ struct Graph {
   std::vector<EdgeOrigin> origins;  // Of problem.edges.
   std::vector<size_t> anchors;      // Indices into Input::anchors, of the first problem.anchors.
   int gauge = 0;                    // The node that holds the map frame where no anchor does.
-  // An anchor names one of its sessions, be it a submap that has left the map: then the frame is
+  // An anchor names one of its sessions, even of a submap that has left the map: then the frame is
   // the anchors'.
   bool anchored = false;
 
@@ -80,7 +80,7 @@ struct Graph {
 
 struct GraphSet {
   std::vector<Graph> graphs;  // In order of component.
-  // Where things are: index of the graph, and in it.
+  // An index of things: the number of the graph, and the place in it.
   absl::flat_hash_map<NodeKey, std::pair<size_t, int>> nodes;
   absl::flat_hash_map<EdgeKey, std::pair<size_t, size_t>> edges;
   absl::flat_hash_map<uint32_t, size_t> sessions;  // Graph of a session with nodes, by number.

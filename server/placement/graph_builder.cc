@@ -84,7 +84,7 @@ class Builder {
     graph.origins.push_back(origin);
   }
 
-  // Whether both submaps are in the map, in one component.
+  // True if both submaps are in the map, in one component.
   bool AddSubmapEdge(const EdgeOrigin& origin, const SubmapEdge& edge, bool sure) {
     const auto a = set_.nodes.find(origin.key.a), b = set_.nodes.find(origin.key.b);
     if (a == set_.nodes.end() || b == set_.nodes.end()) return false;

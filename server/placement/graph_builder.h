@@ -1,4 +1,4 @@
-// From records to pose graphs.
+// The builder of pose graphs from records.
 #pragma once
 
 #include <map>
@@ -10,8 +10,8 @@
 
 namespace isthmus::placement {
 
-// Where matches without edges were taken to hold, by session numbers. Kept from call to call, so
-// that such an edge stays where it is while others come nearer.
+// The submaps between which matches without edges were taken to hold, by session numbers. Kept from
+// call to call, so that such an edge stays where it is while others come nearer.
 struct NearestPair {
   Pose T_a_b;  // The match's.
   uint32_t a = 0, b = 0;

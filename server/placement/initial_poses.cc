@@ -113,7 +113,7 @@ class Joiner {
     Move(Piece(node), target * At(node).Inverse());
   }
 
-  // Whether an edge of a match leads from what is placed to what is not.
+  // True if an edge of a match leads from what is placed to what is not.
   bool LeadsOn(size_t edge) const {
     if (graph_.origins[edge].key.source == Source::kLoop) return false;
     const pose_graph::Edge& e = graph_.problem.edges[edge];

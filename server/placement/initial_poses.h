@@ -1,4 +1,4 @@
-// Where the search for poses begins.
+// Initial poses for the search.
 #pragma once
 
 #include <vector>
@@ -18,10 +18,10 @@ void ContinuePoses(const Input& input, const std::vector<Placement>& previous, G
 void BeginPosesAnew(const Input& input, const std::vector<Placement>& previous, bool same_frame,
                     Graph* graph);
 
-// Where the tree puts a node of the graph when the gauge node lies as it does now.
+// The pose that the tree gives a node of the graph when the gauge node lies as it does now.
 Pose TreePose(const Input& input, const Graph& graph, int node);
 
-// Of a session and a submap; null where there is none.
+// The placement of a session and the pose of a submap; null if there is none.
 const Placement* FindPlacement(const std::vector<Placement>& placements, const SessionId& session);
 const Pose* FindPose(const Placement& placement, uint32_t index);
 

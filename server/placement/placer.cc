@@ -69,9 +69,9 @@ struct Placer::Memory {
             const std::vector<Placement>& placements);
 };
 
-// What each of the graphs goes on from: from the last call; where something was taken back since,
-// from before that came, if nothing else that was there then is missing now. If there is no such
-// thing, the change says that it begins anew.
+// The graphs that each of the graphs goes on from: those of the last call, or, if something was
+// taken back since, those from before that came, if nothing else that was there then is missing
+// now. If there is no such thing, the change says that it begins anew.
 std::vector<Placer::Memory::Base> Placer::Memory::ChooseBases(const Input& input,
                                                               const GraphSet& set) const {
   const std::shared_ptr<const LastGraphs> newest = Last();

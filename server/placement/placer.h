@@ -1,5 +1,5 @@
-// From sessions hanging together to a pose for every submap: odometry, matches, loop closures and
-// anchors in one pose graph.
+// The placer: gives every submap of connected sessions a pose, from odometry, matches, loop
+// closures and anchors in one pose graph.
 //
 // The paper stops at the spanning tree of the match graph, which gives each session one transform
 // and leaves its drift in the map. Here that is the initial value, and what is left where nothing
@@ -51,7 +51,8 @@ struct Session {
   std::vector<Node> nodes;  // In order of index; gaps are submaps that were retired.
 };
 
-// What is known. Everything that names a submap that is not among the nodes is passed over.
+// The input of a placement. Everything that names a submap that is not among the nodes is passed
+// over.
 struct Input {
   std::vector<Session> sessions;   // In order of id.
   std::vector<Match> matches;      // Those that carry or could: only accepted ones count.
@@ -106,7 +107,7 @@ class Placer {
   std::unique_ptr<Memory> memory_;
 };
 
-// How the placements differ, each submap once, in order of submap.
+// The differences between the placements, each submap once, in order of submap.
 std::vector<SubmapMove> FindMoves(const std::vector<Placement>& before,
                                   const std::vector<Placement>& after);
 

@@ -1,4 +1,4 @@
-// What readers get of a graph that was optimised.
+// Results for readers, from a graph that was optimised.
 #pragma once
 
 #include <vector>

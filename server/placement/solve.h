@@ -20,8 +20,8 @@ struct Solved {
 // optimisations since the last whole one were partial.
 Solved Solve(const PlacerOptions& options, const Change& change, int partial_before, Graph* graph);
 
-// What hangs on the rest only by matches that were all discarded goes back to where the spanning
-// tree has it, as it is shaped.
+// Moves the parts that were joined to the rest only by matches that were all discarded back to
+// where the spanning tree has them, without changing their shape.
 void ReturnDiscardedToTree(const Input& input, Graph* graph);
 
 }  // namespace isthmus::placement

@@ -15,7 +15,7 @@ namespace isthmus::pose_graph {
 //
 // False edges between far apart nodes show before anything is solved. That saves more than their
 // errors: each of them ties distant rows of a sparse system together, and with a few hundred of
-// them it is as good as dense. Takes time O(nodes + edges).
+// them it is practically dense. Takes time O(nodes + edges).
 std::vector<double> ChiSquareWithDrift(const Problem& problem);
 
 }  // namespace isthmus::pose_graph

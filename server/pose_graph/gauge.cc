@@ -25,7 +25,7 @@ std::vector<size_t> Components(const Problem& problem, bool only_sure) {
   return component;
 }
 
-// Whether anchors leave a rigid motion of all nodes no freedom. A motion [rho; phi] about the
+// True if anchors leave a rigid motion of all nodes no freedom. A motion [rho; phi] about the
 // anchors' centre c changes [d; phi] of each by rho + phi x (t - c) and phi.
 bool Hold(const std::vector<const Anchor*>& anchors) {
   if (anchors.empty()) return false;

@@ -147,9 +147,9 @@ class Gnc {
     return status;
   }
 
-  // What contradicts sure edges by more than their drift explains is not tried at first. Where sure
-  // edges stray by more than they admit, right edges show it: by their lower quartile, as long as
-  // no more than three in four are false.
+  // Edges that contradict sure edges by more than their drift explains are not tried at first.
+  // Where sure edges stray by more than they admit, right edges show it: by their lower quartile,
+  // as long as no more than three in four are false.
   double Gate(const std::vector<double>& with_drift) const {
     if (edges_.empty()) return 0;
     std::vector<double> sorted;
@@ -160,7 +160,7 @@ class Gnc {
     return kGateMargin * options_.doubt_chi2 * std::max(1.0, *quartile / kLowerQuartile);
   }
 
-  // How far those in doubt are from agreeing: by orders of magnitude, so that few which are far off
+  // The disagreement of the doubtful edges: by orders of magnitude, so that few which are far off
   // say no more than many which are near.
   double Strain() const {
     double strain = 0;

@@ -12,7 +12,7 @@ namespace isthmus::pose_graph {
 // direction, each by more than rounding explains.
 absl::StatusOr<Matrix6d> SquareRootInformation(const Matrix6d& information);
 
-// How far odometry strays between two submaps: one standard deviation per axis. The defaults suit a
+// The drift of odometry between two submaps: one standard deviation per axis. The defaults suit a
 // LiDAR odometry without loops that nobody has measured. The server's own strays by a tenth of it
 // (17 mm in a lap of a campus), but its errors are not independent from submap to submap, as a
 // chain of edges supposes, which the margin makes up for.

@@ -105,8 +105,8 @@ class CeresLeastSquares : public LeastSquares {
  private:
   double* Block(int node) { return blocks_[static_cast<size_t>(node)].data(); }
 
-  // What has weight 0 is left out: its place in the sparse system would be filled in vain, which a
-  // few hundred far-fetched edges make very slow.
+  // Terms of weight 0 are left out: their place in the sparse system would be filled in vain, which
+  // a few hundred far-fetched edges make very slow.
   void Assemble() {
     ceres_ = std::make_unique<ceres::Problem>(Owning());
     for (PoseBlock& block : blocks_) ceres_->AddParameterBlock(block.data(), 7, &manifold_);

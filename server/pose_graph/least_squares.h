@@ -10,7 +10,7 @@
 
 namespace isthmus::pose_graph {
 
-// How much each edge and anchor counts.
+// The weight of each edge and anchor.
 struct Weights {
   std::vector<double> edges, anchors;
 };

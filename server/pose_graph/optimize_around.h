@@ -1,4 +1,4 @@
-// What new edges change, at the cost of what they change.
+// Local optimisation: the poses around new edges, at a cost that grows with what they change.
 #pragma once
 
 #include <vector>

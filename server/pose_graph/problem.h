@@ -18,8 +18,8 @@ struct Edge {
   Pose T_a_b;  // Takes a point of b's frame to a's.
   Matrix6d information = Matrix6d::Identity();
   bool may_be_wrong = false;  // To be doubted: graduated non-convexity may discard it.
-  // What an earlier optimisation made of a doubtful edge, its Result::edge_weights; only
-  // OptimizeAround looks at it, and Optimize when it is to go on from there.
+  // The weight that an earlier optimisation gave a doubtful edge, from its Result::edge_weights;
+  // only OptimizeAround looks at it, and Optimize when it is to go on from there.
   double weight = 1;
 };
 

@@ -1,4 +1,4 @@
-// Whether a problem may be handed to the solver.
+// Validation of a problem before it is handed to the solver.
 #pragma once
 
 #include "absl/status/status.h"

@@ -31,7 +31,7 @@ v1::Anchor ToProto(const Anchor& anchor, const RobotOfSession& robots) {
   return proto;
 }
 
-// Of the robot's newest session.
+// The newest submap of the robot's newest session.
 absl::StatusOr<SubmapId> NewestSubmap(server::Pipeline& pipeline, const RobotId& robot) {
   const auto submaps = pipeline.ListSubmaps(robot);
   if (!submaps.ok()) return submaps.status();

@@ -1,5 +1,6 @@
-// Between the API's messages and the types of core/. What comes from outside is checked here, so
-// that nothing behind this folder meets a pose that is not finite or a field of unknown type.
+// Conversion between the API's messages and the types of core/. What comes from outside is checked
+// here, so that nothing behind this folder meets a pose that is not finite or a field of unknown
+// type.
 #pragma once
 
 #include <absl/status/status.h>

@@ -1,4 +1,4 @@
-// How a handler streams its responses without knowing the transport.
+// The callback by which a handler streams its responses without knowing the transport.
 #pragma once
 
 #include <absl/status/status.h>

@@ -1,5 +1,5 @@
-// How the map changed, and taking a change back. What each returns and fails with is said in
-// api/isthmus/v1/graph_service.proto.
+// Handlers that tell how the map changed, and that take a change back. What each returns and fails
+// with is said in api/isthmus/v1/graph_service.proto.
 #pragma once
 
 #include <absl/status/status.h>

@@ -1,4 +1,4 @@
-// Which robot a session is of.
+// A lookup of the robot that a session belongs to.
 #pragma once
 
 #include <map>

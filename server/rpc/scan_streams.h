@@ -1,4 +1,4 @@
-// Which stream feeds which session: at most one each, the newest.
+// The registry of streams and the sessions they feed: at most one each, the newest.
 #pragma once
 
 #include <absl/status/status.h>
@@ -27,7 +27,7 @@ class ScanStreams {
 
     const SessionId& session() const { return session_; }
     AckWindow& window() { return *window_; }
-    // Ends the link from this side; whoever waits on it wakes up.
+    // Ends the link from this side; all who wait on it wake up.
     void Hang();
 
    private:

@@ -21,17 +21,17 @@ class Channel;
 namespace isthmus::rpc {
 
 struct ServerOptions {
-  // Where to listen: "host:port", "[::1]:port" or "unix:path". Port 0 takes a free one. There is no
-  // authentication: whoever reaches the address may read and write the map.
+  // The address to listen on: "host:port", "[::1]:port" or "unix:path". Port 0 takes a free one.
+  // There is no authentication: whoever reaches the address may read and write the map.
   std::string listen = "127.0.0.1:50051";
   // Largest message taken, bytes: the limit of one scan. A larger one ends its stream with
   // RESOURCE_EXHAUSTED.
   int max_receive_bytes = 64 << 20;
   // Largest submap upload, bytes as they travel.
   uint64_t max_submap_bytes = 256u << 20;
-  // Where uploads under way are kept, so that they go on after a restart; empty: in memory.
+  // The folder for uploads under way, so that they go on after a restart; empty: in memory.
   std::string uploads_folder = {};
-  // Of one session together, bytes.
+  // The limit on one session's uploads together, bytes.
   uint64_t max_staged_bytes = uint64_t{1} << 30;
   // Scans of one stream whose acknowledgements are not written yet; when so many are out, no more
   // are read. More than the pipeline's queue, or that never fills.
@@ -39,7 +39,7 @@ struct ServerOptions {
   // Threads that serve calls; a scan stream holds one (and another of its own) while it lives.
   // Calls beyond get RESOURCE_EXHAUSTED.
   int max_threads = 512;
-  // Where backups come from; null: there are none (UNIMPLEMENTED). Called by one thread at a time.
+  // The source of backups; null: there are none (UNIMPLEMENTED). Called by one thread at a time.
   BackupSource backup;
   // Told of every call that ends with an error, from the thread that served it; may be null.
   std::function<void(const std::string& rpc, const absl::Status& status)> on_failed_call;

@@ -77,7 +77,7 @@ grpc::Status SessionServiceImpl::DeleteSession(grpc::ServerContext*,
                                                const v1::DeleteSessionRequest* request,
                                                v1::DeleteSessionResponse* response) {
   auto result = rpc::DeleteSession(pipeline_, *request);
-  // Its queued scans are gone without acknowledgement: a stream would wait for them for ever.
+  // Its queued scans are gone without acknowledgement: a stream would wait for them forever.
   if (result.ok()) {
     streams_.Drop(SessionId(request->session()));
     staging_.DropSession(SessionId(request->session()));

@@ -65,8 +65,8 @@ absl::Status Submit(server::Pipeline& pipeline, const SessionId& session, AckWin
     return absl::InvalidArgumentError("a scan has sequence 0: sequences count from 1");
   }
   auto payload = FromProto(std::move(*message.mutable_cloud()));
-  // What cannot even be expressed goes on as an empty cloud, so that its sequence is used up and
-  // its rejection comes in order; the reason given is ours.
+  // A scan that cannot even be expressed goes on as an empty cloud, so that its sequence is used up
+  // and its rejection comes in order; the reason given is ours.
   std::string reason;
   if (payload.ok()) {
     scan.payload = *std::move(payload);

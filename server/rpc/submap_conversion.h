@@ -1,4 +1,4 @@
-// From an uploaded submap's message to the submap the pipeline takes.
+// Conversion of an uploaded submap's message into the submap that the pipeline takes.
 #pragma once
 
 #include <absl/status/statusor.h>

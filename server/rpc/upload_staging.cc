@@ -47,7 +47,7 @@ std::optional<UploadKey> ReadKey(const std::filesystem::path& path) {
     return std::nullopt;
   }
   key.sha256 = absl::HexStringToBytes(words[3]);
-  // Of a line that was damaged it cannot be told which upload it names.
+  // A damaged line does not tell which upload it names.
   if (HeaderOf(key) != line + "\n") return std::nullopt;
   return key;
 }

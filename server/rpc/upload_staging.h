@@ -30,7 +30,7 @@ struct UploadKey {
 // most one content per submap: another one takes its place. Thread safe.
 class UploadStaging {
  public:
-  // What one call works on; the bytes that have arrived are in memory while it does.
+  // The upload that one call works on; the bytes that have arrived are in memory while it does.
   class Part {
    public:
     ~Part();

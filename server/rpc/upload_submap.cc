@@ -105,7 +105,7 @@ absl::StatusOr<v1::UploadSubmapResponse> UploadSubmap(server::Pipeline& pipeline
   auto submap = ToSubmap(*std::move(header), robot);
   absl::StatusOr<SubmapInfo> info =
       submap.ok() ? pipeline.AddSubmap(*std::move(submap)) : submap.status();
-  // What fails for a while need not travel again.
+  // An upload that fails for a while need not travel again.
   const bool may_come = absl::IsUnavailable(info.status()) ||
                         absl::IsResourceExhausted(info.status()) ||
                         absl::IsOutOfRange(info.status());

@@ -19,7 +19,7 @@ class LoadingMap : public ComposedMap {
   LoadingMap(std::vector<RobotId> robots, uint32_t components)
       : robots_(std::move(robots)), components_(components) {}
 
-  // Of the work; from 0 to 1.
+  // Sets the share of the work that is done; from 0 to 1.
   void SetDone(double share) { percent_ = static_cast<int>(100 * share); }
 
   int64_t revision() const override { return 0; }

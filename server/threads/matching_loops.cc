@@ -46,7 +46,7 @@ void MatchingThread::FindLoops(const MapView& view, const SubmapId& submap) {
   query.first_new = query.submaps.size() - 1;
   const bool done =
       Guard(absl::StrCat("the loops of ", ToString(submap)), [&] { FindLoops(query); });
-  // What it keeps is large, and after a start every session is asked once.
+  // Its state is large, and after a start every session is asked once.
   if (was_last || !done) finders_.erase(submap.session);
 }
 

@@ -162,7 +162,7 @@ void MatchingThread::CountRevisits(const MapView& view) {
   // With an anchored submap its anchor would go.
   const MapWriter::View now = map_->view();
   std::erase_if(seen_again, [&](const SubmapId& id) { return now->anchors.contains(id); });
-  // What cannot be stored now is tried again with the next submap.
+  // Retirements that cannot be stored now are tried again with the next submap.
   (void)map_->Retire(seen_again);
 }
 

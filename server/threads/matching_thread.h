@@ -39,7 +39,7 @@ class MatchingThread {
     // A pair is tried again when its maps have grown by this many submaps; a finished session's
     // last submaps always count.
     int rematch_submaps = 1;
-    // What maps kept ready may take, but for the two at hand.
+    // The memory that maps kept ready may take, without the two at hand.
     size_t prepared_bytes = size_t{128} << 20;
     // See WorkJournal; empty: none.
     std::string work_journal;
@@ -51,7 +51,7 @@ class MatchingThread {
                  const Clock* clock, const Options& options);
   ~MatchingThread();  // Stops.
 
-  // Whether the view shows nothing that it has not dealt with.
+  // True if the view shows nothing that it has not dealt with.
   bool IsUpToDateWith(const MapView& view) const { return up_to_date_with_ == view.serial; }
 
   // Makes the thread end within a second or so; does not wait. What is under way is given up, to be
@@ -59,7 +59,7 @@ class MatchingThread {
   void Stop();
 
  private:
-  // What a pair was last tried with: the indices that their next submaps had.
+  // The state in which a pair was last tried: the indices that their next submaps had.
   struct Attempt {
     uint32_t next_a = 0, next_b = 0;
   };
@@ -86,7 +86,7 @@ class MatchingThread {
 
   // The pair with the most new evidence; nothing when all is up to date.
   std::optional<SessionPair> NextPair(const MapView& view) const;
-  // How many new submaps the pair has since it was tried; 0 where it is not worth a try.
+  // The number of new submaps that the pair has since it was tried; 0 where it is not worth a try.
   uint32_t FreshSubmaps(const MapView& view, const SessionView& a, const SessionView& b,
                         const Attempt& tried) const;
   void Estimate(const MapView& view, const SessionPair& pair);

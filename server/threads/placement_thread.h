@@ -37,9 +37,9 @@ class PlacementThread {
   void Run();
   // Places what the map says and shows it.
   void Place();
-  // Of new placements, which differ from the previous ones by `moves`; stored if that is possible.
-  // Readers see the newest truth even when it is not: it follows from what is stored and is found
-  // again at the next start.
+  // A revision of new placements, which differ from the previous ones by `moves`; stored if that is
+  // possible. Readers see the newest truth even when it is not: it follows from what is stored and
+  // is found again at the next start.
   std::shared_ptr<const MapRevision> MakeRevision(const MapRevision& previous,
                                                   const Changes& changes,
                                                   std::vector<SubmapMove> moves,
@@ -51,8 +51,8 @@ class PlacementThread {
   const Clock* const clock_;
   Mutex placer_mutex_;
   placement::Placer placer_ ABSL_GUARDED_BY(placer_mutex_);
-  // What the store has of the latest revision, when that could not be written. Touched by the
-  // thread only.
+  // The revision that the store has when the latest could not be written. Touched by the thread
+  // only.
   std::shared_ptr<const MapRevision> stored_;
   std::atomic<bool> stop_ = false;
   std::thread thread_;

@@ -16,9 +16,9 @@ class PreparedStore {
   PreparedStore(storage::MapStore* store, SubmapCache* submaps)
       : store_(store), submaps_(submaps) {}
 
-  // What was kept, or made and kept. What is damaged or of another version is made anew; what
-  // cannot be kept is made again after the next restart. Of a submap whose points cannot be read,
-  // one without a surface. Never null.
+  // The prepared submap, from the store or made and stored. What is damaged or of another version
+  // is made anew; what cannot be kept is made again after the next restart. Of a submap whose
+  // points cannot be read, one without a surface. Never null.
   std::shared_ptr<const matching::PreparedSubmap> Get(
       const std::shared_ptr<const Submap>& outline) const;
 

@@ -24,7 +24,7 @@ namespace isthmus::server {
 // Thread safe.
 class RetentionThread {
  public:
-  // What it asks of its surroundings; called from the thread, without its locks held.
+  // Callbacks into its surroundings; called from the thread, without its locks held.
   struct Hooks {
     // All sessions, without their bytes.
     std::function<std::vector<ingest::StoredSession>()> list;
@@ -40,7 +40,7 @@ class RetentionThread {
   // Counts everything and does what is due; then starts the thread. Call once.
   void Start();
   void Stop();
-  // What is stored of the session has changed, or it has come, finished or gone.
+  // The session's stored data has changed, or it has come, finished or gone.
   void Changed(const SessionId& session);
   // Until every change so far has been looked at.
   void WaitUntilIdle();
@@ -53,7 +53,7 @@ class RetentionThread {
  private:
   void Run();
   void Round();
-  // Of all sessions, with their bytes.
+  // All sessions with their bytes.
   std::vector<ingest::StoredSession> Count();
   // Returns whether anything went.
   bool Do(const ingest::RetentionPlan& plan);

@@ -12,7 +12,7 @@
 namespace isthmus::server {
 namespace {
 
-// Whether it is the store that failed, not the batch.
+// True if it is the store that failed, not the batch.
 bool IsStoreFailure(const absl::Status& status) {
   return absl::IsResourceExhausted(status) || absl::IsUnavailable(status) ||
          absl::IsDataLoss(status) || absl::IsInternal(status) || absl::IsUnknown(status);

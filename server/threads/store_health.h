@@ -23,7 +23,7 @@ class StoreHealth {
   StoreHealth(const Clock* clock, std::function<void(const std::string&)> on_change)
       : clock_(clock), on_change_(std::move(on_change)) {}
 
-  // How a write ended. What is wrong with the batch itself says nothing of the store.
+  // Notes the outcome of a write. An error of the batch itself says nothing about the store.
   void Note(const absl::Status& status);
 
   // For people, a sentence; empty while all is well.

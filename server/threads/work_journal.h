@@ -1,4 +1,4 @@
-// A record on disk of the work at hand, so that work that ends the server is found out.
+// A journal on disk of the work in progress, which reveals work that crashes the server.
 #pragma once
 
 #include <map>
@@ -10,10 +10,10 @@
 namespace isthmus::server {
 
 // A pair or a submap that made the server crash would do so again at every start, as it is taken up
-// again at every start. What was at hand at kMaxCrashes of them is left out from then on.
+// again at every start. Work that was in progress at kMaxCrashes of them is left out from then on.
 //
 // Crashes are what ended the process but not the machine: after a power cut the number of the boot
-// is another, and nobody is to blame. Counts hold for one version of the program. Errors of the
+// is different, and no task is blamed. Counts hold for one version of the program. Errors of the
 // file are ignored: without it the server works as well. Thread safe.
 class WorkJournal {
  public:

@@ -1,4 +1,4 @@
-// Reads the scans of an archive back.
+// A reader of the scans in an archive.
 #pragma once
 
 #include <absl/status/statusor.h>
@@ -27,7 +27,7 @@ class ScanReader {
   // Passes over scans that are damaged; absent at the end. Errors are those of the disk.
   absl::StatusOr<std::optional<ScanUpload>> Next();
 
-  // What was damaged so far, one line for a person each, the first few.
+  // The damage found so far, one line for a person each, the first few.
   const std::vector<std::string>& damage() const { return damage_; }
   int64_t damaged_count() const { return damaged_count_; }
   // Behind the last scan, of one that was not finished when a process died; no damage.

@@ -14,7 +14,7 @@
 namespace isthmus::storage {
 namespace {
 
-// How the data of a payload is packed; stored.
+// The packing of a payload's data; stored.
 enum class Packing : uint8_t {
   kAsItIs = 0,
   kFrame = 1,    // A zstd frame.
@@ -125,7 +125,7 @@ bool ReadLayout(ByteReader& reader, PointPayload& payload) {
   return reader.ok();
 }
 
-// What packs best without trying all: what is compressed already is left as it is.
+// Packs in the way that is probably best: data that is compressed already is left as it is.
 absl::Status AppendData(const PointPayload& payload, std::string& body) {
   Packing packing = HasColumns(payload)                               ? Packing::kColumns
                     : payload.encoding == PayloadEncoding::kQuantized ? Packing::kAsItIs

@@ -12,8 +12,8 @@
 
 namespace isthmus::storage {
 
-// Thread safe. There is no thread of its own: whoever finds nobody writing writes for all who came
-// meanwhile, then hands on. Works are done in the order in which they came.
+// Thread safe. It has no thread of its own: a caller that finds nobody writing writes for all who
+// came meanwhile, then hands on. Works are done in the order in which they came.
 class GroupCommit {
  public:
   // May run twice, so must not change anything but the database.
@@ -37,7 +37,7 @@ class GroupCommit {
   };
   using Group = std::deque<Request*>;
 
-  // Of requests that came and fit into a group of `size`; takes them out of waiting_.
+  // The next waiting request that fits into a group of `size`, taken out of waiting_.
   Request* Next(size_t size);
   // For those below the caller leads. One transaction for all that come until it is committed;
   // false if it was lost, and all of `group` with it.

@@ -1,4 +1,4 @@
-// How a database of an older schema, or a new one, becomes one of the newest.
+// Migrations, which bring a new database or one of an older schema to the newest.
 #pragma once
 
 #include <absl/status/status.h>

@@ -9,7 +9,7 @@ namespace isthmus::storage {
 
 class OpenMarker {
  public:
-  // Where it cannot be made the store does without.
+  // The store does without it if it cannot be made.
   explicit OpenMarker(const std::string& directory);
   // To be destroyed while the log is still there: between the two, nothing is missing.
   ~OpenMarker();
@@ -22,7 +22,7 @@ class OpenMarker {
   const std::string path_;
 };
 
-// What is to be said of a folder whose store died and whose log is gone; empty where all is well.
+// The message about a folder whose store died and whose log is gone; empty if all is well.
 std::string MissingLog(const std::string& directory);
 
 }  // namespace isthmus::storage

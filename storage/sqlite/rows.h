@@ -34,7 +34,7 @@ absl::StatusOr<std::optional<int64_t>> FindSessionKey(Connection& database,
 absl::StatusOr<std::vector<SessionRecord>> SelectSessions(Connection& database);
 // Takes along all that belongs to it. False if there was none.
 absl::StatusOr<bool> RemoveSession(Connection& database, const SessionId& session);
-// Of the blobs of submaps and features.
+// The size of the blobs of submaps and features.
 absl::StatusOr<uint64_t> SumBytes(Connection& database, int64_t session_key);
 
 // checkpoints. Replaces by session; removing what is not there is no error. What is found names no

@@ -98,7 +98,7 @@ class Connection {
   // Copies all of this database, as of one commit, over what `target` holds. Calls `progress`, if
   // any, with the share that is copied; Cancelled when it says false.
   absl::Status CopyTo(Connection& target, const std::function<bool(double)>& progress);
-  // Whether the last connection that closes writes the log into the database; true at first.
+  // Sets whether the last connection that closes writes the log into the database; true at first.
   absl::Status SetCheckpointOnClose(bool checkpoint);
   // False outside, and after an error that took the open transaction back.
   bool InTransaction() const;
@@ -122,7 +122,7 @@ class Transaction {
   Transaction(const Transaction&) = delete;
   Transaction& operator=(const Transaction&) = delete;
 
-  // Of the beginning; nothing may be done unless OK.
+  // The status of BEGIN; nothing may be done unless OK.
   const absl::Status& status() const { return status_; }
   absl::Status Commit();
 
@@ -141,9 +141,9 @@ class Savepoint {
   Savepoint(const Savepoint&) = delete;
   Savepoint& operator=(const Savepoint&) = delete;
 
-  // Of the beginning; nothing may be done unless OK.
+  // The status of BEGIN; nothing may be done unless OK.
   const absl::Status& status() const { return status_; }
-  // What was done becomes part of the transaction.
+  // Makes what was done part of the transaction.
   absl::Status Release();
 
  private:

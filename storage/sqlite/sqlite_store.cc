@@ -42,7 +42,7 @@ class SqliteStore : public MapStore {
     std::vector<SubmapRow> encoded;
     for (const auto& submap : batch.submaps) {
       absl::StatusOr<std::string> blob = EncodeSubmap(*submap, options_.resolution_m);
-      // What cannot be encoded breaks a rule, and CheckBatch says it better.
+      // A submap that cannot be encoded breaks a rule, and CheckBatch says it better.
       if (!blob.ok() && !absl::IsInvalidArgument(blob.status())) return blob.status();
       encoded.push_back({Summarize(*submap), blob.ok() ? *std::move(blob) : std::string()});
     }

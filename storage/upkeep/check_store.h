@@ -1,4 +1,4 @@
-// Reads all of a map folder and says what is damaged.
+// The check of a map folder: reads all of it and says what is damaged.
 #pragma once
 
 #include <absl/status/statusor.h>

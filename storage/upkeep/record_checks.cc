@@ -78,7 +78,7 @@ void CheckColumn(Connection& database, const Column& column, StoreReport& report
   });
 }
 
-// What is wrong with the submap's blob and what stands beside it.
+// Checks the submap's blob and what stands beside it.
 absl::Status CheckSubmap(Connection& database, const SubmapId& id, StoreReport& report) {
   absl::StatusOr<SubmapRow> row = FindSubmap(database, id);
   if (!row.ok()) return row.status();

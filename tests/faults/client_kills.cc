@@ -83,7 +83,7 @@ class Tormentor {
     return process_->Wait();
   }
 
-  // Whether it was a scan pushed.
+  // True if it was a scan pushed.
   bool Take(const std::string& line) {
     std::istringstream in(line);
     std::string word;

@@ -5,8 +5,8 @@
 
 namespace isthmus::faults {
 
-// What the links go through, one after the other, while scans are pushed at a steady rate. An
-// outage is gone through twice: with connections that are reset, and with ones that hang.
+// The faults of the links, one after the other, while scans are pushed at a steady rate. An outage
+// is gone through twice: with connections that are reset, and with ones that hang.
 struct LinkFaultOptions {
   int resets = 6;  // Moments at which each connection is reset with a probability of 10 %.
   double stall_s = 2;

@@ -19,7 +19,8 @@ Room OtherBuilding();
 // The scan of a sensor that stands still.
 Scan StandingScan(const Room& room, const Pose& T_world_sensor, int index);
 
-// What a sensor sees that stops at each of these poses, every point of it; odom is the world frame.
+// A submap of all points that a sensor sees that stops at each of these poses; odom is the world
+// frame.
 Submap MapFrom(const Room& room, const std::vector<Pose>& T_world_sensor, uint32_t index = 0);
 
 // Stops along the x axis, a metre apart, looking ahead.

@@ -1,4 +1,4 @@
-// Where there are no walls: poles, starts at speed and scans far apart.
+// Drives without walls: poles, starts at speed and scans far apart.
 #include <gtest/gtest.h>
 
 #include <algorithm>

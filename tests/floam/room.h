@@ -43,7 +43,8 @@ struct Sensor {
 // scan k is at (k + 1) periods; noise depends on `index` only.
 Scan MakeScan(const Room& room, const Motion& motion, const Sensor& sensor, int index);
 
-// Where a sensor without rings looks at the k-th of `points` measurements of a scan, a unit vector.
+// The direction in which a sensor without rings takes the k-th of `points` measurements of a scan,
+// a unit vector.
 using Pattern = std::function<Eigen::Vector3d(int k, int points, int index)>;
 // 120 by 90 degrees ahead, row by row from the top.
 Eigen::Vector3d Raster(int k, int points, int index);

@@ -1,4 +1,5 @@
-// What submaps say of the odometry's own errors, against drives whose errors are drawn at random.
+// Submaps' estimates of the odometry's errors, compared with drives whose errors are drawn at
+// random.
 #include <gtest/gtest.h>
 
 #include <Eigen/Eigenvalues>

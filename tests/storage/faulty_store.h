@@ -12,7 +12,7 @@
 
 namespace isthmus::storage {
 
-// What goes wrong with the store that shares it. Nothing, at first. Thread safe.
+// The faults of the store that shares them. Nothing, at first. Thread safe.
 class Faults {
  public:
   explicit Faults(uint32_t seed = 0) : random_(seed) {}

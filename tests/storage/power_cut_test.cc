@@ -1,4 +1,4 @@
-// What was acknowledged survives a power cut at any moment, and nothing is there by half.
+// Acknowledged writes survive a power cut at any moment, and nothing is left half written.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -75,7 +75,7 @@ inline SubmapEdge MakeEdge(uint32_t a, uint32_t b) {
   return edge;
 }
 
-// Of submaps 0 and 5, with an edge between 2 and 7 beside theirs.
+// A loop closure of submaps 0 and 5, with an edge between 2 and 7 beside theirs.
 inline LoopClosure MakeLoop(uint64_t id, const std::string& session) {
   LoopClosure loop;
   loop.id = id;

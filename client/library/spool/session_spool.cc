@@ -72,7 +72,7 @@ absl::Status SessionSpool::LoadPart(uint64_t first_sequence, bool newest) {
   auto segment =
       SpoolSegment::Open(path, {identity_.request.request_id(), first_sequence, 0}, *options_.disk);
   if (!segment.ok()) return segment.status();
-  // What is torn can only be at the end of the newest file; elsewhere a scan is looked at when it
+  // A torn record can only be at the end of the newest file; elsewhere a scan is looked at when it
   // is sent.
   auto contents = (*segment)->Find(newest ? io::Look::kBodies : io::Look::kHeaders);
   if (!contents.ok()) return contents.status();

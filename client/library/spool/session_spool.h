@@ -34,7 +34,7 @@ class SessionSpool {
   static absl::StatusOr<std::unique_ptr<SessionSpool>> Create(const std::string& folder,
                                                               const SpoolIdentity& identity,
                                                               const Options& options);
-  // What an earlier program left. The half record at the end that a crash leaves is cut off.
+  // Opens what an earlier program left. The half record at the end that a crash leaves is cut off.
   // DataLoss when it cannot be told whose scans they are.
   static absl::StatusOr<std::unique_ptr<SessionSpool>> Open(const std::string& folder,
                                                             const Options& options);
@@ -63,7 +63,7 @@ class SessionSpool {
   };
   // Nothing when the scan is lost or not kept.
   std::optional<Entry> Find(uint64_t sequence) const;
-  // Of the newest scan before `sequence` that is known of; 0: none.
+  // The stamp of the newest known scan before `sequence`; 0: none.
   int64_t StampBefore(uint64_t sequence) const;
 
   uint64_t first() const;    // The lowest that is kept; all before were released or dropped.
@@ -78,7 +78,7 @@ class SessionSpool {
   // Forgets all, folder included; nothing else may be called afterwards.
   absl::Status Remove();
 
-  // What was found damaged, for a person; each is returned once.
+  // Descriptions of damage for a person; each is returned once.
   std::vector<std::string> TakeNotes();
 
  private:

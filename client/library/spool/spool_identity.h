@@ -1,4 +1,4 @@
-// Whose scans a spool holds. Private to the library.
+// The identity of a spool: whose scans it holds. Private to the library.
 #pragma once
 
 #include <absl/status/status.h>

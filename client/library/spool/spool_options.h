@@ -1,11 +1,11 @@
-// How scans are kept on the disk of the robot.
+// Options for keeping scans on the robot's disk.
 #pragma once
 
 #include <cstdint>
 
 namespace isthmus::client {
 
-// What Push does when the spool is as large as it may be.
+// The behaviour of Push when the spool is as large as it may be.
 enum class WhenFull {
   // Waits until there is room: nothing is lost as long as the source of the scans waits, too. For
   // recordings.
@@ -18,7 +18,7 @@ enum class WhenFull {
   kDropOldest,
 };
 
-// What happens to scans of a session that cannot go on: it was finished or deleted by somebody
+// The treatment of scans of a session that cannot go on: it was finished or deleted by somebody
 // else, or the server was restored from a backup that is older than the oldest scan kept.
 enum class IfSessionIsGone {
   // The stream ends with FailedPrecondition, saying so. The spool is kept.
@@ -28,8 +28,8 @@ enum class IfSessionIsGone {
 };
 
 struct SpoolOptions {
-  // Of all files together. When it is reached see WhenFull. Should hold an outage's scans and 200
-  // more at least: so many may wait for the server to make them durable.
+  // The limit on all files together. When it is reached see WhenFull. Should hold an outage's scans
+  // and 200 more at least: so many may wait for the server to make them durable.
   uint64_t max_bytes = uint64_t{8} << 30;
   WhenFull when_full = WhenFull::kWait;
   // 0: when Push returns the scan is on the disk, and survives a power cut; takes one fsync, some
@@ -43,11 +43,12 @@ struct SpoolOptions {
   // Waiting between attempts, in place of ClientOptions::backoff: for ever. Short, so that the
   // robot is back within two seconds of the link.
   double retry_first_s = 0.1, retry_max_s = 1;
-  // How long a new link's first answer may take; more is given to a link that stands but is slow.
+  // The time that a new link's first answer may take; more is given to a link that stands but is
+  // slow.
   double attempt_timeout_s = 2;
 
-  // What is sent of scans older than `live_s`, so that an outage's back-fill leaves room on the
-  // link; 0: no limit. Below the rate of the scans themselves it never ends.
+  // The rate at which scans older than `live_s` are sent, so that an outage's back-fill leaves room
+  // on the link; 0: no limit. Below the rate of the scans themselves it never ends.
   double backfill_bytes_per_s = 0;
   double live_s = 2;
   // Order is kept within a session, so new scans wait behind the back-fill. Not 0: when the server

@@ -1,4 +1,5 @@
-// What an uplink sends, and where its acknowledgements go. Private to the library.
+// The source of the scans that an uplink sends, and the sink of their acknowledgements. Private to
+// the library.
 #pragma once
 
 #include <absl/status/status.h>
@@ -35,7 +36,7 @@ class ScanSource {
   virtual void Interrupt() = 0;
   // True for an acknowledgement that brought the stream on.
   virtual bool Take(const v1::StreamScansResponse& response) = 0;
-  // Whether everything was acknowledged and no more will come.
+  // True if everything was acknowledged and no more will come.
   virtual bool complete() const = 0;
   // After that; attempted again after a link that was lost.
   virtual absl::Status Conclude(const Ask& ask) = 0;

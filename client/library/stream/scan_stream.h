@@ -40,8 +40,8 @@ struct ScanAck {
   std::string reason;
   std::string tracking;               // "ok", "degenerate" or "lost" when processed.
   std::optional<Pose> T_odom_sensor;  // At the END of the scan, when processed.
-  // Of T_odom_sensor, relative to the map around the robot (drift adds to it): twist order
-  // [rho; phi], sensor frame at the END of the scan, m^2 and rad^2. When processed.
+  // The covariance of T_odom_sensor relative to the map around the robot (drift adds to it): twist
+  // order [rho; phi], sensor frame at the END of the scan, m^2 and rad^2. When processed.
   std::optional<Matrix6d> covariance;
   // Directions that the scan did not observe, along which the prediction was kept: unit vectors,
   // sensor frame at the END of the scan. When degenerate.
@@ -64,9 +64,9 @@ struct ScanStreamOptions {
   // Without a spool acknowledged scans are kept in memory up to this size until they are durable,
   // to be sent again should the server crash.
   size_t spool_bytes = 256u << 20;
-  // Where scans are kept until they are durable at the server: a folder for this robot alone. What
-  // Push returned OK for then survives this program, and is sent by the next one that opens the
-  // folder. Empty: in memory.
+  // The folder in which scans are kept until they are durable at the server: a folder for this
+  // robot alone. What Push returned OK for then survives this program, and is sent by the next one
+  // that opens the folder. Empty: in memory.
   std::string spool_dir = {};
   SpoolOptions spool = {};  // With spool_dir.
   // Sends x, y, z rounded to this, compressed (0.001 to 0.005 is usual); 0: as they are. Payloads
@@ -76,7 +76,8 @@ struct ScanStreamOptions {
   // time. Must not call the stream. Scans that an earlier program pushed are among them unless it
   // had their acknowledgement, and maybe then.
   std::function<void(const ScanAck&)> on_ack = nullptr;
-  // What is worth a line in a log: lost links, damage, changes of session. Likewise.
+  // Told of events that are worth a line in a log: lost links, damage, changes of session.
+  // Likewise.
   std::function<void(const std::string&)> on_event = nullptr;
 };
 
@@ -91,7 +92,7 @@ struct ScanStreamStats {
   uint64_t lost = 0;         // Damaged in the spool, or dropped from it.
 };
 
-// Where a spool stood when it was opened.
+// The state of a spool when it was opened.
 struct SpoolState {
   std::string robot;           // Empty without a spool.
   SessionId session;           // Empty while the server has not been asked for it.
@@ -128,9 +129,9 @@ class ScanStream {
   absl::StatusOr<Session> FinishSession();
 
   ScanStreamStats stats() const;
-  // What an earlier program left; all empty without a spool.
+  // The state that an earlier program left; all empty without a spool.
   SpoolState resumed() const;
-  // Of the scans that are pushed now; empty while the server has not been asked for it.
+  // The session of the scans that are pushed now; empty until the server has been asked for one.
   SessionId session() const;
 
   class Impl;  // Private to the library.

@@ -1,4 +1,4 @@
-// What stands behind a scan stream. Private to the library.
+// The interface behind a scan stream. Private to the library.
 #pragma once
 
 #include "client/library/stream/scan_stream.h"

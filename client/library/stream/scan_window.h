@@ -1,4 +1,4 @@
-// Which scans a robot has to keep, and which to send again after a lost link.
+// The window of scans that a robot has to keep, and to send again after a lost link.
 #pragma once
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// What the streams of scans ask of a server. Private to the library.
+// The interface through which streams of scans reach a server. Private to the library.
 #pragma once
 
 #include <absl/status/status.h>
@@ -21,7 +21,7 @@ class ScanWire {
   virtual void WritesDone() = 0;
   // Waits for one; false when none will come.
   virtual bool Read(v1::StreamScansResponse* response) = 0;
-  // What became of it, when reading and writing have ended.
+  // The outcome of the stream, once reading and writing have ended.
   virtual absl::Status Finish() = 0;
 };
 
@@ -39,7 +39,7 @@ class SessionCall {
 
   // Ends it, also one that has not begun yet. Thread safe.
   virtual void Cancel() = 0;
-  // Whether the connection that it goes over stands.
+  // True if the connection that it goes over stands.
   virtual bool connected() const = 0;
   // Later calls do not go over that connection.
   virtual void Renew() = 0;

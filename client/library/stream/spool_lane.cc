@@ -200,7 +200,7 @@ std::vector<ScanAck> SpoolLane::TakeUp(const v1::Session& known) {
   const SpoolIdentity identity = spool_->identity();
   const uint64_t last = known.last_sequence() + identity.base;
   if (!std::exchange(taken_up_, true)) acked_ = std::max(acked_, std::min(last, mine_from_ - 1));
-  // What took effect while its acknowledgement was lost need not travel again.
+  // Scans that took effect while their acknowledgements were lost need not travel again.
   std::vector<ScanAck> acks;
   while (acked_ < std::min(last, sent_)) {
     ScanAck ack;
@@ -235,7 +235,7 @@ ScanSource::Request SpoolLane::Next() {
     if (!sequence) return nullptr;
   }
   if (*sequence > spool_->safe()) {
-    // What the server has must be on the disk, or its number might be given again.
+    // Scans that the server has must be on the disk, or their numbers might be given again.
     if (absl::Status status = spool_->Sync(clock_.Now()); !status.ok()) {
       host_.event("the spool cannot be written: " + std::string(status.message()));
       return nullptr;

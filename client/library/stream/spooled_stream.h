@@ -14,7 +14,7 @@
 
 namespace isthmus::client {
 
-// Whose scans are to be pushed.
+// The session whose scans are to be pushed.
 struct SpoolWish {
   // A new session if the spool holds none; else the spool's must be of this robot.
   std::optional<v1::CreateSessionRequest> request = {};
@@ -46,7 +46,7 @@ class SpooledStream final : public ScanStream::Impl {
 
   absl::Status Load(const SpoolWish& wish);
   absl::Status CheckNewest(const SpoolWish& wish) ABSL_EXCLUSIVE_LOCKS_REQUIRED(push_mutex_);
-  // What the server says of it, if it answers soon.
+  // The session as the server knows it, if it answers soon.
   std::optional<v1::Session> AskOnce(const std::string& session) const;
   absl::StatusOr<SpoolLane*> AddLane(const SpoolIdentity& identity)
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(push_mutex_);

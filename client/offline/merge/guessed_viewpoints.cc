@@ -14,10 +14,10 @@ namespace {
 
 constexpr float kCellM = 0.5f;
 constexpr double kHeightM = 1;
-// What stands between these heights above the floor is in the way of a robot.
+// Anything between these heights above the floor is in a robot's way.
 constexpr float kStepM = 0.3f, kHeadM = 1.6f;
 constexpr size_t kMaxPlaces = 64;
-// Of stretches of floor apart from the largest.
+// The limit for stretches of floor other than the largest.
 constexpr size_t kMaxSmaller = 10;
 constexpr float kMaxRiseM = 1.5f;
 
@@ -41,9 +41,9 @@ class FloorPlan {
     }
   }
 
-  // Where there is floor all around, in order of x and y: on the largest stretch that hangs
-  // together and others at about its height that are not much smaller. Leaves out table tops, the
-  // upper sides of ceilings and most of what was seen through windows.
+  // Places with floor all around, in order of x and y: on the largest stretch that hangs together
+  // and others at about its height that are not much smaller. Leaves out table tops, the upper
+  // sides of ceilings and most of what was seen through windows.
   std::vector<Eigen::Vector3d> OpenPlaces() const {
     const std::vector<std::vector<int64_t>> stretches = Stretches();
     std::vector<int64_t> chosen;

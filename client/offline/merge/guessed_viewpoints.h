@@ -1,4 +1,4 @@
-// Where a sensor may have stood when it saw a map that came without its poses.
+// Guesses at where a sensor stood when it saw a map that came without sensor poses.
 #pragma once
 
 #include "core/cloud.h"

@@ -61,7 +61,7 @@ class SubmapMaker {
     upload_.last_stamp_ns = keyframe.stamp_ns;
     upload_.keyframes.push_back(keyframe);
   }
-  // Of the keyframe added last.
+  // Adds a point of the keyframe added last.
   void AddPoint(const Point& point) {
     const float values[4] = {point.x, point.y, point.z, point.intensity};
     const uint32_t keyframe = static_cast<uint32_t>(upload_.keyframes.size() - 1);

@@ -12,7 +12,7 @@ constexpr float kCellRad = 0.01f;
 constexpr float kPi = 3.14159265f;
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-// What is seen from one place: a picture in azimuth and elevation.
+// The view from one place: a picture in azimuth and elevation.
 class View {
  public:
   View() : depth_(kColumns * kRows), nearest_(kColumns * kRows) {}

@@ -1,5 +1,5 @@
-// Where the sensor stood when it saw a finished map, and what it saw from there. A map on disk has
-// forgotten that; matching wants it back, because what one robot saw to be free contradicts what a
+// Viewpoints of a finished map: where the sensor stood, and what it saw from there. A map on disk
+// has lost them; matching needs them back, because what one robot saw to be free contradicts what a
 // wrong match would put there.
 #pragma once
 

@@ -40,7 +40,7 @@ class Onward {
   std::vector<Ray> onward_;
 };
 
-// What dazzles, by the cell of directions it is in.
+// Dazzling light, by the cell of directions it is in.
 class Dazzling {
  public:
   Dazzling(const CastScan& scan, double cell_rad) : scan_(scan), cell_rad_(cell_rad) {

@@ -1,4 +1,4 @@
-// What beams of light do that is not to end on the first surface; the steps of Disturb.
+// Effects of light beams that do not simply end on the first surface; the steps of Disturb.
 #pragma once
 
 #include "client/simulation/sensors/effects.h"

@@ -1,4 +1,4 @@
-// What weather, surfaces and imperfect sensors do to a turn's measurements.
+// Effects of weather, surfaces and imperfect sensors on one turn's measurements.
 #pragma once
 
 #include <Eigen/Core>
@@ -35,21 +35,22 @@ struct Effects {
 
   // Calibration: one sigma, of every ring by itself.
   double ring_range_sigma_m = 0, ring_angle_sigma_rad = 0;
-  // Of a scan's stamp: greatest delay on top of the truth, and how much too fast the clock goes.
+  // Errors of a scan's stamp: the greatest delay on top of the truth, and the rate by which the
+  // clock is fast.
   double stamp_jitter_s = 0, clock_drift = 0;
 
-  // Whether any but of calibration and stamps is there.
+  // True if any but of calibration and stamps is there.
   bool Disturb() const;
 };
 
-// How a sensor's rings differ from what is known of them.
+// The differences of a sensor's rings from their nominal values.
 class Miscalibration {
  public:
   Miscalibration(const Effects& effects, const Lidar& lidar, uint64_t seed);
 
-  // Where a firing truly goes, sensor frame.
+  // The true direction of a firing, sensor frame.
   Eigen::Vector3f Direction(const Firing& firing) const;
-  // What is added to its range.
+  // The offset added to its range.
   float RangeOffset(const Firing& firing) const { return rings_[firing.ring].range_m; }
 
  private:
@@ -61,7 +62,7 @@ class Miscalibration {
   std::vector<Ring> rings_;
 };
 
-// What the stamp of the index-th scan is too late, seconds.
+// The delay of the stamp of the index-th scan, seconds.
 double StampError(const Effects& effects, double end_s, uint64_t seed, int index);
 
 // Casts rays of a scan; `firings` says which they are.

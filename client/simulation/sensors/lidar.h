@@ -1,4 +1,4 @@
-// When and where a simulated LiDAR's lasers fire during a scan.
+// A simulated LiDAR: when and in which direction its lasers fire during a scan.
 #pragma once
 
 #include <absl/status/statusor.h>
@@ -35,7 +35,7 @@ struct Lidar {
   Eigen::Vector3d turn_per_scan = Eigen::Vector3d::Zero();
 };
 
-// How all directions are turned in the index-th scan, counted from 0.
+// The rotation of all directions in the index-th scan, counted from 0.
 Eigen::Matrix3f TurnOfScan(const Lidar& lidar, int index);
 // The sensor with the firings of that scan.
 Lidar AtScan(Lidar lidar, int index);

@@ -34,7 +34,7 @@ Habits HabitsOf(Gait gait) {
   return {};
 }
 
-// How the sensor is fixed: level, or at a tilt of up to 20 degrees to any side.
+// The mounting of the sensor: level, or at a tilt of up to 20 degrees to any side.
 Pose Mounting(double height_m, Gait gait, Random& random) {
   const double side = random.Uniform(0, 2 * std::numbers::pi);
   const double tilt =

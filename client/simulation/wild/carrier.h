@@ -1,4 +1,4 @@
-// What carries the sensor along a path, and how it shakes it.
+// The carrier that moves the sensor along a path, and shakes it.
 #pragma once
 
 #include <Eigen/Core>

@@ -8,7 +8,7 @@
 namespace isthmus::simulation::wild {
 namespace {
 
-// How a carrier shakes: along x, y, z and about them.
+// The shaking of a carrier: along x, y, z and about them.
 struct Shaking {
   Oscillation moved[3], turned[3];
   double at_rest = 0;  // Share of it that is there at rest.

@@ -1,4 +1,4 @@
-// What is wrong with a wild drive's measurements.
+// Faults of a wild drive's measurements.
 #pragma once
 
 #include <string>

@@ -29,7 +29,7 @@ Road Survey(const Need& need, Random& random) {
   road.half_m = random.Uniform(2.8, 7);
   road.lane_m = -road.half_m * random.Uniform(0.3, 0.5);
   const HeightAt hills = Hills({random.Uniform(0, 0.2), random.Uniform(0.02, 0.5)}, random);
-  // What the road is cut into: the hills without what is small.
+  // The ground that the road is cut into: the hills without small bumps.
   const auto graded = std::make_shared<Path>(*road.path);
   graded->Lay(hills, 12);
   const auto index = std::make_shared<PathIndex>(*graded);

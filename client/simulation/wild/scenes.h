@@ -13,7 +13,7 @@
 
 namespace isthmus::simulation::wild {
 
-// What drives there.
+// The needs of the drive that a scene is made for.
 struct Need {
   Carrier carrier;
   double way_m = 0;  // At least so long must the path be.
@@ -62,7 +62,7 @@ struct Blocks {
   Eigen::Vector2d Middle(int column, int row) const {
     return Pitch().cwiseProduct(Eigen::Vector2d(column + 0.5, row + 0.5));
   }
-  // Of all of them with their aisles.
+  // The extent of all of them with their aisles.
   Eigen::Vector2d Extent() const { return Pitch().cwiseProduct(Eigen::Vector2d(columns, rows)); }
 };
 

@@ -1,4 +1,4 @@
-// What stands about in wild worlds.
+// Shapes of the objects that stand in wild worlds.
 #pragma once
 
 #include <Eigen/Geometry>

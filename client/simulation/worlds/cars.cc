@@ -14,7 +14,8 @@ const Block kBodies[] = {{{-2.2f, -0.9f, 0.25f}, {2.2f, 0.9f, 0.85f}},
                          {{-1.4f, -0.78f, 0.85f}, {0.8f, 0.78f, 1.45f}}};
 constexpr float kReachM = 2.4f;  // From the point on the road, level, to the farthest corner.
 
-// Where the ray enters the block (slabs), if it begins outside and before it: range and which side.
+// The point where the ray enters the block (slabs), if it begins outside and before it: range and
+// which side.
 bool Enter(const Block& block, const Eigen::Vector3f& origin, const Eigen::Vector3f& direction,
            float* range, int* side) {
   float enter = -1, leave = 1e9f;

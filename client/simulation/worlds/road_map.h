@@ -1,4 +1,4 @@
-// Where robots may drive in a simulated world: a graph of straight stretches, and tours on it.
+// The road map of a simulated world: a graph of straight stretches, and tours on it.
 #pragma once
 
 #include <Eigen/Core>
@@ -21,7 +21,8 @@ struct RoadMap {
   // Links the nodes in order, the last with the first, and makes them a place.
   int AddPlace(const std::vector<int>& cycle);
   Eigen::Vector2d Center(int place) const;
-  // Of the shortest way from any node of `from` (places) to each place; infinity if there is none.
+  // The length of the shortest way from any node of `from` (places) to each place; infinity if
+  // there is none.
   std::vector<double> WalkingDistances(const std::vector<int>& from) const;
   // A robot that comes from `a` to `b` may go on to `c`: no turn of more than 120 degrees.
   bool CanTurn(int a, int b, int c) const;

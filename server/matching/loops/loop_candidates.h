@@ -1,4 +1,4 @@
-// Which older submaps the newest may lie on.
+// Candidates for loop closures: older submaps that the newest may lie on.
 #pragma once
 
 #include <cstddef>

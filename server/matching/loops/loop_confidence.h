@@ -1,4 +1,4 @@
-// How sure a closed loop is, and what is said of it.
+// The confidence in a loop closure, and its description.
 #pragma once
 
 #include "core/loop_closure.h"

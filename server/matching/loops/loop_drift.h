@@ -1,5 +1,5 @@
-// How well a session's older submaps are known from its newest: by the way back along its odometry
-// and across the loops that are closed already.
+// The uncertainty of a session's older submaps relative to its newest, along its odometry and
+// across the loops that are closed already.
 #pragma once
 
 #include <cstddef>
@@ -21,7 +21,8 @@ struct LoopEdge {
 
 struct KnownPose {
   Pose T_new_old;
-  // Of the twist [rho; phi] in the new submap's frame by which the truth is Exp(twist) T_new_old.
+  // The covariance of the twist [rho; phi] in the new submap's frame by which the truth is
+  // Exp(twist) T_new_old.
   Matrix6d covariance = Matrix6d::Zero();
 
   // Standard deviation of a point, given in the new submap's frame, along the worst direction; and
@@ -35,10 +36,10 @@ struct KnownPose {
               double slack_rad) const;
 };
 
-// Of every submap before the last, by the way of least variance (Dijkstra, 10 m of lever between
-// rotation and position). Odometry strays as `drift` says over the `ways` travelled (of each
-// submap, since some point), and by what the submaps say themselves on top of it. O(n log n), some
-// microseconds each.
+// The pose of every submap before the last, by the path of least variance (Dijkstra, 10 m of lever
+// between rotation and position). Odometry strays as `drift` says over the `ways` travelled (of
+// each submap, since some point), and by what the submaps say themselves on top of it. O(n log n),
+// some microseconds each.
 std::vector<KnownPose> LookBack(const std::vector<std::shared_ptr<const Submap>>& submaps,
                                 const std::vector<double>& ways, const std::vector<LoopEdge>& edges,
                                 const pose_graph::DriftModel& drift);

@@ -52,7 +52,7 @@ LoopScene SceneOf(const LoopQuery& query, size_t k, const std::vector<double>& w
   scene.ways.assign(ways.begin(), ways.begin() + end);
   for (const auto* closures : {&query.known, &found}) {
     for (const LoopClosure& closure : *closures) {
-      // What was found for the submap before may not have come into the placement yet.
+      // The loops of the submap before may not have reached the placement yet.
       const bool placed =
           closures == &query.known && k > 0 && closure.submap_b < query.submaps[k - 1]->id.index;
       AddEdges(closure, query, placed, &scene.edges);
@@ -70,7 +70,7 @@ bool IsClosed(const LoopScene& scene) {
                      [&](const auto& pair) { return pair.second == scene.newest()->id.index; });
 }
 
-// Whether a person rejected a loop that says the same: that these stretches of the way lie on each
+// True if a person rejected a loop that says the same: that these stretches of the way lie on each
 // other like this.
 bool IsRejected(const LoopClosure& closure, const LoopScene& scene, const LoopQuery& query,
                 double way_m) {

@@ -22,8 +22,8 @@ struct LoopQuery {
   std::vector<LoopClosure> known;                      // Found so far, rejected ones included.
 };
 
-// Of one session. Keeps prepared submaps and places, so that what a new submap costs does not grow
-// with the session. Not thread safe; starts no threads.
+// Finds the loops of one session. Keeps prepared submaps and places, so that what a new submap
+// costs does not grow with the session. Not thread safe; starts no threads.
 class LoopFinder {
  public:
   // With `points` the submaps of queries may be outlines.

@@ -13,11 +13,11 @@ namespace isthmus::matching {
 
 struct LoopOptions {
   bool enabled = true;
-  // What lies a shorter way back is the odometry's own affair.
+  // Places a shorter way back are left to the odometry.
   double min_way_m = 40;
-  // How far odometry may stray at worst; a robot that odometry says is elsewhere, by more of these
-  // standard deviations, is not there however alike the places look. These are of a bad odometry:
-  // 1 % and 0.05 degrees per metre, from submap to submap.
+  // The worst drift of odometry. A robot that odometry puts elsewhere, by more of these standard
+  // deviations, is not there however alike the places look. These are of a bad odometry: 1 % and
+  // 0.05 degrees per metre, from submap to submap.
   pose_graph::DriftModel drift = {.position_m = 0.02,
                                   .position_per_m = 0.01,
                                   .rotation_rad = 0.0035,
@@ -33,7 +33,7 @@ struct LoopOptions {
   double min_margin = 2;
   double min_hold = 0.02;
   double max_strain = 4;
-  // Of every new submap at most so many edges.
+  // The greatest number of edges of a new submap.
   size_t max_edges = 4;
   // Prepared submaps that are kept in memory, about a megabyte each; at least 16.
   size_t prepared_submaps = 64;

@@ -235,8 +235,8 @@ class Search {
     return closure;
   }
 
-  // Of pairs that no loop joins yet: the newest submap's first, then one of each of the others,
-  // until there are enough.
+  // Edges for pairs that no loop joins yet: the newest submap's first, then one of each of the
+  // others, until there are enough.
   std::vector<SubmapEdge> ChooseEdges(const std::vector<SubmapEdge>& all) const {
     std::vector<std::pair<int, SubmapEdge>> ranked;
     std::vector<int> of(fresh_.submaps().size(), 0);

@@ -1,5 +1,5 @@
-// What a session's submaps are to those who look for loops: prepared maps of one submap each, the
-// few that are in use kept in memory, and the little that is kept of all.
+// A session's submaps as the search for loops uses them: prepared maps of one submap each, of which
+// the few in use are kept in memory, and a few facts about all of them.
 #pragma once
 
 #include <cstddef>
@@ -27,7 +27,7 @@ class LoopSubmaps {
   PreparedMap Window(const std::vector<std::shared_ptr<const Submap>>& submaps);
   // In the submap's frame: T_odom_place is T_submap_place. Prepares the submap if it never was.
   const std::vector<Place>& Places(const std::shared_ptr<const Submap>& submap);
-  // Of the surface's sphere; `otherwise` while the submap was never prepared.
+  // The radius of the surface's sphere; `otherwise` while the submap was never prepared.
   double Radius(uint32_t index, double otherwise) const;
 
   // Forgets everything about submaps that are not among these, in order of index.
@@ -51,7 +51,7 @@ class LoopSubmaps {
 // As its submaps say, all of them.
 bool IsOutdoors(const PreparedMap& map);
 
-// Where the sensor was in the middle of the submap, in its frame.
+// The position of the sensor in the middle of the submap, in its frame.
 Eigen::Vector3d MiddleOf(const Submap& submap);
 
 // The way travelled to the middle of each, from the first submap's beginning. Retired submaps in

@@ -47,7 +47,7 @@ std::optional<Laid> LayOn(const LoopScene& scene, const LoopCandidate& candidate
   return laid;
 }
 
-// Whether the newest submap lies the same by both.
+// True if the newest submap lies the same by both.
 bool Agree(const LoopScene& scene, size_t position, const Laid& laid, size_t other_position,
            const Laid& other) {
   const auto T_new = [&](size_t i) { return scene.known[i].T_new_old; };

@@ -17,7 +17,7 @@ std::optional<LoopClosure> FollowLoop(const LoopScene& scene,
                                       const std::vector<LoopCandidate>& candidates,
                                       const LoopOptions& options, LoopSubmaps* submaps);
 
-// Whether that is so of a candidate.
+// True if that is so of a candidate.
 bool IsKnownWell(const LoopCandidate& candidate);
 
 }  // namespace isthmus::matching

@@ -20,7 +20,7 @@ std::vector<Eigen::Vector3f> Sample(const PreparedSubmap& submap) {
   return points;
 }
 
-// What is kept of a submap.
+// The counts that are kept of a submap.
 struct Counted {
   int64_t last_stamp_ns = 0;
   bool is_readable = true;
@@ -115,7 +115,7 @@ struct RevisitCounter::State {
     return static_cast<double>(often) >= options.min_share * static_cast<double>(one.looks.size());
   }
 
-  // Of each session but its newest, in order of id.
+  // The submaps of each session but its newest, in order of id.
   std::vector<SubmapId> WhatMayGo(const std::map<SubmapId, const PlacedSubmap*>& placed) const {
     std::map<SessionId, std::vector<SubmapId>> sessions;
     for (const auto& [id, one] : placed) sessions[id.session].push_back(id);
@@ -137,7 +137,7 @@ struct RevisitCounter::State {
     return going;
   }
 
-  // Whether enough of the same place go already.
+  // True if enough of the same place go already.
   bool IsCrowded(const SubmapId& id, const std::vector<SubmapId>& going,
                  const std::map<SubmapId, const PlacedSubmap*>& placed) const {
     const Counted& one = counted.at(id);

@@ -1,5 +1,5 @@
-// Which submaps have been looked at again so often that they add nothing: what keeps a map that is
-// driven over for days from growing.
+// Retirement of submaps that were seen again so often that they add nothing, which keeps a map that
+// is driven over for days from growing.
 #pragma once
 
 #include <cstddef>
@@ -20,7 +20,7 @@ struct RevisitOptions {
   // ... was looked at by so many newer submaps each: seen again, or looked through because it is
   // gone. At most 255.
   int min_looks = 30;
-  // Of every session the newest stay: its robot goes on from them.
+  // The newest of every session stay: its robot goes on from them.
   int keep_newest = 8;
 };
 

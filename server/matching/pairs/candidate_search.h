@@ -1,4 +1,5 @@
-// Where two whole maps could lie on each other: what the searches propose, each refined rigidly.
+// The search for ways in which two whole maps could lie on each other: what the searches propose,
+// each refined rigidly.
 #pragma once
 
 #include <functional>
@@ -13,7 +14,7 @@
 
 namespace isthmus::matching {
 
-// Of one pair of maps. The maps must outlive it. Not thread safe.
+// The search for one pair of maps. The maps must outlive it. Not thread safe.
 class CandidateSearch {
  public:
   // With `stop` requested nothing more is found.

@@ -1,4 +1,4 @@
-// What is to be made of the hypotheses about a pair of maps.
+// The decision on a pair of maps, from the hypotheses about it.
 #pragma once
 
 #include <vector>

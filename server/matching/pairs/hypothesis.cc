@@ -38,7 +38,7 @@ double WeakestHold(const SurfaceAgreement& agreement, const Eigen::Vector3d& cen
   return least > 0 ? least / static_cast<double>(agreement.on) : 0;
 }
 
-// Whose surface is asked, and of whom.
+// The submap whose surface is compared, and the one it is compared with.
 struct Sides {
   const PreparedSubmaps &moving, &fixed;
   const std::vector<Pose>&moving_poses, &fixed_poses;
@@ -50,7 +50,7 @@ Sides SidesOf(const PreparedMap& a, const PreparedMap& b, const Hypothesis& h) {
                        : Sides{a.submaps(), b.submaps(), poses.a, poses.b};
 }
 
-// Of every submap of the moving map that `asked(k)` says yes to.
+// The agreement of every submap of the moving map for which `asked(k)` is true.
 template <typename Asked>
 void MeasureSurface(const PreparedMap& a, const PreparedMap& b, const Asked& asked, Hypothesis* h) {
   const auto& [moving, fixed, moving_poses, fixed_poses] = SidesOf(a, b, *h);
@@ -102,7 +102,7 @@ void Reduce(const std::vector<size_t>& kept, std::vector<T>* items) {
   *items = std::move(left);
 }
 
-// Where the item at a position is after Reduce, or nothing.
+// The position of an item after Reduce, or nothing.
 std::optional<uint32_t> PositionAfter(const std::vector<size_t>& kept, uint32_t position) {
   const auto at = std::lower_bound(kept.begin(), kept.end(), position);
   if (at == kept.end() || *at != position) return std::nullopt;
@@ -154,7 +154,8 @@ void ExtendJointly(const PreparedMap& a, const PreparedMap& b, size_t first_a, s
   const MapPoses before = h->joint.poses;
   PlaceNew(a.submaps(), Pose(), &h->joint.poses.a);
   PlaceNew(b.submaps(), h->T_a_b, &h->joint.poses.b);
-  // Where all that were aligned were retired, the others are, from where these left them.
+  // If all aligned submaps were retired, the others are aligned, from the poses that these left
+  // them.
   const bool lost = h->joint.edges.empty();
   // Where the new submaps meet nothing, what was found before holds.
   if (RefineJointly(a.submaps(), b.submaps(), kKnownGateM, lost ? 0 : first_a, lost ? 0 : first_b,

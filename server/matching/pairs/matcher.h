@@ -1,4 +1,4 @@
-// From two sessions' maps to a verified match: search, refine, verify, decide.
+// The matcher of two sessions' maps: search, refine, verify, decide.
 #pragma once
 
 #include <string>

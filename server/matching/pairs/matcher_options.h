@@ -23,8 +23,8 @@ struct MatcherOptions {
   double max_free_space_outdoors = 0.04;  // ... and under the open sky.
   double min_margin = 3;            // Runner-up's free_space over the best's; less: AMBIGUOUS.
   double min_shared_area_m2 = 200;  // Less ground seen by both: NOT_YET, one room has twins.
-  // Where neither map shows much beyond the ground that both know, a twin of the place explains
-  // both as well: the pair is AMBIGUOUS. The shared ground may be this share of what the robot
+  // If neither map shows much beyond the ground that both know, a twin of the place explains both
+  // equally well: the pair is AMBIGUOUS. The shared ground may be this share of what the robot
   // knows that knows more, as far as it is up to 400 m2, and more the larger it is; from so much on
   // all of it.
   double max_enclosed_share = 0.6;

@@ -1,4 +1,5 @@
-// How one submap lies on another: an edge for a pose graph, and the numbers of the alignment.
+// The alignment of one submap with another: an edge for a pose graph, and the numbers of the
+// alignment.
 #pragma once
 
 #include <optional>
@@ -11,9 +12,9 @@ namespace isthmus::matching {
 
 struct SubmapAlignment {
   Pose T_a_b;
-  // Of the twist [rho; phi] in frame a by which the truth is Exp(twist) T_a_b; nothing along
-  // directions that slide. Neighbouring points err together, so that it does not grow with their
-  // number: where all directions are held well a standard deviation is about a centimetre.
+  // The information of the twist [rho; phi] in frame a by which the truth is Exp(twist) T_a_b; none
+  // along directions that slide. Neighbouring points err together, so that it does not grow with
+  // their number: where all directions are held well a standard deviation is about a centimetre.
   Matrix6d information = Matrix6d::Zero();
   int inliers = 0;
 };
@@ -24,7 +25,8 @@ struct SubmapAlignment {
 std::optional<SubmapAlignment> AlignSubmaps(const PreparedSubmap& a, const PreparedSubmap& b,
                                             const Pose& guess_T_a_b, double gate_m);
 
-// How a submap's surface lies on a whole map. Sums, so that those of submaps can be added.
+// The agreement of a submap's surface with a whole map. Sums, so that those of submaps can be
+// added.
 struct SurfaceAgreement {
   int64_t asked = 0;      // Points of the submap that were asked,
   int64_t near = 0;       // that have the map within a metre,

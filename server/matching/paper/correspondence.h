@@ -1,4 +1,4 @@
-// Which key points of two maps look alike.
+// Correspondences between key points of two maps that look alike.
 #pragma once
 
 #include <vector>

@@ -13,7 +13,7 @@ struct VoxelFilterOptions {
 };
 
 struct OutlierRemovalOptions {
-  // Whose mean distance is looked at.
+  // The number of neighbours whose mean distance is taken.
   int neighbors = 12;
   // Points with a mean distance this many standard deviations above the map's mean are dropped.
   double max_deviations = 2.0;
@@ -34,7 +34,7 @@ struct HarrisOptions {
 };
 
 struct FpfhOptions {
-  // What a descriptor sees. Must be larger than the normals' radius.
+  // The support of a descriptor. Must be larger than the normals' radius.
   double radius_m = 2.4;
   // Thinning of the points that are counted in it; key points and normals stay as fine as they
   // are. 0: none. The cost falls with the fourth power.
@@ -67,7 +67,7 @@ struct RansacOptions {
   // Two transforms are distinct when they differ by this much or that.
   double distinct_m = 2.0;
   double distinct_rad = 0.17;
-  // Of the sampling; equal seeds give equal results.
+  // The seed of the sampling; equal seeds give equal results.
   uint64_t seed = 1;
 };
 

@@ -1,4 +1,4 @@
-// Between our points and PCL's. For .cc files only: headers of this folder keep PCL out.
+// Conversion between our points and PCL's. For .cc files only: headers of this folder keep PCL out.
 #pragma once
 
 #include <pcl/point_cloud.h>

@@ -54,7 +54,7 @@ class Comparer {
   float max_range_ = 0;
 };
 
-// Whether a view of one submap can reach a point of the other.
+// True if a view of one submap can reach a point of the other.
 bool Meet(const PreparedSubmap& views, const PreparedSubmap& points, const Pose& T_views_points,
           double max_range_m) {
   const double apart = (views.center() - T_views_points * points.center()).norm();
@@ -78,7 +78,7 @@ void Compare(const PreparedSubmap& views, const FreeSpaceMap::Piece& piece,
   }
 }
 
-// Of every point of the piece, what the views of the submaps make of it.
+// The scores of the piece's points by the views of the submaps.
 std::vector<FreeSpaceScore> AskOwnViews(const FreeSpaceMap::Piece& piece,
                                         const std::vector<const PreparedSubmap*>& submaps,
                                         const FreeSpaceOptions& options) {

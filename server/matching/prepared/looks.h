@@ -1,4 +1,4 @@
-// What a later submap saw of an older one's surface.
+// The visibility of an older submap's surface from a later one.
 #pragma once
 
 #include <Eigen/Core>
@@ -16,8 +16,8 @@ enum class Look : uint8_t {
   kThrough,  // Nothing is there any more: what was measured lies behind it.
 };
 
-// Of every point, given in the older submap's frame, by the views of `later`: on, if any view sees
-// it there; else through, if any looks through it.
+// The visibility of every point, given in the older submap's frame, from the views of `later`: on,
+// if any view sees it there; else through, if any looks through it.
 std::vector<Look> LookAt(const std::vector<Eigen::Vector3f>& points, const PreparedSubmap& later,
                          const Pose& T_later_older);
 

@@ -1,4 +1,4 @@
-// Where the submaps of two maps lie under a hypothesis.
+// Poses of the submaps of two maps under a hypothesis.
 #pragma once
 
 #include <vector>

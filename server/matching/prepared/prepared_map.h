@@ -17,12 +17,12 @@
 
 namespace isthmus::matching {
 
-// What a map that some submaps were retired from begins with: the positions in `before` of those
-// that are left, which `map`, of the same session, begins with in this order before newer ones
-// come. Nothing where it does not, or where none are left of some.
+// The beginning of a map from which submaps were retired: the positions in `before` of those that
+// are left, which `map`, of the same session, begins with in this order before newer ones come.
+// Nothing where it does not, or where none are left of some.
 std::optional<std::vector<size_t>> FindKept(const SessionMap& before, const SessionMap& map);
 
-// Where prepared submaps come from: made, or kept from before. Never null.
+// The source of prepared submaps: made, or kept from before. Never null.
 using SubmapSource = std::function<std::shared_ptr<const PreparedSubmap>(
     const std::shared_ptr<const Submap>& submap)>;
 
@@ -54,9 +54,9 @@ class PreparedMap {
   const Pose& T_level_odom() const { return T_level_odom_; }
   // Up is near odom's z; else it is what is likeliest of all directions (up_candidates.h).
   bool gravity_known() const { return gravity_known_; }
-  // What it takes in memory, about.
+  // The memory it takes, about.
   size_t bytes() const;
-  // What it took to make so far, wall time.
+  // The time it took to make so far, wall time.
   double prepare_ms() const;
 
   // The map as a whole: made when first asked for, kept. What it takes grows with the map.
@@ -72,7 +72,7 @@ class PreparedMap {
   void TakeSubmaps(const PreparedMap* before, const std::vector<size_t>& kept,
                    const SubmapSource& source);
   void TakePlaces(const PreparedMap& before, const std::vector<size_t>& kept);
-  // Of submaps that have none yet.
+  // Describes the places of submaps that have none yet.
   void DescribeNewPlaces();
 
   SessionMap map_;

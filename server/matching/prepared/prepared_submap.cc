@@ -21,7 +21,7 @@ std::vector<Eigen::Vector3f> Sensors(const Submap& submap) {
   return sensors;
 }
 
-// Of keyframes that are `spacing` times the usual apart from the one taken before.
+// Selects keyframes that are `spacing` times the usual apart from the one taken before.
 std::vector<bool> SpreadOut(const std::vector<Keyframe>& keyframes,
                             const std::vector<bool>& has_points, double spacing) {
   std::vector<bool> taken(keyframes.size(), false);

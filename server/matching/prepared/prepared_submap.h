@@ -44,7 +44,7 @@ class PreparedSubmap {
   // A sphere around the surface.
   const Eigen::Vector3d& center() const { return center_; }
   double radius_m() const { return radius_m_; }
-  // What it takes in memory, about; the submap apart.
+  // The memory it takes, about, without the submap.
   size_t bytes() const;
 
  private:

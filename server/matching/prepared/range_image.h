@@ -1,4 +1,4 @@
-// What a keyframe's scan says about the space around its sensor, coarse enough for sparse rings.
+// A range image of the space around a keyframe's sensor, coarse enough for sparse rings.
 #pragma once
 
 #include <Eigen/Core>

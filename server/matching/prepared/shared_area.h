@@ -1,4 +1,4 @@
-// How much ground two robots both know under a hypothesis.
+// The area of the ground that two robots both know under a hypothesis.
 #pragma once
 
 #include <Eigen/Core>

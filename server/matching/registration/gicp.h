@@ -18,7 +18,7 @@ float AcrossCovariance(const SurfacePoint& point);
 Eigen::Matrix3d DiscInformation(const Eigen::Vector3d& n_a, double across_a,
                                 const Eigen::Vector3d& n_b, double across_b);
 
-// What a round of matching found: pairs with robust weights, and how far off they still are.
+// The result of a round of matching: pairs with robust weights, and how far off they still are.
 struct PairSet {
   std::vector<Correspondence> pairs;
   double median_normal_distance_m = 0;  // Of the pairs, along the normals of a.

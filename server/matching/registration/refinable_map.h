@@ -1,4 +1,4 @@
-// What a RefinableMap holds; for the files that refine and measure alignments.
+// The contents of a RefinableMap, for the files that refine and measure alignments.
 #pragma once
 
 #include <vector>

@@ -29,8 +29,8 @@ struct Refinement {
   double overlap = 0;     // Share of the points of the smaller map that lie on the other, [0, 1],
   int64_t inliers = 0;    // told from an even sample of them, of which these do.
   double residual_m = 0;  // RMS point-to-plane distance of the inliers.
-  // Of T_a_b, twist order [rho; phi], frame a: point-to-plane, the inliers taken as independent.
-  // Its directions can be trusted (a corridor's length has none), its size flatters.
+  // The information of T_a_b, twist order [rho; phi], frame a: point-to-plane, the inliers taken as
+  // independent. Its directions can be trusted (a corridor's length has none), its size flatters.
   Matrix6d information = Matrix6d::Zero();
 };
 

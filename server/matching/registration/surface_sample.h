@@ -1,4 +1,4 @@
-// Which points of a surface an alignment is computed from.
+// A sample of a surface: the points that an alignment is computed from.
 #pragma once
 
 #include <vector>

@@ -27,7 +27,7 @@ std::vector<Candidate> SearchBirdsEye(const WallMap& a, const WallMap& b,
                                       const BirdsEyeOptions& options,
                                       std::vector<StageTime>* stages);
 
-// How the two are looked at together: outdoors when either of them is.
+// The scale for both together: outdoors if either of them is.
 SceneScale PairScale(const WallMap& a, const WallMap& b);
 
 }  // namespace isthmus::matching

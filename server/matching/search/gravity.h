@@ -1,4 +1,4 @@
-// Which way is up in a map, from its floors, ceilings and walls.
+// The direction of gravity in a map, from its floors, ceilings and walls.
 #pragma once
 
 #include <Eigen/Geometry>

@@ -18,7 +18,7 @@ class GroundGrid {
   GroundGrid(const std::vector<SurfacePoint>& surface, double cell_m);
 
   bool empty() const { return height_.empty(); }
-  // Of the nearest cell for places outside of the grid; 0 when empty.
+  // The height of the ground; that of the nearest cell for places outside the grid; 0 when empty.
   float Height(float x, float y) const;
 
   struct Sample {

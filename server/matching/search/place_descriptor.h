@@ -1,5 +1,6 @@
-// What a place looks like from above, in so few numbers that hundreds of places are compared in a
-// millisecond or two: a cheap guess at where two robots may have been near each other.
+// A descriptor of a place as seen from above, in so few numbers that hundreds of places are
+// compared in a millisecond or two: a cheap guess at where two robots may have been near each
+// other.
 //
 // After Kim & Kim, "Scan Context: Egocentric Spatial Descriptor for Place Recognition within 3D
 // Point Cloud Map", IROS 2018: rings and sectors round the place, in each cell the greatest height,

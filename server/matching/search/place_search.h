@@ -19,7 +19,7 @@ struct Place {
   PlaceDescriptor descriptor;
 };
 
-// Where the sensor was at `count` keyframes spread over the submap, each described by all points of
+// The sensor's places at `count` keyframes spread over the submap, each described by all points of
 // the submap. Fewer for submaps with fewer keyframes. Some 2 ms each for 100,000 points.
 std::vector<Place> DescribePlaces(const Submap& submap, const Eigen::Quaterniond& R_level_odom,
                                   const PlaceDescriptorOptions& options = {}, size_t count = 3);

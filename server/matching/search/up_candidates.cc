@@ -153,7 +153,7 @@ class Judge {
   }
 
  private:
-  // How likely it is that up is up and not down.
+  // The probability that up is up and not down.
   double UpShare(const Eigen::Vector3f& up, Layers* floors, Layers* ceilings) const {
     double below = floors->Evidence(), above = ceilings->Evidence();
     if (below + above == 0) return 0.5;

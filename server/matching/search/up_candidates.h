@@ -1,5 +1,5 @@
-// Which way may be up in a map whose gravity is unknown: of a sensor that was mounted at a slant or
-// upside down, or carried by hand.
+// Candidates for the upward direction in a map whose gravity is unknown, because the sensor was
+// mounted at a slant or upside down, or carried by hand.
 #pragma once
 
 #include <Eigen/Geometry>

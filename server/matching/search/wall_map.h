@@ -1,4 +1,4 @@
-// What the bird's-eye search and the free-space check need of a session's map, made once: walls and
+// A session's map as the bird's-eye search and the free-space check need it, made once: walls and
 // ground in a level frame, and where the robot looked through.
 #pragma once
 
@@ -17,8 +17,8 @@ struct HeightBand {
   float low = 0, high = 0;
 };
 
-// How a place is looked at. Indoors rooms are small and low; outdoors cars, people and hedges fill
-// what is near the ground, and walls are high.
+// The scales on which a place is compared. Indoors rooms are small and low; outdoors cars, people
+// and hedges fill what is near the ground, and walls are high.
 struct SceneScale {
   bool outdoors = false;
   double cell_m = 0.25;         // Of the bird's-eye image.
@@ -47,7 +47,7 @@ struct FreeRay {
 bool IsOutdoors(const std::vector<SurfacePoint>& surface,
                 const std::vector<Eigen::Vector3f>& sensors);
 
-// Where the keyframes' sensors were, odom frame.
+// Positions of the keyframes' sensors, odom frame.
 std::vector<Eigen::Vector3f> SensorPositions(const SessionMap& map);
 
 // Immutable; safe to read from many threads.

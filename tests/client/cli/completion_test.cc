@@ -1,4 +1,4 @@
-// What bash offers when a person presses Tab.
+// Completions that bash offers when a person presses Tab.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// Runs the built `isthmus` as a user does.
+// The built `isthmus`, run as a user does.
 #pragma once
 
 #include <string>

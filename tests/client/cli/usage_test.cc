@@ -1,4 +1,4 @@
-// What a person gets who mistypes, points at nothing, or brings damaged files.
+// Answers to a person who mistypes, names a missing file, or brings damaged ones.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -15,7 +15,7 @@
 
 namespace isthmus::client {
 
-// What tests of streams need of a Client.
+// The part of a Client that tests of streams need.
 class LinkedClient {
  public:
   explicit LinkedClient(std::shared_ptr<SessionLink> link) : link_(std::move(link)) {}

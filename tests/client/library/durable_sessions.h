@@ -1,4 +1,4 @@
-// What a server keeps of its sessions: what took effect, what of that is durable, and what is left
+// A server's record of its sessions: what took effect, what of that is durable, and what is left
 // after a crash. It forgets and loses answers when told to. Without a way to it, which is
 // DurableServer's or DurableLink's.
 #pragma once

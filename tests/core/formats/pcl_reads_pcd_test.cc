@@ -1,4 +1,4 @@
-// Whether the library that defined the format agrees with our reading of it.
+// Agreement with the library that defined the format.
 #include <gtest/gtest.h>
 #include <pcl/io/pcd_io.h>
 #include <pcl/point_types.h>

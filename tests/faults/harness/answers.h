@@ -1,4 +1,4 @@
-// What a server says of its whole map, to be held against what it says later.
+// A server's answers about its whole map, to be compared with what it says later.
 #pragma once
 
 #include <string>
@@ -12,7 +12,7 @@ struct Answers {
   std::vector<client::Session> sessions;
   std::vector<client::SubmapStatus> submaps;
   std::vector<Trajectory> trajectories;  // Of the sessions' robots, in odom and in the map.
-  // Of the whole map by component, in order of x, y and z.
+  // Points of the whole map by component, in order of x, y and z.
   std::vector<std::vector<MapPoint>> points;
 };
 

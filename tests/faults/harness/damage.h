@@ -23,8 +23,8 @@ enum class Damage {
 const std::vector<Damage>& AllDamages();
 std::string ToString(Damage damage);
 
-// What a map folder holds after a server with two robots was killed: database and log.
-// Returns its path.
+// A map folder as it is after a server with two robots was killed: database and log. Returns its
+// path.
 std::string MakeDamageMaster(const Setup& setup);
 
 struct DamageTrial {

@@ -13,7 +13,7 @@
 
 namespace isthmus::faults {
 
-// Where the programs are and where files may be put; what a fault depends on is the seed's.
+// The folders of the programs and of temporary files, and the seed that decides the faults.
 struct Setup {
   std::string server;  // isthmus-server.
   std::string robot;   // fault_robot.

@@ -1,4 +1,4 @@
-// What a campaign of faults did and what became of the map.
+// The report of a campaign of faults: what was done, and what became of the map.
 #pragma once
 
 #include <cstdint>
@@ -22,7 +22,7 @@ struct Report {
   MapDifference map;  // From the undisturbed run.
   // Whatever else was measured, as "pose after outage 1.2 s".
   std::vector<std::string> figures;
-  // What broke the promise; empty when it was kept.
+  // The broken promises; empty if all were kept.
   std::vector<std::string> broken;
   double seconds = 0;  // Wall time, undisturbed run included.
 

@@ -29,7 +29,7 @@ class AckCounter {
   uint64_t count_ ABSL_GUARDED_BY(mutex_) = 0;
 };
 
-// Of a clock that only goes forward.
+// The time of a clock that only goes forward.
 double NowS();
 
 // Never gives up a server that is gone, and asks for it again soon.

@@ -17,10 +17,10 @@ std::string RobotName(int robot);
 // T_room_sensor at the END of a scan; scans count from 1.
 Pose RobotPose(int robot, uint64_t scan);
 
-// What the sensor of a VLP-16 on that way sees: the same bytes whenever it is asked.
+// The scan of a VLP-16 on that path: the same bytes at every call.
 PointPayload RobotScan(int robot, uint64_t scan);
 
-// Of the END of a scan, ten of them a second.
+// The stamp of the END of a scan, ten of them a second.
 int64_t RobotStamp(uint64_t scan);
 
 }  // namespace isthmus::faults

@@ -34,7 +34,7 @@ class ServerProcess {
   int Wait();   // For an end of its own accord; the exit code.
   // From now on its files cannot grow beyond `bytes`, as on a full disk; absent: they can.
   void LimitFiles(std::optional<uint64_t> bytes) const;
-  // Of the process that ended last; 128 + the signal that ended it.
+  // The exit code of the process that ended last; 128 + the signal that ended it.
   int exit_code() const { return exit_code_; }
   bool is_running() const { return process_ != nullptr; }
 

@@ -1,4 +1,4 @@
-// What is in a map folder, and how it differs from what should be.
+// The contents of a map folder, and their differences from what should be there.
 #pragma once
 
 #include <cstdint>

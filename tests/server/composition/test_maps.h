@@ -80,7 +80,8 @@ inline std::vector<SubmapPoint> RandomPoints(std::mt19937* rng, int count, const
   return points;
 }
 
-// How `Stir` changes a map: lays submaps within so many metres, one in so many elsewhere.
+// The changes that `Stir` makes to a map: lays submaps within so many metres, one in so many
+// elsewhere.
 struct Stirring {
   unsigned reach_m = 9, erase_one_in = 3, other_component_one_in = 4;
 };

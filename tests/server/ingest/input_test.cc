@@ -1,4 +1,4 @@
-// What a session says of the scans it gets.
+// A session's description of the scans it gets.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -20,7 +20,7 @@
 
 namespace isthmus::ingest::testing {
 
-// What is durable: it survives the worker.
+// The durable part: it survives the worker.
 class Store {
  public:
   absl::Status Persist(const FinishedSubmap& finished) {

@@ -1,4 +1,4 @@
-// What is to go of the robots' sessions, as a decision by itself.
+// The decision which parts of robots' sessions to delete.
 #include "server/ingest/retention.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,4 @@
-// What robots send when something is wrong: every scan is answered, with a reason, and the session
-// goes on.
+// Scans from robots in trouble: every scan is answered, with a reason, and the session goes on.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

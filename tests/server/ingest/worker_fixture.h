@@ -36,7 +36,7 @@ class Rig {
   ScanAck Send(PointPayload payload, int64_t end_stamp_ns);
   ScanAck SendAgain(uint64_t sequence);  // The last payload.
 
-  // How far the pose of an ack is from the truth at the END of turn `index`, metres.
+  // The error of an ack's pose at the END of turn `index`, metres.
   double Error(const ScanAck& ack, int index) const;
 
   SessionWorker& worker() { return *worker_; }

@@ -1,4 +1,4 @@
-// What robots, readers and operators do at the same time. Most telling under ThreadSanitizer.
+// Robots, readers and operators at work at the same time. Most telling under ThreadSanitizer.
 #include <gtest/gtest.h>
 
 #include <chrono>

@@ -1,4 +1,4 @@
-// What was wrong and is taken back leaves nothing behind.
+// Mistakes that are taken back leave nothing behind.
 #include <gtest/gtest.h>
 
 #include "tests/server/placement/world.h"

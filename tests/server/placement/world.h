@@ -11,7 +11,7 @@
 
 namespace isthmus::placement {
 
-// How far odometry strays per submap: at random, and always to the same side.
+// The drift of odometry per submap: at random, and always to the same side.
 struct Stray {
   double position_m = 0.005;
   double rotation_rad = 0.0005;

@@ -97,7 +97,7 @@ class FakePipeline : public server::Pipeline {
   void WaitUntilIdle() override {}
   void Shutdown() override {}
 
-  // What the readers are told. Set before use.
+  // The answers to readers. Set before use.
   server::MapInfo info;
   server::MatchGraphView graph;
   std::shared_ptr<FakeMap> map = std::make_shared<FakeMap>();
@@ -113,10 +113,10 @@ class FakePipeline : public server::Pipeline {
   absl::StatusOr<server::RevisionDiff> diff = absl::NotFoundError("no such revision");
   absl::StatusOr<int64_t> undo = absl::NotFoundError("no such revision");
   std::string pose_graph;  // Of component 0.
-  // Where a submap lies, by its name "alice-1/0"; others are not placed.
+  // The place of a submap, by its name "alice-1/0"; others are not placed.
   std::map<std::string, Pose> placed;
 
-  // What was asked for.
+  // The arguments of the last calls.
   std::optional<RobotId> asked_robot;
   std::vector<server::LoopDecision> loop_decisions;
   std::vector<Anchor> anchors;

@@ -13,7 +13,7 @@ namespace isthmus::rpc {
 // measured at its own instant. Fields x y z intensity time ring, all float32, RAW.
 v1::PointCloud RoomCloud(const Pose& T_room_begin, const Pose& T_room_end);
 
-// Where the sensor is at the END of a scan: it drives through the room at 0.2 m a scan.
+// The sensor's pose at the END of a scan: it drives through the room at 0.2 m a scan.
 Pose RoomPose(uint64_t sequence);
 
 // The whole message; `session` may be empty.

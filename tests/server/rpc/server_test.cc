@@ -1,4 +1,4 @@
-// What the server offers beside its own services: health, reflection, limits, ports, stopping.
+// The server's offers beside its own services: health, reflection, limits, ports, stopping.
 #include "server/rpc/server.h"
 
 #include <google/protobuf/unknown_field_set.h>

@@ -1,4 +1,4 @@
-// What readers get while the map is composed, and when it cannot be.
+// Readers' answers while the map is composed, and when it cannot be.
 #include "server/threads/composition_thread.h"
 
 #include <gmock/gmock.h>

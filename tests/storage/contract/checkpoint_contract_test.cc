@@ -1,4 +1,4 @@
-// What every store promises of checkpoints.
+// Every store's promises about checkpoints.
 #include "storage/sqlite/sqlite.h"
 #include "tests/storage/contract/map_store_contract.h"
 #include "tests/storage/records.h"

@@ -1,4 +1,4 @@
-// What map_store.h promises of loop closures and anchors, held by every store.
+// The promises of map_store.h about loop closures and anchors, held by every store.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// What map_store.h promises, held by every store.
+// The promises of map_store.h, held by every store.
 #include "tests/storage/contract/map_store_contract.h"
 
 #include <gmock/gmock.h>

@@ -1,4 +1,4 @@
-// What map_store.h promises of matches, held by every store.
+// The promises of map_store.h about matches, held by every store.
 #include <gtest/gtest.h>
 
 #include <limits>

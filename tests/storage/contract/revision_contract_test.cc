@@ -1,4 +1,4 @@
-// What map_store.h promises of revisions and of what they did to submaps, held by every store.
+// The promises of map_store.h about revisions and their effects on submaps, held by every store.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// What every store promises of sessions with several segments.
+// Every store's promises about sessions with several segments.
 #include "tests/storage/contract/map_store_contract.h"
 #include "tests/storage/records.h"
 

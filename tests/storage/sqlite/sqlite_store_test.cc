@@ -1,4 +1,4 @@
-// What only a store on disk promises: to survive.
+// The promise that only a store on disk makes: to survive.
 #include "storage/sqlite/sqlite_store.h"
 
 #include <gmock/gmock.h>

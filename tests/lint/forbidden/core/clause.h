@@ -1,0 +1,2 @@
+// What a bad header opens with.
+#pragma once
