@@ -1,4 +1,4 @@
-// What optimising pose graphs costs and achieves; see BENCHMARK.md.
+// The cost and the results of optimising pose graphs; see BENCHMARK.md.
 #include <ceres/ceres.h>
 #include <ceres/rotation.h>
 

@@ -1,4 +1,4 @@
-// Whether this build has what is there to compare with the paper: its matching chain and A-LOAM.
+// The parts of this build that are there to compare with the paper: its matching chain and A-LOAM.
 #pragma once
 
 namespace isthmus {

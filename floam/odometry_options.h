@@ -20,8 +20,8 @@ struct OdometryOptions {
   LocalMapOptions map;
   MatchOptions matching;
 
-  // How far the motion within a scan may be from the motion between scans (kContinuous): one sigma.
-  // 0.1 at first; thousands of matches outweigh either (docs/decisions/0016).
+  // The difference between the motion within a scan and that between scans (kContinuous): one
+  // sigma. 0.1 at first; thousands of matches outweigh either (docs/decisions/0016).
   double speed_change_sigma = 0.05;     // m/s.
   double yaw_rate_change_sigma = 0.05;  // rad/s.
   double tilt_rate_sigma = 0.05;        // rad/s, roll and pitch.

@@ -26,7 +26,7 @@ class AppendFile {
   absl::Status Append(const std::string& bytes);
   absl::Status Truncate(uint64_t size);
   absl::Status Sync();
-  // What lies there; shorter where the file ends.
+  // The bytes at that offset; shorter where the file ends.
   absl::StatusOr<std::string> Read(uint64_t offset, size_t size) const;
 
   const std::string& path() const { return file_.path(); }
@@ -44,8 +44,7 @@ class AppendFile {
 
   const File file_;
   uint64_t size_;
-  // What a file holds when it is opened survived whatever was before, but nothing says that it
-  // would survive a power cut now.
+  // The contents of a file that is opened survived so far, but might not survive a power cut now.
   uint64_t synced_size_ = 0;
   bool is_broken_ = false;
   bool is_suspect_ = false;

@@ -15,7 +15,7 @@ namespace isthmus::io {
 // "why; what to do about it".
 std::string Explain(int error);
 
-// What an errno means, as "cannot ACTION PATH: why; what to do": NotFound, PermissionDenied,
+// The meaning of errno, as "cannot ACTION PATH: why; what to do": NotFound, PermissionDenied,
 // FailedPrecondition (a directory), ResourceExhausted (the disk is full) or Unavailable.
 absl::Status FileError(const std::string& action, const std::string& path, int error);
 

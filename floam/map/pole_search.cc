@@ -10,7 +10,7 @@
 namespace isthmus::floam {
 namespace {
 
-// How near to a pole a place on the level is.
+// Distances to the nearest pole, over the level.
 class PoleImage {
  public:
   explicit PoleImage(const std::vector<TimedPoint>& poles) : weight_(kSide * kSide) {

@@ -31,7 +31,7 @@ struct RelocaliserOptions {
   int max_spacing = 60;
   size_t lookups_per_scan = 10'000'000;  // Then the search goes on with the next scan.
 
-  // Where to look.
+  // Options of the search.
   double view_m = kViewM;       // What is farther from the sensor is left out.
   double wall_spacing_m = 0.8;  // Of the scan's walls that are compared.
   int min_walls = 25;           // Of the scan; fewer do not tell one place from another.

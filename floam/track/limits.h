@@ -72,7 +72,7 @@ inline constexpr int kTryIterations = 3;
 
 // Radians within which guesses are one: less than a step of the grid. A guess.
 inline constexpr double kDistinctRad = 0.12;
-// What is this much as good as the best, and elsewhere, makes it ambiguous. A guess.
+// A match elsewhere that scores at least this share of the best makes it ambiguous. A guess.
 inline constexpr double kAmbiguousScore = 0.93;
 // So far (m) from the last place seen a good part of what is seen may be new, if it drove there;
 // not after so many seconds (108 robots that were carried, decision 0018).

@@ -24,7 +24,7 @@
 namespace isthmus::server {
 namespace {
 
-// Of the folder that this process has open.
+// A source of backups of the folder that this process has open.
 rpc::BackupSource BackupsOf(const std::string& folder) {
   return [folder](const rpc::BackupSink& sink) -> absl::StatusOr<rpc::BackupContents> {
     const absl::StatusOr<storage::StoreReport> report =
@@ -35,7 +35,7 @@ rpc::BackupSource BackupsOf(const std::string& folder) {
   };
 }
 
-// What the exit code means; docs/api.md is the promise.
+// Exit codes, as docs/api.md promises them.
 enum ExitCode { kStopped = 0, kUsage = 2, kDataFolder = 3, kCannotListen = 4 };
 
 // Calls under way have this long to end before they are cancelled.

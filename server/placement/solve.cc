@@ -32,7 +32,7 @@ Solved Solve(const PlacerOptions& options, const Change& change, int partial_bef
   Solved solved;
   pose_graph::Problem& problem = graph->problem;
   const bool all = change.anew || change.joined || change.new_anchor;
-  // What fits without any error leaves everything where it is best.
+  // A graph without any error is already at its optimum.
   if (all ? CostOfAll(problem) <= kNothingCost
           : !change.loosened && CostOfNew(problem, change.edges) <= kNothingCost) {
     return solved;

@@ -11,7 +11,7 @@
 namespace isthmus::server {
 namespace {
 
-// Whether a newer result takes the place of an accepted one. An accepted match is only given up for
+// True if a newer result takes the place of an accepted one. An accepted match is only given up for
 // a better estimate or for a contradiction, not for a moment of doubt.
 bool Supersedes(const Match& newer, const Match& older) {
   if (older.state != MatchState::kAccepted) return true;

@@ -17,7 +17,7 @@ namespace isthmus::server {
 // file are ignored: without it the server works as well. Thread safe.
 class WorkJournal {
  public:
-  // Counts what the last process left at hand. With an empty path nothing is kept.
+  // Counts the work that the last process left unfinished. With an empty path nothing is kept.
   explicit WorkJournal(std::string path) : WorkJournal(std::move(path), BootId(), Version()) {}
   WorkJournal(std::string path, std::string boot, std::string version);
 

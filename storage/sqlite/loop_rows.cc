@@ -27,7 +27,8 @@ bool ReadLoop(const Statement& row, LoopClosure& loop) {
   return DecodeEdges(row.Text(15), loop.edges).ok();
 }
 
-// Of loop closures of the session none of whose edges, if any can be read, has both its submaps.
+// The ids of the session's loop closures none of whose edges, if any can be read, has both its
+// submaps.
 absl::StatusOr<std::vector<int64_t>> SelectLost(Connection& database, int64_t session_key) {
   Statement indices = database.Prepare("SELECT submap_index FROM submaps WHERE session = ?");
   const auto listed = indices.Bind(session_key).ReadAll([](const Statement& row) {

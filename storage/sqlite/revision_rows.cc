@@ -119,7 +119,7 @@ absl::StatusOr<int64_t> LatestRevisionNumber(Connection& database) {
 }
 
 absl::StatusOr<int64_t> OldestComparableRevision(Connection& database) {
-  // What a revision of an older schema did is not known; see migration 0005.
+  // The effects of a revision of an older schema are not known; see migration 0005.
   return database.ReadNumber(
       "SELECT coalesce(max(revision) FILTER (WHERE added IS NULL), min(revision) - 1, 0) "
       "FROM revisions");

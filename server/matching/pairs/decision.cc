@@ -10,7 +10,7 @@
 namespace isthmus::matching {
 namespace {
 
-// What contradicts acceptance of one hypothesis taken by itself; reason "OK" for nothing.
+// The reason against accepting one hypothesis taken by itself; reason "OK" for nothing.
 struct Finding {
   MatchState state = MatchState::kAccepted;
   std::string reason = "OK";

@@ -157,7 +157,7 @@ void ExtendJointly(const PreparedMap& a, const PreparedMap& b, size_t first_a, s
   // If all aligned submaps were retired, the others are aligned, from the poses that these left
   // them.
   const bool lost = h->joint.edges.empty();
-  // Where the new submaps meet nothing, what was found before holds.
+  // If the new submaps meet nothing, the earlier result holds.
   if (RefineJointly(a.submaps(), b.submaps(), kKnownGateM, lost ? 0 : first_a, lost ? 0 : first_b,
                     &h->joint)) {
     h->converged = true;

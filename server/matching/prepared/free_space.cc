@@ -13,7 +13,7 @@
 namespace isthmus::matching {
 namespace {
 
-// What one point of another map, or of the same, is to a view: +1 in front of what was measured,
+// Compares one point of another map, or of the same, with a view: +1 in front of what was measured,
 // -1 at the range measured, 0 without a say (outside, occluded, grazing, at an edge of depth).
 class Comparer {
  public:

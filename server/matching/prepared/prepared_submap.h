@@ -21,8 +21,8 @@ class PreparedSubmap {
   // Holds on to the outline only: to the submap without its points, which are those of `whole`.
   PreparedSubmap(std::shared_ptr<const Submap> outline, const Submap& whole);
 
-  // What a keyframe measured, of keyframes with points that are a metre or a turn apart; farther
-  // where there would be more than kMaxViews of them (limits.h).
+  // The measurements of keyframes with points that are a metre or a turn apart, or farther if there
+  // would be more than kMaxViews of them (limits.h).
   struct View {
     Pose T_submap_sensor;
     RangeImage image;

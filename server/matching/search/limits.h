@@ -73,8 +73,8 @@ inline constexpr float kRaySpacingM = 0.7f;
 inline constexpr int kAzimuthBins = 360;
 // Layers of the band of heights; a wall that fills half of them counts in full.
 inline constexpr int kWallLayers = 8;
-// What two walls in one place are worth whichever way they face, beside the cosine between them. At
-// 0 posts and shelves say nothing, at 1 parallel sides of a corridor are alike.
+// The score of two walls in one place whichever way they face, beside the cosine between them. At 0
+// posts and shelves say nothing, at 1 parallel sides of a corridor are alike.
 inline constexpr float kUnorientedShare = 0.3f;
 
 // The bird's-eye search over yaw and shift.

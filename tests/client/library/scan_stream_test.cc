@@ -1,4 +1,4 @@
-// What a lost link does to a robot's scans: nothing.
+// The effect of a lost link on a robot's scans: none.
 #include "client/library/stream/scan_stream.h"
 
 #include <gmock/gmock.h>

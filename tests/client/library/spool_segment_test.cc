@@ -1,4 +1,4 @@
-// What a crash or a bad disk does to a file of scans.
+// Effects of a crash or a bad disk on a file of scans.
 #include "client/library/spool/spool_segment.h"
 
 #include <gtest/gtest.h>
