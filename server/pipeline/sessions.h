@@ -45,6 +45,10 @@ class Sessions {
   absl::StatusOr<Worker> MakeWorker(const SessionRecord& record, const ingest::ResumePoint& resume);
   ingest::WorkerHooks HooksOf(const SessionId& session);
   // That goes on where the session, its first segment, is stored to be.
+  absl::Status Resume(const SessionView& session);
+  // Where making it throws, its checkpoint is taken to be damaged.
+  absl::StatusOr<Worker> MakeWorkerWithOrWithoutCheckpoint(const SessionRecord& record,
+                                                           ingest::ResumePoint* resume);
   absl::StatusOr<Worker> ResumeWorker(const SessionView& session);
   absl::StatusOr<ingest::StoredSegment> ReadSegment(const SessionView& session);
   // Absent where there is none.

@@ -56,6 +56,7 @@ class RetentionThread {
  private:
   void Run();
   void Round();
+  void CountAndDo();
   // Of all sessions, with their bytes.
   std::vector<ingest::StoredSession> Count();
   // Returns whether anything went.
