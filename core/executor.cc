@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "core/caught.h"
+
 namespace isthmus {
 
 Executor::Executor(int threads) {
@@ -25,9 +27,10 @@ void Executor::Post(std::function<void()> task) {
   wake_.Signal();
 }
 
-void Executor::WaitUntilIdle() {
+absl::Status Executor::WaitUntilIdle() {
   MutexLock lock(&mutex_);
   while (!tasks_.empty() || running_ > 0) idle_.Wait(&mutex_);
+  return std::exchange(thrown_, absl::OkStatus());
 }
 
 void Executor::Work() {
@@ -41,9 +44,15 @@ void Executor::Work() {
       tasks_.pop_front();
       ++running_;
     }
-    task();
+    absl::Status thrown;
+    try {
+      task();
+    } catch (...) {
+      thrown = CaughtStatus();
+    }
     task = nullptr;  // Destroy captures outside the lock.
     MutexLock lock(&mutex_);
+    thrown_.Update(std::move(thrown));
     --running_;
     if (tasks_.empty() && running_ == 0) idle_.SignalAll();
   }

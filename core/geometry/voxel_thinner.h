@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/geometry/voxel_hash.h"
+
 namespace isthmus {
 
 // A set of voxels that is emptied in constant time. Kept as one bit per voxel of blocks of 4 x 4 x
@@ -55,7 +57,7 @@ class VoxelThinner {
   // The slot of the block, which is put in if it is not there.
   size_t FindSlot(uint64_t tag) {
     const size_t mask = slots_.size() - 1;
-    size_t at = (tag * 0x9e3779b97f4a7c15ULL) >> 40 & mask;
+    size_t at = hash_(tag) & mask;
     while (IsCurrent(slots_[at])) {
       if (slots_[at].tag == tag) return at;
       at = (at + 1) & mask;
@@ -73,6 +75,7 @@ class VoxelThinner {
     }
   }
 
+  VoxelHash hash_;
   float inverse_voxel_;
   float offset_;
   std::vector<Slot> slots_;

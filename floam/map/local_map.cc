@@ -12,11 +12,6 @@ constexpr size_t kFirstTableSize = size_t{1} << 12;      // Layout: a power of t
 constexpr int64_t kAxisOffset = 1 << 20;                 // Layout: three axes of 21 bits in a key.
 constexpr uint64_t kAxisMask = (uint64_t{1} << 21) - 1;  // Layout.
 
-size_t Hash(uint64_t key) {
-  key *= 0x9e3779b97f4a7c15ULL;
-  return static_cast<size_t>(key ^ key >> 32);
-}
-
 Eigen::Vector3d CentreOf(uint64_t key) {
   const auto axis = [key](int shift) {
     const double block = static_cast<double>(key >> shift & kAxisMask) - kAxisOffset;
@@ -130,7 +125,7 @@ void LocalMap::Clear() {
 
 uint32_t LocalMap::FindBlock(uint64_t key) const {
   const size_t mask = table_.size() - 1;
-  size_t slot = Hash(key) & mask;
+  size_t slot = hash_(key) & mask;
   while (table_[slot].block != kNoBlock && table_[slot].key != key) slot = (slot + 1) & mask;
   return table_[slot].block;
 }
@@ -154,18 +149,18 @@ uint32_t LocalMap::AddBlock(uint64_t key) {
 
 void LocalMap::Place(const Slot& entry) {
   const size_t mask = table_.size() - 1;
-  size_t slot = Hash(entry.key) & mask;
+  size_t slot = hash_(entry.key) & mask;
   while (table_[slot].block != kNoBlock) slot = (slot + 1) & mask;
   table_[slot] = entry;
 }
 
 void LocalMap::RemoveBlock(uint32_t index) {
   const size_t mask = table_.size() - 1;
-  size_t hole = Hash(BlockAt(index).key) & mask;
+  size_t hole = hash_(BlockAt(index).key) & mask;
   while (table_[hole].block != index) hole = (hole + 1) & mask;
   // Closes the gap in the probe sequence: moves back what could not be found past it.
   for (size_t slot = (hole + 1) & mask; table_[slot].block != kNoBlock; slot = (slot + 1) & mask) {
-    const size_t home = Hash(table_[slot].key) & mask;
+    const size_t home = hash_(table_[slot].key) & mask;
     if (((slot - home) & mask) >= ((slot - hole) & mask)) {
       table_[hole] = table_[slot];
       hole = slot;

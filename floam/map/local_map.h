@@ -7,6 +7,7 @@
 #include <memory>
 #include <vector>
 
+#include "core/geometry/voxel_hash.h"
 #include "floam/map/voxel_statistics.h"
 
 namespace isthmus::floam {
@@ -101,6 +102,7 @@ class LocalMap {
 
   const ShapeKind kind_;
   const LocalMapOptions options_;
+  VoxelHash hash_;
   std::vector<Slot> table_;  // Open addressing, linear probing.
   std::vector<std::unique_ptr<Block[]>> chunks_;
   uint32_t allocated_ = 0;  // Blocks in use or free; those with kNoKey are free.

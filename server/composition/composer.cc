@@ -30,6 +30,7 @@ absl::StatusOr<std::shared_ptr<const ComposedMap>> Composer::Compose(
     if (usable) placed.push_back(p);
   }
 
+  state_->at_hand.reset();
   state_->last_tiles_remade = 0;
   state_->progress = progress;
   state_->share = 0;
@@ -55,6 +56,7 @@ absl::StatusOr<std::shared_ptr<const ComposedMap>> Composer::Compose(
                                     state_->missing);
 }
 
+std::optional<SubmapId> Composer::at_hand() const { return state_->at_hand; }
 int Composer::last_tiles_remade() const { return state_->last_tiles_remade; }
 Composer::LeftOut Composer::left_out() const { return state_->left_out; }
 

@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -74,6 +75,9 @@ class Composer {
   absl::StatusOr<std::shared_ptr<const ComposedMap>> Compose(
       int64_t revision, const std::vector<PlacedSubmap>& submaps, const SubmapReader& reader,
       const Progress& progress = nullptr);
+  // The submap whose points the Compose under way is at, or was at when something was thrown;
+  // nothing in between. After that the composer is of no more use.
+  std::optional<SubmapId> at_hand() const;
   // Tiles that the last Compose remade.
   int last_tiles_remade() const;
 

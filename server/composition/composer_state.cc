@@ -102,7 +102,9 @@ absl::Status Composer::State::PlaceAll(const std::vector<PlacedSubmap>& placed,
   missing = 0;
   size_t done = 0;
   for (const PlacedSubmap& p : placed) {
+    at_hand = p.submap->id;
     absl::Status status = Place(p, frames.at(p.component), reader);
+    at_hand.reset();
     if (status.ok()) status = thinned.Settle();
     if (!status.ok()) return status;
     share = kReadingShare * static_cast<double>(++done) / static_cast<double>(placed.size());
@@ -223,6 +225,7 @@ absl::StatusOr<TileContent> Composer::State::MakeTile(std::vector<OnTile> source
       builder.Take();
       return Stopped();
     }
+    at_hand = *source.id;
     const auto piece = thinned.PieceOf(*source.id, source.tile);
     if (!piece.ok()) {
       builder.Take();                // What was added is of no use.
@@ -232,6 +235,7 @@ absl::StatusOr<TileContent> Composer::State::MakeTile(std::vector<OnTile> source
     builder.Add(
         {piece->points, piece->runs, source.composed->T_map_submap, source.composed->robot});
   }
+  at_hand.reset();
   return builder.Take();
 }
 

@@ -64,6 +64,7 @@ struct Composer::State {
   int last_tiles_remade = 0;
   LeftOut left_out;
   // State of the Compose under way.
+  std::optional<SubmapId> at_hand;
   uint64_t missing = 0;
   Progress progress;
   double share = 0;

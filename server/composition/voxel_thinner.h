@@ -10,6 +10,8 @@
 #include <optional>
 #include <vector>
 
+#include "core/geometry/voxel_hash.h"
+
 namespace isthmus::composition {
 
 struct Voxel {
@@ -78,12 +80,12 @@ class VoxelThinner {
   };
   static constexpr uint64_t kNoVoxel = ~uint64_t{0};  // No packed voxel: those have 63 bits.
 
-  // Fibonacci hashing: the high bits of the product depend on all bits of the key.
-  size_t FirstSlot(uint64_t key) const { return (key * 0x9e3779b97f4a7c15u) >> shift_; }
+  size_t FirstSlot(uint64_t key) const { return hash_(key) >> shift_; }
   size_t FindSlot(uint64_t key) const;
   void Grow();
   void Shrink();  // When empty.
 
+  VoxelHash hash_;
   std::vector<Slot> slots_;  // A power of two of them, at most half in use.
   int shift_ = 0;            // 64 - log2(slots_.size()).
   std::vector<Cell> cells_;

@@ -78,6 +78,46 @@ void SessionWorker::BeginSegment(const floam::OdometryResult& first) {
   T_odom_last_.reset();
 }
 
+void SessionWorker::Break(const absl::Status& why, ScanAck* ack) {
+  is_broken_ = true;
+  const uint64_t sequence = ack->sequence;
+  *ack = ScanAck();
+  ack->sequence = sequence;
+  ack->outcome = ScanOutcome::kRejected;
+  ack->reason = std::string(why.message());
+  ack->status = ToString(floam::TrackingStatus::kLost);
+  ++state_->counts.rejected;
+  MutexLock lock(&mutex_);
+  ++status_.rejected;
+  status_.scans = state_->counts;
+  status_.tracking = ack->status;
+}
+
+void SessionWorker::BeginAnew() {
+  const uint32_t segment = state_->segment;
+  const ScanCounts counts = state_->counts;
+  const uint64_t first_lost = state_->unfinished.empty() ? 0 : state_->unfinished.front().sequence;
+  MakeState(segment + 1, 0);
+  state_->counts = counts;
+  checkpoint_due_ = true;
+  is_broken_ = false;
+  {
+    MutexLock lock(&mutex_);
+    status_.segment = state_->segment;
+    status_.lost_since_ns = 0;
+    T_odom_last_.reset();
+    std::erase_if(status_.unsaved[segment], [first_lost](const TrajectoryEntry& entry) {
+      return first_lost > 0 && entry.sequence >= first_lost;
+    });
+  }
+  Tell(absl::StrCat(
+      "goes on in segment ", state_->segment, " (", SegmentId(record_.id, state_->segment).value(),
+      "), as the server failed at a scan",
+      first_lost == 0
+          ? ""
+          : absl::StrCat("; what was not stored, from scan ", first_lost, " on, is lost")));
+}
+
 void SessionWorker::Tell(const std::string& what) const {
   if (!hooks_.tell) return;
   const ScanCounts& scans = state_->counts;

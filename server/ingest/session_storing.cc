@@ -1,6 +1,7 @@
 // From submaps that are cut to what is stored.
 #include <utility>
 
+#include "core/caught.h"
 #include "core/mutex.h"
 #include "server/ingest/session_worker.h"
 
@@ -24,7 +25,12 @@ std::deque<FinishedSubmap> SessionWorker::TakeFinished(uint64_t sequence,
   std::deque<FinishedSubmap> finished = std::exchange(finished_, {});
   if (finished.empty() && sequence < checkpoint_after && !checkpoint_due_) return finished;
   // Without memory for it the submap goes alone; the robot keeps its scans until the next one.
-  absl::StatusOr<std::string> state = state_->Save();
+  absl::StatusOr<std::string> state;
+  try {
+    state = state_->Save();
+  } catch (...) {
+    state = CaughtStatus();
+  }
   if (!state.ok()) return finished;
   checkpoint_sequence_ = sequence;
   checkpoint_due_ = false;
@@ -45,7 +51,13 @@ absl::Status SessionWorker::Persist() {
       if (unpersisted_.empty()) return absl::OkStatus();
       next = unpersisted_.front();
     }
-    if (absl::Status status = hooks_.persist(next); !status.ok()) return status;
+    absl::Status status;
+    try {
+      status = hooks_.persist(next);
+    } catch (...) {
+      status = CaughtStatus();
+    }
+    if (!status.ok()) return status;
     MutexLock lock(&mutex_);
     unpersisted_.pop_front();
     if (next.checkpoint) status_.durable_sequence = next.checkpoint->durable_sequence;

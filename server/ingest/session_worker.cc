@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/caught.h"
 #include "core/mutex.h"
 #include "server/ingest/limits.h"
 
@@ -90,7 +91,18 @@ void SessionWorker::RunOne() {
     }
   }
   if (scan) {
-    Send(Handle(*scan));
+    ScanAck ack;
+    ack.sequence = scan->sequence;
+    try {
+      Handle(*scan, &ack);
+    } catch (...) {
+      // The ack says what is known; what could not be stored is offered again.
+    }
+    try {
+      Send(ack);
+    } catch (...) {
+      // Who takes acks has lost this one; the next says what is durable.
+    }
     hooks_.scan_done();
   }
   MutexLock lock(&mutex_);
@@ -99,39 +111,41 @@ void SessionWorker::RunOne() {
   changed_.SignalAll();
 }
 
-ScanAck SessionWorker::Handle(const ScanUpload& upload) {
-  ScanAck ack;
-  ack.sequence = upload.sequence;
+void SessionWorker::Handle(const ScanUpload& upload, ScanAck* ack) {
   bool is_duplicate = false;
   {
     MutexLock lock(&mutex_);
     is_duplicate = upload.sequence <= status_.last_sequence;
     if (is_duplicate) {
-      ack.outcome = ScanOutcome::kDuplicate;
-      FillStatus(&ack);
+      ack->outcome = ScanOutcome::kDuplicate;
+      FillStatus(ack);
     } else {
       status_.last_sequence = upload.sequence;
     }
   }
-  if (is_duplicate) {
-    ack.T_map_odom = hooks_.T_map_odom(ack.segment);
-    return ack;
+  if (!is_duplicate) {
+    const ScanCounts counts = state_->counts;
+    try {
+      DealWithAndCut(upload, ack);
+    } catch (...) {
+      state_->counts = counts;
+      Break(CaughtStatus(), ack);
+    }
+    // A failure is kept for the next attempt; Submit tells the robot when it lasts.
+    (void)Persist();
+    MutexLock lock(&mutex_);
+    FillStatus(ack);
   }
-  DealWith(upload, &ack);
+  ack->T_map_odom = hooks_.T_map_odom(ack->segment);
+}
+
+void SessionWorker::DealWithAndCut(const ScanUpload& upload, ScanAck* ack) {
+  if (is_broken_) BeginAnew();
+  DealWith(upload, ack);
   std::deque<FinishedSubmap> finished =
       TakeFinished(upload.sequence, checkpoint_sequence_ + options_.checkpoint_scans);
-  {
-    MutexLock lock(&mutex_);
-    for (FinishedSubmap& submap : finished) unpersisted_.push_back(std::move(submap));
-  }
-  // A failure is kept for the next attempt; Submit tells the robot when it lasts.
-  (void)Persist();
-  {
-    MutexLock lock(&mutex_);
-    FillStatus(&ack);
-  }
-  ack.T_map_odom = hooks_.T_map_odom(ack.segment);
-  return ack;
+  MutexLock lock(&mutex_);
+  for (FinishedSubmap& submap : finished) unpersisted_.push_back(std::move(submap));
 }
 
 void SessionWorker::FillStatus(ScanAck* ack) const {
@@ -143,17 +157,29 @@ void SessionWorker::FillStatus(ScanAck* ack) const {
 }
 
 absl::Status SessionWorker::Finish() {
+  absl::Status cut;
   {
     MutexLock lock(&mutex_);
     stopping_ = true;
     changed_.SignalAll();
     while (running_) changed_.Wait(&mutex_);
-    Cut(state_->builder->Finish());
-    for (FinishedSubmap& submap : TakeFinished(status_.last_sequence, checkpoint_sequence_ + 1)) {
-      unpersisted_.push_back(std::move(submap));
+    try {
+      CutTheLast();
+    } catch (...) {
+      is_broken_ = true;
+      cut = CaughtStatus();
     }
   }
-  return RetryStoring();
+  cut.Update(RetryStoring());
+  return cut;
+}
+
+void SessionWorker::CutTheLast() {
+  if (is_broken_) return;
+  Cut(state_->builder->Finish());
+  for (FinishedSubmap& submap : TakeFinished(status_.last_sequence, checkpoint_sequence_ + 1)) {
+    unpersisted_.push_back(std::move(submap));
+  }
 }
 
 absl::Status SessionWorker::RetryStoring() {

@@ -52,6 +52,10 @@ namespace isthmus::ingest {
 // carried robot is looked for in is made from the stored submaps: where some were retired since, a
 // search may end otherwise than it would have.
 //
+// Where something is thrown while a scan is dealt with (no memory, for one), that scan is rejected
+// and what was under way, the unfinished submap with it, is let go of: it may be half done. The
+// session goes on in a new segment, and says so.
+//
 // Thread safe. Runs at most one task at a time on the executor, which must outlive it.
 class SessionWorker : public std::enable_shared_from_this<SessionWorker> {
  public:
@@ -103,7 +107,12 @@ class SessionWorker : public std::enable_shared_from_this<SessionWorker> {
   // For sessions without a checkpoint, or without a usable one.
   void ResumeFromSubmaps(const ResumePoint& resume) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void RunOne();  // Executor task: deals with one scan, posts itself again while there are more.
-  ScanAck Handle(const ScanUpload& scan);
+  // Whatever is thrown, the ack then says what is known.
+  void Handle(const ScanUpload& scan, ScanAck* ack);
+  void DealWithAndCut(const ScanUpload& scan, ScanAck* ack);
+  // After something was thrown: the state is not used any more.
+  void Break(const absl::Status& why, ScanAck* ack);
+  void BeginAnew();
   void DealWith(const ScanUpload& scan, ScanAck* ack);
   absl::StatusOr<floam::OdometryResult> Track(const ScanUpload& scan, int64_t time_ns);
   void Reject(const ScanUpload& scan, const absl::Status& why, ScanAck* ack);
@@ -114,6 +123,7 @@ class SessionWorker : public std::enable_shared_from_this<SessionWorker> {
   void Tell(const std::string& what) const;
   // Fills in the status after the scan that was dealt with.
   void FillStatus(ScanAck* ack) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void CutTheLast() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void Hand(std::shared_ptr<const Submap> submap);
   void Cut(std::shared_ptr<const Submap> submap);
   // The submaps cut since the last call, and a checkpoint if one is due or something was cut.
@@ -134,6 +144,7 @@ class SessionWorker : public std::enable_shared_from_this<SessionWorker> {
   std::pair<uint32_t, uint32_t> stored_until_ = {1, 0};
   uint64_t checkpoint_sequence_ = 0;  // Of the last checkpoint that was made.
   bool checkpoint_due_ = false;       // A segment has begun.
+  bool is_broken_ = false;            // What is in state_ may be half done.
 
   Mutex sink_mutex_;  // Held while an ack is sent.
   AckSink sink_ ABSL_GUARDED_BY(sink_mutex_);

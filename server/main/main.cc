@@ -11,6 +11,7 @@
 #include <memory>
 #include <string>
 
+#include "core/caught.h"
 #include "server/main/config.h"
 #include "server/main/data_folder.h"
 #include "server/main/stop_signal.h"
@@ -193,5 +194,9 @@ int main(int argc, char** argv) {
   int result = 0;
   if (!isthmus::server::Parse(argc, argv, arguments, result)) return result;
   isthmus::server::StartLogging(arguments.log_level);
-  return isthmus::server::Run(arguments);
+  try {
+    return isthmus::server::Run(arguments);
+  } catch (...) {
+    return isthmus::server::Fail(isthmus::server::kDataFolder, isthmus::CaughtStatus());
+  }
 }

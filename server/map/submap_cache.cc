@@ -1,7 +1,10 @@
 #include "server/map/submap_cache.h"
 
+#include <absl/strings/str_cat.h>
+
 #include <utility>
 
+#include "core/caught.h"
 #include "core/mutex.h"
 
 namespace isthmus::server {
@@ -27,19 +30,34 @@ std::shared_ptr<const Submap> SubmapCache::Get(const SubmapId& id) {
     }
   }
   // Not under the lock: two who ask for the same at a time read it twice.
-  absl::StatusOr<std::shared_ptr<const Submap>> read = store_->GetSubmap(id);
+  absl::StatusOr<std::shared_ptr<const Submap>> read = Read(id);
   if (read.ok()) {
     MutexLock lock(&mutex_);
     Keep(id, *read);
     return *std::move(read);
   }
-  if (!absl::IsDataLoss(read.status())) return nullptr;
+  const bool is_damaged = absl::IsDataLoss(read.status());
+  if (!is_damaged && !absl::IsResourceExhausted(read.status())) return nullptr;
   {
     MutexLock lock(&mutex_);
-    if (std::exchange(entries_[id].is_damaged, true)) return nullptr;
+    Entry& entry = entries_[id];
+    entry.is_damaged = entry.is_damaged || is_damaged;
+    if (std::exchange(entry.is_told, true)) return nullptr;
   }
   if (on_damaged_) on_damaged_(id, std::string(read.status().message()));
   return nullptr;
+}
+
+absl::StatusOr<std::shared_ptr<const Submap>> SubmapCache::Read(const SubmapId& id) const {
+  try {
+    return store_->GetSubmap(id);
+  } catch (...) {
+    const absl::Status caught = CaughtStatus();
+    const std::string problem =
+        absl::StrCat("submap ", ToString(id), " cannot be read: ", caught.message());
+    if (absl::IsResourceExhausted(caught)) return absl::ResourceExhaustedError(problem);
+    return absl::DataLossError(problem);
+  }
 }
 
 std::shared_ptr<const Submap> SubmapCache::Outline(const SubmapId& id) {

@@ -2,6 +2,8 @@
 // that a server's memory does not grow with its map.
 #pragma once
 
+#include <absl/status/statusor.h>
+
 #include <cstddef>
 #include <functional>
 #include <map>
@@ -31,7 +33,7 @@ class SubmapCache {
   SubmapCache& operator=(const SubmapCache&) = delete;
 
   // Null where it is gone or cannot be read. A damaged one is not read again; where the store
-  // failed otherwise, the next call tries again.
+  // failed otherwise, or there is no memory for it, the next call tries again.
   std::shared_ptr<const Submap> Get(const SubmapId& id);
   // All but its points; kept for good once read, a kB or so each, and always the same object.
   std::shared_ptr<const Submap> Outline(const SubmapId& id);
@@ -48,8 +50,11 @@ class SubmapCache {
     std::weak_ptr<const Submap> held;       // By the cache or somebody else, perhaps.
     std::shared_ptr<const Submap> outline;  // Null until somebody asked.
     bool is_damaged = false;
+    bool is_told = false;  // That it cannot be read.
   };
 
+  // DataLoss also where reading it throws, but where memory ran out ResourceExhausted.
+  absl::StatusOr<std::shared_ptr<const Submap>> Read(const SubmapId& id) const;
   void Keep(const SubmapId& id, const std::shared_ptr<const Submap>& submap)
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 

@@ -1,5 +1,6 @@
 #include "server/pipeline/pipeline_impl.h"
 
+#include "core/caught.h"
 #include "core/paper.h"
 #include "server/pipeline/trajectory_reader.h"
 
@@ -8,9 +9,13 @@ namespace isthmus::server {
 absl::StatusOr<std::unique_ptr<Pipeline>> Pipeline::Open(const PipelineOptions& options,
                                                          std::unique_ptr<storage::MapStore> store,
                                                          const Clock& clock) {
-  auto pipeline = std::make_unique<PipelineImpl>(options, std::move(store), clock);
-  if (absl::Status status = pipeline->Start(); !status.ok()) return status;
-  return pipeline;
+  try {
+    auto pipeline = std::make_unique<PipelineImpl>(options, std::move(store), clock);
+    if (absl::Status status = pipeline->Start(); !status.ok()) return status;
+    return pipeline;
+  } catch (...) {
+    return CaughtStatus();
+  }
 }
 
 PipelineImpl::PipelineImpl(const PipelineOptions& options, std::unique_ptr<storage::MapStore> store,
@@ -41,7 +46,7 @@ absl::Status PipelineImpl::Start() {
   if (absl::Status status = sessions_.Resume(); !status.ok()) return status;
   MapWriter* const map = &parts_.map;
   placement_ = std::make_unique<PlacementThread>(map, &parts_.activity, parts_.store.get(),
-                                                 &parts_.clock, options.placer);
+                                                 &parts_.clock, options.placer, options.on_problem);
   map->WaitUntilPlaced();
   composition_ = std::make_unique<CompositionThread>(
       map, &parts_.activity, [this](const SubmapId& id) { return parts_.submaps.Get(id); },

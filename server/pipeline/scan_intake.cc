@@ -15,7 +15,12 @@ absl::StatusOr<Sessions::Worker> Sessions::FindWorker(const SessionId& session) 
   if (!opened.ok()) return opened.status();
   const SessionRecord& record = (*opened)->record;
   ingest::SessionWorkers::Entry entry = parts_.workers.Find(session);
-  if (record.state == SessionState::kFinished || entry.worker == nullptr) {
+  if (record.state != SessionState::kFinished && entry.worker == nullptr) {
+    return absl::FailedPreconditionError(absl::StrCat(
+        "session ", session.value(), " could not be taken up after the server's start, see its ",
+        "log: create a new session for robot ", record.robot.value()));
+  }
+  if (entry.worker == nullptr) {
     return absl::FailedPreconditionError(
         absl::StrCat("session ", session.value(), " is finished: create a new session for robot ",
                      record.robot.value()));

@@ -3,6 +3,7 @@
 
 #include <utility>
 
+#include "core/caught.h"
 #include "floam/odometry_mode.h"
 #include "floam/rings/sensor_model.h"
 #include "server/pipeline/sessions.h"
@@ -26,12 +27,26 @@ absl::Status Sessions::Resume() {
   for (const auto& [id, session] : view->sessions) {
     const SessionRecord& record = session.record;
     if (record.state == SessionState::kFinished || record.segment > 1) continue;
-    absl::StatusOr<Worker> worker = ResumeWorker(session);
-    if (!worker.ok()) return worker.status();
-    parts_.workers.Add(id, *std::move(worker));
-    // A finished session takes neither scans nor submaps.
-    if (HasUploads(session, &parts_.submaps)) parts_.workers.NoteUploads(id);
+    absl::Status resumed;
+    try {
+      resumed = Resume(session);
+    } catch (...) {
+      if (parts_.options.on_problem) {
+        parts_.options.on_problem(absl::StrCat("session ", id.value(), " cannot go on: ",
+                                               CaughtStatus().message(), "; its map is served"));
+      }
+    }
+    if (!resumed.ok()) return resumed;
   }
+  return absl::OkStatus();
+}
+
+absl::Status Sessions::Resume(const SessionView& session) {
+  absl::StatusOr<Worker> worker = ResumeWorker(session);
+  if (!worker.ok()) return worker.status();
+  parts_.workers.Add(session.record.id, *std::move(worker));
+  // A finished session takes neither scans nor submaps.
+  if (HasUploads(session, &parts_.submaps)) parts_.workers.NoteUploads(session.record.id);
   return absl::OkStatus();
 }
 
@@ -45,13 +60,24 @@ absl::StatusOr<Sessions::Worker> Sessions::ResumeWorker(const SessionView& sessi
     if (!stored.ok()) return stored.status();
     resume.segments.push_back(*std::move(stored));
   }
-  auto worker = MakeWorker(record, resume);
+  auto worker = MakeWorkerWithOrWithoutCheckpoint(record, &resume);
   if (!worker.ok() || !parts_.options.on_problem) return worker;
   if (const std::string resumed = (*worker)->Status().resumed; !resumed.empty()) {
     parts_.options.on_problem(absl::StrCat("session ", record.id.value(), " was ", resumed,
                                            "; it does not go on exactly as it was"));
   }
   return worker;
+}
+
+absl::StatusOr<Sessions::Worker> Sessions::MakeWorkerWithOrWithoutCheckpoint(
+    const SessionRecord& record, ingest::ResumePoint* resume) {
+  try {
+    return MakeWorker(record, *resume);
+  } catch (...) {
+    if (!resume->checkpoint) throw;
+    resume->checkpoint->state = std::nullopt;  // As if it were damaged.
+    return MakeWorker(record, *resume);
+  }
 }
 
 absl::StatusOr<ingest::StoredSegment> Sessions::ReadSegment(const SessionView& session) {

@@ -44,6 +44,11 @@ class Sessions {
   SessionId NextId(const RobotId& robot, int* number) const;
   absl::StatusOr<Worker> MakeWorker(const SessionRecord& record, const ingest::ResumePoint& resume);
   ingest::WorkerHooks HooksOf(const SessionId& session);
+  // Goes on from where the session, its first segment, is stored to be.
+  absl::Status Resume(const SessionView& session);
+  // If making it throws, its checkpoint is treated as damaged.
+  absl::StatusOr<Worker> MakeWorkerWithOrWithoutCheckpoint(const SessionRecord& record,
+                                                           ingest::ResumePoint* resume);
   // A worker that goes on from the session's stored state, that of its first segment.
   absl::StatusOr<Worker> ResumeWorker(const SessionView& session);
   absl::StatusOr<ingest::StoredSegment> ReadSegment(const SessionView& session);

@@ -1,5 +1,6 @@
 #include "server/rpc/stream_scans.h"
 
+#include <absl/cleanup/cleanup.h>
 #include <absl/strings/str_cat.h>
 
 #include <memory>
@@ -101,13 +102,15 @@ absl::Status ReadScans(server::Pipeline& pipeline, const SessionId& session, Ack
 }
 
 void WriteAcks(AckWindow& window, const ScanLink& link) {
+  const absl::Cleanup end = [&] {
+    window.Close();
+    // Stopped or broken while the reader waits for the robot's next message: wake it. Not after the
+    // last scan, where it would turn the stream's status into CANCELLED.
+    if (!window.scans_ended()) link.cancel();
+  };
   while (const auto ack = window.Next()) {
     if (!link.write(ToProto(*ack))) break;
   }
-  window.Close();
-  // Stopped or broken while the reader waits for the robot's next message: wake it. Not after the
-  // last scan, where it would turn the stream's status into CANCELLED.
-  if (!window.scans_ended()) link.cancel();
 }
 
 }  // namespace
@@ -121,10 +124,14 @@ absl::Status StreamScans(server::Pipeline& pipeline, ScanStreams& streams, const
   auto seat = streams.Join(session, link.cancel);
   if (!seat.ok()) return seat.status();
   AckWindow& window = (*seat)->window();
-  Executor writer(1);  // Joins on the way out: when the last acknowledgement is written.
+  Executor writer(1);
   writer.Post([&] { WriteAcks(window, link); });
-  absl::Status status = ReadScans(pipeline, session, window, link, request);
-  window.EndScans();
+  absl::Status status;
+  {
+    const absl::Cleanup end = [&] { window.EndScans(); };
+    status = ReadScans(pipeline, session, window, link, request);
+  }
+  status.Update(writer.WaitUntilIdle());
   return status;
 }
 

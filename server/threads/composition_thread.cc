@@ -8,6 +8,7 @@
 #include <set>
 #include <utility>
 
+#include "core/caught.h"
 #include "server/threads/limits.h"
 
 namespace isthmus::server {
@@ -17,10 +18,14 @@ CompositionThread::CompositionThread(MapWriter* map, Activity* activity, SubmapR
                                      OnProblem on_problem)
     : map_(map),
       activity_(activity),
-      reader_(std::move(reader)),
+      reader_([this, reader = std::move(reader)](const SubmapId& id) {
+        const auto failed = failures_.find(id);
+        return failed == failures_.end() || failed->second < kMaxFailures ? reader(id) : nullptr;
+      }),
+      options_(options),
       interval_s_(interval_s),
       on_problem_(std::move(on_problem)),
-      composer_(options) {
+      composer_(std::make_unique<composition::Composer>(options)) {
   map_->ShowComposed(FirstMap());
   thread_ = std::thread([this] { Run(); });
 }
@@ -49,7 +54,7 @@ std::shared_ptr<const ComposedMap> CompositionThread::FirstMap() {
       std::make_shared<LoadingMap>(std::vector<RobotId>(robots.begin(), robots.end()), components);
   if (components > 0) return loading_;
   // Nothing is stored, so there is nothing to wait for.
-  auto empty = composer_.Compose(0, {}, reader_);
+  auto empty = composer_->Compose(0, {}, reader_);
   if (!empty.ok()) return loading_;
   loading_ = nullptr;
   return *std::move(empty);
@@ -57,10 +62,29 @@ std::shared_ptr<const ComposedMap> CompositionThread::FirstMap() {
 
 absl::StatusOr<std::shared_ptr<const ComposedMap>> CompositionThread::Compose(
     int64_t revision, const std::vector<PlacedSubmap>& placed) {
-  return composer_.Compose(revision, placed, reader_, [&](double share) {
-    if (loading_ != nullptr) loading_->SetDone(share);
-    return KeepsOn();
-  });
+  try {
+    if (composer_ == nullptr) composer_ = std::make_unique<composition::Composer>(options_);
+    return composer_->Compose(revision, placed, reader_, [&](double share) {
+      if (loading_ != nullptr) loading_->SetDone(share);
+      return KeepsOn();
+    });
+  } catch (...) {
+    return Recover(CaughtStatus());
+  }
+}
+
+// Cancelled, to go on at once, where it was thrown at a submap.
+absl::Status CompositionThread::Recover(const absl::Status& caught) {
+  const std::optional<SubmapId> at_hand = composer_ ? composer_->at_hand() : std::nullopt;
+  composer_ = nullptr;  // Half done.
+  if (!at_hand) return caught;
+  if (++failures_[*at_hand] == kMaxFailures) {
+    const std::string problem = absl::StrCat("submap ", ToString(*at_hand),
+                                             " is left out of the merged map: ", caught.message());
+    activity_->NoteDamage(*at_hand, problem);
+    if (on_problem_) on_problem_(problem);
+  }
+  return absl::CancelledError("to be tried again");
 }
 
 // While no session was removed since, and the thread is not to end.
@@ -78,7 +102,7 @@ void CompositionThread::Report(const absl::Status& status) {
 }
 
 void CompositionThread::ReportLeftOut() {
-  const composition::Composer::LeftOut left_out = composer_.left_out();
+  const composition::Composer::LeftOut left_out = composer_->left_out();
   const auto most = left_out.points > 0 ? std::optional(left_out.most) : std::nullopt;
   if (std::exchange(left_out_, most) == most || !most || !on_problem_) return;
   on_problem_(absl::StrCat(
@@ -88,37 +112,53 @@ void CompositionThread::ReportLeftOut() {
 }
 
 void CompositionThread::Run() {
-  absl::Time next_allowed = absl::Now();
-  bool cancelled = false;  // The last composition.
-  while (true) {
-    const uint64_t seen = map_->changed().count();
-    const MapWriter::View view = map_->view();
-    if (view->IsComposed()) {
-      if (stop_) return;
-      map_->changed().WaitPast(seen);
-      continue;
+  bool goes_on = true;
+  while (goes_on) {
+    try {
+      goes_on = RunOnce();
+    } catch (...) {
+      Report(CaughtStatus());
+      cancelled_ = false;
+      next_allowed_ = absl::Now() + absl::Seconds(kComposeAgainS);
+      goes_on = !stop_;
     }
-    if (!stop_ && absl::Now() < next_allowed) {
-      map_->changed().WaitPast(seen, next_allowed);
-      continue;
-    }
-    removals_ = cancelled ? std::nullopt : std::optional<uint64_t>(view->removals);
-    Stopwatch watch;
-    auto map = Compose(view->revision->revision, view->PlacedSubmaps());
-    const double ms = watch.Ms();
-    cancelled = absl::IsCancelled(map.status());
-    if (!cancelled) Report(map.status());
-    if (map.ok()) {
-      ReportLeftOut();
-      loading_ = nullptr;
-      activity_->Composed(ms);
-      map_->ShowComposed(*std::move(map));
-    } else if (stop_) {
-      return;
-    }
-    if (cancelled) continue;
-    next_allowed = absl::Now() + absl::Seconds(map.ok() ? interval_s_ : kComposeAgainS);
   }
+}
+
+bool CompositionThread::RunOnce() {
+  const uint64_t seen = map_->changed().count();
+  const MapWriter::View view = map_->view();
+  if (view->IsComposed()) {
+    if (stop_) return false;
+    map_->changed().WaitPast(seen);
+    return true;
+  }
+  if (!stop_ && absl::Now() < next_allowed_) {
+    map_->changed().WaitPast(seen, next_allowed_);
+    return true;
+  }
+  removals_ = cancelled_ ? std::nullopt : std::optional<uint64_t>(view->removals);
+  std::erase_if(failures_, [&](const auto& item) {
+    const SessionView* session = view->Find(item.first.session);
+    return session == nullptr || !session->submaps.contains(item.first.index);
+  });
+  Stopwatch watch;
+  auto map = Compose(view->revision->revision, view->PlacedSubmaps());
+  const double ms = watch.Ms();
+  cancelled_ = absl::IsCancelled(map.status());
+  if (!cancelled_) Report(map.status());
+  if (map.ok()) {
+    ReportLeftOut();
+    loading_ = nullptr;
+    activity_->Composed(ms);
+    map_->ShowComposed(*std::move(map));
+  } else if (stop_) {
+    return false;
+  }
+  if (!cancelled_) {
+    next_allowed_ = absl::Now() + absl::Seconds(map.ok() ? interval_s_ : kComposeAgainS);
+  }
+  return true;
 }
 
 }  // namespace isthmus::server

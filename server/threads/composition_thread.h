@@ -1,13 +1,18 @@
 // The fast loop: a thread that composes the merged map anew, with the transforms at hand.
 #pragma once
 
+#include <absl/status/statusor.h>
+#include <absl/time/time.h>
+
 #include <atomic>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "core/stopwatch.h"
 #include "server/composition/composer.h"
@@ -26,7 +31,9 @@ class CompositionThread {
   // disk, the last map stays and it is tried again every few seconds. A composition under way ends
   // when a session is deleted, and goes on at once without it; the next one is then made to its
   // end, so that there are new maps however often sessions are deleted. Until what the store holds
-  // has been composed once, readers get a LoadingMap. Reader and `on_problem` must hold out until
+  // been composed once, readers get a LoadingMap. A submap at which something is thrown twice, by
+  // the reader or what makes the map (no memory for it, for one), is left out until the next start;
+  // `activity` is told which, and why. Reader and `on_problem` must hold out until
   // the thread is destroyed.
   CompositionThread(MapWriter* map, Activity* activity, SubmapReader reader,
                     const composition::ComposerOptions& options, double interval_s,
@@ -41,8 +48,12 @@ class CompositionThread {
 
  private:
   void Run();
+  // One composition, or a wait. False when the thread is to end.
+  bool RunOnce();
   absl::StatusOr<std::shared_ptr<const ComposedMap>> Compose(
       int64_t revision, const std::vector<PlacedSubmap>& placed);
+  // After something was thrown: what to try next.
+  absl::Status Recover(const absl::Status& caught);
   bool KeepsOn();
   void ReportLeftOut();
   void Report(const absl::Status& status);
@@ -50,18 +61,22 @@ class CompositionThread {
 
   MapWriter* const map_;
   Activity* const activity_;
-  const SubmapReader reader_;
+  const SubmapReader reader_;  // But for those that failed too often.
+  const composition::ComposerOptions options_;
   const double interval_s_;
   const OnProblem on_problem_;
-  composition::Composer composer_;  // Touched by the thread only.
-  // Null once there is a map. Touched by the thread only, but for what is in it.
-  std::shared_ptr<LoadingMap> loading_;
-  std::string problem_;               // The last reported. Touched by the thread only.
-  std::optional<SubmapId> left_out_;  // Likewise; who has most points that are left out.
+  // All that follows is touched by the thread only, but for stop_.
+  std::unique_ptr<composition::Composer> composer_;  // Null: to be made anew.
+  std::map<SubmapId, int> failures_;                 // How often something was thrown at it.
+  std::shared_ptr<LoadingMap> loading_;              // Null once there is a map.
+  std::string problem_;                              // The last reported.
+  std::optional<SubmapId> left_out_;                 // Who has most points that are left out.
   std::atomic<bool> stop_ = false;
-  std::optional<Stopwatch> since_stop_;  // Since the thread saw it; touched by the thread only.
+  std::optional<Stopwatch> since_stop_;  // Since the thread saw it.
+  absl::Time next_allowed_ = absl::InfinitePast();
+  bool cancelled_ = false;  // The last composition.
   // Sessions removed when the composition under way began; nothing if it goes on whatever is
-  // removed. Touched by the thread only.
+  // removed.
   std::optional<uint64_t> removals_;
   std::thread thread_;
 };

@@ -32,6 +32,8 @@ inline constexpr int kMaxCrashes = 2;
 // Seconds until a composition that failed is tried again; milliseconds since being told to stop in
 // which the last map may still be composed.
 inline constexpr double kComposeAgainS = 3, kLastMapMs = 1000;
+// Failures of a submap after which it is left out: memory may have been short for a moment.
+inline constexpr int kMaxFailures = 2;
 
 // Storing.
 

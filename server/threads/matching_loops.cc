@@ -30,24 +30,31 @@ void MatchingThread::FindLoops(const MapView& view, const SubmapId& submap) {
   const Placement* placement = view.PlacementOf(submap.session);
   if (entry == nullptr || placement == nullptr) return;
   const bool was_last = IsFinished(*entry) && submap.index + 1 == entry->next_index();
+  const bool done = Guard(absl::StrCat("the loops of ", ToString(submap)), [&] {
+    const matching::LoopQuery query = QueryOf(view, submap, *entry, *placement);
+    if (!query.submaps.empty() && query.submaps.back()->id == submap) FindLoops(query);
+  });
+  // What it keeps is large, and after a start every session is asked once.
+  if (was_last || !done) finders_.erase(submap.session);
+}
+
+matching::LoopQuery MatchingThread::QueryOf(const MapView& view, const SubmapId& submap,
+                                            const SessionView& session,
+                                            const Placement& placement) const {
   matching::LoopQuery query;
   query.session = submap.session;
   for (const auto& [id, loop] : view.loops) {
     if (loop.session == submap.session) query.known.push_back(loop);
   }
-  for (const SubmapPose& pose : placement->submaps) {
-    if (pose.index > submap.index || !entry->submaps.contains(pose.index)) continue;
+  for (const SubmapPose& pose : placement.submaps) {
+    if (pose.index > submap.index || !session.submaps.contains(pose.index)) continue;
     std::shared_ptr<const Submap> outline = submaps_->Outline({submap.session, pose.index});
     if (outline == nullptr) continue;
     query.submaps.push_back(std::move(outline));
     query.T_map_submap.push_back(pose.T_map_submap);
   }
-  if (query.submaps.empty() || query.submaps.back()->id.index != submap.index) return;
-  query.first_new = query.submaps.size() - 1;
-  const bool done =
-      Guard(absl::StrCat("the loops of ", ToString(submap)), [&] { FindLoops(query); });
-  // Its state is large, and after a start every session is asked once.
-  if (was_last || !done) finders_.erase(submap.session);
+  query.first_new = query.submaps.empty() ? 0 : query.submaps.size() - 1;
+  return query;
 }
 
 void MatchingThread::FindLoops(const matching::LoopQuery& query) {

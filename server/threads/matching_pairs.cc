@@ -60,11 +60,11 @@ void MatchingThread::Estimate(const MapView& view, const SessionPair& pair) {
   const bool finished = IsFinished(*session_a) && IsFinished(*session_b);
   const std::shared_ptr<const Match> older = view.matches.Get(pair);
   attempts_[pair] = {session_a->next_index(), session_b->next_index()};
-  const SessionMap a = MapOf(*session_a), b = MapOf(*session_b);
-  if (a.submaps.empty() || b.submaps.empty()) return;
   const bool done =
-      Guard(absl::StrCat("the match of ", pair.first.value(), " and ", pair.second.value()),
-            [&] { Estimate(a, b, finished, older.get()); });
+      Guard(absl::StrCat("the match of ", pair.first.value(), " and ", pair.second.value()), [&] {
+        const SessionMap a = MapOf(*session_a), b = MapOf(*session_b);
+        if (!a.submaps.empty() && !b.submaps.empty()) Estimate(a, b, finished, older.get());
+      });
   if (!done) matchers_.erase(pair);
 }
 

@@ -3,8 +3,8 @@
 #include <absl/strings/str_cat.h>
 
 #include <algorithm>
-#include <exception>
 
+#include "core/caught.h"
 #include "core/stopwatch.h"
 #include "server/threads/limits.h"
 
@@ -86,8 +86,8 @@ bool MatchingThread::Guard(const std::string& task, const std::function<void()>&
       work();
     } catch (const Stopped&) {
       problem = "stopped";
-    } catch (const std::exception& e) {
-      problem = e.what();
+    } catch (...) {
+      problem = std::string(CaughtStatus().message());
     }
     journal_.End();
   }
@@ -105,7 +105,17 @@ void MatchingThread::Run() {
     const uint64_t seen = map_->changed().count();
     const MapWriter::View view = map_->view();
     if (!is_at_work) round = Stopwatch();
-    if (RunNext(*view)) {
+    bool has_more = false;
+    try {
+      has_more = RunNext(*view);
+    } catch (...) {
+      // Between tasks, so of none of them in particular: whatever is due is after the next change.
+      if (options_.on_problem) {
+        options_.on_problem(
+            absl::StrCat("matching waits for the next change: ", CaughtStatus().message()));
+      }
+    }
+    if (has_more) {
       is_at_work = true;
       continue;
     }

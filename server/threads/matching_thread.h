@@ -83,6 +83,9 @@ class MatchingThread {
   std::optional<SubmapId> NextForLoops(const MapView& view) const;
   void FindLoops(const MapView& view, const SubmapId& submap);
   void FindLoops(const matching::LoopQuery& query);
+  // Those of its submaps up to this one that can be read; reads from the store.
+  matching::LoopQuery QueryOf(const MapView& view, const SubmapId& submap,
+                              const SessionView& session, const Placement& placement) const;
 
   // The pair with the most new evidence; nothing when all is up to date.
   std::optional<SessionPair> NextPair(const MapView& view) const;

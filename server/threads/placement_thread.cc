@@ -1,11 +1,13 @@
 #include "server/threads/placement_thread.h"
 
+#include <absl/strings/str_cat.h>
 #include <absl/strings/str_join.h>
 
 #include <algorithm>
 #include <utility>
 #include <vector>
 
+#include "core/caught.h"
 #include "core/mutex.h"
 #include "core/stopwatch.h"
 #include "server/match_graph/match_graph.h"
@@ -45,8 +47,15 @@ std::vector<T> Unique(std::vector<T> items) {
 }  // namespace
 
 PlacementThread::PlacementThread(MapWriter* map, Activity* activity, storage::MapStore* store,
-                                 const Clock* clock, const placement::PlacerOptions& options)
-    : map_(map), activity_(activity), store_(store), clock_(clock), placer_(options) {
+                                 const Clock* clock, const placement::PlacerOptions& options,
+                                 OnProblem on_problem)
+    : map_(map),
+      activity_(activity),
+      store_(store),
+      clock_(clock),
+      options_(options),
+      on_problem_(std::move(on_problem)),
+      placer_(options) {
   thread_ = std::thread([this] { Run(); });
 }
 
@@ -103,14 +112,37 @@ std::shared_ptr<const MapRevision> PlacementThread::MakeRevision(
 
 void PlacementThread::Place() {
   const MapWriter::ToPlace task = map_->TakeChanges();
+  const Stopwatch watch;
+  PlacedMap placed;
+  try {
+    placed = Solve(task);
+  } catch (...) {
+    const absl::Status caught = CaughtStatus();
+    {
+      MutexLock placing(&placer_mutex_);
+      placer_ = placement::Placer(options_);
+    }
+    placed = PlacedMap();
+    placed.tree = *task.view->tree;
+    placed.judgement = *task.view->judgement;
+    if (on_problem_) {
+      on_problem_(absl::StrCat("what is new (", absl::StrJoin(task.changes.causes, "; "),
+                               ") could not be placed: ", caught.message(),
+                               "; it is tried again with the next change"));
+    }
+  }
+  placed.version = task.view->graph_version;
+  activity_->Placed(watch.Ms());
+  map_->ShowPlaced(std::move(placed));
+}
+
+PlacedMap PlacementThread::Solve(const MapWriter::ToPlace& task) {
   const MapView& view = *task.view;
   placement::Input input = PlacementInput(view);
   // Nobody else makes revisions.
   const std::vector<Placement>& previous = view.revision->placements;
 
-  const Stopwatch watch;
   PlacedMap placed;
-  placed.version = view.graph_version;
   placed.tree = PlaceByTree(MatchGraphNodes(view), previous, &input);
   placement::Outcome outcome;
   {
@@ -123,8 +155,7 @@ void PlacementThread::Place() {
         MakeRevision(*view.revision, task.changes, std::move(moves), std::move(outcome.placements));
   }
   placed.judgement = std::move(outcome.judgement);
-  activity_->Placed(watch.Ms());
-  map_->ShowPlaced(std::move(placed));
+  return placed;
 }
 
 }  // namespace isthmus::server

@@ -6,6 +6,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -23,8 +24,13 @@ namespace isthmus::server {
 
 class PlacementThread {
  public:
+  // Told, from the thread, why what is new could not be placed.
+  using OnProblem = std::function<void(const std::string& problem)>;
+
+  // Where placing throws, the last revision stands until the next change; then everything is
+  // placed, by a placer without a memory of what was half done.
   PlacementThread(MapWriter* map, Activity* activity, storage::MapStore* store, const Clock* clock,
-                  const placement::PlacerOptions& options);
+                  const placement::PlacerOptions& options, OnProblem on_problem = nullptr);
   ~PlacementThread();  // Stop(), and waits.
 
   // Ends once everything so far is placed; does not wait.
@@ -35,8 +41,9 @@ class PlacementThread {
 
  private:
   void Run();
-  // Places what the map says and shows it.
+  // Places what the map says and shows it, or why it cannot.
   void Place();
+  PlacedMap Solve(const MapWriter::ToPlace& task);
   // A revision of new placements, which differ from the previous ones by `moves`; stored if that is
   // possible. Readers see the newest truth even when it is not: it follows from what is stored and
   // is found again at the next start.
@@ -49,6 +56,8 @@ class PlacementThread {
   Activity* const activity_;
   storage::MapStore* const store_;
   const Clock* const clock_;
+  const placement::PlacerOptions options_;
+  const OnProblem on_problem_;
   Mutex placer_mutex_;
   placement::Placer placer_ ABSL_GUARDED_BY(placer_mutex_);
   // The revision that the store has when the latest could not be written. Touched by the thread

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/caught.h"
 #include "core/mutex.h"
 #include "server/threads/limits.h"
 
@@ -90,6 +91,21 @@ void RetentionThread::Round() {
     MutexLock lock(&mutex_);
     changes = changes_;
   }
+  try {
+    CountAndDo();
+  } catch (...) {
+    const absl::Status caught = CaughtStatus();
+    if (hooks_.on_problem) {
+      hooks_.on_problem(absl::StrCat("the limits on what robots store could not be looked at: ",
+                                     caught.message(), "; they are with the next change"));
+    }
+  }
+  MutexLock lock(&mutex_);
+  looked_at_ = std::max(looked_at_, changes);
+  changed_.SignalAll();
+}
+
+void RetentionThread::CountAndDo() {
   ingest::RetentionPlan plan;
   for (int round = 0; round < kMaxRetentionRounds; ++round) {
     const std::vector<ingest::StoredSession> sessions = Count();
@@ -98,8 +114,6 @@ void RetentionThread::Round() {
   }
   MutexLock lock(&mutex_);
   refused_ = std::move(plan.refused);
-  looked_at_ = std::max(looked_at_, changes);
-  changed_.SignalAll();
 }
 
 std::vector<ingest::StoredSession> RetentionThread::Count() {

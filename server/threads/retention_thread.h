@@ -53,6 +53,7 @@ class RetentionThread {
  private:
   void Run();
   void Round();
+  void CountAndDo();
   // All sessions with their bytes.
   std::vector<ingest::StoredSession> Count();
   // Returns whether anything went.

@@ -6,6 +6,7 @@
 
 #include <utility>
 
+#include "core/caught.h"
 #include "core/mutex.h"
 #include "storage/forwarding_store.h"
 
@@ -24,17 +25,25 @@ class WatchedStore : public storage::ForwardingStore {
       : ForwardingStore(std::move(store)), health_(health) {}
 
   absl::Status Write(const storage::WriteBatch& batch) override {
-    return Noted(ForwardingStore::Write(batch));
+    return Noted([&] { return ForwardingStore::Write(batch); });
   }
   absl::Status DeleteSession(const SessionId& session) override {
-    return Noted(ForwardingStore::DeleteSession(session));
+    return Noted([&] { return ForwardingStore::DeleteSession(session); });
   }
   absl::Status PutFeatures(const storage::FeatureBlob& blob) override {
-    return Noted(ForwardingStore::PutFeatures(blob));
+    return Noted([&] { return ForwardingStore::PutFeatures(blob); });
   }
 
  private:
-  absl::Status Noted(absl::Status status) {
+  // What is thrown is a failure of the store, too.
+  template <typename Writing>
+  absl::Status Noted(const Writing& write) {
+    absl::Status status;
+    try {
+      status = write();
+    } catch (...) {
+      status = CaughtStatus();
+    }
     health_->Note(status);
     return status;
   }

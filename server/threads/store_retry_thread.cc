@@ -1,5 +1,6 @@
 #include "server/threads/store_retry_thread.h"
 
+#include "core/caught.h"
 #include "core/mutex.h"
 #include "server/threads/limits.h"
 
@@ -27,6 +28,15 @@ void StoreRetryThread::Run() {
 }
 
 bool StoreRetryThread::RetryStoring() {
+  try {
+    return OfferAll();
+  } catch (...) {
+    health_->Note(CaughtStatus());
+    return false;
+  }
+}
+
+bool StoreRetryThread::OfferAll() {
   for (const auto& worker : workers_->All()) {
     // The first that cannot be stored speaks for the others.
     if (!worker->RetryStoring().ok()) return false;

@@ -21,6 +21,7 @@ class StoreRetryThread {
  private:
   void Run();
   bool RetryStoring();  // Whether nothing waits any more.
+  bool OfferAll();      // Likewise.
 
   StoreHealth* const health_;
   ingest::SessionWorkers* const workers_;

@@ -5,6 +5,8 @@
 #include <atomic>
 #include <future>
 #include <memory>
+#include <new>
+#include <stdexcept>
 #include <vector>
 
 namespace isthmus {
@@ -14,7 +16,7 @@ TEST(Executor, OfOneThreadKeepsTheOrder) {
   std::vector<int> order;
   Executor executor(1);
   for (int i = 0; i < 100; ++i) executor.Post([&order, i] { order.push_back(i); });
-  executor.WaitUntilIdle();
+  EXPECT_TRUE(executor.WaitUntilIdle().ok());
   ASSERT_EQ(order.size(), 100u);
   for (int i = 0; i < 100; ++i) EXPECT_EQ(order[i], i);
 }
@@ -31,7 +33,7 @@ TEST(Executor, RunsTasksSideBySide) {
     second.set_value();
     first.get_future().wait();
   });
-  executor.WaitUntilIdle();
+  EXPECT_TRUE(executor.WaitUntilIdle().ok());
 }
 
 TEST(Executor, WaitUntilIdleIncludesTasksOfTasks) {
@@ -46,9 +48,9 @@ TEST(Executor, WaitUntilIdleIncludesTasksOfTasks) {
       ++done;
     });
   }
-  executor.WaitUntilIdle();
+  EXPECT_TRUE(executor.WaitUntilIdle().ok());
   EXPECT_EQ(done, 60);
-  executor.WaitUntilIdle();  // Idle already: returns.
+  EXPECT_TRUE(executor.WaitUntilIdle().ok());  // Idle already: returns.
 }
 
 TEST(Executor, DestructorRunsWhatWasPosted) {
@@ -65,8 +67,25 @@ TEST(Executor, LetsGoOfWhatTasksHeldBeforeItIsIdle) {
   auto held = std::make_shared<int>(1);
   const std::weak_ptr<int> watch = held;
   executor.Post([held = std::move(held)] {});
-  executor.WaitUntilIdle();
+  EXPECT_TRUE(executor.WaitUntilIdle().ok());
   EXPECT_TRUE(watch.expired());
+}
+
+TEST(Executor, WhatATaskThrowsEndsThatTaskAloneAndIsToldToWhoWaits) {
+  Executor executor(1);
+  std::atomic<int> done = 0;
+  executor.Post([] { throw std::runtime_error("the first"); });
+  executor.Post([] { throw std::bad_alloc(); });
+  executor.Post([&] { ++done; });
+  const absl::Status first = executor.WaitUntilIdle();
+  EXPECT_EQ(done, 1);
+  EXPECT_EQ(first.code(), absl::StatusCode::kInternal);
+  EXPECT_NE(first.message().find("the first"), absl::string_view::npos) << first;
+  EXPECT_TRUE(executor.WaitUntilIdle().ok()) << "told once";
+  executor.Post([] { throw std::bad_alloc(); });
+  EXPECT_TRUE(absl::IsResourceExhausted(executor.WaitUntilIdle()));
+  executor.Post([] { throw 1; });
+  EXPECT_TRUE(absl::IsInternal(executor.WaitUntilIdle()));
 }
 
 }  // namespace

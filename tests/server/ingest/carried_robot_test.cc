@@ -59,7 +59,7 @@ class MovedRobot {
     ++sequence_;
     const int64_t end_ns = 1'000'000'000 + 100'000'000 * static_cast<int64_t>(sequence_);
     EXPECT_TRUE(worker_->Submit({sequence_, end_ns, codec::MakePayload(points, true, true)}).ok());
-    executor_.WaitUntilIdle();
+    EXPECT_TRUE(executor_.WaitUntilIdle().ok());
     return acks_.back();
   }
 

@@ -144,7 +144,7 @@ class Session {
     last_ack_ = ScanAck();
     const absl::Status status = worker_->Submit(sent_[sequence - 1]);
     EXPECT_TRUE(status.ok()) << status;
-    executor_.WaitUntilIdle();
+    EXPECT_TRUE(executor_.WaitUntilIdle().ok());
     EXPECT_EQ(last_ack_.sequence, sequence);
     EXPECT_GE(last_ack_.durable_sequence, robot_durable_);
     robot_durable_ = last_ack_.durable_sequence;

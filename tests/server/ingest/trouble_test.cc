@@ -4,6 +4,8 @@
 
 #include <cmath>
 #include <limits>
+#include <new>
+#include <utility>
 
 #include "core/codec/payload_builder.h"
 #include "tests/server/ingest/worker_fixture.h"
@@ -205,6 +207,40 @@ TEST(Trouble, LostScansEndTheSubmapAndAreNotStored) {
       EXPECT_FALSE(entry.sequence > 30 && entry.sequence <= 34) << entry.sequence;
     }
   }
+}
+
+// What was being done may be half done, so nothing of it is used any more.
+TEST(Trouble, WhatIsThrownCostsThatScanAndTheSegment) {
+  Rig rig;
+  Drive(&rig, 0, 20);
+  bool throws = false;
+  std::vector<std::string> told;
+  rig.on_told = [&](const std::string& what) {
+    if (std::exchange(throws, false)) throw std::bad_alloc();
+    told.push_back(what);
+  };
+  for (int k = 20; k < 23; ++k) {
+    throws = k == 22;  // Told that it is lost, in the middle of rejecting the third.
+    ExpectRejected(rig.Send(Blank(0), rig.Turn(k).end_stamp_ns), "lost",
+                   k < 22 ? "no returns" : "not enough memory");
+  }
+  EXPECT_TRUE(told.empty());
+  const ScanAck ack = rig.Send(rig.Turn(23));
+  EXPECT_EQ(ack.outcome, ScanOutcome::kProcessed) << ack.reason;
+  EXPECT_EQ(ack.segment, 2u);
+  ASSERT_EQ(told.size(), 1u);
+  EXPECT_THAT(told[0], HasSubstr("goes on in segment 2"));
+  EXPECT_EQ(rig.worker().Status().rejected, 3u);
+  EXPECT_EQ(rig.worker().Status().scans.rejected, 3u);
+  for (int k = 24; k < 30; ++k) {
+    EXPECT_EQ(rig.Send(rig.Turn(k)).status, "ok") << k;
+  }
+  ASSERT_TRUE(rig.worker().Finish().ok());
+  // The first segment's was cut whole before anything was thrown.
+  ASSERT_EQ(rig.stored().size(), 2u);
+  EXPECT_EQ(rig.stored()[0].submap->id.session, SessionId("alice-1"));
+  EXPECT_EQ(rig.stored()[0].submap->last_sequence, 20u);
+  EXPECT_EQ(rig.stored()[1].segment, 2u);
 }
 
 }  // namespace

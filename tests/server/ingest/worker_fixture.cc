@@ -27,6 +27,7 @@ Rig::Rig(const std::string& sensor, double speed) : motion_(floam::testing::Loop
   };
   hooks.T_map_odom = [](uint32_t) { return std::nullopt; };
   hooks.scan_done = [] {};
+  hooks.tell = [this](const std::string& what) { on_told(what); };
   worker_ = SessionWorker::Create(record, floam::FindSensorModel(sensor).value(), {}, hooks,
                                   &executor_, {});
   worker_->SetAckSink([this](const ScanAck& ack) { acks_.push_back(ack); });
@@ -52,7 +53,7 @@ ScanAck Rig::Submit(uint64_t sequence, int64_t end_stamp_ns) {
   const size_t before = acks_.size();
   const absl::Status status = worker_->Submit({sequence, end_stamp_ns, last_payload_});
   EXPECT_TRUE(status.ok()) << status;
-  executor_.WaitUntilIdle();
+  EXPECT_TRUE(executor_.WaitUntilIdle().ok());
   EXPECT_EQ(acks_.size(), before + 1);
   if (acks_.size() != before + 1) return {};
   EXPECT_EQ(acks_.back().sequence, sequence);

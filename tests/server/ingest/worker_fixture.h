@@ -41,6 +41,8 @@ class Rig {
 
   SessionWorker& worker() { return *worker_; }
   const std::vector<FinishedSubmap>& stored() const { return stored_; }
+  // Called with what the worker tells.
+  std::function<void(const std::string&)> on_told = [](const std::string&) {};
   static constexpr int64_t kPeriod_ns = 100'000'000;
 
  private:

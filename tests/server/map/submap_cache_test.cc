@@ -4,10 +4,14 @@
 
 #include <filesystem>
 #include <memory>
+#include <new>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "storage/forwarding_store.h"
+#include "storage/memory_store.h"
 #include "storage/sqlite/sqlite_store.h"
 #include "tests/storage/faulty_store.h"
 #include "tests/storage/temporary_folder.h"
@@ -136,6 +140,33 @@ TEST_F(SubmapCacheTest, WhatIsGoneIsGone) {
   EXPECT_EQ(cache->Outline({kSession, 1}), nullptr);
   EXPECT_EQ(cache->bytes(), 0u);
   EXPECT_TRUE(damaged_.empty());
+}
+
+// Memory may be there again; what is thrown otherwise would be thrown again.
+TEST_F(SubmapCacheTest, WhatCannotBeReadForWantOfMemoryIsToldOnceAndAskedForAgain) {
+  class Throwing : public storage::ForwardingStore {
+   public:
+    using ForwardingStore::ForwardingStore;
+    absl::StatusOr<std::shared_ptr<const Submap>> GetSubmap(const SubmapId& id) const override {
+      if (id.index == 1 && throws) throw std::bad_alloc();
+      if (id.index == 2 && throws) throw std::runtime_error("no such thing");
+      return std::make_shared<const Submap>(MakeSubmap(id.index));
+    }
+    bool throws = true;
+  } store(storage::MakeMemoryStore());
+  SubmapCache cache(&store, 1 << 20, [this](const SubmapId& id, const std::string& problem) {
+    damaged_.emplace_back(id.index, problem);
+  });
+  for (int i = 0; i < 2; ++i) {
+    EXPECT_EQ(cache.Get({kSession, 1}), nullptr);
+    EXPECT_EQ(cache.Outline({kSession, 2}), nullptr);
+  }
+  ASSERT_EQ(damaged_.size(), 2u);
+  EXPECT_NE(damaged_[0].second.find("alice-1/1 cannot be read"), std::string::npos);
+  EXPECT_NE(damaged_[1].second.find("no such thing"), std::string::npos);
+  store.throws = false;
+  EXPECT_NE(cache.Get({kSession, 1}), nullptr);
+  EXPECT_EQ(cache.Get({kSession, 2}), nullptr);
 }
 
 }  // namespace

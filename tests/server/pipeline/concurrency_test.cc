@@ -40,11 +40,22 @@ class HookedStore : public FullDisk {
   explicit HookedStore(std::shared_ptr<std::atomic<bool>> full)
       : FullDisk(storage::MakeMemoryStore(), std::move(full)) {}
 
-  std::function<void(const storage::WriteBatch&)> before_write = [](const auto&) {};
+  using BeforeWrite = std::function<void(const storage::WriteBatch&)>;
+
+  // While the server writes, if need be: what could not be stored is tried again by itself.
+  void SetBeforeWrite(BeforeWrite hook) {
+    std::lock_guard lock(mutex_);
+    before_write_ = std::move(hook);
+  }
   std::function<void()> before_delete = [] {}, after_delete = [] {};
 
   absl::Status Write(const storage::WriteBatch& batch) override {
-    before_write(batch);
+    BeforeWrite hook;
+    {
+      std::lock_guard lock(mutex_);
+      hook = before_write_;
+    }
+    hook(batch);
     return FullDisk::Write(batch);
   }
   absl::Status DeleteSession(const SessionId& id) override {
@@ -53,6 +64,10 @@ class HookedStore : public FullDisk {
     after_delete();
     return status;
   }
+
+ private:
+  std::mutex mutex_;
+  BeforeWrite before_write_ = [](const auto&) {};  // Guarded by mutex_.
 };
 
 class PipelineConcurrency : public testing::Test {
@@ -70,11 +85,11 @@ TEST_F(PipelineConcurrency, DeletingWaitsForASubmapThatIsBeingStored) {
   for (int i = 0; i < 10; ++i) ASSERT_TRUE(pipeline_->SubmitScan(session, drive.Upload(i)).ok());
   pipeline_->WaitUntilIdle();  // Two submaps wait for the disk.
   Event storing, deleting, submitted;
-  store_->before_write = [&](const storage::WriteBatch& batch) {
+  store_->SetBeforeWrite([&](const storage::WriteBatch& batch) {
     if (batch.submaps.empty()) return;
     storing.Set();
     deleting.WaitFor(std::chrono::milliseconds(100));  // Does not come: it waits for this.
-  };
+  });
   store_->before_delete = [&] {
     deleting.Set();
     submitted.Wait();
@@ -96,11 +111,11 @@ TEST_F(PipelineConcurrency, DeletingWaitsForASubmapThatIsBeingStored) {
 TEST_F(PipelineConcurrency, ASessionDeletedWhileItFinishesStaysDeleted) {
   const SessionId session = Create(*pipeline_);
   Event finishing, deleted;
-  store_->before_write = [&](const storage::WriteBatch& batch) {
+  store_->SetBeforeWrite([&](const storage::WriteBatch& batch) {
     if (batch.sessions.empty()) return;
     finishing.Set();
     deleted.WaitFor(std::chrono::milliseconds(100));  // Does not come: it waits for this.
-  };
+  });
   store_->after_delete = [&] { deleted.Set(); };
   std::thread finisher([&] { (void)pipeline_->FinishSession(session); });
   finishing.Wait();

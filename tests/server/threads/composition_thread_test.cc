@@ -7,6 +7,8 @@
 #include <atomic>
 #include <future>
 #include <memory>
+#include <new>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -15,6 +17,7 @@
 namespace isthmus::server {
 namespace {
 
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
 class CompositionThreadTest : public PlacedMapTest {
@@ -171,6 +174,41 @@ TEST_F(CompositionThreadTest, FullDiskKeepsTheLastMapAndIsToldOnce) {
   EXPECT_EQ(Map(), map);
   EXPECT_FALSE(map_.view()->IsComposed());
   EXPECT_EQ(times, 1);
+}
+
+TEST_F(CompositionThreadTest, ASubmapAtWhichSomethingIsThrownIsNamedAndLeftOut) {
+  Add(0, 10);
+  Add(1, 5);
+  std::atomic<int> times = 0;
+  CompositionThread composition(
+      &map_, &activity_,
+      [this](const SubmapId& id) {
+        if (id.index == 0) throw std::bad_alloc();
+        return submaps_.Get(id);
+      },
+      {}, 0, [&](const std::string&) { ++times; });
+  EXPECT_EQ(ComposedMapOnceThere()->point_count(0), 5u);
+  EXPECT_THAT(activity_.damage(),
+              ElementsAre(HasSubstr("submap alice-1/0 is left out of the merged map: the server "
+                                    "has not enough memory")));
+  Add(2, 7);
+  EXPECT_EQ(ComposedMapOnceThere()->point_count(0), 7u);
+  EXPECT_EQ(times, 1);
+}
+
+TEST_F(CompositionThreadTest, WhatIsThrownOnceLeavesNothingOut) {
+  Add(0, 10);
+  Add(1, 5);
+  std::atomic<int> reads = 0;
+  CompositionThread composition(
+      &map_, &activity_,
+      [&](const SubmapId& id) {
+        if (reads++ == 1) throw std::runtime_error("for a moment");
+        return submaps_.Get(id);
+      },
+      {}, 0);
+  EXPECT_EQ(ComposedMapOnceThere()->point_count(0), 10u);
+  EXPECT_TRUE(activity_.damage().empty());
 }
 
 }  // namespace
