@@ -46,7 +46,7 @@ absl::Status DrawClosed(const std::vector<DrivenRobot>& robots, server::Pipeline
   std::vector<Trajectory> ways(robots.size());
   Region region;
   for (size_t r = 0; r < robots.size(); ++r) {
-    auto way = pipeline.GetTrajectory(robots[r].session.robot, server::TrajectoryFrame::kMap);
+    auto way = pipeline.GetTrajectory(robots[r].session.robot, TrajectoryFrame::kMap);
     if (!way.ok()) return way.status();
     if (r == 0) region.component = way->component;
     if (way->component == region.component) ways[r] = std::move(way->poses);

@@ -36,12 +36,13 @@ absl::Status Judge(const std::vector<DrivenRobot>& robots, server::Pipeline& pip
   if (!loops.ok()) return loops.status();
   trial->loops = JudgeLoops(*loops, robots);
   trial->found = *std::move(loops);
-  for (const Match& match : pipeline.GetMatchGraph().matches) {
+  for (const MatchEdge& edge : pipeline.GetMatchGraph().matches) {
+    const Match& match = edge.match;
     trial->matches.push_back(absl::StrCat(match.a.value(), " ~ ", match.b.value(), ": ",
-                                          ToString(match.state), ", ", match.reason, ": ",
+                                          ToString(match.state), ", ", ToString(match.reason), ": ",
                                           match.detail));
   }
-  const server::MapInfo info = pipeline.GetMapInfo();
+  const MapInfo info = pipeline.GetMapInfo();
   trial->in_map = info.submaps;
   trial->retired = info.retired;
   trial->revisions = static_cast<uint64_t>(info.revision);

@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <system_error>
 
+#include "api/convert/graph.h"
 #include "client/library/client.h"
 #include "client/library/file_stream.h"
 #include "client/library/part_file.h"
@@ -66,15 +67,6 @@ class PartFolder {
   bool is_made_ = false;
 };
 
-void Note(const v1::BackupContents& contents, Backup* backup) {
-  backup->sessions = contents.sessions();
-  backup->submaps = contents.submaps();
-  backup->scans = contents.scans();
-  backup->points = contents.points();
-  backup->damaged = contents.damaged();
-  backup->report = contents.report();
-}
-
 }  // namespace
 
 absl::StatusOr<Backup> Client::BackUp(const std::string& folder,
@@ -91,7 +83,7 @@ absl::StatusOr<Backup> Client::BackUp(const std::string& folder,
       state.copied = std::max(state.copied, response.copied());
       state.total_bytes = std::max(state.total_bytes, response.total_bytes());
       state.bytes += response.data().size();
-      if (response.last()) Note(response.contents(), &backup);
+      if (response.last()) backup.contents = convert::FromMessage(response.contents());
       if (progress) progress(state);
     };
     const auto append = [&](const std::string& bytes) {

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "server/rpc/backup_source.h"
+#include "server/rpc/server.h"
 
 namespace isthmus::server {
 

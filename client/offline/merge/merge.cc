@@ -27,7 +27,7 @@ absl::Status Upload(client::Client& client, MergeInput& input) {
   const auto session = client.CreateSession(input.robot, "vlp16");
   if (!session.ok()) return session.status();
   for (size_t i = 0; i < input.submaps.size(); ++i) {
-    client::SubmapUpload& submap = input.submaps[i];
+    SubmapUpload& submap = input.submaps[i];
     submap.id = {session->record.id, static_cast<uint32_t>(i)};
     const absl::Status status = client.UploadSubmap(submap);
     if (!status.ok()) {
@@ -52,8 +52,8 @@ absl::Status Write(client::Client& client, const std::string& output, MergeResul
   if (result->info.components.empty() || result->info.components[0].robots.size() < 2) {
     return absl::OkStatus();
   }
-  client::ExportRequest request;
-  if (absl::EndsWith(output, ".ply")) request.format = client::ExportFormat::kPly;
+  ExportRequest request;
+  if (absl::EndsWith(output, ".ply")) request.format = ExportFormat::kPly;
   const auto exported = client.ExportToFile(request, output);
   if (exported.ok()) result->output = output;
   return exported.status();

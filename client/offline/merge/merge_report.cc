@@ -16,7 +16,7 @@ bool IsVerified(const MergeResult& result) {
   return !result.output.empty() &&
          std::none_of(
              result.graph.matches.begin(), result.graph.matches.end(),
-             [](const client::MatchEdge& edge) { return edge.match.reason == "UNVERIFIED"; });
+             [](const MatchEdge& edge) { return edge.match.reason == MatchReason::kUnverified; });
 }
 
 }  // namespace
@@ -37,7 +37,7 @@ Json ToJson(const MergeResult& result) {
                              {"points", input.points},
                              {"viewpoints", input.viewpoints}});
   }
-  for (const client::MatchEdge& edge : result.graph.matches) {
+  for (const MatchEdge& edge : result.graph.matches) {
     Json pair = ToJson(edge);
     pair["accepted"] = edge.match.state == MatchState::kAccepted;
     out["pairs"].push_back(std::move(pair));
@@ -51,7 +51,7 @@ void PrintText(const MergeResult& result) {
         "%s: %s, %d points seen from %s\n", input.robot, input.file, input.points,
         input.viewpoints > 0 ? absl::StrCat(input.viewpoints, " places") : "nobody knows where");
   }
-  for (const client::MatchEdge& edge : result.graph.matches) {
+  for (const MatchEdge& edge : result.graph.matches) {
     absl::PrintF("\n%s", MatchText(edge, edge.robot_a.value() + " ~ " + edge.robot_b.value()));
   }
   absl::PrintF("\n");

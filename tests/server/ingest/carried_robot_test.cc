@@ -84,7 +84,7 @@ TEST(CarriedRobot, IsLostAndThenFoundInTheSameOdomFrame) {
   Session session;
   for (int k = 0; k < kDriveScans; ++k) {
     const ScanAck ack = session.Send(MakeScan(building, Drive, sensor, k).points);
-    ASSERT_EQ(ack.status, "ok") << k;
+    ASSERT_EQ(ack.tracking, Tracking::kOk) << k;
     ASSERT_LT(error(ack, Drive, k), 0.15) << k;
   }
   const std::vector<ScanPoint> blank(16 * 1200);
@@ -94,13 +94,13 @@ TEST(CarriedRobot, IsLostAndThenFoundInTheSameOdomFrame) {
   for (int k = 0; k < 50; ++k) {
     const ScanAck ack = session.Send(MakeScan(building, DriveOn, sensor, k).points);
     ASSERT_EQ(ack.outcome, ScanOutcome::kProcessed);
-    if (ack.status == "lost") {
+    if (ack.tracking == Tracking::kLost) {
       ++lost;
       EXPECT_GT(ack.covariance->diagonal().maxCoeff(), 1.0);  // And says that it does not know.
       EXPECT_EQ(lost, k + 1);                                 // Once found it is not lost again.
       continue;
     }
-    EXPECT_EQ(ack.status, "ok") << k;
+    EXPECT_EQ(ack.tracking, Tracking::kOk) << k;
     EXPECT_LT(error(ack, DriveOn, k), 0.15) << k;
   }
   EXPECT_GE(lost, 2);  // Never believed at first sight.

@@ -1,0 +1,44 @@
+// How a call ends: the status that travels, and who is told of a failure.
+#pragma once
+
+#include <absl/status/status.h>
+#include <absl/status/statusor.h>
+#include <grpcpp/support/status.h>
+
+#include <functional>
+#include <string>
+#include <utility>
+
+namespace isthmus::rpc {
+
+// Same codes, same message; a message longer than what fits into a trailer is cut.
+inline grpc::Status ToGrpc(const absl::Status& status) {
+  // Trailers are limited to 8 KiB; a message may quote what the client sent.
+  constexpr size_t kMaxMessage = 1024;
+  // absl's codes are gRPC's by design: https://abseil.io/docs/cpp/guides/status-codes
+  const auto code = static_cast<grpc::StatusCode>(status.raw_code());
+  return grpc::Status(code, std::string(status.message().substr(0, kMaxMessage)));
+}
+
+// Told of every call that ends with an error; may be null.
+using OnFailedCall = std::function<void(const std::string& rpc, const absl::Status& status)>;
+
+// Thread safe, if what it tells is.
+class Reply {
+ public:
+  explicit Reply(OnFailedCall on_failed_call) : on_failed_call_(std::move(on_failed_call)) {}
+
+  grpc::Status operator()(const char* rpc, const absl::Status& status) const {
+    if (!status.ok() && on_failed_call_) on_failed_call_(rpc, status);
+    return ToGrpc(status);
+  }
+  template <typename T>
+  grpc::Status operator()(const char* rpc, const absl::StatusOr<T>& failed) const {
+    return (*this)(rpc, failed.status());
+  }
+
+ private:
+  const OnFailedCall on_failed_call_;
+};
+
+}  // namespace isthmus::rpc
