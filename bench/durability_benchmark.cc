@@ -92,7 +92,7 @@ Measured Run(const Settings& settings, const Drives& drives,
       OptionsFor(settings), storage::MakeFaultyStore(std::move(store), counted)));
   std::vector<SessionId> sessions;
   for (int robot = 0; robot < settings.robots; ++robot) {
-    server::SessionRequest request;
+    SessionRequest request;
     request.robot = RobotId(absl::StrFormat("robot-%d", robot));
     request.sensor = "vlp16";
     sessions.push_back(OrThrow(pipeline->CreateSession(request)).record.id);

@@ -15,7 +15,7 @@
 #include "bench/summary.h"
 #include "bench/wild/wild_benchmark.h"
 #include "core/io/file_io.h"
-#include "floam/odometry_mode.h"
+#include "core/odometry_mode.h"
 
 namespace isthmus::bench {
 namespace {
@@ -58,7 +58,7 @@ class Benchmark {
   explicit Benchmark(const Options& options) : options_(options) {}
 
   absl::Status RunAll() {
-    const auto mode = floam::FindOdometryMode(options_.mode);
+    const auto mode = ParseOdometryMode(options_.mode);
     if (!mode.ok()) return mode.status();
     odometry_.mode = *mode;
     if (options_.wild.drives > 0) {

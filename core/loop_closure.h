@@ -23,7 +23,7 @@ struct LoopClosure {
   double residual_m = -1;
   double free_space = -1;
   int64_t comparisons = -1;
-  std::string source;       // Whose guess it was: "odometry", "places", "birds_eye".
+  GuessSource source = GuessSource::kNone;
   std::string detail;       // One sentence for a person, with the numbers.
   int64_t computed_ns = 0;  // Unix nanoseconds.
   // Older submaps (submap_a) on newer ones (submap_b) of the session, that pair among them; at

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/ids.h"
@@ -19,6 +20,46 @@ enum class MatchState {
 
 // Stable upper-case name ("ACCEPTED"); used in JSON, storage and messages.
 const char* ToString(MatchState state);
+
+// What decided on a match; docs/concepts.md says what each means, and what one can do.
+enum class MatchReason {
+  kNone,  // Nothing was computed yet.
+  kOk,
+  kByHand,
+  kFreeSpace,
+  kPossibleTwin,
+  kAmbiguous,
+  kCycle,
+  kLowOverlap,
+  kTooSmall,
+  kFewComparisons,
+  kDegenerate,
+  kStrained,
+  kNotConverged,
+  kNoCandidate,
+  kNoPoses,  // Of finished maps only, like the next.
+  kUnverified,
+};
+
+// Stable upper-case name ("FREE_SPACE"), empty for kNone; used in JSON, storage and messages.
+const char* ToString(MatchReason reason);
+// Also of names that were in use before; kNone for a name that is not known.
+MatchReason ParseMatchReason(std::string_view name);
+
+// Whose guess a transform was, before it was refined and checked.
+enum class GuessSource {
+  kNone,
+  kOdometry,
+  kPlaces,
+  kBirdsEye,
+  kPaper,
+  kByHand,
+};
+
+// Stable lower-case name ("birds_eye"), empty for kNone; used in JSON and storage.
+const char* ToString(GuessSource source);
+// kNone for a name that is not known.
+GuessSource ParseGuessSource(std::string_view name);
 
 // One submap of a lies on one submap of b: what a pose graph is made of.
 struct SubmapEdge {
@@ -41,7 +82,7 @@ struct Match {
   SessionId b;
   Pose T_a_b;  // Takes a point of b's odom frame to a's.
   MatchState state = MatchState::kNotYet;
-  std::string reason;          // Stable code, e.g. "FREE_SPACE", "LOW_OVERLAP"; "OK" if accepted.
+  MatchReason reason = MatchReason::kNone;
   std::string detail;          // One sentence for a person, with the numbers.
   double confidence = 0;       // Probability of being right, [0, 1]; weight in the match graph.
   double overlap = -1;         // Share of the smaller map's surface that lies on the other, [0, 1].
@@ -57,8 +98,8 @@ struct Match {
   // The residual of going round the best cycle of accepted matches through this one.
   double cycle_m = -1, cycle_deg = -1;
   uint32_t candidates = 0;  // Guesses that were refined.
-  std::string matcher;      // Whose guess it was: "birds_eye", "places", "paper", "by_hand".
-  uint32_t submaps_a = 0;   // Evidence it was computed from, to know when it is out of date.
+  GuessSource matcher = GuessSource::kNone;
+  uint32_t submaps_a = 0;  // Evidence it was computed from, to know when it is out of date.
   uint32_t submaps_b = 0;
   int64_t computed_ns = 0;  // Unix nanoseconds.
   std::vector<StageTime> stages;

@@ -9,7 +9,9 @@
 
 #include "core/point_payload.h"
 #include "core/pose.h"
+#include "core/scan_timing.h"
 #include "core/session.h"
+#include "core/tracking.h"
 
 namespace isthmus {
 
@@ -22,18 +24,21 @@ struct ScanUpload {
 
 enum class ScanOutcome {
   kProcessed,  // Took effect.
-  kDuplicate,  // The sequence was seen before; ignored.
+  kDuplicate,  // The sequence was seen before, as after a lost link; ignored.
   kRejected,   // Cannot be used, see reason; sending it again will not help.
 };
 
 // The outcome of a scan.
 struct ScanAck {
+  // Of which session, and when the scan ended: only whoever sent it says so, see ScanStream.
+  SessionId session;
+  int64_t end_stamp_ns = 0;
   uint64_t sequence = 0;  // 0 in an ack that only moves durable_sequence.
   ScanOutcome outcome = ScanOutcome::kProcessed;
   std::string reason;  // Empty when processed.
-  // "ok", "degenerate" or "lost" when processed. "lost" as well when a scan cannot be used for what
-  // it holds: where the robot was then is not known.
-  std::string status;
+  // When processed. Lost as well when a scan cannot be used for what it holds: where the robot was
+  // then is not known.
+  Tracking tracking = Tracking::kUnknown;
   std::optional<Pose> T_odom_sensor;  // At the END of the scan; when processed.
   // The covariance of T_odom_sensor relative to the map around the robot: twist order [rho; phi],
   // sensor frame at the END of the scan, m^2 and rad^2. When processed.
@@ -48,8 +53,7 @@ struct ScanAck {
   int64_t lost_since_ns = 0;       // END of the first scan since it was tracked last; 0: it is.
   ScanCounts scans;                // Of the session, up to this one.
   uint64_t durable_sequence = 0;   // Scans up to here survive a crash of the server.
-  // Computing time of the odometry, wall time, decoding apart; when processed.
-  double features_ms = 0, matching_ms = 0, map_ms = 0, total_ms = 0;
+  ScanTiming timing;               // When processed.
 };
 
 // Called one ack at a time per session, in order of the scans. Must not call back into the pipeline

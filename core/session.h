@@ -2,9 +2,11 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "core/ids.h"
+#include "core/odometry_mode.h"
 #include "core/pose.h"
 
 namespace isthmus {
@@ -27,10 +29,9 @@ struct ScanCounts {
 struct SessionRecord {
   SessionId id;
   RobotId robot;
-  std::string sensor;  // Name of a sensor model, e.g. "vlp16".
-  // Which odometry: "continuous", "floam" or "aloam"; empty: the server's own choice.
-  std::string odometry;
-  Pose T_base_sensor;  // Extrinsic; identity unless given.
+  std::string sensor;                    // Name of a sensor model, e.g. "vlp16".
+  std::optional<OdometryMode> odometry;  // As asked for; absent: the server's own choice.
+  Pose T_base_sensor;                    // Extrinsic; identity unless given.
   SessionState state = SessionState::kActive;
   int64_t created_ns = 0;
   int64_t finished_ns = 0;  // 0 while active.

@@ -5,10 +5,10 @@
 
 #include <Eigen/Geometry>
 
+#include "core/odometry_mode.h"
 #include "floam/map/local_map.h"
 #include "floam/match/limits.h"
 #include "floam/match/scan_matcher.h"
-#include "floam/odometry_mode.h"
 #include "floam/scan/features.h"
 
 namespace isthmus::floam {

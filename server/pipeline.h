@@ -15,163 +15,19 @@
 #include "core/anchor.h"
 #include "core/clock.h"
 #include "core/composed_map.h"
-#include "core/loop_closure.h"
-#include "core/match.h"
+#include "core/records/list_at.h"
+#include "core/records/map_edits.h"
+#include "core/records/map_graph.h"
+#include "core/records/map_info.h"
+#include "core/records/map_reading.h"
+#include "core/records/session_status.h"
 #include "core/revision.h"
 #include "core/scan_upload.h"
-#include "core/session.h"
 #include "core/submap.h"
-#include "core/trajectory.h"
-#include "core/verdict.h"
 #include "server/pipeline_options.h"
 #include "storage/map_store.h"
 
 namespace isthmus::server {
-
-using isthmus::AckSink;
-using isthmus::ScanAck;
-using isthmus::ScanOutcome;
-using isthmus::ScanUpload;
-
-// A robot's request for a session.
-struct SessionRequest {
-  RobotId robot = {};
-  std::string sensor = {};    // Name of a sensor model, e.g. "vlp16".
-  std::string odometry = {};  // "continuous", "floam" or "aloam"; empty: PipelineOptions::odometry.
-  Pose T_base_sensor = {};
-  // Chosen by the client: asking again with the same one, for the same robot, returns the session
-  // that was opened the first time. At most 64 characters; empty: a new session whatever was.
-  std::string request_id = {};
-};
-
-struct SessionStatus {
-  SessionRecord record;
-  // Of a session that a robot opened, all but the submaps, points and the placement are of all its
-  // segments; those of a later segment are its own or empty.
-  uint64_t last_sequence = 0;  // Highest that took effect.
-  uint64_t durable_sequence = 0;
-  uint64_t scans_processed = 0;  // Since the server started.
-  uint64_t scans_rejected = 0;
-  uint32_t submap_count = 0;
-  uint64_t point_count = 0;
-  double odometry_ms_mean = 0;  // Per scan, decoding apart.
-  double travelled_m = 0;
-  std::string tracking;  // "ok", "degenerate", "lost"; empty before the first scan.
-  std::string input;     // How rings and times of its scans were found; empty before the first.
-  std::optional<Placement> placement;
-  uint64_t map_bytes = 0;    // Stored of its submaps and features, as counted last.
-  uint64_t scan_bytes = 0;   // Of its raw scans.
-  uint64_t quota_bytes = 0;  // Of all sessions of its robot; 0: no limit.
-  // The raw scans that are missing, and why; empty while all are kept, or none are to be.
-  std::string archive_problem = {};
-  uint32_t segments = 1;      // How many there are so far.
-  ScanCounts scans = {};      // From the first scan on.
-  int64_t lost_since_ns = 0;  // END of the first scan since it was tracked last; 0: it is.
-};
-
-struct ComponentInfo {
-  uint32_t component = 0;
-  SessionId reference;
-  std::vector<SessionId> sessions;
-  uint64_t point_count = 0;
-  Box bounds;  // Map frame.
-};
-
-struct MapInfo {
-  int64_t revision = 0;
-  std::vector<RobotId> robots;
-  std::vector<ComponentInfo> components;
-  bool settled = false;           // Nothing is queued: no scan, submap, estimation or composition.
-  double composition_ms = 0;      // Last composition of the global map, wall time.
-  double composition_max_ms = 0;  // The longest since the server started.
-  double estimation_ms = 0;       // Last round of transform estimation, wall time.
-  double placement_ms = 0;        // Last optimisation of the submaps' poses, wall time.
-  uint64_t compositions = 0, estimations = 0, placements = 0;
-  uint64_t submaps = 0;  // In the map.
-  uint64_t retired = 0;  // Since the server started.
-  // Submaps that were found damaged since the server started, in the store's words: they are left
-  // out of the map, the rest is served.
-  std::vector<std::string> damaged;
-  // Why what comes in cannot be stored at the moment, for people; empty while it can. Nothing is
-  // acknowledged as durable meanwhile, readers are served, and it ends by itself.
-  std::string storage_problem = {};
-};
-
-struct SubmapStatus {
-  SubmapInfo info;
-  // Its place, once it has one.
-  std::optional<uint32_t> component;
-  Pose T_map_submap;
-};
-
-enum class TrajectoryFrame { kOdom, kMap };
-
-struct RobotTrajectory {
-  // Those of one segment follow each other.
-  struct Part {
-    uint32_t segment = 1;
-    size_t count = 0;
-  };
-
-  SessionId session;  // The robot's newest, as it was opened.
-  int64_t revision = 0;
-  uint32_t component = 0;
-  Trajectory poses;              // T_odom_sensor or T_map_sensor, in one frame, in order of time.
-  std::vector<Part> parts = {};  // Of `poses`.
-  std::vector<uint32_t> left_out = {};  // Segments that are not among them.
-};
-
-struct MatchGraphView {
-  int64_t revision = 0;
-  std::vector<SessionId> nodes;
-  std::vector<Match> matches;                         // Each under what a person said of its pair.
-  std::vector<Verdict> verdicts;                      // What was said.
-  std::vector<std::pair<SessionId, SessionId>> tree;  // Edges that carry the placements.
-  std::vector<Placement> placements;
-};
-
-struct LoopStatus {
-  LoopClosure loop;
-  // The number of its edges that the map agrees with; those it does not were set aside as outliers.
-  uint32_t edges_used = 0;
-};
-
-// The changes of the map from one revision to another.
-struct RevisionDiff {
-  int64_t from = 0, to = 0;
-  std::vector<SubmapMove> moves;  // In order of submap, each once; those that came back left out.
-  std::vector<RevisionInfo> revisions;  // After `from` up to `to`, the newest first.
-};
-
-// A person's word on a loop closure.
-struct LoopDecision {
-  uint64_t id = 0;
-  bool rejected = true;   // False: it counts again.
-  std::string note = {};  // At most 1000 characters.
-};
-
-struct RobotTransform {
-  int64_t revision = 0;
-  Pose T_a_b;  // b's odom frame to a's, both as at their newest submaps.
-};
-
-// A person's word on a pair. Where no session is named, the robot's newest is meant.
-struct MatchDecision {
-  RobotId robot_a = {}, robot_b = {};
-  SessionId session_a = {}, session_b = {};
-  std::optional<Ruling> ruling = {};  // Absent: what was said is withdrawn, the computed holds.
-  Pose T_a_b = {};                    // For Ruling::kSet: b's odom frame to a's, as named here.
-  std::string note = {};              // Why; at most 1000 characters.
-};
-
-enum class ExportFormat {
-  kPcdAscii,
-  kPcdBinary,
-  kPcdBinaryCompressed,
-  kPly,
-  kOctoMapBinary,  // .bt
-  kOctoMapFull,    // .ot
-};
 
 // Thread safe. A robot is named wherever a person asks; its newest session answers, where that has
 // several segments the last. A later segment of a session is opened, finished and deleted with the
@@ -212,8 +68,7 @@ class Pipeline {
   virtual MapInfo GetMapInfo() = 0;
   // The submaps of every session of the robot; of all robots if absent. NotFound for an unknown
   // robot.
-  virtual absl::StatusOr<std::vector<SubmapStatus>> ListSubmaps(
-      const std::optional<RobotId>& robot) = 0;
+  virtual absl::StatusOr<ListAt<SubmapStatus>> ListSubmaps(const std::optional<RobotId>& robot) = 0;
   // In the map frame poses follow the submaps, smoothly from one to the next; behind the newest
   // submap its T_map_odom holds. Segment 0: in the odom frame the last; in the map frame all that
   // are placed in one component, the lowest that has any. NotFound for an unknown robot or segment;
@@ -224,20 +79,19 @@ class Pipeline {
   absl::StatusOr<RobotTrajectory> GetTrajectory(const RobotId& robot, TrajectoryFrame frame) {
     return GetTrajectory(robot, frame, 0);
   }
-  virtual MatchGraphView GetMatchGraph() = 0;
-  // Durable on return; holds until another decision on the pair, whatever is computed. Returns the
-  // match as it counts from now on (of state kNotYet when nothing is known of the pair). NotFound
-  // for an unknown robot or session, InvalidArgument for a pair of one session, a transform that is
-  // not finite or too long a note, FailedPrecondition to accept where nothing was found.
-  virtual absl::StatusOr<Match> DecideMatch(const MatchDecision& decision) = 0;
+  // Each match under what a person said of its pair.
+  virtual MatchGraph GetMatchGraph() = 0;
+  // Durable on return; holds until another decision on the pair, whatever is computed. NotFound for
+  // an unknown robot or session, InvalidArgument for a pair of one session, a transform that is not
+  // finite or too long a note, FailedPrecondition to accept where nothing was found.
+  virtual absl::StatusOr<DecidedMatch> DecideMatch(const MatchDecision& decision) = 0;
 
   // Loop closures within sessions of the robot; of all robots when absent. NotFound for an unknown
   // robot.
-  virtual absl::StatusOr<std::vector<LoopStatus>> ListLoops(
-      const std::optional<RobotId>& robot) = 0;
+  virtual absl::StatusOr<ListAt<Loop>> ListLoops(const std::optional<RobotId>& robot) = 0;
   // Durable on return, with the map placed anew. NotFound for an unknown loop closure,
   // InvalidArgument for too long a note.
-  virtual absl::StatusOr<LoopStatus> DecideLoop(const LoopDecision& decision) = 0;
+  virtual absl::StatusOr<DecidedLoop> DecideLoop(const LoopDecision& decision) = 0;
 
   // Gives a submap its place, or another one. Durable on return, with the map placed anew; returns
   // its revision. NotFound for a submap that is not in the map, InvalidArgument for numbers that
@@ -245,7 +99,7 @@ class Pipeline {
   virtual absl::StatusOr<int64_t> PutAnchor(Anchor anchor) = 0;
   // NotFound when the submap has none.
   virtual absl::StatusOr<int64_t> RemoveAnchor(const SubmapId& submap) = 0;
-  virtual std::vector<Anchor> ListAnchors() = 0;
+  virtual ListAt<RobotAnchor> ListAnchors() = 0;
 
   // The newest at most `limit`, the newest first.
   virtual absl::StatusOr<std::vector<RevisionInfo>> ListRevisions(int limit) = 0;

@@ -49,13 +49,13 @@ bool Generate(const Arguments& arguments, const std::string& folder) {
 }
 
 // Boxes and spheres of 20 to 50 m, on the robots' ways.
-std::vector<Region> RandomRegions(const std::vector<server::SubmapStatus>& submaps, int count,
+std::vector<Region> RandomRegions(const std::vector<SubmapStatus>& submaps, int count,
                                   unsigned seed) {
   std::mt19937 rng(seed);
   std::uniform_real_distribution<double> size(20, 50), offset(-20, 20);
   std::vector<Region> regions;
   while (static_cast<int>(regions.size()) < count && !submaps.empty()) {
-    const server::SubmapStatus& submap = submaps[rng() % submaps.size()];
+    const SubmapStatus& submap = submaps[rng() % submaps.size()];
     if (!submap.component) continue;
     Region& region = regions.emplace_back();
     region.component = *submap.component;
@@ -140,10 +140,10 @@ absl::Status Measure(const Arguments& arguments, const std::string& folder) {
   const auto reading = ReadRegions(regions, **pipeline);
   if (!reading.ok()) return reading.status();
   if (reading->ms.empty()) return absl::InvalidArgumentError("no queries, or an empty map");
-  const server::MapInfo info = (*pipeline)->GetMapInfo();
+  const MapInfo info = (*pipeline)->GetMapInfo();
   uint64_t points = 0, submap_points = 0;
-  for (const server::ComponentInfo& component : info.components) points += component.point_count;
-  for (const server::SubmapStatus& submap : *submaps) submap_points += submap.info.point_count;
+  for (const Component& component : info.components) points += component.point_count;
+  for (const SubmapStatus& submap : *submaps) submap_points += submap.info.point_count;
   std::printf("revision %lld, %zu components, %.0f M points measured, composed in %.1f s\n",
               static_cast<long long>(info.revision), info.components.size(), submap_points / 1e6,
               info.composition_ms / 1e3);

@@ -56,7 +56,7 @@ void Compare(const std::vector<std::pair<SessionId, uint32_t>>& sessions, size_t
   match.a = a.first;
   match.b = b.first;
   match.state = MatchState::kRejected;
-  match.reason = "FREE_SPACE";
+  match.reason = MatchReason::kFreeSpace;
   match.detail = "generated: not compared";
   match.submaps_a = a.second;
   match.submaps_b = b.second;

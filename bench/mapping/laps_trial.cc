@@ -29,11 +29,11 @@ double FolderMb(const std::string& folder) {
 }
 
 // Submaps by their index in place of time.
-absl::StatusOr<double> SubmapRmse(const std::vector<server::SubmapStatus>& submaps,
+absl::StatusOr<double> SubmapRmse(const std::vector<SubmapStatus>& submaps,
                                   const LapReplay& replay) {
   constexpr int64_t kSecond = 1'000'000'000;
   evaluation::TrajectoryPair pair;
-  for (const server::SubmapStatus& submap : submaps) {
+  for (const SubmapStatus& submap : submaps) {
     if (!submap.component) continue;
     const int64_t stamp = kSecond * submap.info.id.index;
     pair.truth.push_back({stamp, replay.TruePose(submap.info.id.index)});
@@ -52,11 +52,11 @@ absl::Status Measure(const LapReplay& replay, const std::string& folder, server:
   if (!loops.ok()) return loops.status();
   const auto rmse = SubmapRmse(*submaps, replay);
   if (!rmse.ok()) return rmse.status();
-  const server::MapInfo info = pipeline.GetMapInfo();
+  const MapInfo info = pipeline.GetMapInfo();
   row->submaps = info.submaps;
   row->retired = info.retired;
   row->loops = loops->size();
-  for (const server::LoopStatus& loop : *loops) row->edges += loop.loop.edges.size();
+  for (const Loop& loop : *loops) row->edges += loop.loop.edges.size();
   row->database_mb = FolderMb(folder);
   row->resident_mb = ResidentMb();
   row->rmse_m = *rmse;

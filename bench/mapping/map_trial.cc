@@ -58,7 +58,7 @@ absl::Status DrawClosed(const std::vector<DrivenRobot>& robots, server::Pipeline
   std::vector<Trajectory> ways(robots.size());
   Region region;
   for (size_t r = 0; r < robots.size(); ++r) {
-    auto way = pipeline.GetTrajectory(robots[r].session.robot, server::TrajectoryFrame::kMap);
+    auto way = pipeline.GetTrajectory(robots[r].session.robot, TrajectoryFrame::kMap);
     if (!way.ok()) return way.status();
     if (r == 0) region.component = way->component;
     if (way->component == region.component) ways[r] = std::move(way->poses);
@@ -104,12 +104,13 @@ absl::Status Judge(const std::vector<DrivenRobot>& robots, server::Pipeline& pip
   if (!loops.ok()) return loops.status();
   trial->loops = JudgeLoops(*loops, robots);
   trial->found = *std::move(loops);
-  for (const Match& match : pipeline.GetMatchGraph().matches) {
+  for (const MatchEdge& edge : pipeline.GetMatchGraph().matches) {
+    const Match& match = edge.match;
     trial->matches.push_back(absl::StrCat(match.a.value(), " ~ ", match.b.value(), ": ",
-                                          ToString(match.state), ", ", match.reason, ": ",
+                                          ToString(match.state), ", ", ToString(match.reason), ": ",
                                           match.detail));
   }
-  const server::MapInfo info = pipeline.GetMapInfo();
+  const MapInfo info = pipeline.GetMapInfo();
   trial->in_map = info.submaps;
   trial->retired = info.retired;
   trial->revisions = static_cast<uint64_t>(info.revision);

@@ -30,7 +30,7 @@ struct MapTrial {
   double cpu_ms = 0;           // Of the process, all uploads to the settled map.
   double worst_upload_ms = 0;  // Wall time from a submap to the map settled with it.
   // The parts of the map, for placing it again.
-  std::vector<server::LoopStatus> found;
+  std::vector<Loop> found;
 };
 
 // Settings of a trial, beside its robots.

@@ -89,7 +89,7 @@ absl::StatusOr<TeamRmse> WayRmse(const std::vector<DrivenRobot>& robots,
   std::vector<uint32_t> components;
   for (const DrivenRobot& robot : robots) {
     const RobotId& name = robot.session.robot;
-    const auto in_map = pipeline.GetTrajectory(name, server::TrajectoryFrame::kMap);
+    const auto in_map = pipeline.GetTrajectory(name, TrajectoryFrame::kMap);
     if (!in_map.ok()) return in_map.status();
     components.push_back(in_map->component);
     team.push_back({name.value(), TrueKeyframes(robot), in_map->poses});
@@ -116,7 +116,7 @@ SubmapPlaces PlacesOf(server::Pipeline& pipeline) {
   SubmapPlaces places;
   const auto submaps = pipeline.ListSubmaps(std::nullopt);
   if (!submaps.ok()) return places;
-  for (const server::SubmapStatus& submap : *submaps) {
+  for (const SubmapStatus& submap : *submaps) {
     if (submap.component) places[submap.info.id] = {*submap.component, submap.T_map_submap};
   }
   return places;
@@ -134,11 +134,10 @@ Trajectory PlacedKeyframes(const DrivenRobot& robot, const SubmapPlaces& places)
   return poses;
 }
 
-LoopFigures JudgeLoops(const std::vector<server::LoopStatus>& loops,
-                       const std::vector<DrivenRobot>& robots) {
+LoopFigures JudgeLoops(const std::vector<Loop>& loops, const std::vector<DrivenRobot>& robots) {
   LoopFigures figures;
   std::vector<double> metres, degrees;
-  for (const server::LoopStatus& status : loops) {
+  for (const Loop& status : loops) {
     const LoopClosure& loop = status.loop;
     const auto robot = std::find_if(robots.begin(), robots.end(), [&](const DrivenRobot& r) {
       return r.session.id == loop.session;

@@ -57,7 +57,6 @@ struct LoopFigures {
   double worst_m = 0, worst_deg = 0;    // Of the loops that are not false.
   double median_m = 0, median_deg = 0;  // Of all loops.
 };
-LoopFigures JudgeLoops(const std::vector<server::LoopStatus>& loops,
-                       const std::vector<DrivenRobot>& robots);
+LoopFigures JudgeLoops(const std::vector<Loop>& loops, const std::vector<DrivenRobot>& robots);
 
 }  // namespace isthmus::bench

@@ -118,7 +118,7 @@ absl::Status FalseLoops(uint64_t seed, Bench& bench) {
     if (absl::Status status = Loops(seed, bench); !status.ok()) return status;
   }
   std::vector<LoopClosure> loops;
-  for (const server::LoopStatus& status : found()->found) loops.push_back(status.loop);
+  for (const Loop& status : found()->found) loops.push_back(status.loop);
   auto robot = AroundCampusWithDrift(seed, bench);
   if (!robot.ok()) return robot.status();
   if (!loops.empty()) robot->session.id = loops.front().session;

@@ -19,7 +19,7 @@ constexpr char kA[] = "robot_a", kB[] = "robot_b";
 absl::StatusOr<std::vector<Pose>> WaysInMap(server::Pipeline& pipeline) {
   std::vector<Pose> poses;
   for (const char* robot : {kA, kB}) {
-    const auto way = pipeline.GetTrajectory(RobotId(robot), server::TrajectoryFrame::kMap);
+    const auto way = pipeline.GetTrajectory(RobotId(robot), TrajectoryFrame::kMap);
     if (!way.ok()) return way.status();
     for (const StampedPose& pose : way->poses) poses.push_back(pose.pose);
   }
@@ -40,7 +40,7 @@ Difference Largest(const std::vector<Pose>& before, const std::vector<Pose>& aft
   return largest;
 }
 
-server::MatchDecision Decision() { return {.robot_a = RobotId(kA), .robot_b = RobotId(kB)}; }
+MatchDecision Decision() { return {.robot_a = RobotId(kA), .robot_b = RobotId(kB)}; }
 
 // The revision that came of the forced match: the oldest after `before` that names it.
 absl::StatusOr<int64_t> RevisionOfMatch(int64_t before, server::Pipeline& pipeline) {
@@ -57,11 +57,11 @@ absl::StatusOr<int64_t> RevisionOfMatch(int64_t before, server::Pipeline& pipeli
 absl::Status Force(server::Pipeline& pipeline, bool* merged_before) {
   const auto matches = pipeline.GetMatchGraph().matches;
   if (matches.size() != 1) return absl::InternalError("the pair has not been looked at");
-  *merged_before = matches[0].state == MatchState::kAccepted;
+  *merged_before = matches[0].match.state == MatchState::kAccepted;
   constexpr double kTurn = 20 * std::numbers::pi / 180;
-  server::MatchDecision wrong = Decision();
+  MatchDecision wrong = Decision();
   wrong.ruling = Ruling::kSet;
-  wrong.T_a_b = Pose::FromXyzRpy(4, 3, 0, 0, 0, kTurn) * matches[0].T_a_b;
+  wrong.T_a_b = Pose::FromXyzRpy(4, 3, 0, 0, 0, kTurn) * matches[0].match.T_a_b;
   wrong.note = "wrong on purpose";
   const auto decided = pipeline.DecideMatch(wrong);
   if (decided.ok()) pipeline.WaitUntilIdle();

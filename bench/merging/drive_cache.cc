@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <system_error>
 
-#include "floam/odometry_mode.h"
+#include "core/odometry_mode.h"
 
 namespace isthmus::bench {
 
@@ -16,7 +16,7 @@ DriveCache::DriveCache(const std::string& folder, const server::PipelineOptions&
     : folder_(folder.empty() ? temporary_.path() : folder), options_(options) {}
 
 std::string DriveCache::FolderOf(const std::string& name) const {
-  return absl::StrCat(folder_, "/", name, "-", floam::Name(options_.odometry.mode));
+  return absl::StrCat(folder_, "/", name, "-", ToString(options_.odometry.mode));
 }
 
 absl::StatusOr<DrivenRobot> DriveCache::Get(const DriveOptions& drive) {

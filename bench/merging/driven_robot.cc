@@ -28,7 +28,7 @@ class LostScans {
   AckSink Sink() {
     return [this](const ScanAck& ack) {
       MutexLock lock(&mutex_);
-      if (ack.status == "lost") ++count_;
+      if (ack.tracking == Tracking::kLost) ++count_;
     };
   }
   int count() {

@@ -18,7 +18,7 @@
 #include "bench/merging/update.h"
 #include "bench/scenarios.h"
 #include "core/io/file_io.h"
-#include "floam/odometry_mode.h"
+#include "core/odometry_mode.h"
 
 namespace isthmus::bench {
 namespace {
@@ -34,10 +34,12 @@ struct Options {
 };
 
 absl::Status ReadOptions(const Options& options, server::PipelineOptions* pipeline) {
-  const auto mode = floam::FindOdometryMode(options.odometry);
+  const auto mode = ParseOdometryMode(options.odometry);
   if (!mode.ok()) return mode.status();
   pipeline->odometry.mode = *mode;
-  pipeline->matcher.search = options.search;
+  pipeline->matcher.search = options.search == "paper"       ? matching::SearchMode::kPaper
+                             : options.search == "birds_eye" ? matching::SearchMode::kBirdsEye
+                                                             : matching::SearchMode::kDefault;
   pipeline->composition_interval_s = 0;
   return absl::OkStatus();
 }

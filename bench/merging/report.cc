@@ -65,8 +65,8 @@ std::string Reasons(const Group& group) {
   for (const PairResult* pair : group.pairs) {
     if (pair->outcome != TrialOutcome::kNotMerged) continue;
     const std::string state = ToString(pair->match.state);
-    const bool twice = state == pair->match.reason;
-    ++counts[twice ? state : absl::StrCat(state, " ", pair->match.reason)];
+    const bool twice = state == ToString(pair->match.reason);
+    ++counts[twice ? state : absl::StrCat(state, " ", ToString(pair->match.reason))];
   }
   std::string text;
   for (const auto& [reason, count] : counts) {
@@ -150,7 +150,7 @@ nlohmann::ordered_json ToJson(const PairResult& pair) {
                                  {"drift", ToJson(pair.drift)},
                                  {"start", ToJson(pair.start)},
                                  {"state", ToString(match.state)},
-                                 {"reason", match.reason},
+                                 {"reason", ToString(match.reason)},
                                  {"detail", match.detail},
                                  {"confidence", match.confidence},
                                  {"overlap", match.overlap},
@@ -166,7 +166,7 @@ nlohmann::ordered_json ToJson(const PairResult& pair) {
                                  {"cycle_m", match.cycle_m},
                                  {"cycle_deg", match.cycle_deg},
                                  {"candidates", match.candidates},
-                                 {"matcher", match.matcher},
+                                 {"matcher", ToString(match.matcher)},
                                  {"submaps_a", match.submaps_a},
                                  {"submaps_b", match.submaps_b},
                                  {"edges", match.edges.size()},
@@ -190,8 +190,8 @@ std::string TrialLines(const Trial& trial) {
                           "%.2f deg, start %.3f m "
                           "%.2f deg, free space %.4f / %.4f of %d, %d candidates, %.0f ms\n",
                           trial.scenario, trial.seed, pair.a, pair.b, Word(pair.outcome),
-                          ToString(match.state), match.reason, match.confidence, pair.overlap,
-                          pair.map.median_m, pair.map.median_deg, pair.start.median_m,
+                          ToString(match.state), ToString(match.reason), match.confidence,
+                          pair.overlap, pair.map.median_m, pair.map.median_deg, pair.start.median_m,
                           pair.start.median_deg, match.free_space, match.runner_up,
                           match.comparisons, match.candidates, StagesMs(match));
   }

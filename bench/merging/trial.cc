@@ -36,17 +36,17 @@ PairResult Judge(const DrivenRobot& a, const DrivenRobot& b, const Match& match)
 }
 
 std::vector<PairResult> JudgePairs(const std::vector<DrivenRobot>& robots,
-                                   const std::vector<Match>& matches) {
+                                   const std::vector<MatchEdge>& matches) {
   std::vector<SeenSurface> seen;
   for (const DrivenRobot& robot : robots) seen.emplace_back(robot);
   std::vector<PairResult> pairs;
   for (size_t a = 0; a < robots.size(); ++a) {
     for (size_t b = a + 1; b < robots.size(); ++b) {
-      const auto it = std::find_if(matches.begin(), matches.end(), [&](const Match& match) {
-        return match.a == robots[a].session.id && match.b == robots[b].session.id;
+      const auto it = std::find_if(matches.begin(), matches.end(), [&](const MatchEdge& edge) {
+        return edge.match.a == robots[a].session.id && edge.match.b == robots[b].session.id;
       });
-      PairResult& pair =
-          pairs.emplace_back(Judge(robots[a], robots[b], it == matches.end() ? Match() : *it));
+      PairResult& pair = pairs.emplace_back(
+          Judge(robots[a], robots[b], it == matches.end() ? Match() : it->match));
       pair.a = static_cast<int>(a);
       pair.b = static_cast<int>(b);
       if (robots[a].ground == robots[b].ground) {
@@ -58,19 +58,21 @@ std::vector<PairResult> JudgePairs(const std::vector<DrivenRobot>& robots,
 }
 
 // All robots in the frame of their component, if they have one in common.
-void JudgeTeam(const std::vector<DrivenRobot>& robots, const std::vector<Placement>& placements,
+void JudgeTeam(const std::vector<DrivenRobot>& robots, const std::vector<PlacedSession>& placed,
                Trial* trial) {
   std::vector<evaluation::TrajectoryPair> team;
   for (const DrivenRobot& robot : robots) {
-    const auto placement =
-        std::find_if(placements.begin(), placements.end(),
-                     [&](const Placement& p) { return p.session == robot.session.id; });
-    if (placement == placements.end() || placement->component != placements[0].component) return;
+    const auto found = std::find_if(placed.begin(), placed.end(), [&](const PlacedSession& p) {
+      return p.placement.session == robot.session.id;
+    });
+    if (found == placed.end()) return;
+    const Placement& placement = found->placement;
+    if (placement.component != placed[0].placement.component) return;
     evaluation::TrajectoryPair& pair = team.emplace_back();
     pair.name = robot.session.robot.value();
     for (const ScanPose& pose : robot.poses) {
       pair.truth.push_back({pose.stamp_ns, pose.T_world_sensor});
-      pair.estimate.push_back({pose.stamp_ns, placement->T_map_odom * pose.T_odom_sensor});
+      pair.estimate.push_back({pose.stamp_ns, placement.T_map_odom * pose.T_odom_sensor});
     }
   }
   trial->one_frame = true;
@@ -118,7 +120,7 @@ absl::StatusOr<Trial> RunTrial(std::vector<DrivenRobot> robots,
   (*pipeline)->WaitUntilIdle();
   trial.cpu_ms = clock.Ms();
   trial.estimation_ms = (*pipeline)->GetMapInfo().estimation_ms;
-  const server::MatchGraphView graph = (*pipeline)->GetMatchGraph();
+  const MatchGraph graph = (*pipeline)->GetMatchGraph();
   if (graph.matches.size() != robots.size() * (robots.size() - 1) / 2) {
     return absl::InternalError("the server is idle, but not every pair has been looked at");
   }

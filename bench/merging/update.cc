@@ -14,9 +14,9 @@ namespace isthmus::bench {
 namespace {
 
 bool IsAccepted(server::Pipeline& pipeline, const SessionId& session) {
-  const std::vector<Match> matches = pipeline.GetMatchGraph().matches;
-  return std::any_of(matches.begin(), matches.end(), [&](const Match& match) {
-    return match.b == session && match.state == MatchState::kAccepted;
+  const std::vector<MatchEdge> matches = pipeline.GetMatchGraph().matches;
+  return std::any_of(matches.begin(), matches.end(), [&](const MatchEdge& edge) {
+    return edge.match.b == session && edge.match.state == MatchState::kAccepted;
   });
 }
 
@@ -57,7 +57,7 @@ absl::StatusOr<UpdateTrial> RunUpdates(std::vector<DrivenRobot> robots,
     const bool accepted = IsAccepted(**pipeline, last.session.id);
     status = Add(last, i, i + 1, **pipeline);
     if (!status.ok()) return status;
-    const server::MapInfo info = (*pipeline)->GetMapInfo();
+    const MapInfo info = (*pipeline)->GetMapInfo();
     if (info.estimations != before + 1) {
       return absl::InternalError("one submap more did not make one estimation more");
     }

@@ -91,7 +91,7 @@ Fleet::Fleet(const FleetOptions& options, server::Pipeline* pipeline)
   }
   for (std::thread& thread : threads) thread.join();
   for (int robot = 0; robot < options.robots; ++robot) {
-    server::SessionRequest request;
+    SessionRequest request;
     request.robot = RobotId(absl::StrFormat("robot-%d", robot));
     request.sensor = "vlp16";
     sessions_.push_back(pipeline_->CreateSession(request).value().record.id);

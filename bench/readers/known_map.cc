@@ -43,7 +43,7 @@ LoopClosure MakeLoop(const SessionRecord& session, uint64_t id, int newer) {
   loop.submap_b = static_cast<uint32_t>(newer);
   loop.T_a_b = Pose(Eigen::Vector3d(newer, 0, 0));
   loop.confidence = 0.9;
-  loop.source = "odometry";
+  loop.source = GuessSource::kOdometry;
   loop.detail = "generated";
   loop.edges = {{0, loop.submap_b, loop.T_a_b, Matrix6d::Identity() * 1e2}};
   return loop;
@@ -76,7 +76,7 @@ absl::Status WriteMatches(const KnownMapOptions& options, storage::MapStore* sto
       match.a = MakeSession(a).id;
       match.b = MakeSession(b).id;
       match.state = MatchState::kRejected;
-      match.reason = "FREE_SPACE";
+      match.reason = MatchReason::kFreeSpace;
       match.detail = "generated: not compared";
       match.submaps_a = match.submaps_b = static_cast<uint32_t>(options.submaps);
       match.computed_ns = 2 * kBeginNs;

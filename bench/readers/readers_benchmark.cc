@@ -111,7 +111,7 @@ void Benchmark(const Settings& settings, std::unique_ptr<storage::MapStore> stor
   // The first submaps are compared with every session there is.
   (void)fleet.Drive(warm_up);
   pipeline->WaitUntilIdle();
-  const server::MapInfo info = pipeline->GetMapInfo();
+  const MapInfo info = pipeline->GetMapInfo();
   absl::FPrintF(stderr, "%d submaps in %d components\n", static_cast<int>(info.submaps),
                 static_cast<int>(info.components.size()));
   absl::PrintF(

@@ -79,9 +79,9 @@ std::string SigmaText(double sigma, const char* unit) {
   return sigma > 0 ? absl::StrFormat("%.3g %s", sigma, unit) : std::string("free");
 }
 
-void Report(const std::vector<client::RobotAnchor>& anchors) {
+void Report(const std::vector<RobotAnchor>& anchors) {
   absl::PrintF("%-20s %9s %9s %9s  %s\n", "submap", "sigma xy", "z", "turn", "place");
-  for (const client::RobotAnchor& record : anchors) {
+  for (const RobotAnchor& record : anchors) {
     const Anchor& anchor = record.anchor;
     absl::PrintF("%-20s %9s %9s %9s  %s%s\n", ToString(anchor.submap),
                  SigmaText(anchor.sigma_xy_m, "m"), SigmaText(anchor.sigma_z_m, "m"),
@@ -100,7 +100,7 @@ int RunList(const Options& options) {
     return kOk;
   }
   Json out = Json::array();
-  for (const client::RobotAnchor& anchor : *anchors) out.push_back(ToJson(anchor));
+  for (const RobotAnchor& anchor : *anchors) out.push_back(ToJson(anchor));
   Print(out);
   return kOk;
 }

@@ -52,16 +52,16 @@ int Run(const Options& options) {
            {"revision", backup->file.revision},
            {"size", backup->file.size},
            {"crc32c", absl::StrFormat("%08x", backup->file.crc32c)},
-           {"sessions", backup->sessions},
-           {"submaps", backup->submaps},
-           {"scans", backup->scans},
-           {"points", backup->points},
-           {"damaged", backup->damaged}});
+           {"sessions", backup->contents.sessions},
+           {"submaps", backup->contents.submaps},
+           {"scans", backup->contents.scans},
+           {"points", backup->contents.points},
+           {"damaged", backup->contents.damaged}});
   } else {
     absl::PrintF("%s: %s, revision %d, %d sessions, %d submaps, %d scans\n", options.output,
-                 HumanBytes(backup->file.size), backup->file.revision, backup->sessions,
-                 backup->submaps, backup->scans);
-    if (backup->damaged > 0) absl::PrintF("%s", backup->report);
+                 HumanBytes(backup->file.size), backup->file.revision, backup->contents.sessions,
+                 backup->contents.submaps, backup->contents.scans);
+    if (backup->contents.damaged > 0) absl::PrintF("%s", backup->contents.report);
   }
   return kOk;
 }

@@ -11,7 +11,7 @@
 namespace isthmus::cli {
 namespace {
 
-using client::ExportFormat;
+using ExportFormat;
 
 const std::map<std::string, ExportFormat> kFormats = {
     {"pcd", ExportFormat::kPcdBinaryCompressed},
@@ -25,7 +25,7 @@ const std::map<std::string, ExportFormat> kFormats = {
 struct Options {
   ServerOptions server;
   std::string format, output;
-  client::ExportRequest request;
+  ExportRequest request;
   bool json = false;
 };
 

@@ -33,9 +33,9 @@ std::string PlaceText(const Pose& T_map_odom, bool reference) {
 }
 
 // Component by component, who lies where.
-void PrintPlacements(const client::MatchGraph& graph) {
-  std::map<uint32_t, std::vector<const client::PlacedSession*>> components;
-  for (const client::PlacedSession& placed : graph.placements) {
+void PrintPlacements(const MatchGraph& graph) {
+  std::map<uint32_t, std::vector<const PlacedSession*>> components;
+  for (const PlacedSession& placed : graph.placements) {
     components[placed.placement.component].push_back(&placed);
   }
   absl::PrintF("revision %d, sessions: %d, components: %d\n", graph.revision,
@@ -43,7 +43,7 @@ void PrintPlacements(const client::MatchGraph& graph) {
   for (const auto& [number, sessions] : components) {
     const std::string& reference = sessions.front()->placement.reference.value();
     absl::PrintF("component %d, in the frame of %s\n", number, reference);
-    for (const client::PlacedSession* placed : sessions) {
+    for (const PlacedSession* placed : sessions) {
       const std::string& session = placed->placement.session.value();
       absl::PrintF("  %-16s %s\n", session,
                    PlaceText(placed->placement.T_map_odom, session == reference));
@@ -52,20 +52,19 @@ void PrintPlacements(const client::MatchGraph& graph) {
 }
 
 // Matches that carry the map come first, then other accepted ones, then the rest.
-void PrintText(const client::MatchGraph& graph) {
+void PrintText(const MatchGraph& graph) {
   PrintPlacements(graph);
-  std::vector<const client::MatchEdge*> edges;
-  for (const client::MatchEdge& edge : graph.matches) edges.push_back(&edge);
-  const auto accepted = [](const client::MatchEdge* edge) {
+  std::vector<const MatchEdge*> edges;
+  for (const MatchEdge& edge : graph.matches) edges.push_back(&edge);
+  const auto accepted = [](const MatchEdge* edge) {
     return edge->match.state == MatchState::kAccepted;
   };
-  std::stable_sort(
-      edges.begin(), edges.end(), [&](const client::MatchEdge* l, const client::MatchEdge* r) {
-        return std::make_pair(l->in_tree, accepted(l)) > std::make_pair(r->in_tree, accepted(r));
-      });
+  std::stable_sort(edges.begin(), edges.end(), [&](const MatchEdge* l, const MatchEdge* r) {
+    return std::make_pair(l->in_tree, accepted(l)) > std::make_pair(r->in_tree, accepted(r));
+  });
   const auto count = std::count_if(edges.begin(), edges.end(), accepted);
   absl::PrintF("matches: %d, accepted: %d\n", edges.size(), count);
-  for (const client::MatchEdge* edge : edges) absl::PrintF("\n%s", MatchText(*edge));
+  for (const MatchEdge* edge : edges) absl::PrintF("\n%s", MatchText(*edge));
   if (count < static_cast<int64_t>(edges.size())) {
     absl::PrintF("\nWhat the reasons mean, and what can be done: docs/concepts.md, \"Reasons\".\n");
   }
@@ -77,19 +76,20 @@ std::string Quote(const std::string& text) {
 
 // For Graphviz: solid where a match carries the map, dashed where it was accepted, dotted
 // otherwise.
-void PrintDot(const client::MatchGraph& graph) {
+void PrintDot(const MatchGraph& graph) {
   absl::PrintF("graph matches {\n  node [shape=box];\n");
-  for (const client::PlacedSession& placed : graph.placements) {
+  for (const PlacedSession& placed : graph.placements) {
     absl::PrintF("  %s [group=\"component %d\"];\n", Quote(placed.placement.session.value()),
                  placed.placement.component);
   }
-  for (const client::MatchEdge& edge : graph.matches) {
+  for (const MatchEdge& edge : graph.matches) {
     const char* style = edge.in_tree                                ? "solid"
                         : edge.match.state == MatchState::kAccepted ? "dashed"
                                                                     : "dotted";
-    absl::PrintF("  %s -- %s [style=%s, label=%s];\n", Quote(edge.match.a.value()),
-                 Quote(edge.match.b.value()), style,
-                 Quote(absl::StrFormat("%s %.2f", edge.match.reason, edge.match.confidence)));
+    absl::PrintF(
+        "  %s -- %s [style=%s, label=%s];\n", Quote(edge.match.a.value()),
+        Quote(edge.match.b.value()), style,
+        Quote(absl::StrFormat("%s %.2f", ToString(edge.match.reason), edge.match.confidence)));
   }
   absl::PrintF("}\n");
 }

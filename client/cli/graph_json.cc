@@ -47,7 +47,7 @@ Json ToJson(const SubmapMove& move) {
           {"move_deg", size ? Json(size->degrees) : Json(nullptr)}};
 }
 
-Json ToJson(const client::RevisionDiff& diff) {
+Json ToJson(const RevisionDiff& diff) {
   Json out = {{"from_revision", diff.from},
               {"to_revision", diff.to},
               {"revisions", Json::array()},
@@ -57,7 +57,7 @@ Json ToJson(const client::RevisionDiff& diff) {
   return out;
 }
 
-Json ToJson(const client::Loop& record, bool with_edges) {
+Json ToJson(const Loop& record, bool with_edges) {
   const LoopClosure& loop = record.loop;
   Json out = {{"id", loop.id},
               {"session", loop.session.value()},
@@ -70,7 +70,7 @@ Json ToJson(const client::Loop& record, bool with_edges) {
               {"residual_m", OrNull(loop.residual_m)},
               {"free_space", OrNull(loop.free_space)},
               {"comparisons", OrNull(loop.comparisons)},
-              {"source", loop.source},
+              {"source", ToString(loop.source)},
               {"detail", loop.detail},
               {"computed_ns", loop.computed_ns},
               {"rejected", loop.rejected},
@@ -84,7 +84,7 @@ Json ToJson(const client::Loop& record, bool with_edges) {
   return out;
 }
 
-Json ToJson(const client::RobotAnchor& record) {
+Json ToJson(const RobotAnchor& record) {
   const Anchor& anchor = record.anchor;
   return {{"session", anchor.submap.session.value()},
           {"index", anchor.submap.index},

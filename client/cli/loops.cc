@@ -14,11 +14,11 @@ namespace {
 struct Options {
   ServerOptions server;
   std::string robot;
-  client::LoopDecision decision;
+  LoopDecision decision;
   bool edges = false, json = false;
 };
 
-std::string StateOf(const client::Loop& loop) {
+std::string StateOf(const Loop& loop) {
   if (loop.loop.rejected) return "REJECTED";
   return loop.edges_used > 0 ? "USED" : "SET ASIDE";
 }
@@ -27,10 +27,10 @@ std::string Percent(double share) {
   return share < 0 ? std::string("-") : absl::StrFormat("%.0f %%", 100 * share);
 }
 
-void Report(const std::vector<client::Loop>& loops) {
+void Report(const std::vector<Loop>& loops) {
   absl::PrintF("%6s  %-16s %-11s  %-9s  %10s %7s %8s  %7s  %s\n", "id", "session", "submaps",
                "state", "confidence", "overlap", "residual", "edges", "detail");
-  for (const client::Loop& record : loops) {
+  for (const Loop& record : loops) {
     const LoopClosure& loop = record.loop;
     const std::string residual =
         loop.residual_m < 0 ? std::string("-") : absl::StrFormat("%.3f m", loop.residual_m);
@@ -52,7 +52,7 @@ int RunList(const Options& options) {
     return kOk;
   }
   Json out = Json::array();
-  for (const client::Loop& loop : *loops) out.push_back(ToJson(loop, options.edges));
+  for (const Loop& loop : *loops) out.push_back(ToJson(loop, options.edges));
   Print(out);
   return kOk;
 }
@@ -60,14 +60,14 @@ int RunList(const Options& options) {
 int RunDecide(const Options& options, bool rejected) {
   const auto client = Connect(options.server);
   if (!client.ok()) return FailServer(client.status());
-  client::LoopDecision decision = options.decision;
+  LoopDecision decision = options.decision;
   decision.rejected = rejected;
-  const auto loop = (*client)->DecideLoop(decision);
-  if (!loop.ok()) return FailServer(loop.status());
+  const auto decided = (*client)->DecideLoop(decision);
+  if (!decided.ok()) return FailServer(decided.status());
   if (options.json) {
-    Print(ToJson(*loop));
+    Print(ToJson(decided->loop));
   } else {
-    Report({*loop});
+    Report({decided->loop});
   }
   return kOk;
 }

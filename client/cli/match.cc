@@ -30,7 +30,7 @@ Pose PoseOf(const std::vector<double>& numbers) {
 int Run(const Options& options, std::optional<Ruling> ruling) {
   const auto client = Connect(options.server);
   if (!client.ok()) return FailServer(client.status());
-  client::MatchDecision decision;
+  MatchDecision decision;
   if (options.sessions) {
     decision.session_a = SessionId(options.a);
     decision.session_b = SessionId(options.b);
@@ -41,12 +41,12 @@ int Run(const Options& options, std::optional<Ruling> ruling) {
   decision.ruling = ruling;
   decision.note = options.note;
   if (!options.pose.empty()) decision.T_a_b = PoseOf(options.pose);
-  const auto edge = (*client)->DecideMatch(decision);
-  if (!edge.ok()) return FailServer(edge.status());
+  const auto decided = (*client)->DecideMatch(decision);
+  if (!decided.ok()) return FailServer(decided.status());
   if (options.json) {
-    Print(ToJson(*edge));
+    Print(ToJson(decided->edge));
   } else {
-    absl::PrintF("%s", MatchText(*edge));
+    absl::PrintF("%s", MatchText(decided->edge));
   }
   return kOk;
 }

@@ -12,7 +12,7 @@ namespace {
 
 struct Options {
   ServerOptions server;
-  client::RegionQuery query;
+  RegionQuery query;
   evaluation::PictureOptions picture;
   std::string output;
 };
@@ -22,7 +22,7 @@ absl::StatusOr<std::vector<Trajectory>> Ways(client::Client& client, uint32_t co
                                              const std::vector<RobotId>& robots) {
   std::vector<Trajectory> ways(robots.size());
   for (size_t i = 0; i < robots.size(); ++i) {
-    auto way = client.GetTrajectory(robots[i], client::Frame::kMap);
+    auto way = client.GetTrajectory(robots[i], TrajectoryFrame::kMap);
     if (absl::IsFailedPrecondition(way.status())) continue;  // Not placed: not in the picture.
     if (!way.ok()) return way.status();
     if (way->component == component) ways[i] = std::move(way->poses);

@@ -18,7 +18,7 @@ namespace {
 struct Options {
   ServerOptions server;
   std::string box, sphere, robot, output;
-  client::RegionQuery query;
+  RegionQuery query;
 };
 
 // "1,2,3" as three numbers.
@@ -37,7 +37,7 @@ absl::StatusOr<std::vector<double>> Numbers(const std::string& text, size_t coun
   return absl::InvalidArgumentError(absl::StrCat(option, " is ", form, ", not '", text, "'"));
 }
 
-absl::Status ParseRegion(const Options& options, client::RegionQuery& query) {
+absl::Status ParseRegion(const Options& options, RegionQuery& query) {
   if (!options.box.empty()) {
     const auto n = Numbers(options.box, 6, "--box", "x0,y0,z0,x1,y1,z1");
     if (!n.ok()) return n.status();

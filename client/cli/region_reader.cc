@@ -4,11 +4,10 @@
 
 namespace isthmus::cli {
 
-absl::StatusOr<client::RegionChunk> ReadRegion(client::Client& client,
-                                               const client::RegionQuery& query) {
-  client::RegionChunk all;
+absl::StatusOr<RegionChunk> ReadRegion(client::Client& client, const RegionQuery& query) {
+  RegionChunk all;
   Progress progress("points", 0);
-  const absl::Status status = client.QueryRegion(query, [&](const client::RegionChunk& chunk) {
+  const absl::Status status = client.QueryRegion(query, [&](const RegionChunk& chunk) {
     all.revision = chunk.revision;
     all.robots = chunk.robots;
     all.points.insert(all.points.end(), chunk.points.begin(), chunk.points.end());

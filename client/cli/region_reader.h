@@ -8,7 +8,6 @@
 namespace isthmus::cli {
 
 // All chunks of the region as one. Shows progress.
-absl::StatusOr<client::RegionChunk> ReadRegion(client::Client& client,
-                                               const client::RegionQuery& query);
+absl::StatusOr<RegionChunk> ReadRegion(client::Client& client, const RegionQuery& query);
 
 }  // namespace isthmus::cli

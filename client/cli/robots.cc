@@ -15,11 +15,11 @@ struct Options {
   bool json = false;
 };
 
-void Report(const std::vector<client::Session>& sessions) {
+void Report(const std::vector<SessionStatus>& sessions) {
   absl::PrintF("%-16s %-16s %-8s %-8s %7s %7s %10s %9s %5s  %-10s %s\n", "robot", "session",
                "sensor", "state", "scans", "submaps", "points", "metres", "ms", "component",
                "tracking");
-  for (const client::Session& session : sessions) {
+  for (const SessionStatus& session : sessions) {
     const std::string component =
         session.component ? absl::StrFormat("%d", *session.component) : std::string("not placed");
     // Counts over all segments are shown with the first.
@@ -48,7 +48,7 @@ int Run(const Options& options) {
     return kOk;
   }
   Json out = Json::array();
-  for (const client::Session& session : *sessions) out.push_back(ToJson(session));
+  for (const SessionStatus& session : *sessions) out.push_back(ToJson(session));
   Print(out);
   return kOk;
 }

@@ -24,9 +24,9 @@ struct Options {
   bool json = false;
 };
 
-int64_t Rejected(const std::vector<client::Loop>& loops) {
+int64_t Rejected(const std::vector<Loop>& loops) {
   return std::count_if(loops.begin(), loops.end(),
-                       [](const client::Loop& loop) { return loop.loop.rejected; });
+                       [](const Loop& loop) { return loop.loop.rejected; });
 }
 
 // The amount that a robot has stored.
@@ -34,9 +34,9 @@ struct Stored {
   uint64_t map_bytes = 0, scan_bytes = 0, quota_bytes = 0;
 };
 
-std::map<RobotId, Stored> StoredByRobot(const std::vector<client::Session>& sessions) {
+std::map<RobotId, Stored> StoredByRobot(const std::vector<SessionStatus>& sessions) {
   std::map<RobotId, Stored> robots;
-  for (const client::Session& session : sessions) {
+  for (const SessionStatus& session : sessions) {
     Stored& stored = robots[session.record.robot];
     stored.map_bytes += session.map_bytes;
     stored.scan_bytes += session.scan_bytes;
@@ -46,9 +46,9 @@ std::map<RobotId, Stored> StoredByRobot(const std::vector<client::Session>& sess
 }
 
 // The newest session of each robot.
-void ReportTracking(const std::vector<client::Session>& sessions) {
-  std::map<RobotId, const client::Session*> newest;
-  for (const client::Session& session : sessions) {
+void ReportTracking(const std::vector<SessionStatus>& sessions) {
+  std::map<RobotId, const SessionStatus*> newest;
+  for (const SessionStatus& session : sessions) {
     if (session.record.segment == 1) newest[session.record.robot] = &session;
   }
   for (const auto& [robot, session] : newest) {
@@ -57,7 +57,7 @@ void ReportTracking(const std::vector<client::Session>& sessions) {
   }
 }
 
-void ReportStored(const std::vector<client::Session>& sessions) {
+void ReportStored(const std::vector<SessionStatus>& sessions) {
   for (const auto& [robot, stored] : StoredByRobot(sessions)) {
     const std::string quota =
         stored.quota_bytes > 0 ? absl::StrCat(" of ", HumanBytes(stored.quota_bytes)) : "";
@@ -67,13 +67,13 @@ void ReportStored(const std::vector<client::Session>& sessions) {
                  HumanBytes(stored.scan_bytes),
                  stored.quota_bytes > 0 && total > stored.quota_bytes ? ": OVER ITS QUOTA" : "");
   }
-  for (const client::Session& session : sessions) {
+  for (const SessionStatus& session : sessions) {
     if (session.archive_problem.empty()) continue;
     absl::PrintF("ARCHIVE      %s: %s\n", session.record.id.value(), session.archive_problem);
   }
 }
 
-Json StoredJson(const std::vector<client::Session>& sessions) {
+Json StoredJson(const std::vector<SessionStatus>& sessions) {
   Json out = Json::object();
   for (const auto& [robot, stored] : StoredByRobot(sessions)) {
     out[robot.value()] = {{"map_bytes", stored.map_bytes},
@@ -83,12 +83,12 @@ Json StoredJson(const std::vector<client::Session>& sessions) {
   return out;
 }
 
-Json TrackingJson(const std::vector<client::Session>& sessions) {
+Json TrackingJson(const std::vector<SessionStatus>& sessions) {
   Json out = Json::object();
-  for (const client::Session& session : sessions) {
+  for (const SessionStatus& session : sessions) {
     if (session.record.segment > 1) continue;  // The newest session of each robot comes last.
     out[session.record.robot.value()] = {{"session", session.record.id.value()},
-                                         {"tracking", session.tracking},
+                                         {"tracking", ToString(session.tracking)},
                                          {"segments", session.segments},
                                          {"lost_since_ns", session.lost_since_ns},
                                          {"scans", ToJson(session.scans)}};
@@ -96,11 +96,10 @@ Json TrackingJson(const std::vector<client::Session>& sessions) {
   return out;
 }
 
-void Report(const client::MapInfo& info, const std::vector<client::Loop>& loops,
-            const std::string& address) {
+void Report(const MapInfo& info, const std::vector<Loop>& loops, const std::string& address) {
   absl::PrintF("server       %s\nrevision     %d\nstate        %s\nrobots       %d\n", address,
                info.revision, info.settled ? "settled" : "at work", info.robots.size());
-  for (const client::Component& component : info.components) {
+  for (const Component& component : info.components) {
     const std::string robots =
         absl::StrJoin(component.robots, ", ",
                       [](std::string* out, const RobotId& robot) { out->append(robot.value()); });

@@ -17,7 +17,7 @@ struct Options {
 };
 
 // Which segments the poses are of, and which not; nothing for a session that has but one.
-std::string SegmentsText(const client::RobotTrajectory& trajectory, bool is_map) {
+std::string SegmentsText(const RobotTrajectory& trajectory, bool is_map) {
   if (trajectory.parts.size() + trajectory.left_out.size() < 2) return "";
   std::string text = "; segment ";
   for (size_t i = 0; i < trajectory.parts.size(); ++i) {
@@ -34,7 +34,8 @@ int Run(const Options& options) {
   if (!client.ok()) return FailServer(client.status());
   const bool is_map = options.frame == "map";
   const auto trajectory = (*client)->GetTrajectory(
-      RobotId(options.robot), is_map ? client::Frame::kMap : client::Frame::kOdom, options.segment);
+      RobotId(options.robot), is_map ? TrajectoryFrame::kMap : TrajectoryFrame::kOdom,
+      options.segment);
   if (!trajectory.ok()) return FailServer(trajectory.status());
   const absl::Status written = formats::WriteTum(options.output, trajectory->poses);
   if (!written.ok()) return Fail(kFailed, written);

@@ -51,12 +51,12 @@ Json ToJson(const ScanCounts& scans) {
           {"rejected", scans.rejected}};
 }
 
-Json ToJson(const client::Session& session) {
+Json ToJson(const SessionStatus& session) {
   Json out = {
       {"session", session.record.id.value()},
       {"robot", session.record.robot.value()},
       {"sensor", session.record.sensor},
-      {"odometry", session.record.odometry},
+      {"odometry", session.record.odometry ? ToString(*session.record.odometry) : ""},
       {"input", session.input},
       {"state", session.record.state == SessionState::kFinished ? "FINISHED" : "ACTIVE"},
       {"last_sequence", session.last_sequence},
@@ -67,7 +67,7 @@ Json ToJson(const client::Session& session) {
       {"point_count", session.point_count},
       {"odometry_ms_mean", session.odometry_ms_mean},
       {"travelled_m", session.travelled_m},
-      {"tracking", session.tracking},
+      {"tracking", ToString(session.tracking)},
       {"map_bytes", session.map_bytes},
       {"scan_bytes", session.scan_bytes},
       {"quota_bytes", session.quota_bytes},
@@ -84,7 +84,7 @@ Json ToJson(const client::Session& session) {
   return out;
 }
 
-Json ToJson(const client::MapInfo& info) {
+Json ToJson(const MapInfo& info) {
   Json out = {{"revision", info.revision},
               {"settled", info.settled},
               {"robots", Names(info.robots)},
@@ -100,7 +100,7 @@ Json ToJson(const client::MapInfo& info) {
               {"retired", info.retired},
               {"damaged", info.damaged},
               {"storage_problem", info.storage_problem}};
-  for (const client::Component& component : info.components) {
+  for (const Component& component : info.components) {
     out["components"].push_back({{"component", component.component},
                                  {"reference_session", component.reference.value()},
                                  {"sessions", Names(component.sessions)},
@@ -111,14 +111,14 @@ Json ToJson(const client::MapInfo& info) {
   return out;
 }
 
-Json ToJson(const client::MatchEdge& edge, bool with_edges) {
+Json ToJson(const MatchEdge& edge, bool with_edges) {
   const Match& match = edge.match;
   Json out = {{"session_a", match.a.value()},
               {"session_b", match.b.value()},
               {"robot_a", edge.robot_a.value()},
               {"robot_b", edge.robot_b.value()},
               {"state", ToString(match.state)},
-              {"reason", match.reason},
+              {"reason", ToString(match.reason)},
               {"detail", match.detail},
               {"in_tree", edge.in_tree},
               {"T_a_b", ToJson(match.T_a_b)},
@@ -136,7 +136,7 @@ Json ToJson(const client::MatchEdge& edge, bool with_edges) {
               {"cycle_m", OrNull(match.cycle_m)},
               {"cycle_deg", OrNull(match.cycle_deg)},
               {"candidates", match.candidates},
-              {"matcher", match.matcher},
+              {"matcher", ToString(match.matcher)},
               {"submaps_a", match.submaps_a},
               {"submaps_b", match.submaps_b},
               {"computed_ns", match.computed_ns},
@@ -155,12 +155,11 @@ Json ToJson(const client::MatchEdge& edge, bool with_edges) {
   return out;
 }
 
-Json ToJson(const client::MatchGraph& graph, bool with_edges) {
+Json ToJson(const MatchGraph& graph, bool with_edges) {
   Json out = {
       {"revision", graph.revision}, {"matches", Json::array()}, {"placements", Json::array()}};
-  for (const client::MatchEdge& edge : graph.matches)
-    out["matches"].push_back(ToJson(edge, with_edges));
-  for (const client::PlacedSession& placed : graph.placements) {
+  for (const MatchEdge& edge : graph.matches) out["matches"].push_back(ToJson(edge, with_edges));
+  for (const PlacedSession& placed : graph.placements) {
     out["placements"].push_back({{"session", placed.placement.session.value()},
                                  {"robot", placed.robot.value()},
                                  {"component", placed.placement.component},

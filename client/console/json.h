@@ -4,7 +4,10 @@
 
 #include <nlohmann/json.hpp>
 
-#include "client/library/records.h"
+#include "core/records/map_graph.h"
+#include "core/records/map_info.h"
+#include "core/records/map_reading.h"
+#include "core/records/session_status.h"
 
 namespace isthmus::cli {
 
@@ -14,11 +17,11 @@ Json ToJson(const Pose& pose);
 Json ToJson(const Box& box);
 Json ToJson(const SubmapEdge& edge);
 Json ToJson(const ScanCounts& scans);
-Json ToJson(const client::Session& session);
-Json ToJson(const client::MapInfo& info);
+Json ToJson(const SessionStatus& session);
+Json ToJson(const MapInfo& info);
 // `with_edges`: with the submaps that carry the match, as "edges".
-Json ToJson(const client::MatchEdge& edge, bool with_edges = false);
-Json ToJson(const client::MatchGraph& graph, bool with_edges = false);
+Json ToJson(const MatchEdge& edge, bool with_edges = false);
+Json ToJson(const MatchGraph& graph, bool with_edges = false);
 
 // To stdout, indented.
 void Print(const Json& json);

@@ -40,7 +40,7 @@ std::vector<std::string> Checks(const Match& m) {
 }
 
 std::string Effort(const Match& m) {
-  std::string text = absl::StrCat("found by ", m.matcher);
+  std::string text = absl::StrCat("found by ", ToString(m.matcher));
   if (m.candidates > 0) absl::StrAppend(&text, ", guesses refined: ", m.candidates);
   if (m.submaps_a > 0) {
     absl::StrAppend(&text, ", from ", m.submaps_a, " and ", m.submaps_b, " submaps");
@@ -59,12 +59,12 @@ void AddLine(const std::vector<std::string>& parts, std::string* text) {
 
 }  // namespace
 
-std::string MatchText(const client::MatchEdge& edge, const std::string& name) {
+std::string MatchText(const MatchEdge& edge, const std::string& name) {
   const Match& m = edge.match;
-  std::string text = absl::StrCat(name, ": ", ToString(m.state), ", ", m.reason,
+  std::string text = absl::StrCat(name, ": ", ToString(m.state), ", ", ToString(m.reason),
                                   edge.in_tree ? " (carries the map)" : "", "\n");
   AddLine({m.detail}, &text);
-  if (m.matcher.empty()) return text;  // Nothing was found, so nothing was measured.
+  if (m.matcher == GuessSource::kNone) return text;  // Nothing was found, so nothing was measured.
   AddLine({absl::StrCat("T_a_b: ", PoseText(m.T_a_b))}, &text);
   AddLine(Evidence(m), &text);
   AddLine(Checks(m), &text);
@@ -72,7 +72,7 @@ std::string MatchText(const client::MatchEdge& edge, const std::string& name) {
   return text;
 }
 
-std::string MatchText(const client::MatchEdge& edge) {
+std::string MatchText(const MatchEdge& edge) {
   return MatchText(edge, absl::StrCat(edge.match.a.value(), " ~ ", edge.match.b.value()));
 }
 

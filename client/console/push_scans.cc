@@ -38,8 +38,8 @@ class AckLog {
  public:
   AckLog(const std::string& robot, size_t scans) : progress_(robot, scans) {}
 
-  void Add(const client::ScanAck& ack) {
-    if (ack.outcome == client::ScanOutcome::kRejected) {
+  void Add(const ScanAck& ack) {
+    if (ack.outcome == ScanOutcome::kRejected) {
       if (first_rejection.empty()) first_rejection = ack.reason;
       absl::FPrintF(stderr, "isthmus: scan %d was rejected: %s\n", ack.sequence, ack.reason);
     }
@@ -48,12 +48,12 @@ class AckLog {
     progress_.Update(acks.size() + unreadable);
   }
 
-  std::vector<client::ScanAck> acks;
+  std::vector<ScanAck> acks;
   std::string first_rejection;
   std::atomic<uint64_t> unreadable{0};  // Counted by the robot's thread.
 
  private:
-  void NoteSegment(const client::ScanAck& ack) {
+  void NoteSegment(const ScanAck& ack) {
     uint32_t& segment = segments_.try_emplace(ack.session, 1).first->second;
     if (ack.segment <= segment) return;
     segment = ack.segment;
@@ -101,7 +101,8 @@ absl::StatusOr<std::unique_ptr<client::ScanStream>> OpenStream(
   };
   auto stream = client.ResumeScanStream(stream_options);
   if (absl::IsNotFound(stream.status())) {
-    return client.OpenSpool({options.robot, options.sensor, {}, options.odometry}, stream_options);
+    return client.OpenSpool({RobotId(options.robot), options.sensor, options.odometry},
+                            stream_options);
   }
   if (stream.ok() && (*stream)->resumed().robot != options.robot) {
     return absl::FailedPreconditionError(
@@ -118,7 +119,7 @@ absl::StatusOr<PushSummary> PushFolder(client::Client& client, const readers::Sc
   AckLog log(options.robot, folder.size());
   client::ScanStreamOptions stream_options;
   stream_options.resolution_m = options.resolution_m;
-  stream_options.on_ack = [&log](const client::ScanAck& ack) { log.Add(ack); };
+  stream_options.on_ack = [&log](const ScanAck& ack) { log.Add(ack); };
   auto stream = OpenStream(client, options, stream_options);
   if (!stream.ok()) return stream.status();
 
@@ -137,7 +138,7 @@ absl::StatusOr<PushSummary> PushFolder(client::Client& client, const readers::Sc
   summary.unreadable = log.unreadable;
   summary.acks = std::move(log.acks);
   summary.first_rejection = std::move(log.first_rejection);
-  for (const client::ScanAck& ack : summary.acks) summary.mean_ms += ack.timing.total_ms;
+  for (const ScanAck& ack : summary.acks) summary.mean_ms += ack.timing.total_ms;
   if (summary.scans.processed > 0) {
     summary.mean_ms /= static_cast<double>(summary.scans.processed);
   }

@@ -7,13 +7,14 @@
 
 #include "client/library/client.h"
 #include "client/readers/scan_folder.h"
+#include "core/odometry_mode.h"
 
 namespace isthmus::cli {
 
 struct PushOptions {
   std::string robot;
   std::string sensor;
-  std::string odometry = {};                     // Empty: the server's own choice.
+  std::optional<OdometryMode> odometry = {};     // Absent: the server's own choice.
   std::optional<double> pace_hz = std::nullopt;  // Absent: as fast as the server takes them.
   double resolution_m = 0;                       // Quantisation; 0: raw.
   bool finish = true;                            // Finish the session afterwards.
@@ -28,8 +29,8 @@ struct PushSummary {
   uint64_t before = 0;      // Scans that an earlier push with this spool had taken.
   double seconds = 0;       // Wall time.
   double mean_ms = 0;       // Computing time of the odometry per processed scan.
-  client::Session state;    // Of the session, at the end.
-  std::vector<client::ScanAck> acks;
+  SessionStatus state;      // Of the session, at the end.
+  std::vector<ScanAck> acks;
   std::string first_rejection;  // Its reason.
 };
 

@@ -1,5 +1,7 @@
 #include "client/console/scan_options.h"
 
+#include <CLI/Error.hpp>
+
 #include "client/console/exit_code.h"
 
 namespace isthmus::cli {
@@ -15,10 +17,18 @@ void AddScanOptions(CLI::App& command, ScanOptions& options) {
   command.add_option("--to", options.to, "Last scan of the folder, included");
 }
 
-void AddOdometryMode(CLI::App& command, std::string& mode) {
-  command.add_option("--odometry", mode,
-                     "continuous (the best), floam (the paper's two stages) or aloam (to compare "
-                     "with); without it the server's own choice");
+void AddOdometryMode(CLI::App& command, std::optional<OdometryMode>& mode) {
+  const auto parse = [&mode](const std::string& name) {
+    const absl::StatusOr<OdometryMode> parsed = ParseOdometryMode(name);
+    if (!parsed.ok()) {
+      throw CLI::ValidationError("--odometry", std::string(parsed.status().message()));
+    }
+    mode = *parsed;
+  };
+  command.add_option_function<std::string>(
+      "--odometry", parse,
+      "continuous (the best), floam (the paper's two stages) or aloam (to compare with); without "
+      "it the server's own choice");
 }
 
 std::optional<readers::ScanFolder> OpenScans(const ScanOptions& options, std::string& sensor,

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "client/readers/scan_folder.h"
+#include "core/odometry_mode.h"
 
 namespace isthmus::cli {
 
@@ -19,8 +20,8 @@ struct ScanOptions {
 
 void AddScanOptions(CLI::App& command, ScanOptions& options);
 
-// --odometry: which one; stays empty, the server's own choice, unless given.
-void AddOdometryMode(CLI::App& command, std::string& mode);
+// --odometry: which one; stays absent, the server's own choice, unless given.
+void AddOdometryMode(CLI::App& command, std::optional<OdometryMode>& mode);
 
 // Opens the folder and, where `sensor` is empty, finds it. Empty after an error, which is on stderr
 // and in `code`.

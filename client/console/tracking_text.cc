@@ -12,7 +12,7 @@ std::string CountsText(const ScanCounts& scans) {
                       scans.rejected, " rejected");
 }
 
-std::string SegmentAndLossText(const client::Session& session) {
+std::string SegmentAndLossText(const SessionStatus& session) {
   std::string text;
   if (session.segments > 1) {
     absl::StrAppend(&text, "; segment ", session.segments, " of ", session.segments);
@@ -34,9 +34,9 @@ std::string DegeneracyText(const ScanCounts& scans) {
       100 * static_cast<double>(scans.degenerate) / static_cast<double>(all));
 }
 
-Loss LossOf(const std::vector<client::ScanAck>& acks, uint32_t segments) {
+Loss LossOf(const std::vector<ScanAck>& acks, uint32_t segments) {
   const auto lost = std::count_if(
-      acks.begin(), acks.end(), [](const client::ScanAck& ack) { return ack.tracking == "lost"; });
+      acks.begin(), acks.end(), [](const ScanAck& ack) { return ack.tracking == Tracking::kLost; });
   return {static_cast<uint64_t>(lost), acks.size(), segments};
 }
 

@@ -12,7 +12,7 @@ namespace isthmus::cli {
 std::string CountsText(const ScanCounts& scans);
 
 // "; segment 2 of 2; LOST since stamp 1700000012.300", of which what does not apply is left out.
-std::string SegmentAndLossText(const client::Session& session);
+std::string SegmentAndLossText(const SessionStatus& session);
 
 // The lost part of a drive: scans that could not be matched, or not be used at all.
 struct Loss {
@@ -22,7 +22,7 @@ struct Loss {
   // More than a tenth of the scans, or poses that share no frame.
   bool IsMuch() const { return lost * 10 > scans || segments > 1; }
 };
-Loss LossOf(const std::vector<client::ScanAck>& acks, uint32_t segments);
+Loss LossOf(const std::vector<ScanAck>& acks, uint32_t segments);
 
 // "in 150 of 200 scans (75 %) a direction was not observed; along it the poses are extrapolated";
 // empty when half the scans or fewer are degenerate.

@@ -17,30 +17,30 @@ constexpr std::chrono::milliseconds kInterval(200);
 absl::StatusOr<bool> AllFinished(client::Client& client) {
   const auto sessions = client.ListSessions();
   if (!sessions.ok()) return sessions.status();
-  return std::all_of(sessions->begin(), sessions->end(), [](const client::Session& session) {
+  return std::all_of(sessions->begin(), sessions->end(), [](const SessionStatus& session) {
     return session.record.state == SessionState::kFinished;
   });
 }
 
-std::string Describe(const client::MapInfo& info) {
+std::string Describe(const MapInfo& info) {
   return absl::StrCat(info.robots.size(), " robots in ", info.components.size(), " components");
 }
 
 }  // namespace
 
-bool IsMerged(const client::MapInfo& info) {
+bool IsMerged(const MapInfo& info) {
   return info.robots.size() >= 2 &&
          std::any_of(info.components.begin(), info.components.end(),
-                     [&](const client::Component& component) {
+                     [&](const Component& component) {
                        return component.robots.size() == info.robots.size();
                      });
 }
 
-absl::StatusOr<client::MapInfo> Wait(client::Client& client, WaitFor what, double timeout_s,
-                                     const std::function<void(const client::MapInfo&)>& seen) {
+absl::StatusOr<MapInfo> Wait(client::Client& client, WaitFor what, double timeout_s,
+                             const std::function<void(const MapInfo&)>& seen) {
   const Stopwatch watch;
   for (;;) {
-    absl::StatusOr<client::MapInfo> info = client.GetMapInfo();
+    absl::StatusOr<MapInfo> info = client.GetMapInfo();
     if (!info.ok()) return info;
     if (seen) seen(*info);
     if (info->settled && (what == WaitFor::kSettled || IsMerged(*info))) return info;

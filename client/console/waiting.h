@@ -14,13 +14,12 @@ enum class WaitFor {
   kMerged,   // Settled, and all robots, two at least, are in one component.
 };
 
-bool IsMerged(const client::MapInfo& info);
+bool IsMerged(const MapInfo& info);
 
 // Asks several times a second until it holds and returns the answer that says so. DeadlineExceeded
 // after timeout_s; FailedPrecondition at once when robots are not merged although the server has
 // settled and every session is finished: nothing more would come. `seen` receives every answer.
-absl::StatusOr<client::MapInfo> Wait(
-    client::Client& client, WaitFor what, double timeout_s,
-    const std::function<void(const client::MapInfo&)>& seen = nullptr);
+absl::StatusOr<MapInfo> Wait(client::Client& client, WaitFor what, double timeout_s,
+                             const std::function<void(const MapInfo&)>& seen = nullptr);
 
 }  // namespace isthmus::cli

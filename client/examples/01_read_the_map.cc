@@ -6,6 +6,7 @@
 #include <cstdio>
 
 int main(int argc, char** argv) {
+  using namespace isthmus;
   using namespace isthmus::client;
   const auto client = Client::Connect({.address = argc > 1 ? argv[1] : "localhost:50051"});
   if (!client.ok()) {

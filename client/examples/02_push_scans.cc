@@ -48,6 +48,7 @@ isthmus::Scan LookAround(int index) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  using namespace isthmus;
   using namespace isthmus::client;
   const auto client = Client::Connect({.address = argc > 1 ? argv[1] : "localhost:50051"});
   if (!client.ok()) return std::fprintf(stderr, "%s\n", client.status().ToString().c_str()), 1;
@@ -59,7 +60,7 @@ int main(int argc, char** argv) {
     if (!ack.T_odom_sensor) return;
     const Eigen::Vector3d& p = ack.T_odom_sensor->translation();
     std::printf("scan %zu: %.2f %.2f %.2f, tracking %s, %.1f ms\n",
-                static_cast<size_t>(ack.sequence), p.x(), p.y(), p.z(), ack.tracking.c_str(),
+                static_cast<size_t>(ack.sequence), p.x(), p.y(), p.z(), ToString(ack.tracking),
                 ack.timing.total_ms);
   };
   const auto stream = (*client)->OpenScanStream(session->record.id, options);

@@ -12,6 +12,7 @@
 namespace {
 
 absl::Status Drive(int files, char** names, const std::string& address) {
+  using namespace isthmus;
   using namespace isthmus::client;
   ClientOptions options;
   options.address = address;

@@ -12,6 +12,7 @@
 
 namespace {
 
+using namespace isthmus;
 using namespace isthmus::client;
 
 absl::Status Upload(Client& client, int files, char** names) {
@@ -31,13 +32,13 @@ absl::Status Upload(Client& client, int files, char** names) {
 }
 
 absl::Status LookAt(Client& client, const std::string& other) {
-  const isthmus::RobotId carol("carol"), robot(other);
+  const RobotId carol("carol"), robot(other);
   const auto transform = client.GetTransform(carol, robot);
   if (!transform.ok()) return transform.status();  // FailedPrecondition: not yet; says why.
   const Eigen::Vector3d& p = transform->T_a_b.translation();
   std::printf("%s set out from %.2f %.2f %.2f\n", other.c_str(), p.x(), p.y(), p.z());
 
-  const auto trajectory = client.GetTrajectory(robot, Frame::kMap);
+  const auto trajectory = client.GetTrajectory(robot, TrajectoryFrame::kMap);
   if (!trajectory.ok()) return trajectory.status();
   if (trajectory->poses.empty()) return absl::OkStatus();
   RegionQuery query;

@@ -14,6 +14,7 @@
 namespace {
 
 absl::Status Drive(const std::string& address, const std::string& spool, int files, char** names) {
+  using namespace isthmus;
   using namespace isthmus::client;
   ClientOptions options;
   options.address = address;
@@ -28,7 +29,7 @@ absl::Status Drive(const std::string& address, const std::string& spool, int fil
   stream_options.spool.backfill_bytes_per_s = 500'000;  // After an outage.
   stream_options.spool.prefer_live_after_s = 10;        // New scans do not wait for that.
   stream_options.on_event = [](const std::string& event) { std::puts(event.c_str()); };
-  const auto stream = (*client)->OpenSpool({"bob", "hdl64"}, stream_options);
+  const auto stream = (*client)->OpenSpool({RobotId("bob"), "hdl64"}, stream_options);
   if (!stream.ok()) return stream.status();
 
   // A real robot has its sensor's clock; here the stamps tell which files were pushed before.

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <system_error>
 
+#include "api/convert/graph.h"
 #include "client/library/client.h"
 #include "client/library/file_stream.h"
 #include "core/io/folder.h"
@@ -29,15 +30,6 @@ absl::StatusOr<std::string> MakePart(const std::string& folder) {
   return part;
 }
 
-void Note(const v1::BackupContents& contents, Backup* backup) {
-  backup->sessions = contents.sessions();
-  backup->submaps = contents.submaps();
-  backup->scans = contents.scans();
-  backup->points = contents.points();
-  backup->damaged = contents.damaged();
-  backup->report = contents.report();
-}
-
 }  // namespace
 
 absl::StatusOr<Backup> Client::BackUp(const std::string& folder,
@@ -55,7 +47,7 @@ absl::StatusOr<Backup> Client::BackUp(const std::string& folder,
       state.copied = std::max(state.copied, response.copied());
       state.total_bytes = std::max(state.total_bytes, response.total_bytes());
       state.bytes += response.data().size();
-      if (response.last()) Note(response.contents(), &backup);
+      if (response.last()) backup.contents = convert::FromMessage(response.contents());
       if (progress) progress(state);
     };
     const auto append = [&](const std::string& bytes) {

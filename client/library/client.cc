@@ -2,8 +2,9 @@
 
 #include <utility>
 
-#include "client/library/convert.h"
+#include "api/convert/session.h"
 #include "client/library/link.h"
+#include "client/library/list_stream.h"
 #include "client/library/stream/memory_stream.h"
 #include "client/library/stream/spooled_stream.h"
 
@@ -23,18 +24,19 @@ absl::StatusOr<std::unique_ptr<Client>> Client::Connect(const ClientOptions& opt
   return std::unique_ptr<Client>(new Client(std::move(link)));
 }
 
-absl::StatusOr<Session> Client::CreateSession(const std::string& robot, const std::string& sensor,
-                                              const Pose& T_base_sensor,
-                                              const std::string& odometry) {
-  v1::CreateSessionRequest request = ToProto(SessionWish{robot, sensor, T_base_sensor, odometry});
-  request.set_request_id(NewRequestId());
+absl::StatusOr<SessionStatus> Client::CreateSession(const std::string& robot,
+                                                    const std::string& sensor,
+                                                    const Pose& T_base_sensor,
+                                                    std::optional<OdometryMode> odometry) {
+  const v1::CreateSessionRequest request = convert::ToMessage(
+      SessionRequest{RobotId(robot), sensor, odometry, T_base_sensor, NewRequestId()});
   v1::Session session;
   const absl::Status status =
       link_->Call(link_->options().call_timeout_s, [&](Stubs& stubs, grpc::ClientContext& context) {
         return stubs.sessions->CreateSession(&context, request, &session);
       });
   if (!status.ok()) return status;
-  return FromProto(session);
+  return convert::FromMessage(session);
 }
 
 namespace {
@@ -51,39 +53,29 @@ absl::StatusOr<v1::Session> AskFor(const SessionId& id, Client::Link& link) {
   return session;
 }
 
+void AddSessions(const v1::ListSessionsResponse& part, std::vector<SessionStatus>& sessions) {
+  for (const v1::Session& session : part.sessions()) {
+    sessions.push_back(convert::FromMessage(session));
+  }
+}
+
 }  // namespace
 
-absl::StatusOr<Session> Client::GetSession(const SessionId& id) {
+absl::StatusOr<SessionStatus> Client::GetSession(const SessionId& id) {
   const absl::StatusOr<v1::Session> session = AskFor(id, *link_);
   if (!session.ok()) return session.status();
-  return FromProto(*session);
+  return convert::FromMessage(*session);
 }
 
-absl::StatusOr<std::vector<Session>> Client::ListSessions() {
-  v1::ListSessionsResponse response;
-  const absl::Status status =
-      link_->Call(link_->options().call_timeout_s, [&](Stubs& stubs, grpc::ClientContext& context) {
-        return stubs.sessions->ListSessions(&context, v1::ListSessionsRequest(), &response);
-      });
-  if (!status.ok()) return status;
-  std::vector<Session> sessions;
-  for (const v1::Session& session : response.sessions()) sessions.push_back(FromProto(session));
-  return sessions;
+absl::StatusOr<std::vector<SessionStatus>> Client::ListSessions() {
+  const auto open = [](Stubs& stubs, grpc::ClientContext& context) {
+    return stubs.sessions->ListSessions(&context, v1::ListSessionsRequest());
+  };
+  return ReadList(*link_, open, AddSessions);
 }
 
-absl::StatusOr<Session> Client::FinishSession(const SessionId& id) {
+absl::StatusOr<SessionStatus> Client::FinishSession(const SessionId& id) {
   return FinishAt(*link_, id, 0);
-}
-
-absl::Status Client::DeleteSession(const SessionId& id) {
-  v1::DeleteSessionRequest request;
-  request.set_session(id.value());
-  // Not repeated: after a lost answer the second attempt would say that there is no such session.
-  return link_->CallOnce(link_->options().call_timeout_s,
-                         [&](Stubs& stubs, grpc::ClientContext& context) {
-                           v1::DeleteSessionResponse response;
-                           return stubs.sessions->DeleteSession(&context, request, &response);
-                         });
 }
 
 absl::StatusOr<std::unique_ptr<ScanStream>> Client::OpenScanStream(
@@ -100,9 +92,9 @@ absl::StatusOr<std::unique_ptr<ScanStream>> Client::ResumeScanStream(
   return SpooledStream::Open(link_, options, {});
 }
 
-absl::StatusOr<std::unique_ptr<ScanStream>> Client::OpenSpool(const SessionWish& wish,
+absl::StatusOr<std::unique_ptr<ScanStream>> Client::OpenSpool(const SessionRequest& request,
                                                               const ScanStreamOptions& options) {
-  return SpooledStream::Open(link_, options, {.request = ToProto(wish)});
+  return SpooledStream::Open(link_, options, {.request = convert::ToMessage(request)});
 }
 
 }  // namespace isthmus::client

@@ -20,8 +20,15 @@
 #include <vector>
 
 #include "client/library/options.h"
-#include "client/library/records.h"
 #include "client/library/stream/scan_stream.h"
+#include "client/library/transfers.h"
+#include "core/records/list_at.h"
+#include "core/records/map_edits.h"
+#include "core/records/map_graph.h"
+#include "core/records/map_info.h"
+#include "core/records/map_reading.h"
+#include "core/records/session_status.h"
+#include "core/records/submap_upload.h"
 
 namespace isthmus::client {
 
@@ -35,13 +42,13 @@ class Client {
   static absl::StatusOr<std::unique_ptr<Client>> Connect(const ClientOptions& options);
   ~Client();
 
-  absl::StatusOr<Session> CreateSession(const std::string& robot, const std::string& sensor,
-                                        const Pose& T_base_sensor = {},
-                                        const std::string& odometry = {});
-  absl::StatusOr<Session> GetSession(const SessionId& session);
-  absl::StatusOr<std::vector<Session>> ListSessions();  // In order of creation.
+  absl::StatusOr<SessionStatus> CreateSession(const std::string& robot, const std::string& sensor,
+                                              const Pose& T_base_sensor = {},
+                                              std::optional<OdometryMode> odometry = {});
+  absl::StatusOr<SessionStatus> GetSession(const SessionId& session);
+  absl::StatusOr<std::vector<SessionStatus>> ListSessions();  // In order of creation.
   // Waits until the session's scans are processed and its last submap is durable.
-  absl::StatusOr<Session> FinishSession(const SessionId& session);
+  absl::StatusOr<SessionStatus> FinishSession(const SessionId& session);
   absl::Status DeleteSession(const SessionId& session);
 
   // The way for scans into a session; the client must outlive it. Continues after the session's
@@ -59,8 +66,9 @@ class Client {
   absl::StatusOr<std::unique_ptr<ScanStream>> ResumeScanStream(const ScanStreamOptions& options);
   // The one call that a robot needs, at its first start and at every other: as ResumeScanStream,
   // or with a new session where there is nothing to resume, which is opened as soon as the server
-  // is in reach. FailedPrecondition when the spool is of another robot.
-  absl::StatusOr<std::unique_ptr<ScanStream>> OpenSpool(const SessionWish& wish,
+  // is in reach; the request's id is the library's. FailedPrecondition when the spool is of another
+  // robot.
+  absl::StatusOr<std::unique_ptr<ScanStream>> OpenSpool(const SessionRequest& request,
                                                         const ScanStreamOptions& options);
 
   // In chunks with a checksum; durable on return. Tried again after Unavailable and DataLoss, which
@@ -71,17 +79,16 @@ class Client {
   absl::StatusOr<MapInfo> GetMapInfo();
   // The submaps of one robot, or of all robots if `robot` is empty. Indices have gaps where submaps
   // were retired.
-  absl::StatusOr<std::vector<SubmapStatus>> ListSubmaps(const RobotId& robot = {});
+  absl::StatusOr<ListAt<SubmapStatus>> ListSubmaps(const RobotId& robot = {});
   // In the map frame corrected by where the submaps lie, smoothly from one to the next. Segment 0:
   // in the odom frame the last; in the map frame all that are placed in one component, the lowest
   // that has any.
-  absl::StatusOr<RobotTrajectory> GetTrajectory(const RobotId& robot, Frame frame,
+  absl::StatusOr<RobotTrajectory> GetTrajectory(const RobotId& robot, TrajectoryFrame frame,
                                                 uint32_t segment = 0);
   // With the submaps that carry each match if `include_edges`.
   absl::StatusOr<MatchGraph> GetMatchGraph(bool include_edges = false);
-  // Holds until another decision on the pair, whatever the server computes. Returns the match as it
-  // counts from now on.
-  absl::StatusOr<MatchEdge> DecideMatch(const MatchDecision& decision);
+  // Holds until another decision on the pair, whatever the server computes.
+  absl::StatusOr<DecidedMatch> DecideMatch(const MatchDecision& decision);
   // FailedPrecondition, saying what is missing, while nothing connects the two.
   absl::StatusOr<RobotTransform> GetTransform(const RobotId& a, const RobotId& b);
 
@@ -96,10 +103,9 @@ class Client {
 
   // The loop closures of one robot, or of all robots if `robot` is empty; with the submaps that
   // carry each if `include_edges`.
-  absl::StatusOr<std::vector<Loop>> ListLoops(const RobotId& robot = {},
-                                              bool include_edges = false);
-  // Returns the loop closure as it counts from now on, without its edges.
-  absl::StatusOr<Loop> DecideLoop(const LoopDecision& decision);
+  absl::StatusOr<ListAt<Loop>> ListLoops(const RobotId& robot = {}, bool include_edges = false);
+  // Returns the loop closure without its edges.
+  absl::StatusOr<DecidedLoop> DecideLoop(const LoopDecision& decision);
 
   // Gives a submap its place, in place of what was given before; `given_ns` is the server's. An
   // anchor that names no session is for the newest submap of the robot's newest session;
@@ -107,7 +113,7 @@ class Client {
   absl::StatusOr<Anchored> PutAnchor(const Anchor& anchor, const RobotId& robot = {});
   // Returns the revision after that. Not repeated once it was sent.
   absl::StatusOr<int64_t> RemoveAnchor(const SubmapId& submap);
-  absl::StatusOr<std::vector<RobotAnchor>> ListAnchors();  // In order of submap.
+  absl::StatusOr<ListAt<RobotAnchor>> ListAnchors();  // In order of submap.
 
   // Calls `chunk` until it returns false (Cancelled) or all is read; at least once, also where
   // there are no points. Not tried again after the first chunk.

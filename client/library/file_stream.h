@@ -8,7 +8,7 @@
 #include <string>
 
 #include "client/library/link.h"
-#include "client/library/records.h"
+#include "client/library/transfers.h"
 #include "core/io/crc32c.h"
 
 namespace isthmus::client {

@@ -10,15 +10,12 @@
 namespace isthmus::client {
 namespace {
 
-// Above anything the server puts into one message: graphs and lists of submaps are unary.
-constexpr int kMaxReceivedBytes = 64 << 20;
 // A radio link that is dead is noticed within the sum of these; the server permits it. One that is
 // merely slow answers a ping behind the scans that are under way.
 constexpr int kPingEveryMs = 5'000, kPingTimeoutMs = 10'000;
 
 std::shared_ptr<Client::Link::Stubs> Open(const std::string& address) {
   grpc::ChannelArguments arguments;
-  arguments.SetMaxReceiveMessageSize(kMaxReceivedBytes);
   arguments.SetMaxSendMessageSize(-1);  // The server's own limit decides, and says so.
   // Not shared with other channels to the address, so that a new channel tries at once.
   arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
@@ -30,8 +27,7 @@ std::shared_ptr<Client::Link::Stubs> Open(const std::string& address) {
       grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), arguments);
   stubs->sessions = v1::SessionService::NewStub(stubs->channel);
   stubs->maps = v1::MapService::NewStub(stubs->channel);
-  stubs->matches = v1::MatchService::NewStub(stubs->channel);
-  stubs->graph = v1::GraphService::NewStub(stubs->channel);
+  stubs->edits = v1::EditService::NewStub(stubs->channel);
   stubs->admin = v1::AdminService::NewStub(stubs->channel);
   return stubs;
 }

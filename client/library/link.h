@@ -14,9 +14,8 @@
 #include "client/library/stream/session_link.h"
 #include "core/mutex.h"
 #include "isthmus/v1/admin_service.grpc.pb.h"
-#include "isthmus/v1/graph_service.grpc.pb.h"
+#include "isthmus/v1/edit_service.grpc.pb.h"
 #include "isthmus/v1/map_service.grpc.pb.h"
-#include "isthmus/v1/match_service.grpc.pb.h"
 #include "isthmus/v1/session_service.grpc.pb.h"
 
 namespace isthmus::client {
@@ -28,8 +27,7 @@ class Client::Link final : public SessionLink {
     std::shared_ptr<grpc::Channel> channel;
     std::unique_ptr<v1::SessionService::Stub> sessions;
     std::unique_ptr<v1::MapService::Stub> maps;
-    std::unique_ptr<v1::MatchService::Stub> matches;
-    std::unique_ptr<v1::GraphService::Stub> graph;
+    std::unique_ptr<v1::EditService::Stub> edits;
     std::unique_ptr<v1::AdminService::Stub> admin;
   };
   // One attempt at a call. Must not have effects that a second attempt would double.

@@ -1,8 +1,8 @@
 // The part of Client that fetches files: the map, and its pose graph.
 #include <utility>
 
+#include "api/convert/map.h"
 #include "client/library/client.h"
-#include "client/library/convert.h"
 #include "client/library/file_stream.h"
 #include "client/library/link.h"
 #include "core/io/part_file.h"
@@ -18,12 +18,13 @@ using Bytes = FilePiece;
 using Fetch = std::function<absl::Status(const Bytes&, ExportSummary&)>;
 
 Fetch FetchMap(Client::Link& link, const ExportRequest& request) {
-  return [&link, message = ToProto(request)](const Bytes& bytes, ExportSummary& summary) {
-    const auto open = [&message](Stubs& stubs, grpc::ClientContext& context) {
-      return stubs.maps->ExportMap(&context, message);
-    };
-    return FetchStream<v1::ExportMapResponse>(link, open, bytes, summary);
-  };
+  return
+      [&link, message = convert::ToMessage(request)](const Bytes& bytes, ExportSummary& summary) {
+        const auto open = [&message](Stubs& stubs, grpc::ClientContext& context) {
+          return stubs.maps->ExportMap(&context, message);
+        };
+        return FetchStream<v1::ExportMapResponse>(link, open, bytes, summary);
+      };
 }
 
 Fetch FetchPoseGraph(Client::Link& link, uint32_t component) {
@@ -31,7 +32,7 @@ Fetch FetchPoseGraph(Client::Link& link, uint32_t component) {
   request.set_component(component);
   return [&link, message = std::move(request)](const Bytes& bytes, ExportSummary& summary) {
     const auto open = [&message](Stubs& stubs, grpc::ClientContext& context) {
-      return stubs.graph->ExportPoseGraph(&context, message);
+      return stubs.maps->ExportPoseGraph(&context, message);
     };
     return FetchStream<v1::ExportPoseGraphResponse>(link, open, bytes, summary);
   };

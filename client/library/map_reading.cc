@@ -1,9 +1,11 @@
-// The part of Client that reads the map, and says how it hangs together.
+// The part of Client that reads the map: what is in it, and where it lies.
 #include <string>
 
+#include "api/convert/cloud.h"
+#include "api/convert/geometry.h"
+#include "api/convert/map.h"
 #include "client/library/client.h"
-#include "client/library/convert.h"
-#include "client/library/link.h"
+#include "client/library/list_stream.h"
 
 namespace isthmus::client {
 
@@ -16,76 +18,51 @@ absl::StatusOr<MapInfo> Client::GetMapInfo() {
         return stubs.maps->GetMapInfo(&context, v1::GetMapInfoRequest(), &info);
       });
   if (!status.ok()) return status;
-  return FromProto(info);
+  return convert::FromMessage(info);
 }
 
-absl::StatusOr<std::vector<SubmapStatus>> Client::ListSubmaps(const RobotId& robot) {
+namespace {
+
+void AddSubmaps(const v1::ListSubmapsResponse& part, ListAt<SubmapStatus>& submaps) {
+  submaps.revision = part.revision();
+  for (const v1::Submap& submap : part.submaps()) submaps.push_back(convert::FromMessage(submap));
+}
+
+void AddPoses(const v1::GetTrajectoryResponse& part, RobotTrajectory& trajectory) {
+  trajectory.session = SessionId(part.session());
+  trajectory.revision = part.revision();
+  trajectory.component = part.component();
+  trajectory.left_out.assign(part.segments_left_out().begin(), part.segments_left_out().end());
+  if (trajectory.parts.empty() || trajectory.parts.back().segment != part.segment()) {
+    trajectory.parts.push_back({part.segment(), 0});
+  }
+  trajectory.parts.back().count += static_cast<size_t>(part.poses_size());
+  for (const v1::StampedPose& pose : part.poses()) {
+    trajectory.poses.push_back(convert::FromMessage(pose));
+  }
+}
+
+}  // namespace
+
+absl::StatusOr<ListAt<SubmapStatus>> Client::ListSubmaps(const RobotId& robot) {
   v1::ListSubmapsRequest request;
   request.set_robot(robot.value());
-  v1::ListSubmapsResponse response;
-  const absl::Status status =
-      link_->Call(link_->options().call_timeout_s, [&](Stubs& stubs, grpc::ClientContext& context) {
-        return stubs.maps->ListSubmaps(&context, request, &response);
-      });
-  if (!status.ok()) return status;
-  std::vector<SubmapStatus> submaps;
-  for (const v1::Submap& submap : response.submaps()) submaps.push_back(FromProto(submap));
-  return submaps;
+  const auto open = [&](Stubs& stubs, grpc::ClientContext& context) {
+    return stubs.maps->ListSubmaps(&context, request);
+  };
+  return ReadList(*link_, open, AddSubmaps);
 }
 
-absl::StatusOr<RobotTrajectory> Client::GetTrajectory(const RobotId& robot, Frame frame,
+absl::StatusOr<RobotTrajectory> Client::GetTrajectory(const RobotId& robot, TrajectoryFrame frame,
                                                       uint32_t segment) {
   v1::GetTrajectoryRequest request;
   request.set_robot(robot.value());
-  request.set_frame(frame == Frame::kMap ? v1::MAP : v1::ODOM);
+  request.set_frame(convert::ToMessage(frame));
   request.set_segment(segment);
-  RobotTrajectory trajectory;
-  const auto read = [&](Stubs& stubs, grpc::ClientContext& context) {
-    trajectory = {};
-    auto reader = stubs.maps->GetTrajectory(&context, request);
-    v1::GetTrajectoryResponse part;
-    while (reader->Read(&part)) {
-      trajectory.session = SessionId(part.session());
-      trajectory.revision = part.revision();
-      trajectory.component = part.component();
-      trajectory.left_out.assign(part.segments_left_out().begin(), part.segments_left_out().end());
-      if (trajectory.parts.empty() || trajectory.parts.back().segment != part.segment()) {
-        trajectory.parts.push_back({part.segment(), 0});
-      }
-      trajectory.parts.back().count += static_cast<size_t>(part.poses_size());
-      for (const v1::StampedPose& pose : part.poses()) {
-        trajectory.poses.push_back({pose.stamp_ns(), FromProto(pose.pose())});
-      }
-    }
-    return reader->Finish();
+  const auto open = [&](Stubs& stubs, grpc::ClientContext& context) {
+    return stubs.maps->GetTrajectory(&context, request);
   };
-  const absl::Status status = link_->Call(link_->options().transfer_timeout_s, read);
-  if (!status.ok()) return status;
-  return trajectory;
-}
-
-absl::StatusOr<MatchGraph> Client::GetMatchGraph(bool include_edges) {
-  v1::GetMatchGraphRequest request;
-  request.set_include_edges(include_edges);
-  v1::MatchGraph graph;
-  const absl::Status status =
-      link_->Call(link_->options().call_timeout_s, [&](Stubs& stubs, grpc::ClientContext& context) {
-        return stubs.maps->GetMatchGraph(&context, request, &graph);
-      });
-  if (!status.ok()) return status;
-  return FromProto(graph);
-}
-
-absl::StatusOr<MatchEdge> Client::DecideMatch(const MatchDecision& decision) {
-  const v1::DecideMatchRequest request = ToProto(decision);
-  v1::DecideMatchResponse response;
-  // May be repeated: the same decision twice is one.
-  const absl::Status status = link_->Call(
-      link_->options().transfer_timeout_s, [&](Stubs& stubs, grpc::ClientContext& context) {
-        return stubs.matches->DecideMatch(&context, request, &response);
-      });
-  if (!status.ok()) return status;
-  return FromProto(response.match());
+  return ReadList(*link_, open, AddPoses);
 }
 
 absl::StatusOr<RobotTransform> Client::GetTransform(const RobotId& a, const RobotId& b) {
@@ -98,12 +75,12 @@ absl::StatusOr<RobotTransform> Client::GetTransform(const RobotId& a, const Robo
         return stubs.maps->GetTransform(&context, request, &response);
       });
   if (!status.ok()) return status;
-  return RobotTransform{response.revision(), FromProto(response.t_a_b())};
+  return RobotTransform{response.revision(), convert::FromMessage(response.t_a_b())};
 }
 
 absl::Status Client::QueryRegion(const RegionQuery& query,
                                  const std::function<bool(const RegionChunk&)>& chunk) {
-  const v1::QueryRegionRequest request = ToProto(query);
+  const v1::QueryRegionRequest request = convert::ToMessage(query);
   bool started = false;
   absl::Status failure;  // Found on this side.
   const auto read = [&](Stubs& stubs, grpc::ClientContext& context) {
@@ -115,7 +92,7 @@ absl::Status Client::QueryRegion(const RegionQuery& query,
       out.revision = part.revision();
       for (const std::string& robot : part.robots()) out.robots.emplace_back(robot);
       out.points.clear();
-      failure = AppendPoints(part.cloud(), out.points);
+      failure = convert::AppendPoints(part.cloud(), out.points);
       if (failure.ok() && !chunk(out)) failure = absl::CancelledError("stopped by the reader");
       if (!failure.ok()) context.TryCancel();
     }

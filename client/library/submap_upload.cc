@@ -1,8 +1,8 @@
 // The part of Client that sends a finished submap.
 #include <algorithm>
 
+#include "api/convert/session.h"
 #include "client/library/client.h"
-#include "client/library/convert.h"
 #include "client/library/link.h"
 
 namespace isthmus::client {
@@ -49,7 +49,7 @@ grpc::Status Send(Stubs& stubs, grpc::ClientContext& context, const v1::UploadSu
 }  // namespace
 
 absl::Status Client::UploadSubmap(const SubmapUpload& submap) {
-  const v1::UploadSubmapHeader header = ToProto(submap);
+  const v1::UploadSubmapHeader header = convert::ToMessage(submap);
   return link_->Repeat(true, [&] {
     const uint64_t from = AskPersisted(*link_, header);
     return link_->Once(link_->options().transfer_timeout_s,

@@ -25,12 +25,12 @@ constexpr std::chrono::seconds kAckTimeout(60);
 // Totals over the acknowledgements of one robot; added to by the stream's thread.
 class AckTotals {
  public:
-  void Add(const client::ScanAck& ack) {
+  void Add(const ScanAck& ack) {
     MutexLock lock(&mutex_);
     ++answered_;
-    if (ack.outcome == client::ScanOutcome::kProcessed) {
+    if (ack.outcome == ScanOutcome::kProcessed) {
       ++processed_;
-      if (ack.tracking == "lost") ++lost_;
+      if (ack.tracking == Tracking::kLost) ++lost_;
       sum_ms_ += ack.timing.total_ms;
       max_ms_ = std::max(max_ms_, ack.timing.total_ms);
     }
@@ -61,13 +61,13 @@ class AckTotals {
   double sum_ms_ ABSL_GUARDED_BY(mutex_) = 0, max_ms_ ABSL_GUARDED_BY(mutex_) = 0;
 };
 
-absl::Status Drive(client::Client& client, const Simulator& simulator, int index,
-                   const std::string& mode, const BenchProgress& progress, PaperBenchRobot* robot) {
+absl::Status Drive(client::Client& client, const Simulator& simulator, int index, OdometryMode mode,
+                   const BenchProgress& progress, PaperBenchRobot* robot) {
   auto session = client.CreateSession(robot->name, simulator.options().sensor, Pose(), mode);
   if (!session.ok()) return session.status();
   AckTotals totals;
   client::ScanStreamOptions options;
-  options.on_ack = [&totals](const client::ScanAck& ack) { totals.Add(ack); };
+  options.on_ack = [&totals](const ScanAck& ack) { totals.Add(ack); };
   auto stream = client.OpenScanStream(session->record.id, options);
   if (!stream.ok()) return stream.status();
   const int count = simulator.scan_count();
@@ -89,7 +89,7 @@ absl::Status Drive(client::Client& client, const Simulator& simulator, int index
 absl::StatusOr<std::vector<evaluation::TrajectoryPair>> Trajectories(client::Client& client,
                                                                      const Simulator& simulator,
                                                                      const PaperBenchRun& run,
-                                                                     client::Frame frame) {
+                                                                     TrajectoryFrame frame) {
   std::vector<evaluation::TrajectoryPair> pairs;
   for (int i = 0; i < kRobots; ++i) {
     const std::string& name = run.robots[i].name;
@@ -105,7 +105,7 @@ absl::StatusOr<double> EstimationMs(client::Client& client) {
   const auto graph = client.GetMatchGraph();
   if (!graph.ok()) return graph.status();
   double ms = 0;
-  for (const client::MatchEdge& edge : graph->matches) {
+  for (const MatchEdge& edge : graph->matches) {
     for (const StageTime& stage : edge.match.stages) ms += stage.ms;
   }
   return ms;
@@ -113,7 +113,7 @@ absl::StatusOr<double> EstimationMs(client::Client& client) {
 
 absl::Status CompareWithTruth(client::Client& client, const Simulator& simulator, bool merged,
                               PaperBenchRun* run) {
-  const auto own = Trajectories(client, simulator, *run, client::Frame::kOdom);
+  const auto own = Trajectories(client, simulator, *run, TrajectoryFrame::kOdom);
   if (!own.ok()) return own.status();
   for (int i = 0; i < kRobots; ++i) {
     const auto errors = evaluation::CompareTrajectories({(*own)[i]});
@@ -121,7 +121,7 @@ absl::Status CompareWithTruth(client::Client& client, const Simulator& simulator
     run->robots[i].own = errors->all;
   }
   if (!merged) return absl::OkStatus();
-  const auto placed = Trajectories(client, simulator, *run, client::Frame::kMap);
+  const auto placed = Trajectories(client, simulator, *run, TrajectoryFrame::kMap);
   if (!placed.ok()) return placed.status();
   const auto errors = evaluation::CompareTrajectories(*placed);
   if (!errors.ok()) return errors.status();
@@ -140,6 +140,8 @@ absl::StatusOr<PaperBenchRun> RunPaperBench(const std::string& world, const std:
   options.seed = seed;
   options.seconds = seconds;
   options.robots = kRobots;
+  const auto odometry = ParseOdometryMode(mode);
+  if (!odometry.ok()) return odometry.status();
   const auto simulator = Simulator::Create(options);
   if (!simulator.ok()) return simulator.status();
   const auto server = EmbeddedServer::Start({});
@@ -152,7 +154,8 @@ absl::StatusOr<PaperBenchRun> RunPaperBench(const std::string& world, const std:
   run.seed = seed;
   for (int i = 0; i < kRobots; ++i) {
     run.robots.emplace_back().name = absl::StrCat("robot_", i);
-    const absl::Status status = Drive(client, **simulator, i, mode, progress, &run.robots.back());
+    const absl::Status status =
+        Drive(client, **simulator, i, *odometry, progress, &run.robots.back());
     if (!status.ok()) return status;
   }
   const auto info = Wait(client, WaitFor::kSettled, kSettleTimeoutS);

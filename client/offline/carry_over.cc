@@ -43,7 +43,7 @@ absl::StatusOr<std::map<SessionId, std::vector<SubmapInfo>>> MadeSubmaps(
   const auto listed = pipeline.ListSubmaps(std::nullopt);
   if (!listed.ok()) return listed.status();
   std::map<SessionId, std::vector<SubmapInfo>> submaps;
-  for (const server::SubmapStatus& submap : *listed) {
+  for (const SubmapStatus& submap : *listed) {
     submaps[submap.info.id.session].push_back(submap.info);
   }
   return submaps;

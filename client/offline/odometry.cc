@@ -24,17 +24,18 @@ const RobotId kRobot("robot");
 
 struct Options {
   ScanOptions scans;
-  std::string sensor, odometry, output, timing;
+  std::string sensor, output, timing;
+  std::optional<OdometryMode> odometry;
   bool json = false;
 };
 
 std::string TimingCsv(const PushSummary& summary) {
   std::string csv = "scan,features_ms,matching_ms,map_ms,total_ms,segment,tracking\n";
-  for (const client::ScanAck& ack : summary.acks) {
-    if (ack.outcome != client::ScanOutcome::kProcessed) continue;
-    const client::ScanTiming& t = ack.timing;
+  for (const ScanAck& ack : summary.acks) {
+    if (ack.outcome != ScanOutcome::kProcessed) continue;
+    const ScanTiming& t = ack.timing;
     absl::StrAppendFormat(&csv, "%d,%.3f,%.3f,%.3f,%.3f,%d,%s\n", ack.sequence - 1, t.features_ms,
-                          t.matching_ms, t.map_ms, t.total_ms, ack.segment, ack.tracking);
+                          t.matching_ms, t.map_ms, t.total_ms, ack.segment, ToString(ack.tracking));
   }
   return csv;
 }
@@ -60,7 +61,7 @@ absl::StatusOr<std::vector<Written>> WriteSegments(client::Client& client, uint3
                                                    const std::string& output) {
   std::vector<Written> files;
   for (uint32_t segment = 1; segment <= segments; ++segment) {
-    const auto trajectory = client.GetTrajectory(kRobot, client::Frame::kOdom, segment);
+    const auto trajectory = client.GetTrajectory(kRobot, TrajectoryFrame::kOdom, segment);
     if (!trajectory.ok()) return trajectory.status();
     const Written& written =
         files.emplace_back(FileOf(output, segment), segment, trajectory->poses.size());

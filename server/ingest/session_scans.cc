@@ -12,16 +12,16 @@
 namespace isthmus::ingest {
 namespace {
 
-std::string ToString(floam::TrackingStatus status) {
+Tracking TrackingOf(floam::TrackingStatus status) {
   switch (status) {
     case floam::TrackingStatus::kOk:
-      return "ok";
+      return Tracking::kOk;
     case floam::TrackingStatus::kDegenerate:
-      return "degenerate";
+      return Tracking::kDegenerate;
     case floam::TrackingStatus::kLost:
-      return "lost";
+      return Tracking::kLost;
   }
-  return "unknown";
+  return Tracking::kUnknown;
 }
 
 std::string InputText(const codec::ScanFields& fields, const floam::OdometryResult& result) {
@@ -159,7 +159,7 @@ absl::StatusOr<floam::OdometryResult> SessionWorker::Track(const ScanUpload& upl
 void SessionWorker::Reject(const ScanUpload& scan, const absl::Status& why, ScanAck* ack) {
   ack->outcome = ScanOutcome::kRejected;
   ack->reason = std::string(why.message());
-  ack->status = ToString(floam::TrackingStatus::kLost);
+  ack->tracking = Tracking::kLost;
   ++state_->counts.rejected;
   if (++state_->blind_scans == kBlindScans) Cut(state_->builder->Finish());
   bool has_begun = state_->segment > 1;
@@ -173,7 +173,7 @@ void SessionWorker::Reject(const ScanUpload& scan, const absl::Status& why, Scan
   status_.scans = state_->counts;
   status_.lost_since_ns = state_->lost_since_ns;
   if (has_begun) {
-    status_.tracking = ack->status;
+    status_.tracking = ack->tracking;
   } else {
     status_.input = absl::StrCat("no scan could be used so far: ", ack->reason);
   }
@@ -193,21 +193,19 @@ void SessionWorker::Take(const floam::OdometryResult& result, ScanAck* ack) {
                                                            : scans.ok);
   NoteTracking(lost, result.sequence, result.stamp_ns);
 
-  ack->status = ToString(result.status);
+  ack->tracking = TrackingOf(result.status);
   ack->T_odom_sensor = result.T_odom_sensor;
   ack->covariance = result.covariance;
   ack->unobserved_translations = result.degeneracy.translations;
   ack->unobserved_rotations = result.degeneracy.rotations;
-  ack->features_ms = result.timing.features_ms;
-  ack->matching_ms = result.timing.matching_ms;
-  ack->map_ms = result.timing.map_ms;
-  ack->total_ms = result.timing.total_ms;
+  ack->timing = {result.timing.features_ms, result.timing.matching_ms, result.timing.map_ms,
+                 result.timing.total_ms};
 
   MutexLock lock(&mutex_);
   ++status_.processed;
   odometry_ms_sum_ += result.timing.total_ms;
   status_.odometry_ms_mean = odometry_ms_sum_ / static_cast<double>(status_.processed);
-  status_.tracking = ack->status;
+  status_.tracking = ack->tracking;
   status_.scans = scans;
   status_.lost_since_ns = state_->lost_since_ns;
   status_.input = InputText(state_->decoder.fields(), result);

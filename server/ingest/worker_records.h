@@ -14,6 +14,7 @@
 #include "core/pose.h"
 #include "core/session.h"
 #include "core/submap.h"
+#include "core/tracking.h"
 #include "core/trajectory.h"
 
 namespace isthmus::ingest {
@@ -57,7 +58,7 @@ struct WorkerStatus {
   int64_t lost_since_ns = 0;  // END of the first scan since it was tracked last; 0: it is.
   double odometry_ms_mean = 0;
   double travelled_m = 0;
-  std::string tracking;  // "ok", "degenerate", "lost"; empty before the first scan.
+  Tracking tracking = Tracking::kUnknown;
   // A description of how rings and times of the scans were found, empty before the first; and
   // `resumed`.
   std::string input;

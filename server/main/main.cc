@@ -27,12 +27,12 @@ namespace {
 
 // A source of backups of the folder that this process has open.
 rpc::BackupSource BackupsOf(const std::string& folder) {
-  return [folder](const rpc::BackupSink& sink) -> absl::StatusOr<rpc::BackupContents> {
+  return [folder](const rpc::BackupSink& sink) -> absl::StatusOr<BackupContents> {
     const absl::StatusOr<storage::StoreReport> report =
         storage::StreamBackup(folder, {sink.progress, sink.begin, sink.piece});
     if (!report.ok()) return report.status();
-    return rpc::BackupContents{report->sessions, report->submaps,       report->scans,
-                               report->points,   report->damaged_count, ToString(*report)};
+    return BackupContents{report->sessions, report->submaps,       report->scans,
+                          report->points,   report->damaged_count, ToString(*report)};
   };
 }
 

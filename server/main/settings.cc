@@ -195,8 +195,8 @@ void AddOdometry(ServerConfig& config, Table& table) {
   table.Section("odometry");
   floam::OdometryOptions& odometry = config.pipeline.odometry;
   table.AddChoice("mode", &odometry.mode,
-                  Names<floam::OdometryMode>{{"floam", floam::OdometryMode::kFloam},
-                                             {"continuous", floam::OdometryMode::kContinuous}},
+                  Names<OdometryMode>{{"floam", OdometryMode::kFloam},
+                                      {"continuous", OdometryMode::kContinuous}},
                   "floam: the paper's two stages of de-skewing. continuous: pose and motion within "
                   "the scan are estimated together.");
   table.Add("map_radius_m", &odometry.map.radius_m, 5.0, 1000.0,
@@ -234,7 +234,9 @@ void AddMatching(ServerConfig& config, Table& table) {
   matching::MatcherOptions& matcher = config.pipeline.matcher;
   table.AddChoice(
       "search", &matcher.search,
-      Names<std::string>{{"default", "default"}, {"paper", "paper"}, {"birds_eye", "birds_eye"}},
+      Names<matching::SearchMode>{{"default", matching::SearchMode::kDefault},
+                                  {"paper", matching::SearchMode::kPaper},
+                                  {"birds_eye", matching::SearchMode::kBirdsEye}},
       "Who proposes transforms. paper: key points and features. birds_eye: exhaustive search of "
       "the plan view. default: birds_eye and places that look alike; paper too where these leave "
       "a pair undecided indoors.");

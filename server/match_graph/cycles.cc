@@ -86,7 +86,7 @@ class Judge {
   }
 
  private:
-  bool ByHand(uint32_t e) const { return graph_.matches[e]->reason == "BY_HAND"; }
+  bool ByHand(uint32_t e) const { return graph_.matches[e]->reason == MatchReason::kByHand; }
 
   double Odds(uint32_t e) const {
     const double p = std::clamp(graph_.edges[e].confidence, 1 - kMaxConfidence, kMaxConfidence);
@@ -204,7 +204,7 @@ class Judge {
     }
     absl::StrAppend(&round, graph_.sessions[cycle.nodes.front()].value());
     match.state = MatchState::kAmbiguous;
-    match.reason = "CYCLE";
+    match.reason = MatchReason::kCycle;
     match.detail = absl::StrFormat(
         "Going round %s leaves %.2f m and %.1f deg where %.2f m and %.1f deg are allowed, and %s. "
         "By itself it was accepted: %s",

@@ -11,7 +11,8 @@ std::string Detail(const Verdict& verdict, const std::optional<Match>& computed)
                                                            : "rejected by hand";
   if (!verdict.note.empty()) detail += ": " + verdict.note;
   if (computed) {
-    detail += std::string(" (computed: ") + ToString(computed->state) + " " + computed->reason +
+    detail += std::string(" (computed: ") + ToString(computed->state) + " " +
+              ToString(computed->reason) +
               (computed->detail.empty() ? "" : ", " + computed->detail) + ")";
   }
   return detail;
@@ -23,7 +24,7 @@ Match Apply(const Verdict& verdict, const std::optional<Match>& computed) {
   Match match = computed.value_or(Match());
   match.a = verdict.a;
   match.b = verdict.b;
-  match.reason = "BY_HAND";
+  match.reason = MatchReason::kByHand;
   match.detail = Detail(verdict, computed);
   if (verdict.ruling == Ruling::kReject) {
     match.state = MatchState::kRejected;
@@ -34,7 +35,7 @@ Match Apply(const Verdict& verdict, const std::optional<Match>& computed) {
   match.state = MatchState::kAccepted;
   match.confidence = 1;
   match.T_a_b = verdict.T_a_b;
-  if (verdict.ruling == Ruling::kSet) match.matcher = "by_hand";
+  if (verdict.ruling == Ruling::kSet) match.matcher = GuessSource::kByHand;
   return match;
 }
 

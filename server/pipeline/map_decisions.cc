@@ -41,7 +41,7 @@ int64_t MapDecisions::RevisionOncePlaced() const {
   return map_->view()->revision->revision;
 }
 
-absl::StatusOr<LoopStatus> MapDecisions::DecideLoop(const LoopDecision& decision) {
+absl::StatusOr<DecidedLoop> MapDecisions::DecideLoop(const LoopDecision& decision) {
   if (absl::Status status = CheckNote(decision.note); !status.ok()) return status;
   LoopClosure loop;
   {
@@ -57,7 +57,8 @@ absl::StatusOr<LoopStatus> MapDecisions::DecideLoop(const LoopDecision& decision
     if (absl::Status status = map_->PutDecisions({.loops = {loop}}); !status.ok()) return status;
   }
   map_->WaitUntilPlaced();
-  return MapReader::StatusOf(loop, *map_->view());
+  const MapWriter::View view = map_->view();
+  return DecidedLoop{view->revision->revision, MapReader::Describe(loop, *view)};
 }
 
 absl::StatusOr<int64_t> MapDecisions::PutAnchor(Anchor anchor) {

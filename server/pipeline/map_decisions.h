@@ -22,8 +22,8 @@ class MapDecisions {
                Mutex* membership)
       : map_(map), map_store_(store), clock_(clock), membership_(membership) {}
 
-  absl::StatusOr<Match> DecideMatch(const MatchDecision& decision);
-  absl::StatusOr<LoopStatus> DecideLoop(const LoopDecision& decision);
+  absl::StatusOr<DecidedMatch> DecideMatch(const MatchDecision& decision);
+  absl::StatusOr<DecidedLoop> DecideLoop(const LoopDecision& decision);
   absl::StatusOr<int64_t> PutAnchor(Anchor anchor);
   absl::StatusOr<int64_t> RemoveAnchor(const SubmapId& submap);
   absl::StatusOr<int64_t> UndoRevision(int64_t revision, const std::string& note);

@@ -21,6 +21,22 @@ const SubmapPose* FindPose(const Placement* placement, uint32_t index) {
   return it == placement->submaps.end() || it->index != index ? nullptr : &*it;
 }
 
+// Empty for a session that is gone.
+RobotId RobotOf(const SessionId& session, const MapView& view) {
+  const SessionView* known = view.Find(session);
+  return known == nullptr ? RobotId() : known->record.robot;
+}
+
+void AddSession(const Placement& placement, const MapView& view, Component& component) {
+  component.component = placement.component;
+  component.reference = placement.reference;
+  component.sessions.push_back(placement.session);
+  const RobotId robot = RobotOf(placement.session, view);
+  const auto place = std::lower_bound(component.robots.begin(), component.robots.end(), robot);
+  const bool is_known = place != component.robots.end() && *place == robot;
+  if (!robot.empty() && !is_known) component.robots.insert(place, robot);
+}
+
 }  // namespace
 
 absl::Status UnknownRobot(const RobotId& robot) {
@@ -47,26 +63,24 @@ MapInfo MapReader::Describe(const MapView& view) {
     if (info.components.size() <= placement.component) {
       info.components.resize(placement.component + 1);
     }
-    ComponentInfo& component = info.components[placement.component];
-    component.component = placement.component;
-    component.reference = placement.reference;
-    component.sessions.push_back(placement.session);
+    AddSession(placement, view, info.components[placement.component]);
     info.submaps += placement.submaps.size();
   }
   // Between a new revision and its composition the older map is served, and described.
-  for (ComponentInfo& component : info.components) {
+  for (Component& component : info.components) {
     component.point_count = view.map->point_count(component.component);
     component.bounds = view.map->bounds(component.component);
   }
   return info;
 }
 
-absl::StatusOr<std::vector<SubmapStatus>> MapReader::ListSubmaps(
+absl::StatusOr<ListAt<SubmapStatus>> MapReader::ListSubmaps(
     const std::optional<RobotId>& robot) const {
   const Turn turn(turns_);
   const MapWriter::View view = map_->view();
   if (robot && view->Newest(*robot) == nullptr) return UnknownRobot(*robot);
-  std::vector<SubmapStatus> list;
+  ListAt<SubmapStatus> list;
+  list.revision = view->revision->revision;
   for (const auto& [id, session] : view->sessions) {
     if (robot && session.record.robot != *robot) continue;
     const Placement* placement = view->PlacementOf(id);
@@ -82,45 +96,57 @@ absl::StatusOr<std::vector<SubmapStatus>> MapReader::ListSubmaps(
   return list;
 }
 
-MatchGraphView MapReader::GetMatchGraph() const {
+MatchEdge MapReader::Describe(const Match& match, const MapView& view) {
+  const SessionPair pair(match.a, match.b);
+  MatchEdge edge{match, RobotOf(match.a, view), RobotOf(match.b, view)};
+  edge.in_tree = std::binary_search(view.tree->begin(), view.tree->end(), pair);
+  if (const Verdict* said = view.verdicts.Find(pair)) edge.verdict = *said;
+  return edge;
+}
+
+MatchGraph MapReader::GetMatchGraph() const {
   const Turn turn(turns_);
   const MapWriter::View view = map_->view();
-  MatchGraphView graph;
+  MatchGraph graph;
   graph.revision = view->revision->revision;
-  for (const auto& [id, session] : view->sessions) graph.nodes.push_back(id);
-  graph.matches = *view->effective;
-  for (const auto& [pair, verdict] : view->verdicts) graph.verdicts.push_back(verdict);
-  graph.tree = *view->tree;
-  graph.placements = view->revision->placements;
+  for (const Match& match : *view->effective) graph.matches.push_back(Describe(match, *view));
+  for (const Placement& placement : view->revision->placements) {
+    graph.placements.push_back(
+        {{placement.session, placement.component, placement.reference, placement.T_map_odom},
+         RobotOf(placement.session, *view)});
+  }
   return graph;
 }
 
-LoopStatus MapReader::StatusOf(const LoopClosure& loop, const MapView& view) {
-  LoopStatus status{loop};
+Loop MapReader::Describe(const LoopClosure& loop, const MapView& view) {
+  Loop told{loop, RobotOf(loop.session, view), static_cast<uint32_t>(loop.edges.size())};
   const auto it = view.judgement->loops.find(loop.id);
-  if (it == view.judgement->loops.end() || loop.rejected) return status;
-  status.edges_used = static_cast<uint32_t>(std::count(it->second.begin(), it->second.end(), true));
-  return status;
+  if (it == view.judgement->loops.end() || loop.rejected) return told;
+  told.edges_used = static_cast<uint32_t>(std::count(it->second.begin(), it->second.end(), true));
+  return told;
 }
 
-absl::StatusOr<std::vector<LoopStatus>> MapReader::ListLoops(
-    const std::optional<RobotId>& robot) const {
+absl::StatusOr<ListAt<Loop>> MapReader::ListLoops(const std::optional<RobotId>& robot) const {
   const Turn turn(turns_);
   const MapWriter::View view = map_->view();
   if (robot && view->Newest(*robot) == nullptr) return UnknownRobot(*robot);
-  std::vector<LoopStatus> list;
+  ListAt<Loop> list;
+  list.revision = view->revision->revision;
   for (const auto& [id, loop] : view->loops) {
     const SessionView* session = view->Find(loop.session);
     if (session == nullptr || (robot && session->record.robot != *robot)) continue;
-    list.push_back(StatusOf(loop, *view));
+    list.push_back(Describe(loop, *view));
   }
   return list;
 }
 
-std::vector<Anchor> MapReader::ListAnchors() const {
+ListAt<RobotAnchor> MapReader::ListAnchors() const {
   const MapWriter::View view = map_->view();
-  std::vector<Anchor> list;
-  for (const auto& [submap, anchor] : view->anchors) list.push_back(anchor);
+  ListAt<RobotAnchor> list;
+  list.revision = view->revision->revision;
+  for (const auto& [submap, anchor] : view->anchors) {
+    list.push_back({anchor, RobotOf(submap.session, *view)});
+  }
   return list;
 }
 
@@ -139,11 +165,11 @@ absl::StatusOr<RobotTransform> MapReader::GetTransform(const RobotId& a, const R
     return RobotTransform{revision, *T_a_b};
   }
   const Match* match = view->EffectiveMatch(std::minmax(session_a, session_b));
-  return absl::FailedPreconditionError(absl::StrCat(
-      "no accepted matches connect ", a.value(), " and ", b.value(), " yet: ",
-      match == nullptr
-          ? std::string("their maps have not been compared so far")
-          : absl::StrCat(ToString(match->state), " (", match->reason, "): ", match->detail)));
+  return absl::FailedPreconditionError(
+      absl::StrCat("no accepted matches connect ", a.value(), " and ", b.value(), " yet: ",
+                   match == nullptr ? std::string("their maps have not been compared so far")
+                                    : absl::StrCat(ToString(match->state), " (",
+                                                   ToString(match->reason), "): ", match->detail)));
 }
 
 }  // namespace isthmus::server

@@ -30,12 +30,13 @@ class MapReader {
 
   // The view's info, without what is under way.
   static MapInfo Describe(const MapView& view);
-  static LoopStatus StatusOf(const LoopClosure& loop, const MapView& view);
+  static MatchEdge Describe(const Match& match, const MapView& view);
+  static Loop Describe(const LoopClosure& loop, const MapView& view);
 
-  absl::StatusOr<std::vector<SubmapStatus>> ListSubmaps(const std::optional<RobotId>& robot) const;
-  MatchGraphView GetMatchGraph() const;
-  absl::StatusOr<std::vector<LoopStatus>> ListLoops(const std::optional<RobotId>& robot) const;
-  std::vector<Anchor> ListAnchors() const;
+  absl::StatusOr<ListAt<SubmapStatus>> ListSubmaps(const std::optional<RobotId>& robot) const;
+  MatchGraph GetMatchGraph() const;
+  absl::StatusOr<ListAt<Loop>> ListLoops(const std::optional<RobotId>& robot) const;
+  ListAt<RobotAnchor> ListAnchors() const;
   absl::StatusOr<std::vector<RevisionInfo>> ListRevisions(int limit) const;
   absl::StatusOr<RevisionDiff> DiffRevisions(int64_t from, int64_t to) const;
   absl::StatusOr<RobotTransform> GetTransform(const RobotId& a, const RobotId& b) const;

@@ -8,6 +8,7 @@
 #include "core/mutex.h"
 #include "core/note.h"
 #include "server/pipeline/map_decisions.h"
+#include "server/pipeline/map_reader.h"
 
 namespace isthmus::server {
 namespace {
@@ -49,7 +50,7 @@ absl::StatusOr<Verdict> MakeVerdict(const MatchDecision& decision, const MapView
   verdict.ruling = *decision.ruling;
   if (verdict.ruling == Ruling::kSet) return verdict;
   const Match* computed = view.matches.Find({verdict.a, verdict.b});
-  const bool found = computed != nullptr && !computed->matcher.empty();
+  const bool found = computed != nullptr && computed->matcher != GuessSource::kNone;
   if (!found && verdict.ruling == Ruling::kAccept) {
     return absl::FailedPreconditionError(absl::StrCat(
         "nothing was found between ", verdict.a.value(), " and ", verdict.b.value(),
@@ -61,7 +62,7 @@ absl::StatusOr<Verdict> MakeVerdict(const MatchDecision& decision, const MapView
 
 }  // namespace
 
-absl::StatusOr<Match> MapDecisions::DecideMatch(const MatchDecision& decision) {
+absl::StatusOr<DecidedMatch> MapDecisions::DecideMatch(const MatchDecision& decision) {
   if (absl::Status status = CheckDecision(decision); !status.ok()) return status;
   SessionPair pair;
   {
@@ -80,10 +81,13 @@ absl::StatusOr<Match> MapDecisions::DecideMatch(const MatchDecision& decision) {
   }
   map_->WaitUntilPlaced();
   const MapWriter::View view = map_->view();
-  if (const Match* match = view->EffectiveMatch(pair)) return *match;
+  const int64_t revision = view->revision->revision;
+  if (const Match* match = view->EffectiveMatch(pair)) {
+    return DecidedMatch{revision, MapReader::Describe(*match, *view)};
+  }
   Match none;
   std::tie(none.a, none.b) = pair;
-  return none;
+  return DecidedMatch{revision, MapReader::Describe(none, *view)};
 }
 
 }  // namespace isthmus::server

@@ -54,21 +54,20 @@ class PipelineImpl : public Pipeline {
   }
 
   MapInfo GetMapInfo() override;
-  absl::StatusOr<std::vector<SubmapStatus>> ListSubmaps(
-      const std::optional<RobotId>& robot) override {
+  absl::StatusOr<ListAt<SubmapStatus>> ListSubmaps(const std::optional<RobotId>& robot) override {
     return reader_.ListSubmaps(robot);
   }
   using Pipeline::GetTrajectory;
   absl::StatusOr<RobotTrajectory> GetTrajectory(const RobotId& robot, TrajectoryFrame frame,
                                                 uint32_t segment) override;
-  MatchGraphView GetMatchGraph() override { return reader_.GetMatchGraph(); }
-  absl::StatusOr<Match> DecideMatch(const MatchDecision& decision) override {
+  MatchGraph GetMatchGraph() override { return reader_.GetMatchGraph(); }
+  absl::StatusOr<DecidedMatch> DecideMatch(const MatchDecision& decision) override {
     return decisions_.DecideMatch(decision);
   }
-  absl::StatusOr<std::vector<LoopStatus>> ListLoops(const std::optional<RobotId>& robot) override {
+  absl::StatusOr<ListAt<Loop>> ListLoops(const std::optional<RobotId>& robot) override {
     return reader_.ListLoops(robot);
   }
-  absl::StatusOr<LoopStatus> DecideLoop(const LoopDecision& decision) override {
+  absl::StatusOr<DecidedLoop> DecideLoop(const LoopDecision& decision) override {
     return decisions_.DecideLoop(decision);
   }
   absl::StatusOr<int64_t> PutAnchor(Anchor anchor) override {
@@ -77,7 +76,7 @@ class PipelineImpl : public Pipeline {
   absl::StatusOr<int64_t> RemoveAnchor(const SubmapId& submap) override {
     return decisions_.RemoveAnchor(submap);
   }
-  std::vector<Anchor> ListAnchors() override { return reader_.ListAnchors(); }
+  ListAt<RobotAnchor> ListAnchors() override { return reader_.ListAnchors(); }
   absl::StatusOr<std::vector<RevisionInfo>> ListRevisions(int limit) override {
     return reader_.ListRevisions(limit);
   }

@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "core/caught.h"
-#include "floam/odometry_mode.h"
 #include "floam/rings/sensor_model.h"
 #include "server/pipeline/sessions.h"
 
@@ -112,11 +111,7 @@ absl::StatusOr<Sessions::Worker> Sessions::MakeWorker(const SessionRecord& recor
   }
   const PipelineOptions& given = parts_.options;
   ingest::SessionWorker::Options options{given.scan_queue, given.odometry, given.submap};
-  if (!record.odometry.empty()) {
-    absl::StatusOr<floam::OdometryMode> mode = floam::FindOdometryMode(record.odometry);
-    if (!mode.ok()) return mode.status();
-    options.odometry.mode = *mode;
-  }
+  if (record.odometry) options.odometry.mode = *record.odometry;
   return ingest::SessionWorker::Create(record, *sensor, options, HooksOf(record.id),
                                        parts_.executor, resume);
 }

@@ -13,7 +13,8 @@ SessionStatus Sessions::StatusOf(const MapView& view, const SessionView& session
   status.submap_count = static_cast<uint32_t>(session.submaps.size());
   status.point_count = session.points;
   if (const Placement* placement = view.PlacementOf(session.record.id)) {
-    status.placement = *placement;
+    status.component = placement->component;
+    status.T_map_odom = placement->T_map_odom;
   }
   status.quota_bytes = parts_.options.retention.LimitsOf(session.record.robot).quota_bytes;
   if (session.record.segment == 1) {

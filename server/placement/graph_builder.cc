@@ -102,7 +102,7 @@ class Builder {
     const uint32_t a = Number(match.a), b = Number(match.b);
     bool any = false;
     // Those of a match that a person gave a transform are what was computed before.
-    const bool given = IsByHand(match) && match.matcher == "by_hand";
+    const bool given = IsByHand(match) && match.matcher == GuessSource::kByHand;
     for (size_t k = 0; k < match.edges.size() && !given; ++k) {
       const SubmapEdge& edge = match.edges[k];
       const EdgeKey key{Source::kMatch, 0, {a, edge.submap_a}, {b, edge.submap_b}};
@@ -218,7 +218,7 @@ bool Counts(const Match& match) {
   return match.state == MatchState::kAccepted && match.T_a_b.IsFinite();
 }
 
-bool IsByHand(const Match& match) { return match.reason == "BY_HAND"; }
+bool IsByHand(const Match& match) { return match.reason == MatchReason::kByHand; }
 
 GraphSet BuildGraphs(const Input& input, const pose_graph::DriftModel& drift, const GapPoses& gaps,
                      SessionNumbers* numbers, NearestPairs* nearest) {

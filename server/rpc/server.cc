@@ -9,7 +9,10 @@
 #include <atomic>
 #include <utility>
 
-#include "server/rpc/services.h"
+#include "server/rpc/admin_service.h"
+#include "server/rpc/edit_service.h"
+#include "server/rpc/map_service.h"
+#include "server/rpc/session_service.h"
 
 namespace isthmus::rpc {
 namespace {
@@ -32,18 +35,22 @@ std::string WithPort(const std::string& listen, int port) {
 }  // namespace
 
 struct RpcServer::State {
-  State(server::Pipeline& pipeline, const ServerOptions& options)
-      : sessions(pipeline, options),
-        map(pipeline, options),
-        matches(pipeline, options),
-        graph(pipeline, options),
-        admin(pipeline, options) {}
+  State(server::Pipeline* pipeline, const ServerOptions& options)
+      : streams(*pipeline, options.scan_window),
+        staging(options.uploads_folder, options.max_staged_bytes),
+        reply(options.on_failed_call),
+        sessions(pipeline, &streams, &staging, options.max_submap_bytes, reply),
+        map(pipeline, reply),
+        edits(pipeline, &streams, &staging, reply),
+        admin(pipeline, options.backup, reply) {}
 
-  SessionServiceImpl sessions;
-  MapServiceImpl map;
-  MatchServiceImpl matches;
-  GraphServiceImpl graph;
-  AdminServiceImpl admin;
+  ScanStreams streams;
+  UploadStaging staging;
+  const Reply reply;
+  SessionService sessions;
+  MapService map;
+  EditService edits;
+  AdminService admin;
   int port = 0;
   std::string address;
   std::atomic<bool> shut_down = false;
@@ -53,7 +60,7 @@ struct RpcServer::State {
 absl::StatusOr<std::unique_ptr<RpcServer>> RpcServer::Start(server::Pipeline* pipeline,
                                                             const ServerOptions& options) {
   EnablePlugins();
-  auto state = std::make_unique<State>(*pipeline, options);
+  auto state = std::make_unique<State>(pipeline, options);
   grpc::ServerBuilder builder;
   // Two servers on one port would share the calls between them by chance.
   builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
@@ -70,8 +77,7 @@ absl::StatusOr<std::unique_ptr<RpcServer>> RpcServer::Start(server::Pipeline* pi
   builder.AddListeningPort(options.listen, grpc::InsecureServerCredentials(), &state->port);
   builder.RegisterService(&state->sessions);
   builder.RegisterService(&state->map);
-  builder.RegisterService(&state->matches);
-  builder.RegisterService(&state->graph);
+  builder.RegisterService(&state->edits);
   builder.RegisterService(&state->admin);
   state->server = builder.BuildAndStart();
   const bool unix_socket = options.listen.rfind("unix", 0) == 0;
@@ -85,8 +91,7 @@ absl::StatusOr<std::unique_ptr<RpcServer>> RpcServer::Start(server::Pipeline* pi
   grpc::HealthCheckServiceInterface* health = state->server->GetHealthCheckService();
   health->SetServingStatus(v1::SessionService::service_full_name(), true);
   health->SetServingStatus(v1::MapService::service_full_name(), true);
-  health->SetServingStatus(v1::MatchService::service_full_name(), true);
-  health->SetServingStatus(v1::GraphService::service_full_name(), true);
+  health->SetServingStatus(v1::EditService::service_full_name(), true);
   health->SetServingStatus(v1::AdminService::service_full_name(), true);
   return std::unique_ptr<RpcServer>(new RpcServer(std::move(state)));
 }
@@ -100,15 +105,13 @@ int RpcServer::port() const { return state_->port; }
 std::string RpcServer::address() const { return state_->address; }
 
 std::shared_ptr<grpc::Channel> RpcServer::InProcessChannel() {
-  grpc::ChannelArguments arguments;
-  arguments.SetMaxReceiveMessageSize(-1);
-  return state_->server->InProcessChannel(arguments);
+  return state_->server->InProcessChannel(grpc::ChannelArguments());
 }
 
 void RpcServer::Shutdown(std::chrono::milliseconds grace) {
   if (state_->shut_down.exchange(true)) return;
   state_->server->GetHealthCheckService()->Shutdown();
-  state_->sessions.streams().StopAll();
+  state_->streams.StopAll();
   state_->server->Shutdown(std::chrono::system_clock::now() + grace);
 }
 

@@ -11,14 +11,24 @@
 #include <memory>
 #include <string>
 
+#include "core/records/backup_contents.h"
 #include "server/pipeline.h"
-#include "server/rpc/backup_source.h"
 
 namespace grpc {
 class Channel;
 }
 
 namespace isthmus::rpc {
+
+// What takes a backup; false from either gives it up.
+struct BackupSink {
+  std::function<bool(double share)> progress;  // While the copy is made.
+  std::function<void(uint64_t size)> begin;    // Of the bytes that follow.
+  std::function<bool(const std::string& piece)> piece;
+};
+
+// Where the bytes of a backup come from: whoever owns the store gives it to the network skin.
+using BackupSource = std::function<absl::StatusOr<BackupContents>(const BackupSink& sink)>;
 
 struct ServerOptions {
   // The address to listen on: "host:port", "[::1]:port" or "unix:path". Port 0 takes a free one.

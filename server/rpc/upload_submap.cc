@@ -6,7 +6,6 @@
 
 #include "core/io/crc32c.h"
 #include "core/io/sha256.h"
-#include "server/rpc/submap_conversion.h"
 
 namespace isthmus::rpc {
 namespace {
@@ -82,50 +81,6 @@ absl::StatusOr<v1::UploadSubmapHeader> SubmapReceiver::Finish() {
   }
   header_.mutable_cloud()->set_data(std::move(data));
   return std::move(header_);
-}
-
-absl::StatusOr<v1::UploadSubmapResponse> UploadSubmap(server::Pipeline& pipeline,
-                                                      UploadStaging& staging, uint64_t max_bytes,
-                                                      const ReadPart& read) {
-  SubmapReceiver receiver(max_bytes, staging);
-  v1::UploadSubmapRequest part;
-  RobotId robot;
-  while (read(&part)) {
-    if (robot.empty() && part.has_header()) {
-      // Asked before the bytes come, so that a wrong name costs nothing.
-      const auto session = pipeline.GetSession(SessionId(part.header().session()));
-      if (!session.ok()) return session.status();
-      robot = session->record.robot;
-    }
-    if (absl::Status status = receiver.Add(std::move(part)); !status.ok()) return status;
-  }
-  auto header = receiver.Finish();
-  if (!header.ok()) return header.status();
-  const SubmapId id = KeyOf(*header).id;
-  auto submap = ToSubmap(*std::move(header), robot);
-  absl::StatusOr<SubmapInfo> info =
-      submap.ok() ? pipeline.AddSubmap(*std::move(submap)) : submap.status();
-  // An upload that fails for a while need not travel again.
-  const bool may_come = absl::IsUnavailable(info.status()) ||
-                        absl::IsResourceExhausted(info.status()) ||
-                        absl::IsOutOfRange(info.status());
-  if (!may_come) staging.Drop(id);
-  if (!info.ok()) return info.status();
-  v1::UploadSubmapResponse response;
-  response.set_session(info->id.session.value());
-  response.set_index(info->id.index);
-  response.set_point_count(info->point_count);
-  return response;
-}
-
-absl::StatusOr<v1::GetUploadResponse> GetUpload(server::Pipeline& pipeline, UploadStaging& staging,
-                                                const v1::GetUploadRequest& request) {
-  const SessionId session(request.session());
-  if (const auto known = pipeline.GetSession(session); !known.ok()) return known.status();
-  v1::GetUploadResponse response;
-  response.set_persisted(staging.Persisted(
-      {{session, request.index()}, request.size(), request.crc32c(), request.sha256()}));
-  return response;
 }
 
 }  // namespace isthmus::rpc

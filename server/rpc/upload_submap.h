@@ -1,15 +1,13 @@
-// SessionService.UploadSubmap; see api/isthmus/v1/session_service.proto.
+// One uploaded submap, put together from its chunks.
 #pragma once
 
 #include <absl/status/statusor.h>
 
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <string>
 
 #include "isthmus/v1/session_service.pb.h"
-#include "server/pipeline.h"
 #include "server/rpc/upload_staging.h"
 
 namespace isthmus::rpc {
@@ -40,15 +38,5 @@ class SubmapReceiver {
   v1::UploadSubmapHeader header_;
   std::unique_ptr<UploadStaging::Part> part_;
 };
-
-// Receives the next part; returns false after the last.
-using ReadPart = std::function<bool(v1::UploadSubmapRequest*)>;
-
-absl::StatusOr<v1::UploadSubmapResponse> UploadSubmap(server::Pipeline& pipeline,
-                                                      UploadStaging& staging, uint64_t max_bytes,
-                                                      const ReadPart& read);
-
-absl::StatusOr<v1::GetUploadResponse> GetUpload(server::Pipeline& pipeline, UploadStaging& staging,
-                                                const v1::GetUploadRequest& request);
 
 }  // namespace isthmus::rpc

@@ -15,7 +15,7 @@
 namespace isthmus::server {
 namespace {
 
-// Fills in what the spanning tree says of the sessions; its matches.
+// Fills in what the spanning tree says of the sessions; its matches, in order.
 std::vector<SessionPair> PlaceByTree(const std::vector<match_graph::Node>& nodes,
                                      const std::vector<Placement>& previous,
                                      placement::Input* input) {
@@ -28,6 +28,7 @@ std::vector<SessionPair> PlaceByTree(const std::vector<match_graph::Node>& nodes
   for (const size_t edge : solution.tree) {
     tree.emplace_back(input->matches[edge].a, input->matches[edge].b);
   }
+  std::sort(tree.begin(), tree.end());
   return tree;
 }
 

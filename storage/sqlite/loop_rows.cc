@@ -19,7 +19,7 @@ bool ReadLoop(const Statement& row, LoopClosure& loop) {
   loop.residual_m = row.Real(7);
   loop.free_space = row.Real(8);
   loop.comparisons = row.Int(9);
-  loop.source = row.Text(10);
+  loop.source = ParseGuessSource(row.Text(10));
   loop.detail = row.Text(11);
   loop.computed_ns = row.Int(12);
   loop.rejected = row.Int(13) != 0;
@@ -74,7 +74,7 @@ absl::Status PutLoop(Connection& database, const LoopClosure& loop) {
       .Bind(loop.residual_m)
       .Bind(loop.free_space)
       .Bind(loop.comparisons)
-      .Bind(loop.source)
+      .Bind(std::string(ToString(loop.source)))
       .Bind(loop.detail)
       .Bind(loop.computed_ns)
       .Bind(loop.rejected ? 1 : 0)

@@ -28,7 +28,7 @@ absl::Status InsertMatch(Connection& database, const KeyPair& keys, const Match&
       .Bind(keys.second)
       .BindBlob(PackPose(match.T_a_b))
       .Bind(std::string(ToString(match.state)))
-      .Bind(match.reason)
+      .Bind(std::string(ToString(match.reason)))
       .Bind(match.detail)
       .Bind(match.confidence)
       .Bind(match.overlap)
@@ -37,7 +37,7 @@ absl::Status InsertMatch(Connection& database, const KeyPair& keys, const Match&
       .Bind(match.free_space)
       .Bind(match.comparisons)
       .Bind(match.runner_up)
-      .Bind(match.matcher)
+      .Bind(std::string(ToString(match.matcher)))
       .Bind(match.submaps_a)
       .Bind(match.submaps_b)
       .Bind(match.computed_ns)
@@ -67,7 +67,7 @@ Match ReadMatch(const Statement& row) {
   match.b = SessionId(row.Text(3));
   match.T_a_b = UnpackPose(row.Text(4));
   match.state = ParseState(row.Text(5));
-  match.reason = row.Text(6);
+  match.reason = ParseMatchReason(row.Text(6));
   match.detail = row.Text(7);
   match.confidence = row.Real(8);
   match.overlap = row.Real(9);
@@ -76,7 +76,7 @@ Match ReadMatch(const Statement& row) {
   match.free_space = row.Real(12);
   match.comparisons = row.Int(13);
   match.runner_up = row.Real(14);
-  match.matcher = row.Text(15);
+  match.matcher = ParseGuessSource(row.Text(15));
   match.submaps_a = static_cast<uint32_t>(row.Int(16));
   match.submaps_b = static_cast<uint32_t>(row.Int(17));
   match.computed_ns = row.Int(18);

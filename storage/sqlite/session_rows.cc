@@ -18,7 +18,8 @@ SessionRecord ReadRecord(const Statement& row) {
   record.state = row.Int(4) == 0 ? SessionState::kActive : SessionState::kFinished;
   record.created_ns = row.Int(5);
   record.finished_ns = row.Int(6);
-  record.odometry = row.Text(7);
+  // What is not known any more is the server's own choice, as the empty name.
+  if (const auto mode = ParseOdometryMode(row.Text(7)); mode.ok()) record.odometry = *mode;
   record.request_id = row.Text(8);
   record.segment = static_cast<uint32_t>(row.Int(9));
   record.first_segment = SessionId(row.Text(10));  // NULL reads as empty.
@@ -49,7 +50,7 @@ absl::Status PutSession(Connection& database, const SessionRecord& record) {
       .Bind(record.state == SessionState::kActive ? 0 : 1)
       .Bind(record.created_ns)
       .Bind(record.finished_ns)
-      .Bind(record.odometry)
+      .Bind(std::string(record.odometry ? ToString(*record.odometry) : ""))
       .Bind(record.request_id)
       .Bind(int64_t{record.segment})
       .Bind(record.first_segment.value())

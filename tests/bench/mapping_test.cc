@@ -118,7 +118,7 @@ TEST(LapReplay, NeedsALap) {
 
 TEST(JudgeLoops, TellsFalseOnesFromThoseThatAreOff) {
   const DrivenRobot robot = Around(2 * kPerLap);
-  std::vector<server::LoopStatus> loops(3);
+  std::vector<Loop> loops(3);
   loops[0].loop = LapLater(1, 0);
   loops[1].loop = LapLater(2, 1);
   loops[1].loop.T_a_b = Pose::FromXyzRpy(0.3, 0, 0, 0, 0, 0);

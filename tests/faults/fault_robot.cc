@@ -27,7 +27,7 @@ struct Arguments {
 // One write each: a line is there whole or not at all, whenever the program dies.
 void Say(const std::string& line) { dprintf(1, "%s\n", line.c_str()); }
 
-void SayAck(const client::ScanAck& ack) {
+void SayAck(const ScanAck& ack) {
   if (!ack.T_odom_sensor) return Say("told of " + std::to_string(ack.sequence));
   const Eigen::Vector3d at = ack.T_odom_sensor->translation();
   dprintf(1, "acked %llu %llu %.17g %.17g %.17g\n", static_cast<unsigned long long>(ack.sequence),
@@ -49,7 +49,7 @@ int Run(const Arguments& arguments) {
   options.spool.max_bytes = kSpoolBytes;
   options.on_ack = SayAck;
   options.on_event = [](const std::string& event) { std::fprintf(stderr, "%s\n", event.c_str()); };
-  auto stream = (*client)->OpenSpool({RobotName(arguments.robot), "vlp16"}, options);
+  auto stream = (*client)->OpenSpool({RobotId(RobotName(arguments.robot)), "vlp16"}, options);
   if (!stream.ok()) return Fail(stream.status());
   uint64_t scan = (*stream)->resumed().last_sequence;
   Say("resumed " + std::to_string(scan));

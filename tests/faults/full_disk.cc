@@ -77,7 +77,7 @@ class Filler {
     std::this_thread::sleep_for(std::chrono::duration<double>(options_.full_s));
     if (Durable() != before) report_.Break("scans became durable on a full disk");
     uint64_t points = 0;
-    const absl::Status read = client_->QueryRegion({}, [&](const client::RegionChunk& chunk) {
+    const absl::Status read = client_->QueryRegion({}, [&](const RegionChunk& chunk) {
       points += chunk.points.size();
       return true;
     });

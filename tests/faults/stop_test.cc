@@ -125,7 +125,7 @@ TEST_F(StopTest, SigtermEndsAServerAtWorkOnTheWorstUploadsAndItServesAgain) {
   StopSoon();  // At what is made after a start, the merged map.
   ASSERT_NO_FATAL_FAILURE(StartSoon());
   const auto client = Connect();
-  const client::MapInfo info = OrThrow(client->GetMapInfo());
+  const MapInfo info = OrThrow(client->GetMapInfo());
   EXPECT_EQ(info.submaps, 4u);
   EXPECT_THAT(info.damaged, testing::IsEmpty());
   WaitUntilItIsAtWork();

@@ -39,13 +39,13 @@ INSTANTIATE_TEST_SUITE_P(Both, OdometryModes,
 
 TEST(OdometryModeNames, SayWhatThisBuildHas) {
   EXPECT_EQ(OdometryModeNames().size(), kHasPaper ? 3u : 2u);
-  EXPECT_EQ(*FindOdometryMode("floam"), OdometryMode::kFloam);
-  const auto aloam = FindOdometryMode("aloam");
+  EXPECT_EQ(*ParseOdometryMode("floam"), OdometryMode::kFloam);
+  const auto aloam = ParseOdometryMode("aloam");
   EXPECT_EQ(aloam.ok(), kHasPaper);
   if (!aloam.ok()) {
     EXPECT_THAT(std::string(aloam.status().message()), ::testing::HasSubstr("ISTHMUS_PAPER"));
   }
-  EXPECT_THAT(std::string(FindOdometryMode("loam").status().message()),
+  EXPECT_THAT(std::string(ParseOdometryMode("loam").status().message()),
               ::testing::StartsWith("unknown"));
 }
 

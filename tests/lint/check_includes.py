@@ -18,6 +18,8 @@ ALLOWED = {
     "core/io": ({"core"}, STD_LIKE | {"openssl"}),
     "core/codec": ({"core", "core/io"}, STD_LIKE | {"zstd"}),
     "core/formats": ({"core", "core/codec", "core/io"}, STD_LIKE | {"lzf"}),
+    # Records and messages.
+    "api/convert": ({"api", "core", "core/io"}, STD_LIKE | {"protobuf"}),
     "floam": ({"core"}, STD_LIKE),
     "storage": ({"core", "core/codec", "core/io"}, STD_LIKE | {"sqlite", "zstd"}),
     "server/ingest": ({"core", "core/codec", "floam", "server", "storage"}, STD_LIKE),
@@ -46,7 +48,7 @@ ALLOWED = {
         STD_LIKE,
     ),
     "server/rpc": (
-        {"api", "core", "core/codec", "core/io", "server"},
+        {"api", "api/convert", "core", "core/codec", "core/io", "server"},
         STD_LIKE | {"grpc", "protobuf"},
     ),
     "server/main": (
@@ -54,7 +56,7 @@ ALLOWED = {
         STD_LIKE | {"yaml", "spdlog", "cli11"},
     ),
     "client/library": (
-        {"api", "core", "core/codec", "core/io"},
+        {"api", "api/convert", "core", "core/codec", "core/io"},
         STD_LIKE | {"grpc", "protobuf"},
     ),
     "client/readers": ({"core", "core/codec", "core/formats", "core/io"}, STD_LIKE | {"json"}),
@@ -124,7 +126,7 @@ NAMES = {
 UNCHECKED_LOCK = re.compile(r"^(mutex|shared_mutex|condition_variable|absl/synchronization/.*)$")
 MAY_LOCK_UNCHECKED = {"core/mutex.h"}
 INCLUDE = re.compile(r'^\s*#\s*include\s*[<"]([^>"]+)[>"]')
-ROOTS = ("core", "floam", "storage", "server", "client")
+ROOTS = ("core", "api", "floam", "storage", "server", "client")
 
 
 def folder_of(path):

@@ -15,7 +15,7 @@ inline SessionRecord MakeSession(const std::string& id, const std::string& robot
   record.id = SessionId(id);
   record.robot = RobotId(robot);
   record.sensor = "vlp16";
-  record.odometry = "floam";
+  record.odometry = OdometryMode::kFloam;
   record.T_base_sensor = Pose::FromXyzRpy(0.1, 0, 0.3, 0, 0.02, 0);
   record.created_ns = 1'700'000'000'123'456'789;
   return record;
@@ -88,7 +88,7 @@ inline LoopClosure MakeLoop(uint64_t id, const std::string& session) {
   loop.residual_m = 0.02;
   loop.free_space = 0.01;
   loop.comparisons = 99999;
-  loop.source = "places";
+  loop.source = GuessSource::kPlaces;
   loop.detail = "The robot came back to the gate.";
   loop.computed_ns = 1'700'000'000'000'000'042;
   loop.edges = {MakeEdge(0, 5), MakeEdge(2, 7)};
@@ -112,7 +112,7 @@ inline Match MakeMatch(const std::string& a, const std::string& b) {
   match.b = SessionId(b);
   match.T_a_b = Pose::FromXyzRpy(1, 2, 3, 0.1, 0.2, 0.3);
   match.state = MatchState::kAmbiguous;
-  match.reason = "RUNNER_UP";
+  match.reason = MatchReason::kCycle;
   match.detail = "Two rooms look alike.";
   match.confidence = 0.25;
   match.overlap = 0.5;
@@ -121,7 +121,7 @@ inline Match MakeMatch(const std::string& a, const std::string& b) {
   match.free_space = 0.01;
   match.comparisons = 99999;
   match.runner_up = 0.02;
-  match.matcher = "birds_eye";
+  match.matcher = GuessSource::kBirdsEye;
   match.submaps_a = 3;
   match.submaps_b = 4;
   match.computed_ns = 1'700'000'000'000'000'042;

@@ -58,7 +58,7 @@ TEST(UpgradeTest, MatchesOfSchema3AnswerTheSame) {
   EXPECT_EQ(match.b, SessionId("bob-1"));
   EXPECT_TRUE(Near(match.T_a_b, Pose::FromXyzRpy(1, 2, 3, 0.1, 0.2, 0.3)));
   EXPECT_EQ(match.state, MatchState::kAccepted);
-  EXPECT_EQ(match.reason, "OK");
+  EXPECT_EQ(match.reason, MatchReason::kOk);
   EXPECT_EQ(match.detail, "good");
   EXPECT_EQ(match.confidence, 0.75);
   EXPECT_EQ(match.overlap, 0.4);
@@ -67,7 +67,7 @@ TEST(UpgradeTest, MatchesOfSchema3AnswerTheSame) {
   EXPECT_TRUE(std::isnan(match.free_space));
   EXPECT_EQ(match.comparisons, 99999);
   EXPECT_EQ(match.runner_up, -1);
-  EXPECT_EQ(match.matcher, "birds_eye");
+  EXPECT_EQ(match.matcher, GuessSource::kBirdsEye);
   EXPECT_EQ(match.submaps_a, 3u);
   EXPECT_EQ(match.submaps_b, 4u);
   EXPECT_EQ(match.computed_ns, 42);

@@ -5,7 +5,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "client/library/convert.h"
+#include "api/convert/cloud.h"
+#include "api/convert/session.h"
 #include "core/codec/quantized.h"
 
 namespace isthmus::client {
@@ -15,8 +16,8 @@ absl::StatusOr<PointPayload> Prepare(PointPayload payload, const ScanStreamOptio
   return codec::Quantize(payload, options.resolution_m);
 }
 
-absl::StatusOr<Session> FinishAt(SessionLink& link, const SessionId& session,
-                                 uint64_t last_sequence) {
+absl::StatusOr<SessionStatus> FinishAt(SessionLink& link, const SessionId& session,
+                                       uint64_t last_sequence) {
   v1::FinishSessionRequest request;
   request.set_session(session.value());
   request.set_last_sequence(last_sequence);
@@ -25,7 +26,7 @@ absl::StatusOr<Session> FinishAt(SessionLink& link, const SessionId& session,
     return link.NewCall(link.options().transfer_timeout_s)->FinishSession(request, &finished);
   });
   if (!status.ok()) return status;
-  return FromProto(finished);
+  return convert::FromMessage(finished);
 }
 
 MemoryStream::MemoryStream(std::shared_ptr<SessionLink> link, SessionId session,
@@ -42,7 +43,7 @@ absl::Status MemoryStream::Push(int64_t end_stamp_ns, PointPayload payload) {
   const size_t bytes = prepared->data.size();
   auto request = std::make_shared<v1::StreamScansRequest>();
   request->mutable_scan()->set_end_stamp_ns(end_stamp_ns);
-  *request->mutable_scan()->mutable_cloud() = ToProto(*std::move(prepared));
+  *request->mutable_scan()->mutable_cloud() = convert::ToMessage(*std::move(prepared));
 
   MutexLock lock(&mutex_);
   while (!done_ && !finishing_ && window_.full()) changed_.Wait(&mutex_);
@@ -64,14 +65,14 @@ absl::Status MemoryStream::Finish() {
   return result_;
 }
 
-absl::StatusOr<Session> MemoryStream::FinishSession() {
+absl::StatusOr<SessionStatus> MemoryStream::FinishSession() {
   if (absl::Status status = Finish(); !status.ok()) return status;
   uint64_t last_sequence = 0;
   {
     MutexLock lock(&mutex_);
     last_sequence = window_.acked_sequence();
   }
-  absl::StatusOr<client::Session> session = FinishAt(*link_, session_, last_sequence);
+  absl::StatusOr<SessionStatus> session = FinishAt(*link_, session_, last_sequence);
   if (!session.ok()) return session;
   MutexLock lock(&mutex_);
   stats_.durable_sequence = std::max(stats_.durable_sequence, session->durable_sequence);
@@ -117,7 +118,7 @@ void MemoryStream::Interrupt() {
 }
 
 bool MemoryStream::Take(const v1::StreamScansResponse& response) {
-  ScanAck ack = FromProto(response);
+  ScanAck ack = convert::FromMessage(response);
   ack.session = session_;
   {
     MutexLock lock(&mutex_);

@@ -21,7 +21,7 @@ class MemoryStream final : public ScanStream::Impl, private ScanSource {
 
   absl::Status Push(int64_t end_stamp_ns, PointPayload payload) override;
   absl::Status Finish() override;
-  absl::StatusOr<client::Session> FinishSession() override;
+  absl::StatusOr<SessionStatus> FinishSession() override;
   ScanStreamStats stats() const override;
   SpoolState resumed() const override { return {}; }
   SessionId session() const override { return session_; }
@@ -57,7 +57,7 @@ class MemoryStream final : public ScanStream::Impl, private ScanSource {
 // Compressed if `options` ask for it. InvalidArgument when that cannot be done.
 absl::StatusOr<PointPayload> Prepare(PointPayload payload, const ScanStreamOptions& options);
 // The session after it was finished, with the client's patience; see FinishSessionRequest.
-absl::StatusOr<Session> FinishAt(SessionLink& link, const SessionId& session,
-                                 uint64_t last_sequence);
+absl::StatusOr<SessionStatus> FinishAt(SessionLink& link, const SessionId& session,
+                                       uint64_t last_sequence);
 
 }  // namespace isthmus::client

@@ -20,7 +20,7 @@ absl::Status ScanStream::Push(const Scan& scan) {
 
 absl::Status ScanStream::Finish() { return impl_->Finish(); }
 
-absl::StatusOr<Session> ScanStream::FinishSession() { return impl_->FinishSession(); }
+absl::StatusOr<SessionStatus> ScanStream::FinishSession() { return impl_->FinishSession(); }
 
 SpoolState ScanStream::resumed() const { return impl_->resumed(); }
 

@@ -12,51 +12,15 @@
 #include <string>
 #include <vector>
 
-#include "client/library/records.h"
 #include "client/library/spool/spool_options.h"
 #include "core/ids.h"
 #include "core/point_payload.h"
 #include "core/pose.h"
+#include "core/records/session_status.h"
 #include "core/scan.h"
+#include "core/scan_upload.h"
 
 namespace isthmus::client {
-
-enum class ScanOutcome {
-  kProcessed,
-  kDuplicate,  // The server had it already, from before a lost link.
-  kRejected,   // Cannot be used; `reason` says why.
-};
-
-// Computing time of one scan's odometry at the server, wall time, decoding apart.
-struct ScanTiming {
-  double features_ms = 0, matching_ms = 0, map_ms = 0, total_ms = 0;
-};
-
-struct ScanAck {
-  SessionId session;      // Which of the stream's: with a spool there may be several.
-  uint64_t sequence = 0;  // In that session.
-  int64_t end_stamp_ns = 0;
-  ScanOutcome outcome = ScanOutcome::kProcessed;
-  std::string reason;
-  std::string tracking;               // "ok", "degenerate" or "lost" when processed.
-  std::optional<Pose> T_odom_sensor;  // At the END of the scan, when processed.
-  // The covariance of T_odom_sensor relative to the map around the robot (drift adds to it): twist
-  // order [rho; phi], sensor frame at the END of the scan, m^2 and rad^2. When processed.
-  std::optional<Matrix6d> covariance;
-  // Directions that the scan did not observe, along which the prediction was kept: unit vectors,
-  // sensor frame at the END of the scan. When degenerate.
-  std::vector<Eigen::Vector3d> unobserved_translations, unobserved_rotations;
-  // The segment that the session is in, from 1 on, and its id: both poses are of its odom frame,
-  // and poses of different segments share none.
-  uint32_t segment = 0;
-  SessionId segment_session;
-  std::optional<Pose> T_map_odom;  // Newest; absent until the segment has been placed.
-  // While the session is lost: END of the first scan since it was tracked last. Else 0.
-  int64_t lost_since_ns = 0;
-  ScanCounts scans;  // Of the session, up to this one.
-  uint64_t durable_sequence = 0;
-  ScanTiming timing;  // When processed.
-};
 
 struct ScanStreamOptions {
   // Scans under way without acknowledgement. Without a spool Push waits when there are as many.
@@ -126,7 +90,7 @@ class ScanStream {
   absl::Status Finish();
   // As Finish, then finishes the session (and those of an earlier program) and empties the spool:
   // all is durable. Returns the session.
-  absl::StatusOr<Session> FinishSession();
+  absl::StatusOr<SessionStatus> FinishSession();
 
   ScanStreamStats stats() const;
   // The state that an earlier program left; all empty without a spool.

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "client/library/convert.h"
+#include "api/convert/session.h"
 
 namespace isthmus::client {
 namespace {
@@ -299,7 +299,7 @@ void SpoolLane::Interrupt() {
 }
 
 bool SpoolLane::Take(const v1::StreamScansResponse& response) {
-  ScanAck ack = FromProto(response);
+  ScanAck ack = convert::FromMessage(response);
   const SpoolIdentity identity = spool_->identity();
   ack.session = SessionId(identity.session);
   spool_->Release(ack.durable_sequence + identity.base);

@@ -6,7 +6,8 @@
 #include <optional>
 #include <utility>
 
-#include "client/library/convert.h"
+#include "api/convert/cloud.h"
+#include "api/convert/session.h"
 #include "client/library/stream/memory_stream.h"
 
 namespace isthmus::client {
@@ -251,7 +252,7 @@ absl::Status SpooledStream::Push(int64_t end_stamp_ns, PointPayload payload) {
   if (!prepared.ok()) return prepared.status();
   v1::ScanMessage scan;
   scan.set_end_stamp_ns(end_stamp_ns);
-  *scan.mutable_cloud() = ToProto(*std::move(prepared));
+  *scan.mutable_cloud() = convert::ToMessage(*std::move(prepared));
   const std::string bytes = scan.SerializeAsString();
 
   MutexLock pushing(&push_mutex_);
@@ -355,10 +356,10 @@ absl::Status SpooledStream::Close(bool conclude) {
   return absl::OkStatus();
 }
 
-absl::StatusOr<Session> SpooledStream::FinishSession() {
+absl::StatusOr<SessionStatus> SpooledStream::FinishSession() {
   if (absl::Status status = Close(true); !status.ok()) return status;
   MutexLock lock(&mutex_);
-  return FromProto(*lanes_.back()->finished());
+  return convert::FromMessage(*lanes_.back()->finished());
 }
 
 ScanStreamStats SpooledStream::stats() const {

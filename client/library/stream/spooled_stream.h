@@ -35,7 +35,7 @@ class SpooledStream final : public ScanStream::Impl {
 
   absl::Status Push(int64_t end_stamp_ns, PointPayload payload) override;
   absl::Status Finish() override { return Close(false); }
-  absl::StatusOr<Session> FinishSession() override;
+  absl::StatusOr<SessionStatus> FinishSession() override;
   ScanStreamStats stats() const override;
   SpoolState resumed() const override { return resumed_; }
   SessionId session() const override;

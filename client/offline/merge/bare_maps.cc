@@ -35,8 +35,8 @@ class Groups {
 constexpr double kMinOverlap = 0.1;
 
 bool IsCredible(const Match& match) {
-  return !match.matcher.empty() && match.overlap >= kMinOverlap &&
-         match.reason != "NOT_CONVERGED" && match.reason != "DEGENERATE";
+  return match.matcher != GuessSource::kNone && match.overlap >= kMinOverlap &&
+         match.reason != MatchReason::kNotConverged && match.reason != MatchReason::kDegenerate;
 }
 
 std::string TrajectoryBeside(const std::string& file) {
@@ -44,8 +44,7 @@ std::string TrajectoryBeside(const std::string& file) {
 }
 
 // The files of the pair that came without poses.
-std::vector<std::string> BareFiles(const client::MatchEdge& edge,
-                                   const std::vector<MergeInput>& inputs) {
+std::vector<std::string> BareFiles(const MatchEdge& edge, const std::vector<MergeInput>& inputs) {
   std::vector<std::string> files;
   for (const MergeInput& input : inputs) {
     const bool of_pair = edge.robot_a.value() == input.robot || edge.robot_b.value() == input.robot;
@@ -55,21 +54,21 @@ std::vector<std::string> BareFiles(const client::MatchEdge& edge,
 }
 
 std::string Found(const Match& match) {
-  if (match.matcher.empty()) return "No alignment was found.";
+  if (match.matcher == GuessSource::kNone) return "No alignment was found.";
   return absl::StrFormat("The best alignment found: overlap %.0f %%, residual %.3f m",
                          100 * match.overlap, match.residual_m);
 }
 
 // Most likely right first.
-bool IsBetter(const client::MatchEdge* l, const client::MatchEdge* r) {
+bool IsBetter(const MatchEdge* l, const MatchEdge* r) {
   const auto rank = [](const Match& m) {
     return std::make_tuple(m.state == MatchState::kAccepted, m.confidence, m.overlap);
   };
   return rank(l->match) > rank(r->match);
 }
 
-absl::Status Say(client::Client& client, const client::MatchEdge& edge, Ruling ruling) {
-  client::MatchDecision decision;
+absl::Status Say(client::Client& client, const MatchEdge& edge, Ruling ruling) {
+  MatchDecision decision;
   decision.session_a = edge.match.a;
   decision.session_b = edge.match.b;
   decision.ruling = ruling;
@@ -77,20 +76,20 @@ absl::Status Say(client::Client& client, const client::MatchEdge& edge, Ruling r
   return client.DecideMatch(decision).status();
 }
 
-void Report(const std::vector<std::string>& files, bool joined, client::MatchEdge* edge) {
+void Report(const std::vector<std::string>& files, bool joined, MatchEdge* edge) {
   Match& match = edge->match;
   std::vector<std::string> beside;
   for (const std::string& file : files) beside.push_back(TrajectoryBeside(file));
   match.detail = absl::StrCat("Nothing tells where the sensor stood, so free space ",
                               joined ? "was not" : "cannot be", " checked: give ",
                               absl::StrJoin(beside, ", "), ". ", Found(match));
-  if (!match.matcher.empty()) {
+  if (match.matcher != GuessSource::kNone) {
     absl::StrAppend(&match.detail, joined              ? ", believed because of --unverified."
                                    : IsCredible(match) ? "; --unverified would believe it."
                                                        : ": too little to believe.");
   }
   match.state = joined ? MatchState::kAccepted : MatchState::kNotYet;
-  match.reason = joined ? "UNVERIFIED" : "NO_POSES";
+  match.reason = joined ? MatchReason::kUnverified : MatchReason::kNoPoses;
   edge->in_tree = joined;
   match.confidence = match.free_space = match.runner_up = -1;
   match.shared_area_m2 = -1;
@@ -110,13 +109,14 @@ std::vector<std::string> WhatIsLacking(const std::vector<MergeInput>& inputs) {
   return lacking;
 }
 
-absl::StatusOr<std::vector<client::MatchEdge>> DecideBarePairs(
-    client::Client& client, const client::MatchGraph& graph, const std::vector<MergeInput>& inputs,
-    bool unverified) {
-  std::vector<client::MatchEdge> edges = graph.matches;
+absl::StatusOr<std::vector<MatchEdge>> DecideBarePairs(client::Client& client,
+                                                       const MatchGraph& graph,
+                                                       const std::vector<MergeInput>& inputs,
+                                                       bool unverified) {
+  std::vector<MatchEdge> edges = graph.matches;
   Groups groups;
-  std::vector<client::MatchEdge*> bare;
-  for (client::MatchEdge& edge : edges) {
+  std::vector<MatchEdge*> bare;
+  for (MatchEdge& edge : edges) {
     if (!BareFiles(edge, inputs).empty()) {
       bare.push_back(&edge);
     } else if (edge.match.state == MatchState::kAccepted) {
@@ -124,7 +124,7 @@ absl::StatusOr<std::vector<client::MatchEdge>> DecideBarePairs(
     }
   }
   std::stable_sort(bare.begin(), bare.end(), IsBetter);
-  for (client::MatchEdge* edge : bare) {
+  for (MatchEdge* edge : bare) {
     const bool join =
         unverified && IsCredible(edge->match) && groups.Join(edge->robot_a, edge->robot_b);
     const absl::Status said = Say(client, *edge, join ? Ruling::kAccept : Ruling::kReject);

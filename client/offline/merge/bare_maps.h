@@ -19,8 +19,9 @@ std::vector<std::string> WhatIsLacking(const std::vector<MergeInput>& inputs);
 // joins by the best alignments that were found of them what nothing better joins. `graph` is the
 // server's before; returns its matches as they are to be reported: those pairs as NOT_YET with the
 // reason NO_POSES, or ACCEPTED with UNVERIFIED, and without the numbers that rest on sensor poses.
-absl::StatusOr<std::vector<client::MatchEdge>> DecideBarePairs(
-    client::Client& client, const client::MatchGraph& graph, const std::vector<MergeInput>& inputs,
-    bool unverified);
+absl::StatusOr<std::vector<MatchEdge>> DecideBarePairs(client::Client& client,
+                                                       const MatchGraph& graph,
+                                                       const std::vector<MergeInput>& inputs,
+                                                       bool unverified);
 
 }  // namespace isthmus::cli

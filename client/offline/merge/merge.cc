@@ -13,22 +13,23 @@
 #include "client/console/match_text.h"
 #include "client/console/offline_commands.h"
 #include "client/console/waiting.h"
-#include "client/library/records.h"
 #include "client/offline/commands.h"
 #include "client/offline/embedded_server.h"
 #include "client/offline/merge/bare_maps.h"
 #include "client/offline/merge/merge_input.h"
 #include "core/io/file_io.h"
+#include "core/records/map_graph.h"
+#include "core/records/map_info.h"
 
 namespace isthmus::cli {
 namespace {
 
 struct MergeResult {
   std::vector<MergeInput> inputs;  // Without their points.
-  client::MapInfo info;
-  client::MatchGraph graph;  // Pairs without sensor poses as DecideBarePairs reports them.
-  std::string output;        // Empty when nothing was merged and so nothing written.
-  bool merged = false;       // All of them into one map.
+  MapInfo info;
+  MatchGraph graph;     // Pairs without sensor poses as DecideBarePairs reports them.
+  std::string output;   // Empty when nothing was merged and so nothing written.
+  bool merged = false;  // All of them into one map.
 };
 
 // Something was merged, and by verified matches only.
@@ -36,7 +37,7 @@ bool IsVerified(const MergeResult& result) {
   return !result.output.empty() &&
          std::none_of(
              result.graph.matches.begin(), result.graph.matches.end(),
-             [](const client::MatchEdge& edge) { return edge.match.reason == "UNVERIFIED"; });
+             [](const MatchEdge& edge) { return edge.match.reason == MatchReason::kUnverified; });
 }
 
 Json ToJson(const MergeResult& result) {
@@ -55,7 +56,7 @@ Json ToJson(const MergeResult& result) {
                              {"points", input.points},
                              {"viewpoints", input.viewpoints}});
   }
-  for (const client::MatchEdge& edge : result.graph.matches) {
+  for (const MatchEdge& edge : result.graph.matches) {
     Json pair = cli::ToJson(edge);
     pair["accepted"] = edge.match.state == MatchState::kAccepted;
     out["pairs"].push_back(std::move(pair));
@@ -69,7 +70,7 @@ void PrintText(const MergeResult& result) {
         "%s: %s, %d points seen from %s\n", input.robot, input.file, input.points,
         input.viewpoints > 0 ? absl::StrCat(input.viewpoints, " places") : "nobody knows where");
   }
-  for (const client::MatchEdge& edge : result.graph.matches) {
+  for (const MatchEdge& edge : result.graph.matches) {
     absl::PrintF("\n%s", MatchText(edge, edge.robot_a.value() + " ~ " + edge.robot_b.value()));
   }
   absl::PrintF("\n");
@@ -96,7 +97,7 @@ absl::Status Upload(client::Client& client, MergeInput& input) {
   const auto session = client.CreateSession(input.robot, "vlp16");
   if (!session.ok()) return session.status();
   for (size_t i = 0; i < input.submaps.size(); ++i) {
-    client::SubmapUpload& submap = input.submaps[i];
+    SubmapUpload& submap = input.submaps[i];
     submap.id = {session->record.id, static_cast<uint32_t>(i)};
     const absl::Status status = client.UploadSubmap(submap);
     if (!status.ok()) {
@@ -121,8 +122,8 @@ absl::Status Write(client::Client& client, const std::string& output, MergeResul
   if (result->info.components.empty() || result->info.components[0].robots.size() < 2) {
     return absl::OkStatus();
   }
-  client::ExportRequest request;
-  if (absl::EndsWith(output, ".ply")) request.format = client::ExportFormat::kPly;
+  ExportRequest request;
+  if (absl::EndsWith(output, ".ply")) request.format = ExportFormat::kPly;
   const auto exported = client.ExportToFile(request, output);
   if (exported.ok()) result->output = output;
   return exported.status();

@@ -70,15 +70,15 @@ class SubmapMaker {
     ++upload_.cloud.width;
   }
   size_t points() const { return upload_.cloud.width; }
-  client::SubmapUpload Take() { return std::exchange(*this, SubmapMaker()).upload_; }
+  SubmapUpload Take() { return std::exchange(*this, SubmapMaker()).upload_; }
 
  private:
-  client::SubmapUpload upload_;
+  SubmapUpload upload_;
 };
 
-std::vector<client::SubmapUpload> MakeSubmaps(const Cloud& points, const Trajectory& keyframes,
-                                              const std::vector<std::vector<uint32_t>>& visible) {
-  std::vector<client::SubmapUpload> submaps;
+std::vector<SubmapUpload> MakeSubmaps(const Cloud& points, const Trajectory& keyframes,
+                                      const std::vector<std::vector<uint32_t>>& visible) {
+  std::vector<SubmapUpload> submaps;
   SubmapMaker maker;
   for (size_t k = 0; k < keyframes.size(); ++k) {
     if (visible[k].empty()) continue;

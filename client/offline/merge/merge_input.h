@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "client/library/records.h"
 #include "core/cloud.h"
 #include "core/point_payload.h"
+#include "core/records/submap_upload.h"
 
 namespace isthmus::cli {
 
@@ -21,7 +21,7 @@ struct MergeInput {
   size_t points = 0;
   size_t viewpoints = 0;  // Places from which the sensor is known to have looked; 0: bare.
   // Session and index are still to be set.
-  std::vector<client::SubmapUpload> submaps;
+  std::vector<SubmapUpload> submaps;
 };
 
 // Reads every PCD. A robot is named after its file; equal names get a number. Where the sensor

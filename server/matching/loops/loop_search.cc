@@ -158,10 +158,10 @@ class Search {
   double Capture() const { return outdoors_ ? 2 * kCaptureM : kCaptureM; }
 
   std::vector<Candidate> Guesses() {
-    std::vector<Candidate> guesses = {{ToOdom(candidate_.T_new_old), 0, "odometry"}};
+    std::vector<Candidate> guesses = {{ToOdom(candidate_.T_new_old), 0, GuessSource::kOdometry}};
     const Pose placed =
         scene_.T_map_submap.back().Inverse() * scene_.T_map_submap[candidate_.position];
-    guesses.push_back({ToOdom(placed), 0, "odometry"});
+    guesses.push_back({ToOdom(placed), 0, GuessSource::kOdometry});
     if (!far_) return guesses;
     std::vector<Place> old, fresh;
     for (size_t i = windows_.first_old; i < scene_.submaps.size(); ++i) {

@@ -94,7 +94,7 @@ LoopClosure Close(const std::vector<Laid>& laid, const LoopScene& scene) {
   closure.residual_m = std::sqrt(agreement.squared_m2 / std::max(on, 1.0));
   closure.free_space = free_space.violation();
   closure.comparisons = free_space.comparisons();
-  closure.source = "odometry";
+  closure.source = GuessSource::kOdometry;
   return closure;
 }
 

@@ -10,10 +10,10 @@
 namespace isthmus::matching {
 namespace {
 
-// The reason against accepting one hypothesis taken by itself; reason "OK" for nothing.
+// The reason against accepting one hypothesis taken by itself; kOk for nothing.
 struct Finding {
   MatchState state = MatchState::kAccepted;
-  std::string reason = "OK";
+  MatchReason reason = MatchReason::kOk;
   std::string detail;
 };
 
@@ -28,45 +28,46 @@ double MaxEnclosedShare(double area_m2, const MatcherOptions& options) {
 Finding Examine(const Hypothesis& h, const MatcherOptions& options) {
   const double violation = h.free_space.violation();
   if (!h.converged) {
-    return {MatchState::kNotYet, "NOT_CONVERGED", "The best alignment found did not settle."};
+    return {MatchState::kNotYet, MatchReason::kNotConverged,
+            "The best alignment found did not settle."};
   }
   if (h.free_space.comparisons() < options.min_comparisons) {
-    return {MatchState::kNotYet, "FEW_COMPARISONS",
+    return {MatchState::kNotYet, MatchReason::kFewComparisons,
             absl::StrFormat("Only %d free-space comparisons where %d are needed.",
                             h.free_space.comparisons(), options.min_comparisons)};
   }
   if (h.overlap < options.min_overlap) {
-    return {MatchState::kNotYet, "LOW_OVERLAP",
+    return {MatchState::kNotYet, MatchReason::kLowOverlap,
             absl::StrFormat("The best alignment overlaps by %.0f %% where %.0f %% are needed.",
                             100 * h.overlap, 100 * options.min_overlap)};
   }
   if (violation > h.max_free_space) {
-    return {MatchState::kRejected, "FREE_SPACE",
+    return {MatchState::kRejected, MatchReason::kFreeSpace,
             absl::StrFormat("One robot looked through what is a wall to the other in %.1f %% of "
                             "%d comparisons; at most %.1f %% are allowed.",
                             100 * violation, h.free_space.comparisons(), 100 * h.max_free_space)};
   }
   if (h.shared_area_m2 < options.min_shared_area_m2) {
-    return {MatchState::kNotYet, "TOO_SMALL",
+    return {MatchState::kNotYet, MatchReason::kTooSmall,
             absl::StrFormat("The maps share only %.0f m2 of ground where %.0f m2 are needed: a "
                             "single room may have a twin.",
                             h.shared_area_m2, options.min_shared_area_m2)};
   }
   if (h.shared_share > MaxEnclosedShare(h.shared_area_m2, options)) {
-    return {MatchState::kAmbiguous, "ENCLOSED",
+    return {MatchState::kAmbiguous, MatchReason::kPossibleTwin,
             absl::StrFormat("The %.0f m2 that both maps show are %.0f %% of what is known: a place "
                             "built alike would fit as well. It is decided when a robot sees more, "
                             "or by hand.",
                             h.shared_area_m2, 100 * h.shared_share)};
   }
   if (h.hold < options.min_hold) {
-    return {MatchState::kNotYet, "DEGENERATE",
+    return {MatchState::kNotYet, MatchReason::kDegenerate,
             absl::StrFormat("The alignment can slide in one direction (hold %.4f where %.4f is "
                             "needed), as along a bare corridor.",
                             h.hold, options.min_hold)};
   }
   if (h.strain > options.max_strain) {
-    return {MatchState::kNotYet, "STRAINED",
+    return {MatchState::kNotYet, MatchReason::kStrained,
             absl::StrFormat("The maps fit only if the odometry erred by %.1f of its standard "
                             "deviations where %.1f are allowed.",
                             h.strain, options.max_strain)};
@@ -120,7 +121,7 @@ void FillFigures(const Hypothesis& h, Match* match) {
 void Decide(const std::vector<Hypothesis>& ranked, const MatcherOptions& options, Match* match) {
   if (ranked.empty()) {
     match->state = MatchState::kNotYet;
-    match->reason = "NO_CANDIDATE";
+    match->reason = MatchReason::kNoCandidate;
     match->detail = "The search found no place where the maps could meet.";
     return;
   }
@@ -132,7 +133,7 @@ void Decide(const std::vector<Hypothesis>& ranked, const MatcherOptions& options
   const double floor = std::max(match->free_space, kFreeSpaceNoise);
   if (finding.state == MatchState::kAccepted && rival &&
       match->runner_up < options.min_margin * floor) {
-    finding = {MatchState::kAmbiguous, "AMBIGUOUS",
+    finding = {MatchState::kAmbiguous, MatchReason::kAmbiguous,
                absl::StrFormat("A second alignment is contradicted in %.2f %% of its comparisons, "
                                "the best in %.2f %%: too near to tell them apart.",
                                100 * match->runner_up, 100 * match->free_space)};
@@ -147,7 +148,8 @@ void Decide(const std::vector<Hypothesis>& ranked, const MatcherOptions& options
     return;
   }
   match->detail = finding.detail;
-  const bool may_be_twin = match->state == MatchState::kAmbiguous || match->reason == "TOO_SMALL";
+  const bool may_be_twin =
+      match->state == MatchState::kAmbiguous || match->reason == MatchReason::kTooSmall;
   if (may_be_twin) match->confidence *= kTwinConfidence;
   if (match->state == MatchState::kRejected) match->confidence *= kContradictedConfidence;
 }

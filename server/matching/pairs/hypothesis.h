@@ -13,7 +13,7 @@
 namespace isthmus::matching {
 
 struct Hypothesis {
-  std::string source;      // Which search proposed it.
+  GuessSource source = GuessSource::kNone;
   bool outdoors = false;   // The pair is looked at as outdoors.
   Pose T_a_b;              // Between the odom frames.
   bool converged = false;  // Its refinement settled.

@@ -53,7 +53,7 @@ std::optional<Pose> LookCloser(const PreparedMap& a, const PreparedMap& b, size_
 
 }  // namespace
 
-void PairMatcher::Suggest(const Pose& T_a_b, const std::string& source) {
+void PairMatcher::Suggest(const Pose& T_a_b, GuessSource source) {
   suggested_.push_back({T_a_b, 0, source});
 }
 
@@ -94,7 +94,8 @@ Match PairMatcher::Update(const PreparedMap& a, const PreparedMap& b, bool searc
   map_a_ = a.session_map();
   map_b_ = b.session_map();
   accepted_ = match.state == MatchState::kAccepted;
-  lacks_ground_ = match.reason == "TOO_SMALL" || match.reason == "ENCLOSED";
+  lacks_ground_ =
+      match.reason == MatchReason::kTooSmall || match.reason == MatchReason::kPossibleTwin;
   for (SubmapEdge& edge : match.edges) {
     edge.submap_a = map_a_.submaps[edge.submap_a]->id.index;
     edge.submap_b = map_b_.submaps[edge.submap_b]->id.index;
@@ -158,14 +159,14 @@ void PairMatcher::Search(const PreparedMap& a, const PreparedMap& b, Match* matc
   };
   if (!suggested_.empty()) search.Take(suggested_, &found, &match->stages);
   suggested_.clear();
-  if (options_.search != "paper") {
+  if (options_.search != SearchMode::kPaper) {
     search.ByBirdsEye(&found, &match->stages);
-    if (options_.search == "default") search.ByPlaces(&found, &match->stages);
+    if (options_.search == SearchMode::kDefault) search.ByPlaces(&found, &match->stages);
     judge();
   }
   const bool by_features =
-      options_.search == "paper" ||
-      (options_.search != "birds_eye" && !search.outdoors() && IsUndecided(*match));
+      options_.search == SearchMode::kPaper ||
+      (options_.search != SearchMode::kBirdsEye && !search.outdoors() && IsUndecided(*match));
   if (by_features && !a.submaps().empty() && !b.submaps().empty()) {
     search.ByFeatures(&found, &match->stages);
   }

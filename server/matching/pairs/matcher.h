@@ -32,13 +32,13 @@ class PairMatcher {
   //
   // Edges name submaps by Submap::id.index.
   //
-  // Reasons: OK (ACCEPTED); FREE_SPACE (REJECTED); AMBIGUOUS, ENCLOSED (AMBIGUOUS); LOW_OVERLAP,
-  // FEW_COMPARISONS, TOO_SMALL, NO_CANDIDATE, DEGENERATE, NOT_CONVERGED, STRAINED
+  // Reasons: OK (ACCEPTED); FREE_SPACE (REJECTED); AMBIGUOUS, POSSIBLE_TWIN (AMBIGUOUS);
+  // LOW_OVERLAP, FEW_COMPARISONS, TOO_SMALL, NO_CANDIDATE, DEGENERATE, NOT_CONVERGED, STRAINED
   // (NOT_YET).
   Match Update(const PreparedMap& a, const PreparedMap& b, bool search = false);
 
   // A transform that is known from before, to be tried in the next search beside all others.
-  void Suggest(const Pose& T_a_b, const std::string& source);
+  void Suggest(const Pose& T_a_b, GuessSource source);
 
  private:
   // Forgets submaps that were retired since the last call. False where the maps are others.

@@ -12,11 +12,17 @@
 
 namespace isthmus::matching {
 
+// Who proposes transforms.
+enum class SearchMode {
+  // The bird's-eye search, and the paper's feature chain where that leaves the pair undecided
+  // indoors (outdoors it costs seconds and finds nothing at realistic overlap).
+  kDefault,
+  kPaper,     // The feature chain only, where it was built (core/paper.h).
+  kBirdsEye,  // The search only.
+};
+
 struct MatcherOptions {
-  // "default": the bird's-eye search proposes, and the paper's feature chain where that leaves the
-  // pair undecided indoors (outdoors it costs seconds and finds nothing at realistic overlap).
-  // "paper", where it was built (core/paper.h): the chain only. "birds_eye": the search only.
-  std::string search = "default";
+  SearchMode search = SearchMode::kDefault;
   double min_overlap = 0.1;        // Less: NOT_YET.
   int64_t min_comparisons = 3000;  // Fewer free-space comparisons: NOT_YET.
   double max_free_space = 0.005;   // More contradicted: REJECTED. Where there are ceilings ...

@@ -28,7 +28,8 @@ std::vector<PointPair> Choose(const std::vector<PointPair>& pairs, const std::ve
 // The least-squares fit to the consensus, whose inliers follow the fit.
 Candidate FitConsensus(const std::vector<PointPair>& pairs, const Consensus& consensus,
                        const RansacOptions& options) {
-  Candidate candidate{consensus.T_a_b, static_cast<double>(consensus.inliers.size()), "paper"};
+  Candidate candidate{consensus.T_a_b, static_cast<double>(consensus.inliers.size()),
+                      GuessSource::kPaper};
   std::vector<int> inliers = consensus.inliers;
   for (int round = 0; round < kFitRounds; ++round) {
     const Pose fitted = FitRigid(Choose(pairs, inliers));

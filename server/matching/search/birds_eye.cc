@@ -163,7 +163,7 @@ std::vector<Candidate> SearchBirdsEye(const WallMap& a, const WallMap& b,
       const Pose T_level_level =
           Pose::FromXyzRpy(placement.shift.x(), placement.shift.y(), z, 0, 0, placement.yaw);
       candidates.push_back({a.T_level_odom().Inverse() * T_level_level * b.T_level_odom(),
-                            placement.score, "birds_eye"});
+                            placement.score, GuessSource::kBirdsEye});
     }
   }
   if (stages) stages->push_back({"birds_eye", watch.Ms()});

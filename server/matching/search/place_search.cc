@@ -75,7 +75,8 @@ std::vector<Candidate> SearchPlaces(const std::vector<Place>& a, const std::vect
     if (!known) kept.push_back(guess);
   }
   std::vector<Candidate> candidates;
-  for (const Guess& guess : kept) candidates.push_back({guess.T_a_b, 1 - guess.distance, "places"});
+  for (const Guess& guess : kept)
+    candidates.push_back({guess.T_a_b, 1 - guess.distance, GuessSource::kPlaces});
   return candidates;
 }
 

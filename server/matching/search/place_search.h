@@ -26,7 +26,7 @@ std::vector<Place> DescribePlaces(const Submap& submap, const Eigen::Quaterniond
 
 // The at most `limit` candidates with the greatest score, best first, from the pairs of places that
 // are nearest to each other, those that put b within 2 m and 12 degrees of a better one left out.
-// Score is 1 - distance, source "places". With all places of a and only the new ones of b, it costs
+// Score is 1 - distance, source kPlaces. With all places of a and only the new ones of b, it costs
 // what the new ones cost. Deterministic; thread safe.
 std::vector<Candidate> SearchPlaces(const std::vector<Place>& a, const std::vector<Place>& b,
                                     size_t limit);

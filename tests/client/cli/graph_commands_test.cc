@@ -83,7 +83,7 @@ TEST_F(GraphCommandsTest, RevisionsAreATableOrJson) {
 }
 
 TEST_F(GraphCommandsTest, ADifferenceSaysWhatBecameOfEverySubmap) {
-  server::RevisionDiff diff;
+  RevisionDiff diff;
   diff.from = 41;
   diff.to = 42;
   diff.revisions = {Info(42)};
@@ -140,8 +140,8 @@ TEST_F(GraphCommandsTest, ARevisionIsUndoneWithANote) {
   EXPECT_THAT(none.err, HasSubstr("new submaps"));
 }
 
-server::LoopStatus SomeLoop(uint64_t id, uint32_t used) {
-  server::LoopStatus status;
+Loop SomeLoop(uint64_t id, uint32_t used) {
+  Loop status;
   status.loop.id = id;
   status.loop.session = SessionId("alice-1");
   status.loop.submap_a = 2;
@@ -155,7 +155,7 @@ server::LoopStatus SomeLoop(uint64_t id, uint32_t used) {
 }
 
 TEST_F(GraphCommandsTest, LoopsAreATableThatSaysWhatCounts) {
-  std::vector<server::LoopStatus> loops = {SomeLoop(17, 2), SomeLoop(18, 0), SomeLoop(19, 0)};
+  std::vector<Loop> loops = {SomeLoop(17, 2), SomeLoop(18, 0), SomeLoop(19, 0)};
   loops[2].loop.rejected = true;
   loops[2].loop.note = "another floor";
   pipeline_.loops = loops;
@@ -183,7 +183,7 @@ TEST_F(GraphCommandsTest, LoopsAreATableThatSaysWhatCounts) {
 }
 
 TEST_F(GraphCommandsTest, APersonsWordOnALoop) {
-  server::LoopStatus decided = SomeLoop(17, 0);
+  Loop decided = SomeLoop(17, 0);
   decided.loop.rejected = true;
   pipeline_.decided_loop = decided;
   const ProgramResult reject = Ask("loops reject 17 --note 'another floor'");
@@ -234,7 +234,7 @@ TEST_F(GraphCommandsTest, AnAnchorHasOnlyWhatIsKnown) {
 
 TEST_F(GraphCommandsTest, ARobotMeansItsNewestSubmap) {
   pipeline_.anchored = 5;
-  server::SessionRequest request;
+  SessionRequest request;
   request.robot = RobotId("alice");
   const auto session = pipeline_.CreateSession(request);
   ASSERT_TRUE(session.ok());
@@ -329,7 +329,7 @@ TEST_F(GraphCommandsTest, StatusSumsUp) {
   pipeline_.info.retired = 6;
   pipeline_.info.placement_ms = 12.5;
   pipeline_.info.placements = 9;
-  std::vector<server::LoopStatus> loops = {SomeLoop(1, 2), SomeLoop(2, 0)};
+  std::vector<Loop> loops = {SomeLoop(1, 2), SomeLoop(2, 0)};
   loops[1].loop.rejected = true;
   pipeline_.loops = loops;
   const ProgramResult text = Ask("status");

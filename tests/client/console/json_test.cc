@@ -8,7 +8,7 @@ namespace isthmus::cli {
 namespace {
 
 TEST(MatchJson, WhatIsNotKnownIsNull) {
-  client::MatchEdge edge;
+  MatchEdge edge;
   edge.match.residual_m = std::numeric_limits<double>::quiet_NaN();
   edge.match.overlap = 0;
   const Json json = Json::parse(ToJson(edge).dump());
@@ -23,7 +23,7 @@ TEST(MatchJson, WhatIsNotKnownIsNull) {
 }
 
 TEST(MatchJson, HasEveryNumberAndTheEdgesIfAskedFor) {
-  client::MatchEdge edge;
+  MatchEdge edge;
   edge.match.inlier_ratio = 0.5;
   edge.match.shared_area_m2 = 300;
   edge.match.hold = 0.25;

@@ -100,12 +100,71 @@ TEST_F(ClientGraphTest, RevisionsAreReadInFull) {
   EXPECT_EQ(pipeline_.asked_limit, 100);
 }
 
+Loop SomeLoop() {
+  Loop status;
+  LoopClosure& loop = status.loop;
+  loop.id = 17;
+  loop.session = SessionId("alice-1");
+  loop.submap_a = 2;
+  loop.submap_b = 40;
+  loop.T_a_b = kPose;
+  loop.confidence = 0.75;
+  loop.overlap = 0.5;
+  loop.residual_m = 0.03;
+  loop.free_space = 0.25;
+  loop.comparisons = 9000;
+  loop.source = GuessSource::kPlaces;
+  loop.detail = "half of it lies on it";
+  loop.computed_ns = 77;
+  loop.rejected = true;
+  loop.note = "why";
+  loop.edges.resize(2);
+  loop.edges[1].submap_a = 3;
+  loop.edges[1].submap_b = 41;
+  loop.edges[1].T_a_b = kPose;
+  loop.edges[1].information(0, 5) = loop.edges[1].information(5, 0) = 9;
+  status.robot = RobotId("alice");
+  status.edge_count = 2;
+  status.edges_used = 1;
+  return status;
+}
+
+TEST_F(ClientGraphTest, ListsLongerThanAResponseArePutTogether) {
+  constexpr uint32_t kEdges = 30'000;
+  MatchEdge edge;
+  edge.match.a = SessionId("alice-1");
+  edge.match.b = SessionId("bob-1");
+  edge.match.edges.resize(kEdges);
+  for (uint32_t k = 0; k < kEdges; ++k) edge.match.edges[k].submap_a = k;
+  pipeline_.graph.revision = 3;
+  pipeline_.graph.matches = {edge, edge};
+  const auto graph = client_->GetMatchGraph(true);
+  ASSERT_TRUE(graph.ok()) << graph.status();
+  EXPECT_EQ(graph->revision, 3);
+  ASSERT_EQ(graph->matches.size(), 2u);
+  for (const MatchEdge& read : graph->matches) {
+    ASSERT_EQ(read.match.edges.size(), kEdges);
+    for (uint32_t k = 0; k < kEdges; ++k) EXPECT_EQ(read.match.edges[k].submap_a, k);
+  }
+  Loop loop = SomeLoop();
+  loop.loop.edges = edge.match.edges;
+  pipeline_.loops = std::vector<Loop>{loop, loop};
+  pipeline_.info.revision = 4;
+  const auto loops = client_->ListLoops({}, true);
+  ASSERT_TRUE(loops.ok()) << loops.status();
+  EXPECT_EQ(loops->revision, 4);
+  ASSERT_EQ(loops->size(), 2u);
+  EXPECT_EQ(loops->at(0).loop.edges.size(), kEdges);
+  EXPECT_EQ(loops->at(1).loop.edges.back().submap_a, kEdges - 1);
+}
+
 TEST_F(ClientGraphTest, ALargeDifferenceComesInOneAnswer) {
-  server::RevisionDiff diff;
+  RevisionDiff diff;
   diff.from = 4;
   diff.to = 9;
   diff.revisions = {Info(9), Info(5)};
-  for (uint32_t i = 0; i < 2500; ++i) {
+  constexpr uint32_t kMoves = 30'000;  // In several responses.
+  for (uint32_t i = 0; i < kMoves; ++i) {
     SubmapMove move;
     move.submap = {SessionId("alice-1"), i};
     if (i % 3 != 1) {
@@ -126,7 +185,7 @@ TEST_F(ClientGraphTest, ALargeDifferenceComesInOneAnswer) {
   EXPECT_EQ(read->to, 9);
   ASSERT_EQ(read->revisions.size(), 2u);
   ExpectEqualInfo(read->revisions[1], Info(5));
-  ASSERT_EQ(read->moves.size(), 2500u);
+  ASSERT_EQ(read->moves.size(), kMoves);
   const SubmapMove& moved = read->moves[2400];
   EXPECT_EQ(moved.submap.index, 2400u);
   ASSERT_TRUE(moved.before && moved.after);
@@ -150,35 +209,8 @@ TEST_F(ClientGraphTest, ARevisionIsUndone) {
   EXPECT_EQ(client_->UndoRevision(8).status(), pipeline_.undo.status());
 }
 
-server::LoopStatus SomeLoop() {
-  server::LoopStatus status;
-  LoopClosure& loop = status.loop;
-  loop.id = 17;
-  loop.session = SessionId("alice-1");
-  loop.submap_a = 2;
-  loop.submap_b = 40;
-  loop.T_a_b = kPose;
-  loop.confidence = 0.75;
-  loop.overlap = 0.5;
-  loop.residual_m = 0.03;
-  loop.free_space = 0.25;
-  loop.comparisons = 9000;
-  loop.source = "places";
-  loop.detail = "half of it lies on it";
-  loop.computed_ns = 77;
-  loop.rejected = true;
-  loop.note = "why";
-  loop.edges.resize(2);
-  loop.edges[1].submap_a = 3;
-  loop.edges[1].submap_b = 41;
-  loop.edges[1].T_a_b = kPose;
-  loop.edges[1].information(0, 5) = loop.edges[1].information(5, 0) = 9;
-  status.edges_used = 1;
-  return status;
-}
-
 TEST_F(ClientGraphTest, LoopsAreReadInFull) {
-  pipeline_.loops = std::vector<server::LoopStatus>{SomeLoop()};
+  pipeline_.loops = std::vector<Loop>{SomeLoop()};
   const auto loops = client_->ListLoops(RobotId("alice"), true);
   ASSERT_TRUE(loops.ok()) << loops.status();
   EXPECT_EQ(pipeline_.asked_robot, RobotId("alice"));
@@ -194,7 +226,7 @@ TEST_F(ClientGraphTest, LoopsAreReadInFull) {
   EXPECT_EQ(loop.residual_m, 0.03);
   EXPECT_EQ(loop.free_space, 0.25);
   EXPECT_EQ(loop.comparisons, 9000);
-  EXPECT_EQ(loop.source, "places");
+  EXPECT_EQ(loop.source, GuessSource::kPlaces);
   EXPECT_EQ(loop.detail, "half of it lies on it");
   EXPECT_EQ(loop.computed_ns, 77);
   EXPECT_TRUE(loop.rejected);
@@ -210,11 +242,12 @@ TEST_F(ClientGraphTest, LoopsAreReadInFull) {
 }
 
 TEST_F(ClientGraphTest, AWordOnALoopGoesUpAndTheLoopComesBack) {
-  pipeline_.decided_loop = SomeLoop();
-  const auto loop = client_->DecideLoop({.id = 17, .rejected = true, .note = "another floor"});
-  ASSERT_TRUE(loop.ok()) << loop.status();
-  EXPECT_EQ(loop->loop.id, 17u);
-  EXPECT_TRUE(loop->loop.rejected);
+  pipeline_.decided_loop = DecidedLoop{11, SomeLoop()};
+  const auto decided = client_->DecideLoop({.id = 17, .rejected = true, .note = "another floor"});
+  ASSERT_TRUE(decided.ok()) << decided.status();
+  EXPECT_EQ(decided->revision, 11);
+  EXPECT_EQ(decided->loop.loop.id, 17u);
+  EXPECT_TRUE(decided->loop.loop.rejected);
   ASSERT_TRUE(client_->DecideLoop({.id = 18, .rejected = false}).ok());
   ASSERT_EQ(pipeline_.loop_decisions.size(), 2u);
   EXPECT_EQ(pipeline_.loop_decisions[0].id, 17u);

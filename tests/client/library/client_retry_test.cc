@@ -80,22 +80,33 @@ TEST(ClientRetry, OtherErrorsAreNotTriedAgain) {
   EXPECT_TRUE(absl::IsUnimplemented(client->GetMatchGraph().status()));
 }
 
+TEST(ClientRetry, AListThatWasCutOffIsReadFromItsBeginning) {
+  FakeServer server;
+  server.map.break_lists = 2;
+  const auto submaps = ConnectTo(server)->ListSubmaps();
+  ASSERT_TRUE(submaps.ok()) << submaps.status();
+  ASSERT_EQ(submaps->size(), 2u);
+  EXPECT_EQ(submaps->at(0).info.id.index, 0u);
+  EXPECT_EQ(submaps->at(1).info.id.index, 1u);
+  EXPECT_EQ(submaps->revision, 3);
+}
+
 TEST(ClientRetry, ChangesThatAreNotTheSameTwiceAreSentOnce) {
   FakeServer server;
   const auto client = ConnectTo(server);
   Anchor anchor;
   anchor.sigma_xy_m = 1;
-  server.graph.lose = 3;
+  server.edits.lose = 3;
   EXPECT_TRUE(absl::IsUnavailable(client->UndoRevision(3).status()));
   EXPECT_TRUE(absl::IsUnavailable(client->RemoveAnchor({SessionId("alice-1"), 0}).status()));
   EXPECT_TRUE(absl::IsUnavailable(client->PutAnchor(anchor, RobotId("alice")).status()));
-  EXPECT_EQ(server.graph.undone, 1);
-  EXPECT_EQ(server.graph.removed, 1);
-  EXPECT_EQ(server.graph.put, 1) << "another submap may be the newest by now";
-  server.graph.lose = 2;
+  EXPECT_EQ(server.edits.undone, 1);
+  EXPECT_EQ(server.edits.removed, 1);
+  EXPECT_EQ(server.edits.put, 1) << "another submap may be the newest by now";
+  server.edits.lose = 2;
   anchor.submap.session = SessionId("alice-1");
   EXPECT_TRUE(client->PutAnchor(anchor).ok());
-  EXPECT_EQ(server.graph.put, 4) << "the same anchor twice is one";
+  EXPECT_EQ(server.edits.put, 4) << "the same anchor twice is one";
 }
 
 TEST(ClientRetry, ASubmapDamagedOnItsWayIsSentAgain) {

@@ -72,7 +72,7 @@ TEST_F(ClientRpcTest, ScansGoUpAndAcknowledgementsComeDown) {
   ASSERT_EQ(acks.size(), 100u);
   EXPECT_EQ(acks[41].sequence, 42u);
   EXPECT_EQ(acks[41].end_stamp_ns, 42);
-  EXPECT_EQ(acks[41].tracking, "ok");
+  EXPECT_EQ(acks[41].tracking, Tracking::kOk);
   ExpectEqual(*acks[41].T_odom_sensor, Pose(Eigen::Vector3d(42, 0, 0)));
   EXPECT_EQ(acks[41].timing.total_ms, 3.5);
   EXPECT_EQ(acks[41].segment, 2u);
@@ -140,7 +140,7 @@ TEST_F(ClientRpcTest, SubmapsArriveAsTheyWereSent) {
 }
 
 TEST_F(ClientRpcTest, TheMapsInfoIsReadInFull) {
-  server::MapInfo& info = pipeline_.info;
+  MapInfo& info = pipeline_.info;
   info.revision = 12;
   info.robots = {RobotId("alice"), RobotId("bob")};
   info.settled = true;
@@ -150,7 +150,7 @@ TEST_F(ClientRpcTest, TheMapsInfoIsReadInFull) {
   info.placements = 5;
   info.submaps = 6;
   info.retired = 7;
-  server::ComponentInfo component;
+  Component component;
   component.reference = SessionId("alice-1");
   component.sessions = {SessionId("alice-1"), SessionId("bob-1")};
   component.point_count = 99;
@@ -180,19 +180,20 @@ TEST_F(ClientRpcTest, TheMatchGraphKeepsItsReasons) {
   match.b = SessionId("bob-1");
   match.T_a_b = kPose;
   match.state = MatchState::kAmbiguous;
-  match.reason = "AMBIGUOUS";
+  match.reason = MatchReason::kAmbiguous;
   match.detail = "two rooms look alike";
   match.confidence = 0.25;
   match.inliers = 321;
   match.stages = {{"fpfh", 12.5}, {"vgicp", 7}};
   pipeline_.graph.revision = 3;
-  pipeline_.graph.matches = {match};
-  pipeline_.graph.placements = {{SessionId("alice-1"), 1, SessionId("alice-1"), kPose}};
+  pipeline_.graph.matches = {{match}};
+  pipeline_.graph.placements = {{{SessionId("alice-1"), 1, SessionId("alice-1"), kPose}, {}}};
   const auto graph = client_->GetMatchGraph();
   ASSERT_TRUE(graph.ok()) << graph.status();
   ASSERT_EQ(graph->matches.size(), 1u);
   const Match& read = graph->matches[0].match;
   EXPECT_EQ(read.state, MatchState::kAmbiguous);
+  EXPECT_EQ(read.reason, MatchReason::kAmbiguous);
   EXPECT_EQ(read.detail, match.detail);
   EXPECT_EQ(read.confidence, 0.25);
   EXPECT_EQ(read.inliers, 321);
@@ -225,7 +226,7 @@ TEST_F(ClientRpcTest, AMatchComesWithEveryNumberAndItsEdgesIfAskedFor) {
   edge.information.diagonal() << 1, 2, 3, 4, 5, 6;
   edge.information(1, 4) = edge.information(4, 1) = -7;
   match.edges = {edge};
-  pipeline_.graph.matches = {match};
+  pipeline_.graph.matches = {{match}};
   const auto without = client_->GetMatchGraph();
   ASSERT_TRUE(without.ok()) << without.status();
   EXPECT_TRUE(without->matches.at(0).match.edges.empty());
@@ -253,28 +254,30 @@ TEST_F(ClientRpcTest, AWordOnAMatchGoesUpAndTheMatchComesBack) {
   match.a = SessionId("alice-1");
   match.b = SessionId("bob-1");
   match.T_a_b = kPose;
-  pipeline_.decided = match;
-  pipeline_.graph.matches = {match};
-  pipeline_.graph.verdicts = {{match.a, match.b, Ruling::kSet, kPose, "tape", 5}};
+  MatchEdge told{match};
+  told.verdict = {match.a, match.b, Ruling::kSet, kPose, "tape", 5};
+  pipeline_.decided = DecidedMatch{9, told};
   MatchDecision decision;
   decision.robot_a = RobotId("alice");
   decision.session_b = SessionId("bob-1");
   decision.ruling = Ruling::kSet;
   decision.T_a_b = kPose;
   decision.note = "tape";
-  const auto edge = client_->DecideMatch(decision);
-  ASSERT_TRUE(edge.ok()) << edge.status();
+  const auto decided = client_->DecideMatch(decision);
+  ASSERT_TRUE(decided.ok()) << decided.status();
+  EXPECT_EQ(decided->revision, 9);
+  const MatchEdge& edge = decided->edge;
   ASSERT_EQ(pipeline_.decisions.size(), 1u);
   EXPECT_EQ(pipeline_.decisions[0].robot_a, RobotId("alice"));
   EXPECT_EQ(pipeline_.decisions[0].session_b, SessionId("bob-1"));
   EXPECT_EQ(pipeline_.decisions[0].ruling, Ruling::kSet);
   EXPECT_EQ(pipeline_.decisions[0].note, "tape");
   ExpectEqual(pipeline_.decisions[0].T_a_b, kPose);
-  ASSERT_TRUE(edge->verdict.has_value());
-  EXPECT_EQ(edge->verdict->ruling, Ruling::kSet);
-  EXPECT_EQ(edge->verdict->note, "tape");
-  EXPECT_EQ(edge->verdict->given_ns, 5);
-  ExpectEqual(edge->match.T_a_b, kPose);
+  ASSERT_TRUE(edge.verdict.has_value());
+  EXPECT_EQ(edge.verdict->ruling, Ruling::kSet);
+  EXPECT_EQ(edge.verdict->note, "tape");
+  EXPECT_EQ(edge.verdict->given_ns, 5);
+  ExpectEqual(edge.match.T_a_b, kPose);
   for (const Ruling ruling : {Ruling::kAccept, Ruling::kReject}) {
     decision.ruling = ruling;
     EXPECT_TRUE(client_->DecideMatch(decision).ok());
@@ -286,12 +289,12 @@ TEST_F(ClientRpcTest, AWordOnAMatchGoesUpAndTheMatchComesBack) {
 }
 
 TEST_F(ClientRpcTest, ALongTrajectoryComesInOneAnswer) {
-  server::RobotTrajectory trajectory;
+  RobotTrajectory trajectory;
   trajectory.session = SessionId("alice-1");
   trajectory.revision = 8;
   for (int i = 0; i < 2500; ++i) trajectory.poses.push_back({i, Pose(Eigen::Vector3d(i, 0, 0))});
   pipeline_.trajectory = trajectory;
-  const auto read = client_->GetTrajectory(RobotId("alice"), Frame::kMap);
+  const auto read = client_->GetTrajectory(RobotId("alice"), TrajectoryFrame::kMap);
   ASSERT_TRUE(read.ok()) << read.status();
   EXPECT_EQ(read->revision, 8);
   ASSERT_EQ(read->poses.size(), 2500u);
@@ -302,12 +305,12 @@ TEST_F(ClientRpcTest, ALongTrajectoryComesInOneAnswer) {
 }
 
 TEST_F(ClientRpcTest, ATrajectorySaysWhichSegmentsItIsOf) {
-  server::RobotTrajectory trajectory;
+  RobotTrajectory trajectory;
   for (int i = 0; i < 1500; ++i) trajectory.poses.push_back({i, Pose()});
   trajectory.parts = {{1, 1200}, {3, 300}};
   trajectory.left_out = {2};
   pipeline_.trajectory = trajectory;
-  const auto read = client_->GetTrajectory(RobotId("alice"), Frame::kMap, 7);
+  const auto read = client_->GetTrajectory(RobotId("alice"), TrajectoryFrame::kMap, 7);
   ASSERT_TRUE(read.ok()) << read.status();
   EXPECT_EQ(pipeline_.trajectory_segment, 7u);
   ASSERT_EQ(read->parts.size(), 2u);
@@ -319,7 +322,7 @@ TEST_F(ClientRpcTest, ATrajectorySaysWhichSegmentsItIsOf) {
 }
 
 TEST_F(ClientRpcTest, TransformsAndWhyThereIsNone) {
-  pipeline_.transform = server::RobotTransform{5, kPose};
+  pipeline_.transform = RobotTransform{5, kPose};
   ExpectEqual(client_->GetTransform(RobotId("a"), RobotId("b"))->T_a_b, kPose);
   pipeline_.transform = absl::FailedPreconditionError("the best match lacks overlap");
   const auto none = client_->GetTransform(RobotId("a"), RobotId("b"));
@@ -370,7 +373,7 @@ TEST_F(ClientRpcTest, AnExportIsVerified) {
   ASSERT_TRUE(summary.ok()) << summary.status();
   EXPECT_EQ(file, pipeline_.file[0] + pipeline_.file[1] + pipeline_.file[2]);
   EXPECT_EQ(summary->size, file.size());
-  EXPECT_EQ(pipeline_.exports.at(0).format, server::ExportFormat::kPly);
+  EXPECT_EQ(pipeline_.exports.at(0).format, ExportFormat::kPly);
 }
 
 }  // namespace

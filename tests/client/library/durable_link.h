@@ -7,7 +7,7 @@
 #include <set>
 #include <string>
 
-#include "client/library/convert.h"
+#include "api/convert/session.h"
 #include "client/library/stream/session_link.h"
 #include "client/library/stream/spooled_stream.h"
 #include "core/mutex.h"
@@ -20,9 +20,9 @@ class LinkedClient {
  public:
   explicit LinkedClient(std::shared_ptr<SessionLink> link) : link_(std::move(link)) {}
 
-  absl::StatusOr<std::unique_ptr<ScanStream>> OpenSpool(const SessionWish& wish,
+  absl::StatusOr<std::unique_ptr<ScanStream>> OpenSpool(const SessionRequest& wish,
                                                         const ScanStreamOptions& options) {
-    return SpooledStream::Open(link_, options, {.request = ToProto(wish)});
+    return SpooledStream::Open(link_, options, {.request = convert::ToMessage(wish)});
   }
   absl::StatusOr<std::unique_ptr<ScanStream>> ResumeScanStream(const ScanStreamOptions& options) {
     return SpooledStream::Open(link_, options, {});

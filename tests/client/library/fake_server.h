@@ -14,7 +14,7 @@
 
 #include "core/io/crc32c.h"
 #include "core/mutex.h"
-#include "isthmus/v1/graph_service.grpc.pb.h"
+#include "isthmus/v1/edit_service.grpc.pb.h"
 #include "isthmus/v1/map_service.grpc.pb.h"
 #include "isthmus/v1/session_service.grpc.pb.h"
 
@@ -115,9 +115,24 @@ class FakeSessions final : public v1::SessionService::Service {
 class FakeMap final : public v1::MapService::Service {
  public:
   std::string file = std::string(3'000'000, 'm');
-  std::atomic<int> damaged{0};    // So many exports arrive with a byte changed.
-  std::atomic<int> truncated{0};  // So many exports break off half way.
+  std::atomic<int> damaged{0};      // So many exports arrive with a byte changed.
+  std::atomic<int> truncated{0};    // So many exports break off half way.
+  std::atomic<int> break_lists{0};  // So many lists break off half way.
   std::atomic<int> exports{0}, infos{0};
+
+  grpc::Status ListSubmaps(grpc::ServerContext*, const v1::ListSubmapsRequest*,
+                           grpc::ServerWriter<v1::ListSubmapsResponse>* writer) override {
+    for (uint32_t index = 0; index < 2; ++index) {
+      v1::ListSubmapsResponse part;
+      part.set_revision(3);
+      part.add_submaps()->set_index(index);
+      writer->Write(part);
+      if (break_lists == 0) continue;
+      --break_lists;
+      return {grpc::StatusCode::UNAVAILABLE, "cable pulled"};
+    }
+    return grpc::Status::OK;
+  }
 
   grpc::Status GetMapInfo(grpc::ServerContext*, const v1::GetMapInfoRequest*,
                           v1::MapInfo* info) override {
@@ -151,7 +166,7 @@ class FakeMap final : public v1::MapService::Service {
 };
 
 // Takes changes, and loses its answers to as many of them as told.
-class FakeGraph final : public v1::GraphService::Service {
+class FakeEdits final : public v1::EditService::Service {
  public:
   std::atomic<int> lose{0};
   std::atomic<int> undone{0}, removed{0}, put{0};
@@ -189,7 +204,7 @@ class FakeServer {
                              &port_);
     builder.RegisterService(&sessions);
     builder.RegisterService(&map);
-    builder.RegisterService(&graph);
+    builder.RegisterService(&edits);
     server_ = builder.BuildAndStart();
   }
   ~FakeServer() { server_->Shutdown(std::chrono::system_clock::now()); }
@@ -199,7 +214,7 @@ class FakeServer {
 
   FakeSessions sessions;
   FakeMap map;
-  FakeGraph graph;
+  FakeEdits edits;
 
  private:
   int port_ = 0;

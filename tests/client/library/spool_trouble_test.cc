@@ -58,8 +58,8 @@ TEST_F(SpoolTroubleTest, ASpoolIsOfOneRobotAndOneProgram) {
   EXPECT_TRUE(absl::IsFailedPrecondition(client_->ResumeScanStream(options_).status()));
   auto other = options_;
   other.spool_dir += "2";
-  ASSERT_TRUE(client_->OpenSpool({"bob", "vlp16"}, other).ok());
-  const auto wrong = client_->OpenSpool({"carol", "vlp16"}, other);
+  ASSERT_TRUE(client_->OpenSpool({RobotId("bob"), "vlp16"}, other).ok());
+  const auto wrong = client_->OpenSpool({RobotId("carol"), "vlp16"}, other);
   ASSERT_TRUE(absl::IsFailedPrecondition(wrong.status())) << wrong.status();
   EXPECT_THAT(std::string(wrong.status().message()), HasSubstr("bob"));
 }

@@ -49,7 +49,7 @@ class SpooledStreamTest : public testing::Test {
   }
 
   std::unique_ptr<ScanStream> Open() {
-    auto stream = client_->OpenSpool({"alice", "vlp16"}, options_);
+    auto stream = client_->OpenSpool({RobotId("alice"), "vlp16"}, options_);
     EXPECT_TRUE(stream.ok()) << stream.status();
     return *std::move(stream);
   }

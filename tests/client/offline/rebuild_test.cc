@@ -54,7 +54,7 @@ void MakeMap(const std::string& folder, server::ArchiveMode mode = server::Archi
   Drive(*pipeline, *simulator, 0, "alice");
   Drive(*pipeline, *simulator, 1, "bob");
   pipeline->WaitUntilIdle();
-  server::MatchDecision decision;
+  MatchDecision decision;
   decision.session_a = kAlice;
   decision.session_b = kBob;
   decision.ruling = Ruling::kReject;
@@ -264,7 +264,7 @@ void MakeMapOfTwoSegments(const std::string& folder) {
   }
   ASSERT_TRUE(pipeline->FinishSession(session).ok());
   pipeline->WaitUntilIdle();
-  server::MatchDecision decision;
+  MatchDecision decision;
   decision.session_a = session;
   decision.session_b = SegmentId(session, 2);
   decision.ruling = Ruling::kReject;

@@ -18,9 +18,9 @@ namespace {
 // Answers travel as doubles and floats; placements are optimised anew at a start.
 constexpr double kSameM = 1e-4;
 
-client::MapInfo Settled(client::Client& client) {
+MapInfo Settled(client::Client& client) {
   for (;;) {
-    client::MapInfo info = OrThrow(client.GetMapInfo());
+    MapInfo info = OrThrow(client.GetMapInfo());
     if (info.settled) return info;
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }
@@ -28,9 +28,9 @@ client::MapInfo Settled(client::Client& client) {
 
 std::vector<MapPoint> PointsOf(client::Client& client, uint32_t component) {
   std::vector<MapPoint> points;
-  client::RegionQuery query;
+  RegionQuery query;
   query.component = component;
-  const absl::Status status = client.QueryRegion(query, [&](const client::RegionChunk& chunk) {
+  const absl::Status status = client.QueryRegion(query, [&](const RegionChunk& chunk) {
     points.insert(points.end(), chunk.points.begin(), chunk.points.end());
     return true;
   });
@@ -52,14 +52,14 @@ std::string TrajectoryDifference(const Trajectory& a, const Trajectory& b) {
   return {};
 }
 
-bool Same(const client::SubmapStatus& a, const client::SubmapStatus& b) {
+bool Same(const SubmapStatus& a, const SubmapStatus& b) {
   return a.info.id == b.info.id && a.info.first_sequence == b.info.first_sequence &&
          a.info.last_sequence == b.info.last_sequence && a.info.point_count == b.info.point_count &&
          a.component == b.component &&
          (a.T_map_submap.translation() - b.T_map_submap.translation()).norm() <= kSameM;
 }
 
-bool Same(const client::Session& a, const client::Session& b) {
+bool Same(const SessionStatus& a, const SessionStatus& b) {
   return a.record.id == b.record.id && a.record.robot == b.record.robot &&
          a.record.sensor == b.record.sensor && a.record.state == b.record.state &&
          a.record.created_ns == b.record.created_ns && a.submap_count == b.submap_count &&
@@ -80,17 +80,17 @@ std::string PointsDifference(const std::vector<MapPoint>& a, const std::vector<M
 Answers AskAll(const std::string& address) {
   const auto client = OrThrow(client::Client::Connect(PatientClient(address)));
   Answers answers;
-  const client::MapInfo info = Settled(*client);
+  const MapInfo info = Settled(*client);
   answers.sessions = OrThrow(client->ListSessions());
   answers.submaps = OrThrow(client->ListSubmaps());
   std::set<RobotId> robots;
-  for (const client::Session& session : answers.sessions) robots.insert(session.record.robot);
+  for (const SessionStatus& session : answers.sessions) robots.insert(session.record.robot);
   for (const RobotId& robot : robots) {
-    for (const client::Frame frame : {client::Frame::kOdom, client::Frame::kMap}) {
+    for (const TrajectoryFrame frame : {TrajectoryFrame::kOdom, TrajectoryFrame::kMap}) {
       answers.trajectories.push_back(OrThrow(client->GetTrajectory(robot, frame)).poses);
     }
   }
-  for (const client::Component& component : info.components) {
+  for (const Component& component : info.components) {
     answers.points.push_back(PointsOf(*client, component.component));
   }
   return answers;

@@ -9,8 +9,8 @@
 namespace isthmus::faults {
 
 struct Answers {
-  std::vector<client::Session> sessions;
-  std::vector<client::SubmapStatus> submaps;
+  std::vector<SessionStatus> sessions;
+  std::vector<SubmapStatus> submaps;
   std::vector<Trajectory> trajectories;  // Of the sessions' robots, in odom and in the map.
   // Points of the whole map by component, in order of x, y and z.
   std::vector<std::vector<MapPoint>> points;

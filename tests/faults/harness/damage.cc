@@ -140,13 +140,13 @@ void AskEverything(client::Client& client, const std::string& folder, DamageTria
   const auto submaps = client.ListSubmaps();
   answered("ListSubmaps", submaps.status());
   if (submaps.ok()) trial.submaps = submaps->size();
-  answered("QueryRegion", client.QueryRegion({}, [&](const client::RegionChunk& chunk) {
+  answered("QueryRegion", client.QueryRegion({}, [&](const RegionChunk& chunk) {
     trial.points += chunk.points.size();
     return true;
   }));
   answered("Export", client.ExportToFile({}, folder + "/map.pcd").status());
   for (const std::string robot : {"r0", "r1"}) {
-    for (const client::Frame frame : {client::Frame::kOdom, client::Frame::kMap}) {
+    for (const TrajectoryFrame frame : {TrajectoryFrame::kOdom, TrajectoryFrame::kMap}) {
       answered("GetTrajectory", client.GetTrajectory(RobotId(robot), frame).status());
     }
   }

@@ -72,14 +72,14 @@ void CheckAcks(const Fleet& fleet, const StoredMap& map, Report& report) {
       }
     }
     uint64_t expected = 1;
-    for (const client::ScanAck& ack : robot->acks()) {
+    for (const ScanAck& ack : robot->acks()) {
       if (ack.sequence < expected) ++report.duplicates;
       if (ack.sequence > expected) report.Break(absl::StrCat("no word of scan ", expected));
       expected = ack.sequence + 1;
-      if (ack.outcome == client::ScanOutcome::kRejected) {
+      if (ack.outcome == ScanOutcome::kRejected) {
         report.Break(absl::StrCat("scan ", ack.sequence, " rejected: ", ack.reason));
       }
-      if (!ack.T_odom_sensor || ack.tracking == "lost") continue;
+      if (!ack.T_odom_sensor || ack.tracking == Tracking::kLost) continue;
       const auto found = stored.find(ack.sequence);
       if (found == stored.end()) {
         ++report.lost_pushed;

@@ -47,7 +47,7 @@ Robot::Robot(const RobotOptions& options, AckCounter* acks) : options_(options),
   if (!session.ok()) throw std::runtime_error(std::string(session.status().message()));
   session_ = session->record.id;
   client::ScanStreamOptions stream = options.stream;
-  stream.on_ack = [this](const client::ScanAck& ack) {
+  stream.on_ack = [this](const ScanAck& ack) {
     {
       MutexLock lock(&mutex_);
       acks_.push_back(ack);
@@ -105,7 +105,7 @@ uint64_t Robot::pushed() const {
 
 uint64_t Robot::durable() const { return stream_->stats().durable_sequence; }
 
-std::vector<client::ScanAck> Robot::acks() const {
+std::vector<ScanAck> Robot::acks() const {
   MutexLock lock(&mutex_);
   return acks_;
 }

@@ -57,8 +57,8 @@ class Robot {
   const SessionId& session() const { return session_; }
   // These lock.
   uint64_t pushed() const;
-  uint64_t durable() const;                   // What it was told to be durable.
-  std::vector<client::ScanAck> acks() const;  // In the order in which they came.
+  uint64_t durable() const;           // What it was told to be durable.
+  std::vector<ScanAck> acks() const;  // In the order in which they came.
   // When a scan was pushed and when it was acknowledged, by index sequence - 1, seconds of
   // NowS(); shorter while there are fewer.
   std::vector<double> pushed_s() const;
@@ -76,7 +76,7 @@ class Robot {
   mutable Mutex mutex_;
   absl::Status result_ ABSL_GUARDED_BY(mutex_);
   uint64_t pushed_ ABSL_GUARDED_BY(mutex_) = 0;
-  std::vector<client::ScanAck> acks_ ABSL_GUARDED_BY(mutex_);
+  std::vector<ScanAck> acks_ ABSL_GUARDED_BY(mutex_);
   std::vector<double> pushed_s_ ABSL_GUARDED_BY(mutex_), acked_s_ ABSL_GUARDED_BY(mutex_);
   std::thread thread_;
 };

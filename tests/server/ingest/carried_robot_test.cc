@@ -84,23 +84,23 @@ TEST(CarriedRobot, IsLostAndThenFoundInTheSameOdomFrame) {
   MovedRobot session;
   for (int k = 0; k < kDriveScans; ++k) {
     const ScanAck ack = session.Send(MakeScan(building, BeforeLift, sensor, k).points);
-    ASSERT_EQ(ack.status, "ok") << k;
+    ASSERT_EQ(ack.tracking, Tracking::kOk) << k;
     ASSERT_LT(error(ack, BeforeLift, k), 0.15) << k;
   }
   const std::vector<ScanPoint> blank(16 * 1200);
-  for (int k = 0; k < 10; ++k) EXPECT_NE(session.Send(blank).status, "ok");
+  for (int k = 0; k < 10; ++k) EXPECT_NE(session.Send(blank).tracking, Tracking::kOk);
 
   int lost = 0;
   for (int k = 0; k < 50; ++k) {
     const ScanAck ack = session.Send(MakeScan(building, AfterPutDown, sensor, k).points);
     ASSERT_EQ(ack.outcome, ScanOutcome::kProcessed);
-    if (ack.status == "lost") {
+    if (ack.tracking == Tracking::kLost) {
       ++lost;
       EXPECT_GT(ack.covariance->diagonal().maxCoeff(), 1.0);  // And says that it does not know.
       EXPECT_EQ(lost, k + 1);                                 // Once found it is not lost again.
       continue;
     }
-    EXPECT_EQ(ack.status, "ok") << k;
+    EXPECT_EQ(ack.tracking, Tracking::kOk) << k;
     EXPECT_LT(error(ack, AfterPutDown, k), 0.15) << k;
   }
   EXPECT_GE(lost, 2);  // Never believed at first sight.

@@ -103,7 +103,7 @@ TEST(Resume, GoesOnWhereAGracefulEndStopped) {
   session.Restart();
   EXPECT_EQ(session.worker().Status().last_sequence, 30u);
   const ScanAck ack = session.Send(MakeTurn(30).payload, MakeTurn(30).end_stamp_ns);
-  EXPECT_EQ(ack.status, "ok");
+  EXPECT_EQ(ack.tracking, Tracking::kOk);
   // The way between the submaps before and after is known, as if nothing had been in between.
   ASSERT_TRUE(session.worker().Finish().ok());
   EXPECT_GT(store.submaps().back()->drift_covariance.trace(), 0);
@@ -141,7 +141,7 @@ TEST(Resume, GoesOnFromTheSubmapsWhereTheCheckpointIsDamaged) {
     EXPECT_THAT(session.worker().Status().input, HasSubstr("resumed from submaps"));
     for (int k = 50; k < 70; ++k) {
       const ScanAck ack = session.Send(MakeTurn(k).payload, MakeTurn(k).end_stamp_ns);
-      EXPECT_EQ(ack.status, "ok") << k;
+      EXPECT_EQ(ack.tracking, Tracking::kOk) << k;
       const Pose truth = EndPose(floam::testing::Loop(1.2), floam::testing::Sensor(), 0).Inverse() *
                          EndPose(floam::testing::Loop(1.2), floam::testing::Sensor(), k);
       EXPECT_LT((ack.T_odom_sensor->translation() - truth.translation()).norm(), 0.1) << k;

@@ -197,7 +197,7 @@ TEST(Segments, GoOnFromTheirOwnSubmapsWhereTheCheckpointIsDamaged) {
   const ScanAck ack =
       session.Send(codec::MakePayload(scan), Turns().back().end_stamp_ns + 100'000'000);
   EXPECT_EQ(ack.segment, 2u);
-  EXPECT_EQ(ack.status, "ok");
+  EXPECT_EQ(ack.tracking, Tracking::kOk);
   const int first_turn = static_cast<int>(FirstOfSecond(acks)) - kFirst;
   const Pose truth = EndPose(ThroughOtherBuilding, sensor, first_turn).Inverse() *
                      EndPose(ThroughOtherBuilding, sensor, next - kFirst);

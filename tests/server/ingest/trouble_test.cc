@@ -21,7 +21,7 @@ constexpr int64_t kHour_ns = 3'600'000'000'000;
 
 void ExpectTracked(const Rig& rig, const ScanAck& ack, int index) {
   EXPECT_EQ(ack.outcome, ScanOutcome::kProcessed) << index << ": " << ack.reason;
-  EXPECT_EQ(ack.status, "ok") << index;
+  EXPECT_EQ(ack.tracking, Tracking::kOk) << index;
   EXPECT_LT(rig.Error(ack, index), 0.05) << index;
   ASSERT_TRUE(ack.covariance.has_value());
   EXPECT_TRUE(ack.covariance->allFinite());
@@ -35,17 +35,17 @@ void DriveOn(Rig* rig, int from, int to, int64_t shift_ns = 0) {
 void DriveAfterGap(Rig* rig, int from, int to, int64_t shift_ns = 0) {
   constexpr int kLost = 5;
   int k = from;
-  for (ScanAck ack; ack.status != "ok" && k < from + kLost; ++k) {
+  for (ScanAck ack; ack.tracking != Tracking::kOk && k < from + kLost; ++k) {
     ack = rig->Send(rig->Turn(k), shift_ns);
     EXPECT_EQ(ack.outcome, ScanOutcome::kProcessed) << k << ": " << ack.reason;
-    if (ack.status == "ok") ExpectTracked(*rig, ack, k);
+    if (ack.tracking == Tracking::kOk) ExpectTracked(*rig, ack, k);
   }
   DriveOn(rig, k, to, shift_ns);
 }
 
-void ExpectRejected(const ScanAck& ack, const std::string& status, const std::string& reason) {
+void ExpectRejected(const ScanAck& ack, Tracking tracking, const std::string& reason) {
   EXPECT_EQ(ack.outcome, ScanOutcome::kRejected);
-  EXPECT_EQ(ack.status, status);
+  EXPECT_EQ(ack.tracking, tracking);
   EXPECT_THAT(ack.reason, HasSubstr(reason));
   EXPECT_FALSE(ack.T_odom_sensor.has_value());
 }
@@ -78,9 +78,9 @@ TEST(Trouble, ScansThatNeverCameAreBridged) {
 TEST(Trouble, ScansOutOfOrderAndEqualStampsAreRejected) {
   Rig rig;
   DriveOn(&rig, 0, 10);
-  ExpectRejected(rig.Send(rig.Turn(8)), "", "out of order");
-  ExpectRejected(rig.Send(rig.Turn(9)), "", "sent twice");
-  EXPECT_EQ(rig.worker().Status().tracking, "ok");
+  ExpectRejected(rig.Send(rig.Turn(8)), Tracking::kUnknown, "out of order");
+  ExpectRejected(rig.Send(rig.Turn(9)), Tracking::kUnknown, "sent twice");
+  EXPECT_EQ(rig.worker().Status().tracking, Tracking::kOk);
   EXPECT_EQ(rig.worker().Status().rejected, 2u);
   DriveOn(&rig, 10, 15);
 }
@@ -114,7 +114,7 @@ TEST(Trouble, SmallStepsBackCostTheScansInBetween) {
   Rig rig;
   DriveOn(&rig, 0, 20);
   for (int k = 20; k < 25; ++k) {
-    ExpectRejected(rig.Send(rig.Turn(k), -500'000'000), "", "out of order");
+    ExpectRejected(rig.Send(rig.Turn(k), -500'000'000), Tracking::kUnknown, "out of order");
   }
   DriveAfterGap(&rig, 25, 35, -500'000'000);
 }
@@ -125,14 +125,14 @@ TEST(Trouble, BlankScansSayThatTheRobotIsLostUntilItSeesAgain) {
     DriveOn(&rig, 0, 30);
     for (int k = 30; k < 50; ++k) {
       const ScanAck ack = rig.Send(AllPointsAt(value), rig.Turn(k).end_stamp_ns);
-      ExpectRejected(ack, "lost", "no returns");
-      EXPECT_EQ(rig.worker().Status().tracking, "lost");
+      ExpectRejected(ack, Tracking::kLost, "no returns");
+      EXPECT_EQ(rig.worker().Status().tracking, Tracking::kLost);
       // The submap ends once the odometry cannot bridge it.
       EXPECT_EQ(rig.stored().size(), k < 32 ? 0u : 1u);
     }
     EXPECT_EQ(rig.stored().front().submap->last_sequence, 30u);
     DriveAfterGap(&rig, 50, 60);
-    EXPECT_EQ(rig.worker().Status().tracking, "ok");
+    EXPECT_EQ(rig.worker().Status().tracking, Tracking::kOk);
   }
 }
 
@@ -142,7 +142,7 @@ TEST(Trouble, ScansWithoutPointsAreRejected) {
   PointPayload empty = codec::MakePayload(rig.Turn(5));
   empty.width = empty.height = 0;
   empty.data.clear();
-  ExpectRejected(rig.Send(empty, rig.Turn(5).end_stamp_ns), "lost", "no points");
+  ExpectRejected(rig.Send(empty, rig.Turn(5).end_stamp_ns), Tracking::kLost, "no points");
   DriveOn(&rig, 6, 10);
 }
 
@@ -180,7 +180,7 @@ TEST(Trouble, DamagedPayloadsAreRejected) {
   DriveOn(&rig, 0, 5);
   PointPayload damaged = codec::MakePayload(rig.Turn(5));
   damaged.data.resize(damaged.data.size() / 2);
-  ExpectRejected(rig.Send(damaged, rig.Turn(5).end_stamp_ns), "lost", "do not make");
+  ExpectRejected(rig.Send(damaged, rig.Turn(5).end_stamp_ns), Tracking::kLost, "do not make");
   DriveOn(&rig, 6, 10);
 }
 
@@ -194,10 +194,10 @@ TEST(Trouble, LostScansEndTheSubmapAndAreNotStored) {
   for (int k = 30; k < 34; ++k) {
     const ScanAck ack = rig.Send(MakeScan(elsewhere, still, floam::testing::Sensor(), k));
     EXPECT_EQ(ack.outcome, ScanOutcome::kProcessed);
-    EXPECT_EQ(ack.status, "lost");
+    EXPECT_EQ(ack.tracking, Tracking::kLost);
     EXPECT_EQ(rig.stored().size(), 1u);
   }
-  EXPECT_EQ(rig.worker().Status().tracking, "lost");
+  EXPECT_EQ(rig.worker().Status().tracking, Tracking::kLost);
   for (int k = 34; k < 50; ++k) rig.Send(rig.Turn(k));
   ASSERT_TRUE(rig.worker().Finish().ok());
   for (const FinishedSubmap& finished : rig.stored()) {

@@ -38,8 +38,8 @@ TEST(ConfigTest, EveryKindOfValueIsRead) {
   EXPECT_EQ(config->rpc.max_submap_bytes, 100000u);
   EXPECT_FALSE(config->storage.sync_every_commit);
   EXPECT_EQ(config->pipeline.scan_queue, 3u);
-  EXPECT_EQ(config->pipeline.odometry.mode, floam::OdometryMode::kFloam);
-  EXPECT_EQ(config->pipeline.matcher.search, "paper");
+  EXPECT_EQ(config->pipeline.odometry.mode, OdometryMode::kFloam);
+  EXPECT_EQ(config->pipeline.matcher.search, matching::SearchMode::kPaper);
   EXPECT_EQ(config->pipeline.matcher.min_overlap, 0.25);
   // What was not named keeps its default.
   EXPECT_EQ(config->pipeline.ingest_threads, PipelineOptions().ingest_threads);
@@ -121,7 +121,7 @@ TEST(ConfigTest, WhatIsPrintedReadsBackToTheSame) {
   config.rpc.listen = "unix:/run/\"odd\\name\"";
   config.storage.resolution_m = 0.1 / 3;
   config.pipeline.composition_interval_s = 0.3;
-  config.pipeline.odometry.mode = floam::OdometryMode::kFloam;
+  config.pipeline.odometry.mode = OdometryMode::kFloam;
   config.pipeline.submap.cut_scans = 123;
   const std::string printed = PrintConfig(config);
   const auto read = ParseConfig(printed);

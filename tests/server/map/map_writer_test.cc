@@ -49,7 +49,7 @@ Match MakeMatch() {
   Match match;
   match.a = kAlice;
   match.b = kBob;
-  match.reason = "OK";
+  match.reason = MatchReason::kOk;
   return match;
 }
 

@@ -45,7 +45,7 @@ class CyclesTest : public ::testing::Test {
     match.T_a_b =
         T_world_odom_[a].Inverse() * T_world_odom_[b] * T_b_middle * error * T_b_middle.Inverse();
     match.state = MatchState::kAccepted;
-    match.reason = "OK";
+    match.reason = MatchReason::kOk;
     match.confidence = confidence;
     matches_.push_back(match);
     return matches_.back();
@@ -64,7 +64,7 @@ class CyclesTest : public ::testing::Test {
     for (const Match& match : matches_) {
       if (match.state == MatchState::kAccepted) continue;
       EXPECT_EQ(match.state, MatchState::kAmbiguous);
-      EXPECT_EQ(match.reason, "CYCLE");
+      EXPECT_EQ(match.reason, MatchReason::kCycle);
       aside.push_back(match.a.value() + "-" + match.b.value());
     }
     return aside;
@@ -186,18 +186,18 @@ TEST_F(CyclesTest, InALoneTriangleWithoutAWeakestNothingIsBelieved) {
 
 TEST_F(CyclesTest, WhatWasGivenByHandIsTrue) {
   MakeRobots(3);
-  Add(0, 1, 1, kTwinRoom).reason = "BY_HAND";
+  Add(0, 1, 1, kTwinRoom).reason = MatchReason::kByHand;
   Add(1, 2, 0.999);
   Add(0, 2, 0.6);
   EXPECT_THAT(Check(), ElementsAre("a-c")) << "of the others the weakest";
-  EXPECT_EQ(Of("a", "b").reason, "BY_HAND");
+  EXPECT_EQ(Of("a", "b").reason, MatchReason::kByHand);
 }
 
 TEST_F(CyclesTest, TheOnlyMatchOfACycleThatIsNotByHandGoes) {
   MakeRobots(4);
   AddAll();
-  Of("a", "b").reason = "BY_HAND";
-  Of("b", "c").reason = "BY_HAND";
+  Of("a", "b").reason = MatchReason::kByHand;
+  Of("b", "c").reason = MatchReason::kByHand;
   Spoil("a", "c", kTwinRoom);
   Of("a", "c").confidence = 1;
   EXPECT_THAT(Check(), ElementsAre("a-c"));
@@ -206,9 +206,9 @@ TEST_F(CyclesTest, TheOnlyMatchOfACycleThatIsNotByHandGoes) {
 
 TEST_F(CyclesTest, HandsThatDisagreeAreLeftAlone) {
   MakeRobots(3);
-  Add(0, 1).reason = "BY_HAND";
-  Add(1, 2).reason = "BY_HAND";
-  Add(0, 2, 1, kTwinRoom).reason = "BY_HAND";
+  Add(0, 1).reason = MatchReason::kByHand;
+  Add(1, 2).reason = MatchReason::kByHand;
+  Add(0, 2, 1, kTwinRoom).reason = MatchReason::kByHand;
   EXPECT_THAT(Check(), IsEmpty());
   EXPECT_NEAR(Of("a", "b").cycle_m, 12, 1e-6);
 }
@@ -341,9 +341,9 @@ TEST_F(CyclesTest, TooManyTrianglesLeaveTheForest) {
   CycleOptions options;
   options.max_triangles = 4;
   CheckCycles(nodes_, options, &matches_);
-  EXPECT_EQ(Of("b", "f").reason, "CYCLE");
+  EXPECT_EQ(Of("b", "f").reason, MatchReason::kCycle);
   EXPECT_EQ(std::count_if(matches_.begin(), matches_.end(),
-                          [](const Match& match) { return match.reason == "OK"; }),
+                          [](const Match& match) { return match.reason == MatchReason::kOk; }),
             14);
 }
 

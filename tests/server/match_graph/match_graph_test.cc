@@ -205,8 +205,8 @@ TEST(MatchGraph, FrameStaysWhenAMatchIsSetAsideAndComesBack) {
   EXPECT_EQ(Of(joined, "d").reference, Session("c"));
   disputed.push_back(MakeMatch("b", "d", .9, Pose(Eigen::Vector3d(40, 0, 0))));
   CheckCycles(nodes, CycleOptions(), &disputed);
-  ASSERT_EQ(disputed[3].reason, "CYCLE");
-  ASSERT_EQ(disputed[4].reason, "CYCLE");
+  ASSERT_EQ(disputed[3].reason, MatchReason::kCycle);
+  ASSERT_EQ(disputed[4].reason, MatchReason::kCycle);
   const Solution apart = Solve(nodes, disputed, joined.placements);
   EXPECT_EQ(Of(apart, "d").reference, Session("d"));
   const Solution again =
@@ -230,7 +230,7 @@ TEST(MatchGraph, FrameStaysWhenItsOwnMatchIsSetAside) {
   const Solution before = Solve(nodes, matches, {});
   matches[0].T_a_b = Pose(Eigen::Vector3d(30, 0, 0));
   CheckCycles(nodes, CycleOptions(), &matches);
-  ASSERT_EQ(matches[0].reason, "CYCLE");
+  ASSERT_EQ(matches[0].reason, MatchReason::kCycle);
   const Solution after = Solve(nodes, matches, before.placements);
   EXPECT_NE(before.tree, after.tree);
   for (const Placement& placement : after.placements) {

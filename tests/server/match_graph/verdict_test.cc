@@ -14,11 +14,11 @@ Match Ambiguous() {
   match.b = SessionId("bob-1");
   match.T_a_b = Pose(Eigen::Vector3d(5, 0, 0));
   match.state = MatchState::kAmbiguous;
-  match.reason = "AMBIGUOUS";
+  match.reason = MatchReason::kAmbiguous;
   match.detail = "two rooms look alike";
   match.confidence = 0.2;
   match.overlap = 0.4;
-  match.matcher = "birds_eye";
+  match.matcher = GuessSource::kBirdsEye;
   return match;
 }
 
@@ -35,8 +35,8 @@ TEST(VerdictTest, AnAcceptedTransformStaysWhateverIsComputedLater) {
   EXPECT_EQ(match.T_a_b.translation().x(), 5);
   EXPECT_EQ(match.confidence, 1);
   EXPECT_EQ(match.overlap, 0.4) << "what was computed stays for the reader";
-  EXPECT_EQ(match.matcher, "birds_eye");
-  EXPECT_EQ(match.reason, "BY_HAND");
+  EXPECT_EQ(match.matcher, GuessSource::kBirdsEye);
+  EXPECT_EQ(match.reason, MatchReason::kByHand);
   EXPECT_THAT(match.detail, HasSubstr("measured with a tape"));
   EXPECT_THAT(match.detail, HasSubstr("two rooms look alike"));
 }
@@ -47,7 +47,7 @@ TEST(VerdictTest, ATransformGivenByHandNeedsNoComputedMatch) {
   EXPECT_EQ(match.b, SessionId("bob-1"));
   EXPECT_EQ(match.state, MatchState::kAccepted);
   EXPECT_EQ(match.T_a_b.translation().x(), 3);
-  EXPECT_EQ(match.matcher, "by_hand");
+  EXPECT_EQ(match.matcher, GuessSource::kByHand);
 }
 
 TEST(VerdictTest, ARejectedPairIsNotJoinedByAnAcceptedMatch) {

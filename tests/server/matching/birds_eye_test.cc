@@ -40,7 +40,7 @@ TEST_F(BirdsEyeTest, PutsTheRightPlaceFirst) {
   const Pose error = T_a_b().Inverse() * candidates[0].T_a_b;
   EXPECT_LT(error.translation().norm(), 0.6);
   EXPECT_LT(RotationAngle(error), 2.5 * kRadPerDeg);
-  EXPECT_EQ(candidates[0].source, "birds_eye");
+  EXPECT_EQ(candidates[0].source, GuessSource::kBirdsEye);
   ASSERT_EQ(stages.size(), 1u);
   EXPECT_EQ(stages[0].stage, "birds_eye");
 }

@@ -7,7 +7,7 @@ namespace {
 
 Hypothesis Good() {
   Hypothesis h;
-  h.source = "birds_eye";
+  h.source = GuessSource::kBirdsEye;
   h.converged = true;
   h.overlap = 0.4;
   h.inliers = 5000;
@@ -29,7 +29,7 @@ Match DecideOn(std::vector<Hypothesis> hypotheses) {
 TEST(DecisionTest, AcceptsGoodEvidence) {
   const Match match = DecideOn({Good()});
   EXPECT_EQ(match.state, MatchState::kAccepted);
-  EXPECT_EQ(match.reason, "OK");
+  EXPECT_EQ(match.reason, MatchReason::kOk);
   EXPECT_EQ(match.runner_up, -1);
   EXPECT_GT(match.confidence, 0.5);
 }
@@ -37,7 +37,7 @@ TEST(DecisionTest, AcceptsGoodEvidence) {
 TEST(DecisionTest, NothingIsNotYet) {
   const Match match = DecideOn({});
   EXPECT_EQ(match.state, MatchState::kNotYet);
-  EXPECT_EQ(match.reason, "NO_CANDIDATE");
+  EXPECT_EQ(match.reason, MatchReason::kNoCandidate);
   EXPECT_EQ(match.confidence, 0);
 }
 
@@ -46,12 +46,12 @@ TEST(DecisionTest, WhereNeitherMapShowsMoreATwinWouldFitAsWell) {
   Hypothesis h = Good();
   h.shared_share = 0.97;
   EXPECT_EQ(DecideOn({h}).state, MatchState::kAmbiguous);
-  EXPECT_EQ(DecideOn({h}).reason, "ENCLOSED");
+  EXPECT_EQ(DecideOn({h}).reason, MatchReason::kPossibleTwin);
   h.shared_area_m2 = 5000;
-  EXPECT_EQ(DecideOn({h}).reason, "OK");
+  EXPECT_EQ(DecideOn({h}).reason, MatchReason::kOk);
   h.shared_area_m2 = 500;
   h.shared_share = 0.5;
-  EXPECT_EQ(DecideOn({h}).reason, "OK");
+  EXPECT_EQ(DecideOn({h}).reason, MatchReason::kOk);
 }
 
 TEST(DecisionTest, EachLackHasItsReason) {
@@ -61,25 +61,25 @@ TEST(DecisionTest, EachLackHasItsReason) {
     return DecideOn({h});
   };
   Match match = with([](Hypothesis& h) { h.converged = false; });
-  EXPECT_EQ(match.reason, "NOT_CONVERGED");
+  EXPECT_EQ(match.reason, MatchReason::kNotConverged);
   EXPECT_EQ(match.state, MatchState::kNotYet);
   match = with([](Hypothesis& h) { h.free_space = {.agree = 100, .front = 0}; });
-  EXPECT_EQ(match.reason, "FEW_COMPARISONS");
+  EXPECT_EQ(match.reason, MatchReason::kFewComparisons);
   EXPECT_EQ(match.state, MatchState::kNotYet);
   match = with([](Hypothesis& h) { h.strain = 5; });
-  EXPECT_EQ(match.reason, "STRAINED");
+  EXPECT_EQ(match.reason, MatchReason::kStrained);
   EXPECT_EQ(match.state, MatchState::kNotYet);
   match = with([](Hypothesis& h) { h.overlap = 0.05; });
-  EXPECT_EQ(match.reason, "LOW_OVERLAP");
+  EXPECT_EQ(match.reason, MatchReason::kLowOverlap);
   EXPECT_EQ(match.state, MatchState::kNotYet);
   match = with([](Hypothesis& h) { h.free_space = {.agree = 90000, .front = 10000}; });
-  EXPECT_EQ(match.reason, "FREE_SPACE");
+  EXPECT_EQ(match.reason, MatchReason::kFreeSpace);
   EXPECT_EQ(match.state, MatchState::kRejected);
   match = with([](Hypothesis& h) { h.shared_area_m2 = 100; });
-  EXPECT_EQ(match.reason, "TOO_SMALL");
+  EXPECT_EQ(match.reason, MatchReason::kTooSmall);
   EXPECT_EQ(match.state, MatchState::kNotYet);
   match = with([](Hypothesis& h) { h.hold = 0.001; });
-  EXPECT_EQ(match.reason, "DEGENERATE");
+  EXPECT_EQ(match.reason, MatchReason::kDegenerate);
   EXPECT_EQ(match.state, MatchState::kNotYet);
 }
 
@@ -88,7 +88,7 @@ TEST(DecisionTest, ATwinMakesItAmbiguous) {
   twin.free_space = {.agree = 80000, .front = 200};
   const Match match = DecideOn({twin, Good()});
   EXPECT_EQ(match.state, MatchState::kAmbiguous);
-  EXPECT_EQ(match.reason, "AMBIGUOUS");
+  EXPECT_EQ(match.reason, MatchReason::kAmbiguous);
   EXPECT_NEAR(match.free_space, 0.001, 1e-9);  // The better one is reported.
   EXPECT_NEAR(match.runner_up, 200.0 / 80200, 1e-9);
   EXPECT_LT(match.confidence, 0.5);

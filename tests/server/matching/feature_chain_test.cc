@@ -55,7 +55,7 @@ TEST_F(FeatureChainTest, FindsAMapInItselfUnderAnyTransform) {
     std::vector<StageTime> stages;
     const auto candidates = SearchByFeatures(*map_, Moved(T_b_a), options_, &stages);
     ASSERT_FALSE(candidates.empty());
-    EXPECT_EQ(candidates.front().source, "paper");
+    EXPECT_EQ(candidates.front().source, GuessSource::kPaper);
     EXPECT_GE(candidates.front().score, options_.ransac.min_inliers);
     const Pose error = candidates.front().T_a_b * T_b_a;
     EXPECT_LT(error.translation().norm(), 0.3);

@@ -33,15 +33,15 @@ class MatcherTest : public ::testing::Test {
 
 TEST_F(MatcherTest, AcceptsTheRightMergeWithAllFigures) {
   const Match match = MatchSessions(map_a_, map_b_, InTheGallery());
-  EXPECT_EQ(match.state, MatchState::kAccepted) << match.reason << ": " << match.detail;
-  EXPECT_EQ(match.reason, "OK");
+  EXPECT_EQ(match.state, MatchState::kAccepted) << ToString(match.reason) << ": " << match.detail;
+  EXPECT_EQ(match.reason, MatchReason::kOk);
   EXPECT_FALSE(match.detail.empty());
   const Pose error = (T_world_a().Inverse() * T_world_b()).Inverse() * match.T_a_b;
   EXPECT_LT(error.translation().norm(), 0.03);
   EXPECT_LT(RotationAngle(error), 0.2 * kRadPerDeg);
   EXPECT_EQ(match.a, map_a_.session);
   EXPECT_EQ(match.b, map_b_.session);
-  EXPECT_EQ(match.matcher, "birds_eye");
+  EXPECT_EQ(match.matcher, GuessSource::kBirdsEye);
   EXPECT_GT(match.confidence, 0.5);
   EXPECT_LE(match.confidence, 1.0);
   EXPECT_GT(match.overlap, 0.4);
@@ -80,18 +80,18 @@ TEST_F(MatcherTest, IsDeterministicAndTheSameWhenPrepared) {
 TEST_F(MatcherTest, LimitsDecide) {
   const PreparedMap a(map_a_), b(map_b_);
   MatcherOptions options;
-  options.search = "birds_eye";
+  options.search = SearchMode::kBirdsEye;
   const auto reason = [&] { return MatchPrepared(a, b, options).reason; };
   options.min_overlap = 0.99;
-  EXPECT_EQ(reason(), "LOW_OVERLAP");
-  options = {.search = "birds_eye", .min_comparisons = 1'000'000'000};
-  EXPECT_EQ(reason(), "FEW_COMPARISONS");
-  options = {.search = "birds_eye", .min_shared_area_m2 = 5000};
-  EXPECT_EQ(reason(), "TOO_SMALL");
+  EXPECT_EQ(reason(), MatchReason::kLowOverlap);
+  options = {.search = SearchMode::kBirdsEye, .min_comparisons = 1'000'000'000};
+  EXPECT_EQ(reason(), MatchReason::kFewComparisons);
+  options = {.search = SearchMode::kBirdsEye, .min_shared_area_m2 = 5000};
+  EXPECT_EQ(reason(), MatchReason::kTooSmall);
   options = InTheGallery();
-  options.search = "birds_eye";
+  options.search = SearchMode::kBirdsEye;
   options.min_hold = 0.5;
-  EXPECT_EQ(reason(), "DEGENERATE");
+  EXPECT_EQ(reason(), MatchReason::kDegenerate);
 }
 
 // The same map from a robot whose sensor hangs at a slant or upside down.
@@ -107,7 +107,7 @@ TEST_F(MatcherTest, FindsWhichWayIsUp) {
     }
     EXPECT_FALSE(PreparedMap(turned).gravity_known());
     const Match match = MatchSessions(map_a_, turned, InTheGallery());
-    EXPECT_EQ(match.state, MatchState::kAccepted) << match.reason << ": " << match.detail;
+    EXPECT_EQ(match.state, MatchState::kAccepted) << ToString(match.reason) << ": " << match.detail;
     const Pose truth = T_world_a().Inverse() * T_world_b() * T_turned_odom.Inverse();
     EXPECT_LT((truth.Inverse() * match.T_a_b).translation().norm(), 0.1);
   }
@@ -164,7 +164,7 @@ TEST_F(MatcherTest, RetiredSubmapsCostNoSearch) {
   const PreparedMap after_a(a, before_a), after_b(b, before_b);
   EXPECT_EQ(after_a.submaps()[1], before_a.submaps()[2]);
   const Match match = matcher.Update(after_a, after_b);
-  EXPECT_EQ(match.state, MatchState::kAccepted) << match.reason << ": " << match.detail;
+  EXPECT_EQ(match.state, MatchState::kAccepted) << ToString(match.reason) << ": " << match.detail;
   ASSERT_EQ(match.stages.size(), 1u);
   EXPECT_EQ(match.stages[0].stage, "extend");
   EXPECT_EQ(match.submaps_a, a.submaps.size());
@@ -204,17 +204,17 @@ TEST_F(MatcherTest, EmptyMapsAreNotYet) {
   empty.session = SessionId("a-empty");
   const Match match = MatchSessions(empty, map_b_, MatcherOptions());
   EXPECT_EQ(match.state, MatchState::kNotYet);
-  EXPECT_EQ(match.reason, "NO_CANDIDATE");
+  EXPECT_EQ(match.reason, MatchReason::kNoCandidate);
   EXPECT_FALSE(match.detail.empty());
 }
 
 TEST_F(MatcherTest, ThePapersChainAloneNamesItself) {
   if (!kHasPaper) GTEST_SKIP() << "built without it";
   MatcherOptions options;
-  options.search = "paper";
+  options.search = SearchMode::kPaper;
   const Match match = MatchSessions(map_a_, map_b_, options);
   for (const StageTime& stage : match.stages) EXPECT_NE(stage.stage, "birds_eye");
-  EXPECT_TRUE(match.matcher.empty() || match.matcher == "paper");
+  EXPECT_TRUE(match.matcher == GuessSource::kNone || match.matcher == GuessSource::kPaper);
 }
 
 }  // namespace

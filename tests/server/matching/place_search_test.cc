@@ -75,7 +75,7 @@ TEST_F(PlaceSearchTest, AMapIsFoundOnItself) {
   EXPECT_LT(candidates[0].T_a_b.translation().norm(), 1e-6);
   EXPECT_LT(RotationAngle(candidates[0].T_a_b), 1e-6);
   EXPECT_NEAR(candidates[0].score, 1, 1e-5);
-  EXPECT_EQ(candidates[0].source, "places");
+  EXPECT_EQ(candidates[0].source, GuessSource::kPlaces);
 }
 
 TEST_F(PlaceSearchTest, CandidatesAreOrderedDistinctAndLimited) {

@@ -72,7 +72,7 @@ TEST(PipelineMerge, RobotsInTwinRoomsStayApart) {
   DriveAll(*simulator, *pipeline);
   EXPECT_EQ(pipeline->GetMapInfo().components.size(), 2u);
   ASSERT_EQ(pipeline->GetMatchGraph().matches.size(), 1u);
-  EXPECT_NE(pipeline->GetMatchGraph().matches[0].state, MatchState::kAccepted);
+  EXPECT_NE(pipeline->GetMatchGraph().matches[0].match.state, MatchState::kAccepted);
   EXPECT_EQ(pipeline->GetTransform(RobotId("robot_0"), RobotId("robot_1")).status().code(),
             absl::StatusCode::kFailedPrecondition);
 }

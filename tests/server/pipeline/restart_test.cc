@@ -79,7 +79,7 @@ TEST_F(PipelineRestart, AnActiveSessionGoesOnInTheSameOdomFrame) {
   const Pose T_sensor_odom = drive.simulator().Truth(0, 0).pose.Inverse();
   for (int i = 42; i < 60; ++i) {
     const ScanAck& ack = acks[i - 40];
-    EXPECT_EQ(ack.status, "ok");
+    EXPECT_EQ(ack.tracking, Tracking::kOk);
     const Pose truth = T_sensor_odom * drive.simulator().Truth(0, i).pose;
     EXPECT_LT((ack.T_odom_sensor->translation() - truth.translation()).norm(), 0.1) << i;
   }
@@ -177,7 +177,7 @@ TEST_F(PipelineRestart, ADamagedCheckpointIsSaidAndGoneOnWithout) {
   ASSERT_TRUE(pipeline->SetAckSink(session, log.Sink()).ok());
   for (int i = 12; i < 20; ++i) ASSERT_TRUE(pipeline->SubmitScan(session, drive.Upload(i)).ok());
   pipeline->WaitUntilIdle();
-  for (const ScanAck& ack : log.Take()) EXPECT_EQ(ack.status, "ok") << ack.sequence;
+  for (const ScanAck& ack : log.Take()) EXPECT_EQ(ack.tracking, Tracking::kOk) << ack.sequence;
   EXPECT_NE(pipeline->GetSession(session)->input.find("resumed from submaps"), std::string::npos);
 }
 

@@ -3,6 +3,7 @@
 
 #include <absl/status/status.h>
 
+#include <algorithm>
 #include <atomic>
 #include <memory>
 #include <mutex>
@@ -89,6 +90,13 @@ inline PipelineOptions QuickOptions() {
 
 inline std::unique_ptr<Pipeline> OpenInMemory(const PipelineOptions& options = QuickOptions()) {
   return std::move(Pipeline::Open(options, storage::MakeMemoryStore()).value());
+}
+
+// Pairs of which a person said something.
+inline int64_t CountVerdicts(Pipeline& pipeline) {
+  const std::vector<MatchEdge> matches = pipeline.GetMatchGraph().matches;
+  return std::count_if(matches.begin(), matches.end(),
+                       [](const MatchEdge& edge) { return edge.verdict.has_value(); });
 }
 
 }  // namespace isthmus::server

@@ -119,7 +119,7 @@ TEST_F(StoredSegments, TheLastIsMeantWhereOnlyTheRobotIsNamed) {
   decision.robot_a = kAlice;
   decision.robot_b = kBob;
   decision.ruling = Ruling::kSet;
-  const Match match = pipeline_->DecideMatch(decision).value();
+  const Match match = pipeline_->DecideMatch(decision).value().edge.match;
   EXPECT_EQ(match.a, kSecond);
   EXPECT_EQ(match.b, kBobs);
   EXPECT_TRUE(pipeline_->GetTransform(kAlice, kBob).ok());
@@ -138,7 +138,11 @@ TEST_F(StoredSegments, AreListedAfterTheirSessionAndCountedWithIt) {
   EXPECT_EQ(list[1].submap_count, 2u);
   EXPECT_EQ(list[1].map_bytes, 0u);
   EXPECT_GT(list[0].map_bytes, 3 * list[2].map_bytes) << "four submaps against one";
-  EXPECT_THAT(pipeline_->GetMatchGraph().nodes, ElementsAre(kFirst, kSecond, kBobs));
+  std::vector<SessionId> placed;
+  for (const PlacedSession& session : pipeline_->GetMatchGraph().placements) {
+    placed.push_back(session.placement.session);
+  }
+  EXPECT_THAT(placed, ElementsAre(kFirst, kSecond, kBobs));
 }
 
 TEST_F(StoredSegments, AreFinishedAndDeletedAsOne) {

@@ -95,7 +95,7 @@ TEST_F(PipelineUploads, RobotsWithoutACommonWallStayApart) {
   EXPECT_EQ(pipeline_->GetTransform(RobotId("bob"), RobotId("dave")).status().code(),
             absl::StatusCode::kNotFound);
   ASSERT_EQ(pipeline_->GetMatchGraph().matches.size(), 1u);
-  EXPECT_NE(pipeline_->GetMatchGraph().matches[0].state, MatchState::kAccepted);
+  EXPECT_NE(pipeline_->GetMatchGraph().matches[0].match.state, MatchState::kAccepted);
 }
 
 }  // namespace

@@ -40,7 +40,7 @@ void AddWalls(Pipeline& pipeline) {
 TEST(PipelineVerdicts, ATransformGivenByHandJoinsTheMapsAndCanBeTakenBack) {
   const auto pipeline = OpenInMemory();
   AddWalls(*pipeline);
-  const Match before = pipeline->GetMatchGraph().matches.at(0);
+  const Match before = pipeline->GetMatchGraph().matches.at(0).match;
   const RobotTrajectory bob = pipeline->GetTrajectory(kBob, TrajectoryFrame::kMap).value();
 
   const auto match = pipeline->DecideMatch({.robot_a = kAlice,
@@ -49,19 +49,24 @@ TEST(PipelineVerdicts, ATransformGivenByHandJoinsTheMapsAndCanBeTakenBack) {
                                             .T_a_b = kGiven,
                                             .note = "tape"});
   ASSERT_TRUE(match.ok()) << match.status();
-  EXPECT_EQ(match->state, MatchState::kAccepted);
-  EXPECT_THAT(match->detail, HasSubstr("tape"));
+  EXPECT_EQ(match->revision, pipeline->GetMapInfo().revision);
+  EXPECT_EQ(match->edge.match.state, MatchState::kAccepted);
+  EXPECT_THAT(match->edge.match.detail, HasSubstr("tape"));
+  EXPECT_EQ(match->edge.robot_b, kBob);
+  EXPECT_TRUE(match->edge.in_tree);
+  ASSERT_TRUE(match->edge.verdict.has_value());
+  EXPECT_EQ(match->edge.verdict->ruling, Ruling::kSet);
   pipeline->WaitUntilIdle();
   EXPECT_EQ(pipeline->GetMapInfo().components.size(), 1u);
   EXPECT_TRUE(Near(pipeline->GetTransform(kAlice, kBob)->T_a_b, kGiven));
-  ASSERT_EQ(pipeline->GetMatchGraph().verdicts.size(), 1u);
+  ASSERT_EQ(CountVerdicts(*pipeline), 1);
   EXPECT_EQ(pipeline->GetMap()->component_count(), 1u);
 
   ASSERT_TRUE(pipeline->DecideMatch({.robot_a = kAlice, .robot_b = kBob}).ok());
   pipeline->WaitUntilIdle();
   EXPECT_EQ(pipeline->GetMapInfo().components.size(), 2u);
-  EXPECT_TRUE(pipeline->GetMatchGraph().verdicts.empty());
-  const Match after = pipeline->GetMatchGraph().matches.at(0);
+  EXPECT_EQ(CountVerdicts(*pipeline), 0);
+  const Match after = pipeline->GetMatchGraph().matches.at(0).match;
   EXPECT_EQ(after.state, before.state);
   EXPECT_EQ(after.reason, before.reason);
   const RobotTrajectory again = pipeline->GetTrajectory(kBob, TrajectoryFrame::kMap).value();
@@ -71,12 +76,12 @@ TEST(PipelineVerdicts, ATransformGivenByHandJoinsTheMapsAndCanBeTakenBack) {
 TEST(PipelineVerdicts, WhatWasFoundCanBeAccepted) {
   const auto pipeline = OpenInMemory();
   AddWalls(*pipeline);
-  const Match found = pipeline->GetMatchGraph().matches.at(0);
-  ASSERT_FALSE(found.matcher.empty()) << "two equal walls lie on each other somewhere";
+  const Match found = pipeline->GetMatchGraph().matches.at(0).match;
+  ASSERT_NE(found.matcher, GuessSource::kNone) << "two equal walls lie on each other somewhere";
   const auto match =
       pipeline->DecideMatch({.robot_a = kAlice, .robot_b = kBob, .ruling = Ruling::kAccept});
   ASSERT_TRUE(match.ok()) << match.status();
-  EXPECT_TRUE(Near(match->T_a_b, found.T_a_b));
+  EXPECT_TRUE(Near(match->edge.match.T_a_b, found.T_a_b));
   EXPECT_TRUE(Near(pipeline->GetTransform(kAlice, kBob)->T_a_b, found.T_a_b));
 }
 
@@ -155,7 +160,7 @@ TEST(PipelineVerdicts, AreRefusedWhereTheyMeanNothing) {
                   .ruling = Ruling::kReject,
                   .note = std::string(1001, 'x')}),
             absl::StatusCode::kInvalidArgument);
-  EXPECT_TRUE(pipeline->GetMatchGraph().verdicts.empty());
+  EXPECT_EQ(CountVerdicts(*pipeline), 0);
 }
 
 }  // namespace

@@ -127,7 +127,7 @@ TEST_F(PipelineWorkingSet, ADamagedSubmapIsSetAsideAndTheRestIsServed) {
       pipeline->GetTrajectory(RobotId("alice"), TrajectoryFrame::kOdom).value();
   EXPECT_EQ(after.poses.size(), before.poses.size());
   uint64_t points = 0;
-  for (const ComponentInfo& component : info.components) points += component.point_count;
+  for (const Component& component : info.components) points += component.point_count;
   EXPECT_GT(points, 0u);
 }
 

@@ -135,7 +135,7 @@ TEST(UndoInParts, OfAForcedMatch) {
     const Placements before = placements;
     world.AddRobot("c-1", 30, 50, 40);
     world.AddMatch("a-1", "c-1", {{3, 3}, {40, 25}});
-    world.input.matches.back().reason = "BY_HAND";
+    world.input.matches.back().reason = MatchReason::kByHand;
     world.input.matches.back().edges[1].T_a_b = Pose(Eigen::Vector3d(4, 0, 0));
     placements = placer.Place(world.input, placements).placements;
     EXPECT_GT(LargestMove(before, placements), 0.3);

@@ -73,7 +73,7 @@ Match& World::AddMatch(const std::string& a, const std::string& b,
   match.a = SessionId(a);
   match.b = SessionId(b);
   match.state = MatchState::kAccepted;
-  match.reason = "OK";
+  match.reason = MatchReason::kOk;
   match.confidence = 0.9;
   for (const auto& [i, j] : pairs) match.edges.push_back(Measure(a, i, b, j));
   const auto odom = [this](const std::string& name, uint32_t index) {
@@ -94,8 +94,8 @@ Match& World::ForceMatch(const std::string& a, const std::string& b, const Pose&
   match.a = SessionId(a);
   match.b = SessionId(b);
   match.state = MatchState::kAccepted;
-  match.reason = "BY_HAND";
-  match.matcher = "by_hand";
+  match.reason = MatchReason::kByHand;
+  match.matcher = GuessSource::kByHand;
   match.confidence = 1;
   match.T_a_b = T_a_b;
   input.matches.push_back(match);

@@ -1,5 +1,5 @@
 // The hand-over of acknowledgements: bounded, in order, never waiting on the pipeline's side.
-#include "server/rpc/ack_window.h"
+#include "server/rpc/scans/ack_window.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

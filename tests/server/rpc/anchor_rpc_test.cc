@@ -20,7 +20,7 @@ class AnchorRpcTest : public RpcTest {
 
   grpc::Status Put(const v1::PutAnchorRequest& request) {
     put_.Clear();
-    return stubs_->graph->PutAnchor(NewContext().get(), request, &put_);
+    return stubs_->edits->PutAnchor(NewContext().get(), request, &put_);
   }
 
   v1::PutAnchorResponse put_;
@@ -50,7 +50,7 @@ TEST_F(AnchorRpcTest, AnAnchorArrivesAndIsListed) {
   EXPECT_EQ(put_.session(), session);
   EXPECT_EQ(put_.index(), 7u);
   v1::ListAnchorsResponse response;
-  EXPECT_GRPC_OK(stubs_->graph->ListAnchors(NewContext().get(), {}, &response));
+  EXPECT_GRPC_OK(Merged(stubs_->map->ListAnchors(NewContext().get(), {}), &response));
   EXPECT_EQ(response.revision(), 5);
   ASSERT_EQ(response.anchors_size(), 1);
   const v1::Anchor& anchor = response.anchors(0);
@@ -118,10 +118,10 @@ TEST_F(AnchorRpcTest, AnAnchorIsTakenAway) {
   request.set_session("alice-1");
   request.set_index(7);
   v1::DeleteAnchorResponse response;
-  EXPECT_GRPC_ERROR(stubs_->graph->DeleteAnchor(NewContext().get(), request, &response), NOT_FOUND,
+  EXPECT_GRPC_ERROR(stubs_->edits->DeleteAnchor(NewContext().get(), request, &response), NOT_FOUND,
                     "submap");
   pipeline_.anchored = 8;
-  EXPECT_GRPC_OK(stubs_->graph->DeleteAnchor(NewContext().get(), request, &response));
+  EXPECT_GRPC_OK(stubs_->edits->DeleteAnchor(NewContext().get(), request, &response));
   EXPECT_EQ(response.revision(), 8);
   EXPECT_EQ(pipeline_.unanchored.back(), (SubmapId{SessionId("alice-1"), 7}));
 }

@@ -1,32 +1,12 @@
-// A backup on its way to the reader: what comes first, what comes last, and who has to wait.
-#include "server/rpc/back_up.h"
-
-#include <gtest/gtest.h>
-
+// A backup over a socket: what comes first, what comes last, and who has to wait.
 #include <atomic>
-#include <thread>
 #include <vector>
 
 #include "core/io/crc32c.h"
-#include "tests/server/rpc/fake_pipeline.h"
+#include "tests/server/rpc/rpc_fixture.h"
 
 namespace isthmus::rpc {
 namespace {
-
-class BackUpTest : public testing::Test {
- protected:
-  absl::Status Run(const BackupSource& source, size_t reads = 1000) {
-    return BackUp(pipeline_, source, busy_, {}, [&](const v1::BackUpResponse& response) {
-      if (responses_.size() == reads) return false;
-      responses_.push_back(response);
-      return true;
-    });
-  }
-
-  FakePipeline pipeline_;
-  std::atomic<bool> busy_ = false;
-  std::vector<v1::BackUpResponse> responses_;
-};
 
 absl::StatusOr<BackupContents> TwoPieces(const BackupSink& sink) {
   if (!sink.progress(0.5) || !sink.progress(1)) return absl::CancelledError("given up");
@@ -35,11 +15,30 @@ absl::StatusOr<BackupContents> TwoPieces(const BackupSink& sink) {
   return BackupContents{2, 3, 40, 500, 1, "submap alice-1/3: damaged\n"};
 }
 
+class BackUpTest : public RpcTest {
+ protected:
+  BackUpTest() : RpcTest(Options(this)) {}
+
+  static ServerOptions Options(BackUpTest* test) {
+    ServerOptions options;
+    options.backup = [test](const BackupSink& sink) { return test->source_(sink); };
+    return options;
+  }
+
+  grpc::Status Run() { return ReadAll(stubs_->admin->BackUp(NewContext().get(), {}), &responses_); }
+
+  BackupSource source_ = TwoPieces;
+  std::vector<v1::BackUpResponse> responses_;
+};
+
 TEST_F(BackUpTest, ProgressThenDataThenWhatIsInIt) {
-  const absl::Status status = Run(TwoPieces);
-  ASSERT_TRUE(status.ok()) << status;
+  pipeline_.info.revision = 6;
+  EXPECT_GRPC_OK(Run());
   std::string bytes;
-  for (const v1::BackUpResponse& response : responses_) bytes += response.data();
+  for (const v1::BackUpResponse& response : responses_) {
+    bytes += response.data();
+    EXPECT_EQ(response.revision(), 6);
+  }
   EXPECT_EQ(bytes, "abcde");
   EXPECT_EQ(responses_.front().copied(), 0.5);
   EXPECT_FALSE(responses_.front().last());
@@ -47,38 +46,61 @@ TEST_F(BackUpTest, ProgressThenDataThenWhatIsInIt) {
   EXPECT_TRUE(last.last());
   EXPECT_EQ(last.size(), 5u);
   EXPECT_EQ(last.crc32c(), io::Crc32c("abcde", 5, 0));
+  EXPECT_EQ(last.contents().sessions(), 2);
   EXPECT_EQ(last.contents().submaps(), 3);
+  EXPECT_EQ(last.contents().scans(), 40);
+  EXPECT_EQ(last.contents().points(), 500);
   EXPECT_EQ(last.contents().damaged(), 1);
   EXPECT_EQ(last.contents().report(), "submap alice-1/3: damaged\n");
 }
 
 TEST_F(BackUpTest, AReaderThatIsGoneEndsIt) {
-  for (size_t reads = 0; reads < 5; ++reads) {
-    responses_.clear();
-    EXPECT_TRUE(absl::IsCancelled(Run(TwoPieces, reads))) << reads;
+  std::atomic<bool> endless = true;
+  source_ = [&endless](const BackupSink& sink) -> absl::StatusOr<BackupContents> {
+    if (!endless) return TwoPieces(sink);
+    sink.begin(1);
+    while (sink.piece(std::string(100'000, 'x'))) {
+    }
+    return absl::CancelledError("given up");
+  };
+  const auto context = NewContext();
+  auto reader = stubs_->admin->BackUp(context.get(), {});
+  v1::BackUpResponse response;
+  EXPECT_TRUE(reader->Read(&response));
+  context->TryCancel();
+  while (reader->Read(&response)) {
   }
+  EXPECT_EQ(reader->Finish().error_code(), grpc::StatusCode::CANCELLED);
+  endless = false;
+  grpc::Status next = Run();
+  while (next.error_code() == grpc::StatusCode::RESOURCE_EXHAUSTED) next = Run();
+  EXPECT_GRPC_OK(next);
 }
 
 TEST_F(BackUpTest, FailuresOfTheSourceReachTheReader) {
-  const absl::Status status = Run([](const BackupSink&) -> absl::StatusOr<BackupContents> {
+  source_ = [](const BackupSink&) -> absl::StatusOr<BackupContents> {
     return absl::ResourceExhaustedError("disk full");
-  });
-  EXPECT_TRUE(absl::IsResourceExhausted(status));
-  EXPECT_TRUE(absl::IsUnimplemented(Run(nullptr)));
+  };
+  EXPECT_GRPC_ERROR(Run(), RESOURCE_EXHAUSTED, "disk full");
 }
 
 TEST_F(BackUpTest, OneAtATime) {
-  absl::Status second;
-  const absl::Status first = Run([&](const BackupSink& sink) {
-    std::thread other([&] {
-      second =
-          BackUp(pipeline_, TwoPieces, busy_, {}, [](const v1::BackUpResponse&) { return true; });
-    });
-    other.join();
+  grpc::Status second;
+  source_ = [&](const BackupSink& sink) {
+    std::vector<v1::BackUpResponse> responses;
+    second = ReadAll(stubs_->admin->BackUp(NewContext().get(), {}), &responses);
     return TwoPieces(sink);
-  });
-  EXPECT_TRUE(first.ok()) << first;
-  EXPECT_TRUE(absl::IsResourceExhausted(second)) << second;
+  };
+  EXPECT_GRPC_OK(Run());
+  EXPECT_GRPC_ERROR(second, RESOURCE_EXHAUSTED, "another backup");
+}
+
+class NoBackupsTest : public RpcTest {};
+
+TEST_F(NoBackupsTest, AServerThatStoresNothingSaysSo) {
+  std::vector<v1::BackUpResponse> responses;
+  EXPECT_GRPC_ERROR(ReadAll(stubs_->admin->BackUp(NewContext().get(), {}), &responses),
+                    UNIMPLEMENTED, "stores nothing");
 }
 
 }  // namespace

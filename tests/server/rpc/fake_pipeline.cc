@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/note.h"
+
 namespace isthmus::rpc {
 
 uint64_t FakeMap::point_count(uint32_t component) const {
@@ -42,11 +44,10 @@ absl::StatusOr<FakePipeline::Session*> FakePipeline::Find(const SessionId& sessi
   return &found->second;
 }
 
-absl::StatusOr<server::SessionStatus> FakePipeline::CreateSession(
-    const server::SessionRequest& request) {
+absl::StatusOr<SessionStatus> FakePipeline::CreateSession(const SessionRequest& request) {
   MutexLock lock(&mutex_);
   if (request.robot.empty()) return absl::InvalidArgumentError("the robot has no name");
-  server::SessionStatus status;
+  SessionStatus status;
   status.record.id = SessionId(absl::StrCat(request.robot.value(), "-", sessions_.size() + 1));
   status.record.robot = request.robot;
   status.record.sensor = request.sensor;
@@ -60,21 +61,21 @@ absl::StatusOr<server::SessionStatus> FakePipeline::CreateSession(
   return status;
 }
 
-absl::StatusOr<server::SessionStatus> FakePipeline::GetSession(const SessionId& session) {
+absl::StatusOr<SessionStatus> FakePipeline::GetSession(const SessionId& session) {
   MutexLock lock(&mutex_);
   const auto found = Find(session);
   if (!found.ok()) return found.status();
   return (*found)->status;
 }
 
-std::vector<server::SessionStatus> FakePipeline::ListSessions() {
+std::vector<SessionStatus> FakePipeline::ListSessions() {
   MutexLock lock(&mutex_);
-  std::vector<server::SessionStatus> list;
+  std::vector<SessionStatus> list;
   for (const auto& [id, session] : sessions_) list.push_back(session.status);
   return list;
 }
 
-absl::StatusOr<server::SessionStatus> FakePipeline::FinishSession(const SessionId& session) {
+absl::StatusOr<SessionStatus> FakePipeline::FinishSession(const SessionId& session) {
   MutexLock lock(&mutex_);
   const auto found = Find(session);
   if (!found.ok()) return found.status();
@@ -93,7 +94,7 @@ absl::Status FakePipeline::DeleteSession(const SessionId& session) {
   return absl::OkStatus();
 }
 
-absl::Status FakePipeline::SetAckSink(const SessionId& session, server::AckSink sink) {
+absl::Status FakePipeline::SetAckSink(const SessionId& session, AckSink sink) {
   MutexLock lock(&mutex_);
   const auto found = Find(session);
   if (!found.ok()) return found.status();
@@ -104,7 +105,7 @@ absl::Status FakePipeline::SetAckSink(const SessionId& session, server::AckSink 
   return absl::OkStatus();
 }
 
-absl::Status FakePipeline::SubmitScan(const SessionId& session, server::ScanUpload scan) {
+absl::Status FakePipeline::SubmitScan(const SessionId& session, ScanUpload scan) {
   MutexLock lock(&mutex_);
   while (capacity_ > 0 && queue_.size() >= capacity_) changed_.Wait(&mutex_);
   const auto found = Find(session);
@@ -120,28 +121,28 @@ absl::Status FakePipeline::SubmitScan(const SessionId& session, server::ScanUplo
     changed_.SignalAll();
     return absl::OkStatus();
   }
-  const server::ScanAck ack = Handle(**found, scan);
+  const ScanAck ack = Handle(**found, scan);
   if ((*found)->sink) (*found)->sink(ack);
   return absl::OkStatus();
 }
 
-server::ScanAck FakePipeline::Handle(Session& session, const server::ScanUpload& scan) {
-  server::ScanAck ack;
+ScanAck FakePipeline::Handle(Session& session, const ScanUpload& scan) {
+  ScanAck ack;
   ack.sequence = scan.sequence;
   ack.durable_sequence = session.status.durable_sequence;
   if (scan.sequence <= session.status.last_sequence) {
-    ack.outcome = server::ScanOutcome::kDuplicate;
+    ack.outcome = ScanOutcome::kDuplicate;
     return ack;
   }
   session.status.last_sequence = scan.sequence;
   if (scan.payload.data.empty()) {
-    ack.outcome = server::ScanOutcome::kRejected;
+    ack.outcome = ScanOutcome::kRejected;
     ack.reason = "the scan is empty";
     return ack;
   }
-  ack.status = "ok";
+  ack.tracking = Tracking::kOk;
   ack.T_odom_sensor = Pose(Eigen::Vector3d(static_cast<double>(scan.sequence), 0, 0));
-  ack.total_ms = 3.5;
+  ack.timing.total_ms = 3.5;
   ack.segment = 2;
   ack.segment_session = SegmentId(session.status.record.id, 2);
   ack.lost_since_ns = 7;
@@ -163,13 +164,14 @@ absl::StatusOr<SubmapInfo> FakePipeline::AddSubmap(Submap submap) {
   return Summarize(submaps_.back());
 }
 
-absl::StatusOr<std::vector<server::SubmapStatus>> FakePipeline::ListSubmaps(
+absl::StatusOr<ListAt<SubmapStatus>> FakePipeline::ListSubmaps(
     const std::optional<RobotId>& robot) {
   MutexLock lock(&mutex_);
-  std::vector<server::SubmapStatus> list;
+  ListAt<SubmapStatus> list;
+  list.revision = info.revision;
   for (const Submap& submap : submaps_) {
     if (robot && submap.robot != *robot) continue;
-    server::SubmapStatus status{Summarize(submap), std::nullopt, Pose()};
+    SubmapStatus status{Summarize(submap), std::nullopt, Pose()};
     if (const auto found = placed.find(ToString(submap.id)); found != placed.end()) {
       status.component = 1;
       status.T_map_submap = found->second;
@@ -180,20 +182,57 @@ absl::StatusOr<std::vector<server::SubmapStatus>> FakePipeline::ListSubmaps(
   return list;
 }
 
-absl::StatusOr<server::RobotTrajectory> FakePipeline::GetTrajectory(const RobotId&,
-                                                                    server::TrajectoryFrame,
-                                                                    uint32_t segment) {
+absl::StatusOr<ListAt<Loop>> FakePipeline::ListLoops(const std::optional<RobotId>& robot) {
+  asked_robot = robot;
+  if (!loops.ok()) return loops.status();
+  ListAt<Loop> list{*loops};
+  list.revision = info.revision;
+  return list;
+}
+
+absl::StatusOr<DecidedLoop> FakePipeline::DecideLoop(const LoopDecision& decision) {
+  if (absl::Status status = CheckNote(decision.note); !status.ok()) return status;
+  loop_decisions.push_back(decision);
+  return decided_loop;
+}
+
+absl::StatusOr<int64_t> FakePipeline::PutAnchor(Anchor anchor) {
+  if (absl::Status status = CheckNote(anchor.note); !status.ok()) return status;
+  anchors.push_back(std::move(anchor));
+  return anchored;
+}
+
+ListAt<RobotAnchor> FakePipeline::ListAnchors() {
+  MutexLock lock(&mutex_);
+  ListAt<RobotAnchor> list;
+  list.revision = info.revision;
+  for (const Anchor& anchor : anchors) {
+    const auto found = sessions_.find(anchor.submap.session);
+    list.push_back(
+        {anchor, found == sessions_.end() ? RobotId() : found->second.status.record.robot});
+  }
+  return list;
+}
+
+absl::StatusOr<int64_t> FakePipeline::UndoRevision(int64_t revision, const std::string& note) {
+  if (absl::Status status = CheckNote(note); !status.ok()) return status;
+  undone.emplace_back(revision, note);
+  return undo;
+}
+
+absl::StatusOr<RobotTrajectory> FakePipeline::GetTrajectory(const RobotId&, TrajectoryFrame,
+                                                            uint32_t segment) {
   trajectory_segment = segment;
-  absl::StatusOr<server::RobotTrajectory> answer = trajectory;
+  absl::StatusOr<RobotTrajectory> answer = trajectory;
   if (answer.ok() && answer->parts.empty()) answer->parts = {{1, answer->poses.size()}};
   return answer;
 }
 
-absl::StatusOr<server::RobotTransform> FakePipeline::GetTransform(const RobotId&, const RobotId&) {
+absl::StatusOr<RobotTransform> FakePipeline::GetTransform(const RobotId&, const RobotId&) {
   return transform;
 }
 
-absl::Status FakePipeline::ExportMap(server::ExportFormat format, const Region& region,
+absl::Status FakePipeline::ExportMap(ExportFormat format, const Region& region,
                                      double octomap_resolution_m,
                                      const std::function<bool(const std::string&)>& sink) {
   exports.push_back({format, region, octomap_resolution_m});
@@ -213,7 +252,7 @@ void FakePipeline::Release() {
   capacity_ = 0;
   for (const Queued& queued : queue_) {
     Session& session = sessions_.at(queued.session);
-    const server::ScanAck ack = Handle(session, queued.scan);
+    const ScanAck ack = Handle(session, queued.scan);
     if (session.sink) session.sink(ack);
   }
   queue_.clear();
@@ -234,7 +273,7 @@ void FakePipeline::MakeDurable(const SessionId& session, uint64_t sequence) {
   MutexLock lock(&mutex_);
   Session& found = sessions_.at(session);
   found.status.durable_sequence = sequence;
-  server::ScanAck ack;
+  ScanAck ack;
   ack.durable_sequence = sequence;
   if (found.sink) found.sink(ack);
 }

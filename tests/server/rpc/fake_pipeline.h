@@ -35,82 +35,65 @@ class FakeMap : public ComposedMap {
 
 class FakePipeline : public server::Pipeline {
  public:
-  absl::StatusOr<server::SessionStatus> CreateSession(
-      const server::SessionRequest& request) override;
-  absl::StatusOr<server::SessionStatus> GetSession(const SessionId& session) override;
-  std::vector<server::SessionStatus> ListSessions() override;
-  absl::StatusOr<server::SessionStatus> FinishSession(const SessionId& session) override;
+  absl::StatusOr<SessionStatus> CreateSession(const SessionRequest& request) override;
+  absl::StatusOr<SessionStatus> GetSession(const SessionId& session) override;
+  std::vector<SessionStatus> ListSessions() override;
+  absl::StatusOr<SessionStatus> FinishSession(const SessionId& session) override;
   absl::Status DeleteSession(const SessionId& session) override;
-  absl::Status SetAckSink(const SessionId& session, server::AckSink sink) override;
-  absl::Status SubmitScan(const SessionId& session, server::ScanUpload scan) override;
+  absl::Status SetAckSink(const SessionId& session, AckSink sink) override;
+  absl::Status SubmitScan(const SessionId& session, ScanUpload scan) override;
   absl::StatusOr<SubmapInfo> AddSubmap(Submap submap) override;
-  server::MapInfo GetMapInfo() override { return info; }
-  absl::StatusOr<std::vector<server::SubmapStatus>> ListSubmaps(
-      const std::optional<RobotId>& robot) override;
-  absl::StatusOr<server::RobotTrajectory> GetTrajectory(const RobotId& robot,
-                                                        server::TrajectoryFrame frame,
-                                                        uint32_t segment) override;
-  server::MatchGraphView GetMatchGraph() override { return graph; }
-  absl::StatusOr<Match> DecideMatch(const server::MatchDecision& decision) override {
+  MapInfo GetMapInfo() override { return info; }
+  absl::StatusOr<ListAt<SubmapStatus>> ListSubmaps(const std::optional<RobotId>& robot) override;
+  absl::StatusOr<RobotTrajectory> GetTrajectory(const RobotId& robot, TrajectoryFrame frame,
+                                                uint32_t segment) override;
+  MatchGraph GetMatchGraph() override { return graph; }
+  absl::StatusOr<DecidedMatch> DecideMatch(const MatchDecision& decision) override {
     decisions.push_back(decision);
     return decided;
   }
-  absl::StatusOr<std::vector<server::LoopStatus>> ListLoops(
-      const std::optional<RobotId>& robot) override {
-    asked_robot = robot;
-    return loops;
-  }
-  absl::StatusOr<server::LoopStatus> DecideLoop(const server::LoopDecision& decision) override {
-    loop_decisions.push_back(decision);
-    return decided_loop;
-  }
-  absl::StatusOr<int64_t> PutAnchor(Anchor anchor) override {
-    anchors.push_back(anchor);
-    return anchored;
-  }
+  absl::StatusOr<ListAt<Loop>> ListLoops(const std::optional<RobotId>& robot) override;
+  absl::StatusOr<DecidedLoop> DecideLoop(const LoopDecision& decision) override;
+  absl::StatusOr<int64_t> PutAnchor(Anchor anchor) override;
   absl::StatusOr<int64_t> RemoveAnchor(const SubmapId& submap) override {
     unanchored.push_back(submap);
     return anchored;
   }
-  std::vector<Anchor> ListAnchors() override { return anchors; }
+  ListAt<RobotAnchor> ListAnchors() override;
   absl::StatusOr<std::vector<RevisionInfo>> ListRevisions(int limit) override {
     asked_limit = limit;
     return revisions;
   }
-  absl::StatusOr<server::RevisionDiff> DiffRevisions(int64_t from, int64_t to) override {
+  absl::StatusOr<RevisionDiff> DiffRevisions(int64_t from, int64_t to) override {
     asked_diff = {from, to};
     return diff;
   }
-  absl::StatusOr<int64_t> UndoRevision(int64_t revision, const std::string& note) override {
-    undone.emplace_back(revision, note);
-    return undo;
-  }
+  absl::StatusOr<int64_t> UndoRevision(int64_t revision, const std::string& note) override;
   absl::StatusOr<std::string> ExportPoseGraph(uint32_t component) override {
     if (component > 0) return absl::NotFoundError("no such component");
     return pose_graph;
   }
-  absl::StatusOr<server::RobotTransform> GetTransform(const RobotId& a, const RobotId& b) override;
+  absl::StatusOr<RobotTransform> GetTransform(const RobotId& a, const RobotId& b) override;
   std::shared_ptr<const ComposedMap> GetMap() override { return map; }
-  absl::Status ExportMap(server::ExportFormat format, const Region& region,
-                         double octomap_resolution_m,
+  absl::Status ExportMap(ExportFormat format, const Region& region, double octomap_resolution_m,
                          const std::function<bool(const std::string&)>& sink) override;
   void WaitUntilIdle() override {}
   void Shutdown() override {}
 
-  // The answers to readers. Set before use.
-  server::MapInfo info;
-  server::MatchGraphView graph;
+  // The answers to readers. Set before use. `info.revision` is that of lists, too.
+  MapInfo info;
+  MatchGraph graph;
   std::shared_ptr<FakeMap> map = std::make_shared<FakeMap>();
-  absl::StatusOr<server::RobotTrajectory> trajectory = absl::NotFoundError("no such robot");
+  absl::StatusOr<RobotTrajectory> trajectory = absl::NotFoundError("no such robot");
   uint32_t trajectory_segment = 0;  // As asked for last.
-  absl::StatusOr<server::RobotTransform> transform = absl::NotFoundError("no such robot");
-  absl::StatusOr<Match> decided = absl::NotFoundError("no such robot");
-  std::vector<server::MatchDecision> decisions;  // Those asked for.
-  absl::StatusOr<std::vector<server::LoopStatus>> loops = std::vector<server::LoopStatus>();
-  absl::StatusOr<server::LoopStatus> decided_loop = absl::NotFoundError("no such loop closure");
+  absl::StatusOr<RobotTransform> transform = absl::NotFoundError("no such robot");
+  absl::StatusOr<DecidedMatch> decided = absl::NotFoundError("no such robot");
+  std::vector<MatchDecision> decisions;  // Those asked for.
+  absl::StatusOr<std::vector<Loop>> loops = std::vector<Loop>();
+  absl::StatusOr<DecidedLoop> decided_loop = absl::NotFoundError("no such loop closure");
   absl::StatusOr<int64_t> anchored = absl::NotFoundError("no such submap");
   absl::StatusOr<std::vector<RevisionInfo>> revisions = std::vector<RevisionInfo>();
-  absl::StatusOr<server::RevisionDiff> diff = absl::NotFoundError("no such revision");
+  absl::StatusOr<RevisionDiff> diff = absl::NotFoundError("no such revision");
   absl::StatusOr<int64_t> undo = absl::NotFoundError("no such revision");
   std::string pose_graph;  // Of component 0.
   // The place of a submap, by its name "alice-1/0"; others are not placed.
@@ -118,7 +101,7 @@ class FakePipeline : public server::Pipeline {
 
   // The arguments of the last calls.
   std::optional<RobotId> asked_robot;
-  std::vector<server::LoopDecision> loop_decisions;
+  std::vector<LoopDecision> loop_decisions;
   std::vector<Anchor> anchors;
   std::vector<SubmapId> unanchored;
   int asked_limit = -1;
@@ -128,7 +111,7 @@ class FakePipeline : public server::Pipeline {
   std::vector<std::string> file;  // Pieces ExportMap hands out.
   absl::Status export_status;     // Returned after them.
   struct ExportCall {
-    server::ExportFormat format;
+    ExportFormat format;
     Region region;
     double octomap_resolution_m;
   };
@@ -149,18 +132,17 @@ class FakePipeline : public server::Pipeline {
 
  private:
   struct Session {
-    server::SessionStatus status;
-    server::AckSink sink;
+    SessionStatus status;
+    AckSink sink;
     uint64_t last_submitted = 0;
   };
   struct Queued {
     SessionId session;
-    server::ScanUpload scan;
+    ScanUpload scan;
   };
 
   absl::StatusOr<Session*> Find(const SessionId& session) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  server::ScanAck Handle(Session& session, const server::ScanUpload& scan)
-      ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  ScanAck Handle(Session& session, const ScanUpload& scan) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   Mutex mutex_;
   CondVar changed_;

@@ -15,7 +15,7 @@ class GraphRpcTest : public RpcTest {
     request.set_from_revision(from);
     request.set_to_revision(to);
     const auto context = NewContext();
-    auto reader = stubs_->graph->DiffRevisions(context.get(), request);
+    auto reader = stubs_->map->DiffRevisions(context.get(), request);
     v1::DiffRevisionsResponse response;
     while (reader->Read(&response)) responses->push_back(response);
     return reader->Finish();
@@ -41,7 +41,7 @@ TEST_F(GraphRpcTest, RevisionsComeWithTheirCause) {
   v1::ListRevisionsRequest request;
   request.set_limit(2);
   v1::ListRevisionsResponse response;
-  EXPECT_GRPC_OK(stubs_->graph->ListRevisions(NewContext().get(), request, &response));
+  EXPECT_GRPC_OK(Merged(stubs_->map->ListRevisions(NewContext().get(), request), &response));
   EXPECT_EQ(pipeline_.asked_limit, 2);
   EXPECT_EQ(response.revision(), 9);
   ASSERT_EQ(response.revisions_size(), 2);
@@ -62,30 +62,31 @@ TEST_F(GraphRpcTest, RevisionsComeWithTheirCause) {
 TEST_F(GraphRpcTest, TheNumberOfRevisionsIsBounded) {
   v1::ListRevisionsRequest request;
   v1::ListRevisionsResponse response;
-  EXPECT_GRPC_OK(stubs_->graph->ListRevisions(NewContext().get(), request, &response));
+  EXPECT_GRPC_OK(Merged(stubs_->map->ListRevisions(NewContext().get(), request), &response));
   EXPECT_EQ(pipeline_.asked_limit, 100);
   EXPECT_EQ(response.revision(), 0) << "the empty map";
   request.set_limit(4'000'000'000u);
-  EXPECT_GRPC_OK(stubs_->graph->ListRevisions(NewContext().get(), request, &response));
+  EXPECT_GRPC_OK(Merged(stubs_->map->ListRevisions(NewContext().get(), request), &response));
   EXPECT_EQ(pipeline_.asked_limit, 10'000);
   pipeline_.revisions = absl::DataLossError("a revision is damaged");
-  EXPECT_GRPC_ERROR(stubs_->graph->ListRevisions(NewContext().get(), request, &response), DATA_LOSS,
-                    "damaged");
+  EXPECT_GRPC_ERROR(Merged(stubs_->map->ListRevisions(NewContext().get(), request), &response),
+                    DATA_LOSS, "damaged");
 }
 
 TEST_F(GraphRpcTest, ALargeDifferenceComesInChunksInOrder) {
-  server::RevisionDiff diff;
+  RevisionDiff diff;
   diff.from = 4;
   diff.to = 9;
   diff.revisions = {Info(9)};
-  for (uint32_t i = 0; i < 2500; ++i) {
+  constexpr uint32_t kMoves = 20'000;
+  for (uint32_t i = 0; i < kMoves; ++i) {
     SubmapMove move;
     move.submap = {SessionId("alice-1"), i};
     if (i > 0) {
       move.before = Pose(Eigen::Vector3d(1, 0, 0));
       move.frame_before = SessionId("alice-1");
     }
-    if (i < 2499) {
+    if (i < kMoves - 1) {
       move.after = Pose(Eigen::Vector3d(0, 2, 0));
       move.frame_after = SessionId("bob-1");
     }
@@ -95,29 +96,29 @@ TEST_F(GraphRpcTest, ALargeDifferenceComesInChunksInOrder) {
   std::vector<v1::DiffRevisionsResponse> responses;
   EXPECT_GRPC_OK(Diff(4, 0, &responses));
   EXPECT_EQ(pipeline_.asked_diff, std::make_pair(int64_t{4}, int64_t{0}));
-  ASSERT_EQ(responses.size(), 3u);
+  ASSERT_GT(responses.size(), 1u);
   EXPECT_EQ(responses[0].revisions_size(), 1);
   EXPECT_EQ(responses[1].revisions_size(), 0) << "told once";
   std::vector<v1::SubmapMove> moves;
   for (const auto& response : responses) {
     EXPECT_EQ(response.from_revision(), 4);
     EXPECT_EQ(response.to_revision(), 9);
-    EXPECT_LE(response.moves_size(), 1000);
+    EXPECT_LT(response.ByteSizeLong(), 2u << 20);
     moves.insert(moves.end(), response.moves().begin(), response.moves().end());
   }
-  ASSERT_EQ(moves.size(), 2500u);
+  ASSERT_EQ(moves.size(), kMoves);
   EXPECT_FALSE(moves[0].has_before()) << "it came";
   EXPECT_EQ(moves[0].reference_after(), "bob-1");
   EXPECT_EQ(moves[1].index(), 1u);
   EXPECT_EQ(moves[1].before().translation().x(), 1);
   EXPECT_EQ(moves[1].reference_before(), "alice-1");
   EXPECT_EQ(moves[1].after().translation().y(), 2);
-  EXPECT_FALSE(moves[2499].has_after()) << "it went";
-  EXPECT_EQ(moves[2499].reference_after(), "");
+  EXPECT_FALSE(moves[kMoves - 1].has_after()) << "it went";
+  EXPECT_EQ(moves[kMoves - 1].reference_after(), "");
 }
 
 TEST_F(GraphRpcTest, WhereNothingMovedTheRevisionsAreNamed) {
-  pipeline_.diff = server::RevisionDiff{3, 3, {}, {}};
+  pipeline_.diff = RevisionDiff{3, 3, {}, {}};
   std::vector<v1::DiffRevisionsResponse> responses;
   EXPECT_GRPC_OK(Diff(3, 3, &responses));
   ASSERT_EQ(responses.size(), 1u);
@@ -140,21 +141,22 @@ TEST_F(GraphRpcTest, ARevisionIsUndone) {
   request.set_revision(9);
   request.set_note("the twin stairwell");
   v1::UndoRevisionResponse response;
-  EXPECT_GRPC_OK(stubs_->graph->UndoRevision(NewContext().get(), request, &response));
+  EXPECT_GRPC_OK(stubs_->edits->UndoRevision(NewContext().get(), request, &response));
   EXPECT_EQ(response.revision(), 12);
   EXPECT_THAT(pipeline_.undone, ElementsAre(std::make_pair(int64_t{9}, "the twin stairwell")));
   request.set_note(std::string(1001, 'x'));
-  EXPECT_GRPC_ERROR(stubs_->graph->UndoRevision(NewContext().get(), request, &response),
+  EXPECT_GRPC_ERROR(stubs_->edits->UndoRevision(NewContext().get(), request, &response),
                     INVALID_ARGUMENT, "1001 characters");
   EXPECT_EQ(pipeline_.undone.size(), 1u);
   request.clear_note();
   pipeline_.undo = absl::FailedPreconditionError("new submaps made it");
-  EXPECT_GRPC_ERROR(stubs_->graph->UndoRevision(NewContext().get(), request, &response),
+  EXPECT_GRPC_ERROR(stubs_->edits->UndoRevision(NewContext().get(), request, &response),
                     FAILED_PRECONDITION, "new submaps");
 }
 
-server::LoopStatus SomeLoop(const std::string& session) {
-  server::LoopStatus status;
+Loop SomeLoop(const std::string& session) {
+  Loop status;
+  status.robot = RobotId("alice");
   LoopClosure& loop = status.loop;
   loop.id = 17;
   loop.session = SessionId(session);
@@ -165,7 +167,7 @@ server::LoopStatus SomeLoop(const std::string& session) {
   loop.overlap = 0.5;
   loop.residual_m = 0.03;
   loop.comparisons = 9000;
-  loop.source = "places";
+  loop.source = GuessSource::kPlaces;
   loop.detail = "half of it lies on it";
   loop.computed_ns = 77;
   loop.note = "why";
@@ -173,6 +175,7 @@ server::LoopStatus SomeLoop(const std::string& session) {
   loop.edges[1].submap_a = 3;
   loop.edges[1].submap_b = 41;
   loop.edges[1].information(0, 5) = loop.edges[1].information(5, 0) = 9;
+  status.edge_count = 2;
   status.edges_used = 1;
   return status;
 }
@@ -180,10 +183,10 @@ server::LoopStatus SomeLoop(const std::string& session) {
 TEST_F(GraphRpcTest, LoopsOfAllRobotsOrOne) {
   const std::string session = stubs_->NewSession("alice");
   pipeline_.info.revision = 6;
-  pipeline_.loops = std::vector<server::LoopStatus>{SomeLoop(session)};
+  pipeline_.loops = std::vector<Loop>{SomeLoop(session)};
   v1::ListLoopsRequest request;
   v1::ListLoopsResponse response;
-  EXPECT_GRPC_OK(stubs_->graph->ListLoops(NewContext().get(), request, &response));
+  EXPECT_GRPC_OK(Merged(stubs_->map->ListLoops(NewContext().get(), request), &response));
   EXPECT_FALSE(pipeline_.asked_robot.has_value());
   EXPECT_EQ(response.revision(), 6);
   ASSERT_EQ(response.loops_size(), 1);
@@ -199,7 +202,7 @@ TEST_F(GraphRpcTest, LoopsOfAllRobotsOrOne) {
   EXPECT_EQ(loop.residual_m(), 0.03);
   EXPECT_EQ(loop.free_space(), -1) << "not computed";
   EXPECT_EQ(loop.comparisons(), 9000);
-  EXPECT_EQ(loop.source(), "places");
+  EXPECT_EQ(loop.source(), v1::GUESS_SOURCE_PLACES);
   EXPECT_EQ(loop.detail(), "half of it lies on it");
   EXPECT_EQ(loop.computed_ns(), 77);
   EXPECT_FALSE(loop.rejected());
@@ -209,27 +212,26 @@ TEST_F(GraphRpcTest, LoopsOfAllRobotsOrOne) {
   EXPECT_EQ(loop.edges_size(), 0) << "not asked for";
   request.set_robot("alice");
   request.set_include_edges(true);
-  EXPECT_GRPC_OK(stubs_->graph->ListLoops(NewContext().get(), request, &response));
+  EXPECT_GRPC_OK(Merged(stubs_->map->ListLoops(NewContext().get(), request), &response));
   EXPECT_EQ(pipeline_.asked_robot, RobotId("alice"));
   ASSERT_EQ(response.loops(0).edges_size(), 2);
   EXPECT_EQ(response.loops(0).edges(1).submap_b(), 41u);
   EXPECT_EQ(response.loops(0).edges(1).information(5), 9);
   pipeline_.loops = absl::NotFoundError("no such robot");
-  EXPECT_GRPC_ERROR(stubs_->graph->ListLoops(NewContext().get(), request, &response), NOT_FOUND,
-                    "robot");
+  EXPECT_GRPC_ERROR(Merged(stubs_->map->ListLoops(NewContext().get(), request), &response),
+                    NOT_FOUND, "robot");
 }
 
 TEST_F(GraphRpcTest, APersonsWordOnALoop) {
-  server::LoopStatus decided = SomeLoop("alice-1");
+  Loop decided = SomeLoop("alice-1");
   decided.loop.rejected = true;
-  pipeline_.decided_loop = decided;
-  pipeline_.info.revision = 11;
+  pipeline_.decided_loop = DecidedLoop{11, decided};
   v1::DecideLoopRequest request;
   request.set_id(17);
   request.set_note("another floor");
   v1::DecideLoopResponse response;
   const auto decide = [&] {
-    return stubs_->graph->DecideLoop(NewContext().get(), request, &response);
+    return stubs_->edits->DecideLoop(NewContext().get(), request, &response);
   };
   EXPECT_GRPC_ERROR(decide(), INVALID_ARGUMENT, "REJECT or RESTORE");
   request.set_decision(v1::DecideLoopRequest::REJECT);
@@ -256,7 +258,7 @@ TEST_F(GraphRpcTest, ThePoseGraphComesInChunksWithItsChecksum) {
   pipeline_.pose_graph = std::string(2'500'000, 'v');
   v1::ExportPoseGraphRequest request;
   const auto context = NewContext();
-  auto reader = stubs_->graph->ExportPoseGraph(context.get(), request);
+  auto reader = stubs_->map->ExportPoseGraph(context.get(), request);
   v1::ExportPoseGraphResponse response;
   std::string file;
   int responses = 0;
@@ -277,7 +279,7 @@ TEST_F(GraphRpcTest, APoseGraphOfNoComponent) {
   v1::ExportPoseGraphRequest request;
   request.set_component(3);
   const auto context = NewContext();
-  auto reader = stubs_->graph->ExportPoseGraph(context.get(), request);
+  auto reader = stubs_->map->ExportPoseGraph(context.get(), request);
   v1::ExportPoseGraphResponse response;
   EXPECT_FALSE(reader->Read(&response));
   EXPECT_GRPC_ERROR(reader->Finish(), NOT_FOUND, "component");

@@ -203,10 +203,10 @@ TEST_F(ExportMapTest, WhatWasAskedReachesThePipeline) {
   request.set_resolution_m(0.5);
   EXPECT_GRPC_OK(Export(request));
   ASSERT_EQ(pipeline_.exports.size(), 2u);
-  EXPECT_EQ(pipeline_.exports[0].format, server::ExportFormat::kOctoMapFull);
+  EXPECT_EQ(pipeline_.exports[0].format, ExportFormat::kOctoMapFull);
   EXPECT_EQ(pipeline_.exports[0].region.component, 3u);
   EXPECT_EQ(pipeline_.exports[0].octomap_resolution_m, 0.2);
-  EXPECT_EQ(pipeline_.exports[1].format, server::ExportFormat::kPcdBinaryCompressed);
+  EXPECT_EQ(pipeline_.exports[1].format, ExportFormat::kPcdBinaryCompressed);
   EXPECT_EQ(pipeline_.exports[1].region.resolution_m, 0.5);
   EXPECT_TRUE(responses_.back().last());
 }

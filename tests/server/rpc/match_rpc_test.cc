@@ -12,17 +12,14 @@ class MatchRpcTest : public RpcTest {
     match.a = SessionId("alice-1");
     match.b = SessionId("bob-1");
     match.state = MatchState::kAccepted;
-    pipeline_.decided = match;
-    pipeline_.graph.revision = 9;
-    pipeline_.graph.matches = {match};
-    pipeline_.graph.tree = {{match.a, match.b}};
-    pipeline_.graph.verdicts = {
-        {match.a, match.b, Ruling::kAccept, Pose(), "seen from the gallery", 77}};
+    MatchEdge edge{match, RobotId("alice"), RobotId("bob"), true};
+    edge.verdict = {match.a, match.b, Ruling::kAccept, Pose(), "seen from the gallery", 77};
+    pipeline_.decided = DecidedMatch{9, edge};
   }
 
   grpc::Status Decide(const v1::DecideMatchRequest& request) {
     response_.Clear();
-    return stubs_->matches->DecideMatch(NewContext().get(), request, &response_);
+    return stubs_->edits->DecideMatch(NewContext().get(), request, &response_);
   }
 
   v1::DecideMatchResponse response_;
@@ -66,9 +63,12 @@ TEST_F(MatchRpcTest, EveryDecisionIsTold) {
 }
 
 TEST_F(MatchRpcTest, APairWithoutAnyMatchIsAnsweredToo) {
-  pipeline_.graph = {};
+  pipeline_.decided->edge = {};
+  pipeline_.decided->edge.match.a = SessionId("alice-1");
   EXPECT_GRPC_OK(Decide(Request(v1::DecideMatchRequest::WITHDRAW)));
   EXPECT_EQ(response_.match().session_a(), "alice-1");
+  EXPECT_EQ(response_.match().state(), v1::Match::NOT_YET);
+  EXPECT_EQ(response_.match().reason(), v1::Match::REASON_UNSPECIFIED);
   EXPECT_FALSE(response_.match().has_verdict());
 }
 

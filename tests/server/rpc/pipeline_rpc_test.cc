@@ -309,10 +309,10 @@ TEST_F(PipelineRpcTest, ADeletedSessionLeavesTheMap) {
   v1::DeleteSessionRequest erase;
   erase.set_session(session);
   v1::DeleteSessionResponse nothing;
-  EXPECT_GRPC_OK(stubs_->sessions->DeleteSession(NewContext().get(), erase, &nothing));
+  EXPECT_GRPC_OK(stubs_->edits->DeleteSession(NewContext().get(), erase, &nothing));
   pipeline_->WaitUntilIdle();
   v1::ListSubmapsResponse submaps;
-  EXPECT_GRPC_OK(stubs_->map->ListSubmaps(NewContext().get(), {}, &submaps));
+  EXPECT_GRPC_OK(Merged(stubs_->map->ListSubmaps(NewContext().get(), {}), &submaps));
   EXPECT_EQ(submaps.submaps_size(), 0);
   v1::GetSessionRequest get;
   get.set_session(session);

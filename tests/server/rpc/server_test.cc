@@ -82,8 +82,8 @@ TEST_F(ServerTest, HealthOfTheServerAndOfEachService) {
   EXPECT_EQ(Health(channel_, ""), 1u);
   EXPECT_EQ(Health(channel_, "isthmus.v1.SessionService"), 1u);
   EXPECT_EQ(Health(channel_, "isthmus.v1.MapService"), 1u);
-  EXPECT_EQ(Health(channel_, "isthmus.v1.MatchService"), 1u);
-  EXPECT_EQ(Health(channel_, "isthmus.v1.GraphService"), 1u);
+  EXPECT_EQ(Health(channel_, "isthmus.v1.MapService"), 1u);
+  EXPECT_EQ(Health(channel_, "isthmus.v1.EditService"), 1u);
 }
 
 TEST_F(ServerTest, ReflectionListsTheServices) {
@@ -98,7 +98,7 @@ TEST_F(ServerTest, ReflectionListsTheServices) {
   }
   EXPECT_THAT(services, testing::HasSubstr("isthmus.v1.SessionService"));
   EXPECT_THAT(services, testing::HasSubstr("isthmus.v1.MapService"));
-  EXPECT_THAT(services, testing::HasSubstr("isthmus.v1.GraphService"));
+  EXPECT_THAT(services, testing::HasSubstr("isthmus.v1.EditService"));
 }
 
 TEST_F(ServerTest, APortThatIsTakenIsAnErrorThatNamesIt) {
@@ -125,7 +125,7 @@ TEST_F(ServerTest, TheSameServerCanBeReachedWithoutASocket) {
   const std::string session = stubs_->NewSession("alice");
   Stubs inside(server_->InProcessChannel());
   v1::ListSessionsResponse list;
-  EXPECT_GRPC_OK(inside.sessions->ListSessions(NewContext().get(), {}, &list));
+  EXPECT_GRPC_OK(Merged(inside.sessions->ListSessions(NewContext().get(), {}), &list));
   ASSERT_EQ(list.sessions_size(), 1);
   EXPECT_EQ(list.sessions(0).id(), session);
 }
@@ -133,7 +133,7 @@ TEST_F(ServerTest, TheSameServerCanBeReachedWithoutASocket) {
 TEST_F(ServerTest, AfterShutdownCallsAreUnavailable) {
   server_->Shutdown(std::chrono::seconds(1));
   v1::ListSessionsResponse list;
-  EXPECT_EQ(stubs_->sessions->ListSessions(NewContext().get(), {}, &list).error_code(),
+  EXPECT_EQ(Merged(stubs_->sessions->ListSessions(NewContext().get(), {}), &list).error_code(),
             grpc::StatusCode::UNAVAILABLE);
   server_->Shutdown(std::chrono::seconds(1));
 }

@@ -22,7 +22,7 @@ v1::CreateSessionRequest Alice() {
 
 TEST_F(SessionRpcTest, CreateReturnsTheSessionWithItsExtrinsicNormalised) {
   v1::CreateSessionRequest request = Alice();
-  request.set_odometry("aloam");
+  request.set_odometry(v1::ODOMETRY_ALOAM);
   request.mutable_t_base_sensor()->mutable_translation()->set_z(0.5);
   request.mutable_t_base_sensor()->mutable_rotation()->set_w(2);
   v1::Session session;
@@ -30,7 +30,7 @@ TEST_F(SessionRpcTest, CreateReturnsTheSessionWithItsExtrinsicNormalised) {
   EXPECT_EQ(session.id(), "alice-1");
   EXPECT_EQ(session.robot(), "alice");
   EXPECT_EQ(session.sensor(), "vlp16");
-  EXPECT_EQ(session.odometry(), "aloam");
+  EXPECT_EQ(session.odometry(), v1::ODOMETRY_ALOAM);
   EXPECT_EQ(session.state(), v1::Session::ACTIVE);
   EXPECT_EQ(session.created_ns(), 1000);
   EXPECT_EQ(session.t_base_sensor().translation().z(), 0.5);
@@ -74,6 +74,16 @@ TEST_F(SessionRpcTest, ExtrinsicsThatAreNoPosesAreRefused) {
   EXPECT_GRPC_ERROR(Create(request, &session), INVALID_ARGUMENT, "metres");
 }
 
+TEST_F(SessionRpcTest, AnOdometryThatIsNotKnownIsRefused) {
+  v1::Session session;
+  v1::CreateSessionRequest request = Alice();
+  request.set_odometry(static_cast<v1::Odometry>(99));
+  EXPECT_GRPC_ERROR(Create(request, &session), INVALID_ARGUMENT, "continuous");
+  request.set_odometry(v1::ODOMETRY_UNSPECIFIED);
+  EXPECT_GRPC_OK(Create(request, &session));
+  EXPECT_EQ(session.odometry(), v1::ODOMETRY_UNSPECIFIED);
+}
+
 TEST_F(SessionRpcTest, ErrorsOfThePipelineKeepCodeAndMessage) {
   v1::Session session;
   EXPECT_GRPC_ERROR(Create({}, &session), INVALID_ARGUMENT, "no name");
@@ -88,7 +98,7 @@ TEST_F(SessionRpcTest, ErrorsOfThePipelineKeepCodeAndMessage) {
   v1::DeleteSessionRequest erase;
   erase.set_session("carol-9");
   v1::DeleteSessionResponse nothing;
-  EXPECT_GRPC_ERROR(stubs_->sessions->DeleteSession(NewContext().get(), erase, &nothing), NOT_FOUND,
+  EXPECT_GRPC_ERROR(stubs_->edits->DeleteSession(NewContext().get(), erase, &nothing), NOT_FOUND,
                     "carol-9");
 }
 
@@ -104,7 +114,7 @@ TEST_F(SessionRpcTest, SessionsAreListedFinishedAndDeleted) {
   const std::string alice = stubs_->NewSession("alice");
   const std::string bob = stubs_->NewSession("bob");
   v1::ListSessionsResponse list;
-  EXPECT_GRPC_OK(stubs_->sessions->ListSessions(NewContext().get(), {}, &list));
+  EXPECT_GRPC_OK(Merged(stubs_->sessions->ListSessions(NewContext().get(), {}), &list));
   ASSERT_EQ(list.sessions_size(), 2);
   EXPECT_EQ(list.sessions(0).id(), alice);
   EXPECT_EQ(list.sessions(1).id(), bob);
@@ -119,8 +129,8 @@ TEST_F(SessionRpcTest, SessionsAreListedFinishedAndDeleted) {
   v1::DeleteSessionRequest erase;
   erase.set_session(alice);
   v1::DeleteSessionResponse nothing;
-  EXPECT_GRPC_OK(stubs_->sessions->DeleteSession(NewContext().get(), erase, &nothing));
-  EXPECT_GRPC_OK(stubs_->sessions->ListSessions(NewContext().get(), {}, &list));
+  EXPECT_GRPC_OK(stubs_->edits->DeleteSession(NewContext().get(), erase, &nothing));
+  EXPECT_GRPC_OK(Merged(stubs_->sessions->ListSessions(NewContext().get(), {}), &list));
   ASSERT_EQ(list.sessions_size(), 1);
   EXPECT_EQ(list.sessions(0).id(), bob);
 }

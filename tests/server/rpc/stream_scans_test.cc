@@ -69,7 +69,7 @@ TEST_F(StreamScansTest, EveryScanIsAcknowledgedInOrder) {
     ASSERT_TRUE(wire->Read(&ack));
     EXPECT_EQ(ack.sequence(), i);
     EXPECT_EQ(ack.outcome(), Response::PROCESSED);
-    EXPECT_EQ(ack.tracking(), "ok");
+    EXPECT_EQ(ack.tracking(), v1::TRACKING_OK);
     EXPECT_EQ(ack.t_odom_sensor().translation().x(), static_cast<double>(i));
     EXPECT_FALSE(ack.has_t_map_odom());
     EXPECT_EQ(ack.timing().total_ms(), 3.5);
@@ -199,7 +199,7 @@ TEST_F(StreamScansTest, NoMoreScansAreReadThanTheWindowHolds) {
   pipeline_.WaitForQueued(kWindow);
   // Another call's round trip gives a further scan every chance to come through.
   v1::ListSessionsResponse list;
-  EXPECT_GRPC_OK(stubs_->sessions->ListSessions(NewContext().get(), {}, &list));
+  EXPECT_GRPC_OK(Merged(stubs_->sessions->ListSessions(NewContext().get(), {}), &list));
   EXPECT_EQ(pipeline_.Waiting(), kWindow);
   pipeline_.Release();
   wire->WritesDone();
@@ -276,7 +276,7 @@ TEST_F(StreamScansTest, DeletingTheSessionEndsAStreamThatWaitsForAcknowledgement
   v1::DeleteSessionRequest erase;
   erase.set_session(session_);
   v1::DeleteSessionResponse nothing;
-  EXPECT_GRPC_OK(stubs_->sessions->DeleteSession(NewContext().get(), erase, &nothing));
+  EXPECT_GRPC_OK(stubs_->edits->DeleteSession(NewContext().get(), erase, &nothing));
   EXPECT_EQ(wire->Finish().error_code(), grpc::StatusCode::CANCELLED);
 }
 

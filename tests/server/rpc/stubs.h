@@ -8,10 +8,12 @@
 #include <chrono>
 #include <memory>
 #include <string>
+#include <utility>
+#include <vector>
 
-#include "isthmus/v1/graph_service.grpc.pb.h"
+#include "isthmus/v1/admin_service.grpc.pb.h"
+#include "isthmus/v1/edit_service.grpc.pb.h"
 #include "isthmus/v1/map_service.grpc.pb.h"
-#include "isthmus/v1/match_service.grpc.pb.h"
 #include "isthmus/v1/session_service.grpc.pb.h"
 #include "server/rpc/server.h"
 
@@ -43,17 +45,37 @@ inline std::string Describe(const grpc::Status& status) {
     EXPECT_THAT(grpc_status.error_message(), testing::HasSubstr(part)); \
   } while (false)
 
+// Reads a stream to its end.
+template <typename Response>
+grpc::Status ReadAll(std::unique_ptr<grpc::ClientReader<Response>> reader,
+                     std::vector<Response>* responses) {
+  responses->clear();
+  Response response;
+  while (reader->Read(&response)) responses->push_back(response);
+  return reader->Finish();
+}
+
+// Likewise, as one response that holds what all of them do.
+template <typename Response>
+grpc::Status Merged(std::unique_ptr<grpc::ClientReader<Response>> reader, Response* whole) {
+  std::vector<Response> responses;
+  const grpc::Status status = ReadAll(std::move(reader), &responses);
+  whole->Clear();
+  for (const Response& response : responses) whole->MergeFrom(response);
+  return status;
+}
+
 // One stub per service, over one connection.
 struct Stubs {
   explicit Stubs(const std::shared_ptr<grpc::Channel>& channel)
       : sessions(v1::SessionService::NewStub(channel)),
         map(v1::MapService::NewStub(channel)),
-        matches(v1::MatchService::NewStub(channel)),
-        graph(v1::GraphService::NewStub(channel)) {}
+        edits(v1::EditService::NewStub(channel)),
+        admin(v1::AdminService::NewStub(channel)) {}
   std::unique_ptr<v1::SessionService::Stub> sessions;
   std::unique_ptr<v1::MapService::Stub> map;
-  std::unique_ptr<v1::MatchService::Stub> matches;
-  std::unique_ptr<v1::GraphService::Stub> graph;
+  std::unique_ptr<v1::EditService::Stub> edits;
+  std::unique_ptr<v1::AdminService::Stub> admin;
 
   // Creates a session and returns its id.
   std::string NewSession(const std::string& robot, const std::string& sensor = "vlp16") {

@@ -11,12 +11,12 @@ namespace {
 
 class ThrowingPipeline : public FakePipeline {
  public:
-  absl::StatusOr<server::RobotTransform> GetTransform(const RobotId& a, const RobotId& b) override {
+  absl::StatusOr<RobotTransform> GetTransform(const RobotId& a, const RobotId& b) override {
     if (a == RobotId("large")) throw std::bad_alloc();
     if (a == RobotId("odd")) throw std::runtime_error("an odd robot");
     return FakePipeline::GetTransform(a, b);
   }
-  absl::Status SubmitScan(const SessionId&, server::ScanUpload) override { throw std::bad_alloc(); }
+  absl::Status SubmitScan(const SessionId&, ScanUpload) override { throw std::bad_alloc(); }
 };
 
 TEST(ThrownRpc, IsTheAnswerToThatCallAlone) {

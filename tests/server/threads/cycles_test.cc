@@ -29,9 +29,9 @@ Match MakeMatch(const std::string& a, const std::string& b, double x) {
   match.b = SessionId(b + "-1");
   match.T_a_b = Pose(Eigen::Vector3d(x, 0, 0));
   match.state = MatchState::kAccepted;
-  match.reason = "OK";
+  match.reason = MatchReason::kOk;
   match.confidence = 0.9;
-  match.matcher = "birds_eye";
+  match.matcher = GuessSource::kBirdsEye;
   return match;
 }
 
@@ -54,7 +54,7 @@ class PipelineCycles : public PlacedMapTest {
   std::string Reason(const std::string& a, const std::string& b) const {
     const MapWriter::View view = map_.view();
     const Match* match = view->EffectiveMatch({SessionId(a + "-1"), SessionId(b + "-1")});
-    return match != nullptr ? match->reason : "none";
+    return match != nullptr ? ToString(match->reason) : "none";
   }
   size_t Components() {
     map_.WaitUntilPlaced();
@@ -79,10 +79,10 @@ TEST_F(PipelineCycles, MatchesThatDisagreeCarryNothingButAreKeptAsComputed) {
   ASSERT_EQ(stored->size(), 3u);
   for (const Match& match : *stored) {
     EXPECT_EQ(match.state, MatchState::kAccepted);
-    EXPECT_EQ(match.reason, "OK");
+    EXPECT_EQ(match.reason, MatchReason::kOk);
   }
   const MapWriter::View view = map_.view();
-  for (const auto& [pair, match] : view->matches) EXPECT_EQ(match.reason, "OK");
+  for (const auto& [pair, match] : view->matches) EXPECT_EQ(match.reason, MatchReason::kOk);
   ASSERT_EQ((*map_.view()->effective).size(), 3u);
   EXPECT_NEAR((*map_.view()->effective)[0].cycle_m, 30, 1e-9);
 }

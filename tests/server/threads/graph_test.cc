@@ -45,7 +45,7 @@ LoopClosure Closure(uint32_t a, uint32_t b) {
   loop.submap_b = b;
   loop.T_a_b = TruthOf(a).Inverse() * TruthOf(b);
   loop.confidence = 0.99;
-  loop.source = "odometry";
+  loop.source = GuessSource::kOdometry;
   loop.edges = {{a, b, loop.T_a_b, 1e4 * Matrix6d::Identity()}};
   return loop;
 }

@@ -275,7 +275,7 @@ TEST_F(SqliteStoreTest, DamagedEdgesCostNoOtherRecord) {
   ASSERT_TRUE(matches.ok()) << matches.status();
   ASSERT_EQ(matches->size(), 2u);
   EXPECT_EQ(matches->at(0).b, SessionId("bob-1"));
-  EXPECT_EQ(matches->at(0).reason, "RUNNER_UP");
+  EXPECT_EQ(matches->at(0).reason, MatchReason::kCycle);
   EXPECT_TRUE(matches->at(0).edges.empty());
   EXPECT_EQ(matches->at(1).edges.size(), 2u);
   const auto loops = store->ListLoops();

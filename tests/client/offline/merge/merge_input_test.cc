@@ -54,7 +54,7 @@ TEST(ReadMergeInputs, NamesRobotsAfterFilesAndKeepsTheViewpoint) {
   EXPECT_EQ((*inputs)[0].robot, "first_floor");
   EXPECT_EQ((*inputs)[1].robot, "b");
   EXPECT_EQ((*inputs)[2].robot, "b-2");
-  const client::SubmapUpload& submap = (*inputs)[0].submaps.at(0);
+  const SubmapUpload& submap = (*inputs)[0].submaps.at(0);
   EXPECT_EQ((*inputs)[0].viewpoints, 1u);
   ASSERT_EQ(submap.keyframes.size(), 1u);
   EXPECT_TRUE(submap.keyframes[0].pose.translation().isApprox(viewpoint.translation()));
@@ -80,7 +80,7 @@ TEST(ReadMergeInputs, ATrajectoryBesideTheMapTellsWhatWasSeenFromWhere) {
   const auto inputs = ReadMergeInputs({folder + "/a.pcd"});
   ASSERT_TRUE(inputs.ok()) << inputs.status();
   EXPECT_EQ(inputs->at(0).viewpoints, 2u) << "the second pose is too near to the first";
-  const client::SubmapUpload& submap = inputs->at(0).submaps.at(0);
+  const SubmapUpload& submap = inputs->at(0).submaps.at(0);
   EXPECT_EQ(submap.last_stamp_ns, 3);
   const auto x = codec::ReadColumn(submap.cloud, *codec::FindField(submap.cloud, {"x"}));
   const auto keyframe =

@@ -1,0 +1,20 @@
+// Whose guess a transform was, in words of ours and of the API.
+#pragma once
+
+#include <utility>
+
+#include "core/match.h"
+#include "isthmus/v1/map_service.pb.h"
+
+namespace isthmus::convert {
+
+inline constexpr std::pair<GuessSource, v1::GuessSource> kGuessSources[] = {
+    {GuessSource::kNone, v1::GUESS_SOURCE_UNSPECIFIED},
+    {GuessSource::kOdometry, v1::GUESS_SOURCE_ODOMETRY},
+    {GuessSource::kPlaces, v1::GUESS_SOURCE_PLACES},
+    {GuessSource::kBirdsEye, v1::GUESS_SOURCE_BIRDS_EYE},
+    {GuessSource::kPaper, v1::GUESS_SOURCE_PAPER},
+    {GuessSource::kByHand, v1::GUESS_SOURCE_BY_HAND},
+};
+
+}  // namespace isthmus::convert

@@ -1,0 +1,31 @@
+// What is asked and told of the merged map, from and to the API's messages.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include "core/records/map_info.h"
+#include "core/records/map_reading.h"
+#include "isthmus/v1/map_service.pb.h"
+
+namespace isthmus::convert {
+
+v1::MapInfo ToMessage(const MapInfo& info);
+MapInfo FromMessage(const v1::MapInfo& info);
+
+v1::Submap ToMessage(const SubmapStatus& status);
+SubmapStatus FromMessage(const v1::Submap& submap);
+
+v1::Frame ToMessage(TrajectoryFrame frame);
+// InvalidArgument when none is named.
+absl::StatusOr<TrajectoryFrame> FromMessage(v1::Frame frame);
+
+v1::QueryRegionRequest ToMessage(const RegionQuery& query);
+// InvalidArgument for a box with min > max, a radius that is not positive, a negative resolution,
+// and numbers that are not finite.
+absl::StatusOr<RegionQuery> FromMessage(const v1::QueryRegionRequest& request);
+
+v1::ExportMapRequest ToMessage(const ExportRequest& request);
+// InvalidArgument when no format is named, and for a resolution as above.
+absl::StatusOr<ExportRequest> FromMessage(const v1::ExportMapRequest& request);
+
+}  // namespace isthmus::convert

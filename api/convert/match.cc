@@ -1,0 +1,205 @@
+// The match graph, and a person's word on it.
+#include <optional>
+#include <utility>
+
+#include "api/convert/enum_table.h"
+#include "api/convert/geometry.h"
+#include "api/convert/graph.h"
+#include "api/convert/guess_sources.h"
+
+namespace isthmus::convert {
+namespace {
+
+constexpr std::pair<MatchState, v1::Match::State> kStates[] = {
+    {MatchState::kAccepted, v1::Match::ACCEPTED},
+    {MatchState::kRejected, v1::Match::REJECTED},
+    {MatchState::kAmbiguous, v1::Match::AMBIGUOUS},
+    {MatchState::kNotYet, v1::Match::NOT_YET},
+};
+
+constexpr std::pair<MatchReason, v1::Match::Reason> kReasons[] = {
+    {MatchReason::kNone, v1::Match::REASON_UNSPECIFIED},
+    {MatchReason::kOk, v1::Match::REASON_OK},
+    {MatchReason::kByHand, v1::Match::REASON_BY_HAND},
+    {MatchReason::kFreeSpace, v1::Match::REASON_FREE_SPACE},
+    {MatchReason::kPossibleTwin, v1::Match::REASON_POSSIBLE_TWIN},
+    {MatchReason::kAmbiguous, v1::Match::REASON_AMBIGUOUS},
+    {MatchReason::kCycle, v1::Match::REASON_CYCLE},
+    {MatchReason::kLowOverlap, v1::Match::REASON_LOW_OVERLAP},
+    {MatchReason::kTooSmall, v1::Match::REASON_TOO_SMALL},
+    {MatchReason::kFewComparisons, v1::Match::REASON_FEW_COMPARISONS},
+    {MatchReason::kDegenerate, v1::Match::REASON_DEGENERATE},
+    {MatchReason::kStrained, v1::Match::REASON_STRAINED},
+    {MatchReason::kNotConverged, v1::Match::REASON_NOT_CONVERGED},
+    {MatchReason::kNoCandidate, v1::Match::REASON_NO_CANDIDATE},
+    {MatchReason::kNoPoses, v1::Match::REASON_NO_POSES},
+    {MatchReason::kUnverified, v1::Match::REASON_UNVERIFIED},
+};
+
+constexpr std::pair<Ruling, v1::Verdict::Ruling> kRulings[] = {
+    {Ruling::kAccept, v1::Verdict::ACCEPT},
+    {Ruling::kReject, v1::Verdict::REJECT},
+    {Ruling::kSet, v1::Verdict::SET},
+};
+
+using Decided = std::optional<Ruling>;  // Nothing: withdrawn.
+constexpr std::pair<Decided, v1::DecideMatchRequest::Decision> kDecisions[] = {
+    {Ruling::kAccept, v1::DecideMatchRequest::ACCEPT},
+    {Ruling::kReject, v1::DecideMatchRequest::REJECT},
+    {Ruling::kSet, v1::DecideMatchRequest::SET},
+    {std::nullopt, v1::DecideMatchRequest::WITHDRAW},
+};
+
+void AddVerdict(const Verdict& verdict, v1::Match& message) {
+  message.mutable_verdict()->set_ruling(ToMessage(kRulings, verdict.ruling));
+  message.mutable_verdict()->set_note(verdict.note);
+  message.mutable_verdict()->set_given_ns(verdict.given_ns);
+}
+
+Verdict VerdictOf(const v1::Verdict& verdict, const Match& match) {
+  return {match.a,     match.b,        FromMessage(kRulings, verdict.ruling(), Ruling::kReject),
+          match.T_a_b, verdict.note(), verdict.given_ns()};
+}
+
+void AddFigures(const Match& match, v1::Match& message) {
+  message.set_confidence(match.confidence);
+  message.set_overlap(match.overlap);
+  message.set_inliers(match.inliers);
+  message.set_inlier_ratio(match.inlier_ratio);
+  message.set_residual_m(match.residual_m);
+  message.set_free_space(match.free_space);
+  message.set_comparisons(match.comparisons);
+  message.set_runner_up(match.runner_up);
+  message.set_shared_area_m2(match.shared_area_m2);
+  message.set_hold(match.hold);
+  message.set_strain(match.strain);
+  message.set_cycle_m(match.cycle_m);
+  message.set_cycle_deg(match.cycle_deg);
+  message.set_candidates(match.candidates);
+  message.set_submaps_a(match.submaps_a);
+  message.set_submaps_b(match.submaps_b);
+}
+
+void ReadFigures(const v1::Match& message, Match& match) {
+  match.confidence = message.confidence();
+  match.overlap = message.overlap();
+  match.inliers = message.inliers();
+  match.inlier_ratio = message.inlier_ratio();
+  match.residual_m = message.residual_m();
+  match.free_space = message.free_space();
+  match.comparisons = message.comparisons();
+  match.runner_up = message.runner_up();
+  match.shared_area_m2 = message.shared_area_m2();
+  match.hold = message.hold();
+  match.strain = message.strain();
+  match.cycle_m = message.cycle_m();
+  match.cycle_deg = message.cycle_deg();
+  match.candidates = message.candidates();
+  match.submaps_a = message.submaps_a();
+  match.submaps_b = message.submaps_b();
+}
+
+}  // namespace
+
+v1::Match ToMessage(const MatchEdge& edge) {
+  const Match& match = edge.match;
+  v1::Match message;
+  message.set_session_a(match.a.value());
+  message.set_session_b(match.b.value());
+  message.set_robot_a(edge.robot_a.value());
+  message.set_robot_b(edge.robot_b.value());
+  *message.mutable_t_a_b() = ToMessage(match.T_a_b);
+  message.set_state(ToMessage(kStates, match.state));
+  message.set_reason(ToMessage(kReasons, match.reason));
+  message.set_detail(match.detail);
+  message.set_matcher(ToMessage(kGuessSources, match.matcher));
+  message.set_computed_ns(match.computed_ns);
+  AddFigures(match, message);
+  for (const StageTime& stage : match.stages) {
+    v1::StageTime& added = *message.add_stages();
+    added.set_stage(stage.stage);
+    added.set_ms(stage.ms);
+  }
+  message.set_in_tree(edge.in_tree);
+  if (edge.verdict) AddVerdict(*edge.verdict, message);
+  return message;
+}
+
+MatchEdge FromMessage(const v1::Match& message) {
+  MatchEdge edge;
+  Match& match = edge.match;
+  match.a = SessionId(message.session_a());
+  match.b = SessionId(message.session_b());
+  edge.robot_a = RobotId(message.robot_a());
+  edge.robot_b = RobotId(message.robot_b());
+  match.T_a_b = FromMessage(message.t_a_b());
+  match.state = FromMessage(kStates, message.state(), MatchState::kNotYet);
+  match.reason = FromMessage(kReasons, message.reason(), MatchReason::kNone);
+  match.detail = message.detail();
+  match.matcher = FromMessage(kGuessSources, message.matcher(), GuessSource::kNone);
+  match.computed_ns = message.computed_ns();
+  ReadFigures(message, match);
+  for (const v1::StageTime& stage : message.stages()) {
+    match.stages.push_back({stage.stage(), stage.ms()});
+  }
+  for (const v1::SubmapEdge& added : message.edges()) match.edges.push_back(FromMessage(added));
+  edge.in_tree = message.in_tree();
+  if (message.has_verdict()) edge.verdict = VerdictOf(message.verdict(), match);
+  return edge;
+}
+
+v1::Placement ToMessage(const PlacedSession& placed) {
+  v1::Placement message;
+  message.set_session(placed.placement.session.value());
+  message.set_robot(placed.robot.value());
+  message.set_component(placed.placement.component);
+  message.set_reference_session(placed.placement.reference.value());
+  *message.mutable_t_map_odom() = ToMessage(placed.placement.T_map_odom);
+  return message;
+}
+
+PlacedSession FromMessage(const v1::Placement& placement) {
+  PlacedSession placed;
+  placed.placement.session = SessionId(placement.session());
+  placed.placement.component = placement.component();
+  placed.placement.reference = SessionId(placement.reference_session());
+  placed.placement.T_map_odom = FromMessage(placement.t_map_odom());
+  placed.robot = RobotId(placement.robot());
+  return placed;
+}
+
+v1::DecideMatchRequest ToMessage(const MatchDecision& decision) {
+  v1::DecideMatchRequest message;
+  message.set_robot_a(decision.robot_a.value());
+  message.set_robot_b(decision.robot_b.value());
+  message.set_session_a(decision.session_a.value());
+  message.set_session_b(decision.session_b.value());
+  message.set_note(decision.note);
+  message.set_decision(ToMessage(kDecisions, decision.ruling));
+  if (decision.ruling == Ruling::kSet) *message.mutable_t_a_b() = ToMessage(decision.T_a_b);
+  return message;
+}
+
+absl::StatusOr<MatchDecision> FromMessage(const v1::DecideMatchRequest& request) {
+  MatchDecision decision;
+  decision.robot_a = RobotId(request.robot_a());
+  decision.robot_b = RobotId(request.robot_b());
+  decision.session_a = SessionId(request.session_a());
+  decision.session_b = SessionId(request.session_b());
+  decision.note = request.note();
+  const auto ruling = FromMessage(kDecisions, request.decision(), std::optional<Decided>());
+  if (!ruling) {
+    return absl::InvalidArgumentError("name the decision: ACCEPT, REJECT, SET or WITHDRAW");
+  }
+  decision.ruling = *ruling;
+  if (decision.ruling != Ruling::kSet) return decision;
+  if (!request.has_t_a_b()) {
+    return absl::InvalidArgumentError("SET needs t_a_b, the pose of b's odom frame in a's");
+  }
+  const auto T_a_b = Checked(request.t_a_b(), "t_a_b");
+  if (!T_a_b.ok()) return T_a_b.status();
+  decision.T_a_b = *T_a_b;
+  return decision;
+}
+
+}  // namespace isthmus::convert

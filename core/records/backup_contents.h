@@ -1,0 +1,15 @@
+// What is in a backup.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+namespace isthmus {
+
+struct BackupContents {
+  int64_t sessions = 0, submaps = 0, scans = 0, points = 0;
+  int64_t damaged = 0;  // Records that cannot be read.
+  std::string report;   // What `isthmus-server --check` says of it.
+};
+
+}  // namespace isthmus

@@ -1,0 +1,55 @@
+// How the map hangs together and how it changed: matches, loop closures, anchors and revisions.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "core/anchor.h"
+#include "core/ids.h"
+#include "core/loop_closure.h"
+#include "core/match.h"
+#include "core/revision.h"
+#include "core/verdict.h"
+
+namespace isthmus {
+
+struct MatchEdge {
+  Match match;
+  RobotId robot_a = {}, robot_b = {};
+  bool in_tree = false;  // Carries a placement.
+  // What a person said of the pair: `match` is then as they want it.
+  std::optional<Verdict> verdict = std::nullopt;
+};
+
+struct PlacedSession {
+  Placement placement;  // Without its submaps.
+  RobotId robot = {};
+};
+
+struct MatchGraph {
+  int64_t revision = 0;
+  std::vector<MatchEdge> matches;
+  std::vector<PlacedSession> placements;
+};
+
+struct Loop {
+  LoopClosure loop;
+  RobotId robot = {};
+  uint32_t edge_count = 0;  // Of loop.edges, also where these are not told.
+  uint32_t edges_used = 0;  // Which the map agrees with; the others were set aside as outliers.
+};
+
+struct RobotAnchor {
+  Anchor anchor;
+  RobotId robot = {};  // Whose submap it is.
+};
+
+// How the map changed from one revision to another.
+struct RevisionDiff {
+  int64_t from = 0, to = 0;
+  std::vector<SubmapMove> moves;  // In order of submap, each once; those that came back left out.
+  std::vector<RevisionInfo> revisions;  // After `from` up to `to`, the newest first.
+};
+
+}  // namespace isthmus

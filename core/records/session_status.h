@@ -1,0 +1,53 @@
+// A session as it is asked for, and what is told of it.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "core/ids.h"
+#include "core/odometry_mode.h"
+#include "core/pose.h"
+#include "core/session.h"
+#include "core/tracking.h"
+
+namespace isthmus {
+
+// What a robot asks for.
+struct SessionRequest {
+  RobotId robot = {};
+  std::string sensor = {};                    // Name of a sensor model, e.g. "vlp16".
+  std::optional<OdometryMode> odometry = {};  // Absent: the server's own choice.
+  Pose T_base_sensor = {};
+  // Chosen by the client: asking again with the same one, for the same robot, returns the session
+  // that was opened the first time. At most 64 characters; empty: a new session whatever was.
+  std::string request_id = {};
+};
+
+struct SessionStatus {
+  SessionRecord record;
+  // Of a session that a robot opened, all but the submaps, points and the placement are of all its
+  // segments; those of a later segment are its own or empty.
+  uint64_t last_sequence = 0;     // Highest scan that took effect.
+  uint64_t durable_sequence = 0;  // Scans up to here survive a crash of the server.
+  uint64_t scans_processed = 0;   // Since the server started.
+  uint64_t scans_rejected = 0;
+  uint32_t submap_count = 0;
+  uint64_t point_count = 0;
+  double odometry_ms_mean = 0;  // Per scan, decoding apart.
+  double travelled_m = 0;
+  Tracking tracking = Tracking::kUnknown;  // As of the newest scan.
+  std::string input;  // How rings and times of its scans were found; empty before the first.
+  std::optional<uint32_t> component;  // Absent until the session has been placed.
+  std::optional<Pose> T_map_odom;     // Likewise. At its newest submap.
+  uint64_t map_bytes = 0;             // Stored of its submaps and features, as counted last.
+  uint64_t scan_bytes = 0;            // Of its raw scans.
+  uint64_t quota_bytes = 0;           // Of all sessions of its robot; 0: no limit.
+  // What is missing of its raw scans, and why; empty while all are kept, or none are to be.
+  std::string archive_problem = {};
+  uint32_t segments = 1;      // How many there are so far.
+  ScanCounts scans = {};      // From the first scan on.
+  int64_t lost_since_ns = 0;  // END of the first scan since it was tracked last; 0: it is.
+};
+
+}  // namespace isthmus

@@ -1,0 +1,187 @@
+#include "server/rpc/map_service.h"
+
+#include <algorithm>
+#include <optional>
+#include <string>
+
+#include "api/convert/geometry.h"
+#include "api/convert/graph.h"
+#include "api/convert/map.h"
+#include "server/rpc/responses.h"
+
+namespace isthmus::rpc {
+namespace {
+
+constexpr uint32_t kDefaultRevisions = 100, kMaxRevisions = 10'000;  // As the API says.
+
+// Nothing for an empty name: all robots.
+std::optional<RobotId> Wanted(const std::string& robot) {
+  return robot.empty() ? std::nullopt : std::optional(RobotId(robot));
+}
+
+absl::Status SendTrajectory(const RobotTrajectory& trajectory,
+                            grpc::ServerWriter<v1::GetTrajectoryResponse>* writer) {
+  v1::GetTrajectoryResponse head;
+  head.set_revision(trajectory.revision);
+  head.set_session(trajectory.session.value());
+  head.set_component(trajectory.component);
+  for (const uint32_t segment : trajectory.left_out) head.add_segments_left_out(segment);
+  size_t sent = 0;
+  for (const RobotTrajectory::Part& part : trajectory.parts) {
+    head.set_segment(part.segment);  // Named also where there are no poses.
+    ListEmitter<v1::GetTrajectoryResponse> list(head, writer);
+    for (const size_t end = sent + part.count; sent < end; ++sent) {
+      list.Add(&v1::GetTrajectoryResponse::mutable_poses,
+               convert::ToMessage(trajectory.poses[sent]));
+    }
+    if (absl::Status status = list.Finish(); !status.ok()) return status;
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+grpc::Status MapService::GetMapInfo(grpc::ServerContext*, const v1::GetMapInfoRequest*,
+                                    v1::MapInfo* response) {
+  return reply_("GetMapInfo", [&]() -> absl::Status {
+    *response = convert::ToMessage(pipeline_.GetMapInfo());
+    return absl::OkStatus();
+  });
+}
+
+grpc::Status MapService::ListSubmaps(grpc::ServerContext*, const v1::ListSubmapsRequest* request,
+                                     grpc::ServerWriter<v1::ListSubmapsResponse>* writer) {
+  return reply_("ListSubmaps", [&]() -> absl::Status {
+    const auto submaps = pipeline_.ListSubmaps(Wanted(request->robot()));
+    if (!submaps.ok()) return submaps.status();
+    v1::ListSubmapsResponse head;
+    head.set_revision(submaps->revision);
+    ListEmitter<v1::ListSubmapsResponse> list(head, writer);
+    for (const SubmapStatus& submap : *submaps) {
+      list.Add(&v1::ListSubmapsResponse::mutable_submaps, convert::ToMessage(submap));
+    }
+    return list.Finish();
+  });
+}
+
+grpc::Status MapService::GetTrajectory(grpc::ServerContext*,
+                                       const v1::GetTrajectoryRequest* request,
+                                       grpc::ServerWriter<v1::GetTrajectoryResponse>* writer) {
+  return reply_("GetTrajectory", [&]() -> absl::Status {
+    const auto frame = convert::FromMessage(request->frame());
+    if (!frame.ok()) return frame.status();
+    const auto trajectory =
+        pipeline_.GetTrajectory(RobotId(request->robot()), *frame, request->segment());
+    if (!trajectory.ok()) return trajectory.status();
+    return SendTrajectory(*trajectory, writer);
+  });
+}
+
+grpc::Status MapService::GetMatchGraph(grpc::ServerContext*,
+                                       const v1::GetMatchGraphRequest* request,
+                                       grpc::ServerWriter<v1::GetMatchGraphResponse>* writer) {
+  return reply_("GetMatchGraph", [&]() -> absl::Status {
+    using Response = v1::GetMatchGraphResponse;
+    const MatchGraph graph = pipeline_.GetMatchGraph();
+    Response head;
+    head.set_revision(graph.revision);
+    ListEmitter<Response> list(head, writer);
+    for (const MatchEdge& edge : graph.matches) {
+      const std::vector<SubmapEdge> none;
+      AddWithEdges(&Response::mutable_matches, convert::ToMessage(edge),
+                   request->include_edges() ? edge.match.edges : none, &list);
+    }
+    for (const PlacedSession& placed : graph.placements) {
+      list.Add(&Response::mutable_placements, convert::ToMessage(placed));
+    }
+    return list.Finish();
+  });
+}
+
+grpc::Status MapService::ListLoops(grpc::ServerContext*, const v1::ListLoopsRequest* request,
+                                   grpc::ServerWriter<v1::ListLoopsResponse>* writer) {
+  return reply_("ListLoops", [&]() -> absl::Status {
+    const auto loops = pipeline_.ListLoops(Wanted(request->robot()));
+    if (!loops.ok()) return loops.status();
+    v1::ListLoopsResponse head;
+    head.set_revision(loops->revision);
+    ListEmitter<v1::ListLoopsResponse> list(head, writer);
+    for (const Loop& loop : *loops) {
+      const std::vector<SubmapEdge> none;
+      AddWithEdges(&v1::ListLoopsResponse::mutable_loops, convert::ToMessage(loop),
+                   request->include_edges() ? loop.loop.edges : none, &list);
+    }
+    return list.Finish();
+  });
+}
+
+grpc::Status MapService::ListAnchors(grpc::ServerContext*, const v1::ListAnchorsRequest*,
+                                     grpc::ServerWriter<v1::ListAnchorsResponse>* writer) {
+  return reply_("ListAnchors", [&]() -> absl::Status {
+    const ListAt<RobotAnchor> anchors = pipeline_.ListAnchors();
+    v1::ListAnchorsResponse head;
+    head.set_revision(anchors.revision);
+    ListEmitter<v1::ListAnchorsResponse> list(head, writer);
+    for (const RobotAnchor& anchor : anchors) {
+      list.Add(&v1::ListAnchorsResponse::mutable_anchors, convert::ToMessage(anchor));
+    }
+    return list.Finish();
+  });
+}
+
+grpc::Status MapService::ListRevisions(grpc::ServerContext*,
+                                       const v1::ListRevisionsRequest* request,
+                                       grpc::ServerWriter<v1::ListRevisionsResponse>* writer) {
+  return reply_("ListRevisions", [&]() -> absl::Status {
+    const uint32_t limit = request->limit() == 0 ? kDefaultRevisions : request->limit();
+    const auto revisions =
+        pipeline_.ListRevisions(static_cast<int>(std::min(limit, kMaxRevisions)));
+    if (!revisions.ok()) return revisions.status();
+    v1::ListRevisionsResponse head;
+    // Of the list itself, so that the two cannot differ.
+    if (!revisions->empty()) head.set_revision(revisions->front().revision);
+    ListEmitter<v1::ListRevisionsResponse> list(head, writer);
+    for (const RevisionInfo& info : *revisions) {
+      list.Add(&v1::ListRevisionsResponse::mutable_revisions, convert::ToMessage(info));
+    }
+    return list.Finish();
+  });
+}
+
+grpc::Status MapService::DiffRevisions(grpc::ServerContext*,
+                                       const v1::DiffRevisionsRequest* request,
+                                       grpc::ServerWriter<v1::DiffRevisionsResponse>* writer) {
+  return reply_("DiffRevisions", [&]() -> absl::Status {
+    if (request->from_revision() < 0 || request->to_revision() < 0) {
+      return absl::InvalidArgumentError("revisions are counted from 0, the empty map");
+    }
+    const auto diff = pipeline_.DiffRevisions(request->from_revision(), request->to_revision());
+    if (!diff.ok()) return diff.status();
+    v1::DiffRevisionsResponse head;
+    head.set_from_revision(diff->from);
+    head.set_to_revision(diff->to);
+    ListEmitter<v1::DiffRevisionsResponse> list(head, writer);
+    for (const RevisionInfo& info : diff->revisions) {
+      list.Add(&v1::DiffRevisionsResponse::mutable_revisions, convert::ToMessage(info));
+    }
+    for (const SubmapMove& move : diff->moves) {
+      list.Add(&v1::DiffRevisionsResponse::mutable_moves, convert::ToMessage(move));
+    }
+    return list.Finish();
+  });
+}
+
+grpc::Status MapService::GetTransform(grpc::ServerContext*, const v1::GetTransformRequest* request,
+                                      v1::GetTransformResponse* response) {
+  return reply_("GetTransform", [&]() -> absl::Status {
+    const auto transform =
+        pipeline_.GetTransform(RobotId(request->robot_a()), RobotId(request->robot_b()));
+    if (transform.ok()) {
+      response->set_revision(transform->revision);
+      *response->mutable_t_a_b() = convert::ToMessage(transform->T_a_b);
+    }
+    return transform.status();
+  });
+}
+
+}  // namespace isthmus::rpc

@@ -1,0 +1,61 @@
+// Reading the map. What each method returns and fails with is said in
+// api/isthmus/v1/map_service.proto.
+#pragma once
+
+#include <grpcpp/server_context.h>
+#include <grpcpp/support/status.h>
+#include <grpcpp/support/sync_stream.h>
+
+#include <utility>
+
+#include "isthmus/v1/map_service.grpc.pb.h"
+#include "server/pipeline.h"
+#include "server/rpc/reply.h"
+
+namespace isthmus::rpc {
+
+// Thread safe. The pipeline must outlive it.
+class MapService final : public v1::MapService::Service {
+ public:
+  MapService(server::Pipeline* pipeline, Reply reply)
+      : pipeline_(*pipeline), reply_(std::move(reply)) {}
+
+  grpc::Status GetMapInfo(grpc::ServerContext* context, const v1::GetMapInfoRequest* request,
+                          v1::MapInfo* response) override;
+  grpc::Status ListSubmaps(grpc::ServerContext* context, const v1::ListSubmapsRequest* request,
+                           grpc::ServerWriter<v1::ListSubmapsResponse>* writer) override;
+  grpc::Status GetTrajectory(grpc::ServerContext* context, const v1::GetTrajectoryRequest* request,
+                             grpc::ServerWriter<v1::GetTrajectoryResponse>* writer) override;
+  grpc::Status GetMatchGraph(grpc::ServerContext* context, const v1::GetMatchGraphRequest* request,
+                             grpc::ServerWriter<v1::GetMatchGraphResponse>* writer) override;
+  grpc::Status ListLoops(grpc::ServerContext* context, const v1::ListLoopsRequest* request,
+                         grpc::ServerWriter<v1::ListLoopsResponse>* writer) override;
+  grpc::Status ListAnchors(grpc::ServerContext* context, const v1::ListAnchorsRequest* request,
+                           grpc::ServerWriter<v1::ListAnchorsResponse>* writer) override;
+  grpc::Status ListRevisions(grpc::ServerContext* context, const v1::ListRevisionsRequest* request,
+                             grpc::ServerWriter<v1::ListRevisionsResponse>* writer) override;
+  grpc::Status DiffRevisions(grpc::ServerContext* context, const v1::DiffRevisionsRequest* request,
+                             grpc::ServerWriter<v1::DiffRevisionsResponse>* writer) override;
+  grpc::Status GetTransform(grpc::ServerContext* context, const v1::GetTransformRequest* request,
+                            v1::GetTransformResponse* response) override;
+
+  // In map_points.cc.
+  grpc::Status QueryRegion(grpc::ServerContext* context, const v1::QueryRegionRequest* request,
+                           grpc::ServerWriter<v1::QueryRegionResponse>* writer) override;
+  grpc::Status ExportMap(grpc::ServerContext* context, const v1::ExportMapRequest* request,
+                         grpc::ServerWriter<v1::ExportMapResponse>* writer) override;
+  grpc::Status ExportPoseGraph(grpc::ServerContext* context,
+                               const v1::ExportPoseGraphRequest* request,
+                               grpc::ServerWriter<v1::ExportPoseGraphResponse>* writer) override;
+
+ private:
+  absl::Status SendRegion(const v1::QueryRegionRequest& request,
+                          grpc::ServerWriter<v1::QueryRegionResponse>* writer);
+  absl::Status SendMap(const v1::ExportMapRequest& request,
+                       grpc::ServerWriter<v1::ExportMapResponse>* writer);
+
+  server::Pipeline& pipeline_;
+  const Reply reply_;
+};
+
+}  // namespace isthmus::rpc

@@ -1,0 +1,69 @@
+// The registry of streams and the sessions they feed: at most one each, the newest.
+#pragma once
+
+#include <absl/status/status.h>
+#include <absl/status/statusor.h>
+
+#include <functional>
+#include <map>
+#include <memory>
+
+#include "core/ids.h"
+#include "core/mutex.h"
+#include "server/pipeline.h"
+#include "server/rpc/scans/ack_window.h"
+
+namespace isthmus::rpc {
+
+// Thread safe.
+class ScanStreams {
+ public:
+  // A place in the registry; gives it up when destroyed.
+  class Seat {
+   public:
+    ~Seat();
+    Seat(const Seat&) = delete;
+    Seat& operator=(const Seat&) = delete;
+
+    const SessionId& session() const { return session_; }
+    AckWindow& window() { return *window_; }
+    // Ends the link from this side; all who wait on it wake up.
+    void Hang();
+
+   private:
+    friend class ScanStreams;
+    Seat(ScanStreams& streams, SessionId session, size_t limit, std::function<void()> cancel)
+        : streams_(streams),
+          session_(std::move(session)),
+          cancel_(std::move(cancel)),
+          window_(std::make_shared<AckWindow>(limit)) {}
+
+    ScanStreams& streams_;
+    const SessionId session_;
+    const std::function<void()> cancel_;
+    const std::shared_ptr<AckWindow> window_;  // Shared with the sink the pipeline holds.
+  };
+
+  // A stream may have `window` scans without a written acknowledgement.
+  ScanStreams(server::Pipeline& pipeline, size_t window) : pipeline_(pipeline), window_(window) {}
+
+  // Makes the caller the session's stream, hangs up an earlier one. `cancel` must not block; it is
+  // not called after the seat is gone. Errors of Pipeline::SetAckSink; Unavailable once stopped.
+  absl::StatusOr<std::unique_ptr<Seat>> Join(const SessionId& session,
+                                             std::function<void()> cancel);
+  // Hangs up the session's stream, if there is one.
+  void Drop(const SessionId& session);
+  // No stream takes further scans; each ends when its scans are acknowledged. Does not wait.
+  void StopAll();
+
+ private:
+  void Leave(Seat* seat);
+
+  server::Pipeline& pipeline_;
+  const size_t window_;
+  Mutex mutex_;
+  std::map<SessionId, Seat*> current_ ABSL_GUARDED_BY(mutex_);
+  bool stopped_ ABSL_GUARDED_BY(mutex_) = false;
+};
+
+}  // namespace isthmus::rpc
