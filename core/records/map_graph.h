@@ -18,7 +18,7 @@ struct MatchEdge {
   Match match;
   RobotId robot_a = {}, robot_b = {};
   bool in_tree = false;  // Carries a placement.
-  // What a person said of the pair: `match` is then as they want it.
+  // The person's decision on the pair: `match` is then as they want it.
   std::optional<Verdict> verdict = std::nullopt;
 };
 
@@ -45,7 +45,7 @@ struct RobotAnchor {
   RobotId robot = {};  // Whose submap it is.
 };
 
-// How the map changed from one revision to another.
+// The changes of the map from one revision to another.
 struct RevisionDiff {
   int64_t from = 0, to = 0;
   std::vector<SubmapMove> moves;  // In order of submap, each once; those that came back left out.

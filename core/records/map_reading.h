@@ -1,4 +1,4 @@
-// What is asked and told of submaps, trajectories and points of the merged map.
+// Reading of the merged map: what to read, and the points that come.
 #pragma once
 
 #include <Eigen/Core>
@@ -43,7 +43,7 @@ struct RobotTransform {
   Pose T_a_b;  // b's odom frame to a's, both as at their newest submaps.
 };
 
-// What to read of the merged map; without box and sphere everything. Map frame.
+// The part of the merged map to read; without box and sphere everything. Map frame.
 struct RegionQuery {
   std::optional<Box> box = std::nullopt;
   struct Sphere {

@@ -43,7 +43,7 @@ struct SessionStatus {
   uint64_t map_bytes = 0;             // Stored of its submaps and features, as counted last.
   uint64_t scan_bytes = 0;            // Of its raw scans.
   uint64_t quota_bytes = 0;           // Of all sessions of its robot; 0: no limit.
-  // What is missing of its raw scans, and why; empty while all are kept, or none are to be.
+  // The raw scans that are missing, and why; empty while all are kept, or none are to be.
   std::string archive_problem = {};
   uint32_t segments = 1;      // How many there are so far.
   ScanCounts scans = {};      // From the first scan on.

@@ -15,7 +15,7 @@ struct SubmapUpload {
   SubmapId id;  // The index-th of its session, from 0, without gaps.
   int64_t first_stamp_ns = 0, last_stamp_ns = 0;
   Pose T_odom_submap;
-  // Where the sensor stood (T_submap_sensor); the cloud's field `keyframe` refers to them. May be
+  // Poses of the sensor (T_submap_sensor); the cloud's field `keyframe` refers to them. May be
   // empty: then the sensor is taken to have stood at the submap's origin.
   std::vector<StampedPose> keyframes;
   PointPayload cloud;  // Submap frame; fields x, y, z at least.

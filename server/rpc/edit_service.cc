@@ -104,7 +104,7 @@ grpc::Status EditService::DeleteSession(grpc::ServerContext*,
   return reply_("DeleteSession", [&]() -> absl::Status {
     const SessionId session(request->session());
     const absl::Status status = pipeline_.DeleteSession(session);
-    // Its queued scans are gone without acknowledgement: a stream would wait for them for ever.
+    // Its queued scans are gone without acknowledgement: a stream would wait for them forever.
     if (status.ok()) {
       streams_.Drop(session);
       staging_.DropSession(session);

@@ -20,14 +20,14 @@ class Channel;
 
 namespace isthmus::rpc {
 
-// What takes a backup; false from either gives it up.
+// The sink of a backup; false from either function gives it up.
 struct BackupSink {
   std::function<bool(double share)> progress;  // While the copy is made.
   std::function<void(uint64_t size)> begin;    // Of the bytes that follow.
   std::function<bool(const std::string& piece)> piece;
 };
 
-// Where the bytes of a backup come from: whoever owns the store gives it to the network skin.
+// The source of a backup's bytes, which the owner of the store hands to the network skin.
 using BackupSource = std::function<absl::StatusOr<BackupContents>(const BackupSink& sink)>;
 
 struct ServerOptions {

@@ -100,7 +100,7 @@ absl::StatusOr<SubmapInfo> SessionService::Receive(
   auto upload = convert::FromMessage(*std::move(header));
   auto submap = upload.ok() ? DecodeSubmap(*std::move(upload), robot) : upload.status();
   auto info = submap.ok() ? pipeline_.AddSubmap(*std::move(submap)) : submap.status();
-  // What fails for a while need not travel again.
+  // An upload that fails for a while need not travel again.
   const bool may_come = absl::IsUnavailable(info.status()) ||
                         absl::IsResourceExhausted(info.status()) ||
                         absl::IsOutOfRange(info.status());

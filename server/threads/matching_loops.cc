@@ -34,7 +34,7 @@ void MatchingThread::FindLoops(const MapView& view, const SubmapId& submap) {
     const matching::LoopQuery query = QueryOf(view, submap, *entry, *placement);
     if (!query.submaps.empty() && query.submaps.back()->id == submap) FindLoops(query);
   });
-  // What it keeps is large, and after a start every session is asked once.
+  // Its state is large, and after a start every session is asked once.
   if (was_last || !done) finders_.erase(submap.session);
 }
 
