@@ -51,7 +51,7 @@ void StepClock(Shots* shots, int at, double by_s) {
   }
 }
 
-void Carry(Shots* shots, int at, int by_turns) {
+void PutElsewhere(Shots* shots, int at, int by_turns) {
   for (size_t i = at; i < shots->size(); ++i) (*shots)[i].turn += by_turns;
 }
 

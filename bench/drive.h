@@ -54,6 +54,7 @@ void KeepEvery(Shots* shots, int nth);  // Key scans: the first and every nth af
 void Duplicate(Shots* shots, int at);   // Sends the shot again.
 void Swap(Shots* shots, int at);        // Sends it after the one that follows.
 void StepClock(Shots* shots, int at, double by_s);
-void Carry(Shots* shots, int at, int by_turns);  // From there, as if this much later or earlier.
+void PutElsewhere(Shots* shots, int at,
+                  int by_turns);  // From there, as if this much later or earlier.
 
 }  // namespace isthmus::bench

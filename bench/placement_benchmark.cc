@@ -173,7 +173,7 @@ bool RunFalse(BenchmarkGraph graph, double share) {
     const double ms = clock.Ms();
     if (!outcome.trouble.empty()) return false;
     int kept = 0, lost = 0;
-    for (const auto& [id, edges] : outcome.judgement.loops) {
+    for (const auto& [id, edges] : outcome.edge_status.loops) {
       if (id > right && edges[0]) ++kept;
       if (id <= right && !edges[0]) ++lost;
     }

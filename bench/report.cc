@@ -214,7 +214,7 @@ std::string ToMarkdown(const std::vector<Entry>& entries) {
       "| scenario | seeds | ms | cal | cal p99 | cal max | features / matching / map ms | growth | "
       "RMSE m | worst m | final m | from first pose m | heading deg | tilt deg | ok / degenerate / "
       "lost / rejected | "
-      "silent | recovered after | MB |\n"
+      "silent | relocalised after | MB |\n"
       "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
   for (const Group& group : ByScenario(entries)) absl::StrAppend(&text, Row(group));
   return absl::StrCat(text, CorridorTable(entries), LapTable(entries));

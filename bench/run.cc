@@ -13,16 +13,16 @@ namespace {
 
 constexpr size_t kAtATime = 50;  // Scans in memory.
 
-Verdict VerdictOf(floam::TrackingStatus status) {
+ScanOutcome OutcomeOf(floam::TrackingStatus status) {
   switch (status) {
     case floam::TrackingStatus::kOk:
-      return Verdict::kOk;
+      return ScanOutcome::kOk;
     case floam::TrackingStatus::kDegenerate:
-      return Verdict::kDegenerate;
+      return ScanOutcome::kDegenerate;
     case floam::TrackingStatus::kLost:
-      return Verdict::kLost;
+      return ScanOutcome::kLost;
   }
-  return Verdict::kLost;
+  return ScanOutcome::kLost;
 }
 
 // Results may have segments, of which poses share a frame.
@@ -44,7 +44,7 @@ void Process(const Scan& scan, floam::Odometry* odometry, floam::SubmapBuilder* 
     odometry->Remember(*submap);
     record->ms += remembering.Ms();
   }
-  record->verdict = VerdictOf(result->status);
+  record->outcome = OutcomeOf(result->status);
   record->T_odom_sensor = result->T_odom_sensor;
   record->segment = SegmentOf(*result);
   record->unobserved = result->degeneracy.translations;

@@ -12,10 +12,10 @@
 
 namespace isthmus::bench {
 
-enum class Verdict { kOk, kDegenerate, kLost, kRejected };
+enum class ScanOutcome { kOk, kDegenerate, kLost, kRejected };
 
 struct ScanRecord {
-  Verdict verdict = Verdict::kRejected;
+  ScanOutcome outcome = ScanOutcome::kRejected;
   Pose T_world_sensor;                      // The truth.
   Pose T_odom_sensor;                       // What was said, unless rejected.
   uint32_t segment = 0;                     // Of poses in one frame.

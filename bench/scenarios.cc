@@ -130,13 +130,13 @@ int StepTheClock(Drive* drive) {
 }
 
 int CarryBack(Drive* drive) {
-  Carry(&drive->shots, 300, -200);
+  PutElsewhere(&drive->shots, 300, -200);
   return 300;
 }
 
 int CarryAwayAndBack(Drive* drive) {
-  Carry(&drive->shots, 300, 200);
-  Carry(&drive->shots, 350, -200);
+  PutElsewhere(&drive->shots, 300, 200);
+  PutElsewhere(&drive->shots, 350, -200);
   return 350;
 }
 
@@ -217,9 +217,9 @@ const std::vector<Scenario>& Scenarios() {
       {"dropped_campus", "the same in the streets", five, InTrouble("campus", LoseScans)},
       {"order", "one scan twice, two the wrong way round", five, InTrouble("museum", MixUpOrder)},
       {"clock", "steps of 0.05, 0.5, 3600 and -3600 s", five, InTrouble("museum", StepTheClock)},
-      {"carried_museum", "carried to where it was 20 s before", five,
+      {"kidnapped_museum", "carried to where it was 20 s before", five,
        InTrouble("museum", CarryBack)},
-      {"carried_campus", "the same in the streets", five, InTrouble("campus", CarryBack)},
+      {"kidnapped_campus", "the same in the streets", five, InTrouble("campus", CarryBack)},
       {"away", "carried to a place not seen before, and 5 s later back", five,
        InTrouble("museum", CarryAwayAndBack)},
       {"covered", "a minute with nothing to be seen, driving on", five,

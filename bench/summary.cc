@@ -13,7 +13,7 @@ namespace {
 constexpr double kDegrees = 180 / std::numbers::pi;
 
 bool HasPose(const ScanRecord& scan) {
-  return scan.verdict == Verdict::kOk || scan.verdict == Verdict::kDegenerate;
+  return scan.outcome == ScanOutcome::kOk || scan.outcome == ScanOutcome::kDegenerate;
 }
 
 // The deviation of the estimated pose from the truth, in the world frame.
@@ -23,10 +23,10 @@ struct Deviation {
 };
 
 Deviation Deviate(const ScanRecord& scan, const Pose& T_world_odom) {
-  const Pose said = T_world_odom * scan.T_odom_sensor;
-  const Eigen::AngleAxisd turned(said.rotation() * scan.T_world_sensor.rotation().conjugate());
+  const Pose estimated = T_world_odom * scan.T_odom_sensor;
+  const Eigen::AngleAxisd turned(estimated.rotation() * scan.T_world_sensor.rotation().conjugate());
   const Eigen::Vector3d rotation = turned.angle() * turned.axis();
-  return {said.translation() - scan.T_world_sensor.translation(), std::abs(rotation.z()),
+  return {estimated.translation() - scan.T_world_sensor.translation(), std::abs(rotation.z()),
           rotation.head<2>().norm()};
 }
 
@@ -39,14 +39,14 @@ Pose AlignFirst(const std::vector<ScanRecord>& scans) {
 Pose AlignRigidly(const std::vector<ScanRecord>& scans) {
   const auto count = std::count_if(scans.begin(), scans.end(), HasPose);
   if (count < 3) return AlignFirst(scans);
-  Eigen::Matrix3Xd truth(3, count), said(3, count);
+  Eigen::Matrix3Xd truth(3, count), estimated(3, count);
   Eigen::Index i = 0;
   for (const ScanRecord& scan : scans) {
     if (!HasPose(scan)) continue;
     truth.col(i) = scan.T_world_sensor.translation();
-    said.col(i++) = scan.T_odom_sensor.translation();
+    estimated.col(i++) = scan.T_odom_sensor.translation();
   }
-  return Pose::FromMatrix(Eigen::umeyama(said, truth, /*with_scaling=*/false));
+  return Pose::FromMatrix(Eigen::umeyama(estimated, truth, /*with_scaling=*/false));
 }
 
 // Segments share no frame: later ones in that of the first, where all of each fits the truth best.
@@ -85,7 +85,7 @@ std::vector<double> Costs(const std::vector<ScanRecord>& scans, double ScanRecor
                           size_t begin, size_t end) {
   std::vector<double> values;
   for (size_t i = begin; i < std::min(end, scans.size()); ++i) {
-    if (scans[i].verdict != Verdict::kRejected) values.push_back(scans[i].*cost);
+    if (scans[i].outcome != ScanOutcome::kRejected) values.push_back(scans[i].*cost);
   }
   return values;
 }
@@ -95,8 +95,8 @@ std::optional<double> LostRatio(const std::vector<ScanRecord>& scans) {
   double lost_ms = 0, other_ms = 0;
   int lost = 0, others = 0;
   for (const ScanRecord& scan : scans) {
-    if (scan.verdict == Verdict::kRejected) continue;
-    const bool is_lost = scan.verdict == Verdict::kLost;
+    if (scan.outcome == ScanOutcome::kRejected) continue;
+    const bool is_lost = scan.outcome == ScanOutcome::kLost;
     (is_lost ? lost_ms : other_ms) += scan.ms;
     ++(is_lost ? lost : others);
   }
@@ -155,10 +155,10 @@ CountSummary Count(const Drive& drive, const std::vector<ScanRecord>& scans, con
   for (size_t i = 0; i < scans.size(); ++i) {
     const ScanRecord& scan = scans[i];
     counts.segments = std::max(counts.segments, static_cast<int>(scan.segment));
-    counts.degenerate += scan.verdict == Verdict::kDegenerate;
-    counts.lost += scan.verdict == Verdict::kLost;
-    counts.rejected += scan.verdict == Verdict::kRejected;
-    if (scan.verdict != Verdict::kOk) continue;
+    counts.degenerate += scan.outcome == ScanOutcome::kDegenerate;
+    counts.lost += scan.outcome == ScanOutcome::kLost;
+    counts.rejected += scan.outcome == ScanOutcome::kRejected;
+    if (scan.outcome != ScanOutcome::kOk) continue;
     ++counts.ok;
     counts.covered_ok += drive.shots[i].view != View::kWhole;
     counts.silent += Deviate(scan, first).translation.norm() > drive.wrong_m &&

@@ -93,8 +93,9 @@ struct Match {
   int64_t comparisons = -1;    // How many comparisons free_space rests on.
   double runner_up = -1;       // free_space of the best competing hypothesis.
   double shared_area_m2 = -1;  // Ground that both robots looked across.
-  double hold = -1;            // Mean squared normal along the direction held least; 0: it slides.
-  double strain = -1;  // How far the odometry had to bend to fit, RMS in its standard deviations.
+  double observability = -1;   // Mean squared normal along the direction held least; 0: it slides.
+  double odometry_residual =
+      -1;  // How far the odometry had to bend to fit, RMS in its standard deviations.
   // The residual of going round the best cycle of accepted matches through this one.
   double cycle_m = -1, cycle_deg = -1;
   uint32_t candidates = 0;  // Guesses that were refined.

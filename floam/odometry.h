@@ -78,7 +78,7 @@ class Odometry {
   void Resume(const Cloud& map_odom, const Trajectory& recent, uint32_t segment = 1);
 
   // A finished submap of this segment, or of its earlier run: where to look for the sensor, should
-  // it be carried away. See Relocaliser. Without any, it is only found near where it was last. With
+  // it be kidnapped. See Relocaliser. Without any, it is only found near where it was last. With
   // a new segment all are forgotten.
   void Remember(const Submap& submap);
 

@@ -46,7 +46,7 @@ struct OdometryOptions {
   double map_young_distance_m = 1.0;
 
   // The sensor's mounting on the robot, which stands about level when the session begins: the
-  // rotation of T_base_sensor. A robot that was carried away is looked for on the level.
+  // rotation of T_base_sensor. A robot that was kidnapped is looked for on the level.
   Eigen::Quaterniond R_base_sensor = Eigen::Quaterniond::Identity();
 
   // True if OdometryResult::undistorted is wanted.

@@ -30,23 +30,23 @@ absl::Status Segment::CheckFirst(const ScanFrame& frame) const {
       " needed to begin with; is the view blocked or the sensor model wrong?"));
 }
 
-std::optional<MatchResult> Segment::Second(const ScanFrame& frame) {
+std::optional<MatchResult> Segment::TrackSecondScan(const ScanFrame& frame) {
   // The little that a single scan shows fits in many places.
   if (tracker_.ElapsedSeconds(frame) > kLongestStartS) {
-    start_.Again(frame, &tracker_);
+    start_.BeginAnew(frame, &tracker_);
     return std::nullopt;
   }
-  MatchResult match = start_.Second(frame, &tracker_, &map_);
+  MatchResult match = start_.TrackSecondScan(frame, &tracker_, &map_);
   if (!tracker_.Fits(match, map_)) {
-    if (start_.attempts() >= kStartAttempts) start_.Again(frame, &tracker_);
+    if (start_.attempts() >= kStartAttempts) start_.BeginAnew(frame, &tracker_);
     return std::nullopt;
   }
   quality_.Add(match);
   return match;
 }
 
-std::optional<MatchResult> Segment::Follow(const ScanFrame& frame, const ScanPose& prediction) {
-  if (lost_ && !recovery_.Begin()) return std::nullopt;
+std::optional<MatchResult> Segment::TrackScan(const ScanFrame& frame, const ScanPose& prediction) {
+  if (lost_ && !recovery_.IsDue()) return std::nullopt;
   MatchResult match = tracker_.Match(frame, prediction, &map_);
   if (match.degeneracy.any() && !tracker_.IsDegenerate() && !map_.IsYoung()) {
     match = tracker_.Match(frame, tracker_.SteadyPrediction(frame, match.degeneracy), &map_);
@@ -81,7 +81,7 @@ std::optional<MatchResult> Segment::Follow(const ScanFrame& frame, const ScanPos
   const Sighting lost_at = tracker_.last();
   std::optional<MatchResult> found = recovery_.Find(frame, match, quality_, &tracker_, &map_);
   if (found && IsContradicted(frame, *found)) {
-    tracker_.Begin(lost_at);
+    tracker_.BeginAt(lost_at);
     found.reset();
   }
   return found;
@@ -97,7 +97,7 @@ void Segment::LookAtWalls(const ScanFrame& frame, const MatchResult& match) {
   next_look_s_ = tracked_s_ + kWallLookS;
 }
 
-// The sensor was carried away: it goes on from there, in the map that was seen there before.
+// The sensor was kidnapped: it goes on from there, in the map that was seen there before.
 std::optional<MatchResult> Segment::Relocalise(const ScanFrame& frame) {
   std::optional<MatchResult> match = relocaliser_.Find(frame, tracker_.last().pose.T_odom_sensor,
                                                        quality_, tracker_.ReferenceTime(frame));
@@ -117,8 +117,8 @@ ScanPose Segment::Prediction(const ScanFrame& frame) {
   return scan_to_scan_.Guess(frame.features, steady, tracker_.ElapsedSeconds(frame));
 }
 
-void Segment::Assess(const MatchResult& match, bool carried, double elapsed_s,
-                     OdometryResult* result) {
+void Segment::AssessMatch(const MatchResult& match, bool relocalised, double elapsed_s,
+                          OdometryResult* result) {
   const bool with_twist = options_.mode == OdometryMode::kContinuous;
   result->degeneracy =
       unobserved_.Lasting(DegeneracyAtEnd(match), match.pose.At(0).RotationMatrix(), elapsed_s);
@@ -127,11 +127,12 @@ void Segment::Assess(const MatchResult& match, bool carried, double elapsed_s,
   if (in_doubt_ > 0) result->status = TrackingStatus::kLost;
   result->matched_covariance = MatchedCovarianceAtEnd(match, with_twist);
   result->covariance = Widened(result->matched_covariance, result->degeneracy);
-  result->unobserved_covariance =
-      carried ? unobserved_.CarriedStep() : unobserved_.Step(result->degeneracy, elapsed_s);
+  result->unobserved_covariance = relocalised ? unobserved_.StepAfterRelocalisation()
+                                              : unobserved_.Step(result->degeneracy, elapsed_s);
 }
 
-ScanPose Segment::Lose(const ScanPose& prediction, const ScanFrame& frame, OdometryResult* result) {
+ScanPose Segment::Extrapolate(const ScanPose& prediction, const ScanFrame& frame,
+                              OdometryResult* result) {
   if (!lost_) searched_s_ = 0;
   if (lost_ && CheckFirst(frame).ok()) searched_s_ += Seconds(previous_ns_, frame.stamp_ns);
   lost_ = true;
@@ -144,37 +145,37 @@ ScanPose Segment::Lose(const ScanPose& prediction, const ScanFrame& frame, Odome
 
 ScanPose Segment::Locate(const ScanFrame& frame, OdometryResult* result) {
   if (phase_ == Phase::kFirst) {
-    start_.First(frame, &tracker_);
+    start_.TakeFirstScan(frame, &tracker_);
     phase_ = Phase::kSecond;
     previous_ns_ = frame.stamp_ns;
     return tracker_.last().pose;
   }
   const ScanPose prediction = Prediction(frame);
   std::optional<MatchResult> match;
-  bool carried = false;
+  bool relocalised = false;
   if (phase_ == Phase::kSecond) {
-    match = Second(frame);
+    match = TrackSecondScan(frame);
   } else {
-    match = Follow(frame, prediction);
+    match = TrackScan(frame, prediction);
     if (!match) {
       match = Relocalise(frame);
-      carried = match.has_value();
+      relocalised = match.has_value();
     }
   }
-  if (!match) return Lose(prediction, frame, result);
+  if (!match) return Extrapolate(prediction, frame, result);
   if (lost_) {
     recovery_.Reset();
     relocaliser_.Reset();
   }
-  if (carried) {
-    tracker_.Begin({match->pose, frame.stamp_ns});  // Its motion, not the way it was carried.
+  if (relocalised) {
+    tracker_.BeginAt({match->pose, frame.stamp_ns});  // Its motion, not the way it was carried.
   } else {
-    tracker_.Adopt(frame, map_, in_doubt_ > 0, &*match);
+    tracker_.AdoptMatch(frame, map_, in_doubt_ > 0, &*match);
   }
   if (options_.mode == OdometryMode::kAloam) scan_to_scan_.SetPrevious(frame.features);
   phase_ = Phase::kUnderWay;
   const double elapsed_s = Seconds(previous_ns_, frame.stamp_ns);
-  Assess(*match, carried, elapsed_s, result);
+  AssessMatch(*match, relocalised, elapsed_s, result);
   if (!lost_) {
     tracked_s_ += elapsed_s;
     LookAtWalls(frame, *match);
@@ -199,7 +200,7 @@ void Segment::Resume(const Cloud& map_odom, const Trajectory& recent) {
     if (elapsed_s > 0) last.twist = Log(before.pose.Inverse() * end.pose) / elapsed_s;
   }
   map_.Resume(map_odom, end.pose);
-  tracker_.Begin({last, end.stamp_ns});
+  tracker_.BeginAt({last, end.stamp_ns});
   previous_ns_ = end.stamp_ns;
   phase_ = Phase::kUnderWay;  // The motion is known, nothing has to be guessed.
 }

@@ -62,8 +62,8 @@ class Segment {
   enum class Phase : uint8_t { kFirst, kSecond, kUnderWay };
 
   // Each of these returns a match to be believed, or none.
-  std::optional<MatchResult> Second(const ScanFrame& frame);
-  std::optional<MatchResult> Follow(const ScanFrame& frame, const ScanPose& prediction);
+  std::optional<MatchResult> TrackSecondScan(const ScanFrame& frame);
+  std::optional<MatchResult> TrackScan(const ScanFrame& frame, const ScanPose& prediction);
   std::optional<MatchResult> Relocalise(const ScanFrame& frame);
 
   // True if what is remembered of the surroundings speaks against a match to the local map.
@@ -72,8 +72,9 @@ class Segment {
   void LookAtWalls(const ScanFrame& frame, const MatchResult& match);
 
   ScanPose Prediction(const ScanFrame& frame);
-  ScanPose Lose(const ScanPose& prediction, const ScanFrame& frame, OdometryResult* result);
-  void Assess(const MatchResult& match, bool carried, double elapsed_s, OdometryResult* result);
+  ScanPose Extrapolate(const ScanPose& prediction, const ScanFrame& frame, OdometryResult* result);
+  void AssessMatch(const MatchResult& match, bool relocalised, double elapsed_s,
+                   OdometryResult* result);
 
   const OdometryOptions options_;
   Tracker tracker_;

@@ -34,10 +34,10 @@ SubmapBuilder::SubmapBuilder(SessionId session, RobotId robot, const SubmapOptio
       thinner_(static_cast<float>(options.keyframe_voxel_m)) {}
 
 std::shared_ptr<const Submap> SubmapBuilder::Add(const OdometryResult& result) {
-  if (T_odom_begun_) drift_ += Carried(result.unobserved_covariance, result);
+  if (T_odom_begun_) drift_ += TransportCovariance(result.unobserved_covariance, result);
   if (result.status == TrackingStatus::kLost) return Finish();
   if (current_ == nullptr) {
-    Begin(result);
+    BeginSubmap(result);
   } else {
     travelled_m_ += (result.T_odom_sensor.translation() - T_odom_last_.translation()).norm();
     if (IsKeyframe(result)) AddKeyframe(result);
@@ -48,28 +48,29 @@ std::shared_ptr<const Submap> SubmapBuilder::Add(const OdometryResult& result) {
   ++scans_;
   const bool full = travelled_m_ >= options_.cut_distance_m || scans_ >= options_.cut_scans ||
                     current_->keyframes.size() >= kMaxKeyframes;
-  return full ? Cut() : nullptr;
+  return full ? CutSubmap() : nullptr;
 }
 
 std::shared_ptr<const Submap> SubmapBuilder::Finish() {
-  return current_ == nullptr ? nullptr : Cut();
+  return current_ == nullptr ? nullptr : CutSubmap();
 }
 
 // The true T_begun_sensor is a product of steps, each T Exp(e) with its error e in the sensor frame
 // at its end. With all that comes before moved to its right, it reads Exp(Ad(T_begun_sensor) e).
-Matrix6d SubmapBuilder::Carried(const Matrix6d& covariance, const OdometryResult& result) const {
+Matrix6d SubmapBuilder::TransportCovariance(const Matrix6d& covariance,
+                                            const OdometryResult& result) const {
   const Matrix6d A = Adjoint(T_odom_begun_->Inverse() * result.T_odom_sensor);
-  const Matrix6d carried = A * covariance * A.transpose();
-  return 0.5 * (carried + carried.transpose());
+  const Matrix6d transported = A * covariance * A.transpose();
+  return 0.5 * (transported + transported.transpose());
 }
 
-void SubmapBuilder::Begin(const OdometryResult& result) {
+void SubmapBuilder::BeginSubmap(const OdometryResult& result) {
   current_ = std::make_shared<Submap>();
   current_->id = {session_, next_index_};
   current_->robot = robot_;
   current_->T_odom_submap = result.T_odom_sensor;
   if (T_odom_begun_) {
-    current_->drift_covariance = drift_ + Carried(result.matched_covariance, result);
+    current_->drift_covariance = drift_ + TransportCovariance(result.matched_covariance, result);
   }
   T_odom_begun_ = result.T_odom_sensor;
   drift_ = result.matched_covariance;
@@ -115,7 +116,7 @@ void SubmapBuilder::AddKeyframe(const OdometryResult& result) {
   }
 }
 
-std::shared_ptr<const Submap> SubmapBuilder::Cut() {
+std::shared_ptr<const Submap> SubmapBuilder::CutSubmap() {
   ++next_index_;
   return std::exchange(current_, nullptr);
 }

@@ -61,11 +61,11 @@ class SubmapBuilder {
 
  private:
   uint64_t Checksum() const;  // Of the settings.
-  Matrix6d Carried(const Matrix6d& covariance, const OdometryResult& result) const;
-  void Begin(const OdometryResult& result);
+  Matrix6d TransportCovariance(const Matrix6d& covariance, const OdometryResult& result) const;
+  void BeginSubmap(const OdometryResult& result);
   bool IsKeyframe(const OdometryResult& result) const;
   void AddKeyframe(const OdometryResult& result);
-  std::shared_ptr<const Submap> Cut();
+  std::shared_ptr<const Submap> CutSubmap();
 
   const SessionId session_;
   const RobotId robot_;

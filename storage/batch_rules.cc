@@ -9,7 +9,7 @@
 namespace isthmus::storage {
 namespace {
 
-// Checks the pair of a match, or of a verdict on one.
+// Checks the pair of a match, or of a manual decision on one.
 template <typename Record>
 absl::Status CheckPair(const Record& match,
                        const std::function<bool(const SessionId&)>& has_session) {
@@ -124,8 +124,8 @@ absl::Status CheckBatch(const WriteBatch& batch, const StoreContents& contents) 
     if (absl::Status status = CheckPair(match, has_session); !status.ok()) return status;
     if (absl::Status status = CheckMatchEdges(match); !status.ok()) return status;
   }
-  for (const Verdict& verdict : batch.verdicts) {
-    if (absl::Status status = CheckPair(verdict, has_session); !status.ok()) return status;
+  for (const ManualDecision& manual_decision : batch.manual_decisions) {
+    if (absl::Status status = CheckPair(manual_decision, has_session); !status.ok()) return status;
   }
   return CheckGraph(batch, contents, has_session, submaps);
 }

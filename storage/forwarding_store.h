@@ -49,8 +49,8 @@ class ForwardingStore : public MapStore {
     return store_->FindSubmaps(session, box_odom);
   }
   absl::StatusOr<std::vector<Match>> ListMatches() const override { return store_->ListMatches(); }
-  absl::StatusOr<std::vector<Verdict>> ListVerdicts() const override {
-    return store_->ListVerdicts();
+  absl::StatusOr<std::vector<ManualDecision>> ListManualDecisions() const override {
+    return store_->ListManualDecisions();
   }
   absl::StatusOr<std::vector<LoopClosure>> ListLoops() const override {
     return store_->ListLoops();

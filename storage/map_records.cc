@@ -71,10 +71,11 @@ void PutMatches(const WriteBatch& batch, MapRecords* records) {
     kept.cycle_m = kept.cycle_deg = -1;
     records->matches.Set({match.a, match.b}, std::move(kept));
   }
-  for (const Verdict& verdict : batch.verdicts) {
-    if (are_there(verdict.a, verdict.b)) records->verdicts.Set({verdict.a, verdict.b}, verdict);
+  for (const ManualDecision& manual_decision : batch.manual_decisions) {
+    if (are_there(manual_decision.a, manual_decision.b))
+      records->manual_decisions.Set({manual_decision.a, manual_decision.b}, manual_decision);
   }
-  for (const SessionPair& pair : batch.withdrawn_verdicts) records->verdicts.Erase(pair);
+  for (const SessionPair& pair : batch.withdrawn_decisions) records->manual_decisions.Erase(pair);
 }
 
 void PutLoopsAndAnchors(const WriteBatch& batch, MapRecords* records) {
@@ -150,7 +151,7 @@ std::set<SessionId> RemoveSession(const SessionId& session, MapRecords* records)
     return gone.contains(pair.first) || gone.contains(pair.second);
   };
   records->matches.EraseIf(of_gone);
-  records->verdicts.EraseIf(of_gone);
+  records->manual_decisions.EraseIf(of_gone);
   records->loops.EraseIf(
       [&](uint64_t, const LoopClosure& loop) { return gone.contains(loop.session); });
   records->anchors.EraseIf(

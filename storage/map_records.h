@@ -11,12 +11,12 @@
 
 #include "core/anchor.h"
 #include "core/loop_closure.h"
+#include "core/manual_decision.h"
 #include "core/match.h"
 #include "core/session.h"
 #include "core/shared_map.h"
 #include "core/submap.h"
 #include "core/trajectory.h"
-#include "core/verdict.h"
 #include "storage/map_store.h"
 
 namespace isthmus::storage {
@@ -39,7 +39,7 @@ struct SessionRecords {
 struct MapRecords {
   SharedMap<SessionId, SessionRecords> sessions;
   SharedMap<SessionPair, Match> matches;  // As computed.
-  SharedMap<SessionPair, Verdict> verdicts;
+  SharedMap<SessionPair, ManualDecision> manual_decisions;
   SharedMap<uint64_t, LoopClosure> loops;  // By id.
   SharedMap<SubmapId, Anchor> anchors;
 };

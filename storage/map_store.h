@@ -14,12 +14,12 @@
 
 #include "core/anchor.h"
 #include "core/loop_closure.h"
+#include "core/manual_decision.h"
 #include "core/match.h"
 #include "core/revision.h"
 #include "core/session.h"
 #include "core/submap.h"
 #include "core/trajectory.h"
-#include "core/verdict.h"
 
 namespace isthmus::storage {
 
@@ -47,9 +47,9 @@ struct WriteBatch {
   // Inserted, or replaced by the pair (a, b). All but the residuals of cycles, which follow from
   // the other matches and come back as -1.
   std::vector<Match> matches = {};
-  std::vector<Verdict> verdicts = {};  // Inserted, or replaced by the pair (a, b).
-  // Pairs whose verdict is removed; one without is left as it is.
-  std::vector<std::pair<SessionId, SessionId>> withdrawn_verdicts = {};
+  std::vector<ManualDecision> manual_decisions = {};  // Inserted, or replaced by the pair (a, b).
+  // Pairs whose manual decision is removed; one without is left as it is.
+  std::vector<std::pair<SessionId, SessionId>> withdrawn_decisions = {};
   // Inserted, or replaced by id. An edge with a submap that is not there any more stays.
   std::vector<LoopClosure> loops = {};
   std::vector<Anchor> anchors = {};            // Inserted, or replaced by submap.
@@ -90,7 +90,7 @@ class MapStore {
   virtual absl::Status Write(const WriteBatch& batch) = 0;
 
   // Removes a session and its later segments with their trajectories, submaps, features, matches,
-  // verdicts, loop closures, anchors and checkpoint, all or nothing. NotFound if unknown.
+  // manual decisions, loop closures, anchors and checkpoint, all or nothing. NotFound if unknown.
   virtual absl::Status DeleteSession(const SessionId& session) = 0;
 
   virtual absl::StatusOr<SessionRecord> GetSession(const SessionId& session) const = 0;
@@ -121,7 +121,7 @@ class MapStore {
   virtual absl::StatusOr<std::vector<Match>> ListMatches() const = 0;
 
   // In order of (a, b).
-  virtual absl::StatusOr<std::vector<Verdict>> ListVerdicts() const = 0;
+  virtual absl::StatusOr<std::vector<ManualDecision>> ListManualDecisions() const = 0;
 
   // In order of id. A loop closure whose edges are damaged is left out: it is nothing without.
   virtual absl::StatusOr<std::vector<LoopClosure>> ListLoops() const = 0;

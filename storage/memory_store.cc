@@ -144,9 +144,9 @@ class MemoryStore : public MapStore {
     return ValuesOf(records_.matches);
   }
 
-  absl::StatusOr<std::vector<Verdict>> ListVerdicts() const override {
+  absl::StatusOr<std::vector<ManualDecision>> ListManualDecisions() const override {
     MutexLock lock(&mutex_);
-    return ValuesOf(records_.verdicts);
+    return ValuesOf(records_.manual_decisions);
   }
 
   absl::StatusOr<std::vector<LoopClosure>> ListLoops() const override {

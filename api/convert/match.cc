@@ -1,4 +1,4 @@
-// The match graph, and a person's word on it.
+// The match graph, and a person's decision on it.
 #include <optional>
 #include <utility>
 
@@ -36,29 +36,33 @@ constexpr std::pair<MatchReason, v1::Match::Reason> kReasons[] = {
     {MatchReason::kUnverified, v1::Match::REASON_UNVERIFIED},
 };
 
-constexpr std::pair<Ruling, v1::Verdict::Ruling> kRulings[] = {
-    {Ruling::kAccept, v1::Verdict::ACCEPT},
-    {Ruling::kReject, v1::Verdict::REJECT},
-    {Ruling::kSet, v1::Verdict::SET},
+constexpr std::pair<ManualDecisionKind, v1::ManualDecision::Kind> kRulings[] = {
+    {ManualDecisionKind::kAccept, v1::ManualDecision::ACCEPT},
+    {ManualDecisionKind::kReject, v1::ManualDecision::REJECT},
+    {ManualDecisionKind::kSet, v1::ManualDecision::SET},
 };
 
-using Decided = std::optional<Ruling>;  // Nothing: withdrawn.
+using Decided = std::optional<ManualDecisionKind>;  // Nothing: withdrawn.
 constexpr std::pair<Decided, v1::DecideMatchRequest::Decision> kDecisions[] = {
-    {Ruling::kAccept, v1::DecideMatchRequest::ACCEPT},
-    {Ruling::kReject, v1::DecideMatchRequest::REJECT},
-    {Ruling::kSet, v1::DecideMatchRequest::SET},
+    {ManualDecisionKind::kAccept, v1::DecideMatchRequest::ACCEPT},
+    {ManualDecisionKind::kReject, v1::DecideMatchRequest::REJECT},
+    {ManualDecisionKind::kSet, v1::DecideMatchRequest::SET},
     {std::nullopt, v1::DecideMatchRequest::WITHDRAW},
 };
 
-void AddVerdict(const Verdict& verdict, v1::Match& message) {
-  message.mutable_verdict()->set_ruling(ToMessage(kRulings, verdict.ruling));
-  message.mutable_verdict()->set_note(verdict.note);
-  message.mutable_verdict()->set_given_ns(verdict.given_ns);
+void AddVerdict(const ManualDecision& manual_decision, v1::Match& message) {
+  message.mutable_manual_decision()->set_kind(ToMessage(kRulings, manual_decision.kind));
+  message.mutable_manual_decision()->set_note(manual_decision.note);
+  message.mutable_manual_decision()->set_given_ns(manual_decision.given_ns);
 }
 
-Verdict VerdictOf(const v1::Verdict& verdict, const Match& match) {
-  return {match.a,     match.b,        FromMessage(kRulings, verdict.ruling(), Ruling::kReject),
-          match.T_a_b, verdict.note(), verdict.given_ns()};
+ManualDecision VerdictOf(const v1::ManualDecision& manual_decision, const Match& match) {
+  return {match.a,
+          match.b,
+          FromMessage(kRulings, manual_decision.kind(), ManualDecisionKind::kReject),
+          match.T_a_b,
+          manual_decision.note(),
+          manual_decision.given_ns()};
 }
 
 void AddFigures(const Match& match, v1::Match& message) {
@@ -71,8 +75,8 @@ void AddFigures(const Match& match, v1::Match& message) {
   message.set_comparisons(match.comparisons);
   message.set_runner_up(match.runner_up);
   message.set_shared_area_m2(match.shared_area_m2);
-  message.set_hold(match.hold);
-  message.set_strain(match.strain);
+  message.set_observability(match.observability);
+  message.set_odometry_residual(match.odometry_residual);
   message.set_cycle_m(match.cycle_m);
   message.set_cycle_deg(match.cycle_deg);
   message.set_candidates(match.candidates);
@@ -90,8 +94,8 @@ void ReadFigures(const v1::Match& message, Match& match) {
   match.comparisons = message.comparisons();
   match.runner_up = message.runner_up();
   match.shared_area_m2 = message.shared_area_m2();
-  match.hold = message.hold();
-  match.strain = message.strain();
+  match.observability = message.observability();
+  match.odometry_residual = message.odometry_residual();
   match.cycle_m = message.cycle_m();
   match.cycle_deg = message.cycle_deg();
   match.candidates = message.candidates();
@@ -121,7 +125,7 @@ v1::Match ToMessage(const MatchEdge& edge) {
     added.set_ms(stage.ms);
   }
   message.set_in_tree(edge.in_tree);
-  if (edge.verdict) AddVerdict(*edge.verdict, message);
+  if (edge.manual_decision) AddVerdict(*edge.manual_decision, message);
   return message;
 }
 
@@ -144,7 +148,8 @@ MatchEdge FromMessage(const v1::Match& message) {
   }
   for (const v1::SubmapEdge& added : message.edges()) match.edges.push_back(FromMessage(added));
   edge.in_tree = message.in_tree();
-  if (message.has_verdict()) edge.verdict = VerdictOf(message.verdict(), match);
+  if (message.has_manual_decision())
+    edge.manual_decision = VerdictOf(message.manual_decision(), match);
   return edge;
 }
 
@@ -175,8 +180,9 @@ v1::DecideMatchRequest ToMessage(const MatchDecision& decision) {
   message.set_session_a(decision.session_a.value());
   message.set_session_b(decision.session_b.value());
   message.set_note(decision.note);
-  message.set_decision(ToMessage(kDecisions, decision.ruling));
-  if (decision.ruling == Ruling::kSet) *message.mutable_t_a_b() = ToMessage(decision.T_a_b);
+  message.set_decision(ToMessage(kDecisions, decision.kind));
+  if (decision.kind == ManualDecisionKind::kSet)
+    *message.mutable_t_a_b() = ToMessage(decision.T_a_b);
   return message;
 }
 
@@ -187,12 +193,12 @@ absl::StatusOr<MatchDecision> FromMessage(const v1::DecideMatchRequest& request)
   decision.session_a = SessionId(request.session_a());
   decision.session_b = SessionId(request.session_b());
   decision.note = request.note();
-  const auto ruling = FromMessage(kDecisions, request.decision(), std::optional<Decided>());
-  if (!ruling) {
+  const auto kind = FromMessage(kDecisions, request.decision(), std::optional<Decided>());
+  if (!kind) {
     return absl::InvalidArgumentError("name the decision: ACCEPT, REJECT, SET or WITHDRAW");
   }
-  decision.ruling = *ruling;
-  if (decision.ruling != Ruling::kSet) return decision;
+  decision.kind = *kind;
+  if (decision.kind != ManualDecisionKind::kSet) return decision;
   if (!request.has_t_a_b()) {
     return absl::InvalidArgumentError("SET needs t_a_b, the pose of b's odom frame in a's");
   }

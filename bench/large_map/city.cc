@@ -50,25 +50,25 @@ double City::Cast(const Eigen::Vector3d& from, const Eigen::Vector3d& direction)
   return range;
 }
 
-Pose City::PoseAfter(double way_m, double lane_m) const {
-  way_m = std::fmod(way_m, this->way_m());
-  const int street = static_cast<int>(way_m / Edge());
-  const double along = way_m - street * Edge();
+Pose City::PoseAfter(double path_length_m, double lane_m) const {
+  path_length_m = std::fmod(path_length_m, this->path_length_m());
+  const int street = static_cast<int>(path_length_m / Edge());
+  const double along = path_length_m - street * Edge();
   const bool back = street % 2 == 1;
   return Pose::FromXyzRpy(back ? Edge() - along : along,
                           street * options_.block_m + (back ? lane_m : -lane_m), kSensorHeightM, 0,
                           0, back ? std::numbers::pi : 0);
 }
 
-Submap City::Drive(double way_m, double lane_m, std::mt19937* rng) const {
+Submap City::Drive(double path_length_m, double lane_m, std::mt19937* rng) const {
   std::normal_distribution<double> noise(0, options_.noise_m);
   std::uniform_real_distribution<double> unit(0, 1);
   Submap submap;
-  submap.T_odom_submap = PoseAfter(way_m, lane_m);
+  submap.T_odom_submap = PoseAfter(path_length_m, lane_m);
   const Pose T_submap_odom = submap.T_odom_submap.Inverse();
   submap.points.reserve(static_cast<size_t>(options_.keyframes) * options_.points);
   for (int k = 0; k < options_.keyframes; ++k) {
-    const Pose T_submap_sensor = T_submap_odom * PoseAfter(way_m + k, lane_m);
+    const Pose T_submap_sensor = T_submap_odom * PoseAfter(path_length_m + k, lane_m);
     submap.keyframes.push_back({.T_submap_sensor = T_submap_sensor});
     const Pose T_odom_sensor = submap.T_odom_submap * T_submap_sensor;
     for (int i = 0; i < options_.points;) {

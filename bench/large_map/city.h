@@ -27,12 +27,12 @@ class City {
 
   // The pose of a robot after so many metres of a path that leads through one street of x after the
   // other, to and fro, and starts over at the end. Its lane is off the middle of the street.
-  Pose PoseAfter(double way_m, double lane_m) const;
+  Pose PoseAfter(double path_length_m, double lane_m) const;
   // The submap of what it sees from there on; points as measured, in the frame of the first
   // keyframe.
-  Submap Drive(double way_m, double lane_m, std::mt19937* rng) const;
+  Submap Drive(double path_length_m, double lane_m, std::mt19937* rng) const;
   double submap_length_m() const { return options_.keyframes * 1.0; }
-  double way_m() const { return options_.streets * Edge(); }
+  double path_length_m() const { return options_.streets * Edge(); }
 
  private:
   double Edge() const { return options_.streets * options_.block_m; }

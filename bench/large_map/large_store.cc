@@ -63,22 +63,22 @@ void Compare(const std::vector<std::pair<SessionId, uint32_t>>& sessions, size_t
   match.computed_ns = kBeginNs * 2;
   batch->matches.push_back(match);
   if (one != 0) return;
-  Verdict verdict;
-  verdict.a = match.a;
-  verdict.b = match.b;
-  verdict.ruling = Ruling::kSet;
-  verdict.note = "generated";
-  verdict.given_ns = kBeginNs;
-  batch->verdicts.push_back(verdict);
+  ManualDecision manual_decision;
+  manual_decision.a = match.a;
+  manual_decision.b = match.b;
+  manual_decision.kind = ManualDecisionKind::kSet;
+  manual_decision.note = "generated";
+  manual_decision.given_ns = kBeginNs;
+  batch->manual_decisions.push_back(manual_decision);
 }
 
 // A submap of what a robot sees at a place of its path. Who comes there again sees what is stored
 // of the first time: points are dear to draw.
-absl::StatusOr<std::shared_ptr<Submap>> Look(const LargeStoreOptions& options, const City& city,
-                                             int place, std::mt19937* rng,
-                                             const storage::MapStore& store) {
+absl::StatusOr<std::shared_ptr<Submap>> MakeSubmapAt(const LargeStoreOptions& options,
+                                                     const City& city, int place, std::mt19937* rng,
+                                                     const storage::MapStore& store) {
   const int per_session = options.submaps_per_session;
-  const int places = static_cast<int>(city.way_m() / city.submap_length_m());
+  const int places = static_cast<int>(city.path_length_m() / city.submap_length_m());
   if (place < places) {
     const double lane_m = -3 + 1.5 * (place / per_session % 5);
     return std::make_shared<Submap>(city.Drive(place * city.submap_length_m(), lane_m, rng));
@@ -101,7 +101,7 @@ absl::StatusOr<uint32_t> AddSession(const LargeStoreOptions& options, const City
   while (index < static_cast<uint32_t>(options.submaps_per_session) &&
          BytesOnDisk(folder) < options.bytes) {
     const int place = number * options.submaps_per_session + static_cast<int>(index);
-    auto submap = Look(options, city, place, &rng, *store);
+    auto submap = MakeSubmapAt(options, city, place, &rng, *store);
     if (!submap.ok()) return submap.status();
     storage::WriteBatch batch;
     Name(session, index++, submap->get(), &batch);

@@ -103,13 +103,13 @@ struct Kept {
   size_t kept = 0, lost = 0;
 };
 
-Kept CountKept(const placement::Judgement& judgement, const std::vector<LoopClosure>& loops,
+Kept CountKept(const placement::EdgeStatus& edge_status, const std::vector<LoopClosure>& loops,
                size_t from, size_t to) {
   Kept count;
   for (size_t i = from; i < to; ++i) {
-    const auto it = judgement.loops.find(loops[i].id);
+    const auto it = edge_status.loops.find(loops[i].id);
     for (size_t e = 0; e < loops[i].edges.size(); ++e) {
-      const bool kept = it != judgement.loops.end() && e < it->second.size() && it->second[e];
+      const bool kept = it != edge_status.loops.end() && e < it->second.size() && it->second[e];
       ++(kept ? count.kept : count.lost);
     }
   }
@@ -169,8 +169,8 @@ FalseLoopsTrial RunFalseLoops(const DrivenRobot& robot, const std::vector<LoopCl
   trial.without_m = RmseOf(robot, place(found, &trial.without_ms));
   const placement::Outcome outcome = place(loops, &trial.with_ms);
   trial.with_m = RmseOf(robot, outcome);
-  trial.right_lost = CountKept(outcome.judgement, loops, 0, found.size()).lost;
-  trial.false_kept = CountKept(outcome.judgement, loops, found.size(), loops.size()).kept;
+  trial.right_lost = CountKept(outcome.edge_status, loops, 0, found.size()).lost;
+  trial.false_kept = CountKept(outcome.edge_status, loops, found.size(), loops.size()).kept;
   return trial;
 }
 

@@ -58,10 +58,10 @@ absl::Status DrawClosed(const std::vector<DrivenRobot>& robots, server::Pipeline
   std::vector<Trajectory> ways(robots.size());
   Region region;
   for (size_t r = 0; r < robots.size(); ++r) {
-    auto way = pipeline.GetTrajectory(robots[r].session.robot, TrajectoryFrame::kMap);
-    if (!way.ok()) return way.status();
-    if (r == 0) region.component = way->component;
-    if (way->component == region.component) ways[r] = std::move(way->poses);
+    auto trajectories = pipeline.GetTrajectory(robots[r].session.robot, TrajectoryFrame::kMap);
+    if (!trajectories.ok()) return trajectories.status();
+    if (r == 0) region.component = trajectories->component;
+    if (trajectories->component == region.component) ways[r] = std::move(trajectories->poses);
   }
   std::vector<MapPoint> points;
   const auto add = [&](const std::vector<MapPoint>& chunk) {
@@ -83,8 +83,8 @@ absl::Status DrawOpenAndClosed(const std::vector<DrivenRobot>& robots, server::P
   return status;
 }
 
-absl::Status Judge(const std::vector<DrivenRobot>& robots, server::Pipeline& pipeline,
-                   MapTrial* trial) {
+absl::Status MeasureMap(const std::vector<DrivenRobot>& robots, server::Pipeline& pipeline,
+                        MapTrial* trial) {
   for (const DrivenRobot& robot : robots) {
     const auto open = OpenLoopRmse(robot);
     if (!open.ok()) return open.status();
@@ -92,13 +92,13 @@ absl::Status Judge(const std::vector<DrivenRobot>& robots, server::Pipeline& pip
     trial->submaps += robot.submaps.size();
   }
   auto map = MapRmse(robots, pipeline);
-  auto way = WayRmse(robots, pipeline);
-  trial->one_frame = map.ok() && way.ok();
+  auto trajectories = TrajectoryRmse(robots, pipeline);
+  trial->one_frame = map.ok() && trajectories.ok();
   if (trial->one_frame) {
     trial->map = *std::move(map);
-    trial->way = *std::move(way);
+    trial->trajectories = *std::move(trajectories);
   } else if (map.status().code() != absl::StatusCode::kFailedPrecondition) {
-    return map.ok() ? way.status() : map.status();
+    return map.ok() ? trajectories.status() : map.status();
   }
   auto loops = pipeline.ListLoops(std::nullopt);
   if (!loops.ok()) return loops.status();
@@ -134,7 +134,7 @@ absl::StatusOr<MapTrial> RunMapTrial(std::vector<DrivenRobot> robots,
   absl::Status status = UploadAll(robots, **pipeline, &trial.worst_upload_ms);
   if (status.ok()) status = FinishAll(robots, **pipeline);
   trial.cpu_ms = clock.Ms();
-  if (status.ok()) status = Judge(robots, **pipeline, &trial);
+  if (status.ok()) status = MeasureMap(robots, **pipeline, &trial);
   if (status.ok() && !options.picture.empty()) {
     status = DrawOpenAndClosed(robots, **pipeline, options.picture);
   }

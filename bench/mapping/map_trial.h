@@ -22,7 +22,7 @@ struct MapTrial {
   uint64_t in_map = 0, retired = 0;  // What became of them.
   std::vector<double> open_m;        // Each robot's RMSE by its odometry alone.
   TeamRmse map;                      // Of the submaps in the map, and ...
-  TeamRmse way;                      // ... of the ways; none if they are not in one component.
+  TeamRmse trajectories;             // ... of the ways; none if they are not in one component.
   bool one_frame = false;
   LoopFigures loops;
   std::vector<std::string> matches;  // What was found between the robots, a line each.

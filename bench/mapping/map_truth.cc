@@ -83,8 +83,8 @@ absl::StatusOr<double> OpenLoopRmse(const DrivenRobot& robot) {
   return errors->all.rmse_m;
 }
 
-absl::StatusOr<TeamRmse> WayRmse(const std::vector<DrivenRobot>& robots,
-                                 server::Pipeline& pipeline) {
+absl::StatusOr<TeamRmse> TrajectoryRmse(const std::vector<DrivenRobot>& robots,
+                                        server::Pipeline& pipeline) {
   std::vector<evaluation::TrajectoryPair> team;
   std::vector<uint32_t> components;
   for (const DrivenRobot& robot : robots) {

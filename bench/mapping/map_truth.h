@@ -31,8 +31,8 @@ absl::StatusOr<double> OpenLoopRmse(const DrivenRobot& robot);
 // As the map has the ways of the robots' newest sessions: bent to follow the submaps, so that what
 // odometry erred by between two submaps is shared out over the first. FailedPrecondition if they
 // are not in one component.
-absl::StatusOr<TeamRmse> WayRmse(const std::vector<DrivenRobot>& robots,
-                                 server::Pipeline& pipeline);
+absl::StatusOr<TeamRmse> TrajectoryRmse(const std::vector<DrivenRobot>& robots,
+                                        server::Pipeline& pipeline);
 // Likewise, of the submaps in the map: each keyframe where its submap is, which is what points are
 // placed by.
 absl::StatusOr<TeamRmse> MapRmse(const std::vector<DrivenRobot>& robots,

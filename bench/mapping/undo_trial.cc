@@ -16,12 +16,12 @@ namespace {
 constexpr char kA[] = "robot_a", kB[] = "robot_b";
 
 // Both robots' ways in the map, one after the other.
-absl::StatusOr<std::vector<Pose>> WaysInMap(server::Pipeline& pipeline) {
+absl::StatusOr<std::vector<Pose>> TrajectoriesInMap(server::Pipeline& pipeline) {
   std::vector<Pose> poses;
   for (const char* robot : {kA, kB}) {
-    const auto way = pipeline.GetTrajectory(RobotId(robot), TrajectoryFrame::kMap);
-    if (!way.ok()) return way.status();
-    for (const StampedPose& pose : way->poses) poses.push_back(pose.pose);
+    const auto trajectory = pipeline.GetTrajectory(RobotId(robot), TrajectoryFrame::kMap);
+    if (!trajectory.ok()) return trajectory.status();
+    for (const StampedPose& pose : trajectory->poses) poses.push_back(pose.pose);
   }
   return poses;
 }
@@ -60,7 +60,7 @@ absl::Status Force(server::Pipeline& pipeline, bool* merged_before) {
   *merged_before = matches[0].match.state == MatchState::kAccepted;
   constexpr double kTurn = 20 * std::numbers::pi / 180;
   MatchDecision wrong = Decision();
-  wrong.ruling = Ruling::kSet;
+  wrong.kind = ManualDecisionKind::kSet;
   wrong.T_a_b = Pose::FromXyzRpy(4, 3, 0, 0, 0, kTurn) * matches[0].match.T_a_b;
   wrong.note = "wrong on purpose";
   const auto decided = pipeline.DecideMatch(wrong);
@@ -91,19 +91,19 @@ absl::StatusOr<UndoTrial> RunUndo(std::vector<DrivenRobot> robots, UndoBy how,
   if (status.ok()) status = OpenSession(kB, **pipeline, &robots.at(1));
   if (status.ok()) status = UploadAll(robots, **pipeline);
   if (!status.ok()) return status;
-  const auto before = WaysInMap(**pipeline);
+  const auto before = TrajectoriesInMap(**pipeline);
   if (!before.ok()) return before.status();
   const int64_t revision = (*pipeline)->GetMapInfo().revision;
   UndoTrial trial;
   status = Force(**pipeline, &trial.merged_before);
   if (!status.ok()) return status;
-  const auto forced = WaysInMap(**pipeline);
+  const auto forced = TrajectoriesInMap(**pipeline);
   if (!forced.ok()) return forced.status();
   trial.forced_m = Largest(*before, *forced).metres;
   if (trial.forced_m < 1) return absl::FailedPreconditionError("the forced match moved nothing");
   status = Undo(how, revision, **pipeline);
   if (!status.ok()) return status;
-  const auto after = WaysInMap(**pipeline);
+  const auto after = TrajectoriesInMap(**pipeline);
   if (!after.ok()) return after.status();
   if (after->size() != before->size()) return absl::InternalError("trajectories got other poses");
   const Difference left = Largest(*before, *after);

@@ -75,10 +75,10 @@ absl::StatusOr<std::vector<DrivenRobot>> MakeRobots(const MergingScenario& scena
   }
   if (scenario.overlap) {
     const bool ends_too = scenario.overlap->least == 0;
-    const auto stretches = FindStretches(robots[0], robots[1], *scenario.overlap, ends_too);
-    if (!stretches) return std::vector<DrivenRobot>();
-    Keep(stretches->first, &robots[0]);
-    Keep(stretches->second, &robots[1]);
+    const auto ranges = FindScanRanges(robots[0], robots[1], *scenario.overlap, ends_too);
+    if (!ranges) return std::vector<DrivenRobot>();
+    KeepScans(ranges->first, &robots[0]);
+    KeepScans(ranges->second, &robots[1]);
     // Submaps are kept whole at their beginning, which may be too much.
     const double overlap = SeenSurface::Overlap(SeenSurface(robots[0]), SeenSurface(robots[1]));
     if (overlap > scenario.overlap->most) return std::vector<DrivenRobot>();

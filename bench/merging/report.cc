@@ -122,7 +122,7 @@ std::string Row(const Group& group) {
   return row;
 }
 
-const char* Word(TrialOutcome outcome) {
+const char* NameOf(TrialOutcome outcome) {
   switch (outcome) {
     case TrialOutcome::kRight:
       return "right";
@@ -142,7 +142,7 @@ nlohmann::ordered_json ToJson(const PairResult& pair) {
   const Match& match = pair.match;
   nlohmann::ordered_json json = {{"a", pair.a},
                                  {"b", pair.b},
-                                 {"outcome", Word(pair.outcome)},
+                                 {"outcome", NameOf(pair.outcome)},
                                  {"hypothesis_right", pair.hypothesis_right},
                                  {"has_hypothesis", pair.HasHypothesis()},
                                  {"overlap_of_truth", pair.overlap},
@@ -161,8 +161,8 @@ nlohmann::ordered_json ToJson(const PairResult& pair) {
                                  {"comparisons", match.comparisons},
                                  {"runner_up", match.runner_up},
                                  {"shared_area_m2", match.shared_area_m2},
-                                 {"hold", match.hold},
-                                 {"strain", match.strain},
+                                 {"observability", match.observability},
+                                 {"odometry_residual", match.odometry_residual},
                                  {"cycle_m", match.cycle_m},
                                  {"cycle_deg", match.cycle_deg},
                                  {"candidates", match.candidates},
@@ -189,7 +189,7 @@ std::string TrialLines(const Trial& trial) {
                           "%s %d %d~%d: %s (%s %s, confidence %.2f), overlap %.2f, maps %.3f m "
                           "%.2f deg, start %.3f m "
                           "%.2f deg, free space %.4f / %.4f of %d, %d candidates, %.0f ms\n",
-                          trial.scenario, trial.seed, pair.a, pair.b, Word(pair.outcome),
+                          trial.scenario, trial.seed, pair.a, pair.b, NameOf(pair.outcome),
                           ToString(match.state), ToString(match.reason), match.confidence,
                           pair.overlap, pair.map.median_m, pair.map.median_deg, pair.start.median_m,
                           pair.start.median_deg, match.free_space, match.runner_up,

@@ -34,22 +34,22 @@ SeenSurface::SeenSurface(const DrivenRobot& robot) {
       const Eigen::Vector3d at =
           T_world_submap[point.keyframe] * point.Position().cast<double>().eval();
       const uint64_t sequence = submap->keyframes[point.keyframe].sequence;
-      Stretch& seen =
-          cells_.try_emplace(CellOf(at, robot.overlap_cell_m), Stretch{sequence, sequence})
+      ScanRange& seen =
+          cells_.try_emplace(CellOf(at, robot.overlap_cell_m), ScanRange{sequence, sequence})
               .first->second;
       seen = {std::min(seen.first, sequence), std::max(seen.last, sequence)};
     }
   }
 }
 
-size_t SeenSurface::Count(const Stretch& stretch) const {
+size_t SeenSurface::Count(const ScanRange& range) const {
   return static_cast<size_t>(std::count_if(cells_.begin(), cells_.end(), [&](const auto& cell) {
-    return Contains(stretch, cell.second);
+    return Contains(range, cell.second);
   }));
 }
 
-double SeenSurface::Overlap(const SeenSurface& a, const SeenSurface& b, const Stretch& of_a,
-                            const Stretch& of_b) {
+double SeenSurface::Overlap(const SeenSurface& a, const SeenSurface& b, const ScanRange& of_a,
+                            const ScanRange& of_b) {
   const size_t least = std::min(a.Count(of_a), b.Count(of_b));
   if (least == 0) return 0;
   const auto common = std::count_if(a.cells_.begin(), a.cells_.end(), [&](const auto& cell) {
@@ -60,14 +60,16 @@ double SeenSurface::Overlap(const SeenSurface& a, const SeenSurface& b, const St
   return static_cast<double>(common) / static_cast<double>(least);
 }
 
-std::optional<std::pair<Stretch, Stretch>> FindStretches(const DrivenRobot& a, const DrivenRobot& b,
-                                                         const OverlapRange& range, bool ends_too) {
+std::optional<std::pair<ScanRange, ScanRange>> FindScanRanges(const DrivenRobot& a,
+                                                              const DrivenRobot& b,
+                                                              const OverlapRange& range,
+                                                              bool ends_too) {
   const SeenSurface seen_a(a), seen_b(b);
   const uint64_t last = std::max(a.poses.back().sequence, b.poses.back().sequence);
   for (uint64_t length = last; length > kStride; length -= kStride) {
-    const Stretch beginning{0, length}, end{last + 1 - length, UINT64_MAX};
-    for (const Stretch& of_a : {beginning, end}) {
-      for (const Stretch& of_b : {beginning, end}) {
+    const ScanRange beginning{0, length}, end{last + 1 - length, UINT64_MAX};
+    for (const ScanRange& of_a : {beginning, end}) {
+      for (const ScanRange& of_b : {beginning, end}) {
         if (!ends_too && (of_a.first > 0 || of_b.first > 0)) continue;
         const double overlap = SeenSurface::Overlap(seen_a, seen_b, of_a, of_b);
         if (overlap >= range.least && overlap <= range.most) return std::pair(of_a, of_b);
@@ -93,14 +95,14 @@ std::shared_ptr<const Submap> Beginning(const Submap& submap, uint64_t sequence)
 
 }  // namespace
 
-void Keep(const Stretch& stretch, DrivenRobot* robot) {
+void KeepScans(const ScanRange& range, DrivenRobot* robot) {
   auto& submaps = robot->submaps;
   size_t begin = 0, end = submaps.size();
-  while (begin + 1 < end && submaps[begin]->first_sequence < stretch.first) ++begin;
-  while (begin + 1 < end && submaps[end - 1]->keyframes.front().sequence > stretch.last) --end;
+  while (begin + 1 < end && submaps[begin]->first_sequence < range.first) ++begin;
+  while (begin + 1 < end && submaps[end - 1]->keyframes.front().sequence > range.last) --end;
   const auto at = [&](size_t i) { return submaps.begin() + static_cast<std::ptrdiff_t>(i); };
   submaps = std::vector(at(begin), at(end));
-  submaps.back() = Beginning(*submaps.back(), stretch.last);
+  submaps.back() = Beginning(*submaps.back(), range.last);
   for (size_t i = 0; i < submaps.size(); ++i) {
     auto renumbered = std::make_shared<Submap>(*submaps[i]);
     renumbered->id.index = static_cast<uint32_t>(i);

@@ -13,7 +13,7 @@
 namespace isthmus::bench {
 
 // Scans of a drive, both ends included.
-struct Stretch {
+struct ScanRange {
   uint64_t first = 0, last = UINT64_MAX;
 };
 
@@ -25,16 +25,16 @@ class SeenSurface {
 
   // Share of the cells of the one that saw fewer which the other saw too, [0, 1]; if all had been
   // seen in these stretches. Stretches begin with a drive's first scan or end with its last.
-  static double Overlap(const SeenSurface& a, const SeenSurface& b, const Stretch& of_a = {},
-                        const Stretch& of_b = {});
+  static double Overlap(const SeenSurface& a, const SeenSurface& b, const ScanRange& of_a = {},
+                        const ScanRange& of_b = {});
 
  private:
-  static bool Contains(const Stretch& stretch, const Stretch& seen) {
-    return seen.first <= stretch.last && seen.last >= stretch.first;
+  static bool Contains(const ScanRange& range, const ScanRange& seen) {
+    return seen.first <= range.last && seen.last >= range.first;
   }
-  size_t Count(const Stretch& stretch) const;
+  size_t Count(const ScanRange& range) const;
 
-  std::unordered_map<uint64_t, Stretch> cells_;  // When each was seen.
+  std::unordered_map<uint64_t, ScanRange> cells_;  // When each was seen.
 };
 
 // In [0, 1].
@@ -45,11 +45,13 @@ struct OverlapRange {
 // The longest stretches, of as many scans for either robot, in which their overlap is in the range;
 // nothing if there are none. Both are beginnings of the drives, or else `ends_too`, beginnings or
 // ends. Looks at every tenth length.
-std::optional<std::pair<Stretch, Stretch>> FindStretches(const DrivenRobot& a, const DrivenRobot& b,
-                                                         const OverlapRange& range, bool ends_too);
+std::optional<std::pair<ScanRange, ScanRange>> FindScanRanges(const DrivenRobot& a,
+                                                              const DrivenRobot& b,
+                                                              const OverlapRange& range,
+                                                              bool ends_too);
 
 // As if the robot had driven that stretch only: submaps that begin earlier and what was seen later
 // are gone. At least one keyframe stays.
-void Keep(const Stretch& stretch, DrivenRobot* robot);
+void KeepScans(const ScanRange& range, DrivenRobot* robot);
 
 }  // namespace isthmus::bench

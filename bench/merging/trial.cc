@@ -17,7 +17,7 @@ namespace {
 constexpr double kRightM = 0.3, kRightDeg = 1.0;
 constexpr double kHypothesisM = 0.5, kHypothesisDeg = 2.0;
 
-PairResult Judge(const DrivenRobot& a, const DrivenRobot& b, const Match& match) {
+PairResult MeasurePair(const DrivenRobot& a, const DrivenRobot& b, const Match& match) {
   PairResult result;
   result.match = match;
   const PairTruth truth(a, b);
@@ -46,7 +46,7 @@ std::vector<PairResult> JudgePairs(const std::vector<DrivenRobot>& robots,
         return edge.match.a == robots[a].session.id && edge.match.b == robots[b].session.id;
       });
       PairResult& pair = pairs.emplace_back(
-          Judge(robots[a], robots[b], it == matches.end() ? Match() : it->match));
+          MeasurePair(robots[a], robots[b], it == matches.end() ? Match() : it->match));
       pair.a = static_cast<int>(a);
       pair.b = static_cast<int>(b);
       if (robots[a].ground == robots[b].ground) {

@@ -81,13 +81,13 @@ absl::Status WriteMatches(const KnownMapOptions& options, storage::MapStore* sto
       match.submaps_a = match.submaps_b = static_cast<uint32_t>(options.submaps);
       match.computed_ns = 2 * kBeginNs;
       if (a > 0) continue;
-      Verdict& verdict = batch.verdicts.emplace_back();
-      verdict.a = match.a;
-      verdict.b = match.b;
-      verdict.ruling = Ruling::kSet;
-      verdict.T_a_b = Pose(Eigen::Vector3d(0, 5.0 * b, 0));
-      verdict.note = "generated";
-      verdict.given_ns = kBeginNs;
+      ManualDecision& manual_decision = batch.manual_decisions.emplace_back();
+      manual_decision.a = match.a;
+      manual_decision.b = match.b;
+      manual_decision.kind = ManualDecisionKind::kSet;
+      manual_decision.T_a_b = Pose(Eigen::Vector3d(0, 5.0 * b, 0));
+      manual_decision.note = "generated";
+      manual_decision.given_ns = kBeginNs;
     }
   }
   return store->Write(batch);

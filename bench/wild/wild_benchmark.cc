@@ -24,7 +24,7 @@ absl::StatusOr<WildEntry> RunOne(uint64_t seed, const WildBenchmarkOptions& opti
                    .sensor = ride->drive.sensor,
                    .seed = seed,
                    .cal_ms = run->cal_ms,
-                   .verdict = Judge(run->scans, options.every * kPeriodS)};
+                   .score = ScoreWildDrive(run->scans, options.every * kPeriodS)};
 }
 
 std::vector<uint64_t> Seeds(const WildBenchmarkOptions& options) {

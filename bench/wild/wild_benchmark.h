@@ -29,7 +29,7 @@ struct WildEntry {
   std::string kind, carrier, about, sensor;
   uint64_t seed = 0;
   double cal_ms = 0;  // See CalibrationMs.
-  WildVerdict verdict;
+  WildScore score;
 };
 
 // Prints a line about each drive when it is done. Errors as GetWildRide and Run.

@@ -9,12 +9,12 @@
 namespace isthmus::bench {
 
 // Poses of different segments share no frame: each is judged by itself.
-struct WildVerdict {
+struct WildScore {
   int scans = 0, ok = 0, degenerate = 0, lost = 0, rejected = 0, segments = 0;
   // Stretches of lost and rejected scans, a pose known again only after them.
   double longest_lost_s = 0;
-  double lost_long = 0;  // Share of scans in stretches longer than kLongLostS.
-  double way_m = 0;      // By the truth.
+  double lost_long = 0;      // Share of scans in stretches longer than kLongLostS.
+  double path_length_m = 0;  // By the truth.
   // Positions of scans that claim to be ok after rigid alignment, segment by segment.
   double rmse_m = 0, worst_m = 0;
   double rmse_percent = 0;   // Of the way.
@@ -29,6 +29,6 @@ struct WildVerdict {
 
 constexpr double kLongLostS = 2;
 
-WildVerdict Judge(const std::vector<ScanRecord>& scans, double period_s);
+WildScore ScoreWildDrive(const std::vector<ScanRecord>& scans, double period_s);
 
 }  // namespace isthmus::bench

@@ -15,7 +15,7 @@ using Group = std::vector<const WildEntry*>;
 template <typename Figure>
 std::vector<double> Figures(const Group& group, Figure figure) {
   std::vector<double> values;
-  for (const WildEntry* entry : group) values.push_back(figure(entry->verdict));
+  for (const WildEntry* entry : group) values.push_back(figure(entry->score));
   return values;
 }
 
@@ -23,7 +23,7 @@ std::string Row(const std::string& name, const Group& group) {
   double scans = 0, lost_long = 0, ok = 0, degenerate = 0;
   int silent = 0, untold = 0, hurt = 0;
   for (const WildEntry* entry : group) {
-    const WildVerdict& v = entry->verdict;
+    const WildScore& v = entry->score;
     scans += v.scans;
     ok += v.ok;
     degenerate += v.degenerate;
@@ -32,8 +32,8 @@ std::string Row(const std::string& name, const Group& group) {
     untold += v.silent_untold;
     hurt += v.lost_long > 0 || v.silent > 0;
   }
-  const auto percent = Figures(group, [](const WildVerdict& v) { return v.rmse_percent; });
-  const auto ms = Figures(group, [](const WildVerdict& v) { return v.median_ms; });
+  const auto percent = Figures(group, [](const WildScore& v) { return v.rmse_percent; });
+  const auto ms = Figures(group, [](const WildScore& v) { return v.median_ms; });
   scans = std::max(scans, 1.0);
   return absl::StrFormat("| %s | %d | %d | %.1f | %.1f | %.1f | %.2f | %.2f | %d | %d | %.1f |\n",
                          name, group.size(), hurt, 100 * ok / scans, 100 * degenerate / scans,
@@ -42,7 +42,7 @@ std::string Row(const std::string& name, const Group& group) {
 }
 
 // The worse, the higher.
-double Badness(const WildVerdict& v) {
+double Badness(const WildScore& v) {
   const double scans = std::max(v.scans, 1);
   return v.lost_long + v.silent / scans + v.rmse_percent / 100;
 }
@@ -50,14 +50,14 @@ double Badness(const WildVerdict& v) {
 }  // namespace
 
 std::string ToLine(const WildEntry& entry) {
-  const WildVerdict& v = entry.verdict;
+  const WildScore& v = entry.score;
   return absl::StrFormat(
       "%-9s --kind %s --seed %d %s %s (%s): %d scans, ok %d degenerate %d lost %d rejected %d, "
       "longest lost %.1f s, rmse %.3f m = %.2f %% of %.0f m (with degenerate %.2f %%), worst %.2f "
       "m, silent %d (untold %d), "
       "segments %d, %.1f ms = %.4f cal",
       entry.kind, entry.kind, entry.seed, entry.sensor, entry.carrier, entry.about, v.scans, v.ok,
-      v.degenerate, v.lost, v.rejected, v.longest_lost_s, v.rmse_m, v.rmse_percent, v.way_m,
+      v.degenerate, v.lost, v.rejected, v.longest_lost_s, v.rmse_m, v.rmse_percent, v.path_length_m,
       v.posed_percent, v.worst_m, v.silent, v.silent_untold, v.segments, v.median_ms,
       v.median_ms / std::max(entry.cal_ms, 1e-9));
 }
@@ -77,7 +77,7 @@ std::string ToMarkdown(const std::vector<WildEntry>& entries) {
   absl::StrAppend(&text, Row("all", all));
   constexpr size_t kWorst = 5;
   std::sort(all.begin(), all.end(), [](const WildEntry* a, const WildEntry* b) {
-    return Badness(a->verdict) > Badness(b->verdict);
+    return Badness(a->score) > Badness(b->score);
   });
   all.resize(std::min(all.size(), kWorst));
   absl::StrAppend(&text, "\nThe worst:\n");
@@ -86,7 +86,7 @@ std::string ToMarkdown(const std::vector<WildEntry>& entries) {
 }
 
 nlohmann::ordered_json ToJson(const WildEntry& entry) {
-  const WildVerdict& v = entry.verdict;
+  const WildScore& v = entry.score;
   return {{"kind", entry.kind},
           {"seed", entry.seed},
           {"sensor", entry.sensor},
@@ -100,7 +100,7 @@ nlohmann::ordered_json ToJson(const WildEntry& entry) {
           {"segments", v.segments},
           {"longest_lost_s", v.longest_lost_s},
           {"lost_long", v.lost_long},
-          {"way_m", v.way_m},
+          {"path_length_m", v.path_length_m},
           {"rmse_m", v.rmse_m},
           {"rmse_percent", v.rmse_percent},
           {"posed_percent", v.posed_percent},

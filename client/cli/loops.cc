@@ -1,4 +1,4 @@
-// isthmus loops: places that robots came back to, and a person's word on them.
+// isthmus loops: places that robots came back to, and a person's decision on them.
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_format.h>
 

@@ -1,4 +1,4 @@
-// isthmus match: a person's word on how two robots' maps lie to each other.
+// isthmus match: a person's decision on how two robots' maps lie to each other.
 #include <absl/strings/str_format.h>
 
 #include <numbers>
@@ -27,7 +27,7 @@ Pose PoseOf(const std::vector<double>& numbers) {
                           numbers[4] * kRadians, numbers[5] * kRadians);
 }
 
-int Run(const Options& options, std::optional<Ruling> ruling) {
+int Run(const Options& options, std::optional<ManualDecisionKind> kind) {
   const auto client = Connect(options.server);
   if (!client.ok()) return FailServer(client.status());
   MatchDecision decision;
@@ -38,7 +38,7 @@ int Run(const Options& options, std::optional<Ruling> ruling) {
     decision.robot_a = RobotId(options.a);
     decision.robot_b = RobotId(options.b);
   }
-  decision.ruling = ruling;
+  decision.kind = kind;
   decision.note = options.note;
   if (!options.pose.empty()) decision.T_a_b = PoseOf(options.pose);
   const auto decided = (*client)->DecideMatch(decision);
@@ -52,24 +52,24 @@ int Run(const Options& options, std::optional<Ruling> ruling) {
 }
 
 void AddDecision(CLI::App& match, Action& action, const std::string& name, const std::string& what,
-                 std::optional<Ruling> ruling) {
+                 std::optional<ManualDecisionKind> kind) {
   auto options = std::make_shared<Options>();
   CLI::App* command = match.add_subcommand(name, what);
   AddServerOptions(*command, options->server);
   command->add_option("A", options->a, "Robot; its newest session is meant")->required();
   command->add_option("B", options->b, "The other robot")->required();
   command->add_flag("--sessions", options->sessions, "A and B are sessions");
-  if (ruling == Ruling::kSet) {
+  if (kind == ManualDecisionKind::kSet) {
     command
         ->add_option("--pose", options->pose,
                      "X Y Z ROLL PITCH YAW of B's odom frame in A's: metres and degrees")
         ->expected(6)
         ->required();
   }
-  if (ruling) command->add_option("--note", options->note, "Why; kept with the decision");
+  if (kind) command->add_option("--note", options->note, "Why; kept with the decision");
   command->add_flag("--json", options->json, "The match as it counts from now on, as JSON");
   command->callback(
-      [options, ruling, &action] { action = [options, ruling] { return Run(*options, ruling); }; });
+      [options, kind, &action] { action = [options, kind] { return Run(*options, kind); }; });
 }
 
 }  // namespace
@@ -79,12 +79,12 @@ void AddMatch(CLI::App& app, Action& action) {
       app.add_subcommand("match", "Accept, reject or give the match of two robots by hand");
   match->require_subcommand(1);
   AddDecision(*match, action, "accept", "What was computed last holds from now on",
-              Ruling::kAccept);
+              ManualDecisionKind::kAccept);
   AddDecision(*match, action, "reject", "The two are not joined, whatever is computed",
-              Ruling::kReject);
-  AddDecision(*match, action, "set", "The pose given holds", Ruling::kSet);
-  AddDecision(*match, action, "withdraw", "What was said no longer counts, what is computed does",
-              std::nullopt);
+              ManualDecisionKind::kReject);
+  AddDecision(*match, action, "set", "The pose given holds", ManualDecisionKind::kSet);
+  AddDecision(*match, action, "withdraw",
+              "The decision is withdrawn; the computed match counts again", std::nullopt);
 }
 
 }  // namespace isthmus::cli

@@ -20,14 +20,15 @@ struct Options {
 // The ways of the robots of that component, in the order of `robots`; empty for the others.
 absl::StatusOr<std::vector<Trajectory>> Ways(client::Client& client, uint32_t component,
                                              const std::vector<RobotId>& robots) {
-  std::vector<Trajectory> ways(robots.size());
+  std::vector<Trajectory> trajectories(robots.size());
   for (size_t i = 0; i < robots.size(); ++i) {
-    auto way = client.GetTrajectory(robots[i], TrajectoryFrame::kMap);
-    if (absl::IsFailedPrecondition(way.status())) continue;  // Not placed: not in the picture.
-    if (!way.ok()) return way.status();
-    if (way->component == component) ways[i] = std::move(way->poses);
+    auto trajectory = client.GetTrajectory(robots[i], TrajectoryFrame::kMap);
+    if (absl::IsFailedPrecondition(trajectory.status()))
+      continue;  // Not placed: not in the picture.
+    if (!trajectory.ok()) return trajectory.status();
+    if (trajectory->component == component) trajectories[i] = std::move(trajectory->poses);
   }
-  return ways;
+  return trajectories;
 }
 
 int Run(const Options& options) {
@@ -38,12 +39,12 @@ int Run(const Options& options) {
   if (region->points.empty()) {
     return Fail(kNoAnswer, absl::FailedPreconditionError("the map has no points yet"));
   }
-  const auto ways = Ways(**client, options.query.component, region->robots);
-  if (!ways.ok()) return FailServer(ways.status());
+  const auto trajectories = Ways(**client, options.query.component, region->robots);
+  if (!trajectories.ok()) return FailServer(trajectories.status());
   std::vector<std::string> names;
   for (const RobotId& robot : region->robots) names.push_back(robot.value());
-  const absl::Status written =
-      evaluation::WritePicture(options.output, region->points, *ways, names, options.picture);
+  const absl::Status written = evaluation::WritePicture(options.output, region->points,
+                                                        *trajectories, names, options.picture);
   if (!written.ok()) return Fail(kFailed, written);
   absl::PrintF("%s: %d points of %d sessions, revision %d\n", options.output, region->points.size(),
                region->robots.size(), region->revision);

@@ -131,8 +131,8 @@ Json ToJson(const MatchEdge& edge, bool with_edges) {
               {"comparisons", OrNull(match.comparisons)},
               {"runner_up", OrNull(match.runner_up)},
               {"shared_area_m2", OrNull(match.shared_area_m2)},
-              {"hold", OrNull(match.hold)},
-              {"strain", OrNull(match.strain)},
+              {"observability", OrNull(match.observability)},
+              {"odometry_residual", OrNull(match.odometry_residual)},
               {"cycle_m", OrNull(match.cycle_m)},
               {"cycle_deg", OrNull(match.cycle_deg)},
               {"candidates", match.candidates},
@@ -142,11 +142,11 @@ Json ToJson(const MatchEdge& edge, bool with_edges) {
               {"computed_ns", match.computed_ns},
               {"stages_ms", Json::object()}};
   for (const StageTime& stage : match.stages) out["stages_ms"][stage.stage] = stage.ms;
-  out["verdict"] = nullptr;
-  if (edge.verdict) {
-    out["verdict"] = {{"ruling", ToString(edge.verdict->ruling)},
-                      {"note", edge.verdict->note},
-                      {"given_ns", edge.verdict->given_ns}};
+  out["manual_decision"] = nullptr;
+  if (edge.manual_decision) {
+    out["manual_decision"] = {{"kind", ToString(edge.manual_decision->kind)},
+                              {"note", edge.manual_decision->note},
+                              {"given_ns", edge.manual_decision->given_ns}};
   }
   if (with_edges) {
     out["edges"] = Json::array();

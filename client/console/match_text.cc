@@ -31,8 +31,9 @@ std::vector<std::string> Checks(const Match& m) {
                                     m.comparisons));
   }
   if (m.runner_up >= 0) parts.push_back(absl::StrFormat("runner-up %.2f %%", 100 * m.runner_up));
-  if (m.hold >= 0) parts.push_back(absl::StrFormat("hold %.3f", m.hold));
-  if (m.strain >= 0) parts.push_back(absl::StrFormat("strain %.2f", m.strain));
+  if (m.observability >= 0) parts.push_back(absl::StrFormat("observability %.3f", m.observability));
+  if (m.odometry_residual >= 0)
+    parts.push_back(absl::StrFormat("odometry residual %.2f", m.odometry_residual));
   if (m.cycle_m >= 0) {
     parts.push_back(absl::StrFormat("best cycle %.2f m, %.1f deg", m.cycle_m, m.cycle_deg));
   }

@@ -158,7 +158,7 @@ absl::StatusOr<PaperBenchRun> RunWithProgress(const PaperBenchOptions& options,
 }
 
 // Prints what is known as it comes: a bench takes minutes.
-void Say(const std::string& lines) {
+void PrintLines(const std::string& lines) {
   std::fputs(lines.c_str(), stdout);
   std::fflush(stdout);
 }
@@ -172,12 +172,12 @@ int Run(const Options& options) {
         auto run = RunWithProgress(bench, world, mode, seed);
         if (absl::IsInvalidArgument(run.status())) return Fail(kUsage, run.status());
         if (!run.ok()) return Fail(kFailed, run.status());
-        Say((runs.empty() ? PaperBenchHeader() : "") + PaperBenchLine(*run));
+        PrintLines((runs.empty() ? PaperBenchHeader() : "") + PaperBenchLine(*run));
         runs.push_back(*std::move(run));
       }
     }
   }
-  Say(PaperBenchMeans(runs));
+  PrintLines(PaperBenchMeans(runs));
   if (options.json.empty()) return kOk;
   const absl::Status written = io::WriteFile(options.json, ToJson(bench, runs).dump(2) + "\n");
   return written.ok() ? kOk : Fail(kFailed, written);

@@ -114,22 +114,24 @@ absl::Status CopySession(const SessionId& session, const MapStore& old, MapStore
   return absl::OkStatus();
 }
 
-absl::Status CarryVerdicts(const MapStore& old, MapStore& made, RebuildSummary& summary) {
-  const auto verdicts = old.ListVerdicts();
-  if (!verdicts.ok()) return verdicts.status();
+absl::Status CarryManualDecisions(const MapStore& old, MapStore& made, RebuildSummary& summary) {
+  const auto manual_decisions = old.ListManualDecisions();
+  if (!manual_decisions.ok()) return manual_decisions.status();
   storage::WriteBatch batch;
-  for (const Verdict& verdict : *verdicts) {
-    if (!made.GetSession(verdict.a).ok() || !made.GetSession(verdict.b).ok()) continue;
-    batch.verdicts.push_back(verdict);
+  for (const ManualDecision& manual_decision : *manual_decisions) {
+    if (!made.GetSession(manual_decision.a).ok() || !made.GetSession(manual_decision.b).ok())
+      continue;
+    batch.manual_decisions.push_back(manual_decision);
   }
-  summary.verdicts = batch.verdicts.size();
+  summary.manual_decisions = batch.manual_decisions.size();
   return made.Write(batch);
 }
 
-absl::Status CarrySegmentVerdicts(const MapStore& old, MapStore& made, RebuildSummary& summary) {
-  const auto verdicts = old.ListVerdicts();
-  if (!verdicts.ok()) return verdicts.status();
-  const auto carried = made.ListVerdicts();
+absl::Status CarrySegmentManualDecisions(const MapStore& old, MapStore& made,
+                                         RebuildSummary& summary) {
+  const auto manual_decisions = old.ListManualDecisions();
+  if (!manual_decisions.ok()) return manual_decisions.status();
+  const auto carried = made.ListManualDecisions();
   if (!carried.ok()) return carried.status();
   const auto is_same_frame = [&](const SessionId& session) {
     const auto record = old.GetSession(session);
@@ -138,24 +140,26 @@ absl::Status CarrySegmentVerdicts(const MapStore& old, MapStore& made, RebuildSu
   };
   storage::WriteBatch batch;
   uint64_t left_out = 0;
-  for (const Verdict& verdict : *verdicts) {
-    const bool is_there = std::any_of(carried->begin(), carried->end(), [&](const Verdict& other) {
-      return other.a == verdict.a && other.b == verdict.b;
-    });
-    const auto a = old.GetSession(verdict.a), b = old.GetSession(verdict.b);
+  for (const ManualDecision& manual_decision : *manual_decisions) {
+    const bool is_there =
+        std::any_of(carried->begin(), carried->end(), [&](const ManualDecision& other) {
+          return other.a == manual_decision.a && other.b == manual_decision.b;
+        });
+    const auto a = old.GetSession(manual_decision.a), b = old.GetSession(manual_decision.b);
     const bool is_wanted =
         a.ok() && b.ok() && made.GetSession(a->opened()).ok() && made.GetSession(b->opened()).ok();
     if (is_there || !is_wanted) continue;
-    if (is_same_frame(verdict.a) && is_same_frame(verdict.b)) {
-      batch.verdicts.push_back(verdict);
+    if (is_same_frame(manual_decision.a) && is_same_frame(manual_decision.b)) {
+      batch.manual_decisions.push_back(manual_decision);
     } else {
       ++left_out;
     }
   }
-  summary.verdicts += batch.verdicts.size();
+  summary.manual_decisions += batch.manual_decisions.size();
   if (left_out > 0) {
     summary.notes.push_back(absl::StrCat(
-        left_out, " verdicts are not carried over: they are on segments that begin elsewhere now"));
+        left_out,
+        " manual decisions are not carried over: they are on segments that begin elsewhere now"));
   }
   return made.Write(batch);
 }

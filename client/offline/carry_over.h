@@ -17,16 +17,16 @@ namespace isthmus::cli {
 absl::Status CopySession(const SessionId& session, const storage::MapStore& old,
                          storage::MapStore& made);
 
-// Takes over verdicts on pairs whose sessions are both in `made`: odom frames are the same, so all
-// of a verdict holds.
-absl::Status CarryVerdicts(const storage::MapStore& old, storage::MapStore& made,
-                           RebuildSummary& summary);
-
-// Takes over the verdicts that CarryVerdicts could not, as segments are only there once they are
-// made: those of which both old and new begin with the same scan, so that their odom frames are the
-// same. The others are noted.
-absl::Status CarrySegmentVerdicts(const storage::MapStore& old, storage::MapStore& made,
+// Takes over manual decisions on pairs whose sessions are both in `made`: odom frames are the same,
+// so all of a manual decision holds.
+absl::Status CarryManualDecisions(const storage::MapStore& old, storage::MapStore& made,
                                   RebuildSummary& summary);
+
+// Takes over the manual decisions that CarryManualDecisions could not, as segments are only there
+// once they are made: those of which both old and new begin with the same scan, so that their odom
+// frames are the same. The others are noted.
+absl::Status CarrySegmentManualDecisions(const storage::MapStore& old, storage::MapStore& made,
+                                         RebuildSummary& summary);
 
 // To the submap of the same session that begins nearest in time, moved by how far that lies from
 // the old one; of a later segment as above. Loop closures that were rejected by hand are not

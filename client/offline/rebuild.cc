@@ -38,7 +38,7 @@ Json ToJson(const RebuildSummary& summary, const std::string& folder) {
   }
   return {{"folder", folder},
           {"sessions", std::move(sessions)},
-          {"verdicts", summary.verdicts},
+          {"manual_decisions", summary.manual_decisions},
           {"anchors", summary.anchors},
           {"notes", summary.notes}};
 }
@@ -57,8 +57,8 @@ void PrintText(const RebuildSummary& summary, const std::string& folder) {
         session.segments, session.rmse_m, session.compared, session.max_m);
   }
   for (const std::string& note : summary.notes) absl::PrintF("%s\n", note);
-  absl::PrintF("%s: %d sessions, %d verdicts and %d anchors carried over\n", folder,
-               summary.sessions.size(), summary.verdicts, summary.anchors);
+  absl::PrintF("%s: %d sessions, %d manual decisions and %d anchors carried over\n", folder,
+               summary.sessions.size(), summary.manual_decisions, summary.anchors);
 }
 
 int Run(Options options) {

@@ -283,7 +283,7 @@ absl::StatusOr<RebuildSummary> RebuildMap(const RebuildOptions& options,
   if (!made.ok()) return made.status();
   RebuildSummary summary;
   absl::Status status = Prepare(*work, **old, **made);
-  if (status.ok()) status = CarryVerdicts(**old, **made, summary);
+  if (status.ok()) status = CarryManualDecisions(**old, **made, summary);
   if (status.ok()) {
     status = RunPipeline(options, **old, *std::move(made), *work, progress, summary);
   }
@@ -291,7 +291,7 @@ absl::StatusOr<RebuildSummary> RebuildMap(const RebuildOptions& options,
   made = storage::OpenSqliteStore(options.to, options.storage);
   if (!made.ok()) return made.status();
   if (status = Conclude(**old, **made, *work); !status.ok()) return status;
-  if (status = CarrySegmentVerdicts(**old, **made, summary); !status.ok()) return status;
+  if (status = CarrySegmentManualDecisions(**old, **made, summary); !status.ok()) return status;
   for (const Work& one : *work) {
     summary.sessions.push_back(one.result);
     if (one.scans == nullptr) continue;

@@ -36,9 +36,9 @@ struct RebuiltSession {
 };
 
 struct RebuildSummary {
-  std::vector<RebuiltSession> sessions;  // In order of creation.
-  uint64_t verdicts = 0, anchors = 0;    // Carried over.
-  std::vector<std::string> notes;        // What could not be, and what was damaged.
+  std::vector<RebuiltSession> sessions;        // In order of creation.
+  uint64_t manual_decisions = 0, anchors = 0;  // Carried over.
+  std::vector<std::string> notes;              // What could not be, and what was damaged.
 };
 
 // Told how many of how many scans were read.

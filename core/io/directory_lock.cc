@@ -34,8 +34,8 @@ absl::Status Lock(const File& file, const std::string& folder) {
 
 }  // namespace
 
-absl::StatusOr<std::unique_ptr<DirectoryLock>> DirectoryLock::Take(const std::string& directory,
-                                                                   const LockKind& kind) {
+absl::StatusOr<std::unique_ptr<DirectoryLock>> DirectoryLock::Acquire(const std::string& directory,
+                                                                      const LockKind& kind) {
   const std::string folder = absl::StrCat(kind.name, " ", directory);
   const auto failed = [&](const absl::Status& why) {
     return absl::FailedPreconditionError(

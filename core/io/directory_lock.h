@@ -22,10 +22,10 @@ class DirectoryLock {
  public:
   // Makes the folder if need be and locks its file, which holds the number of the process.
   // FailedPrecondition when another holder has it or the folder cannot be made or written to.
-  static absl::StatusOr<std::unique_ptr<DirectoryLock>> Take(const std::string& directory,
-                                                             const LockKind& kind = {});
-  // As Take of a map folder, to read only: makes and writes nothing. A folder without the file is
-  // not locked, as no process ever had it.
+  static absl::StatusOr<std::unique_ptr<DirectoryLock>> Acquire(const std::string& directory,
+                                                                const LockKind& kind = {});
+  // As Acquire of a map folder, to read only: makes and writes nothing. A folder without the file
+  // is not locked, as no process ever had it.
   static absl::StatusOr<std::unique_ptr<DirectoryLock>> TakeExisting(const std::string& directory);
 
  private:

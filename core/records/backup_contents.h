@@ -1,4 +1,4 @@
-// What is in a backup.
+// Contents of a backup, as counted when it was checked.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// A person's word on the map, and what came of it.
+// A person's decision on the map, and what came of it.
 #pragma once
 
 #include <cstdint>
@@ -6,9 +6,9 @@
 #include <string>
 
 #include "core/ids.h"
+#include "core/manual_decision.h"
 #include "core/pose.h"
 #include "core/records/map_graph.h"
-#include "core/verdict.h"
 
 namespace isthmus {
 
@@ -16,9 +16,10 @@ namespace isthmus {
 struct MatchDecision {
   RobotId robot_a = {}, robot_b = {};
   SessionId session_a = {}, session_b = {};
-  std::optional<Ruling> ruling = {};  // Absent: what was said is withdrawn, the computed holds.
-  Pose T_a_b = {};                    // For Ruling::kSet: b's odom frame to a's, as named here.
-  std::string note = {};              // Why; at most 1000 characters.
+  std::optional<ManualDecisionKind> kind =
+      {};                 // Absent: what was said is withdrawn, the computed holds.
+  Pose T_a_b = {};        // For ManualDecisionKind::kSet: b's odom frame to a's, as named here.
+  std::string note = {};  // Why; at most 1000 characters.
 };
 
 struct DecidedMatch {

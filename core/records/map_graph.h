@@ -1,4 +1,4 @@
-// How the map hangs together and how it changed: matches, loop closures, anchors and revisions.
+// The match graph: pairs of sessions, loop closures, and where they place the sessions.
 #pragma once
 
 #include <cstdint>
@@ -8,9 +8,9 @@
 #include "core/anchor.h"
 #include "core/ids.h"
 #include "core/loop_closure.h"
+#include "core/manual_decision.h"
 #include "core/match.h"
 #include "core/revision.h"
-#include "core/verdict.h"
 
 namespace isthmus {
 
@@ -19,7 +19,7 @@ struct MatchEdge {
   RobotId robot_a = {}, robot_b = {};
   bool in_tree = false;  // Carries a placement.
   // The person's decision on the pair: `match` is then as they want it.
-  std::optional<Verdict> verdict = std::nullopt;
+  std::optional<ManualDecision> manual_decision = std::nullopt;
 };
 
 struct PlacedSession {

@@ -61,8 +61,8 @@ void FeatureMap::Clear() {
   moved_m_ = 0;
 }
 
-double FeatureMap::Glance(const std::vector<Eigen::Vector3d>& points, const Pose& T_odom_sensor,
-                          double kernel_m) {
+double FeatureMap::ScorePoints(const std::vector<Eigen::Vector3d>& points,
+                               const Pose& T_odom_sensor, double kernel_m) {
   const Eigen::Matrix3d R = T_odom_sensor.RotationMatrix();
   const Eigen::Vector3d& t = T_odom_sensor.translation();
   const double kernel2 = kernel_m * kernel_m;

@@ -34,8 +34,8 @@ class FeatureMap {
   // The fit of points (sensor frame) to the map's planes: the sum of their weights under the
   // Geman-McClure loss. Level planes do not count: ground is everywhere. Takes about 50 ns per
   // point.
-  double Glance(const std::vector<Eigen::Vector3d>& points, const Pose& T_odom_sensor,
-                double kernel_m);
+  double ScorePoints(const std::vector<Eigen::Vector3d>& points, const Pose& T_odom_sensor,
+                     double kernel_m);
 
   // For state_codec.h.
   template <typename Self, typename Io>

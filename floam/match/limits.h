@@ -71,7 +71,7 @@ inline constexpr double kPoleWorth = 8;
 // Whether a match is believed (match_quality.cc), relative to the fading averages of agreement and
 // of the share of features used. New surroundings lower the share at once, but hardly the
 // agreement. In museums and on campuses agreement never fell below 0.94 and the share below 0.9 of
-// theirs; false minima lay below 0.77 and 0.8; 108 robots that were carried (decision 0018).
+// theirs; false minima lay below 0.77 and 0.8; 108 robots that were kidnapped (decision 0018).
 
 // Weight of a scan in the averages. A guess: 2 s at 10 Hz.
 inline constexpr double kQualityFading = 0.05;

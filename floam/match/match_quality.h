@@ -8,7 +8,7 @@ namespace isthmus::floam {
 
 // A wrong place fits too, but not as well: in drives through museums and campuses, agreement never
 // fell below 0.94 of its fading average and the share of features used never below 0.9, while false
-// minima after a robot was carried away lay below 0.77 and 0.8. Among trees and pipes ground fits
+// minima after a robot was kidnapped lay below 0.77 and 0.8. Among trees and pipes ground fits
 // anywhere, but of what stands a tenth of the usual does at most, a fifth in one right place of a
 // hundred. Of the walls around a robot that is where it takes itself to be, those it looks through
 // are a few percent indoors, a third in forests, most in a crowd; a wrong place shows itself by

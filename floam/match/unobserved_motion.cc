@@ -42,7 +42,7 @@ Matrix6d UnobservedMotion::Step(const Degeneracy& unobserved, double elapsed_s) 
 
 Matrix6d UnobservedMotion::LostStep(double elapsed_s) { return Step(Everything(), elapsed_s); }
 
-Matrix6d UnobservedMotion::CarriedStep() {
+Matrix6d UnobservedMotion::StepAfterRelocalisation() {
   blind_translation_s_ = blind_rotation_s_ = 0;
   return LostCovariance();
 }

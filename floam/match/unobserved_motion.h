@@ -29,7 +29,7 @@ class UnobservedMotion {
   Matrix6d LostStep(double elapsed_s);
   // To one that was found far from where it should be: seen in the map, but a place that looks the
   // same would have been taken for it.
-  Matrix6d CarriedStep();
+  Matrix6d StepAfterRelocalisation();
 
   // For state_codec.h.
   template <typename Self, typename Io>

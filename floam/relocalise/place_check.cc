@@ -90,7 +90,7 @@ WallsSeen PlaceCheck::Walls(const MapMemory& memory, const ScanImage& image,
     if (!points_[i].on_wall) continue;
     const Eigen::Vector3f p = R * points_[i].position + t;
     if (p.squaredNorm() > kWallRangeM * kWallRangeM) continue;
-    const ScanImage::Sight sight = image.Look(p);
+    const ScanImage::Sight sight = image.SightOf(p);
     walls.onto += sight == ScanImage::Sight::kOnto;
     walls.through += sight == ScanImage::Sight::kThrough;
   }

@@ -53,7 +53,7 @@ class Search {
       queue_.pop();
       if (block.bound < least_) break;
       if (block.level == 0) {
-        Keep(block);
+        KeepBlock(block);
       } else {
         Split(block);
       }
@@ -109,7 +109,7 @@ class Search {
   }
 
   // Keeps a pose unless it is the flank of a better one.
-  void Keep(const PoseBlock& block) {
+  void KeepBlock(const PoseBlock& block) {
     FoundPose pose;
     pose.position = image_.CentreOf(block.x, block.y);
     pose.yaw = YawOf(block.heading);

@@ -61,13 +61,13 @@ std::optional<MatchResult> Relocaliser::Find(const ScanFrame& frame, const Pose&
   if (memory_.empty() || !(searching || due || !candidates_.empty())) return std::nullopt;
   image_.Make(frame.scan);
   check_.SetScan(frame, image_);
-  Follow(frame, reference_s, usual);
+  FollowCandidates(frame, reference_s, usual);
   last_ns_ = frame.stamp_ns;
   if (due) BeginSearch();
   if (!regions_.empty()) SearchSome(TiltOf(T_level_odom_ * last), reference_s, usual);
   MergeCandidates();
   if (!regions_.empty()) return std::nullopt;
-  std::optional<MatchResult> match = Decide();
+  std::optional<MatchResult> match = DecidePlace();
   if (match) match->pose.T_odom_sensor = T_level_odom_.Inverse() * match->pose.T_odom_sensor;
   return match;
 }
@@ -112,7 +112,7 @@ void Relocaliser::SearchSome(const Eigen::Quaterniond& tilt, double reference_s,
     const PoseSearchResult result = SearchPoses(image, walls, options_.search);
     lookups += result.lookups;
     exhaustive_ = exhaustive_ && result.complete;
-    for (const FoundPose& found : result.found) Inspect(found, tilt, reference_s, usual);
+    for (const FoundPose& found : result.found) InspectPlace(found, tilt, reference_s, usual);
   }
   if (!regions_.empty()) return;
   spacing_ = std::min(4 * spacing_, options_.max_spacing);
@@ -131,8 +131,8 @@ double Relocaliser::HeightAt(const Eigen::Vector2d& position) const {
   return height;
 }
 
-void Relocaliser::Inspect(const FoundPose& found, const Eigen::Quaterniond& tilt,
-                          double reference_s, const MatchQuality& usual) {
+void Relocaliser::InspectPlace(const FoundPose& found, const Eigen::Quaterniond& tilt,
+                               double reference_s, const MatchQuality& usual) {
   const Eigen::Quaterniond turn(Eigen::AngleAxisd(found.yaw, Eigen::Vector3d::UnitZ()));
   ScanPose guess;
   guess.T_odom_sensor =
@@ -140,7 +140,7 @@ void Relocaliser::Inspect(const FoundPose& found, const Eigen::Quaterniond& tilt
   guess.reference_s = reference_s;
   Candidate candidate;
   candidate.score = found.score;
-  Judge(check_.Check(memory_, guess, true), usual, &candidate);
+  ScoreCandidate(check_.Check(memory_, guess, true), usual, &candidate);
   if (candidate.scans > 0) candidates_.push_back(std::move(candidate));
 }
 
@@ -154,8 +154,8 @@ bool Relocaliser::IsStrict(const PlaceMatch& place, double score, const MatchQua
 }
 
 // Adds a scan to what is known of a place; `scans` becomes 0 if it is out of the question.
-void Relocaliser::Judge(const PlaceMatch& place, const MatchQuality& usual,
-                        Candidate* candidate) const {
+void Relocaliser::ScoreCandidate(const PlaceMatch& place, const MatchQuality& usual,
+                                 Candidate* candidate) const {
   const double agreement =
       std::max(options_.least_agreement, options_.min_agreement * usual.agreement());
   if (!place.match.pose.T_odom_sensor.IsFinite() ||
@@ -173,7 +173,8 @@ void Relocaliser::Judge(const PlaceMatch& place, const MatchQuality& usual,
 }
 
 // Takes every place on to the new scan, and drops those where it does not fit.
-void Relocaliser::Follow(const ScanFrame& frame, double reference_s, const MatchQuality& usual) {
+void Relocaliser::FollowCandidates(const ScanFrame& frame, double reference_s,
+                                   const MatchQuality& usual) {
   const double elapsed_s = 1e-9 * static_cast<double>(frame.stamp_ns - last_ns_);
   if (elapsed_s > kFollowGapS) {
     candidates_.clear();
@@ -184,7 +185,7 @@ void Relocaliser::Follow(const ScanFrame& frame, double reference_s, const Match
     ScanPose guess = candidate.match.pose;
     guess.T_odom_sensor = guess.At(elapsed_s + reference_s);
     guess.reference_s = reference_s;
-    Judge(check_.Check(memory_, guess, false), usual, &candidate);
+    ScoreCandidate(check_.Check(memory_, guess, false), usual, &candidate);
     if (candidate.scans == 0) continue;
     const Pose surprise = guess.T_odom_sensor.Inverse() * candidate.match.pose.T_odom_sensor;
     if (surprise.translation().norm() > options_.max_surprise_m ||
@@ -221,7 +222,7 @@ bool Relocaliser::IsRival(const Candidate& other, const Candidate& best) const {
              std::max(kRivalThroughFactor * through, through + kRivalThroughMore);
 }
 
-std::optional<MatchResult> Relocaliser::Decide() {
+std::optional<MatchResult> Relocaliser::DecidePlace() {
   const auto best =
       std::max_element(candidates_.begin(), candidates_.end(),
                        [](const Candidate& a, const Candidate& b) { return a.sure < b.sure; });

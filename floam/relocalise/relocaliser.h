@@ -123,13 +123,14 @@ class Relocaliser {
 
   void BeginSearch();
   void SearchSome(const Eigen::Quaterniond& tilt, double reference_s, const MatchQuality& usual);
-  void Inspect(const FoundPose& found, const Eigen::Quaterniond& tilt, double reference_s,
-               const MatchQuality& usual);
-  void Follow(const ScanFrame& frame, double reference_s, const MatchQuality& usual);
-  void Judge(const PlaceMatch& place, const MatchQuality& usual, Candidate* candidate) const;
+  void InspectPlace(const FoundPose& found, const Eigen::Quaterniond& tilt, double reference_s,
+                    const MatchQuality& usual);
+  void FollowCandidates(const ScanFrame& frame, double reference_s, const MatchQuality& usual);
+  void ScoreCandidate(const PlaceMatch& place, const MatchQuality& usual,
+                      Candidate* candidate) const;
   bool IsStrict(const PlaceMatch& place, double score, const MatchQuality& usual) const;
   bool IsRival(const Candidate& other, const Candidate& best) const;
-  std::optional<MatchResult> Decide();
+  std::optional<MatchResult> DecidePlace();
   void MergeCandidates();
   double HeightAt(const Eigen::Vector2d& position) const;
 

@@ -73,7 +73,7 @@ std::vector<Eigen::Vector2f> ScanImage::Walls(const Eigen::Matrix3f& R_level_sen
   return walls;
 }
 
-ScanImage::Sight ScanImage::Look(const Eigen::Vector3f& point) const {
+ScanImage::Sight ScanImage::SightOf(const Eigen::Vector3f& point) const {
   const float elevation = std::atan2(point.z(), point.head<2>().norm());
   const auto above = std::lower_bound(elevations_.begin(), elevations_.end(), elevation);
   if (above == elevations_.begin() || above == elevations_.end()) return Sight::kUnknown;

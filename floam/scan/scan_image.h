@@ -38,7 +38,7 @@ class ScanImage {
     kHidden,   // It saw something nearer.
   };
   // The scan's evidence about a point in the sensor frame.
-  Sight Look(const Eigen::Vector3f& point) const;
+  Sight SightOf(const Eigen::Vector3f& point) const;
 
  private:
   struct Pixel {

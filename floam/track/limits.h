@@ -75,7 +75,7 @@ inline constexpr double kDistinctRad = 0.12;
 // A match elsewhere that scores at least this share of the best makes it ambiguous. A guess.
 inline constexpr double kAmbiguousScore = 0.93;
 // So far (m) from the last place seen a good part of what is seen may be new, if it drove there;
-// not after so many seconds (108 robots that were carried, decision 0018).
+// not after so many seconds (108 robots that were kidnapped, decision 0018).
 inline constexpr double kEdgeM = 4;
 inline constexpr double kEdgeS = 4;
 

@@ -36,7 +36,7 @@ std::vector<Eigen::Vector3d> Sample(const Features& features, const ScanPose& po
 void Rank(const std::vector<ScanPose>& guesses, const std::vector<Eigen::Vector3d>& points,
           FeatureMap* map, Ranked* ranked) {
   for (auto& [score, k] : *ranked) {
-    score = map->Glance(points, guesses[k].T_odom_sensor, kGlanceKernelM);
+    score = map->ScorePoints(points, guesses[k].T_odom_sensor, kGlanceKernelM);
   }
   std::sort(ranked->begin(), ranked->end(),
             [](const auto& a, const auto& b) { return a.first > b.first; });
@@ -71,7 +71,7 @@ void Recovery::Reset() {
   lost_ = 0;
 }
 
-bool Recovery::Begin() {
+bool Recovery::IsDue() {
   const int lost = lost_++;
   return candidate_ || lost < kEagerSearches || lost % kSearchSpacing == 0;
 }
@@ -80,7 +80,7 @@ std::optional<MatchResult> Recovery::Find(const ScanFrame& frame, const MatchRes
                                           const MatchQuality& quality, Tracker* tracker,
                                           FeatureMap* map) {
   if (candidate_) {
-    std::optional<MatchResult> match = Confirm(frame, quality, tracker, map);
+    std::optional<MatchResult> match = ConfirmCandidate(frame, quality, tracker, map);
     if (match) return match;
   }
   const double elapsed_s = tracker->ElapsedSeconds(frame);
@@ -107,11 +107,12 @@ bool Recovery::IsBelievable(const MatchResult& match, const MatchQuality& qualit
   return at_the_edge ? quality.IsTypicalAtTheEdge(match) : quality.IsTypical(match);
 }
 
-std::optional<MatchResult> Recovery::Confirm(const ScanFrame& frame, const MatchQuality& quality,
-                                             Tracker* tracker, FeatureMap* map) {
+std::optional<MatchResult> Recovery::ConfirmCandidate(const ScanFrame& frame,
+                                                      const MatchQuality& quality, Tracker* tracker,
+                                                      FeatureMap* map) {
   const Sighting lost_at = tracker->last();
   const double elapsed_s = tracker->ElapsedSeconds(frame);
-  tracker->Begin(*candidate_);
+  tracker->BeginAt(*candidate_);
   candidate_.reset();
   const ScanPose prediction = tracker->Prediction(frame);
   MatchResult match = tracker->Match(frame, prediction, map);
@@ -120,16 +121,17 @@ std::optional<MatchResult> Recovery::Confirm(const ScanFrame& frame, const Match
           ? tracker->IsExpected(frame, match, prediction)
           : AreNear(prediction.T_odom_sensor, match.pose.T_odom_sensor, kForetoldM, kForetoldRad);
   const Sighting seen_at = tracker->last();
-  tracker->Begin(lost_at);
+  tracker->BeginAt(lost_at);
   if (as_foretold && IsBelievable(match, quality, *tracker, elapsed_s, *map)) {
-    tracker->Begin(seen_at);
+    tracker->BeginAt(seen_at);
     return match;
   }
   return std::nullopt;
 }
 
-std::vector<MatchResult> Recovery::Try(const ScanFrame& frame, const std::vector<ScanPose>& guesses,
-                                       int iterations, Tracker* tracker, FeatureMap* map) {
+std::vector<MatchResult> Recovery::MatchGuesses(const ScanFrame& frame,
+                                                const std::vector<ScanPose>& guesses,
+                                                int iterations, Tracker* tracker, FeatureMap* map) {
   MatchOptions attempt = matching_;
   attempt.stride = kRoughStride;
   attempt.max_iterations = iterations;
@@ -149,13 +151,14 @@ std::optional<MatchResult> Recovery::Search(const ScanFrame& frame, Tracker* tra
                                             FeatureMap* map) {
   std::vector<ScanPose> better;
   for (const MatchResult& match :
-       Try(frame, BestGuesses(frame.features, NextGuesses(frame, *tracker), map), kTryIterations,
-           tracker, map)) {
+       MatchGuesses(frame, BestGuesses(frame.features, NextGuesses(frame, *tracker), map),
+                    kTryIterations, tracker, map)) {
     if (better.size() < kBetterTries && !IsNearAny(match.pose, better)) {
       better.push_back(match.pose);
     }
   }
-  const std::vector<MatchResult> matches = Try(frame, better, 2 * kTryIterations, tracker, map);
+  const std::vector<MatchResult> matches =
+      MatchGuesses(frame, better, 2 * kTryIterations, tracker, map);
   if (matches.empty()) return std::nullopt;
   const MatchResult& best = matches.front();
   for (const MatchResult& other : matches) {

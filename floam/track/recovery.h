@@ -23,7 +23,7 @@ class Recovery {
 
   // To be called with every scan while lost, before anything is made of it: whether it is worth
   // matching and to be asked about with Find.
-  bool Begin();
+  bool IsDue();
 
   // To be asked for scans that could not be tracked, in order. `tracked` is what tracking made
   // of it. Returns a match to be believed, or none; then `tracker` goes on from the scan before,
@@ -45,11 +45,12 @@ class Recovery {
   }
 
  private:
-  std::optional<MatchResult> Confirm(const ScanFrame& frame, const MatchQuality& quality,
-                                     Tracker* tracker, FeatureMap* map);
+  std::optional<MatchResult> ConfirmCandidate(const ScanFrame& frame, const MatchQuality& quality,
+                                              Tracker* tracker, FeatureMap* map);
   // Matches with a part of the features; the best first.
-  std::vector<MatchResult> Try(const ScanFrame& frame, const std::vector<ScanPose>& guesses,
-                               int iterations, Tracker* tracker, FeatureMap* map);
+  std::vector<MatchResult> MatchGuesses(const ScanFrame& frame,
+                                        const std::vector<ScanPose>& guesses, int iterations,
+                                        Tracker* tracker, FeatureMap* map);
   std::optional<MatchResult> Search(const ScanFrame& frame, Tracker* tracker, FeatureMap* map);
   std::vector<ScanPose> NextGuesses(const ScanFrame& frame, const Tracker& tracker);
   bool IsBelievable(const MatchResult& match, const MatchQuality& quality, const Tracker& tracker,

@@ -18,19 +18,21 @@ Matrix6d AnyMotion() { return Isotropic(kAnyMotionM, kAnyMotionRad); }
 
 }  // namespace
 
-void Start::First(const ScanFrame& frame, Tracker* tracker) { Keep(frame, Pose(), tracker); }
-
-void Start::Again(const ScanFrame& frame, Tracker* tracker) {
-  Keep(frame, tracker->Prediction(frame).At(0), tracker);
+void Start::TakeFirstScan(const ScanFrame& frame, Tracker* tracker) {
+  KeepFirstScan(frame, Pose(), tracker);
 }
 
-void Start::Keep(const ScanFrame& frame, const Pose& T_odom_end, Tracker* tracker) {
+void Start::BeginAnew(const ScanFrame& frame, Tracker* tracker) {
+  KeepFirstScan(frame, tracker->Prediction(frame).At(0), tracker);
+}
+
+void Start::KeepFirstScan(const ScanFrame& frame, const Pose& T_odom_end, Tracker* tracker) {
   first_ = frame.features;
   period_s_ = frame.period_s;
   stamp_ns_ = frame.stamp_ns;
   T_odom_first_ = T_odom_end;
   attempts_ = 0;
-  tracker->Begin({{T_odom_end, Vector6d::Zero(), tracker->ReferenceTime(frame)}, stamp_ns_});
+  tracker->BeginAt({{T_odom_end, Vector6d::Zero(), tracker->ReferenceTime(frame)}, stamp_ns_});
 }
 
 std::vector<ScanToScanResult> Start::MotionsBetween(const ScanFrame& frame, double elapsed_s) {
@@ -80,7 +82,7 @@ Start::Beginning Start::MatchFrom(const ScanToScanResult& moved, const ScanFrame
     began.second = tracker->matcher()->Match(frame.features, guess, prior, std::nullopt, matching,
                                              map->surfaces(), map->edges(), map->poles());
     began.score = began.second.Score();
-    if (joined) Join(moved, tracker->options(), *map, &began.second);
+    if (joined) JoinMotion(moved, tracker->options(), *map, &began.second);
     if (!tracker->Fits(began.second, *map)) break;
     first.twist = Log(first.T_odom_sensor.Inverse() * began.second.pose.T_odom_sensor) / between_s;
     began.second.pose.twist = first.twist;
@@ -91,7 +93,7 @@ Start::Beginning Start::MatchFrom(const ScanToScanResult& moved, const ScanFrame
   return began;
 }
 
-MatchResult Start::Second(const ScanFrame& frame, Tracker* tracker, FeatureMap* map) {
+MatchResult Start::TrackSecondScan(const ScanFrame& frame, Tracker* tracker, FeatureMap* map) {
   ++attempts_;
   const double elapsed_s = tracker->ElapsedSeconds(frame);
   Beginning best = MatchFrom(ScanToScanResult(), frame, tracker, map);
@@ -103,7 +105,7 @@ MatchResult Start::Second(const ScanFrame& frame, Tracker* tracker, FeatureMap* 
   }
   map->Clear();
   map->Insert(first_, best.first, period_s_);
-  tracker->Begin({best.first, stamp_ns_});
+  tracker->BeginAt({best.first, stamp_ns_});
   return best.second;
 }
 

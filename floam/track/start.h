@@ -18,14 +18,14 @@ namespace isthmus::floam {
 class Start {
  public:
   // Puts the first scan at the origin, as if at rest.
-  void First(const ScanFrame& frame, Tracker* tracker);
+  void TakeFirstScan(const ScanFrame& frame, Tracker* tracker);
   // Matches the second, and makes the map of the first as the motion found says. May be tried again
   // with a later scan if the match does not fit.
-  MatchResult Second(const ScanFrame& frame, Tracker* tracker, FeatureMap* map);
+  MatchResult TrackSecondScan(const ScanFrame& frame, Tracker* tracker, FeatureMap* map);
   // Begins anew with the scan that did not fit, where it was predicted.
-  void Again(const ScanFrame& frame, Tracker* tracker);
+  void BeginAnew(const ScanFrame& frame, Tracker* tracker);
 
-  int attempts() const { return attempts_; }  // Calls of Second since the first scan.
+  int attempts() const { return attempts_; }  // Calls of TrackSecondScan since the first scan.
 
   // For state_codec.h.
   template <typename Self, typename Io>
@@ -35,7 +35,7 @@ class Start {
   }
 
  private:
-  void Keep(const ScanFrame& frame, const Pose& T_odom_end, Tracker* tracker);
+  void KeepFirstScan(const ScanFrame& frame, const Pose& T_odom_end, Tracker* tracker);
   // Estimates of the motion from the two scans alone, best first.
   std::vector<ScanToScanResult> MotionsBetween(const ScanFrame& frame, double elapsed_s);
   // The second scan's match to the first's map, with that motion (twist) or what was found to be.

@@ -6,8 +6,8 @@
 #include "floam/track/limits.h"
 
 namespace isthmus::floam {
-void Join(const ScanToScanResult& moved, const OdometryOptions& options, const FeatureMap& map,
-          MatchResult* match) {
+void JoinMotion(const ScanToScanResult& moved, const OdometryOptions& options,
+                const FeatureMap& map, MatchResult* match) {
   match->information += moved.information;
   match->degeneracy = FindDegeneracy(match->information, FreeMotion(options.matching));
   if (map.IsYoung()) match->map_degeneracy = match->degeneracy;
@@ -33,7 +33,7 @@ double Tracker::ReferenceTime(const ScanFrame& frame) const {
   return IsContinuous() ? -0.5 * frame.period_s : 0;
 }
 
-double Tracker::Between(const ScanFrame& frame) const {
+double Tracker::SecondsBetween(const ScanFrame& frame) const {
   return ElapsedSeconds(frame) + ReferenceTime(frame) - last_.pose.reference_s;
 }
 
@@ -49,9 +49,9 @@ std::optional<TwistPrior> Tracker::Prior(const ScanFrame& frame) const {
   if (!IsContinuous()) return std::nullopt;
   TwistPrior prior;
   prior.T_odom_previous = last_.pose.T_odom_sensor;
-  prior.since_previous_s = Between(frame);
+  prior.since_previous_s = SecondsBetween(frame);
   if (IsAfterGap(frame)) {
-    prior.sigma = MotionModel::TwistChange(Between(frame));
+    prior.sigma = MotionModel::TwistChange(SecondsBetween(frame));
     return prior;
   }
   prior.sigma.head<3>().setConstant(options_.speed_change_sigma);
@@ -62,7 +62,7 @@ std::optional<TwistPrior> Tracker::Prior(const ScanFrame& frame) const {
 
 PosePrior Near(const Pose& T_odom_sensor) { return {T_odom_sensor, Isotropic(kNearM, kNearRad)}; }
 
-void Tracker::Keep(const ScanFrame& frame) {
+void Tracker::KeepScan(const ScanFrame& frame) {
   scan_to_scan_.SetPrevious(frame.features);
   keeps_last_ = true;
 }
@@ -70,11 +70,12 @@ void Tracker::Keep(const ScanFrame& frame) {
 std::optional<ScanToScanResult> Tracker::LookBack(const ScanFrame& frame, PosePrior* prior) {
   if (!keeps_last_) return std::nullopt;
   const Pose& T_odom_last = last_.pose.T_odom_sensor;
-  const Vector6d expected = Log(T_odom_last.Inverse() * prior->T_odom_sensor) / Between(frame);
+  const Vector6d expected =
+      Log(T_odom_last.Inverse() * prior->T_odom_sensor) / SecondsBetween(frame);
   ScanToScanResult moved =
       scan_to_scan_.Match(frame.features, expected, ElapsedSeconds(frame), prior->covariance);
   if (moved.used < options_.min_used) return std::nullopt;
-  *prior = {T_odom_last * Exp(Between(frame) * moved.twist), moved.covariance};
+  *prior = {T_odom_last * Exp(SecondsBetween(frame) * moved.twist), moved.covariance};
   return moved;
 }
 
@@ -88,13 +89,13 @@ MatchResult Tracker::Match(const ScanFrame& frame, const ScanPose& guess, Featur
     motion_.ExpectAcceleration(acceleration_);
   else
     motion_.ExpectAnything();
-  PosePrior prior{guess.T_odom_sensor, motion_.Displacement(Between(frame))};
+  PosePrior prior{guess.T_odom_sensor, motion_.Displacement(SecondsBetween(frame))};
   ScanPose from = guess;
   const std::optional<ScanToScanResult> moved = LookBack(frame, &prior);
   if (moved) from.T_odom_sensor = prior.T_odom_sensor;
   MatchResult match = matcher_.Match(frame.features, from, prior, Prior(frame), options_.matching,
                                      map->surfaces(), map->edges(), map->poles());
-  if (moved) Join(*moved, options_, *map, &match);
+  if (moved) JoinMotion(*moved, options_, *map, &match);
   return match;
 }
 
@@ -104,7 +105,7 @@ MatchResult Tracker::MatchNear(const ScanFrame& frame, const ScanPose& guess,
                         map->surfaces(), map->edges(), map->poles());
 }
 
-void Tracker::Begin(const Sighting& sighting) {
+void Tracker::BeginAt(const Sighting& sighting) {
   last_ = sighting;
   motion_ = MotionModel();
   keeps_last_ = false;
@@ -126,11 +127,11 @@ bool Tracker::IsExpected(const ScanFrame& frame, const MatchResult& match,
     return true;
   }
   const Vector6d away = Log(surprise);
-  return away.dot(motion_.Displacement(Between(frame)).ldlt().solve(away)) < kMostSurprise2;
+  return away.dot(motion_.Displacement(SecondsBetween(frame)).ldlt().solve(away)) < kMostSurprise2;
 }
 
-void Tracker::Adopt(const ScanFrame& frame, const FeatureMap& map, bool doubtful,
-                    MatchResult* match) {
+void Tracker::AdoptMatch(const ScanFrame& frame, const FeatureMap& map, bool doubtful,
+                         MatchResult* match) {
   if (options_.mode == OdometryMode::kFloam) {
     // Stage two of the paper: the motion that was found replaces the one that was predicted.
     const Pose moved = last_.pose.T_odom_sensor.Inverse() * match->pose.T_odom_sensor;
@@ -138,25 +139,25 @@ void Tracker::Adopt(const ScanFrame& frame, const FeatureMap& map, bool doubtful
   }
   if (IsContinuous() && !IsAfterGap(frame)) {
     const Vector6d between =
-        Log(last_.pose.T_odom_sensor.Inverse() * match->pose.T_odom_sensor) / Between(frame);
+        Log(last_.pose.T_odom_sensor.Inverse() * match->pose.T_odom_sensor) / SecondsBetween(frame);
     shared_twist_ += kTwistFading * (match->pose.twist - between - shared_twist_);
     match->pose.twist -= shared_twist_;
   }
   was_after_gap_ = IsAfterGap(frame);
-  motion_.Update(Between(frame), match->covariance.topLeftCorner<6, 6>());
+  motion_.Update(SecondsBetween(frame), match->covariance.topLeftCorner<6, 6>());
   last_ = {match->pose, frame.stamp_ns};
   // Two scans from where a sensor was carried to agree with each other wherever they are put: one
   // that is in doubt supports none that follows, unless nothing else is to be had.
   if (doubtful) {
     keeps_last_ = false;
-    if (IsSteady(frame)) Keep(frame);
+    if (IsSteady(frame)) KeepScan(frame);
     return;
   }
   degenerate_ = match->degeneracy.any();
   if (degenerate_) steady_until_ns_ = frame.stamp_ns + kSteadyNs;
   if (map.IsYoung() || IsSteady(frame) || IsAfterGap(frame) ||
       match->used < 0.5 * match->features) {
-    Keep(frame);
+    KeepScan(frame);
   } else {
     keeps_last_ = false;
   }

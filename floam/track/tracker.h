@@ -34,8 +34,8 @@ struct Sighting {
 
 // Adds what the scan before says of the motion to what the map says. Where the map is more than
 // these few scans that does not make up for what it does not tell: steps add up, errors as well.
-void Join(const ScanToScanResult& moved, const OdometryOptions& options, const FeatureMap& map,
-          MatchResult* match);
+void JoinMotion(const ScanToScanResult& moved, const OdometryOptions& options,
+                const FeatureMap& map, MatchResult* match);
 
 // Matches scans from where the sensor was seen last. Not thread safe.
 class Tracker {
@@ -45,17 +45,17 @@ class Tracker {
   const OdometryOptions& options() const { return options_; }
   const Sighting& last() const { return last_; }
   // Goes on from there, of the motion only its twist known.
-  void Begin(const Sighting& sighting);
+  void BeginAt(const Sighting& sighting);
   // Takes the match to the map for the truth, or if `doubtful` for the best there is; it goes on
   // from there.
-  void Adopt(const ScanFrame& frame, const FeatureMap& map, bool doubtful, MatchResult* match);
+  void AdoptMatch(const ScanFrame& frame, const FeatureMap& map, bool doubtful, MatchResult* match);
 
   // The instant within the scan whose pose is estimated, relative to its END.
   double ReferenceTime(const ScanFrame& frame) const;
   // From the END of the scan seen last to that of the new one.
   double ElapsedSeconds(const ScanFrame& frame) const;
   // Between the instants whose poses are estimated.
-  double Between(const ScanFrame& frame) const;
+  double SecondsBetween(const ScanFrame& frame) const;
   // True if too much may have happened in between to trust in the motion going on.
   bool IsAfterGap(const ScanFrame& frame) const;
   // The same for the scan seen last: key scans.
@@ -98,7 +98,7 @@ class Tracker {
 
  private:
   // Keeps the scan seen last, for the next one to be matched to as well.
-  void Keep(const ScanFrame& frame);
+  void KeepScan(const ScanFrame& frame);
   // The sensor's motion since the scan before, and a prior for the pose then; none if these two
   // scans do not tell.
   std::optional<ScanToScanResult> LookBack(const ScanFrame& frame, PosePrior* prior);

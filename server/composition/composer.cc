@@ -35,12 +35,12 @@ absl::StatusOr<std::shared_ptr<const ComposedMap>> Composer::Compose(
   state_->progress = progress;
   state_->share = 0;
   const std::map<uint32_t, uint32_t> frames = state_->FramesOf(placed);
-  absl::Status status = state_->Settle();  // What an earlier call could not.
+  absl::Status status = state_->KeepToMemory();  // What an earlier call could not.
   if (status.ok()) status = state_->PlaceAll(placed, frames, reader);
   if (!status.ok()) return status;
   state_->DropUnwanted();
   state_->KeepToLimit();
-  if (status = state_->Remake(); !status.ok()) return status;
+  if (status = state_->RemakeTiles(); !status.ok()) return status;
   state_->left_out = state_->CountLeftOut();
 
   std::map<uint32_t, uint32_t> component_of_frame;

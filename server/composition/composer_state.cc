@@ -73,24 +73,24 @@ uint32_t Composer::State::RobotNumber(const RobotId& robot) {
   return it->second;
 }
 
-void Composer::State::Enter(const Composed& composed) {
+void Composer::State::EnterTiles(const Composed& composed) {
   dirty.insert(composed.tiles.begin(), composed.tiles.end());
   for (size_t i = 0; i < composed.tiles.size(); ++i) {
     limit.Add(composed.tiles[i], composed.point_count[i]);
   }
 }
 
-void Composer::State::Leave(const Composed& composed) {
+void Composer::State::LeaveTiles(const Composed& composed) {
   dirty.insert(composed.tiles.begin(), composed.tiles.end());
   for (size_t i = 0; i < composed.tiles.size(); ++i) {
     limit.Remove(composed.tiles[i], composed.point_count[i]);
   }
 }
 
-void Composer::State::Forget(const SubmapId& id) {
+void Composer::State::ForgetSubmap(const SubmapId& id) {
   const auto it = submaps.find(id);
   if (it == submaps.end()) return;
-  Leave(it->second);
+  LeaveTiles(it->second);
   thinned.Erase(id);
   submaps.erase(it);
 }
@@ -103,9 +103,9 @@ absl::Status Composer::State::PlaceAll(const std::vector<PlacedSubmap>& placed,
   size_t done = 0;
   for (const PlacedSubmap& p : placed) {
     at_hand = p.submap->id;
-    absl::Status status = Place(p, frames.at(p.component), reader);
+    absl::Status status = PlaceSubmap(p, frames.at(p.component), reader);
     at_hand.reset();
-    if (status.ok()) status = thinned.Settle();
+    if (status.ok()) status = thinned.KeepToMemory();
     if (!status.ok()) return status;
     share = kReadingShare * static_cast<double>(++done) / static_cast<double>(placed.size());
     if (!KeepsOn()) return Stopped();
@@ -115,8 +115,8 @@ absl::Status Composer::State::PlaceAll(const std::vector<PlacedSubmap>& placed,
 
 // Brings what is known of one submap up to date; every tile it left, entered or moved on is dirty.
 // One that cannot be read is forgotten.
-absl::Status Composer::State::Place(const PlacedSubmap& placed, uint32_t frame,
-                                    const SubmapReader& reader) {
+absl::Status Composer::State::PlaceSubmap(const PlacedSubmap& placed, uint32_t frame,
+                                          const SubmapReader& reader) {
   const SubmapId& id = placed.submap->id;
   const Pose& T_map_submap = placed.T_map_submap;
   const uint32_t robot = RobotNumber(placed.submap->robot);
@@ -131,7 +131,7 @@ absl::Status Composer::State::Place(const PlacedSubmap& placed, uint32_t frame,
   }
   absl::StatusOr<std::vector<WeightedPoint>> points = PointsOf(placed, is_known, reader, &composed);
   if (!points.ok()) {
-    Forget(id);
+    ForgetSubmap(id);
     if (!absl::IsNotFound(points.status())) return points.status();
     ++missing;
     return absl::OkStatus();
@@ -140,10 +140,10 @@ absl::Status Composer::State::Place(const PlacedSubmap& placed, uint32_t frame,
       *points, frame, T_map_submap, grid, layout,
       static_cast<size_t>(options.max_tiles / kSubmapTilesParts), [this] { return KeepsOn(); });
   if (!by_tile) {
-    Forget(id);
+    ForgetSubmap(id);
     return Stopped();
   }
-  Leave(composed);
+  LeaveTiles(composed);
   composed.robot = robot;
   composed.frame = frame;
   composed.T_map_submap = T_map_submap;
@@ -151,7 +151,7 @@ absl::Status Composer::State::Place(const PlacedSubmap& placed, uint32_t frame,
   composed.point_count = by_tile->point_count;
   composed.left_out = by_tile->left_out;
   composed.wanted = true;
-  Enter(composed);
+  EnterTiles(composed);
   thinned.Put(id, *std::move(points), *std::move(by_tile));
   return absl::OkStatus();
 }
@@ -182,12 +182,12 @@ void Composer::State::DropUnwanted() {
   for (const auto& [id, composed] : submaps) {
     if (!composed.wanted) unwanted.push_back(id);
   }
-  for (const SubmapId& id : unwanted) Forget(id);
+  for (const SubmapId& id : unwanted) ForgetSubmap(id);
 }
 
-absl::Status Composer::State::Settle() {
-  const absl::Status status = thinned.Settle();
-  return status.ok() ? cache->Settle() : status;
+absl::Status Composer::State::KeepToMemory() {
+  const absl::Status status = thinned.KeepToMemory();
+  return status.ok() ? cache->KeepToMemory() : status;
 }
 
 // Drops tiles that the map has no room for, and marks those that it has room for again.
@@ -222,24 +222,24 @@ absl::StatusOr<TileContent> Composer::State::MakeTile(std::vector<OnTile> source
   });
   for (const OnTile& source : sources) {
     if (!KeepsOn()) {
-      builder.Take();
+      builder.TakeContent();
       return Stopped();
     }
     at_hand = *source.id;
     const auto piece = thinned.PieceOf(*source.id, source.tile);
     if (!piece.ok()) {
-      builder.Take();                // What was added is of no use.
-      Forget(SubmapId(*source.id));  // To be read and thinned again.
+      builder.TakeContent();               // What was added is of no use.
+      ForgetSubmap(SubmapId(*source.id));  // To be read and thinned again.
       return piece.status();
     }
     builder.Add(
         {piece->points, piece->runs, source.composed->T_map_submap, source.composed->robot});
   }
   at_hand.reset();
-  return builder.Take();
+  return builder.TakeContent();
 }
 
-absl::Status Composer::State::Remake() {
+absl::Status Composer::State::RemakeTiles() {
   const double all = static_cast<double>(dirty.size());
   auto on_dirty = WhatIsOnDirty();
   if (!on_dirty.ok()) return on_dirty.status();
@@ -253,7 +253,7 @@ absl::Status Composer::State::Remake() {
     }
     dirty.erase(key);
     ++last_tiles_remade;
-    if (absl::Status status = cache->Settle(); !status.ok()) return status;
+    if (absl::Status status = cache->KeepToMemory(); !status.ok()) return status;
     share = 1 - (1 - kReadingShare) * static_cast<double>(dirty.size()) / all;
     if (!KeepsOn()) return Stopped();
   }

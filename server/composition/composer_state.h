@@ -73,18 +73,18 @@ struct Composer::State {
   uint32_t RobotNumber(const RobotId& robot);
   absl::Status PlaceAll(const std::vector<PlacedSubmap>& placed,
                         const std::map<uint32_t, uint32_t>& frames, const SubmapReader& reader);
-  absl::Status Place(const PlacedSubmap& placed, uint32_t frame, const SubmapReader& reader);
+  absl::Status PlaceSubmap(const PlacedSubmap& placed, uint32_t frame, const SubmapReader& reader);
   absl::StatusOr<std::vector<WeightedPoint>> PointsOf(const PlacedSubmap& placed, bool is_known,
                                                       const SubmapReader& reader,
                                                       Composed* composed);
   bool KeepsOn() const { return !progress || progress(share); }
-  void Enter(const Composed& composed);
-  void Leave(const Composed& composed);
-  void Forget(const SubmapId& id);
+  void EnterTiles(const Composed& composed);
+  void LeaveTiles(const Composed& composed);
+  void ForgetSubmap(const SubmapId& id);
   void DropUnwanted();
-  absl::Status Settle();
+  absl::Status KeepToMemory();
   void KeepToLimit();
-  absl::Status Remake();
+  absl::Status RemakeTiles();
   absl::StatusOr<std::map<TileKey, std::vector<OnTile>>> WhatIsOnDirty() const;
   absl::StatusOr<TileContent> MakeTile(std::vector<OnTile> sources);
   LeftOut CountLeftOut() const;

@@ -51,7 +51,7 @@ std::optional<ThinnedSubmap> Thin(const Submap& submap, const VoxelGrid& grid,
   std::vector<WeightedPoint> in_order_met;
   for (size_t i = 0; i < submap.points.size(); ++i) {
     if (EndsAt(i, keep_on)) {
-      thinner->Take(&in_order_met);  // The next cloud must not find them there.
+      thinner->TakePoints(&in_order_met);  // The next cloud must not find them there.
       return std::nullopt;
     }
     const SubmapPoint& p = submap.points[i];
@@ -59,7 +59,7 @@ std::optional<ThinnedSubmap> Thin(const Submap& submap, const VoxelGrid& grid,
       thinner->Add(PackVoxel(*voxel), {p.x, p.y, p.z, p.intensity});
     }
   }
-  thinner->Take(&in_order_met);
+  thinner->TakePoints(&in_order_met);
   auto grouped = GroupByBlock(in_order_met, grid, keep_on);
   if (!grouped) return std::nullopt;
   ThinnedSubmap thinned;

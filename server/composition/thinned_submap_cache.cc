@@ -122,7 +122,7 @@ absl::Status ThinnedSubmapCache::MoveToFile(const SubmapId& id, Entry* entry) {
   return absl::OkStatus();
 }
 
-absl::Status ThinnedSubmapCache::Settle() {
+absl::Status ThinnedSubmapCache::KeepToMemory() {
   if (file_ == nullptr) return absl::OkStatus();
   while (in_memory_.weight() > max_bytes_) {
     const auto [id, entry, weight] = in_memory_.oldest();

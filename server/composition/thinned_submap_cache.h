@@ -47,7 +47,7 @@ class ThinnedSubmapCache {
 
   // Moves to the file what was asked for longest ago, until the limit is kept. Fails as
   // SpillFile::Write does: nothing is lost then.
-  absl::Status Settle();
+  absl::Status KeepToMemory();
 
   size_t bytes_in_memory() const { return in_memory_.weight(); }
 

@@ -69,7 +69,8 @@ void TileCache::DropSaved() {
   while (unsaved_.weight() + saved_.weight() > max_bytes_ && !saved_.empty()) saved_.DropOldest();
 }
 
-absl::Status TileCache::Save(const TilePtr& tile, const std::shared_ptr<const Cloud>& points) {
+absl::Status TileCache::SavePoints(const TilePtr& tile,
+                                   const std::shared_ptr<const Cloud>& points) {
   const absl::StatusOr<Extent> extent = file_->Write(points->data(), BytesOf(*points));
   if (!extent.ok()) return extent.status();
   MutexLock lock(&mutex_);
@@ -91,14 +92,14 @@ std::pair<TilePtr, std::shared_ptr<const Cloud>> TileCache::NextToSave() {
   return {};
 }
 
-absl::Status TileCache::Settle() {
+absl::Status TileCache::KeepToMemory() {
   if (file_ == nullptr || bytes_in_memory() <= max_bytes_) return absl::OkStatus();
   for (;;) {
     // Without the lock: readers need not wait for the disk, and letting go of the tile, perhaps as
     // the last to hold it, takes the lock.
     const auto [tile, points] = NextToSave();
     if (tile == nullptr) break;
-    if (absl::Status status = Save(tile, points); !status.ok()) return status;
+    if (absl::Status status = SavePoints(tile, points); !status.ok()) return status;
   }
   MutexLock lock(&mutex_);
   DropSaved();

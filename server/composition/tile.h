@@ -62,7 +62,7 @@ class Tile : public std::enable_shared_from_this<Tile> {
 };
 
 // Keeps the points of all tiles there are, of which `max_bytes` in memory, about. Thread safe but
-// for Add and Settle, which one thread calls.
+// for Add and KeepToMemory, which one thread calls.
 class TileCache : public std::enable_shared_from_this<TileCache> {
  public:
   // Without a file all stays in memory.
@@ -71,7 +71,7 @@ class TileCache : public std::enable_shared_from_this<TileCache> {
   TilePtr Add(TileContent content);
   // Writes to the file what is asked for least, if the limit is exceeded. Fails as SpillFile::Write
   // does: no point is lost then, but the limit is not kept.
-  absl::Status Settle();
+  absl::Status KeepToMemory();
 
   size_t bytes_in_memory() const;
 
@@ -82,7 +82,7 @@ class TileCache : public std::enable_shared_from_this<TileCache> {
 
   absl::StatusOr<std::shared_ptr<const Cloud>> PointsOf(const Tile& tile);
   void Forget(const Tile& tile);
-  absl::Status Save(const TilePtr& tile, const std::shared_ptr<const Cloud>& points);
+  absl::Status SavePoints(const TilePtr& tile, const std::shared_ptr<const Cloud>& points);
   // The tile to write to the file next, with its points; none once enough are written.
   std::pair<TilePtr, std::shared_ptr<const Cloud>> NextToSave();
   void DropSaved() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);

@@ -47,7 +47,7 @@ void TileBuilder::Add(const TileSource& source) {
 void TileBuilder::EndPart() {
   if (!std::exchange(has_part_, false)) return;
   scratch_.clear();
-  thinner_->Take(&scratch_);
+  thinner_->TakePoints(&scratch_);
   if (scratch_.empty()) return;
   const auto begin = static_cast<uint32_t>(tile_.points.size());
   tile_.points.reserve(begin + scratch_.size());
@@ -58,7 +58,7 @@ void TileBuilder::EndPart() {
   tile_.parts.push_back({robot_, begin, static_cast<uint32_t>(tile_.points.size())});
 }
 
-TileContent TileBuilder::Take() {
+TileContent TileBuilder::TakeContent() {
   EndPart();
   return std::exchange(tile_, {});
 }

@@ -29,8 +29,8 @@ class TileBuilder {
 
   // A robot's sources stand together.
   void Add(const TileSource& source);
-  // The points added since the last Take.
-  TileContent Take();
+  // The points added since the last TakeContent.
+  TileContent TakeContent();
 
  private:
   void EndPart();

@@ -50,7 +50,7 @@ void VoxelThinner::Add(uint64_t voxel, const WeightedPoint& point) {
   cell.first.weight += point.weight;
 }
 
-void VoxelThinner::Take(std::vector<WeightedPoint>* out) {
+void VoxelThinner::TakePoints(std::vector<WeightedPoint>* out) {
   out->reserve(out->size() + cells_.size());
   for (const Cell& cell : cells_) {
     const WeightedPoint& p = cell.first;

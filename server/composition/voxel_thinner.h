@@ -66,7 +66,7 @@ class VoxelThinner {
   // Says that a point of the voxel will be added soon. Changes nothing but how long that takes.
   void Prefetch(uint64_t voxel) const { __builtin_prefetch(&slots_[FirstSlot(voxel)]); }
   // Appends one point per voxel, in the order in which voxels were first met, and forgets them.
-  void Take(std::vector<WeightedPoint>* out);
+  void TakePoints(std::vector<WeightedPoint>* out);
 
  private:
   struct Slot {

@@ -40,8 +40,8 @@ ScanRecorder::ScanRecorder(const server::ArchiveOptions& options,
                            std::unique_ptr<storage::ScanArchive> archive)
     : options_(options), on_problem_(std::move(on_problem)), archive_(std::move(archive)) {}
 
-absl::Status ScanRecorder::Keep(const SessionId& session, uint64_t last_sequence,
-                                const ScanUpload& scan) {
+absl::Status ScanRecorder::RecordScan(const SessionId& session, uint64_t last_sequence,
+                                      const ScanUpload& scan) {
   if (!keeps()) return absl::OkStatus();
   {
     MutexLock lock(&mutex_);
@@ -57,11 +57,11 @@ absl::Status ScanRecorder::Keep(const SessionId& session, uint64_t last_sequence
   } else {
     status = archive_->Append(session, scan);
   }
-  if (absl::Status verdict = FollowUp(session, status, 1); !verdict.ok()) {
+  if (absl::Status outcome = FollowUp(session, status, 1); !outcome.ok()) {
     return absl::ResourceExhaustedError(absl::StrCat(
         "the server cannot keep the scan and takes no more until it can (free space on its disk, "
         "then send again; or set archive.required: false): ",
-        verdict.message()));
+        outcome.message()));
   }
   MutexLock lock(&mutex_);
   Kept& kept = kept_[session];
@@ -109,7 +109,7 @@ absl::Status ScanRecorder::Remove(const SessionId& session) {
   return archive_ == nullptr ? absl::OkStatus() : archive_->Remove(session);
 }
 
-absl::Status ScanRecorder::Free(const SessionId& session, uint64_t bytes) {
+absl::Status ScanRecorder::FreeBytes(const SessionId& session, uint64_t bytes) {
   uint64_t freed = 0;
   while (archive_ != nullptr && freed < bytes) {
     const absl::StatusOr<uint64_t> more = archive_->RemoveOldestSegment(session);

@@ -31,7 +31,7 @@ class ScanRecorder {
   // be refused. `last_sequence`: the last that took effect. Errors, where the archive is required:
   // ResourceExhausted; the scan must not be taken then. Whatever the odometry makes of a scan, it
   // is kept: better parameters may make more of it.
-  absl::Status Keep(const SessionId& session, uint64_t last_sequence, const ScanUpload& scan);
+  absl::Status RecordScan(const SessionId& session, uint64_t last_sequence, const ScanUpload& scan);
   // Once this returns OK what was kept survives; to be called before what was made of the scans is
   // called durable.
   absl::Status Sync(const SessionId& session);
@@ -39,7 +39,7 @@ class ScanRecorder {
   absl::Status Finish(const SessionId& session);
   absl::Status Remove(const SessionId& session);
   // Removes the oldest scans of a finished session until `bytes` are free or none are left.
-  absl::Status Free(const SessionId& session, uint64_t bytes);
+  absl::Status FreeBytes(const SessionId& session, uint64_t bytes);
 
   uint64_t Bytes(const SessionId& session) const;
   // The scans missing from the session's archive, for its status; empty when none are.

@@ -12,7 +12,7 @@ void SessionWorker::MakeState(uint32_t segment, uint32_t first_index) {
                                           segment, first_index);
 }
 
-void SessionWorker::Remember(const ResumePoint& resume, Cloud* around) {
+void SessionWorker::RememberSubmaps(const ResumePoint& resume, Cloud* around) {
   const auto stored =
       std::find_if(resume.segments.begin(), resume.segments.end(),
                    [this](const auto& segment) { return segment.segment == state_->segment; });
@@ -33,7 +33,7 @@ void SessionWorker::Remember(const ResumePoint& resume, Cloud* around) {
 void SessionWorker::Resume(const ResumePoint& resume) {
   for (const StoredSegment& segment : resume.segments) {
     T_odom_last_.reset();  // No way leads from one segment to the next.
-    for (const TrajectoryEntry& entry : segment.trajectory) Follow(entry);
+    for (const TrajectoryEntry& entry : segment.trajectory) FollowPose(entry);
     stored_until_ = {segment.segment, segment.next_index};
   }
   const std::optional<SessionCheckpoint>& checkpoint = resume.checkpoint;
@@ -42,7 +42,7 @@ void SessionWorker::Resume(const ResumePoint& resume) {
     MakeState(1, 0);
     usable = state_->Restore(*checkpoint->state, [&] {
       mutex_.AssertHeld();
-      Remember(resume, nullptr);
+      RememberSubmaps(resume, nullptr);
     });
   }
   if (!usable.ok()) {
@@ -60,7 +60,7 @@ void SessionWorker::Resume(const ResumePoint& resume) {
   status_.scans = state_->counts;
   status_.lost_since_ns = state_->lost_since_ns;
   status_.unsaved[state_->segment] = state_->unfinished;
-  for (const TrajectoryEntry& entry : state_->unfinished) Follow(entry);
+  for (const TrajectoryEntry& entry : state_->unfinished) FollowPose(entry);
 }
 
 void SessionWorker::ResumeFromSubmaps(const ResumePoint& resume) {
@@ -85,7 +85,7 @@ void SessionWorker::ResumeFromSubmaps(const ResumePoint& resume) {
   }
   MakeState(last.segment, last.next_index);
   Cloud around;
-  Remember(resume, &around);
+  RememberSubmaps(resume, &around);
   Trajectory recent;
   for (const TrajectoryEntry& entry : last.trajectory) {
     recent.push_back({entry.stamp_ns, entry.T_odom_sensor});
@@ -95,7 +95,7 @@ void SessionWorker::ResumeFromSubmaps(const ResumePoint& resume) {
 }
 
 // Takes note of where the robot was.
-void SessionWorker::Follow(const TrajectoryEntry& entry) {
+void SessionWorker::FollowPose(const TrajectoryEntry& entry) {
   if (T_odom_last_) {
     status_.travelled_m += (entry.T_odom_sensor.translation() - T_odom_last_->translation()).norm();
   }

@@ -47,26 +47,26 @@ void SessionWorker::DealWith(const ScanUpload& upload, ScanAck* ack) {
     status_.scans = state_->counts;
     return;
   }
-  absl::StatusOr<floam::OdometryResult> result = Track(upload, reading->time_ns);
+  absl::StatusOr<floam::OdometryResult> result = TrackScan(upload, reading->time_ns);
   if (result.ok()) {
     state_->clock.Advance(upload.end_stamp_ns, reading->time_ns);
     if (result->segment != state_->odometry_segment) BeginSegment(*result);
-    if (reading->stepped) Cut(state_->builder->Finish());
-    Take(*result, ack);
+    if (reading->stepped) FinishSubmap(state_->builder->Finish());
+    TakeResult(*result, ack);
   } else {
-    Reject(upload, result.status(), ack);
+    RejectScan(upload, result.status(), ack);
   }
 }
 
 void SessionWorker::BeginSegment(const floam::OdometryResult& first) {
   // The odometry has forgotten the old segment, and must not be told of it again.
-  Hand(state_->builder->Finish());
+  HandOverSubmap(state_->builder->Finish());
   state_->odometry_segment = first.segment;
   state_->BeginSegment();
   checkpoint_due_ = true;
   const double lost_s =
       std::max(1e-9 * static_cast<double>(first.stamp_ns - state_->lost_since_ns), 0.0);
-  Tell(absl::StrCat(
+  ReportProblem(absl::StrCat(
       "goes on in segment ", state_->segment, " (", SegmentId(record_.id, state_->segment).value(),
       ") from scan ", first.sequence, " on",
       state_->lost_scans == 0 ? ""
@@ -110,7 +110,7 @@ void SessionWorker::BeginAnew() {
       return first_lost > 0 && entry.sequence >= first_lost;
     });
   }
-  Tell(absl::StrCat(
+  ReportProblem(absl::StrCat(
       "goes on in segment ", state_->segment, " (", SegmentId(record_.id, state_->segment).value(),
       "), as the server failed at a scan",
       first_lost == 0
@@ -118,7 +118,7 @@ void SessionWorker::BeginAnew() {
           : absl::StrCat("; what was not stored, from scan ", first_lost, " on, is lost")));
 }
 
-void SessionWorker::Tell(const std::string& what) const {
+void SessionWorker::ReportProblem(const std::string& what) const {
   if (!hooks_.tell) return;
   const ScanCounts& scans = state_->counts;
   hooks_.tell(absl::StrFormat(
@@ -132,21 +132,21 @@ void SessionWorker::NoteTracking(bool is_lost, uint64_t sequence, int64_t stamp_
   if (is_lost) {
     if (lost_scans == 0) state_->lost_since_ns = stamp_ns;
     if (++state_->lost_scans == kLostScans) {
-      Tell(absl::StrCat("is lost since scan ", sequence + 1 - kLostScans, ", in segment ",
-                        state_->segment));
+      ReportProblem(absl::StrCat("is lost since scan ", sequence + 1 - kLostScans, ", in segment ",
+                                 state_->segment));
     }
     return;
   }
   state_->lost_since_ns = 0;
   state_->lost_scans = 0;
   if (lost_scans < kLostScans) return;
-  Tell(absl::StrCat("was found again with scan ", sequence, " after ", lost_scans,
-                    " lost ones, in segment ", state_->segment));
+  ReportProblem(absl::StrCat("was found again with scan ", sequence, " after ", lost_scans,
+                             " lost ones, in segment ", state_->segment));
 }
 
 // The odometry sees times that go forward; what leaves it bears the robot's stamps.
-absl::StatusOr<floam::OdometryResult> SessionWorker::Track(const ScanUpload& upload,
-                                                           int64_t time_ns) {
+absl::StatusOr<floam::OdometryResult> SessionWorker::TrackScan(const ScanUpload& upload,
+                                                               int64_t time_ns) {
   absl::StatusOr<Scan> scan =
       state_->decoder.Decode(upload.payload, upload.sequence, upload.end_stamp_ns);
   if (!scan.ok()) return scan.status();
@@ -156,12 +156,12 @@ absl::StatusOr<floam::OdometryResult> SessionWorker::Track(const ScanUpload& upl
   return result;
 }
 
-void SessionWorker::Reject(const ScanUpload& scan, const absl::Status& why, ScanAck* ack) {
+void SessionWorker::RejectScan(const ScanUpload& scan, const absl::Status& why, ScanAck* ack) {
   ack->outcome = ScanOutcome::kRejected;
   ack->reason = std::string(why.message());
   ack->tracking = Tracking::kLost;
   ++state_->counts.rejected;
-  if (++state_->blind_scans == kBlindScans) Cut(state_->builder->Finish());
+  if (++state_->blind_scans == kBlindScans) FinishSubmap(state_->builder->Finish());
   bool has_begun = state_->segment > 1;
   {
     MutexLock lock(&mutex_);
@@ -179,14 +179,14 @@ void SessionWorker::Reject(const ScanUpload& scan, const absl::Status& why, Scan
   }
 }
 
-void SessionWorker::Take(const floam::OdometryResult& result, ScanAck* ack) {
+void SessionWorker::TakeResult(const floam::OdometryResult& result, ScanAck* ack) {
   state_->blind_scans = 0;
   const bool lost = result.status == floam::TrackingStatus::kLost;
-  if (lost) Cut(state_->builder->Finish());
+  if (lost) FinishSubmap(state_->builder->Finish());
   const TrajectoryEntry entry{result.sequence, result.stamp_ns, result.T_odom_sensor,
                               state_->builder->CurrentIndex()};
   if (!lost) state_->unfinished.push_back(entry);
-  Cut(state_->builder->Add(result));
+  FinishSubmap(state_->builder->Add(result));
   ScanCounts& scans = state_->counts;
   ++(lost                                                  ? scans.lost
      : result.status == floam::TrackingStatus::kDegenerate ? scans.degenerate
@@ -211,7 +211,7 @@ void SessionWorker::Take(const floam::OdometryResult& result, ScanAck* ack) {
   status_.input = InputText(state_->decoder.fields(), result);
   if (!status_.resumed.empty()) absl::StrAppend(&status_.input, "; ", status_.resumed);
   if (lost) return;
-  Follow(entry);
+  FollowPose(entry);
   status_.unsaved[state_->segment].push_back(entry);
 }
 

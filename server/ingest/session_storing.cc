@@ -7,12 +7,12 @@
 
 namespace isthmus::ingest {
 
-void SessionWorker::Cut(std::shared_ptr<const Submap> submap) {
+void SessionWorker::FinishSubmap(std::shared_ptr<const Submap> submap) {
   if (submap != nullptr) state_->odometry.Remember(*submap);
-  Hand(std::move(submap));
+  HandOverSubmap(std::move(submap));
 }
 
-void SessionWorker::Hand(std::shared_ptr<const Submap> submap) {
+void SessionWorker::HandOverSubmap(std::shared_ptr<const Submap> submap) {
   if (submap == nullptr) return;
   std::vector<TrajectoryEntry> trajectory = std::exchange(state_->unfinished, {});
   // A checkpoint may be older than the last submap: then this one was made, and stored, before.
@@ -42,7 +42,7 @@ std::deque<FinishedSubmap> SessionWorker::TakeFinished(uint64_t sequence,
   return finished;
 }
 
-absl::Status SessionWorker::Persist() {
+absl::Status SessionWorker::PersistFinished() {
   MutexLock persisting(&persist_mutex_);
   while (true) {
     FinishedSubmap next;

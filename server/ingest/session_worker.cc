@@ -44,7 +44,7 @@ absl::Status SessionWorker::Submit(ScanUpload scan) {
     blocked = unpersisted_.size() >= kMaxUnpersisted;
   }
   if (blocked) {
-    if (absl::Status stored = Persist(); !stored.ok()) {
+    if (absl::Status stored = PersistFinished(); !stored.ok()) {
       return absl::ResourceExhaustedError(
           absl::StrCat("the server cannot store finished submaps and takes no more scans until it "
                        "can (free space on its disk, then send again): ",
@@ -75,7 +75,7 @@ void SessionWorker::SetAckSink(AckSink sink) {
   sink_ = std::move(sink);
 }
 
-void SessionWorker::Send(const ScanAck& ack) {
+void SessionWorker::SendAck(const ScanAck& ack) {
   MutexLock lock(&sink_mutex_);
   if (sink_) sink_(ack);
 }
@@ -94,12 +94,12 @@ void SessionWorker::RunOne() {
     ScanAck ack;
     ack.sequence = scan->sequence;
     try {
-      Handle(*scan, &ack);
+      HandleScan(*scan, &ack);
     } catch (...) {
       // The ack says what is known; what could not be stored is offered again.
     }
     try {
-      Send(ack);
+      SendAck(ack);
     } catch (...) {
       // Who takes acks has lost this one; the next says what is durable.
     }
@@ -111,7 +111,7 @@ void SessionWorker::RunOne() {
   changed_.SignalAll();
 }
 
-void SessionWorker::Handle(const ScanUpload& upload, ScanAck* ack) {
+void SessionWorker::HandleScan(const ScanUpload& upload, ScanAck* ack) {
   bool is_duplicate = false;
   {
     MutexLock lock(&mutex_);
@@ -132,7 +132,7 @@ void SessionWorker::Handle(const ScanUpload& upload, ScanAck* ack) {
       Break(CaughtStatus(), ack);
     }
     // A failure is kept for the next attempt; Submit tells the robot when it lasts.
-    (void)Persist();
+    (void)PersistFinished();
     MutexLock lock(&mutex_);
     FillStatus(ack);
   }
@@ -176,20 +176,20 @@ absl::Status SessionWorker::Finish() {
 
 void SessionWorker::CutTheLast() {
   if (is_broken_) return;
-  Cut(state_->builder->Finish());
+  FinishSubmap(state_->builder->Finish());
   for (FinishedSubmap& submap : TakeFinished(status_.last_sequence, checkpoint_sequence_ + 1)) {
     unpersisted_.push_back(std::move(submap));
   }
 }
 
 absl::Status SessionWorker::RetryStoring() {
-  if (absl::Status status = Persist(); !status.ok()) return status;
+  if (absl::Status status = PersistFinished(); !status.ok()) return status;
   ScanAck durable;
   {
     MutexLock lock(&mutex_);
     FillStatus(&durable);
   }
-  Send(durable);
+  SendAck(durable);
   return absl::OkStatus();
 }
 

@@ -49,8 +49,8 @@ namespace isthmus::ingest {
 // given the scans after it once more; those up to it are duplicates. Where a checkpoint cannot be
 // used it goes on from the last segment's submaps alone, in the same odom frame but with a map that
 // is thinner, or, where that segment has none, in a new one, and says so in WorkerStatus. What a
-// carried robot is looked for in is made from the stored submaps: where some were retired since, a
-// search may end otherwise than it would have.
+// kidnapped robot is looked for in is made from the stored submaps: where some were retired since,
+// a search may end otherwise than it would have.
 //
 // Where something is thrown while a scan is dealt with (no memory, for one), that scan is rejected
 // and what was under way, the unfinished submap with it, is let go of: it may be half done. The
@@ -102,34 +102,35 @@ class SessionWorker : public std::enable_shared_from_this<SessionWorker> {
   void MakeState(uint32_t segment, uint32_t first_index);
   // Has the odometry remember the submaps of its segment; appends their points near the last pose,
   // odom frame, to `around` if it is not null.
-  void Remember(const ResumePoint& resume, Cloud* around) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  void Follow(const TrajectoryEntry& entry) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void RememberSubmaps(const ResumePoint& resume, Cloud* around)
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void FollowPose(const TrajectoryEntry& entry) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   // For sessions without a checkpoint, or without a usable one.
   void ResumeFromSubmaps(const ResumePoint& resume) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void RunOne();  // Executor task: deals with one scan, posts itself again while there are more.
   // Whatever is thrown, the ack then says what is known.
-  void Handle(const ScanUpload& scan, ScanAck* ack);
+  void HandleScan(const ScanUpload& scan, ScanAck* ack);
   void DealWithAndCut(const ScanUpload& scan, ScanAck* ack);
   // After something was thrown: the state is not used any more.
   void Break(const absl::Status& why, ScanAck* ack);
   void BeginAnew();
   void DealWith(const ScanUpload& scan, ScanAck* ack);
-  absl::StatusOr<floam::OdometryResult> Track(const ScanUpload& scan, int64_t time_ns);
-  void Reject(const ScanUpload& scan, const absl::Status& why, ScanAck* ack);
-  void Take(const floam::OdometryResult& result, ScanAck* ack);
+  absl::StatusOr<floam::OdometryResult> TrackScan(const ScanUpload& scan, int64_t time_ns);
+  void RejectScan(const ScanUpload& scan, const absl::Status& why, ScanAck* ack);
+  void TakeResult(const floam::OdometryResult& result, ScanAck* ack);
   void BeginSegment(const floam::OdometryResult& first);
   // Notes that the robot is tracked again, or lost; stamp of the scan that shows it.
   void NoteTracking(bool is_lost, uint64_t sequence, int64_t stamp_ns);
-  void Tell(const std::string& what) const;
+  void ReportProblem(const std::string& what) const;
   // Fills in the status after the scan that was dealt with.
   void FillStatus(ScanAck* ack) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void CutTheLast() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  void Hand(std::shared_ptr<const Submap> submap);
-  void Cut(std::shared_ptr<const Submap> submap);
+  void HandOverSubmap(std::shared_ptr<const Submap> submap);
+  void FinishSubmap(std::shared_ptr<const Submap> submap);
   // The submaps cut since the last call, and a checkpoint if one is due or something was cut.
   std::deque<FinishedSubmap> TakeFinished(uint64_t sequence, uint64_t checkpoint_after);
-  absl::Status Persist();  // Offers every submap that is not stored yet, in order.
-  void Send(const ScanAck& ack);
+  absl::Status PersistFinished();  // Offers every submap that is not stored yet, in order.
+  void SendAck(const ScanAck& ack);
 
   const SessionRecord record_;
   const floam::SensorModel sensor_;
@@ -149,7 +150,7 @@ class SessionWorker : public std::enable_shared_from_this<SessionWorker> {
   Mutex sink_mutex_;  // Held while an ack is sent.
   AckSink sink_ ABSL_GUARDED_BY(sink_mutex_);
 
-  Mutex persist_mutex_;  // Serialises Persist.
+  Mutex persist_mutex_;  // Serialises PersistFinished.
   mutable Mutex mutex_ ABSL_ACQUIRED_AFTER(persist_mutex_);
   CondVar changed_;
   std::deque<FinishedSubmap> unpersisted_ ABSL_GUARDED_BY(mutex_);

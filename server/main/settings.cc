@@ -249,7 +249,7 @@ void AddMatching(ServerConfig& config, Table& table) {
 void AddAcceptance(ServerConfig& config, Table& table) {
   matching::MatcherOptions& matcher = config.pipeline.matcher;
   table.Add("min_comparisons", &matcher.min_comparisons, int64_t{1}, int64_t{1'000'000},
-            "Range comparisons a verdict must rest on; with fewer a match waits.");
+            "Range comparisons a manual decision must rest on; with fewer a match waits.");
   table.Add("min_overlap", &matcher.min_overlap, 0.0, 1.0,
             "Share of the smaller map that must lie on the other; with less a match waits.");
   table.Add("max_free_space", &matcher.max_free_space, 0.0, 1.0,
@@ -266,10 +266,10 @@ void AddAcceptance(ServerConfig& config, Table& table) {
   table.Add("min_enclosed_area_m2", &matcher.min_enclosed_area_m2, 0.0, 1e6,
             "... Shared ground, m2, from which on it may be all that is known; from 400 m2 to here "
             "the share rises evenly. Lower it where no two places are alike; 0: never asked for.");
-  table.Add("min_hold", &matcher.min_hold, 0.0, 1.0,
+  table.Add("min_observability", &matcher.min_observability, 0.0, 1.0,
             "How firmly a match must be held in the direction in which it could slide best; a "
             "looser one, as along a bare corridor, waits.");
-  table.Add("max_strain", &matcher.max_strain, 0.01, 1000.0,
+  table.Add("max_odometry_residual", &matcher.max_odometry_residual, 0.01, 1000.0,
             "Standard deviations (RMS) that the odometry may have to bend for the maps to fit; "
             "with more a match waits.");
   table.Add("min_margin", &matcher.min_margin, 1.0, 1000.0,

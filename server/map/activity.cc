@@ -24,20 +24,20 @@ void Activity::ScanDone() {
   changed_.Notify();
 }
 
-void Activity::Composed(double ms) {
+void Activity::NoteComposition(double ms) {
   MutexLock lock(&mutex_);
   counters_.composition_ms = ms;
   counters_.composition_max_ms = std::max(counters_.composition_max_ms, ms);
   ++counters_.compositions;
 }
 
-void Activity::Placed(double ms) {
+void Activity::NotePlacement(double ms) {
   MutexLock lock(&mutex_);
   counters_.placement_ms = ms;
   ++counters_.placements;
 }
 
-void Activity::Estimated(double ms) {
+void Activity::NoteEstimation(double ms) {
   MutexLock lock(&mutex_);
   counters_.estimation_ms = ms;
   ++counters_.estimations;

@@ -27,9 +27,9 @@ class Activity {
 
   void ScanQueued();
   void ScanDone();
-  void Composed(double ms);
-  void Placed(double ms);
-  void Estimated(double ms);
+  void NoteComposition(double ms);
+  void NotePlacement(double ms);
+  void NoteEstimation(double ms);
 
   // Submaps that cannot be read, and why.
   void NoteDamage(const SubmapId& submap, const std::string& problem);

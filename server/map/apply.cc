@@ -4,7 +4,7 @@
 
 #include "server/map/map_edit.h"
 #include "server/match_graph/cycles.h"
-#include "server/match_graph/verdict.h"
+#include "server/match_graph/effective_match.h"
 
 namespace isthmus::server {
 namespace {
@@ -29,10 +29,10 @@ void ApplyRecords(const MapEdit& edit, const storage::SubmapInfos& infos, MapVie
 std::shared_ptr<const std::vector<Match>> EffectiveMatches(const MapView& view) {
   std::map<SessionPair, Match> combined;
   for (const auto& [pair, match] : view.matches) combined.emplace(pair, match);
-  for (const auto& [pair, verdict] : view.verdicts) {
+  for (const auto& [pair, manual_decision] : view.manual_decisions) {
     const Match* computed = view.matches.Find(pair);
-    combined[pair] = match_graph::Apply(
-        verdict, computed == nullptr ? std::nullopt : std::make_optional(*computed));
+    combined[pair] = match_graph::EffectiveMatch(
+        manual_decision, computed == nullptr ? std::nullopt : std::make_optional(*computed));
   }
   std::vector<Match> effective;
   for (auto& [pair, match] : combined) effective.push_back(std::move(match));
@@ -47,8 +47,8 @@ bool IsVoid(const MapEdit& edit, const MapView& view) {
 
 bool ChangesMatches(const MapEdit& edit, const MapView& view) {
   const storage::WriteBatch& batch = edit.batch;
-  if (!batch.matches.empty() || !batch.verdicts.empty() || !batch.withdrawn_verdicts.empty() ||
-      edit.removed_session) {
+  if (!batch.matches.empty() || !batch.manual_decisions.empty() ||
+      !batch.withdrawn_decisions.empty() || edit.removed_session) {
     return true;
   }
   return std::any_of(batch.submaps.begin(), batch.submaps.end(), [&](const auto& submap) {
@@ -78,7 +78,7 @@ std::shared_ptr<const MapView> Apply(const MapView& view, const MapEdit& edit,
     next->placed_version = edit.placed->version;
     if (edit.placed->revision != nullptr) next->revision = edit.placed->revision;
     next->tree = std::make_shared<const std::vector<SessionPair>>(edit.placed->tree);
-    next->judgement = std::make_shared<const placement::Judgement>(edit.placed->judgement);
+    next->edge_status = std::make_shared<const placement::EdgeStatus>(edit.placed->edge_status);
   }
   if (edit.composed != nullptr) {
     next->composed_revision = edit.composed->revision();

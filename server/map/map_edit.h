@@ -25,7 +25,7 @@ struct PlacedMap {
   uint64_t version = 0;                         // MapView::graph_version.
   std::shared_ptr<const MapRevision> revision;  // Null where nothing moved: the last one stands.
   std::vector<SessionPair> tree;
-  placement::Judgement judgement;
+  placement::EdgeStatus edge_status;
 };
 
 // One kind of change, or several at once.
@@ -48,8 +48,8 @@ struct PreparedEdit {
 
 bool IsVoid(const MapEdit& edit, const MapView& view);
 
-// True if the effective matches have to be worked out anew: with matches, verdicts and the sessions
-// that have submaps.
+// True if the effective matches have to be worked out anew: with matches, manual decisions and the
+// sessions that have submaps.
 bool ChangesMatches(const MapEdit& edit, const MapView& view);
 
 // Goes round all cycles of matches.

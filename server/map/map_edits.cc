@@ -19,7 +19,7 @@ std::string NameOf(const SessionId& a, const SessionId& b) {
 absl::Status MapWriter::PutSessions(const std::vector<SessionRecord>& sessions) {
   MapEdit edit;
   edit.batch.sessions = sessions;
-  return Commit(edit);
+  return CommitEdit(edit);
 }
 
 std::vector<SessionRecord> MapWriter::NewSegments(const SessionId& session,
@@ -66,7 +66,7 @@ absl::Status MapWriter::AddSubmap(const SessionId& session, const FinishedSubmap
     if (!IsVoid(edit, *view())) return absl::OkStatus();
   } else {
     if (finished.submap != nullptr) cache_->Put(finished.submap);
-    if (Show(edit)) return absl::OkStatus();
+    if (ShowEdit(edit)) return absl::OkStatus();
     if (finished.submap != nullptr) cache_->Forget(finished.submap->id);
   }
   return absl::NotFoundError(absl::StrCat("session ", session.value(), " was deleted"));
@@ -79,31 +79,31 @@ absl::Status MapWriter::PutMatch(const Match& match) {
   edit.batch.matches = {match};
   edit.changes.causes = {absl::StrCat(NameOf(match.a, match.b), " ", ToString(match.state))};
   edit.changes.matches = {{match.a, match.b}};
-  return Commit(edit);
+  return CommitEdit(edit);
 }
 
-absl::Status MapWriter::PutDecisions(const ManualDecisions& decisions) {
+absl::Status MapWriter::PutDecisions(const ManualEdit& decisions) {
   MapEdit edit;
-  edit.batch.verdicts = decisions.verdicts;
-  edit.batch.withdrawn_verdicts = decisions.withdrawn;
+  edit.batch.manual_decisions = decisions.manual_decisions;
+  edit.batch.withdrawn_decisions = decisions.withdrawn;
   edit.batch.loops = decisions.loops;
   Changes& changes = edit.changes;
-  for (const Verdict& verdict : decisions.verdicts) {
-    changes.matches.emplace_back(verdict.a, verdict.b);
-    changes.causes.push_back(
-        absl::StrCat(NameOf(verdict.a, verdict.b), " by hand: ", ToString(verdict.ruling)));
+  for (const ManualDecision& manual_decision : decisions.manual_decisions) {
+    changes.matches.emplace_back(manual_decision.a, manual_decision.b);
+    changes.causes.push_back(absl::StrCat(NameOf(manual_decision.a, manual_decision.b),
+                                          " by hand: ", ToString(manual_decision.kind)));
   }
   for (const SessionPair& pair : decisions.withdrawn) {
     changes.matches.push_back(pair);
     changes.causes.push_back(
-        absl::StrCat(NameOf(pair.first, pair.second), ": word by hand withdrawn"));
+        absl::StrCat(NameOf(pair.first, pair.second), ": decision by hand withdrawn"));
   }
   for (const LoopClosure& loop : decisions.loops) {
     changes.loops.push_back(loop.id);
     changes.causes.push_back(
         absl::StrCat("loop ", loop.id, " by hand: ", loop.rejected ? "REJECT" : "RESTORE"));
   }
-  return Commit(edit);
+  return CommitEdit(edit);
 }
 
 absl::Status MapWriter::AddLoops(std::vector<LoopClosure> found) {
@@ -125,31 +125,31 @@ absl::Status MapWriter::AddLoops(std::vector<LoopClosure> found) {
                                                " on ", loop.submap_a));
   }
   edit.batch.loops = std::move(found);
-  return Commit(edit);
+  return CommitEdit(edit);
 }
 
 absl::Status MapWriter::PutAnchor(const Anchor& anchor) {
   MapEdit edit;
   edit.batch.anchors = {anchor};
   edit.changes.causes = {absl::StrCat("anchor of ", ToString(anchor.submap))};
-  return Commit(edit);
+  return CommitEdit(edit);
 }
 
 absl::Status MapWriter::RemoveAnchor(const SubmapId& submap) {
   MapEdit edit;
   edit.batch.removed_anchors = {submap};
   edit.changes.causes = {absl::StrCat("anchor of ", ToString(submap), " removed")};
-  return Commit(edit);
+  return CommitEdit(edit);
 }
 
-absl::Status MapWriter::Retire(const std::vector<SubmapId>& submaps) {
+absl::Status MapWriter::RetireSubmaps(const std::vector<SubmapId>& submaps) {
   if (submaps.empty()) return absl::OkStatus();
   const std::set<SubmapId> gone(submaps.begin(), submaps.end());
   MapEdit edit;
   edit.batch.retired = submaps;
   edit.changes.causes = {
       absl::StrCat(gone.size(), " submaps retired, ", ToString(*gone.begin()), " first")};
-  if (absl::Status status = Commit(edit); !status.ok()) return status;
+  if (absl::Status status = CommitEdit(edit); !status.ok()) return status;
   for (const SubmapId& id : gone) cache_->Forget(id);
   activity_->ForgetDamage([&](const SubmapId& id) { return gone.contains(id); });
   return absl::OkStatus();
@@ -162,7 +162,7 @@ absl::Status MapWriter::RemoveSession(const SessionId& session, const std::strin
   edit.removed_session = session;
   edit.changes.causes = {
       absl::StrCat("session ", session.value(), " deleted", why.empty() ? "" : ": ", why)};
-  (void)Show(edit);
+  (void)ShowEdit(edit);
   const View after = view();
   for (const SessionView* segment : before->SegmentsOf(session)) {
     for (const auto& [index, submap] : segment->submaps) cache_->Forget(submap.id);

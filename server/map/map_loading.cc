@@ -33,9 +33,9 @@ absl::Status MapWriter::LoadDecisions(MapView* view) {
   absl::StatusOr<std::vector<Match>> matches = store_->ListMatches();
   if (!matches.ok()) return matches.status();
   batch.matches = *std::move(matches);
-  absl::StatusOr<std::vector<Verdict>> verdicts = store_->ListVerdicts();
-  if (!verdicts.ok()) return verdicts.status();
-  batch.verdicts = *std::move(verdicts);
+  absl::StatusOr<std::vector<ManualDecision>> manual_decisions = store_->ListManualDecisions();
+  if (!manual_decisions.ok()) return manual_decisions.status();
+  batch.manual_decisions = *std::move(manual_decisions);
   absl::StatusOr<std::vector<Anchor>> anchors = store_->ListAnchors();
   if (!anchors.ok()) return anchors.status();
   batch.anchors = *std::move(anchors);

@@ -37,8 +37,8 @@ struct MapView : storage::MapRecords {
   std::shared_ptr<const std::vector<SessionPair>> tree =
       std::make_shared<const std::vector<SessionPair>>();
   // Which edges `revision` agrees with.
-  std::shared_ptr<const placement::Judgement> judgement =
-      std::make_shared<const placement::Judgement>();
+  std::shared_ptr<const placement::EdgeStatus> edge_status =
+      std::make_shared<const placement::EdgeStatus>();
 
   // The newest composed map, null before the first, and the revision that it was made of.
   std::shared_ptr<const ComposedMap> map;

@@ -30,13 +30,13 @@ MapWriter::View MapWriter::view() const {
   return view_;
 }
 
-absl::Status MapWriter::Commit(const MapEdit& edit) {
+absl::Status MapWriter::CommitEdit(const MapEdit& edit) {
   if (absl::Status status = store_->Write(edit.batch); !status.ok()) return status;
-  (void)Show(edit);
+  (void)ShowEdit(edit);
   return absl::OkStatus();
 }
 
-bool MapWriter::Show(const MapEdit& edit) {
+bool MapWriter::ShowEdit(const MapEdit& edit) {
   const View now = view();
   if (!ChangesMatches(edit, *now)) return ShowPrepared(edit, Prepare(edit, *now));
   // Others that do not change matches show theirs while cycles are checked.
@@ -68,13 +68,13 @@ MapWriter::ToPlace MapWriter::TakeChanges() {
 void MapWriter::ShowPlaced(PlacedMap placed) {
   MapEdit edit;
   edit.placed = std::move(placed);
-  (void)Show(edit);
+  (void)ShowEdit(edit);
 }
 
 void MapWriter::ShowComposed(std::shared_ptr<const ComposedMap> map) {
   MapEdit edit;
   edit.composed = std::move(map);
-  (void)Show(edit);
+  (void)ShowEdit(edit);
 }
 
 void MapWriter::EndPlacing() {

@@ -21,9 +21,9 @@
 namespace isthmus::server {
 
 // Decisions that a person makes at once.
-struct ManualDecisions {
-  std::vector<Verdict> verdicts = {};
-  std::vector<SessionPair> withdrawn = {};  // Whose verdicts are taken back.
+struct ManualEdit {
+  std::vector<ManualDecision> manual_decisions = {};
+  std::vector<SessionPair> withdrawn = {};  // Whose manual decisions are taken back.
   std::vector<LoopClosure> loops = {};      // As they are from now on.
 };
 
@@ -62,13 +62,13 @@ class MapWriter {
   // Ignored when a session is gone.
   absl::Status PutMatch(const Match& match);
   // Stores what a person said of pairs and of loop closures, all or nothing. All must exist.
-  absl::Status PutDecisions(const ManualDecisions& decisions);
+  absl::Status PutDecisions(const ManualEdit& decisions);
   // New ones; gives them their ids. Ignored when the session is gone.
   absl::Status AddLoops(std::vector<LoopClosure> found);
   absl::Status PutAnchor(const Anchor& anchor);
   absl::Status RemoveAnchor(const SubmapId& submap);
   // Removes the submaps with all that hangs on them.
-  absl::Status Retire(const std::vector<SubmapId>& submaps);
+  absl::Status RetireSubmaps(const std::vector<SubmapId>& submaps);
   // Removes the session, all its segments, from store and map. `why` is said in the revision's
   // cause.
   absl::Status RemoveSession(const SessionId& session, const std::string& why = "");
@@ -88,9 +88,9 @@ class MapWriter {
   void EndPlacing();
 
  private:
-  absl::Status Commit(const MapEdit& edit);  // Stores, then shows.
+  absl::Status CommitEdit(const MapEdit& edit);  // Stores, then shows.
   // False where it is void.
-  bool Show(const MapEdit& edit) ABSL_LOCKS_EXCLUDED(matching_, editing_, mutex_);
+  bool ShowEdit(const MapEdit& edit) ABSL_LOCKS_EXCLUDED(matching_, editing_, mutex_);
   bool ShowPrepared(const MapEdit& edit, const PreparedEdit& prepared)
       ABSL_LOCKS_EXCLUDED(editing_, mutex_);
   // Those that the finished submap brings, as they are to be stored.

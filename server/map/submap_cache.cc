@@ -24,7 +24,7 @@ std::shared_ptr<const Submap> SubmapCache::Get(const SubmapId& id) {
       const Entry& entry = it->second;
       if (entry.is_damaged) return nullptr;
       if (std::shared_ptr<const Submap> held = entry.held.lock()) {
-        Keep(id, held);
+        KeepEntry(id, held);
         return held;
       }
     }
@@ -33,7 +33,7 @@ std::shared_ptr<const Submap> SubmapCache::Get(const SubmapId& id) {
   absl::StatusOr<std::shared_ptr<const Submap>> read = Read(id);
   if (read.ok()) {
     MutexLock lock(&mutex_);
-    Keep(id, *read);
+    KeepEntry(id, *read);
     return *std::move(read);
   }
   const bool is_damaged = absl::IsDataLoss(read.status());
@@ -86,7 +86,7 @@ std::shared_ptr<const Submap> SubmapCache::Outline(const SubmapId& id) {
 
 void SubmapCache::Put(std::shared_ptr<const Submap> submap) {
   MutexLock lock(&mutex_);
-  Keep(submap->id, submap);
+  KeepEntry(submap->id, submap);
 }
 
 void SubmapCache::Forget(const SubmapId& id) {
@@ -100,7 +100,7 @@ size_t SubmapCache::bytes() const {
   return kept_.weight();
 }
 
-void SubmapCache::Keep(const SubmapId& id, const std::shared_ptr<const Submap>& submap) {
+void SubmapCache::KeepEntry(const SubmapId& id, const std::shared_ptr<const Submap>& submap) {
   if (kept_.Use(id) != nullptr) return;
   entries_[id].held = submap;
   kept_.Put(id, submap, BytesOf(*submap));

@@ -55,7 +55,7 @@ class SubmapCache {
 
   // DataLoss also where reading it throws, but where memory ran out ResourceExhausted.
   absl::StatusOr<std::shared_ptr<const Submap>> Read(const SubmapId& id) const;
-  void Keep(const SubmapId& id, const std::shared_ptr<const Submap>& submap)
+  void KeepEntry(const SubmapId& id, const std::shared_ptr<const Submap>& submap)
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   const storage::MapStore* const store_;

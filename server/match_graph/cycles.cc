@@ -60,14 +60,14 @@ struct Support {
 };
 
 // Who is to be set aside next, and why.
-struct Suspects {
+struct InconsistentEdges {
   std::vector<uint32_t> edges;
   std::string why;
 };
 
-class Judge {
+class CycleCheck {
  public:
-  Judge(const Graph& graph, const CycleOptions& options)
+  CycleCheck(const Graph& graph, const CycleOptions& options)
       : graph_(graph),
         options_(options),
         search_(graph.nodes, graph.edges, options),
@@ -77,11 +77,11 @@ class Judge {
     for (;;) {
       cycles_ = search_.Find(active_);
       NoteBest();
-      Weigh();
-      const Suspects suspects = FindSuspects();
-      if (suspects.edges.empty()) return;
-      for (const uint32_t e : suspects.edges) active_[e] = false;
-      for (const uint32_t e : suspects.edges) SetAside(e, suspects.why);
+      WeighEdges();
+      const InconsistentEdges inconsistent = FindInconsistent();
+      if (inconsistent.edges.empty()) return;
+      for (const uint32_t e : inconsistent.edges) active_[e] = false;
+      for (const uint32_t e : inconsistent.edges) SetAside(e, inconsistent.why);
     }
   }
 
@@ -118,7 +118,7 @@ class Judge {
   }
 
   // Weighs the cycles that count: all that agree, and those that disagree and count.
-  void Weigh() {
+  void WeighEdges() {
     support_.assign(active_.size(), {});
     disagreeing_.clear();
     for (const Cycle& cycle : cycles_) {
@@ -139,7 +139,7 @@ class Judge {
     }
   }
 
-  Suspects FindSuspects() const {
+  InconsistentEdges FindInconsistent() const {
     for (const Cycle* cycle : disagreeing_) {
       const std::vector<uint32_t> doubtful = Doubtful(*cycle);
       if (doubtful.size() == 1) return {doubtful, "all other matches of it were given by hand"};
@@ -173,7 +173,7 @@ class Judge {
     return doubted;
   }
 
-  Suspects Weakest(std::vector<uint32_t> edges) const {
+  InconsistentEdges Weakest(std::vector<uint32_t> edges) const {
     if (edges.size() == 1) return {edges, "the other matches of it are better borne out"};
     std::stable_sort(edges.begin(), edges.end(),
                      [&](uint32_t l, uint32_t r) { return Odds(l) < Odds(r); });
@@ -228,7 +228,7 @@ void CheckCycles(const std::vector<Node>& nodes, const CycleOptions& options,
   Graph graph;
   const std::map<SessionId, uint32_t> index = AddNodes(nodes, &graph);
   AddEdges(index, matches, &graph);
-  Judge(graph, options).Run();
+  CycleCheck(graph, options).Run();
 }
 
 }  // namespace isthmus::match_graph

@@ -88,19 +88,19 @@ absl::StatusOr<int64_t> MapDecisions::RemoveAnchor(const SubmapId& submap) {
   return RevisionOncePlaced();
 }
 
-ManualDecisions MapDecisions::Reject(const RevisionInfo& revision, const std::string& note) const {
-  ManualDecisions decisions;
+ManualEdit MapDecisions::RejectCauses(const RevisionInfo& revision, const std::string& note) const {
+  ManualEdit decisions;
   const MapWriter::View view = map_->view();
   for (const SessionPair& pair : revision.matches) {
     const Match* match = view->EffectiveMatch(pair);
     if (match == nullptr || match->state != MatchState::kAccepted) continue;
-    const Verdict* said = view->verdicts.Find(pair);
-    if (said != nullptr && said->ruling == Ruling::kSet) {
+    const ManualDecision* given = view->manual_decisions.Find(pair);
+    if (given != nullptr && given->kind == ManualDecisionKind::kSet) {
       decisions.withdrawn.push_back(pair);
       continue;
     }
-    decisions.verdicts.push_back(
-        {pair.first, pair.second, Ruling::kReject, match->T_a_b, note, clock_->NowNs()});
+    decisions.manual_decisions.push_back({pair.first, pair.second, ManualDecisionKind::kReject,
+                                          match->T_a_b, note, clock_->NowNs()});
   }
   for (const uint64_t id : revision.loops) {
     const LoopClosure* known = view->loops.Find(id);
@@ -126,8 +126,8 @@ absl::StatusOr<int64_t> MapDecisions::UndoRevision(int64_t revision, const std::
   {
     // Sessions must not go while the store is written.
     MutexLock changing(membership_);
-    const ManualDecisions rejected = Reject(*info, note);
-    if (rejected.verdicts.empty() && rejected.withdrawn.empty() && rejected.loops.empty()) {
+    const ManualEdit rejected = RejectCauses(*info, note);
+    if (rejected.manual_decisions.empty() && rejected.withdrawn.empty() && rejected.loops.empty()) {
       return absl::FailedPreconditionError(
           absl::StrCat("revision ", revision, " (", info->cause,
                        ") came of no match or loop closure that still counts: nothing to reject"));

@@ -30,7 +30,7 @@ class MapDecisions {
 
  private:
   // The rejections of what the revision came from.
-  ManualDecisions Reject(const RevisionInfo& revision, const std::string& note) const;
+  ManualEdit RejectCauses(const RevisionInfo& revision, const std::string& note) const;
   int64_t RevisionOncePlaced() const;
 
   MapWriter* const map_;

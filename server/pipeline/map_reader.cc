@@ -100,7 +100,7 @@ MatchEdge MapReader::Describe(const Match& match, const MapView& view) {
   const SessionPair pair(match.a, match.b);
   MatchEdge edge{match, RobotOf(match.a, view), RobotOf(match.b, view)};
   edge.in_tree = std::binary_search(view.tree->begin(), view.tree->end(), pair);
-  if (const Verdict* said = view.verdicts.Find(pair)) edge.verdict = *said;
+  if (const ManualDecision* said = view.manual_decisions.Find(pair)) edge.manual_decision = *said;
   return edge;
 }
 
@@ -120,8 +120,8 @@ MatchGraph MapReader::GetMatchGraph() const {
 
 Loop MapReader::Describe(const LoopClosure& loop, const MapView& view) {
   Loop told{loop, RobotOf(loop.session, view), static_cast<uint32_t>(loop.edges.size())};
-  const auto it = view.judgement->loops.find(loop.id);
-  if (it == view.judgement->loops.end() || loop.rejected) return told;
+  const auto it = view.edge_status->loops.find(loop.id);
+  if (it == view.edge_status->loops.end() || loop.rejected) return told;
   told.edges_used = static_cast<uint32_t>(std::count(it->second.begin(), it->second.end(), true));
   return told;
 }

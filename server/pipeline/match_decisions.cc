@@ -31,9 +31,10 @@ absl::StatusOr<SessionId> ResolveSession(const MapView& view, const SessionId& s
   return absl::NotFoundError(absl::StrCat("no robot \"", robot.value(), "\""));
 }
 
-// The pair that is meant and the decision on it; without ruling and time where it is to be
+// The pair that is meant and the decision on it; without kind and time where it is to be
 // withdrawn.
-absl::StatusOr<Verdict> MakeVerdict(const MatchDecision& decision, const MapView& view) {
+absl::StatusOr<ManualDecision> MakeManualDecision(const MatchDecision& decision,
+                                                  const MapView& view) {
   absl::StatusOr<SessionId> a = ResolveSession(view, decision.session_a, decision.robot_a);
   if (!a.ok()) return a.status();
   absl::StatusOr<SessionId> b = ResolveSession(view, decision.session_b, decision.robot_b);
@@ -42,22 +43,22 @@ absl::StatusOr<Verdict> MakeVerdict(const MatchDecision& decision, const MapView
     return absl::InvalidArgumentError(
         absl::StrCat("a match is between two sessions; both are ", a->value()));
   }
-  Verdict verdict;
-  verdict.T_a_b = *a < *b ? decision.T_a_b : decision.T_a_b.Inverse();
-  std::tie(verdict.a, verdict.b) = std::minmax(*a, *b);
-  verdict.note = decision.note;
-  if (!decision.ruling) return verdict;
-  verdict.ruling = *decision.ruling;
-  if (verdict.ruling == Ruling::kSet) return verdict;
-  const Match* computed = view.matches.Find({verdict.a, verdict.b});
+  ManualDecision manual_decision;
+  manual_decision.T_a_b = *a < *b ? decision.T_a_b : decision.T_a_b.Inverse();
+  std::tie(manual_decision.a, manual_decision.b) = std::minmax(*a, *b);
+  manual_decision.note = decision.note;
+  if (!decision.kind) return manual_decision;
+  manual_decision.kind = *decision.kind;
+  if (manual_decision.kind == ManualDecisionKind::kSet) return manual_decision;
+  const Match* computed = view.matches.Find({manual_decision.a, manual_decision.b});
   const bool found = computed != nullptr && computed->matcher != GuessSource::kNone;
-  if (!found && verdict.ruling == Ruling::kAccept) {
+  if (!found && manual_decision.kind == ManualDecisionKind::kAccept) {
     return absl::FailedPreconditionError(absl::StrCat(
-        "nothing was found between ", verdict.a.value(), " and ", verdict.b.value(),
+        "nothing was found between ", manual_decision.a.value(), " and ", manual_decision.b.value(),
         " that could be accepted: give the transform by hand (SET), or wait for more submaps"));
   }
-  verdict.T_a_b = found ? computed->T_a_b : Pose();
-  return verdict;
+  manual_decision.T_a_b = found ? computed->T_a_b : Pose();
+  return manual_decision;
 }
 
 }  // namespace
@@ -67,17 +68,17 @@ absl::StatusOr<DecidedMatch> MapDecisions::DecideMatch(const MatchDecision& deci
   SessionPair pair;
   {
     MutexLock changing(membership_);
-    absl::StatusOr<Verdict> verdict = MakeVerdict(decision, *map_->view());
-    if (!verdict.ok()) return verdict.status();
-    pair = {verdict->a, verdict->b};
-    verdict->given_ns = clock_->NowNs();
-    ManualDecisions said;
-    if (decision.ruling) {
-      said.verdicts = {*verdict};
+    absl::StatusOr<ManualDecision> manual_decision = MakeManualDecision(decision, *map_->view());
+    if (!manual_decision.ok()) return manual_decision.status();
+    pair = {manual_decision->a, manual_decision->b};
+    manual_decision->given_ns = clock_->NowNs();
+    ManualEdit edit;
+    if (decision.kind) {
+      edit.manual_decisions = {*manual_decision};
     } else {
-      said.withdrawn = {pair};
+      edit.withdrawn = {pair};
     }
-    if (absl::Status status = map_->PutDecisions(said); !status.ok()) return status;
+    if (absl::Status status = map_->PutDecisions(edit); !status.ok()) return status;
   }
   map_->WaitUntilPlaced();
   const MapWriter::View view = map_->view();

@@ -89,7 +89,7 @@ RetentionThread::Hooks PipelineImpl::RetentionHooks() {
   hooks.scan_bytes = [this](const SessionId& session) { return parts_.scans->Bytes(session); };
   hooks.act = [this](const ingest::RetentionAction& action) {
     if (action.kind == ingest::RetentionAction::Kind::kDropScans) {
-      return parts_.scans->Free(action.session, action.bytes);
+      return parts_.scans->FreeBytes(action.session, action.bytes);
     }
     return sessions_.DeleteSession(action.session, action.why);
   };
@@ -99,7 +99,7 @@ RetentionThread::Hooks PipelineImpl::RetentionHooks() {
 
 absl::Status PipelineImpl::DeleteSession(const SessionId& session) {
   absl::Status status = sessions_.DeleteSession(session, "");
-  if (status.ok()) retention_->Changed(session);
+  if (status.ok()) retention_->NoteChange(session);
   return status;
 }
 

@@ -51,10 +51,10 @@ absl::Status Sessions::SubmitScan(const SessionId& session, ScanUpload scan) {
   if (parts_.shut_down) return absl::UnavailableError("the server is shutting down");
   auto worker = FindWorker(session);
   if (!worker.ok()) return worker.status();
-  if (absl::Status status = parts_.retention->Check((*worker)->robot()); !status.ok()) {
+  if (absl::Status status = parts_.retention->CheckQuota((*worker)->robot()); !status.ok()) {
     return status;
   }
-  absl::Status kept = parts_.scans->Keep(session, (*worker)->last_sequence(), scan);
+  absl::Status kept = parts_.scans->RecordScan(session, (*worker)->last_sequence(), scan);
   if (!kept.ok()) return kept;
   parts_.activity.ScanQueued();
   absl::Status status = (*worker)->Submit(std::move(scan));
@@ -109,12 +109,12 @@ absl::StatusOr<SubmapInfo> Sessions::AddSubmap(Submap submap) {
   if (id.index < session.next_index()) {
     return RepeatUpload(session.submaps.Find(id.index), *finished->submap);
   }
-  absl::Status may_add = parts_.retention->Check(session.record.robot);
+  absl::Status may_add = parts_.retention->CheckQuota(session.record.robot);
   if (!may_add.ok()) return may_add;
   if (absl::Status status = parts_.map.AddSubmap(id.session, *finished); !status.ok()) {
     return status;
   }
-  parts_.retention->Changed(id.session);
+  parts_.retention->NoteChange(id.session);
   parts_.workers.NoteUploads(id.session);
   return Summarize(*finished->submap);
 }

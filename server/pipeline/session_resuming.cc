@@ -121,7 +121,7 @@ ingest::WorkerHooks Sessions::HooksOf(const SessionId& session) {
   hooks.persist = [this, session](const FinishedSubmap& finished) {
     if (absl::Status kept = parts_.scans->Sync(session); !kept.ok()) return kept;
     absl::Status stored = parts_.map.AddSubmap(session, finished);
-    if (stored.ok()) parts_.retention->Changed(session);
+    if (stored.ok()) parts_.retention->NoteChange(session);
     return stored;
   };
   hooks.T_map_odom = [this, session](uint32_t segment) -> std::optional<Pose> {

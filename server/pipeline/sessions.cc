@@ -69,7 +69,8 @@ absl::StatusOr<SessionStatus> Sessions::CreateSession(const SessionRequest& requ
   record.request_id = request.request_id;
   MutexLock changing(&parts_.membership);
   if (const auto opened = FindRequested(record); opened.has_value()) return *opened;
-  if (absl::Status status = parts_.retention->Check(request.robot); !status.ok()) return status;
+  if (absl::Status status = parts_.retention->CheckQuota(request.robot); !status.ok())
+    return status;
   const auto numbered = last_numbers_.find(record.robot);
   int number = numbered == last_numbers_.end() ? 0 : numbered->second;
   record.id = NextId(record.robot, &number);
@@ -129,7 +130,7 @@ absl::StatusOr<SessionStatus> Sessions::FinishSession(const SessionId& session) 
   // No ack follows the last one, and whoever took them may be gone before the worker is.
   if (worker != nullptr) worker->SetAckSink(nullptr);
   parts_.workers.Release(session);
-  parts_.retention->Changed(session);
+  parts_.retention->NoteChange(session);
   return GetSession(session);
 }
 

@@ -36,20 +36,20 @@ double Apart(const Pose& a, const Pose& b) { return (a.translation() - b.transla
 void Between(const std::vector<TrajectoryEntry>& entries, size_t first, size_t last,
              const Correction& from, const Correction& to, Trajectory* trajectory) {
   std::vector<double> gone;
-  double way = 0;
+  double path_length = 0;
   Pose at = from.T_odom_submap;
   for (size_t i = first; i < last; ++i) {
-    way += Apart(at, entries[i].T_odom_sensor);
+    path_length += Apart(at, entries[i].T_odom_sensor);
     at = entries[i].T_odom_sensor;
-    gone.push_back(way);
+    gone.push_back(path_length);
   }
-  way += Apart(at, to.T_odom_submap);
+  path_length += Apart(at, to.T_odom_submap);
   const double duration = static_cast<double>(to.stamp_ns - from.stamp_ns);
   for (size_t i = first; i < last; ++i) {
     const TrajectoryEntry& entry = entries[i];
-    const double share =
-        way > 0 ? gone[i - first] / way
-                : static_cast<double>(entry.stamp_ns - from.stamp_ns) / std::max(1.0, duration);
+    const double share = path_length > 0 ? gone[i - first] / path_length
+                                         : static_cast<double>(entry.stamp_ns - from.stamp_ns) /
+                                               std::max(1.0, duration);
     trajectory->push_back({entry.stamp_ns, Interpolate(from.Apply(entry.T_odom_sensor),
                                                        to.Apply(entry.T_odom_sensor), share)});
   }

@@ -20,7 +20,7 @@ class Builder {
   GraphSet Build() {
     AddSessions();
     for (size_t i = 0; i < input_.matches.size(); ++i) {
-      if (Counts(input_.matches[i])) AddMatch(i);
+      if (IsAccepted(input_.matches[i])) AddMatch(i);
     }
     for (size_t i = 0; i < input_.loops.size(); ++i) {
       if (!input_.loops[i].rejected) AddLoop(i);
@@ -214,7 +214,7 @@ class Builder {
 
 }  // namespace
 
-bool Counts(const Match& match) {
+bool IsAccepted(const Match& match) {
   return match.state == MatchState::kAccepted && match.T_a_b.IsFinite();
 }
 

@@ -4,9 +4,9 @@
 #include <map>
 #include <utility>
 
-#include "server/placement/gaps.h"
 #include "server/placement/graph.h"
 #include "server/placement/placer.h"
+#include "server/placement/retired_gaps.h"
 
 namespace isthmus::placement {
 
@@ -24,7 +24,7 @@ GraphSet BuildGraphs(const Input& input, const pose_graph::DriftModel& drift, co
                      SessionNumbers* numbers, NearestPairs* nearest);
 
 // Accepted and finite.
-bool Counts(const Match& match);
+bool IsAccepted(const Match& match);
 // Said by a person.
 bool IsByHand(const Match& match);
 

@@ -7,21 +7,21 @@
 #include "absl/strings/str_cat.h"
 #include "core/mutex.h"
 #include "server/placement/anchor_fit.h"
-#include "server/placement/changes.h"
-#include "server/placement/gaps.h"
 #include "server/placement/graph_builder.h"
+#include "server/placement/graph_diff.h"
 #include "server/placement/graph_text.h"
 #include "server/placement/initial_poses.h"
 #include "server/placement/limits.h"
-#include "server/placement/publish.h"
-#include "server/placement/solve.h"
+#include "server/placement/retired_gaps.h"
+#include "server/placement/settle_poses.h"
+#include "server/placement/solve_component.h"
 
 namespace isthmus::placement {
 namespace {
 
 // Everything before the search. `placements` are where it goes on from.
 void Start(const Input& input, const std::vector<Placement>& placements, const LastGraphs& base,
-           const Change& change, Graph* graph) {
+           const GraphDiff& change, Graph* graph) {
   pose_graph::Problem& problem = graph->problem;
   const auto found = base.anchored.find(graph->reference);
   const bool known = found != base.anchored.end();
@@ -62,11 +62,11 @@ struct Placer::Memory {
 
   struct Base {
     std::shared_ptr<const LastGraphs> graphs;
-    Change change;  // Since then.
+    GraphDiff change;  // Since then.
   };
   std::vector<Base> ChooseBases(const Input& input, const GraphSet& set) const;
-  void Keep(const Input& input, const std::vector<Base>& bases, GraphSet set,
-            const std::vector<Placement>& placements);
+  void KeepGraphs(const Input& input, const std::vector<Base>& bases, GraphSet set,
+                  const std::vector<Placement>& placements);
 };
 
 // The graphs that each of the graphs goes on from: those of the last call, or, if something was
@@ -77,13 +77,13 @@ std::vector<Placer::Memory::Base> Placer::Memory::ChooseBases(const Input& input
   const std::shared_ptr<const LastGraphs> newest = Last();
   std::vector<Base> bases;
   bool missing = false;
-  for (const Change& change : FindChanges(*newest, input, numbers, set)) {
+  for (const GraphDiff& change : DiffGraphs(*newest, input, numbers, set)) {
     bases.push_back({newest, change});
     missing |= change.anew;
   }
   for (auto older = earlier.rbegin(); older != earlier.rend() && missing; ++older) {
     missing = false;
-    const std::vector<Change> changes = FindChanges(**older, input, numbers, set);
+    const std::vector<GraphDiff> changes = DiffGraphs(**older, input, numbers, set);
     for (size_t i = 0; i < bases.size(); ++i) {
       if (!bases[i].change.anew) continue;
       if (changes[i].anew || changes[i].unknown) {
@@ -96,8 +96,8 @@ std::vector<Placer::Memory::Base> Placer::Memory::ChooseBases(const Input& input
   return bases;
 }
 
-void Placer::Memory::Keep(const Input& input, const std::vector<Base>& bases, GraphSet set,
-                          const std::vector<Placement>& placements) {
+void Placer::Memory::KeepGraphs(const Input& input, const std::vector<Base>& bases, GraphSet set,
+                                const std::vector<Placement>& placements) {
   const std::shared_ptr<const LastGraphs> newest = Last();
   const bool new_match = std::any_of(bases.begin(), bases.end(), [&](const Base& base) {
     return base.graphs == newest && base.change.new_match;
@@ -138,7 +138,7 @@ Outcome Placer::Place(const Input& input, const std::vector<Placement>& previous
     const auto& [base, change] = bases[i];
     Start(input, base == newest ? previous : base->placements, *base, change, &graph);
     int& partial_before = memory.partial[graph.reference];
-    const Solved solved = Solve(options_, change, partial_before, &graph);
+    const Solved solved = SolveComponent(options_, change, partial_before, &graph);
     if (solved.whole) partial_before = 0;
     if (solved.partial) ++partial_before;
     outcome.whole |= solved.whole;
@@ -149,7 +149,7 @@ Outcome Placer::Place(const Input& input, const std::vector<Placement>& previous
                       graph.component, ": ", solved.trouble);
     }
     ReturnDiscardedToTree(input, &graph);
-    Settle(options_, previous, &graph);
+    SettlePoses(options_, previous, &graph);
     outcome.nodes += graph.ids.size();
     outcome.edges += graph.problem.edges.size();
     for (const GraphSession& session : graph.sessions) {
@@ -159,8 +159,8 @@ Outcome Placer::Place(const Input& input, const std::vector<Placement>& previous
   if (partial) outcome.whole = false;
   std::sort(outcome.placements.begin(), outcome.placements.end(),
             [](const Placement& a, const Placement& b) { return a.session < b.session; });
-  outcome.judgement = Judge(input, set);
-  memory.Keep(input, bases, std::move(set), outcome.placements);
+  outcome.edge_status = EdgeStatusOf(input, set);
+  memory.KeepGraphs(input, bases, std::move(set), outcome.placements);
   return outcome;
 }
 

@@ -61,7 +61,7 @@ struct Input {
 };
 
 // Which edges were kept: matches by pair, loop closures by id, in their order of edges.
-struct Judgement {
+struct EdgeStatus {
   std::map<std::pair<SessionId, SessionId>, std::vector<bool>> matches;
   std::map<uint64_t, std::vector<bool>> loops;
   std::map<SubmapId, bool> anchors;
@@ -69,7 +69,7 @@ struct Judgement {
 
 struct Outcome {
   std::vector<Placement> placements;  // In order of session; sessions without nodes are left out.
-  Judgement judgement;
+  EdgeStatus edge_status;
   size_t nodes = 0, edges = 0;
   bool whole = false;  // Everything was optimised, not only what is around the changes.
   bool converged = true;

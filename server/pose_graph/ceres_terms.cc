@@ -28,7 +28,7 @@ Matrix67 MinusJacobianOf(const Pose& pose) {
   return J;
 }
 
-void Carry(const Matrix6d& J, const Pose& pose, double* jacobian) {
+void ChainJacobian(const Matrix6d& J, const Pose& pose, double* jacobian) {
   Eigen::Map<Matrix67>(jacobian).noalias() = J * MinusJacobianOf(pose);
 }
 
@@ -78,8 +78,8 @@ bool EdgeTerm::Evaluate(double const* const* blocks, double* residual, double** 
   Eigen::Map<Vector6d>{residual} = W * e;
   if (jacobians == nullptr) return true;
   const Matrix6d WJ = W * InverseLeftJacobian(e);
-  if (jacobians[0] != nullptr) Carry(-WJ, T_map_a, jacobians[0]);
-  if (jacobians[1] != nullptr) Carry(WJ * Adjoint(T_a_b), T_map_b, jacobians[1]);
+  if (jacobians[0] != nullptr) ChainJacobian(-WJ, T_map_a, jacobians[0]);
+  if (jacobians[1] != nullptr) ChainJacobian(WJ * Adjoint(T_a_b), T_map_b, jacobians[1]);
   return true;
 }
 
@@ -93,7 +93,7 @@ bool AnchorTerm::Evaluate(double const* const* blocks, double* residual, double*
   Matrix6d J = Matrix6d::Zero();
   J.topLeftCorner<3, 3>() = R;
   J.bottomRightCorner<3, 3>() = InverseLeftJacobian(Eigen::Vector3d(e.tail<3>())) * R;
-  Carry(W * J, pose, jacobians[0]);
+  ChainJacobian(W * J, pose, jacobians[0]);
   return true;
 }
 

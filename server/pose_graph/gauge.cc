@@ -27,7 +27,7 @@ std::vector<size_t> Components(const Problem& problem, bool only_sure) {
 
 // True if anchors leave a rigid motion of all nodes no freedom. A motion [rho; phi] about the
 // anchors' centre c changes [d; phi] of each by rho + phi x (t - c) and phi.
-bool Hold(const std::vector<const Anchor*>& anchors) {
+bool AreFixing(const std::vector<const Anchor*>& anchors) {
   if (anchors.empty()) return false;
   Eigen::Vector3d center = Eigen::Vector3d::Zero();
   for (const Anchor* anchor : anchors) center += anchor->T_map_node.translation();
@@ -69,7 +69,7 @@ Gauge ChooseGauge(const Problem& problem) {
   Gauge gauge;
   for (size_t i = 0; i < n; ++i) {
     if (held[i]) gauge.held.push_back(static_cast<int>(i));
-    if (sure[i] == i && !sure_held[i] && !Hold(sure_anchors[i])) {
+    if (sure[i] == i && !sure_held[i] && !AreFixing(sure_anchors[i])) {
       gauge.steadied.push_back(static_cast<int>(i));
     }
   }

@@ -29,7 +29,7 @@ class Gnc {
     }
     absl::Status status = options_.go_on ? GoOn() : absl::OkStatus();
     if (!status.ok() || done_) return status;
-    status = Begin();
+    status = BeginSolution();
     if (!status.ok() || done_) return status;
     status = Graduate();
     // Near the truncation the last graduated solution may have left some on the wrong side.
@@ -122,7 +122,7 @@ class Gnc {
 
   // Leaves the poses where more of those in doubt agree with them: where all of them are believed
   // (right when all are), or where they are given (a few false ones ruin the former).
-  absl::Status Begin() {
+  absl::Status BeginSolution() {
     const std::vector<Pose> given = least_squares_.poses();
     const std::vector<double> with_drift = ChiSquareWithDrift(problem_);
     const double gate = Gate(with_drift);
@@ -130,7 +130,7 @@ class Gnc {
       if (!(with_drift[i] <= gate)) least_squares_.weights().edges[i] = 0;
     }
     Measure();
-    const double given_strain = Strain();
+    const double given_cost = RobustCost();
     absl::Status status =
         Solve(std::min(kTrialIterations, options_.max_iterations), kRoughCostChange);
     if (!status.ok()) return status;
@@ -140,7 +140,7 @@ class Gnc {
       done_ = true;
       return Solve(options_.max_iterations);
     }
-    if (given_strain <= Strain()) {
+    if (given_cost <= RobustCost()) {
       least_squares_.set_poses(given);
       Measure();
     }
@@ -162,10 +162,10 @@ class Gnc {
 
   // The disagreement of the doubtful edges: by orders of magnitude, so that few which are far off
   // say no more than many which are near.
-  double Strain() const {
-    double strain = 0;
-    for (const double chi2 : chi2_) strain += std::log1p(chi2 / options_.doubt_chi2);
-    return strain;
+  double RobustCost() const {
+    double cost = 0;
+    for (const double chi2 : chi2_) cost += std::log1p(chi2 / options_.doubt_chi2);
+    return cost;
   }
 
   absl::Status Graduate() {

@@ -86,7 +86,8 @@ std::string UploadStaging::PathOf(const SubmapId& id) const {
   return absl::StrCat(folder_, "/", id.session.value(), "-", id.index, kSuffix);
 }
 
-absl::StatusOr<std::unique_ptr<UploadStaging::Part>> UploadStaging::Begin(const UploadKey& key) {
+absl::StatusOr<std::unique_ptr<UploadStaging::Part>> UploadStaging::BeginUpload(
+    const UploadKey& key) {
   MutexLock lock(&mutex_);
   uint64_t under_way = key.size;
   for (const auto& [id, entry] : entries_) {
@@ -152,9 +153,9 @@ absl::Status UploadStaging::Part::Append(uint64_t offset, const std::string& byt
   return Told(file_->Sync());
 }
 
-UploadStaging::Part::~Part() { staging_.Leave(*this); }
+UploadStaging::Part::~Part() { staging_.ReleasePart(*this); }
 
-void UploadStaging::Leave(Part& part) {
+void UploadStaging::ReleasePart(Part& part) {
   MutexLock lock(&mutex_);
   const auto found = entries_.find(part.key_.id);
   if (found == entries_.end() || found->second.turn != part.turn_) return;

@@ -58,7 +58,7 @@ class UploadStaging {
   UploadStaging(std::string folder, uint64_t max_bytes);
 
   // Goes on with what has arrived of it. ResourceExhausted when the session has too much under way.
-  absl::StatusOr<std::unique_ptr<Part>> Begin(const UploadKey& key);
+  absl::StatusOr<std::unique_ptr<Part>> BeginUpload(const UploadKey& key);
   // Bytes of it that have arrived and are on the disk.
   uint64_t Persisted(const UploadKey& key);
   // It has taken effect, or cannot.
@@ -75,7 +75,7 @@ class UploadStaging {
 
   std::string PathOf(const SubmapId& id) const;
   absl::Status OpenFile(Part& part) const;
-  void Leave(Part& part);
+  void ReleasePart(Part& part);
   void Forget(const SubmapId& id) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void Load() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 

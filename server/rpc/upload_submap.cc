@@ -45,7 +45,7 @@ absl::Status SubmapReceiver::Add(v1::UploadSubmapRequest&& part) {
         absl::StrCat("a submap of ", header_.size(), " bytes is larger than the server takes (",
                      max_bytes_, "): thin it out, or cut smaller submaps"));
   }
-  auto begun = staging_.Begin(KeyOf(header_));
+  auto begun = staging_.BeginUpload(KeyOf(header_));
   if (!begun.ok()) return begun.status();
   part_ = *std::move(begun);
   return absl::OkStatus();

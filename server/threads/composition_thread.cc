@@ -95,7 +95,7 @@ bool CompositionThread::KeepsOn() {
   return loading_ == nullptr && since_stop_->Ms() < kLastMapMs;
 }
 
-void CompositionThread::Report(const absl::Status& status) {
+void CompositionThread::ReportProblem(const absl::Status& status) {
   const std::string problem(status.message());
   if (std::exchange(problem_, problem) == problem || problem.empty() || !on_problem_) return;
   on_problem_("the merged map stays as it was: " + problem);
@@ -117,7 +117,7 @@ void CompositionThread::Run() {
     try {
       goes_on = RunOnce();
     } catch (...) {
-      Report(CaughtStatus());
+      ReportProblem(CaughtStatus());
       cancelled_ = false;
       next_allowed_ = absl::Now() + absl::Seconds(kComposeAgainS);
       goes_on = !stop_;
@@ -146,11 +146,11 @@ bool CompositionThread::RunOnce() {
   auto map = Compose(view->revision->revision, view->PlacedSubmaps());
   const double ms = watch.Ms();
   cancelled_ = absl::IsCancelled(map.status());
-  if (!cancelled_) Report(map.status());
+  if (!cancelled_) ReportProblem(map.status());
   if (map.ok()) {
     ReportLeftOut();
     loading_ = nullptr;
-    activity_->Composed(ms);
+    activity_->NoteComposition(ms);
     map_->ShowComposed(*std::move(map));
   } else if (stop_) {
     return false;

@@ -56,7 +56,7 @@ class CompositionThread {
   absl::Status Recover(const absl::Status& caught);
   bool KeepsOn();
   void ReportLeftOut();
-  void Report(const absl::Status& status);
+  void ReportProblem(const absl::Status& status);
   std::shared_ptr<const ComposedMap> FirstMap();
 
   MapWriter* const map_;

@@ -30,7 +30,7 @@ void MatchingThread::FindLoops(const MapView& view, const SubmapId& submap) {
   const Placement* placement = view.PlacementOf(submap.session);
   if (entry == nullptr || placement == nullptr) return;
   const bool was_last = IsFinished(*entry) && submap.index + 1 == entry->next_index();
-  const bool done = Guard(absl::StrCat("the loops of ", ToString(submap)), [&] {
+  const bool done = RunGuarded(absl::StrCat("the loops of ", ToString(submap)), [&] {
     const matching::LoopQuery query = QueryOf(view, submap, *entry, *placement);
     if (!query.submaps.empty() && query.submaps.back()->id == submap) FindLoops(query);
   });

@@ -53,23 +53,23 @@ std::optional<SessionPair> MatchingThread::NextPair(const MapView& view) const {
   return best;
 }
 
-void MatchingThread::Estimate(const MapView& view, const SessionPair& pair) {
+void MatchingThread::EstimateMatch(const MapView& view, const SessionPair& pair) {
   const SessionView* session_a = view.Find(pair.first);
   const SessionView* session_b = view.Find(pair.second);
   if (session_a == nullptr || session_b == nullptr) return;
   const bool finished = IsFinished(*session_a) && IsFinished(*session_b);
   const std::shared_ptr<const Match> older = view.matches.Get(pair);
   attempts_[pair] = {session_a->next_index(), session_b->next_index()};
-  const bool done =
-      Guard(absl::StrCat("the match of ", pair.first.value(), " and ", pair.second.value()), [&] {
+  const bool done = RunGuarded(
+      absl::StrCat("the match of ", pair.first.value(), " and ", pair.second.value()), [&] {
         const SessionMap a = MapOf(*session_a), b = MapOf(*session_b);
-        if (!a.submaps.empty() && !b.submaps.empty()) Estimate(a, b, finished, older.get());
+        if (!a.submaps.empty() && !b.submaps.empty()) EstimateMatch(a, b, finished, older.get());
       });
   if (!done) matchers_.erase(pair);
 }
 
-void MatchingThread::Estimate(const SessionMap& a, const SessionMap& b, bool finished,
-                              const Match* older) {
+void MatchingThread::EstimateMatch(const SessionMap& a, const SessionMap& b, bool finished,
+                                   const Match* older) {
   const bool accepted = older != nullptr && older->state == MatchState::kAccepted;
   const auto [it, is_new] =
       matchers_.try_emplace(SessionPair(a.session, b.session), options_.matcher);
@@ -77,7 +77,7 @@ void MatchingThread::Estimate(const SessionMap& a, const SessionMap& b, bool fin
   if (is_new && accepted) it->second.Suggest(older->T_a_b, older->matcher);
   // The last word on a pair that is still open takes all there is.
   const bool search = finished && !accepted;
-  Match match = it->second.Update(*Prepare(a), *Prepare(b), search);
+  Match match = it->second.Update(*PrepareMap(a), *PrepareMap(b), search);
   if (stop_.stop_requested()) throw Stopped();
   match.computed_ns = clock_->NowNs();
   if (older != nullptr && !Supersedes(match, *older)) return;
@@ -93,7 +93,7 @@ SessionMap MatchingThread::MapOf(const SessionView& session) const {
   return map;
 }
 
-MatchingThread::Prepared MatchingThread::Prepare(const SessionMap& map) {
+MatchingThread::Prepared MatchingThread::PrepareMap(const SessionMap& map) {
   Prepared before;
   if (const Prepared* held = prepared_.Use(map.session)) {
     // Submaps are immutable and shared, so the same ones are the same map.

@@ -64,7 +64,7 @@ MatchingThread::~MatchingThread() {
 
 void MatchingThread::Stop() {
   stop_.request_stop();
-  journal_.End();
+  journal_.EndTask();
   map_->changed().Notify();
 }
 
@@ -74,14 +74,14 @@ std::shared_ptr<const matching::PreparedSubmap> MatchingThread::GetPrepared(
   return prepared_store_.Get(outline);
 }
 
-bool MatchingThread::Guard(const std::string& task, const std::function<void()>& work) {
+bool MatchingThread::RunGuarded(const std::string& task, const std::function<void()>& work) {
   std::string problem;
   if (journal_.IsPoisonous(task)) {
     problem = absl::StrCat("the server ended while it was at that, ", kMaxCrashes,
                            " times; please report it. To try again stop the server, remove ",
                            options_.work_journal, " and start it");
   } else {
-    journal_.Begin(task);
+    journal_.BeginTask(task);
     try {
       work();
     } catch (const Stopped&) {
@@ -89,7 +89,7 @@ bool MatchingThread::Guard(const std::string& task, const std::function<void()>&
     } catch (...) {
       problem = std::string(CaughtStatus().message());
     }
-    journal_.End();
+    journal_.EndTask();
   }
   if (problem.empty()) return true;
   if (!stop_.stop_requested() && left_out_.insert(task).second && options_.on_problem) {
@@ -120,8 +120,8 @@ void MatchingThread::Run() {
       continue;
     }
     if (std::exchange(is_at_work, false)) {
-      activity_->Estimated(round.Ms());
-      Prune(*view);
+      activity_->NoteEstimation(round.Ms());
+      ForgetGone(*view);
     }
     up_to_date_with_ = view->serial;
     activity_->changed().Notify();
@@ -134,7 +134,7 @@ bool MatchingThread::RunNext(const MapView& view) {
   if (const std::optional<SubmapId> submap = NextForLoops(view)) {
     FindLoops(view, *submap);
   } else if (const std::optional<SessionPair> pair = NextPair(view)) {
-    Estimate(view, *pair);
+    EstimateMatch(view, *pair);
   } else if (MustCountRevisits(view)) {
     CountRevisits(view);
   } else {
@@ -143,7 +143,7 @@ bool MatchingThread::RunNext(const MapView& view) {
   return true;
 }
 
-void MatchingThread::Prune(const MapView& view) {
+void MatchingThread::ForgetGone(const MapView& view) {
   const auto is_gone = [&view](const SessionId& id) { return view.Find(id) == nullptr; };
   const auto of_gone = [&](const auto& item) {
     return is_gone(item.first.first) || is_gone(item.first.second);
@@ -167,13 +167,13 @@ void MatchingThread::CountRevisits(const MapView& view) {
   counted_revision_ = view.revision->revision;
   const std::vector<PlacedSubmap> placed = view.PlacedSubmaps();
   std::vector<SubmapId> seen_again;
-  if (!Guard("which submaps were seen again", [&] { seen_again = revisits_.Update(placed); }))
+  if (!RunGuarded("which submaps were seen again", [&] { seen_again = revisits_.Update(placed); }))
     return;
   // With an anchored submap its anchor would go.
   const MapWriter::View now = map_->view();
   std::erase_if(seen_again, [&](const SubmapId& id) { return now->anchors.contains(id); });
   // Retirements that cannot be stored now are tried again with the next submap.
-  (void)map_->Retire(seen_again);
+  (void)map_->RetireSubmaps(seen_again);
 }
 
 }  // namespace isthmus::server

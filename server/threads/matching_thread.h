@@ -74,7 +74,7 @@ class MatchingThread {
 
   // Does work that no record may keep from being followed by other work: what throws, or ended the
   // server before, is told and left out. False where it was not done.
-  bool Guard(const std::string& task, const std::function<void()>& work);
+  bool RunGuarded(const std::string& task, const std::function<void()>& work);
   // Throws Stopped.
   std::shared_ptr<const matching::PreparedSubmap> GetPrepared(
       const std::shared_ptr<const Submap>& outline) const;
@@ -92,13 +92,13 @@ class MatchingThread {
   // The number of new submaps that the pair has since it was tried; 0 where it is not worth a try.
   uint32_t FreshSubmaps(const MapView& view, const SessionView& a, const SessionView& b,
                         const Attempt& tried) const;
-  void Estimate(const MapView& view, const SessionPair& pair);
+  void EstimateMatch(const MapView& view, const SessionPair& pair);
   // `older` is null where nothing is known of the pair.
-  void Estimate(const SessionMap& a, const SessionMap& b, bool finished, const Match* older);
+  void EstimateMatch(const SessionMap& a, const SessionMap& b, bool finished, const Match* older);
   // Outlines of those that can be read; reads from the store.
   SessionMap MapOf(const SessionView& session) const;
   // The map made ready for matching: made once, grown with the map.
-  Prepared Prepare(const SessionMap& map);
+  Prepared PrepareMap(const SessionMap& map);
   // Lets go of maps that were not used for long, not of the two used last.
 
   // The map shows more submaps than when revisits were counted last.
@@ -106,7 +106,7 @@ class MatchingThread {
   void CountRevisits(const MapView& view);
 
   // Forgets what was kept of sessions that are gone.
-  void Prune(const MapView& view);
+  void ForgetGone(const MapView& view);
 
   MapWriter* const map_;
   Activity* const activity_;

@@ -79,7 +79,7 @@ void PlacementThread::Run() {
   while (true) {
     const uint64_t seen = map_->changed().count();
     if (!map_->view()->IsPlaced()) {
-      Place();
+      PlaceMap();
     } else if (stop_) {
       break;
     } else {
@@ -111,7 +111,7 @@ std::shared_ptr<const MapRevision> PlacementThread::MakeRevision(
   return std::make_shared<const MapRevision>(*std::move(batch.revision));
 }
 
-void PlacementThread::Place() {
+void PlacementThread::PlaceMap() {
   const MapWriter::ToPlace task = map_->TakeChanges();
   const Stopwatch watch;
   PlacedMap placed;
@@ -125,7 +125,7 @@ void PlacementThread::Place() {
     }
     placed = PlacedMap();
     placed.tree = *task.view->tree;
-    placed.judgement = *task.view->judgement;
+    placed.edge_status = *task.view->edge_status;
     if (on_problem_) {
       on_problem_(absl::StrCat("what is new (", absl::StrJoin(task.changes.causes, "; "),
                                ") could not be placed: ", caught.message(),
@@ -133,7 +133,7 @@ void PlacementThread::Place() {
     }
   }
   placed.version = task.view->graph_version;
-  activity_->Placed(watch.Ms());
+  activity_->NotePlacement(watch.Ms());
   map_->ShowPlaced(std::move(placed));
 }
 
@@ -155,7 +155,7 @@ PlacedMap PlacementThread::Solve(const MapWriter::ToPlace& task) {
     placed.revision =
         MakeRevision(*view.revision, task.changes, std::move(moves), std::move(outcome.placements));
   }
-  placed.judgement = std::move(outcome.judgement);
+  placed.edge_status = std::move(outcome.edge_status);
   return placed;
 }
 

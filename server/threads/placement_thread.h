@@ -42,7 +42,7 @@ class PlacementThread {
  private:
   void Run();
   // Places what the map says and shows it, or why it cannot.
-  void Place();
+  void PlaceMap();
   PlacedMap Solve(const MapWriter::ToPlace& task);
   // A revision of new placements, which differ from the previous ones by `moves`; stored if that is
   // possible. Readers see the newest truth even when it is not: it follows from what is stored and

@@ -15,7 +15,7 @@ std::shared_ptr<const matching::PreparedSubmap> PreparedStore::Get(
   const std::shared_ptr<const Submap> whole = submaps_->Get(outline->id);
   if (!whole) return std::make_shared<const matching::PreparedSubmap>(outline);
   auto made = std::make_shared<const matching::PreparedSubmap>(outline, *whole);
-  Keep(*made);
+  StorePrepared(*made);
   return made;
 }
 
@@ -29,7 +29,7 @@ std::shared_ptr<const matching::PreparedSubmap> PreparedStore::Find(
   return matching::DecodePreparedSubmap(outline, *bytes);
 }
 
-void PreparedStore::Keep(const matching::PreparedSubmap& prepared) const {
+void PreparedStore::StorePrepared(const matching::PreparedSubmap& prepared) const {
   auto data = codec::PackZstd(matching::EncodePreparedSubmap(prepared));
   if (!data.ok()) return;
   (void)store_->PutFeatures(

@@ -25,7 +25,7 @@ class PreparedStore {
  private:
   std::shared_ptr<const matching::PreparedSubmap> Find(
       const std::shared_ptr<const Submap>& outline) const;
-  void Keep(const matching::PreparedSubmap& prepared) const;
+  void StorePrepared(const matching::PreparedSubmap& prepared) const;
 
   storage::MapStore* const store_;
   SubmapCache* const submaps_;

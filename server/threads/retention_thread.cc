@@ -30,7 +30,7 @@ RetentionThread::~RetentionThread() {
 }
 
 void RetentionThread::Start() {
-  Round();
+  RunRound();
   thread_ = std::thread([this] { Run(); });
 }
 
@@ -40,7 +40,7 @@ void RetentionThread::Stop() {
   changed_.SignalAll();
 }
 
-void RetentionThread::Changed(const SessionId& session) {
+void RetentionThread::NoteChange(const SessionId& session) {
   MutexLock lock(&mutex_);
   stale_.insert(session);
   ++changes_;
@@ -53,7 +53,7 @@ void RetentionThread::WaitUntilIdle() {
   while (!stop_ && looked_at_ < wanted) changed_.Wait(&mutex_);
 }
 
-absl::Status RetentionThread::Check(const RobotId& robot) const {
+absl::Status RetentionThread::CheckQuota(const RobotId& robot) const {
   MutexLock lock(&mutex_);
   const auto found = refused_.find(robot);
   if (found == refused_.end()) return absl::OkStatus();
@@ -81,11 +81,11 @@ void RetentionThread::Run() {
         if (!is_told) stale_.insert(session);
       }
     }
-    Round();
+    RunRound();
   }
 }
 
-void RetentionThread::Round() {
+void RetentionThread::RunRound() {
   uint64_t changes = 0;
   {
     MutexLock lock(&mutex_);
@@ -108,15 +108,15 @@ void RetentionThread::Round() {
 void RetentionThread::CountAndDo() {
   ingest::RetentionPlan plan;
   for (int round = 0; round < kMaxRetentionRounds; ++round) {
-    const std::vector<ingest::StoredSession> sessions = Count();
+    const std::vector<ingest::StoredSession> sessions = CountStored();
     plan = ingest::PlanRetention(sessions, options_, clock_->NowNs());
-    if (!Do(plan)) break;
+    if (!CarryOut(plan)) break;
   }
   MutexLock lock(&mutex_);
   refused_ = std::move(plan.refused);
 }
 
-std::vector<ingest::StoredSession> RetentionThread::Count() {
+std::vector<ingest::StoredSession> RetentionThread::CountStored() {
   std::vector<ingest::StoredSession> sessions = hooks_.list();
   std::map<SessionId, uint64_t> known;
   std::set<SessionId> stale;
@@ -141,7 +141,7 @@ std::vector<ingest::StoredSession> RetentionThread::Count() {
   return sessions;
 }
 
-bool RetentionThread::Do(const ingest::RetentionPlan& plan) {
+bool RetentionThread::CarryOut(const ingest::RetentionPlan& plan) {
   bool any = false;
   for (const ingest::RetentionAction& action : plan.actions) {
     {

@@ -41,23 +41,23 @@ class RetentionThread {
   void Start();
   void Stop();
   // The session's stored data has changed, or it has come, finished or gone.
-  void Changed(const SessionId& session);
+  void NoteChange(const SessionId& session);
   // Until every change so far has been looked at.
   void WaitUntilIdle();
 
   // ResourceExhausted, saying what to do, while the robot may add nothing.
-  absl::Status Check(const RobotId& robot) const;
+  absl::Status CheckQuota(const RobotId& robot) const;
   // As counted last; 0 for one that is not known.
   uint64_t MapBytes(const SessionId& session) const;
 
  private:
   void Run();
-  void Round();
+  void RunRound();
   void CountAndDo();
   // All sessions with their bytes.
-  std::vector<ingest::StoredSession> Count();
+  std::vector<ingest::StoredSession> CountStored();
   // Returns whether anything went.
-  bool Do(const ingest::RetentionPlan& plan);
+  bool CarryOut(const ingest::RetentionPlan& plan);
 
   const RetentionOptions options_;
   const Clock* const clock_;

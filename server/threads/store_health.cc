@@ -44,7 +44,7 @@ class WatchedStore : public storage::ForwardingStore {
     } catch (...) {
       status = CaughtStatus();
     }
-    health_->Note(status);
+    health_->NoteWrite(status);
     return status;
   }
 
@@ -53,7 +53,7 @@ class WatchedStore : public storage::ForwardingStore {
 
 }  // namespace
 
-void StoreHealth::Note(const absl::Status& status) {
+void StoreHealth::NoteWrite(const absl::Status& status) {
   const bool is_failure = IsStoreFailure(status);
   if (!status.ok() && !is_failure) return;
   MutexLock one_at_a_time(&telling_);
@@ -92,7 +92,7 @@ bool StoreHealth::WaitForProblem() {
   return !is_stopped_;
 }
 
-bool StoreHealth::Pause(double seconds) {
+bool StoreHealth::WaitFor(double seconds) {
   MutexLock lock(&mutex_);
   const absl::Time until = absl::Now() + absl::Seconds(seconds);
   while (!is_stopped_) {

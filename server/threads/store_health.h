@@ -24,20 +24,20 @@ class StoreHealth {
       : clock_(clock), on_change_(std::move(on_change)) {}
 
   // Notes the outcome of a write. An error of the batch itself says nothing about the store.
-  void Note(const absl::Status& status);
+  void NoteWrite(const absl::Status& status);
 
   // For people, a sentence; empty while all is well.
   std::string Problem() const;
   // Waits while all is well. False once it was stopped.
   bool WaitForProblem();
   // Waits that long; false once it was stopped.
-  bool Pause(double seconds);
+  bool WaitFor(double seconds);
   void Stop();
 
  private:
   const Clock* const clock_;
   const std::function<void(const std::string&)> on_change_;
-  Mutex telling_;  // Serialises Note, so that on_change_ is told in order.
+  Mutex telling_;  // Serialises NoteWrite, so that on_change_ is told in order.
   mutable Mutex mutex_ ABSL_ACQUIRED_AFTER(telling_);
   CondVar changed_;
   std::string problem_ ABSL_GUARDED_BY(mutex_);

@@ -22,7 +22,7 @@ void StoreRetryThread::Run() {
   while (health_->WaitForProblem()) {
     // Others' writes may succeed before what waits here was offered again.
     do {
-      if (!health_->Pause(kRetryStoreS)) return;
+      if (!health_->WaitFor(kRetryStoreS)) return;
     } while (!RetryStoring());
   }
 }
@@ -31,7 +31,7 @@ bool StoreRetryThread::RetryStoring() {
   try {
     return OfferAll();
   } catch (...) {
-    health_->Note(CaughtStatus());
+    health_->NoteWrite(CaughtStatus());
     return false;
   }
 }

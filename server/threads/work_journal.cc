@@ -73,8 +73,8 @@ bool WorkJournal::IsPoisonous(const std::string& task) const {
   return it != crashes_.end() && it->second >= kMaxCrashes;
 }
 
-void WorkJournal::Begin(const std::string& task) { Save(task); }
+void WorkJournal::BeginTask(const std::string& task) { Save(task); }
 
-void WorkJournal::End() { Save(""); }
+void WorkJournal::EndTask() { Save(""); }
 
 }  // namespace isthmus::server

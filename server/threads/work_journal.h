@@ -23,9 +23,9 @@ class WorkJournal {
 
   // `task` is one line.
   bool IsPoisonous(const std::string& task) const;
-  void Begin(const std::string& task);
+  void BeginTask(const std::string& task);
   // Also when the work is ordered to stop: what ends the process from then on is not its fault.
-  void End();
+  void EndTask();
 
  private:
   static std::string BootId();

@@ -81,11 +81,12 @@ absl::Status AddBatch(Connection& database, const WriteBatch& batch,
   for (const Match& match : batch.matches) {
     if (absl::Status status = PutMatch(database, match); !status.ok()) return status;
   }
-  for (const Verdict& verdict : batch.verdicts) {
-    if (absl::Status status = PutVerdict(database, verdict); !status.ok()) return status;
+  for (const ManualDecision& manual_decision : batch.manual_decisions) {
+    if (absl::Status status = PutManualDecision(database, manual_decision); !status.ok())
+      return status;
   }
-  for (const auto& [a, b] : batch.withdrawn_verdicts) {
-    if (absl::Status status = RemoveVerdict(database, a, b); !status.ok()) return status;
+  for (const auto& [a, b] : batch.withdrawn_decisions) {
+    if (absl::Status status = RemoveManualDecision(database, a, b); !status.ok()) return status;
   }
   return WriteGraphRows(database, batch);
 }

@@ -43,8 +43,8 @@ absl::Status InsertMatch(Connection& database, const KeyPair& keys, const Match&
       .Bind(match.computed_ns)
       .Bind(match.inlier_ratio)
       .Bind(match.shared_area_m2)
-      .Bind(match.hold)
-      .Bind(match.strain)
+      .Bind(match.observability)
+      .Bind(match.odometry_residual)
       .Bind(match.candidates);
   if (match.edges.empty()) return insert.BindNull().Run();
   return insert.BindBlob(EncodeEdges(match.edges)).Run();
@@ -82,8 +82,8 @@ Match ReadMatch(const Statement& row) {
   match.computed_ns = row.Int(18);
   match.inlier_ratio = row.Real(19);
   match.shared_area_m2 = row.Real(20);
-  match.hold = row.Real(21);
-  match.strain = row.Real(22);
+  match.observability = row.Real(21);
+  match.odometry_residual = row.Real(22);
   match.candidates = static_cast<uint32_t>(row.Int(23));
   // Still a match without them, and no reason to keep all the others from being served.
   if (!row.IsNull(24) && !DecodeEdges(row.Text(24), match.edges).ok()) match.edges.clear();

@@ -13,12 +13,12 @@
 #include <utility>
 #include <vector>
 
+#include "core/manual_decision.h"
 #include "core/match.h"
 #include "core/revision.h"
 #include "core/session.h"
 #include "core/submap.h"
 #include "core/trajectory.h"
-#include "core/verdict.h"
 #include "storage/map_store.h"
 #include "storage/sqlite/sqlite.h"
 
@@ -84,9 +84,9 @@ absl::Status PutMatch(Connection& database, const Match& match);
 absl::StatusOr<std::vector<Match>> SelectMatches(Connection& database);
 
 // verdicts. Replaces by pair; removing what is not there is no error.
-absl::Status PutVerdict(Connection& database, const Verdict& verdict);
-absl::Status RemoveVerdict(Connection& database, const SessionId& a, const SessionId& b);
-absl::StatusOr<std::vector<Verdict>> SelectVerdicts(Connection& database);
+absl::Status PutManualDecision(Connection& database, const ManualDecision& manual_decision);
+absl::Status RemoveManualDecision(Connection& database, const SessionId& a, const SessionId& b);
+absl::StatusOr<std::vector<ManualDecision>> SelectManualDecisions(Connection& database);
 
 // loops. Replaces by id. Those with damaged edges are left out.
 absl::Status PutLoop(Connection& database, const LoopClosure& loop);

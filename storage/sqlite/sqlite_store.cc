@@ -115,8 +115,8 @@ class SqliteStore : public MapStore {
     return AtOneMoment<std::vector<Match>>(SelectMatches);
   }
 
-  absl::StatusOr<std::vector<Verdict>> ListVerdicts() const override {
-    return AtOneMoment<std::vector<Verdict>>(SelectVerdicts);
+  absl::StatusOr<std::vector<ManualDecision>> ListManualDecisions() const override {
+    return AtOneMoment<std::vector<ManualDecision>>(SelectManualDecisions);
   }
 
   absl::StatusOr<std::vector<LoopClosure>> ListLoops() const override {
@@ -220,7 +220,7 @@ absl::StatusOr<std::unique_ptr<MapStore>> OpenSqliteStore(const std::string& dir
         absl::StrCat("the resolution of stored submaps must be ", codec::kMinResolutionM, " to ",
                      codec::kMaxResolutionM, " m; it is ", options.resolution_m));
   }
-  absl::StatusOr<std::unique_ptr<io::DirectoryLock>> lock = io::DirectoryLock::Take(directory);
+  absl::StatusOr<std::unique_ptr<io::DirectoryLock>> lock = io::DirectoryLock::Acquire(directory);
   if (!lock.ok()) return lock.status();
   const std::string path = directory + "/isthmus.db";
   if (absl::Status status = CheckNotCutOff(directory, path); !status.ok()) return status;

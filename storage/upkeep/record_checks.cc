@@ -42,7 +42,7 @@ constexpr Column kPoses[] = {
      "(SELECT id FROM sessions WHERE key = b)",
      "matches", "T_a_b"},
     {3,
-     "'verdict on ' || (SELECT id FROM sessions WHERE key = a) || ' ~ ' || "
+     "'manual decision on ' || (SELECT id FROM sessions WHERE key = a) || ' ~ ' || "
      "(SELECT id FROM sessions WHERE key = b)",
      "verdicts", "T_a_b"},
     {5, "'loop closure ' || id", "loops", "T_a_b"},

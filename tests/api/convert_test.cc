@@ -44,7 +44,7 @@ TEST(Convert, NumbersOfANewerServerAreTakenForUnspecified) {
   match.set_state(static_cast<v1::Match::State>(77));
   match.set_reason(static_cast<v1::Match::Reason>(77));
   match.set_matcher(static_cast<v1::GuessSource>(77));
-  match.mutable_verdict()->set_ruling(static_cast<v1::Verdict::Ruling>(77));
+  match.mutable_manual_decision()->set_kind(static_cast<v1::ManualDecision::Kind>(77));
   const MatchEdge edge = FromMessage(match);
   EXPECT_EQ(edge.match.state, MatchState::kNotYet);
   EXPECT_EQ(edge.match.reason, MatchReason::kNone);

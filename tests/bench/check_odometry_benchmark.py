@@ -19,7 +19,7 @@ assert result["cores"] >= 1 and result["compiler"]
 assert (run["scenario"], run["mode"], run["sensor"], run["seed"]) == (
     "museum", "continuous", "vlp16", 7)
 assert run["scans"] == 30 == sum(
-    run["counts"][verdict] for verdict in ("ok", "degenerate", "lost", "rejected"))
+    run["counts"][outcome] for outcome in ("ok", "degenerate", "lost", "rejected"))
 assert run["counts"]["silent"] == run["counts"]["covered_ok"] == 0
 assert run["cal_ms"] > 0
 for unit in ("ms", "cal"):
@@ -45,8 +45,8 @@ with open(output, encoding="utf-8") as file:
 assert result["runs"] == []
 assert (drive["kind"], drive["seed"], drive["sensor"]) == ("house", 4, "vlp16")
 assert drive["scans"] == 10 == sum(
-    drive[verdict] for verdict in ("ok", "degenerate", "lost", "rejected"))
-assert drive["way_m"] >= 0 and drive["cal_ms"] > 0
+    drive[outcome] for outcome in ("ok", "degenerate", "lost", "rejected"))
+assert drive["path_length_m"] >= 0 and drive["cal_ms"] > 0
 
 unknown = subprocess.run([program, "--scenario", "muse", "atlantis"], capture_output=True, text=True)
 assert unknown.returncode == 1 and "museum, campus" in unknown.stderr, unknown.stderr

@@ -54,7 +54,7 @@ TEST(Shots, DuplicateAndSwapKeepTheStamps) {
 TEST(Shots, ClockStepsAndCarriesLastToTheEnd) {
   Shots shots = InOrder(5, 0.1);
   StepClock(&shots, 2, -0.05);
-  Carry(&shots, 3, -3);
+  PutElsewhere(&shots, 3, -3);
   EXPECT_THAT(Turns(shots), ElementsAre(0, 1, 2, 0, 1));
   EXPECT_THAT(Steps(shots), ElementsAre(0.1, testing::DoubleNear(0.05, 1e-9), 0.1, 0.1));
 }

@@ -169,7 +169,7 @@ TEST(RunMapTrial, PerfectOdometryMakesAPerfectMap) {
   EXPECT_EQ(trial->in_map, 6u);
   EXPECT_TRUE(trial->one_frame);
   EXPECT_LT(trial->map.all_m, 1e-3);
-  EXPECT_LT(trial->way.all_m, 1e-3);
+  EXPECT_LT(trial->trajectories.all_m, 1e-3);
   MappingResults results;
   results.maps = {*trial};
   EXPECT_NE(MappingTables(results).find("| 6 | 0.000 | 0.000 | 0.000 |"), std::string::npos);

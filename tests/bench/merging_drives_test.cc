@@ -58,14 +58,14 @@ TEST(SimulateDrive, IsNoFasterThanItMayBe) {
   slow.speed_mps = 0.3;
   const auto drive = SimulateDrive(slow);
   ASSERT_TRUE(drive.ok()) << drive.status();
-  double way = 0;
+  double path_length = 0;
   for (int turn = 1; turn < 100; ++turn) {
-    way +=
+    path_length +=
         (drive->drive.truth_of(turn).translation() - drive->drive.truth_of(turn - 1).translation())
             .norm();
   }
-  EXPECT_GT(way, 1);
-  EXPECT_LT(way, 0.3 * 10 * 1.05);
+  EXPECT_GT(path_length, 1);
+  EXPECT_LT(path_length, 0.3 * 10 * 1.05);
 }
 
 TEST(DriveCache, KeepsWhatTheServerMadeOfADrive) {

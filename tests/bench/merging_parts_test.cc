@@ -133,22 +133,22 @@ TEST(SeenSurface, OverlapIsOfTheOneThatSawLess) {
 
 TEST(SeenSurface, StretchesAreTheLongestInTheRange) {
   const DrivenRobot a = Straight(0, 4), b = Straight(60, 2);
-  const auto little = FindStretches(a, b, {0.15, 0.25}, false);
+  const auto little = FindScanRanges(a, b, {0.15, 0.25}, false);
   ASSERT_TRUE(little);
   EXPECT_EQ(little->first.last, 70u);
   EXPECT_EQ(little->second.last, 70u);
-  EXPECT_FALSE(FindStretches(a, b, {0.9, 1}, false));
-  const auto apart = FindStretches(a, b, {0, 0.02}, true);
+  EXPECT_FALSE(FindScanRanges(a, b, {0.9, 1}, false));
+  const auto apart = FindScanRanges(a, b, {0, 0.02}, true);
   ASSERT_TRUE(apart);
   DrivenRobot cut_a = a, cut_b = b;
-  Keep(apart->first, &cut_a);
-  Keep(apart->second, &cut_b);
+  KeepScans(apart->first, &cut_a);
+  KeepScans(apart->second, &cut_b);
   EXPECT_EQ(SeenSurface::Overlap(SeenSurface(cut_a), SeenSurface(cut_b)), 0);
 }
 
 TEST(Keep, CutsKeyframesPointsAndPoses) {
   DrivenRobot robot = Straight(0, 4);
-  Keep({0, 50}, &robot);
+  KeepScans({0, 50}, &robot);
   ASSERT_EQ(robot.submaps.size(), 3u);
   EXPECT_EQ(robot.submaps[2]->keyframes.size(), 10u);
   EXPECT_EQ(robot.submaps[2]->points.size(), 10u);
@@ -156,7 +156,7 @@ TEST(Keep, CutsKeyframesPointsAndPoses) {
   EXPECT_EQ(robot.poses.size(), 50u);
 
   robot = Straight(0, 4);
-  Keep({30, UINT64_MAX}, &robot);  // Whole submaps only: from the third on.
+  KeepScans({30, UINT64_MAX}, &robot);  // Whole submaps only: from the third on.
   ASSERT_EQ(robot.submaps.size(), 2u);
   EXPECT_EQ(robot.submaps[0]->id.index, 0u);
   EXPECT_EQ(robot.submaps[0]->first_sequence, 41u);

@@ -20,7 +20,7 @@ struct Perfect {
     run.cal_ms = 80;
     for (int i = 0; i < scans; ++i) {
       ScanRecord& scan = run.scans.emplace_back();
-      scan.verdict = Verdict::kOk;
+      scan.outcome = ScanOutcome::kOk;
       scan.T_world_sensor = Pose::FromXyzRpy(15 + 0.1 * i, 0.002 * i * i / 10., 1, 0, 0, 0.004 * i);
       scan.T_odom_sensor = T_odom_world * scan.T_world_sensor;
       scan.ms = 1 + i % 10;
@@ -72,9 +72,9 @@ TEST(Summarize, CountsAsSilentWhatIsWrongAndClaimsToBeOk) {
   Perfect drive;
   const Pose wrong(Eigen::Vector3d(0, 0, 0.5));
   for (const int i : {100, 101, 102, 103}) drive.Disturb(i, wrong);
-  drive.run.scans[101].verdict = Verdict::kDegenerate;
-  drive.run.scans[102].verdict = Verdict::kLost;
-  drive.run.scans[103].verdict = Verdict::kRejected;
+  drive.run.scans[101].outcome = ScanOutcome::kDegenerate;
+  drive.run.scans[102].outcome = ScanOutcome::kLost;
+  drive.run.scans[103].outcome = ScanOutcome::kRejected;
   const Summary summary = Summarize(drive.drive, drive.run, false);
   EXPECT_EQ(summary.counts.silent, 1);
   EXPECT_EQ(summary.counts.ok, 497);
@@ -103,10 +103,10 @@ TEST(Summarize, SegmentsShareNoFrame) {
 TEST(Summarize, CountsScansUntilThePoseIsRightAgain) {
   Perfect drive;
   drive.drive.trouble_ends = 200;
-  for (int i = 180; i < 207; ++i) drive.run.scans[i].verdict = Verdict::kLost;
+  for (int i = 180; i < 207; ++i) drive.run.scans[i].outcome = ScanOutcome::kLost;
   drive.Disturb(207, Pose(Eigen::Vector3d(1, 0, 0)));
   EXPECT_EQ(Summarize(drive.drive, drive.run, false).scans_to_recover, 8);
-  for (int i = 200; i < 500; ++i) drive.run.scans[i].verdict = Verdict::kLost;
+  for (int i = 200; i < 500; ++i) drive.run.scans[i].outcome = ScanOutcome::kLost;
   EXPECT_EQ(Summarize(drive.drive, drive.run, false).scans_to_recover, -1);
 }
 
@@ -124,7 +124,7 @@ TEST(Summarize, ComparesCostsOfLostScansWithOthers) {
   for (ScanRecord& scan : drive.run.scans) scan.ms = 2;
   EXPECT_FALSE(Summarize(drive.drive, drive.run, false).cost.lost_ratio.has_value());
   for (int i = 100; i < 150; ++i) {
-    drive.run.scans[i].verdict = Verdict::kLost;
+    drive.run.scans[i].outcome = ScanOutcome::kLost;
     drive.run.scans[i].ms = i < 125 ? 1 : 5;
   }
   EXPECT_EQ(Summarize(drive.drive, drive.run, false).cost.lost_ratio, 1.5);

@@ -16,7 +16,7 @@ std::vector<ScanRecord> Perfect(int scans) {
   const Pose T_odom_world = Pose::FromXyzRpy(4, -2, 1, 0.1, 0.2, 2).Inverse();
   std::vector<ScanRecord> drive(scans);
   for (int i = 0; i < scans; ++i) {
-    drive[i].verdict = Verdict::kOk;
+    drive[i].outcome = ScanOutcome::kOk;
     drive[i].ms = 3;
     drive[i].T_world_sensor = Pose::FromXyzRpy(0.5 * i, 0.002 * i * i, 1, 0, 0, 0.008 * i);
     drive[i].T_odom_sensor = T_odom_world * drive[i].T_world_sensor;
@@ -32,60 +32,61 @@ void Slip(std::vector<ScanRecord>* drive, size_t begin, double by) {
 }
 
 TEST(JudgeWild, FindsNothingWhereThereIsNothing) {
-  const WildVerdict verdict = Judge(Perfect(300), 0.1);
-  EXPECT_EQ(verdict.ok, 300);
-  EXPECT_EQ(verdict.silent, 0);
-  EXPECT_EQ(verdict.segments, 1);
-  EXPECT_LT(verdict.rmse_m, 1e-6);
-  EXPECT_GT(verdict.way_m, 149);
-  EXPECT_EQ(verdict.longest_lost_s, 0);
-  EXPECT_EQ(verdict.median_ms, 3);
+  const WildScore score = ScoreWildDrive(Perfect(300), 0.1);
+  EXPECT_EQ(score.ok, 300);
+  EXPECT_EQ(score.silent, 0);
+  EXPECT_EQ(score.segments, 1);
+  EXPECT_LT(score.rmse_m, 1e-6);
+  EXPECT_GT(score.path_length_m, 149);
+  EXPECT_EQ(score.longest_lost_s, 0);
+  EXPECT_EQ(score.median_ms, 3);
 }
 
 TEST(JudgeWild, CountsSilentScansOverTheLastTenMetres) {
   auto drive = Perfect(300);
   Slip(&drive, 100, 1);
-  const WildVerdict slipped = Judge(drive, 0.1);
+  const WildScore slipped = ScoreWildDrive(drive, 0.1);
   EXPECT_NEAR(slipped.silent, 10 / std::hypot(0.5, 0.4), 2);  // So many in ten metres.
   EXPECT_EQ(slipped.silent_untold, slipped.silent);
   EXPECT_GT(slipped.rmse_m, 0.1);
   auto little = Perfect(300);
   Slip(&little, 100, 0.3);
-  EXPECT_EQ(Judge(little, 0.1).silent, 0);
+  EXPECT_EQ(ScoreWildDrive(little, 0.1).silent, 0);
   // Who says that he does not know has told.
-  drive[100].verdict = Verdict::kDegenerate;
-  EXPECT_GT(Judge(drive, 0.1).silent, 10);
-  EXPECT_EQ(Judge(drive, 0.1).silent_untold, 0);
+  drive[100].outcome = ScanOutcome::kDegenerate;
+  EXPECT_GT(ScoreWildDrive(drive, 0.1).silent, 10);
+  EXPECT_EQ(ScoreWildDrive(drive, 0.1).silent_untold, 0);
   // What is not ok claims nothing.
-  for (int i = 100; i < 130; ++i) drive[i].verdict = Verdict::kLost;
-  EXPECT_GT(Judge(drive, 0.1).silent, 0);  // But then it claims to be back where it is not.
+  for (int i = 100; i < 130; ++i) drive[i].outcome = ScanOutcome::kLost;
+  EXPECT_GT(ScoreWildDrive(drive, 0.1).silent,
+            0);  // But then it claims to be back where it is not.
 }
 
 TEST(JudgeWild, OneAskewScanIsNotManyWrongOnes) {
   auto drive = Perfect(300);
   drive[100].T_odom_sensor = drive[100].T_odom_sensor * Pose::FromXyzRpy(0, 0, 0, 0, 0, 0.1);
-  EXPECT_EQ(Judge(drive, 0.1).silent, 0);
+  EXPECT_EQ(ScoreWildDrive(drive, 0.1).silent, 0);
 }
 
 TEST(JudgeWild, JudgesSegmentsByThemselves) {
   auto drive = Perfect(300);
   Slip(&drive, 100, 50);
   for (size_t i = 100; i < drive.size(); ++i) drive[i].segment = 1;
-  const WildVerdict verdict = Judge(drive, 0.1);
-  EXPECT_EQ(verdict.segments, 2);
-  EXPECT_EQ(verdict.silent, 0);
-  EXPECT_LT(verdict.rmse_m, 1e-6);
+  const WildScore score = ScoreWildDrive(drive, 0.1);
+  EXPECT_EQ(score.segments, 2);
+  EXPECT_EQ(score.silent, 0);
+  EXPECT_LT(score.rmse_m, 1e-6);
 }
 
 TEST(JudgeWild, CountsLongStretchesOfLostScans) {
   auto drive = Perfect(300);
-  for (int i = 50; i < 70; ++i) drive[i].verdict = Verdict::kLost;  // Two seconds are not long.
-  EXPECT_EQ(Judge(drive, 0.1).lost_long, 0);
-  EXPECT_NEAR(Judge(drive, 0.1).longest_lost_s, 2, 1e-9);
-  drive[70].verdict = Verdict::kRejected;
-  for (int i = 270; i < 300; ++i) drive[i].verdict = Verdict::kLost;
-  EXPECT_NEAR(Judge(drive, 0.1).lost_long, 51 / 300.0, 1e-9);
-  EXPECT_NEAR(Judge(drive, 0.1).longest_lost_s, 3, 1e-9);
+  for (int i = 50; i < 70; ++i) drive[i].outcome = ScanOutcome::kLost;  // Two seconds are not long.
+  EXPECT_EQ(ScoreWildDrive(drive, 0.1).lost_long, 0);
+  EXPECT_NEAR(ScoreWildDrive(drive, 0.1).longest_lost_s, 2, 1e-9);
+  drive[70].outcome = ScanOutcome::kRejected;
+  for (int i = 270; i < 300; ++i) drive[i].outcome = ScanOutcome::kLost;
+  EXPECT_NEAR(ScoreWildDrive(drive, 0.1).lost_long, 51 / 300.0, 1e-9);
+  EXPECT_NEAR(ScoreWildDrive(drive, 0.1).longest_lost_s, 3, 1e-9);
 }
 
 TEST(WildRide, IsTheSameFromTheCache) {
@@ -141,7 +142,7 @@ TEST(WildBenchmark, DrawsOtherDrivesEveryTimeAndTheSameOnesBySeed) {
   ASSERT_TRUE(these.ok());
   EXPECT_EQ((*these)[0].seed, 4u);
   EXPECT_EQ((*these)[1].seed, 5u);
-  EXPECT_EQ((*these)[1].verdict.scans, 3);
+  EXPECT_EQ((*these)[1].score.scans, 3);
   options.drawn.kind = "moon";
   EXPECT_EQ(RunWildDrives(options, {}).status().code(), absl::StatusCode::kInvalidArgument);
 }

@@ -140,8 +140,8 @@ TEST(AnyLidar, WhatIsOutOfViewIsNotSeenThrough) {
     const auto range = static_cast<float>(
         testing::Room().Cast(Eigen::Vector3d::Zero(), ahead.normalized().cast<double>()));
     const bool in_view = std::abs(azimuth) < 1.03;
-    const ScanImage::Sight near = image.Look(0.5F * range * ahead.normalized());
-    const ScanImage::Sight there = image.Look(range * ahead.normalized());
+    const ScanImage::Sight near = image.SightOf(0.5F * range * ahead.normalized());
+    const ScanImage::Sight there = image.SightOf(range * ahead.normalized());
     if (!in_view && std::abs(azimuth) > 1.07) {
       EXPECT_EQ(near, ScanImage::Sight::kUnknown) << azimuth;
       EXPECT_EQ(there, ScanImage::Sight::kUnknown) << azimuth;

@@ -1,4 +1,4 @@
-// Robots that were carried, or saw nothing for a while.
+// Robots that were kidnapped, or saw nothing for a while.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -108,16 +108,16 @@ TEST(Odometry, BeginsASegmentWhereItIsLostForGood) {
 }
 
 // Picked up and put down between two scans, near enough for false minima.
-TEST(Odometry, ACarriedRobotIsNeverClaimedWhereItIsNot) {
+TEST(Odometry, AKidnappedRobotIsNeverClaimedWhereItIsNot) {
   const Motion motion = Loop(1.2);
-  for (const double carried_m : {0.5, 1.0, 2.0, 4.0}) {
+  for (const double kidnapped_m : {0.5, 1.0, 2.0, 4.0}) {
     for (const double turned_rad : {0.0, 0.4, 3.1}) {
-      SCOPED_TRACE(::testing::Message() << carried_m << " m " << turned_rad << " rad");
-      const Pose moved = Pose::FromXyzRpy(-carried_m, 0, 0, 0, 0, turned_rad);
-      const auto carried = [&](double time_s) {
+      SCOPED_TRACE(::testing::Message() << kidnapped_m << " m " << turned_rad << " rad");
+      const Pose moved = Pose::FromXyzRpy(-kidnapped_m, 0, 0, 0, 0, turned_rad);
+      const auto kidnapped = [&](double time_s) {
         return motion(time_s) * (time_s < 4.0001 ? Pose() : moved);
       };
-      Drive drive(carried, WithMode(OdometryMode::kContinuous));
+      Drive drive(kidnapped, WithMode(OdometryMode::kContinuous));
       for (int k = 0; k < 60; ++k) {
         const auto result = drive.Step(k);
         ASSERT_TRUE(result.ok());
@@ -134,7 +134,7 @@ TEST(Odometry, ACarriedRobotIsNeverClaimedWhereItIsNot) {
 }
 
 // Put down elsewhere while nothing was sent: what fits there a little is no place to go on from.
-TEST(Odometry, ARobotCarriedInAGapIsNeverClaimedWhereItIsNot) {
+TEST(Odometry, ARobotKidnappedInAGapIsNeverClaimedWhereItIsNot) {
   Room room = FurnishedRoom();  // Which would do turned by 180 degrees, but for these.
   room.boxes.push_back({{-10, -7, -1.2}, {-2.5, -5.2, 3.8}});
   room.boxes.push_back({{1.5, 5.5, -1.2}, {4, 7, 3.8}});
@@ -143,10 +143,10 @@ TEST(Odometry, ARobotCarriedInAGapIsNeverClaimedWhereItIsNot) {
   for (const double gap_s : {1.0, 30.0}) {
     for (const double back_s : {2.5, 7.5}) {
       SCOPED_TRACE(::testing::Message() << gap_s << " s gap, back by " << back_s << " s");
-      const auto carried = [&](double time_s) {
+      const auto kidnapped = [&](double time_s) {
         return loop(time_s < 9.0001 ? time_s : time_s - gap_s - back_s);
       };
-      Drive drive(carried, WithMode(OdometryMode::kContinuous), room);
+      Drive drive(kidnapped, WithMode(OdometryMode::kContinuous), room);
       for (int k = 0; k < 130; ++k) {
         const int after_gap = k < 90 ? 0 : static_cast<int>(10 * gap_s);
         const auto result = drive.Step(k + after_gap);

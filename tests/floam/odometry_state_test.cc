@@ -195,7 +195,7 @@ TEST_P(OdometryState, GoesOnExactlyAlongABareCorridor) {
 }
 
 // Found again only by a search in all that was remembered, which takes several scans.
-TEST(OdometryCarried, GoesOnExactlyWhileItIsLookedFor) {
+TEST(OdometryKidnapped, GoesOnExactlyWhileItIsLookedFor) {
   const Room building = testing::ThreeRooms();
   std::vector<Scan> scans;
   const auto there = [](double time_s) {
@@ -205,14 +205,14 @@ TEST(OdometryCarried, GoesOnExactlyWhileItIsLookedFor) {
                             0.1 * std::cos(along / 3) - 0.1);
   };
   for (int k = 0; k < 210; ++k) scans.push_back(MakeScan(building, there, Sensor(), k));
-  const size_t carried = scans.size();
+  const size_t kidnapped = scans.size();
   const Pose put_down = Pose::FromXyzRpy(-11.5, -1.4, 0, 0, 0, 2.2);
   const auto on = [&](double time_s) {
     return put_down * Pose(Eigen::Vector3d(0.3 * std::max(0.0, time_s - 24), 0, 0));
   };
   for (int k = 220; k < 260; ++k) scans.push_back(MakeScan(building, on, Sensor(), k));
-  std::set<size_t> restarts = RandomScans(4, carried, 5);
-  for (size_t k = carried + 1; k < carried + 25; k += 2) restarts.insert(k);
+  std::set<size_t> restarts = RandomScans(4, kidnapped, 5);
+  for (size_t k = kidnapped + 1; k < kidnapped + 25; k += 2) restarts.insert(k);
   const auto run = ExpectSameWithRestarts(scans, restarts, "vlp16", OdometryMode::kContinuous);
   EXPECT_GE(run->lost(), 5);
   EXPECT_TRUE(run->found());

@@ -66,9 +66,9 @@ class FaultyStore : public MapStore {
     if (absl::Status status = faults_->BeforeRead(); !status.ok()) return status;
     return store_->ListMatches();
   }
-  absl::StatusOr<std::vector<Verdict>> ListVerdicts() const override {
+  absl::StatusOr<std::vector<ManualDecision>> ListManualDecisions() const override {
     if (absl::Status status = faults_->BeforeRead(); !status.ok()) return status;
-    return store_->ListVerdicts();
+    return store_->ListManualDecisions();
   }
   absl::StatusOr<std::vector<LoopClosure>> ListLoops() const override {
     if (absl::Status status = faults_->BeforeRead(); !status.ok()) return status;

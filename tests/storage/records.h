@@ -56,10 +56,13 @@ inline std::shared_ptr<Submap> MakeSubmap(const std::string& session, uint32_t i
   return submap;
 }
 
-inline Verdict MakeVerdict(const std::string& a, const std::string& b) {
-  return {SessionId(a),       SessionId(b),
-          Ruling::kReject,    Pose::FromXyzRpy(1, 2, 3, 0.1, 0, -2),
-          "the halls differ", 1'700'000'000'000'000'123};
+inline ManualDecision MakeManualDecision(const std::string& a, const std::string& b) {
+  return {SessionId(a),
+          SessionId(b),
+          ManualDecisionKind::kReject,
+          Pose::FromXyzRpy(1, 2, 3, 0.1, 0, -2),
+          "the halls differ",
+          1'700'000'000'000'000'123};
 }
 
 inline SubmapEdge MakeEdge(uint32_t a, uint32_t b) {
@@ -128,8 +131,8 @@ inline Match MakeMatch(const std::string& a, const std::string& b) {
   match.stages = {{"birds_eye", 12.5}, {"vgicp", 3.25}};
   match.inlier_ratio = 0.7;
   match.shared_area_m2 = 321.5;
-  match.hold = 0.08;
-  match.strain = 1.25;
+  match.observability = 0.08;
+  match.odometry_residual = 1.25;
   match.candidates = 17;
   match.edges = {MakeEdge(0, 5), MakeEdge(2, 7)};
   return match;

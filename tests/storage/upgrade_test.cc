@@ -84,8 +84,8 @@ TEST(UpgradeTest, WhatSchema3DidNotKeepIsNotComputed) {
   const Match match = (*store)->ListMatches()->at(0);
   EXPECT_EQ(match.inlier_ratio, -1);
   EXPECT_EQ(match.shared_area_m2, -1);
-  EXPECT_EQ(match.hold, -1);
-  EXPECT_EQ(match.strain, -1);
+  EXPECT_EQ(match.observability, -1);
+  EXPECT_EQ(match.odometry_residual, -1);
   EXPECT_EQ(match.candidates, 0u);
   EXPECT_TRUE(match.edges.empty());
   // And takes new ones, edges included.

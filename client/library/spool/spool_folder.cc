@@ -17,7 +17,7 @@ std::string PathIn(const std::string& folder, uint64_t number) {
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<SpoolFolder>> SpoolFolder::Open(const std::string& path) {
-  auto lock = io::DirectoryLock::Take(path, {"lock", "the spool"});
+  auto lock = io::DirectoryLock::Acquire(path, {"lock", "the spool"});
   if (!lock.ok()) return lock.status();
   return std::unique_ptr<SpoolFolder>(new SpoolFolder(path, *std::move(lock)));
 }

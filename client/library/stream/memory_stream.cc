@@ -35,7 +35,7 @@ MemoryStream::MemoryStream(std::shared_ptr<SessionLink> link, SessionId session,
       session_(std::move(session)),
       options_(options),
       window_(last_sequence + 1, std::max<size_t>(options.window, 1), options.spool_bytes),
-      uplink_(link_.get(), this, {.backoff = link_->options().backoff}) {}
+      sender_(link_.get(), this, {.backoff = link_->options().backoff}) {}
 
 absl::Status MemoryStream::Push(int64_t end_stamp_ns, PointPayload payload) {
   absl::StatusOr<PointPayload> prepared = Prepare(std::move(payload), options_);
@@ -84,7 +84,7 @@ ScanStreamStats MemoryStream::stats() const {
   return stats_;
 }
 
-absl::Status MemoryStream::Begin(const v1::Session& known) {
+absl::Status MemoryStream::BeginLink(const v1::Session& known) {
   if (known.id().empty()) return absl::NotFoundError("no such session");
   MutexLock lock(&mutex_);
   const bool is_over = stats_.pushed > 0 && window_.all_acked();
@@ -97,7 +97,7 @@ absl::Status MemoryStream::Begin(const v1::Session& known) {
   return absl::OkStatus();
 }
 
-ScanSource::Request MemoryStream::Next() {
+ScanSource::Request MemoryStream::NextRequest() {
   MutexLock lock(&mutex_);
   for (;;) {
     if (interrupted_) return nullptr;
@@ -111,13 +111,13 @@ ScanSource::Request MemoryStream::Next() {
   }
 }
 
-void MemoryStream::Interrupt() {
+void MemoryStream::InterruptLink() {
   MutexLock lock(&mutex_);
   interrupted_ = true;
   changed_.SignalAll();
 }
 
-bool MemoryStream::Take(const v1::StreamScansResponse& response) {
+bool MemoryStream::HandleResponse(const v1::StreamScansResponse& response) {
   ScanAck ack = convert::FromMessage(response);
   ack.session = session_;
   {
@@ -142,7 +142,7 @@ bool MemoryStream::complete() const {
   return finishing_ && window_.all_acked();
 }
 
-void MemoryStream::Lost(const absl::Status& why) {
+void MemoryStream::OnLinkLost(const absl::Status& why) {
   {
     MutexLock lock(&mutex_);
     ++stats_.reconnects;
@@ -150,7 +150,7 @@ void MemoryStream::Lost(const absl::Status& why) {
   if (options_.on_event) options_.on_event("link lost: " + std::string(why.message()));
 }
 
-void MemoryStream::End(const absl::Status& status) {
+void MemoryStream::OnEnd(const absl::Status& status) {
   MutexLock lock(&mutex_);
   result_ = status;
   done_ = true;

@@ -4,16 +4,16 @@
 #include <deque>
 #include <memory>
 
+#include "client/library/stream/reconnecting_sender.h"
 #include "client/library/stream/scan_source.h"
 #include "client/library/stream/scan_stream_impl.h"
 #include "client/library/stream/scan_window.h"
 #include "client/library/stream/session_link.h"
-#include "client/library/stream/uplink.h"
 #include "core/mutex.h"
 
 namespace isthmus::client {
 
-// Thread safe: the robot's thread and the uplink's meet here.
+// Thread safe: the robot's thread and the sender's meet here.
 class MemoryStream final : public ScanStream::Impl, private ScanSource {
  public:
   MemoryStream(std::shared_ptr<SessionLink> link, SessionId session, uint64_t last_sequence,
@@ -27,15 +27,15 @@ class MemoryStream final : public ScanStream::Impl, private ScanSource {
   SessionId session() const override { return session_; }
 
  private:
-  absl::StatusOr<std::string> Session(const Ask&) override { return session_.value(); }
-  absl::Status Begin(const v1::Session& known) override;
-  Request Next() override;
-  void Interrupt() override;
-  bool Take(const v1::StreamScansResponse& response) override;
+  absl::StatusOr<std::string> OpenSession(const Ask&) override { return session_.value(); }
+  absl::Status BeginLink(const v1::Session& known) override;
+  Request NextRequest() override;
+  void InterruptLink() override;
+  bool HandleResponse(const v1::StreamScansResponse& response) override;
   bool complete() const override;
-  absl::Status Conclude(const Ask&) override { return absl::OkStatus(); }
-  void Lost(const absl::Status& why) override;
-  void End(const absl::Status& status) override;
+  absl::Status ConcludeSession(const Ask&) override { return absl::OkStatus(); }
+  void OnLinkLost(const absl::Status& why) override;
+  void OnEnd(const absl::Status& status) override;
 
   const std::shared_ptr<SessionLink> link_;
   const SessionId session_;
@@ -51,7 +51,7 @@ class MemoryStream final : public ScanStream::Impl, private ScanSource {
   bool done_ ABSL_GUARDED_BY(mutex_) = false;           // result_ is final.
   absl::Status result_ ABSL_GUARDED_BY(mutex_);
 
-  Uplink uplink_;  // Last, so that it starts when everything else is there.
+  ReconnectingSender sender_;  // Last, so that it starts when everything else is there.
 };
 
 // Compressed if `options` ask for it. InvalidArgument when that cannot be done.

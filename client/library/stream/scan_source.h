@@ -1,4 +1,4 @@
-// The source of the scans that an uplink sends, and the sink of their acknowledgements. Private to
+// The source of the scans that a sender sends, and the sink of their acknowledgements. Private to
 // the library.
 #pragma once
 
@@ -14,7 +14,7 @@
 
 namespace isthmus::client {
 
-// Thread safe. The uplink calls it without locks of its own.
+// Thread safe. The sender calls it without locks of its own.
 class ScanSource {
  public:
   using Request = std::shared_ptr<const v1::StreamScansRequest>;
@@ -26,24 +26,24 @@ class ScanSource {
   virtual ~ScanSource() = default;
 
   // The session, opened if that has not happened.
-  virtual absl::StatusOr<std::string> Session(const Ask& ask) = 0;
+  virtual absl::StatusOr<std::string> OpenSession(const Ask& ask) = 0;
   // A new link begins, to a server that stands so; of a session that it does not know, `known` has
   // no id. An error ends the link.
-  virtual absl::Status Begin(const v1::Session& known) = 0;
+  virtual absl::Status BeginLink(const v1::Session& known) = 0;
   // The next scan; waits for one. Null when there will be none on this link.
-  virtual Request Next() = 0;
-  // The link has ended: Next returns null until the next Begin.
-  virtual void Interrupt() = 0;
+  virtual Request NextRequest() = 0;
+  // The link has ended: Next returns null until the next BeginLink.
+  virtual void InterruptLink() = 0;
   // True for an acknowledgement that brought the stream on.
-  virtual bool Take(const v1::StreamScansResponse& response) = 0;
+  virtual bool HandleResponse(const v1::StreamScansResponse& response) = 0;
   // True if everything was acknowledged and no more will come.
   virtual bool complete() const = 0;
   // After that; attempted again after a link that was lost.
-  virtual absl::Status Conclude(const Ask& ask) = 0;
+  virtual absl::Status ConcludeSession(const Ask& ask) = 0;
   // A link was lost with this and will be opened again.
-  virtual void Lost(const absl::Status& why) = 0;
-  // The uplink's last word.
-  virtual void End(const absl::Status& status) = 0;
+  virtual void OnLinkLost(const absl::Status& why) = 0;
+  // The sender's last word.
+  virtual void OnEnd(const absl::Status& status) = 0;
 };
 
 }  // namespace isthmus::client

@@ -61,18 +61,18 @@ SpooledStream::~SpooledStream() {
     stopping_ = true;
     changed_.SignalAll();
   }
-  // A lane that is about to open another waits for this, and then finds that it need not.
-  std::vector<std::unique_ptr<SpoolLane>> lanes;
+  // A sender that is about to open another waits for this, and then finds that it need not.
+  std::vector<std::unique_ptr<SessionSender>> senders;
   MutexLock pushing(&push_mutex_);
   {
     MutexLock lock(&mutex_);
-    lanes.swap(lanes_);
+    senders.swap(senders_);
   }
 }
 
 absl::StatusOr<std::unique_ptr<ScanStream>> SpooledStream::Open(std::shared_ptr<SessionLink> link,
                                                                 const ScanStreamOptions& options,
-                                                                const SpoolWish& wish) {
+                                                                const SpoolTarget& target) {
   if (options.spool_dir.empty()) {
     return absl::InvalidArgumentError("name the spool's folder in ScanStreamOptions::spool_dir");
   }
@@ -80,48 +80,48 @@ absl::StatusOr<std::unique_ptr<ScanStream>> SpooledStream::Open(std::shared_ptr<
   if (!folder.ok()) return folder.status();
   std::unique_ptr<SpooledStream> stream(
       new SpooledStream(std::move(link), options, *std::move(folder)));
-  if (absl::Status status = stream->Load(wish); !status.ok()) return status;
+  if (absl::Status status = stream->LoadSpool(target); !status.ok()) return status;
   return std::make_unique<ScanStream>(std::move(stream));
 }
 
-absl::Status SpooledStream::Load(const SpoolWish& wish) {
+absl::Status SpooledStream::LoadSpool(const SpoolTarget& target) {
   MutexLock pushing(&push_mutex_);
   auto spools = folder_->Load(SpoolOptionsFor());
   if (!spools.ok()) return spools.status();
-  for (auto& spool : *spools) Adopt(std::move(spool));
-  if (absl::Status status = CheckNewest(wish); !status.ok()) return status;
+  for (auto& spool : *spools) AdoptSpool(std::move(spool));
+  if (absl::Status status = CheckNewest(target); !status.ok()) return status;
   // One that was closed had a successor, which was removed or never came to be.
-  SpoolLane* const newest = Newest();
+  SessionSender* const newest = Newest();
   if (newest == nullptr || newest->spool().identity().closed) {
-    auto lane = AddLane(newest != nullptr ? IdentityOf(newest->spool().identity().request)
-                        : wish.request    ? IdentityOf(*wish.request)
-                                          : IdentityOf(*wish.session));
-    if (!lane.ok()) return lane.status();
+    auto sender = AddSender(newest != nullptr ? IdentityOf(newest->spool().identity().request)
+                            : target.request  ? IdentityOf(*target.request)
+                                              : IdentityOf(*target.session));
+    if (!sender.ok()) return sender.status();
   }
   resumed_ = Newest()->opened();
-  for (SpoolLane* lane : Lanes()) {
-    resumed_.last_stamp_ns = std::max(resumed_.last_stamp_ns, lane->opened().last_stamp_ns);
-    if (lane != Newest()) lane->Close(true);
-    lane->Start();
+  for (SessionSender* sender : Senders()) {
+    resumed_.last_stamp_ns = std::max(resumed_.last_stamp_ns, sender->opened().last_stamp_ns);
+    if (sender != Newest()) sender->Close(true);
+    sender->Start();
   }
   return absl::OkStatus();
 }
 
-absl::Status SpooledStream::CheckNewest(const SpoolWish& wish) {
-  const bool to_resume = !wish.request && !wish.session;
-  SpoolLane* const newest = Newest();
+absl::Status SpooledStream::CheckNewest(const SpoolTarget& target) {
+  const bool to_resume = !target.request && !target.session;
+  SessionSender* const newest = Newest();
   if (newest == nullptr && !to_resume) return absl::OkStatus();
   if (newest == nullptr) {
     return absl::NotFoundError(absl::StrCat("nothing to resume in the spool ", options_.spool_dir,
                                             ": begin with Client::OpenSpool"));
   }
   const SpoolIdentity identity = newest->spool().identity();
-  if (wish.request && wish.request->robot() != identity.request.robot()) {
+  if (target.request && target.request->robot() != identity.request.robot()) {
     return absl::FailedPreconditionError(absl::StrCat(
         "the spool ", options_.spool_dir, " holds scans of robot ", identity.request.robot(),
-        ": name another folder for ", wish.request->robot()));
+        ": name another folder for ", target.request->robot()));
   }
-  if (wish.session && wish.session->id() != identity.session) {
+  if (target.session && target.session->id() != identity.session) {
     return absl::FailedPreconditionError(
         absl::StrCat("the spool ", options_.spool_dir, " holds scans of session ", identity.session,
                      ": send those first with Client::ResumeScanStream, or name another folder"));
@@ -132,12 +132,12 @@ absl::Status SpooledStream::CheckNewest(const SpoolWish& wish) {
   const bool over = known->state() == v1::Session::FINISHED &&
                     known->last_sequence() + identity.base >= newest->spool().written();
   if (over) {
-    Tell(
+    ReportEvent(
         absl::StrCat("session ", identity.session, " was finished with all that was in the spool"));
     if (absl::Status status = newest->spool().Remove(); !status.ok()) return status;
     {
       MutexLock lock(&mutex_);
-      lanes_.pop_back();
+      senders_.pop_back();
     }
     if (!to_resume) return absl::OkStatus();
     return absl::AlreadyExistsError(absl::StrCat(
@@ -166,84 +166,86 @@ SessionSpool::Options SpooledStream::SpoolOptionsFor() const {
   return options;
 }
 
-absl::StatusOr<SpoolLane*> SpooledStream::AddLane(const SpoolIdentity& identity) {
+absl::StatusOr<SessionSender*> SpooledStream::AddSender(const SpoolIdentity& identity) {
   auto spool = folder_->Add(identity, SpoolOptionsFor());
   if (!spool.ok()) return spool.status();
-  Adopt(*std::move(spool));
+  AdoptSpool(*std::move(spool));
   return Newest();
 }
 
-void SpooledStream::Adopt(std::unique_ptr<SessionSpool> spool) {
-  auto lane = std::make_unique<SpoolLane>(link_.get(), std::move(spool), options_, MakeHost());
+void SpooledStream::AdoptSpool(std::unique_ptr<SessionSpool> spool) {
+  auto sender =
+      std::make_unique<SessionSender>(link_.get(), std::move(spool), options_, MakeHost());
   MutexLock lock(&mutex_);
-  lanes_.push_back(std::move(lane));
+  senders_.push_back(std::move(sender));
 }
 
-SpoolLane::Host SpooledStream::MakeHost() {
-  SpoolLane::Host host;
+SessionSender::Host SpooledStream::MakeHost() {
+  SessionSender::Host host;
   host.acked = [this](const ScanAck& ack) {
     MutexLock lock(&callback_mutex_);
     if (options_.on_ack) options_.on_ack(ack);
   };
-  host.event = [this](const std::string& event) { Tell(event); };
+  host.event = [this](const std::string& event) { ReportEvent(event); };
   host.changed = [this] {
     MutexLock lock(&mutex_);
     changed_.SignalAll();
   };
-  host.behind = [this](SpoolLane* lane) { TurnFrom(lane); };
+  host.behind = [this](SessionSender* sender) { TurnFrom(sender); };
   return host;
 }
 
-void SpooledStream::Tell(const std::string& event) {
+void SpooledStream::ReportEvent(const std::string& event) {
   MutexLock lock(&callback_mutex_);
   if (options_.on_event) options_.on_event(event);
 }
 
-std::vector<SpoolLane*> SpooledStream::Lanes() const {
+std::vector<SessionSender*> SpooledStream::Senders() const {
   MutexLock lock(&mutex_);
-  std::vector<SpoolLane*> lanes;
-  for (const auto& lane : lanes_) lanes.push_back(lane.get());
-  return lanes;
+  std::vector<SessionSender*> senders;
+  for (const auto& sender : senders_) senders.push_back(sender.get());
+  return senders;
 }
 
-SpoolLane* SpooledStream::Newest() const {
+SessionSender* SpooledStream::Newest() const {
   MutexLock lock(&mutex_);
-  return lanes_.empty() ? nullptr : lanes_.back().get();
+  return senders_.empty() ? nullptr : senders_.back().get();
 }
 
 SessionId SpooledStream::session() const {
   MutexLock lock(&mutex_);
-  return lanes_.back()->session();
+  return senders_.back()->session();
 }
 
-void SpooledStream::TurnFrom(SpoolLane* lane) {
+void SpooledStream::TurnFrom(SessionSender* sender) {
   {
     MutexLock lock(&mutex_);
-    behind_ = lane;
+    behind_ = sender;
   }
-  // Else a Push holds it, maybe until there is room, which takes the lane's own thread.
+  // Else a Push holds it, maybe until there is room, which takes the sender's own thread.
   if (!push_mutex_.TryLock()) return;
   TurnIfDue();
   push_mutex_.Unlock();
 }
 
 void SpooledStream::TurnIfDue() {
-  SpoolLane* lane = nullptr;
+  SessionSender* sender = nullptr;
   {
     MutexLock lock(&mutex_);
-    const SpoolLane* const behind = std::exchange(behind_, nullptr);
-    if (stopping_ || finishing_ || lanes_.empty() || lanes_.back().get() != behind) return;
-    lane = lanes_.back().get();
+    const SessionSender* const behind = std::exchange(behind_, nullptr);
+    if (stopping_ || finishing_ || senders_.empty() || senders_.back().get() != behind) return;
+    sender = senders_.back().get();
   }
-  if (!lane->behind()) return;
-  SpoolIdentity identity = lane->spool().identity();
+  if (!sender->behind()) return;
+  SpoolIdentity identity = sender->spool().identity();
   const SpoolIdentity next = IdentityOf(identity.request);
   identity.closed = true;
-  absl::Status status = lane->spool().SetIdentity(identity);
-  absl::StatusOr<SpoolLane*> added = status.ok() ? AddLane(next) : status;
-  if (!added.ok()) return Tell("no new session: " + std::string(added.status().message()));
-  Tell(absl::StrCat("session ", identity.session, " is filled up; new scans go into another"));
-  lane->Close(true);
+  absl::Status status = sender->spool().SetIdentity(identity);
+  absl::StatusOr<SessionSender*> added = status.ok() ? AddSender(next) : status;
+  if (!added.ok()) return ReportEvent("no new session: " + std::string(added.status().message()));
+  ReportEvent(
+      absl::StrCat("session ", identity.session, " is filled up; new scans go into another"));
+  sender->Close(true);
   (*added)->Start();
 }
 
@@ -256,7 +258,7 @@ absl::Status SpooledStream::Push(int64_t end_stamp_ns, PointPayload payload) {
   const std::string bytes = scan.SerializeAsString();
 
   MutexLock pushing(&push_mutex_);
-  Reap();
+  RemoveFinishedSenders();
   if (absl::Status status = WaitForRoom(bytes.size()); !status.ok()) return status;
   TurnIfDue();
   return Newest()->Push(end_stamp_ns, bytes);
@@ -264,7 +266,7 @@ absl::Status SpooledStream::Push(int64_t end_stamp_ns, PointPayload payload) {
 
 uint64_t SpooledStream::SpoolBytes() const {
   uint64_t bytes = 0;
-  for (const auto& lane : lanes_) bytes += lane->spool().bytes();
+  for (const auto& sender : senders_) bytes += sender->spool().bytes();
   return bytes;
 }
 
@@ -273,7 +275,7 @@ absl::Status SpooledStream::WaitForRoom(uint64_t bytes) {
   for (;;) {
     if (finishing_) return absl::FailedPreconditionError("the stream was finished");
     if (stopping_) return absl::CancelledError("the stream was given up");
-    const std::optional<absl::Status> ended = lanes_.back()->ended();
+    const std::optional<absl::Status> ended = senders_.back()->ended();
     if (ended) return *ended;
     if (SpoolBytes() + bytes + io::kRecordHeaderBytes <= options_.spool.max_bytes) {
       return absl::OkStatus();
@@ -295,8 +297,8 @@ absl::Status SpooledStream::MakeRoom(uint64_t bytes) {
           "; the server is out of reach or too slow: raise max_bytes, push less often, or "
           "let the oldest scans go with WhenFull::kDropOldest");
     case WhenFull::kDropOldest: {
-      const bool dropped = std::any_of(lanes_.begin(), lanes_.end(),
-                                       [](auto& lane) { return lane->spool().DropOldest(); });
+      const bool dropped = std::any_of(senders_.begin(), senders_.end(),
+                                       [](auto& sender) { return sender->spool().DropOldest(); });
       if (!dropped) return absl::ResourceExhaustedError(full + "; raise max_bytes");
       return absl::OkStatus();
     }
@@ -305,11 +307,12 @@ absl::Status SpooledStream::MakeRoom(uint64_t bytes) {
   }
   const WaitClock& clock = link_->clock();
   const auto stuck = [this]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
-    return std::all_of(lanes_.begin(), lanes_.end(), [](auto& lane) { return lane->all_acked(); });
+    return std::all_of(senders_.begin(), senders_.end(),
+                       [](auto& sender) { return sender->all_acked(); });
   };
   const uint64_t before = SpoolBytes();
   const auto moved = [&]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
-    return stopping_ || lanes_.back()->ended() || SpoolBytes() < before || !stuck();
+    return stopping_ || senders_.back()->ended() || SpoolBytes() < before || !stuck();
   };
   if (!stuck()) {
     changed_.Wait(&mutex_);
@@ -322,17 +325,17 @@ absl::Status SpooledStream::MakeRoom(uint64_t bytes) {
       " hold scans that the server has but did not make durable for a minute: raise max_bytes");
 }
 
-// Removes lanes that have nothing left to do. Not from a thread of theirs.
-void SpooledStream::Reap() {
-  std::vector<std::unique_ptr<SpoolLane>> done;
+// Removes senders that have nothing left to do. Not from a thread of theirs.
+void SpooledStream::RemoveFinishedSenders() {
+  std::vector<std::unique_ptr<SessionSender>> done;
   {
     MutexLock lock(&mutex_);
-    for (auto& lane : lanes_) {
-      if (lane == lanes_.back() || !lane->finished()) continue;
-      AddUp(lane->stats(), reaped_);
-      done.push_back(std::move(lane));
+    for (auto& sender : senders_) {
+      if (sender == senders_.back() || !sender->finished()) continue;
+      AddUp(sender->stats(), stats_of_removed_);
+      done.push_back(std::move(sender));
     }
-    lanes_.erase(std::remove(lanes_.begin(), lanes_.end(), nullptr), lanes_.end());
+    senders_.erase(std::remove(senders_.begin(), senders_.end(), nullptr), senders_.end());
   }
 }
 
@@ -343,15 +346,16 @@ absl::Status SpooledStream::Close(bool conclude) {
     changed_.SignalAll();
   }
   {
-    MutexLock pushing(&push_mutex_);  // No lane is added from here on.
-    for (SpoolLane* lane : Lanes()) lane->Close(conclude || lane != Newest());
+    MutexLock pushing(&push_mutex_);  // No sender is added from here on.
+    for (SessionSender* sender : Senders()) sender->Close(conclude || sender != Newest());
   }
   MutexLock lock(&mutex_);
-  while (!std::all_of(lanes_.begin(), lanes_.end(), [](auto& lane) { return lane->ended(); })) {
+  while (!std::all_of(senders_.begin(), senders_.end(),
+                      [](auto& sender) { return sender->ended(); })) {
     changed_.Wait(&mutex_);
   }
-  for (auto& lane : lanes_) {
-    if (!lane->ended()->ok()) return *lane->ended();
+  for (auto& sender : senders_) {
+    if (!sender->ended()->ok()) return *sender->ended();
   }
   return absl::OkStatus();
 }
@@ -359,13 +363,13 @@ absl::Status SpooledStream::Close(bool conclude) {
 absl::StatusOr<SessionStatus> SpooledStream::FinishSession() {
   if (absl::Status status = Close(true); !status.ok()) return status;
   MutexLock lock(&mutex_);
-  return convert::FromMessage(*lanes_.back()->finished());
+  return convert::FromMessage(*senders_.back()->finished());
 }
 
 ScanStreamStats SpooledStream::stats() const {
   MutexLock lock(&mutex_);
-  ScanStreamStats sum = reaped_;
-  for (const auto& lane : lanes_) AddUp(lane->stats(), sum);
+  ScanStreamStats sum = stats_of_removed_;
+  for (const auto& sender : senders_) AddUp(sender->stats(), sum);
   return sum;
 }
 

@@ -9,13 +9,13 @@
 #include "client/library/spool/spool_folder.h"
 #include "client/library/stream/scan_stream_impl.h"
 #include "client/library/stream/session_link.h"
-#include "client/library/stream/spool_lane.h"
+#include "client/library/stream/session_sender.h"
 #include "core/mutex.h"
 
 namespace isthmus::client {
 
 // The session whose scans are to be pushed.
-struct SpoolWish {
+struct SpoolTarget {
   // A new session if the spool holds none; else the spool's must be of this robot.
   std::optional<v1::CreateSessionRequest> request = {};
   // That very session, as the server knows it.
@@ -23,14 +23,14 @@ struct SpoolWish {
   // Neither: whatever the spool holds.
 };
 
-// One lane per session of the spool: the last takes new scans, the others are filled up at the
+// One sender per session of the spool: the last takes new scans, the others are filled up at the
 // server, finished and removed. Thread safe.
 class SpooledStream final : public ScanStream::Impl {
  public:
   // Errors of Client::OpenScanStream, ResumeScanStream and OpenSpool.
   static absl::StatusOr<std::unique_ptr<ScanStream>> Open(std::shared_ptr<SessionLink> link,
                                                           const ScanStreamOptions& options,
-                                                          const SpoolWish& wish);
+                                                          const SpoolTarget& target);
   ~SpooledStream() override;
 
   absl::Status Push(int64_t end_stamp_ns, PointPayload payload) override;
@@ -44,29 +44,29 @@ class SpooledStream final : public ScanStream::Impl {
   SpooledStream(std::shared_ptr<SessionLink> link, const ScanStreamOptions& options,
                 std::unique_ptr<SpoolFolder> folder);
 
-  absl::Status Load(const SpoolWish& wish);
-  absl::Status CheckNewest(const SpoolWish& wish) ABSL_EXCLUSIVE_LOCKS_REQUIRED(push_mutex_);
+  absl::Status LoadSpool(const SpoolTarget& target);
+  absl::Status CheckNewest(const SpoolTarget& target) ABSL_EXCLUSIVE_LOCKS_REQUIRED(push_mutex_);
   // The session as the server knows it, if it answers soon.
   std::optional<v1::Session> AskOnce(const std::string& session) const;
-  absl::StatusOr<SpoolLane*> AddLane(const SpoolIdentity& identity)
+  absl::StatusOr<SessionSender*> AddSender(const SpoolIdentity& identity)
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(push_mutex_);
-  void Adopt(std::unique_ptr<SessionSpool> spool) ABSL_EXCLUSIVE_LOCKS_REQUIRED(push_mutex_);
-  SpoolLane::Host MakeHost();
+  void AdoptSpool(std::unique_ptr<SessionSpool> spool) ABSL_EXCLUSIVE_LOCKS_REQUIRED(push_mutex_);
+  SessionSender::Host MakeHost();
   SessionSpool::Options SpoolOptionsFor() const;
 
-  // New scans go into a new session from now on, if `lane` is the one that takes them; from the
+  // New scans go into a new session from now on, if `sender` is the one that takes them; from the
   // next on if one is being taken.
-  void TurnFrom(SpoolLane* lane);
+  void TurnFrom(SessionSender* sender);
   void TurnIfDue() ABSL_EXCLUSIVE_LOCKS_REQUIRED(push_mutex_);
   absl::Status WaitForRoom(uint64_t bytes) ABSL_EXCLUSIVE_LOCKS_REQUIRED(push_mutex_);
   absl::Status MakeRoom(uint64_t bytes) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   absl::Status Close(bool conclude);
   uint64_t SpoolBytes() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   // They stay while push_mutex_ is held.
-  std::vector<SpoolLane*> Lanes() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(push_mutex_);
-  SpoolLane* Newest() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(push_mutex_);
-  void Reap() ABSL_EXCLUSIVE_LOCKS_REQUIRED(push_mutex_);
-  void Tell(const std::string& event);
+  std::vector<SessionSender*> Senders() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(push_mutex_);
+  SessionSender* Newest() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(push_mutex_);
+  void RemoveFinishedSenders() ABSL_EXCLUSIVE_LOCKS_REQUIRED(push_mutex_);
+  void ReportEvent(const std::string& event);
 
   const std::shared_ptr<SessionLink> link_;
   const ScanStreamOptions options_;
@@ -74,7 +74,7 @@ class SpooledStream final : public ScanStream::Impl {
   SpoolState resumed_;
 
   Mutex callback_mutex_;  // Held while the robot's functions are called.
-  // Held while a scan is taken, and while lanes come and go.
+  // Held while a scan is taken, and while senders come and go.
   Mutex push_mutex_ ABSL_ACQUIRED_BEFORE(mutex_);
 
   mutable Mutex mutex_;
@@ -82,10 +82,10 @@ class SpooledStream final : public ScanStream::Impl {
   bool finishing_ ABSL_GUARDED_BY(mutex_) = false;
   bool stopping_ ABSL_GUARDED_BY(mutex_) = false;  // The destructor has begun.
   // Its backlog was old when the link came back; to be turned from.
-  const SpoolLane* behind_ ABSL_GUARDED_BY(mutex_) = nullptr;
-  ScanStreamStats reaped_ ABSL_GUARDED_BY(mutex_);  // Of lanes that are gone.
+  const SessionSender* behind_ ABSL_GUARDED_BY(mutex_) = nullptr;
+  ScanStreamStats stats_of_removed_ ABSL_GUARDED_BY(mutex_);  // Of senders that are gone.
   // The last takes new scans.
-  std::vector<std::unique_ptr<SpoolLane>> lanes_ ABSL_GUARDED_BY(mutex_);
+  std::vector<std::unique_ptr<SessionSender>> senders_ ABSL_GUARDED_BY(mutex_);
 };
 
 }  // namespace isthmus::client

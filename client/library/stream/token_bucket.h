@@ -13,7 +13,7 @@ class TokenBucket {
   explicit TokenBucket(double bytes_per_s) : rate_(bytes_per_s), tokens_(bytes_per_s) {}
 
   // When `now` is early: the instant from which the bytes may go. Else `now`, and they are taken.
-  double Take(double bytes, double now) {
+  double TakeTokens(double bytes, double now) {
     if (rate_ <= 0) return now;
     if (started_) tokens_ = std::min(rate_, tokens_ + (now - filled_) * rate_);
     started_ = true;

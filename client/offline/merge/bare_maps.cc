@@ -67,11 +67,11 @@ bool IsBetter(const MatchEdge* l, const MatchEdge* r) {
   return rank(l->match) > rank(r->match);
 }
 
-absl::Status Say(client::Client& client, const MatchEdge& edge, Ruling ruling) {
+absl::Status SendDecision(client::Client& client, const MatchEdge& edge, ManualDecisionKind kind) {
   MatchDecision decision;
   decision.session_a = edge.match.a;
   decision.session_b = edge.match.b;
-  decision.ruling = ruling;
+  decision.kind = kind;
   decision.note = "without sensor poses";
   return client.DecideMatch(decision).status();
 }
@@ -127,8 +127,9 @@ absl::StatusOr<std::vector<MatchEdge>> DecideBarePairs(client::Client& client,
   for (MatchEdge* edge : bare) {
     const bool join =
         unverified && IsCredible(edge->match) && groups.Join(edge->robot_a, edge->robot_b);
-    const absl::Status said = Say(client, *edge, join ? Ruling::kAccept : Ruling::kReject);
-    if (!said.ok()) return said;
+    const absl::Status decided = SendDecision(
+        client, *edge, join ? ManualDecisionKind::kAccept : ManualDecisionKind::kReject);
+    if (!decided.ok()) return decided;
     Report(BareFiles(*edge, inputs), join, edge);
   }
   return edges;

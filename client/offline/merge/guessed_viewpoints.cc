@@ -45,12 +45,12 @@ class FloorPlan {
   // and others at about its height that are not much smaller. Leaves out table tops, the upper
   // sides of ceilings and most of what was seen through windows.
   std::vector<Eigen::Vector3d> OpenPlaces() const {
-    const std::vector<std::vector<int64_t>> stretches = Stretches();
+    const std::vector<std::vector<int64_t>> regions = FloorRegions();
     std::vector<int64_t> chosen;
-    for (const std::vector<int64_t>& stretch : stretches) {
-      if (kMaxSmaller * stretch.size() < stretches[0].size()) break;
-      const float rise = cells_.at(stretch[0]).floor - cells_.at(stretches[0][0]).floor;
-      if (std::abs(rise) < kMaxRiseM) chosen.insert(chosen.end(), stretch.begin(), stretch.end());
+    for (const std::vector<int64_t>& region : regions) {
+      if (kMaxSmaller * region.size() < regions[0].size()) break;
+      const float rise = cells_.at(region[0]).floor - cells_.at(regions[0][0]).floor;
+      if (std::abs(rise) < kMaxRiseM) chosen.insert(chosen.end(), region.begin(), region.end());
     }
     std::sort(chosen.begin(), chosen.end());
     std::vector<Eigen::Vector3d> places;
@@ -64,22 +64,22 @@ class FloorPlan {
 
  private:
   // Open cells that hang together, the largest set first.
-  std::vector<std::vector<int64_t>> Stretches() const {
-    std::vector<std::vector<int64_t>> stretches;
+  std::vector<std::vector<int64_t>> FloorRegions() const {
+    std::vector<std::vector<int64_t>> regions;
     std::unordered_set<int64_t> seen;
     for (const int64_t key : SortedKeys()) {
       if (!IsOpen(key) || !seen.insert(key).second) continue;
-      std::vector<int64_t> stretch = {key};
-      for (size_t i = 0; i < stretch.size(); ++i) {
-        for (const int64_t next : Around(stretch[i])) {
-          if (IsOpen(next) && seen.insert(next).second) stretch.push_back(next);
+      std::vector<int64_t> region = {key};
+      for (size_t i = 0; i < region.size(); ++i) {
+        for (const int64_t next : Around(region[i])) {
+          if (IsOpen(next) && seen.insert(next).second) region.push_back(next);
         }
       }
-      stretches.push_back(std::move(stretch));
+      regions.push_back(std::move(region));
     }
-    std::stable_sort(stretches.begin(), stretches.end(),
+    std::stable_sort(regions.begin(), regions.end(),
                      [](const auto& l, const auto& r) { return l.size() > r.size(); });
-    return stretches;
+    return regions;
   }
 
   // Both halves offset so that keys are in order of (x, y).

@@ -69,10 +69,11 @@ class Timetable {
 };
 
 // T_world_base, without shaking, and T_world_sensor.
-struct Carried {
+struct CarrierMotion {
   Motion base, sensor;
 };
-Carried Carry(std::shared_ptr<const Path> path, std::shared_ptr<const Timetable> timetable,
-              const Carrier& carrier, Random& random);
+CarrierMotion CarrySensor(std::shared_ptr<const Path> path,
+                          std::shared_ptr<const Timetable> timetable, const Carrier& carrier,
+                          Random& random);
 
 }  // namespace isthmus::simulation::wild

@@ -96,24 +96,25 @@ double Oscillation::At(double seconds) const {
   return value;
 }
 
-Carried Carry(std::shared_ptr<const Path> path, std::shared_ptr<const Timetable> timetable,
-              const Carrier& carrier, Random& random) {
+CarrierMotion CarrySensor(std::shared_ptr<const Path> path,
+                          std::shared_ptr<const Timetable> timetable, const Carrier& carrier,
+                          Random& random) {
   const Shaking shaking = Shakes(carrier, random);
   const auto looks = Looks(*timetable, carrier, random);
   const bool is_car = carrier.gait == Gait::kCar;
   const double nod = carrier.gait == Gait::kHand ? 0 : random.Uniform(0, is_car ? 0.015 : 0.03);
-  Carried carried;
+  CarrierMotion carrier_motion;
   // People stay upright on a slope.
   const double lean = carrier.gait == Gait::kHand ? 0.1 : 1;
-  carried.base = [path, timetable, looks, lean](double t) {
+  carrier_motion.base = [path, timetable, looks, lean](double t) {
     const Path::Sample at = path->At(timetable->At(t).s);
     double yaw = at.yaw;
     for (const Look& look : looks) yaw += look.At(t);
     return Pose::FromXyzRpy(at.position.x(), at.position.y(), at.position.z(), lean * at.roll,
                             lean * at.pitch, yaw);
   };
-  carried.sensor = [=, base = carried.base, top = carrier.speed_mps,
-                    mounting = carrier.T_base_sensor](double t) {
+  carrier_motion.sensor = [=, base = carrier_motion.base, top = carrier.speed_mps,
+                           mounting = carrier.T_base_sensor](double t) {
     const Timetable::State state = timetable->At(t);
     const double pace = state.speed_mps / (state.speed_mps + 0.2 * top + 1e-3);
     const double sway = shaking.at_rest + (1 - shaking.at_rest) * pace;
@@ -126,7 +127,7 @@ Carried Carry(std::shared_ptr<const Path> path, std::shared_ptr<const Timetable>
     by[4] -= nod * state.acceleration_mps2;
     return base(t) * Pose::FromXyzRpy(by[0], by[1], by[2], by[3], by[4], by[5]) * mounting;
   };
-  return carried;
+  return carrier_motion;
 }
 
 }  // namespace isthmus::simulation::wild

@@ -88,7 +88,7 @@ Scene MakeCrowd(const Need& need, Random& random) {
   scene.begin_m = 30;
   const bool street = random.Chance(0.5);
   scene.path = std::make_shared<Path>(
-      Path::Wandering({need.way_m + 60, random.Uniform(25, 100),
+      Path::Wandering({need.path_length_m + 60, random.Uniform(25, 100),
                        street ? random.Uniform(0, 0.4) : random.Uniform(0.5, 2.5),
                        std::max(2.0, need.carrier.speed_mps * 2)},
                       random));

@@ -10,7 +10,7 @@ namespace {
 void AddGrass(const Need& need, const Path& path, const HeightAt& ground, Random& random,
               Mesh* mesh) {
   const double per_m2 = random.Chance(0.4) ? 0 : random.Uniform(0, 4);
-  const auto blades = static_cast<int>(std::min(4e5, per_m2 * need.way_m * 16));
+  const auto blades = static_cast<int>(std::min(4e5, per_m2 * need.path_length_m * 16));
   const double tall = random.Uniform(0.05, 0.6) * std::min(1.0, need.carrier.height_m);
   for (int i = 0; i < blades; ++i) {
     const double s = random.Uniform(0, path.length());
@@ -28,7 +28,7 @@ void AddGrass(const Need& need, const Path& path, const HeightAt& ground, Random
 Scene MakeField(const Need& need, Random& random) {
   Scene scene;
   scene.path = std::make_shared<Path>(
-      Path::Wandering({need.way_m + 20, random.Uniform(20, 150), random.Uniform(0.2, 3),
+      Path::Wandering({need.path_length_m + 20, random.Uniform(20, 150), random.Uniform(0.2, 3),
                        std::max(3.0, need.carrier.speed_mps * 3)},
                       random));
   const HeightAt ground = Hills({random.Uniform(0, 0.2), random.Uniform(0.01, 0.2)}, random);

@@ -84,9 +84,10 @@ void AddDebris(const Woods& woods, Random& random, Mesh* mesh) {
 
 Scene MakeForest(const Need& need, Random& random) {
   Scene scene;
-  scene.path = std::make_shared<Path>(Path::Wandering(
-      {need.way_m + 12, random.Uniform(15, 80), random.Uniform(0.5, 2.2), random.Uniform(2, 10)},
-      random));
+  scene.path =
+      std::make_shared<Path>(Path::Wandering({need.path_length_m + 12, random.Uniform(15, 80),
+                                              random.Uniform(0.5, 2.2), random.Uniform(2, 10)},
+                                             random));
   const HeightAt ground = Hills({random.Uniform(0, 0.2), random.Uniform(0.05, 0.35)}, random);
   scene.path->Lay(ground, need.carrier.base_m);
   const PathIndex index(*scene.path);

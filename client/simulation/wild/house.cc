@@ -74,10 +74,10 @@ void CrossStorey(const House& house, const Need& need, int storey, bool east, Ra
 
 std::vector<Eigen::Vector3d> Climb(const House& house, const Need& need, Random& random) {
   std::vector<Eigen::Vector3d> corners;
-  double way = 0;
+  double path_length = 0;
   int storey = 0;
   bool up = true;
-  while (way < need.way_m + 20) {
+  while (path_length < need.path_length_m + 20) {
     const size_t before = corners.size();
     // Up from the west end to the east end, down from the east end to the west end.
     CrossStorey(house, need, storey, !up, random, &corners);
@@ -95,7 +95,7 @@ std::vector<Eigen::Vector3d> Climb(const House& house, const Need& need, Random&
       storey += up ? 1 : -1;
     }
     for (size_t i = std::max<size_t>(before, 1); i < corners.size(); ++i) {
-      way += (corners[i] - corners[i - 1]).norm();
+      path_length += (corners[i] - corners[i - 1]).norm();
     }
   }
   return corners;

@@ -58,7 +58,7 @@ Scene MakeMine(const Need& need, Random& random) {
 
   const double jitter = std::max(0.0, mine.opening_m / 2 - need.clear_m() - 0.6);
   const auto corners = WalkOnGrid(
-      mine.columns + 1, mine.rows + 1, need.way_m + 30,
+      mine.columns + 1, mine.rows + 1, need.path_length_m + 30,
       [&](int column, int row) -> Eigen::Vector3d {
         return {mine.pitch_m * column + random.Uniform(-jitter, jitter),
                 mine.pitch_m * row + random.Uniform(-jitter, jitter), 0};

@@ -25,7 +25,7 @@ Road Survey(const Need& need, Random& random) {
   const double radius = std::max(25.0, speed * random.Uniform(4, 15));
   const double swing = random.Uniform(0.05, 0.9);
   road.path = std::make_shared<Path>(
-      Path::Wandering({need.way_m + 120, random.Uniform(60, 300), swing, radius}, random));
+      Path::Wandering({need.path_length_m + 120, random.Uniform(60, 300), swing, radius}, random));
   road.half_m = random.Uniform(2.8, 7);
   road.lane_m = -road.half_m * random.Uniform(0.3, 0.5);
   const HeightAt hills = Hills({random.Uniform(0, 0.2), random.Uniform(0.02, 0.5)}, random);
@@ -153,7 +153,8 @@ Scene MakeRoad(const Need& need, Random& random) {
   AddCountry(road, reach, random, &scene.mesh);
   const int oncoming = random.Chance(0.4) ? 0 : random.Index(25);
   for (int i = 0; i < oncoming; ++i) {
-    const double speed = random.Uniform(5, 20), from = random.Uniform(0, 2 * need.way_m + 600);
+    const double speed = random.Uniform(5, 20),
+                 from = random.Uniform(0, 2 * need.path_length_m + 600);
     scene.cars.push_back(
         CarOn(road.path, -2 * road.lane_m, true, [=](double t) { return from - speed * t; }));
   }

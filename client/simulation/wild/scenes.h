@@ -16,7 +16,7 @@ namespace isthmus::simulation::wild {
 // The needs of the drive that a scene is made for.
 struct Need {
   Carrier carrier;
-  double way_m = 0;  // At least so long must the path be.
+  double path_length_m = 0;  // At least so long must the path be.
   double seconds = 0;
 
   bool climbs() const { return carrier.gait == Gait::kLegs || carrier.gait == Gait::kHand; }
@@ -72,7 +72,7 @@ std::shared_ptr<Path> WalkAmong(const Blocks& blocks, const Need& need, Random& 
 // A walk along the lines of a grid, `columns` x `rows` crossings at `at(column, row)`: long enough,
 // never straight back unless there is no other way.
 std::vector<Eigen::Vector3d> WalkOnGrid(
-    int columns, int rows, double way_m,
+    int columns, int rows, double path_length_m,
     const std::function<Eigen::Vector3d(int column, int row)>& at, Random& random);
 
 }  // namespace isthmus::simulation::wild

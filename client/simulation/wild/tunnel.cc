@@ -118,7 +118,7 @@ Scene MakeTunnel(const Need& need, Random& random) {
   Scene scene;
   const double radius = std::max(6.0, need.carrier.speed_mps * random.Uniform(2, 12));
   scene.path = std::make_shared<Path>(Path::Wandering(
-      {need.way_m + 90, random.Uniform(25, 200), random.Uniform(0, 1.2), radius}, random));
+      {need.path_length_m + 90, random.Uniform(25, 200), random.Uniform(0, 1.2), radius}, random));
   scene.begin_m = 30;
   const HeightAt slope = Hills({random.Uniform(0, 0.15), 0}, random);
   scene.path->Lay(slope, 6);  // Smooth, and level across.

@@ -69,11 +69,11 @@ void AddBumps(const Carrier& carrier, wild::Path* path, Random& random) {
   }
 }
 
-wild::Carried Ride(const wild::Need& need, wild::Scene* scene, Random& random) {
+wild::CarrierMotion DrawCarrierMotion(const wild::Need& need, wild::Scene* scene, Random& random) {
   AddBumps(need.carrier, scene->path.get(), random);
   const auto timetable = std::make_shared<const wild::Timetable>(
       *scene->path, need.carrier, scene->begin_m, need.seconds, random);
-  return wild::Carry(scene->path, timetable, need.carrier, random);
+  return wild::CarrySensor(scene->path, timetable, need.carrier, random);
 }
 
 std::string Describe(const Carrier& carrier, const wild::Faults& faults) {
@@ -119,12 +119,12 @@ absl::StatusOr<WildDrive> DrawWildDrive(uint64_t seed, const WildOptions& any) {
   wild::Need need;
   need.carrier = Carrier::Draw((*kind)->gaits, (*kind)->top_mps, random);
   need.seconds = options->seconds;
-  need.way_m = need.carrier.speed_mps * (options->seconds + 3);
+  need.path_length_m = need.carrier.speed_mps * (options->seconds + 3);
   wild::Scene scene = (*kind)->make(need, world_random);
-  const wild::Carried carried = Ride(need, &scene, ride_random);
+  const wild::CarrierMotion carrier_motion = DrawCarrierMotion(need, &scene, ride_random);
   Actors actors{{}, std::move(scene.cars)};
   for (Motion& walk : scene.walks) {
-    actors.walks.push_back(GivingWay(std::move(walk), carried.base, scene.give_way_m));
+    actors.walks.push_back(GivingWay(std::move(walk), carrier_motion.base, scene.give_way_m));
   }
   Random fault_random(seed, 0x91, 5);
   const wild::Faults faults = wild::DrawFaults(need.carrier, fault_random);
@@ -141,7 +141,7 @@ absl::StatusOr<WildDrive> DrawWildDrive(uint64_t seed, const WildOptions& any) {
   WildDrive drive{(*kind)->name, wild::NameOf(need.carrier.gait), Describe(need.carrier, faults),
                   nullptr};
   drive.simulator =
-      std::make_unique<Simulator>(std::move(world), std::vector<Motion>{carried.sensor},
+      std::make_unique<Simulator>(std::move(world), std::vector<Motion>{carrier_motion.sensor},
                                   std::move(actors), *std::move(lidar), simulated);
   return drive;
 }

@@ -43,20 +43,20 @@ Cars::Cars(const std::vector<Motion>& drives, double begin_s, double end_s) {
   for (const Motion& drive : drives) {
     const Pose from = drive(begin_s), to = drive(end_s);
     const double by = std::remainder(to.Yaw() - from.Yaw(), 2 * std::numbers::pi);
-    stretches_.push_back({from.translation().cast<float>(), to.translation().cast<float>(),
-                          static_cast<float>(from.Yaw()), static_cast<float>(by)});
+    legs_.push_back({from.translation().cast<float>(), to.translation().cast<float>(),
+                     static_cast<float>(from.Yaw()), static_cast<float>(by)});
   }
 }
 
 void Cars::Occlude(const Ray& ray, double fraction, float max_range_m, Hit& hit) const {
   const auto f = static_cast<float>(fraction);
   const Eigen::Vector2f heading = ray.direction.head<2>();
-  for (const Stretch& stretch : stretches_) {
-    const Eigen::Vector3f offset = ray.origin - (stretch.from + f * (stretch.to - stretch.from));
+  for (const Leg& leg : legs_) {
+    const Eigen::Vector3f offset = ray.origin - (leg.from + f * (leg.to - leg.from));
     // Passes it by: closest approach of the ray's line in the plane.
     const float cross = offset.x() * heading.y() - offset.y() * heading.x();
     if (cross * cross > kReachM * kReachM * heading.squaredNorm()) continue;
-    const float yaw = stretch.yaw_from + f * stretch.yaw_by, c = std::cos(yaw), s = std::sin(yaw);
+    const float yaw = leg.yaw_from + f * leg.yaw_by, c = std::cos(yaw), s = std::sin(yaw);
     const auto turned = [c, s](const Eigen::Vector3f& v) {
       return Eigen::Vector3f(c * v.x() + s * v.y(), c * v.y() - s * v.x(), v.z());
     };

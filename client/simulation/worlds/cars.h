@@ -22,11 +22,11 @@ class Cars {
   void Occlude(const Ray& ray, double fraction, float max_range_m, Hit& hit) const;
 
  private:
-  struct Stretch {
+  struct Leg {
     Eigen::Vector3f from, to;
     float yaw_from = 0, yaw_by = 0;
   };
-  std::vector<Stretch> stretches_;
+  std::vector<Leg> legs_;
 };
 
 }  // namespace isthmus::simulation

@@ -11,15 +11,14 @@ constexpr float kRadius = 0.25f, kHeight = 1.75f;
 
 Walkers::Walkers(const std::vector<Motion>& walks, double begin_s, double end_s) {
   for (const Motion& walk : walks) {
-    stretches_.push_back(
+    legs_.push_back(
         {walk(begin_s).translation().cast<float>(), walk(end_s).translation().cast<float>()});
   }
 }
 
 void Walkers::Occlude(const Ray& ray, double fraction, float max_range_m, Hit& hit) const {
-  for (const Stretch& stretch : stretches_) {
-    const Eigen::Vector3f feet =
-        stretch.from + static_cast<float>(fraction) * (stretch.to - stretch.from);
+  for (const Leg& leg : legs_) {
+    const Eigen::Vector3f feet = leg.from + static_cast<float>(fraction) * (leg.to - leg.from);
     const Eigen::Vector3f offset = ray.origin - feet;
     // |offset + t direction|^2 = radius^2 in the plane.
     const float a = ray.direction.head<2>().squaredNorm();

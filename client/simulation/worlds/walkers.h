@@ -20,10 +20,10 @@ class Walkers {
   void Occlude(const Ray& ray, double fraction, float max_range_m, Hit& hit) const;
 
  private:
-  struct Stretch {
+  struct Leg {
     Eigen::Vector3f from, to;  // Between the feet.
   };
-  std::vector<Stretch> stretches_;
+  std::vector<Leg> legs_;
 };
 
 }  // namespace isthmus::simulation

@@ -27,9 +27,10 @@ inline constexpr size_t kMaxLoopCandidates = 48, kMaxSearches = 2;
 // found wrong there, or is not in it yet.
 inline constexpr double kPlacedM = 0.6;
 // A loop that a person rejected is not offered again within so many metres and radians of it, and
-// so many times LoopOptions::min_way_m along the way.
+// so many times LoopOptions::min_path_length_m along the way.
 inline constexpr double kRejectedM = 2, kRejectedRad = 0.15, kRejectedWays = 2;
-// A place that was searched in vain is left alone for this share of min_way_m: half a second each.
+// A place that was searched in vain is left alone for this share of min_path_length_m: half a
+// second each.
 inline constexpr double kPatienceShare = 0.8;
 // Prepared submaps that are kept at least: two windows, and as many candidates.
 inline constexpr size_t kMinPreparedSubmaps = 16;
@@ -52,7 +53,7 @@ inline constexpr int kEdgesPerPass = 2;
 // Submaps of a window: the newest, and on either side of the place. Fewer show less to tell twins
 // by.
 inline constexpr size_t kNewestSubmaps = 3, kBesideSubmaps = 2;
-// Share of min_way_m that lies between the windows at least.
+// Share of min_path_length_m that lies between the windows at least.
 inline constexpr double kWindowGapShare = 0.5;
 // Metres, and over pose_graph::kLeverM radians, that an alignment captures indoors, where rooms are
 // small; outdoors twice as far. Beyond, what looks alike and the bird's-eye search are asked.

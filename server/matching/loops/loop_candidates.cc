@@ -36,15 +36,16 @@ std::vector<LoopCandidate> FindLoopCandidates(const LoopScene& scene, const Loop
   const double radius = submaps.Radius(newest.id.index, 0);
   std::vector<LoopCandidate> candidates;
   for (size_t i = 0; i + 1 < scene.submaps.size(); ++i) {
-    const double way = scene.ways.back() - scene.ways[i];
-    if (way < options.min_way_m) break;
+    const double path_length = scene.path_lengths.back() - scene.path_lengths[i];
+    if (path_length < options.min_path_length_m) break;
     const KnownPose& known = scene.known[i];
     LoopCandidate candidate{i, known.T_new_old};
     candidate.apart_m = (known.T_new_old * MiddleOf(*scene.submaps[i]) - middle).norm();
     candidate.reach_m = options.drift_sigmas * known.PositionSigma(middle);
     const double nearest = std::max(0.0, candidate.apart_m - kReachShare * candidate.reach_m);
     const double other = submaps.Radius(scene.submaps[i]->id.index, radius);
-    if (nearest > kMaxLoopApart * (radius + other) || way < kPathPerApart * nearest) continue;
+    if (nearest > kMaxLoopApart * (radius + other) || path_length < kPathPerApart * nearest)
+      continue;
     candidate.reach_rad = options.drift_sigmas * known.RotationSigma();
     candidates.push_back(candidate);
   }
@@ -54,11 +55,12 @@ std::vector<LoopCandidate> FindLoopCandidates(const LoopScene& scene, const Loop
 }
 
 std::vector<LoopCandidate> FirstOfEachPass(const std::vector<LoopCandidate>& candidates,
-                                           const LoopScene& scene, double way_m) {
+                                           const LoopScene& scene, double path_length_m) {
   std::vector<LoopCandidate> first;
   for (const LoopCandidate& candidate : candidates) {
     const bool passed = std::any_of(first.begin(), first.end(), [&](const LoopCandidate& other) {
-      return std::abs(scene.ways[other.position] - scene.ways[candidate.position]) < way_m;
+      return std::abs(scene.path_lengths[other.position] - scene.path_lengths[candidate.position]) <
+             path_length_m;
     });
     if (!passed) first.push_back(candidate);
   }

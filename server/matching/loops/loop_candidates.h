@@ -18,8 +18,8 @@ namespace isthmus::matching {
 struct LoopScene {
   std::vector<std::shared_ptr<const Submap>> submaps;
   std::vector<Pose> T_map_submap;
-  std::vector<double> ways;     // WaysTravelled.
-  std::vector<LoopEdge> edges;  // Of loops closed so far, as far as they are believed.
+  std::vector<double> path_lengths;  // PathLengths.
+  std::vector<LoopEdge> edges;       // Of loops closed so far, as far as they are believed.
   std::set<std::pair<uint32_t, uint32_t>> joined;  // By index: all that were found, older first.
   std::vector<KnownPose> known;                    // Of all but the last, from the last.
 
@@ -42,6 +42,6 @@ std::vector<LoopCandidate> FindLoopCandidates(const LoopScene& scene, const Loop
 
 // The first of each stretch of the way, in their order.
 std::vector<LoopCandidate> FirstOfEachPass(const std::vector<LoopCandidate>& candidates,
-                                           const LoopScene& scene, double way_m);
+                                           const LoopScene& scene, double path_length_m);
 
 }  // namespace isthmus::matching

@@ -53,7 +53,7 @@ struct Step {
 using Steps = std::vector<std::vector<Step>>;
 
 Steps CollectSteps(const std::vector<std::shared_ptr<const Submap>>& submaps,
-                   const std::vector<double>& ways, const std::vector<LoopEdge>& edges,
+                   const std::vector<double>& path_lengths, const std::vector<LoopEdge>& edges,
                    const pose_graph::DriftModel& drift) {
   const size_t newest = submaps.size() - 1;
   Steps steps(newest + 1);
@@ -63,8 +63,10 @@ Steps CollectSteps(const std::vector<std::shared_ptr<const Submap>>& submaps,
   };
   for (size_t k = 0; k < newest; ++k) {
     const Pose T = submaps[k]->T_odom_submap.Inverse() * submaps[k + 1]->T_odom_submap;
-    const double way = std::max(T.translation().norm(), ways[k + 1] - ways[k]);
-    const Matrix6d information = pose_graph::OdometryInformation(T, way, RotationAngle(T), drift);
+    const double path_length =
+        std::max(T.translation().norm(), path_lengths[k + 1] - path_lengths[k]);
+    const Matrix6d information =
+        pose_graph::OdometryInformation(T, path_length, RotationAngle(T), drift);
     add(k, {k + 1, T, Invert(information) + submaps[k + 1]->drift_covariance});
   }
   for (const LoopEdge& edge : edges) {
@@ -98,11 +100,12 @@ double KnownPose::Chi2(const Pose& true_T_new_old, const Eigen::Vector3d& point,
 }
 
 std::vector<KnownPose> LookBack(const std::vector<std::shared_ptr<const Submap>>& submaps,
-                                const std::vector<double>& ways, const std::vector<LoopEdge>& edges,
+                                const std::vector<double>& path_lengths,
+                                const std::vector<LoopEdge>& edges,
                                 const pose_graph::DriftModel& drift) {
   if (submaps.empty()) return {};
   const size_t newest = submaps.size() - 1;
-  const Steps steps = CollectSteps(submaps, ways, edges, drift);
+  const Steps steps = CollectSteps(submaps, path_lengths, edges, drift);
   std::vector<KnownPose> known(newest + 1);
   std::vector<double> variance(newest + 1, std::numeric_limits<double>::infinity());
   using Entry = std::pair<double, size_t>;

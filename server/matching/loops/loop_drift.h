@@ -37,11 +37,12 @@ struct KnownPose {
 };
 
 // The pose of every submap before the last, by the path of least variance (Dijkstra, 10 m of lever
-// between rotation and position). Odometry strays as `drift` says over the `ways` travelled (of
-// each submap, since some point), and by what the submaps say themselves on top of it. O(n log n),
-// some microseconds each.
+// between rotation and position). Odometry strays as `drift` says over the `path_lengths` travelled
+// (of each submap, since some point), and by what the submaps say themselves on top of it. O(n log
+// n), some microseconds each.
 std::vector<KnownPose> LookBack(const std::vector<std::shared_ptr<const Submap>>& submaps,
-                                const std::vector<double>& ways, const std::vector<LoopEdge>& edges,
+                                const std::vector<double>& path_lengths,
+                                const std::vector<LoopEdge>& edges,
                                 const pose_graph::DriftModel& drift);
 
 }  // namespace isthmus::matching

@@ -43,13 +43,13 @@ void AddEdges(const LoopClosure& closure, const LoopQuery& query, bool placed,
 }
 
 // The session as of its k-th submap.
-LoopScene SceneOf(const LoopQuery& query, size_t k, const std::vector<double>& ways,
+LoopScene SceneOf(const LoopQuery& query, size_t k, const std::vector<double>& path_lengths,
                   const std::vector<LoopClosure>& found, const LoopOptions& options) {
   LoopScene scene;
   const auto end = static_cast<std::ptrdiff_t>(k + 1);
   scene.submaps.assign(query.submaps.begin(), query.submaps.begin() + end);
   scene.T_map_submap.assign(query.T_map_submap.begin(), query.T_map_submap.begin() + end);
-  scene.ways.assign(ways.begin(), ways.begin() + end);
+  scene.path_lengths.assign(path_lengths.begin(), path_lengths.begin() + end);
   for (const auto* closures : {&query.known, &found}) {
     for (const LoopClosure& closure : *closures) {
       // The loops of the submap before may not have reached the placement yet.
@@ -61,7 +61,7 @@ LoopScene SceneOf(const LoopQuery& query, size_t k, const std::vector<double>& w
       }
     }
   }
-  scene.known = LookBack(scene.submaps, scene.ways, scene.edges, options.drift);
+  scene.known = LookBack(scene.submaps, scene.path_lengths, scene.edges, options.drift);
   return scene;
 }
 
@@ -73,7 +73,7 @@ bool IsClosed(const LoopScene& scene) {
 // True if a person rejected a loop that says the same: that these stretches of the way lie on each
 // other like this.
 bool IsRejected(const LoopClosure& closure, const LoopScene& scene, const LoopQuery& query,
-                double way_m) {
+                double path_length_m) {
   const auto a = FindPosition(scene.submaps, closure.submap_a);
   const auto b = FindPosition(scene.submaps, closure.submap_b);
   const auto T_odom = [&](size_t i) { return scene.submaps[i]->T_odom_submap; };
@@ -81,8 +81,8 @@ bool IsRejected(const LoopClosure& closure, const LoopScene& scene, const LoopQu
     const auto i = FindPosition(scene.submaps, edge.submap_a);
     const auto j = FindPosition(scene.submaps, edge.submap_b);
     if (!a || !b || !i || !j) return false;
-    const bool near = std::abs(scene.ways[*a] - scene.ways[*i]) < way_m &&
-                      std::abs(scene.ways[*b] - scene.ways[*j]) < way_m;
+    const bool near = std::abs(scene.path_lengths[*a] - scene.path_lengths[*i]) < path_length_m &&
+                      std::abs(scene.path_lengths[*b] - scene.path_lengths[*j]) < path_length_m;
     const Pose T_a_b =
         T_odom(*a).Inverse() * T_odom(*i) * edge.T_a_b * T_odom(*j).Inverse() * T_odom(*b);
     return near && AreNear(T_a_b, closure.T_a_b, kRejectedM, kRejectedRad);
@@ -96,17 +96,18 @@ bool IsRejected(const LoopClosure& closure, const LoopScene& scene, const LoopQu
 
 struct LoopFinder::State {
   struct Failure {  // A search in vain, in metres along the way.
-    double old_way = 0, new_way = 0;
+    double old_path_length = 0, new_path_length = 0;
   };
 
   State(const LoopOptions& loop_options, SubmapSource source, SubmapReader points)
       : options(loop_options),
         submaps(std::move(source), loop_options.prepared_submaps, std::move(points)) {}
 
-  bool WasInVain(double old_way, double new_way) const {
-    const double patience = kPatienceShare * options.min_way_m;
+  bool WasInVain(double old_path_length, double new_path_length) const {
+    const double patience = kPatienceShare * options.min_path_length_m;
     return std::any_of(failures.begin(), failures.end(), [&](const Failure& failure) {
-      return std::abs(failure.old_way - old_way) < patience && new_way - failure.new_way < patience;
+      return std::abs(failure.old_path_length - old_path_length) < patience &&
+             new_path_length - failure.new_path_length < patience;
     });
   }
 
@@ -116,16 +117,18 @@ struct LoopFinder::State {
     if (candidates.empty()) return std::nullopt;
     if (auto followed = FollowLoop(scene, candidates, options, &submaps)) return followed;
     size_t searches = 0;
-    for (const LoopCandidate& candidate : FirstOfEachPass(candidates, scene, options.min_way_m)) {
-      const double old_way = scene.ways[candidate.position], new_way = scene.ways.back();
-      if (WasInVain(old_way, new_way)) continue;
+    for (const LoopCandidate& candidate :
+         FirstOfEachPass(candidates, scene, options.min_path_length_m)) {
+      const double old_path_length = scene.path_lengths[candidate.position],
+                   new_path_length = scene.path_lengths.back();
+      if (WasInVain(old_path_length, new_path_length)) continue;
       if (++searches > kMaxSearches) break;
       const bool thorough = searches == 1;  // One such search is dear enough.
       if (auto closed = CloseLoop(scene, candidate, options, thorough, &submaps)) return closed;
-      failures.push_back({old_way, new_way});
+      failures.push_back({old_path_length, new_path_length});
     }
     std::erase_if(failures, [&](const Failure& failure) {
-      return scene.ways.back() - failure.new_way > options.min_way_m;
+      return scene.path_lengths.back() - failure.new_path_length > options.min_path_length_m;
     });
     return std::nullopt;
   }
@@ -143,16 +146,16 @@ LoopFinder::~LoopFinder() = default;
 std::vector<LoopClosure> LoopFinder::Find(const LoopQuery& query) {
   std::vector<LoopClosure> found;
   if (!state_->options.enabled) return found;
-  state_->submaps.Keep(query.submaps);
-  const std::vector<double> ways = WaysTravelled(query.submaps);
+  state_->submaps.KeepOnly(query.submaps);
+  const std::vector<double> path_lengths = PathLengths(query.submaps);
   for (size_t k = query.first_new; k < query.submaps.size(); ++k) {
-    const LoopScene scene = SceneOf(query, k, ways, found, state_->options);
+    const LoopScene scene = SceneOf(query, k, path_lengths, found, state_->options);
     // Asked before, perhaps before a restart.
     if (IsClosed(scene)) continue;
     auto closure = state_->FindFor(scene);
     if (!closure) continue;
-    const double way_m = kRejectedWays * state_->options.min_way_m;
-    if (!IsRejected(*closure, scene, query, way_m)) found.push_back(std::move(*closure));
+    const double path_length_m = kRejectedWays * state_->options.min_path_length_m;
+    if (!IsRejected(*closure, scene, query, path_length_m)) found.push_back(std::move(*closure));
   }
   return found;
 }

@@ -15,7 +15,7 @@ namespace isthmus::matching {
 struct LoopOptions {
   bool enabled = true;
   // Places a shorter way back are left to the odometry.
-  double min_way_m = 40;
+  double min_path_length_m = 40;
   // The worst drift of odometry. A robot that odometry puts elsewhere, by more of these standard
   // deviations, is not there however alike the places look. These are of a bad odometry: 1 % and
   // 0.05 degrees per metre, from submap to submap.
@@ -32,8 +32,8 @@ struct LoopOptions {
   double max_free_space = 0.02;
   double max_free_space_outdoors = 0.08;
   double min_margin = 2;
-  double min_hold = 0.02;
-  double max_strain = 4;
+  double min_observability = 0.02;
+  double max_odometry_residual = 4;
   // The greatest number of edges of a new submap.
   size_t max_edges = 4;
   // Prepared submaps that are kept in memory, about a megabyte each; at least 16.

@@ -25,15 +25,16 @@ struct Windows {
 // Runs of the way, so that odometry holds each together. Nothing when they would meet.
 std::optional<Windows> ChooseWindows(const LoopScene& scene, size_t place,
                                      const LoopOptions& options) {
-  const std::vector<double>& ways = scene.ways;
-  const double gap = kWindowGapShare * options.min_way_m;
+  const std::vector<double>& path_lengths = scene.path_lengths;
+  const double gap = kWindowGapShare * options.min_path_length_m;
   const auto near = [&](size_t i, size_t j) {
-    return std::abs(ways[i] - ways[j]) < 1.5 * options.min_way_m;
+    return std::abs(path_lengths[i] - path_lengths[j]) < 1.5 * options.min_path_length_m;
   };
   const size_t last = scene.submaps.size() - 1;
   Windows windows{place, place, last};
   while (windows.first_new > 0 && last - windows.first_new + 1 < kNewestSubmaps &&
-         near(windows.first_new - 1, last) && ways[windows.first_new - 1] - ways[place] > gap) {
+         near(windows.first_new - 1, last) &&
+         path_lengths[windows.first_new - 1] - path_lengths[place] > gap) {
     --windows.first_new;
   }
   while (windows.first_old > 0 && place - windows.first_old < kBesideSubmaps &&
@@ -41,10 +42,10 @@ std::optional<Windows> ChooseWindows(const LoopScene& scene, size_t place,
     --windows.first_old;
   }
   while (windows.last_old - place < kBesideSubmaps && near(windows.last_old + 1, place) &&
-         ways[windows.first_new] - ways[windows.last_old + 1] > gap) {
+         path_lengths[windows.first_new] - path_lengths[windows.last_old + 1] > gap) {
     ++windows.last_old;
   }
-  if (ways[windows.first_new] - ways[windows.last_old] <= gap) return std::nullopt;
+  if (path_lengths[windows.first_new] - path_lengths[windows.last_old] <= gap) return std::nullopt;
   return windows;
 }
 
@@ -57,8 +58,8 @@ class Search {
         windows_(windows),
         options_(options),
         submaps_(submaps),
-        old_(submaps->Window(Cut(windows.first_old, windows.last_old + 1))),
-        fresh_(submaps->Window(Cut(windows.first_new, scene.submaps.size()))),
+        old_(submaps->Window(SubmapsBetween(windows.first_old, windows.last_old + 1))),
+        fresh_(submaps->Window(SubmapsBetween(windows.first_new, scene.submaps.size()))),
         outdoors_(IsOutdoors(old_) && IsOutdoors(fresh_)),
         far_(candidate.reach_m > Capture() ||
              candidate.reach_rad > kCaptureM / pose_graph::kLeverM),
@@ -68,7 +69,7 @@ class Search {
     if (fresh_.submaps().back()->surface().empty()) return std::nullopt;
     std::vector<Hypothesis> found = Align(Guesses());
     if (!may_have_rivals_) {
-      if (auto closed = Take(found)) return closed;
+      if (auto closed = TakeHypotheses(found)) return closed;
     }
     if (!far_ || !thorough) return std::nullopt;
     CandidateSearch search(old_, fresh_);
@@ -76,11 +77,11 @@ class Search {
     search.ByBirdsEye(&found, &stages, [this](const Pose& T_a_b) {
       return IsPossible(T_a_b, kGuessErrorM, kGuessErrorRad);
     });
-    return Take(std::move(found));
+    return TakeHypotheses(std::move(found));
   }
 
  private:
-  Submaps Cut(size_t begin, size_t end) const {
+  Submaps SubmapsBetween(size_t begin, size_t end) const {
     const auto at = [&](size_t i) {
       return scene_.submaps.begin() + static_cast<std::ptrdiff_t>(i);
     };
@@ -142,12 +143,12 @@ class Search {
                               [&](const auto& x, const auto& y) { return apart(*x) < apart(*y); });
   }
 
-  std::optional<LoopClosure> Take(std::vector<Hypothesis> found) const {
+  std::optional<LoopClosure> TakeHypotheses(std::vector<Hypothesis> found) const {
     std::erase_if(found, [&](const Hypothesis& h) {
       return !IsPossible(h.T_a_b, kGuessErrorM, kGuessErrorRad);
     });
     Match match;
-    Decide(Judge(std::move(found)), Limits(), &match);
+    DecideState(Verify(std::move(found)), Limits(), &match);
     if (match.state != MatchState::kAccepted ||
         !IsPossible(match.T_a_b, kWindowErrorM, kWindowErrorRad)) {
       return std::nullopt;
@@ -191,13 +192,13 @@ class Search {
     limits.min_margin = options_.min_margin;
     limits.min_shared_area_m2 = 0;
     limits.max_enclosed_share = 1;
-    limits.min_hold = options_.min_hold;
-    limits.max_strain = options_.max_strain;
+    limits.min_observability = options_.min_observability;
+    limits.max_odometry_residual = options_.max_odometry_residual;
     return limits;
   }
 
   // The best refined jointly, best first.
-  std::vector<Hypothesis> Judge(std::vector<Hypothesis> found) const {
+  std::vector<Hypothesis> Verify(std::vector<Hypothesis> found) const {
     const double limit = MaxFreeSpace();
     for (Hypothesis& h : found) h.max_free_space = std::min(kLoopLeniency * limit, 0.5);
     RankHypotheses(&found);

@@ -10,18 +10,18 @@
 namespace isthmus::matching {
 namespace {
 
-double WayWithin(const Submap& submap) {
-  double way = 0;
+double PathLengthWithin(const Submap& submap) {
+  double path_length = 0;
   for (size_t i = 1; i < submap.keyframes.size(); ++i) {
-    way += (submap.keyframes[i].T_submap_sensor.translation() -
-            submap.keyframes[i - 1].T_submap_sensor.translation())
-               .norm();
+    path_length += (submap.keyframes[i].T_submap_sensor.translation() -
+                    submap.keyframes[i - 1].T_submap_sensor.translation())
+                       .norm();
   }
-  return way;
+  return path_length;
 }
 
 // From the last keyframe of one to the first of the other.
-double WayBetween(const Submap& from, const Submap& to) {
+double PathLengthBetween(const Submap& from, const Submap& to) {
   const Pose& T_end = from.keyframes.back().T_submap_sensor;
   return (from.T_odom_submap * T_end.translation() - to.T_odom_submap.translation()).norm();
 }
@@ -73,7 +73,7 @@ double LoopSubmaps::Radius(uint32_t index, double otherwise) const {
   return found == facts_.end() ? otherwise : found->second.radius_m;
 }
 
-void LoopSubmaps::Keep(const std::vector<std::shared_ptr<const Submap>>& submaps) {
+void LoopSubmaps::KeepOnly(const std::vector<std::shared_ptr<const Submap>>& submaps) {
   const auto gone = [&](uint32_t index) {
     const auto at = std::lower_bound(
         submaps.begin(), submaps.end(), index,
@@ -95,18 +95,18 @@ Eigen::Vector3d MiddleOf(const Submap& submap) {
   return sum / static_cast<double>(std::max<size_t>(submap.keyframes.size(), 1));
 }
 
-std::vector<double> WaysTravelled(const std::vector<std::shared_ptr<const Submap>>& submaps) {
-  std::vector<double> ways;
-  double way = 0;
+std::vector<double> PathLengths(const std::vector<std::shared_ptr<const Submap>>& submaps) {
+  std::vector<double> path_lengths;
+  double path_length = 0;
   for (size_t k = 0; k < submaps.size(); ++k) {
-    const double within = WayWithin(*submaps[k]);
-    ways.push_back(way + 0.5 * within);
-    way += within;
+    const double within = PathLengthWithin(*submaps[k]);
+    path_lengths.push_back(path_length + 0.5 * within);
+    path_length += within;
     if (k + 1 == submaps.size()) break;
     const double retired = submaps[k + 1]->id.index - submaps[k]->id.index - 1;
-    way += WayBetween(*submaps[k], *submaps[k + 1]) + retired * within;
+    path_length += PathLengthBetween(*submaps[k], *submaps[k + 1]) + retired * within;
   }
-  return ways;
+  return path_lengths;
 }
 
 }  // namespace isthmus::matching

@@ -31,7 +31,7 @@ class LoopSubmaps {
   double Radius(uint32_t index, double otherwise) const;
 
   // Forgets everything about submaps that are not among these, in order of index.
-  void Keep(const std::vector<std::shared_ptr<const Submap>>& submaps);
+  void KeepOnly(const std::vector<std::shared_ptr<const Submap>>& submaps);
 
  private:
   struct Facts {
@@ -56,6 +56,6 @@ Eigen::Vector3d MiddleOf(const Submap& submap);
 
 // The way travelled to the middle of each, from the first submap's beginning. Retired submaps in
 // between count as long as the one before them.
-std::vector<double> WaysTravelled(const std::vector<std::shared_ptr<const Submap>>& submaps);
+std::vector<double> PathLengths(const std::vector<std::shared_ptr<const Submap>>& submaps);
 
 }  // namespace isthmus::matching

@@ -116,7 +116,8 @@ std::optional<LoopClosure> FollowLoop(const LoopScene& scene,
   for (const LoopCandidate& candidate : LonelyFirst(scene, candidates)) {
     if (laid.size() >= options.max_edges || tried >= options.max_edges + 2) break;
     const auto of_this_pass = std::count_if(taken.begin(), taken.end(), [&](size_t position) {
-      return std::abs(scene.ways[position] - scene.ways[candidate.position]) < options.min_way_m;
+      return std::abs(scene.path_lengths[position] - scene.path_lengths[candidate.position]) <
+             options.min_path_length_m;
     });
     if (!IsKnownWell(candidate) || of_this_pass >= kEdgesPerPass) continue;
     ++tried;

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "server/matching/loops/limits.h"
-#include "server/matching/prepared/looks.h"
+#include "server/matching/prepared/visibility.h"
 
 namespace isthmus::matching {
 namespace {
@@ -98,12 +98,12 @@ struct RevisitCounter::State {
   }
 
   void Count(const PreparedSubmap& later, const Pose& T_later_older, Counted* older) const {
-    const std::vector<Look> looks = LookAt(older->points, later, T_later_older);
-    const auto on = std::count(looks.begin(), looks.end(), Look::kOn);
-    const auto through = std::count(looks.begin(), looks.end(), Look::kThrough);
+    const std::vector<Visibility> looks = VisibilityOf(older->points, later, T_later_older);
+    const auto on = std::count(looks.begin(), looks.end(), Visibility::kOn);
+    const auto through = std::count(looks.begin(), looks.end(), Visibility::kThrough);
     if (on + through < kMinSeenPoints || through > on) return;
     for (size_t i = 0; i < looks.size(); ++i) {
-      if (looks[i] == Look::kNone || older->looks[i] >= options.min_looks) continue;
+      if (looks[i] == Visibility::kNone || older->looks[i] >= options.min_looks) continue;
       ++older->looks[i];
     }
   }

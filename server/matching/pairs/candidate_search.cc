@@ -43,14 +43,14 @@ void CandidateSearch::ByBirdsEye(std::vector<Hypothesis>* found, std::vector<Sta
   if (possible) std::erase_if(candidates, [&](const Candidate& c) { return !possible(c.T_a_b); });
   std::erase_if(candidates, [least = candidates.empty() ? 0 : candidates[0].score](
                                 const Candidate& c) { return c.score < kMinRivalShare * least; });
-  Take(candidates, found, stages);
+  TakeCandidates(candidates, found, stages);
 }
 
 void CandidateSearch::ByPlaces(std::vector<Hypothesis>* found, std::vector<StageTime>* stages) {
   const Stopwatch watch;
   const std::vector<Candidate> candidates = SearchPlaces(a_.places(), b_.places(), kPlaceGuesses);
   stages->push_back({"places", watch.Ms()});
-  Take(candidates, found, stages);
+  TakeCandidates(candidates, found, stages);
 }
 
 void CandidateSearch::ByFeatures(std::vector<Hypothesis>* found, std::vector<StageTime>* stages) {
@@ -60,12 +60,14 @@ void CandidateSearch::ByFeatures(std::vector<Hypothesis>* found, std::vector<Sta
     const bool known = a_.gravity_known() && b_.gravity_known();
     // Between the odom frames, each of them askew by as much.
     chain.ransac.max_tilt_rad = known ? 2 * kMaxTiltRad : M_PI;
-    Take(SearchByFeatures(a_.session_map(), b_.session_map(), chain, stages), found, stages);
+    TakeCandidates(SearchByFeatures(a_.session_map(), b_.session_map(), chain, stages), found,
+                   stages);
   }
 }
 
-void CandidateSearch::Take(const std::vector<Candidate>& candidates, std::vector<Hypothesis>* found,
-                           std::vector<StageTime>* stages) {
+void CandidateSearch::TakeCandidates(const std::vector<Candidate>& candidates,
+                                     std::vector<Hypothesis>* found,
+                                     std::vector<StageTime>* stages) {
   Stopwatch watch;
   candidates_ += static_cast<uint32_t>(candidates.size());
   std::vector<Hypothesis> fresh;

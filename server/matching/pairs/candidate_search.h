@@ -30,8 +30,8 @@ class CandidateSearch {
   void ByPlaces(std::vector<Hypothesis>* found, std::vector<StageTime>* stages);
   // Finds nothing in a build without the paper's chain.
   void ByFeatures(std::vector<Hypothesis>* found, std::vector<StageTime>* stages);
-  void Take(const std::vector<Candidate>& candidates, std::vector<Hypothesis>* found,
-            std::vector<StageTime>* stages);
+  void TakeCandidates(const std::vector<Candidate>& candidates, std::vector<Hypothesis>* found,
+                      std::vector<StageTime>* stages);
 
   // Fills the ground that both know; whole maps only.
   void MeasureShared(Hypothesis* h);

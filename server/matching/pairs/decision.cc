@@ -60,17 +60,18 @@ Finding Examine(const Hypothesis& h, const MatcherOptions& options) {
                             "or by hand.",
                             h.shared_area_m2, 100 * h.shared_share)};
   }
-  if (h.hold < options.min_hold) {
+  if (h.observability < options.min_observability) {
     return {MatchState::kNotYet, MatchReason::kDegenerate,
-            absl::StrFormat("The alignment can slide in one direction (hold %.4f where %.4f is "
-                            "needed), as along a bare corridor.",
-                            h.hold, options.min_hold)};
+            absl::StrFormat(
+                "The alignment can slide in one direction (observability %.4f where %.4f is "
+                "needed), as along a bare corridor.",
+                h.observability, options.min_observability)};
   }
-  if (h.strain > options.max_strain) {
+  if (h.odometry_residual > options.max_odometry_residual) {
     return {MatchState::kNotYet, MatchReason::kStrained,
             absl::StrFormat("The maps fit only if the odometry erred by %.1f of its standard "
                             "deviations where %.1f are allowed.",
-                            h.strain, options.max_strain)};
+                            h.odometry_residual, options.max_odometry_residual)};
   }
   return {};
 }
@@ -111,14 +112,15 @@ void FillFigures(const Hypothesis& h, Match* match) {
   match->comparisons = h.free_space.comparisons();
   match->runner_up = -1;
   match->shared_area_m2 = h.shared_area_m2;
-  match->hold = h.hold;
-  match->strain = h.strain;
+  match->observability = h.observability;
+  match->odometry_residual = h.odometry_residual;
   match->edges = h.joint.edges;
 }
 
 }  // namespace
 
-void Decide(const std::vector<Hypothesis>& ranked, const MatcherOptions& options, Match* match) {
+void DecideState(const std::vector<Hypothesis>& ranked, const MatcherOptions& options,
+                 Match* match) {
   if (ranked.empty()) {
     match->state = MatchState::kNotYet;
     match->reason = MatchReason::kNoCandidate;

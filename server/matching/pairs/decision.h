@@ -11,6 +11,7 @@ namespace isthmus::matching {
 
 // Fills everything of `match` that follows from the hypotheses, best first: state, reason, detail,
 // transform and all figures.
-void Decide(const std::vector<Hypothesis>& ranked, const MatcherOptions& options, Match* match);
+void DecideState(const std::vector<Hypothesis>& ranked, const MatcherOptions& options,
+                 Match* match);
 
 }  // namespace isthmus::matching

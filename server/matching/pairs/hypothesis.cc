@@ -23,7 +23,7 @@ size_t SurfaceSize(const PreparedMap& map) {
 
 // The smallest eigenvalue of the translation's information about `center` with the rotation free
 // (Schur complement), per inlier and in units of one inlier's.
-double WeakestHold(const SurfaceAgreement& agreement, const Eigen::Vector3d& center) {
+double WeakestObservability(const SurfaceAgreement& agreement, const Eigen::Vector3d& center) {
   if (agreement.on == 0) return 0;
   // A twist [rho; phi] about the origin moves the center by rho' = rho + phi x center.
   Matrix6d J = Matrix6d::Identity();
@@ -69,7 +69,7 @@ void MeasureSurface(const PreparedMap& a, const PreparedMap& b, const Asked& ask
   h->overlap = share(on, static_cast<double>(sum.asked));
   h->inlier_ratio = share(on, static_cast<double>(sum.near));
   h->residual_m = std::sqrt(share(sum.squared_m2, on));
-  h->hold = WeakestHold(sum, h->shared_center);
+  h->observability = WeakestObservability(sum, h->shared_center);
 }
 
 bool HasMoved(const std::vector<Pose>& before, const std::vector<Pose>& after) {
@@ -141,7 +141,7 @@ void MeasureJointly(const PreparedMap& a, const PreparedMap& b, Hypothesis* h) {
   h->joint = {MapPoses::Rigid(a.session_map(), b.session_map(), h->T_a_b), {}, 0, h->T_a_b};
   h->converged = RefineJointly(a.submaps(), b.submaps(), kSubmapGateM, 0, 0, &h->joint);
   h->T_a_b = h->joint.T_a_b;
-  h->strain = h->joint.strain;
+  h->odometry_residual = h->joint.odometry_residual;
   h->moving_is_b = SurfaceSize(b) <= SurfaceSize(a);
   MeasureSurface(
       a, b, [](size_t) { return true; }, h);
@@ -162,7 +162,7 @@ void ExtendJointly(const PreparedMap& a, const PreparedMap& b, size_t first_a, s
                     &h->joint)) {
     h->converged = true;
     h->T_a_b = h->joint.T_a_b;
-    h->strain = h->joint.strain;
+    h->odometry_residual = h->joint.odometry_residual;
   }
   const MapPoses& after = h->joint.poses;
   const bool anew = HasMoved(before.a, after.a) || HasMoved(before.b, after.b);

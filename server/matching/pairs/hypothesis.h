@@ -27,8 +27,8 @@ struct Hypothesis {
   double shared_share = 0;    // Its share of all that the robot that saw more saw.
   // Mean squared component of the inliers' normals along the direction in which the alignment is
   // held least; 0: it slides.
-  double hold = 0;
-  double strain = 0;  // As in Match.
+  double observability = 0;
+  double odometry_residual = 0;  // As in Match.
 
   // Agreement less contradiction, such that at the limit nothing is left: what hypotheses are
   // ranked by. Large where much was compared and little contradicted.

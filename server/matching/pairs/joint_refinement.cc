@@ -114,7 +114,7 @@ bool Solve(const PreparedSubmaps& a, const PreparedSubmaps& b, JointRefinement* 
   joint->edges = std::move(kept);
   double chi2 = 0;
   for (size_t k = 0; k < odometry; ++k) chi2 += pose_graph::Chi2(problem, problem.edges[k]);
-  joint->strain = odometry ? std::sqrt(chi2 / (6 * static_cast<double>(odometry))) : 0;
+  joint->odometry_residual = odometry ? std::sqrt(chi2 / (6 * static_cast<double>(odometry))) : 0;
   for (size_t i = in_a.first; i <= in_a.last; ++i) {
     joint->poses.a[i] = problem.poses[i - in_a.first];
   }

@@ -17,7 +17,7 @@ struct JointRefinement {
   // submap_a and submap_b are positions in the maps at hand and not, as elsewhere, indices in the
   // sessions, which have gaps where submaps were retired.
   std::vector<SubmapEdge> edges;
-  double strain = 0;  // RMS of the odometry's errors in its standard deviations.
+  double odometry_residual = 0;  // RMS of the odometry's errors in its standard deviations.
   // One transform between the odom frames for all: where the edges want it.
   Pose T_a_b;
 };

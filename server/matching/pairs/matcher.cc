@@ -87,9 +87,9 @@ Match PairMatcher::Update(const PreparedMap& a, const PreparedMap& b, bool searc
   match.submaps_b = static_cast<uint32_t>(b.submaps().size());
   const bool followed = FollowMaps(a.session_map(), b.session_map());
   if (search || !followed || MustSearch(a, b) || (!accepted_ && SuggestPlaces(a, b))) {
-    Search(a, b, &match);
+    SearchMatch(a, b, &match);
   } else {
-    Extend(a, b, &match);
+    ExtendMatch(a, b, &match);
   }
   map_a_ = a.session_map();
   map_b_ = b.session_map();
@@ -127,7 +127,7 @@ bool PairMatcher::SuggestPlaces(const PreparedMap& a, const PreparedMap& b) {
   return suggested;
 }
 
-void PairMatcher::Search(const PreparedMap& a, const PreparedMap& b, Match* match) {
+void PairMatcher::SearchMatch(const PreparedMap& a, const PreparedMap& b, Match* match) {
   CandidateSearch search(a, b, options_.stop);
   match->stages.push_back({"prepare", a.prepare_ms() + b.prepare_ms()});
   for (const Hypothesis& h : hypotheses_) suggested_.push_back({h.T_a_b, 0, h.source});
@@ -155,9 +155,9 @@ void PairMatcher::Search(const PreparedMap& a, const PreparedMap& b, Match* matc
     }
     RankHypotheses(&hypotheses_);
     match->stages.push_back({"joint", watch.Lap()});
-    Decide(hypotheses_, options_, match);
+    DecideState(hypotheses_, options_, match);
   };
-  if (!suggested_.empty()) search.Take(suggested_, &found, &match->stages);
+  if (!suggested_.empty()) search.TakeCandidates(suggested_, &found, &match->stages);
   suggested_.clear();
   if (options_.search != SearchMode::kPaper) {
     search.ByBirdsEye(&found, &match->stages);
@@ -176,7 +176,7 @@ void PairMatcher::Search(const PreparedMap& a, const PreparedMap& b, Match* matc
   come_ = 0;
 }
 
-void PairMatcher::Extend(const PreparedMap& a, const PreparedMap& b, Match* match) {
+void PairMatcher::ExtendMatch(const PreparedMap& a, const PreparedMap& b, Match* match) {
   Stopwatch watch;
   for (Hypothesis& h : hypotheses_) {
     ExtendJointly(a, b, map_a_.submaps.size(), map_b_.submaps.size(), &h);
@@ -189,7 +189,7 @@ void PairMatcher::Extend(const PreparedMap& a, const PreparedMap& b, Match* matc
   RankHypotheses(&hypotheses_);
   match->candidates = static_cast<uint32_t>(hypotheses_.size());
   match->stages.push_back({"extend", watch.Lap()});
-  Decide(hypotheses_, options_, match);
+  DecideState(hypotheses_, options_, match);
 }
 
 }  // namespace isthmus::matching

@@ -44,8 +44,8 @@ class PairMatcher {
   // Forgets submaps that were retired since the last call. False where the maps are others.
   bool FollowMaps(const SessionMap& a, const SessionMap& b);
   bool MustSearch(const PreparedMap& a, const PreparedMap& b) const;
-  void Search(const PreparedMap& a, const PreparedMap& b, Match* match);
-  void Extend(const PreparedMap& a, const PreparedMap& b, Match* match);
+  void SearchMatch(const PreparedMap& a, const PreparedMap& b, Match* match);
+  void ExtendMatch(const PreparedMap& a, const PreparedMap& b, Match* match);
   // Suggests what new submaps look like in the other map, unless a first look refutes it or it is
   // known; true when there was something.
   bool SuggestPlaces(const PreparedMap& a, const PreparedMap& b);

@@ -35,8 +35,9 @@ struct MatcherOptions {
   // all of it.
   double max_enclosed_share = 0.6;
   double min_enclosed_area_m2 = 1000;
-  double min_hold = 0.02;  // Mean squared normal along the direction held least.
-  double max_strain = 3;   // Standard deviations that the odometry may bend; more: NOT_YET.
+  double min_observability = 0.02;  // Mean squared normal along the direction held least.
+  double max_odometry_residual =
+      3;  // Standard deviations that the odometry may bend; more: NOT_YET.
   // Ends a match early; what comes of it then is to be thrown away.
   std::stop_token stop = {};
 };

@@ -70,9 +70,9 @@ void Compare(const PreparedSubmap& views, const FreeSpaceMap::Piece& piece,
     for (const FreeSpaceMap::Column& column : piece.columns) {
       if (!comparer.Reaches(column)) continue;
       for (const SurfacePoint& point : column.points) {
-        const int verdict = comparer.Compare(point);
-        score->front += verdict > 0;
-        score->agree += verdict < 0;
+        const int compared = comparer.Compare(point);
+        score->front += compared > 0;
+        score->agree += compared < 0;
       }
     }
   }
@@ -98,9 +98,9 @@ std::vector<FreeSpaceScore> AskOwnViews(const FreeSpaceMap::Piece& piece,
           continue;
         }
         for (const SurfacePoint& point : column.points) {
-          const int verdict = comparer.Compare(point);
-          scores[i].front += verdict > 0;
-          scores[i++].agree += verdict < 0;
+          const int compared = comparer.Compare(point);
+          scores[i].front += compared > 0;
+          scores[i++].agree += compared < 0;
         }
       }
     }

@@ -9,7 +9,7 @@
 #include "server/matching/search/birds_eye_image.h"
 #include "server/matching/search/fft_correlator.h"
 #include "server/matching/search/limits.h"
-#include "server/matching/search/placement.h"
+#include "server/matching/search/planar_pose.h"
 
 namespace isthmus::matching {
 namespace {
@@ -57,11 +57,11 @@ std::vector<std::pair<float, int>> FindPeaks(const float* scores, int width, int
   return peaks;
 }
 
-std::vector<Placement2d> SearchCoarse(const BirdsEyeCells& a, const BirdsEyeCells& b,
-                                      const BirdsEyeOptions& options) {
+std::vector<PlanarPose> SearchCoarse(const BirdsEyeCells& a, const BirdsEyeCells& b,
+                                     const BirdsEyeOptions& options) {
   const BirdsEyeImage reference = MakeReferenceImage(a, options.free_space_weight);
   FftCorrelator correlator(reference, static_cast<int>(2 * b.radius / b.cell_m) + 2);
-  std::vector<Placement2d> found;
+  std::vector<PlanarPose> found;
   const int yaws = std::max(8, static_cast<int>(std::ceil(2 * M_PI / options.yaw_step_rad)));
   for (int k = 0; k < yaws && !options.stop.stop_requested(); ++k) {
     const double yaw = 2 * M_PI * k / yaws;
@@ -78,25 +78,25 @@ std::vector<Placement2d> SearchCoarse(const BirdsEyeCells& a, const BirdsEyeCell
 }
 
 // Hill climbing on yaw, x and y about b's centre, with halving steps.
-Placement2d Polish(const BirdsEyeImage& a, const BirdsEyeCells& b, Placement2d placement,
-                   double yaw_step, double shift_step) {
+PlanarPose Polish(const BirdsEyeImage& a, const BirdsEyeCells& b, PlanarPose pose, double yaw_step,
+                  double shift_step) {
   const Eigen::Vector2d center = b.center.cast<double>();
-  placement.score = ScorePlacement(a, b, placement.yaw, placement.shift, kFreeStride);
+  pose.score = ScorePlanarPose(a, b, pose.yaw, pose.shift, kFreeStride);
   const double smallest = 0.5 * b.cell_m;
   while (shift_step > smallest) {
     bool better = false;
     for (int axis = 0; axis < 6; ++axis) {
       const double sign = axis % 2 ? -1 : 1;
-      Placement2d moved = placement;
+      PlanarPose moved = pose;
       if (axis < 4) moved.shift[axis / 2] += sign * shift_step;
       if (axis >= 4) {  // About b's centre, so that yaw and shift do not fight.
         const Eigen::Vector2d at = Eigen::Rotation2Dd(moved.yaw) * center + moved.shift;
         moved.yaw += sign * yaw_step;
         moved.shift = at - Eigen::Rotation2Dd(moved.yaw) * center;
       }
-      moved.score = ScorePlacement(a, b, moved.yaw, moved.shift, kFreeStride);
-      if (moved.score > placement.score) {
-        placement = moved;
+      moved.score = ScorePlanarPose(a, b, moved.yaw, moved.shift, kFreeStride);
+      if (moved.score > pose.score) {
+        pose = moved;
         better = true;
       }
     }
@@ -105,14 +105,13 @@ Placement2d Polish(const BirdsEyeImage& a, const BirdsEyeCells& b, Placement2d p
       shift_step *= 0.5;
     }
   }
-  return placement;
+  return pose;
 }
 
 // Height of b's level frame over a's: the median difference of the ground both saw.
-double GroundOffset(const GroundGrid& a, const GroundGrid& b, const Placement2d& placement) {
-  const Eigen::Matrix2f R =
-      Eigen::Rotation2Df(static_cast<float>(placement.yaw)).toRotationMatrix();
-  const Eigen::Vector2f t = placement.shift.cast<float>();
+double GroundOffset(const GroundGrid& a, const GroundGrid& b, const PlanarPose& pose) {
+  const Eigen::Matrix2f R = Eigen::Rotation2Df(static_cast<float>(pose.yaw)).toRotationMatrix();
+  const Eigen::Vector2f t = pose.shift.cast<float>();
   std::vector<float> shared, filled;
   for (const GroundGrid::Sample& sample : b.seen()) {
     const Eigen::Vector2f p = R * sample.position + t;
@@ -146,24 +145,24 @@ std::vector<Candidate> SearchBirdsEye(const WallMap& a, const WallMap& b,
     const double fine_cell = coarse_cell / kCoarseFactor;
     const Eigen::Vector2d pivot = b_coarse.center.cast<double>();
     const double apart = 4 * coarse_cell;
-    std::vector<Placement2d> placements =
+    std::vector<PlanarPose> poses =
         SuppressNeighbors(SearchCoarse(a_coarse, b_coarse, options), pivot, apart, kSuppressYawRad,
                           kPolishedPlacements);
     const BirdsEyeCells a_fine = MakeBirdsEyeCells(a, scale, fine_cell);
     const BirdsEyeCells b_fine = MakeBirdsEyeCells(b, scale, fine_cell);
     const BirdsEyeImage reference = MakeReferenceImage(a_fine, options.free_space_weight);
-    for (Placement2d& placement : placements) {
+    for (PlanarPose& pose : poses) {
       if (options.stop.stop_requested()) return {};
-      placement = Polish(reference, b_fine, placement, 0.5 * options.yaw_step_rad, coarse_cell);
+      pose = Polish(reference, b_fine, pose, 0.5 * options.yaw_step_rad, coarse_cell);
     }
-    placements = SuppressNeighbors(std::move(placements), pivot, apart, kSuppressYawRad,
-                                   static_cast<size_t>(std::max(0, options.candidates)));
-    for (const Placement2d& placement : placements) {
-      const double z = GroundOffset(a.ground(), b.ground(), placement);
+    poses = SuppressNeighbors(std::move(poses), pivot, apart, kSuppressYawRad,
+                              static_cast<size_t>(std::max(0, options.candidates)));
+    for (const PlanarPose& pose : poses) {
+      const double z = GroundOffset(a.ground(), b.ground(), pose);
       const Pose T_level_level =
-          Pose::FromXyzRpy(placement.shift.x(), placement.shift.y(), z, 0, 0, placement.yaw);
+          Pose::FromXyzRpy(pose.shift.x(), pose.shift.y(), z, 0, 0, pose.yaw);
       candidates.push_back({a.T_level_odom().Inverse() * T_level_level * b.T_level_odom(),
-                            placement.score, GuessSource::kBirdsEye});
+                            pose.score, GuessSource::kBirdsEye});
     }
   }
   if (stages) stages->push_back({"birds_eye", watch.Ms()});

@@ -217,8 +217,8 @@ BirdsEyeImage MakeReferenceImage(const BirdsEyeCells& cells, double free_space_w
   return image;
 }
 
-double ScorePlacement(const BirdsEyeImage& reference, const BirdsEyeCells& moved, double yaw,
-                      const Eigen::Vector2d& shift, size_t free_stride) {
+double ScorePlanarPose(const BirdsEyeImage& reference, const BirdsEyeCells& moved, double yaw,
+                       const Eigen::Vector2d& shift, size_t free_stride) {
   const float c = static_cast<float>(std::cos(yaw)), s = static_cast<float>(std::sin(yaw));
   const float inverse_cell = 1 / reference.cell_m;
   const float ox = (static_cast<float>(shift.x()) - reference.origin.x()) * inverse_cell;

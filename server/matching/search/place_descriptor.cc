@@ -52,7 +52,7 @@ Cells Blur(const Cells& cells) {
 }
 
 // To unit length, where a cell's square counts by its area.
-void Weigh(Cells* cells) {
+void WeighCells(Cells* cells) {
   double sum = 0;
   for (int i = 0; i < kPlaceRings * kPlaceSectors; ++i) {
     (*cells)[i] *= std::sqrt(static_cast<float>(i % kPlaceRings) + 0.5f);
@@ -109,7 +109,7 @@ PlaceDescriptor DescribePlace(const std::vector<Eigen::Vector3f>& points,
   for (int i = 0; i < kPlaceRings * kPlaceSectors; ++i) {
     descriptor.ring_key[i % kPlaceRings] += descriptor.cells[i] / kPlaceSectors;
   }
-  Weigh(&descriptor.cells);
+  WeighCells(&descriptor.cells);
   return descriptor;
 }
 

@@ -114,9 +114,9 @@ float MedianAlong(const std::vector<Eigen::Vector3f>& positions, const Eigen::Ve
 }
 
 // Scores of hypotheses on one map.
-class Judge {
+class UpScorer {
  public:
-  Judge(const std::vector<SurfacePoint>& surface, const std::vector<Eigen::Vector3f>& sensors)
+  UpScorer(const std::vector<SurfacePoint>& surface, const std::vector<Eigen::Vector3f>& sensors)
       : surface_(surface), sensors_(sensors) {
     Eigen::Vector3d mean = Eigen::Vector3d::Zero();
     for (const SurfacePoint& point : surface) mean += point.position.cast<double>();
@@ -206,7 +206,7 @@ std::vector<UpCandidate> FindUpCandidates(const std::vector<SurfacePoint>& surfa
   const std::vector<SurfacePoint> thinned = Thin(surface);
   std::vector<Eigen::Vector3d> axes = FindAxes(thinned);
   axes.push_back(Eigen::Vector3d::UnitZ());
-  const Judge judge(thinned, sensors);
+  const UpScorer judge(thinned, sensors);
   std::vector<UpCandidate> candidates;
   for (const Eigen::Vector3d& axis : axes) judge.Add(Refine(thinned, axis), &candidates);
   candidates = Distinct(std::move(candidates));

@@ -19,20 +19,21 @@ namespace isthmus::rpc {
 class ScanStreams {
  public:
   // A place in the registry; gives it up when destroyed.
-  class Seat {
+  class Registration {
    public:
-    ~Seat();
-    Seat(const Seat&) = delete;
-    Seat& operator=(const Seat&) = delete;
+    ~Registration();
+    Registration(const Registration&) = delete;
+    Registration& operator=(const Registration&) = delete;
 
     const SessionId& session() const { return session_; }
     AckWindow& window() { return *window_; }
     // Ends the link from this side; all who wait on it wake up.
-    void Hang();
+    void HangUp();
 
    private:
     friend class ScanStreams;
-    Seat(ScanStreams& streams, SessionId session, size_t limit, std::function<void()> cancel)
+    Registration(ScanStreams& streams, SessionId session, size_t limit,
+                 std::function<void()> cancel)
         : streams_(streams),
           session_(std::move(session)),
           cancel_(std::move(cancel)),
@@ -48,21 +49,22 @@ class ScanStreams {
   ScanStreams(server::Pipeline& pipeline, size_t window) : pipeline_(pipeline), window_(window) {}
 
   // Makes the caller the session's stream, hangs up an earlier one. `cancel` must not block; it is
-  // not called after the seat is gone. Errors of Pipeline::SetAckSink; Unavailable once stopped.
-  absl::StatusOr<std::unique_ptr<Seat>> Join(const SessionId& session,
-                                             std::function<void()> cancel);
+  // not called after the registration is gone. Errors of Pipeline::SetAckSink; Unavailable once
+  // stopped.
+  absl::StatusOr<std::unique_ptr<Registration>> Register(const SessionId& session,
+                                                         std::function<void()> cancel);
   // Hangs up the session's stream, if there is one.
   void Drop(const SessionId& session);
   // No stream takes further scans; each ends when its scans are acknowledged. Does not wait.
   void StopAll();
 
  private:
-  void Leave(Seat* seat);
+  void Unregister(Registration* registration);
 
   server::Pipeline& pipeline_;
   const size_t window_;
   Mutex mutex_;
-  std::map<SessionId, Seat*> current_ ABSL_GUARDED_BY(mutex_);
+  std::map<SessionId, Registration*> current_ ABSL_GUARDED_BY(mutex_);
   bool stopped_ ABSL_GUARDED_BY(mutex_) = false;
 };
 

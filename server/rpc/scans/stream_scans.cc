@@ -77,9 +77,9 @@ absl::Status StreamScans(server::Pipeline& pipeline, ScanStreams& streams, const
     return absl::InvalidArgumentError("the first message of the stream must name its session");
   }
   const SessionId session(request.session());
-  auto seat = streams.Join(session, link.cancel);
-  if (!seat.ok()) return seat.status();
-  AckWindow& window = (*seat)->window();
+  auto registration = streams.Register(session, link.cancel);
+  if (!registration.ok()) return registration.status();
+  AckWindow& window = (*registration)->window();
   Executor writer(1);
   writer.Post([&] { WriteAcks(window, link); });
   absl::Status status;

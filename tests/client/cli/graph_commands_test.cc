@@ -182,7 +182,7 @@ TEST_F(GraphCommandsTest, LoopsAreATableThatSaysWhatCounts) {
   EXPECT_EQ(Ask("loops carol").code, 6);
 }
 
-TEST_F(GraphCommandsTest, APersonsWordOnALoop) {
+TEST_F(GraphCommandsTest, APersonsDecisionOnALoop) {
   Loop decided = SomeLoop(17, 0);
   decided.loop.rejected = true;
   pipeline_.decided_loop = decided;

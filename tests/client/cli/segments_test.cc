@@ -27,7 +27,7 @@ class SegmentsTest : public testing::Test {
  protected:
   static void SetUpTestSuite() {
     folder_ = new std::string(ScratchFolder());
-    fs::create_directories(Path("carried"));
+    fs::create_directories(Path("kidnapped"));
     int scan = 0;
     for (const auto& [world, scans] :
          {std::pair("museum", kMuseum), std::pair("campus", kCampus)}) {
@@ -37,7 +37,7 @@ class SegmentsTest : public testing::Test {
                 0);
       for (int i = 0; i < scans; ++i) {
         fs::rename(Path(absl::StrFormat("%s/robot_0/%06d.pcd", world, i)),
-                   Path(absl::StrFormat("carried/%06d.pcd", scan++)));
+                   Path(absl::StrFormat("kidnapped/%06d.pcd", scan++)));
       }
     }
   }
@@ -58,7 +58,7 @@ size_t PosesIn(const std::string& file) {
 }
 
 TEST_F(SegmentsTest, OdometryWritesAFileForEachAndDoesNotLookLikeSuccess) {
-  const ProgramResult result = Isthmus("odometry --sensor vlp16 " + Path("carried") + " -o " +
+  const ProgramResult result = Isthmus("odometry --sensor vlp16 " + Path("kidnapped") + " -o " +
                                        Path("poses.tum") + " --json");
   EXPECT_EQ(result.code, 7) << result.err;
   EXPECT_THAT(result.err, HasSubstr("2 segments; poses of different segments share no frame"));
@@ -76,8 +76,9 @@ TEST_F(SegmentsTest, OdometryWritesAFileForEachAndDoesNotLookLikeSuccess) {
 
 TEST_F(SegmentsTest, OdometryOfAGoodDriveIsASuccess) {
   std::ofstream(Path("good.2.tum")) << "of an earlier drive\n";
-  const ProgramResult result = Isthmus(absl::StrFormat(
-      "odometry --sensor vlp16 --to %d %s -o %s", kMuseum - 1, Path("carried"), Path("good.tum")));
+  const ProgramResult result =
+      Isthmus(absl::StrFormat("odometry --sensor vlp16 --to %d %s -o %s", kMuseum - 1,
+                              Path("kidnapped"), Path("good.tum")));
   EXPECT_EQ(result.code, 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr("25 ok, 0 degenerate, 0 lost, 0 rejected"));
   EXPECT_FALSE(std::filesystem::exists(Path("good.2.tum")));
@@ -90,7 +91,7 @@ TEST_F(SegmentsTest, APushSaysSoAndTheServerTellsThemApart) {
   const auto ask = [&](const std::string& command) {
     return Isthmus(command + " --server " + (*server)->client().address());
   };
-  const ProgramResult push = ask("push --robot alice --sensor vlp16 " + Path("carried"));
+  const ProgramResult push = ask("push --robot alice --sensor vlp16 " + Path("kidnapped"));
   EXPECT_EQ(push.code, 0) << push.err;
   EXPECT_THAT(push.err, HasSubstr("in segment 2 (alice-1.2)"));
   EXPECT_THAT(push.out, HasSubstr("2 segments; poses of different segments share no frame"));

@@ -143,9 +143,9 @@ TEST_F(ServerCommandsTest, APersonJoinsTwoRobotsAndPartsThemAgain) {
   EXPECT_NEAR(transform["T_a_b"]["rotation"][2].get<double>(), std::sqrt(0.5), 1e-9) << "degrees";
   const json match = AskJson("match reject --sessions hand_b-1 hand_a-1");
   EXPECT_EQ(match["state"], "REJECTED");
-  EXPECT_EQ(match["verdict"]["ruling"], "REJECT");
+  EXPECT_EQ(match["manual_decision"]["kind"], "REJECT");
   EXPECT_EQ(Ask("transform hand_a hand_b").code, 3);
-  EXPECT_EQ(AskJson("match withdraw hand_a hand_b")["verdict"], nullptr);
+  EXPECT_EQ(AskJson("match withdraw hand_a hand_b")["manual_decision"], nullptr);
   EXPECT_EQ(Ask("match set hand_a hand_b --pose 1 2 3").code, 2);
 }
 

@@ -15,7 +15,7 @@ TEST(MatchJson, WhatIsNotKnownIsNull) {
   EXPECT_EQ(json["overlap"], 0) << "nothing in common is known";
   for (const char* key :
        {"inliers", "inlier_ratio", "residual_m", "free_space", "comparisons", "runner_up",
-        "shared_area_m2", "hold", "strain", "cycle_m", "cycle_deg"}) {
+        "shared_area_m2", "observability", "odometry_residual", "cycle_m", "cycle_deg"}) {
     ASSERT_TRUE(json.contains(key)) << key;
     EXPECT_TRUE(json[key].is_null()) << key;
   }
@@ -26,8 +26,8 @@ TEST(MatchJson, HasEveryNumberAndTheEdgesIfAskedFor) {
   MatchEdge edge;
   edge.match.inlier_ratio = 0.5;
   edge.match.shared_area_m2 = 300;
-  edge.match.hold = 0.25;
-  edge.match.strain = 2;
+  edge.match.observability = 0.25;
+  edge.match.odometry_residual = 2;
   edge.match.cycle_m = 0.125;
   edge.match.cycle_deg = 1;
   edge.match.candidates = 8;
@@ -38,8 +38,8 @@ TEST(MatchJson, HasEveryNumberAndTheEdgesIfAskedFor) {
   const Json json = Json::parse(ToJson(edge, true).dump());
   EXPECT_EQ(json["inlier_ratio"], 0.5);
   EXPECT_EQ(json["shared_area_m2"], 300);
-  EXPECT_EQ(json["hold"], 0.25);
-  EXPECT_EQ(json["strain"], 2);
+  EXPECT_EQ(json["observability"], 0.25);
+  EXPECT_EQ(json["odometry_residual"], 2);
   EXPECT_EQ(json["cycle_m"], 0.125);
   EXPECT_EQ(json["cycle_deg"], 1);
   EXPECT_EQ(json["candidates"], 8);

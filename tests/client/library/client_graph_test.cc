@@ -241,7 +241,7 @@ TEST_F(ClientGraphTest, LoopsAreReadInFull) {
   EXPECT_FALSE(pipeline_.asked_robot.has_value());
 }
 
-TEST_F(ClientGraphTest, AWordOnALoopGoesUpAndTheLoopComesBack) {
+TEST_F(ClientGraphTest, ADecisionOnALoopGoesUpAndTheLoopComesBack) {
   pipeline_.decided_loop = DecidedLoop{11, SomeLoop()};
   const auto decided = client_->DecideLoop({.id = 17, .rejected = true, .note = "another floor"});
   ASSERT_TRUE(decided.ok()) << decided.status();

@@ -213,8 +213,8 @@ TEST_F(ClientRpcTest, AMatchComesWithEveryNumberAndItsEdgesIfAskedFor) {
   match.b = SessionId("bob-1");
   match.inlier_ratio = 0.75;
   match.shared_area_m2 = 321;
-  match.hold = 0.0625;
-  match.strain = 1.5;
+  match.observability = 0.0625;
+  match.odometry_residual = 1.5;
   match.cycle_m = 0.25;
   match.candidates = 9;
   match.submaps_a = 3;
@@ -235,8 +235,8 @@ TEST_F(ClientRpcTest, AMatchComesWithEveryNumberAndItsEdgesIfAskedFor) {
   const Match& read = with->matches.at(0).match;
   EXPECT_EQ(read.inlier_ratio, 0.75);
   EXPECT_EQ(read.shared_area_m2, 321);
-  EXPECT_EQ(read.hold, 0.0625);
-  EXPECT_EQ(read.strain, 1.5);
+  EXPECT_EQ(read.observability, 0.0625);
+  EXPECT_EQ(read.odometry_residual, 1.5);
   EXPECT_EQ(read.cycle_m, 0.25);
   EXPECT_EQ(read.cycle_deg, -1) << "not computed";
   EXPECT_EQ(read.candidates, 9u);
@@ -249,18 +249,18 @@ TEST_F(ClientRpcTest, AMatchComesWithEveryNumberAndItsEdgesIfAskedFor) {
   EXPECT_EQ(read.edges[0].information, edge.information);
 }
 
-TEST_F(ClientRpcTest, AWordOnAMatchGoesUpAndTheMatchComesBack) {
+TEST_F(ClientRpcTest, ADecisionOnAMatchGoesUpAndTheMatchComesBack) {
   Match match;
   match.a = SessionId("alice-1");
   match.b = SessionId("bob-1");
   match.T_a_b = kPose;
   MatchEdge told{match};
-  told.verdict = {match.a, match.b, Ruling::kSet, kPose, "tape", 5};
+  told.manual_decision = {match.a, match.b, ManualDecisionKind::kSet, kPose, "tape", 5};
   pipeline_.decided = DecidedMatch{9, told};
   MatchDecision decision;
   decision.robot_a = RobotId("alice");
   decision.session_b = SessionId("bob-1");
-  decision.ruling = Ruling::kSet;
+  decision.kind = ManualDecisionKind::kSet;
   decision.T_a_b = kPose;
   decision.note = "tape";
   const auto decided = client_->DecideMatch(decision);
@@ -270,22 +270,22 @@ TEST_F(ClientRpcTest, AWordOnAMatchGoesUpAndTheMatchComesBack) {
   ASSERT_EQ(pipeline_.decisions.size(), 1u);
   EXPECT_EQ(pipeline_.decisions[0].robot_a, RobotId("alice"));
   EXPECT_EQ(pipeline_.decisions[0].session_b, SessionId("bob-1"));
-  EXPECT_EQ(pipeline_.decisions[0].ruling, Ruling::kSet);
+  EXPECT_EQ(pipeline_.decisions[0].kind, ManualDecisionKind::kSet);
   EXPECT_EQ(pipeline_.decisions[0].note, "tape");
   ExpectEqual(pipeline_.decisions[0].T_a_b, kPose);
-  ASSERT_TRUE(edge.verdict.has_value());
-  EXPECT_EQ(edge.verdict->ruling, Ruling::kSet);
-  EXPECT_EQ(edge.verdict->note, "tape");
-  EXPECT_EQ(edge.verdict->given_ns, 5);
+  ASSERT_TRUE(edge.manual_decision.has_value());
+  EXPECT_EQ(edge.manual_decision->kind, ManualDecisionKind::kSet);
+  EXPECT_EQ(edge.manual_decision->note, "tape");
+  EXPECT_EQ(edge.manual_decision->given_ns, 5);
   ExpectEqual(edge.match.T_a_b, kPose);
-  for (const Ruling ruling : {Ruling::kAccept, Ruling::kReject}) {
-    decision.ruling = ruling;
+  for (const ManualDecisionKind kind : {ManualDecisionKind::kAccept, ManualDecisionKind::kReject}) {
+    decision.kind = kind;
     EXPECT_TRUE(client_->DecideMatch(decision).ok());
-    EXPECT_EQ(pipeline_.decisions.back().ruling, ruling);
+    EXPECT_EQ(pipeline_.decisions.back().kind, kind);
   }
-  decision.ruling.reset();
+  decision.kind.reset();
   EXPECT_TRUE(client_->DecideMatch(decision).ok());
-  EXPECT_FALSE(pipeline_.decisions.back().ruling.has_value());
+  EXPECT_FALSE(pipeline_.decisions.back().kind.has_value());
 }
 
 TEST_F(ClientRpcTest, ALongTrajectoryComesInOneAnswer) {

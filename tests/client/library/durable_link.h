@@ -20,9 +20,9 @@ class LinkedClient {
  public:
   explicit LinkedClient(std::shared_ptr<SessionLink> link) : link_(std::move(link)) {}
 
-  absl::StatusOr<std::unique_ptr<ScanStream>> OpenSpool(const SessionRequest& wish,
+  absl::StatusOr<std::unique_ptr<ScanStream>> OpenSpool(const SessionRequest& session_request,
                                                         const ScanStreamOptions& options) {
-    return SpooledStream::Open(link_, options, {.request = convert::ToMessage(wish)});
+    return SpooledStream::Open(link_, options, {.request = convert::ToMessage(session_request)});
   }
   absl::StatusOr<std::unique_ptr<ScanStream>> ResumeScanStream(const ScanStreamOptions& options) {
     return SpooledStream::Open(link_, options, {});

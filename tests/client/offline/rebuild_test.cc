@@ -57,7 +57,7 @@ void MakeMap(const std::string& folder, server::ArchiveMode mode = server::Archi
   MatchDecision decision;
   decision.session_a = kAlice;
   decision.session_b = kBob;
-  decision.ruling = Ruling::kReject;
+  decision.kind = ManualDecisionKind::kReject;
   decision.note = "never met";
   ASSERT_TRUE(pipeline->DecideMatch(decision).ok());
   Anchor anchor;
@@ -96,7 +96,7 @@ TEST(Rebuild, WithTheSameParametersTheMapIsTheSame) {
   ASSERT_TRUE(summary.ok()) << summary.status();
   EXPECT_EQ(last, 2u * kScans);
   EXPECT_EQ(total, 2u * kScans);
-  EXPECT_EQ(summary->verdicts, 1u);
+  EXPECT_EQ(summary->manual_decisions, 1u);
   EXPECT_EQ(summary->anchors, 1u);
   EXPECT_TRUE(summary->notes.empty());
   ASSERT_EQ(summary->sessions.size(), 2u);
@@ -125,9 +125,9 @@ TEST(Rebuild, WithTheSameParametersTheMapIsTheSame) {
       EXPECT_TRUE(a[i].T_odom_sensor.Matrix() == b[i].T_odom_sensor.Matrix()) << i;
     }
   }
-  const std::vector<Verdict> verdicts = made->ListVerdicts().value();
-  ASSERT_EQ(verdicts.size(), 1u);
-  EXPECT_EQ(verdicts[0].note, "never met");
+  const std::vector<ManualDecision> manual_decisions = made->ListManualDecisions().value();
+  ASSERT_EQ(manual_decisions.size(), 1u);
+  EXPECT_EQ(manual_decisions[0].note, "never met");
   const std::vector<Anchor> anchors = made->ListAnchors().value();
   ASSERT_EQ(anchors.size(), 1u);
   EXPECT_EQ(anchors[0].submap, (SubmapId{kAlice, 1}));
@@ -151,7 +151,7 @@ TEST(Rebuild, WithOtherParametersTheMapIsAnother) {
   EXPECT_GT(alice.submaps, 4u);
   EXPECT_GT(alice.rmse_m, 0);
   EXPECT_LT(alice.rmse_m, 0.1);
-  EXPECT_EQ(summary->verdicts, 0u);  // Of a pair that is not there.
+  EXPECT_EQ(summary->manual_decisions, 0u);  // Of a pair that is not there.
   EXPECT_EQ(summary->anchors, 1u);
   const auto old = storage::OpenSqliteStore(options.from).value();
   const auto made = storage::OpenSqliteStore(options.to).value();
@@ -267,7 +267,7 @@ void MakeMapOfTwoSegments(const std::string& folder) {
   MatchDecision decision;
   decision.session_a = session;
   decision.session_b = SegmentId(session, 2);
-  decision.ruling = Ruling::kReject;
+  decision.kind = ManualDecisionKind::kReject;
   const auto decided = pipeline->DecideMatch(decision);
   ASSERT_TRUE(decided.ok()) << decided.status();
   Anchor anchor;
@@ -289,7 +289,7 @@ TEST(Rebuild, MakesSegmentsAnewAndCarriesOverWhatWasSaidOfThem) {
   const RebuiltSession& session = summary->sessions[0];
   EXPECT_EQ(session.segments, 2u);
   EXPECT_EQ(session.max_m, 0);
-  EXPECT_EQ(summary->verdicts, 1u);
+  EXPECT_EQ(summary->manual_decisions, 1u);
   EXPECT_EQ(summary->anchors, 1u);
   EXPECT_TRUE(summary->notes.empty());
   const auto old = storage::OpenSqliteStore(folder + "/old").value();
@@ -302,7 +302,7 @@ TEST(Rebuild, MakesSegmentsAnewAndCarriesOverWhatWasSaidOfThem) {
   EXPECT_EQ(made->GetTrajectory(second)->size(), old->GetTrajectory(second)->size());
   EXPECT_EQ(made->GetTrajectory(kAlice)->size() + made->GetTrajectory(second)->size(),
             session.compared);
-  EXPECT_EQ(made->ListVerdicts()->at(0).b, second);
+  EXPECT_EQ(made->ListManualDecisions()->at(0).b, second);
   EXPECT_EQ(made->ListAnchors()->at(0).submap, (SubmapId{second, 0}));
 }
 
@@ -315,7 +315,7 @@ TEST(Rebuild, TakesOverSegmentsOfWhichNoScansAreKept) {
   ASSERT_TRUE(summary.ok()) << summary.status();
   EXPECT_TRUE(summary->sessions[0].is_copied);
   EXPECT_EQ(summary->sessions[0].segments, 2u);
-  EXPECT_EQ(summary->verdicts, 1u);
+  EXPECT_EQ(summary->manual_decisions, 1u);
   EXPECT_EQ(summary->anchors, 1u);
   const auto old = storage::OpenSqliteStore(folder + "/old").value();
   const auto made = storage::OpenSqliteStore(folder + "/new").value();

@@ -227,7 +227,7 @@ TEST(Simulator, CarsDriveOnTheRightAlongStreets) {
   const auto traffic = MakeTraffic(world, 6, 20, 3);
   ASSERT_EQ(traffic.size(), 6u);
   for (const Motion& car : traffic) {
-    double way = 0;
+    double path_length = 0;
     for (double t = 0; t < 20; t += 0.1) {
       const Eigen::Vector3d at = car(t).translation();
       const double step = (car(t + 0.1).translation() - at).norm();
@@ -235,9 +235,9 @@ TEST(Simulator, CarsDriveOnTheRightAlongStreets) {
       EXPECT_LT(step, 1.0);  // The outer side of a bend is faster than the middle.
       EXPECT_LT(world.roads.Distance(at.head<2>()), 3.2);
       EXPECT_NEAR(at.z(), world.ground.Height(at.x(), at.y()), 1e-9);
-      way += step;
+      path_length += step;
     }
-    EXPECT_GT(way, 20 * 1.5);
+    EXPECT_GT(path_length, 20 * 1.5);
   }
 }
 

@@ -65,16 +65,16 @@ TEST_P(EveryKind, DrivesThroughNothing) {
     constexpr double kSeconds = 20, kStep = 0.2;
     const WildDrive drive = Draw(seed, GetParam(), kSeconds);
     const RayCaster caster(drive.simulator->world().mesh);
-    double way = 0;
+    double path_length = 0;
     for (double t = 0; t + kStep < kSeconds; t += kStep) {
       const Eigen::Vector3d at = drive.simulator->PoseAt(0, t).translation();
       const Eigen::Vector3d by = drive.simulator->PoseAt(0, t + kStep).translation() - at;
-      way += by.norm();
+      path_length += by.norm();
       ASSERT_GT(Nearest(caster, at, by), std::min(0.15, by.norm()))
           << drive.about << " seed " << seed << " at " << t << " s, " << at.transpose();
     }
-    EXPECT_GT(way, 1) << drive.about;
-    EXPECT_LT(way, 15 * kSeconds) << drive.about;
+    EXPECT_GT(path_length, 1) << drive.about;
+    EXPECT_LT(path_length, 15 * kSeconds) << drive.about;
   }
 }
 

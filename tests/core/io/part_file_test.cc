@@ -79,16 +79,16 @@ TEST_F(PartFileTest, NumbersAreListedInOrder) {
 
 TEST_F(PartFileTest, ALockNamesItsHolder) {
   const LockKind kind{"lock", "the box"};
-  auto first = DirectoryLock::Take(folder_ + "/a/b", kind);
+  auto first = DirectoryLock::Acquire(folder_ + "/a/b", kind);
   ASSERT_TRUE(first.ok()) << first.status();
-  const auto second = DirectoryLock::Take(folder_ + "/a/b", kind);
+  const auto second = DirectoryLock::Acquire(folder_ + "/a/b", kind);
   EXPECT_TRUE(absl::IsFailedPrecondition(second.status()));
   EXPECT_THAT(std::string(second.status().message()),
               HasSubstr("b is in use by process " + std::to_string(getpid())));
   first->reset();
-  EXPECT_TRUE(DirectoryLock::Take(folder_ + "/a/b", kind).ok());
+  EXPECT_TRUE(DirectoryLock::Acquire(folder_ + "/a/b", kind).ok());
   ASSERT_TRUE(WriteFile(path_, "").ok());
-  EXPECT_TRUE(absl::IsFailedPrecondition(DirectoryLock::Take(path_, kind).status()));
+  EXPECT_TRUE(absl::IsFailedPrecondition(DirectoryLock::Acquire(path_, kind).status()));
 }
 
 TEST(FileErrorTest, SaysWhatToDo) {

@@ -72,13 +72,13 @@ TEST(UnobservedMotion, IsThatOfWhiteAcceleration) {
   std::normal_distribution<double> gauss;
   double sum2 = 0;
   for (int trial = 0; trial < kTrials; ++trial) {
-    double speed = 0, way = 0;
+    double speed = 0, path_length = 0;
     for (int k = 0; k < kSteps; ++k) {
       const double change = std::sqrt(kStepS) * gauss(random);
-      way += (speed + 0.5 * change) * kStepS;
+      path_length += (speed + 0.5 * change) * kStepS;
       speed += change;
     }
-    sum2 += way * way;
+    sum2 += path_length * path_length;
   }
   UnobservedMotion motion;
   const double variance = SumOfSteps(&motion, Along(Eigen::Vector3d::UnitX()), 8, 0.1)(0, 0);
@@ -112,7 +112,7 @@ TEST(UnobservedMotion, OfALostRobotIsInEveryDirection) {
     EXPECT_NEAR(sum(3 + axis, 3 + axis), 0.1 / 3 + 0.1, 1e-9);
   }
   // Found somewhere else altogether, it may be anywhere.
-  EXPECT_GE(motion.CarriedStep().diagonal().head<3>().minCoeff(), 25);
+  EXPECT_GE(motion.StepAfterRelocalisation().diagonal().head<3>().minCoeff(), 25);
   EXPECT_TRUE(motion.Step(Degeneracy(), 0.1).isZero(0));
 }
 

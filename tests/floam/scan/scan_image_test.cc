@@ -76,19 +76,19 @@ TEST(ScanImage, LeavesOutWhatIsTooFar) {
 TEST(ScanImage, TellsThroughFromOntoAndHidden) {
   ScanImage image;
   image.Make(FrameOf(WithPillar(), Pose()).scan);
-  EXPECT_EQ(image.Look({3, 0, 0.05F}), ScanImage::Sight::kOnto);
-  EXPECT_EQ(image.Look({2, 0, 0.03F}), ScanImage::Sight::kThrough);
-  EXPECT_EQ(image.Look({8, 0, 0.14F}), ScanImage::Sight::kHidden);
-  EXPECT_EQ(image.Look({-5, 0, 0.09F}), ScanImage::Sight::kThrough);
-  EXPECT_EQ(image.Look({-10, 0, 0.17F}), ScanImage::Sight::kOnto);
-  EXPECT_EQ(image.Look({0.5F, 0, 3}), ScanImage::Sight::kUnknown);  // Above all rings.
+  EXPECT_EQ(image.SightOf({3, 0, 0.05F}), ScanImage::Sight::kOnto);
+  EXPECT_EQ(image.SightOf({2, 0, 0.03F}), ScanImage::Sight::kThrough);
+  EXPECT_EQ(image.SightOf({8, 0, 0.14F}), ScanImage::Sight::kHidden);
+  EXPECT_EQ(image.SightOf({-5, 0, 0.09F}), ScanImage::Sight::kThrough);
+  EXPECT_EQ(image.SightOf({-10, 0, 0.17F}), ScanImage::Sight::kOnto);
+  EXPECT_EQ(image.SightOf({0.5F, 0, 3}), ScanImage::Sight::kUnknown);  // Above all rings.
 }
 
 TEST(ScanImage, KnowsNothingOfAnEmptyScan) {
   ScanImage image;
   image.Make(RingScan());
   EXPECT_TRUE(image.Walls(Eigen::Matrix3f::Identity(), 0.5F, 25).empty());
-  EXPECT_EQ(image.Look({3, 0, 0}), ScanImage::Sight::kUnknown);
+  EXPECT_EQ(image.SightOf({3, 0, 0}), ScanImage::Sight::kUnknown);
 }
 
 }  // namespace

@@ -13,7 +13,7 @@ MatchResult Joined(const FeatureMap& map, const OdometryOptions& options) {
   match.map_degeneracy = match.degeneracy;
   ScanToScanResult moved;
   moved.information = 1e6 * Matrix6d::Identity();
-  Join(moved, options, map, &match);
+  JoinMotion(moved, options, map, &match);
   return match;
 }
 

@@ -75,7 +75,7 @@ TEST(VoxelThinner, MeansMatchAPlainMap) {
       sum.weight += p.weight;
     }
     std::vector<WeightedPoint> thinned;
-    thinner.Take(&thinned);
+    thinner.TakePoints(&thinned);
     ASSERT_EQ(thinned.size(), sums.size());
     double weight = 0;
     for (const WeightedPoint& p : thinned) {
@@ -104,8 +104,8 @@ TEST(VoxelThinner, WhatItThinnedBeforeShowsInNothing) {
       fresh.Add(key, p);
     }
     std::vector<WeightedPoint> thinned, expected;
-    thinner.Take(&thinned);
-    fresh.Take(&expected);
+    thinner.TakePoints(&thinned);
+    fresh.TakePoints(&expected);
     ASSERT_EQ(thinned.size(), expected.size());
     for (size_t i = 0; i < expected.size(); ++i) {
       ASSERT_EQ(thinned[i].x, expected[i].x);
@@ -119,12 +119,12 @@ TEST(VoxelThinner, SmallCloudsAreQuickAfterALargeOne) {
   VoxelThinner thinner;
   std::vector<WeightedPoint> thinned;
   for (uint64_t i = 0; i < 1'000'000; ++i) thinner.Add(i, {});
-  thinner.Take(&thinned);
+  thinner.TakePoints(&thinned);
   Stopwatch watch;
   for (uint64_t i = 0; i < 10'000; ++i) {
     thinned.clear();
     thinner.Add(i, {});
-    thinner.Take(&thinned);
+    thinner.TakePoints(&thinned);
   }
   EXPECT_LT(watch.Ms(), 3000);
 }

@@ -33,7 +33,7 @@ Pose ThroughOtherBuilding(double time_s) {
 }
 
 // Through the furnished room, and then through a building that the session knows nothing of.
-std::vector<SentScan> CarriedDrive() {
+std::vector<SentScan> KidnappedDrive() {
   const floam::testing::Sensor sensor;
   std::vector<SentScan> turns;
   for (int k = 0; k < kFirst + kSecond; ++k) {
@@ -47,7 +47,7 @@ std::vector<SentScan> CarriedDrive() {
 }
 
 const std::vector<SentScan>& Turns() {
-  static const auto* const turns = new std::vector<SentScan>(CarriedDrive());
+  static const auto* const turns = new std::vector<SentScan>(KidnappedDrive());
   return *turns;
 }
 

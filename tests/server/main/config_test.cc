@@ -56,8 +56,8 @@ TEST(ConfigTest, EveryLimitOfAcceptanceCanBeSet) {
       "  min_shared_area_m2: 150\n"
       "  max_enclosed_share: 0.7\n"
       "  min_enclosed_area_m2: 0\n"
-      "  min_hold: 0.04\n"
-      "  max_strain: 2.5\n"
+      "  min_observability: 0.04\n"
+      "  max_odometry_residual: 2.5\n"
       "  min_margin: 5\n");
   ASSERT_TRUE(config.ok()) << config.status();
   const matching::MatcherOptions& matcher = config->pipeline.matcher;
@@ -69,17 +69,18 @@ TEST(ConfigTest, EveryLimitOfAcceptanceCanBeSet) {
   EXPECT_EQ(matcher.min_shared_area_m2, 150);
   EXPECT_EQ(matcher.max_enclosed_share, 0.7);
   EXPECT_EQ(matcher.min_enclosed_area_m2, 0);
-  EXPECT_EQ(matcher.min_hold, 0.04);
-  EXPECT_EQ(matcher.max_strain, 2.5);
+  EXPECT_EQ(matcher.min_observability, 0.04);
+  EXPECT_EQ(matcher.max_odometry_residual, 2.5);
   EXPECT_EQ(matcher.min_margin, 5);
 }
 
 // What people change there is never a guess: each limit comes with what it does.
 TEST(ConfigTest, EveryLimitOfAcceptanceIsPrintedBelowItsMeaning) {
   const std::string printed = PrintConfig(ServerConfig());
-  for (const char* key : {"rematch_submaps", "min_comparisons", "min_overlap", "max_free_space",
-                          "max_free_space_outdoors", "min_shared_area_m2", "max_enclosed_share",
-                          "min_enclosed_area_m2", "min_hold", "max_strain", "min_margin"}) {
+  for (const char* key :
+       {"rematch_submaps", "min_comparisons", "min_overlap", "max_free_space",
+        "max_free_space_outdoors", "min_shared_area_m2", "max_enclosed_share",
+        "min_enclosed_area_m2", "min_observability", "max_odometry_residual", "min_margin"}) {
     const size_t at = printed.find("\n  " + std::string(key) + ": ");
     ASSERT_NE(at, std::string::npos) << key;
     const size_t line = printed.rfind('\n', at - 1) + 1;
@@ -153,8 +154,9 @@ TEST(ConfigTest, ValuesOfTheWrongTypeOrOutOfRangeAreNamed) {
   EXPECT_THAT(ErrorOf("storage:\n  sync_every_commit: maybe\n"), HasSubstr("true, false"));
   EXPECT_THAT(ErrorOf("odometry:\n  mode: aloam\n"), HasSubstr("floam, continuous"));
   EXPECT_THAT(ErrorOf("network:\n  listen: \"\"\n"), HasSubstr("network.listen"));
-  for (const char* limit : {"max_enclosed_share: 1.1", "min_shared_area_m2: 0", "max_strain: 0",
-                            "max_free_space_outdoors: -0.1", "min_hold: 2"}) {
+  for (const char* limit :
+       {"max_enclosed_share: 1.1", "min_shared_area_m2: 0", "max_odometry_residual: 0",
+        "max_free_space_outdoors: -0.1", "min_observability: 2"}) {
     const std::string key(limit, std::string(limit).find(':'));
     EXPECT_THAT(ErrorOf("matching:\n  " + std::string(limit) + "\n"),
                 testing::AllOf(HasSubstr("matching." + key), HasSubstr("give a number from")));

@@ -8,7 +8,7 @@
 #include "server/matching/search/birds_eye_image.h"
 #include "server/matching/search/fft_correlator.h"
 #include "server/matching/search/gravity.h"
-#include "server/matching/search/placement.h"
+#include "server/matching/search/planar_pose.h"
 #include "tests/server/matching/scene.h"
 #include "tests/server/matching/whole_maps.h"
 
@@ -168,7 +168,7 @@ TEST(FftCorrelatorTest, EqualsTheSumOfProducts) {
 }
 
 TEST(PlacementTest, KeepsTheBestOfNeighbours) {
-  const std::vector<Placement2d> all = {
+  const std::vector<PlanarPose> all = {
       {0.0, {0, 0}, 1}, {0.05, {0.5, 0}, 3}, {0.0, {9, 0}, 2}, {M_PI, {0.5, 0}, 1.5}};
   const auto kept = SuppressNeighbors(all, Eigen::Vector2d::Zero(), 2.0, 0.1, 10);
   ASSERT_EQ(kept.size(), 3u);

@@ -14,7 +14,7 @@ Hypothesis Good() {
   h.residual_m = 0.03;
   h.free_space = {.agree = 99900, .front = 100};
   h.shared_area_m2 = 500;
-  h.hold = 0.2;
+  h.observability = 0.2;
   h.max_free_space = 0.02;
   return h;
 }
@@ -22,7 +22,7 @@ Hypothesis Good() {
 Match DecideOn(std::vector<Hypothesis> hypotheses) {
   RankHypotheses(&hypotheses);
   Match match;
-  Decide(hypotheses, MatcherOptions(), &match);
+  DecideState(hypotheses, MatcherOptions(), &match);
   return match;
 }
 
@@ -66,7 +66,7 @@ TEST(DecisionTest, EachLackHasItsReason) {
   match = with([](Hypothesis& h) { h.free_space = {.agree = 100, .front = 0}; });
   EXPECT_EQ(match.reason, MatchReason::kFewComparisons);
   EXPECT_EQ(match.state, MatchState::kNotYet);
-  match = with([](Hypothesis& h) { h.strain = 5; });
+  match = with([](Hypothesis& h) { h.odometry_residual = 5; });
   EXPECT_EQ(match.reason, MatchReason::kStrained);
   EXPECT_EQ(match.state, MatchState::kNotYet);
   match = with([](Hypothesis& h) { h.overlap = 0.05; });
@@ -78,7 +78,7 @@ TEST(DecisionTest, EachLackHasItsReason) {
   match = with([](Hypothesis& h) { h.shared_area_m2 = 100; });
   EXPECT_EQ(match.reason, MatchReason::kTooSmall);
   EXPECT_EQ(match.state, MatchState::kNotYet);
-  match = with([](Hypothesis& h) { h.hold = 0.001; });
+  match = with([](Hypothesis& h) { h.observability = 0.001; });
   EXPECT_EQ(match.reason, MatchReason::kDegenerate);
   EXPECT_EQ(match.state, MatchState::kNotYet);
 }

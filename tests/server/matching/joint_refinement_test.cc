@@ -73,8 +73,8 @@ TEST_F(JointRefinementTest, PutsDriftedSubmapsWhereTheyBelong) {
   EXPECT_GT(WorstError(joint, map_a_, map_b_), 0.3);
   ASSERT_TRUE(RefineJointly(a.submaps(), b.submaps(), 2.0, 0, 0, &joint));
   EXPECT_LT(WorstError(joint, map_a_, map_b_), 0.05);
-  EXPECT_GT(joint.strain, 0.1);
-  EXPECT_LT(joint.strain, 3);
+  EXPECT_GT(joint.odometry_residual, 0.1);
+  EXPECT_LT(joint.odometry_residual, 3);
   EXPECT_GE(joint.edges.size(), map_b_.submaps.size());
   for (const SubmapEdge& edge : joint.edges) {
     const Pose truth = map_a_.submaps[edge.submap_a]->T_odom_submap.Inverse() * T_a_b() *
@@ -88,7 +88,7 @@ TEST_F(JointRefinementTest, BendsNothingWhereTheOdometryIsRight) {
   const PreparedMap a(map_a_), b(map_b_);
   JointRefinement joint{MapPoses::Rigid(map_a_, map_b_, T_a_b()), {}, 0, T_a_b()};
   ASSERT_TRUE(RefineJointly(a.submaps(), b.submaps(), 2.0, 0, 0, &joint));
-  EXPECT_LT(joint.strain, 0.2);
+  EXPECT_LT(joint.odometry_residual, 0.2);
   EXPECT_LT((T_a_b().Inverse() * joint.T_a_b).translation().norm(), 0.02);
 }
 

@@ -42,7 +42,7 @@ Submaps Stray(const Submaps& truth, const Pose& step) {
 
 LoopOptions AfterTwentyMetres() {
   LoopOptions options;
-  options.min_way_m = 20;
+  options.min_path_length_m = 20;
   return options;
 }
 
@@ -153,7 +153,7 @@ TEST_F(LoopFinderTest, NothingWhereTheWayIsShortOrNobodyAsks) {
   EXPECT_TRUE(FindOneByOne({strayed_.front()}, AfterTwentyMetres()).empty());
   EXPECT_TRUE(FindOneByOne({strayed_.begin(), strayed_.begin() + 3}, AfterTwentyMetres()).empty());
   LoopOptions options = AfterTwentyMetres();
-  options.min_way_m = 1000;
+  options.min_path_length_m = 1000;
   EXPECT_TRUE(FindOneByOne(strayed_, options).empty());
   options = AfterTwentyMetres();
   options.enabled = false;
@@ -223,7 +223,7 @@ TEST(LoopFinderTwinTest, ATwinIsAnotherPlaceIfOdometrySaysSo) {
   const Submaps truth = Survey(scene, {way, Pose()}).submaps;
   const Pose stray = Pose::FromXyzRpy(0.05, 0.05, 0, 0, 0, 0.01);
   LoopOptions options = AfterTwentyMetres();
-  options.min_way_m = 10;
+  options.min_path_length_m = 10;
   EXPECT_TRUE(FindOneByOne(Stray(truth, stray), options).empty());
   Submaps fooled;
   for (const auto& submap : truth) {
@@ -260,7 +260,7 @@ TEST(LoopFinderTwinTest, AnotherPlaceIsNotTheSame) {
     both.push_back(std::move(later));
   }
   LoopOptions options = AfterTwentyMetres();
-  options.min_way_m = 10;
+  options.min_path_length_m = 10;
   EXPECT_TRUE(FindOneByOne(both, options).empty());
 }
 

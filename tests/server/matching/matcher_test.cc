@@ -47,10 +47,10 @@ TEST_F(MatcherTest, AcceptsTheRightMergeWithAllFigures) {
   EXPECT_GT(match.overlap, 0.4);
   EXPECT_GT(match.inliers, 1000);
   EXPECT_GT(match.inlier_ratio, 0.7);
-  EXPECT_GT(match.hold, 0.05);
+  EXPECT_GT(match.observability, 0.05);
   EXPECT_GT(match.shared_area_m2, 200);
-  EXPECT_GE(match.strain, 0);
-  EXPECT_LT(match.strain, 1);
+  EXPECT_GE(match.odometry_residual, 0);
+  EXPECT_LT(match.odometry_residual, 1);
   EXPECT_GT(match.candidates, 0u);
   EXPECT_FALSE(match.edges.empty());
   EXPECT_GT(match.residual_m, 0);
@@ -90,7 +90,7 @@ TEST_F(MatcherTest, LimitsDecide) {
   EXPECT_EQ(reason(), MatchReason::kTooSmall);
   options = InTheGallery();
   options.search = SearchMode::kBirdsEye;
-  options.min_hold = 0.5;
+  options.min_observability = 0.5;
   EXPECT_EQ(reason(), MatchReason::kDegenerate);
 }
 

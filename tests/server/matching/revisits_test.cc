@@ -7,8 +7,8 @@
 #include <set>
 #include <utility>
 
-#include "server/matching/prepared/looks.h"
 #include "server/matching/prepared/prepared_map.h"
+#include "server/matching/prepared/visibility.h"
 #include "tests/server/matching/scene.h"
 
 namespace isthmus::matching {
@@ -193,8 +193,9 @@ TEST_F(RevisitsTest, WhatWasLookedAt) {
                                                {13, 8, 1.2f},   // in the open,
                                                {10, -3, 1.2f},  // behind the wall,
                                                {6, 4.5f, 30}};  // above everything.
-  const std::vector<Look> looks = LookAt(points, later, T_later_world);
-  EXPECT_EQ(looks, (std::vector<Look>{Look::kOn, Look::kThrough, Look::kNone, Look::kNone}));
+  const std::vector<Visibility> looks = VisibilityOf(points, later, T_later_world);
+  EXPECT_EQ(looks, (std::vector<Visibility>{Visibility::kOn, Visibility::kThrough,
+                                            Visibility::kNone, Visibility::kNone}));
 }
 
 }  // namespace

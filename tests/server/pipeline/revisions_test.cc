@@ -14,7 +14,7 @@ namespace {
 using ::testing::HasSubstr;
 
 // A stretch of a straight drive along a wall, 5 m long.
-Submap Stretch(const SessionId& session, uint32_t index) {
+Submap WallSubmap(const SessionId& session, uint32_t index) {
   Submap submap;
   submap.id = {session, index};
   submap.T_odom_submap = Pose::FromXyzRpy(5.0 * index, 0.1 * index, 0, 0, 0, 0.02 * index);
@@ -39,7 +39,7 @@ class PipelineRevisions : public testing::Test {
   }
 
   absl::StatusOr<SubmapInfo> Add(const SessionId& session, uint32_t index) {
-    return pipeline_->AddSubmap(Stretch(session, index));
+    return pipeline_->AddSubmap(WallSubmap(session, index));
   }
   Trajectory PathOf(const RobotId& robot) {
     return pipeline_->GetTrajectory(robot, TrajectoryFrame::kMap).value().poses;
@@ -47,7 +47,8 @@ class PipelineRevisions : public testing::Test {
   int64_t Revision() { return pipeline_->GetMapInfo().revision; }
   absl::Status Set(const Pose& T_a_b) {
     return pipeline_
-        ->DecideMatch({.robot_a = kAlice, .robot_b = kBob, .ruling = Ruling::kSet, .T_a_b = T_a_b})
+        ->DecideMatch(
+            {.robot_a = kAlice, .robot_b = kBob, .kind = ManualDecisionKind::kSet, .T_a_b = T_a_b})
         .status();
   }
 

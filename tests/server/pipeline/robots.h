@@ -96,7 +96,7 @@ inline std::unique_ptr<Pipeline> OpenInMemory(const PipelineOptions& options = Q
 inline int64_t CountVerdicts(Pipeline& pipeline) {
   const std::vector<MatchEdge> matches = pipeline.GetMatchGraph().matches;
   return std::count_if(matches.begin(), matches.end(),
-                       [](const MatchEdge& edge) { return edge.verdict.has_value(); });
+                       [](const MatchEdge& edge) { return edge.manual_decision.has_value(); });
 }
 
 }  // namespace isthmus::server

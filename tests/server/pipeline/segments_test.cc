@@ -64,7 +64,7 @@ class StoredSegments : public ::testing::Test {
     MatchDecision decision;
     decision.session_a = kFirst;
     decision.session_b = kSecond;
-    decision.ruling = Ruling::kSet;
+    decision.kind = ManualDecisionKind::kSet;
     decision.T_a_b = kFirstSecond;
     ASSERT_TRUE(pipeline_->DecideMatch(decision).ok());
   }
@@ -118,7 +118,7 @@ TEST_F(StoredSegments, TheLastIsMeantWhereOnlyTheRobotIsNamed) {
   MatchDecision decision;
   decision.robot_a = kAlice;
   decision.robot_b = kBob;
-  decision.ruling = Ruling::kSet;
+  decision.kind = ManualDecisionKind::kSet;
   const Match match = pipeline_->DecideMatch(decision).value().edge.match;
   EXPECT_EQ(match.a, kSecond);
   EXPECT_EQ(match.b, kBobs);

@@ -125,7 +125,7 @@ TEST_F(Anchors, AWrongOneAmongFiveIsDiscarded) {
   const Outcome outcome = placer_.Place(world_.input, placements_);
   placements_ = outcome.placements;
   for (uint32_t k = 5; k < 100; k += 20) {
-    EXPECT_EQ(outcome.judgement.anchors.at({SessionId("a-1"), k}), k != 45) << k;
+    EXPECT_EQ(outcome.edge_status.anchors.at({SessionId("a-1"), k}), k != 45) << k;
     EXPECT_LT(Off(k), 0.2) << k;
   }
 }
@@ -136,7 +136,7 @@ TEST_F(Anchors, LessThanFourAreBelieved) {
   world_.input.anchors[1].T_map_submap =
       Pose(Eigen::Vector3d(1, 0, 0)) * world_.input.anchors[1].T_map_submap;
   const Outcome outcome = placer_.Place(world_.input, placements_);
-  for (const auto& [id, kept] : outcome.judgement.anchors) EXPECT_TRUE(kept);
+  for (const auto& [id, kept] : outcome.edge_status.anchors) EXPECT_TRUE(kept);
   placements_ = outcome.placements;
   EXPECT_LT(Off(0), 0.8);
   EXPECT_GT(Off(25), 0.2);

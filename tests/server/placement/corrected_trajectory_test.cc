@@ -87,14 +87,14 @@ TEST_F(CorrectedTrajectory, IsContinuous) {
       // A turn moves what is far from where it happens: at most the length of a submap.
       rotation_rad = RotationAngle(bend);
       position_m = bend.translation().norm() + rotation_rad * 0.2 * kPerSubmap;
-      double way = 0;
+      double path_length = 0;
       for (size_t j = k * kPerSubmap + 1; j <= (k + 1) * kPerSubmap; ++j) {
-        way +=
+        path_length +=
             (entries_[j].T_odom_sensor.translation() - entries_[j - 1].T_odom_sensor.translation())
                 .norm();
       }
       const double step = odom.translation().norm();
-      const double share = way > 0 ? step / way : 1.0 / kPerSubmap;
+      const double share = path_length > 0 ? step / path_length : 1.0 / kPerSubmap;
       position_m = share * position_m + rotation_rad * step;
       rotation_rad *= share;
     }

@@ -89,7 +89,7 @@ TEST(Incremental, FollowsAMatchThatIsRefined) {
     edges[1] = world.Measure("a-1", 30, "b-1", 20);
     edges.push_back(world.Measure("a-1", 45, "b-1", 35));
     const Outcome refined = placer.Place(world.input, placements);
-    EXPECT_EQ(refined.judgement.matches.begin()->second, std::vector<bool>(5, true));
+    EXPECT_EQ(refined.edge_status.matches.begin()->second, std::vector<bool>(5, true));
     const Placements anew = Placer().Place(world.input, {}).placements;
     EXPECT_LT(LargestMove(anew, refined.placements), 0.02) << whole_up_to;
   }

@@ -79,7 +79,7 @@ TEST(Placer, JoinsTwoSessions) {
   world.AddMatch("a-1", "b-1", pairs);
   const Outcome joined = placer.Place(world.input, apart);
   EXPECT_EQ(joined.placements[1].reference, SessionId("a-1"));
-  EXPECT_EQ(joined.judgement.matches.at({SessionId("a-1"), SessionId("b-1")}),
+  EXPECT_EQ(joined.edge_status.matches.at({SessionId("a-1"), SessionId("b-1")}),
             std::vector<bool>(pairs.size(), true));
   EXPECT_LT(LargestMove({apart[0]}, joined.placements), 0.2);  // The reference stays.
   EXPECT_EQ(PoseOf(apart, "a-1", 0).Matrix(), PoseOf(joined.placements, "a-1", 0).Matrix());

@@ -96,7 +96,7 @@ TEST(Retire, FallsBackOnTheMatchItself) {
   const Outcome retired = placer.Place(world.input, before);
   EXPECT_EQ(retired.edges, edges - 2 - 2 + 1);  // One way over the gap, one for the match.
   EXPECT_LT(LargestMove(before, retired.placements), 0.3);
-  EXPECT_EQ(retired.judgement.matches.at({SessionId("a-1"), SessionId("b-1")}),
+  EXPECT_EQ(retired.edge_status.matches.at({SessionId("a-1"), SessionId("b-1")}),
             std::vector<bool>({true, true}));
 }
 

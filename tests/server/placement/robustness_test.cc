@@ -5,7 +5,7 @@
 
 #include "server/placement/graph_builder.h"
 #include "server/placement/initial_poses.h"
-#include "server/placement/solve.h"
+#include "server/placement/solve_component.h"
 #include "tests/server/placement/world.h"
 
 namespace isthmus::placement {
@@ -29,7 +29,7 @@ TEST(Robustness, DiscardsFalseLoops) {
     EXPECT_LT(Rmse(world, outcome.placements, "a-1"), 1.2 * without) << seed;
     for (const LoopClosure& loop : world.input.loops) {
       if (loop.id <= right) continue;
-      EXPECT_FALSE(outcome.judgement.loops.at(loop.id)[0]) << loop.id;
+      EXPECT_FALSE(outcome.edge_status.loops.at(loop.id)[0]) << loop.id;
     }
   }
 }
@@ -106,10 +106,10 @@ TEST(Robustness, DecidesOnceBetweenTwo) {
   world.input.matches[0].edges[1].T_a_b = Pose(Eigen::Vector3d(0, 80, 0));
   Placer placer;
   const Outcome outcome = placer.Place(world.input, {});
-  const std::vector<bool>& kept = outcome.judgement.matches.begin()->second;
+  const std::vector<bool>& kept = outcome.edge_status.matches.begin()->second;
   EXPECT_FALSE(kept[0] && kept[1]);
   const Outcome again = placer.Place(world.input, outcome.placements);
-  EXPECT_EQ(again.judgement.matches.begin()->second, kept);
+  EXPECT_EQ(again.edge_status.matches.begin()->second, kept);
   EXPECT_TRUE(FindMoves(outcome.placements, again.placements).empty());
 }
 
@@ -156,10 +156,10 @@ TEST(Robustness, TellsEdgesOfOnePairApart) {
   loop.edges[0].T_a_b = Pose(Eigen::Vector3d(30, 0, 0));
   Placer placer;
   const Outcome outcome = placer.Place(world.input, {});
-  EXPECT_EQ(outcome.judgement.loops.at(loop.id), std::vector<bool>({false, true}));
+  EXPECT_EQ(outcome.edge_status.loops.at(loop.id), std::vector<bool>({false, true}));
   const Outcome again = placer.Place(world.input, outcome.placements);
   EXPECT_FALSE(again.whole);
-  EXPECT_EQ(again.judgement.loops.at(loop.id), std::vector<bool>({false, true}));
+  EXPECT_EQ(again.edge_status.loops.at(loop.id), std::vector<bool>({false, true}));
 }
 
 }  // namespace

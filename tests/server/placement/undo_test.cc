@@ -93,7 +93,7 @@ TEST_P(Undo, OfARejectedLoop) {
   loop.edges[0].T_a_b = loop.edges[0].T_a_b * Pose(Eigen::Vector3d(0.05, 0, 0));
   loop.edges[0].information *= 0.1;
   Place();
-  EXPECT_TRUE(placer_.Place(world_.input, placements_).judgement.loops.at(loop.id)[0]);
+  EXPECT_TRUE(placer_.Place(world_.input, placements_).edge_status.loops.at(loop.id)[0]);
   EXPECT_GT(LargestMove(before_, placements_), 2e-3);
   Forget();
   loop.rejected = true;
@@ -145,7 +145,7 @@ TEST(UndoInParts, OfAForcedMatch) {
     world.RemoveMatch("a-1", "c-1");
     const Outcome undone = placer.Place(world.input, placements);
     EXPECT_LT(LargestMove(before, undone.placements), 0.05);
-    EXPECT_TRUE(undone.judgement.loops.at(world.input.loops.back().id)[0]);
+    EXPECT_TRUE(undone.edge_status.loops.at(world.input.loops.back().id)[0]);
     world.input.loops.pop_back();
     const Placements last = placer.Place(world.input, undone.placements).placements;
     EXPECT_LT(LargestMove(before, last), 1e-3);

@@ -222,7 +222,7 @@ TEST_F(GraphRpcTest, LoopsOfAllRobotsOrOne) {
                     NOT_FOUND, "robot");
 }
 
-TEST_F(GraphRpcTest, APersonsWordOnALoop) {
+TEST_F(GraphRpcTest, APersonsDecisionOnALoop) {
   Loop decided = SomeLoop("alice-1");
   decided.loop.rejected = true;
   pipeline_.decided_loop = DecidedLoop{11, decided};

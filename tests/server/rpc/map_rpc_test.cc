@@ -209,8 +209,8 @@ TEST_F(MapRpcTest, AMatchComesWithEveryNumberItRestsOn) {
   match.overlap = 0.5;
   match.inlier_ratio = 0.75;
   match.shared_area_m2 = 321;
-  match.hold = 0.0625;
-  match.strain = 1.5;
+  match.observability = 0.0625;
+  match.odometry_residual = 1.5;
   match.cycle_m = 0.25;
   match.cycle_deg = 2;
   match.candidates = 9;
@@ -224,16 +224,17 @@ TEST_F(MapRpcTest, AMatchComesWithEveryNumberItRestsOn) {
   EXPECT_EQ(read.overlap(), 0.5);
   EXPECT_EQ(read.inlier_ratio(), 0.75);
   EXPECT_EQ(read.shared_area_m2(), 321);
-  EXPECT_EQ(read.hold(), 0.0625);
-  EXPECT_EQ(read.strain(), 1.5);
+  EXPECT_EQ(read.observability(), 0.0625);
+  EXPECT_EQ(read.odometry_residual(), 1.5);
   EXPECT_EQ(read.cycle_m(), 0.25);
   EXPECT_EQ(read.cycle_deg(), 2);
   EXPECT_EQ(read.candidates(), 9u);
   EXPECT_EQ(read.submaps_a(), 3u);
   EXPECT_EQ(read.submaps_b(), 4u);
   const v1::Match& unknown = graph.matches(1);
-  for (const double value : {unknown.inlier_ratio(), unknown.shared_area_m2(), unknown.hold(),
-                             unknown.strain(), unknown.cycle_m(), unknown.cycle_deg()}) {
+  for (const double value :
+       {unknown.inlier_ratio(), unknown.shared_area_m2(), unknown.observability(),
+        unknown.odometry_residual(), unknown.cycle_m(), unknown.cycle_deg()}) {
     EXPECT_EQ(value, -1) << "not computed";
   }
 }

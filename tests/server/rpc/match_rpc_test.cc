@@ -1,4 +1,4 @@
-// A person's word on matches, over a socket.
+// A person's decision on matches, over a socket.
 #include "tests/server/rpc/rpc_fixture.h"
 
 namespace isthmus::rpc {
@@ -13,7 +13,8 @@ class MatchRpcTest : public RpcTest {
     match.b = SessionId("bob-1");
     match.state = MatchState::kAccepted;
     MatchEdge edge{match, RobotId("alice"), RobotId("bob"), true};
-    edge.verdict = {match.a, match.b, Ruling::kAccept, Pose(), "seen from the gallery", 77};
+    edge.manual_decision = {
+        match.a, match.b, ManualDecisionKind::kAccept, Pose(), "seen from the gallery", 77};
     pipeline_.decided = DecidedMatch{9, edge};
   }
 
@@ -39,14 +40,14 @@ TEST_F(MatchRpcTest, TheDecisionArrivesAndTheMatchComesBackAsItCounts) {
   ASSERT_EQ(pipeline_.decisions.size(), 1u);
   EXPECT_EQ(pipeline_.decisions[0].robot_a, RobotId("alice"));
   EXPECT_EQ(pipeline_.decisions[0].session_b, SessionId("bob-1"));
-  EXPECT_EQ(pipeline_.decisions[0].ruling, Ruling::kAccept);
+  EXPECT_EQ(pipeline_.decisions[0].kind, ManualDecisionKind::kAccept);
   EXPECT_EQ(pipeline_.decisions[0].note, "why");
   EXPECT_EQ(response_.revision(), 9);
   EXPECT_EQ(response_.match().state(), v1::Match::ACCEPTED);
   EXPECT_TRUE(response_.match().in_tree());
-  EXPECT_EQ(response_.match().verdict().ruling(), v1::Verdict::ACCEPT);
-  EXPECT_EQ(response_.match().verdict().note(), "seen from the gallery");
-  EXPECT_EQ(response_.match().verdict().given_ns(), 77);
+  EXPECT_EQ(response_.match().manual_decision().kind(), v1::ManualDecision::ACCEPT);
+  EXPECT_EQ(response_.match().manual_decision().note(), "seen from the gallery");
+  EXPECT_EQ(response_.match().manual_decision().given_ns(), 77);
 }
 
 TEST_F(MatchRpcTest, EveryDecisionIsTold) {
@@ -56,10 +57,10 @@ TEST_F(MatchRpcTest, EveryDecisionIsTold) {
   EXPECT_GRPC_OK(Decide(Request(v1::DecideMatchRequest::REJECT)));
   EXPECT_GRPC_OK(Decide(Request(v1::DecideMatchRequest::WITHDRAW)));
   ASSERT_EQ(pipeline_.decisions.size(), 3u);
-  EXPECT_EQ(pipeline_.decisions[0].ruling, Ruling::kSet);
+  EXPECT_EQ(pipeline_.decisions[0].kind, ManualDecisionKind::kSet);
   EXPECT_EQ(pipeline_.decisions[0].T_a_b.translation().x(), 4);
-  EXPECT_EQ(pipeline_.decisions[1].ruling, Ruling::kReject);
-  EXPECT_FALSE(pipeline_.decisions[2].ruling.has_value());
+  EXPECT_EQ(pipeline_.decisions[1].kind, ManualDecisionKind::kReject);
+  EXPECT_FALSE(pipeline_.decisions[2].kind.has_value());
 }
 
 TEST_F(MatchRpcTest, APairWithoutAnyMatchIsAnsweredToo) {
@@ -69,7 +70,7 @@ TEST_F(MatchRpcTest, APairWithoutAnyMatchIsAnsweredToo) {
   EXPECT_EQ(response_.match().session_a(), "alice-1");
   EXPECT_EQ(response_.match().state(), v1::Match::NOT_YET);
   EXPECT_EQ(response_.match().reason(), v1::Match::REASON_UNSPECIFIED);
-  EXPECT_FALSE(response_.match().has_verdict());
+  EXPECT_FALSE(response_.match().has_manual_decision());
 }
 
 TEST_F(MatchRpcTest, WhatCannotBeMeantIsRefused) {

@@ -44,7 +44,7 @@ TEST_P(UploadStagingTest, GoesOnWhereItWasCutOff) {
   while (arrived < content.size()) {
     if (on_disk()) staging = std::make_unique<UploadStaging>(folder_, 1 << 20);  // A restart.
     EXPECT_EQ(staging->Persisted(key), arrived);
-    auto part = staging->Begin(key);
+    auto part = staging->BeginUpload(key);
     ASSERT_TRUE(part.ok()) << part.status();
     ASSERT_EQ((*part)->size(), arrived);
     for (int chunks = 0; chunks < 3 && arrived < content.size(); ++chunks) {
@@ -53,7 +53,7 @@ TEST_P(UploadStagingTest, GoesOnWhereItWasCutOff) {
       arrived += size;
     }
   }
-  auto part = staging->Begin(key);
+  auto part = staging->BeginUpload(key);
   ASSERT_TRUE(part.ok());
   EXPECT_EQ((*part)->TakeData(), content);
   staging->Drop(key.id);
@@ -63,7 +63,7 @@ TEST_P(UploadStagingTest, GoesOnWhereItWasCutOff) {
 
 TEST_P(UploadStagingTest, WhatIsSentAgainTakesThePlaceOfWhatWasThere) {
   UploadStaging staging(folder_, 1000);
-  auto part = staging.Begin(KeyOf(0, 6));
+  auto part = staging.BeginUpload(KeyOf(0, 6));
   ASSERT_TRUE((*part)->Append(0, "abcd").ok());
   ASSERT_TRUE((*part)->Append(2, "xy").ok());
   ASSERT_TRUE((*part)->Append(4, "z!").ok());
@@ -72,18 +72,18 @@ TEST_P(UploadStagingTest, WhatIsSentAgainTakesThePlaceOfWhatWasThere) {
 
 TEST_P(UploadStagingTest, AnotherContentBeginsAnew) {
   UploadStaging staging(folder_, 1000);
-  ASSERT_TRUE((*staging.Begin(KeyOf(0, 6)))->Append(0, "abcd").ok());
+  ASSERT_TRUE((*staging.BeginUpload(KeyOf(0, 6)))->Append(0, "abcd").ok());
   EXPECT_EQ(staging.Persisted(KeyOf(0, 6)), 4u);
   EXPECT_EQ(staging.Persisted(KeyOf(0, 6, "other")), 0u);
-  EXPECT_EQ((*staging.Begin(KeyOf(0, 6, "other")))->size(), 0u);
+  EXPECT_EQ((*staging.BeginUpload(KeyOf(0, 6, "other")))->size(), 0u);
   EXPECT_EQ(staging.Persisted(KeyOf(0, 6)), 0u);
 }
 
 TEST_P(UploadStagingTest, ANewerCallTakesOver) {
   UploadStaging staging(folder_, 1000);
-  auto old = staging.Begin(KeyOf(0, 6));
+  auto old = staging.BeginUpload(KeyOf(0, 6));
   ASSERT_TRUE((*old)->Append(0, "ab").ok());
-  auto next = staging.Begin(KeyOf(0, 6));
+  auto next = staging.BeginUpload(KeyOf(0, 6));
   ASSERT_TRUE((*next)->Append(0, "ABC").ok());
   EXPECT_TRUE(absl::IsAborted((*old)->Append(2, "cd")));
   old->reset();
@@ -93,14 +93,14 @@ TEST_P(UploadStagingTest, ANewerCallTakesOver) {
 
 TEST_P(UploadStagingTest, OneSessionCannotFillTheDisk) {
   UploadStaging staging(folder_, 100);
-  ASSERT_TRUE(staging.Begin(KeyOf(0, 60)).ok());
-  EXPECT_TRUE(absl::IsResourceExhausted(staging.Begin(KeyOf(1, 60)).status()));
-  EXPECT_TRUE(staging.Begin(KeyOf(1, 40)).ok());
+  ASSERT_TRUE(staging.BeginUpload(KeyOf(0, 60)).ok());
+  EXPECT_TRUE(absl::IsResourceExhausted(staging.BeginUpload(KeyOf(1, 60)).status()));
+  EXPECT_TRUE(staging.BeginUpload(KeyOf(1, 40)).ok());
   UploadKey other = KeyOf(0, 60);
   other.id.session = SessionId("carol-1");
-  EXPECT_TRUE(staging.Begin(other).ok());
+  EXPECT_TRUE(staging.BeginUpload(other).ok());
   staging.DropSession(SessionId("bob-1"));
-  EXPECT_TRUE(staging.Begin(KeyOf(1, 60)).ok());
+  EXPECT_TRUE(staging.BeginUpload(KeyOf(1, 60)).ok());
 }
 
 TEST_P(UploadStagingTest, WhatNobodyTouchedForAWeekIsRemovedAndWhatIsDamagedToo) {
@@ -108,7 +108,7 @@ TEST_P(UploadStagingTest, WhatNobodyTouchedForAWeekIsRemovedAndWhatIsDamagedToo)
   {
     UploadStaging staging(folder_, 1000);
     for (uint32_t i = 0; i < 3; ++i)
-      ASSERT_TRUE((*staging.Begin(KeyOf(i, 6)))->Append(0, "ab").ok());
+      ASSERT_TRUE((*staging.BeginUpload(KeyOf(i, 6)))->Append(0, "ab").ok());
   }
   const auto old = std::filesystem::file_time_type::clock::now() - std::chrono::hours(8 * 24);
   std::filesystem::last_write_time(folder_ + "/bob-1-0.part", old);

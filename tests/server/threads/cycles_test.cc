@@ -101,20 +101,21 @@ TEST_F(PipelineCycles, TheyComeBackWithWhatSpokeAgainstThem) {
   EXPECT_EQ(Components(), 1u);
 }
 
-TEST_F(PipelineCycles, AWordByHandDecides) {
+TEST_F(PipelineCycles, ADecisionByHandStands) {
   ASSERT_TRUE(Contradict().ok());
-  Verdict verdict;
-  verdict.a = SessionId("bob-1");
-  verdict.b = SessionId("carol-1");
-  verdict.ruling = Ruling::kReject;
-  ASSERT_TRUE(map_.PutDecisions({.verdicts = {verdict}}).ok());
+  ManualDecision manual_decision;
+  manual_decision.a = SessionId("bob-1");
+  manual_decision.b = SessionId("carol-1");
+  manual_decision.kind = ManualDecisionKind::kReject;
+  ASSERT_TRUE(map_.PutDecisions({.manual_decisions = {manual_decision}}).ok());
   EXPECT_EQ(Reason("alice", "bob"), "OK");
   EXPECT_EQ(Components(), 1u);
-  ASSERT_TRUE(map_.PutDecisions({.withdrawn = {{verdict.a, verdict.b}}}).ok());
+  ASSERT_TRUE(map_.PutDecisions({.withdrawn = {{manual_decision.a, manual_decision.b}}}).ok());
   EXPECT_EQ(Components(), 3u);
-  verdict.ruling = Ruling::kAccept;
-  verdict.T_a_b = Pose(Eigen::Vector3d(1, 0, 0));
-  ASSERT_TRUE(map_.PutDecisions({.verdicts = {verdict}}).ok()) << "in agreement with the others";
+  manual_decision.kind = ManualDecisionKind::kAccept;
+  manual_decision.T_a_b = Pose(Eigen::Vector3d(1, 0, 0));
+  ASSERT_TRUE(map_.PutDecisions({.manual_decisions = {manual_decision}}).ok())
+      << "in agreement with the others";
   EXPECT_EQ(Reason("bob", "carol"), "BY_HAND");
   EXPECT_EQ(Reason("alice", "bob"), "OK");
   EXPECT_EQ(Components(), 1u);

@@ -114,7 +114,7 @@ TEST_F(PipelineGraph, LoopClosuresHoldOverARestart) {
 TEST_F(PipelineGraph, RetiredSubmapsLeaveWithTheirScansAndTheRestStays) {
   ASSERT_TRUE(map_.AddLoops({Closure(0, 7), Closure(1, 7)}).ok());
   const Pose last = *PoseOf(7), sixth = *PoseOf(5);
-  ASSERT_TRUE(map_.Retire({{kSession, 1}, {kSession, 2}}).ok());
+  ASSERT_TRUE(map_.RetireSubmaps({{kSession, 1}, {kSession, 2}}).ok());
   EXPECT_FALSE(PoseOf(1));
   EXPECT_FALSE(PoseOf(2));
   EXPECT_LT((PoseOf(7)->translation() - last.translation()).norm(), 0.05);
@@ -132,12 +132,12 @@ TEST_F(PipelineGraph, RetiredSubmapsLeaveWithTheirScansAndTheRestStays) {
 TEST_F(PipelineGraph, NumbersOfLoopClosuresAreNotGivenAgain) {
   ASSERT_TRUE(map_.AddLoops({Closure(0, 7)}).ok());
   map_.WaitUntilPlaced();
-  ASSERT_TRUE(map_.Retire({{kSession, 0}}).ok());
+  ASSERT_TRUE(map_.RetireSubmaps({{kSession, 0}}).ok());
   ASSERT_TRUE(map_.view()->loops.empty());
   ASSERT_TRUE(map_.AddLoops({Closure(1, 6)}).ok());
   EXPECT_EQ(map_.view()->loops.begin().key(), 2u);
   map_.WaitUntilPlaced();
-  ASSERT_TRUE(map_.Retire({{kSession, 1}}).ok());
+  ASSERT_TRUE(map_.RetireSubmaps({{kSession, 1}}).ok());
   placement_.reset();
   SubmapCache submaps(store_.get(), size_t{1} << 30, nullptr);
   Activity activity;

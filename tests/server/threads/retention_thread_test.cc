@@ -28,12 +28,12 @@ TEST(RetentionThread, WhatIsThrownIsNamedAndTheNextChangeIsLookedAt) {
   hooks.on_problem = [&](const std::string& problem) { problems.push_back(problem); };
   RetentionThread retention({}, &Clock::System(), hooks);
   retention.Start();
-  retention.Changed(session);
+  retention.NoteChange(session);
   retention.WaitUntilIdle();
   ASSERT_EQ(problems.size(), 2u);
   EXPECT_THAT(problems[1], ::testing::HasSubstr("a list without end"));
   throws = false;
-  retention.Changed(session);
+  retention.NoteChange(session);
   retention.WaitUntilIdle();
   EXPECT_EQ(problems.size(), 2u);
   EXPECT_EQ(retention.MapBytes(session), 7u);

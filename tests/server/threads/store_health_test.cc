@@ -20,14 +20,14 @@ TEST(StoreHealthTest, SaysWhatFailsAndSinceWhenUntilAWriteSucceeds) {
   ManualClock clock(0);
   std::vector<std::string> told;
   StoreHealth health(&clock, [&](const std::string& words) { told.push_back(words); });
-  health.Note(absl::OkStatus());
+  health.NoteWrite(absl::OkStatus());
   EXPECT_EQ(health.Problem(), "");
-  health.Note(absl::ResourceExhaustedError("disk is full"));
+  health.NoteWrite(absl::ResourceExhaustedError("disk is full"));
   EXPECT_THAT(health.Problem(), HasSubstr("disk is full (since 00:00:00 UTC on 1970-01-01)"));
   clock.Advance(5'000'000'000);
-  health.Note(absl::ResourceExhaustedError("disk is full"));
+  health.NoteWrite(absl::ResourceExhaustedError("disk is full"));
   EXPECT_THAT(health.Problem(), HasSubstr("since 00:00:00"));
-  health.Note(absl::OkStatus());
+  health.NoteWrite(absl::OkStatus());
   EXPECT_EQ(health.Problem(), "");
   EXPECT_THAT(told, ElementsAre(HasSubstr("disk is full"), HasSubstr("after 5 s")));
 }
@@ -35,12 +35,12 @@ TEST(StoreHealthTest, SaysWhatFailsAndSinceWhenUntilAWriteSucceeds) {
 TEST(StoreHealthTest, WhatIsWrongWithABatchSaysNothingOfTheStore) {
   const ManualClock clock(0);
   StoreHealth health(&clock, nullptr);
-  health.Note(absl::AlreadyExistsError("submap"));
-  health.Note(absl::InvalidArgumentError("pose"));
-  health.Note(absl::NotFoundError("session"));
+  health.NoteWrite(absl::AlreadyExistsError("submap"));
+  health.NoteWrite(absl::InvalidArgumentError("pose"));
+  health.NoteWrite(absl::NotFoundError("session"));
   EXPECT_EQ(health.Problem(), "");
-  health.Note(absl::UnavailableError("disk I/O error"));
-  health.Note(absl::NotFoundError("session"));
+  health.NoteWrite(absl::UnavailableError("disk I/O error"));
+  health.NoteWrite(absl::NotFoundError("session"));
   EXPECT_NE(health.Problem(), "");
 }
 

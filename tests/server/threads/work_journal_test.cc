@@ -24,7 +24,7 @@ class WorkJournalTest : public ::testing::Test {
   // A process that ends while the task is at hand.
   void CrashAt(const std::string& task, const std::string& boot = "b",
                const std::string& version = "1") {
-    WorkJournal(path_, boot, version).Begin(task);
+    WorkJournal(path_, boot, version).BeginTask(task);
   }
 
   const std::string path_;
@@ -45,8 +45,8 @@ TEST_F(WorkJournalTest, FindsOutWhatWasAtHandTwice) {
 TEST_F(WorkJournalTest, WorkThatEndedIsNotToBlame) {
   for (int i = 0; i < 3; ++i) {
     WorkJournal journal(path_, "b", "1");
-    journal.Begin("one");
-    journal.End();
+    journal.BeginTask("one");
+    journal.EndTask();
   }
   EXPECT_FALSE(WorkJournal(path_, "b", "1").IsPoisonous("one"));
 }
@@ -88,7 +88,7 @@ TEST_F(WorkJournalTest, APipelineLeavesOutWhatEndedItTwice) {
   EXPECT_EQ(match_of(&problems), 1u);
   EXPECT_TRUE(problems.empty());
   const std::string task = "the match of a-1 and b-1";
-  for (int i = 0; i < kMaxCrashes; ++i) WorkJournal(path_).Begin(task);
+  for (int i = 0; i < kMaxCrashes; ++i) WorkJournal(path_).BeginTask(task);
   EXPECT_EQ(match_of(&problems), 0u);
   ASSERT_EQ(problems.size(), 1u);
   EXPECT_NE(problems[0].find(task), std::string::npos) << problems[0];

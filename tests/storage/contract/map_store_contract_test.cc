@@ -226,27 +226,28 @@ TEST_P(MapStoreContract, CountsWhatASessionTakesUp) {
   EXPECT_EQ(*store_->StoredBytes(alice_), two - one + 500);
 }
 
-TEST_P(MapStoreContract, KeepsTheLastVerdictOnEveryPairUntilItIsWithdrawn) {
+TEST_P(MapStoreContract, KeepsTheLastManualDecisionOnEveryPairUntilItIsWithdrawn) {
   Put({.sessions = {MakeSession("alice-1"), MakeSession("bob-1"), MakeSession("carol-1")},
-       .verdicts = {MakeVerdict("alice-1", "carol-1"), MakeVerdict("alice-1", "bob-1")}});
-  Verdict newer = MakeVerdict("alice-1", "carol-1");
-  newer.ruling = Ruling::kAccept;
+       .manual_decisions = {MakeManualDecision("alice-1", "carol-1"),
+                            MakeManualDecision("alice-1", "bob-1")}});
+  ManualDecision newer = MakeManualDecision("alice-1", "carol-1");
+  newer.kind = ManualDecisionKind::kAccept;
   newer.note = "seen from the gallery";
-  Put({.verdicts = {newer}});
-  const auto verdicts = store_->ListVerdicts();
-  ASSERT_EQ(verdicts->size(), 2u);
-  EXPECT_EQ((*verdicts)[0].b, bob_);
-  const Verdict& verdict = (*verdicts)[1];
-  EXPECT_EQ(verdict.a, alice_);
-  EXPECT_EQ(verdict.ruling, Ruling::kAccept);
-  EXPECT_EQ(verdict.note, newer.note);
-  EXPECT_EQ(verdict.given_ns, newer.given_ns);
-  EXPECT_TRUE(Near(verdict.T_a_b, newer.T_a_b));
-  const std::pair<SessionId, SessionId> pair(verdict.a, verdict.b);
-  Put({.withdrawn_verdicts = {pair, pair, {bob_, verdict.b}}});
-  ASSERT_EQ(store_->ListVerdicts()->size(), 1u);
+  Put({.manual_decisions = {newer}});
+  const auto manual_decisions = store_->ListManualDecisions();
+  ASSERT_EQ(manual_decisions->size(), 2u);
+  EXPECT_EQ((*manual_decisions)[0].b, bob_);
+  const ManualDecision& manual_decision = (*manual_decisions)[1];
+  EXPECT_EQ(manual_decision.a, alice_);
+  EXPECT_EQ(manual_decision.kind, ManualDecisionKind::kAccept);
+  EXPECT_EQ(manual_decision.note, newer.note);
+  EXPECT_EQ(manual_decision.given_ns, newer.given_ns);
+  EXPECT_TRUE(Near(manual_decision.T_a_b, newer.T_a_b));
+  const std::pair<SessionId, SessionId> pair(manual_decision.a, manual_decision.b);
+  Put({.withdrawn_decisions = {pair, pair, {bob_, manual_decision.b}}});
+  ASSERT_EQ(store_->ListManualDecisions()->size(), 1u);
   ASSERT_TRUE(store_->DeleteSession(alice_).ok());
-  EXPECT_TRUE(store_->ListVerdicts()->empty());
+  EXPECT_TRUE(store_->ListManualDecisions()->empty());
 }
 
 TEST_P(MapStoreContract, WritesAllOrNothing) {
@@ -270,7 +271,7 @@ TEST_P(MapStoreContract, RefusesWhatRefersToNothing) {
   EXPECT_EQ(CodeOf({.trajectory = {{nobody_, MakeEntry(1)}}}), StatusCode::kFailedPrecondition);
   EXPECT_EQ(CodeOf({.matches = {MakeMatch("alice-1", "nobody-1")}}),
             StatusCode::kFailedPrecondition);
-  EXPECT_EQ(CodeOf({.verdicts = {MakeVerdict("alice-1", "nobody-1")}}),
+  EXPECT_EQ(CodeOf({.manual_decisions = {MakeManualDecision("alice-1", "nobody-1")}}),
             StatusCode::kFailedPrecondition);
   EXPECT_EQ(CodeOf({.submaps = {MakeSubmap("alice-1", 0), MakeSubmap("alice-1", 0)}}),
             StatusCode::kAlreadyExists);
@@ -280,7 +281,8 @@ TEST_P(MapStoreContract, RefusesRecordsThatBreakTheirPromise) {
   Put({.sessions = {MakeSession("alice-1"), MakeSession("bob-1")}});
   EXPECT_EQ(CodeOf({.sessions = {MakeSession("")}}), StatusCode::kInvalidArgument);
   EXPECT_EQ(CodeOf({.matches = {MakeMatch("bob-1", "alice-1")}}), StatusCode::kInvalidArgument);
-  EXPECT_EQ(CodeOf({.verdicts = {MakeVerdict("bob-1", "alice-1")}}), StatusCode::kInvalidArgument);
+  EXPECT_EQ(CodeOf({.manual_decisions = {MakeManualDecision("bob-1", "alice-1")}}),
+            StatusCode::kInvalidArgument);
   auto submap = MakeSubmap("alice-1", 0);
   submap->points[7].y = std::numeric_limits<float>::quiet_NaN();
   EXPECT_EQ(CodeOf({.submaps = {submap}}), StatusCode::kInvalidArgument);

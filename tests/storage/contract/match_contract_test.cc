@@ -47,8 +47,8 @@ TEST_P(MatchContract, KeepsTheLastMatchOfEveryPair) {
   EXPECT_EQ(match.computed_ns, expected.computed_ns);
   EXPECT_EQ(match.inlier_ratio, expected.inlier_ratio);
   EXPECT_EQ(match.shared_area_m2, expected.shared_area_m2);
-  EXPECT_EQ(match.hold, expected.hold);
-  EXPECT_EQ(match.strain, expected.strain);
+  EXPECT_EQ(match.observability, expected.observability);
+  EXPECT_EQ(match.odometry_residual, expected.odometry_residual);
   EXPECT_EQ(match.candidates, expected.candidates);
   ASSERT_EQ(match.stages.size(), 2u);
   EXPECT_EQ(match.stages[1].stage, "vgicp");

@@ -86,7 +86,7 @@ TEST_P(SegmentContract, GoWithTheirSession) {
        .submaps = {MakeSubmap("alice-1.2", 0), MakeSubmap("bob-1.2", 0)},
        .matches = {MakeMatch("alice-1", "alice-1.2"), MakeMatch("alice-1.2", "bob-1"),
                    MakeMatch("alice-10", "bob-1")},
-       .verdicts = {MakeVerdict("alice-1.2", "bob-1")}});
+       .manual_decisions = {MakeManualDecision("alice-1.2", "bob-1")}});
   ASSERT_TRUE(store_->PutFeatures(MakeFeatures({second_, 0}, "fpfh", "x")).ok());
   ASSERT_TRUE(store_->DeleteSession(alice_).ok());
   EXPECT_EQ(store_->GetSession(second_).status().code(), StatusCode::kNotFound);
@@ -94,7 +94,7 @@ TEST_P(SegmentContract, GoWithTheirSession) {
   EXPECT_EQ(store_->ListSessions()->size(), 3u);
   EXPECT_EQ(store_->ListSubmaps(std::nullopt)->size(), 1u);
   EXPECT_EQ(store_->ListMatches()->size(), 1u);
-  EXPECT_TRUE(store_->ListVerdicts()->empty());
+  EXPECT_TRUE(store_->ListManualDecisions()->empty());
   // One alone goes alone.
   ASSERT_TRUE(store_->DeleteSession(SessionId("bob-1.2")).ok());
   EXPECT_TRUE(store_->GetSession(bob_).ok());

@@ -30,7 +30,7 @@ class CheckStoreTest : public ::testing::Test {
     WriteBatch batch{.sessions = {MakeSession("alice-1"), MakeSession("bob-1")},
                      .checkpoints = {{SessionId("alice-1"), 9, 7, std::string(5000, 'c')}},
                      .matches = {MakeMatch("alice-1", "bob-1")},
-                     .verdicts = {MakeVerdict("alice-1", "bob-1")},
+                     .manual_decisions = {MakeManualDecision("alice-1", "bob-1")},
                      .loops = {MakeLoop(1, "alice-1")},
                      .anchors = {MakeAnchor("alice-1", 1)},
                      .revision = MakeRevision(1)};

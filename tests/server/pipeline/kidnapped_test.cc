@@ -12,7 +12,7 @@ namespace {
 
 constexpr int kBefore = 300;  // Scans of robot 0's drive; robot 1's begins where that has not been.
 
-TEST(PipelineCarried, BothSegmentsLieInOneMapOnceTheyOverlap) {
+TEST(PipelineKidnapped, BothSegmentsLieInOneMapOnceTheyOverlap) {
   simulation::Options options;
   options.world = "museum";
   options.seconds = 60;

@@ -1,4 +1,4 @@
-// A person's word on a pair of sessions, which no computed match overrules.
+// A person's decision on a pair of sessions, which no computed match overrules.
 #pragma once
 
 #include <cstdint>
@@ -9,20 +9,20 @@
 
 namespace isthmus {
 
-enum class Ruling {
+enum class ManualDecisionKind {
   kAccept,  // The transform that was computed holds.
   kReject,  // Whatever is computed, the pair is not joined.
   kSet,     // The transform given by hand holds.
 };
 
 // Stable upper-case name ("ACCEPT"); used in JSON, storage and messages.
-const char* ToString(Ruling ruling);
+const char* ToString(ManualDecisionKind kind);
 
 // On the ordered pair (a, b), a < b.
-struct Verdict {
+struct ManualDecision {
   SessionId a;
   SessionId b;
-  Ruling ruling = Ruling::kReject;
+  ManualDecisionKind kind = ManualDecisionKind::kReject;
   // Takes a point of b's odom frame to a's: what was accepted or given; where the pair was
   // rejected, what was computed then. Later computations do not change it.
   Pose T_a_b;

@@ -7,7 +7,7 @@
 namespace isthmus::matching {
 
 // A point p of b lies at Rz(yaw) p + shift in a's level frame.
-struct Placement2d {
+struct PlanarPose {
   double yaw = 0;
   Eigen::Vector2d shift = Eigen::Vector2d::Zero();
   double score = 0;
@@ -15,8 +15,8 @@ struct Placement2d {
 
 // Keeps the best of placements that put b's `pivot` within `radius_m` and its heading within
 // `yaw_rad` of each other; best first, at most `limit`.
-std::vector<Placement2d> SuppressNeighbors(std::vector<Placement2d> placements,
-                                           const Eigen::Vector2d& pivot, double radius_m,
-                                           double yaw_rad, size_t limit);
+std::vector<PlanarPose> SuppressNeighbors(std::vector<PlanarPose> poses,
+                                          const Eigen::Vector2d& pivot, double radius_m,
+                                          double yaw_rad, size_t limit);
 
 }  // namespace isthmus::matching

@@ -1,4 +1,5 @@
-// A person's word on matches: it holds whatever is computed, over restarts, and can be taken back.
+// A person's decision on matches: it holds whatever is computed, over restarts, and can be taken
+// back.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -37,7 +38,7 @@ void AddWalls(Pipeline& pipeline) {
   ASSERT_EQ(pipeline.GetMapInfo().components.size(), 2u);
 }
 
-TEST(PipelineVerdicts, ATransformGivenByHandJoinsTheMapsAndCanBeTakenBack) {
+TEST(PipelineManualDecisions, ATransformGivenByHandJoinsTheMapsAndCanBeTakenBack) {
   const auto pipeline = OpenInMemory();
   AddWalls(*pipeline);
   const Match before = pipeline->GetMatchGraph().matches.at(0).match;
@@ -45,7 +46,7 @@ TEST(PipelineVerdicts, ATransformGivenByHandJoinsTheMapsAndCanBeTakenBack) {
 
   const auto match = pipeline->DecideMatch({.robot_a = kAlice,
                                             .robot_b = kBob,
-                                            .ruling = Ruling::kSet,
+                                            .kind = ManualDecisionKind::kSet,
                                             .T_a_b = kGiven,
                                             .note = "tape"});
   ASSERT_TRUE(match.ok()) << match.status();
@@ -54,8 +55,8 @@ TEST(PipelineVerdicts, ATransformGivenByHandJoinsTheMapsAndCanBeTakenBack) {
   EXPECT_THAT(match->edge.match.detail, HasSubstr("tape"));
   EXPECT_EQ(match->edge.robot_b, kBob);
   EXPECT_TRUE(match->edge.in_tree);
-  ASSERT_TRUE(match->edge.verdict.has_value());
-  EXPECT_EQ(match->edge.verdict->ruling, Ruling::kSet);
+  ASSERT_TRUE(match->edge.manual_decision.has_value());
+  EXPECT_EQ(match->edge.manual_decision->kind, ManualDecisionKind::kSet);
   pipeline->WaitUntilIdle();
   EXPECT_EQ(pipeline->GetMapInfo().components.size(), 1u);
   EXPECT_TRUE(Near(pipeline->GetTransform(kAlice, kBob)->T_a_b, kGiven));
@@ -73,32 +74,32 @@ TEST(PipelineVerdicts, ATransformGivenByHandJoinsTheMapsAndCanBeTakenBack) {
   EXPECT_TRUE(Near(again.poses[1].pose, bob.poses[1].pose));
 }
 
-TEST(PipelineVerdicts, WhatWasFoundCanBeAccepted) {
+TEST(PipelineManualDecisions, WhatWasFoundCanBeAccepted) {
   const auto pipeline = OpenInMemory();
   AddWalls(*pipeline);
   const Match found = pipeline->GetMatchGraph().matches.at(0).match;
   ASSERT_NE(found.matcher, GuessSource::kNone) << "two equal walls lie on each other somewhere";
-  const auto match =
-      pipeline->DecideMatch({.robot_a = kAlice, .robot_b = kBob, .ruling = Ruling::kAccept});
+  const auto match = pipeline->DecideMatch(
+      {.robot_a = kAlice, .robot_b = kBob, .kind = ManualDecisionKind::kAccept});
   ASSERT_TRUE(match.ok()) << match.status();
   EXPECT_TRUE(Near(match->edge.match.T_a_b, found.T_a_b));
   EXPECT_TRUE(Near(pipeline->GetTransform(kAlice, kBob)->T_a_b, found.T_a_b));
 }
 
-TEST(PipelineVerdicts, SidesAreTakenAsTheyAreNamed) {
+TEST(PipelineManualDecisions, SidesAreTakenAsTheyAreNamed) {
   const auto pipeline = OpenInMemory();
   AddWalls(*pipeline);
   const MatchDecision decision{
-      .robot_a = kBob, .robot_b = kAlice, .ruling = Ruling::kSet, .T_a_b = kGiven};
+      .robot_a = kBob, .robot_b = kAlice, .kind = ManualDecisionKind::kSet, .T_a_b = kGiven};
   ASSERT_TRUE(pipeline->DecideMatch(decision).ok());
   EXPECT_TRUE(Near(pipeline->GetTransform(kBob, kAlice)->T_a_b, kGiven));
 }
 
-TEST(PipelineVerdicts, HoldWhatIsComputedLaterAndRejectedPairsStayApart) {
+TEST(PipelineManualDecisions, HoldWhatIsComputedLaterAndRejectedPairsStayApart) {
   const auto pipeline = OpenInMemory();
   AddWalls(*pipeline);
   const MatchDecision given{
-      .robot_a = kAlice, .robot_b = kBob, .ruling = Ruling::kSet, .T_a_b = kGiven};
+      .robot_a = kAlice, .robot_b = kBob, .kind = ManualDecisionKind::kSet, .T_a_b = kGiven};
   ASSERT_TRUE(pipeline->DecideMatch(given).ok());
   // A finished session's pair is estimated again.
   for (const SessionStatus& session : pipeline->ListSessions()) {
@@ -107,15 +108,17 @@ TEST(PipelineVerdicts, HoldWhatIsComputedLaterAndRejectedPairsStayApart) {
   pipeline->WaitUntilIdle();
   EXPECT_TRUE(Near(pipeline->GetTransform(kAlice, kBob)->T_a_b, kGiven));
   ASSERT_TRUE(
-      pipeline->DecideMatch({.robot_a = kAlice, .robot_b = kBob, .ruling = Ruling::kReject}).ok());
+      pipeline
+          ->DecideMatch({.robot_a = kAlice, .robot_b = kBob, .kind = ManualDecisionKind::kReject})
+          .ok());
   const absl::Status apart = pipeline->GetTransform(kAlice, kBob).status();
   EXPECT_EQ(apart.code(), absl::StatusCode::kFailedPrecondition);
   EXPECT_THAT(std::string(apart.message()), HasSubstr("rejected by hand"));
 }
 
-TEST(PipelineVerdicts, SurviveARestart) {
-  const std::filesystem::path folder =
-      std::filesystem::path(testing::TempDir()) / ("isthmus_verdicts_" + std::to_string(getpid()));
+TEST(PipelineManualDecisions, SurviveARestart) {
+  const std::filesystem::path folder = std::filesystem::path(testing::TempDir()) /
+                                       ("isthmus_manual_decisions_" + std::to_string(getpid()));
   std::filesystem::create_directories(folder);
   const auto open = [&] {
     return Pipeline::Open(QuickOptions(), storage::OpenSqliteStore(folder.string()).value())
@@ -125,7 +128,7 @@ TEST(PipelineVerdicts, SurviveARestart) {
     const auto pipeline = open();
     AddWalls(*pipeline);
     const MatchDecision given{
-        .robot_a = kAlice, .robot_b = kBob, .ruling = Ruling::kSet, .T_a_b = kGiven};
+        .robot_a = kAlice, .robot_b = kBob, .kind = ManualDecisionKind::kSet, .T_a_b = kGiven};
     ASSERT_TRUE(pipeline->DecideMatch(given).ok());
   }
   {
@@ -136,7 +139,7 @@ TEST(PipelineVerdicts, SurviveARestart) {
   std::filesystem::remove_all(folder);
 }
 
-TEST(PipelineVerdicts, AreRefusedWhereTheyMeanNothing) {
+TEST(PipelineManualDecisions, AreRefusedWhereTheyMeanNothing) {
   const auto pipeline = OpenInMemory();
   AddWalls(*pipeline);
   const auto code = [&](const MatchDecision& decision) {
@@ -148,16 +151,17 @@ TEST(PipelineVerdicts, AreRefusedWhereTheyMeanNothing) {
   EXPECT_EQ(code({.robot_a = kAlice, .robot_b = kAlice}), absl::StatusCode::kInvalidArgument);
   // A robot that has sent nothing was compared with nobody.
   ASSERT_TRUE(pipeline->CreateSession({RobotId("carol"), "vlp16"}).ok());
-  EXPECT_EQ(code({.robot_a = kAlice, .robot_b = RobotId("carol"), .ruling = Ruling::kAccept}),
-            absl::StatusCode::kFailedPrecondition);
+  EXPECT_EQ(
+      code({.robot_a = kAlice, .robot_b = RobotId("carol"), .kind = ManualDecisionKind::kAccept}),
+      absl::StatusCode::kFailedPrecondition);
   EXPECT_EQ(code({.robot_a = kAlice,
                   .robot_b = kBob,
-                  .ruling = Ruling::kSet,
+                  .kind = ManualDecisionKind::kSet,
                   .T_a_b = Pose(Eigen::Vector3d(std::nan(""), 0, 0))}),
             absl::StatusCode::kInvalidArgument);
   EXPECT_EQ(code({.robot_a = kAlice,
                   .robot_b = kBob,
-                  .ruling = Ruling::kReject,
+                  .kind = ManualDecisionKind::kReject,
                   .note = std::string(1001, 'x')}),
             absl::StatusCode::kInvalidArgument);
   EXPECT_EQ(CountVerdicts(*pipeline), 0);

@@ -1,4 +1,4 @@
-#include "server/placement/gaps.h"
+#include "server/placement/retired_gaps.h"
 
 #include <utility>
 

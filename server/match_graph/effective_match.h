@@ -3,14 +3,14 @@
 
 #include <optional>
 
+#include "core/manual_decision.h"
 #include "core/match.h"
-#include "core/verdict.h"
 
 namespace isthmus::match_graph {
 
 // The match of a pair as the graph should see it. `computed` is absent where nothing was computed
 // of the pair yet. An accepted or given transform carries the map before all computed ones
 // (confidence 1); the numbers that were computed stay for the reader.
-Match Apply(const Verdict& verdict, const std::optional<Match>& computed);
+Match EffectiveMatch(const ManualDecision& manual_decision, const std::optional<Match>& computed);
 
 }  // namespace isthmus::match_graph

@@ -7,11 +7,11 @@ namespace {
 using KeyPair = std::pair<int64_t, int64_t>;
 
 // Names are stored, so that the numbers of the enumeration may change.
-Ruling ParseRuling(const std::string& name) {
-  for (const Ruling ruling : {Ruling::kAccept, Ruling::kSet}) {
-    if (name == ToString(ruling)) return ruling;
+ManualDecisionKind ParseManualDecisionKind(const std::string& name) {
+  for (const ManualDecisionKind kind : {ManualDecisionKind::kAccept, ManualDecisionKind::kSet}) {
+    if (name == ToString(kind)) return kind;
   }
-  return Ruling::kReject;  // What is not known joins nothing.
+  return ManualDecisionKind::kReject;  // What is not known joins nothing.
 }
 
 absl::StatusOr<std::optional<KeyPair>> FindKeys(Connection& database, const SessionId& a,
@@ -26,24 +26,24 @@ absl::StatusOr<std::optional<KeyPair>> FindKeys(Connection& database, const Sess
 
 }  // namespace
 
-absl::Status PutVerdict(Connection& database, const Verdict& verdict) {
-  const auto keys = FindKeys(database, verdict.a, verdict.b);
+absl::Status PutManualDecision(Connection& database, const ManualDecision& manual_decision) {
+  const auto keys = FindKeys(database, manual_decision.a, manual_decision.b);
   if (!keys.ok()) return keys.status();
-  if (!*keys) return absl::InternalError("a verdict on unchecked sessions");
+  if (!*keys) return absl::InternalError("a manual decision on unchecked sessions");
   return database
       .Prepare(
           "INSERT OR REPLACE INTO verdicts (a, b, ruling, T_a_b, note, given_ns) "
           "VALUES (?, ?, ?, ?, ?, ?)")
       .Bind((*keys)->first)
       .Bind((*keys)->second)
-      .Bind(std::string(ToString(verdict.ruling)))
-      .BindBlob(PackPose(verdict.T_a_b))
-      .Bind(verdict.note)
-      .Bind(verdict.given_ns)
+      .Bind(std::string(ToString(manual_decision.kind)))
+      .BindBlob(PackPose(manual_decision.T_a_b))
+      .Bind(manual_decision.note)
+      .Bind(manual_decision.given_ns)
       .Run();
 }
 
-absl::Status RemoveVerdict(Connection& database, const SessionId& a, const SessionId& b) {
+absl::Status RemoveManualDecision(Connection& database, const SessionId& a, const SessionId& b) {
   const auto keys = FindKeys(database, a, b);
   if (!keys.ok()) return keys.status();
   if (!*keys) return absl::OkStatus();
@@ -53,17 +53,17 @@ absl::Status RemoveVerdict(Connection& database, const SessionId& a, const Sessi
       .Run();
 }
 
-absl::StatusOr<std::vector<Verdict>> SelectVerdicts(Connection& database) {
+absl::StatusOr<std::vector<ManualDecision>> SelectManualDecisions(Connection& database) {
   Statement rows = database.Prepare(
       "SELECT a.id, b.id, ruling, T_a_b, note, given_ns FROM verdicts v "
       "JOIN sessions a ON a.key = v.a JOIN sessions b ON b.key = v.b ORDER BY a.id, b.id");
   return rows.ReadAll([](const Statement& row) {
-    return Verdict{SessionId(row.Text(0)),
-                   SessionId(row.Text(1)),
-                   ParseRuling(row.Text(2)),
-                   UnpackPose(row.Text(3)),
-                   row.Text(4),
-                   row.Int(5)};
+    return ManualDecision{SessionId(row.Text(0)),
+                          SessionId(row.Text(1)),
+                          ParseManualDecisionKind(row.Text(2)),
+                          UnpackPose(row.Text(3)),
+                          row.Text(4),
+                          row.Int(5)};
   });
 }
 

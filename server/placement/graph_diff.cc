@@ -1,4 +1,4 @@
-#include "server/placement/changes.h"
+#include "server/placement/graph_diff.h"
 
 #include <set>
 #include <utility>
@@ -39,7 +39,7 @@ RecordKey KeyOfRecord(const EdgeKey& key) {
   return {false, uint64_t{key.a.session} << 32 | key.b.session};
 }
 
-struct Fate {
+struct RecordStatus {
   size_t graph = 0;   // Of the last ones.
   bool sure = false;  // By hand.
   int standing = 0, gone = 0;
@@ -57,18 +57,18 @@ class Comparison {
     }
   }
 
-  std::vector<Change> Run() {
+  std::vector<GraphDiff> Run() {
     for (size_t i = 0; i < last_.set.graphs.size(); ++i) FindGone(i);
-    for (const auto& [key, fate] : fates_) {
-      if (fate.gone == 0) continue;
-      if (fate.standing == 0) {
-        anew_.insert(fate.graph);
+    for (const auto& [key, status] : record_status_) {
+      if (status.gone == 0) continue;
+      if (status.standing == 0) {
+        anew_.insert(status.graph);
       } else {
-        loose_.insert(fate.loose.begin(), fate.loose.end());
+        loose_.insert(status.loose.begin(), status.loose.end());
       }
     }
     FindGoneAnchors();
-    std::vector<Change> changes;
+    std::vector<GraphDiff> changes;
     for (const Graph& graph : now_.graphs) changes.push_back(Compare(graph));
     return changes;
   }
@@ -81,17 +81,17 @@ class Comparison {
     }
     for (size_t i = graph.odometry_edges; i < graph.origins.size(); ++i) {
       const EdgeKey& key = graph.origins[i].key;
-      Fate& fate = fates_[KeyOfRecord(key)];
-      fate.graph = index;
-      fate.sure = !graph.problem.edges[i].may_be_wrong;
+      RecordStatus& status = record_status_[KeyOfRecord(key)];
+      status.graph = index;
+      status.sure = !graph.problem.edges[i].may_be_wrong;
       const auto found = now_.edges.find(key);
       if (found != now_.edges.end()) {
         const auto& [place, edge] = found->second;
         const bool near = IsNear(now_.graphs[place].problem.edges[edge], graph.problem.edges[i]);
-        ++(near ? fate.standing : fate.gone);
+        ++(near ? status.standing : status.gone);
       } else if (now_.nodes.contains(key.a) && now_.nodes.contains(key.b)) {
-        ++fate.gone;
-        fate.loose.insert(fate.loose.end(), {key.a, key.b});
+        ++status.gone;
+        status.loose.insert(status.loose.end(), {key.a, key.b});
       }
     }
   }
@@ -134,8 +134,8 @@ class Comparison {
     return kNoGraph;
   }
 
-  Change Compare(const Graph& graph) const {
-    Change change;
+  GraphDiff Compare(const Graph& graph) const {
+    GraphDiff change;
     std::set<size_t> parts;
     for (const GraphSession& session : graph.sessions) {
       const auto part = last_.set.sessions.find(session.number);
@@ -159,7 +159,7 @@ class Comparison {
     return change;
   }
 
-  void CompareEdges(const Graph& graph, Change* change) const {
+  void CompareEdges(const Graph& graph, GraphDiff* change) const {
     for (size_t i = 0; i < graph.origins.size(); ++i) {
       const EdgeKey& key = graph.origins[i].key;
       const bool loose = loose_.contains(key.a) || loose_.contains(key.b);
@@ -167,9 +167,9 @@ class Comparison {
       const bool is_new = IsNew(key, graph.problem.edges[i]);
       if (is_new || loose) change->edges.push_back(static_cast<int>(i));
       if (!is_new || key.source == Source::kOdometry || key.source == Source::kLoop) continue;
-      const auto fate = fates_.find(KeyOfRecord(key));
+      const auto status = record_status_.find(KeyOfRecord(key));
       const bool sure = !graph.problem.edges[i].may_be_wrong;
-      if (fate == fates_.end() || fate->second.sure != sure) change->new_match = true;
+      if (status == record_status_.end() || status->second.sure != sure) change->new_match = true;
     }
   }
 
@@ -188,15 +188,15 @@ class Comparison {
   const Input& input_;
   const GraphSet& now_;
   absl::flat_hash_set<uint32_t> known_;  // Sessions.
-  absl::flat_hash_map<RecordKey, Fate> fates_;
+  absl::flat_hash_map<RecordKey, RecordStatus> record_status_;
   std::set<size_t> anew_;  // Of the last graphs.
   absl::flat_hash_set<NodeKey> loose_;
 };
 
 }  // namespace
 
-std::vector<Change> FindChanges(const LastGraphs& last, const Input& input,
-                                const SessionNumbers& numbers, const GraphSet& now) {
+std::vector<GraphDiff> DiffGraphs(const LastGraphs& last, const Input& input,
+                                  const SessionNumbers& numbers, const GraphSet& now) {
   return Comparison(last, input, numbers, now).Run();
 }
 

@@ -10,7 +10,7 @@
 
 namespace isthmus::matching {
 
-enum class Look : uint8_t {
+enum class Visibility : uint8_t {
   kNone,     // Out of sight, hidden, or beyond where it is sure.
   kOn,       // Something is where the point is.
   kThrough,  // Nothing is there any more: what was measured lies behind it.
@@ -18,7 +18,7 @@ enum class Look : uint8_t {
 
 // The visibility of every point, given in the older submap's frame, from the views of `later`: on,
 // if any view sees it there; else through, if any looks through it.
-std::vector<Look> LookAt(const std::vector<Eigen::Vector3f>& points, const PreparedSubmap& later,
-                         const Pose& T_later_older);
+std::vector<Visibility> VisibilityOf(const std::vector<Eigen::Vector3f>& points,
+                                     const PreparedSubmap& later, const Pose& T_later_older);
 
 }  // namespace isthmus::matching

@@ -1,4 +1,4 @@
-#include "server/placement/solve.h"
+#include "server/placement/solve_component.h"
 
 #include <algorithm>
 #include <numeric>
@@ -11,7 +11,7 @@
 namespace isthmus::placement {
 namespace {
 
-bool Counts(double weight) { return weight >= 0.5; }
+bool IsKept(double weight) { return weight >= 0.5; }
 
 double CostOfAll(const pose_graph::Problem& problem) {
   double cost = 0;
@@ -28,7 +28,8 @@ double CostOfNew(const pose_graph::Problem& problem, const std::vector<int>& edg
 
 }  // namespace
 
-Solved Solve(const PlacerOptions& options, const Change& change, int partial_before, Graph* graph) {
+Solved SolveComponent(const PlacerOptions& options, const GraphDiff& change, int partial_before,
+                      Graph* graph) {
   Solved solved;
   pose_graph::Problem& problem = graph->problem;
   const bool all = change.anew || change.joined || change.new_anchor;
@@ -57,10 +58,10 @@ Solved Solve(const PlacerOptions& options, const Change& change, int partial_bef
   solved.converged = result->converged;
   problem.poses = result->poses;
   for (size_t i = 0; i < problem.edges.size(); ++i) {
-    problem.edges[i].weight = Counts(result->edge_weights[i]) ? 1 : 0;
+    problem.edges[i].weight = IsKept(result->edge_weights[i]) ? 1 : 0;
   }
   for (size_t i = 0; i < problem.anchors.size(); ++i) {
-    problem.anchors[i].weight = Counts(result->anchor_weights[i]) ? 1 : 0;
+    problem.anchors[i].weight = IsKept(result->anchor_weights[i]) ? 1 : 0;
   }
   return solved;
 }

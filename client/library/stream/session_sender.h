@@ -7,37 +7,37 @@
 #include <string>
 
 #include "client/library/spool/session_spool.h"
+#include "client/library/stream/reconnecting_sender.h"
 #include "client/library/stream/scan_source.h"
 #include "client/library/stream/scan_stream.h"
 #include "client/library/stream/session_link.h"
 #include "client/library/stream/token_bucket.h"
-#include "client/library/stream/uplink.h"
 #include "core/mutex.h"
 
 namespace isthmus::client {
 
 // Thread safe. Sequences are those of the spool but for what is sent, see SpoolIdentity::base.
-class SpoolLane final : private ScanSource {
+class SessionSender final : private ScanSource {
  public:
-  // Whom it belongs to. Called without locks held, from threads of the lane.
+  // Whom it belongs to. Called without locks held, from threads of the sender.
   struct Host {
     std::function<void(const ScanAck&)> acked;
     std::function<void(const std::string&)> event;
-    std::function<void()> changed;           // There may be room, or it ended.
-    std::function<void(SpoolLane*)> behind;  // The link is back, and the backlog is old.
+    std::function<void()> changed;               // There may be room, or it ended.
+    std::function<void(SessionSender*)> behind;  // The link is back, and the backlog is old.
   };
 
-  SpoolLane(SessionLink* link, std::unique_ptr<SessionSpool> spool,
-            const ScanStreamOptions& options, Host host);
+  SessionSender(SessionLink* link, std::unique_ptr<SessionSpool> spool,
+                const ScanStreamOptions& options, Host host);
   // Stops sending; what is left stays in the spool.
-  ~SpoolLane();
+  ~SessionSender();
 
   // Begins to send.
   void Start();
   // As SessionSpool::Append.
   absl::Status Push(int64_t end_stamp_ns, const std::string& scan);
   // No more scans come. If `conclude`, the session is finished when the server has all, and its
-  // spool removed; also if that is only asked for after the end. Not from a thread of the lane.
+  // spool removed; also if that is only asked for after the end. Not from a thread of the sender.
   void Close(bool conclude);
 
   // Whether the session can go on at a server where it stands so; of one that the server does not
@@ -58,15 +58,15 @@ class SpoolLane final : private ScanSource {
   std::optional<v1::Session> finished() const;
 
  private:
-  absl::StatusOr<std::string> Session(const Ask& ask) override;
-  absl::Status Begin(const v1::Session& known) override;
-  Request Next() override;
-  void Interrupt() override;
-  bool Take(const v1::StreamScansResponse& response) override;
+  absl::StatusOr<std::string> OpenSession(const Ask& ask) override;
+  absl::Status BeginLink(const v1::Session& known) override;
+  Request NextRequest() override;
+  void InterruptLink() override;
+  bool HandleResponse(const v1::StreamScansResponse& response) override;
   bool complete() const override;
-  absl::Status Conclude(const Ask& ask) override;
-  void Lost(const absl::Status& why) override;
-  void End(const absl::Status& status) override;
+  absl::Status ConcludeSession(const Ask& ask) override;
+  void OnLinkLost(const absl::Status& why) override;
+  void OnEnd(const absl::Status& status) override;
 
   absl::Status CheckKnown(const v1::Session& known) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   absl::Status ChangeSession(const v1::Session& known, const absl::Status& why)
@@ -107,7 +107,7 @@ class SpoolLane final : private ScanSource {
   std::optional<absl::Status> ended_ ABSL_GUARDED_BY(mutex_);
   std::optional<v1::Session> finished_ ABSL_GUARDED_BY(mutex_);
 
-  std::unique_ptr<Uplink> uplink_;  // Last, so that it goes first.
+  std::unique_ptr<ReconnectingSender> sender_;  // Last, so that it goes first.
 };
 
 }  // namespace isthmus::client

@@ -1,4 +1,4 @@
-#include "client/library/stream/uplink.h"
+#include "client/library/stream/reconnecting_sender.h"
 
 #include <absl/strings/str_cat.h>
 
@@ -19,7 +19,8 @@ BackoffOptions Patience(BackoffOptions backoff, bool for_ever) {
 
 }  // namespace
 
-Uplink::Uplink(SessionLink* link, ScanSource* source, const UplinkOptions& options)
+ReconnectingSender::ReconnectingSender(SessionLink* link, ScanSource* source,
+                                       const ReconnectingSenderOptions& options)
     : link_(link),
       source_(source),
       options_(options),
@@ -30,20 +31,20 @@ Uplink::Uplink(SessionLink* link, ScanSource* source, const UplinkOptions& optio
       deadline_s_(first_s_),
       writer_([this] { WriteLoop(); }) {}
 
-Uplink::~Uplink() {
+ReconnectingSender::~ReconnectingSender() {
   Abandon();
   writer_.join();
 }
 
-void Uplink::Abandon() {
-  source_->Interrupt();
+void ReconnectingSender::Abandon() {
+  source_->InterruptLink();
   MutexLock lock(&mutex_);
   abandoned_ = true;
   if (call_ != nullptr) call_->Cancel();
   changed_.SignalAll();
 }
 
-void Uplink::WriteLoop() {
+void ReconnectingSender::WriteLoop() {
   Backoff backoff(Patience(options_.backoff, options_.for_ever));
   absl::Status status;
   for (;;) {
@@ -58,16 +59,16 @@ void Uplink::WriteLoop() {
     }
     const std::optional<double> delay = backoff.Next();
     if (!delay) break;
-    source_->Lost(status);
+    source_->OnLinkLost(status);
     // The time in which nobody answered counts as waiting, so that a link that comes back is
     // noticed soon. After one that stood robots do not all come back at the same instant.
     const double waited_s = streamed ? 0 : clock_.Now() - began_s;
     WaitBeforeRetry(std::max(0.0, *delay - waited_s));
   }
-  source_->End(link_->Explain(status));
+  source_->OnEnd(link_->Explain(status));
 }
 
-bool Uplink::WorthAnotherTry(const absl::Status& status) const {
+bool ReconnectingSender::WorthAnotherTry(const absl::Status& status) const {
   if (absl::IsUnavailable(status)) return true;
   if (!options_.for_ever) return false;
   switch (status.code()) {
@@ -83,7 +84,8 @@ bool Uplink::WorthAnotherTry(const absl::Status& status) const {
   }
 }
 
-absl::Status Uplink::Ask(ScanSource::Duration duration, const ScanSource::Attempt& attempt) {
+absl::Status ReconnectingSender::AskServer(ScanSource::Duration duration,
+                                           const ScanSource::Attempt& attempt) {
   double deadline_s = link_->options().transfer_timeout_s;
   if (duration == ScanSource::Duration::kShort) {
     MutexLock lock(&mutex_);
@@ -110,30 +112,31 @@ absl::Status Uplink::Ask(ScanSource::Duration duration, const ScanSource::Attemp
   return absl::UnavailableError(absl::StrCat("no answer within ", deadline_s, " s"));
 }
 
-absl::Status Uplink::RunLink() {
+absl::Status ReconnectingSender::RunLink() {
   const ScanSource::Ask ask = [this](ScanSource::Duration duration,
                                      const ScanSource::Attempt& attempt) {
-    return Ask(duration, attempt);
+    return AskServer(duration, attempt);
   };
-  const absl::StatusOr<std::string> session = source_->Session(ask);
+  const absl::StatusOr<std::string> session = source_->OpenSession(ask);
   if (!session.ok()) return session.status();
   // Where the server stands. Also the cheapest way to see whether it is there.
   v1::Session known;
   v1::GetSessionRequest request;
   request.set_session(*session);
-  absl::Status status = Ask(ScanSource::Duration::kShort,
-                            [&](SessionCall& call) { return call.GetSession(request, &known); });
+  absl::Status status = AskServer(ScanSource::Duration::kShort, [&](SessionCall& call) {
+    return call.GetSession(request, &known);
+  });
   if (!status.ok() && !absl::IsNotFound(status)) return status;
   if (!status.ok()) known.Clear();
-  if (absl::Status begun = source_->Begin(known); !begun.ok()) {
+  if (absl::Status begun = source_->BeginLink(known); !begun.ok()) {
     return absl::IsNotFound(begun) ? status : begun;  // The server's own words are better.
   }
-  status = source_->complete() ? absl::OkStatus() : Stream(*session);
-  source_->Interrupt();
-  return status.ok() ? source_->Conclude(ask) : status;
+  status = source_->complete() ? absl::OkStatus() : StreamScans(*session);
+  source_->InterruptLink();
+  return status.ok() ? source_->ConcludeSession(ask) : status;
 }
 
-absl::Status Uplink::Stream(const std::string& session) {
+absl::Status ReconnectingSender::StreamScans(const std::string& session) {
   const std::unique_ptr<SessionCall> call = link_->NewCall(0);
   {
     MutexLock lock(&mutex_);
@@ -146,7 +149,7 @@ absl::Status Uplink::Stream(const std::string& session) {
   }
   const std::unique_ptr<ScanWire> wire = call->StreamScans();
   std::thread reader([&] { ReadFrom(*wire); });
-  std::thread watchman([&] { Watch(); });
+  std::thread watchman([&] { WatchProgress(); });
   SendOn(*wire, session);
   reader.join();
   watchman.join();
@@ -164,12 +167,12 @@ absl::Status Uplink::Stream(const std::string& session) {
   return status;
 }
 
-void Uplink::SendOn(ScanWire& wire, const std::string& session) {
+void ReconnectingSender::SendOn(ScanWire& wire, const std::string& session) {
   v1::StreamScansRequest hello;
   hello.set_session(session);
   bool open = wire.Write(hello);
   while (open) {
-    const ScanSource::Request request = source_->Next();
+    const ScanSource::Request request = source_->NextRequest();
     if (request == nullptr) break;
     {
       MutexLock lock(&mutex_);
@@ -185,22 +188,22 @@ void Uplink::SendOn(ScanWire& wire, const std::string& session) {
   wire.WritesDone();
 }
 
-void Uplink::ReadFrom(ScanWire& wire) {
+void ReconnectingSender::ReadFrom(ScanWire& wire) {
   v1::StreamScansResponse response;
   while (wire.Read(&response)) {
-    const bool news = source_->Take(response);
+    const bool news = source_->HandleResponse(response);
     MutexLock lock(&mutex_);
     progress_ = progress_ || news;
     moved_s_ = clock_.Now();
     if (response.sequence() != 0 && !unanswered_.empty()) unanswered_.pop_front();
   }
-  source_->Interrupt();
+  source_->InterruptLink();
   MutexLock lock(&mutex_);
   over_ = true;
   changed_.SignalAll();
 }
 
-void Uplink::Watch() {
+void ReconnectingSender::WatchProgress() {
   if (options_.stall_timeout_s <= 0) return;
   MutexLock lock(&mutex_);
   while (!over_) {
@@ -218,7 +221,7 @@ void Uplink::Watch() {
   }
 }
 
-void Uplink::WaitBeforeRetry(double seconds) {
+void ReconnectingSender::WaitBeforeRetry(double seconds) {
   if (link_->options().sleep) return link_->Sleep(seconds);
   MutexLock lock(&mutex_);
   clock_.WaitUntil(&changed_, &mutex_, clock_.Now() + seconds,

@@ -1,4 +1,4 @@
-#include "client/library/stream/spool_lane.h"
+#include "client/library/stream/session_sender.h"
 
 #include <absl/strings/str_cat.h>
 
@@ -10,14 +10,14 @@
 namespace isthmus::client {
 namespace {
 
-UplinkOptions ToUplinkOptions(const ScanStreamOptions& options) {
-  UplinkOptions uplink;
-  uplink.for_ever = true;
-  uplink.backoff.first_delay_s = options.spool.retry_first_s;
-  uplink.backoff.max_delay_s = options.spool.retry_max_s;
-  uplink.first_deadline_s = options.spool.attempt_timeout_s;
-  uplink.stall_timeout_s = options.spool.stall_timeout_s;
-  return uplink;
+ReconnectingSenderOptions ToSenderOptions(const ScanStreamOptions& options) {
+  ReconnectingSenderOptions sender;
+  sender.for_ever = true;
+  sender.backoff.first_delay_s = options.spool.retry_first_s;
+  sender.backoff.max_delay_s = options.spool.retry_max_s;
+  sender.first_deadline_s = options.spool.attempt_timeout_s;
+  sender.stall_timeout_s = options.spool.stall_timeout_s;
+  return sender;
 }
 
 absl::Status Gone(const std::string& session, const std::string& what) {
@@ -29,8 +29,8 @@ absl::Status Gone(const std::string& session, const std::string& what) {
 
 }  // namespace
 
-SpoolLane::SpoolLane(SessionLink* link, std::unique_ptr<SessionSpool> spool,
-                     const ScanStreamOptions& options, Host host)
+SessionSender::SessionSender(SessionLink* link, std::unique_ptr<SessionSpool> spool,
+                             const ScanStreamOptions& options, Host host)
     : link_(link),
       spool_(std::move(spool)),
       options_(options),
@@ -45,16 +45,16 @@ SpoolLane::SpoolLane(SessionLink* link, std::unique_ptr<SessionSpool> spool,
   opened_.last_stamp_ns = spool_->StampBefore(mine_from_);
 }
 
-SpoolLane::~SpoolLane() = default;
+SessionSender::~SessionSender() = default;
 
-void SpoolLane::Start() {
+void SessionSender::Start() {
   TellNotes();
-  uplink_.reset();  // It may have ended before.
+  sender_.reset();  // It may have ended before.
   ScanSource* const source = this;
-  uplink_ = std::make_unique<Uplink>(link_, source, ToUplinkOptions(options_));
+  sender_ = std::make_unique<ReconnectingSender>(link_, source, ToSenderOptions(options_));
 }
 
-absl::Status SpoolLane::Push(int64_t end_stamp_ns, const std::string& scan) {
+absl::Status SessionSender::Push(int64_t end_stamp_ns, const std::string& scan) {
   const auto sequence = spool_->Append(end_stamp_ns, scan, clock_.Now());
   if (!sequence.ok()) return sequence.status();
   MutexLock lock(&mutex_);
@@ -63,7 +63,7 @@ absl::Status SpoolLane::Push(int64_t end_stamp_ns, const std::string& scan) {
   return absl::OkStatus();
 }
 
-void SpoolLane::Close(bool conclude) {
+void SessionSender::Close(bool conclude) {
   bool again = false;
   {
     MutexLock lock(&mutex_);
@@ -76,9 +76,9 @@ void SpoolLane::Close(bool conclude) {
   if (again) Start();
 }
 
-SessionId SpoolLane::session() const { return SessionId(spool_->identity().session); }
+SessionId SessionSender::session() const { return SessionId(spool_->identity().session); }
 
-ScanStreamStats SpoolLane::stats() const {
+ScanStreamStats SessionSender::stats() const {
   MutexLock lock(&mutex_);
   ScanStreamStats stats = stats_;
   stats.backlog = spool_->written() - std::min(spool_->written(), acked_);
@@ -86,27 +86,27 @@ ScanStreamStats SpoolLane::stats() const {
   return stats;
 }
 
-bool SpoolLane::all_acked() const {
+bool SessionSender::all_acked() const {
   MutexLock lock(&mutex_);
   return acked_ >= spool_->written();
 }
 
-bool SpoolLane::behind() const {
+bool SessionSender::behind() const {
   MutexLock lock(&mutex_);
   return !closed_ && TooFarBehind();
 }
 
-std::optional<absl::Status> SpoolLane::ended() const {
+std::optional<absl::Status> SessionSender::ended() const {
   MutexLock lock(&mutex_);
   return ended_;
 }
 
-std::optional<v1::Session> SpoolLane::finished() const {
+std::optional<v1::Session> SessionSender::finished() const {
   MutexLock lock(&mutex_);
   return finished_;
 }
 
-absl::StatusOr<std::string> SpoolLane::Session(const Ask& ask) {
+absl::StatusOr<std::string> SessionSender::OpenSession(const Ask& ask) {
   SpoolIdentity identity = spool_->identity();
   if (!identity.session.empty()) return identity.session;
   v1::Session session;
@@ -121,12 +121,12 @@ absl::StatusOr<std::string> SpoolLane::Session(const Ask& ask) {
   return identity.session;
 }
 
-absl::Status SpoolLane::CanGoOn(const v1::Session& known) const {
+absl::Status SessionSender::CanGoOn(const v1::Session& known) const {
   MutexLock lock(&mutex_);
   return CheckKnown(known);
 }
 
-absl::Status SpoolLane::CheckKnown(const v1::Session& known) const {
+absl::Status SessionSender::CheckKnown(const v1::Session& known) const {
   const SpoolIdentity identity = spool_->identity();
   if (known.id().empty()) {
     return Gone(identity.session,
@@ -154,7 +154,7 @@ absl::Status SpoolLane::CheckKnown(const v1::Session& known) const {
   return absl::OkStatus();
 }
 
-absl::Status SpoolLane::ChangeSession(const v1::Session& known, const absl::Status& why) {
+absl::Status SessionSender::ChangeSession(const v1::Session& known, const absl::Status& why) {
   SpoolIdentity identity = spool_->identity();
   uint64_t from = spool_->first();
   if (known.state() == v1::Session::FINISHED) {
@@ -173,7 +173,7 @@ absl::Status SpoolLane::ChangeSession(const v1::Session& known, const absl::Stat
       absl::StrCat("a new session follows: ", std::string(why.message())));
 }
 
-absl::Status SpoolLane::Begin(const v1::Session& known) {
+absl::Status SessionSender::BeginLink(const v1::Session& known) {
   std::vector<ScanAck> acks;
   {
     MutexLock lock(&mutex_);
@@ -196,7 +196,7 @@ absl::Status SpoolLane::Begin(const v1::Session& known) {
   return absl::OkStatus();
 }
 
-std::vector<ScanAck> SpoolLane::TakeUp(const v1::Session& known) {
+std::vector<ScanAck> SessionSender::TakeUp(const v1::Session& known) {
   const SpoolIdentity identity = spool_->identity();
   const uint64_t last = known.last_sequence() + identity.base;
   if (!std::exchange(taken_up_, true)) acked_ = std::max(acked_, std::min(last, mine_from_ - 1));
@@ -220,14 +220,14 @@ std::vector<ScanAck> SpoolLane::TakeUp(const v1::Session& known) {
   return acks;
 }
 
-bool SpoolLane::TooFarBehind() const {
+bool SessionSender::TooFarBehind() const {
   if (options_.spool.prefer_live_after_s <= 0 || to_send_ > spool_->written()) return false;
   const int64_t newest = spool_->StampBefore(spool_->written() + 1);
   const int64_t oldest = spool_->StampBefore(to_send_ + 1);
   return static_cast<double>(newest - oldest) > options_.spool.prefer_live_after_s * 1e9;
 }
 
-ScanSource::Request SpoolLane::Next() {
+ScanSource::Request SessionSender::NextRequest() {
   std::optional<uint64_t> sequence;
   {
     MutexLock lock(&mutex_);
@@ -250,7 +250,7 @@ ScanSource::Request SpoolLane::Next() {
   return request;
 }
 
-std::optional<uint64_t> SpoolLane::AwaitNext() {
+std::optional<uint64_t> SessionSender::AwaitNext() {
   const size_t window = std::max<size_t>(options_.window, 1);
   for (;;) {
     if (interrupted_) return std::nullopt;
@@ -264,14 +264,14 @@ std::optional<uint64_t> SpoolLane::AwaitNext() {
     const std::optional<SessionSpool::Entry> entry = spool_->Find(to_send_);
     const double now = clock_.Now();
     if (!entry || now - entry->appended_s <= options_.spool.live_s) return to_send_;
-    const double when = bucket_.Take(entry->scan.size, now);
+    const double when = bucket_.TakeTokens(entry->scan.size, now);
     if (when <= now) return to_send_;
     clock_.WaitUntil(&changed_, &mutex_, when,
                      [this]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return interrupted_; });
   }
 }
 
-ScanSource::Request SpoolLane::MakeRequest(uint64_t sequence) {
+ScanSource::Request SessionSender::MakeRequest(uint64_t sequence) {
   auto request = std::make_shared<v1::StreamScansRequest>();
   v1::ScanMessage& scan = *request->mutable_scan();
   const absl::StatusOr<std::string> bytes = spool_->Read(sequence);
@@ -292,13 +292,13 @@ ScanSource::Request SpoolLane::MakeRequest(uint64_t sequence) {
   return request;
 }
 
-void SpoolLane::Interrupt() {
+void SessionSender::InterruptLink() {
   MutexLock lock(&mutex_);
   interrupted_ = true;
   changed_.SignalAll();
 }
 
-bool SpoolLane::Take(const v1::StreamScansResponse& response) {
+bool SessionSender::HandleResponse(const v1::StreamScansResponse& response) {
   ScanAck ack = convert::FromMessage(response);
   const SpoolIdentity identity = spool_->identity();
   ack.session = SessionId(identity.session);
@@ -324,13 +324,13 @@ bool SpoolLane::Take(const v1::StreamScansResponse& response) {
   return news;
 }
 
-bool SpoolLane::complete() const {
+bool SessionSender::complete() const {
   MutexLock lock(&mutex_);
   if (!closed_ || !taken_up_) return false;
   return over_ || std::min(acked_, at_server_) >= spool_->written();
 }
 
-absl::Status SpoolLane::Conclude(const Ask& ask) {
+absl::Status SessionSender::ConcludeSession(const Ask& ask) {
   {
     MutexLock lock(&mutex_);
     if (!conclude_) return absl::OkStatus();
@@ -350,7 +350,7 @@ absl::Status SpoolLane::Conclude(const Ask& ask) {
   return spool_->Remove();
 }
 
-void SpoolLane::Lost(const absl::Status& why) {
+void SessionSender::OnLinkLost(const absl::Status& why) {
   {
     MutexLock lock(&mutex_);
     ++stats_.reconnects;
@@ -358,7 +358,7 @@ void SpoolLane::Lost(const absl::Status& why) {
   host_.event("link lost: " + std::string(why.message()));
 }
 
-void SpoolLane::End(const absl::Status& status) {
+void SessionSender::OnEnd(const absl::Status& status) {
   {
     MutexLock lock(&mutex_);
     ended_ = status;
@@ -367,7 +367,7 @@ void SpoolLane::End(const absl::Status& status) {
   host_.changed();
 }
 
-void SpoolLane::TellNotes() {
+void SessionSender::TellNotes() {
   for (const std::string& note : spool_->TakeNotes()) host_.event(note);
 }
 

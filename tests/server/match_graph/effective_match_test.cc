@@ -1,4 +1,4 @@
-#include "server/match_graph/verdict.h"
+#include "server/match_graph/effective_match.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -22,15 +22,15 @@ Match Ambiguous() {
   return match;
 }
 
-Verdict Say(Ruling ruling, double x) {
-  return {SessionId("alice-1"),           SessionId("bob-1"),     ruling,
+ManualDecision MakeDecision(ManualDecisionKind kind, double x) {
+  return {SessionId("alice-1"),           SessionId("bob-1"),     kind,
           Pose(Eigen::Vector3d(x, 0, 0)), "measured with a tape", 7};
 }
 
-TEST(VerdictTest, AnAcceptedTransformStaysWhateverIsComputedLater) {
+TEST(EffectiveMatch, AnAcceptedTransformStaysWhateverIsComputedLater) {
   Match later = Ambiguous();
   later.T_a_b = Pose(Eigen::Vector3d(-9, 0, 0));
-  const Match match = Apply(Say(Ruling::kAccept, 5), later);
+  const Match match = EffectiveMatch(MakeDecision(ManualDecisionKind::kAccept, 5), later);
   EXPECT_EQ(match.state, MatchState::kAccepted);
   EXPECT_EQ(match.T_a_b.translation().x(), 5);
   EXPECT_EQ(match.confidence, 1);
@@ -41,8 +41,8 @@ TEST(VerdictTest, AnAcceptedTransformStaysWhateverIsComputedLater) {
   EXPECT_THAT(match.detail, HasSubstr("two rooms look alike"));
 }
 
-TEST(VerdictTest, ATransformGivenByHandNeedsNoComputedMatch) {
-  const Match match = Apply(Say(Ruling::kSet, 3), std::nullopt);
+TEST(EffectiveMatch, ATransformGivenByHandNeedsNoComputedMatch) {
+  const Match match = EffectiveMatch(MakeDecision(ManualDecisionKind::kSet, 3), std::nullopt);
   EXPECT_EQ(match.a, SessionId("alice-1"));
   EXPECT_EQ(match.b, SessionId("bob-1"));
   EXPECT_EQ(match.state, MatchState::kAccepted);
@@ -50,11 +50,11 @@ TEST(VerdictTest, ATransformGivenByHandNeedsNoComputedMatch) {
   EXPECT_EQ(match.matcher, GuessSource::kByHand);
 }
 
-TEST(VerdictTest, ARejectedPairIsNotJoinedByAnAcceptedMatch) {
+TEST(EffectiveMatch, ARejectedPairIsNotJoinedByAnAcceptedMatch) {
   Match accepted = Ambiguous();
   accepted.state = MatchState::kAccepted;
   accepted.confidence = 0.9;
-  const Match match = Apply(Say(Ruling::kReject, 5), accepted);
+  const Match match = EffectiveMatch(MakeDecision(ManualDecisionKind::kReject, 5), accepted);
   EXPECT_EQ(match.state, MatchState::kRejected);
   EXPECT_EQ(match.confidence, 0);
 }

@@ -11,7 +11,7 @@
 
 namespace isthmus::client {
 
-struct UplinkOptions {
+struct ReconnectingSenderOptions {
   bool for_ever = false;  // Else until backoff.max_attempts fail in a row.
   BackoffOptions backoff = {};
   double first_deadline_s = 0;  // Of a link's first question; 0: call_timeout_s.
@@ -20,11 +20,12 @@ struct UplinkOptions {
 
 // Its threads: the writer, which opens links and sends; per link a reader, which takes
 // acknowledgements, and a watchman. None of them holds mutex_ while it waits for the network.
-class Uplink {
+class ReconnectingSender {
  public:
   // Both must outlive it.
-  Uplink(SessionLink* link, ScanSource* source, const UplinkOptions& options);
-  ~Uplink();  // Gives up.
+  ReconnectingSender(SessionLink* link, ScanSource* source,
+                     const ReconnectingSenderOptions& options);
+  ~ReconnectingSender();  // Gives up.
   // As the destructor will, but does not wait.
   void Abandon();
 
@@ -33,16 +34,16 @@ class Uplink {
   bool WorthAnotherTry(const absl::Status& status) const;
   // From opening a link to its end. OK only when everything was acknowledged and concluded.
   absl::Status RunLink();
-  absl::Status Stream(const std::string& session);
-  absl::Status Ask(ScanSource::Duration duration, const ScanSource::Attempt& attempt);
+  absl::Status StreamScans(const std::string& session);
+  absl::Status AskServer(ScanSource::Duration duration, const ScanSource::Attempt& attempt);
   void SendOn(ScanWire& wire, const std::string& session);
   void ReadFrom(ScanWire& wire);
-  void Watch();
+  void WatchProgress();
   void WaitBeforeRetry(double seconds);
 
   SessionLink* const link_;
   ScanSource* const source_;
-  const UplinkOptions options_;
+  const ReconnectingSenderOptions options_;
   const WaitClock& clock_;
   const double longest_s_, first_s_;  // Deadlines of questions.
 

@@ -72,7 +72,7 @@ class MovedRobot {
   uint64_t sequence_ = 0;
 };
 
-TEST(CarriedRobot, IsLostAndThenFoundInTheSameOdomFrame) {
+TEST(KidnappedRobot, IsLostAndThenFoundInTheSameOdomFrame) {
   const Room building = floam::testing::ThreeRooms();
   const floam::testing::Sensor sensor;
   const Pose T_odom_world = EndPose(BeforeLift, sensor, 0).Inverse();

@@ -1,11 +1,12 @@
-#include "server/placement/publish.h"
+#include "server/placement/settle_poses.h"
 
 #include "server/placement/graph_builder.h"
 #include "server/placement/initial_poses.h"
 
 namespace isthmus::placement {
 
-void Settle(const PlacerOptions& options, const std::vector<Placement>& previous, Graph* graph) {
+void SettlePoses(const PlacerOptions& options, const std::vector<Placement>& previous,
+                 Graph* graph) {
   for (const GraphSession& session : graph->sessions) {
     const size_t first = static_cast<size_t>(session.first_node);
     const Placement* placement = FindPlacement(previous, graph->ids[first].session);
@@ -35,13 +36,13 @@ Placement MakePlacement(const Session& session, const GraphSession& place, const
   return placement;
 }
 
-Judgement Judge(const Input& input, const GraphSet& set) {
-  Judgement judgement;
+EdgeStatus EdgeStatusOf(const Input& input, const GraphSet& set) {
+  EdgeStatus edge_status;
   for (const Match& match : input.matches) {
-    if (Counts(match)) judgement.matches[{match.a, match.b}].assign(match.edges.size(), true);
+    if (IsAccepted(match)) edge_status.matches[{match.a, match.b}].assign(match.edges.size(), true);
   }
   for (const LoopClosure& loop : input.loops) {
-    if (!loop.rejected) judgement.loops[loop.id].assign(loop.edges.size(), true);
+    if (!loop.rejected) edge_status.loops[loop.id].assign(loop.edges.size(), true);
   }
   for (const Graph& graph : set.graphs) {
     for (size_t i = graph.odometry_edges; i < graph.origins.size(); ++i) {
@@ -49,17 +50,17 @@ Judgement Judge(const Input& input, const GraphSet& set) {
       const bool kept = graph.problem.edges[i].weight > 0;
       if (origin.key.source == Source::kMatch) {
         const Match& match = input.matches[origin.record];
-        judgement.matches[{match.a, match.b}][origin.edge] = kept;
+        edge_status.matches[{match.a, match.b}][origin.edge] = kept;
       } else if (origin.key.source == Source::kLoop) {
-        judgement.loops[origin.key.loop][origin.edge] = kept;
+        edge_status.loops[origin.key.loop][origin.edge] = kept;
       }
     }
     for (size_t i = 0; i < graph.anchors.size(); ++i) {
-      judgement.anchors[input.anchors[graph.anchors[i]].submap] =
+      edge_status.anchors[input.anchors[graph.anchors[i]].submap] =
           graph.problem.anchors[i].weight > 0;
     }
   }
-  return judgement;
+  return edge_status;
 }
 
 }  // namespace isthmus::placement

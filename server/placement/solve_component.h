@@ -3,8 +3,8 @@
 
 #include <string>
 
-#include "server/placement/changes.h"
 #include "server/placement/graph.h"
+#include "server/placement/graph_diff.h"
 #include "server/placement/placer.h"
 
 namespace isthmus::placement {
@@ -18,7 +18,8 @@ struct Solved {
 
 // Optimises problem.poses, and sets the weights of edges and anchors. `partial_before` of the
 // optimisations since the last whole one were partial.
-Solved Solve(const PlacerOptions& options, const Change& change, int partial_before, Graph* graph);
+Solved SolveComponent(const PlacerOptions& options, const GraphDiff& change, int partial_before,
+                      Graph* graph);
 
 // Moves the parts that were joined to the rest only by matches that were all discarded back to
 // where the spanning tree has them, without changing their shape.

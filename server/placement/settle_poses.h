@@ -9,11 +9,12 @@
 namespace isthmus::placement {
 
 // Sets poses back to those that readers have, where they differ by less than the options say.
-void Settle(const PlacerOptions& options, const std::vector<Placement>& previous, Graph* graph);
+void SettlePoses(const PlacerOptions& options, const std::vector<Placement>& previous,
+                 Graph* graph);
 
 Placement MakePlacement(const Session& session, const GraphSession& place, const Graph& graph);
 
 // Edges that were passed over are not said to be discarded.
-Judgement Judge(const Input& input, const GraphSet& set);
+EdgeStatus EdgeStatusOf(const Input& input, const GraphSet& set);
 
 }  // namespace isthmus::placement

@@ -22,7 +22,7 @@ struct LastGraphs {
   std::map<SessionId, bool> anchored;      // By reference.
 };
 
-struct Change {
+struct GraphDiff {
   // Something went away that may have bent the map: a match, a loop, an anchor, a session. Submaps
   // that were retired took nothing with them that was wrong.
   bool anew = false;
@@ -38,8 +38,8 @@ struct Change {
 };
 
 // The changes of each of the graphs.
-std::vector<Change> FindChanges(const LastGraphs& last, const Input& input,
-                                const SessionNumbers& numbers, const GraphSet& now);
+std::vector<GraphDiff> DiffGraphs(const LastGraphs& last, const Input& input,
+                                  const SessionNumbers& numbers, const GraphSet& now);
 
 // Gives edges and anchors the weights that the same ones had then.
 void InheritWeights(const LastGraphs& last, const Input& input, Graph* graph);
