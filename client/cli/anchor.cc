@@ -15,7 +15,7 @@
 namespace isthmus::cli {
 namespace {
 
-struct Options {
+struct AnchorOptions {
   ServerOptions server;
   std::string target, file;
   std::vector<double> position, rpy_deg;
@@ -23,7 +23,7 @@ struct Options {
   bool json = false;
 };
 
-Pose PoseOf(const Options& options) {
+Pose PoseOf(const AnchorOptions& options) {
   constexpr double kRadians = std::numbers::pi / 180;
   std::vector<double> rpy = options.rpy_deg;
   rpy.resize(3, 0.0);
@@ -32,7 +32,7 @@ Pose PoseOf(const Options& options) {
                           rpy[2] * kRadians);
 }
 
-int RunSet(const Options& options) {
+int RunSet(const AnchorOptions& options) {
   Anchor anchor = options.anchor;
   anchor.T_map_submap = PoseOf(options);
   RobotId robot;
@@ -58,7 +58,7 @@ int RunSet(const Options& options) {
   return kOk;
 }
 
-int RunRemove(const Options& options) {
+int RunRemove(const AnchorOptions& options) {
   const auto submap = ParseSubmapId(options.target);
   if (!submap.ok()) return Fail(kUsage, submap.status());
   const auto client = Connect(options.server);
@@ -90,7 +90,7 @@ void Report(const std::vector<RobotAnchor>& anchors) {
   }
 }
 
-int RunList(const Options& options) {
+int RunList(const AnchorOptions& options) {
   const auto client = Connect(options.server);
   if (!client.ok()) return FailServer(client.status());
   const auto anchors = (*client)->ListAnchors();
@@ -105,7 +105,7 @@ int RunList(const Options& options) {
   return kOk;
 }
 
-int RunImport(const Options& options) {
+int RunImport(const AnchorOptions& options) {
   const auto file = ReadPoseGraph(options.file);
   if (!file.ok()) return FailInput(file.status());
   const std::vector<Anchor> anchors = AnchorsOf(*file, options.anchor);
@@ -133,7 +133,7 @@ int RunImport(const Options& options) {
 
 // One subcommand with what all of them have.
 CLI::App* Add(CLI::App& anchor, const std::string& name, const std::string& what, Action& action,
-              const std::shared_ptr<Options>& options, int (*run)(const Options&)) {
+              const std::shared_ptr<AnchorOptions>& options, int (*run)(const AnchorOptions&)) {
   CLI::App* command = anchor.add_subcommand(name, what);
   AddServerOptions(*command, options->server);
   command->add_flag("--json", options->json, "Summary as JSON");
@@ -142,7 +142,7 @@ CLI::App* Add(CLI::App& anchor, const std::string& name, const std::string& what
 }
 
 // Returns --sigma-deg.
-CLI::Option* AddSigmas(CLI::App& command, const std::shared_ptr<Options>& options) {
+CLI::Option* AddSigmas(CLI::App& command, const std::shared_ptr<AnchorOptions>& options) {
   command.add_option("--sigma-xy", options->anchor.sigma_xy_m, "Standard deviation of X and Y, m")
       ->check(CLI::PositiveNumber)
       ->required();
@@ -158,7 +158,7 @@ CLI::Option* AddSigmas(CLI::App& command, const std::shared_ptr<Options>& option
 }
 
 void AddSet(CLI::App& anchor, Action& action) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<AnchorOptions>();
   CLI::App* command = Add(anchor, "set", "The submap lies here", action, options, &RunSet);
   command
       ->add_option("SUBMAP", options->target,
@@ -185,14 +185,14 @@ void AddAnchor(CLI::App& app, Action& action) {
   anchor->require_subcommand(1);
   AddSet(*anchor, action);
   {
-    auto options = std::make_shared<Options>();
+    auto options = std::make_shared<AnchorOptions>();
     CLI::App* command =
         Add(*anchor, "remove", "The anchor no longer holds", action, options, &RunRemove);
     command->add_option("SUBMAP", options->target, "SESSION/INDEX")->required();
   }
-  Add(*anchor, "list", "All anchors", action, std::make_shared<Options>(), &RunList);
+  Add(*anchor, "list", "All anchors", action, std::make_shared<AnchorOptions>(), &RunList);
   {
-    auto options = std::make_shared<Options>();
+    auto options = std::make_shared<AnchorOptions>();
     CLI::App* command =
         Add(*anchor, "import", "Anchors where a graph that was optimised elsewhere has its submaps",
             action, options, &RunImport);

@@ -11,7 +11,7 @@
 namespace isthmus::cli {
 namespace {
 
-struct Options {
+struct BackupOptions {
   ServerOptions server;
   std::string output;
   bool json = false;
@@ -37,7 +37,7 @@ class Bars {
   bool is_sending_ = false;
 };
 
-int Run(const Options& options) {
+int Run(const BackupOptions& options) {
   const auto client = Connect(options.server);
   if (!client.ok()) return FailServer(client.status());
   absl::StatusOr<client::Backup> backup;
@@ -69,7 +69,7 @@ int Run(const Options& options) {
 }  // namespace
 
 void AddBackup(CLI::App& app, Action& action) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<BackupOptions>();
   CLI::App* command = app.add_subcommand(
       "backup",
       "A copy of the server's map while it is in use, as a folder that isthmus-server can serve");

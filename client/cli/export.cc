@@ -11,8 +11,6 @@
 namespace isthmus::cli {
 namespace {
 
-using ExportFormat;
-
 const std::map<std::string, ExportFormat> kFormats = {
     {"pcd", ExportFormat::kPcdBinaryCompressed},
     {"pcd-compressed", ExportFormat::kPcdBinaryCompressed},
@@ -22,14 +20,14 @@ const std::map<std::string, ExportFormat> kFormats = {
     {"bt", ExportFormat::kOctoMapBinary},
     {"ot", ExportFormat::kOctoMapFull}};
 
-struct Options {
+struct ExportOptions {
   ServerOptions server;
   std::string format, output;
   ExportRequest request;
   bool json = false;
 };
 
-int Run(const Options& options) {
+int Run(const ExportOptions& options) {
   const auto client = Connect(options.server);
   if (!client.ok()) return FailServer(client.status());
   absl::StatusOr<client::ExportSummary> summary;
@@ -54,7 +52,7 @@ int Run(const Options& options) {
 }  // namespace
 
 void AddExport(CLI::App& app, Action& action) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ExportOptions>();
   CLI::App* command = app.add_subcommand("export", "The merged map as PCD, PLY or OctoMap");
   AddServerOptions(*command, options->server);
   command

@@ -17,7 +17,7 @@
 namespace isthmus::cli {
 namespace {
 
-struct Options {
+struct GraphOptions {
   ServerOptions server;
   std::string format = "text";
   bool edges = false;
@@ -94,7 +94,7 @@ void PrintDot(const MatchGraph& graph) {
   absl::PrintF("}\n");
 }
 
-int SaveG2o(client::Client& client, const Options& options) {
+int SaveG2o(client::Client& client, const GraphOptions& options) {
   const auto summary = client.ExportPoseGraphToFile(options.component, options.g2o);
   if (!summary.ok()) return FailServer(summary.status());
   if (options.format == "json") {
@@ -109,7 +109,7 @@ int SaveG2o(client::Client& client, const Options& options) {
   return kOk;
 }
 
-int Run(const Options& options) {
+int Run(const GraphOptions& options) {
   const auto client = Connect(options.server);
   if (!client.ok()) return FailServer(client.status());
   if (!options.g2o.empty()) return SaveG2o(**client, options);
@@ -128,7 +128,7 @@ int Run(const Options& options) {
 }  // namespace
 
 void AddGraph(CLI::App& app, Action& action) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<GraphOptions>();
   CLI::App* command = app.add_subcommand("graph", "Matches between robots, with their reasons");
   AddServerOptions(*command, options->server);
   command->add_option("--format", options->format, "dot is for Graphviz")

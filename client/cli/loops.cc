@@ -11,7 +11,7 @@
 namespace isthmus::cli {
 namespace {
 
-struct Options {
+struct LoopsOptions {
   ServerOptions server;
   std::string robot;
   LoopDecision decision;
@@ -42,7 +42,7 @@ void Report(const std::vector<Loop>& loops) {
   }
 }
 
-int RunList(const Options& options) {
+int RunList(const LoopsOptions& options) {
   const auto client = Connect(options.server);
   if (!client.ok()) return FailServer(client.status());
   const auto loops = (*client)->ListLoops(RobotId(options.robot), options.edges);
@@ -57,7 +57,7 @@ int RunList(const Options& options) {
   return kOk;
 }
 
-int RunDecide(const Options& options, bool rejected) {
+int RunDecide(const LoopsOptions& options, bool rejected) {
   const auto client = Connect(options.server);
   if (!client.ok()) return FailServer(client.status());
   LoopDecision decision = options.decision;
@@ -72,7 +72,7 @@ int RunDecide(const Options& options, bool rejected) {
   return kOk;
 }
 
-void AddDecision(CLI::App& loops, Action& action, const std::shared_ptr<Options>& options,
+void AddDecision(CLI::App& loops, Action& action, const std::shared_ptr<LoopsOptions>& options,
                  const std::string& name, const std::string& what, bool rejected) {
   CLI::App* command = loops.add_subcommand(name, what);
   command->fallthrough();
@@ -89,7 +89,7 @@ void AddDecision(CLI::App& loops, Action& action, const std::shared_ptr<Options>
 }  // namespace
 
 void AddLoops(CLI::App& app, Action& action) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<LoopsOptions>();
   CLI::App* command =
       app.add_subcommand("loops", "Places that robots came back to; rejecting one by hand");
   AddServerOptions(*command, options->server);

@@ -12,7 +12,7 @@
 namespace isthmus::cli {
 namespace {
 
-struct Options {
+struct MatchOptions {
   ServerOptions server;
   std::string a, b;
   bool sessions = false;
@@ -27,7 +27,7 @@ Pose PoseOf(const std::vector<double>& numbers) {
                           numbers[4] * kRadians, numbers[5] * kRadians);
 }
 
-int Run(const Options& options, std::optional<ManualDecisionKind> kind) {
+int Run(const MatchOptions& options, std::optional<ManualDecisionKind> kind) {
   const auto client = Connect(options.server);
   if (!client.ok()) return FailServer(client.status());
   MatchDecision decision;
@@ -53,7 +53,7 @@ int Run(const Options& options, std::optional<ManualDecisionKind> kind) {
 
 void AddDecision(CLI::App& match, Action& action, const std::string& name, const std::string& what,
                  std::optional<ManualDecisionKind> kind) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<MatchOptions>();
   CLI::App* command = match.add_subcommand(name, what);
   AddServerOptions(*command, options->server);
   command->add_option("A", options->a, "Robot; its newest session is meant")->required();

@@ -10,7 +10,7 @@
 namespace isthmus::cli {
 namespace {
 
-struct Options {
+struct PictureOptions {
   ServerOptions server;
   RegionQuery query;
   evaluation::PictureOptions picture;
@@ -31,7 +31,7 @@ absl::StatusOr<std::vector<Trajectory>> Ways(client::Client& client, uint32_t co
   return trajectories;
 }
 
-int Run(const Options& options) {
+int Run(const PictureOptions& options) {
   const auto client = Connect(options.server);
   if (!client.ok()) return FailServer(client.status());
   const auto region = ReadRegion(**client, options.query);
@@ -54,7 +54,7 @@ int Run(const Options& options) {
 }  // namespace
 
 void AddPicture(CLI::App& app, Action& action) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<PictureOptions>();
   evaluation::PictureOptions& picture = options->picture;
   CLI::App* command =
       app.add_subcommand("picture", "The merged map from above as PNG, coloured by robot");

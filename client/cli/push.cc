@@ -13,7 +13,7 @@
 namespace isthmus::cli {
 namespace {
 
-struct Options {
+struct PushArguments {
   ServerOptions server;
   ScanOptions scans;
   PushOptions push;
@@ -21,7 +21,7 @@ struct Options {
   bool json = false;
 };
 
-void Report(const PushSummary& summary, const Options& options) {
+void Report(const PushSummary& summary, const PushArguments& options) {
   if (options.json) {
     Print({{"session", summary.session.value()},
            {"robot", options.push.robot},
@@ -54,7 +54,7 @@ void Report(const PushSummary& summary, const Options& options) {
   if (loss.IsMuch()) absl::PrintF("%s: %s\n", summary.session.value(), ToString(loss));
 }
 
-int Run(Options options) {
+int Run(PushArguments options) {
   double hz = 0;
   if (options.pace != "max") {
     if (!absl::SimpleAtod(options.pace, &hz) || !(hz > 0)) {
@@ -87,7 +87,7 @@ int Run(Options options) {
 }  // namespace
 
 void AddPush(CLI::App& app, Action& action) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<PushArguments>();
   CLI::App* command = app.add_subcommand("push", "Push a folder of scans as a robot");
   AddServerOptions(*command, options->server);
   AddScanOptions(*command, options->scans);

@@ -15,7 +15,7 @@
 namespace isthmus::cli {
 namespace {
 
-struct Options {
+struct QueryOptions {
   ServerOptions server;
   std::string box, sphere, robot, output;
   RegionQuery query;
@@ -37,7 +37,7 @@ absl::StatusOr<std::vector<double>> Numbers(const std::string& text, size_t coun
   return absl::InvalidArgumentError(absl::StrCat(option, " is ", form, ", not '", text, "'"));
 }
 
-absl::Status ParseRegion(const Options& options, RegionQuery& query) {
+absl::Status ParseRegion(const QueryOptions& options, RegionQuery& query) {
   if (!options.box.empty()) {
     const auto n = Numbers(options.box, 6, "--box", "x0,y0,z0,x1,y1,z1");
     if (!n.ok()) return n.status();
@@ -53,7 +53,7 @@ absl::Status ParseRegion(const Options& options, RegionQuery& query) {
   return absl::OkStatus();
 }
 
-int Run(Options options) {
+int Run(QueryOptions options) {
   if (absl::Status status = ParseRegion(options, options.query); !status.ok()) {
     return Fail(kUsage, status);
   }
@@ -74,7 +74,7 @@ int Run(Options options) {
 }  // namespace
 
 void AddQuery(CLI::App& app, Action& action) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<QueryOptions>();
   CLI::App* command = app.add_subcommand("query", "Points of a part of the merged map as PCD");
   AddServerOptions(*command, options->server);
   CLI::Option* box =

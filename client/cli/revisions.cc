@@ -9,7 +9,7 @@
 namespace isthmus::cli {
 namespace {
 
-struct Options {
+struct RevisionsOptions {
   ServerOptions server;
   int limit = 20;
   int64_t from = 0, to = 0, revision = 0;
@@ -22,7 +22,7 @@ int FailRevision(const absl::Status& status) {
   return absl::IsOutOfRange(status) ? Fail(kUnknown, status) : FailServer(status);
 }
 
-int RunList(const Options& options) {
+int RunList(const RevisionsOptions& options) {
   const auto client = Connect(options.server);
   if (!client.ok()) return FailServer(client.status());
   const auto revisions = (*client)->ListRevisions(options.limit);
@@ -38,7 +38,7 @@ int RunList(const Options& options) {
   return kOk;
 }
 
-int RunDiff(const Options& options) {
+int RunDiff(const RevisionsOptions& options) {
   const auto client = Connect(options.server);
   if (!client.ok()) return FailServer(client.status());
   const auto diff = (*client)->DiffRevisions(options.from, options.to);
@@ -55,7 +55,7 @@ int RunDiff(const Options& options) {
   return kOk;
 }
 
-int RunUndo(const Options& options) {
+int RunUndo(const RevisionsOptions& options) {
   const auto client = Connect(options.server);
   if (!client.ok()) return FailServer(client.status());
   const auto revision = (*client)->UndoRevision(options.revision, options.note);
@@ -68,7 +68,8 @@ int RunUndo(const Options& options) {
   return kOk;
 }
 
-void AddDiff(CLI::App& revisions, Action& action, const std::shared_ptr<Options>& options) {
+void AddDiff(CLI::App& revisions, Action& action,
+             const std::shared_ptr<RevisionsOptions>& options) {
   CLI::App* command = revisions.add_subcommand("diff", "What moved from one revision to another");
   command->fallthrough();
   command->add_option("FROM", options->from, "0: the empty map")
@@ -79,7 +80,8 @@ void AddDiff(CLI::App& revisions, Action& action, const std::shared_ptr<Options>
   command->callback([options, &action] { action = [options] { return RunDiff(*options); }; });
 }
 
-void AddUndo(CLI::App& revisions, Action& action, const std::shared_ptr<Options>& options) {
+void AddUndo(CLI::App& revisions, Action& action,
+             const std::shared_ptr<RevisionsOptions>& options) {
   CLI::App* command = revisions.add_subcommand(
       "undo", "Reject the accepted matches and loop closures that a revision came of");
   command->fallthrough();
@@ -94,7 +96,7 @@ void AddUndo(CLI::App& revisions, Action& action, const std::shared_ptr<Options>
 }  // namespace
 
 void AddRevisions(CLI::App& app, Action& action) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<RevisionsOptions>();
   CLI::App* command =
       app.add_subcommand("revisions", "How the map changed, the newest change first; undoing one");
   AddServerOptions(*command, options->server);

@@ -10,7 +10,7 @@
 namespace isthmus::cli {
 namespace {
 
-struct Options {
+struct RobotsOptions {
   ServerOptions server;
   bool json = false;
 };
@@ -38,7 +38,7 @@ void Report(const std::vector<SessionStatus>& sessions) {
   }
 }
 
-int Run(const Options& options) {
+int Run(const RobotsOptions& options) {
   const auto client = Connect(options.server);
   if (!client.ok()) return FailServer(client.status());
   const auto sessions = (*client)->ListSessions();
@@ -56,7 +56,7 @@ int Run(const Options& options) {
 }  // namespace
 
 void AddRobots(CLI::App& app, Action& action) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<RobotsOptions>();
   CLI::App* command = app.add_subcommand("robots", "Every session of every robot");
   AddServerOptions(*command, options->server);
   command->add_flag("--json", options->json, "As JSON");

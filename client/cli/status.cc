@@ -17,7 +17,7 @@
 namespace isthmus::cli {
 namespace {
 
-struct Options {
+struct StatusOptions {
   ServerOptions server;
   std::string wait;
   double timeout_s = 300;
@@ -118,7 +118,7 @@ void Report(const MapInfo& info, const std::vector<Loop>& loops, const std::stri
   absl::PrintF("estimation   %.0f ms the last of %d\n", info.estimation_ms, info.estimations);
 }
 
-int Run(const Options& options) {
+int Run(const StatusOptions& options) {
   const auto client = Connect(options.server);
   if (!client.ok()) return FailServer(client.status());
   const auto info =
@@ -150,7 +150,7 @@ int Run(const Options& options) {
 }  // namespace
 
 void AddStatus(CLI::App& app, Action& action) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<StatusOptions>();
   CLI::App* command =
       app.add_subcommand("status", "What the server has, and whether it is at work");
   AddServerOptions(*command, options->server);

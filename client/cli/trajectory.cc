@@ -10,7 +10,7 @@
 namespace isthmus::cli {
 namespace {
 
-struct Options {
+struct TrajectoryOptions {
   ServerOptions server;
   std::string robot, frame = "map", output;
   uint32_t segment = 0;
@@ -29,7 +29,7 @@ std::string SegmentsText(const RobotTrajectory& trajectory, bool is_map) {
                       "; see --segment): ", absl::StrJoin(trajectory.left_out, ", "));
 }
 
-int Run(const Options& options) {
+int Run(const TrajectoryOptions& options) {
   const auto client = Connect(options.server);
   if (!client.ok()) return FailServer(client.status());
   const bool is_map = options.frame == "map";
@@ -50,7 +50,7 @@ int Run(const Options& options) {
 }  // namespace
 
 void AddTrajectory(CLI::App& app, Action& action) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<TrajectoryOptions>();
   CLI::App* command = app.add_subcommand("trajectory", "Poses of a robot's sensor as a TUM file");
   AddServerOptions(*command, options->server);
   command->add_option("ROBOT", options->robot, "Its name")->required();

@@ -9,13 +9,13 @@
 namespace isthmus::cli {
 namespace {
 
-struct Options {
+struct TransformOptions {
   ServerOptions server;
   std::string a, b;
   bool json = false;
 };
 
-int Run(const Options& options) {
+int Run(const TransformOptions& options) {
   const auto client = Connect(options.server);
   if (!client.ok()) return FailServer(client.status());
   const auto transform = (*client)->GetTransform(RobotId(options.a), RobotId(options.b));
@@ -35,7 +35,7 @@ int Run(const Options& options) {
 }  // namespace
 
 void AddTransform(CLI::App& app, Action& action) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<TransformOptions>();
   CLI::App* command = app.add_subcommand(
       "transform", "The pose that takes ROBOT_B's odom frame to ROBOT_A's; fails until known");
   AddServerOptions(*command, options->server);

@@ -15,13 +15,14 @@
 #include "client/console/offline_commands.h"
 #include "client/offline/bench_paper.h"
 #include "client/offline/commands.h"
+#include "client/offline/error_json.h"
 #include "core/io/file_io.h"
 
 namespace isthmus::cli {
 namespace {
 
 // The figures of one line of the table.
-struct Row {
+struct TableRow {
   std::string world, mode, seed;
   double mean_ms[2] = {}, max_ms[2] = {};
   uint64_t lost = 0;
@@ -30,8 +31,8 @@ struct Row {
   double estimation_s = 0, composition_ms = 0;
 };
 
-Row ToRow(const PaperBenchRun& run) {
-  Row row{run.world, run.mode, absl::StrCat(run.seed)};
+TableRow ToRow(const PaperBenchRun& run) {
+  TableRow row{run.world, run.mode, absl::StrCat(run.seed)};
   for (size_t i = 0; i < run.robots.size() && i < 2; ++i) {
     row.mean_ms[i] = run.robots[i].mean_ms;
     row.max_ms[i] = run.robots[i].max_ms;
@@ -44,12 +45,12 @@ Row ToRow(const PaperBenchRun& run) {
   return row;
 }
 
-Row MeanOf(const std::vector<Row>& rows) {
-  Row mean{rows[0].world, rows[0].mode, "mean"};
+TableRow MeanOf(const std::vector<TableRow>& rows) {
+  TableRow mean{rows[0].world, rows[0].mode, "mean"};
   const auto count = static_cast<double>(rows.size());
   double all = 0;
   bool merged = true;
-  for (const Row& row : rows) {
+  for (const TableRow& row : rows) {
     for (int i = 0; i < 2; ++i) {
       mean.mean_ms[i] += row.mean_ms[i] / count;
       mean.max_ms[i] = std::max(mean.max_ms[i], row.max_ms[i]);
@@ -65,7 +66,7 @@ Row MeanOf(const std::vector<Row>& rows) {
   return mean;
 }
 
-std::string Line(const Row& row) {
+std::string Line(const TableRow& row) {
   return absl::StrFormat(
       "%-10s %-11s %5s %8.2f %7.1f %8.2f %7.1f %5d %9.4f %9.4f %10s %9.1f %9.1f\n", row.world,
       row.mode, row.seed, row.mean_ms[0], row.max_ms[0], row.mean_ms[1], row.max_ms[1], row.lost,
@@ -74,18 +75,12 @@ std::string Line(const Row& row) {
       row.composition_ms);
 }
 
-Json ToJson(const evaluation::ErrorStatistics& errors) {
-  return {{"poses", errors.count},   {"rmse_m", errors.rmse_m},
-          {"mean_m", errors.mean_m}, {"median_m", errors.median_m},
-          {"max_m", errors.max_m},   {"rotation_rmse_deg", errors.rotation_rmse_deg}};
-}
-
 Json ToJson(const PaperBenchRun& run) {
   Json out = {{"world", run.world},
               {"odometry", run.mode},
               {"seed", run.seed},
               {"robots", Json::array()},
-              {"merged", run.all ? ToJson(*run.all) : Json(nullptr)},
+              {"merged", run.all ? cli::ToJson(*run.all) : Json(nullptr)},
               {"estimation_ms", run.estimation_ms},
               {"composition_ms", run.composition_ms},
               {"composition_max_ms", run.composition_max_ms}};
@@ -96,8 +91,8 @@ Json ToJson(const PaperBenchRun& run) {
                              {"lost", robot.lost},
                              {"odometry_ms_mean", robot.mean_ms},
                              {"odometry_ms_max", robot.max_ms},
-                             {"own", ToJson(robot.own)},
-                             {"in_map", run.all ? ToJson(robot.in_map) : Json(nullptr)}});
+                             {"own", cli::ToJson(robot.own)},
+                             {"in_map", run.all ? cli::ToJson(robot.in_map) : Json(nullptr)}});
   }
   return out;
 }
@@ -117,9 +112,9 @@ std::string PaperBenchLine(const PaperBenchRun& run) { return Line(ToRow(run)); 
 // Where there are several seeds, a line per world and mode with the means; of the maxima the
 // largest, of the lost scans the sum, and an RMSE in one map only if all were merged.
 std::string PaperBenchMeans(const std::vector<PaperBenchRun>& runs) {
-  std::vector<std::vector<Row>> groups;  // By world and mode, in order of appearance.
+  std::vector<std::vector<TableRow>> groups;  // By world and mode, in order of appearance.
   for (const PaperBenchRun& run : runs) {
-    const Row row = ToRow(run);
+    const TableRow row = ToRow(run);
     const auto group = std::find_if(groups.begin(), groups.end(), [&](const auto& rows) {
       return rows[0].world == row.world && rows[0].mode == row.mode;
     });
@@ -130,7 +125,7 @@ std::string PaperBenchMeans(const std::vector<PaperBenchRun>& runs) {
     }
   }
   std::string means;
-  for (const std::vector<Row>& rows : groups) {
+  for (const std::vector<TableRow>& rows : groups) {
     if (rows.size() > 1) means += Line(MeanOf(rows));
   }
   return means;
@@ -142,7 +137,7 @@ Json ToJson(const PaperBenchOptions& options, const std::vector<PaperBenchRun>& 
   return out;
 }
 
-struct Options {
+struct BenchOptions {
   PaperBenchOptions bench;
   std::string json;
 };
@@ -163,7 +158,7 @@ void PrintLines(const std::string& lines) {
   std::fflush(stdout);
 }
 
-int Run(const Options& options) {
+int Run(const BenchOptions& options) {
   const PaperBenchOptions& bench = options.bench;
   std::vector<PaperBenchRun> runs;
   for (const std::string& world : bench.worlds) {
@@ -186,7 +181,7 @@ int Run(const Options& options) {
 }  // namespace
 
 void AddBench(CLI::App& app, Action& action) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<BenchOptions>();
   CLI::App* bench = AddOfflineCommand(app, "bench");
   bench->require_subcommand(1);
   CLI::App* paper = bench->add_subcommand(

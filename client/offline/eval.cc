@@ -9,6 +9,7 @@
 #include "client/console/offline_commands.h"
 #include "client/evaluation/trajectory_error.h"
 #include "client/offline/commands.h"
+#include "client/offline/error_json.h"
 #include "core/formats/tum.h"
 
 namespace isthmus::cli {
@@ -18,7 +19,7 @@ using evaluation::Alignment;
 using evaluation::ErrorStatistics;
 using evaluation::TrajectoryPair;
 
-struct Options {
+struct EvalOptions {
   std::vector<std::string> truths, estimates;
   bool merged = false;
   std::string align = "rigid";
@@ -27,17 +28,17 @@ struct Options {
 };
 
 // One row of the answer.
-struct Row {
+struct EvalRow {
   std::string name;
   ErrorStatistics errors;
 };
 
 struct Evaluation {
-  std::vector<Row> robots;             // Each aligned by itself, or all by one alignment if merged.
+  std::vector<EvalRow> robots;         // Each aligned by itself, or all by one alignment if merged.
   std::optional<ErrorStatistics> all;  // If merged.
 };
 
-absl::StatusOr<std::vector<TrajectoryPair>> ReadPairs(const Options& options) {
+absl::StatusOr<std::vector<TrajectoryPair>> ReadPairs(const EvalOptions& options) {
   std::vector<TrajectoryPair> pairs;
   for (size_t i = 0; i < options.truths.size(); ++i) {
     auto truth = formats::ReadTum(options.truths[i]);
@@ -51,7 +52,7 @@ absl::StatusOr<std::vector<TrajectoryPair>> ReadPairs(const Options& options) {
 }
 
 absl::StatusOr<Evaluation> Evaluate(const std::vector<TrajectoryPair>& pairs,
-                                    const Options& options) {
+                                    const EvalOptions& options) {
   const Alignment alignment = options.align == "none"    ? Alignment::kNone
                               : options.align == "first" ? Alignment::kFirstPose
                                                          : Alignment::kRigid;
@@ -73,36 +74,30 @@ absl::StatusOr<Evaluation> Evaluate(const std::vector<TrajectoryPair>& pairs,
   return out;
 }
 
-Json ToJson(const ErrorStatistics& errors) {
-  return {{"poses", errors.count},   {"rmse_m", errors.rmse_m},
-          {"mean_m", errors.mean_m}, {"median_m", errors.median_m},
-          {"max_m", errors.max_m},   {"rotation_rmse_deg", errors.rotation_rmse_deg}};
-}
-
-void Report(const Evaluation& evaluation, const Options& options) {
+void Report(const Evaluation& evaluation, const EvalOptions& options) {
   if (options.json) {
     Json out = {{"alignment", options.align}, {"robots", Json::array()}};
-    for (const Row& row : evaluation.robots) {
+    for (const EvalRow& row : evaluation.robots) {
       Json robot = {{"name", row.name}};
-      robot.update(ToJson(row.errors));
+      robot.update(cli::ToJson(row.errors));
       out["robots"].push_back(std::move(robot));
     }
-    out["merged"] = evaluation.all ? ToJson(*evaluation.all) : Json(nullptr);
+    out["merged"] = evaluation.all ? cli::ToJson(*evaluation.all) : Json(nullptr);
     Print(out);
     return;
   }
   absl::PrintF("%-24s %7s %9s %9s %9s %9s %12s\n", "", "poses", "rmse m", "mean m", "median m",
                "max m", "rotation deg");
-  std::vector<Row> rows = evaluation.robots;
+  std::vector<EvalRow> rows = evaluation.robots;
   if (evaluation.all) rows.push_back({"all in one frame", *evaluation.all});
-  for (const Row& row : rows) {
+  for (const EvalRow& row : rows) {
     const ErrorStatistics& e = row.errors;
     absl::PrintF("%-24s %7d %9.4f %9.4f %9.4f %9.4f %12.3f\n", row.name, e.count, e.rmse_m,
                  e.mean_m, e.median_m, e.max_m, e.rotation_rmse_deg);
   }
 }
 
-int Run(const Options& options) {
+int Run(const EvalOptions& options) {
   if (options.truths.size() != options.estimates.size()) {
     return Fail(kUsage, absl::InvalidArgumentError(absl::StrFormat(
                             "%d --truth for %d --estimate: give one truth per estimate, in the "
@@ -120,7 +115,7 @@ int Run(const Options& options) {
 }  // namespace
 
 void AddEval(CLI::App& app, Action& action) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<EvalOptions>();
   CLI::App* command = AddOfflineCommand(app, "eval");
   command->add_option("--truth", options->truths, "FILE.tum ..., one per estimate")->required();
   command->add_option("--estimate", options->estimates, "FILE.tum ...")->required();

@@ -22,7 +22,7 @@ namespace {
 
 const RobotId kRobot("robot");
 
-struct Options {
+struct OdometryOptions {
   ScanOptions scans;
   std::string sensor, output, timing;
   std::optional<OdometryMode> odometry;
@@ -80,7 +80,7 @@ absl::StatusOr<std::vector<Written>> WriteSegments(client::Client& client, uint3
 }
 
 void ReportJson(const PushSummary& summary, const std::vector<Written>& files, const Loss& loss,
-                const Options& options) {
+                const OdometryOptions& options) {
   size_t poses = 0;
   Json list = Json::array();
   for (const Written& written : files) {
@@ -92,7 +92,7 @@ void ReportJson(const PushSummary& summary, const std::vector<Written>& files, c
          {"sensor", options.sensor},
          {"poses", poses},
          {"segments", std::move(list)},
-         {"scans", ToJson(summary.state.scans)},
+         {"scans", cli::ToJson(summary.state.scans)},
          {"lost", loss.lost},
          {"rejected", summary.scans.rejected},
          {"unreadable", summary.unreadable},
@@ -100,7 +100,8 @@ void ReportJson(const PushSummary& summary, const std::vector<Written>& files, c
          {"seconds", summary.seconds}});
 }
 
-int Report(const PushSummary& summary, const std::vector<Written>& files, const Options& options) {
+int Report(const PushSummary& summary, const std::vector<Written>& files,
+           const OdometryOptions& options) {
   const Loss loss = LossOf(summary.acks, summary.state.segments);
   if (options.json) {
     ReportJson(summary, files, loss, options);
@@ -121,7 +122,7 @@ int Report(const PushSummary& summary, const std::vector<Written>& files, const 
   return kLost;
 }
 
-int Run(Options options) {
+int Run(OdometryOptions options) {
   int code = kOk;
   const auto folder = OpenScans(options.scans, options.sensor, code);
   if (!folder) return code;
@@ -150,7 +151,7 @@ int Run(Options options) {
 }  // namespace
 
 void AddOdometry(CLI::App& app, Action& action) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<OdometryOptions>();
   CLI::App* command = AddOfflineCommand(app, "odometry");
   AddScanOptions(*command, options->scans);
   command->add_option("--sensor", options->sensor,

@@ -15,7 +15,7 @@
 namespace isthmus::cli {
 namespace {
 
-struct Options {
+struct OptimizeOptions {
   std::string input, output;
   bool robust = false, json = false;
   int threads = 1;
@@ -39,7 +39,8 @@ struct Summary {
   double seconds = 0;
 };
 
-void Report(const Options& options, const Summary& summary, const pose_graph::Result& result) {
+void Report(const OptimizeOptions& options, const Summary& summary,
+            const pose_graph::Result& result) {
   if (options.json) {
     Print({{"file", options.output},
            {"vertices", summary.vertices},
@@ -59,7 +60,7 @@ void Report(const Options& options, const Summary& summary, const pose_graph::Re
                result.converged ? "" : "; not converged");
 }
 
-int Run(const Options& options) {
+int Run(const OptimizeOptions& options) {
   auto file = ReadPoseGraph(options.input);
   if (!file.ok()) return FailInput(file.status());
   if (options.robust) DoubtAllButOdometry(*file);
@@ -85,7 +86,7 @@ int Run(const Options& options) {
 }  // namespace
 
 void AddOptimize(CLI::App& app, Action& action) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<OptimizeOptions>();
   CLI::App* command = AddOfflineCommand(app, "optimize");
   command->add_option("INPUT", options->input, "FILE.g2o, VERTEX_SE3:QUAT and EDGE_SE3:QUAT")
       ->required();

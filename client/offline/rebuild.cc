@@ -15,7 +15,7 @@
 namespace isthmus::cli {
 namespace {
 
-struct Options {
+struct RebuildArguments {
   RebuildOptions rebuild;
   std::string config;
   std::vector<std::string> sessions;
@@ -61,7 +61,7 @@ void PrintText(const RebuildSummary& summary, const std::string& folder) {
                summary.sessions.size(), summary.manual_decisions, summary.anchors);
 }
 
-int Run(Options options) {
+int Run(RebuildArguments options) {
   server::ServerConfig config;
   if (!options.config.empty()) {
     auto loaded = server::LoadConfig(options.config);
@@ -98,7 +98,7 @@ int Run(Options options) {
 }  // namespace
 
 void AddRebuild(CLI::App& app, Action& action) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<RebuildArguments>();
   CLI::App* command = AddOfflineCommand(app, "rebuild");
   command->add_option("DIR", options->rebuild.from, "Map folder with an archive of scans")
       ->required();

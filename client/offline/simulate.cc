@@ -13,13 +13,13 @@
 namespace isthmus::cli {
 namespace {
 
-struct Options {
+struct SimulateOptions {
   simulation::Options simulation;
   std::string output;
   bool json = false;
 };
 
-void Report(const simulation::RecordingSummary& summary, const Options& options) {
+void Report(const simulation::RecordingSummary& summary, const SimulateOptions& options) {
   if (options.json) {
     Print({{"folder", options.output},
            {"robots", summary.robots},
@@ -37,7 +37,7 @@ void Report(const simulation::RecordingSummary& summary, const Options& options)
   }
 }
 
-int Run(const Options& options) {
+int Run(const SimulateOptions& options) {
   std::optional<Progress> progress;
   const auto summary =
       simulation::Record(options.simulation, options.output, [&](int done, int total) {
@@ -54,7 +54,7 @@ int Run(const Options& options) {
 }  // namespace
 
 void AddSimulate(CLI::App& app, Action& action) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<SimulateOptions>();
   simulation::Options& simulation = options->simulation;
   CLI::App* command = AddOfflineCommand(app, "simulate");
   command

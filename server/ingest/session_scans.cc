@@ -85,12 +85,12 @@ void SessionWorker::Break(const absl::Status& why, ScanAck* ack) {
   ack->sequence = sequence;
   ack->outcome = ScanOutcome::kRejected;
   ack->reason = std::string(why.message());
-  ack->status = ToString(floam::TrackingStatus::kLost);
+  ack->tracking = Tracking::kLost;
   ++state_->counts.rejected;
   MutexLock lock(&mutex_);
   ++status_.rejected;
   status_.scans = state_->counts;
-  status_.tracking = ack->status;
+  status_.tracking = ack->tracking;
 }
 
 void SessionWorker::BeginAnew() {

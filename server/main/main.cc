@@ -16,7 +16,6 @@
 #include "server/main/data_folder.h"
 #include "server/main/stop_signal.h"
 #include "server/pipeline.h"
-#include "server/rpc/backup_source.h"
 #include "server/rpc/server.h"
 #include "storage/sqlite/sqlite_store.h"
 #include "storage/upkeep/backup_stream.h"

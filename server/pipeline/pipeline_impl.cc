@@ -28,7 +28,7 @@ PipelineImpl::PipelineImpl(const PipelineOptions& options, std::unique_ptr<stora
 PipelineImpl::~PipelineImpl() { Shutdown(); }
 
 absl::Status PipelineImpl::Start() {
-  if (!kHasPaper && parts_.options.matcher.search == "paper") {
+  if (!kHasPaper && parts_.options.matcher.search == matching::SearchMode::kPaper) {
     return absl::InvalidArgumentError(
         "this program was built without the paper's matching chain (ISTHMUS_PAPER=OFF): search by "
         "\"default\" or \"birds_eye\"");

@@ -52,7 +52,7 @@ grpc::Status SessionService::FinishSession(grpc::ServerContext*,
     if (request->last_sequence() > 0) {
       // It only falls behind this if the process is started anew, and this call ends with it.
       const auto status = pipeline_.GetSession(session);
-      if (!status.ok()) return status;
+      if (!status.ok()) return status.status();
       if (status->last_sequence < request->last_sequence()) {
         return absl::AbortedError(absl::StrCat(
             "session ", session.value(), " has scans up to ", status->last_sequence, " of ",

@@ -43,10 +43,10 @@ SeenPoint OnSomeWall(std::mt19937* rng, double room_x, uint32_t keyframe) {
 }
 
 // Rooms in a row; the sensor stood `keyframes` times, by turns in each.
-client::SubmapUpload Rooms(const SubmapId& id, int rooms, double apart_m, uint32_t keyframes,
-                           int points_each, unsigned seed) {
+SubmapUpload Rooms(const SubmapId& id, int rooms, double apart_m, uint32_t keyframes,
+                   int points_each, unsigned seed) {
   std::mt19937 rng(seed);
-  client::SubmapUpload upload;
+  SubmapUpload upload;
   upload.id = id;
   upload.first_stamp_ns = 1'000'000'000;
   std::vector<SeenPoint> points;

@@ -154,7 +154,7 @@ class OdometryState : public ::testing::TestWithParam<OdometryMode> {};
 INSTANTIATE_TEST_SUITE_P(All, OdometryState,
                          ::testing::Values(OdometryMode::kContinuous, OdometryMode::kFloam,
                                            OdometryMode::kAloam),
-                         [](const auto& param) { return Name(param.param); });
+                         [](const auto& param) { return ToString(param.param); });
 
 TEST_P(OdometryState, GoesOnExactlyThroughTroubles) {
   const std::vector<Scan> scans = TroubledLoop();

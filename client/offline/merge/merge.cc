@@ -85,7 +85,7 @@ void PrintText(const MergeResult& result) {
                IsVerified(result) ? "" : "; UNVERIFIED: look at it before you trust it");
 }
 
-struct Options {
+struct MergeOptions {
   std::vector<std::string> files;
   std::string output, report;
   double timeout_s = 3600;
@@ -130,7 +130,7 @@ absl::Status Write(client::Client& client, const std::string& output, MergeResul
 }
 
 absl::StatusOr<MergeResult> Merge(client::Client& client, std::vector<MergeInput> inputs,
-                                  const Options& options) {
+                                  const MergeOptions& options) {
   MergeResult result;
   if (absl::Status status = UploadAll(client, inputs); !status.ok()) return status;
   result.inputs = std::move(inputs);
@@ -152,7 +152,7 @@ absl::StatusOr<MergeResult> Merge(client::Client& client, std::vector<MergeInput
   return result;
 }
 
-int Run(const Options& options) {
+int Run(const MergeOptions& options) {
   auto inputs = ReadMergeInputs(options.files);
   if (!inputs.ok()) return FailInput(inputs.status());
   server::PipelineOptions pipeline;
@@ -175,7 +175,7 @@ int Run(const Options& options) {
 }  // namespace
 
 void AddMerge(CLI::App& app, Action& action) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<MergeOptions>();
   CLI::App* command = AddOfflineCommand(app, "merge");
   command->add_option("FILES", options->files, "A.pcd B.pcd ...: one map per robot")
       ->required()

@@ -185,7 +185,7 @@ TEST_F(GraphCommandsTest, LoopsAreATableThatSaysWhatCounts) {
 TEST_F(GraphCommandsTest, APersonsDecisionOnALoop) {
   Loop decided = SomeLoop(17, 0);
   decided.loop.rejected = true;
-  pipeline_.decided_loop = decided;
+  pipeline_.decided_loop = DecidedLoop{.revision = 8, .loop = decided};
   const ProgramResult reject = Ask("loops reject 17 --note 'another floor'");
   ASSERT_EQ(reject.code, 0) << reject.err;
   EXPECT_THAT(reject.out, HasSubstr("REJECTED"));

@@ -79,7 +79,7 @@ TEST(Segments, TheAckSaysWhichAndPosesOfTheNewOneAreRightInItsOwnFrame) {
     const bool is_second = k >= begin;
     EXPECT_EQ(acks[k].segment, is_second ? 2u : 1u);
     EXPECT_EQ(acks[k].segment_session, SessionId(is_second ? "alice-1.2" : "alice-1"));
-    EXPECT_EQ(acks[k].status, k < kFirst || is_second ? "ok" : "lost");
+    EXPECT_EQ(acks[k].tracking, k < kFirst || is_second ? Tracking::kOk : Tracking::kLost);
     EXPECT_EQ(acks[k].lost_since_ns, k < kFirst || is_second ? 0 : Turns()[kFirst].end_stamp_ns);
     if (!is_second) continue;
     const Pose truth = EndPose(ThroughOtherBuilding, sensor, first_turn).Inverse() *

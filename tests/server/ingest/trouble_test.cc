@@ -212,7 +212,7 @@ TEST(Trouble, LostScansEndTheSubmapAndAreNotStored) {
 // What was being done may be half done, so nothing of it is used any more.
 TEST(Trouble, WhatIsThrownCostsThatScanAndTheSegment) {
   Rig rig;
-  Drive(&rig, 0, 20);
+  DriveOn(&rig, 0, 20);
   bool throws = false;
   std::vector<std::string> told;
   rig.on_told = [&](const std::string& what) {
@@ -221,7 +221,7 @@ TEST(Trouble, WhatIsThrownCostsThatScanAndTheSegment) {
   };
   for (int k = 20; k < 23; ++k) {
     throws = k == 22;  // Told that it is lost, in the middle of rejecting the third.
-    ExpectRejected(rig.Send(Blank(0), rig.Turn(k).end_stamp_ns), "lost",
+    ExpectRejected(rig.Send(AllPointsAt(0), rig.Turn(k).end_stamp_ns), Tracking::kLost,
                    k < 22 ? "no returns" : "not enough memory");
   }
   EXPECT_TRUE(told.empty());
@@ -233,7 +233,7 @@ TEST(Trouble, WhatIsThrownCostsThatScanAndTheSegment) {
   EXPECT_EQ(rig.worker().Status().rejected, 3u);
   EXPECT_EQ(rig.worker().Status().scans.rejected, 3u);
   for (int k = 24; k < 30; ++k) {
-    EXPECT_EQ(rig.Send(rig.Turn(k)).status, "ok") << k;
+    EXPECT_EQ(rig.Send(rig.Turn(k)).tracking, Tracking::kOk) << k;
   }
   ASSERT_TRUE(rig.worker().Finish().ok());
   // The first segment's was cut whole before anything was thrown.

@@ -150,7 +150,7 @@ TEST_F(SubmapCacheTest, WhatCannotBeReadForWantOfMemoryIsToldOnceAndAskedForAgai
     absl::StatusOr<std::shared_ptr<const Submap>> GetSubmap(const SubmapId& id) const override {
       if (id.index == 1 && throws) throw std::bad_alloc();
       if (id.index == 2 && throws) throw std::runtime_error("no such thing");
-      return std::make_shared<const Submap>(MakeSubmap(id.index));
+      return std::make_shared<const Submap>(LargeSubmap(id.index));
     }
     bool throws = true;
   } store(storage::MakeMemoryStore());

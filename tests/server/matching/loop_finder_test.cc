@@ -122,7 +122,7 @@ TEST_F(LoopFinderTest, FillsEveryField) {
     EXPECT_GE(closure.free_space, 0);
     EXPECT_LE(closure.free_space, AfterTwentyMetres().max_free_space);
     EXPECT_GT(closure.comparisons, 500);
-    EXPECT_FALSE(closure.source.empty());
+    EXPECT_NE(closure.source, GuessSource::kNone);
     EXPECT_FALSE(closure.detail.empty());
     EXPECT_FALSE(closure.rejected);
   }

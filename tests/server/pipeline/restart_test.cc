@@ -129,7 +129,7 @@ TEST_F(PipelineRestart, AKilledServerLeavesNoTrace) {
     };
     open();
     const Pose mounted = Pose::FromXyzRpy(0.1, 0, 0.4, 0.01, -0.02, 0.5);
-    session = pipeline->CreateSession({RobotId("alice"), "vlp16", "", mounted}).value().record.id;
+    session = pipeline->CreateSession({RobotId("alice"), "vlp16", {}, mounted}).value().record.id;
     int next = 0;
     const auto send_until = [&](int end) {
       for (; next < end; ++next) {
