@@ -32,8 +32,10 @@ absl::Status Submit(server::Pipeline& pipeline, const SessionId& session, AckWin
   }
   window.Expect(scan.sequence, std::move(reason));
   const uint64_t sequence = scan.sequence;
+  // Also where something is thrown: nobody would write that acknowledgement.
+  absl::Cleanup withdraw = [&] { window.Withdraw(sequence); };
   const absl::Status status = pipeline.SubmitScan(session, std::move(scan));
-  if (!status.ok()) window.Withdraw(sequence);
+  if (status.ok()) std::move(withdraw).Cancel();
   return status;
 }
 

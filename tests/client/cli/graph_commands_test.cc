@@ -150,6 +150,7 @@ Loop SomeLoop(uint64_t id, uint32_t used) {
   status.loop.overlap = 0.5;
   status.loop.detail = "half of it lies on it";
   status.loop.edges.resize(3);
+  status.edge_count = 3;
   status.edges_used = used;
   return status;
 }
