@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
+#include "core/map/session.h"
 #include "core/point_payload.h"
 #include "core/pose.h"
 #include "core/scan_timing.h"
-#include "core/session.h"
 #include "core/tracking.h"
 
 namespace isthmus {

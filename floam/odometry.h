@@ -11,10 +11,10 @@
 #include <string>
 
 #include "core/cloud.h"
+#include "core/map/submap.h"
+#include "core/map/trajectory.h"
 #include "core/pose.h"
 #include "core/scan.h"
-#include "core/submap.h"
-#include "core/trajectory.h"
 #include "floam/match/degeneracy.h"
 #include "floam/rings/ring_scan.h"
 #include "floam/rings/sensor_model.h"

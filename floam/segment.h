@@ -5,8 +5,8 @@
 #include <optional>
 
 #include "core/cloud.h"
-#include "core/submap.h"
-#include "core/trajectory.h"
+#include "core/map/submap.h"
+#include "core/map/trajectory.h"
 #include "floam/match/feature_map.h"
 #include "floam/match/match_quality.h"
 #include "floam/match/scan_to_scan.h"

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "core/geometry/voxel_thinner.h"
-#include "core/submap.h"
+#include "core/map/submap.h"
 #include "floam/odometry.h"
 
 namespace isthmus::floam {

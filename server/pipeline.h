@@ -12,18 +12,18 @@
 #include <string>
 #include <vector>
 
-#include "core/anchor.h"
 #include "core/clock.h"
-#include "core/composed_map.h"
+#include "core/map/anchor.h"
+#include "core/map/composed_map.h"
+#include "core/map/revision.h"
+#include "core/map/submap.h"
 #include "core/records/list_at.h"
 #include "core/records/map_edits.h"
 #include "core/records/map_graph.h"
 #include "core/records/map_info.h"
 #include "core/records/map_reading.h"
 #include "core/records/session_status.h"
-#include "core/revision.h"
 #include "core/scan_upload.h"
-#include "core/submap.h"
 #include "server/pipeline_options.h"
 #include "storage/map_store.h"
 

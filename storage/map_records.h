@@ -9,14 +9,14 @@
 #include <utility>
 #include <vector>
 
-#include "core/anchor.h"
-#include "core/loop_closure.h"
-#include "core/manual_decision.h"
-#include "core/match.h"
-#include "core/session.h"
-#include "core/shared_map.h"
-#include "core/submap.h"
-#include "core/trajectory.h"
+#include "core/concurrency/shared_map.h"
+#include "core/map/anchor.h"
+#include "core/map/loop_closure.h"
+#include "core/map/manual_decision.h"
+#include "core/map/match.h"
+#include "core/map/session.h"
+#include "core/map/submap.h"
+#include "core/map/trajectory.h"
 #include "storage/map_store.h"
 
 namespace isthmus::storage {

@@ -6,7 +6,7 @@
 #include <set>
 #include <utility>
 
-#include "core/mutex.h"
+#include "core/concurrency/mutex.h"
 #include "storage/batch_rules.h"
 #include "storage/map_records.h"
 #include "storage/revision_log.h"

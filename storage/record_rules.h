@@ -5,11 +5,11 @@
 
 #include <vector>
 
-#include "core/anchor.h"
-#include "core/loop_closure.h"
-#include "core/match.h"
-#include "core/revision.h"
-#include "core/submap.h"
+#include "core/map/anchor.h"
+#include "core/map/loop_closure.h"
+#include "core/map/match.h"
+#include "core/map/revision.h"
+#include "core/map/submap.h"
 
 namespace isthmus::storage {
 

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/revision.h"
+#include "core/map/revision.h"
 
 namespace isthmus::storage {
 

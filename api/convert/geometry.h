@@ -8,8 +8,8 @@
 #include <optional>
 
 #include "core/cloud.h"
+#include "core/map/trajectory.h"
 #include "core/pose.h"
-#include "core/trajectory.h"
 #include "isthmus/v1/types.pb.h"
 
 namespace isthmus::convert {

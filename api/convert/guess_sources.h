@@ -3,7 +3,7 @@
 
 #include <utility>
 
-#include "core/match.h"
+#include "core/map/match.h"
 #include "isthmus/v1/map_service.pb.h"
 
 namespace isthmus::convert {

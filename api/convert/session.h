@@ -3,10 +3,10 @@
 
 #include <absl/status/statusor.h>
 
+#include "core/map/session.h"
 #include "core/records/session_status.h"
 #include "core/records/submap_upload.h"
 #include "core/scan_upload.h"
-#include "core/session.h"
 #include "isthmus/v1/session_service.pb.h"
 
 namespace isthmus::convert {

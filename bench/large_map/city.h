@@ -6,8 +6,8 @@
 #include <memory>
 #include <random>
 
+#include "core/map/submap.h"
 #include "core/pose.h"
-#include "core/submap.h"
 
 namespace isthmus::bench {
 

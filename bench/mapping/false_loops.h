@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "bench/merging/driven_robot.h"
-#include "core/loop_closure.h"
+#include "core/map/loop_closure.h"
 #include "server/placement/placer.h"
 
 namespace isthmus::bench {

@@ -10,7 +10,7 @@
 #include "bench/mapping/map_truth.h"
 #include "bench/merging/driven_robot.h"
 #include "bench/merging/odom_frames.h"
-#include "core/match.h"
+#include "core/map/match.h"
 #include "server/pipeline_options.h"
 
 namespace isthmus::bench {

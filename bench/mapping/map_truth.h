@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "bench/merging/driven_robot.h"
-#include "core/trajectory.h"
+#include "core/map/trajectory.h"
 #include "server/pipeline.h"
 
 namespace isthmus::bench {

@@ -11,9 +11,9 @@
 #include "bench/merging/temporary_folder.h"
 #include "client/evaluation/trajectory_error.h"
 #include "core/codec/payload_builder.h"
+#include "core/concurrency/mutex.h"
 #include "core/formats/tum.h"
 #include "core/io/file_io.h"
-#include "core/mutex.h"
 #include "server/pipeline.h"
 #include "storage/sqlite/sqlite_store.h"
 

@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "bench/merging/drive_options.h"
+#include "core/map/session.h"
+#include "core/map/submap.h"
 #include "core/pose.h"
-#include "core/session.h"
-#include "core/submap.h"
 #include "server/pipeline_options.h"
 
 namespace isthmus::bench {

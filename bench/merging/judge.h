@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "bench/merging/driven_robot.h"
-#include "core/match.h"
+#include "core/map/match.h"
 
 namespace isthmus::bench {
 

@@ -10,7 +10,7 @@
 
 #include "bench/merging/driven_robot.h"
 #include "bench/merging/judge.h"
-#include "core/match.h"
+#include "core/map/match.h"
 #include "server/pipeline_options.h"
 #include "storage/map_store.h"
 

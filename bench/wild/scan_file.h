@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "core/mutex.h"
+#include "core/concurrency/mutex.h"
 #include "core/pose.h"
 #include "core/scan.h"
 

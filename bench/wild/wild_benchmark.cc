@@ -5,7 +5,7 @@
 #include <random>
 #include <thread>
 
-#include "core/mutex.h"
+#include "core/concurrency/mutex.h"
 
 namespace isthmus::bench {
 namespace {

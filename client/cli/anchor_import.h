@@ -8,7 +8,7 @@
 
 #include "client/console/pose_graph_file.h"
 #include "client/library/client.h"
-#include "core/anchor.h"
+#include "core/map/anchor.h"
 
 namespace isthmus::cli {
 

@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "core/revision.h"
+#include "core/map/revision.h"
 
 namespace isthmus::cli {
 

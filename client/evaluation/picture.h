@@ -11,7 +11,7 @@
 
 #include "client/evaluation/canvas.h"
 #include "core/cloud.h"
-#include "core/trajectory.h"
+#include "core/map/trajectory.h"
 
 namespace isthmus::evaluation {
 

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "core/map/trajectory.h"
 #include "core/pose.h"
-#include "core/trajectory.h"
 
 namespace isthmus::evaluation {
 

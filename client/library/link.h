@@ -12,7 +12,7 @@
 
 #include "client/library/client.h"
 #include "client/library/stream/session_link.h"
-#include "core/mutex.h"
+#include "core/concurrency/mutex.h"
 #include "isthmus/v1/admin_service.grpc.pb.h"
 #include "isthmus/v1/edit_service.grpc.pb.h"
 #include "isthmus/v1/map_service.grpc.pb.h"

@@ -10,7 +10,7 @@
 #include "client/console/waiting.h"
 #include "client/offline/embedded_server.h"
 #include "client/simulation/simulator.h"
-#include "core/mutex.h"
+#include "core/concurrency/mutex.h"
 
 namespace isthmus::cli {
 namespace {

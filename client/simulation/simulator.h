@@ -14,8 +14,8 @@
 #include "client/simulation/sensors/lidar.h"
 #include "client/simulation/sensors/ray_caster.h"
 #include "client/simulation/worlds/world.h"
+#include "core/map/trajectory.h"
 #include "core/scan.h"
-#include "core/trajectory.h"
 
 namespace isthmus::simulation {
 

@@ -6,7 +6,7 @@
 
 #include <string>
 
-#include "core/trajectory.h"
+#include "core/map/trajectory.h"
 
 namespace isthmus::formats {
 

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "core/ids.h"
-#include "core/manual_decision.h"
+#include "core/map/manual_decision.h"
 #include "core/pose.h"
 #include "core/records/map_graph.h"
 

@@ -5,12 +5,12 @@
 #include <optional>
 #include <vector>
 
-#include "core/anchor.h"
 #include "core/ids.h"
-#include "core/loop_closure.h"
-#include "core/manual_decision.h"
-#include "core/match.h"
-#include "core/revision.h"
+#include "core/map/anchor.h"
+#include "core/map/loop_closure.h"
+#include "core/map/manual_decision.h"
+#include "core/map/match.h"
+#include "core/map/revision.h"
 
 namespace isthmus {
 

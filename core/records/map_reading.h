@@ -9,9 +9,9 @@
 
 #include "core/cloud.h"
 #include "core/ids.h"
+#include "core/map/submap.h"
+#include "core/map/trajectory.h"
 #include "core/pose.h"
-#include "core/submap.h"
-#include "core/trajectory.h"
 
 namespace isthmus {
 

@@ -6,9 +6,9 @@
 #include <string>
 
 #include "core/ids.h"
+#include "core/map/session.h"
 #include "core/odometry_mode.h"
 #include "core/pose.h"
-#include "core/session.h"
 #include "core/tracking.h"
 
 namespace isthmus {

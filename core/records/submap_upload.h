@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "core/ids.h"
+#include "core/map/trajectory.h"
 #include "core/point_payload.h"
 #include "core/pose.h"
-#include "core/trajectory.h"
 
 namespace isthmus {
 

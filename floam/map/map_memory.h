@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "core/geometry/voxel_thinner.h"
-#include "core/submap.h"
+#include "core/map/submap.h"
 #include "floam/map/limits.h"
 
 namespace isthmus::floam {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "core/cloud.h"
-#include "core/submap.h"
+#include "core/map/submap.h"
 #include "floam/map/map_memory.h"
 #include "floam/match/match_quality.h"
 #include "floam/match/scan_matcher.h"

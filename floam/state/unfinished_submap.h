@@ -1,7 +1,7 @@
 // A submap that grows, within a saved state.
 #pragma once
 
-#include "core/submap.h"
+#include "core/map/submap.h"
 #include "floam/state/state_codec.h"
 
 namespace isthmus::floam {

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "server/composition/limits.h"
-#include "server/composition/points_by_tile.h"
+#include "server/composition/tiles/points_by_tile.h"
 
 namespace isthmus::composition {
 namespace {

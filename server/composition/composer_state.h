@@ -13,12 +13,12 @@
 #include <vector>
 
 #include "server/composition/composer.h"
-#include "server/composition/spill_file.h"
 #include "server/composition/thinned_submap.h"
 #include "server/composition/thinned_submap_cache.h"
-#include "server/composition/tile_builder.h"
-#include "server/composition/tile_limit.h"
-#include "server/composition/tiled_map.h"
+#include "server/composition/tiles/spill_file.h"
+#include "server/composition/tiles/tile_builder.h"
+#include "server/composition/tiles/tile_limit.h"
+#include "server/composition/tiles/tiled_map.h"
 
 namespace isthmus::composition {
 

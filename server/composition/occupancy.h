@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "core/composed_map.h"
+#include "core/map/composed_map.h"
 
 namespace isthmus::composition {
 

@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "core/submap.h"
+#include "core/map/submap.h"
 #include "server/composition/keep_on.h"
 #include "server/composition/voxel_thinner.h"
 

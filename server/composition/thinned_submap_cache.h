@@ -14,8 +14,8 @@
 
 #include "core/ids.h"
 #include "core/lru_cache.h"
-#include "server/composition/points_by_tile.h"
-#include "server/composition/spill_file.h"
+#include "server/composition/tiles/points_by_tile.h"
+#include "server/composition/tiles/spill_file.h"
 
 namespace isthmus::composition {
 

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "core/codec/quantized.h"
-#include "core/mutex.h"
+#include "core/concurrency/mutex.h"
 
 namespace isthmus::ingest {
 

@@ -11,8 +11,8 @@
 #include <memory>
 #include <string>
 
+#include "core/concurrency/mutex.h"
 #include "core/ids.h"
-#include "core/mutex.h"
 #include "core/scan_upload.h"
 #include "server/archive_options.h"
 #include "storage/archive/scan_archive.h"

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "core/mutex.h"
+#include "core/concurrency/mutex.h"
 #include "server/ingest/limits.h"
 #include "server/ingest/session_worker.h"
 

@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "core/codec/scan_decoder.h"
-#include "core/session.h"
-#include "core/trajectory.h"
+#include "core/map/session.h"
+#include "core/map/trajectory.h"
 #include "floam/odometry.h"
 #include "floam/odometry_options.h"
 #include "floam/submap_builder.h"

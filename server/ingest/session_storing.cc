@@ -2,7 +2,7 @@
 #include <utility>
 
 #include "core/caught.h"
-#include "core/mutex.h"
+#include "core/concurrency/mutex.h"
 #include "server/ingest/session_worker.h"
 
 namespace isthmus::ingest {

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "core/caught.h"
-#include "core/mutex.h"
+#include "core/concurrency/mutex.h"
 #include "server/ingest/limits.h"
 
 namespace isthmus::ingest {

@@ -14,12 +14,12 @@
 #include <utility>
 #include <vector>
 
-#include "core/executor.h"
-#include "core/mutex.h"
+#include "core/concurrency/executor.h"
+#include "core/concurrency/mutex.h"
+#include "core/map/session.h"
+#include "core/map/submap.h"
+#include "core/map/trajectory.h"
 #include "core/scan_upload.h"
-#include "core/session.h"
-#include "core/submap.h"
-#include "core/trajectory.h"
 #include "floam/odometry.h"
 #include "floam/odometry_options.h"
 #include "floam/submap_builder.h"

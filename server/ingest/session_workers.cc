@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "core/mutex.h"
+#include "core/concurrency/mutex.h"
 
 namespace isthmus::ingest {
 

@@ -5,8 +5,8 @@
 #include <memory>
 #include <vector>
 
+#include "core/concurrency/mutex.h"
 #include "core/ids.h"
-#include "core/mutex.h"
 #include "server/ingest/session_worker.h"
 
 namespace isthmus::ingest {

@@ -3,7 +3,7 @@
 
 #include <absl/status/statusor.h>
 
-#include "core/submap.h"
+#include "core/map/submap.h"
 #include "server/ingest/worker_records.h"
 
 namespace isthmus::ingest {

@@ -10,12 +10,12 @@
 #include <string>
 #include <vector>
 
-#include "core/finished_submap.h"
+#include "core/map/finished_submap.h"
+#include "core/map/session.h"
+#include "core/map/submap.h"
+#include "core/map/trajectory.h"
 #include "core/pose.h"
-#include "core/session.h"
-#include "core/submap.h"
 #include "core/tracking.h"
-#include "core/trajectory.h"
 
 namespace isthmus::ingest {
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "core/mutex.h"
+#include "core/concurrency/mutex.h"
 
 namespace isthmus::server {
 

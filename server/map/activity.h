@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "core/event_count.h"
+#include "core/concurrency/event_count.h"
+#include "core/concurrency/mutex.h"
 #include "core/ids.h"
-#include "core/mutex.h"
 
 namespace isthmus::server {
 

@@ -4,7 +4,7 @@
 #include <set>
 #include <utility>
 
-#include "core/mutex.h"
+#include "core/concurrency/mutex.h"
 #include "server/map/map_writer.h"
 
 namespace isthmus::server {

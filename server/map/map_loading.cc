@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "core/mutex.h"
+#include "core/concurrency/mutex.h"
 #include "server/map/map_writer.h"
 
 namespace isthmus::server {

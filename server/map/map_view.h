@@ -6,9 +6,9 @@
 #include <optional>
 #include <vector>
 
-#include "core/composed_map.h"
-#include "core/match.h"
-#include "core/revision.h"
+#include "core/map/composed_map.h"
+#include "core/map/match.h"
+#include "core/map/revision.h"
 #include "server/match_graph/match_graph.h"
 #include "server/placement/placer.h"
 #include "storage/map_records.h"

@@ -3,7 +3,7 @@
 #include <optional>
 #include <utility>
 
-#include "core/mutex.h"
+#include "core/concurrency/mutex.h"
 #include "server/map/limits.h"
 
 namespace isthmus::server {

@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "core/clock.h"
-#include "core/event_count.h"
-#include "core/finished_submap.h"
-#include "core/mutex.h"
+#include "core/concurrency/event_count.h"
+#include "core/concurrency/mutex.h"
+#include "core/map/finished_submap.h"
 #include "server/map/activity.h"
 #include "server/map/map_edit.h"
 #include "server/map/map_view.h"

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "core/caught.h"
-#include "core/mutex.h"
+#include "core/concurrency/mutex.h"
 
 namespace isthmus::server {
 

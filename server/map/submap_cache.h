@@ -10,9 +10,9 @@
 #include <memory>
 #include <string>
 
+#include "core/concurrency/mutex.h"
 #include "core/lru_cache.h"
-#include "core/mutex.h"
-#include "core/submap.h"
+#include "core/map/submap.h"
 #include "storage/map_store.h"
 
 namespace isthmus::server {

@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/match.h"
+#include "core/map/match.h"
 #include "server/match_graph/cycle_options.h"
 
 namespace isthmus::match_graph {

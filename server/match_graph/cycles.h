@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "core/match.h"
+#include "core/map/match.h"
 #include "server/match_graph/cycle_options.h"
 #include "server/match_graph/match_graph.h"
 

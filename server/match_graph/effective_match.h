@@ -3,8 +3,8 @@
 
 #include <optional>
 
-#include "core/manual_decision.h"
-#include "core/match.h"
+#include "core/map/manual_decision.h"
+#include "core/map/match.h"
 
 namespace isthmus::match_graph {
 

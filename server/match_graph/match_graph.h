@@ -14,8 +14,8 @@
 #include <vector>
 
 #include "core/ids.h"
-#include "core/match.h"
-#include "core/revision.h"
+#include "core/map/match.h"
+#include "core/map/revision.h"
 
 namespace isthmus::match_graph {
 

@@ -7,7 +7,7 @@
 #include <limits>
 #include <utility>
 
-#include "core/mutex.h"
+#include "core/concurrency/mutex.h"
 #include "core/note.h"
 #include "server/pipeline/map_reader.h"
 

@@ -5,7 +5,7 @@
 #include <tuple>
 #include <utility>
 
-#include "core/mutex.h"
+#include "core/concurrency/mutex.h"
 #include "core/note.h"
 #include "server/pipeline/map_decisions.h"
 #include "server/pipeline/map_reader.h"

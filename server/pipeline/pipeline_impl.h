@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/executor.h"
+#include "core/concurrency/executor.h"
 #include "server/pipeline.h"
 #include "server/pipeline/map_decisions.h"
 #include "server/pipeline/map_reader.h"

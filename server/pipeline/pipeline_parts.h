@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "core/clock.h"
-#include "core/executor.h"
-#include "core/mutex.h"
+#include "core/concurrency/executor.h"
+#include "core/concurrency/mutex.h"
 #include "server/ingest/scan_recorder.h"
 #include "server/ingest/session_workers.h"
 #include "server/map/activity.h"

@@ -3,7 +3,7 @@
 
 #include <utility>
 
-#include "core/mutex.h"
+#include "core/concurrency/mutex.h"
 #include "server/ingest/uploaded_submap.h"
 #include "server/pipeline/sessions.h"
 

@@ -6,7 +6,7 @@
 #include <cctype>
 #include <utility>
 
-#include "core/mutex.h"
+#include "core/concurrency/mutex.h"
 
 namespace isthmus::server {
 namespace {

@@ -4,9 +4,9 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/map/revision.h"
+#include "core/map/trajectory.h"
 #include "core/pose.h"
-#include "core/revision.h"
-#include "core/trajectory.h"
 
 namespace isthmus::placement {
 

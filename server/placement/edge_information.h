@@ -1,7 +1,7 @@
 // Information matrices for the edges and anchors of the graph.
 #pragma once
 
-#include "core/anchor.h"
+#include "core/map/anchor.h"
 #include "server/placement/placer.h"
 #include "server/pose_graph/information.h"
 

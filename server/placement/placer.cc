@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "core/mutex.h"
+#include "core/concurrency/mutex.h"
 #include "server/placement/anchor_fit.h"
 #include "server/placement/graph_builder.h"
 #include "server/placement/graph_diff.h"

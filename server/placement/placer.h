@@ -15,10 +15,10 @@
 #include <utility>
 #include <vector>
 
-#include "core/anchor.h"
-#include "core/loop_closure.h"
-#include "core/match.h"
-#include "core/revision.h"
+#include "core/map/anchor.h"
+#include "core/map/loop_closure.h"
+#include "core/map/match.h"
+#include "core/map/revision.h"
 #include "server/pose_graph/information.h"
 
 namespace isthmus::placement {

@@ -7,7 +7,7 @@
 #include <tuple>
 #include <vector>
 
-#include "core/revision.h"
+#include "core/map/revision.h"
 #include "server/placement/placer.h"
 
 namespace isthmus::placement {

@@ -10,8 +10,8 @@ namespace isthmus::pose_graph {
 // Node b was seen from node a (odometry, a match, a closed loop). Its error is
 //   e = Log(T_a^-1 T_b T_a_b^-1),  cost e^T information e,
 // so `information` is of the twist [rho; phi] in the frame of a by which the true relative pose is
-// Exp(twist) T_a_b; the same convention as SubmapEdge of core/match.h. It is symmetric and positive
-// semi-definite; a direction without information (along a corridor) pulls nothing.
+// Exp(twist) T_a_b; the same convention as SubmapEdge of core/map/match.h. It is symmetric and
+// positive semi-definite; a direction without information (along a corridor) pulls nothing.
 struct Edge {
   int a = 0;  // Indices into Problem::poses; not the same.
   int b = 0;

@@ -6,7 +6,7 @@
 #include <functional>
 #include <string>
 
-#include "core/composed_map.h"
+#include "core/map/composed_map.h"
 
 namespace isthmus::query {
 

@@ -4,8 +4,8 @@
 #include <absl/status/statusor.h>
 
 #include "core/ids.h"
+#include "core/map/submap.h"
 #include "core/records/submap_upload.h"
-#include "core/submap.h"
 
 namespace isthmus::rpc {
 

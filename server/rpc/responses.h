@@ -14,7 +14,7 @@
 
 #include "api/convert/graph.h"
 #include "core/io/crc32c.h"
-#include "core/match.h"
+#include "core/map/match.h"
 
 namespace isthmus::rpc {
 

@@ -10,10 +10,10 @@
 #include <memory>
 #include <string>
 
+#include "core/concurrency/mutex.h"
 #include "core/ids.h"
 #include "core/io/append_file.h"
-#include "core/mutex.h"
-#include "core/submap.h"
+#include "core/map/submap.h"
 
 namespace isthmus::rpc {
 

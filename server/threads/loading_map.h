@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/composed_map.h"
+#include "core/map/composed_map.h"
 
 namespace isthmus::server {
 

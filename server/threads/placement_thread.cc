@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "core/caught.h"
-#include "core/mutex.h"
+#include "core/concurrency/mutex.h"
 #include "core/stopwatch.h"
 #include "server/match_graph/match_graph.h"
 

@@ -14,8 +14,8 @@
 #include <vector>
 
 #include "core/clock.h"
-#include "core/mutex.h"
-#include "core/revision.h"
+#include "core/concurrency/mutex.h"
+#include "core/map/revision.h"
 #include "server/map/map_writer.h"
 #include "server/placement/placer.h"
 #include "storage/map_store.h"

@@ -3,7 +3,7 @@
 
 #include <memory>
 
-#include "core/submap.h"
+#include "core/map/submap.h"
 #include "server/map/submap_cache.h"
 #include "server/matching/prepared/prepared_submap.h"
 #include "storage/map_store.h"

@@ -14,8 +14,8 @@
 #include <vector>
 
 #include "core/clock.h"
+#include "core/concurrency/mutex.h"
 #include "core/ids.h"
-#include "core/mutex.h"
 #include "server/ingest/retention.h"
 #include "server/retention_options.h"
 

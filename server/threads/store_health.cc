@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "core/caught.h"
-#include "core/mutex.h"
+#include "core/concurrency/mutex.h"
 #include "storage/forwarding_store.h"
 
 namespace isthmus::server {

@@ -10,7 +10,7 @@
 #include <string>
 
 #include "core/clock.h"
-#include "core/mutex.h"
+#include "core/concurrency/mutex.h"
 #include "storage/map_store.h"
 
 namespace isthmus::server {

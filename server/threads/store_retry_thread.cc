@@ -1,7 +1,7 @@
 #include "server/threads/store_retry_thread.h"
 
 #include "core/caught.h"
-#include "core/mutex.h"
+#include "core/concurrency/mutex.h"
 #include "server/threads/limits.h"
 
 namespace isthmus::server {

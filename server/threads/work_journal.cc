@@ -10,8 +10,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/concurrency/mutex.h"
 #include "core/io/file_io.h"
-#include "core/mutex.h"
 #include "server/threads/limits.h"
 
 namespace isthmus::server {

@@ -5,7 +5,7 @@
 #include <string>
 #include <utility>
 
-#include "core/mutex.h"
+#include "core/concurrency/mutex.h"
 
 namespace isthmus::server {
 

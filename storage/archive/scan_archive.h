@@ -10,9 +10,9 @@
 #include <string>
 #include <vector>
 
+#include "core/concurrency/mutex.h"
 #include "core/ids.h"
 #include "core/io/append_file.h"
-#include "core/mutex.h"
 #include "core/scan_upload.h"
 
 namespace isthmus::storage {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "core/match.h"
+#include "core/map/match.h"
 
 namespace isthmus::storage {
 

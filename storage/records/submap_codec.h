@@ -7,7 +7,7 @@
 
 #include <string>
 
-#include "core/submap.h"
+#include "core/map/submap.h"
 
 namespace isthmus::storage {
 

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/mutex.h"
+#include "core/concurrency/mutex.h"
 #include "storage/sqlite/sqlite.h"
 
 namespace isthmus::storage {

@@ -7,7 +7,7 @@
 #include <functional>
 #include <memory>
 
-#include "core/mutex.h"
+#include "core/concurrency/mutex.h"
 #include "storage/sqlite/sqlite.h"
 
 namespace isthmus::storage {

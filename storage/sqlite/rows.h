@@ -13,12 +13,12 @@
 #include <utility>
 #include <vector>
 
-#include "core/manual_decision.h"
-#include "core/match.h"
-#include "core/revision.h"
-#include "core/session.h"
-#include "core/submap.h"
-#include "core/trajectory.h"
+#include "core/map/manual_decision.h"
+#include "core/map/match.h"
+#include "core/map/revision.h"
+#include "core/map/session.h"
+#include "core/map/submap.h"
+#include "core/map/trajectory.h"
 #include "storage/map_store.h"
 #include "storage/sqlite/sqlite.h"
 

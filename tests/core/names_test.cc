@@ -1,7 +1,7 @@
 // Names of values that are stored and printed.
 #include <gtest/gtest.h>
 
-#include "core/match.h"
+#include "core/map/match.h"
 #include "core/odometry_mode.h"
 
 namespace isthmus {

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/submap.h"
+#include "core/map/submap.h"
 #include "tests/floam/room.h"
 
 namespace isthmus::floam::testing {

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Holds the table "who may include whom" of docs/architecture.md true, and locks to core/mutex.h.
+"""Holds the table "who may include whom" of docs/architecture.md true, and locks to core/concurrency/mutex.h.
 
 Usage: check_includes.py ROOT [--write]
 Prints one line per violation and exits 1 if there is any, or if the document shows another table.
@@ -124,7 +124,7 @@ NAMES = {
 }
 # Locks that scripts/check-locks cannot check, or that ThreadSanitizer does not see.
 UNCHECKED_LOCK = re.compile(r"^(mutex|shared_mutex|condition_variable|absl/synchronization/.*)$")
-MAY_LOCK_UNCHECKED = {"core/mutex.h"}
+MAY_LOCK_UNCHECKED = {"core/concurrency/mutex.h"}
 INCLUDE = re.compile(r'^\s*#\s*include\s*[<"]([^>"]+)[>"]')
 ROOTS = ("core", "api", "floam", "storage", "server", "client")
 
@@ -185,7 +185,7 @@ def check_file(root, path):
     for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
         found = INCLUDE.match(line)
         if found and UNCHECKED_LOCK.match(found.group(1)) and not {relative, folder} & MAY_LOCK_UNCHECKED:
-            problems.append(f"{relative}:{number}: {folder} may not include <{found.group(1)}>, but core/mutex.h")
+            problems.append(f"{relative}:{number}: {folder} may not include <{found.group(1)}>, but core/concurrency/mutex.h")
         what = classify(found.group(1)) if found else None
         if what is None:
             continue

@@ -7,7 +7,7 @@
 #include <random>
 #include <set>
 
-#include "core/mutex.h"
+#include "core/concurrency/mutex.h"
 #include "storage/map_store.h"
 
 namespace isthmus::storage {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "core/mutex.h"
+#include "core/concurrency/mutex.h"
 
 namespace isthmus::storage {
 

@@ -13,7 +13,7 @@
 
 #include "client/library/spool/spool_identity.h"
 #include "client/library/spool/spool_segment.h"
-#include "core/mutex.h"
+#include "core/concurrency/mutex.h"
 
 namespace isthmus::client {
 

@@ -9,7 +9,7 @@
 #include "client/library/stream/scan_stream_impl.h"
 #include "client/library/stream/scan_window.h"
 #include "client/library/stream/session_link.h"
-#include "core/mutex.h"
+#include "core/concurrency/mutex.h"
 
 namespace isthmus::client {
 

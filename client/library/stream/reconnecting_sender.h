@@ -7,7 +7,7 @@
 #include "client/library/stream/backoff.h"
 #include "client/library/stream/scan_source.h"
 #include "client/library/stream/session_link.h"
-#include "core/mutex.h"
+#include "core/concurrency/mutex.h"
 
 namespace isthmus::client {
 

@@ -12,7 +12,7 @@
 #include "client/library/stream/scan_stream.h"
 #include "client/library/stream/session_link.h"
 #include "client/library/stream/token_bucket.h"
-#include "core/mutex.h"
+#include "core/concurrency/mutex.h"
 
 namespace isthmus::client {
 

@@ -10,7 +10,7 @@
 #include "client/library/stream/scan_stream_impl.h"
 #include "client/library/stream/session_link.h"
 #include "client/library/stream/session_sender.h"
-#include "core/mutex.h"
+#include "core/concurrency/mutex.h"
 
 namespace isthmus::client {
 

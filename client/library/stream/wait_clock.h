@@ -3,7 +3,7 @@
 
 #include <functional>
 
-#include "core/mutex.h"
+#include "core/concurrency/mutex.h"
 
 namespace isthmus::client {
 

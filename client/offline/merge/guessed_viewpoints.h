@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/cloud.h"
-#include "core/trajectory.h"
+#include "core/map/trajectory.h"
 
 namespace isthmus::cli {
 

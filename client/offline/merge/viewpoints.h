@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/cloud.h"
-#include "core/trajectory.h"
+#include "core/map/trajectory.h"
 
 namespace isthmus::cli {
 

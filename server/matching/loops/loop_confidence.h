@@ -1,7 +1,7 @@
 // The confidence in a loop closure, and its description.
 #pragma once
 
-#include "core/loop_closure.h"
+#include "core/map/loop_closure.h"
 
 namespace isthmus::matching {
 

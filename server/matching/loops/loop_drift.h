@@ -6,8 +6,8 @@
 #include <memory>
 #include <vector>
 
+#include "core/map/submap.h"
 #include "core/pose.h"
-#include "core/submap.h"
 #include "server/pose_graph/information.h"
 
 namespace isthmus::matching {

@@ -6,8 +6,8 @@
 #include <memory>
 #include <vector>
 
-#include "core/loop_closure.h"
-#include "core/submap.h"
+#include "core/map/loop_closure.h"
+#include "core/map/submap.h"
 #include "server/matching/loops/loop_options.h"
 #include "server/matching/prepared/prepared_map.h"
 

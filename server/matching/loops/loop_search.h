@@ -4,7 +4,7 @@
 
 #include <optional>
 
-#include "core/loop_closure.h"
+#include "core/map/loop_closure.h"
 #include "server/matching/loops/loop_candidates.h"
 
 namespace isthmus::matching {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "core/lru_cache.h"
-#include "core/submap.h"
+#include "core/map/submap.h"
 #include "server/matching/prepared/prepared_map.h"
 #include "server/matching/search/place_search.h"
 

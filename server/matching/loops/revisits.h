@@ -7,8 +7,8 @@
 #include <memory>
 #include <vector>
 
-#include "core/composed_map.h"
 #include "core/ids.h"
+#include "core/map/composed_map.h"
 #include "server/matching/prepared/prepared_submap.h"
 
 namespace isthmus::matching {

@@ -6,7 +6,7 @@
 #include <stop_token>
 #include <vector>
 
-#include "core/match.h"
+#include "core/map/match.h"
 #include "server/matching/pairs/hypothesis.h"
 #include "server/matching/prepared/prepared_map.h"
 #include "server/matching/registration/candidate.h"

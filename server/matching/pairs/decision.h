@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "core/match.h"
+#include "core/map/match.h"
 #include "server/matching/pairs/hypothesis.h"
 #include "server/matching/pairs/matcher_options.h"
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "core/match.h"
+#include "core/map/match.h"
 #include "server/matching/pairs/joint_refinement.h"
 #include "server/matching/pairs/submap_alignment.h"
 #include "server/matching/prepared/free_space.h"

@@ -5,7 +5,7 @@
 
 #include <vector>
 
-#include "core/match.h"
+#include "core/map/match.h"
 #include "server/matching/prepared/map_poses.h"
 #include "server/matching/prepared/prepared_submap.h"
 

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "core/match.h"
-#include "core/submap.h"
+#include "core/map/match.h"
+#include "core/map/submap.h"
 #include "server/matching/pairs/hypothesis.h"
 #include "server/matching/pairs/matcher_options.h"
 #include "server/matching/prepared/prepared_map.h"

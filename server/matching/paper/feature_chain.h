@@ -8,8 +8,8 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "core/match.h"
-#include "core/submap.h"
+#include "core/map/match.h"
+#include "core/map/submap.h"
 #include "server/matching/paper/feature_chain_options.h"
 #include "server/matching/paper/fpfh.h"
 #include "server/matching/registration/candidate.h"

@@ -8,8 +8,8 @@
 #include <memory>
 #include <vector>
 
+#include "core/map/submap.h"
 #include "core/pose.h"
-#include "core/submap.h"
 #include "server/matching/prepared/limits.h"
 #include "server/matching/prepared/map_poses.h"
 #include "server/matching/prepared/prepared_submap.h"

@@ -3,8 +3,8 @@
 
 #include <vector>
 
+#include "core/map/submap.h"
 #include "core/pose.h"
-#include "core/submap.h"
 
 namespace isthmus::matching {
 

@@ -7,8 +7,8 @@
 #include <optional>
 #include <vector>
 
-#include "core/mutex.h"
-#include "core/submap.h"
+#include "core/concurrency/mutex.h"
+#include "core/map/submap.h"
 #include "server/matching/prepared/free_space.h"
 #include "server/matching/prepared/prepared_submap.h"
 #include "server/matching/registration/refine.h"

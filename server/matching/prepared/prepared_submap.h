@@ -5,7 +5,7 @@
 #include <memory>
 #include <vector>
 
-#include "core/submap.h"
+#include "core/map/submap.h"
 #include "server/matching/prepared/range_image.h"
 #include "server/matching/registration/kd_tree.h"
 #include "server/matching/registration/surface.h"

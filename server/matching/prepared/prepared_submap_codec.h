@@ -4,7 +4,7 @@
 #include <memory>
 #include <string>
 
-#include "core/submap.h"
+#include "core/map/submap.h"
 #include "server/matching/prepared/prepared_submap.h"
 
 namespace isthmus::matching {

@@ -1,7 +1,7 @@
 // A guess at how two maps lie on each other, before anything has been verified.
 #pragma once
 
-#include "core/match.h"
+#include "core/map/match.h"
 #include "core/pose.h"
 
 namespace isthmus::matching {

@@ -5,8 +5,8 @@
 #include <memory>
 #include <vector>
 
-#include "core/match.h"
-#include "core/submap.h"
+#include "core/map/match.h"
+#include "core/map/submap.h"
 #include "server/matching/registration/candidate.h"
 #include "server/matching/registration/limits.h"
 #include "server/matching/registration/surface.h"

@@ -5,7 +5,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "core/submap.h"
+#include "core/map/submap.h"
 
 namespace isthmus::matching {
 

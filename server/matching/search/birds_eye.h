@@ -6,8 +6,8 @@
 #include <stop_token>
 #include <vector>
 
-#include "core/match.h"
-#include "core/submap.h"
+#include "core/map/match.h"
+#include "core/map/submap.h"
 #include "server/matching/registration/candidate.h"
 #include "server/matching/search/wall_map.h"
 

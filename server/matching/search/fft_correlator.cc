@@ -6,7 +6,7 @@
 #include <array>
 #include <complex>
 
-#include "core/mutex.h"
+#include "core/concurrency/mutex.h"
 
 namespace isthmus::matching {
 namespace {

@@ -7,8 +7,8 @@
 #include <cstddef>
 #include <vector>
 
+#include "core/map/submap.h"
 #include "core/pose.h"
-#include "core/submap.h"
 #include "server/matching/registration/candidate.h"
 #include "server/matching/search/place_descriptor.h"
 

@@ -5,8 +5,8 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "core/map/submap.h"
 #include "core/pose.h"
-#include "core/submap.h"
 #include "server/matching/registration/surface.h"
 #include "server/matching/search/ground_grid.h"
 

@@ -12,7 +12,7 @@
 #include <optional>
 #include <string>
 
-#include "core/mutex.h"
+#include "core/concurrency/mutex.h"
 #include "core/scan_upload.h"
 
 namespace isthmus::rpc {

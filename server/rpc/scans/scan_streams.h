@@ -8,8 +8,8 @@
 #include <map>
 #include <memory>
 
+#include "core/concurrency/mutex.h"
 #include "core/ids.h"
-#include "core/mutex.h"
 #include "server/pipeline.h"
 #include "server/rpc/scans/ack_window.h"
 

@@ -8,7 +8,7 @@
 
 #include "api/convert/cloud.h"
 #include "api/convert/session.h"
-#include "core/executor.h"
+#include "core/concurrency/executor.h"
 
 namespace isthmus::rpc {
 namespace {

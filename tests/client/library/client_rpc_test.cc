@@ -7,7 +7,7 @@
 
 #include "client/library/client.h"
 #include "core/codec/payload_builder.h"
-#include "core/mutex.h"
+#include "core/concurrency/mutex.h"
 #include "server/rpc/server.h"
 #include "tests/client/library/poses.h"
 #include "tests/server/rpc/fake_pipeline.h"

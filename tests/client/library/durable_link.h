@@ -10,7 +10,7 @@
 #include "api/convert/session.h"
 #include "client/library/stream/session_link.h"
 #include "client/library/stream/spooled_stream.h"
-#include "core/mutex.h"
+#include "core/concurrency/mutex.h"
 #include "tests/client/library/durable_sessions.h"
 
 namespace isthmus::client {

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "core/mutex.h"
+#include "core/concurrency/mutex.h"
 #include "isthmus/v1/session_service.pb.h"
 
 namespace isthmus::client {

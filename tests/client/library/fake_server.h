@@ -12,8 +12,8 @@
 #include <string>
 #include <vector>
 
+#include "core/concurrency/mutex.h"
 #include "core/io/crc32c.h"
-#include "core/mutex.h"
 #include "isthmus/v1/edit_service.grpc.pb.h"
 #include "isthmus/v1/map_service.grpc.pb.h"
 #include "isthmus/v1/session_service.grpc.pb.h"

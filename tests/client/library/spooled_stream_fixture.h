@@ -11,7 +11,7 @@
 
 #include "client/library/stream/scan_stream.h"
 #include "core/codec/payload_builder.h"
-#include "core/mutex.h"
+#include "core/concurrency/mutex.h"
 #include "tests/client/library/manual_wait_clock.h"
 #include "tests/client/library/spool_files.h"
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <thread>
 
-#include "core/mutex.h"
+#include "core/concurrency/mutex.h"
 
 namespace isthmus::faults {
 

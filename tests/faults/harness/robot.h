@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "client/library/client.h"
-#include "core/mutex.h"
+#include "core/concurrency/mutex.h"
 
 namespace isthmus::faults {
 

@@ -9,7 +9,7 @@
 #include <set>
 #include <thread>
 
-#include "server/composition/tiled_map.h"
+#include "server/composition/tiles/tiled_map.h"
 #include "tests/server/composition/test_maps.h"
 
 namespace isthmus::composition {

@@ -6,8 +6,8 @@
 
 #include "server/composition/composer.h"
 #include "server/composition/voxel_thinner.h"
-#include "tests/server/composition/failing_spill_file.h"
 #include "tests/server/composition/test_maps.h"
+#include "tests/server/composition/tiles/failing_spill_file.h"
 
 namespace isthmus::composition {
 namespace {

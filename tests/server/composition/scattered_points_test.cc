@@ -9,9 +9,9 @@
 #include "core/stopwatch.h"
 #include "server/composition/composer.h"
 #include "server/composition/placer.h"
-#include "server/composition/points_by_tile.h"
-#include "server/composition/tile_limit.h"
-#include "server/composition/tiled_map.h"
+#include "server/composition/tiles/points_by_tile.h"
+#include "server/composition/tiles/tile_limit.h"
+#include "server/composition/tiles/tiled_map.h"
 #include "tests/server/composition/test_maps.h"
 
 namespace isthmus::composition {

@@ -11,7 +11,7 @@
 #include <tuple>
 #include <vector>
 
-#include "core/composed_map.h"
+#include "core/map/composed_map.h"
 #include "server/composition/composer.h"
 
 namespace isthmus::composition {

@@ -10,7 +10,7 @@
 #include <set>
 
 #include "core/stopwatch.h"
-#include "server/composition/tile_layout.h"
+#include "server/composition/tiles/tile_layout.h"
 
 namespace isthmus::composition {
 namespace {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/codec/payload_builder.h"
-#include "core/executor.h"
+#include "core/concurrency/executor.h"
 #include "server/ingest/session_worker.h"
 #include "tests/floam/building.h"
 

@@ -13,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/executor.h"
+#include "core/concurrency/executor.h"
 #include "floam/state/state_codec.h"
 #include "floam/state/unfinished_submap.h"
 #include "server/ingest/session_worker.h"

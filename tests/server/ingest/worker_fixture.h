@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "core/executor.h"
+#include "core/concurrency/executor.h"
 #include "core/point_payload.h"
 #include "core/scan_upload.h"
 #include "server/ingest/session_worker.h"

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "core/submap.h"
+#include "core/map/submap.h"
 #include "server/matching/pairs/matcher_options.h"
 
 namespace isthmus::matching {

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/mutex.h"
+#include "core/concurrency/mutex.h"
 #include "server/pipeline.h"
 
 namespace isthmus::rpc {

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/mutex.h"
+#include "core/concurrency/mutex.h"
 #include "storage/sqlite/sqlite_store.h"
 #include "tests/server/pipeline/robots.h"
 #include "tests/storage/temporary_folder.h"

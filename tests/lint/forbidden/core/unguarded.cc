@@ -1,4 +1,4 @@
-#include "core/mutex.h"
+#include "core/concurrency/mutex.h"
 
 class Counter {
  public:

@@ -1,4 +1,4 @@
-#include "server/composition/tile_limit.h"
+#include "server/composition/tiles/tile_limit.h"
 
 #include <algorithm>
 #include <functional>

@@ -1,4 +1,4 @@
-#include "core/submap.h"
+#include "core/map/submap.h"
 
 #include <gtest/gtest.h>
 

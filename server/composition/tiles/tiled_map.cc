@@ -1,4 +1,4 @@
-#include "server/composition/tiled_map.h"
+#include "server/composition/tiles/tiled_map.h"
 
 #include <absl/container/flat_hash_set.h>
 

@@ -1,4 +1,4 @@
-#include "server/composition/tiled_map.h"
+#include "server/composition/tiles/tiled_map.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -11,9 +11,9 @@
 #include <vector>
 
 #include "core/cloud.h"
+#include "core/concurrency/mutex.h"
 #include "core/lru_cache.h"
-#include "core/mutex.h"
-#include "server/composition/spill_file.h"
+#include "server/composition/tiles/spill_file.h"
 
 namespace isthmus::composition {
 

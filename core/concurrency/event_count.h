@@ -5,7 +5,7 @@
 
 #include <cstdint>
 
-#include "core/mutex.h"
+#include "core/concurrency/mutex.h"
 
 namespace isthmus {
 

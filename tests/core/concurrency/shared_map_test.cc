@@ -1,4 +1,4 @@
-#include "core/shared_map.h"
+#include "core/concurrency/shared_map.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "server/composition/points_by_tile.h"
+#include "server/composition/tiles/points_by_tile.h"
 
 #include <absl/container/flat_hash_map.h>
 
@@ -6,7 +6,7 @@
 #include <numeric>
 
 #include "server/composition/placer.h"
-#include "server/composition/tile_limit.h"
+#include "server/composition/tiles/tile_limit.h"
 
 namespace isthmus::composition {
 namespace {

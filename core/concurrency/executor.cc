@@ -1,4 +1,4 @@
-#include "core/executor.h"
+#include "core/concurrency/executor.h"
 
 #include <utility>
 

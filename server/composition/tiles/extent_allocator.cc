@@ -1,4 +1,4 @@
-#include "server/composition/extent_allocator.h"
+#include "server/composition/tiles/extent_allocator.h"
 
 #include <iterator>
 

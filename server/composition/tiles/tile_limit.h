@@ -12,7 +12,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "server/composition/tile_layout.h"
+#include "server/composition/tiles/tile_layout.h"
 
 namespace isthmus::composition {
 

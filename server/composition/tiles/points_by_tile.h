@@ -9,7 +9,7 @@
 
 #include "core/pose.h"
 #include "server/composition/keep_on.h"
-#include "server/composition/tile_layout.h"
+#include "server/composition/tiles/tile_layout.h"
 #include "server/composition/voxel_thinner.h"
 
 namespace isthmus::composition {

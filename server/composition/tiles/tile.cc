@@ -1,4 +1,4 @@
-#include "server/composition/tile.h"
+#include "server/composition/tiles/tile.h"
 
 #include <utility>
 

@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/composed_map.h"
-#include "server/composition/tile.h"
+#include "core/map/composed_map.h"
+#include "server/composition/tiles/tile.h"
 
 namespace isthmus::composition {
 

@@ -1,4 +1,4 @@
-#include "server/composition/tile_builder.h"
+#include "server/composition/tiles/tile_builder.h"
 
 #include <array>
 #include <cstddef>

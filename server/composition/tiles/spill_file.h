@@ -9,9 +9,9 @@
 #include <cstdint>
 #include <string>
 
+#include "core/concurrency/mutex.h"
 #include "core/io/file_io.h"
-#include "core/mutex.h"
-#include "server/composition/extent_allocator.h"
+#include "server/composition/tiles/extent_allocator.h"
 
 namespace isthmus::composition {
 

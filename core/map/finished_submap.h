@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "core/submap.h"
-#include "core/trajectory.h"
+#include "core/map/submap.h"
+#include "core/map/trajectory.h"
 
 namespace isthmus {
 

@@ -1,4 +1,4 @@
-#include "core/match.h"
+#include "core/map/match.h"
 
 #include <utility>
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/ids.h"
-#include "core/match.h"
+#include "core/map/match.h"
 #include "core/pose.h"
 
 namespace isthmus {

@@ -1,4 +1,4 @@
-#include "server/composition/spill_file.h"
+#include "server/composition/tiles/spill_file.h"
 
 #include <absl/strings/str_cat.h>
 #include <fcntl.h>

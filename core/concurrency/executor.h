@@ -8,7 +8,7 @@
 #include <thread>
 #include <vector>
 
-#include "core/mutex.h"
+#include "core/concurrency/mutex.h"
 
 namespace isthmus {
 

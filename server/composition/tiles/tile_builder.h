@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "core/pose.h"
-#include "server/composition/points_by_tile.h"
-#include "server/composition/tile.h"
+#include "server/composition/tiles/points_by_tile.h"
+#include "server/composition/tiles/tile.h"
 #include "server/composition/voxel_thinner.h"
 
 namespace isthmus::composition {

@@ -1,4 +1,4 @@
-#include "server/composition/spill_file.h"
+#include "server/composition/tiles/spill_file.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "tests/server/composition/failing_spill_file.h"
+#include "tests/server/composition/tiles/failing_spill_file.h"
 
 namespace isthmus::composition {
 namespace {

@@ -1,4 +1,4 @@
-#include "core/manual_decision.h"
+#include "core/map/manual_decision.h"
 
 namespace isthmus {
 

@@ -12,7 +12,7 @@
 #include <limits>
 #include <string>
 
-#include "server/composition/spill_file.h"
+#include "server/composition/tiles/spill_file.h"
 
 namespace isthmus::composition {
 

@@ -11,8 +11,8 @@
 
 #include "core/cloud.h"
 #include "core/ids.h"
+#include "core/map/submap.h"
 #include "core/pose.h"
-#include "core/submap.h"
 
 namespace isthmus {
 
