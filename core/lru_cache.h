@@ -23,8 +23,10 @@ class LruCache {
   // In place of what was there under the key; the latest used.
   void Put(const Key& key, Value value, size_t weight = 1) {
     Erase(key);
-    entries_.push_back({key, std::move(value), weight});
-    found_[key] = std::prev(entries_.end());
+    std::list<Entry> entry;
+    entry.push_back({key, std::move(value), weight});
+    found_[key] = entry.begin();  // May throw, and then nothing has changed.
+    entries_.splice(entries_.end(), entry);
     weight_ += weight;
   }
   // Null where there is none; else the latest used from now on.

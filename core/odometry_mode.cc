@@ -31,6 +31,13 @@ const char* ToString(OdometryMode mode) {
   return "unknown";
 }
 
+std::optional<OdometryMode> FindOdometryMode(const std::string& name) {
+  for (const OdometryMode mode : kModes) {
+    if (name == ToString(mode)) return mode;
+  }
+  return std::nullopt;
+}
+
 absl::StatusOr<OdometryMode> ParseOdometryMode(const std::string& name) {
   for (const OdometryMode mode : kModesBuilt) {
     if (name == ToString(mode)) return mode;

@@ -3,6 +3,7 @@
 
 #include <absl/status/statusor.h>
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,8 @@ enum class OdometryMode {
 
 // Stable lower-case name ("continuous"); used in settings, storage and JSON.
 const char* ToString(OdometryMode mode);
+// The mode of that name, built or not; absent for any other name.
+std::optional<OdometryMode> FindOdometryMode(const std::string& name);
 // Of those that were built (core/paper.h). InvalidArgument, with the known names in the message,
 // for any other name.
 absl::StatusOr<OdometryMode> ParseOdometryMode(const std::string& name);

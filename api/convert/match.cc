@@ -36,7 +36,7 @@ constexpr std::pair<MatchReason, v1::Match::Reason> kReasons[] = {
     {MatchReason::kUnverified, v1::Match::REASON_UNVERIFIED},
 };
 
-constexpr std::pair<ManualDecisionKind, v1::ManualDecision::Kind> kRulings[] = {
+constexpr std::pair<ManualDecisionKind, v1::ManualDecision::Kind> kDecisionKinds[] = {
     {ManualDecisionKind::kAccept, v1::ManualDecision::ACCEPT},
     {ManualDecisionKind::kReject, v1::ManualDecision::REJECT},
     {ManualDecisionKind::kSet, v1::ManualDecision::SET},
@@ -50,16 +50,16 @@ constexpr std::pair<Decided, v1::DecideMatchRequest::Decision> kDecisions[] = {
     {std::nullopt, v1::DecideMatchRequest::WITHDRAW},
 };
 
-void AddVerdict(const ManualDecision& manual_decision, v1::Match& message) {
-  message.mutable_manual_decision()->set_kind(ToMessage(kRulings, manual_decision.kind));
+void AddManualDecision(const ManualDecision& manual_decision, v1::Match& message) {
+  message.mutable_manual_decision()->set_kind(ToMessage(kDecisionKinds, manual_decision.kind));
   message.mutable_manual_decision()->set_note(manual_decision.note);
   message.mutable_manual_decision()->set_given_ns(manual_decision.given_ns);
 }
 
-ManualDecision VerdictOf(const v1::ManualDecision& manual_decision, const Match& match) {
+ManualDecision ManualDecisionOf(const v1::ManualDecision& manual_decision, const Match& match) {
   return {match.a,
           match.b,
-          FromMessage(kRulings, manual_decision.kind(), ManualDecisionKind::kReject),
+          FromMessage(kDecisionKinds, manual_decision.kind(), ManualDecisionKind::kReject),
           match.T_a_b,
           manual_decision.note(),
           manual_decision.given_ns()};
@@ -125,7 +125,7 @@ v1::Match ToMessage(const MatchEdge& edge) {
     added.set_ms(stage.ms);
   }
   message.set_in_tree(edge.in_tree);
-  if (edge.manual_decision) AddVerdict(*edge.manual_decision, message);
+  if (edge.manual_decision) AddManualDecision(*edge.manual_decision, message);
   return message;
 }
 
@@ -149,7 +149,7 @@ MatchEdge FromMessage(const v1::Match& message) {
   for (const v1::SubmapEdge& added : message.edges()) match.edges.push_back(FromMessage(added));
   edge.in_tree = message.in_tree();
   if (message.has_manual_decision())
-    edge.manual_decision = VerdictOf(message.manual_decision(), match);
+    edge.manual_decision = ManualDecisionOf(message.manual_decision(), match);
   return edge;
 }
 

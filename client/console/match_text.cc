@@ -41,7 +41,9 @@ std::vector<std::string> Checks(const Match& m) {
 }
 
 std::string Effort(const Match& m) {
-  std::string text = absl::StrCat("found by ", ToString(m.matcher));
+  std::string text = m.matcher == GuessSource::kByHand
+                         ? std::string("given by hand")
+                         : absl::StrCat("found by ", ToString(m.matcher));
   if (m.candidates > 0) absl::StrAppend(&text, ", guesses refined: ", m.candidates);
   if (m.submaps_a > 0) {
     absl::StrAppend(&text, ", from ", m.submaps_a, " and ", m.submaps_b, " submaps");

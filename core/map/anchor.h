@@ -25,5 +25,7 @@ struct Anchor {
 };
 
 inline constexpr double kMaxAnchorM = 20'000;
+// Metres or degrees: what claims to be known better would lose its weight to rounding.
+inline constexpr double kMinAnchorSigma = 1e-6;
 
 }  // namespace isthmus

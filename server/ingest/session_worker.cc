@@ -61,12 +61,14 @@ absl::Status SessionWorker::Submit(ScanUpload scan) {
     return absl::OutOfRangeError(absl::StrCat("scan sequence ", scan.sequence, " leaves a gap: ",
                                               last_submitted_ + 1, " is expected next"));
   }
-  last_submitted_ = std::max(last_submitted_, scan.sequence);
-  queue_.push_back(std::move(scan));
+  // In this order because any of it may throw; the task waits for the lock.
   if (!running_) {
-    running_ = true;
     executor_->Post([self = shared_from_this()] { self->RunOne(); });
+    running_ = true;
   }
+  const uint64_t sequence = scan.sequence;
+  queue_.push_back(std::move(scan));
+  last_submitted_ = std::max(last_submitted_, sequence);
   return absl::OkStatus();
 }
 
@@ -106,9 +108,11 @@ void SessionWorker::RunOne() {
     hooks_.scan_done();
   }
   MutexLock lock(&mutex_);
-  running_ = !queue_.empty();
-  if (running_) executor_->Post([self = shared_from_this()] { self->RunOne(); });
+  running_ = false;
   changed_.SignalAll();
+  if (queue_.empty()) return;
+  executor_->Post([self = shared_from_this()] { self->RunOne(); });
+  running_ = true;
 }
 
 void SessionWorker::HandleScan(const ScanUpload& upload, ScanAck* ack) {

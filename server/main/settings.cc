@@ -249,7 +249,7 @@ void AddMatching(ServerConfig& config, Table& table) {
 void AddAcceptance(ServerConfig& config, Table& table) {
   matching::MatcherOptions& matcher = config.pipeline.matcher;
   table.Add("min_comparisons", &matcher.min_comparisons, int64_t{1}, int64_t{1'000'000},
-            "Range comparisons a manual decision must rest on; with fewer a match waits.");
+            "Range comparisons that a match must rest on; with fewer it waits.");
   table.Add("min_overlap", &matcher.min_overlap, 0.0, 1.0,
             "Share of the smaller map that must lie on the other; with less a match waits.");
   table.Add("max_free_space", &matcher.max_free_space, 0.0, 1.0,

@@ -43,6 +43,17 @@ std::vector<SessionRecord> MapWriter::NewSegments(const SessionId& session,
   return records;
 }
 
+bool MapWriter::IsWritten(const std::shared_ptr<const Submap>& submap) const {
+  if (submap == nullptr) return false;
+  const View now = view();
+  const SessionView* session = now->Find(submap->id.session);
+  if (session != nullptr && session->submaps.contains(submap->id.index)) return false;
+  const auto stored = store_->GetSubmap(submap->id);
+  return stored.ok() && (*stored)->first_stamp_ns == submap->first_stamp_ns &&
+         (*stored)->last_sequence == submap->last_sequence &&
+         (*stored)->points.size() == submap->points.size();
+}
+
 absl::Status MapWriter::AddSubmap(const SessionId& session, const FinishedSubmap& finished) {
   const SessionId segment = SegmentId(session, finished.segment);
   MapEdit edit;
@@ -60,7 +71,8 @@ absl::Status MapWriter::AddSubmap(const SessionId& session, const FinishedSubmap
     edit.batch.trajectory.emplace_back(segment, entry);
   }
   // Without a lock: the disk may take its time, and one session writes one submap at a time.
-  if (absl::Status status = store_->Write(edit.batch); !status.ok()) return status;
+  absl::Status status = store_->Write(edit.batch);
+  if (!status.ok() && !(absl::IsAlreadyExists(status) && IsWritten(finished.submap))) return status;
   if (finished.submap == nullptr && edit.batch.sessions.empty()) {
     // Nothing that a view shows.
     if (!IsVoid(edit, *view())) return absl::OkStatus();

@@ -1,4 +1,6 @@
 // The map as the store has it at the start.
+#include <absl/strings/str_cat.h>
+
 #include <algorithm>
 #include <utility>
 
@@ -14,7 +16,14 @@ absl::Status MapWriter::LoadSessions(MapView* view) {
     absl::StatusOr<std::vector<SubmapInfo>> submaps = store_->ListSubmaps(record.id);
     if (!submaps.ok()) return submaps.status();
     storage::SubmapInfos infos;
+    Pose last;  // Stands in for one that is damaged: its neighbours stay where they are.
     for (SubmapInfo& info : *submaps) {
+      if (!info.T_odom_submap.IsFinite()) {
+        cache_->MarkDamaged(info.id,
+                            absl::StrCat("submap ", ToString(info.id), ": its pose is not finite"));
+        info.T_odom_submap = last;
+      }
+      last = info.T_odom_submap;
       infos.push_back(std::make_shared<const SubmapInfo>(std::move(info)));
     }
     absl::StatusOr<std::vector<TrajectoryEntry>> trajectory = store_->GetTrajectory(record.id);

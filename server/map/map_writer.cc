@@ -52,12 +52,18 @@ bool MapWriter::ShowPrepared(const MapEdit& edit, const PreparedEdit& prepared) 
     if (IsVoid(edit, *base)) return false;
     View next = Apply(*base, edit, prepared);
     MutexLock lock(&mutex_);
-    view_ = std::move(next);
     Append(edit.changes, &changes_);
+    view_ = std::move(next);
   }
   changed_.Notify();
   activity_->changed().Notify();
   return true;
+}
+
+void MapWriter::GiveBack(Changes changes) {
+  MutexLock lock(&mutex_);
+  std::swap(changes, changes_);
+  Append(changes, &changes_);
 }
 
 MapWriter::ToPlace MapWriter::TakeChanges() {

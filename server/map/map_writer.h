@@ -82,6 +82,8 @@ class MapWriter {
     Changes changes;  // Since the last call.
   };
   ToPlace TakeChanges();
+  // Changes that were taken and came to nothing, for the next call.
+  void GiveBack(Changes changes);
   void ShowPlaced(PlacedMap placed);
   void ShowComposed(std::shared_ptr<const ComposedMap> map);
   // Nothing will be placed any more.
@@ -93,6 +95,9 @@ class MapWriter {
   bool ShowEdit(const MapEdit& edit) ABSL_LOCKS_EXCLUDED(matching_, editing_, mutex_);
   bool ShowPrepared(const MapEdit& edit, const PreparedEdit& prepared)
       ABSL_LOCKS_EXCLUDED(editing_, mutex_);
+  // True if the store has this submap, though no view shows it: an earlier attempt to add it
+  // failed in between.
+  bool IsWritten(const std::shared_ptr<const Submap>& submap) const;
   // Those that the finished submap brings, as they are to be stored.
   std::vector<SessionRecord> NewSegments(const SessionId& session,
                                          const FinishedSubmap& finished) const;

@@ -84,6 +84,15 @@ std::shared_ptr<const Submap> SubmapCache::Outline(const SubmapId& id) {
   return entry.outline;
 }
 
+void SubmapCache::MarkDamaged(const SubmapId& id, const std::string& problem) {
+  {
+    MutexLock lock(&mutex_);
+    Entry& entry = entries_[id];
+    entry.is_damaged = entry.is_told = true;
+  }
+  if (on_damaged_) on_damaged_(id, problem);
+}
+
 void SubmapCache::Put(std::shared_ptr<const Submap> submap) {
   MutexLock lock(&mutex_);
   KeepEntry(submap->id, submap);

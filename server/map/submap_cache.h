@@ -38,6 +38,8 @@ class SubmapCache {
   // All but its points; kept for good once read, a kB or so each, and always the same object.
   std::shared_ptr<const Submap> Outline(const SubmapId& id);
 
+  // One of which something other than its points is damaged: nobody gets it any more.
+  void MarkDamaged(const SubmapId& id, const std::string& problem);
   // One that was stored just now.
   void Put(std::shared_ptr<const Submap> submap);
   // One that is gone: should the id come again, it is another submap's.

@@ -16,12 +16,14 @@ namespace {
 
 absl::Status CheckAnchor(const Anchor& anchor) {
   const double sigmas[] = {anchor.sigma_xy_m, anchor.sigma_z_m, anchor.sigma_deg};
-  const bool usable = std::all_of(std::begin(sigmas), std::end(sigmas),
-                                  [](double sigma) { return std::isfinite(sigma) && sigma >= 0; });
+  const bool usable = std::all_of(std::begin(sigmas), std::end(sigmas), [](double sigma) {
+    return std::isfinite(sigma) && (sigma == 0 || sigma >= kMinAnchorSigma);
+  });
   if (!usable || *std::max_element(std::begin(sigmas), std::end(sigmas)) == 0) {
     return absl::InvalidArgumentError(
-        "an anchor's standard deviations are finite and not negative, and one of them is positive: "
-        "0 says that this part of the pose is not known");
+        absl::StrCat("an anchor's standard deviations are 0, which says that this part of the pose "
+                     "is not known, or at least ",
+                     kMinAnchorSigma, ", and one of them is not 0"));
   }
   if (!anchor.T_map_submap.IsFinite()) {
     return absl::InvalidArgumentError("the anchor's pose has numbers that are not finite");

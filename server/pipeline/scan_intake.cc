@@ -1,4 +1,5 @@
 // The intake of sessions: scans, and submaps of robots with their own SLAM.
+#include <absl/cleanup/cleanup.h>
 #include <absl/strings/str_cat.h>
 
 #include <utility>
@@ -57,8 +58,9 @@ absl::Status Sessions::SubmitScan(const SessionId& session, ScanUpload scan) {
   absl::Status kept = parts_.scans->RecordScan(session, (*worker)->last_sequence(), scan);
   if (!kept.ok()) return kept;
   parts_.activity.ScanQueued();
+  absl::Cleanup not_queued = [this] { parts_.activity.ScanDone(); };
   absl::Status status = (*worker)->Submit(std::move(scan));
-  if (!status.ok()) parts_.activity.ScanDone();
+  if (status.ok()) std::move(not_queued).Cancel();
   return status;
 }
 

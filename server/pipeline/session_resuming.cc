@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "core/caught.h"
+#include "core/paper.h"
 #include "floam/rings/sensor_model.h"
 #include "server/pipeline/sessions.h"
 
@@ -112,6 +113,10 @@ absl::StatusOr<Sessions::Worker> Sessions::MakeWorker(const SessionRecord& recor
   const PipelineOptions& given = parts_.options;
   ingest::SessionWorker::Options options{given.scan_queue, given.odometry, given.submap};
   if (record.odometry) options.odometry.mode = *record.odometry;
+  if (!kHasPaper && options.odometry.mode == OdometryMode::kAloam) {
+    return absl::InvalidArgumentError(
+        "this program was built without the odometry \"aloam\" (ISTHMUS_PAPER=OFF)");
+  }
   return ingest::SessionWorker::Create(record, *sensor, options, HooksOf(record.id),
                                        parts_.executor, resume);
 }

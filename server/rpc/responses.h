@@ -34,6 +34,7 @@ class ListEmitter {
   // `field` is one of the response's accessors: &Response::mutable_submaps.
   template <typename Record>
   void Add(google::protobuf::RepeatedPtrField<Record>* (Response::*field)(), Record record) {
+    if (!reading_) return;
     const size_t bytes = record.ByteSizeLong();
     if (bytes_ > 0 && bytes_ + bytes > kResponseBytes) Send();
     bytes_ += bytes;

@@ -73,17 +73,21 @@ absl::StatusOr<std::shared_ptr<const ComposedMap>> CompositionThread::Compose(
   }
 }
 
-// Cancelled, to go on at once, where it was thrown at a submap.
+// Cancelled, to go on at once, where it was thrown at a submap and there was memory.
 absl::Status CompositionThread::Recover(const absl::Status& caught) {
   const std::optional<SubmapId> at_hand = composer_ ? composer_->at_hand() : std::nullopt;
   composer_ = nullptr;  // Half done.
   if (!at_hand) return caught;
-  if (++failures_[*at_hand] == kMaxFailures) {
+  const int failures = ++failures_[*at_hand];
+  if (failures == kMaxFailures) {
     const std::string problem = absl::StrCat("submap ", ToString(*at_hand),
                                              " is left out of the merged map: ", caught.message());
     activity_->NoteDamage(*at_hand, problem);
     if (on_problem_) on_problem_(problem);
+    return absl::CancelledError("the rest may be composed");
   }
+  // There may be memory again in a moment; and if leaving it out was no help, haste is none either.
+  if (failures > kMaxFailures || absl::IsResourceExhausted(caught)) return caught;
   return absl::CancelledError("to be tried again");
 }
 

@@ -119,6 +119,7 @@ void PlacementThread::PlaceMap() {
     placed = Solve(task);
   } catch (...) {
     const absl::Status caught = CaughtStatus();
+    map_->GiveBack(task.changes);
     {
       MutexLock placing(&placer_mutex_);
       placer_ = placement::Placer(options_);

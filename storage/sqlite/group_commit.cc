@@ -1,5 +1,7 @@
 #include "storage/sqlite/group_commit.h"
 
+#include "core/caught.h"
+
 namespace isthmus::storage {
 namespace {
 
@@ -10,6 +12,8 @@ constexpr size_t kMaxGroup = 64;
 
 absl::Status GroupCommit::Run(const Work& work) {
   Request request(work);
+  Group group;  // Begins with the oldest that waits, which need not be this thread's.
+  group.reserve(kMaxGroup);
   {
     MutexLock lock(&mutex_);
     waiting_.push_back(&request);
@@ -17,10 +21,15 @@ absl::Status GroupCommit::Run(const Work& work) {
     if (request.is_done) return request.status;
     is_led_ = true;
   }
-  Group group;  // Begins with the oldest that waits, which need not be this thread's.
   while (!request.is_done) {
     group.clear();
-    if (!CommitTogether(group)) {
+    bool is_committed = false;
+    try {
+      is_committed = CommitTogether(group);
+    } catch (...) {
+      // Taken back with all the others; each is told its own by itself.
+    }
+    if (!is_committed) {
       for (Request* lost : group) CommitAlone(*lost);
     }
     MutexLock lock(&mutex_);
@@ -59,10 +68,14 @@ bool GroupCommit::CommitTogether(Group& group) {
 }
 
 void GroupCommit::CommitAlone(Request& request) {
-  Transaction transaction(*writer_);
-  request.status = transaction.status();
-  if (request.status.ok()) request.status = request.work(*writer_);
-  if (request.status.ok()) request.status = transaction.Commit();
+  try {
+    Transaction transaction(*writer_);
+    request.status = transaction.status();
+    if (request.status.ok()) request.status = request.work(*writer_);
+    if (request.status.ok()) request.status = transaction.Commit();
+  } catch (...) {
+    request.status = CaughtStatus();
+  }
 }
 
 }  // namespace isthmus::storage

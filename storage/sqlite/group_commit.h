@@ -6,6 +6,7 @@
 #include <deque>
 #include <functional>
 #include <memory>
+#include <vector>
 
 #include "core/concurrency/mutex.h"
 #include "storage/sqlite/sqlite.h"
@@ -35,7 +36,7 @@ class GroupCommit {
     absl::Status status;
     bool is_done = false;
   };
-  using Group = std::deque<Request*>;
+  using Group = std::vector<Request*>;
 
   // The next waiting request that fits into a group of `size`, taken out of waiting_.
   Request* Next(size_t size);
@@ -47,7 +48,7 @@ class GroupCommit {
   const std::unique_ptr<Connection> writer_;  // What it points to is the leader's.
   Mutex mutex_;
   CondVar changed_;
-  Group waiting_ ABSL_GUARDED_BY(mutex_);
+  std::deque<Request*> waiting_ ABSL_GUARDED_BY(mutex_);
   bool is_led_ ABSL_GUARDED_BY(mutex_) = false;  // Somebody is writing.
 };
 

@@ -19,7 +19,7 @@ SessionRecord ReadRecord(const Statement& row) {
   record.created_ns = row.Int(5);
   record.finished_ns = row.Int(6);
   // What is not known any more is the server's own choice, as the empty name.
-  if (const auto mode = ParseOdometryMode(row.Text(7)); mode.ok()) record.odometry = *mode;
+  record.odometry = FindOdometryMode(row.Text(7));
   record.request_id = row.Text(8);
   record.segment = static_cast<uint32_t>(row.Int(9));
   record.first_segment = SessionId(row.Text(10));  // NULL reads as empty.

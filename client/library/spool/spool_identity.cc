@@ -7,9 +7,11 @@
 #include <random>
 #include <system_error>
 
+#include "api/convert/session.h"
 #include "core/byte_stream.h"
 #include "core/io/crc32c.h"
 #include "core/io/part_file.h"
+#include "core/odometry_mode.h"
 
 namespace isthmus::client {
 namespace {
@@ -22,6 +24,19 @@ constexpr size_t kIdentityMagicBytes = 8, kNumberBytes = 9;
 void PutString(std::string& out, const std::string& value) {
   AppendBytes(static_cast<uint32_t>(value.size()), out);
   out += value;
+}
+
+// Spools of older programs name the odometry by a string, under the number that is reserved now.
+void TakeOldOdometry(v1::CreateSessionRequest* request) {
+  constexpr int kOldOdometry = 4;
+  const auto& unknown = request->GetReflection()->GetUnknownFields(*request);
+  for (int k = 0; k < unknown.field_count(); ++k) {
+    const auto& field = unknown.field(k);
+    if (field.number() != kOldOdometry || field.type() != field.TYPE_LENGTH_DELIMITED) continue;
+    SessionRequest named;
+    named.odometry = FindOdometryMode(field.length_delimited());
+    request->set_odometry(convert::ToMessage(named).odometry());
+  }
 }
 
 std::string PathOf(const std::string& folder) { return folder + "/session"; }
@@ -47,6 +62,7 @@ absl::StatusOr<SpoolIdentity> ReadIdentity(const std::string& folder) {
   SpoolIdentity identity;
   const bool is_ours = reader.ReadString(kIdentityMagicBytes) == kIdentityMagic;
   const bool is_parsed = identity.request.ParseFromString(string());
+  TakeOldOdometry(&identity.request);
   identity.session = string();
   const bool has_numbers = reader.Read<uint32_t>() == kNumberBytes;
   identity.base = reader.Read<uint64_t>();

@@ -117,8 +117,9 @@ std::vector<KnownPose> LookBack(const std::vector<std::shared_ptr<const Submap>>
     open.pop();
     if (so_far > variance[from]) continue;
     for (const Step& step : steps[from]) {
-      const double there = so_far + step.Variance();
-      if (there >= variance[step.to]) continue;
+      // Below zero by rounding it would lead round for ever, and so would one that is no number.
+      const double there = so_far + std::max(step.Variance(), 0.0);
+      if (!(there < variance[step.to])) continue;
       variance[step.to] = there;
       const Matrix6d A = Adjoint(known[from].T_new_old);
       known[step.to] = {known[from].T_new_old * step.T_from_to,

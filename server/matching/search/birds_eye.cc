@@ -22,7 +22,8 @@ Eigen::Vector2d Draw(const BirdsEyeCells& cells, double yaw, const BirdsEyeImage
   const float inverse_cell = 1 / reference.cell_m;
   const auto index = [&](const Eigen::Vector2f& p) {
     const Eigen::Vector2f at = (R * p - corner) * inverse_cell;
-    return static_cast<size_t>(at.y()) * correlator->width() + static_cast<size_t>(at.x());
+    return static_cast<size_t>(CellAt(at.y(), correlator->rows())) * correlator->width() +
+           CellAt(at.x(), correlator->width());
   };
   for (const auto& wall : cells.walls) {
     const size_t i = index(wall.position);

@@ -187,8 +187,8 @@ BirdsEyeImage MakeReferenceImage(const BirdsEyeCells& cells, double free_space_w
   const size_t size = static_cast<size_t>(image.width) * image.rows;
   for (auto& plane : image.planes) plane.assign(size, 0.0f);
   const auto index = [&](const Eigen::Vector2f& p) {
-    const int x = static_cast<int>((p.x() - image.origin.x()) / image.cell_m);
-    const int y = static_cast<int>((p.y() - image.origin.y()) / image.cell_m);
+    const int x = CellAt((p.x() - image.origin.x()) / image.cell_m, image.width);
+    const int y = CellAt((p.y() - image.origin.y()) / image.cell_m, image.rows);
     return static_cast<size_t>(y) * image.width + x;
   };
   for (const auto& wall : cells.walls) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <vector>
 
@@ -43,6 +44,12 @@ struct BirdsEyeImage {
   int width = 0, rows = 0;
   std::array<std::vector<float>, kPlanes> planes;  // Row by row.
 };
+
+// The cell of a row of `size` cells that `at` lies in, counted in cells. Far from the origin a
+// float rounds by more than a cell: what it puts outside is taken into the nearest cell.
+inline int CellAt(float at, int size) {
+  return static_cast<int>(std::clamp(at, 0.0f, static_cast<float>(size - 1)));
+}
 
 // The image that stays: blurred, so that neighbours of a wall agree a little, and with the weights
 // of the score folded in.

@@ -74,6 +74,16 @@ TEST_F(SessionSpoolTest, GoesOnWhereTheLastProgramStopped) {
   EXPECT_THAT(spool->TakeNotes(), IsEmpty());
 }
 
+// Programs before the odometry was an enumeration named it by a string, as field 4.
+TEST_F(SessionSpoolTest, TheOdometryThatAnOlderProgramNamedIsKept) {
+  SpoolIdentity identity;
+  identity.request.set_robot("alice");
+  const auto& fields = *identity.request.GetReflection();
+  fields.MutableUnknownFields(&identity.request)->AddLengthDelimited(4, "floam");
+  ASSERT_TRUE(SessionSpool::Create(folder_, identity, options_).ok());
+  EXPECT_EQ(Open()->identity().request.odometry(), v1::ODOMETRY_FLOAM);
+}
+
 TEST_F(SessionSpoolTest, ATornTailIsCutOffWhereverItTears) {
   {
     const auto spool = Create();

@@ -4,8 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <cmath>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
@@ -78,6 +80,58 @@ TEST_F(MapWriterTest, WhatCannotBeStoredIsNotShown) {
   EXPECT_FALSE(map_.AddSubmap(kAlice, MakeFinished(kAlice, 0)).ok());
   EXPECT_FALSE(map_.PutMatch(MakeMatch()).ok());
   EXPECT_EQ(map_.view(), before);
+}
+
+// A record that was damaged on the disk; the submaps behind it keep their numbers.
+TEST_F(MapWriterTest, ASubmapWhosePoseIsNoPoseIsNamedAndLeftOut) {
+  class Damaged : public storage::ForwardingStore {
+   public:
+    using ForwardingStore::ForwardingStore;
+    absl::StatusOr<std::vector<SubmapInfo>> ListSubmaps(
+        const std::optional<SessionId>& session) const override {
+      auto infos = ForwardingStore::ListSubmaps(session);
+      for (SubmapInfo& info : *infos) {
+        if (info.id.index == 1) info.T_odom_submap = Pose(Eigen::Vector3d::Constant(NAN));
+      }
+      return infos;
+    }
+  };
+  auto memory = storage::MakeMemoryStore();
+  {
+    SubmapCache submaps(memory.get(), 1 << 20, nullptr);
+    MapWriter map(memory.get(), &submaps, &activity_, &Clock::System());
+    SessionRecord record;
+    record.id = kAlice;
+    record.robot = RobotId("alice");
+    record.sensor = "vlp16";
+    ASSERT_TRUE(map.Load().ok());
+    ASSERT_TRUE(map.PutSessions({record}).ok());
+    for (uint32_t i = 0; i < 3; ++i) {
+      ASSERT_TRUE(map.AddSubmap(kAlice, MakeFinished(kAlice, i)).ok());
+    }
+  }
+  Damaged store(std::move(memory));
+  std::vector<SubmapId> damaged;
+  SubmapCache submaps(&store, 1 << 20,
+                      [&](const SubmapId& id, const std::string&) { damaged.push_back(id); });
+  MapWriter map(&store, &submaps, &activity_, &Clock::System());
+  ASSERT_TRUE(map.Load().ok());
+  ASSERT_EQ(damaged.size(), 1u);
+  EXPECT_EQ(damaged[0], (SubmapId{kAlice, 1}));
+  EXPECT_EQ(submaps.Outline({kAlice, 1}), nullptr);
+  EXPECT_NE(submaps.Outline({kAlice, 2}), nullptr);
+  EXPECT_EQ(map.view()->Find(kAlice)->next_index(), 3u);
+}
+
+// Between writing and showing, something was thrown.
+TEST_F(MapWriterTest, WhatWasWrittenButNotShownIsShownWhenItComesAgain) {
+  const FinishedSubmap finished = MakeFinished(kAlice, 0);
+  storage::WriteBatch batch;
+  batch.submaps.push_back(finished.submap);
+  ASSERT_TRUE(store_.Write(batch).ok());
+  EXPECT_TRUE(map_.AddSubmap(kAlice, finished).ok());
+  EXPECT_EQ(map_.view()->Find(kAlice)->submaps.size(), 1u);
+  EXPECT_TRUE(absl::IsAlreadyExists(map_.AddSubmap(kAlice, finished)));
 }
 
 TEST_F(MapWriterTest, ReadersSeeTheMapWhileTheStoreIsWritten) {

@@ -33,6 +33,25 @@ class BirdsEyeTest : public ::testing::Test {
   static inline SessionMap map_a_, map_b_;
 };
 
+// Where floats are metres apart nothing is found, and nothing is written beside the images.
+TEST_F(BirdsEyeTest, CellsFarFromTheOriginStayInTheImage) {
+  EXPECT_EQ(CellAt(-7.5f, 10), 0);
+  EXPECT_EQ(CellAt(9.9f, 10), 9);
+  EXPECT_EQ(CellAt(123.0f, 10), 9);
+  EXPECT_EQ(CellAt(3e30f, 10), 9);
+  BirdsEyeCells cells;
+  cells.cell_m = 0.5;
+  cells.center = {9e7f, -9e7f};
+  cells.radius = 3;
+  for (const float x : {-2.f, 0.f, 2.f}) {
+    cells.walls.push_back({cells.center + Eigen::Vector2f(x, 8 * x), {1, 0}, 1});
+    cells.free.push_back(cells.center + Eigen::Vector2f(8 * x, x));
+  }
+  const BirdsEyeImage image = MakeReferenceImage(cells, 1);
+  FftCorrelator correlator(image, 14);
+  EXPECT_GT(image.width, 0);
+}
+
 TEST_F(BirdsEyeTest, PutsTheRightPlaceFirst) {
   std::vector<StageTime> stages;
   const auto candidates = SearchBirdsEye(map_a_, map_b_, BirdsEyeOptions(), &stages);

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "core/geometry/angles.h"
+#include "server/matching/loops/loop_drift.h"
 #include "tests/server/matching/scene.h"
 
 namespace isthmus::matching {
@@ -87,6 +88,22 @@ class LoopFinderTest : public ::testing::Test {
   static inline Submaps truth_, strayed_;
   static inline std::vector<LoopClosure> found_;
 };
+
+// A damaged record, or covariances that rounding made negative: it ends.
+TEST(LookBack, EndsWhateverThePosesAre) {
+  for (const double at : {std::nan(""), 1e300, 9e7}) {
+    std::vector<std::shared_ptr<const Submap>> submaps;
+    std::vector<double> path_lengths;
+    for (uint32_t k = 0; k < 6; ++k) {
+      auto submap = std::make_shared<Submap>();
+      submap->id = {SessionId("alice-1"), k};
+      submap->T_odom_submap = Pose::FromXyzRpy(k % 2 == 0 ? at : -at, k, 0, 0, 0, 0.1 * k);
+      submaps.push_back(submap);
+      path_lengths.push_back(k);
+    }
+    EXPECT_EQ(LookBack(submaps, path_lengths, {}, {}).size(), 5u) << at;
+  }
+}
 
 TEST_F(LoopFinderTest, ClosesTheLoopWhereItIs) {
   ASSERT_FALSE(found_.empty());

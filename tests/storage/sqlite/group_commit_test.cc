@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <new>
 #include <thread>
 
 #include "storage/sqlite/sqlite_store.h"
@@ -122,6 +123,23 @@ TEST_F(GroupCommitTest, KeepsTheOrderOfEachCaller) {
   ASSERT_EQ(values.size(), 50u * kWriters);
   std::vector<int64_t> next(kWriters);
   for (const int64_t value : values) EXPECT_EQ(value % 1000, next[value / 1000]++);
+}
+
+TEST_F(GroupCommitTest, OneThatThrowsFailsAlone) {
+  GroupCommit commit(OpenTable());
+  InThreads([&](int writer) {
+    for (int i = 0; i < 50; ++i) {
+      const int64_t value = 1000 * writer + i;
+      const bool throws = (i + writer) % 10 == 0;
+      const absl::Status status = commit.Run([&](Connection& database) -> absl::Status {
+        absl::Status inserted = Insert(database, value);
+        if (throws) throw std::bad_alloc();
+        return inserted;
+      });
+      EXPECT_EQ(absl::IsResourceExhausted(status), throws) << status;
+    }
+  });
+  EXPECT_EQ(Values().size(), 45u * kWriters);
 }
 
 // What SQLite does by itself when the disk is full: everything before goes too.
