@@ -87,6 +87,7 @@ absl::Status ScanFileWriter::Finish() {
 absl::StatusOr<std::shared_ptr<ScanFile>> ScanFile::Open(const std::string& path) {
   auto file = std::make_shared<ScanFile>();
   file->path_ = path;
+  const MutexLock lock(&file->mutex_);  // Nobody else knows it yet; clang cannot see that.
   file->in_.open(path, std::ios::binary);
   if (!file->in_) return io::FileError("read", path, errno);
   Tail tail;

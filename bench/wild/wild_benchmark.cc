@@ -45,7 +45,7 @@ absl::StatusOr<std::vector<WildEntry>> RunWildDrives(const WildBenchmarkOptions&
   std::vector<WildEntry> entries(seeds.size());
   std::atomic<size_t> next = 0;
   Mutex mutex;
-  absl::Status failed ABSL_GUARDED_BY(mutex);  // The first.
+  absl::Status failed;  // The first; guarded by `mutex`.
   const auto work = [&] {
     for (size_t i = next++; i < seeds.size(); i = next++) {
       auto entry = RunOne(seeds[i], options, odometry);
