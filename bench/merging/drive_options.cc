@@ -1,6 +1,8 @@
 #include "bench/merging/drive_options.h"
 
+#include <absl/strings/match.h>
 #include <absl/strings/str_cat.h>
+#include <absl/strings/string_view.h>
 
 #include <memory>
 #include <numbers>
@@ -8,8 +10,13 @@
 #include <vector>
 
 #include "client/simulation/simulator.h"
+#include "client/simulation/wild/wild.h"
 
 namespace isthmus::bench {
+
+namespace {
+constexpr absl::string_view kWild = "wild-";
+}  // namespace
 
 std::string DriveOptions::Key() const {
   std::string key = absl::StrCat(Ground(), "-", seconds, "s-", robot, "of", robots, "-", sensor);
@@ -18,10 +25,13 @@ std::string DriveOptions::Key() const {
   if (tilt_deg != 0) absl::StrAppend(&key, "-tilt", tilt_deg);
   if (laps > 0) absl::StrAppend(&key, "-laps", laps);
   if (speed_mps > 0) absl::StrAppend(&key, "-", speed_mps, "mps");
+  if (absl::StartsWith(world, kWild)) absl::StrAppend(&key, "-v", simulation::kWildVersion);
   return key;
 }
 
-std::string DriveOptions::Ground() const { return absl::StrCat(world, "-", seed); }
+std::string DriveOptions::Ground() const {
+  return absl::StrCat(world, "-", seed, twin ? "-twin" : "");
+}
 
 namespace {
 
@@ -75,10 +85,30 @@ SharedSimulator Tilted(const SharedSimulator& level, double tilt_deg) {
                                            level->options());
 }
 
+// Its simulator has this robot only.
+absl::StatusOr<SharedSimulator> OneOfWildTeam(const DriveOptions& options) {
+  simulation::WildTeam team;
+  team.kind = options.world.substr(kWild.size());
+  team.sensor = options.sensor;
+  team.robots = options.robots;
+  team.seconds = options.seconds;
+  team.twin = options.twin;
+  auto drive = simulation::DrawWildTeamDrive(options.seed, team, options.robot);
+  if (!drive.ok()) return drive.status();
+  return SharedSimulator(std::move(drive->simulator));
+}
+
+absl::StatusOr<SharedSimulator> SimulatorOf(const DriveOptions& options) {
+  if (absl::StartsWith(options.world, kWild)) return OneOfWildTeam(options);
+  auto usual = Simulator::Create(SimulationOf(options));
+  if (!usual.ok()) return usual.status();
+  return SharedSimulator(*std::move(usual));
+}
+
 }  // namespace
 
 absl::StatusOr<GroundedDrive> SimulateDrive(const DriveOptions& options) {
-  auto usual = Simulator::Create(SimulationOf(options));
+  auto usual = SimulatorOf(options);
   if (!usual.ok()) return usual.status();
   SharedSimulator simulator = *std::move(usual);
   if (options.laps > 0 || options.speed_mps > 0) {
@@ -92,13 +122,14 @@ absl::StatusOr<GroundedDrive> SimulateDrive(const DriveOptions& options) {
   grounded.overlap_cell_m = simulator->world().overlap_cell_m;
   Drive& drive = grounded.drive;
   drive.sensor = options.sensor;
+  const int robot = simulator->robots() == 1 ? 0 : options.robot;
   for (int turn = 0; turn < simulator->scan_count(); ++turn) {
-    drive.shots.push_back({turn, simulator->Truth(options.robot, turn).stamp_ns});
+    drive.shots.push_back({turn, simulator->Truth(robot, turn).stamp_ns});
   }
-  drive.scan_of = [simulator, robot = options.robot](int turn) {
+  drive.scan_of = [simulator, robot](int turn) {
     return simulator->MakeScan(robot, turn);
   };
-  drive.truth_of = [simulator, robot = options.robot](int turn) {
+  drive.truth_of = [simulator, robot](int turn) {
     return simulator->Truth(robot, turn).pose;
   };
   return grounded;

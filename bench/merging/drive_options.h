@@ -11,7 +11,9 @@
 namespace isthmus::bench {
 
 struct DriveOptions {
-  std::string world = "museum";  // See simulation::MakeWorld.
+  // See simulation::MakeWorld; wild-KIND is one of a team, see simulation::WildTeam: of what follows
+  // it has seed, seconds, robots, robot, sensor and twin only.
+  std::string world = "museum";
   uint64_t seed = 1;             // Of the world, the routes and the noise.
   double seconds = 60;
   int laps = 0;          // Times around a tour of about `seconds` and back; 0: not back, no longer.
@@ -21,6 +23,7 @@ struct DriveOptions {
   int walkers = 0, cars = 0;
   double tilt_deg = 0;  // The sensor is mounted askew by so much about x and y.
   std::string sensor = "vlp16";
+  bool twin = false;  // In a wild world that is built alike.
 
   // The same for equal options only; fit to be the name of a folder.
   std::string Key() const;

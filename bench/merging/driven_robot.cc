@@ -68,11 +68,16 @@ absl::StatusOr<std::unique_ptr<storage::MapStore>> OpenCopy(const std::string& f
 absl::Status LoadStored(const storage::MapStore& store, DrivenRobot* robot) {
   const auto sessions = store.ListSessions();
   if (!sessions.ok()) return sessions.status();
-  if (sessions->size() != 1) return absl::DataLossError("not one session but another number");
-  robot->session = sessions->front();
-  const auto submaps = store.ListSubmaps(robot->session.id);
-  if (!submaps.ok()) return submaps.status();
-  for (const SubmapInfo& info : *submaps) {
+  std::vector<SubmapInfo> submaps;  // Of the segment that has most of them.
+  for (const SessionRecord& session : *sessions) {
+    auto listed = store.ListSubmaps(session.id);
+    if (!listed.ok()) return listed.status();
+    if (listed->size() <= submaps.size()) continue;
+    robot->session = session;
+    submaps = *std::move(listed);
+  }
+  if (submaps.empty()) return absl::DataLossError("a drive without submaps");
+  for (const SubmapInfo& info : submaps) {
     auto submap = store.GetSubmap(info.id);
     if (!submap.ok()) return submap.status();
     robot->submaps.push_back(*std::move(submap));

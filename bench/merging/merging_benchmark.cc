@@ -16,6 +16,7 @@
 #include "bench/merging/report.h"
 #include "bench/merging/scenario_list.h"
 #include "bench/merging/update.h"
+#include "bench/merging/wild_pairs.h"
 #include "bench/scenarios.h"
 #include "core/io/file_io.h"
 #include "core/odometry_mode.h"
@@ -31,6 +32,7 @@ struct Options {
   std::string kitti, poses;
   bool drive_only = false, transform = true, update = false, calibration = false;
   std::optional<double> drift_percent;
+  WildPairsOptions wild;
 };
 
 absl::Status ReadOptions(const Options& options, server::PipelineOptions* pipeline) {
@@ -169,12 +171,49 @@ absl::Status RunRecorded(const server::PipelineOptions& pipeline, const Options&
   return absl::OkStatus();
 }
 
+// Pair by pair; `--seconds` as for all drives.
+absl::Status RunWild(const server::PipelineOptions& pipeline, const Options& options,
+                     DriveCache& cache, Results* results) {
+  WildPairsOptions wild = options.wild;
+  if (options.seconds > 0) wild.seconds = options.seconds;
+  const auto pairs = DrawWildPairs(wild);
+  if (!pairs.ok()) return pairs.status();
+  uint64_t number = 0;
+  for (const WildPair& pair : *pairs) {
+    const uint64_t seed = pair.seed * 1000 + number++;
+    if (options.drive_only) {
+      for (const DriveOptions& drive : {pair.a, pair.b}) {
+        if (absl::Status status = cache.Fill(drive); !status.ok()) {
+          std::cerr << drive.Key() << ": " << status << std::endl;
+        }
+      }
+      continue;
+    }
+    auto robots = DriveWildPair(pair, cache);
+    if (!robots.ok()) {  // Lost all the way.
+      std::cerr << NameOf(pair) << " " << pair.seed << ": " << robots.status() << std::endl;
+      continue;
+    }
+    SetFrames({}, seed, options, &*robots);
+    auto trial = RunTrial(*std::move(robots), pipeline);
+    if (!trial.ok()) return trial.status();
+    trial->scenario = NameOf(pair);
+    trial->seed = pair.seed;
+    trial->pairs[0].a = pair.a.robot;
+    trial->pairs[0].b = pair.b.robot;
+    std::cerr << TrialLines(*trial) << std::endl;
+    results->trials.push_back(*std::move(trial));
+  }
+  return absl::OkStatus();
+}
+
 absl::Status Report(const Results& results, const Options& options) {
   if (options.update) {
     std::cout << UpdateTable(results.updates);
     return absl::OkStatus();
   }
   const std::vector<Trial>& trials = results.trials;
+  if (options.wild.worlds > 0) std::cout << WildTable(trials) << "\n";
   std::cout << MergingTable(trials) << "\n" << OverlapTable(trials) << "\n" << TeamTable(trials);
   if (options.calibration) std::cout << "\n" << CalibrationTable(trials);
   if (options.output.empty()) return absl::OkStatus();
@@ -194,7 +233,11 @@ absl::Status RunAll(const Options& options) {
     if (!status.ok()) return status;
   }
   // A recorded drive is measured by itself unless simulated ones are named.
-  if (options.kitti.empty() || !options.scenarios.empty()) {
+  if (options.wild.worlds > 0) {
+    DriveCache cache(options.cache, pipeline);
+    absl::Status status = RunWild(pipeline, options, cache, &results);
+    if (!status.ok() || options.drive_only) return status;
+  } else if (options.kitti.empty() || !options.scenarios.empty()) {
     const auto scenarios = FindMergingScenarios(options.scenarios);
     if (!scenarios.ok()) return scenarios.status();
     DriveCache cache(options.cache, pipeline);
@@ -229,6 +272,17 @@ int Main(int argc, char** argv) {
                  "Percent of the way, and a tenth as many degrees per metre, for every scenario");
   app.add_flag("--update", options.update, "What one submap more costs, instead of the rest");
   app.add_flag("--calibration", options.calibration, "Confidences against shares that are right");
+  auto* wild = app.add_option("--wild", options.wild.worlds,
+                              "Pairs of robots in so many wild worlds, instead of scenarios");
+  app.add_option("--seed", options.wild.seed, "Of the first wild world, the others follow")
+      ->needs(wild);
+  app.add_option("--kind", options.wild.kind, "Of the wild worlds; without: all in turn")
+      ->needs(wild);
+  app.add_option("--sensor", options.wild.sensor, "In wild worlds; without: drawn")->needs(wild);
+  app.add_option("--robots", options.wild.robots, "In each wild world")
+      ->needs(wild)
+      ->check(CLI::Range(2, 26))
+      ->capture_default_str();
   auto* kitti = app.add_option("--kitti", options.kitti, "Folder of a recorded drive of 100 scans");
   kitti->needs(app.add_option("--poses", options.poses, "Its true poses, rows of KITTI's kind"));
   app.add_option("-o,--output", options.output, "FILE.json");

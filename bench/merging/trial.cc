@@ -108,7 +108,7 @@ absl::StatusOr<Trial> RunTrial(std::vector<DrivenRobot> robots,
   auto store = StoreOf(robots);
   if (!store.ok()) return store.status();
   Trial trial;
-  trial.world = robots[0].ground.substr(0, robots[0].ground.find('-'));
+  trial.world = robots[0].ground.substr(0, robots[0].ground.rfind('-'));
   for (const DrivenRobot& robot : robots) {
     trial.submaps += robot.submaps.size();
     trial.lost_scans += robot.lost_scans;

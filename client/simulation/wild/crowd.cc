@@ -50,16 +50,18 @@ void AddThings(const Need& need, const PathIndex& index, const HeightAt& ground,
                Mesh* mesh) {
   const int things = random.Index(80);
   for (int i = 0; i < things; ++i) {
-    const Eigen::Vector2d at = index.Anywhere(20, random);
+    Random thing = need.season.Draw(i);
+    const Eigen::Vector2d at = index.Anywhere(20, thing);
     const double distance = index.Distance(at, 25);
     if (distance < need.clear_m() + 2.5) continue;
     const Eigen::Vector3d foot(at.x(), at.y(), ground(at) - 0.1);
-    if (random.Chance(0.3)) {
-      AddTree(foot, {random.Uniform(3, 9), random.Uniform(0.05, 0.2), 3, 150}, random, mesh);
+    if (thing.Chance(0.3)) {
+      const Tree tree{thing.Uniform(3, 9), thing.Uniform(0.05, 0.2), 3, need.season.Leaves(150)};
+      AddTree(foot, tree, thing, mesh);
     } else {
-      const Eigen::Vector3d box{random.Uniform(0.2, 3), random.Uniform(0.2, 2),
-                                random.Uniform(0.5, 3)};
-      mesh->AddBox(foot, box, random.Uniform(0, 6.3), Material::kWood);
+      const Eigen::Vector3d box{thing.Uniform(0.2, 3), thing.Uniform(0.2, 2),
+                                thing.Uniform(0.5, 3)};
+      mesh->AddBox(foot, box, thing.Uniform(0, 6.3), Material::kWood);
     }
   }
 }

@@ -7,8 +7,8 @@
 namespace isthmus::simulation::wild {
 namespace {
 
-void AddGrass(const Need& need, const Path& path, const HeightAt& ground, Random& random,
-              Mesh* mesh) {
+void AddGrass(const Need& need, const Path& path, const HeightAt& ground, Mesh* mesh) {
+  Random random = need.season.Draw(0);
   const double per_m2 = random.Chance(0.4) ? 0 : random.Uniform(0, 4);
   const auto blades = static_cast<int>(std::min(4e5, per_m2 * need.path_length_m * 16));
   const double tall = random.Uniform(0.05, 0.6) * std::min(1.0, need.carrier.height_m);
@@ -50,9 +50,10 @@ Scene MakeField(const Need& need, Random& random) {
     const Eigen::Vector2d at = index.Anywhere(reach, random);
     if (index.Distance(at, 20) < need.clear_m() + 4) continue;
     AddTree({at.x(), at.y(), ground(at)},
-            {random.Uniform(3, 14), random.Uniform(0.08, 0.4), 0, 200}, random, &scene.mesh);
+            {random.Uniform(3, 14), random.Uniform(0.08, 0.4), 0, need.season.Leaves(200)}, random,
+            &scene.mesh);
   }
-  AddGrass(need, *scene.path, ground, random, &scene.mesh);
+  AddGrass(need, *scene.path, ground, &scene.mesh);
   return scene;
 }
 

@@ -11,6 +11,7 @@ struct Woods {
   const PathIndex& index;
   const HeightAt& ground;
   double reach_m, clear_m, clear_height_m;
+  Season season;
 };
 
 // Calls `put` with the foot of each of so many things per square metre, none on the path.
@@ -32,7 +33,7 @@ void Scatter(const Woods& woods, double per_m2, double reach_m, double clear_m, 
 void AddTrees(const Woods& woods, Random& random, Mesh* mesh) {
   const double per_m2 = std::pow(10.0, random.Uniform(-1.8, -0.7));
   const double tall = random.Uniform(5, 22), thick = random.Uniform(0.05, 0.3);
-  const int leaves = random.Index(250);
+  const int leaves = woods.season.Leaves(random.Index(250));
   Scatter(woods, per_m2, woods.reach_m, woods.clear_m + 0.6, random,
           [&](const Eigen::Vector3d& foot, double distance) {
             const double size = random.Uniform(0.3, 1.2), radius = thick * random.Uniform(0.4, 1.6);
@@ -45,13 +46,15 @@ void AddTrees(const Woods& woods, Random& random, Mesh* mesh) {
           });
 }
 
-void AddUndergrowth(const Woods& woods, Random& random, Mesh* mesh) {
+void AddUndergrowth(const Woods& woods, Mesh* mesh) {
+  Random random = woods.season.Draw(0);
   const double bushes = random.Chance(0.3) ? 0 : random.Uniform(0, 0.08);
   Scatter(woods, bushes, woods.reach_m * 0.6, woods.clear_m, random,
           [&](const Eigen::Vector3d& foot, double distance) {
             const double radius = random.Uniform(0.2, 1.2);
             if (distance < woods.clear_m + 1.6 * radius) return;
-            AddBush(foot, radius, static_cast<int>(20 + 100 * radius), random, mesh);
+            Random bush(random.Next());  // Draws more for more leaves.
+            AddBush(foot, radius, woods.season.Leaves(20 + static_cast<int>(100 * radius)), bush, mesh);
           });
   const double grass = random.Chance(0.4) ? 0 : random.Uniform(0, 3);
   const double tall = random.Uniform(0.1, 0.7);
@@ -91,12 +94,12 @@ Scene MakeForest(const Need& need, Random& random) {
   const HeightAt ground = Hills({random.Uniform(0, 0.2), random.Uniform(0.05, 0.35)}, random);
   scene.path->Lay(ground, need.carrier.base_m);
   const PathIndex index(*scene.path);
-  const Woods woods{index, ground, random.Uniform(30, 55), need.clear_m(), need.clear_height_m()};
+  const Woods woods{index, ground, random.Uniform(30, 55), need.clear_m(), need.clear_height_m(), need.season};
   AddGround(
       ground, index, {woods.reach_m, 0.5, 16, 1}, [](const auto&) { return Material::kSoil; },
       &scene.mesh);
   AddTrees(woods, random, &scene.mesh);
-  AddUndergrowth(woods, random, &scene.mesh);
+  AddUndergrowth(woods, &scene.mesh);
   AddDebris(woods, random, &scene.mesh);
   return scene;
 }

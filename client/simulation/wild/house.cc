@@ -179,15 +179,16 @@ Scene MakeHouse(const Need& need, Random& random) {
   const PathIndex index(*scene.path);
   const int things = random.Index(25) * house.storeys;
   for (int i = 0; i < things; ++i) {
-    const double radius = random.Uniform(0.2, 0.8);
+    Random thing = need.season.Draw(i);
+    const double radius = thing.Uniform(0.2, 0.8);
     const double low = house.well_m + house.passage_m;
-    const Eigen::Vector2d at{random.Uniform(radius, house.length() - radius),
-                             random.Uniform(low + radius, house.depth() - radius)};
-    const double z = house.floor(random.Index(house.storeys));
-    const Eigen::Vector3d size{random.Uniform(0.6, 1.4) * radius, random.Uniform(0.6, 1.4) * radius,
-                               random.Uniform(0.4, 2.2)};
+    const Eigen::Vector2d at{thing.Uniform(radius, house.length() - radius),
+                             thing.Uniform(low + radius, house.depth() - radius)};
+    const double z = house.floor(thing.Index(house.storeys));
+    const Eigen::Vector3d size{thing.Uniform(0.6, 1.4) * radius, thing.Uniform(0.6, 1.4) * radius,
+                               thing.Uniform(0.4, 2.2)};
     if (index.Distance(at, 3) < need.clear_m() + radius) continue;
-    scene.mesh.AddBox({at.x(), at.y(), z}, size, random.Uniform(0, 6.3), Material::kWood);
+    scene.mesh.AddBox({at.x(), at.y(), z}, size, thing.Uniform(0, 6.3), Material::kWood);
   }
   return scene;
 }

@@ -99,6 +99,25 @@ Path Path::Wandering(const Bends& bends, Random& random) {
   return Path(std::move(points), kStep);
 }
 
+Path Path::Backwards() const {
+  Path path = *this;
+  std::reverse(path.points_.begin(), path.points_.end());
+  std::reverse(path.roll_.begin(), path.roll_.end());
+  for (double& roll : path.roll_) roll = -roll;
+  return path;
+}
+
+Path Path::Moved(double left_m, double above_m) const {
+  Path path = *this;
+  for (size_t i = 0; i < points_.size(); ++i) {
+    const Eigen::Vector3d ahead =
+        points_[std::min(i + 1, points_.size() - 1)] - points_[std::max<size_t>(i, 1) - 1];
+    const Eigen::Vector2d left = Eigen::Vector2d(-ahead.y(), ahead.x()).normalized();
+    path.points_[i] += Eigen::Vector3d(left_m * left.x(), left_m * left.y(), above_m);
+  }
+  return path;
+}
+
 void Path::Lay(const HeightAt& height, double base_m) {
   const size_t count = points_.size();
   std::vector<double> left(count), right(count);

@@ -30,6 +30,11 @@ class Path {
   };
   static Path Wandering(const Bends& bends, Random& random);
 
+  // From its end to its beginning.
+  Path Backwards() const;
+  // So much to the left of it, and above it.
+  Path Moved(double left_m, double above_m) const;
+
   // Puts it on the ground, as what has wheels `base_m` apart, ahead and across, lies on it.
   void Lay(const HeightAt& height, double base_m);
 

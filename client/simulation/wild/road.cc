@@ -86,7 +86,8 @@ void AddPoles(const Road& road, Random& random, Mesh* mesh) {
 }
 
 // Trees, bushes and the odd house off the road.
-void AddCountry(const Road& road, double reach_m, Random& random, Mesh* mesh) {
+void AddCountry(const Road& road, double reach_m, const Season& season, Random& random,
+                Mesh* mesh) {
   const double edge = road.half_m + std::abs(road.lane_m) + 2;
   const Eigen::Vector2d size = road.index->max() - road.index->min();
   const double area = road.path->length() * 2 * reach_m;
@@ -100,9 +101,11 @@ void AddCountry(const Road& road, double reach_m, Random& random, Mesh* mesh) {
     if (distance >= reach_m || distance < edge) continue;
     const Eigen::Vector3d foot(at.x(), at.y(), road.ground(at));
     if (which < 0.45) {
-      AddBush(foot, random.Uniform(0.3, 1.2), 80, random, mesh);
+      Random bush(random.Next());  // Draws more for more leaves.
+      AddBush(foot, bush.Uniform(0.3, 1.2), season.Leaves(80), bush, mesh);
     } else if (which < 0.97 && distance > edge + 4) {
-      AddTree(foot, {random.Uniform(3, 15), random.Uniform(0.06, 0.3), 0, 150}, random, mesh);
+      const Tree tree{random.Uniform(3, 15), random.Uniform(0.06, 0.3), 0, season.Leaves(150)};
+      AddTree(foot, tree, random, mesh);
     } else if (distance > edge + 12) {
       const Eigen::Vector3d house{random.Uniform(6, 16), random.Uniform(5, 10),
                                   random.Uniform(2.5, 8)};
@@ -150,7 +153,8 @@ Scene MakeRoad(const Need& need, Random& random) {
     }
   }
   AddPoles(road, random, &scene.mesh);
-  AddCountry(road, reach, random, &scene.mesh);
+  AddCountry(road, reach, need.season, random, &scene.mesh);
+  scene.oncoming_left_m = -2 * road.lane_m;
   const int oncoming = random.Chance(0.4) ? 0 : random.Index(25);
   for (int i = 0; i < oncoming; ++i) {
     const double speed = random.Uniform(5, 20),

@@ -10,14 +10,16 @@
 #include "client/simulation/sensors/mesh.h"
 #include "client/simulation/wild/carrier.h"
 #include "client/simulation/wild/path.h"
+#include "client/simulation/wild/season.h"
 
 namespace isthmus::simulation::wild {
 
-// The needs of the drive that a scene is made for.
+// The needs of the drives that a scene is made for: what suits its carrier suits theirs.
 struct Need {
   Carrier carrier;
   double path_length_m = 0;  // At least so long must the path be.
   double seconds = 0;
+  Season season;
 
   bool climbs() const { return carrier.gait == Gait::kLegs || carrier.gait == Gait::kHand; }
   // Nothing may stand nearer to the path, seen from above ...
@@ -30,6 +32,11 @@ struct Scene {
   Mesh mesh;
   std::shared_ptr<Path> path;       // Longer than was needed by `begin_m` and what is seen ahead.
   double begin_m = 3;               // Where on the path the drive begins.
+  double oncoming_left_m = 0;       // The other lane, from the path.
+  // Storeys that are alike but for loose things, each so far above the next; the path is on the
+  // lowest.
+  int storeys = 1;
+  double storey_m = 0;
   std::vector<Motion> walks, cars;  // Feet of people, middles of cars, on the ground.
   // People give way: they come no nearer than this to the base.
   double give_way_m = 1;
@@ -52,6 +59,7 @@ Scene MakeField(const Need& need, Random& random);
 Scene MakeHouse(const Need& need, Random& random);
 Scene MakePlant(const Need& need, Random& random);
 Scene MakeCrowd(const Need& need, Random& random);
+Scene MakeHotel(const Need& need, Random& random);
 
 // Blocks side by side, with aisles between them and around, from the origin on.
 struct Blocks {

@@ -63,8 +63,9 @@ void AddTree(const Eigen::Vector3d& foot, const Tree& tree, Random& random, Mesh
   const double wide = height_m * random.Uniform(0.1, 0.25);
   if (crown_from >= 1) return;
   const Eigen::Vector3d middle = foot + (crown_from + 1) / 2 * (top - foot);
+  Random foliage(random.Next());  // However many leaves there are, the next tree is the same.
   AddFoliage(middle, {wide, wide, height_m * (1 - crown_from) / 2}, tree.leaves,
-             random.Uniform(0.1, 0.3), random, mesh);
+             foliage.Uniform(0.1, 0.3), foliage, mesh);
 }
 
 void AddBush(const Eigen::Vector3d& foot, double radius_m, int leaves, Random& random, Mesh* mesh) {

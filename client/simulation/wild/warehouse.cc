@@ -8,9 +8,15 @@
 namespace isthmus::simulation::wild {
 namespace {
 
+struct Goods {
+  double full;  // Share of the places that hold something.
+  Season season;
+  uint64_t first;  // Number of a rack's first.
+};
+
 // A rack along x: posts, beams, and what stands on them.
 void AddRack(const Eigen::Vector2d& middle, const Eigen::Vector2d& size, double height_m,
-             double full, Random& random, Mesh* mesh) {
+             Goods goods, Random& random, Mesh* mesh) {
   const double bay = random.Uniform(1.8, 3), shelf = random.Uniform(1.2, 2);
   const int bays = std::max(1, static_cast<int>(size.x() / bay));
   const double wide = size.x() / bays;
@@ -29,14 +35,15 @@ void AddRack(const Eigen::Vector2d& middle, const Eigen::Vector2d& size, double 
     }
     for (int i = 0; i < bays; ++i) {
       for (const double side : {-0.25, 0.25}) {
-        const double fill = random.Unit(), tall = random.Uniform(0.3, 0.85) * shelf;
-        const double deep = random.Uniform(0.5, 0.95) * size.y() / 2;
-        const double broad = random.Uniform(0.4, 0.9) * wide, off = random.Uniform(-0.1, 0.1);
-        if (fill > full) continue;
+        Random thing = goods.season.Draw(goods.first++);
+        const double fill = thing.Unit(), tall = thing.Uniform(0.3, 0.85) * shelf;
+        const double deep = thing.Uniform(0.5, 0.95) * size.y() / 2;
+        const double broad = thing.Uniform(0.4, 0.9) * wide, off = thing.Uniform(-0.1, 0.1);
+        if (fill > goods.full) continue;
         mesh->AddBox({middle.x() - size.x() / 2 + wide * (i + 0.5) + off * wide,
                       middle.y() + side * size.y(), z + 0.1},
                      {broad, deep, tall}, 0,
-                     random.Chance(0.8) ? Material::kWood : Material::kPlaster);
+                     thing.Chance(0.8) ? Material::kWood : Material::kPlaster);
       }
     }
   }
@@ -82,7 +89,9 @@ Scene MakeWarehouse(const Need& need, Random& random) {
   const double full = random.Uniform(0.3, 1);
   for (int column = 0; column < blocks.columns; ++column) {
     for (int row = 0; row < blocks.rows; ++row) {
-      AddRack(blocks.Middle(column, row), blocks.size, height, full, random, &scene.mesh);
+      const auto rack = static_cast<uint64_t>(column * blocks.rows + row);
+      AddRack(blocks.Middle(column, row), blocks.size, height, {full, need.season, rack << 32},
+              random, &scene.mesh);
     }
   }
   AddHall(blocks, height + random.Uniform(1.2, 4), random, &scene.mesh);
@@ -108,12 +117,14 @@ Scene MakeYard(const Need& need, Random& random) {
       for (int i = 0; i < long_ones * wide_ones; ++i) {
         const Eigen::Vector2d at =
             corner + Eigen::Vector2d(12.3 * (i % long_ones + 0.5), 2.6 * (i / long_ones + 0.5));
+        const int place = (column * blocks.rows + row) * long_ones * wide_ones + i;
+        Random pile = need.season.Draw(static_cast<uint64_t>(place));
         const int stack =
-            random.Chance(present) ? static_cast<int>(std::ceil(high * random.Unit())) : 0;
+            pile.Chance(present) ? static_cast<int>(std::ceil(high * pile.Unit())) : 0;
         for (int level = 0; level < stack; ++level) {
-          const double off = 0.04 * random.Normal();
+          const double off = 0.04 * pile.Normal();
           scene.mesh.AddBox({at.x() + off, at.y(), ground(at) - 0.1 + 2.6 * level},
-                            {12.19, 2.44, 2.59}, 0.004 * random.Normal(), Material::kMetal);
+                            {12.19, 2.44, 2.59}, 0.004 * pile.Normal(), Material::kMetal);
         }
       }
     }

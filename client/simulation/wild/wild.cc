@@ -1,15 +1,12 @@
 #include "client/simulation/wild/wild.h"
 
 #include <absl/strings/str_cat.h>
-#include <absl/strings/str_format.h>
 #include <absl/strings/str_join.h>
 
 #include <algorithm>
-#include <cmath>
-#include <numbers>
 #include <utility>
 
-#include "client/simulation/wild/faults.h"
+#include "client/simulation/wild/ride.h"
 #include "client/simulation/wild/scenes.h"
 
 namespace isthmus::simulation {
@@ -32,6 +29,7 @@ const std::vector<Kind>& Kinds() {
       {"house", {kWheels, kLegs, kHand}, 1.8, wild::MakeHouse},
       {"plant", {kWheels, kLegs, kHand}, 2.5, wild::MakePlant},
       {"crowd", {kWheels, kLegs, kHand, kCar}, 8, wild::MakeCrowd},
+      {"hotel", {kWheels, kLegs, kHand}, 1.5, wild::MakeHotel},
   };
   return *kinds;
 }
@@ -43,44 +41,6 @@ absl::StatusOr<const Kind*> FindKind(const std::string& name) {
   return absl::InvalidArgumentError(absl::StrCat("no kind of wild world is called \"", name,
                                                  "\"; choose one of ",
                                                  absl::StrJoin(WildKinds(), ", ")));
-}
-
-// People come no nearer to the robot than `distance_m`; the nearer, the more they give way.
-Motion GivingWay(Motion walk, Motion robot, double distance_m) {
-  return [=](double t) {
-    const Pose at = walk(t);
-    const Eigen::Vector2d robot_at = robot(t).translation().head<2>();
-    const Eigen::Vector2d off = at.translation().head<2>() - robot_at;
-    const double apart = std::max(off.norm(), 1e-6);
-    const Eigen::Vector2d moved = robot_at + std::hypot(apart, distance_m) / apart * off;
-    return Pose(at.rotation(), {moved.x(), moved.y(), at.translation().z()});
-  };
-}
-
-// Kerbs that are driven up and down again, humps, sills: too low to be seen as more than noise.
-void AddBumps(const Carrier& carrier, wild::Path* path, Random& random) {
-  const bool wheels = carrier.gait == Gait::kWheels || carrier.gait == Gait::kCar;
-  const double every = random.Uniform(5, 80);
-  const double highest = random.Uniform(0.02, 0.12) * std::min(1.0, 1.5 / carrier.speed_mps);
-  if (!wheels || random.Chance(0.5)) return;
-  for (double s = every; s + 10 < path->length(); s += every * random.Uniform(0.3, 1.7)) {
-    const double length = 2 * carrier.base_m + (random.Chance(0.5) ? 0 : random.Uniform(0, 5));
-    path->Raise(s, s + length, highest * random.Unit(), carrier.base_m);
-  }
-}
-
-wild::CarrierMotion DrawCarrierMotion(const wild::Need& need, wild::Scene* scene, Random& random) {
-  AddBumps(need.carrier, scene->path.get(), random);
-  const auto timetable = std::make_shared<const wild::Timetable>(
-      *scene->path, need.carrier, scene->begin_m, need.seconds, random);
-  return wild::CarrySensor(scene->path, timetable, need.carrier, random);
-}
-
-std::string Describe(const Carrier& carrier, const wild::Faults& faults) {
-  const Eigen::Vector3d up = carrier.T_base_sensor.rotation() * Eigen::Vector3d::UnitZ();
-  const double tilt = std::acos(std::clamp(up.z(), -1.0, 1.0)) * 180 / std::numbers::pi;
-  return absl::StrFormat("%.1f m/s, sensor at %.1f m, %.0f deg%s", carrier.speed_mps,
-                         carrier.height_m, tilt, faults.about);
 }
 
 }  // namespace
@@ -120,30 +80,113 @@ absl::StatusOr<WildDrive> DrawWildDrive(uint64_t seed, const WildOptions& any) {
   need.carrier = Carrier::Draw((*kind)->gaits, (*kind)->top_mps, random);
   need.seconds = options->seconds;
   need.path_length_m = need.carrier.speed_mps * (options->seconds + 3);
+  need.season = {.world = seed, .day = seed};
   wild::Scene scene = (*kind)->make(need, world_random);
-  const wild::CarrierMotion carrier_motion = DrawCarrierMotion(need, &scene, ride_random);
-  Actors actors{{}, std::move(scene.cars)};
-  for (Motion& walk : scene.walks) {
-    actors.walks.push_back(GivingWay(std::move(walk), carrier_motion.base, scene.give_way_m));
-  }
+  const wild::Way way{.begin_m = scene.begin_m};
   Random fault_random(seed, 0x91, 5);
-  const wild::Faults faults = wild::DrawFaults(need.carrier, fault_random);
-  World world;
-  world.name = absl::StrCat("wild-", (*kind)->name);
-  world.mesh = std::move(scene.mesh);
-  const Options simulated{.world = world.name,
-                          .sensor = lidar->name,
-                          .robots = 1,
-                          .seconds = options->seconds,
-                          .seed = seed,
-                          .noise = faults.noise,
-                          .effects = faults.effects};
-  WildDrive drive{(*kind)->name, wild::NameOf(need.carrier.gait), Describe(need.carrier, faults),
-                  nullptr};
-  drive.simulator =
-      std::make_unique<Simulator>(std::move(world), std::vector<Motion>{carrier_motion.sensor},
-                                  std::move(actors), *std::move(lidar), simulated);
-  return drive;
+  wild::Ridden ridden = wild::MakeRide(absl::StrCat("wild-", (*kind)->name), std::move(scene),
+                                       {need.carrier, *std::move(lidar), need.seconds, way, seed},
+                                       ride_random, fault_random);
+  return WildDrive{(*kind)->name, wild::NameOf(need.carrier.gait), std::move(ridden.about),
+                   std::move(ridden.simulator)};
+}
+
+namespace {
+
+// What suits all of a team: the widest, the highest and the fastest, and climbs if all can.
+Carrier Envelope(const std::vector<Carrier>& team) {
+  Carrier all = team.front();
+  bool climb = true, car = false;
+  for (const Carrier& carrier : team) {
+    all.base_m = std::max(all.base_m, carrier.base_m);
+    all.height_m = std::max(all.height_m, carrier.height_m);
+    all.speed_mps = std::max(all.speed_mps, carrier.speed_mps);
+    climb = climb && (carrier.gait == Gait::kLegs || carrier.gait == Gait::kHand);
+    car = car || carrier.gait == Gait::kCar;
+  }
+  all.gait = car ? Gait::kCar : climb ? Gait::kLegs : Gait::kWheels;
+  return all;
+}
+
+struct Stretch {
+  double begin_m = 0, length_m = 0;
+};
+
+// Where along the path each is: the shorter ones somewhere in the longest one's stretch, or beyond
+// its ends, all the farther the more the team is spread.
+std::vector<Stretch> Spread(const std::vector<Carrier>& team, double seconds, Random& random) {
+  std::vector<Stretch> stretches;
+  double longest = 0;
+  for (const Carrier& carrier : team) {
+    longest = std::max(longest, carrier.speed_mps * (seconds + 3));
+  }
+  const double spread = random.Uniform(0, 1);
+  for (const Carrier& carrier : team) {
+    const double length = carrier.speed_mps * (seconds + 3);
+    stretches.push_back({random.Unit() * (longest - length + spread * longest), length});
+  }
+  return stretches;
+}
+
+}  // namespace
+
+absl::StatusOr<WildDrive> DrawWildTeamDrive(uint64_t seed, const WildTeam& team, int robot) {
+  const auto options = ChooseWild(seed, {team.kind, "vlp16", team.seconds});
+  if (!options.ok()) return options.status();
+  const auto kind = FindKind(options->kind);
+  if (!kind.ok()) return kind.status();
+  if (robot < 0 || robot >= team.robots) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("there is no robot ", robot, " in a team of ", team.robots));
+  }
+  const auto stream = [&](uint64_t which) { return Random(seed, 0x92 + which, robot); };
+  Random sensor_random = stream(0), way_random = stream(1), day_random = stream(2);
+  const std::vector<std::string> sensors = LidarNames();
+  const std::string drawn = sensors[sensor_random.Index(static_cast<int>(sensors.size()))];
+  auto lidar = MakeLidar(team.sensor.empty() ? drawn : team.sensor);
+  if (!lidar.ok()) return lidar.status();
+
+  std::vector<Carrier> carriers;
+  for (int i = 0; i < team.robots; ++i) {
+    Random random(seed, 0x98, i);
+    carriers.push_back(Carrier::Draw((*kind)->gaits, (*kind)->top_mps, random));
+  }
+  Random spread_random(seed, 0x99, 0), world_random(seed, 0x91, 3);
+  const std::vector<Stretch> stretches = Spread(carriers, team.seconds, spread_random);
+  wild::Need need;
+  need.carrier = Envelope(carriers);
+  need.seconds = team.seconds;
+  for (const Stretch& s : stretches) {
+    need.path_length_m = std::max(need.path_length_m, s.begin_m + s.length_m);
+  }
+  const bool same_day = day_random.Chance(0.4);
+  need.season = {.world = seed, .day = day_random.Next()};
+  if (!same_day) {
+    need.season.changed = day_random.Uniform(0.1, 0.6);
+    need.season.leaves = day_random.Unit();
+  }
+  if (team.twin) need.season.changed = 1;
+  wild::Scene scene = (*kind)->make(need, world_random);
+
+  wild::Way way{.begin_m = scene.begin_m + stretches[robot].begin_m};
+  way.backwards = way_random.Chance(0.4);
+  way.left_m = way_random.Uniform(-0.3, 0.3);
+  way.above_m = way_random.Index(scene.storeys) * scene.storey_m;
+  if (way.backwards) {
+    way.begin_m = scene.path->length() - way.begin_m - stretches[robot].length_m;
+    way.left_m -= scene.oncoming_left_m;
+    if (scene.oncoming_left_m != 0) scene.cars.clear();  // They would come head-on.
+  }
+  Random ride_random = stream(3), fault_random = stream(4);
+  const uint64_t noise = stream(5).Next();
+  const wild::Carrier& carrier = carriers[robot];
+  wild::Ridden ridden = wild::MakeRide(absl::StrCat("wild-", (*kind)->name), std::move(scene),
+                                       {carrier, *std::move(lidar), team.seconds, way, noise},
+                                       ride_random, fault_random);
+  absl::StrAppend(&ridden.about, way.backwards ? ", backwards" : "",
+                  same_day ? "" : ", another day");
+  return WildDrive{(*kind)->name, wild::NameOf(carrier.gait), std::move(ridden.about),
+                   std::move(ridden.simulator)};
 }
 
 }  // namespace isthmus::simulation

@@ -13,7 +13,7 @@
 namespace isthmus::simulation {
 
 // Drives of one version are not those of another; to be raised with every change of what is drawn.
-constexpr int kWildVersion = 5;
+constexpr int kWildVersion = 6;
 
 struct WildOptions {
   std::string kind;    // One of WildKinds; empty: drawn.
@@ -38,12 +38,29 @@ absl::StatusOr<WildOptions> ChooseWild(uint64_t seed, const WildOptions& options
 // for seconds that are not above 0 and below a day.
 absl::StatusOr<WildDrive> DrawWildDrive(uint64_t seed, const WildOptions& options);
 
+// Several robots in one world, each at its own time and with a carrier, a sensor and faults of its
+// own: on stretches of one way that may overlap, some of them in the other direction, on another
+// storey where storeys are alike, or on another day, with part of what stands about gone or moved.
+struct WildTeam {
+  std::string kind, sensor;  // As in WildOptions.
+  int robots = 2;
+  double seconds = 60;
+  // In a world built alike, of which nothing loose is the same. Poses are as if it were the world
+  // itself: nobody's map of the one is to be joined with a map of the other.
+  bool twin = false;
+};
+
+// The drive of one robot of the team. As DrawWildDrive; InvalidArgument also for a robot that is
+// not of the team.
+absl::StatusOr<WildDrive> DrawWildTeamDrive(uint64_t seed, const WildTeam& team, int robot);
+
 // Names of the kinds:
 //   road       guard rails, few poles, hills       forest     trunks, bushes, rough ground
 //   mine       rooms and pillars of rough rock     tunnel     bends, alcoves, smooth to rough
 //   warehouse  racks                               yard       stacks of containers
 //   field      one building, grass, few trees      house      storeys, ramps or stairs, glass
 //   plant      pipes, vessels, frames              crowd      people and cars before house fronts
+//   hotel      rooms and storeys built and furnished alike
 std::vector<std::string> WildKinds();
 
 }  // namespace isthmus::simulation

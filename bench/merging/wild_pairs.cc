@@ -1,0 +1,147 @@
+#include "bench/merging/wild_pairs.h"
+
+#include <absl/strings/match.h>
+#include <absl/strings/str_cat.h>
+#include <absl/strings/str_format.h>
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <utility>
+
+#include "bench/merging/figures.h"
+#include "bench/merging/seen_surface.h"
+#include "client/simulation/random.h"
+#include "client/simulation/wild/wild.h"
+
+namespace isthmus::bench {
+namespace {
+
+using simulation::Random;
+
+// Half of all robots have the first.
+constexpr const char* kSensors[] = {"vlp16",  "vlp16",  "vlp16",  "vlp16",  "vlp16",
+                                    "vlp32",  "hdl32",  "os0-32", "os1-32", "os1-64"};
+// What is built twice.
+constexpr const char* kTwinKinds[] = {"hotel", "house", "warehouse"};
+
+DriveOptions Robot(const WildPairsOptions& options, const std::string& kind, uint64_t seed,
+                   int robot) {
+  Random random(seed, 0xA1, static_cast<uint64_t>(robot));
+  DriveOptions drive;
+  drive.world = absl::StrCat("wild-", kind);
+  drive.seed = seed;
+  drive.seconds = options.seconds;
+  drive.robots = options.robots;
+  drive.robot = robot;
+  drive.sensor = options.sensor.empty()
+                     ? kSensors[random.Index(static_cast<int>(std::size(kSensors)))]
+                     : options.sensor;
+  return drive;
+}
+
+// A row of a table: how many there are of what became of them.
+struct Tally {
+  std::array<int, 3> outcomes = {};  // By TrialOutcome.
+  int hypotheses_right = 0;
+  std::vector<double> right_m;
+
+  void Add(const PairResult& pair) {
+    ++outcomes[static_cast<size_t>(pair.outcome)];
+    hypotheses_right += pair.hypothesis_right && pair.HasHypothesis();
+    if (pair.outcome == TrialOutcome::kRight) right_m.push_back(pair.map.median_m);
+  }
+  int count() const { return outcomes[0] + outcomes[1] + outcomes[2]; }
+};
+
+std::string Row(const std::string& name, const Tally& tally) {
+  return absl::StrFormat("| %s | %d | %d | %.0f %% | %d | %d | %d | %.3f (%.3f) |\n", name,
+                         tally.count(), tally.outcomes[0],
+                         100.0 * tally.outcomes[0] / std::max(1, tally.count()),
+                         tally.hypotheses_right, tally.outcomes[1], tally.outcomes[2],
+                         Median(tally.right_m), Worst(tally.right_m));
+}
+
+// What a pair has in common, in words that sort.
+std::string ClassOf(const Trial& trial, const PairResult& pair) {
+  if (absl::EndsWith(trial.scenario, " twin")) return "twins";
+  if (absl::EndsWith(trial.scenario, " stranger")) return "strangers";
+  if (pair.overlap >= 0.3) return "overlap 0.30 and more";
+  if (pair.overlap >= 0.15) return "overlap 0.15-0.30";
+  return pair.overlap >= 0.02 ? "overlap 0.02-0.15" : "no overlap";
+}
+
+}  // namespace
+
+std::string NameOf(const WildPair& pair) {
+  return absl::StrCat(pair.kind, pair.relation == WildRelation::kTwin       ? " twin"
+                                 : pair.relation == WildRelation::kStranger ? " stranger"
+                                                                            : "");
+}
+
+absl::StatusOr<std::vector<WildPair>> DrawWildPairs(const WildPairsOptions& options) {
+  const std::vector<std::string> kinds = simulation::WildKinds();
+  std::vector<WildPair> pairs;
+  std::map<std::string, DriveOptions> before;  // By kind, of the last world.
+  for (int world = 0; world < options.worlds; ++world) {
+    const uint64_t seed = options.seed + static_cast<uint64_t>(world);
+    const std::string kind = options.kind.empty() ? kinds[seed % kinds.size()] : options.kind;
+    const auto known = simulation::ChooseWild(seed, {kind, "vlp16", options.seconds});
+    if (!known.ok()) return known.status();
+    Random random(seed, 0xA2, 0);
+    const auto robot = [&](int i) { return Robot(options, kind, seed, i); };
+    const auto add = [&](WildRelation relation, const DriveOptions& a, const DriveOptions& b) {
+      pairs.push_back({relation, kind, seed, a, b, random.Uniform(0.15, 0.95)});
+    };
+    for (int a = 0; a < options.robots; ++a) {
+      for (int b = a + 1; b < options.robots; ++b) add(WildRelation::kTeam, robot(a), robot(b));
+    }
+    const auto stranger = before.find(kind);
+    if (stranger != before.end()) add(WildRelation::kStranger, robot(0), stranger->second);
+    before[kind] = robot(1);
+    if (std::find(std::begin(kTwinKinds), std::end(kTwinKinds), kind) != std::end(kTwinKinds)) {
+      DriveOptions twin = robot(1);
+      twin.twin = true;
+      add(WildRelation::kTwin, robot(0), twin);
+    }
+  }
+  return pairs;
+}
+
+absl::StatusOr<std::vector<DrivenRobot>> DriveWildPair(const WildPair& pair, DriveCache& cache) {
+  std::vector<DrivenRobot> robots;
+  for (const DriveOptions& drive : {pair.a, pair.b}) {
+    auto robot = cache.Get(drive);
+    if (!robot.ok()) return robot.status();
+    robots.push_back(*std::move(robot));
+  }
+  if (pair.relation != WildRelation::kTeam) return robots;
+  const OverlapRange wanted{std::max(0.1, pair.most_overlap - 0.1), pair.most_overlap};
+  const double overlap = SeenSurface::Overlap(SeenSurface(robots[0]), SeenSurface(robots[1]));
+  if (overlap <= pair.most_overlap) return robots;
+  const auto ranges = FindScanRanges(robots[0], robots[1], wanted, true);
+  if (!ranges) return robots;
+  KeepScans(ranges->first, &robots[0]);
+  KeepScans(ranges->second, &robots[1]);
+  return robots;
+}
+
+std::string WildTable(const std::vector<Trial>& trials) {
+  std::map<std::string, Tally> classes;
+  std::map<std::string, Tally> kinds;  // Of those that overlap by 0.3 and more.
+  for (const Trial& trial : trials) {
+    for (const PairResult& pair : trial.pairs) {
+      const std::string name = ClassOf(trial, pair);
+      classes[name].Add(pair);
+      if (absl::StartsWith(name, "overlap 0.30")) kinds[trial.scenario].Add(pair);
+    }
+  }
+  std::string table =
+      "| pairs | count | right | | best hypothesis right | not merged | WRONG | map on map m "
+      "(worst) |\n|---|---|---|---|---|---|---|---|\n";
+  for (const auto& [name, tally] : classes) table += Row(name, tally);
+  for (const auto& [name, tally] : kinds) table += Row(absl::StrCat("0.30 and more: ", name), tally);
+  return table;
+}
+
+}  // namespace isthmus::bench

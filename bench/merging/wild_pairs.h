@@ -1,0 +1,55 @@
+// Pairs of robots in wild worlds: who overlaps with whom, and who only seems to.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bench/merging/drive_cache.h"
+#include "bench/merging/drive_options.h"
+#include "bench/merging/driven_robot.h"
+#include "bench/merging/trial.h"
+
+namespace isthmus::bench {
+
+struct WildPairsOptions {
+  int worlds = 0;
+  uint64_t seed = 1;    // Of the first world; the others follow.
+  std::string kind;     // See simulation::WildKinds; empty: of all in turn.
+  std::string sensor;   // Empty: one that is drawn.
+  int robots = 4;       // In each world.
+  double seconds = 60;  // Each drives.
+};
+
+enum class WildRelation {
+  kTeam,      // In one world, whatever they have in common.
+  kStranger,  // In different worlds of one kind.
+  kTwin,      // In worlds built alike, see simulation::WildTeam.
+};
+
+// Two drives to be merged, or not to be.
+struct WildPair {
+  WildRelation relation = WildRelation::kTeam;
+  std::string kind;
+  uint64_t seed = 0;  // Of the world, or of the first robot's.
+  DriveOptions a, b;
+  // Where they have seen more than so much of the same they are cut back to it, if that can be.
+  double most_overlap = 1;
+};
+
+// All pairs of the worlds. The same options give the same pairs.
+absl::StatusOr<std::vector<WildPair>> DrawWildPairs(const WildPairsOptions& options);
+
+// The two robots, cut back.
+absl::StatusOr<std::vector<DrivenRobot>> DriveWildPair(const WildPair& pair, DriveCache& cache);
+
+// "house", "house stranger", "house twin": names of scenarios.
+std::string NameOf(const WildPair& pair);
+
+// Markdown: what became of pairs by what they have in common, and by kind.
+std::string WildTable(const std::vector<Trial>& trials);
+
+}  // namespace isthmus::bench

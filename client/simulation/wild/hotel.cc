@@ -1,0 +1,141 @@
+// A hotel: a corridor between rooms that are furnished alike, on storeys that are built alike. Only
+// loose things tell one room, and one storey, from another.
+#include <algorithm>
+
+#include "client/simulation/wild/scenes.h"
+#include "client/simulation/wild/shapes.h"
+
+namespace isthmus::simulation::wild {
+namespace {
+
+constexpr double kWallM = 0.12, kBathM = 2;  // How deep the bathroom is.
+
+struct Hotel {
+  int units, storeys;  // On either side of the corridor; alike.
+  double storey_m, slab_m = 0.3;
+  double unit_m, deep_m, corridor_m, door_m, entry_m;
+  double window_m;
+
+  double length() const { return units * unit_m; }
+  double clear_height() const { return storey_m - slab_m; }
+  // A place in a room: along the corridor from its near corner, and into it.
+  Eigen::Vector2d In(int unit, bool left, double along_m, double into_m) const {
+    const double y = corridor_m / 2 + into_m;
+    return {unit * unit_m + along_m, left ? y : -y};
+  }
+  double door_x() const { return unit_m - entry_m / 2; }
+};
+
+Hotel DesignHotel(const Need& need, Random& random) {
+  Hotel hotel;
+  hotel.units = 4 + random.Index(8);
+  hotel.storeys = 2 + random.Index(3);
+  hotel.storey_m = std::max(need.clear_height_m() + 0.7, random.Uniform(2.8, 3.6));
+  hotel.door_m = std::max(2 * need.clear_m() + 0.1, random.Uniform(0.9, 1.2));
+  hotel.entry_m = hotel.door_m + 0.2;
+  hotel.unit_m = std::max(hotel.entry_m + 2.2, random.Uniform(3.6, 5.5));
+  hotel.deep_m = kBathM + std::max(3.6, random.Uniform(3.4, 5));
+  hotel.corridor_m = std::max(2 * need.clear_m() + 0.4, random.Uniform(1.6, 2.6));
+  hotel.window_m = random.Uniform(1, 2);
+  return hotel;
+}
+
+// Up and down the corridor, with a look into some rooms.
+std::vector<Eigen::Vector3d> Stroll(const Hotel& hotel, const Need& need, Random& random) {
+  std::vector<Eigen::Vector3d> corners;
+  double path_length = 0;
+  const auto go = [&](const Eigen::Vector2d& to) {
+    if (!corners.empty()) path_length += (corners.back().head<2>() - to).norm();
+    corners.push_back({to.x(), to.y(), 0});
+  };
+  const double margin = need.clear_m() + 0.3;
+  for (bool up = true; path_length < need.path_length_m + 20; up = !up) {
+    go({up ? margin : hotel.length() - margin, 0});
+    for (int i = 0; i < hotel.units; ++i) {
+      const int unit = up ? i : hotel.units - 1 - i;
+      const bool left = random.Chance(0.5);
+      if (random.Chance(0.6)) continue;
+      const double far = hotel.deep_m - need.clear_m() - 0.4;
+      const Eigen::Vector2d door = hotel.In(unit, left, hotel.door_x(), 0);
+      go({door.x(), 0});
+      go(hotel.In(unit, left, hotel.door_x(), random.Uniform(kBathM, far)));
+      go({door.x(), 0});
+    }
+  }
+  return corners;
+}
+
+void AddHotelRoom(const Hotel& hotel, int unit, bool left, double z, Mesh* mesh) {
+  const double high = hotel.clear_height();
+  const auto at = [&](double along, double into) {
+    const Eigen::Vector2d p = hotel.In(unit, left, along, into);
+    return Eigen::Vector3d(p.x(), p.y(), z);
+  };
+  const auto box = [&](double along, double into, const Eigen::Vector3d& size) {
+    mesh->AddBox(at(along, into), size, 0, Material::kWood);
+  };
+  const double w = hotel.unit_m, d = hotel.deep_m, bath = w - hotel.entry_m;
+  AddWallWithOpenings(at(0, 0), at(w, 0), high, kWallM,
+                      {{hotel.door_x() - hotel.door_m / 2, hotel.door_x() + hotel.door_m / 2, 0,
+                        2.1, false}},
+                      Material::kPlaster, mesh);
+  AddWallWithOpenings(at(0, d), at(w, d), high, 0.3,
+                      {{(w - hotel.window_m) / 2, (w + hotel.window_m) / 2, 0.9, high - 0.3, true}},
+                      Material::kPlaster, mesh);
+  AddWall(at(w, 0), at(w, d), high, kWallM, Material::kPlaster, mesh);
+  AddWall(at(bath, 0), at(bath, kBathM), high, kWallM, Material::kPlaster, mesh);
+  AddWall(at(0, kBathM), at(bath, kBathM), high, kWallM, Material::kPlaster, mesh);
+  box(1.1, kBathM + 1.2, {2.0, 1.6, 0.5});  // A bed, a wardrobe, a desk.
+  box(0.5, kBathM + 0.06 + 0.3, {1, 0.5, 2});
+  box(0.7, d - 0.5, {1.2, 0.6, 0.75});
+}
+
+void AddHotelStorey(const Hotel& hotel, int storey, Mesh* mesh) {
+  const double z = storey * hotel.storey_m, x = hotel.length();
+  const double y = hotel.corridor_m / 2 + hotel.deep_m;
+  for (int unit = 0; unit < hotel.units; ++unit) {
+    for (const bool left : {false, true}) AddHotelRoom(hotel, unit, left, z, mesh);
+  }
+  for (const double end : {0.0, x}) {
+    AddWall({end, -y, z}, {end, y, z}, hotel.clear_height(), 0.3, Material::kPlaster, mesh);
+  }
+}
+
+// Luggage, chairs: a few in every room and some in the corridor.
+void AddLooseThings(const Hotel& hotel, const Need& need, const PathIndex& index, Mesh* mesh) {
+  const int rooms = 2 * hotel.units * hotel.storeys, per_room = 4;
+  for (int i = 0; i < rooms * per_room; ++i) {
+    Random thing = need.season.Draw(static_cast<uint64_t>(i));
+    const int room = i / per_room, storey = room / (2 * hotel.units);
+    const double radius = thing.Uniform(0.15, 0.35);
+    const bool outside = thing.Chance(0.15);
+    const Eigen::Vector2d at =
+        hotel.In(room / 2 % hotel.units, room % 2 == 1, thing.Uniform(0.4, hotel.unit_m - 0.4),
+                 outside ? -0.3 : thing.Uniform(kBathM + 0.4, hotel.deep_m - 0.4));
+    const Eigen::Vector3d size(thing.Uniform(1, 2) * radius, thing.Uniform(1, 2) * radius,
+                               thing.Uniform(0.4, 1.6));
+    if (thing.Chance(0.3) || index.Distance(at, 3) < need.clear_m() + 1.4 * radius) continue;
+    mesh->AddBox({at.x(), at.y(), storey * hotel.storey_m}, size, thing.Uniform(0, 6.3),
+                 Material::kWood);
+  }
+}
+
+}  // namespace
+
+Scene MakeHotel(const Need& need, Random& random) {
+  Scene scene;
+  const Hotel hotel = DesignHotel(need, random);
+  scene.path = std::make_shared<Path>(Path::Along(Stroll(hotel, need, random), 0.4));
+  scene.storeys = hotel.storeys;
+  scene.storey_m = hotel.storey_m;
+  const double wide = hotel.corridor_m + 2 * hotel.deep_m;
+  for (int storey = 0; storey <= hotel.storeys; ++storey) {
+    scene.mesh.AddBox({hotel.length() / 2, 0, storey * hotel.storey_m - hotel.slab_m},
+                      {hotel.length(), wide, hotel.slab_m}, 0, Material::kFloor);
+    if (storey < hotel.storeys) AddHotelStorey(hotel, storey, &scene.mesh);
+  }
+  AddLooseThings(hotel, need, PathIndex(*scene.path), &scene.mesh);
+  return scene;
+}
+
+}  // namespace isthmus::simulation::wild
