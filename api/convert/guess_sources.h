@@ -13,6 +13,7 @@ inline constexpr std::pair<GuessSource, v1::GuessSource> kGuessSources[] = {
     {GuessSource::kOdometry, v1::GUESS_SOURCE_ODOMETRY},
     {GuessSource::kPlaces, v1::GUESS_SOURCE_PLACES},
     {GuessSource::kBirdsEye, v1::GUESS_SOURCE_BIRDS_EYE},
+    {GuessSource::kStructure, v1::GUESS_SOURCE_STRUCTURE},
     {GuessSource::kPaper, v1::GUESS_SOURCE_PAPER},
     {GuessSource::kByHand, v1::GUESS_SOURCE_BY_HAND},
 };

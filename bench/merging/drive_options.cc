@@ -126,12 +126,8 @@ absl::StatusOr<GroundedDrive> SimulateDrive(const DriveOptions& options) {
   for (int turn = 0; turn < simulator->scan_count(); ++turn) {
     drive.shots.push_back({turn, simulator->Truth(robot, turn).stamp_ns});
   }
-  drive.scan_of = [simulator, robot](int turn) {
-    return simulator->MakeScan(robot, turn);
-  };
-  drive.truth_of = [simulator, robot](int turn) {
-    return simulator->Truth(robot, turn).pose;
-  };
+  drive.scan_of = [simulator, robot](int turn) { return simulator->MakeScan(robot, turn); };
+  drive.truth_of = [simulator, robot](int turn) { return simulator->Truth(robot, turn).pose; };
   return grounded;
 }
 

@@ -11,10 +11,10 @@
 namespace isthmus::bench {
 
 struct DriveOptions {
-  // See simulation::MakeWorld; wild-KIND is one of a team, see simulation::WildTeam: of what follows
-  // it has seed, seconds, robots, robot, sensor and twin only.
+  // See simulation::MakeWorld; wild-KIND is one of a team, see simulation::WildTeam: of what
+  // follows it has seed, seconds, robots, robot, sensor and twin only.
   std::string world = "museum";
-  uint64_t seed = 1;             // Of the world, the routes and the noise.
+  uint64_t seed = 1;  // Of the world, the routes and the noise.
   double seconds = 60;
   int laps = 0;          // Times around a tour of about `seconds` and back; 0: not back, no longer.
   double speed_mps = 0;  // At most; 0: the world's own.

@@ -46,8 +46,8 @@ struct DrivenRobot {
 absl::Status DriveThroughServer(const GroundedDrive& grounded,
                                 const server::PipelineOptions& options, const std::string& folder);
 
-// Loads what was kept in such a folder; of a drive in several segments, the longest one. The folder is only read: many programs may do so at a time.
-// NotFound if it holds no drive.
+// Loads what was kept in such a folder; of a drive in several segments, the longest one. The folder
+// is only read: many programs may do so at a time. NotFound if it holds no drive.
 absl::StatusOr<DrivenRobot> LoadDrivenRobot(const std::string& folder);
 
 // The robot under another name: its session and submaps are called after it.

@@ -11,6 +11,7 @@
 
 #include "bench/merging/calibration_table.h"
 #include "bench/merging/drive_cache.h"
+#include "bench/merging/hypothesis_table.h"
 #include "bench/merging/odom_frames.h"
 #include "bench/merging/recorded_parts.h"
 #include "bench/merging/report.h"
@@ -33,6 +34,7 @@ struct Options {
   bool drive_only = false, transform = true, update = false, calibration = false;
   std::optional<double> drift_percent;
   WildPairsOptions wild;
+  std::string hypotheses;
 };
 
 absl::Status ReadOptions(const Options& options, server::PipelineOptions* pipeline) {
@@ -95,6 +97,7 @@ using RobotsOf = std::function<absl::StatusOr<std::vector<DrivenRobot>>(uint64_t
 struct Results {
   std::vector<Trial> trials;
   std::vector<UpdateTrial> updates;
+  std::vector<JudgedPair> judged;
 };
 
 absl::Status RunScenario(const std::string& name, const RobotsOf& robots_of,
@@ -195,6 +198,14 @@ absl::Status RunWild(const server::PipelineOptions& pipeline, const Options& opt
       continue;
     }
     SetFrames({}, seed, options, &*robots);
+    if (!options.hypotheses.empty()) {
+      JudgedPair judged = JudgeHypotheses(*std::move(robots));
+      judged.scenario = NameOf(pair);
+      judged.seed = pair.seed;
+      std::cerr << judged.scenario << " " << judged.seed << std::endl;
+      results->judged.push_back(std::move(judged));
+      continue;
+    }
     auto trial = RunTrial(*std::move(robots), pipeline);
     if (!trial.ok()) return trial.status();
     trial->scenario = NameOf(pair);
@@ -211,6 +222,10 @@ absl::Status Report(const Results& results, const Options& options) {
   if (options.update) {
     std::cout << UpdateTable(results.updates);
     return absl::OkStatus();
+  }
+  if (!options.hypotheses.empty()) {
+    std::cout << SearchTable(results.judged);
+    return io::WriteFile(options.hypotheses, ToCsv(results.judged));
   }
   const std::vector<Trial>& trials = results.trials;
   if (options.wild.worlds > 0) std::cout << WildTable(trials) << "\n";
@@ -283,6 +298,9 @@ int Main(int argc, char** argv) {
       ->needs(wild)
       ->check(CLI::Range(2, 26))
       ->capture_default_str();
+  app.add_option("--hypotheses", options.hypotheses,
+                 "FILE.csv: what each search proposes of wild pairs, instead of merging them")
+      ->needs(wild);
   auto* kitti = app.add_option("--kitti", options.kitti, "Folder of a recorded drive of 100 scans");
   kitti->needs(app.add_option("--poses", options.poses, "Its true poses, rows of KITTI's kind"));
   app.add_option("-o,--output", options.output, "FILE.json");

@@ -11,11 +11,12 @@ namespace {
 
 constexpr uint64_t kStride = 10;  // Scans, when looking for stretches.
 
-uint64_t CellOf(const Eigen::Vector3d& point, double cell_m) {
-  uint64_t key = 0;
+// A ceiling and the floor above it lie in one cell, but one is seen from below.
+uint64_t CellOf(const Eigen::Vector3d& point, const Eigen::Vector3d& sensor, double cell_m) {
+  uint64_t key = point.z() > sensor.z() ? 1 : 0;
   for (int axis = 0; axis < 3; ++axis) {
     const auto cell = static_cast<int64_t>(std::floor(point[axis] / cell_m));
-    key = (key << 21) | (static_cast<uint64_t>(cell) & 0x1FFFFF);
+    key = (key << 20) | (static_cast<uint64_t>(cell) & 0xFFFFF);
   }
   return key;
 }
@@ -33,9 +34,13 @@ SeenSurface::SeenSurface(const DrivenRobot& robot) {
     for (const SubmapPoint& point : submap->points) {
       const Eigen::Vector3d at =
           T_world_submap[point.keyframe] * point.Position().cast<double>().eval();
+      const Eigen::Vector3d sensor =
+          T_world_submap[point.keyframe] *
+          submap->keyframes[point.keyframe].T_submap_sensor.translation();
       const uint64_t sequence = submap->keyframes[point.keyframe].sequence;
       ScanRange& seen =
-          cells_.try_emplace(CellOf(at, robot.overlap_cell_m), ScanRange{sequence, sequence})
+          cells_
+              .try_emplace(CellOf(at, sensor, robot.overlap_cell_m), ScanRange{sequence, sequence})
               .first->second;
       seen = {std::min(seen.first, sequence), std::max(seen.last, sequence)};
     }

@@ -20,8 +20,8 @@ namespace {
 using simulation::Random;
 
 // Half of all robots have the first.
-constexpr const char* kSensors[] = {"vlp16",  "vlp16",  "vlp16",  "vlp16",  "vlp16",
-                                    "vlp32",  "hdl32",  "os0-32", "os1-32", "os1-64"};
+constexpr const char* kSensors[] = {"vlp16", "vlp16", "vlp16",  "vlp16",  "vlp16",
+                                    "vlp32", "hdl32", "os0-32", "os1-32", "os1-64"};
 // What is built twice.
 constexpr const char* kTwinKinds[] = {"hotel", "house", "warehouse"};
 
@@ -140,7 +140,8 @@ std::string WildTable(const std::vector<Trial>& trials) {
       "| pairs | count | right | | best hypothesis right | not merged | WRONG | map on map m "
       "(worst) |\n|---|---|---|---|---|---|---|---|\n";
   for (const auto& [name, tally] : classes) table += Row(name, tally);
-  for (const auto& [name, tally] : kinds) table += Row(absl::StrCat("0.30 and more: ", name), tally);
+  for (const auto& [name, tally] : kinds)
+    table += Row(absl::StrCat("0.30 and more: ", name), tally);
   return table;
 }
 

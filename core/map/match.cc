@@ -29,6 +29,7 @@ constexpr std::pair<MatchReason, const char*> kReasons[] = {
 constexpr std::pair<GuessSource, const char*> kSources[] = {
     {GuessSource::kNone, ""},         {GuessSource::kOdometry, "odometry"},
     {GuessSource::kPlaces, "places"}, {GuessSource::kBirdsEye, "birds_eye"},
+    {GuessSource::kStructure, "structure"},
     {GuessSource::kPaper, "paper"},   {GuessSource::kByHand, "by_hand"},
 };
 

@@ -52,6 +52,7 @@ enum class GuessSource {
   kOdometry,
   kPlaces,
   kBirdsEye,
+  kStructure,
   kPaper,
   kByHand,
 };

@@ -11,6 +11,8 @@
 #include "server/matching/paper/feature_chain_options.h"
 #include "server/matching/prepared/shared_area.h"
 #include "server/matching/search/birds_eye.h"
+#include "server/matching/search/limits.h"
+#include "server/matching/search/structure_search.h"
 
 namespace isthmus::matching {
 namespace {
@@ -43,7 +45,45 @@ void CandidateSearch::ByBirdsEye(std::vector<Hypothesis>* found, std::vector<Sta
   if (possible) std::erase_if(candidates, [&](const Candidate& c) { return !possible(c.T_a_b); });
   std::erase_if(candidates, [least = candidates.empty() ? 0 : candidates[0].score](
                                 const Candidate& c) { return c.score < kMinRivalShare * least; });
-  TakeCandidates(candidates, found, stages);
+  TakeCandidates(OnStoreys(candidates), found, stages);
+}
+
+std::vector<Candidate> CandidateSearch::OnStoreys(const std::vector<Candidate>& candidates) const {
+  std::vector<double> heights;
+  for (const float at_a : a_.whole().walls.storeys()) {
+    for (const float at_b : b_.whole().walls.storeys()) {
+      const double height = at_a - at_b;
+      const bool known = std::any_of(heights.begin(), heights.end(), [&](double other) {
+        return std::abs(other - height) < kMinStoreyM / 2;
+      });
+      if (!known && heights.size() < kMaxStoreyHeights) heights.push_back(height);
+    }
+  }
+  if (heights.size() < 2) return candidates;
+  const Eigen::Vector3d up = a_.T_level_odom().rotation().inverse() * Eigen::Vector3d::UnitZ();
+  std::vector<Candidate> on_storeys;
+  for (const Candidate& candidate : candidates) {
+    std::vector<std::pair<double, Candidate>> tried;
+    for (const double height : heights) {
+      Candidate moved = candidate;
+      moved.T_a_b = Pose(Eigen::Vector3d(height * up)) * candidate.T_a_b;
+      tried.emplace_back(
+          CoarseOverlap(a_.whole().refinable, b_.whole().refinable, moved.T_a_b, kFirstLookM),
+          moved);
+    }
+    std::stable_sort(tried.begin(), tried.end(),
+                     [](const auto& x, const auto& y) { return x.first > y.first; });
+    for (size_t i = 0; i < std::min(kStoreysTried, tried.size()); ++i) {
+      if (tried[i].first < kMinStoreyOverlap * tried[0].first) break;
+      on_storeys.push_back(tried[i].second);
+    }
+  }
+  return on_storeys;
+}
+
+void CandidateSearch::ByStructure(std::vector<Hypothesis>* found, std::vector<StageTime>* stages) {
+  TakeCandidates(OnStoreys(SearchStructure(a_.whole().walls, b_.whole().walls, stop_, stages)),
+                 found, stages);
 }
 
 void CandidateSearch::ByPlaces(std::vector<Hypothesis>* found, std::vector<StageTime>* stages) {
@@ -87,6 +127,9 @@ void CandidateSearch::TakeCandidates(const std::vector<Candidate>& candidates,
     h.outdoors = scale_.outdoors;
     h.T_a_b = refined.T_a_b;
     h.converged = refined.converged;
+    h.overlap = refined.overlap;
+    h.inliers = refined.inliers;
+    h.residual_m = refined.residual_m;
     fresh.push_back(std::move(h));
   }
   stages->push_back({"refine", watch.Lap()});

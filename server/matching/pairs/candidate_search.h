@@ -27,6 +27,7 @@ class CandidateSearch {
   // rigid alignment, and stage times. Only what is `possible`, where that is given, is refined.
   void ByBirdsEye(std::vector<Hypothesis>* found, std::vector<StageTime>* stages,
                   const Possible& possible = {});
+  void ByStructure(std::vector<Hypothesis>* found, std::vector<StageTime>* stages);
   void ByPlaces(std::vector<Hypothesis>* found, std::vector<StageTime>* stages);
   // Finds nothing in a build without the paper's chain.
   void ByFeatures(std::vector<Hypothesis>* found, std::vector<StageTime>* stages);
@@ -41,6 +42,8 @@ class CandidateSearch {
 
  private:
   double Tilt(const Pose& T_a_b) const;
+  // Candidates from above on the storeys that they suit best, where there are several.
+  std::vector<Candidate> OnStoreys(const std::vector<Candidate>& candidates) const;
 
   const PreparedMap& a_;
   const PreparedMap& b_;

@@ -161,7 +161,10 @@ void PairMatcher::SearchMatch(const PreparedMap& a, const PreparedMap& b, Match*
   suggested_.clear();
   if (options_.search != SearchMode::kPaper) {
     search.ByBirdsEye(&found, &match->stages);
-    if (options_.search == SearchMode::kDefault) search.ByPlaces(&found, &match->stages);
+    if (options_.search == SearchMode::kDefault) {
+      search.ByStructure(&found, &match->stages);
+      search.ByPlaces(&found, &match->stages);
+    }
     judge();
   }
   const bool by_features =

@@ -165,12 +165,15 @@ void FreeSpaceMap::DropFleeting(size_t first_new, const FreeSpaceOptions& option
     all.push_back(pieces_[i]->submap.get());
     if (i >= first_new) fresh.push_back(pieces_[i]->submap.get());
   }
+  size_t views = 0;
+  for (const PreparedSubmap* submap : all) views += submap->views().size();
+  const int least = views < kEnoughViews ? 1 : kMinAgreeingViews;
   for (size_t i = 0; i < pieces_.size() && !fresh.empty(); ++i) {
     const bool is_new = i >= first_new;
     const std::vector<FreeSpaceScore> scores =
         AskOwnViews(*pieces_[i], is_new ? all : fresh, options);
-    const auto keep = [is_new](const FreeSpaceScore& score) {
-      return !IsFleeting(score) && (!is_new || score.agree >= kMinAgreeingViews);
+    const auto keep = [&](const FreeSpaceScore& score) {
+      return !IsFleeting(score) && (!is_new || score.agree >= least);
     };
     if (std::all_of(scores.begin(), scores.end(), keep)) continue;
     auto kept = std::make_shared<Piece>(*pieces_[i]);

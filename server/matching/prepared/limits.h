@@ -38,6 +38,8 @@ inline constexpr float kMinComparedM = 1.0f;
 // it moves, as people and foliage do. The benchmark's walkers and cars are the test of it.
 inline constexpr float kMaxFleeting = 0.2f;
 inline constexpr int kMinAgreeingViews = 3;
+// Views of a map from which on that is asked: of fewer there may be none that see it thrice.
+inline constexpr size_t kEnoughViews = 12;
 // Metres between which a look at a point counts for retiring its submap.
 inline constexpr float kMinLookM = 0.5f, kMaxLookM = 60;
 

@@ -60,6 +60,25 @@ RefinableMap::RefinableMap(std::vector<SurfacePoint> surface, const RefineOption
 RefinableMap::~RefinableMap() = default;
 RefinableMap::RefinableMap(RefinableMap&&) noexcept = default;
 
+double CoarseOverlap(const RefinableMap& a, const RefinableMap& b, const Pose& T_a_b,
+                     double reach_m) {
+  const std::vector<SurfacePoint>&fixed = a.data().points, &moving = b.data().points;
+  const std::vector<int>& sample = b.data().coarse_sample;
+  const Eigen::Matrix3f R = T_a_b.RotationMatrix().cast<float>();
+  const Eigen::Vector3f t = T_a_b.translation().cast<float>();
+  const size_t stride = sample.size() / kMaxFirstLookPoints + 1;
+  size_t asked = 0, met = 0;
+  for (size_t k = 0; k < sample.size(); k += stride, ++asked) {
+    const SurfacePoint& point = moving[sample[k]];
+    const Eigen::Vector3f n = R * point.normal;
+    const auto near =
+        a.data().tree.NearestIf(R * point.position + t, static_cast<float>(reach_m),
+                                [&](int j) { return fixed[j].normal.dot(n) > kMinNormalCosine; });
+    met += near.index >= 0;
+  }
+  return asked > 0 ? static_cast<double>(met) / static_cast<double>(asked) : 0;
+}
+
 Refinement RefineAlignment(const RefinableMap& a, const RefinableMap& b, const Pose& guess_T_a_b,
                            const RefineOptions& options) {
   Refinement result;

@@ -7,76 +7,12 @@
 #include "core/stopwatch.h"
 #include "server/matching/registration/limits.h"
 #include "server/matching/search/birds_eye_image.h"
-#include "server/matching/search/fft_correlator.h"
 #include "server/matching/search/limits.h"
 #include "server/matching/search/planar_pose.h"
+#include "server/matching/search/planar_search.h"
 
 namespace isthmus::matching {
 namespace {
-
-// Draws b's cells, turned, into the planes; returns the shift that field index (0, 0) stands for.
-Eigen::Vector2d Draw(const BirdsEyeCells& cells, double yaw, const BirdsEyeImage& reference,
-                     FftCorrelator* correlator) {
-  const Eigen::Matrix2f R = Eigen::Rotation2Df(static_cast<float>(yaw)).toRotationMatrix();
-  const Eigen::Vector2f corner = (R * cells.center).array() - cells.radius;
-  const float inverse_cell = 1 / reference.cell_m;
-  const auto index = [&](const Eigen::Vector2f& p) {
-    const Eigen::Vector2f at = (R * p - corner) * inverse_cell;
-    return static_cast<size_t>(CellAt(at.y(), correlator->rows())) * correlator->width() +
-           CellAt(at.x(), correlator->width());
-  };
-  for (const auto& wall : cells.walls) {
-    const size_t i = index(wall.position);
-    const Eigen::Vector2f n = R * wall.normal;
-    correlator->plane(BirdsEyeImage::kNormalX)[i] += n.x();
-    correlator->plane(BirdsEyeImage::kNormalY)[i] += n.y();
-    correlator->plane(BirdsEyeImage::kWall)[i] += wall.weight;
-  }
-  for (const auto& p : cells.free) correlator->plane(BirdsEyeImage::kFree)[index(p)] += 1.0f;
-  return (reference.origin - corner).cast<double>();
-}
-
-// Local maxima of a field of scores that wraps round, best first.
-std::vector<std::pair<float, int>> FindPeaks(const float* scores, int width, int rows) {
-  std::vector<std::pair<float, int>> peaks;
-  for (int y = 0; y < rows; ++y) {
-    const float* row = scores + static_cast<size_t>(y) * width;
-    const float* above = scores + static_cast<size_t>((y + rows - 1) % rows) * width;
-    const float* below = scores + static_cast<size_t>((y + 1) % rows) * width;
-    for (int x = 0; x < width; ++x) {
-      const float s = row[x];
-      if (!(s > 0) || (peaks.size() == kPeaksPerYaw && s <= peaks.back().first)) continue;
-      const int left = x > 0 ? x - 1 : width - 1, right = x + 1 < width ? x + 1 : 0;
-      if (row[left] > s || row[right] >= s || above[x] > s || below[x] >= s) continue;
-      const auto place =
-          std::lower_bound(peaks.begin(), peaks.end(), s,
-                           [](const auto& p, float score) { return p.first > score; });
-      peaks.insert(place, {s, y * width + x});
-      if (peaks.size() > kPeaksPerYaw) peaks.pop_back();
-    }
-  }
-  return peaks;
-}
-
-std::vector<PlanarPose> SearchCoarse(const BirdsEyeCells& a, const BirdsEyeCells& b,
-                                     const BirdsEyeOptions& options) {
-  const BirdsEyeImage reference = MakeReferenceImage(a, options.free_space_weight);
-  FftCorrelator correlator(reference, static_cast<int>(2 * b.radius / b.cell_m) + 2);
-  std::vector<PlanarPose> found;
-  const int yaws = std::max(8, static_cast<int>(std::ceil(2 * M_PI / options.yaw_step_rad)));
-  for (int k = 0; k < yaws && !options.stop.stop_requested(); ++k) {
-    const double yaw = 2 * M_PI * k / yaws;
-    const Eigen::Vector2d zero = Draw(b, yaw, reference, &correlator);
-    const float* scores = correlator.Correlate();
-    for (const auto& [score, i] : FindPeaks(scores, correlator.width(), correlator.rows())) {
-      int x = i % correlator.width(), y = i / correlator.width();
-      if (x >= reference.width) x -= correlator.width();
-      if (y >= reference.rows) y -= correlator.rows();
-      found.push_back({yaw, zero + reference.cell_m * Eigen::Vector2d(x, y), score});
-    }
-  }
-  return found;
-}
 
 // Hill climbing on yaw, x and y about b's centre, with halving steps.
 PlanarPose Polish(const BirdsEyeImage& a, const BirdsEyeCells& b, PlanarPose pose, double yaw_step,
@@ -109,23 +45,6 @@ PlanarPose Polish(const BirdsEyeImage& a, const BirdsEyeCells& b, PlanarPose pos
   return pose;
 }
 
-// Height of b's level frame over a's: the median difference of the ground both saw.
-double GroundOffset(const GroundGrid& a, const GroundGrid& b, const PlanarPose& pose) {
-  const Eigen::Matrix2f R = Eigen::Rotation2Df(static_cast<float>(pose.yaw)).toRotationMatrix();
-  const Eigen::Vector2f t = pose.shift.cast<float>();
-  std::vector<float> shared, filled;
-  for (const GroundGrid::Sample& sample : b.seen()) {
-    const Eigen::Vector2f p = R * sample.position + t;
-    const float offset = a.Height(p.x(), p.y()) - sample.height;
-    filled.push_back(offset);
-    if (a.Seen(p.x(), p.y())) shared.push_back(offset);
-  }
-  std::vector<float>& offsets = shared.size() >= kMinSharedGroundCells ? shared : filled;
-  if (offsets.empty()) return 0;
-  std::nth_element(offsets.begin(), offsets.begin() + offsets.size() / 2, offsets.end());
-  return offsets[offsets.size() / 2];
-}
-
 }  // namespace
 
 SceneScale PairScale(const WallMap& a, const WallMap& b) {
@@ -147,8 +66,9 @@ std::vector<Candidate> SearchBirdsEye(const WallMap& a, const WallMap& b,
     const Eigen::Vector2d pivot = b_coarse.center.cast<double>();
     const double apart = 4 * coarse_cell;
     std::vector<PlanarPose> poses =
-        SuppressNeighbors(SearchCoarse(a_coarse, b_coarse, options), pivot, apart, kSuppressYawRad,
-                          kPolishedPlacements);
+        SuppressNeighbors(SearchPlanar(MakeReferenceImage(a_coarse, options.free_space_weight),
+                                       b_coarse, {options.yaw_step_rad, false, options.stop}),
+                          pivot, apart, kSuppressYawRad, kPolishedPlacements);
     const BirdsEyeCells a_fine = MakeBirdsEyeCells(a, scale, fine_cell);
     const BirdsEyeCells b_fine = MakeBirdsEyeCells(b, scale, fine_cell);
     const BirdsEyeImage reference = MakeReferenceImage(a_fine, options.free_space_weight);
@@ -159,11 +79,7 @@ std::vector<Candidate> SearchBirdsEye(const WallMap& a, const WallMap& b,
     poses = SuppressNeighbors(std::move(poses), pivot, apart, kSuppressYawRad,
                               static_cast<size_t>(std::max(0, options.candidates)));
     for (const PlanarPose& pose : poses) {
-      const double z = GroundOffset(a.ground(), b.ground(), pose);
-      const Pose T_level_level =
-          Pose::FromXyzRpy(pose.shift.x(), pose.shift.y(), z, 0, 0, pose.yaw);
-      candidates.push_back({a.T_level_odom().Inverse() * T_level_level * b.T_level_odom(),
-                            pose.score, GuessSource::kBirdsEye});
+      candidates.push_back(ToCandidate(a, b, pose, GuessSource::kBirdsEye));
     }
   }
   if (stages) stages->push_back({"birds_eye", watch.Ms()});

@@ -7,92 +7,12 @@
 #include <limits>
 
 #include "server/matching/search/limits.h"
+#include "server/matching/search/plan_grid.h"
 
 namespace isthmus::matching {
 namespace {
 
-struct Grid {
-  Eigen::Vector2f origin;
-  float inverse_cell = 1, cell = 1;
-  int width = 0, rows = 0;
-
-  bool Inside(int x, int y) const { return x >= 0 && y >= 0 && x < width && y < rows; }
-  int Column(float x) const {
-    return static_cast<int>(std::floor((x - origin.x()) * inverse_cell));
-  }
-  int Row(float y) const { return static_cast<int>(std::floor((y - origin.y()) * inverse_cell)); }
-  Eigen::Vector2f Center(int i) const {
-    return origin + cell * Eigen::Vector2f(static_cast<float>(i % width) + 0.5f,
-                                           static_cast<float>(i / width) + 0.5f);
-  }
-};
-
-// Around where the robot was, as far as it is looked from there.
-Eigen::AlignedBox2f Extent(const WallMap& map, const SceneScale& scale) {
-  Eigen::AlignedBox2f box;
-  for (const Eigen::Vector3f& sensor : map.sensors()) box.extend(sensor.head<2>());
-  if (box.isEmpty()) return box;
-  const Eigen::Vector2f range = Eigen::Vector2f::Constant(scale.max_range_m);
-  return {box.min() - range, box.max() + range};
-}
-
-Grid MakeGrid(const WallMap& map, const SceneScale& scale, double cell_m) {
-  Grid grid;
-  const Eigen::AlignedBox2f extent = Extent(map, scale);
-  if (extent.isEmpty()) return grid;
-  grid.origin = extent.min();
-  grid.cell = static_cast<float>(cell_m);
-  grid.inverse_cell = 1 / grid.cell;
-  const Eigen::Vector2f size = extent.sizes() * grid.inverse_cell;
-  // In cells half as large as those whose shifts are that many.
-  if (!((size.x() + 1) * (size.y() + 1) < 2.1 * kMaxPlanCells)) return grid;
-  grid.width = static_cast<int>(size.x()) + 1;
-  grid.rows = static_cast<int>(size.y()) + 1;
-  return grid;
-}
-
-struct Column {
-  Eigen::Vector2f normal = Eigen::Vector2f::Zero();
-  int count = 0;
-  uint32_t layers = 0;
-};
-
-std::vector<Column> CollectWalls(const WallMap& map, const SceneScale& scale, const Grid& grid) {
-  std::vector<Column> columns(static_cast<size_t>(grid.width) * grid.rows);
-  const float to_layer = kWallLayers / (scale.wall.high - scale.wall.low);
-  for (const WallPoint& wall : map.walls()) {
-    if (wall.height < scale.wall.low || wall.height >= scale.wall.high) continue;
-    const int x = grid.Column(wall.position.x()), y = grid.Row(wall.position.y());
-    if (!grid.Inside(x, y)) continue;
-    Column& column = columns[y * grid.width + x];
-    column.normal += wall.normal;
-    column.layers |= 1u << std::min(kWallLayers - 1,
-                                    static_cast<int>((wall.height - scale.wall.low) * to_layer));
-    ++column.count;
-  }
-  return columns;
-}
-
-std::vector<uint8_t> CollectFree(const WallMap& map, const SceneScale& scale, const Grid& grid) {
-  std::vector<uint8_t> hits(static_cast<size_t>(grid.width) * grid.rows, 0);
-  for (const FreeRay& ray : map.FreeRays(scale)) {
-    const Eigen::Vector2f along = ray.to - ray.from;
-    const float length = along.norm();
-    // The last cell belongs to what stopped the ray.
-    const int steps = static_cast<int>(length * grid.inverse_cell) - 1;
-    const Eigen::Vector2f step = along / std::max(length * grid.inverse_cell, 1e-3f);
-    Eigen::Vector2f p = ray.from;
-    for (int i = 0; i < steps; ++i, p += step) {
-      const int x = grid.Column(p.x()), y = grid.Row(p.y());
-      if (!grid.Inside(x, y)) continue;
-      uint8_t& hit = hits[y * grid.width + x];
-      if (hit < 255) ++hit;
-    }
-  }
-  return hits;
-}
-
-bool NearWall(const std::vector<Column>& columns, const Grid& grid, int x, int y) {
+bool NearWall(const std::vector<PlanColumn>& columns, const PlanGrid& grid, int x, int y) {
   for (int dy = -1; dy <= 1; ++dy) {
     for (int dx = -1; dx <= 1; ++dx) {
       if (grid.Inside(x + dx, y + dy) && columns[(y + dy) * grid.width + x + dx].count > 0) {
@@ -101,26 +21,6 @@ bool NearWall(const std::vector<Column>& columns, const Grid& grid, int x, int y
     }
   }
   return false;
-}
-
-void Enclose(BirdsEyeCells* cells) {
-  Eigen::Vector2f low = Eigen::Vector2f::Constant(std::numeric_limits<float>::max());
-  Eigen::Vector2f high = -low;
-  const auto extend = [&](const Eigen::Vector2f& p) {
-    low = low.cwiseMin(p);
-    high = high.cwiseMax(p);
-  };
-  for (const auto& wall : cells->walls) extend(wall.position);
-  for (const auto& p : cells->free) extend(p);
-  if (low.x() > high.x()) return;
-  cells->center = 0.5f * (low + high);
-  for (const auto& wall : cells->walls) {
-    cells->radius = std::max(cells->radius, (wall.position - cells->center).norm());
-  }
-  for (const auto& p : cells->free) {
-    cells->radius = std::max(cells->radius, (p - cells->center).norm());
-  }
-  cells->radius += static_cast<float>(cells->cell_m);
 }
 
 // The binomial kernel, its peak at 1: one pass of [1/2 1 1/2] along and one across.
@@ -145,11 +45,31 @@ void Blur(int width, int rows, std::vector<float>* plane) {
 
 }  // namespace
 
+void BirdsEyeCells::Enclose() {
+  Eigen::Vector2f low = Eigen::Vector2f::Constant(std::numeric_limits<float>::max());
+  Eigen::Vector2f high = -low;
+  const auto extend = [&](const Eigen::Vector2f& p) {
+    low = low.cwiseMin(p);
+    high = high.cwiseMax(p);
+  };
+  for (const auto& wall : walls) extend(wall.position);
+  for (const auto& p : free) extend(p);
+  if (low.x() > high.x()) return;
+  center = 0.5f * (low + high);
+  for (const auto& wall : walls) {
+    radius = std::max(radius, (wall.position - center).norm());
+  }
+  for (const auto& p : free) {
+    radius = std::max(radius, (p - center).norm());
+  }
+  radius += static_cast<float>(cell_m);
+}
+
 double CellThatFits(const WallMap& a, const WallMap& b, const SceneScale& scale, double cell_m) {
   // However it is turned, a map fits into the square around the circle around it.
   double side_m = 0;
   for (const WallMap* map : {&a, &b}) {
-    const Eigen::AlignedBox2f extent = Extent(*map, scale);
+    const Eigen::AlignedBox2f extent = ExtentOf(*map, scale);
     if (!extent.isEmpty()) side_m += extent.diagonal().cast<double>().norm();
   }
   while (std::isfinite(side_m) && std::pow(side_m / cell_m, 2) > kMaxPlanCells) cell_m *= 2;
@@ -159,12 +79,12 @@ double CellThatFits(const WallMap& a, const WallMap& b, const SceneScale& scale,
 BirdsEyeCells MakeBirdsEyeCells(const WallMap& map, const SceneScale& scale, double cell_m) {
   BirdsEyeCells cells;
   cells.cell_m = cell_m;
-  const Grid grid = MakeGrid(map, scale, cell_m);
+  const PlanGrid grid = MakePlanGrid(map, scale, cell_m);
   if (grid.width == 0) return cells;
-  const std::vector<Column> columns = CollectWalls(map, scale, grid);
+  const std::vector<PlanColumn> columns = CollectWalls(map, scale, grid);
   const std::vector<uint8_t> hits = CollectFree(map, scale, grid);
   for (int i = 0; i < grid.width * grid.rows; ++i) {
-    const Column& column = columns[i];
+    const PlanColumn& column = columns[i];
     if (column.count > 0 || hits[i] > 0) cells.known.push_back(grid.Center(i));
     if (column.count > 0) {
       const float filled = static_cast<float>(std::popcount(column.layers));
@@ -175,7 +95,7 @@ BirdsEyeCells MakeBirdsEyeCells(const WallMap& map, const SceneScale& scale, dou
       cells.free.push_back(grid.Center(i));
     }
   }
-  Enclose(&cells);
+  cells.Enclose();
   return cells;
 }
 

@@ -25,6 +25,8 @@ struct BirdsEyeCells {
   // Circle around everything: every turned image fits its square.
   Eigen::Vector2f center = Eigen::Vector2f::Zero();
   float radius = 0;
+  // Sets the circle.
+  void Enclose();
 };
 
 // `cell_m`, or doubled so often that the correlation of the two maps' images has no more than four

@@ -4,9 +4,12 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <complex>
+#include <numeric>
 
 #include "core/concurrency/mutex.h"
+#include "server/matching/search/limits.h"
 
 namespace isthmus::matching {
 namespace {
@@ -46,6 +49,30 @@ fftwf_complex* Fftw(const ComplexBuffer& buffer) {
   return reinterpret_cast<fftwf_complex*>(buffer.get());
 }
 
+// Mean over a neighbourhood of frequencies, which wrap round from row to row.
+std::vector<float> Smooth(const std::vector<float>& power, int columns, int rows) {
+  std::vector<float> along(power.size()), smooth(power.size());
+  for (int y = 0; y < rows; ++y) {
+    for (int x = 0; x < columns; ++x) {
+      float sum = 0;
+      const int from = std::max(0, x - kSpectrumReach);
+      const int to = std::min(columns - 1, x + kSpectrumReach);
+      for (int i = from; i <= to; ++i) sum += power[static_cast<size_t>(y) * columns + i];
+      along[static_cast<size_t>(y) * columns + x] = sum / static_cast<float>(to - from + 1);
+    }
+  }
+  for (int y = 0; y < rows; ++y) {
+    for (int x = 0; x < columns; ++x) {
+      float sum = 0;
+      for (int dy = -kSpectrumReach; dy <= kSpectrumReach; ++dy) {
+        sum += along[static_cast<size_t>((y + dy + rows) % rows) * columns + x];
+      }
+      smooth[static_cast<size_t>(y) * columns + x] = sum / (2 * kSpectrumReach + 1);
+    }
+  }
+  return smooth;
+}
+
 }  // namespace
 
 struct FftCorrelator::Buffers {
@@ -61,7 +88,7 @@ struct FftCorrelator::Buffers {
   void Forward(float* image) { fftwf_execute_dft_r2c(forward, image, Fftw(spectrum)); }
 };
 
-FftCorrelator::FftCorrelator(const BirdsEyeImage& reference, int moved_size)
+FftCorrelator::FftCorrelator(const BirdsEyeImage& reference, int moved_size, bool whiten)
     : buffers_(std::make_unique<Buffers>()) {
   Buffers& b = *buffers_;
   b.width = FastSize(reference.width + moved_size);
@@ -87,6 +114,24 @@ FftCorrelator::FftCorrelator(const BirdsEyeImage& reference, int moved_size)
     b.Forward(b.scores.get());
     b.reference[k] = MakeComplex(b.bins);
     std::copy_n(b.spectrum.get(), b.bins, b.reference[k].get());
+  }
+  if (whiten) Whiten();
+}
+
+void FftCorrelator::Whiten() {
+  Buffers& b = *buffers_;
+  const int columns = b.width / 2 + 1;
+  std::vector<float> power(b.bins, 0.0f);
+  for (int k = 0; k < BirdsEyeImage::kFree; ++k) {  // Free space says where walls are not.
+    for (size_t i = 0; i < b.bins; ++i) power[i] += std::norm(b.reference[k][i]);
+  }
+  const double mean =
+      std::accumulate(power.begin(), power.end(), 0.0) / static_cast<double>(b.bins);
+  const std::vector<float> smooth = Smooth(power, columns, b.rows);
+  for (size_t i = 0; i < b.bins; ++i) {
+    const double share = smooth[i] / std::max(mean, 1e-12);
+    const auto weight = static_cast<float>(1 / std::sqrt(share + kLeastPower));
+    for (auto& plane : b.reference) plane[i] *= weight;
   }
 }
 

@@ -12,8 +12,12 @@ namespace isthmus::matching {
 // different threads do not disturb each other.
 class FftCorrelator {
  public:
-  // Moved images may be `moved_size` cells wide and high at the most.
-  FftCorrelator(const BirdsEyeImage& reference, int moved_size);
+  // Moved images may be `moved_size` cells wide and high at the most. `whiten`: frequencies that
+  // the reference has much of count less, so that its scores are as if it resembled itself nowhere
+  // but in place. Among placements in a world with the reference's statistics that is the matched
+  // filter (Turin, "An introduction to matched filters", IRE Transactions 1960), but for the root:
+  // whitened in full it follows the noise.
+  FftCorrelator(const BirdsEyeImage& reference, int moved_size, bool whiten = false);
   ~FftCorrelator();
 
   // Side lengths of the field of scores.
@@ -31,6 +35,8 @@ class FftCorrelator {
 
  private:
   struct Buffers;
+  void Whiten();
+
   std::unique_ptr<Buffers> buffers_;
 };
 

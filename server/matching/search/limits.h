@@ -93,6 +93,41 @@ inline constexpr size_t kFreeStride = 3;
 // maps.
 inline constexpr size_t kMinSharedGroundCells = 10;
 
+// The search over what stands on the ground, whitened. Tuned on wild pairs of seeds 1111 to 1120
+// (docs/benchmarks/merging.md).
+
+// Frequencies to either side over which a spectrum's power is averaged before it is divided by; and
+// the least power, as a share of the mean, that it is divided by. Less follows the noise.
+inline constexpr int kSpectrumReach = 2;
+inline constexpr double kLeastPower = 0.02;
+// Metres: layers of a column of space over the ground, from the lowest to 32 layers up; under a
+// roof only those below most ceilings count.
+inline constexpr float kLayerM = 0.25f, kLowestLayerM = 0.3f;
+inline constexpr int kLayersUnderRoof = 8;
+// Metres from where a robot was that things are drawn, under a roof and under the sky; cells there.
+inline constexpr float kStructureRangeM = 30, kStructureRangeOutdoorsM = 60;
+inline constexpr double kStructureCellM = 0.5, kStructureCellOutdoorsM = 1.0;
+// The weight of something in seen free space against agreement.
+inline constexpr float kStructureFreeWeight = 0.5f;
+// Candidates at the most, and the share of the best one's score that each must have: in the tuned
+// pairs the right one had 0.5 and more.
+inline constexpr size_t kStructureCandidates = 12;
+inline constexpr double kMinStructureShare = 0.5;
+
+// Storeys.
+
+// Metres between floors at least; share of all that is level and faces up that a floor must have;
+// bins of kLayerM over the lowest floor, 30 m. Smaller shares take tables for floors, which costs
+// time, larger ones miss a storey that was only looked into.
+inline constexpr float kMinStoreyM = 2.2f;
+inline constexpr double kMinStoreyShare = 0.05;
+inline constexpr int kStoreyBins = 120;
+// Metres within which a first look takes surfaces for met, a guess being off by a cell and by half
+// a step of yaw; and the share of the best storey's overlap from which another one is tried too.
+inline constexpr double kFirstLookM = 0.7, kMinStoreyOverlap = 0.7;
+// Storeys that a plan view's guess is tried on, and heights that are looked at.
+inline constexpr size_t kStoreysTried = 2, kMaxStoreyHeights = 9;
+
 // Places.
 
 // Rings and sectors of a descriptor, as Kim & Kim (IROS 2018): cells of 3 m by 6 degrees.

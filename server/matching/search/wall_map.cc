@@ -57,6 +57,31 @@ WallMap::WallMap(const SessionMap& map, const std::vector<SurfacePoint>& surface
   }
   CollectKeyframes(map);
   outdoors_ = IsOutdoors(level, sensors_);
+  if (!outdoors_) FindStoreys(level);
+}
+
+void WallMap::FindStoreys(const std::vector<SurfacePoint>& level) {
+  std::vector<size_t> floors(kStoreyBins, 0);  // By height above the lowest.
+  size_t all = 0;
+  for (const SurfacePoint& point : level) {
+    if (point.normal.z() < kMinLevelNormalZ) continue;
+    const Eigen::Vector3f& p = point.position;
+    const auto bin =
+        static_cast<int>(std::lround((p.z() - ground_.Height(p.x(), p.y())) / kLayerM));
+    if (bin < 0 || bin >= kStoreyBins) continue;
+    ++floors[bin];
+    ++all;
+  }
+  const auto least = static_cast<size_t>(kMinStoreyShare * static_cast<double>(all)) + 1;
+  for (int bin = 1; bin + 1 < kStoreyBins; ++bin) {
+    // A floor may lie on the edge of two bins.
+    const size_t here = floors[bin] + std::max(floors[bin - 1], floors[bin + 1]);
+    const float height = kLayerM * static_cast<float>(bin);
+    const bool is_peak = floors[bin] >= floors[bin - 1] && floors[bin] > floors[bin + 1];
+    if (is_peak && here >= least && height - storeys_.back() >= kMinStoreyM) {
+      storeys_.push_back(height);
+    }
+  }
 }
 
 void WallMap::CollectKeyframes(const SessionMap& map) {
@@ -82,6 +107,15 @@ void WallMap::CollectKeyframes(const SessionMap& map) {
       if (point.keyframe >= slot.size() || slot[point.keyframe] < 0) continue;
       KeyframeEnds& keyframe = keyframes_[slot[point.keyframe]];
       keyframe.ends.push_back(R * point.Position() + t - keyframe.sensor);
+    }
+  }
+}
+
+void WallMap::VisitEnds(const Visitor& visit) const {
+  for (const KeyframeEnds& keyframe : keyframes_) {
+    for (const Eigen::Vector3f& end : keyframe.ends) {
+      const Eigen::Vector3f p = keyframe.sensor + end;
+      visit(p.head<2>(), p.z() - ground_.Height(p.x(), p.y()), end.head<2>().norm());
     }
   }
 }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
 #include <vector>
 
 #include "core/map/submap.h"
@@ -63,10 +64,17 @@ class WallMap {
   // Pure rotation: the level frame has odom's origin, z up.
   const Pose& T_level_odom() const { return T_level_odom_; }
   const GroundGrid& ground() const { return ground_; }
+  // Heights of storeys above the lowest floor: 0, and where others have floors of some extent. Of
+  // maps under the open sky only 0.
+  const std::vector<float>& storeys() const { return storeys_; }
   // Near-vertical surfaces of any height.
   const std::vector<WallPoint>& walls() const { return walls_; }
   // Keyframes' sensor positions, level frame.
   const std::vector<Eigen::Vector3f>& sensors() const { return sensors_; }
+  // What was measured from the keyframes whose rays are kept: where it is, at what height above the
+  // local ground, and how far from the keyframe, seen from above.
+  using Visitor = std::function<void(const Eigen::Vector2f& at, float height, float range)>;
+  void VisitEnds(const Visitor& visit) const;
   // Rays of the keyframes within the band.
   std::vector<FreeRay> FreeRays(const SceneScale& scale) const;
 
@@ -76,10 +84,12 @@ class WallMap {
     std::vector<Eigen::Vector3f> ends;  // Relative to the sensor.
   };
   void CollectKeyframes(const SessionMap& map);
+  void FindStoreys(const std::vector<SurfacePoint>& level);
 
   Pose T_level_odom_;
   bool outdoors_ = false;
   GroundGrid ground_;
+  std::vector<float> storeys_ = {0};
   std::vector<WallPoint> walls_;
   std::vector<Eigen::Vector3f> sensors_;
   std::vector<KeyframeEnds> keyframes_;  // Thinned.

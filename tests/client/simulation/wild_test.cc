@@ -197,5 +197,68 @@ TEST(PathIndex, FindsTheNearest) {
   }
 }
 
+// Teams.
+
+WildDrive DrawMember(uint64_t seed, const std::string& kind, int robot, bool twin = false) {
+  return *DrawWildTeamDrive(seed, {kind, "vlp16", 3, 10, twin}, robot);
+}
+
+TEST_P(EveryKind, TeamsDriveThroughNothing) {
+  for (const uint64_t seed : {1, 2}) {
+    for (int robot = 0; robot < 3; ++robot) {
+      const WildDrive drive = DrawMember(seed, GetParam(), robot);
+      const RayCaster caster(drive.simulator->world().mesh);
+      for (double t = 0; t + 0.2 < 10; t += 0.2) {
+        const Eigen::Vector3d at = drive.simulator->PoseAt(0, t).translation();
+        const Eigen::Vector3d by = drive.simulator->PoseAt(0, t + 0.2).translation() - at;
+        ASSERT_GT(Nearest(caster, at, by), std::min(0.12, by.norm()))
+            << drive.about << " seed " << seed << " robot " << robot << " at " << t << " s";
+      }
+    }
+  }
+}
+
+TEST_P(EveryKind, TeamsFollowFromTheirSeed) {
+  const WildDrive a = DrawMember(7, GetParam(), 1), b = DrawMember(7, GetParam(), 1);
+  EXPECT_EQ(Flat(a.simulator->MakeScan(0, 5)), Flat(b.simulator->MakeScan(0, 5)));
+  const WildDrive other = DrawMember(7, GetParam(), 2);
+  EXPECT_NE(Flat(a.simulator->MakeScan(0, 5)), Flat(other.simulator->MakeScan(0, 5)));
+}
+
+// A room of a hotel, seen from where another robot of the team was: the walls are where they were.
+TEST(WildTeam, RobotsShareAWorldAndTwinsItsPlan) {
+  const WildDrive a = DrawMember(4, "hotel", 0), twin = DrawMember(4, "hotel", 0, true);
+  EXPECT_EQ(a.simulator->PoseAt(0, 3).Matrix(), twin.simulator->PoseAt(0, 3).Matrix());
+  std::vector<Ray> rays;
+  const Eigen::Vector3f at = a.simulator->PoseAt(0, 3).translation().cast<float>();
+  for (int i = 0; i < 360; ++i) {
+    const float angle = static_cast<float>(i) * std::numbers::pi_v<float> / 180;
+    rays.push_back({at, {std::cos(angle), std::sin(angle), -0.3f}});
+  }
+  std::vector<Hit> hits(rays.size()), of_twin(rays.size()), of_other(rays.size());
+  RayCaster(a.simulator->world().mesh).Cast(rays, 50, hits);
+  RayCaster(twin.simulator->world().mesh).Cast(rays, 50, of_twin);
+  RayCaster(DrawMember(4, "hotel", 2).simulator->world().mesh).Cast(rays, 50, of_other);
+  const auto same = [&](const std::vector<Hit>& others) {
+    int count = 0;
+    for (size_t i = 0; i < hits.size(); ++i) {
+      count += std::abs(hits[i].range_m - others[i].range_m) < 0.01;
+    }
+    return count;
+  };
+  EXPECT_GT(same(of_twin), 180);
+  EXPECT_LT(same(of_twin), 360) << "nothing loose is the same";
+  EXPECT_GT(same(of_other), 180);
+}
+
+TEST(WildTeam, SaysWhoIsNotOfIt) {
+  EXPECT_EQ(DrawWildTeamDrive(1, {"house", "vlp16", 2, 10}, 2).status().code(),
+            absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(DrawWildTeamDrive(1, {"nowhere", "vlp16", 2, 10}, 0).status().code(),
+            absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(DrawWildTeamDrive(1, {"house", "eye", 2, 10}, 0).status().code(),
+            absl::StatusCode::kInvalidArgument);
+}
+
 }  // namespace
 }  // namespace isthmus::simulation

@@ -1,0 +1,70 @@
+#include "server/matching/search/plan_grid.h"
+
+#include <algorithm>
+
+#include "server/matching/search/limits.h"
+
+namespace isthmus::matching {
+
+// Around where the robot was, as far as it is looked from there.
+Eigen::AlignedBox2f ExtentOf(const WallMap& map, const SceneScale& scale) {
+  Eigen::AlignedBox2f box;
+  for (const Eigen::Vector3f& sensor : map.sensors()) box.extend(sensor.head<2>());
+  if (box.isEmpty()) return box;
+  const Eigen::Vector2f range = Eigen::Vector2f::Constant(scale.max_range_m);
+  return {box.min() - range, box.max() + range};
+}
+
+PlanGrid MakePlanGrid(const WallMap& map, const SceneScale& scale, double cell_m) {
+  PlanGrid grid;
+  const Eigen::AlignedBox2f extent = ExtentOf(map, scale);
+  if (extent.isEmpty()) return grid;
+  grid.origin = extent.min();
+  grid.cell = static_cast<float>(cell_m);
+  grid.inverse_cell = 1 / grid.cell;
+  const Eigen::Vector2f size = extent.sizes() * grid.inverse_cell;
+  // In cells half as large as those whose shifts are that many.
+  if (!((size.x() + 1) * (size.y() + 1) < 2.1 * kMaxPlanCells)) return grid;
+  grid.width = static_cast<int>(size.x()) + 1;
+  grid.rows = static_cast<int>(size.y()) + 1;
+  return grid;
+}
+
+std::vector<PlanColumn> CollectWalls(const WallMap& map, const SceneScale& scale,
+                                     const PlanGrid& grid) {
+  std::vector<PlanColumn> columns(static_cast<size_t>(grid.width) * grid.rows);
+  const float to_layer = kWallLayers / (scale.wall.high - scale.wall.low);
+  for (const WallPoint& wall : map.walls()) {
+    if (wall.height < scale.wall.low || wall.height >= scale.wall.high) continue;
+    const int x = grid.Column(wall.position.x()), y = grid.Row(wall.position.y());
+    if (!grid.Inside(x, y)) continue;
+    PlanColumn& column = columns[y * grid.width + x];
+    column.normal += wall.normal;
+    column.layers |= 1u << std::min(kWallLayers - 1,
+                                    static_cast<int>((wall.height - scale.wall.low) * to_layer));
+    ++column.count;
+  }
+  return columns;
+}
+
+std::vector<uint8_t> CollectFree(const WallMap& map, const SceneScale& scale,
+                                 const PlanGrid& grid) {
+  std::vector<uint8_t> hits(static_cast<size_t>(grid.width) * grid.rows, 0);
+  for (const FreeRay& ray : map.FreeRays(scale)) {
+    const Eigen::Vector2f along = ray.to - ray.from;
+    const float length = along.norm();
+    // The last cell belongs to what stopped the ray.
+    const int steps = static_cast<int>(length * grid.inverse_cell) - 1;
+    const Eigen::Vector2f step = along / std::max(length * grid.inverse_cell, 1e-3f);
+    Eigen::Vector2f p = ray.from;
+    for (int i = 0; i < steps; ++i, p += step) {
+      const int x = grid.Column(p.x()), y = grid.Row(p.y());
+      if (!grid.Inside(x, y)) continue;
+      uint8_t& hit = hits[y * grid.width + x];
+      if (hit < 255) ++hit;
+    }
+  }
+  return hits;
+}
+
+}  // namespace isthmus::matching
