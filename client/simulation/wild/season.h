@@ -1,4 +1,4 @@
-// What stands elsewhere, or is gone, on another day: furniture, goods, containers, leaves.
+// The days of a world: furniture, goods, containers and leaves that are elsewhere, or gone.
 #pragma once
 
 #include <cstdint>

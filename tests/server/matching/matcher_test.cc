@@ -64,9 +64,9 @@ TEST_F(MatcherTest, AcceptsTheRightMergeWithAllFigures) {
     names.push_back(stage.stage);
     EXPECT_GE(stage.ms, 0);
   }
-  EXPECT_EQ(names, (std::vector<std::string>{"prepare", "birds_eye", "refine", "free_space", "structure",
-                                             "refine", "free_space", "places", "refine",
-                                             "free_space", "joint"}));
+  EXPECT_EQ(names, (std::vector<std::string>{"prepare", "birds_eye", "refine", "free_space",
+                                             "structure", "refine", "free_space", "places",
+                                             "refine", "free_space", "joint"}));
 }
 
 TEST_F(MatcherTest, IsDeterministicAndTheSameWhenPrepared) {
