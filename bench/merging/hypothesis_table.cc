@@ -43,8 +43,6 @@ std::vector<Hypothesis> Propose(matching::CandidateSearch* search) {
   return all;
 }
 
-double Agreement(const Hypothesis& h) { return h.overlap * std::max(0.0, 0.16 - h.residual_m); }
-
 std::string OverlapClass(const JudgedPair& pair) {
   if (absl::EndsWith(pair.scenario, "twin") || absl::EndsWith(pair.scenario, "stranger")) return "";
   if (pair.overlap >= 0.3) return "0.30 and more";
@@ -64,14 +62,14 @@ JudgedPair JudgeHypotheses(std::vector<DrivenRobot> robots) {
   matching::CandidateSearch search(a, b);
   const std::vector<Hypothesis> proposed = Propose(&search);
   std::vector<double> best;
-  for (const Hypothesis& h : proposed) best.push_back(Agreement(h));
+  for (const Hypothesis& h : proposed) best.push_back(h.Agreement());
   std::sort(best.rbegin(), best.rend());
   const double least = best.empty() ? 0 : best[std::min(kJointly, best.size()) - 1];
   for (const Hypothesis& h : proposed) {
     JudgedHypothesis& one = judged.hypotheses.emplace_back();
     one.rigid = one.joint = h;
     one.right = truth.IsWithin(h.T_a_b, kRigidM, kRigidDeg);
-    one.is_joint = one.right || Agreement(h) >= least;
+    one.is_joint = one.right || h.Agreement() >= least;
     if (!one.is_joint) continue;
     search.MeasureShared(&one.joint);
     matching::MeasureJointly(a, b, &one.joint);

@@ -27,10 +27,13 @@ constexpr std::pair<MatchReason, const char*> kReasons[] = {
 };
 
 constexpr std::pair<GuessSource, const char*> kSources[] = {
-    {GuessSource::kNone, ""},         {GuessSource::kOdometry, "odometry"},
-    {GuessSource::kPlaces, "places"}, {GuessSource::kBirdsEye, "birds_eye"},
+    {GuessSource::kNone, ""},
+    {GuessSource::kOdometry, "odometry"},
+    {GuessSource::kPlaces, "places"},
+    {GuessSource::kBirdsEye, "birds_eye"},
     {GuessSource::kStructure, "structure"},
-    {GuessSource::kPaper, "paper"},   {GuessSource::kByHand, "by_hand"},
+    {GuessSource::kPaper, "paper"},
+    {GuessSource::kByHand, "by_hand"},
 };
 
 template <typename Enum, size_t n>

@@ -117,6 +117,11 @@ double Hypothesis::Support() const {
          static_cast<double>(free_space.front) * (1 - max_free_space) / max_free_space;
 }
 
+double Hypothesis::Agreement() const {
+  // The residual of points that are spread evenly over the distance.
+  return overlap * std::max(0.0, 1 - residual_m / (kOnSurfaceM / std::sqrt(3.0)));
+}
+
 void RankHypotheses(std::vector<Hypothesis>* hypotheses) {
   std::stable_sort(
       hypotheses->begin(), hypotheses->end(),

@@ -34,6 +34,10 @@ struct Hypothesis {
   // ranked by. Large where much was compared and little contradicted.
   double Support() const;
 
+  // Share of points on the other map, less where they lie on it loosely: as if at random within the
+  // distance at which they count, nothing is left.
+  double Agreement() const;
+
   // --- what it was measured at, to be added to when the maps have grown ---
   JointRefinement joint;
   Eigen::Vector3d shared_center = Eigen::Vector3d::Zero();  // Of the shared ground, a's odom frame.

@@ -23,6 +23,9 @@ inline constexpr double kMinRivalShare = 0.1;
 inline constexpr size_t kPlaceGuesses = 4, kNewPlaceGuesses = 2;
 // Hypotheses that are refined jointly, the dearest step. Fewer may leave out a rival.
 inline constexpr size_t kMaxJoint = 4;
+// And those beyond in which surfaces agree best, for places of which free space says little. A
+// guess: each takes a quarter of a second.
+inline constexpr size_t kMaxJointByAgreement = 2;
 // Times the limit of free space that a rigid alignment may be contradicted: drift contradicts right
 // ones before it is taken out (decision 0010). Less loses pairs with drift, more takes time.
 inline constexpr double kRigidLeniency = 20;

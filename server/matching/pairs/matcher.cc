@@ -19,6 +19,25 @@ bool IsUndecided(const Match& match) {
   return match.state == MatchState::kNotYet || match.state == MatchState::kRejected;
 }
 
+// What is worth a joint refinement: those with the most support, then those that agree best.
+std::vector<Hypothesis> MostPromising(std::vector<Hypothesis>* found) {
+  RankHypotheses(found);
+  std::vector<Hypothesis> best;
+  const double least = found->empty() ? 0 : kMinRivalShare * found->front().Support();
+  const auto* end = found->data() + std::min(found->size(), kMaxJoint);
+  for (const Hypothesis* h = found->data(); h != end; ++h) {
+    if (best.empty() || h->Support() >= least) best.push_back(*h);
+  }
+  std::vector<Hypothesis> rest(found->begin() + static_cast<std::ptrdiff_t>(best.size()),
+                               found->end());
+  std::stable_sort(rest.begin(), rest.end(), [](const Hypothesis& x, const Hypothesis& y) {
+    return x.Agreement() > y.Agreement();
+  });
+  const size_t more = std::min(rest.size(), kMaxJointByAgreement);
+  best.insert(best.end(), rest.begin(), rest.begin() + static_cast<std::ptrdiff_t>(more));
+  return best;
+}
+
 // A guess from how a place looks, by one alignment of submaps and their free space: the refined
 // guess, or nothing where the new submaps of `b` contradict it or have too little to say.
 std::optional<Pose> LookCloser(const PreparedMap& a, const PreparedMap& b, size_t first_b,
@@ -138,12 +157,9 @@ void PairMatcher::SearchMatch(const PreparedMap& a, const PreparedMap& b, Match*
     const double limit =
         search.outdoors() ? options_.max_free_space_outdoors : options_.max_free_space;
     for (Hypothesis& h : found) h.max_free_space = std::min(kRigidLeniency * limit, 0.5);
-    RankHypotheses(&found);
     hypotheses_.clear();
-    for (const Hypothesis& rigid : found) {
-      if (hypotheses_.size() == kMaxJoint || options_.stop.stop_requested()) break;
-      const double least = kMinRivalShare * found.front().Support();
-      if (!hypotheses_.empty() && rigid.Support() < least) break;
+    for (const Hypothesis& rigid : MostPromising(&found)) {
+      if (options_.stop.stop_requested()) break;
       Hypothesis& h = hypotheses_.emplace_back(rigid);
       h.max_free_space = limit;
       search.MeasureShared(&h);
