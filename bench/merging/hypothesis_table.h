@@ -21,7 +21,7 @@ struct JudgedPair {
   std::string scenario;
   uint64_t seed = 0;
   double overlap = 0;  // By the truth.
-  std::vector<JudgedHypothesis> hypotheses;
+  std::vector<JudgedHypothesis> hypotheses = {};
 };
 
 // All that the searches propose, each search by itself; those that look best are refined jointly,

@@ -17,11 +17,11 @@ namespace isthmus::bench {
 
 struct WildPairsOptions {
   int worlds = 0;
-  uint64_t seed = 1;    // Of the first world; the others follow.
-  std::string kind;     // See simulation::WildKinds; empty: of all in turn.
-  std::string sensor;   // Empty: one that is drawn.
-  int robots = 4;       // In each world.
-  double seconds = 60;  // Each drives.
+  uint64_t seed = 1;        // Of the first world; the others follow.
+  std::string kind = {};    // See simulation::WildKinds; empty: of all in turn.
+  std::string sensor = {};  // Empty: one that is drawn.
+  int robots = 4;           // In each world.
+  double seconds = 60;      // Each drives.
 };
 
 enum class WildRelation {
