@@ -54,7 +54,8 @@ void AddUndergrowth(const Woods& woods, Mesh* mesh) {
             const double radius = random.Uniform(0.2, 1.2);
             if (distance < woods.clear_m + 1.6 * radius) return;
             Random bush(random.Next());  // Draws more for more leaves.
-            AddBush(foot, radius, woods.season.Leaves(20 + static_cast<int>(100 * radius)), bush, mesh);
+            AddBush(foot, radius, woods.season.Leaves(20 + static_cast<int>(100 * radius)), bush,
+                    mesh);
           });
   const double grass = random.Chance(0.4) ? 0 : random.Uniform(0, 3);
   const double tall = random.Uniform(0.1, 0.7);
@@ -94,7 +95,8 @@ Scene MakeForest(const Need& need, Random& random) {
   const HeightAt ground = Hills({random.Uniform(0, 0.2), random.Uniform(0.05, 0.35)}, random);
   scene.path->Lay(ground, need.carrier.base_m);
   const PathIndex index(*scene.path);
-  const Woods woods{index, ground, random.Uniform(30, 55), need.clear_m(), need.clear_height_m(), need.season};
+  const Woods woods{
+      index, ground, random.Uniform(30, 55), need.clear_m(), need.clear_height_m(), need.season};
   AddGround(
       ground, index, {woods.reach_m, 0.5, 16, 1}, [](const auto&) { return Material::kSoil; },
       &scene.mesh);

@@ -75,10 +75,10 @@ void AddHotelRoom(const Hotel& hotel, int unit, bool left, double z, Mesh* mesh)
     mesh->AddBox(at(along, into), size, 0, Material::kWood);
   };
   const double w = hotel.unit_m, d = hotel.deep_m, bath = w - hotel.entry_m;
-  AddWallWithOpenings(at(0, 0), at(w, 0), high, kWallM,
-                      {{hotel.door_x() - hotel.door_m / 2, hotel.door_x() + hotel.door_m / 2, 0,
-                        2.1, false}},
-                      Material::kPlaster, mesh);
+  AddWallWithOpenings(
+      at(0, 0), at(w, 0), high, kWallM,
+      {{hotel.door_x() - hotel.door_m / 2, hotel.door_x() + hotel.door_m / 2, 0, 2.1, false}},
+      Material::kPlaster, mesh);
   AddWallWithOpenings(at(0, d), at(w, d), high, 0.3,
                       {{(w - hotel.window_m) / 2, (w + hotel.window_m) / 2, 0.9, high - 0.3, true}},
                       Material::kPlaster, mesh);

@@ -48,9 +48,9 @@ std::string Describe(const Carrier& carrier, const Faults& faults) {
 
 Ridden MakeRide(const std::string& world, Scene scene, Ride ride, Random& ride_random,
                 Random& fault_random) {
-  const auto path = std::make_shared<Path>(
-      (ride.way.backwards ? scene.path->Backwards() : *scene.path)
-          .Moved(ride.way.left_m, ride.way.above_m));
+  const auto path =
+      std::make_shared<Path>((ride.way.backwards ? scene.path->Backwards() : *scene.path)
+                                 .Moved(ride.way.left_m, ride.way.above_m));
   AddBumps(ride.carrier, path.get(), ride_random);
   const auto timetable = std::make_shared<const Timetable>(*path, ride.carrier, ride.way.begin_m,
                                                            ride.seconds, ride_random);

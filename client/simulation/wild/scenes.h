@@ -30,9 +30,9 @@ struct Need {
 
 struct Scene {
   Mesh mesh;
-  std::shared_ptr<Path> path;       // Longer than was needed by `begin_m` and what is seen ahead.
-  double begin_m = 3;               // Where on the path the drive begins.
-  double oncoming_left_m = 0;       // The other lane, from the path.
+  std::shared_ptr<Path> path;  // Longer than was needed by `begin_m` and what is seen ahead.
+  double begin_m = 3;          // Where on the path the drive begins.
+  double oncoming_left_m = 0;  // The other lane, from the path.
   // Storeys that are alike but for loose things, each so far above the next; the path is on the
   // lowest.
   int storeys = 1;

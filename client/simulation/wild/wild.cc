@@ -64,6 +64,7 @@ absl::StatusOr<WildOptions> ChooseWild(uint64_t seed, const WildOptions& options
   };
   choose(0, WildKinds(), &chosen.kind);
   choose(1, LidarNames(), &chosen.sensor);
+  if (const auto known = FindKind(chosen.kind); !known.ok()) return known.status();
   return chosen;
 }
 
