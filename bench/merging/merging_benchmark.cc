@@ -261,8 +261,8 @@ absl::Status RunAll(const Options& options) {
   // A recorded drive is measured by itself unless simulated ones are named.
   if (options.wild.worlds > 0) {
     DriveCache cache(options.cache, pipeline);
-    absl::Status status = (options.teams ? RunWildTeams : RunWild)(pipeline, options, cache,
-                                                                   &results);
+    absl::Status status =
+        (options.teams ? RunWildTeams : RunWild)(pipeline, options, cache, &results);
     if (!status.ok() || options.drive_only) return status;
   } else if (options.kitti.empty() || !options.scenarios.empty()) {
     const auto scenarios = FindMergingScenarios(options.scenarios);

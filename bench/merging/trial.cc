@@ -77,8 +77,7 @@ void JudgeFrames(const std::vector<DrivenRobot>& robots, const std::vector<Place
     const Placement *a = placements[pair.a], *b = placements[pair.b];
     if (a == nullptr || b == nullptr || a->component != b->component) continue;
     const PairTruth truth(robots[pair.a], robots[pair.b]);
-    pair.frame_wrong =
-        !truth.IsWithin(a->T_map_odom.Inverse() * b->T_map_odom, kFrameM, kFrameDeg);
+    pair.frame_wrong = !truth.IsWithin(a->T_map_odom.Inverse() * b->T_map_odom, kFrameM, kFrameDeg);
   }
 }
 

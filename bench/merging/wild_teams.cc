@@ -68,8 +68,8 @@ struct TeamsTally {
     }
     for (const PairResult& pair : trial.pairs) {
       accepted += pair.outcome != TrialOutcome::kNotMerged;
-      by_group += pair.match.state == MatchState::kAccepted &&
-                  pair.match.reason == MatchReason::kGroup;
+      by_group +=
+          pair.match.state == MatchState::kAccepted && pair.match.reason == MatchReason::kGroup;
       wrong += pair.outcome == TrialOutcome::kWrong;
       wrong_frames += pair.frame_wrong;
     }

@@ -68,12 +68,21 @@ std::vector<Step> Claims::StepsBetween(const Link& p, const Link& q) const {
   return steps;
 }
 
+double Claims::MostDegrees() const {
+  const auto most = static_cast<double>(evidence_.nodes.size());
+  return options_.cycles.max_deg * std::sqrt(std::max(1.0, most / 3));
+}
+
+bool Claims::MayClose(const Link& xy, const Link& yz, const Link& xz) const {
+  // Frames are named by their first node, so that the second one of xy is the first of yz.
+  const Pose left = xy.T_first_second * yz.T_first_second * xz.T_first_second.Inverse();
+  return RotationAngle(left) * 180 / std::numbers::pi <= MostDegrees();
+}
+
 bool Claims::Agree(const Link& p, const Link& q) const {
   // Most do not, by far.
   const double rad = RotationAngle(p.T_first_second.Inverse() * q.T_first_second);
-  const auto most = static_cast<double>(evidence_.nodes.size());
-  const double max_deg = options_.cycles.max_deg * std::sqrt(std::max(1.0, most / 3));
-  return rad * 180 / std::numbers::pi <= max_deg &&
+  return rad * 180 / std::numbers::pi <= MostDegrees() &&
          GoRound(StepsBetween(p, q), options_.cycles).Agrees();
 }
 

@@ -20,12 +20,12 @@ struct Link {
 };
 
 struct Claim {
-  Link link;                               // The hypothesis that the others agree with.
-  std::vector<const Hypothesis*> members;  // All of them; of a pair at most one.
+  Link link;                                        // The hypothesis that the others agree with.
+  std::vector<const Hypothesis*> members;           // All of them; of a pair at most one.
   std::vector<Eigen::Vector3d> ground, far_ground;  // Of all of them.
-  size_t grounds = 0;   // On how many different places they rest.
-  double log_odds = 0;  // Against no claim's being right.
-  double probability = 0;  // Beside all claims on the two frames.
+  size_t grounds = 0;                               // On how many different places they rest.
+  double log_odds = 0;                              // Against no claim's being right.
+  double probability = 0;                           // Beside all claims on the two frames.
 };
 
 // The ways in which hypotheses join frames. Keeps references to what it is given. Not thread safe.
@@ -42,11 +42,14 @@ class Claims {
   std::vector<Step> StepsBack(const Link& link, const Hypothesis& by) const;
   // The way round three frames by claims on x ~ y, y ~ z and x ~ z.
   std::vector<Step> StepsRound(const Link& xy, const Link& yz, const Link& xz) const;
+  // A quick look: false where that way cannot close.
+  bool MayClose(const Link& xy, const Link& yz, const Link& xz) const;
   // The way by the hypothesis and back by the joints of its frame.
   std::vector<Step> StepsBack(const Hypothesis& hypothesis) const;
 
  private:
   Link MakeLink(const Hypothesis& hypothesis, uint32_t first) const;
+  double MostDegrees() const;  // That any way round may leave.
   std::vector<Step> StepsBetween(const Link& p, const Link& q) const;
   bool Agree(const Link& p, const Link& q) const;
   bool IsContradicted(const Link& link, const std::vector<const OpenPair*>& pairs) const;

@@ -21,8 +21,8 @@ struct CycleOptions {
   double min_support = 2;
   // Matches of a session rest on the same ground where its submaps that they rest on are nearer to
   // each other than so many metres (what a robot sees of a room at least), by this share of those
-  // of the one that has fewer. They are then wrong together, as in a room that has a twin, and count
-  // once. Guesses, never varied.
+  // of the one that has fewer. They are then wrong together, as in a room that has a twin, and
+  // count once. Guesses, never varied.
   double ground_m = 15;
   double max_same_ground = 0.5;
   // Bounds of time and memory. Beyond, only the cycles that the spanning forest closes are looked

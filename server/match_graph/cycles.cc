@@ -209,9 +209,11 @@ class CycleCheck {
         if (e != odd && (edge.a == node || edge.b == node)) others.insert(e);
       }
     }
-    const bool may_be = others.size() > 1 && std::all_of(others.begin(), others.end(), [&](uint32_t e) {
-      return !ByHand(e) && !OnSameGround(node, e, odd) && OnSameGround(node, e, *others.begin());
-    });
+    const bool may_be =
+        others.size() > 1 && std::all_of(others.begin(), others.end(), [&](uint32_t e) {
+          return !ByHand(e) && !OnSameGround(node, e, odd) &&
+                 OnSameGround(node, e, *others.begin());
+        });
     return may_be ? std::vector<uint32_t>(others.begin(), others.end()) : std::vector<uint32_t>();
   }
 

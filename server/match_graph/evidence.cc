@@ -96,8 +96,13 @@ class Collector {
 
   Hypothesis Make(Match* match, size_t rival, const RivalMatch& said,
                   const std::vector<SubmapEdge>& edges) const {
-    Hypothesis h{index_.at(match->a), index_.at(match->b), said.T_a_b, LogOdds(said.confidence),
-                 match, rival, GroundOf(*nodes_.at(match->a), edges, true),
+    Hypothesis h{index_.at(match->a),
+                 index_.at(match->b),
+                 said.T_a_b,
+                 LogOdds(said.confidence),
+                 match,
+                 rival,
+                 GroundOf(*nodes_.at(match->a), edges, true),
                  GroundOf(*nodes_.at(match->b), edges, false)};
     if (h.a > h.b) {
       std::swap(h.a, h.b);

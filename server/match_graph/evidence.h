@@ -1,4 +1,4 @@
-// What is known of pairs of sessions and decided by none of them alone.
+// Evidence on pairs of sessions that none of them decides alone.
 #pragma once
 
 #include <Eigen/Core>
@@ -24,7 +24,6 @@ struct Hypothesis {
   size_t rival = 0;  // Which of the match's rivals, counted from 1; 0: its own transform.
   // Where the submaps that it rests on begin, in the odom frames of a and b; none: not known.
   std::vector<Eigen::Vector3d> ground_a, ground_b;
-
 };
 
 // What is said of an open pair.

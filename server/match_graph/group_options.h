@@ -19,7 +19,7 @@ struct GroupOptions {
   double min_confidence = 0.05;  // Hypotheses of less say nothing.
   // Bounds of time: the most confident so many hypotheses between two frames, and ways round three
   // frames that are looked at.
-  size_t max_between = 32, max_triples = 300'000;
+  size_t max_between = 32, max_triples = 200'000;
 };
 
 }  // namespace isthmus::match_graph
