@@ -8,7 +8,9 @@
 namespace isthmus::match_graph {
 
 struct GroupOptions {
-  CycleOptions cycles;  // Within which hypotheses agree, and what is the same ground.
+  // Within which hypotheses agree, and what is the same ground. Half of what accepted matches may
+  // be off beside drift: what is set aside must be clearly off, what is accepted clearly on.
+  CycleOptions cycles = {.max_m = 0.5, .max_deg = 2};
   // Probability with which what is settled must be right; wrong on the low side, maps are merged
   // that do not belong together.
   double min_probability = 0.99;

@@ -16,6 +16,15 @@ double AgainstBothWrong(const Claim& p, const Claim& q, bool same_ground,
 
 }  // namespace
 
+SettlementSearch::SettlementSearch(const Evidence& evidence, const Frames& frames,
+                                   const Claims& claims, const GroupOptions& options)
+    : evidence_(evidence),
+      frames_(frames),
+      search_(claims),
+      options_(options),
+      least_two_(std::log(options.min_probability / (1 - options.min_probability)) +
+                 std::log(options.chance)) {}
+
 // Between all pairs of frames that anything is said of; those known before stay.
 void SettlementSearch::FindClaims() {
   std::map<FramePair, std::vector<const OpenPair*>> fresh;
@@ -78,6 +87,11 @@ Settlement SettlementSearch::SettleThree(const std::vector<Claim>& xy, const std
 // where that is not worth a look or they do not close.
 std::optional<double> SettlementSearch::OddsOfWrong(const Claim& xy, const Claim& yz,
                                                     const Claim& xz) {
+  if (triples_ >= options_.max_triples) return std::nullopt;
+  // The two least certain ones must not both be wrong, on whatever ground.
+  const double least_two =
+      xy.log_odds + yz.log_odds + xz.log_odds - std::max({xy.log_odds, yz.log_odds, xz.log_odds});
+  if (least_two < least_two_) return std::nullopt;
   const auto wrong = [&](bool same_x, bool same_y, bool same_z) {
     return std::exp(-AgainstBothWrong(xy, xz, same_x, options_)) +
            std::exp(-AgainstBothWrong(xy, yz, same_y, options_)) +
@@ -85,9 +99,8 @@ std::optional<double> SettlementSearch::OddsOfWrong(const Claim& xy, const Claim
            options_.chance * std::exp(-xy.log_odds - yz.log_odds - xz.log_odds);
   };
   if (wrong(false, false, false) > 1 / options_.min_probability - 1) return std::nullopt;
-  if (++triples_ > options_.max_triples || !search_.MayClose(xy.link, yz.link, xz.link)) {
-    return std::nullopt;
-  }
+  ++triples_;
+  if (!search_.MayClose(xy.link, yz.link, xz.link)) return std::nullopt;
   const std::vector<Step> round = search_.StepsRound(xy.link, yz.link, xz.link);
   if (!GoRound(round, options_.cycles).Agrees()) return std::nullopt;
   return wrong(AreSameGround(xy.ground, xz.ground, options_.cycles),

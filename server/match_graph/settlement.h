@@ -23,8 +23,7 @@ struct Settlement {
 class SettlementSearch {
  public:
   SettlementSearch(const Evidence& evidence, const Frames& frames, const Claims& claims,
-                   const GroupOptions& options)
-      : evidence_(evidence), frames_(frames), search_(claims), options_(options) {}
+                   const GroupOptions& options);
 
   // The most probable settlement, none where nothing is probable enough: of two frames, or, where
   // there is no such thing, of three. Its claims last until the next Forget.
@@ -46,6 +45,7 @@ class SettlementSearch {
   const Frames& frames_;
   const Claims& search_;
   const GroupOptions options_;
+  const double least_two_;  // Log odds that the two least certain of three must have together.
   std::map<FramePair, std::vector<Claim>> claims_;
   size_t triples_ = 0;  // Looked at so far.
 };
