@@ -2,6 +2,7 @@
 // where a robot's place has a twin.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <random>
 #include <string>
 #include <vector>
@@ -38,7 +39,9 @@ class CalibratedWorld {
   void Settle() { SettleGroups(nodes_, GroupOptions(), &matches_); }
 
   bool AllInOneFrame() const {
-    return Solve(nodes_, matches_, {}).placements.back().component == 0;
+    const std::vector<Placement> placements = Solve(nodes_, matches_, {}).placements;
+    return std::all_of(placements.begin(), placements.end(),
+                       [](const Placement& placement) { return placement.component == 0; });
   }
 
   // Pairs of robots that lie wrong in one frame.
