@@ -95,7 +95,14 @@ absl::Status CheckSubmap(const Submap& submap) {
 }
 
 absl::Status CheckMatchEdges(const Match& match) {
-  return CheckEdges(absl::StrCat("match ", match.a.value(), " ~ ", match.b.value()), match.edges);
+  const std::string name = absl::StrCat("match ", match.a.value(), " ~ ", match.b.value());
+  for (const RivalMatch& rival : match.rivals) {
+    if (!rival.T_a_b.IsFinite()) {
+      return absl::InvalidArgumentError(absl::StrCat(name, " has a rival with NaN or Inf"));
+    }
+    if (absl::Status status = CheckEdges(name, rival.edges); !status.ok()) return status;
+  }
+  return CheckEdges(name, match.edges);
 }
 
 absl::Status CheckLoop(const LoopClosure& loop) {

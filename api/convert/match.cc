@@ -25,6 +25,7 @@ constexpr std::pair<MatchReason, v1::Match::Reason> kReasons[] = {
     {MatchReason::kPossibleTwin, v1::Match::REASON_POSSIBLE_TWIN},
     {MatchReason::kAmbiguous, v1::Match::REASON_AMBIGUOUS},
     {MatchReason::kCycle, v1::Match::REASON_CYCLE},
+    {MatchReason::kGroup, v1::Match::REASON_GROUP},
     {MatchReason::kLowOverlap, v1::Match::REASON_LOW_OVERLAP},
     {MatchReason::kTooSmall, v1::Match::REASON_TOO_SMALL},
     {MatchReason::kFewComparisons, v1::Match::REASON_FEW_COMPARISONS},

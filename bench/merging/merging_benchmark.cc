@@ -18,6 +18,7 @@
 #include "bench/merging/scenario_list.h"
 #include "bench/merging/update.h"
 #include "bench/merging/wild_pairs.h"
+#include "bench/merging/wild_teams.h"
 #include "bench/scenarios.h"
 #include "core/io/file_io.h"
 #include "core/odometry_mode.h"
@@ -31,7 +32,7 @@ struct Options {
   double seconds = 0;
   std::string search = "default", odometry = "continuous", output, cache;
   std::string kitti, poses;
-  bool drive_only = false, transform = true, update = false, calibration = false;
+  bool drive_only = false, transform = true, update = false, calibration = false, teams = false;
   std::optional<double> drift_percent;
   WildPairsOptions wild;
   std::string hypotheses;
@@ -218,6 +219,27 @@ absl::Status RunWild(const server::PipelineOptions& pipeline, const Options& opt
   return absl::OkStatus();
 }
 
+// World by world, all its robots at once.
+absl::Status RunWildTeams(const server::PipelineOptions& pipeline, const Options& options,
+                          DriveCache& cache, Results* results) {
+  WildPairsOptions wild = options.wild;
+  if (options.seconds > 0) wild.seconds = options.seconds;
+  const auto teams = DrawWildTeams(wild);
+  if (!teams.ok()) return teams.status();
+  for (const WildTeam& team : *teams) {
+    std::vector<DrivenRobot> robots = DriveWildTeam(team, cache);
+    if (robots.size() < 2 || options.drive_only) continue;
+    SetFrames({}, team.seed, options, &robots);
+    auto trial = RunTrial(std::move(robots), pipeline);
+    if (!trial.ok()) return trial.status();
+    trial->scenario = team.kind;
+    trial->seed = team.seed;
+    std::cerr << TrialLines(*trial) << std::endl;
+    results->trials.push_back(*std::move(trial));
+  }
+  return absl::OkStatus();
+}
+
 absl::Status Report(const Results& results, const Options& options) {
   if (options.update) {
     std::cout << UpdateTable(results.updates);
@@ -228,7 +250,11 @@ absl::Status Report(const Results& results, const Options& options) {
     return io::WriteFile(options.hypotheses, ToCsv(results.judged));
   }
   const std::vector<Trial>& trials = results.trials;
-  if (options.wild.worlds > 0) std::cout << WildTable(trials) << "\n";
+  if (options.teams) {
+    std::cout << WildTeamsTable(trials) << "\n";
+  } else if (options.wild.worlds > 0) {
+    std::cout << WildTable(trials) << "\n";
+  }
   std::cout << MergingTable(trials) << "\n" << OverlapTable(trials) << "\n" << TeamTable(trials);
   if (options.calibration) std::cout << "\n" << CalibrationTable(trials);
   if (options.output.empty()) return absl::OkStatus();
@@ -250,7 +276,8 @@ absl::Status RunAll(const Options& options) {
   // A recorded drive is measured by itself unless simulated ones are named.
   if (options.wild.worlds > 0) {
     DriveCache cache(options.cache, pipeline);
-    absl::Status status = RunWild(pipeline, options, cache, &results);
+    absl::Status status =
+        (options.teams ? RunWildTeams : RunWild)(pipeline, options, cache, &results);
     if (!status.ok() || options.drive_only) return status;
   } else if (options.kitti.empty() || !options.scenarios.empty()) {
     const auto scenarios = FindMergingScenarios(options.scenarios);
@@ -300,6 +327,8 @@ int Main(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--hypotheses", options.hypotheses,
                  "FILE.csv: what each search proposes of wild pairs, instead of merging them")
+      ->needs(wild);
+  app.add_flag("--teams", options.teams, "All robots of a wild world at once, not pair by pair")
       ->needs(wild);
   auto* kitti = app.add_option("--kitti", options.kitti, "Folder of a recorded drive of 100 scans");
   kitti->needs(app.add_option("--poses", options.poses, "Its true poses, rows of KITTI's kind"));

@@ -171,7 +171,19 @@ nlohmann::ordered_json ToJson(const PairResult& pair) {
                                  {"submaps_b", match.submaps_b},
                                  {"edges", match.edges.size()},
                                  {"edges_error", ToJson(pair.edges)},
+                                 {"frame_wrong", pair.frame_wrong},
+                                 {"rivals", nlohmann::ordered_json::array()},
                                  {"stages_ms", nlohmann::ordered_json::object()}};
+  for (size_t i = 0; i < match.rivals.size(); ++i) {
+    const RivalMatch& rival = match.rivals[i];
+    json["rivals"].push_back({{"right", pair.rivals_right[i]},
+                              {"state", ToString(rival.state)},
+                              {"reason", ToString(rival.reason)},
+                              {"confidence", rival.confidence},
+                              {"free_space", rival.free_space},
+                              {"comparisons", rival.comparisons},
+                              {"shared_area_m2", rival.shared_area_m2}});
+  }
   for (const StageTime& stage : match.stages) {
     const double before = json["stages_ms"].value(stage.stage, 0.0);
     json["stages_ms"][stage.stage] = before + stage.ms;
@@ -267,6 +279,7 @@ nlohmann::ordered_json ToJson(const Trial& trial) {
                                  {"cpu_ms", trial.cpu_ms},
                                  {"one_frame", trial.one_frame},
                                  {"team_rmse_m", trial.team_rmse_m},
+                                 {"frames", trial.frames},
                                  {"pairs", nlohmann::ordered_json::array()}};
   for (const PairResult& pair : trial.pairs) json["pairs"].push_back(ToJson(pair));
   return json;

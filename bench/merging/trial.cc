@@ -16,12 +16,16 @@ namespace {
 
 constexpr double kRightM = 0.3, kRightDeg = 1.0;
 constexpr double kHypothesisM = 0.5, kHypothesisDeg = 2.0;
+constexpr double kFrameM = 1.0, kFrameDeg = 3.0;
 
 PairResult MeasurePair(const DrivenRobot& a, const DrivenRobot& b, const Match& match) {
   PairResult result;
   result.match = match;
   const PairTruth truth(a, b);
   result.hypothesis_right = truth.IsWithin(match.T_a_b, kHypothesisM, kHypothesisDeg);
+  for (const RivalMatch& rival : match.rivals) {
+    result.rivals_right.push_back(truth.IsWithin(rival.T_a_b, kHypothesisM, kHypothesisDeg));
+  }
   if (truth.HasTransform()) {
     result.map = truth.ErrorOf(match.T_a_b);
     result.start = truth.StartErrorOf(match.T_a_b);
@@ -55,6 +59,26 @@ std::vector<PairResult> JudgePairs(const std::vector<DrivenRobot>& robots,
     }
   }
   return pairs;
+}
+
+// Who is in whose frame, and whether it is right there.
+void JudgeFrames(const std::vector<DrivenRobot>& robots, const std::vector<PlacedSession>& placed,
+                 Trial* trial) {
+  std::vector<const Placement*> placements;
+  for (const DrivenRobot& robot : robots) {
+    const auto found = std::find_if(placed.begin(), placed.end(), [&](const PlacedSession& p) {
+      return p.placement.session == robot.session.id;
+    });
+    placements.push_back(found == placed.end() ? nullptr : &found->placement);
+    const auto alone = static_cast<uint32_t>(placed.size() + trial->frames.size());
+    trial->frames.push_back(found == placed.end() ? alone : found->placement.component);
+  }
+  for (PairResult& pair : trial->pairs) {
+    const Placement *a = placements[pair.a], *b = placements[pair.b];
+    if (a == nullptr || b == nullptr || a->component != b->component) continue;
+    const PairTruth truth(robots[pair.a], robots[pair.b]);
+    pair.frame_wrong = !truth.IsWithin(a->T_map_odom.Inverse() * b->T_map_odom, kFrameM, kFrameDeg);
+  }
 }
 
 // All robots in the frame of their component, if they have one in common.
@@ -125,6 +149,7 @@ absl::StatusOr<Trial> RunTrial(std::vector<DrivenRobot> robots,
     return absl::InternalError("the server is idle, but not every pair has been looked at");
   }
   trial.pairs = JudgePairs(robots, graph.matches);
+  JudgeFrames(robots, graph.placements, &trial);
   JudgeTeam(robots, graph.placements, &trial);
   return trial;
 }

@@ -34,6 +34,9 @@ struct PairResult {
   MapError edges;  // Of the match's edges between submaps.
   bool hypothesis_right =
       false;  // The maps lie within 0.5 m and 2 degrees, drift apart, whatever the state.
+  std::vector<bool> rivals_right;  // The same of the match's rivals.
+  // Both are in one frame, and lie in it more than 1 m or 3 degrees off, drift apart.
+  bool frame_wrong = false;
 
   bool HasHypothesis() const { return match.candidates > 0; }
 };
@@ -49,7 +52,8 @@ struct Trial {
   // From stored submaps to decided matches: wall time of the estimation, and CPU time of the
   // process, in which composing the map is contained.
   double estimation_ms = 0, cpu_ms = 0;
-  bool one_frame = false;   // All robots are in one component.
+  std::vector<uint32_t> frames;  // The component of each robot.
+  bool one_frame = false;        // All robots are in one component.
   double team_rmse_m = -1;  // Positions of all robots in that frame, after one rigid alignment.
 };
 

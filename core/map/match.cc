@@ -15,6 +15,7 @@ constexpr std::pair<MatchReason, const char*> kReasons[] = {
     {MatchReason::kPossibleTwin, "ENCLOSED"},
     {MatchReason::kAmbiguous, "AMBIGUOUS"},
     {MatchReason::kCycle, "CYCLE"},
+    {MatchReason::kGroup, "GROUP"},
     {MatchReason::kLowOverlap, "LOW_OVERLAP"},
     {MatchReason::kTooSmall, "TOO_SMALL"},
     {MatchReason::kFewComparisons, "FEW_COMPARISONS"},

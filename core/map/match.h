@@ -30,6 +30,7 @@ enum class MatchReason {
   kPossibleTwin,
   kAmbiguous,
   kCycle,
+  kGroup,  // Open by itself; settled by matches of these two sessions with others.
   kLowOverlap,
   kTooSmall,
   kFewComparisons,
@@ -77,6 +78,21 @@ struct StageTime {
   double ms = 0;      // Wall time.
 };
 
+// Another way in which the two maps of a match could lie on each other, looked at as closely as the
+// best one. Numbers as of a Match.
+struct RivalMatch {
+  Pose T_a_b;
+  MatchState state = MatchState::kNotYet;  // By itself; kRejected: contradicted.
+  MatchReason reason = MatchReason::kNone;
+  double confidence = 0;
+  GuessSource matcher = GuessSource::kNone;
+  double overlap = -1;
+  double free_space = -1;
+  int64_t comparisons = -1;
+  double shared_area_m2 = -1;
+  std::vector<SubmapEdge> edges;  // None where it is contradicted.
+};
+
 // A match of the ordered pair (a, b), a < b. Numbers that a stage did not compute stay at -1.
 struct Match {
   SessionId a;
@@ -107,6 +123,7 @@ struct Match {
   std::vector<StageTime> stages;
   // Edges between their submaps; at least one of an accepted match that was computed.
   std::vector<SubmapEdge> edges;
+  std::vector<RivalMatch> rivals;  // The better ones first; of a computed match only.
 };
 
 }  // namespace isthmus

@@ -5,6 +5,7 @@
 #include "server/map/map_edit.h"
 #include "server/match_graph/cycles.h"
 #include "server/match_graph/effective_match.h"
+#include "server/match_graph/groups.h"
 
 namespace isthmus::server {
 namespace {
@@ -36,7 +37,9 @@ std::shared_ptr<const std::vector<Match>> EffectiveMatches(const MapView& view) 
   }
   std::vector<Match> effective;
   for (auto& [pair, match] : combined) effective.push_back(std::move(match));
-  match_graph::CheckCycles(MatchGraphNodes(view), match_graph::CycleOptions(), &effective);
+  const std::vector<match_graph::Node> nodes = MatchGraphNodes(view);
+  match_graph::CheckCycles(nodes, match_graph::CycleOptions(), &effective);
+  match_graph::SettleGroups(nodes, match_graph::GroupOptions(), &effective);
   return std::make_shared<const std::vector<Match>>(std::move(effective));
 }
 

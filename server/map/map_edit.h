@@ -52,7 +52,7 @@ bool IsVoid(const MapEdit& edit, const MapView& view);
 // sessions that have submaps.
 bool ChangesMatches(const MapEdit& edit, const MapView& view);
 
-// Goes round all cycles of matches.
+// Goes round all cycles of matches, and settles what sessions together can.
 std::shared_ptr<const std::vector<Match>> EffectiveMatches(const MapView& view);
 
 // Takes a pass over the batch's points and, where needed, goes round all cycles of matches.

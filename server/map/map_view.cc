@@ -87,12 +87,16 @@ std::vector<match_graph::Node> MatchGraphNodes(const MapView& view) {
   std::vector<match_graph::Node> nodes;
   for (const auto& [id, session] : view.sessions) {
     if (session.submaps.empty()) continue;
+    match_graph::Node& node = nodes.emplace_back();
     Box box;
     for (const auto& [index, submap] : session.submaps) {
       box.Extend(submap.T_odom_submap.translation());
+      node.submaps.emplace_hint(node.submaps.end(), index, submap.T_odom_submap.translation());
     }
-    nodes.push_back({id, static_cast<double>(session.points), (box.min + box.max) / 2,
-                     (box.max - box.min).norm()});
+    node.session = id;
+    node.weight = static_cast<double>(session.points);
+    node.center = (box.min + box.max) / 2;
+    node.extent_m = (box.max - box.min).norm();
   }
   return nodes;
 }

@@ -27,7 +27,8 @@ struct MapView : storage::MapRecords {
   uint64_t retired = 0;        // Submaps, likewise.
 
   // Matches as the graph is made of them, in order of the pairs: the computed ones under what
-  // people said, set aside where others speak against them. Never null, as what follows.
+  // people said, set aside where others speak against them, and accepted where others settle them.
+  // Never null, as what follows.
   std::shared_ptr<const std::vector<Match>> effective =
       std::make_shared<const std::vector<Match>>();
 

@@ -19,6 +19,12 @@ struct CycleOptions {
   // A match might be the wrong one as well as another if its share of agreeing cycles is less than
   // so many times the other's.
   double min_support = 2;
+  // Matches of a session rest on the same ground where its submaps that they rest on are nearer to
+  // each other than so many metres (what a robot sees of a room at least), by this share of those
+  // of the one that has fewer. They are then wrong together, as in a room that has a twin, and
+  // count once. Guesses, never varied.
+  double ground_m = 15;
+  double max_same_ground = 0.5;
   // Bounds of time and memory. Beyond, only the cycles that the spanning forest closes are looked
   // at (triangles), or triangles and those (squares): in so dense a graph they are enough.
   size_t max_triangles = 100'000, max_squares = 10'000;

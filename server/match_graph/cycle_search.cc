@@ -72,6 +72,25 @@ std::vector<uint32_t> Canonical(std::vector<uint32_t> nodes) {
 
 }  // namespace
 
+Residual GoRound(const std::vector<Step>& steps, const CycleOptions& options) {
+  const auto length = static_cast<double>(steps.size());
+  Pose round;  // From the frame of the node at hand to that of the first.
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+  double drift_squared = 0;
+  for (const Step& step : steps) {
+    middle += round * step.from->center / length;
+    drift_squared += std::pow(options.drift * step.from->extent_m, 2);
+    round = round * step.T_from_to;
+  }
+  Residual left;
+  // In the middle of the maps, where the arm on which a small turn acts is shortest.
+  left.m = (round * middle - middle).norm();
+  left.deg = RotationAngle(round) * 180 / std::numbers::pi;
+  left.max_m = options.max_m + std::sqrt(drift_squared);
+  left.max_deg = options.max_deg * std::sqrt(length / 3);
+  return left;
+}
+
 CycleSearch::CycleSearch(const std::vector<CycleNode>& nodes, const std::vector<CycleEdge>& edges,
                          const CycleOptions& options)
     : nodes_(nodes), edges_(edges), options_(options), neighbours_(nodes.size()) {
@@ -136,23 +155,15 @@ bool CycleSearch::AddSquares() {
 Cycle CycleSearch::Measure(std::vector<uint32_t> nodes) const {
   Cycle cycle;
   cycle.nodes = std::move(nodes);
-  const size_t length = cycle.nodes.size();
-  Pose round;  // From the frame of the node at hand to that of the first.
-  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
-  double drift_squared = 0;
-  for (size_t i = 0; i < length; ++i) {
-    const uint32_t from = cycle.nodes[i], to = cycle.nodes[(i + 1) % length];
-    middle += round * nodes_[from].center / static_cast<double>(length);
-    drift_squared += std::pow(options_.drift * nodes_[from].extent_m, 2);
+  std::vector<Step> steps;
+  for (size_t i = 0; i < cycle.nodes.size(); ++i) {
+    const uint32_t from = cycle.nodes[i], to = cycle.nodes[(i + 1) % cycle.nodes.size()];
     const uint32_t e = FindNeighbour(from, to)->edge;
     cycle.edges.push_back(e);
-    round = round * (edges_[e].a == from ? edges_[e].T_a_b : edges_[e].T_a_b.Inverse());
+    steps.push_back(
+        {&nodes_[from], edges_[e].a == from ? edges_[e].T_a_b : edges_[e].T_a_b.Inverse()});
   }
-  // In the middle of the maps, where the arm on which a small turn acts is shortest.
-  cycle.m = (round * middle - middle).norm();
-  cycle.deg = RotationAngle(round) * 180 / std::numbers::pi;
-  cycle.max_m = options_.max_m + std::sqrt(drift_squared);
-  cycle.max_deg = options_.max_deg * std::sqrt(static_cast<double>(length) / 3);
+  static_cast<Residual&>(cycle) = GoRound(steps, options_);
   return cycle;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -25,16 +26,29 @@ struct CycleEdge {
   double confidence = 0;
 };
 
-struct Cycle {
-  // Begins at the smallest node and goes on to the smaller of its two neighbours.
-  std::vector<uint32_t> nodes;
-  std::vector<uint32_t> edges;  // edges[i] joins nodes[i] and the node after it; indices.
-  double m = 0, deg = 0;        // What is left of going round.
+// What is left of going round, and what may be.
+struct Residual {
+  double m = 0, deg = 0;
   double max_m = 0, max_deg = 0;
 
   bool Agrees() const { return m <= max_m && deg <= max_deg; }
   // 1 at the limit of agreement.
   double Excess() const { return std::max(m / max_m, deg / max_deg); }
+};
+
+// One step of a way round: the node that is left, and where the next one lies in its odom frame.
+struct Step {
+  const CycleNode* from;
+  Pose T_from_to;
+};
+
+// Goes round; the last step leads back to the first node.
+Residual GoRound(const std::vector<Step>& steps, const CycleOptions& options);
+
+struct Cycle : Residual {
+  // Begins at the smallest node and goes on to the smaller of its two neighbours.
+  std::vector<uint32_t> nodes;
+  std::vector<uint32_t> edges;  // edges[i] joins nodes[i] and the node after it; indices.
 };
 
 // Finds cycles among edges that are switched off one by one. Keeps references to what it is given.

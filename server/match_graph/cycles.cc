@@ -6,11 +6,13 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 #include <string>
 #include <utility>
 
 #include "core/union_find.h"
 #include "server/match_graph/cycle_search.h"
+#include "server/match_graph/evidence.h"
 #include "server/match_graph/limits.h"
 
 namespace isthmus::match_graph {
@@ -19,6 +21,7 @@ namespace {
 // The sessions and accepted matches as a graph with an order of its own.
 struct Graph {
   std::vector<SessionId> sessions;  // Sorted.
+  std::vector<const Node*> given;   // By node.
   std::vector<CycleNode> nodes;
   std::vector<CycleEdge> edges;  // In order of their nodes.
   std::vector<Match*> matches;   // By edge.
@@ -31,6 +34,7 @@ std::map<SessionId, uint32_t> AddNodes(const std::vector<Node>& given, Graph* gr
   for (const auto& [session, node] : sorted) {
     index[session] = static_cast<uint32_t>(graph->nodes.size());
     graph->sessions.push_back(session);
+    graph->given.push_back(node);
     graph->nodes.push_back({node->center, node->extent_m});
   }
   return index;
@@ -174,7 +178,7 @@ class CycleCheck {
   }
 
   InconsistentEdges Weakest(std::vector<uint32_t> edges) const {
-    if (edges.size() == 1) return {edges, "the other matches of it are better borne out"};
+    if (edges.size() == 1) return OddOne(edges.front());
     std::stable_sort(edges.begin(), edges.end(),
                      [&](uint32_t l, uint32_t r) { return Odds(l) < Odds(r); });
     if (Odds(edges[1]) >= options_.min_odds * Odds(edges[0])) {
@@ -182,6 +186,59 @@ class CycleCheck {
     }
     std::sort(edges.begin(), edges.end());
     return {edges, "nothing tells which match of it is wrong"};
+  }
+
+  std::vector<Eigen::Vector3d> GroundAt(uint32_t node, uint32_t e) const {
+    const Match& match = *graph_.matches[e];
+    return GroundOf(*graph_.given[node], match.edges, match.a == graph_.sessions[node]);
+  }
+
+  bool OnSameGround(uint32_t node, uint32_t e, uint32_t f) const {
+    const auto p = GroundAt(node, e), q = GroundAt(node, f);
+    return !p.empty() && !q.empty() && AreSameGround(p, q, options_);
+  }
+
+  // The other matches of the node that the odd one contradicts, if they may all be wrong in the
+  // same way: they rest on the same ground of the node's map, on which the odd one does not.
+  std::vector<uint32_t> WrongTogether(uint32_t node, uint32_t odd) const {
+    std::set<uint32_t> others;
+    for (const Cycle* cycle : disagreeing_) {
+      if (std::find(cycle->edges.begin(), cycle->edges.end(), odd) == cycle->edges.end()) continue;
+      for (const uint32_t e : cycle->edges) {
+        const CycleEdge& edge = graph_.edges[e];
+        if (e != odd && (edge.a == node || edge.b == node)) others.insert(e);
+      }
+    }
+    const bool may_be =
+        others.size() > 1 && std::all_of(others.begin(), others.end(), [&](uint32_t e) {
+          return !ByHand(e) && !OnSameGround(node, e, odd) &&
+                 OnSameGround(node, e, *others.begin());
+        });
+    return may_be ? std::vector<uint32_t>(others.begin(), others.end()) : std::vector<uint32_t>();
+  }
+
+  // By number the odd one is wrong. What rests on one ground counts as one, though: as in a lone
+  // triangle, that goes which is by far the least certain, or else all.
+  InconsistentEdges OddOne(uint32_t odd) const {
+    std::vector<std::pair<double, std::vector<uint32_t>>> suspects = {{Odds(odd), {odd}}};
+    for (const uint32_t node : {graph_.edges[odd].a, graph_.edges[odd].b}) {
+      const std::vector<uint32_t> others = WrongTogether(node, odd);
+      if (others.empty()) continue;
+      double odds = 0;
+      for (const uint32_t e : others) odds = std::max(odds, Odds(e));
+      suspects.emplace_back(odds, others);
+    }
+    if (suspects.size() == 1) return {{odd}, "the other matches of it are better borne out"};
+    std::stable_sort(suspects.begin(), suspects.end(),
+                     [](const auto& l, const auto& r) { return l.first < r.first; });
+    if (suspects[1].first >= options_.min_odds * suspects[0].first) {
+      return {suspects[0].second, "what rests on this ground is by far the least certain of it"};
+    }
+    std::set<uint32_t> all;
+    for (const auto& [odds, edges] : suspects) all.insert(edges.begin(), edges.end());
+    return {{all.begin(), all.end()},
+            "those that agree rest on the same ground, so that nothing tells which match of it is "
+            "wrong"};
   }
 
   // The least bad of the shortest cycles that contradict the match.

@@ -10,6 +10,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
+#include <map>
 #include <optional>
 #include <vector>
 
@@ -23,9 +25,10 @@ struct Node {
   SessionId session;
   double weight = 1;  // Size of the session's map (points); the heaviest becomes the reference.
   // The position of its map in odom, and its extent: the diagonal of the box of its submaps'
-  // origins. For CheckCycles.
+  // origins. For CheckCycles and SettleGroups.
   Eigen::Vector3d center = Eigen::Vector3d::Zero();
   double extent_m = 0;
+  std::map<uint32_t, Eigen::Vector3d> submaps = {};  // Origins by index, in odom.
 };
 
 // True if a match may be an edge: accepted, and its confidence and transform finite.

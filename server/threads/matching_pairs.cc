@@ -18,6 +18,17 @@ bool Supersedes(const Match& newer, const Match& older) {
   return newer.state == MatchState::kAccepted || newer.state == MatchState::kRejected;
 }
 
+// What was found before a restart is among the guesses: a rival may be what others settled.
+void SuggestKnown(const Match& known, matching::PairMatcher* matcher) {
+  const bool accepted = known.state == MatchState::kAccepted;
+  if (accepted || !known.edges.empty()) {
+    matcher->Suggest(known.T_a_b, known.matcher);
+  }
+  for (const RivalMatch& rival : known.rivals) {
+    if (!accepted && !rival.edges.empty()) matcher->Suggest(rival.T_a_b, rival.matcher);
+  }
+}
+
 }  // namespace
 
 uint32_t MatchingThread::FreshSubmaps(const MapView& view, const SessionView& a,
@@ -73,8 +84,7 @@ void MatchingThread::EstimateMatch(const SessionMap& a, const SessionMap& b, boo
   const bool accepted = older != nullptr && older->state == MatchState::kAccepted;
   const auto [it, is_new] =
       matchers_.try_emplace(SessionPair(a.session, b.session), options_.matcher);
-  // After a restart what was found before is one of the guesses.
-  if (is_new && accepted) it->second.Suggest(older->T_a_b, older->matcher);
+  if (is_new && older != nullptr) SuggestKnown(*older, &it->second);
   // The last word on a pair that is still open takes all there is.
   const bool search = finished && !accepted;
   Match match = it->second.Update(*PrepareMap(a), *PrepareMap(b), search);

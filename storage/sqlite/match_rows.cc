@@ -7,17 +7,6 @@
 namespace isthmus::storage {
 namespace {
 
-using KeyPair = std::pair<int64_t, int64_t>;
-
-// Names are stored, so that the numbers of the enumeration may change.
-MatchState ParseState(const std::string& name) {
-  for (const MatchState state :
-       {MatchState::kAccepted, MatchState::kRejected, MatchState::kAmbiguous}) {
-    if (name == ToString(state)) return state;
-  }
-  return MatchState::kNotYet;
-}
-
 absl::Status InsertMatch(Connection& database, const KeyPair& keys, const Match& match) {
   Statement insert = database.Prepare(
       "INSERT INTO matches (a, b, T_a_b, state, reason, detail, confidence, overlap, inliers, "
@@ -104,6 +93,15 @@ absl::StatusOr<std::map<KeyPair, std::vector<StageTime>>> SelectStages(Connectio
 
 }  // namespace
 
+// Names are stored, so that the numbers of the enumeration may change.
+MatchState ParseState(const std::string& name) {
+  for (const MatchState state :
+       {MatchState::kAccepted, MatchState::kRejected, MatchState::kAmbiguous}) {
+    if (name == ToString(state)) return state;
+  }
+  return MatchState::kNotYet;
+}
+
 absl::Status PutMatch(Connection& database, const Match& match) {
   absl::StatusOr<std::optional<int64_t>> a = FindSessionKey(database, match.a);
   if (!a.ok()) return a.status();
@@ -111,19 +109,22 @@ absl::Status PutMatch(Connection& database, const Match& match) {
   if (!b.ok()) return b.status();
   if (!*a || !*b) return absl::InternalError("a match of unchecked sessions");
   const KeyPair keys(**a, **b);
-  // Deleted rather than updated: its stages go along.
+  // Deleted rather than updated: its stages and rivals go along.
   absl::Status status = database.Prepare("DELETE FROM matches WHERE a = ? AND b = ?")
                             .Bind(keys.first)
                             .Bind(keys.second)
                             .Run();
   if (status.ok()) status = InsertMatch(database, keys, match);
   if (status.ok()) status = InsertStages(database, keys, match);
+  if (status.ok()) status = InsertRivals(database, keys, match.rivals);
   return status;
 }
 
 absl::StatusOr<std::vector<Match>> SelectMatches(Connection& database) {
   auto stages = SelectStages(database);
   if (!stages.ok()) return stages.status();
+  auto rivals = SelectRivals(database);
+  if (!rivals.ok()) return rivals.status();
   Statement rows = database.Prepare(
       "SELECT m.a, m.b, a.id, b.id, T_a_b, m.state, reason, detail, confidence, overlap, inliers, "
       "residual_m, free_space, comparisons, runner_up, matcher, submaps_a, submaps_b, computed_ns, "
@@ -133,6 +134,7 @@ absl::StatusOr<std::vector<Match>> SelectMatches(Connection& database) {
   return rows.ReadAll([&](const Statement& row) {
     Match match = ReadMatch(row);
     match.stages = std::move((*stages)[{row.Int(0), row.Int(1)}]);
+    match.rivals = std::move((*rivals)[{row.Int(0), row.Int(1)}]);
     return match;
   });
 }

@@ -7,6 +7,7 @@
 #include <absl/status/statusor.h>
 
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -82,6 +83,14 @@ absl::StatusOr<std::string> FindFeatures(Connection& database, const SubmapId& s
 // matches, match_stages. Replaces by pair. Edges that are damaged are left out.
 absl::Status PutMatch(Connection& database, const Match& match);
 absl::StatusOr<std::vector<Match>> SelectMatches(Connection& database);
+// kNotYet for a name that is not known.
+MatchState ParseState(const std::string& name);
+
+// match_rivals, by the keys of the match's sessions.
+using KeyPair = std::pair<int64_t, int64_t>;
+absl::Status InsertRivals(Connection& database, const KeyPair& keys,
+                          const std::vector<RivalMatch>& rivals);
+absl::StatusOr<std::map<KeyPair, std::vector<RivalMatch>>> SelectRivals(Connection& database);
 
 // verdicts. Replaces by pair; removing what is not there is no error.
 absl::Status PutManualDecision(Connection& database, const ManualDecision& manual_decision);

@@ -41,6 +41,10 @@ constexpr Column kPoses[] = {
      "'match ' || (SELECT id FROM sessions WHERE key = a) || ' ~ ' || "
      "(SELECT id FROM sessions WHERE key = b)",
      "matches", "T_a_b"},
+    {9,
+     "'rival ' || position || ' of match ' || (SELECT id FROM sessions WHERE key = a) || ' ~ ' || "
+     "(SELECT id FROM sessions WHERE key = b)",
+     "match_rivals", "T_a_b"},
     {3,
      "'manual decision on ' || (SELECT id FROM sessions WHERE key = a) || ' ~ ' || "
      "(SELECT id FROM sessions WHERE key = b)",
@@ -63,6 +67,10 @@ constexpr Column kEdges[] = {
      "'edges of match ' || (SELECT id FROM sessions WHERE key = a) || ' ~ ' || "
      "(SELECT id FROM sessions WHERE key = b)",
      "matches", "edges"},
+    {9,
+     "'edges of rival ' || position || ' of match ' || (SELECT id FROM sessions WHERE key = a) || "
+     "' ~ ' || (SELECT id FROM sessions WHERE key = b)",
+     "match_rivals", "edges"},
     {5, "'edges of loop closure ' || id", "loops", "edges"},
 };
 

@@ -1,8 +1,10 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "bench/merging/calibration_table.h"
@@ -10,6 +12,7 @@
 #include "bench/merging/odom_frames.h"
 #include "bench/merging/report.h"
 #include "bench/merging/seen_surface.h"
+#include "bench/merging/wild_teams.h"
 #include "core/geometry/angles.h"
 
 namespace isthmus::bench {
@@ -231,6 +234,46 @@ TEST(OverlapTable, CountsPairsByWorldAndBucket) {
   trial.pairs[1].overlap = 0.22;
   EXPECT_NE(OverlapTable({trial}).find("| museum | 0.15-0.25 | 2 | 1 | 1 | 0 |"),
             std::string::npos);
+}
+
+// Four robots of which the first three hang together by pairs of this overlap.
+Trial Team(double overlap, std::vector<uint32_t> frames) {
+  Trial trial;
+  trial.scenario = "mine";
+  trial.frames = std::move(frames);
+  for (const auto& [a, b] : {std::pair(0, 1), std::pair(1, 2), std::pair(2, 3)}) {
+    PairResult& pair = trial.pairs.emplace_back();
+    pair.a = a;
+    pair.b = b;
+    pair.overlap = b == 3 ? 0 : overlap;
+  }
+  return trial;
+}
+
+TEST(WildTeamsTable, CountsThoseThatHangTogetherInOneFrame) {
+  const std::string table =
+      WildTeamsTable({Team(0.5, {0, 0, 0, 1}), Team(0.5, {0, 0, 1, 2}), Team(0.2, {0, 1, 2, 3})});
+  EXPECT_NE(table.find("| mine | 3 | 12 | 1 of 2 | 5 of 6 | 1 of 3 | 5 of 9 |"), std::string::npos)
+      << table;
+}
+
+TEST(DrawWildTeams, HasTheDrivesOfThePairs) {
+  WildPairsOptions options;
+  options.worlds = 2;
+  options.seed = 7;
+  options.robots = 5;
+  const auto teams = DrawWildTeams(options);
+  ASSERT_TRUE(teams.ok()) << teams.status();
+  ASSERT_EQ(teams->size(), 2u);
+  ASSERT_EQ(teams->at(1).drives.size(), 5u);
+  EXPECT_EQ(teams->at(1).seed, 8u);
+  EXPECT_EQ(teams->at(1).drives[4].robot, 4);
+  const auto pairs = DrawWildPairs(options);
+  const auto last = std::find_if(pairs->begin(), pairs->end(), [](const WildPair& pair) {
+    return pair.seed == 8 && pair.a.robot == 3 && pair.b.robot == 4;
+  });
+  ASSERT_NE(last, pairs->end());
+  EXPECT_EQ(teams->at(1).drives[4].Key(), last->b.Key());
 }
 
 TEST(Calibrate, ComparesConfidenceWithShareRight) {

@@ -135,6 +135,18 @@ inline Match MakeMatch(const std::string& a, const std::string& b) {
   match.odometry_residual = 1.25;
   match.candidates = 17;
   match.edges = {MakeEdge(0, 5), MakeEdge(2, 7)};
+  RivalMatch& rival = match.rivals.emplace_back();
+  rival.T_a_b = Pose::FromXyzRpy(4, 2, 3, 0.1, 0.2, 3.3);
+  rival.state = MatchState::kAmbiguous;
+  rival.reason = MatchReason::kPossibleTwin;
+  rival.confidence = 0.125;
+  rival.matcher = GuessSource::kPlaces;
+  rival.overlap = 0.4;
+  rival.free_space = 0.02;
+  rival.comparisons = 77777;
+  rival.shared_area_m2 = 123.5;
+  rival.edges = {MakeEdge(1, 6)};
+  match.rivals.emplace_back().state = MatchState::kRejected;
   return match;
 }
 

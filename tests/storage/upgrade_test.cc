@@ -88,9 +88,11 @@ TEST(UpgradeTest, WhatSchema3DidNotKeepIsNotComputed) {
   EXPECT_EQ(match.odometry_residual, -1);
   EXPECT_EQ(match.candidates, 0u);
   EXPECT_TRUE(match.edges.empty());
+  EXPECT_TRUE(match.rivals.empty());
   // And takes new ones, edges included.
   ASSERT_TRUE((*store)->Write({.matches = {MakeMatch("alice-1", "bob-1")}}).ok());
   EXPECT_EQ((*store)->ListMatches()->at(0).edges.size(), 2u);
+  EXPECT_EQ((*store)->ListMatches()->at(0).rivals.size(), 2u);
 }
 
 // Submaps whole, and revisions that place sessions only.

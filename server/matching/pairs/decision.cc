@@ -117,6 +117,32 @@ void FillFigures(const Hypothesis& h, Match* match) {
   match->edges = h.joint.edges;
 }
 
+// The confidence in a hypothesis of which this is said.
+double Confidence(const Hypothesis& h, MatchState state, MatchReason reason) {
+  const bool may_be_twin = state == MatchState::kAmbiguous || reason == MatchReason::kTooSmall;
+  return Confidence(h) * (may_be_twin ? kTwinConfidence : 1) *
+         (state == MatchState::kRejected ? kContradictedConfidence : 1);
+}
+
+// What is said of one that is not the best. That the best is better makes it no worse than
+// ambiguous: which of two is right may follow from other robots.
+RivalMatch MakeRival(const Hypothesis& h, const MatcherOptions& options) {
+  const Finding finding = Examine(h, options);
+  RivalMatch rival;
+  rival.T_a_b = h.T_a_b;
+  const bool alone = finding.state == MatchState::kAccepted;
+  rival.state = alone ? MatchState::kAmbiguous : finding.state;
+  rival.reason = alone ? MatchReason::kAmbiguous : finding.reason;
+  rival.confidence = Confidence(h, rival.state, rival.reason);
+  rival.matcher = h.source;
+  rival.overlap = h.overlap;
+  rival.free_space = h.free_space.violation();
+  rival.comparisons = h.free_space.comparisons();
+  rival.shared_area_m2 = h.shared_area_m2;
+  if (rival.state != MatchState::kRejected) rival.edges = h.joint.edges;
+  return rival;
+}
+
 }  // namespace
 
 void DecideState(const std::vector<Hypothesis>& ranked, const MatcherOptions& options,
@@ -129,6 +155,10 @@ void DecideState(const std::vector<Hypothesis>& ranked, const MatcherOptions& op
   }
   const Hypothesis& best = ranked.front();
   FillFigures(best, match);
+  match->rivals.clear();
+  for (size_t i = 1; i < ranked.size(); ++i) {
+    match->rivals.push_back(MakeRival(ranked[i], options));
+  }
   Finding finding = Examine(best, options);
   const Hypothesis* rival = FindRival(ranked, options);
   if (rival) match->runner_up = rival->free_space.violation();
@@ -142,7 +172,7 @@ void DecideState(const std::vector<Hypothesis>& ranked, const MatcherOptions& op
   }
   match->state = finding.state;
   match->reason = finding.reason;
-  match->confidence = Confidence(best);
+  match->confidence = Confidence(best, finding.state, finding.reason);
   if (match->state == MatchState::kAccepted) {
     match->detail = absl::StrFormat(
         "Overlap %.0f %%, %.0f m2 shared, %.2f %% of %d free-space comparisons contradicted.",
@@ -150,10 +180,6 @@ void DecideState(const std::vector<Hypothesis>& ranked, const MatcherOptions& op
     return;
   }
   match->detail = finding.detail;
-  const bool may_be_twin =
-      match->state == MatchState::kAmbiguous || match->reason == MatchReason::kTooSmall;
-  if (may_be_twin) match->confidence *= kTwinConfidence;
-  if (match->state == MatchState::kRejected) match->confidence *= kContradictedConfidence;
 }
 
 }  // namespace isthmus::matching

@@ -115,11 +115,16 @@ Match PairMatcher::Update(const PreparedMap& a, const PreparedMap& b, bool searc
   accepted_ = match.state == MatchState::kAccepted;
   lacks_ground_ =
       match.reason == MatchReason::kTooSmall || match.reason == MatchReason::kPossibleTwin;
-  for (SubmapEdge& edge : match.edges) {
+  NameSubmaps(&match.edges);
+  for (RivalMatch& rival : match.rivals) NameSubmaps(&rival.edges);
+  return match;
+}
+
+void PairMatcher::NameSubmaps(std::vector<SubmapEdge>* edges) const {
+  for (SubmapEdge& edge : *edges) {
     edge.submap_a = map_a_.submaps[edge.submap_a]->id.index;
     edge.submap_b = map_b_.submaps[edge.submap_b]->id.index;
   }
-  return match;
 }
 
 bool PairMatcher::SuggestPlaces(const PreparedMap& a, const PreparedMap& b) {

@@ -41,6 +41,8 @@ class PairMatcher {
   void Suggest(const Pose& T_a_b, GuessSource source);
 
  private:
+  // From positions in the maps at hand to the submaps' indices.
+  void NameSubmaps(std::vector<SubmapEdge>* edges) const;
   // Forgets submaps that were retired since the last call. False where the maps are others.
   bool FollowMaps(const SessionMap& a, const SessionMap& b);
   bool MustSearch(const PreparedMap& a, const PreparedMap& b) const;

@@ -34,6 +34,29 @@ TEST(DecisionTest, AcceptsGoodEvidence) {
   EXPECT_GT(match.confidence, 0.5);
 }
 
+TEST(DecisionTest, RivalsAreKeptWithWhatIsSaidOfThem) {
+  Hypothesis second = Good(), contradicted = Good();
+  second.T_a_b = Pose(Eigen::Vector3d(5, 0, 0));
+  second.free_space = {.agree = 50000, .front = 50};
+  second.source = GuessSource::kPlaces;
+  second.joint.edges.resize(2);
+  contradicted.free_space = {.agree = 40000, .front = 10000};
+  contradicted.joint.edges.resize(3);
+  const Match match = DecideOn({Good(), second, contradicted});
+  ASSERT_EQ(match.rivals.size(), 2u);
+  const RivalMatch& rival = match.rivals[0];
+  EXPECT_EQ(rival.T_a_b.translation().x(), 5);
+  EXPECT_EQ(rival.state, MatchState::kAmbiguous) << "good by itself, and not the best";
+  EXPECT_EQ(rival.matcher, GuessSource::kPlaces);
+  EXPECT_EQ(rival.comparisons, 50050);
+  EXPECT_EQ(rival.edges.size(), 2u);
+  EXPECT_GT(rival.confidence, 0.1);
+  EXPECT_LT(rival.confidence, 0.5);
+  EXPECT_EQ(match.rivals[1].state, MatchState::kRejected);
+  EXPECT_TRUE(match.rivals[1].edges.empty());
+  EXPECT_LT(match.rivals[1].confidence, 0.1);
+}
+
 TEST(DecisionTest, NothingIsNotYet) {
   const Match match = DecideOn({});
   EXPECT_EQ(match.state, MatchState::kNotYet);

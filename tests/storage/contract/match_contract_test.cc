@@ -75,6 +75,40 @@ TEST_P(MatchContract, KeepsTheEdgesOfAMatch) {
   EXPECT_TRUE(store_->ListMatches()->at(0).edges.empty());
 }
 
+TEST_P(MatchContract, KeepsTheRivalsOfAMatch) {
+  Put({.sessions = {MakeSession("alice-1"), MakeSession("bob-1")},
+       .matches = {MakeMatch("alice-1", "bob-1")}});
+  const RivalMatch expected = MakeMatch("alice-1", "bob-1").rivals[0];
+  const auto kept = store_->ListMatches();
+  ASSERT_TRUE(kept.ok()) << kept.status();
+  ASSERT_EQ(kept->at(0).rivals.size(), 2u);
+  const RivalMatch& rival = kept->at(0).rivals[0];
+  EXPECT_TRUE(Near(rival.T_a_b, expected.T_a_b));
+  EXPECT_EQ(rival.state, expected.state);
+  EXPECT_EQ(rival.reason, expected.reason);
+  EXPECT_EQ(rival.confidence, expected.confidence);
+  EXPECT_EQ(rival.matcher, expected.matcher);
+  EXPECT_EQ(rival.overlap, expected.overlap);
+  EXPECT_EQ(rival.free_space, expected.free_space);
+  EXPECT_EQ(rival.comparisons, expected.comparisons);
+  EXPECT_EQ(rival.shared_area_m2, expected.shared_area_m2);
+  ASSERT_EQ(rival.edges.size(), 1u);
+  EXPECT_EQ(rival.edges[0].submap_b, 6u);
+  EXPECT_EQ(kept->at(0).rivals[1].state, MatchState::kRejected);
+  EXPECT_TRUE(kept->at(0).rivals[1].edges.empty());
+  Match without = MakeMatch("alice-1", "bob-1");
+  without.rivals.clear();
+  Put({.matches = {without}});
+  EXPECT_TRUE(store_->ListMatches()->at(0).rivals.empty());
+}
+
+TEST_P(MatchContract, RefusesARivalThatIsNotFinite) {
+  Put({.sessions = {MakeSession("alice-1"), MakeSession("bob-1")}});
+  Match match = MakeMatch("alice-1", "bob-1");
+  match.rivals[0].T_a_b = Pose(Eigen::Vector3d(std::numeric_limits<double>::quiet_NaN(), 0, 0));
+  EXPECT_EQ(store_->Write({.matches = {match}}).code(), StatusCode::kInvalidArgument);
+}
+
 TEST_P(MatchContract, DoesNotKeepWhatFollowsFromOtherMatches) {
   Match match = MakeMatch("alice-1", "bob-1");
   match.cycle_m = 0.5;

@@ -348,7 +348,7 @@ TEST_F(SqliteStoreTest, KeepsIntegrityThroughDeletions) {
   store.reset();
   auto database = Connection::Open(folder_.database());
   for (const char* table : {"trajectory", "submaps", "submap_blobs", "submap_bounds", "features",
-                            "matches", "match_stages", "loops", "anchors"}) {
+                            "matches", "match_stages", "match_rivals", "loops", "anchors"}) {
     Statement count = (*database)->Prepare(std::string("SELECT count(*) FROM ") + table);
     ASSERT_TRUE(*count.Step());
     EXPECT_EQ(count.Int(0), 0) << table;

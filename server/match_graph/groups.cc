@@ -1,0 +1,149 @@
+#include "server/match_graph/groups.h"
+
+#include <absl/strings/str_cat.h>
+#include <absl/strings/str_format.h>
+#include <absl/strings/str_join.h>
+
+#include <algorithm>
+#include <map>
+#include <set>
+#include <string>
+#include <utility>
+
+#include "server/match_graph/claims.h"
+#include "server/match_graph/evidence.h"
+#include "server/match_graph/frames.h"
+#include "server/match_graph/limits.h"
+#include "server/match_graph/settlement.h"
+
+namespace isthmus::match_graph {
+namespace {
+
+// Why a match is accepted.
+struct Why {
+  double probability = 0;
+  std::vector<Step> round;  // A way round on which it lies.
+};
+
+class Settling {
+ public:
+  Settling(const std::vector<Node>& nodes, const GroupOptions& options, std::vector<Match>* matches)
+      : options_(options),
+        evidence_(CollectEvidence(nodes, options, matches)),
+        frames_(evidence_.nodes),
+        claims_(evidence_, frames_, options_),
+        search_(evidence_, frames_, claims_, options_) {}
+
+  void Run() {
+    for (const Hypothesis& joint : evidence_.joints) frames_.Join(joint.a, joint.b, joint.T_a_b);
+    for (;;) {
+      const Settlement best = search_.Find();
+      if (best.claims.empty()) break;
+      JoinBy(best);
+    }
+    for (const OpenPair& pair : evidence_.pairs) {
+      if (frames_.Together(pair.a, pair.b)) SettleWithin(pair);
+    }
+  }
+
+ private:
+  // By the most probable hypothesis that agrees with the frame.
+  void SettleWithin(const OpenPair& pair) {
+    for (const Hypothesis& h : pair.hypotheses) {
+      // Those that frames were joined by lead nowhere but back along themselves.
+      const auto known = why_.find(&h);
+      const Why why =
+          known != why_.end() ? known->second : Why{options_.min_probability, claims_.StepsBack(h)};
+      if (GoRound(why.round, options_.cycles).Agrees()) return Accept(h, why);
+    }
+  }
+
+  void JoinBy(const Settlement& settlement) {
+    std::set<uint32_t> changed;
+    std::vector<Link> links;
+    for (const Claim* claim : settlement.claims) {
+      links.push_back(claim->link);
+      changed.insert({frames_.FrameOf(claim->link.from), frames_.FrameOf(claim->link.to)});
+    }
+    const std::vector<Step> round =
+        links.size() == 3 ? claims_.StepsRound(links[0], links[1], links[2])
+                          : claims_.StepsBack(links[0], *settlement.claims[0]->members[1]);
+    for (const Link& link : links) why_[link.hypothesis] = {settlement.probability, round};
+    for (const Link& link : links) frames_.Join(link.from, link.to, link.T_from_to);
+    for (const Claim* claim : settlement.claims) {
+      for (const Hypothesis* member : claim->members) {
+        why_.try_emplace(member, Why{settlement.probability, claims_.StepsBack(*member)});
+      }
+    }
+    search_.Forget(changed);
+  }
+
+  // The sessions on the way that are not the hypothesis's.
+  std::string NamesOfOthers(const Hypothesis& h, const std::vector<Step>& round) const {
+    std::set<std::string> names;
+    for (const Step& step : round) {
+      const auto node = static_cast<size_t>(step.from - evidence_.nodes.data());
+      if (node != h.a && node != h.b) names.insert(evidence_.sessions[node].value());
+    }
+    return absl::StrJoin(names, ", ");
+  }
+
+  void Accept(const Hypothesis& h, const Why& why) const {
+    Match& match = *h.match;
+    const std::string before = absl::StrCat(ToString(match.state), " ", ToString(match.reason),
+                                            match.detail.empty() ? "" : ": ", match.detail);
+    const Residual left = GoRound(why.round, options_.cycles);
+    if (h.rival > 0) TakeRival(h.rival - 1, &match);
+    match.state = MatchState::kAccepted;
+    match.reason = MatchReason::kGroup;
+    match.confidence = std::min(std::max(why.probability, match.confidence), kMaxConfidence);
+    match.cycle_m = left.m;
+    match.cycle_deg = left.deg;
+    match.detail = absl::StrFormat(
+        "Settled by way of %s: going round leaves %.2f m and %.1f deg where %.2f m and %.1f deg "
+        "are allowed.%s By itself it was %s",
+        NamesOfOthers(h, why.round), left.m, left.deg, left.max_m, left.max_deg,
+        h.rival > 0 ? absl::StrFormat(" Taken is the alignment that was number %d for these two.",
+                                      h.rival + 1)
+                    : "",
+        before);
+  }
+
+  // The match's own place among the rivals is the taken one's.
+  static void TakeRival(size_t index, Match* match) {
+    RivalMatch& rival = match->rivals[index];
+    RivalMatch own{match->T_a_b,           match->state,       match->reason,
+                   match->confidence,      match->matcher,     match->overlap,
+                   match->free_space,      match->comparisons, match->shared_area_m2,
+                   std::move(match->edges)};
+    match->T_a_b = rival.T_a_b;
+    match->confidence = rival.confidence;
+    match->matcher = rival.matcher;
+    match->overlap = rival.overlap;
+    match->runner_up = own.free_space;
+    match->free_space = rival.free_space;
+    match->comparisons = rival.comparisons;
+    match->shared_area_m2 = rival.shared_area_m2;
+    match->edges = std::move(rival.edges);
+    // Of the other alignment.
+    match->inliers = -1;
+    match->inlier_ratio = match->residual_m = match->observability = match->odometry_residual = -1;
+    rival = std::move(own);
+  }
+
+  const GroupOptions options_;
+  const Evidence evidence_;
+  Frames frames_;
+  const Claims claims_;
+  SettlementSearch search_;
+  std::map<const Hypothesis*, Why> why_;  // Of what frames were joined by.
+};
+
+}  // namespace
+
+void SettleGroups(const std::vector<Node>& nodes, const GroupOptions& options,
+                  std::vector<Match>* matches) {
+  Settling(nodes, options, matches).Run();
+}
+
+}  // namespace isthmus::match_graph
