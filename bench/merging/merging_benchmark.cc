@@ -12,6 +12,7 @@
 #include "bench/merging/calibration_table.h"
 #include "bench/merging/drive_cache.h"
 #include "bench/merging/odom_frames.h"
+#include "bench/merging/place_index_trial.h"
 #include "bench/merging/recorded_parts.h"
 #include "bench/merging/report.h"
 #include "bench/merging/scenario_list.h"
@@ -31,6 +32,8 @@ struct Options {
   std::string search = "default", odometry = "continuous", output, cache;
   std::string kitti, poses;
   bool drive_only = false, transform = true, update = false, calibration = false;
+  bool index = false;
+  int parts = 2;
   std::optional<double> drift_percent;
   WildPairsOptions wild;
 };
@@ -207,6 +210,13 @@ absl::Status RunWild(const server::PipelineOptions& pipeline, const Options& opt
   return absl::OkStatus();
 }
 
+absl::Status RunIndex(const Options& options, DriveCache& cache) {
+  PlaceIndexOptions index{options.wild, options.parts};
+  if (options.seconds > 0) index.wild.seconds = options.seconds;
+  return options.drive_only ? DriveForPlaceIndex(index, cache)
+                            : RunPlaceIndex(index, cache, std::cout);
+}
+
 absl::Status Report(const Results& results, const Options& options) {
   if (options.update) {
     std::cout << UpdateTable(results.updates);
@@ -235,6 +245,7 @@ absl::Status RunAll(const Options& options) {
   // A recorded drive is measured by itself unless simulated ones are named.
   if (options.wild.worlds > 0) {
     DriveCache cache(options.cache, pipeline);
+    if (options.index) return RunIndex(options, cache);
     absl::Status status = RunWild(pipeline, options, cache, &results);
     if (!status.ok() || options.drive_only) return status;
   } else if (options.kitti.empty() || !options.scenarios.empty()) {
@@ -282,6 +293,13 @@ int Main(int argc, char** argv) {
   app.add_option("--robots", options.wild.robots, "In each wild world")
       ->needs(wild)
       ->check(CLI::Range(2, 26))
+      ->capture_default_str();
+  auto* index = app.add_flag("--index", options.index,
+                             "The place index by itself: which pairs of all sessions come first");
+  index->needs(wild);
+  app.add_option("--parts", options.parts, "Sessions that each drive is cut into for --index")
+      ->needs(index)
+      ->check(CLI::Range(1, 100))
       ->capture_default_str();
   auto* kitti = app.add_option("--kitti", options.kitti, "Folder of a recorded drive of 100 scans");
   kitti->needs(app.add_option("--poses", options.poses, "Its true poses, rows of KITTI's kind"));

@@ -6,13 +6,10 @@
 #include <array>
 #include <complex>
 
-#include "core/concurrency/mutex.h"
+#include "server/matching/search/fftw_planner.h"
 
 namespace isthmus::matching {
 namespace {
-
-// FFTW's planner is the one part of it that threads must not share.
-Mutex planner_mutex;
 
 // The next even number with no prime factor above 7, where FFTW is fast.
 int FastSize(int least) {
@@ -72,7 +69,7 @@ FftCorrelator::FftCorrelator(const BirdsEyeImage& reference, int moved_size)
   b.product = MakeComplex(b.bins);
   b.scores = MakeReal(b.size());
   {
-    MutexLock lock(&planner_mutex);
+    MutexLock lock(&fftw_planner_mutex);
     b.forward = fftwf_plan_dft_r2c_2d(b.rows, b.width, b.scores.get(), Fftw(b.spectrum),
                                       FFTW_ESTIMATE | FFTW_PRESERVE_INPUT);
     b.backward =
@@ -91,7 +88,7 @@ FftCorrelator::FftCorrelator(const BirdsEyeImage& reference, int moved_size)
 }
 
 FftCorrelator::~FftCorrelator() {
-  MutexLock lock(&planner_mutex);
+  MutexLock lock(&fftw_planner_mutex);
   fftwf_destroy_plan(buffers_->forward);
   fftwf_destroy_plan(buffers_->backward);
 }
