@@ -13,10 +13,10 @@ namespace isthmus::matching {
 // Plans.
 
 // Metres: cell of a plan. At 0.5 m 0.62 of the overlapping pairs of one kind came before the
-// strangers, at 0.25 m 0.72 (seeds above). Doubled while a plan has more than so many cells, which
-// take 40 MB while it is made.
+// strangers, at 0.25 m 0.72 (seeds above). Doubled while a plan is more than so many cells from
+// corner to corner: a comparison takes 60 MB then.
 inline constexpr float kPlanCellM = 0.25f;
-inline constexpr size_t kMaxSessionPlanCells = 2'000'000;
+inline constexpr float kMaxPlanSide = 1500;
 // Metres from where the sensor was: farther, measurements are sparse, and memory grows.
 inline constexpr float kPlanReachM = 40;
 // Points from which the vertical is estimated; radians that it may lie from odom's z: sensors are
@@ -62,6 +62,9 @@ inline constexpr size_t kSearchPartners = 6;
 // Of a session's scores: it is how far above the middle one a score lies that counts, in units of
 // what lies between the lower and the upper of these shares.
 inline constexpr double kLowShare = 0.2, kHighShare = 0.8;
+// Share of the sum of a pair's two standings that is added to the lesser one. At 0 the partners of
+// a session with one score are all alike, with the sum alone a map that fits everywhere comes first.
+inline constexpr double kSumShare = 0.25;
 // Bytes of plans that are kept; others are made again from the prepared submaps when asked for.
 inline constexpr size_t kMaxPlanBytes = size_t{64} << 20;
 

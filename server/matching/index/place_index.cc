@@ -74,8 +74,8 @@ std::vector<RankedPair> PlaceIndex::Rank(size_t partners) const {
   for (const auto& [session, of_session] : scores_) {
     std::vector<RankedPair> own;
     for (const auto& [partner, score] : of_session) {
-      own.push_back(
-          {std::minmax(session, partner), standing(session, score) + standing(partner, score)});
+      const double a = standing(session, score), b = standing(partner, score);
+      own.push_back({std::minmax(session, partner), std::min(a, b) + kSumShare * (a + b)});
     }
     const size_t count = std::min(partners, own.size());
     std::partial_sort(own.begin(), own.begin() + static_cast<std::ptrdiff_t>(count), own.end(),

@@ -28,7 +28,7 @@ class PlaceIndex {
 
   // The pairs that are among the `partners` likeliest of either session, likeliest first; equal
   // ones in order of the ids. A pair is the likelier the more its score stands out among all of
-  // either session's: a map of long straight walls fits everywhere.
+  // both sessions': a map of long straight walls fits everywhere.
   std::vector<RankedPair> Rank(size_t partners) const;
 
  private:

@@ -68,7 +68,7 @@ PlanGrid::PlanGrid(const std::vector<Eigen::Vector3f>& sensors) {
   origin_ = box.min() - reach;
   const Eigen::Vector2f size = box.sizes() + 2 * reach;
   cell_m_ = kPlanCellM;
-  while (size.x() / cell_m_ * (size.y() / cell_m_) > kMaxSessionPlanCells) cell_m_ *= 2;
+  while (size.norm() / cell_m_ > kMaxPlanSide) cell_m_ *= 2;
   if (!std::isfinite(cell_m_)) return;
   width_ = static_cast<int>(size.x() / cell_m_) + 1;
   rows_ = static_cast<int>(size.y() / cell_m_) + 1;
