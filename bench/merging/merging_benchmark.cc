@@ -13,6 +13,7 @@
 #include "bench/merging/drive_cache.h"
 #include "bench/merging/hypothesis_table.h"
 #include "bench/merging/odom_frames.h"
+#include "bench/merging/place_index_trial.h"
 #include "bench/merging/recorded_parts.h"
 #include "bench/merging/report.h"
 #include "bench/merging/scenario_list.h"
@@ -32,7 +33,9 @@ struct Options {
   double seconds = 0;
   std::string search = "default", odometry = "continuous", output, cache;
   std::string kitti, poses;
-  bool drive_only = false, transform = true, update = false, calibration = false, teams = false;
+  bool drive_only = false, transform = true, update = false, calibration = false, teams = false,
+       index = false;
+  int parts = 2;
   std::optional<double> drift_percent;
   WildPairsOptions wild;
   std::string hypotheses;
@@ -240,6 +243,13 @@ absl::Status RunWildTeams(const server::PipelineOptions& pipeline, const Options
   return absl::OkStatus();
 }
 
+absl::Status RunIndex(const Options& options, DriveCache& cache) {
+  PlaceIndexOptions index{options.wild, options.parts};
+  if (options.seconds > 0) index.wild.seconds = options.seconds;
+  return options.drive_only ? DriveForPlaceIndex(index, cache)
+                            : RunPlaceIndex(index, cache, std::cout);
+}
+
 absl::Status Report(const Results& results, const Options& options) {
   if (options.update) {
     std::cout << UpdateTable(results.updates);
@@ -276,6 +286,7 @@ absl::Status RunAll(const Options& options) {
   // A recorded drive is measured by itself unless simulated ones are named.
   if (options.wild.worlds > 0) {
     DriveCache cache(options.cache, pipeline);
+    if (options.index) return RunIndex(options, cache);
     absl::Status status =
         (options.teams ? RunWildTeams : RunWild)(pipeline, options, cache, &results);
     if (!status.ok() || options.drive_only) return status;
@@ -330,6 +341,13 @@ int Main(int argc, char** argv) {
       ->needs(wild);
   app.add_flag("--teams", options.teams, "All robots of a wild world at once, not pair by pair")
       ->needs(wild);
+  auto* index = app.add_flag("--index", options.index,
+                             "The place index by itself: which pairs of all sessions come first");
+  index->needs(wild);
+  app.add_option("--parts", options.parts, "Sessions that each drive is cut into for --index")
+      ->needs(index)
+      ->check(CLI::Range(1, 100))
+      ->capture_default_str();
   auto* kitti = app.add_option("--kitti", options.kitti, "Folder of a recorded drive of 100 scans");
   kitti->needs(app.add_option("--poses", options.poses, "Its true poses, rows of KITTI's kind"));
   app.add_option("-o,--output", options.output, "FILE.json");

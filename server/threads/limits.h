@@ -20,6 +20,13 @@ inline constexpr size_t kMaxPreparedMaps = 8;
 // With more sessions than that, share by which one of a pair has to grow before it is tried again:
 // a robot among the maps of a month is not matched with all of them at every submap.
 inline constexpr double kSeldomGrowth = matching::kNewMapGrowth - 1;
+// Submaps that a session has, or it is finished, before its partners are chosen, and growth after
+// which they are chosen anew: of fewer, partners are chosen by chance; more often takes time.
+inline constexpr uint32_t kMinIndexedSubmaps = 3;
+inline constexpr double kIndexedGrowth = 1.5;
+// Metres between the ways of sessions that anchors hold, up to which their pair is searched before
+// all others: as far as two sensors look, and a GNSS receiver among houses errs.
+inline constexpr double kNearSessionsM = 50;
 // Bytes of a prepared submap as stored: kMaxViews of 33 kB, and more points than a submap has. A
 // record that claims more is not read.
 inline constexpr uint64_t kMaxPreparedBytes = uint64_t{1} << 28;

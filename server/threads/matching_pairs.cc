@@ -46,6 +46,10 @@ uint32_t MatchingThread::FreshSubmaps(const MapView& view, const SessionView& a,
 }
 
 std::optional<SessionPair> MatchingThread::NextPair(const MapView& view) const {
+  const bool selects = SelectsPartners(view);
+  if (selects) {
+    if (std::optional<SessionPair> partners = NextPartners(view)) return partners;
+  }
   std::optional<SessionPair> best;
   uint32_t most = 0;
   for (auto a = view.sessions.begin(); a != view.sessions.end(); ++a) {
@@ -54,6 +58,7 @@ std::optional<SessionPair> MatchingThread::NextPair(const MapView& view) const {
       if (b.value().submaps.empty()) continue;
       const SessionPair pair(a.key(), b.key());
       const auto it = attempts_.find(pair);
+      if (selects && it == attempts_.end()) continue;
       const uint32_t fresh =
           FreshSubmaps(view, a.value(), b.value(), it == attempts_.end() ? Attempt{} : it->second);
       if (fresh <= most) continue;

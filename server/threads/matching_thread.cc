@@ -6,6 +6,7 @@
 
 #include "core/caught.h"
 #include "core/stopwatch.h"
+#include "server/matching/index/limits.h"
 #include "server/threads/limits.h"
 
 namespace isthmus::server {
@@ -49,6 +50,15 @@ MatchingThread::MatchingThread(MapWriter* map, Activity* activity, storage::MapS
     if (a == nullptr || b == nullptr) continue;
     attempts_[pair] = {TriedUpTo(*a, match.submaps_a, match.computed_ns),
                        TriedUpTo(*b, match.submaps_b, match.computed_ns)};
+  }
+  // Those that have had their partners are compared again when they grow.
+  std::map<SessionId, size_t> tried;
+  for (const auto& [pair, attempt] : attempts_) {
+    ++tried[pair.first];
+    ++tried[pair.second];
+  }
+  for (const auto& [id, count] : tried) {
+    if (count >= matching::kSearchPartners) indexed_[id] = view->Find(id)->next_index();
   }
   // The last of each session may have been stored and not asked.
   for (const auto& [id, session] : view->sessions) {
@@ -133,6 +143,8 @@ bool MatchingThread::RunNext(const MapView& view) {
   // Loops first: they straighten the maps that pairs are then matched by.
   if (const std::optional<SubmapId> submap = NextForLoops(view)) {
     FindLoops(view, *submap);
+  } else if (const std::optional<SessionId> session = NextToIndex(view)) {
+    IndexSession(view, *session);
   } else if (const std::optional<SessionPair> pair = NextPair(view)) {
     EstimateMatch(view, *pair);
   } else if (MustCountRevisits(view)) {
@@ -156,6 +168,10 @@ void MatchingThread::ForgetGone(const MapView& view) {
     return entry == nullptr || IsFinished(*entry);
   });
   prepared_.EraseIf(is_gone);
+  plans_.EraseIf(is_gone);
+  std::erase_if(indexed_, [&](const auto& item) { return is_gone(item.first); });
+  index_.ForgetIf(is_gone);
+  ranked_ = index_.Rank(matching::kSearchPartners);
 }
 
 bool MatchingThread::MustCountRevisits(const MapView& view) const {

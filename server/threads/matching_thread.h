@@ -13,10 +13,13 @@
 #include <string>
 #include <thread>
 #include <utility>
+#include <vector>
 
 #include "core/clock.h"
 #include "core/lru_cache.h"
 #include "server/map/map_writer.h"
+#include "server/matching/index/place_index.h"
+#include "server/matching/index/session_plan.h"
 #include "server/matching/loops/loop_finder.h"
 #include "server/matching/loops/revisits.h"
 #include "server/matching/pairs/matcher.h"
@@ -87,7 +90,18 @@ class MatchingThread {
   matching::LoopQuery QueryOf(const MapView& view, const SubmapId& submap,
                               const SessionView& session, const Placement& placement) const;
 
-  // The pair with the most new evidence; nothing when all is up to date.
+  // With few sessions all pairs are searched.
+  static bool SelectsPartners(const MapView& view);
+  // A session that is to be compared with all others: it is new, or has grown by a good part.
+  std::optional<SessionId> NextToIndex(const MapView& view) const;
+  void IndexSession(const MapView& view, const SessionId& id);
+  std::shared_ptr<const matching::SessionPlan> MakePlan(const SessionView& session);
+  // The likeliest pair that was never tried: what is known to lie near each other first, then what
+  // the index promises most, what is joined already last.
+  std::optional<SessionPair> NextPartners(const MapView& view) const;
+
+  // The pair to be tried next, if partners are selected likely ones before those tried before; of
+  // these, or of all, the one with the most new evidence. Nothing when all is up to date.
   std::optional<SessionPair> NextPair(const MapView& view) const;
   // The number of new submaps that the pair has since it was tried; 0 where it is not worth a try.
   uint32_t FreshSubmaps(const MapView& view, const SessionView& a, const SessionView& b,
@@ -125,6 +139,10 @@ class MatchingThread {
   std::map<SessionId, uint32_t> looped_;     // The next submap to ask.
   int64_t counted_revision_ = -1;
   LruCache<SessionId, Prepared> prepared_;
+  std::map<SessionId, uint32_t> indexed_;  // The next submap when it was compared with others.
+  LruCache<SessionId, std::shared_ptr<const matching::SessionPlan>> plans_;
+  matching::PlaceIndex index_;
+  std::vector<matching::RankedPair> ranked_;  // By the index, as of its last change.
   std::map<SessionPair, matching::PairMatcher> matchers_;
   std::map<SessionId, matching::LoopFinder> finders_;
   matching::RevisitCounter revisits_;

@@ -87,7 +87,7 @@ ALLOWED = {
 # which begins with its interface, all.
 LEVELS = {
     "floam": ["rings", "state", "scan", "map", "match", "relocalise", "track", "."],
-    "server/matching": ["registration", "search", "prepared", "paper", "pairs", "loops"],
+    "server/matching": ["registration", "search", "prepared", "index", "paper", "pairs", "loops"],
     "storage": [".", "records", "archive", "sqlite", "upkeep"],
     "client/library": ["spool", "stream", "."],
 }

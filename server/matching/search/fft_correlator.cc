@@ -8,14 +8,11 @@
 #include <complex>
 #include <numeric>
 
-#include "core/concurrency/mutex.h"
+#include "server/matching/search/fftw_planner.h"
 #include "server/matching/search/limits.h"
 
 namespace isthmus::matching {
 namespace {
-
-// FFTW's planner is the one part of it that threads must not share.
-Mutex planner_mutex;
 
 // The next even number with no prime factor above 7, where FFTW is fast.
 int FastSize(int least) {
@@ -99,7 +96,7 @@ FftCorrelator::FftCorrelator(const BirdsEyeImage& reference, int moved_size, boo
   b.product = MakeComplex(b.bins);
   b.scores = MakeReal(b.size());
   {
-    MutexLock lock(&planner_mutex);
+    MutexLock lock(&fftw_planner_mutex);
     b.forward = fftwf_plan_dft_r2c_2d(b.rows, b.width, b.scores.get(), Fftw(b.spectrum),
                                       FFTW_ESTIMATE | FFTW_PRESERVE_INPUT);
     b.backward =
@@ -136,7 +133,7 @@ void FftCorrelator::Whiten() {
 }
 
 FftCorrelator::~FftCorrelator() {
-  MutexLock lock(&planner_mutex);
+  MutexLock lock(&fftw_planner_mutex);
   fftwf_destroy_plan(buffers_->forward);
   fftwf_destroy_plan(buffers_->backward);
 }

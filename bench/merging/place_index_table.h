@@ -1,0 +1,28 @@
+// Tables of which pairs the place index puts first.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+namespace isthmus::bench {
+
+struct ComparedPair {
+  std::string kind;  // Empty: of different kinds.
+  double overlap = 0;
+  double place = 1;     // In the order of the index, [0, 1).
+  size_t partners = 0;  // From so many partners on it is searched.
+  int a = 0, b = 0;
+};
+
+struct IndexResults {
+  size_t sessions = 0;
+  std::vector<ComparedPair> pairs;
+  std::vector<double> plan_ms, compare_ms;  // CPU time.
+  size_t bytes = 0;                         // Of all plans.
+};
+
+// Markdown.
+std::string PlaceIndexTable(const IndexResults& results);
+
+}  // namespace isthmus::bench

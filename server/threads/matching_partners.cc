@@ -1,0 +1,134 @@
+// Partners: which pairs of sessions are searched at all, once there are too many to search every
+// one.
+#include <absl/strings/str_cat.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <iterator>
+#include <set>
+#include <utility>
+
+#include "server/matching/index/limits.h"
+#include "server/matching/index/plan_comparison.h"
+#include "server/threads/limits.h"
+#include "server/threads/matching_thread.h"
+
+namespace isthmus::server {
+namespace {
+
+// The component of each session, and the extents of those that lie where anchors put them: their
+// components have one frame in common.
+class KnownPlaces {
+ public:
+  explicit KnownPlaces(const MapView& view) {
+    std::set<uint32_t> anchored;
+    for (const Placement& placement : view.revision->placements) {
+      components_[placement.session] = placement.component;
+    }
+    for (const auto& [submap, anchor] : view.anchors) {
+      const auto it = components_.find(submap.session);
+      if (it != components_.end()) anchored.insert(it->second);
+    }
+    for (const Placement& placement : view.revision->placements) {
+      if (!anchored.contains(placement.component)) continue;
+      Eigen::AlignedBox2d& extent = extents_[placement.session];
+      for (const SubmapPose& pose : placement.submaps) {
+        extent.extend(pose.T_map_submap.translation().head<2>().eval());
+      }
+    }
+  }
+
+  bool AreJoined(const SessionPair& pair) const {
+    const auto a = components_.find(pair.first), b = components_.find(pair.second);
+    return a != components_.end() && b != components_.end() && a->second == b->second;
+  }
+  bool AreNear(const SessionPair& pair) const {
+    const auto a = extents_.find(pair.first), b = extents_.find(pair.second);
+    return a != extents_.end() && b != extents_.end() &&
+           a->second.exteriorDistance(b->second) < kNearSessionsM;
+  }
+
+ private:
+  std::map<SessionId, uint32_t> components_;
+  std::map<SessionId, Eigen::AlignedBox2d> extents_;
+};
+
+bool AreSegments(const SessionView& a, const SessionView& b) {
+  return a.record.opened() == b.record.opened();
+}
+
+}  // namespace
+
+bool MatchingThread::SelectsPartners(const MapView& view) {
+  const auto count = std::count_if(view.sessions.begin(), view.sessions.end(),
+                                   [](const auto& s) { return !s.second.submaps.empty(); });
+  return static_cast<size_t>(count) > matching::kSearchAllSessions;
+}
+
+std::optional<SessionId> MatchingThread::NextToIndex(const MapView& view) const {
+  if (!SelectsPartners(view)) return std::nullopt;
+  for (const auto& [id, session] : view.sessions) {
+    if (session.submaps.empty()) continue;
+    const auto it = indexed_.find(id);
+    const uint32_t before = it == indexed_.end() ? 0 : it->second, now = session.next_index();
+    const bool has_grown = before == 0 ? now >= kMinIndexedSubmaps
+                                       : now >= kIndexedGrowth * static_cast<double>(before);
+    if (has_grown || (IsFinished(session) && now > before)) return id;
+  }
+  return std::nullopt;
+}
+
+std::shared_ptr<const matching::SessionPlan> MatchingThread::MakePlan(const SessionView& session) {
+  matching::PreparedSubmaps submaps;
+  for (const auto& submap : MapOf(session).submaps) submaps.push_back(GetPrepared(submap));
+  const auto plan =
+      std::make_shared<const matching::SessionPlan>(matching::MakeSessionPlan(submaps));
+  plans_.Erase(session.record.id);
+  plans_.Put(session.record.id, plan, plan->bytes());
+  while (plans_.size() > 2 && plans_.weight() > matching::kMaxPlanBytes) plans_.DropOldest();
+  return plan;
+}
+
+void MatchingThread::IndexSession(const MapView& view, const SessionId& id) {
+  const SessionView& session = *view.Find(id);
+  indexed_[id] = session.next_index();
+  (void)RunGuarded(absl::StrCat("the partners of ", id.value()), [&] {
+    const auto plan = MakePlan(session);
+    for (const auto& [other, other_session] : view.sessions) {
+      if (other == id || !indexed_.contains(other) || other_session.submaps.empty()) continue;
+      const auto* kept = plans_.Use(other);
+      const auto other_plan = kept != nullptr ? *kept : MakePlan(other_session);
+      // Either way the same.
+      const double score = id < other
+                               ? matching::ComparePlans(*plan, *other_plan, options_.matcher.stop)
+                               : matching::ComparePlans(*other_plan, *plan, options_.matcher.stop);
+      if (stop_.stop_requested()) throw Stopped();
+      index_.Put(id, other, score);
+    }
+  });
+  ranked_ = index_.Rank(matching::kSearchPartners);
+}
+
+std::optional<SessionPair> MatchingThread::NextPartners(const MapView& view) const {
+  const auto is_new = [&](const SessionPair& pair) {
+    const SessionView *a = view.Find(pair.first), *b = view.Find(pair.second);
+    return a != nullptr && b != nullptr && !a->submaps.empty() && !b->submaps.empty() &&
+           !attempts_.contains(pair);
+  };
+  const KnownPlaces known(view);
+  for (auto a = view.sessions.begin(); a != view.sessions.end(); ++a) {
+    for (auto b = std::next(a); b != view.sessions.end(); ++b) {
+      const SessionPair pair(a.key(), b.key());
+      if ((AreSegments(a.value(), b.value()) || known.AreNear(pair)) && is_new(pair)) return pair;
+    }
+  }
+  std::optional<SessionPair> joined;
+  for (const matching::RankedPair& pair : ranked_) {
+    if (!is_new(pair.sessions)) continue;
+    if (!known.AreJoined(pair.sessions)) return pair.sessions;
+    if (!joined) joined = pair.sessions;
+  }
+  return joined;
+}
+
+}  // namespace isthmus::server
