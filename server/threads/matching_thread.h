@@ -22,6 +22,7 @@
 #include "server/matching/pairs/matcher.h"
 #include "server/matching/prepared/prepared_map.h"
 #include "server/threads/prepared_store.h"
+#include "server/threads/session_shapes.h"
 #include "server/threads/work_journal.h"
 
 namespace isthmus::server {
@@ -62,8 +63,14 @@ class MatchingThread {
   // The state in which a pair was last tried: the indices that their next submaps had.
   struct Attempt {
     uint32_t next_a = 0, next_b = 0;
+    uint32_t shape_a = 0, shape_b = 0;  // SessionShapes::version.
   };
   using Prepared = std::shared_ptr<const matching::PreparedMap>;
+  // A session as it is matched.
+  struct ShapedMap {
+    SessionMap map;
+    std::shared_ptr<const matching::SessionShape> shape;
+  };
 
   // Thrown through the matcher once the thread is to end.
   struct Stopped {};
@@ -89,17 +96,19 @@ class MatchingThread {
 
   // The pair with the most new evidence; nothing when all is up to date.
   std::optional<SessionPair> NextPair(const MapView& view) const;
-  // The number of new submaps that the pair has since it was tried; 0 where it is not worth a try.
+  // The number of new submaps that the pair has since it was tried, and one for each map that its
+  // loops have moved; 0 where it is not worth a try.
   uint32_t FreshSubmaps(const MapView& view, const SessionView& a, const SessionView& b,
                         const Attempt& tried) const;
   void EstimateMatch(const MapView& view, const SessionPair& pair);
   // `older` is null where nothing is known of the pair.
-  void EstimateMatch(const SessionMap& a, const SessionMap& b, bool finished, const Match* older);
+  void EstimateMatch(const ShapedMap& a, const ShapedMap& b, bool finished, const Match* older);
+  void UpdateShapes(const MapView& view);
   // Outlines of those that can be read; reads from the store.
-  SessionMap MapOf(const SessionView& session) const;
-  // The map made ready for matching: made once, grown with the map.
-  Prepared PrepareMap(const SessionMap& map);
-  // Lets go of maps that were not used for long, not of the two used last.
+  ShapedMap MapOf(const MapView& view, const SessionView& session);
+  // The map made ready for matching: made once, grown with the map. Lets go of maps that were not
+  // used for long, not of the two used last.
+  Prepared PrepareMap(const ShapedMap& map);
 
   // The map shows more submaps than when revisits were counted last.
   bool MustCountRevisits(const MapView& view) const;
@@ -127,6 +136,7 @@ class MatchingThread {
   LruCache<SessionId, Prepared> prepared_;
   std::map<SessionPair, matching::PairMatcher> matchers_;
   std::map<SessionId, matching::LoopFinder> finders_;
+  SessionShapes shapes_;
   matching::RevisitCounter revisits_;
   std::set<std::string> left_out_;  // Told already.
   std::thread thread_;
