@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "bench/merging/drive_options.h"
+#include "core/map/loop_closure.h"
 #include "core/map/session.h"
 #include "core/map/submap.h"
 #include "core/pose.h"
@@ -33,7 +34,8 @@ struct DrivenRobot {
   int lost_scans = 0;
   SessionRecord session;
   std::vector<std::shared_ptr<const Submap>> submaps;
-  std::vector<ScanPose> poses;  // In order of sequence.
+  std::vector<ScanPose> poses;     // In order of sequence.
+  std::vector<LoopClosure> loops;  // See FindOwnLoops.
 
   // Null for a scan that was lost.
   const ScanPose* FindPose(uint64_t sequence) const;
@@ -46,8 +48,8 @@ struct DrivenRobot {
 absl::Status DriveThroughServer(const GroundedDrive& grounded,
                                 const server::PipelineOptions& options, const std::string& folder);
 
-// Loads what was kept in such a folder; of a drive in several segments, the longest one. The folder is only read: many programs may do so at a time.
-// NotFound if it holds no drive.
+// Loads what was kept in such a folder; of a drive in several segments, the longest one. The folder
+// is only read: many programs may do so at a time. NotFound if it holds no drive.
 absl::StatusOr<DrivenRobot> LoadDrivenRobot(const std::string& folder);
 
 // The robot under another name: its session and submaps are called after it.

@@ -12,10 +12,10 @@
 namespace isthmus::server {
 namespace {
 
-constexpr uint32_t kSubmaps = 8;
+constexpr uint32_t kShapeSubmaps = 8;
 
 // Round a square of 20 m, two submaps a side.
-Pose TruthOf(uint32_t index) {
+Pose SquareOf(uint32_t index) {
   const Pose side = Pose::FromXyzRpy(10, 0, 0, 0, 0, 0);
   const Pose corner = Pose::FromXyzRpy(10, 0, 0, 0, 0, M_PI / 2);
   Pose pose;
@@ -24,24 +24,24 @@ Pose TruthOf(uint32_t index) {
 }
 
 // With 2 m of drift by the end.
-std::shared_ptr<Submap> MakeSubmap(uint32_t index) {
+std::shared_ptr<Submap> MakeBentSubmap(uint32_t index) {
   auto submap = std::make_shared<Submap>();
   submap->id = {kSession, index};
   submap->robot = RobotId("alice");
-  const double drift = 2.0 * index / (kSubmaps - 1);
-  submap->T_odom_submap = Pose(Eigen::Vector3d(drift, 0, 0)) * TruthOf(index);
+  const double drift = 2.0 * index / (kShapeSubmaps - 1);
+  submap->T_odom_submap = Pose(Eigen::Vector3d(drift, 0, 0)) * SquareOf(index);
   submap->first_sequence = submap->last_sequence = index + 1;
   submap->keyframes = {{index + 1, 1'000'000'000 * int64_t{index}, Pose()}};
   submap->points = {{1, 2, 3, 0, 0}};
   return submap;
 }
 
-LoopClosure Closure(uint32_t a, uint32_t b) {
+LoopClosure ShapeLoop(uint32_t a, uint32_t b) {
   LoopClosure loop;
   loop.session = kSession;
   loop.submap_a = a;
   loop.submap_b = b;
-  loop.T_a_b = TruthOf(a).Inverse() * TruthOf(b);
+  loop.T_a_b = SquareOf(a).Inverse() * SquareOf(b);
   loop.edges = {{a, b, loop.T_a_b, 1e4 * Matrix6d::Identity()}};
   return loop;
 }
@@ -51,7 +51,7 @@ class SessionShapesTest : public PlacedMapTest {
   void SetUp() override {
     storage::WriteBatch batch;
     batch.sessions = {SessionOf("alice"), SessionOf("bob")};
-    for (uint32_t i = 0; i < kSubmaps; ++i) batch.submaps.push_back(MakeSubmap(i));
+    for (uint32_t i = 0; i < kShapeSubmaps; ++i) batch.submaps.push_back(MakeBentSubmap(i));
     ASSERT_NO_FATAL_FAILURE(Begin(batch));
     map_.WaitUntilPlaced();
   }
@@ -69,7 +69,7 @@ class SessionShapesTest : public PlacedMapTest {
   }
   double ErrorOfLast(SessionShapes* shapes) {
     const Pose& last = ShapeOf(shapes).submaps.back()->T_odom_submap;
-    return (last.translation() - TruthOf(kSubmaps - 1).translation()).norm();
+    return (last.translation() - SquareOf(kShapeSubmaps - 1).translation()).norm();
   }
 };
 
@@ -84,7 +84,7 @@ TEST_F(SessionShapesTest, WithoutLoopsThereIsNone) {
 TEST_F(SessionShapesTest, ALoopMovesItOnceAndIsTakenBack) {
   SessionShapes shapes(&submaps_);
   Look(&shapes);
-  ASSERT_TRUE(map_.AddLoops({Closure(0, 7)}).ok());
+  ASSERT_TRUE(map_.AddLoops({ShapeLoop(0, 7)}).ok());
   EXPECT_EQ(Look(&shapes), 1u);
   EXPECT_EQ(Look(&shapes), 0u) << "nothing is new";
   EXPECT_EQ(shapes.version(kSession), 1u);
@@ -93,7 +93,7 @@ TEST_F(SessionShapesTest, ALoopMovesItOnceAndIsTakenBack) {
   EXPECT_EQ(ShapeOf(&shapes).submaps[3], ShapeOf(&shapes).submaps[3]) << "the very same";
 
   // Another that says the same moves nothing.
-  ASSERT_TRUE(map_.AddLoops({Closure(0, 6)}).ok());
+  ASSERT_TRUE(map_.AddLoops({ShapeLoop(0, 6)}).ok());
   EXPECT_EQ(Look(&shapes), 1u);
   EXPECT_EQ(shapes.version(kSession), 1u);
 
@@ -108,7 +108,7 @@ TEST_F(SessionShapesTest, ALoopMovesItOnceAndIsTakenBack) {
 TEST_F(SessionShapesTest, ARestartGivesTheSameShape) {
   SessionShapes shapes(&submaps_);
   Look(&shapes);
-  ASSERT_TRUE(map_.AddLoops({Closure(0, 7)}).ok());
+  ASSERT_TRUE(map_.AddLoops({ShapeLoop(0, 7)}).ok());
   Look(&shapes);
   SessionShapes again(&submaps_);
   EXPECT_EQ(Look(&again), 0u) << "it is made when somebody asks";
@@ -123,10 +123,10 @@ TEST_F(SessionShapesTest, ARestartGivesTheSameShape) {
 }
 
 TEST_F(SessionShapesTest, AfterARestartLoopsThatComeBeforeAnyoneAskedCountAsAMove) {
-  ASSERT_TRUE(map_.AddLoops({Closure(0, 6)}).ok());
+  ASSERT_TRUE(map_.AddLoops({ShapeLoop(0, 6)}).ok());
   SessionShapes shapes(&submaps_);
   Look(&shapes);
-  ASSERT_TRUE(map_.AddLoops({Closure(0, 7)}).ok());
+  ASSERT_TRUE(map_.AddLoops({ShapeLoop(0, 7)}).ok());
   EXPECT_EQ(Look(&shapes), 0u);
   EXPECT_EQ(shapes.version(kSession), 1u);
   EXPECT_LT(ErrorOfLast(&shapes), 0.3);
@@ -135,19 +135,19 @@ TEST_F(SessionShapesTest, AfterARestartLoopsThatComeBeforeAnyoneAskedCountAsAMov
 TEST_F(SessionShapesTest, OneThatIsLeftOutIsAsItsOdometryHasIt) {
   SessionShapes shapes(&submaps_);
   Look(&shapes);
-  ASSERT_TRUE(map_.AddLoops({Closure(0, 7)}).ok());
+  ASSERT_TRUE(map_.AddLoops({ShapeLoop(0, 7)}).ok());
   Look(&shapes);
   shapes.LeaveOut(kSession);
   EXPECT_EQ(shapes.version(kSession), 2u);
   EXPECT_EQ(ShapeOf(&shapes).shape, nullptr);
-  ASSERT_TRUE(map_.AddLoops({Closure(0, 6)}).ok());
+  ASSERT_TRUE(map_.AddLoops({ShapeLoop(0, 6)}).ok());
   EXPECT_EQ(Look(&shapes), 0u);
 }
 
 TEST_F(SessionShapesTest, ADeletedSessionIsForgotten) {
   SessionShapes shapes(&submaps_);
   Look(&shapes);
-  ASSERT_TRUE(map_.AddLoops({Closure(0, 7)}).ok());
+  ASSERT_TRUE(map_.AddLoops({ShapeLoop(0, 7)}).ok());
   Look(&shapes);
   ASSERT_TRUE(map_.RemoveSession(kSession).ok());
   EXPECT_EQ(Look(&shapes), 0u);
