@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "bench/merging/drive_options.h"
+#include "core/map/loop_closure.h"
 #include "core/map/session.h"
 #include "core/map/submap.h"
 #include "core/pose.h"
@@ -33,7 +34,8 @@ struct DrivenRobot {
   int lost_scans = 0;
   SessionRecord session;
   std::vector<std::shared_ptr<const Submap>> submaps;
-  std::vector<ScanPose> poses;  // In order of sequence.
+  std::vector<ScanPose> poses;     // In order of sequence.
+  std::vector<LoopClosure> loops;  // See FindOwnLoops.
 
   // Null for a scan that was lost.
   const ScanPose* FindPose(uint64_t sequence) const;

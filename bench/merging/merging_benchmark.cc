@@ -13,6 +13,7 @@
 #include "bench/merging/drive_cache.h"
 #include "bench/merging/hypothesis_table.h"
 #include "bench/merging/odom_frames.h"
+#include "bench/merging/own_loops.h"
 #include "bench/merging/place_index_trial.h"
 #include "bench/merging/recorded_parts.h"
 #include "bench/merging/report.h"
@@ -74,7 +75,9 @@ void SetFrames(DriftOptions drift, uint64_t seed, const Options& options,
 
 // The robots as the scenario wants them, from what they did; none if there is no such part.
 absl::StatusOr<std::vector<DrivenRobot>> MakeRobots(const MergingScenario& scenario, uint64_t seed,
-                                                    const Options& options, DriveCache& cache) {
+                                                    const Options& options,
+                                                    const server::PipelineOptions& pipeline,
+                                                    DriveCache& cache) {
   std::vector<DrivenRobot> robots;
   for (const DriveOptions& drive : DrivesOf(scenario, seed, options.seconds)) {
     auto robot = cache.Get(drive);
@@ -92,6 +95,10 @@ absl::StatusOr<std::vector<DrivenRobot>> MakeRobots(const MergingScenario& scena
     if (overlap > scenario.overlap->most) return std::vector<DrivenRobot>();
   }
   SetFrames(scenario.drift, seed, options, &robots);
+  for (size_t i = 0; i < robots.size(); ++i) {
+    if (scenario.robots[i].laps == 0) continue;
+    if (absl::Status status = FindOwnLoops(pipeline, &robots[i]); !status.ok()) return status;
+  }
   return robots;
 }
 
@@ -297,7 +304,7 @@ absl::Status RunAll(const Options& options) {
     if (options.drive_only) return FillCache(*scenarios, options, cache);
     for (const MergingScenario& scenario : *scenarios) {
       const auto robots_of = [&](uint64_t seed) {
-        return MakeRobots(scenario, seed, options, cache);
+        return MakeRobots(scenario, seed, options, pipeline, cache);
       };
       absl::Status status = RunScenario(scenario.name, robots_of, pipeline, options, &results);
       if (!status.ok()) return status;

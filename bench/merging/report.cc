@@ -208,8 +208,9 @@ std::string TrialLines(const Trial& trial) {
                           match.comparisons, match.candidates, StagesMs(match));
   }
   absl::StrAppendFormat(
-      &lines, "  %d submaps, odometry %.3f m, %d lost, estimation %.0f ms, cpu %.0f ms",
-      trial.submaps, trial.odometry_m, trial.lost_scans, trial.estimation_ms, trial.cpu_ms);
+      &lines, "  %d submaps, %d loops, odometry %.3f m, %d lost, estimation %.0f ms, cpu %.0f ms",
+      trial.submaps, trial.loops, trial.odometry_m, trial.lost_scans, trial.estimation_ms,
+      trial.cpu_ms);
   return lines;
 }
 

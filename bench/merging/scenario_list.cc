@@ -53,6 +53,13 @@ std::vector<DriveOptions> Four(const std::string& world, double seconds) {
   return Team(each);
 }
 
+// Round a tour of `seconds` twice and back to where it began.
+std::vector<DriveOptions> Laps(const std::string& world, double seconds) {
+  DriveOptions each = In(world, seconds);
+  each.laps = 2;
+  return Team(each);
+}
+
 // The first robot of one pair and the second of the other.
 std::vector<DriveOptions> Apart(const std::vector<DriveOptions>& a,
                                 const std::vector<DriveOptions>& b) {
@@ -77,6 +84,8 @@ std::vector<MergingScenario> MakeScenarios() {
       {"campus_apart", campus, {}, kNothing},
       {"museum_drift", museum, {1, 0.1}},
       {"campus_drift", campus, {0.5, 0.02}},
+      {"museum_laps_drift", Laps("museum", 40), {2, 0.2}},
+      {"campus_laps_drift", Laps("campus", 60), {1, 0.1}},
       {"twins", twins},
       {"twins_large", Pair("twins_large", kMuseumS)},
       {"twins_wings", Pair("twins_wings", 100)},

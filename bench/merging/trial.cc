@@ -121,6 +121,11 @@ absl::StatusOr<std::unique_ptr<storage::MapStore>> StoreOf(const std::vector<Dri
           {robot.session.id, {pose.sequence, pose.stamp_ns, pose.T_odom_sensor, pose.submap}});
     }
     batch.submaps.insert(batch.submaps.end(), robot.submaps.begin(), robot.submaps.end());
+    for (LoopClosure loop : robot.loops) {
+      loop.id = batch.loops.size() + 1;
+      loop.session = robot.session.id;
+      batch.loops.push_back(std::move(loop));
+    }
   }
   if (absl::Status status = store->Write(batch); !status.ok()) return status;
   return store;
@@ -136,6 +141,7 @@ absl::StatusOr<Trial> RunTrial(std::vector<DrivenRobot> robots,
   for (const DrivenRobot& robot : robots) {
     trial.submaps += robot.submaps.size();
     trial.lost_scans += robot.lost_scans;
+    trial.loops += robot.loops.size();
     trial.odometry_m = std::max(trial.odometry_m, robot.OdometryRmse());
   }
   const CpuClock clock(CpuClock::Of::kProcess);

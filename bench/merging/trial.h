@@ -47,6 +47,7 @@ struct Trial {
   uint64_t seed = 0;
   std::vector<PairResult> pairs;
   size_t submaps = 0;  // Of all robots.
+  size_t loops = 0;    // Of all robots, found before.
   int lost_scans = 0;
   double odometry_m = 0;  // RMSE of the worst robot in its own frame.
   // From stored submaps to decided matches: wall time of the estimation, and CPU time of the
@@ -62,7 +63,7 @@ struct Trial {
 absl::StatusOr<Trial> RunTrial(std::vector<DrivenRobot> robots,
                                const server::PipelineOptions& options);
 
-// A store in memory that holds the robots' sessions with their submaps.
+// A store in memory that holds the robots' sessions with their submaps and loops.
 absl::StatusOr<std::unique_ptr<storage::MapStore>> StoreOf(const std::vector<DrivenRobot>& robots);
 
 // Calls the robots robot_a, robot_b, ... in order.

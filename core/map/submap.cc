@@ -21,7 +21,12 @@ SubmapInfo Summarize(const Submap& submap) {
 std::shared_ptr<const Submap> SessionMap::Whole(size_t k) const {
   if (!points) return submaps[k];
   std::shared_ptr<const Submap> whole = points(submaps[k]->id);
-  return whole ? whole : submaps[k];
+  if (!whole) return submaps[k];
+  const Pose& T_odom_submap = submaps[k]->T_odom_submap;
+  if (whole->T_odom_submap.Matrix() == T_odom_submap.Matrix()) return whole;
+  auto moved = std::make_shared<Submap>(*whole);
+  moved->T_odom_submap = T_odom_submap;
+  return moved;
 }
 
 Box Transform(const Pose& T_target_source, const Box& box) {

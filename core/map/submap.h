@@ -72,11 +72,12 @@ Box Transform(const Pose& T_target_source, const Box& box);
 // The map of one session in its odom frame: what two robots' matching is given.
 struct SessionMap {
   SessionId session;
-  // In order of index. With `points` they may be outlines: all but their points.
+  // In order of index. With `points` they may be outlines: all but their points. They lie where
+  // their T_odom_submap says, which may be corrected: as the session's loops have straightened it.
   std::vector<std::shared_ptr<const Submap>> submaps;
   SubmapReader points = nullptr;
 
-  // The k-th with its points; the outline where they cannot be read.
+  // The k-th with its points, lying where the outline lies; the outline where they cannot be read.
   std::shared_ptr<const Submap> Whole(size_t k) const;
 };
 

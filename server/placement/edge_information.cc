@@ -1,6 +1,5 @@
 #include "server/placement/edge_information.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
@@ -9,11 +8,6 @@
 
 namespace isthmus::placement {
 namespace {
-
-Matrix6d Inverse(const Matrix6d& symmetric) {
-  const Matrix6d inverse = symmetric.ldlt().solve(Matrix6d::Identity());
-  return 0.5 * (inverse + inverse.transpose());
-}
 
 double Weight(double sigma) { return sigma > 0 ? 1 / (sigma * sigma) : 0; }
 
@@ -25,10 +19,7 @@ Matrix6d DriftInformation(const Node& before, const Node& node,
   const double steps = node.index - before.index;
   const double distance_m = std::max(T.translation().norm(), steps * node.travelled_m);
   const Matrix6d model = pose_graph::OdometryInformation(T, distance_m, RotationAngle(T), drift);
-  const Matrix6d& own = node.drift_covariance;
-  if (own.isZero(0) || !pose_graph::SquareRootInformation(own).ok()) return model;
-  const Matrix6d both = Inverse(Inverse(model) + 0.5 * steps * (own + own.transpose()));
-  return pose_graph::SquareRootInformation(both).ok() ? both : model;
+  return pose_graph::AddCovariance(model, steps * node.drift_covariance);
 }
 
 Matrix6d IsotropicInformation(double position_m, double rotation_rad) {

@@ -9,6 +9,14 @@
 #include "core/geometry/se3.h"
 
 namespace isthmus::pose_graph {
+namespace {
+
+Matrix6d Inverse(const Matrix6d& symmetric) {
+  const Matrix6d inverse = symmetric.ldlt().solve(Matrix6d::Identity());
+  return 0.5 * (inverse + inverse.transpose());
+}
+
+}  // namespace
 
 absl::StatusOr<Matrix6d> SquareRootInformation(const Matrix6d& information) {
   if (!information.allFinite()) return absl::InvalidArgumentError("information is not finite");
@@ -51,6 +59,12 @@ Matrix6d OdometryInformation(const Pose& T_a_b, double distance_m, double turn_r
   // A twist about the origin of a, told about the middle of the way.
   const Matrix6d A = Adjoint(Pose(Eigen::Vector3d(-0.5 * T_a_b.translation())));
   return A.transpose() * about_middle.asDiagonal() * A;
+}
+
+Matrix6d AddCovariance(const Matrix6d& information, const Matrix6d& covariance) {
+  if (covariance.isZero(0) || !SquareRootInformation(covariance).ok()) return information;
+  const Matrix6d both = Inverse(Inverse(information) + 0.5 * (covariance + covariance.transpose()));
+  return SquareRootInformation(both).ok() ? both : information;
 }
 
 }  // namespace isthmus::pose_graph

@@ -32,4 +32,8 @@ Matrix6d OdometryInformation(const Pose& T_a_b, const DriftModel& drift = {});
 Matrix6d OdometryInformation(const Pose& T_a_b, double distance_m, double turn_rad,
                              const DriftModel& drift = {});
 
+// The information of an edge that errs by `covariance`, too: the odometry's own word on its drift
+// beside that of a model. Unchanged where that is zero, or no covariance.
+Matrix6d AddCovariance(const Matrix6d& information, const Matrix6d& covariance);
+
 }  // namespace isthmus::pose_graph

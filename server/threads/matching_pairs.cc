@@ -21,11 +21,14 @@ bool Supersedes(const Match& newer, const Match& older) {
 // What was found before a restart is among the guesses: a rival may be what others settled.
 void SuggestKnown(const Match& known, matching::PairMatcher* matcher) {
   const bool accepted = known.state == MatchState::kAccepted;
-  if (accepted || !known.edges.empty()) {
-    matcher->Suggest(known.T_a_b, known.matcher);
-  }
+  if (accepted || !known.edges.empty()) matcher->Suggest(known);
   for (const RivalMatch& rival : known.rivals) {
-    if (!accepted && !rival.edges.empty()) matcher->Suggest(rival.T_a_b, rival.matcher);
+    if (accepted || rival.edges.empty()) continue;
+    Match guess;
+    guess.T_a_b = rival.T_a_b;
+    guess.matcher = rival.matcher;
+    guess.edges = rival.edges;
+    matcher->Suggest(guess);
   }
 }
 
@@ -35,14 +38,17 @@ uint32_t MatchingThread::FreshSubmaps(const MapView& view, const SessionView& a,
                                       const SessionView& b, const Attempt& tried) const {
   const uint32_t fresh_a = a.next_index() - std::min(a.next_index(), tried.next_a);
   const uint32_t fresh_b = b.next_index() - std::min(b.next_index(), tried.next_b);
-  const uint32_t fresh = fresh_a + fresh_b;
+  const uint32_t moved = (tried.shape_a != shapes_.version(a.record.id) ? 1 : 0) +
+                         (tried.shape_b != shapes_.version(b.record.id) ? 1 : 0);
+  const uint32_t fresh = fresh_a + fresh_b + moved;
   if (tried.next_a + tried.next_b == 0 || (IsFinished(a) && IsFinished(b))) return fresh;
   if (view.sessions.size() > kMaxPreparedMaps) {
     const bool grown_a = fresh_a > 0 && fresh_a >= kSeldomGrowth * tried.next_a;
     const bool grown_b = fresh_b > 0 && fresh_b >= kSeldomGrowth * tried.next_b;
     if (!grown_a && !grown_b) return 0;
   }
-  return fresh >= static_cast<uint32_t>(std::max(options_.rematch_submaps, 1)) ? fresh : 0;
+  const auto least = static_cast<uint32_t>(std::max(options_.rematch_submaps, 1));
+  return moved > 0 || fresh >= least ? fresh : 0;
 }
 
 std::optional<SessionPair> MatchingThread::NextPair(const MapView& view) const {
@@ -75,20 +81,23 @@ void MatchingThread::EstimateMatch(const MapView& view, const SessionPair& pair)
   if (session_a == nullptr || session_b == nullptr) return;
   const bool finished = IsFinished(*session_a) && IsFinished(*session_b);
   const std::shared_ptr<const Match> older = view.matches.Get(pair);
-  attempts_[pair] = {session_a->next_index(), session_b->next_index()};
+  attempts_[pair] = {session_a->next_index(), session_b->next_index(), shapes_.version(pair.first),
+                     shapes_.version(pair.second)};
   const bool done = RunGuarded(
       absl::StrCat("the match of ", pair.first.value(), " and ", pair.second.value()), [&] {
-        const SessionMap a = MapOf(*session_a), b = MapOf(*session_b);
-        if (!a.submaps.empty() && !b.submaps.empty()) EstimateMatch(a, b, finished, older.get());
+        const ShapedMap a = MapOf(view, *session_a), b = MapOf(view, *session_b);
+        if (!a.map.submaps.empty() && !b.map.submaps.empty()) {
+          EstimateMatch(a, b, finished, older.get());
+        }
       });
   if (!done) matchers_.erase(pair);
 }
 
-void MatchingThread::EstimateMatch(const SessionMap& a, const SessionMap& b, bool finished,
+void MatchingThread::EstimateMatch(const ShapedMap& a, const ShapedMap& b, bool finished,
                                    const Match* older) {
   const bool accepted = older != nullptr && older->state == MatchState::kAccepted;
   const auto [it, is_new] =
-      matchers_.try_emplace(SessionPair(a.session, b.session), options_.matcher);
+      matchers_.try_emplace(SessionPair(a.map.session, b.map.session), options_.matcher);
   if (is_new && older != nullptr) SuggestKnown(*older, &it->second);
   // The last word on a pair that is still open takes all there is.
   const bool search = finished && !accepted;
@@ -100,25 +109,34 @@ void MatchingThread::EstimateMatch(const SessionMap& a, const SessionMap& b, boo
   (void)map_->PutMatch(match);
 }
 
-SessionMap MatchingThread::MapOf(const SessionView& session) const {
-  SessionMap map{session.record.id, {}, points_};
-  for (const auto& [index, submap] : session.submaps) {
-    if (auto outline = submaps_->Outline(submap.id)) map.submaps.push_back(std::move(outline));
+void MatchingThread::UpdateShapes(const MapView& view) {
+  for (const SessionId& id : shapes_.FindOutdated(view)) {
+    const bool done = RunGuarded(absl::StrCat("the shape that loops give ", id.value()),
+                                 [&] { shapes_.Update(view, id); });
+    if (!done) shapes_.LeaveOut(id);
   }
-  return map;
 }
 
-MatchingThread::Prepared MatchingThread::PrepareMap(const SessionMap& map) {
+MatchingThread::ShapedMap MatchingThread::MapOf(const MapView& view, const SessionView& session) {
+  SessionShapes::Shaped shaped = shapes_.Of(view, session);
+  return {{session.record.id, std::move(shaped.submaps), points_}, std::move(shaped.shape)};
+}
+
+MatchingThread::Prepared MatchingThread::PrepareMap(const ShapedMap& shaped) {
+  const SessionMap& map = shaped.map;
   Prepared before;
   if (const Prepared* held = prepared_.Use(map.session)) {
     // Submaps are immutable and shared, so the same ones are the same map.
-    if ((*held)->session_map().submaps == map.submaps) return *held;
+    if ((*held)->session_map().submaps == map.submaps && (*held)->shape() == shaped.shape) {
+      return *held;
+    }
     before = *held;
     prepared_.Erase(map.session);
   }
-  const Prepared made = before
-                            ? std::make_shared<const matching::PreparedMap>(map, *before, source_)
-                            : std::make_shared<const matching::PreparedMap>(map, source_);
+  using matching::PreparedMap;
+  const Prepared made =
+      before ? std::make_shared<const PreparedMap>(map, *before, source_, shaped.shape)
+             : std::make_shared<const PreparedMap>(map, source_, shaped.shape);
   prepared_.Put(map.session, made, made->bytes());
   while (prepared_.size() > 2 &&
          (prepared_.size() > kMaxPreparedMaps || prepared_.weight() > options_.prepared_bytes)) {

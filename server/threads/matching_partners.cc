@@ -78,9 +78,12 @@ std::optional<SessionId> MatchingThread::NextToIndex(const MapView& view) const 
   return std::nullopt;
 }
 
-std::shared_ptr<const matching::SessionPlan> MatchingThread::MakePlan(const SessionView& session) {
+std::shared_ptr<const matching::SessionPlan> MatchingThread::MakePlan(const MapView& view,
+                                                                      const SessionView& session) {
   matching::PreparedSubmaps submaps;
-  for (const auto& submap : MapOf(session).submaps) submaps.push_back(GetPrepared(submap));
+  for (const auto& submap : MapOf(view, session).map.submaps) {
+    submaps.push_back(GetPrepared(submap));
+  }
   const auto plan =
       std::make_shared<const matching::SessionPlan>(matching::MakeSessionPlan(submaps));
   plans_.Erase(session.record.id);
@@ -93,11 +96,11 @@ void MatchingThread::IndexSession(const MapView& view, const SessionId& id) {
   const SessionView& session = *view.Find(id);
   indexed_[id] = session.next_index();
   (void)RunGuarded(absl::StrCat("the partners of ", id.value()), [&] {
-    const auto plan = MakePlan(session);
+    const auto plan = MakePlan(view, session);
     for (const auto& [other, other_session] : view.sessions) {
       if (other == id || !indexed_.contains(other) || other_session.submaps.empty()) continue;
       const auto* kept = plans_.Use(other);
-      const auto other_plan = kept != nullptr ? *kept : MakePlan(other_session);
+      const auto other_plan = kept != nullptr ? *kept : MakePlan(view, other_session);
       // Either way the same.
       const double score = id < other
                                ? matching::ComparePlans(*plan, *other_plan, options_.matcher.stop)

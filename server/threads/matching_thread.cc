@@ -12,6 +12,9 @@
 namespace isthmus::server {
 namespace {
 
+// Of no shape.
+constexpr uint32_t kOutdated = ~uint32_t{0};  // Format.
+
 // The next index that a session had when a match of it was computed, which says only of how many
 // submaps: those retired since do not make it worth another try.
 uint32_t TriedUpTo(const SessionView& entry, uint32_t submaps, int64_t computed_ns) {
@@ -19,6 +22,14 @@ uint32_t TriedUpTo(const SessionView& entry, uint32_t submaps, int64_t computed_
   if (IsFinished(entry) && computed_ns < entry.record.finished_ns) return submaps;
   const auto now = static_cast<uint32_t>(entry.submaps.size());
   return entry.next_index() - (now > submaps ? now - submaps : 0);
+}
+
+// True if loops have come that the match may not know of.
+bool HasNewerLoops(const MapView& view, const SessionId& session, int64_t computed_ns) {
+  return std::any_of(view.loops.begin(), view.loops.end(), [&](const auto& entry) {
+    const LoopClosure& loop = entry.second;
+    return loop.session == session && !loop.rejected && loop.computed_ns > computed_ns;
+  });
 }
 
 MatchingThread::Options WithStop(MatchingThread::Options options, std::stop_token stop) {
@@ -39,6 +50,7 @@ MatchingThread::MatchingThread(MapWriter* map, Activity* activity, storage::MapS
       journal_(options.work_journal),
       source_([this](const auto& outline) { return GetPrepared(outline); }),
       points_([this](const SubmapId& id) { return submaps_->Get(id); }),
+      shapes_(submaps),
       revisits_(options.revisits, [this](const SubmapId& id) {
         const std::shared_ptr<const Submap> outline = submaps_->Outline(id);
         return outline ? GetPrepared(outline) : nullptr;
@@ -49,7 +61,9 @@ MatchingThread::MatchingThread(MapWriter* map, Activity* activity, storage::MapS
     const SessionView* b = view->Find(pair.second);
     if (a == nullptr || b == nullptr) continue;
     attempts_[pair] = {TriedUpTo(*a, match.submaps_a, match.computed_ns),
-                       TriedUpTo(*b, match.submaps_b, match.computed_ns)};
+                       TriedUpTo(*b, match.submaps_b, match.computed_ns),
+                       HasNewerLoops(*view, pair.first, match.computed_ns) ? kOutdated : 0,
+                       HasNewerLoops(*view, pair.second, match.computed_ns) ? kOutdated : 0};
   }
   // Those that have had their partners are compared again when they grow.
   std::map<SessionId, size_t> tried;
@@ -60,6 +74,7 @@ MatchingThread::MatchingThread(MapWriter* map, Activity* activity, storage::MapS
   for (const auto& [id, count] : tried) {
     if (count >= matching::kSearchPartners) indexed_[id] = view->Find(id)->next_index();
   }
+  (void)shapes_.FindOutdated(*view);  // None yet.
   // The last of each session may have been stored and not asked.
   for (const auto& [id, session] : view->sessions) {
     if (!session.submaps.empty()) looped_[id] = session.next_index() - 1;
@@ -143,7 +158,10 @@ bool MatchingThread::RunNext(const MapView& view) {
   // Loops first: they straighten the maps that pairs are then matched by.
   if (const std::optional<SubmapId> submap = NextForLoops(view)) {
     FindLoops(view, *submap);
-  } else if (const std::optional<SessionId> session = NextToIndex(view)) {
+    return true;
+  }
+  UpdateShapes(view);
+  if (const std::optional<SessionId> session = NextToIndex(view)) {
     IndexSession(view, *session);
   } else if (const std::optional<SessionPair> pair = NextPair(view)) {
     EstimateMatch(view, *pair);

@@ -25,6 +25,7 @@
 #include "server/matching/pairs/matcher.h"
 #include "server/matching/prepared/prepared_map.h"
 #include "server/threads/prepared_store.h"
+#include "server/threads/session_shapes.h"
 #include "server/threads/work_journal.h"
 
 namespace isthmus::server {
@@ -65,8 +66,14 @@ class MatchingThread {
   // The state in which a pair was last tried: the indices that their next submaps had.
   struct Attempt {
     uint32_t next_a = 0, next_b = 0;
+    uint32_t shape_a = 0, shape_b = 0;  // SessionShapes::version.
   };
   using Prepared = std::shared_ptr<const matching::PreparedMap>;
+  // A session as it is matched.
+  struct ShapedMap {
+    SessionMap map;
+    std::shared_ptr<const matching::SessionShape> shape;
+  };
 
   // Thrown through the matcher once the thread is to end.
   struct Stopped {};
@@ -95,7 +102,8 @@ class MatchingThread {
   // A session that is to be compared with all others: it is new, or has grown by a good part.
   std::optional<SessionId> NextToIndex(const MapView& view) const;
   void IndexSession(const MapView& view, const SessionId& id);
-  std::shared_ptr<const matching::SessionPlan> MakePlan(const SessionView& session);
+  std::shared_ptr<const matching::SessionPlan> MakePlan(const MapView& view,
+                                                        const SessionView& session);
   // The likeliest pair that was never tried: what is known to lie near each other first, then what
   // the index promises most, what is joined already last.
   std::optional<SessionPair> NextPartners(const MapView& view) const;
@@ -103,17 +111,19 @@ class MatchingThread {
   // The pair to be tried next, if partners are selected likely ones before those tried before; of
   // these, or of all, the one with the most new evidence. Nothing when all is up to date.
   std::optional<SessionPair> NextPair(const MapView& view) const;
-  // The number of new submaps that the pair has since it was tried; 0 where it is not worth a try.
+  // The number of new submaps that the pair has since it was tried, and one for each map that its
+  // loops have moved; 0 where it is not worth a try.
   uint32_t FreshSubmaps(const MapView& view, const SessionView& a, const SessionView& b,
                         const Attempt& tried) const;
   void EstimateMatch(const MapView& view, const SessionPair& pair);
   // `older` is null where nothing is known of the pair.
-  void EstimateMatch(const SessionMap& a, const SessionMap& b, bool finished, const Match* older);
+  void EstimateMatch(const ShapedMap& a, const ShapedMap& b, bool finished, const Match* older);
+  void UpdateShapes(const MapView& view);
   // Outlines of those that can be read; reads from the store.
-  SessionMap MapOf(const SessionView& session) const;
-  // The map made ready for matching: made once, grown with the map.
-  Prepared PrepareMap(const SessionMap& map);
-  // Lets go of maps that were not used for long, not of the two used last.
+  ShapedMap MapOf(const MapView& view, const SessionView& session);
+  // The map made ready for matching: made once, grown with the map. Lets go of maps that were not
+  // used for long, not of the two used last.
+  Prepared PrepareMap(const ShapedMap& map);
 
   // The map shows more submaps than when revisits were counted last.
   bool MustCountRevisits(const MapView& view) const;
@@ -145,6 +155,7 @@ class MatchingThread {
   std::vector<matching::RankedPair> ranked_;  // By the index, as of its last change.
   std::map<SessionPair, matching::PairMatcher> matchers_;
   std::map<SessionId, matching::LoopFinder> finders_;
+  SessionShapes shapes_;
   matching::RevisitCounter revisits_;
   std::set<std::string> left_out_;  // Told already.
   std::thread thread_;

@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "server/matching/prepared/limits.h"
 #include "server/pose_graph/information.h"
 
 namespace isthmus::matching {
@@ -17,13 +18,8 @@ struct LoopOptions {
   // Places a shorter way back are left to the odometry.
   double min_path_length_m = 40;
   // The worst drift of odometry. A robot that odometry puts elsewhere, by more of these standard
-  // deviations, is not there however alike the places look. These are of a bad odometry: 1 % and
-  // 0.05 degrees per metre, from submap to submap.
-  pose_graph::DriftModel drift = {.position_m = 0.02,
-                                  .position_per_m = 0.01,
-                                  .rotation_rad = 0.0035,
-                                  .rotation_per_m = 0.00087,
-                                  .rotation_per_rad = 0.01};
+  // deviations, is not there however alike the places look.
+  pose_graph::DriftModel drift = kPoorOdometry;
   double drift_sigmas = 4;
   // Limits as in MatcherOptions, of the newest submaps on those of a place. The ground that they
   // share does not count: where the robot is, odometry says.

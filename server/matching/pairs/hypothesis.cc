@@ -144,7 +144,7 @@ bool IsSamePlace(const JointRefinement& joint, const JointRefinement& other) {
 
 void MeasureJointly(const PreparedMap& a, const PreparedMap& b, Hypothesis* h) {
   h->joint = {MapPoses::Rigid(a.session_map(), b.session_map(), h->T_a_b), {}, 0, h->T_a_b};
-  h->converged = RefineJointly(a.submaps(), b.submaps(), kSubmapGateM, 0, 0, &h->joint);
+  h->converged = RefineJointly(a, b, kSubmapGateM, 0, 0, &h->joint);
   h->T_a_b = h->joint.T_a_b;
   h->odometry_residual = h->joint.odometry_residual;
   h->moving_is_b = SurfaceSize(b) <= SurfaceSize(a);
@@ -163,8 +163,7 @@ void ExtendJointly(const PreparedMap& a, const PreparedMap& b, size_t first_a, s
   // them.
   const bool lost = h->joint.edges.empty();
   // If the new submaps meet nothing, the earlier result holds.
-  if (RefineJointly(a.submaps(), b.submaps(), kKnownGateM, lost ? 0 : first_a, lost ? 0 : first_b,
-                    &h->joint)) {
+  if (RefineJointly(a, b, kKnownGateM, lost ? 0 : first_a, lost ? 0 : first_b, &h->joint)) {
     h->converged = true;
     h->T_a_b = h->joint.T_a_b;
     h->odometry_residual = h->joint.odometry_residual;

@@ -15,7 +15,7 @@ namespace isthmus::matching {
 struct Hypothesis {
   GuessSource source = GuessSource::kNone;
   bool outdoors = false;   // The pair is looked at as outdoors.
-  Pose T_a_b;              // Between the odom frames.
+  Pose T_a_b;              // Between the odom frames as the maps have them: straightened by loops.
   bool converged = false;  // Its refinement settled.
   FreeSpaceScore free_space;
   double max_free_space = 0;  // The limit that holds for this pair.

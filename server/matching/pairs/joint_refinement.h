@@ -1,13 +1,13 @@
-// A hypothesis about two maps refined together with both robots' own odometry: every submap may
-// move, the more the less it contradicts the odometry. A drifted map cannot be laid rigidly on
-// another; judged so, the right place may look worse than a wrong one.
+// A hypothesis about two maps refined together with what both robots know of their own way,
+// odometry and loops: every submap may move, the more the less it contradicts these. A drifted map
+// cannot be laid rigidly on another; judged so, the right place may look worse than a wrong one.
 #pragma once
 
 #include <vector>
 
 #include "core/map/match.h"
 #include "server/matching/prepared/map_poses.h"
-#include "server/matching/prepared/prepared_submap.h"
+#include "server/matching/prepared/prepared_map.h"
 
 namespace isthmus::matching {
 
@@ -17,8 +17,10 @@ struct JointRefinement {
   // submap_a and submap_b are positions in the maps at hand and not, as elsewhere, indices in the
   // sessions, which have gaps where submaps were retired.
   std::vector<SubmapEdge> edges;
-  double odometry_residual = 0;  // RMS of the odometry's errors in its standard deviations.
-  // One transform between the odom frames for all: where the edges want it.
+  // RMS of the odometry's errors in its standard deviations; with loops, of what it errs more than
+  // they make it anyway, and the loops' own errors with it.
+  double odometry_residual = 0;
+  // One transform between the frames of the maps for all: where the edges want it.
   Pose T_a_b;
 };
 
@@ -26,7 +28,7 @@ struct JointRefinement {
 // `first_a`, `first_b`); with zeros all edges are made anew. `gate_m` is how far off pairs of
 // points may be at first. Of every submap of b the few nearest of a are tried. False, with
 // nothing changed, when no submaps could be aligned. Deterministic. Thread safe.
-bool RefineJointly(const PreparedSubmaps& a, const PreparedSubmaps& b, double gate_m,
-                   size_t first_a, size_t first_b, JointRefinement* joint);
+bool RefineJointly(const PreparedMap& a, const PreparedMap& b, double gate_m, size_t first_a,
+                   size_t first_b, JointRefinement* joint);
 
 }  // namespace isthmus::matching

@@ -8,6 +8,7 @@
 #include "server/matching/pairs/candidate_search.h"
 #include "server/matching/pairs/decision.h"
 #include "server/matching/pairs/limits.h"
+#include "server/matching/pairs/odom_transform.h"
 #include "server/matching/pairs/submap_alignment.h"
 #include "server/matching/prepared/limits.h"
 #include "server/matching/registration/limits.h"
@@ -72,25 +73,6 @@ std::optional<Pose> LookCloser(const PreparedMap& a, const PreparedMap& b, size_
 
 }  // namespace
 
-void PairMatcher::Suggest(const Pose& T_a_b, GuessSource source) {
-  suggested_.push_back({T_a_b, 0, source});
-}
-
-bool PairMatcher::FollowMaps(const SessionMap& a, const SessionMap& b) {
-  const auto kept_a = FindKept(map_a_, a), kept_b = FindKept(map_b_, b);
-  if (searched_ == 0 || !kept_a || !kept_b) return false;
-  if (kept_a->size() < map_a_.submaps.size() || kept_b->size() < map_b_.submaps.size()) {
-    for (Hypothesis& h : hypotheses_) KeepOnly(*kept_a, *kept_b, &h);
-  }
-  const auto end = [](const auto& submaps, size_t count) {
-    return submaps.begin() + static_cast<std::ptrdiff_t>(count);
-  };
-  map_a_.submaps.assign(a.submaps.begin(), end(a.submaps, kept_a->size()));
-  map_b_.submaps.assign(b.submaps.begin(), end(b.submaps, kept_b->size()));
-  come_ += a.submaps.size() - kept_a->size() + b.submaps.size() - kept_b->size();
-  return true;
-}
-
 bool PairMatcher::MustSearch(const PreparedMap& a, const PreparedMap& b) const {
   const auto searched = static_cast<double>(searched_);
   const size_t have = a.submaps().size() + b.submaps().size();
@@ -104,11 +86,23 @@ Match PairMatcher::Update(const PreparedMap& a, const PreparedMap& b, bool searc
   match.b = b.session_map().session;
   match.submaps_a = static_cast<uint32_t>(a.submaps().size());
   match.submaps_b = static_cast<uint32_t>(b.submaps().size());
-  const bool followed = FollowMaps(a.session_map(), b.session_map());
-  if (search || !followed || MustSearch(a, b) || (!accepted_ && SuggestPlaces(a, b))) {
+  const Maps maps = FollowMaps(a.session_map(), b.session_map());
+  const bool anew = maps == Maps::kOthers || (maps == Maps::kMoved && !accepted_);
+  if (search || anew || MustSearch(a, b) || (!accepted_ && SuggestPlaces(a, b))) {
     SearchMatch(a, b, &match);
-  } else {
+  } else if (maps == Maps::kGrown) {
     ExtendMatch(a, b, &match);
+  } else {
+    JudgeAgain(a, b, &match);
+    if (match.state != MatchState::kAccepted) SearchMatch(a, b, &match);
+  }
+  if ((a.shape() || b.shape()) && !hypotheses_.empty()) {
+    const FramePoses here = FramePoses::AsMatched(a.session_map(), b.session_map());
+    const FramePoses odometry = FramePoses::ByOdometry(a, b);
+    match.T_a_b = Reframe(here, odometry, match.edges, match.T_a_b);
+    for (RivalMatch& rival : match.rivals) {
+      rival.T_a_b = Reframe(here, odometry, rival.edges, rival.T_a_b);
+    }
   }
   map_a_ = a.session_map();
   map_b_ = b.session_map();
@@ -144,7 +138,7 @@ bool PairMatcher::SuggestPlaces(const PreparedMap& a, const PreparedMap& b) {
         return IsSameAlignment(T_a_b, h.T_a_b, middle);
       });
       if (known) continue;
-      Suggest(T_a_b, place.source);
+      suggested_.push_back({T_a_b, 0, place.source});
       suggested = true;
     }
   }
@@ -155,6 +149,7 @@ void PairMatcher::SearchMatch(const PreparedMap& a, const PreparedMap& b, Match*
   CandidateSearch search(a, b, options_.stop);
   match->stages.push_back({"prepare", a.prepare_ms() + b.prepare_ms()});
   for (const Hypothesis& h : hypotheses_) suggested_.push_back({h.T_a_b, 0, h.source});
+  SuggestKnown(a, b);
   std::vector<Hypothesis> found;
   hypotheses_.clear();
   const auto judge = [&] {
@@ -168,11 +163,7 @@ void PairMatcher::SearchMatch(const PreparedMap& a, const PreparedMap& b, Match*
       Hypothesis& h = hypotheses_.emplace_back(rigid);
       h.max_free_space = limit;
       search.MeasureShared(&h);
-      MeasureJointly(a, b, &h);
-      const bool known =
-          std::any_of(hypotheses_.begin(), hypotheses_.end() - 1,
-                      [&](const Hypothesis& other) { return IsSamePlace(h.joint, other.joint); });
-      if (known) hypotheses_.pop_back();
+      JudgeLast(a, b);
     }
     RankHypotheses(&hypotheses_);
     match->stages.push_back({"joint", watch.Lap()});
@@ -198,6 +189,15 @@ void PairMatcher::SearchMatch(const PreparedMap& a, const PreparedMap& b, Match*
   match->candidates = search.candidates();
   searched_ = a.submaps().size() + b.submaps().size();
   come_ = 0;
+}
+
+void PairMatcher::JudgeLast(const PreparedMap& a, const PreparedMap& b) {
+  Hypothesis& h = hypotheses_.back();
+  MeasureJointly(a, b, &h);
+  const bool known =
+      std::any_of(hypotheses_.begin(), hypotheses_.end() - 1,
+                  [&](const Hypothesis& other) { return IsSamePlace(h.joint, other.joint); });
+  if (known) hypotheses_.pop_back();
 }
 
 void PairMatcher::ExtendMatch(const PreparedMap& a, const PreparedMap& b, Match* match) {

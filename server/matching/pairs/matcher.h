@@ -1,6 +1,7 @@
 // The matcher of two sessions' maps: search, refine, verify, decide.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -30,29 +31,41 @@ class PairMatcher {
   // and verified with the new submaps. Submaps that were retired cost nothing: what was found with
   // them stays, but for their edges.
   //
-  // Edges name submaps by Submap::id.index.
+  // Where loops have moved submaps an accepted pair is judged again from where it lay, and searched
+  // only if it does not hold; any other pair is searched. T_a_b is between the odom frames as the
+  // odometry has them, such as suits the submaps where the maps meet (its edges): nobody outside
+  // sees shapes. Edges name submaps by Submap::id.index.
   //
   // Reasons: OK (ACCEPTED); FREE_SPACE (REJECTED); AMBIGUOUS, POSSIBLE_TWIN (AMBIGUOUS);
   // LOW_OVERLAP, FEW_COMPARISONS, TOO_SMALL, NO_CANDIDATE, DEGENERATE, NOT_CONVERGED, STRAINED
   // (NOT_YET).
   Match Update(const PreparedMap& a, const PreparedMap& b, bool search = false);
 
-  // A transform that is known from before, to be tried in the next search beside all others.
-  void Suggest(const Pose& T_a_b, GuessSource source);
+  // A match that is known from before, to be tried in the next search beside all others.
+  void Suggest(const Match& match) { known_.push_back(match); }
 
  private:
   // From positions in the maps at hand to the submaps' indices.
   void NameSubmaps(std::vector<SubmapEdge>* edges) const;
-  // Forgets submaps that were retired since the last call. False where the maps are others.
-  bool FollowMaps(const SessionMap& a, const SessionMap& b);
+  enum class Maps { kOthers, kGrown, kMoved };
+  // Forgets submaps that were retired since the last call, and takes the hypotheses along with
+  // those that have moved.
+  Maps FollowMaps(const SessionMap& a, const SessionMap& b);
   bool MustSearch(const PreparedMap& a, const PreparedMap& b) const;
   void SearchMatch(const PreparedMap& a, const PreparedMap& b, Match* match);
   void ExtendMatch(const PreparedMap& a, const PreparedMap& b, Match* match);
+  // All hypotheses anew, from where they are.
+  void JudgeAgain(const PreparedMap& a, const PreparedMap& b, Match* match);
+  // Refines and measures one that is the last of the hypotheses; drops it where it is another's
+  // place by then.
+  void JudgeLast(const PreparedMap& a, const PreparedMap& b);
+  void SuggestKnown(const PreparedMap& a, const PreparedMap& b);
   // Suggests what new submaps look like in the other map, unless a first look refutes it or it is
   // known; true when there was something.
   bool SuggestPlaces(const PreparedMap& a, const PreparedMap& b);
 
   const MatcherOptions options_;
+  std::vector<Match> known_;
   std::vector<Candidate> suggested_;
   std::vector<Hypothesis> hypotheses_;  // Best first.
   bool accepted_ = false;

@@ -8,6 +8,8 @@
 
 #include <cstddef>
 
+#include "server/pose_graph/information.h"
+
 namespace isthmus::matching {
 
 // Submaps. These shape what is stored: another value wants another kPreparedSubmapKind.
@@ -51,5 +53,29 @@ inline constexpr double kMinSurfaceShare = 0.03;
 // A map grown by this factor is another: its level is estimated, and pairs with it are searched,
 // anew. Less searches whole maps with every submap, more misses better places for longer.
 inline constexpr double kNewMapGrowth = 1.25;
+
+// Shapes of sessions.
+
+// The odometry by which loops are looked for and judged, from submap to submap: a bad one, 1 % and
+// 0.05 degrees per metre, far worse than ours (BENCHMARK.md, Mapping). A better one would discard
+// right loops of a robot that drifts.
+inline constexpr pose_graph::DriftModel kPoorOdometry = {.position_m = 0.02,
+                                                         .position_per_m = 0.01,
+                                                         .rotation_rad = 0.0035,
+                                                         .rotation_per_m = 0.00087,
+                                                         .rotation_per_rad = 0.01};
+// Times that a session's drift may be taken for larger, in its variance, than that of any: as much
+// as its loops show it to be. LoopOptions::drift_sigmas squared: loops are found by no more.
+inline constexpr double kMaxDriftScale = 16;
+
+// Metres, and over pose_graph::kLeverM radians: submaps that loops have moved against each other by
+// less are matched as they lay before. Half of kFreeSpaceMarginM, which then hides it; less makes
+// maps anew, and judges their pairs again, for what joint refinement takes out anyway.
+inline constexpr double kReshapedM = 0.2;
+// A session that goes on is given another shape only when it has grown by this factor: then all
+// shapes that it ever has cost a fixed number of times as much as the last.
+inline constexpr double kReshapeGrowth = 1.1;
+// Seconds of one optimisation of a shape; the best so far is taken then. As placement's.
+inline constexpr double kMaxShapeSeconds = 10;
 
 }  // namespace isthmus::matching

@@ -49,25 +49,36 @@ PlaceDescriptorOptions PlaceOptions(const PreparedSubmap& submap) {
 
 }  // namespace
 
-std::optional<std::vector<size_t>> FindKept(const SessionMap& before, const SessionMap& map) {
+std::optional<std::vector<size_t>> FindSameSubmaps(const SessionMap& before,
+                                                   const SessionMap& map) {
   if (before.session != map.session) return std::nullopt;
   std::vector<size_t> kept;
   size_t at = 0;
   for (const auto& submap : map.submaps) {
     while (at < before.submaps.size() && before.submaps[at]->id.index < submap->id.index) ++at;
     if (at == before.submaps.size()) break;
-    if (before.submaps[at] != submap) return std::nullopt;
+    if (before.submaps[at]->id != submap->id) return std::nullopt;
     kept.push_back(at++);
   }
   if (kept.empty() && !before.submaps.empty()) return std::nullopt;
   return kept;
 }
 
+std::optional<std::vector<size_t>> FindKept(const SessionMap& before, const SessionMap& map) {
+  const auto same = FindSameSubmaps(before, map);
+  for (size_t k = 0; same && k < same->size(); ++k) {
+    if (before.submaps[(*same)[k]] != map.submaps[k]) return std::nullopt;
+  }
+  return same;
+}
+
 std::shared_ptr<const PreparedSubmap> PrepareSubmap(const std::shared_ptr<const Submap>& submap) {
   return std::make_shared<const PreparedSubmap>(submap);
 }
 
-PreparedMap::PreparedMap(const SessionMap& map, const SubmapSource& source) : map_(map) {
+PreparedMap::PreparedMap(const SessionMap& map, const SubmapSource& source,
+                         std::shared_ptr<const SessionShape> shape)
+    : map_(map), shape_(std::move(shape)) {
   const Stopwatch watch;
   TakeSubmaps(nullptr, {}, source);
   T_level_odom_ = Level(map_, submaps_, &gravity_known_);
@@ -78,8 +89,8 @@ PreparedMap::PreparedMap(const SessionMap& map, const SubmapSource& source) : ma
 }
 
 PreparedMap::PreparedMap(const SessionMap& map, const PreparedMap& before,
-                         const SubmapSource& source)
-    : map_(map) {
+                         const SubmapSource& source, std::shared_ptr<const SessionShape> shape)
+    : map_(map), shape_(std::move(shape)) {
   const Stopwatch watch;
   const std::optional<std::vector<size_t>> kept = FindKept(before.map_, map);
   TakeSubmaps(&before, kept.value_or(std::vector<size_t>()), source);

@@ -11,6 +11,7 @@
 #include "core/map/submap.h"
 #include "server/matching/prepared/free_space.h"
 #include "server/matching/prepared/prepared_submap.h"
+#include "server/matching/prepared/session_shape.h"
 #include "server/matching/registration/refine.h"
 #include "server/matching/search/place_search.h"
 #include "server/matching/search/wall_map.h"
@@ -22,6 +23,9 @@ namespace isthmus::matching {
 // Nothing where it does not, or where none are left of some.
 std::optional<std::vector<size_t>> FindKept(const SessionMap& before, const SessionMap& map);
 
+// The same for submaps that may lie elsewhere than they did: they are told by their indices.
+std::optional<std::vector<size_t>> FindSameSubmaps(const SessionMap& before, const SessionMap& map);
+
 // The source of prepared submaps: made, or kept from before. Never null.
 using SubmapSource = std::function<std::shared_ptr<const PreparedSubmap>(
     const std::shared_ptr<const Submap>& submap)>;
@@ -32,7 +36,10 @@ std::shared_ptr<const PreparedSubmap> PrepareSubmap(const std::shared_ptr<const 
 // Does not change; safe to use from many threads. Holds on to the submaps.
 class PreparedMap {
  public:
-  explicit PreparedMap(const SessionMap& map, const SubmapSource& source = PrepareSubmap);
+  // `shape` is what the session knows of how the submaps of `map` lie to each other; null: what
+  // its odometry says, no loops.
+  explicit PreparedMap(const SessionMap& map, const SubmapSource& source = PrepareSubmap,
+                       std::shared_ptr<const SessionShape> shape = nullptr);
 
   // The map that `before` was the beginning of: prepared submaps are taken over, and as long as it
   // has not grown by a quarter the level, places and the free space too, so that what this takes
@@ -40,9 +47,11 @@ class PreparedMap {
   // free space is made anew, as others show what they showed. Where `before` is something else, all
   // is made anew.
   PreparedMap(const SessionMap& map, const PreparedMap& before,
-              const SubmapSource& source = PrepareSubmap);
+              const SubmapSource& source = PrepareSubmap,
+              std::shared_ptr<const SessionShape> shape = nullptr);
 
   const SessionMap& session_map() const { return map_; }
+  const std::shared_ptr<const SessionShape>& shape() const { return shape_; }
   const PreparedSubmaps& submaps() const { return submaps_; }
   const FreeSpaceMap& free_space() const { return free_space_; }
   // Places along the way, in order; `first_place(k)` is where those of submap k begin.
@@ -76,6 +85,7 @@ class PreparedMap {
   void DescribeNewPlaces();
 
   SessionMap map_;
+  std::shared_ptr<const SessionShape> shape_;
   PreparedSubmaps submaps_;
   Pose T_level_odom_;
   bool gravity_known_ = true;

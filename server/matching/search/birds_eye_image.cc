@@ -7,12 +7,12 @@
 #include <limits>
 
 #include "server/matching/search/limits.h"
-#include "server/matching/search/plan_grid.h"
+#include "server/matching/search/birds_eye_grid.h"
 
 namespace isthmus::matching {
 namespace {
 
-bool NearWall(const std::vector<PlanColumn>& columns, const PlanGrid& grid, int x, int y) {
+bool NearWall(const std::vector<BirdsEyeColumn>& columns, const BirdsEyeGrid& grid, int x, int y) {
   for (int dy = -1; dy <= 1; ++dy) {
     for (int dx = -1; dx <= 1; ++dx) {
       if (grid.Inside(x + dx, y + dy) && columns[(y + dy) * grid.width + x + dx].count > 0) {
@@ -79,12 +79,12 @@ double CellThatFits(const WallMap& a, const WallMap& b, const SceneScale& scale,
 BirdsEyeCells MakeBirdsEyeCells(const WallMap& map, const SceneScale& scale, double cell_m) {
   BirdsEyeCells cells;
   cells.cell_m = cell_m;
-  const PlanGrid grid = MakePlanGrid(map, scale, cell_m);
+  const BirdsEyeGrid grid = MakeBirdsEyeGrid(map, scale, cell_m);
   if (grid.width == 0) return cells;
-  const std::vector<PlanColumn> columns = CollectWalls(map, scale, grid);
+  const std::vector<BirdsEyeColumn> columns = CollectWalls(map, scale, grid);
   const std::vector<uint8_t> hits = CollectFree(map, scale, grid);
   for (int i = 0; i < grid.width * grid.rows; ++i) {
-    const PlanColumn& column = columns[i];
+    const BirdsEyeColumn& column = columns[i];
     if (column.count > 0 || hits[i] > 0) cells.known.push_back(grid.Center(i));
     if (column.count > 0) {
       const float filled = static_cast<float>(std::popcount(column.layers));

@@ -102,7 +102,7 @@ inline constexpr int kSpectrumReach = 2;
 inline constexpr double kLeastPower = 0.02;
 // Metres: layers of a column of space over the ground, from the lowest to 32 layers up; under a
 // roof only those below most ceilings count.
-inline constexpr float kLayerM = 0.25f, kLowestLayerM = 0.3f;
+inline constexpr float kStructureLayerM = 0.25f, kLowestStructureM = 0.3f;
 inline constexpr int kLayersUnderRoof = 8;
 // Metres from where a robot was that things are drawn, under a roof and under the sky; cells there.
 inline constexpr float kStructureRangeM = 30, kStructureRangeOutdoorsM = 60;
@@ -117,7 +117,7 @@ inline constexpr double kMinStructureShare = 0.5;
 // Storeys.
 
 // Metres between floors at least; share of all that is level and faces up that a floor must have;
-// bins of kLayerM over the lowest floor, 30 m. Smaller shares take tables for floors, which costs
+// bins of kStructureLayerM over the lowest floor, 30 m. Smaller shares take tables for floors, which costs
 // time, larger ones miss a storey that was only looked into.
 inline constexpr float kMinStoreyM = 2.2f;
 inline constexpr double kMinStoreyShare = 0.05;

@@ -9,7 +9,7 @@
 #include "core/stopwatch.h"
 #include "server/matching/search/birds_eye.h"
 #include "server/matching/search/limits.h"
-#include "server/matching/search/plan_grid.h"
+#include "server/matching/search/birds_eye_grid.h"
 #include "server/matching/search/planar_search.h"
 
 namespace isthmus::matching {
@@ -20,7 +20,7 @@ SceneScale ScaleOf(bool outdoors) {
   scale.outdoors = outdoors;
   scale.cell_m = outdoors ? kStructureCellOutdoorsM : kStructureCellM;
   const int layers = outdoors ? 32 : kLayersUnderRoof;
-  scale.wall = {kLowestLayerM, kLowestLayerM + kLayerM * static_cast<float>(layers)};
+  scale.wall = {kLowestStructureM, kLowestStructureM + kStructureLayerM * static_cast<float>(layers)};
   scale.free = {0.4f, 2.5f};
   scale.max_range_m = outdoors ? kStructureRangeOutdoorsM : kStructureRangeM;
   return scale;
@@ -114,19 +114,19 @@ BirdsEyeCells MakeStructureCells(const WallMap& map, bool outdoors, double cell_
   const SceneScale scale = ScaleOf(outdoors);
   BirdsEyeCells cells;
   cells.cell_m = cell_m;
-  const PlanGrid grid = MakePlanGrid(map, scale, cell_m);
+  const BirdsEyeGrid grid = MakeBirdsEyeGrid(map, scale, cell_m);
   if (grid.width == 0) return cells;
-  std::vector<PlanColumn> columns = CollectWalls(map, scale, grid);
-  for (PlanColumn& column : columns) column.layers = 0;
+  std::vector<BirdsEyeColumn> columns = CollectWalls(map, scale, grid);
+  for (BirdsEyeColumn& column : columns) column.layers = 0;
   map.VisitEnds([&](const Eigen::Vector2f& at, float height, float range) {
     if (!(height >= scale.wall.low && height < scale.wall.high && range < scale.max_range_m))
       return;
     const int i = grid.Index(at);
-    if (i >= 0) columns[i].layers |= 1u << static_cast<int>((height - scale.wall.low) / kLayerM);
+    if (i >= 0) columns[i].layers |= 1u << static_cast<int>((height - scale.wall.low) / kStructureLayerM);
   });
   const std::vector<uint8_t> hits = CollectFree(map, scale, grid);
   for (size_t i = 0; i < grid.size(); ++i) {
-    const PlanColumn& column = columns[i];
+    const BirdsEyeColumn& column = columns[i];
     const Eigen::Vector2f center = grid.Center(static_cast<int>(i));
     if (column.layers != 0 || column.count > 0) {
       const auto count = static_cast<float>(std::max(column.count, 1));

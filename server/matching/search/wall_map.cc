@@ -67,7 +67,7 @@ void WallMap::FindStoreys(const std::vector<SurfacePoint>& level) {
     if (point.normal.z() < kMinLevelNormalZ) continue;
     const Eigen::Vector3f& p = point.position;
     const auto bin =
-        static_cast<int>(std::lround((p.z() - ground_.Height(p.x(), p.y())) / kLayerM));
+        static_cast<int>(std::lround((p.z() - ground_.Height(p.x(), p.y())) / kStructureLayerM));
     if (bin < 0 || bin >= kStoreyBins) continue;
     ++floors[bin];
     ++all;
@@ -76,7 +76,7 @@ void WallMap::FindStoreys(const std::vector<SurfacePoint>& level) {
   for (int bin = 1; bin + 1 < kStoreyBins; ++bin) {
     // A floor may lie on the edge of two bins.
     const size_t here = floors[bin] + std::max(floors[bin - 1], floors[bin + 1]);
-    const float height = kLayerM * static_cast<float>(bin);
+    const float height = kStructureLayerM * static_cast<float>(bin);
     const bool is_peak = floors[bin] >= floors[bin - 1] && floors[bin] > floors[bin + 1];
     if (is_peak && here >= least && height - storeys_.back() >= kMinStoreyM) {
       storeys_.push_back(height);

@@ -71,7 +71,7 @@ TEST_F(JointRefinementTest, PutsDriftedSubmapsWhereTheyBelong) {
   const PreparedMap a(map_a_), b(drifted);
   JointRefinement joint{MapPoses::Rigid(map_a_, drifted, T_a_b()), {}, 0, T_a_b()};
   EXPECT_GT(WorstError(joint, map_a_, map_b_), 0.3);
-  ASSERT_TRUE(RefineJointly(a.submaps(), b.submaps(), 2.0, 0, 0, &joint));
+  ASSERT_TRUE(RefineJointly(a, b, 2.0, 0, 0, &joint));
   EXPECT_LT(WorstError(joint, map_a_, map_b_), 0.05);
   EXPECT_GT(joint.odometry_residual, 0.1);
   EXPECT_LT(joint.odometry_residual, 3);
@@ -87,7 +87,7 @@ TEST_F(JointRefinementTest, PutsDriftedSubmapsWhereTheyBelong) {
 TEST_F(JointRefinementTest, BendsNothingWhereTheOdometryIsRight) {
   const PreparedMap a(map_a_), b(map_b_);
   JointRefinement joint{MapPoses::Rigid(map_a_, map_b_, T_a_b()), {}, 0, T_a_b()};
-  ASSERT_TRUE(RefineJointly(a.submaps(), b.submaps(), 2.0, 0, 0, &joint));
+  ASSERT_TRUE(RefineJointly(a, b, 2.0, 0, 0, &joint));
   EXPECT_LT(joint.odometry_residual, 0.2);
   EXPECT_LT((T_a_b().Inverse() * joint.T_a_b).translation().norm(), 0.02);
 }
@@ -96,12 +96,12 @@ TEST_F(JointRefinementTest, MapsThatDoNotMeetAreLeftAlone) {
   const PreparedMap a(map_a_), b(map_b_);
   const Pose far = Pose(Eigen::Vector3d(500, 0, 0)) * T_a_b();
   JointRefinement joint{MapPoses::Rigid(map_a_, map_b_, far), {}, 0, far};
-  EXPECT_FALSE(RefineJointly(a.submaps(), b.submaps(), 2.0, 0, 0, &joint));
+  EXPECT_FALSE(RefineJointly(a, b, 2.0, 0, 0, &joint));
   EXPECT_TRUE(joint.edges.empty());
   EXPECT_TRUE(joint.T_a_b.Matrix() == far.Matrix());
   const PreparedMap empty((SessionMap()));
   JointRefinement nothing{MapPoses::Rigid(map_a_, SessionMap(), far), {}, 0, far};
-  EXPECT_FALSE(RefineJointly(a.submaps(), empty.submaps(), 2.0, 0, 0, &nothing));
+  EXPECT_FALSE(RefineJointly(a, empty, 2.0, 0, 0, &nothing));
 }
 
 // A map that is judged where it lies rigidly is contradicted by its own drift.

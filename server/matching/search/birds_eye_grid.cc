@@ -1,4 +1,4 @@
-#include "server/matching/search/plan_grid.h"
+#include "server/matching/search/birds_eye_grid.h"
 
 #include <algorithm>
 
@@ -15,8 +15,8 @@ Eigen::AlignedBox2f ExtentOf(const WallMap& map, const SceneScale& scale) {
   return {box.min() - range, box.max() + range};
 }
 
-PlanGrid MakePlanGrid(const WallMap& map, const SceneScale& scale, double cell_m) {
-  PlanGrid grid;
+BirdsEyeGrid MakeBirdsEyeGrid(const WallMap& map, const SceneScale& scale, double cell_m) {
+  BirdsEyeGrid grid;
   const Eigen::AlignedBox2f extent = ExtentOf(map, scale);
   if (extent.isEmpty()) return grid;
   grid.origin = extent.min();
@@ -30,15 +30,15 @@ PlanGrid MakePlanGrid(const WallMap& map, const SceneScale& scale, double cell_m
   return grid;
 }
 
-std::vector<PlanColumn> CollectWalls(const WallMap& map, const SceneScale& scale,
-                                     const PlanGrid& grid) {
-  std::vector<PlanColumn> columns(static_cast<size_t>(grid.width) * grid.rows);
+std::vector<BirdsEyeColumn> CollectWalls(const WallMap& map, const SceneScale& scale,
+                                     const BirdsEyeGrid& grid) {
+  std::vector<BirdsEyeColumn> columns(static_cast<size_t>(grid.width) * grid.rows);
   const float to_layer = kWallLayers / (scale.wall.high - scale.wall.low);
   for (const WallPoint& wall : map.walls()) {
     if (wall.height < scale.wall.low || wall.height >= scale.wall.high) continue;
     const int x = grid.Column(wall.position.x()), y = grid.Row(wall.position.y());
     if (!grid.Inside(x, y)) continue;
-    PlanColumn& column = columns[y * grid.width + x];
+    BirdsEyeColumn& column = columns[y * grid.width + x];
     column.normal += wall.normal;
     column.layers |= 1u << std::min(kWallLayers - 1,
                                     static_cast<int>((wall.height - scale.wall.low) * to_layer));
@@ -48,7 +48,7 @@ std::vector<PlanColumn> CollectWalls(const WallMap& map, const SceneScale& scale
 }
 
 std::vector<uint8_t> CollectFree(const WallMap& map, const SceneScale& scale,
-                                 const PlanGrid& grid) {
+                                 const BirdsEyeGrid& grid) {
   std::vector<uint8_t> hits(static_cast<size_t>(grid.width) * grid.rows, 0);
   for (const FreeRay& ray : map.FreeRays(scale)) {
     const Eigen::Vector2f along = ray.to - ray.from;

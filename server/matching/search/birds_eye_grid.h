@@ -12,7 +12,7 @@
 namespace isthmus::matching {
 
 // Cells of a map's level frame, row by row.
-struct PlanGrid {
+struct BirdsEyeGrid {
   Eigen::Vector2f origin = Eigen::Vector2f::Zero();  // Corner of cell (0, 0).
   float inverse_cell = 1, cell = 1;
   int width = 0, rows = 0;
@@ -35,7 +35,7 @@ struct PlanGrid {
 };
 
 // What stands over a cell.
-struct PlanColumn {
+struct BirdsEyeColumn {
   Eigen::Vector2f normal = Eigen::Vector2f::Zero();  // Sum over its walls.
   int count = 0;                                     // Of its walls.
   uint32_t layers = 0;                               // Heights that are filled.
@@ -45,12 +45,12 @@ struct PlanColumn {
 Eigen::AlignedBox2f ExtentOf(const WallMap& map, const SceneScale& scale);
 
 // Without cells where there would be too many, see CellThatFits.
-PlanGrid MakePlanGrid(const WallMap& map, const SceneScale& scale, double cell_m);
+BirdsEyeGrid MakeBirdsEyeGrid(const WallMap& map, const SceneScale& scale, double cell_m);
 
 // The walls within the scale's band, in kWallLayers layers.
-std::vector<PlanColumn> CollectWalls(const WallMap& map, const SceneScale& scale,
-                                     const PlanGrid& grid);
+std::vector<BirdsEyeColumn> CollectWalls(const WallMap& map, const SceneScale& scale,
+                                     const BirdsEyeGrid& grid);
 // How many rays went through each cell, up to 255.
-std::vector<uint8_t> CollectFree(const WallMap& map, const SceneScale& scale, const PlanGrid& grid);
+std::vector<uint8_t> CollectFree(const WallMap& map, const SceneScale& scale, const BirdsEyeGrid& grid);
 
 }  // namespace isthmus::matching
