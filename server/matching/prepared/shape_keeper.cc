@@ -147,6 +147,13 @@ SessionShape ShapeKeeper::Solve(const SubmapList& submaps, const std::vector<Loo
   }
   const double scale = DriftScale(problem, shape.edges, steps);
   for (size_t k = 0; k < steps; ++k) shape.edges[k].information /= scale;
+  if (!loops.keys.empty() && (loops.any_new || loops.taken_back)) {
+    // Where these agree best, or what a match adds could not be told.
+    pose_graph::Options options{.max_seconds = kMaxShapeSeconds, .judge = false};
+    problem.edges = shape.edges;
+    const auto solved = pose_graph::Optimize(problem, options);
+    if (solved.ok()) problem.poses = solved->poses;
+  }
   for (const auto& submap : submaps) shape.odometry.push_back(submap->T_odom_submap);
   shape.best = std::move(problem.poses);
   return shape;
