@@ -52,12 +52,7 @@ MatchingThread::MatchingThread(MapWriter* map, Activity* activity, storage::MapS
                        TriedUpTo(*b, match.submaps_b, match.computed_ns)};
   }
   // Those that have had their partners are compared again when they grow.
-  std::map<SessionId, size_t> tried;
-  for (const auto& [pair, attempt] : attempts_) {
-    ++tried[pair.first];
-    ++tried[pair.second];
-  }
-  for (const auto& [id, count] : tried) {
+  for (const auto& [id, count] : CountTried()) {
     if (count >= matching::kSearchPartners) indexed_[id] = view->Find(id)->next_index();
   }
   // The last of each session may have been stored and not asked.
@@ -170,6 +165,7 @@ void MatchingThread::ForgetGone(const MapView& view) {
   prepared_.EraseIf(is_gone);
   plans_.EraseIf(is_gone);
   std::erase_if(indexed_, [&](const auto& item) { return is_gone(item.first); });
+  std::erase_if(allowed_, [&](const auto& item) { return is_gone(item.first); });
   index_.ForgetIf(is_gone);
   ranked_ = index_.Rank(matching::kSearchPartners);
 }

@@ -56,14 +56,15 @@ inline constexpr double kPlanSizePower = 0.75;
 
 // Sessions up to which all pairs are searched: 66.
 inline constexpr size_t kSearchAllSessions = 12;
-// Partners of each session that are searched once there are more: half of them are each other's, so
-// that of 100 sessions' pairs 8 to 10 % are.
-inline constexpr size_t kSearchPartners = 6;
+// Partners that each session is searched with once there are more, at most and mostly: a search
+// counts for both, and is made while either has room. Of 100 sessions' pairs that is 10 % at most.
+inline constexpr size_t kSearchPartners = 5;
 // Of a session's scores: it is how far above the middle one a score lies that counts, in units of
 // what lies between the lower and the upper of these shares.
 inline constexpr double kLowShare = 0.2, kHighShare = 0.8;
 // Share of the sum of a pair's two standings that is added to the lesser one. At 0 the partners of
-// a session with one score are all alike, with the sum alone a map that fits everywhere comes first.
+// a session with one score are all alike, with the sum alone a map that fits everywhere comes
+// first.
 inline constexpr double kSumShare = 0.25;
 // Bytes of plans that are kept; others are made again from the prepared submaps when asked for.
 inline constexpr size_t kMaxPlanBytes = size_t{64} << 20;
