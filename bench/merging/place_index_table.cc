@@ -84,8 +84,9 @@ std::string KindTable(const IndexResults& results) {
     for (const double share : {0.05, 0.1, 0.2}) {
       table += Recalls(results, kind, [&](const auto& pair) { return pair.place < share; });
     }
-    table += Recalls(results, kind,
-                     [](const auto& pair) { return pair.partners <= matching::kSearchPartners; });
+    table += Recalls(results, kind, [](const auto& pair) {
+      return pair.partners.contains(matching::kSearchPartners);
+    });
     table += " |\n";
   }
   return table;
@@ -107,9 +108,9 @@ std::string PlaceIndexTable(const IndexResults& results) {
     table += Row(results, absl::StrCat("likeliest ", 100 * share, " %"),
                  [&](const ComparedPair& pair) { return pair.place < share; });
   }
-  for (const size_t partners : {2, 4, 6, 8, 12, 20}) {
+  for (const size_t partners : kPartnerCounts) {
     table += Row(results, absl::StrCat(partners, " partners"),
-                 [&](const ComparedPair& pair) { return pair.partners <= partners; });
+                 [&](const ComparedPair& pair) { return pair.partners.contains(partners); });
   }
   table += "\n" + KindTable(results);
   const double compare_ms =

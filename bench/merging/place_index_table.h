@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -10,10 +11,13 @@ namespace isthmus::bench {
 struct ComparedPair {
   std::string kind;  // Empty: of different kinds.
   double overlap = 0;
-  double place = 1;     // In the order of the index, [0, 1).
-  size_t partners = 0;  // From so many partners on it is searched.
+  double place = 1;           // In the order of the index, [0, 1).
+  std::set<size_t> partners;  // With so many for each session it is searched.
   int a = 0, b = 0;
 };
+
+// Numbers of partners that are tabulated.
+inline constexpr size_t kPartnerCounts[] = {2, 4, 5, 6, 8, 12, 20};
 
 struct IndexResults {
   size_t sessions = 0;

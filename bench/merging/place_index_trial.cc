@@ -138,9 +138,10 @@ void IndexTrial::Compare() {
     results_.pairs[known.at(ranked[i].sessions)].place =
         static_cast<double>(i) / static_cast<double>(ranked.size());
   }
-  for (size_t partners = sessions_.size(); partners > 0; --partners) {
-    for (const auto& pair : index.Rank(partners))
-      results_.pairs[known.at(pair.sessions)].partners = partners;
+  for (const size_t partners : kPartnerCounts) {
+    for (const auto& pair : matching::TakePartners(index.Rank(partners), partners)) {
+      results_.pairs[known.at(pair.sessions)].partners.insert(partners);
+    }
   }
 }
 

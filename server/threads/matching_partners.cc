@@ -95,6 +95,7 @@ std::shared_ptr<const matching::SessionPlan> MatchingThread::MakePlan(const MapV
 void MatchingThread::IndexSession(const MapView& view, const SessionId& id) {
   const SessionView& session = *view.Find(id);
   indexed_[id] = session.next_index();
+  allowed_[id] = CountTried()[id] + matching::kSearchPartners;
   (void)RunGuarded(absl::StrCat("the partners of ", id.value()), [&] {
     const auto plan = MakePlan(view, session);
     for (const auto& [other, other_session] : view.sessions) {
@@ -112,6 +113,15 @@ void MatchingThread::IndexSession(const MapView& view, const SessionId& id) {
   ranked_ = index_.Rank(matching::kSearchPartners);
 }
 
+std::map<SessionId, size_t> MatchingThread::CountTried() const {
+  std::map<SessionId, size_t> count;
+  for (const auto& [pair, attempt] : attempts_) {
+    ++count[pair.first];
+    ++count[pair.second];
+  }
+  return count;
+}
+
 std::optional<SessionPair> MatchingThread::NextPartners(const MapView& view) const {
   const auto is_new = [&](const SessionPair& pair) {
     const SessionView *a = view.Find(pair.first), *b = view.Find(pair.second);
@@ -125,9 +135,16 @@ std::optional<SessionPair> MatchingThread::NextPartners(const MapView& view) con
       if ((AreSegments(a.value(), b.value()) || known.AreNear(pair)) && is_new(pair)) return pair;
     }
   }
+  const std::map<SessionId, size_t> tried = CountTried();
+  const auto has_room = [&](const SessionId& id) {
+    const auto count = tried.find(id), allowed = allowed_.find(id);
+    return allowed != allowed_.end() &&
+           (count == tried.end() ? 0 : count->second) < allowed->second;
+  };
   std::optional<SessionPair> joined;
   for (const matching::RankedPair& pair : ranked_) {
-    if (!is_new(pair.sessions)) continue;
+    const auto& [a, b] = pair.sessions;
+    if (!is_new(pair.sessions) || !(has_room(a) || has_room(b))) continue;
     if (!known.AreJoined(pair.sessions)) return pair.sessions;
     if (!joined) joined = pair.sessions;
   }

@@ -66,12 +66,7 @@ MatchingThread::MatchingThread(MapWriter* map, Activity* activity, storage::MapS
                        HasNewerLoops(*view, pair.second, match.computed_ns) ? kOutdated : 0};
   }
   // Those that have had their partners are compared again when they grow.
-  std::map<SessionId, size_t> tried;
-  for (const auto& [pair, attempt] : attempts_) {
-    ++tried[pair.first];
-    ++tried[pair.second];
-  }
-  for (const auto& [id, count] : tried) {
+  for (const auto& [id, count] : CountTried()) {
     if (count >= matching::kSearchPartners) indexed_[id] = view->Find(id)->next_index();
   }
   (void)shapes_.FindOutdated(*view);  // None yet.
@@ -188,6 +183,7 @@ void MatchingThread::ForgetGone(const MapView& view) {
   prepared_.EraseIf(is_gone);
   plans_.EraseIf(is_gone);
   std::erase_if(indexed_, [&](const auto& item) { return is_gone(item.first); });
+  std::erase_if(allowed_, [&](const auto& item) { return is_gone(item.first); });
   index_.ForgetIf(is_gone);
   ranked_ = index_.Rank(matching::kSearchPartners);
 }

@@ -104,8 +104,11 @@ class MatchingThread {
   void IndexSession(const MapView& view, const SessionId& id);
   std::shared_ptr<const matching::SessionPlan> MakePlan(const MapView& view,
                                                         const SessionView& session);
+  // The pairs of each session that were tried.
+  std::map<SessionId, size_t> CountTried() const;
   // The likeliest pair that was never tried: what is known to lie near each other first, then what
-  // the index promises most, what is joined already last.
+  // the index promises most as long as either has not had its partners, what is joined already
+  // last.
   std::optional<SessionPair> NextPartners(const MapView& view) const;
 
   // The pair to be tried next, if partners are selected likely ones before those tried before; of
@@ -150,6 +153,7 @@ class MatchingThread {
   int64_t counted_revision_ = -1;
   LruCache<SessionId, Prepared> prepared_;
   std::map<SessionId, uint32_t> indexed_;  // The next submap when it was compared with others.
+  std::map<SessionId, size_t> allowed_;    // Pairs of it that may be tried, as of then.
   LruCache<SessionId, std::shared_ptr<const matching::SessionPlan>> plans_;
   matching::PlaceIndex index_;
   std::vector<matching::RankedPair> ranked_;  // By the index, as of its last change.

@@ -12,9 +12,9 @@ namespace isthmus::matching {
 
 // Plans.
 
-// Metres: cell of a plan. At 0.5 m 0.62 of the overlapping pairs of one kind came before the
-// strangers, at 0.25 m 0.72 (seeds above). Doubled while a plan is more than so many cells from
-// corner to corner: a comparison takes 60 MB then.
+// Metres: cell of a plan. At 0.5 m 0.54 of the overlapping pairs of one kind came before 94 %
+// of the strangers, at 0.25 m 0.66 (seeds above). Doubled while a plan is more than so many cells
+// from corner to corner: a comparison takes 60 MB then.
 inline constexpr float kPlanCellM = 0.25f;
 inline constexpr float kMaxPlanSide = 1500;
 // Metres from where the sensor was: farther, measurements are sparse, and memory grows.
@@ -42,7 +42,7 @@ inline constexpr float kFineRadiusM = 25, kMiddleRadiusM = 80;
 // Yaws that are tried, 4 degrees apart: coarser, distant walls do not fit.
 inline constexpr int kPlanYaws = 90;
 // Placements that are looked at closely, of so many peaks. Of 6 the right one was among them in
-// 0.6 of the pairs, of 16 in 0.7.
+// 0.64 of the pairs, of 16 in 0.69.
 inline constexpr size_t kPlanPeaks = 80, kPlanPolished = 12;
 // Cells of either plan that are asked while a placement is polished. Speed, and noise.
 inline constexpr size_t kPolishCells = 500;
@@ -56,14 +56,15 @@ inline constexpr double kPlanSizePower = 0.75;
 
 // Sessions up to which all pairs are searched: 66.
 inline constexpr size_t kSearchAllSessions = 12;
-// Partners of each session that are searched once there are more: half of them are each other's, so
-// that of 100 sessions' pairs 8 to 10 % are.
-inline constexpr size_t kSearchPartners = 6;
+// Partners that each session is searched with once there are more, at most and mostly: a search
+// counts for both, and is made while either has room. Of 100 sessions' pairs that is 10 % at most.
+inline constexpr size_t kSearchPartners = 5;
 // Of a session's scores: it is how far above the middle one a score lies that counts, in units of
 // what lies between the lower and the upper of these shares.
 inline constexpr double kLowShare = 0.2, kHighShare = 0.8;
 // Share of the sum of a pair's two standings that is added to the lesser one. At 0 the partners of
-// a session with one score are all alike, with the sum alone a map that fits everywhere comes first.
+// a session with one score are all alike, with the sum alone a map that fits everywhere comes
+// first.
 inline constexpr double kSumShare = 0.25;
 // Bytes of plans that are kept; others are made again from the prepared submaps when asked for.
 inline constexpr size_t kMaxPlanBytes = size_t{64} << 20;

@@ -29,6 +29,19 @@ bool IsLikelier(const RankedPair& a, const RankedPair& b) {
 
 }  // namespace
 
+std::vector<RankedPair> TakePartners(const std::vector<RankedPair>& ranked, size_t partners) {
+  std::map<SessionId, size_t> count;
+  std::vector<RankedPair> taken;
+  for (const RankedPair& pair : ranked) {
+    size_t &a = count[pair.sessions.first], &b = count[pair.sessions.second];
+    if (a >= partners && b >= partners) continue;
+    ++a;
+    ++b;
+    taken.push_back(pair);
+  }
+  return taken;
+}
+
 void PlaceIndex::Put(const SessionId& a, const SessionId& b, double score) {
   if (a == b) return;
   scores_[a][b] = score;

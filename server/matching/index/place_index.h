@@ -17,6 +17,10 @@ struct RankedPair {
   double promise = 0;                        // Greater is likelier; of no other meaning.
 };
 
+// Those of the ranked pairs, in their order, of which either session has had less than so many
+// before.
+std::vector<RankedPair> TakePartners(const std::vector<RankedPair>& ranked, size_t partners);
+
 // Scores of pairs (ComparePlans). Not thread safe.
 class PlaceIndex {
  public:

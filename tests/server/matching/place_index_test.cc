@@ -158,6 +158,21 @@ TEST(PlaceIndexTest, EverySessionHasItsPartners) {
   EXPECT_EQ(Sessions(ranked), Sessions(MakeIndex().Rank(3)));
 }
 
+TEST(PlaceIndexTest, ASearchCountsForBoth) {
+  const auto ranked = MakeIndex().Rank(3);
+  const auto taken = TakePartners(ranked, 3);
+  EXPECT_LT(taken.size(), ranked.size());
+  EXPECT_LE(taken.size(), 60u);
+  std::map<SessionId, int> partners;
+  for (const RankedPair& pair : taken) {
+    EXPECT_TRUE(partners[pair.sessions.first] < 3 || partners[pair.sessions.second] < 3);
+    ++partners[pair.sessions.first];
+    ++partners[pair.sessions.second];
+  }
+  for (const auto& [session, count] : partners) EXPECT_GE(count, 3) << session.value();
+  EXPECT_EQ(taken.front().sessions, ranked.front().sessions);
+}
+
 TEST(PlaceIndexTest, ForgetsSessions) {
   PlaceIndex index = MakeIndex();
   EXPECT_TRUE(index.Has(Name(4), Name(2)));
