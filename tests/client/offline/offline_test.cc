@@ -61,7 +61,7 @@ TEST(Offline, OdometrySaysSoWhenMostOfItIsExtrapolated) {
   const ProgramResult odometry =
       Isthmus("odometry " + folder + "/robot_0 -o " + folder + "/odom.tum");
   EXPECT_EQ(odometry.code, 0);
-  EXPECT_THAT(odometry.err, HasSubstr("of 20 scans (95 %) a direction was not observed"));
+  EXPECT_THAT(odometry.err, HasSubstr("of 20 scans (75 %) a direction was not observed"));
 }
 
 TEST(Offline, SimulatePutsWalkersAndCarsAmongTheRobots) {
