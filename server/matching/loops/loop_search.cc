@@ -190,6 +190,7 @@ class Search {
     limits.min_overlap = options_.min_overlap;
     limits.min_comparisons = options_.min_comparisons;
     limits.min_margin = options_.min_margin;
+    limits.max_tighter_residual = 0;  // Places along one's own way are nearly one.
     limits.min_shared_area_m2 = 0;
     limits.max_enclosed_share = 1;
     limits.min_observability = options_.min_observability;

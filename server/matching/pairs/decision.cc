@@ -89,6 +89,23 @@ const Hypothesis* FindRival(const std::vector<Hypothesis>& ranked, const Matcher
   return rival;
 }
 
+// Another place where surfaces lie on each other more tightly, or null. What stands elsewhere on
+// another day contradicts the right place, but what is fixed fits it as well as scans of one day.
+const Hypothesis* FindTighter(const std::vector<Hypothesis>& ranked,
+                              const MatcherOptions& options) {
+  const Hypothesis& best = ranked.front();
+  for (size_t i = 1; i < ranked.size(); ++i) {
+    const Hypothesis& h = ranked[i];
+    if (!h.converged || h.free_space.violation() > kMaxTighterViolation) continue;
+    if (static_cast<double>(h.inliers) < kMinTighterShare * static_cast<double>(best.inliers)) {
+      continue;
+    }
+    if (h.inlier_ratio < best.inlier_ratio - kTighterRatioSlack) continue;
+    if (h.residual_m < options.max_tighter_residual * best.residual_m) return &h;
+  }
+  return nullptr;
+}
+
 // The probability that the alignment is right, after a logistic model of what was measured. Fitted
 // to simulated pairs of museums and campuses, some of which had nothing in common; the curve is in
 // docs/benchmarks/merging.md. Twins were left out: see `kTwinConfidence`.
@@ -169,6 +186,13 @@ void DecideState(const std::vector<Hypothesis>& ranked, const MatcherOptions& op
                absl::StrFormat("A second alignment is contradicted in %.2f %% of its comparisons, "
                                "the best in %.2f %%: too near to tell them apart.",
                                100 * match->runner_up, 100 * match->free_space)};
+  }
+  const Hypothesis* tighter = FindTighter(ranked, options);
+  if (finding.state == MatchState::kAccepted && tighter) {
+    finding = {MatchState::kAmbiguous, MatchReason::kAmbiguous,
+               absl::StrFormat("At another place surfaces lie on each other more tightly, within "
+                               "%.0f mm where it is %.0f mm at the best.",
+                               1000 * tighter->residual_m, 1000 * best.residual_m)};
   }
   match->state = finding.state;
   match->reason = finding.reason;

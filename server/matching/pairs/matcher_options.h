@@ -27,7 +27,10 @@ struct MatcherOptions {
   int64_t min_comparisons = 3000;  // Fewer free-space comparisons: NOT_YET.
   double max_free_space = 0.005;   // More contradicted: REJECTED. Where there are ceilings ...
   double max_free_space_outdoors = 0.04;  // ... and under the open sky.
-  double min_margin = 3;            // Runner-up's free_space over the best's; less: AMBIGUOUS.
+  double min_margin = 3;  // Runner-up's free_space over the best's; less: AMBIGUOUS.
+  // A rival's residual over the best's; less, at a place that is not far worse otherwise:
+  // AMBIGUOUS.
+  double max_tighter_residual = 0.9;
   double min_shared_area_m2 = 200;  // Less ground seen by both: NOT_YET, one room has twins.
   // If neither map shows much beyond the ground that both know, a twin of the place explains both
   // equally well: the pair is AMBIGUOUS. The shared ground may be this share of what the robot

@@ -125,6 +125,34 @@ TEST(DecisionTest, AContradictedRivalDoesNotMatter) {
   EXPECT_NEAR(match.runner_up, 1200.0 / 81200, 1e-9);
 }
 
+// Containers were moved: the right place is contradicted, but fits more tightly than a wrong one
+// that is not.
+TEST(DecisionTest, ATighterRivalMakesItAmbiguous) {
+  Hypothesis loose = Good(), tight = Good();
+  loose.residual_m = 0.09;
+  loose.inlier_ratio = 0.83;
+  tight.residual_m = 0.037;
+  tight.inlier_ratio = 0.8;
+  tight.free_space = {.agree = 15000, .front = 4000};
+  const Match match = DecideOn({loose, tight});
+  EXPECT_EQ(match.state, MatchState::kAmbiguous);
+  EXPECT_EQ(match.reason, MatchReason::kAmbiguous);
+  EXPECT_EQ(match.residual_m, 0.09);
+  EXPECT_NE(match.detail.find("37 mm"), std::string::npos) << match.detail;
+  const auto accepted_beside = [&](auto change) {
+    Hypothesis rival = tight;
+    change(rival);
+    return DecideOn({loose, rival}).state == MatchState::kAccepted;
+  };
+  EXPECT_TRUE(accepted_beside([](Hypothesis& h) { h.residual_m = 0.088; }));
+  EXPECT_TRUE(accepted_beside([](Hypothesis& h) { h.inliers = 500; })) << "by chance";
+  EXPECT_TRUE(accepted_beside([](Hypothesis& h) { h.inlier_ratio = 0.5; }));
+  EXPECT_TRUE(accepted_beside([](Hypothesis& h) { h.converged = false; }));
+  EXPECT_TRUE(accepted_beside([](Hypothesis& h) {
+    h.free_space = {.agree = 4000, .front = 15000};
+  })) << "no place of another day either";
+}
+
 // A score of zero out of next to nothing is no evidence, for or against.
 TEST(DecisionTest, LittleEvidenceComesNeitherFirstNorSecond) {
   Hypothesis little = Good();
