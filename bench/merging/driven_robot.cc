@@ -74,6 +74,8 @@ absl::Status LoadStored(const storage::MapStore& store, DrivenRobot* robot) {
     if (!listed.ok()) return listed.status();
     if (listed->size() <= submaps.size()) continue;
     robot->session = session;
+    robot->session.segment = 1;  // As if there had been no other.
+    robot->session.first_segment = {};
     submaps = *std::move(listed);
   }
   if (submaps.empty()) return absl::DataLossError("a drive without submaps");
