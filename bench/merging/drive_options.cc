@@ -2,7 +2,6 @@
 
 #include <absl/strings/match.h>
 #include <absl/strings/str_cat.h>
-#include <absl/strings/string_view.h>
 
 #include <memory>
 #include <numbers>
@@ -14,10 +13,6 @@
 
 namespace isthmus::bench {
 
-namespace {
-constexpr absl::string_view kWild = "wild-";
-}  // namespace
-
 std::string DriveOptions::Key() const {
   std::string key = absl::StrCat(Ground(), "-", seconds, "s-", robot, "of", robots, "-", sensor);
   if (walkers > 0) absl::StrAppend(&key, "-walkers", walkers);
@@ -25,7 +20,8 @@ std::string DriveOptions::Key() const {
   if (tilt_deg != 0) absl::StrAppend(&key, "-tilt", tilt_deg);
   if (laps > 0) absl::StrAppend(&key, "-laps", laps);
   if (speed_mps > 0) absl::StrAppend(&key, "-", speed_mps, "mps");
-  if (absl::StartsWith(world, kWild)) absl::StrAppend(&key, "-v", simulation::kWildVersion);
+  if (absl::StartsWith(world, simulation::kWildPrefix))
+    absl::StrAppend(&key, "-v", simulation::kWildVersion);
   return key;
 }
 
@@ -88,7 +84,7 @@ SharedSimulator Tilted(const SharedSimulator& level, double tilt_deg) {
 // Its simulator has this robot only.
 absl::StatusOr<SharedSimulator> OneOfWildTeam(const DriveOptions& options) {
   simulation::WildTeam team;
-  team.kind = options.world.substr(kWild.size());
+  team.kind = options.world.substr(simulation::kWildPrefix.size());
   team.sensor = options.sensor;
   team.robots = options.robots;
   team.seconds = options.seconds;
@@ -99,7 +95,7 @@ absl::StatusOr<SharedSimulator> OneOfWildTeam(const DriveOptions& options) {
 }
 
 absl::StatusOr<SharedSimulator> SimulatorOf(const DriveOptions& options) {
-  if (absl::StartsWith(options.world, kWild)) return OneOfWildTeam(options);
+  if (absl::StartsWith(options.world, simulation::kWildPrefix)) return OneOfWildTeam(options);
   auto usual = Simulator::Create(SimulationOf(options));
   if (!usual.ok()) return usual.status();
   return SharedSimulator(*std::move(usual));

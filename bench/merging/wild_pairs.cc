@@ -29,7 +29,7 @@ DriveOptions Robot(const WildPairsOptions& options, const std::string& kind, uin
                    int robot) {
   Random random(seed, 0xA1, static_cast<uint64_t>(robot));
   DriveOptions drive;
-  drive.world = absl::StrCat("wild-", kind);
+  drive.world = absl::StrCat(simulation::kWildPrefix, kind);
   drive.seed = seed;
   drive.seconds = options.seconds;
   drive.robots = options.robots;

@@ -2,7 +2,6 @@
 
 #include <absl/strings/match.h>
 #include <absl/strings/str_cat.h>
-#include <absl/strings/string_view.h>
 
 #include <algorithm>
 #include <cmath>
@@ -54,16 +53,14 @@ absl::Status Check(const Options& options) {
   return absl::OkStatus();
 }
 
-constexpr absl::string_view kWild = "wild-";
-
 absl::StatusOr<std::unique_ptr<Simulator>> CreateWild(const Options& options) {
   if (options.robots != 1 || options.walkers != 0 || options.cars != 0) {
     return absl::InvalidArgumentError(
         "simulation: in wild worlds there is one robot, and people and cars are drawn with the "
         "world; choose --robots 1 and neither walkers nor cars");
   }
-  auto drive = DrawWildDrive(options.seed,
-                             {options.world.substr(kWild.size()), options.sensor, options.seconds});
+  auto drive = DrawWildDrive(
+      options.seed, {options.world.substr(kWildPrefix.size()), options.sensor, options.seconds});
   if (!drive.ok()) return drive.status();
   return std::move(drive->simulator);
 }
@@ -94,7 +91,7 @@ void Measure(const Lidar& lidar, const Firing& firing, const Hit& hit, const Noi
 
 absl::StatusOr<std::unique_ptr<Simulator>> Simulator::Create(const Options& options) {
   if (absl::Status status = Check(options); !status.ok()) return status;
-  if (absl::StartsWith(options.world, kWild)) return CreateWild(options);
+  if (absl::StartsWith(options.world, kWildPrefix)) return CreateWild(options);
   absl::StatusOr<Lidar> lidar = MakeLidar(options.sensor);
   if (!lidar.ok()) return lidar.status();
   absl::StatusOr<World> world = MakeWorld(options.world, options.seed);

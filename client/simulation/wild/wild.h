@@ -2,6 +2,7 @@
 #pragma once
 
 #include <absl/status/statusor.h>
+#include <absl/strings/string_view.h>
 
 #include <cstdint>
 #include <memory>
@@ -14,6 +15,9 @@ namespace isthmus::simulation {
 
 // Drives of one version are not those of another; to be raised with every change of what is drawn.
 constexpr int kWildVersion = 6;
+
+// Names of wild worlds begin with it, before the kind.
+inline constexpr absl::string_view kWildPrefix = "wild-";
 
 struct WildOptions {
   std::string kind;    // One of WildKinds; empty: drawn.

@@ -66,7 +66,7 @@ class PlanFit {
   PlanFit(const SessionPlan& a, const SessionPlan& b) : a_(a), b_(b), lookup_(a) {}
 
   // Every n-th cell of either is asked and counts n-fold, so that about `cells` are.
-  double Score(const PlanPlacement& placement, size_t cells) const {
+  double Score(const PlanarPose& placement, size_t cells) const {
     const Eigen::Rotation2Df R(static_cast<float>(placement.yaw));
     const Eigen::Vector2f shift = placement.shift.cast<float>();
     const size_t stride_b = std::max<size_t>(1, b_.walls.size() / cells);
@@ -86,30 +86,12 @@ class PlanFit {
     return static_cast<double>(stride_b) * of_b + static_cast<double>(stride_a) * of_a;
   }
 
-  // Hill climbing on yaw, x and y about b's centre, with halving steps; then by all cells.
-  PlanPlacement Polish(PlanPlacement placement, double yaw_step, double shift_step) const {
-    const Eigen::Vector2d center = b_.center.cast<double>();
-    placement.score = Score(placement, kPolishCells);
-    while (shift_step > 0.4 * a_.cell_m) {
-      bool better = false;
-      for (int axis = 0; axis < 6; ++axis) {
-        const double sign = axis % 2 == 0 ? 1 : -1;
-        PlanPlacement moved = placement;
-        if (axis < 4) {
-          moved.shift[axis / 2] += sign * shift_step;
-        } else {
-          moved.yaw += sign * yaw_step;
-          moved.shift = placement.Apply(center) - Eigen::Rotation2Dd(moved.yaw) * center;
-        }
-        moved.score = Score(moved, kPolishCells);
-        if (moved.score <= placement.score) continue;
-        placement = moved;
-        better = true;
-      }
-      if (better) continue;
-      yaw_step *= 0.5;
-      shift_step *= 0.5;
-    }
+  // From few cells of either; then by all cells.
+  PlanarPose Polish(PlanarPose placement, double yaw_step, double shift_step) const {
+    const auto score = [&](const PlanarPose& at) { return Score(at, kPolishCells); };
+    placement.score = score(placement);
+    placement =
+        Climb(placement, b_.center.cast<double>(), yaw_step, shift_step, 0.4 * a_.cell_m, score);
     placement.score = Score(placement, a_.walls.size() + b_.walls.size());
     return placement;
   }
@@ -122,18 +104,18 @@ class PlanFit {
 
 }  // namespace
 
-PlanPlacement PlacePlan(const SessionPlan& a, const SessionPlan& b, const std::stop_token& stop) {
+PlanarPose PlacePlan(const SessionPlan& a, const SessionPlan& b, const std::stop_token& stop) {
   const float fine_m = std::max(a.cell_m, b.cell_m);
   const float coarse_m = CoarseCell(std::max(a.radius, b.radius), fine_m);
-  const std::vector<PlanPlacement> peaks =
+  const std::vector<PlanarPose> peaks =
       CorrelatePlans(Coarsen(a, coarse_m), Coarsen(b, coarse_m), kPlanPolished, stop);
-  PlanPlacement best;
+  PlanarPose best;
   if (peaks.empty()) return best;
   const SessionPlan fine_a = Coarsen(a, fine_m), fine_b = Coarsen(b, fine_m);
   const PlanFit fit(fine_a, fine_b);
-  for (const PlanPlacement& peak : peaks) {
+  for (const PlanarPose& peak : peaks) {
     if (stop.stop_requested()) return {};
-    const PlanPlacement polished = fit.Polish(peak, M_PI / kPlanYaws, 0.5 * coarse_m);
+    const PlanarPose polished = fit.Polish(peak, M_PI / kPlanYaws, 0.5 * coarse_m);
     if (polished.score > best.score) best = polished;
   }
   // In cells of the usual size, whatever these are.

@@ -15,7 +15,6 @@ namespace isthmus::matching {
 double ComparePlans(const SessionPlan& a, const SessionPlan& b, const std::stop_token& stop = {});
 
 // The same with where b lies on a.
-PlanPlacement PlacePlan(const SessionPlan& a, const SessionPlan& b,
-                        const std::stop_token& stop = {});
+PlanarPose PlacePlan(const SessionPlan& a, const SessionPlan& b, const std::stop_token& stop = {});
 
 }  // namespace isthmus::matching

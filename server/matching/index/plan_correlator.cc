@@ -1,40 +1,29 @@
 #include "server/matching/index/plan_correlator.h"
 
-#include <fftw3.h>
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <complex>
+#include <utility>
 
 #include "server/matching/index/limits.h"
 #include "server/matching/index/plan_image.h"
-#include "server/matching/search/fftw_planner.h"
+#include "server/matching/search/fftw.h"
 
 namespace isthmus::matching {
 namespace {
-
-struct FreeFftw {
-  void operator()(void* p) const { fftwf_free(p); }
-};
-using Complex = std::complex<float>;
-using RealBuffer = std::unique_ptr<float[], FreeFftw>;
-using ComplexBuffer = std::unique_ptr<Complex[], FreeFftw>;
-
-fftwf_complex* Fftw(Complex* buffer) { return reinterpret_cast<fftwf_complex*>(buffer); }
 
 // Square images that wrap round.
 class Fft {
  public:
   explicit Fft(int size)
       : size_(size),
-        real_(static_cast<float*>(fftwf_malloc(cells() * sizeof(float)))),
-        spectrum_(static_cast<Complex*>(fftwf_malloc(bins() * sizeof(Complex)))),
-        product_(static_cast<Complex*>(fftwf_malloc(bins() * sizeof(Complex)))) {
+        real_(MakeReal(cells())),
+        spectrum_(MakeComplex(bins())),
+        product_(MakeComplex(bins())) {
     MutexLock lock(&fftw_planner_mutex);
-    forward_ = fftwf_plan_dft_r2c_2d(size, size, real_.get(), Fftw(spectrum_.get()), FFTW_ESTIMATE);
-    backward_ = fftwf_plan_dft_c2r_2d(size, size, Fftw(product_.get()), real_.get(), FFTW_ESTIMATE);
+    forward_ = fftwf_plan_dft_r2c_2d(size, size, real_.get(), Fftw(spectrum_), FFTW_ESTIMATE);
+    backward_ = fftwf_plan_dft_c2r_2d(size, size, Fftw(product_), real_.get(), FFTW_ESTIMATE);
   }
   ~Fft() {
     MutexLock lock(&fftw_planner_mutex);
@@ -49,21 +38,17 @@ class Fft {
   size_t bins() const { return static_cast<size_t>(size_) * (size_ / 2 + 1); }
 
   // Of an image of cells(); valid until the next call.
-  const Complex* Transform(const std::vector<float>& image) {
+  const FftwComplex* Transform(const std::vector<float>& image) {
     std::copy(image.begin(), image.end(), real_.get());
     fftwf_execute(forward_);
     return spectrum_.get();
   }
-  void Clear() { std::fill_n(product_.get(), bins(), Complex()); }
+  void Clear() { std::fill_n(product_.get(), bins(), FftwComplex()); }
   // Adds the correlation of `moved`, transformed here, with a reference that was before.
-  void Correlate(const std::vector<Complex>& reference, const std::vector<float>& moved) {
-    const Complex* spectrum = Transform(moved);
-    const float scale = 1.0f / static_cast<float>(cells());  // FFTW does not normalise.
-    for (size_t i = 0; i < bins(); ++i) {
-      const float re = reference[i].real(), im = reference[i].imag();
-      const float mr = spectrum[i].real() * scale, mi = spectrum[i].imag() * scale;
-      product_[i] += Complex(re * mr + im * mi, im * mr - re * mi);
-    }
+  void Correlate(const std::vector<FftwComplex>& reference, const std::vector<float>& moved) {
+    const FftwComplex* spectrum = Transform(moved);
+    AddCorrelation(reference.data(), spectrum, bins(), 1.0f / static_cast<float>(cells()),
+                   product_.get());
   }
   // The field of what was added; valid until the next call.
   const float* Field() {
@@ -86,17 +71,17 @@ int SizeFor(double cells) {
   return 512;  // Beyond, the ends of the maps wrap round onto each other.
 }
 
-void KeepPeak(const PlanPlacement& peak, std::vector<PlanPlacement>* peaks) {
-  const auto place = std::lower_bound(
-      peaks->begin(), peaks->end(), peak.score,
-      [](const PlanPlacement& other, double score) { return other.score >= score; });
+void KeepPeak(const PlanarPose& peak, std::vector<PlanarPose>* peaks) {
+  const auto place =
+      std::lower_bound(peaks->begin(), peaks->end(), peak.score,
+                       [](const PlanarPose& other, double score) { return other.score >= score; });
   peaks->insert(place, peak);
   if (peaks->size() > kPlanPeaks) peaks->pop_back();
 }
 
 // Adds the local maxima of the field to the best peaks of all.
 void FindPeaks(const float* field, int size, double yaw, const SessionPlan& a, const SessionPlan& b,
-               std::vector<PlanPlacement>* peaks) {
+               std::vector<PlanarPose>* peaks) {
   const Eigen::Vector2d turned = Eigen::Rotation2Dd(yaw) * b.center.cast<double>();
   const auto row = [&](int y) { return field + static_cast<size_t>((y + size) % size) * size; };
   for (int y = 0; y < size; ++y) {
@@ -115,21 +100,17 @@ void FindPeaks(const float* field, int size, double yaw, const SessionPlan& a, c
 
 }  // namespace
 
-Eigen::Vector2d PlanPlacement::Apply(const Eigen::Vector2d& p) const {
-  return Eigen::Rotation2Dd(yaw) * p + shift;
-}
-
-std::vector<PlanPlacement> CorrelatePlans(const SessionPlan& a, const SessionPlan& b, size_t count,
-                                          const std::stop_token& stop) {
+std::vector<PlanarPose> CorrelatePlans(const SessionPlan& a, const SessionPlan& b, size_t count,
+                                       const std::stop_token& stop) {
   if (a.walls.empty() || b.walls.empty()) return {};
   Fft fft(SizeFor((a.radius + b.radius) / a.cell_m + 4));
-  std::array<std::vector<Complex>, PlanImage::kPlanes> reference;
+  std::array<std::vector<FftwComplex>, PlanImage::kPlanes> reference;
   const PlanImage image = MakeReference(a, fft.size());
   for (size_t k = 0; k < reference.size(); ++k) {
-    const Complex* spectrum = fft.Transform(image.planes[k]);
+    const FftwComplex* spectrum = fft.Transform(image.planes[k]);
     reference[k].assign(spectrum, spectrum + fft.bins());
   }
-  std::vector<PlanPlacement> peaks;
+  std::vector<PlanarPose> peaks;
   for (int k = 0; k < kPlanYaws; ++k) {
     if (stop.stop_requested()) return {};
     const double yaw = 2 * M_PI * k / kPlanYaws;
@@ -138,18 +119,8 @@ std::vector<PlanPlacement> CorrelatePlans(const SessionPlan& a, const SessionPla
     for (size_t i = 0; i < reference.size(); ++i) fft.Correlate(reference[i], moved.planes[i]);
     FindPeaks(fft.Field(), fft.size(), yaw, a, b, &peaks);
   }
-  const double apart_m = 4 * a.cell_m, apart_rad = 2.5 * 2 * M_PI / kPlanYaws;
-  const Eigen::Vector2d middle = b.center.cast<double>();
-  std::vector<PlanPlacement> kept;
-  for (const PlanPlacement& peak : peaks) {
-    if (kept.size() == count) break;
-    const bool known = std::any_of(kept.begin(), kept.end(), [&](const PlanPlacement& other) {
-      return (peak.Apply(middle) - other.Apply(middle)).norm() < apart_m &&
-             std::abs(std::remainder(peak.yaw - other.yaw, 2 * M_PI)) < apart_rad;
-    });
-    if (!known) kept.push_back(peak);
-  }
-  return kept;
+  return SuppressNeighbors(std::move(peaks), b.center.cast<double>(), 4 * a.cell_m,
+                           2.5 * 2 * M_PI / kPlanYaws, count);
 }
 
 }  // namespace isthmus::matching

@@ -9,20 +9,10 @@
 #include "server/matching/search/gravity.h"
 #include "server/matching/search/limits.h"
 #include "server/matching/search/up_candidates.h"
+#include "server/matching/search/wall_map.h"
 
 namespace isthmus::matching {
 namespace {
-
-std::vector<Eigen::Vector3f> Sensors(const PreparedSubmaps& submaps) {
-  std::vector<Eigen::Vector3f> sensors;
-  for (const auto& submap : submaps) {
-    for (const Keyframe& keyframe : submap->submap().keyframes) {
-      const Eigen::Vector3d& sensor = keyframe.T_submap_sensor.translation();
-      sensors.push_back((submap->submap().T_odom_submap * sensor).cast<float>());
-    }
-  }
-  return sensors;
-}
 
 // R_level_odom. A ceiling is told from a floor by where odom's z points.
 Eigen::Quaterniond Level(const PreparedSubmaps& submaps,
@@ -55,7 +45,8 @@ bool SessionPlan::IsFree(const Eigen::Vector2f& position) const {
 }
 
 SessionPlan MakeSessionPlan(const PreparedSubmaps& submaps) {
-  std::vector<Eigen::Vector3f> sensors = Sensors(submaps);
+  std::vector<Eigen::Vector3f> sensors;
+  for (const auto& submap : submaps) AddSensorPositions(submap->submap(), &sensors);
   const Pose T_level_odom(Level(submaps, sensors), Eigen::Vector3d::Zero());
   const Eigen::Matrix3f R = T_level_odom.RotationMatrix().cast<float>();
   double voxel_m = kPlanCellM;

@@ -14,35 +14,13 @@
 namespace isthmus::matching {
 namespace {
 
-// Hill climbing on yaw, x and y about b's centre, with halving steps.
 PlanarPose Polish(const BirdsEyeImage& a, const BirdsEyeCells& b, PlanarPose pose, double yaw_step,
                   double shift_step) {
-  const Eigen::Vector2d center = b.center.cast<double>();
-  pose.score = ScorePlanarPose(a, b, pose.yaw, pose.shift, kFreeStride);
-  const double smallest = 0.5 * b.cell_m;
-  while (shift_step > smallest) {
-    bool better = false;
-    for (int axis = 0; axis < 6; ++axis) {
-      const double sign = axis % 2 ? -1 : 1;
-      PlanarPose moved = pose;
-      if (axis < 4) moved.shift[axis / 2] += sign * shift_step;
-      if (axis >= 4) {  // About b's centre, so that yaw and shift do not fight.
-        const Eigen::Vector2d at = Eigen::Rotation2Dd(moved.yaw) * center + moved.shift;
-        moved.yaw += sign * yaw_step;
-        moved.shift = at - Eigen::Rotation2Dd(moved.yaw) * center;
-      }
-      moved.score = ScorePlanarPose(a, b, moved.yaw, moved.shift, kFreeStride);
-      if (moved.score > pose.score) {
-        pose = moved;
-        better = true;
-      }
-    }
-    if (!better) {
-      yaw_step *= 0.5;
-      shift_step *= 0.5;
-    }
-  }
-  return pose;
+  const auto score = [&](const PlanarPose& at) {
+    return ScorePlanarPose(a, b, at.yaw, at.shift, kFreeStride);
+  };
+  pose.score = score(pose);
+  return Climb(pose, b.center.cast<double>(), yaw_step, shift_step, 0.5 * b.cell_m, score);
 }
 
 }  // namespace

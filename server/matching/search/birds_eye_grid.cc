@@ -31,14 +31,14 @@ BirdsEyeGrid MakeBirdsEyeGrid(const WallMap& map, const SceneScale& scale, doubl
 }
 
 std::vector<BirdsEyeColumn> CollectWalls(const WallMap& map, const SceneScale& scale,
-                                     const BirdsEyeGrid& grid) {
+                                         const BirdsEyeGrid& grid) {
   std::vector<BirdsEyeColumn> columns(static_cast<size_t>(grid.width) * grid.rows);
   const float to_layer = kWallLayers / (scale.wall.high - scale.wall.low);
   for (const WallPoint& wall : map.walls()) {
     if (wall.height < scale.wall.low || wall.height >= scale.wall.high) continue;
-    const int x = grid.Column(wall.position.x()), y = grid.Row(wall.position.y());
-    if (!grid.Inside(x, y)) continue;
-    BirdsEyeColumn& column = columns[y * grid.width + x];
+    const int i = grid.Index(wall.position.head<2>());
+    if (i < 0) continue;
+    BirdsEyeColumn& column = columns[i];
     column.normal += wall.normal;
     column.layers |= 1u << std::min(kWallLayers - 1,
                                     static_cast<int>((wall.height - scale.wall.low) * to_layer));
@@ -58,10 +58,8 @@ std::vector<uint8_t> CollectFree(const WallMap& map, const SceneScale& scale,
     const Eigen::Vector2f step = along / std::max(length * grid.inverse_cell, 1e-3f);
     Eigen::Vector2f p = ray.from;
     for (int i = 0; i < steps; ++i, p += step) {
-      const int x = grid.Column(p.x()), y = grid.Row(p.y());
-      if (!grid.Inside(x, y)) continue;
-      uint8_t& hit = hits[y * grid.width + x];
-      if (hit < 255) ++hit;
+      const int cell = grid.Index(p);
+      if (cell >= 0 && hits[cell] < 255) ++hits[cell];
     }
   }
   return hits;

@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <limits>
 
-#include "server/matching/search/limits.h"
 #include "server/matching/search/birds_eye_grid.h"
+#include "server/matching/search/limits.h"
 
 namespace isthmus::matching {
 namespace {
@@ -21,26 +21,6 @@ bool NearWall(const std::vector<BirdsEyeColumn>& columns, const BirdsEyeGrid& gr
     }
   }
   return false;
-}
-
-// The binomial kernel, its peak at 1: one pass of [1/2 1 1/2] along and one across.
-void Blur(int width, int rows, std::vector<float>* plane) {
-  std::vector<float> row(static_cast<size_t>(width));
-  for (int y = 0; y < rows; ++y) {
-    float* p = plane->data() + static_cast<size_t>(y) * width;
-    for (int x = 0; x < width; ++x) {
-      row[x] = p[x] + 0.5f * ((x > 0 ? p[x - 1] : 0) + (x + 1 < width ? p[x + 1] : 0));
-    }
-    std::copy(row.begin(), row.end(), p);
-  }
-  const std::vector<float> source = *plane;
-  for (int y = 0; y < rows; ++y) {
-    for (int x = 0; x < width; ++x) {
-      const size_t i = static_cast<size_t>(y) * width + x;
-      (*plane)[i] = source[i] + 0.5f * ((y > 0 ? source[i - width] : 0) +
-                                        (y + 1 < rows ? source[i + width] : 0));
-    }
-  }
 }
 
 }  // namespace
@@ -97,6 +77,25 @@ BirdsEyeCells MakeBirdsEyeCells(const WallMap& map, const SceneScale& scale, dou
   }
   cells.Enclose();
   return cells;
+}
+
+void Blur(int width, int rows, std::vector<float>* plane) {
+  std::vector<float> row(static_cast<size_t>(width));
+  for (int y = 0; y < rows; ++y) {
+    float* p = plane->data() + static_cast<size_t>(y) * width;
+    for (int x = 0; x < width; ++x) {
+      row[x] = p[x] + 0.5f * ((x > 0 ? p[x - 1] : 0) + (x + 1 < width ? p[x + 1] : 0));
+    }
+    std::copy(row.begin(), row.end(), p);
+  }
+  const std::vector<float> source = *plane;
+  for (int y = 0; y < rows; ++y) {
+    for (int x = 0; x < width; ++x) {
+      const size_t i = static_cast<size_t>(y) * width + x;
+      (*plane)[i] = source[i] + 0.5f * ((y > 0 ? source[i - width] : 0) +
+                                        (y + 1 < rows ? source[i + width] : 0));
+    }
+  }
 }
 
 BirdsEyeImage MakeReferenceImage(const BirdsEyeCells& cells, double free_space_weight) {

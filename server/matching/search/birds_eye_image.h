@@ -53,6 +53,9 @@ inline int CellAt(float at, int size) {
   return static_cast<int>(std::clamp(at, 0.0f, static_cast<float>(size - 1)));
 }
 
+// The binomial kernel, its peak at 1: one pass of [1/2 1 1/2] along and one across.
+void Blur(int width, int rows, std::vector<float>* plane);
+
 // The image that stays: blurred, so that neighbours of a wall agree a little, and with the weights
 // of the score folded in.
 BirdsEyeImage MakeReferenceImage(const BirdsEyeCells& cells, double free_space_weight);

@@ -1,14 +1,11 @@
 #include "server/matching/search/fft_correlator.h"
 
-#include <fftw3.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <complex>
 #include <numeric>
 
-#include "server/matching/search/fftw_planner.h"
+#include "server/matching/search/fftw.h"
 #include "server/matching/search/limits.h"
 
 namespace isthmus::matching {
@@ -23,27 +20,6 @@ int FastSize(int least) {
     }
     if (rest == 1 && size % 2 == 0) return size;
   }
-}
-
-struct FreeFftw {
-  void operator()(void* p) const { fftwf_free(p); }
-};
-using RealBuffer = std::unique_ptr<float[], FreeFftw>;
-using Complex = std::complex<float>;
-using ComplexBuffer = std::unique_ptr<Complex[], FreeFftw>;
-
-RealBuffer MakeReal(size_t count) {
-  RealBuffer buffer(static_cast<float*>(fftwf_malloc(count * sizeof(float))));
-  std::fill_n(buffer.get(), count, 0.0f);
-  return buffer;
-}
-ComplexBuffer MakeComplex(size_t count) {
-  ComplexBuffer buffer(static_cast<Complex*>(fftwf_malloc(count * sizeof(Complex))));
-  std::fill_n(buffer.get(), count, Complex());
-  return buffer;
-}
-fftwf_complex* Fftw(const ComplexBuffer& buffer) {
-  return reinterpret_cast<fftwf_complex*>(buffer.get());
 }
 
 // Mean over a neighbourhood of frequencies, which wrap round from row to row.
@@ -144,20 +120,13 @@ float* FftCorrelator::plane(int k) { return buffers_->moved[k].get(); }
 
 const float* FftCorrelator::Correlate() {
   Buffers& b = *buffers_;
-  std::fill_n(b.product.get(), b.bins, Complex());
+  std::fill_n(b.product.get(), b.bins, FftwComplex());
   // FFTW does not normalise.
   const float scale = 1.0f / static_cast<float>(b.size());
   for (int k = 0; k < BirdsEyeImage::kPlanes; ++k) {
     b.Forward(b.moved[k].get());
     std::fill_n(b.moved[k].get(), b.size(), 0.0f);
-    const Complex* moved = b.spectrum.get();
-    const Complex* reference = b.reference[k].get();
-    Complex* product = b.product.get();
-    for (size_t i = 0; i < b.bins; ++i) {
-      const float re = reference[i].real(), im = reference[i].imag();
-      const float mr = moved[i].real() * scale, mi = moved[i].imag() * scale;
-      product[i] += Complex(re * mr + im * mi, im * mr - re * mi);  // reference * conj(moved).
-    }
+    AddCorrelation(b.reference[k].get(), b.spectrum.get(), b.bins, scale, b.product.get());
   }
   fftwf_execute(b.backward);
   return b.scores.get();

@@ -1,7 +1,8 @@
-// Placements of one level map on another during the bird's-eye search.
+// Placements of one level map on another, seen from above.
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
 #include <vector>
 
 namespace isthmus::matching {
@@ -11,6 +12,8 @@ struct PlanarPose {
   double yaw = 0;
   Eigen::Vector2d shift = Eigen::Vector2d::Zero();
   double score = 0;
+
+  Eigen::Vector2d Apply(const Eigen::Vector2d& p) const;
 };
 
 // Keeps the best of placements that put b's `pivot` within `radius_m` and its heading within
@@ -18,5 +21,10 @@ struct PlanarPose {
 std::vector<PlanarPose> SuppressNeighbors(std::vector<PlanarPose> poses,
                                           const Eigen::Vector2d& pivot, double radius_m,
                                           double yaw_rad, size_t limit);
+
+// Hill climbing from `pose`, whose score is set, on yaw, x and y about b's `pivot`, with steps that
+// are halved until those of the shift are no longer than `smallest_m`.
+PlanarPose Climb(PlanarPose pose, const Eigen::Vector2d& pivot, double yaw_step, double shift_step,
+                 double smallest_m, const std::function<double(const PlanarPose&)>& score);
 
 }  // namespace isthmus::matching

@@ -8,8 +8,8 @@
 
 #include "core/stopwatch.h"
 #include "server/matching/search/birds_eye.h"
-#include "server/matching/search/limits.h"
 #include "server/matching/search/birds_eye_grid.h"
+#include "server/matching/search/limits.h"
 #include "server/matching/search/planar_search.h"
 
 namespace isthmus::matching {
@@ -20,7 +20,8 @@ SceneScale ScaleOf(bool outdoors) {
   scale.outdoors = outdoors;
   scale.cell_m = outdoors ? kStructureCellOutdoorsM : kStructureCellM;
   const int layers = outdoors ? 32 : kLayersUnderRoof;
-  scale.wall = {kLowestStructureM, kLowestStructureM + kStructureLayerM * static_cast<float>(layers)};
+  scale.wall = {kLowestStructureM,
+                kLowestStructureM + kStructureLayerM * static_cast<float>(layers)};
   scale.free = {0.4f, 2.5f};
   scale.max_range_m = outdoors ? kStructureRangeOutdoorsM : kStructureRangeM;
   return scale;
@@ -37,24 +38,6 @@ float Weigh(uint32_t layers) {
   const bool upright = reach >= 3 && std::popcount(layers) >= 3;
   return 0.5f * (filled(0x1Fu, 2) + filled(0x3FFu << 5, 3) + filled(~0u << 15, 4) +
                  (upright ? 1.0f : 0.0f));
-}
-
-// Spread to the neighbours by [1/4 1/2 1/4], along and across.
-void Soften(int width, int rows, std::vector<float>* plane) {
-  const auto pass = [&](size_t step, size_t lines, size_t line_step, size_t count) {
-    for (size_t line = 0; line < lines; ++line) {
-      float* p = plane->data() + line * line_step;
-      float before = 0;
-      for (size_t i = 0; i < count; ++i) {
-        const float here = p[i * step], after = i + 1 < count ? p[(i + 1) * step] : 0;
-        p[i * step] = 0.25f * before + 0.5f * here + 0.25f * after;
-        before = here;
-      }
-    }
-  };
-  const auto w = static_cast<size_t>(width), h = static_cast<size_t>(rows);
-  pass(1, h, w, w);
-  pass(w, w, 1, h);
 }
 
 BirdsEyeImage MakeImage(const BirdsEyeCells& cells) {
@@ -80,7 +63,7 @@ BirdsEyeImage MakeImage(const BirdsEyeCells& cells) {
   for (const auto& p : cells.free) {
     image.planes[BirdsEyeImage::kWall][index(p)] -= kStructureFreeWeight;
   }
-  for (auto& plane : image.planes) Soften(image.width, image.rows, &plane);
+  for (auto& plane : image.planes) Blur(image.width, image.rows, &plane);
   return image;
 }
 
@@ -122,7 +105,8 @@ BirdsEyeCells MakeStructureCells(const WallMap& map, bool outdoors, double cell_
     if (!(height >= scale.wall.low && height < scale.wall.high && range < scale.max_range_m))
       return;
     const int i = grid.Index(at);
-    if (i >= 0) columns[i].layers |= 1u << static_cast<int>((height - scale.wall.low) / kStructureLayerM);
+    if (i >= 0)
+      columns[i].layers |= 1u << static_cast<int>((height - scale.wall.low) / kStructureLayerM);
   });
   const std::vector<uint8_t> hits = CollectFree(map, scale, grid);
   for (size_t i = 0; i < grid.size(); ++i) {

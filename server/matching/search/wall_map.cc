@@ -26,14 +26,16 @@ bool IsOutdoors(const std::vector<SurfacePoint>& surface,
   return static_cast<double>(far) > kMinFarShare * static_cast<double>(asked);
 }
 
+void AddSensorPositions(const Submap& submap, std::vector<Eigen::Vector3f>* sensors) {
+  for (const Keyframe& keyframe : submap.keyframes) {
+    const Eigen::Vector3d& sensor = keyframe.T_submap_sensor.translation();
+    sensors->push_back((submap.T_odom_submap * sensor).cast<float>());
+  }
+}
+
 std::vector<Eigen::Vector3f> SensorPositions(const SessionMap& map) {
   std::vector<Eigen::Vector3f> sensors;
-  for (const auto& submap : map.submaps) {
-    for (const Keyframe& keyframe : submap->keyframes) {
-      const Eigen::Vector3d& sensor = keyframe.T_submap_sensor.translation();
-      sensors.push_back((submap->T_odom_submap * sensor).cast<float>());
-    }
-  }
+  for (const auto& submap : map.submaps) AddSensorPositions(*submap, &sensors);
   return sensors;
 }
 

@@ -50,6 +50,8 @@ bool IsOutdoors(const std::vector<SurfacePoint>& surface,
 
 // Positions of the keyframes' sensors, odom frame.
 std::vector<Eigen::Vector3f> SensorPositions(const SessionMap& map);
+// Appends those of one submap.
+void AddSensorPositions(const Submap& submap, std::vector<Eigen::Vector3f>* sensors);
 
 // Immutable; safe to read from many threads.
 class WallMap {

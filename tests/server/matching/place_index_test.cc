@@ -80,7 +80,7 @@ TEST_F(PlanTest, ShowsWallsAndWhereTheRobotLookedAcross) {
 }
 
 TEST_F(PlanTest, PlacesOneOnTheOther) {
-  const PlanPlacement placement = PlacePlan(a_, b_);
+  const PlanarPose placement = PlacePlan(a_, b_);
   const Pose T_a_b = T_world_a().Inverse() * T_world_b();
   const Eigen::Matrix3d R = T_a_b.RotationMatrix();
   EXPECT_LT(std::abs(std::remainder(placement.yaw - std::atan2(R(1, 0), R(0, 0)), 2 * M_PI)), 0.05);

@@ -16,21 +16,13 @@ using ::testing::HasSubstr;
 
 constexpr uint32_t kSubmaps = 8;
 
-// Round a square of 20 m, two submaps a side, with 0.3 m of drift by the end.
-Pose TruthOf(uint32_t index) {
-  const Pose side = Pose::FromXyzRpy(10, 0, 0, 0, 0, 0);
-  const Pose corner = Pose::FromXyzRpy(10, 0, 0, 0, 0, M_PI / 2);
-  Pose pose;
-  for (uint32_t i = 0; i < index; ++i) pose = pose * (i % 2 == 0 ? side : corner);
-  return pose;
-}
-
+// With 0.3 m of drift by the end.
 std::shared_ptr<Submap> MakeSubmap(uint32_t index) {
   auto submap = std::make_shared<Submap>();
   submap->id = {kSession, index};
   submap->robot = RobotId("alice");
   const double drift = 0.3 * index / (kSubmaps - 1);
-  submap->T_odom_submap = Pose(Eigen::Vector3d(drift, drift, 0)) * TruthOf(index);
+  submap->T_odom_submap = Pose(Eigen::Vector3d(drift, drift, 0)) * SquareOf(index);
   submap->first_sequence = 2 * index + 1;
   submap->last_sequence = 2 * index + 2;
   submap->keyframes = {{2 * index + 1, 1'000'000'000 * int64_t{index}, Pose()}};
@@ -43,7 +35,7 @@ LoopClosure Closure(uint32_t a, uint32_t b) {
   loop.session = kSession;
   loop.submap_a = a;
   loop.submap_b = b;
-  loop.T_a_b = TruthOf(a).Inverse() * TruthOf(b);
+  loop.T_a_b = SquareOf(a).Inverse() * SquareOf(b);
   loop.confidence = 0.99;
   loop.source = GuessSource::kOdometry;
   loop.edges = {{a, b, loop.T_a_b, 1e4 * Matrix6d::Identity()}};
@@ -74,7 +66,7 @@ class PipelineGraph : public PlacedMapTest {
     return std::nullopt;
   }
   double ErrorOf(uint32_t index) {
-    return (PoseOf(index)->translation() - TruthOf(index).translation()).norm();
+    return (PoseOf(index)->translation() - SquareOf(index).translation()).norm();
   }
 };
 

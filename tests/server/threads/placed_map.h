@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
@@ -15,6 +17,15 @@
 namespace isthmus::server {
 
 inline const SessionId kSession("alice-1");
+
+// Round a square of 20 m, two submaps a side.
+inline Pose SquareOf(uint32_t index) {
+  const Pose side = Pose::FromXyzRpy(10, 0, 0, 0, 0, 0);
+  const Pose corner = Pose::FromXyzRpy(10, 0, 0, 0, 0, M_PI / 2);
+  Pose pose;
+  for (uint32_t i = 0; i < index; ++i) pose = pose * (i % 2 == 0 ? side : corner);
+  return pose;
+}
 
 class PlacedMapTest : public ::testing::Test {
  protected:

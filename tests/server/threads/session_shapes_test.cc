@@ -14,15 +14,6 @@ namespace {
 
 constexpr uint32_t kShapeSubmaps = 8;
 
-// Round a square of 20 m, two submaps a side.
-Pose SquareOf(uint32_t index) {
-  const Pose side = Pose::FromXyzRpy(10, 0, 0, 0, 0, 0);
-  const Pose corner = Pose::FromXyzRpy(10, 0, 0, 0, 0, M_PI / 2);
-  Pose pose;
-  for (uint32_t i = 0; i < index; ++i) pose = pose * (i % 2 == 0 ? side : corner);
-  return pose;
-}
-
 // With 2 m of drift by the end.
 std::shared_ptr<Submap> MakeBentSubmap(uint32_t index) {
   auto submap = std::make_shared<Submap>();
