@@ -27,6 +27,7 @@ constexpr std::pair<MatchReason, v1::Match::Reason> kReasons[] = {
     {MatchReason::kCycle, v1::Match::REASON_CYCLE},
     {MatchReason::kGroup, v1::Match::REASON_GROUP},
     {MatchReason::kLowOverlap, v1::Match::REASON_LOW_OVERLAP},
+    {MatchReason::kLoose, v1::Match::REASON_LOOSE},
     {MatchReason::kTooSmall, v1::Match::REASON_TOO_SMALL},
     {MatchReason::kFewComparisons, v1::Match::REASON_FEW_COMPARISONS},
     {MatchReason::kDegenerate, v1::Match::REASON_DEGENERATE},

@@ -40,6 +40,11 @@ std::vector<Hypothesis> Propose(matching::CandidateSearch* search) {
   add([&](auto* found) { search->ByBirdsEye(found, &stages); });
   add([&](auto* found) { search->ByStructure(found, &stages); });
   add([&](auto* found) { search->ByPlaces(found, &stages); });
+  search->ByRepeats(&all, &stages);
+  if (search->TurnOver()) {
+    add([&](auto* found) { search->ByBirdsEye(found, &stages); });
+    add([&](auto* found) { search->ByStructure(found, &stages); });
+  }
   return all;
 }
 
@@ -59,6 +64,8 @@ JudgedPair JudgeHypotheses(std::vector<DrivenRobot> robots) {
     judged.overlap = SeenSurface::Overlap(SeenSurface(robots[0]), SeenSurface(robots[1]));
   }
   const matching::PreparedMap a(MapOf(robots[0])), b(MapOf(robots[1]));
+  judged.repeats_a = a.self_similarity().degree();
+  judged.repeats_b = b.self_similarity().degree();
   matching::CandidateSearch search(a, b);
   const std::vector<Hypothesis> proposed = Propose(&search);
   std::vector<double> best;
@@ -70,6 +77,7 @@ JudgedPair JudgeHypotheses(std::vector<DrivenRobot> robots) {
     one.rigid = one.joint = h;
     one.right = truth.IsWithin(h.T_a_b, kRigidM, kRigidDeg);
     one.is_joint = one.right || h.Agreement() >= least;
+    if (truth.HasTransform()) one.error = truth.ErrorOf(h.T_a_b);
     if (!one.is_joint) continue;
     search.MeasureShared(&one.joint);
     matching::MeasureJointly(a, b, &one.joint);
@@ -115,21 +123,30 @@ std::string SearchTable(const std::vector<JudgedPair>& pairs) {
 
 std::string ToCsv(const std::vector<JudgedPair>& pairs) {
   std::string csv =
-      "scenario,seed,overlap_of_truth,outdoors,source,right,is_joint,joint_right,rigid_overlap,"
+      "pair,scenario,seed,overlap_of_truth,outdoors,source,right,is_joint,joint_right,rigid_"
+      "overlap,"
       "rigid_inliers,rigid_residual_m,rigid_free_space,rigid_comparisons,free_space,comparisons,"
       "overlap,inlier_ratio,inliers,residual_m,shared_area_m2,shared_share,observability,"
-      "odometry_residual,converged\n";
-  for (const JudgedPair& pair : pairs) {
+      "odometry_residual,converged,regions,contradicted_regions,upright_ratio,"
+      "own_ratio,own_upright_ratio,own_residual_m,own_near,error_m,error_deg,"
+      "repeats_a,repeats_b\n";
+  for (size_t i = 0; i < pairs.size(); ++i) {
+    const JudgedPair& pair = pairs[i];
     for (const JudgedHypothesis& one : pair.hypotheses) {
       const Hypothesis &r = one.rigid, &h = one.joint;
-      absl::StrAppendFormat(&csv, "%s,%d,%.3f,%d,%s,%d,%d,%d,%.4f,%d,%.4f,%.5f,%d,", pair.scenario,
-                            pair.seed, pair.overlap, r.outdoors, ToString(r.source), one.right,
-                            one.is_joint, one.joint_right, r.overlap, r.inliers, r.residual_m,
-                            r.free_space.violation(), r.free_space.comparisons());
-      absl::StrAppendFormat(&csv, "%.5f,%d,%.4f,%.4f,%d,%.4f,%.0f,%.3f,%.4f,%.3f,%d\n",
+      absl::StrAppendFormat(&csv, "%d,%s,%d,%.3f,%d,%s,%d,%d,%d,%.4f,%d,%.4f,%.5f,%d,", i,
+                            pair.scenario, pair.seed, pair.overlap, r.outdoors, ToString(r.source),
+                            one.right, one.is_joint, one.joint_right, r.overlap, r.inliers,
+                            r.residual_m, r.free_space.violation(), r.free_space.comparisons());
+      absl::StrAppendFormat(&csv, "%.5f,%d,%.4f,%.4f,%d,%.4f,%.0f,%.3f,%.4f,%.3f,%d,",
                             h.free_space.violation(), h.free_space.comparisons(), h.overlap,
                             h.inlier_ratio, h.inliers, h.residual_m, h.shared_area_m2,
                             h.shared_share, h.observability, h.odometry_residual, h.converged);
+      absl::StrAppendFormat(&csv, "%d,%d,%.4f,%.4f,%.4f,%.4f,%d,%.2f,%.1f,%.4f,%.4f\n",
+                            h.free_space.regions, h.free_space.contradicted_regions,
+                            h.upright_ratio, h.own.ratio(), h.own.upright_ratio(),
+                            h.own.residual_m(), h.own.near, one.error.median_m,
+                            one.error.median_deg, pair.repeats_a, pair.repeats_b);
     }
   }
   return csv;

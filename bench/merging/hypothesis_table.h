@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "bench/merging/driven_robot.h"
+#include "bench/merging/judge.h"
 #include "server/matching/pairs/hypothesis.h"
 
 namespace isthmus::bench {
@@ -15,12 +16,15 @@ struct JudgedHypothesis {
   bool is_joint = false;
   bool right = false;        // Rigid within 1 m and 3 degrees, drift apart.
   bool joint_right = false;  // Joint within 0.3 m and 1 degree, drift apart.
+  MapError error;            // Rigid, by the truth.
 };
 
 struct JudgedPair {
   std::string scenario;
   uint64_t seed = 0;
   double overlap = 0;  // By the truth.
+  // How well the map lies on itself elsewhere, 1 being in place: of a world that repeats, much.
+  double repeats_a = 0, repeats_b = 0;
   std::vector<JudgedHypothesis> hypotheses = {};
 };
 

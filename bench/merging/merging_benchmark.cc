@@ -111,6 +111,15 @@ struct Results {
   std::vector<JudgedPair> judged;
 };
 
+void Judge(const std::string& name, uint64_t seed, std::vector<DrivenRobot> robots,
+           Results* results) {
+  JudgedPair judged = JudgeHypotheses(std::move(robots));
+  judged.scenario = name;
+  judged.seed = seed;
+  std::cerr << judged.scenario << " " << judged.seed << std::endl;
+  results->judged.push_back(std::move(judged));
+}
+
 absl::Status RunScenario(const std::string& name, const RobotsOf& robots_of,
                          const server::PipelineOptions& pipeline, const Options& options,
                          Results* results) {
@@ -119,6 +128,10 @@ absl::Status RunScenario(const std::string& name, const RobotsOf& robots_of,
     if (!robots.ok()) return robots.status();
     if (robots->empty()) {
       std::cerr << name << " " << seed << ": no part of the drives is like that\n";
+      continue;
+    }
+    if (!options.hypotheses.empty()) {
+      Judge(name, seed, *std::move(robots), results);
       continue;
     }
     if (options.update) {
@@ -210,11 +223,7 @@ absl::Status RunWild(const server::PipelineOptions& pipeline, const Options& opt
     }
     SetFrames({}, seed, options, &*robots);
     if (!options.hypotheses.empty()) {
-      JudgedPair judged = JudgeHypotheses(*std::move(robots));
-      judged.scenario = NameOf(pair);
-      judged.seed = pair.seed;
-      std::cerr << judged.scenario << " " << judged.seed << std::endl;
-      results->judged.push_back(std::move(judged));
+      Judge(NameOf(pair), pair.seed, *std::move(robots), results);
       continue;
     }
     auto trial = RunTrial(*std::move(robots), pipeline);
@@ -344,8 +353,7 @@ int Main(int argc, char** argv) {
       ->check(CLI::Range(2, 26))
       ->capture_default_str();
   app.add_option("--hypotheses", options.hypotheses,
-                 "FILE.csv: what each search proposes of wild pairs, instead of merging them")
-      ->needs(wild);
+                 "FILE.csv: what each search proposes of pairs, instead of merging them");
   app.add_flag("--teams", options.teams, "All robots of a wild world at once, not pair by pair")
       ->needs(wild);
   auto* index = app.add_flag("--index", options.index,

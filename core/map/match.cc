@@ -17,6 +17,7 @@ constexpr std::pair<MatchReason, const char*> kReasons[] = {
     {MatchReason::kCycle, "CYCLE"},
     {MatchReason::kGroup, "GROUP"},
     {MatchReason::kLowOverlap, "LOW_OVERLAP"},
+    {MatchReason::kLoose, "LOOSE"},
     {MatchReason::kTooSmall, "TOO_SMALL"},
     {MatchReason::kFewComparisons, "FEW_COMPARISONS"},
     {MatchReason::kDegenerate, "DEGENERATE"},
@@ -33,6 +34,7 @@ constexpr std::pair<GuessSource, const char*> kSources[] = {
     {GuessSource::kPlaces, "places"},
     {GuessSource::kBirdsEye, "birds_eye"},
     {GuessSource::kStructure, "structure"},
+    {GuessSource::kRepeats, "repeats"},
     {GuessSource::kPaper, "paper"},
     {GuessSource::kByHand, "by_hand"},
 };

@@ -32,6 +32,7 @@ enum class MatchReason {
   kCycle,
   kGroup,  // Open by itself; settled by matches of these two sessions with others.
   kLowOverlap,
+  kLoose,
   kTooSmall,
   kFewComparisons,
   kDegenerate,
@@ -54,6 +55,7 @@ enum class GuessSource {
   kPlaces,
   kBirdsEye,
   kStructure,
+  kRepeats,  // Another hypothesis, moved by what one of the maps repeats.
   kPaper,
   kByHand,
 };

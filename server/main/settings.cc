@@ -248,17 +248,10 @@ void AddMatching(ServerConfig& config, Table& table) {
 // The checks a match has to pass, in the order of docs/concepts.md.
 void AddAcceptance(ServerConfig& config, Table& table) {
   matching::MatcherOptions& matcher = config.pipeline.matcher;
-  table.Add("min_comparisons", &matcher.min_comparisons, int64_t{1}, int64_t{1'000'000},
-            "Range comparisons that a match must rest on; with fewer it waits.");
-  table.Add("min_overlap", &matcher.min_overlap, 0.0, 1.0,
-            "Share of the smaller map that must lie on the other; with less a match waits.");
-  table.Add("max_free_space", &matcher.max_free_space, 0.0, 1.0,
-            "Share of contradicted range comparisons above which a match is rejected, indoors.");
-  table.Add("max_free_space_outdoors", &matcher.max_free_space_outdoors, 0.0, 1.0,
-            "The same for pairs of maps under the open sky.");
-  table.Add("min_shared_area_m2", &matcher.min_shared_area_m2, 1.0, 1e6,
-            "Ground that both robots must have looked across, m2; with less a match waits, as a "
-            "single room may have a twin.");
+  table.Add(
+      "min_probability", &matcher.min_probability, 0.5, 1.0,
+      "Probability of being right from which on a match is accepted. A wrong merge destroys a "
+      "map, a missed one waits: higher is safer.");
   table.Add("max_enclosed_share", &matcher.max_enclosed_share, 0.0, 1.0,
             "The shared ground may be this share of what the robot that saw more knows, while it "
             "is no more than 400 m2. If it is more of it, a closed place built alike would fit as "
@@ -272,9 +265,6 @@ void AddAcceptance(ServerConfig& config, Table& table) {
   table.Add("max_odometry_residual", &matcher.max_odometry_residual, 0.01, 1000.0,
             "Standard deviations (RMS) that the odometry may have to bend for the maps to fit; "
             "with more a match waits.");
-  table.Add("min_margin", &matcher.min_margin, 1.0, 1000.0,
-            "How many times more its runner-up must be contradicted than a match; else it is "
-            "ambiguous.");
 }
 
 // The drift of odometry: the range within which loop closures are looked for, and how far they bend

@@ -20,16 +20,26 @@ bool MayBeSettled(MatchState state, MatchReason reason) {
     case MatchReason::kCycle:
     case MatchReason::kTooSmall:
     case MatchReason::kLowOverlap:
-    case MatchReason::kFewComparisons:
+    case MatchReason::kLoose:
+    case MatchReason::kFreeSpace:
       return true;
     default:
       return false;
   }
 }
 
-double LogOdds(double confidence) {
+double LogOdds(double confidence, double none) {
   const double p = std::clamp(confidence, 1 - kMaxConfidence, kMaxConfidence);
-  return std::log(p / (1 - p));
+  return std::log(p / std::max(none, 1 - kMaxConfidence));
+}
+
+// The probability that none of what is said of a pair is right, beside one of which this is the
+// confidence. Said by hand, or of a store whose confidences were not yet shares of one, they may be
+// more than 1 together.
+double NoneOf(const Match& match, double confidence) {
+  double sum = match.confidence;
+  for (const RivalMatch& rival : match.rivals) sum += rival.confidence;
+  return 1 - (sum <= 1 ? sum : confidence);
 }
 
 void SortByOdds(std::vector<Hypothesis>* hypotheses) {
@@ -99,7 +109,7 @@ class Collector {
     Hypothesis h{index_.at(match->a),
                  index_.at(match->b),
                  said.T_a_b,
-                 LogOdds(said.confidence),
+                 LogOdds(said.confidence, NoneOf(*match, said.confidence)),
                  match,
                  rival,
                  GroundOf(*nodes_.at(match->a), edges, true),

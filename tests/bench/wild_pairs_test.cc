@@ -90,7 +90,7 @@ TEST(SearchTable, CountsWhoFindsAPlaceAlone) {
   both.hypotheses[1].right = true;
   EXPECT_THAT(SearchTable({pair, both, {.scenario = "house twin"}}),
               HasSubstr("| 0.30 and more | 2 | 2 | places 1, structure 2 | structure 1 |"));
-  EXPECT_THAT(ToCsv({pair}), HasSubstr("\nhouse,0,0.500,0,structure,1,0,0,"));
+  EXPECT_THAT(ToCsv({pair}), HasSubstr("\n0,house,0,0.500,0,structure,1,0,0,"));
 }
 
 }  // namespace

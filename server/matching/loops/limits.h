@@ -92,4 +92,8 @@ inline constexpr int kMinSeenPoints = 10;
 inline constexpr size_t kMinBatch = 4, kMaxOfAPlace = 4;
 inline constexpr double kMinBatchShare = 0.05;
 
+// Share contradicted below which a right and a wrong hypothesis are noise: LoopOptions::min_margin
+// is taken of no less.
+inline constexpr double kFreeSpaceNoise = 0.002;
+
 }  // namespace isthmus::matching

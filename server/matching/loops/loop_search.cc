@@ -6,8 +6,8 @@
 
 #include "server/matching/loops/limits.h"
 #include "server/matching/loops/loop_confidence.h"
+#include "server/matching/loops/loop_decision.h"
 #include "server/matching/pairs/candidate_search.h"
-#include "server/matching/pairs/decision.h"
 #include "server/matching/pairs/limits.h"
 #include "server/matching/pairs/submap_alignment.h"
 #include "server/matching/search/limits.h"
@@ -147,13 +147,10 @@ class Search {
     std::erase_if(found, [&](const Hypothesis& h) {
       return !IsPossible(h.T_a_b, kGuessErrorM, kGuessErrorRad);
     });
-    Match match;
-    DecideState(Verify(std::move(found)), Limits(), &match);
-    if (match.state != MatchState::kAccepted ||
-        !IsPossible(match.T_a_b, kWindowErrorM, kWindowErrorRad)) {
-      return std::nullopt;
-    }
-    return Close(match);
+    const std::vector<Hypothesis> verified = Verify(std::move(found));
+    const Hypothesis* chosen = ChooseLoop(verified, options_);
+    if (!chosen || !IsPossible(chosen->T_a_b, kWindowErrorM, kWindowErrorRad)) return std::nullopt;
+    return Close(*chosen);
   }
 
   double Capture() const { return outdoors_ ? 2 * kCaptureM : kCaptureM; }
@@ -185,19 +182,6 @@ class Search {
     return outdoors_ ? options_.max_free_space_outdoors : options_.max_free_space;
   }
 
-  MatcherOptions Limits() const {
-    MatcherOptions limits;
-    limits.min_overlap = options_.min_overlap;
-    limits.min_comparisons = options_.min_comparisons;
-    limits.min_margin = options_.min_margin;
-    limits.max_tighter_residual = 0;  // Places along one's own way are nearly one.
-    limits.min_shared_area_m2 = 0;
-    limits.max_enclosed_share = 1;
-    limits.min_observability = options_.min_observability;
-    limits.max_odometry_residual = options_.max_odometry_residual;
-    return limits;
-  }
-
   // The best refined jointly, best first.
   std::vector<Hypothesis> Verify(std::vector<Hypothesis> found) const {
     const double limit = MaxFreeSpace();
@@ -220,15 +204,15 @@ class Search {
     return judged;
   }
 
-  std::optional<LoopClosure> Close(const Match& match) const {
+  std::optional<LoopClosure> Close(const Hypothesis& h) const {
     LoopClosure closure;
     closure.session = scene_.newest()->id.session;
-    closure.overlap = match.overlap;
-    closure.residual_m = match.residual_m;
-    closure.free_space = match.free_space;
-    closure.comparisons = match.comparisons;
-    closure.source = match.matcher;
-    closure.edges = ChooseEdges(match.edges);
+    closure.overlap = h.overlap;
+    closure.residual_m = h.residual_m;
+    closure.free_space = h.free_space.violation();
+    closure.comparisons = h.free_space.comparisons();
+    closure.source = h.source;
+    closure.edges = ChooseEdges(h.joint.edges);
     if (closure.edges.empty()) return std::nullopt;
     closure.submap_a = closure.edges.front().submap_a;
     closure.submap_b = closure.edges.front().submap_b;

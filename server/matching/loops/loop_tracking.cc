@@ -34,7 +34,8 @@ std::optional<Laid> LayOn(const LoopScene& scene, const LoopCandidate& candidate
   if (chi2 > options.drift_sigmas * options.drift_sigmas) return std::nullopt;
   Laid laid;
   laid.edge = {a.submap().id.index, b.submap().id.index, T_a_b, aligned->information};
-  laid.agreement = MeasureAgreement(b, T_a_b, old->submaps(), {Pose()}, kOnSurfaceM);
+  laid.agreement =
+      MeasureAgreement(b, T_a_b, old->submaps(), {Pose()}, Eigen::Vector3d::UnitZ(), kOnSurfaceM);
   const bool outdoors = IsOutdoors(*old) && IsOutdoors(fresh);
   laid.free_space = ScoreFreeSpace(old->free_space(), fresh.free_space(), {{Pose()}, {T_a_b}},
                                    FreeSpaceOptions::For(outdoors));

@@ -25,6 +25,11 @@ Eigen::Vector3d MeanSensor(const PreparedMap& map) {
   return map.T_level_odom().Inverse() * sum;
 }
 
+bool HasViews(const PreparedMap& map) {
+  return std::any_of(map.submaps().begin(), map.submaps().end(),
+                     [](const auto& submap) { return !submap->views().empty(); });
+}
+
 }  // namespace
 
 CandidateSearch::CandidateSearch(const PreparedMap& a, const PreparedMap& b, std::stop_token stop)
@@ -33,6 +38,7 @@ CandidateSearch::CandidateSearch(const PreparedMap& a, const PreparedMap& b, std
   refine_options_.voxel_m = std::max(refine_options_.voxel_m, b.whole().refine_options.voxel_m);
   if (scale_.outdoors) refine_options_.coarse_distance_m *= 1.5;
   middle_b_ = MeanSensor(b);
+  walls_b_ = &b.whole().walls;
 }
 
 void CandidateSearch::ByBirdsEye(std::vector<Hypothesis>* found, std::vector<StageTime>* stages,
@@ -40,8 +46,7 @@ void CandidateSearch::ByBirdsEye(std::vector<Hypothesis>* found, std::vector<Sta
   BirdsEyeOptions options;
   options.stop = stop_;
   if (possible) options.candidates *= 2;  // Many of them may lie elsewhere.
-  std::vector<Candidate> candidates =
-      SearchBirdsEye(a_.whole().walls, b_.whole().walls, options, stages);
+  std::vector<Candidate> candidates = SearchBirdsEye(a_.whole().walls, *walls_b_, options, stages);
   if (possible) std::erase_if(candidates, [&](const Candidate& c) { return !possible(c.T_a_b); });
   std::erase_if(candidates, [least = candidates.empty() ? 0 : candidates[0].score](
                                 const Candidate& c) { return c.score < kMinRivalShare * least; });
@@ -51,7 +56,7 @@ void CandidateSearch::ByBirdsEye(std::vector<Hypothesis>* found, std::vector<Sta
 std::vector<Candidate> CandidateSearch::OnStoreys(const std::vector<Candidate>& candidates) const {
   std::vector<double> heights;
   for (const float at_a : a_.whole().walls.storeys()) {
-    for (const float at_b : b_.whole().walls.storeys()) {
+    for (const float at_b : walls_b_->storeys()) {
       const double height = at_a - at_b;
       const bool known = std::any_of(heights.begin(), heights.end(), [&](double other) {
         return std::abs(other - height) < kMinStoreyM / 2;
@@ -82,8 +87,8 @@ std::vector<Candidate> CandidateSearch::OnStoreys(const std::vector<Candidate>& 
 }
 
 void CandidateSearch::ByStructure(std::vector<Hypothesis>* found, std::vector<StageTime>* stages) {
-  TakeCandidates(OnStoreys(SearchStructure(a_.whole().walls, b_.whole().walls, stop_, stages)),
-                 found, stages);
+  TakeCandidates(OnStoreys(SearchStructure(a_.whole().walls, *walls_b_, stop_, stages)), found,
+                 stages);
 }
 
 void CandidateSearch::ByPlaces(std::vector<Hypothesis>* found, std::vector<StageTime>* stages) {
@@ -91,6 +96,42 @@ void CandidateSearch::ByPlaces(std::vector<Hypothesis>* found, std::vector<Stage
   const std::vector<Candidate> candidates = SearchPlaces(a_.places(), b_.places(), kPlaceGuesses);
   stages->push_back({"places", watch.Ms()});
   TakeCandidates(candidates, found, stages);
+}
+
+void CandidateSearch::ByRepeats(std::vector<Hypothesis>* found, std::vector<StageTime>* stages) {
+  std::vector<const Hypothesis*> best;
+  for (const Hypothesis& h : *found) best.push_back(&h);
+  std::stable_sort(best.begin(), best.end(), [](const Hypothesis* x, const Hypothesis* y) {
+    return x->Agreement() > y->Agreement();
+  });
+  const auto overlap = [&](const Pose& T_a_b) {
+    return CoarseOverlap(a_.whole().refinable, b_.whole().refinable, T_a_b, kFirstLookM);
+  };
+  std::vector<Candidate> moved;
+  for (size_t k = 0; k < std::min(best.size(), kMaxRepeated); ++k) {
+    const Hypothesis* h = best[k];
+    const double least = kMinRepeatedOverlap * overlap(h->T_a_b);
+    const auto take = [&](const Pose& T_a_b) {
+      if (overlap(T_a_b) >= least) moved.push_back({T_a_b, 0, GuessSource::kRepeats});
+    };
+    const auto each = [](const PreparedMap& map, const auto& use) {
+      const auto& repeats = map.self_similarity().repeats;
+      for (size_t i = 0; i < std::min(repeats.size(), kMaxRepeats); ++i) {
+        if (repeats[i].degree < kMinRepeatDegree) break;
+        use(repeats[i].T_odom_odom);
+        use(repeats[i].T_odom_odom.Inverse());
+      }
+    };
+    each(a_, [&](const Pose& T_a_a) { take(T_a_a * h->T_a_b); });
+    each(b_, [&](const Pose& T_b_b) { take(h->T_a_b * T_b_b); });
+  }
+  TakeCandidates(moved, found, stages);
+}
+
+bool CandidateSearch::TurnOver() {
+  if (!a_.may_be_upside_down() && !b_.may_be_upside_down()) return false;
+  walls_b_ = &b_.turned_over();
+  return true;
 }
 
 void CandidateSearch::ByFeatures(std::vector<Hypothesis>* found, std::vector<StageTime>* stages) {
@@ -143,24 +184,36 @@ void CandidateSearch::TakeCandidates(const std::vector<Candidate>& candidates,
   stages->push_back({"free_space", watch.Lap()});
 }
 
-// Angle between the two maps' verticals.
+// Angle between the two maps' verticals, whichever end is up where that is in doubt.
 double CandidateSearch::Tilt(const Pose& T_a_b) const {
   const Eigen::Vector3d up_b = b_.T_level_odom().rotation().inverse() * Eigen::Vector3d::UnitZ();
   const Eigen::Vector3d up_level = (a_.T_level_odom() * T_a_b).rotation() * up_b;
-  return std::acos(std::clamp(up_level.z(), -1.0, 1.0));
+  const bool doubtful = a_.may_be_upside_down() || b_.may_be_upside_down();
+  return std::acos(std::clamp(doubtful ? std::abs(up_level.z()) : up_level.z(), -1.0, 1.0));
+}
+
+bool CandidateSearch::IsTurnedOver(const Pose& T_a_b) const {
+  const Pose T_level_level = a_.T_level_odom() * T_a_b * b_.T_level_odom().Inverse();
+  return (T_level_level.rotation() * Eigen::Vector3d::UnitZ()).z() < 0;
 }
 
 void CandidateSearch::MeasureShared(Hypothesis* h) {
-  if (a_cells_.cell_m == 0) {
-    const double cell = CellThatFits(a_.whole().walls, b_.whole().walls, scale_, 2 * scale_.cell_m);
-    a_cells_ = MakeBirdsEyeCells(a_.whole().walls, scale_, cell);
-    b_cells_ = MakeBirdsEyeCells(b_.whole().walls, scale_, cell);
-  }
-  const Pose T_b_level = b_.T_level_odom().Inverse();
-  const Pose T_level_level = a_.T_level_odom() * h->T_a_b * T_b_level;
-  const SharedArea shared = MeasureSharedArea(a_cells_, b_cells_, T_level_level);
+  const double cell = CellThatFits(a_.whole().walls, b_.whole().walls, scale_, 2 * scale_.cell_m);
+  const auto cells_of = [&](const WallMap& walls, BirdsEyeCells* cells) -> const BirdsEyeCells& {
+    if (cells->cell_m == 0) *cells = MakeBirdsEyeCells(walls, scale_, cell);
+    return *cells;
+  };
+  const bool turned = IsTurnedOver(h->T_a_b);
+  const WallMap& walls_b = turned ? b_.turned_over() : b_.whole().walls;
+  const Pose T_level_level = a_.T_level_odom() * h->T_a_b * walls_b.T_level_odom().Inverse();
+  const SharedArea shared =
+      MeasureSharedArea(cells_of(a_.whole().walls, &a_cells_),
+                        cells_of(walls_b, turned ? &b_turned_cells_ : &b_cells_), T_level_level);
   h->shared_area_m2 = shared.area_m2;
   h->shared_share = shared.share;
+  h->upside_down = (h->T_a_b.rotation() * Eigen::Vector3d::UnitZ()).z() < 0;
+  h->can_be_refuted = HasViews(a_) && HasViews(b_);
+  h->repetition = std::max(a_.self_similarity().degree(), b_.self_similarity().degree());
   // At the height of b's sensor, wherever the origins of the odom frames are.
   const double height = (a_.T_level_odom() * h->T_a_b * middle_b_).z();
   h->shared_center =

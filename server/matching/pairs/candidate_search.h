@@ -31,10 +31,15 @@ class CandidateSearch {
   void ByPlaces(std::vector<Hypothesis>* found, std::vector<StageTime>* stages);
   // Finds nothing in a build without the paper's chain.
   void ByFeatures(std::vector<Hypothesis>* found, std::vector<StageTime>* stages);
+  // Moves those that agree best by what either map repeats: where one rack or room fits, others
+  // may.
+  void ByRepeats(std::vector<Hypothesis>* found, std::vector<StageTime>* stages);
+  // From here on b is searched with the other end up, where it or a may be upside down; else false.
+  bool TurnOver();
   void TakeCandidates(const std::vector<Candidate>& candidates, std::vector<Hypothesis>* found,
                       std::vector<StageTime>* stages);
 
-  // Fills the ground that both know; whole maps only.
+  // Fills the ground that both know, and how far they repeat; whole maps only.
   void MeasureShared(Hypothesis* h);
 
   bool outdoors() const { return scale_.outdoors; }
@@ -42,6 +47,7 @@ class CandidateSearch {
 
  private:
   double Tilt(const Pose& T_a_b) const;
+  bool IsTurnedOver(const Pose& T_a_b) const;
   // Candidates from above on the storeys that they suit best, where there are several.
   std::vector<Candidate> OnStoreys(const std::vector<Candidate>& candidates) const;
 
@@ -51,7 +57,8 @@ class CandidateSearch {
   const std::stop_token stop_;
   RefineOptions refine_options_;
   Eigen::Vector3d middle_b_ = Eigen::Vector3d::Zero();  // Of b's sensors, b's odom frame.
-  BirdsEyeCells a_cells_, b_cells_;
+  const WallMap* walls_b_;
+  BirdsEyeCells a_cells_, b_cells_, b_turned_cells_;
   uint32_t candidates_ = 0;
 };
 

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "server/matching/pairs/limits.h"
+#include "server/matching/pairs/probability.h"
 
 namespace isthmus::matching {
 namespace {
@@ -25,33 +26,73 @@ double MaxEnclosedShare(double area_m2, const MatcherOptions& options) {
   return options.max_enclosed_share + (1 - options.max_enclosed_share) * std::min(1.0, risen);
 }
 
+bool IsRefuted(const FreeSpaceScore& score) {
+  return score.comparisons() >= kRefutedComparisons && score.violation() > kRefutedShare;
+}
+
+// What lies in the way of one that nothing else competes with.
+Finding ExplainLack(const Hypothesis& h, double probability, const MatcherOptions& options) {
+  const std::string rate = absl::StrFormat("%.1f %% probable where %.1f %% are needed",
+                                           100 * probability, 100 * options.min_probability);
+  const double violation = 100 * h.free_space.violation();
+  switch (MeasureLogOdds(h).Weakest()) {
+    case Term::kTightness:
+      return {MatchState::kNotYet, MatchReason::kLoose,
+              absl::StrFormat("%s: surfaces lie on each other within %.0f mm, each robot's own "
+                              "within %.0f mm.",
+                              rate, 1000 * h.residual_m, 1000 * h.own.residual_m())};
+    case Term::kAgreement:
+      return {MatchState::kNotYet, MatchReason::kLowOverlap,
+              absl::StrFormat("%s: of what stands upright where the maps meet, %.0f %% is in both; "
+                              "of each robot's own %.0f %%.",
+                              rate, 100 * h.upright_ratio, 100 * h.own.upright_ratio())};
+    case Term::kFreeSpace:
+      return {probability < kRejectedBelow ? MatchState::kRejected : MatchState::kNotYet,
+              MatchReason::kFreeSpace,
+              absl::StrFormat("%s: one robot looked through what is a wall to the other in %.1f %% "
+                              "of %d comparisons, in %d of %d regions most of it.",
+                              rate, violation, h.free_space.comparisons(),
+                              h.free_space.contradicted_regions, h.free_space.regions)};
+    case Term::kGround:
+      return {
+          MatchState::kNotYet, MatchReason::kTooSmall,
+          absl::StrFormat("%s: the maps share only %.0f m2 of ground.", rate, h.shared_area_m2)};
+    case Term::kHold:
+      return {MatchState::kNotYet, MatchReason::kDegenerate,
+              absl::StrFormat("%s: the alignment is hardly held in one direction (observability "
+                              "%.4f).",
+                              rate, h.observability)};
+    case Term::kRepetition:
+      break;
+  }
+  return {MatchState::kAmbiguous, MatchReason::kPossibleTwin,
+          absl::StrFormat("%s: one of the maps lies on itself elsewhere %.0f %% as well as in its "
+                          "place, so that a place that looks alike may be near.",
+                          rate, 100 * h.repetition)};
+}
+
+// What is said of one of which this is the probability of being right by itself. kOk: nothing is
+// against it.
 Finding Examine(const Hypothesis& h, const MatcherOptions& options) {
-  const double violation = h.free_space.violation();
   if (!h.converged) {
     return {MatchState::kNotYet, MatchReason::kNotConverged,
             "The best alignment found did not settle."};
   }
-  if (h.free_space.comparisons() < options.min_comparisons) {
+  if (!h.can_be_refuted) {
     return {MatchState::kNotYet, MatchReason::kFewComparisons,
-            absl::StrFormat("Only %d free-space comparisons where %d are needed.",
-                            h.free_space.comparisons(), options.min_comparisons)};
+            "A map came without sensor positions: what its robot looked through is not known."};
   }
-  if (h.overlap < options.min_overlap) {
-    return {MatchState::kNotYet, MatchReason::kLowOverlap,
-            absl::StrFormat("The best alignment overlaps by %.0f %% where %.0f %% are needed.",
-                            100 * h.overlap, 100 * options.min_overlap)};
-  }
-  if (violation > h.max_free_space) {
+  const double probability = Probabilities({h}).front();
+  if (IsRefuted(h.free_space)) {
     return {MatchState::kRejected, MatchReason::kFreeSpace,
-            absl::StrFormat("One robot looked through what is a wall to the other in %.1f %% of "
-                            "%d comparisons; at most %.1f %% are allowed.",
-                            100 * violation, h.free_space.comparisons(), 100 * h.max_free_space)};
+            absl::StrFormat("One robot looked through what is a wall to the other in %.0f %% of "
+                            "%d comparisons.",
+                            100 * h.free_space.violation(), h.free_space.comparisons())};
   }
-  if (h.shared_area_m2 < options.min_shared_area_m2) {
+  if (probability < options.min_probability) return ExplainLack(h, probability, options);
+  if (h.shared_area_m2 < kLeastGroundM2) {
     return {MatchState::kNotYet, MatchReason::kTooSmall,
-            absl::StrFormat("The maps share only %.0f m2 of ground where %.0f m2 are needed: a "
-                            "single room may have a twin.",
-                            h.shared_area_m2, options.min_shared_area_m2)};
+            absl::StrFormat("The maps share only %.0f m2 of ground.", h.shared_area_m2)};
   }
   if (h.shared_share > MaxEnclosedShare(h.shared_area_m2, options)) {
     return {MatchState::kAmbiguous, MatchReason::kPossibleTwin,
@@ -76,48 +117,6 @@ Finding Examine(const Hypothesis& h, const MatcherOptions& options) {
   return {};
 }
 
-// The competing hypothesis with the least contradictions, or null.
-const Hypothesis* FindRival(const std::vector<Hypothesis>& ranked, const MatcherOptions& options) {
-  const Hypothesis* rival = nullptr;
-  for (size_t i = 1; i < ranked.size(); ++i) {
-    const Hypothesis& h = ranked[i];
-    if (h.free_space.comparisons() < options.min_comparisons) continue;
-    if (h.overlap < 0.5 * options.min_overlap) continue;
-    if (h.Support() < kMinRivalShare * ranked.front().Support()) continue;
-    if (!rival || h.free_space.violation() < rival->free_space.violation()) rival = &h;
-  }
-  return rival;
-}
-
-// Another place where surfaces lie on each other more tightly, or null. What stands elsewhere on
-// another day contradicts the right place, but what is fixed fits it as well as scans of one day.
-const Hypothesis* FindTighter(const std::vector<Hypothesis>& ranked,
-                              const MatcherOptions& options) {
-  const Hypothesis& best = ranked.front();
-  for (size_t i = 1; i < ranked.size(); ++i) {
-    const Hypothesis& h = ranked[i];
-    if (!h.converged || h.free_space.violation() > kMaxTighterViolation) continue;
-    if (static_cast<double>(h.inliers) < kMinTighterShare * static_cast<double>(best.inliers)) {
-      continue;
-    }
-    if (h.inlier_ratio < best.inlier_ratio - kTighterRatioSlack) continue;
-    if (h.residual_m < options.max_tighter_residual * best.residual_m) return &h;
-  }
-  return nullptr;
-}
-
-// The probability that the alignment is right, after a logistic model of what was measured. Fitted
-// to simulated pairs of museums and campuses, some of which had nothing in common; the curve is in
-// docs/benchmarks/merging.md. Twins were left out: see `kTwinConfidence`.
-double Confidence(const Hypothesis& h) {
-  const double violation = h.free_space.violation() / (h.outdoors ? 0.08 : 0.02);
-  const double comparisons = static_cast<double>(h.free_space.comparisons());
-  const double logit =
-      -1.77 + 2.25 * std::log10(1 + comparisons / 3000) - 1.91 * std::min(violation, 2.0) +
-      2.30 * std::min(std::log1p(h.shared_area_m2 / 200), 1.8) - (h.converged ? 0 : 2.53);
-  return 1 / (1 + std::exp(-logit));
-}
-
 void FillFigures(const Hypothesis& h, Match* match) {
   match->T_a_b = h.T_a_b;
   match->matcher = h.source;
@@ -134,23 +133,23 @@ void FillFigures(const Hypothesis& h, Match* match) {
   match->edges = h.joint.edges;
 }
 
-// The confidence in a hypothesis of which this is said.
-double Confidence(const Hypothesis& h, MatchState state, MatchReason reason) {
-  const bool may_be_twin = state == MatchState::kAmbiguous || reason == MatchReason::kTooSmall;
-  return Confidence(h) * (may_be_twin ? kTwinConfidence : 1) *
-         (state == MatchState::kRejected ? kContradictedConfidence : 1);
+// What is left of a probability where the place may be a twin's, which the maps cannot tell.
+double Confidence(const Hypothesis& h, double probability, const MatcherOptions& options) {
+  const bool may_be_twin = h.shared_share > MaxEnclosedShare(h.shared_area_m2, options) ||
+                           h.shared_area_m2 < kLeastGroundM2;
+  return probability * (may_be_twin ? kTwinProbability : 1);
 }
 
 // What is said of one that is not the best. That the best is better makes it no worse than
 // ambiguous: which of two is right may follow from other robots.
-RivalMatch MakeRival(const Hypothesis& h, const MatcherOptions& options) {
+RivalMatch MakeRival(const Hypothesis& h, double probability, const MatcherOptions& options) {
   const Finding finding = Examine(h, options);
   RivalMatch rival;
   rival.T_a_b = h.T_a_b;
   const bool alone = finding.state == MatchState::kAccepted;
   rival.state = alone ? MatchState::kAmbiguous : finding.state;
   rival.reason = alone ? MatchReason::kAmbiguous : finding.reason;
-  rival.confidence = Confidence(h, rival.state, rival.reason);
+  rival.confidence = Confidence(h, probability, options);
   rival.matcher = h.source;
   rival.overlap = h.overlap;
   rival.free_space = h.free_space.violation();
@@ -172,35 +171,28 @@ void DecideState(const std::vector<Hypothesis>& ranked, const MatcherOptions& op
   }
   const Hypothesis& best = ranked.front();
   FillFigures(best, match);
+  const std::vector<double> probabilities = Probabilities(ranked);
   match->rivals.clear();
   for (size_t i = 1; i < ranked.size(); ++i) {
-    match->rivals.push_back(MakeRival(ranked[i], options));
+    match->rivals.push_back(MakeRival(ranked[i], probabilities[i], options));
   }
+  if (ranked.size() > 1) match->runner_up = ranked[1].free_space.violation();
   Finding finding = Examine(best, options);
-  const Hypothesis* rival = FindRival(ranked, options);
-  if (rival) match->runner_up = rival->free_space.violation();
-  const double floor = std::max(match->free_space, kFreeSpaceNoise);
-  if (finding.state == MatchState::kAccepted && rival &&
-      match->runner_up < options.min_margin * floor) {
+  if (finding.state == MatchState::kAccepted && probabilities[0] < options.min_probability) {
     finding = {MatchState::kAmbiguous, MatchReason::kAmbiguous,
-               absl::StrFormat("A second alignment is contradicted in %.2f %% of its comparisons, "
-                               "the best in %.2f %%: too near to tell them apart.",
-                               100 * match->runner_up, 100 * match->free_space)};
-  }
-  const Hypothesis* tighter = FindTighter(ranked, options);
-  if (finding.state == MatchState::kAccepted && tighter) {
-    finding = {MatchState::kAmbiguous, MatchReason::kAmbiguous,
-               absl::StrFormat("At another place surfaces lie on each other more tightly, within "
-                               "%.0f mm where it is %.0f mm at the best.",
-                               1000 * tighter->residual_m, 1000 * best.residual_m)};
+               absl::StrFormat("Another alignment is %.0f %% probable, the best %.0f %%: too near "
+                               "to tell them apart.",
+                               100 * probabilities[1], 100 * probabilities[0])};
   }
   match->state = finding.state;
   match->reason = finding.reason;
-  match->confidence = Confidence(best, finding.state, finding.reason);
+  match->confidence = Confidence(best, probabilities[0], options);
   if (match->state == MatchState::kAccepted) {
     match->detail = absl::StrFormat(
-        "Overlap %.0f %%, %.0f m2 shared, %.2f %% of %d free-space comparisons contradicted.",
-        100 * match->overlap, best.shared_area_m2, 100 * match->free_space, match->comparisons);
+        "%.1f %% probable: overlap %.0f %%, %.0f m2 shared, %.2f %% of %d free-space comparisons "
+        "contradicted.",
+        100 * match->confidence, 100 * match->overlap, best.shared_area_m2, 100 * match->free_space,
+        match->comparisons);
     return;
   }
   match->detail = finding.detail;

@@ -9,8 +9,8 @@
 
 namespace isthmus::matching {
 
-// Fills everything of `match` that follows from the hypotheses, best first: state, reason, detail,
-// transform and all figures.
+// Fills everything of `match` that follows from the hypotheses, the most probable first: state,
+// reason, detail, transform and all figures.
 void DecideState(const std::vector<Hypothesis>& ranked, const MatcherOptions& options,
                  Match* match);
 

@@ -55,11 +55,14 @@ template <typename Asked>
 void MeasureSurface(const PreparedMap& a, const PreparedMap& b, const Asked& asked, Hypothesis* h) {
   const auto& [moving, fixed, moving_poses, fixed_poses] = SidesOf(a, b, *h);
   h->agreement.resize(moving.size());
+  const Eigen::Vector3d up = a.T_level_odom().rotation().inverse() * Eigen::Vector3d::UnitZ();
+  h->own = a.own_agreement();
+  h->own += b.own_agreement();
   SurfaceAgreement sum;
   for (size_t k = 0; k < moving.size(); ++k) {
     if (asked(k)) {
       h->agreement[k] =
-          MeasureAgreement(*moving[k], moving_poses[k], fixed, fixed_poses, kOnSurfaceM);
+          MeasureAgreement(*moving[k], moving_poses[k], fixed, fixed_poses, up, kOnSurfaceM);
     }
     sum += h->agreement[k];
   }
@@ -67,8 +70,9 @@ void MeasureSurface(const PreparedMap& a, const PreparedMap& b, const Asked& ask
   const auto on = static_cast<double>(sum.on);
   h->inliers = sum.on;
   h->overlap = share(on, static_cast<double>(sum.asked));
-  h->inlier_ratio = share(on, static_cast<double>(sum.near));
-  h->residual_m = std::sqrt(share(sum.squared_m2, on));
+  h->inlier_ratio = sum.ratio();
+  h->upright_ratio = sum.upright_ratio();
+  h->residual_m = sum.residual_m();
   h->observability = WeakestObservability(sum, h->shared_center);
 }
 
@@ -117,10 +121,7 @@ double Hypothesis::Support() const {
          static_cast<double>(free_space.front) * (1 - max_free_space) / max_free_space;
 }
 
-double Hypothesis::Agreement() const {
-  // The residual of points that are spread evenly over the distance.
-  return overlap * std::max(0.0, 1 - residual_m / (kOnSurfaceM / std::sqrt(3.0)));
-}
+double Hypothesis::Agreement() const { return TightOverlap(overlap, residual_m); }
 
 void RankHypotheses(std::vector<Hypothesis>* hypotheses) {
   std::stable_sort(

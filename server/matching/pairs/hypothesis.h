@@ -6,9 +6,9 @@
 
 #include "core/map/match.h"
 #include "server/matching/pairs/joint_refinement.h"
-#include "server/matching/pairs/submap_alignment.h"
 #include "server/matching/prepared/free_space.h"
 #include "server/matching/prepared/prepared_map.h"
+#include "server/matching/prepared/surface_agreement.h"
 
 namespace isthmus::matching {
 
@@ -23,6 +23,11 @@ struct Hypothesis {
   int64_t inliers = 0;
   double inlier_ratio = 0;
   double residual_m = 0;
+  double upright_ratio = 0;    // As inlier_ratio, of what stands upright.
+  SurfaceAgreement own;        // Of both sessions with themselves: what to expect of surfaces here.
+  bool can_be_refuted = true;  // Both maps say what their robots looked through.
+  bool upside_down = false;    // One robot's odometry hangs from the other's ceiling.
+  double repetition = 0;      // Degree to which the map that repeats more lies on itself elsewhere.
   double shared_area_m2 = 0;  // Ground that both robots looked across.
   double shared_share = 0;    // Its share of all that the robot that saw more saw.
   // Mean squared component of the inliers' normals along the direction in which the alignment is

@@ -14,7 +14,7 @@ namespace isthmus::matching {
 // Which hypotheses are worth a closer look.
 
 // Radians, 11 degrees: maps are levelled, and what stands more askew to gravity is no merge of
-// them. A building turned upside down fits its mirror image.
+// them.
 inline constexpr double kMaxTiltRad = 0.2;
 // Share of the best one's score or support below which a hypothesis is no rival: a twin scores half
 // of it and more. Larger could leave a twin out, and then the pair would be believed.
@@ -35,6 +35,11 @@ inline constexpr double kMaxGuessViolation = 0.08;
 inline constexpr int64_t kMinGuessComparisons = 500;
 // Growth after which an accepted pair is searched elsewhere too; open ones are by kNewMapGrowth.
 inline constexpr double kAcceptedGrowth = 2.0;
+
+// Hypotheses that are moved by what maps repeat, ways of repeating of each map, and the degree of
+// repeating and share of the overlap, at a first look, from which on it is done. Guesses.
+inline constexpr size_t kMaxRepeated = 2, kMaxRepeats = 2;
+inline constexpr double kMinRepeatDegree = 0.15, kMinRepeatedOverlap = 0.5;
 
 // Joint refinement.
 
@@ -61,28 +66,41 @@ inline constexpr size_t kMinAlignedPairs = 120;
 // Pairs that are taken to err independently, whatever their number: errors of a scan's points go
 // together. More makes edges stiffer than odometry and strains of right matches large.
 inline constexpr double kIndependentPairs = 10;
-// Points of a submap that are asked about its agreement; and metres from a map's surface within
-// which they count as seen by it.
-inline constexpr size_t kMaxAgreementPoints = 1500;
-inline constexpr float kSeenM = 1.0f;
 
 // Decision.
 
-// Share contradicted below which a right and a wrong hypothesis are noise:
-// MatcherOptions::min_margin is taken of no less.
-inline constexpr double kFreeSpaceNoise = 0.002;
-// A rival place is tighter with at least this share of the best one's inliers, an inlier ratio at
-// most so much lower, and no more contradicted than the right place of a yard whose containers were
-// moved, a quarter, or a wood, half. Of 22 tuned wild worlds this refused both wrong merges and 3
-// of 18 right ones; a refused merge waits for more, a wrong one destroys a map.
-inline constexpr double kMinTighterShare = 0.2, kTighterRatioSlack = 0.2,
-                        kMaxTighterViolation = 0.5;
+// Share contradicted by which support is nothing, where there are ceilings and under the open sky:
+// what a first look ranks hypotheses by.
+inline constexpr double kContradictedIndoors = 0.005, kContradictedOutdoors = 0.04;
+// Log odds of a right hypothesis of which all measures are typical: fitted, see probability.cc.
+inline constexpr double kTypicalLogOdds = 3.799;
+// Against one of two sensors' hanging, odds of 20: a guess.
+inline constexpr double kUpsideDownLogOdds = 3;
+// Shared ground, m2, below which no pair that probability.cc was fitted to was probable enough: how
+// exact a fit may be there is not calibrated.
+inline constexpr double kLeastGroundM2 = 60;
+// Log odds beyond which nothing is more certain: keeps exp() finite.
+inline constexpr double kMaxLogOdds = 40;
+// Metres and shares that a session's own surfaces are taken to be no better than, and that others
+// may be better than these: what a session of a few submaps says of itself is a guess.
+inline constexpr double kLeastOwnResidualM = 0.025, kLeastOwnUpright = 0.3, kMostUpright = 1.1;
+// Metres that residuals differ by anyway; and the share of regions contradicted at right places.
+inline constexpr double kResidualNoiseM = 0.005, kRegionNoise = 0.005;
+// Comparisons that say little, and how many agreeing ones one contradiction outweighs; and what
+// slides, whatever is measured.
+inline constexpr double kFewAgreeing = 1000, kContradictionsOutweigh = 30;
+inline constexpr double kLeastObservability = 0.001;
+// Probability below which what is contradicted is rejected, and counts against others; and the
+// share contradicted of so many comparisons that nothing right ever was: of 168 right places of
+// worlds where loose things were moved between two days, the most was 22 %.
+inline constexpr double kRejectedBelow = 0.02;
+inline constexpr double kRefutedShare = 0.3;
+inline constexpr int64_t kRefutedComparisons = 10'000;
 // Square metres from which on the share of MatcherOptions::max_enclosed_share rises: halls of 660
 // m2 (twins_large) are still refused.
 inline constexpr double kEnclosedFromM2 = 400;
-// Confidence is multiplied by the first where the place may be a twin's, which of two is the right
-// one being a guess, and by the second where it is contradicted: a wall that was looked through
-// stands there only if a limit is wrong.
-inline constexpr double kTwinConfidence = 0.5, kContradictedConfidence = 0.1;
+// The probability that it is this place and not its twin, where all that is shared is enclosed:
+// which of two is the right one is a guess. No map shows how many twins a place has.
+inline constexpr double kTwinProbability = 0.5;
 
 }  // namespace isthmus::matching

@@ -9,6 +9,7 @@
 #include "server/matching/pairs/decision.h"
 #include "server/matching/pairs/limits.h"
 #include "server/matching/pairs/odom_transform.h"
+#include "server/matching/pairs/probability.h"
 #include "server/matching/pairs/submap_alignment.h"
 #include "server/matching/prepared/limits.h"
 #include "server/matching/registration/limits.h"
@@ -154,8 +155,7 @@ void PairMatcher::SearchMatch(const PreparedMap& a, const PreparedMap& b, Match*
   hypotheses_.clear();
   const auto judge = [&] {
     Stopwatch watch;
-    const double limit =
-        search.outdoors() ? options_.max_free_space_outdoors : options_.max_free_space;
+    const double limit = search.outdoors() ? kContradictedOutdoors : kContradictedIndoors;
     for (Hypothesis& h : found) h.max_free_space = std::min(kRigidLeniency * limit, 0.5);
     hypotheses_.clear();
     for (const Hypothesis& rigid : MostPromising(&found)) {
@@ -165,7 +165,7 @@ void PairMatcher::SearchMatch(const PreparedMap& a, const PreparedMap& b, Match*
       search.MeasureShared(&h);
       JudgeLast(a, b);
     }
-    RankHypotheses(&hypotheses_);
+    RankByProbability(&hypotheses_);
     match->stages.push_back({"joint", watch.Lap()});
     DecideState(hypotheses_, options_, match);
   };
@@ -176,8 +176,15 @@ void PairMatcher::SearchMatch(const PreparedMap& a, const PreparedMap& b, Match*
     if (options_.search == SearchMode::kDefault) {
       search.ByStructure(&found, &match->stages);
       search.ByPlaces(&found, &match->stages);
+      search.ByRepeats(&found, &match->stages);
     }
     judge();
+    if (options_.search == SearchMode::kDefault && match->state != MatchState::kAccepted &&
+        search.TurnOver()) {
+      search.ByBirdsEye(&found, &match->stages);
+      search.ByStructure(&found, &match->stages);
+      judge();
+    }
   }
   const bool by_features =
       options_.search == SearchMode::kPaper ||
@@ -210,7 +217,7 @@ void PairMatcher::ExtendMatch(const PreparedMap& a, const PreparedMap& b, Match*
     CandidateSearch search(a, b, options_.stop);
     for (Hypothesis& h : hypotheses_) search.MeasureShared(&h);
   }
-  RankHypotheses(&hypotheses_);
+  RankByProbability(&hypotheses_);
   match->candidates = static_cast<uint32_t>(hypotheses_.size());
   match->stages.push_back({"extend", watch.Lap()});
   DecideState(hypotheses_, options_, match);

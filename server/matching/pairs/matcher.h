@@ -36,9 +36,8 @@ class PairMatcher {
   // odometry has them, such as suits the submaps where the maps meet (its edges): nobody outside
   // sees shapes. Edges name submaps by Submap::id.index.
   //
-  // Reasons: OK (ACCEPTED); FREE_SPACE (REJECTED); AMBIGUOUS, POSSIBLE_TWIN (AMBIGUOUS);
-  // LOW_OVERLAP, FEW_COMPARISONS, TOO_SMALL, NO_CANDIDATE, DEGENERATE, NOT_CONVERGED, STRAINED
-  // (NOT_YET).
+  // Reasons: OK (ACCEPTED); AMBIGUOUS, POSSIBLE_TWIN (AMBIGUOUS); FREE_SPACE (REJECTED, NOT_YET);
+  // LOW_OVERLAP, LOOSE, TOO_SMALL, NO_CANDIDATE, DEGENERATE, NOT_CONVERGED, STRAINED (NOT_YET).
   Match Update(const PreparedMap& a, const PreparedMap& b, bool search = false);
 
   // A match that is known from before, to be tried in the next search beside all others.

@@ -1,9 +1,7 @@
-// The alignment of one submap with another: an edge for a pose graph, and the numbers of the
-// alignment.
+// The alignment of one submap with another: an edge for a pose graph.
 #pragma once
 
 #include <optional>
-#include <vector>
 
 #include "core/pose.h"
 #include "server/matching/prepared/prepared_submap.h"
@@ -24,26 +22,5 @@ struct SubmapAlignment {
 // Thread safe.
 std::optional<SubmapAlignment> AlignSubmaps(const PreparedSubmap& a, const PreparedSubmap& b,
                                             const Pose& guess_T_a_b, double gate_m);
-
-// The agreement of a submap's surface with a whole map. Sums, so that those of submaps can be
-// added.
-struct SurfaceAgreement {
-  int64_t asked = 0;      // Points of the submap that were asked,
-  int64_t near = 0;       // that have the map within a metre,
-  int64_t on = 0;         // that lie on it,
-  double squared_m2 = 0;  // and the squared distances of these along the normals.
-  // Sum over the points on it of J^T n n^T J, J = [I, -[p]x], p in the common frame: the
-  // information of a twist about its origin per squared metre.
-  Matrix6d scatter = Matrix6d::Zero();
-
-  SurfaceAgreement& operator+=(const SurfaceAgreement& other);
-};
-
-// An even sample of the submap's points against all of `map`. `T_common_submap` and `T_common_map`
-// place them in one frame. A point lies on the map when it has a neighbour there whose normal is
-// within 60 degrees, within `distance_m` along that normal, and within that or a voxel across.
-SurfaceAgreement MeasureAgreement(const PreparedSubmap& submap, const Pose& T_common_submap,
-                                  const PreparedSubmaps& map, const std::vector<Pose>& T_common_map,
-                                  double distance_m);
 
 }  // namespace isthmus::matching

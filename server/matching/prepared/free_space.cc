@@ -65,17 +65,27 @@ bool Meet(const PreparedSubmap& views, const PreparedSubmap& points, const Pose&
 void Compare(const PreparedSubmap& views, const FreeSpaceMap::Piece& piece,
              const Pose& T_views_points, const FreeSpaceOptions& options, FreeSpaceScore* score) {
   if (!Meet(views, *piece.submap, T_views_points, options.max_range_m)) return;
+  std::vector<FreeSpaceScore> regions(piece.columns.size());
   for (const PreparedSubmap::View& view : views.views()) {
     const Comparer comparer(view, T_views_points, options);
-    for (const FreeSpaceMap::Column& column : piece.columns) {
-      if (!comparer.Reaches(column)) continue;
-      for (const SurfacePoint& point : column.points) {
+    for (size_t i = 0; i < piece.columns.size(); ++i) {
+      if (!comparer.Reaches(piece.columns[i])) continue;
+      for (const SurfacePoint& point : piece.columns[i].points) {
         const int compared = comparer.Compare(point);
-        score->front += compared > 0;
-        score->agree += compared < 0;
+        regions[i].front += compared > 0;
+        regions[i].agree += compared < 0;
       }
     }
   }
+  FreeSpaceScore sum;
+  for (const FreeSpaceScore& region : regions) {
+    sum.front += region.front;
+    sum.agree += region.agree;
+    if (region.comparisons() < kMinRegionComparisons) continue;
+    ++sum.regions;
+    sum.contradicted_regions += region.violation() >= kContradictedRegion;
+  }
+  *score += sum;
 }
 
 // The scores of the piece's points by the views of the submaps.

@@ -41,9 +41,14 @@ struct FreeSpaceScore {
   double violation() const {
     return comparisons() ? static_cast<double>(front) / static_cast<double>(comparisons()) : 0;
   }
+  // The same by place, so that a large hall does not dilute one wing: columns of points as the
+  // views of one submap see them, and those of which half and more is contradicted.
+  int64_t regions = 0, contradicted_regions = 0;
   FreeSpaceScore& operator+=(const FreeSpaceScore& other) {
     agree += other.agree;
     front += other.front;
+    regions += other.regions;
+    contradicted_regions += other.contradicted_regions;
     return *this;
   }
 };

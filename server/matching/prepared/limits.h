@@ -42,8 +42,21 @@ inline constexpr float kMaxFleeting = 0.2f;
 inline constexpr int kMinAgreeingViews = 3;
 // Views of a map from which on that is asked: of fewer there may be none that see it thrice.
 inline constexpr size_t kEnoughViews = 12;
+// Points of a column, by the views of one submap, from which on it counts as a region: fewer say
+// little. And the share of them in front from which on it is contradicted.
+inline constexpr int64_t kMinRegionComparisons = 6;
+inline constexpr double kContradictedRegion = 0.5;
 // Metres between which a look at a point counts for retiring its submap.
 inline constexpr float kMinLookM = 0.5f, kMaxLookM = 60;
+
+// Agreement of surfaces.
+
+// Points of a submap that are asked about it; and metres from a map's surface within which they
+// count as seen by it.
+inline constexpr size_t kMaxAgreementPoints = 1500;
+inline constexpr float kSeenM = 1.0f;
+// |n_z| up to which a surface stands upright, 60 degrees. As FreeSpaceOptions::max_abs_normal_z.
+inline constexpr float kMaxUprightNormalZ = 0.5f;
 
 // Maps.
 
@@ -53,6 +66,11 @@ inline constexpr double kMinSurfaceShare = 0.03;
 // A map grown by this factor is another: its level is estimated, and pairs with it are searched,
 // anew. Less searches whole maps with every submap, more misses better places for longer.
 inline constexpr double kNewMapGrowth = 1.25;
+
+// Metres and radians by which a map has to be moved to lie on itself elsewhere; and the share of
+// the score in place from which on a way to do so is looked at.
+inline constexpr double kRepeatShiftM = 1.0, kRepeatTurnRad = 0.09;
+inline constexpr double kMinRepeatScore = 0.1;
 
 // Shapes of sessions.
 

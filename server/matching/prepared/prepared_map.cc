@@ -27,15 +27,38 @@ bool HasFloorsAndWalls(const std::vector<SurfacePoint>& surface, const Eigen::Qu
          kMinSurfaceShare * static_cast<double>(surface.size());
 }
 
+// The other end of the axis where the likelier one would have the sensor hang, and is not by far
+// the likelier.
+UpCandidate Upright(const UpCandidate& up) {
+  const double z = (up.R_level_odom.inverse() * Eigen::Vector3d::UnitZ()).z();
+  if (z > -kUprightCosine || up.score > kUprightOdds * up.opposite) return up;
+  const Eigen::Vector3d other_end = -(up.R_level_odom.inverse() * Eigen::Vector3d::UnitZ());
+  return {Eigen::Quaterniond::FromTwoVectors(other_end, Eigen::Vector3d::UnitZ()), up.opposite,
+          up.score};
+}
+
 // By floors, walls and ceilings near odom's z; by whatever is likeliest to be up where the sensor
 // was mounted at a slant or carried.
-Pose Level(const SessionMap& map, const PreparedSubmaps& submaps, bool* is_known) {
+Pose Level(const SessionMap& map, const PreparedSubmaps& submaps, bool* is_known, bool* doubtful) {
   double voxel_m = kOutdoorVoxelM;
   const std::vector<SurfacePoint> surface = JoinSurfaces(submaps, kMaxLevelSurfaces, &voxel_m);
   const std::vector<UpCandidate> ups = FindUpCandidates(surface, 2, SensorPositions(map));
-  const Eigen::Quaterniond& likeliest = ups.front().R_level_odom;
-  *is_known = IsGravityKnown(ups) || !HasFloorsAndWalls(surface, likeliest);
-  return Pose(*is_known ? EstimateLevel(surface) : likeliest, Eigen::Vector3d::Zero());
+  const UpCandidate up = Upright(ups.front());
+  const bool near_z =
+      up.R_level_odom.angularDistance(Eigen::Quaterniond::Identity()) < kMaxLevelRad;
+  *is_known = near_z || IsGravityKnown(ups) || !HasFloorsAndWalls(surface, up.R_level_odom);
+  const Pose T_level_odom(*is_known ? EstimateLevel(surface) : up.R_level_odom,
+                          Eigen::Vector3d::Zero());
+  const auto chosen = std::max_element(ups.begin(), ups.end(), [&](const auto& x, const auto& y) {
+    const auto along = [&](const UpCandidate& one) {
+      return std::abs(
+          (T_level_odom.rotation() * one.R_level_odom.inverse() * Eigen::Vector3d::UnitZ()).z());
+    };
+    return along(x) < along(y);
+  });
+  const auto [less, more] = std::minmax(chosen->score, chosen->opposite);
+  *doubtful = less > kDoubtfulUpShare * more;
+  return T_level_odom;
 }
 
 // Outdoors cars and hedges fill what is near the ground.
@@ -81,9 +104,10 @@ PreparedMap::PreparedMap(const SessionMap& map, const SubmapSource& source,
     : map_(map), shape_(std::move(shape)) {
   const Stopwatch watch;
   TakeSubmaps(nullptr, {}, source);
-  T_level_odom_ = Level(map_, submaps_, &gravity_known_);
+  T_level_odom_ = Level(map_, submaps_, &gravity_known_, &may_be_upside_down_);
   free_space_ = FreeSpaceMap(submaps_, T_level_odom_, FreeSpaceOptions());
   DescribeNewPlaces();
+  MeasureOwnAgreement();
   levelled_ = submaps_.size();
   prepare_ms_ = watch.Ms();
 }
@@ -98,13 +122,25 @@ PreparedMap::PreparedMap(const SessionMap& map, const PreparedMap& before,
                                       kNewMapGrowth * static_cast<double>(before.levelled_);
   const bool retired = !kept || kept->size() < before.submaps_.size();
   gravity_known_ = before.gravity_known_;
-  T_level_odom_ = little_new ? before.T_level_odom_ : Level(map_, submaps_, &gravity_known_);
+  may_be_upside_down_ = before.may_be_upside_down_;
+  T_level_odom_ = little_new ? before.T_level_odom_
+                             : Level(map_, submaps_, &gravity_known_, &may_be_upside_down_);
   free_space_ = FreeSpaceMap(little_new && !retired ? before.free_space_ : FreeSpaceMap(), submaps_,
                              T_level_odom_, FreeSpaceOptions());
   if (little_new) TakePlaces(before, *kept);
   DescribeNewPlaces();
+  MeasureOwnAgreement();
   levelled_ = little_new ? before.levelled_ : submaps_.size();
   prepare_ms_ = watch.Ms();
+}
+
+void PreparedMap::MeasureOwnAgreement() {
+  const Eigen::Vector3d up = T_level_odom_.rotation().inverse() * Eigen::Vector3d::UnitZ();
+  for (size_t k = 1; k < submaps_.size(); ++k) {
+    const auto T_odom = [&](size_t i) { return submaps_[i]->submap().T_odom_submap; };
+    own_agreement_ += MeasureAgreement(*submaps_[k], T_odom(k), {submaps_[k - 1]}, {T_odom(k - 1)},
+                                       up, kOnSurfaceM);
+  }
 }
 
 void PreparedMap::DescribeNewPlaces() {
@@ -170,6 +206,30 @@ const PreparedMap::Whole& PreparedMap::whole() const {
   whole_.emplace(Whole{options, std::move(refinable), std::move(walls)});
   prepare_ms_ += watch.Ms();
   return *whole_;
+}
+
+const WallMap& PreparedMap::turned_over() const {
+  const WallMap& upright = whole().walls;
+  MutexLock lock(&mutex_);
+  if (turned_over_) return *turned_over_;
+  const Stopwatch watch;
+  double voxel_m = whole_->refine_options.voxel_m;
+  const std::vector<SurfacePoint> surface =
+      JoinSurfaces(submaps_, static_cast<size_t>(whole_->refine_options.max_points), &voxel_m);
+  const Eigen::Quaterniond over(0, 1, 0, 0);  // Half a turn about x.
+  turned_over_.emplace(map_, surface, Pose(over, Eigen::Vector3d::Zero()) * upright.T_level_odom());
+  prepare_ms_ += watch.Ms();
+  return *turned_over_;
+}
+
+const SelfSimilarity& PreparedMap::self_similarity() const {
+  const Whole& whole = this->whole();
+  MutexLock lock(&mutex_);
+  if (self_similarity_) return *self_similarity_;
+  const Stopwatch watch;
+  self_similarity_ = MeasureSelfSimilarity(whole.walls, whole.refinable, whole.refine_options);
+  prepare_ms_ += watch.Ms();
+  return *self_similarity_;
 }
 
 }  // namespace isthmus::matching

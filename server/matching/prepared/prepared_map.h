@@ -11,7 +11,9 @@
 #include "core/map/submap.h"
 #include "server/matching/prepared/free_space.h"
 #include "server/matching/prepared/prepared_submap.h"
+#include "server/matching/prepared/self_similarity.h"
 #include "server/matching/prepared/session_shape.h"
+#include "server/matching/prepared/surface_agreement.h"
 #include "server/matching/registration/refine.h"
 #include "server/matching/search/place_search.h"
 #include "server/matching/search/wall_map.h"
@@ -54,6 +56,9 @@ class PreparedMap {
   const std::shared_ptr<const SessionShape>& shape() const { return shape_; }
   const PreparedSubmaps& submaps() const { return submaps_; }
   const FreeSpaceMap& free_space() const { return free_space_; }
+  // Of every submap with the one before: how well surfaces of this robot agree in this world where
+  // they certainly lie right.
+  const SurfaceAgreement& own_agreement() const { return own_agreement_; }
   // Places along the way, in order; `first_place(k)` is where those of submap k begin.
   const std::vector<Place>& places() const { return places_; }
   size_t first_place(size_t submap) const {
@@ -63,6 +68,8 @@ class PreparedMap {
   const Pose& T_level_odom() const { return T_level_odom_; }
   // Up is near odom's z; else it is what is likeliest of all directions (up_candidates.h).
   bool gravity_known() const { return gravity_known_; }
+  // Of the two ends of the vertical the other is nearly as likely to be up.
+  bool may_be_upside_down() const { return may_be_upside_down_; }
   // The memory it takes, about.
   size_t bytes() const;
   // The time it took to make so far, wall time.
@@ -75,12 +82,16 @@ class PreparedMap {
     WallMap walls;
   };
   const Whole& whole() const;
+  // Its walls with the other end up. Made when first asked for, kept, as is how it repeats.
+  const WallMap& turned_over() const;
+  const SelfSimilarity& self_similarity() const;
 
  private:
   // Those of `before` at these positions, and new ones.
   void TakeSubmaps(const PreparedMap* before, const std::vector<size_t>& kept,
                    const SubmapSource& source);
   void TakePlaces(const PreparedMap& before, const std::vector<size_t>& kept);
+  void MeasureOwnAgreement();
   // Describes the places of submaps that have none yet.
   void DescribeNewPlaces();
 
@@ -89,12 +100,17 @@ class PreparedMap {
   PreparedSubmaps submaps_;
   Pose T_level_odom_;
   bool gravity_known_ = true;
+  bool may_be_upside_down_ = false;
   FreeSpaceMap free_space_;
+  SurfaceAgreement own_agreement_;
   std::vector<Place> places_;
   std::vector<size_t> first_places_;  // By submap.
   size_t levelled_ = 0;  // Submaps when level and free space were last made from scratch.
   mutable Mutex mutex_;
-  mutable std::optional<Whole> whole_ ABSL_GUARDED_BY(mutex_);  // Stays as it is once it is there.
+  // These stay as they are once they are there.
+  mutable std::optional<Whole> whole_ ABSL_GUARDED_BY(mutex_);
+  mutable std::optional<WallMap> turned_over_ ABSL_GUARDED_BY(mutex_);
+  mutable std::optional<SelfSimilarity> self_similarity_ ABSL_GUARDED_BY(mutex_);
   mutable double prepare_ms_ ABSL_GUARDED_BY(mutex_) = 0;
 };
 

@@ -144,12 +144,13 @@ class UpScorer {
     const double vertical = static_cast<double>(explained) / static_cast<double>(surface_.size()) /
                             (1 + flatness2 / (kHalfFlatness * kHalfFlatness));
     const double up_share = UpShare(up, &floors, &ceilings);
-    const auto add = [&](const Eigen::Vector3d& end, double score) {
+    const double up_score = vertical * up_share, down_score = vertical - up_score;
+    const auto add = [&](const Eigen::Vector3d& end, double score, double opposite) {
       candidates->push_back(
-          {Eigen::Quaterniond::FromTwoVectors(end, Eigen::Vector3d::UnitZ()), score});
+          {Eigen::Quaterniond::FromTwoVectors(end, Eigen::Vector3d::UnitZ()), score, opposite});
     };
-    add(axis, vertical * up_share);
-    add(-axis, vertical * (1 - up_share));
+    add(axis, up_score, down_score);
+    add(-axis, down_score, up_score);
   }
 
  private:

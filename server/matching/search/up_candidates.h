@@ -13,7 +13,8 @@ namespace isthmus::matching {
 struct UpCandidate {
   // The smallest rotation that takes the hypothesised up to +z.
   Eigen::Quaterniond R_level_odom = Eigen::Quaterniond::Identity();
-  double score = 0;  // [0, 1], comparable within one map.
+  double score = 0;     // [0, 1], comparable within one map.
+  double opposite = 0;  // The score of the other end of the axis.
 };
 
 // At most `limit` candidates, best first, at least 10 degrees apart. An axis is likely to be the

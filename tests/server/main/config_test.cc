@@ -32,7 +32,7 @@ TEST(ConfigTest, EveryKindOfValueIsRead) {
       "storage:\n  sync_every_commit: false\n"
       "ingest:\n  scan_queue: 3\n"
       "odometry:\n  mode: floam\n"
-      "matching:\n  search: paper\n  min_overlap: 0.25\n");
+      "matching:\n  search: paper\n  min_probability: 0.99\n");
   ASSERT_TRUE(config.ok()) << config.status();
   EXPECT_EQ(config->rpc.listen, "0.0.0.0:7000");
   EXPECT_EQ(config->rpc.max_submap_bytes, 100000u);
@@ -40,7 +40,7 @@ TEST(ConfigTest, EveryKindOfValueIsRead) {
   EXPECT_EQ(config->pipeline.scan_queue, 3u);
   EXPECT_EQ(config->pipeline.odometry.mode, OdometryMode::kFloam);
   EXPECT_EQ(config->pipeline.matcher.search, matching::SearchMode::kPaper);
-  EXPECT_EQ(config->pipeline.matcher.min_overlap, 0.25);
+  EXPECT_EQ(config->pipeline.matcher.min_probability, 0.99);
   // What was not named keeps its default.
   EXPECT_EQ(config->pipeline.ingest_threads, PipelineOptions().ingest_threads);
 }
@@ -49,38 +49,26 @@ TEST(ConfigTest, EveryLimitOfAcceptanceCanBeSet) {
   const auto config = ParseConfig(
       "matching:\n"
       "  rematch_submaps: 4\n"
-      "  min_comparisons: 1234\n"
-      "  min_overlap: 0.3\n"
-      "  max_free_space: 0.01\n"
-      "  max_free_space_outdoors: 0.05\n"
-      "  min_shared_area_m2: 150\n"
+      "  min_probability: 0.95\n"
       "  max_enclosed_share: 0.7\n"
       "  min_enclosed_area_m2: 0\n"
       "  min_observability: 0.04\n"
-      "  max_odometry_residual: 2.5\n"
-      "  min_margin: 5\n");
+      "  max_odometry_residual: 2.5\n");
   ASSERT_TRUE(config.ok()) << config.status();
   const matching::MatcherOptions& matcher = config->pipeline.matcher;
   EXPECT_EQ(config->pipeline.rematch_submaps, 4);
-  EXPECT_EQ(matcher.min_comparisons, 1234);
-  EXPECT_EQ(matcher.min_overlap, 0.3);
-  EXPECT_EQ(matcher.max_free_space, 0.01);
-  EXPECT_EQ(matcher.max_free_space_outdoors, 0.05);
-  EXPECT_EQ(matcher.min_shared_area_m2, 150);
+  EXPECT_EQ(matcher.min_probability, 0.95);
   EXPECT_EQ(matcher.max_enclosed_share, 0.7);
   EXPECT_EQ(matcher.min_enclosed_area_m2, 0);
   EXPECT_EQ(matcher.min_observability, 0.04);
   EXPECT_EQ(matcher.max_odometry_residual, 2.5);
-  EXPECT_EQ(matcher.min_margin, 5);
 }
 
 // What people change there is never a guess: each limit comes with what it does.
 TEST(ConfigTest, EveryLimitOfAcceptanceIsPrintedBelowItsMeaning) {
   const std::string printed = PrintConfig(ServerConfig());
-  for (const char* key :
-       {"rematch_submaps", "min_comparisons", "min_overlap", "max_free_space",
-        "max_free_space_outdoors", "min_shared_area_m2", "max_enclosed_share",
-        "min_enclosed_area_m2", "min_observability", "max_odometry_residual", "min_margin"}) {
+  for (const char* key : {"rematch_submaps", "min_probability", "max_enclosed_share",
+                          "min_enclosed_area_m2", "min_observability", "max_odometry_residual"}) {
     const size_t at = printed.find("\n  " + std::string(key) + ": ");
     ASSERT_NE(at, std::string::npos) << key;
     const size_t line = printed.rfind('\n', at - 1) + 1;
@@ -155,8 +143,8 @@ TEST(ConfigTest, ValuesOfTheWrongTypeOrOutOfRangeAreNamed) {
   EXPECT_THAT(ErrorOf("odometry:\n  mode: aloam\n"), HasSubstr("floam, continuous"));
   EXPECT_THAT(ErrorOf("network:\n  listen: \"\"\n"), HasSubstr("network.listen"));
   for (const char* limit :
-       {"max_enclosed_share: 1.1", "min_shared_area_m2: 0", "max_odometry_residual: 0",
-        "max_free_space_outdoors: -0.1", "min_observability: 2"}) {
+       {"max_enclosed_share: 1.1", "min_probability: 0", "max_odometry_residual: 0",
+        "min_enclosed_area_m2: -0.1", "min_observability: 2"}) {
     const std::string key(limit, std::string(limit).find(':'));
     EXPECT_THAT(ErrorOf("matching:\n  " + std::string(limit) + "\n"),
                 testing::AllOf(HasSubstr("matching." + key), HasSubstr("give a number from")));

@@ -2,9 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include "server/matching/pairs/probability.h"
+
 namespace isthmus::matching {
 namespace {
 
+// A hall seen by two robots, and well.
 Hypothesis Good() {
   Hypothesis h;
   h.source = GuessSource::kBirdsEye;
@@ -12,15 +15,22 @@ Hypothesis Good() {
   h.overlap = 0.4;
   h.inliers = 5000;
   h.residual_m = 0.03;
-  h.free_space = {.agree = 99900, .front = 100};
-  h.shared_area_m2 = 500;
+  h.upright_ratio = 0.85;
+  h.own = {.near = 10000,
+           .on = 9000,
+           .squared_m2 = 9000 * 0.03 * 0.03,
+           .near_upright = 5000,
+           .on_upright = 4300};
+  h.free_space = {.agree = 99900, .front = 100, .regions = 900, .contradicted_regions = 1};
+  h.shared_area_m2 = 600;
+  h.shared_share = 0.3;
   h.observability = 0.2;
   h.max_free_space = 0.02;
   return h;
 }
 
 Match DecideOn(std::vector<Hypothesis> hypotheses) {
-  RankHypotheses(&hypotheses);
+  RankByProbability(&hypotheses);
   Match match;
   DecideState(hypotheses, MatcherOptions(), &match);
   return match;
@@ -28,33 +38,35 @@ Match DecideOn(std::vector<Hypothesis> hypotheses) {
 
 TEST(DecisionTest, AcceptsGoodEvidence) {
   const Match match = DecideOn({Good()});
-  EXPECT_EQ(match.state, MatchState::kAccepted);
+  EXPECT_EQ(match.state, MatchState::kAccepted) << match.detail;
   EXPECT_EQ(match.reason, MatchReason::kOk);
   EXPECT_EQ(match.runner_up, -1);
-  EXPECT_GT(match.confidence, 0.5);
+  EXPECT_GE(match.confidence, MatcherOptions().min_probability);
 }
 
 TEST(DecisionTest, RivalsAreKeptWithWhatIsSaidOfThem) {
   Hypothesis second = Good(), contradicted = Good();
   second.T_a_b = Pose(Eigen::Vector3d(5, 0, 0));
-  second.free_space = {.agree = 50000, .front = 50};
+  second.free_space = {.agree = 50000, .front = 150, .regions = 500, .contradicted_regions = 2};
   second.source = GuessSource::kPlaces;
   second.joint.edges.resize(2);
-  contradicted.free_space = {.agree = 40000, .front = 10000};
+  contradicted.free_space = {
+      .agree = 40000, .front = 40000, .regions = 900, .contradicted_regions = 400};
   contradicted.joint.edges.resize(3);
   const Match match = DecideOn({Good(), second, contradicted});
+  EXPECT_EQ(match.reason, MatchReason::kAmbiguous);
   ASSERT_EQ(match.rivals.size(), 2u);
   const RivalMatch& rival = match.rivals[0];
   EXPECT_EQ(rival.T_a_b.translation().x(), 5);
   EXPECT_EQ(rival.state, MatchState::kAmbiguous) << "good by itself, and not the best";
   EXPECT_EQ(rival.matcher, GuessSource::kPlaces);
-  EXPECT_EQ(rival.comparisons, 50050);
+  EXPECT_EQ(rival.comparisons, 50150);
   EXPECT_EQ(rival.edges.size(), 2u);
   EXPECT_GT(rival.confidence, 0.1);
   EXPECT_LT(rival.confidence, 0.5);
   EXPECT_EQ(match.rivals[1].state, MatchState::kRejected);
   EXPECT_TRUE(match.rivals[1].edges.empty());
-  EXPECT_LT(match.rivals[1].confidence, 0.1);
+  EXPECT_LT(match.rivals[1].confidence, 0.05);
 }
 
 TEST(DecisionTest, NothingIsNotYet) {
@@ -70,120 +82,132 @@ TEST(DecisionTest, WhereNeitherMapShowsMoreATwinWouldFitAsWell) {
   h.shared_share = 0.97;
   EXPECT_EQ(DecideOn({h}).state, MatchState::kAmbiguous);
   EXPECT_EQ(DecideOn({h}).reason, MatchReason::kPossibleTwin);
+  EXPECT_LE(DecideOn({h}).confidence, 0.5) << "a twin is as likely";
   h.shared_area_m2 = 5000;
   EXPECT_EQ(DecideOn({h}).reason, MatchReason::kOk);
-  h.shared_area_m2 = 500;
+  h.shared_area_m2 = 600;
   h.shared_share = 0.5;
   EXPECT_EQ(DecideOn({h}).reason, MatchReason::kOk);
 }
 
 TEST(DecisionTest, EachLackHasItsReason) {
-  const auto with = [](auto change) {
-    Hypothesis h = Good();
-    change(h);
-    return DecideOn({h});
+  struct Case {
+    const char* what;
+    void (*change)(Hypothesis&);
+    MatchState state;
+    MatchReason reason;
   };
-  Match match = with([](Hypothesis& h) { h.converged = false; });
-  EXPECT_EQ(match.reason, MatchReason::kNotConverged);
-  EXPECT_EQ(match.state, MatchState::kNotYet);
-  match = with([](Hypothesis& h) { h.free_space = {.agree = 100, .front = 0}; });
-  EXPECT_EQ(match.reason, MatchReason::kFewComparisons);
-  EXPECT_EQ(match.state, MatchState::kNotYet);
-  match = with([](Hypothesis& h) { h.odometry_residual = 5; });
-  EXPECT_EQ(match.reason, MatchReason::kStrained);
-  EXPECT_EQ(match.state, MatchState::kNotYet);
-  match = with([](Hypothesis& h) { h.overlap = 0.05; });
-  EXPECT_EQ(match.reason, MatchReason::kLowOverlap);
-  EXPECT_EQ(match.state, MatchState::kNotYet);
-  match = with([](Hypothesis& h) { h.free_space = {.agree = 90000, .front = 10000}; });
-  EXPECT_EQ(match.reason, MatchReason::kFreeSpace);
-  EXPECT_EQ(match.state, MatchState::kRejected);
-  match = with([](Hypothesis& h) { h.shared_area_m2 = 100; });
-  EXPECT_EQ(match.reason, MatchReason::kTooSmall);
-  EXPECT_EQ(match.state, MatchState::kNotYet);
-  match = with([](Hypothesis& h) { h.observability = 0.001; });
-  EXPECT_EQ(match.reason, MatchReason::kDegenerate);
-  EXPECT_EQ(match.state, MatchState::kNotYet);
+  const Case cases[] = {
+      {"unsettled", [](Hypothesis& h) { h.converged = false; }, MatchState::kNotYet,
+       MatchReason::kNotConverged},
+      {"no views", [](Hypothesis& h) { h.can_be_refuted = false; }, MatchState::kNotYet,
+       MatchReason::kFewComparisons},
+      {"bent", [](Hypothesis& h) { h.odometry_residual = 5; }, MatchState::kNotYet,
+       MatchReason::kStrained},
+      {"sliding", [](Hypothesis& h) { h.observability = 0.0005; }, MatchState::kNotYet,
+       MatchReason::kDegenerate},
+      {"loose", [](Hypothesis& h) { h.residual_m = 0.12; }, MatchState::kNotYet,
+       MatchReason::kLoose},
+      {"half of the walls", [](Hypothesis& h) { h.upright_ratio = 0.2; }, MatchState::kNotYet,
+       MatchReason::kLowOverlap},
+      {"a chamber", [](Hypothesis& h) { h.shared_area_m2 = 20; }, MatchState::kNotYet,
+       MatchReason::kTooSmall},
+      {"rows of rooms", [](Hypothesis& h) { h.repetition = 0.8; }, MatchState::kAmbiguous,
+       MatchReason::kPossibleTwin},
+      {"looked through a little",
+       [](Hypothesis& h) {
+         h.free_space = {.agree = 90000, .front = 3000, .regions = 900, .contradicted_regions = 25};
+       },
+       MatchState::kNotYet, MatchReason::kFreeSpace},
+      {"looked through",
+       [](Hypothesis& h) {
+         h.free_space = {
+             .agree = 60000, .front = 40000, .regions = 900, .contradicted_regions = 400};
+       },
+       MatchState::kRejected, MatchReason::kFreeSpace},
+  };
+  for (const Case& one : cases) {
+    Hypothesis h = Good();
+    one.change(h);
+    const Match match = DecideOn({h});
+    EXPECT_EQ(match.state, one.state) << one.what << ": " << match.detail;
+    EXPECT_EQ(match.reason, one.reason) << one.what << ": " << match.detail;
+    EXPECT_FALSE(match.detail.empty());
+  }
 }
 
 TEST(DecisionTest, ATwinMakesItAmbiguous) {
   Hypothesis twin = Good();
-  twin.free_space = {.agree = 80000, .front = 200};
+  twin.free_space = {.agree = 80000, .front = 200, .regions = 900, .contradicted_regions = 1};
   const Match match = DecideOn({twin, Good()});
   EXPECT_EQ(match.state, MatchState::kAmbiguous);
   EXPECT_EQ(match.reason, MatchReason::kAmbiguous);
   EXPECT_NEAR(match.free_space, 0.001, 1e-9);  // The better one is reported.
   EXPECT_NEAR(match.runner_up, 200.0 / 80200, 1e-9);
-  EXPECT_LT(match.confidence, 0.5);
+  EXPECT_LT(match.confidence, 0.7);
 }
 
 TEST(DecisionTest, AContradictedRivalDoesNotMatter) {
   Hypothesis rival = Good();
-  rival.free_space = {.agree = 80000, .front = 1200};
-  const Match match = DecideOn({rival, Good()});
-  EXPECT_EQ(match.state, MatchState::kAccepted);
-  EXPECT_NEAR(match.runner_up, 1200.0 / 81200, 1e-9);
+  rival.free_space = {.agree = 80000, .front = 30000, .regions = 900, .contradicted_regions = 200};
+  EXPECT_EQ(DecideOn({rival, Good()}).state, MatchState::kAccepted);
 }
 
-// Containers were moved: the right place is contradicted, but fits more tightly than a wrong one
-// that is not.
-TEST(DecisionTest, ATighterRivalMakesItAmbiguous) {
-  Hypothesis loose = Good(), tight = Good();
-  loose.residual_m = 0.09;
-  loose.inlier_ratio = 0.83;
-  tight.residual_m = 0.037;
-  tight.inlier_ratio = 0.8;
-  tight.free_space = {.agree = 15000, .front = 4000};
-  const Match match = DecideOn({loose, tight});
-  EXPECT_EQ(match.state, MatchState::kAmbiguous);
-  EXPECT_EQ(match.reason, MatchReason::kAmbiguous);
-  EXPECT_EQ(match.residual_m, 0.09);
-  EXPECT_NE(match.detail.find("37 mm"), std::string::npos) << match.detail;
-  const auto accepted_beside = [&](auto change) {
-    Hypothesis rival = tight;
-    change(rival);
-    return DecideOn({loose, rival}).state == MatchState::kAccepted;
-  };
-  EXPECT_TRUE(accepted_beside([](Hypothesis& h) { h.residual_m = 0.088; }));
-  EXPECT_TRUE(accepted_beside([](Hypothesis& h) { h.inliers = 500; })) << "by chance";
-  EXPECT_TRUE(accepted_beside([](Hypothesis& h) { h.inlier_ratio = 0.5; }));
-  EXPECT_TRUE(accepted_beside([](Hypothesis& h) { h.converged = false; }));
-  EXPECT_TRUE(accepted_beside([](Hypothesis& h) {
-    h.free_space = {.agree = 4000, .front = 15000};
-  })) << "no place of another day either";
-}
-
-// A score of zero out of next to nothing is no evidence, for or against.
-TEST(DecisionTest, LittleEvidenceComesNeitherFirstNorSecond) {
-  Hypothesis little = Good();
-  little.overlap = 0.02;
-  little.free_space = {.agree = 1000, .front = 0};
-  const Match match = DecideOn({little, Good()});
-  EXPECT_EQ(match.state, MatchState::kAccepted);
-  EXPECT_EQ(match.comparisons, 100000);
-  EXPECT_EQ(match.runner_up, -1);
-}
-
-TEST(DecisionTest, ConfidenceGrowsWithEvidence) {
-  const double base = DecideOn({Good()}).confidence;
+// One wing that is looked through is not outweighed by a hall that agrees.
+TEST(DecisionTest, ALargeHallDoesNotExcuseAWing) {
   Hypothesis h = Good();
-  h.free_space = {.agree = 999000, .front = 1000};
-  EXPECT_GT(DecideOn({h}).confidence, base);
-  h = Good();
-  h.free_space = {.agree = 99500, .front = 500};
-  EXPECT_LT(DecideOn({h}).confidence, base);
-  h = Good();
-  h.shared_area_m2 = 1000;
-  EXPECT_GT(DecideOn({h}).confidence, base);
-  h = Good();
-  h.converged = false;
-  EXPECT_LT(DecideOn({h}).confidence, base);
-  h = Good();
-  h.shared_share = 0.97;
-  EXPECT_LE(DecideOn({h}).confidence, 0.5) << "a twin is as likely";
-  h = Good();
-  h.free_space = {.agree = 96000, .front = 4000};
-  EXPECT_LE(DecideOn({h}).confidence, 0.1) << "contradicted";
+  h.free_space = {.agree = 1000000, .front = 20000, .regions = 5000, .contradicted_regions = 400};
+  EXPECT_LT(h.free_space.violation(), 0.02);
+  const Match match = DecideOn({h});
+  EXPECT_NE(match.state, MatchState::kAccepted);
+  EXPECT_EQ(match.reason, MatchReason::kFreeSpace);
+}
+
+TEST(ProbabilityTest, GrowsWithEvidence) {
+  const double base = MeasureLogOdds(Good()).sum();
+  const auto with = [](auto change) {
+    Hypothesis h = Good();
+    change(h);
+    return MeasureLogOdds(h).sum();
+  };
+  EXPECT_GT(with([](Hypothesis& h) { h.residual_m = 0.02; }), base);
+  EXPECT_GT(with([](Hypothesis& h) { h.shared_area_m2 = 1000; }), base);
+  EXPECT_GT(with([](Hypothesis& h) { h.free_space.front = 10; }), base);
+  EXPECT_LT(with([](Hypothesis& h) { h.free_space.contradicted_regions = 10; }), base);
+  EXPECT_LT(with([](Hypothesis& h) { h.upright_ratio = 0.6; }), base);
+  EXPECT_LT(with([](Hypothesis& h) { h.repetition = 0.3; }), base);
+  EXPECT_LT(with([](Hypothesis& h) { h.upside_down = true; }), base) << "a mirror image fits too";
+  // Sensors that are noisy, or a world of leaves, make loose fits.
+  EXPECT_GT(with([](Hypothesis& h) { h.own.squared_m2 *= 4; }), base);
+}
+
+TEST(ProbabilityTest, IsSharedAmongThoseThatCompete) {
+  const double alone = Probabilities({Good()}).front();
+  const std::vector<double> both = Probabilities({Good(), Good()});
+  EXPECT_NEAR(both[0], both[1], 1e-12);
+  EXPECT_LT(both[0] + both[1], 1);
+  const double odds = alone / (1 - alone);
+  EXPECT_NEAR(both[0], odds / (1 + 2 * odds), 1e-12);
+}
+
+// However exact it is, as what one program made is.
+TEST(DecisionTest, NothingMakesUpForNoGround) {
+  Hypothesis h = Good();
+  h.residual_m = 0;
+  h.free_space = {.agree = 1000000, .front = 0, .regions = 9000, .contradicted_regions = 0};
+  h.shared_area_m2 = 2;
+  EXPECT_EQ(DecideOn({h}).reason, MatchReason::kTooSmall);
+}
+
+// Whatever was measured.
+TEST(ProbabilityTest, StaysAProbability) {
+  Hypothesis nothing, everything = Good();
+  everything.shared_area_m2 = 1e12;
+  everything.own.squared_m2 = 1e12;
+  for (const double p : Probabilities({nothing, everything})) {
+    EXPECT_GE(p, 0);
+    EXPECT_LE(p, 1);
+  }
 }
 
 }  // namespace

@@ -21,7 +21,8 @@ struct Scene {
 
 // Three rooms and a hall, about 30 by 20 m and 4 m high, with doors and exhibits, no symmetry.
 Scene MakeGallery();
-// The gallery is small, and both robots see all of it: in earnest a twin of it would be feared.
+// The gallery is small and mostly floor, and both robots see all of it: in earnest a twin of it
+// would be feared.
 MatcherOptions InTheGallery();
 
 struct Drive {

@@ -1,0 +1,35 @@
+// The probability that a hypothesis about a pair of maps is right: how well surfaces lie on each
+// other for this world and these sensors, what is contradicted, how much is shared, whether the
+// world repeats; and what else the maps allow.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <vector>
+
+#include "server/matching/pairs/hypothesis.h"
+
+namespace isthmus::matching {
+
+// What the log odds of a hypothesis are the sum of.
+enum class Term { kTightness, kAgreement, kFreeSpace, kGround, kHold, kRepetition };
+
+// The log odds of being right against there being no right one among a pair's hypotheses.
+struct LogOdds {
+  std::array<double, 6> terms{};  // By Term; 0: as good as a right one usually is.
+  double sum() const;
+  // The term by which it falls behind right ones most.
+  Term Weakest() const;
+};
+
+LogOdds MeasureLogOdds(const Hypothesis& h);
+
+// Of each that it is right. At most one is, and perhaps none: exp(u_i) / (1 + sum of exp(u_j)),
+// u being the log odds (conditional logit, McFadden, "Conditional logit analysis of qualitative
+// choice behavior", 1974, equation 12).
+std::vector<double> Probabilities(const std::vector<Hypothesis>& hypotheses);
+
+// Puts the most probable first.
+void RankByProbability(std::vector<Hypothesis>* hypotheses);
+
+}  // namespace isthmus::matching
