@@ -74,8 +74,9 @@ inline constexpr double kIndependentPairs = 10;
 inline constexpr double kContradictedIndoors = 0.005, kContradictedOutdoors = 0.04;
 // Log odds of a right hypothesis of which all measures are typical: fitted, see probability.cc.
 inline constexpr double kTypicalLogOdds = 3.799;
-// Against one of two sensors' hanging, odds of 20: a guess.
-inline constexpr double kUpsideDownLogOdds = 3;
+// Against one of two sensors' hanging, odds of 150: a guess. Halls turned over, floor on ceiling, are
+// the last wrong ones, the best of them with odds of 100.
+inline constexpr double kUpsideDownLogOdds = 5;
 // Shared ground, m2, below which no pair that probability.cc was fitted to was probable enough: how
 // exact a fit may be there is not calibrated.
 inline constexpr double kLeastGroundM2 = 60;
