@@ -79,6 +79,7 @@ JudgedPair JudgeHypotheses(std::vector<DrivenRobot> robots) {
     one.is_joint = one.right || h.Agreement() >= least;
     if (truth.HasTransform()) one.error = truth.ErrorOf(h.T_a_b);
     if (!one.is_joint) continue;
+    search.MeasureRepetition(&one.joint);
     search.MeasureShared(&one.joint);
     matching::MeasureJointly(a, b, &one.joint);
     one.joint_right = truth.IsWithin(one.joint.T_a_b, kJointM, kJointDeg);

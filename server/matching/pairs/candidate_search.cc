@@ -197,6 +197,10 @@ bool CandidateSearch::IsTurnedOver(const Pose& T_a_b) const {
   return (T_level_level.rotation() * Eigen::Vector3d::UnitZ()).z() < 0;
 }
 
+void CandidateSearch::MeasureRepetition(Hypothesis* h) const {
+  h->repetition = std::max(a_.self_similarity().degree(), b_.self_similarity().degree());
+}
+
 void CandidateSearch::MeasureShared(Hypothesis* h) {
   const double cell = CellThatFits(a_.whole().walls, b_.whole().walls, scale_, 2 * scale_.cell_m);
   const auto cells_of = [&](const WallMap& walls, BirdsEyeCells* cells) -> const BirdsEyeCells& {
@@ -213,7 +217,6 @@ void CandidateSearch::MeasureShared(Hypothesis* h) {
   h->shared_share = shared.share;
   h->upside_down = (h->T_a_b.rotation() * Eigen::Vector3d::UnitZ()).z() < 0;
   h->can_be_refuted = HasViews(a_) && HasViews(b_);
-  h->repetition = std::max(a_.self_similarity().degree(), b_.self_similarity().degree());
   // At the height of b's sensor, wherever the origins of the odom frames are.
   const double height = (a_.T_level_odom() * h->T_a_b * middle_b_).z();
   h->shared_center =

@@ -39,7 +39,9 @@ class CandidateSearch {
   void TakeCandidates(const std::vector<Candidate>& candidates, std::vector<Hypothesis>* found,
                       std::vector<StageTime>* stages);
 
-  // Fills the ground that both know, and how far they repeat; whole maps only.
+  // Fills how far the maps repeat: once for a search, as it takes one of each map in itself.
+  void MeasureRepetition(Hypothesis* h) const;
+  // Fills the ground that both know; whole maps only.
   void MeasureShared(Hypothesis* h);
 
   bool outdoors() const { return scale_.outdoors; }

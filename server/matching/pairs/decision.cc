@@ -65,6 +65,12 @@ Finding ExplainLack(const Hypothesis& h, double probability, const MatcherOption
     case Term::kRepetition:
       break;
   }
+  if (h.upside_down) {
+    return {MatchState::kAmbiguous, MatchReason::kPossibleTwin,
+            absl::StrFormat("%s: one robot would hang from the other's ceiling, and a hall turned "
+                            "over fits its mirror image.",
+                            rate)};
+  }
   return {MatchState::kAmbiguous, MatchReason::kPossibleTwin,
           absl::StrFormat("%s: one of the maps lies on itself elsewhere %.0f %% as well as in its "
                           "place, so that a place that looks alike may be near.",

@@ -162,6 +162,7 @@ void PairMatcher::SearchMatch(const PreparedMap& a, const PreparedMap& b, Match*
       if (options_.stop.stop_requested()) break;
       Hypothesis& h = hypotheses_.emplace_back(rigid);
       h.max_free_space = limit;
+      search.MeasureRepetition(&h);
       search.MeasureShared(&h);
       JudgeLast(a, b);
     }
