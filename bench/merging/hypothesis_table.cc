@@ -82,6 +82,7 @@ JudgedPair JudgeHypotheses(std::vector<DrivenRobot> robots) {
     search.MeasureRepetition(&one.joint);
     search.MeasureShared(&one.joint);
     matching::MeasureJointly(a, b, &one.joint);
+    matching::MeasureOwn(a, b, &one.joint);
     one.joint_right = truth.IsWithin(one.joint.T_a_b, kJointM, kJointDeg);
   }
   return judged;

@@ -21,7 +21,8 @@ struct LoopOptions {
   // deviations, is not there however alike the places look.
   pose_graph::DriftModel drift = kPoorOdometry;
   double drift_sigmas = 4;
-  // Limits as in MatcherOptions, of the newest submaps on those of a place. The ground that they
+  // Limits of the newest submaps on those of a place: overlap and free space as in Match, the least
+  // and the most; margin of the next best place's free space over the best's. The ground that they
   // share does not count: where the robot is, odometry says.
   double min_overlap = 0.3;
   int64_t min_comparisons = 1000;

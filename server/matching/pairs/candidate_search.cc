@@ -17,14 +17,6 @@
 namespace isthmus::matching {
 namespace {
 
-Eigen::Vector3d MeanSensor(const PreparedMap& map) {
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  const auto& sensors = map.whole().walls.sensors();
-  for (const Eigen::Vector3f& sensor : sensors) sum += sensor.cast<double>();
-  if (!sensors.empty()) sum /= static_cast<double>(sensors.size());
-  return map.T_level_odom().Inverse() * sum;
-}
-
 bool HasViews(const PreparedMap& map) {
   return std::any_of(map.submaps().begin(), map.submaps().end(),
                      [](const auto& submap) { return !submap->views().empty(); });
@@ -37,7 +29,7 @@ CandidateSearch::CandidateSearch(const PreparedMap& a, const PreparedMap& b, std
   refine_options_ = a.whole().refine_options;
   refine_options_.voxel_m = std::max(refine_options_.voxel_m, b.whole().refine_options.voxel_m);
   if (scale_.outdoors) refine_options_.coarse_distance_m *= 1.5;
-  middle_b_ = MeanSensor(b);
+  middle_b_ = b.whole().walls.MeanSensor();
   walls_b_ = &b.whole().walls;
 }
 
@@ -184,17 +176,17 @@ void CandidateSearch::TakeCandidates(const std::vector<Candidate>& candidates,
   stages->push_back({"free_space", watch.Lap()});
 }
 
-// Angle between the two maps' verticals, whichever end is up where that is in doubt.
-double CandidateSearch::Tilt(const Pose& T_a_b) const {
+// Of the angle between the two maps' verticals.
+double CandidateSearch::UpCosine(const Pose& T_a_b) const {
   const Eigen::Vector3d up_b = b_.T_level_odom().rotation().inverse() * Eigen::Vector3d::UnitZ();
-  const Eigen::Vector3d up_level = (a_.T_level_odom() * T_a_b).rotation() * up_b;
-  const bool doubtful = a_.may_be_upside_down() || b_.may_be_upside_down();
-  return std::acos(std::clamp(doubtful ? std::abs(up_level.z()) : up_level.z(), -1.0, 1.0));
+  return ((a_.T_level_odom() * T_a_b).rotation() * up_b).z();
 }
 
-bool CandidateSearch::IsTurnedOver(const Pose& T_a_b) const {
-  const Pose T_level_level = a_.T_level_odom() * T_a_b * b_.T_level_odom().Inverse();
-  return (T_level_level.rotation() * Eigen::Vector3d::UnitZ()).z() < 0;
+// That angle, whichever end is up where that is in doubt.
+double CandidateSearch::Tilt(const Pose& T_a_b) const {
+  const bool doubtful = a_.may_be_upside_down() || b_.may_be_upside_down();
+  const double cosine = UpCosine(T_a_b);
+  return std::acos(std::clamp(doubtful ? std::abs(cosine) : cosine, -1.0, 1.0));
 }
 
 void CandidateSearch::MeasureRepetition(Hypothesis* h) const {
@@ -202,12 +194,15 @@ void CandidateSearch::MeasureRepetition(Hypothesis* h) const {
 }
 
 void CandidateSearch::MeasureShared(Hypothesis* h) {
-  const double cell = CellThatFits(a_.whole().walls, b_.whole().walls, scale_, 2 * scale_.cell_m);
   const auto cells_of = [&](const WallMap& walls, BirdsEyeCells* cells) -> const BirdsEyeCells& {
-    if (cells->cell_m == 0) *cells = MakeBirdsEyeCells(walls, scale_, cell);
+    if (cells->cell_m == 0) {
+      const double cell =
+          CellThatFits(a_.whole().walls, b_.whole().walls, scale_, 2 * scale_.cell_m);
+      *cells = MakeBirdsEyeCells(walls, scale_, cell);
+    }
     return *cells;
   };
-  const bool turned = IsTurnedOver(h->T_a_b);
+  const bool turned = UpCosine(h->T_a_b) < 0;
   const WallMap& walls_b = turned ? b_.turned_over() : b_.whole().walls;
   const Pose T_level_level = a_.T_level_odom() * h->T_a_b * walls_b.T_level_odom().Inverse();
   const SharedArea shared =

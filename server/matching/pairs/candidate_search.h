@@ -48,8 +48,8 @@ class CandidateSearch {
   uint32_t candidates() const { return candidates_; }  // Refined so far.
 
  private:
+  double UpCosine(const Pose& T_a_b) const;
   double Tilt(const Pose& T_a_b) const;
-  bool IsTurnedOver(const Pose& T_a_b) const;
   // Candidates from above on the storeys that they suit best, where there are several.
   std::vector<Candidate> OnStoreys(const std::vector<Candidate>& candidates) const;
 

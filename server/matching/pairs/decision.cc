@@ -77,8 +77,7 @@ Finding ExplainLack(const Hypothesis& h, double probability, const MatcherOption
                           rate, 100 * h.repetition)};
 }
 
-// What is said of one of which this is the probability of being right by itself. kOk: nothing is
-// against it.
+// What is said of one by itself. kOk: nothing is against it.
 Finding Examine(const Hypothesis& h, const MatcherOptions& options) {
   if (!h.converged) {
     return {MatchState::kNotYet, MatchReason::kNotConverged,
@@ -88,7 +87,7 @@ Finding Examine(const Hypothesis& h, const MatcherOptions& options) {
     return {MatchState::kNotYet, MatchReason::kFewComparisons,
             "A map came without sensor positions: what its robot looked through is not known."};
   }
-  const double probability = Probabilities({h}).front();
+  const double probability = ProbabilityAlone(h);
   if (IsRefuted(h.free_space)) {
     return {MatchState::kRejected, MatchReason::kFreeSpace,
             absl::StrFormat("One robot looked through what is a wall to the other in %.0f %% of "

@@ -56,8 +56,6 @@ void MeasureSurface(const PreparedMap& a, const PreparedMap& b, const Asked& ask
   const auto& [moving, fixed, moving_poses, fixed_poses] = SidesOf(a, b, *h);
   h->agreement.resize(moving.size());
   const Eigen::Vector3d up = a.T_level_odom().rotation().inverse() * Eigen::Vector3d::UnitZ();
-  h->own = a.own_agreement();
-  h->own += b.own_agreement();
   SurfaceAgreement sum;
   for (size_t k = 0; k < moving.size(); ++k) {
     if (asked(k)) {
@@ -66,10 +64,8 @@ void MeasureSurface(const PreparedMap& a, const PreparedMap& b, const Asked& ask
     }
     sum += h->agreement[k];
   }
-  const auto share = [](double part, double whole) { return whole > 0 ? part / whole : 0; };
-  const auto on = static_cast<double>(sum.on);
   h->inliers = sum.on;
-  h->overlap = share(on, static_cast<double>(sum.asked));
+  h->overlap = sum.overlap();
   h->inlier_ratio = sum.ratio();
   h->upright_ratio = sum.upright_ratio();
   h->residual_m = sum.residual_m();
@@ -143,6 +139,11 @@ bool IsSamePlace(const JointRefinement& joint, const JointRefinement& other) {
   return 2 * same > joint.edges.size();
 }
 
+void MeasureOwn(const PreparedMap& a, const PreparedMap& b, Hypothesis* h) {
+  h->own = a.own_agreement();
+  h->own += b.own_agreement();
+}
+
 void MeasureJointly(const PreparedMap& a, const PreparedMap& b, Hypothesis* h) {
   h->joint = {MapPoses::Rigid(a.session_map(), b.session_map(), h->T_a_b), {}, 0, h->T_a_b};
   h->converged = RefineJointly(a, b, kSubmapGateM, 0, 0, &h->joint);
@@ -188,6 +189,7 @@ void ExtendJointly(const PreparedMap& a, const PreparedMap& b, size_t first_a, s
     return false;
   };
   MeasureSurface(a, b, asked, h);
+  MeasureOwn(a, b, h);
   if (anew) h->free_space = {};
   h->free_space +=
       ScoreFreeSpace(a.free_space(), b.free_space(), after, FreeSpaceOptions::For(h->outdoors),

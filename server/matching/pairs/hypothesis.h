@@ -61,8 +61,12 @@ bool IsSameAlignment(const Pose& T_a_b, const Pose& other_T_a_b, const Eigen::Ve
 // while rigid may bend into the same place.
 bool IsSamePlace(const JointRefinement& joint, const JointRefinement& other);
 
-// Refines jointly from h->T_a_b and measures everything but the shared area anew. Leaves the poses
-// rigid, with `converged` false, where no submaps could be aligned.
+// Fills what to expect of surfaces, from what each session knows of its own.
+void MeasureOwn(const PreparedMap& a, const PreparedMap& b, Hypothesis* h);
+
+// Refines jointly from h->T_a_b and measures everything anew but what to expect (`own`,
+// `repetition`) and the shared area. Leaves the poses rigid, with `converged` false, where no
+// submaps could be aligned.
 void MeasureJointly(const PreparedMap& a, const PreparedMap& b, Hypothesis* h);
 
 // The same for maps that have grown by the submaps from `first_a` and `first_b` on: only these and

@@ -202,6 +202,7 @@ void PairMatcher::SearchMatch(const PreparedMap& a, const PreparedMap& b, Match*
 void PairMatcher::JudgeLast(const PreparedMap& a, const PreparedMap& b) {
   Hypothesis& h = hypotheses_.back();
   MeasureJointly(a, b, &h);
+  MeasureOwn(a, b, &h);
   const bool known =
       std::any_of(hypotheses_.begin(), hypotheses_.end() - 1,
                   [&](const Hypothesis& other) { return IsSamePlace(h.joint, other.joint); });

@@ -58,6 +58,10 @@ double Repetition(const Hypothesis& h) {
          kRepeatsWhereShared(h.repetition * h.shared_share);
 }
 
+double Odds(const Hypothesis& h) {
+  return std::exp(std::clamp(MeasureLogOdds(h).sum(), -kMaxLogOdds, kMaxLogOdds));
+}
+
 }  // namespace
 
 double LogOdds::sum() const { return std::accumulate(terms.begin(), terms.end(), kTypicalLogOdds); }
@@ -70,12 +74,16 @@ LogOdds MeasureLogOdds(const Hypothesis& h) {
   return {{Tightness(h), Agreement(h), FreeSpace(h.free_space), Ground(h), Hold(h), Repetition(h)}};
 }
 
+double ProbabilityAlone(const Hypothesis& h) {
+  const double odds = Odds(h);
+  return odds / (1 + odds);
+}
+
 std::vector<double> Probabilities(const std::vector<Hypothesis>& hypotheses) {
   std::vector<double> probabilities;
   double sum = 1;  // Of none's being right.
   for (const Hypothesis& h : hypotheses) {
-    probabilities.push_back(
-        std::exp(std::clamp(MeasureLogOdds(h).sum(), -kMaxLogOdds, kMaxLogOdds)));
+    probabilities.push_back(Odds(h));
     sum += probabilities.back();
   }
   for (double& probability : probabilities) probability /= sum;

@@ -24,6 +24,9 @@ struct LogOdds {
 
 LogOdds MeasureLogOdds(const Hypothesis& h);
 
+// The probability that one is right which nothing else competes with.
+double ProbabilityAlone(const Hypothesis& h);
+
 // Of each that it is right. At most one is, and perhaps none: exp(u_i) / (1 + sum of exp(u_j)),
 // u being the log odds (conditional logit, McFadden, "Conditional logit analysis of qualitative
 // choice behavior", 1974, equation 12).

@@ -23,7 +23,7 @@ struct FreeSpaceOptions {
   // Metres from the view: farther, a bin of 2 degrees is as wide as a door. A guess, as is For's.
   double max_range_m = 25;
   // |n_z| up to which surfaces are asked: near-vertical ones, as rays meet floors at a slant.
-  double max_abs_normal_z = 0.5;
+  double max_abs_normal_z = kMaxUprightNormalZ;
 
   // Outdoors ways come less near each other, and walls are large: farther ones have a say too.
   static FreeSpaceOptions For(bool outdoors) {

@@ -30,7 +30,7 @@ inline constexpr size_t kAlignedPoints = 1000;
 // head-on; the rest is drift. Less contradicts right matches, more lets twins pass.
 inline constexpr double kFreeSpaceMarginM = 0.4, kFreeSpaceMarginPerM = 0.01;
 // Metres between the points that are asked, and edge of the squares by which they are passed over.
-// Speed, but for the number of comparisons, which min_comparisons counts.
+// Speed, but for the number of comparisons, which probabilities are made of.
 inline constexpr float kAskedSpacingM = 0.4f, kAskedColumnM = 4.0f;
 // Cosine, 78 degrees: flatter, a surface has no range of its own in a bin of 2 degrees.
 inline constexpr float kMinIncidenceCosine = 0.2f;
@@ -55,7 +55,7 @@ inline constexpr float kMinLookM = 0.5f, kMaxLookM = 60;
 // count as seen by it.
 inline constexpr size_t kMaxAgreementPoints = 1500;
 inline constexpr float kSeenM = 1.0f;
-// |n_z| up to which a surface stands upright, 60 degrees. As FreeSpaceOptions::max_abs_normal_z.
+// |n_z| up to which a surface stands upright, 60 degrees.
 inline constexpr float kMaxUprightNormalZ = 0.5f;
 
 // Maps.

@@ -107,7 +107,6 @@ PreparedMap::PreparedMap(const SessionMap& map, const SubmapSource& source,
   T_level_odom_ = Level(map_, submaps_, &gravity_known_, &may_be_upside_down_);
   free_space_ = FreeSpaceMap(submaps_, T_level_odom_, FreeSpaceOptions());
   DescribeNewPlaces();
-  MeasureOwnAgreement();
   levelled_ = submaps_.size();
   prepare_ms_ = watch.Ms();
 }
@@ -129,18 +128,24 @@ PreparedMap::PreparedMap(const SessionMap& map, const PreparedMap& before,
                              T_level_odom_, FreeSpaceOptions());
   if (little_new) TakePlaces(before, *kept);
   DescribeNewPlaces();
-  MeasureOwnAgreement();
+  if (little_new && !retired) {
+    MutexLock lock(&before.mutex_);
+    own_agreement_ = before.own_agreement_;
+    own_measured_ = before.own_measured_;
+  }
   levelled_ = little_new ? before.levelled_ : submaps_.size();
   prepare_ms_ = watch.Ms();
 }
 
-void PreparedMap::MeasureOwnAgreement() {
+SurfaceAgreement PreparedMap::own_agreement() const {
+  MutexLock lock(&mutex_);
   const Eigen::Vector3d up = T_level_odom_.rotation().inverse() * Eigen::Vector3d::UnitZ();
-  for (size_t k = 1; k < submaps_.size(); ++k) {
+  for (size_t& k = own_measured_; k < submaps_.size(); ++k) {
     const auto T_odom = [&](size_t i) { return submaps_[i]->submap().T_odom_submap; };
     own_agreement_ += MeasureAgreement(*submaps_[k], T_odom(k), {submaps_[k - 1]}, {T_odom(k - 1)},
                                        up, kOnSurfaceM);
   }
+  return own_agreement_;
 }
 
 void PreparedMap::DescribeNewPlaces() {

@@ -57,8 +57,8 @@ class PreparedMap {
   const PreparedSubmaps& submaps() const { return submaps_; }
   const FreeSpaceMap& free_space() const { return free_space_; }
   // Of every submap with the one before: how well surfaces of this robot agree in this world where
-  // they certainly lie right.
-  const SurfaceAgreement& own_agreement() const { return own_agreement_; }
+  // they certainly lie right. Measured when first asked for, of what is new since `before`.
+  SurfaceAgreement own_agreement() const;
   // Places along the way, in order; `first_place(k)` is where those of submap k begin.
   const std::vector<Place>& places() const { return places_; }
   size_t first_place(size_t submap) const {
@@ -91,7 +91,6 @@ class PreparedMap {
   void TakeSubmaps(const PreparedMap* before, const std::vector<size_t>& kept,
                    const SubmapSource& source);
   void TakePlaces(const PreparedMap& before, const std::vector<size_t>& kept);
-  void MeasureOwnAgreement();
   // Describes the places of submaps that have none yet.
   void DescribeNewPlaces();
 
@@ -102,11 +101,12 @@ class PreparedMap {
   bool gravity_known_ = true;
   bool may_be_upside_down_ = false;
   FreeSpaceMap free_space_;
-  SurfaceAgreement own_agreement_;
   std::vector<Place> places_;
   std::vector<size_t> first_places_;  // By submap.
   size_t levelled_ = 0;  // Submaps when level and free space were last made from scratch.
   mutable Mutex mutex_;
+  mutable SurfaceAgreement own_agreement_ ABSL_GUARDED_BY(mutex_);
+  mutable size_t own_measured_ ABSL_GUARDED_BY(mutex_) = 1;  // The first has none before it.
   // These stay as they are once they are there.
   mutable std::optional<Whole> whole_ ABSL_GUARDED_BY(mutex_);
   mutable std::optional<WallMap> turned_over_ ABSL_GUARDED_BY(mutex_);

@@ -9,16 +9,6 @@
 #include "server/matching/search/birds_eye.h"
 
 namespace isthmus::matching {
-namespace {
-
-Eigen::Vector3d MeanSensor(const WallMap& walls) {
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (const Eigen::Vector3f& sensor : walls.sensors()) sum += sensor.cast<double>();
-  return sum / std::max<double>(1, static_cast<double>(walls.sensors().size()));
-}
-
-}  // namespace
-
 double TightOverlap(double overlap, double residual_m) {
   return overlap * std::max(0.0, 1 - residual_m / (kOnSurfaceM / std::sqrt(3.0)));
 }
@@ -26,7 +16,7 @@ double TightOverlap(double overlap, double residual_m) {
 SelfSimilarity MeasureSelfSimilarity(const WallMap& walls, const RefinableMap& refinable,
                                      const RefineOptions& options) {
   // Moved to where the robot was, so that a turn is one about that and no shift.
-  const Pose T_odom_middle(walls.T_level_odom().Inverse() * MeanSensor(walls));
+  const Pose T_odom_middle(walls.MeanSensor());
   const auto in_middle = [&](const Pose& T) { return T_odom_middle.Inverse() * T * T_odom_middle; };
   std::vector<Pose> seen = {Pose()};
   const auto is_new = [&](const Pose& T) {

@@ -13,6 +13,10 @@ double Share(double part, double whole) { return whole > 0 ? part / whole : 0; }
 
 }  // namespace
 
+double SurfaceAgreement::overlap() const {
+  return Share(static_cast<double>(on), static_cast<double>(asked));
+}
+
 double SurfaceAgreement::ratio() const {
   return Share(static_cast<double>(on), static_cast<double>(near));
 }

@@ -24,7 +24,8 @@ struct SurfaceAgreement {
   // information of a twist about its origin per squared metre.
   Matrix6d scatter = Matrix6d::Zero();
 
-  double ratio() const;  // On, of those near; 0 without any.
+  double overlap() const;  // On, of those asked; 0 without any, as the next.
+  double ratio() const;    // On, of those near.
   double upright_ratio() const;
   double residual_m() const;  // RMS; 0 without any.
 

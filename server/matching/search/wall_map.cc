@@ -62,6 +62,13 @@ WallMap::WallMap(const SessionMap& map, const std::vector<SurfacePoint>& surface
   if (!outdoors_) FindStoreys(level);
 }
 
+Eigen::Vector3d WallMap::MeanSensor() const {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3f& sensor : sensors_) sum += sensor.cast<double>();
+  if (!sensors_.empty()) sum /= static_cast<double>(sensors_.size());
+  return T_level_odom_.Inverse() * sum;
+}
+
 void WallMap::FindStoreys(const std::vector<SurfacePoint>& level) {
   std::vector<size_t> floors(kStoreyBins, 0);  // By height above the lowest.
   size_t all = 0;

@@ -73,6 +73,8 @@ class WallMap {
   const std::vector<WallPoint>& walls() const { return walls_; }
   // Keyframes' sensor positions, level frame.
   const std::vector<Eigen::Vector3f>& sensors() const { return sensors_; }
+  // Their mean in the odom frame; its origin where there are none.
+  Eigen::Vector3d MeanSensor() const;
   // What was measured from the keyframes whose rays are kept: where it is, at what height above the
   // local ground, and how far from the keyframe, seen from above.
   using Visitor = std::function<void(const Eigen::Vector2f& at, float height, float range)>;
