@@ -13,62 +13,52 @@ import sys
 
 import numpy
 
-NAMES = ["kLooserThanOwn", "kLoose", "kUpright", "kInFront", "kContradictedRegions",
-         "kAgreeing", "kSharedArea", "kHeld", "kRepeats", "kRepeatsWhereShared"]
+NAMES = ["kLooserThanOwn", "kUpright", "kContradictedRegions", "kSharedArea", "kDistinctive",
+         "kRepeats"]
 CLOSED = ("twins", "twins_large")  # What is enclosed has a rule of its own: see 0027.
-PENALTY = 1.0  # On squared weights of standardised measures.
+UPSIDE_DOWN = -5.0  # Log odds of a sensor's hanging: kUpsideDownLogOdds.
+PENALTY = 0.1  # On squared weights of standardised measures.
 PARTS = 8
 
 
 def measures(row):
     """What probability.cc measures of a hypothesis, in the order of NAMES."""
-    own_residual = max(row["own_residual_m"], 0.025)
-    own_upright = max(row["own_upright_ratio"], 0.3)
-    repeats = max(row["repeats_a"], row["repeats_b"])
-    in_front = row["free_space"] * row["comparisons"]
-    agreeing = row["comparisons"] - in_front
+    own_residual = max(row["own_residual_m"] or 0.045, 0.025)
+    own_upright = max(row["own_upright_ratio"] or 0.75, 0.3)
     return [
-        numpy.log((row["residual_m"] + 0.005) / own_residual),
-        10 * row["residual_m"],
-        min(row["upright_ratio"] / own_upright, 1.1),
-        numpy.log10(1 + in_front),
+        10 * (row["residual_m"] - own_residual),
+        numpy.log(0.1 + min(row["upright_ratio"] / own_upright, 1.1)),
         numpy.log10(1 + row["contradicted_regions"] / (1 + 0.005 * row["regions"])),
-        max(0, numpy.log10((agreeing + 1000) / (30 * in_front + 1000))),
         numpy.log10(1 + row["shared_area_m2"]),
-        numpy.log10(max(row["observability"], 0.001)),
-        repeats**2,
-        repeats * row["shared_share"],
+        numpy.log10(1 + row["distinctive"]),
+        max(row["repeats_a"], row["repeats_b"]),
     ]
 
 
 def read(paths):
-    """By pair: the seed of its world, measures of its places, and which of them are right."""
+    """By pair: the seed of its world, measures of its places, what is known of them beforehand, and
+    which of them are right."""
     pairs = {}
     for path in paths:
         with open(path) as file:
             for row in csv.DictReader(file):
                 if row["scenario"] in CLOSED:
                     continue
-                key = (path, row["pair"])
                 numbers = {k: float(v) for k, v in row.items() if k not in ("scenario", "source")}
                 if numbers["is_joint"]:
-                    pairs.setdefault(key, (row["seed"], {}))[1].setdefault(
-                        # Found by several searches, it is one place.
-                        (numbers["inliers"], numbers["comparisons"], numbers["regions"]), numbers)
-    found = []
-    for seed, places in pairs.values():
-        rows = list(places.values())
-        found.append((seed, numpy.array([measures(r) for r in rows]),
-                      numpy.array([r["joint_right"] > 0 for r in rows])))
-    return found
+                    key = (path, row["pair"])
+                    pairs.setdefault(key, (row["seed"], []))[1].append(numbers)
+    return [(seed, numpy.array([measures(r) for r in rows]),
+             UPSIDE_DOWN * numpy.array([r["upside_down"] for r in rows]),
+             numpy.array([r["joint_right"] > 0 for r in rows])) for seed, rows in pairs.values()]
 
 
 def likelihood(weights, pairs):
     """Negative log likelihood of the conditional logit, and its gradient."""
     value, gradient = PENALTY * weights[:-1] @ weights[:-1] / 2, numpy.zeros_like(weights)
     gradient[:-1] = PENALTY * weights[:-1]
-    for _, x, right in pairs:
-        odds = numpy.exp(numpy.clip(x @ weights[:-1] + weights[-1], -40, 40))
+    for _, x, known, right in pairs:
+        odds = numpy.exp(numpy.clip(x @ weights[:-1] + weights[-1] + known, -40, 40))
         odds = odds / numpy.where(right, max(1, right.sum()), 1)  # Two right ones are one.
         share = odds / (1 + odds.sum())
         wanted = share * right / share[right].sum() if right.any() else numpy.zeros_like(share)
@@ -100,25 +90,25 @@ def fit(pairs):
     return at
 
 
-def best(weights, x, right):
+def best(weights, x, known, right):
     """Probability of the most probable, and whether it is right."""
-    odds = numpy.exp(numpy.clip(x @ weights[:-1] + weights[-1], -40, 40))
+    odds = numpy.exp(numpy.clip(x @ weights[:-1] + weights[-1] + known, -40, 40))
     top = int(odds.argmax())
     return odds[top] / (1 + odds.sum()), bool(right[top])
 
 
 def main():
     pairs = read(sys.argv[1:])
-    every = numpy.concatenate([x for _, x, _ in pairs])
+    every = numpy.concatenate([pair[1] for pair in pairs])
     mean, spread = every.mean(0), every.std(0) + 1e-9
-    scaled = [(seed, (x - mean) / spread, right) for seed, x, right in pairs]
+    scaled = [(seed, (x - mean) / spread, *rest) for seed, x, *rest in pairs]
 
-    worlds = sorted({seed for seed, _, _ in pairs})
+    worlds = sorted({pair[0] for pair in pairs})
     left_out = []
     for part in range(PARTS):
         out = set(worlds[part::PARTS])
         weights = fit([p for p in scaled if p[0] not in out])
-        left_out += [best(weights, x, right) for seed, x, right in scaled if seed in out]
+        left_out += [best(weights, *rest) for seed, *rest in scaled if seed in out]
     print(f"{len(pairs)} pairs of {len(worlds)} worlds")
     print("| probability | best hypotheses | right |\n|---|---|---|")
     error = 0
@@ -129,10 +119,15 @@ def main():
             error += len(within) * abs(p - r) / len(left_out)
             print(f"| {low:.1f}-{low + 0.1:.1f}: {p:.2f} | {len(within)} | {r:.2f} |")
     print(f"expected calibration error {error:.3f}")
+    wrong = sorted((p for p, right in left_out if not right), reverse=True)
+    print("most probable wrong ones: " + " ".join(f"{p:.3f}" for p in wrong[:5]))
+    for least in (0.9, 0.95, 0.97, 0.985):
+        above = [right for p, right in left_out if p >= least]
+        print(f"from {least} on: {sum(above)} of {len(above)} right")
 
     weights = fit(scaled)
     raw = weights[:-1] / spread
-    typical = numpy.median([x[right][0] for _, x, right in pairs if right.any()], axis=0)
+    typical = numpy.median([x[right][0] for _, x, _, right in pairs if right.any()], axis=0)
     print(f"kTypicalLogOdds = {weights[-1] + raw @ (typical - mean):.3f}")
     for name, weight, median in zip(NAMES, raw, typical):
         print(f"{name}{{{weight:.2f}, {median:.3f}}}")

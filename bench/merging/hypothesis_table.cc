@@ -19,7 +19,6 @@ namespace {
 using matching::Hypothesis;
 
 constexpr double kRigidM = 1, kRigidDeg = 3, kJointM = 0.3, kJointDeg = 1;
-constexpr size_t kJointly = 6;  // Those of most agreement are refined jointly.
 
 SessionMap MapOf(const DrivenRobot& robot) {
   SessionMap map;
@@ -67,23 +66,25 @@ JudgedPair JudgeHypotheses(std::vector<DrivenRobot> robots) {
   judged.repeats_a = a.self_similarity().degree();
   judged.repeats_b = b.self_similarity().degree();
   matching::CandidateSearch search(a, b);
-  const std::vector<Hypothesis> proposed = Propose(&search);
-  std::vector<double> best;
-  for (const Hypothesis& h : proposed) best.push_back(h.Agreement());
-  std::sort(best.rbegin(), best.rend());
-  const double least = best.empty() ? 0 : best[std::min(kJointly, best.size()) - 1];
+  std::vector<Hypothesis> proposed = Propose(&search);
+  const std::vector<Hypothesis> promising = matching::MostPromising(&proposed);
   for (const Hypothesis& h : proposed) {
     JudgedHypothesis& one = judged.hypotheses.emplace_back();
     one.rigid = one.joint = h;
     one.right = truth.IsWithin(h.T_a_b, kRigidM, kRigidDeg);
-    one.is_joint = one.right || h.Agreement() >= least;
     if (truth.HasTransform()) one.error = truth.ErrorOf(h.T_a_b);
+    one.is_joint = std::any_of(promising.begin(), promising.end(), [&](const Hypothesis& other) {
+      return h.source == other.source && h.T_a_b.Matrix() == other.T_a_b.Matrix();
+    });
     if (!one.is_joint) continue;
     search.MeasureRepetition(&one.joint);
     search.MeasureShared(&one.joint);
-    matching::MeasureJointly(a, b, &one.joint);
-    matching::MeasureOwn(a, b, &one.joint);
+    matching::MeasurePair(a, b, &one.joint);
     one.joint_right = truth.IsWithin(one.joint.T_a_b, kJointM, kJointDeg);
+    one.is_joint = std::none_of(
+        judged.hypotheses.begin(), judged.hypotheses.end() - 1, [&](const JudgedHypothesis& other) {
+          return other.is_joint && matching::IsSamePlace(one.joint.joint, other.joint.joint);
+        });
   }
   return judged;
 }
@@ -131,7 +132,7 @@ std::string ToCsv(const std::vector<JudgedPair>& pairs) {
       "overlap,inlier_ratio,inliers,residual_m,shared_area_m2,shared_share,observability,"
       "odometry_residual,converged,regions,contradicted_regions,upright_ratio,"
       "own_ratio,own_upright_ratio,own_residual_m,own_near,error_m,error_deg,"
-      "repeats_a,repeats_b\n";
+      "repeats_a,repeats_b,distinctive,upside_down\n";
   for (size_t i = 0; i < pairs.size(); ++i) {
     const JudgedPair& pair = pairs[i];
     for (const JudgedHypothesis& one : pair.hypotheses) {
@@ -144,11 +145,12 @@ std::string ToCsv(const std::vector<JudgedPair>& pairs) {
                             h.free_space.violation(), h.free_space.comparisons(), h.overlap,
                             h.inlier_ratio, h.inliers, h.residual_m, h.shared_area_m2,
                             h.shared_share, h.observability, h.odometry_residual, h.converged);
-      absl::StrAppendFormat(&csv, "%d,%d,%.4f,%.4f,%.4f,%.4f,%d,%.2f,%.1f,%.4f,%.4f\n",
+      absl::StrAppendFormat(&csv, "%d,%d,%.4f,%.4f,%.4f,%.4f,%d,%.2f,%.1f,%.4f,%.4f,",
                             h.free_space.regions, h.free_space.contradicted_regions,
                             h.upright_ratio, h.own.ratio(), h.own.upright_ratio(),
                             h.own.residual_m(), h.own.near, one.error.median_m,
                             one.error.median_deg, pair.repeats_a, pair.repeats_b);
+      absl::StrAppend(&csv, h.distinctive, ",", static_cast<int>(h.upside_down), "\n");
     }
   }
   return csv;

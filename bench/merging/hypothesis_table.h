@@ -29,7 +29,7 @@ struct JudgedPair {
 };
 
 // All that the searches propose, each search by itself; those that look best are refined jointly,
-// and those that are right.
+// as the matcher does, and what leads to the same place is one.
 JudgedPair JudgeHypotheses(std::vector<DrivenRobot> robots);
 
 // Markdown: in how many pairs each search finds the right place, and which it alone finds.

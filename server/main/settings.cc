@@ -238,8 +238,8 @@ void AddMatching(ServerConfig& config, Table& table) {
                                   {"paper", matching::SearchMode::kPaper},
                                   {"birds_eye", matching::SearchMode::kBirdsEye}},
       "Who proposes transforms. paper: key points and features. birds_eye: exhaustive search of "
-      "the plan view. default: birds_eye and places that look alike; paper too where these leave "
-      "a pair undecided indoors.");
+      "the plan view. default: birds_eye and places that look alike; paper too where these find "
+      "nothing likely indoors.");
   table.Add("rematch_submaps", &config.pipeline.rematch_submaps, 1, 1000,
             "A pair is matched again when its maps have grown by this many submaps. Mostly this "
             "costs as much as is new in them.");
@@ -249,7 +249,7 @@ void AddMatching(ServerConfig& config, Table& table) {
 void AddAcceptance(ServerConfig& config, Table& table) {
   matching::MatcherOptions& matcher = config.pipeline.matcher;
   table.Add(
-      "min_probability", &matcher.min_probability, 0.5, 1.0,
+      "min_probability", &matcher.min_probability, 0.5, 0.9999,
       "Probability of being right from which on a match is accepted. A wrong merge destroys a "
       "map, a missed one waits: higher is safer.");
   table.Add("max_enclosed_share", &matcher.max_enclosed_share, 0.0, 1.0,

@@ -30,10 +30,33 @@ bool IsRefuted(const FreeSpaceScore& score) {
   return score.comparisons() >= kRefutedComparisons && score.violation() > kRefutedShare;
 }
 
+std::string Rate(double probability, const MatcherOptions& options) {
+  return absl::StrFormat("%.1f %% probable where %.1f %% are needed", 100 * probability,
+                         100 * options.min_probability);
+}
+
+Finding LacksAgreement(const Hypothesis& h, const std::string& rate) {
+  return {MatchState::kNotYet, MatchReason::kLowOverlap,
+          absl::StrFormat("%s: of what stands upright where the maps meet, %.0f %% is in both; of "
+                          "each robot's own %.0f %%.",
+                          rate, 100 * h.upright_ratio, 100 * h.own.upright_ratio())};
+}
+
+Finding LacksDistinction(const Hypothesis& h, const std::string& rate) {
+  if (h.repetition < kMinRepeatDegree) {
+    return {MatchState::kNotYet, MatchReason::kLowOverlap,
+            absl::StrFormat("%s: of what stands upright only %d points are in both maps.", rate,
+                            h.distinctive)};
+  }
+  return {MatchState::kAmbiguous, MatchReason::kPossibleTwin,
+          absl::StrFormat("%s: one of the maps lies on itself elsewhere %.0f %% as well as in its "
+                          "place, and of what is in both only %d points tell this place from such.",
+                          rate, 100 * h.repetition, h.distinctive)};
+}
+
 // What lies in the way of one that nothing else competes with.
 Finding ExplainLack(const Hypothesis& h, double probability, const MatcherOptions& options) {
-  const std::string rate = absl::StrFormat("%.1f %% probable where %.1f %% are needed",
-                                           100 * probability, 100 * options.min_probability);
+  const std::string rate = Rate(probability, options);
   const double violation = 100 * h.free_space.violation();
   switch (MeasureLogOdds(h).Weakest()) {
     case Term::kTightness:
@@ -42,10 +65,7 @@ Finding ExplainLack(const Hypothesis& h, double probability, const MatcherOption
                               "within %.0f mm.",
                               rate, 1000 * h.residual_m, 1000 * h.own.residual_m())};
     case Term::kAgreement:
-      return {MatchState::kNotYet, MatchReason::kLowOverlap,
-              absl::StrFormat("%s: of what stands upright where the maps meet, %.0f %% is in both; "
-                              "of each robot's own %.0f %%.",
-                              rate, 100 * h.upright_ratio, 100 * h.own.upright_ratio())};
+      return LacksAgreement(h, rate);
     case Term::kFreeSpace:
       return {probability < kRejectedBelow ? MatchState::kRejected : MatchState::kNotYet,
               MatchReason::kFreeSpace,
@@ -57,12 +77,7 @@ Finding ExplainLack(const Hypothesis& h, double probability, const MatcherOption
       return {
           MatchState::kNotYet, MatchReason::kTooSmall,
           absl::StrFormat("%s: the maps share only %.0f m2 of ground.", rate, h.shared_area_m2)};
-    case Term::kHold:
-      return {MatchState::kNotYet, MatchReason::kDegenerate,
-              absl::StrFormat("%s: the alignment is hardly held in one direction (observability "
-                              "%.4f).",
-                              rate, h.observability)};
-    case Term::kRepetition:
+    case Term::kDistinctive:
       break;
   }
   if (h.upside_down) {
@@ -71,10 +86,7 @@ Finding ExplainLack(const Hypothesis& h, double probability, const MatcherOption
                             "over fits its mirror image.",
                             rate)};
   }
-  return {MatchState::kAmbiguous, MatchReason::kPossibleTwin,
-          absl::StrFormat("%s: one of the maps lies on itself elsewhere %.0f %% as well as in its "
-                          "place, so that a place that looks alike may be near.",
-                          rate, 100 * h.repetition)};
+  return LacksDistinction(h, rate);
 }
 
 // What is said of one by itself. kOk: nothing is against it.
@@ -95,6 +107,9 @@ Finding Examine(const Hypothesis& h, const MatcherOptions& options) {
                             100 * h.free_space.violation(), h.free_space.comparisons())};
   }
   if (probability < options.min_probability) return ExplainLack(h, probability, options);
+  const std::string sure = absl::StrFormat("%.1f %% probable", 100 * probability);
+  if (UprightOfOwn(h) < kLeastUprightOfOwn) return LacksAgreement(h, sure);
+  if (h.distinctive < kLeastDistinctive) return LacksDistinction(h, sure);
   if (h.shared_area_m2 < kLeastGroundM2) {
     return {MatchState::kNotYet, MatchReason::kTooSmall,
             absl::StrFormat("The maps share only %.0f m2 of ground.", h.shared_area_m2)};
@@ -138,11 +153,13 @@ void FillFigures(const Hypothesis& h, Match* match) {
   match->edges = h.joint.edges;
 }
 
-// What is left of a probability where the place may be a twin's, which the maps cannot tell.
+// What is left of a probability where the place may be a twin's, which the maps cannot tell, or
+// where it is a guess.
 double Confidence(const Hypothesis& h, double probability, const MatcherOptions& options) {
-  const bool may_be_twin = h.shared_share > MaxEnclosedShare(h.shared_area_m2, options) ||
-                           h.shared_area_m2 < kLeastGroundM2;
-  return probability * (may_be_twin ? kTwinProbability : 1);
+  const bool may_be_twin = h.shared_share > MaxEnclosedShare(h.shared_area_m2, options);
+  const bool is_guess = h.shared_area_m2 < kLeastGroundM2 || h.distinctive < kLeastDistinctive ||
+                        UprightOfOwn(h) < kLeastUprightOfOwn;
+  return probability * (may_be_twin || is_guess ? kTwinProbability : 1);
 }
 
 // What is said of one that is not the best. That the best is better makes it no worse than

@@ -50,23 +50,35 @@ Sides SidesOf(const PreparedMap& a, const PreparedMap& b, const Hypothesis& h) {
                        : Sides{a.submaps(), b.submaps(), poses.a, poses.b};
 }
 
+// What only two sessions' maps are judged by is measured of these alone: it takes whole maps.
+enum class Of { kWindows, kSessions };
+
 // The agreement of every submap of the moving map for which `asked(k)` is true.
 template <typename Asked>
-void MeasureSurface(const PreparedMap& a, const PreparedMap& b, const Asked& asked, Hypothesis* h) {
+void MeasureSurface(const PreparedMap& a, const PreparedMap& b, Of of, const Asked& asked,
+                    Hypothesis* h) {
   const auto& [moving, fixed, moving_poses, fixed_poses] = SidesOf(a, b, *h);
   h->agreement.resize(moving.size());
   const Eigen::Vector3d up = a.T_level_odom().rotation().inverse() * Eigen::Vector3d::UnitZ();
+  std::optional<DistinctiveSides> sides;
+  if (of == Of::kSessions) {
+    h->own = a.own_agreement();
+    h->own += b.own_agreement();
+    sides = {&a.distinctive(), &b.distinctive()};
+    if (h->moving_is_b) std::swap(sides->submap, sides->map);
+  }
   SurfaceAgreement sum;
   for (size_t k = 0; k < moving.size(); ++k) {
     if (asked(k)) {
       h->agreement[k] =
-          MeasureAgreement(*moving[k], moving_poses[k], fixed, fixed_poses, up, kOnSurfaceM);
+          MeasureAgreement(*moving[k], moving_poses[k], fixed, fixed_poses, up, kOnSurfaceM, sides);
     }
     sum += h->agreement[k];
   }
   h->inliers = sum.on;
   h->overlap = sum.overlap();
   h->inlier_ratio = sum.ratio();
+  h->distinctive = sum.on_distinctive;
   h->upright_ratio = sum.upright_ratio();
   h->residual_m = sum.residual_m();
   h->observability = WeakestObservability(sum, h->shared_center);
@@ -109,6 +121,18 @@ std::optional<uint32_t> PositionAfter(const std::vector<size_t>& kept, uint32_t 
   return static_cast<uint32_t>(at - kept.begin());
 }
 
+void Measure(const PreparedMap& a, const PreparedMap& b, Of of, Hypothesis* h) {
+  h->joint = {MapPoses::Rigid(a.session_map(), b.session_map(), h->T_a_b), {}, 0, h->T_a_b};
+  h->converged = RefineJointly(a, b, kSubmapGateM, 0, 0, &h->joint);
+  h->T_a_b = h->joint.T_a_b;
+  h->odometry_residual = h->joint.odometry_residual;
+  h->moving_is_b = SurfaceSize(b) <= SurfaceSize(a);
+  MeasureSurface(
+      a, b, of, [](size_t) { return true; }, h);
+  h->free_space = ScoreFreeSpace(a.free_space(), b.free_space(), h->joint.poses,
+                                 FreeSpaceOptions::For(h->outdoors));
+}
+
 }  // namespace
 
 double Hypothesis::Support() const {
@@ -125,6 +149,24 @@ void RankHypotheses(std::vector<Hypothesis>* hypotheses) {
       [](const Hypothesis& x, const Hypothesis& y) { return x.Support() > y.Support(); });
 }
 
+std::vector<Hypothesis> MostPromising(std::vector<Hypothesis>* found) {
+  RankHypotheses(found);
+  std::vector<Hypothesis> best;
+  const double least = found->empty() ? 0 : kMinRivalShare * found->front().Support();
+  const auto* end = found->data() + std::min(found->size(), kMaxJoint);
+  for (const Hypothesis* h = found->data(); h != end; ++h) {
+    if (best.empty() || h->Support() >= least) best.push_back(*h);
+  }
+  std::vector<Hypothesis> rest(found->begin() + static_cast<std::ptrdiff_t>(best.size()),
+                               found->end());
+  std::stable_sort(rest.begin(), rest.end(), [](const Hypothesis& x, const Hypothesis& y) {
+    return x.Agreement() > y.Agreement();
+  });
+  const size_t more = std::min(rest.size(), kMaxJointByAgreement);
+  best.insert(best.end(), rest.begin(), rest.begin() + static_cast<std::ptrdiff_t>(more));
+  return best;
+}
+
 bool IsSameAlignment(const Pose& T_a_b, const Pose& other_T_a_b, const Eigen::Vector3d& middle_b) {
   return (T_a_b * middle_b - other_T_a_b * middle_b).norm() < kSameShiftM &&
          RotationAngle(T_a_b.Inverse() * other_T_a_b) < kSameTurnRad;
@@ -139,21 +181,12 @@ bool IsSamePlace(const JointRefinement& joint, const JointRefinement& other) {
   return 2 * same > joint.edges.size();
 }
 
-void MeasureOwn(const PreparedMap& a, const PreparedMap& b, Hypothesis* h) {
-  h->own = a.own_agreement();
-  h->own += b.own_agreement();
+void MeasureJointly(const PreparedMap& a, const PreparedMap& b, Hypothesis* h) {
+  Measure(a, b, Of::kWindows, h);
 }
 
-void MeasureJointly(const PreparedMap& a, const PreparedMap& b, Hypothesis* h) {
-  h->joint = {MapPoses::Rigid(a.session_map(), b.session_map(), h->T_a_b), {}, 0, h->T_a_b};
-  h->converged = RefineJointly(a, b, kSubmapGateM, 0, 0, &h->joint);
-  h->T_a_b = h->joint.T_a_b;
-  h->odometry_residual = h->joint.odometry_residual;
-  h->moving_is_b = SurfaceSize(b) <= SurfaceSize(a);
-  MeasureSurface(
-      a, b, [](size_t) { return true; }, h);
-  h->free_space = ScoreFreeSpace(a.free_space(), b.free_space(), h->joint.poses,
-                                 FreeSpaceOptions::For(h->outdoors));
+void MeasurePair(const PreparedMap& a, const PreparedMap& b, Hypothesis* h) {
+  Measure(a, b, Of::kSessions, h);
 }
 
 void ExtendJointly(const PreparedMap& a, const PreparedMap& b, size_t first_a, size_t first_b,
@@ -188,8 +221,7 @@ void ExtendJointly(const PreparedMap& a, const PreparedMap& b, size_t first_a, s
     }
     return false;
   };
-  MeasureSurface(a, b, asked, h);
-  MeasureOwn(a, b, h);
+  MeasureSurface(a, b, Of::kSessions, asked, h);
   if (anew) h->free_space = {};
   h->free_space +=
       ScoreFreeSpace(a.free_space(), b.free_space(), after, FreeSpaceOptions::For(h->outdoors),

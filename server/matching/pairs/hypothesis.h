@@ -23,6 +23,7 @@ struct Hypothesis {
   int64_t inliers = 0;
   double inlier_ratio = 0;
   double residual_m = 0;
+  int64_t distinctive = 0;     // Inliers that neither map's repeats explain.
   double upright_ratio = 0;    // As inlier_ratio, of what stands upright.
   SurfaceAgreement own;        // Of both sessions with themselves: what to expect of surfaces here.
   bool can_be_refuted = true;  // Both maps say what their robots looked through.
@@ -53,6 +54,10 @@ struct Hypothesis {
 // Puts the best first.
 void RankHypotheses(std::vector<Hypothesis>* hypotheses);
 
+// Of rigid ones what is worth a joint refinement: those of the most support, then those that agree
+// best. Leaves `found` ranked.
+std::vector<Hypothesis> MostPromising(std::vector<Hypothesis>* found);
+
 // Alignments nearer to each other than 1 m and 5 degrees, where b's points are (`middle_b`, b's
 // odom frame), are one hypothesis.
 bool IsSameAlignment(const Pose& T_a_b, const Pose& other_T_a_b, const Eigen::Vector3d& middle_b);
@@ -61,13 +66,13 @@ bool IsSameAlignment(const Pose& T_a_b, const Pose& other_T_a_b, const Eigen::Ve
 // while rigid may bend into the same place.
 bool IsSamePlace(const JointRefinement& joint, const JointRefinement& other);
 
-// Fills what to expect of surfaces, from what each session knows of its own.
-void MeasureOwn(const PreparedMap& a, const PreparedMap& b, Hypothesis* h);
-
-// Refines jointly from h->T_a_b and measures everything anew but what to expect (`own`,
-// `repetition`) and the shared area. Leaves the poses rigid, with `converged` false, where no
-// submaps could be aligned.
+// Refines jointly from h->T_a_b and measures everything anew but the shared area and what only
+// pairs of sessions are judged by (`own`, `distinctive`, `repetition`). Leaves the poses rigid,
+// with `converged` false, where no submaps could be aligned.
 void MeasureJointly(const PreparedMap& a, const PreparedMap& b, Hypothesis* h);
+
+// Of two sessions' maps: `own` and `distinctive` too.
+void MeasurePair(const PreparedMap& a, const PreparedMap& b, Hypothesis* h);
 
 // The same for maps that have grown by the submaps from `first_a` and `first_b` on: only these and
 // what lies around them is looked at, unless the old ones had to move.

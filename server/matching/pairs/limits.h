@@ -36,10 +36,14 @@ inline constexpr int64_t kMinGuessComparisons = 500;
 // Growth after which an accepted pair is searched elsewhere too; open ones are by kNewMapGrowth.
 inline constexpr double kAcceptedGrowth = 2.0;
 
-// Hypotheses that are moved by what maps repeat, ways of repeating of each map, and the degree of
-// repeating and share of the overlap, at a first look, from which on it is done. Guesses.
+// Probability of what was found below which the paper's features are searched too, the dearest
+// search: a guess.
+inline constexpr double kLikely = 0.5;
+
+// Hypotheses that are moved by what maps repeat, ways of repeating of each map, and the share of
+// the overlap, at a first look, from which on it is done. Guesses.
 inline constexpr size_t kMaxRepeated = 2, kMaxRepeats = 2;
-inline constexpr double kMinRepeatDegree = 0.15, kMinRepeatedOverlap = 0.5;
+inline constexpr double kMinRepeatedOverlap = 0.5;
 
 // Joint refinement.
 
@@ -73,24 +77,27 @@ inline constexpr double kIndependentPairs = 10;
 // what a first look ranks hypotheses by.
 inline constexpr double kContradictedIndoors = 0.005, kContradictedOutdoors = 0.04;
 // Log odds of a right hypothesis of which all measures are typical: fitted, see probability.cc.
-inline constexpr double kTypicalLogOdds = 3.799;
-// Against one of two sensors' hanging, odds of 150: a guess. Halls turned over, floor on ceiling, are
-// the last wrong ones, the best of them with odds of 100.
+inline constexpr double kTypicalLogOdds = 4.022;
+// Against one of two sensors' hanging, odds of 150: a guess. Halls turned over, floor on ceiling,
+// are the last wrong ones, the best of them with odds of 100.
 inline constexpr double kUpsideDownLogOdds = 5;
 // Shared ground, m2, below which no pair that probability.cc was fitted to was probable enough: how
 // exact a fit may be there is not calibrated.
 inline constexpr double kLeastGroundM2 = 60;
+// Points that are distinctive, and share of what stands upright that is seen again, against each
+// session's own: nothing right was probable with less (44, and 0.44, of 99), so that what the fit
+// says there is a guess.
+inline constexpr int64_t kLeastDistinctive = 40;
+inline constexpr double kLeastUprightOfOwn = 0.4;
 // Log odds beyond which nothing is more certain: keeps exp() finite.
 inline constexpr double kMaxLogOdds = 40;
 // Metres and shares that a session's own surfaces are taken to be no better than, and that others
-// may be better than these: what a session of a few submaps says of itself is a guess.
+// may be better than these: what a session of a few submaps says of itself is a guess. And what is
+// usual, for two sessions of one submap each.
 inline constexpr double kLeastOwnResidualM = 0.025, kLeastOwnUpright = 0.3, kMostUpright = 1.1;
-// Metres that residuals differ by anyway; and the share of regions contradicted at right places.
-inline constexpr double kResidualNoiseM = 0.005, kRegionNoise = 0.005;
-// Comparisons that say little, and how many agreeing ones one contradiction outweighs; and what
-// slides, whatever is measured.
-inline constexpr double kFewAgreeing = 1000, kContradictionsOutweigh = 30;
-inline constexpr double kLeastObservability = 0.001;
+inline constexpr double kUsualOwnResidualM = 0.045, kUsualOwnUpright = 0.75;
+// Share as which no agreement counts, and share of regions contradicted at right places. Guesses.
+inline constexpr double kNoUpright = 0.1, kRegionNoise = 0.005;
 // Probability below which what is contradicted is rejected, and counts against others; and the
 // share contradicted of so many comparisons that nothing right ever was: of 168 right places of
 // worlds where loose things were moved between two days, the most was 22 %.

@@ -17,27 +17,10 @@
 namespace isthmus::matching {
 namespace {
 
-bool IsUndecided(const Match& match) {
-  return match.state == MatchState::kNotYet || match.state == MatchState::kRejected;
-}
-
-// What is worth a joint refinement: those with the most support, then those that agree best.
-std::vector<Hypothesis> MostPromising(std::vector<Hypothesis>* found) {
-  RankHypotheses(found);
-  std::vector<Hypothesis> best;
-  const double least = found->empty() ? 0 : kMinRivalShare * found->front().Support();
-  const auto* end = found->data() + std::min(found->size(), kMaxJoint);
-  for (const Hypothesis* h = found->data(); h != end; ++h) {
-    if (best.empty() || h->Support() >= least) best.push_back(*h);
-  }
-  std::vector<Hypothesis> rest(found->begin() + static_cast<std::ptrdiff_t>(best.size()),
-                               found->end());
-  std::stable_sort(rest.begin(), rest.end(), [](const Hypothesis& x, const Hypothesis& y) {
-    return x.Agreement() > y.Agreement();
-  });
-  const size_t more = std::min(rest.size(), kMaxJointByAgreement);
-  best.insert(best.end(), rest.begin(), rest.begin() + static_cast<std::ptrdiff_t>(more));
-  return best;
+// Nothing that was found is likely.
+bool IsAtALoss(const Match& match) {
+  const bool open = match.state == MatchState::kNotYet || match.state == MatchState::kRejected;
+  return open && match.confidence < kLikely;
 }
 
 // A guess from how a place looks, by one alignment of submaps and their free space: the refined
@@ -189,7 +172,7 @@ void PairMatcher::SearchMatch(const PreparedMap& a, const PreparedMap& b, Match*
   }
   const bool by_features =
       options_.search == SearchMode::kPaper ||
-      (options_.search != SearchMode::kBirdsEye && !search.outdoors() && IsUndecided(*match));
+      (options_.search != SearchMode::kBirdsEye && !search.outdoors() && IsAtALoss(*match));
   if (by_features && !a.submaps().empty() && !b.submaps().empty()) {
     search.ByFeatures(&found, &match->stages);
   }
@@ -201,8 +184,7 @@ void PairMatcher::SearchMatch(const PreparedMap& a, const PreparedMap& b, Match*
 
 void PairMatcher::JudgeLast(const PreparedMap& a, const PreparedMap& b) {
   Hypothesis& h = hypotheses_.back();
-  MeasureJointly(a, b, &h);
-  MeasureOwn(a, b, &h);
+  MeasurePair(a, b, &h);
   const bool known =
       std::any_of(hypotheses_.begin(), hypotheses_.end() - 1,
                   [&](const Hypothesis& other) { return IsSamePlace(h.joint, other.joint); });

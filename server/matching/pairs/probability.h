@@ -1,6 +1,6 @@
 // The probability that a hypothesis about a pair of maps is right: how well surfaces lie on each
-// other for this world and these sensors, what is contradicted, how much is shared, whether the
-// world repeats; and what else the maps allow.
+// other for this world and these sensors, what is contradicted, how much is shared, how much of it
+// the world does not repeat; and what else the maps allow.
 #pragma once
 
 #include <array>
@@ -12,15 +12,18 @@
 namespace isthmus::matching {
 
 // What the log odds of a hypothesis are the sum of.
-enum class Term { kTightness, kAgreement, kFreeSpace, kGround, kHold, kRepetition };
+enum class Term { kTightness, kAgreement, kFreeSpace, kGround, kDistinctive };
 
 // The log odds of being right against there being no right one among a pair's hypotheses.
 struct LogOdds {
-  std::array<double, 6> terms{};  // By Term; 0: as good as a right one usually is.
+  std::array<double, 5> terms{};  // By Term; 0: as good as a right one usually is.
   double sum() const;
   // The term by which it falls behind right ones most.
   Term Weakest() const;
 };
+
+// Share of what stands upright that lies on the other map, against each session's own.
+double UprightOfOwn(const Hypothesis& h);
 
 LogOdds MeasureLogOdds(const Hypothesis& h);
 

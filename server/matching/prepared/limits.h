@@ -71,6 +71,11 @@ inline constexpr double kNewMapGrowth = 1.25;
 // the score in place from which on a way to do so is looked at.
 inline constexpr double kRepeatShiftM = 1.0, kRepeatTurnRad = 0.09;
 inline constexpr double kMinRepeatScore = 0.1;
+// Degree of repeating from which on a way to do so counts, how many do, and metres: voxels in which
+// a map stands on what it repeats. Guesses.
+inline constexpr double kMinRepeatDegree = 0.15;
+inline constexpr size_t kMostMoves = 4;
+inline constexpr float kRepeatedVoxelM = 0.25f;
 
 // Shapes of sessions.
 

@@ -132,6 +132,7 @@ PreparedMap::PreparedMap(const SessionMap& map, const PreparedMap& before,
     MutexLock lock(&before.mutex_);
     own_agreement_ = before.own_agreement_;
     own_measured_ = before.own_measured_;
+    if (before.distinctive_) distinctive_.emplace(*before.distinctive_, submaps_);
   }
   levelled_ = little_new ? before.levelled_ : submaps_.size();
   prepare_ms_ = watch.Ms();
@@ -235,6 +236,22 @@ const SelfSimilarity& PreparedMap::self_similarity() const {
   self_similarity_ = MeasureSelfSimilarity(whole.walls, whole.refinable, whole.refine_options);
   prepare_ms_ += watch.Ms();
   return *self_similarity_;
+}
+
+const DistinctiveMap& PreparedMap::distinctive() const {
+  {
+    MutexLock lock(&mutex_);
+    if (distinctive_) return *distinctive_;
+  }
+  std::vector<Pose> moves;
+  for (const SelfSimilarity::Repeat& repeat : self_similarity().repeats) {
+    if (repeat.degree < kMinRepeatDegree || moves.size() == kMostMoves) break;
+    moves.push_back(repeat.T_odom_odom);
+  }
+  const Eigen::Vector3d up = T_level_odom_.rotation().inverse() * Eigen::Vector3d::UnitZ();
+  MutexLock lock(&mutex_);
+  if (!distinctive_) distinctive_.emplace(submaps_, up, std::move(moves));
+  return *distinctive_;
 }
 
 }  // namespace isthmus::matching

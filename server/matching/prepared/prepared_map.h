@@ -9,6 +9,7 @@
 
 #include "core/concurrency/mutex.h"
 #include "core/map/submap.h"
+#include "server/matching/prepared/distinctive.h"
 #include "server/matching/prepared/free_space.h"
 #include "server/matching/prepared/prepared_submap.h"
 #include "server/matching/prepared/self_similarity.h"
@@ -85,6 +86,8 @@ class PreparedMap {
   // Its walls with the other end up. Made when first asked for, kept, as is how it repeats.
   const WallMap& turned_over() const;
   const SelfSimilarity& self_similarity() const;
+  // By the repeats of the map as it was when it had grown by a quarter.
+  const DistinctiveMap& distinctive() const;
 
  private:
   // Those of `before` at these positions, and new ones.
@@ -111,6 +114,7 @@ class PreparedMap {
   mutable std::optional<Whole> whole_ ABSL_GUARDED_BY(mutex_);
   mutable std::optional<WallMap> turned_over_ ABSL_GUARDED_BY(mutex_);
   mutable std::optional<SelfSimilarity> self_similarity_ ABSL_GUARDED_BY(mutex_);
+  mutable std::optional<DistinctiveMap> distinctive_ ABSL_GUARDED_BY(mutex_);
   mutable double prepare_ms_ ABSL_GUARDED_BY(mutex_) = 0;
 };
 

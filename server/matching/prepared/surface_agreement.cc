@@ -9,6 +9,10 @@
 namespace isthmus::matching {
 namespace {
 
+Eigen::Vector3f InOdom(const PreparedSubmap& submap, const SurfacePoint& point) {
+  return (submap.submap().T_odom_submap * point.position.cast<double>()).cast<float>();
+}
+
 double Share(double part, double whole) { return whole > 0 ? part / whole : 0; }
 
 }  // namespace
@@ -36,13 +40,15 @@ SurfaceAgreement& SurfaceAgreement::operator+=(const SurfaceAgreement& other) {
   squared_m2 += other.squared_m2;
   near_upright += other.near_upright;
   on_upright += other.on_upright;
+  on_distinctive += other.on_distinctive;
   scatter += other.scatter;
   return *this;
 }
 
 SurfaceAgreement MeasureAgreement(const PreparedSubmap& submap, const Pose& T_common_submap,
                                   const PreparedSubmaps& map, const std::vector<Pose>& T_common_map,
-                                  const Eigen::Vector3d& up, double distance_m) {
+                                  const Eigen::Vector3d& up, double distance_m,
+                                  const std::optional<DistinctiveSides>& distinctive) {
   struct Target {
     const PreparedSubmap* submap;
     Eigen::Matrix3f R;  // To the target's frame.
@@ -81,6 +87,10 @@ SurfaceAgreement MeasureAgreement(const PreparedSubmap& submap, const Pose& T_co
       const double off = q.normal.dot(q.position - p);
       if (std::abs(off) > distance_m) continue;
       on = true;
+      if (distinctive) {
+        result.on_distinctive += distinctive->submap->Has(InOdom(submap, points[k])) &&
+                                 distinctive->map->Has(InOdom(*target.submap, q));
+      }
       result.squared_m2 += off * off;
       Eigen::Matrix<double, 3, 6> J;
       J.leftCols<3>().setIdentity();

@@ -4,9 +4,11 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "core/pose.h"
+#include "server/matching/prepared/distinctive.h"
 #include "server/matching/prepared/prepared_submap.h"
 
 namespace isthmus::matching {
@@ -20,6 +22,7 @@ struct SurfaceAgreement {
   double squared_m2 = 0;  // and the squared distances of these along the normals.
   // The same of what stands upright: floors lie on floors wherever one is.
   int64_t near_upright = 0, on_upright = 0;
+  int64_t on_distinctive = 0;  // Of what lies on it, distinctive in both maps; 0 if not asked for.
   // Sum over the points on it of J^T n n^T J, J = [I, -[p]x], p in the common frame: the
   // information of a twist about its origin per squared metre.
   Matrix6d scatter = Matrix6d::Zero();
@@ -32,12 +35,18 @@ struct SurfaceAgreement {
   SurfaceAgreement& operator+=(const SurfaceAgreement& other);
 };
 
+// What is distinctive of the map that the submap belongs to, and of the other.
+struct DistinctiveSides {
+  const DistinctiveMap *submap, *map;
+};
+
 // An even sample of the submap's points against all of `map`. `T_common_submap` and `T_common_map`
 // place them in one frame in which `up` is a unit vector. A point lies on the map when it has a
 // neighbour there whose normal is within 60 degrees, within `distance_m` along that normal, and
 // within that or a voxel across. Thread safe.
 SurfaceAgreement MeasureAgreement(const PreparedSubmap& submap, const Pose& T_common_submap,
                                   const PreparedSubmaps& map, const std::vector<Pose>& T_common_map,
-                                  const Eigen::Vector3d& up, double distance_m);
+                                  const Eigen::Vector3d& up, double distance_m,
+                                  const std::optional<DistinctiveSides>& distinctive = {});
 
 }  // namespace isthmus::matching

@@ -16,6 +16,7 @@ Hypothesis Good() {
   h.inliers = 5000;
   h.residual_m = 0.03;
   h.upright_ratio = 0.85;
+  h.distinctive = 3000;
   h.own = {.near = 10000,
            .on = 9000,
            .squared_m2 = 9000 * 0.03 * 0.03,
@@ -47,7 +48,7 @@ TEST(DecisionTest, AcceptsGoodEvidence) {
 TEST(DecisionTest, RivalsAreKeptWithWhatIsSaidOfThem) {
   Hypothesis second = Good(), contradicted = Good();
   second.T_a_b = Pose(Eigen::Vector3d(5, 0, 0));
-  second.free_space = {.agree = 50000, .front = 150, .regions = 500, .contradicted_regions = 2};
+  second.free_space = {.agree = 50000, .front = 150, .regions = 900, .contradicted_regions = 9};
   second.source = GuessSource::kPlaces;
   second.joint.edges.resize(2);
   contradicted.free_space = {
@@ -112,11 +113,18 @@ TEST(DecisionTest, EachLackHasItsReason) {
        MatchReason::kLowOverlap},
       {"a chamber", [](Hypothesis& h) { h.shared_area_m2 = 20; }, MatchState::kNotYet,
        MatchReason::kTooSmall},
-      {"rows of rooms", [](Hypothesis& h) { h.repetition = 0.8; }, MatchState::kAmbiguous,
-       MatchReason::kPossibleTwin},
+      {"rows of rooms",
+       [](Hypothesis& h) {
+         h.repetition = 0.8;
+         h.distinctive = 5;
+       },
+       MatchState::kAmbiguous, MatchReason::kPossibleTwin},
+      {"nothing upright", [](Hypothesis& h) { h.distinctive = 5; }, MatchState::kNotYet,
+       MatchReason::kLowOverlap},
       {"looked through a little",
        [](Hypothesis& h) {
-         h.free_space = {.agree = 90000, .front = 3000, .regions = 900, .contradicted_regions = 25};
+         h.free_space = {
+             .agree = 80000, .front = 20000, .regions = 900, .contradicted_regions = 150};
        },
        MatchState::kNotYet, MatchReason::kFreeSpace},
       {"looked through",
@@ -138,7 +146,7 @@ TEST(DecisionTest, EachLackHasItsReason) {
 
 TEST(DecisionTest, ATwinMakesItAmbiguous) {
   Hypothesis twin = Good();
-  twin.free_space = {.agree = 80000, .front = 200, .regions = 900, .contradicted_regions = 1};
+  twin.free_space = {.agree = 80000, .front = 200, .regions = 900, .contradicted_regions = 2};
   const Match match = DecideOn({twin, Good()});
   EXPECT_EQ(match.state, MatchState::kAmbiguous);
   EXPECT_EQ(match.reason, MatchReason::kAmbiguous);
@@ -172,10 +180,9 @@ TEST(ProbabilityTest, GrowsWithEvidence) {
   };
   EXPECT_GT(with([](Hypothesis& h) { h.residual_m = 0.02; }), base);
   EXPECT_GT(with([](Hypothesis& h) { h.shared_area_m2 = 1000; }), base);
-  EXPECT_GT(with([](Hypothesis& h) { h.free_space.front = 10; }), base);
   EXPECT_LT(with([](Hypothesis& h) { h.free_space.contradicted_regions = 10; }), base);
   EXPECT_LT(with([](Hypothesis& h) { h.upright_ratio = 0.6; }), base);
-  EXPECT_LT(with([](Hypothesis& h) { h.repetition = 0.3; }), base);
+  EXPECT_LT(with([](Hypothesis& h) { h.distinctive = 30; }), base) << "all of it repeats";
   EXPECT_LT(with([](Hypothesis& h) { h.upside_down = true; }), base) << "a mirror image fits too";
   // Sensors that are noisy, or a world of leaves, make loose fits.
   EXPECT_GT(with([](Hypothesis& h) { h.own.squared_m2 *= 4; }), base);

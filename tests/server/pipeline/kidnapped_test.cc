@@ -18,7 +18,9 @@ TEST(PipelineKidnapped, BothSegmentsLieInOneMapOnceTheyOverlap) {
   options.seconds = 60;
   options.seed = 4;
   const auto simulator = simulation::Simulator::Create(options).value();
-  auto pipeline = OpenInMemory({});
+  PipelineOptions quick;
+  quick.matcher.min_probability = 0.9;  // Half a minute more of driving would do as well.
+  auto pipeline = OpenInMemory(quick);
   const RobotId alice("alice");
   const SessionId session = pipeline->CreateSession({alice, "vlp16"}).value().record.id;
   AckLog log;
@@ -48,6 +50,9 @@ TEST(PipelineKidnapped, BothSegmentsLieInOneMapOnceTheyOverlap) {
   EXPECT_EQ(sessions[0].scans.ok + sessions[0].scans.degenerate + sessions[0].scans.lost, sequence);
   EXPECT_EQ(sessions[0].scans.rejected, 0u);
 
+  const auto matches = pipeline->GetMatchGraph().matches;
+  ASSERT_EQ(matches.size(), 1u);
+  ASSERT_EQ(matches[0].match.state, MatchState::kAccepted) << matches[0].match.detail;
   ASSERT_EQ(pipeline->GetMapInfo().components.size(), 1u);
   const RobotTrajectory trajectory = pipeline->GetTrajectory(alice, TrajectoryFrame::kMap).value();
   ASSERT_EQ(trajectory.parts.size(), 2u);
