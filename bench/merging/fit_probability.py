@@ -13,9 +13,10 @@ import sys
 
 import numpy
 
-NAMES = ["kLooserThanOwn", "kUpright", "kContradictedRegions", "kSharedArea", "kDistinctive",
-         "kRepeats"]
-CLOSED = ("twins", "twins_large")  # What is enclosed has a rule of its own: see 0027.
+NAMES = ["kLooserThanOwn", "kUpright", "kContradictedRegions", "kClean", "kSharedArea",
+         "kDistinctive", "kRepeats"]
+# What is enclosed has a rule of its own: see 0027.
+CLOSED = ("twins", "twins_large", "twins_wings")
 UPSIDE_DOWN = -5.0  # Log odds of a sensor's hanging: kUpsideDownLogOdds.
 PENALTY = 0.1  # On squared weights of standardised measures.
 PARTS = 8
@@ -25,10 +26,12 @@ def measures(row):
     """What probability.cc measures of a hypothesis, in the order of NAMES."""
     own_residual = max(row["own_residual_m"] or 0.045, 0.025)
     own_upright = max(row["own_upright_ratio"] or 0.75, 0.3)
+    in_front = row["free_space"] * row["comparisons"]
     return [
         10 * (row["residual_m"] - own_residual),
         numpy.log(0.1 + min(row["upright_ratio"] / own_upright, 1.1)),
         numpy.log10(1 + row["contradicted_regions"] / (1 + 0.005 * row["regions"])),
+        min(0.5, max(0, numpy.log10((300 + row["comparisons"]) / (3 + in_front)) - 2.7)),
         numpy.log10(1 + row["shared_area_m2"]),
         numpy.log10(1 + row["distinctive"]),
         max(row["repeats_a"], row["repeats_b"]),

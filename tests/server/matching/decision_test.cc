@@ -48,7 +48,7 @@ TEST(DecisionTest, AcceptsGoodEvidence) {
 TEST(DecisionTest, RivalsAreKeptWithWhatIsSaidOfThem) {
   Hypothesis second = Good(), contradicted = Good();
   second.T_a_b = Pose(Eigen::Vector3d(5, 0, 0));
-  second.free_space = {.agree = 50000, .front = 150, .regions = 900, .contradicted_regions = 9};
+  second.free_space = {.agree = 50100, .front = 50, .regions = 900, .contradicted_regions = 2};
   second.source = GuessSource::kPlaces;
   second.joint.edges.resize(2);
   contradicted.free_space = {
@@ -146,12 +146,12 @@ TEST(DecisionTest, EachLackHasItsReason) {
 
 TEST(DecisionTest, ATwinMakesItAmbiguous) {
   Hypothesis twin = Good();
-  twin.free_space = {.agree = 80000, .front = 200, .regions = 900, .contradicted_regions = 2};
+  twin.free_space = {.agree = 80000, .front = 90, .regions = 900, .contradicted_regions = 2};
   const Match match = DecideOn({twin, Good()});
   EXPECT_EQ(match.state, MatchState::kAmbiguous);
   EXPECT_EQ(match.reason, MatchReason::kAmbiguous);
   EXPECT_NEAR(match.free_space, 0.001, 1e-9);  // The better one is reported.
-  EXPECT_NEAR(match.runner_up, 200.0 / 80200, 1e-9);
+  EXPECT_NEAR(match.runner_up, 90.0 / 80090, 1e-9);
   EXPECT_LT(match.confidence, 0.7);
 }
 
@@ -181,6 +181,7 @@ TEST(ProbabilityTest, GrowsWithEvidence) {
   EXPECT_GT(with([](Hypothesis& h) { h.residual_m = 0.02; }), base);
   EXPECT_GT(with([](Hypothesis& h) { h.shared_area_m2 = 1000; }), base);
   EXPECT_LT(with([](Hypothesis& h) { h.free_space.contradicted_regions = 10; }), base);
+  EXPECT_LT(with([](Hypothesis& h) { h.free_space.front = 1000; }), base) << "things were moved";
   EXPECT_LT(with([](Hypothesis& h) { h.upright_ratio = 0.6; }), base);
   EXPECT_LT(with([](Hypothesis& h) { h.distinctive = 30; }), base) << "all of it repeats";
   EXPECT_LT(with([](Hypothesis& h) { h.upside_down = true; }), base) << "a mirror image fits too";

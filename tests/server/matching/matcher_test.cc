@@ -93,8 +93,6 @@ TEST_F(MatcherTest, LimitsDecide) {
 
 // The same map from a robot whose sensor hangs at a slant or upside down.
 TEST_F(MatcherTest, FindsWhichWayIsUp) {
-  MatcherOptions options = InTheGallery();
-  options.min_probability = 0.02;  // Of hanging sensors the server thinks little.
   for (const Eigen::Vector3d& roll_pitch : {Eigen::Vector3d(M_PI, 0.1, 0), {0.4, 0.9, 0}}) {
     const Pose T_turned_odom = Pose::FromXyzRpy(5, -3, 8, roll_pitch.x(), roll_pitch.y(), 1);
     SessionMap turned;
@@ -106,7 +104,7 @@ TEST_F(MatcherTest, FindsWhichWayIsUp) {
     }
     const PreparedMap prepared(turned);
     EXPECT_TRUE(!prepared.gravity_known() || prepared.may_be_upside_down());
-    const Match match = MatchSessions(map_a_, turned, options);
+    const Match match = MatchSessions(map_a_, turned, InTheGallery());
     EXPECT_EQ(match.state, MatchState::kAccepted) << ToString(match.reason) << ": " << match.detail;
     const Pose truth = T_world_a().Inverse() * T_world_b() * T_turned_odom.Inverse();
     EXPECT_LT((truth.Inverse() * match.T_a_b).translation().norm(), 0.1);

@@ -18,9 +18,7 @@ TEST(PipelineKidnapped, BothSegmentsLieInOneMapOnceTheyOverlap) {
   options.seconds = 60;
   options.seed = 4;
   const auto simulator = simulation::Simulator::Create(options).value();
-  PipelineOptions quick;
-  quick.matcher.min_probability = 0.9;  // Half a minute more of driving would do as well.
-  auto pipeline = OpenInMemory(quick);
+  auto pipeline = OpenInMemory({});
   const RobotId alice("alice");
   const SessionId session = pipeline->CreateSession({alice, "vlp16"}).value().record.id;
   AckLog log;
