@@ -107,9 +107,6 @@ Finding Examine(const Hypothesis& h, const MatcherOptions& options) {
                             100 * h.free_space.violation(), h.free_space.comparisons())};
   }
   if (probability < options.min_probability) return ExplainLack(h, probability, options);
-  const std::string sure = absl::StrFormat("%.1f %% probable", 100 * probability);
-  if (UprightOfOwn(h) < kLeastUprightOfOwn) return LacksAgreement(h, sure);
-  if (h.distinctive < kLeastDistinctive) return LacksDistinction(h, sure);
   if (h.shared_area_m2 < kLeastGroundM2) {
     return {MatchState::kNotYet, MatchReason::kTooSmall,
             absl::StrFormat("The maps share only %.0f m2 of ground.", h.shared_area_m2)};
@@ -128,6 +125,9 @@ Finding Examine(const Hypothesis& h, const MatcherOptions& options) {
                 "needed), as along a bare corridor.",
                 h.observability, options.min_observability)};
   }
+  const std::string sure = absl::StrFormat("%.1f %% probable", 100 * probability);
+  if (UprightOfOwn(h) < kLeastUprightOfOwn) return LacksAgreement(h, sure);
+  if (h.distinctive < kLeastDistinctive) return LacksDistinction(h, sure);
   if (h.odometry_residual > options.max_odometry_residual) {
     return {MatchState::kNotYet, MatchReason::kStrained,
             absl::StrFormat("The maps fit only if the odometry erred by %.1f of its standard "
