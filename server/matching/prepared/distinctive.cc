@@ -20,6 +20,7 @@ DistinctiveMap::DistinctiveMap(const PreparedSubmaps& submaps, const Eigen::Vect
   const size_t forward = moves_.size();
   for (size_t i = 0; i < forward; ++i) moves_.push_back(moves_[i].Inverse());
   Add(submaps);
+  submaps_at_first_ = submaps_;
 }
 
 DistinctiveMap::DistinctiveMap(const DistinctiveMap& before, const PreparedSubmaps& submaps)
@@ -47,6 +48,10 @@ void DistinctiveMap::Add(const PreparedSubmaps& submaps) {
     });
     if (!repeated) distinctive_.insert(Voxel(p));
   }
+}
+
+bool DistinctiveMap::IsOutgrownBy(size_t submaps) const {
+  return static_cast<double>(submaps) >= kRepeatsGrowth * static_cast<double>(submaps_at_first_);
 }
 
 bool DistinctiveMap::StandsNear(const Eigen::Vector3f& p) const {

@@ -86,7 +86,7 @@ class PreparedMap {
   // Its walls with the other end up. Made when first asked for, kept, as is how it repeats.
   const WallMap& turned_over() const;
   const SelfSimilarity& self_similarity() const;
-  // By the repeats of the map as it was when it had grown by a quarter.
+  // By the repeats of the map as it was, until it has grown to twice that.
   const DistinctiveMap& distinctive() const;
 
  private:
@@ -94,6 +94,8 @@ class PreparedMap {
   void TakeSubmaps(const PreparedMap* before, const std::vector<size_t>& kept,
                    const SubmapSource& source);
   void TakePlaces(const PreparedMap& before, const std::vector<size_t>& kept);
+  // What was measured of `before`, and is not of the new submaps.
+  void TakeMeasures(const PreparedMap& before);
   // Describes the places of submaps that have none yet.
   void DescribeNewPlaces();
 
