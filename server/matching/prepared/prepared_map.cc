@@ -128,18 +128,16 @@ PreparedMap::PreparedMap(const SessionMap& map, const PreparedMap& before,
                              T_level_odom_, FreeSpaceOptions());
   if (little_new) TakePlaces(before, *kept);
   DescribeNewPlaces();
-  if (!retired) TakeMeasures(before);
+  if (!retired) {
+    MutexLock lock(&before.mutex_);
+    own_agreement_ = before.own_agreement_;
+    own_measured_ = before.own_measured_;
+    if (before.distinctive_ && !before.distinctive_->IsOutgrownBy(submaps_.size())) {
+      distinctive_.emplace(*before.distinctive_, submaps_);
+    }
+  }
   levelled_ = little_new ? before.levelled_ : submaps_.size();
   prepare_ms_ = watch.Ms();
-}
-
-void PreparedMap::TakeMeasures(const PreparedMap& before) {
-  MutexLock lock(&before.mutex_);
-  own_agreement_ = before.own_agreement_;
-  own_measured_ = before.own_measured_;
-  if (before.distinctive_ && !before.distinctive_->IsOutgrownBy(submaps_.size())) {
-    distinctive_.emplace(*before.distinctive_, submaps_);
-  }
 }
 
 SurfaceAgreement PreparedMap::own_agreement() const {

@@ -94,8 +94,6 @@ class PreparedMap {
   void TakeSubmaps(const PreparedMap* before, const std::vector<size_t>& kept,
                    const SubmapSource& source);
   void TakePlaces(const PreparedMap& before, const std::vector<size_t>& kept);
-  // What was measured of `before`, and is not of the new submaps.
-  void TakeMeasures(const PreparedMap& before);
   // Describes the places of submaps that have none yet.
   void DescribeNewPlaces();
 
