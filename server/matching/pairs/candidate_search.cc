@@ -106,16 +106,8 @@ void CandidateSearch::ByRepeats(std::vector<Hypothesis>* found, std::vector<Stag
     const auto take = [&](const Pose& T_a_b) {
       if (overlap(T_a_b) >= least) moved.push_back({T_a_b, 0, GuessSource::kRepeats});
     };
-    const auto each = [](const PreparedMap& map, const auto& use) {
-      const auto& repeats = map.self_similarity().repeats;
-      for (size_t i = 0; i < std::min(repeats.size(), kMaxRepeats); ++i) {
-        if (repeats[i].degree < kMinRepeatDegree) break;
-        use(repeats[i].T_odom_odom);
-        use(repeats[i].T_odom_odom.Inverse());
-      }
-    };
-    each(a_, [&](const Pose& T_a_a) { take(T_a_a * h->T_a_b); });
-    each(b_, [&](const Pose& T_b_b) { take(h->T_a_b * T_b_b); });
+    for (const Pose& T_a_a : a_.self_similarity().Moves(kMaxRepeats)) take(T_a_a * h->T_a_b);
+    for (const Pose& T_b_b : b_.self_similarity().Moves(kMaxRepeats)) take(h->T_a_b * T_b_b);
   }
   TakeCandidates(moved, found, stages);
 }

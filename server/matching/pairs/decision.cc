@@ -30,11 +30,6 @@ bool IsRefuted(const FreeSpaceScore& score) {
   return score.comparisons() >= kRefutedComparisons && score.violation() > kRefutedShare;
 }
 
-std::string Rate(double probability, const MatcherOptions& options) {
-  return absl::StrFormat("%.1f %% probable where %.1f %% are needed", 100 * probability,
-                         100 * options.min_probability);
-}
-
 Finding LacksAgreement(const Hypothesis& h, const std::string& rate) {
   return {MatchState::kNotYet, MatchReason::kLowOverlap,
           absl::StrFormat("%s: of what stands upright where the maps meet, %.0f %% is in both; of "
@@ -56,7 +51,8 @@ Finding LacksDistinction(const Hypothesis& h, const std::string& rate) {
 
 // What lies in the way of one that nothing else competes with.
 Finding ExplainLack(const Hypothesis& h, double probability, const MatcherOptions& options) {
-  const std::string rate = Rate(probability, options);
+  const std::string rate = absl::StrFormat("%.1f %% probable where %.1f %% are needed",
+                                           100 * probability, 100 * options.min_probability);
   const double violation = 100 * h.free_space.violation();
   switch (MeasureLogOdds(h).Weakest()) {
     case Term::kTightness:

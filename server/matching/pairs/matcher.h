@@ -37,7 +37,8 @@ class PairMatcher {
   // sees shapes. Edges name submaps by Submap::id.index.
   //
   // Reasons: OK (ACCEPTED); AMBIGUOUS, POSSIBLE_TWIN (AMBIGUOUS); FREE_SPACE (REJECTED, NOT_YET);
-  // LOW_OVERLAP, LOOSE, TOO_SMALL, NO_CANDIDATE, DEGENERATE, NOT_CONVERGED, STRAINED (NOT_YET).
+  // FEW_COMPARISONS, LOW_OVERLAP, LOOSE, TOO_SMALL, NO_CANDIDATE, DEGENERATE, NOT_CONVERGED,
+  // STRAINED (NOT_YET).
   Match Update(const PreparedMap& a, const PreparedMap& b, bool search = false);
 
   // A match that is known from before, to be tried in the next search beside all others.

@@ -17,8 +17,6 @@ uint64_t Voxel(const Eigen::Vector3f& p) { return VoxelKey(p, 1 / kRepeatedVoxel
 DistinctiveMap::DistinctiveMap(const PreparedSubmaps& submaps, const Eigen::Vector3d& up,
                                std::vector<Pose> moves)
     : up_(up), moves_(std::move(moves)) {
-  const size_t forward = moves_.size();
-  for (size_t i = 0; i < forward; ++i) moves_.push_back(moves_[i].Inverse());
   Add(submaps);
   submaps_at_first_ = submaps_;
 }

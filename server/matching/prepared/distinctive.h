@@ -17,7 +17,7 @@ namespace isthmus::matching {
 class DistinctiveMap {
  public:
   DistinctiveMap() = default;
-  // `up` is a unit vector in odom. `moves` lay the map on itself, as do their inverses.
+  // `up` is a unit vector in odom. `moves` lay the map on itself (SelfSimilarity::Moves).
   DistinctiveMap(const PreparedSubmaps& submaps, const Eigen::Vector3d& up,
                  std::vector<Pose> moves);
   // `before` grown by the submaps that it has not. What they repeat of older ones is theirs alone.

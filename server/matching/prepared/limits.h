@@ -75,10 +75,10 @@ inline constexpr double kMinRepeatScore = 0.1;
 // a map stands on what it repeats. Guesses.
 inline constexpr double kMinRepeatDegree = 0.15;
 inline constexpr size_t kMostMoves = 4;
+inline constexpr float kRepeatedVoxelM = 0.25f;
 // Growth after which it is looked for anew what a map repeats: less makes every submap of a small
 // map pay for a search of all of it.
 inline constexpr double kRepeatsGrowth = 2.0;
-inline constexpr float kRepeatedVoxelM = 0.25f;
 
 // Shapes of sessions.
 

@@ -245,11 +245,7 @@ const DistinctiveMap& PreparedMap::distinctive() const {
     MutexLock lock(&mutex_);
     if (distinctive_) return *distinctive_;
   }
-  std::vector<Pose> moves;
-  for (const SelfSimilarity::Repeat& repeat : self_similarity().repeats) {
-    if (repeat.degree < kMinRepeatDegree || moves.size() == kMostMoves) break;
-    moves.push_back(repeat.T_odom_odom);
-  }
+  std::vector<Pose> moves = self_similarity().Moves(kMostMoves);
   const Eigen::Vector3d up = T_level_odom_.rotation().inverse() * Eigen::Vector3d::UnitZ();
   MutexLock lock(&mutex_);
   if (!distinctive_) distinctive_.emplace(submaps_, up, std::move(moves));

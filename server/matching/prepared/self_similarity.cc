@@ -9,6 +9,17 @@
 #include "server/matching/search/birds_eye.h"
 
 namespace isthmus::matching {
+
+std::vector<Pose> SelfSimilarity::Moves(size_t most) const {
+  std::vector<Pose> moves;
+  for (size_t i = 0; i < std::min(repeats.size(), most); ++i) {
+    if (repeats[i].degree < kMinRepeatDegree) break;
+    moves.push_back(repeats[i].T_odom_odom);
+    moves.push_back(repeats[i].T_odom_odom.Inverse());
+  }
+  return moves;
+}
+
 double TightOverlap(double overlap, double residual_m) {
   return overlap * std::max(0.0, 1 - residual_m / (kOnSurfaceM / std::sqrt(3.0)));
 }

@@ -2,6 +2,7 @@
 // a good fit says less, and where one way to lay maps on each other fits, others are near at hand.
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include "core/pose.h"
@@ -17,6 +18,8 @@ struct SelfSimilarity {
   };
   std::vector<Repeat> repeats;  // Best first.
   double degree() const { return repeats.empty() ? 0 : repeats.front().degree; }
+  // The best `most` of those that count (kMinRepeatDegree), each followed by its inverse.
+  std::vector<Pose> Moves(size_t most) const;
 };
 
 // What of a surface lies on another, less where it does so loosely: `overlap` if it lies there

@@ -64,7 +64,7 @@ class DistinctiveTest : public ::testing::Test {
 };
 
 TEST_F(DistinctiveTest, WhatRepeatsIsNot) {
-  const DistinctiveMap map = Mark(submaps_, {Move()});
+  const DistinctiveMap map = Mark(submaps_, {Move(), Move().Inverse()});
   EXPECT_LT(ShareOf(map, submaps_, 3, 17), 0.1) << "shelves";
   EXPECT_GT(ShareOf(map, submaps_, 25.7, 26.3), 0.9) << "the wall at the end";
 }
@@ -79,7 +79,7 @@ TEST_F(DistinctiveTest, AllThatStandsIsWhereNothingRepeats) {
 TEST_F(DistinctiveTest, GrowsWithTheMap) {
   ASSERT_GE(submaps_.size(), 3u);
   const PreparedSubmaps first(submaps_.begin(), submaps_.end() - 1);
-  const DistinctiveMap before = Mark(first, {Move()});
+  const DistinctiveMap before = Mark(first, {Move(), Move().Inverse()});
   const DistinctiveMap map(before, submaps_);
   EXPECT_FALSE(map.IsOutgrownBy(submaps_.size()));
   EXPECT_TRUE(map.IsOutgrownBy(2 * first.size()));
