@@ -179,6 +179,7 @@ void Rename(DrivenRobot* robot, const std::string& name) {
     renamed->id.session = robot->session.id;
     submap = std::move(renamed);
   }
+  for (Anchor& anchor : robot->anchors) anchor.submap.session = robot->session.id;
 }
 
 }  // namespace isthmus::bench

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "bench/merging/drive_options.h"
+#include "core/map/anchor.h"
 #include "core/map/loop_closure.h"
 #include "core/map/session.h"
 #include "core/map/submap.h"
@@ -36,6 +37,7 @@ struct DrivenRobot {
   std::vector<std::shared_ptr<const Submap>> submaps;
   std::vector<ScanPose> poses;     // In order of sequence.
   std::vector<LoopClosure> loops;  // See FindOwnLoops.
+  std::vector<Anchor> anchors;     // See AddAnchors.
 
   // Null for a scan that was lost.
   const ScanPose* FindPose(uint64_t sequence) const;

@@ -12,6 +12,7 @@
 #include "bench/merging/calibration_table.h"
 #include "bench/merging/drive_cache.h"
 #include "bench/merging/hypothesis_table.h"
+#include "bench/merging/known_places.h"
 #include "bench/merging/odom_frames.h"
 #include "bench/merging/own_loops.h"
 #include "bench/merging/place_index_trial.h"
@@ -38,6 +39,7 @@ struct Options {
        index = false;
   int parts = 2;
   std::optional<double> drift_percent;
+  KnownPlaces known;
   WildPairsOptions wild;
   std::string hypotheses;
 };
@@ -69,6 +71,7 @@ void SetFrames(DriftOptions drift, uint64_t seed, const Options& options,
   for (size_t i = 0; i < robots->size(); ++i) {
     DrivenRobot& robot = (*robots)[i];
     AddDrift(drift, seed + 1000 * i, &robot);
+    AddAnchors(options.known, seed + 1000 * i, &robot);
     if (options.transform && i > 0) MoveOdom(RandomFrame(seed, static_cast<int>(i)), &robot);
   }
 }
@@ -339,6 +342,10 @@ int Main(int argc, char** argv) {
                "Move all odom frames but the first at random (default)");
   app.add_option("--drift", options.drift_percent,
                  "Percent of the way, and a tenth as many degrees per metre, for every scenario");
+  app.add_option("--gnss", options.known.gnss_m,
+                 "Metres: robots have positions as good as that, as anchors");
+  app.add_option("--start", options.known.start_m,
+                 "Metres: it is known as well as that where robots began, to 5 degrees");
   app.add_flag("--update", options.update, "What one submap more costs, instead of the rest");
   app.add_flag("--calibration", options.calibration, "Confidences against shares that are right");
   auto* wild = app.add_option("--wild", options.wild.worlds,

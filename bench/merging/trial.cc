@@ -121,6 +121,7 @@ absl::StatusOr<std::unique_ptr<storage::MapStore>> StoreOf(const std::vector<Dri
           {robot.session.id, {pose.sequence, pose.stamp_ns, pose.T_odom_sensor, pose.submap}});
     }
     batch.submaps.insert(batch.submaps.end(), robot.submaps.begin(), robot.submaps.end());
+    batch.anchors.insert(batch.anchors.end(), robot.anchors.begin(), robot.anchors.end());
     for (LoopClosure loop : robot.loops) {
       loop.id = batch.loops.size() + 1;
       loop.session = robot.session.id;

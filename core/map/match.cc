@@ -35,6 +35,7 @@ constexpr std::pair<GuessSource, const char*> kSources[] = {
     {GuessSource::kBirdsEye, "birds_eye"},
     {GuessSource::kStructure, "structure"},
     {GuessSource::kRepeats, "repeats"},
+    {GuessSource::kAnchors, "anchors"},
     {GuessSource::kPaper, "paper"},
     {GuessSource::kByHand, "by_hand"},
 };

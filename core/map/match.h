@@ -56,6 +56,7 @@ enum class GuessSource {
   kBirdsEye,
   kStructure,
   kRepeats,  // Another hypothesis, moved by what one of the maps repeats.
+  kAnchors,
   kPaper,
   kByHand,
 };

@@ -5,6 +5,7 @@
 #include <iterator>
 #include <utility>
 
+#include "server/threads/known_anchors.h"
 #include "server/threads/limits.h"
 #include "server/threads/matching_thread.h"
 
@@ -16,6 +17,11 @@ namespace {
 bool Supersedes(const Match& newer, const Match& older) {
   if (older.state != MatchState::kAccepted) return true;
   return newer.state == MatchState::kAccepted || newer.state == MatchState::kRejected;
+}
+
+bool IsOpen(const MapView& view, const SessionPair& pair) {
+  const std::shared_ptr<const Match> match = view.matches.Get(pair);
+  return match == nullptr || match->state != MatchState::kAccepted;
 }
 
 // What was found before a restart is among the guesses: a rival may be what others settled.
@@ -56,6 +62,7 @@ std::optional<SessionPair> MatchingThread::NextPair(const MapView& view) const {
   if (selects) {
     if (std::optional<SessionPair> partners = NextPartners(view)) return partners;
   }
+  const KnownAnchors anchors(view);
   std::optional<SessionPair> best;
   uint32_t most = 0;
   for (auto a = view.sessions.begin(); a != view.sessions.end(); ++a) {
@@ -65,8 +72,9 @@ std::optional<SessionPair> MatchingThread::NextPair(const MapView& view) const {
       const SessionPair pair(a.key(), b.key());
       const auto it = attempts_.find(pair);
       if (selects && it == attempts_.end()) continue;
-      const uint32_t fresh =
-          FreshSubmaps(view, a.value(), b.value(), it == attempts_.end() ? Attempt{} : it->second);
+      const Attempt tried = it == attempts_.end() ? Attempt{} : it->second;
+      uint32_t fresh = FreshSubmaps(view, a.value(), b.value(), tried);
+      if (fresh == 0 && tried.anchors != anchors.Version(pair) && IsOpen(view, pair)) fresh = 1;
       if (fresh <= most) continue;
       most = fresh;
       best = pair;
@@ -81,24 +89,26 @@ void MatchingThread::EstimateMatch(const MapView& view, const SessionPair& pair)
   if (session_a == nullptr || session_b == nullptr) return;
   const bool finished = IsFinished(*session_a) && IsFinished(*session_b);
   const std::shared_ptr<const Match> older = view.matches.Get(pair);
+  const KnownAnchors anchors(view);
   attempts_[pair] = {session_a->next_index(), session_b->next_index(), shapes_.version(pair.first),
-                     shapes_.version(pair.second)};
+                     shapes_.version(pair.second), anchors.Version(pair)};
   const bool done = RunGuarded(
       absl::StrCat("the match of ", pair.first.value(), " and ", pair.second.value()), [&] {
         const ShapedMap a = MapOf(view, *session_a), b = MapOf(view, *session_b);
         if (!a.map.submaps.empty() && !b.map.submaps.empty()) {
-          EstimateMatch(a, b, finished, older.get());
+          EstimateMatch(a, b, anchors.Of(pair), finished, older.get());
         }
       });
   if (!done) matchers_.erase(pair);
 }
 
-void MatchingThread::EstimateMatch(const ShapedMap& a, const ShapedMap& b, bool finished,
-                                   const Match* older) {
+void MatchingThread::EstimateMatch(const ShapedMap& a, const ShapedMap& b,
+                                   std::vector<Anchor> anchors, bool finished, const Match* older) {
   const bool accepted = older != nullptr && older->state == MatchState::kAccepted;
   const auto [it, is_new] =
       matchers_.try_emplace(SessionPair(a.map.session, b.map.session), options_.matcher);
   if (is_new && older != nullptr) SuggestKnown(*older, &it->second);
+  it->second.SetAnchors(std::move(anchors));
   // The last word on a pair that is still open takes all there is.
   const bool search = finished && !accepted;
   Match match = it->second.Update(*PrepareMap(a), *PrepareMap(b), search);

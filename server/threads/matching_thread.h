@@ -67,6 +67,7 @@ class MatchingThread {
   struct Attempt {
     uint32_t next_a = 0, next_b = 0;
     uint32_t shape_a = 0, shape_b = 0;  // SessionShapes::version.
+    uint64_t anchors = 0;               // KnownAnchors::Version.
   };
   using Prepared = std::shared_ptr<const matching::PreparedMap>;
   // A session as it is matched.
@@ -120,7 +121,8 @@ class MatchingThread {
                         const Attempt& tried) const;
   void EstimateMatch(const MapView& view, const SessionPair& pair);
   // `older` is null where nothing is known of the pair.
-  void EstimateMatch(const ShapedMap& a, const ShapedMap& b, bool finished, const Match* older);
+  void EstimateMatch(const ShapedMap& a, const ShapedMap& b, std::vector<Anchor> anchors,
+                     bool finished, const Match* older);
   void UpdateShapes(const MapView& view);
   // Outlines of those that can be read; reads from the store.
   ShapedMap MapOf(const MapView& view, const SessionView& session);

@@ -9,6 +9,7 @@
 
 #include "bench/merging/calibration_table.h"
 #include "bench/merging/judge.h"
+#include "bench/merging/known_places.h"
 #include "bench/merging/odom_frames.h"
 #include "bench/merging/report.h"
 #include "bench/merging/seen_surface.h"
@@ -121,6 +122,27 @@ TEST(AddDrift, IsAsLargeAsSaid) {
   EXPECT_NEAR(std::sqrt(along), 0.02 * kScans, 0.04);
   EXPECT_NEAR(std::sqrt(height), 0.02 * kScans / 3, 0.015);
   EXPECT_NEAR(std::sqrt(yaw), 0.1 * kRadPerDeg * kScans, 0.2 * kRadPerDeg);
+}
+
+TEST(AddAnchors, ErrAsMuchAsTheySay) {
+  double squares = 0, turned = 0;
+  constexpr int kSeeds = 300;
+  for (uint64_t seed = 0; seed < kSeeds; ++seed) {
+    DrivenRobot robot = Straight(100, 4);
+    AddAnchors({.gnss_m = 3, .start_m = 0.5}, seed, &robot);
+    ASSERT_EQ(robot.anchors.size(), 2u);
+    const Anchor &start = robot.anchors[0], &gnss = robot.anchors[1];
+    EXPECT_EQ(start.submap, robot.submaps[0]->id);
+    EXPECT_EQ(start.sigma_xy_m, 0.5);
+    EXPECT_EQ(gnss.submap, robot.submaps[3]->id);
+    EXPECT_EQ(gnss.sigma_deg, 0);
+    const Eigen::Vector3d error =
+        gnss.T_map_submap.translation() - robot.poses[3 * kScans].T_world_sensor.translation();
+    squares += error.head<2>().squaredNorm() / (2 * kSeeds);
+    turned += start.T_map_submap.Yaw() * start.T_map_submap.Yaw() / kSeeds;
+  }
+  EXPECT_NEAR(std::sqrt(squares), 3, 0.3);
+  EXPECT_NEAR(std::sqrt(turned), 5 * kRadPerDeg, 0.01);
 }
 
 TEST(SeenSurface, OverlapIsOfTheOneThatSawLess) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include "core/paper.h"
@@ -110,6 +111,44 @@ void CandidateSearch::ByRepeats(std::vector<Hypothesis>* found, std::vector<Stag
     for (const Pose& T_b_b : b_.self_similarity().Moves(kMaxRepeats)) take(h->T_a_b * T_b_b);
   }
   TakeCandidates(moved, found, stages);
+}
+
+void CandidateSearch::ByAnchors(const AnchorPrior& prior, std::vector<Hypothesis>* found,
+                                std::vector<StageTime>* stages) {
+  const std::optional<Pose> guess = prior.Guess();
+  if (!guess) return;
+  const Stopwatch watch;
+  const Pose T_level_a = a_.T_level_odom();
+  const Pose to_middle((T_level_a * *guess) * middle_b_);  // Turns are about the middle of b.
+  const int reach = static_cast<int>(
+      std::ceil(std::min(2 * prior.guess_sigma_m(), kAnchorReachM) / kAnchorStepM));
+  std::vector<std::pair<double, Candidate>> looked;
+  const auto look = [&](int x, int y, int turn) {
+    const Pose moved =
+        Pose::FromXyzRpy(x * kAnchorStepM, y * kAnchorStepM, 0, 0, 0, turn * kAnchorTurnRad);
+    const Pose T_a_b =
+        T_level_a.Inverse() * to_middle * moved * to_middle.Inverse() * T_level_a * *guess;
+    looked.emplace_back(
+        CoarseOverlap(a_.whole().refinable, b_.whole().refinable, T_a_b, kFirstLookM),
+        Candidate{T_a_b, 0, GuessSource::kAnchors});
+  };
+  for (int x = -reach; x <= reach; ++x) {
+    for (int y = -reach; y <= reach; ++y) {
+      for (int turn = -kAnchorTurns; turn <= kAnchorTurns; ++turn) look(x, y, turn);
+    }
+  }
+  std::stable_sort(looked.begin(), looked.end(),
+                   [](const auto& x, const auto& y) { return x.first > y.first; });
+  std::vector<Candidate> best = {{*guess, 0, GuessSource::kAnchors}};
+  for (const auto& [overlap, candidate] : looked) {
+    const bool known = std::any_of(best.begin(), best.end(), [&](const Candidate& other) {
+      return IsSameAlignment(candidate.T_a_b, other.T_a_b, middle_b_);
+    });
+    if (!known) best.push_back(candidate);
+    if (best.size() == kAnchorGuesses) break;
+  }
+  stages->push_back({"anchors", watch.Ms()});
+  TakeCandidates(OnStoreys(best), found, stages);
 }
 
 bool CandidateSearch::TurnOver() {

@@ -26,6 +26,17 @@ double MaxEnclosedShare(double area_m2, const MatcherOptions& options) {
   return options.max_enclosed_share + (1 - options.max_enclosed_share) * std::min(1.0, risen);
 }
 
+// All that is shared is enclosed, so that a place built alike would fit as well, and no anchors say
+// that it is this one.
+bool MayBeTwin(const Hypothesis& h, const MatcherOptions& options) {
+  return h.shared_share > MaxEnclosedShare(h.shared_area_m2, options) && h.at_anchors < kTellsTwins;
+}
+
+// Too little tells the place from those that the maps repeat, and anchors do not either.
+bool IsIndistinct(const Hypothesis& h) {
+  return h.distinctive < kLeastDistinctive && h.by_anchors < kTellsTwins;
+}
+
 bool IsRefuted(const FreeSpaceScore& score) {
   return score.comparisons() >= kRefutedComparisons && score.violation() > kRefutedShare;
 }
@@ -73,6 +84,12 @@ Finding ExplainLack(const Hypothesis& h, double probability, const MatcherOption
       return {
           MatchState::kNotYet, MatchReason::kTooSmall,
           absl::StrFormat("%s: the maps share only %.0f m2 of ground.", rate, h.shared_area_m2)};
+    case Term::kAnchors:
+      return {
+          MatchState::kAmbiguous, MatchReason::kAmbiguous,
+          absl::StrFormat("%s: the robots' anchors say that they are elsewhere (log odds %.1f). "
+                          "Correct the anchors if they are wrong.",
+                          rate, h.by_anchors)};
     case Term::kDistinctive:
       break;
   }
@@ -107,7 +124,7 @@ Finding Examine(const Hypothesis& h, const MatcherOptions& options) {
     return {MatchState::kNotYet, MatchReason::kTooSmall,
             absl::StrFormat("The maps share only %.0f m2 of ground.", h.shared_area_m2)};
   }
-  if (h.shared_share > MaxEnclosedShare(h.shared_area_m2, options)) {
+  if (MayBeTwin(h, options)) {
     return {MatchState::kAmbiguous, MatchReason::kPossibleTwin,
             absl::StrFormat("The %.0f m2 that both maps show are %.0f %% of what is known: a place "
                             "built alike would fit as well. It is decided when a robot sees more, "
@@ -123,7 +140,7 @@ Finding Examine(const Hypothesis& h, const MatcherOptions& options) {
   }
   const std::string sure = absl::StrFormat("%.1f %% probable", 100 * probability);
   if (UprightOfOwn(h) < kLeastUprightOfOwn) return LacksAgreement(h, sure);
-  if (h.distinctive < kLeastDistinctive) return LacksDistinction(h, sure);
+  if (IsIndistinct(h)) return LacksDistinction(h, sure);
   if (h.odometry_residual > options.max_odometry_residual) {
     return {MatchState::kNotYet, MatchReason::kStrained,
             absl::StrFormat("The maps fit only if the odometry erred by %.1f of its standard "
@@ -152,10 +169,9 @@ void FillFigures(const Hypothesis& h, Match* match) {
 // What is left of a probability where the place may be a twin's, which the maps cannot tell, or
 // where it is a guess.
 double Confidence(const Hypothesis& h, double probability, const MatcherOptions& options) {
-  const bool may_be_twin = h.shared_share > MaxEnclosedShare(h.shared_area_m2, options);
-  const bool is_guess = h.shared_area_m2 < kLeastGroundM2 || h.distinctive < kLeastDistinctive ||
-                        UprightOfOwn(h) < kLeastUprightOfOwn;
-  return probability * (may_be_twin || is_guess ? kTwinProbability : 1);
+  const bool is_guess =
+      h.shared_area_m2 < kLeastGroundM2 || IsIndistinct(h) || UprightOfOwn(h) < kLeastUprightOfOwn;
+  return probability * (MayBeTwin(h, options) || is_guess ? kTwinProbability : 1);
 }
 
 // What is said of one that is not the best. That the best is better makes it no worse than

@@ -28,7 +28,9 @@ struct Hypothesis {
   SurfaceAgreement own;        // Of both sessions with themselves: what to expect of surfaces here.
   bool can_be_refuted = true;  // Both maps say what their robots looked through.
   bool upside_down = false;    // One robot's odometry hangs from the other's ceiling.
-  double repetition = 0;      // Degree to which the map that repeats more lies on itself elsewhere.
+  double at_anchors = 0;  // Log odds of anchors: here against anywhere else (AnchorPrior::LogOdds).
+  double by_anchors = 0;  // What of them counts: other places are as near to the anchors.
+  double repetition = 0;  // Degree to which the map that repeats more lies on itself elsewhere.
   double shared_area_m2 = 0;  // Ground that both robots looked across.
   double shared_share = 0;    // Its share of all that the robot that saw more saw.
   // Mean squared component of the inliers' normals along the direction in which the alignment is

@@ -71,6 +71,32 @@ inline constexpr size_t kMinAlignedPairs = 120;
 // together. More makes edges stiffer than odometry and strains of right matches large.
 inline constexpr double kIndependentPairs = 10;
 
+// What anchors say.
+
+// Metres: side and height of the site anywhere on which a map could lie if its anchors were not
+// known. A guess, as it hardly matters: see kMostByAnchors.
+inline constexpr double kSiteM = 100, kSiteHeightM = 10;
+// Log odds that anchors may add, odds of 20: a receiver's errors go together, and what lies a rack
+// beside the right place is as near to the anchors. A guess.
+inline constexpr double kMostByAnchors = 3;
+// Log odds by anchors, odds of 10, from which on a twin of an enclosed place is out of the
+// question. A guess.
+inline constexpr double kTellsTwins = 2.3;
+// Log odds below which a place is looked at only where there is no other.
+inline constexpr double kRefutedByAnchors = -8;
+// Share of the distance between anchors that the odometry between them may be off.
+inline constexpr double kAnchoredDrift = 0.01;
+// Concentration of a heading, 1 / (15 degrees)^2, from which on it is known well enough for a
+// guess.
+inline constexpr double kKnownHeading = 15;
+// Steps and reach in which better places are looked for about a guess, metres and radians; how many
+// are refined. Refinement finds its way over a metre or two.
+inline constexpr double kAnchorStepM = 2, kAnchorReachM = 10, kAnchorTurnRad = 0.07;
+inline constexpr int kAnchorTurns = 2;
+inline constexpr size_t kAnchorGuesses = 3;
+// Metres by which anchors must move a guess for it to be searched again.
+inline constexpr double kOtherGuessM = 3;
+
 // Decision.
 
 // Share contradicted by which support is nothing, where there are ceilings and under the open sky:
@@ -85,8 +111,8 @@ inline constexpr double kUpsideDownLogOdds = 5;
 // exact a fit may be there is not calibrated.
 inline constexpr double kLeastGroundM2 = 60;
 // Points that are distinctive, and share of what stands upright that is seen again, against each
-// session's own: nothing right was probable with less (44, and 0.44, of 99), so that what the fit
-// says there is a guess.
+// session's own: nothing right was probable with less (44, and 0.44, of 99), so that what the
+// fit says there is a guess.
 inline constexpr int64_t kLeastDistinctive = 40;
 inline constexpr double kLeastUprightOfOwn = 0.4;
 // Log odds beyond which nothing is more certain: keeps exp() finite.

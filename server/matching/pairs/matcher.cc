@@ -1,6 +1,7 @@
 #include "server/matching/pairs/matcher.h"
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <utility>
 
@@ -71,8 +72,10 @@ Match PairMatcher::Update(const PreparedMap& a, const PreparedMap& b, bool searc
   match.submaps_a = static_cast<uint32_t>(a.submaps().size());
   match.submaps_b = static_cast<uint32_t>(b.submaps().size());
   const Maps maps = FollowMaps(a.session_map(), b.session_map());
+  prior_ = AnchorPrior(a, b, anchors_);
   const bool anew = maps == Maps::kOthers || (maps == Maps::kMoved && !accepted_);
-  if (search || anew || MustSearch(a, b) || (!accepted_ && SuggestPlaces(a, b))) {
+  if (search || anew || MustSearch(a, b) ||
+      (!accepted_ && (MustSearchAtAnchors(a, b) || SuggestPlaces(a, b)))) {
     SearchMatch(a, b, &match);
   } else if (maps == Maps::kGrown) {
     ExtendMatch(a, b, &match);
@@ -129,6 +132,53 @@ bool PairMatcher::SuggestPlaces(const PreparedMap& a, const PreparedMap& b) {
   return suggested;
 }
 
+double PairMatcher::AtAnchors(const PreparedMap& a, const PreparedMap& b, const Pose& T_a_b) const {
+  if (prior_.empty()) return 0;
+  return prior_.LogOdds(MapPoses::Rigid(a.session_map(), b.session_map(), T_a_b));
+}
+
+bool PairMatcher::MustSearchAtAnchors(const PreparedMap& a, const PreparedMap& b) const {
+  const std::optional<Pose> guess = prior_.Guess();
+  if (!guess) return false;
+  const bool found = std::any_of(hypotheses_.begin(), hypotheses_.end(),
+                                 [&](const Hypothesis& h) { return AtAnchors(a, b, h.T_a_b) > 0; });
+  const Eigen::Vector3d middle = b.whole().walls.MeanSensor();
+  const bool searched =
+      searched_guess_ && (*guess * middle - *searched_guess_ * middle).norm() < kOtherGuessM;
+  return !found && !searched;
+}
+
+std::vector<Hypothesis> PairMatcher::SelectPromising(const PreparedMap& a, const PreparedMap& b,
+                                                     std::vector<Hypothesis>* found) const {
+  if (prior_.empty()) return MostPromising(found);
+  const auto refuted = std::stable_partition(found->begin(), found->end(), [&](const auto& h) {
+    return AtAnchors(a, b, h.T_a_b) > kRefutedByAnchors;
+  });
+  std::vector<Hypothesis> allowed(found->begin(), refuted), others(refuted, found->end());
+  std::vector<Hypothesis> best = MostPromising(&allowed);
+  // One that anchors refute is looked at as well: if it is good, they are wrong.
+  const std::vector<Hypothesis> rest = MostPromising(&others);
+  if (!rest.empty()) best.push_back(rest.front());
+  return best;
+}
+
+void PairMatcher::Decide(const PreparedMap& a, const PreparedMap& b, Match* match) {
+  for (Hypothesis& h : hypotheses_) {
+    if (prior_.empty()) break;
+    // Beside any place of the site, those that a map repeats: they are as near to the anchors, and
+    // the right one among them may not have been found.
+    double others = 1;
+    const auto add = [&](const Pose& T_a_b) { others += std::exp(AtAnchors(a, b, T_a_b)); };
+    for (const Pose& T_a_a : a.self_similarity().Moves(kMaxRepeats)) add(T_a_a * h.T_a_b);
+    for (const Pose& T_b_b : b.self_similarity().Moves(kMaxRepeats)) add(h.T_a_b * T_b_b);
+    h.at_anchors = prior_.LogOdds(h.joint.poses);
+    h.by_anchors =
+        std::min({h.at_anchors, std::max(0.0, h.at_anchors - std::log(others)), kMostByAnchors});
+  }
+  RankByProbability(&hypotheses_);
+  DecideState(hypotheses_, options_, match);
+}
+
 void PairMatcher::SearchMatch(const PreparedMap& a, const PreparedMap& b, Match* match) {
   CandidateSearch search(a, b, options_.stop);
   match->stages.push_back({"prepare", a.prepare_ms() + b.prepare_ms()});
@@ -141,7 +191,7 @@ void PairMatcher::SearchMatch(const PreparedMap& a, const PreparedMap& b, Match*
     const double limit = search.outdoors() ? kContradictedOutdoors : kContradictedIndoors;
     for (Hypothesis& h : found) h.max_free_space = std::min(kRigidLeniency * limit, 0.5);
     hypotheses_.clear();
-    for (const Hypothesis& rigid : MostPromising(&found)) {
+    for (const Hypothesis& rigid : SelectPromising(a, b, &found)) {
       if (options_.stop.stop_requested()) break;
       Hypothesis& h = hypotheses_.emplace_back(rigid);
       h.max_free_space = limit;
@@ -149,12 +199,13 @@ void PairMatcher::SearchMatch(const PreparedMap& a, const PreparedMap& b, Match*
       search.MeasureShared(&h);
       JudgeLast(a, b);
     }
-    RankByProbability(&hypotheses_);
     match->stages.push_back({"joint", watch.Lap()});
-    DecideState(hypotheses_, options_, match);
+    Decide(a, b, match);
   };
   if (!suggested_.empty()) search.TakeCandidates(suggested_, &found, &match->stages);
   suggested_.clear();
+  search.ByAnchors(prior_, &found, &match->stages);
+  searched_guess_ = prior_.Guess();
   if (options_.search != SearchMode::kPaper) {
     search.ByBirdsEye(&found, &match->stages);
     if (options_.search == SearchMode::kDefault) {
@@ -201,10 +252,9 @@ void PairMatcher::ExtendMatch(const PreparedMap& a, const PreparedMap& b, Match*
     CandidateSearch search(a, b, options_.stop);
     for (Hypothesis& h : hypotheses_) search.MeasureShared(&h);
   }
-  RankByProbability(&hypotheses_);
   match->candidates = static_cast<uint32_t>(hypotheses_.size());
   match->stages.push_back({"extend", watch.Lap()});
-  DecideState(hypotheses_, options_, match);
+  Decide(a, b, match);
 }
 
 }  // namespace isthmus::matching

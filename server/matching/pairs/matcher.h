@@ -3,10 +3,13 @@
 
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "core/map/anchor.h"
 #include "core/map/match.h"
 #include "core/map/submap.h"
+#include "server/matching/pairs/anchor_prior.h"
 #include "server/matching/pairs/hypothesis.h"
 #include "server/matching/pairs/matcher_options.h"
 #include "server/matching/prepared/prepared_map.h"
@@ -41,6 +44,11 @@ class PairMatcher {
   // STRAINED (NOT_YET).
   Match Update(const PreparedMap& a, const PreparedMap& b, bool search = false);
 
+  // What is known of submaps of either map from outside, in order of their ids: of places that
+  // anchors do not allow the match thinks less, and more of those where they put them. Holds for
+  // all updates from here on.
+  void SetAnchors(std::vector<Anchor> anchors) { anchors_ = std::move(anchors); }
+
   // A match that is known from before, to be tried in the next search beside all others.
   void Suggest(const Match& match) { known_.push_back(match); }
 
@@ -63,10 +71,22 @@ class PairMatcher {
   // Suggests what new submaps look like in the other map, unless a first look refutes it or it is
   // known; true when there was something.
   bool SuggestPlaces(const PreparedMap& a, const PreparedMap& b);
+  // True when anchors put the maps where nothing was found and they were not looked for.
+  bool MustSearchAtAnchors(const PreparedMap& a, const PreparedMap& b) const;
+  // AnchorPrior::LogOdds of a rigid alignment.
+  double AtAnchors(const PreparedMap& a, const PreparedMap& b, const Pose& T_a_b) const;
+  // What of the rigid hypotheses is to be refined jointly: what anchors refute last.
+  std::vector<Hypothesis> SelectPromising(const PreparedMap& a, const PreparedMap& b,
+                                          std::vector<Hypothesis>* found) const;
+  // Ranks the hypotheses, with what anchors say of them, and fills the match.
+  void Decide(const PreparedMap& a, const PreparedMap& b, Match* match);
 
   const MatcherOptions options_;
   std::vector<Match> known_;
   std::vector<Candidate> suggested_;
+  std::vector<Anchor> anchors_;
+  AnchorPrior prior_;                   // Of these, for the maps at hand.
+  std::optional<Pose> searched_guess_;  // T_a_b at which anchors had put the maps when searched.
   std::vector<Hypothesis> hypotheses_;  // Best first.
   bool accepted_ = false;
   bool lacks_ground_ = false;  // All that was lacking is more ground seen by both.

@@ -3,10 +3,8 @@
 #include <utility>
 
 #include "core/stopwatch.h"
-#include "server/matching/pairs/decision.h"
 #include "server/matching/pairs/matcher.h"
 #include "server/matching/pairs/odom_transform.h"
-#include "server/matching/pairs/probability.h"
 
 namespace isthmus::matching {
 namespace {
@@ -78,10 +76,9 @@ void PairMatcher::JudgeAgain(const PreparedMap& a, const PreparedMap& b, Match* 
     hypotheses_.push_back(std::move(h));
     JudgeLast(a, b);
   }
-  RankByProbability(&hypotheses_);
   match->candidates = static_cast<uint32_t>(hypotheses_.size());
   match->stages.push_back({"again", watch.Lap()});
-  DecideState(hypotheses_, options_, match);
+  Decide(a, b, match);
 }
 
 }  // namespace isthmus::matching

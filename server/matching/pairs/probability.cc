@@ -73,7 +73,8 @@ double UprightOfOwn(const Hypothesis& h) {
 }
 
 LogOdds MeasureLogOdds(const Hypothesis& h) {
-  return {{Tightness(h), Agreement(h), FreeSpace(h.free_space), Ground(h), Distinctive(h)}};
+  return {{Tightness(h), Agreement(h), FreeSpace(h.free_space), Ground(h), Distinctive(h),
+           h.by_anchors}};
 }
 
 double ProbabilityAlone(const Hypothesis& h) {

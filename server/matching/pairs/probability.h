@@ -1,6 +1,6 @@
 // The probability that a hypothesis about a pair of maps is right: how well surfaces lie on each
 // other for this world and these sensors, what is contradicted, how much is shared, how much of it
-// the world does not repeat; and what else the maps allow.
+// the world does not repeat; what anchors say; and what else the maps allow.
 #pragma once
 
 #include <array>
@@ -12,11 +12,11 @@
 namespace isthmus::matching {
 
 // What the log odds of a hypothesis are the sum of.
-enum class Term { kTightness, kAgreement, kFreeSpace, kGround, kDistinctive };
+enum class Term { kTightness, kAgreement, kFreeSpace, kGround, kDistinctive, kAnchors };
 
 // The log odds of being right against there being no right one among a pair's hypotheses.
 struct LogOdds {
-  std::array<double, 5> terms{};  // By Term; 0: as good as a right one usually is.
+  std::array<double, 6> terms{};  // By Term; 0: as good as a right one usually is.
   double sum() const;
   // The term by which it falls behind right ones most.
   Term Weakest() const;

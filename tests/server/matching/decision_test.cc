@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "server/matching/pairs/limits.h"
 #include "server/matching/pairs/probability.h"
 
 namespace isthmus::matching {
@@ -199,6 +200,28 @@ TEST(ProbabilityTest, IsSharedAmongThoseThatCompete) {
 }
 
 // However exact it is, as what one program made is.
+// Both know only a hall, which may have a twin; or racks that repeat. Anchors may know better.
+TEST(DecisionTest, AnchorsTellWhatMapsCannot) {
+  Hypothesis closed = Good();
+  closed.shared_share = 0.97;
+  EXPECT_EQ(DecideOn({closed}).reason, MatchReason::kPossibleTwin);
+  closed.at_anchors = kMostByAnchors;
+  EXPECT_EQ(DecideOn({closed}).state, MatchState::kAccepted);
+  Hypothesis racks = Good();
+  racks.distinctive = 5;
+  racks.repetition = 0.3;
+  EXPECT_EQ(DecideOn({racks}).reason, MatchReason::kPossibleTwin);
+  racks.at_anchors = kMostByAnchors;  // The next rack is as near to them.
+  EXPECT_EQ(DecideOn({racks}).reason, MatchReason::kPossibleTwin);
+  racks.by_anchors = kMostByAnchors;
+  EXPECT_EQ(DecideOn({racks}).state, MatchState::kAccepted);
+  Hypothesis elsewhere = Good();
+  elsewhere.at_anchors = elsewhere.by_anchors = -12;
+  const Match match = DecideOn({elsewhere});
+  EXPECT_EQ(match.state, MatchState::kAmbiguous);
+  EXPECT_NE(match.detail.find("anchors"), std::string::npos) << match.detail;
+}
+
 TEST(DecisionTest, NothingMakesUpForNoGround) {
   Hypothesis h = Good();
   h.residual_m = 0;

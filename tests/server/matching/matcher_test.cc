@@ -91,6 +91,31 @@ TEST_F(MatcherTest, LimitsDecide) {
   EXPECT_EQ(reason(), MatchReason::kDegenerate);
 }
 
+// The gallery may have a twin. Anchors say that it is this one, or that it is not.
+TEST_F(MatcherTest, AnchorsDecideWhereMapsCannot) {
+  const PreparedMap a(map_a_), b(map_b_);
+  PairMatcher matcher{MatcherOptions()};
+  ASSERT_EQ(matcher.Update(a, b).reason, MatchReason::kPossibleTwin);
+  const auto anchors_at = [&](const Pose& move_b) {
+    std::vector<Anchor> anchors(2);
+    anchors[0].submap = map_a_.submaps[0]->id;
+    anchors[0].T_map_submap = T_world_a() * map_a_.submaps[0]->T_odom_submap;
+    anchors[1].submap = map_b_.submaps[0]->id;
+    anchors[1].T_map_submap = move_b * T_world_b() * map_b_.submaps[0]->T_odom_submap;
+    for (Anchor& anchor : anchors) anchor.sigma_xy_m = 1, anchor.sigma_deg = 5;
+    return anchors;
+  };
+  matcher.SetAnchors(anchors_at(Pose()));
+  const Match near = matcher.Update(a, b);
+  EXPECT_EQ(near.state, MatchState::kAccepted) << near.detail;
+  EXPECT_EQ(near.stages.size(), 1u) << "nothing was searched anew";
+  PairMatcher other{MatcherOptions()};
+  other.SetAnchors(anchors_at(Pose(Eigen::Vector3d(60, 0, 0))));
+  const Match far = other.Update(a, b);
+  EXPECT_NE(far.state, MatchState::kAccepted) << far.detail;
+  EXPECT_LT(far.confidence, 0.1);
+}
+
 // The same map from a robot whose sensor hangs at a slant or upside down.
 TEST_F(MatcherTest, FindsWhichWayIsUp) {
   for (const Eigen::Vector3d& roll_pitch : {Eigen::Vector3d(M_PI, 0.1, 0), {0.4, 0.9, 0}}) {

@@ -10,6 +10,20 @@
 namespace isthmus::server {
 namespace {
 
+// Streams scans of the first robot under a name.
+void DrivePart(const simulation::Simulator& simulator, const RobotId& name, int begin, int end,
+               Pipeline& pipeline) {
+  const SessionId session = Create(pipeline, name);
+  for (int i = begin; i < end; ++i) {
+    const Scan scan = simulator.MakeScan(0, i);
+    const auto sequence = static_cast<uint64_t>(i - begin + 1);
+    ASSERT_TRUE(
+        pipeline.SubmitScan(session, {sequence, scan.end_stamp_ns, codec::MakePayload(scan)}).ok());
+  }
+  ASSERT_TRUE(pipeline.FinishSession(session).ok());
+  pipeline.WaitUntilIdle();
+}
+
 // Streams every scan of every robot and finishes the sessions; robot i is called "robot_i".
 void DriveAll(const simulation::Simulator& simulator, Pipeline& pipeline) {
   for (int robot = 0; robot < simulator.robots(); ++robot) {
@@ -75,6 +89,32 @@ TEST(PipelineMerge, RobotsInTwinRoomsStayApart) {
   EXPECT_NE(pipeline->GetMatchGraph().matches[0].match.state, MatchState::kAccepted);
   EXPECT_EQ(pipeline->GetTransform(RobotId("robot_0"), RobotId("robot_1")).status().code(),
             absl::StatusCode::kFailedPrecondition);
+}
+
+// Two drives through one of the twin rooms: it may be the other, unless it is known where they
+// began.
+TEST(PipelineMerge, AnchorsTellWhichOfTwoRoomsItIs) {
+  const auto simulator = Simulate("twins_large", 60, 4);
+  auto pipeline = OpenInMemory({});
+  DrivePart(*simulator, kAlice, 0, 350, *pipeline);
+  DrivePart(*simulator, kBob, 250, 600, *pipeline);
+  const auto match = [&] { return pipeline->GetMatchGraph().matches.at(0).match; };
+  EXPECT_EQ(match().reason, MatchReason::kPossibleTwin) << match().detail;
+
+  const auto put_anchor = [&](const RobotId& robot, int scan) {
+    Anchor anchor;
+    anchor.submap = {SessionId(robot.value() + "-1"), 0};
+    anchor.T_map_submap = simulator->Truth(0, scan).pose;
+    anchor.sigma_xy_m = 1;
+    anchor.sigma_deg = 5;
+    ASSERT_TRUE(pipeline->PutAnchor(anchor).ok());
+    pipeline->WaitUntilIdle();
+  };
+  put_anchor(kAlice, 0);
+  EXPECT_EQ(match().reason, MatchReason::kPossibleTwin) << "one alone says nothing of the other";
+  put_anchor(kBob, 250);
+  EXPECT_EQ(match().state, MatchState::kAccepted) << match().detail;
+  EXPECT_EQ(pipeline->GetMapInfo().components.size(), 1u);
 }
 
 }  // namespace
