@@ -91,7 +91,8 @@ absl::StatusOr<std::vector<WildPair>> DrawWildPairs(const WildPairsOptions& opti
     Random random(seed, 0xA2, 0);
     const auto robot = [&](int i) { return Robot(options, kind, seed, i); };
     const auto add = [&](WildRelation relation, const DriveOptions& a, const DriveOptions& b) {
-      pairs.push_back({relation, kind, seed, a, b, random.Uniform(0.15, 0.95)});
+      const double most_overlap = random.Uniform(0.15, 0.95);
+      pairs.push_back({relation, kind, seed, a, b, options.whole ? 1 : most_overlap});
     };
     for (int a = 0; a < options.robots; ++a) {
       for (int b = a + 1; b < options.robots; ++b) add(WildRelation::kTeam, robot(a), robot(b));

@@ -22,6 +22,7 @@ struct WildPairsOptions {
   std::string sensor = {};  // Empty: one that is drawn.
   int robots = 4;           // In each world.
   double seconds = 60;      // Each drives.
+  bool whole = false;       // Pairs are not cut back.
 };
 
 enum class WildRelation {

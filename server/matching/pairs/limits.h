@@ -103,7 +103,7 @@ inline constexpr double kOtherGuessM = 3;
 // what a first look ranks hypotheses by.
 inline constexpr double kContradictedIndoors = 0.005, kContradictedOutdoors = 0.04;
 // Log odds of a right hypothesis of which all measures are typical: fitted, see probability.cc.
-inline constexpr double kTypicalLogOdds = 4.041;
+inline constexpr double kTypicalLogOdds = 4.349;
 // Against one of two sensors' hanging, odds of 150: a guess. Halls turned over, floor on ceiling,
 // are the last wrong ones, the best of them with odds of 100.
 inline constexpr double kUpsideDownLogOdds = 5;
@@ -111,7 +111,7 @@ inline constexpr double kUpsideDownLogOdds = 5;
 // exact a fit may be there is not calibrated.
 inline constexpr double kLeastGroundM2 = 60;
 // Points that are distinctive, and share of what stands upright that is seen again, against each
-// session's own: nothing right was probable with less (44, and 0.44, of 99), so that what the
+// session's own: nothing right was probable with much less (51, and 0.36, of 180), so that what the
 // fit says there is a guess.
 inline constexpr int64_t kLeastDistinctive = 40;
 inline constexpr double kLeastUprightOfOwn = 0.4;

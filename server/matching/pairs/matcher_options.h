@@ -21,7 +21,7 @@ struct MatcherOptions {
   SearchMode search = SearchMode::kDefault;
   // Probability of being right (pairs/probability.h); less: AMBIGUOUS where another place is what
   // is in the way, else NOT_YET, or REJECTED.
-  double min_probability = 0.97;
+  double min_probability = 0.95;
   // If neither map shows much beyond the ground that both know, a twin of the place explains both
   // equally well: the pair is AMBIGUOUS. The shared ground may be this share of what the robot
   // knows that knows more, as far as it is up to 400 m2, and more the larger it is; from so much on

@@ -162,10 +162,10 @@ TEST(DecisionTest, AContradictedRivalDoesNotMatter) {
   EXPECT_EQ(DecideOn({rival, Good()}).state, MatchState::kAccepted);
 }
 
-// One wing that is looked through is not outweighed by a hall that agrees.
+// A fifth that is looked through is not outweighed by what agrees, though little of all is.
 TEST(DecisionTest, ALargeHallDoesNotExcuseAWing) {
   Hypothesis h = Good();
-  h.free_space = {.agree = 1000000, .front = 20000, .regions = 5000, .contradicted_regions = 400};
+  h.free_space = {.agree = 1000000, .front = 20000, .regions = 5000, .contradicted_regions = 1000};
   EXPECT_LT(h.free_space.violation(), 0.02);
   const Match match = DecideOn({h});
   EXPECT_NE(match.state, MatchState::kAccepted);
