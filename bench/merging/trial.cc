@@ -18,6 +18,18 @@ constexpr double kRightM = 0.3, kRightDeg = 1.0;
 constexpr double kHypothesisM = 0.5, kHypothesisDeg = 2.0;
 constexpr double kFrameM = 1.0, kFrameDeg = 3.0;
 
+bool IsLarge(const MapError& error) {
+  return error.median_m > kRightM || error.median_deg > kRightDeg;
+}
+
+// Where drift has bent what both saw by more than a match may be off, no one transform is right:
+// then its edges are asked, which are what the map is made of.
+bool IsRight(const PairTruth& truth, const PairResult& pair) {
+  if (!truth.HasTransform()) return false;
+  if (IsLarge(pair.drift)) return !pair.match.edges.empty() && !IsLarge(pair.edges);
+  return truth.IsWithin(pair.match.T_a_b, kRightM, kRightDeg);
+}
+
 PairResult MeasurePair(const DrivenRobot& a, const DrivenRobot& b, const Match& match) {
   PairResult result;
   result.match = match;
@@ -33,8 +45,7 @@ PairResult MeasurePair(const DrivenRobot& a, const DrivenRobot& b, const Match& 
     result.edges = ErrorOfEdges(a, b, match.edges);
   }
   if (match.state == MatchState::kAccepted) {
-    result.outcome = truth.IsWithin(match.T_a_b, kRightM, kRightDeg) ? TrialOutcome::kRight
-                                                                     : TrialOutcome::kWrong;
+    result.outcome = IsRight(truth, result) ? TrialOutcome::kRight : TrialOutcome::kWrong;
   }
   return result;
 }

@@ -17,7 +17,9 @@
 namespace isthmus::bench {
 
 enum class TrialOutcome {
-  kRight,      // Merged, and the maps lie within 0.3 m and 1 degree, drift apart.
+  // Merged, and the maps lie within 0.3 m and 1 degree; where drift has bent them by more, the edges
+  // do.
+  kRight,
   kNotMerged,  // Not yet, ambiguous or rejected: Match::state and reason say which.
   kWrong,      // Merged otherwise.
 };
