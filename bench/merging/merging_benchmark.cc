@@ -359,6 +359,9 @@ int Main(int argc, char** argv) {
       ->needs(wild)
       ->check(CLI::Range(2, 26))
       ->capture_default_str();
+  app.add_option("--strangers", options.wild.strangers,
+                 "SEED: only pairs of robots in two worlds of a kind, the others from this one on")
+      ->needs(wild);
   app.add_flag("--whole", options.wild.whole, "Do not cut wild pairs back to an overlap drawn")
       ->needs(wild);
   app.add_option("--hypotheses", options.hypotheses,

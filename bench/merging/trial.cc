@@ -23,11 +23,11 @@ bool IsLarge(const MapError& error) {
 }
 
 // Where drift has bent what both saw by more than a match may be off, no one transform is right:
-// then its edges are asked, which are what the map is made of.
+// then right edges are enough, which are what the map is made of.
 bool IsRight(const PairTruth& truth, const PairResult& pair) {
-  if (!truth.HasTransform()) return false;
-  if (IsLarge(pair.drift)) return !pair.match.edges.empty() && !IsLarge(pair.edges);
-  return truth.IsWithin(pair.match.T_a_b, kRightM, kRightDeg);
+  if (truth.IsWithin(pair.match.T_a_b, kRightM, kRightDeg)) return true;
+  return truth.HasTransform() && IsLarge(pair.drift) && !pair.match.edges.empty() &&
+         !IsLarge(pair.edges);
 }
 
 PairResult MeasurePair(const DrivenRobot& a, const DrivenRobot& b, const Match& match) {

@@ -40,6 +40,24 @@ DriveOptions Robot(const WildPairsOptions& options, const std::string& kind, uin
   return drive;
 }
 
+std::vector<WildPair> DrawStrangers(const WildPairsOptions& options, uint64_t first_seed) {
+  const std::vector<std::string> kinds = simulation::WildKinds();
+  std::vector<WildPair> pairs;
+  for (int world = 0; world < options.worlds; ++world) {
+    const uint64_t seed = options.seed + static_cast<uint64_t>(world);
+    const std::string kind = options.kind.empty() ? kinds[seed % kinds.size()] : options.kind;
+    uint64_t other = options.kind.empty() ? first_seed : first_seed + seed - options.seed;
+    while (options.kind.empty() && other % kinds.size() != seed % kinds.size()) ++other;
+    for (int a = 0; a < options.robots; ++a) {
+      for (int b = 0; b < options.robots; ++b) {
+        pairs.push_back({WildRelation::kStranger, kind, seed, Robot(options, kind, seed, a),
+                         Robot(options, kind, other, b)});
+      }
+    }
+  }
+  return pairs;
+}
+
 // A row of a table: how many there are of what became of them.
 struct Tally {
   std::array<int, 3> outcomes = {};  // By TrialOutcome.
@@ -80,6 +98,7 @@ std::string NameOf(const WildPair& pair) {
 }
 
 absl::StatusOr<std::vector<WildPair>> DrawWildPairs(const WildPairsOptions& options) {
+  if (options.strangers) return DrawStrangers(options, *options.strangers);
   const std::vector<std::string> kinds = simulation::WildKinds();
   std::vector<WildPair> pairs;
   std::map<std::string, DriveOptions> before;  // By kind, of the last world.

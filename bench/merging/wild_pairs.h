@@ -23,6 +23,9 @@ struct WildPairsOptions {
   int robots = 4;           // In each world.
   double seconds = 60;      // Each drives.
   bool whole = false;       // Pairs are not cut back.
+  // Only pairs of strangers: every robot with each of the world of its kind among those from this
+  // seed on.
+  std::optional<uint64_t> strangers = {};
 };
 
 enum class WildRelation {

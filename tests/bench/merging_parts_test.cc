@@ -279,14 +279,6 @@ TEST(WildTeamsTable, CountsThoseThatHangTogetherInOneFrame) {
       << table;
 }
 
-TEST(DrawWildPairs, WholeOnesAreNotCut) {
-  WildPairsOptions options;
-  options.worlds = 1;
-  EXPECT_LT(DrawWildPairs(options)->front().most_overlap, 1);
-  options.whole = true;
-  EXPECT_EQ(DrawWildPairs(options)->front().most_overlap, 1);
-}
-
 TEST(DrawWildTeams, HasTheDrivesOfThePairs) {
   WildPairsOptions options;
   options.worlds = 2;

@@ -35,6 +35,30 @@ TEST(DrawWildPairs, HasTeamsStrangersAndTwins) {
   EXPECT_THAT(NamesOf(*woods), ::testing::ElementsAre("forest"));
 }
 
+TEST(DrawWildPairs, WholeOnesAreNotCut) {
+  WildPairsOptions options;
+  options.worlds = 1;
+  EXPECT_LT(DrawWildPairs(options)->front().most_overlap, 1);
+  options.whole = true;
+  EXPECT_EQ(DrawWildPairs(options)->front().most_overlap, 1);
+}
+
+TEST(DrawWildPairs, StrangersAreOfOneKindAndTwoWorlds) {
+  WildPairsOptions options;
+  options.worlds = 2;
+  options.seed = 100;
+  options.robots = 2;
+  options.strangers = 500;
+  const auto pairs = DrawWildPairs(options);
+  ASSERT_EQ(pairs->size(), 8u);
+  for (const WildPair& pair : *pairs) {
+    EXPECT_EQ(pair.relation, WildRelation::kStranger);
+    EXPECT_EQ(pair.a.world, pair.b.world);
+    EXPECT_LT(pair.a.seed, 102u);
+    EXPECT_GE(pair.b.seed, 500u);
+  }
+}
+
 TEST(DrawWildPairs, FollowFromTheirSeed) {
   const WildPairsOptions options{.worlds = 11, .seed = 40, .robots = 2};
   const auto once = DrawWildPairs(options), again = DrawWildPairs(options);
