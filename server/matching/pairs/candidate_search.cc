@@ -180,12 +180,6 @@ void CandidateSearch::TakeCandidates(const std::vector<Candidate>& candidates,
     const Refinement refined = RefineAlignment(a_.whole().refinable, b_.whole().refinable,
                                                candidate.T_a_b, refine_options_);
     if (!refined.T_a_b.IsFinite() || Tilt(refined.T_a_b) > kMaxTiltRad) continue;
-    const auto is_known = [&](const std::vector<Hypothesis>& among) {
-      return std::any_of(among.begin(), among.end(), [&](const Hypothesis& other) {
-        return IsSameAlignment(refined.T_a_b, other.T_a_b, middle_b_);
-      });
-    };
-    if (is_known(*found) || is_known(fresh)) continue;
     Hypothesis h;
     h.source = candidate.source;
     h.outdoors = scale_.outdoors;
@@ -194,7 +188,18 @@ void CandidateSearch::TakeCandidates(const std::vector<Candidate>& candidates,
     h.overlap = refined.overlap;
     h.inliers = refined.inliers;
     h.residual_m = refined.residual_m;
-    fresh.push_back(std::move(h));
+    // Of two at one place the better: the refinement of a bad guess may have stopped short.
+    const auto is_same = [&](const Hypothesis& other) {
+      return IsSameAlignment(h.T_a_b, other.T_a_b, middle_b_);
+    };
+    const auto is_worse = [&](const Hypothesis& other) {
+      return is_same(other) && kBetterAgreement * other.Agreement() < h.Agreement();
+    };
+    std::erase_if(*found, is_worse);
+    std::erase_if(fresh, is_worse);
+    const bool known = std::any_of(found->begin(), found->end(), is_same) ||
+                       std::any_of(fresh.begin(), fresh.end(), is_same);
+    if (!known) fresh.push_back(std::move(h));
   }
   stages->push_back({"refine", watch.Lap()});
   for (Hypothesis& h : fresh) {

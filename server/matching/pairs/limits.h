@@ -21,6 +21,9 @@ inline constexpr double kMaxTiltRad = 0.2;
 inline constexpr double kMinRivalShare = 0.1;
 // Guesses from places that look alike, of whole maps and of new submaps.
 inline constexpr size_t kPlaceGuesses = 4, kNewPlaceGuesses = 2;
+// Times the agreement of a hypothesis from which on another at its place replaces it. Less computes
+// the free space of the same anew.
+inline constexpr double kBetterAgreement = 1.1;
 // Hypotheses that are refined jointly, the dearest step. Fewer may leave out a rival.
 inline constexpr size_t kMaxJoint = 4;
 // And those beyond in which surfaces agree best, for places of which free space says little. A
