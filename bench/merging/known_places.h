@@ -9,7 +9,9 @@ namespace isthmus::bench {
 
 struct KnownPlaces {
   double gnss_m = 0;   // Standard deviation in plan, at every third submap; 0: no receiver.
-  double start_m = 0;  // Likewise of the first submap, with the heading to 5 degrees; 0: not told.
+  // Likewise of the first submap, with half of it in height and the heading to 5 degrees; 0: not
+  // told.
+  double start_m = 0;
 };
 
 // Adds anchors of which the errors are normal and independent, in the frame of the truth.

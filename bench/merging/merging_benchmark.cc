@@ -345,7 +345,7 @@ int Main(int argc, char** argv) {
   app.add_option("--gnss", options.known.gnss_m,
                  "Metres: robots have positions as good as that, as anchors");
   app.add_option("--start", options.known.start_m,
-                 "Metres: it is known as well as that where robots began, to 5 degrees");
+                 "Metres: it is known as well as that where robots began, half of it in height");
   app.add_flag("--update", options.update, "What one submap more costs, instead of the rest");
   app.add_flag("--calibration", options.calibration, "Confidences against shares that are right");
   auto* wild = app.add_option("--wild", options.wild.worlds,

@@ -32,7 +32,17 @@ Pose PoseOf(const AnchorOptions& options) {
                           rpy[2] * kRadians);
 }
 
+bool SaysNothing(const Anchor& anchor) {
+  return anchor.sigma_xy_m == 0 && anchor.sigma_z_m == 0 && anchor.sigma_deg == 0;
+}
+
+absl::Status SayHowWell() {
+  return absl::InvalidArgumentError(
+      "say how well the place is known: --sigma-xy, --sigma-z or --sigma-deg");
+}
+
 int RunSet(const AnchorOptions& options) {
+  if (SaysNothing(options.anchor)) return Fail(kUsage, SayHowWell());
   Anchor anchor = options.anchor;
   anchor.T_map_submap = PoseOf(options);
   RobotId robot;
@@ -106,6 +116,7 @@ int RunList(const AnchorOptions& options) {
 }
 
 int RunImport(const AnchorOptions& options) {
+  if (SaysNothing(options.anchor)) return Fail(kUsage, SayHowWell());
   const auto file = ReadPoseGraph(options.file);
   if (!file.ok()) return FailInput(file.status());
   const std::vector<Anchor> anchors = AnchorsOf(*file, options.anchor);
@@ -143,9 +154,10 @@ CLI::App* Add(CLI::App& anchor, const std::string& name, const std::string& what
 
 // Returns --sigma-deg.
 CLI::Option* AddSigmas(CLI::App& command, const std::shared_ptr<AnchorOptions>& options) {
-  command.add_option("--sigma-xy", options->anchor.sigma_xy_m, "Standard deviation of X and Y, m")
-      ->check(CLI::PositiveNumber)
-      ->required();
+  command
+      .add_option("--sigma-xy", options->anchor.sigma_xy_m,
+                  "Standard deviation of X and Y, m; without it these are not known")
+      ->check(CLI::PositiveNumber);
   command
       .add_option("--sigma-z", options->anchor.sigma_z_m,
                   "Of Z, m; without it the height is not known")

@@ -27,6 +27,9 @@ inline constexpr double kIndexedGrowth = 1.5;
 // Metres between the ways of sessions that anchors hold, up to which their pair is searched before
 // all others: as far as two sensors look, and a GNSS receiver among houses errs.
 inline constexpr double kNearSessionsM = 50;
+// Probability below which an accepted match is given up once its sessions' anchors are others. A
+// guess: between what anchors that are gone leave of twins, a half at most, and doubt.
+inline constexpr double kGivenUpBelow = 0.7;
 // Bytes of a prepared submap as stored: kMaxViews of 33 kB, and more points than a submap has. A
 // record that claims more is not read.
 inline constexpr uint64_t kMaxPreparedBytes = uint64_t{1} << 28;

@@ -13,15 +13,12 @@ namespace isthmus::server {
 namespace {
 
 // True if a newer result takes the place of an accepted one. An accepted match is only given up for
-// a better estimate or for a contradiction, not for a moment of doubt.
-bool Supersedes(const Match& newer, const Match& older) {
+// a better estimate or for a contradiction, not for a moment of doubt; or because anchors that
+// spoke for it are gone or speak against it.
+bool Supersedes(const Match& newer, const Match& older, bool other_anchors) {
   if (older.state != MatchState::kAccepted) return true;
+  if (other_anchors && newer.confidence < kGivenUpBelow) return true;
   return newer.state == MatchState::kAccepted || newer.state == MatchState::kRejected;
-}
-
-bool IsOpen(const MapView& view, const SessionPair& pair) {
-  const std::shared_ptr<const Match> match = view.matches.Get(pair);
-  return match == nullptr || match->state != MatchState::kAccepted;
 }
 
 // What was found before a restart is among the guesses: a rival may be what others settled.
@@ -74,7 +71,7 @@ std::optional<SessionPair> MatchingThread::NextPair(const MapView& view) const {
       if (selects && it == attempts_.end()) continue;
       const Attempt tried = it == attempts_.end() ? Attempt{} : it->second;
       uint32_t fresh = FreshSubmaps(view, a.value(), b.value(), tried);
-      if (fresh == 0 && tried.anchors != anchors.Version(pair) && IsOpen(view, pair)) fresh = 1;
+      if (fresh == 0 && tried.anchors != anchors.Version(pair)) fresh = 1;
       if (fresh <= most) continue;
       most = fresh;
       best = pair;
@@ -87,34 +84,40 @@ void MatchingThread::EstimateMatch(const MapView& view, const SessionPair& pair)
   const SessionView* session_a = view.Find(pair.first);
   const SessionView* session_b = view.Find(pair.second);
   if (session_a == nullptr || session_b == nullptr) return;
-  const bool finished = IsFinished(*session_a) && IsFinished(*session_b);
   const std::shared_ptr<const Match> older = view.matches.Get(pair);
   const KnownAnchors anchors(view);
+  const auto at = attempts_.find(pair);
+  const Attempt tried = at == attempts_.end() ? Attempt{} : at->second;
+  const Occasion occasion = {
+      .other_anchors = at != attempts_.end() && tried.anchors != anchors.Version(pair),
+      .last_submaps = IsFinished(*session_a) && IsFinished(*session_b) &&
+                      FreshSubmaps(view, *session_a, *session_b, tried) > 0};
   attempts_[pair] = {session_a->next_index(), session_b->next_index(), shapes_.version(pair.first),
                      shapes_.version(pair.second), anchors.Version(pair)};
   const bool done = RunGuarded(
       absl::StrCat("the match of ", pair.first.value(), " and ", pair.second.value()), [&] {
         const ShapedMap a = MapOf(view, *session_a), b = MapOf(view, *session_b);
         if (!a.map.submaps.empty() && !b.map.submaps.empty()) {
-          EstimateMatch(a, b, anchors.Of(pair), finished, older.get());
+          EstimateMatch(a, b, anchors.Of(pair), occasion, older.get());
         }
       });
   if (!done) matchers_.erase(pair);
 }
 
 void MatchingThread::EstimateMatch(const ShapedMap& a, const ShapedMap& b,
-                                   std::vector<Anchor> anchors, bool finished, const Match* older) {
+                                   std::vector<Anchor> anchors, const Occasion& occasion,
+                                   const Match* older) {
   const bool accepted = older != nullptr && older->state == MatchState::kAccepted;
   const auto [it, is_new] =
       matchers_.try_emplace(SessionPair(a.map.session, b.map.session), options_.matcher);
   if (is_new && older != nullptr) SuggestKnown(*older, &it->second);
   it->second.SetAnchors(std::move(anchors));
   // The last word on a pair that is still open takes all there is.
-  const bool search = finished && !accepted;
+  const bool search = occasion.last_submaps && !accepted;
   Match match = it->second.Update(*PrepareMap(a), *PrepareMap(b), search);
   if (stop_.stop_requested()) throw Stopped();
   match.computed_ns = clock_->NowNs();
-  if (older != nullptr && !Supersedes(match, *older)) return;
+  if (older != nullptr && !Supersedes(match, *older, occasion.other_anchors)) return;
   // A match that cannot be stored is found again at the next start; the map goes on without it.
   (void)map_->PutMatch(match);
 }

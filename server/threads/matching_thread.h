@@ -120,9 +120,14 @@ class MatchingThread {
   uint32_t FreshSubmaps(const MapView& view, const SessionView& a, const SessionView& b,
                         const Attempt& tried) const;
   void EstimateMatch(const MapView& view, const SessionPair& pair);
+  // What a pair is tried for.
+  struct Occasion {
+    bool other_anchors = false;  // Than when it was tried last.
+    bool last_submaps = false;   // No more will come.
+  };
   // `older` is null where nothing is known of the pair.
   void EstimateMatch(const ShapedMap& a, const ShapedMap& b, std::vector<Anchor> anchors,
-                     bool finished, const Match* older);
+                     const Occasion& occasion, const Match* older);
   void UpdateShapes(const MapView& view);
   // Outlines of those that can be read; reads from the store.
   ShapedMap MapOf(const MapView& view, const SessionView& session);

@@ -13,7 +13,10 @@ namespace {
 
 using Complex = std::complex<double>;
 
-double Weight(double sigma) { return sigma > 0 ? 1 / (sigma * sigma) : 0; }
+// 0 for what is not known, or so vaguely that it would only say: not on this site.
+double Weight(double sigma, double vague = std::numeric_limits<double>::infinity()) {
+  return sigma > 0 && sigma < vague ? 1 / (sigma * sigma) : 0;
+}
 
 Complex Plan(const Eigen::Vector3d& p) { return {p.x(), p.y()}; }
 
@@ -57,9 +60,13 @@ AnchorPrior::AnchorPrior(const PreparedMap& a, const PreparedMap& b,
       poses->push_back(submaps[k]->T_odom_submap);
       for (const Anchor& anchor : anchors) {
         if (anchor.submap != submaps[k]->id) continue;
-        ties->push_back({k, anchor.T_map_submap.translation(), anchor.T_map_submap.Yaw(),
-                         Weight(anchor.sigma_xy_m), Weight(anchor.sigma_z_m),
-                         Weight(anchor.sigma_deg * kRadPerDeg)});
+        const Tie tie{k,
+                      anchor.T_map_submap.translation(),
+                      anchor.T_map_submap.Yaw(),
+                      Weight(anchor.sigma_xy_m, kVagueM),
+                      Weight(anchor.sigma_z_m, kVagueHeightM),
+                      Weight(anchor.sigma_deg * kRadPerDeg)};
+        if (tie.xy + tie.z + tie.turn > 0) ties->push_back(tie);
       }
     }
   };

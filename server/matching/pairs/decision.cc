@@ -128,7 +128,7 @@ Finding Examine(const Hypothesis& h, const MatcherOptions& options) {
     return {MatchState::kAmbiguous, MatchReason::kPossibleTwin,
             absl::StrFormat("The %.0f m2 that both maps show are %.0f %% of what is known: a place "
                             "built alike would fit as well. It is decided when a robot sees more, "
-                            "or by hand.",
+                            "by anchors that say where both are, or by hand.",
                             h.shared_area_m2, 100 * h.shared_share)};
   }
   if (h.observability < options.min_observability) {

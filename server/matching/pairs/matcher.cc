@@ -14,6 +14,7 @@
 #include "server/matching/pairs/submap_alignment.h"
 #include "server/matching/prepared/limits.h"
 #include "server/matching/registration/limits.h"
+#include "server/matching/search/limits.h"
 
 namespace isthmus::matching {
 namespace {
@@ -162,18 +163,37 @@ std::vector<Hypothesis> PairMatcher::SelectPromising(const PreparedMap& a, const
   return best;
 }
 
+void PairMatcher::WeighAnchors(const PreparedMap& a, const PreparedMap& b, Hypothesis* h) const {
+  const MapPoses& found = h->joint.poses;
+  // With b moved by so much, in a's odom frame.
+  const auto moved = [&](const Pose& T_a_a) {
+    MapPoses poses = found;
+    for (Pose& pose : poses.b) pose = T_a_a * pose;
+    return std::exp(prior_.LogOdds(poses));
+  };
+  const double here = prior_.LogOdds(found);
+  // Against any place of the site, and under a roof the storeys above and below, which nobody need
+  // have seen.
+  double others = 1;
+  const Eigen::Vector3d up = a.T_level_odom().rotation().inverse() * Eigen::Vector3d::UnitZ();
+  for (const double storey : {-kMinStoreyM, kMinStoreyM}) {
+    if (!h->outdoors) others += moved(Pose(Eigen::Vector3d(storey * up)));
+  }
+  h->at_anchors = here - std::log(others);
+  // Those that a map repeats are as near to the anchors too, and the right one among them may not
+  // have been found.
+  const Pose T_b_a = h->T_a_b.Inverse();
+  for (const Pose& T_a_a : a.self_similarity().Moves(kMaxRepeats)) others += moved(T_a_a);
+  for (const Pose& T_b_b : b.self_similarity().Moves(kMaxRepeats)) {
+    others += moved(h->T_a_b * T_b_b * T_b_a);
+  }
+  h->by_anchors = std::min({here, std::max(0.0, here - std::log(others)), kMostByAnchors});
+}
+
 void PairMatcher::Decide(const PreparedMap& a, const PreparedMap& b, Match* match) {
   for (Hypothesis& h : hypotheses_) {
-    if (prior_.empty()) break;
-    // Beside any place of the site, those that a map repeats: they are as near to the anchors, and
-    // the right one among them may not have been found.
-    double others = 1;
-    const auto add = [&](const Pose& T_a_b) { others += std::exp(AtAnchors(a, b, T_a_b)); };
-    for (const Pose& T_a_a : a.self_similarity().Moves(kMaxRepeats)) add(T_a_a * h.T_a_b);
-    for (const Pose& T_b_b : b.self_similarity().Moves(kMaxRepeats)) add(h.T_a_b * T_b_b);
-    h.at_anchors = prior_.LogOdds(h.joint.poses);
-    h.by_anchors =
-        std::min({h.at_anchors, std::max(0.0, h.at_anchors - std::log(others)), kMostByAnchors});
+    h.at_anchors = h.by_anchors = 0;
+    if (!prior_.empty()) WeighAnchors(a, b, &h);
   }
   RankByProbability(&hypotheses_);
   DecideState(hypotheses_, options_, match);

@@ -78,6 +78,7 @@ class PairMatcher {
   // What of the rigid hypotheses is to be refined jointly: what anchors refute last.
   std::vector<Hypothesis> SelectPromising(const PreparedMap& a, const PreparedMap& b,
                                           std::vector<Hypothesis>* found) const;
+  void WeighAnchors(const PreparedMap& a, const PreparedMap& b, Hypothesis* h) const;
   // Ranks the hypotheses, with what anchors say of them, and fills the match.
   void Decide(const PreparedMap& a, const PreparedMap& b, Match* match);
 

@@ -96,21 +96,29 @@ TEST_F(MatcherTest, AnchorsDecideWhereMapsCannot) {
   const PreparedMap a(map_a_), b(map_b_);
   PairMatcher matcher{MatcherOptions()};
   ASSERT_EQ(matcher.Update(a, b).reason, MatchReason::kPossibleTwin);
-  const auto anchors_at = [&](const Pose& move_b) {
+  const auto anchors_at = [&](const Pose& move_b, double sigma_z) {
     std::vector<Anchor> anchors(2);
     anchors[0].submap = map_a_.submaps[0]->id;
     anchors[0].T_map_submap = T_world_a() * map_a_.submaps[0]->T_odom_submap;
     anchors[1].submap = map_b_.submaps[0]->id;
     anchors[1].T_map_submap = move_b * T_world_b() * map_b_.submaps[0]->T_odom_submap;
-    for (Anchor& anchor : anchors) anchor.sigma_xy_m = 1, anchor.sigma_deg = 5;
+    for (Anchor& anchor : anchors) {
+      anchor.sigma_xy_m = 1;
+      anchor.sigma_z_m = sigma_z;
+      anchor.sigma_deg = 5;
+    }
     return anchors;
   };
-  matcher.SetAnchors(anchors_at(Pose()));
+  matcher.SetAnchors(anchors_at(Pose(), 0));
+  EXPECT_EQ(matcher.Update(a, b).reason, MatchReason::kPossibleTwin) << "it may be another storey";
+  matcher.SetAnchors(anchors_at(Pose(), 0.5));
   const Match near = matcher.Update(a, b);
   EXPECT_EQ(near.state, MatchState::kAccepted) << near.detail;
   EXPECT_EQ(near.stages.size(), 1u) << "nothing was searched anew";
+  matcher.SetAnchors(anchors_at(Pose::FromXyzRpy(0, 0, 3.3, 0, 0, 0), 0.3));
+  EXPECT_NE(matcher.Update(a, b).state, MatchState::kAccepted) << "the storey above";
   PairMatcher other{MatcherOptions()};
-  other.SetAnchors(anchors_at(Pose(Eigen::Vector3d(60, 0, 0))));
+  other.SetAnchors(anchors_at(Pose(Eigen::Vector3d(60, 0, 0)), 0.5));
   const Match far = other.Update(a, b);
   EXPECT_NE(far.state, MatchState::kAccepted) << far.detail;
   EXPECT_LT(far.confidence, 0.1);

@@ -106,6 +106,7 @@ TEST(PipelineMerge, AnchorsTellWhichOfTwoRoomsItIs) {
     anchor.submap = {SessionId(robot.value() + "-1"), 0};
     anchor.T_map_submap = simulator->Truth(0, scan).pose;
     anchor.sigma_xy_m = 1;
+    anchor.sigma_z_m = 0.5;
     anchor.sigma_deg = 5;
     ASSERT_TRUE(pipeline->PutAnchor(anchor).ok());
     pipeline->WaitUntilIdle();
@@ -115,6 +116,11 @@ TEST(PipelineMerge, AnchorsTellWhichOfTwoRoomsItIs) {
   put_anchor(kBob, 250);
   EXPECT_EQ(match().state, MatchState::kAccepted) << match().detail;
   EXPECT_EQ(pipeline->GetMapInfo().components.size(), 1u);
+
+  ASSERT_TRUE(pipeline->RemoveAnchor({SessionId("bob-1"), 0}).ok());
+  pipeline->WaitUntilIdle();
+  EXPECT_EQ(match().reason, MatchReason::kPossibleTwin) << "what it rested on is gone";
+  EXPECT_EQ(pipeline->GetMapInfo().components.size(), 2u);
 }
 
 }  // namespace
