@@ -58,16 +58,18 @@ AnchorPrior::AnchorPrior(const PreparedMap& a, const PreparedMap& b,
     const auto& submaps = map.session_map().submaps;
     for (size_t k = 0; k < submaps.size(); ++k) {
       poses->push_back(submaps[k]->T_odom_submap);
-      for (const Anchor& anchor : anchors) {
-        if (anchor.submap != submaps[k]->id) continue;
-        const Tie tie{k,
-                      anchor.T_map_submap.translation(),
-                      anchor.T_map_submap.Yaw(),
-                      Weight(anchor.sigma_xy_m, kVagueM),
-                      Weight(anchor.sigma_z_m, kVagueHeightM),
-                      Weight(anchor.sigma_deg * kRadPerDeg)};
-        if (tie.xy + tie.z + tie.turn > 0) ties->push_back(tie);
-      }
+      const SubmapId& id = submaps[k]->id;
+      const auto anchor = std::lower_bound(
+          anchors.begin(), anchors.end(), id,
+          [](const Anchor& one, const SubmapId& other) { return one.submap < other; });
+      if (anchor == anchors.end() || anchor->submap != id) continue;
+      const Tie tie{k,
+                    anchor->T_map_submap.translation(),
+                    anchor->T_map_submap.Yaw(),
+                    Weight(anchor->sigma_xy_m, kVagueM),
+                    Weight(anchor->sigma_z_m, kVagueHeightM),
+                    Weight(anchor->sigma_deg * kRadPerDeg)};
+      if (tie.xy + tie.z + tie.turn > 0) ties->push_back(tie);
     }
   };
   take(a, &of_a_, &in_odom_.a);

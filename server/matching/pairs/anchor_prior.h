@@ -17,7 +17,7 @@ namespace isthmus::matching {
 class AnchorPrior {
  public:
   AnchorPrior() = default;
-  // Anchors of submaps that neither map has are left out.
+  // In order of their submaps; those that neither map has are left out.
   AnchorPrior(const PreparedMap& a, const PreparedMap& b, const std::vector<Anchor>& anchors);
 
   // Nothing is known that holds for both maps.
