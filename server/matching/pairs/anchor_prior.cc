@@ -14,8 +14,8 @@ namespace {
 using Complex = std::complex<double>;
 
 // 0 for what is not known, or so vaguely that it would only say: not on this site.
-double Weight(double sigma, double vague = std::numeric_limits<double>::infinity()) {
-  return sigma > 0 && sigma < vague ? 1 / (sigma * sigma) : 0;
+double Weight(double sigma, double least, double vague = std::numeric_limits<double>::infinity()) {
+  return sigma > 0 && sigma < vague ? 1 / std::max(sigma * sigma, least * least) : 0;
 }
 
 Complex Plan(const Eigen::Vector3d& p) { return {p.x(), p.y()}; }
@@ -66,9 +66,9 @@ AnchorPrior::AnchorPrior(const PreparedMap& a, const PreparedMap& b,
       const Tie tie{k,
                     anchor->T_map_submap.translation(),
                     anchor->T_map_submap.Yaw(),
-                    Weight(anchor->sigma_xy_m, kVagueM),
-                    Weight(anchor->sigma_z_m, kVagueHeightM),
-                    Weight(anchor->sigma_deg * kRadPerDeg)};
+                    Weight(anchor->sigma_xy_m, kLeastSigmaM, kVagueM),
+                    Weight(anchor->sigma_z_m, kLeastSigmaM, kVagueHeightM),
+                    Weight(anchor->sigma_deg * kRadPerDeg, kLeastSigmaRad)};
       if (tie.xy + tie.z + tie.turn > 0) ties->push_back(tie);
     }
   };

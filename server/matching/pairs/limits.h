@@ -82,6 +82,8 @@ inline constexpr double kSiteM = 100, kSiteHeightM = 10;
 // Metres of standard deviation from which on an anchor says nothing: of two such the evidence would
 // be against any place of a site as large as that, sqrt(kSiteM^2 / (4 pi)) and likewise.
 inline constexpr double kVagueM = 28, kVagueHeightM = 2.8;
+// Metres and radians: no map is better than that, whatever is said of a point of it.
+inline constexpr double kLeastSigmaM = 0.05, kLeastSigmaRad = 0.003;
 // Log odds that anchors may add, odds of 20: a receiver's errors go together, and what lies a rack
 // beside the right place is as near to the anchors. A guess.
 inline constexpr double kMostByAnchors = 3;
