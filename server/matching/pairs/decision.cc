@@ -214,9 +214,10 @@ void DecideState(const std::vector<Hypothesis>& ranked, const MatcherOptions& op
   Finding finding = Examine(best, options);
   if (finding.state == MatchState::kAccepted && probabilities[0] < options.min_probability) {
     finding = {MatchState::kAmbiguous, MatchReason::kAmbiguous,
-               absl::StrFormat("Another alignment is %.0f %% probable, the best %.0f %%: too near "
-                               "to tell them apart.",
-                               100 * probabilities[1], 100 * probabilities[0])};
+               absl::StrFormat("%.1f %% probable where %.1f %% are needed, as the maps allow other "
+                               "alignments; the next is %.1f %% probable.",
+                               100 * probabilities[0], 100 * options.min_probability,
+                               100 * probabilities[1])};
   }
   match->state = finding.state;
   match->reason = finding.reason;

@@ -181,11 +181,18 @@ void PairMatcher::WeighAnchors(const PreparedMap& a, const PreparedMap& b, Hypot
   }
   h->at_anchors = here - std::log(others);
   // Those that a map repeats are as near to the anchors too, and the right one among them may not
-  // have been found.
-  const Pose T_b_a = h->T_a_b.Inverse();
-  for (const Pose& T_a_a : a.self_similarity().Moves(kMaxRepeats)) others += moved(T_a_a);
+  // have been found; what was competes by itself.
+  const Eigen::Vector3d middle = b.whole().walls.MeanSensor();
+  const auto add = [&](const Pose& T_a_a) {
+    const Pose T_a_b = T_a_a * h->T_a_b;
+    const bool found_too = std::any_of(
+        hypotheses_.begin(), hypotheses_.end(),
+        [&](const Hypothesis& other) { return IsSameAlignment(T_a_b, other.T_a_b, middle); });
+    if (!found_too) others += moved(T_a_a);
+  };
+  for (const Pose& T_a_a : a.self_similarity().Moves(kMaxRepeats)) add(T_a_a);
   for (const Pose& T_b_b : b.self_similarity().Moves(kMaxRepeats)) {
-    others += moved(h->T_a_b * T_b_b * T_b_a);
+    add(h->T_a_b * T_b_b * h->T_a_b.Inverse());
   }
   h->by_anchors = std::min({here, std::max(0.0, here - std::log(others)), kMostByAnchors});
 }
