@@ -1,4 +1,4 @@
-// A reliability table: claimed confidences beside the share of matches that were right.
+// Tables of claims: confidences and reasons beside the share of matches that were right.
 #pragma once
 
 #include <array>
@@ -29,5 +29,13 @@ CalibrationFigures Calibrate(const std::vector<std::pair<double, bool>>& hypothe
 
 // Markdown: of the best hypothesis of every pair that has one, whatever became of it.
 std::string CalibrationTable(const std::vector<Trial>& trials);
+
+// Markdown: precision and recall, were all accepted from so much confidence on. Recall is of pairs
+// that overlap by 0.3 and more.
+std::string PrecisionTable(const std::vector<Trial>& trials);
+
+// Markdown: of pairs that are not merged, how many have the right place as their best hypothesis,
+// by reason and by whether they overlap by 0.3.
+std::string ReasonTable(const std::vector<Trial>& trials);
 
 }  // namespace isthmus::bench

@@ -311,5 +311,26 @@ TEST(Calibrate, ComparesConfidenceWithShareRight) {
   EXPECT_EQ(Calibrate({}).brier, 0);
 }
 
+TEST(PrecisionTable, CountsFromEachConfidenceOn) {
+  Trial trial;
+  const auto add = [&](double overlap, double confidence, bool right) {
+    PairResult& pair = trial.pairs.emplace_back();
+    pair.overlap = overlap;
+    pair.match.confidence = confidence;
+    pair.match.candidates = 1;
+    pair.match.state = MatchState::kNotYet;
+    pair.match.reason = MatchReason::kLoose;
+    pair.hypothesis_right = right;
+  };
+  add(0.5, 0.96, true);
+  add(0.5, 0.6, true);
+  add(0.1, 0.6, false);
+  add(0.4, 0.1, false);
+  const std::string table = PrecisionTable({trial});
+  EXPECT_NE(table.find("| 0.50 | 3 | 2 | 0.667 | 0.67 |"), std::string::npos) << table;
+  EXPECT_NE(table.find("| 0.95 | 1 | 1 | 1.000 | 0.33 |"), std::string::npos) << table;
+  EXPECT_NE(ReasonTable({trial}).find("| LOOSE | 3 | 2 | 1 | 0 |"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace isthmus::bench
