@@ -75,18 +75,25 @@ AnchorPrior::AnchorPrior(const PreparedMap& a, const PreparedMap& b,
   take(a, &of_a_, &in_odom_.a);
   take(b, &of_b_, &in_odom_.b);
   if (empty()) return;
-  // What odometry has drifted from one tie to the next is nobody's place. Where ties fit worse than
-  // that among themselves, they are worth the less.
-  for (std::vector<Tie>* ties : {&of_a_, &of_b_}) {
-    Eigen::Vector3d middle = Eigen::Vector3d::Zero();
-    for (const Tie& tie : *ties) middle += tie.T_site / static_cast<double>(ties->size());
+  // What odometry drifts between a tie and the rest of its map, where the other may meet it, is
+  // nobody's place. Where ties fit worse than that among themselves, they are worth the less.
+  const auto widen = [](const std::vector<Pose>& odom, std::vector<Tie>* ties) {
     for (Tie& tie : *ties) {
-      const double drift = kAnchoredDrift * (tie.T_site - middle).norm();
-      for (double* weight : {&tie.xy, &tie.z}) {
-        if (*weight > 0) *weight = 1 / (1 / *weight + drift * drift);
+      double far = 0;
+      for (const Pose& pose : odom) {
+        far += (pose.translation() - odom[tie.submap].translation()).norm();
       }
+      far /= static_cast<double>(odom.size());
+      const auto add = [&](double sigma, double* weight) {
+        if (*weight > 0) *weight = 1 / (1 / *weight + sigma * sigma);
+      };
+      add(kAnchoredDrift * far, &tie.xy);
+      add(kAnchoredDrift * far, &tie.z);
+      add(kAnchoredTurn * far, &tie.turn);
     }
-  }
+  };
+  widen(in_odom_.a, &of_a_);
+  widen(in_odom_.b, &of_b_);
   const auto weigh = [](std::vector<Tie>* ties, const Pose& T_level,
                         const std::vector<Pose>& odom) {
     std::vector<Placed> placed;
