@@ -140,7 +140,8 @@ void CandidateSearch::ByAnchors(const AnchorPrior& prior, std::vector<Hypothesis
   std::stable_sort(looked.begin(), looked.end(),
                    [](const auto& x, const auto& y) { return x.first > y.first; });
   std::vector<Candidate> best = {{*guess, 0, GuessSource::kAnchors}};
-  for (const auto& [overlap, candidate] : looked) {
+  for (const auto& ranked : looked) {
+    const Candidate& candidate = ranked.second;
     const bool known = std::any_of(best.begin(), best.end(), [&](const Candidate& other) {
       return IsSameAlignment(candidate.T_a_b, other.T_a_b, middle_b_);
     });
