@@ -110,4 +110,8 @@ std::string CalibrationTable(const std::vector<Trial>& trials) {
   return table;
 }
 
+std::string ClaimTables(const std::vector<Trial>& trials) {
+  return CalibrationTable(trials) + "\n" + PrecisionTable(trials) + "\n" + ReasonTable(trials);
+}
+
 }  // namespace isthmus::bench

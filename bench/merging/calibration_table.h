@@ -38,4 +38,7 @@ std::string PrecisionTable(const std::vector<Trial>& trials);
 // by reason and by whether they overlap by 0.3.
 std::string ReasonTable(const std::vector<Trial>& trials);
 
+// The three of them.
+std::string ClaimTables(const std::vector<Trial>& trials);
+
 }  // namespace isthmus::bench

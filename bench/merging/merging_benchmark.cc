@@ -285,12 +285,7 @@ absl::Status Report(const Results& results, const Options& options) {
     std::cout << WildTable(trials) << "\n";
   }
   std::cout << MergingTable(trials) << "\n" << OverlapTable(trials) << "\n" << TeamTable(trials);
-  if (options.calibration) {
-    std::cout << "\n"
-              << CalibrationTable(trials) << "\n"
-              << PrecisionTable(trials) << "\n"
-              << ReasonTable(trials);
-  }
+  if (options.calibration) std::cout << "\n" << ClaimTables(trials);
   if (options.output.empty()) return absl::OkStatus();
   nlohmann::ordered_json json = {{"search", options.search},
                                  {"odometry", options.odometry},

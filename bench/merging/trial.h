@@ -17,8 +17,8 @@
 namespace isthmus::bench {
 
 enum class TrialOutcome {
-  // Merged, and the maps lie within 0.3 m and 1 degree; where drift has bent them by more, or the
-  // edges do.
+  // Merged, and the maps lie within 0.3 m and 1 degree, drift apart; where drift has bent them by
+  // more than that, it is enough that the edges do.
   kRight,
   kNotMerged,  // Not yet, ambiguous or rejected: Match::state and reason say which.
   kWrong,      // Merged otherwise.

@@ -40,14 +40,18 @@ DriveOptions Robot(const WildPairsOptions& options, const std::string& kind, uin
   return drive;
 }
 
-std::vector<WildPair> DrawStrangers(const WildPairsOptions& options, uint64_t first_seed) {
+std::string KindOf(const WildPairsOptions& options, uint64_t seed) {
   const std::vector<std::string> kinds = simulation::WildKinds();
+  return options.kind.empty() ? kinds[seed % kinds.size()] : options.kind;
+}
+
+std::vector<WildPair> DrawStrangers(const WildPairsOptions& options, uint64_t first_seed) {
   std::vector<WildPair> pairs;
   for (int world = 0; world < options.worlds; ++world) {
     const uint64_t seed = options.seed + static_cast<uint64_t>(world);
-    const std::string kind = options.kind.empty() ? kinds[seed % kinds.size()] : options.kind;
+    const std::string kind = KindOf(options, seed);
     uint64_t other = options.kind.empty() ? first_seed : first_seed + seed - options.seed;
-    while (options.kind.empty() && other % kinds.size() != seed % kinds.size()) ++other;
+    while (KindOf(options, other) != kind) ++other;
     for (int a = 0; a < options.robots; ++a) {
       for (int b = 0; b < options.robots; ++b) {
         pairs.push_back({WildRelation::kStranger, kind, seed, Robot(options, kind, seed, a),
@@ -99,12 +103,11 @@ std::string NameOf(const WildPair& pair) {
 
 absl::StatusOr<std::vector<WildPair>> DrawWildPairs(const WildPairsOptions& options) {
   if (options.strangers) return DrawStrangers(options, *options.strangers);
-  const std::vector<std::string> kinds = simulation::WildKinds();
   std::vector<WildPair> pairs;
   std::map<std::string, DriveOptions> before;  // By kind, of the last world.
   for (int world = 0; world < options.worlds; ++world) {
     const uint64_t seed = options.seed + static_cast<uint64_t>(world);
-    const std::string kind = options.kind.empty() ? kinds[seed % kinds.size()] : options.kind;
+    const std::string kind = KindOf(options, seed);
     const auto known = simulation::ChooseWild(seed, {kind, "vlp16", options.seconds});
     if (!known.ok()) return known.status();
     Random random(seed, 0xA2, 0);

@@ -10,32 +10,47 @@
 
 namespace isthmus::server {
 
+// Looked at for every pair before any is matched: nothing is copied. The view must outlive it.
 class KnownAnchors {
  public:
   explicit KnownAnchors(const MapView& view) {
     for (const auto& [submap, anchor] : view.anchors) {
-      by_session_[submap.session].push_back(anchor);
+      OfSession& known = by_session_[submap.session];
+      known.anchors.push_back(&anchor);
+      known.version = 31 * known.version + static_cast<uint64_t>(anchor.given_ns) + 1;
     }
   }
 
   // In order of their submaps; none where only one of the sessions has some.
   std::vector<Anchor> Of(const SessionPair& pair) const {
-    const auto a = by_session_.find(pair.first), b = by_session_.find(pair.second);
-    if (a == by_session_.end() || b == by_session_.end()) return {};
-    std::vector<Anchor> anchors = a->second;
-    anchors.insert(anchors.end(), b->second.begin(), b->second.end());
+    std::vector<Anchor> anchors;
+    for (const OfSession* known : Both(pair)) {
+      for (const Anchor* anchor : known->anchors) anchors.push_back(*anchor);
+    }
     return anchors;
   }
 
   // Another number once these are others.
   uint64_t Version(const SessionPair& pair) const {
     uint64_t version = 0;
-    for (const Anchor& anchor : Of(pair)) version = 31 * version + uint64_t(anchor.given_ns) + 1;
+    for (const OfSession* known : Both(pair)) version = 31 * version + known->version;
     return version;
   }
 
  private:
-  std::map<SessionId, std::vector<Anchor>> by_session_;
+  struct OfSession {
+    std::vector<const Anchor*> anchors;
+    uint64_t version = 0;
+  };
+
+  // Of both sessions, or nothing.
+  std::vector<const OfSession*> Both(const SessionPair& pair) const {
+    const auto a = by_session_.find(pair.first), b = by_session_.find(pair.second);
+    if (a == by_session_.end() || b == by_session_.end()) return {};
+    return {&a->second, &b->second};
+  }
+
+  std::map<SessionId, OfSession> by_session_;
 };
 
 }  // namespace isthmus::server

@@ -145,11 +145,11 @@ AnchorPrior::Fit AnchorPrior::FitTo(const std::vector<Placed>& placed) {
   return fit;
 }
 
-double AnchorPrior::LogOdds(const MapPoses& poses) const {
+double AnchorPrior::LogOdds(const MapPoses& poses, const Pose& T_a_a) const {
   if (empty()) return 0;
   std::vector<Placed> placed;
   Place(of_a_, T_level_a_, poses.a, &placed);
-  Place(of_b_, T_level_a_, poses.b, &placed);
+  Place(of_b_, T_level_a_ * T_a_a, poses.b, &placed);
   return FitTo(placed).LogEvidence() - alone_;
 }
 

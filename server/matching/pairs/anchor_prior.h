@@ -25,8 +25,9 @@ class AnchorPrior {
 
   // The logarithm of how much likelier the anchors are if the maps lie so than if either lay
   // anywhere on the site, whichever way round (the ratio of evidences, with places and headings
-  // integrated out). 0 where nothing is known. `poses`: in a's odom frame.
-  double LogOdds(const MapPoses& poses) const;
+  // integrated out). 0 where nothing is known. `poses`: in a's odom frame, those of b moved by
+  // `T_a_a` in it.
+  double LogOdds(const MapPoses& poses, const Pose& T_a_a = Pose()) const;
 
   // T_a_b between the odom frames, where the anchors of each map say where it is and which way
   // round. Where heights are not known, that of the sensors where the maps come nearest.

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 #include <utility>
 
 #include "core/paper.h"
@@ -107,27 +106,24 @@ void CandidateSearch::ByRepeats(std::vector<Hypothesis>* found, std::vector<Stag
     const auto take = [&](const Pose& T_a_b) {
       if (overlap(T_a_b) >= least) moved.push_back({T_a_b, 0, GuessSource::kRepeats});
     };
-    for (const Pose& T_a_a : a_.self_similarity().Moves(kMaxRepeats)) take(T_a_a * h->T_a_b);
-    for (const Pose& T_b_b : b_.self_similarity().Moves(kMaxRepeats)) take(h->T_a_b * T_b_b);
+    for (const Pose& T_a_b : MovedByRepeats(a_, b_, h->T_a_b)) take(T_a_b);
   }
   TakeCandidates(moved, found, stages);
 }
 
-void CandidateSearch::ByAnchors(const AnchorPrior& prior, std::vector<Hypothesis>* found,
-                                std::vector<StageTime>* stages) {
-  const std::optional<Pose> guess = prior.Guess();
-  if (!guess) return;
+void CandidateSearch::ByAnchors(const Pose& guess_T_a_b, double sigma_m,
+                                std::vector<Hypothesis>* found, std::vector<StageTime>* stages) {
   const Stopwatch watch;
   const Pose T_level_a = a_.T_level_odom();
-  const Pose to_middle((T_level_a * *guess) * middle_b_);  // Turns are about the middle of b.
-  const int reach = static_cast<int>(
-      std::ceil(std::min(2 * prior.guess_sigma_m(), kAnchorReachM) / kAnchorStepM));
+  const Pose to_middle((T_level_a * guess_T_a_b) * middle_b_);  // Turns are about the middle of b.
+  const int reach =
+      static_cast<int>(std::ceil(std::min(2 * sigma_m, kAnchorReachM) / kAnchorStepM));
   std::vector<std::pair<double, Candidate>> looked;
   const auto look = [&](int x, int y, int turn) {
     const Pose moved =
         Pose::FromXyzRpy(x * kAnchorStepM, y * kAnchorStepM, 0, 0, 0, turn * kAnchorTurnRad);
     const Pose T_a_b =
-        T_level_a.Inverse() * to_middle * moved * to_middle.Inverse() * T_level_a * *guess;
+        T_level_a.Inverse() * to_middle * moved * to_middle.Inverse() * T_level_a * guess_T_a_b;
     looked.emplace_back(
         CoarseOverlap(a_.whole().refinable, b_.whole().refinable, T_a_b, kFirstLookM),
         Candidate{T_a_b, 0, GuessSource::kAnchors});
@@ -139,7 +135,7 @@ void CandidateSearch::ByAnchors(const AnchorPrior& prior, std::vector<Hypothesis
   }
   std::stable_sort(looked.begin(), looked.end(),
                    [](const auto& x, const auto& y) { return x.first > y.first; });
-  std::vector<Candidate> best = {{*guess, 0, GuessSource::kAnchors}};
+  std::vector<Candidate> best = {{guess_T_a_b, 0, GuessSource::kAnchors}};
   for (const auto& ranked : looked) {
     const Candidate& candidate = ranked.second;
     const bool known = std::any_of(best.begin(), best.end(), [&](const Candidate& other) {

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "core/map/match.h"
-#include "server/matching/pairs/anchor_prior.h"
 #include "server/matching/pairs/hypothesis.h"
 #include "server/matching/prepared/prepared_map.h"
 #include "server/matching/registration/candidate.h"
@@ -35,8 +34,8 @@ class CandidateSearch {
   // Moves those that agree best by what either map repeats: where one rack or room fits, others
   // may.
   void ByRepeats(std::vector<Hypothesis>* found, std::vector<StageTime>* stages);
-  // About where anchors say that b is, if they do.
-  void ByAnchors(const AnchorPrior& prior, std::vector<Hypothesis>* found,
+  // About a guess of anchors (AnchorPrior::Guess), and its standard deviation.
+  void ByAnchors(const Pose& guess_T_a_b, double sigma_m, std::vector<Hypothesis>* found,
                  std::vector<StageTime>* stages);
   // From here on b is searched with the other end up, where it or a may be upside down; else false.
   bool TurnOver();

@@ -172,6 +172,13 @@ bool IsSameAlignment(const Pose& T_a_b, const Pose& other_T_a_b, const Eigen::Ve
          RotationAngle(T_a_b.Inverse() * other_T_a_b) < kSameTurnRad;
 }
 
+std::vector<Pose> MovedByRepeats(const PreparedMap& a, const PreparedMap& b, const Pose& T_a_b) {
+  std::vector<Pose> moved;
+  for (const Pose& T_a_a : a.self_similarity().Moves(kMaxRepeats)) moved.push_back(T_a_a * T_a_b);
+  for (const Pose& T_b_b : b.self_similarity().Moves(kMaxRepeats)) moved.push_back(T_a_b * T_b_b);
+  return moved;
+}
+
 bool IsSamePlace(const JointRefinement& joint, const JointRefinement& other) {
   size_t same = 0;
   for (const SubmapEdge& edge : joint.edges) {

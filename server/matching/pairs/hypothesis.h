@@ -64,6 +64,9 @@ std::vector<Hypothesis> MostPromising(std::vector<Hypothesis>* found);
 // odom frame), are one hypothesis.
 bool IsSameAlignment(const Pose& T_a_b, const Pose& other_T_a_b, const Eigen::Vector3d& middle_b);
 
+// Other alignments that what either map repeats would make as good.
+std::vector<Pose> MovedByRepeats(const PreparedMap& a, const PreparedMap& b, const Pose& T_a_b);
+
 // After joint refinements: the edges of one lie in the other as they do in it. Guesses that differ
 // while rigid may bend into the same place.
 bool IsSamePlace(const JointRefinement& joint, const JointRefinement& other);

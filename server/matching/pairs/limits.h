@@ -92,8 +92,8 @@ inline constexpr double kMostByAnchors = 3;
 inline constexpr double kTellsTwins = 2.3;
 // Log odds below which a place is looked at only where there is no other.
 inline constexpr double kRefutedByAnchors = -8;
-// What odometry may be off at some distance from an anchor: share of it, and radians per metre (0.01
-// degrees). Less takes right places in long tunnels for refuted. Guesses.
+// What odometry may be off at some distance from an anchor: share of it, and radians per metre
+// (0.01 degrees). Less takes right places in long tunnels for refuted. Guesses.
 inline constexpr double kAnchoredDrift = 0.02, kAnchoredTurn = 1.7e-4;
 // Concentration of a heading, 1 / (15 degrees)^2, from which on it is known well enough for a
 // guess.

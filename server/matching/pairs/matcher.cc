@@ -1,7 +1,6 @@
 #include "server/matching/pairs/matcher.h"
 
 #include <algorithm>
-#include <cmath>
 #include <optional>
 #include <utility>
 
@@ -14,7 +13,6 @@
 #include "server/matching/pairs/submap_alignment.h"
 #include "server/matching/prepared/limits.h"
 #include "server/matching/registration/limits.h"
-#include "server/matching/search/limits.h"
 
 namespace isthmus::matching {
 namespace {
@@ -133,70 +131,6 @@ bool PairMatcher::SuggestPlaces(const PreparedMap& a, const PreparedMap& b) {
   return suggested;
 }
 
-double PairMatcher::AtAnchors(const PreparedMap& a, const PreparedMap& b, const Pose& T_a_b) const {
-  if (prior_.empty()) return 0;
-  return prior_.LogOdds(MapPoses::Rigid(a.session_map(), b.session_map(), T_a_b));
-}
-
-bool PairMatcher::MustSearchAtAnchors(const PreparedMap& a, const PreparedMap& b) const {
-  const std::optional<Pose> guess = prior_.Guess();
-  if (!guess) return false;
-  const bool found = std::any_of(hypotheses_.begin(), hypotheses_.end(),
-                                 [&](const Hypothesis& h) { return AtAnchors(a, b, h.T_a_b) > 0; });
-  const Eigen::Vector3d middle = b.whole().walls.MeanSensor();
-  const bool searched =
-      searched_guess_ && (*guess * middle - *searched_guess_ * middle).norm() < kOtherGuessM;
-  return !found && !searched;
-}
-
-std::vector<Hypothesis> PairMatcher::SelectPromising(const PreparedMap& a, const PreparedMap& b,
-                                                     std::vector<Hypothesis>* found) const {
-  if (prior_.empty()) return MostPromising(found);
-  const auto refuted = std::stable_partition(found->begin(), found->end(), [&](const auto& h) {
-    return AtAnchors(a, b, h.T_a_b) > kRefutedByAnchors;
-  });
-  std::vector<Hypothesis> allowed(found->begin(), refuted), others(refuted, found->end());
-  std::vector<Hypothesis> best = MostPromising(&allowed);
-  // One that anchors refute is looked at as well: if it is good, they are wrong.
-  const std::vector<Hypothesis> rest = MostPromising(&others);
-  if (!rest.empty()) best.push_back(rest.front());
-  return best;
-}
-
-void PairMatcher::WeighAnchors(const PreparedMap& a, const PreparedMap& b, Hypothesis* h) const {
-  const MapPoses& found = h->joint.poses;
-  // With b moved by so much, in a's odom frame.
-  const auto moved = [&](const Pose& T_a_a) {
-    MapPoses poses = found;
-    for (Pose& pose : poses.b) pose = T_a_a * pose;
-    return std::exp(prior_.LogOdds(poses));
-  };
-  const double here = prior_.LogOdds(found);
-  // Against any place of the site, and under a roof the storeys above and below, which nobody need
-  // have seen.
-  double others = 1;
-  const Eigen::Vector3d up = a.T_level_odom().rotation().inverse() * Eigen::Vector3d::UnitZ();
-  for (const double storey : {-kMinStoreyM, kMinStoreyM}) {
-    if (!h->outdoors) others += moved(Pose(Eigen::Vector3d(storey * up)));
-  }
-  h->at_anchors = here - std::log(others);
-  // Those that a map repeats are as near to the anchors too, and the right one among them may not
-  // have been found; what was competes by itself.
-  const Eigen::Vector3d middle = b.whole().walls.MeanSensor();
-  const auto add = [&](const Pose& T_a_a) {
-    const Pose T_a_b = T_a_a * h->T_a_b;
-    const bool found_too = std::any_of(
-        hypotheses_.begin(), hypotheses_.end(),
-        [&](const Hypothesis& other) { return IsSameAlignment(T_a_b, other.T_a_b, middle); });
-    if (!found_too) others += moved(T_a_a);
-  };
-  for (const Pose& T_a_a : a.self_similarity().Moves(kMaxRepeats)) add(T_a_a);
-  for (const Pose& T_b_b : b.self_similarity().Moves(kMaxRepeats)) {
-    add(h->T_a_b * T_b_b * h->T_a_b.Inverse());
-  }
-  h->by_anchors = std::min({here, std::max(0.0, here - std::log(others)), kMostByAnchors});
-}
-
 void PairMatcher::Decide(const PreparedMap& a, const PreparedMap& b, Match* match) {
   for (Hypothesis& h : hypotheses_) {
     h.at_anchors = h.by_anchors = 0;
@@ -231,8 +165,10 @@ void PairMatcher::SearchMatch(const PreparedMap& a, const PreparedMap& b, Match*
   };
   if (!suggested_.empty()) search.TakeCandidates(suggested_, &found, &match->stages);
   suggested_.clear();
-  search.ByAnchors(prior_, &found, &match->stages);
   searched_guess_ = prior_.Guess();
+  if (searched_guess_) {
+    search.ByAnchors(*searched_guess_, prior_.guess_sigma_m(), &found, &match->stages);
+  }
   if (options_.search != SearchMode::kPaper) {
     search.ByBirdsEye(&found, &match->stages);
     if (options_.search == SearchMode::kDefault) {
