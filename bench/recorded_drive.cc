@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "bench/scenarios.h"
-#include "client/readers/scan_folder.h"
+#include "client/readers/folder/scan_folder.h"
 #include "core/codec/scan_decoder.h"
 #include "core/io/file_io.h"
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "client/library/client.h"
-#include "client/readers/scan_folder.h"
+#include "client/readers/folder/scan_folder.h"
 #include "core/odometry_mode.h"
 
 namespace isthmus::cli {

@@ -1,4 +1,4 @@
-#include "client/readers/times_file.h"
+#include "client/readers/folder/times_file.h"
 
 #include <absl/strings/ascii.h>
 #include <absl/strings/numbers.h>

@@ -1,4 +1,4 @@
-#include "client/readers/times_file.h"
+#include "client/readers/folder/times_file.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

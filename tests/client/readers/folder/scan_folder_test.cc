@@ -1,4 +1,4 @@
-#include "client/readers/scan_folder.h"
+#include "client/readers/folder/scan_folder.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "client/readers/scan_folder.h"
+#include "client/readers/folder/scan_folder.h"
 
 #include <absl/strings/numbers.h>
 #include <absl/strings/str_cat.h>
@@ -10,7 +10,7 @@
 #include <tuple>
 #include <utility>
 
-#include "client/readers/times_file.h"
+#include "client/readers/folder/times_file.h"
 #include "core/codec/payload_layout.h"
 #include "core/formats/kitti_bin.h"
 #include "core/formats/pcd.h"

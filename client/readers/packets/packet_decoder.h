@@ -1,0 +1,57 @@
+// Packets of a LiDAR, made into scans: what files, sockets and messages of packets have in common.
+#pragma once
+
+#include <absl/status/status.h>
+#include <absl/status/statusor.h>
+#include <absl/strings/string_view.h>
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "client/readers/scan_reader.h"
+
+namespace isthmus::readers {
+
+// Decodes the packets of one sensor. Not thread safe.
+class PacketDecoder {
+ public:
+  virtual ~PacketDecoder() = default;
+
+  // Takes the payload of a UDP packet that arrived at that time (nanoseconds since the Unix epoch),
+  // and appends the scans that it completes. InvalidArgument for what is no packet of this sensor:
+  // nothing has happened then.
+  virtual absl::Status Add(absl::string_view packet, int64_t arrival_ns,
+                           std::vector<RecordedScan>* scans) = 0;
+  // Ends the scan that was begun: appends it unless it is empty. At the end of a recording, and
+  // behind the last packet of a message that is a whole turn.
+  virtual void Flush(std::vector<RecordedScan>* scans) = 0;
+
+  // As those of ScanReader.
+  virtual std::string sensor() const = 0;
+  virtual std::vector<std::string> Assumptions() const = 0;
+};
+
+struct VelodyneOptions {
+  std::string sensor = {};       // vlp16, vlp32, hdl32, hdl64; empty: as the packets tell.
+  std::string calibration = {};  // Contents of a calibration YAML; empty: the manual's tables.
+  // A scan begins where the azimuth passes this (degrees, clockwise from +y of the sensor's manual,
+  // as in the packets).
+  double cut_azimuth_deg = 0;
+  // Scans are cut by Flush alone: messages are whole turns.
+  bool by_flush = false;
+};
+
+// InvalidArgument for a sensor that is not known or a calibration that cannot be read.
+absl::StatusOr<std::unique_ptr<PacketDecoder>> MakeVelodyneDecoder(const VelodyneOptions& options);
+
+// `metadata`: the sensor's JSON, of any firmware from 2.0 on. InvalidArgument where something is
+// missing in it or is not supported, naming it.
+absl::StatusOr<std::unique_ptr<PacketDecoder>> MakeOusterDecoder(const std::string& metadata);
+
+// True for packets of that maker's point data, by their size and what they begin with. Ouster's
+// need the metadata to be told.
+bool IsVelodynePacket(absl::string_view packet);
+
+}  // namespace isthmus::readers
