@@ -6,7 +6,8 @@
 #include <utility>
 
 #include "bench/scenarios.h"
-#include "client/readers/folder/scan_folder.h"
+#include "client/readers/recording.h"
+#include "client/readers/started_reader.h"
 #include "core/codec/scan_decoder.h"
 #include "core/io/file_io.h"
 
@@ -36,28 +37,31 @@ absl::StatusOr<std::vector<Pose>> ReadPoses(const std::string& path) {
 
 }  // namespace
 
-absl::StatusOr<Drive> RecordedDrive(const std::string& folder, const std::string& poses) {
-  const auto files = readers::ScanFolder::Open(folder);
-  if (!files.ok()) return files.status();
+absl::StatusOr<Drive> RecordedDrive(const std::string& path, const std::string& poses) {
+  const auto recording = readers::OpenRecording(path);
+  if (!recording.ok()) return recording.status();
+  auto reader = (*recording)->OpenScans(0, {});
+  if (!reader.ok()) return reader.status();
   auto truth = ReadPoses(poses);
   if (!truth.ok()) return truth.status();
-  if (truth->size() < files->size()) {
-    return absl::InvalidArgumentError(absl::StrCat(poses, " has ", truth->size(), " poses for ",
-                                                   files->size(), " scans; one each is needed"));
-  }
-  const auto sensor = files->GuessSensor();
-  if (!sensor.ok()) return sensor.status();
+  readers::StartedReader files(*std::move(reader));
   auto scans = std::make_shared<std::vector<Scan>>();
   Drive drive;
-  drive.sensor = *sensor;
+  drive.sensor = files.sensor();
   drive.wrong_m = 1;  // References err themselves, by the motion within scans if nothing else.
-  for (size_t i = 0; i < files->size(); ++i) {
-    const auto payload = files->Read(i);
-    if (!payload.ok()) return payload.status();
-    auto scan = codec::DecodeScan(*payload, i + 1, files->stamp_ns(i));
+  for (;;) {
+    const auto recorded = files.Next();
+    if (!recorded.ok()) return recorded.status();
+    if (!recorded->has_value()) break;
+    const int i = static_cast<int>(scans->size());
+    auto scan = codec::DecodeScan((*recorded)->payload, i + 1, (*recorded)->end_stamp_ns);
     if (!scan.ok()) return scan.status();
     scans->push_back(*std::move(scan));
-    drive.shots.push_back({static_cast<int>(i), files->stamp_ns(i)});
+    drive.shots.push_back({i, (*recorded)->end_stamp_ns});
+  }
+  if (truth->size() < scans->size()) {
+    return absl::InvalidArgumentError(absl::StrCat(poses, " has ", truth->size(), " poses for ",
+                                                   scans->size(), " scans; one each is needed"));
   }
   drive.scan_of = [scans](int turn) { return (*scans)[turn]; };
   drive.truth_of = [truth = *std::move(truth)](int turn) { return truth[turn]; };

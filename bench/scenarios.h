@@ -32,7 +32,7 @@ const std::vector<Scenario>& Scenarios();
 absl::StatusOr<std::vector<Scenario>> FindScenarios(const std::vector<std::string>& names);
 
 // A recorded drive: a folder of KITTI's .bin (times.txt in it or beside it gives the stamps) and
-// its reference poses, KITTI rows of the LiDAR, one per scan. Errors as readers::ScanFolder::Open;
+// its reference poses, KITTI rows of the LiDAR, one per scan. Errors as readers::OpenRecording;
 // InvalidArgument if there are fewer poses than scans.
 absl::StatusOr<Drive> RecordedDrive(const std::string& folder, const std::string& poses);
 

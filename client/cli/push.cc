@@ -1,46 +1,52 @@
-// isthmus push: a recorded drive becomes a robot.
+// isthmus push: recorded drives, and live sensors, become robots.
 #include <absl/strings/numbers.h>
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_format.h>
+#include <unistd.h>
 
 #include "client/cli/commands.h"
 #include "client/console/exit_code.h"
+#include "client/console/interruption.h"
 #include "client/console/json.h"
 #include "client/console/push_scans.h"
-#include "client/console/scan_options.h"
+#include "client/console/recording_options.h"
 #include "client/console/tracking_text.h"
 
 namespace isthmus::cli {
 namespace {
 
 struct PushArguments {
-  ServerOptions server;
-  ScanOptions scans;
+  ServerOptions server{.attempts = kPatientAttempts};
+  std::string path, robot;
+  RecordingOptions recording;
   PushOptions push;
   std::string pace = "max";
   bool json = false;
 };
 
-void Report(const PushSummary& summary, const PushArguments& options) {
-  if (options.json) {
-    Print({{"session", summary.session.value()},
-           {"robot", options.push.robot},
-           {"pushed", summary.scans.pushed},
-           {"processed", summary.scans.processed},
-           {"rejected", summary.scans.rejected},
-           {"before", summary.before},
-           {"duplicates", summary.scans.duplicates},
-           {"unreadable", summary.unreadable},
-           {"durable_sequence", summary.scans.durable_sequence},
-           {"scans", ToJson(summary.state.scans)},
-           {"lost", LossOf(summary.acks, summary.state.segments).lost},
-           {"segments", summary.state.segments},
-           {"odometry_ms_mean", summary.mean_ms},
-           {"seconds", summary.seconds},
-           {"sent_bytes", summary.scans.sent_bytes},
-           {"reconnects", summary.scans.reconnects}});
-    return;
-  }
+Json SummaryJson(const PushSummary& summary) {
+  return {{"session", summary.session.value()},
+          {"robot", summary.robot},
+          {"sensor", summary.sensor},
+          {"pushed", summary.scans.pushed},
+          {"processed", summary.scans.processed},
+          {"rejected", summary.scans.rejected},
+          {"before", summary.before},
+          {"duplicates", summary.scans.duplicates},
+          {"unreadable", summary.unreadable},
+          {"durable_sequence", summary.scans.durable_sequence},
+          {"scans", ToJson(summary.state.scans)},
+          {"lost", LossOf(summary.acks, summary.state.segments).lost},
+          {"segments", summary.state.segments},
+          {"odometry_ms_mean", summary.mean_ms},
+          {"seconds", summary.seconds},
+          {"sent_bytes", summary.scans.sent_bytes},
+          {"reconnects", summary.scans.reconnects},
+          {"interrupted", summary.is_interrupted},
+          {"assumptions", summary.assumptions}};
+}
+
+void PrintText(const PushSummary& summary) {
   if (summary.before > 0) absl::PrintF("went on after scan %d\n", summary.before);
   absl::PrintF(
       "%s: %d scans processed, %d rejected, %d duplicates, %d unreadable; odometry %.1f ms per "
@@ -54,6 +60,56 @@ void Report(const PushSummary& summary, const PushArguments& options) {
   if (loss.IsMuch()) absl::PrintF("%s: %s\n", summary.session.value(), ToString(loss));
 }
 
+int Report(const std::vector<PushSummary>& summaries, const PushArguments& options) {
+  if (options.json) {
+    Json robots = Json::array();
+    for (const PushSummary& summary : summaries) robots.push_back(SummaryJson(summary));
+    Print(summaries.size() == 1 ? robots[0] : Json{{"robots", std::move(robots)}});
+  }
+  int code = kOk;
+  for (const PushSummary& summary : summaries) {
+    if (!options.json) PrintText(summary);
+    if (summary.is_interrupted) {
+      absl::FPrintF(stderr, "isthmus: %s: interrupted; %s\n", summary.robot,
+                    !options.push.spool.empty() ? "the same command goes on"
+                    : options.push.finish       ? "the session is finished with what was pushed"
+                                                : "the session is open");
+      if (code == kOk) code = kInterrupted;
+    } else if (summary.used() == 0) {
+      code = FailInput(absl::InvalidArgumentError(absl::StrCat(
+          "none of the ", summary.acks.size() + summary.unreadable, " scans could be used",
+          summary.first_rejection.empty() ? "" : ": ", summary.first_rejection)));
+    }
+  }
+  return code;
+}
+
+// Every robot has a name, and one of its own.
+absl::Status NameRobots(const PushArguments& options, std::vector<RobotScans>& robots) {
+  if (robots.size() > 1 && !options.robot.empty()) {
+    return absl::InvalidArgumentError(
+        "--robot names one robot: name those of several topics with --topic TOPIC=ROBOT");
+  }
+  for (RobotScans& robot : robots) {
+    if (!options.robot.empty()) robot.robot = options.robot;
+    if (robot.robot.empty()) {
+      return absl::InvalidArgumentError(
+          robot.topic.empty()
+              ? "name the robot with --robot"
+              : absl::StrCat("name the robot with --robot, or --topic ", robot.topic, "=ROBOT"));
+    }
+  }
+  for (size_t i = 1; i < robots.size(); ++i) {
+    for (size_t k = 0; k < i; ++k) {
+      if (robots[i].robot != robots[k].robot) continue;
+      return absl::InvalidArgumentError(
+          absl::StrCat("two topics of robot ", robots[i].robot,
+                       ": one robot has one LiDAR; give the second topic another name"));
+    }
+  }
+  return absl::OkStatus();
+}
+
 int Run(PushArguments options) {
   double hz = 0;
   if (options.pace != "max") {
@@ -62,46 +118,53 @@ int Run(PushArguments options) {
                               "--rate is a frequency in Hz or `max`, not '", options.pace, "'")));
     }
     options.push.pace_hz = hz;
-    options.scans.rate_hz = hz;
+    options.recording.read.rate_hz = hz;
   }
-  int code = kOk;
-  const auto folder = OpenScans(options.scans, options.push.sensor, code);
-  if (!folder) return code;
-  const auto client = Connect(options.server);
+  PushControl control;
+  const Interruption interruption([&control] {
+    if (!control.Stop()) _exit(kInterrupted);
+    absl::FPrintF(stderr,
+                  "\nisthmus: interrupted: waiting for what was sent to be acknowledged; "
+                  "once more to end at once\n");
+  });
+  auto robots = OpenRobots(options.path, options.recording);
+  if (!robots.ok()) return FailInput(robots.status());
+  if (absl::Status status = NameRobots(options, *robots); !status.ok()) return Fail(kUsage, status);
+  const auto client =
+      ConnectPatiently(options.server, /*may_begin_alone=*/!options.push.spool.empty());
   if (!client.ok()) return FailServer(client.status());
-  const auto summary = PushFolder(**client, *folder, options.push);
-  if (absl::IsAlreadyExists(summary.status())) {
+  const auto summaries = PushRobots(**client, *std::move(robots), options.push, control);
+  if (absl::IsAlreadyExists(summaries.status())) {
     absl::FPrintF(stderr,
                   "isthmus: nothing left to push: an earlier push with the spool %s sent %s\n",
                   options.push.spool, "everything and finished its session");
     return kOk;
   }
-  if (!summary.ok()) return FailServer(summary.status());
-  Report(*summary, options);
-  if (summary->scans.processed + summary->scans.duplicates + summary->before > 0) return kOk;
-  return FailInput(absl::InvalidArgumentError(
-      absl::StrCat("none of the ", folder->size(), " scans could be used",
-                   summary->first_rejection.empty() ? "" : ": ", summary->first_rejection)));
+  if (!summaries.ok()) return FailServer(summaries.status());
+  return Report(*summaries, options);
 }
 
 }  // namespace
 
 void AddPush(CLI::App& app, Action& action) {
   auto options = std::make_shared<PushArguments>();
-  CLI::App* command = app.add_subcommand("push", "Push a folder of scans as a robot");
+  CLI::App* command = app.add_subcommand("push", "Push a recording, or a live sensor, as a robot");
   AddServerOptions(*command, options->server);
-  AddScanOptions(*command, options->scans);
-  command->add_option("--robot", options->push.robot, "Name of the robot")->required();
-  command->add_option("--sensor", options->push.sensor,
-                      "vlp16, hdl32, hdl64, os1-64, ...; without it what the folder tells");
+  command
+      ->add_option("PATH", options->path,
+                   "Folder of scans, .bag, .mcap, .db3, .pcap, or udp://[ADDRESS]:PORT; isthmus "
+                   "info PATH says what is in it")
+      ->required();
+  command->add_option("--robot", options->robot, "Name of the robot");
+  AddRecordingOptions(*command, options->recording);
   command
       ->add_option("--rate", options->pace,
                    "Scans per second, or max: as fast as the server takes them. Also gives the "
-                   "stamps where there is no times.txt (max: 10 Hz)")
+                   "stamps where the recording has none (max: 10 Hz)")
       ->capture_default_str();
   command
       ->add_option("--resolution", options->push.resolution_m,
-                   "Compress: round coordinates to this many metres, e.g. 0.002; 0: send as is")
+                   "Compress: round coordinates to this many metres; 0: send every bit")
       ->check(CLI::Range(0.0, 0.1))
       ->capture_default_str();
   AddOdometryMode(*command, options->push.odometry);

@@ -1,5 +1,8 @@
 #include "client/console/command.h"
 
+#include <absl/strings/str_cat.h>
+#include <absl/strings/str_format.h>
+
 #include "client/console/exit_code.h"
 
 namespace isthmus::cli {
@@ -32,6 +35,26 @@ absl::StatusOr<std::unique_ptr<client::Client>> Connect(const ServerOptions& opt
   client::ClientOptions out;
   out.address = options.address;
   out.backoff.max_attempts = options.attempts;
+  return client::Client::Connect(out);
+}
+
+absl::StatusOr<std::unique_ptr<client::Client>> ConnectPatiently(const ServerOptions& options,
+                                                                 bool may_begin_alone) {
+  ServerOptions once = options;
+  once.attempts = 1;
+  const absl::Status reached = Connect(once).status();
+  if (absl::IsUnavailable(reached) && options.attempts > 1) {
+    absl::FPrintF(stderr, "isthmus: no server at %s yet: %s\n", options.address,
+                  may_begin_alone
+                      ? "scans wait in the spool"
+                      : absl::StrCat("trying ", options.attempts - 1, " times more (--attempts)"));
+  } else if (!reached.ok()) {
+    return reached;
+  }
+  client::ClientOptions out;
+  out.address = options.address;
+  out.backoff.max_attempts = options.attempts;
+  out.require_server = !may_begin_alone;
   return client::Client::Connect(out);
 }
 

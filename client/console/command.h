@@ -30,4 +30,11 @@ struct ServerOptions {
 void AddServerOptions(CLI::App& command, ServerOptions& options);
 absl::StatusOr<std::unique_ptr<client::Client>> Connect(const ServerOptions& options);
 
+// About a minute, for commands that send what took long to record.
+inline constexpr int kPatientAttempts = 16;
+// As Connect, but says at once, on stderr, that the server is out of reach, and for how long it
+// will be tried. Where `may_begin_alone`, returns at once all the same: for spools.
+absl::StatusOr<std::unique_ptr<client::Client>> ConnectPatiently(const ServerOptions& options,
+                                                                 bool may_begin_alone = false);
+
 }  // namespace isthmus::cli

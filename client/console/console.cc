@@ -1,8 +1,11 @@
 #include "client/console/console.h"
 
+#include <absl/strings/str_cat.h>
 #include <absl/strings/str_format.h>
+#include <sys/ioctl.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <utility>
 
@@ -35,15 +38,32 @@ void Progress::Update(uint64_t done) {
 
 void Progress::Draw() {
   drawn_ = true;
-  if (total_ == 0) {
-    absl::FPrintF(stderr, "\r%s: %d ", what_, done_);
-  } else {
-    constexpr int kWidth = 30;
-    const int filled = static_cast<int>(done_ * kWidth / total_);
-    absl::FPrintF(stderr, "\r%s [%s%s] %d/%d ", what_, std::string(filled, '='),
-                  std::string(kWidth - filled, ' '), done_, total_);
-  }
+  winsize size{};
+  const bool is_known = ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0;
+  const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - start_;
+  // The rest of the line before may be longer: it is erased.
+  absl::FPrintF(stderr, "\r%s\x1b[K",
+                ProgressLine(what_, done_, total_, passed.count(), is_known ? size.ws_col : 80));
   std::fflush(stderr);
+}
+
+std::string ProgressLine(const std::string& what, uint64_t done, uint64_t total, double seconds,
+                         size_t columns) {
+  const double rate = seconds > 0 ? static_cast<double>(done) / seconds : 0;
+  std::string numbers = total == 0 ? absl::StrFormat(" %d  %.0f/s", done, rate)
+                                   : absl::StrFormat(" %d/%d  %.0f/s", done, total, rate);
+  if (total > done && rate > 0) {
+    const auto left = static_cast<int64_t>(static_cast<double>(total - done) / rate + 0.5);
+    absl::StrAppendFormat(&numbers, "  %d:%02d left", left / 60, left % 60);
+  }
+  // A column is left free: a full line would wrap.
+  constexpr size_t kFrame = 4, kLeastBar = 10, kWidestBar = 60;
+  const size_t taken = what.size() + numbers.size() + kFrame;
+  if (total == 0 || taken + kLeastBar > columns) return (what + numbers).substr(0, columns - 1);
+  const size_t width = std::min(columns - taken, kWidestBar);
+  const size_t filled = width * std::min(done, total) / total;
+  return absl::StrCat(what, " [", std::string(filled, '='), std::string(width - filled, ' '), "]",
+                      numbers);
 }
 
 std::string HumanBytes(uint64_t bytes) {

@@ -8,8 +8,8 @@ namespace {
 
 constexpr OfflineCommand kCommands[] = {
     {"simulate", "Simulated robots with ground truth"},
-    {"odometry", "Trajectory of a folder of scans; needs no server"},
-    {"merge", "Merge maps given as PCD files; needs no server"},
+    {"odometry", "Trajectory of a recorded drive; needs no server"},
+    {"merge", "Merge files: finished maps and recorded drives; needs no server"},
     {"rebuild", "Make a map anew from its archived scans, with other parameters; needs no server"},
     {"optimize", "Poses of a g2o file that agree best with its edges"},
     {"eval", "Errors of trajectories against the truth"},

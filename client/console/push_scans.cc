@@ -2,6 +2,7 @@
 
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_format.h>
+#include <absl/strings/str_join.h>
 
 #include <atomic>
 #include <chrono>
@@ -33,10 +34,43 @@ class Pacer {
       std::chrono::steady_clock::now();
 };
 
+// One bar for all robots. Thread safe.
+class FleetProgress {
+ public:
+  explicit FleetProgress(const std::vector<RobotScans>& robots)
+      : progress_(Name(robots), Total(robots)) {}
+
+  void CountOne() {
+    MutexLock lock(&mutex_);
+    progress_.Update(++done_);
+  }
+
+ private:
+  static std::string Name(const std::vector<RobotScans>& robots) {
+    if (robots.size() > 3) return absl::StrCat(robots.size(), " robots");
+    return absl::StrJoin(robots, "+", [](std::string* out, const RobotScans& robot) {
+      absl::StrAppend(out, robot.robot);
+    });
+  }
+  static uint64_t Total(const std::vector<RobotScans>& robots) {
+    uint64_t total = 0;
+    for (const RobotScans& robot : robots) {
+      if (!robot.reader->size()) return 0;
+      total += *robot.reader->size();
+    }
+    return total;
+  }
+
+  Mutex mutex_;
+  Progress progress_ ABSL_GUARDED_BY(mutex_);
+  uint64_t done_ ABSL_GUARDED_BY(mutex_) = 0;
+};
+
 // Called by the stream's thread while the scans are pushed, read after it has finished.
 class AckLog {
  public:
-  AckLog(const std::string& robot, size_t scans) : progress_(robot, scans) {}
+  AckLog(const RobotScans& robot, FleetProgress& progress)
+      : robot_(robot.robot), progress_(progress) {}
 
   void Add(const ScanAck& ack) {
     if (ack.outcome == ScanOutcome::kRejected) {
@@ -45,12 +79,19 @@ class AckLog {
     }
     NoteSegment(ack);
     acks.push_back(ack);
-    progress_.Update(acks.size() + unreadable);
+    progress_.CountOne();
+  }
+  // By the robot's thread.
+  void LeaveOut(const std::string& name, const absl::Status& why) {
+    ++unreadable;
+    progress_.CountOne();
+    absl::FPrintF(stderr, "isthmus: left out %s%s%s\n", name, name.empty() ? "" : ": ",
+                  std::string(why.message()));
   }
 
   std::vector<ScanAck> acks;
   std::string first_rejection;
-  std::atomic<uint64_t> unreadable{0};  // Counted by the robot's thread.
+  uint64_t unreadable = 0;
 
  private:
   void NoteSegment(const ScanAck& ack) {
@@ -58,29 +99,33 @@ class AckLog {
     if (ack.segment <= segment) return;
     segment = ack.segment;
     absl::FPrintF(stderr,
-                  "isthmus: from scan %d on in segment %d (%s): the robot was lost and not found "
-                  "again; poses of different segments share no frame\n",
-                  ack.sequence, ack.segment, ack.segment_session.value());
+                  "isthmus: %s: from scan %d on in segment %d (%s): the robot was lost and not "
+                  "found again; poses of different segments share no frame\n",
+                  robot_, ack.sequence, ack.segment, ack.segment_session.value());
   }
 
-  Progress progress_;
+  const std::string robot_;
+  FleetProgress& progress_;
   std::map<SessionId, uint32_t> segments_;
 };
 
-absl::Status PushAll(client::ScanStream& stream, const readers::ScanFolder& folder,
-                     const PushOptions& options, AckLog& log) {
+absl::Status PushAll(client::ScanStream& stream, readers::ScanReader& reader,
+                     const PushOptions& options, const PushControl& control, AckLog& log) {
   Pacer pacer(options.pace_hz);
   const int64_t taken_ns = stream.resumed().last_stamp_ns;  // 0: none were.
-  for (size_t i = 0; i < folder.size(); ++i) {
-    if (taken_ns != 0 && folder.stamp_ns(i) <= taken_ns) continue;
-    absl::StatusOr<PointPayload> scan = folder.Read(i);
+  while (!control.stopped()) {
+    absl::StatusOr<std::optional<readers::RecordedScan>> scan = reader.Next();
+    if (!scan.ok()) {
+      log.LeaveOut("", scan.status());
+      continue;
+    }
+    if (!scan->has_value()) break;
+    readers::RecordedScan& one = **scan;
+    if (taken_ns != 0 && one.end_stamp_ns <= taken_ns) continue;
     pacer.Wait();
-    const absl::Status status =
-        scan.ok() ? stream.Push(folder.stamp_ns(i), *std::move(scan)) : scan.status();
-    if (!scan.ok() || absl::IsInvalidArgument(status)) {
-      ++log.unreadable;
-      absl::FPrintF(stderr, "isthmus: left out %s: %s\n", folder.file(i),
-                    std::string(status.message()));
+    const absl::Status status = stream.Push(one.end_stamp_ns, std::move(one.payload));
+    if (absl::IsInvalidArgument(status)) {
+      log.LeaveOut(one.name, status);
     } else if (!status.ok()) {
       return status;
     }
@@ -89,22 +134,22 @@ absl::Status PushAll(client::ScanStream& stream, const readers::ScanFolder& fold
 }
 
 absl::StatusOr<std::unique_ptr<client::ScanStream>> OpenStream(
-    client::Client& client, const PushOptions& options, client::ScanStreamOptions stream_options) {
+    client::Client& client, const RobotScans& robot, const PushOptions& options,
+    client::ScanStreamOptions stream_options) {
   stream_options.spool_dir = options.spool;
+  stream_options.on_event = [name = robot.robot](const std::string& event) {
+    absl::FPrintF(stderr, "isthmus: %s: %s\n", name, event);
+  };
   if (options.spool.empty()) {
-    const auto session = client.CreateSession(options.robot, options.sensor, {}, options.odometry);
+    const auto session = client.CreateSession(robot.robot, robot.sensor, {}, options.odometry);
     if (!session.ok()) return session.status();
     return client.OpenScanStream(session->record.id, stream_options);
   }
-  stream_options.on_event = [](const std::string& event) {
-    absl::FPrintF(stderr, "isthmus: %s\n", event);
-  };
   auto stream = client.ResumeScanStream(stream_options);
   if (absl::IsNotFound(stream.status())) {
-    return client.OpenSpool({RobotId(options.robot), options.sensor, options.odometry},
-                            stream_options);
+    return client.OpenSpool({RobotId(robot.robot), robot.sensor, options.odometry}, stream_options);
   }
-  if (stream.ok() && (*stream)->resumed().robot != options.robot) {
+  if (stream.ok() && (*stream)->resumed().robot != robot.robot) {
     return absl::FailedPreconditionError(
         absl::StrCat("the spool ", options.spool, " holds scans of robot ",
                      (*stream)->resumed().robot, ": name another folder with --spool"));
@@ -112,25 +157,28 @@ absl::StatusOr<std::unique_ptr<client::ScanStream>> OpenStream(
   return stream;
 }
 
-}  // namespace
-
-absl::StatusOr<PushSummary> PushFolder(client::Client& client, const readers::ScanFolder& folder,
-                                       const PushOptions& options) {
-  AckLog log(options.robot, folder.size());
+absl::StatusOr<PushSummary> PushRobot(client::Client& client, RobotScans& robot,
+                                      const PushOptions& options, const PushControl& control,
+                                      FleetProgress& progress) {
+  AckLog log(robot, progress);
   client::ScanStreamOptions stream_options;
   stream_options.resolution_m = options.resolution_m;
   stream_options.on_ack = [&log](const ScanAck& ack) { log.Add(ack); };
-  auto stream = OpenStream(client, options, stream_options);
+  auto stream = OpenStream(client, robot, options, stream_options);
   if (!stream.ok()) return stream.status();
 
   PushSummary summary;
+  summary.robot = robot.robot;
+  summary.sensor = robot.sensor;
   summary.before = (*stream)->resumed().last_sequence;
   const Stopwatch watch;
-  absl::Status status = PushAll(**stream, folder, options, log);
+  absl::Status status = PushAll(**stream, *robot.reader, options, control, log);
   if (!status.ok()) return status;
   summary.session = (*stream)->session();
+  summary.is_interrupted = control.stopped();
+  const bool goes_on = summary.is_interrupted && !options.spool.empty();
   const auto state =
-      options.finish ? (*stream)->FinishSession() : client.GetSession(summary.session);
+      options.finish && !goes_on ? (*stream)->FinishSession() : client.GetSession(summary.session);
   if (!state.ok()) return state.status();
   summary.state = *state;
   summary.seconds = watch.Ms() / 1000;
@@ -138,11 +186,72 @@ absl::StatusOr<PushSummary> PushFolder(client::Client& client, const readers::Sc
   summary.unreadable = log.unreadable;
   summary.acks = std::move(log.acks);
   summary.first_rejection = std::move(log.first_rejection);
+  summary.assumptions = robot.reader->Assumptions();
   for (const ScanAck& ack : summary.acks) summary.mean_ms += ack.timing.total_ms;
   if (summary.scans.processed > 0) {
     summary.mean_ms /= static_cast<double>(summary.scans.processed);
   }
   return summary;
+}
+
+}  // namespace
+
+bool PushControl::Stop() {
+  MutexLock lock(&mutex_);
+  if (robots_ == nullptr) return false;
+  stopped_ = true;
+  for (RobotScans& robot : *robots_) robot.reader->Interrupt();
+  return true;
+}
+
+bool PushControl::stopped() const {
+  MutexLock lock(&mutex_);
+  return stopped_;
+}
+
+void PushControl::Register(std::vector<RobotScans>* robots) {
+  MutexLock lock(&mutex_);
+  robots_ = robots;
+}
+
+// Registered with the control while it lives.
+class Fleet {
+ public:
+  Fleet(std::vector<RobotScans> robots, PushControl& control)
+      : robots_(std::move(robots)), control_(control) {
+    control_.Register(&robots_);
+  }
+  ~Fleet() { control_.Register(nullptr); }
+
+  std::vector<RobotScans>& robots() { return robots_; }
+
+ private:
+  std::vector<RobotScans> robots_;
+  PushControl& control_;
+};
+
+absl::StatusOr<std::vector<PushSummary>> PushRobots(client::Client& client,
+                                                    std::vector<RobotScans> robots,
+                                                    const PushOptions& options,
+                                                    PushControl& control) {
+  Fleet fleet(std::move(robots), control);
+  FleetProgress progress(fleet.robots());
+  std::vector<absl::StatusOr<PushSummary>> results(fleet.robots().size());
+  std::vector<std::thread> threads;
+  for (size_t i = 0; i < results.size(); ++i) {
+    PushOptions own = options;
+    if (!own.spool.empty() && results.size() > 1) own.spool += "/" + fleet.robots()[i].robot;
+    threads.emplace_back([&client, &fleet, &control, &progress, &results, own, i] {
+      results[i] = PushRobot(client, fleet.robots()[i], own, control, progress);
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  std::vector<PushSummary> summaries;
+  for (absl::StatusOr<PushSummary>& result : results) {
+    if (!result.ok()) return result.status();
+    summaries.push_back(*std::move(result));
+  }
+  return summaries;
 }
 
 }  // namespace isthmus::cli

@@ -1,43 +1,73 @@
-// The loop that pushes a folder of scans into a session, shared by `push` and `odometry`.
+// The loop that pushes the scans of recordings into sessions, shared by `push`, `odometry` and
+// `merge`.
 #pragma once
+
+#include <absl/status/statusor.h>
 
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "client/console/recording_options.h"
 #include "client/library/client.h"
-#include "client/readers/folder/scan_folder.h"
+#include "core/concurrency/mutex.h"
 #include "core/odometry_mode.h"
 
 namespace isthmus::cli {
 
 struct PushOptions {
-  std::string robot;
-  std::string sensor;
   std::optional<OdometryMode> odometry = {};     // Absent: the server's own choice.
   std::optional<double> pace_hz = std::nullopt;  // Absent: as fast as the server takes them.
-  double resolution_m = 0;                       // Quantisation; 0: raw.
-  bool finish = true;                            // Finish the session afterwards.
-  // Folder of a spool: an earlier push that was cut off is gone on with. Empty: none.
+  double resolution_m = 0.002;                   // Quantisation; 0: every bit.
+  bool finish = true;                            // Finish the sessions afterwards.
+  // Folder of a spool: an earlier push that was cut off is gone on with. Of several robots each has
+  // a folder in it, of its name. Empty: none.
   std::string spool = {};
 };
 
 struct PushSummary {
+  std::string robot, sensor;
   SessionId session;
   client::ScanStreamStats scans;
-  uint64_t unreadable = 0;  // Files that could not be read; each was named on stderr.
-  uint64_t before = 0;      // Scans that an earlier push with this spool had taken.
-  double seconds = 0;       // Wall time.
-  double mean_ms = 0;       // Computing time of the odometry per processed scan.
-  SessionStatus state;      // Of the session, at the end.
+  uint64_t unreadable =
+      0;                // Scans, or stretches, that could not be read; each was named on stderr.
+  uint64_t before = 0;  // Scans that an earlier push with this spool had taken.
+  double seconds = 0;   // Wall time.
+  double mean_ms = 0;   // Computing time of the odometry per processed scan.
+  SessionStatus state;  // Of the session, at the end.
   std::vector<ScanAck> acks;
   std::string first_rejection;  // Its reason.
+  std::vector<std::string> assumptions;
+  bool is_interrupted = false;
+
+  // Scans of the session that count, those of an earlier push among them.
+  uint64_t used() const { return scans.processed + scans.duplicates + before; }
 };
 
-// Opens a session and pushes every scan; with a spool it goes on behind the last one that was
-// taken. A scan that cannot be read or used is reported on stderr and left out; the others go on.
-// So is, at once, the beginning of a segment.
-absl::StatusOr<PushSummary> PushFolder(client::Client& client, const readers::ScanFolder& folder,
-                                       const PushOptions& options);
+// Ends a push before its recordings do. Thread safe.
+class PushControl {
+ public:
+  // No more scans are read; those that were are pushed. False if nothing is pushed yet.
+  bool Stop();
+  bool stopped() const;
+
+ private:
+  friend class Fleet;
+  void Register(std::vector<RobotScans>* robots);
+
+  mutable Mutex mutex_;
+  std::vector<RobotScans>* robots_ ABSL_GUARDED_BY(mutex_) = nullptr;
+  bool stopped_ ABSL_GUARDED_BY(mutex_) = false;
+};
+
+// Opens a session for every robot and pushes its scans, all robots at the same time; with a spool
+// it goes on behind the last one that was taken. A scan that cannot be read or used is reported on
+// stderr and left out; the others go on. So is, at once, the beginning of a segment. Once stopped,
+// sessions without a spool are finished as they are. The error of one robot is returned when all
+// have ended.
+absl::StatusOr<std::vector<PushSummary>> PushRobots(client::Client& client,
+                                                    std::vector<RobotScans> robots,
+                                                    const PushOptions& options,
+                                                    PushControl& control);
 
 }  // namespace isthmus::cli

@@ -1,16 +1,18 @@
 // isthmus odometry: the trajectory of one recorded drive, without a server.
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_format.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <system_error>
 #include <vector>
 
 #include "client/console/exit_code.h"
+#include "client/console/interruption.h"
 #include "client/console/json.h"
 #include "client/console/offline_commands.h"
 #include "client/console/push_scans.h"
-#include "client/console/scan_options.h"
+#include "client/console/recording_options.h"
 #include "client/console/tracking_text.h"
 #include "client/offline/commands.h"
 #include "client/offline/embedded_server.h"
@@ -23,8 +25,8 @@ namespace {
 const RobotId kRobot("robot");
 
 struct OdometryOptions {
-  ScanOptions scans;
-  std::string sensor, output, timing;
+  RecordingOptions recording;
+  std::string path, output, timing;
   std::optional<OdometryMode> odometry;
   bool json = false;
 };
@@ -89,7 +91,7 @@ void ReportJson(const PushSummary& summary, const std::vector<Written>& files, c
         {{"segment", written.segment}, {"file", written.file}, {"poses", written.poses}});
   }
   Print({{"file", options.output},
-         {"sensor", options.sensor},
+         {"sensor", summary.sensor},
          {"poses", poses},
          {"segments", std::move(list)},
          {"scans", cli::ToJson(summary.state.scans)},
@@ -107,7 +109,7 @@ int Report(const PushSummary& summary, const std::vector<Written>& files,
     ReportJson(summary, files, loss, options);
   } else {
     absl::PrintF("%s: %d poses (%s), %d scans rejected, %d unreadable; %.1f ms per scan, %.1f s\n",
-                 options.output, files.front().poses, options.sensor, summary.scans.rejected,
+                 options.output, files.front().poses, summary.sensor, summary.scans.rejected,
                  summary.unreadable, summary.mean_ms, summary.seconds);
     for (size_t i = 1; i < files.size(); ++i) {
       absl::PrintF("%s: %d poses of segment %d, in a frame of its own\n", files[i].file,
@@ -117,35 +119,42 @@ int Report(const PushSummary& summary, const std::vector<Written>& files,
   }
   const std::string degenerate = DegeneracyText(summary.state.scans);
   if (!degenerate.empty()) absl::FPrintF(stderr, "isthmus: %s\n", degenerate);
+  if (summary.is_interrupted) return kInterrupted;
   if (!loss.IsMuch()) return kOk;
   absl::FPrintF(stderr, "isthmus: %s\n", ToString(loss));
   return kLost;
 }
 
 int Run(OdometryOptions options) {
-  int code = kOk;
-  const auto folder = OpenScans(options.scans, options.sensor, code);
-  if (!folder) return code;
+  PushControl control;
+  const Interruption interruption([&control] {
+    if (!control.Stop()) _exit(kInterrupted);
+  });
+  auto robots = OpenRobots(options.path, options.recording);
+  if (!robots.ok()) return FailInput(robots.status());
+  if (robots->size() != 1) {
+    return Fail(kUsage, absl::InvalidArgumentError("one --topic is one trajectory"));
+  }
+  (*robots)[0].robot = kRobot.value();
   const auto server = EmbeddedServer::Start({});
   if (!server.ok()) return Fail(kFailed, server.status());
   client::Client& client = (*server)->client();
-  PushOptions push;
-  push.robot = kRobot.value();
-  push.sensor = options.sensor;
-  push.odometry = options.odometry;
-  const auto summary = PushFolder(client, *folder, push);
-  if (!summary.ok()) return FailServer(summary.status());
-  if (summary->scans.processed == 0) {
-    return FailInput(absl::InvalidArgumentError(absl::StrCat(
-        "none of the ", folder->size(), " scans could be used: ", summary->first_rejection)));
+  const auto summaries = PushRobots(client, *std::move(robots),
+                                    {.odometry = options.odometry, .resolution_m = 0}, control);
+  if (!summaries.ok()) return FailServer(summaries.status());
+  const PushSummary& summary = summaries->front();
+  if (summary.scans.processed == 0) {
+    return FailInput(absl::InvalidArgumentError(
+        absl::StrCat("none of the ", summary.acks.size() + summary.unreadable,
+                     " scans could be used: ", summary.first_rejection)));
   }
-  const auto files = WriteSegments(client, summary->state.segments, options.output);
+  const auto files = WriteSegments(client, summary.state.segments, options.output);
   if (!files.ok()) return Fail(kFailed, files.status());
   if (!options.timing.empty()) {
-    const absl::Status written = io::WriteFile(options.timing, TimingCsv(*summary));
+    const absl::Status written = io::WriteFile(options.timing, TimingCsv(summary));
     if (!written.ok()) return Fail(kFailed, written);
   }
-  return Report(*summary, *files, options);
+  return Report(summary, *files, options);
 }
 
 }  // namespace
@@ -153,12 +162,15 @@ int Run(OdometryOptions options) {
 void AddOdometry(CLI::App& app, Action& action) {
   auto options = std::make_shared<OdometryOptions>();
   CLI::App* command = AddOfflineCommand(app, "odometry");
-  AddScanOptions(*command, options->scans);
-  command->add_option("--sensor", options->sensor,
-                      "vlp16, hdl32, hdl64, os1-64, ...; without it what the folder tells");
   command
-      ->add_option("--rate", options->scans.rate_hz,
-                   "Scans per second of the stamps, where there is no times.txt")
+      ->add_option("PATH", options->path,
+                   "Folder of scans, .bag, .mcap, .db3 or .pcap; isthmus info PATH says what is in "
+                   "it")
+      ->required();
+  AddRecordingOptions(*command, options->recording);
+  command
+      ->add_option("--rate", options->recording.read.rate_hz,
+                   "Scans per second of the stamps, where the recording has none")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
   command

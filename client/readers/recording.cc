@@ -1,6 +1,32 @@
 #include "client/readers/recording.h"
 
+#include <absl/strings/str_cat.h>
+
+#include <utility>
+
+#include "client/readers/folder/folder_recording.h"
+#include "client/readers/range_reader.h"
+
 namespace isthmus::readers {
+
+absl::StatusOr<std::unique_ptr<ScanReader>> Recording::OpenScans(size_t topic,
+                                                                 const ReadOptions& options) const {
+  if (topic >= scan_topics().size()) {
+    return absl::InvalidArgumentError(absl::StrCat("there is no topic ", topic));
+  }
+  if (options.to && *options.to < options.from) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("no scans from ", options.from, " to ", *options.to));
+  }
+  absl::StatusOr<std::unique_ptr<ScanReader>> all = OpenAllScans(topic, options);
+  if (!all.ok()) return all;
+  const std::optional<uint64_t> size = (*all)->size();
+  if (size && options.from >= *size) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("no scans from ", options.from, " on: the recording holds ", *size));
+  }
+  return TakeRange(*std::move(all), options.from, options.to);
+}
 
 absl::StatusOr<std::vector<GnssFix>> Recording::ReadFixes(size_t) const {
   return std::vector<GnssFix>();
@@ -8,6 +34,10 @@ absl::StatusOr<std::vector<GnssFix>> Recording::ReadFixes(size_t) const {
 
 absl::StatusOr<std::vector<StaticTransform>> Recording::ReadStaticTransforms() const {
   return std::vector<StaticTransform>();
+}
+
+absl::StatusOr<std::unique_ptr<Recording>> OpenRecording(const std::string& path) {
+  return OpenFolderRecording(path);
 }
 
 }  // namespace isthmus::readers

@@ -75,13 +75,18 @@ class Recording {
 
   // Reads the scans of scan_topics()[topic] from the beginning. InvalidArgument for options that do
   // not fit the recording, NotFound for a file that they name.
-  virtual absl::StatusOr<std::unique_ptr<ScanReader>> OpenScans(
-      size_t topic, const ReadOptions& options) const = 0;
+  absl::StatusOr<std::unique_ptr<ScanReader>> OpenScans(size_t topic,
+                                                        const ReadOptions& options) const;
 
   virtual std::vector<GnssTopic> gnss_topics() const { return {}; }
   // The valid fixes, in the order of the recording.
   virtual absl::StatusOr<std::vector<GnssFix>> ReadFixes(size_t gnss_topic) const;
   virtual absl::StatusOr<std::vector<StaticTransform>> ReadStaticTransforms() const;
+
+ private:
+  // All scans: `from` and `to` of the options are seen to.
+  virtual absl::StatusOr<std::unique_ptr<ScanReader>> OpenAllScans(
+      size_t topic, const ReadOptions& options) const = 0;
 };
 
 // Opens a folder or a file of scans, a .pcap, .bag, .mcap or .db3 (or the folder of a ROS 2 bag),

@@ -65,7 +65,8 @@ ALLOWED = {
     "client/examples": ({"core/formats", "client/library"}, STD_LIKE),
     # What the two programs of the command line share.
     "client/console": (
-        {"core", "core/io", "client/library", "client/readers", "server/pose_graph"},
+        {"core", "core/codec", "core/io", "client/library", "client/readers",
+         "server/pose_graph"},
         STD_LIKE | {"json", "cli11"},
     ),
     # No server, no store, no odometry: this is what a robot carries.

@@ -1,21 +1,27 @@
-// isthmus merge: finished maps of several robots into one, without a server.
+// isthmus merge: finished maps and recorded drives of several robots into one, without a server.
 #include <absl/strings/match.h>
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_format.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <set>
 #include <string>
 #include <vector>
 
 #include "client/console/console.h"
 #include "client/console/exit_code.h"
+#include "client/console/interruption.h"
 #include "client/console/json.h"
 #include "client/console/match_text.h"
 #include "client/console/offline_commands.h"
+#include "client/console/push_scans.h"
+#include "client/console/recording_options.h"
 #include "client/console/waiting.h"
 #include "client/offline/commands.h"
 #include "client/offline/embedded_server.h"
 #include "client/offline/merge/bare_maps.h"
+#include "client/offline/merge/drives.h"
 #include "client/offline/merge/merge_input.h"
 #include "core/io/file_io.h"
 #include "core/records/map_graph.h"
@@ -54,7 +60,8 @@ Json ToJson(const MergeResult& result) {
     out["inputs"].push_back({{"file", input.file},
                              {"robot", input.robot},
                              {"points", input.points},
-                             {"viewpoints", input.viewpoints}});
+                             {"viewpoints", input.viewpoints},
+                             {"drive", input.is_drive}});
   }
   for (const MatchEdge& edge : result.graph.matches) {
     Json pair = cli::ToJson(edge);
@@ -66,6 +73,10 @@ Json ToJson(const MergeResult& result) {
 
 void PrintText(const MergeResult& result) {
   for (const MergeInput& input : result.inputs) {
+    if (input.is_drive) {
+      absl::PrintF("%s: %s, %d scans\n", input.robot, input.file, input.viewpoints);
+      continue;
+    }
     absl::PrintF(
         "%s: %s, %d points seen from %s\n", input.robot, input.file, input.points,
         input.viewpoints > 0 ? absl::StrCat(input.viewpoints, " places") : "nobody knows where");
@@ -87,6 +98,7 @@ void PrintText(const MergeResult& result) {
 
 struct MergeOptions {
   std::vector<std::string> files;
+  RecordingOptions recording;
   std::string output, report;
   double timeout_s = 3600;
   bool unverified = false;
@@ -130,10 +142,13 @@ absl::Status Write(client::Client& client, const std::string& output, MergeResul
 }
 
 absl::StatusOr<MergeResult> Merge(client::Client& client, std::vector<MergeInput> inputs,
-                                  const MergeOptions& options) {
+                                  Drives drives, const MergeOptions& options,
+                                  PushControl& control) {
   MergeResult result;
+  if (absl::Status status = PushDrives(client, drives, control); !status.ok()) return status;
   if (absl::Status status = UploadAll(client, inputs); !status.ok()) return status;
   result.inputs = std::move(inputs);
+  for (MergeInput& drive : drives.inputs) result.inputs.push_back(std::move(drive));
   auto info = Wait(client, WaitFor::kSettled, options.timeout_s);
   if (!info.ok()) return info.status();
   const auto computed = client.GetMatchGraph();
@@ -153,14 +168,31 @@ absl::StatusOr<MergeResult> Merge(client::Client& client, std::vector<MergeInput
 }
 
 int Run(const MergeOptions& options) {
-  auto inputs = ReadMergeInputs(options.files);
+  PushControl control;
+  const Interruption interruption([&control] {
+    if (!control.Stop()) _exit(kInterrupted);
+  });
+  std::vector<std::string> maps, recordings;
+  for (const std::string& file : options.files) {
+    (IsDrive(file) ? recordings : maps).push_back(file);
+  }
+  const absl::Status alone = absl::InvalidArgumentError(
+      "one robot alone: name more files, or several --topic TOPIC=ROBOT");
+  if (maps.size() == 1 && recordings.empty()) return Fail(kUsage, alone);
+  std::set<std::string> names;
+  auto inputs = ReadMergeInputs(maps, names);
   if (!inputs.ok()) return FailInput(inputs.status());
+  auto drives = OpenDrives(recordings, options.recording, names);
+  if (!drives.ok()) return FailInput(drives.status());
+  if (inputs->size() + drives->inputs.size() < 2) return Fail(kUsage, alone);
   server::PipelineOptions pipeline;
   pipeline.composition_interval_s = 0;
   const auto server = EmbeddedServer::Start(pipeline);
   if (!server.ok()) return Fail(kFailed, server.status());
-  const auto result = Merge((*server)->client(), *std::move(inputs), options);
+  const auto result =
+      Merge((*server)->client(), *std::move(inputs), *std::move(drives), options, control);
   if (absl::IsDeadlineExceeded(result.status())) return Fail(kNoAnswer, result.status());
+  if (absl::IsCancelled(result.status())) return Fail(kInterrupted, result.status());
   if (absl::IsInvalidArgument(result.status())) return FailInput(result.status());
   if (!result.ok()) return Fail(kFailed, result.status());
   PrintText(*result);
@@ -177,9 +209,14 @@ int Run(const MergeOptions& options) {
 void AddMerge(CLI::App& app, Action& action) {
   auto options = std::make_shared<MergeOptions>();
   CLI::App* command = AddOfflineCommand(app, "merge");
-  command->add_option("FILES", options->files, "A.pcd B.pcd ...: one map per robot")
+  command
+      ->add_option("FILES", options->files,
+                   "Finished maps (.pcd, .ply, .las, .csv), one per robot, and recordings of "
+                   "drives (folders "
+                   "of scans, .bag, .mcap, .db3, .pcap)")
       ->required()
-      ->expected(2, 1000);
+      ->expected(1, 1000);
+  AddRecordingOptions(*command, options->recording);
   command->add_option("-o,--output", options->output, "MERGED.pcd (or .ply)")->required();
   command->add_option("--json", options->report, "REPORT.json: every pair, with its reasons");
   command->add_flag("--unverified", options->unverified,

@@ -1,6 +1,7 @@
 #include "client/offline/merge/merge_input.h"
 
 #include <absl/strings/ascii.h>
+#include <absl/strings/match.h>
 #include <absl/strings/str_cat.h>
 
 #include <filesystem>
@@ -11,6 +12,7 @@
 #include "client/offline/merge/guessed_viewpoints.h"
 #include "client/offline/merge/viewpoints.h"
 #include "core/codec/payload_layout.h"
+#include "core/formats/cloud_file.h"
 #include "core/formats/pcd.h"
 #include "core/formats/tum.h"
 
@@ -21,17 +23,6 @@ namespace {
 constexpr size_t kMaxSubmapPoints = 2'000'000;
 constexpr double kViewpointDistanceM = 1;
 constexpr double kPointSpacingM = 0.2;
-
-std::string RobotName(const std::string& file, std::set<std::string>& taken) {
-  std::string name = std::filesystem::path(file).stem().string().substr(0, 56);
-  for (char& c : name) {
-    if (!absl::ascii_isalnum(c) && c != '_' && c != '.' && c != '-') c = '_';
-  }
-  if (name.empty()) name = "map";
-  std::string unique = name;
-  for (int i = 2; !taken.insert(unique).second; ++i) unique = absl::StrCat(name, "-", i);
-  return unique;
-}
 
 // The poses from which the map was seen, thinned. Empty when nothing tells.
 absl::StatusOr<Trajectory> Viewpoints(const std::string& file) {
@@ -95,8 +86,18 @@ std::vector<SubmapUpload> MakeSubmaps(const Cloud& points, const Trajectory& key
   return submaps;
 }
 
+// Only a PCD tells a viewpoint.
+absl::StatusOr<formats::PcdFile> ReadMap(const std::string& file) {
+  if (absl::EqualsIgnoreCase(std::filesystem::path(file).extension().string(), ".pcd")) {
+    return formats::ReadPcd(file);
+  }
+  absl::StatusOr<PointPayload> cloud = formats::ReadCloudFile(file);
+  if (!cloud.ok()) return cloud.status();
+  return formats::PcdFile{*std::move(cloud), {}, {}};
+}
+
 absl::StatusOr<MergeInput> ReadMergeInput(const std::string& file) {
-  const absl::StatusOr<formats::PcdFile> pcd = formats::ReadPcd(file);
+  const absl::StatusOr<formats::PcdFile> pcd = ReadMap(file);
   if (!pcd.ok()) return pcd.status();
   absl::StatusOr<Trajectory> viewpoints = Viewpoints(file);
   if (!viewpoints.ok()) return viewpoints.status();
@@ -149,13 +150,24 @@ absl::StatusOr<Cloud> FinitePoints(const PointPayload& payload) {
   return points;
 }
 
-absl::StatusOr<std::vector<MergeInput>> ReadMergeInputs(const std::vector<std::string>& files) {
+std::string UniqueRobotName(const std::string& path, std::set<std::string>& taken) {
+  std::string name = std::filesystem::path(path).stem().string().substr(0, 56);
+  for (char& c : name) {
+    if (!absl::ascii_isalnum(c) && c != '_' && c != '.' && c != '-') c = '_';
+  }
+  if (name.empty()) name = "map";
+  std::string unique = name;
+  for (int i = 2; !taken.insert(unique).second; ++i) unique = absl::StrCat(name, "-", i);
+  return unique;
+}
+
+absl::StatusOr<std::vector<MergeInput>> ReadMergeInputs(const std::vector<std::string>& files,
+                                                        std::set<std::string>& names) {
   std::vector<MergeInput> inputs;
-  std::set<std::string> names;
   for (const std::string& file : files) {
     absl::StatusOr<MergeInput> input = ReadMergeInput(file);
     if (!input.ok()) return input.status();
-    input->robot = RobotName(file, names);
+    input->robot = UniqueRobotName(file, names);
     inputs.push_back(*std::move(input));
   }
   return inputs;

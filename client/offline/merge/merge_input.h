@@ -3,6 +3,7 @@
 
 #include <absl/status/statusor.h>
 
+#include <set>
 #include <string>
 #include <vector>
 
@@ -20,14 +21,19 @@ struct MergeInput {
   std::string file, robot;
   size_t points = 0;
   size_t viewpoints = 0;  // Places from which the sensor is known to have looked; 0: bare.
+  bool is_drive = false;  // It came as scans: see drives.h.
   // Session and index are still to be set.
   std::vector<SubmapUpload> submaps;
 };
 
-// Reads every PCD. A robot is named after its file; equal names get a number. Where the sensor
-// stood is told by a trajectory beside it, in the same frame (A.tum for A.pcd), else by the PCD's
-// VIEWPOINT if that is not the identity that every program writes; else it is guessed, so that
-// alignments can be searched for, but not verified. Messages carry the path.
-absl::StatusOr<std::vector<MergeInput>> ReadMergeInputs(const std::vector<std::string>& files);
+// A robot's name for a file or topic, which joins `taken`: equal names get a number.
+std::string UniqueRobotName(const std::string& path, std::set<std::string>& taken);
+
+// Reads every cloud (cloud_file.h). A robot is named after its file, as UniqueRobotName does it.
+// Where the sensor stood is told by a trajectory beside it, in the same frame (A.tum for A.pcd),
+// else by the PCD's VIEWPOINT if that is not the identity that every program writes; else it is
+// guessed, so that alignments can be searched for, but not verified. Messages carry the path.
+absl::StatusOr<std::vector<MergeInput>> ReadMergeInputs(const std::vector<std::string>& files,
+                                                        std::set<std::string>& names);
 
 }  // namespace isthmus::cli

@@ -4,6 +4,7 @@
 #include <absl/strings/numbers.h>
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_split.h>
+#include <absl/time/time.h>
 
 #include <cmath>
 #include <optional>
@@ -14,6 +15,12 @@ namespace {
 // A double holds today's Unix time only to some 200 ns: whole seconds and the fraction are read
 // apart.
 std::optional<int64_t> ParseStamp(absl::string_view text) {
+  absl::Time date;
+  std::string error;
+  if (text.size() > 10 && text[4] == '-' &&
+      absl::ParseTime("%Y-%m-%d %H:%M:%E*S", text, &date, &error)) {
+    return absl::ToUnixNanos(date);
+  }
   double value = 0;
   if (!absl::SimpleAtod(text, &value) || !std::isfinite(value) || std::abs(value) > 9e9) {
     return std::nullopt;

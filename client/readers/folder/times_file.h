@@ -1,4 +1,4 @@
-// times.txt: when each scan of a folder ended.
+// Files of times: when each scan of a folder was taken.
 #pragma once
 
 #include <absl/status/statusor.h>
@@ -9,7 +9,8 @@
 
 namespace isthmus::readers {
 
-// Seconds, one per line, plain (kept to the nanosecond) or in scientific notation, as nanoseconds.
+// Seconds, one per line, plain (kept to the nanosecond) or in scientific notation, or dates as
+// KITTI's raw drives have them ("2011-09-26 13:02:25.951199337", taken for UTC), as nanoseconds.
 // Empty lines are skipped. InvalidArgument, naming the line, for anything else and for a stamp that
 // is not later than the one before.
 absl::StatusOr<std::vector<int64_t>> ParseTimes(const std::string& text);

@@ -43,7 +43,8 @@ TEST(Completion, CommandsOfBothPrograms) {
 }
 
 TEST(Completion, OptionsOfACommandOfEither) {
-  EXPECT_THAT(Complete("push --s"), UnorderedElementsAre("--server", "--sensor", "--spool"));
+  EXPECT_THAT(Complete("push --s"),
+              UnorderedElementsAre("--server", "--sensor", "--spool", "--stamps"));
   EXPECT_THAT(Complete("merge --"), AllOf(Contains("--unverified"), Each(StartsWith("--"))));
 }
 

@@ -78,7 +78,7 @@ TEST(OfflineProgram, OptionsBeforeTheCommandReachIt) {
 TEST(OfflineProgram, AWordThatOnlyLooksLikeItsCommandIsLeftAlone) {
   const ProgramResult push = Isthmus("push --robot merge --sensor vlp16 merge");
   EXPECT_EQ(push.code, 5);
-  EXPECT_THAT(push.err, HasSubstr("merge is not a folder of scans"));
+  EXPECT_THAT(push.err, HasSubstr("merge does not exist"));
 }
 
 }  // namespace

@@ -67,7 +67,7 @@ TEST(Usage, FoldersThatCannotBeUsedGiveFiveBeforeTheServerIsAsked) {
   const std::string push = "push --robot alice" + std::string(kNowhere) + " ";
   const ProgramResult missing = Isthmus(push + "/no/such/folder");
   EXPECT_EQ(missing.code, 5);
-  EXPECT_THAT(missing.err, HasSubstr("/no/such/folder is not a folder of scans"));
+  EXPECT_THAT(missing.err, HasSubstr("/no/such/folder does not exist"));
   const std::string empty = ScratchFolder();
   EXPECT_EQ(Isthmus(push + empty).code, 5);
   EXPECT_EQ(Isthmus("odometry " + empty + " -o x.tum").code, 5);

@@ -49,7 +49,8 @@ TEST(ReadMergeInputs, NamesRobotsAfterFilesAndKeepsTheViewpoint) {
                                   formats::PcdEncoding::kAscii, viewpoint)
                     .ok());
   }
-  const auto inputs = ReadMergeInputs(files);
+  std::set<std::string> names;
+  const auto inputs = ReadMergeInputs(files, names);
   ASSERT_TRUE(inputs.ok()) << inputs.status();
   EXPECT_EQ((*inputs)[0].robot, "first_floor");
   EXPECT_EQ((*inputs)[1].robot, "b");
@@ -77,7 +78,8 @@ TEST(ReadMergeInputs, ATrajectoryBesideTheMapTellsWhatWasSeenFromWhere) {
                                                     {2, Pose(Eigen::Vector3d(0.1, 0, 0))},
                                                     {3, Pose(Eigen::Vector3d(10, 0, 0))}})
                   .ok());
-  const auto inputs = ReadMergeInputs({folder + "/a.pcd"});
+  std::set<std::string> names;
+  const auto inputs = ReadMergeInputs({folder + "/a.pcd"}, names);
   ASSERT_TRUE(inputs.ok()) << inputs.status();
   EXPECT_EQ(inputs->at(0).viewpoints, 2u) << "the second pose is too near to the first";
   const SubmapUpload& submap = inputs->at(0).submaps.at(0);

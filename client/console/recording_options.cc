@@ -1,0 +1,147 @@
+#include "client/console/recording_options.h"
+
+#include <absl/strings/str_cat.h>
+#include <absl/strings/str_format.h>
+#include <absl/strings/str_join.h>
+
+#include <CLI/Error.hpp>
+#include <map>
+#include <utility>
+
+namespace isthmus::cli {
+namespace {
+
+using readers::Recording;
+using readers::ScanTopic;
+using readers::StampMeaning;
+
+struct ChosenTopic {
+  size_t index = 0;
+  std::string robot;
+};
+
+std::string ListTopics(const std::vector<ScanTopic>& topics) {
+  return absl::StrJoin(topics, "\n", [](std::string* out, const ScanTopic& topic) {
+    absl::StrAppend(out, "  ", topic.name, "  ", topic.type);
+  });
+}
+
+absl::StatusOr<ChosenTopic> FindTopic(const std::vector<ScanTopic>& topics,
+                                      const std::string& wanted) {
+  for (size_t i = 0; i < topics.size(); ++i) {
+    const std::string& name = topics[i].name;
+    if (wanted == name) return ChosenTopic{i, ""};
+    // Names of topics may hold a "=" themselves.
+    if (wanted.size() > name.size() + 1 && wanted.starts_with(name + "=")) {
+      return ChosenTopic{i, wanted.substr(name.size() + 1)};
+    }
+  }
+  return absl::NotFoundError(
+      absl::StrCat("no scans on ", wanted, "; there are\n", ListTopics(topics)));
+}
+
+absl::StatusOr<std::vector<ChosenTopic>> ChooseTopics(const Recording& recording,
+                                                      const std::string& path,
+                                                      const RecordingOptions& options) {
+  const std::vector<ScanTopic>& topics = recording.scan_topics();
+  std::vector<ChosenTopic> chosen;
+  for (const std::string& wanted : options.topics) {
+    absl::StatusOr<ChosenTopic> found = FindTopic(topics, wanted);
+    if (!found.ok()) return found.status();
+    chosen.push_back(*std::move(found));
+  }
+  if (!chosen.empty()) return chosen;
+  if (topics.size() == 1) return std::vector<ChosenTopic>{{0, ""}};
+  return absl::InvalidArgumentError(absl::StrCat(
+      path,
+      " holds several topics of scans: name one with --topic, or several robots with --topic ",
+      topics[0].name, "=NAME --topic ", topics[1].name, "=NAME; there are\n", ListTopics(topics)));
+}
+
+}  // namespace
+
+void AddRecordingOptions(CLI::App& command, RecordingOptions& options) {
+  command
+      .add_option("--topic", options.topics,
+                  "Topic of the scans, or TOPIC=ROBOT for each of several robots; without it the "
+                  "only one there is")
+      ->take_all();
+  AddReadOptions(command, options.read);
+  command.add_option("--from", options.read.from, "First scan of the recording, counted from 0")
+      ->capture_default_str();
+  command.add_option("--to", options.read.to, "Last scan of the recording, included");
+}
+
+void AddReadOptions(CLI::App& command, readers::ReadOptions& options) {
+  command.add_option("--sensor", options.sensor,
+                     "vlp16, hdl32, hdl64, os1-64, ...; without it what the recording tells");
+  command
+      .add_option(
+          "--stamps", options.stamps,
+          "Which instant of a scan its stamp is: by-times of points (without such the end), "
+          "start or end")
+      ->transform(
+          CLI::Transformer(std::map<std::string, StampMeaning>{{"by-times", StampMeaning::kByTimes},
+                                                               {"start", StampMeaning::kStart},
+                                                               {"end", StampMeaning::kEnd}}));
+  command.add_option("--metadata", options.metadata,
+                     "Ouster's JSON; without it that beside or in the recording");
+  command.add_option("--calibration", options.calibration,
+                     "Velodyne's YAML; without it the tables of the sensor's manual");
+}
+
+void AddOdometryMode(CLI::App& command, std::optional<OdometryMode>& mode) {
+  const auto parse = [&mode](const std::string& name) {
+    const absl::StatusOr<OdometryMode> parsed = ParseOdometryMode(name);
+    if (!parsed.ok()) {
+      throw CLI::ValidationError("--odometry", std::string(parsed.status().message()));
+    }
+    mode = *parsed;
+  };
+  command.add_option_function<std::string>(
+      "--odometry", parse,
+      "continuous (the best), floam (the paper's two stages) or aloam (to compare with); without "
+      "it the server's own choice");
+}
+
+absl::StatusOr<std::vector<RobotScans>> OpenRobots(const std::string& path,
+                                                   const RecordingOptions& options) {
+  const auto recording = readers::OpenRecording(path);
+  if (!recording.ok()) return recording.status();
+  return OpenRobots(**recording, path, options);
+}
+
+absl::StatusOr<std::vector<RobotScans>> OpenRobots(const Recording& recording,
+                                                   const std::string& path,
+                                                   const RecordingOptions& options) {
+  const absl::StatusOr<std::vector<ChosenTopic>> chosen = ChooseTopics(recording, path, options);
+  if (!chosen.ok()) return chosen.status();
+  for (const std::string& note : recording.notes()) {
+    absl::FPrintF(stderr, "isthmus: %s: %s\n", path, note);
+  }
+  std::vector<RobotScans> robots;
+  for (const ChosenTopic& topic : *chosen) {
+    auto reader = recording.OpenScans(topic.index, options.read);
+    if (!reader.ok()) return reader.status();
+    RobotScans robot;
+    robot.robot = topic.robot;
+    robot.topic = recording.scan_topics()[topic.index].name;
+    robot.reader = std::make_unique<readers::StartedReader>(*std::move(reader));
+    robot.sensor = options.read.sensor.empty() ? robot.reader->sensor() : options.read.sensor;
+    const std::string what = robot.topic.empty() ? path : robot.topic;
+    for (const std::string& assumption : robot.reader->Assumptions()) {
+      absl::FPrintF(stderr, "isthmus: %s: %s\n", what, assumption);
+    }
+    if (robot.sensor.empty()) {
+      robot.sensor = "spinning";
+      absl::FPrintF(stderr,
+                    "isthmus: %s: nothing tells the sensor: taken for one that spins (see "
+                    "--sensor)\n",
+                    what);
+    }
+    robots.push_back(std::move(robot));
+  }
+  return robots;
+}
+
+}  // namespace isthmus::cli

@@ -1,0 +1,49 @@
+// The options that name a recording, and the robots in it. Shared by `push`, `odometry`, `merge`
+// and `info`.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <CLI/App.hpp>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "client/readers/recording.h"
+#include "client/readers/started_reader.h"
+#include "core/odometry_mode.h"
+
+namespace isthmus::cli {
+
+struct RecordingOptions {
+  std::vector<std::string> topics;  // "TOPIC" or "TOPIC=ROBOT".
+  readers::ReadOptions read;
+};
+
+// --topic, --from, --to, and those of AddReadOptions.
+void AddRecordingOptions(CLI::App& command, RecordingOptions& options);
+// --sensor, --stamps, --metadata and --calibration.
+void AddReadOptions(CLI::App& command, readers::ReadOptions& options);
+
+// --odometry: which one; stays absent, the server's own choice, unless given.
+void AddOdometryMode(CLI::App& command, std::optional<OdometryMode>& mode);
+
+// One robot's scans.
+struct RobotScans {
+  std::string robot;  // Empty where nothing names it.
+  std::string topic;
+  std::string sensor;
+  std::unique_ptr<readers::StartedReader> reader;
+};
+
+// The robots of a recording: those that --topic names, else its only topic. What is assumed goes to
+// stderr, a line each. NotFound for a topic that is not there; InvalidArgument, naming the topics,
+// where there are several and none was chosen.
+absl::StatusOr<std::vector<RobotScans>> OpenRobots(const std::string& path,
+                                                   const RecordingOptions& options);
+absl::StatusOr<std::vector<RobotScans>> OpenRobots(const readers::Recording& recording,
+                                                   const std::string& path,
+                                                   const RecordingOptions& options);
+
+}  // namespace isthmus::cli

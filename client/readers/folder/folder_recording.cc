@@ -1,0 +1,111 @@
+#include "client/readers/folder/folder_recording.h"
+
+#include <absl/strings/ascii.h>
+#include <absl/strings/match.h>
+#include <absl/strings/str_cat.h>
+
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "client/readers/folder/scan_files.h"
+#include "client/readers/folder/scan_stamps.h"
+#include "client/readers/sensor_guess.h"
+#include "core/codec/payload_layout.h"
+#include "core/formats/cloud_file.h"
+#include "core/formats/kitti_bin.h"
+#include "core/io/file_io.h"
+
+namespace isthmus::readers {
+namespace {
+
+absl::StatusOr<PointPayload> ReadScan(const std::filesystem::path& file) {
+  absl::StatusOr<PointPayload> scan = absl::AsciiStrToLower(file.extension().string()) == ".bin"
+                                          ? formats::ReadKittiBin(file)
+                                          : formats::ReadCloudFile(file);
+  if (scan.ok() || absl::StrContains(scan.status().message(), file.string())) return scan;
+  return absl::Status(scan.status().code(),
+                      absl::StrCat(file.string(), ": ", scan.status().message()));
+}
+
+// The sensor that simulation.json names; empty where there is none.
+std::string SimulatedSensor(const std::filesystem::path& folder) {
+  const auto file = FindBeside(folder, "simulation.json");
+  if (!file) return "";
+  const absl::StatusOr<std::string> text = io::ReadFile(*file);
+  if (!text.ok()) return "";
+  const auto json = nlohmann::json::parse(*text, nullptr, /*allow_exceptions=*/false);
+  if (!json.is_object() || !json.contains("sensor") || !json["sensor"].is_string()) return "";
+  return json["sensor"].get<std::string>();
+}
+
+class FolderReader : public ScanReader {
+ public:
+  FolderReader(ScanFiles files, ScanStamps stamps)
+      : files_(std::move(files)), stamps_(std::move(stamps)) {
+    sensor_ = SimulatedSensor(files_.folder);
+    if (sensor_.empty() && files_.extension == ".bin") {
+      sensor_ = "hdl64";
+      guess_ = "the sensor is taken to be an hdl64, as KITTI's: .bin files do not say";
+    }
+  }
+
+  absl::StatusOr<std::optional<RecordedScan>> Next() override {
+    if (next_ == files_.files.size()) return std::nullopt;
+    const size_t i = next_++;
+    absl::StatusOr<PointPayload> payload = ReadScan(files_.files[i]);
+    if (!payload.ok()) return payload.status();
+    if (sensor_.empty()) sensor_ = GuessSensor(*payload);
+    return RecordedScan{stamps_.stamps_ns[i], *std::move(payload), files_.files[i].string()};
+  }
+
+  std::optional<uint64_t> size() const override { return files_.files.size(); }
+  std::string sensor() const override { return sensor_; }
+  std::vector<std::string> Assumptions() const override {
+    std::vector<std::string> all = {stamps_.origin};
+    if (!guess_.empty()) all.push_back(guess_);
+    return all;
+  }
+
+ private:
+  const ScanFiles files_;
+  const ScanStamps stamps_;
+  size_t next_ = 0;
+  std::string sensor_, guess_;
+};
+
+class FolderRecording : public Recording {
+ public:
+  FolderRecording(std::string path, ScanFiles files)
+      : path_(std::move(path)), files_(std::move(files)) {
+    topics_ = {{.name = "",
+                .type = files_.extension == ".bin" ? "KITTI .bin" : files_.extension,
+                .messages = files_.files.size()}};
+  }
+
+  std::string kind() const override {
+    return std::filesystem::is_directory(path_) ? "folder of scans" : "a scan";
+  }
+  const std::vector<ScanTopic>& scan_topics() const override { return topics_; }
+
+ private:
+  absl::StatusOr<std::unique_ptr<ScanReader>> OpenAllScans(
+      size_t, const ReadOptions& options) const override {
+    absl::StatusOr<ScanStamps> stamps = StampsOf(files_, options.rate_hz);
+    if (!stamps.ok()) return stamps.status();
+    return std::make_unique<FolderReader>(files_, *std::move(stamps));
+  }
+
+  const std::string path_;
+  const ScanFiles files_;
+  std::vector<ScanTopic> topics_;
+};
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<Recording>> OpenFolderRecording(const std::string& path) {
+  absl::StatusOr<ScanFiles> files = FindScans(path);
+  if (!files.ok()) return files.status();
+  return std::make_unique<FolderRecording>(path, *std::move(files));
+}
+
+}  // namespace isthmus::readers

@@ -1,0 +1,31 @@
+// The files of a folder that are scans.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace isthmus::readers {
+
+struct ScanFiles {
+  std::filesystem::path folder;              // They lie in.
+  std::vector<std::filesystem::path> files;  // In order.
+  std::string extension;                     // ".bin", of all of them; lower case.
+  bool is_one_file = false;                  // Named itself, whatever else is in the folder.
+};
+
+// Of a file that is a scan, itself; of a folder, the scans in it, else those of the folder in it
+// where they usually are (KITTI's velodyne_points/data and velodyne, scans). In order of the
+// numbers in their names (of the names, where they are not numbers). Text files are scans where
+// nothing else is and their names are numbers (.txt) or they are called .csv, .xyz, .asc or .pts.
+// NotFound for what does not exist or holds no scans; InvalidArgument for a mixture of formats.
+absl::StatusOr<ScanFiles> FindScans(const std::string& path);
+
+// The file of that name in the folder, else beside it.
+std::optional<std::filesystem::path> FindBeside(const std::filesystem::path& folder,
+                                                const char* name);
+
+}  // namespace isthmus::readers

@@ -1,0 +1,30 @@
+// The stamps of a folder's scans.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "client/readers/folder/scan_files.h"
+
+namespace isthmus::readers {
+
+struct ScanStamps {
+  std::vector<int64_t> stamps_ns;  // One for each file.
+  // Names of files are stamps as drivers give them, which may be of the start of scans: times of
+  // points tell. All others are those of the END.
+  bool are_of_drivers = false;
+  std::string origin;  // "stamps are those of times.txt": an assumption, see ScanReader.
+};
+
+// What comes first of: times.txt in the folder or beside it (END of each scan); KITTI's
+// timestamps_end.txt; its timestamps.txt, of the instant at which the sensor faced forwards, half a
+// turn before the END; names that are Unix times, as bag_to_pcd ("1305031102.175304000.pcd") and
+// others (digits of milli-, micro- or nanoseconds) give them; i / `rate_hz` seconds.
+// InvalidArgument for a file of times with another number of lines than there are scans, a line
+// that is no number or not later than the one before, or a rate that is not positive.
+absl::StatusOr<ScanStamps> StampsOf(const ScanFiles& files, double rate_hz);
+
+}  // namespace isthmus::readers

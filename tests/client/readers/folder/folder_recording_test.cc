@@ -1,0 +1,217 @@
+#include "client/readers/folder/folder_recording.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+
+#include "client/readers/started_reader.h"
+#include "core/codec/payload_builder.h"
+#include "core/formats/pcd.h"
+
+namespace isthmus::readers {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::Contains;
+using testing::HasSubstr;
+
+class FolderRecordingTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    const auto* info = testing::UnitTest::GetInstance()->current_test_info();
+    root_ = fs::path(testing::TempDir()) / "isthmus_folder_recording" / info->name();
+    fs::remove_all(root_);
+    fs::create_directories(root_ / "scans");
+  }
+
+  // A KITTI scan whose only point has x = `mark`.
+  void AddBin(const std::string& name, float mark) {
+    const float record[4] = {mark, 0, 0, 0};
+    std::ofstream(root_ / "scans" / name, std::ios::binary)
+        .write(reinterpret_cast<const char*>(record), sizeof(record));
+  }
+  void AddPcd(const std::string& name, uint16_t highest_ring, bool has_ring = true) {
+    std::vector<ScanPoint> points(2);
+    points[1].ring = highest_ring;
+    ASSERT_TRUE(formats::WritePcd(root_ / "scans" / name,
+                                  codec::MakePayload(points, has_ring, false),
+                                  formats::PcdEncoding::kBinary)
+                    .ok());
+  }
+  void Write(const std::string& name, const std::string& text) {
+    std::ofstream(root_ / name) << text;
+  }
+  // Everything that the folder gives, or why it cannot be opened.
+  struct Read {
+    absl::Status status;
+    std::vector<RecordedScan> scans;
+    std::vector<std::string> errors, assumptions;
+    std::string sensor;
+  };
+  Read ReadAll(const ReadOptions& options = {}, const std::string& folder = "scans") const {
+    Read read;
+    const auto recording = OpenFolderRecording((root_ / folder).string());
+    if (!recording.ok()) return {recording.status(), {}, {}, {}, ""};
+    auto reader = (*recording)->OpenScans(0, options);
+    if (!reader.ok()) return {reader.status(), {}, {}, {}, ""};
+    StartedReader started(*std::move(reader));
+    read.sensor = started.sensor();
+    for (;;) {
+      absl::StatusOr<std::optional<RecordedScan>> scan = started.Next();
+      if (!scan.ok()) {
+        read.errors.emplace_back(scan.status().message());
+      } else if (scan->has_value()) {
+        read.scans.push_back(**std::move(scan));
+      } else {
+        break;
+      }
+    }
+    read.assumptions = started.Assumptions();
+    return read;
+  }
+  std::string Error(const ReadOptions& options = {}) const {
+    return std::string(ReadAll(options).status.message());
+  }
+
+  fs::path root_;
+};
+
+float FirstX(const PointPayload& payload) {
+  float x = 0;
+  std::memcpy(&x, payload.data.data(), sizeof(x));
+  return x;
+}
+
+TEST_F(FolderRecordingTest, OrdersByNumberAndStampsByRate) {
+  AddBin("10.bin", 10);
+  AddBin("9.bin", 9);
+  AddBin("11.bin", 11);
+  const Read read = ReadAll({.rate_hz = 20});
+  ASSERT_EQ(read.scans.size(), 3u) << read.status;
+  for (size_t i = 0; i < 3; ++i) {
+    EXPECT_EQ(FirstX(read.scans[i].payload), 9 + i);
+    EXPECT_EQ(read.scans[i].end_stamp_ns, static_cast<int64_t>(i) * 50'000'000);
+  }
+  EXPECT_THAT(read.assumptions, Contains(HasSubstr("scan i ended at i / 20 seconds")));
+}
+
+TEST_F(FolderRecordingTest, ARangeKeepsTheStampsOfTheWholeFolder) {
+  for (int i = 0; i < 10; ++i) AddBin(std::to_string(i) + ".bin", i);
+  const Read read = ReadAll({.from = 4, .to = 6});
+  ASSERT_EQ(read.scans.size(), 3u) << read.status;
+  EXPECT_EQ(FirstX(read.scans[0].payload), 4);
+  EXPECT_EQ(read.scans[0].end_stamp_ns, 400'000'000);
+  EXPECT_EQ(ReadAll({.from = 8, .to = 99}).scans.size(), 2u);
+  EXPECT_THAT(Error({.from = 10}), HasSubstr("holds 10"));
+  EXPECT_THAT(Error({.from = 5, .to = 4}), HasSubstr("no scans from 5 to 4"));
+}
+
+TEST_F(FolderRecordingTest, TimesComeFromTheFolderElseFromBesideIt) {
+  AddBin("0.bin", 0);
+  AddBin("1.bin", 1);
+  Write("times.txt", "5.0\n6.0\n");
+  EXPECT_EQ(ReadAll().scans[1].end_stamp_ns, 6'000'000'000);
+  EXPECT_EQ(ReadAll({}, "scans/").scans[1].end_stamp_ns, 6'000'000'000);
+  Write("scans/times.txt", "7.0\n8.0\n");
+  EXPECT_EQ(ReadAll().scans[1].end_stamp_ns, 8'000'000'000);
+}
+
+TEST_F(FolderRecordingTest, ReadsKittisRawDrives) {
+  fs::create_directories(root_ / "drive/velodyne_points/data");
+  for (const char* name : {"0000000000.bin", "0000000001.bin"}) {
+    AddBin(name, 0);
+    fs::rename(root_ / "scans" / name, root_ / "drive/velodyne_points/data" / name);
+  }
+  Write("drive/velodyne_points/timestamps.txt",
+        "2011-09-26 13:02:25.100000001\n2011-09-26 13:02:25.200000001\n");
+  const Read middle = ReadAll({}, "drive");
+  ASSERT_EQ(middle.scans.size(), 2u) << middle.status;
+  EXPECT_EQ(middle.scans[0].end_stamp_ns, 1317042145'150'000'001);
+  EXPECT_THAT(middle.assumptions, Contains(HasSubstr("half a turn after")));
+  Write("drive/velodyne_points/timestamps_end.txt",
+        "2011-09-26 13:02:25.140000001\n2011-09-26 13:02:25.240000001\n");
+  EXPECT_EQ(ReadAll({}, "drive").scans[0].end_stamp_ns, 1317042145'140'000'001);
+  EXPECT_EQ(ReadAll({}, "drive/velodyne_points/data").scans[1].end_stamp_ns,
+            1317042145'240'000'001);
+}
+
+TEST_F(FolderRecordingTest, NamesMayBeStamps) {
+  AddPcd("1305031102.175304000.pcd", 15);
+  AddPcd("1305031102.275304001.pcd", 15);
+  const Read read = ReadAll();
+  ASSERT_EQ(read.scans.size(), 2u) << read.status;
+  EXPECT_EQ(read.scans[1].end_stamp_ns, 1305031102'275'304'001);
+  EXPECT_THAT(read.assumptions, Contains(HasSubstr("names of the files")));
+}
+
+TEST_F(FolderRecordingTest, NamesInMicrosecondsMayBeStamps) {
+  AddPcd("1305031102175304.pcd", 15);
+  AddPcd("1305031102275304.pcd", 15);
+  EXPECT_EQ(ReadAll().scans.at(1).end_stamp_ns, 1305031102'275'304'000);
+}
+
+TEST_F(FolderRecordingTest, ReadsRowsOfNumbersWhereThereIsNothingElse) {
+  Write("scans/1.txt", "1 2 3\n");
+  Write("scans/poses.txt", "1 0 0 0 0 1 0 0 0 0 1 0\n");
+  const Read read = ReadAll();
+  ASSERT_EQ(read.scans.size(), 1u) << read.status;
+  EXPECT_EQ(read.scans[0].payload.width, 1u);
+  AddBin("0.bin", 0);
+  EXPECT_THAT(ReadAll().scans.at(0).name, HasSubstr("0.bin")) << "a text may be anything";
+}
+
+TEST_F(FolderRecordingTest, AFileIsARecordingOfOneScan) {
+  AddPcd("0.pcd", 15);
+  AddPcd("1.pcd", 15);
+  EXPECT_EQ(ReadAll({}, "scans/1.pcd").scans.size(), 1u);
+}
+
+TEST_F(FolderRecordingTest, SaysWhichTimesDoNotFit) {
+  AddBin("0.bin", 0);
+  Write("times.txt", "1\n2\n");
+  EXPECT_THAT(Error(), testing::AllOf(HasSubstr("times.txt"), HasSubstr("2 times for 1 scans")));
+  Write("times.txt", "one\n");
+  EXPECT_THAT(Error(), testing::AllOf(HasSubstr("times.txt"), HasSubstr("line 1")));
+}
+
+TEST_F(FolderRecordingTest, SaysWhatIsWrongWithAFolder) {
+  EXPECT_TRUE(absl::IsNotFound(OpenFolderRecording("/no/such/folder").status()));
+  EXPECT_THAT(Error(), HasSubstr("holds no scans"));
+  AddBin("0.bin", 0);
+  AddPcd("1.pcd", 15);
+  EXPECT_THAT(Error(), HasSubstr("both .bin and .pcd"));
+  fs::remove(root_ / "scans/1.pcd");
+  EXPECT_THAT(Error({.rate_hz = 0}), HasSubstr("rate"));
+}
+
+TEST_F(FolderRecordingTest, ADamagedScanIsNamedAndTheOthersCanBeRead) {
+  AddBin("0.bin", 0);
+  AddBin("1.bin", 1);
+  Write("scans/0.bin", "seven b");
+  const Read read = ReadAll();
+  EXPECT_THAT(read.errors, testing::ElementsAre(HasSubstr("0.bin")));
+  EXPECT_EQ(read.scans.size(), 1u);
+}
+
+TEST_F(FolderRecordingTest, GuessesTheSensor) {
+  AddPcd("0.pcd", 15);
+  EXPECT_EQ(ReadAll().sensor, "vlp16");
+  AddPcd("0.pcd", 63);
+  EXPECT_EQ(ReadAll().sensor, "hdl64");
+  AddPcd("0.pcd", 0, /*has_ring=*/false);
+  EXPECT_EQ(ReadAll().sensor, "");
+  Write("simulation.json", R"({"sensor": "os1-64"})");
+  EXPECT_EQ(ReadAll().sensor, "os1-64");
+}
+
+TEST_F(FolderRecordingTest, KittiMeansHdl64) {
+  AddBin("0.bin", 0);
+  EXPECT_EQ(ReadAll().sensor, "hdl64");
+  EXPECT_THAT(ReadAll().assumptions, Contains(HasSubstr("hdl64")));
+}
+
+}  // namespace
+}  // namespace isthmus::readers

@@ -1,0 +1,191 @@
+#include "core/formats/cloud_file.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <string>
+
+#include "core/codec/payload_layout.h"
+#include "core/formats/map_writer.h"
+
+namespace isthmus::formats {
+namespace {
+
+using testing::DoubleNear;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+std::vector<double> Column(const PointPayload& payload, const char* name) {
+  EXPECT_TRUE(codec::CheckRawLayout(payload).ok());
+  const PointField* field = codec::FindField(payload, {name});
+  EXPECT_NE(field, nullptr) << name;
+  return field == nullptr ? std::vector<double>() : codec::ReadColumn(payload, *field);
+}
+
+template <typename T>
+void Put(std::string& bytes, size_t at, T value) {
+  if (bytes.size() < at + sizeof(T)) bytes.resize(at + sizeof(T));
+  std::memcpy(bytes.data() + at, &value, sizeof(T));
+}
+
+const char kPlyHeader[] =
+    "ply\nformat FORMAT 1.0\ncomment by hand\nelement vertex 2\nproperty float x\n"
+    "property double y\nproperty float32 z\nproperty uchar scalar_Intensity\n"
+    "element face 1\nproperty list uchar int vertex_index\nend_header\n";
+
+std::string PlyHeaderOf(const std::string& format) {
+  std::string header = kPlyHeader;
+  header.replace(header.find("FORMAT"), 6, format);
+  return header;
+}
+
+void ExpectPlyPoints(const absl::StatusOr<PointPayload>& ply) {
+  ASSERT_TRUE(ply.ok()) << ply.status();
+  EXPECT_EQ(ply->width, 2);
+  EXPECT_THAT(Column(*ply, "x"), ElementsAre(1.5, -4));
+  EXPECT_THAT(Column(*ply, "y"), ElementsAre(2.25, 5));
+  EXPECT_THAT(Column(*ply, "z"), ElementsAre(3, 6));
+  EXPECT_THAT(Column(*ply, "intensity"), ElementsAre(7, 255));
+}
+
+TEST(PlyReader, ReadsAsciiAndSkipsFaces) {
+  ExpectPlyPoints(ParsePly(PlyHeaderOf("ascii") + "1.5 2.25 3 7\n-4 5 6.0 255\n3 0 1 1\n"));
+}
+
+TEST(PlyReader, ReadsEitherByteOrder) {
+  for (const bool is_big : {false, true}) {
+    std::string bytes = PlyHeaderOf(is_big ? "binary_big_endian" : "binary_little_endian");
+    const auto add = [&](auto value) {
+      char raw[sizeof(value)];
+      std::memcpy(raw, &value, sizeof(value));
+      if (is_big) std::reverse(raw, raw + sizeof(value));
+      bytes.append(raw, sizeof(value));
+    };
+    add(1.5F), add(2.25), add(3.0F), add(uint8_t{7});
+    add(-4.0F), add(5.0), add(6.0F), add(uint8_t{255});
+    ExpectPlyPoints(ParsePly(bytes + "faces"));
+    EXPECT_THAT(ParsePly(bytes.substr(0, bytes.size() - 1)).status().message(),
+                HasSubstr("truncated"));
+  }
+}
+
+TEST(PlyReader, ReadsTheMapsThatAreWritten) {
+  std::string bytes = PlyMapHeader(1, {RobotId("alice")});
+  MapPoint point;
+  point.x = 1;
+  point.z = 3;
+  bytes += PlyMapChunk({point});
+  const auto ply = ParsePly(bytes);
+  ASSERT_TRUE(ply.ok()) << ply.status();
+  EXPECT_THAT(Column(*ply, "z"), ElementsAre(3));
+}
+
+TEST(PlyReader, RefusesWhatItCannotRead) {
+  const auto message = [](const std::string& bytes) {
+    return std::string(ParsePly(bytes).status().message());
+  };
+  EXPECT_THAT(message("solid"), HasSubstr("end_header"));
+  EXPECT_THAT(message("solid\n"), HasSubstr("begin with 'ply'"));
+  EXPECT_THAT(message("ply\nformat ascii 1.0\nend_header\n"), HasSubstr("no element 'vertex'"));
+  EXPECT_THAT(message(PlyHeaderOf("ascii") + "1 2 3 4\n"), HasSubstr("truncated"));
+  EXPECT_THAT(message(PlyHeaderOf("ascii") + "1 2 3 4\n5 6 seven 8 and more\n"),
+              HasSubstr("point 2 has no number for 'z'"));
+  EXPECT_THAT(message(PlyHeaderOf("ascii") + "1 2 3 400\n5 6 7 8\n"), HasSubstr("'intensity'"));
+  EXPECT_THAT(message("ply\nformat binary_little_endian 1.0\nelement vertex 18446744073709551615\n"
+                      "property float x\nend_header\n"),
+              HasSubstr("too many"));
+}
+
+std::string Las(uint8_t minor, uint8_t format, uint16_t record_length) {
+  std::string bytes = "LASF";
+  const uint32_t data_start = minor == 4 ? 375 : 227;
+  Put<uint8_t>(bytes, 24, 1);
+  Put<uint8_t>(bytes, 25, minor);
+  Put<uint16_t>(bytes, 94, static_cast<uint16_t>(data_start));
+  Put<uint32_t>(bytes, 96, data_start);
+  Put<uint8_t>(bytes, 104, format);
+  Put<uint16_t>(bytes, 105, record_length);
+  Put<uint32_t>(bytes, 107, minor == 4 ? 0 : 2);
+  for (int axis = 0; axis < 3; ++axis) {
+    Put<double>(bytes, 131 + 8 * axis, 0.001);
+    Put<double>(bytes, 155 + 8 * axis, 100 * axis);
+  }
+  if (minor == 4) Put<uint64_t>(bytes, 247, 2);
+  for (int i = 0; i < 2; ++i) {
+    const size_t at = data_start + i * record_length;
+    for (int axis = 0; axis < 3; ++axis)
+      Put<int32_t>(bytes, at + 4 * axis, 1000 * (axis + 1) * (1 - 2 * i));
+    Put<uint16_t>(bytes, at + 12, static_cast<uint16_t>(500 + i));
+    if (format == 1) Put<double>(bytes, at + 20, 7.5 + i);
+    if (format == 6) Put<double>(bytes, at + 22, 7.5 + i);
+    Put<char>(bytes, at + record_length - 1, 'x');
+  }
+  return bytes;
+}
+
+TEST(LasReader, ReadsOldAndNewFormats) {
+  const struct {
+    uint8_t minor, format;
+    uint16_t length;
+    bool has_time;
+  } cases[] = {{2, 0, 21, false}, {2, 1, 40, true}, {4, 6, 31, true}};
+  for (const auto& c : cases) {
+    const auto las = ParseLas(Las(c.minor, c.format, c.length));
+    ASSERT_TRUE(las.ok()) << las.status();
+    EXPECT_THAT(Column(*las, "x"), ElementsAre(DoubleNear(1, 1e-9), DoubleNear(-1, 1e-9)));
+    EXPECT_THAT(Column(*las, "y"), ElementsAre(DoubleNear(102, 1e-9), DoubleNear(98, 1e-9)));
+    EXPECT_THAT(Column(*las, "z"), ElementsAre(DoubleNear(203, 1e-9), DoubleNear(197, 1e-9)));
+    EXPECT_THAT(Column(*las, "intensity"), ElementsAre(500, 501));
+    if (!c.has_time) continue;
+    EXPECT_THAT(Column(*las, "time"), ElementsAre(7.5, 8.5));
+  }
+}
+
+TEST(LasReader, RefusesWhatItCannotRead) {
+  const std::string las = Las(4, 6, 30);
+  const auto message = [](const std::string& bytes) {
+    return std::string(ParseLas(bytes).status().message());
+  };
+  EXPECT_THAT(message(las.substr(0, las.size() - 1)), HasSubstr("truncated"));
+  EXPECT_THAT(message("LASF"), HasSubstr("LAS header"));
+  std::string laz = las;
+  laz[104] = static_cast<char>(0x86);
+  EXPECT_THAT(message(laz), HasSubstr("LAZ"));
+  std::string short_records = las;
+  Put<uint16_t>(short_records, 105, 0);
+  EXPECT_THAT(message(short_records), HasSubstr("shorter"));
+}
+
+TEST(TextCloud, ReadsWhatProgramsWrite) {
+  const char* texts[] = {
+      "1 2 3 0.5\n\n# a remark\n4\t5 6  0.25\r\n",
+      "x,y,z,intensity\n1,2,3,0.5\n4,5,6,0.25\n",
+      "//X Y Z scalar_Intensity\n1 2 3 0.5\n4 5 6 0.25\n",
+      "\"intensity\",\"laser_id\",\"timestamp\",\"Points_m_XYZ:0\",\"Points_m_XYZ:1\","
+      "\"Points_m_XYZ:2\"\n0.5,3,100,1,2,3\n0.25,4,101,4,5,6\n",
+      "X (mm); Y (mm); Z (mm); I\n1000;2000;3000;0.5\n4000;+5000;6000;0.25\n",
+  };
+  for (const char* text : texts) {
+    const auto cloud = ParseText(text);
+    ASSERT_TRUE(cloud.ok()) << text << cloud.status();
+    EXPECT_THAT(Column(*cloud, "x"), ElementsAre(1, 4)) << text;
+    EXPECT_THAT(Column(*cloud, "y"), ElementsAre(2, 5)) << text;
+    EXPECT_THAT(Column(*cloud, "z"), ElementsAre(3, 6)) << text;
+    EXPECT_THAT(Column(*cloud, "intensity"), ElementsAre(0.5, 0.25)) << text;
+  }
+}
+
+TEST(TextCloud, NamesTheLineThatIsWrong) {
+  const auto message = [](const std::string& text) {
+    return std::string(ParseText(text).status().message());
+  };
+  EXPECT_THAT(message("1 2 3\n4 5\n"), HasSubstr("line 2: 2 values, not 3"));
+  EXPECT_THAT(message("1 2 3\n4 five 6\n"), HasSubstr("line 2: 'five' is no number"));
+  EXPECT_THAT(message("a,b,c\n1,2,3\n"), HasSubstr("line 1: the first line names no column x"));
+  EXPECT_THAT(message("\n#\n"), HasSubstr("no rows"));
+  EXPECT_THAT(message("1 2\n"), HasSubstr("fewer than three"));
+}
+
+}  // namespace
+}  // namespace isthmus::formats
