@@ -97,6 +97,9 @@ void Odometry::Resume(const Cloud& map_odom, const Trajectory& recent, uint32_t 
 
 void Odometry::Remember(const Submap& submap) { state_->segment->Remember(submap); }
 
+const ScanFrame& Odometry::frame() const { return state_->frame; }
+const MatchQuality& Odometry::quality() const { return state_->segment->quality(); }
+
 std::string Odometry::Save() const {
   StateWriter writer;
   const State& state = *state_;

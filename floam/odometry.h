@@ -21,7 +21,9 @@
 
 namespace isthmus::floam {
 
+class MatchQuality;      // floam/match/match_quality.h
 struct OdometryOptions;  // floam/odometry_options.h
+struct ScanFrame;        // floam/scan/scan_frame.h
 
 enum class TrackingStatus {
   kOk,
@@ -89,6 +91,11 @@ class Odometry {
   // one, with the submaps that the saved one knew. InvalidArgument for the state of another
   // version, sensor or options, DataLoss for one that is damaged; nothing has changed then.
   absl::Status Restore(const std::string& saved);
+
+  // The scan that was processed last, ready for matching, and how well scans are matched as a rule:
+  // for who looks for it in another map. Good until the next Process.
+  const ScanFrame& frame() const;
+  const MatchQuality& quality() const;
 
  private:
   struct State;

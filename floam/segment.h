@@ -48,6 +48,8 @@ class Segment {
   // The time over which scans were matched, without lost ones in between.
   double TrackedSeconds() const { return tracked_s_; }
 
+  const MatchQuality& quality() const { return quality_; }
+
   // For state_codec.h. `start_` is not asked any more once under way.
   template <typename Self, typename Io>
   static void Fields(Self& self, Io& io) {

@@ -52,7 +52,8 @@ void PlaceCheck::FillAround(const MapMemory& memory, const Eigen::Vector3d& posi
                             });
 }
 
-PlaceMatch PlaceCheck::Check(const MapMemory& memory, const ScanPose& guess, bool is_rough) {
+PlaceMatch PlaceCheck::Check(const MapMemory& memory, const ScanPose& guess, bool is_rough,
+                             bool with_walls) {
   FillAround(memory, guess.T_odom_sensor.translation());
   ScanPose start = guess;
   if (is_rough) {
@@ -71,7 +72,7 @@ PlaceMatch PlaceCheck::Check(const MapMemory& memory, const ScanPose& guess, boo
   place.match = matcher_.Match(features_, start, AnywhereNear(start.T_odom_sensor), prior,
                                matching_, &surfaces_, &edges_);
   place.share = static_cast<double>(place.match.used) / std::max(place.match.features, 1);
-  if (place.match.pose.T_odom_sensor.IsFinite())
+  if (with_walls && place.match.pose.T_odom_sensor.IsFinite())
     place.walls = Walls(memory, *image_, place.match.pose.T_odom_sensor);
   return place;
 }

@@ -39,11 +39,14 @@ class PlaceCheck {
  public:
   PlaceCheck(const MatchOptions& matching, const PlaceCheckOptions& options);
 
-  // The scan that Check speaks of from now on. Keeps references.
+  // The scan that Check speaks of from now on. Keeps references; the image is of use for walls
+  // only.
   void SetScan(const ScanFrame& frame, const ScanImage& image);
 
   // From a guess that may be off by half a metre and a few degrees (`is_rough`), or by little.
-  PlaceMatch Check(const MapMemory& memory, const ScanPose& guess, bool is_rough);
+  // Without a look at the walls, which takes as long as the match, unless `with_walls`.
+  PlaceMatch Check(const MapMemory& memory, const ScanPose& guess, bool is_rough,
+                   bool with_walls = true);
 
   // The map's walls as a scan sees them from a place.
   WallsSeen Walls(const MapMemory& memory, const ScanImage& image, const Pose& T_map_sensor);

@@ -21,13 +21,19 @@ Relocaliser::Relocaliser(const MatchOptions& matching, const RelocaliserOptions&
                          const Eigen::Quaterniond& R_base_sensor)
     : options_(options),
       T_level_odom_(R_base_sensor, Eigen::Vector3d::Zero()),
-      memory_(options.memory),
+      own_(std::make_shared<MapMemory>(options.memory)),
+      memory_(own_),
       check_(matching, options.check) {
   Reset();
 }
 
+void Relocaliser::UseMemory(std::shared_ptr<const MapMemory> memory) {
+  memory_ = std::move(memory);
+  check_.Clear();
+}
+
 void Relocaliser::Remember(const Submap& submap) {
-  memory_.Add(submap, T_level_odom_ * submap.T_odom_submap);
+  own_->Add(submap, T_level_odom_ * submap.T_odom_submap);
   check_.Clear();
 }
 
@@ -35,7 +41,7 @@ Cloud Relocaliser::PointsAround(const Eigen::Vector3d& position, double radius_m
   std::vector<MapMemory::SeenPoint> points;
   MapMemory::ForTilesAround(
       (T_level_odom_ * position).head<2>(), radius_m,
-      [&](MapMemory::TileIndex index) { memory_.AppendPoints(index, &points); });
+      [&](MapMemory::TileIndex index) { memory_->AppendPoints(index, &points); });
   Cloud cloud;
   const Pose T_odom_level = T_level_odom_.Inverse();
   for (const MapMemory::SeenPoint& seen : points) {
@@ -58,7 +64,7 @@ std::optional<MatchResult> Relocaliser::Find(const ScanFrame& frame, const Pose&
   ++lost_;
   const bool searching = !regions_.empty();
   const bool due = !searching && candidates_.empty() && lost_ >= next_search_;
-  if (memory_.empty() || !(searching || due || !candidates_.empty())) return std::nullopt;
+  if (memory_->empty() || !(searching || due || !candidates_.empty())) return std::nullopt;
   image_.Make(frame.scan);
   check_.SetScan(frame, image_);
   FollowCandidates(frame, reference_s, usual);
@@ -74,11 +80,11 @@ std::optional<MatchResult> Relocaliser::Find(const ScanFrame& frame, const Pose&
 
 WallsSeen Relocaliser::Walls(const ScanFrame& frame, const Pose& T_odom_sensor) {
   image_.Make(frame.scan);
-  return check_.Walls(memory_, image_, T_level_odom_ * T_odom_sensor);
+  return check_.Walls(*memory_, image_, T_level_odom_ * T_odom_sensor);
 }
 
 void Relocaliser::BeginSearch() {
-  sensors_ = memory_.SensorPositions();
+  sensors_ = memory_->SensorPositions();
   for (const Eigen::Vector3d& sensor : sensors_) {
     for (const double dx : {-options_.reach_m, options_.reach_m}) {
       for (const double dy : {-options_.reach_m, options_.reach_m}) {
@@ -107,7 +113,7 @@ void Relocaliser::SearchSome(const Eigen::Quaterniond& tilt, double reference_s,
     const Region region = regions_.back();
     regions_.pop_back();
     const WallImage image = MakeWallImage(
-        memory_, sensors_, options_.region_m * Eigen::Vector2d(region.x + 1e-6, region.y + 1e-6),
+        *memory_, sensors_, options_.region_m * Eigen::Vector2d(region.x + 1e-6, region.y + 1e-6),
         options_.region_m, options_.view_m, options_.reach_m);
     const PoseSearchResult result = SearchPoses(image, walls, options_.search);
     lookups += result.lookups;
@@ -115,7 +121,8 @@ void Relocaliser::SearchSome(const Eigen::Quaterniond& tilt, double reference_s,
     for (const FoundPose& found : result.found) InspectPlace(found, tilt, reference_s, usual);
   }
   if (!regions_.empty()) return;
-  spacing_ = std::min(4 * spacing_, options_.max_spacing);
+  spacing_ = std::min(static_cast<int>(std::ceil(options_.spacing_growth * spacing_)),
+                      options_.max_spacing);
   next_search_ = lost_ + spacing_;
 }
 
@@ -140,7 +147,7 @@ void Relocaliser::InspectPlace(const FoundPose& found, const Eigen::Quaterniond&
   guess.reference_s = reference_s;
   Candidate candidate;
   candidate.score = found.score;
-  ScoreCandidate(check_.Check(memory_, guess, true), usual, &candidate);
+  ScoreCandidate(check_.Check(*memory_, guess, true), usual, &candidate);
   if (candidate.scans > 0) candidates_.push_back(std::move(candidate));
 }
 
@@ -185,7 +192,7 @@ void Relocaliser::FollowCandidates(const ScanFrame& frame, double reference_s,
     ScanPose guess = candidate.match.pose;
     guess.T_odom_sensor = guess.At(elapsed_s + reference_s);
     guess.reference_s = reference_s;
-    ScoreCandidate(check_.Check(memory_, guess, false), usual, &candidate);
+    ScoreCandidate(check_.Check(*memory_, guess, false), usual, &candidate);
     if (candidate.scans == 0) continue;
     const Pose surprise = guess.T_odom_sensor.Inverse() * candidate.match.pose.T_odom_sensor;
     if (surprise.translation().norm() > options_.max_surprise_m ||
@@ -226,10 +233,12 @@ std::optional<MatchResult> Relocaliser::DecidePlace() {
   const auto best =
       std::max_element(candidates_.begin(), candidates_.end(),
                        [](const Candidate& a, const Candidate& b) { return a.sure < b.sure; });
+  contested_ = false;
   if (best == candidates_.end()) return std::nullopt;
   const bool contested = std::any_of(
       candidates_.begin(), candidates_.end(),
       [&](const Candidate& other) { return &other != &*best && IsRival(other, *best); });
+  contested_ = contested && best->sure >= options_.confirmations;
   if (best->sure >= options_.confirmations && !contested && exhaustive_) return best->match;
   const bool given_up = best->scans >= options_.max_followed;
   const bool hopeless = best->sure == 0 && best->scans > 2 * options_.confirmations;

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -27,7 +28,8 @@ struct RelocaliserOptions {
 
   // When to look.
   int patience = 5;  // Lost scans before the first search.
-  // Lost scans between searches, four times as many from one to the next, from `patience` on.
+  // Lost scans between searches, so many times more from one to the next, from `patience` on.
+  double spacing_growth = 4;
   int max_spacing = 60;
   size_t lookups_per_scan = 10'000'000;  // Then the search goes on with the next scan.
 
@@ -68,7 +70,10 @@ class Relocaliser {
   // Finished submaps of the session, in any order. Takes a few milliseconds, and memory by the area
   // seen: see MapMemory.
   void Remember(const Submap& submap);
-  const MapMemory& memory() const { return memory_; }
+  // Looks in what somebody else remembers from now on, in a frame whose z points up, instead of in
+  // its own; Find answers in that frame, turned by the inverse of `R_base_sensor`.
+  void UseMemory(std::shared_ptr<const MapMemory> memory);
+  const MapMemory& memory() const { return *memory_; }
   // The remembered points within a distance, odom frame.
   Cloud PointsAround(const Eigen::Vector3d& position, double radius_m) const;
 
@@ -92,7 +97,13 @@ class Relocaliser {
        self.sensors_, self.candidates_, self.exhaustive_);
   }
   // Remembers what `other` did, which is not to be used any more.
-  void TakeMemory(Relocaliser* other) { memory_ = std::move(other->memory_); }
+  void TakeMemory(Relocaliser* other) {
+    own_ = std::move(other->own_);
+    memory_ = own_;
+  }
+  // True if the last Find was sure of a place but for another that does nearly as well.
+  bool contested() const { return contested_; }
+  bool searching() const { return !regions_.empty(); }
 
  private:
   // A place where the sensor may be.
@@ -136,7 +147,8 @@ class Relocaliser {
 
   const RelocaliserOptions options_;
   const Pose T_level_odom_;  // All is done in a frame with odom's origin and z up.
-  MapMemory memory_;
+  std::shared_ptr<MapMemory> own_;
+  std::shared_ptr<const MapMemory> memory_;  // The own one, unless another is used.
   PlaceCheck check_;
   ScanImage image_;
 
@@ -148,6 +160,7 @@ class Relocaliser {
   std::vector<Eigen::Vector3d> sensors_;
   std::vector<Candidate> candidates_;
   bool exhaustive_ = true;  // The search so far has left nothing out.
+  bool contested_ = false;
 };
 
 }  // namespace isthmus::floam

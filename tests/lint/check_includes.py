@@ -87,7 +87,8 @@ ALLOWED = {
 # files any; what they may include of the folder's own files are its options alone, or in storage,
 # which begins with its interface, all.
 LEVELS = {
-    "floam": ["rings", "state", "scan", "map", "match", "relocalise", "track", "."],
+    "floam": ["rings", "state", "scan", "map", "match", "relocalise", "track", ".",
+              "localise"],
     "server/matching": ["registration", "search", "prepared", "index", "paper", "pairs", "loops"],
     "storage": [".", "records", "archive", "sqlite", "upkeep"],
     "client/library": ["spool", "stream", "."],
