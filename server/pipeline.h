@@ -18,6 +18,7 @@
 #include "core/map/revision.h"
 #include "core/map/submap.h"
 #include "core/records/list_at.h"
+#include "core/records/localisation.h"
 #include "core/records/map_edits.h"
 #include "core/records/map_graph.h"
 #include "core/records/map_info.h"
@@ -28,6 +29,15 @@
 #include "storage/map_store.h"
 
 namespace isthmus::server {
+
+// A robot that is looked for in the map, and followed. Nothing of it is kept. Not thread safe.
+class RobotLocaliser {
+ public:
+  virtual ~RobotLocaliser() = default;
+  // Where the scan was taken. A scan that cannot be used is no error, see LocalisedScan::rejected.
+  // Unavailable while shutting down, ResourceExhausted where memory ran out.
+  virtual absl::StatusOr<LocalisedScan> Locate(const ScanUpload& scan) = 0;
+};
 
 // Thread safe. A robot is named wherever a person asks; its newest session answers, where that has
 // several segments the last. A later segment of a session is opened, finished and deleted with the
@@ -64,6 +74,11 @@ class Pipeline {
   // scans. The submap's id.index must be the next of the session (OutOfRange otherwise), or repeat
   // a stored one with equal content (OK, no effect) or not (AlreadyExists).
   virtual absl::StatusOr<SubmapInfo> AddSubmap(Submap submap) = 0;
+
+  // InvalidArgument for an unknown sensor or odometry, NotFound for an unknown robot to take the map
+  // of, FailedPrecondition while there is no map. The pipeline must outlive it.
+  virtual absl::StatusOr<std::unique_ptr<RobotLocaliser>> OpenLocaliser(
+      const LocalisationRequest& request) = 0;
 
   virtual MapInfo GetMapInfo() = 0;
   // The submaps of every session of the robot; of all robots if absent. NotFound for an unknown

@@ -32,10 +32,6 @@ constexpr std::pair<ScanOutcome, v1::StreamScansResponse::Outcome> kOutcomes[] =
     {ScanOutcome::kRejected, v1::StreamScansResponse::REJECTED},
 };
 
-v1::Odometry OdometryMessage(const std::optional<OdometryMode>& mode) {
-  return mode ? ToMessage(kOdometries, *mode) : v1::ODOMETRY_UNSPECIFIED;
-}
-
 std::optional<OdometryMode> FromOdometry(v1::Odometry odometry) {
   return FromMessage(kOdometries, odometry, std::optional<OdometryMode>());
 }
@@ -67,12 +63,30 @@ SessionRecord RecordOf(const v1::Session& session) {
 
 }  // namespace
 
+v1::Odometry ToMessage(const std::optional<OdometryMode>& mode) {
+  return mode ? ToMessage(kOdometries, *mode) : v1::ODOMETRY_UNSPECIFIED;
+}
+
+absl::StatusOr<std::optional<OdometryMode>> Checked(v1::Odometry odometry) {
+  const std::optional<OdometryMode> mode = FromOdometry(odometry);
+  if (mode || odometry == v1::ODOMETRY_UNSPECIFIED) return mode;
+  return absl::InvalidArgumentError(absl::StrCat("unknown odometry ", static_cast<int>(odometry),
+                                                 "; known are ",
+                                                 absl::StrJoin(OdometryModeNames(), ", ")));
+}
+
+v1::Tracking ToMessage(Tracking tracking) { return ToMessage(kTrackings, tracking); }
+
+Tracking FromMessage(v1::Tracking tracking) {
+  return FromMessage(kTrackings, tracking, Tracking::kUnknown);
+}
+
 v1::CreateSessionRequest ToMessage(const SessionRequest& request) {
   v1::CreateSessionRequest message;
   message.set_robot(request.robot.value());
   message.set_sensor(request.sensor);
   *message.mutable_t_base_sensor() = ToMessage(request.T_base_sensor);
-  message.set_odometry(OdometryMessage(request.odometry));
+  message.set_odometry(ToMessage(request.odometry));
   message.set_request_id(request.request_id);
   return message;
 }
@@ -82,12 +96,9 @@ absl::StatusOr<SessionRequest> FromMessage(const v1::CreateSessionRequest& reque
   record.robot = RobotId(request.robot());
   record.sensor = request.sensor();
   record.request_id = request.request_id();
-  record.odometry = FromOdometry(request.odometry());
-  if (!record.odometry && request.odometry() != v1::ODOMETRY_UNSPECIFIED) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("unknown odometry ", static_cast<int>(request.odometry()), "; known are ",
-                     absl::StrJoin(OdometryModeNames(), ", ")));
-  }
+  const auto odometry = Checked(request.odometry());
+  if (!odometry.ok()) return odometry.status();
+  record.odometry = *odometry;
   if (request.has_t_base_sensor()) {
     const auto pose = Checked(request.t_base_sensor(), "t_base_sensor");
     if (!pose.ok()) return pose.status();
@@ -116,7 +127,7 @@ v1::Session ToMessage(const SessionStatus& status) {
   message.set_odometry_ms_mean(status.odometry_ms_mean);
   message.set_travelled_m(status.travelled_m);
   message.set_tracking(ToMessage(kTrackings, status.tracking));
-  message.set_odometry(OdometryMessage(record.odometry));
+  message.set_odometry(ToMessage(record.odometry));
   message.set_input(status.input);
   message.set_map_bytes(status.map_bytes);
   message.set_scan_bytes(status.scan_bytes);

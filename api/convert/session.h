@@ -3,10 +3,14 @@
 
 #include <absl/status/statusor.h>
 
+#include <optional>
+
 #include "core/map/session.h"
+#include "core/odometry_mode.h"
 #include "core/records/session_status.h"
 #include "core/records/submap_upload.h"
 #include "core/scan_upload.h"
+#include "core/tracking.h"
 #include "isthmus/v1/session_service.pb.h"
 
 namespace isthmus::convert {
@@ -14,6 +18,12 @@ namespace isthmus::convert {
 v1::CreateSessionRequest ToMessage(const SessionRequest& request);
 // InvalidArgument for an extrinsic that is no pose and an odometry that is not known.
 absl::StatusOr<SessionRequest> FromMessage(const v1::CreateSessionRequest& request);
+
+v1::Odometry ToMessage(const std::optional<OdometryMode>& mode);
+// InvalidArgument for one that is not known.
+absl::StatusOr<std::optional<OdometryMode>> Checked(v1::Odometry odometry);
+v1::Tracking ToMessage(Tracking tracking);
+Tracking FromMessage(v1::Tracking tracking);
 
 v1::Session ToMessage(const SessionStatus& status);
 SessionStatus FromMessage(const v1::Session& session);

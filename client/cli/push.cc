@@ -8,9 +8,11 @@
 #include "client/console/exit_code.h"
 #include "client/console/interruption.h"
 #include "client/console/json.h"
+#include "client/console/localise_scans.h"
 #include "client/console/push_scans.h"
 #include "client/console/recording_options.h"
 #include "client/console/tracking_text.h"
+#include "core/formats/tum.h"
 
 namespace isthmus::cli {
 namespace {
@@ -21,6 +23,8 @@ struct PushArguments {
   RecordingOptions recording;
   PushOptions push;
   std::string pace = "max";
+  bool localise = false;
+  std::string in_map_of, poses;
   bool json = false;
 };
 
@@ -84,6 +88,48 @@ int Report(const std::vector<PushSummary>& summaries, const PushArguments& optio
   return code;
 }
 
+int ReportPlaces(const LocaliseSummary& summary, const PushArguments& options) {
+  if (!options.poses.empty()) {
+    const absl::Status written = formats::WriteTum(options.poses, summary.poses);
+    if (!written.ok()) return Fail(kFailed, written);
+  }
+  if (options.json) {
+    Print({{"robot", summary.robot},
+           {"sensor", summary.sensor},
+           {"scans", summary.scans},
+           {"located", summary.located},
+           {"uncertain", summary.uncertain},
+           {"ambiguous", summary.ambiguous},
+           {"searching", summary.searching},
+           {"rejected", summary.rejected},
+           {"unreadable", summary.unreadable},
+           {"first_pose_s", summary.first_pose_s ? Json(*summary.first_pose_s) : Json(nullptr)},
+           {"state", ToString(summary.last.state)},
+           {"T_map_sensor",
+            summary.last.T_map_sensor ? ToJson(*summary.last.T_map_sensor) : Json(nullptr)},
+           {"component", summary.last.component},
+           {"revision", summary.last.revision},
+           {"odometry_ms_mean", summary.odometry_ms},
+           {"localising_ms_mean", summary.localising_ms},
+           {"seconds", summary.seconds},
+           {"interrupted", summary.is_interrupted}});
+  } else {
+    absl::PrintF(
+        "%s: of %d scans %d located, %d uncertain, %d ambiguous, %d searching, %d rejected, %d "
+        "unreadable; %s; odometry %.1f ms and localising %.1f ms per scan\n",
+        summary.robot, summary.scans, summary.located, summary.uncertain, summary.ambiguous,
+        summary.searching, summary.rejected, summary.unreadable,
+        summary.first_pose_s ? absl::StrFormat("first pose after %.1f s", *summary.first_pose_s)
+                             : "no pose",
+        summary.odometry_ms, summary.localising_ms);
+  }
+  if (summary.is_interrupted) return kInterrupted;
+  if (summary.scans == summary.rejected) {
+    return FailInput(absl::InvalidArgumentError("none of the scans could be used"));
+  }
+  return summary.poses.empty() ? kNoAnswer : kOk;
+}
+
 // Every robot has a name, and one of its own.
 absl::Status NameRobots(const PushArguments& options, std::vector<RobotScans>& robots) {
   if (robots.size() > 1 && !options.robot.empty()) {
@@ -133,6 +179,14 @@ int Run(PushArguments options) {
   const auto client =
       ConnectPatiently(options.server, /*may_begin_alone=*/!options.push.spool.empty());
   if (!client.ok()) return FailServer(client.status());
+  if (options.localise) {
+    if (robots->size() > 1) {
+      return Fail(kUsage, absl::InvalidArgumentError("--localise follows one robot at a time"));
+    }
+    const auto places = LocaliseRobot(**client, std::move(robots->front()), options.in_map_of,
+                                      options.push, control);
+    return places.ok() ? ReportPlaces(*places, options) : FailServer(places.status());
+  }
   const auto summaries = PushRobots(**client, *std::move(robots), options.push, control);
   if (absl::IsAlreadyExists(summaries.status())) {
     absl::FPrintF(stderr,
@@ -175,6 +229,16 @@ void AddPush(CLI::App& app, Action& action) {
       "Keep scans in this folder until they are durable, so that nothing is lost "
       "or doubled whatever is cut off: the same command again goes on, by the stamps "
       "of the scans. Waits for a server out of reach as long as it takes");
+  command->add_flag("--localise", options->localise,
+                    "Only say where the robot is in the map there is; the map does not grow");
+  command
+      ->add_option("--in-map-of", options->in_map_of,
+                   "With --localise: in the map that this robot is in, not the largest")
+      ->needs("--localise");
+  command
+      ->add_option("--poses", options->poses,
+                   "With --localise: FILE.tum of T_map_sensor at the END of scans")
+      ->needs("--localise");
   command->add_flag("--json", options->json, "Summary as JSON");
   command->callback([options, &action] { action = [options] { return Run(*options); }; });
 }

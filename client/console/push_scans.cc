@@ -4,8 +4,6 @@
 #include <absl/strings/str_format.h>
 #include <absl/strings/str_join.h>
 
-#include <atomic>
-#include <chrono>
 #include <cstdio>
 #include <map>
 #include <memory>
@@ -13,26 +11,11 @@
 #include <utility>
 
 #include "client/console/console.h"
+#include "client/console/pacer.h"
 #include "core/stopwatch.h"
 
 namespace isthmus::cli {
 namespace {
-
-// Keeps the pace of a robot.
-class Pacer {
- public:
-  explicit Pacer(std::optional<double> hz) : hz_(hz) {}
-  void Wait() {
-    if (!hz_) return;
-    std::this_thread::sleep_until(start_ + std::chrono::duration<double>(count_++ / *hz_));
-  }
-
- private:
-  const std::optional<double> hz_;
-  double count_ = 0;
-  const std::chrono::time_point<std::chrono::steady_clock, std::chrono::duration<double>> start_ =
-      std::chrono::steady_clock::now();
-};
 
 // One bar for all robots. Thread safe.
 class FleetProgress {
@@ -209,40 +192,30 @@ bool PushControl::stopped() const {
   return stopped_;
 }
 
-void PushControl::Register(std::vector<RobotScans>* robots) {
-  MutexLock lock(&mutex_);
-  robots_ = robots;
+PushControl::Registration::Registration(PushControl& control, std::vector<RobotScans>* robots)
+    : control_(control) {
+  MutexLock lock(&control_.mutex_);
+  control_.robots_ = robots;
 }
 
-// Registered with the control while it lives.
-class Fleet {
- public:
-  Fleet(std::vector<RobotScans> robots, PushControl& control)
-      : robots_(std::move(robots)), control_(control) {
-    control_.Register(&robots_);
-  }
-  ~Fleet() { control_.Register(nullptr); }
-
-  std::vector<RobotScans>& robots() { return robots_; }
-
- private:
-  std::vector<RobotScans> robots_;
-  PushControl& control_;
-};
+PushControl::Registration::~Registration() {
+  MutexLock lock(&control_.mutex_);
+  control_.robots_ = nullptr;
+}
 
 absl::StatusOr<std::vector<PushSummary>> PushRobots(client::Client& client,
                                                     std::vector<RobotScans> robots,
                                                     const PushOptions& options,
                                                     PushControl& control) {
-  Fleet fleet(std::move(robots), control);
-  FleetProgress progress(fleet.robots());
-  std::vector<absl::StatusOr<PushSummary>> results(fleet.robots().size());
+  const PushControl::Registration registered(control, &robots);
+  FleetProgress progress(robots);
+  std::vector<absl::StatusOr<PushSummary>> results(robots.size());
   std::vector<std::thread> threads;
   for (size_t i = 0; i < results.size(); ++i) {
     PushOptions own = options;
-    if (!own.spool.empty() && results.size() > 1) own.spool += "/" + fleet.robots()[i].robot;
-    threads.emplace_back([&client, &fleet, &control, &progress, &results, own, i] {
-      results[i] = PushRobot(client, fleet.robots()[i], own, control, progress);
+    if (!own.spool.empty() && results.size() > 1) own.spool += "/" + robots[i].robot;
+    threads.emplace_back([&client, &robots, &control, &progress, &results, own, i] {
+      results[i] = PushRobot(client, robots[i], own, control, progress);
     });
   }
   for (std::thread& thread : threads) thread.join();

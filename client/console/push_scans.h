@@ -51,10 +51,19 @@ class PushControl {
   bool Stop();
   bool stopped() const;
 
- private:
-  friend class Fleet;
-  void Register(std::vector<RobotScans>* robots);
+  // While it lives, these robots' readers are interrupted by Stop.
+  class Registration {
+   public:
+    Registration(PushControl& control, std::vector<RobotScans>* robots);
+    ~Registration();
+    Registration(const Registration&) = delete;
+    Registration& operator=(const Registration&) = delete;
 
+   private:
+    PushControl& control_;
+  };
+
+ private:
   mutable Mutex mutex_;
   std::vector<RobotScans>* robots_ ABSL_GUARDED_BY(mutex_) = nullptr;
   bool stopped_ ABSL_GUARDED_BY(mutex_) = false;

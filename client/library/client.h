@@ -19,10 +19,12 @@
 #include <string>
 #include <vector>
 
+#include "client/library/localisation.h"
 #include "client/library/options.h"
 #include "client/library/stream/scan_stream.h"
 #include "client/library/transfers.h"
 #include "core/records/list_at.h"
+#include "core/records/localisation.h"
 #include "core/records/map_edits.h"
 #include "core/records/map_graph.h"
 #include "core/records/map_info.h"
@@ -75,6 +77,11 @@ class Client {
   // has no effect where the submap had arrived. Goes on behind what the server has of it, also if
   // an earlier call, of this program or of one before it, was cut off.
   absl::Status UploadSubmap(const SubmapUpload& submap);
+
+  // For robots that only want to know where they are: the map does not grow. What the server says
+  // of the request comes with the first scan.
+  std::unique_ptr<Localisation> OpenLocalisation(const LocalisationRequest& request,
+                                                 const LocalisationOptions& options = {});
 
   absl::StatusOr<MapInfo> GetMapInfo();
   // The submaps of one robot, or of all robots if `robot` is empty. Indices have gaps where submaps

@@ -29,6 +29,7 @@ std::shared_ptr<Client::Link::Stubs> Open(const std::string& address) {
   stubs->maps = v1::MapService::NewStub(stubs->channel);
   stubs->edits = v1::EditService::NewStub(stubs->channel);
   stubs->admin = v1::AdminService::NewStub(stubs->channel);
+  stubs->localisation = v1::LocalisationService::NewStub(stubs->channel);
   return stubs;
 }
 

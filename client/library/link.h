@@ -15,6 +15,7 @@
 #include "core/concurrency/mutex.h"
 #include "isthmus/v1/admin_service.grpc.pb.h"
 #include "isthmus/v1/edit_service.grpc.pb.h"
+#include "isthmus/v1/localisation_service.grpc.pb.h"
 #include "isthmus/v1/map_service.grpc.pb.h"
 #include "isthmus/v1/session_service.grpc.pb.h"
 
@@ -29,6 +30,7 @@ class Client::Link final : public SessionLink {
     std::unique_ptr<v1::MapService::Stub> maps;
     std::unique_ptr<v1::EditService::Stub> edits;
     std::unique_ptr<v1::AdminService::Stub> admin;
+    std::unique_ptr<v1::LocalisationService::Stub> localisation;
   };
   // One attempt at a call. Must not have effects that a second attempt would double.
   using Attempt = std::function<grpc::Status(Stubs&, grpc::ClientContext&)>;

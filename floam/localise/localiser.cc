@@ -83,6 +83,11 @@ void Localiser::SetMap(std::shared_ptr<const LocalisationMap> map, const Pose& T
   check_.Clear();
 }
 
+void Localiser::SetMapAnew(std::shared_ptr<const LocalisationMap> map) {
+  Forget();
+  SetMap(std::move(map));
+}
+
 void Localiser::Forget() {
   T_level_odom_.reset();
   relocaliser_.Reset();

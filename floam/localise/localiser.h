@@ -75,6 +75,8 @@ class Localiser {
   // Also while under way: the same map as it grows, or moves by a loop; the place is kept, moved by
   // `T_new_old`, and checked with the next scan.
   void SetMap(std::shared_ptr<const LocalisationMap> map, const Pose& T_new_old = Pose());
+  // Another map: the place is forgotten.
+  void SetMapAnew(std::shared_ptr<const LocalisationMap> map);
 
   // Errors as Odometry::Process; scans in order of time.
   absl::StatusOr<LocalisationResult> Process(const Scan& scan);

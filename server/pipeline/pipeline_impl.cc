@@ -2,6 +2,7 @@
 
 #include "core/caught.h"
 #include "core/paper.h"
+#include "server/localisation/robot_localiser.h"
 #include "server/pipeline/trajectory_reader.h"
 
 namespace isthmus::server {
@@ -43,6 +44,10 @@ absl::Status PipelineImpl::Start() {
   parts_.retention = retention_.get();
   executor_ = std::make_unique<Executor>(options.ingest_threads);
   parts_.executor = executor_.get();
+  placed_maps_ = std::make_unique<localisation::PlacedMaps>(
+      [this] { return parts_.map.view(); },
+      [this](const SubmapId& id) { return parts_.submaps.Get(id); }, &parts_.clock,
+      executor_.get());
   if (absl::Status status = sessions_.Resume(); !status.ok()) return status;
   MapWriter* const map = &parts_.map;
   placement_ = std::make_unique<PlacementThread>(map, &parts_.activity, parts_.store.get(),
@@ -107,6 +112,23 @@ absl::StatusOr<RobotTrajectory> PipelineImpl::GetTrajectory(const RobotId& robot
                                                             TrajectoryFrame frame,
                                                             uint32_t segment) {
   return ReadTrajectory(parts_.map, parts_.workers, *parts_.store, robot, frame, segment);
+}
+
+absl::StatusOr<std::unique_ptr<RobotLocaliser>> PipelineImpl::OpenLocaliser(
+    const LocalisationRequest& request) {
+  if (parts_.shut_down) return absl::UnavailableError("the server is shutting down");
+  const auto sensor = floam::FindSensorModel(request.sensor);
+  if (!sensor.ok()) return absl::InvalidArgumentError(sensor.status().message());
+  floam::OdometryOptions options = parts_.options.odometry;
+  if (request.odometry) options.mode = *request.odometry;
+  if (!kHasPaper && options.mode == OdometryMode::kAloam) {
+    return absl::InvalidArgumentError(
+        "this program was built without the odometry \"aloam\" (ISTHMUS_PAPER=OFF)");
+  }
+  options.undistort_cloud = false;
+  options.R_base_sensor = request.T_base_sensor.rotation();
+  return localisation::MakeRobotLocaliser(*sensor, options, request.in_map_of, placed_maps_.get(),
+                                          executor_.get(), &parts_.shut_down);
 }
 
 MapInfo PipelineImpl::GetMapInfo() {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/concurrency/executor.h"
+#include "server/localisation/placed_maps.h"
 #include "server/pipeline.h"
 #include "server/pipeline/map_decisions.h"
 #include "server/pipeline/map_reader.h"
@@ -52,6 +53,9 @@ class PipelineImpl : public Pipeline {
   absl::StatusOr<SubmapInfo> AddSubmap(Submap submap) override {
     return sessions_.AddSubmap(std::move(submap));
   }
+
+  absl::StatusOr<std::unique_ptr<RobotLocaliser>> OpenLocaliser(
+      const LocalisationRequest& request) override;
 
   MapInfo GetMapInfo() override;
   absl::StatusOr<ListAt<SubmapStatus>> ListSubmaps(const std::optional<RobotId>& robot) override {
@@ -116,6 +120,7 @@ class PipelineImpl : public Pipeline {
   std::unique_ptr<CompositionThread> composition_;
   std::unique_ptr<PlacementThread> placement_;
   std::unique_ptr<Executor> executor_;
+  std::unique_ptr<localisation::PlacedMaps> placed_maps_;  // Uses the executor.
   std::unique_ptr<StoreRetryThread> store_retries_;
 };
 

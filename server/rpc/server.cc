@@ -11,6 +11,7 @@
 
 #include "server/rpc/admin_service.h"
 #include "server/rpc/edit_service.h"
+#include "server/rpc/localisation_service.h"
 #include "server/rpc/map_service.h"
 #include "server/rpc/session_service.h"
 
@@ -42,6 +43,7 @@ struct RpcServer::State {
         sessions(pipeline, &streams, &staging, options.max_submap_bytes, reply),
         map(pipeline, reply),
         edits(pipeline, &streams, &staging, reply),
+        localisation(pipeline, reply),
         admin(pipeline, options.backup, reply) {}
 
   ScanStreams streams;
@@ -50,6 +52,7 @@ struct RpcServer::State {
   SessionService sessions;
   MapService map;
   EditService edits;
+  LocalisationService localisation;
   AdminService admin;
   int port = 0;
   std::string address;
@@ -78,6 +81,7 @@ absl::StatusOr<std::unique_ptr<RpcServer>> RpcServer::Start(server::Pipeline* pi
   builder.RegisterService(&state->sessions);
   builder.RegisterService(&state->map);
   builder.RegisterService(&state->edits);
+  builder.RegisterService(&state->localisation);
   builder.RegisterService(&state->admin);
   state->server = builder.BuildAndStart();
   const bool unix_socket = options.listen.rfind("unix", 0) == 0;
@@ -92,6 +96,7 @@ absl::StatusOr<std::unique_ptr<RpcServer>> RpcServer::Start(server::Pipeline* pi
   health->SetServingStatus(v1::SessionService::service_full_name(), true);
   health->SetServingStatus(v1::MapService::service_full_name(), true);
   health->SetServingStatus(v1::EditService::service_full_name(), true);
+  health->SetServingStatus(v1::LocalisationService::service_full_name(), true);
   health->SetServingStatus(v1::AdminService::service_full_name(), true);
   return std::unique_ptr<RpcServer>(new RpcServer(std::move(state)));
 }
@@ -112,6 +117,7 @@ void RpcServer::Shutdown(std::chrono::milliseconds grace) {
   if (state_->shut_down.exchange(true)) return;
   state_->server->GetHealthCheckService()->Shutdown();
   state_->streams.StopAll();
+  state_->localisation.StopAll();
   state_->server->Shutdown(std::chrono::system_clock::now() + grace);
 }
 

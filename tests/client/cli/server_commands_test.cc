@@ -113,6 +113,32 @@ TEST_F(ServerCommandsTest, OnlyUselessScansGiveFive) {
   EXPECT_THAT(result.err, HasSubstr("none of the 1 scans could be used"));
 }
 
+TEST_F(ServerCommandsTest, LocaliseOnlySaysWhereARobotIs) {
+  ASSERT_EQ(Ask("push --robot mapper " + Path("robot_0")).code, 0);
+  const json places = AskJson("push --localise --in-map-of mapper --robot guest --poses " +
+                              Path("guest.tum") + " --from 5 " + Path("robot_0"));
+  EXPECT_EQ(places["scans"], 25);
+  EXPECT_GT(places["located"], 10);
+  const auto poses = formats::ReadTum(Path("guest.tum"));
+  ASSERT_TRUE(poses.ok());
+  EXPECT_EQ(poses->size(), places["located"].get<size_t>() + places["uncertain"].get<size_t>());
+  for (const json& session : AskJson("robots")) EXPECT_NE(session["robot"], "guest");
+  EXPECT_EQ(Ask("push --localise --in-map-of nobody --robot guest " + Path("robot_0")).code, 6);
+}
+
+TEST_F(ServerCommandsTest, APushThatIsInterruptedFinishesItsSession) {
+  const ProgramResult result = RunProgram(
+      "timeout", "--signal=INT 2 " + std::string(ISTHMUS_PROGRAM) + " push --robot cut --rate 4 " +
+                     Path("robot_0") + " --server " + server_->client().address());
+  EXPECT_THAT(result.err, HasSubstr("interrupted; the session is finished"));
+  for (const json& session : AskJson("robots")) {
+    if (session["robot"] != "cut") continue;
+    EXPECT_EQ(session["state"], "FINISHED");
+    EXPECT_LT(session["last_sequence"], 30);
+    EXPECT_GT(session["last_sequence"], 0);
+  }
+}
+
 TEST_F(ServerCommandsTest, WhatTheServerDoesNotKnowGivesSix) {
   for (const char* command : {"transform nobody noone", "trajectory nobody -o /dev/null",
                               "query --robot nobody -o /dev/null",

@@ -43,6 +43,10 @@ class FakePipeline : public server::Pipeline {
   absl::Status SetAckSink(const SessionId& session, AckSink sink) override;
   absl::Status SubmitScan(const SessionId& session, ScanUpload scan) override;
   absl::StatusOr<SubmapInfo> AddSubmap(Submap submap) override;
+  absl::StatusOr<std::unique_ptr<server::RobotLocaliser>> OpenLocaliser(
+      const LocalisationRequest&) override {
+    return absl::UnimplementedError("see localise_rpc_test.cc");
+  }
   MapInfo GetMapInfo() override { return info; }
   absl::StatusOr<ListAt<SubmapStatus>> ListSubmaps(const std::optional<RobotId>& robot) override;
   absl::StatusOr<RobotTrajectory> GetTrajectory(const RobotId& robot, TrajectoryFrame frame,

@@ -36,6 +36,12 @@ inline std::string Describe(const grpc::Status& status) {
     EXPECT_TRUE(grpc_status.ok()) << isthmus::rpc::Describe(grpc_status); \
   } while (false)
 
+#define ASSERT_GRPC_OK(expression)                                        \
+  do {                                                                    \
+    const grpc::Status grpc_status = (expression);                        \
+    ASSERT_TRUE(grpc_status.ok()) << isthmus::rpc::Describe(grpc_status); \
+  } while (false)
+
 // The code, and that the message has `part` in it.
 #define EXPECT_GRPC_ERROR(expression, code, part)                       \
   do {                                                                  \

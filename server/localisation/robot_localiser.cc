@@ -1,0 +1,127 @@
+#include "server/localisation/robot_localiser.h"
+
+#include <future>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "core/caught.h"
+#include "core/codec/scan_decoder.h"
+#include "floam/localise/localiser.h"
+
+namespace isthmus::localisation {
+namespace {
+
+Tracking TrackingOf(floam::TrackingStatus status) {
+  return status == floam::TrackingStatus::kOk           ? Tracking::kOk
+         : status == floam::TrackingStatus::kDegenerate ? Tracking::kDegenerate
+                                                        : Tracking::kLost;
+}
+
+LocalisationState StateOf(floam::LocalisationStatus status) {
+  switch (status) {
+    case floam::LocalisationStatus::kSearching:
+      return LocalisationState::kSearching;
+    case floam::LocalisationStatus::kAmbiguous:
+      return LocalisationState::kAmbiguous;
+    case floam::LocalisationStatus::kLocated:
+      return LocalisationState::kLocated;
+    case floam::LocalisationStatus::kUncertain:
+      return LocalisationState::kUncertain;
+  }
+  return LocalisationState::kSearching;
+}
+
+class Localisation : public server::RobotLocaliser {
+ public:
+  Localisation(const floam::SensorModel& sensor, const floam::OdometryOptions& options,
+               RobotId in_map_of, PlacedMaps* maps, Executor* executor,
+               const std::atomic<bool>* shut_down)
+      : localiser_(sensor, options),
+        in_map_of_(std::move(in_map_of)),
+        maps_(*maps),
+        executor_(*executor),
+        shut_down_(*shut_down) {}
+
+  // As PlacedMaps::Get; where the map as it was lasts, that is kept.
+  absl::Status TakeMap() {
+    const auto map = maps_.Get(in_map_of_);
+    if (!map.ok()) return map_ == nullptr ? map.status() : absl::OkStatus();
+    if (*map == map_) return absl::OkStatus();
+    std::optional<Pose> motion;
+    if (map_ != nullptr && T_map_sensor_) {
+      motion = MotionBetween(*map_, **map, T_map_sensor_->translation());
+    }
+    if (motion) {
+      localiser_.SetMap((*map)->map, *motion);
+    } else {
+      localiser_.SetMapAnew((*map)->map);
+    }
+    map_ = *map;
+    return absl::OkStatus();
+  }
+
+  absl::StatusOr<LocalisedScan> Locate(const ScanUpload& scan) override {
+    if (shut_down_) return absl::UnavailableError("the server is shutting down");
+    std::promise<absl::StatusOr<LocalisedScan>> promise;
+    executor_.Post([&] {
+      try {
+        promise.set_value(LocateNow(scan));
+      } catch (...) {
+        promise.set_value(CaughtStatus());
+      }
+    });
+    return promise.get_future().get();
+  }
+
+ private:
+  absl::StatusOr<LocalisedScan> LocateNow(const ScanUpload& upload) {
+    LocalisedScan located;
+    located.sequence = upload.sequence;
+    if (absl::Status status = TakeMap(); !status.ok()) return status;
+    located.revision = map_->revision;
+    located.component = map_->component;
+    auto scan = decoder_.Decode(upload.payload, upload.sequence, upload.end_stamp_ns);
+    auto result = scan.ok() ? localiser_.Process(*scan) : scan.status();
+    if (!result.ok()) {
+      located.rejected = std::string(result.status().message());
+      located.tracking = Tracking::kLost;
+      return located;
+    }
+    located.state = StateOf(result->status);
+    located.tracking = TrackingOf(result->odometry.status);
+    located.segment = result->odometry.segment;
+    located.T_odom_sensor = result->odometry.T_odom_sensor;
+    located.odometry_ms = result->odometry.timing.total_ms;
+    located.localising_ms = result->localising_ms;
+    T_map_sensor_.reset();
+    if (!result->has_pose()) return located;
+    T_map_sensor_ = located.T_map_sensor = result->T_map_sensor;
+    located.T_map_odom = result->T_map_odom;
+    located.covariance = result->covariance;
+    return located;
+  }
+
+  codec::ScanDecoder decoder_;
+  floam::Localiser localiser_;
+  const RobotId in_map_of_;
+  PlacedMaps& maps_;
+  Executor& executor_;
+  const std::atomic<bool>& shut_down_;
+  std::shared_ptr<const PlacedMap> map_;
+  std::optional<Pose> T_map_sensor_;  // Of the last scan, if it is known.
+};
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<server::RobotLocaliser>> MakeRobotLocaliser(
+    const floam::SensorModel& sensor, const floam::OdometryOptions& options,
+    const RobotId& in_map_of, PlacedMaps* maps, Executor* executor,
+    const std::atomic<bool>* shut_down) {
+  auto localisation =
+      std::make_unique<Localisation>(sensor, options, in_map_of, maps, executor, shut_down);
+  if (absl::Status status = localisation->TakeMap(); !status.ok()) return status;
+  return localisation;
+}
+
+}  // namespace isthmus::localisation
