@@ -52,14 +52,7 @@ class Uploads:
         `FailedPrecondition` where the session is finished or has scans, `AlreadyExists` where the
         index holds another submap.
         """
-        cloud = to_message(submap.points, resolution)
-        data = cloud.data
-        cloud.ClearField("data")
-        header = pb.UploadSubmapHeader(
-            session=session, index=index, first_stamp_ns=submap.first_stamp_ns,
-            last_stamp_ns=submap.last_stamp_ns, t_odom_submap=convert.pose_to(submap.T_odom_submap),
-            keyframes=[_keyframe(k, submap.last_stamp_ns) for k in submap.keyframes], cloud=cloud,
-            size=len(data), crc32c=crc32c(data), sha256=hashlib.sha256(data).digest())
+        header, data = describe(session, index, submap, resolution)
         response = self._link.repeat(lambda: self._send(header, data), also_data_loss=True)
         return int(response.point_count)
 
@@ -99,6 +92,20 @@ class Uploads:
         response: pb.UploadSubmapResponse = self._link.sessions.UploadSubmap(
             _parts(header, data, arrived), timeout=self._link.transfer_timeout_s)
         return response
+
+
+def describe(session: str, index: int, submap: OwnSubmap,
+             resolution: float) -> Tuple[pb.UploadSubmapHeader, bytes]:
+    """The header of an upload, and the bytes that follow it."""
+    cloud = to_message(submap.points, resolution)
+    data = cloud.data
+    cloud.ClearField("data")
+    header = pb.UploadSubmapHeader(
+        session=session, index=index, first_stamp_ns=submap.first_stamp_ns,
+        last_stamp_ns=submap.last_stamp_ns, t_odom_submap=convert.pose_to(submap.T_odom_submap),
+        keyframes=[_keyframe(k, submap.last_stamp_ns) for k in submap.keyframes], cloud=cloud,
+        size=len(data), crc32c=crc32c(data), sha256=hashlib.sha256(data).digest())
+    return header, data
 
 
 def _parts(header: pb.UploadSubmapHeader, data: bytes,

@@ -58,7 +58,7 @@ def to_message(points: Points, resolution: float = 0.0) -> types_pb2.PointCloud:
                                    width=records.shape[1], stride=records.dtype.itemsize)
     for name, number, offset, count in columns:
         message.fields.add(name=name, type=number, offset=offset, count=count)
-    if resolution > 0 and records.size > 0:
+    if resolution != 0 and records.size > 0:
         message.encoding = types_pb2.PointCloud.QUANTIZED
         message.resolution_m = resolution
         message.data = quantize(records.reshape(-1), resolution)

@@ -22,7 +22,7 @@ _CHANNEL = (
     # A server that comes back is found soon; the least is what one attempt may take, too.
     ("grpc.initial_reconnect_backoff_ms", 200),
     ("grpc.min_reconnect_backoff_ms", 5_000),
-    ("grpc.max_reconnect_backoff_ms", 2_000),
+    ("grpc.max_reconnect_backoff_ms", 1_000),
 )
 
 
