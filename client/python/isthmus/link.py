@@ -23,6 +23,8 @@ _CHANNEL = (
     ("grpc.initial_reconnect_backoff_ms", 200),
     ("grpc.min_reconnect_backoff_ms", 5_000),
     ("grpc.max_reconnect_backoff_ms", 1_000),
+    # Before it connects again gRPC looks the address up again, by default not for half a minute.
+    ("grpc.dns_min_time_between_resolutions_ms", 200),
 )
 
 
