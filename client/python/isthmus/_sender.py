@@ -10,7 +10,7 @@ from typing import Any, Callable, Deque, Dict, Iterator, Optional
 import grpc
 
 from isthmus import convert
-from isthmus.enums import Outcome
+from isthmus.enums import Outcome, SessionState
 from isthmus.errors import (Aborted, Cancelled, DeadlineExceeded, Error, FailedPrecondition,
                             Internal, InvalidArgument, OutOfRange, Unavailable, Unknown, from_rpc)
 from isthmus.link import Backoff, Link
@@ -28,6 +28,12 @@ _COUNTED = {Outcome.PROCESSED: "processed", Outcome.DUPLICATE: "duplicates",
 ACK_QUEUE = 1024
 
 
+def finished(session: Any) -> FailedPrecondition:
+    """Why a session takes no more."""
+    return FailedPrecondition(f"session {session.id} is finished: create a new session for robot "
+                              f"{session.robot}")
+
+
 class Sender:
     """What is below ScanStream; see there for what it promises."""
 
@@ -36,6 +42,8 @@ class Sender:
                  on_ack: Optional[Callable[[Ack], None]], same_drive: bool = False) -> None:
         if when_full not in ("wait", "drop_newest"):
             raise InvalidArgument(f"when_full is 'wait' or 'drop_newest', not {when_full!r}")
+        if session.state == SessionState.FINISHED:
+            raise finished(session)
         self._link, self._session = link, session.id
         self._resolution, self._when_full = resolution, when_full
         self._keep_trying_s, self._on_ack = keep_trying_s, on_ack
@@ -101,13 +109,13 @@ class Sender:
             if not self._conclude or self._abandoned:
                 return
             last = self._window.acked
-        finished = self._ask(self._link.sessions.FinishSession,
-                             pb.FinishSessionRequest(session=self._session, last_sequence=last),
-                             self._link.transfer_timeout_s)
+        answer = self._ask(self._link.sessions.FinishSession,
+                           pb.FinishSessionRequest(session=self._session, last_sequence=last),
+                           self._link.transfer_timeout_s)
         with self._changed:
-            self._finished = convert.record(Session, finished)
+            self._finished = convert.record(Session, answer)
             self._stats = dataclasses.replace(self._stats,
-                                              durable_sequence=finished.durable_sequence)
+                                              durable_sequence=answer.durable_sequence)
 
     def _ask(self, method: Callable[..., Any], request: Any, timeout_s: float) -> Any:
         try:
@@ -121,11 +129,10 @@ class Sender:
             if self._abandoned:
                 raise Cancelled("the stream was given up")
             self._check_numbers(known)
-            over = self._stats.pushed > 0 or self._conclude
             self._window.rewind(known.last_sequence)
-            if known.state == pb.Session.FINISHED and not (over and self._window.settled):
-                raise FailedPrecondition(f"session {known.id} is finished: create a new session "
-                                         f"for robot {known.robot}")
+            if known.state == pb.Session.FINISHED and not (self._finishing
+                                                           and self._window.settled):
+                raise finished(known)
             self._window.durable(known.durable_sequence)
             self._epoch += 1
             return self._epoch

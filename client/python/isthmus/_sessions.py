@@ -1,16 +1,18 @@
 """The part of Client that takes robots' data in: sessions, scans, submaps."""
 from __future__ import annotations
 
+import itertools
 import uuid
 from typing import Any, Callable, Dict, List, Optional, Union
 
 from isthmus import convert
-from isthmus.enums import Odometry
+from isthmus._sender import finished
+from isthmus.enums import Odometry, SessionState
 from isthmus.errors import InvalidArgument
 from isthmus.link import Link
 from isthmus.pose import Pose
 from isthmus.push import Rejections, Scans, push_drive
-from isthmus.records import Ack, PushSummary, Session
+from isthmus.records import Ack, PushSummary, Session, StreamStats
 from isthmus.stream import ScanStream
 from isthmus.v1 import edit_service_pb2, session_service_pb2 as pb
 
@@ -107,11 +109,16 @@ class Sessions:
                  else self.create_session(robot, sensor, T_base_sensor, odometry))
         if known.robot != robot:
             raise InvalidArgument(f"session {known.id} is of robot {known.robot}, not {robot}")
+        rest = itertools.islice(iter(scans), known.last_sequence, None)
+        if known.state == SessionState.FINISHED:
+            for _ in rest:
+                raise finished(known)
+            return PushSummary(known, StreamStats(), (), known.last_sequence)
         rejections = Rejections(on_ack)
         stream = ScanStream(self._link, known, resolution=resolution, window=window,
                             when_full="wait", keep_bytes=KEEP_BYTES, on_ack=rejections,
                             keep_trying_s=keep_trying_s, same_drive=True)
-        return push_drive(stream, scans, rejections, known.last_sequence,
+        return push_drive(stream, rest, rejections, known.last_sequence,
                           lambda: self.get_session(known.id), finish)
 
 

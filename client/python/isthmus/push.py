@@ -1,7 +1,6 @@
 """Scans of a whole drive, pushed as fast as the server takes them."""
 from __future__ import annotations
 
-import itertools
 import logging
 from dataclasses import dataclass
 from typing import Callable, Iterable, List, Optional, Tuple, Union
@@ -61,11 +60,11 @@ def push_all(stream: ScanStream, scans: Scans, rejections: Rejections) -> None:
             stream.push_empty(stamp_ns)
 
 
-def push_drive(stream: ScanStream, scans: Scans, rejections: Rejections, skip: int,
+def push_drive(stream: ScanStream, scans: Scans, rejections: Rejections, skipped: int,
                get_session: Callable[[], Session], finish: bool) -> PushSummary:
-    """All but the first `skip` scans, to the end."""
+    """To the end; the first scans of the drive were skipped."""
     try:
-        push_all(stream, itertools.islice(iter(scans), skip, None), rejections)
+        push_all(stream, scans, rejections)
         session = None
         if finish:
             session = stream.finish_session()
@@ -74,4 +73,4 @@ def push_drive(stream: ScanStream, scans: Scans, rejections: Rejections, skip: i
     except BaseException:
         stream.close()
         raise
-    return PushSummary(session or get_session(), stream.stats, tuple(rejections.all), skip)
+    return PushSummary(session or get_session(), stream.stats, tuple(rejections.all), skipped)

@@ -24,7 +24,7 @@ def run(example: str, *arguments: object) -> str:
 
 
 def own_slam(count: int) -> Path:
-    """A trajectory and its scans, as another SLAM would leave them: the truth of a simulated drive."""
+    """A trajectory and its scans, as another SLAM would leave them; here the simulator's truth."""
     folder = temporary_folder()
     (folder / "scans").mkdir()
     for k in range(count):

@@ -1,4 +1,4 @@
-"""Files are read as they were written, by us, by the server and by hand; damaged ones are refused."""
+"""Files are read as they were written, by whomever; damaged ones are refused."""
 import unittest
 from pathlib import Path
 

@@ -1,4 +1,5 @@
 """Drives pushed to a real server, which dies in the middle; scans that it refuses."""
+import subprocess
 import threading
 import unittest
 from types import SimpleNamespace
@@ -8,7 +9,7 @@ import numpy as np
 
 import isthmus
 from isthmus import Outcome, SessionState, Tracking
-from servers import Server, room, scans
+from servers import SERVER, Server, room, scans
 
 
 class PushTest(unittest.TestCase):
@@ -92,6 +93,8 @@ class PushTest(unittest.TestCase):
         self.assertEqual((second.skipped, second.processed), (18, 12))
         stamps, _ = self.client.trajectory("alice", "odom")
         np.testing.assert_array_equal(stamps, [scan.stamp_ns for scan in drive])
+        with self.assertRaisesRegex(isthmus.FailedPrecondition, "is finished"):
+            self.client.open_stream(first.session.id)
         with self.assertRaisesRegex(isthmus.FailedPrecondition, "is finished"):
             self.client.push("alice", scans(0)[:31], session=first.session.id)
         self.assertEqual(self.client.push("alice", drive, session="alice-1").skipped, 30)
@@ -187,6 +190,10 @@ class RestartTest(unittest.TestCase):
 
 
 class ConnectTest(unittest.TestCase):
+    def test_the_package_has_the_servers_version(self) -> None:
+        said = subprocess.run([SERVER, "--version"], capture_output=True, text=True, check=True)
+        self.assertEqual(said.stdout.split()[-1], isthmus.__version__)
+
     def test_says_which_address_does_not_answer(self) -> None:
         with self.assertRaisesRegex(isthmus.Unavailable, "127.0.0.1:1:") as caught:
             isthmus.connect("127.0.0.1:1", timeout=0.2)

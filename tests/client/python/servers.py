@@ -32,7 +32,7 @@ def temporary_folder() -> Path:
 
 @functools.lru_cache(maxsize=None)
 def drives(seconds: int = 6, robots: int = 2) -> Path:
-    """A folder with robot_0, robot_1, ...: drives of a VLP-16 through a museum, 10 scans a second."""
+    """A folder with robot_0, robot_1, ...: a VLP-16 in a museum, 10 scans a second."""
     folder = temporary_folder() / "drives"
     subprocess.run([CLI, "simulate", "--world", "museum", "--robots", str(robots), "--seconds",
                     str(seconds), "--seed", "1", "-o", str(folder)], check=True,
