@@ -23,14 +23,14 @@ def run(example: str, *arguments: object) -> str:
     return done.stdout
 
 
-def own_slam(count: int) -> Path:
-    """A trajectory and its scans, as another SLAM would leave them; here the simulator's truth."""
+def drive(robot: int, count: int) -> Path:
+    """The first scans of a robot, and where it was, as another SLAM would tell."""
     folder = temporary_folder()
     (folder / "scans").mkdir()
     for k in range(count):
         name = f"{k:06}.pcd"
-        (folder / "scans" / name).symlink_to(drives() / "robot_1" / name)
-    lines = [line for line in (drives() / "robot_1.truth.tum").read_text().splitlines()
+        (folder / "scans" / name).symlink_to(drives() / f"robot_{robot}" / name)
+    lines = [line for line in (drives() / f"robot_{robot}.truth.tum").read_text().splitlines()
              if not line.startswith("#")]
     (folder / "poses.tum").write_text("\n".join(lines[:count]))
     return folder
@@ -38,13 +38,13 @@ def own_slam(count: int) -> Path:
 
 class ExamplesTest(unittest.TestCase):
     def test_push_upload_and_plot(self) -> None:
-        own = own_slam(25)
+        alice, bob = drive(0, 25), drive(1, 25)
         with Server() as server:
             said = run("01_push_folder.py", server.address, "alice", "vlp16",
-                       drives() / "robot_0")
-            self.assertIn("alice-1: 60 scans processed, 0 rejected", said)
+                       alice / "scans")
+            self.assertIn("alice-1: 25 scans processed, 0 rejected", said)
             said = run("03_upload_own_slam.py", server.address, "bob",
-                       own / "poses.tum", own / "scans", "alice")
+                       bob / "poses.tum", bob / "scans", "alice")
             self.assertIn("bob-1: 2 submaps", said)
             self.assertIn("alice", said.splitlines()[1])  # Where it is, or that it is not known.
             picture = temporary_folder() / "map.png"
