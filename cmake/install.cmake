@@ -1,4 +1,4 @@
-# What `cmake --install` puts where, in four components: server, client, offline and dev.
+# What `cmake --install` puts where, in five components: server, client, offline, dev and python.
 # `cpack` makes a Debian package of each; see package.cmake.
 
 set(install_dir ${CMAKE_CURRENT_LIST_DIR}/install)
@@ -105,3 +105,22 @@ install(FILES docs/api.md docs/cli.md docs/concepts.md docs/durability.md
   DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/isthmus COMPONENT client)
 install(DIRECTORY client/examples/ DESTINATION ${CMAKE_INSTALL_DATADIR}/isthmus/examples
   COMPONENT dev FILES_MATCHING PATTERN "*.cc")
+
+# The Python package, where Debian's Python looks for it: below /usr in a folder for all versions of
+# Python 3, elsewhere in one for its own.
+if(CMAKE_INSTALL_PREFIX STREQUAL "/usr")
+  set(python_packages lib/python3/dist-packages)
+else()
+  execute_process(COMMAND ${ISTHMUS_PYTHON} -c "import sys; print('%d.%d' % sys.version_info[:2])"
+    OUTPUT_VARIABLE python_version OUTPUT_STRIP_TRAILING_WHITESPACE COMMAND_ERROR_IS_FATAL ANY)
+  set(python_packages lib/python${python_version}/dist-packages)
+endif()
+install(DIRECTORY client/python/isthmus DESTINATION ${python_packages} COMPONENT python
+  FILES_MATCHING PATTERN "*.py" PATTERN "py.typed" PATTERN "__pycache__" EXCLUDE)
+install(DIRECTORY ${PROJECT_BINARY_DIR}/python/isthmus/v1 DESTINATION ${python_packages}/isthmus
+  COMPONENT python FILES_MATCHING PATTERN "*.py" PATTERN "*.pyi" PATTERN "__pycache__" EXCLUDE)
+install(FILES docs/python.md DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/python3-isthmus
+  COMPONENT python)
+install(DIRECTORY client/python/examples
+  DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/python3-isthmus COMPONENT python
+  FILES_MATCHING PATTERN "*.py" PATTERN "*.md" PATTERN "__pycache__" EXCLUDE)

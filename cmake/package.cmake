@@ -6,7 +6,7 @@ set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME isthmus)
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
-set(CPACK_COMPONENTS_ALL server client offline dev)
+set(CPACK_COMPONENTS_ALL server client offline dev python)
 set(CPACK_COMPONENTS_GROUPING IGNORE)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
@@ -40,11 +40,23 @@ isthmus_package(dev libisthmus-client-dev libdevel
 "client library of the Isthmus map server, for C++20
 Headers and static libraries, for CMake and pkg-config, and examples.")
 
+isthmus_package(python python3-isthmus python
+"client of the Isthmus map server, for Python 3
+Pushes scans and submaps as numpy arrays, reads the merged map and trajectories.
+With type hints, and examples, one of them a node for ROS 2.")
+
 set(CPACK_DEBIAN_CLIENT_PACKAGE_RECOMMENDS isthmus-offline)
 set(CPACK_DEBIAN_OFFLINE_PACKAGE_DEPENDS "isthmus (= ${PROJECT_VERSION})")
 set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS
   "libabsl-dev, libeigen3-dev, libgrpc++-dev, liblzf-dev, libprotobuf-dev, libssl-dev, libzstd-dev, \
 protobuf-compiler-grpc")  # What Debian's gRPC asks for where CMake looks for it.
+set(CPACK_DEBIAN_PYTHON_PACKAGE_ARCHITECTURE all)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS
+  "python3, python3-crc32c, python3-grpcio, python3-numpy, python3-protobuf, python3-zstandard")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SUGGESTS python3-matplotlib)  # For an example.
+set(CPACK_DEBIAN_PYTHON_PACKAGE_CONTROL_EXTRA
+  ${PROJECT_SOURCE_DIR}/cmake/install/files/python/postinst
+  ${PROJECT_SOURCE_DIR}/cmake/install/files/python/prerm)
 set(CPACK_DEBIAN_SERVER_PACKAGE_CONTROL_EXTRA
   ${PROJECT_SOURCE_DIR}/cmake/install/files/server/conffiles ${PROJECT_SOURCE_DIR}/cmake/install/files/server/postinst
   ${PROJECT_SOURCE_DIR}/cmake/install/files/server/prerm ${PROJECT_SOURCE_DIR}/cmake/install/files/server/postrm)

@@ -1,0 +1,41 @@
+"""Isthmus joins the LiDAR maps of many robots into one; this is its client for Python.
+
+    import isthmus
+
+    with isthmus.connect("127.0.0.1:50051") as client:
+        client.push("alice", scans, sensor="vlp16")
+        client.export("merged.pcd")
+
+`connect` gives a `Client`; its methods are the server's services, see docs/python.md.
+"""
+from isthmus.client import Client, connect
+from isthmus.enums import (Decision, GuessSource, MatchState, Odometry, Outcome, Reason,
+                           SessionState, Tracking)
+from isthmus.errors import (Aborted, AlreadyExists, Cancelled, DataLoss, DeadlineExceeded, Error,
+                            FailedPrecondition, Internal, InvalidArgument, NotFound, OutOfRange,
+                            PermissionDenied, ResourceExhausted, Unauthenticated, Unavailable,
+                            Unimplemented, Unknown)
+from isthmus.map_records import (Anchor, Anchored, Component, Loop, ManualDecision, MapInfo, Match,
+                                 MatchGraph, Placement, Revision, RevisionDiff, SessionPair,
+                                 StageTime, Submap, SubmapEdge, SubmapMove, Trajectory)
+from isthmus.pose import Pose
+from isthmus.push import Scan
+from isthmus.records import (Ack, Backup, BackupContents, BackupState, Box, ExportSummary,
+                             PushSummary, Rejection, ScanCounts, ScanTiming, Session, StreamStats)
+from isthmus.stream import ScanStream
+from isthmus._uploads import OwnSubmap
+from isthmus.version import VERSION
+
+__version__ = VERSION
+
+__all__ = [
+    "Aborted", "Ack", "AlreadyExists", "Anchor", "Anchored", "Backup", "BackupContents",
+    "BackupState", "Box", "Cancelled", "Client", "Component", "DataLoss", "DeadlineExceeded",
+    "Decision", "Error", "ExportSummary", "FailedPrecondition", "GuessSource", "Internal",
+    "InvalidArgument", "Loop", "ManualDecision", "MapInfo", "Match", "MatchGraph", "MatchState",
+    "NotFound", "Odometry", "Outcome", "OutOfRange", "OwnSubmap", "PermissionDenied", "Placement",
+    "Pose", "PushSummary", "Reason", "Rejection", "ResourceExhausted", "Revision", "RevisionDiff",
+    "Scan", "ScanCounts", "ScanStream", "ScanTiming", "Session", "SessionPair", "SessionState",
+    "StageTime", "StreamStats", "Submap", "SubmapEdge", "SubmapMove", "Tracking", "Trajectory",
+    "Unauthenticated", "Unavailable", "Unimplemented", "Unknown", "connect",
+]

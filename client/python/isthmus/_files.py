@@ -1,0 +1,161 @@
+"""The part of Client that fetches files: the map, its pose graph, backups."""
+from __future__ import annotations
+
+import os
+import shutil
+from pathlib import Path
+from typing import Any, Callable, Iterable, Iterator, Optional, Union
+
+import numpy as np
+from crc32c import crc32c
+
+from isthmus import convert
+from isthmus.errors import Aborted, AlreadyExists, DataLoss, InvalidArgument
+from isthmus.io import write_pcd
+from isthmus.link import Link
+from isthmus.records import Backup, BackupContents, BackupState, ExportSummary
+from isthmus.v1 import admin_service_pb2, map_service_pb2 as pb
+
+PathLike = Union[str, "os.PathLike[str]"]
+_FORMATS = {
+    "pcd": pb.ExportMapRequest.PCD_BINARY_COMPRESSED,
+    "pcd-compressed": pb.ExportMapRequest.PCD_BINARY_COMPRESSED,
+    "pcd-binary": pb.ExportMapRequest.PCD_BINARY,
+    "pcd-ascii": pb.ExportMapRequest.PCD_ASCII,
+    "ply": pb.ExportMapRequest.PLY,
+    "octomap": pb.ExportMapRequest.OCTOMAP_BINARY,
+    "bt": pb.ExportMapRequest.OCTOMAP_BINARY,
+    "ot": pb.ExportMapRequest.OCTOMAP_FULL,
+}
+_WRITTEN_HERE = {"pcd": "binary", "pcd-binary": "binary", "pcd-ascii": "ascii"}
+
+
+class Files:
+    """Part of Client."""
+
+    _link: Link
+    query_region: Callable[..., Iterator[Any]]
+
+    def export(self, path: PathLike, format: str = "pcd", *, component: int = 0,
+               resolution: float = 0.0, robots: Optional[Iterable[str]] = None,
+               progress: Optional[Callable[[int], None]] = None) -> ExportSummary:
+        """The merged map as a file.
+
+        `format`: "pcd" (compressed), "pcd-binary", "pcd-ascii", "ply", "octomap" or "bt" (free,
+        occupied, unknown), "ot" (OctoMap with log-odds). `resolution`: thinning of clouds, 0 as
+        composed; leaf size of OctoMaps, 0 for 0.2 m. The file is PATH.part until it is complete and
+        verified, so that PATH never holds half a map. `progress` receives the bytes so far.
+
+        `robots`: only their points. The server has no such files: they are queried and written
+        here, so only "pcd", "pcd-binary" (both uncompressed then) and "pcd-ascii" go.
+        """
+        if robots is not None:
+            return self._export_robots(path, format, component, resolution, list(robots))
+        if format not in _FORMATS:
+            raise InvalidArgument(f"no format is called '{format}': {', '.join(_FORMATS)} are")
+        request = pb.ExportMapRequest(format=_FORMATS[format], component=component,
+                                      resolution_m=resolution)
+        return self._to_file(self._link.maps.ExportMap, request, Path(path), progress)
+
+    def export_to_file(self, path: PathLike, format: str = "pcd", **options: Any) -> ExportSummary:
+        """The C++ library's name of `export`."""
+        return self.export(path, format, **options)
+
+    def export_pose_graph(self, path: PathLike, component: int = 0) -> ExportSummary:
+        """The pose graph of a component as a g2o file, likewise."""
+        request = pb.ExportPoseGraphRequest(component=component)
+        return self._to_file(self._link.maps.ExportPoseGraph, request, Path(path), None)
+
+    def back_up(self, folder: PathLike,
+                progress: Optional[Callable[[BackupState], None]] = None) -> Backup:
+        """A copy of all that the server stores, as of one moment, while robots and readers go on:
+        into the new folder `folder`, which isthmus-server can serve. It is FOLDER.part until it is
+        complete. `AlreadyExists` when there is a `folder`."""
+        target, part = Path(folder), Path(f"{os.fspath(folder)}.part")
+        if target.exists():
+            raise AlreadyExists(f"{target} exists already; a backup makes its own folder")
+        shutil.rmtree(part, ignore_errors=True)  # Of a program that died.
+        part.mkdir(parents=True)
+        last: Any = None
+        state = BackupState(0.0, 0, 0)
+
+        def note(response: Any) -> None:
+            nonlocal last, state
+            last = response
+            if response is None:
+                state = BackupState(0.0, 0, 0)
+                return
+            state = BackupState(max(state.copied, response.copied),
+                                state.bytes + len(response.data),
+                                max(state.total_bytes, response.total_bytes))
+            if progress is not None:
+                progress(state)
+
+        try:
+            file = self._to_file(self._link.admin.BackUp, admin_service_pb2.BackUpRequest(),
+                                 part / "isthmus.db", None, note)
+            part.rename(target)
+        except BaseException:
+            shutil.rmtree(part, ignore_errors=True)
+            raise
+        return Backup(file, convert.record(BackupContents, last.contents))
+
+    def _to_file(self, method: Callable[..., Any], request: Any, path: Path,
+                 progress: Optional[Callable[[int], None]],
+                 note: Optional[Callable[[Any], None]] = None) -> ExportSummary:
+        """Again and again until it is whole; nothing is left where it fails. `note` sees every
+        response, and None where it begins anew."""
+        part = path.with_name(path.name + ".part")
+
+        def attempt() -> ExportSummary:
+            with open(part, "wb") as file:
+                size, checksum, last = 0, 0, None
+                if note is not None:
+                    note(None)
+                for last in method(request, timeout=self._link.transfer_timeout_s):
+                    file.write(last.data)
+                    size, checksum = size + len(last.data), crc32c(last.data, checksum)
+                    if note is not None:
+                        note(last)
+                    if progress is not None:
+                        progress(size)
+                file.flush()
+                os.fsync(file.fileno())
+            return _verified(last, size, checksum)
+
+        try:
+            summary: ExportSummary = self._link.repeat(attempt, also_data_loss=True)
+            os.replace(part, path)
+        except BaseException:
+            part.unlink(missing_ok=True)
+            raise
+        return summary
+
+    def _export_robots(self, path: PathLike, format: str, component: int, resolution: float,
+                       robots: Iterable[str]) -> ExportSummary:
+        if format not in _WRITTEN_HERE:
+            raise InvalidArgument(f"with robots the format is {', '.join(_WRITTEN_HERE)}; not "
+                                  f"'{format}'")
+        for _ in range(5):  # The map may move between two robots.
+            pieces = [(revision, points) for robot in robots for revision, _, points
+                      in self.query_region(None, None, robot, component, resolution)]
+            revisions = {revision for revision, _ in pieces}
+            if len(revisions) <= 1:
+                break
+        else:
+            raise Aborted("the map changes too fast to be read robot by robot")
+        if not pieces:
+            raise InvalidArgument("no robots are named")
+        points = np.concatenate([points for _, points in pieces])
+        write_pcd(path, points[["x", "y", "z", "intensity"]], encoding=_WRITTEN_HERE[format])
+        data = Path(path).read_bytes()
+        return ExportSummary(revisions.pop(), len(data), crc32c(data))
+
+
+def _verified(last: Any, size: int, checksum: int) -> ExportSummary:
+    if last is None or not last.last:
+        raise DataLoss("the file ended early; run it again")
+    if (size, checksum) != (last.size, last.crc32c):
+        raise DataLoss(f"the file was damaged on its way: {size} bytes with checksum "
+                       f"{checksum:08x} arrived, {last.size} with {last.crc32c:08x} were sent")
+    return ExportSummary(int(last.revision), size, checksum)

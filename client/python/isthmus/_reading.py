@@ -1,0 +1,214 @@
+"""The part of Client that reads the map: what is in it, where it lies, how it changes."""
+from __future__ import annotations
+
+import time
+from typing import Iterator, List, Optional, Sequence, Tuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from isthmus import cloud, convert
+from isthmus.errors import (DeadlineExceeded, FailedPrecondition, InvalidArgument, NotFound,
+                            OutOfRange)
+from isthmus.link import Link
+from isthmus.map_records import MapInfo, RevisionDiff, Submap, Trajectory
+from isthmus.pose import Array, Pose, matrices
+from isthmus.v1 import map_service_pb2 as pb, session_service_pb2, types_pb2
+
+_FRAMES = {"map": pb.MAP, "odom": pb.ODOM}
+MAP_POINT = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("intensity", "<f4"),
+                      ("robot", "<u4")])
+_ASK_EVERY_S = 0.2
+
+
+class Reading:
+    """Part of Client."""
+
+    _link: Link
+
+    def get_map_info(self) -> MapInfo:
+        """Revision, components, and whether the server is still at work."""
+        return convert.record(MapInfo,
+                              self._link.call(self._link.maps.GetMapInfo, pb.GetMapInfoRequest()))
+
+    def status(self) -> MapInfo:
+        """Short for `get_map_info`."""
+        return self.get_map_info()
+
+    def wait(self, until: str = "settled", timeout_s: float = 300.0) -> MapInfo:
+        """Until the server has nothing left to do ("settled"), or all robots, two at least, are in
+        one component ("merged").
+
+        `DeadlineExceeded` after `timeout_s`; `FailedPrecondition` when they are not merged and,
+        as no session is open any more, will not be.
+        """
+        if until not in ("settled", "merged"):
+            raise InvalidArgument(f"wait until 'settled' or 'merged', not {until!r}")
+        deadline = time.monotonic() + timeout_s
+        while True:
+            info = self.get_map_info()
+            merged = len(info.robots) >= 2 and any(
+                len(component.robots) == len(info.robots) for component in info.components)
+            if info.settled and (until == "settled" or merged):
+                return info
+            if info.settled and not self._takes_more():
+                raise FailedPrecondition("not merged, and no session is open any more: graph() "
+                                         "says what the matches lack")
+            if time.monotonic() >= deadline:
+                raise DeadlineExceeded(f"not {until} after {timeout_s:g} s")
+            self._link.closed.wait(_ASK_EVERY_S)
+
+    def list_submaps(self, robot: str = "") -> List[Submap]:
+        """The submaps of one robot or of all; indices have gaps where submaps were retired."""
+        parts = self._link.collect(self._link.maps.ListSubmaps, pb.ListSubmapsRequest(robot=robot))
+        return [convert.record(Submap, submap) for part in parts for submap in part.submaps]
+
+    def get_trajectory(self, robot: str, frame: str = "map", segment: int = 0) -> Trajectory:
+        """Where the robot's sensor was, scan by scan, in its newest session.
+
+        `frame` "map": corrected, T_map_sensor; "odom": T_odom_sensor. `segment` 0: in "odom" the
+        last; in "map" all that are placed in one component, the lowest that has any.
+        `FailedPrecondition` while the robot is not placed in the map.
+        """
+        if frame not in _FRAMES:
+            raise InvalidArgument(f"the frame is 'map' or 'odom', not {frame!r}")
+        request = pb.GetTrajectoryRequest(robot=robot, frame=_FRAMES[frame], segment=segment)
+        parts = self._link.collect(self._link.maps.GetTrajectory, request)
+        poses = [stamped for part in parts for stamped in part.poses]
+        segments = [part.segment for part in parts for _ in part.poses]
+        rows = np.array([_row(stamped.pose) for stamped in poses]).reshape(-1, 7)
+        return Trajectory(
+            session=parts[-1].session, revision=parts[-1].revision, component=parts[-1].component,
+            stamps_ns=np.array([stamped.stamp_ns for stamped in poses], dtype=np.int64),
+            poses=matrices(rows), segments=np.array(segments, dtype=np.uint32),
+            segments_left_out=tuple(parts[-1].segments_left_out))
+
+    def trajectory(self, robot_or_session: str,
+                   frame: str = "map") -> Tuple[NDArray[np.int64], Array]:
+        """Stamps (N,) in nanoseconds and poses (N, 4, 4) of a robot, as of `get_trajectory`.
+
+        Also of a session or one of its segments ("alice-1", "alice-1.2"), as long as it is the
+        newest of its robot: the server answers for no others, `FailedPrecondition`.
+        """
+        try:
+            found = self.get_trajectory(robot_or_session, frame)
+        except NotFound:
+            found = self._session_trajectory(robot_or_session, frame)
+        return found.stamps_ns, found.poses
+
+    def get_transform(self, a: str, b: str) -> Tuple[int, Pose]:
+        """The revision, and T_a_b: robot b's odom frame to robot a's, at their newest submaps.
+
+        `FailedPrecondition`, saying what is missing, while nothing connects the two.
+        """
+        request = pb.GetTransformRequest(robot_a=a, robot_b=b)
+        response = self._link.call(self._link.maps.GetTransform, request)
+        return int(response.revision), convert.pose_from(response.t_a_b)
+
+    def transform(self, a: str, b: str) -> Pose:
+        """T_a_b alone; see `get_transform`."""
+        return self.get_transform(a, b)[1]
+
+    def query_region(self, box: Optional[Sequence[Sequence[float]]] = None,
+                     sphere: Optional[Tuple[Sequence[float], float]] = None, robot: str = "",
+                     component: int = 0, resolution: float = 0.0
+                     ) -> Iterator[Tuple[int, Tuple[str, ...], cloud.Records]]:
+        """As `query`, in pieces: the revision, the robots' names that the field `robot` indexes,
+        and points. At least one piece, also where there are no points. Not tried again after the
+        first."""
+        request = pb.QueryRegionRequest(component=component, robot=robot, resolution_m=resolution)
+        if box is not None and sphere is not None:
+            raise InvalidArgument("give a box or a sphere, not both")
+        if box is not None:
+            low, high = box
+            request.box.CopyFrom(types_pb2.Box(min=convert.vector_to(low),
+                                               max=convert.vector_to(high)))
+        if sphere is not None:
+            request.sphere.CopyFrom(types_pb2.Sphere(center=convert.vector_to(sphere[0]),
+                                                     radius_m=float(sphere[1])))
+        robots: Tuple[str, ...] = ()
+        for part in self._link.stream(self._link.maps.QueryRegion, request):
+            robots = tuple(part.robots) or robots
+            has_points = len(part.cloud.data) > 0
+            yield (int(part.revision), robots,
+                   cloud.from_message(part.cloud) if has_points else np.zeros(0, MAP_POINT))
+
+    def query(self, box: Optional[Sequence[Sequence[float]]] = None,
+              sphere: Optional[Tuple[Sequence[float], float]] = None, robot: str = "",
+              component: int = 0, resolution: float = 0.0) -> cloud.Records:
+        """Points of the merged map: a structured array (N,) with x, y, z (metres, map frame),
+        intensity, and `robot`, the name of the robot that saw it.
+
+        `box`: two corners (min, max); `sphere`: (center, radius); without either everything.
+        `robot` "": of all robots. `resolution`: one point per voxel of so many metres; 0: as
+        composed. `Unavailable` while the map is composed after a start of the server.
+        """
+        pieces: List[cloud.Records] = []
+        robots: Tuple[str, ...] = ()
+        for _, robots, points in self.query_region(box, sphere, robot, component, resolution):
+            pieces.append(points)
+        points = np.concatenate(pieces)
+        width = max([1, *map(len, robots)])
+        out = np.zeros(len(points), dtype=[*MAP_POINT.descr[:4], ("robot", f"<U{width}")])
+        for name in ("x", "y", "z", "intensity"):
+            out[name] = points[name]
+        if robots and len(points):
+            out["robot"] = np.array(robots)[points["robot"]]
+        return out
+
+    def diff_revisions(self, from_revision: int, to_revision: int = 0) -> RevisionDiff:
+        """How the map changed from one revision to another, 0 being the latest.
+
+        `OutOfRange` when `from_revision` is older than what the server keeps.
+        """
+        request = pb.DiffRevisionsRequest(from_revision=from_revision, to_revision=to_revision)
+        parts = self._link.collect(self._link.maps.DiffRevisions, request)
+        merged = pb.DiffRevisionsResponse()
+        for part in parts:
+            merged.MergeFrom(part)
+        return convert.record(RevisionDiff, merged)
+
+    def watch(self, since: Optional[int] = None,
+              every_s: float = 1.0) -> Iterator[RevisionDiff]:
+        """Changes of the map as they happen, until the client is closed or the caller stops.
+
+        The API has no stream of changes: this asks for the revision `every_s` seconds, and for what
+        moved where that has grown. `since` is the revision that the caller knows (0: none); None:
+        the one at the first question. What is older than the server keeps is told from the
+        beginning (`from_revision` 0).
+        """
+        known = self.get_map_info().revision if since is None else since
+        while not self._link.closed.is_set():
+            revision = self.get_map_info().revision
+            if revision < known:
+                known = 0  # Another map, or an older backup of it.
+            if revision > known:
+                try:
+                    diff = self.diff_revisions(known)
+                except OutOfRange:
+                    diff = self.diff_revisions(0)
+                known = diff.to_revision
+                yield diff
+            self._link.closed.wait(every_s)
+
+    def _takes_more(self) -> bool:
+        """Whether any session is open."""
+        request = session_service_pb2.ListSessionsRequest()
+        return any(session.state == session_service_pb2.Session.ACTIVE
+                   for part in self._link.collect(self._link.sessions.ListSessions, request)
+                   for session in part.sessions)
+
+    def _session_trajectory(self, name: str, frame: str) -> Trajectory:
+        request = session_service_pb2.GetSessionRequest(session=name)
+        session = self._link.call(self._link.sessions.GetSession, request)
+        segment = session.segment if session.first_segment else 0
+        found = self.get_trajectory(session.robot, frame, segment)
+        if found.session not in (name, session.first_segment):
+            raise FailedPrecondition(f"{session.robot}'s newest session is {found.session}; the "
+                                     f"server has no trajectories of older ones like {name}")
+        return found
+
+
+def _row(pose: types_pb2.Pose) -> Tuple[float, ...]:
+    t, q = pose.translation, pose.rotation
+    return (t.x, t.y, t.z, q.x, q.y, q.z, q.w)

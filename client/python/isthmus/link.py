@@ -1,0 +1,165 @@
+"""The connection to one server: channel, repetition, errors. Private to the package."""
+from __future__ import annotations
+
+import random
+import threading
+import time
+from typing import Any, Callable, Iterator, Optional
+
+import grpc
+
+from isthmus.errors import Aborted, DataLoss, Error, Unavailable, from_rpc
+from isthmus.v1 import (admin_service_pb2_grpc, edit_service_pb2_grpc, map_service_pb2,
+                        map_service_pb2_grpc, session_service_pb2_grpc)
+
+_CHANNEL = (
+    ("grpc.max_send_message_length", -1),  # The server's own limit decides, and says so.
+    ("grpc.use_local_subchannel_pool", 1),  # Another client's failures are not waited for.
+    # A radio link that is dead is noticed within the sum of these; the server permits it.
+    ("grpc.keepalive_time_ms", 5_000),
+    ("grpc.keepalive_timeout_ms", 10_000),
+    ("grpc.http2.max_pings_without_data", 0),
+    # A server that comes back is found soon; the least is what one attempt may take, too.
+    ("grpc.initial_reconnect_backoff_ms", 200),
+    ("grpc.min_reconnect_backoff_ms", 5_000),
+    ("grpc.max_reconnect_backoff_ms", 1_000),
+    # Before it connects again gRPC looks the address up again, by default not for half a minute.
+    ("grpc.dns_min_time_between_resolutions_ms", 200),
+)
+
+
+class Backoff:
+    """Waits between attempts: 0.2 s, doubled up to 5 s, shortened by up to 30 % at random, so that
+    robots which lost the same server do not all come back in the same instant."""
+
+    def __init__(self, keep_trying_s: float) -> None:
+        self._keep_trying_s = keep_trying_s
+        self._random = random.Random()
+        self.reset()
+
+    def reset(self) -> None:
+        """After a success: the next failure is the first again."""
+        self._failures = 0
+        self._began: Optional[float] = None
+
+    def next(self) -> Optional[float]:
+        """Seconds to wait after a failed attempt; None when it was tried for long enough."""
+        now = time.monotonic()
+        self._began = now if self._began is None else self._began
+        left = self._began + self._keep_trying_s - now
+        if left <= 0:
+            return None
+        delay = min(5.0, 0.2 * 2.0 ** min(self._failures, 10)) * (1 - 0.3 * self._random.random())
+        self._failures += 1
+        return min(delay, left)
+
+
+class Link:
+    """Thread safe."""
+
+    def __init__(self, address: str, keep_trying_s: float, call_timeout_s: float,
+                 transfer_timeout_s: float) -> None:
+        self.address = address
+        self.keep_trying_s = keep_trying_s
+        self.call_timeout_s = call_timeout_s
+        self.transfer_timeout_s = transfer_timeout_s
+        self.closed = threading.Event()
+        self._channel = grpc.insecure_channel(address, options=_CHANNEL)
+        self.sessions = session_service_pb2_grpc.SessionServiceStub(self._channel)
+        self.maps = map_service_pb2_grpc.MapServiceStub(self._channel)
+        self.edits = edit_service_pb2_grpc.EditServiceStub(self._channel)
+        self.admin = admin_service_pb2_grpc.AdminServiceStub(self._channel)
+
+    def close(self) -> None:
+        """Ends what is under way."""
+        self.closed.set()
+        self._channel.close()
+
+    def once(self, attempt: Callable[[], Any]) -> Any:
+        """One attempt, with errors of ours."""
+        try:
+            return attempt()
+        except grpc.RpcError as error:
+            raise from_rpc(error) from None
+        except ValueError as error:  # What gRPC says of a channel that was closed.
+            if not self.closed.is_set():
+                raise
+            raise Unavailable(f"the client was closed ({error})") from None
+
+    def repeat(self, attempt: Callable[[], Any], also_data_loss: bool = False) -> Any:
+        """For what may be sent twice: again while the server does not answer."""
+        backoff = Backoff(self.keep_trying_s)
+        while True:
+            try:
+                return self.once(attempt)
+            except (Unavailable, DataLoss) as error:
+                if isinstance(error, DataLoss) and not also_data_loss:
+                    raise
+                delay = backoff.next()
+                if delay is None or self.closed.wait(delay):
+                    raise self.explain(error) from None
+
+    def careful(self, attempt: Callable[[], Any]) -> Any:
+        """For what must not be sent twice: waits for a sign of life, then sends it once."""
+        self.probe()
+        try:
+            return self.once(attempt)
+        except Unavailable as error:
+            raise self.explain(error) from None
+
+    def probe(self) -> None:
+        """Asks the server for a sign of life."""
+        request = map_service_pb2.GetMapInfoRequest()
+        self.repeat(lambda: self.maps.GetMapInfo(request, timeout=self.call_timeout_s))
+
+    def call(self, method: Callable[..., Any], request: Any, long: bool = False) -> Any:
+        """A question with one answer; `long` for what takes the server its time."""
+        timeout = self.transfer_timeout_s if long else self.call_timeout_s
+        return self.repeat(lambda: method(request, timeout=timeout))
+
+    def call_once(self, method: Callable[..., Any], request: Any, long: bool = False) -> Any:
+        """Likewise for what must not be sent twice."""
+        timeout = self.transfer_timeout_s if long else self.call_timeout_s
+        return self.careful(lambda: method(request, timeout=timeout))
+
+    def collect(self, method: Callable[..., Any], request: Any) -> Any:
+        """All responses of a list, from the beginning with each attempt."""
+        return self.repeat(lambda: list(method(request, timeout=self.transfer_timeout_s)))
+
+    def stream(self, method: Callable[..., Any], request: Any) -> Iterator[Any]:
+        """Responses one by one; not tried again after the first, and ended when not read on."""
+        backoff = Backoff(self.keep_trying_s)
+        while True:
+            started = False
+            call = method(request, timeout=self.transfer_timeout_s)
+            try:
+                for response in call:
+                    started = True
+                    yield response
+                return
+            except grpc.RpcError as lost:
+                error = from_rpc(lost)
+            finally:
+                call.cancel()
+            if not isinstance(error, Unavailable):
+                raise error
+            if started:
+                raise not_again(error)
+            delay = backoff.next()
+            if delay is None or self.closed.wait(delay):
+                raise self.explain(error)
+
+    def explain(self, error: Error) -> Error:
+        """Adds to `Unavailable` where the server was sought and what to do."""
+        if not isinstance(error, Unavailable) or error.message.startswith("cannot reach"):
+            return error
+        return Unavailable(f"cannot reach isthmus-server at {self.address}: is it running? Start "
+                           f"it with `isthmus-server --data DIR --listen {self.address}` "
+                           f"({error.message})")
+
+
+def not_again(error: Error) -> Error:
+    """Of a transfer that cannot be taken up in the middle."""
+    if not isinstance(error, Unavailable):
+        return error
+    return Aborted(f"the link was lost half way: {error.message}")
