@@ -157,7 +157,15 @@ TEST_P(DriveTest, HasFixesAndTransforms) {
 INSTANTIATE_TEST_SUITE_P(All, DriveTest,
                          testing::Values(DriveFile{"drive_none.bag", "ROS 1 bag", false},
                                          DriveFile{"drive_bz2.bag", "ROS 1 bag", false},
-                                         DriveFile{"drive_lz4.bag", "ROS 1 bag", false}),
+                                         DriveFile{"drive_lz4.bag", "ROS 1 bag", false},
+                                         DriveFile{"drive_none.mcap", "MCAP", true},
+                                         DriveFile{"drive_lz4.mcap", "MCAP", true},
+                                         DriveFile{"drive_zstd.mcap", "MCAP", true},
+                                         DriveFile{"drive_bare.mcap", "MCAP", true},
+                                         DriveFile{"drive_loose.mcap", "MCAP", true},
+                                         DriveFile{"drive.db3", "ROS 2 bag (db3)", true},
+                                         DriveFile{"split_bag", "ROS 2 bag (db3)", true},
+                                         DriveFile{"packed_bag", "ROS 2 bag (db3)", true}),
                          [](const auto& test) {
                            std::string name = test.param.name;
                            std::replace_if(
