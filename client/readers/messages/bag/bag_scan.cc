@@ -35,7 +35,7 @@ class BagScan {
   void TakeChunk(const BagHead& head);
   void TakeMessage(const BagHead& head);
   // Notes a damaged block from here to the next chunk.
-  void LeaveOut(absl::string_view why);
+  void LeaveOut(absl::string_view why, bool may_hold_messages = true);
   std::optional<uint64_t> FindChunk(uint64_t from);
   bool IsChunkWith(uint64_t offset, uint64_t op_offset);
   // Looks into the last chunk where its index does not tell all, or tells of unknown topics.
@@ -51,7 +51,9 @@ class BagScan {
 void BagScan::Take(const BagHead& head) {
   const BagHeader& header = head.header;
   if (header.op == BagOp::kChunk) return TakeChunk(head);
-  if (head.data_end > source_.size()) return LeaveOut("the file ends within a record");
+  if (head.data_end > source_.size()) {
+    return LeaveOut("the file ends within a record", header.op == BagOp::kMessage);
+  }
   if (header.op == BagOp::kIndex) {
     if (last_is_new_) {
       MessageBlock& block = file_->blocks.back();
@@ -96,9 +98,15 @@ void BagScan::TakeMessage(const BagHead& head) {
   ++(*blocks.back().counts)[head.header.conn];
 }
 
-void BagScan::LeaveOut(absl::string_view why) {
-  LearnLast(/*always=*/false);
-  const uint64_t end = FindChunk(at_ + 1).value_or(source_.size());
+void BagScan::LeaveOut(absl::string_view why, bool may_hold_messages) {
+  LearnLast(/*always=*/true);
+  const std::optional<uint64_t> chunk = FindChunk(at_ + 1);
+  const uint64_t end = chunk.value_or(source_.size());
+  // Where a recorder was killed, the end of its index is no loss.
+  if (!chunk && !may_hold_messages) {
+    at_ = end;
+    return;
+  }
   file_->blocks.push_back({.begin = at_, .end = end, .damage = std::string(why)});
   at_ = end;
 }

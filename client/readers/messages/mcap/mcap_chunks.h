@@ -27,7 +27,8 @@ class McapBlockFormat : public BlockFormat {
 };
 
 // Fills the file by its summary; `totals`: the messages of each channel. NotFound where there is
-// none, or none that indexes all chunks, DataLoss where it is damaged.
+// none, or none that indexes all chunks, DataLoss where it is damaged
+// or cut off.
 absl::Status ReadMcapSummary(const ByteSource& source, BlockFile* file,
                              std::map<uint32_t, uint64_t>* totals);
 

@@ -39,7 +39,7 @@ class McapScan {
   void TakeIndex(absl::string_view content);
   void TakeLoose(const McapHead& head, BlockRecord record);
   // Notes a damaged block from here to the next chunk.
-  void LeaveOut(absl::string_view why);
+  void LeaveOut(absl::string_view why, bool may_hold_messages = true);
   std::optional<uint64_t> FindChunk(uint64_t from);
   bool IsChunk(uint64_t offset);
   void LearnLast(bool always) {
@@ -56,7 +56,10 @@ class McapScan {
 
 void McapScan::Take(const McapHead& head) {
   if (head.op == McapOp::kChunk) return TakeChunk(head);
-  if (head.end > source_.size()) return LeaveOut("the file ends within a record");
+  if (head.end > source_.size()) {
+    return LeaveOut("the file ends within a record",
+                    head.op == McapOp::kMessage || head.op > McapOp::kDataEnd);
+  }
   const bool is_loose =
       head.op == McapOp::kMessage || head.op == McapOp::kChannel || head.op == McapOp::kSchema;
   if (is_loose || head.op == McapOp::kMessageIndex) {
@@ -111,9 +114,15 @@ void McapScan::TakeLoose(const McapHead& head, BlockRecord record) {
   ++(*blocks.back().counts)[record.number];
 }
 
-void McapScan::LeaveOut(absl::string_view why) {
-  LearnLast(/*always=*/false);
-  const uint64_t end = FindChunk(at_ + 1).value_or(source_.size());
+void McapScan::LeaveOut(absl::string_view why, bool may_hold_messages) {
+  LearnLast(/*always=*/true);
+  const std::optional<uint64_t> chunk = FindChunk(at_ + 1);
+  const uint64_t end = chunk.value_or(source_.size());
+  // Where a recorder was killed, the end of its index is no loss.
+  if (!chunk && !may_hold_messages) {
+    at_ = end;
+    return;
+  }
   file_->blocks.push_back({.begin = at_, .end = end, .damage = std::string(why)});
   at_ = end;
 }

@@ -76,13 +76,13 @@ absl::Status TakeRecords(absl::string_view summary, BlockFile* file, SummaryCoun
 absl::StatusOr<std::string> LoadSummary(const ByteSource& source) {
   const size_t tail = kMcapHeadBytes + kMcapFooterBytes + kMcapMagic.size();
   const uint64_t size = source.size();
-  if (size < 2 * kMcapMagic.size() + tail) return absl::NotFoundError("the file is cut off");
+  if (size < 2 * kMcapMagic.size() + tail) return absl::DataLossError("the file is cut off");
   ByteWindow window(source, tail);
   absl::StatusOr<absl::string_view> bytes = window.At(size - tail, tail);
   if (!bytes.ok()) return bytes.status();
   if (bytes->substr(tail - kMcapMagic.size()) != kMcapMagic ||
       static_cast<McapOp>((*bytes)[0]) != McapOp::kFooter) {
-    return absl::NotFoundError(absl::StrCat("the file is cut off at byte ", size));
+    return absl::DataLossError(absl::StrCat("the file is cut off at byte ", size));
   }
   const auto begin = codec::LoadAs<uint64_t>(bytes->data() + kMcapHeadBytes);
   const auto crc = codec::LoadAs<uint32_t>(bytes->data() + kMcapHeadBytes + 16);
