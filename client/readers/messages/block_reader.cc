@@ -54,7 +54,7 @@ absl::Status BlockReader::Damage(const MessageBlock& block, absl::string_view wh
     for (const auto& [number, count] : *block.counts) {
       if (topic_of_.contains(number)) there += count;
     }
-    lost = absl::StrCat(", ", there - std::min(there, given_), " messages of ", there, " are lost");
+    lost = absl::StrCat(" (messages lost: ", there - std::min(there, given_), " of ", there, ")");
   }
   return absl::DataLossError(absl::StrCat(file_->name, ": bytes ", block.begin, " to ", block.end,
                                           " cannot be read", lost, ": ", why));

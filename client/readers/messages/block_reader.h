@@ -10,6 +10,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -69,6 +70,7 @@ struct BlockFile {
   std::unique_ptr<const BlockFormat> format;
   std::map<uint32_t, NumberedTopic> numbered;
   std::map<uint32_t, std::string> schemas;
+  std::set<uint32_t> undeclared;  // Numbers that were looked for in vain.
   std::vector<MessageBlock> blocks;
   TopicTable table;
 };

@@ -27,11 +27,18 @@ void LearnBlock(MessageBlock& block, BlockFile* file) {
 }
 
 void LearnUnlessKnown(bool always, MessageBlock& block, BlockFile* file) {
-  const auto known = [&](const auto& count) { return file->numbered.contains(count.first); };
+  const auto known = [&](const auto& count) {
+    return file->numbered.contains(count.first) || file->undeclared.contains(count.first);
+  };
   if (!always && block.counts && std::all_of(block.counts->begin(), block.counts->end(), known)) {
     return;
   }
   LearnBlock(block, file);
+  if (!block.counts) return;
+  // They are declared with their first message: what is lost is not looked for in every chunk.
+  for (const auto& count : *block.counts) {
+    if (!file->numbered.contains(count.first)) file->undeclared.insert(count.first);
+  }
 }
 
 void MakeTopicTable(BlockFile* file) {

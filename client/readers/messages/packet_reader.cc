@@ -88,9 +88,9 @@ absl::Status PacketReader::Take(const Message& message) {
 
 absl::Status PacketReader::Refused() {
   if (refused_ == 0) return absl::OkStatus();
-  return absl::InvalidArgumentError(absl::StrCat(topic_.name, ": ", std::exchange(refused_, 0),
-                                                 " packets before scan ", next_,
-                                                 " are left out: ", why_refused_));
+  return absl::InvalidArgumentError(absl::StrCat(topic_.name, ": packets left out before scan ",
+                                                 next_, ": ", std::exchange(refused_, 0), " (",
+                                                 why_refused_, ")"));
 }
 
 std::optional<RecordedScan> PacketReader::TakeReady() {

@@ -11,6 +11,9 @@ namespace isthmus::readers {
 void RingSensor::Look(const PointPayload& payload) {
   if (scans_ == kRingScans) return;
   ++scans_;
+  // As Livox' own drivers write clouds.
+  livox_ = livox_ || (codec::FindField(payload, {"tag"}) != nullptr &&
+                      codec::FindField(payload, {"line"}) != nullptr);
   if (payload.height > 1) highest_ = std::max(highest_, payload.height - 1.0);
   const PointField* ring = codec::FindField(payload, {"ring", "ring_id", "channel", "line", "row",
                                                       "laser_id", "laser", "beam", "beam_id"});
@@ -22,6 +25,7 @@ void RingSensor::Look(const PointPayload& payload) {
 }
 
 std::string RingSensor::sensor() const {
+  if (livox_) return "livox";
   if (highest_ < 0 || highest_ >= kMaxKnownRings) return {};
   return highest_ < 16 ? "vlp16" : highest_ < 32 ? "hdl32" : highest_ < 64 ? "hdl64" : "os1-128";
 }
