@@ -41,8 +41,9 @@ class JoinedReader : public MessageReader {
       if (wanted_.contains(joined_[file][i])) topics.push_back(i);
     }
     absl::StatusOr<std::unique_ptr<MessageReader>> reader = files_[file]->OpenReader(topics);
-    if (reader.ok()) reader_ = *std::move(reader);
-    return reader.status();
+    if (!reader.ok()) return reader.status();
+    reader_ = *std::move(reader);
+    return absl::OkStatus();
   }
 
   const Files files_;

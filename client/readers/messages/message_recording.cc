@@ -161,6 +161,7 @@ absl::StatusOr<std::vector<StaticTransform>> MessageRecording::ReadStaticTransfo
     }
   }
   std::vector<StaticTransform> all;
+  all.reserve(edges.size());
   for (auto& [names, edge] : edges) all.push_back(std::move(edge));
   return all;
 }

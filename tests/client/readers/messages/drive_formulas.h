@@ -29,6 +29,7 @@ inline std::vector<double> Column(const PointPayload& payload, const char* name)
 template <typename Value>
 std::vector<double> EachPoint(int count, const Value& value) {
   std::vector<double> values;
+  values.reserve(static_cast<size_t>(count));
   for (int i = 0; i < count; ++i) values.push_back(static_cast<double>(value(i)));
   return values;
 }
