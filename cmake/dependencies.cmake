@@ -17,6 +17,8 @@ find_package(nlohmann_json REQUIRED)
 pkg_check_modules(FFTW REQUIRED IMPORTED_TARGET fftw3f)
 find_package(liblzf REQUIRED)
 find_package(zstd REQUIRED)
+find_package(BZip2 REQUIRED)
+pkg_check_modules(LZ4 REQUIRED IMPORTED_TARGET liblz4)
 
 # VTK would bring in Qt and 35 targets of its own; the PCL modules used here do without it.
 if(ISTHMUS_PAPER)

@@ -2,11 +2,20 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 
 namespace isthmus::readers {
 
 // Errors that are read over in search of a first scan, before a recording is taken to tell nothing
 // of its sensor. A guess; all are kept.
 inline constexpr size_t kErrorsReadAhead = 100;
+
+// Nanoseconds by which the clock in a scan's points and that of its header may differ to be taken
+// for one: a scan and its transport take less, clocks that were never set differ by years.
+inline constexpr int64_t kSameClockNs = 10'000'000'000;
+// Scans that are looked at for the number of rings. The first may miss the outermost.
+inline constexpr size_t kRingScans = 5;
+// Rings above which no sensor is known.
+inline constexpr double kMaxKnownRings = 128;
 
 }  // namespace isthmus::readers

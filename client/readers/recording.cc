@@ -4,7 +4,6 @@
 
 #include <utility>
 
-#include "client/readers/folder/folder_recording.h"
 #include "client/readers/range_reader.h"
 
 namespace isthmus::readers {
@@ -34,10 +33,6 @@ absl::StatusOr<std::vector<GnssFix>> Recording::ReadFixes(size_t) const {
 
 absl::StatusOr<std::vector<StaticTransform>> Recording::ReadStaticTransforms() const {
   return std::vector<StaticTransform>();
-}
-
-absl::StatusOr<std::unique_ptr<Recording>> OpenRecording(const std::string& path) {
-  return OpenFolderRecording(path);
 }
 
 }  // namespace isthmus::readers

@@ -1,7 +1,7 @@
 #include "client/readers/started_reader.h"
 
 #include "client/readers/limits.h"
-#include "client/readers/sensor_guess.h"
+#include "client/readers/ring_sensor.h"
 
 namespace isthmus::readers {
 
@@ -13,7 +13,10 @@ StartedReader::StartedReader(std::unique_ptr<ScanReader> reader) : reader_(std::
     break;
   }
   sensor_ = reader_->sensor();
-  if (sensor_.empty() && first_ != nullptr) sensor_ = GuessSensor(first_->payload);
+  if (!sensor_.empty() || first_ == nullptr) return;
+  RingSensor rings;
+  rings.Look(first_->payload);
+  sensor_ = rings.sensor();
 }
 
 absl::StatusOr<std::optional<RecordedScan>> StartedReader::Next() {

@@ -62,7 +62,10 @@ ALLOWED = {
         {"api", "api/convert", "core", "core/codec", "core/io"},
         STD_LIKE | {"grpc", "protobuf"},
     ),
-    "client/readers": ({"core", "core/codec", "core/formats", "core/io"}, STD_LIKE | {"json"}),
+    "client/readers": (
+        {"core", "core/codec", "core/formats", "core/io"},
+        STD_LIKE | {"json", "bz2", "lz4", "sqlite", "yaml", "zstd"},
+    ),
     "client/simulation": ({"core", "core/codec", "core/formats", "core/io"}, STD_LIKE | {"embree"}),
     "client/evaluation": ({"core", "core/io"}, STD_LIKE | {"png"}),
     "client/examples": ({"core/formats", "client/library"}, STD_LIKE),
@@ -100,7 +103,7 @@ LEVELS = {
 BASES = {f"client/library/{name}.h" for name in ("convert", "options", "records")}
 # Only .cc files may include these, so that they never reach a neighbour's headers. A header named
 # after the library (pcl_cloud.h) may too; it is then itself for .cc files only.
-PRIVATE_TO_SOURCES = {"openssl", "ceres", "pcl", "octomap", "sqlite", "zstd", "lzf", "fftw", "embree", "png"}
+PRIVATE_TO_SOURCES = {"openssl", "ceres", "pcl", "octomap", "sqlite", "zstd", "lzf", "bz2", "lz4", "fftw", "embree", "png"}
 THIRD_PARTY = [
     ("eigen", re.compile(r"^(Eigen|unsupported/Eigen)/")),
     ("absl", re.compile(r"^absl/")),
@@ -110,6 +113,8 @@ THIRD_PARTY = [
     ("sqlite", re.compile(r"^sqlite3")),
     ("zstd", re.compile(r"^zstd|^zdict")),
     ("lzf", re.compile(r"lzf\.h$")),
+    ("bz2", re.compile(r"^bzlib\.h$")),
+    ("lz4", re.compile(r"^lz4")),
     ("openssl", re.compile(r"^openssl/")),
     ("fftw", re.compile(r"^fftw3")),
     ("embree", re.compile(r"^embree3/")),
@@ -123,7 +128,7 @@ THIRD_PARTY = [
 ]
 NAMES = {
     "ceres": "Ceres", "pcl": "PCL", "octomap": "OctoMap", "sqlite": "SQLite", "zstd": "zstd",
-    "lzf": "lzf", "openssl": "OpenSSL", "fftw": "FFTW", "embree": "Embree", "png": "libpng",
+    "lzf": "lzf", "bz2": "bzip2", "lz4": "LZ4", "openssl": "OpenSSL", "fftw": "FFTW", "embree": "Embree", "png": "libpng",
     "grpc": "gRPC", "protobuf": "Protobuf", "yaml": "yaml-cpp", "spdlog": "spdlog",
     "cli11": "CLI11", "json": "nlohmann-json",
 }

@@ -7,9 +7,10 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "client/readers/folder/folder_stamps.h"
 #include "client/readers/folder/scan_files.h"
-#include "client/readers/folder/scan_stamps.h"
-#include "client/readers/sensor_guess.h"
+#include "client/readers/ring_sensor.h"
+#include "client/readers/stamps.h"
 #include "core/codec/payload_layout.h"
 #include "core/formats/cloud_file.h"
 #include "core/formats/kitti_bin.h"
@@ -40,8 +41,10 @@ std::string SimulatedSensor(const std::filesystem::path& folder) {
 
 class FolderReader : public ScanReader {
  public:
-  FolderReader(ScanFiles files, ScanStamps stamps)
-      : files_(std::move(files)), stamps_(std::move(stamps)) {
+  FolderReader(ScanFiles files, FolderStamps stamps, const ReadOptions& options)
+      : files_(std::move(files)),
+        stamps_(std::move(stamps)),
+        drivers_(options.stamps, options.rate_hz) {
     sensor_ = SimulatedSensor(files_.folder);
     if (sensor_.empty() && files_.extension == ".bin") {
       sensor_ = "hdl64";
@@ -54,21 +57,35 @@ class FolderReader : public ScanReader {
     const size_t i = next_++;
     absl::StatusOr<PointPayload> payload = ReadScan(files_.files[i]);
     if (!payload.ok()) return payload.status();
-    if (sensor_.empty()) sensor_ = GuessSensor(*payload);
-    return RecordedScan{stamps_.stamps_ns[i], *std::move(payload), files_.files[i].string()};
+    RecordedScan scan{stamps_.stamps_ns[i], *std::move(payload), files_.files[i].string()};
+    if (absl::Status status = codec::CheckLayout(scan.payload); !status.ok()) {
+      return absl::InvalidArgumentError(absl::StrCat(scan.name, ": ", status.message()));
+    }
+    rings_.Look(scan.payload);
+    if (!stamps_.are_of_drivers) return scan;
+    const absl::StatusOr<int64_t> end =
+        drivers_.End(scan.payload, stamps_.stamps_ns[i], stamps_.stamps_ns[i]);
+    if (!end.ok()) {
+      return absl::InvalidArgumentError(absl::StrCat(scan.name, ": ", end.status().message()));
+    }
+    scan.end_stamp_ns = *end;
+    return scan;
   }
 
   std::optional<uint64_t> size() const override { return files_.files.size(); }
-  std::string sensor() const override { return sensor_; }
+  std::string sensor() const override { return sensor_.empty() ? rings_.sensor() : sensor_; }
   std::vector<std::string> Assumptions() const override {
     std::vector<std::string> all = {stamps_.origin};
     if (!guess_.empty()) all.push_back(guess_);
+    for (std::string& assumption : drivers_.Assumptions()) all.push_back(std::move(assumption));
     return all;
   }
 
  private:
   const ScanFiles files_;
-  const ScanStamps stamps_;
+  const FolderStamps stamps_;
+  ScanStamps drivers_;  // Where the stamps are those of drivers.
+  RingSensor rings_;
   size_t next_ = 0;
   std::string sensor_, guess_;
 };
@@ -90,9 +107,9 @@ class FolderRecording : public Recording {
  private:
   absl::StatusOr<std::unique_ptr<ScanReader>> OpenAllScans(
       size_t, const ReadOptions& options) const override {
-    absl::StatusOr<ScanStamps> stamps = StampsOf(files_, options.rate_hz);
+    absl::StatusOr<FolderStamps> stamps = StampsOf(files_, options.rate_hz);
     if (!stamps.ok()) return stamps.status();
-    return std::make_unique<FolderReader>(files_, *std::move(stamps));
+    return std::make_unique<FolderReader>(files_, *std::move(stamps), options);
   }
 
   const std::string path_;

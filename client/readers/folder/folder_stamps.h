@@ -11,7 +11,7 @@
 
 namespace isthmus::readers {
 
-struct ScanStamps {
+struct FolderStamps {
   std::vector<int64_t> stamps_ns;  // One for each file.
   // Names of files are stamps as drivers give them, which may be of the start of scans: times of
   // points tell. All others are those of the END.
@@ -25,6 +25,6 @@ struct ScanStamps {
 // others (digits of milli-, micro- or nanoseconds) give them; i / `rate_hz` seconds.
 // InvalidArgument for a file of times with another number of lines than there are scans, a line
 // that is no number or not later than the one before, or a rate that is not positive.
-absl::StatusOr<ScanStamps> StampsOf(const ScanFiles& files, double rate_hz);
+absl::StatusOr<FolderStamps> StampsOf(const ScanFiles& files, double rate_hz);
 
 }  // namespace isthmus::readers

@@ -1,4 +1,4 @@
-#include "client/readers/folder/scan_stamps.h"
+#include "client/readers/folder/folder_stamps.h"
 
 #include <absl/strings/ascii.h>
 #include <absl/strings/match.h>
@@ -80,7 +80,7 @@ int64_t HalfTurn(const std::vector<int64_t>& stamps, double rate_hz) {
 
 }  // namespace
 
-absl::StatusOr<ScanStamps> StampsOf(const ScanFiles& files, double rate_hz) {
+absl::StatusOr<FolderStamps> StampsOf(const ScanFiles& files, double rate_hz) {
   if (!(rate_hz > 0) || !std::isfinite(rate_hz)) {
     return absl::InvalidArgumentError("the rate must be positive");
   }
@@ -89,8 +89,8 @@ absl::StatusOr<ScanStamps> StampsOf(const ScanFiles& files, double rate_hz) {
     if (!file || files.is_one_file) continue;
     absl::StatusOr<std::vector<int64_t>> times = ReadTimes(*file, files);
     if (!times.ok()) return times.status();
-    ScanStamps stamps{*std::move(times), false,
-                      absl::StrCat("stamps are those of ", file->string(), ", the END of scans")};
+    FolderStamps stamps{*std::move(times), false,
+                        absl::StrCat("stamps are those of ", file->string(), ", the END of scans")};
     if (!absl::StartsWith(file->filename().string(), "timestamps.")) return stamps;
     const int64_t half_ns = HalfTurn(stamps.stamps_ns, rate_hz);
     for (int64_t& stamp : stamps.stamps_ns) stamp += half_ns;
@@ -98,9 +98,9 @@ absl::StatusOr<ScanStamps> StampsOf(const ScanFiles& files, double rate_hz) {
     return stamps;
   }
   if (std::optional<std::vector<int64_t>> names = StampsOfNames(files)) {
-    return ScanStamps{*std::move(names), true, "stamps are the names of the files"};
+    return FolderStamps{*std::move(names), true, "stamps are the names of the files"};
   }
-  ScanStamps stamps;
+  FolderStamps stamps;
   for (size_t i = 0; i < files.files.size(); ++i) {
     stamps.stamps_ns.push_back(std::llround(static_cast<double>(i) * 1e9 / rate_hz));
   }

@@ -1,0 +1,29 @@
+// Messages that hold the packets of a LiDAR.
+#pragma once
+
+#include <absl/status/statusor.h>
+#include <absl/strings/string_view.h>
+
+#include <cstdint>
+#include <vector>
+
+namespace isthmus::readers {
+
+struct MessagePacket {
+  int64_t arrival_ns = 0;   // Nanoseconds since the Unix epoch.
+  absl::string_view bytes;  // The payload of the UDP packet, inside of the message.
+};
+
+// The functions below return InvalidArgument, naming what is wrong, for what does not fit.
+
+// velodyne_msgs/VelodyneScan. A packet without a stamp arrived when the message was recorded.
+absl::StatusOr<std::vector<MessagePacket>> DecodeVelodyneScan(absl::string_view encoding,
+                                                              absl::string_view bytes,
+                                                              int64_t log_ns);
+
+// ouster_ros/PacketMsg and ouster_sensor_msgs/PacketMsg: one packet, which has no stamp.
+absl::StatusOr<std::vector<MessagePacket>> DecodeOusterPacket(absl::string_view encoding,
+                                                              absl::string_view bytes,
+                                                              int64_t log_ns);
+
+}  // namespace isthmus::readers

@@ -1,0 +1,33 @@
+// The types of messages that scans are made of.
+#pragma once
+
+#include <absl/strings/string_view.h>
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "client/readers/messages/message_file.h"
+
+namespace isthmus::readers {
+
+enum class ScanMessage : uint8_t {
+  kPointCloud2,
+  kFoxglove,
+  kLivox,
+  kVelodynePackets,
+  kOusterPackets,
+};
+
+// Empty for a topic that no scans are read from.
+std::optional<ScanMessage> ScanMessageOf(const MessageTopic& topic);
+
+// Whether a topic has points, but in messages that are not understood.
+bool HasOtherPoints(const MessageTopic& topic);
+
+bool IsFixTopic(const MessageTopic& topic);
+bool IsStaticTransformTopic(const MessageTopic& topic);
+// Whether its messages may be the metadata of Ouster's sensors.
+bool IsMetadataTopic(const MessageTopic& topic);
+
+}  // namespace isthmus::readers

@@ -1,0 +1,32 @@
+// The compressions of chunks and messages.
+#pragma once
+
+#include <absl/status/status.h>
+#include <absl/strings/string_view.h>
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+namespace isthmus::readers {
+
+enum class Compression : uint8_t {
+  kNone,
+  kBz2,   // bzip2, one stream.
+  kLz4,   // LZ4 Frame Format 1.6.
+  kZstd,  // RFC 8878, one frame.
+};
+
+// By the names that bags and MCAP give them ("none", "", "bz2", "lz4", "zstd"); empty for others.
+std::optional<Compression> CompressionOf(absl::string_view name);
+
+// Unpacks into `content`, which grows as it is filled, up to `claimed` bytes. InvalidArgument for
+// claims above kMaxChunkBytes, DataLoss for data that are damaged or make another size, and
+// OutOfRange where they end too early: then `content` is what could be unpacked.
+absl::Status Unpack(Compression compression, absl::string_view packed, uint64_t claimed,
+                    std::string* content);
+
+// As Unpack, of a zstd frame that says its size itself.
+absl::Status UnpackZstdMessage(absl::string_view packed, std::string* content);
+
+}  // namespace isthmus::readers

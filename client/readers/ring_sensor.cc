@@ -1,0 +1,33 @@
+#include "client/readers/ring_sensor.h"
+
+#include <algorithm>
+
+#include "client/readers/limits.h"
+#include "core/codec/column.h"
+#include "core/codec/payload_layout.h"
+
+namespace isthmus::readers {
+
+void RingSensor::Look(const PointPayload& payload) {
+  if (scans_ == kRingScans) return;
+  ++scans_;
+  // As Livox' own drivers write clouds.
+  livox_ = livox_ || (codec::FindField(payload, {"tag"}) != nullptr &&
+                      codec::FindField(payload, {"line"}) != nullptr);
+  if (payload.height > 1) highest_ = std::max(highest_, payload.height - 1.0);
+  const PointField* ring = codec::FindField(payload, {"ring", "ring_id", "channel", "line", "row",
+                                                      "laser_id", "laser", "beam", "beam_id"});
+  if (ring == nullptr) return;
+  codec::ForEachValue(payload, *ring, [&](uint64_t, auto value) {
+    const auto number = static_cast<double>(value);
+    if (number < kMaxKnownRings) highest_ = std::max(highest_, number);
+  });
+}
+
+std::string RingSensor::sensor() const {
+  if (livox_) return "livox";
+  if (highest_ < 0 || highest_ >= kMaxKnownRings) return {};
+  return highest_ < 16 ? "vlp16" : highest_ < 32 ? "hdl32" : highest_ < 64 ? "hdl64" : "os1-128";
+}
+
+}  // namespace isthmus::readers

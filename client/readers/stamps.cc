@@ -1,0 +1,143 @@
+#include "client/readers/stamps.h"
+
+#include <absl/strings/str_cat.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+
+#include "client/readers/limits.h"
+#include "core/codec/column.h"
+#include "core/codec/payload_layout.h"
+
+namespace isthmus::readers {
+namespace {
+
+using Zero = codec::TimeReader::Zero;
+
+// The points that codec::ScanDecoder takes for returns.
+constexpr double kLeastRangeM = 1e-3, kMostRangeM = 1e5;  // Format
+
+int64_t ToNs(double seconds) { return std::llround(seconds * 1e9); }
+
+// The times of the returns, as they are; empty where there is no field of times.
+std::vector<double> TimesOfReturns(const PointPayload& payload, const PointField& field) {
+  const PointField* const axes[] = {codec::FindField(payload, {"x"}),
+                                    codec::FindField(payload, {"y"}),
+                                    codec::FindField(payload, {"z"})};
+  std::vector<float> squared(codec::PointCount(payload));
+  for (const PointField* axis : axes) {
+    if (axis == nullptr) return {};
+    codec::ForEachValue(payload, *axis, [&](uint64_t i, auto value) {
+      const auto v = static_cast<float>(value);
+      squared[i] += v * v;
+    });
+  }
+  std::vector<double> times;
+  times.reserve(squared.size());
+  codec::ForEachValue(payload, field, [&](uint64_t i, auto value) {
+    if (squared[i] >= kLeastRangeM * kLeastRangeM && squared[i] <= kMostRangeM * kMostRangeM) {
+      times.push_back(static_cast<double>(value));
+    }
+  });
+  return times;
+}
+
+}  // namespace
+
+void ScanStamps::Assume(absl::string_view sentence) {
+  if (std::find(assumptions_.begin(), assumptions_.end(), sentence) == assumptions_.end()) {
+    assumptions_.emplace_back(sentence);
+  }
+}
+
+std::optional<ScanStamps::Times> ScanStamps::ReadTimes(const PointPayload& payload,
+                                                       int64_t header_ns) {
+  const PointField* field =
+      codec::FindField(payload, {"time", "t", "timestamp", "time_stamp", "offset_time",
+                                 "timeoffset", "time_offset", "relative_time", "point_time", "ts"});
+  if (field == nullptr) return std::nullopt;
+  std::vector<double> times = TimesOfReturns(payload, *field);
+  if (times.empty()) return std::nullopt;
+  // The latest is not touched where a counter is unwrapped, nor is it cut off at the END.
+  const auto [first, last] = std::minmax_element(times.begin(), times.end());
+  const auto at = last - times.begin();
+  const double raw_first = *first, raw_last = *last;
+  if (!reader_.Read(field->type, header_ns, times)) return std::nullopt;
+  const double known = reader_.memory().unit_s;
+  const double unit = known > 0 ? known : codec::SecondsPerUnit(field->type, raw_last - raw_first);
+  Times read;
+  read.zero = reader_.memory().zero;
+  read.end_s = raw_last * unit - times[static_cast<size_t>(at)];
+  read.first_s = read.end_s + *std::min_element(times.begin(), times.end());
+  return read;
+}
+
+int64_t ScanStamps::ByClock(int64_t clock_end_ns, int64_t header_ns) {
+  if (std::llabs(clock_end_ns - header_ns) <= kSameClockNs) {
+    Assume("stamps are those of the points' clock: its latest time is the END of a scan");
+    return clock_end_ns;
+  }
+  if (!clock_offset_ns_ ||
+      std::llabs(clock_end_ns + *clock_offset_ns_ - header_ns) > kSameClockNs) {
+    clock_offset_ns_ = header_ns - clock_end_ns;
+  }
+  Assume(
+      "the clock of the points is not that of the headers: the first header's stamp is taken for "
+      "the END of its scan, and the points' clock tells how much later the others ended");
+  return clock_end_ns + *clock_offset_ns_;
+}
+
+int64_t ScanStamps::Guess(const PointPayload& payload, int64_t header_ns, int64_t log_ns) {
+  if (header_ns == 0) {
+    Assume("headers have no stamps: the times of recording are taken for the END of scans");
+    return log_ns;
+  }
+  if (meaning_ == StampMeaning::kEnd) return header_ns;
+  const std::optional<Times> times = ReadTimes(payload, header_ns);
+  if (!times && !last_times_) {
+    if (meaning_ == StampMeaning::kStart) {
+      Assume(absl::StrCat("points have no times: a scan is taken to end ", 1 / rate_hz_,
+                          " s behind its stamp"));
+      return header_ns + ToNs(1 / rate_hz_);
+    }
+    Assume("stamps are taken for the END of scans: points have no times");
+    return header_ns;
+  }
+  // A scan whose times cannot be understood lasts as long as the one before.
+  const Times known = times ? *times : *last_times_;
+  const bool is_clock = known.zero == Zero::kClock;
+  if (times) {
+    last_times_ = times;
+    if (is_clock) {
+      // Of no use for another header's stamp but to tell how long a scan takes.
+      last_times_->first_s -= last_times_->end_s;
+      last_times_->end_s = 0;
+    }
+  }
+  if (meaning_ == StampMeaning::kStart) {
+    const bool from_start = known.zero == Zero::kStart;
+    return header_ns + ToNs(from_start ? known.end_s : known.end_s - known.first_s);
+  }
+  if (is_clock && times) return ByClock(ToNs(known.end_s), header_ns);
+  if (known.zero == Zero::kStart) {
+    Assume("stamps are taken for the START of scans: the times of points count from there");
+  } else if (known.zero == Zero::kEnd) {
+    Assume("stamps are taken for the END of scans: the times of points count up to there");
+  }
+  return header_ns + ToNs(known.end_s);
+}
+
+absl::StatusOr<int64_t> ScanStamps::End(const PointPayload& payload, int64_t header_ns,
+                                        int64_t log_ns) {
+  const int64_t end_ns = Guess(payload, header_ns, log_ns);
+  if (last_end_ns_ && end_ns <= *last_end_ns_) {
+    return absl::InvalidArgumentError(absl::StrCat("the scan ends at ", end_ns,
+                                                   " ns, not later than the one before, at ",
+                                                   *last_end_ns_, " ns, and is left out"));
+  }
+  last_end_ns_ = end_ns;
+  return end_ns;
+}
+
+}  // namespace isthmus::readers

@@ -1,0 +1,63 @@
+// The END of scans, of which drivers stamp now this instant and now that.
+#pragma once
+
+#include <absl/status/statusor.h>
+#include <absl/strings/string_view.h>
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "client/readers/recording.h"
+#include "core/codec/point_times.h"
+#include "core/point_payload.h"
+
+namespace isthmus::readers {
+
+// What velodyne_pointcloud, ouster_ros, the drivers of Hesai, RoboSense and Livox, and recordings
+// made for LIO-SAM stamp, as they write their messages:
+//   times of points from 0 up       the header's stamp is the START
+//   times of points up to 0         the header's stamp is the END
+//   times of a clock                they tell; the header's stamp only which clock it is
+//   no times                        the header's stamp is taken for the END
+// Units, counters that start again, and scans that miss a part of the turn are as in
+// codec::TimeReader, which reads the times: the END is that of the latest return, and in scans
+// that miss a part of the turn where it was in whole ones. So the END given here is what
+// codec::ScanDecoder takes it for. Stamps of 0 are replaced by the time of recording, which is
+// taken for the END.
+//
+// Of one topic's scans, in their order. Not thread safe.
+class ScanStamps {
+ public:
+  ScanStamps(StampMeaning meaning, double rate_hz) : meaning_(meaning), rate_hz_(rate_hz) {}
+
+  // The END of a scan, nanoseconds since the Unix epoch, from its header's stamp (0: none) and the
+  // time of recording. InvalidArgument, naming both, where it is not later than that of the one
+  // before, which then stays the one before. The payload is raw and its layout was checked.
+  absl::StatusOr<int64_t> End(const PointPayload& payload, int64_t header_ns, int64_t log_ns);
+
+  // As ScanReader's.
+  std::vector<std::string> Assumptions() const { return assumptions_; }
+
+ private:
+  int64_t Guess(const PointPayload& payload, int64_t header_ns, int64_t log_ns);
+  // The END by the times of the points, in seconds of their zero; empty without such.
+  struct Times {
+    double first_s = 0, end_s = 0;
+    codec::TimeReader::Zero zero = codec::TimeReader::Zero::kStart;
+  };
+  std::optional<Times> ReadTimes(const PointPayload& payload, int64_t header_ns);
+  int64_t ByClock(int64_t clock_end_ns, int64_t header_ns);
+  void Assume(absl::string_view sentence);
+
+  const StampMeaning meaning_;
+  const double rate_hz_;
+  codec::TimeReader reader_;
+  std::optional<Times> last_times_;         // Of the last scan with times; a clock's end at 0.
+  std::optional<int64_t> clock_offset_ns_;  // From the points' clock to the headers'.
+  std::optional<int64_t> last_end_ns_;
+  std::vector<std::string> assumptions_;
+};
+
+}  // namespace isthmus::readers

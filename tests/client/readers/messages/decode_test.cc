@@ -1,0 +1,155 @@
+// Messages that are damaged, or as only some drivers write them.
+#include <functional>
+
+#include "client/readers/messages/decode/cloud_message.h"
+#include "client/readers/messages/decode/packet_message.h"
+#include "client/readers/messages/decode/place_message.h"
+#include "tests/client/readers/messages/damage_helpers.h"
+
+namespace isthmus::readers {
+namespace {
+
+using namespace std::string_literals;
+
+using testing::HasSubstr;
+
+// Serialises as ROS 1 does, or as CDR in either byte order.
+class Writer {
+ public:
+  enum class As { kRos1, kCdrLittle, kCdrBig };
+  explicit Writer(As as) : as_(as) {
+    if (as_ != As::kRos1)
+      bytes_ = std::string("\0", 1) + (as == As::kCdrBig ? '\0' : '\1') + "\0\0"s;
+  }
+  template <typename T>
+  Writer& Add(T value) {
+    while (as_ != As::kRos1 && (bytes_.size() - 4) % sizeof(T) != 0) bytes_ += '\0';
+    std::string number(reinterpret_cast<const char*>(&value), sizeof(T));
+    if (as_ == As::kCdrBig) std::reverse(number.begin(), number.end());
+    bytes_ += number;
+    return *this;
+  }
+  Writer& Text(const std::string& text) {
+    const std::string all = as_ == As::kRos1 ? text : text + '\0';
+    Add(static_cast<uint32_t>(all.size()));
+    bytes_ += all;
+    return *this;
+  }
+  Writer& Header(int sec, uint32_t ns) {
+    if (as_ == As::kRos1) Add(uint32_t{9});
+    return Add(sec).Add(ns).Text("f");
+  }
+  Writer& Raw(const std::string& raw) {
+    bytes_ += raw;
+    return *this;
+  }
+  const char* encoding() const { return as_ == As::kRos1 ? "ros1" : "cdr"; }
+  const std::string& bytes() const { return bytes_; }
+
+ private:
+  const As as_;
+  std::string bytes_;
+};
+
+struct CloudOf {
+  uint32_t height = 1, width = 2, step = 12, row_step = 24, count = 1;
+  uint8_t type = 7;
+  std::string data = std::string(24, '\1');
+};
+
+Writer WriteCloud(Writer::As as, const CloudOf& cloud) {
+  Writer writer(as);
+  writer.Header(5, 6).Add(cloud.height).Add(cloud.width).Add(uint32_t{4});
+  for (const char* name : {"x", "y", "z"}) {
+    writer.Text(name).Add(static_cast<uint32_t>(4 * (name[0] - 'x'))).Add(uint8_t{7});
+    writer.Add(cloud.count);
+  }
+  writer.Text("extra").Add(uint32_t{0}).Add(cloud.type).Add(uint32_t{1});
+  writer.Add(uint8_t{0}).Add(cloud.step).Add(cloud.row_step);
+  writer.Add(static_cast<uint32_t>(cloud.data.size())).Raw(cloud.data).Add(uint8_t{1});
+  return writer;
+}
+
+class DecodeTest : public testing::TestWithParam<Writer::As> {
+ protected:
+  absl::StatusOr<CloudMessage> Decode(const CloudOf& cloud) const {
+    const Writer writer = WriteCloud(GetParam(), cloud);
+    return DecodePointCloud2(writer.encoding(), writer.bytes());
+  }
+};
+
+TEST_P(DecodeTest, CloudsAsSomeDriversWriteThem) {
+  const auto plain = Decode({});
+  ASSERT_TRUE(plain.ok()) << plain.status();
+  EXPECT_EQ(plain->header.stamp_ns, 5'000'000'006);
+  EXPECT_EQ(plain->header.frame, "f");
+  EXPECT_EQ(plain->payload.fields.size(), 4u);
+  EXPECT_TRUE(Decode({.row_step = 0}).ok());   // Left out where rows are not padded.
+  EXPECT_TRUE(Decode({.row_step = 99}).ok());  // Or wrong.
+  const auto zero = Decode({.count = 0});
+  ASSERT_TRUE(zero.ok()) << zero.status();
+  EXPECT_EQ(zero->payload.fields[0].count, 1u);
+  const auto unknown = Decode({.type = 77});
+  ASSERT_TRUE(unknown.ok());
+  EXPECT_EQ(unknown->payload.fields.size(), 3u);
+}
+
+TEST_P(DecodeTest, CloudsThatCannotBeAreRefused) {
+  EXPECT_THAT(std::string(Decode({.height = 0}).status().message()), HasSubstr("empty"));
+  EXPECT_FALSE(Decode({.width = 3}).ok());
+  EXPECT_FALSE(Decode({.height = 0xFFFFFFFF, .width = 0xFFFFFFFF}).ok());
+  EXPECT_FALSE(Decode({.height = 0xFFFFFFFF, .step = 0}).ok());
+  EXPECT_FALSE(Decode({.step = 8}).ok());
+  EXPECT_FALSE(Decode({.count = 0xFFFFFFFF}).ok());
+  EXPECT_FALSE(
+      Decode({.height = 2, .width = 1, .row_step = 0xFFFFFFFF, .data = "1234567890123"}).ok());
+}
+
+TEST_P(DecodeTest, MessagesThatEndTooEarlyAreRefused) {
+  const std::string fix = [&] {
+    Writer writer(GetParam());
+    writer.Header(1, 2).Add(int8_t{0}).Add(uint16_t{1}).Add(48.0).Add(11.0).Add(500.0);
+    for (int i = 0; i < 9; ++i) writer.Add(1.0);
+    return writer.Add(uint8_t{2}).bytes();
+  }();
+  const std::string cloud = WriteCloud(GetParam(), {}).bytes();
+  const char* const encoding = Writer(GetParam()).encoding();
+  EXPECT_TRUE(DecodeNavSatFix(encoding, fix, 0)->has_value());
+  for (size_t size = 0; size < fix.size(); ++size) {
+    EXPECT_FALSE(DecodeNavSatFix(encoding, absl::string_view(fix).substr(0, size), 0).ok()) << size;
+  }
+  for (size_t size = 0; size + 1 < cloud.size(); ++size) {
+    const absl::string_view cut = absl::string_view(cloud).substr(0, size);
+    EXPECT_FALSE(DecodePointCloud2(encoding, cut).ok()) << size;
+    EXPECT_FALSE(DecodeLivox(encoding, cut).ok()) << size;
+    EXPECT_FALSE(DecodeVelodyneScan(encoding, cut, 0).ok() && size < 16) << size;
+  }
+}
+
+TEST_P(DecodeTest, ATransformNeedsARotation) {
+  const auto decode = [&](double w, double x) {
+    Writer writer(GetParam());
+    writer.Add(uint32_t{1}).Header(1, 2).Text("child").Add(x).Add(0.0).Add(0.0);
+    writer.Add(0.0).Add(0.0).Add(0.0).Add(w);
+    return DecodeTransforms(writer.encoding(), writer.bytes());
+  };
+  ASSERT_TRUE(decode(2, 1).ok()) << decode(2, 1).status();
+  EXPECT_EQ(decode(2, 1)->at(0).T_parent_child.rotation().w(), 1);
+  EXPECT_EQ(decode(2, 1)->at(0).parent, "f");
+  EXPECT_THAT(std::string(decode(0, 1).status().message()), HasSubstr("'child' to 'f'"));
+  EXPECT_FALSE(decode(1, std::numeric_limits<double>::quiet_NaN()).ok());
+}
+
+INSTANTIATE_TEST_SUITE_P(All, DecodeTest,
+                         testing::Values(Writer::As::kRos1, Writer::As::kCdrLittle,
+                                         Writer::As::kCdrBig));
+
+TEST(FieldReaderTest, OtherRepresentationsAreNamed) {
+  const auto other = FieldReader::Cdr("\0\x07\0\0 and so on"s);
+  EXPECT_THAT(std::string(other.status().message()), HasSubstr("0x0007"));
+  EXPECT_FALSE(FieldReader::Cdr("\0\1").ok());
+  EXPECT_FALSE(OpenFields("json", "{}").ok());
+}
+
+}  // namespace
+}  // namespace isthmus::readers
