@@ -1,0 +1,263 @@
+#include <absl/strings/str_cat.h>
+#include <absl/strings/str_format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <optional>
+#include <utility>
+
+#include "client/readers/packets/limits.h"
+#include "client/readers/packets/packet_decoder.h"
+#include "client/readers/packets/scan_builder.h"
+#include "client/readers/packets/sensor_clock.h"
+#include "client/readers/packets/velodyne/laser_geometry.h"
+#include "client/readers/packets/velodyne/velodyne_calibration.h"
+#include "client/readers/packets/velodyne/velodyne_model.h"
+#include "client/readers/packets/velodyne/velodyne_packet.h"
+
+namespace isthmus::readers {
+namespace {
+
+using velodyne::Calibration;
+using velodyne::kBlocks;
+using velodyne::kLasersPerBlock;
+using velodyne::kTurn;
+using velodyne::Model;
+using velodyne::Packet;
+
+constexpr int64_t kHourNs = 3'600'000'000'000;  // Format
+
+int Turned(int azimuth) { return (azimuth % kTurn + kTurn) % kTurn; }
+
+// The HDL-64E does not say that it sends both returns: then four blocks share an azimuth.
+bool Hdl64IsDual(const Packet& packet) {
+  bool turns = false;
+  for (int block = 0; block < kBlocks; block += 4) {
+    if (packet.azimuth(block) != packet.azimuth(block + 2)) return false;
+    turns |= packet.azimuth(block) != packet.azimuth(0);
+  }
+  return turns;
+}
+
+absl::Status CheckPacket(absl::string_view bytes) {
+  if (bytes.size() != velodyne::kPacketBytes) {
+    return absl::InvalidArgumentError(absl::StrCat("a packet of ", bytes.size(),
+                                                   " bytes is none of Velodyne's, which have ",
+                                                   velodyne::kPacketBytes));
+  }
+  const Packet packet(bytes);
+  for (int block = 0; block < kBlocks; ++block) {
+    if (packet.flag(block) != velodyne::kUpper && packet.flag(block) != velodyne::kLower) {
+      return absl::InvalidArgumentError("a packet is none of Velodyne's: a block has another flag");
+    }
+    if (packet.azimuth(block) >= kTurn) {
+      return absl::InvalidArgumentError("a packet of Velodyne's has an azimuth beyond 360 degrees");
+    }
+  }
+  return absl::OkStatus();
+}
+
+class VelodyneDecoder : public PacketDecoder {
+ public:
+  VelodyneDecoder(const VelodyneOptions& options, std::optional<Model> model,
+                  std::optional<Calibration> given)
+      : options_(options),
+        cut_(Turned(static_cast<int>(std::lround(options.cut_azimuth_deg * 100)))),
+        wanted_(model),
+        given_(std::move(given)),
+        clock_(kHourNs, options.utc_offset_ns) {}
+
+  absl::Status Add(absl::string_view bytes, int64_t arrival_ns,
+                   std::vector<RecordedScan>* scans) override;
+  void Flush(std::vector<RecordedScan>* scans) override {
+    if (!builder_.empty()) scans->push_back(builder_.Finish(clock_.offset_ns()));
+    last_azimuth_.reset();
+  }
+
+  std::string sensor() const override {
+    if (setup_) return velodyne::SensorName(setup_->model);
+    return wanted_ ? velodyne::SensorName(*wanted_) : "";
+  }
+  std::vector<std::string> Assumptions() const override;
+
+ private:
+  // What is known once the model is.
+  struct Setup {
+    Model model;
+    std::string calibration;
+    velodyne::LaserGeometry geometry;
+    velodyne::FiringTimes single, dual;
+  };
+
+  absl::Status SetUp(const Packet& packet);
+  void CutBefore(const Packet& packet, int block, int64_t time_ns,
+                 std::vector<RecordedScan>* scans);
+  // How a packet was fired.
+  struct Firing {
+    bool dual;
+    int blocks;  // Of each firing.
+    const velodyne::FiringTimes& times;
+    int64_t time_ns;
+  };
+  double SpeedAt(const Packet& packet, int block, const Firing& firing);
+  void AddBlock(const Packet& packet, int block, double speed, const Firing& firing);
+
+  const VelodyneOptions options_;
+  const int cut_;
+  const std::optional<Model> wanted_;
+  const std::optional<Calibration> given_;
+  std::optional<Setup> setup_;
+  SensorClock clock_;
+  ScanBuilder builder_;
+  std::optional<int64_t> last_time_ns_;  // Of the last packet.
+  std::optional<int> last_azimuth_;      // Past the cut.
+  double last_speed_ = 0;                // Hundredths of a degree per microsecond.
+  bool saw_dual_ = false;
+};
+
+absl::Status VelodyneDecoder::SetUp(const Packet& packet) {
+  const std::optional<Model> model = wanted_ ? wanted_ : velodyne::ModelOf(packet);
+  if (!model) {
+    return absl::InvalidArgumentError(absl::StrFormat(
+        "packets of Velodyne's product 0x%02x are not known: name the sensor (vlp16, vlp32, hdl32 "
+        "or hdl64) if it sends like one of these",
+        packet.product()));
+  }
+  const std::optional<Calibration> calibration =
+      given_ ? given_ : velodyne::ManualCalibration(*model);
+  if (!calibration) {
+    return absl::FailedPreconditionError(
+        "an HDL-64E needs the calibration of its unit, since each has its own: give the YAML that "
+        "was made from the unit's db.xml (velodyne_pointcloud's gen_calibration.py makes it)");
+  }
+  if (calibration->lasers.size() != static_cast<size_t>(velodyne::Lasers(*model))) {
+    return absl::FailedPreconditionError(
+        absl::StrCat("the calibration has ", calibration->lasers.size(), " lasers, and a ",
+                     velodyne::SensorName(*model), " has ", velodyne::Lasers(*model),
+                     ": give that of the unit"));
+  }
+  setup_.emplace(Setup{*model, calibration->source, velodyne::LaserGeometry(*calibration),
+                       velodyne::TimesOf(*model, false), velodyne::TimesOf(*model, true)});
+  return absl::OkStatus();
+}
+
+void VelodyneDecoder::CutBefore(const Packet& packet, int block, int64_t time_ns,
+                                std::vector<RecordedScan>* scans) {
+  const int azimuth = Turned(packet.azimuth(block) - cut_);
+  const bool passed = last_azimuth_ && *last_azimuth_ - azimuth > kTurn / 2;
+  const bool too_long = !builder_.empty() && (time_ns - builder_.first_ns() > kLongestTurnNs ||
+                                              builder_.size() + kLasersPerBlock > kMaxTurnPoints);
+  if ((passed && !options_.by_flush) || (too_long && !options_.by_flush) ||
+      builder_.size() + kLasersPerBlock > kMaxTurnPoints) {
+    Flush(scans);
+  }
+  last_azimuth_ = azimuth;
+}
+
+double VelodyneDecoder::SpeedAt(const Packet& packet, int block, const Firing& firing) {
+  // The next packet may be lost: the last firing turns as fast as the one before it.
+  const int next = block + firing.blocks;
+  if (next < kBlocks) {
+    const int step = Turned(packet.azimuth(next) - packet.azimuth(block));
+    const double passed_us = firing.times[next][0] - firing.times[block][0];
+    if (step <= kMaxAzimuthStep) last_speed_ = step / passed_us;
+  }
+  return last_speed_;
+}
+
+void VelodyneDecoder::AddBlock(const Packet& packet, int block, double speed,
+                               const Firing& firing) {
+  const std::array<double, kLasersPerBlock>& times = firing.times[block];
+  const int azimuth = packet.azimuth(block);
+  const int first = packet.flag(block) == velodyne::kLower ? kLasersPerBlock : 0;
+  const int lasers = velodyne::Lasers(setup_->model);
+  const int banks = setup_->model == Model::kHdl64 ? 2 : 1;
+  const bool second = firing.dual && block / banks % 2 == 1;
+  for (int i = 0; i < kLasersPerBlock; ++i) {
+    const uint16_t range = packet.range(block, i);
+    if (range == 0) continue;
+    if (second && range == packet.range(block - banks, i)) continue;
+    const double behind_us = times[i] - times[0];
+    const velodyne::LaserGeometry::Position at =
+        setup_->geometry.Locate(static_cast<size_t>((first + i) % lasers),
+                                azimuth + speed * behind_us, range, packet.reflectivity(block, i));
+    builder_.Add({at.x, at.y, at.z, at.intensity, at.ring},
+                 firing.time_ns + static_cast<int64_t>(std::lround(times[i] * 1e3)));
+  }
+}
+
+absl::Status VelodyneDecoder::Add(absl::string_view bytes, int64_t arrival_ns,
+                                  std::vector<RecordedScan>* scans) {
+  if (const absl::Status status = CheckPacket(bytes); !status.ok()) return status;
+  const Packet packet(bytes);
+  if (!setup_) {
+    if (const absl::Status status = SetUp(packet); !status.ok()) return status;
+  }
+  const bool dual = setup_->model == Model::kHdl64 ? Hdl64IsDual(packet)
+                                                   : packet.return_mode() == velodyne::kDualReturn;
+  saw_dual_ |= dual;
+  const Firing firing = {dual, velodyne::BlocksPerFiring(setup_->model, dual),
+                         dual ? setup_->dual : setup_->single,
+                         clock_.Read(int64_t{packet.microseconds()} * 1000, arrival_ns)};
+  const bool gap = last_time_ns_ && std::abs(firing.time_ns - *last_time_ns_) > kPacketGapNs;
+  if (gap && !options_.by_flush) Flush(scans);
+  last_time_ns_ = firing.time_ns;
+  double speed = 0;
+  for (int block = 0; block < kBlocks; ++block) {
+    if (block % firing.blocks == 0) {
+      CutBefore(packet, block, firing.time_ns, scans);
+      speed = SpeedAt(packet, block, firing);
+    }
+    AddBlock(packet, block, speed, firing);
+  }
+  return absl::OkStatus();
+}
+
+std::vector<std::string> VelodyneDecoder::Assumptions() const {
+  std::vector<std::string> assumptions;
+  if (!setup_) return assumptions;
+  assumptions.push_back(absl::StrCat("lasers are where ", setup_->calibration, " puts them"));
+  assumptions.push_back(
+      options_.by_flush
+          ? std::string("scans are the messages, each a whole turn")
+          : absl::StrFormat("scans begin where the sensor's azimuth passes %g degrees",
+                            cut_ / 100.0));
+  assumptions.push_back(clock_.Description());
+  if (saw_dual_) {
+    assumptions.push_back(
+        "of two returns both are points, those of the first block of a firing before those of the "
+        "second, and one where they are the same");
+  }
+  return assumptions;
+}
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<PacketDecoder>> MakeVelodyneDecoder(const VelodyneOptions& options) {
+  std::optional<Model> model;
+  if (!options.sensor.empty()) {
+    const absl::StatusOr<Model> named = velodyne::ModelOfName(options.sensor);
+    if (!named.ok()) return named.status();
+    model = *named;
+  }
+  if (!std::isfinite(options.cut_azimuth_deg) || std::abs(options.cut_azimuth_deg) > 360) {
+    return absl::InvalidArgumentError("the azimuth of the cut must be within 360 degrees");
+  }
+  std::optional<Calibration> calibration;
+  if (!options.calibration.empty()) {
+    absl::StatusOr<Calibration> parsed = velodyne::ParseCalibration(options.calibration);
+    if (!parsed.ok()) return parsed.status();
+    calibration = *std::move(parsed);
+  }
+  return std::make_unique<VelodyneDecoder>(options, model, std::move(calibration));
+}
+
+bool IsVelodynePacket(absl::string_view packet) {
+  if (packet.size() != velodyne::kPacketBytes) return false;
+  const uint16_t flag = Packet(packet).flag(0);
+  return flag == velodyne::kUpper || flag == velodyne::kLower;
+}
+
+}  // namespace isthmus::readers
