@@ -15,6 +15,11 @@ if(ISTHMUS_SANITIZE)
   # without, use the system's, and what one of them allocates the other frees.
   target_compile_definitions(isthmus_flags INTERFACE EIGEN_MALLOC_ALREADY_ALIGNED=1)
 endif()
+if(ISTHMUS_FUZZERS)
+  # What is fuzzed tells the fuzzer which ways were taken.
+  target_compile_options(isthmus_flags INTERFACE -fsanitize=fuzzer-no-link,address -g1)
+  target_link_options(isthmus_flags INTERFACE -fsanitize=address)
+endif()
 
 # Hot numeric code is compiled with -O3 (HOT below), the rest with -O2: a tenth less to compile.
 set(CMAKE_CXX_FLAGS_RELEASE "-O2 -DNDEBUG")

@@ -48,18 +48,19 @@ int Fail(const absl::Status& status) {
   return 1;
 }
 
-void Take(const Options& options, RecordedScan scan, Reading& reading) {
+void Take(const Options& options, bool tell, RecordedScan scan, Reading& reading) {
   if (reading.scans++ == 0) reading.first_ns = scan.end_stamp_ns;
   reading.last_ns = scan.end_stamp_ns;
   reading.points += codec::PointCount(scan.payload);
-  if (options.scans) {
+  if (options.scans && tell) {
     absl::PrintF("%s: END %d.%09d, %d points\n", scan.name, scan.end_stamp_ns / 1'000'000'000,
                  scan.end_stamp_ns % 1'000'000'000, codec::PointCount(scan.payload));
   }
   if (!options.reference.empty()) (void)reading.list.Append(scan.payload);
 }
 
-absl::StatusOr<Reading> Read(const readers::Recording& recording, const Options& options) {
+absl::StatusOr<Reading> Read(const readers::Recording& recording, const Options& options,
+                             bool tell) {
   Reading reading;
   const CpuClock open_clock;
   absl::StatusOr<std::unique_ptr<readers::ScanReader>> reader =
@@ -75,7 +76,7 @@ absl::StatusOr<Reading> Read(const readers::Recording& recording, const Options&
       continue;
     }
     if (!*scan) break;
-    Take(options, **std::move(scan), reading);
+    Take(options, tell, **std::move(scan), reading);
   }
   reading.assumptions = (*reader)->Assumptions();
   reading.sensor = (*reader)->sensor();
@@ -156,7 +157,7 @@ int Run(const Options& options) {
   for (const std::string& note : (*recording)->notes()) absl::PrintF("  note: %s\n", note);
   std::optional<Reading> best;
   for (int i = 0; i < options.repeats; ++i) {
-    absl::StatusOr<Reading> reading = Read(**recording, options);
+    absl::StatusOr<Reading> reading = Read(**recording, options, i == 0);
     if (!reading.ok()) return Fail(reading.status());
     if (!best || reading->cpu_ms < best->cpu_ms) best = *std::move(reading);
   }

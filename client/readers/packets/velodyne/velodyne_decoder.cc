@@ -59,6 +59,20 @@ absl::Status CheckPacket(absl::string_view bytes) {
   return absl::OkStatus();
 }
 
+absl::Status CheckCalibration(Model model, const std::optional<Calibration>& calibration) {
+  if (!calibration) {
+    return absl::InvalidArgumentError(
+        "an HDL-64E needs the calibration of its unit, since each has its own: give the YAML that "
+        "was made from the unit's db.xml (velodyne_pointcloud's gen_calibration.py makes it)");
+  }
+  if (calibration->lasers.size() == static_cast<size_t>(velodyne::Lasers(model))) {
+    return absl::OkStatus();
+  }
+  return absl::InvalidArgumentError(absl::StrCat(
+      "the calibration has ", calibration->lasers.size(), " lasers, and a ",
+      velodyne::SensorName(model), " has ", velodyne::Lasers(model), ": give that of the unit"));
+}
+
 class VelodyneDecoder : public PacketDecoder {
  public:
   VelodyneDecoder(const VelodyneOptions& options, std::optional<Model> model,
@@ -127,16 +141,8 @@ absl::Status VelodyneDecoder::SetUp(const Packet& packet) {
   }
   const std::optional<Calibration> calibration =
       given_ ? given_ : velodyne::ManualCalibration(*model);
-  if (!calibration) {
-    return absl::FailedPreconditionError(
-        "an HDL-64E needs the calibration of its unit, since each has its own: give the YAML that "
-        "was made from the unit's db.xml (velodyne_pointcloud's gen_calibration.py makes it)");
-  }
-  if (calibration->lasers.size() != static_cast<size_t>(velodyne::Lasers(*model))) {
-    return absl::FailedPreconditionError(
-        absl::StrCat("the calibration has ", calibration->lasers.size(), " lasers, and a ",
-                     velodyne::SensorName(*model), " has ", velodyne::Lasers(*model),
-                     ": give that of the unit"));
+  if (const absl::Status status = CheckCalibration(*model, calibration); !status.ok()) {
+    return absl::FailedPreconditionError(status.message());
   }
   setup_.emplace(Setup{*model, calibration->source, velodyne::LaserGeometry(*calibration),
                        velodyne::TimesOf(*model, false), velodyne::TimesOf(*model, true)});
@@ -250,6 +256,11 @@ absl::StatusOr<std::unique_ptr<PacketDecoder>> MakeVelodyneDecoder(const Velodyn
     absl::StatusOr<Calibration> parsed = velodyne::ParseCalibration(options.calibration);
     if (!parsed.ok()) return parsed.status();
     calibration = *std::move(parsed);
+  }
+  if (model) {
+    const absl::Status status =
+        CheckCalibration(*model, calibration ? calibration : velodyne::ManualCalibration(*model));
+    if (!status.ok()) return status;
   }
   return std::make_unique<VelodyneDecoder>(options, model, std::move(calibration));
 }
