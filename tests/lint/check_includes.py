@@ -59,7 +59,10 @@ ALLOWED = {
         {"api", "api/convert", "core", "core/codec", "core/io"},
         STD_LIKE | {"grpc", "protobuf"},
     ),
-    "client/readers": ({"core", "core/codec", "core/formats", "core/io"}, STD_LIKE | {"json"}),
+    "client/readers": (
+        {"core", "core/codec", "core/formats", "core/io"},
+        STD_LIKE | {"json", "pcap", "yaml"},
+    ),
     "client/simulation": ({"core", "core/codec", "core/formats", "core/io"}, STD_LIKE | {"embree"}),
     "client/evaluation": ({"core", "core/io"}, STD_LIKE | {"png"}),
     "client/examples": ({"core/formats", "client/library"}, STD_LIKE),
@@ -95,7 +98,8 @@ LEVELS = {
 BASES = {f"client/library/{name}.h" for name in ("convert", "options", "records")}
 # Only .cc files may include these, so that they never reach a neighbour's headers. A header named
 # after the library (pcl_cloud.h) may too; it is then itself for .cc files only.
-PRIVATE_TO_SOURCES = {"openssl", "ceres", "pcl", "octomap", "sqlite", "zstd", "lzf", "fftw", "embree", "png"}
+PRIVATE_TO_SOURCES = {"openssl", "ceres", "pcl", "octomap", "sqlite", "zstd", "lzf", "fftw", "embree", "pcap",
+                      "png"}
 THIRD_PARTY = [
     ("eigen", re.compile(r"^(Eigen|unsupported/Eigen)/")),
     ("absl", re.compile(r"^absl/")),
@@ -109,6 +113,7 @@ THIRD_PARTY = [
     ("fftw", re.compile(r"^fftw3")),
     ("embree", re.compile(r"^embree3/")),
     ("png", re.compile(r"^png\.h$")),
+    ("pcap", re.compile(r"^pcap(\.h$|/)")),
     ("grpc", re.compile(r"^(grpcpp|grpc)/")),
     ("protobuf", re.compile(r"^google/protobuf/")),
     ("yaml", re.compile(r"^yaml-cpp/")),
@@ -119,6 +124,7 @@ THIRD_PARTY = [
 NAMES = {
     "ceres": "Ceres", "pcl": "PCL", "octomap": "OctoMap", "sqlite": "SQLite", "zstd": "zstd",
     "lzf": "lzf", "openssl": "OpenSSL", "fftw": "FFTW", "embree": "Embree", "png": "libpng",
+    "pcap": "libpcap",
     "grpc": "gRPC", "protobuf": "Protobuf", "yaml": "yaml-cpp", "spdlog": "spdlog",
     "cli11": "CLI11", "json": "nlohmann-json",
 }

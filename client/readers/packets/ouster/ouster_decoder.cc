@@ -84,7 +84,6 @@ class OusterDecoder : public PacketDecoder {
       : layout_(metadata),
         geometry_(metadata),
         sensor_(OusterSensorName(metadata)),
-        profile_(metadata.profile),
         clock_(0),
         builder_({{"reflectivity", 0, ScalarType::kUint16}, {"range", 0, ScalarType::kUint32}}),
         seen_(static_cast<size_t>(metadata.columns_per_frame)) {}
@@ -105,7 +104,6 @@ class OusterDecoder : public PacketDecoder {
   PacketLayout layout_;
   BeamGeometry geometry_;
   std::string sensor_;
-  ouster::Profile profile_;
   SensorClock clock_;
   ScanBuilder builder_;
   std::vector<bool> seen_;  // Columns of the frame.
