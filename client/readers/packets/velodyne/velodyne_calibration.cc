@@ -91,4 +91,18 @@ absl::StatusOr<Calibration> ParseCalibration(const std::string& yaml) {
   }
 }
 
+absl::Status CheckCalibration(Model model, const std::optional<Calibration>& calibration) {
+  if (!calibration) {
+    return absl::InvalidArgumentError(
+        "an HDL-64E needs the calibration of its unit, since each has its own: give the YAML that "
+        "was made from the unit's db.xml (velodyne_pointcloud's gen_calibration.py makes it)");
+  }
+  if (calibration->lasers.size() == static_cast<size_t>(Lasers(model))) {
+    return absl::OkStatus();
+  }
+  return absl::InvalidArgumentError(absl::StrCat("the calibration has ", calibration->lasers.size(),
+                                                 " lasers, and a ", SensorName(model), " has ",
+                                                 Lasers(model), ": give that of the unit"));
+}
+
 }  // namespace isthmus::readers::velodyne

@@ -2,8 +2,10 @@
 // the unit.
 #pragma once
 
+#include <absl/status/status.h>
 #include <absl/status/statusor.h>
 
+#include <optional>
 #include <string>
 
 #include "client/readers/packets/velodyne/velodyne_model.h"
@@ -17,5 +19,9 @@ namespace isthmus::readers::velodyne {
 // naming what is wrong, for anything else, numbers that are not finite, and where a laser is
 // missing or given twice.
 absl::StatusOr<Calibration> ParseCalibration(const std::string& yaml);
+
+// InvalidArgument, saying what to give, for a model that has no calibration in its manual and was
+// given none, and for a calibration of another number of lasers.
+absl::Status CheckCalibration(Model model, const std::optional<Calibration>& calibration);
 
 }  // namespace isthmus::readers::velodyne

@@ -31,48 +31,6 @@ constexpr int64_t kHourNs = 3'600'000'000'000;  // Format
 
 int Turned(int azimuth) { return (azimuth % kTurn + kTurn) % kTurn; }
 
-// The HDL-64E does not say that it sends both returns: then four blocks share an azimuth.
-bool Hdl64IsDual(const Packet& packet) {
-  bool turns = false;
-  for (int block = 0; block < kBlocks; block += 4) {
-    if (packet.azimuth(block) != packet.azimuth(block + 2)) return false;
-    turns |= packet.azimuth(block) != packet.azimuth(0);
-  }
-  return turns;
-}
-
-absl::Status CheckPacket(absl::string_view bytes) {
-  if (bytes.size() != velodyne::kPacketBytes) {
-    return absl::InvalidArgumentError(absl::StrCat("a packet of ", bytes.size(),
-                                                   " bytes is none of Velodyne's, which have ",
-                                                   velodyne::kPacketBytes));
-  }
-  const Packet packet(bytes);
-  for (int block = 0; block < kBlocks; ++block) {
-    if (packet.flag(block) != velodyne::kUpper && packet.flag(block) != velodyne::kLower) {
-      return absl::InvalidArgumentError("a packet is none of Velodyne's: a block has another flag");
-    }
-    if (packet.azimuth(block) >= kTurn) {
-      return absl::InvalidArgumentError("a packet of Velodyne's has an azimuth beyond 360 degrees");
-    }
-  }
-  return absl::OkStatus();
-}
-
-absl::Status CheckCalibration(Model model, const std::optional<Calibration>& calibration) {
-  if (!calibration) {
-    return absl::InvalidArgumentError(
-        "an HDL-64E needs the calibration of its unit, since each has its own: give the YAML that "
-        "was made from the unit's db.xml (velodyne_pointcloud's gen_calibration.py makes it)");
-  }
-  if (calibration->lasers.size() == static_cast<size_t>(velodyne::Lasers(model))) {
-    return absl::OkStatus();
-  }
-  return absl::InvalidArgumentError(absl::StrCat(
-      "the calibration has ", calibration->lasers.size(), " lasers, and a ",
-      velodyne::SensorName(model), " has ", velodyne::Lasers(model), ": give that of the unit"));
-}
-
 class VelodyneDecoder : public PacketDecoder {
  public:
   VelodyneDecoder(const VelodyneOptions& options, std::optional<Model> model,
@@ -141,7 +99,7 @@ absl::Status VelodyneDecoder::SetUp(const Packet& packet) {
   }
   const std::optional<Calibration> calibration =
       given_ ? given_ : velodyne::ManualCalibration(*model);
-  if (const absl::Status status = CheckCalibration(*model, calibration); !status.ok()) {
+  if (const absl::Status status = velodyne::CheckCalibration(*model, calibration); !status.ok()) {
     return absl::FailedPreconditionError(status.message());
   }
   setup_.emplace(Setup{*model, calibration->source, velodyne::LaserGeometry(*calibration),
@@ -196,12 +154,12 @@ void VelodyneDecoder::AddBlock(const Packet& packet, int block, double speed,
 
 absl::Status VelodyneDecoder::Add(absl::string_view bytes, int64_t arrival_ns,
                                   std::vector<RecordedScan>* scans) {
-  if (const absl::Status status = CheckPacket(bytes); !status.ok()) return status;
+  if (const absl::Status status = velodyne::CheckPacket(bytes); !status.ok()) return status;
   const Packet packet(bytes);
   if (!setup_) {
     if (const absl::Status status = SetUp(packet); !status.ok()) return status;
   }
-  const bool dual = setup_->model == Model::kHdl64 ? Hdl64IsDual(packet)
+  const bool dual = setup_->model == Model::kHdl64 ? velodyne::Hdl64IsDual(packet)
                                                    : packet.return_mode() == velodyne::kDualReturn;
   saw_dual_ |= dual;
   const Firing firing = {dual, velodyne::BlocksPerFiring(setup_->model, dual),
@@ -258,17 +216,11 @@ absl::StatusOr<std::unique_ptr<PacketDecoder>> MakeVelodyneDecoder(const Velodyn
     calibration = *std::move(parsed);
   }
   if (model) {
-    const absl::Status status =
-        CheckCalibration(*model, calibration ? calibration : velodyne::ManualCalibration(*model));
+    const absl::Status status = velodyne::CheckCalibration(
+        *model, calibration ? calibration : velodyne::ManualCalibration(*model));
     if (!status.ok()) return status;
   }
   return std::make_unique<VelodyneDecoder>(options, model, std::move(calibration));
-}
-
-bool IsVelodynePacket(absl::string_view packet) {
-  if (packet.size() != velodyne::kPacketBytes) return false;
-  const uint16_t flag = Packet(packet).flag(0);
-  return flag == velodyne::kUpper || flag == velodyne::kLower;
 }
 
 }  // namespace isthmus::readers

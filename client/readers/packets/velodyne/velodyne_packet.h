@@ -3,6 +3,7 @@
 // Manual (63-9113 Rev. M) appendix, HDL-64E S3 User's Manual (63-HDL64ES3 Rev. K) appendix E.
 #pragma once
 
+#include <absl/status/status.h>
 #include <absl/strings/string_view.h>
 
 #include <cstdint>
@@ -52,5 +53,12 @@ class Packet {
 
   const char* bytes_;
 };
+
+// InvalidArgument, saying why, for what is no packet.
+absl::Status CheckPacket(absl::string_view bytes);
+
+// Whether an HDL-64E sent both returns, of which it says nothing: then four blocks share an
+// azimuth.
+bool Hdl64IsDual(const Packet& packet);
 
 }  // namespace isthmus::readers::velodyne
