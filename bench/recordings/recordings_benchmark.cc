@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "bench/cpu_clock.h"
+#include "bench/recordings/nebula_azimuths.h"
 #include "bench/recordings/ouster_digest.h"
 #include "bench/recordings/reference_cloud.h"
 #include "client/readers/packets/pcap_recording.h"
@@ -30,7 +31,7 @@ struct Options {
   std::string recording, reference, digest;
   size_t topic = 0;
   int repeats = 1;
-  bool scans = false, rings = false;
+  bool scans = false, rings = false, like_nebula = false;
   readers::ReadOptions read;
 };
 
@@ -166,6 +167,13 @@ int Run(const Options& options) {
     const absl::StatusOr<PointList> reference = ReadReference(options.reference);
     if (!reference.ok()) return Fail(reference.status());
     PrintAgreement(Compare(*reference, best->list, kSamePoint), options.rings);
+    if (options.like_nebula) {
+      const absl::StatusOr<PointList> like =
+          ReadLikeNebula(options.recording, options.read.calibration);
+      if (!like.ok()) return Fail(like.status());
+      absl::PrintF("with nebula's azimuths, ");
+      PrintAgreement(Compare(*reference, *like, kSamePoint), options.rings);
+    }
   }
   return options.digest.empty() ? 0 : PrintDigest(options);
 }
@@ -185,6 +193,8 @@ int main(int argc, char** argv) {
   app.add_option("--topic", options.topic, "the sensor, counted from 0");
   app.add_option("--repeats", options.repeats, "reads so often, and tells the fastest")
       ->check(CLI::Range(1, 1000));
+  app.add_flag("--like-nebula", options.like_nebula,
+               "compares also with nebula's way to interpolate azimuths");
   app.add_flag("--scans", options.scans, "tells each scan");
   app.add_flag("--rings", options.rings, "tells the azimuths of each ring");
   CLI11_PARSE(app, argc, argv);

@@ -15,6 +15,8 @@ namespace {
 constexpr size_t kWindow = 4000;
 // Points of the reference that must follow each other for the beginning to be found.
 constexpr size_t kBeginning = 64;
+// Points that follow one behind a gap; as many are never the same by chance.
+constexpr size_t kFollowing = 8;
 
 double RangeOf(const PointList& list, size_t i) {
   return std::hypot(list.x[i], list.y[i], list.z[i]);
@@ -25,14 +27,32 @@ bool IsSame(const PointList& a, size_t i, const PointList& b, size_t j, double t
          std::abs(a.z[i] - b.z[j]) <= tolerance_m;
 }
 
-// The first of ours from `from` on, within the window, that is the reference's point i.
+// How many of the reference's next points follow each other in ours, too.
+size_t Following(const PointList& reference, size_t i, const PointList& ours, size_t j,
+                 double tolerance_m) {
+  size_t hits = 0;
+  while (hits < kFollowing && i + hits < reference.size() && j + hits < ours.size() &&
+         IsSame(reference, i + hits, ours, j + hits, tolerance_m)) {
+    ++hits;
+  }
+  return hits;
+}
+
+// The one of ours from `from` on, within the window, that is the reference's point i: the next one,
+// else the first that the next points follow, too.
 std::optional<size_t> Seek(const PointList& reference, size_t i, const PointList& ours, size_t from,
                            double tolerance_m) {
   const size_t end = std::min(from + kWindow, ours.size());
-  for (size_t j = from; j < end; ++j) {
-    if (IsSame(reference, i, ours, j, tolerance_m)) return j;
+  if (from < end && IsSame(reference, i, ours, from, tolerance_m)) return from;
+  std::optional<size_t> best;
+  size_t best_hits = 0;
+  for (size_t j = from; j < end && best_hits < kFollowing; ++j) {
+    const size_t hits = Following(reference, i, ours, j, tolerance_m);
+    if (hits <= best_hits) continue;
+    best_hits = hits;
+    best = j;
   }
-  return std::nullopt;
+  return best;
 }
 
 // Where the reference begins in ours: where most of its first points follow each other.

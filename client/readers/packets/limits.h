@@ -19,8 +19,8 @@ inline constexpr int64_t kDelayWindowNs = 10'000'000'000;
 // Nanoseconds. A free clock that jumps by more against that of arrival was set anew.
 inline constexpr int64_t kClockJumpNs = 1'000'000'000;
 
-// Nanoseconds. A longer pause between packets ends the scan, since turns may be missing: half of
-// the slowest turn (5 Hz). Longer: parts of two turns might become one scan.
+// Nanoseconds. A longer pause between packets may miss a turn, which is then told by the speed: two
+// turns of the fastest sensor (20 Hz). Parts of different turns must not become one scan.
 inline constexpr int64_t kPacketGapNs = 100'000'000;
 
 // Nanoseconds. A scan is cut after so much where the azimuth never passes the cut; the slowest
@@ -31,7 +31,7 @@ inline constexpr int64_t kLongestTurnNs = 500'000'000;
 inline constexpr size_t kMaxTurnPoints = 1'000'000;
 
 // Hundredths of a degree between blocks that follow each other; 20 Hz give 80. More is a gap of the
-// field of view, over which the speed must not be taken.
+// field of view, over which the speed must not be taken; backwards, it is the encoder's trembling.
 inline constexpr int kMaxAzimuthStep = 200;
 
 // Columns and rows of an Ouster scan: twice the largest there are, so that a metadata file that

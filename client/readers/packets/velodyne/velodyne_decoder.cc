@@ -73,7 +73,12 @@ class VelodyneDecoder : public PacketDecoder {
     const velodyne::FiringTimes& times;
     int64_t time_ns;
   };
+  // Whether so much time passed since the last packet that a whole turn may be lost.
+  bool MissesATurn(int64_t time_ns) const;
   double SpeedAt(const Packet& packet, int block, const Firing& firing);
+  // How long lasers were dark before a block: a sensor with a limited field of view fills a packet
+  // with what it sees before and behind the rest of the turn. Nanoseconds.
+  int64_t DarkTimeBefore(const Packet& packet, int block, const Firing& firing) const;
   void AddBlock(const Packet& packet, int block, double speed, const Firing& firing);
 
   const VelodyneOptions options_;
@@ -110,14 +115,22 @@ absl::Status VelodyneDecoder::SetUp(const Packet& packet) {
 void VelodyneDecoder::CutBefore(const Packet& packet, int block, int64_t time_ns,
                                 std::vector<RecordedScan>* scans) {
   const int azimuth = Turned(packet.azimuth(block) - cut_);
-  const bool passed = last_azimuth_ && *last_azimuth_ - azimuth > kTurn / 2;
-  const bool too_long = !builder_.empty() && (time_ns - builder_.first_ns() > kLongestTurnNs ||
-                                              builder_.size() + kLasersPerBlock > kMaxTurnPoints);
-  if ((passed && !options_.by_flush) || (too_long && !options_.by_flush) ||
-      builder_.size() + kLasersPerBlock > kMaxTurnPoints) {
-    Flush(scans);
-  }
+  // The encoder may tremble: what looks like nearly a whole turn is none.
+  const int forward = last_azimuth_ ? Turned(azimuth - *last_azimuth_) : 0;
+  const bool passed =
+      last_azimuth_ && forward < kTurn - kMaxAzimuthStep && *last_azimuth_ + forward >= kTurn;
+  const bool too_long = !builder_.empty() && time_ns - builder_.first_ns() > kLongestTurnNs;
+  const bool too_large = builder_.size() + kLasersPerBlock > kMaxTurnPoints;
+  if (too_large || ((passed || too_long) && !options_.by_flush)) Flush(scans);
   last_azimuth_ = azimuth;
+}
+
+bool VelodyneDecoder::MissesATurn(int64_t time_ns) const {
+  if (!last_time_ns_) return false;
+  const int64_t passed_ns = time_ns - *last_time_ns_;
+  if (std::abs(passed_ns) <= kPacketGapNs) return false;
+  if (passed_ns < 0 || passed_ns > kLongestTurnNs || last_speed_ == 0) return true;
+  return static_cast<double>(passed_ns) * 1e-3 * last_speed_ >= kTurn;
 }
 
 double VelodyneDecoder::SpeedAt(const Packet& packet, int block, const Firing& firing) {
@@ -129,6 +142,16 @@ double VelodyneDecoder::SpeedAt(const Packet& packet, int block, const Firing& f
     if (step <= kMaxAzimuthStep) last_speed_ = step / passed_us;
   }
   return last_speed_;
+}
+
+int64_t VelodyneDecoder::DarkTimeBefore(const Packet& packet, int block,
+                                        const Firing& firing) const {
+  if (block == 0 || last_speed_ == 0) return 0;
+  const int before = block - firing.blocks;
+  const int step = Turned(packet.azimuth(block) - packet.azimuth(before));
+  if (step <= kMaxAzimuthStep || step > kTurn - kMaxAzimuthStep) return 0;
+  const double passed_us = firing.times[block][0] - firing.times[before][0];
+  return std::llround((step / last_speed_ - passed_us) * 1e3);
 }
 
 void VelodyneDecoder::AddBlock(const Packet& packet, int block, double speed,
@@ -162,15 +185,15 @@ absl::Status VelodyneDecoder::Add(absl::string_view bytes, int64_t arrival_ns,
   const bool dual = setup_->model == Model::kHdl64 ? velodyne::Hdl64IsDual(packet)
                                                    : packet.return_mode() == velodyne::kDualReturn;
   saw_dual_ |= dual;
-  const Firing firing = {dual, velodyne::BlocksPerFiring(setup_->model, dual),
-                         dual ? setup_->dual : setup_->single,
-                         clock_.Read(int64_t{packet.microseconds()} * 1000, arrival_ns)};
-  const bool gap = last_time_ns_ && std::abs(firing.time_ns - *last_time_ns_) > kPacketGapNs;
-  if (gap && !options_.by_flush) Flush(scans);
+  Firing firing = {dual, velodyne::BlocksPerFiring(setup_->model, dual),
+                   dual ? setup_->dual : setup_->single,
+                   clock_.Read(int64_t{packet.microseconds()} * 1000, arrival_ns)};
+  if (MissesATurn(firing.time_ns) && !options_.by_flush) Flush(scans);
   last_time_ns_ = firing.time_ns;
   double speed = 0;
   for (int block = 0; block < kBlocks; ++block) {
     if (block % firing.blocks == 0) {
+      firing.time_ns += DarkTimeBefore(packet, block, firing);
       CutBefore(packet, block, firing.time_ns, scans);
       speed = SpeedAt(packet, block, firing);
     }

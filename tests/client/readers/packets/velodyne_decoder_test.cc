@@ -361,6 +361,23 @@ TEST(VelodyneDecoder, LostPacketsEndAScanWhereATurnMayBeMissing) {
   EXPECT_EQ(more.size(), 2u);
 }
 
+TEST(VelodyneDecoder, CutsInTheDarkOfAFieldOfView) {
+  // A quarter of each turn is seen, from 315 to 45 degrees; the cut is opposite.
+  VelodyneOptions options;
+  options.cut_azimuth_deg = 180;
+  const auto decoder = Make(options);
+  const VelodyneSource source = Vlp16();
+  std::vector<RecordedScan> scans;
+  for (int turn = 0; turn < 4; ++turn) {
+    for (const RecordedScan& scan :
+         Decode(*decoder, source, 75 * turn + 66, 75 * turn + 84, 0, 0, false)) {
+      scans.push_back(scan);
+    }
+  }
+  ASSERT_EQ(scans.size(), 3u);
+  for (const RecordedScan& scan : scans) EXPECT_EQ(scan.payload.width, 18u * 12 * 32);
+}
+
 TEST(VelodyneDecoder, BoundsAScanOfASensorThatStandsStill) {
   VelodyneSource source = Vlp16();
   source.step = 0;
@@ -420,6 +437,9 @@ TEST(VelodyneDecoder, FieldsOfViewDoNotChangeTheSpeed) {
   const Points points = PointsOf(scans.at(0));
   const double last = std::atan2(-points.y[5 * 32 + 31], points.x[5 * 32 + 31]) / kDeg;
   EXPECT_NEAR(last, 2.0 + 0.4 * (55.296 + 15 * 2.304) / 110.592, 1e-3);
+  // The lasers were dark while the sensor turned by 100 degrees.
+  const double dark_s = 100.0 / 0.4 * 110.592e-6;
+  EXPECT_NEAR(points.time[6 * 32] - points.time[0], 6 * 110.592e-6 + dark_s, 1e-7);
 }
 
 }  // namespace
