@@ -152,12 +152,16 @@ FiringTimes TimesOf(Model model, bool dual) {
       double& time = times[block][laser];
       switch (model) {
         case Model::kVlp16:
-        case Model::kPuckHiRes:  // Each block has two firings of all 16.
-          time = (2 * firing + laser / 16) * 55.296 + (laser % 16) * 2.304;
+        case Model::kPuckHiRes: {  // Each block has two firings of all 16.
+          const int cycle = 2 * firing + laser / 16;
+          time = cycle * 55.296 + (laser % 16) * 2.304;
           break;
-        case Model::kVlp32:                              // Two at once.
-          time = firing * 55.296 + (laser / 2) * 2.304;  // NOLINT(bugprone-integer-division)
+        }
+        case Model::kVlp32: {  // Two at once.
+          const int pair = laser / 2;
+          time = firing * 55.296 + pair * 2.304;
           break;
+        }
         case Model::kHdl32:
           time = firing * 46.08 + laser * 1.152;
           break;
