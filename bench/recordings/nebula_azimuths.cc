@@ -63,10 +63,11 @@ class NebulaDecoder {
   void AddPoint(int i, int azimuth, float step, uint16_t range, PointList& list) const {
     const size_t laser = static_cast<size_t>(i % Lasers(model_));
     const double turned = calibration_.lasers[laser].rotation * 180 / std::numbers::pi * 100;
+    const int cycle = i / 16;
     const float part =
         model_ == Model::kVlp32
             ? 2.304F / 55.296F * static_cast<float>(i)
-            : (static_cast<float>(i % 16) * 2.304F + static_cast<float>(i / 16) * 55.296F) /
+            : (static_cast<float>(i % 16) * 2.304F + static_cast<float>(cycle) * 55.296F) /
                   110.592F;
     const float exact = static_cast<float>(static_cast<float>(azimuth) + step * part - turned);
     const double rounded = std::round(exact);

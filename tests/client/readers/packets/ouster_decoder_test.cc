@@ -93,9 +93,9 @@ TEST(OusterDecoder, PutsPointsWhereTheManualDoes) {
     decoder->Flush(&scans);
     const std::vector<double> x = OusterColumn(scans.at(0), "x"), y = OusterColumn(scans[0], "y"),
                               z = OusterColumn(scans[0], "z");
+    size_t i = 0;
     for (int column = 0; column < 64; ++column) {
-      for (int row = 0; row < 16; ++row) {  // Column by column, from the uppermost beam down.
-        const size_t i = static_cast<size_t>(16 * column + row);
+      for (int row = 0; row < 16; ++row, ++i) {  // Column by column, from the uppermost beam down.
         const std::array<double, 3> expected = ByTheManual(source, column, row);
         ASSERT_NEAR(x[i], expected[0], 3e-6);
         ASSERT_NEAR(y[i], expected[1], 3e-6);
@@ -208,7 +208,7 @@ TEST(OusterDecoder, RefusesPacketsOfAnotherSensor) {
   // Columns beyond the frame and times beyond all years are no points.
   std::string lies = good;
   lies[32 + 8] = lies[32 + 9] = '\xFF';
-  for (int i = 0; i < 8; ++i) lies[static_cast<size_t>(32 + 12 + 16 * 12 + i)] = '\xFF';
+  lies.replace(32 + 12 + 16 * 12, 8, 8, '\xFF');
   ASSERT_TRUE(decoder->Add(lies, 0, &scans).ok());
   decoder->Flush(&scans);
   EXPECT_EQ(scans.at(0).payload.width, 14u * 16);

@@ -86,8 +86,8 @@ std::string IpHeader(const Sender& sender, size_t size, size_t offset, bool more
 
 void AppendPixel(std::string& bytes, const OusterSource& source, int column, int row) {
   const uint32_t range = source.range(column, row, 0);
-  const uint64_t reflectivity = static_cast<uint64_t>(row + 1);
-  const uint64_t signal = static_cast<uint64_t>(1000 + row), near_ir = 160;
+  const uint64_t reflectivity = static_cast<uint64_t>(row) + 1;
+  const uint64_t signal = 1000 + static_cast<uint64_t>(row), near_ir = 160;
   if (source.profile == "RNG15_RFL8_NIR8") {
     Append(bytes, range / 8, 2);
     Append(bytes, reflectivity, 1);

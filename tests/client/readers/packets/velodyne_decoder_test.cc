@@ -196,7 +196,8 @@ TEST(VelodyneDecoder, InterpolatesAzimuthsByTheTimesOfFirings) {
     const auto column = columns.find(static_cast<int>(points.ring[i]));
     if (column == columns.end()) continue;
     const double behind = std::atan2(-points.y[i], points.x[i]) / kDeg - column->second;
-    EXPECT_NEAR(behind, static_cast<double>(i / 2) * 2.304 / 55.296 * 0.20, 0.001) << i;
+    const size_t pair = i / 2;
+    EXPECT_NEAR(behind, static_cast<double>(pair) * 2.304 / 55.296 * 0.20, 0.001) << i;
   }
 }
 
