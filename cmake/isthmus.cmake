@@ -15,10 +15,12 @@ if(ISTHMUS_SANITIZE)
   # without, use the system's, and what one of them allocates the other frees.
   target_compile_definitions(isthmus_flags INTERFACE EIGEN_MALLOC_ALREADY_ALIGNED=1)
 endif()
-
 if(ISTHMUS_FUZZERS)
-  target_compile_options(isthmus_flags INTERFACE
-    -fsanitize=fuzzer-no-link,address -fno-omit-frame-pointer -g1)
+  if(NOT CMAKE_CXX_COMPILER_ID MATCHES Clang)
+    message(FATAL_ERROR "ISTHMUS_FUZZERS needs clang: configure with CXX=clang++ CC=clang")
+  endif()
+  # What is fuzzed tells the fuzzer which ways were taken.
+  target_compile_options(isthmus_flags INTERFACE -fsanitize=fuzzer-no-link,address -g1)
   target_link_options(isthmus_flags INTERFACE -fsanitize=address)
 endif()
 

@@ -64,7 +64,7 @@ ALLOWED = {
     ),
     "client/readers": (
         {"core", "core/codec", "core/formats", "core/io"},
-        STD_LIKE | {"json", "bz2", "lz4", "sqlite", "yaml", "zstd"},
+        STD_LIKE | {"json", "bz2", "lz4", "pcap", "sqlite", "yaml", "zstd"},
     ),
     "client/simulation": ({"core", "core/codec", "core/formats", "core/io"}, STD_LIKE | {"embree"}),
     "client/evaluation": ({"core", "core/io"}, STD_LIKE | {"png"}),
@@ -103,7 +103,8 @@ LEVELS = {
 BASES = {f"client/library/{name}.h" for name in ("convert", "options", "records")}
 # Only .cc files may include these, so that they never reach a neighbour's headers. A header named
 # after the library (pcl_cloud.h) may too; it is then itself for .cc files only.
-PRIVATE_TO_SOURCES = {"openssl", "ceres", "pcl", "octomap", "sqlite", "zstd", "lzf", "bz2", "lz4", "fftw", "embree", "png"}
+PRIVATE_TO_SOURCES = {"openssl", "ceres", "pcl", "octomap", "sqlite", "zstd", "lzf", "bz2", "lz4",
+                      "fftw", "embree", "pcap", "png"}
 THIRD_PARTY = [
     ("eigen", re.compile(r"^(Eigen|unsupported/Eigen)/")),
     ("absl", re.compile(r"^absl/")),
@@ -119,6 +120,7 @@ THIRD_PARTY = [
     ("fftw", re.compile(r"^fftw3")),
     ("embree", re.compile(r"^embree3/")),
     ("png", re.compile(r"^png\.h$")),
+    ("pcap", re.compile(r"^pcap(\.h$|/)")),
     ("grpc", re.compile(r"^(grpcpp|grpc)/")),
     ("protobuf", re.compile(r"^google/protobuf/")),
     ("yaml", re.compile(r"^yaml-cpp/")),
@@ -128,7 +130,8 @@ THIRD_PARTY = [
 ]
 NAMES = {
     "ceres": "Ceres", "pcl": "PCL", "octomap": "OctoMap", "sqlite": "SQLite", "zstd": "zstd",
-    "lzf": "lzf", "bz2": "bzip2", "lz4": "LZ4", "openssl": "OpenSSL", "fftw": "FFTW", "embree": "Embree", "png": "libpng",
+    "lzf": "lzf", "bz2": "bzip2", "lz4": "LZ4", "openssl": "OpenSSL", "fftw": "FFTW",
+    "embree": "Embree", "png": "libpng", "pcap": "libpcap",
     "grpc": "gRPC", "protobuf": "Protobuf", "yaml": "yaml-cpp", "spdlog": "spdlog",
     "cli11": "CLI11", "json": "nlohmann-json",
 }

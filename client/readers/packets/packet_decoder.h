@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,7 +22,8 @@ class PacketDecoder {
 
   // Takes the payload of a UDP packet that arrived at that time (nanoseconds since the Unix epoch),
   // and appends the scans that it completes. InvalidArgument for what is no packet of this sensor:
-  // nothing has happened then.
+  // nothing has happened then. FailedPrecondition, now and ever after, where the sensor that the
+  // packets tell cannot be read with what was given; the message says what to give.
   virtual absl::Status Add(absl::string_view packet, int64_t arrival_ns,
                            std::vector<RecordedScan>* scans) = 0;
   // Ends the scan that was begun: appends it unless it is empty. At the end of a recording, and
@@ -41,9 +43,17 @@ struct VelodyneOptions {
   double cut_azimuth_deg = 0;
   // Scans are cut by Flush alone: messages are whole turns.
   bool by_flush = false;
+  // The sensor's clock is known to be UTC, as its position packets say, and arrival plus this is
+  // UTC to within some minutes.
+  std::optional<int64_t> utc_offset_ns = std::nullopt;
 };
 
-// InvalidArgument for a sensor that is not known or a calibration that cannot be read.
+// Points come as in the packets: block by block, laser by laser; fields are x y z intensity ring
+// time, rings count from the lowest laser up. Of two returns the second block's point comes after
+// all of the first block's, and is left out where its range is the same. The VLP-16, Puck LITE and
+// Puck Hi-Res, VLP-32C, HDL-32E and HDL-64E (S2, S3) are known. InvalidArgument for a sensor that
+// is not, or a calibration that cannot be read; an HDL-64E without one is refused by Add, since
+// each unit has its own.
 absl::StatusOr<std::unique_ptr<PacketDecoder>> MakeVelodyneDecoder(const VelodyneOptions& options);
 
 // `metadata`: the sensor's JSON, of any firmware from 2.0 on. InvalidArgument where something is

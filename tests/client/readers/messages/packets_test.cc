@@ -95,17 +95,6 @@ TEST(PacketReaderTest, PartsOfTurnsAreJoined) {
   EXPECT_THAT(joined.packets, ElementsAre(5, 5, 2));
 }
 
-TEST(PacketReaderTest, ARangeCountsScans) {
-  for (const size_t last : {1, 7}) {
-    auto messages = std::make_unique<Packets>();
-    for (int i = 0; i < 13; ++i) messages->AddPacketMsg(100);
-    const Joined joined =
-        Join(std::move(messages), ScanMessage::kOusterPackets, {.from = 1, .to = last});
-    EXPECT_EQ(joined.names.size(), std::min<size_t>(last, 2));
-    EXPECT_EQ(joined.names[0], "scan 1 of /p");
-  }
-}
-
 TEST(PacketReaderTest, PacketsThatAreRefusedAreReportedOnceForAScan) {
   auto messages = std::make_unique<Packets>();
   for (int i = 0; i < 3; ++i) messages->AddPacketMsg(10);

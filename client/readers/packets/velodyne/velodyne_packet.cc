@@ -1,0 +1,44 @@
+#include "client/readers/packets/velodyne/velodyne_packet.h"
+
+#include <absl/strings/str_cat.h>
+
+#include "client/readers/packets/packet_decoder.h"
+
+namespace isthmus::readers {
+namespace velodyne {
+
+bool Hdl64IsDual(const Packet& packet) {
+  bool turns = false;
+  for (int block = 0; block < kBlocks; block += 4) {
+    if (packet.azimuth(block) != packet.azimuth(block + 2)) return false;
+    turns |= packet.azimuth(block) != packet.azimuth(0);
+  }
+  return turns;
+}
+
+absl::Status CheckPacket(absl::string_view bytes) {
+  if (bytes.size() != kPacketBytes) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "a packet of ", bytes.size(), " bytes is none of Velodyne's, which have ", kPacketBytes));
+  }
+  const Packet packet(bytes);
+  for (int block = 0; block < kBlocks; ++block) {
+    if (packet.flag(block) != kUpper && packet.flag(block) != kLower) {
+      return absl::InvalidArgumentError("a packet is none of Velodyne's: a block has another flag");
+    }
+    if (packet.azimuth(block) >= kTurn) {
+      return absl::InvalidArgumentError("a packet of Velodyne's has an azimuth beyond 360 degrees");
+    }
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace velodyne
+
+bool IsVelodynePacket(absl::string_view packet) {
+  if (packet.size() != velodyne::kPacketBytes) return false;
+  const uint16_t flag = velodyne::Packet(packet).flag(0);
+  return flag == velodyne::kUpper || flag == velodyne::kLower;
+}
+
+}  // namespace isthmus::readers

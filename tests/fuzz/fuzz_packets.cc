@@ -1,0 +1,109 @@
+// Bytes of anybody, taken for the packets, metadata, calibrations and captures of sensors. The
+// first byte says for which; see corpus/packets.
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "client/readers/packets/packet_decoder.h"
+#include "client/readers/packets/pcap_recording.h"
+#include "core/codec/payload_layout.h"
+
+namespace isthmus::readers {
+namespace {
+
+// What comes out must hold what it promises.
+void CheckScans(const std::vector<RecordedScan>& scans) {
+  for (const RecordedScan& scan : scans) {
+    if (!codec::CheckLayout(scan.payload).ok()) std::abort();
+  }
+}
+
+// Packets of `size` bytes out of the bytes, each with an arrival before it.
+void FeedPackets(PacketDecoder& decoder, absl::string_view bytes, size_t size) {
+  std::vector<RecordedScan> scans;
+  while (bytes.size() > 8) {
+    int64_t arrival_ns = 0;
+    bytes.copy(reinterpret_cast<char*>(&arrival_ns), sizeof(arrival_ns));
+    bytes.remove_prefix(sizeof(arrival_ns));
+    const absl::string_view packet = bytes.substr(0, size);
+    (void)decoder.Add(packet, arrival_ns, &scans);
+    bytes.remove_prefix(packet.size());
+    CheckScans(scans);
+    scans.clear();
+  }
+  decoder.Flush(&scans);
+  CheckScans(scans);
+  (void)decoder.Assumptions();
+}
+
+void TryVelodyne(absl::string_view bytes) {
+  auto decoder = MakeVelodyneDecoder({});
+  if (decoder.ok()) FeedPackets(**decoder, bytes, 1206);
+}
+
+// Text up to the first 0, then packets.
+void TryCalibration(absl::string_view bytes) {
+  VelodyneOptions options;
+  const size_t end = bytes.find('\0');
+  options.calibration = std::string(bytes.substr(0, end));
+  auto decoder = MakeVelodyneDecoder(options);
+  if (!decoder.ok() || end == absl::string_view::npos) return;
+  FeedPackets(**decoder, bytes.substr(end + 1), 1206);
+}
+
+void TryOuster(absl::string_view bytes) {
+  const size_t end = bytes.find('\0');
+  auto decoder = MakeOusterDecoder(std::string(bytes.substr(0, end)));
+  if (!decoder.ok() || end == absl::string_view::npos) return;
+  const absl::string_view packets = bytes.substr(end + 1);
+  // Of one column and two rows, in the corpus.
+  for (const size_t size : {44, 100, 84}) FeedPackets(**decoder, packets, size);
+}
+
+void TryCapture(absl::string_view bytes) {
+  std::string copy(bytes);
+  if (copy.empty()) return;
+  const auto open = [&] { return fmemopen(copy.data(), copy.size(), "rb"); };
+  auto recording = OpenPcapRecording("bytes", open);
+  if (!recording.ok()) return;
+  for (size_t topic = 0; topic < (*recording)->scan_topics().size(); ++topic) {
+    auto reader = (*recording)->OpenScans(topic, {});
+    if (!reader.ok()) continue;
+    while (true) {
+      auto scan = (*reader)->Next();
+      if (!scan.ok()) continue;
+      if (!*scan) break;
+      CheckScans({**std::move(scan)});
+    }
+  }
+  for (size_t topic = 0; topic < (*recording)->gnss_topics().size(); ++topic) {
+    (void)(*recording)->ReadFixes(topic);
+  }
+}
+
+}  // namespace
+}  // namespace isthmus::readers
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+  if (size == 0) return 0;
+  const absl::string_view bytes(reinterpret_cast<const char*>(data) + 1, size - 1);
+  switch (data[0]) {
+    case 'v':
+      isthmus::readers::TryVelodyne(bytes);
+      break;
+    case 'c':
+      isthmus::readers::TryCalibration(bytes);
+      break;
+    case 'o':
+      isthmus::readers::TryOuster(bytes);
+      break;
+    default:
+      isthmus::readers::TryCapture(bytes);
+      break;
+  }
+  return 0;
+}
