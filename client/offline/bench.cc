@@ -15,7 +15,7 @@
 #include "client/console/offline_commands.h"
 #include "client/offline/bench_paper.h"
 #include "client/offline/commands.h"
-#include "client/offline/error_json.h"
+#include "client/report/error_json.h"
 #include "core/io/file_io.h"
 
 namespace isthmus::cli {
