@@ -49,14 +49,20 @@ def style_of(index):
             "linestyle": DASHES[index // len(COLORS) % len(DASHES)]}
 
 
-def legend_above(figure, axes, columns=3):
-    """A legend above the axes, where it hides nothing."""
+def legend_above(axes):
+    """A legend above the axes, where it hides nothing; as many columns as its words allow."""
     handles, labels = axes.get_legend_handles_labels()
-    if handles:
-        figure.legend(handles, labels, loc="outside upper left", ncols=columns) \
-            if matplotlib.__version_info__ >= (3, 7) else \
-            axes.legend(handles, labels, loc="lower left", ncol=columns, borderaxespad=0,
-                        bbox_to_anchor=(0, 1.01), handlelength=2.2, columnspacing=1.4)
+    if not handles:
+        return
+    columns = min(len(labels), max(1, 100 // (max(map(len, labels)) + 8)))
+    rows = math.ceil(len(labels) / columns)
+    columns = math.ceil(len(labels) / rows)
+    # Matplotlib fills column by column; people read row by row.
+    order = [row * columns + column for column in range(columns) for row in range(rows)
+             if row * columns + column < len(labels)]
+    axes.legend([handles[i] for i in order], [labels[i] for i in order], loc="lower left",
+                ncol=columns, borderaxespad=0, bbox_to_anchor=(0, 1.01), handlelength=2.2,
+                columnspacing=1.6)
 
 
 def plan_figure(points, extra=0.0):
@@ -82,16 +88,16 @@ def draw_trajectories(data):
     figure, axes = plan_figure([s["truth"] for s in series] + [s["estimate"] for s in series])
     for i, s in enumerate(series):
         if s["truth_drawn"]:
-            axes.plot(*s["truth"], color=FAINT, linewidth=3.6, alpha=0.55,
+            axes.plot(*s["truth"], color=FAINT, linewidth=4.5, alpha=0.5,
                       label="truth" if i == 0 else None, solid_capstyle="round")
     for i, s in enumerate(series):
-        axes.plot(*s["estimate"], label=label(s["name"]), **style_of(i))
+        axes.plot(*s["estimate"], label=label(s["name"]), linewidth=1.3, **style_of(i))
         mark_ends(axes, *s["estimate"], style_of(i)["color"])
     axes.plot([], [], "o", color=INK, markerfacecolor="none", markeredgewidth=2, label="start")
     axes.plot([], [], "s", color=INK, label="end")
     axes.set_xlabel(data["axes"][0] + " [m]")
     axes.set_ylabel(data["axes"][1] + " [m]")
-    legend_above(figure, axes, 4)
+    legend_above(axes)
     return figure
 
 
@@ -99,15 +105,15 @@ def draw_error(data):
     figure = Figure(figsize=(WIDE, 5), constrained_layout=True)
     top, bottom = figure.subplots(2, 1, sharex=True)
     for i, s in enumerate(data["series"]):
-        top.plot(s["way_m"], s["error_m"], label=label(s["name"]), **style_of(i))
-        bottom.plot(s["way_m"], s["error_deg"], **style_of(i))
+        top.plot(s["way_m"], s["error_m"], label=label(s["name"]), linewidth=1.1, **style_of(i))
+        bottom.plot(s["way_m"], s["error_deg"], linewidth=1.1, **style_of(i))
     top.set_ylabel("position error [m]")
     bottom.set_ylabel("rotation error [deg]")
     bottom.set_xlabel("distance driven [m]")
     for axes in (top, bottom):
         axes.set_ylim(bottom=0)
         axes.margins(x=0.01)
-    legend_above(figure, top, 4)
+    legend_above(top)
     return figure
 
 
@@ -136,7 +142,7 @@ def draw_drift(data):
     panels[1].set_xticks(range(len(lengths)), [f"{l:g}" for l in lengths])
     panels[1].set_xlim(-0.6, len(lengths) - 0.4)
     panels[1].set_xlabel("length of segment [m]    (box: quartiles and median, whiskers: 5 and 95 %)")
-    legend_above(figure, panels[0], 4)
+    legend_above(panels[0])
     return figure
 
 
@@ -162,15 +168,20 @@ def draw_timing(data):
         bad = [scan for scan, state in zip(s["scan"], s["tracking"]) if state == "lost"]
         if bad:
             axes.plot(bad, [0] * len(bad), "|", color=INK, markersize=9, label="lost")
-        mean = sum(s["total_ms"]) / len(s["total_ms"])
-        axes.set_title(f"{label(s['name'])}: {mean:.1f} ms per scan, {max(s['total_ms']):.1f} at most",
-                       fontsize=9, pad=18 if axes is rows[0, 0] else 4)
+        total = sorted(s["total_ms"])
+        title = f"{label(s['name'])}: {sum(total) / len(total):.1f} ms per scan, {total[-1]:.1f} at most"
+        # One slow scan, the first as a rule, must not flatten all others.
+        top = max(1.5 * total[int(0.98 * (len(total) - 1))], 1e-3)
+        beyond = sum(1 for ms in total if ms > top)
+        axes.set_ylim(0, top if beyond else None)
+        if beyond:
+            title += f" ({beyond} beyond the axis)"
+        axes.set_title(title, loc="right", fontsize=9)
         axes.set_ylabel("ms per scan")
-        axes.set_ylim(bottom=0)
         axes.margins(x=0.01)
     step = math.ceil(max(len(s["scan"]) for s in series) / MOST_STEPS)
     rows[-1, 0].set_xlabel("scan" + (f"    (means of {step})" if step > 1 else ""))
-    legend_above(figure, rows[0, 0], 5)
+    legend_above(rows[0, 0])
     return figure
 
 
@@ -210,7 +221,7 @@ def draw_graph(data):
     axes.set_ylim(-1.25, 1.25) if count > 2 else axes.set_ylim(-0.3, 0.3)
     if count <= 2:
         figure.set_size_inches(WIDE, 2.2)
-    legend_above(figure, axes, 4)
+    legend_above(axes)
     return figure
 
 
@@ -232,7 +243,7 @@ def draw_map(data):
     axes.plot([], [], "s", color=INK, label="end")
     axes.set_xlabel("x [m]")
     axes.set_ylabel("y [m]")
-    legend_above(figure, axes, 5)
+    legend_above(axes)
     return figure
 
 
@@ -248,7 +259,8 @@ def main():
         drawn = globals()["draw_" + figure["kind"]](figure)
         for kind in ("svg", "png"):
             metadata = {"Title": figure["title"], "Date": None} if kind == "svg" else None
-            drawn.savefig(folder / f"{figure['file']}.{kind}", dpi=150, metadata=metadata)
+            drawn.savefig(folder / f"{figure['file']}.{kind}", dpi=150, metadata=metadata,
+                          bbox_inches="tight", pad_inches=0.1)
 
 
 if __name__ == "__main__":

@@ -6,6 +6,8 @@
 
 #include <algorithm>
 
+#include "client/report/limits.h"
+
 namespace isthmus::report {
 namespace {
 
@@ -111,8 +113,9 @@ std::string HtmlTable(const Table& table) {
   const auto line = [&](const std::vector<std::string>& cells, const char* tag) {
     std::string out = "<tr>";
     for (size_t i = 0; i < cells.size(); ++i) {
-      absl::StrAppend(&out, "<", tag, i < table.names ? "" : " class=\"n\"", ">",
-                      EscapeHtml(cells[i]), "</", tag, ">");
+      const bool is_long = cells[i].size() > kLongCell;
+      const char* kind = i >= table.names ? " class=\"n\"" : is_long ? " class=\"long\"" : "";
+      absl::StrAppend(&out, "<", tag, kind, ">", EscapeHtml(cells[i]), "</", tag, ">");
     }
     return out + "</tr>\n";
   };
