@@ -204,9 +204,9 @@ def draw_graph(data):
             (x0, y0), (x1, y1) = at[e["a"]], at[e["b"]]
             axes.plot([x0, x1], [y0, y1], linestyle=dashes, color=color, linewidth=width, zorder=1,
                       label=text if i == 0 else None)
-            if len(edges) > 24 and kind not in ("tree", "rejected"):
+            if len(edges) > 12 and kind in ("open", "rejected"):
                 continue  # Their reasons are in the table; here they would hide each other.
-            share = 0.5 if count != 4 else 0.42
+            share = 0.5 if len(edges) <= 3 else 0.42 if i % 2 else 0.58
             axes.annotate(e["label"], (x0 + share * (x1 - x0), y0 + share * (y1 - y0)),
                           ha="center", va="center", fontsize=8, color=INK, zorder=3,
                           bbox={"boxstyle": "round,pad=0.25", "fc": "#fefefe", "ec": "none"})
