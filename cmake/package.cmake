@@ -40,7 +40,7 @@ isthmus_package(dev libisthmus-client-dev libdevel
 "client library of the Isthmus map server, for C++20
 Headers and static libraries, for CMake and pkg-config, and examples.")
 
-set(CPACK_DEBIAN_CLIENT_PACKAGE_RECOMMENDS isthmus-offline)
+set(CPACK_DEBIAN_CLIENT_PACKAGE_RECOMMENDS "isthmus-offline, python3-matplotlib")  # Of report.
 set(CPACK_DEBIAN_OFFLINE_PACKAGE_DEPENDS "isthmus (= ${PROJECT_VERSION})")
 set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS
   "libabsl-dev, libeigen3-dev, libgrpc++-dev, liblzf-dev, libprotobuf-dev, libssl-dev, libzstd-dev, \

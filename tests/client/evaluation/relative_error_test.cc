@@ -63,8 +63,7 @@ struct BruteForce {
 };
 
 TEST(SegmentLengths, AreKittisUnlessTheDriveIsShort) {
-  EXPECT_EQ(SegmentLengths(5000),
-            (std::vector<double>{100, 200, 300, 400, 500, 600, 700, 800}));
+  EXPECT_EQ(SegmentLengths(5000), (std::vector<double>{100, 200, 300, 400, 500, 600, 700, 800}));
   EXPECT_EQ(SegmentLengths(350), (std::vector<double>{100, 200, 300}));
   EXPECT_EQ(SegmentLengths(110), (std::vector<double>{10, 20, 30, 40, 50, 60, 70, 80}));
   EXPECT_EQ(SegmentLengths(30), (std::vector<double>{2, 4, 6, 8, 10, 12, 14, 16}));
