@@ -1,4 +1,4 @@
-// What waits at a server for a person, and what that person can do.
+// Things at a server that wait for a person, and what that person can do.
 #pragma once
 
 #include <string>

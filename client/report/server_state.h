@@ -1,4 +1,4 @@
-// What a server has, read once for a report.
+// The state of a server, read once for a report.
 #pragma once
 
 #include <absl/status/statusor.h>

@@ -1,4 +1,4 @@
-// What a server has, as tables.
+// Tables of a server's robots, matches, loops, revisions and times.
 #pragma once
 
 #include "client/report/server_state.h"
