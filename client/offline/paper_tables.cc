@@ -60,13 +60,12 @@ class PaperTable {
     table_.rows.push_back(std::move(row));
   }
 
-  void AddMean(const std::string& world, const std::string& quantity, const char* decimals,
+  void AddMean(const std::string& world, const std::string& quantity, int decimals,
                const Quantity& value) {
     AddRow(world, quantity, [&](const Runs& runs) {
       double sum = 0;
       for (const PaperBenchRun* run : runs) sum += value(*run);
-      return absl::StrFormat(absl::ParsedFormat<'f'>(decimals),
-                             sum / static_cast<double>(runs.size()));
+      return absl::StrFormat("%.*f", decimals, sum / static_cast<double>(runs.size()));
     });
   }
 
@@ -102,7 +101,7 @@ report::Table ErrorTable(const std::vector<PaperBenchRun>& runs) {
   PaperTable table("Table 3. RMSE of the trajectories (eq. 3), m", runs);
   for (const std::string& world : table.worlds()) {
     for (size_t i = 0; i < runs.front().robots.size(); ++i) {
-      table.AddMean(world, absl::StrCat("robot ", i + 1), "%.4f",
+      table.AddMean(world, absl::StrCat("robot ", i + 1), 4,
                     [i](const PaperBenchRun& run) { return run.robots[i].own.rmse_m; });
     }
     table.AddRow(world, "both in one map", MergedRmse);
@@ -125,12 +124,12 @@ report::Table TimeTable(const std::vector<PaperBenchRun>& runs) {
   for (const std::string& world : table.worlds()) {
     for (size_t i = 0; i < runs.front().robots.size(); ++i) {
       const std::string robot = absl::StrCat("robot ", i + 1, ", odometry per scan, ");
-      table.AddMean(world, robot + "mean ms", "%.2f",
+      table.AddMean(world, robot + "mean ms", 2,
                     [i](const PaperBenchRun& run) { return run.robots[i].mean_ms; });
       table.AddLargest(world, robot + "max ms",
                        [i](const PaperBenchRun& run) { return run.robots[i].max_ms; });
     }
-    table.AddMean(world, "global map: transform between the robots, s", "%.3f",
+    table.AddMean(world, "global map: transform between the robots, s", 3,
                   [](const PaperBenchRun& run) { return run.estimation_ms / 1000; });
     table.AddLargest(world, "global map: composition, max ms",
                      [](const PaperBenchRun& run) { return run.composition_max_ms; });
@@ -164,15 +163,16 @@ report::Table StageTable(const std::vector<PaperBenchRun>& runs) {
       {"odometry: matching", &PaperBenchRobot::matching_ms},
       {"odometry: local map", &PaperBenchRobot::map_ms}};
   for (const std::string& world : table.worlds()) {
-    for (const auto& [name, ms] : odometry) {
-      table.AddMean(world, name, "%.2f",
+    for (const auto& [name, column] : odometry) {
+      const auto ms = column;
+      table.AddMean(world, name, 2,
                     [ms](const PaperBenchRun& run) { return MeanOfRobots(run, ms); });
     }
     for (const std::string& stage : stages) {
-      table.AddMean(world, "global map: " + stage, "%.1f",
+      table.AddMean(world, "global map: " + stage, 1,
                     [&stage](const PaperBenchRun& run) { return StageMs(run, stage); });
     }
-    table.AddMean(world, "global map: composition", "%.1f",
+    table.AddMean(world, "global map: composition", 1,
                   [](const PaperBenchRun& run) { return run.composition_ms; });
   }
   return table.Take("Odometry per scan, both robots; global map once, the last time.");

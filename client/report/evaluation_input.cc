@@ -46,6 +46,7 @@ absl::StatusOr<PoseFile> ReadKitti(const std::string& path, const std::string& t
           times, stamps.size(), path, poses->size()));
     }
   }
+  file.poses.reserve(poses->size());
   for (size_t i = 0; i < poses->size(); ++i) {
     file.poses.push_back(
         {file.has_stamps ? stamps[i] : static_cast<int64_t>(i) * 1'000'000'000, (*poses)[i]});
@@ -89,6 +90,7 @@ absl::StatusOr<TrajectoryPair> ReadPair(const EvaluationInput& input, size_t i) 
 // The names of the files; where they are alike, with the folders they lie in.
 std::vector<std::string> NamesOf(const std::vector<std::string>& estimates) {
   std::vector<std::string> names;
+  names.reserve(estimates.size());
   for (const std::string& file : estimates) names.push_back(std::filesystem::path(file).stem());
   const std::vector<std::string> stems = names;
   for (size_t i = 0; i < names.size(); ++i) {

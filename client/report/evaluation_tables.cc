@@ -117,7 +117,7 @@ std::string SegmentsText(const EvaluatedTrajectory& robot) {
   }
   if (drift.is_kitti) {
     return absl::StrFormat(
-        "%s: KITTI's segments of %s to %s of its %.0f m, begun at every %d. pose.", robot.name,
+        "%s: KITTI's segments of %s to %s of its %.0f m, begun at every %dth pose.", robot.name,
         LengthText(drift.lengths.front().length_m), LengthText(drift.lengths.back().length_m),
         robot.way_m, drift.stride);
   }

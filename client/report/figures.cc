@@ -15,8 +15,6 @@
 #include "client/report/figures_script.h"
 #include "core/io/file_io.h"
 
-extern char** environ;
-
 namespace isthmus::report {
 namespace {
 

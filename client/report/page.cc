@@ -11,7 +11,7 @@ constexpr char kStyle[] = R"CSS(
 @media (prefers-color-scheme: dark) { :root { --ground: #14171a; --ink: #e4e7ea; --faint: #a0a8b0;
   --line: #363c42; --box: #1e2328; --warn: #ffb066; } }
 * { box-sizing: border-box; }
-body { margin: 0 auto; padding: 1.5rem 1rem 4rem; max-width: 68rem; background: var(--ground);
+body { margin: 0 auto; padding: 1.5rem 1rem 4rem; max-width: 76rem; background: var(--ground);
   color: var(--ink); font: 15px/1.5 system-ui, "DejaVu Sans", sans-serif; }
 h1 { margin: 0; font-size: 1.6rem; } h2 { margin: 2.2rem 0 .6rem; font-size: 1.15rem;
   border-bottom: 1px solid var(--line); padding-bottom: .25rem; }
@@ -26,9 +26,9 @@ table { border-collapse: collapse; font-size: .88rem; min-width: 40%; }
 caption { text-align: left; font-weight: 600; padding-bottom: .3rem; }
 th, td { text-align: left; padding: .22rem .7rem .22rem 0; border-bottom: 1px solid var(--line);
   vertical-align: top; }
-th { color: var(--faint); font-weight: 600; white-space: nowrap; }
-.long { min-width: 20rem; }
-.n { text-align: right; font-variant-numeric: tabular-nums; white-space: nowrap; }
+th { color: var(--faint); font-weight: 600; }
+.long { min-width: 15rem; }
+.n { text-align: right; font-variant-numeric: tabular-nums; white-space: nowrap; } th.n { white-space: normal; }
 figure { margin: 1rem 0; } figure svg { max-width: 100%; height: auto; display: block; }
 figcaption { color: var(--faint); font-size: .9rem; }
 .white { background: #fff; color: #202428; --ground: #fff; --faint: #5c646c; padding: .5rem;

@@ -17,11 +17,14 @@ std::string TimeText(int64_t unix_ns) {
 }
 
 // Numbers that were not computed are negative.
-std::string NumberOr(double value, const char* format) {
-  return value < 0 ? std::string() : absl::StrFormat(absl::ParsedFormat<'f'>(format), value);
+std::string NumberOr(double value, int decimals) {
+  return value < 0 ? std::string() : absl::StrFormat("%.*f", decimals, value);
 }
 
-std::string PercentOr(double share) { return NumberOr(100 * share, "%.1f"); }
+// What the server counts since it started, and later segments have not, is 0 then.
+std::string AboveZero(double value) { return value > 0 ? absl::StrFormat("%.1f", value) : ""; }
+
+std::string PercentOr(double share) { return NumberOr(100 * share, 1); }
 
 Table Cut(Table table) {
   if (table.rows.size() <= kMostRows) return table;
@@ -60,10 +63,8 @@ Table RobotsTable(const ServerState& state) {
         {session.record.robot.value(), session.record.id.value(), session.record.sensor,
          session.record.state == SessionState::kFinished ? "finished" : "active",
          TrackingOf(session), count(session.scans.ok), count(session.scans.degenerate),
-         count(session.scans.lost), count(session.scans.rejected),
-         is_first ? absl::StrFormat("%.1f", session.travelled_m) : "",
-         is_first ? absl::StrFormat("%.1f", session.odometry_ms_mean) : "",
-         absl::StrCat(session.submap_count),
+         count(session.scans.lost), count(session.scans.rejected), AboveZero(session.travelled_m),
+         AboveZero(session.odometry_ms_mean), absl::StrCat(session.submap_count),
          session.component ? absl::StrCat(*session.component) : "not placed"});
   }
   return Cut(std::move(table));
@@ -88,10 +89,9 @@ Table MatchesTable(const ServerState& state) {
     const Match& m = edge->match;
     table.rows.push_back({absl::StrCat(m.a.value(), " ~ ", m.b.value()),
                           absl::StrCat(ToString(m.state), edge->in_tree ? ", carries the map" : ""),
-                          ToString(m.reason), m.detail, NumberOr(m.confidence, "%.2f"),
-                          PercentOr(m.overlap), NumberOr(m.residual_m, "%.3f"),
-                          PercentOr(m.free_space), NumberOr(m.shared_area_m2, "%.0f"),
-                          absl::StrFormat("%.0f", SumMs(m.stages))});
+                          ToString(m.reason), m.detail, NumberOr(m.confidence, 2),
+                          PercentOr(m.overlap), NumberOr(m.residual_m, 3), PercentOr(m.free_space),
+                          NumberOr(m.shared_area_m2, 0), absl::StrFormat("%.0f", SumMs(m.stages))});
   }
   return Cut(std::move(table));
 }
@@ -124,8 +124,8 @@ Table LoopsTable(const ServerState& state) {
                           loop.rejected            ? "REJECTED"
                           : record.edges_used == 0 ? "SET ASIDE"
                                                    : "USED",
-                          loop.detail, absl::StrCat(loop.id), NumberOr(loop.confidence, "%.2f"),
-                          PercentOr(loop.overlap), NumberOr(loop.residual_m, "%.3f"),
+                          loop.detail, absl::StrCat(loop.id), NumberOr(loop.confidence, 2),
+                          PercentOr(loop.overlap), NumberOr(loop.residual_m, 3),
                           absl::StrCat(record.edges_used, " of ", record.edge_count)});
   }
   return Cut(std::move(table));
