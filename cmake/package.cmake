@@ -45,7 +45,7 @@ isthmus_package(python python3-isthmus python
 Pushes scans and submaps as numpy arrays, reads the merged map and trajectories.
 With type hints, and examples, one of them a node for ROS 2.")
 
-set(CPACK_DEBIAN_CLIENT_PACKAGE_RECOMMENDS isthmus-offline)
+set(CPACK_DEBIAN_CLIENT_PACKAGE_RECOMMENDS "isthmus-offline, python3-matplotlib")  # Of report.
 set(CPACK_DEBIAN_OFFLINE_PACKAGE_DEPENDS "isthmus (= ${PROJECT_VERSION})")
 set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS
   "libabsl-dev, libeigen3-dev, libgrpc++-dev, liblzf-dev, libprotobuf-dev, libssl-dev, libzstd-dev, \

@@ -20,5 +20,6 @@ void AddQuery(CLI::App& app, Action& action);
 void AddExport(CLI::App& app, Action& action);
 void AddBackup(CLI::App& app, Action& action);
 void AddPicture(CLI::App& app, Action& action);
+void AddReport(CLI::App& app, Action& action);
 
 }  // namespace isthmus::cli

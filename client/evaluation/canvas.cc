@@ -11,7 +11,7 @@
 namespace isthmus::evaluation {
 namespace {
 
-constexpr int kGlyphWidth = 5, kGlyphHeight = 7;
+constexpr int kGlyphWidth = 5, kGlyphHeight = 7;      // Layout
 using Glyph = std::array<const char*, kGlyphHeight>;  // '#' where there is a dot.
 
 struct Entry {

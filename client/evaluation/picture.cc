@@ -8,6 +8,7 @@
 #include <cmath>
 #include <utility>
 
+#include "client/evaluation/limits.h"
 #include "core/io/file_io.h"
 
 namespace isthmus::evaluation {
@@ -19,9 +20,6 @@ constexpr Color kOnWhite[] = {{0, 114, 178},  {213, 94, 0}, {0, 158, 115},
                               {160, 70, 150}, {120, 90, 0}, {86, 160, 213}};
 constexpr Color kOnBlack[] = {{86, 180, 233},  {255, 150, 50}, {60, 220, 160},
                               {230, 150, 220}, {240, 228, 66}, {150, 200, 255}};
-constexpr double kHeightStep = 0.25;  // Metres per bit of a pixel's heights.
-constexpr float kHighest = 1e6f;      // Metres; higher is no place but damage.
-constexpr int kFullHeights = 6;       // Heights at which a pixel has its full colour.
 
 Color Mix(Color a, Color b, double share_of_b) {
   for (int i = 0; i < 3; ++i) {

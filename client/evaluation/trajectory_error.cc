@@ -5,41 +5,13 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <cmath>
-#include <cstdint>
 #include <numbers>
 #include <utility>
 
+#include "client/evaluation/association.h"
+
 namespace isthmus::evaluation {
 namespace {
-
-struct PosePair {
-  Pose truth, estimate;
-};
-
-// The pairs of poses of equal time, in order of time.
-std::vector<PosePair> Associate(const TrajectoryPair& pair, double tolerance_s) {
-  const auto by_stamp = [](const StampedPose& a, const StampedPose& b) {
-    return a.stamp_ns < b.stamp_ns;
-  };
-  Trajectory truth = pair.truth, estimate = pair.estimate;
-  std::stable_sort(truth.begin(), truth.end(), by_stamp);
-  std::stable_sort(estimate.begin(), estimate.end(), by_stamp);
-  std::vector<PosePair> associated;
-  for (const StampedPose& entry : estimate) {
-    auto nearest = std::lower_bound(truth.begin(), truth.end(), entry, by_stamp);
-    const auto distance = [&](auto it) {
-      return std::abs(static_cast<double>(it->stamp_ns - entry.stamp_ns)) * 1e-9;
-    };
-    if (nearest != truth.begin() &&
-        (nearest == truth.end() || distance(std::prev(nearest)) <= distance(nearest))) {
-      --nearest;
-    }
-    if (nearest == truth.end() || distance(nearest) > tolerance_s) continue;
-    associated.push_back({nearest->pose, entry.pose});
-  }
-  return associated;
-}
 
 std::string Span(const Trajectory& trajectory) {
   if (trajectory.empty()) return "empty";
@@ -81,30 +53,14 @@ absl::StatusOr<Pose> Align(const std::vector<std::vector<PosePair>>& robots, Ali
   return Pose::FromMatrix(Eigen::umeyama(estimate, truth, /*with_scaling=*/false));
 }
 
-struct Deviation {
-  double distance_m, angle_rad;
+// The positions' errors, metres, and the orientations', degrees.
+struct Deviations {
+  std::vector<double> m, deg;
 };
 
-ErrorStatistics Summarize(const std::vector<Deviation>& deviations) {
-  ErrorStatistics statistics;
-  statistics.count = deviations.size();
-  const auto count = static_cast<double>(deviations.size());
-  std::vector<double> distances;
-  double angles = 0;
-  for (const Deviation& d : deviations) {
-    distances.push_back(d.distance_m);
-    statistics.mean_m += d.distance_m / count;
-    statistics.rmse_m += d.distance_m * d.distance_m / count;
-    angles += d.angle_rad * d.angle_rad / count;
-  }
-  statistics.rmse_m = std::sqrt(statistics.rmse_m);
-  statistics.rotation_rmse_deg = std::sqrt(angles) * 180 / std::numbers::pi;
-  std::sort(distances.begin(), distances.end());
-  const size_t half = distances.size() / 2;
-  statistics.median_m =
-      distances.size() % 2 == 1 ? distances[half] : (distances[half - 1] + distances[half]) / 2;
-  statistics.max_m = distances.back();
-  return statistics;
+ErrorStatistics Totals(const Deviations& deviations) {
+  const Statistics m = Summarize(deviations.m);
+  return {m.count, m.rmse, m.mean, m.median, m.std, m.min, m.max, Summarize(deviations.deg)};
 }
 
 }  // namespace
@@ -116,7 +72,7 @@ absl::StatusOr<TrajectoryErrors> CompareTrajectories(const std::vector<Trajector
   }
   std::vector<std::vector<PosePair>> robots;
   for (const TrajectoryPair& pair : pairs) {
-    robots.push_back(Associate(pair, tolerance_s));
+    robots.push_back(Associate(pair.truth, pair.estimate, tolerance_s));
     if (robots.back().empty()) return NothingInCommon(pair, tolerance_s);
   }
   const auto T_truth_estimate = Align(robots, alignment);
@@ -124,17 +80,19 @@ absl::StatusOr<TrajectoryErrors> CompareTrajectories(const std::vector<Trajector
 
   TrajectoryErrors errors;
   errors.T_truth_estimate = *T_truth_estimate;
-  std::vector<Deviation> all;
+  Deviations all;
   for (const auto& robot : robots) {
-    std::vector<Deviation> deviations;
+    Deviations own;
     for (const PosePair& pair : robot) {
       const Pose error = pair.truth.Inverse() * (*T_truth_estimate * pair.estimate);
-      deviations.push_back({error.translation().norm(), RotationAngle(error)});
+      own.m.push_back(error.translation().norm());
+      own.deg.push_back(RotationAngle(error) * 180 / std::numbers::pi);
     }
-    errors.robots.push_back(Summarize(deviations));
-    all.insert(all.end(), deviations.begin(), deviations.end());
+    errors.robots.push_back(Totals(own));
+    all.m.insert(all.m.end(), own.m.begin(), own.m.end());
+    all.deg.insert(all.deg.end(), own.deg.begin(), own.deg.end());
   }
-  errors.all = Summarize(all);
+  errors.all = Totals(all);
   return errors;
 }
 

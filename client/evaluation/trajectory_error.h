@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "client/evaluation/statistics.h"
 #include "core/map/trajectory.h"
 #include "core/pose.h"
 
@@ -19,8 +20,9 @@ struct ErrorStatistics {
   double rmse_m = 0;  // sqrt(1/n sum |p_true - p_estimated|^2), eq. 3 of the paper.
   double mean_m = 0;
   double median_m = 0;
-  double max_m = 0;
-  double rotation_rmse_deg = 0;
+  double std_m = 0;
+  double min_m = 0, max_m = 0;
+  Statistics rotation_deg = {};
 };
 
 // One robot: the same sensor's poses in two frames.
@@ -43,7 +45,7 @@ struct TrajectoryErrors {
   std::vector<ErrorStatistics> robots;
 };
 
-// Compares each estimated pose with the true one nearest in time, if that is within `tolerance_s`.
+// Compares each estimated pose with the true one nearest in time, see Associate.
 // Several robots are judged as one merged map: they share one alignment, so that a robot that is
 // right in itself but wrongly placed among the others counts as wrong. For each robot by itself
 // call this once per robot. Trajectories need not be in order of time.

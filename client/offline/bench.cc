@@ -15,7 +15,8 @@
 #include "client/console/offline_commands.h"
 #include "client/offline/bench_paper.h"
 #include "client/offline/commands.h"
-#include "client/offline/error_json.h"
+#include "client/offline/paper_tables.h"
+#include "client/report/error_json.h"
 #include "core/io/file_io.h"
 
 namespace isthmus::cli {
@@ -82,8 +83,10 @@ Json ToJson(const PaperBenchRun& run) {
               {"robots", Json::array()},
               {"merged", run.all ? cli::ToJson(*run.all) : Json(nullptr)},
               {"estimation_ms", run.estimation_ms},
+              {"stages_ms", Json::object()},
               {"composition_ms", run.composition_ms},
               {"composition_max_ms", run.composition_max_ms}};
+  for (const StageTime& stage : run.stages) out["stages_ms"][stage.stage] = stage.ms;
   for (const PaperBenchRobot& robot : run.robots) {
     out["robots"].push_back({{"name", robot.name},
                              {"travelled_m", robot.travelled_m},
@@ -91,6 +94,9 @@ Json ToJson(const PaperBenchRun& run) {
                              {"lost", robot.lost},
                              {"odometry_ms_mean", robot.mean_ms},
                              {"odometry_ms_max", robot.max_ms},
+                             {"features_ms", robot.features_ms},
+                             {"matching_ms", robot.matching_ms},
+                             {"map_ms", robot.map_ms},
                              {"own", cli::ToJson(robot.own)},
                              {"in_map", run.all ? cli::ToJson(robot.in_map) : Json(nullptr)}});
   }
@@ -139,7 +145,7 @@ Json ToJson(const PaperBenchOptions& options, const std::vector<PaperBenchRun>& 
 
 struct BenchOptions {
   PaperBenchOptions bench;
-  std::string json;
+  std::string format = "text", json;
 };
 
 absl::StatusOr<PaperBenchRun> RunWithProgress(const PaperBenchOptions& options,
@@ -152,10 +158,26 @@ absl::StatusOr<PaperBenchRun> RunWithProgress(const PaperBenchOptions& options,
   });
 }
 
-// Prints what is known as it comes: a bench takes minutes.
-void PrintLines(const std::string& lines) {
-  std::fputs(lines.c_str(), stdout);
-  std::fflush(stdout);
+// Prints what is known as it comes: a bench takes minutes. Beside another format, which is to be a
+// document by itself, to stderr.
+void PrintLines(const std::string& lines, const BenchOptions& options) {
+  std::FILE* out = options.format == "text" ? stdout : stderr;
+  std::fputs(lines.c_str(), out);
+  std::fflush(out);
+}
+
+int PrintResults(const std::vector<PaperBenchRun>& runs, const BenchOptions& options) {
+  const Json everything = ToJson(options.bench, runs);
+  if (options.format == "json") {
+    Print(everything);
+  } else {
+    for (const report::Table& table : PaperTables(runs)) {
+      absl::PrintF("\n%s", report::Format(table, report::ParseTableFormat(options.format)));
+    }
+  }
+  if (options.json.empty()) return kOk;
+  const absl::Status written = io::WriteFile(options.json, everything.dump(2) + "\n");
+  return written.ok() ? kOk : Fail(kFailed, written);
 }
 
 int Run(const BenchOptions& options) {
@@ -167,15 +189,13 @@ int Run(const BenchOptions& options) {
         auto run = RunWithProgress(bench, world, mode, seed);
         if (absl::IsInvalidArgument(run.status())) return Fail(kUsage, run.status());
         if (!run.ok()) return Fail(kFailed, run.status());
-        PrintLines((runs.empty() ? PaperBenchHeader() : "") + PaperBenchLine(*run));
+        PrintLines((runs.empty() ? PaperBenchHeader() : "") + PaperBenchLine(*run), options);
         runs.push_back(*std::move(run));
       }
     }
   }
-  PrintLines(PaperBenchMeans(runs));
-  if (options.json.empty()) return kOk;
-  const absl::Status written = io::WriteFile(options.json, ToJson(bench, runs).dump(2) + "\n");
-  return written.ok() ? kOk : Fail(kFailed, written);
+  PrintLines(PaperBenchMeans(runs), options);
+  return PrintResults(runs, options);
 }
 
 }  // namespace
@@ -185,7 +205,7 @@ void AddBench(CLI::App& app, Action& action) {
   CLI::App* bench = AddOfflineCommand(app, "bench");
   bench->require_subcommand(1);
   CLI::App* paper = bench->add_subcommand(
-      "paper", "Tables 3 and 4 of the paper: two robots, one odometry or another");
+      "paper", "Tables 3 to 5 of the paper: two robots, one odometry or another");
   paper->add_option("--worlds", options->bench.worlds, "museum, campus, ... (see simulate)")
       ->delimiter(',')
       ->capture_default_str();
@@ -197,6 +217,9 @@ void AddBench(CLI::App& app, Action& action) {
       ->capture_default_str();
   paper->add_option("--seconds", options->bench.seconds, "Length of each drive")
       ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  paper->add_option("--format", options->format, "Of the tables")
+      ->check(CLI::IsMember({"text", "markdown", "latex", "json"}))
       ->capture_default_str();
   paper->add_option("--json", options->json, "FILE to write everything to");
   paper->callback([options, &action] { action = [options] { return Run(*options); }; });

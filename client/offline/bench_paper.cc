@@ -31,7 +31,10 @@ class AckTotals {
     if (ack.outcome == ScanOutcome::kProcessed) {
       ++processed_;
       if (ack.tracking == Tracking::kLost) ++lost_;
-      sum_ms_ += ack.timing.total_ms;
+      sum_.total_ms += ack.timing.total_ms;
+      sum_.features_ms += ack.timing.features_ms;
+      sum_.matching_ms += ack.timing.matching_ms;
+      sum_.map_ms += ack.timing.map_ms;
       max_ms_ = std::max(max_ms_, ack.timing.total_ms);
     }
     changed_.SignalAll();
@@ -49,7 +52,11 @@ class AckTotals {
     MutexLock lock(&mutex_);
     robot->scans = processed_;
     robot->lost = lost_;
-    robot->mean_ms = processed_ > 0 ? sum_ms_ / static_cast<double>(processed_) : 0;
+    const double scans = std::max(1.0, static_cast<double>(processed_));
+    robot->mean_ms = sum_.total_ms / scans;
+    robot->features_ms = sum_.features_ms / scans;
+    robot->matching_ms = sum_.matching_ms / scans;
+    robot->map_ms = sum_.map_ms / scans;
     robot->max_ms = max_ms_;
   }
 
@@ -58,7 +65,8 @@ class AckTotals {
   CondVar changed_;
   uint64_t answered_ ABSL_GUARDED_BY(mutex_) = 0,
                      processed_ ABSL_GUARDED_BY(mutex_) = 0, lost_ ABSL_GUARDED_BY(mutex_) = 0;
-  double sum_ms_ ABSL_GUARDED_BY(mutex_) = 0, max_ms_ ABSL_GUARDED_BY(mutex_) = 0;
+  ScanTiming sum_ ABSL_GUARDED_BY(mutex_) = {};
+  double max_ms_ ABSL_GUARDED_BY(mutex_) = 0;
 };
 
 absl::Status Drive(client::Client& client, const Simulator& simulator, int index, OdometryMode mode,
@@ -100,15 +108,22 @@ absl::StatusOr<std::vector<evaluation::TrajectoryPair>> Trajectories(client::Cli
   return pairs;
 }
 
-// The time that matching the two maps took last.
-absl::StatusOr<double> EstimationMs(client::Client& client) {
+// The time that matching the two maps took last, stage by stage.
+absl::StatusOr<std::vector<StageTime>> EstimationStages(client::Client& client) {
   const auto graph = client.GetMatchGraph();
   if (!graph.ok()) return graph.status();
-  double ms = 0;
+  std::vector<StageTime> stages;
   for (const MatchEdge& edge : graph->matches) {
-    for (const StageTime& stage : edge.match.stages) ms += stage.ms;
+    for (const StageTime& stage : edge.match.stages) {
+      const auto same = std::ranges::find(stages, stage.stage, &StageTime::stage);
+      if (same == stages.end()) {
+        stages.push_back(stage);
+      } else {
+        same->ms += stage.ms;
+      }
+    }
   }
-  return ms;
+  return stages;
 }
 
 absl::Status CompareWithTruth(client::Client& client, const Simulator& simulator, bool merged,
@@ -160,9 +175,10 @@ absl::StatusOr<PaperBenchRun> RunPaperBench(const std::string& world, const std:
   }
   const auto info = Wait(client, WaitFor::kSettled, kSettleTimeoutS);
   if (!info.ok()) return info.status();
-  const auto estimation_ms = EstimationMs(client);
-  if (!estimation_ms.ok()) return estimation_ms.status();
-  run.estimation_ms = *estimation_ms;
+  auto stages = EstimationStages(client);
+  if (!stages.ok()) return stages.status();
+  run.stages = *std::move(stages);
+  for (const StageTime& stage : run.stages) run.estimation_ms += stage.ms;
   run.composition_ms = info->composition_ms;
   run.composition_max_ms = info->composition_max_ms;
   const absl::Status status = CompareWithTruth(client, **simulator, IsMerged(*info), &run);

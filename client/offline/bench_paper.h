@@ -1,4 +1,4 @@
-// The comparison of the paper's Tables 3 and 4: the same server with one odometry or another.
+// The comparison of the paper's Tables 3 to 5: the same server with one odometry or another.
 #pragma once
 
 #include <absl/status/statusor.h>
@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "client/evaluation/trajectory_error.h"
+#include "core/map/match.h"
 
 namespace isthmus::cli {
 
@@ -23,8 +24,10 @@ struct PaperBenchOptions {
 struct PaperBenchRobot {
   std::string name;
   double travelled_m = 0;
-  uint64_t scans = 0, lost = 0;        // Processed; of which lost.
-  double mean_ms = 0, max_ms = 0;      // Odometry per scan, wall time, decoding apart.
+  uint64_t scans = 0, lost = 0;    // Processed; of which lost.
+  double mean_ms = 0, max_ms = 0;  // Odometry per scan, wall time, decoding apart.
+  // Of which, on average.
+  double features_ms = 0, matching_ms = 0, map_ms = 0;
   evaluation::ErrorStatistics own;     // In its odom frame, aligned by itself.
   evaluation::ErrorStatistics in_map;  // In the merged map, aligned together; if merged.
 };
@@ -36,6 +39,7 @@ struct PaperBenchRun {
   std::vector<PaperBenchRobot> robots;
   std::optional<evaluation::ErrorStatistics> all;  // In one frame; absent if not merged.
   double estimation_ms = 0;       // Of the transform between the two: all stages of matching.
+  std::vector<StageTime> stages;  // Of which, each by name; the same names are added up.
   double composition_ms = 0;      // The last ...
   double composition_max_ms = 0;  // ... and the longest composition of the global map.
 };

@@ -75,17 +75,23 @@ ALLOWED = {
          "server/pose_graph"},
         STD_LIKE | {"json", "cli11"},
     ),
+    # Tables, figures and pages, for both.
+    "client/report": (
+        {"core", "core/formats", "core/io", "client/console", "client/evaluation",
+         "client/library", "client/readers"},
+        STD_LIKE | {"json", "cli11"},
+    ),
     # No server, no store, no odometry: this is what a robot carries.
     "client/cli": (
         {"core", "core/formats", "core/io", "client/console", "client/library",
-         "client/evaluation"},
+         "client/evaluation", "client/report"},
         STD_LIKE | {"json", "cli11"},
     ),
     # These commands run an embedded server, or an algorithm of it on a file.
     "client/offline": (
         {"core", "core/codec", "core/formats", "core/io", "storage", "server", "server/main",
          "server/pose_graph", "server/rpc", "client/console", "client/library", "client/readers",
-         "client/simulation", "client/evaluation"},
+         "client/simulation", "client/evaluation", "client/report"},
         STD_LIKE | {"json", "cli11"},
     ),
 }

@@ -39,7 +39,7 @@ std::vector<std::string> Complete(const std::string& line) {
 
 TEST(Completion, CommandsOfBothPrograms) {
   EXPECT_THAT(Complete("''"), IsSupersetOf({"push", "anchor", "merge", "bench"}));
-  EXPECT_THAT(Complete("re"), UnorderedElementsAre("revisions", "rebuild"));
+  EXPECT_THAT(Complete("re"), UnorderedElementsAre("revisions", "rebuild", "report"));
 }
 
 TEST(Completion, OptionsOfACommandOfEither) {

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "client/offline/embedded_server.h"
 #include "core/codec/payload_builder.h"
@@ -173,6 +174,22 @@ TEST_F(ServerCommandsTest, APersonJoinsTwoRobotsAndPartsThemAgain) {
   EXPECT_EQ(Ask("transform hand_a hand_b").code, 3);
   EXPECT_EQ(AskJson("match withdraw hand_a hand_b")["manual_decision"], nullptr);
   EXPECT_EQ(Ask("match set hand_a hand_b --pose 1 2 3").code, 2);
+}
+
+TEST_F(ServerCommandsTest, AReportRunsNothingThatANoteHolds) {
+  ASSERT_EQ(Ask("push --robot page_a --to 2 " + Path("robot_0")).code, 0);
+  ASSERT_EQ(Ask("push --robot page_b --to 2 " + Path("robot_1")).code, 0);
+  ASSERT_EQ(
+      Ask("match set page_a page_b --pose 4 -2 0 0 0 90 --note '<script>alert(1)</script>'").code,
+      0);
+  ASSERT_EQ(Ask("status --wait settled --timeout 100").code, 0);
+  const ProgramResult report = Ask("report --no-figures -o " + Path("report.html"));
+  ASSERT_EQ(report.code, 0) << report.err;
+  std::stringstream page;
+  page << std::ifstream(Path("report.html")).rdbuf();
+  EXPECT_THAT(page.str(), HasSubstr("&lt;script&gt;alert(1)"));
+  EXPECT_THAT(page.str(), testing::Not(HasSubstr("<script")));
+  EXPECT_THAT(page.str(), HasSubstr("page_a-1 ~ page_b-1"));
 }
 
 TEST_F(ServerCommandsTest, AMatchByHandIsARevisionThatCanBeUndone) {

@@ -22,7 +22,7 @@ TEST(Usage, HelpNamesEveryCommand) {
   for (const char* command :
        {"simulate", "push",      "status",  "robots",   "graph", "trajectory", "transform",
         "query",    "export",    "picture", "odometry", "merge", "rebuild",    "match",
-        "loops",    "revisions", "anchor",  "optimize", "eval",  "bench"}) {
+        "loops",    "revisions", "anchor",  "optimize", "eval",  "bench",      "report"}) {
     EXPECT_THAT(help.out, HasSubstr(command));
     EXPECT_EQ(Isthmus(std::string(command) + " --help").code, 0) << command;
   }
@@ -52,9 +52,10 @@ TEST(Usage, ABoxThatIsNoBoxIsToldWithoutAServer) {
 TEST(Usage, AServerThatIsNotThereGivesFourAndSaysWhatToDo) {
   for (const char* command :
        {"status", "robots", "graph", "transform a b", "trajectory a -o x.tum", "query -o x.pcd",
-        "export --format pcd -o x.pcd", "picture -o x.png", "revisions", "revisions diff 1",
-        "revisions undo 1", "loops", "loops reject 1", "graph --g2o x.g2o", "anchor list",
-        "anchor remove alice-1/0", "anchor set alice --position 1 2 3 --sigma-xy 1"}) {
+        "export --format pcd -o x.pcd", "picture -o x.png", "report -o x.html", "revisions",
+        "revisions diff 1", "revisions undo 1", "loops", "loops reject 1", "graph --g2o x.g2o",
+        "anchor list", "anchor remove alice-1/0",
+        "anchor set alice --position 1 2 3 --sigma-xy 1"}) {
     const ProgramResult result = Isthmus(command + std::string(kNowhere));
     EXPECT_EQ(result.code, 4) << command;
     EXPECT_THAT(result.err, AllOf(HasSubstr("cannot reach isthmus-server at 127.0.0.1:1"),

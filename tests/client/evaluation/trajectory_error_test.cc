@@ -39,7 +39,7 @@ TEST(CompareTrajectories, AnotherFrameIsNoErrorAfterAlignment) {
     ASSERT_TRUE(errors.ok()) << errors.status();
     EXPECT_EQ(errors->all.count, 50u);
     EXPECT_LT(errors->all.max_m, 1e-9);
-    EXPECT_LT(errors->all.rotation_rmse_deg, 1e-6);
+    EXPECT_LT(errors->all.rotation_deg.rmse, 1e-6);
     EXPECT_LT(Log(errors->T_truth_estimate * kAnyFrame).norm(), 1e-9);
   }
   const auto unaligned = CompareTrajectories({pair}, Alignment::kNone);
@@ -59,7 +59,7 @@ TEST(CompareTrajectories, StatisticsOfKnownErrors) {
   EXPECT_NEAR(errors->all.mean_m, 2, 1e-9);
   EXPECT_NEAR(errors->all.median_m, 1.5, 1e-9);
   EXPECT_NEAR(errors->all.max_m, 5, 1e-9);
-  EXPECT_NEAR(errors->all.rotation_rmse_deg, 0.05 * 180 / M_PI, 1e-9);
+  EXPECT_NEAR(errors->all.rotation_deg.rmse, 0.05 * 180 / M_PI, 1e-9);
 }
 
 TEST(CompareTrajectories, NoScaleIsFitted) {

@@ -41,6 +41,10 @@ TEST(Bench, PaperComparesTheOdometriesOnTheSameDrives) {
     travelled_m = run["robots"][0]["travelled_m"];
   }
   EXPECT_EQ(report["runs"][0]["odometry"], "aloam");
+  for (const char* table : {"Table 3. ", "Table 4. ", "Table 5. ", "MR-FLOAM  MR-ALOAM"}) {
+    EXPECT_NE(bench.out.find(table), std::string::npos) << bench.out;
+  }
+  EXPECT_GT(report["runs"][0]["robots"][0]["matching_ms"], 0);
   EXPECT_EQ(report["runs"][1]["odometry"], "floam");
 }
 
