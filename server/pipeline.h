@@ -101,6 +101,9 @@ class Pipeline {
   virtual absl::StatusOr<int64_t> RemoveAnchor(const SubmapId& submap) = 0;
   virtual ListAt<RobotAnchor> ListAnchors() = 0;
 
+  // Durable on return; absent: there is none any more. InvalidArgument as CheckDatum.
+  virtual absl::Status SetDatum(std::optional<Datum> datum) = 0;
+
   // The newest at most `limit`, the newest first.
   virtual absl::StatusOr<std::vector<RevisionInfo>> ListRevisions(int limit) = 0;
   // `to` 0: the latest. OutOfRange when `from` is older than what is kept; NotFound for one that
@@ -121,9 +124,8 @@ class Pipeline {
   virtual absl::StatusOr<RobotTransform> GetTransform(const RobotId& a, const RobotId& b) = 0;
   // The newest composed map; empty map of revision 0 before the first.
   virtual std::shared_ptr<const ComposedMap> GetMap() = 0;
-  // Streams the file. NotFound for a component that does not exist.
-  virtual absl::Status ExportMap(ExportFormat format, const Region& region,
-                                 double octomap_resolution_m,
+  // Streams the file. NotFound for a component or robot that does not exist.
+  virtual absl::Status ExportMap(const ExportRequest& request,
                                  const std::function<bool(const std::string&)>& sink) = 0;
 
   // Waits until MapInfo::settled holds, estimation of everything new included.

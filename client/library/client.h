@@ -113,6 +113,9 @@ class Client {
   absl::StatusOr<Anchored> PutAnchor(const Anchor& anchor, const RobotId& robot = {});
   // Returns the revision after that. Not repeated once it was sent.
   absl::StatusOr<int64_t> RemoveAnchor(const SubmapId& submap);
+  // Where on the Earth the anchors' frame lies (MapInfo::datum says it); absent: not known any
+  // more.
+  absl::Status SetDatum(const std::optional<Datum>& datum);
   absl::StatusOr<ListAt<RobotAnchor>> ListAnchors();  // In order of submap.
 
   // Calls `chunk` until it returns false (Cancelled) or all is read; at least once, also where
@@ -126,7 +129,9 @@ class Client {
   absl::StatusOr<ExportSummary> Export(const ExportRequest& request,
                                        const std::function<bool(const std::string&)>& bytes);
   // Into PATH.part, renamed to PATH once complete and verified, so that PATH never holds half a
-  // map; tried again after Unavailable and DataLoss. `progress` receives the bytes so far.
+  // map; tried again after Unavailable and DataLoss. A stream ("-", /dev/stdout, a pipe, see
+  // core/io/output_file.h) is written as the bytes come, and not tried again once some came.
+  // `progress` receives the bytes so far.
   absl::StatusOr<ExportSummary> ExportToFile(
       const ExportRequest& request, const std::string& path,
       const std::function<void(uint64_t)>& progress = nullptr);
