@@ -18,7 +18,7 @@ namespace {
 constexpr int64_t kNsPerSecond = 1'000'000'000;
 constexpr double kMaxSeconds = 9.2e9;  // int64 nanoseconds end a little later.
 
-absl::Status BadLine(size_t line, const std::string& why) {
+absl::Status BadTumLine(size_t line, const std::string& why) {
   return absl::InvalidArgumentError(
       absl::StrCat("line ", line, ": ", why, "; expected: stamp tx ty tz qx qy qz qw"));
 }
@@ -53,20 +53,20 @@ absl::StatusOr<StampedPose> ParseLine(absl::string_view line, size_t number) {
   const std::vector<absl::string_view> words =
       absl::StrSplit(line, absl::ByAnyChar(" \t,"), absl::SkipEmpty());
   if (words.size() != 8) {
-    return BadLine(number, absl::StrCat(words.size(), " values instead of 8"));
+    return BadTumLine(number, absl::StrCat(words.size(), " values instead of 8"));
   }
   StampedPose stamped;
   if (!ParseStamp(words[0], &stamped.stamp_ns)) {
-    return BadLine(number, absl::StrCat("'", words[0], "' is not a time in seconds"));
+    return BadTumLine(number, absl::StrCat("'", words[0], "' is not a time in seconds"));
   }
   std::array<double, 7> v{};
   for (size_t i = 0; i < v.size(); ++i) {
     if (!absl::SimpleAtod(words[i + 1], &v[i]) || !std::isfinite(v[i])) {
-      return BadLine(number, absl::StrCat("'", words[i + 1], "' is not a finite number"));
+      return BadTumLine(number, absl::StrCat("'", words[i + 1], "' is not a finite number"));
     }
   }
   const Eigen::Quaterniond rotation(v[6], v[3], v[4], v[5]);
-  if (rotation.norm() < 1e-3) return BadLine(number, "the quaternion is zero");
+  if (rotation.norm() < 1e-3) return BadTumLine(number, "the quaternion is zero");
   stamped.pose = Pose(rotation, Eigen::Vector3d(v[0], v[1], v[2]));
   return stamped;
 }
