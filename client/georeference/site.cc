@@ -11,8 +11,7 @@
 namespace isthmus::georeference {
 namespace {
 
-// Of every zone: metres.
-constexpr double kFalseEasting = 500'000, kFalseNorthingSouth = 10'000'000;
+constexpr double kFalseEasting = 500'000, kFalseNorthingSouth = 10'000'000;  // Math: of UTM, m.
 
 }  // namespace
 

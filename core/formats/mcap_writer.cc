@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "core/codec/column.h"
-#include "core/formats/limits.h"
 
 namespace isthmus::formats {
 namespace {
@@ -74,7 +73,8 @@ uint32_t Crc32(const std::string& bytes, uint32_t crc) {
   return ~crc;
 }
 
-McapWriter::McapWriter(Sink sink) : sink_(std::move(sink)) {
+McapWriter::McapWriter(Sink sink, size_t chunk_bytes)
+    : sink_(std::move(sink)), chunk_bytes_(chunk_bytes) {
   std::string header;
   AddText("", &header);  // No profile.
   AddText("isthmus", &header);
@@ -122,7 +122,7 @@ void McapWriter::Write(uint16_t channel, int64_t time_ns, const std::string& dat
   AddNumber(time, &content);
   AddNumber(time, &content);
   chunk_ += Record(McapOp::kMessage, content + data);
-  if (chunk_.size() >= kMcapChunkBytes) FlushChunk();
+  if (chunk_.size() >= chunk_bytes_) FlushChunk();
 }
 
 void McapWriter::Emit(const std::string& bytes) {

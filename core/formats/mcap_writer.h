@@ -2,6 +2,7 @@
 // with statistics, and checksums over all of it.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -10,15 +11,17 @@
 
 namespace isthmus::formats {
 
-// Messages are gathered into chunks of about a megabyte, uncompressed, which hold the schemas and
-// channels they are the first to need. Every byte goes to the sink in order, so the file may be a
+// Messages are gathered into chunks, uncompressed, which hold the schemas and channels they are the
+// first to need. Every byte goes to the sink in order, so the file may be a
 // stream. Not thread safe.
 class McapWriter {
  public:
   // Receives the next bytes of the file; false: they cannot be written, and nothing more comes.
   using Sink = std::function<bool(const std::string&)>;
 
-  explicit McapWriter(Sink sink);
+  // A chunk is closed once it has so many bytes; smaller ones make the index long, larger ones make
+  // readers that look for one message read more.
+  explicit McapWriter(Sink sink, size_t chunk_bytes = size_t{1} << 20);
 
   // Both return their number. `encoding` is that of the schema ("protobuf"), `data` the schema.
   uint16_t AddSchema(const std::string& name, const std::string& encoding, const std::string& data);
@@ -45,6 +48,7 @@ class McapWriter {
   std::string Statistics() const;
 
   const Sink sink_;
+  const size_t chunk_bytes_;
   bool is_well_ = true;
   uint64_t written_ = 0;
   uint32_t crc_ = 0;

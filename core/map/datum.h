@@ -1,4 +1,4 @@
-// Where on the Earth the site's frame lies.
+// The place on the Earth at which the site's frame lies.
 #pragma once
 
 #include <absl/status/status.h>
