@@ -1,5 +1,5 @@
-// The output of a program: a file that appears once it is complete, or a stream that is written as it
-// stands.
+// The output of a program: a file that appears once it is complete, or a stream that is written as
+// it stands.
 #pragma once
 
 #include <absl/status/status.h>

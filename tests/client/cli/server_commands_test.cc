@@ -9,7 +9,6 @@
 
 #include "client/offline/embedded_server.h"
 #include "core/codec/payload_builder.h"
-#include "core/formats/cloud_file.h"
 #include "core/formats/pcd.h"
 #include "core/formats/tum.h"
 #include "tests/client/cli/program.h"
@@ -122,111 +121,6 @@ TEST_F(ServerCommandsTest, WhatTheServerDoesNotKnowGivesSix) {
     EXPECT_EQ(result.code, 6) << command << ": " << result.err;
     EXPECT_FALSE(result.err.empty());
   }
-}
-
-TEST_F(ServerCommandsTest, FilesGoToStandardOutputWholeAndAlone) {
-  ASSERT_EQ(Ask("push --robot piped --to 5 " + Path("robot_0")).code, 0);
-  for (const char* name : {"-", "/dev/stdout"}) {
-    const ProgramResult ply = Ask("export --format ply -o " + std::string(name));
-    EXPECT_EQ(ply.code, 0) << ply.err;
-    EXPECT_TRUE(ply.out.starts_with("ply\n"));
-    ASSERT_EQ(Ask("export --format ply -o " + Path("whole.ply")).code, 0);
-    EXPECT_EQ(ply.out.size(), fs::file_size(Path("whole.ply"))) << name;
-    EXPECT_TRUE(Ask("trajectory piped -o " + std::string(name)).out.starts_with("# stamp"));
-    EXPECT_TRUE(Ask("graph --g2o " + std::string(name)).out.starts_with("#"));
-  }
-  EXPECT_TRUE(fs::exists("/dev/stdout"));
-  EXPECT_FALSE(fs::exists("/dev/stdout.part"));
-  EXPECT_EQ(Ask("export --format ply -o /dev/null").code, 0);
-  EXPECT_TRUE(fs::is_character_file("/dev/null"));
-}
-
-TEST_F(ServerCommandsTest, ExportsOpenInOtherPrograms) {
-  ASSERT_EQ(Ask("push --robot exported " + Path("robot_0")).code, 0);
-  AskJson("status --wait settled --timeout 60");
-  const auto las = AskJson("export --format las --robot exported -o " + Path("map.las"));
-  const auto cloud = formats::ReadCloudFile(Path("map.las"));
-  ASSERT_TRUE(cloud.ok()) << cloud.status();
-  EXPECT_EQ(las["points"], cloud->width);
-  ASSERT_EQ(Ask("export --format ply --robot exported -o " + Path("map.ply")).code, 0);
-  EXPECT_EQ(formats::ReadCloudFile(Path("map.ply"))->width, cloud->width);
-  ASSERT_EQ(Ask("export --format ply --robot exported --min-z 0 -o " + Path("high.ply")).code, 0);
-  EXPECT_LT(formats::ReadCloudFile(Path("high.ply"))->width, cloud->width);
-  EXPECT_EQ(Ask("export --format las --robot nobody -o " + Path("never.las")).code, 6);
-  EXPECT_FALSE(fs::exists(Path("never.las")));
-  EXPECT_EQ(Ask("export --format las -o -").out.substr(0, 4), "LASF");
-  EXPECT_TRUE(Ask("export --format mcap -o -").out.starts_with("\x89MCAP0"));
-  ASSERT_EQ(Ask("trajectory exported --format kitti -o " + Path("poses.txt")).code, 0);
-  std::ifstream poses(Path("poses.txt"));
-  double first = 0;
-  EXPECT_TRUE(poses >> first) << "numbers";
-}
-
-TEST_F(ServerCommandsTest, GridMapsAndTilesAreSeveralFiles) {
-  ASSERT_EQ(Ask("push --robot tiled " + Path("robot_0")).code, 0);
-  AskJson("status --wait settled --timeout 60");
-  const json maps =
-      AskJson("export --format nav2 --robot tiled --resolution 0.1 -o " + Path("hall.pgm"));
-  ASSERT_EQ(maps["maps"].size(), 1u) << maps;
-  EXPECT_EQ(maps["maps"][0]["file"], Path("hall_floor0.yaml"));
-  EXPECT_GT(maps["maps"][0]["occupied"], 100);
-  EXPECT_GT(maps["maps"][0]["free"], maps["maps"][0]["occupied"]);
-  EXPECT_TRUE(fs::exists(Path("hall_floor0.pgm")));
-  ASSERT_EQ(Ask("export --format nav2 --robot tiled --resolution 0.1 --height-band 0 0.5 -o " +
-                Path("band"))
-                .code,
-            0);
-  EXPECT_TRUE(fs::exists(Path("band.yaml")) && fs::exists(Path("band.pgm")));
-  EXPECT_EQ(Ask("export --format nav2 -o -").code, 2);
-  EXPECT_EQ(Ask("export --format nav2 --height-band 1 0 -o " + Path("no")).code, 2);
-  const json tiles = AskJson("export --format autoware --robot tiled --tile 10 -o " + Path("site"));
-  uint64_t points = 0, files = 0;
-  for (const auto& file : fs::directory_iterator(Path("site/pointcloud_map"))) {
-    const auto tile = formats::ReadCloudFile(file.path());
-    ASSERT_TRUE(tile.ok()) << tile.status();
-    points += tile->width;
-    ++files;
-  }
-  EXPECT_EQ(tiles["points"], points);
-  EXPECT_EQ(tiles["files"], files);
-  EXPECT_TRUE(fs::exists(Path("site/pointcloud_map_metadata.yaml")));
-  EXPECT_EQ(Ask("export --format autoware -o " + Path("site")).code, 5) << "it is there already";
-}
-
-TEST_F(ServerCommandsTest, ADatumPutsTheMapOnTheEarth) {
-  ASSERT_EQ(Ask("push --robot surveyor " + Path("robot_0")).code, 0);
-  AskJson("status --wait settled --timeout 60");
-  EXPECT_EQ(Ask("export --format kml -o " + Path("no.kml")).code, 3) << "there is no datum";
-  EXPECT_EQ(Ask("anchor set surveyor --lat 48 --lon 11 --alt 0 --sigma-xy 1").code, 3);
-  EXPECT_EQ(Ask("anchor set surveyor --sigma-xy 1").code, 2);
-  EXPECT_EQ(Ask("datum set --lat 91 --lon 11 --alt 0").code, 2);
-  ASSERT_EQ(Ask("datum set --lat 48.137 --lon 11.575 --alt 520").code, 0);
-  EXPECT_EQ(AskJson("datum show")["datum"]["altitude_m"], 520);
-  const json anchored = AskJson(
-      "anchor set surveyor-1/0 --lat 48.1379 --lon 11.575 --alt 521 --sigma-xy 0.02 --sigma-z "
-      "0.02");
-  EXPECT_EQ(anchored["session"], "surveyor-1");
-  const json anchors = AskJson("anchor list");
-  ASSERT_EQ(anchors.size(), 1u);
-  const auto& at = anchors[0]["T_map_submap"]["translation"];
-  EXPECT_NEAR(at[0].get<double>(), 0, 0.01);
-  EXPECT_NEAR(at[1].get<double>(), 100.07, 0.05) << "0.0009 degrees north";
-  EXPECT_NEAR(at[2].get<double>(), 1, 0.01);
-  uint32_t component = 99;
-  for (const json& part : AskJson("status")["components"]) {
-    for (const json& name : part["robots"]) {
-      if (name == "surveyor") component = part["component"];
-    }
-  }
-  const std::string of = " --component " + std::to_string(component);
-  const json las = AskJson("export --format las -o " + Path("geo.las") + of);
-  EXPECT_EQ(las["system"], "WGS 84 / UTM zone 32N");
-  const json ways = json::parse(Ask("export --format geojson -o -" + of).out);
-  const json& first = ways["features"][0]["geometry"]["coordinates"][0];
-  EXPECT_NEAR(first[0].get<double>(), 11.575, 1e-5);
-  EXPECT_NEAR(first[1].get<double>(), 48.1379, 1e-5);
-  ASSERT_EQ(Ask("anchor remove surveyor-1/0").code, 0);
-  EXPECT_EQ(AskJson("datum clear")["datum"], nullptr);
 }
 
 TEST_F(ServerCommandsTest, ValuesThatTheServerRefusesGiveTwo) {
