@@ -69,11 +69,11 @@ class Pipeline {
   // The submaps of every session of the robot; of all robots if absent. NotFound for an unknown
   // robot.
   virtual absl::StatusOr<ListAt<SubmapStatus>> ListSubmaps(const std::optional<RobotId>& robot) = 0;
-  // In the map frame poses follow the submaps, smoothly from one to the next; behind the newest
-  // submap its T_map_odom holds. Segment 0: in the odom frame the last; in the map frame all that
-  // are placed in one component, the lowest that has any. NotFound for an unknown robot or segment;
-  // FailedPrecondition when frame is kMap and what was asked for has not been placed yet (nothing
-  // stored of it).
+  // Of the robot, or of a session of that id. In the map frame poses follow the submaps, smoothly
+  // from one to the next; behind the newest submap its T_map_odom holds. Segment 0: in odom the
+  // last; in the map frame all that are placed in one component, the lowest that has any. NotFound
+  // for an unknown robot or segment; FailedPrecondition when frame is kMap and what was asked for
+  // has not been placed yet (nothing stored of it).
   virtual absl::StatusOr<RobotTrajectory> GetTrajectory(const RobotId& robot, TrajectoryFrame frame,
                                                         uint32_t segment) = 0;
   absl::StatusOr<RobotTrajectory> GetTrajectory(const RobotId& robot, TrajectoryFrame frame) {

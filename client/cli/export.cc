@@ -158,7 +158,7 @@ int SaveEarthTracks(client::Client& client, const RegionQuery& query,
   if (options.json) {
     Print({{"file", options.output}, {"tracks", tracks->size()}});
   } else {
-    absl::PrintF("%s: the ways of %d robots\n", options.output, tracks->size());
+    absl::PrintF("%s: the ways of %d sessions\n", options.output, tracks->size());
   }
   return kOk;
 }

@@ -59,7 +59,10 @@ void AddTrajectory(CLI::App& app, Action& action) {
   CLI::App* command =
       app.add_subcommand("trajectory", "Poses of a robot's sensor as a TUM or KITTI file");
   AddServerOptions(*command, options->server);
-  command->add_option("ROBOT", options->robot, "Its name")->required();
+  command
+      ->add_option("ROBOT", options->robot,
+                   "Its name, for its newest session, or a session: alice-1")
+      ->required();
   command
       ->add_option("--frame", options->frame,
                    "map: the merged map's, fails until the robot is placed; odom: the robot's own")
@@ -67,7 +70,7 @@ void AddTrajectory(CLI::App& app, Action& action) {
       ->capture_default_str();
   command
       ->add_option("--segment", options->segment,
-                   "Of the robot's newest session, from 1 on; 0: in odom the last one, in map "
+                   "Of the session, from 1 on; 0: in odom the last one, in map "
                    "all that lie in one component")
       ->capture_default_str();
   command

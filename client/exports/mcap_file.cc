@@ -137,7 +137,7 @@ struct Step {
 void AddPaths(const std::vector<Track>& tracks, int64_t stamp_ns, FoxgloveFile* file) {
   for (const Track& track : tracks) {
     const uint16_t topic =
-        file->AddTopic<foxglove::PosesInFrame>(absl::StrCat("/", track.robot.value(), "/path"));
+        file->AddTopic<foxglove::PosesInFrame>(absl::StrCat("/", track.session.value(), "/path"));
     foxglove::PosesInFrame path;
     PutStamp(stamp_ns, &path);
     path.set_frame_id(kMapFrame);
@@ -151,8 +151,8 @@ void AddSteps(const std::vector<Track>& tracks, FoxgloveFile* file) {
   std::vector<uint16_t> topics;
   const uint16_t transforms = file->AddTopic<foxglove::FrameTransform>("/tf");
   for (size_t i = 0; i < tracks.size(); ++i) {
-    topics.push_back(
-        file->AddTopic<foxglove::PoseInFrame>(absl::StrCat("/", tracks[i].robot.value(), "/pose")));
+    topics.push_back(file->AddTopic<foxglove::PoseInFrame>(
+        absl::StrCat("/", tracks[i].session.value(), "/pose")));
     for (const StampedPose& pose : tracks[i].poses) {
       steps.push_back({pose.stamp_ns, i, &pose.pose});
     }

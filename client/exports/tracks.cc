@@ -1,5 +1,7 @@
 #include "client/exports/tracks.h"
 
+#include <absl/strings/str_cat.h>
+
 #include <utility>
 
 #include "client/exports/limits.h"
@@ -8,19 +10,22 @@ namespace isthmus::exports {
 
 absl::StatusOr<std::vector<Track>> ReadTracks(client::Client& client, uint32_t component,
                                               const RobotId& robot) {
-  std::vector<RobotId> robots{robot};
-  if (robot.empty()) {
-    const auto info = client.GetMapInfo();
-    if (!info.ok()) return info.status();
-    robots = info->robots;
-  }
+  const auto sessions = client.ListSessions();
+  if (!sessions.ok()) return sessions.status();
   std::vector<Track> tracks;
-  for (const RobotId& name : robots) {
-    auto trajectory = client.GetTrajectory(name, TrajectoryFrame::kMap);
+  bool is_known = robot.empty();
+  for (const SessionStatus& status : *sessions) {
+    const SessionRecord& session = status.record;
+    if (session.segment > 1 || (!robot.empty() && session.robot != robot)) continue;
+    is_known = true;
+    auto trajectory = client.GetTrajectory(RobotId(session.id.value()), TrajectoryFrame::kMap);
     if (absl::IsFailedPrecondition(trajectory.status())) continue;
     if (!trajectory.ok()) return trajectory.status();
     if (trajectory->component != component) continue;
-    tracks.push_back({name, trajectory->session, std::move(trajectory->poses)});
+    tracks.push_back({session.robot, session.id, std::move(trajectory->poses)});
+  }
+  if (!is_known) {
+    return absl::NotFoundError(absl::StrCat("no robot \"", robot.value(), "\" in this map"));
   }
   return tracks;
 }
@@ -30,8 +35,6 @@ absl::StatusOr<std::vector<Eigen::Vector3d>> ReadStations(client::Client& client
                                                           const RobotId& robot) {
   const auto tracks = ReadTracks(client, component, robot);
   if (!tracks.ok()) return tracks.status();
-  const auto submaps = client.ListSubmaps(robot);
-  if (!submaps.ok()) return submaps.status();
   std::vector<Eigen::Vector3d> stations;
   for (const Track& track : *tracks) {
     const Eigen::Vector3d* last = nullptr;
@@ -41,9 +44,6 @@ absl::StatusOr<std::vector<Eigen::Vector3d>> ReadStations(client::Client& client
       stations.push_back(at);
       last = &at;
     }
-  }
-  for (const SubmapStatus& submap : *submaps) {
-    if (submap.component == component) stations.push_back(submap.T_map_submap.translation());
   }
   return stations;
 }

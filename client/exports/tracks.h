@@ -19,13 +19,13 @@ struct Track {
   Trajectory poses;  // T_map_sensor, in order of time.
 };
 
-// The newest session of each robot that lies in the component, or of that robot alone, in order of
-// name. Robots that are not placed are left out; NotFound for one that is named and unknown.
+// Every session of all robots that lies in the component, or of that robot alone, in order of
+// creation. Sessions that are not placed, and segments in other components, are left out; NotFound
+// for a robot that is named and unknown.
 absl::StatusOr<std::vector<Track>> ReadTracks(client::Client& client, uint32_t component,
                                               const RobotId& robot);
 
-// Where sensors were, at least kStationM of way apart: along the tracks, and where submaps of all
-// sessions were begun. Map frame.
+// Where sensors were along the tracks, at least kStationM of way apart. Map frame.
 absl::StatusOr<std::vector<Eigen::Vector3d>> ReadStations(client::Client& client,
                                                           uint32_t component, const RobotId& robot);
 

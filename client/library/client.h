@@ -80,7 +80,8 @@ class Client {
   // The submaps of one robot, or of all robots if `robot` is empty. Indices have gaps where submaps
   // were retired.
   absl::StatusOr<ListAt<SubmapStatus>> ListSubmaps(const RobotId& robot = {});
-  // In the map frame corrected by where the submaps lie, smoothly from one to the next. Segment 0:
+  // Of the robot's newest session, or of a session where that is named in place of a robot. In the
+  // map frame corrected by where the submaps lie, smoothly from one to the next. Segment 0:
   // in the odom frame the last; in the map frame all that are placed in one component, the lowest
   // that has any.
   absl::StatusOr<RobotTrajectory> GetTrajectory(const RobotId& robot, TrajectoryFrame frame,

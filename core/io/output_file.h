@@ -1,5 +1,4 @@
-// The output of a program: a file that appears once it is complete, or a stream that is written as
-// it stands.
+// An output as a person names it: a file that appears once it is complete, or a stream.
 #pragma once
 
 #include <absl/status/status.h>

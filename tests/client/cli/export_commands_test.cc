@@ -82,6 +82,9 @@ TEST_F(ExportCommandsTest, ExportsOpenInOtherPrograms) {
   EXPECT_EQ(Ask("export --format las -o -").out.substr(0, 4), "LASF");
   EXPECT_TRUE(Ask("export --format mcap -o -").out.starts_with("\x89MCAP0"));
   ASSERT_EQ(Ask("trajectory alice --format kitti -o " + Path("poses.txt")).code, 0);
+  const std::string tum = Ask("trajectory alice -o -").out;
+  EXPECT_EQ(Ask("trajectory alice-1 -o -").out, tum) << "a session may be named";
+  EXPECT_EQ(Ask("trajectory alice-2 -o -").code, 6);
   std::ifstream poses(Path("poses.txt"));
   double first = 0;
   EXPECT_TRUE(poses >> first) << "numbers";
