@@ -84,11 +84,11 @@ class Pipeline {
   // The submaps of every session of the robot; of all robots if absent. NotFound for an unknown
   // robot.
   virtual absl::StatusOr<ListAt<SubmapStatus>> ListSubmaps(const std::optional<RobotId>& robot) = 0;
-  // In the map frame poses follow the submaps, smoothly from one to the next; behind the newest
-  // submap its T_map_odom holds. Segment 0: in the odom frame the last; in the map frame all that
-  // are placed in one component, the lowest that has any. NotFound for an unknown robot or segment;
-  // FailedPrecondition when frame is kMap and what was asked for has not been placed yet (nothing
-  // stored of it).
+  // Of the robot, or of a session of that id. In the map frame poses follow the submaps, smoothly
+  // from one to the next; behind the newest submap its T_map_odom holds. Segment 0: in odom the
+  // last; in the map frame all that are placed in one component, the lowest that has any. NotFound
+  // for an unknown robot or segment; FailedPrecondition when frame is kMap and what was asked for
+  // has not been placed yet (nothing stored of it).
   virtual absl::StatusOr<RobotTrajectory> GetTrajectory(const RobotId& robot, TrajectoryFrame frame,
                                                         uint32_t segment) = 0;
   absl::StatusOr<RobotTrajectory> GetTrajectory(const RobotId& robot, TrajectoryFrame frame) {
@@ -116,6 +116,9 @@ class Pipeline {
   virtual absl::StatusOr<int64_t> RemoveAnchor(const SubmapId& submap) = 0;
   virtual ListAt<RobotAnchor> ListAnchors() = 0;
 
+  // Durable on return; absent: there is none any more. InvalidArgument as CheckDatum.
+  virtual absl::Status SetDatum(std::optional<Datum> datum) = 0;
+
   // The newest at most `limit`, the newest first.
   virtual absl::StatusOr<std::vector<RevisionInfo>> ListRevisions(int limit) = 0;
   // `to` 0: the latest. OutOfRange when `from` is older than what is kept; NotFound for one that
@@ -136,9 +139,8 @@ class Pipeline {
   virtual absl::StatusOr<RobotTransform> GetTransform(const RobotId& a, const RobotId& b) = 0;
   // The newest composed map; empty map of revision 0 before the first.
   virtual std::shared_ptr<const ComposedMap> GetMap() = 0;
-  // Streams the file. NotFound for a component that does not exist.
-  virtual absl::Status ExportMap(ExportFormat format, const Region& region,
-                                 double octomap_resolution_m,
+  // Streams the file. NotFound for a component or robot that does not exist.
+  virtual absl::Status ExportMap(const ExportRequest& request,
                                  const std::function<bool(const std::string&)>& sink) = 0;
 
   // Waits until MapInfo::settled holds, estimation of everything new included.

@@ -67,6 +67,9 @@ absl::Status CheckGraph(const WriteBatch& batch, const StoreContents& contents,
     return absl::FailedPreconditionError(absl::StrCat(
         "loop closure ", loop.id, " of session ", loop.session.value(), ", which does not exist"));
   }
+  if (batch.datum && *batch.datum) {
+    if (absl::Status status = CheckDatum(**batch.datum); !status.ok()) return status;
+  }
   for (const Anchor& anchor : batch.anchors) {
     if (absl::Status status = CheckAnchor(anchor); !status.ok()) return status;
     if (inserted.count(anchor.submap) > 0 || contents.has_submap(anchor.submap)) continue;

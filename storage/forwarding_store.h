@@ -56,6 +56,7 @@ class ForwardingStore : public MapStore {
     return store_->ListLoops();
   }
   absl::StatusOr<std::vector<Anchor>> ListAnchors() const override { return store_->ListAnchors(); }
+  absl::StatusOr<std::optional<Datum>> GetDatum() const override { return store_->GetDatum(); }
   absl::StatusOr<MapRevision> LatestRevision() const override { return store_->LatestRevision(); }
   absl::StatusOr<std::vector<RevisionInfo>> ListRevisions(int limit) const override {
     return store_->ListRevisions(limit);

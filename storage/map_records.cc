@@ -88,6 +88,7 @@ void PutLoopsAndAnchors(const WriteBatch& batch, MapRecords* records) {
     }
   }
   for (const SubmapId& submap : batch.removed_anchors) records->anchors.Erase(submap);
+  if (batch.datum) records->datum = *batch.datum;
 }
 
 // True if no edge is left with both its submaps.

@@ -11,6 +11,7 @@
 
 #include "core/concurrency/shared_map.h"
 #include "core/map/anchor.h"
+#include "core/map/datum.h"
 #include "core/map/loop_closure.h"
 #include "core/map/manual_decision.h"
 #include "core/map/match.h"
@@ -42,6 +43,7 @@ struct MapRecords {
   SharedMap<SessionPair, ManualDecision> manual_decisions;
   SharedMap<uint64_t, LoopClosure> loops;  // By id.
   SharedMap<SubmapId, Anchor> anchors;
+  std::optional<Datum> datum;
 };
 
 using SubmapInfos = std::vector<std::shared_ptr<const SubmapInfo>>;

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "core/map/anchor.h"
+#include "core/map/datum.h"
 #include "core/map/loop_closure.h"
 #include "core/map/manual_decision.h"
 #include "core/map/match.h"
@@ -54,6 +55,8 @@ struct WriteBatch {
   std::vector<LoopClosure> loops = {};
   std::vector<Anchor> anchors = {};            // Inserted, or replaced by submap.
   std::vector<SubmapId> removed_anchors = {};  // One that is not there is left as it is.
+  // The datum as it is from now on, or that there is none; absent: as it was.
+  std::optional<std::optional<Datum>> datum = {};
   // Submaps that leave with all that was kept of them: points, features, anchor, the poses of their
   // scans, and the loop closures of which no edge is left with both its submaps. Unknown ones are
   // left as they are.
@@ -128,6 +131,8 @@ class MapStore {
 
   // In order of submap.
   virtual absl::StatusOr<std::vector<Anchor>> ListAnchors() const = 0;
+
+  virtual absl::StatusOr<std::optional<Datum>> GetDatum() const = 0;
 
   // Revision 0 without placements where none was ever written. Sessions deleted and submaps retired
   // since may be named. Placements written before submaps were placed one by one have none.

@@ -159,6 +159,11 @@ class MemoryStore : public MapStore {
     return ValuesOf(records_.anchors);
   }
 
+  absl::StatusOr<std::optional<Datum>> GetDatum() const override {
+    MutexLock lock(&mutex_);
+    return records_.datum;
+  }
+
   absl::StatusOr<MapRevision> LatestRevision() const override {
     MutexLock lock(&mutex_);
     return revisions_.Latest();

@@ -77,6 +77,31 @@ absl::Status CheckResolution(double resolution_m) {
                    ": give a positive size, or 0 for the points as composed and the default leaf"));
 }
 
+template <typename Message>
+void PutRegion(const std::optional<Box>& box, const std::optional<RegionQuery::Sphere>& sphere,
+               Message& message) {
+  if (box) *message.mutable_box() = ToMessage(*box);
+  if (!sphere) return;
+  *message.mutable_sphere()->mutable_center() = ToMessage(sphere->center);
+  message.mutable_sphere()->set_radius_m(sphere->radius_m);
+}
+
+// Box, sphere and resolution, checked.
+template <typename Message, typename Record>
+absl::Status TakeRegion(const Message& request, Record& record) {
+  if (request.has_box()) {
+    const auto box = CheckedBox(request.box());
+    if (!box.ok()) return box.status();
+    record.box = *box;
+  }
+  if (request.has_sphere()) {
+    const auto sphere = CheckedSphere(request.sphere());
+    if (!sphere.ok()) return sphere.status();
+    record.sphere = *sphere;
+  }
+  return CheckResolution(request.resolution_m());
+}
+
 }  // namespace
 
 v1::MapInfo ToMessage(const MapInfo& info) {
@@ -98,6 +123,7 @@ v1::MapInfo ToMessage(const MapInfo& info) {
   message.set_retired(info.retired);
   for (const std::string& problem : info.damaged) message.add_damaged(problem);
   message.set_storage_problem(info.storage_problem);
+  if (info.datum) *message.mutable_datum() = ToMessage(*info.datum);
   return message;
 }
 
@@ -120,7 +146,26 @@ MapInfo FromMessage(const v1::MapInfo& info) {
   record.retired = info.retired();
   record.damaged.assign(info.damaged().begin(), info.damaged().end());
   record.storage_problem = info.storage_problem();
+  if (info.has_datum()) record.datum = FromMessage(info.datum());
   return record;
+}
+
+v1::Datum ToMessage(const Datum& datum) {
+  v1::Datum message;
+  message.set_latitude_deg(datum.latitude_deg);
+  message.set_longitude_deg(datum.longitude_deg);
+  message.set_altitude_m(datum.altitude_m);
+  message.set_heading_deg(datum.heading_deg);
+  message.set_given_ns(datum.given_ns);
+  return message;
+}
+
+Datum FromMessage(const v1::Datum& datum) {
+  return {.latitude_deg = datum.latitude_deg(),
+          .longitude_deg = datum.longitude_deg(),
+          .altitude_m = datum.altitude_m(),
+          .heading_deg = datum.heading_deg(),
+          .given_ns = datum.given_ns()};
 }
 
 v1::Submap ToMessage(const SubmapStatus& status) {
@@ -174,11 +219,7 @@ absl::StatusOr<TrajectoryFrame> FromMessage(v1::Frame frame) {
 
 v1::QueryRegionRequest ToMessage(const RegionQuery& query) {
   v1::QueryRegionRequest message;
-  if (query.box) *message.mutable_box() = ToMessage(*query.box);
-  if (query.sphere) {
-    *message.mutable_sphere()->mutable_center() = ToMessage(query.sphere->center);
-    message.mutable_sphere()->set_radius_m(query.sphere->radius_m);
-  }
+  PutRegion(query.box, query.sphere, message);
   message.set_component(query.component);
   message.set_robot(query.robot.value());
   message.set_resolution_m(query.resolution_m);
@@ -187,17 +228,7 @@ v1::QueryRegionRequest ToMessage(const RegionQuery& query) {
 
 absl::StatusOr<RegionQuery> FromMessage(const v1::QueryRegionRequest& request) {
   RegionQuery query;
-  if (request.has_box()) {
-    const auto box = CheckedBox(request.box());
-    if (!box.ok()) return box.status();
-    query.box = *box;
-  }
-  if (request.has_sphere()) {
-    const auto sphere = CheckedSphere(request.sphere());
-    if (!sphere.ok()) return sphere.status();
-    query.sphere = *sphere;
-  }
-  if (absl::Status status = CheckResolution(request.resolution_m()); !status.ok()) return status;
+  if (absl::Status status = TakeRegion(request, query); !status.ok()) return status;
   query.component = request.component();
   query.robot = RobotId(request.robot());
   query.resolution_m = request.resolution_m();
@@ -209,6 +240,8 @@ v1::ExportMapRequest ToMessage(const ExportRequest& request) {
   message.set_format(ToMessage(kFormats, request.format));
   message.set_component(request.component);
   message.set_resolution_m(request.resolution_m);
+  PutRegion(request.box, request.sphere, message);
+  message.set_robot(request.robot.value());
   return message;
 }
 
@@ -219,8 +252,13 @@ absl::StatusOr<ExportRequest> FromMessage(const v1::ExportMapRequest& request) {
         "name the format of the file: PCD_ASCII, PCD_BINARY, PCD_BINARY_COMPRESSED, PLY, "
         "OCTOMAP_BINARY or OCTOMAP_FULL");
   }
-  if (absl::Status status = CheckResolution(request.resolution_m()); !status.ok()) return status;
-  return ExportRequest{*format, request.component(), request.resolution_m()};
+  ExportRequest wanted;
+  if (absl::Status status = TakeRegion(request, wanted); !status.ok()) return status;
+  wanted.format = *format;
+  wanted.component = request.component();
+  wanted.resolution_m = request.resolution_m();
+  wanted.robot = RobotId(request.robot());
+  return wanted;
 }
 
 }  // namespace isthmus::convert

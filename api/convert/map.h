@@ -12,6 +12,9 @@ namespace isthmus::convert {
 v1::MapInfo ToMessage(const MapInfo& info);
 MapInfo FromMessage(const v1::MapInfo& info);
 
+v1::Datum ToMessage(const Datum& datum);
+Datum FromMessage(const v1::Datum& datum);
+
 v1::Submap ToMessage(const SubmapStatus& status);
 SubmapStatus FromMessage(const v1::Submap& submap);
 

@@ -3,11 +3,13 @@
 #include <absl/strings/str_format.h>
 
 #include <numbers>
+#include <optional>
 #include <vector>
 
 #include "client/cli/anchor_import.h"
 #include "client/cli/commands.h"
 #include "client/cli/graph_json.h"
+#include "client/cli/site_reader.h"
 #include "client/console/exit_code.h"
 #include "client/console/pose_graph_file.h"
 #include "client/console/pose_text.h"
@@ -19,16 +21,24 @@ struct AnchorOptions {
   ServerOptions server;
   std::string target, file;
   std::vector<double> position, rpy_deg;
+  std::optional<double> latitude_deg, longitude_deg, altitude_m;
   Anchor anchor;  // Sigmas and note.
   bool json = false;
 };
 
-Pose PoseOf(const AnchorOptions& options) {
+// As given, or by the datum.
+absl::StatusOr<Eigen::Vector3d> PositionOf(client::Client& client, const AnchorOptions& options) {
+  if (!options.position.empty()) return Eigen::Vector3d(options.position.data());
+  const auto site = NeedSite(client);
+  if (!site.ok()) return site.status();
+  return site->ToMap({*options.latitude_deg, *options.longitude_deg, *options.altitude_m});
+}
+
+Pose PoseAt(const Eigen::Vector3d& t, const AnchorOptions& options) {
   constexpr double kRadians = std::numbers::pi / 180;
   std::vector<double> rpy = options.rpy_deg;
   rpy.resize(3, 0.0);
-  const std::vector<double>& t = options.position;
-  return Pose::FromXyzRpy(t[0], t[1], t[2], rpy[0] * kRadians, rpy[1] * kRadians,
+  return Pose::FromXyzRpy(t.x(), t.y(), t.z(), rpy[0] * kRadians, rpy[1] * kRadians,
                           rpy[2] * kRadians);
 }
 
@@ -42,9 +52,12 @@ absl::Status SayHowWell() {
 }
 
 int RunSet(const AnchorOptions& options) {
+  if (options.position.empty() && !options.latitude_deg) {
+    return Fail(kUsage, absl::InvalidArgumentError(
+                            "say where it lies: --position X Y Z, or --lat, --lon and --alt"));
+  }
   if (SaysNothing(options.anchor)) return Fail(kUsage, SayHowWell());
   Anchor anchor = options.anchor;
-  anchor.T_map_submap = PoseOf(options);
   RobotId robot;
   if (absl::StrContains(options.target, '/')) {
     const auto submap = ParseSubmapId(options.target);
@@ -55,6 +68,9 @@ int RunSet(const AnchorOptions& options) {
   }
   const auto client = Connect(options.server);
   if (!client.ok()) return FailServer(client.status());
+  const auto position = PositionOf(**client, options);
+  if (!position.ok()) return FailServer(position.status());
+  anchor.T_map_submap = PoseAt(*position, options);
   const auto anchored = (*client)->PutAnchor(anchor, robot);
   if (!anchored.ok()) return FailServer(anchored.status());
   if (options.json) {
@@ -169,6 +185,22 @@ CLI::Option* AddSigmas(CLI::App& command, const std::shared_ptr<AnchorOptions>& 
       ->check(CLI::PositiveNumber);
 }
 
+// In place of a position.
+void AddPlace(CLI::App& command, CLI::Option* position,
+              const std::shared_ptr<AnchorOptions>& options) {
+  CLI::Option* latitude = command.add_option("--lat", options->latitude_deg,
+                                             "In place of --position, by the datum: degrees north");
+  CLI::Option* longitude = command.add_option("--lon", options->longitude_deg, "Degrees east");
+  CLI::Option* altitude =
+      command.add_option("--alt", options->altitude_m, "Metres above the ellipsoid (WGS 84)");
+  for (CLI::Option* one : {latitude, longitude, altitude}) {
+    one->excludes(position);
+    for (CLI::Option* other : {latitude, longitude, altitude}) {
+      if (one != other) one->needs(other);
+    }
+  }
+}
+
 void AddSet(CLI::App& anchor, Action& action) {
   auto options = std::make_shared<AnchorOptions>();
   CLI::App* command = Add(anchor, "set", "The submap lies here", action, options, &RunSet);
@@ -176,11 +208,12 @@ void AddSet(CLI::App& anchor, Action& action) {
       ->add_option("SUBMAP", options->target,
                    "SESSION/INDEX, or ROBOT: the newest submap of its newest session")
       ->required();
-  command
-      ->add_option("--position", options->position,
-                   "X Y Z, m: where the sensor was at the submap's first keyframe")
-      ->expected(3)
-      ->required();
+  CLI::Option* position =
+      command
+          ->add_option("--position", options->position,
+                       "X Y Z, m: where the sensor was at the submap's first keyframe")
+          ->expected(3);
+  AddPlace(*command, position, options);
   CLI::Option* rpy =
       command
           ->add_option("--rpy-deg", options->rpy_deg, "ROLL PITCH YAW of the sensor there, degrees")

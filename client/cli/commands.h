@@ -14,6 +14,7 @@ void AddMatch(CLI::App& app, Action& action);
 void AddLoops(CLI::App& app, Action& action);
 void AddRevisions(CLI::App& app, Action& action);
 void AddAnchor(CLI::App& app, Action& action);
+void AddDatum(CLI::App& app, Action& action);
 void AddTrajectory(CLI::App& app, Action& action);
 void AddTransform(CLI::App& app, Action& action);
 void AddQuery(CLI::App& app, Action& action);

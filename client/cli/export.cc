@@ -1,17 +1,29 @@
-// isthmus export: the merged map as a file.
+// isthmus export: the merged map as files for other programs.
+#include <absl/strings/str_cat.h>
 #include <absl/strings/str_format.h>
 
+#include <filesystem>
 #include <map>
+#include <optional>
+#include <vector>
 
 #include "client/cli/commands.h"
+#include "client/cli/grid_export.h"
+#include "client/cli/region_options.h"
+#include "client/cli/site_reader.h"
 #include "client/console/console.h"
 #include "client/console/exit_code.h"
 #include "client/console/json.h"
+#include "client/exports/cloud_files.h"
+#include "client/exports/earth_tracks.h"
+#include "client/exports/mcap_file.h"
+#include "core/io/output_file.h"
 
 namespace isthmus::cli {
 namespace {
 
-const std::map<std::string, ExportFormat> kFormats = {
+// Those that the server writes.
+const std::map<std::string, ExportFormat> kServerFormats = {
     {"pcd", ExportFormat::kPcdBinaryCompressed},
     {"pcd-compressed", ExportFormat::kPcdBinaryCompressed},
     {"pcd-binary", ExportFormat::kPcdBinary},
@@ -20,23 +32,40 @@ const std::map<std::string, ExportFormat> kFormats = {
     {"bt", ExportFormat::kOctoMapBinary},
     {"ot", ExportFormat::kOctoMapFull}};
 
+constexpr double kGridResolutionM = 0.05;  // What Nav2's own maps have.
+
 struct ExportOptions {
   ServerOptions server;
+  RegionOptions region;
   std::string format, output;
-  ExportRequest request;
+  std::vector<double> band;
+  double tile_m = exports::kTileM;
   bool json = false;
 };
 
-int Run(const ExportOptions& options) {
-  const auto client = Connect(options.server);
-  if (!client.ok()) return FailServer(client.status());
+using SaveExport = int (*)(client::Client&, const RegionQuery&, const ExportOptions&);
+
+// Files of this computer that cannot be written and what the server refuses look alike here; what
+// could be told of the files beforehand was.
+int FailExport(const absl::Status& status) {
+  return absl::IsAlreadyExists(status) ? FailInput(status) : FailServer(status);
+}
+
+int SaveServerFile(client::Client& client, const RegionQuery& query, const ExportOptions& options) {
+  const ExportRequest request{.format = kServerFormats.at(options.format),
+                              .component = query.component,
+                              .resolution_m = query.resolution_m,
+                              .box = query.box,
+                              .sphere = query.sphere,
+                              .robot = query.robot};
   absl::StatusOr<client::ExportSummary> summary;
   {
     Progress progress(options.output, 0);
-    summary = (*client)->ExportToFile(options.request, options.output,
-                                      [&](uint64_t bytes) { progress.Update(bytes); });
+    summary = client.ExportToFile(request, options.output,
+                                  [&](uint64_t bytes) { progress.Update(bytes); });
   }
-  if (!summary.ok()) return FailServer(summary.status());
+  if (!summary.ok()) return FailExport(summary.status());
+  if (io::IsStandardOutput(options.output)) return kOk;
   if (options.json) {
     Print({{"file", options.output},
            {"revision", summary->revision},
@@ -49,31 +78,170 @@ int Run(const ExportOptions& options) {
   return kOk;
 }
 
+int SaveCloud(client::Client& client, const RegionQuery& query, const ExportOptions& options) {
+  const auto site = ReadSite(client, query.component);
+  if (!site.ok()) return FailServer(site.status());
+  absl::StatusOr<exports::CloudSummary> summary;
+  {
+    Progress bar("points", 0);
+    const auto progress = [&bar](uint64_t points) { bar.Update(points); };
+    if (options.format == "las") {
+      summary = exports::WriteLas(client, query, *site, options.output, progress);
+    } else if (options.format == "mcap") {
+      summary = exports::WriteMcap(client, query, options.output, progress);
+    } else {
+      summary = exports::WriteTiles(client, query, *site, options.tile_m, options.output, progress);
+    }
+  }
+  if (!summary.ok()) return FailExport(summary.status());
+  if (io::IsStandardOutput(options.output)) return kOk;
+  const std::string system =
+      options.format == "las" && *site ? (*site)->UtmName() : std::string("map frame");
+  if (options.json) {
+    Print({{"file", options.output},
+           {"revision", summary->revision},
+           {"points", summary->points},
+           {"files", summary->files},
+           {"system", system}});
+  } else {
+    absl::PrintF("%s: %d points%s, %s, revision %d\n", options.output, summary->points,
+                 options.format == "autoware" ? absl::StrCat(" in ", summary->files, " tiles") : "",
+                 system, summary->revision);
+  }
+  return kOk;
+}
+
+int SaveGrids(client::Client& client, const RegionQuery& query, const ExportOptions& options) {
+  GridRequest request{query, std::nullopt, options.output};
+  if (query.resolution_m == 0) request.query.resolution_m = kGridResolutionM;
+  if (options.band.size() == 2) {
+    request.band = exports::HeightBand{options.band[0], options.band[1]};
+  }
+  const std::filesystem::path output(options.output);
+  if (output.extension() == ".pgm" || output.extension() == ".yaml") {
+    request.name = std::filesystem::path(output).replace_extension().string();
+  }
+  const auto files = WriteGrids(client, request);
+  if (!files.ok()) return FailExport(files.status());
+  Json out = Json::array();
+  for (const GridFile& file : *files) {
+    out.push_back({{"file", file.name},
+                   {"width", file.width},
+                   {"height", file.height},
+                   {"occupied", file.occupied},
+                   {"free", file.free},
+                   {"lowest_m", file.lowest_m},
+                   {"highest_m", file.highest_m}});
+    if (options.json) continue;
+    absl::PrintF("%s: %d x %d cells, %d occupied, %d free; %s %.2f to %.2f m\n", file.name,
+                 file.width, file.height, file.occupied, file.free,
+                 request.band ? "heights" : "sensors at", file.lowest_m, file.highest_m);
+  }
+  if (options.json) Print({{"maps", std::move(out)}});
+  return kOk;
+}
+
+int SaveEarthTracks(client::Client& client, const RegionQuery& query,
+                    const ExportOptions& options) {
+  const auto needed = NeedSite(client);
+  if (!needed.ok()) return FailServer(needed.status());
+  const auto site = ReadSite(client, query.component);
+  if (!site.ok()) return FailServer(site.status());
+  if (!*site) return kNoAnswer;
+  const auto tracks = exports::ReadTracks(client, query.component, query.robot);
+  if (!tracks.ok()) return FailServer(tracks.status());
+  const absl::Status written = io::WriteOutput(
+      options.output, options.format == "kml" ? exports::FormatKml(*tracks, **site)
+                                              : exports::FormatGeoJson(*tracks, **site));
+  if (!written.ok()) return Fail(kFailed, written);
+  if (io::IsStandardOutput(options.output)) return kOk;
+  if (options.json) {
+    Print({{"file", options.output}, {"tracks", tracks->size()}});
+  } else {
+    absl::PrintF("%s: the ways of %d sessions\n", options.output, tracks->size());
+  }
+  return kOk;
+}
+
+const std::map<std::string, SaveExport> kLocalFormats = {
+    {"las", &SaveCloud},  {"mcap", &SaveCloud},          {"autoware", &SaveCloud},
+    {"nav2", &SaveGrids}, {"geojson", &SaveEarthTracks}, {"kml", &SaveEarthTracks}};
+
+absl::Status CheckUse(const ExportOptions& options) {
+  const bool is_many = options.format == "nav2" || options.format == "autoware";
+  if (is_many && io::IsStandardOutput(options.output)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat(options.format, " is more than one file: give -o a name"));
+  }
+  if (options.band.size() == 2 && !(options.band[0] < options.band[1])) {
+    return absl::InvalidArgumentError("--height-band is LOW HIGH, the lower height first");
+  }
+  if (options.format == "nav2" && !options.region.sphere.empty()) {
+    return absl::InvalidArgumentError("a grid map has a --box, no --sphere");
+  }
+  return absl::OkStatus();
+}
+
+int RunExport(const ExportOptions& options) {
+  if (absl::Status status = CheckUse(options); !status.ok()) return Fail(kUsage, status);
+  const auto query = ParseRegion(options.region);
+  if (!query.ok()) return Fail(kUsage, query.status());
+  // A folder of tiles is looked at when it is made.
+  if (options.format != "autoware") {
+    const absl::Status usable = io::CheckOutput(options.output);
+    if (!usable.ok()) return FailInput(usable);
+  } else if (std::filesystem::exists(options.output)) {
+    return FailInput(absl::AlreadyExistsError(
+        absl::StrCat(options.output, " is there already: name a new folder, or remove it first")));
+  } else if (absl::Status usable = io::CheckOutput(options.output); !usable.ok()) {
+    return FailInput(usable);
+  }
+  const auto client = Connect(options.server);
+  if (!client.ok()) return FailServer(client.status());
+  const auto local = kLocalFormats.find(options.format);
+  const SaveExport save = local == kLocalFormats.end() ? &SaveServerFile : local->second;
+  return save(**client, *query, options);
+}
+
+std::vector<std::string> FormatNames() {
+  std::vector<std::string> names;
+  for (const auto& item : kServerFormats) names.push_back(item.first);
+  for (const auto& item : kLocalFormats) names.push_back(item.first);
+  return names;
+}
+
 }  // namespace
 
 void AddExport(CLI::App& app, Action& action) {
   auto options = std::make_shared<ExportOptions>();
-  CLI::App* command = app.add_subcommand("export", "The merged map as PCD, PLY or OctoMap");
+  CLI::App* command = app.add_subcommand("export", "The merged map as files for other programs");
   AddServerOptions(*command, options->server);
   command
       ->add_option("--format", options->format,
-                   "pcd (compressed), pcd-binary, pcd-ascii, ply, bt (OctoMap: free, occupied, "
-                   "unknown), ot (OctoMap with log-odds)")
-      ->check(CLI::IsMember(&kFormats))
+                   "pcd (compressed), pcd-binary, pcd-ascii, ply, las (1.4), bt (OctoMap: free, "
+                   "occupied, unknown), ot (OctoMap with log-odds), nav2 (a .pgm and .yaml per "
+                   "floor), autoware (a folder of tiles), mcap (Foxglove), geojson, kml (the "
+                   "robots' ways, once there is a datum)")
+      ->check(CLI::IsMember(FormatNames()))
       ->required();
-  command->add_option("--component", options->request.component, "0 is the largest")
-      ->capture_default_str();
+  AddRegionOptions(*command, options->region);
   command
-      ->add_option("--resolution", options->request.resolution_m,
-                   "Metres: thinning of clouds (0: as composed), leaf size of OctoMaps (0: 0.2)")
+      ->add_option("--resolution", options->region.query.resolution_m,
+                   "Metres: thinning of clouds (0: as composed), leaf size of OctoMaps (0: 0.2), "
+                   "cells of nav2 (0: 0.05)")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
-  command->add_option("-o,--output", options->output, "FILE")->required();
+  command
+      ->add_option("--height-band", options->band,
+                   "nav2: LOW HIGH, one map of what is between these heights of the map, metres; "
+                   "without it a map per floor")
+      ->expected(2);
+  command->add_option("--tile", options->tile_m, "autoware: whole metres along a tile")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  command->add_option("-o,--output", options->output, "FILE; - for stdout")->required();
   command->add_flag("--json", options->json, "Summary as JSON");
-  command->callback([options, &action] {
-    options->request.format = kFormats.at(options->format);
-    action = [options] { return Run(*options); };
-  });
+  command->callback([options, &action] { action = [options] { return RunExport(*options); }; });
 }
 
 }  // namespace isthmus::cli

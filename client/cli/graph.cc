@@ -13,6 +13,7 @@
 #include "client/console/json.h"
 #include "client/console/match_text.h"
 #include "client/console/pose_text.h"
+#include "core/io/output_file.h"
 
 namespace isthmus::cli {
 namespace {
@@ -97,6 +98,7 @@ void PrintDot(const MatchGraph& graph) {
 int SaveG2o(client::Client& client, const GraphOptions& options) {
   const auto summary = client.ExportPoseGraphToFile(options.component, options.g2o);
   if (!summary.ok()) return FailServer(summary.status());
+  if (io::IsStandardOutput(options.g2o)) return kOk;
   if (options.format == "json") {
     Print({{"file", options.g2o},
            {"component", options.component},
@@ -110,6 +112,10 @@ int SaveG2o(client::Client& client, const GraphOptions& options) {
 }
 
 int Run(const GraphOptions& options) {
+  if (!options.g2o.empty()) {
+    const absl::Status usable = io::CheckOutput(options.g2o);
+    if (!usable.ok()) return FailInput(usable);
+  }
   const auto client = Connect(options.server);
   if (!client.ok()) return FailServer(client.status());
   if (!options.g2o.empty()) return SaveG2o(**client, options);

@@ -6,6 +6,7 @@
 #include "client/cli/commands.h"
 #include "client/cli/region_reader.h"
 #include "client/console/exit_code.h"
+#include "core/io/output_file.h"
 
 namespace isthmus::cli {
 namespace {
@@ -32,6 +33,7 @@ absl::StatusOr<std::vector<Trajectory>> Ways(client::Client& client, uint32_t co
 }
 
 int Run(const PictureOptions& options) {
+  if (absl::Status status = io::CheckOutput(options.output); !status.ok()) return FailInput(status);
   const auto client = Connect(options.server);
   if (!client.ok()) return FailServer(client.status());
   const auto region = ReadRegion(**client, options.query);

@@ -5,14 +5,16 @@
 
 #include "client/cli/commands.h"
 #include "client/console/exit_code.h"
+#include "core/formats/kitti_poses.h"
 #include "core/formats/tum.h"
+#include "core/io/output_file.h"
 
 namespace isthmus::cli {
 namespace {
 
 struct TrajectoryOptions {
   ServerOptions server;
-  std::string robot, frame = "map", output;
+  std::string robot, frame = "map", format = "tum", output;
   uint32_t segment = 0;
 };
 
@@ -30,6 +32,7 @@ std::string SegmentsText(const RobotTrajectory& trajectory, bool is_map) {
 }
 
 int Run(const TrajectoryOptions& options) {
+  if (absl::Status status = io::CheckOutput(options.output); !status.ok()) return FailInput(status);
   const auto client = Connect(options.server);
   if (!client.ok()) return FailServer(client.status());
   const bool is_map = options.frame == "map";
@@ -37,9 +40,11 @@ int Run(const TrajectoryOptions& options) {
       RobotId(options.robot), is_map ? TrajectoryFrame::kMap : TrajectoryFrame::kOdom,
       options.segment);
   if (!trajectory.ok()) return FailServer(trajectory.status());
-  const absl::Status written = formats::WriteTum(options.output, trajectory->poses);
+  const absl::Status written = io::WriteOutput(
+      options.output, options.format == "kitti" ? formats::FormatKittiPoses(trajectory->poses)
+                                                : formats::FormatTum(trajectory->poses));
   if (!written.ok()) return Fail(kFailed, written);
-  if (options.output != "/dev/stdout") {
+  if (!io::IsStandardOutput(options.output)) {
     absl::PrintF("%s: %d poses of %s in the %s frame, revision %d%s\n", options.output,
                  trajectory->poses.size(), trajectory->session.value(), options.frame,
                  trajectory->revision, SegmentsText(*trajectory, is_map));
@@ -51,9 +56,13 @@ int Run(const TrajectoryOptions& options) {
 
 void AddTrajectory(CLI::App& app, Action& action) {
   auto options = std::make_shared<TrajectoryOptions>();
-  CLI::App* command = app.add_subcommand("trajectory", "Poses of a robot's sensor as a TUM file");
+  CLI::App* command =
+      app.add_subcommand("trajectory", "Poses of a robot's sensor as a TUM or KITTI file");
   AddServerOptions(*command, options->server);
-  command->add_option("ROBOT", options->robot, "Its name")->required();
+  command
+      ->add_option("ROBOT", options->robot,
+                   "Its name, for its newest session, or a session: alice-1")
+      ->required();
   command
       ->add_option("--frame", options->frame,
                    "map: the merged map's, fails until the robot is placed; odom: the robot's own")
@@ -61,10 +70,16 @@ void AddTrajectory(CLI::App& app, Action& action) {
       ->capture_default_str();
   command
       ->add_option("--segment", options->segment,
-                   "Of the robot's newest session, from 1 on; 0: in odom the last one, in map "
+                   "Of the session, from 1 on; 0: in odom the last one, in map "
                    "all that lie in one component")
       ->capture_default_str();
-  command->add_option("-o,--output", options->output, "FILE.tum; /dev/stdout to print")->required();
+  command
+      ->add_option("--format", options->format,
+                   "tum: stamp, position and quaternion; kitti: twelve numbers of a matrix, no "
+                   "stamp, in our sensor's axes")
+      ->check(CLI::IsMember({"tum", "kitti"}))
+      ->capture_default_str();
+  command->add_option("-o,--output", options->output, "FILE; - for stdout")->required();
   command->callback([options, &action] { action = [options] { return Run(*options); }; });
 }
 

@@ -87,7 +87,8 @@ class Client {
   // The submaps of one robot, or of all robots if `robot` is empty. Indices have gaps where submaps
   // were retired.
   absl::StatusOr<ListAt<SubmapStatus>> ListSubmaps(const RobotId& robot = {});
-  // In the map frame corrected by where the submaps lie, smoothly from one to the next. Segment 0:
+  // Of the robot's newest session, or of a session where that is named in place of a robot. In the
+  // map frame corrected by where the submaps lie, smoothly from one to the next. Segment 0:
   // in the odom frame the last; in the map frame all that are placed in one component, the lowest
   // that has any.
   absl::StatusOr<RobotTrajectory> GetTrajectory(const RobotId& robot, TrajectoryFrame frame,
@@ -120,6 +121,9 @@ class Client {
   absl::StatusOr<Anchored> PutAnchor(const Anchor& anchor, const RobotId& robot = {});
   // Returns the revision after that. Not repeated once it was sent.
   absl::StatusOr<int64_t> RemoveAnchor(const SubmapId& submap);
+  // Where on the Earth the anchors' frame lies (MapInfo::datum says it); absent: not known any
+  // more.
+  absl::Status SetDatum(const std::optional<Datum>& datum);
   absl::StatusOr<ListAt<RobotAnchor>> ListAnchors();  // In order of submap.
 
   // Calls `chunk` until it returns false (Cancelled) or all is read; at least once, also where
@@ -133,7 +137,9 @@ class Client {
   absl::StatusOr<ExportSummary> Export(const ExportRequest& request,
                                        const std::function<bool(const std::string&)>& bytes);
   // Into PATH.part, renamed to PATH once complete and verified, so that PATH never holds half a
-  // map; tried again after Unavailable and DataLoss. `progress` receives the bytes so far.
+  // map; tried again after Unavailable and DataLoss. A stream ("-", /dev/stdout, a pipe, see
+  // core/io/output_file.h) is written as the bytes come, and not tried again once some came.
+  // `progress` receives the bytes so far.
   absl::StatusOr<ExportSummary> ExportToFile(
       const ExportRequest& request, const std::string& path,
       const std::function<void(uint64_t)>& progress = nullptr);

@@ -2,6 +2,7 @@
 #include <string>
 
 #include "api/convert/graph.h"
+#include "api/convert/map.h"
 #include "client/library/client.h"
 #include "client/library/link.h"
 
@@ -61,6 +62,16 @@ absl::StatusOr<int64_t> Client::RemoveAnchor(const SubmapId& submap) {
       });
   if (!status.ok()) return status;
   return response.revision();
+}
+
+absl::Status Client::SetDatum(const std::optional<Datum>& datum) {
+  v1::SetDatumRequest request;
+  if (datum) *request.mutable_datum() = convert::ToMessage(*datum);
+  v1::SetDatumResponse response;
+  return link_->Call(link_->options().transfer_timeout_s,
+                     [&](Stubs& stubs, grpc::ClientContext& context) {
+                       return stubs.edits->SetDatum(&context, request, &response);
+                     });
 }
 
 absl::StatusOr<int64_t> Client::UndoRevision(int64_t revision, const std::string& note) {

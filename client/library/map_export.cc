@@ -5,7 +5,7 @@
 #include "client/library/client.h"
 #include "client/library/file_stream.h"
 #include "client/library/link.h"
-#include "core/io/part_file.h"
+#include "core/io/output_file.h"
 
 namespace isthmus::client {
 
@@ -38,11 +38,12 @@ Fetch FetchPoseGraph(Client::Link& link, uint32_t component) {
   };
 }
 
-// Into PATH.part, again and again until it is whole, then PATH.
+// Again and again until it is whole; a stream cannot be begun again once it has bytes.
 absl::StatusOr<ExportSummary> ToFile(Client::Link& link, const Fetch& fetch,
                                      const std::string& path,
                                      const std::function<void(uint64_t)>& progress) {
-  io::PartFile file(path);
+  if (absl::Status status = io::CheckOutput(path); !status.ok()) return status;
+  io::OutputFile file(path);
   ExportSummary summary;
   absl::Status status = link.Repeat(true, [&] {
     absl::Status written = file.Open();
@@ -53,7 +54,8 @@ absl::StatusOr<ExportSummary> ToFile(Client::Link& link, const Fetch& fetch,
       return written.ok();
     };
     const absl::Status fetched = fetch(append, summary);
-    return written.ok() ? fetched : NotAgain(written);
+    if (!written.ok()) return NotAgain(written);
+    return file.is_stream() && summary.size > 0 ? NotAgain(fetched) : fetched;
   });
   if (status.ok()) status = file.Commit();
   if (!status.ok()) return status;

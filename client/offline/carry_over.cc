@@ -187,6 +187,11 @@ absl::Status CarryAnchors(const MapStore& old, const std::vector<SessionId>& ses
     if (!revision.ok()) return revision.status();
     ++summary.anchors;
   }
+  const auto datum = old.GetDatum();
+  if (!datum.ok()) return datum.status();
+  if (*datum) {
+    if (absl::Status status = pipeline.SetDatum(**datum); !status.ok()) return status;
+  }
   return NoteRejectedLoops(old, wanted, summary);
 }
 

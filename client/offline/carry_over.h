@@ -30,7 +30,7 @@ absl::Status CarrySegmentManualDecisions(const storage::MapStore& old, storage::
 
 // To the submap of the same session that begins nearest in time, moved by how far that lies from
 // the old one; of a later segment as above. Loop closures that were rejected by hand are not
-// carried over, as others are found; a note says so.
+// carried over, as others are found; a note says so. With the datum.
 absl::Status CarryAnchors(const storage::MapStore& old, const std::vector<SessionId>& sessions,
                           server::Pipeline& pipeline, RebuildSummary& summary);
 

@@ -3,6 +3,7 @@
 #include <absl/strings/ascii.h>
 #include <absl/strings/numbers.h>
 #include <absl/strings/str_cat.h>
+#include <absl/strings/str_format.h>
 #include <absl/strings/str_split.h>
 
 #include <cmath>
@@ -69,6 +70,19 @@ bool LooksLikeKittiPoses(const std::string& text) {
     if (!words.empty()) return words.size() == kMatrixValues;
   }
   return false;
+}
+
+std::string FormatKittiPoses(const Trajectory& trajectory) {
+  std::string text;
+  for (const StampedPose& stamped : trajectory) {
+    const Eigen::Matrix3d R = stamped.pose.RotationMatrix();
+    const Eigen::Vector3d& t = stamped.pose.translation();
+    for (int row = 0; row < 3; ++row) {
+      absl::StrAppendFormat(&text, "%.12g %.12g %.12g %.9g%s", R(row, 0), R(row, 1), R(row, 2),
+                            t[row], row < 2 ? " " : "\n");
+    }
+  }
+  return text;
 }
 
 }  // namespace isthmus::formats

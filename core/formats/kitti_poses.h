@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/map/trajectory.h"
 #include "core/pose.h"
 
 namespace isthmus::formats {
@@ -17,5 +18,9 @@ absl::StatusOr<std::vector<Pose>> ParseKittiPoses(const std::string& text);
 
 // Whether the first line that is no comment has twelve values: a TUM file has eight.
 bool LooksLikeKittiPoses(const std::string& text);
+
+// T_frame_sensor of a trajectory in such lines; stamps are not in the format. The sensor's axes stay
+// ours (x ahead, z up), not those of KITTI's camera.
+std::string FormatKittiPoses(const Trajectory& trajectory);
 
 }  // namespace isthmus::formats

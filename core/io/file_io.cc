@@ -61,17 +61,6 @@ ssize_t DoAll(size_t size, const Some& some) {
   return static_cast<ssize_t>(done);
 }
 
-// Pipes and terminals have no places to read from and write to.
-const DiskCalls& Streams() {
-  static const DiskCalls calls{
-      [](int file, const void* data, size_t size, off_t) { return ::write(file, data, size); },
-      [](int file, void* data, size_t size, off_t) { return ::read(file, data, size); },
-      {},
-      {},
-      {}};
-  return calls;
-}
-
 }  // namespace
 
 std::string Explain(int error) { return absl::StrCat(strerror(error), MeaningOf(error).advice); }
@@ -87,6 +76,16 @@ const DiskCalls& DiskCalls::System() {
                                  if (statvfs(folder.c_str(), &disk) != 0) return ~uint64_t{0};
                                  return uint64_t{disk.f_bavail} * disk.f_frsize;
                                }};
+  return calls;
+}
+
+const DiskCalls& DiskCalls::Streams() {
+  static const DiskCalls calls{
+      [](int file, const void* data, size_t size, off_t) { return ::write(file, data, size); },
+      [](int file, void* data, size_t size, off_t) { return ::read(file, data, size); },
+      {},
+      {},
+      {}};
   return calls;
 }
 
@@ -150,7 +149,7 @@ absl::Status File::Close() {
 }
 
 absl::StatusOr<std::string> ReadFile(const std::string& path) {
-  const auto file = File::Open(path, O_RDONLY, Streams());
+  const auto file = File::Open(path, O_RDONLY, DiskCalls::Streams());
   if (!file.ok()) return file.status();
   const absl::StatusOr<uint64_t> expected = file->Size();
   if (!expected.ok()) return expected.status();
@@ -167,7 +166,7 @@ absl::StatusOr<std::string> ReadFile(const std::string& path) {
 }
 
 absl::Status WriteFile(const std::string& path, const std::string& bytes) {
-  absl::StatusOr<File> file = File::Open(path, O_WRONLY | O_CREAT | O_TRUNC, Streams());
+  absl::StatusOr<File> file = File::Open(path, O_WRONLY | O_CREAT | O_TRUNC, DiskCalls::Streams());
   if (!file.ok()) return file.status();
   absl::Status status = file->Write(bytes.data(), bytes.size(), 0);
   const absl::Status closed = file->Close();

@@ -28,6 +28,9 @@ struct DiskCalls {
   std::function<uint64_t(const std::string& folder)> free_bytes;  // statvfs(3), of its disk.
 
   static const DiskCalls& System();
+  // For pipes and terminals, which have no places to read from and write to: offsets count for
+  // nothing, and neither sync nor free_bytes is there.
+  static const DiskCalls& Streams();
 };
 
 // An open file. Errors are FileError's. Thread safe as the system's calls are.

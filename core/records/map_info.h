@@ -2,11 +2,13 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "core/cloud.h"
 #include "core/ids.h"
+#include "core/map/datum.h"
 
 namespace isthmus {
 
@@ -37,6 +39,7 @@ struct MapInfo {
   // Why what comes in cannot be stored at the moment, for people; empty while it can. Nothing is
   // acknowledged as durable meanwhile, readers are served, and it ends by itself.
   std::string storage_problem = {};
+  std::optional<Datum> datum = {};
 };
 
 }  // namespace isthmus

@@ -71,10 +71,14 @@ enum class ExportFormat {
   kOctoMapFull,    // .ot
 };
 
+// An OctoMap has the voxels whose middle lies in box or sphere, as rays of that robot found them.
 struct ExportRequest {
   ExportFormat format = ExportFormat::kPcdBinaryCompressed;
   uint32_t component = 0;
   double resolution_m = 0;  // Clouds: thinning, 0 as composed. OctoMap: leaf size, 0 for 0.2 m.
+  std::optional<Box> box = std::nullopt;                     // Map frame.
+  std::optional<RegionQuery::Sphere> sphere = std::nullopt;  // Not together with a box.
+  RobotId robot = {};                                        // Empty: all.
 };
 
 }  // namespace isthmus

@@ -108,7 +108,7 @@ absl::StatusOr<std::string> Build(const std::vector<PlacedSubmap>& submaps,
                                   OccupancyFormat format, const OccupancyOptions& options,
                                   uint64_t* missing) {
   OccupancyGrid grid(options.resolution_m, options.max_range_m, options.max_bytes,
-                     OctomapEvidence(options.resolution_m));
+                     OctomapEvidence(options.resolution_m), options.region);
   for (const PlacedSubmap& placed : submaps) {
     if (!placed.submap || placed.component != component) continue;
     const std::shared_ptr<const Submap> submap = reader(placed.submap->id);

@@ -17,6 +17,8 @@ struct OccupancyOptions {
   // Rays are cut here: the way there is free, what lies beyond is not inserted as occupied. At
   // least the resolution, at most 1000.
   double max_range_m = 30;
+  // Voxels whose middle is not in its box and sphere are left out, and cost no memory.
+  Region region = {};
   uint64_t max_bytes = uint64_t{1} << 30;  // What grid and tree may take while being built, about.
 };
 

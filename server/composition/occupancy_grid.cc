@@ -8,11 +8,19 @@
 namespace isthmus::composition {
 
 OccupancyGrid::OccupancyGrid(double resolution_m, double max_range_m, uint64_t max_bytes,
-                             const SensorEvidence& evidence)
+                             const SensorEvidence& evidence, const Region& region)
     : resolution_m_(resolution_m),
       max_range_m_(max_range_m),
       max_bytes_(max_bytes),
-      evidence_(evidence) {}
+      evidence_(evidence),
+      region_(region),
+      is_bounded_(!region.box.empty() || region.has_sphere) {}
+
+bool OccupancyGrid::IsWanted(const Index& index) const {
+  const Eigen::Vector3d middle = (index.cast<double>().array() + 0.5) * resolution_m_;
+  if (!region_.box.empty() && !region_.box.Contains(middle)) return false;
+  return !region_.has_sphere || (middle - region_.center).norm() <= region_.radius_m;
+}
 
 OccupancyGrid::Index OccupancyGrid::IndexOf(const Eigen::Vector3d& p) const {
   return (p / resolution_m_).array().floor().cast<int32_t>();
@@ -32,6 +40,8 @@ OccupancyGrid::Cell& OccupancyGrid::CellAt(const Index& index) {
 }
 
 bool OccupancyGrid::Update(const Index& index, float evidence) {
+  // As though it had taken it: the ray to a hit outside clears the way inside.
+  if (is_bounded_ && !IsWanted(index)) return true;
   Cell& cell = CellAt(index);
   if (cell.scan == scan_) return false;
   if (cell.scan == 0) {

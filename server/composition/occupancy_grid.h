@@ -16,6 +16,8 @@
 #include <memory>
 #include <vector>
 
+#include "core/map/composed_map.h"
+
 namespace isthmus::composition {
 
 struct SensorEvidence {
@@ -28,9 +30,10 @@ struct SensorEvidence {
 // Not thread safe.
 class OccupancyGrid {
  public:
-  // Voxels have an edge of `resolution_m` and a corner at the origin.
+  // Voxels have an edge of `resolution_m` and a corner at the origin. Only those with their middle
+  // in box and sphere of `region` are kept.
   OccupancyGrid(double resolution_m, double max_range_m, uint64_t max_bytes,
-                const SensorEvidence& evidence);
+                const SensorEvidence& evidence, const Region& region = {});
 
   // Inserts what one keyframe saw. Points of one voxel count once, with a ray to the voxel's
   // middle, as in OctoMap's discretised insertion; rays longer than the maximum range clear the way
@@ -63,12 +66,15 @@ class OccupancyGrid {
   Cell& CellAt(const Index& index);
   // False, and nothing changes, when the scan under way has changed the voxel already.
   bool Update(const Index& index, float evidence);
+  bool IsWanted(const Index& index) const;
   void ClearRay(const Eigen::Vector3d& from, const Eigen::Vector3d& to);
 
   const double resolution_m_;
   const double max_range_m_;
   const uint64_t max_bytes_;
   const SensorEvidence evidence_;
+  const Region region_;
+  const bool is_bounded_;
   absl::flat_hash_map<uint64_t, std::unique_ptr<Block>> blocks_;
   uint64_t last_key_ = ~uint64_t{0};  // Rays stay in a block for a while.
   Block* last_block_ = nullptr;

@@ -154,6 +154,12 @@ absl::Status MapWriter::RemoveAnchor(const SubmapId& submap) {
   return CommitEdit(edit);
 }
 
+absl::Status MapWriter::SetDatum(const std::optional<Datum>& datum) {
+  MapEdit edit;
+  edit.batch.datum = datum;
+  return CommitEdit(edit);
+}
+
 absl::Status MapWriter::RetireSubmaps(const std::vector<SubmapId>& submaps) {
   if (submaps.empty()) return absl::OkStatus();
   const std::set<SubmapId> gone(submaps.begin(), submaps.end());

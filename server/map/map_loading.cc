@@ -48,6 +48,9 @@ absl::Status MapWriter::LoadDecisions(MapView* view) {
   absl::StatusOr<std::vector<Anchor>> anchors = store_->ListAnchors();
   if (!anchors.ok()) return anchors.status();
   batch.anchors = *std::move(anchors);
+  absl::StatusOr<std::optional<Datum>> datum = store_->GetDatum();
+  if (!datum.ok()) return datum.status();
+  batch.datum = *datum;
   storage::Apply(batch, {}, view);
   return absl::OkStatus();
 }

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -67,6 +68,8 @@ class MapWriter {
   absl::Status AddLoops(std::vector<LoopClosure> found);
   absl::Status PutAnchor(const Anchor& anchor);
   absl::Status RemoveAnchor(const SubmapId& submap);
+  // Nothing that is placed changes.
+  absl::Status SetDatum(const std::optional<Datum>& datum);
   // Removes the submaps with all that hangs on them.
   absl::Status RetireSubmaps(const std::vector<SubmapId>& submaps);
   // Removes the session, all its segments, from store and map. `why` is said in the revision's

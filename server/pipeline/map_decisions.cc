@@ -90,6 +90,14 @@ absl::StatusOr<int64_t> MapDecisions::RemoveAnchor(const SubmapId& submap) {
   return RevisionOncePlaced();
 }
 
+absl::Status MapDecisions::SetDatum(std::optional<Datum> datum) {
+  if (datum) {
+    if (absl::Status status = CheckDatum(*datum); !status.ok()) return status;
+    datum->given_ns = clock_->NowNs();
+  }
+  return map_->SetDatum(datum);
+}
+
 ManualEdit MapDecisions::RejectCauses(const RevisionInfo& revision, const std::string& note) const {
   ManualEdit decisions;
   const MapWriter::View view = map_->view();

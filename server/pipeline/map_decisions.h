@@ -5,6 +5,7 @@
 #include <absl/status/statusor.h>
 
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "core/clock.h"
@@ -26,6 +27,7 @@ class MapDecisions {
   absl::StatusOr<DecidedLoop> DecideLoop(const LoopDecision& decision);
   absl::StatusOr<int64_t> PutAnchor(Anchor anchor);
   absl::StatusOr<int64_t> RemoveAnchor(const SubmapId& submap);
+  absl::Status SetDatum(std::optional<Datum> datum);
   absl::StatusOr<int64_t> UndoRevision(int64_t revision, const std::string& note);
 
  private:

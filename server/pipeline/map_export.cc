@@ -1,7 +1,9 @@
 // The map as a file.
 #include <absl/strings/str_cat.h>
 
+#include <algorithm>
 #include <utility>
+#include <vector>
 
 #include "server/pipeline/map_reader.h"
 #include "server/query/export.h"
@@ -25,16 +27,38 @@ query::CloudFormat CloudFormatOf(ExportFormat format) {
   }
 }
 
+Region RegionOf(const ExportRequest& request) {
+  Region region;
+  if (request.box) region.box = *request.box;
+  if (request.sphere) {
+    region.has_sphere = true;
+    region.center = request.sphere->center;
+    region.radius_m = request.sphere->radius_m;
+  }
+  region.component = request.component;
+  region.resolution_m = request.resolution_m;
+  return region;
+}
+
 }  // namespace
 
-absl::Status MapReader::ExportOccupancy(composition::OccupancyFormat format, const Region& region,
-                                        double resolution_m,
+absl::Status MapReader::ExportOccupancy(const ExportRequest& request, const Region& region,
                                         const std::function<bool(const std::string&)>& sink) const {
   composition::OccupancyOptions occupancy = occupancy_;
-  if (resolution_m > 0) occupancy.resolution_m = resolution_m;
+  if (request.resolution_m > 0) occupancy.resolution_m = request.resolution_m;
+  occupancy.region = region;
+  std::vector<PlacedSubmap> submaps = map_->view()->PlacedSubmaps();
+  if (!request.robot.empty()) {
+    std::erase_if(submaps, [&](const PlacedSubmap& placed) {
+      return placed.submap == nullptr || placed.submap->robot != request.robot;
+    });
+  }
+  const auto format = request.format == ExportFormat::kOctoMapFull
+                          ? composition::OccupancyFormat::kFull
+                          : composition::OccupancyFormat::kBinary;
   absl::StatusOr<std::string> file = composition::WriteOccupancy(
-      map_->view()->PlacedSubmaps(), [this](const SubmapId& id) { return submaps_->Get(id); },
-      region.component, format, occupancy);
+      submaps, [this](const SubmapId& id) { return submaps_->Get(id); }, region.component, format,
+      occupancy);
   if (!file.ok()) return file.status();
   for (size_t offset = 0; offset < file->size(); offset += kFileChunk) {
     if (!sink(file->substr(offset, kFileChunk))) {
@@ -44,20 +68,29 @@ absl::Status MapReader::ExportOccupancy(composition::OccupancyFormat format, con
   return absl::OkStatus();
 }
 
-absl::Status MapReader::ExportMap(ExportFormat format, const Region& region,
-                                  double octomap_resolution_m,
+absl::Status MapReader::ExportMap(const ExportRequest& request,
                                   const std::function<bool(const std::string&)>& sink) const {
-  if (format == ExportFormat::kOctoMapFull || format == ExportFormat::kOctoMapBinary) {
-    const auto as = format == ExportFormat::kOctoMapFull ? composition::OccupancyFormat::kFull
-                                                         : composition::OccupancyFormat::kBinary;
-    return ExportOccupancy(as, region, octomap_resolution_m, sink);
+  const MapWriter::View view = map_->view();
+  if (!request.robot.empty() && view->Newest(request.robot) == nullptr) {
+    return UnknownRobot(request.robot);
   }
-  const std::shared_ptr<const ComposedMap> map = GetMap();
+  Region region = RegionOf(request);
+  if (request.format == ExportFormat::kOctoMapFull ||
+      request.format == ExportFormat::kOctoMapBinary) {
+    return ExportOccupancy(request, region, sink);
+  }
+  const std::shared_ptr<const ComposedMap> map = view->map;
   if (region.component != 0 && region.component >= map->component_count()) {
     return absl::NotFoundError(
         absl::StrCat("no component ", region.component, ": the map has ", map->component_count()));
   }
-  return query::ExportCloud(*map, region, CloudFormatOf(format), sink);
+  if (!request.robot.empty()) {
+    // One without points yet is number robots().size(), which nothing is of.
+    const std::vector<RobotId>& robots = map->robots();
+    region.robot =
+        static_cast<int>(std::find(robots.begin(), robots.end(), request.robot) - robots.begin());
+  }
+  return query::ExportCloud(*map, region, CloudFormatOf(request.format), sink);
 }
 
 }  // namespace isthmus::server

@@ -56,6 +56,7 @@ MapInfo MapReader::Describe(const MapView& view) {
   MapInfo info;
   info.revision = view.revision->revision;
   info.retired = view.retired;
+  info.datum = view.datum;
   std::set<RobotId> robots;
   for (const auto& [id, session] : view.sessions) robots.insert(session.record.robot);
   info.robots.assign(robots.begin(), robots.end());

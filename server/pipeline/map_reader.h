@@ -41,7 +41,7 @@ class MapReader {
   absl::StatusOr<RevisionDiff> DiffRevisions(int64_t from, int64_t to) const;
   absl::StatusOr<RobotTransform> GetTransform(const RobotId& a, const RobotId& b) const;
   std::shared_ptr<const ComposedMap> GetMap() const { return map_->view()->map; }
-  absl::Status ExportMap(ExportFormat format, const Region& region, double octomap_resolution_m,
+  absl::Status ExportMap(const ExportRequest& request,
                          const std::function<bool(const std::string&)>& sink) const;
 
  private:
@@ -57,8 +57,7 @@ class MapReader {
     std::counting_semaphore<>& turns_;
   };
 
-  absl::Status ExportOccupancy(composition::OccupancyFormat format, const Region& region,
-                               double resolution_m,
+  absl::Status ExportOccupancy(const ExportRequest& request, const Region& region,
                                const std::function<bool(const std::string&)>& sink) const;
 
   const MapWriter* const map_;

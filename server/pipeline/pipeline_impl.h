@@ -80,6 +80,9 @@ class PipelineImpl : public Pipeline {
   absl::StatusOr<int64_t> RemoveAnchor(const SubmapId& submap) override {
     return decisions_.RemoveAnchor(submap);
   }
+  absl::Status SetDatum(std::optional<Datum> datum) override {
+    return decisions_.SetDatum(std::move(datum));
+  }
   ListAt<RobotAnchor> ListAnchors() override { return reader_.ListAnchors(); }
   absl::StatusOr<std::vector<RevisionInfo>> ListRevisions(int limit) override {
     return reader_.ListRevisions(limit);
@@ -97,9 +100,9 @@ class PipelineImpl : public Pipeline {
     return reader_.GetTransform(a, b);
   }
   std::shared_ptr<const ComposedMap> GetMap() override { return reader_.GetMap(); }
-  absl::Status ExportMap(ExportFormat format, const Region& region, double octomap_resolution_m,
+  absl::Status ExportMap(const ExportRequest& request,
                          const std::function<bool(const std::string&)>& sink) override {
-    return reader_.ExportMap(format, region, octomap_resolution_m, sink);
+    return reader_.ExportMap(request, sink);
   }
 
   void WaitUntilIdle() override;

@@ -103,9 +103,11 @@ absl::StatusOr<RobotTrajectory> ReadTrajectory(const MapWriter& map,
                                                TrajectoryFrame frame, uint32_t segment) {
   RobotTrajectory trajectory;
   const MapWriter::View before = map.view();
-  const SessionView* newest = before->Newest(robot);
-  if (newest == nullptr) return UnknownRobot(robot);
-  trajectory.session = newest->record.opened();
+  const SessionView* named = before->Newest(robot);
+  // Or a session; a robot of that name goes first.
+  if (named == nullptr) named = before->Find(SessionId(robot.value()));
+  if (named == nullptr) return UnknownRobot(robot);
+  trajectory.session = named->record.opened();
   // First what is not stored yet, then the view, then what is stored: what leaves the one meanwhile
   // is in the others by then.
   Unsaved unsaved;

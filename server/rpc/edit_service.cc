@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "api/convert/graph.h"
+#include "api/convert/map.h"
 
 namespace isthmus::rpc {
 
@@ -86,6 +87,17 @@ grpc::Status EditService::DeleteAnchor(grpc::ServerContext*, const v1::DeleteAnc
     const auto revision = pipeline_.RemoveAnchor({SessionId(request->session()), request->index()});
     if (revision.ok()) response->set_revision(*revision);
     return revision.status();
+  });
+}
+
+grpc::Status EditService::SetDatum(grpc::ServerContext*, const v1::SetDatumRequest* request,
+                                   v1::SetDatumResponse* response) {
+  return reply_("SetDatum", [&]() -> absl::Status {
+    std::optional<Datum> datum;
+    if (request->has_datum()) datum = convert::FromMessage(request->datum());
+    const absl::Status status = pipeline_.SetDatum(datum);
+    if (status.ok()) response->set_revision(pipeline_.GetMapInfo().revision);
+    return status;
   });
 }
 

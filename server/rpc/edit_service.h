@@ -30,6 +30,8 @@ class EditService final : public v1::EditService::Service {
                          v1::PutAnchorResponse* response) override;
   grpc::Status DeleteAnchor(grpc::ServerContext* context, const v1::DeleteAnchorRequest* request,
                             v1::DeleteAnchorResponse* response) override;
+  grpc::Status SetDatum(grpc::ServerContext* context, const v1::SetDatumRequest* request,
+                        v1::SetDatumResponse* response) override;
   grpc::Status UndoRevision(grpc::ServerContext* context, const v1::UndoRevisionRequest* request,
                             v1::UndoRevisionResponse* response) override;
   grpc::Status DeleteSession(grpc::ServerContext* context, const v1::DeleteSessionRequest* request,

@@ -15,7 +15,6 @@ namespace isthmus::rpc {
 namespace {
 
 constexpr size_t kChunkPoints = kResponseBytes / sizeof(MapPoint);
-constexpr double kDefaultLeafM = 0.2;  // As the API says.
 
 Region RegionOf(const RegionQuery& query) {
   Region region;
@@ -86,14 +85,9 @@ absl::Status MapService::SendMap(const v1::ExportMapRequest& request,
                                  grpc::ServerWriter<v1::ExportMapResponse>* writer) {
   const auto wanted = convert::FromMessage(request);
   if (!wanted.ok()) return wanted.status();
-  Region region;
-  region.component = wanted->component;
-  region.resolution_m = wanted->resolution_m;
-  const double leaf_m = wanted->resolution_m > 0 ? wanted->resolution_m : kDefaultLeafM;
   FileEmitter<v1::ExportMapResponse> file(pipeline_.GetMap()->revision(), writer);
   const absl::Status status =
-      pipeline_.ExportMap(wanted->format, region, leaf_m,
-                          [&file](const std::string& piece) { return file.Add(piece); });
+      pipeline_.ExportMap(*wanted, [&file](const std::string& piece) { return file.Add(piece); });
   return status.ok() ? file.Finish() : status;
 }
 

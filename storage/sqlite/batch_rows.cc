@@ -60,6 +60,9 @@ absl::Status WriteGraphRows(Connection& database, const WriteBatch& batch) {
   for (const SubmapId& submap : batch.removed_anchors) {
     if (absl::Status status = RemoveAnchor(database, submap); !status.ok()) return status;
   }
+  if (batch.datum) {
+    if (absl::Status status = SetDatum(database, *batch.datum); !status.ok()) return status;
+  }
   if (absl::Status status = Retire(database, batch.retired); !status.ok()) return status;
   if (!batch.revision) return absl::OkStatus();
   return AddRevision(database, *batch.revision, batch.moves);

@@ -108,6 +108,10 @@ absl::Status PutAnchor(Connection& database, const Anchor& anchor);
 absl::Status RemoveAnchor(Connection& database, const SubmapId& submap);
 absl::StatusOr<std::vector<Anchor>> SelectAnchors(Connection& database);
 
+// datum.
+absl::Status SetDatum(Connection& database, const std::optional<Datum>& datum);
+absl::StatusOr<std::optional<Datum>> SelectDatum(Connection& database);
+
 // revisions, revision_matches, revision_loops, placements, and the moves. Prunes as map_store.h
 // says.
 absl::Status AddRevision(Connection& database, const MapRevision& revision,

@@ -127,6 +127,10 @@ class SqliteStore : public MapStore {
     return AtOneMoment<std::vector<Anchor>>(SelectAnchors);
   }
 
+  absl::StatusOr<std::optional<Datum>> GetDatum() const override {
+    return AtOneMoment<std::optional<Datum>>(SelectDatum);
+  }
+
   absl::StatusOr<MapRevision> LatestRevision() const override {
     return AtOneMoment<MapRevision>(SelectLatestRevision);
   }

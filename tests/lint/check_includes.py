@@ -66,6 +66,13 @@ ALLOWED = {
         {"core", "core/codec", "core/formats", "core/io"},
         STD_LIKE | {"json", "bz2", "lz4", "pcap", "sqlite", "yaml", "zstd"},
     ),
+    # The map on the Earth.
+    "client/georeference": ({"core", "client/readers"}, STD_LIKE | {"geographic"}),
+    # Files for other programs, made of what the server tells.
+    "client/exports": (
+        {"core", "core/codec", "core/formats", "core/io", "client/georeference", "client/library"},
+        STD_LIKE | {"json", "protobuf"},
+    ),
     "client/simulation": ({"core", "core/codec", "core/formats", "core/io"}, STD_LIKE | {"embree"}),
     "client/evaluation": ({"core", "core/io"}, STD_LIKE | {"png"}),
     "client/examples": ({"core/formats", "client/library"}, STD_LIKE),
@@ -83,8 +90,8 @@ ALLOWED = {
     ),
     # No server, no store, no odometry: this is what a robot carries.
     "client/cli": (
-        {"core", "core/formats", "core/io", "client/console", "client/library",
-         "client/evaluation", "client/report"},
+        {"core", "core/formats", "core/io", "client/console", "client/exports",
+         "client/georeference", "client/library", "client/evaluation", "client/report"},
         STD_LIKE | {"json", "cli11"},
     ),
     # These commands run an embedded server, or an algorithm of it on a file.
@@ -110,7 +117,7 @@ BASES = {f"client/library/{name}.h" for name in ("convert", "options", "records"
 # Only .cc files may include these, so that they never reach a neighbour's headers. A header named
 # after the library (pcl_cloud.h) may too; it is then itself for .cc files only.
 PRIVATE_TO_SOURCES = {"openssl", "ceres", "pcl", "octomap", "sqlite", "zstd", "lzf", "bz2", "lz4",
-                      "fftw", "embree", "pcap", "png"}
+                      "fftw", "embree", "pcap", "png", "geographic"}
 THIRD_PARTY = [
     ("eigen", re.compile(r"^(Eigen|unsupported/Eigen)/")),
     ("absl", re.compile(r"^absl/")),
@@ -125,6 +132,7 @@ THIRD_PARTY = [
     ("openssl", re.compile(r"^openssl/")),
     ("fftw", re.compile(r"^fftw3")),
     ("embree", re.compile(r"^embree3/")),
+    ("geographic", re.compile(r"^GeographicLib/")),
     ("png", re.compile(r"^png\.h$")),
     ("pcap", re.compile(r"^pcap(\.h$|/)")),
     ("grpc", re.compile(r"^(grpcpp|grpc)/")),
@@ -137,7 +145,7 @@ THIRD_PARTY = [
 NAMES = {
     "ceres": "Ceres", "pcl": "PCL", "octomap": "OctoMap", "sqlite": "SQLite", "zstd": "zstd",
     "lzf": "lzf", "bz2": "bzip2", "lz4": "LZ4", "openssl": "OpenSSL", "fftw": "FFTW",
-    "embree": "Embree", "png": "libpng", "pcap": "libpcap",
+    "embree": "Embree", "png": "libpng", "pcap": "libpcap", "geographic": "GeographicLib",
     "grpc": "gRPC", "protobuf": "Protobuf", "yaml": "yaml-cpp", "spdlog": "spdlog",
     "cli11": "CLI11", "json": "nlohmann-json",
 }

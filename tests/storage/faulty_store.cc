@@ -78,6 +78,10 @@ class FaultyStore : public MapStore {
     if (absl::Status status = faults_->BeforeRead(); !status.ok()) return status;
     return store_->ListAnchors();
   }
+  absl::StatusOr<std::optional<Datum>> GetDatum() const override {
+    if (absl::Status status = faults_->BeforeRead(); !status.ok()) return status;
+    return store_->GetDatum();
+  }
   absl::StatusOr<MapRevision> LatestRevision() const override {
     if (absl::Status status = faults_->BeforeRead(); !status.ok()) return status;
     return store_->LatestRevision();

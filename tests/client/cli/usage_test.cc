@@ -16,13 +16,24 @@ using testing::HasSubstr;
 // Nobody listens on port 1.
 constexpr char kNowhere[] = " --server 127.0.0.1:1 --attempts 1";
 
+TEST(Usage, AMissingFolderForTheOutputGivesFive) {
+  for (const char* command : {"export --format ply -o /no/such/map.ply", "query -o /no/such/q.pcd",
+                              "trajectory alice -o /no/such/a.tum", "picture -o /no/such/map.png",
+                              "graph --g2o /no/such/graph.g2o"}) {
+    const ProgramResult result = Isthmus(command + std::string(kNowhere));
+    EXPECT_EQ(result.code, 5) << command;
+    EXPECT_THAT(result.err, HasSubstr("there is no folder /no/such; make it first"));
+  }
+}
+
 TEST(Usage, HelpNamesEveryCommand) {
   const ProgramResult help = Isthmus("--help");
   EXPECT_EQ(help.code, 0);
   for (const char* command :
-       {"simulate", "push",      "status",  "robots",   "graph", "trajectory", "transform",
-        "query",    "export",    "picture", "odometry", "merge", "rebuild",    "match",
-        "loops",    "revisions", "anchor",  "optimize", "eval",  "bench",      "report"}) {
+       {"simulate", "push",      "status",  "robots",   "graph",    "trajectory", "transform",
+        "query",    "export",    "picture", "odometry", "merge",    "rebuild",    "match",
+        "loops",    "revisions", "anchor",  "datum",    "optimize", "eval",       "bench",
+        "report",   "info"}) {
     EXPECT_THAT(help.out, HasSubstr(command));
     EXPECT_EQ(Isthmus(std::string(command) + " --help").code, 0) << command;
   }

@@ -133,6 +133,32 @@ TEST_P(Occupancy, UnusablePointsAreLeftOut) {
   EXPECT_EQ(tree->size(), Write({MakeSubmap("alice", 0, Wall())})->size());
 }
 
+TEST_P(Occupancy, ARegionKeepsWhatLiesInItAsItIs) {
+  Region region;
+  region.box.min = {2, -1, -0.5};
+  region.box.max = {5.2, 1, 0.5};
+  const auto tree =
+      Write({MakeSubmap("alice", 0, Wall())}, {.resolution_m = 0.1, .region = region});
+  ASSERT_NE(tree, nullptr);
+  EXPECT_EQ(StateAt(*tree, 5.05, 0.03, 0.02), State::kOccupied);
+  EXPECT_EQ(StateAt(*tree, 2.5, 0.03, 0.02), State::kFree);
+  EXPECT_EQ(StateAt(*tree, 1.5, 0.03, 0.02), State::kUnknown) << "outside";
+  EXPECT_EQ(StateAt(*tree, 5.05, 1.5, 0.02), State::kUnknown);
+  region.box = Box();
+  region.has_sphere = true;
+  region.center = {5, 0, 0};
+  region.radius_m = 1;
+  const auto round =
+      Write({MakeSubmap("alice", 0, Wall())}, {.resolution_m = 0.1, .region = region});
+  EXPECT_EQ(StateAt(*round, 5.05, 0.03, 0.02), State::kOccupied);
+  EXPECT_EQ(StateAt(*round, 3.5, 0.03, 0.02), State::kUnknown);
+  // A hit outside still clears its way through.
+  region.center = {2.5, 0, 0};
+  const auto before =
+      Write({MakeSubmap("alice", 0, Wall())}, {.resolution_m = 0.1, .region = region});
+  EXPECT_EQ(StateAt(*before, 2.5, 0.03, 0.02), State::kFree);
+}
+
 TEST_P(Occupancy, WhatCannotBeReadIsLeftOutAndCounted) {
   const std::vector<LaidSubmap> there{MakeSubmap("alice", 0, Wall())};
   auto all = there;

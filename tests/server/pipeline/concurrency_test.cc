@@ -146,7 +146,7 @@ void ReadEverything(Pipeline& pipeline, const std::atomic<bool>& stop) {
     (void)pipeline.GetMatchGraph();
     size_t bytes = 0;
     const auto count = [&](const std::string& chunk) { return (bytes += chunk.size()) > 0; };
-    EXPECT_TRUE(pipeline.ExportMap(ExportFormat::kPcdBinary, Region(), 0.2, count).ok());
+    EXPECT_TRUE(pipeline.ExportMap({.format = ExportFormat::kPcdBinary}, count).ok());
     EXPECT_GT(bytes, 0u);
   }
 }

@@ -126,5 +126,28 @@ TEST_F(AnchorRpcTest, AnAnchorIsTakenAway) {
   EXPECT_EQ(pipeline_.unanchored.back(), (SubmapId{SessionId("alice-1"), 7}));
 }
 
+TEST_F(AnchorRpcTest, ADatumIsSetToldAndTakenBack) {
+  v1::SetDatumRequest request;
+  request.mutable_datum()->set_latitude_deg(48.1);
+  request.mutable_datum()->set_longitude_deg(11.6);
+  request.mutable_datum()->set_altitude_m(520);
+  request.mutable_datum()->set_heading_deg(-30);
+  v1::SetDatumResponse response;
+  EXPECT_GRPC_OK(stubs_->edits->SetDatum(NewContext().get(), request, &response));
+  v1::MapInfo info;
+  EXPECT_GRPC_OK(stubs_->map->GetMapInfo(NewContext().get(), {}, &info));
+  ASSERT_TRUE(info.has_datum());
+  EXPECT_EQ(info.datum().latitude_deg(), 48.1);
+  EXPECT_EQ(info.datum().longitude_deg(), 11.6);
+  EXPECT_EQ(info.datum().altitude_m(), 520);
+  EXPECT_EQ(info.datum().heading_deg(), -30);
+  request.mutable_datum()->set_latitude_deg(91);
+  EXPECT_GRPC_ERROR(stubs_->edits->SetDatum(NewContext().get(), request, &response),
+                    INVALID_ARGUMENT, "latitude of -90 to 90");
+  EXPECT_GRPC_OK(stubs_->edits->SetDatum(NewContext().get(), {}, &response));
+  EXPECT_GRPC_OK(stubs_->map->GetMapInfo(NewContext().get(), {}, &info));
+  EXPECT_FALSE(info.has_datum());
+}
+
 }  // namespace
 }  // namespace isthmus::rpc

@@ -232,10 +232,9 @@ absl::StatusOr<RobotTransform> FakePipeline::GetTransform(const RobotId&, const 
   return transform;
 }
 
-absl::Status FakePipeline::ExportMap(ExportFormat format, const Region& region,
-                                     double octomap_resolution_m,
+absl::Status FakePipeline::ExportMap(const ExportRequest& request,
                                      const std::function<bool(const std::string&)>& sink) {
-  exports.push_back({format, region, octomap_resolution_m});
+  exports.push_back(request);
   for (const std::string& piece : file) {
     if (!sink(piece)) return absl::CancelledError("the reader went away");
   }

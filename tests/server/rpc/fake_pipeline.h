@@ -79,7 +79,12 @@ class FakePipeline : public server::Pipeline {
   }
   absl::StatusOr<RobotTransform> GetTransform(const RobotId& a, const RobotId& b) override;
   std::shared_ptr<const ComposedMap> GetMap() override { return map; }
-  absl::Status ExportMap(ExportFormat format, const Region& region, double octomap_resolution_m,
+  absl::Status SetDatum(std::optional<Datum> given) override {
+    if (given && !CheckDatum(*given).ok()) return CheckDatum(*given);
+    info.datum = given;
+    return absl::OkStatus();
+  }
+  absl::Status ExportMap(const ExportRequest& request,
                          const std::function<bool(const std::string&)>& sink) override;
   void WaitUntilIdle() override {}
   void Shutdown() override {}
@@ -112,14 +117,9 @@ class FakePipeline : public server::Pipeline {
   std::pair<int64_t, int64_t> asked_diff;
   std::vector<std::pair<int64_t, std::string>> undone;
 
-  std::vector<std::string> file;  // Pieces ExportMap hands out.
-  absl::Status export_status;     // Returned after them.
-  struct ExportCall {
-    ExportFormat format;
-    Region region;
-    double octomap_resolution_m;
-  };
-  std::vector<ExportCall> exports;
+  std::vector<std::string> file;       // Pieces ExportMap hands out.
+  absl::Status export_status;          // Returned after them.
+  std::vector<ExportRequest> exports;  // Those asked for.
 
   // While held, scans wait in a queue of `capacity`; SubmitScan waits when it is full.
   void Hold(size_t capacity);

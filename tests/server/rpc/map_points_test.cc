@@ -201,13 +201,23 @@ TEST_F(ExportMapTest, WhatWasAskedReachesThePipeline) {
   EXPECT_GRPC_OK(Export(request));
   request.set_format(v1::ExportMapRequest::PCD_BINARY_COMPRESSED);
   request.set_resolution_m(0.5);
+  *request.mutable_box() = BoxFrom(2, 5).box();
+  request.set_robot("bob");
   EXPECT_GRPC_OK(Export(request));
-  ASSERT_EQ(pipeline_.exports.size(), 2u);
+  request.mutable_sphere()->set_radius_m(3);
+  EXPECT_GRPC_OK(Export(request));
+  ASSERT_EQ(pipeline_.exports.size(), 3u);
   EXPECT_EQ(pipeline_.exports[0].format, ExportFormat::kOctoMapFull);
-  EXPECT_EQ(pipeline_.exports[0].region.component, 3u);
-  EXPECT_EQ(pipeline_.exports[0].octomap_resolution_m, 0.2);
+  EXPECT_EQ(pipeline_.exports[0].component, 3u);
+  EXPECT_EQ(pipeline_.exports[0].resolution_m, 0);
+  EXPECT_FALSE(pipeline_.exports[0].box || pipeline_.exports[0].sphere);
   EXPECT_EQ(pipeline_.exports[1].format, ExportFormat::kPcdBinaryCompressed);
-  EXPECT_EQ(pipeline_.exports[1].region.resolution_m, 0.5);
+  EXPECT_EQ(pipeline_.exports[1].resolution_m, 0.5);
+  ASSERT_TRUE(pipeline_.exports[1].box);
+  EXPECT_EQ(pipeline_.exports[1].box->max.x(), 5);
+  EXPECT_EQ(pipeline_.exports[1].robot, RobotId("bob"));
+  ASSERT_TRUE(pipeline_.exports[2].sphere);
+  EXPECT_EQ(pipeline_.exports[2].sphere->radius_m, 3);
   EXPECT_TRUE(responses_.back().last());
 }
 
@@ -221,6 +231,9 @@ TEST_F(ExportMapTest, AFailureInTheMiddleHasNoLastResponse) {
 
 TEST_F(ExportMapTest, RequestsThatMakeNoSense) {
   EXPECT_GRPC_ERROR(Export({}), INVALID_ARGUMENT, "PCD_ASCII");
+  v1::ExportMapRequest boxed = Ply();
+  *boxed.mutable_box() = BoxFrom(5, 2).box();
+  EXPECT_GRPC_ERROR(Export(boxed), INVALID_ARGUMENT, "exceeds box.max");
   v1::ExportMapRequest request = Ply();
   for (const double resolution : {-1.0, kNaN}) {
     request.set_resolution_m(resolution);

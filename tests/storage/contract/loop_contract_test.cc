@@ -98,6 +98,23 @@ TEST_P(LoopContract, KeepsTheLastAnchorOfEverySubmap) {
   EXPECT_EQ(anchor.given_ns, expected.given_ns);
 }
 
+TEST_P(LoopContract, KeepsTheLastDatum) {
+  EXPECT_EQ(*store_->GetDatum(), std::nullopt);
+  const Datum first{.latitude_deg = 48, .longitude_deg = 11, .altitude_m = 520, .given_ns = 1};
+  const Datum second{.latitude_deg = -33.9, .longitude_deg = 151.2, .heading_deg = 90.5};
+  ASSERT_TRUE(store_->Write({.datum = first}).ok());
+  ASSERT_TRUE(store_->Write({.datum = second}).ok());
+  ASSERT_TRUE(store_->Write({}).ok()) << "what says nothing of it leaves it";
+  const auto kept = store_->GetDatum();
+  ASSERT_TRUE(kept.ok() && *kept);
+  EXPECT_EQ((*kept)->latitude_deg, -33.9);
+  EXPECT_EQ((*kept)->longitude_deg, 151.2);
+  EXPECT_EQ((*kept)->heading_deg, 90.5);
+  EXPECT_EQ(CodeOf({.datum = Datum{.latitude_deg = 91}}), StatusCode::kInvalidArgument);
+  ASSERT_TRUE(store_->Write({.datum = std::optional<Datum>()}).ok());
+  EXPECT_FALSE(store_->GetDatum()->has_value());
+}
+
 TEST_P(LoopContract, RefusesAnchorsThatHoldNothing) {
   Put({.sessions = {MakeSession("alice-1")}, .submaps = {MakeSubmap("alice-1", 0)}});
   EXPECT_EQ(CodeOf({.anchors = {MakeAnchor("alice-1", 1)}}), StatusCode::kFailedPrecondition);

@@ -1,0 +1,87 @@
+// isthmus datum: where on the Earth the site's frame lies.
+#include <absl/strings/str_format.h>
+
+#include "client/cli/commands.h"
+#include "client/console/exit_code.h"
+#include "client/console/json.h"
+
+namespace isthmus::cli {
+namespace {
+
+struct DatumOptions {
+  ServerOptions server;
+  Datum datum;
+  bool json = false;
+};
+
+Json DatumJson(const std::optional<Datum>& datum) {
+  if (!datum) return nullptr;
+  return {{"latitude_deg", datum->latitude_deg},
+          {"longitude_deg", datum->longitude_deg},
+          {"altitude_m", datum->altitude_m},
+          {"heading_deg", datum->heading_deg}};
+}
+
+// As the server has it now.
+int ShowDatum(client::Client& client, bool json) {
+  const auto info = client.GetMapInfo();
+  if (!info.ok()) return FailServer(info.status());
+  if (json) {
+    Print({{"datum", DatumJson(info->datum)}});
+  } else if (!info->datum) {
+    absl::PrintF("no datum: where on the Earth the map lies is not known\n");
+  } else {
+    absl::PrintF("latitude %.9f, longitude %.9f, altitude %.3f m, heading %.3f deg\n",
+                 info->datum->latitude_deg, info->datum->longitude_deg, info->datum->altitude_m,
+                 info->datum->heading_deg);
+  }
+  return kOk;
+}
+
+int PutDatum(const DatumOptions& options, const std::optional<Datum>& datum) {
+  const auto client = Connect(options.server);
+  if (!client.ok()) return FailServer(client.status());
+  if (absl::Status status = (*client)->SetDatum(datum); !status.ok()) return FailServer(status);
+  return ShowDatum(**client, options.json);
+}
+
+int RunDatumSet(const DatumOptions& options) { return PutDatum(options, options.datum); }
+int RunDatumClear(const DatumOptions& options) { return PutDatum(options, std::nullopt); }
+
+int RunDatumShow(const DatumOptions& options) {
+  const auto client = Connect(options.server);
+  if (!client.ok()) return FailServer(client.status());
+  return ShowDatum(**client, options.json);
+}
+
+CLI::App* AddDatumCommand(CLI::App& datum, const char* name, const char* what, Action& action,
+                          const std::shared_ptr<DatumOptions>& options,
+                          int (*run)(const DatumOptions&)) {
+  CLI::App* command = datum.add_subcommand(name, what);
+  AddServerOptions(*command, options->server);
+  command->add_flag("--json", options->json, "The datum as JSON");
+  command->callback([options, run, &action] { action = [options, run] { return run(*options); }; });
+  return command;
+}
+
+}  // namespace
+
+void AddDatum(CLI::App& app, Action& action) {
+  CLI::App* datum = app.add_subcommand("datum", "Where on the Earth the anchors' frame lies");
+  datum->require_subcommand(1);
+  auto options = std::make_shared<DatumOptions>();
+  CLI::App* set = AddDatumCommand(*datum, "set", "The origin lies here (WGS 84)", action, options,
+                                  &RunDatumSet);
+  set->add_option("--lat", options->datum.latitude_deg, "Latitude, degrees north")->required();
+  set->add_option("--lon", options->datum.longitude_deg, "Longitude, degrees east")->required();
+  set->add_option("--alt", options->datum.altitude_m, "Metres above the ellipsoid")->required();
+  set->add_option("--heading", options->datum.heading_deg,
+                  "Where the frame's y axis points, degrees clockwise from north; 0: x is east")
+      ->capture_default_str();
+  AddDatumCommand(*datum, "show", "The datum as it is", action, std::make_shared<DatumOptions>(),
+                  &RunDatumShow);
+  AddDatumCommand(*datum, "clear", "It is not known any more", action,
+                  std::make_shared<DatumOptions>(), &RunDatumClear);
+}
+
+}  // namespace isthmus::cli

@@ -1,0 +1,32 @@
+// The merged map as grid maps, floor by floor.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "client/exports/grid_map.h"
+#include "client/library/client.h"
+
+namespace isthmus::cli {
+
+struct GridRequest {
+  RegionQuery query;                        // Its resolution is the cells'.
+  std::optional<exports::HeightBand> band;  // Of the map; absent: of each floor.
+  std::string name;                         // Without an extension.
+};
+
+struct GridFile {
+  std::string name;  // Of the YAML file.
+  int64_t width = 0, height = 0, occupied = 0, free = 0;
+  double lowest_m = 0, highest_m = 0;  // Sensors on this floor; with a band, that.
+};
+
+// Writes NAME_floorK.pgm and .yaml, K from 0 upwards, or NAME.pgm and .yaml of a band.
+// FailedPrecondition where no robot was in the component.
+absl::StatusOr<std::vector<GridFile>> WriteGrids(client::Client& client,
+                                                 const GridRequest& request);
+
+}  // namespace isthmus::cli

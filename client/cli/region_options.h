@@ -1,0 +1,26 @@
+// The options by which commands name a part of the merged map.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <limits>
+#include <string>
+
+#include "client/console/command.h"
+
+namespace isthmus::cli {
+
+struct RegionOptions {
+  std::string box, sphere, robot;
+  double min_z = -std::numeric_limits<double>::infinity();
+  double max_z = std::numeric_limits<double>::infinity();
+  RegionQuery query;  // Component and resolution.
+};
+
+// --box, --sphere, --robot, --min-z, --max-z, --component.
+void AddRegionOptions(CLI::App& command, RegionOptions& options);
+
+// InvalidArgument, saying what an option should look like.
+absl::StatusOr<RegionQuery> ParseRegion(const RegionOptions& options);
+
+}  // namespace isthmus::cli

@@ -1,0 +1,20 @@
+// The floors that robots drove on, told by the heights at which their sensors were.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+namespace isthmus::exports {
+
+// Where sensors were on one floor, map frame. A floor may slope: it is as high as the nearest
+// station.
+struct Floor {
+  std::vector<Eigen::Vector3d> stations;
+  double lowest_m = 0, highest_m = 0;  // Of them.
+};
+
+// The lowest first. Heights at which little was driven (stairs, lifts) part floors; their stations
+// belong to none. Never empty where there are stations: then all are of one floor.
+std::vector<Floor> FloorsOf(const std::vector<Eigen::Vector3d>& stations);
+
+}  // namespace isthmus::exports

@@ -1,0 +1,154 @@
+#include <absl/strings/str_cat.h>
+#include <absl/strings/str_format.h>
+
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <utility>
+#include <vector>
+
+#include "client/exports/cloud_files.h"
+#include "core/formats/map_writer.h"
+#include "core/io/append_file.h"
+#include "core/io/folder.h"
+#include "core/io/part_file.h"
+
+namespace isthmus::exports {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr auto kTileEncoding = formats::PcdEncoding::kBinary;  // Format
+
+// The lower corner of a tile, metres.
+using Corner = std::pair<int64_t, int64_t>;
+
+std::string TileName(const Corner& corner) {
+  return absl::StrCat(corner.first, "_", corner.second, ".pcd");
+}
+
+// Points wait in memory, then in a file per tile without a header, as its length is not known.
+class TileSet {
+ public:
+  TileSet(std::string folder, int64_t tile_m) : folder_(std::move(folder)), tile_m_(tile_m) {}
+
+  absl::Status Add(const std::vector<MapPoint>& points) {
+    for (const MapPoint& point : points) {
+      tiles_[{CornerOf(point.x), CornerOf(point.y)}].held.push_back(point);
+    }
+    held_bytes_ += points.size() * sizeof(MapPoint);
+    return held_bytes_ < kTileBytesHeld ? absl::OkStatus() : Flush();
+  }
+
+  // Gives every tile its header, and lists them.
+  absl::StatusOr<std::string> Finish(const std::vector<RobotId>& robots) {
+    if (absl::Status status = Flush(); !status.ok()) return status;
+    std::string yaml =
+        absl::StrCat("x_resolution: ", tile_m_, ".0\ny_resolution: ", tile_m_, ".0\n");
+    for (const auto& [corner, tile] : tiles_) {
+      const std::string waiting = WaitingName(corner);
+      const auto body = io::ReadFile(waiting);
+      if (!body.ok()) return body.status();
+      const absl::Status written =
+          io::ReplaceFile(absl::StrCat(folder_, "/", TileName(corner)),
+                          formats::PcdMapHeader(tile.count, kTileEncoding, robots) + *body);
+      if (!written.ok()) return written;
+      std::error_code none;
+      fs::remove(waiting, none);
+      absl::StrAppend(&yaml, TileName(corner), ": [", corner.first, ", ", corner.second, "]\n");
+    }
+    return yaml;
+  }
+  uint64_t size() const { return tiles_.size(); }
+
+ private:
+  struct Tile {
+    std::vector<MapPoint> held;
+    uint64_t count = 0;  // Written.
+  };
+
+  int64_t CornerOf(float at) const {
+    return static_cast<int64_t>(std::floor(at / static_cast<double>(tile_m_))) * tile_m_;
+  }
+  std::string WaitingName(const Corner& corner) const {
+    return absl::StrCat(folder_, "/", TileName(corner), ".points");
+  }
+
+  absl::Status Flush() {
+    for (auto& [corner, tile] : tiles_) {
+      if (tile.held.empty()) continue;
+      const auto file = io::AppendFile::Open(WaitingName(corner));
+      if (!file.ok()) return file.status();
+      const absl::Status status = (*file)->Append(formats::PcdMapChunk(tile.held, kTileEncoding));
+      if (!status.ok()) return status;
+      tile.count += std::exchange(tile.held, {}).size();
+    }
+    held_bytes_ = 0;
+    return absl::OkStatus();
+  }
+
+  const std::string folder_;
+  const int64_t tile_m_;
+  std::map<Corner, Tile> tiles_;
+  size_t held_bytes_ = 0;
+};
+
+absl::Status CheckTarget(const std::string& folder, double tile_m) {
+  if (!(tile_m >= 1) || tile_m > 1e6 || tile_m != std::floor(tile_m)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("tiles of ", tile_m, " m: give a whole number of metres, at least 1"));
+  }
+  if (!fs::exists(folder)) return absl::OkStatus();
+  return absl::AlreadyExistsError(
+      absl::StrCat(folder, " is there already: name a new folder, or remove it first"));
+}
+
+// Only where Autoware can say it: its local Cartesian frame is not turned.
+absl::Status WriteProjector(const std::string& folder,
+                            const std::optional<georeference::Site>& site) {
+  if (!site || site->datum().heading_deg != 0) return absl::OkStatus();
+  const Datum& datum = site->datum();
+  return io::ReplaceFile(
+      absl::StrCat(folder, "/map_projector_info.yaml"),
+      absl::StrFormat("projector_type: LocalCartesian\nvertical_datum: WGS84\nmap_origin:\n"
+                      "  latitude: %.10f\n  longitude: %.10f\n  altitude: %.4f\n",
+                      datum.latitude_deg, datum.longitude_deg, datum.altitude_m));
+}
+
+}  // namespace
+
+absl::StatusOr<CloudSummary> WriteTiles(client::Client& client, const RegionQuery& query,
+                                        const std::optional<georeference::Site>& site,
+                                        double tile_m, const std::string& folder,
+                                        const CloudProgress& progress) {
+  if (absl::Status status = CheckTarget(folder, tile_m); !status.ok()) return status;
+  const std::string part = folder + ".part", clouds = part + "/pointcloud_map";
+  std::error_code none;
+  fs::remove_all(part, none);  // Of a run that was killed.
+  io::PartFolder target(part);
+  if (absl::Status status = io::MakeFolder(clouds); !status.ok()) return status;
+  TileSet tiles(clouds, static_cast<int64_t>(tile_m));
+  CloudSummary summary;
+  std::vector<RobotId> robots;
+  absl::Status failure;
+  const absl::Status read = client.QueryRegion(query, [&](const RegionChunk& chunk) {
+    summary.revision = chunk.revision;
+    summary.points += chunk.points.size();
+    robots = chunk.robots;
+    failure = tiles.Add(chunk.points);
+    if (progress) progress(summary.points);
+    return failure.ok();
+  });
+  if (!failure.ok()) return failure;
+  if (!read.ok()) return read;
+  const auto yaml = tiles.Finish(robots);
+  if (!yaml.ok()) return yaml.status();
+  absl::Status status = io::ReplaceFile(part + "/pointcloud_map_metadata.yaml", *yaml);
+  if (status.ok()) status = WriteProjector(part, site);
+  if (status.ok()) status = target.Become(folder);
+  if (!status.ok()) return status;
+  summary.files = tiles.size();
+  return summary;
+}
+
+}  // namespace isthmus::exports

@@ -1,0 +1,51 @@
+#include "client/exports/tracks.h"
+
+#include <absl/strings/str_cat.h>
+
+#include <utility>
+
+#include "client/exports/limits.h"
+
+namespace isthmus::exports {
+
+absl::StatusOr<std::vector<Track>> ReadTracks(client::Client& client, uint32_t component,
+                                              const RobotId& robot) {
+  const auto sessions = client.ListSessions();
+  if (!sessions.ok()) return sessions.status();
+  std::vector<Track> tracks;
+  bool is_known = robot.empty();
+  for (const SessionStatus& status : *sessions) {
+    const SessionRecord& session = status.record;
+    if (session.segment > 1 || (!robot.empty() && session.robot != robot)) continue;
+    is_known = true;
+    auto trajectory = client.GetTrajectory(RobotId(session.id.value()), TrajectoryFrame::kMap);
+    if (absl::IsFailedPrecondition(trajectory.status())) continue;
+    if (!trajectory.ok()) return trajectory.status();
+    if (trajectory->component != component) continue;
+    tracks.push_back({session.robot, session.id, std::move(trajectory->poses)});
+  }
+  if (!is_known) {
+    return absl::NotFoundError(absl::StrCat("no robot \"", robot.value(), "\" in this map"));
+  }
+  return tracks;
+}
+
+absl::StatusOr<std::vector<Eigen::Vector3d>> ReadStations(client::Client& client,
+                                                          uint32_t component,
+                                                          const RobotId& robot) {
+  const auto tracks = ReadTracks(client, component, robot);
+  if (!tracks.ok()) return tracks.status();
+  std::vector<Eigen::Vector3d> stations;
+  for (const Track& track : *tracks) {
+    const Eigen::Vector3d* last = nullptr;
+    for (const StampedPose& pose : track.poses) {
+      const Eigen::Vector3d& at = pose.pose.translation();
+      if (last != nullptr && (at - *last).norm() < kStationM) continue;
+      stations.push_back(at);
+      last = &at;
+    }
+  }
+  return stations;
+}
+
+}  // namespace isthmus::exports

@@ -1,0 +1,32 @@
+// The ways of robots in the map's frame.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "client/library/client.h"
+#include "core/ids.h"
+#include "core/map/trajectory.h"
+
+namespace isthmus::exports {
+
+struct Track {
+  RobotId robot;
+  SessionId session;
+  Trajectory poses;  // T_map_sensor, in order of time.
+};
+
+// Every session of all robots that lies in the component, or of that robot alone, in order of
+// creation. Sessions that are not placed, and segments in other components, are left out; NotFound
+// for a robot that is named and unknown.
+absl::StatusOr<std::vector<Track>> ReadTracks(client::Client& client, uint32_t component,
+                                              const RobotId& robot);
+
+// Where sensors were along the tracks, at least kStationM of way apart. Map frame.
+absl::StatusOr<std::vector<Eigen::Vector3d>> ReadStations(client::Client& client,
+                                                          uint32_t component, const RobotId& robot);
+
+}  // namespace isthmus::exports

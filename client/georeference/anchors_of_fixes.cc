@@ -1,0 +1,94 @@
+#include "client/georeference/anchors_of_fixes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "client/georeference/limits.h"
+#include "client/georeference/site.h"
+
+namespace isthmus::georeference {
+namespace {
+
+struct PlaceAt {
+  Eigen::Vector3d map;
+  double sigma_xy_m = 0, sigma_z_m = 0;
+};
+
+using Places = std::map<int64_t, PlaceAt>;  // By stamp.
+
+double SigmaOf(double stated, double unknown) {
+  return stated > 0 ? std::max(stated, kLeastSigmaM) : unknown;
+}
+
+absl::StatusOr<Places> PlacesOf(const std::vector<readers::GnssFix>& fixes, const Site& site) {
+  Places places;
+  for (const readers::GnssFix& fix : fixes) {
+    const Datum as_datum{fix.latitude_deg, fix.longitude_deg, fix.altitude_m};
+    if (absl::Status status = CheckDatum(as_datum); !status.ok()) return status;
+    places[fix.stamp_ns] = {
+        site.ToMap({fix.latitude_deg, fix.longitude_deg, fix.altitude_m}),
+        SigmaOf(std::max(fix.sigma_east_m, fix.sigma_north_m), kUnknownSigmaXyM),
+        SigmaOf(fix.sigma_up_m, kUnknownSigmaZM)};
+  }
+  return places;
+}
+
+PlaceAt Between(const PlaceAt& before, const PlaceAt& after, double share) {
+  return {before.map + share * (after.map - before.map),
+          std::max(before.sigma_xy_m, after.sigma_xy_m),
+          std::max(before.sigma_z_m, after.sigma_z_m)};
+}
+
+PlaceAt Later(PlaceAt place, double seconds) {
+  place.sigma_xy_m = std::hypot(place.sigma_xy_m, kDriftMps * seconds);
+  return place;
+}
+
+std::optional<PlaceAt> PlaceOf(int64_t stamp_ns, const Places& places) {
+  const auto seconds = [](int64_t from, int64_t to) {
+    return static_cast<double>(to - from) / 1e9;
+  };
+  const auto after = places.lower_bound(stamp_ns);
+  const auto before = after == places.begin() ? places.end() : std::prev(after);
+  const bool has_after = after != places.end(), has_before = before != places.end();
+  if (has_after && after->first == stamp_ns) return after->second;
+  const double since = has_before ? seconds(before->first, stamp_ns) : kLongestGapS + 1;
+  const double until = has_after ? seconds(stamp_ns, after->first) : kLongestGapS + 1;
+  if (since + until <= kLongestGapS) {
+    return Between(before->second, after->second, since / (since + until));
+  }
+  if (std::min(since, until) > kLongestGapS) return std::nullopt;
+  return since <= until ? Later(before->second, since) : Later(after->second, until);
+}
+
+}  // namespace
+
+absl::StatusOr<FixedAnchors> AnchorsOfFixes(std::vector<readers::GnssFix> fixes,
+                                            const std::vector<SubmapInfo>& submaps,
+                                            const std::optional<Datum>& datum) {
+  if (fixes.empty()) return absl::NotFoundError("there are no fixes: no submap can be anchored");
+  std::stable_sort(fixes.begin(), fixes.end(),
+                   [](const auto& a, const auto& b) { return a.stamp_ns < b.stamp_ns; });
+  FixedAnchors made;
+  made.is_new_datum = !datum.has_value();
+  const readers::GnssFix& first = fixes.front();
+  made.datum = datum.value_or(Datum{first.latitude_deg, first.longitude_deg, first.altitude_m});
+  const absl::StatusOr<Site> site = Site::Create(made.datum);
+  if (!site.ok()) return site.status();
+  const absl::StatusOr<Places> places = PlacesOf(fixes, *site);
+  if (!places.ok()) return places.status();
+  for (const SubmapInfo& submap : submaps) {
+    const std::optional<PlaceAt> place = PlaceOf(submap.first_stamp_ns, *places);
+    if (!place || place->map.cwiseAbs().maxCoeff() > kMaxAnchorM) continue;
+    Anchor& anchor = made.anchors.emplace_back();
+    anchor.submap = submap.id;
+    anchor.T_map_submap = Pose(Eigen::Quaterniond::Identity(), place->map);
+    anchor.sigma_xy_m = place->sigma_xy_m;
+    anchor.sigma_z_m = place->sigma_z_m;
+    anchor.note = "GNSS";
+  }
+  return made;
+}
+
+}  // namespace isthmus::georeference

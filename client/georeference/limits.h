@@ -1,0 +1,18 @@
+// Limits of what fixes of a GNSS receiver are believed.
+#pragma once
+
+namespace isthmus::georeference {
+
+// Standard deviations of a fix that states none, metres: of a receiver without corrections under an
+// open sky. Smaller ones would bend maps that odometry has right.
+inline constexpr double kUnknownSigmaXyM = 5, kUnknownSigmaZM = 10;
+// Metres below which no fix is believed: what antennas are mounted off, and clocks are, by.
+inline constexpr double kLeastSigmaM = 0.02;
+// Seconds between two fixes across which the way is taken to be straight. Receivers give 1 to 20
+// fixes a second; after a gap of more a robot may have turned.
+inline constexpr double kLongestGapS = 2;
+// Metres per second that a robot may go where only one fix is near: what its sigma grows by. A
+// walking person; faster ones lose little, as fixes that are early or late are the exception.
+inline constexpr double kDriftMps = 1.5;
+
+}  // namespace isthmus::georeference

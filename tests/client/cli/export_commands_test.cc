@@ -1,0 +1,150 @@
+// The files that exports make, over a socket, read by other readers than wrote them.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "client/offline/embedded_server.h"
+#include "core/formats/cloud_file.h"
+#include "tests/client/cli/program.h"
+
+namespace isthmus::cli {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+// One server with one robot for all tests.
+class ExportCommandsTest : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = new std::string(ScratchFolder());
+    const ProgramResult simulated =
+        Isthmus("simulate --world museum --robots 1 --seconds 4 --seed 1 -o " + *folder_);
+    ASSERT_EQ(simulated.code, 0) << simulated.err;
+    server::PipelineOptions options;
+    options.composition_interval_s = 0;
+    auto server = EmbeddedServer::Start(options);
+    ASSERT_TRUE(server.ok()) << server.status();
+    server_ = server->release();
+    ASSERT_EQ(Ask("push --robot alice " + Path("robot_0")).code, 0);
+    ASSERT_NE(Ask("status --wait settled --timeout 60").code, 4);
+  }
+  static void TearDownTestSuite() {
+    delete server_;
+    fs::remove_all(*folder_);
+    delete folder_;
+  }
+
+  static std::string Path(const std::string& name) { return *folder_ + "/" + name; }
+  static ProgramResult Ask(const std::string& command) {
+    return Isthmus(command + " --server " + server_->client().address());
+  }
+  static json AskJson(const std::string& command) {
+    const ProgramResult result = Ask(command + " --json");
+    EXPECT_EQ(result.code, 0) << result.err;
+    return json::parse(result.out, nullptr, false);
+  }
+
+  static EmbeddedServer* server_;
+  static std::string* folder_;
+};
+
+EmbeddedServer* ExportCommandsTest::server_ = nullptr;
+std::string* ExportCommandsTest::folder_ = nullptr;
+
+TEST_F(ExportCommandsTest, FilesGoToStandardOutputWholeAndAlone) {
+  // Not by the names of devices: a program that replaces them would do so to this machine.
+  for (const char* name : {"-", "/dev/fd/1"}) {
+    const ProgramResult ply = Ask("export --format ply -o " + std::string(name));
+    EXPECT_EQ(ply.code, 0) << ply.err;
+    EXPECT_TRUE(ply.out.starts_with("ply\n"));
+    ASSERT_EQ(Ask("export --format ply -o " + Path("whole.ply")).code, 0);
+    EXPECT_EQ(ply.out.size(), fs::file_size(Path("whole.ply"))) << name;
+    EXPECT_TRUE(Ask("trajectory alice -o " + std::string(name)).out.starts_with("# stamp"));
+    EXPECT_TRUE(Ask("graph --g2o " + std::string(name)).out.starts_with("#"));
+  }
+}
+
+TEST_F(ExportCommandsTest, ExportsOpenInOtherPrograms) {
+  const auto las = AskJson("export --format las --robot alice -o " + Path("map.las"));
+  const auto cloud = formats::ReadCloudFile(Path("map.las"));
+  ASSERT_TRUE(cloud.ok()) << cloud.status();
+  EXPECT_EQ(las["points"], cloud->width);
+  ASSERT_EQ(Ask("export --format ply --robot alice -o " + Path("map.ply")).code, 0);
+  EXPECT_EQ(formats::ReadCloudFile(Path("map.ply"))->width, cloud->width);
+  ASSERT_EQ(Ask("export --format ply --robot alice --min-z 0 -o " + Path("high.ply")).code, 0);
+  EXPECT_LT(formats::ReadCloudFile(Path("high.ply"))->width, cloud->width);
+  EXPECT_EQ(Ask("export --format las --robot nobody -o " + Path("never.las")).code, 6);
+  EXPECT_FALSE(fs::exists(Path("never.las")));
+  EXPECT_EQ(Ask("export --format las -o -").out.substr(0, 4), "LASF");
+  EXPECT_TRUE(Ask("export --format mcap -o -").out.starts_with("\x89MCAP0"));
+  ASSERT_EQ(Ask("trajectory alice --format kitti -o " + Path("poses.txt")).code, 0);
+  const std::string tum = Ask("trajectory alice -o -").out;
+  EXPECT_EQ(Ask("trajectory alice-1 -o -").out, tum) << "a session may be named";
+  EXPECT_EQ(Ask("trajectory alice-2 -o -").code, 6);
+  std::ifstream poses(Path("poses.txt"));
+  double first = 0;
+  EXPECT_TRUE(poses >> first) << "numbers";
+}
+
+TEST_F(ExportCommandsTest, GridMapsAndTilesAreSeveralFiles) {
+  const json maps =
+      AskJson("export --format nav2 --robot alice --resolution 0.1 -o " + Path("hall.pgm"));
+  ASSERT_EQ(maps["maps"].size(), 1u) << maps;
+  EXPECT_EQ(maps["maps"][0]["file"], Path("hall_floor0.yaml"));
+  EXPECT_GT(maps["maps"][0]["occupied"], 100);
+  EXPECT_GT(maps["maps"][0]["free"], maps["maps"][0]["occupied"]);
+  EXPECT_TRUE(fs::exists(Path("hall_floor0.pgm")));
+  ASSERT_EQ(Ask("export --format nav2 --robot alice --resolution 0.1 --height-band 0 0.5 -o " +
+                Path("band"))
+                .code,
+            0);
+  EXPECT_TRUE(fs::exists(Path("band.yaml")) && fs::exists(Path("band.pgm")));
+  EXPECT_EQ(Ask("export --format nav2 -o -").code, 2);
+  EXPECT_EQ(Ask("export --format nav2 --height-band 1 0 -o " + Path("no")).code, 2);
+  const json tiles = AskJson("export --format autoware --robot alice --tile 10 -o " + Path("site"));
+  uint64_t points = 0, files = 0;
+  for (const auto& file : fs::directory_iterator(Path("site/pointcloud_map"))) {
+    const auto tile = formats::ReadCloudFile(file.path());
+    ASSERT_TRUE(tile.ok()) << tile.status();
+    points += tile->width;
+    ++files;
+  }
+  EXPECT_EQ(tiles["points"], points);
+  EXPECT_EQ(tiles["files"], files);
+  EXPECT_TRUE(fs::exists(Path("site/pointcloud_map_metadata.yaml")));
+  EXPECT_EQ(Ask("export --format autoware -o " + Path("site")).code, 5) << "it is there already";
+}
+
+TEST_F(ExportCommandsTest, ADatumPutsTheMapOnTheEarth) {
+  EXPECT_EQ(Ask("export --format kml -o " + Path("no.kml")).code, 3) << "there is no datum";
+  EXPECT_EQ(Ask("anchor set alice --lat 48 --lon 11 --alt 0 --sigma-xy 1").code, 3);
+  EXPECT_EQ(Ask("anchor set alice --sigma-xy 1").code, 2);
+  EXPECT_EQ(Ask("datum set --lat 91 --lon 11 --alt 0").code, 2);
+  ASSERT_EQ(Ask("datum set --lat 48.137 --lon 11.575 --alt 520").code, 0);
+  EXPECT_EQ(AskJson("datum show")["datum"]["altitude_m"], 520);
+  const json anchored = AskJson(
+      "anchor set alice-1/0 --lat 48.1379 --lon 11.575 --alt 521 --sigma-xy 0.02 --sigma-z "
+      "0.02");
+  EXPECT_EQ(anchored["session"], "alice-1");
+  const json anchors = AskJson("anchor list");
+  ASSERT_EQ(anchors.size(), 1u);
+  const auto& at = anchors[0]["T_map_submap"]["translation"];
+  EXPECT_NEAR(at[0].get<double>(), 0, 0.01);
+  EXPECT_NEAR(at[1].get<double>(), 100.07, 0.05) << "0.0009 degrees north";
+  EXPECT_NEAR(at[2].get<double>(), 1, 0.01);
+  const json las = AskJson("export --format las -o " + Path("geo.las"));
+  EXPECT_EQ(las["system"], "WGS 84 / UTM zone 32N");
+  const json ways = json::parse(Ask("export --format geojson -o -").out);
+  const json& first = ways["features"][0]["geometry"]["coordinates"][0];
+  EXPECT_NEAR(first[0].get<double>(), 11.575, 1e-5);
+  EXPECT_NEAR(first[1].get<double>(), 48.1379, 1e-5);
+  ASSERT_EQ(Ask("anchor remove alice-1/0").code, 0);
+  EXPECT_EQ(AskJson("datum clear")["datum"], nullptr);
+}
+
+}  // namespace
+}  // namespace isthmus::cli

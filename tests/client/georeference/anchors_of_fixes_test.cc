@@ -1,0 +1,95 @@
+// Anchors of a drive whose way over the Earth is known.
+#include "client/georeference/anchors_of_fixes.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "client/georeference/limits.h"
+#include "client/georeference/site.h"
+
+namespace isthmus::georeference {
+namespace {
+
+constexpr int64_t kStart = 1'700'000'000'000'000'000, kSecond = 1'000'000'000;
+constexpr Datum kDatum{.latitude_deg = 48.137, .longitude_deg = 11.575, .altitude_m = 520};
+
+// A robot that goes east at 2 m/s from the datum.
+readers::GnssFix FixAfter(double seconds, double sigma = 0.1) {
+  const Geodetic place = Site::Create(kDatum)->ToGeodetic({2 * seconds, 0, 0});
+  return {.stamp_ns = kStart + static_cast<int64_t>(seconds * 1e9),
+          .latitude_deg = place.latitude_deg,
+          .longitude_deg = place.longitude_deg,
+          .altitude_m = place.altitude_m,
+          .sigma_east_m = sigma,
+          .sigma_north_m = sigma / 2,
+          .sigma_up_m = 2 * sigma,
+          .frame = "gps"};
+}
+
+SubmapInfo SubmapFrom(uint32_t index, double seconds) {
+  SubmapInfo info;
+  info.id = {SessionId("alice-1"), index};
+  info.first_stamp_ns = kStart + static_cast<int64_t>(seconds * 1e9);
+  info.last_stamp_ns = info.first_stamp_ns + 5 * kSecond;
+  return info;
+}
+
+TEST(AnchorsOfFixes, ASubmapLiesWhereItWasBegun) {
+  const auto made = AnchorsOfFixes({FixAfter(0), FixAfter(1), FixAfter(2)},
+                                   {SubmapFrom(0, 0), SubmapFrom(1, 1.25)}, kDatum);
+  ASSERT_TRUE(made.ok()) << made.status();
+  EXPECT_FALSE(made->is_new_datum);
+  ASSERT_EQ(made->anchors.size(), 2u);
+  EXPECT_EQ(made->anchors[1].submap.index, 1u);
+  EXPECT_LT((made->anchors[0].T_map_submap.translation() - Eigen::Vector3d(0, 0, 0)).norm(), 1e-6);
+  EXPECT_LT((made->anchors[1].T_map_submap.translation() - Eigen::Vector3d(2.5, 0, 0)).norm(), 1e-5)
+      << "between the fixes";
+  EXPECT_NEAR(made->anchors[1].sigma_xy_m, 0.1, 1e-12) << "the larger of east and north";
+  EXPECT_NEAR(made->anchors[1].sigma_z_m, 0.2, 1e-12);
+  EXPECT_EQ(made->anchors[1].sigma_deg, 0) << "a fix knows no rotation";
+}
+
+TEST(AnchorsOfFixes, SubmapsWithoutFixesHaveNoAnchor) {
+  const auto made =
+      AnchorsOfFixes({FixAfter(0), FixAfter(1), FixAfter(60)},
+                     {SubmapFrom(0, 0.5), SubmapFrom(1, 30), SubmapFrom(2, 61)}, kDatum);
+  ASSERT_TRUE(made.ok());
+  ASSERT_EQ(made->anchors.size(), 2u);
+  EXPECT_EQ(made->anchors[0].submap.index, 0u);
+  EXPECT_EQ(made->anchors[1].submap.index, 2u) << "by the fix a second before";
+  EXPECT_NEAR(made->anchors[1].sigma_xy_m, std::hypot(0.1, kDriftMps), 1e-9);
+}
+
+TEST(AnchorsOfFixes, TheFirstFixBecomesTheDatumWhereThereIsNone) {
+  const auto made = AnchorsOfFixes({FixAfter(5), FixAfter(3), FixAfter(4)}, {SubmapFrom(0, 4)}, {});
+  ASSERT_TRUE(made.ok());
+  EXPECT_TRUE(made->is_new_datum);
+  EXPECT_EQ(made->datum.latitude_deg, FixAfter(3).latitude_deg);
+  EXPECT_EQ(made->datum.heading_deg, 0);
+  ASSERT_EQ(made->anchors.size(), 1u);
+  EXPECT_NEAR(made->anchors[0].T_map_submap.translation().x(), 2, 1e-5);
+}
+
+TEST(AnchorsOfFixes, AFixThatStatesNoSigmaIsHardlyBelieved) {
+  const auto made = AnchorsOfFixes({FixAfter(0, 0)}, {SubmapFrom(0, 0)}, kDatum);
+  ASSERT_TRUE(made.ok());
+  EXPECT_EQ(made->anchors.at(0).sigma_xy_m, kUnknownSigmaXyM);
+  EXPECT_EQ(made->anchors.at(0).sigma_z_m, kUnknownSigmaZM);
+  const auto exact = AnchorsOfFixes({FixAfter(0, 1e-9)}, {SubmapFrom(0, 0)}, kDatum);
+  EXPECT_EQ(exact->anchors.at(0).sigma_xy_m, kLeastSigmaM);
+}
+
+TEST(AnchorsOfFixes, WhatCannotBeUsedIsSaid) {
+  EXPECT_TRUE(absl::IsNotFound(AnchorsOfFixes({}, {SubmapFrom(0, 0)}, kDatum).status()));
+  readers::GnssFix wrong = FixAfter(0);
+  wrong.latitude_deg = 100;
+  EXPECT_TRUE(absl::IsInvalidArgument(AnchorsOfFixes({wrong}, {}, kDatum).status()));
+  Datum elsewhere = kDatum;
+  elsewhere.latitude_deg = 47;
+  const auto far = AnchorsOfFixes({FixAfter(0)}, {SubmapFrom(0, 0)}, elsewhere);
+  ASSERT_TRUE(far.ok());
+  EXPECT_TRUE(far->anchors.empty()) << "farther than an anchor may lie";
+}
+
+}  // namespace
+}  // namespace isthmus::georeference
