@@ -9,8 +9,9 @@
 `connect` gives a `Client`; its methods are the server's services, see docs/python.md.
 """
 from isthmus.client import Client, connect
-from isthmus.enums import (Decision, GuessSource, MatchState, Odometry, Outcome, Reason,
-                           SessionState, Tracking)
+from isthmus._localisation import Localisation
+from isthmus.enums import (Decision, GuessSource, LocalisationState, MatchState, Odometry, Outcome,
+                           Reason, SessionState, Tracking)
 from isthmus.errors import (Aborted, AlreadyExists, Cancelled, DataLoss, DeadlineExceeded, Error,
                             FailedPrecondition, Internal, InvalidArgument, NotFound, OutOfRange,
                             PermissionDenied, ResourceExhausted, Unauthenticated, Unavailable,
@@ -21,7 +22,7 @@ from isthmus.map_records import (Anchor, Anchored, Component, Loop, ManualDecisi
 from isthmus.pose import Pose
 from isthmus.push import Scan
 from isthmus.records import (Ack, Backup, BackupContents, BackupState, Box, ExportSummary,
-                             PushSummary, Rejection, ScanCounts, ScanTiming, Session, StreamStats)
+                             LocalisedScan, PushSummary, Rejection, ScanCounts, ScanTiming, Session, StreamStats)
 from isthmus.stream import ScanStream
 from isthmus._uploads import OwnSubmap
 from isthmus.version import VERSION
@@ -32,9 +33,10 @@ __all__ = [
     "Aborted", "Ack", "AlreadyExists", "Anchor", "Anchored", "Backup", "BackupContents",
     "BackupState", "Box", "Cancelled", "Client", "Component", "DataLoss", "DeadlineExceeded",
     "Decision", "Error", "ExportSummary", "FailedPrecondition", "GuessSource", "Internal",
-    "InvalidArgument", "Loop", "ManualDecision", "MapInfo", "Match", "MatchGraph", "MatchState",
-    "NotFound", "Odometry", "Outcome", "OutOfRange", "OwnSubmap", "PermissionDenied", "Placement",
-    "Pose", "PushSummary", "Reason", "Rejection", "ResourceExhausted", "Revision", "RevisionDiff",
+    "InvalidArgument", "Localisation", "LocalisationState", "LocalisedScan", "Loop",
+    "ManualDecision", "MapInfo", "Match", "MatchGraph", "MatchState", "NotFound", "Odometry",
+    "OutOfRange", "Outcome", "OwnSubmap", "PermissionDenied", "Placement", "Pose",
+    "PushSummary", "Reason", "Rejection", "ResourceExhausted", "Revision", "RevisionDiff",
     "Scan", "ScanCounts", "ScanStream", "ScanTiming", "Session", "SessionPair", "SessionState",
     "StageTime", "StreamStats", "Submap", "SubmapEdge", "SubmapMove", "Tracking", "Trajectory",
     "Unauthenticated", "Unavailable", "Unimplemented", "Unknown", "connect",

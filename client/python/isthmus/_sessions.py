@@ -32,7 +32,7 @@ class Sessions:
         `InvalidArgument`, naming the known ones, for an unknown sensor or odometry.
         """
         request = pb.CreateSessionRequest(robot=robot, sensor=sensor, request_id=uuid.uuid4().hex,
-                                          odometry=_odometry(odometry))
+                                          odometry=odometry_to(odometry))
         if T_base_sensor is not None:
             request.t_base_sensor.CopyFrom(convert.pose_to(T_base_sensor))
         return convert.record(Session, self._link.call(self._link.sessions.CreateSession, request))
@@ -122,7 +122,8 @@ class Sessions:
                           lambda: self.get_session(known.id), finish)
 
 
-def _odometry(odometry: Union[Odometry, str, None]) -> Any:
+def odometry_to(odometry: Union[Odometry, str, None]) -> Any:
+    """The message's value of a word, a name or nothing."""
     if odometry is None:
         return 0
     if isinstance(odometry, str):

@@ -7,6 +7,7 @@ from typing import Optional, Type
 
 from isthmus._files import Files
 from isthmus._graph import Graph
+from isthmus._localisation import Localising
 from isthmus._reading import Reading
 from isthmus._sessions import Sessions
 from isthmus._uploads import Uploads
@@ -15,7 +16,7 @@ from isthmus.link import Link
 logging.getLogger("isthmus").addHandler(logging.NullHandler())
 
 
-class Client(Sessions, Uploads, Reading, Graph, Files):
+class Client(Sessions, Uploads, Localising, Reading, Graph, Files):
     """Made by `connect`. Thread safe; a context manager that closes it.
 
     Errors are subclasses of `isthmus.Error` with the server's code and message, or `Unavailable`,

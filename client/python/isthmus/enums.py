@@ -54,6 +54,16 @@ class Outcome(_Word):
     REJECTED = 3
 
 
+class LocalisationState(_Word):
+    """What is known of a robot's place in the map."""
+
+    UNSPECIFIED = 0
+    SEARCHING = 1  # Not known where.
+    AMBIGUOUS = 2  # Several places look alike: not known which.
+    LOCATED = 3
+    UNCERTAIN = 4  # Where odometry led from where it was known.
+
+
 class MatchState(_Word):
     """What was found out about a pair of sessions."""
 

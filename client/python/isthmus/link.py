@@ -9,8 +9,8 @@ from typing import Any, Callable, Iterator, Optional
 import grpc
 
 from isthmus.errors import Aborted, DataLoss, Error, Unavailable, from_rpc
-from isthmus.v1 import (admin_service_pb2_grpc, edit_service_pb2_grpc, map_service_pb2,
-                        map_service_pb2_grpc, session_service_pb2_grpc)
+from isthmus.v1 import (admin_service_pb2_grpc, edit_service_pb2_grpc, localisation_service_pb2_grpc,
+                        map_service_pb2, map_service_pb2_grpc, session_service_pb2_grpc)
 
 _CHANNEL = (
     ("grpc.max_send_message_length", -1),  # The server's own limit decides, and says so.
@@ -69,6 +69,7 @@ class Link:
         self.maps = map_service_pb2_grpc.MapServiceStub(self._channel)
         self.edits = edit_service_pb2_grpc.EditServiceStub(self._channel)
         self.admin = admin_service_pb2_grpc.AdminServiceStub(self._channel)
+        self.localisation = localisation_service_pb2_grpc.LocalisationServiceStub(self._channel)
 
     def close(self) -> None:
         """Ends what is under way."""

@@ -10,7 +10,7 @@ from typing import Optional, Tuple
 
 import numpy as np
 
-from isthmus.enums import Odometry, Outcome, SessionState, Tracking
+from isthmus.enums import LocalisationState, Odometry, Outcome, SessionState, Tracking
 from isthmus.pose import Array, Pose
 
 Triple = Tuple[float, float, float]
@@ -114,6 +114,30 @@ class Ack:
         turn = np.kron(np.eye(2), self.T_odom_sensor.rotation)
         rotated: Array = turn @ self.covariance @ turn.T
         return rotated
+
+
+@dataclass(frozen=True)
+class LocalisedScan:
+    """What is known of the place where a scan was taken.
+
+    While LOCATED or UNCERTAIN there are `T_map_sensor`, at the END of the scan, and `T_map_odom`.
+    `T_odom_sensor` is in a frame of the stream's own; when `segment` grows it begins anew.
+    """
+
+    sequence: int
+    state: LocalisationState
+    rejected: str  # Why it could not be used; else empty.
+    T_map_sensor: Optional[Pose]
+    # Of T_map_sensor; (6, 6), order x y z and rotations about them, sensor frame; m^2 and rad^2.
+    covariance: Optional[Array] = field(compare=False)
+    T_map_odom: Optional[Pose]
+    T_odom_sensor: Optional[Pose]
+    tracking: Tracking
+    segment: int
+    revision: int  # Of the map that it was looked for in.
+    component: int
+    odometry_ms: float
+    localising_ms: float
 
 
 @dataclass(frozen=True)

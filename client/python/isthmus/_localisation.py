@@ -1,0 +1,108 @@
+"""The part of Client that tells a robot where it is in the map that others made."""
+from __future__ import annotations
+
+import queue
+from types import TracebackType
+from typing import Any, Iterator, Optional, Tuple, Type, Union
+
+from isthmus import convert
+from isthmus._sessions import odometry_to
+from isthmus.cloud import Points, to_message
+from isthmus.enums import Odometry
+from isthmus.errors import Unavailable
+from isthmus.link import Link
+from isthmus.pose import Pose
+from isthmus.push import Scan, Scans
+from isthmus.records import LocalisedScan
+from isthmus.v1 import localisation_service_pb2 as pb
+
+
+class Localisation:
+    """A robot that asks where it is. Nothing of it is kept, and the map does not grow.
+
+    Not thread safe; a context manager that closes it. When the link is lost it is opened again,
+    with back-off, and the robot is looked for anew.
+    """
+
+    def __init__(self, link: Link, begin: pb.LocaliseBegin, resolution: float) -> None:
+        self._link = link
+        self._begin = begin
+        self._resolution = resolution
+        self._sequence = 0
+        self._requests: Optional["queue.SimpleQueue[Optional[pb.LocaliseRequest]]"] = None
+        self._call: Any = None
+
+    def locate(self, stamp_ns: int, points: Points) -> LocalisedScan:
+        """Sends a scan and waits for what is known of its place; `stamp_ns` is the END of it.
+
+        A scan that the server cannot use is no error, see `LocalisedScan.rejected`.
+        `InvalidArgument` for points that are none and an unknown sensor, `NotFound` for an unknown
+        robot to take the map of, `FailedPrecondition` while there is no map.
+        """
+        self._sequence += 1
+        request = pb.LocaliseRequest()
+        request.scan.sequence = self._sequence
+        request.scan.end_stamp_ns = stamp_ns
+        request.scan.cloud.CopyFrom(to_message(points, self._resolution))
+        response = self._link.repeat(lambda: self._ask(request))
+        return convert.record(LocalisedScan, response)
+
+    def close(self) -> None:
+        """Ends the stream; `locate` opens another one."""
+        if self._requests is not None:
+            self._requests.put(None)
+            self._call.cancel()
+        self._requests = self._call = None
+
+    def __enter__(self) -> Localisation:
+        return self
+
+    def __exit__(self, kind: Optional[Type[BaseException]], value: Optional[BaseException],
+                 trace: Optional[TracebackType]) -> None:
+        self.close()
+
+    def _ask(self, request: pb.LocaliseRequest) -> Any:
+        first = self._requests is None
+        if first:
+            self._requests = queue.SimpleQueue()
+            self._call = self._link.localisation.Localise(iter(self._requests.get, None))
+            request = pb.LocaliseRequest(begin=self._begin, scan=request.scan)
+        assert self._requests is not None
+        self._requests.put(request)
+        try:
+            response = next(self._call, None)
+        except BaseException:
+            self.close()
+            raise
+        if response is None:
+            self.close()
+            raise Unavailable("the stream of places was cut off")
+        return response
+
+
+class Localising:
+    """Part of Client."""
+
+    _link: Link
+
+    def open_localisation(self, sensor: str, T_base_sensor: Optional[Pose] = None,
+                          odometry: Union[Odometry, str, None] = None, in_map_of: str = "", *,
+                          resolution: float = 0.002) -> Localisation:
+        """For a robot that only wants to know where it is. `in_map_of`: a robot whose map it is
+        looked for in; otherwise the largest. What the server says of that comes with the first
+        scan. For the others see `create_session` and `open_stream`.
+        """
+        begin = pb.LocaliseBegin(sensor=sensor, in_map_of=in_map_of,
+                                 odometry=odometry_to(odometry))
+        if T_base_sensor is not None:
+            begin.t_base_sensor.CopyFrom(convert.pose_to(T_base_sensor))
+        return Localisation(self._link, begin, resolution)
+
+    def localise(self, scans: Scans, sensor: str, **options: Any
+                 ) -> Iterator[Tuple[int, LocalisedScan]]:
+        """The stamps of a drive's scans and what is known of their places, one by one; see
+        `open_localisation` for the options."""
+        with self.open_localisation(sensor, **options) as localisation:
+            for scan in scans:
+                stamp_ns, points = (scan.stamp_ns, scan.points) if isinstance(scan, Scan) else scan
+                yield stamp_ns, localisation.locate(stamp_ns, points)
