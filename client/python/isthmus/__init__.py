@@ -22,7 +22,8 @@ from isthmus.map_records import (Anchor, Anchored, Component, Loop, ManualDecisi
 from isthmus.pose import Pose
 from isthmus.push import Scan
 from isthmus.records import (Ack, Backup, BackupContents, BackupState, Box, ExportSummary,
-                             LocalisedScan, PushSummary, Rejection, ScanCounts, ScanTiming, Session, StreamStats)
+                             LocalisedScan, PushSummary, Rejection, ScanCounts, ScanTiming,
+                             Session, StreamStats)
 from isthmus.stream import ScanStream
 from isthmus._uploads import OwnSubmap
 from isthmus.version import VERSION

@@ -64,7 +64,8 @@ class Reading:
         return [convert.record(Submap, submap) for part in parts for submap in part.submaps]
 
     def get_trajectory(self, robot: str, frame: str = "map", segment: int = 0) -> Trajectory:
-        """Where the robot's sensor was, scan by scan, in its newest session.
+        """Where the robot's sensor was, scan by scan, in its newest session, or in the one whose id
+        is given instead of a robot's name.
 
         `frame` "map": corrected, T_map_sensor; "odom": T_odom_sensor. `segment` 0: in "odom" the
         last; in "map" all that are placed in one component, the lowest that has any.
@@ -87,8 +88,7 @@ class Reading:
                    frame: str = "map") -> Tuple[NDArray[np.int64], Array]:
         """Stamps (N,) in nanoseconds and poses (N, 4, 4) of a robot, as of `get_trajectory`.
 
-        Also of a session or one of its segments ("alice-1", "alice-1.2"), as long as it is the
-        newest of its robot: the server answers for no others, `FailedPrecondition`.
+        Also of a session or one of its segments ("alice-1", "alice-1.2").
         """
         try:
             found = self.get_trajectory(robot_or_session, frame)
@@ -202,11 +202,7 @@ class Reading:
         request = session_service_pb2.GetSessionRequest(session=name)
         session = self._link.call(self._link.sessions.GetSession, request)
         segment = session.segment if session.first_segment else 0
-        found = self.get_trajectory(session.robot, frame, segment)
-        if found.session not in (name, session.first_segment):
-            raise FailedPrecondition(f"{session.robot}'s newest session is {found.session}; the "
-                                     f"server has no trajectories of older ones like {name}")
-        return found
+        return self.get_trajectory(session.first_segment or name, frame, segment)
 
 
 def _row(pose: types_pb2.Pose) -> Tuple[float, ...]:

@@ -9,8 +9,9 @@ from typing import Any, Callable, Iterator, Optional
 import grpc
 
 from isthmus.errors import Aborted, DataLoss, Error, Unavailable, from_rpc
-from isthmus.v1 import (admin_service_pb2_grpc, edit_service_pb2_grpc, localisation_service_pb2_grpc,
-                        map_service_pb2, map_service_pb2_grpc, session_service_pb2_grpc)
+from isthmus.v1 import (admin_service_pb2_grpc, edit_service_pb2_grpc,
+                        localisation_service_pb2_grpc, map_service_pb2, map_service_pb2_grpc,
+                        session_service_pb2_grpc)
 
 _CHANNEL = (
     ("grpc.max_send_message_length", -1),  # The server's own limit decides, and says so.
