@@ -48,7 +48,8 @@ show_progress() {
     ((seconds < next_at && done_files < files)) && continue
     next_at=$((seconds + 10))
     printf '%4d of %d built, %d:%02d min' "$done_files" "$files" $((seconds / 60)) $((seconds % 60))
-    if ((done_files < files)); then
+    # Before the first is done nothing tells how long the others take.
+    if ((done_files > 0 && done_files < files)); then
       printf ', about %d min to go' $((seconds * (files - done_files) / (done_files * 60) + 1))
     fi
     printf '\n'

@@ -145,14 +145,6 @@ absl::Status NameRobots(const PushArguments& options, std::vector<RobotScans>& r
               : absl::StrCat("name the robot with --robot, or --topic ", robot.topic, "=ROBOT"));
     }
   }
-  for (size_t i = 1; i < robots.size(); ++i) {
-    for (size_t k = 0; k < i; ++k) {
-      if (robots[i].robot != robots[k].robot) continue;
-      return absl::InvalidArgumentError(
-          absl::StrCat("two topics of robot ", robots[i].robot,
-                       ": one robot has one LiDAR; give the second topic another name"));
-    }
-  }
   return absl::OkStatus();
 }
 

@@ -48,6 +48,16 @@ absl::StatusOr<std::vector<ChosenTopic>> ChooseTopics(const Recording& recording
   for (const std::string& wanted : options.topics) {
     absl::StatusOr<ChosenTopic> found = FindTopic(topics, wanted);
     if (!found.ok()) return found.status();
+    for (const ChosenTopic& other : chosen) {
+      if (other.index == found->index) {
+        return absl::InvalidArgumentError(absl::StrCat("--topic names ", wanted, " twice"));
+      }
+      if (!other.robot.empty() && other.robot == found->robot) {
+        return absl::InvalidArgumentError(
+            absl::StrCat("two topics of robot ", other.robot,
+                         ": one robot has one LiDAR; give the second topic another name"));
+      }
+    }
     chosen.push_back(*std::move(found));
   }
   if (!chosen.empty()) return chosen;

@@ -104,7 +104,9 @@ void ReportJson(const PushSummary& summary, const std::vector<Written>& files, c
 
 int Report(const PushSummary& summary, const std::vector<Written>& files,
            const OdometryOptions& options) {
-  const Loss loss = LossOf(summary.acks, summary.state.segments);
+  Loss loss = LossOf(summary.acks, summary.state.segments);
+  loss.lost += summary.unreadable;  // Nobody knows where the robot was then.
+  loss.scans += summary.unreadable;
   if (options.json) {
     ReportJson(summary, files, loss, options);
   } else {

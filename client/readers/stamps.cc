@@ -131,11 +131,19 @@ int64_t ScanStamps::Guess(const PointPayload& payload, int64_t header_ns, int64_
 absl::StatusOr<int64_t> ScanStamps::End(const PointPayload& payload, int64_t header_ns,
                                         int64_t log_ns) {
   const int64_t end_ns = Guess(payload, header_ns, log_ns);
-  if (last_end_ns_ && end_ns <= *last_end_ns_) {
+  // One wild stamp must not cost all that follow: where two in a row that are earlier go on from
+  // each other, the clock was set back, or had been wrong.
+  const bool goes_on = refused_end_ns_ && end_ns > *refused_end_ns_;
+  if (last_end_ns_ && end_ns <= *last_end_ns_ && !goes_on) {
+    refused_end_ns_ = end_ns;
     return absl::InvalidArgumentError(absl::StrCat("the scan ends at ", end_ns,
                                                    " ns, not later than the one before, at ",
                                                    *last_end_ns_, " ns, and is left out"));
   }
+  if (last_end_ns_ && end_ns <= *last_end_ns_) {
+    Assume("the stamps go back somewhere: the clock is taken to have been set");
+  }
+  refused_end_ns_.reset();
   last_end_ns_ = end_ns;
   return end_ns;
 }

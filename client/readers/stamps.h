@@ -34,7 +34,8 @@ class ScanStamps {
 
   // The END of a scan, nanoseconds since the Unix epoch, from its header's stamp (0: none) and the
   // time of recording. InvalidArgument, naming both, where it is not later than that of the one
-  // before, which then stays the one before. The payload is raw and its layout was checked.
+  // before, which then stays the one before; unless it goes on from a scan that was refused so.
+  // The payload is raw and its layout was checked.
   absl::StatusOr<int64_t> End(const PointPayload& payload, int64_t header_ns, int64_t log_ns);
 
   // As ScanReader's.
@@ -57,6 +58,7 @@ class ScanStamps {
   std::optional<Times> last_times_;         // Of the last scan with times; a clock's end at 0.
   std::optional<int64_t> clock_offset_ns_;  // From the points' clock to the headers'.
   std::optional<int64_t> last_end_ns_;
+  std::optional<int64_t> refused_end_ns_;  // Of the scan before, if it was refused.
   std::vector<std::string> assumptions_;
 };
 

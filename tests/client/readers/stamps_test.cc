@@ -123,5 +123,25 @@ TEST(ScanStampsTest, StampsThatDoNotIncreaseAreNamed) {
   EXPECT_EQ(End(stamps, Cloud({}), kStamp + 1), kStamp + 1);
 }
 
+TEST(ScanStampsTest, OneWildStampDoesNotCostAllThatFollow) {
+  ScanStamps stamps(StampMeaning::kEnd, 10);
+  const PointPayload cloud = Cloud({});
+  EXPECT_EQ(End(stamps, cloud, kStamp), kStamp);
+  EXPECT_EQ(End(stamps, cloud, kStamp + 3600 * 10 * kTurn), kStamp + 3600 * 10 * kTurn);
+  EXPECT_FALSE(stamps.End(cloud, kStamp + kTurn, kStamp).ok());
+  EXPECT_EQ(End(stamps, cloud, kStamp + 2 * kTurn), kStamp + 2 * kTurn);
+  EXPECT_EQ(End(stamps, cloud, kStamp + 3 * kTurn), kStamp + 3 * kTurn);
+  EXPECT_THAT(stamps.Assumptions(), testing::Contains(HasSubstr("go back")));
+}
+
+TEST(ScanStampsTest, WhatIsSentTwiceOrSwappedIsLeftOutAlone) {
+  ScanStamps stamps(StampMeaning::kEnd, 10);
+  const PointPayload cloud = Cloud({});
+  EXPECT_EQ(End(stamps, cloud, kStamp + 2 * kTurn), kStamp + 2 * kTurn);
+  EXPECT_FALSE(stamps.End(cloud, kStamp + kTurn, kStamp).ok());
+  EXPECT_FALSE(stamps.End(cloud, kStamp + kTurn, kStamp).ok());
+  EXPECT_EQ(End(stamps, cloud, kStamp + 3 * kTurn), kStamp + 3 * kTurn);
+}
+
 }  // namespace
 }  // namespace isthmus::readers
