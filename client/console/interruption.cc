@@ -4,6 +4,7 @@
 #include <signal.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <utility>
 
 #include "client/console/exit_code.h"
@@ -37,13 +38,22 @@ Interruption::~Interruption() {
 }
 
 void Interruption::Watch() {
+  // Nobody presses Ctrl-C twice in that time.
+  constexpr std::chrono::milliseconds kOneWish(300);
+  std::chrono::steady_clock::time_point first;
   const sigset_t set = EndingSignals();
   for (;;) {
     int signal = 0;
     if (sigwait(&set, &signal) != 0) continue;
     if (ending_) return;
-    // Destructors would wait for what the user no longer waits for.
-    if (happened_.exchange(true)) _exit(kInterrupted);
+    const auto now = std::chrono::steady_clock::now();
+    if (happened_.exchange(true)) {
+      // Some send it to the process and to its group: that is one wish, not two.
+      if (now - first < kOneWish) continue;
+      // Destructors would wait for what the user no longer waits for.
+      _exit(kInterrupted);
+    }
+    first = now;
     on_interrupt_();
   }
 }

@@ -8,8 +8,8 @@
 namespace isthmus::cli {
 
 // While it lives, the first SIGINT or SIGTERM calls `on_interrupt`, from a thread of its own; the
-// second ends the process at once, with kInterrupted. Make it before threads are started, which
-// would get the signals otherwise. One at a time.
+// second, unless it comes in the same instant, ends the process at once, with kInterrupted. Make it
+// before threads are started, which would get the signals otherwise. One at a time.
 class Interruption {
  public:
   explicit Interruption(std::function<void()> on_interrupt);
