@@ -6,9 +6,9 @@ int main(int argc, char** argv) {
   using namespace isthmus::cli;
   if (NamesOfflineCommand(argc, argv)) return BecomeOfflineProgram(argv);
   CLI::App app{"Isthmus joins the maps of many robots into one.", "isthmus"};
-  constexpr AddCommand kCommands[] = {AddInfo,   AddPush,       AddStatus,    AddRobots,
-                                      AddGraph,  AddMatch,      AddLoops,     AddRevisions,
-                                      AddAnchor, AddTrajectory, AddTransform, AddQuery,
-                                      AddExport, AddBackup,     AddPicture,   ListOfflineCommands};
+  constexpr AddCommand kCommands[] = {
+      AddInfo,  AddPush,   AddUpload,    AddStatus,  AddRobots,          AddGraph,
+      AddMatch, AddLoops,  AddRevisions, AddAnchor,  AddTrajectory,      AddTransform,
+      AddQuery, AddExport, AddBackup,    AddPicture, ListOfflineCommands};
   return RunCommandLine(app, kCommands, argc, argv);
 }

@@ -66,19 +66,24 @@ ALLOWED = {
         {"core", "core/codec", "core/formats", "core/io"},
         STD_LIKE | {"json", "bz2", "lz4", "pcap", "sqlite", "yaml", "zstd"},
     ),
+    # Clouds with poses into submaps: no server, no connection.
+    "client/cloud_upload": (
+        {"core", "core/codec", "core/formats", "core/io", "client/readers", "server/pose_graph"},
+        STD_LIKE,
+    ),
     "client/simulation": ({"core", "core/codec", "core/formats", "core/io"}, STD_LIKE | {"embree"}),
     "client/evaluation": ({"core", "core/io"}, STD_LIKE | {"png"}),
     "client/examples": ({"core/formats", "client/library"}, STD_LIKE),
     # What the two programs of the command line share.
     "client/console": (
-        {"core", "core/codec", "core/io", "client/library", "client/readers",
-         "server/pose_graph"},
+        {"core", "core/codec", "core/io", "client/cloud_upload", "client/library",
+         "client/readers", "server/pose_graph"},
         STD_LIKE | {"json", "cli11"},
     ),
     # No server, no store, no odometry: this is what a robot carries.
     "client/cli": (
-        {"core", "core/formats", "core/io", "client/console", "client/library",
-         "client/evaluation"},
+        {"core", "core/formats", "core/io", "client/cloud_upload", "client/console",
+         "client/library", "client/evaluation"},
         STD_LIKE | {"json", "cli11"},
     ),
     # These commands run an embedded server, or an algorithm of it on a file.
