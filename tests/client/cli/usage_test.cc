@@ -22,7 +22,7 @@ TEST(Usage, HelpNamesEveryCommand) {
   for (const char* command :
        {"simulate", "push",      "status",  "robots",   "graph", "trajectory", "transform",
         "query",    "export",    "picture", "odometry", "merge", "rebuild",    "match",
-        "loops",    "revisions", "anchor",  "optimize", "eval",  "bench"}) {
+        "loops",    "revisions", "anchor",  "optimize", "eval",  "bench",      "upload"}) {
     EXPECT_THAT(help.out, HasSubstr(command));
     EXPECT_EQ(Isthmus(std::string(command) + " --help").code, 0) << command;
   }
