@@ -5,7 +5,7 @@
 
 #include <atomic>
 #include <cmath>
-#include <map>
+#include <string>
 
 #include "client/cli/commands.h"
 #include "client/console/exit_code.h"
@@ -20,6 +20,7 @@ struct UploadArguments {
   ServerOptions server{.attempts = kPatientAttempts};
   UploadOptions upload;
   double max_difference_s = 1e-9 * static_cast<double>(cloud_upload::kNearestPoseNs);
+  std::string clouds_in = "sensor";
   bool json = false;
 };
 
@@ -73,6 +74,7 @@ int ReportUpload(const UploadSummary& summary, const UploadArguments& options) {
 int RunUpload(UploadArguments options) {
   options.upload.association.nearest_ns =
       static_cast<int64_t>(std::llround(1e9 * options.max_difference_s));
+  if (options.clouds_in == "odom") options.upload.cut.frame = cloud_upload::CloudFrame::kOdom;
   if (absl::Status status = CheckOptions(options.upload.cut); !status.ok()) {
     return Fail(kUsage, status);
   }
@@ -94,14 +96,13 @@ int RunUpload(UploadArguments options) {
   return summary.ok() ? ReportUpload(*summary, options) : FailServer(summary.status());
 }
 
-void AddCutOptions(CLI::App& command, cloud_upload::CutOptions& cut) {
-  using cloud_upload::CloudFrame;
+void AddCutOptions(CLI::App& command, UploadArguments& options) {
   command
-      .add_option("--clouds-in", cut.frame,
-                  "Frame of the points: sensor (default), or odom, that of the trajectory")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, CloudFrame>{
-          {"sensor", CloudFrame::kSensor}, {"odom", CloudFrame::kOdom}}))
-      ->default_str("sensor");
+      .add_option("--clouds-in", options.clouds_in,
+                  "Frame of the points: the sensor's, or odom, that of the trajectory")
+      ->check(CLI::IsMember({"sensor", "odom"}))
+      ->capture_default_str();
+  cloud_upload::CutOptions& cut = options.upload.cut;
   command
       .add_option("--voxel", cut.voxel_m,
                   "Thin: one point per voxel of this size (m) and keyframe; 0: all points")
@@ -134,7 +135,7 @@ void AddUpload(CLI::App& app, Action& action) {
                    "between two that are at most 0.5 s apart")
       ->check(CLI::Range(0.0, 1e6))
       ->capture_default_str();
-  AddCutOptions(*command, upload.cut);
+  AddCutOptions(*command, *options);
   AddRecordingOptions(*command, upload.recording);
   command->add_option("--session", upload.session,
                       "Go on in this session. Without it the same command goes on where it was "

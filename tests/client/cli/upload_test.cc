@@ -187,8 +187,8 @@ TEST_F(UploadTest, AnOpenSessionGoesOnByNameToo) {
 TEST_F(UploadTest, ViewpointsOfCloudsAreTheirPoses) {
   ASSERT_NO_FATAL_FAILURE(Simulate(1, 1));
   const Trajectory steps = {{0, kOwnFrame},
-                            {0, Pose::FromXyzRpy(31, -12, 2, 0, 0, 2)},
-                            {0, Pose::FromXyzRpy(32, -12, 2, 0, 0, 2)}};
+                            {0, Pose::FromXyzRpy(31.5, -12, 2, 0, 0, 2)},
+                            {0, Pose::FromXyzRpy(33, -12, 2, 0, 0, 2)}};
   fs::create_directories(Path("views"));
   for (size_t i = 0; i < 3; ++i) {
     const std::string name = "/00000" + std::to_string(i) + ".pcd";
