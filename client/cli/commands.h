@@ -7,6 +7,7 @@ namespace isthmus::cli {
 
 void AddInfo(CLI::App& app, Action& action);
 void AddPush(CLI::App& app, Action& action);
+void AddUpload(CLI::App& app, Action& action);
 void AddStatus(CLI::App& app, Action& action);
 void AddRobots(CLI::App& app, Action& action);
 void AddGraph(CLI::App& app, Action& action);

@@ -28,8 +28,12 @@ absl::StatusOr<SessionStatus> Client::CreateSession(const std::string& robot,
                                                     const std::string& sensor,
                                                     const Pose& T_base_sensor,
                                                     std::optional<OdometryMode> odometry) {
-  const v1::CreateSessionRequest request = convert::ToMessage(
-      SessionRequest{RobotId(robot), sensor, odometry, T_base_sensor, NewRequestId()});
+  return CreateSession(SessionRequest{RobotId(robot), sensor, odometry, T_base_sensor});
+}
+
+absl::StatusOr<SessionStatus> Client::CreateSession(SessionRequest asked) {
+  if (asked.request_id.empty()) asked.request_id = NewRequestId();
+  const v1::CreateSessionRequest request = convert::ToMessage(asked);
   v1::Session session;
   const absl::Status status =
       link_->Call(link_->options().call_timeout_s, [&](Stubs& stubs, grpc::ClientContext& context) {

@@ -47,6 +47,9 @@ class Client {
   absl::StatusOr<SessionStatus> CreateSession(const std::string& robot, const std::string& sensor,
                                               const Pose& T_base_sensor = {},
                                               std::optional<OdometryMode> odometry = {});
+  // With a request id of the caller's it returns the session that was opened the first time, also
+  // one that is finished by now; without, a new one.
+  absl::StatusOr<SessionStatus> CreateSession(SessionRequest asked);
   absl::StatusOr<SessionStatus> GetSession(const SessionId& session);
   absl::StatusOr<std::vector<SessionStatus>> ListSessions();  // In order of creation.
   // Waits until the session's scans are processed and its last submap is durable.

@@ -28,6 +28,7 @@ class RangeReader : public ScanReader {
     return from_ >= *whole ? 0 : std::min(to_, *whole - 1) - from_ + 1;
   }
   std::string sensor() const override { return reader_->sensor(); }
+  bool has_stamps() const override { return reader_->has_stamps(); }
   std::vector<std::string> Assumptions() const override { return reader_->Assumptions(); }
   void Interrupt() override { reader_->Interrupt(); }
 

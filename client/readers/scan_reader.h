@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/point_payload.h"
+#include "core/pose.h"
 
 namespace isthmus::readers {
 
@@ -18,6 +19,8 @@ struct RecordedScan {
   // intensity, ring, time.
   PointPayload payload;
   std::string name;  // What messages call it: "scans/000012.pcd", "scan 12 of /points".
+  // T_frame_sensor, as the file itself tells it, in a frame of the files' own; of PCDs only.
+  std::optional<Pose> viewpoint = std::nullopt;
 };
 
 // Reads as it is asked, and holds no more than a scan or two. Not thread safe, but for Interrupt.
@@ -35,6 +38,9 @@ class ScanReader {
 
   // The name of the sensor (sensor_model.h), as far as the scans so far tell; else empty.
   virtual std::string sensor() const { return {}; }
+
+  // False where nothing stamps the scans, so that their stamps only count them.
+  virtual bool has_stamps() const { return true; }
 
   // What was not in the recording and was taken to be so, each in a sentence without a full stop:
   // "stamps are taken for the END of scans: points have no times". Complete after the first scan.

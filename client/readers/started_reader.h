@@ -27,6 +27,7 @@ class StartedReader : public ScanReader {
   std::optional<uint64_t> size() const override { return reader_->size(); }
   // Of the recording, else as the first scan's rings tell.
   std::string sensor() const override { return sensor_; }
+  bool has_stamps() const override { return reader_->has_stamps(); }
   std::vector<std::string> Assumptions() const override { return reader_->Assumptions(); }
   void Interrupt() override { reader_->Interrupt(); }
 

@@ -66,6 +66,11 @@ ALLOWED = {
         {"core", "core/codec", "core/formats", "core/io"},
         STD_LIKE | {"json", "bz2", "lz4", "pcap", "sqlite", "yaml", "zstd"},
     ),
+    # Clouds with poses into submaps: no server, no connection.
+    "client/cloud_upload": (
+        {"core", "core/codec", "core/formats", "core/io", "client/readers", "server/pose_graph"},
+        STD_LIKE,
+    ),
     # The map on the Earth.
     "client/georeference": ({"core", "client/readers"}, STD_LIKE | {"geographic"}),
     # Files for other programs, made of what the server tells.
@@ -78,8 +83,8 @@ ALLOWED = {
     "client/examples": ({"core/formats", "client/library"}, STD_LIKE),
     # What the two programs of the command line share.
     "client/console": (
-        {"core", "core/codec", "core/io", "client/library", "client/readers",
-         "server/pose_graph"},
+        {"core", "core/codec", "core/io", "client/cloud_upload", "client/library",
+         "client/readers", "server/pose_graph"},
         STD_LIKE | {"json", "cli11"},
     ),
     # Tables, figures and pages, for both.
@@ -90,7 +95,7 @@ ALLOWED = {
     ),
     # No server, no store, no odometry: this is what a robot carries.
     "client/cli": (
-        {"core", "core/formats", "core/io", "client/console", "client/exports",
+        {"core", "core/formats", "core/io", "client/cloud_upload", "client/console", "client/exports",
          "client/georeference", "client/library", "client/evaluation", "client/report"},
         STD_LIKE | {"json", "cli11"},
     ),

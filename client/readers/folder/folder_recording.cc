@@ -14,15 +14,27 @@
 #include "core/codec/payload_layout.h"
 #include "core/formats/cloud_file.h"
 #include "core/formats/kitti_bin.h"
+#include "core/formats/pcd.h"
 #include "core/io/file_io.h"
 
 namespace isthmus::readers {
 namespace {
 
-absl::StatusOr<PointPayload> ReadScan(const std::filesystem::path& file) {
-  absl::StatusOr<PointPayload> scan = absl::AsciiStrToLower(file.extension().string()) == ".bin"
-                                          ? formats::ReadKittiBin(file)
-                                          : formats::ReadCloudFile(file);
+// With the viewpoint, where the file is one that has it.
+absl::StatusOr<PointPayload> ReadFormat(const std::filesystem::path& file,
+                                        std::optional<Pose>& viewpoint) {
+  const std::string extension = absl::AsciiStrToLower(file.extension().string());
+  if (extension == ".bin") return formats::ReadKittiBin(file);
+  if (extension != ".pcd") return formats::ReadCloudFile(file);
+  absl::StatusOr<formats::PcdFile> pcd = formats::ReadPcd(file);
+  if (!pcd.ok()) return pcd.status();
+  viewpoint = pcd->viewpoint;
+  return std::move(pcd->payload);
+}
+
+absl::StatusOr<PointPayload> ReadScan(const std::filesystem::path& file,
+                                      std::optional<Pose>& viewpoint) {
+  absl::StatusOr<PointPayload> scan = ReadFormat(file, viewpoint);
   if (scan.ok() || absl::StrContains(scan.status().message(), file.string())) return scan;
   return absl::Status(scan.status().code(),
                       absl::StrCat(file.string(), ": ", scan.status().message()));
@@ -55,9 +67,11 @@ class FolderReader : public ScanReader {
   absl::StatusOr<std::optional<RecordedScan>> Next() override {
     if (next_ == files_.files.size()) return std::nullopt;
     const size_t i = next_++;
-    absl::StatusOr<PointPayload> payload = ReadScan(files_.files[i]);
+    std::optional<Pose> viewpoint;
+    absl::StatusOr<PointPayload> payload = ReadScan(files_.files[i], viewpoint);
     if (!payload.ok()) return payload.status();
-    RecordedScan scan{stamps_.stamps_ns[i], *std::move(payload), files_.files[i].string()};
+    RecordedScan scan{stamps_.stamps_ns[i], *std::move(payload), files_.files[i].string(),
+                      viewpoint};
     if (absl::Status status = codec::CheckLayout(scan.payload); !status.ok()) {
       return absl::InvalidArgumentError(absl::StrCat(scan.name, ": ", status.message()));
     }
@@ -73,6 +87,7 @@ class FolderReader : public ScanReader {
   }
 
   std::optional<uint64_t> size() const override { return files_.files.size(); }
+  bool has_stamps() const override { return !stamps_.only_count; }
   std::string sensor() const override { return sensor_.empty() ? rings_.sensor() : sensor_; }
   std::vector<std::string> Assumptions() const override {
     std::vector<std::string> all = {stamps_.origin};

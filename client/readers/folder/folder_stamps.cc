@@ -89,7 +89,7 @@ absl::StatusOr<FolderStamps> StampsOf(const ScanFiles& files, double rate_hz) {
     if (!file || files.is_one_file) continue;
     absl::StatusOr<std::vector<int64_t>> times = ReadTimes(*file, files);
     if (!times.ok()) return times.status();
-    FolderStamps stamps{*std::move(times), false,
+    FolderStamps stamps{*std::move(times), false, false,
                         absl::StrCat("stamps are those of ", file->string(), ", the END of scans")};
     if (!absl::StartsWith(file->filename().string(), "timestamps.")) return stamps;
     const int64_t half_ns = HalfTurn(stamps.stamps_ns, rate_hz);
@@ -98,12 +98,13 @@ absl::StatusOr<FolderStamps> StampsOf(const ScanFiles& files, double rate_hz) {
     return stamps;
   }
   if (std::optional<std::vector<int64_t>> names = StampsOfNames(files)) {
-    return FolderStamps{*std::move(names), true, "stamps are the names of the files"};
+    return FolderStamps{*std::move(names), true, false, "stamps are the names of the files"};
   }
   FolderStamps stamps;
   for (size_t i = 0; i < files.files.size(); ++i) {
     stamps.stamps_ns.push_back(std::llround(static_cast<double>(i) * 1e9 / rate_hz));
   }
+  stamps.only_count = true;
   stamps.origin = absl::StrCat("scan i ended at i / ", rate_hz,
                                " seconds: there is no times.txt, and names are no times");
   return stamps;

@@ -16,7 +16,8 @@ struct FolderStamps {
   // Names of files are stamps as drivers give them, which may be of the start of scans: times of
   // points tell. All others are those of the END.
   bool are_of_drivers = false;
-  std::string origin;  // "stamps are those of times.txt": an assumption, see ScanReader.
+  bool only_count = false;  // Nothing stamps the scans.
+  std::string origin;       // "stamps are those of times.txt": an assumption, see ScanReader.
 };
 
 // What comes first of: times.txt in the folder or beside it (END of each scan); KITTI's

@@ -29,11 +29,10 @@ TEST(Usage, AMissingFolderForTheOutputGivesFive) {
 TEST(Usage, HelpNamesEveryCommand) {
   const ProgramResult help = Isthmus("--help");
   EXPECT_EQ(help.code, 0);
-  for (const char* command :
-       {"simulate", "push",      "status",  "robots",   "graph",    "trajectory", "transform",
-        "query",    "export",    "picture", "odometry", "merge",    "rebuild",    "match",
-        "loops",    "revisions", "anchor",  "datum",    "optimize", "eval",       "bench",
-        "report",   "info"}) {
+  for (const char* command : {"simulate",  "push",  "status", "robots",    "graph",    "trajectory",
+                              "transform", "query", "export", "picture",   "odometry", "merge",
+                              "rebuild",   "match", "loops",  "revisions", "anchor",   "datum",
+                              "optimize",  "eval",  "bench",  "report",    "info",     "upload"}) {
     EXPECT_THAT(help.out, HasSubstr(command));
     EXPECT_EQ(Isthmus(std::string(command) + " --help").code, 0) << command;
   }

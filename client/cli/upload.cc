@@ -1,0 +1,149 @@
+// isthmus upload: robots with a SLAM of their own become robots of the server.
+#include <absl/strings/str_cat.h>
+#include <absl/strings/str_format.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cmath>
+#include <string>
+
+#include "client/cli/commands.h"
+#include "client/console/exit_code.h"
+#include "client/console/interruption.h"
+#include "client/console/json.h"
+#include "client/console/upload_clouds.h"
+
+namespace isthmus::cli {
+namespace {
+
+struct UploadArguments {
+  ServerOptions server{.attempts = kPatientAttempts};
+  UploadOptions upload;
+  double max_difference_s = 1e-9 * static_cast<double>(cloud_upload::kNearestPoseNs);
+  std::string clouds_in = "sensor";
+  bool json = false;
+};
+
+Json UploadJson(const UploadSummary& summary) {
+  return {{"session", summary.session.value()},
+          {"robot", summary.robot},
+          {"sensor", summary.sensor},
+          {"clouds", summary.clouds},
+          {"without_pose", summary.without_pose},
+          {"unreadable", summary.unreadable},
+          {"without_points", summary.without_points},
+          {"keyframes", summary.keyframes},
+          {"points", summary.points},
+          {"submaps", summary.submaps},
+          {"before", summary.before},
+          {"travelled_m", summary.travelled_m},
+          {"seconds", summary.seconds},
+          {"finished", summary.is_finished},
+          {"interrupted", summary.is_interrupted}};
+}
+
+void PrintUpload(const UploadSummary& summary) {
+  absl::PrintF(
+      "%s: %d submaps of %d clouds: %d keyframes, %d points, %.1f m; %d uploaded, %d were "
+      "there; left out: %d without a pose, %d unreadable, %d without points; %.1f s\n",
+      summary.session.empty() ? summary.robot : summary.session.value(), summary.submaps,
+      summary.clouds, summary.keyframes, summary.points, summary.travelled_m,
+      summary.submaps - summary.before, summary.before, summary.without_pose, summary.unreadable,
+      summary.without_points, summary.seconds);
+}
+
+int ReportUpload(const UploadSummary& summary, const UploadArguments& options) {
+  if (options.json) {
+    Print(UploadJson(summary));
+  } else {
+    PrintUpload(summary);
+  }
+  if (!summary.input.ok()) return FailInput(summary.input);
+  if (summary.is_interrupted) {
+    absl::FPrintF(stderr, "isthmus: %s: interrupted; the same command goes on\n", summary.robot);
+    return kInterrupted;
+  }
+  if (summary.was_finished) {
+    absl::FPrintF(stderr,
+                  "isthmus: nothing left to upload: session %s has everything and is finished\n",
+                  summary.session.value());
+  }
+  return kOk;
+}
+
+int RunUpload(UploadArguments options) {
+  options.upload.association.nearest_ns =
+      static_cast<int64_t>(std::llround(1e9 * options.max_difference_s));
+  if (options.clouds_in == "odom") options.upload.cut.frame = cloud_upload::CloudFrame::kOdom;
+  if (absl::Status status = CheckOptions(options.upload.cut); !status.ok()) {
+    return Fail(kUsage, status);
+  }
+  std::atomic<bool> has_begun = false, is_stopped = false;
+  const Interruption interruption([&] {
+    is_stopped = true;
+    if (!has_begun) _exit(kInterrupted);
+    absl::FPrintF(stderr,
+                  "\nisthmus: interrupted: the submap on its way is sent; once more to end at "
+                  "once\n");
+  });
+  auto clouds = OpenPosedClouds(options.upload);
+  if (!clouds.ok()) return FailInput(clouds.status());
+  const auto client = ConnectPatiently(options.server);
+  if (!client.ok()) return FailServer(client.status());
+  has_begun = true;
+  const auto summary = UploadClouds(**client, *std::move(clouds), options.upload,
+                                    [&is_stopped] { return is_stopped.load(); });
+  return summary.ok() ? ReportUpload(*summary, options) : FailServer(summary.status());
+}
+
+void AddCutOptions(CLI::App& command, UploadArguments& options) {
+  command
+      .add_option("--clouds-in", options.clouds_in,
+                  "Frame of the points: the sensor's, or odom, that of the trajectory")
+      ->check(CLI::IsMember({"sensor", "odom"}))
+      ->capture_default_str();
+  cloud_upload::CutOptions& cut = options.upload.cut;
+  command
+      .add_option("--voxel", cut.voxel_m,
+                  "Thin: one point per voxel of this size (m) and keyframe; 0: all points")
+      ->capture_default_str();
+  command.add_option("--max-range", cut.range_m, "Leave out points farther from the sensor (m)")
+      ->capture_default_str();
+}
+
+}  // namespace
+
+void AddUpload(CLI::App& app, Action& action) {
+  auto options = std::make_shared<UploadArguments>();
+  CLI::App* command = app.add_subcommand(
+      "upload", "Upload clouds with the poses of a robot's own SLAM, as a robot");
+  AddServerOptions(*command, options->server);
+  UploadOptions& upload = options->upload;
+  command
+      ->add_option("PATH", upload.path,
+                   "Folder of clouds, one per scan or keyframe, or any recording that `isthmus "
+                   "info` reads")
+      ->required();
+  command->add_option("--robot", upload.robot, "Name of the robot")->required();
+  command->add_option("--poses", upload.poses,
+                      "Poses of the sensor: TUM (stamp tx ty tz qx qy qz qw), KITTI (12 numbers a "
+                      "line) or g2o (VERTEX_SE3:QUAT in order of ids; edges are not used, the "
+                      "optimised poses tell the same). Without it the VIEWPOINT of .pcd files");
+  command
+      ->add_option("--max-difference", options->max_difference_s,
+                   "How far a cloud's stamp may be from a pose's (s), where it does not lie "
+                   "between two that are at most 0.5 s apart")
+      ->check(CLI::Range(0.0, 1e6))
+      ->capture_default_str();
+  AddCutOptions(*command, *options);
+  AddRecordingOptions(*command, upload.recording);
+  command->add_option("--session", upload.session,
+                      "Go on in this session. Without it the same command goes on where it was "
+                      "cut off, whatever it was cut off by");
+  command->add_flag("--finish,!--no-finish", upload.finish,
+                    "Finish the session at the end (default)");
+  command->add_flag("--json", options->json, "Summary as JSON");
+  command->callback([options, &action] { action = [options] { return RunUpload(*options); }; });
+}
+
+}  // namespace isthmus::cli

@@ -1,0 +1,38 @@
+// Trajectories that other programs write: TUM, KITTI and g2o.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/map/trajectory.h"
+
+namespace isthmus::cloud_upload {
+
+enum class PoseFormat : uint8_t {
+  kTum,    // stamp tx ty tz qx qy qz qw, in seconds and metres.
+  kKitti,  // The upper three rows of a 4x4 matrix, row by row: 12 numbers.
+  kG2o,    // VERTEX_SE3:QUAT lines, in order of their ids; edges are not used.
+};
+
+struct PoseFile {
+  PoseFormat format = PoseFormat::kTum;
+  bool has_stamps = false;
+  Trajectory poses;  // T_odom_sensor, in the order of the file; stamps are 0 where it has none.
+};
+
+// What the text is, is told by its first line: "VERTEX_...", "EDGE_..." and other words are g2o, 12
+// numbers KITTI, all else TUM. InvalidArgument, naming the line, for what is damaged, and where
+// there is no pose.
+absl::StatusOr<PoseFile> ParsePoses(const std::string& text);
+
+// Reads the file. A KITTI file with a times.txt beside it, of as many times (times_file.h), has its
+// stamps. Errors as those of ReadFile (file_io.h); all messages carry the path.
+absl::StatusOr<PoseFile> ReadPoses(const std::string& path);
+
+// "TUM", "KITTI", "g2o".
+const char* ToString(PoseFormat format);
+
+}  // namespace isthmus::cloud_upload

@@ -1,0 +1,295 @@
+#include "client/console/upload_clouds.h"
+
+#include <absl/strings/escaping.h>
+#include <absl/strings/str_cat.h>
+#include <absl/strings/str_format.h>
+
+#include <cstdio>
+#include <map>
+#include <utility>
+#include <vector>
+
+#include "client/console/console.h"
+#include "core/io/sha256.h"
+#include "core/stopwatch.h"
+
+namespace isthmus::cli {
+namespace {
+
+using cloud_upload::CloudPoses;
+using cloud_upload::SubmapCutter;
+using readers::RecordedScan;
+
+constexpr size_t kNameCharacters = 40;  // Format: of a request's id, of which there are 64 at most.
+
+// The same for the same upload begun again: its first submap is the same.
+std::string RequestIdOf(const SubmapUpload& first) {
+  std::string content = io::Sha256(first.cloud.data.data(), first.cloud.data.size());
+  if (content.empty()) return "";
+  const auto add = [&content](const StampedPose& at) {
+    content.append(reinterpret_cast<const char*>(&at.stamp_ns), sizeof(at.stamp_ns));
+    content.append(reinterpret_cast<const char*>(at.pose.translation().data()), 3 * sizeof(double));
+    content.append(reinterpret_cast<const char*>(at.pose.rotation().coeffs().data()),
+                   4 * sizeof(double));
+  };
+  add({first.last_stamp_ns, first.T_odom_submap});
+  for (const StampedPose& keyframe : first.keyframes) add(keyframe);
+  const std::string hex = absl::BytesToHexString(io::Sha256(content.data(), content.size()));
+  return absl::StrCat("upload-", hex.substr(0, kNameCharacters));
+}
+
+bool IsSame(const SubmapInfo& stored, const SubmapUpload& submap) {
+  return stored.point_count == submap.cloud.width &&
+         stored.keyframe_count == submap.keyframes.size() &&
+         stored.first_stamp_ns == submap.first_stamp_ns &&
+         stored.last_stamp_ns == submap.last_stamp_ns &&
+         stored.T_odom_submap.Matrix().isApprox(submap.T_odom_submap.Matrix(), 1e-6);
+}
+
+// Submaps on their way into a session, which is opened with the first.
+class SubmapSender {
+ public:
+  SubmapSender(client::Client& client, const UploadOptions& options, UploadSummary& summary)
+      : client_(client), options_(options), summary_(summary) {}
+
+  absl::Status Send(SubmapUpload submap) {
+    if (summary_.session.empty()) {
+      if (absl::Status status = Open(submap); !status.ok()) return status;
+    }
+    submap.id.session = summary_.session;
+    const auto known = known_.find(submap.id.index);
+    if (known != known_.end() && !IsSame(known->second, submap)) {
+      return absl::AlreadyExistsError(absl::StrCat(
+          "submap ", ToString(submap.id),
+          " is there with other content: the clouds, the poses or the options have changed since; "
+          "upload as another robot, or delete the session"));
+    }
+    // What is missing below the newest was replaced by newer ones of the same ground.
+    const bool is_there = !known_.empty() && submap.id.index <= known_.rbegin()->first;
+    if (!is_there && summary_.was_finished) {
+      return absl::AlreadyExistsError(
+          absl::StrCat("session ", summary_.session.value(), " is finished and has no submap ",
+                       submap.id.index, ": upload as another robot, or delete the session"));
+    }
+    if (!is_there) {
+      if (absl::Status status = client_.UploadSubmap(submap); !status.ok()) return status;
+    }
+    summary_.before += is_there ? 1 : 0;
+    ++summary_.submaps;
+    return absl::OkStatus();
+  }
+
+  absl::Status Finish() {
+    if (summary_.session.empty() || summary_.was_finished) return absl::OkStatus();
+    if (!options_.finish || summary_.is_interrupted) return absl::OkStatus();
+    summary_.is_finished = true;
+    return client_.FinishSession(summary_.session).status();
+  }
+
+ private:
+  absl::Status Open(const SubmapUpload& first) {
+    SessionRequest request{RobotId(options_.robot), summary_.sensor};
+    request.request_id = RequestIdOf(first);
+    const auto session = options_.session.empty() ? client_.CreateSession(std::move(request))
+                                                  : client_.GetSession(SessionId(options_.session));
+    if (!session.ok()) return session.status();
+    if (session->record.robot.value() != options_.robot) {
+      return absl::InvalidArgumentError(absl::StrCat("session ", options_.session, " is robot ",
+                                                     session->record.robot.value(), "'s, not ",
+                                                     options_.robot, "'s"));
+    }
+    summary_.session = session->record.id;
+    summary_.was_finished = session->record.state == SessionState::kFinished;
+    summary_.is_finished = summary_.was_finished;
+    const auto submaps = client_.ListSubmaps(session->record.robot);
+    if (!submaps.ok()) return submaps.status();
+    for (const SubmapStatus& submap : *submaps) {
+      if (submap.info.id.session != summary_.session) continue;
+      known_[submap.info.id.index] = submap.info;
+    }
+    return absl::OkStatus();
+  }
+
+  client::Client& client_;
+  const UploadOptions& options_;
+  UploadSummary& summary_;
+  std::map<uint32_t, SubmapInfo> known_;  // That the server had at the beginning.
+};
+
+bool IsIdentity(const Pose& pose) { return pose.Matrix().isIdentity(1e-9); }
+
+// The clouds' own viewpoints, which every program writes, and most as the identity.
+class Viewpoints {
+ public:
+  absl::StatusOr<std::optional<StampedPose>> Of(const RecordedScan& cloud) {
+    if (!cloud.viewpoint) return std::nullopt;
+    const bool tells = !IsIdentity(*cloud.viewpoint);
+    if (!tells && seen_ == 1 && !first_tells_) {
+      return absl::InvalidArgumentError(absl::StrCat(
+          cloud.name,
+          " and the cloud before it have no VIEWPOINT but the identity: name their poses with "
+          "--poses"));
+    }
+    if (seen_++ == 0) first_tells_ = tells;
+    return StampedPose{cloud.end_stamp_ns, *cloud.viewpoint};
+  }
+
+ private:
+  size_t seen_ = 0;
+  bool first_tells_ = false;
+};
+
+void NameLeftOut(const std::string& name, const absl::Status& why, UploadSummary& summary) {
+  ++summary.unreadable;
+  absl::FPrintF(stderr, "isthmus: left out %s%s%s\n", name, name.empty() ? "" : ": ",
+                std::string(why.message()));
+}
+
+// Reads, cuts and sends.
+class Uploader {
+ public:
+  Uploader(client::Client& client, PosedClouds& clouds, const UploadOptions& options)
+      : clouds_(clouds),
+        options_(options),
+        cutter_(options.cut),
+        sender_(client, options, summary_) {
+    summary_.robot = options.robot;
+    summary_.sensor = clouds.scans.sensor;
+  }
+
+  absl::StatusOr<UploadSummary> Run(const std::function<bool()>& stopped) {
+    const Stopwatch watch;
+    Progress progress(options_.robot, clouds_.scans.reader->size().value_or(0));
+    while (!stopped() && summary_.input.ok()) {
+      absl::StatusOr<std::optional<RecordedScan>> cloud = clouds_.scans.reader->Next();
+      if (cloud.ok() && !cloud->has_value()) break;
+      if (absl::Status status = Take(cloud); !status.ok()) return status;
+      progress.Update(++summary_.clouds);
+    }
+    summary_.is_interrupted = stopped();
+    if (!summary_.is_interrupted && summary_.input.ok()) {
+      if (std::optional<SubmapUpload> last = cutter_.Finish()) {
+        if (absl::Status status = sender_.Send(*std::move(last)); !status.ok()) return status;
+      }
+      if (absl::Status status = sender_.Finish(); !status.ok()) return status;
+    }
+    Count();
+    summary_.seconds = watch.Ms() / 1000;
+    return std::move(summary_);
+  }
+
+ private:
+  absl::Status Take(const absl::StatusOr<std::optional<RecordedScan>>& read) {
+    if (!read.ok()) {
+      NameLeftOut("", read.status(), summary_);
+      return absl::OkStatus();
+    }
+    const RecordedScan& cloud = **read;
+    const auto pose = PoseOf(cloud);
+    if (!pose.ok()) {
+      summary_.input = pose.status();
+      return absl::OkStatus();
+    }
+    if (!pose->has_value()) {
+      ++summary_.without_pose;
+      NoteWithoutPose(cloud.end_stamp_ns);
+      return absl::OkStatus();
+    }
+    absl::StatusOr<std::vector<SubmapUpload>> submaps = cutter_.Add(**pose, cloud.payload);
+    if (!submaps.ok()) {
+      NameLeftOut(cloud.name, submaps.status(), summary_);
+      return absl::OkStatus();
+    }
+    for (SubmapUpload& submap : *submaps) {
+      if (absl::Status status = sender_.Send(std::move(submap)); !status.ok()) return status;
+    }
+    return absl::OkStatus();
+  }
+
+  absl::StatusOr<std::optional<StampedPose>> PoseOf(const RecordedScan& cloud) {
+    if (!clouds_.poses) return viewpoints_.Of(cloud);
+    return clouds_.poses->Of(options_.recording.read.from + summary_.clouds, cloud.end_stamp_ns);
+  }
+
+  void NoteWithoutPose(int64_t stamp_ns) {
+    if (summary_.without_pose == 1) first_without_ns_ = stamp_ns;
+    last_without_ns_ = stamp_ns;
+  }
+
+  void Count() {
+    summary_.keyframes = cutter_.keyframes();
+    summary_.points = cutter_.points();
+    summary_.without_points = cutter_.without_points();
+    summary_.travelled_m = cutter_.travelled_m();
+    if (!summary_.input.ok() || summary_.is_interrupted || summary_.keyframes > 0) return;
+    std::string why = absl::StrCat("none of the ", summary_.clouds, " clouds could be used");
+    if (summary_.without_pose > 0 && clouds_.poses && !clouds_.poses->in_order()) {
+      const Trajectory& poses = clouds_.poses->poses();
+      absl::StrAppendFormat(&why,
+                            ": clouds without a pose are of %.3f to %.3f s, poses of %.3f to "
+                            "%.3f s; see --max-difference",
+                            1e-9 * static_cast<double>(first_without_ns_),
+                            1e-9 * static_cast<double>(last_without_ns_),
+                            1e-9 * static_cast<double>(poses.front().stamp_ns),
+                            1e-9 * static_cast<double>(poses.back().stamp_ns));
+    } else if (summary_.without_points > 0) {
+      absl::StrAppend(&why,
+                      ": they have no points within --max-range of the sensor; see "
+                      "--clouds-in");
+    }
+    summary_.input = absl::InvalidArgumentError(why);
+  }
+
+  PosedClouds& clouds_;
+  const UploadOptions& options_;
+  UploadSummary summary_;
+  SubmapCutter cutter_;
+  SubmapSender sender_;
+  Viewpoints viewpoints_;
+  int64_t first_without_ns_ = 0, last_without_ns_ = 0;
+};
+
+}  // namespace
+
+absl::StatusOr<PosedClouds> OpenPosedClouds(const UploadOptions& options) {
+  absl::StatusOr<std::vector<RobotScans>> robots = OpenRobots(options.path, options.recording);
+  if (!robots.ok()) return robots.status();
+  if (robots->size() != 1) {
+    return absl::InvalidArgumentError("upload makes one robot: name one --topic");
+  }
+  PosedClouds clouds{std::move(robots->front()), std::nullopt};
+  const readers::StartedReader& reader = *clouds.scans.reader;
+  if (options.poses.empty()) {
+    if (reader.first() != nullptr && !reader.first()->viewpoint) {
+      return absl::InvalidArgumentError(
+          absl::StrCat(options.path,
+                       " does not tell where its clouds were taken: name a file of "
+                       "poses with --poses"));
+    }
+    return clouds;
+  }
+  absl::StatusOr<cloud_upload::PoseFile> file = cloud_upload::ReadPoses(options.poses);
+  if (!file.ok()) return file.status();
+  const cloud_upload::CloudSeries series{reader.has_stamps(), options.recording.read.from,
+                                         reader.size(), options.recording.read.to.has_value()};
+  absl::StatusOr<CloudPoses> poses =
+      CloudPoses::Create(*std::move(file), series, options.association);
+  if (!poses.ok()) {
+    return absl::Status(poses.status().code(),
+                        absl::StrCat(options.poses, ": ", poses.status().message()));
+  }
+  if (poses->in_order()) {
+    absl::FPrintF(stderr, "isthmus: %s: clouds and poses are paired in order%s\n", options.path,
+                  reader.has_stamps() ? "" : ": the clouds have no times");
+  }
+  clouds.poses = *std::move(poses);
+  return clouds;
+}
+
+absl::StatusOr<UploadSummary> UploadClouds(client::Client& client, PosedClouds clouds,
+                                           const UploadOptions& options,
+                                           const std::function<bool()>& stopped) {
+  return Uploader(client, clouds, options).Run(stopped);
+}
+
+}  // namespace isthmus::cli
