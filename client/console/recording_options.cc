@@ -8,6 +8,9 @@
 #include <map>
 #include <utility>
 
+#include "client/console/pose_text.h"
+#include "client/readers/static_frames.h"
+
 namespace isthmus::cli {
 namespace {
 
@@ -66,6 +69,19 @@ absl::StatusOr<std::vector<ChosenTopic>> ChooseTopics(const Recording& recording
       path,
       " holds several topics of scans: name one with --topic, or several robots with --topic ",
       topics[0].name, "=NAME --topic ", topics[1].name, "=NAME; there are\n", ListTopics(topics)));
+}
+
+// How the sensor is mounted, where the recording tells; said unless it is upright in the middle.
+void Mount(const readers::StaticFrames& frames, RobotScans& robot) {
+  const readers::RecordedScan* first = robot.reader->first();
+  if (first == nullptr) return;
+  robot.frame = first->frame;
+  const std::string base = frames.BaseOf(robot.frame);
+  const std::optional<Pose> T_base_sensor = frames.Between(base, robot.frame);
+  if (!T_base_sensor || T_base_sensor->Matrix().isIdentity(1e-9)) return;
+  robot.T_base_sensor = *T_base_sensor;
+  absl::FPrintF(stderr, "isthmus: %s: %s is mounted on %s at %s (tf_static)\n", robot.topic,
+                robot.frame, base, PoseText(*T_base_sensor));
 }
 
 }  // namespace
@@ -129,6 +145,13 @@ absl::StatusOr<std::vector<RobotScans>> OpenRobots(const Recording& recording,
   for (const std::string& note : recording.notes()) {
     absl::FPrintF(stderr, "isthmus: %s: %s\n", path, note);
   }
+  auto transforms = recording.ReadStaticTransforms();
+  if (!transforms.ok()) {
+    absl::FPrintF(stderr, "isthmus: %s: static transforms are not used: %s\n", path,
+                  std::string(transforms.status().message()));
+    transforms.emplace();
+  }
+  const readers::StaticFrames frames(*transforms);
   std::vector<RobotScans> robots;
   for (const ChosenTopic& topic : *chosen) {
     auto reader = recording.OpenScans(topic.index, options.read);
@@ -149,6 +172,7 @@ absl::StatusOr<std::vector<RobotScans>> OpenRobots(const Recording& recording,
                     "--sensor)\n",
                     what);
     }
+    Mount(frames, robot);
     robots.push_back(std::move(robot));
   }
   return robots;

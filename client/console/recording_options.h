@@ -13,6 +13,7 @@
 #include "client/readers/recording.h"
 #include "client/readers/started_reader.h"
 #include "core/odometry_mode.h"
+#include "core/pose.h"
 
 namespace isthmus::cli {
 
@@ -35,6 +36,8 @@ struct RobotScans {
   std::string topic;
   std::string sensor;
   std::unique_ptr<readers::StartedReader> reader;
+  std::string frame;   // Of the points, as the recording names it; else empty.
+  Pose T_base_sensor;  // As the recording's static transforms have it; else the identity.
 };
 
 // The robots of a recording: those that --topic names, else its only topic. What is assumed goes to

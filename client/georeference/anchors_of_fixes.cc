@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 
+#include "client/georeference/heading.h"
 #include "client/georeference/limits.h"
 #include "client/georeference/site.h"
 
@@ -62,11 +63,29 @@ std::optional<PlaceAt> PlaceOf(int64_t stamp_ns, const Places& places) {
   return since <= until ? Later(before->second, since) : Later(after->second, until);
 }
 
+// T_level_sensor: in the session's odom frame, made level.
+Pose LevelPose(const SubmapInfo& submap, const Antenna& antenna) {
+  return Pose(antenna.R_base_sensor, Eigen::Vector3d::Zero()) * submap.T_odom_submap;
+}
+
+// What the antenna is off the sensor by, taken out.
+void TakeOut(const Eigen::Vector3d& off, const Heading& heading, PlaceAt& place) {
+  place.map.z() -= off.z();
+  const double off_m = off.head<2>().norm();
+  if (heading.sigma_rad > kMostHeadingSigmaRad) {
+    place.sigma_xy_m = std::hypot(place.sigma_xy_m, off_m);
+    return;
+  }
+  place.map.head<2>() -= Eigen::Rotation2Dd(heading.rad) * off.head<2>();
+  place.sigma_xy_m = std::hypot(place.sigma_xy_m, heading.sigma_rad * off_m);
+}
+
 }  // namespace
 
 absl::StatusOr<FixedAnchors> AnchorsOfFixes(std::vector<readers::GnssFix> fixes,
                                             const std::vector<SubmapInfo>& submaps,
-                                            const std::optional<Datum>& datum) {
+                                            const std::optional<Datum>& datum,
+                                            const Antenna& antenna) {
   if (fixes.empty()) return absl::NotFoundError("there are no fixes: no submap can be anchored");
   std::stable_sort(fixes.begin(), fixes.end(),
                    [](const auto& a, const auto& b) { return a.stamp_ns < b.stamp_ns; });
@@ -78,9 +97,22 @@ absl::StatusOr<FixedAnchors> AnchorsOfFixes(std::vector<readers::GnssFix> fixes,
   if (!site.ok()) return site.status();
   const absl::StatusOr<Places> places = PlacesOf(fixes, *site);
   if (!places.ok()) return places.status();
+  std::map<SessionId, std::vector<AntennaPlace>> sessions;
+  std::vector<std::optional<PlaceAt>> found;
   for (const SubmapInfo& submap : submaps) {
-    const std::optional<PlaceAt> place = PlaceOf(submap.first_stamp_ns, *places);
-    if (!place || place->map.cwiseAbs().maxCoeff() > kMaxAnchorM) continue;
+    found.push_back(PlaceOf(submap.first_stamp_ns, *places));
+    if (found.back()) {
+      sessions[submap.id.session].push_back(
+          {LevelPose(submap, antenna), found.back()->map, found.back()->sigma_xy_m});
+    }
+  }
+  for (size_t i = 0; i < submaps.size(); ++i) {
+    const SubmapInfo& submap = submaps[i];
+    std::optional<PlaceAt>& place = found[i];
+    if (!place) continue;
+    const Heading heading = HeadingOf(sessions[submap.id.session], antenna.in_sensor);
+    TakeOut(LevelPose(submap, antenna).rotation() * antenna.in_sensor, heading, *place);
+    if (place->map.cwiseAbs().maxCoeff() > kMaxAnchorM) continue;
     Anchor& anchor = made.anchors.emplace_back();
     anchor.submap = submap.id;
     anchor.T_map_submap = Pose(Eigen::Quaterniond::Identity(), place->map);

@@ -3,6 +3,7 @@
 
 #include <absl/status/statusor.h>
 
+#include <Eigen/Geometry>
 #include <optional>
 #include <vector>
 
@@ -24,12 +25,22 @@ struct FixedAnchors {
   std::vector<Anchor> anchors;
 };
 
+// Where the antenna is on the robot.
+struct Antenna {
+  Eigen::Vector3d in_sensor = Eigen::Vector3d::Zero();  // Metres, in the LiDAR's frame.
+  // Rotation of T_base_sensor: what makes a session's odom frame level.
+  Eigen::Quaterniond R_base_sensor = Eigen::Quaterniond::Identity();
+};
+
 // `fixes` in any order, on the clock of the submaps' stamps; of several with one stamp the last
-// counts. Positions are the antenna's: where it is far from the LiDAR, that is in them. Submaps
-// farther than kMaxAnchorM from the datum get none. InvalidArgument where a fix or the datum is out
-// of range; NotFound where there are no fixes at all.
+// counts. Where the antenna is off the LiDAR, what it is off by is taken out of the positions by
+// how each session's way lies on its fixes; until that tells the heading, only its height is, and
+// sigma grows by the rest. Submaps farther than kMaxAnchorM from the datum get none.
+// InvalidArgument where a fix or the datum is out of range; NotFound where there are no fixes at
+// all.
 absl::StatusOr<FixedAnchors> AnchorsOfFixes(std::vector<readers::GnssFix> fixes,
                                             const std::vector<SubmapInfo>& submaps,
-                                            const std::optional<Datum>& datum);
+                                            const std::optional<Datum>& datum,
+                                            const Antenna& antenna = {});
 
 }  // namespace isthmus::georeference

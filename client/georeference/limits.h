@@ -15,4 +15,8 @@ inline constexpr double kLongestGapS = 2;
 // walking person; faster ones lose little, as fixes that are early or late are the exception.
 inline constexpr double kDriftMps = 1.5;
 
+// Standard deviation, rad, of a heading that is known by how a way lies on its fixes: by how much
+// odometry may have turned since. A guess: 3 degrees. Above the most a heading is not known at all.
+inline constexpr double kHeadingDriftRad = 0.05, kMostHeadingSigmaRad = 0.35;
+
 }  // namespace isthmus::georeference

@@ -21,6 +21,7 @@ struct RecordedScan {
   std::string name;  // What messages call it: "scans/000012.pcd", "scan 12 of /points".
   // T_frame_sensor, as the file itself tells it, in a frame of the files' own; of PCDs only.
   std::optional<Pose> viewpoint = std::nullopt;
+  std::string frame = {};  // Of the points, as a message's header names it; else empty.
 };
 
 // Reads as it is asked, and holds no more than a scan or two. Not thread safe, but for Interrupt.

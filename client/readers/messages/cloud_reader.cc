@@ -54,7 +54,9 @@ absl::StatusOr<RecordedScan> CloudReader::Make(const Message& message) {
   absl::StatusOr<int64_t> end = stamps_.End(cloud->payload, cloud->header.stamp_ns, message.log_ns);
   if (!end.ok()) return end.status();
   rings_.Look(cloud->payload);
-  return RecordedScan{*end, std::move(cloud->payload), {}};
+  RecordedScan scan{*end, std::move(cloud->payload), {}};
+  scan.frame = std::move(cloud->header.frame);
+  return scan;
 }
 
 absl::StatusOr<std::optional<RecordedScan>> CloudReader::Next() {

@@ -48,7 +48,8 @@ class PacketReader : public ScanReader {
   std::unique_ptr<PacketDecoder> decoder_;
   bool turns_ = false;  // Messages are whole turns.
   bool ended_ = false;
-  size_t next_ = 0;  // The number of the next scan.
+  size_t next_ = 0;    // The number of the next scan.
+  std::string frame_;  // Of the newest message.
   std::deque<RecordedScan> ready_;
   uint64_t refused_ = 0;  // Packets.
   std::string why_refused_;
@@ -56,6 +57,7 @@ class PacketReader : public ScanReader {
 };
 
 absl::Status PacketReader::AddAll(const std::vector<MessagePacket>& packets) {
+  if (!packets.empty()) frame_ = packets.front().frame;
   if (decoder_ == nullptr) {
     turns_ = packets.size() >= kMinTurnPackets;
     absl::StatusOr<std::unique_ptr<PacketDecoder>> decoder = make_decoder_(turns_);
@@ -98,6 +100,7 @@ std::optional<RecordedScan> PacketReader::TakeReady() {
   RecordedScan scan = std::move(ready_.front());
   ready_.pop_front();
   scan.name = absl::StrCat("scan ", next_++, " of ", topic_.name);
+  scan.frame = frame_;
   return scan;
 }
 

@@ -4,6 +4,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <numbers>
+#include <vector>
+
 #include "client/georeference/limits.h"
 #include "client/georeference/site.h"
 
@@ -68,6 +72,74 @@ TEST(AnchorsOfFixes, TheFirstFixBecomesTheDatumWhereThereIsNone) {
   EXPECT_EQ(made->datum.heading_deg, 0);
   ASSERT_EQ(made->anchors.size(), 1u);
   EXPECT_NEAR(made->anchors[0].T_map_submap.translation().x(), 2, 1e-5);
+}
+
+// A robot that starts facing north, goes north and then east, with the antenna 1 m behind the LiDAR
+// and 0.5 m above it.
+struct OffAntenna : testing::Test {
+  static constexpr double kStepM = 10;
+  const Antenna antenna{.in_sensor = {-1, 0, 0.5}};
+
+  // The sensor after so many steps, of which the first four lead north.
+  static Pose InMap(int step) {
+    const double half_turn = std::numbers::pi / 2;
+    return step < 4 ? Pose::FromXyzRpy(0, kStepM * step, 0, 0, 0, half_turn)
+                    : Pose::FromXyzRpy(kStepM * (step - 3), 3 * kStepM, 0, 0, 0, 0);
+  }
+  void Drive(int steps) {
+    const Site site = *Site::Create(kDatum);
+    for (int step = 0; step < steps; ++step) {
+      readers::GnssFix fix = FixAfter(step);
+      const Geodetic at = site.ToGeodetic(InMap(step) * antenna.in_sensor);
+      fix.latitude_deg = at.latitude_deg;
+      fix.longitude_deg = at.longitude_deg;
+      fix.altitude_m = at.altitude_m;
+      fixes.push_back(fix);
+      submaps.push_back(SubmapFrom(step, step));
+      submaps.back().T_odom_submap = InMap(0).Inverse() * InMap(step);
+    }
+  }
+  std::vector<readers::GnssFix> fixes;
+  std::vector<SubmapInfo> submaps;
+};
+
+TEST_F(OffAntenna, IsTakenOutOnceTheWayTellsTheHeading) {
+  Drive(8);
+  const auto made = AnchorsOfFixes(fixes, submaps, kDatum, antenna);
+  ASSERT_EQ(made->anchors.size(), 8u);
+  for (int step = 0; step < 8; ++step) {
+    const Anchor& anchor = made->anchors[step];
+    EXPECT_LT((anchor.T_map_submap.translation() - InMap(step).translation()).norm(), 1e-3) << step;
+    EXPECT_LT(anchor.sigma_xy_m, 0.15) << "little more than the fix";
+    EXPECT_GT(anchor.sigma_xy_m, 0.1);
+  }
+}
+
+TEST_F(OffAntenna, WithoutAHeadingItsHeightIsTakenOutAndTheRestIsInTheSigma) {
+  Drive(1);
+  const auto made = AnchorsOfFixes(fixes, submaps, kDatum, antenna);
+  ASSERT_EQ(made->anchors.size(), 1u);
+  const Anchor& anchor = made->anchors[0];
+  EXPECT_NEAR(anchor.T_map_submap.translation().z(), 0, 1e-6);
+  EXPECT_NEAR(anchor.T_map_submap.translation().y(), -1, 1e-5) << "the antenna's";
+  EXPECT_NEAR(anchor.sigma_xy_m, std::hypot(0.1, 1), 1e-9);
+}
+
+TEST_F(OffAntenna, OnATiltedLidarIsTakenOutOnTheLevel) {
+  Drive(8);
+  // The LiDAR looks 40 degrees down; the antenna stays where it is on the robot.
+  const Eigen::Quaterniond tilt(Eigen::AngleAxisd(0.7, Eigen::Vector3d::UnitY()));
+  const Pose mount(tilt, Eigen::Vector3d::Zero());
+  for (SubmapInfo& submap : submaps) {
+    submap.T_odom_submap = mount.Inverse() * submap.T_odom_submap * mount;
+  }
+  const Antenna tilted{.in_sensor = tilt.inverse() * antenna.in_sensor, .R_base_sensor = tilt};
+  const auto made = AnchorsOfFixes(fixes, submaps, kDatum, tilted);
+  ASSERT_EQ(made->anchors.size(), 8u);
+  for (int step = 0; step < 8; ++step) {
+    const Eigen::Vector3d at = made->anchors[step].T_map_submap.translation();
+    EXPECT_LT((at - InMap(step).translation()).norm(), 1e-3) << step;
+  }
 }
 
 TEST(AnchorsOfFixes, AFixThatStatesNoSigmaIsHardlyBelieved) {
