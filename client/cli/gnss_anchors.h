@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "client/console/recording_options.h"
 #include "client/georeference/anchors_of_fixes.h"
 #include "client/library/client.h"
 #include "client/readers/recording.h"
@@ -19,8 +20,13 @@ struct GnssOfRobot {
   std::string robot, topic;
   std::vector<readers::GnssFix> fixes;  // At least one.
   georeference::Antenna antenna;
-  bool is_mounted = false;  // The recording tells where the antenna is.
 };
+
+// The fixes of `wanted`, each TOPIC or, of several robots, TOPIC=ROBOT. NotFound, naming the topics
+// there are, for another; InvalidArgument for a robot that is not pushed, or has two.
+absl::StatusOr<std::vector<GnssOfRobot>> ReadGnss(const readers::Recording& recording,
+                                                  const std::vector<std::string>& wanted,
+                                                  const std::vector<RobotScans>& robots);
 
 struct GnssSummary {
   std::string robot, topic;

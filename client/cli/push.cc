@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include "client/cli/commands.h"
+#include "client/cli/gnss_anchors.h"
 #include "client/console/exit_code.h"
 #include "client/console/interruption.h"
 #include "client/console/json.h"
@@ -24,6 +25,7 @@ struct PushArguments {
   PushOptions push;
   std::string pace = "max";
   bool localise = false;
+  std::vector<std::string> gnss;  // TOPIC or TOPIC=ROBOT.
   std::string in_map_of, poses;
   bool json = false;
 };
@@ -64,15 +66,49 @@ void PrintText(const PushSummary& summary) {
   if (loss.IsMuch()) absl::PrintF("%s: %s\n", summary.session.value(), ToString(loss));
 }
 
-int Report(const std::vector<PushSummary>& summaries, const PushArguments& options) {
+// Of the robot, if any are.
+const GnssSummary* AnchorsOf(const std::string& robot, const std::vector<GnssSummary>& anchored) {
+  for (const GnssSummary& gnss : anchored) {
+    if (gnss.robot == robot) return &gnss;
+  }
+  return nullptr;
+}
+
+Json GnssJson(const GnssSummary* gnss) {
+  if (gnss == nullptr) return nullptr;
+  return {{"topic", gnss->topic},
+          {"fixes", gnss->fixes},
+          {"submaps", gnss->submaps},
+          {"anchored", gnss->anchored},
+          {"sets_datum", gnss->is_new_datum}};
+}
+
+void PrintText(const GnssSummary& gnss) {
+  absl::PrintF("%s: %d of %d submaps anchored by the %d fixes of %s\n", gnss.robot, gnss.anchored,
+               gnss.submaps, gnss.fixes, gnss.topic);
+  if (!gnss.is_new_datum) return;
+  absl::PrintF("%s: the first fix is the site's datum: latitude %.9f, longitude %.9f, %.3f m\n",
+               gnss.robot, gnss.datum.latitude_deg, gnss.datum.longitude_deg,
+               gnss.datum.altitude_m);
+}
+
+int Report(const std::vector<PushSummary>& summaries, const std::vector<GnssSummary>& anchored,
+           const PushArguments& options) {
   if (options.json) {
     Json robots = Json::array();
-    for (const PushSummary& summary : summaries) robots.push_back(SummaryJson(summary));
+    for (const PushSummary& summary : summaries) {
+      robots.push_back(SummaryJson(summary));
+      robots.back()["gnss"] = GnssJson(AnchorsOf(summary.robot, anchored));
+    }
     Print(summaries.size() == 1 ? robots[0] : Json{{"robots", std::move(robots)}});
   }
   int code = kOk;
   for (const PushSummary& summary : summaries) {
-    if (!options.json) PrintText(summary);
+    if (!options.json) {
+      PrintText(summary);
+      const GnssSummary* gnss = AnchorsOf(summary.robot, anchored);
+      if (gnss != nullptr) PrintText(*gnss);
+    }
     if (summary.is_interrupted) {
       absl::FPrintF(stderr, "isthmus: %s: interrupted; %s\n", summary.robot,
                     !options.push.spool.empty() ? "the same command goes on"
@@ -148,6 +184,21 @@ absl::Status NameRobots(const PushArguments& options, std::vector<RobotScans>& r
   return absl::OkStatus();
 }
 
+absl::StatusOr<std::vector<GnssSummary>> AnchorAll(client::Client& client,
+                                                   const std::vector<GnssOfRobot>& gnss,
+                                                   const std::vector<PushSummary>& pushed) {
+  std::vector<GnssSummary> all;
+  for (const GnssOfRobot& of_robot : gnss) {
+    for (const PushSummary& summary : pushed) {
+      if (summary.robot != of_robot.robot) continue;
+      auto anchored = AnchorByFixes(client, of_robot, summary.session);
+      if (!anchored.ok()) return anchored.status();
+      all.push_back(*std::move(anchored));
+    }
+  }
+  return all;
+}
+
 int Run(PushArguments options) {
   double hz = 0;
   if (options.pace != "max") {
@@ -165,9 +216,13 @@ int Run(PushArguments options) {
                   "\nisthmus: interrupted: waiting for what was sent to be acknowledged; "
                   "once more to end at once\n");
   });
-  auto robots = OpenRobots(options.path, options.recording);
+  const auto recording = readers::OpenRecording(options.path);
+  if (!recording.ok()) return FailInput(recording.status());
+  auto robots = OpenRobots(**recording, options.path, options.recording);
   if (!robots.ok()) return FailInput(robots.status());
   if (absl::Status status = NameRobots(options, *robots); !status.ok()) return Fail(kUsage, status);
+  const auto gnss = ReadGnss(**recording, options.gnss, *robots);
+  if (!gnss.ok()) return FailInput(gnss.status());
   const auto client =
       ConnectPatiently(options.server, /*may_begin_alone=*/!options.push.spool.empty());
   if (!client.ok()) return FailServer(client.status());
@@ -187,7 +242,10 @@ int Run(PushArguments options) {
     return kOk;
   }
   if (!summaries.ok()) return FailServer(summaries.status());
-  return Report(*summaries, options);
+  const auto anchored = AnchorAll(**client, *gnss, *summaries);
+  const int code =
+      Report(*summaries, anchored.ok() ? *anchored : std::vector<GnssSummary>(), options);
+  return anchored.ok() ? code : FailServer(anchored.status());
 }
 
 }  // namespace
@@ -223,6 +281,12 @@ void AddPush(CLI::App& app, Action& action) {
       "of the scans. Waits for a server out of reach as long as it takes");
   command->add_flag("--localise", options->localise,
                     "Only say where the robot is in the map there is; the map does not grow");
+  command
+      ->add_option("--gnss", options->gnss,
+                   "Anchor the map by the fixes on this topic (NavSatFix, NMEA of a .pcap); "
+                   "TOPIC=ROBOT for each of several robots")
+      ->take_all()
+      ->excludes("--localise");
   command
       ->add_option("--in-map-of", options->in_map_of,
                    "With --localise: in the map that this robot is in, not the largest")

@@ -225,6 +225,7 @@ void PrintText(const RecordingReport& report) {
   for (const readers::GnssTopic& gnss : report.gnss) {
     absl::PrintF("\n%s (GNSS)\n", gnss.name);
     if (gnss.messages) absl::PrintF("  fixes    %d\n", *gnss.messages);
+    absl::PrintF("  use      --gnss %s anchors the map by them\n", gnss.name);
   }
   for (const readers::StaticTransform& edge : report.transforms) {
     const Eigen::Vector3d t = edge.T_parent_child.translation();

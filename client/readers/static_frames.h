@@ -1,4 +1,4 @@
-// How sensors are mounted, by the static transforms of a recording.
+// The mounting of sensors, by the static transforms of a recording.
 #pragma once
 
 #include <map>

@@ -96,7 +96,8 @@ ALLOWED = {
     # No server, no store, no odometry: this is what a robot carries.
     "client/cli": (
         {"core", "core/formats", "core/io", "client/cloud_upload", "client/console", "client/exports",
-         "client/georeference", "client/library", "client/evaluation", "client/report"},
+         "client/georeference", "client/library", "client/evaluation", "client/readers",
+         "client/report"},
         STD_LIKE | {"json", "cli11"},
     ),
     # These commands run an embedded server, or an algorithm of it on a file.
