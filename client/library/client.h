@@ -40,7 +40,8 @@ namespace isthmus::client {
 // was sent.
 class Client {
  public:
-  // Asks the server for a sign of life. Unavailable if it gives none in backoff.max_attempts.
+  // Asks the server for a sign of life. Unavailable if it gives none in backoff.max_attempts,
+  // InvalidArgument where the address is none.
   static absl::StatusOr<std::unique_ptr<Client>> Connect(const ClientOptions& options);
   ~Client();
 
