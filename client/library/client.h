@@ -98,6 +98,7 @@ class Client {
   absl::StatusOr<MatchGraph> GetMatchGraph(bool include_edges = false);
   // Holds until another decision on the pair, whatever the server computes.
   absl::StatusOr<DecidedMatch> DecideMatch(const MatchDecision& decision);
+  // Of robots' newest sessions, or of a session where that is named in place of a robot.
   // FailedPrecondition, saying what is missing, while nothing connects the two.
   absl::StatusOr<RobotTransform> GetTransform(const RobotId& a, const RobotId& b);
 
