@@ -62,7 +62,7 @@ absl::StatusOr<const RobotScans*> RobotOf(const std::string& name,
 
 // By the recording's static transforms, where they join antenna and LiDAR.
 void Mount(const readers::StaticFrames& frames, const RobotScans& robot, GnssOfRobot& gnss) {
-  gnss.antenna.R_base_sensor = robot.T_base_sensor.rotation();
+  gnss.antenna.R_base_sensor = robot.T_base_sensor.value_or(Pose()).rotation();
   const std::string& frame = gnss.fixes.front().frame;
   const std::optional<Pose> T_sensor_antenna = frames.Between(robot.frame, frame);
   if (!T_sensor_antenna) {

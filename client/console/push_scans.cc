@@ -155,17 +155,17 @@ absl::StatusOr<std::unique_ptr<client::ScanStream>> OpenStream(
     absl::FPrintF(stderr, "isthmus: %s: %s\n", name, event);
   };
   if (options.spool.empty()) {
-    const auto session =
-        client.CreateSession(robot.robot, robot.sensor, robot.T_base_sensor, options.odometry);
+    const auto session = client.CreateSession(
+        robot.robot, robot.sensor, robot.T_base_sensor.value_or(Pose()), options.odometry);
     if (!session.ok()) return session.status();
     SayWhatIsOpen(client, *session);
     return client.OpenScanStream(session->record.id, stream_options);
   }
   auto stream = client.ResumeScanStream(stream_options);
   if (absl::IsNotFound(stream.status())) {
-    return client.OpenSpool(
-        {RobotId(robot.robot), robot.sensor, options.odometry, robot.T_base_sensor},
-        stream_options);
+    return client.OpenSpool({RobotId(robot.robot), robot.sensor, options.odometry,
+                             robot.T_base_sensor.value_or(Pose())},
+                            stream_options);
   }
   if (stream.ok() && (*stream)->resumed().robot != robot.robot) {
     return absl::FailedPreconditionError(
