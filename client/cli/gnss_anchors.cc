@@ -129,6 +129,7 @@ absl::StatusOr<GnssSummary> AnchorByFixes(client::Client& client, const GnssOfRo
   summary.fixes = gnss.fixes.size();
   summary.submaps = static_cast<int>(submaps->size());
   summary.anchored = put->anchored;
+  summary.wild = made->wild;
   summary.is_new_datum = made->is_new_datum && !made->anchors.empty();
   summary.datum = made->datum;
   return summary;

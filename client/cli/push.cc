@@ -76,16 +76,17 @@ const GnssSummary* AnchorsOf(const std::string& robot, const std::vector<GnssSum
 
 Json GnssJson(const GnssSummary* gnss) {
   if (gnss == nullptr) return nullptr;
-  return {{"topic", gnss->topic},
-          {"fixes", gnss->fixes},
-          {"submaps", gnss->submaps},
-          {"anchored", gnss->anchored},
-          {"sets_datum", gnss->is_new_datum}};
+  return {{"topic", gnss->topic},       {"fixes", gnss->fixes}, {"submaps", gnss->submaps},
+          {"anchored", gnss->anchored}, {"wild", gnss->wild},   {"sets_datum", gnss->is_new_datum}};
 }
 
 void PrintText(const GnssSummary& gnss) {
   absl::PrintF("%s: %d of %d submaps anchored by the %d fixes of %s\n", gnss.robot, gnss.anchored,
                gnss.submaps, gnss.fixes, gnss.topic);
+  if (gnss.wild > 0) {
+    absl::PrintF("%s: %d submaps are not anchored: their fixes are far from where the way leads\n",
+                 gnss.robot, gnss.wild);
+  }
   if (!gnss.is_new_datum) return;
   absl::PrintF("%s: the first fix is the site's datum: latitude %.9f, longitude %.9f, %.3f m\n",
                gnss.robot, gnss.datum.latitude_deg, gnss.datum.longitude_deg,
