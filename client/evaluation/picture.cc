@@ -161,7 +161,8 @@ void TopDownPicture::DrawPoints(Canvas& canvas) const {
 
 void TopDownPicture::DrawTrajectories(Canvas& canvas) const {
   const Color paper = canvas.At(0, 0), ink = options_.dark ? Color{255, 255, 255} : Color{0, 0, 0};
-  for (const auto& [robot, trajectory] : trajectories_) {
+  for (const auto& [robot, poses] : trajectories_) {
+    const Trajectory& trajectory = poses;  // Lambdas of clang 14 take no structured bindings.
     if (trajectory.empty()) continue;
     const auto x = [&](size_t i) { return PixelX(trajectory[i].pose.translation().x()); };
     const auto y = [&](size_t i) { return PixelY(trajectory[i].pose.translation().y()); };

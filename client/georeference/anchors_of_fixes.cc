@@ -85,6 +85,7 @@ void PlaceSession(const std::vector<SubmapInfo>& submaps, const std::vector<size
                   const Antenna& antenna, std::vector<std::optional<PlaceAt>>& at,
                   FixedAnchors& made) {
   std::vector<AntennaPlace> on_way;
+  on_way.reserve(own.size());
   for (const size_t i : own) {
     on_way.push_back({LevelPose(submaps[i], antenna), at[i]->map, at[i]->sigma_xy_m});
   }
