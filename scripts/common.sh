@@ -16,7 +16,8 @@ install_packages() {
       missing+=("$package")
   done
   [ ${#missing[@]} -eq 0 ] && return
-  say "installing ${#missing[@]} Debian packages"
+  local log=${TMPDIR:-/tmp}/isthmus-packages.log
+  say "installing ${#missing[@]} Debian packages and what they need; takes minutes (tail -f $log)"
   local as_root=()
   if [ "$(id -u)" -ne 0 ]; then
     command -v sudo >/dev/null || {
@@ -28,8 +29,8 @@ install_packages() {
   fi
   "${as_root[@]}" apt-get update -qq
   "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq \
-    --no-install-recommends "${missing[@]}" >"${TMPDIR:-/tmp}/isthmus-packages.log" 2>&1 || {
-    tail -n 20 "${TMPDIR:-/tmp}/isthmus-packages.log" >&2
+    --no-install-recommends "${missing[@]}" >"$log" 2>&1 || {
+    tail -n 20 "$log" >&2
     exit 1
   }
 }
