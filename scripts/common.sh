@@ -16,7 +16,8 @@ install_packages() {
       missing+=("$package")
   done
   [ ${#missing[@]} -eq 0 ] && return
-  local log=${TMPDIR:-/tmp}/isthmus-packages.log
+  local log
+  log=$(mktemp --tmpdir isthmus-packages.XXXXXX.log)
   say "installing ${#missing[@]} Debian packages and what they need; takes minutes (tail -f $log)"
   local as_root=()
   if [ "$(id -u)" -ne 0 ]; then
@@ -33,6 +34,7 @@ install_packages() {
     tail -n 20 "$log" >&2
     exit 1
   }
+  rm -f "$log"
 }
 
 # Of ninja's output, what no progress line is; and of those one every ten seconds: how far it is,
