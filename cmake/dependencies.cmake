@@ -39,3 +39,8 @@ endif()
 if(ISTHMUS_BENCHMARKS)
   find_package(benchmark REQUIRED)
 endif()
+# By pkg-config: ROS's CMake files would bring in catkin. Its messages are headers only.
+if(ISTHMUS_ROS1)
+  pkg_check_modules(ROS REQUIRED IMPORTED_TARGET roscpp tf2_ros)
+  include(cmake/ros1_messages.cmake)
+endif()

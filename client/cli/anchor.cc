@@ -127,7 +127,7 @@ int RunList(const AnchorOptions& options) {
   }
   Json out = Json::array();
   for (const RobotAnchor& anchor : *anchors) out.push_back(ToJson(anchor));
-  Print(out);
+  Print({{"anchors", std::move(out)}});
   return kOk;
 }
 

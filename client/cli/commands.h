@@ -10,6 +10,7 @@ void AddPush(CLI::App& app, Action& action);
 void AddUpload(CLI::App& app, Action& action);
 void AddStatus(CLI::App& app, Action& action);
 void AddRobots(CLI::App& app, Action& action);
+void AddSession(CLI::App& app, Action& action);
 void AddGraph(CLI::App& app, Action& action);
 void AddMatch(CLI::App& app, Action& action);
 void AddLoops(CLI::App& app, Action& action);

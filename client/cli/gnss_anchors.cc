@@ -62,7 +62,7 @@ absl::StatusOr<const RobotScans*> RobotOf(const std::string& name,
 
 // By the recording's static transforms, where they join antenna and LiDAR.
 void Mount(const readers::StaticFrames& frames, const RobotScans& robot, GnssOfRobot& gnss) {
-  gnss.antenna.R_base_sensor = robot.T_base_sensor.rotation();
+  gnss.antenna.R_base_sensor = robot.T_base_sensor.value_or(Pose()).rotation();
   const std::string& frame = gnss.fixes.front().frame;
   const std::optional<Pose> T_sensor_antenna = frames.Between(robot.frame, frame);
   if (!T_sensor_antenna) {
@@ -129,6 +129,7 @@ absl::StatusOr<GnssSummary> AnchorByFixes(client::Client& client, const GnssOfRo
   summary.fixes = gnss.fixes.size();
   summary.submaps = static_cast<int>(submaps->size());
   summary.anchored = put->anchored;
+  summary.wild = made->wild;
   summary.is_new_datum = made->is_new_datum && !made->anchors.empty();
   summary.datum = made->datum;
   return summary;

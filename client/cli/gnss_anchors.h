@@ -32,6 +32,7 @@ struct GnssSummary {
   std::string robot, topic;
   uint64_t fixes = 0;
   int submaps = 0, anchored = 0;
+  int wild = 0;  // Submaps whose fix is far from where the way leads.
   bool is_new_datum = false;
   Datum datum;
 };

@@ -140,8 +140,10 @@ void AddGraph(CLI::App& app, Action& action) {
   command->add_option("--format", options->format, "dot is for Graphviz")
       ->check(CLI::IsMember({"text", "json", "dot"}))
       ->capture_default_str();
+  command->add_flag_callback(
+      "--json", [format = &options->format] { *format = "json"; }, "As --format json");
   command->add_flag("--edges", options->edges,
-                    "With --format json: the submaps that carry each match, too");
+                    "With --json: the submaps that carry each match, too");
   CLI::Option* g2o = command->add_option(
       "--g2o", options->g2o, "FILE for the pose graph of a component: submaps and what ties them");
   command->add_option("--component", options->component, "With --g2o; 0 is the largest")

@@ -57,7 +57,7 @@ int RunList(const LoopsOptions& options) {
   }
   Json out = Json::array();
   for (const Loop& loop : *loops) out.push_back(ToJson(loop, options.edges));
-  Print(out);
+  Print({{"loops", std::move(out)}});
   return kOk;
 }
 

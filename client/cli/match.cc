@@ -1,10 +1,13 @@
 // isthmus match: a person's decision on how two robots' maps lie to each other.
+#include <absl/strings/str_cat.h>
 #include <absl/strings/str_format.h>
+#include <absl/strings/str_join.h>
 
 #include <numbers>
 #include <vector>
 
 #include "client/cli/commands.h"
+#include "client/cli/joined.h"
 #include "client/console/exit_code.h"
 #include "client/console/json.h"
 #include "client/console/match_text.h"
@@ -27,6 +30,18 @@ Pose PoseOf(const std::vector<double>& numbers) {
                           numbers[4] * kRadians, numbers[5] * kRadians);
 }
 
+using Sessions = std::vector<SessionId>;
+
+std::string JoinedText(const Match& match, const std::optional<Sessions>& way) {
+  const std::string both = absl::StrCat(match.a.value(), " and ", match.b.value());
+  if (!way) return both + " are in different maps now\n";
+  const std::string names = absl::StrJoin(
+      *way, ", ",
+      [](std::string* out, const SessionId& session) { absl::StrAppend(out, session.value()); });
+  return absl::StrCat(both, " stay joined, through ", names.empty() ? "other segments" : names,
+                      ": to part them reject a match on that way too\n");
+}
+
 int Run(const MatchOptions& options, std::optional<ManualDecisionKind> kind) {
   const auto client = Connect(options.server);
   if (!client.ok()) return FailServer(client.status());
@@ -43,11 +58,23 @@ int Run(const MatchOptions& options, std::optional<ManualDecisionKind> kind) {
   if (!options.pose.empty()) decision.T_a_b = PoseOf(options.pose);
   const auto decided = (*client)->DecideMatch(decision);
   if (!decided.ok()) return FailServer(decided.status());
+  const auto graph = (*client)->GetMatchGraph();
+  if (!graph.ok()) return FailServer(graph.status());
+  const Match& match = decided->edge.match;
+  const auto way = WayBetween(*graph, match.a, match.b);
   if (options.json) {
-    Print(ToJson(decided->edge));
-  } else {
-    absl::PrintF("%s", MatchText(decided->edge));
+    Json out = ToJson(decided->edge);
+    out["joined"] = way.has_value();
+    out["joined_through"] = Json::array();
+    for (const SessionId& session : way.value_or(Sessions())) {
+      out["joined_through"].push_back(session.value());
+    }
+    Print(out);
+    return kOk;
   }
+  absl::PrintF("%s", MatchText(decided->edge));
+  // Who parts two maps wants to know whether they are apart now.
+  if (kind == ManualDecisionKind::kReject) absl::PrintF("%s", JoinedText(match, way));
   return kOk;
 }
 

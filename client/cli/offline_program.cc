@@ -10,9 +10,11 @@
 #include <string>
 #include <string_view>
 #include <system_error>
+#include <vector>
 
 #include "client/console/exit_code.h"
 #include "client/console/offline_commands.h"
+#include "client/console/words.h"
 
 namespace isthmus::cli {
 namespace {
@@ -28,11 +30,12 @@ fs::path OwnFolder() {
 }  // namespace
 
 bool NamesOfflineCommand(int argc, char** argv) {
-  const auto is_option = [](std::string_view word) { return word.starts_with('-'); };
-  char** const command = std::find_if_not(argv + 1, argv + std::max(argc, 1), is_option);
-  if (command == argv + std::max(argc, 1)) return false;
+  const std::vector<std::string> words = Words(argc, argv);
+  const size_t command = CommandAt(words);
+  if (command == words.size()) return false;
   const auto names = OfflineCommands();
-  return std::ranges::find(names, std::string_view(*command), &OfflineCommand::name) != names.end();
+  return std::ranges::find(names, std::string_view(words[command]), &OfflineCommand::name) !=
+         names.end();
 }
 
 int BecomeOfflineProgram(char** argv) {

@@ -6,7 +6,7 @@
 
 namespace isthmus::cli {
 
-// True if the command line, whose first word that is no option is the command, names one of them.
+// True if the command line names one of them, or asks for its help.
 bool NamesOfflineCommand(int argc, char** argv);
 
 // Runs isthmus-offline in place of this program with the same arguments, so that exit code, signals

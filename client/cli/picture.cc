@@ -1,7 +1,10 @@
 // isthmus picture: the merged map from above, each robot in its own colour.
 #include "client/evaluation/picture.h"
 
+#include <absl/strings/str_cat.h>
 #include <absl/strings/str_format.h>
+#include <absl/time/clock.h>
+#include <absl/time/time.h>
 
 #include "client/cli/commands.h"
 #include "client/cli/region_reader.h"
@@ -45,9 +48,15 @@ int Run(const PictureOptions& options) {
   if (!trajectories.ok()) return FailServer(trajectories.status());
   std::vector<std::string> names;
   for (const RobotId& robot : region->robots) names.push_back(robot.value());
-  const absl::Status written = evaluation::WritePicture(options.output, region->points,
-                                                        *trajectories, names, options.picture);
+  evaluation::PictureOptions picture = options.picture;
+  picture.caption = absl::StrCat(
+      "revision ", region->revision, ", ",
+      absl::FormatTime("%Y-%m-%d %H:%M UTC", absl::Now(), absl::UTCTimeZone()), ", x and y in m");
+  const absl::Status written =
+      evaluation::WritePicture(options.output, region->points, *trajectories, names, picture,
+                               /*world_file=*/!io::IsStandardOutput(options.output));
   if (!written.ok()) return Fail(kFailed, written);
+  if (io::IsStandardOutput(options.output)) return kOk;
   absl::PrintF("%s: %d points of %d sessions, revision %d\n", options.output, region->points.size(),
                region->robots.size(), region->revision);
   return kOk;
@@ -68,6 +77,7 @@ void AddPicture(CLI::App& app, Action& action) {
       ->capture_default_str();
   command->add_option("--min-z", picture.min_z_m, "Leave out points below, metres in the map");
   command->add_option("--max-z", picture.max_z_m, "Leave out points above");
+  command->add_flag("!--no-grid", picture.grid, "Without grid and origin");
   command->add_flag("--dark", picture.dark, "Light on black");
   command->add_option("-o,--output", options->output, "FILE.png")->required();
   command->callback([options, &action] { action = [options] { return Run(*options); }; });

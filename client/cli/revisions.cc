@@ -30,7 +30,7 @@ int RunList(const RevisionsOptions& options) {
   if (options.json) {
     Json out = Json::array();
     for (const RevisionInfo& revision : *revisions) out.push_back(ToJson(revision));
-    Print(out);
+    Print({{"revisions", std::move(out)}});
     return kOk;
   }
   absl::PrintF("%s", RevisionHeader());

@@ -39,8 +39,11 @@ void AddTransform(CLI::App& app, Action& action) {
   CLI::App* command = app.add_subcommand(
       "transform", "The pose that takes ROBOT_B's odom frame to ROBOT_A's; fails until known");
   AddServerOptions(*command, options->server);
-  command->add_option("ROBOT_A", options->a, "The robot whose frame the answer is in")->required();
-  command->add_option("ROBOT_B", options->b, "The robot whose frame is placed")->required();
+  command
+      ->add_option("ROBOT_A", options->a,
+                   "Whose frame the answer is in: a robot, for its newest session, or a session")
+      ->required();
+  command->add_option("ROBOT_B", options->b, "Whose frame is placed, likewise")->required();
   command->add_flag("--json", options->json, "As JSON");
   command->callback([options, &action] { action = [options] { return Run(*options); }; });
 }

@@ -20,7 +20,7 @@ struct UploadArguments {
   ServerOptions server{.attempts = kPatientAttempts};
   UploadOptions upload;
   double max_difference_s = 1e-9 * static_cast<double>(cloud_upload::kNearestPoseNs);
-  std::string clouds_in = "sensor";
+  std::string clouds_in = "sensor", poses_of = "sensor";
   bool json = false;
 };
 
@@ -74,6 +74,7 @@ int ReportUpload(const UploadSummary& summary, const UploadArguments& options) {
 int RunUpload(UploadArguments options) {
   options.upload.association.nearest_ns =
       static_cast<int64_t>(std::llround(1e9 * options.max_difference_s));
+  options.upload.poses_of_base = options.poses_of == "base";
   if (options.clouds_in == "odom") options.upload.cut.frame = cloud_upload::CloudFrame::kOdom;
   if (absl::Status status = CheckOptions(options.upload.cut); !status.ok()) {
     return Fail(kUsage, status);
@@ -101,6 +102,12 @@ void AddCutOptions(CLI::App& command, UploadArguments& options) {
       .add_option("--clouds-in", options.clouds_in,
                   "Frame of the points: the sensor's, or odom, that of the trajectory")
       ->check(CLI::IsMember({"sensor", "odom"}))
+      ->capture_default_str();
+  command
+      .add_option("--poses-of", options.poses_of,
+                  "What the poses are of: the sensor that the clouds are of, or base, the robot's "
+                  "base_link by tf_static")
+      ->check(CLI::IsMember({"sensor", "base"}))
       ->capture_default_str();
   cloud_upload::CutOptions& cut = options.upload.cut;
   command

@@ -23,6 +23,12 @@ inline constexpr double kSubmapTimeS = 20;
 // Points after which a submap ends. The server takes 4 million; this is 40 MB here and there.
 inline constexpr size_t kSubmapPoints = 2'000'000;
 
+// Several LiDARs.
+
+// Nanoseconds between clouds of two LiDARs that are joined to one: half a turn at 10 Hz, and as
+// much again as drivers are late.
+inline constexpr int64_t kSameTurnNs = 75'000'000;
+
 // Points.
 
 // Metres: one point per voxel of this size and keyframe. Maps are matched at 0.2 m and composed at

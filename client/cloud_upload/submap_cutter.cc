@@ -6,7 +6,7 @@
 #include <cmath>
 #include <utility>
 
-#include "core/codec/payload_layout.h"
+#include "client/cloud_upload/columns.h"
 
 namespace isthmus::cloud_upload {
 namespace {
@@ -29,23 +29,6 @@ SubmapUpload EmptySubmap(uint32_t index, const StampedPose& first) {
 
 double SecondsBetween(const StampedPose& a, const StampedPose& b) {
   return 1e-9 * std::abs(static_cast<double>(a.stamp_ns) - static_cast<double>(b.stamp_ns));
-}
-
-// The columns x, y, z and intensity; the last is empty where there is none.
-absl::StatusOr<std::vector<std::vector<double>>> ReadColumns(const PointPayload& cloud) {
-  if (absl::Status status = codec::CheckRawLayout(cloud); !status.ok()) return status;
-  std::vector<std::vector<double>> columns;
-  for (const char* name : {"x", "y", "z"}) {
-    const PointField* field = codec::FindField(cloud, {name});
-    if (field == nullptr) {
-      return absl::InvalidArgumentError(absl::StrCat("the cloud has no field ", name));
-    }
-    columns.push_back(codec::ReadColumn(cloud, *field));
-  }
-  const PointField* intensity = codec::FindField(cloud, {"intensity", "i", "reflectivity"});
-  columns.push_back(intensity == nullptr ? std::vector<double>()
-                                         : codec::ReadColumn(cloud, *intensity));
-  return columns;
 }
 
 }  // namespace

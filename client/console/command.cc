@@ -3,7 +3,13 @@
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_format.h>
 
+#include <algorithm>
+#include <string>
+#include <utility>
+#include <vector>
+
 #include "client/console/exit_code.h"
+#include "client/console/words.h"
 
 namespace isthmus::cli {
 
@@ -12,8 +18,16 @@ int RunCommandLine(CLI::App& app, std::span<const AddCommand> commands, int argc
   app.set_version_flag("--version", ISTHMUS_VERSION);
   Action action;
   for (const AddCommand add : commands) add(app, action);
+  app.footer(
+      "`isthmus help COMMAND` is `isthmus COMMAND --help`. --server and --attempts may stand "
+      "before\n"
+      "the command too.");
+  std::vector<std::string> words = Words(argc, argv);
+  if (absl::Status status = CheckCommand(words, app); !status.ok()) return Fail(kUsage, status);
+  words = Arranged(words, app);
+  std::ranges::reverse(words);  // As CLI11 takes them.
   try {
-    app.parse(argc, argv);
+    app.parse(std::move(words));
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? kOk : kUsage;  // Prints help, version or what is wrong.
   }

@@ -169,9 +169,17 @@ Json ToJson(const MatchGraph& graph, bool with_edges) {
   return out;
 }
 
-void Print(const Json& json) {
-  // Names come from robots: what is not UTF-8 is replaced rather than refused.
-  std::cout << json.dump(2, ' ', false, Json::error_handler_t::replace) << "\n";
+Json Versioned(const Json& document) {
+  Json out = {{"version", kJsonVersion}};
+  out.update(document);
+  return out;
 }
+
+std::string Text(const Json& document) {
+  // Names come from robots: what is not UTF-8 is replaced rather than refused.
+  return Versioned(document).dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+void Print(const Json& document) { std::cout << Text(document); }
 
 }  // namespace isthmus::cli

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <nlohmann/json.hpp>
+#include <string>
 
 #include "core/records/map_graph.h"
 #include "core/records/map_info.h"
@@ -23,7 +24,14 @@ Json ToJson(const MapInfo& info);
 Json ToJson(const MatchEdge& edge, bool with_edges = false);
 Json ToJson(const MatchGraph& graph, bool with_edges = false);
 
-// To stdout, indented.
-void Print(const Json& json);
+// Of every document: it grows when a key goes or changes its meaning. New keys do not change it.
+inline constexpr int kJsonVersion = 1;
+
+// With "version" in front of what the document, an object, holds.
+Json Versioned(const Json& document);
+// Versioned, indented, with the last line's end.
+std::string Text(const Json& document);
+// To stdout, as Text has it.
+void Print(const Json& document);
 
 }  // namespace isthmus::cli

@@ -75,7 +75,7 @@ absl::StatusOr<LocaliseSummary> LocaliseRobot(client::Client& client, RobotScans
   const RobotScans& one = robots.front();
   LocalisationRequest request;
   request.sensor = one.sensor;
-  request.T_base_sensor = one.T_base_sensor;
+  request.T_base_sensor = one.T_base_sensor.value_or(Pose());
   request.odometry = options.odometry;
   request.in_map_of = RobotId(in_map_of);
   const auto localisation =

@@ -12,6 +12,7 @@
 
 #include "client/console/console.h"
 #include "client/console/pacer.h"
+#include "client/console/reason_tally.h"
 #include "core/stopwatch.h"
 
 namespace isthmus::cli {
@@ -58,7 +59,9 @@ class AckLog {
   void Add(const ScanAck& ack) {
     if (ack.outcome == ScanOutcome::kRejected) {
       if (first_rejection.empty()) first_rejection = ack.reason;
-      absl::FPrintF(stderr, "isthmus: scan %d was rejected: %s\n", ack.sequence, ack.reason);
+      if (rejections_.Count(ack.reason)) {
+        absl::FPrintF(stderr, "isthmus: scan %d was rejected: %s\n", ack.sequence, ack.reason);
+      }
     }
     NoteSegment(ack);
     acks.push_back(ack);
@@ -68,8 +71,19 @@ class AckLog {
   void LeaveOut(const std::string& name, const absl::Status& why) {
     ++unreadable;
     progress_.CountOne();
-    absl::FPrintF(stderr, "isthmus: left out %s%s%s\n", name, name.empty() ? "" : ": ",
-                  std::string(why.message()));
+    const std::string reason(why.message());
+    if (!left_out_.Count(reason)) return;
+    absl::FPrintF(stderr, "isthmus: left out %s%s%s\n", name, name.empty() ? "" : ": ", reason);
+  }
+  // Once the stream has ended.
+  void SayTheRest() const {
+    for (const auto& [reason, count] : left_out_.Unsaid()) {
+      absl::FPrintF(stderr, "isthmus: %s: left out %d more like it: %s\n", robot_, count, reason);
+    }
+    for (const auto& [reason, count] : rejections_.Unsaid()) {
+      absl::FPrintF(stderr, "isthmus: %s: %d more scans were rejected like it: %s\n", robot_, count,
+                    reason);
+    }
   }
 
   std::vector<ScanAck> acks;
@@ -90,6 +104,7 @@ class AckLog {
   const std::string robot_;
   FleetProgress& progress_;
   std::map<SessionId, uint32_t> segments_;
+  ReasonTally rejections_, left_out_;
 };
 
 absl::Status PushAll(client::ScanStream& stream, readers::ScanReader& reader,
@@ -116,6 +131,22 @@ absl::Status PushAll(client::ScanStream& stream, readers::ScanReader& reader,
   return stream.Finish();
 }
 
+// A push that was killed leaves its session open, and nothing else would tell.
+void SayWhatIsOpen(client::Client& client, const SessionStatus& opened) {
+  const auto sessions = client.ListSessions();
+  if (!sessions.ok()) return;
+  for (const SessionStatus& other : *sessions) {
+    if (other.record.robot != opened.record.robot || other.record.id == opened.record.id ||
+        other.record.state == SessionState::kFinished || other.record.segment > 1) {
+      continue;
+    }
+    absl::FPrintF(stderr,
+                  "isthmus: %s is still open, with %d scans: if its program died, `isthmus session "
+                  "finish %s`\n",
+                  other.record.id.value(), other.last_sequence, other.record.id.value());
+  }
+}
+
 absl::StatusOr<std::unique_ptr<client::ScanStream>> OpenStream(
     client::Client& client, const RobotScans& robot, const PushOptions& options,
     client::ScanStreamOptions stream_options) {
@@ -124,16 +155,17 @@ absl::StatusOr<std::unique_ptr<client::ScanStream>> OpenStream(
     absl::FPrintF(stderr, "isthmus: %s: %s\n", name, event);
   };
   if (options.spool.empty()) {
-    const auto session =
-        client.CreateSession(robot.robot, robot.sensor, robot.T_base_sensor, options.odometry);
+    const auto session = client.CreateSession(
+        robot.robot, robot.sensor, robot.T_base_sensor.value_or(Pose()), options.odometry);
     if (!session.ok()) return session.status();
+    SayWhatIsOpen(client, *session);
     return client.OpenScanStream(session->record.id, stream_options);
   }
   auto stream = client.ResumeScanStream(stream_options);
   if (absl::IsNotFound(stream.status())) {
-    return client.OpenSpool(
-        {RobotId(robot.robot), robot.sensor, options.odometry, robot.T_base_sensor},
-        stream_options);
+    return client.OpenSpool({RobotId(robot.robot), robot.sensor, options.odometry,
+                             robot.T_base_sensor.value_or(Pose())},
+                            stream_options);
   }
   if (stream.ok() && (*stream)->resumed().robot != robot.robot) {
     return absl::FailedPreconditionError(
@@ -159,6 +191,7 @@ absl::StatusOr<PushSummary> PushRobot(client::Client& client, RobotScans& robot,
   summary.before = (*stream)->resumed().last_sequence;
   const Stopwatch watch;
   absl::Status status = PushAll(**stream, *robot.reader, options, control, log);
+  if (status.ok()) log.SayTheRest();
   if (!status.ok()) return status;
   summary.session = (*stream)->session();
   summary.is_interrupted = control.stopped();

@@ -77,11 +77,10 @@ void Mount(const readers::StaticFrames& frames, RobotScans& robot) {
   if (first == nullptr) return;
   robot.frame = first->frame;
   const std::string base = frames.BaseOf(robot.frame);
-  const std::optional<Pose> T_base_sensor = frames.Between(base, robot.frame);
-  if (!T_base_sensor || T_base_sensor->Matrix().isIdentity(1e-9)) return;
-  robot.T_base_sensor = *T_base_sensor;
+  robot.T_base_sensor = frames.Between(base, robot.frame);
+  if (!robot.T_base_sensor || robot.T_base_sensor->Matrix().isIdentity(1e-9)) return;
   absl::FPrintF(stderr, "isthmus: %s: %s is mounted on %s at %s (tf_static)\n", robot.topic,
-                robot.frame, base, PoseText(*T_base_sensor));
+                robot.frame, base, PoseText(*robot.T_base_sensor));
 }
 
 }  // namespace

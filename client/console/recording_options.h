@@ -36,8 +36,8 @@ struct RobotScans {
   std::string topic;
   std::string sensor;
   std::unique_ptr<readers::StartedReader> reader;
-  std::string frame;   // Of the points, as the recording names it; else empty.
-  Pose T_base_sensor;  // As the recording's static transforms have it; else the identity.
+  std::string frame;                  // Of the points, as the recording names it; else empty.
+  std::optional<Pose> T_base_sensor;  // As the recording's static transforms have it, if they do.
 };
 
 // The robots of a recording: those that --topic names, else its only topic. What is assumed goes to

@@ -4,11 +4,13 @@
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_format.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <map>
 #include <utility>
 #include <vector>
 
+#include "client/cloud_upload/joined_clouds.h"
 #include "client/console/console.h"
 #include "core/io/sha256.h"
 #include "core/stopwatch.h"
@@ -208,7 +210,10 @@ class Uploader {
 
   absl::StatusOr<std::optional<StampedPose>> PoseOf(const RecordedScan& cloud) {
     if (!clouds_.poses) return viewpoints_.Of(cloud);
-    return clouds_.poses->Of(options_.recording.read.from + summary_.clouds, cloud.end_stamp_ns);
+    auto pose =
+        clouds_.poses->Of(options_.recording.read.from + summary_.clouds, cloud.end_stamp_ns);
+    if (pose) pose->pose = pose->pose * clouds_.T_posed_sensor;
+    return pose;
   }
 
   void NoteWithoutPose(int64_t stamp_ns) {
@@ -249,15 +254,53 @@ class Uploader {
   int64_t first_without_ns_ = 0, last_without_ns_ = 0;
 };
 
+// Where the leading sensor is in the frame that the poses are of.
+absl::Status PlaceSensor(const UploadOptions& options, const std::vector<RobotScans>& robots,
+                         PosedClouds& clouds) {
+  if (robots.size() == 1 && !options.poses_of_base) return absl::OkStatus();
+  const auto is_mounted = [](const RobotScans& lidar) { return lidar.T_base_sensor.has_value(); };
+  if (!is_mounted(clouds.scans) || !std::all_of(robots.begin() + 1, robots.end(), is_mounted)) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        options.path,
+        " does not tell how the LiDARs are mounted: it needs tf_static from base_link (or "
+        "base_footprint) to the frames of all clouds"));
+  }
+  if (options.poses_of_base) clouds.T_posed_sensor = *clouds.scans.T_base_sensor;
+  return absl::OkStatus();
+}
+
+// One reader for all. `robots[0]` is in `clouds` already.
+absl::StatusOr<PosedClouds> JoinLidars(const UploadOptions& options, std::vector<RobotScans> robots,
+                                       PosedClouds clouds) {
+  if (robots.size() == 1) return clouds;
+  if (clouds.poses->in_order() || options.cut.frame == cloud_upload::CloudFrame::kOdom) {
+    return absl::InvalidArgumentError(
+        "several LiDARs are joined by their stamps, in the frames of their sensors: poses need "
+        "stamps, and --clouds-in odom takes one topic");
+  }
+  std::vector<cloud_upload::MountedClouds> others;
+  const Pose T_leading_base = clouds.scans.T_base_sensor->Inverse();
+  for (size_t i = 1; i < robots.size(); ++i) {
+    others.push_back({std::move(robots[i].reader), T_leading_base * *robots[i].T_base_sensor});
+  }
+  const auto motion = [poses = clouds.poses, T = clouds.T_posed_sensor](
+                          int64_t to_ns, int64_t from_ns) -> std::optional<Pose> {
+    const auto to = poses->Of(0, to_ns), from = poses->Of(0, from_ns);
+    if (!to || !from) return std::nullopt;
+    return (to->pose * T).Inverse() * (from->pose * T);
+  };
+  clouds.scans.reader =
+      std::make_unique<readers::StartedReader>(std::make_unique<cloud_upload::JoinedClouds>(
+          std::move(clouds.scans.reader), std::move(others), motion));
+  return clouds;
+}
+
 }  // namespace
 
 absl::StatusOr<PosedClouds> OpenPosedClouds(const UploadOptions& options) {
   absl::StatusOr<std::vector<RobotScans>> robots = OpenRobots(options.path, options.recording);
   if (!robots.ok()) return robots.status();
-  if (robots->size() != 1) {
-    return absl::InvalidArgumentError("upload makes one robot: name one --topic");
-  }
-  PosedClouds clouds{std::move(robots->front()), std::nullopt};
+  PosedClouds clouds{std::move(robots->front()), nullptr, Pose()};
   const readers::StartedReader& reader = *clouds.scans.reader;
   if (options.poses.empty()) {
     if (reader.first() != nullptr && !reader.first()->viewpoint) {
@@ -266,8 +309,12 @@ absl::StatusOr<PosedClouds> OpenPosedClouds(const UploadOptions& options) {
                        " does not tell where its clouds were taken: name a file of "
                        "poses with --poses"));
     }
+    if (robots->size() > 1 || options.poses_of_base) {
+      return absl::InvalidArgumentError("several LiDARs, and poses of the base, need --poses");
+    }
     return clouds;
   }
+  if (absl::Status status = PlaceSensor(options, *robots, clouds); !status.ok()) return status;
   absl::StatusOr<cloud_upload::PoseFile> file = cloud_upload::ReadPoses(options.poses);
   if (!file.ok()) return file.status();
   const cloud_upload::CloudSeries series{reader.has_stamps(), options.recording.read.from,
@@ -282,8 +329,8 @@ absl::StatusOr<PosedClouds> OpenPosedClouds(const UploadOptions& options) {
     absl::FPrintF(stderr, "isthmus: %s: clouds and poses are paired in order%s\n", options.path,
                   reader.has_stamps() ? "" : ": the clouds have no times");
   }
-  clouds.poses = *std::move(poses);
-  return clouds;
+  clouds.poses = std::make_shared<const CloudPoses>(*std::move(poses));
+  return JoinLidars(options, *std::move(robots), std::move(clouds));
 }
 
 absl::StatusOr<UploadSummary> UploadClouds(client::Client& client, PosedClouds clouds,

@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 
@@ -23,17 +24,22 @@ struct UploadOptions {
   RecordingOptions recording;
   cloud_upload::CutOptions cut;
   cloud_upload::AssociationOptions association;
+  bool poses_of_base = false;  // Poses are T_odom_base, by the recording's static transforms.
   bool finish = true;
 };
 
 // A recording, and what tells its clouds' poses.
 struct PosedClouds {
   RobotScans scans;
-  std::optional<cloud_upload::CloudPoses> poses;  // Absent: their viewpoints.
+  // Absent: their viewpoints. Shared with the reader of several LiDARs.
+  std::shared_ptr<const cloud_upload::CloudPoses> poses;
+  Pose T_posed_sensor;  // Of the frame that the poses are of.
 };
 
-// What is assumed goes to stderr, a line each. Errors as those of OpenRobots, ReadPoses and
-// CloudPoses; InvalidArgument for several topics, and for clouds without VIEWPOINT and no poses.
+// Several topics are the LiDARs of one robot, the first the leading one (JoinedClouds). What is
+// assumed goes to stderr, a line each. Errors as those of OpenRobots, ReadPoses and CloudPoses;
+// InvalidArgument for clouds without VIEWPOINT and no poses, and for several topics, or poses of
+// the base, where nothing tells how the LiDARs are mounted or clouds have no stamps.
 absl::StatusOr<PosedClouds> OpenPosedClouds(const UploadOptions& options);
 
 struct UploadSummary {

@@ -23,6 +23,8 @@ inline constexpr double kLongestSegment = 0.8;
 inline constexpr double kHeightStep = 0.25;
 // Heights beyond, in metres, are no place but damage: none is so far from where a robot began.
 inline constexpr float kHighest = 1e6f;
+// The share of a picture's longer side that lines of its grid lie apart, at most.
+inline constexpr double kGridShare = 0.12;
 // Heights at which a pixel has its full colour: a wall of 1.5 m.
 inline constexpr int kFullHeights = 6;
 

@@ -6,10 +6,12 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <filesystem>
 #include <utility>
 
 #include "client/evaluation/limits.h"
 #include "core/io/file_io.h"
+#include "core/io/output_file.h"
 
 namespace isthmus::evaluation {
 namespace {
@@ -103,6 +105,37 @@ void TopDownPicture::AddTrajectory(uint32_t robot, Trajectory trajectory) {
   trajectories_.emplace_back(robot, std::move(trajectory));
 }
 
+void TopDownPicture::DrawGrid(Canvas& canvas) const {
+  const Color paper = canvas.At(0, 0), ink = options_.dark ? Color{255, 255, 255} : Color{0, 0, 0};
+  const Color line = Mix(paper, ink, 0.12), word = Mix(paper, ink, 0.45);
+  const double step_m = RoundLength(kGridShare * std::max(width_, height_) * meters_per_pixel_);
+  const auto name = [](double m) { return absl::StrFormat("%g", m == 0 ? 0.0 : m); };
+  for (double m = std::ceil(extent_.min.x() / step_m) * step_m; PixelX(m) < width_; m += step_m) {
+    canvas.Line(PixelX(m), 0, PixelX(m), height_, 1, line);
+    canvas.Text(static_cast<int>(PixelX(m)) + 3, 3, name(m), 1, word);
+  }
+  for (double m = std::floor(extent_.max.y() / step_m) * step_m; PixelY(m) < height_; m -= step_m) {
+    canvas.Line(0, PixelY(m), width_, PixelY(m), 1, line);
+    canvas.Text(3, static_cast<int>(PixelY(m)) + 3, name(m), 1, word);
+  }
+}
+
+void TopDownPicture::DrawOrigin(Canvas& canvas) const {
+  const double x = PixelX(0), y = PixelY(0);
+  if (!(x >= 0 && y >= 0 && x < width_ && y < height_)) return;
+  constexpr double kArm = 14;  // Pixels.
+  canvas.Line(x, y, x + 2 * kArm, y, 3, {220, 40, 40});
+  canvas.Line(x, y, x, y - 2 * kArm, 3, {40, 170, 60});
+  canvas.Text(static_cast<int>(x + 2 * kArm) + 4, static_cast<int>(y) - 6, "x", 2, {220, 40, 40});
+  canvas.Text(static_cast<int>(x) - 5, static_cast<int>(y - 2 * kArm) - 18, "y", 2, {40, 170, 60});
+}
+
+std::string TopDownPicture::WorldFile() const {
+  return absl::StrFormat("%.12g\n0\n0\n%.12g\n%.12g\n%.12g\n", meters_per_pixel_,
+                         -meters_per_pixel_, extent_.min.x() + 0.5 * meters_per_pixel_,
+                         extent_.max.y() - 0.5 * meters_per_pixel_);
+}
+
 void TopDownPicture::DrawPoints(Canvas& canvas) const {
   for (size_t pixel = 0; pixel < static_cast<size_t>(width_) * height_; ++pixel) {
     uint32_t all = 0;
@@ -174,14 +207,19 @@ int TopDownPicture::DrawLegend(int top, Canvas* canvas) const {
     }
     x += advance + kGap;
   }
+  if (options_.caption.empty()) return y + kRow;
+  y += kRow;
+  if (canvas != nullptr) canvas->Text(kMargin, y, options_.caption, kScale, ink);
   return y + kRow;
 }
 
 Canvas TopDownPicture::Draw() const {
   const int height = options_.legend ? DrawLegend(height_, nullptr) : height_;
   Canvas canvas(width_, height, options_.dark ? Color{12, 14, 18} : Color{255, 255, 255});
+  if (options_.grid) DrawGrid(canvas);
   DrawPoints(canvas);
   DrawTrajectories(canvas);
+  if (options_.grid) DrawOrigin(canvas);
   if (options_.legend) DrawLegend(height_, &canvas);
   return canvas;
 }
@@ -189,7 +227,7 @@ Canvas TopDownPicture::Draw() const {
 absl::Status TopDownPicture::WritePng(const std::string& path) const {
   const auto bytes = Draw().EncodePng();
   if (!bytes.ok()) return bytes.status();
-  return io::WriteFile(path, *bytes);
+  return io::WriteOutput(path, *bytes);
 }
 
 Box PictureExtent(const std::vector<MapPoint>& points, const std::vector<Trajectory>& trajectories,
@@ -223,16 +261,24 @@ Box PictureExtent(const std::vector<MapPoint>& points, const std::vector<Traject
   return box;
 }
 
+std::string WorldFilePath(const std::string& picture) {
+  std::filesystem::path path(picture);
+  return path.replace_extension(".pgw").string();
+}
+
 absl::Status WritePicture(const std::string& path, const std::vector<MapPoint>& points,
                           const std::vector<Trajectory>& trajectories,
-                          const std::vector<std::string>& robots, const PictureOptions& options) {
+                          const std::vector<std::string>& robots, const PictureOptions& options,
+                          bool world_file) {
   auto picture = TopDownPicture::Create(PictureExtent(points, trajectories), robots, options);
   if (!picture.ok()) return picture.status();
   picture->Add(points);
   for (size_t i = 0; i < trajectories.size(); ++i) {
     picture->AddTrajectory(static_cast<uint32_t>(i), trajectories[i]);
   }
-  return picture->WritePng(path);
+  absl::Status written = picture->WritePng(path);
+  if (!written.ok() || !world_file) return written;
+  return io::WriteFile(WorldFilePath(path), picture->WorldFile());
 }
 
 }  // namespace isthmus::evaluation

@@ -23,6 +23,8 @@ struct PictureOptions {
   double min_z_m = -std::numeric_limits<double>::infinity();
   double max_z_m = std::numeric_limits<double>::infinity();
   bool legend = true;  // Scale bar and names.
+  bool grid = true;    // Lines at round coordinates of the map, named, and a cross at its origin.
+  std::string caption = {};  // Below the legend: of when and of what the picture is.
 };
 
 // A picture that points are added to, piece by piece. x is to the right, y up; points outside of
@@ -45,6 +47,9 @@ class TopDownPicture {
   int width() const { return width_; }
   int height() const { return height_; }
   double meters_per_pixel() const { return meters_per_pixel_; }
+  // What places the picture in the map for GIS and CAD programs, as six lines of text (ESRI's world
+  // file): metres per pixel along x, two turns, and along y, x and y of the middle of the first.
+  std::string WorldFile() const;
   // The colour that stands for a robot.
   Color RobotColor(uint32_t robot) const;
 
@@ -55,6 +60,8 @@ class TopDownPicture {
  private:
   TopDownPicture(const Box& extent, const std::vector<std::string>& robots,
                  const PictureOptions& options);
+  void DrawGrid(Canvas& canvas) const;
+  void DrawOrigin(Canvas& canvas) const;
   void DrawPoints(Canvas& canvas) const;
   void DrawTrajectories(Canvas& canvas) const;
   // The scale bar, then the names, in rows from y = `top` downwards; returns where they end.
@@ -79,10 +86,13 @@ class TopDownPicture {
 Box PictureExtent(const std::vector<MapPoint>& points, const std::vector<Trajectory>& trajectories,
                   double outliers = 0.002);
 
-// All in one: trajectory i is robot i's.
+// "map.pgw" for "map.png".
+std::string WorldFilePath(const std::string& picture);
+
+// All in one: trajectory i is robot i's. With `world_file` there is one beside it.
 absl::Status WritePicture(const std::string& path, const std::vector<MapPoint>& points,
                           const std::vector<Trajectory>& trajectories,
                           const std::vector<std::string>& robots,
-                          const PictureOptions& options = {});
+                          const PictureOptions& options = {}, bool world_file = false);
 
 }  // namespace isthmus::evaluation

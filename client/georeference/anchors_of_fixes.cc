@@ -4,9 +4,9 @@
 #include <cmath>
 #include <map>
 
-#include "client/georeference/heading.h"
 #include "client/georeference/limits.h"
 #include "client/georeference/site.h"
+#include "client/georeference/way_on_fixes.h"
 
 namespace isthmus::georeference {
 namespace {
@@ -69,15 +69,46 @@ Pose LevelPose(const SubmapInfo& submap, const Antenna& antenna) {
 }
 
 // What the antenna is off the sensor by, taken out.
-void TakeOut(const Eigen::Vector3d& off, const Heading& heading, PlaceAt& place) {
+void TakeOut(const Eigen::Vector3d& off, const WayOnFixes& way, PlaceAt& place) {
   place.map.z() -= off.z();
   const double off_m = off.head<2>().norm();
-  if (heading.sigma_rad > kMostHeadingSigmaRad) {
+  if (way.sigma_rad > kMostHeadingSigmaRad) {
     place.sigma_xy_m = std::hypot(place.sigma_xy_m, off_m);
     return;
   }
-  place.map.head<2>() -= Eigen::Rotation2Dd(heading.rad) * off.head<2>();
-  place.sigma_xy_m = std::hypot(place.sigma_xy_m, heading.sigma_rad * off_m);
+  place.map.head<2>() -= Eigen::Rotation2Dd(way.turn_rad) * off.head<2>();
+  place.sigma_xy_m = std::hypot(place.sigma_xy_m, way.sigma_rad * off_m);
+}
+
+// A session's submaps, those of `own`: their sensors' places, but for those that are wild.
+void PlaceSession(const std::vector<SubmapInfo>& submaps, const std::vector<size_t>& own,
+                  const Antenna& antenna, std::vector<std::optional<PlaceAt>>& at,
+                  FixedAnchors& made) {
+  std::vector<AntennaPlace> on_way;
+  for (const size_t i : own) {
+    on_way.push_back({LevelPose(submaps[i], antenna), at[i]->map, at[i]->sigma_xy_m});
+  }
+  const WayOnFixes way = LayOnFixes(on_way, antenna.in_sensor);
+  for (size_t k = 0; k < own.size(); ++k) {
+    std::optional<PlaceAt>& place = at[own[k]];
+    TakeOut(on_way[k].T_level_sensor.rotation() * antenna.in_sensor, way, *place);
+    if (!way.is_wild[k]) continue;
+    place.reset();
+    ++made.wild;
+  }
+}
+
+std::vector<std::optional<PlaceAt>> PlacesOfSubmaps(const std::vector<SubmapInfo>& submaps,
+                                                    const Places& places, const Antenna& antenna,
+                                                    FixedAnchors& made) {
+  std::vector<std::optional<PlaceAt>> at;
+  std::map<SessionId, std::vector<size_t>> sessions;
+  for (size_t i = 0; i < submaps.size(); ++i) {
+    at.push_back(PlaceOf(submaps[i].first_stamp_ns, places));
+    if (at.back()) sessions[submaps[i].id.session].push_back(i);
+  }
+  for (const auto& [session, own] : sessions) PlaceSession(submaps, own, antenna, at, made);
+  return at;
 }
 
 }  // namespace
@@ -97,27 +128,14 @@ absl::StatusOr<FixedAnchors> AnchorsOfFixes(std::vector<readers::GnssFix> fixes,
   if (!site.ok()) return site.status();
   const absl::StatusOr<Places> places = PlacesOf(fixes, *site);
   if (!places.ok()) return places.status();
-  std::map<SessionId, std::vector<AntennaPlace>> sessions;
-  std::vector<std::optional<PlaceAt>> found;
-  for (const SubmapInfo& submap : submaps) {
-    found.push_back(PlaceOf(submap.first_stamp_ns, *places));
-    if (found.back()) {
-      sessions[submap.id.session].push_back(
-          {LevelPose(submap, antenna), found.back()->map, found.back()->sigma_xy_m});
-    }
-  }
+  const std::vector<std::optional<PlaceAt>> at = PlacesOfSubmaps(submaps, *places, antenna, made);
   for (size_t i = 0; i < submaps.size(); ++i) {
-    const SubmapInfo& submap = submaps[i];
-    std::optional<PlaceAt>& place = found[i];
-    if (!place) continue;
-    const Heading heading = HeadingOf(sessions[submap.id.session], antenna.in_sensor);
-    TakeOut(LevelPose(submap, antenna).rotation() * antenna.in_sensor, heading, *place);
-    if (place->map.cwiseAbs().maxCoeff() > kMaxAnchorM) continue;
+    if (!at[i] || at[i]->map.cwiseAbs().maxCoeff() > kMaxAnchorM) continue;
     Anchor& anchor = made.anchors.emplace_back();
-    anchor.submap = submap.id;
-    anchor.T_map_submap = Pose(Eigen::Quaterniond::Identity(), place->map);
-    anchor.sigma_xy_m = place->sigma_xy_m;
-    anchor.sigma_z_m = place->sigma_z_m;
+    anchor.submap = submaps[i].id;
+    anchor.T_map_submap = Pose(Eigen::Quaterniond::Identity(), at[i]->map);
+    anchor.sigma_xy_m = at[i]->sigma_xy_m;
+    anchor.sigma_z_m = at[i]->sigma_z_m;
     anchor.note = "GNSS";
   }
   return made;

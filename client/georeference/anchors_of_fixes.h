@@ -23,6 +23,7 @@ struct FixedAnchors {
   // kLongestGapS apart, else at the nearest one within that. No rotation. The sigma of the
   // horizontal is the larger of east and north; of a fix that states none, limits.h's.
   std::vector<Anchor> anchors;
+  int wild = 0;  // Submaps that got none as their fix is far from the way.
 };
 
 // Where the antenna is on the robot.
@@ -35,9 +36,9 @@ struct Antenna {
 // `fixes` in any order, on the clock of the submaps' stamps; of several with one stamp the last
 // counts. Where the antenna is off the LiDAR, what it is off by is taken out of the positions by
 // how each session's way lies on its fixes; until that tells the heading, only its height is, and
-// sigma grows by the rest. Submaps farther than kMaxAnchorM from the datum get none.
-// InvalidArgument where a fix or the datum is out of range; NotFound where there are no fixes at
-// all.
+// sigma grows by the rest. Fixes that are far from where that way leads are left out. Submaps
+// farther than kMaxAnchorM from the datum get none. InvalidArgument where a fix or the datum is out
+// of range; NotFound where there are no fixes at all.
 absl::StatusOr<FixedAnchors> AnchorsOfFixes(std::vector<readers::GnssFix> fixes,
                                             const std::vector<SubmapInfo>& submaps,
                                             const std::optional<Datum>& datum,

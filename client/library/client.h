@@ -40,7 +40,8 @@ namespace isthmus::client {
 // was sent.
 class Client {
  public:
-  // Asks the server for a sign of life. Unavailable if it gives none in backoff.max_attempts.
+  // Asks the server for a sign of life. Unavailable if it gives none in backoff.max_attempts,
+  // InvalidArgument where the address is none.
   static absl::StatusOr<std::unique_ptr<Client>> Connect(const ClientOptions& options);
   ~Client();
 
@@ -100,6 +101,7 @@ class Client {
   absl::StatusOr<MatchGraph> GetMatchGraph(bool include_edges = false);
   // Holds until another decision on the pair, whatever the server computes.
   absl::StatusOr<DecidedMatch> DecideMatch(const MatchDecision& decision);
+  // Of robots' newest sessions, or of a session where that is named in place of a robot.
   // FailedPrecondition, saying what is missing, while nothing connects the two.
   absl::StatusOr<RobotTransform> GetTransform(const RobotId& a, const RobotId& b);
 

@@ -145,7 +145,7 @@ Json ToJson(const PaperBenchOptions& options, const std::vector<PaperBenchRun>& 
 
 struct BenchOptions {
   PaperBenchOptions bench;
-  std::string format = "text", json;
+  std::string format = "text", report;
 };
 
 absl::StatusOr<PaperBenchRun> RunWithProgress(const PaperBenchOptions& options,
@@ -175,8 +175,8 @@ int PrintResults(const std::vector<PaperBenchRun>& runs, const BenchOptions& opt
       absl::PrintF("\n%s", report::Format(table, report::ParseTableFormat(options.format)));
     }
   }
-  if (options.json.empty()) return kOk;
-  const absl::Status written = io::WriteFile(options.json, everything.dump(2) + "\n");
+  if (options.report.empty()) return kOk;
+  const absl::Status written = io::WriteFile(options.report, Text(everything));
   return written.ok() ? kOk : Fail(kFailed, written);
 }
 
@@ -221,7 +221,9 @@ void AddBench(CLI::App& app, Action& action) {
   paper->add_option("--format", options->format, "Of the tables")
       ->check(CLI::IsMember({"text", "markdown", "latex", "json"}))
       ->capture_default_str();
-  paper->add_option("--json", options->json, "FILE to write everything to");
+  paper->add_flag_callback(
+      "--json", [format = &options->format] { *format = "json"; }, "As --format json");
+  paper->add_option("--report", options->report, "REPORT.json to write everything to");
   paper->callback([options, &action] { action = [options] { return Run(*options); }; });
 }
 

@@ -10,6 +10,12 @@ namespace isthmus::readers {
 // of its sensor. A guess; all are kept.
 inline constexpr size_t kErrorsReadAhead = 100;
 
+// Nanoseconds since the Unix epoch, the year 2115: stamps beyond are none. The difference of any
+// two is an int64, and the sum.
+inline constexpr int64_t kLatestStampNs = 4'600'000'000'000'000'000;
+// Seconds from which on a clock of points is that of Unix time: 2001. Since when a sensor or a
+// robot was switched on is less.
+inline constexpr double kUnixTimeS = 1e9;
 // Nanoseconds by which the clock in a scan's points and that of its header may differ to be taken
 // for one: a scan and its transport take less, clocks that were never set differ by years.
 inline constexpr int64_t kSameClockNs = 10'000'000'000;

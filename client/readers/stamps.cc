@@ -18,6 +18,13 @@ using Zero = codec::TimeReader::Zero;
 // The points that codec::ScanDecoder takes for returns.
 constexpr double kLeastRangeM = 1e-3, kMostRangeM = 1e5;  // Format
 
+// Nanoseconds after which a counter of 32 bits starts again.
+constexpr int64_t kCounterTurnNs = int64_t{1} << 32;  // Format
+
+constexpr char kOtherClock[] =
+    "the clock of the points is not that of the headers: the first header's stamp is taken for the "
+    "END of its scan, and the points' clock tells how much later the others ended";
+
 int64_t ToNs(double seconds) { return std::llround(seconds * 1e9); }
 
 // The times of the returns, as they are; empty where there is no field of times.
@@ -36,7 +43,8 @@ std::vector<double> TimesOfReturns(const PointPayload& payload, const PointField
   std::vector<double> times;
   times.reserve(squared.size());
   codec::ForEachValue(payload, field, [&](uint64_t i, auto value) {
-    if (squared[i] >= kLeastRangeM * kLeastRangeM && squared[i] <= kMostRangeM * kMostRangeM) {
+    if (squared[i] >= kLeastRangeM * kLeastRangeM && squared[i] <= kMostRangeM * kMostRangeM &&
+        codec::IsTime(field.type, static_cast<double>(value))) {
       times.push_back(static_cast<double>(value));
     }
   });
@@ -70,10 +78,18 @@ std::optional<ScanStamps::Times> ScanStamps::ReadTimes(const PointPayload& paylo
   read.zero = reader_.memory().zero;
   read.end_s = raw_last * unit - times[static_cast<size_t>(at)];
   read.first_s = read.end_s + *std::min_element(times.begin(), times.end());
+  read.counts_ns = field->type == ScalarType::kUint32 && unit == 1e-9;
+  // No instant that a stamp can be, nor a difference to one.
+  const bool is_clock = read.zero == Zero::kClock;
+  if (std::abs(read.end_s) > 1e-9 * kLatestStampNs || (is_clock && read.end_s < 0)) {
+    return std::nullopt;
+  }
   return read;
 }
 
-int64_t ScanStamps::ByClock(int64_t clock_end_ns, int64_t header_ns) {
+int64_t ScanStamps::ByClock(const Times& times, int64_t header_ns) {
+  const int64_t clock_end_ns = ToNs(times.end_s);
+  if (times.counts_ns) return ByCounter(clock_end_ns, header_ns);
   if (std::llabs(clock_end_ns - header_ns) <= kSameClockNs) {
     Assume("stamps are those of the points' clock: its latest time is the END of a scan");
     return clock_end_ns;
@@ -82,17 +98,34 @@ int64_t ScanStamps::ByClock(int64_t clock_end_ns, int64_t header_ns) {
       std::llabs(clock_end_ns + *clock_offset_ns_ - header_ns) > kSameClockNs) {
     clock_offset_ns_ = header_ns - clock_end_ns;
   }
-  Assume(
-      "the clock of the points is not that of the headers: the first header's stamp is taken for "
-      "the END of its scan, and the points' clock tells how much later the others ended");
+  Assume(kOtherClock);
   return clock_end_ns + *clock_offset_ns_;
 }
 
-int64_t ScanStamps::Guess(const PointPayload& payload, int64_t header_ns, int64_t log_ns) {
-  if (header_ns == 0) {
-    Assume("headers have no stamps: the times of recording are taken for the END of scans");
-    return log_ns;
+int64_t ScanStamps::ByCounter(int64_t counter_end_ns, int64_t header_ns) {
+  // A counter of the second stays below a second and the length of a scan.
+  if (counter_end_ns > 2'000'000'000) counter_turn_ns_ = kCounterTurnNs;
+  if (!clock_offset_ns_) clock_offset_ns_ = header_ns - counter_end_ns;
+  Assume(kOtherClock);
+  const int64_t end_ns = counter_end_ns + *clock_offset_ns_;
+  const double turns =
+      static_cast<double>(header_ns - end_ns) / static_cast<double>(counter_turn_ns_);
+  return end_ns + std::llround(turns) * counter_turn_ns_;
+}
+
+int64_t ScanStamps::WithoutHeader(const PointPayload& payload, int64_t log_ns) {
+  const std::optional<Times> times = ReadTimes(payload, 0);
+  const bool is_clock = times && times->zero == Zero::kClock && !times->counts_ns;
+  if (is_clock && (clock_offset_ns_ || times->end_s >= kUnixTimeS)) {
+    Assume("headers have no stamps: the latest time of the points' clock is the END of a scan");
+    return ToNs(times->end_s) + clock_offset_ns_.value_or(0);
   }
+  Assume("headers have no stamps: the times of recording are taken for the END of scans");
+  return log_ns;
+}
+
+int64_t ScanStamps::Guess(const PointPayload& payload, int64_t header_ns, int64_t log_ns) {
+  if (header_ns <= 0 || header_ns > kLatestStampNs) return WithoutHeader(payload, log_ns);
   if (meaning_ == StampMeaning::kEnd) return header_ns;
   const std::optional<Times> times = ReadTimes(payload, header_ns);
   if (!times && !last_times_) {
@@ -119,7 +152,7 @@ int64_t ScanStamps::Guess(const PointPayload& payload, int64_t header_ns, int64_
     const bool from_start = known.zero == Zero::kStart;
     return header_ns + ToNs(from_start ? known.end_s : known.end_s - known.first_s);
   }
-  if (is_clock && times) return ByClock(ToNs(known.end_s), header_ns);
+  if (is_clock && times) return ByClock(known, header_ns);
   if (known.zero == Zero::kStart) {
     Assume("stamps are taken for the START of scans: the times of points count from there");
   } else if (known.zero == Zero::kEnd) {

@@ -24,15 +24,22 @@ namespace isthmus::readers {
 // Units, counters that start again, and scans that miss a part of the turn are as in
 // codec::TimeReader, which reads the times: the END is that of the latest return, and in scans
 // that miss a part of the turn where it was in whole ones. So the END given here is what
-// codec::ScanDecoder takes it for. Stamps of 0 are replaced by the time of recording, which is
-// taken for the END.
+// codec::ScanDecoder takes it for.
+//
+// Without a header's stamp (0, or beyond kLatestStampNs) the points' clock tells where it is that
+// of Unix time, or its distance from the headers' is known; else the time of recording is taken for
+// the END. A clock that counts nanoseconds in 32 bits, or those of the second, starts again every
+// 4.3 s or 1 s: the headers tell how often it did, if they are late by less than half of that.
+//
+// Scans are not put in order: of two whose messages were swapped the second is left out, and said
+// so. Waiting for it would hold back every scan of a live sensor, for a fault that is rare.
 //
 // Of one topic's scans, in their order. Not thread safe.
 class ScanStamps {
  public:
   ScanStamps(StampMeaning meaning, double rate_hz) : meaning_(meaning), rate_hz_(rate_hz) {}
 
-  // The END of a scan, nanoseconds since the Unix epoch, from its header's stamp (0: none) and the
+  // The END of a scan, nanoseconds since the Unix epoch, from its header's stamp and the
   // time of recording. InvalidArgument, naming both, where it is not later than that of the one
   // before, which then stays the one before; unless it goes on from a scan that was refused so.
   // The payload is raw and its layout was checked.
@@ -47,16 +54,20 @@ class ScanStamps {
   struct Times {
     double first_s = 0, end_s = 0;
     codec::TimeReader::Zero zero = codec::TimeReader::Zero::kStart;
+    bool counts_ns = false;  // In 32 bits.
   };
   std::optional<Times> ReadTimes(const PointPayload& payload, int64_t header_ns);
-  int64_t ByClock(int64_t clock_end_ns, int64_t header_ns);
+  int64_t ByClock(const Times& times, int64_t header_ns);
+  int64_t ByCounter(int64_t counter_end_ns, int64_t header_ns);
+  int64_t WithoutHeader(const PointPayload& payload, int64_t log_ns);
   void Assume(absl::string_view sentence);
 
   const StampMeaning meaning_;
   const double rate_hz_;
   codec::TimeReader reader_;
-  std::optional<Times> last_times_;         // Of the last scan with times; a clock's end at 0.
-  std::optional<int64_t> clock_offset_ns_;  // From the points' clock to the headers'.
+  std::optional<Times> last_times_;          // Of the last scan with times; a clock's end at 0.
+  std::optional<int64_t> clock_offset_ns_;   // From the points' clock to the headers'.
+  int64_t counter_turn_ns_ = 1'000'000'000;  // Where the clock is a counter: when it starts again.
   std::optional<int64_t> last_end_ns_;
   std::optional<int64_t> refused_end_ns_;  // Of the scan before, if it was refused.
   std::vector<std::string> assumptions_;

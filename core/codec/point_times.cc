@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 namespace isthmus::codec {
 namespace {
@@ -21,14 +22,27 @@ constexpr std::array<const char*, 4> kUnitNames = {"s", "ms", "us", "ns"};
 // packets, in us and s; the second, in ns and us.
 constexpr std::array<double, 5> kModuli = {4294967296.0, 3.6e9, 3600, 1e9, 1e6};
 
-// Times farther from zero than this are those of a clock.
-constexpr double kMaxRelative_s = 1.5;
+// Times farther from zero than this are those of a clock: times from the start of a turn end with
+// it.
+constexpr double kMaxRelative_s = kLongestTurn_s;
 constexpr double kClockSlack_s = 1e-3;
+// Turns in a row that must begin at zero before what was a clock is none any more: a counter that
+// starts again gives one such turn by chance.
+constexpr int kTurnsFromZero = 2;
 // A scan that lasts less than this share of a turn misses a part of it.
 constexpr double kWholeShare = 0.9;
 // A turn is forgotten at this rate per scan, so that a sensor that was set to turn faster is not
 // taken to miss parts for ever.
 constexpr double kForget = 0.99;
+
+// Replaces what is no time.
+void FillTimes(ScalarType type, std::vector<double>& times) {
+  const auto is_time = [&](double t) { return IsTime(type, t); };
+  const auto first = std::find_if(times.begin(), times.end(), is_time);
+  if (first == times.end()) return;
+  double last = *first;
+  for (double& t : times) last = t = is_time(t) ? t : last;
+}
 
 bool IsTurn(double seconds) { return seconds >= kShortestTurn_s && seconds <= kLongestTurn_s; }
 
@@ -61,6 +75,10 @@ void UnwrapCounter(std::vector<double>& times) {
 
 }  // namespace
 
+bool IsTime(ScalarType type, double value) {
+  return type != ScalarType::kUint32 || value != std::numeric_limits<uint32_t>::max();
+}
+
 double SecondsPerUnit(ScalarType type, double span) {
   for (const double unit : kUnits_s) {
     if (IsTurn(span * unit)) return unit;
@@ -75,6 +93,7 @@ bool TimeReader::Read(ScalarType type, int64_t end_stamp_ns, std::vector<double>
   if (!std::all_of(times.begin(), times.end(), [](double t) { return std::isfinite(t); })) {
     return false;
   }
+  FillTimes(type, times);
   auto range = std::minmax_element(times.begin(), times.end());
   double unit = SecondsPerUnit(type, *range.second - *range.first);
   if (unit == 0) {
@@ -92,13 +111,20 @@ bool TimeReader::Read(ScalarType type, int64_t end_stamp_ns, std::vector<double>
   return true;
 }
 
+TimeReader::Zero TimeReader::ZeroOfTurn(double first_s, double last_s) {
+  from_zero_ = std::abs(first_s) <= kClockSlack_s ? from_zero_ + 1 : 0;
+  if (zero_ == Zero::kClock && from_zero_ < kTurnsFromZero && last_s > kClockSlack_s) return zero_;
+  return first_s < -kClockSlack_s && last_s <= kClockSlack_s ? Zero::kEnd : Zero::kStart;
+}
+
 double TimeReader::EndOf(double first_s, double last_s, double stamp_s) {
   const double span_s = last_s - first_s;
   const bool whole = span_s >= kWholeShare * turn_s_;
   if (std::abs(last_s) > kMaxRelative_s) {
     zero_ = Zero::kClock;
+    from_zero_ = 0;
   } else if (whole) {
-    zero_ = first_s < -kClockSlack_s && last_s <= kClockSlack_s ? Zero::kEnd : Zero::kStart;
+    zero_ = ZeroOfTurn(first_s, last_s);
   }
   const double shift_s = zero_ == Zero::kClock ? stamp_s : 0;
   const double turn_s = turn_s_;

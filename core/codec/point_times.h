@@ -13,12 +13,16 @@ namespace isthmus::codec {
 // makes sense. See DecodeScan for the rule.
 double SecondsPerUnit(ScalarType type, double span);
 
+// False for the largest uint32, which drivers write for a point without a time.
+bool IsTime(ScalarType type, double value);
+
 // Reads the times of one sensor's scans, one after the other. It remembers what a whole turn looks
 // like, so that a scan of which the sensor saw only a part (a hand before it) keeps its unit and
 // its END. Not thread safe.
 class TimeReader {
  public:
-  // Turns raw times of the returns into seconds relative to the END of the scan. False, and `times`
+  // Turns raw times of the returns into seconds relative to the END of the scan. What is no time
+  // (IsTime) becomes that of the return before it, else of the first after it. False, and `times`
   // unspecified, when a time is not finite or no unit makes sense.
   bool Read(ScalarType type, int64_t end_stamp_ns, std::vector<double>& times);
 
@@ -41,10 +45,12 @@ class TimeReader {
 
  private:
   double EndOf(double first_s, double last_s, double stamp_s);
+  Zero ZeroOfTurn(double first_s, double last_s);
 
   // As Memory's.
   double unit_s_ = 0, turn_s_ = 0, end_s_ = 0;
   Zero zero_ = Zero::kStart;
+  int from_zero_ = 0;  // Whole turns in a row that begin at 0.
 };
 
 }  // namespace isthmus::codec

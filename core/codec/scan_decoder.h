@@ -33,7 +33,8 @@ struct ScanFields {
 // Times may be relative to the start or the end of the scan or those of a clock, in s, ms, us or
 // ns: one turn takes 0.02 to 0.5 s, which only one of these units explains. A shorter span is taken
 // as ns in an integer field and as s in a floating-point one. Counters may start again within the
-// scan: 32-bit ones, those of the hour and of the second. Times become seconds relative to the
+// scan: 32-bit ones, those of the hour and of the second. 4294967295 in a uint32 field is no time:
+// the point has that of the return before it. Times become seconds relative to the
 // scan's END, which is the time of the latest return, and in scans that miss a part of the turn
 // where it was in whole ones. Where no unit fits, or a time is not finite, has_time stays false.
 //

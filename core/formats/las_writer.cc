@@ -17,7 +17,7 @@ namespace isthmus::formats {
 namespace {
 
 // Table 3, public header block, and section 2.5, variable length records.
-constexpr uint16_t kLasHeaderSize = 375, kRecordHeaderSize = 54;
+constexpr uint16_t kLasHeaderSize = 375;
 constexpr uint16_t kWktBit = 1 << 4;  // Of the global encoding: required with formats 6 to 10.
 constexpr uint8_t kPointFormat = 6, kOnlyReturn = 1 << 4 | 1;
 constexpr uint16_t kTextArea = 3, kWktRecord = 2112;  // Record ids, section 3 and table 22.

@@ -1,6 +1,7 @@
 #include <absl/strings/str_cat.h>
 
 #include <utility>
+#include <vector>
 
 #include "core/codec/column.h"
 #include "core/formats/lzf.h"
@@ -24,27 +25,23 @@ absl::StatusOr<std::string> ReadRecords(const std::string& bytes, const PcdHeade
   return bytes.substr(header.data_start, header.Points() * stride);
 }
 
-// Field by field, as PCL compresses them, to point by point. Padding is not in the file.
+// Field by field, as PCL compresses them, to point by point.
 absl::StatusOr<std::string> ReadCompressed(const std::string& bytes, const PcdHeader& header) {
-  uint64_t packed_stride = 0;
-  for (const PcdField& field : header.fields)
-    packed_stride += field.name == "_" ? 0 : field.Bytes();
   const uint64_t n = header.Points();
-  if (packed_stride > 0 && n > (uint64_t{1} << 32) / packed_stride) {
+  const uint32_t stride = header.Stride();
+  if (stride == 0) return absl::InvalidArgumentError("PCD header: nothing but padding");
+  if (n > (uint64_t{1} << 32) / stride) {
     return absl::InvalidArgumentError("PCD header: more points than compressed data can hold");
   }
-  absl::StatusOr<std::string> columns = ReadLzfBlock(
-      bytes.data() + header.data_start, bytes.size() - header.data_start, n * packed_stride);
+  absl::StatusOr<std::string> columns =
+      ReadLzfBlock(bytes.data() + header.data_start, bytes.size() - header.data_start, n * stride);
   if (!columns.ok()) return columns.status();
-  if (packed_stride == 0) return absl::InvalidArgumentError("PCD header: nothing but padding");
-
-  const uint32_t stride = header.Stride();
   std::string records(n * stride, '\0');
   const char* in = columns->data();
   uint64_t offset = 0;
   for (const PcdField& field : header.fields) {
     const uint32_t width = field.Bytes();
-    for (uint64_t i = 0; field.name != "_" && i < n; ++i, in += width) {
+    for (uint64_t i = 0; i < n; ++i, in += width) {
       std::memcpy(records.data() + i * stride + offset, in, width);
     }
     offset += width;
@@ -84,6 +81,10 @@ absl::Status ListFields(const PcdHeader& header, PointPayload& payload) {
 absl::StatusOr<PcdFile> ParsePcd(const std::string& bytes) {
   absl::StatusOr<PcdHeader> header = ParsePcdHeader(bytes);
   if (!header.ok()) return header.status();
+  // Padding is not in compressed data. Made room for, it would take what no file holds.
+  if (header->encoding == PcdEncoding::kBinaryCompressed) {
+    std::erase_if(header->fields, [](const PcdField& field) { return field.name == "_"; });
+  }
   absl::StatusOr<std::string> records;
   switch (header->encoding) {
     case PcdEncoding::kAscii:

@@ -16,7 +16,8 @@ namespace isthmus::formats {
 namespace {
 
 constexpr int64_t kNsPerSecond = 1'000'000'000;
-constexpr double kMaxSeconds = 9.2e9;  // int64 nanoseconds end a little later.
+// The year 2115: the nanoseconds between any two such stamps still are an int64.
+constexpr double kMaxSeconds = 4.6e9;
 
 absl::Status BadTumLine(size_t line, const std::string& why) {
   return absl::InvalidArgumentError(

@@ -11,6 +11,7 @@
 #include <memory>
 #include <string>
 
+#include "core/address.h"
 #include "core/caught.h"
 #include "server/main/config.h"
 #include "server/main/data_folder.h"
@@ -128,7 +129,11 @@ bool ReportStop(Pipeline& pipeline) {
 ExitCode ServeUntilSignal(rpc::RpcServer& server, Pipeline& pipeline, StopSignal& signal) {
   std::printf("isthmus-server listening on %s\n", server.address().c_str());
   std::fflush(stdout);
-  const std::string name = signal.Wait();
+  const std::string name = signal.Wait([] {
+    spdlog::warn(
+        "SIGHUP received and ignored: the configuration is read at the start only; to change it "
+        "end the server with SIGTERM and start it again");
+  });
   spdlog::info("{} received: finishing what was acknowledged; another one stops at once", name);
   server.Shutdown(kGrace);
   pipeline.Shutdown();
@@ -155,6 +160,9 @@ int Run(const Arguments& arguments) {
   if (arguments.print_config) {
     std::fputs(PrintConfig(*config).c_str(), stdout);
     return kStopped;
+  }
+  if (absl::Status status = CheckAddress(config->rpc.listen, PortZero::kAnyFreeOne); !status.ok()) {
+    return Fail(kUsage, status);
   }
   // A limit on the size of files is a full disk, which is lived with, not the end.
   ::signal(SIGXFSZ, SIG_IGN);

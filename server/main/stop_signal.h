@@ -1,8 +1,9 @@
-// SIGTERM and SIGINT as something to wait for.
+// SIGTERM and SIGINT as something to wait for; SIGHUP as nothing that ends a server.
 #pragma once
 
 #include <signal.h>
 
+#include <functional>
 #include <string>
 
 namespace isthmus::server {
@@ -13,8 +14,10 @@ class StopSignal {
   // Also ignores SIGPIPE: a reader of stdout that went away must not end the server.
   StopSignal();
 
-  // Returns the name of the first signal. The next one ends the process at once.
-  std::string Wait();
+  // Returns the name of the first signal that ends the server. The next one ends the process at
+  // once. SIGHUP, which a terminal that is closed sends and habit takes for "read the configuration
+  // again", calls `on_hangup` and ends nothing, then and later.
+  std::string Wait(const std::function<void()>& on_hangup);
 
  private:
   sigset_t signals_;

@@ -41,7 +41,9 @@ void AddSession(const Placement& placement, const MapView& view, Component& comp
 
 absl::Status UnknownRobot(const RobotId& robot) {
   return absl::NotFoundError(
-      absl::StrCat("no robot \"", robot.value(), "\" has opened a session on this server"));
+      absl::StrCat("no robot \"", robot.value(),
+                   "\" has opened a session on this server; `isthmus robots` lists those that "
+                   "have"));
 }
 
 MapReader::MapReader(const MapWriter* map, const storage::MapStore* store, SubmapCache* submaps,
@@ -153,8 +155,13 @@ ListAt<RobotAnchor> MapReader::ListAnchors() const {
 
 absl::StatusOr<RobotTransform> MapReader::GetTransform(const RobotId& a, const RobotId& b) const {
   const MapWriter::View view = map_->view();
-  const SessionView* newest_a = view->Newest(a);
-  const SessionView* newest_b = view->Newest(b);
+  // A session where no robot has that name, as in a trajectory.
+  const auto named = [&view](const RobotId& robot) {
+    const SessionView* newest = view->Newest(robot);
+    return newest != nullptr ? newest : view->Find(SessionId(robot.value()));
+  };
+  const SessionView* newest_a = named(a);
+  const SessionView* newest_b = named(b);
   if (newest_a == nullptr) return UnknownRobot(a);
   if (newest_b == nullptr) return UnknownRobot(b);
   const SessionId& session_a = newest_a->record.id;

@@ -9,6 +9,7 @@
 #include <atomic>
 #include <utility>
 
+#include "core/address.h"
 #include "server/rpc/admin_service.h"
 #include "server/rpc/edit_service.h"
 #include "server/rpc/localisation_service.h"
@@ -62,6 +63,9 @@ struct RpcServer::State {
 
 absl::StatusOr<std::unique_ptr<RpcServer>> RpcServer::Start(server::Pipeline* pipeline,
                                                             const ServerOptions& options) {
+  if (absl::Status status = CheckAddress(options.listen, PortZero::kAnyFreeOne); !status.ok()) {
+    return status;
+  }
   EnablePlugins();
   auto state = std::make_unique<State>(pipeline, options);
   grpc::ServerBuilder builder;

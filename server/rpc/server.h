@@ -60,6 +60,7 @@ class RpcServer {
  public:
   // Listens and serves until Shutdown. The pipeline must outlive the server. Unavailable, saying
   // why, when it cannot listen at the address; an address that is in use is one such reason.
+  // InvalidArgument where the address is none.
   static absl::StatusOr<std::unique_ptr<RpcServer>> Start(server::Pipeline* pipeline,
                                                           const ServerOptions& options);
   ~RpcServer();  // Shutdown without grace, if that has not happened.

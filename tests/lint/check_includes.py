@@ -100,6 +100,8 @@ ALLOWED = {
          "client/report"},
         STD_LIKE | {"json", "cli11"},
     ),
+    # The bridge to ROS 1.
+    "client/ros1": ({"core", "client/library", "client/readers"}, STD_LIKE | {"ros"}),
     # These commands run an embedded server, or an algorithm of it on a file.
     "client/offline": (
         {"core", "core/codec", "core/formats", "core/io", "storage", "server", "server/main",
@@ -147,13 +149,14 @@ THIRD_PARTY = [
     ("spdlog", re.compile(r"^spdlog/")),
     ("cli11", re.compile(r"^CLI/")),
     ("json", re.compile(r"^nlohmann/")),
+    ("ros", re.compile(r"^(ros|tf2|tf2_ros|\w+_msgs)/")),
 ]
 NAMES = {
     "ceres": "Ceres", "pcl": "PCL", "octomap": "OctoMap", "sqlite": "SQLite", "zstd": "zstd",
     "lzf": "lzf", "bz2": "bzip2", "lz4": "LZ4", "openssl": "OpenSSL", "fftw": "FFTW",
     "embree": "Embree", "png": "libpng", "pcap": "libpcap", "geographic": "GeographicLib",
     "grpc": "gRPC", "protobuf": "Protobuf", "yaml": "yaml-cpp", "spdlog": "spdlog",
-    "cli11": "CLI11", "json": "nlohmann-json",
+    "cli11": "CLI11", "json": "nlohmann-json", "ros": "ROS",
 }
 # Locks that scripts/check-locks cannot check, or that ThreadSanitizer does not see.
 UNCHECKED_LOCK = re.compile(r"^(mutex|shared_mutex|condition_variable|absl/synchronization/.*)$")

@@ -101,7 +101,7 @@ struct MergeOptions {
   RecordingOptions recording;
   std::string output, report;
   double timeout_s = 3600;
-  bool unverified = false;
+  bool unverified = false, json = false;
 };
 
 // The clouds leave `input` as they arrive.
@@ -195,10 +195,13 @@ int Run(const MergeOptions& options) {
   if (absl::IsCancelled(result.status())) return Fail(kInterrupted, result.status());
   if (absl::IsInvalidArgument(result.status())) return FailInput(result.status());
   if (!result.ok()) return Fail(kFailed, result.status());
-  PrintText(*result);
+  if (options.json) {
+    cli::Print(ToJson(*result));
+  } else {
+    PrintText(*result);
+  }
   if (!options.report.empty()) {
-    const absl::Status written = io::WriteFile(
-        options.report, ToJson(*result).dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
+    const absl::Status written = io::WriteFile(options.report, cli::Text(ToJson(*result)));
     if (!written.ok()) return Fail(kFailed, written);
   }
   return result->merged ? kOk : kNoAnswer;
@@ -218,7 +221,8 @@ void AddMerge(CLI::App& app, Action& action) {
       ->expected(1, 1000);
   AddRecordingOptions(*command, options->recording);
   command->add_option("-o,--output", options->output, "MERGED.pcd (or .ply)")->required();
-  command->add_option("--json", options->report, "REPORT.json: every pair, with its reasons");
+  command->add_flag("--json", options->json, "Every pair, with its reasons, as JSON");
+  command->add_option("--report", options->report, "REPORT.json to write the same to");
   command->add_flag("--unverified", options->unverified,
                     "Believe the best alignments of maps without sensor poses; may be wrong");
   command->add_option("--timeout", options->timeout_s, "Seconds to take at most")

@@ -49,7 +49,7 @@ class Client(Sessions, Uploads, Localising, Reading, Graph, Files):
 def connect(address: str = "127.0.0.1:50051", timeout: float = 10.0, *,
             require_server: bool = True, call_timeout: float = 20.0,
             transfer_timeout: float = 900.0) -> Client:
-    """A client of the server at `address`: host:port, or unix:PATH.
+    """A client of the server at `address`: host:port, or unix:PATH; else `InvalidArgument`.
 
     `timeout`: for how many seconds a server that does not answer is tried again, now and in each
     later call; then it is `Unavailable`. `call_timeout`: for an answer that the server has at hand;

@@ -8,7 +8,7 @@ from typing import Any, Callable, Iterator, Optional
 
 import grpc
 
-from isthmus.errors import Aborted, DataLoss, Error, Unavailable, from_rpc
+from isthmus.errors import Aborted, DataLoss, Error, InvalidArgument, Unavailable, from_rpc
 from isthmus.v1 import (admin_service_pb2_grpc, edit_service_pb2_grpc,
                         localisation_service_pb2_grpc, map_service_pb2, map_service_pb2_grpc,
                         session_service_pb2_grpc)
@@ -55,11 +55,23 @@ class Backoff:
         return min(delay, left)
 
 
+def check_address(address: str) -> None:
+    """`InvalidArgument` where it is neither "host:port", with a port from 1 to 65535, nor a path."""
+    if address.startswith(("unix:", "unix-abstract:")):
+        return
+    host, colon, port = address.rpartition(":")
+    if colon and host and port.isascii() and port.isdigit() and 1 <= int(port) <= 65535:
+        return
+    raise InvalidArgument(f'"{address}" is no address of a server: write HOST:PORT, with a port '
+                          "from 1 to 65535, as in localhost:50051")
+
+
 class Link:
     """Thread safe."""
 
     def __init__(self, address: str, keep_trying_s: float, call_timeout_s: float,
                  transfer_timeout_s: float) -> None:
+        check_address(address)
         self.address = address
         self.keep_trying_s = keep_trying_s
         self.call_timeout_s = call_timeout_s

@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "client/readers/folder/times_file.h"
+#include "client/readers/limits.h"
 #include "core/io/file_io.h"
 
 namespace isthmus::readers {
@@ -33,30 +34,35 @@ bool IsDigits(const std::string& text) {
   return !text.empty() && std::all_of(text.begin(), text.end(), absl::ascii_isdigit);
 }
 
-// A Unix time of 2001 to 2286 in a file's name; any other number only counts.
+// Nanoseconds of the last digit, by the number of digits; 0: such a number only counts.
+int64_t UnitOf(size_t digits) {
+  switch (digits) {
+    case 13:
+      return 1'000'000;
+    case 16:
+      return 1'000;
+    case 19:
+      return 1;
+    default:
+      return 0;
+  }
+}
+
+// A Unix time of 2001 to 2115 in a file's name; any other number only counts.
 std::optional<int64_t> StampOfName(const std::string& stem) {
   const size_t dot = stem.find('.');
-  const std::string seconds = stem.substr(0, dot);
-  int64_t value = 0;
-  if (!IsDigits(seconds) || !absl::SimpleAtoi(seconds, &value)) return std::nullopt;
+  std::string digits = stem.substr(0, dot);
+  if (!IsDigits(digits)) return std::nullopt;
   if (dot != std::string::npos) {
     std::string fraction = stem.substr(dot + 1);
-    if (seconds.size() != 10 || !IsDigits(fraction)) return std::nullopt;
+    if (digits.size() != 10 || !IsDigits(fraction)) return std::nullopt;
     fraction.resize(9, '0');
-    int64_t ns = 0;
-    return absl::SimpleAtoi(fraction, &ns) ? std::optional(value * 1'000'000'000 + ns)
-                                           : std::nullopt;
+    digits += fraction;
   }
-  switch (seconds.size()) {
-    case 13:
-      return value * 1'000'000;
-    case 16:
-      return value * 1'000;
-    case 19:
-      return value;
-    default:
-      return std::nullopt;
-  }
+  const int64_t unit_ns = UnitOf(digits.size());
+  int64_t value = 0;
+  if (unit_ns == 0 || !absl::SimpleAtoi(digits, &value)) return std::nullopt;
+  return value <= kLatestStampNs / unit_ns ? std::optional(value * unit_ns) : std::nullopt;
 }
 
 std::optional<std::vector<int64_t>> StampsOfNames(const ScanFiles& scans) {

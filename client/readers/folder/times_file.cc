@@ -9,6 +9,8 @@
 #include <cmath>
 #include <optional>
 
+#include "client/readers/limits.h"
+
 namespace isthmus::readers {
 namespace {
 
@@ -19,10 +21,12 @@ std::optional<int64_t> ParseStamp(absl::string_view text) {
   std::string error;
   if (text.size() > 10 && text[4] == '-' &&
       absl::ParseTime("%Y-%m-%d %H:%M:%E*S", text, &date, &error)) {
-    return absl::ToUnixNanos(date);
+    const int64_t ns = absl::ToUnixNanos(date);
+    return std::abs(ns) <= kLatestStampNs ? std::optional(ns) : std::nullopt;
   }
   double value = 0;
-  if (!absl::SimpleAtod(text, &value) || !std::isfinite(value) || std::abs(value) > 9e9) {
+  if (!absl::SimpleAtod(text, &value) || !std::isfinite(value) ||
+      std::abs(value) > 1e-9 * kLatestStampNs) {
     return std::nullopt;
   }
   const size_t dot = text.find('.');

@@ -130,7 +130,7 @@ TEST_F(ExportCommandsTest, ADatumPutsTheMapOnTheEarth) {
       "anchor set alice-1/0 --lat 48.1379 --lon 11.575 --alt 521 --sigma-xy 0.02 --sigma-z "
       "0.02");
   EXPECT_EQ(anchored["session"], "alice-1");
-  const json anchors = AskJson("anchor list");
+  const json anchors = AskJson("anchor list")["anchors"];
   ASSERT_EQ(anchors.size(), 1u);
   const auto& at = anchors[0]["T_map_submap"]["translation"];
   EXPECT_NEAR(at[0].get<double>(), 0, 0.01);

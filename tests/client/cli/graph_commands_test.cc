@@ -73,7 +73,7 @@ TEST_F(GraphCommandsTest, RevisionsAreATableOrJson) {
   EXPECT_THAT(table.out, HasSubstr("revision  time (UTC)"));
   EXPECT_THAT(table.out, HasSubstr("      42  2026-03-01 10:04:11      1    31       0      0.412 m"
                                    "  loop closure 3 of alice-1\n"));
-  const json revisions = AskJson("revisions");
+  const json revisions = AskJson("revisions")["revisions"];
   ASSERT_EQ(revisions.size(), 1u);
   EXPECT_EQ(revisions[0]["revision"], 42);
   EXPECT_EQ(revisions[0]["stamp_ns"], 1'772'359'451'000'000'000);
@@ -168,7 +168,7 @@ TEST_F(GraphCommandsTest, LoopsAreATableThatSaysWhatCounts) {
   EXPECT_THAT(table.out, HasSubstr("    18  alice-1          2 ~ 40       SET ASIDE "));
   EXPECT_THAT(table.out, HasSubstr("    19  alice-1          2 ~ 40       REJECTED "));
   EXPECT_THAT(table.out, HasSubstr("\"another floor\""));
-  const json read = AskJson("loops");
+  const json read = AskJson("loops")["loops"];
   EXPECT_FALSE(pipeline_.asked_robot.has_value());
   ASSERT_EQ(read.size(), 3u);
   EXPECT_EQ(read[0]["id"], 17);
@@ -178,7 +178,7 @@ TEST_F(GraphCommandsTest, LoopsAreATableThatSaysWhatCounts) {
   EXPECT_EQ(read[0]["edge_count"], 3);
   EXPECT_FALSE(read[0].contains("edges"));
   EXPECT_EQ(read[2]["rejected"], true);
-  EXPECT_EQ(AskJson("loops --edges")[0]["edges"].size(), 3u);
+  EXPECT_EQ(AskJson("loops --edges")["loops"][0]["edges"].size(), 3u);
   pipeline_.loops = absl::NotFoundError("no robot \"carol\"");
   EXPECT_EQ(Ask("loops carol").code, 6);
 }
@@ -225,7 +225,7 @@ TEST_F(GraphCommandsTest, AnAnchorHasOnlyWhatIsKnown) {
   const ProgramResult list = Ask("anchor list");
   EXPECT_THAT(list.out, AllOf(HasSubstr("alice-1/7"), HasSubstr("total station"), HasSubstr("free"),
                               HasSubstr("x 12.000 y -3.500 z 2.000 m")));
-  const json anchors = AskJson("anchor list");
+  const json anchors = AskJson("anchor list")["anchors"];
   ASSERT_EQ(anchors.size(), 2u);
   EXPECT_EQ(anchors[0]["index"], 7);
   EXPECT_EQ(anchors[1]["T_map_submap"]["translation"], json({1, 2, 3}));

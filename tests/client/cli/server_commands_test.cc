@@ -50,8 +50,12 @@ class ServerCommandsTest : public testing::Test {
   json AskJson(const std::string& command) const {
     const ProgramResult result = Ask(command + " --json");
     EXPECT_EQ(result.code, 0) << result.err;
-    return json::parse(result.out, nullptr, false);
+    json document = json::parse(result.out, nullptr, false);
+    EXPECT_EQ(document.value("version", 0), 1) << command << ": " << result.out;
+    return document;
   }
+  // By value: a loop over a part of a document does not keep the document.
+  json Sessions(const std::string& command) const { return AskJson(command)["sessions"]; }
 
   static EmbeddedServer* server_;
   static std::string* folder_;
@@ -66,7 +70,7 @@ TEST_F(ServerCommandsTest, PushReportsEveryScanAndFinishesTheSession) {
   EXPECT_EQ(summary["rejected"], 0);
   EXPECT_EQ(summary["durable_sequence"], 30);
   EXPECT_GT(summary["odometry_ms_mean"], 0);
-  for (const json& session : AskJson("robots")) {
+  for (const json& session : Sessions("robots")) {
     if (session["robot"] != "pushed") continue;
     EXPECT_EQ(session["state"], "FINISHED");
     EXPECT_EQ(session["sensor"], "vlp16") << "from simulation.json";
@@ -123,7 +127,7 @@ TEST_F(ServerCommandsTest, LocaliseOnlySaysWhereARobotIs) {
   const auto poses = formats::ReadTum(Path("guest.tum"));
   ASSERT_TRUE(poses.ok());
   EXPECT_EQ(poses->size(), places["located"].get<size_t>() + places["uncertain"].get<size_t>());
-  for (const json& session : AskJson("robots")) EXPECT_NE(session["robot"], "guest");
+  for (const json& session : Sessions("robots")) EXPECT_NE(session["robot"], "guest");
   EXPECT_EQ(Ask("push --localise --in-map-of nobody --robot guest " + Path("robot_0")).code, 6);
 }
 
@@ -132,7 +136,7 @@ TEST_F(ServerCommandsTest, APushThatIsInterruptedFinishesItsSession) {
       "timeout", "--signal=INT 2 " + std::string(ISTHMUS_PROGRAM) + " push --robot cut --rate 4 " +
                      Path("robot_0") + " --server " + server_->client().address());
   EXPECT_THAT(result.err, HasSubstr("interrupted; the session is finished"));
-  for (const json& session : AskJson("robots")) {
+  for (const json& session : Sessions("robots")) {
     if (session["robot"] != "cut") continue;
     EXPECT_EQ(session["state"], "FINISHED");
     EXPECT_LT(session["last_sequence"], 30);
@@ -176,6 +180,79 @@ TEST_F(ServerCommandsTest, APersonJoinsTwoRobotsAndPartsThemAgain) {
   EXPECT_EQ(Ask("match set hand_a hand_b --pose 1 2 3").code, 2);
 }
 
+TEST_F(ServerCommandsTest, RejectingSaysThroughWhomTheTwoStayJoined) {
+  for (const char* robot : {"tri_a", "tri_b", "tri_c"}) {
+    ASSERT_EQ(Ask("push --to 2 --robot " + std::string(robot) + " " + Path("robot_0")).code, 0);
+  }
+  ASSERT_EQ(Ask("match set tri_a tri_c --pose 1 0 0 0 0 0").code, 0);
+  ASSERT_EQ(Ask("match set tri_b tri_c --pose 1 0 0 0 0 0").code, 0);
+  const ProgramResult reject = Ask("match reject tri_a tri_b");
+  ASSERT_EQ(reject.code, 0) << reject.err;
+  EXPECT_THAT(reject.out, HasSubstr("tri_a-1 and tri_b-1 stay joined, through tri_c-1"));
+  const json joined = AskJson("match reject tri_a tri_b");
+  EXPECT_EQ(joined["joined"], true);
+  EXPECT_EQ(joined["joined_through"], json::array({"tri_c-1"}));
+  EXPECT_THAT(Ask("match reject tri_a tri_c").out, HasSubstr("are in different maps"));
+  EXPECT_EQ(AskJson("match reject tri_a tri_b")["joined"], false);
+}
+
+TEST_F(ServerCommandsTest, ATransformIsOfSessionsTooWhereTheyAreNamed) {
+  for (const char* robot : {"twice_a", "twice_a", "twice_b"}) {
+    ASSERT_EQ(Ask("push --to 2 --robot " + std::string(robot) + " " + Path("robot_0")).code, 0);
+  }
+  ASSERT_EQ(Ask("match set --sessions twice_a-1 twice_b-1 --pose 3 0 0 0 0 0").code, 0);
+  EXPECT_NEAR(AskJson("transform twice_a-1 twice_b")["T_a_b"]["translation"][0].get<double>(), 3,
+              1e-9);
+  EXPECT_NEAR(AskJson("transform twice_b-1 twice_a-1")["T_a_b"]["translation"][0].get<double>(), -3,
+              1e-9);
+  EXPECT_EQ(Ask("transform twice_a-3 twice_b").code, 6);
+}
+
+TEST_F(ServerCommandsTest, ASessionOfAProgramThatDiedIsListedFinishedAndDeleted) {
+  ASSERT_EQ(Ask("push --no-finish --robot died --to 2 " + Path("robot_0")).code, 0);
+  const ProgramResult again = Ask("push --robot died --to 2 " + Path("robot_0"));
+  EXPECT_THAT(again.err, HasSubstr("`isthmus session finish died-1`"));
+  const auto open = [this] {
+    for (const json& session : Sessions("session list --open")) {
+      EXPECT_EQ(session["state"], "ACTIVE");
+      if (session["session"] == "died-1") return true;
+    }
+    return false;
+  };
+  EXPECT_TRUE(open());
+  EXPECT_THAT(Ask("session list").out, HasSubstr("died-2"));
+  const ProgramResult robot = Ask("session finish died");
+  EXPECT_EQ(robot.code, 6);
+  EXPECT_THAT(robot.err, HasSubstr("died is a robot: name one of its sessions, died-1, died-2"));
+  EXPECT_EQ(AskJson("session finish died-1")["state"], "FINISHED");
+  EXPECT_FALSE(open());
+  EXPECT_EQ(Ask("session finish died-1").code, 0) << "twice is no error";
+
+  const ProgramResult unsure = Ask("session delete died-1");
+  EXPECT_EQ(unsure.code, 2);
+  EXPECT_THAT(unsure.err, HasSubstr("--yes"));
+  EXPECT_THAT(Ask("session list").out, HasSubstr("died-1"));
+  EXPECT_EQ(AskJson("session delete died-1 --yes")["deleted"], "died-1");
+  EXPECT_THAT(Ask("session list").out, testing::Not(HasSubstr("died-1")));
+  EXPECT_EQ(Ask("session delete died-1 --yes").code, 6);
+}
+
+TEST_F(ServerCommandsTest, EveryAnswerAsJsonHasItsVersion) {
+  ASSERT_EQ(Ask("push --robot versions --to 5 " + Path("robot_0")).code, 0);
+  ASSERT_EQ(Ask("push --robot versions_b --to 5 " + Path("robot_1")).code, 0);
+  ASSERT_EQ(Ask("status --wait settled --timeout 100").code, 0);
+  for (const char* command :
+       {"status", "robots", "session list", "graph", "loops", "revisions", "revisions diff 1",
+        "anchor list", "datum show", "match reject versions versions_b",
+        "match withdraw versions versions_b", "transform versions versions",
+        "anchor set versions-1/0 --position 0 0 0 --sigma-xy 1", "anchor remove versions-1/0"}) {
+    EXPECT_TRUE(AskJson(command).is_object()) << command;
+  }
+  AskJson("push --robot versions --to 2 " + Path("robot_0"));
+  AskJson("export --format ply -o " + Path("versions.ply"));
+  AskJson("graph --g2o " + Path("versions.g2o"));
+}
+
 TEST_F(ServerCommandsTest, AReportRunsNothingThatANoteHolds) {
   ASSERT_EQ(Ask("push --robot page_a --to 2 " + Path("robot_0")).code, 0);
   ASSERT_EQ(Ask("push --robot page_b --to 2 " + Path("robot_1")).code, 0);
@@ -198,7 +275,7 @@ TEST_F(ServerCommandsTest, AMatchByHandIsARevisionThatCanBeUndone) {
   ASSERT_EQ(Ask("status --wait settled --timeout 100").code, 0);
   const int64_t before = AskJson("status")["revision"];
   ASSERT_EQ(Ask("match set undo_a undo_b --pose 4 -2 0.5 0 0 90").code, 0);
-  const json revision = AskJson("revisions --limit 1")[0];
+  const json revision = AskJson("revisions --limit 1")["revisions"][0];
   EXPECT_GT(revision["revision"], before);
   EXPECT_THAT(revision["cause"].get<std::string>(), HasSubstr("undo_a-1 ~ undo_b-1"));
   const json diff = AskJson("revisions diff " + std::to_string(before));
@@ -222,11 +299,11 @@ TEST_F(ServerCommandsTest, AnAnchorMovesTheMapToItsPlace) {
   ASSERT_TRUE(trajectory.ok() && !trajectory->empty());
   EXPECT_LT((trajectory->front().pose.translation() - Eigen::Vector3d(100, 50, 2)).norm(), 0.05);
   EXPECT_NEAR(trajectory->front().pose.Yaw(), std::acos(0.0), 0.01);
-  const json anchors = AskJson("anchor list");
+  const json anchors = AskJson("anchor list")["anchors"];
   ASSERT_EQ(anchors.size(), 1u);
   EXPECT_GT(anchors[0]["given_ns"], 0);
 
-  const json component = AskJson("robots");
+  const json component = Sessions("robots");
   for (const json& session : component) {
     if (session["robot"] != "anchored") continue;
     const std::string file = Path("anchored.g2o");

@@ -239,7 +239,7 @@ TEST_F(UploadTest, WhatCannotBeUsedSaysWhy) {
       Isthmus("upload --attempts 1 --server localhost:1 --robot n --poses " + truth + " " + folder)
           .code,
       4);
-  EXPECT_EQ(AskJson("robots").size(), 0u) << "no session was opened";
+  EXPECT_EQ(AskJson("robots")["sessions"].size(), 0u) << "no session was opened";
 }
 
 }  // namespace

@@ -50,6 +50,46 @@ TEST(Usage, MistakesOnTheCommandLineGiveTwo) {
   EXPECT_THAT(rate.err, HasSubstr("--rate"));
 }
 
+TEST(Usage, HelpIsACommandToo) {
+  EXPECT_EQ(Isthmus("help").out, Isthmus("--help").out);
+  for (const char* command : {"push", "match reject", "simulate", "bench paper"}) {
+    const ProgramResult help = Isthmus("help " + std::string(command));
+    EXPECT_EQ(help.code, 0) << command;
+    EXPECT_EQ(help.out, Isthmus(std::string(command) + " --help").out) << command;
+  }
+}
+
+TEST(Usage, ACommandThatIsNoneIsToldTheNearest) {
+  const std::vector<std::pair<std::string, std::string>> slips = {{"stats", "status"},
+                                                                  {"help simulat", "simulate"},
+                                                                  {"match rejekt a b", "reject"},
+                                                                  {"bench papr", "paper"}};
+  for (const auto& [typed, meant] : slips) {
+    const ProgramResult result = Isthmus(typed);
+    EXPECT_EQ(result.code, 2) << typed;
+    EXPECT_THAT(result.err, HasSubstr("did you mean `" + meant + "`?"));
+    EXPECT_EQ(result.out, "");
+  }
+}
+
+TEST(Usage, TheServerMayBeNamedBeforeTheCommand) {
+  for (const char* command : {"status", "match reject a b", "revisions diff 1"}) {
+    const ProgramResult result =
+        Isthmus("--server=127.0.0.1:1 --attempts 1 " + std::string(command));
+    EXPECT_EQ(result.code, 4) << command;
+    EXPECT_THAT(result.err, HasSubstr("127.0.0.1:1")) << command;
+  }
+  EXPECT_EQ(Isthmus("--server 127.0.0.1:1 eval").code, 2) << "it takes none, wherever it stands";
+}
+
+TEST(Usage, AnAddressThatIsNoneGivesTwoAndSaysWhatToWrite) {
+  for (const char* address : {"localhost:70000", "localhost:0", "localhost", "localhost:http"}) {
+    const ProgramResult result = Isthmus("status --server " + std::string(address));
+    EXPECT_EQ(result.code, 2) << address;
+    EXPECT_THAT(result.err, HasSubstr("write HOST:PORT, as in localhost:50051")) << address;
+  }
+}
+
 TEST(Usage, ABoxThatIsNoBoxIsToldWithoutAServer) {
   const ProgramResult box = Isthmus("query --box 1,2,3,4,5 -o x.pcd" + std::string(kNowhere));
   EXPECT_EQ(box.code, 2);

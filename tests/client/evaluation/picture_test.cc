@@ -34,7 +34,7 @@ TopDownPicture Make(const PictureOptions& options = {}) {
 PictureOptions Small() {
   PictureOptions options;
   options.max_side_px = 400;
-  options.legend = false;
+  options.legend = options.grid = false;
   return options;
 }
 
@@ -60,6 +60,23 @@ TEST(TopDownPicture, PointsLieWhereTheyShouldInTheirRobotsColour) {
   EXPECT_NE(picture.RobotColor(0), picture.RobotColor(1));
   EXPECT_EQ(canvas.At(99, 49), kWhite);
   EXPECT_EQ(canvas.At(300, 150), kWhite);
+}
+
+TEST(TopDownPicture, TheGridIsAtRoundCoordinatesAndTheOriginIsMarked) {
+  PictureOptions options = Small();
+  options.grid = true;  // 400 pixels of 0.05 m: a line every 2 m, which is 40 pixels.
+  const Canvas canvas = Make(options).Draw();
+  EXPECT_NE(canvas.At(240, 77), kWhite) << "x = 2";
+  EXPECT_NE(canvas.At(253, 60), kWhite) << "y = 2";
+  EXPECT_EQ(canvas.At(250, 77), kWhite);
+  const Color right = canvas.At(215, 100), up = canvas.At(200, 85);
+  EXPECT_GT(right[0], right[1] + 100) << "x is red";
+  EXPECT_GT(up[1], up[0] + 100) << "y is green";
+}
+
+TEST(TopDownPicture, AWorldFilePlacesTheFirstPixel) {
+  EXPECT_EQ(Make(Small()).WorldFile(), "0.05\n0\n0\n-0.05\n-9.975\n4.975\n");
+  EXPECT_EQ(WorldFilePath("maps/hall.png"), "maps/hall.pgw");
 }
 
 TEST(TopDownPicture, WallsAreDarkerThanFloors) {

@@ -125,6 +125,26 @@ TEST_F(OffAntenna, WithoutAHeadingItsHeightIsTakenOutAndTheRestIsInTheSigma) {
   EXPECT_NEAR(anchor.sigma_xy_m, std::hypot(0.1, 1), 1e-9);
 }
 
+TEST_F(OffAntenna, WildFixesAnchorNothing) {
+  Drive(8);
+  const Site site = *Site::Create(kDatum);
+  for (const auto& [step, off] : {std::pair(2, 5000.0), std::pair(6, -60.0)}) {
+    const Geodetic at =
+        site.ToGeodetic(InMap(step) * antenna.in_sensor + off * Eigen::Vector3d::UnitX());
+    fixes[step].latitude_deg = at.latitude_deg;
+    fixes[step].longitude_deg = at.longitude_deg;
+  }
+  const auto made = AnchorsOfFixes(fixes, submaps, kDatum, antenna);
+  EXPECT_EQ(made->wild, 2);
+  ASSERT_EQ(made->anchors.size(), 6u);
+  for (const Anchor& anchor : made->anchors) {
+    const int step = static_cast<int>(anchor.submap.index);
+    EXPECT_NE(step, 2);
+    EXPECT_NE(step, 6);
+    EXPECT_LT((anchor.T_map_submap.translation() - InMap(step).translation()).norm(), 0.05) << step;
+  }
+}
+
 TEST_F(OffAntenna, OnATiltedLidarIsTakenOutOnTheLevel) {
   Drive(8);
   // The LiDAR looks 40 degrees down; the antenna stays where it is on the robot.

@@ -15,7 +15,7 @@ TEST(Bench, PaperComparesTheOdometriesOnTheSameDrives) {
   if (!kHasPaper) GTEST_SKIP() << "built without A-LOAM";
   const std::string file = ScratchFolder() + "/paper.json";
   const ProgramResult bench = Isthmus(
-      "bench paper --worlds museum --odometry aloam,floam --seed 2 --seconds 3 --json " + file);
+      "bench paper --worlds museum --odometry aloam,floam --seed 2 --seconds 3 --report " + file);
   ASSERT_EQ(bench.code, 0) << bench.err;
   const json report = json::parse(std::ifstream(file));
   EXPECT_EQ(report["seconds"], 3);

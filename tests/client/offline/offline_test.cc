@@ -98,7 +98,7 @@ TEST(Offline, MapsWithoutEvidenceAreNotMergedAndTheReportSaysWhy) {
   const std::string folder = ScratchFolder();
   const ProgramResult merge =
       Isthmus("merge " + WriteWall(folder + "/a.pcd", 2) + " " + WriteWall(folder + "/b.pcd", -3) +
-              " -o " + folder + "/merged.pcd --json " + folder + "/report.json");
+              " -o " + folder + "/merged.pcd --report " + folder + "/report.json");
   EXPECT_EQ(merge.code, 3) << merge.out << merge.err;
   const json report = json::parse(std::ifstream(folder + "/report.json"));
   EXPECT_EQ(report["merged"], false);
@@ -152,7 +152,7 @@ class MuseumMaps : public testing::Test {
 
   ProgramResult Merge(const std::string& options = "") const {
     return Isthmus("merge " + folder_ + "/alice.pcd " + folder_ + "/bob.pcd -o " + folder_ +
-                   "/merged.pcd --json " + folder_ + "/report.json " + options);
+                   "/merged.pcd --report " + folder_ + "/report.json " + options);
   }
   json Report() const { return json::parse(std::ifstream(folder_ + "/report.json")); }
   bool IsWritten() const { return std::filesystem::exists(folder_ + "/merged.pcd"); }

@@ -200,6 +200,11 @@ class ConnectTest(unittest.TestCase):
         self.assertIsInstance(caught.exception, ConnectionError)
         self.assertIsInstance(caught.exception, isthmus.Error)
 
+    def test_an_address_that_is_none_is_refused_at_once(self) -> None:
+        for address in ("localhost", "localhost:0", "localhost:65536", ":50051", "localhost:http"):
+            with self.assertRaisesRegex(isthmus.InvalidArgument, "write HOST:PORT"):
+                isthmus.connect(address)
+
     def test_a_client_waits_for_a_server_that_comes_later(self) -> None:
         with Server() as server:
             server.kill()

@@ -3,7 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstring>
+#include <limits>
 
 #include "core/codec/column.h"
 
@@ -109,6 +111,73 @@ TEST(ScanStampsTest, WithoutAStampItIsWhenItWasRecorded) {
   ScanStamps stamps(StampMeaning::kByTimes, 10);
   EXPECT_EQ(End(stamps, Cloud({0, 0.1}), 0), kStamp + 7);
   EXPECT_THAT(stamps.Assumptions(), ElementsAre(HasSubstr("times of recording")));
+}
+
+TEST(ScanStampsTest, WithoutAStampAClockOfUnixTimeTells) {
+  ScanStamps stamps(StampMeaning::kByTimes, 10);
+  const double start = 1e-9 * kStamp - 0.5;
+  EXPECT_NEAR(End(stamps, Cloud({start, start + 0.1}), 0) - kStamp, -400'000'000, 500);
+  EXPECT_THAT(stamps.Assumptions(), ElementsAre(HasSubstr("points' clock is the END")));
+  ScanStamps since_boot(StampMeaning::kByTimes, 10);
+  EXPECT_EQ(End(since_boot, Cloud({50.0, 50.1}), 0), kStamp + 7);
+}
+
+TEST(ScanStampsTest, OneStampThatIsMissingIsTheClocks) {
+  ScanStamps stamps(StampMeaning::kByTimes, 10);
+  EXPECT_EQ(End(stamps, Cloud({50.0, 50.1}), kStamp), kStamp);
+  EXPECT_NEAR(End(stamps, Cloud({50.1, 50.2}), 0) - kStamp, kTurn, 500);
+  EXPECT_NEAR(End(stamps, Cloud({50.2, 50.3}), kStamp + 2 * kTurn) - kStamp, 2 * kTurn, 500);
+}
+
+TEST(ScanStampsTest, APointWithoutATimeChangesNothing) {
+  for (const size_t at : {0, 1, 3}) {
+    ScanStamps stamps(StampMeaning::kByTimes, 10);
+    const PointPayload whole = Cloud({0, 3e7, 6e7, 1e8}, ScalarType::kUint32, "t");
+    std::vector<double> times = {0, 3e7, 6e7, 1e8};
+    times.insert(times.begin() + static_cast<std::ptrdiff_t>(at), 4294967295.0);
+    for (int scan = 0; scan < 6; ++scan) {
+      const auto cloud = scan == 0 || scan == 3 ? Cloud(times, ScalarType::kUint32, "t") : whole;
+      EXPECT_NEAR(End(stamps, cloud, kStamp + scan * kTurn) - kStamp, (scan + 1) * kTurn, 2);
+    }
+    EXPECT_THAT(stamps.Assumptions(), ElementsAre(HasSubstr("START of scans")));
+  }
+}
+
+// Scans of 0.1 s for 15 s, their times modulo `modulus` ns.
+void ExpectUnwrapped(int64_t modulus, int64_t start_ns) {
+  ScanStamps stamps(StampMeaning::kByTimes, 10);
+  const int64_t first = End(stamps,
+                            Cloud({static_cast<double>(start_ns % modulus),
+                                   static_cast<double>((start_ns + kTurn) % modulus)},
+                                  ScalarType::kUint32, "t"),
+                            kStamp + kTurn);
+  for (int64_t scan = 1; scan < 150; ++scan) {
+    std::vector<double> times;
+    for (int64_t part = 0; part <= 10; ++part) {
+      const int64_t t = start_ns + scan * kTurn + part * kTurn / 10;
+      times.push_back(static_cast<double>(t % modulus));
+    }
+    // Headers are late by up to 0.1 s.
+    const int64_t header_ns = kStamp + (scan + 1) * kTurn + (scan % 3) * 50'000'000;
+    EXPECT_NEAR(End(stamps, Cloud(times, ScalarType::kUint32, "t"), header_ns) - first,
+                scan * kTurn, 10)
+        << modulus << " " << start_ns << " " << scan;
+  }
+}
+
+TEST(ScanStampsTest, CountersThatStartAgainAreUnwrapped) {
+  // Within a scan, between two, and while it is small.
+  for (const double start_s : {3.03, 3.294967296, 0.7}) {
+    ExpectUnwrapped(int64_t{1} << 32, std::llround(start_s * 1e9));
+  }
+  ExpectUnwrapped(1'000'000'000, 730'000'000);
+}
+
+TEST(ScanStampsTest, StampsFarFromAnyClockAreNone) {
+  ScanStamps stamps(StampMeaning::kByTimes, 10);
+  const int64_t wild = std::numeric_limits<int64_t>::min() + 1;
+  EXPECT_EQ(End(stamps, Cloud({0, 0.1}), wild), kStamp + 7);
+  EXPECT_NEAR(End(stamps, Cloud({1e13, 1e13 + 0.1}), kStamp + kTurn) - kStamp, kTurn, 2);
 }
 
 TEST(ScanStampsTest, StampsThatDoNotIncreaseAreNamed) {

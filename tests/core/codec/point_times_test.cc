@@ -57,7 +57,7 @@ const Convention kConventions[] = {
     {"Ns32Wraps", kUint32, 4294967296e-9 - 0.03, 1e-9, 4294967296.0, "ns, of a clock"},
     {"HourUsWraps", kUint32, 3600 - 0.08, 1e-6, 3.6e9, "us, of a clock"},
     {"HourSWraps", kFloat64, 3600 - 0.06, 1, 3600, "s, of a clock"},
-    {"SecondNsWraps", kUint32, 1 - 0.05, 1e-9, 1e9, "ns, from the start"},
+    {"SecondNsWraps", kUint32, 1 - 0.05, 1e-9, 1e9, "ns, of a clock"},
 };
 
 class Conventions : public ::testing::TestWithParam<Convention> {};
@@ -104,6 +104,25 @@ TEST(TimeReader, TakesASensorThatWasSetToTurnFaster) {
     ASSERT_TRUE(reader.Read(kFloat32, kStamp_ns, times));
   }
   EXPECT_NEAR(times.back(), 0, 1e-6);
+}
+
+TEST(TimeReader, APointWithoutATimeHasThatOfTheOneBefore) {
+  TimeReader reader;
+  std::vector<double> times = {4294967295.0, 0, 5e7, 4294967295.0, 1e8};
+  ASSERT_TRUE(reader.Read(kUint32, kStamp_ns, times));
+  EXPECT_THAT(times,
+              ::testing::Pointwise(::testing::DoubleNear(1e-9), {-0.1, -0.1, -0.05, -0.05, 0.0}));
+  EXPECT_THAT(reader.Description(), HasSubstr("from the start"));
+}
+
+TEST(TimeReader, AClockThatStartsAgainStaysOne) {
+  TimeReader reader;
+  for (int scan = 0; scan < 60; ++scan) {
+    std::vector<double> times = Written(Part(0, 1), scan * 0.1, 1e-9, 4294967296.0);
+    ASSERT_TRUE(reader.Read(kUint32, kStamp_ns + scan * 100'000'000LL, times));
+    if (scan <= 5) continue;
+    EXPECT_THAT(reader.Description(), HasSubstr("of a clock")) << scan;
+  }
 }
 
 TEST(TimeReader, RefusesWhatIsNoTime) {

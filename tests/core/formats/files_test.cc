@@ -86,7 +86,8 @@ TEST(Tum, ReadsWhatOthersWrite) {
 
 TEST(Tum, NamesTheLineThatIsWrong) {
   for (const char* bad : {"1 2 3", "1 0 0 0 0 0 0 1 9", "x 0 0 0 0 0 0 1", "1 0 nan 0 0 0 0 1",
-                          "1 0 0 0 0 0 0 0", "1e99 0 0 0 0 0 0 1", "1 0 0 0 0 0 0 1z"}) {
+                          "1 0 0 0 0 0 0 0", "1e99 0 0 0 0 0 0 1", "9000000000.5 0 0 0 0 0 0 1",
+                          "-9e9 0 0 0 0 0 0 1", "1 0 0 0 0 0 0 1z"}) {
     const auto status = ParseTum(std::string("#\n") + bad).status();
     EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument) << bad;
     EXPECT_THAT(std::string(status.message()), HasSubstr("line 2"));

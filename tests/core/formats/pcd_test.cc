@@ -9,6 +9,7 @@
 #include "core/codec/payload_builder.h"
 #include "core/codec/payload_layout.h"
 #include "core/codec/scan_decoder.h"
+#include "core/formats/lzf.h"
 #include "core/formats/map_writer.h"
 #include "tests/core/codec/payloads.h"
 
@@ -228,6 +229,19 @@ TEST(Pcd, RefusesGiantsWithoutAllocatingThem) {
       EXPECT_EQ(ParsePcd(bytes).status().code(), absl::StatusCode::kInvalidArgument) << bytes;
     }
   }
+}
+
+// 4 bytes packed, 65,000 beside them that are in no compressed file.
+TEST(Pcd, PaddingOfPackedPointsTakesNoMemory) {
+  const size_t points = 1000;
+  const std::string block = *LzfBlock(std::string(points * 4, '\0'));
+  const auto file = ParsePcd(
+      "FIELDS x _\nSIZE 4 1\nTYPE F U\nCOUNT 1 65000\nWIDTH 1000\nHEIGHT 1\n"
+      "DATA binary_compressed\n" +
+      block);
+  ASSERT_TRUE(file.ok()) << file.status();
+  EXPECT_EQ(file->payload.data.size(), points * 4);
+  EXPECT_TRUE(codec::CheckRawLayout(file->payload).ok());
 }
 
 // Truncation is always noticed; a flipped byte may change a number, but nothing may crash.

@@ -137,6 +137,22 @@ TEST_F(ServerProcessTest, AnIdleServerStopsAtOnceOnSigint) {
   EXPECT_THAT(server_->Errors(), HasSubstr("SIGINT received"));
 }
 
+TEST_F(ServerProcessTest, SighupEndsNothingAndSaysWhatToDo) {
+  Serve();
+  const std::string session = stubs_->NewSession("alice");
+  server_->Signal(SIGHUP);
+  EXPECT_EQ(Get(session).state(), v1::Session::ACTIVE);
+  server_->Signal(SIGTERM);
+  EXPECT_EQ(server_->Wait(), 0);
+  EXPECT_THAT(server_->Errors(), HasSubstr("SIGHUP received and ignored"));
+}
+
+TEST_F(ServerProcessTest, APortThatThereIsNotIsRefusedBeforeTheFolderIsMade) {
+  EXPECT_EQ(Run({"--data", Path("data"), "--listen", "127.0.0.1:70000"}), 2);
+  EXPECT_THAT(server_->Errors(), HasSubstr("ports are 0 to 65535"));
+  EXPECT_FALSE(std::filesystem::exists(Path("data")));
+}
+
 TEST_F(ServerProcessTest, UsageErrors) {
   EXPECT_EQ(Run({}), 2);
   EXPECT_THAT(server_->Errors(), HasSubstr("--data"));

@@ -153,6 +153,14 @@ TEST_F(FolderRecordingTest, NamesInMicrosecondsMayBeStamps) {
   EXPECT_EQ(ReadAll().scans.at(1).end_stamp_ns, 1305031102'275'304'000);
 }
 
+TEST_F(FolderRecordingTest, NamesOfAFarFutureOnlyCount) {
+  for (const char* name : {"9999999999999.pcd", "9999999999999999.pcd", "9999999999.5.pcd"}) {
+    AddPcd(name, 15);
+    EXPECT_EQ(ReadAll().scans.at(0).end_stamp_ns, 0) << name;
+    fs::remove(root_ / "scans" / name);
+  }
+}
+
 TEST_F(FolderRecordingTest, ReadsRowsOfNumbersWhereThereIsNothingElse) {
   Write("scans/1.txt", "1 2 3\n");
   Write("scans/poses.txt", "1 0 0 0 0 1 0 0 0 0 1 0\n");

@@ -26,6 +26,10 @@ TEST(TimesFile, NamesTheLineThatIsWrong) {
   EXPECT_THAT(std::string(ParseTimes("1\n2\n2\n").status().message()), HasSubstr("line 3"));
   EXPECT_THAT(std::string(ParseTimes("inf\n").status().message()), HasSubstr("line 1"));
   EXPECT_FALSE(ParseTimes("1.-5\n").ok());
+  // The nanoseconds between two of these are no int64.
+  EXPECT_FALSE(ParseTimes("-9e9\n").ok());
+  EXPECT_FALSE(ParseTimes("8999999999.5\n").ok());
+  EXPECT_FALSE(ParseTimes("2201-01-01 00:00:00\n").ok());
 }
 
 }  // namespace

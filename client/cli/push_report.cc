@@ -1,0 +1,153 @@
+#include "client/cli/push_report.h"
+
+#include <absl/strings/str_cat.h>
+#include <absl/strings/str_format.h>
+
+#include "client/console/exit_code.h"
+#include "client/console/json.h"
+#include "client/console/tracking_text.h"
+#include "core/formats/tum.h"
+
+namespace isthmus::cli {
+namespace {
+
+Json SummaryJson(const PushSummary& summary) {
+  return {{"session", summary.session.value()},
+          {"robot", summary.robot},
+          {"sensor", summary.sensor},
+          {"pushed", summary.scans.pushed},
+          {"processed", summary.scans.processed},
+          {"rejected", summary.scans.rejected},
+          {"before", summary.before},
+          {"duplicates", summary.scans.duplicates},
+          {"unreadable", summary.unreadable},
+          {"durable_sequence", summary.scans.durable_sequence},
+          {"scans", ToJson(summary.state.scans)},
+          {"lost", LossOf(summary.acks, summary.state.segments).lost},
+          {"segments", summary.state.segments},
+          {"odometry_ms_mean", summary.mean_ms},
+          {"seconds", summary.seconds},
+          {"sent_bytes", summary.scans.sent_bytes},
+          {"reconnects", summary.scans.reconnects},
+          {"interrupted", summary.is_interrupted},
+          {"assumptions", summary.assumptions}};
+}
+
+void PrintText(const PushSummary& summary) {
+  if (summary.before > 0) absl::PrintF("went on after scan %d\n", summary.before);
+  absl::PrintF(
+      "%s: %d scans processed, %d rejected, %d duplicates, %d unreadable; odometry %.1f ms per "
+      "scan; durable up to scan %d; %.1f s\n",
+      summary.session.value(), summary.scans.processed, summary.scans.rejected,
+      summary.scans.duplicates, summary.unreadable, summary.mean_ms, summary.scans.durable_sequence,
+      summary.seconds);
+  absl::PrintF("%s: %s%s\n", summary.session.value(), CountsText(summary.state.scans),
+               SegmentAndLossText(summary.state));
+  const Loss loss = LossOf(summary.acks, summary.state.segments);
+  if (loss.IsMuch()) absl::PrintF("%s: %s\n", summary.session.value(), ToString(loss));
+}
+
+// Of the robot, if any are.
+const GnssSummary* AnchorsOf(const std::string& robot, const std::vector<GnssSummary>& anchored) {
+  for (const GnssSummary& gnss : anchored) {
+    if (gnss.robot == robot) return &gnss;
+  }
+  return nullptr;
+}
+
+Json GnssJson(const GnssSummary* gnss) {
+  if (gnss == nullptr) return nullptr;
+  return {{"topic", gnss->topic},       {"fixes", gnss->fixes}, {"submaps", gnss->submaps},
+          {"anchored", gnss->anchored}, {"wild", gnss->wild},   {"sets_datum", gnss->is_new_datum}};
+}
+
+void PrintText(const GnssSummary& gnss) {
+  absl::PrintF("%s: %d of %d submaps anchored by the %d fixes of %s\n", gnss.robot, gnss.anchored,
+               gnss.submaps, gnss.fixes, gnss.topic);
+  if (gnss.wild > 0) {
+    absl::PrintF("%s: %d submaps are not anchored: their fixes are far from where the way leads\n",
+                 gnss.robot, gnss.wild);
+  }
+  if (!gnss.is_new_datum) return;
+  absl::PrintF("%s: the first fix is the site's datum: latitude %.9f, longitude %.9f, %.3f m\n",
+               gnss.robot, gnss.datum.latitude_deg, gnss.datum.longitude_deg,
+               gnss.datum.altitude_m);
+}
+
+}  // namespace
+
+int ReportPush(const std::vector<PushSummary>& summaries, const std::vector<GnssSummary>& anchored,
+               const PushReportOptions& options) {
+  if (options.json) {
+    Json robots = Json::array();
+    for (const PushSummary& summary : summaries) {
+      robots.push_back(SummaryJson(summary));
+      robots.back()["gnss"] = GnssJson(AnchorsOf(summary.robot, anchored));
+    }
+    Print(summaries.size() == 1 ? robots[0] : Json{{"robots", std::move(robots)}});
+  }
+  int code = kOk;
+  for (const PushSummary& summary : summaries) {
+    if (!options.json) {
+      PrintText(summary);
+      const GnssSummary* gnss = AnchorsOf(summary.robot, anchored);
+      if (gnss != nullptr) PrintText(*gnss);
+    }
+    if (summary.is_interrupted) {
+      absl::FPrintF(stderr, "isthmus: %s: interrupted; %s\n", summary.robot,
+                    !options.spool.empty() ? "the same command goes on"
+                    : options.finish       ? "the session is finished with what was pushed"
+                                           : "the session is open");
+      if (code == kOk) code = kInterrupted;
+    } else if (summary.used() == 0) {
+      code = FailInput(absl::InvalidArgumentError(absl::StrCat(
+          "none of the ", summary.acks.size() + summary.unreadable, " scans could be used",
+          summary.first_rejection.empty() ? "" : ": ", summary.first_rejection)));
+    }
+  }
+  return code;
+}
+
+int ReportPlaces(const LocaliseSummary& summary, const PushReportOptions& options) {
+  if (!options.poses.empty()) {
+    const absl::Status written = formats::WriteTum(options.poses, summary.poses);
+    if (!written.ok()) return Fail(kFailed, written);
+  }
+  if (options.json) {
+    Print({{"robot", summary.robot},
+           {"sensor", summary.sensor},
+           {"scans", summary.scans},
+           {"located", summary.located},
+           {"uncertain", summary.uncertain},
+           {"ambiguous", summary.ambiguous},
+           {"searching", summary.searching},
+           {"rejected", summary.rejected},
+           {"unreadable", summary.unreadable},
+           {"first_pose_s", summary.first_pose_s ? Json(*summary.first_pose_s) : Json(nullptr)},
+           {"state", ToString(summary.last.state)},
+           {"T_map_sensor",
+            summary.last.T_map_sensor ? ToJson(*summary.last.T_map_sensor) : Json(nullptr)},
+           {"component", summary.last.component},
+           {"revision", summary.last.revision},
+           {"odometry_ms_mean", summary.odometry_ms},
+           {"localising_ms_mean", summary.localising_ms},
+           {"seconds", summary.seconds},
+           {"interrupted", summary.is_interrupted}});
+  } else {
+    absl::PrintF(
+        "%s: of %d scans %d located, %d uncertain, %d ambiguous, %d searching, %d rejected, %d "
+        "unreadable; %s; odometry %.1f ms and localising %.1f ms per scan\n",
+        summary.robot, summary.scans, summary.located, summary.uncertain, summary.ambiguous,
+        summary.searching, summary.rejected, summary.unreadable,
+        summary.first_pose_s ? absl::StrFormat("first pose after %.1f s", *summary.first_pose_s)
+                             : "no pose",
+        summary.odometry_ms, summary.localising_ms);
+  }
+  if (summary.is_interrupted) return kInterrupted;
+  if (summary.scans == summary.rejected) {
+    return FailInput(absl::InvalidArgumentError("none of the scans could be used"));
+  }
+  return summary.poses.empty() ? kNoAnswer : kOk;
+}
+
+}  // namespace isthmus::cli

@@ -1,0 +1,122 @@
+// isthmus session: what became of robots' runs, and what a person does about them.
+#include <absl/strings/str_cat.h>
+#include <absl/strings/str_format.h>
+#include <absl/strings/str_join.h>
+
+#include <string>
+#include <vector>
+
+#include "client/cli/commands.h"
+#include "client/cli/session_list.h"
+#include "client/console/exit_code.h"
+#include "client/console/json.h"
+
+namespace isthmus::cli {
+namespace {
+
+struct SessionOptions {
+  ServerOptions server;
+  std::string session;
+  bool open = false, yes = false, json = false;
+};
+
+// NotFound, with its sessions where a robot was named.
+absl::StatusOr<SessionStatus> FindSession(client::Client& client, const std::string& name) {
+  auto found = client.GetSession(SessionId(name));
+  if (!absl::IsNotFound(found.status())) return found;
+  const auto sessions = client.ListSessions();
+  if (!sessions.ok()) return sessions.status();
+  std::vector<std::string> own;
+  for (const SessionStatus& session : *sessions) {
+    const bool is_first = session.record.segment <= 1;
+    if (is_first && session.record.robot.value() == name) own.push_back(session.record.id.value());
+  }
+  if (own.empty()) {
+    return absl::NotFoundError(
+        absl::StrCat(found.status().message(), "; `isthmus session list` names those there are"));
+  }
+  return absl::NotFoundError(
+      absl::StrCat(name, " is a robot: name one of its sessions, ", absl::StrJoin(own, ", ")));
+}
+
+int RunList(const SessionOptions& options) {
+  const auto client = Connect(options.server);
+  if (!client.ok()) return FailServer(client.status());
+  auto sessions = (*client)->ListSessions();
+  if (!sessions.ok()) return FailServer(sessions.status());
+  if (options.open) {
+    std::erase_if(*sessions, [](const SessionStatus& session) {
+      return session.record.state == SessionState::kFinished;
+    });
+  }
+  PrintSessions(*sessions, options.json);
+  return kOk;
+}
+
+int RunFinish(const SessionOptions& options) {
+  const auto client = Connect(options.server);
+  if (!client.ok()) return FailServer(client.status());
+  const auto before = FindSession(**client, options.session);
+  if (!before.ok()) return FailServer(before.status());
+  const auto after = (*client)->FinishSession(before->record.id);
+  if (!after.ok()) return FailServer(after.status());
+  if (options.json) {
+    Print(ToJson(*after));
+  } else {
+    absl::PrintF("%s %s finished: %d scans, %d submaps\n", options.session,
+                 before->record.state == SessionState::kFinished ? "was already" : "is",
+                 after->last_sequence, after->submap_count);
+  }
+  return kOk;
+}
+
+int RunDelete(const SessionOptions& options) {
+  const auto client = Connect(options.server);
+  if (!client.ok()) return FailServer(client.status());
+  const auto session = FindSession(**client, options.session);
+  if (!session.ok()) return FailServer(session.status());
+  if (!options.yes) {
+    return Fail(kUsage, absl::InvalidArgumentError(absl::StrCat(
+                            options.session, " of robot ", session->record.robot.value(), " has ",
+                            session->last_sequence, " scans and ", session->submap_count,
+                            " submaps, and nothing brings them back: say --yes to delete them")));
+  }
+  const absl::Status deleted = (*client)->DeleteSession(session->record.id);
+  if (!deleted.ok()) return FailServer(deleted);
+  if (options.json) {
+    Print({{"deleted", options.session}});
+  } else {
+    absl::PrintF("%s is deleted, and what came of it is no longer in the map\n", options.session);
+  }
+  return kOk;
+}
+
+std::shared_ptr<SessionOptions> Add(CLI::App& session, Action& action, const std::string& name,
+                                    const std::string& what, int (*run)(const SessionOptions&)) {
+  auto options = std::make_shared<SessionOptions>();
+  CLI::App* command = session.add_subcommand(name, what);
+  AddServerOptions(*command, options->server);
+  command->add_flag("--json", options->json, "As JSON");
+  command->callback([options, run, &action] { action = [options, run] { return run(*options); }; });
+  return options;
+}
+
+}  // namespace
+
+void AddSession(CLI::App& app, Action& action) {
+  CLI::App* session = app.add_subcommand("session", "List, finish and delete robots' sessions");
+  session->require_subcommand(1);
+  const auto listed = Add(*session, action, "list", "Every session of every robot", &RunList);
+  session->get_subcommand("list")->add_flag("--open", listed->open, "Only those not finished");
+  const auto finished = Add(*session, action, "finish",
+                            "What a program that died has pushed is all there is", &RunFinish);
+  session->get_subcommand("finish")->add_option("SESSION", finished->session)->required();
+  const auto deleted =
+      Add(*session, action, "delete", "The session and all that came of it leave the map, for good",
+          &RunDelete);
+  CLI::App* command = session->get_subcommand("delete");
+  command->add_option("SESSION", deleted->session)->required();
+  command->add_flag("--yes", deleted->yes, "Really");
+}
+
+}  // namespace isthmus::cli

@@ -1,0 +1,50 @@
+#include "client/cli/session_list.h"
+
+#include <absl/strings/str_cat.h>
+#include <absl/strings/str_format.h>
+
+#include <string>
+#include <utility>
+
+#include "client/console/json.h"
+#include "client/console/tracking_text.h"
+
+namespace isthmus::cli {
+namespace {
+
+void PrintTable(const std::vector<SessionStatus>& sessions) {
+  absl::PrintF("%-16s %-16s %-8s %-8s %7s %7s %10s %9s %5s  %-10s %s\n", "robot", "session",
+               "sensor", "state", "scans", "submaps", "points", "metres", "ms", "component",
+               "tracking");
+  for (const SessionStatus& session : sessions) {
+    const std::string component =
+        session.component ? absl::StrFormat("%d", *session.component) : std::string("not placed");
+    // Counts over all segments are shown with the first.
+    const bool is_first = session.record.segment <= 1;
+    const std::string tracking = is_first
+                                     ? CountsText(session.scans) + SegmentAndLossText(session)
+                                     : absl::StrFormat("segment %d of %s", session.record.segment,
+                                                       session.record.first_segment.value());
+    absl::PrintF("%-16s %-16s %-8s %-8s %7s %7d %10d %9s %5s  %-10s %s\n",
+                 session.record.robot.value(), session.record.id.value(), session.record.sensor,
+                 session.record.state == SessionState::kFinished ? "finished" : "active",
+                 is_first ? absl::StrCat(session.last_sequence) : "", session.submap_count,
+                 session.point_count, is_first ? absl::StrFormat("%.1f", session.travelled_m) : "",
+                 is_first ? absl::StrFormat("%.1f", session.odometry_ms_mean) : "", component,
+                 tracking);
+  }
+}
+
+}  // namespace
+
+void PrintSessions(const std::vector<SessionStatus>& sessions, bool as_json) {
+  if (!as_json) {
+    PrintTable(sessions);
+    return;
+  }
+  Json out = Json::array();
+  for (const SessionStatus& session : sessions) out.push_back(ToJson(session));
+  Print({{"sessions", std::move(out)}});
+}
+
+}  // namespace isthmus::cli

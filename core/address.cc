@@ -1,0 +1,43 @@
+#include "core/address.h"
+
+#include <absl/strings/numbers.h>
+#include <absl/strings/str_cat.h>
+
+#include <algorithm>
+
+namespace isthmus {
+namespace {
+
+constexpr int kHighestPort = 65535;
+
+absl::Status Wrong(const std::string& address, const std::string& what) {
+  return absl::InvalidArgumentError(absl::StrCat("\"", address, "\" is no address of a server: ",
+                                                 what, "; write HOST:PORT, as in localhost:50051"));
+}
+
+}  // namespace
+
+absl::Status CheckAddress(const std::string& address, PortZero zero) {
+  if (address.starts_with("unix:") || address.starts_with("unix-abstract:")) {
+    return absl::OkStatus();
+  }
+  const size_t colon = address.rfind(':');
+  const size_t bracket = address.rfind(']');
+  if (colon == std::string::npos || (bracket != std::string::npos && bracket > colon)) {
+    return Wrong(address, "it names no port");
+  }
+  if (colon == 0) return Wrong(address, "it names no host");
+  const std::string port = address.substr(colon + 1);
+  const bool is_number = !port.empty() && std::ranges::all_of(port, [](char letter) {
+    return '0' <= letter && letter <= '9';
+  });
+  if (!is_number) return Wrong(address, absl::StrCat("the port \"", port, "\" is no number"));
+  const int lowest = zero == PortZero::kAnyFreeOne ? 0 : 1;
+  int number = 0;
+  if (!absl::SimpleAtoi(port, &number) || number < lowest || number > kHighestPort) {
+    return Wrong(address, absl::StrCat("ports are ", lowest, " to ", kHighestPort));
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace isthmus

@@ -1,0 +1,18 @@
+// HOST:PORT of a server, as a person writes it.
+#pragma once
+
+#include <absl/status/status.h>
+
+#include <string>
+
+namespace isthmus {
+
+// What a port of 0 means: a server may take any that is free, nobody can be reached there.
+enum class PortZero { kRefused, kAnyFreeOne };
+
+// InvalidArgument, saying what is wrong with it, where the address is neither "host:port", with a
+// port from 1 to 65535, nor "[::1]:port" nor "unix:path". Whether there is such a host is not
+// asked.
+absl::Status CheckAddress(const std::string& address, PortZero zero = PortZero::kRefused);
+
+}  // namespace isthmus
