@@ -16,7 +16,9 @@ install_packages() {
       missing+=("$package")
   done
   [ ${#missing[@]} -eq 0 ] && return
-  say "installing ${#missing[@]} Debian packages"
+  local log
+  log=$(mktemp --tmpdir isthmus-packages.XXXXXX.log)
+  say "installing ${#missing[@]} Debian packages and what they need; takes minutes (tail -f $log)"
   local as_root=()
   if [ "$(id -u)" -ne 0 ]; then
     command -v sudo >/dev/null || {
@@ -28,10 +30,11 @@ install_packages() {
   fi
   "${as_root[@]}" apt-get update -qq
   "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq \
-    --no-install-recommends "${missing[@]}" >"${TMPDIR:-/tmp}/isthmus-packages.log" 2>&1 || {
-    tail -n 20 "${TMPDIR:-/tmp}/isthmus-packages.log" >&2
+    --no-install-recommends "${missing[@]}" >"$log" 2>&1 || {
+    tail -n 20 "$log" >&2
     exit 1
   }
+  rm -f "$log"
 }
 
 # Of ninja's output, what no progress line is; and of those one every ten seconds: how far it is,

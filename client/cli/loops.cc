@@ -28,6 +28,10 @@ std::string Percent(double share) {
 }
 
 void Report(const std::vector<Loop>& loops) {
+  if (loops.empty()) {
+    absl::FPrintF(stderr, "isthmus: no place was found yet that a robot came back to\n");
+    return;
+  }
   absl::PrintF("%6s  %-16s %-11s  %-9s  %10s %7s %8s  %7s  %s\n", "id", "session", "submaps",
                "state", "confidence", "overlap", "residual", "edges", "detail");
   for (const Loop& record : loops) {

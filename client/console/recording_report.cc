@@ -3,6 +3,7 @@
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_format.h>
 #include <absl/strings/str_join.h>
+#include <absl/strings/str_replace.h>
 #include <absl/time/time.h>
 
 #include <algorithm>
@@ -115,6 +116,14 @@ TopicReport ReadTopic(const readers::Recording& recording, size_t index,
   return report;
 }
 
+// As a shell takes it for one word: names of captured topics have spaces.
+std::string Quoted(const std::string& word) {
+  constexpr char kPlain[] =
+      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-+=./:,@%";
+  if (!word.empty() && word.find_first_not_of(kPlain) == std::string::npos) return word;
+  return absl::StrCat("'", absl::StrReplaceAll(word, {{"'", "'\\''"}}), "'");
+}
+
 // "robot_1" for the first of several.
 std::string PushCommand(const RecordingReport& report) {
   std::vector<const TopicReport*> usable;
@@ -122,15 +131,18 @@ std::string PushCommand(const RecordingReport& report) {
     if (topic.error.empty()) usable.push_back(&topic);
   }
   if (usable.empty()) return "";
-  std::string command = "isthmus push " + report.path;
+  std::string command = "isthmus push " + Quoted(report.path);
   if (usable.size() == 1) {
     absl::StrAppend(&command, " --robot NAME");
-    if (report.topics.size() > 1) absl::StrAppend(&command, " --topic ", usable[0]->topic.name);
+    if (report.topics.size() > 1) {
+      absl::StrAppend(&command, " --topic ", Quoted(usable[0]->topic.name));
+    }
     if (usable[0]->sensor.empty()) absl::StrAppend(&command, " --sensor SENSOR");
     return command;
   }
   for (size_t i = 0; i < usable.size(); ++i) {
-    absl::StrAppend(&command, " --topic ", usable[i]->topic.name, "=robot_", i + 1);
+    absl::StrAppend(&command, " --topic ",
+                    Quoted(absl::StrCat(usable[i]->topic.name, "=robot_", i + 1)));
   }
   return command;
 }
@@ -225,7 +237,7 @@ void PrintText(const RecordingReport& report) {
   for (const readers::GnssTopic& gnss : report.gnss) {
     absl::PrintF("\n%s (GNSS)\n", gnss.name);
     if (gnss.messages) absl::PrintF("  fixes    %d\n", *gnss.messages);
-    absl::PrintF("  use      --gnss %s anchors the map by them\n", gnss.name);
+    absl::PrintF("  use      --gnss %s anchors the map by them\n", Quoted(gnss.name));
   }
   for (const readers::StaticTransform& edge : report.transforms) {
     const Eigen::Vector3d t = edge.T_parent_child.translation();

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Holds prose in Markdown to 100 columns, and its links to files and headings that exist.
+"""Holds prose in Markdown to 100 columns, its links to files and headings that exist, and the tables of
+reasons to all that a match can have.
 
 Usage: check_docs.py ROOT [--write]
 Prints one line per violation and exits 1 if there is any. Tables and code may be wider, and so may a
@@ -128,6 +129,21 @@ def check(path, root):
                     yield f"{where}:{number}: {why}"
 
 
+def missing_reasons(root):
+    """Reasons of matches that a table of them leaves out."""
+    source = root / "core" / "map" / "match.cc"
+    if not source.is_file():
+        return
+    # Of several names of one reason the first is the one in use.
+    pairs = re.findall(r'\{MatchReason::(\w+), "(\w+)"\}', source.read_text(encoding="utf-8"))
+    names = dict(reversed(pairs)).values()
+    for document in ("concepts.md", "tuning.md"):
+        text = (root / "docs" / document).read_text(encoding="utf-8")
+        for name in sorted(names):
+            if f"\n| `{name}` |" not in text:
+                yield f"docs/{document}: no row for the reason {name} of core/map/match.cc"
+
+
 def main():
     root = pathlib.Path(sys.argv[1])
     if "--write" in sys.argv[2:]:
@@ -136,6 +152,7 @@ def main():
             if wrapped(lines) != lines:
                 path.write_text("".join(wrapped(lines)), encoding="utf-8")
     problems = [problem for path in documents(root) for problem in check(path, root)]
+    problems += missing_reasons(root)
     print("\n".join(problems) or "documents are in order")
     sys.exit(1 if problems else 0)
 

@@ -75,6 +75,11 @@ struct GnssTest : testing::Test {
   const std::string drive = WriteDrive("drive.pcap");
 };
 
+TEST_F(GnssTest, InfoNamesTheTopicAsAShellTakesIt) {
+  EXPECT_THAT(Isthmus("info " + drive).out,
+              HasSubstr(std::string("--gnss '") + kTopic + "' anchors"));
+}
+
 TEST_F(GnssTest, TheFirstFixBecomesTheDatumAndSubmapsAreAnchored) {
   const ProgramResult pushed =
       Ask("push " + drive + " --robot alice --json --gnss '" + kTopic + "'");

@@ -205,7 +205,7 @@ absl::Status VelodyneDecoder::Add(absl::string_view bytes, int64_t arrival_ns,
 std::vector<std::string> VelodyneDecoder::Assumptions() const {
   std::vector<std::string> assumptions;
   if (!setup_) return assumptions;
-  assumptions.push_back(absl::StrCat("lasers are where ", setup_->calibration, " puts them"));
+  assumptions.push_back(absl::StrCat("lasers are placed by ", setup_->calibration));
   assumptions.push_back(
       options_.by_flush
           ? std::string("scans are the messages, each a whole turn")
