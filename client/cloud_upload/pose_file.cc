@@ -3,8 +3,10 @@
 #include <absl/strings/ascii.h>
 #include <absl/strings/numbers.h>
 #include <absl/strings/str_cat.h>
+#include <absl/strings/str_format.h>
 #include <absl/strings/str_split.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <filesystem>
@@ -105,6 +107,34 @@ absl::Status AddTimes(const std::filesystem::path& times, PoseFile& file) {
   return absl::OkStatus();
 }
 
+// Two poses of one instant that are not the same cannot both be right.
+absl::Status CheckInstants(Trajectory poses) {
+  std::stable_sort(poses.begin(), poses.end(), [](const StampedPose& a, const StampedPose& b) {
+    return a.stamp_ns < b.stamp_ns;
+  });
+  for (size_t i = 1; i < poses.size(); ++i) {
+    if (poses[i].stamp_ns != poses[i - 1].stamp_ns) continue;
+    const Pose apart = poses[i - 1].pose.Inverse() * poses[i].pose;
+    if (apart.translation().norm() <= kSamePoseM && RotationAngle(apart) <= kSamePoseRad) continue;
+    return absl::InvalidArgumentError(
+        absl::StrFormat("two poses of %.6f s are %.3f m apart: keep one of them",
+                        1e-9 * static_cast<double>(poses[i].stamp_ns), apart.translation().norm()));
+  }
+  return absl::OkStatus();
+}
+
+// Map frames have coordinates of 32 bits, so a frame far from its origin would lose digits.
+void MoveNear(PoseFile& file) {
+  const Eigen::Vector3d first = file.poses.front().pose.translation();
+  if (first.cwiseAbs().maxCoeff() <= kFarFromOriginM) return;
+  for (int axis = 0; axis < 3; ++axis) {
+    file.moved_by[axis] = -std::trunc(first[axis] / kFarStepM) * kFarStepM;
+  }
+  for (StampedPose& pose : file.poses) {
+    pose.pose = Pose(Eigen::Quaterniond::Identity(), file.moved_by) * pose.pose;
+  }
+}
+
 }  // namespace
 
 absl::StatusOr<PoseFile> ParsePoses(const std::string& text) {
@@ -121,6 +151,10 @@ absl::StatusOr<PoseFile> ParsePoses(const std::string& text) {
         "of g2o (VERTEX_SE3:QUAT)");
   }
   file.poses = *std::move(poses);
+  if (file.has_stamps) {
+    if (absl::Status status = CheckInstants(file.poses); !status.ok()) return status;
+  }
+  MoveNear(file);
   return file;
 }
 

@@ -21,11 +21,13 @@ struct PoseFile {
   PoseFormat format = PoseFormat::kTum;
   bool has_stamps = false;
   Trajectory poses;  // T_odom_sensor, in the order of the file; stamps are 0 where it has none.
+  // What was added to all translations, m, as the first was far from the origin (UTM, say).
+  Eigen::Vector3d moved_by = Eigen::Vector3d::Zero();
 };
 
 // What the text is, is told by its first line: "VERTEX_...", "EDGE_..." and other words are g2o, 12
 // numbers KITTI, all else TUM. InvalidArgument, naming the line, for what is damaged, and where
-// there is no pose.
+// there is no pose, or two of one instant that differ.
 absl::StatusOr<PoseFile> ParsePoses(const std::string& text);
 
 // Reads the file. A KITTI file with a times.txt beside it, of as many times (times_file.h), has its

@@ -89,7 +89,8 @@ absl::Status SubmapCutter::Keep(const Pose& T_odom_sensor, const PointPayload& c
   kept_.clear();
   thinner_.Clear();
   for (size_t i = 0; i < (*columns)[0].size(); ++i) {
-    const Eigen::Vector3d given((*columns)[0][i], (*columns)[1][i], (*columns)[2][i]);
+    Eigen::Vector3d given((*columns)[0][i], (*columns)[1][i], (*columns)[2][i]);
+    if (in_odom) given += options_.moved_by;
     const Eigen::Vector3d in_sensor = in_odom ? T_sensor_odom * given : given;
     const double range_m = in_sensor.norm();  // Not finite where a coordinate is not.
     if (!(range_m > kNoReturnM && range_m <= options_.range_m)) continue;

@@ -21,6 +21,8 @@ enum class CloudFrame : uint8_t { kSensor, kOdom };
 
 struct CutOptions {
   CloudFrame frame = CloudFrame::kSensor;  // That points are given in.
+  // To be added to points in odom, m, as it was to the poses (PoseFile::moved_by).
+  Eigen::Vector3d moved_by = Eigen::Vector3d::Zero();
   // A cloud is a keyframe after this much travel, turning or, while moving at all, time.
   double keyframe_m = kKeyframeStepM, keyframe_rad = kKeyframeTurnRad, keyframe_s = kKeyframePauseS;
   // A submap ends after this much way, so many clouds, this much time or before more points.

@@ -74,7 +74,12 @@ class SubmapSender {
                        submap.id.index, ": upload as another robot, or delete the session"));
     }
     if (!is_there) {
-      if (absl::Status status = client_.UploadSubmap(submap); !status.ok()) return status;
+      const absl::Status status = client_.UploadSubmap(submap);
+      if (absl::IsFailedPrecondition(status)) {
+        return absl::FailedPreconditionError(absl::StrCat(
+            status.message(), "; did another upload of the same clouds end before this one?"));
+      }
+      if (!status.ok()) return status;
     }
     summary_.before += is_there ? 1 : 0;
     ++summary_.submaps;
@@ -147,13 +152,19 @@ void NameLeftOut(const std::string& name, const absl::Status& why, UploadSummary
                 std::string(why.message()));
 }
 
+cloud_upload::CutOptions CutOptionsOf(const PosedClouds& clouds, const UploadOptions& options) {
+  cloud_upload::CutOptions cut = options.cut;
+  cut.moved_by = clouds.moved_by;
+  return cut;
+}
+
 // Reads, cuts and sends.
 class Uploader {
  public:
   Uploader(client::Client& client, PosedClouds& clouds, const UploadOptions& options)
       : clouds_(clouds),
         options_(options),
-        cutter_(options.cut),
+        cutter_(CutOptionsOf(clouds, options)),
         sender_(client, options, summary_) {
     summary_.robot = options.robot;
     summary_.sensor = clouds.scans.sensor;
@@ -300,7 +311,8 @@ absl::StatusOr<PosedClouds> JoinLidars(const UploadOptions& options, std::vector
 absl::StatusOr<PosedClouds> OpenPosedClouds(const UploadOptions& options) {
   absl::StatusOr<std::vector<RobotScans>> robots = OpenRobots(options.path, options.recording);
   if (!robots.ok()) return robots.status();
-  PosedClouds clouds{std::move(robots->front()), nullptr, Pose()};
+  PosedClouds clouds;
+  clouds.scans = std::move(robots->front());
   const readers::StartedReader& reader = *clouds.scans.reader;
   if (options.poses.empty()) {
     if (reader.first() != nullptr && !reader.first()->viewpoint) {
@@ -317,6 +329,12 @@ absl::StatusOr<PosedClouds> OpenPosedClouds(const UploadOptions& options) {
   if (absl::Status status = PlaceSensor(options, *robots, clouds); !status.ok()) return status;
   absl::StatusOr<cloud_upload::PoseFile> file = cloud_upload::ReadPoses(options.poses);
   if (!file.ok()) return file.status();
+  clouds.moved_by = file->moved_by;
+  if (!file->moved_by.isZero()) {
+    absl::FPrintF(
+        stderr, "isthmus: %s begins far from its origin: %.0f %.0f %.0f m are added to its poses\n",
+        options.poses, file->moved_by.x(), file->moved_by.y(), file->moved_by.z());
+  }
   const cloud_upload::CloudSeries series{reader.has_stamps(), options.recording.read.from,
                                          reader.size(), options.recording.read.to.has_value()};
   absl::StatusOr<CloudPoses> poses =

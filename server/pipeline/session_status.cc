@@ -7,6 +7,20 @@
 
 namespace isthmus::server {
 
+namespace {
+
+// Whether a robot uploaded the session's submaps. Such submaps number their keyframes, not scans,
+// and there is no scan between two of them.
+bool IsUploaded(const SessionView& session) {
+  if (session.record.scans != ScanCounts{}) return false;
+  for (const auto& [index, submap] : session.submaps) {
+    if (submap.keyframe_count != submap.last_sequence - submap.first_sequence + 1) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
 SessionStatus Sessions::StatusOf(const MapView& view, const SessionView& session) const {
   SessionStatus status;
   status.record = session.record;
@@ -45,6 +59,7 @@ void Sessions::FillStreamStatus(const MapView& view, const SessionView& session,
   status->segments = std::max(worker.segment, segments.back()->record.segment);
   for (const SessionView* segment : segments) {
     if (entry.worker != nullptr || entry.uploads || segment->submaps.empty()) continue;
+    if (IsUploaded(*segment)) continue;
     const uint64_t stored = segment->submaps.back().last_sequence;
     status->last_sequence = std::max(status->last_sequence, stored);
     status->durable_sequence = std::max(status->durable_sequence, stored);

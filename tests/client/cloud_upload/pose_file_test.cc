@@ -21,6 +21,21 @@ std::string WhyNot(const std::string& text) {
   return std::string(file.status().message());
 }
 
+TEST(PoseFileTest, TwoPosesOfOneInstantMustBeOne) {
+  EXPECT_TRUE(ParsePoses("1 0 0 0 0 0 0 1\n1 0.001 0 0 0 0 0 1\n").ok());
+  EXPECT_THAT(WhyNot("2 0 0 0 0 0 0 1\n1 0 0 0 0 0 0 1\n2 5 0 0 0 0 0 1\n"),
+              HasSubstr("two poses of 2.000000 s are 5.000 m apart"));
+}
+
+TEST(PoseFileTest, FarPosesAreMovedNearTheOriginAsAWhole) {
+  const auto file = ParsePoses("1 691234.5 5334100 520 0 0 0 1\n2 691236.5 5334100 520 0 0 0 1\n");
+  ASSERT_TRUE(file.ok());
+  EXPECT_EQ(file->moved_by, Eigen::Vector3d(-691'000, -5'334'000, 0));
+  EXPECT_NEAR(file->poses[0].pose.translation().x(), 234.5, 1e-6);
+  EXPECT_NEAR(file->poses[1].pose.translation().x(), 236.5, 1e-6);
+  EXPECT_TRUE(ParsePoses("1 9000 0 0 0 0 0 1\n")->moved_by.isZero());
+}
+
 TEST(PoseFileTest, TheNumberOfColumnsTellsTheFormat) {
   const auto tum = ParsePoses("# a comment\n12.5 1 2 3 0 0 0 1\n");
   ASSERT_TRUE(tum.ok()) << tum.status();

@@ -1,8 +1,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <limits>
 
+#include "storage/sqlite/sqlite_store.h"
 #include "tests/server/pipeline/robots.h"
 
 namespace isthmus::server {
@@ -47,6 +49,25 @@ TEST_F(PipelineUploads, RepeatingHasNoEffectAndOtherContentIsRefused) {
   Submap other = Wall(session_, 0);
   other.points[7].x += 1;
   EXPECT_EQ(pipeline_->AddSubmap(other).status().code(), absl::StatusCode::kAlreadyExists);
+}
+
+TEST_F(PipelineUploads, KeyframesAreNotCountedAsScans) {
+  const std::string folder = testing::TempDir() + "uploads_keyframes";
+  std::filesystem::remove_all(folder);
+  SessionId session;
+  for (const bool again : {false, true}) {
+    const std::unique_ptr<Pipeline> pipeline =
+        Pipeline::Open(QuickOptions(), storage::OpenSqliteStore(folder).value()).value();
+    if (!again) {
+      session = pipeline->CreateSession({RobotId("bob"), "vlp16"}).value().record.id;
+      for (const uint32_t index : {0, 1}) {
+        ASSERT_TRUE(pipeline->AddSubmap(Wall(session, index)).ok());
+      }
+      ASSERT_TRUE(pipeline->FinishSession(session).ok());
+    }
+    EXPECT_EQ(pipeline->GetSession(session)->last_sequence, 0u) << again;
+    EXPECT_EQ(pipeline->GetSession(session)->submap_count, 2u);
+  }
 }
 
 TEST_F(PipelineUploads, TheNextIndexIsNamedWhereOneIsLeftOut) {
