@@ -19,7 +19,8 @@ Submap Wall(const SessionId& session, uint32_t index) {
   submap.T_odom_submap = Pose(Eigen::Vector3d(5.0 * index, 0, 0));
   submap.keyframes = {{0, 1'000, Pose()}, {0, 2'000, Pose(Eigen::Vector3d(1, 0, 0))}};
   for (int i = 0; i < 400; ++i) {
-    submap.points.push_back({3.f, 0.2f * (i % 20), 0.2f * (i / 20), 1.f, uint16_t(i % 2)});
+    const int column = i % 20, row = i / 20;
+    submap.points.push_back({3.f, 0.2f * column, 0.2f * row, 1.f, uint16_t(i % 2)});
   }
   return submap;
 }
