@@ -7,6 +7,7 @@ set(install_dir ${CMAKE_CURRENT_LIST_DIR}/install)
 install(TARGETS isthmus RUNTIME COMPONENT client)
 install(TARGETS isthmus-offline
   RUNTIME DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/isthmus COMPONENT offline)
+install(TARGETS isthmus-loadgen RUNTIME COMPONENT offline)
 install(TARGETS isthmus-server RUNTIME COMPONENT server)
 
 # Their manual pages, made of their --help.

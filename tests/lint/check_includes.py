@@ -102,6 +102,10 @@ ALLOWED = {
     ),
     # The bridge to ROS 1.
     "client/ros1": ({"core", "client/library", "client/readers"}, STD_LIKE | {"ros"}),
+    "client/loadgen": (
+        {"core", "core/codec", "client/console", "client/library", "client/simulation"},
+        STD_LIKE | {"json", "cli11"},
+    ),
     # These commands run an embedded server, or an algorithm of it on a file.
     "client/offline": (
         {"core", "core/codec", "core/formats", "core/io", "storage", "server", "server/main",

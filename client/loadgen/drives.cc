@@ -1,0 +1,102 @@
+#include "client/loadgen/drives.h"
+
+#include <absl/strings/str_cat.h>
+
+#include <algorithm>
+#include <atomic>
+#include <thread>
+#include <utility>
+
+#include "client/console/recording_options.h"
+#include "client/loadgen/limits.h"
+#include "client/simulation/simulator.h"
+#include "core/codec/payload_builder.h"
+#include "core/codec/quantized.h"
+
+namespace isthmus::loadgen {
+namespace {
+
+absl::StatusOr<PointPayload> Encoded(PointPayload payload) {
+  if (payload.encoding != PayloadEncoding::kRaw) return payload;
+  return codec::Quantize(payload, kResolutionM);
+}
+
+// Calls `work(i)` for 0 <= i < count, on all cores.
+template <typename Work>
+void InParallel(int count, const Work& work) {
+  std::atomic<int> next = 0;
+  std::vector<std::thread> threads;
+  for (unsigned i = 0; i < std::max(1u, std::thread::hardware_concurrency()); ++i) {
+    threads.emplace_back([&] {
+      for (int at = next++; at < count; at = next++) work(at);
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+}
+
+absl::StatusOr<Drive> ReadDrive(const std::string& path, double seconds) {
+  auto robots = cli::OpenRobots(path, {});
+  if (!robots.ok()) return robots.status();
+  readers::ScanReader& reader = *robots->front().reader;
+  Drive drive;
+  drive.sensor = robots->front().sensor;
+  const auto length_ns = static_cast<int64_t>(seconds * 1e9);
+  for (;;) {
+    auto scan = reader.Next();
+    if (!scan.ok()) continue;  // Damaged; the next one is behind it.
+    if (!scan->has_value()) break;
+    if (!drive.scans.empty() &&
+        (*scan)->end_stamp_ns > drive.scans.front().end_stamp_ns + length_ns) {
+      break;
+    }
+    auto payload = Encoded(std::move((*scan)->payload));
+    if (!payload.ok()) continue;
+    drive.scans.push_back({(*scan)->end_stamp_ns, *std::move(payload)});
+  }
+  if (drive.scans.empty()) {
+    return absl::InvalidArgumentError(absl::StrCat("no scan in ", path, " can be read"));
+  }
+  return drive;
+}
+
+}  // namespace
+
+absl::StatusOr<Drives> SimulateDrives(const SimulatedDrives& options) {
+  simulation::Options wanted;
+  wanted.world = options.world;
+  wanted.sensor = options.sensor;
+  wanted.robots = options.drives;
+  wanted.seconds = options.seconds;
+  wanted.seed = options.seed;
+  const auto simulator = simulation::Simulator::Create(wanted);
+  if (!simulator.ok()) return simulator.status();
+  const int scans = (*simulator)->scan_count();
+  std::vector<Drive> drives(static_cast<size_t>(options.drives));
+  for (Drive& drive : drives) {
+    drive.sensor = options.sensor;
+    drive.scans.resize(static_cast<size_t>(scans));
+  }
+  InParallel(scans * options.drives, [&](int i) {
+    const int robot = i / scans, index = i % scans;
+    const Scan scan = (*simulator)->MakeScan(robot, index);
+    Drive::OneScan& one = drives[static_cast<size_t>(robot)].scans[static_cast<size_t>(index)];
+    one.end_stamp_ns = scan.end_stamp_ns;
+    // Simulated scans can be rounded: their coordinates are within the sensor's range.
+    one.payload = *Encoded(codec::MakePayload(scan));
+  });
+  Drives shared;
+  for (Drive& drive : drives) shared.push_back(std::make_shared<const Drive>(std::move(drive)));
+  return shared;
+}
+
+absl::StatusOr<Drives> ReadDrives(const std::vector<std::string>& recordings, double seconds) {
+  Drives drives;
+  for (const std::string& path : recordings) {
+    auto drive = ReadDrive(path, seconds);
+    if (!drive.ok()) return drive.status();
+    drives.push_back(std::make_shared<const Drive>(*std::move(drive)));
+  }
+  return drives;
+}
+
+}  // namespace isthmus::loadgen

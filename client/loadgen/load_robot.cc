@@ -1,0 +1,125 @@
+#include "client/loadgen/load_robot.h"
+
+#include <algorithm>
+#include <chrono>
+#include <random>
+#include <thread>
+#include <utility>
+
+#include "client/loadgen/limits.h"
+#include "core/stopwatch.h"
+
+namespace isthmus::loadgen {
+namespace {
+
+double RobotNowS() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+void SleepUntil(double s) {
+  std::this_thread::sleep_for(std::chrono::duration<double>(std::max(0.0, s - RobotNowS())));
+}
+
+}  // namespace
+
+LoadRobot::LoadRobot(RobotPlan plan) : plan_(std::move(plan)) { result_.name = plan_.name; }
+
+void LoadRobot::Run() {
+  std::unique_ptr<Relay> relay;
+  client::ClientOptions options;
+  options.address = plan_.server;
+  options.backoff.max_attempts = kAttempts;
+  absl::Status status;
+  if (!plan_.link.is_perfect()) {
+    auto opened = Relay::Open(plan_.server, plan_.link, plan_.seed);
+    status = opened.status();
+    if (opened.ok()) {
+      relay = *std::move(opened);
+      options.address = relay->address();
+    }
+  }
+  if (status.ok()) {
+    SleepUntil(RobotNowS() + plan_.start_s);
+    auto client = client::Client::Connect(options);
+    status = client.ok() ? Drive(**client) : client.status();
+  }
+  MutexLock lock(&mutex_);
+  result_.status = std::move(status);
+}
+
+absl::Status LoadRobot::Drive(client::Client& client) {
+  const auto session = client.CreateSession(plan_.name, plan_.drive->sensor);
+  if (!session.ok()) return session.status();
+  client::ScanStreamOptions options;
+  options.on_ack = [this](const ScanAck& ack) { Note(ack); };
+  const auto stream = client.OpenScanStream(session->record.id, options);
+  if (!stream.ok()) return stream.status();
+  absl::Status status = Send(**stream);
+  const Stopwatch finishing;
+  if (status.ok()) status = (*stream)->FinishSession().status();
+  const client::ScanStreamStats stats = (*stream)->stats();
+  MutexLock lock(&mutex_);
+  result_.finish_s = finishing.Ms() / 1e3;
+  result_.reconnects = stats.reconnects;
+  result_.cloud_bytes = stats.sent_bytes;
+  return status;
+}
+
+absl::Status LoadRobot::Send(client::ScanStream& stream) {
+  std::mt19937_64 random(plan_.seed);
+  std::uniform_real_distribution<double> jitter_s(0, plan_.jitter_s);
+  const std::vector<Drive::OneScan>& scans = plan_.drive->scans;
+  const size_t count =
+      std::min(plan_.scans, scans.size() - std::min(scans.size(), plan_.first_scan));
+  const double start_s = RobotNowS();
+  for (size_t i = 0; i < count && !stopped_; ++i) {
+    const double due_s = start_s + static_cast<double>(i) / plan_.rate_hz + jitter_s(random);
+    SleepUntil(due_s);
+    {
+      MutexLock lock(&mutex_);
+      due_s_.push_back(due_s);
+      ++result_.pushed;
+      if (RobotNowS() > due_s + 1 / plan_.rate_hz) ++result_.late;
+    }
+    const Drive::OneScan& scan = scans[plan_.first_scan + i];
+    if (absl::Status status = stream.Push(scan.end_stamp_ns, scan.payload); !status.ok()) {
+      return status;
+    }
+  }
+  return absl::OkStatus();
+}
+
+void LoadRobot::Note(const ScanAck& ack) {
+  const double now_s = RobotNowS();
+  MutexLock lock(&mutex_);
+  if (ack.sequence == 0 || ack.sequence > due_s_.size()) return;
+  result_.ack_ms.push_back(1e3 * (now_s - due_s_[ack.sequence - 1]));
+  result_.most_undurable =
+      std::max(result_.most_undurable, ack.sequence - std::min(ack.sequence, ack.durable_sequence));
+  switch (ack.outcome) {
+    case ScanOutcome::kProcessed:
+      ++result_.processed;
+      result_.odometry_ms.push_back(ack.timing.total_ms);
+      if (ack.tracking == Tracking::kLost) ++result_.lost;
+      break;
+    case ScanOutcome::kDuplicate:
+      ++result_.duplicates;
+      break;
+    case ScanOutcome::kRejected:
+      if (result_.rejected++ == 0) result_.first_rejection = ack.reason;
+      break;
+  }
+}
+
+uint64_t LoadRobot::acknowledged() const {
+  MutexLock lock(&mutex_);
+  return result_.ack_ms.size();
+}
+
+RobotResult LoadRobot::Result() {
+  MutexLock lock(&mutex_);
+  result_.unanswered = result_.pushed - std::min(result_.pushed, result_.ack_ms.size());
+  return result_;
+}
+
+}  // namespace isthmus::loadgen

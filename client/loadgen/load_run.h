@@ -1,0 +1,63 @@
+// A run of the load generator: robots, readers and strangers at one server, all at the same time.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "client/loadgen/drives.h"
+#include "client/loadgen/link_profile.h"
+#include "client/loadgen/load_readers.h"
+#include "client/loadgen/load_robot.h"
+#include "client/loadgen/server_process.h"
+
+namespace isthmus::loadgen {
+
+struct LoadOptions {
+  std::string server = "localhost:50051";
+  int robots = 4;
+  double seconds = 60;
+  double rate_hz = 10;
+  double jitter_s = 0.01;
+  LinkProfile link;
+  int readers = 0;
+  double reader_period_s = 0.2;
+  int idle = 0;
+  double knocks_per_s = 0;
+  int server_pid = 0;           // 0: not watched.
+  std::string data_folder;      // The server's; empty: not watched.
+  std::string prefix = "load";  // Of the robots' names.
+  uint64_t seed = 1;
+};
+
+// The server as it was seen once a second.
+struct ServerUse {
+  double at_s = 0;
+  ProcessUse use;
+};
+
+struct LoadResult {
+  double seconds = 0;  // That it took, finishing included.
+  double generator_cpu_s = 0;
+  std::vector<RobotResult> robots;
+  std::map<std::string, ReaderResult> readers;
+  std::vector<ServerUse> server;  // Empty when it was not watched.
+  double disk_mb = 0;             // That the data folder has grown by.
+  int64_t knocks = 0, knocks_refused = 0;
+};
+
+// Seconds of drive that such a run needs of each of so many drives.
+double DriveSeconds(const LoadOptions& options, size_t drives);
+
+// Returns when all robots have finished their sessions. Errors of single robots are in their
+// results; an error of its own: the server is not there, or is not the process that was named.
+// `tick`, once a second, is told the scans acknowledged so far; false ends the run.
+absl::StatusOr<LoadResult> RunLoad(const LoadOptions& options, const Drives& drives,
+                                   const std::function<bool(uint64_t acknowledged)>& tick);
+
+}  // namespace isthmus::loadgen
