@@ -12,16 +12,15 @@ namespace {
 
 constexpr double kTellEvery = 0.01;  // Share of the copy.
 
-}  // namespace
-
-absl::Status AdminService::SendBackup(grpc::ServerWriter<v1::BackUpResponse>* writer) {
-  if (!source_) return absl::UnimplementedError("this server stores nothing that could be kept");
-  if (backing_up_.exchange(true)) {
+absl::Status SendBackup(const Call& call, grpc::ServerWriter<v1::BackUpResponse>* writer) {
+  if (!call.site->backup)
+    return absl::UnimplementedError("this server stores nothing that could be kept");
+  if (call.site->backing_up.exchange(true)) {
     return absl::ResourceExhaustedError("another backup is under way; try again when it is done");
   }
-  const absl::Cleanup done = [this] { backing_up_ = false; };
+  const absl::Cleanup done = [&call] { call.site->backing_up = false; };
   v1::BackUpResponse state;
-  state.set_revision(pipeline_.GetMapInfo().revision);
+  state.set_revision(call.pipeline().GetMapInfo().revision);
   FileEmitter<v1::BackUpResponse> file(state.revision(), writer);
   BackupSink sink;
   sink.progress = [&](double share) {
@@ -35,16 +34,18 @@ absl::Status AdminService::SendBackup(grpc::ServerWriter<v1::BackUpResponse>* wr
     writer->Write(state);  // A reader that is gone shows at the first piece.
   };
   sink.piece = [&](const std::string& piece) { return file.Add(piece); };
-  const absl::StatusOr<BackupContents> contents = source_(sink);
+  const absl::StatusOr<BackupContents> contents = call.site->backup(sink);
   if (!contents.ok()) return contents.status();
   v1::BackUpResponse last;
   *last.mutable_contents() = convert::ToMessage(*contents);
   return file.Finish(std::move(last));
 }
 
-grpc::Status AdminService::BackUp(grpc::ServerContext*, const v1::BackUpRequest*,
+}  // namespace
+
+grpc::Status AdminService::BackUp(grpc::ServerContext* context, const v1::BackUpRequest*,
                                   grpc::ServerWriter<v1::BackUpResponse>* writer) {
-  return reply_("BackUp", [&] { return SendBackup(writer); });
+  return gate_.Serve(context, "BackUp", [&](const Call& call) { return SendBackup(call, writer); });
 }
 
 }  // namespace isthmus::rpc

@@ -6,33 +6,21 @@
 #include <grpcpp/support/status.h>
 #include <grpcpp/support/sync_stream.h>
 
-#include <atomic>
-#include <utility>
-
 #include "isthmus/v1/admin_service.grpc.pb.h"
-#include "server/pipeline.h"
-#include "server/rpc/reply.h"
-#include "server/rpc/server.h"
+#include "server/rpc/gate.h"
 
 namespace isthmus::rpc {
 
-// Thread safe. The pipeline must outlive it.
+// Thread safe. The gate must outlive it.
 class AdminService final : public v1::AdminService::Service {
  public:
-  // The source may be null: there are no backups then.
-  AdminService(server::Pipeline* pipeline, BackupSource source, Reply reply)
-      : pipeline_(*pipeline), source_(std::move(source)), reply_(std::move(reply)) {}
+  explicit AdminService(Gate* gate) : gate_(*gate) {}
 
   grpc::Status BackUp(grpc::ServerContext* context, const v1::BackUpRequest* request,
                       grpc::ServerWriter<v1::BackUpResponse>* writer) override;
 
  private:
-  absl::Status SendBackup(grpc::ServerWriter<v1::BackUpResponse>* writer);
-
-  server::Pipeline& pipeline_;
-  const BackupSource source_;
-  const Reply reply_;
-  std::atomic<bool> backing_up_ = false;
+  Gate& gate_;
 };
 
 }  // namespace isthmus::rpc

@@ -9,40 +9,13 @@
 #include "api/convert/map.h"
 
 namespace isthmus::rpc {
+namespace {
 
-grpc::Status EditService::DecideMatch(grpc::ServerContext*, const v1::DecideMatchRequest* request,
-                                      v1::DecideMatchResponse* response) {
-  return reply_("DecideMatch", [&]() -> absl::Status {
-    const auto decision = convert::FromMessage(*request);
-    if (!decision.ok()) return decision.status();
-    const auto decided = pipeline_.DecideMatch(*decision);
-    if (decided.ok()) {
-      response->set_revision(decided->revision);
-      *response->mutable_match() = convert::ToMessage(decided->edge);
-    }
-    return decided.status();
-  });
-}
-
-grpc::Status EditService::DecideLoop(grpc::ServerContext*, const v1::DecideLoopRequest* request,
-                                     v1::DecideLoopResponse* response) {
-  return reply_("DecideLoop", [&]() -> absl::Status {
-    const auto decision = convert::FromMessage(*request);
-    if (!decision.ok()) return decision.status();
-    const auto decided = pipeline_.DecideLoop(*decision);
-    if (decided.ok()) {
-      response->set_revision(decided->revision);
-      *response->mutable_loop() = convert::ToMessage(decided->loop);
-    }
-    return decided.status();
-  });
-}
-
-absl::StatusOr<SubmapId> EditService::NewestSubmap(const RobotId& robot) {
-  const auto submaps = pipeline_.ListSubmaps(robot);
+absl::StatusOr<SubmapId> NewestSubmap(const Call& call, const RobotId& robot) {
+  const auto submaps = call.pipeline().ListSubmaps(robot);
   if (!submaps.ok()) return submaps.status();
   std::optional<SessionId> session;
-  for (const SessionStatus& status : pipeline_.ListSessions()) {
+  for (const SessionStatus& status : call.pipeline().ListSessions()) {
     if (status.record.robot == robot) session = status.record.id;  // In order of creation.
   }
   std::optional<SubmapId> newest;
@@ -56,22 +29,56 @@ absl::StatusOr<SubmapId> EditService::NewestSubmap(const RobotId& robot) {
                    " has no submap yet: try again when it has driven on, or name a submap"));
 }
 
-absl::StatusOr<SubmapId> EditService::AnchoredSubmap(const v1::PutAnchorRequest& request) {
+// What the request means; of a robot, its newest session's.
+absl::StatusOr<SubmapId> AnchoredSubmap(const Call& call, const v1::PutAnchorRequest& request) {
   const v1::Anchor& anchor = request.anchor();
   if (!anchor.session().empty()) return SubmapId{SessionId(anchor.session()), anchor.index()};
-  if (!request.robot().empty()) return NewestSubmap(RobotId(request.robot()));
+  if (!request.robot().empty()) return NewestSubmap(call, RobotId(request.robot()));
   return absl::InvalidArgumentError("name a submap by session and index, or a robot");
 }
 
-grpc::Status EditService::PutAnchor(grpc::ServerContext*, const v1::PutAnchorRequest* request,
+}  // namespace
+
+grpc::Status EditService::DecideMatch(grpc::ServerContext* context,
+                                      const v1::DecideMatchRequest* request,
+                                      v1::DecideMatchResponse* response) {
+  return gate_.Serve(context, "DecideMatch", [&](const Call& call) -> absl::Status {
+    const auto decision = convert::FromMessage(*request);
+    if (!decision.ok()) return decision.status();
+    const auto decided = call.pipeline().DecideMatch(*decision);
+    if (decided.ok()) {
+      response->set_revision(decided->revision);
+      *response->mutable_match() = convert::ToMessage(decided->edge);
+    }
+    return decided.status();
+  });
+}
+
+grpc::Status EditService::DecideLoop(grpc::ServerContext* context,
+                                     const v1::DecideLoopRequest* request,
+                                     v1::DecideLoopResponse* response) {
+  return gate_.Serve(context, "DecideLoop", [&](const Call& call) -> absl::Status {
+    const auto decision = convert::FromMessage(*request);
+    if (!decision.ok()) return decision.status();
+    const auto decided = call.pipeline().DecideLoop(*decision);
+    if (decided.ok()) {
+      response->set_revision(decided->revision);
+      *response->mutable_loop() = convert::ToMessage(decided->loop);
+    }
+    return decided.status();
+  });
+}
+
+grpc::Status EditService::PutAnchor(grpc::ServerContext* context,
+                                    const v1::PutAnchorRequest* request,
                                     v1::PutAnchorResponse* response) {
-  return reply_("PutAnchor", [&]() -> absl::Status {
+  return gate_.Serve(context, "PutAnchor", [&](const Call& call) -> absl::Status {
     auto anchor = convert::Checked(request->anchor());
     if (!anchor.ok()) return anchor.status();
-    const auto submap = AnchoredSubmap(*request);
+    const auto submap = AnchoredSubmap(call, *request);
     if (!submap.ok()) return submap.status();
     anchor->submap = *submap;
-    const auto revision = pipeline_.PutAnchor(*std::move(anchor));
+    const auto revision = call.pipeline().PutAnchor(*std::move(anchor));
     if (revision.ok()) {
       response->set_revision(*revision);
       response->set_session(submap->session.value());
@@ -81,45 +88,48 @@ grpc::Status EditService::PutAnchor(grpc::ServerContext*, const v1::PutAnchorReq
   });
 }
 
-grpc::Status EditService::DeleteAnchor(grpc::ServerContext*, const v1::DeleteAnchorRequest* request,
+grpc::Status EditService::DeleteAnchor(grpc::ServerContext* context,
+                                       const v1::DeleteAnchorRequest* request,
                                        v1::DeleteAnchorResponse* response) {
-  return reply_("DeleteAnchor", [&]() -> absl::Status {
-    const auto revision = pipeline_.RemoveAnchor({SessionId(request->session()), request->index()});
+  return gate_.Serve(context, "DeleteAnchor", [&](const Call& call) -> absl::Status {
+    const auto revision =
+        call.pipeline().RemoveAnchor({SessionId(request->session()), request->index()});
     if (revision.ok()) response->set_revision(*revision);
     return revision.status();
   });
 }
 
-grpc::Status EditService::SetDatum(grpc::ServerContext*, const v1::SetDatumRequest* request,
+grpc::Status EditService::SetDatum(grpc::ServerContext* context, const v1::SetDatumRequest* request,
                                    v1::SetDatumResponse* response) {
-  return reply_("SetDatum", [&]() -> absl::Status {
+  return gate_.Serve(context, "SetDatum", [&](const Call& call) -> absl::Status {
     std::optional<Datum> datum;
     if (request->has_datum()) datum = convert::FromMessage(request->datum());
-    const absl::Status status = pipeline_.SetDatum(datum);
-    if (status.ok()) response->set_revision(pipeline_.GetMapInfo().revision);
+    const absl::Status status = call.pipeline().SetDatum(datum);
+    if (status.ok()) response->set_revision(call.pipeline().GetMapInfo().revision);
     return status;
   });
 }
 
-grpc::Status EditService::UndoRevision(grpc::ServerContext*, const v1::UndoRevisionRequest* request,
+grpc::Status EditService::UndoRevision(grpc::ServerContext* context,
+                                       const v1::UndoRevisionRequest* request,
                                        v1::UndoRevisionResponse* response) {
-  return reply_("UndoRevision", [&]() -> absl::Status {
-    const auto revision = pipeline_.UndoRevision(request->revision(), request->note());
+  return gate_.Serve(context, "UndoRevision", [&](const Call& call) -> absl::Status {
+    const auto revision = call.pipeline().UndoRevision(request->revision(), request->note());
     if (revision.ok()) response->set_revision(*revision);
     return revision.status();
   });
 }
 
-grpc::Status EditService::DeleteSession(grpc::ServerContext*,
+grpc::Status EditService::DeleteSession(grpc::ServerContext* context,
                                         const v1::DeleteSessionRequest* request,
                                         v1::DeleteSessionResponse*) {
-  return reply_("DeleteSession", [&]() -> absl::Status {
+  return gate_.Serve(context, "DeleteSession", [&](const Call& call) -> absl::Status {
     const SessionId session(request->session());
-    const absl::Status status = pipeline_.DeleteSession(session);
+    const absl::Status status = call.pipeline().DeleteSession(session);
     // Its queued scans are gone without acknowledgement: a stream would wait for them forever.
     if (status.ok()) {
-      streams_.Drop(session);
-      staging_.DropSession(session);
+      call.site->streams.Drop(session);
+      call.site->staging.DropSession(session);
     }
     return status;
   });

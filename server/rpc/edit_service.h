@@ -5,22 +5,15 @@
 #include <grpcpp/server_context.h>
 #include <grpcpp/support/status.h>
 
-#include <utility>
-
 #include "isthmus/v1/edit_service.grpc.pb.h"
-#include "server/pipeline.h"
-#include "server/rpc/reply.h"
-#include "server/rpc/scans/scan_streams.h"
-#include "server/rpc/upload_staging.h"
+#include "server/rpc/gate.h"
 
 namespace isthmus::rpc {
 
-// Thread safe. Whatever it is given must outlive it; streams and staging are of the sessions that
-// it deletes.
+// Thread safe. The gate must outlive it.
 class EditService final : public v1::EditService::Service {
  public:
-  EditService(server::Pipeline* pipeline, ScanStreams* streams, UploadStaging* staging, Reply reply)
-      : pipeline_(*pipeline), streams_(*streams), staging_(*staging), reply_(std::move(reply)) {}
+  explicit EditService(Gate* gate) : gate_(*gate) {}
 
   grpc::Status DecideMatch(grpc::ServerContext* context, const v1::DecideMatchRequest* request,
                            v1::DecideMatchResponse* response) override;
@@ -38,14 +31,7 @@ class EditService final : public v1::EditService::Service {
                              v1::DeleteSessionResponse* response) override;
 
  private:
-  // What the request means; of a robot, its newest session's.
-  absl::StatusOr<SubmapId> AnchoredSubmap(const v1::PutAnchorRequest& request);
-  absl::StatusOr<SubmapId> NewestSubmap(const RobotId& robot);
-
-  server::Pipeline& pipeline_;
-  ScanStreams& streams_;
-  UploadStaging& staging_;
-  const Reply reply_;
+  Gate& gate_;
 };
 
 }  // namespace isthmus::rpc

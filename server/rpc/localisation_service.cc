@@ -11,15 +11,15 @@
 namespace isthmus::rpc {
 
 grpc::Status LocalisationService::Localise(grpc::ServerContext* context, Stream* stream) {
-  return reply_("Localise", [&]() -> absl::Status {
+  return gate_.Serve(context, "Localise", [&](const Call& call) -> absl::Status {
     if (!Enter(context)) return absl::UnavailableError("the server is shutting down");
-    const absl::Status status = Serve(stream);
+    const absl::Status status = Serve(call, stream);
     Leave(context);
     return status;
   });
 }
 
-absl::Status LocalisationService::Serve(Stream* stream) {
+absl::Status LocalisationService::Serve(const Call& call, Stream* stream) {
   v1::LocaliseRequest request;
   std::unique_ptr<server::RobotLocaliser> localiser;
   while (stream->Read(&request)) {
@@ -31,7 +31,7 @@ absl::Status LocalisationService::Serve(Stream* stream) {
     if (request.has_begin()) {
       const auto wanted = convert::FromMessage(request.begin());
       if (!wanted.ok()) return wanted.status();
-      auto opened = pipeline_.OpenLocaliser(*wanted);
+      auto opened = call.pipeline().OpenLocaliser(*wanted);
       if (!opened.ok()) return opened.status();
       localiser = *std::move(opened);
     }

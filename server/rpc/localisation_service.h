@@ -10,16 +10,14 @@
 
 #include "core/concurrency/mutex.h"
 #include "isthmus/v1/localisation_service.grpc.pb.h"
-#include "server/pipeline.h"
-#include "server/rpc/reply.h"
+#include "server/rpc/gate.h"
 
 namespace isthmus::rpc {
 
-// Thread safe. Whatever it is given must outlive it.
+// Thread safe. The gate must outlive it.
 class LocalisationService final : public v1::LocalisationService::Service {
  public:
-  LocalisationService(server::Pipeline* pipeline, Reply reply)
-      : pipeline_(*pipeline), reply_(std::move(reply)) {}
+  explicit LocalisationService(Gate* gate) : gate_(*gate) {}
 
   grpc::Status Localise(
       grpc::ServerContext* context,
@@ -30,12 +28,11 @@ class LocalisationService final : public v1::LocalisationService::Service {
 
  private:
   using Stream = grpc::ServerReaderWriter<v1::LocaliseResponse, v1::LocaliseRequest>;
-  absl::Status Serve(Stream* stream);
+  absl::Status Serve(const Call& call, Stream* stream);
   bool Enter(grpc::ServerContext* context);
   void Leave(grpc::ServerContext* context);
 
-  server::Pipeline& pipeline_;
-  const Reply reply_;
+  Gate& gate_;
   Mutex mutex_;
   std::set<grpc::ServerContext*> streams_ ABSL_GUARDED_BY(mutex_);
   bool stopped_ ABSL_GUARDED_BY(mutex_) = false;

@@ -46,11 +46,11 @@ absl::StatusOr<bool> FindRobot(server::Pipeline& pipeline, const ComposedMap& ma
 
 }  // namespace
 
-absl::Status MapService::SendRegion(const v1::QueryRegionRequest& request,
+absl::Status MapService::SendRegion(const Call& call, const v1::QueryRegionRequest& request,
                                     grpc::ServerWriter<v1::QueryRegionResponse>* writer) {
   const auto query = convert::FromMessage(request);
   if (!query.ok()) return query.status();
-  const std::shared_ptr<const ComposedMap> map = pipeline_.GetMap();
+  const std::shared_ptr<const ComposedMap> map = call.pipeline().GetMap();
   if (absl::Status ready = map->ready(); !ready.ok()) return ready;
   // Component 0 may always be asked: in an empty map it has no points.
   if (query->component != 0 && query->component >= map->component_count()) {
@@ -58,7 +58,7 @@ absl::Status MapService::SendRegion(const v1::QueryRegionRequest& request,
                                             map->component_count(), ", counted from 0"));
   }
   Region region = RegionOf(*query);
-  const absl::StatusOr<bool> has_points = FindRobot(pipeline_, *map, query->robot, region);
+  const absl::StatusOr<bool> has_points = FindRobot(call.pipeline(), *map, query->robot, region);
   if (!has_points.ok()) return has_points.status();
   v1::QueryRegionResponse response;
   response.set_revision(map->revision());
@@ -76,32 +76,36 @@ absl::Status MapService::SendRegion(const v1::QueryRegionRequest& request,
   return reading ? status : ReaderGone();
 }
 
-grpc::Status MapService::QueryRegion(grpc::ServerContext*, const v1::QueryRegionRequest* request,
+grpc::Status MapService::QueryRegion(grpc::ServerContext* context,
+                                     const v1::QueryRegionRequest* request,
                                      grpc::ServerWriter<v1::QueryRegionResponse>* writer) {
-  return reply_("QueryRegion", [&] { return SendRegion(*request, writer); });
+  return gate_.Serve(context, "QueryRegion",
+                     [&](const Call& call) { return SendRegion(call, *request, writer); });
 }
 
-absl::Status MapService::SendMap(const v1::ExportMapRequest& request,
+absl::Status MapService::SendMap(const Call& call, const v1::ExportMapRequest& request,
                                  grpc::ServerWriter<v1::ExportMapResponse>* writer) {
   const auto wanted = convert::FromMessage(request);
   if (!wanted.ok()) return wanted.status();
-  FileEmitter<v1::ExportMapResponse> file(pipeline_.GetMap()->revision(), writer);
-  const absl::Status status =
-      pipeline_.ExportMap(*wanted, [&file](const std::string& piece) { return file.Add(piece); });
+  FileEmitter<v1::ExportMapResponse> file(call.pipeline().GetMap()->revision(), writer);
+  const absl::Status status = call.pipeline().ExportMap(
+      *wanted, [&file](const std::string& piece) { return file.Add(piece); });
   return status.ok() ? file.Finish() : status;
 }
 
-grpc::Status MapService::ExportMap(grpc::ServerContext*, const v1::ExportMapRequest* request,
+grpc::Status MapService::ExportMap(grpc::ServerContext* context,
+                                   const v1::ExportMapRequest* request,
                                    grpc::ServerWriter<v1::ExportMapResponse>* writer) {
-  return reply_("ExportMap", [&] { return SendMap(*request, writer); });
+  return gate_.Serve(context, "ExportMap",
+                     [&](const Call& call) { return SendMap(call, *request, writer); });
 }
 
-grpc::Status MapService::ExportPoseGraph(grpc::ServerContext*,
+grpc::Status MapService::ExportPoseGraph(grpc::ServerContext* context,
                                          const v1::ExportPoseGraphRequest* request,
                                          grpc::ServerWriter<v1::ExportPoseGraphResponse>* writer) {
-  return reply_("ExportPoseGraph", [&]() -> absl::Status {
-    FileEmitter<v1::ExportPoseGraphResponse> file(pipeline_.GetMapInfo().revision, writer);
-    const absl::StatusOr<std::string> graph = pipeline_.ExportPoseGraph(request->component());
+  return gate_.Serve(context, "ExportPoseGraph", [&](const Call& call) -> absl::Status {
+    FileEmitter<v1::ExportPoseGraphResponse> file(call.pipeline().GetMapInfo().revision, writer);
+    const absl::StatusOr<std::string> graph = call.pipeline().ExportPoseGraph(request->component());
     if (!graph.ok()) return graph.status();
     return file.Add(*graph) ? file.Finish() : ReaderGone();
   });

@@ -41,18 +41,19 @@ absl::Status SendTrajectory(const RobotTrajectory& trajectory,
 
 }  // namespace
 
-grpc::Status MapService::GetMapInfo(grpc::ServerContext*, const v1::GetMapInfoRequest*,
+grpc::Status MapService::GetMapInfo(grpc::ServerContext* context, const v1::GetMapInfoRequest*,
                                     v1::MapInfo* response) {
-  return reply_("GetMapInfo", [&]() -> absl::Status {
-    *response = convert::ToMessage(pipeline_.GetMapInfo());
+  return gate_.Serve(context, "GetMapInfo", [&](const Call& call) -> absl::Status {
+    *response = convert::ToMessage(call.pipeline().GetMapInfo());
     return absl::OkStatus();
   });
 }
 
-grpc::Status MapService::ListSubmaps(grpc::ServerContext*, const v1::ListSubmapsRequest* request,
+grpc::Status MapService::ListSubmaps(grpc::ServerContext* context,
+                                     const v1::ListSubmapsRequest* request,
                                      grpc::ServerWriter<v1::ListSubmapsResponse>* writer) {
-  return reply_("ListSubmaps", [&]() -> absl::Status {
-    const auto submaps = pipeline_.ListSubmaps(Wanted(request->robot()));
+  return gate_.Serve(context, "ListSubmaps", [&](const Call& call) -> absl::Status {
+    const auto submaps = call.pipeline().ListSubmaps(Wanted(request->robot()));
     if (!submaps.ok()) return submaps.status();
     v1::ListSubmapsResponse head;
     head.set_revision(submaps->revision);
@@ -64,25 +65,25 @@ grpc::Status MapService::ListSubmaps(grpc::ServerContext*, const v1::ListSubmaps
   });
 }
 
-grpc::Status MapService::GetTrajectory(grpc::ServerContext*,
+grpc::Status MapService::GetTrajectory(grpc::ServerContext* context,
                                        const v1::GetTrajectoryRequest* request,
                                        grpc::ServerWriter<v1::GetTrajectoryResponse>* writer) {
-  return reply_("GetTrajectory", [&]() -> absl::Status {
+  return gate_.Serve(context, "GetTrajectory", [&](const Call& call) -> absl::Status {
     const auto frame = convert::FromMessage(request->frame());
     if (!frame.ok()) return frame.status();
     const auto trajectory =
-        pipeline_.GetTrajectory(RobotId(request->robot()), *frame, request->segment());
+        call.pipeline().GetTrajectory(RobotId(request->robot()), *frame, request->segment());
     if (!trajectory.ok()) return trajectory.status();
     return SendTrajectory(*trajectory, writer);
   });
 }
 
-grpc::Status MapService::GetMatchGraph(grpc::ServerContext*,
+grpc::Status MapService::GetMatchGraph(grpc::ServerContext* context,
                                        const v1::GetMatchGraphRequest* request,
                                        grpc::ServerWriter<v1::GetMatchGraphResponse>* writer) {
-  return reply_("GetMatchGraph", [&]() -> absl::Status {
+  return gate_.Serve(context, "GetMatchGraph", [&](const Call& call) -> absl::Status {
     using Response = v1::GetMatchGraphResponse;
-    const MatchGraph graph = pipeline_.GetMatchGraph();
+    const MatchGraph graph = call.pipeline().GetMatchGraph();
     Response head;
     head.set_revision(graph.revision);
     ListEmitter<Response> list(head, writer);
@@ -98,10 +99,11 @@ grpc::Status MapService::GetMatchGraph(grpc::ServerContext*,
   });
 }
 
-grpc::Status MapService::ListLoops(grpc::ServerContext*, const v1::ListLoopsRequest* request,
+grpc::Status MapService::ListLoops(grpc::ServerContext* context,
+                                   const v1::ListLoopsRequest* request,
                                    grpc::ServerWriter<v1::ListLoopsResponse>* writer) {
-  return reply_("ListLoops", [&]() -> absl::Status {
-    const auto loops = pipeline_.ListLoops(Wanted(request->robot()));
+  return gate_.Serve(context, "ListLoops", [&](const Call& call) -> absl::Status {
+    const auto loops = call.pipeline().ListLoops(Wanted(request->robot()));
     if (!loops.ok()) return loops.status();
     v1::ListLoopsResponse head;
     head.set_revision(loops->revision);
@@ -115,10 +117,10 @@ grpc::Status MapService::ListLoops(grpc::ServerContext*, const v1::ListLoopsRequ
   });
 }
 
-grpc::Status MapService::ListAnchors(grpc::ServerContext*, const v1::ListAnchorsRequest*,
+grpc::Status MapService::ListAnchors(grpc::ServerContext* context, const v1::ListAnchorsRequest*,
                                      grpc::ServerWriter<v1::ListAnchorsResponse>* writer) {
-  return reply_("ListAnchors", [&]() -> absl::Status {
-    const ListAt<RobotAnchor> anchors = pipeline_.ListAnchors();
+  return gate_.Serve(context, "ListAnchors", [&](const Call& call) -> absl::Status {
+    const ListAt<RobotAnchor> anchors = call.pipeline().ListAnchors();
     v1::ListAnchorsResponse head;
     head.set_revision(anchors.revision);
     ListEmitter<v1::ListAnchorsResponse> list(head, writer);
@@ -129,13 +131,13 @@ grpc::Status MapService::ListAnchors(grpc::ServerContext*, const v1::ListAnchors
   });
 }
 
-grpc::Status MapService::ListRevisions(grpc::ServerContext*,
+grpc::Status MapService::ListRevisions(grpc::ServerContext* context,
                                        const v1::ListRevisionsRequest* request,
                                        grpc::ServerWriter<v1::ListRevisionsResponse>* writer) {
-  return reply_("ListRevisions", [&]() -> absl::Status {
+  return gate_.Serve(context, "ListRevisions", [&](const Call& call) -> absl::Status {
     const uint32_t limit = request->limit() == 0 ? kDefaultRevisions : request->limit();
     const auto revisions =
-        pipeline_.ListRevisions(static_cast<int>(std::min(limit, kMaxRevisions)));
+        call.pipeline().ListRevisions(static_cast<int>(std::min(limit, kMaxRevisions)));
     if (!revisions.ok()) return revisions.status();
     v1::ListRevisionsResponse head;
     // Of the list itself, so that the two cannot differ.
@@ -148,14 +150,15 @@ grpc::Status MapService::ListRevisions(grpc::ServerContext*,
   });
 }
 
-grpc::Status MapService::DiffRevisions(grpc::ServerContext*,
+grpc::Status MapService::DiffRevisions(grpc::ServerContext* context,
                                        const v1::DiffRevisionsRequest* request,
                                        grpc::ServerWriter<v1::DiffRevisionsResponse>* writer) {
-  return reply_("DiffRevisions", [&]() -> absl::Status {
+  return gate_.Serve(context, "DiffRevisions", [&](const Call& call) -> absl::Status {
     if (request->from_revision() < 0 || request->to_revision() < 0) {
       return absl::InvalidArgumentError("revisions are counted from 0, the empty map");
     }
-    const auto diff = pipeline_.DiffRevisions(request->from_revision(), request->to_revision());
+    const auto diff =
+        call.pipeline().DiffRevisions(request->from_revision(), request->to_revision());
     if (!diff.ok()) return diff.status();
     v1::DiffRevisionsResponse head;
     head.set_from_revision(diff->from);
@@ -171,11 +174,12 @@ grpc::Status MapService::DiffRevisions(grpc::ServerContext*,
   });
 }
 
-grpc::Status MapService::GetTransform(grpc::ServerContext*, const v1::GetTransformRequest* request,
+grpc::Status MapService::GetTransform(grpc::ServerContext* context,
+                                      const v1::GetTransformRequest* request,
                                       v1::GetTransformResponse* response) {
-  return reply_("GetTransform", [&]() -> absl::Status {
+  return gate_.Serve(context, "GetTransform", [&](const Call& call) -> absl::Status {
     const auto transform =
-        pipeline_.GetTransform(RobotId(request->robot_a()), RobotId(request->robot_b()));
+        call.pipeline().GetTransform(RobotId(request->robot_a()), RobotId(request->robot_b()));
     if (transform.ok()) {
       response->set_revision(transform->revision);
       *response->mutable_t_a_b() = convert::ToMessage(transform->T_a_b);

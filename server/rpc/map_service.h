@@ -6,19 +6,15 @@
 #include <grpcpp/support/status.h>
 #include <grpcpp/support/sync_stream.h>
 
-#include <utility>
-
 #include "isthmus/v1/map_service.grpc.pb.h"
-#include "server/pipeline.h"
-#include "server/rpc/reply.h"
+#include "server/rpc/gate.h"
 
 namespace isthmus::rpc {
 
-// Thread safe. The pipeline must outlive it.
+// Thread safe. The gate must outlive it.
 class MapService final : public v1::MapService::Service {
  public:
-  MapService(server::Pipeline* pipeline, Reply reply)
-      : pipeline_(*pipeline), reply_(std::move(reply)) {}
+  explicit MapService(Gate* gate) : gate_(*gate) {}
 
   grpc::Status GetMapInfo(grpc::ServerContext* context, const v1::GetMapInfoRequest* request,
                           v1::MapInfo* response) override;
@@ -49,13 +45,12 @@ class MapService final : public v1::MapService::Service {
                                grpc::ServerWriter<v1::ExportPoseGraphResponse>* writer) override;
 
  private:
-  absl::Status SendRegion(const v1::QueryRegionRequest& request,
+  absl::Status SendRegion(const Call& call, const v1::QueryRegionRequest& request,
                           grpc::ServerWriter<v1::QueryRegionResponse>* writer);
-  absl::Status SendMap(const v1::ExportMapRequest& request,
+  absl::Status SendMap(const Call& call, const v1::ExportMapRequest& request,
                        grpc::ServerWriter<v1::ExportMapResponse>* writer);
 
-  server::Pipeline& pipeline_;
-  const Reply reply_;
+  Gate& gate_;
 };
 
 }  // namespace isthmus::rpc

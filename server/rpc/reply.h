@@ -6,9 +6,6 @@
 
 #include <functional>
 #include <string>
-#include <utility>
-
-#include "core/caught.h"
 
 namespace isthmus::rpc {
 
@@ -23,32 +20,5 @@ inline grpc::Status ToGrpc(const absl::Status& status) {
 
 // Told of every call that ends with an error; may be null.
 using OnFailedCall = std::function<void(const std::string& rpc, const absl::Status& status)>;
-
-// Thread safe, if what it tells is.
-class Reply {
- public:
-  explicit Reply(OnFailedCall on_failed_call) : on_failed_call_(std::move(on_failed_call)) {}
-
-  // Answers with the status that the handler returns. What it throws is the answer to this call
-  // alone.
-  template <typename Handler>
-  grpc::Status operator()(const char* rpc, const Handler& handler) const {
-    const absl::Status status = Run(handler);
-    if (!status.ok() && on_failed_call_) on_failed_call_(rpc, status);
-    return ToGrpc(status);
-  }
-
- private:
-  template <typename Handler>
-  static absl::Status Run(const Handler& handler) {
-    try {
-      return handler();
-    } catch (...) {
-      return CaughtStatus();
-    }
-  }
-
-  const OnFailedCall on_failed_call_;
-};
 
 }  // namespace isthmus::rpc

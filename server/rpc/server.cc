@@ -12,6 +12,7 @@
 #include "core/address.h"
 #include "server/rpc/admin_service.h"
 #include "server/rpc/edit_service.h"
+#include "server/rpc/gate.h"
 #include "server/rpc/localisation_service.h"
 #include "server/rpc/map_service.h"
 #include "server/rpc/session_service.h"
@@ -38,18 +39,17 @@ std::string WithPort(const std::string& listen, int port) {
 
 struct RpcServer::State {
   State(server::Pipeline* pipeline, const ServerOptions& options)
-      : streams(*pipeline, options.scan_window),
-        staging(options.uploads_folder, options.max_staged_bytes),
-        reply(options.on_failed_call),
-        sessions(pipeline, &streams, &staging, options.max_submap_bytes, reply),
-        map(pipeline, reply),
-        edits(pipeline, &streams, &staging, reply),
-        localisation(pipeline, reply),
-        admin(pipeline, options.backup, reply) {}
+      : site(access::kDefaultSite, pipeline, options.backup, options.scan_window,
+             options.uploads_folder, options.max_staged_bytes),
+        gate(&site, options.on_failed_call),
+        sessions(&gate, options.max_submap_bytes),
+        map(&gate),
+        edits(&gate),
+        localisation(&gate),
+        admin(&gate) {}
 
-  ScanStreams streams;
-  UploadStaging staging;
-  const Reply reply;
+  Site site;
+  Gate gate;
   SessionService sessions;
   MapService map;
   EditService edits;
@@ -120,7 +120,7 @@ std::shared_ptr<grpc::Channel> RpcServer::InProcessChannel() {
 void RpcServer::Shutdown(std::chrono::milliseconds grace) {
   if (state_->shut_down.exchange(true)) return;
   state_->server->GetHealthCheckService()->Shutdown();
-  state_->streams.StopAll();
+  state_->site.streams.StopAll();
   state_->localisation.StopAll();
   state_->server->Shutdown(std::chrono::system_clock::now() + grace);
 }

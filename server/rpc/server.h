@@ -11,24 +11,14 @@
 #include <memory>
 #include <string>
 
-#include "core/records/backup_contents.h"
 #include "server/pipeline.h"
+#include "server/rpc/backup_source.h"
 
 namespace grpc {
 class Channel;
 }
 
 namespace isthmus::rpc {
-
-// The sink of a backup; false from either function gives it up.
-struct BackupSink {
-  std::function<bool(double share)> progress;  // While the copy is made.
-  std::function<void(uint64_t size)> begin;    // Of the bytes that follow.
-  std::function<bool(const std::string& piece)> piece;
-};
-
-// The source of a backup's bytes, which the owner of the store hands to the network skin.
-using BackupSource = std::function<absl::StatusOr<BackupContents>(const BackupSink& sink)>;
 
 struct ServerOptions {
   // The address to listen on: "host:port", "[::1]:port" or "unix:path". Port 0 takes a free one.

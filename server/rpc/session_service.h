@@ -9,24 +9,16 @@
 #include <cstdint>
 
 #include "isthmus/v1/session_service.grpc.pb.h"
-#include "server/pipeline.h"
-#include "server/rpc/reply.h"
-#include "server/rpc/scans/scan_streams.h"
-#include "server/rpc/upload_staging.h"
+#include "server/rpc/gate.h"
 
 namespace isthmus::rpc {
 
-// Thread safe. Whatever it is given must outlive it.
+// Thread safe. The gate must outlive it.
 class SessionService final : public v1::SessionService::Service {
  public:
   // At most `max_submap_bytes` are taken of an upload, as they travel.
-  SessionService(server::Pipeline* pipeline, ScanStreams* streams, UploadStaging* staging,
-                 uint64_t max_submap_bytes, Reply reply)
-      : pipeline_(*pipeline),
-        streams_(*streams),
-        staging_(*staging),
-        max_submap_bytes_(max_submap_bytes),
-        reply_(std::move(reply)) {}
+  SessionService(Gate* gate, uint64_t max_submap_bytes)
+      : gate_(*gate), max_submap_bytes_(max_submap_bytes) {}
 
   grpc::Status CreateSession(grpc::ServerContext* context, const v1::CreateSessionRequest* request,
                              v1::Session* response) override;
@@ -47,13 +39,11 @@ class SessionService final : public v1::SessionService::Service {
 
  private:
   // Puts an upload together and hands it over.
-  absl::StatusOr<SubmapInfo> Receive(grpc::ServerReader<v1::UploadSubmapRequest>* reader);
+  absl::StatusOr<SubmapInfo> Receive(const Call& call,
+                                     grpc::ServerReader<v1::UploadSubmapRequest>* reader);
 
-  server::Pipeline& pipeline_;
-  ScanStreams& streams_;
-  UploadStaging& staging_;
+  Gate& gate_;
   const uint64_t max_submap_bytes_;
-  const Reply reply_;
 };
 
 }  // namespace isthmus::rpc

@@ -50,8 +50,10 @@ ALLOWED = {
         {"core", "floam", "storage", "server/matching", "server/placement", "server/composition"},
         STD_LIKE,
     ),
+    # Who may do what, and the tokens that say so.
+    "server/access": ({"core", "core/io"}, STD_LIKE),
     "server/rpc": (
-        {"api", "api/convert", "core", "core/codec", "core/io", "server"},
+        {"api", "api/convert", "core", "core/codec", "core/io", "server", "server/access"},
         STD_LIKE | {"grpc", "protobuf"},
     ),
     "server/main": (

@@ -40,7 +40,7 @@ absl::Status Submit(server::Pipeline& pipeline, const SessionId& session, AckWin
 }
 
 // `request` holds the first message.
-absl::Status ReadScans(server::Pipeline& pipeline, const SessionId& session, AckWindow& window,
+absl::Status ReadScans(const Call& call, const SessionId& session, AckWindow& window,
                        const ScanLink& link, v1::StreamScansRequest& request) {
   do {
     if (!request.session().empty() && request.session() != session.value()) {
@@ -49,9 +49,11 @@ absl::Status ReadScans(server::Pipeline& pipeline, const SessionId& session, Ack
                                                      "\": open another stream for it"));
     }
     if (request.has_scan()) {
-      absl::Status status = Submit(pipeline, session, window, std::move(*request.mutable_scan()));
+      absl::Status status =
+          Submit(call.pipeline(), session, window, std::move(*request.mutable_scan()));
       if (!status.ok()) return status;
     }
+    if (absl::Status allowed = call.Allowed(); !allowed.ok()) return allowed;
     if (!window.WaitForRoom()) {
       return absl::UnavailableError("the server ends this stream; open another one");
     }
@@ -73,13 +75,14 @@ void WriteAcks(AckWindow& window, const ScanLink& link) {
 
 }  // namespace
 
-absl::Status StreamScans(server::Pipeline& pipeline, ScanStreams& streams, const ScanLink& link) {
+absl::Status StreamScans(const Call& call, const ScanLink& link) {
   v1::StreamScansRequest request;
   if (!link.read(&request) || request.session().empty()) {
     return absl::InvalidArgumentError("the first message of the stream must name its session");
   }
   const SessionId session(request.session());
-  auto registration = streams.Register(session, link.cancel);
+  if (const auto own = call.OwnSession(session); !own.ok()) return own.status();
+  auto registration = call.site->streams.Register(session, link.cancel);
   if (!registration.ok()) return registration.status();
   AckWindow& window = (*registration)->window();
   Executor writer(1);
@@ -87,7 +90,7 @@ absl::Status StreamScans(server::Pipeline& pipeline, ScanStreams& streams, const
   absl::Status status;
   {
     const absl::Cleanup end = [&] { window.EndScans(); };
-    status = ReadScans(pipeline, session, window, link, request);
+    status = ReadScans(call, session, window, link, request);
   }
   status.Update(writer.WaitUntilIdle());
   return status;

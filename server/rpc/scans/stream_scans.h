@@ -6,8 +6,7 @@
 #include <functional>
 
 #include "isthmus/v1/session_service.pb.h"
-#include "server/pipeline.h"
-#include "server/rpc/scans/scan_streams.h"
+#include "server/rpc/call.h"
 
 namespace isthmus::rpc {
 
@@ -20,6 +19,6 @@ struct ScanLink {
 
 // Returns when the robot has half-closed and has all its acknowledgements, or something ended the
 // stream early; the scans taken so far are acknowledged also then.
-absl::Status StreamScans(server::Pipeline& pipeline, ScanStreams& streams, const ScanLink& link);
+absl::Status StreamScans(const Call& call, const ScanLink& link);
 
 }  // namespace isthmus::rpc

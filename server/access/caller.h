@@ -1,0 +1,40 @@
+// The one who makes a call: what its token lets it do.
+#pragma once
+
+#include <absl/strings/string_view.h>
+
+#include <string>
+#include <vector>
+
+#include "core/ids.h"
+
+namespace isthmus::access {
+
+// What a token is for. Each but kRobot may do what the one before it may.
+enum class Role {
+  kRobot,     // Feeds the sessions of its own robots, and is localised.
+  kReader,    // Reads the map.
+  kOperator,  // Changes it by hand, too.
+  kAdmin,     // Makes tokens and backups, too.
+};
+
+// True where `name` is what the pattern says, in which each `*` stands for any characters, none
+// included. Of two patterns: true only where all that `name` stands for is in the pattern too.
+bool Matches(absl::string_view pattern, absl::string_view name);
+
+// The site whose map lies in the data folder itself.
+inline constexpr char kDefaultSite[] = "default";
+
+// A caller without a token, on a server that asks for none, may do everything: the default.
+struct Caller {
+  std::string token = {};  // The name of its token, not its secret; empty: it needed none.
+  Role role = Role::kAdmin;
+  std::vector<std::string> robots = {"*"};  // Names and patterns; of kRobot alone.
+  std::vector<std::string> sites = {"*"};   // Likewise, of every role.
+
+  // Whether it may send data for that robot, and learn of its sessions in order to do so.
+  bool MayFeed(const RobotId& robot) const;
+  bool MaySee(absl::string_view site) const;
+};
+
+}  // namespace isthmus::access
