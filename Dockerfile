@@ -26,4 +26,6 @@ RUN echo /usr/local/lib/isthmus > /etc/ld.so.conf.d/isthmus.conf && ldconfig
 USER isthmus
 VOLUME /var/lib/isthmus
 EXPOSE 50051
-CMD ["isthmus-server", "--data", "/var/lib/isthmus", "--listen", "0.0.0.0:50051"]
+# In plain text: who may reach the port is a matter of how it is published. With certificates
+# mounted, give the settings of docs/network.md instead.
+CMD ["isthmus-server", "--data", "/var/lib/isthmus", "--listen", "0.0.0.0:50051", "--insecure"]

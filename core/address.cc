@@ -2,6 +2,7 @@
 
 #include <absl/strings/numbers.h>
 #include <absl/strings/str_cat.h>
+#include <arpa/inet.h>
 
 #include <algorithm>
 
@@ -38,6 +39,16 @@ absl::Status CheckAddress(const std::string& address, PortZero zero) {
     return Wrong(address, absl::StrCat("ports are ", lowest, " to ", kHighestPort));
   }
   return absl::OkStatus();
+}
+
+bool IsThisMachine(const std::string& address) {
+  if (address.starts_with("unix:") || address.starts_with("unix-abstract:")) return true;
+  const std::string host = address.substr(0, address.rfind(':'));
+  if (host == "localhost" || host == "[::1]" || host == "::1") return true;
+  in_addr number = {};
+  constexpr uint32_t kLoopbackNet = 127;
+  return inet_pton(AF_INET, host.c_str(), &number) == 1 &&
+         ntohl(number.s_addr) >> 24 == kLoopbackNet;
 }
 
 }  // namespace isthmus

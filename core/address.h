@@ -15,4 +15,8 @@ enum class PortZero { kRefused, kAnyFreeOne };
 // asked.
 absl::Status CheckAddress(const std::string& address, PortZero zero = PortZero::kRefused);
 
+// True for addresses that only this machine reaches: of 127.0.0.0/8, [::1], localhost, and sockets
+// that are files. The address must have passed CheckAddress.
+bool IsThisMachine(const std::string& address);
+
 }  // namespace isthmus

@@ -17,6 +17,7 @@ void AddLoops(CLI::App& app, Action& action);
 void AddRevisions(CLI::App& app, Action& action);
 void AddAnchor(CLI::App& app, Action& action);
 void AddDatum(CLI::App& app, Action& action);
+void AddCerts(CLI::App& app, Action& action);
 void AddTrajectory(CLI::App& app, Action& action);
 void AddTransform(CLI::App& app, Action& action);
 void AddQuery(CLI::App& app, Action& action);

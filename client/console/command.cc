@@ -1,19 +1,23 @@
 #include "client/console/command.h"
 
+#include <absl/strings/ascii.h>
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_format.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "client/console/exit_code.h"
 #include "client/console/words.h"
+#include "core/io/file_io.h"
 
 namespace isthmus::cli {
 
 int RunCommandLine(CLI::App& app, std::span<const AddCommand> commands, int argc, char** argv) {
+  setenv("GRPC_VERBOSITY", "NONE", 0);  // What matters of it comes back as a status.
   app.require_subcommand(1);
   app.set_version_flag("--version", ISTHMUS_VERSION);
   Action action;
@@ -43,13 +47,49 @@ void AddServerOptions(CLI::App& command, ServerOptions& options) {
                   "How often to try to reach the server, waiting ever longer (up to 5 s)")
       ->check(CLI::Range(1, 1000000))
       ->capture_default_str();
+  command
+      .add_option("--tls-ca", options.tls.ca,
+                  "Speak TLS with a server whose certificate this PEM file signed; \"system\": any "
+                  "authority that this machine trusts")
+      ->envname("ISTHMUS_TLS_CA");
+  command.add_option("--tls-cert", options.tls.certificate, "PEM file of our own certificate")
+      ->envname("ISTHMUS_TLS_CERT");
+  command.add_option("--tls-key", options.tls.key, "PEM file of its key")
+      ->envname("ISTHMUS_TLS_KEY");
+  command
+      .add_option("--token-file", options.token_file,
+                  "File of the token to show; else the one in ISTHMUS_TOKEN")
+      ->envname("ISTHMUS_TOKEN_FILE");
+  command.add_option("--site", options.site, "Which of the server's maps")->envname("ISTHMUS_SITE");
 }
 
-absl::StatusOr<std::unique_ptr<client::Client>> Connect(const ServerOptions& options) {
+absl::StatusOr<client::ClientOptions> ClientOptionsOf(const ServerOptions& options) {
   client::ClientOptions out;
   out.address = options.address;
   out.backoff.max_attempts = options.attempts;
-  return client::Client::Connect(out);
+  out.tls = options.tls;
+  out.site = options.site;
+  if (options.tls.certificate.empty() != options.tls.key.empty()) {
+    return absl::InvalidArgumentError("--tls-cert and --tls-key go together: give both");
+  }
+  for (const std::string& path : {options.tls.ca, options.tls.certificate, options.tls.key}) {
+    if (path.empty() || path == "system") continue;
+    if (auto bytes = io::ReadFile(path); !bytes.ok()) return bytes.status();
+  }
+  const char* const token = std::getenv("ISTHMUS_TOKEN");
+  if (!options.token_file.empty()) {
+    const auto text = io::ReadFile(options.token_file);
+    if (!text.ok()) return text.status();
+    out.token = std::string(absl::StripAsciiWhitespace(*text));
+  } else if (token != nullptr) {
+    out.token = token;
+  }
+  return out;
+}
+
+absl::StatusOr<std::unique_ptr<client::Client>> Connect(const ServerOptions& options) {
+  const auto out = ClientOptionsOf(options);
+  return out.ok() ? client::Client::Connect(*out) : out.status();
 }
 
 absl::StatusOr<std::unique_ptr<client::Client>> ConnectPatiently(const ServerOptions& options,
@@ -65,11 +105,10 @@ absl::StatusOr<std::unique_ptr<client::Client>> ConnectPatiently(const ServerOpt
   } else if (!reached.ok()) {
     return reached;
   }
-  client::ClientOptions out;
-  out.address = options.address;
-  out.backoff.max_attempts = options.attempts;
-  out.require_server = !may_begin_alone;
-  return client::Client::Connect(out);
+  auto out = ClientOptionsOf(options);
+  if (!out.ok()) return out.status();
+  out->require_server = !may_begin_alone;
+  return client::Client::Connect(*out);
 }
 
 }  // namespace isthmus::cli

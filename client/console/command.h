@@ -26,8 +26,13 @@ int RunCommandLine(CLI::App& app, std::span<const AddCommand> commands, int argc
 struct ServerOptions {
   std::string address = "localhost:50051";
   int attempts = 5;
+  client::TlsOptions tls = {};
+  std::string token_file = {}, site = {};
 };
 void AddServerOptions(CLI::App& command, ServerOptions& options);
+// With what the files that they name hold. The file's error; InvalidArgument where one of
+// certificate and key is missing.
+absl::StatusOr<client::ClientOptions> ClientOptionsOf(const ServerOptions& options);
 absl::StatusOr<std::unique_ptr<client::Client>> Connect(const ServerOptions& options);
 
 // About a minute, for commands that send what took long to record.

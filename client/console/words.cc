@@ -15,7 +15,8 @@ bool IsOption(std::string_view word) { return word.starts_with('-'); }
 
 // How many words an option that may stand before the command takes, itself included; 0: it is none.
 size_t ServerOptionWords(std::string_view word) {
-  for (const std::string_view name : {"--server", "--attempts"}) {
+  for (const std::string_view name : {"--server", "--attempts", "--tls-ca", "--tls-cert",
+                                      "--tls-key", "--token-file", "--site"}) {
     if (word == name) return 2;
     if (word.starts_with(name) && word[name.size()] == '=') return 1;
   }

@@ -26,6 +26,7 @@ class GrpcCall final : public SessionCall {
  public:
   GrpcCall(Client::Link* link, double timeout_s) : link_(*link), stubs_(link->Get()) {
     if (timeout_s > 0) SetDeadline(timeout_s, context_);
+    link->Attach(context_);
   }
 
   absl::Status CreateSession(const v1::CreateSessionRequest& request,

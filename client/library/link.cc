@@ -7,6 +7,8 @@
 
 #include <chrono>
 
+#include "core/io/file_io.h"
+
 namespace isthmus::client {
 namespace {
 
@@ -14,8 +16,27 @@ namespace {
 // merely slow answers a ping behind the scans that are under way.
 constexpr int kPingEveryMs = 5'000, kPingTimeoutMs = 10'000;
 
-std::shared_ptr<Client::Link::Stubs> Open(const std::string& address) {
+// Empty where there is no such file: the handshake says what is missing.
+std::string Contents(const std::string& path) {
+  if (path.empty()) return {};
+  const auto bytes = io::ReadFile(path);
+  return bytes.ok() ? *bytes : std::string();
+}
+
+std::shared_ptr<grpc::ChannelCredentials> CredentialsOf(const TlsOptions& tls) {
+  if (tls.ca.empty()) return grpc::InsecureChannelCredentials();
+  grpc::SslCredentialsOptions options;
+  if (tls.ca != "system") options.pem_root_certs = Contents(tls.ca);
+  options.pem_cert_chain = Contents(tls.certificate);
+  options.pem_private_key = Contents(tls.key);
+  return grpc::SslCredentials(options);
+}
+
+std::shared_ptr<Client::Link::Stubs> Open(const ClientOptions& options) {
   grpc::ChannelArguments arguments;
+  if (!options.tls.server_name.empty()) {
+    arguments.SetSslTargetNameOverride(options.tls.server_name);
+  }
   arguments.SetMaxSendMessageSize(-1);  // The server's own limit decides, and says so.
   // Not shared with other channels to the address, so that a new channel tries at once.
   arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
@@ -24,7 +45,7 @@ std::shared_ptr<Client::Link::Stubs> Open(const std::string& address) {
   arguments.SetInt(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);  // No limit.
   auto stubs = std::make_shared<Client::Link::Stubs>();
   stubs->channel =
-      grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), arguments);
+      grpc::CreateCustomChannel(options.address, CredentialsOf(options.tls), arguments);
   stubs->sessions = v1::SessionService::NewStub(stubs->channel);
   stubs->maps = v1::MapService::NewStub(stubs->channel);
   stubs->edits = v1::EditService::NewStub(stubs->channel);
@@ -50,8 +71,7 @@ absl::Status NotAgain(const absl::Status& status) {
   return absl::AbortedError(absl::StrCat("the link was lost half way: ", status.message()));
 }
 
-Client::Link::Link(const ClientOptions& options)
-    : SessionLink(options), stubs_(Open(options.address)) {}
+Client::Link::Link(const ClientOptions& options) : SessionLink(options), stubs_(Open(options)) {}
 
 std::shared_ptr<Client::Link::Stubs> Client::Link::Get() {
   MutexLock lock(&mutex_);
@@ -60,12 +80,20 @@ std::shared_ptr<Client::Link::Stubs> Client::Link::Get() {
 
 void Client::Link::Renew(const std::shared_ptr<Stubs>& broken) {
   MutexLock lock(&mutex_);
-  if (stubs_ == broken) stubs_ = Open(options().address);
+  if (stubs_ == broken) stubs_ = Open(options());
+}
+
+void Client::Link::Attach(grpc::ClientContext& context) const {
+  if (!options().token.empty()) {
+    context.AddMetadata("authorization", absl::StrCat("Bearer ", options().token));
+  }
+  if (!options().site.empty()) context.AddMetadata("isthmus-site", options().site);
 }
 
 absl::Status Client::Link::Once(double timeout_s, const Attempt& attempt) {
   const std::shared_ptr<Stubs> stubs = Get();
   grpc::ClientContext context;
+  Attach(context);
   SetDeadline(timeout_s, context);
   const absl::Status status = ToStatus(attempt(*stubs, context));
   if (absl::IsUnavailable(status)) Renew(stubs);

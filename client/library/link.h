@@ -52,6 +52,8 @@ class Client::Link final : public SessionLink {
   // A single attempt, after making sure that the server answers: for calls with effects that must
   // not be doubled.
   absl::Status CallOnce(double timeout_s, const Attempt& attempt);
+  // Adds what every call carries: token and site. Before the call begins.
+  void Attach(grpc::ClientContext& context) const;
   // Any call that answers at once.
   absl::Status Probe();
 

@@ -43,6 +43,7 @@ class Localisation::Impl {
   void Open() {
     stubs_ = link_->Get();
     context_ = std::make_unique<grpc::ClientContext>();
+    link_->Attach(*context_);
     stream_ = stubs_->localisation->Localise(context_.get());
   }
 

@@ -21,8 +21,21 @@ struct BackoffOptions {
   uint64_t seed = 0;     // Of the jitter; 0: another one every time.
 };
 
+// Files in PEM format, read when a connection is made: one that was renewed is used from the next
+// connection on.
+struct TlsOptions {
+  // Who signed the server's certificate; "system": any authority this machine trusts. Empty: plain
+  // text.
+  std::string ca = {};
+  std::string certificate = {}, key = {};  // What a server that asks for it is shown.
+  std::string server_name = {};            // Whose certificate is expected; empty: the address's.
+};
+
 struct ClientOptions {
   std::string address = "localhost:50051";  // host:port, or unix:PATH.
+  TlsOptions tls = {};
+  std::string token = {};  // Shown with every call; empty: none.
+  std::string site = {};   // Which of the server's maps; empty: the only one that the token allows.
   // False: Client::Connect does not ask for a sign of life, so that a robot may begin out of reach
   // of its server; see Client::OpenSpool.
   bool require_server = true;

@@ -18,6 +18,7 @@
 #include "server/main/stop_signal.h"
 #include "server/pipeline.h"
 #include "server/rpc/server.h"
+#include "server/rpc/tls.h"
 #include "storage/sqlite/sqlite_store.h"
 #include "storage/upkeep/backup_stream.h"
 #include "storage/upkeep/check_store.h"
@@ -46,6 +47,7 @@ struct Arguments {
   std::string data;
   std::string listen;
   std::string config_path;
+  bool insecure = false;
   std::string log_level = "info";
   bool print_config = false;
   bool check = false;
@@ -59,6 +61,8 @@ bool Parse(int argc, char** argv, Arguments& arguments, int& result) {
   app.add_option("--data", arguments.data, "Folder of the map; created when missing");
   app.add_option("--listen", arguments.listen,
                  "host:port to listen at, port 0 for a free one (default 127.0.0.1:50051)");
+  app.add_flag("--insecure", arguments.insecure,
+               "Serve other machines in plain text: where the network itself is safe");
   app.add_option("--config", arguments.config_path, "YAML file of settings; see --print-config");
   app.add_flag("--print-config", arguments.print_config, "Print every effective setting and exit");
   std::string check_folder;
@@ -157,11 +161,18 @@ int Run(const Arguments& arguments) {
   if (!arguments.config_path.empty()) config = LoadConfig(arguments.config_path);
   if (!config.ok()) return Fail(kUsage, config.status());
   if (!arguments.listen.empty()) config->rpc.listen = arguments.listen;
+  if (arguments.insecure) config->rpc.insecure = true;
   if (arguments.print_config) {
     std::fputs(PrintConfig(*config).c_str(), stdout);
     return kStopped;
   }
   if (absl::Status status = CheckAddress(config->rpc.listen, PortZero::kAnyFreeOne); !status.ok()) {
+    return Fail(kUsage, status);
+  }
+  if (absl::Status status = rpc::CheckListening(config->rpc); !status.ok()) {
+    return Fail(kUsage, status);
+  }
+  if (absl::Status status = rpc::MakeServerCredentials(config->rpc.tls).status(); !status.ok()) {
     return Fail(kUsage, status);
   }
   // A limit on the size of files is a full disk, which is lived with, not the end.

@@ -31,9 +31,17 @@ bool ParseNumber(const std::string& text, Number* number) {
   }
 }
 
+// As YAML in double quotes. What cannot be printed stands as its code: a line's end would be read
+// back as a space.
 std::string Quoted(const std::string& text) {
+  constexpr unsigned char kSpace = ' ', kDelete = 0x7f;
   std::string quoted = "\"";
   for (const char c : text) {
+    const auto code = static_cast<unsigned char>(c);
+    if (code < kSpace || code == kDelete) {
+      absl::StrAppend(&quoted, "\\x", absl::Hex(code, absl::kZeroPad2));
+      continue;
+    }
     if (c == '"' || c == '\\') quoted += '\\';
     quoted += c;
   }
@@ -76,6 +84,16 @@ class Table {
     settings_.push_back({section_, key, comment, read, [value] { return Quoted(*value); }});
   }
 
+  // The path of a file; "" for none.
+  void AddFile(const char* key, std::string* value, const char* comment) {
+    const auto read = [value](const std::string& text) {
+      *value = text;
+      return absl::OkStatus();
+    };
+    AddText(
+        key, read, [value] { return *value; }, comment);
+  }
+
   // A value that is its own text; "" too.
   void AddText(const char* key, std::function<absl::Status(const std::string&)> read,
                const std::function<std::string()>& write, const char* comment) {
@@ -115,8 +133,17 @@ void AddNetwork(ServerConfig& config, Table& table) {
   table.Section("network");
   rpc::ServerOptions& rpc = config.rpc;
   table.Add("listen", &rpc.listen,
-            "host:port, or unix:path; port 0 takes a free one. There is no authentication: "
-            "0.0.0.0 opens the map to everyone who can reach this machine.");
+            "host:port, or unix:path; port 0 takes a free one. 0.0.0.0:50051 is reached from other "
+            "machines: with TLS, or insecure.");
+  table.AddFile("tls_certificate", &rpc.tls.certificate,
+                "PEM file of the server's certificate, read again when it changes; \"\": no TLS.");
+  table.AddFile("tls_key", &rpc.tls.key, "PEM file of its private key, without a passphrase.");
+  table.AddFile("tls_client_ca", &rpc.tls.client_ca,
+                "PEM file of who signs robots' certificates, which every client must show then; "
+                "\"\": none are asked for.");
+  table.Add("insecure", &rpc.insecure,
+            "Whether other machines may be served in plain text: where the network itself is "
+            "safe.");
   table.Add("max_receive_bytes", &rpc.max_receive_bytes, 1 << 16, 1 << 30,
             "Largest message taken, bytes: the limit of one scan.");
   table.Add("max_submap_bytes", &rpc.max_submap_bytes, uint64_t{1} << 16, uint64_t{1} << 32,

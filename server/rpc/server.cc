@@ -16,6 +16,7 @@
 #include "server/rpc/localisation_service.h"
 #include "server/rpc/map_service.h"
 #include "server/rpc/session_service.h"
+#include "server/rpc/tls.h"
 
 namespace isthmus::rpc {
 namespace {
@@ -66,6 +67,9 @@ absl::StatusOr<std::unique_ptr<RpcServer>> RpcServer::Start(server::Pipeline* pi
   if (absl::Status status = CheckAddress(options.listen, PortZero::kAnyFreeOne); !status.ok()) {
     return status;
   }
+  if (absl::Status status = CheckListening(options); !status.ok()) return status;
+  auto credentials = MakeServerCredentials(options.tls);
+  if (!credentials.ok()) return credentials.status();
   EnablePlugins();
   auto state = std::make_unique<State>(pipeline, options);
   grpc::ServerBuilder builder;
@@ -81,7 +85,7 @@ absl::StatusOr<std::unique_ptr<RpcServer>> RpcServer::Start(server::Pipeline* pi
   grpc::ResourceQuota quota("isthmus");
   quota.SetMaxThreads(options.max_threads);
   builder.SetResourceQuota(quota);
-  builder.AddListeningPort(options.listen, grpc::InsecureServerCredentials(), &state->port);
+  builder.AddListeningPort(options.listen, *credentials, &state->port);
   builder.RegisterService(&state->sessions);
   builder.RegisterService(&state->map);
   builder.RegisterService(&state->edits);

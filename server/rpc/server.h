@@ -20,10 +20,19 @@ class Channel;
 
 namespace isthmus::rpc {
 
+// Files in PEM format. All empty: plain text.
+struct TlsOptions {
+  std::string certificate;  // What the server shows, with those that it was signed by behind it.
+  std::string key;
+  std::string client_ca;  // Who signs robots' certificates; empty: none are asked for.
+};
+
 struct ServerOptions {
   // The address to listen on: "host:port", "[::1]:port" or "unix:path". Port 0 takes a free one.
-  // There is no authentication: whoever reaches the address may read and write the map.
   std::string listen = "127.0.0.1:50051";
+  TlsOptions tls = {};
+  // Whether an address that other machines reach may be served in plain text.
+  bool insecure = false;
   // Largest message taken, bytes: the limit of one scan. A larger one ends its stream with
   // RESOURCE_EXHAUSTED.
   int max_receive_bytes = 64 << 20;
@@ -50,7 +59,7 @@ class RpcServer {
  public:
   // Listens and serves until Shutdown. The pipeline must outlive the server. Unavailable, saying
   // why, when it cannot listen at the address; an address that is in use is one such reason.
-  // InvalidArgument where the address is none.
+  // InvalidArgument where the address is none; errors of MakeServerCredentials and CheckListening.
   static absl::StatusOr<std::unique_ptr<RpcServer>> Start(server::Pipeline* pipeline,
                                                           const ServerOptions& options);
   ~RpcServer();  // Shutdown without grace, if that has not happened.

@@ -16,6 +16,7 @@ STD_LIKE = {"eigen", "absl"}
 ALLOWED = {
     "core": (set(), STD_LIKE),
     "core/io": ({"core"}, STD_LIKE | {"openssl"}),
+    "core/tls": ({"core/io"}, STD_LIKE | {"openssl"}),
     "core/codec": ({"core", "core/io"}, STD_LIKE | {"zstd"}),
     "core/formats": ({"core", "core/codec", "core/io"}, STD_LIKE | {"lzf"}),
     # Records and messages.
@@ -53,7 +54,8 @@ ALLOWED = {
     # Who may do what, and the tokens that say so.
     "server/access": ({"core", "core/io"}, STD_LIKE),
     "server/rpc": (
-        {"api", "api/convert", "core", "core/codec", "core/io", "server", "server/access"},
+        {"api", "api/convert", "core", "core/codec", "core/io", "core/tls", "server",
+         "server/access"},
         STD_LIKE | {"grpc", "protobuf"},
     ),
     "server/main": (
@@ -96,8 +98,9 @@ ALLOWED = {
         STD_LIKE | {"json", "cli11"},
     ),
     # No server, no store, no odometry: this is what a robot carries.
+    "client/certificates": ({"core/io", "core/tls"}, STD_LIKE | {"openssl"}),
     "client/cli": (
-        {"core", "core/formats", "core/io", "client/cloud_upload", "client/console", "client/exports",
+        {"core", "core/formats", "core/io", "core/tls", "client/certificates", "client/cloud_upload", "client/console", "client/exports",
          "client/georeference", "client/library", "client/evaluation", "client/readers",
          "client/report"},
         STD_LIKE | {"json", "cli11"},

@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "client/library/stream/backoff.h"
+#include "client/library/stream/unreachable.h"
 
 namespace isthmus::client {
 namespace {
@@ -31,9 +32,9 @@ absl::Status SessionLink::Repeat(bool also_data_loss,
 
 absl::Status SessionLink::Explain(const absl::Status& status) const {
   if (!absl::IsUnavailable(status) || absl::StartsWith(status.message(), kSought)) return status;
-  return absl::UnavailableError(
-      absl::StrCat(kSought, options_.address, ": is it running? Start it with `isthmus-server ",
-                   "--data DIR --listen ", options_.address, "` (", status.message(), ")"));
+  return absl::UnavailableError(absl::StrCat(
+      kSought, options_.address, ": ", AdviceOnUnreachable(options_, std::string(status.message())),
+      " (", status.message(), ")"));
 }
 
 void SessionLink::Sleep(double seconds) const {

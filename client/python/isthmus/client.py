@@ -48,15 +48,22 @@ class Client(Sessions, Uploads, Localising, Reading, Graph, Files):
 
 def connect(address: str = "127.0.0.1:50051", timeout: float = 10.0, *,
             require_server: bool = True, call_timeout: float = 20.0,
-            transfer_timeout: float = 900.0) -> Client:
+            transfer_timeout: float = 900.0, tls_ca: Optional[str] = None,
+            tls_cert: Optional[str] = None, tls_key: Optional[str] = None,
+            token: Optional[str] = None, site: Optional[str] = None) -> Client:
     """A client of the server at `address`: host:port, or unix:PATH; else `InvalidArgument`.
 
     `timeout`: for how many seconds a server that does not answer is tried again, now and in each
     later call; then it is `Unavailable`. `call_timeout`: for an answer that the server has at hand;
     `transfer_timeout`: for uploads, exports, queries, finishing a session, and what has the map
     placed anew. Without `require_server` it is not asked for a sign of life now.
+
+    `tls_ca`: PEM file of who signed the server's certificate, or "system"; without it the two speak
+    plain text. `tls_cert`, `tls_key`: PEM files that a server which asks for them is shown. `token`
+    is sent with every call; `site` names one of the server's maps.
     """
-    client = Client(Link(address, timeout, call_timeout, transfer_timeout))
+    client = Client(Link(address, timeout, call_timeout, transfer_timeout, tls_ca, tls_cert,
+                         tls_key, token, site))
     if require_server:
         try:
             client._link.probe()

@@ -66,18 +66,77 @@ def check_address(address: str) -> None:
                           "from 1 to 65535, as in localhost:50051")
 
 
+class _Carrying(grpc.UnaryUnaryClientInterceptor,  # type: ignore[misc]
+                grpc.UnaryStreamClientInterceptor,  # type: ignore[misc]
+                grpc.StreamUnaryClientInterceptor,  # type: ignore[misc]
+                grpc.StreamStreamClientInterceptor):  # type: ignore[misc]
+    """Adds to every call what all of them carry."""
+
+    def __init__(self, metadata: list[tuple[str, str]]) -> None:
+        self._metadata = metadata
+
+    def _carry(self, go_on: Callable[..., Any], details: Any, request: Any) -> Any:
+        metadata = list(details.metadata or []) + self._metadata
+        return go_on(_Details(details, metadata), request)
+
+    intercept_unary_unary = intercept_unary_stream = _carry
+    intercept_stream_unary = intercept_stream_stream = _carry
+
+
+class _Details(grpc.ClientCallDetails):  # type: ignore[misc]
+    def __init__(self, given: Any, metadata: list[tuple[str, str]]) -> None:
+        self.method = given.method
+        self.timeout = given.timeout
+        self.metadata = metadata
+        self.credentials = given.credentials
+        self.wait_for_ready = given.wait_for_ready
+        self.compression = given.compression
+
+
+def _contents(path: Optional[str]) -> Optional[bytes]:
+    if path is None:
+        return None
+    try:
+        with open(path, "rb") as file:
+            return file.read()
+    except OSError as error:
+        raise InvalidArgument(f"cannot read {path}: {error.strerror}") from None
+
+
+def open_channel(address: str, tls_ca: Optional[str], tls_cert: Optional[str],
+                 tls_key: Optional[str], token: Optional[str],
+                 site: Optional[str]) -> grpc.Channel:
+    """Plain text without `tls_ca`, which is a file, or "system" for what this machine trusts."""
+    if (tls_cert is None) != (tls_key is None):
+        raise InvalidArgument("tls_cert and tls_key go together: give both")
+    if tls_ca is None:
+        channel = grpc.insecure_channel(address, options=_CHANNEL)
+    else:
+        ca = None if tls_ca == "system" else _contents(tls_ca)
+        credentials = grpc.ssl_channel_credentials(ca, _contents(tls_key), _contents(tls_cert))
+        channel = grpc.secure_channel(address, credentials, options=_CHANNEL)
+    metadata = []
+    if token:
+        metadata.append(("authorization", f"Bearer {token}"))
+    if site:
+        metadata.append(("isthmus-site", site))
+    return grpc.intercept_channel(channel, _Carrying(metadata)) if metadata else channel
+
+
 class Link:
     """Thread safe."""
 
     def __init__(self, address: str, keep_trying_s: float, call_timeout_s: float,
-                 transfer_timeout_s: float) -> None:
+                 transfer_timeout_s: float, tls_ca: Optional[str] = None,
+                 tls_cert: Optional[str] = None, tls_key: Optional[str] = None,
+                 token: Optional[str] = None, site: Optional[str] = None) -> None:
         check_address(address)
         self.address = address
         self.keep_trying_s = keep_trying_s
         self.call_timeout_s = call_timeout_s
         self.transfer_timeout_s = transfer_timeout_s
         self.closed = threading.Event()
-        self._channel = grpc.insecure_channel(address, options=_CHANNEL)
+        self._channel = open_channel(address, tls_ca, tls_cert, tls_key, token, site)
         self.sessions = session_service_pb2_grpc.SessionServiceStub(self._channel)
         self.maps = map_service_pb2_grpc.MapServiceStub(self._channel)
         self.edits = edit_service_pb2_grpc.EditServiceStub(self._channel)

@@ -44,7 +44,7 @@ TEST(Completion, CommandsOfBothPrograms) {
 
 TEST(Completion, OptionsOfACommandOfEither) {
   EXPECT_THAT(Complete("push --s"),
-              UnorderedElementsAre("--server", "--sensor", "--spool", "--stamps"));
+              UnorderedElementsAre("--server", "--site", "--sensor", "--spool", "--stamps"));
   EXPECT_THAT(Complete("merge --"), AllOf(Contains("--unverified"), Each(StartsWith("--"))));
 }
 

@@ -52,8 +52,9 @@ def scans(robot: int = 0, seconds: int = 6, robots: int = 2) -> List[isthmus.Sca
 class Server:
     """isthmus-server on a folder of its own; a context manager that stops it."""
 
-    def __init__(self, copy_of: Optional[Path] = None) -> None:
+    def __init__(self, copy_of: Optional[Path] = None, settings: Optional[Path] = None) -> None:
         self.data = temporary_folder() / "map"
+        self._settings = [] if settings is None else ["--config", str(settings)]
         if copy_of is not None:
             shutil.copytree(copy_of, self.data)
         self._process: Optional[subprocess.Popen[str]] = None
@@ -63,7 +64,7 @@ class Server:
     def start(self) -> None:
         """Returns when it listens; after the first time, at the address that it had."""
         self._process = subprocess.Popen(
-            [SERVER, "--data", str(self.data), "--listen", self.address],
+            [SERVER, "--data", str(self.data), "--listen", self.address, *self._settings],
             stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
         assert self._process.stdout is not None
         line = self._process.stdout.readline()

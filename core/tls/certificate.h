@@ -1,0 +1,32 @@
+// X.509 certificates in PEM files, as servers and robots present them.
+#pragma once
+
+#include <absl/status/status.h>
+#include <absl/status/statusor.h>
+#include <absl/time/time.h>
+
+#include <string>
+#include <vector>
+
+namespace isthmus::tls {
+
+struct Certificate {
+  std::string subject;             // Its common name.
+  std::string issuer;              // Likewise.
+  std::vector<std::string> names;  // Hosts and addresses that it is for.
+  absl::Time not_before, not_after;
+  bool is_authority = false;  // It may sign others.
+};
+
+// The first one in a PEM text. InvalidArgument where there is none.
+absl::StatusOr<Certificate> ParseCertificate(const std::string& pem);
+
+// The first one of a file. Errors name the file and say what to do.
+absl::StatusOr<Certificate> ReadCertificate(const std::string& path);
+
+// Whether a server or client can present these: both can be read, the key is the certificate's, and
+// nobody but its owner (and group) can read it. FailedPrecondition, or the file's error; each says
+// what to do.
+absl::Status CheckKeyPair(const std::string& certificate_path, const std::string& key_path);
+
+}  // namespace isthmus::tls

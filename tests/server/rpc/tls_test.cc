@@ -1,0 +1,178 @@
+// TLS over a real socket: who is let in, and what changes while the server runs.
+#include "server/rpc/tls.h"
+
+#include <absl/time/clock.h>
+#include <gmock/gmock.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <memory>
+#include <stdexcept>
+#include <string>
+
+#include "client/certificates/authority.h"
+#include "client/library/client.h"
+#include "core/io/file_io.h"
+#include "core/tls/certificate.h"
+#include "tests/server/rpc/fake_pipeline.h"
+
+namespace isthmus::rpc {
+namespace {
+
+using testing::HasSubstr;
+
+constexpr absl::Duration kMonth = absl::Hours(24 * 30);
+
+class TlsTest : public testing::Test {
+ protected:
+  TlsTest() {
+    char name[] = "/tmp/isthmus_tls_XXXXXX";
+    folder_ = std::string(mkdtemp(name));
+    const auto must = [](const absl::Status& status) {
+      if (!status.ok()) throw std::runtime_error(std::string(status.message()));
+    };
+    must(certificates::MakeAuthority(folder_, kMonth));
+    must(certificates::IssueServer(folder_, {"localhost", "127.0.0.1"}, kMonth));
+    must(certificates::IssueClient(folder_, "alice", kMonth));
+    options_.listen = "127.0.0.1:0";
+    options_.tls.certificate = Path("server.pem");
+    options_.tls.key = Path("server.key");
+  }
+  ~TlsTest() override { std::filesystem::remove_all(folder_); }
+
+  std::string Path(const std::string& name) const { return folder_ + "/" + name; }
+
+  void Start() {
+    auto server = RpcServer::Start(&pipeline_, options_);
+    ASSERT_TRUE(server.ok()) << server.status();
+    server_ = *std::move(server);
+  }
+
+  // The first answer of a new connection.
+  absl::Status Ask(const client::TlsOptions& tls) const {
+    client::ClientOptions options;
+    options.address = server_->address();
+    options.tls = tls;
+    options.backoff.max_attempts = 1;
+    return client::Client::Connect(options).status();
+  }
+  client::TlsOptions Trusting() const {
+    client::TlsOptions tls;
+    tls.ca = Path("ca.pem");
+    return tls;
+  }
+  client::TlsOptions Alice() const {
+    client::TlsOptions tls = Trusting();
+    tls.certificate = Path("alice.pem");
+    tls.key = Path("alice.key");
+    return tls;
+  }
+  // What another program sees: exit code of openssl's client with these options.
+  int Openssl(const std::string& options) const {
+    const std::string command = "openssl s_client -connect " + server_->address() + " " + options +
+                                " -alpn h2 </dev/null >" + Path("openssl.out") + " 2>&1";
+    return std::system(command.c_str());
+  }
+
+  FakePipeline pipeline_;
+  std::string folder_;
+  ServerOptions options_;
+  std::unique_ptr<RpcServer> server_;
+};
+
+TEST_F(TlsTest, LetsInWhoTrustsIt) {
+  Start();
+  EXPECT_TRUE(Ask(Trusting()).ok()) << Ask(Trusting());
+  EXPECT_TRUE(Ask(Alice()).ok());             // Its certificate is not asked for.
+  EXPECT_TRUE(absl::IsUnavailable(Ask({})));  // In plain text.
+  client::TlsOptions system;
+  system.ca = "system";
+  EXPECT_TRUE(absl::IsUnavailable(Ask(system)));  // Which does not know the authority.
+  client::TlsOptions other = Trusting();
+  other.server_name = "other.example";
+  EXPECT_TRUE(absl::IsUnavailable(Ask(other)));  // Whose certificate it is not.
+}
+
+TEST_F(TlsTest, AsksRobotsWhoTheyAre) {
+  options_.tls.client_ca = Path("ca.pem");
+  Start();
+  EXPECT_TRUE(Ask(Alice()).ok()) << Ask(Alice());
+  EXPECT_TRUE(absl::IsUnavailable(Ask(Trusting())));  // Without a certificate.
+  const std::string other = Path("other");
+  ASSERT_TRUE(certificates::MakeAuthority(other, kMonth).ok());
+  ASSERT_TRUE(certificates::IssueClient(other, "alice", kMonth).ok());
+  client::TlsOptions stranger = Trusting();
+  stranger.certificate = other + "/alice.pem";
+  stranger.key = other + "/alice.key";
+  EXPECT_TRUE(absl::IsUnavailable(Ask(stranger)));
+  client::TlsOptions server = Trusting();  // A certificate of the authority, but not a client's.
+  server.certificate = Path("server.pem");
+  server.key = Path("server.key");
+  EXPECT_TRUE(absl::IsUnavailable(Ask(server)));
+}
+
+TEST_F(TlsTest, SpeaksNothingOlderThan12) {
+  Start();
+  EXPECT_EQ(Openssl("-tls1_2"), 0);
+  EXPECT_EQ(Openssl("-tls1_3"), 0);
+  EXPECT_NE(Openssl("-tls1_1 -cipher DEFAULT@SECLEVEL=0"), 0);
+}
+
+TEST_F(TlsTest, ShowsARenewedCertificateToNewConnections) {
+  Start();
+  client::ClientOptions options;
+  options.address = server_->address();
+  options.tls = Trusting();
+  const auto old = client::Client::Connect(options);
+  ASSERT_TRUE(old.ok()) << old.status();
+  ASSERT_EQ(Openssl("-verify_hostname renewed.example -verify_return_error -CAfile " +
+                    Path("ca.pem")) == 0,
+            false);
+  ASSERT_TRUE(
+      certificates::IssueServer(folder_, {"renewed.example", "localhost", "127.0.0.1"}, kMonth)
+          .ok());
+  // It looks once a second; the attempts of a client wait in between.
+  client::TlsOptions renewed = Trusting();
+  renewed.server_name = "renewed.example";
+  client::ClientOptions patient = options;
+  patient.tls = renewed;
+  patient.backoff.max_attempts = 60;
+  patient.backoff.max_delay_s = 0.2;
+  EXPECT_TRUE(client::Client::Connect(patient).ok());
+  EXPECT_TRUE((*old)->GetMapInfo().ok());
+}
+
+TEST_F(TlsTest, ARefusedPairIsNamedAtTheStart) {
+  options_.tls.key = Path("ca.key");
+  EXPECT_THAT(RpcServer::Start(&pipeline_, options_).status().message(),
+              HasSubstr("is not the key of"));
+  options_.tls.key = "";
+  EXPECT_THAT(RpcServer::Start(&pipeline_, options_).status().message(), HasSubstr("set both"));
+  options_.tls = {"", "", Path("ca.pem")};
+  EXPECT_THAT(RpcServer::Start(&pipeline_, options_).status().message(),
+              HasSubstr("tls_certificate"));
+}
+
+TEST_F(TlsTest, PlainTextForOtherMachinesMustBeSpelledOut) {
+  for (const char* listen : {"0.0.0.0:0", "[::]:0", "192.168.1.2:0", "robots.example:0"}) {
+    ServerOptions plain;
+    plain.listen = listen;
+    EXPECT_THAT(CheckListening(plain).message(), HasSubstr("--insecure")) << listen;
+    plain.insecure = true;
+    EXPECT_TRUE(CheckListening(plain).ok());
+    plain.insecure = false;
+    plain.tls = options_.tls;
+    EXPECT_TRUE(CheckListening(plain).ok());
+  }
+  for (const char* listen : {"127.0.0.1:0", "127.8.0.1:1", "[::1]:0", "localhost:0", "unix:/a"}) {
+    ServerOptions plain;
+    plain.listen = listen;
+    EXPECT_TRUE(CheckListening(plain).ok()) << listen;
+  }
+  ServerOptions plain;
+  plain.listen = "0.0.0.0:0";
+  EXPECT_TRUE(absl::IsFailedPrecondition(RpcServer::Start(&pipeline_, plain).status()));
+}
+
+}  // namespace
+}  // namespace isthmus::rpc
