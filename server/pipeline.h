@@ -145,6 +145,10 @@ class Pipeline {
 
   // Waits until MapInfo::settled holds, estimation of everything new included.
   virtual void WaitUntilIdle() = 0;
+  // Lets go of scans that wait and takes no more; does not wait. What is let go of is not
+  // acknowledged: its robot sends it again, to the next server. For an end that cannot wait for
+  // what is queued; Shutdown is to follow.
+  virtual void StopTaking() = 0;
   // Stops taking scans, finishes those that were acknowledged or queued, cuts and stores the
   // unfinished submaps. Idempotent. The pair being estimated is finished; other pairs wait for the
   // next start.

@@ -25,6 +25,7 @@ struct PipelineParts {
                 const Clock& clock_given)
       : options(opened_with),
         clock(clock_given),
+        queue_room(std::make_shared<ingest::QueueRoom>(options.all_queues_bytes)),
         health(&clock, options.on_problem),
         store(WatchStore(std::move(opened), &health)),
         submaps(store.get(), options.submap_cache_bytes,
@@ -36,6 +37,7 @@ struct PipelineParts {
 
   const PipelineOptions options;
   const Clock& clock;
+  const std::shared_ptr<ingest::QueueRoom> queue_room;  // Of all sessions.
   StoreHealth health;
   const std::unique_ptr<storage::MapStore> store;  // Tells `health`.
   Activity activity;

@@ -13,6 +13,12 @@
 
 namespace isthmus::server {
 
+// How much the threads give way to those that take scans in, as `nice` counts: at 10 a thread gets
+// a tenth of what one that does not give way gets of a core that both want. More, and matches of a
+// server at its limit never come; less, and robots wait for them. Placement, which is short and
+// which all others wait for, gives way least.
+inline constexpr int kMatchingNice = 10, kCompositionNice = 8, kPlacementNice = 5;
+
 // Matching.
 
 // Maps that are kept ready at most: the robots of a team. Memory, about a megabyte per submap.

@@ -8,6 +8,7 @@
 
 #include "core/caught.h"
 #include "core/concurrency/mutex.h"
+#include "core/concurrency/thread_role.h"
 #include "server/threads/limits.h"
 
 namespace isthmus::server {
