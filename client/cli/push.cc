@@ -4,6 +4,9 @@
 #include <absl/strings/str_format.h>
 #include <unistd.h>
 
+#include <map>
+#include <string>
+
 #include "client/cli/commands.h"
 #include "client/cli/gnss_anchors.h"
 #include "client/cli/push_report.h"
@@ -139,6 +142,13 @@ void AddPush(CLI::App& app, Action& action) {
       ->check(CLI::Range(0.0, 0.1))
       ->capture_default_str();
   AddOdometryMode(*command, options->push.odometry);
+  command
+      ->add_option("--when-behind", options->push.when_behind,
+                   "Where the server is slower than the scans come: wait for it, or keep-newest: it "
+                   "skips the oldest scan that waits, so that poses are of the newest")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, WhenBehind>{
+          {"wait", WhenBehind::kWait}, {"keep-newest", WhenBehind::kKeepNewest}}))
+      ->option_text("ENUM:{wait,keep-newest}=wait");
   command->add_flag("--finish,!--no-finish", options->push.finish,
                     "Finish the session at the end (default)");
   command->add_option(

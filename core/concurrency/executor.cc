@@ -22,7 +22,6 @@ class Executor::Lane {
   double used_s = 0;
   double expected_s = 0;  // Of a task: the last, or what is left of a longer one before.
   int running = 0;
-  double begun_s = 0;  // Since then the time of the one task that runs is not charged.
   bool is_listed = false;
   std::deque<Waiting> waiting;
 };
@@ -68,12 +67,6 @@ void Executor::Post(std::function<void()> task) { Post(common_, std::move(task))
 void Executor::Post(std::shared_ptr<Lane> lane, std::function<void()> task) {
   {
     MutexLock lock(&mutex_);
-    // A task that posts its successor: what it took so far counts before others are compared.
-    if (lane->running == 1 && lane != common_) {
-      const double now_s = options_.now_s();
-      Charge(lane.get(), lane->begun_s, now_s);
-      lane->begun_s = now_s;
-    }
     lane->waiting.push_back({posted_++, lane, std::move(task)});
     ++queued_;
     Enqueue(lane.get());
@@ -83,6 +76,8 @@ void Executor::Post(std::shared_ptr<Lane> lane, std::function<void()> task) {
 
 void Executor::Enqueue(Lane* lane) {
   if (lane->is_listed || lane->waiting.empty()) return;
+  // What it takes is to be charged before others are compared.
+  if (lane->running > 0 && lane != common_.get()) return;
   lane->due_s = std::max(lane->due_s, virtual_s_);
   waiting_.insert({lane->due_s, lane->waiting.front().number, lane});
   lane->is_listed = true;
@@ -98,9 +93,9 @@ double Executor::UsedSeconds(const Lane& lane) const {
   return lane.used_s;
 }
 
-void Executor::Charge(Lane* lane, double begin_s, double now_s) {
-  const double took_s = std::max(now_s - begin_s, 0.0);
+void Executor::Charge(Lane* lane, double took_s) {
   lane->used_s += took_s;
+  lane->expected_s = std::max(took_s, kForgotten * lane->expected_s);
   // What all share is a queue of first come, first served, not somebody's share.
   if (lane != common_.get()) lane->due_s += took_s * lane->charge;
 }
@@ -120,6 +115,7 @@ bool Executor::Take(Task* task) {
     virtual_s_ = std::max(virtual_s_, std::get<double>(*it));
     waiting_.erase(it);
     lane->is_listed = false;
+    ++lane->running;
     task->lane = std::move(lane->waiting.front().lane);
     task->run = std::move(lane->waiting.front().run);
     lane->waiting.pop_front();
@@ -153,7 +149,6 @@ void Executor::Work() {
       ++running_;
       running_slow_ += is_slow ? 1 : 0;
       if (!is_slow) last_quick_s_ = begin_s;
-      if (++task.lane->running == 1) task.lane->begun_s = begin_s;
     }
     absl::Status thrown;
     try {
@@ -164,10 +159,9 @@ void Executor::Work() {
     task.run = nullptr;  // Destroy captures outside the lock.
     MutexLock lock(&mutex_);
     Lane& lane = *task.lane;
-    const double now_s = options_.now_s(), took_s = now_s - begin_s;
-    Charge(&lane, lane.running == 1 ? lane.begun_s : begin_s, now_s);
+    Charge(&lane, std::max(options_.now_s() - begin_s, 0.0));
     --lane.running;
-    lane.expected_s = std::max(took_s, kForgotten * lane.expected_s);
+    Enqueue(&lane);
     thrown_.Update(std::move(thrown));
     --running_;
     running_slow_ -= is_slow ? 1 : 0;

@@ -23,7 +23,7 @@ namespace isthmus {
 // of the lane that was served least comes first (start-time fair queueing: P. Goyal, H. M. Vin,
 // H. Cheng, "Start-time Fair Queuing", SIGCOMM 1996): a lane that used less than its share so far
 // waits for the tasks at hand only, however many others wait, and one that was idle has saved up
-// nothing. Within a lane tasks run in the order of posting. Lanes whose tasks take long never
+// nothing. Within a lane tasks run one at a time, in the order of posting. Lanes whose tasks take long never
 // occupy the last thread while others are about.
 class Executor {
  public:
@@ -47,8 +47,8 @@ class Executor {
   Executor& operator=(const Executor&) = delete;
 
   // Runs `task` on some thread. What a task throws ends that task alone. Callers bound what they
-  // post; the executor itself does not refuse. Without a lane: to one that all such share, in order
-  // of posting on an executor of one thread.
+  // post; the executor itself does not refuse. Without a lane: to one that all such share, whose
+  // tasks run side by side, in order of posting.
   void Post(std::function<void()> task);
   void Post(std::shared_ptr<Lane> lane, std::function<void()> task);
   // From now on.
@@ -74,8 +74,8 @@ class Executor {
   bool IsSlow(const Lane& lane) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   bool MayRunSlow() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void Enqueue(Lane* lane) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  // Adds the time since `begin_s` to what the lane has used.
-  void Charge(Lane* lane, double begin_s, double now_s) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  // Adds to what the lane has used.
+  void Charge(Lane* lane, double took_s) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   const Options options_;
   const std::shared_ptr<Lane> common_;

@@ -166,6 +166,8 @@ void AddRetention(ServerConfig& config, Table& table) {
   table.Add("quota_bytes", &retention.limits.quota_bytes, uint64_t{0}, uint64_t{1} << 60,
             "Most bytes stored per robot: submaps, features and raw scans of all its sessions. 0: "
             "no limit.");
+  table.Add("total_quota_bytes", &retention.total_quota_bytes, uint64_t{0}, uint64_t{1} << 62,
+            "The same of all robots together. 0: no limit.");
   table.AddChoice(
       "over_quota", &retention.over_quota,
       Names<OverQuota>{{"refuse", OverQuota::kRefuse}, {"drop_oldest", OverQuota::kDropOldest}},

@@ -136,6 +136,7 @@ absl::StatusOr<SessionStatus> Sessions::FinishSession(const SessionId& session) 
   if (worker != nullptr) {
     if (absl::Status status = worker->Finish(); !status.ok()) return status;
   }
+  MutexLock uploading(&parts_.UploadsOf(session));
   MutexLock changing(&parts_.membership);
   std::vector<SessionRecord> records;
   {
@@ -166,6 +167,7 @@ absl::Status Sessions::DeleteSession(const SessionId& session, const std::string
   }
   if (const Worker worker = parts_.workers.Find(session).worker) worker->Abandon();
   {
+    MutexLock uploading(&parts_.UploadsOf(session));
     MutexLock changing(&parts_.membership);
     if (absl::Status status = parts_.scans->Remove(session); !status.ok()) return status;
     if (absl::Status status = parts_.map.RemoveSession(session, why); !status.ok()) return status;

@@ -26,6 +26,9 @@ inline constexpr size_t kMaxPreparedMaps = 8;
 // With more sessions than that, share by which one of a pair has to grow before it is tried again:
 // a robot among the maps of a month is not matched with all of them at every submap.
 inline constexpr double kSeldomGrowth = matching::kNewMapGrowth - 1;
+// Points of a session's map, all submaps together, below which it is matched with no other: with
+// fewer than this no match was ever found, and a hundred such sessions make 4,950 pairs.
+inline constexpr uint64_t kLeastMatchedPoints = 100;
 // Submaps that a session has, or it is finished, before its partners are chosen, and growth after
 // which they are chosen anew: of fewer, partners are chosen by chance; more often takes time.
 inline constexpr uint32_t kMinIndexedSubmaps = 3;

@@ -139,12 +139,12 @@ TEST(ExecutorLanes, ATaskThatPostsItsSuccessorIsChargedForItself) {
   const auto greedy = Executor::MakeLane(), modest = Executor::MakeLane();
   std::function<void(int)> go_on = [&](int left) {
     turns.order += 'g';
-    turns.now_s = turns.now_s + 0.01;
+    turns.now_s = turns.now_s + 0.015;
     if (left > 0) turns.executor.Post(greedy, [&, left] { go_on(left - 1); });
   };
   turns.executor.Post(greedy, [&] { go_on(3); });
-  for (int i = 0; i < 2; ++i) turns.Post(modest, 'm', 0.01);
-  EXPECT_EQ(turns.Run(), "gmgmgg");
+  for (int i = 0; i < 4; ++i) turns.Post(modest, 'm', 0.01);
+  EXPECT_EQ(turns.Run(), "gmmgmmgg");
 }
 
 TEST(ExecutorLanes, WhoWasIdleHasSavedUpNothing) {
@@ -157,7 +157,7 @@ TEST(ExecutorLanes, WhoWasIdleHasSavedUpNothing) {
   };
   turns.executor.Post(busy, come);
   for (int i = 0; i < 3; ++i) turns.Post(busy, 'b', 0.01);
-  EXPECT_EQ(turns.Run(), "bbbbbbibibib");
+  EXPECT_EQ(turns.Run(), "bbbbbbbibibi");
 }
 
 TEST(ExecutorLanes, SlowOnesLeaveAThreadToQuickOnes) {
