@@ -75,8 +75,8 @@ class Pipeline {
   // a stored one with equal content (OK, no effect) or not (AlreadyExists).
   virtual absl::StatusOr<SubmapInfo> AddSubmap(Submap submap) = 0;
 
-  // InvalidArgument for an unknown sensor or odometry, NotFound for an unknown robot to take the map
-  // of, FailedPrecondition while there is no map. The pipeline must outlive it.
+  // InvalidArgument for an unknown sensor or odometry, NotFound for an unknown robot to take the
+  // map of, FailedPrecondition while there is no map. The pipeline must outlive it.
   virtual absl::StatusOr<std::unique_ptr<RobotLocaliser>> OpenLocaliser(
       const LocalisationRequest& request) = 0;
 

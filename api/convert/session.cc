@@ -115,9 +115,9 @@ absl::StatusOr<SessionRequest> FromMessage(const v1::CreateSessionRequest& reque
   if (record.when_behind == WhenBehind::kWait &&
       request.when_behind() != v1::WHEN_BEHIND_UNSPECIFIED &&
       request.when_behind() != v1::WHEN_BEHIND_WAIT) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("unknown when_behind ", static_cast<int>(request.when_behind()),
-                     "; known are wait (1) and keep newest (2)"));
+    return absl::InvalidArgumentError(absl::StrCat("unknown when_behind ",
+                                                   static_cast<int>(request.when_behind()),
+                                                   "; known are wait (1) and keep newest (2)"));
   }
   if (request.has_t_base_sensor()) {
     const auto pose = Checked(request.t_base_sensor(), "t_base_sensor");

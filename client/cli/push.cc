@@ -143,9 +143,10 @@ void AddPush(CLI::App& app, Action& action) {
       ->capture_default_str();
   AddOdometryMode(*command, options->push.odometry);
   command
-      ->add_option("--when-behind", options->push.when_behind,
-                   "Where the server is slower than the scans come: wait for it, or keep-newest: it "
-                   "skips the oldest scan that waits, so that poses are of the newest")
+      ->add_option(
+          "--when-behind", options->push.when_behind,
+          "Where the server is slower than the scans come: wait for it, or keep-newest: it "
+          "skips the oldest scan that waits, so that poses are of the newest")
       ->transform(CLI::CheckedTransformer(std::map<std::string, WhenBehind>{
           {"wait", WhenBehind::kWait}, {"keep-newest", WhenBehind::kKeepNewest}}))
       ->option_text("ENUM:{wait,keep-newest}=wait");

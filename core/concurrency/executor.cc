@@ -18,7 +18,7 @@ class Executor::Lane {
     std::function<void()> run;
   };
   double charge = 1;
-  double due_s = 0;       // The virtual time at which its next task starts at the earliest.
+  double due_s = 0;  // The virtual time at which its next task starts at the earliest.
   double used_s = 0;
   double expected_s = 0;  // Of a task: the last, or what is left of a longer one before.
   int running = 0;

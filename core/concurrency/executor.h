@@ -23,8 +23,8 @@ namespace isthmus {
 // of the lane that was served least comes first (start-time fair queueing: P. Goyal, H. M. Vin,
 // H. Cheng, "Start-time Fair Queuing", SIGCOMM 1996): a lane that used less than its share so far
 // waits for the tasks at hand only, however many others wait, and one that was idle has saved up
-// nothing. Within a lane tasks run one at a time, in the order of posting. Lanes whose tasks take long never
-// occupy the last thread while others are about.
+// nothing. Within a lane tasks run one at a time, in the order of posting. Lanes whose tasks take
+// long never occupy the last thread while others are about.
 class Executor {
  public:
   // Who posts. Kept alive by its tasks.
@@ -37,7 +37,7 @@ class Executor {
     // A task of a lane whose tasks take longer than this, seconds, is slow: such leave one thread
     // (of two or more) to others that were at work within the last `quick_memory_s`.
     double slow_s = 0.1, quick_memory_s = 1;
-    std::string name = {};                   // Of the threads, 15 characters at most.
+    std::string name = {};                    // Of the threads, 15 characters at most.
     std::function<double()> now_s = nullptr;  // For tests; null: the steady clock.
   };
   explicit Executor(int threads) : Executor(Options{.threads = threads}) {}

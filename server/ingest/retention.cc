@@ -100,8 +100,8 @@ void PlanTotal(const std::vector<StoredSession>& sessions, const server::Retenti
     excess = DropOldest(finished, excess, what, plan);
   }
   if (excess == 0) return;
-  plan.all_refused = absl::StrCat(
-      what, ": delete sessions or raise retention.total_quota_bytes, then send again");
+  plan.all_refused =
+      absl::StrCat(what, ": delete sessions or raise retention.total_quota_bytes, then send again");
 }
 
 }  // namespace

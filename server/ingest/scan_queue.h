@@ -23,7 +23,7 @@ struct WaitingScan {
 class ScanQueue {
  public:
   bool empty() const { return scans_.empty(); }
-  size_t length() const { return scans_.size(); }       // Skipped ones included.
+  size_t length() const { return scans_.size(); }  // Skipped ones included.
   size_t waiting() const { return scans_.size() - skipped_; }
   size_t bytes() const { return bytes_; }
 

@@ -69,7 +69,8 @@ absl::StatusOr<std::string> SessionState::Save() const {
          counts.skipped, lost_since_ns, lost_scans);
   WriteEntries(unfinished, writer);
   writer(odometry.Save(), builder->Save());
-  return codec::PackZstd(floam::SealState(kStateMagic, kStateVersion, 0, writer.Take()), kStateZstdLevel);
+  return codec::PackZstd(floam::SealState(kStateMagic, kStateVersion, 0, writer.Take()),
+                         kStateZstdLevel);
 }
 
 absl::Status SessionState::Restore(const std::string& saved,

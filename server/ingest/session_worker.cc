@@ -80,8 +80,8 @@ absl::Status SessionWorker::Submit(ScanUpload scan) {
       MutexLock lock(&mutex_);
       if (absl::Status open = MakeRoom(waiting); !open.ok()) return open;
       if (sequence > last_submitted_ + 1) {
-        return absl::OutOfRangeError(absl::StrCat(
-            "scan sequence ", sequence, " leaves a gap: ", last_submitted_ + 1, " is expected next"));
+        return absl::OutOfRangeError(absl::StrCat("scan sequence ", sequence, " leaves a gap: ",
+                                                  last_submitted_ + 1, " is expected next"));
       }
       if (TakeSharedRoom(&waiting)) {
         Enqueue(std::move(waiting));

@@ -68,7 +68,7 @@ namespace isthmus::ingest {
 class SessionWorker : public std::enable_shared_from_this<SessionWorker> {
  public:
   struct Options {
-    size_t queue = 16;  // Scans that may wait.
+    size_t queue = 16;                      // Scans that may wait.
     size_t queue_bytes = size_t{64} << 20;  // Of those, encoded; a larger one waits alone.
     // Points of a scan at most: a larger one is rejected before it is decoded.
     uint64_t max_points = 1'000'000;

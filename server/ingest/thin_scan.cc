@@ -18,8 +18,8 @@ uint64_t Mix(uint64_t x) {
 void ThinScan(size_t most, Scan* scan) {
   const size_t count = scan->points.size();
   if (count <= most) return;
-  const auto threshold = static_cast<uint64_t>(static_cast<double>(most) /
-                                               static_cast<double>(count) * 0x1p32);
+  const auto threshold =
+      static_cast<uint64_t>(static_cast<double>(most) / static_cast<double>(count) * 0x1p32);
   size_t kept = 0;
   for (size_t i = 0; i < count; ++i) {
     if ((Mix(i) >> 32) < threshold) scan->points[kept++] = scan->points[i];

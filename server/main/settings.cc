@@ -9,7 +9,6 @@
 #include <type_traits>
 #include <utility>
 
-#include "core/codec/payload_layout.h"
 #include "server/main/robot_limits.h"
 
 namespace isthmus::server {
@@ -190,14 +189,13 @@ void AddIngest(ServerConfig& config, Table& table) {
   table.Section("ingest");
   table.Add("scan_queue", &config.pipeline.scan_queue, size_t{1}, size_t{1024},
             "Scans of one session that may wait; the robot is slowed down when they are full.");
-  table.Add("scan_queue_bytes", &config.pipeline.scan_queue_bytes, size_t{1} << 16,
-            size_t{1} << 40, "Bytes of these scans; likewise.");
-  table.Add("all_queues_bytes", &config.pipeline.all_queues_bytes, size_t{1} << 20,
-            size_t{1} << 40,
+  table.Add("scan_queue_bytes", &config.pipeline.scan_queue_bytes, size_t{1} << 16, size_t{1} << 40,
+            "Bytes of these scans; likewise.");
+  table.Add("all_queues_bytes", &config.pipeline.all_queues_bytes, size_t{1} << 20, size_t{1} << 40,
             "Bytes of the scans of all sessions that wait; where they are used up sessions with "
             "scans of up to 1 MiB may still have one waiting.");
   table.Add("max_scan_points", &config.pipeline.max_scan_points, uint64_t{1000},
-            codec::kMaxScanPoints, "Scans of more points are rejected, without being decoded.");
+            uint64_t{4'000'000}, "Scans of more points are rejected, without being decoded.");
   table.Add("max_open_sessions_per_robot", &config.pipeline.max_open_sessions_per_robot, size_t{1},
             size_t{1'000'000}, "Sessions of a robot that are not finished; no more are opened.");
   table.Add("max_open_sessions", &config.pipeline.max_open_sessions, size_t{1}, size_t{1'000'000},

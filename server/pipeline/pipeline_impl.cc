@@ -49,7 +49,8 @@ absl::Status PipelineImpl::Start() {
   }
   if (absl::Status status = parts_.map.Load(); !status.ok()) return status;
   const PipelineOptions& options = parts_.options;
-  auto scans = ingest::ScanRecorder::Open(options.archive, options.on_problem, options.max_scan_points);
+  auto scans =
+      ingest::ScanRecorder::Open(options.archive, options.on_problem, options.max_scan_points);
   if (!scans.ok()) return scans.status();
   parts_.scans = *std::move(scans);
   retention_ =

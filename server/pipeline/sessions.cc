@@ -94,7 +94,8 @@ absl::Status Sessions::CheckOpenSessions(const RobotId& robot) const {
   }
   if (own >= parts_.options.max_open_sessions_per_robot) {
     return absl::ResourceExhaustedError(absl::StrCat(
-        "robot ", robot.value(), " has ", own, " open sessions, as many as it may: finish those it ",
+        "robot ", robot.value(), " has ", own,
+        " open sessions, as many as it may: finish those it ",
         "does not use (isthmus session finish), or raise ingest.max_open_sessions_per_robot"));
   }
   if (all >= parts_.options.max_open_sessions) {

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "core/caught.h"
-#include "core/concurrency/thread_role.h"
 #include "core/concurrency/mutex.h"
+#include "core/concurrency/thread_role.h"
 #include "core/stopwatch.h"
 #include "server/match_graph/match_graph.h"
 

@@ -7,7 +7,8 @@ namespace {
 constexpr char kSelect[] =
     "SELECT s.id, s.robot, s.sensor, s.T_base_sensor, s.state, s.created_ns, s.finished_ns, "
     "s.odometry, s.request_id, s.segment, f.id, s.scans_ok, s.scans_degenerate, s.scans_lost, "
-    "s.scans_rejected, s.when_behind, s.scans_skipped FROM sessions s LEFT JOIN sessions f ON f.key = s.first_segment";
+    "s.scans_rejected, s.when_behind, s.scans_skipped FROM sessions s LEFT JOIN sessions f ON "
+    "f.key = s.first_segment";
 
 SessionRecord ReadRecord(const Statement& row) {
   SessionRecord record;
@@ -36,7 +37,8 @@ absl::Status PutSession(Connection& database, const SessionRecord& record) {
           "INSERT INTO sessions (id, robot, sensor, T_base_sensor, state, created_ns, "
           "finished_ns, odometry, request_id, segment, first_segment, scans_ok, scans_degenerate, "
           "scans_lost, scans_rejected, when_behind, scans_skipped) VALUES (?, ?, ?, ?, ?, ?, ?, ?, "
-          "?, ?, (SELECT key FROM sessions WHERE id = ?), ?, ?, ?, ?, ?, ?) ON CONFLICT (id) DO UPDATE SET "
+          "?, ?, (SELECT key FROM sessions WHERE id = ?), ?, ?, ?, ?, ?, ?) ON CONFLICT (id) DO "
+          "UPDATE SET "
           "robot = excluded.robot, sensor = excluded.sensor, "
           "T_base_sensor = excluded.T_base_sensor, state = excluded.state, "
           "created_ns = excluded.created_ns, finished_ns = excluded.finished_ns, "

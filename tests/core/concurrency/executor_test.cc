@@ -144,7 +144,7 @@ TEST(ExecutorLanes, ATaskThatPostsItsSuccessorIsChargedForItself) {
   };
   turns.executor.Post(greedy, [&] { go_on(3); });
   for (int i = 0; i < 4; ++i) turns.Post(modest, 'm', 0.01);
-  EXPECT_EQ(turns.Run(), "gmmgmmgg");
+  EXPECT_EQ(turns.Run(), "gmmgmgmg");
 }
 
 TEST(ExecutorLanes, WhoWasIdleHasSavedUpNothing) {

@@ -55,7 +55,8 @@ class HeldWorker {
   }
   absl::Status Send(int index) {
     Scan scan = MakeScan(room_, floam::testing::Loop(1.0), floam::testing::Sensor(), index);
-    return worker->Submit({static_cast<uint64_t>(index) + 1, scan.end_stamp_ns, codec::MakePayload(scan)});
+    return worker->Submit(
+        {static_cast<uint64_t>(index) + 1, scan.end_stamp_ns, codec::MakePayload(scan)});
   }
   std::vector<ScanOutcome> Outcomes() const {
     std::vector<ScanOutcome> outcomes;

@@ -72,8 +72,7 @@ TEST(PipelineFairness, ALargeUploadHoldsUpNobodyElse) {
   std::future<void> begun = store->begun();
   auto pipeline = Pipeline::Open(QuickOptions(), std::move(store)).value();
   const SessionId session = Create(*pipeline);
-  std::thread upload(
-      [&] { EXPECT_TRUE(pipeline->AddSubmap(PointsInARow(session, 200)).ok()); });
+  std::thread upload([&] { EXPECT_TRUE(pipeline->AddSubmap(PointsInARow(session, 200)).ok()); });
   begun.wait();
   // While that is under way others come and go; with one lock for all this waits for ever.
   const SessionId other = Create(*pipeline, kBob);
@@ -134,8 +133,7 @@ TEST(PipelineFairness, WhatWaitsIsLetGoOfWhenTheServerCannotWait) {
   ASSERT_TRUE(pipeline->SetAckSink(session, log.Sink()).ok());
   for (int i = 0; i < 10; ++i) ASSERT_TRUE(pipeline->SubmitScan(session, drive.Upload(i)).ok());
   pipeline->StopTaking();
-  EXPECT_EQ(pipeline->SubmitScan(session, drive.Upload(10)).code(),
-            absl::StatusCode::kUnavailable);
+  EXPECT_EQ(pipeline->SubmitScan(session, drive.Upload(10)).code(), absl::StatusCode::kUnavailable);
   pipeline->Shutdown();
   // What was acknowledged is stored, the rest was not acknowledged.
   uint64_t acknowledged = 0;
