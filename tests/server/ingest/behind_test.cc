@@ -227,7 +227,7 @@ TEST(ThinScan, KeepsTheOrderAndAllRingsAlike) {
   ThinScan(scan.points.size(), &same);
   EXPECT_EQ(same.points.size(), scan.points.size());
   ThinScan(scan.points.size() / 4, &scan);
-  EXPECT_NEAR(static_cast<double>(scan.points.size()), kRings * kColumns / 4, kColumns / 10);
+  EXPECT_NEAR(static_cast<double>(scan.points.size()), 0.25 * kRings * kColumns, 0.1 * kColumns);
   std::vector<int> of_ring(kRings);
   for (size_t i = 0; i < scan.points.size(); ++i) {
     ++of_ring[scan.points[i].ring];
@@ -235,7 +235,7 @@ TEST(ThinScan, KeepsTheOrderAndAllRingsAlike) {
       EXPECT_GT(scan.points[i].x, scan.points[i - 1].x);
     }
   }
-  for (const int count : of_ring) EXPECT_NEAR(count, kColumns / 4, kColumns / 40);
+  for (const int count : of_ring) EXPECT_NEAR(count, 0.25 * kColumns, 0.025 * kColumns);
 }
 
 }  // namespace
