@@ -78,6 +78,12 @@ int Run(PushArguments options) {
     options.push.pace_hz = hz;
     options.recording.read.rate_hz = hz;
   }
+  const bool is_live = options.path.rfind("udp://", 0) == 0;
+  if (options.push.when_behind == WhenBehind::kKeepNewest && hz == 0 && !is_live) {
+    return Fail(kUsage, absl::InvalidArgumentError(
+                            "--when-behind keep-newest would skip most of a recording that is "
+                            "pushed as fast as can be: give its pace too, as --rate 10"));
+  }
   PushControl control;
   const Interruption interruption([&control] {
     if (!control.Stop()) _exit(kInterrupted);

@@ -163,7 +163,6 @@ void SessionWorker::HandleScan(const WaitingScan& waiting, ScanAck* ack) {
 void SessionWorker::SkipScan(ScanAck* ack) {
   ack->outcome = ScanOutcome::kSkipped;
   ack->reason = "newer scans came while this one waited: the session keeps the newest";
-  ack->tracking = status_.tracking;
   ++state_->counts.skipped;
   status_.scans = state_->counts;
 }
