@@ -26,6 +26,7 @@ enum class ScanOutcome {
   kProcessed,  // Took effect.
   kDuplicate,  // The sequence was seen before, as after a lost link; ignored.
   kRejected,   // Cannot be used, see reason; sending it again will not help.
+  kSkipped,    // Newer ones came while it waited, see WhenBehind; its sequence is used up.
 };
 
 // The outcome of a scan.

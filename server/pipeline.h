@@ -75,8 +75,8 @@ class Pipeline {
   // a stored one with equal content (OK, no effect) or not (AlreadyExists).
   virtual absl::StatusOr<SubmapInfo> AddSubmap(Submap submap) = 0;
 
-  // InvalidArgument for an unknown sensor or odometry, NotFound for an unknown robot to take the map
-  // of, FailedPrecondition while there is no map. The pipeline must outlive it.
+  // InvalidArgument for an unknown sensor or odometry, NotFound for an unknown robot to take the
+  // map of, FailedPrecondition while there is no map. The pipeline must outlive it.
   virtual absl::StatusOr<std::unique_ptr<RobotLocaliser>> OpenLocaliser(
       const LocalisationRequest& request) = 0;
 
@@ -145,6 +145,10 @@ class Pipeline {
 
   // Waits until MapInfo::settled holds, estimation of everything new included.
   virtual void WaitUntilIdle() = 0;
+  // Lets go of scans that wait and takes no more; does not wait. What is let go of is not
+  // acknowledged: its robot sends it again, to the next server. For an end that cannot wait for
+  // what is queued; Shutdown is to follow.
+  virtual void StopTaking() = 0;
   // Stops taking scans, finishes those that were acknowledged or queued, cuts and stores the
   // unfinished submaps. Idempotent. The pair being estimated is finished; other pairs wait for the
   // next start.

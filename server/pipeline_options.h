@@ -21,8 +21,16 @@ namespace isthmus::server {
 struct PipelineOptions {
   // Scans of one session that may wait; the robot is slowed down when they are full.
   size_t scan_queue = 16;
-  // Threads that run odometry; one session uses one at a time.
-  int ingest_threads = 2;
+  // Bytes of those, encoded, of one session and of all together; likewise. A small scan of a
+  // session of which none waits always has room.
+  size_t scan_queue_bytes = size_t{64} << 20;
+  size_t all_queues_bytes = size_t{512} << 20;
+  // Larger scans are rejected.
+  uint64_t max_scan_points = 1'000'000;
+  // Sessions that are not finished, of one robot and of all: no more are opened.
+  size_t max_open_sessions_per_robot = 100, max_open_sessions = 1000;
+  // Threads that run odometry; one session uses one at a time. 0: one for each core, at least two.
+  int ingest_threads = 0;
   // Composition runs at most this often. 0: after every change (tests, offline commands).
   double composition_interval_s = 1.0;
   // A pair is matched again when its maps have grown by this many submaps since the last attempt.

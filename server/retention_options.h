@@ -23,6 +23,8 @@ struct RetentionLimits {
 
 struct RetentionOptions {
   RetentionLimits limits = {};
+  // Of all robots together; 0: no limit. So many names with small quotas fill no disk.
+  uint64_t total_quota_bytes = 0;
   OverQuota over_quota = OverQuota::kRefuse;
   // In place of `limits`, for robots of these names.
   std::map<RobotId, RetentionLimits> robots = {};

@@ -30,7 +30,17 @@ constexpr std::pair<ScanOutcome, v1::StreamScansResponse::Outcome> kOutcomes[] =
     {ScanOutcome::kProcessed, v1::StreamScansResponse::PROCESSED},
     {ScanOutcome::kDuplicate, v1::StreamScansResponse::DUPLICATE},
     {ScanOutcome::kRejected, v1::StreamScansResponse::REJECTED},
+    {ScanOutcome::kSkipped, v1::StreamScansResponse::SKIPPED},
 };
+
+constexpr std::pair<WhenBehind, v1::WhenBehind> kWhenBehinds[] = {
+    {WhenBehind::kWait, v1::WHEN_BEHIND_WAIT},
+    {WhenBehind::kKeepNewest, v1::WHEN_BEHIND_KEEP_NEWEST},
+};
+
+WhenBehind FromWhenBehind(v1::WhenBehind when_behind) {
+  return FromMessage(kWhenBehinds, when_behind, WhenBehind::kWait);
+}
 
 std::optional<OdometryMode> FromOdometry(v1::Odometry odometry) {
   return FromMessage(kOdometries, odometry, std::optional<OdometryMode>());
@@ -51,6 +61,7 @@ SessionRecord RecordOf(const v1::Session& session) {
   record.robot = RobotId(session.robot());
   record.sensor = session.sensor();
   record.odometry = FromOdometry(session.odometry());
+  record.when_behind = FromWhenBehind(session.when_behind());
   if (session.has_t_base_sensor()) record.T_base_sensor = FromMessage(session.t_base_sensor());
   record.state =
       session.state() == v1::Session::FINISHED ? SessionState::kFinished : SessionState::kActive;
@@ -88,6 +99,7 @@ v1::CreateSessionRequest ToMessage(const SessionRequest& request) {
   *message.mutable_t_base_sensor() = ToMessage(request.T_base_sensor);
   message.set_odometry(ToMessage(request.odometry));
   message.set_request_id(request.request_id);
+  message.set_when_behind(ToMessage(kWhenBehinds, request.when_behind));
   return message;
 }
 
@@ -99,6 +111,14 @@ absl::StatusOr<SessionRequest> FromMessage(const v1::CreateSessionRequest& reque
   const auto odometry = Checked(request.odometry());
   if (!odometry.ok()) return odometry.status();
   record.odometry = *odometry;
+  record.when_behind = FromWhenBehind(request.when_behind());
+  if (record.when_behind == WhenBehind::kWait &&
+      request.when_behind() != v1::WHEN_BEHIND_UNSPECIFIED &&
+      request.when_behind() != v1::WHEN_BEHIND_WAIT) {
+    return absl::InvalidArgumentError(absl::StrCat("unknown when_behind ",
+                                                   static_cast<int>(request.when_behind()),
+                                                   "; known are wait (1) and keep newest (2)"));
+  }
   if (request.has_t_base_sensor()) {
     const auto pose = Checked(request.t_base_sensor(), "t_base_sensor");
     if (!pose.ok()) return pose.status();
@@ -128,6 +148,7 @@ v1::Session ToMessage(const SessionStatus& status) {
   message.set_travelled_m(status.travelled_m);
   message.set_tracking(ToMessage(kTrackings, status.tracking));
   message.set_odometry(ToMessage(record.odometry));
+  message.set_when_behind(ToMessage(kWhenBehinds, record.when_behind));
   message.set_input(status.input);
   message.set_map_bytes(status.map_bytes);
   message.set_scan_bytes(status.scan_bytes);
@@ -170,11 +191,12 @@ v1::ScanCounts ToMessage(const ScanCounts& counts) {
   message.set_degenerate(counts.degenerate);
   message.set_lost(counts.lost);
   message.set_rejected(counts.rejected);
+  message.set_skipped(counts.skipped);
   return message;
 }
 
 ScanCounts FromMessage(const v1::ScanCounts& counts) {
-  return {counts.ok(), counts.degenerate(), counts.lost(), counts.rejected()};
+  return {counts.ok(), counts.degenerate(), counts.lost(), counts.rejected(), counts.skipped()};
 }
 
 v1::StreamScansResponse ToMessage(const ScanAck& ack) {

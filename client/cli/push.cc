@@ -4,6 +4,9 @@
 #include <absl/strings/str_format.h>
 #include <unistd.h>
 
+#include <map>
+#include <string>
+
 #include "client/cli/commands.h"
 #include "client/cli/gnss_anchors.h"
 #include "client/cli/push_report.h"
@@ -75,6 +78,12 @@ int Run(PushArguments options) {
     options.push.pace_hz = hz;
     options.recording.read.rate_hz = hz;
   }
+  const bool is_live = options.path.rfind("udp://", 0) == 0;
+  if (options.push.when_behind == WhenBehind::kKeepNewest && hz == 0 && !is_live) {
+    return Fail(kUsage, absl::InvalidArgumentError(
+                            "--when-behind keep-newest would skip most of a recording that is "
+                            "pushed as fast as can be: give its pace too, as --rate 10"));
+  }
   PushControl control;
   const Interruption interruption([&control] {
     if (!control.Stop()) _exit(kInterrupted);
@@ -139,6 +148,14 @@ void AddPush(CLI::App& app, Action& action) {
       ->check(CLI::Range(0.0, 0.1))
       ->capture_default_str();
   AddOdometryMode(*command, options->push.odometry);
+  command
+      ->add_option(
+          "--when-behind", options->push.when_behind,
+          "Where the server is slower than the scans come: wait for it, or keep-newest: it "
+          "skips the oldest scan that waits, so that poses are of the newest")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, WhenBehind>{
+          {"wait", WhenBehind::kWait}, {"keep-newest", WhenBehind::kKeepNewest}}))
+      ->option_text("ENUM:{wait,keep-newest}=wait");
   command->add_flag("--finish,!--no-finish", options->push.finish,
                     "Finish the session at the end (default)");
   command->add_option(

@@ -18,6 +18,7 @@ Json SummaryJson(const PushSummary& summary) {
           {"pushed", summary.scans.pushed},
           {"processed", summary.scans.processed},
           {"rejected", summary.scans.rejected},
+          {"skipped", summary.scans.skipped},
           {"before", summary.before},
           {"duplicates", summary.scans.duplicates},
           {"unreadable", summary.unreadable},

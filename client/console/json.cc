@@ -48,7 +48,8 @@ Json ToJson(const ScanCounts& scans) {
   return {{"ok", scans.ok},
           {"degenerate", scans.degenerate},
           {"lost", scans.lost},
-          {"rejected", scans.rejected}};
+          {"rejected", scans.rejected},
+          {"skipped", scans.skipped}};
 }
 
 Json ToJson(const SessionStatus& session) {
@@ -57,6 +58,8 @@ Json ToJson(const SessionStatus& session) {
       {"robot", session.record.robot.value()},
       {"sensor", session.record.sensor},
       {"odometry", session.record.odometry ? ToString(*session.record.odometry) : ""},
+      {"when_behind",
+       session.record.when_behind == WhenBehind::kKeepNewest ? "keep-newest" : "wait"},
       {"input", session.input},
       {"state", session.record.state == SessionState::kFinished ? "FINISHED" : "ACTIVE"},
       {"last_sequence", session.last_sequence},

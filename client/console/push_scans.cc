@@ -147,25 +147,34 @@ void SayWhatIsOpen(client::Client& client, const SessionStatus& opened) {
   }
 }
 
+SessionRequest RequestOf(const RobotScans& robot, const PushOptions& options) {
+  SessionRequest request;
+  request.robot = RobotId(robot.robot);
+  request.sensor = robot.sensor;
+  request.odometry = options.odometry;
+  request.T_base_sensor = robot.T_base_sensor.value_or(Pose());
+  request.when_behind = options.when_behind;
+  return request;
+}
+
 absl::StatusOr<std::unique_ptr<client::ScanStream>> OpenStream(
     client::Client& client, const RobotScans& robot, const PushOptions& options,
     client::ScanStreamOptions stream_options) {
   stream_options.spool_dir = options.spool;
+  // The server skips, so that the sender need not wait.
+  if (options.when_behind == WhenBehind::kKeepNewest) stream_options.window = 64;
   stream_options.on_event = [name = robot.robot](const std::string& event) {
     absl::FPrintF(stderr, "isthmus: %s: %s\n", name, event);
   };
   if (options.spool.empty()) {
-    const auto session = client.CreateSession(
-        robot.robot, robot.sensor, robot.T_base_sensor.value_or(Pose()), options.odometry);
+    const auto session = client.CreateSession(RequestOf(robot, options));
     if (!session.ok()) return session.status();
     SayWhatIsOpen(client, *session);
     return client.OpenScanStream(session->record.id, stream_options);
   }
   auto stream = client.ResumeScanStream(stream_options);
   if (absl::IsNotFound(stream.status())) {
-    return client.OpenSpool({RobotId(robot.robot), robot.sensor, options.odometry,
-                             robot.T_base_sensor.value_or(Pose())},
-                            stream_options);
+    return client.OpenSpool(RequestOf(robot, options), stream_options);
   }
   if (stream.ok() && (*stream)->resumed().robot != robot.robot) {
     return absl::FailedPreconditionError(

@@ -19,7 +19,8 @@ struct PushOptions {
   std::optional<OdometryMode> odometry = {};     // Absent: the server's own choice.
   std::optional<double> pace_hz = std::nullopt;  // Absent: as fast as the server takes them.
   double resolution_m = 0.002;                   // Quantisation; 0: every bit.
-  bool finish = true;                            // Finish the sessions afterwards.
+  WhenBehind when_behind = WhenBehind::kWait;
+  bool finish = true;  // Finish the sessions afterwards.
   // Folder of a spool: an earlier push that was cut off is gone on with. Of several robots each has
   // a folder in it, of its name. Empty: none.
   std::string spool = {};

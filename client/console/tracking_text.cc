@@ -8,8 +8,10 @@
 namespace isthmus::cli {
 
 std::string CountsText(const ScanCounts& scans) {
-  return absl::StrCat(scans.ok, " ok, ", scans.degenerate, " degenerate, ", scans.lost, " lost, ",
-                      scans.rejected, " rejected");
+  std::string text = absl::StrCat(scans.ok, " ok, ", scans.degenerate, " degenerate, ", scans.lost,
+                                  " lost, ", scans.rejected, " rejected");
+  if (scans.skipped > 0) absl::StrAppend(&text, ", ", scans.skipped, " skipped");
+  return text;
 }
 
 std::string SegmentAndLossText(const SessionStatus& session) {

@@ -16,9 +16,16 @@ enum class SessionState {
   kFinished,  // Closed by the robot; its map stays.
 };
 
+// What happens to a session's scans that come faster than the server deals with them.
+enum class WhenBehind {
+  kWait,        // The robot is slowed down; every scan is used.
+  kKeepNewest,  // The oldest that waits is skipped, so that the pose is of the newest.
+};
+
 // Counts of scans by outcome.
 struct ScanCounts {
   uint64_t ok = 0, degenerate = 0, lost = 0, rejected = 0;
+  uint64_t skipped = 0;  // Newer ones came while they waited, see WhenBehind.
 
   friend bool operator==(const ScanCounts&, const ScanCounts&) = default;
 };
@@ -31,7 +38,8 @@ struct SessionRecord {
   RobotId robot;
   std::string sensor;                    // Name of a sensor model, e.g. "vlp16".
   std::optional<OdometryMode> odometry;  // As asked for; absent: the server's own choice.
-  Pose T_base_sensor;                    // Extrinsic; identity unless given.
+  WhenBehind when_behind = WhenBehind::kWait;
+  Pose T_base_sensor;  // Extrinsic; identity unless given.
   SessionState state = SessionState::kActive;
   int64_t created_ns = 0;
   int64_t finished_ns = 0;  // 0 while active.

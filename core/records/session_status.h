@@ -22,6 +22,7 @@ struct SessionRequest {
   // Chosen by the client: asking again with the same one, for the same robot, returns the session
   // that was opened the first time. At most 64 characters; empty: a new session whatever was.
   std::string request_id = {};
+  WhenBehind when_behind = WhenBehind::kWait;
 };
 
 struct SessionStatus {

@@ -19,6 +19,30 @@ inline constexpr int64_t kMaxStep_ns = 10'000'000'000;
 // are pauses. Spinning sensors take 50 to 200 ms.
 inline constexpr int64_t kMaxInterval_ns = 600'000'000;
 
+// Fairness.
+
+// Scans that are this far ahead of the clock are of a recording, or of a robot that catches up: a
+// live one that had no link for longer is taken for that until it has caught up. Smaller takes the
+// jitter of a radio link for it.
+inline constexpr int64_t kBackfillLead_ns = 2'000'000'000;
+// A session that was ahead is live again when it was not for so long.
+inline constexpr int64_t kMaxLead_ns = 4'000'000'000;
+// Its computing time counts so many times: live robots come first, and it is not starved.
+inline constexpr double kBackfillCharge = 4;
+// Scans of a session that keeps the newest which may wait: one that comes next, and one in which
+// the robot's own jitter is absorbed. More make poses older.
+inline constexpr size_t kNewestWaiting = 2;
+// Skipped scans whose acknowledgements wait for the scan at hand: more than any client has under
+// way. A robot that has more waits.
+inline constexpr size_t kMaxSkipped = 256;
+// Points of a scan above which it is thinned to so many before the odometry sees it: more than any
+// common sensor gives in a turn (OS2-128, 2048 columns: 262,144), whose scans are left alone, and
+// still dealt with in a fraction of a second.
+inline constexpr size_t kMaxTrackedPoints = 300'000;
+// Bytes of a scan that always has room where none of its session waits: VLP-16 and OS1-64,
+// compressed. Memory: so much per session beyond the limit of all.
+inline constexpr size_t kSmallScanBytes = size_t{1} << 20;
+
 // Scans.
 
 // Scans in a row that cannot be used, after which a submap ends: the odometry bridges fewer.

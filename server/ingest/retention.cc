@@ -81,6 +81,29 @@ void PlanQuota(const RobotId& robot, const server::RetentionOptions& options,
       Megabytes(quota), ": delete sessions of it or raise retention.quota_bytes, then send again");
 }
 
+// Of all robots together.
+void PlanTotal(const std::vector<StoredSession>& sessions, const server::RetentionOptions& options,
+               RetentionPlan& plan) {
+  uint64_t total = 0;
+  std::vector<const StoredSession*> finished;
+  for (const StoredSession& session : sessions) {
+    total += session.map_bytes + session.scan_bytes;
+    if (session.is_finished) finished.push_back(&session);
+  }
+  const uint64_t quota = options.total_quota_bytes;
+  if (quota == 0 || total <= quota) return;
+  const std::string what = absl::StrCat("all robots together have ", Megabytes(total),
+                                        " stored, more than the quota of ", Megabytes(quota));
+  uint64_t excess = total - quota;
+  if (options.over_quota == server::OverQuota::kDropOldest) {
+    std::sort(finished.begin(), finished.end(), IsOlder);
+    excess = DropOldest(finished, excess, what, plan);
+  }
+  if (excess == 0) return;
+  plan.all_refused =
+      absl::StrCat(what, ": delete sessions or raise retention.total_quota_bytes, then send again");
+}
+
 }  // namespace
 
 RetentionPlan PlanRetention(const std::vector<StoredSession>& sessions,
@@ -93,6 +116,7 @@ RetentionPlan PlanRetention(const std::vector<StoredSession>& sessions,
     PlanAges(options.LimitsOf(robot), now_ns, stored, plan);
     PlanQuota(robot, options, stored, plan);
   }
+  if (plan.actions.empty()) PlanTotal(sessions, options, plan);
   return plan;
 }
 

@@ -34,8 +34,11 @@ struct RetentionPlan {
   std::vector<RetentionAction> actions;  // In the order in which they are to be done.
   // Robots that stay above their quota when all that is done, and what to tell them.
   std::map<RobotId, std::string> refused;
+  std::string all_refused = {};  // Likewise of all robots; empty: none for this.
 };
 
+// The quota of all robots together is looked at once nothing is due by the robots' own.
+//
 // Sessions that are not finished are never touched. Among a robot's finished ones the one that
 // finished first is the oldest. Raw scans go before maps, all of them if need be; a session that
 // goes for its age takes its scans with it.

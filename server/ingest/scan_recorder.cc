@@ -22,7 +22,8 @@ PointPayload RoundScan(const PointPayload& payload, double resolution_m) {
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<ScanRecorder>> ScanRecorder::Open(
-    const server::ArchiveOptions& options, std::function<void(const std::string&)> on_problem) {
+    const server::ArchiveOptions& options, std::function<void(const std::string&)> on_problem,
+    uint64_t max_points) {
   std::unique_ptr<storage::ScanArchive> archive;
   if (!options.directory.empty()) {
     storage::ScanArchiveOptions archive_options;
@@ -32,13 +33,25 @@ absl::StatusOr<std::unique_ptr<ScanRecorder>> ScanRecorder::Open(
     archive = *std::move(opened);
   }
   return std::unique_ptr<ScanRecorder>(
-      new ScanRecorder(options, std::move(on_problem), std::move(archive)));
+      new ScanRecorder(options, std::move(on_problem), std::move(archive), max_points));
 }
 
 ScanRecorder::ScanRecorder(const server::ArchiveOptions& options,
                            std::function<void(const std::string&)> on_problem,
-                           std::unique_ptr<storage::ScanArchive> archive)
-    : options_(options), on_problem_(std::move(on_problem)), archive_(std::move(archive)) {}
+                           std::unique_ptr<storage::ScanArchive> archive, uint64_t max_points)
+    : options_(options),
+      on_problem_(std::move(on_problem)),
+      max_points_(max_points),
+      archive_(std::move(archive)) {}
+
+bool ScanRecorder::IsWorthKeeping(const PointPayload& payload) const {
+  if (codec::PointCount(payload) > max_points_ || !codec::CheckLayout(payload).ok()) return false;
+  if (payload.encoding == PayloadEncoding::kQuantized) return codec::Dequantize(payload).ok();
+  for (const char* axis : {"x", "y", "z"}) {
+    if (codec::FindField(payload, {axis}) == nullptr) return false;
+  }
+  return true;
+}
 
 absl::Status ScanRecorder::RecordScan(const SessionId& session, uint64_t last_sequence,
                                       const ScanUpload& scan) {
@@ -48,6 +61,11 @@ absl::Status ScanRecorder::RecordScan(const SessionId& session, uint64_t last_se
     Kept& kept = kept_[session];
     kept.last_sequence = std::max(kept.last_sequence, last_sequence);
     if (scan.sequence != kept.last_sequence + 1) return absl::OkStatus();
+  }
+  if (!IsWorthKeeping(scan.payload)) {
+    MutexLock lock(&mutex_);
+    kept_[session].last_sequence = scan.sequence;
+    return absl::OkStatus();
   }
   absl::Status status;
   if (options_.mode == server::ArchiveMode::kRounded) {

@@ -11,6 +11,7 @@
 #include <memory>
 #include <string>
 
+#include "core/codec/payload_layout.h"
 #include "core/concurrency/mutex.h"
 #include "core/ids.h"
 #include "core/scan_upload.h"
@@ -23,14 +24,17 @@ namespace isthmus::ingest {
 class ScanRecorder {
  public:
   // With server::ArchiveMode::kOff scans that were kept earlier are still counted, and removed with
-  // their sessions. `on_problem` is told once when keeping begins to fail.
+  // their sessions. Scans of more than `max_points`, which are rejected, are not kept. `on_problem`
+  // is told once when keeping begins to fail.
   static absl::StatusOr<std::unique_ptr<ScanRecorder>> Open(
-      const server::ArchiveOptions& options, std::function<void(const std::string&)> on_problem);
+      const server::ArchiveOptions& options, std::function<void(const std::string&)> on_problem,
+      uint64_t max_points = codec::kMaxScanPoints);
 
   // Keeps a scan before it is queued, if it is the next of the session: others are repeats, or will
   // be refused. `last_sequence`: the last that took effect. Errors, where the archive is required:
   // ResourceExhausted; the scan must not be taken then. Whatever the odometry makes of a scan, it
-  // is kept: better parameters may make more of it.
+  // is kept: better parameters may make more of it. What cannot be decoded is not: nothing ever
+  // will.
   absl::Status RecordScan(const SessionId& session, uint64_t last_sequence, const ScanUpload& scan);
   // Once this returns OK what was kept survives; to be called before what was made of the scans is
   // called durable.
@@ -54,13 +58,15 @@ class ScanRecorder {
 
   ScanRecorder(const server::ArchiveOptions& options,
                std::function<void(const std::string&)> on_problem,
-               std::unique_ptr<storage::ScanArchive> archive);
+               std::unique_ptr<storage::ScanArchive> archive, uint64_t max_points);
+  bool IsWorthKeeping(const PointPayload& payload) const;
   bool keeps() const { return archive_ != nullptr && options_.mode != server::ArchiveMode::kOff; }
   // The consequence of the archive's answer: `status` where the archive is required, else a note.
   absl::Status FollowUp(const SessionId& session, const absl::Status& status, uint64_t missing);
 
   const server::ArchiveOptions options_;
   const std::function<void(const std::string&)> on_problem_;
+  const uint64_t max_points_;
   const std::unique_ptr<storage::ScanArchive> archive_;  // Null without a directory.
   mutable Mutex mutex_;
   std::map<SessionId, Kept> kept_ ABSL_GUARDED_BY(mutex_);

@@ -8,6 +8,7 @@
 #include "core/concurrency/mutex.h"
 #include "server/ingest/limits.h"
 #include "server/ingest/session_worker.h"
+#include "server/ingest/thin_scan.h"
 
 namespace isthmus::ingest {
 namespace {
@@ -36,7 +37,8 @@ std::string InputText(const codec::ScanFields& fields, const floam::OdometryResu
 
 }  // namespace
 
-void SessionWorker::DealWith(const ScanUpload& upload, ScanAck* ack) {
+void SessionWorker::DealWith(const WaitingScan& waiting, ScanAck* ack) {
+  const ScanUpload& upload = waiting.scan;
   const absl::StatusOr<ScanClock::Reading> reading = state_->clock.Read(upload.end_stamp_ns);
   if (!reading.ok()) {
     ack->outcome = ScanOutcome::kRejected;
@@ -47,7 +49,7 @@ void SessionWorker::DealWith(const ScanUpload& upload, ScanAck* ack) {
     status_.scans = state_->counts;
     return;
   }
-  absl::StatusOr<floam::OdometryResult> result = TrackScan(upload, reading->time_ns);
+  absl::StatusOr<floam::OdometryResult> result = TrackScan(waiting, reading->time_ns);
   if (result.ok()) {
     state_->clock.Advance(upload.end_stamp_ns, reading->time_ns);
     if (result->segment != state_->odometry_segment) BeginSegment(*result);
@@ -145,11 +147,14 @@ void SessionWorker::NoteTracking(bool is_lost, uint64_t sequence, int64_t stamp_
 }
 
 // The odometry sees times that go forward; what leaves it bears the robot's stamps.
-absl::StatusOr<floam::OdometryResult> SessionWorker::TrackScan(const ScanUpload& upload,
+absl::StatusOr<floam::OdometryResult> SessionWorker::TrackScan(const WaitingScan& waiting,
                                                                int64_t time_ns) {
+  if (!waiting.refused.empty()) return absl::InvalidArgumentError(waiting.refused);
+  const ScanUpload& upload = waiting.scan;
   absl::StatusOr<Scan> scan =
       state_->decoder.Decode(upload.payload, upload.sequence, upload.end_stamp_ns);
   if (!scan.ok()) return scan.status();
+  ThinScan(kMaxTrackedPoints, &*scan);
   scan->end_stamp_ns = time_ns;
   absl::StatusOr<floam::OdometryResult> result = state_->odometry.Process(*scan);
   if (result.ok()) result->stamp_ns = upload.end_stamp_ns;

@@ -12,7 +12,7 @@ namespace isthmus::ingest {
 namespace {
 
 constexpr char kStateMagic[] = "ISES";
-constexpr uint32_t kStateVersion = 2;  // Format.
+constexpr uint32_t kStateVersion = 3;  // Format.
 
 // In the order of its members; `Entry` is const when they are written.
 template <typename Entry, typename Io>
@@ -66,10 +66,11 @@ absl::StatusOr<std::string> SessionState::Save() const {
   const codec::TimeReader::Memory times = decoder.memory();
   writer(times.unit_s, times.turn_s, times.end_s, times.zero, clock, blind_scans);
   writer(segment, odometry_segment, counts.ok, counts.degenerate, counts.lost, counts.rejected,
-         lost_since_ns, lost_scans);
+         counts.skipped, lost_since_ns, lost_scans);
   WriteEntries(unfinished, writer);
   writer(odometry.Save(), builder->Save());
-  return codec::PackZstd(floam::SealState(kStateMagic, kStateVersion, 0, writer.Take()), kStateZstdLevel);
+  return codec::PackZstd(floam::SealState(kStateMagic, kStateVersion, 0, writer.Take()),
+                         kStateZstdLevel);
 }
 
 absl::Status SessionState::Restore(const std::string& saved,
@@ -83,7 +84,7 @@ absl::Status SessionState::Restore(const std::string& saved,
   std::string saved_odometry, saved_builder;
   (*reader)(times.unit_s, times.turn_s, times.end_s, times.zero, clock, blind_scans);
   (*reader)(segment, odometry_segment, counts.ok, counts.degenerate, counts.lost, counts.rejected,
-            lost_since_ns, lost_scans);
+            counts.skipped, lost_since_ns, lost_scans);
   ReadEntries(*reader, unfinished);
   (*reader)(saved_odometry, saved_builder);
   if (!reader->ok() || reader->remaining() > 0) {

@@ -4,6 +4,7 @@
 #include <absl/strings/str_format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <utility>
 
 #include "core/caught.h"
@@ -21,16 +22,36 @@ std::shared_ptr<SessionWorker> SessionWorker::Create(const SessionRecord& record
       new SessionWorker(record, sensor, options, std::move(hooks), executor, resume));
 }
 
+namespace {
+
+SessionWorker::Options Completed(SessionWorker::Options options, WhenBehind when_behind) {
+  if (when_behind == WhenBehind::kKeepNewest) {
+    options.queue = std::min(options.queue, kNewestWaiting);
+  }
+  if (options.room == nullptr) options.room = std::make_shared<QueueRoom>(~size_t{0} / 2);
+  if (!options.now_ns) {
+    options.now_ns = [] {
+      return std::chrono::nanoseconds(std::chrono::steady_clock::now().time_since_epoch()).count();
+    };
+  }
+  return options;
+}
+
+}  // namespace
+
 SessionWorker::SessionWorker(const SessionRecord& record, const floam::SensorModel& sensor,
                              const Options& options, WorkerHooks hooks, Executor* executor,
                              const ResumePoint& resume)
     : record_(record),
       sensor_(sensor),
-      options_(options),
+      options_(Completed(options, record.when_behind)),
       hooks_(std::move(hooks)),
       executor_(executor) {
   MutexLock lock(&mutex_);
-  Resume(resume);
+  const bool is_new = !resume.checkpoint && std::ranges::all_of(resume.segments, [](const auto& s) {
+    return s.segment == 1 && s.next_index == 0 && s.last_sequence == 0 && s.trajectory.empty();
+  });
+  if (!is_new) Resume(resume);
   checkpoint_sequence_ = last_submitted_ = status_.last_sequence;
 }
 
@@ -51,25 +72,24 @@ absl::Status SessionWorker::Submit(ScanUpload scan) {
                        stored.message()));
     }
   }
-  MutexLock lock(&mutex_);
-  while (!stopping_ && queue_.size() >= options_.queue) changed_.Wait(&mutex_);
-  if (stopping_) {
-    return absl::UnavailableError(absl::StrCat(
-        "session ", record_.id.value(), " takes no scans at the moment: it is being closed"));
+  WaitingScan waiting = Examine(std::move(scan));
+  const uint64_t sequence = waiting.scan.sequence;
+  while (true) {
+    const uint64_t freed = options_.room->freed().count();
+    {
+      MutexLock lock(&mutex_);
+      if (absl::Status open = MakeRoom(waiting); !open.ok()) return open;
+      if (sequence > last_submitted_ + 1) {
+        return absl::OutOfRangeError(absl::StrCat("scan sequence ", sequence, " leaves a gap: ",
+                                                  last_submitted_ + 1, " is expected next"));
+      }
+      if (TakeSharedRoom(&waiting)) {
+        Enqueue(std::move(waiting));
+        return absl::OkStatus();
+      }
+    }
+    options_.room->freed().WaitPast(freed);
   }
-  if (scan.sequence > last_submitted_ + 1) {
-    return absl::OutOfRangeError(absl::StrCat("scan sequence ", scan.sequence, " leaves a gap: ",
-                                              last_submitted_ + 1, " is expected next"));
-  }
-  // In this order because any of it may throw; the task waits for the lock.
-  if (!running_) {
-    executor_->Post([self = shared_from_this()] { self->RunOne(); });
-    running_ = true;
-  }
-  const uint64_t sequence = scan.sequence;
-  queue_.push_back(std::move(scan));
-  last_submitted_ = std::max(last_submitted_, sequence);
-  return absl::OkStatus();
 }
 
 void SessionWorker::SetAckSink(AckSink sink) {
@@ -83,23 +103,20 @@ void SessionWorker::SendAck(const ScanAck& ack) {
 }
 
 void SessionWorker::RunOne() {
-  std::optional<ScanUpload> scan;
-  {
-    MutexLock lock(&mutex_);
-    if (!queue_.empty()) {
-      scan = std::move(queue_.front());
-      queue_.pop_front();
-      changed_.SignalAll();
-    }
-  }
-  if (scan) {
+  WaitingScan next;
+  for (bool goes_on = true; goes_on && TakeScan(&next); goes_on = next.is_skipped) {
     ScanAck ack;
-    ack.sequence = scan->sequence;
+    ack.sequence = next.scan.sequence;
     try {
-      HandleScan(*scan, &ack);
+      HandleScan(next, &ack);
     } catch (...) {
       // The ack says what is known; what could not be stored is offered again.
+      if (state_ == nullptr) {
+        ack.outcome = ScanOutcome::kRejected;
+        ack.reason = std::string(CaughtStatus().message());
+      }
     }
+    options_.room->Give(next.bytes());
     try {
       SendAck(ack);
     } catch (...) {
@@ -111,26 +128,26 @@ void SessionWorker::RunOne() {
   running_ = false;
   changed_.SignalAll();
   if (queue_.empty()) return;
-  executor_->Post([self = shared_from_this()] { self->RunOne(); });
+  executor_->Post(lane_, [self = shared_from_this()] { self->RunOne(); });
   running_ = true;
 }
 
-void SessionWorker::HandleScan(const ScanUpload& upload, ScanAck* ack) {
-  bool is_duplicate = false;
+void SessionWorker::HandleScan(const WaitingScan& waiting, ScanAck* ack) {
+  const ScanUpload& upload = waiting.scan;
+  bool is_new = false;
   {
     MutexLock lock(&mutex_);
-    is_duplicate = upload.sequence <= status_.last_sequence;
-    if (is_duplicate) {
-      ack->outcome = ScanOutcome::kDuplicate;
-      FillStatus(ack);
-    } else {
-      status_.last_sequence = upload.sequence;
-    }
+    if (state_ == nullptr) MakeState(1, 0);
+    is_new = upload.sequence > status_.last_sequence;
+    if (is_new) status_.last_sequence = upload.sequence;
+    if (!is_new) ack->outcome = ScanOutcome::kDuplicate;
+    if (is_new && waiting.is_skipped) SkipScan(ack);
+    if (!is_new || waiting.is_skipped) FillStatus(ack);
   }
-  if (!is_duplicate) {
+  if (is_new && !waiting.is_skipped) {
     const ScanCounts counts = state_->counts;
     try {
-      DealWithAndCut(upload, ack);
+      DealWithAndCut(waiting, ack);
     } catch (...) {
       state_->counts = counts;
       Break(CaughtStatus(), ack);
@@ -143,11 +160,18 @@ void SessionWorker::HandleScan(const ScanUpload& upload, ScanAck* ack) {
   ack->T_map_odom = hooks_.T_map_odom(ack->segment);
 }
 
-void SessionWorker::DealWithAndCut(const ScanUpload& upload, ScanAck* ack) {
+void SessionWorker::SkipScan(ScanAck* ack) {
+  ack->outcome = ScanOutcome::kSkipped;
+  ack->reason = "newer scans came while this one waited: the session keeps the newest";
+  ++state_->counts.skipped;
+  status_.scans = state_->counts;
+}
+
+void SessionWorker::DealWithAndCut(const WaitingScan& waiting, ScanAck* ack) {
   if (is_broken_) BeginAnew();
-  DealWith(upload, ack);
+  DealWith(waiting, ack);
   std::deque<FinishedSubmap> finished =
-      TakeFinished(upload.sequence, checkpoint_sequence_ + options_.checkpoint_scans);
+      TakeFinished(waiting.scan.sequence, checkpoint_sequence_ + options_.checkpoint_scans);
   MutexLock lock(&mutex_);
   for (FinishedSubmap& submap : finished) unpersisted_.push_back(std::move(submap));
 }
@@ -166,6 +190,7 @@ absl::Status SessionWorker::Finish() {
     MutexLock lock(&mutex_);
     stopping_ = true;
     changed_.SignalAll();
+    options_.room->freed().Notify();
     while (running_) changed_.Wait(&mutex_);
     try {
       CutTheLast();
@@ -179,7 +204,7 @@ absl::Status SessionWorker::Finish() {
 }
 
 void SessionWorker::CutTheLast() {
-  if (is_broken_) return;
+  if (is_broken_ || state_ == nullptr) return;
   FinishSubmap(state_->builder->Finish());
   for (FinishedSubmap& submap : TakeFinished(status_.last_sequence, checkpoint_sequence_ + 1)) {
     unpersisted_.push_back(std::move(submap));
@@ -197,14 +222,22 @@ absl::Status SessionWorker::RetryStoring() {
   return absl::OkStatus();
 }
 
+void SessionWorker::StopTaking() {
+  size_t dropped = 0;
+  {
+    MutexLock lock(&mutex_);
+    stopping_ = true;
+    dropped = ClearQueue();
+  }
+  for (size_t i = 0; i < dropped; ++i) hooks_.scan_done();
+}
+
 void SessionWorker::Abandon() {
   size_t dropped = 0;
   {
     MutexLock lock(&mutex_);
     stopping_ = true;
-    dropped = queue_.size();
-    queue_.clear();
-    changed_.SignalAll();
+    dropped = ClearQueue();
     while (running_) changed_.Wait(&mutex_);
   }
   {

@@ -23,6 +23,9 @@
 #include "floam/odometry.h"
 #include "floam/odometry_options.h"
 #include "floam/submap_builder.h"
+#include "server/ingest/pace.h"
+#include "server/ingest/queue_room.h"
+#include "server/ingest/scan_queue.h"
 #include "server/ingest/session_state.h"
 #include "server/ingest/worker_records.h"
 
@@ -31,6 +34,7 @@ namespace isthmus::ingest {
 // What becomes of a scan, and what its ack says:
 //   sequence dealt with before        duplicate; nothing happens
 //   stamp up to 1 s before the last   rejected as out of order; nothing happens
+//   newer ones came while it waited   skipped, in a session that keeps the newest; nothing happens
 //   no returns, too few, damaged      rejected, "lost": where the robot was then is not known;
 //                                     after three in a row the submap ends
 //   cannot be matched                 processed, "lost": the pose is a prediction. The submap ends
@@ -56,14 +60,25 @@ namespace isthmus::ingest {
 // and what was under way, the unfinished submap with it, is let go of: it may be half done. The
 // session goes on in a new segment, and says so.
 //
-// Thread safe. Runs at most one task at a time on the executor, which must outlive it.
+// Until its first scan a session that is new is small; its odometry is made then.
+//
+// Thread safe. Runs at most one task at a time on the executor, which must outlive it, in a lane of
+// its own: computing time is shared fairly among sessions, and what comes faster than it was
+// measured (see Pace) has a smaller share.
 class SessionWorker : public std::enable_shared_from_this<SessionWorker> {
  public:
   struct Options {
-    size_t queue = 16;  // Scans that may wait.
+    size_t queue = 16;                      // Scans that may wait.
+    size_t queue_bytes = size_t{64} << 20;  // Of those, encoded; a larger one waits alone.
+    // Points of a scan at most: a larger one is rejected before it is decoded.
+    uint64_t max_points = 1'000'000;
     floam::OdometryOptions odometry;
     floam::SubmapOptions submap;
     uint64_t checkpoint_scans = 200;  // A checkpoint at least after so many.
+    // Shared by all sessions; null: no bound but this session's.
+    std::shared_ptr<QueueRoom> room = nullptr;
+    // A steady clock, nanoseconds, for the pace of scans; null: the machine's.
+    std::function<int64_t()> now_ns = nullptr;
   };
 
   static std::shared_ptr<SessionWorker> Create(const SessionRecord& record,
@@ -71,7 +86,8 @@ class SessionWorker : public std::enable_shared_from_this<SessionWorker> {
                                                const Options& options, WorkerHooks hooks,
                                                Executor* executor, const ResumePoint& resume);
 
-  // Queues a scan; waits while the queue is full. OutOfRange when the sequence leaves a gap,
+  // Queues a scan. While the queue is full, in number or bytes, it waits, or skips the oldest that
+  // waits, as the session's record says. OutOfRange when the sequence leaves a gap,
   // InvalidArgument for sequence 0, Unavailable once stopped, ResourceExhausted while finished
   // submaps and checkpoints cannot be stored (each call tries once more).
   absl::Status Submit(ScanUpload scan);
@@ -85,6 +101,9 @@ class SessionWorker : public std::enable_shared_from_this<SessionWorker> {
   // Offers what could not be stored once more, and tells the robot if more is durable then. Returns
   // what persist said; OK when nothing waits.
   absl::Status RetryStoring();
+  // Forgets queued scans, which are not acknowledged, and takes no more; does not wait for the one
+  // in work. What was acknowledged is persisted by Finish, which is to follow.
+  void StopTaking();
   // Forgets queued scans and waits for the one in work; nothing more is persisted or acknowledged.
   void Abandon();
 
@@ -107,15 +126,31 @@ class SessionWorker : public std::enable_shared_from_this<SessionWorker> {
   void FollowPose(const TrajectoryEntry& entry) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   // For sessions without a checkpoint, or without a usable one.
   void ResumeFromSubmaps(const ResumePoint& resume) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  void RunOne();  // Executor task: deals with one scan, posts itself again while there are more.
+  bool KeepsNewest() const { return record_.when_behind == WhenBehind::kKeepNewest; }
+  // The scan, or what is left of one that is too large.
+  WaitingScan Examine(ScanUpload scan) const;
+  // Waits, or skips, until the scan may be queued. Unavailable once stopped.
+  absl::Status MakeRoom(const WaitingScan& scan) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  // True if the scan took its part of what sessions share; one that is skipped takes it always.
+  bool TakeSharedRoom(WaitingScan* scan) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  bool IsFull(size_t more_bytes) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void Enqueue(WaitingScan scan) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  size_t ClearQueue() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  absl::Status ClosedError() const;
+  // Executor task: deals with one scan and those skipped before it, posts itself again while there
+  // are more.
+  void RunOne();
+  // False where none waits.
+  bool TakeScan(WaitingScan* scan);
   // Whatever is thrown, the ack then says what is known.
-  void HandleScan(const ScanUpload& scan, ScanAck* ack);
-  void DealWithAndCut(const ScanUpload& scan, ScanAck* ack);
+  void HandleScan(const WaitingScan& scan, ScanAck* ack);
+  void SkipScan(ScanAck* ack) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void DealWithAndCut(const WaitingScan& scan, ScanAck* ack);
   // After something was thrown: the state is not used any more.
   void Break(const absl::Status& why, ScanAck* ack);
   void BeginAnew();
-  void DealWith(const ScanUpload& scan, ScanAck* ack);
-  absl::StatusOr<floam::OdometryResult> TrackScan(const ScanUpload& scan, int64_t time_ns);
+  void DealWith(const WaitingScan& scan, ScanAck* ack);
+  absl::StatusOr<floam::OdometryResult> TrackScan(const WaitingScan& scan, int64_t time_ns);
   void RejectScan(const ScanUpload& scan, const absl::Status& why, ScanAck* ack);
   void TakeResult(const floam::OdometryResult& result, ScanAck* ack);
   void BeginSegment(const floam::OdometryResult& first);
@@ -137,8 +172,10 @@ class SessionWorker : public std::enable_shared_from_this<SessionWorker> {
   const Options options_;
   const WorkerHooks hooks_;
   Executor* const executor_;
+  const std::shared_ptr<Executor::Lane> lane_ = Executor::MakeLane();
 
-  // Touched only by the running task, or by Finish when none runs and none can start.
+  // Touched only by the running task, or by Finish when none runs and none can start. Null in a new
+  // session until its first scan.
   std::unique_ptr<SessionState> state_;
   std::deque<FinishedSubmap> finished_;  // Cut while the scan at hand is dealt with.
   // Segment and index: submaps below this were stored before it resumed.
@@ -154,7 +191,8 @@ class SessionWorker : public std::enable_shared_from_this<SessionWorker> {
   mutable Mutex mutex_ ABSL_ACQUIRED_AFTER(persist_mutex_);
   CondVar changed_;
   std::deque<FinishedSubmap> unpersisted_ ABSL_GUARDED_BY(mutex_);
-  std::deque<ScanUpload> queue_ ABSL_GUARDED_BY(mutex_);
+  ScanQueue queue_ ABSL_GUARDED_BY(mutex_);
+  Pace pace_ ABSL_GUARDED_BY(mutex_);
   uint64_t last_submitted_ ABSL_GUARDED_BY(mutex_) = 0;
   bool running_ ABSL_GUARDED_BY(mutex_) = false;  // A task is posted or at work.
   bool stopping_ ABSL_GUARDED_BY(mutex_) = false;

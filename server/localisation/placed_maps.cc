@@ -115,7 +115,7 @@ bool PlacedMaps::IsDue(const PlacedMap& made, int64_t revision) const {
 }
 
 void PlacedMaps::MakeLater(uint32_t component) {
-  executor_.Post([this, component] {
+  executor_.Post(lane_, [this, component] {
     auto made = Make(*views_(), component);
     MutexLock lock(&mutex_);
     if (made.ok()) made_[component] = *std::move(made);  // Else what there is stays.

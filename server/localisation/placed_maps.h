@@ -61,6 +61,7 @@ class PlacedMaps {
   const SubmapReader submaps_;
   const Clock& clock_;
   Executor& executor_;
+  const std::shared_ptr<Executor::Lane> lane_ = Executor::MakeLane();
   Mutex mutex_;
   CondVar changed_;
   // By component: whose maps are asked for.

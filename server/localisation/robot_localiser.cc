@@ -64,7 +64,7 @@ class Localisation : public server::RobotLocaliser {
   absl::StatusOr<LocalisedScan> Locate(const ScanUpload& scan) override {
     if (shut_down_) return absl::UnavailableError("the server is shutting down");
     std::promise<absl::StatusOr<LocalisedScan>> promise;
-    executor_.Post([&] {
+    executor_.Post(lane_, [&] {
       try {
         promise.set_value(LocateNow(scan));
       } catch (...) {
@@ -107,6 +107,7 @@ class Localisation : public server::RobotLocaliser {
   const RobotId in_map_of_;
   PlacedMaps& maps_;
   Executor& executor_;
+  const std::shared_ptr<Executor::Lane> lane_ = Executor::MakeLane();
   const std::atomic<bool>& shut_down_;
   std::shared_ptr<const PlacedMap> map_;
   std::optional<Pose> T_map_sensor_;  // Of the last scan, if it is known.

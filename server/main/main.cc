@@ -7,9 +7,11 @@
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
+#include <future>
 #include <iostream>
 #include <memory>
 #include <string>
+#include <thread>
 
 #include "core/address.h"
 #include "core/caught.h"
@@ -41,7 +43,7 @@ rpc::BackupSource BackupsOf(const std::string& folder) {
 enum ExitCode { kStopped = 0, kUsage = 2, kDataFolder = 3, kCannotListen = 4 };
 
 // Calls under way have this long to end before they are cancelled.
-constexpr std::chrono::seconds kGrace{10};
+constexpr std::chrono::seconds kGrace{1};
 
 struct Arguments {
   std::string data;
@@ -139,7 +141,14 @@ ExitCode ServeUntilSignal(rpc::RpcServer& server, Pipeline& pipeline, StopSignal
         "end the server with SIGTERM and start it again");
   });
   spdlog::info("{} received: finishing what was acknowledged; another one stops at once", name);
+  // Calls may wait for room in a queue: what is still in it by then is let go of.
+  std::promise<void> ended;
+  std::thread hurry([&pipeline, done = ended.get_future()] {
+    if (done.wait_for(kGrace) == std::future_status::timeout) pipeline.StopTaking();
+  });
   server.Shutdown(kGrace);
+  ended.set_value();
+  hurry.join();
   pipeline.Shutdown();
   return ReportStop(pipeline) ? kStopped : kDataFolder;
 }

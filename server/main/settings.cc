@@ -192,6 +192,8 @@ void AddRetention(ServerConfig& config, Table& table) {
   table.Add("quota_bytes", &retention.limits.quota_bytes, uint64_t{0}, uint64_t{1} << 60,
             "Most bytes stored per robot: submaps, features and raw scans of all its sessions. 0: "
             "no limit.");
+  table.Add("total_quota_bytes", &retention.total_quota_bytes, uint64_t{0}, uint64_t{1} << 62,
+            "The same of all robots together. 0: no limit.");
   table.AddChoice(
       "over_quota", &retention.over_quota,
       Names<OverQuota>{{"refuse", OverQuota::kRefuse}, {"drop_oldest", OverQuota::kDropOldest}},
@@ -214,8 +216,20 @@ void AddIngest(ServerConfig& config, Table& table) {
   table.Section("ingest");
   table.Add("scan_queue", &config.pipeline.scan_queue, size_t{1}, size_t{1024},
             "Scans of one session that may wait; the robot is slowed down when they are full.");
-  table.Add("threads", &config.pipeline.ingest_threads, 1, 256,
-            "Threads that run odometry; one session uses one at a time.");
+  table.Add("scan_queue_bytes", &config.pipeline.scan_queue_bytes, size_t{1} << 16, size_t{1} << 40,
+            "Bytes of these scans; likewise.");
+  table.Add("all_queues_bytes", &config.pipeline.all_queues_bytes, size_t{1} << 20, size_t{1} << 40,
+            "Bytes of the scans of all sessions that wait; where they are used up sessions with "
+            "scans of up to 1 MiB may still have one waiting.");
+  table.Add("max_scan_points", &config.pipeline.max_scan_points, uint64_t{1000},
+            uint64_t{4'000'000}, "Scans of more points are rejected, without being decoded.");
+  table.Add("max_open_sessions_per_robot", &config.pipeline.max_open_sessions_per_robot, size_t{1},
+            size_t{1'000'000}, "Sessions of a robot that are not finished; no more are opened.");
+  table.Add("max_open_sessions", &config.pipeline.max_open_sessions, size_t{1}, size_t{1'000'000},
+            "The same of all robots together.");
+  table.Add("threads", &config.pipeline.ingest_threads, 0, 256,
+            "Threads that run odometry; one session uses one at a time. 0: as many as cores, at "
+            "least 2.");
 }
 
 void AddOdometry(ServerConfig& config, Table& table) {

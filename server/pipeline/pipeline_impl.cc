@@ -1,11 +1,24 @@
 #include "server/pipeline/pipeline_impl.h"
 
+#include <algorithm>
+#include <thread>
+
 #include "core/caught.h"
 #include "core/paper.h"
 #include "server/localisation/robot_localiser.h"
 #include "server/pipeline/trajectory_reader.h"
 
 namespace isthmus::server {
+
+namespace {
+
+// Two at least: one stays for others while a slow scan is dealt with.
+int IngestThreads(const PipelineOptions& options) {
+  if (options.ingest_threads > 0) return options.ingest_threads;
+  return static_cast<int>(std::max(2u, std::thread::hardware_concurrency()));
+}
+
+}  // namespace
 
 absl::StatusOr<std::unique_ptr<Pipeline>> Pipeline::Open(const PipelineOptions& options,
                                                          std::unique_ptr<storage::MapStore> store,
@@ -36,13 +49,15 @@ absl::Status PipelineImpl::Start() {
   }
   if (absl::Status status = parts_.map.Load(); !status.ok()) return status;
   const PipelineOptions& options = parts_.options;
-  auto scans = ingest::ScanRecorder::Open(options.archive, options.on_problem);
+  auto scans =
+      ingest::ScanRecorder::Open(options.archive, options.on_problem, options.max_scan_points);
   if (!scans.ok()) return scans.status();
   parts_.scans = *std::move(scans);
   retention_ =
       std::make_unique<RetentionThread>(options.retention, &parts_.clock, RetentionHooks());
   parts_.retention = retention_.get();
-  executor_ = std::make_unique<Executor>(options.ingest_threads);
+  executor_ = std::make_unique<Executor>(
+      Executor::Options{.threads = IngestThreads(options), .name = "ingest"});
   parts_.executor = executor_.get();
   placed_maps_ = std::make_unique<localisation::PlacedMaps>(
       [this] { return parts_.map.view(); },
@@ -164,6 +179,10 @@ void PipelineImpl::WaitUntilIdle() {
     if (IsSettled(pending_scans, *parts_.map.view())) return;
     changed.WaitPast(seen);
   }
+}
+
+void PipelineImpl::StopTaking() {
+  for (const auto& worker : parts_.workers.All()) worker->StopTaking();
 }
 
 void PipelineImpl::Shutdown() {

@@ -106,6 +106,7 @@ class PipelineImpl : public Pipeline {
   }
 
   void WaitUntilIdle() override;
+  void StopTaking() override;
   void Shutdown() override;
 
  private:

@@ -1,8 +1,11 @@
 // The state that the parts of the pipeline share: the store, the map, and who is at work on it.
 #pragma once
 
+#include <array>
 #include <atomic>
+#include <functional>
 #include <memory>
+#include <string>
 #include <utility>
 
 #include "core/clock.h"
@@ -25,6 +28,7 @@ struct PipelineParts {
                 const Clock& clock_given)
       : options(opened_with),
         clock(clock_given),
+        queue_room(std::make_shared<ingest::QueueRoom>(options.all_queues_bytes)),
         health(&clock, options.on_problem),
         store(WatchStore(std::move(opened), &health)),
         submaps(store.get(), options.submap_cache_bytes,
@@ -36,6 +40,7 @@ struct PipelineParts {
 
   const PipelineOptions options;
   const Clock& clock;
+  const std::shared_ptr<ingest::QueueRoom> queue_room;  // Of all sessions.
   StoreHealth health;
   const std::unique_ptr<storage::MapStore> store;  // Tells `health`.
   Activity activity;
@@ -43,9 +48,16 @@ struct PipelineParts {
   MapWriter map;
   ingest::SessionWorkers workers;
   std::unique_ptr<ingest::ScanRecorder> scans;
-  // Held while a session comes, finishes or goes, while an uploaded submap is taken in and while
-  // what a person says is stored: sessions that were looked up then stay what they are.
+  // Held while a session comes, finishes or goes and while what a person says is stored: sessions
+  // that were looked up then stay what they are.
   Mutex membership;
+  // Held while an uploaded submap is taken in, which takes seconds for a large one, and while its
+  // session finishes or goes; before `membership`, which it is not to hold up. Sessions share one
+  // now and then.
+  Mutex& UploadsOf(const SessionId& session) {
+    return uploads[std::hash<std::string>()(session.value()) % uploads.size()];
+  }
+  std::array<Mutex, 64> uploads = {};
   std::atomic<bool> shut_down = false;
   // Set before anything comes in.
   RetentionThread* retention = nullptr;

@@ -98,7 +98,8 @@ absl::StatusOr<SubmapInfo> Sessions::RepeatUpload(const SubmapInfo* existing,
 
 absl::StatusOr<SubmapInfo> Sessions::AddSubmap(Submap submap) {
   if (parts_.shut_down) return absl::UnavailableError("the server is shutting down");
-  MutexLock changing(&parts_.membership);
+  // Large submaps take seconds: only their own session waits.
+  MutexLock uploading(&parts_.UploadsOf(submap.id.session));
   const MapWriter::View view = parts_.map.view();
   const SubmapId id = submap.id;
   const auto opened = FindOpened(*view, id.session);

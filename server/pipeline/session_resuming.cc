@@ -111,7 +111,13 @@ absl::StatusOr<Sessions::Worker> Sessions::MakeWorker(const SessionRecord& recor
     return absl::InvalidArgumentError(sensor.status().message());
   }
   const PipelineOptions& given = parts_.options;
-  ingest::SessionWorker::Options options{given.scan_queue, given.odometry, given.submap};
+  ingest::SessionWorker::Options options;
+  options.queue = given.scan_queue;
+  options.queue_bytes = given.scan_queue_bytes;
+  options.max_points = given.max_scan_points;
+  options.odometry = given.odometry;
+  options.submap = given.submap;
+  options.room = parts_.queue_room;
   if (record.odometry) options.odometry.mode = *record.odometry;
   if (!kHasPaper && options.odometry.mode == OdometryMode::kAloam) {
     return absl::InvalidArgumentError(

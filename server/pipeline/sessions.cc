@@ -64,11 +64,13 @@ absl::StatusOr<SessionStatus> Sessions::CreateSession(const SessionRequest& requ
   record.robot = request.robot;
   record.sensor = request.sensor;
   record.odometry = request.odometry;
+  record.when_behind = request.when_behind;
   record.T_base_sensor = request.T_base_sensor;
   record.created_ns = parts_.clock.NowNs();
   record.request_id = request.request_id;
   MutexLock changing(&parts_.membership);
   if (const auto opened = FindRequested(record); opened.has_value()) return *opened;
+  if (absl::Status status = CheckOpenSessions(request.robot); !status.ok()) return status;
   if (absl::Status status = parts_.retention->CheckQuota(request.robot); !status.ok())
     return status;
   const auto numbered = last_numbers_.find(record.robot);
@@ -80,6 +82,28 @@ absl::StatusOr<SessionStatus> Sessions::CreateSession(const SessionRequest& requ
   last_numbers_[record.robot] = number;
   parts_.workers.Add(record.id, *std::move(worker));
   return GetSession(record.id);
+}
+
+absl::Status Sessions::CheckOpenSessions(const RobotId& robot) const {
+  const MapWriter::View view = parts_.map.view();
+  size_t all = 0, own = 0;
+  for (const auto& [id, session] : view->sessions) {
+    if (session.record.segment > 1 || session.record.state == SessionState::kFinished) continue;
+    ++all;
+    own += session.record.robot == robot ? 1 : 0;
+  }
+  if (own >= parts_.options.max_open_sessions_per_robot) {
+    return absl::ResourceExhaustedError(absl::StrCat(
+        "robot ", robot.value(), " has ", own,
+        " open sessions, as many as it may: finish those it ",
+        "does not use (isthmus session finish), or raise ingest.max_open_sessions_per_robot"));
+  }
+  if (all >= parts_.options.max_open_sessions) {
+    return absl::ResourceExhaustedError(absl::StrCat(
+        "the server has ", all, " open sessions, as many as it may: finish those that are not ",
+        "used (isthmus session finish), or raise ingest.max_open_sessions"));
+  }
+  return absl::OkStatus();
 }
 
 SessionId Sessions::NextId(const RobotId& robot, int* number) const {
@@ -113,6 +137,7 @@ absl::StatusOr<SessionStatus> Sessions::FinishSession(const SessionId& session) 
   if (worker != nullptr) {
     if (absl::Status status = worker->Finish(); !status.ok()) return status;
   }
+  MutexLock uploading(&parts_.UploadsOf(session));
   MutexLock changing(&parts_.membership);
   std::vector<SessionRecord> records;
   {
@@ -143,6 +168,7 @@ absl::Status Sessions::DeleteSession(const SessionId& session, const std::string
   }
   if (const Worker worker = parts_.workers.Find(session).worker) worker->Abandon();
   {
+    MutexLock uploading(&parts_.UploadsOf(session));
     MutexLock changing(&parts_.membership);
     if (absl::Status status = parts_.scans->Remove(session); !status.ok()) return status;
     if (absl::Status status = parts_.map.RemoveSession(session, why); !status.ok()) return status;

@@ -41,6 +41,8 @@ class Sessions {
 
   // The session that was opened for the same robot and request id.
   std::optional<SessionStatus> FindRequested(const SessionRecord& record) const;
+  // ResourceExhausted, saying what to do, where no more may be opened.
+  absl::Status CheckOpenSessions(const RobotId& robot) const;
   SessionId NextId(const RobotId& robot, int* number) const;
   absl::StatusOr<Worker> MakeWorker(const SessionRecord& record, const ingest::ResumePoint& resume);
   ingest::WorkerHooks HooksOf(const SessionId& session);

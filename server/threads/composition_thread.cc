@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "core/caught.h"
+#include "core/concurrency/thread_role.h"
 #include "server/threads/limits.h"
 
 namespace isthmus::server {
@@ -116,6 +117,8 @@ void CompositionThread::ReportLeftOut() {
 }
 
 void CompositionThread::Run() {
+  NameThread("composition");
+  GiveWay(kCompositionNice);
   bool goes_on = true;
   while (goes_on) {
     try {

@@ -13,6 +13,12 @@
 
 namespace isthmus::server {
 
+// How much the threads give way to those that take scans in, as `nice` counts: at 10 a thread gets
+// a tenth of what one that does not give way gets of a core that both want. More, and matches of a
+// server at its limit never come; less, and robots wait for them. Placement, which is short and
+// which all others wait for, gives way least.
+inline constexpr int kMatchingNice = 10, kCompositionNice = 8, kPlacementNice = 5;
+
 // Matching.
 
 // Maps that are kept ready at most: the robots of a team. Memory, about a megabyte per submap.
@@ -20,6 +26,9 @@ inline constexpr size_t kMaxPreparedMaps = 8;
 // With more sessions than that, share by which one of a pair has to grow before it is tried again:
 // a robot among the maps of a month is not matched with all of them at every submap.
 inline constexpr double kSeldomGrowth = matching::kNewMapGrowth - 1;
+// Points of a session's map, all submaps together, below which it is matched with no other: with
+// fewer than this no match was ever found, and a hundred such sessions make 4,950 pairs.
+inline constexpr uint64_t kLeastMatchedPoints = 100;
 // Submaps that a session has, or it is finished, before its partners are chosen, and growth after
 // which they are chosen anew: of fewer, partners are chosen by chance; more often takes time.
 inline constexpr uint32_t kMinIndexedSubmaps = 3;

@@ -62,22 +62,38 @@ std::optional<SessionPair> MatchingThread::NextPair(const MapView& view) const {
   const KnownAnchors anchors(view);
   std::optional<SessionPair> best;
   uint32_t most = 0;
+  const auto consider = [&](const SessionView& a, const SessionView& b, const Attempt& tried) {
+    const SessionPair pair(a.record.id, b.record.id);
+    const uint32_t fresh = Evidence(view, a, b, tried, anchors.Version(pair));
+    if (fresh <= most) return;
+    most = fresh;
+    best = pair;
+  };
+  if (selects) {
+    // Of thousands of sessions a few pairs were tried; the same order as below.
+    for (const auto& [pair, tried] : attempts_) {
+      const SessionView *a = view.Find(pair.first), *b = view.Find(pair.second);
+      if (a != nullptr && b != nullptr && IsMatchable(*a) && IsMatchable(*b)) {
+        consider(*a, *b, tried);
+      }
+    }
+    return best;
+  }
   for (auto a = view.sessions.begin(); a != view.sessions.end(); ++a) {
-    if (a.value().submaps.empty()) continue;
+    if (!IsMatchable(a.value())) continue;
     for (auto b = std::next(a); b != view.sessions.end(); ++b) {
-      if (b.value().submaps.empty()) continue;
-      const SessionPair pair(a.key(), b.key());
-      const auto it = attempts_.find(pair);
-      if (selects && it == attempts_.end()) continue;
-      const Attempt tried = it == attempts_.end() ? Attempt{} : it->second;
-      uint32_t fresh = FreshSubmaps(view, a.value(), b.value(), tried);
-      if (fresh == 0 && tried.anchors != anchors.Version(pair)) fresh = 1;
-      if (fresh <= most) continue;
-      most = fresh;
-      best = pair;
+      if (!IsMatchable(b.value())) continue;
+      const auto it = attempts_.find(SessionPair(a.key(), b.key()));
+      consider(a.value(), b.value(), it == attempts_.end() ? Attempt{} : it->second);
     }
   }
   return best;
+}
+
+uint32_t MatchingThread::Evidence(const MapView& view, const SessionView& a, const SessionView& b,
+                                  const Attempt& tried, uint64_t anchors) const {
+  const uint32_t fresh = FreshSubmaps(view, a, b, tried);
+  return fresh == 0 && tried.anchors != anchors ? 1 : fresh;
 }
 
 void MatchingThread::EstimateMatch(const MapView& view, const SessionPair& pair) {

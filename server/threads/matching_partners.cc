@@ -42,6 +42,7 @@ class KnownPlaces {
     const auto a = components_.find(pair.first), b = components_.find(pair.second);
     return a != components_.end() && b != components_.end() && a->second == b->second;
   }
+  bool IsAnchored(const SessionId& session) const { return extents_.contains(session); }
   bool AreNear(const SessionPair& pair) const {
     const auto a = extents_.find(pair.first), b = extents_.find(pair.second);
     return a != extents_.end() && b != extents_.end() &&
@@ -61,14 +62,14 @@ bool AreSegments(const SessionView& a, const SessionView& b) {
 
 bool MatchingThread::SelectsPartners(const MapView& view) {
   const auto count = std::count_if(view.sessions.begin(), view.sessions.end(),
-                                   [](const auto& s) { return !s.second.submaps.empty(); });
+                                   [](const auto& s) { return IsMatchable(s.second); });
   return static_cast<size_t>(count) > matching::kSearchAllSessions;
 }
 
 std::optional<SessionId> MatchingThread::NextToIndex(const MapView& view) const {
   if (!SelectsPartners(view)) return std::nullopt;
   for (const auto& [id, session] : view.sessions) {
-    if (session.submaps.empty()) continue;
+    if (!IsMatchable(session)) continue;
     const auto it = indexed_.find(id);
     const uint32_t before = it == indexed_.end() ? 0 : it->second, now = session.next_index();
     const bool has_grown = before == 0 ? now >= kMinIndexedSubmaps
@@ -99,7 +100,7 @@ void MatchingThread::IndexSession(const MapView& view, const SessionId& id) {
   (void)RunGuarded(absl::StrCat("the partners of ", id.value()), [&] {
     const auto plan = MakePlan(view, session);
     for (const auto& [other, other_session] : view.sessions) {
-      if (other == id || !indexed_.contains(other) || other_session.submaps.empty()) continue;
+      if (other == id || !indexed_.contains(other) || !IsMatchable(other_session)) continue;
       const auto* kept = plans_.Use(other);
       const auto other_plan = kept != nullptr ? *kept : MakePlan(view, other_session);
       // Either way the same.
@@ -125,14 +126,23 @@ std::map<SessionId, size_t> MatchingThread::CountTried() const {
 std::optional<SessionPair> MatchingThread::NextPartners(const MapView& view) const {
   const auto is_new = [&](const SessionPair& pair) {
     const SessionView *a = view.Find(pair.first), *b = view.Find(pair.second);
-    return a != nullptr && b != nullptr && !a->submaps.empty() && !b->submaps.empty() &&
+    return a != nullptr && b != nullptr && IsMatchable(*a) && IsMatchable(*b) &&
            !attempts_.contains(pair);
   };
   const KnownPlaces known(view);
-  for (auto a = view.sessions.begin(); a != view.sessions.end(); ++a) {
-    for (auto b = std::next(a); b != view.sessions.end(); ++b) {
-      const SessionPair pair(a.key(), b.key());
-      if ((AreSegments(a.value(), b.value()) || known.AreNear(pair)) && is_new(pair)) return pair;
+  // Few of thousands of sessions have segments or anchors.
+  std::vector<const SessionView*> related;
+  for (const auto& [id, session] : view.sessions) {
+    if (!IsMatchable(session)) continue;
+    if (session.record.segment > 1 || known.IsAnchored(id) ||
+        view.Find(SegmentId(id, 2)) != nullptr) {
+      related.push_back(&session);
+    }
+  }
+  for (auto a = related.begin(); a != related.end(); ++a) {
+    for (auto b = std::next(a); b != related.end(); ++b) {
+      const SessionPair pair((*a)->record.id, (*b)->record.id);
+      if ((AreSegments(**a, **b) || known.AreNear(pair)) && is_new(pair)) return pair;
     }
   }
   const std::map<SessionId, size_t> tried = CountTried();

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "core/caught.h"
+#include "core/concurrency/thread_role.h"
 #include "core/stopwatch.h"
 #include "server/matching/index/limits.h"
 #include "server/threads/limits.h"
@@ -119,6 +120,8 @@ bool MatchingThread::RunGuarded(const std::string& task, const std::function<voi
 }
 
 void MatchingThread::Run() {
+  NameThread("matching");
+  GiveWay(kMatchingNice);
   Stopwatch round;
   bool is_at_work = false;
   while (!stop_.stop_requested()) {

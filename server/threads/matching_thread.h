@@ -24,6 +24,7 @@
 #include "server/matching/loops/revisits.h"
 #include "server/matching/pairs/matcher.h"
 #include "server/matching/prepared/prepared_map.h"
+#include "server/threads/limits.h"
 #include "server/threads/prepared_store.h"
 #include "server/threads/session_shapes.h"
 #include "server/threads/work_journal.h"
@@ -32,6 +33,11 @@ namespace isthmus::server {
 
 inline bool IsFinished(const SessionView& session) {
   return session.record.state == SessionState::kFinished;
+}
+
+// Has enough points for any match; see kLeastMatchedPoints.
+inline bool IsMatchable(const SessionView& session) {
+  return !session.submaps.empty() && session.points >= kLeastMatchedPoints;
 }
 
 class MatchingThread {
@@ -138,6 +144,10 @@ class MatchingThread {
   // The map shows more submaps than when revisits were counted last.
   bool MustCountRevisits(const MapView& view) const;
   void CountRevisits(const MapView& view);
+
+  // The new evidence of a pair that was tried so, or never (an empty attempt); 0: no reason to try.
+  uint32_t Evidence(const MapView& view, const SessionView& a, const SessionView& b,
+                    const Attempt& tried, uint64_t anchors) const;
 
   // Forgets what was kept of sessions that are gone.
   void ForgetGone(const MapView& view);

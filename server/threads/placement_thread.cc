@@ -9,6 +9,7 @@
 
 #include "core/caught.h"
 #include "core/concurrency/mutex.h"
+#include "core/concurrency/thread_role.h"
 #include "core/stopwatch.h"
 #include "server/match_graph/match_graph.h"
 
@@ -76,6 +77,8 @@ absl::StatusOr<std::string> PlacementThread::WriteG2o(uint32_t component) {
 }
 
 void PlacementThread::Run() {
+  NameThread("placement");
+  GiveWay(kPlacementNice);
   while (true) {
     const uint64_t seen = map_->changed().count();
     if (!map_->view()->IsPlaced()) {

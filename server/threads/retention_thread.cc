@@ -8,6 +8,7 @@
 
 #include "core/caught.h"
 #include "core/concurrency/mutex.h"
+#include "core/concurrency/thread_role.h"
 #include "server/threads/limits.h"
 
 namespace isthmus::server {
@@ -55,6 +56,7 @@ void RetentionThread::WaitUntilIdle() {
 
 absl::Status RetentionThread::CheckQuota(const RobotId& robot) const {
   MutexLock lock(&mutex_);
+  if (!all_refused_.empty()) return absl::ResourceExhaustedError(all_refused_);
   const auto found = refused_.find(robot);
   if (found == refused_.end()) return absl::OkStatus();
   return absl::ResourceExhaustedError(found->second);
@@ -114,6 +116,7 @@ void RetentionThread::CountAndDo() {
   }
   MutexLock lock(&mutex_);
   refused_ = std::move(plan.refused);
+  all_refused_ = std::move(plan.all_refused);
 }
 
 std::vector<ingest::StoredSession> RetentionThread::CountStored() {

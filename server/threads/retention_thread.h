@@ -67,6 +67,7 @@ class RetentionThread {
   std::map<SessionId, uint64_t> map_bytes_ ABSL_GUARDED_BY(mutex_);
   std::set<SessionId> stale_ ABSL_GUARDED_BY(mutex_);  // To be counted anew.
   std::map<RobotId, std::string> refused_ ABSL_GUARDED_BY(mutex_);
+  std::string all_refused_ ABSL_GUARDED_BY(mutex_);
   uint64_t changes_ ABSL_GUARDED_BY(mutex_) = 0;
   uint64_t looked_at_ ABSL_GUARDED_BY(mutex_) = 0;  // Of the changes.
   bool stop_ ABSL_GUARDED_BY(mutex_) = false;

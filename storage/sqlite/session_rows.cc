@@ -7,7 +7,8 @@ namespace {
 constexpr char kSelect[] =
     "SELECT s.id, s.robot, s.sensor, s.T_base_sensor, s.state, s.created_ns, s.finished_ns, "
     "s.odometry, s.request_id, s.segment, f.id, s.scans_ok, s.scans_degenerate, s.scans_lost, "
-    "s.scans_rejected FROM sessions s LEFT JOIN sessions f ON f.key = s.first_segment";
+    "s.scans_rejected, s.when_behind, s.scans_skipped FROM sessions s LEFT JOIN sessions f ON "
+    "f.key = s.first_segment";
 
 SessionRecord ReadRecord(const Statement& row) {
   SessionRecord record;
@@ -23,7 +24,8 @@ SessionRecord ReadRecord(const Statement& row) {
   record.request_id = row.Text(8);
   record.segment = static_cast<uint32_t>(row.Int(9));
   record.first_segment = SessionId(row.Text(10));  // NULL reads as empty.
-  record.scans = {row.Uint(11), row.Uint(12), row.Uint(13), row.Uint(14)};
+  record.scans = {row.Uint(11), row.Uint(12), row.Uint(13), row.Uint(14), row.Uint(16)};
+  record.when_behind = row.Int(15) == 1 ? WhenBehind::kKeepNewest : WhenBehind::kWait;
   return record;
 }
 
@@ -34,15 +36,17 @@ absl::Status PutSession(Connection& database, const SessionRecord& record) {
       .Prepare(
           "INSERT INTO sessions (id, robot, sensor, T_base_sensor, state, created_ns, "
           "finished_ns, odometry, request_id, segment, first_segment, scans_ok, scans_degenerate, "
-          "scans_lost, scans_rejected) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, "
-          "(SELECT key FROM sessions WHERE id = ?), ?, ?, ?, ?) ON CONFLICT (id) DO UPDATE SET "
+          "scans_lost, scans_rejected, when_behind, scans_skipped) VALUES (?, ?, ?, ?, ?, ?, ?, ?, "
+          "?, ?, (SELECT key FROM sessions WHERE id = ?), ?, ?, ?, ?, ?, ?) ON CONFLICT (id) DO "
+          "UPDATE SET "
           "robot = excluded.robot, sensor = excluded.sensor, "
           "T_base_sensor = excluded.T_base_sensor, state = excluded.state, "
           "created_ns = excluded.created_ns, finished_ns = excluded.finished_ns, "
           "odometry = excluded.odometry, request_id = excluded.request_id, "
           "segment = excluded.segment, first_segment = excluded.first_segment, "
           "scans_ok = excluded.scans_ok, scans_degenerate = excluded.scans_degenerate, "
-          "scans_lost = excluded.scans_lost, scans_rejected = excluded.scans_rejected")
+          "scans_lost = excluded.scans_lost, scans_rejected = excluded.scans_rejected, "
+          "when_behind = excluded.when_behind, scans_skipped = excluded.scans_skipped")
       .Bind(record.id.value())
       .Bind(record.robot.value())
       .Bind(record.sensor)
@@ -58,6 +62,8 @@ absl::Status PutSession(Connection& database, const SessionRecord& record) {
       .Bind(record.scans.degenerate)
       .Bind(record.scans.lost)
       .Bind(record.scans.rejected)
+      .Bind(int64_t{record.when_behind == WhenBehind::kKeepNewest ? 1 : 0})
+      .Bind(record.scans.skipped)
       .Run();
 }
 

@@ -131,6 +131,7 @@ bool MemoryStream::HandleResponse(const v1::StreamScansResponse& response) {
     stats_.processed += ack.outcome == ScanOutcome::kProcessed;
     stats_.duplicates += ack.outcome == ScanOutcome::kDuplicate;
     stats_.rejected += ack.outcome == ScanOutcome::kRejected;
+    stats_.skipped += ack.outcome == ScanOutcome::kSkipped;
     changed_.SignalAll();
   }
   if (options_.on_ack) options_.on_ack(ack);

@@ -23,7 +23,8 @@
 namespace isthmus::client {
 
 struct ScanStreamOptions {
-  // Scans under way without acknowledgement. Without a spool Push waits when there are as many.
+  // Scans under way without acknowledgement. Without a spool Push waits when there are as many: for
+  // a session that keeps the newest (WhenBehind) some dozens, so that the server may choose.
   size_t window = 16;
   // Without a spool acknowledged scans are kept in memory up to this size until they are durable,
   // to be sent again should the server crash.
@@ -47,6 +48,7 @@ struct ScanStreamOptions {
 
 struct ScanStreamStats {
   uint64_t pushed = 0, processed = 0, duplicates = 0, rejected = 0;
+  uint64_t skipped = 0;  // By a server that was behind, see WhenBehind::kKeepNewest.
   uint64_t durable_sequence = 0;
   uint64_t sent_bytes = 0;  // Of clouds, what was sent again included.
   int reconnects = 0;

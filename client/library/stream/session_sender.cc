@@ -316,6 +316,7 @@ bool SessionSender::HandleResponse(const v1::StreamScansResponse& response) {
       stats_.processed += ack.outcome == ScanOutcome::kProcessed;
       stats_.duplicates += ack.outcome == ScanOutcome::kDuplicate;
       stats_.rejected += ack.outcome == ScanOutcome::kRejected;
+      stats_.skipped += ack.outcome == ScanOutcome::kSkipped;
     }
     changed_.SignalAll();
   }

@@ -23,6 +23,7 @@ void AddUp(const ScanStreamStats& part, ScanStreamStats& sum) {
   sum.processed += part.processed;
   sum.duplicates += part.duplicates;
   sum.rejected += part.rejected;
+  sum.skipped += part.skipped;
   sum.sent_bytes += part.sent_bytes;
   sum.reconnects += part.reconnects;
   sum.backlog += part.backlog;
@@ -43,6 +44,7 @@ SpoolIdentity IdentityOf(const v1::Session& session) {
   request.set_robot(session.robot());
   request.set_sensor(session.sensor());
   request.set_odometry(session.odometry());
+  request.set_when_behind(session.when_behind());
   if (session.has_t_base_sensor()) *request.mutable_t_base_sensor() = session.t_base_sensor();
   SpoolIdentity identity = IdentityOf(request);
   identity.session = session.id();

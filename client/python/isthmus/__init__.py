@@ -11,7 +11,7 @@
 from isthmus.client import Client, connect
 from isthmus._localisation import Localisation
 from isthmus.enums import (Decision, GuessSource, LocalisationState, MatchState, Odometry, Outcome,
-                           Reason, SessionState, Tracking)
+                           Reason, SessionState, Tracking, WhenBehind)
 from isthmus.errors import (Aborted, AlreadyExists, Cancelled, DataLoss, DeadlineExceeded, Error,
                             FailedPrecondition, Internal, InvalidArgument, NotFound, OutOfRange,
                             PermissionDenied, ResourceExhausted, Unauthenticated, Unavailable,
@@ -40,5 +40,5 @@ __all__ = [
     "PushSummary", "Reason", "Rejection", "ResourceExhausted", "Revision", "RevisionDiff",
     "Scan", "ScanCounts", "ScanStream", "ScanTiming", "Session", "SessionPair", "SessionState",
     "StageTime", "StreamStats", "Submap", "SubmapEdge", "SubmapMove", "Tracking", "Trajectory",
-    "Unauthenticated", "Unavailable", "Unimplemented", "Unknown", "connect",
+    "Unauthenticated", "Unavailable", "Unimplemented", "Unknown", "WhenBehind", "connect",
 ]

@@ -24,7 +24,7 @@ log = logging.getLogger("isthmus")
 # or gRPC's words for a link that was cut at a bad moment.
 _WORTH_ANOTHER_TRY = (Unavailable, Aborted, Internal, OutOfRange, Unknown)
 _COUNTED = {Outcome.PROCESSED: "processed", Outcome.DUPLICATE: "duplicates",
-            Outcome.REJECTED: "rejected"}
+            Outcome.REJECTED: "rejected", Outcome.SKIPPED: "skipped"}
 ACK_QUEUE = 1024
 
 

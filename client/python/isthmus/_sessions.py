@@ -7,7 +7,7 @@ from typing import Any, Callable, Dict, List, Optional, Union
 
 from isthmus import convert
 from isthmus._sender import finished
-from isthmus.enums import Odometry, SessionState
+from isthmus.enums import Odometry, SessionState, WhenBehind
 from isthmus.errors import InvalidArgument
 from isthmus.link import Link
 from isthmus.pose import Pose
@@ -25,14 +25,18 @@ class Sessions:
     _link: Link
 
     def create_session(self, robot: str, sensor: str, T_base_sensor: Optional[Pose] = None,
-                       odometry: Union[Odometry, str, None] = None) -> Session:
+                       odometry: Union[Odometry, str, None] = None,
+                       when_behind: Union[WhenBehind, str] = "wait") -> Session:
         """Opens a session. `sensor` is a name like "vlp16", "os1-64", "spinning" or "unordered";
-        `odometry` "continuous", "floam", "aloam" or None for the server's own choice.
+        `odometry` "continuous", "floam", "aloam" or None for the server's own choice. `when_behind`:
+        of scans that come faster than the server deals with them every one is used and the robot
+        waits ("wait"), or the oldest that waits is skipped ("keep-newest").
 
         `InvalidArgument`, naming the known ones, for an unknown sensor or odometry.
         """
         request = pb.CreateSessionRequest(robot=robot, sensor=sensor, request_id=uuid.uuid4().hex,
-                                          odometry=odometry_to(odometry))
+                                          odometry=odometry_to(odometry),
+                                          when_behind=when_behind_to(when_behind))
         if T_base_sensor is not None:
             request.t_base_sensor.CopyFrom(convert.pose_to(T_base_sensor))
         return convert.record(Session, self._link.call(self._link.sessions.CreateSession, request))
@@ -93,7 +97,8 @@ class Sessions:
              odometry: Union[Odometry, str, None] = None, resolution: float = 0.002,
              on_ack: Optional[Callable[[Ack], None]] = None, finish: bool = True,
              keep_trying_s: float = 60.0, *, T_base_sensor: Optional[Pose] = None,
-             session: Optional[str] = None, window: int = 16) -> PushSummary:
+             session: Optional[str] = None, window: int = 16,
+             when_behind: Union[WhenBehind, str] = "wait") -> PushSummary:
         """Sends a drive, as fast as the server takes it, into a new session of the robot.
 
         `scans`: `Scan`s or pairs (END of the scan in nanoseconds, points), in order of time; they
@@ -106,7 +111,7 @@ class Sessions:
         `create_session` for the others. Raises what ended the stream.
         """
         known = (self.get_session(session) if session
-                 else self.create_session(robot, sensor, T_base_sensor, odometry))
+                 else self.create_session(robot, sensor, T_base_sensor, odometry, when_behind))
         if known.robot != robot:
             raise InvalidArgument(f"session {known.id} is of robot {known.robot}, not {robot}")
         rest = itertools.islice(iter(scans), known.last_sequence, None)
@@ -132,3 +137,13 @@ def odometry_to(odometry: Union[Odometry, str, None]) -> Any:
             raise InvalidArgument(f"no odometry is called '{odometry}': {', '.join(names)} are")
         return int(Odometry[odometry.upper()])
     return int(odometry)
+
+
+def when_behind_to(when_behind: Union[WhenBehind, str]) -> Any:
+    """The message's value of a word or a name."""
+    if isinstance(when_behind, str):
+        names = {"wait": WhenBehind.WAIT, "keep-newest": WhenBehind.KEEP_NEWEST}
+        if when_behind.lower() not in names:
+            raise InvalidArgument(f"when_behind is 'wait' or 'keep-newest', not '{when_behind}'")
+        return int(names[when_behind.lower()])
+    return int(when_behind)

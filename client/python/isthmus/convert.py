@@ -21,6 +21,7 @@ _ENUMS: Dict[str, Type[enums._Word]] = {
     "isthmus.v1.Tracking": enums.Tracking,
     "isthmus.v1.Odometry": enums.Odometry,
     "isthmus.v1.Session.State": enums.SessionState,
+    "isthmus.v1.WhenBehind": enums.WhenBehind,
     "isthmus.v1.StreamScansResponse.Outcome": enums.Outcome,
     "isthmus.v1.LocaliseResponse.State": enums.LocalisationState,
     "isthmus.v1.Match.State": enums.MatchState,

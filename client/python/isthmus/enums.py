@@ -37,6 +37,14 @@ class Odometry(_Word):
     ALOAM = 3  # To compare with.
 
 
+class WhenBehind(_Word):
+    """What happens to a session's scans that come faster than the server deals with them."""
+
+    UNSPECIFIED = 0  # As WAIT.
+    WAIT = 1  # The robot is slowed down; every scan is used.
+    KEEP_NEWEST = 2  # The oldest that waits is skipped.
+
+
 class SessionState(_Word):
     """Whether a session takes more."""
 
@@ -52,6 +60,7 @@ class Outcome(_Word):
     PROCESSED = 1
     DUPLICATE = 2  # The server had it already.
     REJECTED = 3
+    SKIPPED = 4  # Newer ones came while it waited, see `WhenBehind`.
 
 
 class LocalisationState(_Word):

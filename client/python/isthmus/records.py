@@ -10,7 +10,8 @@ from typing import Optional, Tuple
 
 import numpy as np
 
-from isthmus.enums import LocalisationState, Odometry, Outcome, SessionState, Tracking
+from isthmus.enums import (LocalisationState, Odometry, Outcome, SessionState, Tracking,
+                           WhenBehind)
 from isthmus.pose import Array, Pose
 
 Triple = Tuple[float, float, float]
@@ -32,6 +33,7 @@ class ScanCounts:
     degenerate: int = 0
     lost: int = 0
     rejected: int = 0
+    skipped: int = 0
 
 
 @dataclass(frozen=True)
@@ -77,6 +79,7 @@ class Session:
     segments: int
     scan_counts: Optional[ScanCounts]
     lost_since_ns: int
+    when_behind: WhenBehind
 
 
 @dataclass(frozen=True)
@@ -157,6 +160,7 @@ class StreamStats:
     processed: int = 0
     duplicates: int = 0  # Acknowledged as known: their acknowledgement was lost with a link.
     rejected: int = 0
+    skipped: int = 0  # By a server that was behind, in a session that keeps the newest.
     dropped: int = 0  # By a full queue, with when_full="drop_newest".
     lost: int = 0  # Of what a crash of the server took, scans that were no longer kept here.
     durable_sequence: int = 0

@@ -38,6 +38,18 @@ class PushTest(unittest.TestCase):
         np.testing.assert_array_equal(stamps, [scan.stamp_ns for scan in drive])
         np.testing.assert_allclose(poses[-1], last.T_odom_sensor.matrix(), atol=1e-6)
 
+    def test_a_session_says_what_it_does_when_behind(self) -> None:
+        drive = scans(0)[:30]
+        summary = self.client.push("alice", drive, sensor="vlp16", when_behind="keep-newest",
+                                   window=64)
+        self.assertEqual(summary.session.when_behind, isthmus.WhenBehind.KEEP_NEWEST)
+        self.assertEqual(summary.processed + summary.stats.skipped, len(drive))
+        self.assertEqual(summary.session.scan_counts.skipped, summary.stats.skipped)
+        self.assertEqual(self.client.create_session("bob", "vlp16").when_behind,
+                         isthmus.WhenBehind.WAIT)
+        with self.assertRaisesRegex(isthmus.InvalidArgument, "keep-newest"):
+            self.client.create_session("bob", "vlp16", when_behind="never")
+
     def test_rounded_scans_lead_where_raw_ones_do(self) -> None:
         drive = scans(0)[:20]
         rounded = self.client.push("alice", drive, sensor="vlp16", resolution=0.002)

@@ -3,10 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <functional>
 #include <future>
 #include <memory>
 #include <new>
 #include <stdexcept>
+#include <string>
 #include <vector>
 
 namespace isthmus {
@@ -86,6 +88,117 @@ TEST(Executor, WhatATaskThrowsEndsThatTaskAloneAndIsToldToWhoWaits) {
   EXPECT_TRUE(absl::IsResourceExhausted(executor.WaitUntilIdle()));
   executor.Post([] { throw 1; });
   EXPECT_TRUE(absl::IsInternal(executor.WaitUntilIdle()));
+}
+
+// A clock that tasks set forward, and a gate that holds the only thread until all is posted.
+struct Turns {
+  explicit Turns(int threads = 1)
+      : executor(Executor::Options{.threads = threads, .now_s = [this] { return now_s.load(); }}) {
+    executor.Post([this] { gate.get_future().wait(); });
+  }
+  // A task that takes so long and leaves its mark.
+  void Post(const std::shared_ptr<Executor::Lane>& lane, char mark, double takes_s) {
+    executor.Post(lane, [this, mark, takes_s] {
+      order += mark;
+      now_s = now_s + takes_s;
+    });
+  }
+  std::string Run() {
+    gate.set_value();
+    EXPECT_TRUE(executor.WaitUntilIdle().ok());
+    return order;
+  }
+
+  std::atomic<double> now_s = 0;
+  std::promise<void> gate;
+  std::string order;
+  Executor executor;
+};
+
+TEST(ExecutorLanes, TheLeastServedComesFirst) {
+  Turns turns;
+  const auto long_ones = Executor::MakeLane(), short_ones = Executor::MakeLane();
+  for (int i = 0; i < 4; ++i) turns.Post(long_ones, 'L', 0.04);
+  for (int i = 0; i < 8; ++i) turns.Post(short_ones, 's', 0.01);
+  // Four short ones for every long one.
+  EXPECT_EQ(turns.Run(), "LssssLssssLL");
+  EXPECT_DOUBLE_EQ(turns.executor.UsedSeconds(*long_ones), 0.16);
+  EXPECT_DOUBLE_EQ(turns.executor.UsedSeconds(*short_ones), 0.08);
+}
+
+TEST(ExecutorLanes, WhatIsChargedMoreIsServedLess) {
+  Turns turns;
+  const auto live = Executor::MakeLane(), late = Executor::MakeLane(4);
+  for (int i = 0; i < 3; ++i) turns.Post(late, 'b', 0.01);
+  for (int i = 0; i < 8; ++i) turns.Post(live, 'l', 0.01);
+  EXPECT_EQ(turns.Run(), "bllllbllllb");
+}
+
+TEST(ExecutorLanes, ATaskThatPostsItsSuccessorIsChargedForItself) {
+  Turns turns;
+  const auto greedy = Executor::MakeLane(), modest = Executor::MakeLane();
+  std::function<void(int)> go_on = [&](int left) {
+    turns.order += 'g';
+    turns.now_s = turns.now_s + 0.015;
+    if (left > 0) turns.executor.Post(greedy, [&, left] { go_on(left - 1); });
+  };
+  turns.executor.Post(greedy, [&] { go_on(3); });
+  for (int i = 0; i < 4; ++i) turns.Post(modest, 'm', 0.01);
+  EXPECT_EQ(turns.Run(), "gmmgmgmg");
+}
+
+TEST(ExecutorLanes, WhoWasIdleHasSavedUpNothing) {
+  Turns turns;
+  const auto busy = Executor::MakeLane(), idle = Executor::MakeLane();
+  for (int i = 0; i < 6; ++i) turns.Post(busy, 'b', 0.01);
+  // Comes when the busy one has had 30 ms.
+  std::function<void()> come = [&] {
+    for (int i = 0; i < 3; ++i) turns.Post(idle, 'i', 0.01);
+  };
+  turns.executor.Post(busy, come);
+  for (int i = 0; i < 3; ++i) turns.Post(busy, 'b', 0.01);
+  EXPECT_EQ(turns.Run(), "bbbbbbbibibi");
+}
+
+TEST(ExecutorLanes, SlowOnesLeaveAThreadToQuickOnes) {
+  std::atomic<double> now_s = 0;
+  Executor executor(Executor::Options{.threads = 2, .now_s = [&] { return now_s.load(); }});
+  const auto slow_a = Executor::MakeLane(), slow_b = Executor::MakeLane();
+  const auto quick = Executor::MakeLane();
+  // Both are known to be slow, and somebody quick is about.
+  for (const auto& lane : {slow_a, slow_b}) {
+    executor.Post(lane, [&] { now_s = now_s + 0.5; });
+    EXPECT_TRUE(executor.WaitUntilIdle().ok());
+  }
+  executor.Post(quick, [] {});
+  EXPECT_TRUE(executor.WaitUntilIdle().ok());
+  // A slow task holds a thread until the quick one is done; a second would hold the other.
+  std::promise<void> quick_done;
+  std::shared_future<void> done = quick_done.get_future().share();
+  executor.Post(slow_a, [done] { done.wait(); });
+  executor.Post(slow_b, [done] { done.wait(); });
+  executor.Post(quick, [&] { quick_done.set_value(); });
+  EXPECT_TRUE(executor.WaitUntilIdle().ok());
+}
+
+TEST(ExecutorLanes, SlowOnesTakeAllThreadsWhereNobodyElseIsAbout) {
+  std::atomic<double> now_s = 0;
+  Executor executor(Executor::Options{.threads = 2, .now_s = [&] { return now_s.load(); }});
+  const auto slow_a = Executor::MakeLane(), slow_b = Executor::MakeLane();
+  for (const auto& lane : {slow_a, slow_b}) {
+    executor.Post(lane, [&] { now_s = now_s + 5; });
+    EXPECT_TRUE(executor.WaitUntilIdle().ok());
+  }
+  std::promise<void> first, second;
+  executor.Post(slow_a, [&] {
+    first.set_value();
+    second.get_future().wait();
+  });
+  executor.Post(slow_b, [&] {
+    second.set_value();
+    first.get_future().wait();
+  });
+  EXPECT_TRUE(executor.WaitUntilIdle().ok());
 }
 
 }  // namespace

@@ -121,5 +121,22 @@ TEST(RetentionTest, RobotsHaveLimitsOfTheirOwn) {
   EXPECT_TRUE(plan.refused.contains(kAlice));
 }
 
+TEST(RetentionTest, TheQuotaOfAllRobotsHoldsWhateverTheirOwnAre) {
+  server::RetentionOptions options = Quota(100, server::OverQuota::kRefuse);
+  options.total_quota_bytes = 250;
+  const std::vector<StoredSession> sessions = {Finished("alice-1", kAlice, 3, 90),
+                                               Finished("bob-1", kBob, 2, 90),
+                                               Active("carol-1", RobotId("carol"), 90)};
+  EXPECT_NE(PlanRetention(sessions, options, kNow).all_refused.find("total_quota_bytes"),
+            std::string::npos);
+  EXPECT_TRUE(PlanRetention(sessions, options, kNow).refused.empty());
+  options.over_quota = server::OverQuota::kDropOldest;
+  const RetentionPlan plan = PlanRetention(sessions, options, kNow);
+  EXPECT_EQ(Text(plan), (Lines{"alice-1: all"}));
+  EXPECT_EQ(plan.all_refused, "");
+  options.total_quota_bytes = 270;
+  EXPECT_TRUE(PlanRetention(sessions, options, kNow).actions.empty());
+}
+
 }  // namespace
 }  // namespace isthmus::ingest

@@ -130,10 +130,10 @@ TEST(ConfigTest, UnknownNamesAreNamedWithTheirLineAndTheKnownOnes) {
 }
 
 TEST(ConfigTest, ValuesOfTheWrongTypeOrOutOfRangeAreNamed) {
-  for (const char* value : {"0", "-1", "1.5", "many", "", "99999999999999999999"}) {
+  for (const char* value : {"-1", "1.5", "many", "", "99999999999999999999"}) {
     EXPECT_THAT(ErrorOf("ingest:\n  threads: \"" + std::string(value) + "\"\n"),
                 testing::AllOf(HasSubstr("line 2"), HasSubstr("ingest.threads"),
-                               HasSubstr("from 1 to 256")));
+                               HasSubstr("from 0 to 256")));
   }
   for (const char* value : {".nan", "nan", "inf", "0", "1e9"}) {
     EXPECT_THAT(ErrorOf("composition:\n  voxel_m: " + std::string(value) + "\n"),

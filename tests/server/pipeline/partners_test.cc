@@ -29,7 +29,7 @@ storage::WriteBatch Sessions(size_t count) {
     record.state = SessionState::kFinished;
     record.finished_ns = record.created_ns + 1;
     batch.sessions.push_back(record);
-    batch.submaps.push_back(MakeSubmap(Name(i).value(), 0, 30));
+    batch.submaps.push_back(MakeSubmap(Name(i).value(), 0, 200));
   }
   return batch;
 }
@@ -96,7 +96,7 @@ TEST_F(PartnersTest, SegmentsOfASessionArePartners) {
   second.first_segment = second.id;
   second.id = SegmentId(second.first_segment, 2);
   batch.sessions.push_back(second);
-  batch.submaps.push_back(MakeSubmap(second.id.value(), 0, 30));
+  batch.submaps.push_back(MakeSubmap(second.id.value(), 0, 200));
   Open(batch);
   EXPECT_TRUE(Searched().contains({second.first_segment, second.id}));
 }

@@ -87,6 +87,7 @@ class FakePipeline : public server::Pipeline {
   absl::Status ExportMap(const ExportRequest& request,
                          const std::function<bool(const std::string&)>& sink) override;
   void WaitUntilIdle() override {}
+  void StopTaking() override {}
   void Shutdown() override {}
 
   // The answers to readers. Set before use. `info.revision` is that of lists, too.

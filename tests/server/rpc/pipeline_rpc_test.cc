@@ -321,5 +321,37 @@ TEST_F(PipelineRpcTest, ADeletedSessionLeavesTheMap) {
                     session);
 }
 
+TEST_F(PipelineRpcTest, ASessionThatKeepsTheNewestSkipsInOrderAndCounts) {
+  v1::CreateSessionRequest create;
+  create.set_robot("hasty");
+  create.set_sensor("vlp16");
+  create.set_when_behind(v1::WHEN_BEHIND_KEEP_NEWEST);
+  v1::Session session;
+  ASSERT_GRPC_OK(stubs_->sessions->CreateSession(NewContext().get(), create, &session));
+  EXPECT_EQ(session.when_behind(), v1::WHEN_BEHIND_KEEP_NEWEST);
+  // Many times faster than the odometry.
+  constexpr uint64_t kScans = 60;
+  std::vector<v1::StreamScansRequest> requests;
+  for (uint64_t i = 1; i <= kScans; ++i) requests.push_back(RoomScan("", i));
+  std::vector<Response> acks;
+  EXPECT_GRPC_OK(Stream(session.id(), requests, &acks));
+  ASSERT_EQ(acks.size(), kScans);
+  uint64_t skipped = 0;
+  for (uint64_t i = 0; i < kScans; ++i) {
+    EXPECT_EQ(acks[i].sequence(), i + 1);
+    const bool is_skipped = acks[i].outcome() == Response::SKIPPED;
+    skipped += is_skipped ? 1 : 0;
+    EXPECT_EQ(acks[i].has_t_odom_sensor(), !is_skipped);
+    const auto used = is_skipped ? Response::SKIPPED : Response::PROCESSED;
+    EXPECT_EQ(acks[i].outcome(), used) << acks[i].reason();
+  }
+  EXPECT_EQ(acks.back().outcome(), Response::PROCESSED) << "the newest";
+  EXPECT_GT(skipped, 0u);
+  EXPECT_EQ(Get(session.id()).scan_counts().skipped(), skipped);
+  create.set_when_behind(static_cast<v1::WhenBehind>(7));
+  EXPECT_GRPC_ERROR(stubs_->sessions->CreateSession(NewContext().get(), create, &session),
+                    INVALID_ARGUMENT, "when_behind");
+}
+
 }  // namespace
 }  // namespace isthmus::rpc
