@@ -14,14 +14,17 @@ class BitWriter {
   void Write(uint32_t value, int bits) {
     word_ |= uint64_t{value} << used_;
     used_ += bits;
-    for (; used_ >= 8; used_ -= 8, word_ >>= 8) bytes_.push_back(static_cast<char>(word_));
+    if (used_ < 32) return;
+    const auto low = static_cast<uint32_t>(word_);
+    bytes_.append(reinterpret_cast<const char*>(&low), sizeof(low));
+    word_ >>= 32;
+    used_ -= 32;
   }
 
   // All bytes; the last one is filled up with zeros.
   std::string Finish() {
-    if (used_ > 0) bytes_.push_back(static_cast<char>(word_));
+    for (; used_ > 0; used_ -= 8, word_ >>= 8) bytes_.push_back(static_cast<char>(word_));
     used_ = 0;
-    word_ = 0;
     return std::move(bytes_);
   }
 

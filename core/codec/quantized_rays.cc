@@ -22,6 +22,8 @@ namespace {
 
 // Symbols repeat nothing that a search would find.
 constexpr int kSymbolLevel = 1;
+// Level 3 packs the other columns 1 % better and takes a quarter longer.
+constexpr int kColumnsLevel = 2;
 
 // Which columns are what; the numbers of `columns`.
 struct Roles {
@@ -90,15 +92,14 @@ std::optional<Roles> FindRoles(const PointPayload& payload, const std::vector<Co
   return roles;
 }
 
-// Reads rings and times. False where a ring or a time is none.
+// Reads rings and times of n points. False where a ring or a time is none.
 bool ReadRingsAndTimes(const PointPayload& raw, const Column& ring, const Column& time,
-                       RayPoints& points) {
-  const size_t n = PointCount(raw);
+                       size_t begin, size_t n, RayPoints& points) {
   points.ring.resize(n);
   points.time.resize(n);
   int32_t highest = 0, lowest = 0;
   VisitScalar(ring.type, [&](auto zero) {
-    const char* in = raw.data.data() + ring.offset;
+    const char* in = raw.data.data() + begin * raw.stride + ring.offset;
     for (size_t i = 0; i < n; ++i, in += raw.stride) {
       const auto value = static_cast<int32_t>(LoadAs<decltype(zero)>(in));
       highest = std::max(highest, value);
@@ -111,6 +112,7 @@ bool ReadRingsAndTimes(const PointPayload& raw, const Column& ring, const Column
   VisitScalar(time.type, [&](auto zero) {
     const char* in = raw.data.data() + time.offset;
     const auto first = static_cast<double>(LoadAs<decltype(zero)>(in));
+    in += begin * raw.stride;
     for (size_t i = 0; i < n; ++i, in += raw.stride) {
       points.time[i] = static_cast<double>(LoadAs<decltype(zero)>(in)) - first;
       sum += std::abs(points.time[i]);
@@ -133,7 +135,7 @@ bool ReadSteps(const PointPayload& raw, const Column& column, double scale, bool
       const Rounded rounded = RoundToSteps(LoadAs<decltype(zero)>(in), scale, &steps[i]);
       const bool known = rounded == Rounded::kSteps;
       if (first) is_return[i] = known;
-      fine = fine && rounded != Rounded::kTooFar && known == (is_return[i] != 0);
+      fine &= rounded != Rounded::kTooFar && known == (is_return[i] != 0);
     }
   };
   if (column.type == ScalarType::kFloat32) {
@@ -145,8 +147,8 @@ bool ReadSteps(const PointPayload& raw, const Column& column, double scale, bool
 }
 
 void WriteSteps(const std::vector<int32_t>& steps, const std::vector<uint8_t>& is_return,
-                const Column& column, double resolution_m, PointPayload& raw) {
-  char* out = raw.data.data() + column.offset;
+                const Column& column, double resolution_m, size_t begin, PointPayload& raw) {
+  char* out = raw.data.data() + begin * raw.stride + column.offset;
   const auto write = [&](auto zero) {
     using T = decltype(zero);
     for (size_t i = 0; i < steps.size(); ++i, out += raw.stride) {
@@ -204,7 +206,7 @@ bool AppendColumns(const PointPayload& raw, const std::vector<Column>& columns, 
     begin = end;
   }
   std::string frame;
-  if (!AppendZstdFrame(parts, frame).ok()) return false;
+  if (!AppendZstdFrame(parts, frame, kColumnsLevel).ok()) return false;
   AppendBytes(static_cast<uint32_t>(frame.size()), out);
   out += frame;
   return true;
@@ -251,11 +253,6 @@ absl::Status ReadRays(const PointPayload& quantized, const std::vector<Column>& 
       columns[roles.time].is_coordinate) {
     return NotRays("they are not of these fields");
   }
-  RayPoints points;
-  ReadRingsAndTimes(raw, columns[roles.ring], columns[roles.time], points);
-  for (const uint16_t ring : points.ring) {
-    if (ring >= model.rings.size()) return NotRays("a ring has no model");
-  }
   const size_t n = PointCount(raw);
   const size_t escapes = reader.Read<uint32_t>();
   if (!reader.ok() || escapes > n * kMostEscapeBytes + 1) return NotRays("their size is wrong");
@@ -264,14 +261,22 @@ absl::Status ReadRays(const PointPayload& quantized, const std::vector<Column>& 
   const auto symbols = ReadZstdFrame(frame, frame_size, 2 * n + escapes);
   if (!symbols.ok()) return symbols.status();
   const char* in = symbols->data();
-  if (!DecodeRays(model, in, in + n, in + 2 * n, escapes, points)) {
-    return NotRays("symbols are missing");
+  RayDecoder decoder(model, {in, in + n, in + 2 * n, escapes});
+  RayPoints points;
+  for (size_t begin = 0; begin < n; begin += kRayBlock) {
+    const size_t count = std::min(kRayBlock, n - begin);
+    ReadRingsAndTimes(raw, columns[roles.ring], columns[roles.time], begin, count, points);
+    const bool known = std::all_of(points.ring.begin(), points.ring.end(), [&](uint16_t ring) {
+      return ring < model.rings.size();
+    });
+    if (!known) return NotRays("a ring has no model");
+    if (!decoder.Next(points)) return NotRays("a symbol stands for nothing");
+    const double step = quantized.resolution_m;
+    WriteSteps(points.x, points.is_return, columns[roles.xyz[0]], step, begin, raw);
+    WriteSteps(points.y, points.is_return, columns[roles.xyz[1]], step, begin, raw);
+    WriteSteps(points.z, points.is_return, columns[roles.xyz[2]], step, begin, raw);
   }
-  const double step = quantized.resolution_m;
-  WriteSteps(points.x, points.is_return, columns[roles.xyz[0]], step, raw);
-  WriteSteps(points.y, points.is_return, columns[roles.xyz[1]], step, raw);
-  WriteSteps(points.z, points.is_return, columns[roles.xyz[2]], step, raw);
-  return absl::OkStatus();
+  return decoder.complete() ? absl::OkStatus() : NotRays("their sizes do not fit");
 }
 
 }  // namespace
@@ -281,7 +286,7 @@ std::optional<std::string> PackRays(const PointPayload& raw, const std::vector<C
   const std::optional<Roles> roles = FindRoles(raw, columns);
   if (!roles) return std::nullopt;
   RayPoints points;
-  if (!ReadRingsAndTimes(raw, columns[roles->ring], columns[roles->time], points)) {
+  if (!ReadRingsAndTimes(raw, columns[roles->ring], columns[roles->time], 0, PointCount(raw), points)) {
     return std::nullopt;
   }
   const double scale = 1.0 / resolution_m;

@@ -12,8 +12,8 @@
 namespace isthmus::codec {
 namespace {
 
-// Points that are coded for a try: an eighth, from the middle of the scan.
-constexpr size_t kTryShare = 8;
+// Points that are coded for a try: a sixteenth, from the middle of the scan.
+constexpr size_t kTryShare = 16;
 constexpr size_t kLeastTry = 2048;
 
 // Bits that a Huffman code of these bytes takes, about.

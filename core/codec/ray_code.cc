@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <memory>
 #include <vector>
 
 #include "core/codec/bit_stream.h"
@@ -25,7 +26,6 @@ constexpr double kLimit = 1073741824.0;  // 2^30: predictions stay within 31 bit
 constexpr double kMaxTurns = 1e6;        // More, or not a number, counts as none.
 constexpr double kEdge = 64;             // Steps; a larger difference begins another surface.
 constexpr double kNear = 250;            // Steps; nearer points do not tell directions.
-constexpr size_t kBlock = 256;
 
 uint32_t Fold(int32_t value) {
   return (static_cast<uint32_t>(value) << 1) ^ static_cast<uint32_t>(value >> 31);
@@ -37,7 +37,7 @@ int32_t Unfold(uint32_t folded) {
 int32_t Round(double value) {
   value = value < kLimit ? value : kLimit;  // Not a number becomes the limit.
   value = value > -kLimit ? value : -kLimit;
-  return static_cast<int32_t>(value + (value < 0 ? -0.5 : 0.5));
+  return static_cast<int32_t>(value + std::copysign(0.5, value));  // No branch.
 }
 
 int32_t Subtract(int32_t a, int32_t b) {
@@ -71,7 +71,28 @@ struct RingState {
   double bend = 0;                 // Radians that azimuths are beside the model.
 };
 
-// The predictions for one point after the other. A step is: Predict*, then Learn.
+// Where a point is expected: along x and y, whichever the ray runs along more being `main`.
+struct Ray {
+  RingState* ring;
+  bool x_is_main;
+  double main, other, side_main, side_other;
+
+  bool backwards() const { return main < 0; }
+  int32_t PredictMain() const { return Round(ring->distance * main + side_main); }
+};
+
+// Where the ray passes at a known main coordinate.
+struct Passing {
+  Passing(const Ray& ray, int32_t at)
+      : rho((at - ray.side_main) / ray.main),
+        other(Round(rho * ray.other + ray.side_other)),
+        z(Round(rho * ray.ring->slope + ray.ring->height)) {}
+
+  double rho;
+  int32_t other, z;
+};
+
+// The predictions for one point after the other: Aim, PredictMain, Passing, Learn.
 class RayCoder {
  public:
   explicit RayCoder(const RayModel& model)
@@ -85,9 +106,9 @@ class RayCoder {
     }
   }
 
-  // Points from `first` on, at most kBlock, are next.
+  // Points from `first` on, at most kRayBlock, are next.
   void Begin(const RayPoints& points, size_t first, size_t n) {
-    double turns[kBlock];
+    double turns[kRayBlock];
     for (size_t i = 0; i < n; ++i) {
       const double turn =
           rings_[points.ring[first + i]].turn + turns_per_unit_ * points.time[first + i];
@@ -96,46 +117,36 @@ class RayCoder {
     CosSin(turns, n, cosines_, sines_);
   }
 
-  // The i-th of the block.
-  void Aim(size_t i, uint16_t ring) {
-    ring_ = &rings_[ring];
-    const double c = cosines_[i] - ring_->bend * sines_[i];
-    const double s = sines_[i] + ring_->bend * cosines_[i];
-    x_is_main_ = std::abs(cosines_[i]) >= std::abs(sines_[i]);
-    main_ = x_is_main_ ? c : s;
-    other_ = x_is_main_ ? s : c;
-    side_main_ = x_is_main_ ? -ring_->side * s : ring_->side * c;
-    side_other_ = x_is_main_ ? ring_->side * c : -ring_->side * s;
-    inverse_ = 1 / main_;
+  // The ray of a point that is the k-th of the block.
+  Ray Aim(size_t k, uint16_t ring) {
+    RingState& state = rings_[ring];
+    const double c = cosines_[k] - state.bend * sines_[k];
+    const double s = sines_[k] + state.bend * cosines_[k];
+    Ray ray;
+    ray.ring = &state;
+    ray.x_is_main = std::abs(cosines_[k]) >= std::abs(sines_[k]);
+    ray.main = ray.x_is_main ? c : s;
+    ray.other = ray.x_is_main ? s : c;
+    ray.side_main = ray.x_is_main ? -state.side * s : state.side * c;
+    ray.side_other = ray.x_is_main ? state.side * c : -state.side * s;
+    return ray;
   }
 
-  bool x_is_main() const { return x_is_main_; }
-  bool backwards() const { return main_ < 0; }
-  // The coordinate of x and y along which the ray runs more.
-  int32_t PredictMain() const { return Round(ring_->distance * main_ + side_main_); }
-  // The other two, once that is known.
-  void PredictAcross(int32_t main, int32_t* other, int32_t* z) {
-    rho_ = (main - side_main_) * inverse_;
-    exact_other_ = rho_ * other_ + side_other_;
-    exact_z_ = rho_ * ring_->slope + ring_->height;
-    *other = Round(exact_other_);
-    *z = Round(exact_z_);
-  }
-
-  void Learn(int32_t other, int32_t z) {
-    RingState& ring = *ring_;
-    const double change = rho_ - ring.distance;
+  void Learn(const Ray& ray, const Passing& at, int32_t off, int32_t off_z) const {
+    RingState& ring = *ray.ring;
+    const double change = at.rho - ring.distance;
     if (std::abs(change) < kEdge) {
       ring.speed += follow_speed_ * change;
       ring.distance += follow_distance_ * change + ring.speed;
     } else {
       ring.speed = 0;
-      ring.distance = rho_;
+      ring.distance = at.rho;
     }
-    const double off = other - exact_other_, off_z = z - exact_z_;
-    if (rho_ > kNear && std::abs(off) < kEdge && std::abs(off_z) < kEdge) {
-      const double per_step = 1 / rho_;
-      ring.bend += follow_azimuth_ * (x_is_main_ ? off : -off) * main_ * per_step;
+    if ((off | off_z) == 0) return;  // Most; what is rounded off teaches nothing.
+    const double aside = ray.x_is_main ? off : -static_cast<double>(off);
+    if (at.rho > kNear && std::abs(aside) < kEdge && std::abs(off_z) < kEdge) {
+      const double per_step = 1 / at.rho;
+      ring.bend += follow_azimuth_ * aside * ray.main * per_step;
       ring.slope += follow_slope_ * off_z * per_step;
     }
   }
@@ -144,12 +155,7 @@ class RayCoder {
   const double turns_per_unit_;
   const double follow_distance_, follow_speed_, follow_azimuth_, follow_slope_;
   std::vector<RingState> rings_;
-  double cosines_[kBlock], sines_[kBlock];
-
-  RingState* ring_ = nullptr;
-  bool x_is_main_ = true;
-  double main_ = 1, other_ = 0, side_main_ = 0, side_other_ = 0, inverse_ = 1;
-  double rho_ = 0, exact_other_ = 0, exact_z_ = 0;
+  double cosines_[kRayBlock], sines_[kRayBlock];
 };
 
 void WriteRest(uint32_t rest, BitWriter& bits) {
@@ -199,73 +205,91 @@ void DecodeAcross(uint8_t symbol, BitReader& bits, uint32_t* other, uint32_t* z)
 RaySymbols EncodeRays(const RayModel& model, const RayPoints& points) {
   RaySymbols symbols;
   const size_t n = points.x.size();
-  symbols.distance.resize(n);
-  symbols.across.resize(n);
+  symbols.distance.reserve(n);
+  symbols.across.reserve(n);
   BitWriter bits;
   RayCoder coder(model);
-  for (size_t first = 0; first < n; first += kBlock) {
-    const size_t count = std::min(kBlock, n - first);
+  for (size_t first = 0; first < n; first += kRayBlock) {
+    const size_t count = std::min(kRayBlock, n - first);
     coder.Begin(points, first, count);
-    for (size_t i = first; i < first + count; ++i) {
+    // Written here first: compilers take into account that a char* may point to anything.
+    char distance[kRayBlock], across[kRayBlock];
+    for (size_t k = 0; k < count; ++k) {
+      const size_t i = first + k;
       const int32_t x = points.x[i], y = points.y[i], z = points.z[i];
       if (points.is_return[i] == 0 || (x | y | z) == 0) {
-        symbols.distance[i] =
-            static_cast<char>(points.is_return[i] == 0 ? kNoReturn : kZeroPoint);
+        distance[k] = static_cast<char>(points.is_return[i] == 0 ? kNoReturn : kZeroPoint);
+        across[k] = 0;
         continue;
       }
-      coder.Aim(i - first, points.ring[i]);
-      const int32_t main = coder.x_is_main() ? x : y, other = coder.x_is_main() ? y : x;
-      int32_t change = Subtract(main, coder.PredictMain());
-      if (coder.backwards()) change = Subtract(0, change);
-      symbols.distance[i] = EncodeDistance(Fold(change), bits);
-      int32_t predicted_other = 0, predicted_z = 0;
-      coder.PredictAcross(main, &predicted_other, &predicted_z);
-      symbols.across[i] = EncodeAcross(Fold(Subtract(other, predicted_other)),
-                                       Fold(Subtract(z, predicted_z)), bits);
-      coder.Learn(other, z);
+      const Ray ray = coder.Aim(k, points.ring[i]);
+      const int32_t main = ray.x_is_main ? x : y, other = ray.x_is_main ? y : x;
+      int32_t change = Subtract(main, ray.PredictMain());
+      if (ray.backwards()) change = Subtract(0, change);
+      distance[k] = EncodeDistance(Fold(change), bits);
+      const Passing at(ray, main);
+      const int32_t off = Subtract(other, at.other), off_z = Subtract(z, at.z);
+      across[k] = EncodeAcross(Fold(off), Fold(off_z), bits);
+      coder.Learn(ray, at, off, off_z);
     }
+    symbols.distance.append(distance, count);
+    symbols.across.append(across, count);
   }
   symbols.escapes = bits.Finish();
   return symbols;
 }
 
-bool DecodeRays(const RayModel& model, const char* distance, const char* across,
-                const char* escapes, size_t escape_bytes, RayPoints& points) {
+struct RayDecoder::State {
+  State(const RayModel& model, const RayStreams& from)
+      : streams(from), bits(from.escapes, from.escape_bytes), coder(model) {}
+
+  RayStreams streams;
+  BitReader bits;
+  RayCoder coder;
+};
+
+RayDecoder::RayDecoder(const RayModel& model, const RayStreams& streams)
+    : state_(std::make_unique<State>(model, streams)) {}
+
+RayDecoder::~RayDecoder() = default;
+
+bool RayDecoder::Next(RayPoints& points) {
+  BitReader bits = state_->bits;  // Copied: it then stays in registers.
+  RayCoder& coder = state_->coder;
   const size_t n = points.ring.size();
-  points.x.assign(n, 0);
-  points.y.assign(n, 0);
-  points.z.assign(n, 0);
-  points.is_return.assign(n, 1);
-  BitReader bits(escapes, escape_bytes);
-  RayCoder coder(model);
-  for (size_t first = 0; first < n; first += kBlock) {
-    const size_t count = std::min(kBlock, n - first);
-    coder.Begin(points, first, count);
-    for (size_t i = first; i < first + count; ++i) {
-      const auto symbol = static_cast<uint8_t>(distance[i]);
-      if (symbol >= kZeroPoint) {
-        points.is_return[i] = symbol == kZeroPoint;
-        continue;
-      }
-      uint32_t folded = 0;
-      if (!DecodeDistance(symbol, bits, &folded)) return false;
-      coder.Aim(i - first, points.ring[i]);
-      int32_t change = Unfold(folded);
-      if (coder.backwards()) change = Subtract(0, change);
-      const int32_t main = Add(coder.PredictMain(), change);
-      int32_t other = 0, z = 0;
-      coder.PredictAcross(main, &other, &z);
-      uint32_t folded_other = 0, folded_z = 0;
-      DecodeAcross(static_cast<uint8_t>(across[i]), bits, &folded_other, &folded_z);
-      other = Add(other, Unfold(folded_other));
-      z = Add(z, Unfold(folded_z));
-      coder.Learn(other, z);
-      (coder.x_is_main() ? points.x : points.y)[i] = main;
-      (coder.x_is_main() ? points.y : points.x)[i] = other;
-      points.z[i] = z;
+  points.x.resize(n);
+  points.y.resize(n);
+  points.z.resize(n);
+  points.is_return.resize(n);
+  coder.Begin(points, 0, n);
+  for (size_t i = 0; i < n; ++i) {
+    const auto symbol = static_cast<uint8_t>(*state_->streams.distance++);
+    const auto across = static_cast<uint8_t>(*state_->streams.across++);
+    points.is_return[i] = symbol != kNoReturn;
+    if (symbol >= kZeroPoint) {
+      points.x[i] = points.y[i] = points.z[i] = 0;
+      continue;
     }
+    uint32_t folded = 0;
+    if (!DecodeDistance(symbol, bits, &folded)) return false;
+    const Ray ray = coder.Aim(i, points.ring[i]);
+    int32_t change = Unfold(folded);
+    if (ray.backwards()) change = Subtract(0, change);
+    const int32_t main = Add(ray.PredictMain(), change);
+    const Passing at(ray, main);
+    uint32_t folded_other = 0, folded_z = 0;
+    DecodeAcross(across, bits, &folded_other, &folded_z);
+    const int32_t off = Unfold(folded_other), off_z = Unfold(folded_z);
+    coder.Learn(ray, at, off, off_z);
+    const int32_t other = Add(at.other, off);
+    points.x[i] = ray.x_is_main ? main : other;
+    points.y[i] = ray.x_is_main ? other : main;
+    points.z[i] = Add(at.z, off_z);
   }
-  return bits.complete();
+  state_->bits = bits;
+  return true;
 }
+
+bool RayDecoder::complete() const { return state_->bits.complete(); }
 
 }  // namespace isthmus::codec

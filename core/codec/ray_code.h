@@ -5,7 +5,8 @@
 // no fused operations, no functions of a library. docs/storage-format.md, "Rays", has the formulas.
 #pragma once
 
-#include <cstdint>
+#include <cstddef>
+#include <memory>
 #include <string>
 
 #include "core/codec/ray_model.h"
@@ -25,9 +26,33 @@ struct RaySymbols {
 
 RaySymbols EncodeRays(const RayModel& model, const RayPoints& points);
 
-// The inverse: fills x, y, z and is_return of `points`, whose ring (below the model's) and time are
-// there. False for what EncodeRays did not make, where that shows.
-bool DecodeRays(const RayModel& model, const char* distance, const char* across,
-                const char* escapes, size_t escape_bytes, RayPoints& points);
+// What RaySymbols holds, somewhere in memory.
+struct RayStreams {
+  const char* distance;
+  const char* across;
+  const char* escapes;
+  size_t escape_bytes;
+};
+
+// Points that are decoded at a time.
+inline constexpr size_t kRayBlock = 256;
+
+// The inverse of EncodeRays, a block after the other. Not thread safe. The streams must stay.
+class RayDecoder {
+ public:
+  RayDecoder(const RayModel& model, const RayStreams& streams);
+  ~RayDecoder();
+
+  // Fills x, y, z and is_return of at most kRayBlock points, whose ring (below the model's) and time
+  // are there. The streams have symbols for them. False for what EncodeRays did not make, where that
+  // shows.
+  bool Next(RayPoints& points);
+  // True if all escapes were used.
+  bool complete() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
 
 }  // namespace isthmus::codec
