@@ -51,13 +51,14 @@ std::optional<size_t> ColumnOf(const PointPayload& payload, const PointField* fi
   return std::nullopt;
 }
 
-// False unless all three coordinates are floating point.
+// False unless all three coordinates are floating point, and of one type.
 bool FindCoordinates(const PointPayload& payload, const std::vector<Column>& columns,
                      Roles* roles) {
   constexpr const char* kNames[] = {"x", "y", "z"};
   for (size_t axis = 0; axis < 3; ++axis) {
     const auto column = ColumnOf(payload, FindField(payload, {kNames[axis]}));
     if (!column || !columns[*column].is_coordinate) return false;
+    if (axis > 0 && columns[*column].type != columns[roles->xyz[0]].type) return false;
     roles->xyz[axis] = *column;
   }
   return true;
@@ -146,21 +147,16 @@ bool ReadSteps(const PointPayload& raw, const Column& column, double scale, bool
   return fine;
 }
 
-void WriteSteps(const std::vector<int32_t>& steps, const std::vector<uint8_t>& is_return,
-                const Column& column, double resolution_m, size_t begin, PointPayload& raw) {
-  char* out = raw.data.data() + begin * raw.stride + column.offset;
-  const auto write = [&](auto zero) {
-    using T = decltype(zero);
-    for (size_t i = 0; i < steps.size(); ++i, out += raw.stride) {
-      const T value = is_return[i] != 0 ? static_cast<T>(steps[i] * resolution_m)
-                                        : std::numeric_limits<T>::quiet_NaN();
-      StoreAs(value, out);
-    }
-  };
-  if (column.type == ScalarType::kFloat32) {
-    write(float{});
-  } else {
-    write(double{});
+// Writes the coordinates of points from `begin` on, all of type T.
+template <typename T>
+void WritePoints(const RayPoints& points, const std::array<uint32_t, 3>& offsets,
+                 double resolution_m, size_t begin, PointPayload& raw) {
+  char* out = raw.data.data() + begin * raw.stride;
+  for (size_t i = 0; i < points.x.size(); ++i, out += raw.stride) {
+    const double missing = points.is_return[i] != 0 ? 0 : std::numeric_limits<double>::quiet_NaN();
+    StoreAs(static_cast<T>(points.x[i] * resolution_m + missing), out + offsets[0]);
+    StoreAs(static_cast<T>(points.y[i] * resolution_m + missing), out + offsets[1]);
+    StoreAs(static_cast<T>(points.z[i] * resolution_m + missing), out + offsets[2]);
   }
 }
 
@@ -262,6 +258,9 @@ absl::Status ReadRays(const PointPayload& quantized, const std::vector<Column>& 
   if (!symbols.ok()) return symbols.status();
   const char* in = symbols->data();
   RayDecoder decoder(model, {in, in + n, in + 2 * n, escapes});
+  const std::array<uint32_t, 3> offsets = {columns[roles.xyz[0]].offset,
+                                           columns[roles.xyz[1]].offset,
+                                           columns[roles.xyz[2]].offset};
   RayPoints points;
   for (size_t begin = 0; begin < n; begin += kRayBlock) {
     const size_t count = std::min(kRayBlock, n - begin);
@@ -271,10 +270,11 @@ absl::Status ReadRays(const PointPayload& quantized, const std::vector<Column>& 
     });
     if (!known) return NotRays("a ring has no model");
     if (!decoder.Next(points)) return NotRays("a symbol stands for nothing");
-    const double step = quantized.resolution_m;
-    WriteSteps(points.x, points.is_return, columns[roles.xyz[0]], step, begin, raw);
-    WriteSteps(points.y, points.is_return, columns[roles.xyz[1]], step, begin, raw);
-    WriteSteps(points.z, points.is_return, columns[roles.xyz[2]], step, begin, raw);
+    if (columns[roles.xyz[0]].type == ScalarType::kFloat32) {
+      WritePoints<float>(points, offsets, quantized.resolution_m, begin, raw);
+    } else {
+      WritePoints<double>(points, offsets, quantized.resolution_m, begin, raw);
+    }
   }
   return decoder.complete() ? absl::OkStatus() : NotRays("their sizes do not fit");
 }

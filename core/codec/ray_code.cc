@@ -10,6 +10,15 @@
 
 // Compiled with -ffp-contract=off (CMakeLists.txt): a fused multiplication rounds differently.
 
+// Compiled twice, the processor decides: four numbers at a time instead of two, to the same bits.
+// Not with sanitizers, which such a choice at the start of the program upsets.
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && \
+    !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#define ISTHMUS_RAY_CLONES __attribute__((target_clones("avx2", "default")))
+#else
+#define ISTHMUS_RAY_CLONES
+#endif
+
 namespace isthmus::codec {
 namespace {
 
@@ -48,7 +57,7 @@ int32_t Add(int32_t a, int32_t b) {
 }
 
 // Cosines and sines of angles in turns. No branches, so that compilers take several at once.
-void CosSin(const double* turns, size_t n, double* cosines, double* sines) {
+ISTHMUS_RAY_CLONES void CosSin(const double* turns, size_t n, double* cosines, double* sines) {
   for (size_t i = 0; i < n; ++i) {
     const double quarters = turns[i] * 4;
     const auto quarter = static_cast<int32_t>(quarters + (quarters < 0 ? -0.5 : 0.5));
@@ -202,7 +211,7 @@ void DecodeAcross(uint8_t symbol, BitReader& bits, uint32_t* other, uint32_t* z)
 
 }  // namespace
 
-RaySymbols EncodeRays(const RayModel& model, const RayPoints& points) {
+ISTHMUS_RAY_CLONES RaySymbols EncodeRays(const RayModel& model, const RayPoints& points) {
   RaySymbols symbols;
   const size_t n = points.x.size();
   symbols.distance.reserve(n);
@@ -253,7 +262,7 @@ RayDecoder::RayDecoder(const RayModel& model, const RayStreams& streams)
 
 RayDecoder::~RayDecoder() = default;
 
-bool RayDecoder::Next(RayPoints& points) {
+ISTHMUS_RAY_CLONES bool RayDecoder::Next(RayPoints& points) {
   BitReader bits = state_->bits;  // Copied: it then stays in registers.
   RayCoder& coder = state_->coder;
   const size_t n = points.ring.size();
