@@ -98,8 +98,8 @@ int main(int argc, char** argv) {
   app.add_option("--resolution", resolution_m, "Step, metres")->capture_default_str();
   app.add_option("--repeats", repeats, "The fastest counts")->capture_default_str();
   CLI11_PARSE(app, argc, argv);
-  absl::PrintF("%-40s %4s %7s | %31s | %31s | 2 / 1\n", "", "scan", "points", "version 1: kB bit enc ms dec ms",
-               "version 2: kB bit enc ms dec ms");
+  absl::PrintF("%-40s %4s %7s | %31s | %31s | 2 / 1\n", "", "scan", "points",
+               "version 1: kB bit enc ms dec ms", "version 2: kB bit enc ms dec ms");
   for (const std::string& path : paths) {
     if (auto status = isthmus::bench::Run(path, scans, resolution_m, std::max(repeats, 1));
         !status.ok()) {

@@ -113,9 +113,9 @@ absl::Status CheckHeader(const PointPayload& quantized, const std::vector<Column
   }
   const int version = static_cast<unsigned char>(data[kVersionAt]);
   if (version < 1 || version > kQuantizedVersion || data[kVersionAt + 1] != 0) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("quantised payload of version ", version, "; this program reads versions 1 to ",
-                     kQuantizedVersion));
+    return absl::InvalidArgumentError(absl::StrCat("quantised payload of version ", version,
+                                                   "; this program reads versions 1 to ",
+                                                   kQuantizedVersion));
   }
   const uint32_t checksum =
       io::Crc32c(&data[kQuantizedHeaderSize], data.size() - kQuantizedHeaderSize);

@@ -12,11 +12,9 @@ namespace isthmus::codec {
 inline constexpr double kMinResolutionM = 1e-5;
 inline constexpr double kMaxResolutionM = 0.1;
 
-// Versions of the layout. Version 2 is that of scans whose points follow the rays of a spinning
-// LiDAR; all others stay in version 1. Both give the same points back, bit by bit.
-inline constexpr int kQuantizedVersion = 2;
-
-// 0 for what is not quantised.
+// The version of the layout (kQuantizedVersion); 0 for what is not quantised. Version 2 is that of
+// scans whose points follow the rays of a spinning LiDAR; all others stay in version 1. Both give
+// the same points back, bit by bit.
 int QuantizedVersionOf(const PointPayload& quantized);
 
 // Rounds x, y and z (where floating point) to multiples of `resolution_m`; every other field

@@ -72,9 +72,9 @@ std::optional<Roles> FindRoles(const PointPayload& payload, const std::vector<Co
       ColumnOf(payload, FindField(payload, {"ring", "ring_id", "channel", "line", "row", "laser_id",
                                             "laser", "beam", "beam_id"}));
   const auto time = ColumnOf(
-      payload, FindField(payload, {"time", "t", "timestamp", "time_stamp", "offset_time",
-                                   "timeoffset", "time_offset", "relative_time", "point_time",
-                                   "ts"}));
+      payload,
+      FindField(payload, {"time", "t", "timestamp", "time_stamp", "offset_time", "timeoffset",
+                          "time_offset", "relative_time", "point_time", "ts"}));
   if (!ring || !time || !IsRing(columns[*ring])) return std::nullopt;
   if (!FindCoordinates(payload, columns, &roles)) return std::nullopt;
   roles.ring = *ring;
@@ -258,16 +258,14 @@ absl::Status ReadRays(const PointPayload& quantized, const std::vector<Column>& 
   if (!symbols.ok()) return symbols.status();
   const char* in = symbols->data();
   RayDecoder decoder(model, {in, in + n, in + 2 * n, escapes});
-  const std::array<uint32_t, 3> offsets = {columns[roles.xyz[0]].offset,
-                                           columns[roles.xyz[1]].offset,
-                                           columns[roles.xyz[2]].offset};
+  const std::array<uint32_t, 3> offsets = {
+      columns[roles.xyz[0]].offset, columns[roles.xyz[1]].offset, columns[roles.xyz[2]].offset};
   RayPoints points;
   for (size_t begin = 0; begin < n; begin += kRayBlock) {
     const size_t count = std::min(kRayBlock, n - begin);
     ReadRingsAndTimes(raw, columns[roles.ring], columns[roles.time], begin, count, points);
-    const bool known = std::all_of(points.ring.begin(), points.ring.end(), [&](uint16_t ring) {
-      return ring < model.rings.size();
-    });
+    const bool known = std::all_of(points.ring.begin(), points.ring.end(),
+                                   [&](uint16_t ring) { return ring < model.rings.size(); });
     if (!known) return NotRays("a ring has no model");
     if (!decoder.Next(points)) return NotRays("a symbol stands for nothing");
     if (columns[roles.xyz[0]].type == ScalarType::kFloat32) {
@@ -286,7 +284,8 @@ std::optional<std::string> PackRays(const PointPayload& raw, const std::vector<C
   const std::optional<Roles> roles = FindRoles(raw, columns);
   if (!roles) return std::nullopt;
   RayPoints points;
-  if (!ReadRingsAndTimes(raw, columns[roles->ring], columns[roles->time], 0, PointCount(raw), points)) {
+  if (!ReadRingsAndTimes(raw, columns[roles->ring], columns[roles->time], 0, PointCount(raw),
+                         points)) {
     return std::nullopt;
   }
   const double scale = 1.0 / resolution_m;

@@ -18,8 +18,8 @@ namespace isthmus::codec {
 std::optional<std::string> PackRays(const PointPayload& raw, const std::vector<Column>& columns,
                                     double resolution_m);
 
-// The inverse: fills the data of `raw`, which has the layout. The header was checked. InvalidArgument for what
-// PackRays did not make.
+// The inverse: fills the data of `raw`, which has the layout. The header was checked.
+// InvalidArgument for what PackRays did not make.
 absl::Status UnpackRays(const PointPayload& quantized, const std::vector<Column>& columns,
                         PointPayload& raw);
 

@@ -65,8 +65,7 @@ ISTHMUS_RAY_CLONES void CosSin(const double* turns, size_t n, double* cosines, d
     const double a2 = a * a;
     const double s =
         a * (1 + a2 * (-1.0 / 6 + a2 * (1.0 / 120 + a2 * (-1.0 / 5040 + a2 * (1.0 / 362880)))));
-    const double c =
-        1 + a2 * (-0.5 + a2 * (1.0 / 24 + a2 * (-1.0 / 720 + a2 * (1.0 / 40320))));
+    const double c = 1 + a2 * (-0.5 + a2 * (1.0 / 24 + a2 * (-1.0 / 720 + a2 * (1.0 / 40320))));
     const double main = (quarter & 1) != 0 ? s : c, other = (quarter & 1) != 0 ? c : s;
     cosines[i] = (((quarter + 1) & 2) != 0) ? -main : main;
     sines[i] = ((quarter & 2) != 0) ? -other : other;

@@ -43,9 +43,9 @@ class RayDecoder {
   RayDecoder(const RayModel& model, const RayStreams& streams);
   ~RayDecoder();
 
-  // Fills x, y, z and is_return of at most kRayBlock points, whose ring (below the model's) and time
-  // are there. The streams have symbols for them. False for what EncodeRays did not make, where that
-  // shows.
+  // Fills x, y, z and is_return of at most kRayBlock points, whose ring (below the model's) and
+  // time are there. The streams have symbols for them. False for what EncodeRays did not make,
+  // where that shows.
   bool Next(RayPoints& points);
   // True if all escapes were used.
   bool complete() const;

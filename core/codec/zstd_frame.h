@@ -19,8 +19,8 @@ inline constexpr int kZstdLevel = 3;
 // Appends the frame to `out`. Thread safe. ResourceExhausted without memory.
 absl::Status AppendZstdFrame(const std::string& content, std::string& out, int level = kZstdLevel);
 
-// Likewise, of the parts one after the other. Each is compressed in blocks of its own, with a code of
-// its own: numbers of different kinds take less so.
+// Likewise, of the parts one after the other. Each is compressed in blocks of its own, with a code
+// of its own: numbers of different kinds take less so.
 absl::Status AppendZstdFrame(const std::vector<absl::string_view>& parts, std::string& out,
                              int level = kZstdLevel);
 
