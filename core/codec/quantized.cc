@@ -1,6 +1,7 @@
 #include "core/codec/quantized.h"
 
 #include <absl/strings/str_cat.h>
+#include <absl/strings/string_view.h>
 
 #include <algorithm>
 #include <cmath>
@@ -150,12 +151,36 @@ absl::StatusOr<std::string> OpenFrame(const PointPayload& quantized,
   return ReadZstdFrame(&quantized.data[start], quantized.data.size() - start, size);
 }
 
+// Fewer points than these share blocks: a block begins with a code of a hundred bytes.
+constexpr size_t kLeastPlane = 4096;
+
+// Adds the places where a column of the transform, which ends at `end`, is to be cut for the
+// compressor: behind each of its byte planes.
+void AddEnds(Transform transform, size_t width, size_t n, size_t end, std::vector<size_t>& ends) {
+  if (n < kLeastPlane) return;
+  if (transform == Transform::kCoordinate) width = sizeof(uint32_t);
+  if (transform == Transform::kPalette) width = 1;
+  for (size_t plane = width; plane-- > 0;) ends.push_back(end - plane * n);
+}
+
+std::vector<absl::string_view> Parts(const std::string& content, const std::vector<size_t>& ends) {
+  if (ends.empty()) return {content};
+  std::vector<absl::string_view> parts;
+  size_t begin = 0;
+  for (const size_t end : ends) {
+    parts.push_back(absl::string_view(content).substr(begin, end - begin));
+    begin = end;
+  }
+  return parts;
+}
+
 // Everything behind the header.
 absl::StatusOr<std::string> PackDifferences(const PointPayload& raw,
                                             const std::vector<Column>& columns,
                                             double resolution_m) {
   std::string body;
   std::string content;
+  std::vector<size_t> ends;
   for (const Column& column : columns) {
     Transform transform = Transform::kCoordinate;
     if (!column.is_coordinate) {
@@ -165,8 +190,11 @@ absl::StatusOr<std::string> PackDifferences(const PointPayload& raw,
       return status;
     }
     body.push_back(static_cast<char>(transform));
+    AddEnds(transform, SizeOf(column.type), PointCount(raw), content.size(), ends);
   }
-  if (absl::Status status = AppendZstdFrame(content, body); !status.ok()) return status;
+  if (absl::Status status = AppendZstdFrame(Parts(content, ends), body); !status.ok()) {
+    return status;
+  }
   return body;
 }
 
