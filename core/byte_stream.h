@@ -38,6 +38,14 @@ class ByteReader {
     return bytes_.substr(at_ - size, size);
   }
 
+  // Where the next `size` bytes are; null, and ok() false, where there are fewer.
+  const char* ReadBytes(size_t size) {
+    ok_ = ok_ && remaining() >= size;
+    if (!ok_) return nullptr;
+    at_ += size;
+    return bytes_.data() + at_ - size;
+  }
+
   bool ok() const { return ok_; }
   // The bytes that have not been read.
   std::string Rest() const { return bytes_.substr(at_); }

@@ -50,6 +50,10 @@ enum class PayloadEncoding : uint8_t {
   kQuantized,  // `data` is compressed; see core/codec/quantized.h.
 };
 
+// Layouts of kQuantized: 1, and 2 for scans of spinning LiDARs. What reads a version reads all
+// before it.
+inline constexpr int kQuantizedVersion = 2;
+
 struct PointPayload {
   PayloadEncoding encoding = PayloadEncoding::kRaw;
   uint32_t width = 0;   // Points per row.

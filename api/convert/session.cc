@@ -154,6 +154,7 @@ v1::Session ToMessage(const SessionStatus& status) {
   message.set_scan_bytes(status.scan_bytes);
   message.set_quota_bytes(status.quota_bytes);
   message.set_archive_problem(status.archive_problem);
+  message.set_quantized_version(kQuantizedVersion);
   AddSegments(status, message);
   if (status.component) message.set_component(*status.component);
   if (status.T_map_odom) *message.mutable_t_map_odom() = ToMessage(*status.T_map_odom);

@@ -27,7 +27,8 @@ class Localisation::Impl {
   absl::StatusOr<LocalisedScan> Locate(int64_t end_stamp_ns, PointPayload payload) {
     ScanStreamOptions compression;
     compression.resolution_m = options_.resolution_m;
-    auto prepared = Prepare(std::move(payload), compression);
+    // There is no session that tells which versions the server reads: the one that all do.
+    auto prepared = Prepare(std::move(payload), compression, 1);
     if (!prepared.ok()) return prepared.status();
     v1::LocaliseRequest request;
     request.mutable_scan()->set_sequence(++sequence_);

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/codec/byte_planes.h"
 #include "core/codec/byte_shuffle.h"
 #include "core/codec/column.h"
 
@@ -12,21 +13,6 @@ namespace isthmus::codec {
 namespace {
 
 constexpr size_t kPaletteSize = 256;
-
-// Calls `visitor` with an unsigned integer of `width` bytes.
-template <typename Visitor>
-auto VisitWord(size_t width, const Visitor& visitor) {
-  switch (width) {
-    case 1:
-      return visitor(uint8_t{});
-    case 2:
-      return visitor(uint16_t{});
-    case 4:
-      return visitor(uint32_t{});
-    default:
-      return visitor(uint64_t{});
-  }
-}
 
 template <typename Word>
 std::vector<Word> Gather(const char* in, size_t stride, size_t n) {
@@ -130,12 +116,12 @@ Transform EncodeColumn(const char* in, size_t stride, size_t n, size_t width, st
 
 void DecodeColumn(Transform transform, const char* in, size_t n, size_t width, char* out,
                   size_t stride) {
-  if (transform != Transform::kPalette) Unshuffle(in, n, width, out, stride);
+  if (transform == Transform::kPlain) return Unshuffle(in, n, width, out, stride);
   VisitWord(width, [&](auto sum) {
     using Word = decltype(sum);
     if (transform == Transform::kDelta) {
       for (size_t i = 0; i < n; ++i) {
-        sum = static_cast<Word>(sum + LoadAs<Word>(out + i * stride));
+        sum = static_cast<Word>(sum + LoadPlanes<Word>(in, n, i));
         StoreAs(sum, out + i * stride);
       }
     } else if (transform == Transform::kPalette) {

@@ -12,7 +12,14 @@ enum class Transform : char {
   kDelta = 1,       // Byte planes of each value's difference to the one before, as whole numbers.
   kCoordinate = 2,  // Byte planes of delta codes (delta_code.h) of 4 bytes.
   kPalette = 3,     // 256 values, then one byte per point that picks one.
+  kRay = 4,         // Elsewhere: a coordinate that follows from rays (ray_code.h).
 };
+
+// True for those that EncodeColumn makes.
+inline bool IsLossless(Transform transform) {
+  return transform == Transform::kPlain || transform == Transform::kDelta ||
+         transform == Transform::kPalette;
+}
 
 // Bytes of n values of `width` bytes (1, 2, 4 or 8) after the transform.
 size_t EncodedSize(Transform transform, size_t width, size_t n);
@@ -21,7 +28,7 @@ size_t EncodedSize(Transform transform, size_t width, size_t n);
 // for rings and times, kPalette for intensities of at most 256 levels, else kPlain.
 Transform EncodeColumn(const char* in, size_t stride, size_t n, size_t width, std::string& out);
 
-// The inverse, for all but kCoordinate. Any bytes are taken; damaged ones give wrong values.
+// The inverse, for those of IsLossless. Any bytes are taken; damaged ones give wrong values.
 void DecodeColumn(Transform transform, const char* in, size_t n, size_t width, char* out,
                   size_t stride);
 

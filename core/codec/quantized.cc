@@ -1,58 +1,32 @@
 #include "core/codec/quantized.h"
 
 #include <absl/strings/str_cat.h>
+#include <absl/strings/string_view.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "core/byte_stream.h"
 #include "core/codec/byte_shuffle.h"
 #include "core/codec/column.h"
 #include "core/codec/column_transform.h"
 #include "core/codec/delta_code.h"
 #include "core/codec/payload_layout.h"
+#include "core/codec/quantized_columns.h"
+#include "core/codec/quantized_rays.h"
 #include "core/codec/zstd_frame.h"
 #include "core/io/crc32c.h"
 
 namespace isthmus::codec {
 namespace {
 
-constexpr char kMagic[3] = {'I', 'Q', 1};  // The last byte is the version.
-constexpr size_t kHeaderSize = 8;          // Magic, a zero, checksum.
-
-// One value per point: a field, or one element of a field with count > 1.
-struct Column {
-  uint32_t offset = 0;
-  ScalarType type = ScalarType::kFloat32;
-  bool is_coordinate = false;
-};
-
-bool IsCoordinate(const PointPayload& payload, const PointField& field) {
-  const bool floating = field.type == ScalarType::kFloat32 || field.type == ScalarType::kFloat64;
-  return floating && field.count == 1 &&
-         (&field == FindField(payload, {"x"}) || &field == FindField(payload, {"y"}) ||
-          &field == FindField(payload, {"z"}));
-}
-
-// Columns in the order of fields, and of elements within a field. InvalidArgument when they need
-// more than kMaxDecodedBytes, which only overlapping fields do once the layout was checked.
-absl::StatusOr<std::vector<Column>> ListColumns(const PointPayload& payload) {
-  std::vector<Column> columns;
-  uint64_t bytes = 0;
-  for (const PointField& field : payload.fields) {
-    bytes += PointCount(payload) * field.count * SizeOf(field.type);
-    if (bytes > kMaxDecodedBytes || columns.size() + field.count > kMaxStride) {
-      return absl::InvalidArgumentError("the fields overlap and need too much memory");
-    }
-    for (uint32_t k = 0; k < field.count; ++k) {
-      columns.push_back(
-          {field.offset + k * SizeOf(field.type), field.type, IsCoordinate(payload, field)});
-    }
-  }
-  return columns;
-}
+constexpr char kMagic[2] = {'I', 'Q'};
+constexpr size_t kVersionAt = 2;  // Behind it a zero, then the checksum.
 
 absl::Status Check(const PointPayload& payload, double resolution_m) {
   if (!(resolution_m >= kMinResolutionM && resolution_m <= kMaxResolutionM)) {
@@ -77,14 +51,10 @@ bool QuantizeColumn(const char* in, uint32_t stride, size_t n, double resolution
   DeltaEncoder encoder;
   bool in_range = true;
   for (size_t i = 0; i < n; ++i) {
-    const double steps = static_cast<double>(LoadAs<T>(in + i * stride)) * scale;
-    if (!std::isfinite(steps)) {
-      codes[i] = kNoValueCode;
-    } else if (std::abs(steps) < kMaxDeltaCodeValue) {
-      codes[i] = encoder.Encode(static_cast<int32_t>(steps + std::copysign(0.5, steps)));
-    } else {
-      in_range = false;
-    }
+    int32_t steps = 0;
+    const Rounded rounded = RoundToSteps(LoadAs<T>(in + i * stride), scale, &steps);
+    codes[i] = rounded == Rounded::kSteps ? encoder.Encode(steps) : kNoValueCode;
+    in_range = in_range && rounded != Rounded::kTooFar;
   }
   return in_range;
 }
@@ -132,27 +102,35 @@ void DecodeCoordinate(const char* in, const Column& column, double resolution_m,
 }
 
 Transform TransformOf(const PointPayload& quantized, size_t column) {
-  return static_cast<Transform>(quantized.data[kHeaderSize + column]);
+  return static_cast<Transform>(quantized.data[kQuantizedHeaderSize + column]);
 }
 
-// Everything before the zstd frame.
+// Magic, version and checksum.
 absl::Status CheckHeader(const PointPayload& quantized, const std::vector<Column>& columns) {
   const std::string& data = quantized.data;
-  if (data.size() <= kHeaderSize + columns.size() || data[0] != kMagic[0] || data[1] != kMagic[1]) {
+  if (data.size() <= kQuantizedHeaderSize + columns.size() || data[0] != kMagic[0] ||
+      data[1] != kMagic[1]) {
     return absl::InvalidArgumentError("the data is not a quantised payload of these fields");
   }
-  if (data[2] != kMagic[2] || data[3] != 0) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("quantised payload of version ", static_cast<int>(data[2]),
-                     "; this program reads version ", static_cast<int>(kMagic[2])));
+  const int version = static_cast<unsigned char>(data[kVersionAt]);
+  if (version < 1 || version > kQuantizedVersion || data[kVersionAt + 1] != 0) {
+    return absl::InvalidArgumentError(absl::StrCat("quantised payload of version ", version,
+                                                   "; this program reads versions 1 to ",
+                                                   kQuantizedVersion));
   }
-  if (LoadAs<uint32_t>(&data[4]) != io::Crc32c(&data[kHeaderSize], data.size() - kHeaderSize)) {
+  const uint32_t checksum =
+      io::Crc32c(&data[kQuantizedHeaderSize], data.size() - kQuantizedHeaderSize);
+  if (LoadAs<uint32_t>(&data[4]) != checksum) {
     return absl::InvalidArgumentError("the checksum of the quantised payload is wrong");
   }
+  return absl::OkStatus();
+}
+
+// The transforms of version 1.
+absl::Status CheckTransforms(const PointPayload& quantized, const std::vector<Column>& columns) {
   for (size_t c = 0; c < columns.size(); ++c) {
     const Transform transform = TransformOf(quantized, c);
-    const bool known = transform >= Transform::kPlain && transform <= Transform::kPalette;
-    if (!known || (transform == Transform::kCoordinate) != columns[c].is_coordinate) {
+    if (columns[c].is_coordinate ? transform != Transform::kCoordinate : !IsLossless(transform)) {
       return absl::InvalidArgumentError("the fields do not fit the quantised payload");
     }
   }
@@ -169,13 +147,89 @@ absl::StatusOr<std::string> OpenFrame(const PointPayload& quantized,
   if (size > kMaxDecodedBytes) {
     return absl::InvalidArgumentError("the quantised payload needs too much memory");
   }
-  const size_t start = kHeaderSize + columns.size();
+  const size_t start = kQuantizedHeaderSize + columns.size();
   return ReadZstdFrame(&quantized.data[start], quantized.data.size() - start, size);
+}
+
+// Fewer points than these share blocks: a block begins with a code of a hundred bytes.
+constexpr size_t kLeastPlane = 4096;
+
+// Adds the places where a column of the transform, which ends at `end`, is to be cut for the
+// compressor: behind each of its byte planes.
+void AddEnds(Transform transform, size_t width, size_t n, size_t end, std::vector<size_t>& ends) {
+  if (n < kLeastPlane) return;
+  if (transform == Transform::kCoordinate) width = sizeof(uint32_t);
+  if (transform == Transform::kPalette) width = 1;
+  for (size_t plane = width; plane-- > 0;) ends.push_back(end - plane * n);
+}
+
+std::vector<absl::string_view> Parts(const std::string& content, const std::vector<size_t>& ends) {
+  if (ends.empty()) return {content};
+  std::vector<absl::string_view> parts;
+  size_t begin = 0;
+  for (const size_t end : ends) {
+    parts.push_back(absl::string_view(content).substr(begin, end - begin));
+    begin = end;
+  }
+  return parts;
+}
+
+// Everything behind the header.
+absl::StatusOr<std::string> PackDifferences(const PointPayload& raw,
+                                            const std::vector<Column>& columns,
+                                            double resolution_m) {
+  std::string body;
+  std::string content;
+  std::vector<size_t> ends;
+  for (const Column& column : columns) {
+    Transform transform = Transform::kCoordinate;
+    if (!column.is_coordinate) {
+      transform = EncodeColumn(raw.data.data() + column.offset, raw.stride, PointCount(raw),
+                               SizeOf(column.type), content);
+    } else if (auto status = EncodeCoordinate(raw, column, resolution_m, content); !status.ok()) {
+      return status;
+    }
+    body.push_back(static_cast<char>(transform));
+    AddEnds(transform, SizeOf(column.type), PointCount(raw), content.size(), ends);
+  }
+  if (absl::Status status = AppendZstdFrame(Parts(content, ends), body); !status.ok()) {
+    return status;
+  }
+  return body;
+}
+
+absl::Status UnpackDifferences(const PointPayload& quantized, const std::vector<Column>& columns,
+                               PointPayload& raw) {
+  const size_t n = PointCount(raw);
+  if (auto status = CheckTransforms(quantized, columns); !status.ok()) return status;
+  absl::StatusOr<std::string> content = OpenFrame(quantized, columns);
+  if (!content.ok()) return content.status();
+  raw.data.resize(n * raw.stride);
+  const char* in = content->data();
+  for (size_t c = 0; c < columns.size(); ++c) {
+    const Column& column = columns[c];
+    const Transform transform = TransformOf(quantized, c);
+    if (column.is_coordinate) {
+      DecodeCoordinate(in, column, quantized.resolution_m, raw);
+    } else {
+      DecodeColumn(transform, in, n, SizeOf(column.type), raw.data.data() + column.offset,
+                   raw.stride);
+    }
+    in += EncodedSize(transform, SizeOf(column.type), n);
+  }
+  return absl::OkStatus();
 }
 
 }  // namespace
 
-absl::StatusOr<PointPayload> Quantize(const PointPayload& raw, double resolution_m) {
+int QuantizedVersionOf(const PointPayload& quantized) {
+  const bool has_one = quantized.encoding == PayloadEncoding::kQuantized &&
+                       quantized.data.size() > kQuantizedHeaderSize;
+  return has_one ? static_cast<unsigned char>(quantized.data[kVersionAt]) : 0;
+}
+
+absl::StatusOr<PointPayload> Quantize(const PointPayload& raw, double resolution_m,
+                                      int newest_version) {
   if (raw.encoding != PayloadEncoding::kRaw) {
     return absl::InvalidArgumentError("the payload is compressed already");
   }
@@ -183,23 +237,15 @@ absl::StatusOr<PointPayload> Quantize(const PointPayload& raw, double resolution
   absl::StatusOr<std::vector<Column>> columns = ListColumns(raw);
   if (!columns.ok()) return columns.status();
 
-  const size_t n = PointCount(raw);
-  std::string content;
-  std::string data(kMagic, sizeof(kMagic));
-  data.resize(kHeaderSize, '\0');
-  for (const Column& column : *columns) {
-    Transform transform = Transform::kCoordinate;
-    if (!column.is_coordinate) {
-      transform = EncodeColumn(raw.data.data() + column.offset, raw.stride, n, SizeOf(column.type),
-                               content);
-    } else if (auto status = EncodeCoordinate(raw, column, resolution_m, content); !status.ok()) {
-      return status;
-    }
-    data.push_back(static_cast<char>(transform));
+  int version = 2;
+  std::optional<std::string> body;
+  if (newest_version >= 2) body = PackRays(raw, *columns, resolution_m);
+  if (!body) {
+    absl::StatusOr<std::string> packed = PackDifferences(raw, *columns, resolution_m);
+    if (!packed.ok()) return packed.status();
+    body = *std::move(packed);
+    version = 1;
   }
-  if (absl::Status status = AppendZstdFrame(content, data); !status.ok()) return status;
-  StoreAs(io::Crc32c(&data[kHeaderSize], data.size() - kHeaderSize), &data[4]);
-
   PointPayload quantized;
   quantized.encoding = PayloadEncoding::kQuantized;
   quantized.width = raw.width;
@@ -207,7 +253,9 @@ absl::StatusOr<PointPayload> Quantize(const PointPayload& raw, double resolution
   quantized.stride = raw.stride;
   quantized.fields = raw.fields;
   quantized.resolution_m = resolution_m;
-  quantized.data = std::move(data);
+  quantized.data = {kMagic[0], kMagic[1], static_cast<char>(version), 0};
+  AppendBytes(io::Crc32c(body->data(), body->size()), quantized.data);
+  quantized.data += *body;
   return quantized;
 }
 
@@ -219,28 +267,16 @@ absl::StatusOr<PointPayload> Dequantize(const PointPayload& quantized) {
   absl::StatusOr<std::vector<Column>> columns = ListColumns(quantized);
   if (!columns.ok()) return columns.status();
   if (auto status = CheckHeader(quantized, *columns); !status.ok()) return status;
-  absl::StatusOr<std::string> content = OpenFrame(quantized, *columns);
-  if (!content.ok()) return content.status();
 
   PointPayload raw;
   raw.width = quantized.width;
   raw.height = quantized.height;
   raw.stride = quantized.stride;
   raw.fields = quantized.fields;
-  const size_t n = PointCount(raw);
-  raw.data.resize(n * raw.stride);
-  const char* in = content->data();
-  for (size_t c = 0; c < columns->size(); ++c) {
-    const Column& column = (*columns)[c];
-    const Transform transform = TransformOf(quantized, c);
-    if (column.is_coordinate) {
-      DecodeCoordinate(in, column, quantized.resolution_m, raw);
-    } else {
-      DecodeColumn(transform, in, n, SizeOf(column.type), raw.data.data() + column.offset,
-                   raw.stride);
-    }
-    in += EncodedSize(transform, SizeOf(column.type), n);
-  }
+  const absl::Status status = QuantizedVersionOf(quantized) == 1
+                                  ? UnpackDifferences(quantized, *columns, raw)
+                                  : UnpackRays(quantized, *columns, raw);
+  if (!status.ok()) return status;
   return raw;
 }
 

@@ -3,10 +3,12 @@
 
 #include <absl/status/status.h>
 #include <absl/status/statusor.h>
+#include <absl/strings/string_view.h>
 
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <vector>
 
 namespace isthmus::codec {
 
@@ -16,6 +18,11 @@ inline constexpr int kZstdLevel = 3;
 
 // Appends the frame to `out`. Thread safe. ResourceExhausted without memory.
 absl::Status AppendZstdFrame(const std::string& content, std::string& out, int level = kZstdLevel);
+
+// Likewise, of the parts one after the other. Each is compressed in blocks of its own, with a code
+// of its own: numbers of different kinds take less so.
+absl::Status AppendZstdFrame(const std::vector<absl::string_view>& parts, std::string& out,
+                             int level = kZstdLevel);
 
 // InvalidArgument unless the bytes are exactly one undamaged frame of `content_size` bytes; no more
 // than that is allocated, whatever the frame claims. Thread safe.

@@ -11,9 +11,10 @@
 
 namespace isthmus::client {
 
-absl::StatusOr<PointPayload> Prepare(PointPayload payload, const ScanStreamOptions& options) {
+absl::StatusOr<PointPayload> Prepare(PointPayload payload, const ScanStreamOptions& options,
+                                     int newest_version) {
   if (options.resolution_m <= 0 || payload.encoding != PayloadEncoding::kRaw) return payload;
-  return codec::Quantize(payload, options.resolution_m);
+  return codec::Quantize(payload, options.resolution_m, newest_version);
 }
 
 absl::StatusOr<SessionStatus> FinishAt(SessionLink& link, const SessionId& session,

@@ -55,7 +55,8 @@ class MemoryStream final : public ScanStream::Impl, private ScanSource {
 };
 
 // Compressed if `options` ask for it. InvalidArgument when that cannot be done.
-absl::StatusOr<PointPayload> Prepare(PointPayload payload, const ScanStreamOptions& options);
+absl::StatusOr<PointPayload> Prepare(PointPayload payload, const ScanStreamOptions& options,
+                                     int newest_version = kQuantizedVersion);
 // The session after it was finished, with the client's patience; see FinishSessionRequest.
 absl::StatusOr<SessionStatus> FinishAt(SessionLink& link, const SessionId& session,
                                        uint64_t last_sequence);

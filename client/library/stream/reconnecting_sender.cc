@@ -6,6 +6,8 @@
 #include <limits>
 #include <utility>
 
+#include "client/library/stream/older_server.h"
+
 namespace isthmus::client {
 namespace {
 
@@ -131,12 +133,13 @@ absl::Status ReconnectingSender::RunLink() {
   if (absl::Status begun = source_->BeginLink(known); !begun.ok()) {
     return absl::IsNotFound(begun) ? status : begun;  // The server's own words are better.
   }
-  status = source_->complete() ? absl::OkStatus() : StreamScans(*session);
+  known.set_id(*session);
+  status = source_->complete() ? absl::OkStatus() : StreamScans(known);
   source_->InterruptLink();
   return status.ok() ? source_->ConcludeSession(ask) : status;
 }
 
-absl::Status ReconnectingSender::StreamScans(const std::string& session) {
+absl::Status ReconnectingSender::StreamScans(const v1::Session& session) {
   const std::unique_ptr<SessionCall> call = link_->NewCall(0);
   {
     MutexLock lock(&mutex_);
@@ -167,13 +170,14 @@ absl::Status ReconnectingSender::StreamScans(const std::string& session) {
   return status;
 }
 
-void ReconnectingSender::SendOn(ScanWire& wire, const std::string& session) {
+void ReconnectingSender::SendOn(ScanWire& wire, const v1::Session& session) {
   v1::StreamScansRequest hello;
-  hello.set_session(session);
+  hello.set_session(session.id());
   bool open = wire.Write(hello);
   while (open) {
-    const ScanSource::Request request = source_->NextRequest();
+    ScanSource::Request request = source_->NextRequest();
     if (request == nullptr) break;
+    request = ForServer(std::move(request), session.quantized_version());
     {
       MutexLock lock(&mutex_);
       if (unanswered_.empty()) moved_s_ = clock_.Now();

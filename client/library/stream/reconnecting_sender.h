@@ -34,9 +34,9 @@ class ReconnectingSender {
   bool WorthAnotherTry(const absl::Status& status) const;
   // From opening a link to its end. OK only when everything was acknowledged and concluded.
   absl::Status RunLink();
-  absl::Status StreamScans(const std::string& session);
+  absl::Status StreamScans(const v1::Session& session);
   absl::Status AskServer(ScanSource::Duration duration, const ScanSource::Attempt& attempt);
-  void SendOn(ScanWire& wire, const std::string& session);
+  void SendOn(ScanWire& wire, const v1::Session& session);
   void ReadFrom(ScanWire& wire);
   void WatchProgress();
   void WaitBeforeRetry(double seconds);

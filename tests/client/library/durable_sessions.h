@@ -25,11 +25,12 @@ struct FakeSession {
 // Thread safe.
 class DurableSessions {
  public:
-  std::atomic<uint64_t> durable_every{1};  // Scans; the last multiple of it is durable.
-  std::atomic<int> lost_creations{0};      // So many sessions are opened without an answer.
-  std::atomic<int> crashes_at_finish{0};   // So many calls of FinishSession meet a crash.
-  std::atomic<int> break_every{0};         // A stream ends after so many scans; 0: never.
-  std::atomic<int> mute_streams{0};        // So many streams take nothing and say nothing.
+  std::atomic<uint64_t> durable_every{1};      // Scans; the last multiple of it is durable.
+  std::atomic<int> lost_creations{0};          // So many sessions are opened without an answer.
+  std::atomic<int> crashes_at_finish{0};       // So many calls of FinishSession meet a crash.
+  std::atomic<int> break_every{0};             // A stream ends after so many scans; 0: never.
+  std::atomic<uint32_t> quantized_version{0};  // That it says it reads.
+  std::atomic<int> mute_streams{0};            // So many streams take nothing and say nothing.
   std::atomic<int> creations{0}, streams{0}, muted{0}, got_bytes{0}, got_scans{0};
 
   std::map<std::string, FakeSession> sessions() {
@@ -133,6 +134,7 @@ class DurableSessions {
     const auto found = sessions_.find(id);
     if (found == sessions_.end()) return absl::NotFoundError("no such session");
     session->set_id(id);
+    session->set_quantized_version(quantized_version);
     session->set_robot(found->second.request.robot());
     session->set_last_sequence(found->second.scans.size());
     session->set_durable_sequence(found->second.durable);

@@ -27,11 +27,17 @@ class FakeSessions final : public v1::SessionService::Service {
   std::atomic<int> swallow_acks{0};   // How many acknowledgements before the break are lost.
   std::atomic<int> forget_from{0};    // With the break: scans from here on are lost in a crash.
   std::atomic<int> spoil_uploads{0};  // So many uploads end in DATA_LOSS.
+  std::atomic<uint32_t> quantized_version{0};  // That it says it reads.
   std::atomic<int> creations{0}, uploads{0};
 
   std::vector<uint64_t> effects() {
     MutexLock lock(&mutex_);
     return effects_;
+  }
+
+  v1::PointCloud last_cloud() {
+    MutexLock lock(&mutex_);
+    return last_cloud_;
   }
 
   grpc::Status CreateSession(grpc::ServerContext*, const v1::CreateSessionRequest* request,
@@ -46,6 +52,7 @@ class FakeSessions final : public v1::SessionService::Service {
     if (request->session() != "alice-1") return {grpc::StatusCode::NOT_FOUND, "no such session"};
     MutexLock lock(&mutex_);
     session->set_id("alice-1");
+    session->set_quantized_version(quantized_version);
     session->set_last_sequence(effects_.empty() ? 0 : effects_.back());
     return grpc::Status::OK;
   }
@@ -57,6 +64,7 @@ class FakeSessions final : public v1::SessionService::Service {
     while (stream->Read(&request)) {
       if (!request.has_scan()) continue;
       v1::StreamScansResponse ack;
+      Keep(request.scan().cloud());
       const grpc::Status status = Take(request.scan().sequence(), ack);
       if (!status.ok()) return status;
       const bool breaks = break_after > 0 && --break_after == 0;
@@ -89,6 +97,11 @@ class FakeSessions final : public v1::SessionService::Service {
   }
 
  private:
+  void Keep(const v1::PointCloud& cloud) {
+    MutexLock lock(&mutex_);
+    last_cloud_ = cloud;
+  }
+
   grpc::Status Take(uint64_t sequence, v1::StreamScansResponse& ack) {
     MutexLock lock(&mutex_);
     const uint64_t last = effects_.empty() ? 0 : effects_.back();
@@ -108,6 +121,7 @@ class FakeSessions final : public v1::SessionService::Service {
   }
 
   Mutex mutex_;
+  v1::PointCloud last_cloud_ ABSL_GUARDED_BY(mutex_);
   std::vector<uint64_t> effects_ ABSL_GUARDED_BY(mutex_);  // Every scan that took effect, in order.
 };
 

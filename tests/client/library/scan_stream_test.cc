@@ -7,9 +7,12 @@
 #include <future>
 #include <numeric>
 
+#include "api/convert/cloud.h"
 #include "client/library/client.h"
 #include "core/codec/payload_builder.h"
+#include "core/codec/quantized.h"
 #include "tests/client/library/fake_server.h"
+#include "tests/core/codec/payloads.h"
 
 namespace isthmus::client {
 namespace {
@@ -68,6 +71,26 @@ TEST_F(ScanStreamTest, EveryScanIsAcknowledgedOnceAndInOrder) {
   ExpectAcks(50);
   EXPECT_EQ(server_.sessions.effects(), UpTo(50));
   EXPECT_EQ(stream->stats().processed, 50u);
+}
+
+// A scan of a spinning sensor, for a server that does not read what clients write today.
+TEST_F(ScanStreamTest, AnOlderServerGetsTheSamePointsAsItReadsThem) {
+  const PointPayload raw = codec::MakePayload(codec::RoomScan(), true, true);
+  std::vector<PointPayload> arrived;
+  for (const uint32_t version : {0u, 1u, 2u}) {
+    server_.sessions.quantized_version = version;
+    auto stream = Open({.resolution_m = 0.002});
+    ASSERT_TRUE(stream->Push(100 * (version + 1), raw).ok());
+    ASSERT_TRUE(stream->Finish().ok());
+    auto cloud = convert::FromMessage(server_.sessions.last_cloud());
+    ASSERT_TRUE(cloud.ok()) << cloud.status();
+    EXPECT_EQ(codec::QuantizedVersionOf(*cloud), std::max<int>(1, version));
+    const auto points = codec::Dequantize(*cloud);
+    ASSERT_TRUE(points.ok()) << points.status();
+    arrived.push_back(*points);
+  }
+  EXPECT_EQ(arrived[0].data, arrived[2].data);
+  EXPECT_EQ(arrived[1].data, arrived[2].data);
 }
 
 TEST_F(ScanStreamTest, ALostLinkLosesAndDoublesNothing) {

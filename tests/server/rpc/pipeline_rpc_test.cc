@@ -111,6 +111,7 @@ class PipelineRpcTest : public testing::Test {
 TEST_F(PipelineRpcTest, ADriveBecomesAMapThatCanBeRead) {
   const std::string session = Drive("alice", 30);
   const v1::Session finished = Get(session);
+  EXPECT_EQ(finished.quantized_version(), 2u);  // Of scans that the server reads.
   EXPECT_EQ(finished.state(), v1::Session::FINISHED);
   EXPECT_EQ(finished.last_sequence(), 30u);
   EXPECT_EQ(finished.durable_sequence(), 30u);

@@ -1,0 +1,41 @@
+// The columns of a quantised payload, and the rounding of coordinates to steps.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+#include "core/codec/delta_code.h"
+#include "core/point_payload.h"
+
+namespace isthmus::codec {
+
+inline constexpr size_t kQuantizedHeaderSize = 8;  // Magic, version, a zero, checksum.
+
+// One value per point: a field, or one element of a field with count > 1.
+struct Column {
+  uint32_t offset = 0;
+  ScalarType type = ScalarType::kFloat32;
+  bool is_coordinate = false;
+};
+
+// Columns in the order of fields, and of elements within a field. InvalidArgument when they need
+// more than kMaxDecodedBytes, which only overlapping fields do once the layout was checked.
+absl::StatusOr<std::vector<Column>> ListColumns(const PointPayload& payload);
+
+// What became of a coordinate.
+enum class Rounded : uint8_t { kSteps, kNoValue, kTooFar };
+
+// To the nearest whole number of steps, halves away from zero; `scale` is 1 / step.
+template <typename T>
+Rounded RoundToSteps(T value, double scale, int32_t* steps) {
+  const double exact = static_cast<double>(value) * scale;
+  if (!std::isfinite(exact)) return Rounded::kNoValue;
+  if (!(std::abs(exact) < kMaxDeltaCodeValue)) return Rounded::kTooFar;
+  *steps = static_cast<int32_t>(exact + std::copysign(0.5, exact));
+  return Rounded::kSteps;
+}
+
+}  // namespace isthmus::codec
