@@ -114,9 +114,16 @@ class Table {
 void AddNetwork(ServerConfig& config, Table& table) {
   table.Section("network");
   rpc::ServerOptions& rpc = config.rpc;
-  table.Add("listen", &rpc.listen,
-            "host:port, or unix:path; port 0 takes a free one. There is no authentication: "
-            "0.0.0.0 opens the map to everyone who can reach this machine.");
+  table.Add(
+      "listen", &rpc.listen,
+      "host:port, or unix:path; port 0 takes a free one. While there is no token, 0.0.0.0 opens "
+      "the map to everyone who can reach this machine.");
+  table.AddChoice("require_token", &rpc.require_token,
+                  Names<access::RequireToken>{{"auto", access::RequireToken::kAuto},
+                                              {"always", access::RequireToken::kAlways},
+                                              {"never", access::RequireToken::kNever}},
+                  "Whether each call needs a token. auto: as soon as there is one. always: also "
+                  "before. never: something in front of the server lets callers in.");
   table.Add("max_receive_bytes", &rpc.max_receive_bytes, 1 << 16, 1 << 30,
             "Largest message taken, bytes: the limit of one scan.");
   table.Add("max_submap_bytes", &rpc.max_submap_bytes, uint64_t{1} << 16, uint64_t{1} << 32,
