@@ -102,7 +102,7 @@ list(JOIN client_link_options " " client_link_options)
 configure_file(cmake/install/files/isthmus-client.pc.in isthmus-client.pc @ONLY)
 install(FILES ${CMAKE_BINARY_DIR}/isthmus-client.pc
   DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT dev)
-install(FILES docs/api.md docs/cli.md docs/concepts.md docs/durability.md
+install(FILES docs/access.md docs/api.md docs/cli.md docs/concepts.md docs/durability.md
   DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/isthmus COMPONENT client)
 install(DIRECTORY client/examples/ DESTINATION ${CMAKE_INSTALL_DATADIR}/isthmus/examples
   COMPONENT dev FILES_MATCHING PATTERN "*.cc")

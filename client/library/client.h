@@ -23,6 +23,7 @@
 #include "client/library/options.h"
 #include "client/library/stream/scan_stream.h"
 #include "client/library/transfers.h"
+#include "core/records/access_token.h"
 #include "core/records/list_at.h"
 #include "core/records/localisation.h"
 #include "core/records/map_edits.h"
@@ -158,6 +159,13 @@ class Client {
   // when there is a `folder`, ResourceExhausted when a disk is full.
   absl::StatusOr<Backup> BackUp(const std::string& folder,
                                 const std::function<void(const BackupState&)>& progress = nullptr);
+
+  // Makes a token; its secret cannot be asked for again. Without sites: for the default site, an
+  // administrator's for all. Not repeated once it was sent. This and the next two: for
+  // administrators, PermissionDenied else.
+  absl::StatusOr<NewAccessToken> CreateToken(const AccessToken& wanted);
+  absl::StatusOr<std::vector<AccessToken>> ListTokens();  // In order of creation.
+  absl::StatusOr<AccessToken> RevokeToken(const std::string& name);
 
   const std::string& address() const;
 

@@ -13,6 +13,7 @@
 #include "client/library/client.h"
 #include "client/library/stream/session_link.h"
 #include "core/concurrency/mutex.h"
+#include "isthmus/v1/access_service.grpc.pb.h"
 #include "isthmus/v1/admin_service.grpc.pb.h"
 #include "isthmus/v1/edit_service.grpc.pb.h"
 #include "isthmus/v1/localisation_service.grpc.pb.h"
@@ -30,6 +31,7 @@ class Client::Link final : public SessionLink {
     std::unique_ptr<v1::MapService::Stub> maps;
     std::unique_ptr<v1::EditService::Stub> edits;
     std::unique_ptr<v1::AdminService::Stub> admin;
+    std::unique_ptr<v1::AccessService::Stub> access;
     std::unique_ptr<v1::LocalisationService::Stub> localisation;
   };
   // One attempt at a call. Must not have effects that a second attempt would double.

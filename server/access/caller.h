@@ -7,16 +7,11 @@
 #include <vector>
 
 #include "core/ids.h"
+#include "core/records/access_token.h"
 
 namespace isthmus::access {
 
-// What a token is for. Each but kRobot may do what the one before it may.
-enum class Role {
-  kRobot,     // Feeds the sessions of its own robots, and is localised.
-  kReader,    // Reads the map.
-  kOperator,  // Changes it by hand, too.
-  kAdmin,     // Makes tokens and backups, too.
-};
+using Role = AccessRole;
 
 // True where `name` is what the pattern says, in which each `*` stands for any characters, none
 // included. Of two patterns: true only where all that `name` stands for is in the pattern too.

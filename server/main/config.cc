@@ -1,5 +1,7 @@
 #include "server/main/config.h"
 
+#include <absl/strings/ascii.h>
+#include <absl/strings/escaping.h>
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_join.h>
 #include <yaml-cpp/yaml.h>
@@ -9,6 +11,7 @@
 #include <vector>
 
 #include "core/io/file_io.h"
+#include "server/access/caller.h"
 #include "server/main/settings.h"
 
 namespace isthmus::server {
@@ -63,19 +66,22 @@ absl::Status ReadSection(const YAML::Node& node, const std::string& section,
   return absl::OkStatus();
 }
 
-absl::Status ReadSections(const YAML::Node& root, const std::vector<Setting>& settings) {
+// But for the section `skipped`.
+absl::Status ReadSections(const YAML::Node& root, const std::vector<Setting>& settings,
+                          const std::string& skipped = "") {
   if (root.IsNull()) return absl::OkStatus();  // An empty file: all defaults.
-  if (!root.IsMap()) return Wrong(root, "the file must be sections with settings in them");
+  if (!root.IsMap()) return Wrong(root, "it must be sections with settings in them");
   std::set<std::string> seen;
   for (const auto& entry : root) {
     const std::string section = entry.first.Scalar();
-    if (KnownKeys(settings, section).empty()) {
+    if (section != skipped && KnownKeys(settings, section).empty()) {
       return Wrong(entry.first, absl::StrCat("unknown section ", section, ": there are ",
                                              KnownSections(settings)));
     }
     if (!seen.insert(section).second) {
       return Wrong(entry.first, absl::StrCat("section ", section, " is given twice"));
     }
+    if (section == skipped) continue;
     if (entry.second.IsNull()) continue;
     if (!entry.second.IsMap()) {
       return Wrong(entry.first, absl::StrCat("section ", section, " must hold settings"));
@@ -86,12 +92,80 @@ absl::Status ReadSections(const YAML::Node& root, const std::vector<Setting>& se
   return absl::OkStatus();
 }
 
+// Settings that a site may have of its own. The rest is of the server as a whole.
+std::vector<Setting> SettingsOfSite(ServerConfig& config) {
+  std::vector<Setting> settings = SettingsOf(config);
+  std::erase_if(settings, [](const Setting& setting) {
+    return setting.section == "network" || setting.section == "storage" ||
+           setting.section == "ingest";
+  });
+  return settings;
+}
+
+bool IsSiteName(const std::string& name) {
+  constexpr size_t kLongest = 64;
+  return !name.empty() && name.size() <= kLongest && name[0] != '.' &&
+         name != access::kDefaultSite && std::all_of(name.begin(), name.end(), [](char c) {
+           return absl::ascii_isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '.' ||
+                  c == '-';
+         });
+}
+
+// What the rest of the file says is in `config` already, and holds for each site.
+absl::Status ReadSites(const YAML::Node& sites, ServerConfig& config) {
+  if (sites.IsNull()) return absl::OkStatus();
+  if (!sites.IsMap())
+    return Wrong(sites, "sites must be names, each with its own settings or none");
+  for (const auto& entry : sites) {
+    const std::string name = entry.first.Scalar();
+    if (!IsSiteName(name)) {
+      return Wrong(entry.first,
+                   absl::StrCat("\"", absl::CHexEscape(name),
+                                "\" cannot name a site: give up to 64 "
+                                "of [A-Za-z0-9_.-], no dot in front, and not \"default\""));
+    }
+    ServerConfig site = config;
+    const absl::Status status = ReadSections(entry.second, SettingsOfSite(site));
+    if (!status.ok()) {
+      return absl::InvalidArgumentError(absl::StrCat("site ", name, ", ", status.message()));
+    }
+    if (!config.sites.emplace(name, site.pipeline).second) {
+      return Wrong(entry.first, absl::StrCat("site ", name, " is given twice"));
+    }
+  }
+  return absl::OkStatus();
+}
+
+// Only what differs from the rest of the file.
+std::string PrintSites(const ServerConfig& config) {
+  std::string text =
+      "\n# Further maps, each in DIR/sites/NAME; in place of {}, what differs from the above.\n";
+  if (config.sites.empty()) return text + "# sites:\n#   NAME: {}\n";
+  text += "sites:\n";
+  for (const auto& [name, pipeline] : config.sites) {
+    ServerConfig whole = config, site = config;
+    site.pipeline = pipeline;
+    const std::vector<Setting> common = SettingsOfSite(whole), own = SettingsOfSite(site);
+    std::string changed, section;
+    for (size_t k = 0; k < own.size(); ++k) {
+      if (own[k].write() == common[k].write()) continue;
+      if (own[k].section != section) absl::StrAppend(&changed, "    ", own[k].section, ":\n");
+      section = own[k].section;
+      absl::StrAppend(&changed, "      ", own[k].key, ": ", own[k].write(), "\n");
+    }
+    absl::StrAppend(&text, "  ", name, changed.empty() ? ": {}\n" : ":\n", changed);
+  }
+  return text;
+}
+
 }  // namespace
 
 absl::StatusOr<ServerConfig> ParseConfig(const std::string& yaml) {
   ServerConfig config;
   try {
-    absl::Status status = ReadSections(YAML::Load(yaml), SettingsOf(config));
+    const YAML::Node root = YAML::Load(yaml);
+    absl::Status status = ReadSections(root, SettingsOf(config), "sites");
+    if (status.ok() && root.IsMap() && root["sites"]) status = ReadSites(root["sites"], config);
     if (!status.ok()) return status;
   } catch (const YAML::Exception& error) {
     return absl::InvalidArgumentError(
@@ -126,7 +200,7 @@ std::string PrintConfig(const ServerConfig& config) {
     absl::StrAppend(&text, "  # ", setting.comment, "\n  ", setting.key, ": ", setting.write(),
                     "\n");
   }
-  return text;
+  return text + PrintSites(config);
 }
 
 }  // namespace isthmus::server

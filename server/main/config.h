@@ -4,6 +4,7 @@
 
 #include <absl/status/statusor.h>
 
+#include <map>
 #include <string>
 
 #include "server/pipeline_options.h"
@@ -16,12 +17,15 @@ struct ServerConfig {
   rpc::ServerOptions rpc;
   PipelineOptions pipeline;
   storage::SqliteOptions storage;
-  int cache_mb = 512;  // MiB; see SetCache.
+  int cache_mb = 512;  // MiB; see SetCache. Shared by all sites.
+  // Maps beside that of the default site, by name; each with settings of its own where the file
+  // gives it some.
+  std::map<std::string, PipelineOptions> sites = {};
 };
 
 // Reads settings from YAML text into defaults. InvalidArgument, with section, key and line, for
-// text that is not YAML, an unknown section or key, one given twice, and a value of the wrong type
-// or out of range.
+// text that is not YAML, an unknown section or key, one given twice, a value of the wrong type or
+// out of range, and a site's name that cannot be a folder's.
 absl::StatusOr<ServerConfig> ParseConfig(const std::string& yaml);
 
 // As ParseConfig, from a file; its path is in every message. NotFound when it cannot be read.

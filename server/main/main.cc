@@ -12,16 +12,18 @@
 #include <memory>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "core/address.h"
 #include "core/caught.h"
+#include "server/access/tokens.h"
 #include "server/main/config.h"
 #include "server/main/data_folder.h"
+#include "server/main/open_map.h"
 #include "server/main/stop_signal.h"
 #include "server/pipeline.h"
 #include "server/rpc/server.h"
 #include "server/rpc/tls.h"
-#include "storage/sqlite/sqlite_store.h"
 #include "storage/upkeep/backup_stream.h"
 #include "storage/upkeep/check_store.h"
 
@@ -119,20 +121,24 @@ void LogFailedCall(const std::string& rpc, const absl::Status& status) {
 }
 
 // True if everything that was acknowledged is stored; says so.
-bool ReportStop(Pipeline& pipeline) {
+bool ReportStop(const std::vector<OpenMap>& maps) {
   bool stored = true;
-  for (const SessionStatus& session : pipeline.ListSessions()) {
-    if (session.durable_sequence >= session.last_sequence) continue;
-    stored = false;
-    spdlog::error("{}: scans {} to {} could not be stored; its robot has to send them again",
-                  session.record.id.value(), session.durable_sequence + 1, session.last_sequence);
+  for (const OpenMap& map : maps) {
+    for (const SessionStatus& session : map.pipeline->ListSessions()) {
+      if (session.durable_sequence >= session.last_sequence) continue;
+      stored = false;
+      spdlog::error("{}{}: scans {} to {} could not be stored; its robot has to send them again",
+                    map.prefix, session.record.id.value(), session.durable_sequence + 1,
+                    session.last_sequence);
+    }
   }
   if (stored) spdlog::info("stopped; everything that was acknowledged is stored");
   return stored;
 }
 
 // Everything is up; returns after a signal.
-ExitCode ServeUntilSignal(rpc::RpcServer& server, Pipeline& pipeline, StopSignal& signal) {
+ExitCode ServeUntilSignal(rpc::RpcServer& server, const std::vector<OpenMap>& maps,
+                          StopSignal& signal) {
   std::printf("isthmus-server listening on %s\n", server.address().c_str());
   std::fflush(stdout);
   const std::string name = signal.Wait([] {
@@ -143,14 +149,27 @@ ExitCode ServeUntilSignal(rpc::RpcServer& server, Pipeline& pipeline, StopSignal
   spdlog::info("{} received: finishing what was acknowledged; another one stops at once", name);
   // Calls may wait for room in a queue: what is still in it by then is let go of.
   std::promise<void> ended;
-  std::thread hurry([&pipeline, done = ended.get_future()] {
-    if (done.wait_for(kGrace) == std::future_status::timeout) pipeline.StopTaking();
+  std::thread hurry([&maps, done = ended.get_future()] {
+    if (done.wait_for(kGrace) != std::future_status::timeout) return;
+    for (const OpenMap& map : maps) map.pipeline->StopTaking();
   });
   server.Shutdown(kGrace);
   ended.set_value();
   hurry.join();
-  pipeline.Shutdown();
-  return ReportStop(pipeline) ? kStopped : kDataFolder;
+  for (const OpenMap& map : maps) map.pipeline->Shutdown();
+  return ReportStop(maps) ? kStopped : kDataFolder;
+}
+
+void SayWhoIsLetIn(access::RequireToken require, bool any) {
+  if (require == access::RequireToken::kNever) {
+    spdlog::warn("no token is asked for (network.require_token: never)");
+  } else if (!any && require == access::RequireToken::kAuto) {
+    spdlog::warn(
+        "there is no token yet: whoever reaches this server may do everything. "
+        "`isthmus token create` makes the first one, and from then on each call needs one");
+  } else if (!any) {
+    spdlog::warn("there is no token yet, so nobody is let in: `isthmus token create --data`");
+  }
 }
 
 int Check(const std::string& folder) {
@@ -164,6 +183,14 @@ int Check(const std::string& folder) {
   return report->damaged_count == 0 ? kSound : kDamaged;
 }
 
+// What a person has to put right before a start makes sense.
+absl::Status CheckNetwork(const rpc::ServerOptions& options) {
+  absl::Status status = CheckAddress(options.listen, PortZero::kAnyFreeOne);
+  if (status.ok()) status = rpc::CheckListening(options);
+  if (status.ok()) status = rpc::MakeServerCredentials(options.tls).status();
+  return status;
+}
+
 int Run(const Arguments& arguments) {
   if (arguments.check) return Check(arguments.data);
   absl::StatusOr<ServerConfig> config = ServerConfig();
@@ -175,15 +202,7 @@ int Run(const Arguments& arguments) {
     std::fputs(PrintConfig(*config).c_str(), stdout);
     return kStopped;
   }
-  if (absl::Status status = CheckAddress(config->rpc.listen, PortZero::kAnyFreeOne); !status.ok()) {
-    return Fail(kUsage, status);
-  }
-  if (absl::Status status = rpc::CheckListening(config->rpc); !status.ok()) {
-    return Fail(kUsage, status);
-  }
-  if (absl::Status status = rpc::MakeServerCredentials(config->rpc.tls).status(); !status.ok()) {
-    return Fail(kUsage, status);
-  }
+  if (absl::Status status = CheckNetwork(config->rpc); !status.ok()) return Fail(kUsage, status);
   // A limit on the size of files is a full disk, which is lived with, not the end.
   ::signal(SIGXFSZ, SIG_IGN);
   StopSignal signal;  // Before any thread, so that all of them leave the signals to it.
@@ -191,25 +210,23 @@ int Run(const Arguments& arguments) {
     return Fail(kDataFolder, status);
   }
   const auto warn = [](const std::string& problem) { spdlog::warn("{}", problem); };
+  auto tokens = access::Tokens::Open(arguments.data, warn);
+  if (!tokens.ok()) return Fail(kDataFolder, tokens.status());
+  SayWhoIsLetIn(config->rpc.require_token, (*tokens)->any());
+  config->rpc.tokens = tokens->get();
   config->storage.on_problem = warn;
-  auto store = storage::OpenSqliteStore(arguments.data, config->storage);
-  if (!store.ok()) return Fail(kDataFolder, store.status());
-  SetCache(static_cast<size_t>(config->cache_mb) << 20, arguments.data, &config->pipeline);
-  storage::RemoveAbandonedBackups(arguments.data);
-  config->pipeline.archive.directory = arguments.data;
-  config->pipeline.work_journal = arguments.data + "/matching.journal";
-  config->pipeline.on_problem = warn;
-  config->pipeline.on_event = [](const std::string& event) { spdlog::info("{}", event); };
-  auto pipeline = Pipeline::Open(config->pipeline, *std::move(store));
-  if (!pipeline.ok()) return Fail(kDataFolder, pipeline.status());
-  const MapInfo info = (*pipeline)->GetMapInfo();
-  spdlog::info("{}: revision {}, {} robots", arguments.data, info.revision, info.robots.size());
-  config->rpc.backup = BackupsOf(arguments.data);
-  config->rpc.uploads_folder = arguments.data + "/uploads";
+  const auto maps = OpenMaps(arguments.data, *config);
+  if (!maps.ok()) return Fail(kDataFolder, maps.status());
+  std::vector<rpc::ServedSite> sites;
+  for (const OpenMap& map : *maps) {
+    const MapInfo info = map.pipeline->GetMapInfo();
+    spdlog::info("{}: revision {}, {} robots", map.folder, info.revision, info.robots.size());
+    sites.push_back({map.name, map.pipeline.get(), BackupsOf(map.folder), map.folder + "/uploads"});
+  }
   config->rpc.on_failed_call = LogFailedCall;
-  auto server = rpc::RpcServer::Start(pipeline->get(), config->rpc);
+  auto server = rpc::RpcServer::Start(sites, config->rpc);
   if (!server.ok()) return Fail(kCannotListen, server.status());
-  return ServeUntilSignal(**server, **pipeline, signal);
+  return ServeUntilSignal(**server, *maps, signal);
 }
 
 }  // namespace

@@ -144,6 +144,12 @@ void AddNetwork(ServerConfig& config, Table& table) {
   table.Add("insecure", &rpc.insecure,
             "Whether other machines may be served in plain text: where the network itself is "
             "safe.");
+  table.AddChoice("require_token", &rpc.require_token,
+                  Names<access::RequireToken>{{"auto", access::RequireToken::kAuto},
+                                              {"always", access::RequireToken::kAlways},
+                                              {"never", access::RequireToken::kNever}},
+                  "Whether each call needs a token. auto: as soon as there is one. always: also "
+                  "before. never: something in front of the server lets callers in.");
   table.Add("max_receive_bytes", &rpc.max_receive_bytes, 1 << 16, 1 << 30,
             "Largest message taken, bytes: the limit of one scan.");
   table.Add("max_submap_bytes", &rpc.max_submap_bytes, uint64_t{1} << 16, uint64_t{1} << 32,

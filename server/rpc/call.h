@@ -2,43 +2,21 @@
 #pragma once
 
 #include <absl/status/status.h>
+#include <absl/status/statusor.h>
 
-#include <functional>
 #include <memory>
 #include <string>
-#include <thread>
+#include <utility>
 
-#include "core/concurrency/mutex.h"
 #include "core/ids.h"
 #include "server/access/caller.h"
+#include "server/rpc/running_calls.h"
 #include "server/rpc/site.h"
 
 namespace isthmus::rpc {
 
-// What the gate and a call that it let in both hold: whether the call may go on. Thread safe.
-class Admission {
- public:
-  using OnEnd = std::function<void(const absl::Status&)>;
-
-  // Ok, or why the call must end: its token was revoked, or has expired.
-  absl::Status status() const;
-  // The callback is called once, from a thread of the gate, when the call must end; at once, from
-  // this thread, where that has happened already. It must not block.
-  void SetOnEnd(OnEnd on_end);
-  // No callback runs after this, nor while it returns, but where the callback itself calls it.
-  void Forget();
-  void End(const absl::Status& status);
-
- private:
-  mutable Mutex mutex_;
-  CondVar told_;
-  absl::Status status_ ABSL_GUARDED_BY(mutex_);
-  OnEnd on_end_ ABSL_GUARDED_BY(mutex_);
-  std::thread::id telling_ ABSL_GUARDED_BY(mutex_);  // None: nobody is being told.
-};
-
-// One per call, from the gate. Movable; must not outlive the gate. Destroying it lets go of
-// whatever the call held, and waits for an OnEnd that is running.
+// One per call, from the gate. Movable; must outlive neither the gate nor the context that it was
+// made for. Destroying it waits for an OnEnd that is running.
 struct Call {
   Call() = default;
   Call(Call&&) = default;
@@ -51,6 +29,7 @@ struct Call {
   std::string peer = {};        // As gRPC names it: "ipv4:127.0.0.1:4711".
   std::string request_id = {};  // The client's, else one of ours; for logs.
   std::shared_ptr<Admission> admission = {};
+  RunningCalls* running = nullptr;  // That it is among; null: no token can end it.
 
   server::Pipeline& pipeline() const { return site->pipeline; }
 
@@ -62,6 +41,8 @@ struct Call {
 
   // PermissionDenied unless the caller may open sessions of that robot.
   absl::Status CheckRobot(const RobotId& robot) const;
+  // Whether it may be told of that session: a robot knows of its own alone.
+  bool MayKnow(const SessionStatus& session) const;
   // The session, where the caller may know of it. NotFound where there is none, and in the same
   // words where it is another robot's: a robot cannot find out which others there are.
   absl::StatusOr<SessionStatus> OwnSession(const SessionId& session) const;

@@ -1,23 +1,161 @@
 #include "server/rpc/gate.h"
 
+#include <absl/strings/ascii.h>
+#include <absl/strings/match.h>
 #include <absl/strings/str_cat.h>
 
+#include <algorithm>
 #include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "server/access/limits.h"
+#include "server/access/permissions.h"
 
 namespace isthmus::rpc {
+namespace {
+
+constexpr char kAuthorization[] = "authorization", kSite[] = "isthmus-site",
+               kRequestId[] = "x-request-id";
+constexpr char kHowToSend[] =
+    "send one as `authorization: Bearer TOKEN` (isthmus: --token-file FILE, or ISTHMUS_TOKEN)";
+constexpr size_t kMaxSecret = 256;  // Nobody's is as long; what is longer is not hashed.
+
+// The values of a key; nothing where it is given twice.
+std::optional<std::string> OnlyValue(const grpc::ServerContextBase& context, const char* key,
+                                     bool* twice) {
+  const auto [begin, end] = context.client_metadata().equal_range(key);
+  *twice = begin != end && std::next(begin) != end;
+  if (begin == end || *twice) return std::nullopt;
+  return std::string(begin->second.data(), begin->second.size());
+}
+
+absl::StatusOr<std::string> SecretOf(const grpc::ServerContextBase& context) {
+  constexpr absl::string_view kScheme = "Bearer ";
+  bool twice = false;
+  const std::optional<std::string> value = OnlyValue(context, kAuthorization, &twice);
+  if (!value && !twice) {
+    return absl::UnauthenticatedError(
+        absl::StrCat("this server asks for a token, and none came: ", kHowToSend,
+                     "; an administrator makes it with `isthmus token create`"));
+  }
+  if (!value || !absl::StartsWithIgnoreCase(*value, kScheme) ||
+      value->size() > kScheme.size() + kMaxSecret) {
+    return absl::UnauthenticatedError(absl::StrCat("what came is no token: ", kHowToSend));
+  }
+  return value->substr(kScheme.size());
+}
+
+bool IsPlain(const std::string& id) {
+  constexpr size_t kLongest = 64;
+  return !id.empty() && id.size() <= kLongest && std::all_of(id.begin(), id.end(), [](char c) {
+    return absl::ascii_isalnum(static_cast<unsigned char>(c)) || c == '-' || c == '_' || c == '.';
+  });
+}
+
+}  // namespace
+
+Gate::Gate(Options options) : options_(std::move(options)) {
+  if (options_.tokens != nullptr) reviewer_ = std::thread([this] { ReviewUntilStopped(); });
+}
+
+Gate::~Gate() {
+  {
+    MutexLock lock(&mutex_);
+    stopped_ = true;
+    stop_.SignalAll();
+  }
+  if (reviewer_.joinable()) reviewer_.join();
+}
+
+void Gate::ReviewUntilStopped() {
+  MutexLock lock(&mutex_);
+  while (!stopped_) {
+    stop_.WaitFor(&mutex_, options_.review_interval);
+    if (stopped_) return;
+    mutex_.Unlock();
+    running_.Review([this](const std::string& token) { return StillHolds(token); });
+    mutex_.Lock();
+  }
+}
+
+bool Gate::AsksForTokens() const {
+  if (options_.tokens == nullptr) return false;
+  switch (options_.require_token) {
+    case access::RequireToken::kAlways:
+      return true;
+    case access::RequireToken::kNever:
+      return false;
+    case access::RequireToken::kAuto:
+      return options_.tokens->any();
+  }
+  return true;
+}
+
+absl::StatusOr<access::Caller> Gate::Authenticate(const grpc::ServerContextBase& context) const {
+  if (!AsksForTokens()) return access::Caller();
+  const absl::StatusOr<std::string> secret = SecretOf(context);
+  if (!secret.ok()) return secret.status();
+  auto token = options_.tokens->Check(*secret);
+  if (!token.ok()) return token.status();
+  return access::Caller{token->name, token->role, std::move(token->robots),
+                        std::move(token->sites)};
+}
+
+absl::Status Gate::StillHolds(const std::string& token) const {
+  if (!AsksForTokens()) return absl::OkStatus();
+  if (!token.empty()) return options_.tokens->StillHolds(token);
+  return absl::UnauthenticatedError(
+      absl::StrCat("this server asks for a token since just now: ", kHowToSend));
+}
+
+absl::StatusOr<Site*> Gate::Choose(const grpc::ServerContextBase& context,
+                                   const access::Caller& caller) const {
+  bool twice = false;
+  std::optional<std::string> wanted = OnlyValue(context, kSite, &twice);
+  if (twice) return absl::InvalidArgumentError("a call is about one site: name it once");
+  if (!wanted || wanted->empty()) {
+    const bool has_one = caller.sites.size() == 1 && !absl::StrContains(caller.sites[0], '*');
+    wanted = has_one ? caller.sites[0] : options_.sites.front()->name;
+  }
+  if (!caller.MaySee(*wanted)) {
+    return absl::PermissionDeniedError(
+        "this token is not for that site: name another one (isthmus: --site NAME), or ask an "
+        "administrator for a token that is");
+  }
+  for (Site* site : options_.sites) {
+    if (site->name == *wanted) return site;
+  }
+  return absl::NotFoundError(
+      "this server has no site of that name: the section `sites` of its configuration names those "
+      "it has");
+}
 
 absl::StatusOr<Call> Gate::Admit(const grpc::ServerContextBase& context, absl::string_view rpc) {
+  auto caller = Authenticate(context);
+  if (!caller.ok()) return caller.status();
+  if (absl::Status role = access::CheckRole(*caller, rpc); !role.ok()) return role;
+  const absl::StatusOr<Site*> site = Choose(context, *caller);
+  if (!site.ok()) return site.status();
   Call call;
   call.rpc = std::string(rpc);
-  call.site = &site_;
+  call.caller = *std::move(caller);
+  call.site = *site;
   call.peer = context.peer();
-  call.request_id = absl::StrCat(++calls_);
+  bool twice = false;
+  const auto request_id = OnlyValue(context, kRequestId, &twice);
+  call.request_id = request_id && IsPlain(*request_id) ? *request_id : absl::StrCat(++calls_);
   call.admission = std::make_shared<Admission>();
+  if (options_.tokens != nullptr) {
+    call.running = &running_;
+    running_.Enter(call.admission, call.caller.token, context);
+  }
   return call;
 }
 
 grpc::Status Gate::End(absl::string_view rpc, const absl::Status& status) const {
-  if (!status.ok() && on_failed_call_) on_failed_call_(std::string(rpc), status);
+  if (!status.ok() && options_.on_failed_call) options_.on_failed_call(std::string(rpc), status);
   return ToGrpc(status);
 }
 

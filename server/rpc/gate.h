@@ -7,11 +7,16 @@
 #include <grpcpp/server_context.h>
 
 #include <atomic>
+#include <chrono>
 #include <cstdint>
-#include <string>
-#include <utility>
+#include <thread>
+#include <vector>
 
 #include "core/caught.h"
+#include "core/concurrency/mutex.h"
+#include "server/access/caller.h"
+#include "server/access/require_token.h"
+#include "server/access/tokens.h"
 #include "server/rpc/call.h"
 #include "server/rpc/reply.h"
 
@@ -22,12 +27,24 @@ namespace isthmus::rpc {
 // with go through End. Thread safe; must outlive its calls.
 class Gate {
  public:
-  // The site must outlive the gate; `on_failed_call` may be null.
-  Gate(Site* site, OnFailedCall on_failed_call)
-      : site_(*site), on_failed_call_(std::move(on_failed_call)) {}
+  struct Options {
+    // The first is the default site, whatever its name.
+    std::vector<Site*> sites;
+    // Null: there are none, and nobody is asked for one.
+    access::Tokens* tokens = nullptr;
+    access::RequireToken require_token = access::RequireToken::kAuto;
+    // How often calls under way are asked whether their token still holds.
+    std::chrono::milliseconds review_interval{1000};
+    OnFailedCall on_failed_call = nullptr;  // May be null.
+  };
+
+  // What the options point to must outlive it.
+  explicit Gate(Options options);
+  ~Gate();
 
   // `rpc` is the method's bare name ("StreamScans"). Unauthenticated or PermissionDenied, with a
-  // message that says nothing of what there is.
+  // message that says nothing of what there is. NotFound for a site that the caller may see, and
+  // that is not there. The context must outlive the call.
   absl::StatusOr<Call> Admit(const grpc::ServerContextBase& context, absl::string_view rpc);
 
   // The status that travels at the end of a call, let in or not; tells of failures.
@@ -46,15 +63,32 @@ class Gate {
                    const Handler& handler) {
     try {
       const absl::StatusOr<Call> call = Admit(context, rpc);
-      return call.ok() ? handler(*call) : call.status();
+      if (!call.ok()) return call.status();
+      absl::Status status = handler(*call);
+      // A handler that was told to stop says that its client is gone, or nothing.
+      const absl::Status allowed = call->Allowed();
+      return status.ok() || allowed.ok() ? status : allowed;
     } catch (...) {
       return CaughtStatus();
     }
   }
 
-  Site& site_;
-  const OnFailedCall on_failed_call_;
+  // Whether callers are asked for a token, as things are now.
+  bool AsksForTokens() const;
+  absl::StatusOr<access::Caller> Authenticate(const grpc::ServerContextBase& context) const;
+  // Of a call under way; no name: it was let in without one.
+  absl::Status StillHolds(const std::string& token) const;
+  absl::StatusOr<Site*> Choose(const grpc::ServerContextBase& context,
+                               const access::Caller& caller) const;
+  void ReviewUntilStopped();
+
+  const Options options_;
   std::atomic<uint64_t> calls_ = 0;
+  RunningCalls running_;
+  Mutex mutex_;
+  CondVar stop_;
+  bool stopped_ ABSL_GUARDED_BY(mutex_) = false;
+  std::thread reviewer_;
 };
 
 }  // namespace isthmus::rpc

@@ -23,6 +23,7 @@ absl::Status LocalisationService::Serve(const Call& call, Stream* stream) {
   v1::LocaliseRequest request;
   std::unique_ptr<server::RobotLocaliser> localiser;
   while (stream->Read(&request)) {
+    if (absl::Status allowed = call.Allowed(); !allowed.ok()) return allowed;
     if (request.has_begin() == (localiser != nullptr)) {
       return absl::InvalidArgumentError(
           localiser == nullptr ? "the first message must have begin: what the robot carries"
@@ -31,6 +32,10 @@ absl::Status LocalisationService::Serve(const Call& call, Stream* stream) {
     if (request.has_begin()) {
       const auto wanted = convert::FromMessage(request.begin());
       if (!wanted.ok()) return wanted.status();
+      // Whether there is a robot of that name is nothing that another robot may find out.
+      if (!wanted->in_map_of.empty()) {
+        if (absl::Status own = call.CheckRobot(wanted->in_map_of); !own.ok()) return own;
+      }
       auto opened = call.pipeline().OpenLocaliser(*wanted);
       if (!opened.ok()) return opened.status();
       localiser = *std::move(opened);

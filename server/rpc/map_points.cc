@@ -69,7 +69,7 @@ absl::Status MapService::SendRegion(const Call& call, const v1::QueryRegionReque
   bool reading = true;
   const auto send = [&](const std::vector<MapPoint>& points) {
     *response.mutable_cloud() = convert::ToMessage(points);
-    return reading = writer->Write(response);
+    return reading = call.Allowed().ok() && writer->Write(response);
   };
   absl::Status status;
   if (*has_points) status = map->Read(region, kChunkPoints, send);
@@ -87,7 +87,7 @@ absl::Status MapService::SendMap(const Call& call, const v1::ExportMapRequest& r
                                  grpc::ServerWriter<v1::ExportMapResponse>* writer) {
   const auto wanted = convert::FromMessage(request);
   if (!wanted.ok()) return wanted.status();
-  FileEmitter<v1::ExportMapResponse> file(call.pipeline().GetMap()->revision(), writer);
+  FileEmitter<v1::ExportMapResponse> file(call, call.pipeline().GetMap()->revision(), writer);
   const absl::Status status = call.pipeline().ExportMap(
       *wanted, [&file](const std::string& piece) { return file.Add(piece); });
   return status.ok() ? file.Finish() : status;
@@ -104,7 +104,8 @@ grpc::Status MapService::ExportPoseGraph(grpc::ServerContext* context,
                                          const v1::ExportPoseGraphRequest* request,
                                          grpc::ServerWriter<v1::ExportPoseGraphResponse>* writer) {
   return gate_.Serve(context, "ExportPoseGraph", [&](const Call& call) -> absl::Status {
-    FileEmitter<v1::ExportPoseGraphResponse> file(call.pipeline().GetMapInfo().revision, writer);
+    FileEmitter<v1::ExportPoseGraphResponse> file(call, call.pipeline().GetMapInfo().revision,
+                                                  writer);
     const absl::StatusOr<std::string> graph = call.pipeline().ExportPoseGraph(request->component());
     if (!graph.ok()) return graph.status();
     return file.Add(*graph) ? file.Finish() : ReaderGone();

@@ -19,7 +19,7 @@ std::optional<RobotId> Wanted(const std::string& robot) {
   return robot.empty() ? std::nullopt : std::optional(RobotId(robot));
 }
 
-absl::Status SendTrajectory(const RobotTrajectory& trajectory,
+absl::Status SendTrajectory(const Call& call, const RobotTrajectory& trajectory,
                             grpc::ServerWriter<v1::GetTrajectoryResponse>* writer) {
   v1::GetTrajectoryResponse head;
   head.set_revision(trajectory.revision);
@@ -29,7 +29,7 @@ absl::Status SendTrajectory(const RobotTrajectory& trajectory,
   size_t sent = 0;
   for (const RobotTrajectory::Part& part : trajectory.parts) {
     head.set_segment(part.segment);  // Named also where there are no poses.
-    ListEmitter<v1::GetTrajectoryResponse> list(head, writer);
+    ListEmitter<v1::GetTrajectoryResponse> list(call, head, writer);
     for (const size_t end = sent + part.count; sent < end; ++sent) {
       list.Add(&v1::GetTrajectoryResponse::mutable_poses,
                convert::ToMessage(trajectory.poses[sent]));
@@ -57,7 +57,7 @@ grpc::Status MapService::ListSubmaps(grpc::ServerContext* context,
     if (!submaps.ok()) return submaps.status();
     v1::ListSubmapsResponse head;
     head.set_revision(submaps->revision);
-    ListEmitter<v1::ListSubmapsResponse> list(head, writer);
+    ListEmitter<v1::ListSubmapsResponse> list(call, head, writer);
     for (const SubmapStatus& submap : *submaps) {
       list.Add(&v1::ListSubmapsResponse::mutable_submaps, convert::ToMessage(submap));
     }
@@ -74,7 +74,7 @@ grpc::Status MapService::GetTrajectory(grpc::ServerContext* context,
     const auto trajectory =
         call.pipeline().GetTrajectory(RobotId(request->robot()), *frame, request->segment());
     if (!trajectory.ok()) return trajectory.status();
-    return SendTrajectory(*trajectory, writer);
+    return SendTrajectory(call, *trajectory, writer);
   });
 }
 
@@ -86,7 +86,7 @@ grpc::Status MapService::GetMatchGraph(grpc::ServerContext* context,
     const MatchGraph graph = call.pipeline().GetMatchGraph();
     Response head;
     head.set_revision(graph.revision);
-    ListEmitter<Response> list(head, writer);
+    ListEmitter<Response> list(call, head, writer);
     for (const MatchEdge& edge : graph.matches) {
       const std::vector<SubmapEdge> none;
       AddWithEdges(&Response::mutable_matches, convert::ToMessage(edge),
@@ -107,7 +107,7 @@ grpc::Status MapService::ListLoops(grpc::ServerContext* context,
     if (!loops.ok()) return loops.status();
     v1::ListLoopsResponse head;
     head.set_revision(loops->revision);
-    ListEmitter<v1::ListLoopsResponse> list(head, writer);
+    ListEmitter<v1::ListLoopsResponse> list(call, head, writer);
     for (const Loop& loop : *loops) {
       const std::vector<SubmapEdge> none;
       AddWithEdges(&v1::ListLoopsResponse::mutable_loops, convert::ToMessage(loop),
@@ -123,7 +123,7 @@ grpc::Status MapService::ListAnchors(grpc::ServerContext* context, const v1::Lis
     const ListAt<RobotAnchor> anchors = call.pipeline().ListAnchors();
     v1::ListAnchorsResponse head;
     head.set_revision(anchors.revision);
-    ListEmitter<v1::ListAnchorsResponse> list(head, writer);
+    ListEmitter<v1::ListAnchorsResponse> list(call, head, writer);
     for (const RobotAnchor& anchor : anchors) {
       list.Add(&v1::ListAnchorsResponse::mutable_anchors, convert::ToMessage(anchor));
     }
@@ -142,7 +142,7 @@ grpc::Status MapService::ListRevisions(grpc::ServerContext* context,
     v1::ListRevisionsResponse head;
     // Of the list itself, so that the two cannot differ.
     if (!revisions->empty()) head.set_revision(revisions->front().revision);
-    ListEmitter<v1::ListRevisionsResponse> list(head, writer);
+    ListEmitter<v1::ListRevisionsResponse> list(call, head, writer);
     for (const RevisionInfo& info : *revisions) {
       list.Add(&v1::ListRevisionsResponse::mutable_revisions, convert::ToMessage(info));
     }
@@ -163,7 +163,7 @@ grpc::Status MapService::DiffRevisions(grpc::ServerContext* context,
     v1::DiffRevisionsResponse head;
     head.set_from_revision(diff->from);
     head.set_to_revision(diff->to);
-    ListEmitter<v1::DiffRevisionsResponse> list(head, writer);
+    ListEmitter<v1::DiffRevisionsResponse> list(call, head, writer);
     for (const RevisionInfo& info : diff->revisions) {
       list.Add(&v1::DiffRevisionsResponse::mutable_revisions, convert::ToMessage(info));
     }

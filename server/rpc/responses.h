@@ -15,6 +15,7 @@
 #include "api/convert/graph.h"
 #include "core/io/crc32c.h"
 #include "core/map/match.h"
+#include "server/rpc/call.h"
 
 namespace isthmus::rpc {
 
@@ -23,13 +24,13 @@ inline constexpr size_t kResponseBytes = 1 << 20;
 
 inline absl::Status ReaderGone() { return absl::CancelledError("the client stopped reading"); }
 
-// Fills responses with the records of a list. Not thread safe.
+// Fills responses with the records of a list, for as long as the call may go on. Not thread safe.
 template <typename Response>
 class ListEmitter {
  public:
   // Each response begins as `head`: what all of them say.
-  ListEmitter(Response head, grpc::ServerWriter<Response>* writer)
-      : head_(std::move(head)), writer_(*writer), response_(head_) {}
+  ListEmitter(const Call& call, Response head, grpc::ServerWriter<Response>* writer)
+      : call_(call), head_(std::move(head)), writer_(*writer), response_(head_) {}
 
   // `field` is one of the response's accessors: &Response::mutable_submaps.
   template <typename Record>
@@ -53,12 +54,13 @@ class ListEmitter {
 
  private:
   void Send() {
-    reading_ = reading_ && writer_.Write(response_);
+    reading_ = reading_ && call_.Allowed().ok() && writer_.Write(response_);
     response_ = head_;
     bytes_ = 0;
     ++sent_;
   }
 
+  const Call& call_;
   const Response head_;
   grpc::ServerWriter<Response>& writer_;
   Response response_;
@@ -87,17 +89,18 @@ void AddWithEdges(google::protobuf::RepeatedPtrField<Record>* (Response::*field)
 template <typename Response>
 class FileEmitter {
  public:
-  FileEmitter(int64_t revision, grpc::ServerWriter<Response>* writer) : writer_(*writer) {
+  FileEmitter(const Call& call, int64_t revision, grpc::ServerWriter<Response>* writer)
+      : call_(call), writer_(*writer) {
     response_.set_revision(revision);
   }
 
-  // False once the reader has gone away.
+  // False once the reader has gone away, or the call must end.
   bool Add(const std::string& piece) {
     size_ += piece.size();
     crc32c_ = io::Crc32c(piece.data(), piece.size(), crc32c_);
     for (size_t offset = 0; offset < piece.size(); offset += kResponseBytes) {
       response_.set_data(piece.data() + offset, std::min(kResponseBytes, piece.size() - offset));
-      if (!writer_.Write(response_)) return false;
+      if (!call_.Allowed().ok() || !writer_.Write(response_)) return false;
     }
     return true;
   }
@@ -113,6 +116,7 @@ class FileEmitter {
   }
 
  private:
+  const Call& call_;
   grpc::ServerWriter<Response>& writer_;
   Response response_;
   uint64_t size_ = 0;

@@ -10,7 +10,9 @@
 #include <utility>
 
 #include "core/address.h"
+#include "server/rpc/access_service.h"
 #include "server/rpc/admin_service.h"
+#include "server/rpc/closed_reflection.h"
 #include "server/rpc/edit_service.h"
 #include "server/rpc/gate.h"
 #include "server/rpc/localisation_service.h"
@@ -36,26 +38,49 @@ std::string WithPort(const std::string& listen, int port) {
   return absl::StrCat(listen.substr(0, colon), ":", port);
 }
 
+std::vector<std::unique_ptr<Site>> SitesOf(const std::vector<ServedSite>& served,
+                                           const ServerOptions& options) {
+  std::vector<std::unique_ptr<Site>> sites;
+  for (const ServedSite& site : served) {
+    sites.push_back(std::make_unique<Site>(site.name, site.pipeline, site.backup,
+                                           options.scan_window, site.uploads_folder,
+                                           options.max_staged_bytes));
+  }
+  return sites;
+}
+
+Gate::Options GateOptions(const std::vector<std::unique_ptr<Site>>& sites,
+                          const ServerOptions& options) {
+  Gate::Options gate;
+  for (const std::unique_ptr<Site>& site : sites) gate.sites.push_back(site.get());
+  gate.tokens = options.tokens;
+  gate.require_token = options.require_token;
+  gate.review_interval = options.token_review_interval;
+  gate.on_failed_call = options.on_failed_call;
+  return gate;
+}
+
 }  // namespace
 
 struct RpcServer::State {
-  State(server::Pipeline* pipeline, const ServerOptions& options)
-      : site(access::kDefaultSite, pipeline, options.backup, options.scan_window,
-             options.uploads_folder, options.max_staged_bytes),
-        gate(&site, options.on_failed_call),
+  State(const std::vector<ServedSite>& served, const ServerOptions& options)
+      : sites(SitesOf(served, options)),
+        gate(GateOptions(sites, options)),
         sessions(&gate, options.max_submap_bytes),
         map(&gate),
         edits(&gate),
         localisation(&gate),
-        admin(&gate) {}
+        admin(&gate),
+        access(&gate, options.tokens) {}
 
-  Site site;
+  const std::vector<std::unique_ptr<Site>> sites;
   Gate gate;
   SessionService sessions;
   MapService map;
   EditService edits;
   LocalisationService localisation;
   AdminService admin;
+  AccessService access;
   int port = 0;
   std::string address;
   std::atomic<bool> shut_down = false;
@@ -64,6 +89,11 @@ struct RpcServer::State {
 
 absl::StatusOr<std::unique_ptr<RpcServer>> RpcServer::Start(server::Pipeline* pipeline,
                                                             const ServerOptions& options) {
+  return Start({{access::kDefaultSite, pipeline, options.backup, options.uploads_folder}}, options);
+}
+
+absl::StatusOr<std::unique_ptr<RpcServer>> RpcServer::Start(const std::vector<ServedSite>& sites,
+                                                            const ServerOptions& options) {
   if (absl::Status status = CheckAddress(options.listen, PortZero::kAnyFreeOne); !status.ok()) {
     return status;
   }
@@ -71,7 +101,7 @@ absl::StatusOr<std::unique_ptr<RpcServer>> RpcServer::Start(server::Pipeline* pi
   auto credentials = MakeServerCredentials(options.tls);
   if (!credentials.ok()) return credentials.status();
   EnablePlugins();
-  auto state = std::make_unique<State>(pipeline, options);
+  auto state = std::make_unique<State>(sites, options);
   grpc::ServerBuilder builder;
   // Two servers on one port would share the calls between them by chance.
   builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
@@ -86,11 +116,13 @@ absl::StatusOr<std::unique_ptr<RpcServer>> RpcServer::Start(server::Pipeline* pi
   quota.SetMaxThreads(options.max_threads);
   builder.SetResourceQuota(quota);
   builder.AddListeningPort(options.listen, *credentials, &state->port);
+  CloseReflection(&state->gate, &builder);
   builder.RegisterService(&state->sessions);
   builder.RegisterService(&state->map);
   builder.RegisterService(&state->edits);
   builder.RegisterService(&state->localisation);
   builder.RegisterService(&state->admin);
+  builder.RegisterService(&state->access);
   state->server = builder.BuildAndStart();
   const bool unix_socket = options.listen.rfind("unix", 0) == 0;
   if (state->server == nullptr || (state->port <= 0 && !unix_socket)) {
@@ -106,6 +138,7 @@ absl::StatusOr<std::unique_ptr<RpcServer>> RpcServer::Start(server::Pipeline* pi
   health->SetServingStatus(v1::EditService::service_full_name(), true);
   health->SetServingStatus(v1::LocalisationService::service_full_name(), true);
   health->SetServingStatus(v1::AdminService::service_full_name(), true);
+  health->SetServingStatus(v1::AccessService::service_full_name(), true);
   return std::unique_ptr<RpcServer>(new RpcServer(std::move(state)));
 }
 
@@ -124,7 +157,7 @@ std::shared_ptr<grpc::Channel> RpcServer::InProcessChannel() {
 void RpcServer::Shutdown(std::chrono::milliseconds grace) {
   if (state_->shut_down.exchange(true)) return;
   state_->server->GetHealthCheckService()->Shutdown();
-  state_->site.streams.StopAll();
+  for (const std::unique_ptr<Site>& site : state_->sites) site->streams.StopAll();
   state_->localisation.StopAll();
   state_->server->Shutdown(std::chrono::system_clock::now() + grace);
 }

@@ -10,7 +10,11 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
+#include "server/access/caller.h"
+#include "server/access/require_token.h"
+#include "server/access/tokens.h"
 #include "server/pipeline.h"
 #include "server/rpc/backup_source.h"
 
@@ -38,7 +42,7 @@ struct ServerOptions {
   int max_receive_bytes = 64 << 20;
   // Largest submap upload, bytes as they travel.
   uint64_t max_submap_bytes = 256u << 20;
-  // The folder for uploads under way, so that they go on after a restart; empty: in memory.
+  // Of the default site where Start is given a pipeline only; see ServedSite.
   std::string uploads_folder = {};
   // The limit on one session's uploads together, bytes.
   uint64_t max_staged_bytes = uint64_t{1} << 30;
@@ -48,18 +52,36 @@ struct ServerOptions {
   // Threads that serve calls; a scan stream holds one (and another of its own) while it lives.
   // Calls beyond get RESOURCE_EXHAUSTED.
   int max_threads = 512;
-  // The source of backups; null: there are none (UNIMPLEMENTED). Called by one thread at a time.
-  BackupSource backup;
+  BackupSource backup;  // Likewise.
+  // Who is let in; null: whoever reaches the address, to do anything. Must outlive the server.
+  access::Tokens* tokens = nullptr;
+  access::RequireToken require_token = access::RequireToken::kAuto;
+  // How soon calls under way end whose token was revoked or has expired.
+  std::chrono::milliseconds token_review_interval{1000};
   // Told of every call that ends with an error, from the thread that served it; may be null.
   std::function<void(const std::string& rpc, const absl::Status& status)> on_failed_call;
+};
+
+// One of the maps that a server serves.
+struct ServedSite {
+  std::string name = access::kDefaultSite;
+  server::Pipeline* pipeline = nullptr;
+  // The source of backups; null: there are none (UNIMPLEMENTED). Called by one thread at a time.
+  BackupSource backup = nullptr;
+  // The folder for uploads under way, so that they go on after a restart; empty: in memory.
+  std::string uploads_folder = {};
 };
 
 // Thread safe.
 class RpcServer {
  public:
-  // Listens and serves until Shutdown. The pipeline must outlive the server. Unavailable, saying
-  // why, when it cannot listen at the address; an address that is in use is one such reason.
-  // InvalidArgument where the address is none; errors of MakeServerCredentials and CheckListening.
+  // Listens and serves until Shutdown. The pipelines must outlive the server; a call that names no
+  // site is of the first one. Unavailable, saying why, when it cannot listen at the address; an
+  // address that is in use is one such reason. InvalidArgument where the address is none; errors of
+  // MakeServerCredentials and CheckListening.
+  static absl::StatusOr<std::unique_ptr<RpcServer>> Start(const std::vector<ServedSite>& sites,
+                                                          const ServerOptions& options);
+  // Of the default site alone.
   static absl::StatusOr<std::unique_ptr<RpcServer>> Start(server::Pipeline* pipeline,
                                                           const ServerOptions& options);
   ~RpcServer();  // Shutdown without grace, if that has not happened.

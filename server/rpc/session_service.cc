@@ -39,8 +39,9 @@ grpc::Status SessionService::ListSessions(grpc::ServerContext* context,
                                           const v1::ListSessionsRequest*,
                                           grpc::ServerWriter<v1::ListSessionsResponse>* writer) {
   return gate_.Serve(context, "ListSessions", [&](const Call& call) -> absl::Status {
-    ListEmitter<v1::ListSessionsResponse> list({}, writer);
+    ListEmitter<v1::ListSessionsResponse> list(call, {}, writer);
     for (const SessionStatus& status : call.pipeline().ListSessions()) {
+      if (!call.MayKnow(status)) continue;
       list.Add(&v1::ListSessionsResponse::mutable_sessions, convert::ToMessage(status));
     }
     return list.Finish();
@@ -95,6 +96,7 @@ absl::StatusOr<SubmapInfo> SessionService::Receive(
       if (!session.ok()) return session.status();
       robot = session->record.robot;
     }
+    if (absl::Status allowed = call.Allowed(); !allowed.ok()) return allowed;
     if (absl::Status status = receiver.Add(std::move(part)); !status.ok()) return status;
   }
   auto header = receiver.Finish();

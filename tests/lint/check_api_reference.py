@@ -15,7 +15,7 @@ import check_docs
 
 # In the order of the document.
 FILES = ["types", "session_service", "map_service", "edit_service", "localisation_service",
-         "admin_service"]
+         "admin_service", "access_service"]
 CODES = ("ABORTED ALREADY_EXISTS CANCELLED DATA_LOSS DEADLINE_EXCEEDED FAILED_PRECONDITION INTERNAL "
          "INVALID_ARGUMENT NOT_FOUND OUT_OF_RANGE PERMISSION_DENIED RESOURCE_EXHAUSTED "
          "UNAUTHENTICATED UNAVAILABLE UNIMPLEMENTED").split()

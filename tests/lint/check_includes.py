@@ -59,7 +59,7 @@ ALLOWED = {
         STD_LIKE | {"grpc", "protobuf"},
     ),
     "server/main": (
-        {"core", "core/io", "storage", "server", "server/rpc"},
+        {"core", "core/io", "storage", "server", "server/access", "server/rpc"},
         STD_LIKE | {"yaml", "spdlog", "cli11"},
     ),
     "client/library": (
@@ -102,7 +102,7 @@ ALLOWED = {
     "client/cli": (
         {"core", "core/formats", "core/io", "core/tls", "client/certificates", "client/cloud_upload", "client/console", "client/exports",
          "client/georeference", "client/library", "client/evaluation", "client/readers",
-         "client/report"},
+         "client/report", "server/access"},
         STD_LIKE | {"json", "cli11"},
     ),
     # The bridge to ROS 1.

@@ -11,7 +11,7 @@
 from isthmus.client import Client, connect
 from isthmus._localisation import Localisation
 from isthmus.enums import (Decision, GuessSource, LocalisationState, MatchState, Odometry, Outcome,
-                           Reason, SessionState, Tracking, WhenBehind)
+                           Reason, Role, SessionState, Tracking, WhenBehind)
 from isthmus.errors import (Aborted, AlreadyExists, Cancelled, DataLoss, DeadlineExceeded, Error,
                             FailedPrecondition, Internal, InvalidArgument, NotFound, OutOfRange,
                             PermissionDenied, ResourceExhausted, Unauthenticated, Unavailable,
@@ -25,6 +25,7 @@ from isthmus.records import (Ack, Backup, BackupContents, BackupState, Box, Expo
                              LocalisedScan, PushSummary, Rejection, ScanCounts, ScanTiming,
                              Session, StreamStats)
 from isthmus.stream import ScanStream
+from isthmus._access import Token
 from isthmus._uploads import OwnSubmap
 from isthmus.version import VERSION
 
@@ -37,8 +38,9 @@ __all__ = [
     "InvalidArgument", "Localisation", "LocalisationState", "LocalisedScan", "Loop",
     "ManualDecision", "MapInfo", "Match", "MatchGraph", "MatchState", "NotFound", "Odometry",
     "OutOfRange", "Outcome", "OwnSubmap", "PermissionDenied", "Placement", "Pose",
-    "PushSummary", "Reason", "Rejection", "ResourceExhausted", "Revision", "RevisionDiff",
+    "PushSummary", "Reason", "Rejection", "ResourceExhausted", "Revision", "RevisionDiff", "Role",
     "Scan", "ScanCounts", "ScanStream", "ScanTiming", "Session", "SessionPair", "SessionState",
-    "StageTime", "StreamStats", "Submap", "SubmapEdge", "SubmapMove", "Tracking", "Trajectory",
-    "Unauthenticated", "Unavailable", "Unimplemented", "Unknown", "WhenBehind", "connect",
+    "StageTime", "StreamStats", "Submap", "SubmapEdge", "SubmapMove", "Token", "Tracking",
+    "Trajectory", "Unauthenticated", "Unavailable", "Unimplemented", "Unknown", "WhenBehind",
+    "connect",
 ]

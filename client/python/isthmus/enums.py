@@ -45,6 +45,16 @@ class WhenBehind(_Word):
     KEEP_NEWEST = 2  # The oldest that waits is skipped.
 
 
+class Role(_Word):
+    """What a token is for."""
+
+    UNSPECIFIED = 0
+    ROBOT = 1  # Feeds the sessions of its own robots, and is localised.
+    READER = 2  # Reads the map.
+    OPERATOR = 3  # Reads it, and changes it by hand.
+    ADMIN = 4  # Everything; makes tokens and backups.
+
+
 class SessionState(_Word):
     """Whether a session takes more."""
 

@@ -8,8 +8,9 @@ from typing import Any, Callable, Iterator, Optional
 
 import grpc
 
-from isthmus.errors import Aborted, DataLoss, Error, InvalidArgument, Unavailable, from_rpc
-from isthmus.v1 import (admin_service_pb2_grpc, edit_service_pb2_grpc,
+from isthmus.errors import (Aborted, DataLoss, Error, InvalidArgument, PermissionDenied,
+                            Unavailable, from_rpc)
+from isthmus.v1 import (access_service_pb2_grpc, admin_service_pb2_grpc, edit_service_pb2_grpc,
                         localisation_service_pb2_grpc, map_service_pb2, map_service_pb2_grpc,
                         session_service_pb2_grpc)
 
@@ -141,6 +142,7 @@ class Link:
         self.maps = map_service_pb2_grpc.MapServiceStub(self._channel)
         self.edits = edit_service_pb2_grpc.EditServiceStub(self._channel)
         self.admin = admin_service_pb2_grpc.AdminServiceStub(self._channel)
+        self.access = access_service_pb2_grpc.AccessServiceStub(self._channel)
         self.localisation = localisation_service_pb2_grpc.LocalisationServiceStub(self._channel)
 
     def close(self) -> None:
@@ -183,7 +185,10 @@ class Link:
     def probe(self) -> None:
         """Asks the server for a sign of life."""
         request = map_service_pb2.GetMapInfoRequest()
-        self.repeat(lambda: self.maps.GetMapInfo(request, timeout=self.call_timeout_s))
+        try:
+            self.repeat(lambda: self.maps.GetMapInfo(request, timeout=self.call_timeout_s))
+        except PermissionDenied:
+            pass  # A robot may not read the map; that it is told so is a sign of life.
 
     def call(self, method: Callable[..., Any], request: Any, long: bool = False) -> Any:
         """A question with one answer; `long` for what takes the server its time."""

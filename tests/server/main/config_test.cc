@@ -121,6 +121,37 @@ TEST(ConfigTest, WhatIsPrintedReadsBackToTheSame) {
   EXPECT_EQ(read->pipeline.submap.cut_scans, 123);
 }
 
+TEST(ConfigTest, SitesHaveSettingsOfTheirOwnInPlaceOfTheRest) {
+  const auto config = ParseConfig(
+      "sites:\n  yard:\n    retention: {quota_bytes: 5}\n  hall: {}\n  shed:\n"
+      "retention: {quota_bytes: 7, max_age_days: 3}\nnetwork: {require_token: always}\n");
+  ASSERT_TRUE(config.ok()) << config.status();
+  ASSERT_EQ(config->sites.size(), 3u);
+  EXPECT_EQ(config->sites.at("yard").retention.limits.quota_bytes, 5u);
+  EXPECT_EQ(config->sites.at("yard").retention.limits.max_age_days, 3);
+  EXPECT_EQ(config->sites.at("hall").retention.limits.quota_bytes, 7u);
+  EXPECT_EQ(config->pipeline.retention.limits.quota_bytes, 7u);
+  EXPECT_EQ(config->rpc.require_token, access::RequireToken::kAlways);
+  const std::string printed = PrintConfig(*config);
+  const auto read = ParseConfig(printed);
+  ASSERT_TRUE(read.ok()) << read.status() << printed;
+  EXPECT_EQ(PrintConfig(*read), printed);
+  EXPECT_EQ(read->sites.at("yard").retention.limits.quota_bytes, 5u);
+}
+
+TEST(ConfigTest, SitesThatCannotBe) {
+  EXPECT_THAT(ErrorOf("sites: [yard]\n"), HasSubstr("sites must be names"));
+  for (const char* name : {"../up", ".hidden", "a/b", "default", "\"\"", "\"two words\""}) {
+    EXPECT_THAT(ErrorOf("sites:\n  " + std::string(name) + ": {}\n"), HasSubstr("line 2"));
+  }
+  EXPECT_THAT(ErrorOf("sites:\n  yard: {}\n  yard: {}\n"), HasSubstr("twice"));
+  EXPECT_THAT(ErrorOf("sites: {}\nsites: {}\n"), HasSubstr("twice"));
+  EXPECT_THAT(ErrorOf("sites:\n  yard: {network: {listen: 'a:1'}}\n"),
+              testing::AllOf(HasSubstr("site yard"), HasSubstr("network")));
+  EXPECT_THAT(ErrorOf("sites:\n  yard: {retention: {quota_bytes: x}}\n"),
+              HasSubstr("retention.quota_bytes"));
+}
+
 TEST(ConfigTest, UnknownNamesAreNamedWithTheirLineAndTheKnownOnes) {
   EXPECT_THAT(
       ErrorOf("ingest:\n  scan_queue: 4\n  scan_quue: 3\n"),

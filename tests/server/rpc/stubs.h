@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "isthmus/v1/access_service.grpc.pb.h"
 #include "isthmus/v1/admin_service.grpc.pb.h"
 #include "isthmus/v1/edit_service.grpc.pb.h"
 #include "isthmus/v1/map_service.grpc.pb.h"
@@ -77,11 +78,13 @@ struct Stubs {
       : sessions(v1::SessionService::NewStub(channel)),
         map(v1::MapService::NewStub(channel)),
         edits(v1::EditService::NewStub(channel)),
-        admin(v1::AdminService::NewStub(channel)) {}
+        admin(v1::AdminService::NewStub(channel)),
+        access(v1::AccessService::NewStub(channel)) {}
   std::unique_ptr<v1::SessionService::Stub> sessions;
   std::unique_ptr<v1::MapService::Stub> map;
   std::unique_ptr<v1::EditService::Stub> edits;
   std::unique_ptr<v1::AdminService::Stub> admin;
+  std::unique_ptr<v1::AccessService::Stub> access;
 
   // Creates a session and returns its id.
   std::string NewSession(const std::string& robot, const std::string& sensor = "vlp16") {

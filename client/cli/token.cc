@@ -1,0 +1,229 @@
+// isthmus token: who may do what on a server.
+#include <absl/strings/numbers.h>
+#include <absl/strings/str_cat.h>
+#include <absl/strings/str_format.h>
+#include <absl/strings/str_join.h>
+#include <absl/time/clock.h>
+#include <absl/time/time.h>
+
+#include <cstdio>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "client/cli/commands.h"
+#include "client/console/exit_code.h"
+#include "client/console/json.h"
+#include "server/access/tokens.h"
+
+namespace isthmus::cli {
+namespace {
+
+struct TokenOptions {
+  ServerOptions server;
+  std::string data;  // The map's folder; empty: a server is asked.
+  std::string name, role, expires = "never";
+  std::vector<std::string> robots, sites;
+  bool json = false;
+};
+
+// The tokens of a server, or of a folder.
+class TokenKeeper {
+ public:
+  static absl::StatusOr<TokenKeeper> Open(const TokenOptions& options) {
+    TokenKeeper keeper;
+    if (options.data.empty()) {
+      auto client = Connect(options.server);
+      if (!client.ok()) return client.status();
+      keeper.client_ = *std::move(client);
+    } else {
+      auto tokens = access::Tokens::Open(options.data);
+      if (!tokens.ok()) return tokens.status();
+      keeper.tokens_ = *std::move(tokens);
+    }
+    return keeper;
+  }
+
+  absl::StatusOr<NewAccessToken> Create(AccessToken wanted) {
+    if (client_ != nullptr) return client_->CreateToken(wanted);
+    if (wanted.sites.empty()) wanted.sites = access::SitesUnlessNamed(wanted.role, {"*"});
+    return tokens_->Create(std::move(wanted));
+  }
+  absl::StatusOr<AccessToken> Revoke(const std::string& name) {
+    return client_ != nullptr ? client_->RevokeToken(name) : tokens_->Revoke(name);
+  }
+  absl::StatusOr<std::vector<AccessToken>> List() {
+    if (client_ != nullptr) return client_->ListTokens();
+    return tokens_->List();
+  }
+
+ private:
+  std::unique_ptr<client::Client> client_;
+  std::unique_ptr<access::Tokens> tokens_;
+};
+
+// "30d", "12h", "2w"; nothing for anything else.
+std::optional<absl::Duration> ParseAge(const std::string& text) {
+  if (text.empty()) return std::nullopt;
+  int64_t count = 0;
+  if (!absl::SimpleAtoi(text.substr(0, text.size() - 1), &count) || count <= 0 || count > 1000000) {
+    return std::nullopt;
+  }
+  switch (text.back()) {
+    case 'm':
+      return absl::Minutes(count);
+    case 'h':
+      return absl::Hours(count);
+    case 'd':
+      return absl::Hours(24 * count);
+    case 'w':
+      return absl::Hours(24 * 7 * count);
+    default:
+      return std::nullopt;
+  }
+}
+
+absl::StatusOr<int64_t> ExpiryOf(const std::string& text) {
+  if (text == "never") return 0;
+  const std::optional<absl::Duration> age = ParseAge(text);
+  // Nanoseconds since 1970 end in 2262.
+  if (age && *age < absl::Hours(24 * 365 * 200)) return absl::ToUnixNanos(absl::Now() + *age);
+  return absl::InvalidArgumentError(absl::StrCat(
+      "--expires ", text, " is no time: give 90m, 12h, 30d or 2w, counted from now, or never"));
+}
+
+std::string Day(int64_t ns, const char* none) {
+  if (ns == 0) return none;
+  return absl::FormatTime("%Y-%m-%d %H:%M", absl::FromUnixNanos(ns), absl::UTCTimeZone());
+}
+
+std::string StateOf(const AccessToken& token) {
+  if (token.revoked_ns != 0) return "revoked";
+  const bool expired = token.expires_ns != 0 && token.expires_ns <= absl::ToUnixNanos(absl::Now());
+  return expired ? "expired" : "valid";
+}
+
+Json TokenJson(const AccessToken& token) {
+  return {{"name", token.name},
+          {"role", access::RoleName(token.role)},
+          {"robots", token.robots},
+          {"sites", token.sites},
+          {"created_ns", token.created_ns},
+          {"expires_ns", token.expires_ns},
+          {"revoked_ns", token.revoked_ns},
+          {"state", StateOf(token)}};
+}
+
+// A robot's token is called as the robot, unless it is for several.
+absl::StatusOr<AccessToken> Wanted(const TokenOptions& options) {
+  AccessToken token;
+  const auto role = access::ParseRole(options.role);
+  if (!role.ok()) return role.status();
+  const auto expires_ns = ExpiryOf(options.expires);
+  if (!expires_ns.ok()) return expires_ns.status();
+  token.name = options.name;
+  if (token.name.empty() && options.robots.size() == 1 &&
+      options.robots[0].find('*') == std::string::npos) {
+    token.name = options.robots[0];
+  }
+  if (token.name.empty()) return absl::InvalidArgumentError("give the token a name: --name");
+  token.role = *role;
+  token.robots = options.robots;
+  token.sites = options.sites;
+  token.expires_ns = *expires_ns;
+  return token;
+}
+
+int RunCreate(const TokenOptions& options) {
+  auto wanted = Wanted(options);
+  if (!wanted.ok()) return Fail(kUsage, wanted.status());
+  auto keeper = TokenKeeper::Open(options);
+  if (!keeper.ok()) return FailServer(keeper.status());
+  const auto made = keeper->Create(*std::move(wanted));
+  if (!made.ok()) return FailServer(made.status());
+  if (options.json) {
+    Print({{"token", TokenJson(made->token)}, {"secret", made->secret}});
+    return kOk;
+  }
+  // The secret alone is on stdout, so that it may be sent into a file.
+  absl::FPrintF(stderr,
+                "token %s (%s) is made, for site %s; it expires: %s. This is its secret, which "
+                "nobody can show again:\n",
+                made->token.name, access::RoleName(made->token.role),
+                absl::StrJoin(made->token.sites, ", "), Day(made->token.expires_ns, "never"));
+  absl::PrintF("%s\n", made->secret);
+  return kOk;
+}
+
+int RunRevoke(const TokenOptions& options) {
+  auto keeper = TokenKeeper::Open(options);
+  if (!keeper.ok()) return FailServer(keeper.status());
+  const auto revoked = keeper->Revoke(options.name);
+  if (!revoked.ok()) return FailServer(revoked.status());
+  if (options.json) {
+    Print({{"token", TokenJson(*revoked)}});
+  } else {
+    absl::PrintF("token %s is revoked: calls with it fail, and those under way end in seconds\n",
+                 revoked->name);
+  }
+  return kOk;
+}
+
+int RunTokenList(const TokenOptions& options) {
+  auto keeper = TokenKeeper::Open(options);
+  if (!keeper.ok()) return FailServer(keeper.status());
+  const auto tokens = keeper->List();
+  if (!tokens.ok()) return FailServer(tokens.status());
+  if (options.json) {
+    Json list = Json::array();
+    for (const AccessToken& token : *tokens) list.push_back(TokenJson(token));
+    Print({{"tokens", list}});
+    return kOk;
+  }
+  if (tokens->empty()) absl::PrintF("no tokens: whoever reaches the server may do everything\n");
+  for (const AccessToken& token : *tokens) {
+    absl::PrintF("%-20s %-8s %-8s made %s  expires %-16s  sites %s%s%s\n", token.name,
+                 access::RoleName(token.role), StateOf(token), Day(token.created_ns, "-"),
+                 Day(token.expires_ns, "never"), absl::StrJoin(token.sites, ","),
+                 token.robots.empty() ? "" : "  robots ", absl::StrJoin(token.robots, ","));
+  }
+  return kOk;
+}
+
+std::shared_ptr<TokenOptions> AddTokenCommand(CLI::App& token, Action& action, const char* name,
+                                              const char* what, int (*run)(const TokenOptions&)) {
+  auto options = std::make_shared<TokenOptions>();
+  CLI::App* command = token.add_subcommand(name, what);
+  AddServerOptions(*command, options->server);
+  command
+      ->add_option("--data", options->data,
+                   "The tokens in this folder of a map, in place of a server's; one that runs on "
+                   "it sees the change")
+      ->excludes("--server");
+  command->add_flag("--json", options->json, "As JSON");
+  command->callback([options, run, &action] { action = [options, run] { return run(*options); }; });
+  return options;
+}
+
+}  // namespace
+
+void AddToken(CLI::App& app, Action& action) {
+  CLI::App* token = app.add_subcommand("token", "Make, list and revoke tokens: who may do what");
+  token->require_subcommand(1);
+  const auto made = AddTokenCommand(*token, action, "create",
+                                    "A new token; its secret is printed this once", &RunCreate);
+  CLI::App* create = token->get_subcommand("create");
+  create->add_option("--role", made->role, "robot, reader, operator or admin")->required();
+  create->add_option("--name", made->name, "What it is called; a robot's: as the robot");
+  create->add_option("--robot", made->robots,
+                     "Of the role robot: which robots it may feed, * for any characters");
+  create->add_option("--site", made->sites, "For which sites; the default one unless told");
+  create->add_option("--expires", made->expires, "From now: 90m, 12h, 30d, 2w; or never")
+      ->capture_default_str();
+  AddTokenCommand(*token, action, "list", "Every token, without its secret", &RunTokenList);
+  const auto revoked =
+      AddTokenCommand(*token, action, "revoke", "The token holds no more", &RunRevoke);
+  token->get_subcommand("revoke")->add_option("NAME", revoked->name)->required();
+}
+
+}  // namespace isthmus::cli

@@ -1,0 +1,69 @@
+"""The part of Client that makes and revokes tokens, for administrators."""
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, List, Sequence, Tuple, Union
+
+from isthmus.enums import Role
+from isthmus.errors import InvalidArgument
+from isthmus.link import Link
+from isthmus.v1 import access_service_pb2 as pb
+
+
+@dataclass(frozen=True)
+class Token:
+    """A token without its secret; a stamp of 0: never, or not yet."""
+
+    name: str
+    role: Role
+    robots: Tuple[str, ...]
+    sites: Tuple[str, ...]
+    created_ns: int
+    expires_ns: int
+    revoked_ns: int
+
+
+class Access:
+    """Part of Client."""
+
+    _link: Link
+
+    def create_token(self, name: str, role: Union[Role, str], robots: Sequence[str] = (),
+                     sites: Sequence[str] = (), expires_ns: int = 0) -> Tuple[Token, str]:
+        """Makes a token, and returns it with its secret, which nobody can ask for again.
+
+        `role`: "robot", "reader", "operator" or "admin"; `robots`: which ones a robot's token may
+        feed, by name or with `*` for any characters; `sites`: likewise, the default site if empty,
+        an administrator's for all; `expires_ns`: since the Unix epoch, 0 for never. Not repeated
+        once it was sent.
+        """
+        wanted = pb.Token(name=name, role=_role(role), robots=robots, sites=sites,
+                          expires_ns=expires_ns)
+        response = self._link.call_once(self._link.access.CreateToken,
+                                        pb.CreateTokenRequest(token=wanted))
+        return _token(response.token), str(response.secret)
+
+    def list_tokens(self) -> List[Token]:
+        """All tokens, in order of creation."""
+        parts = self._link.collect(self._link.access.ListTokens, pb.ListTokensRequest())
+        return [_token(token) for part in parts for token in part.tokens]
+
+    def revoke_token(self, name: str) -> Token:
+        """The token holds no more. `NotFound` if there is none of that name."""
+        return _token(self._link.call(self._link.access.RevokeToken,
+                                      pb.RevokeTokenRequest(name=name)))
+
+
+def _role(role: Union[Role, str]) -> Any:
+    """The message's value of a word or a name."""
+    if isinstance(role, str):
+        names = [word.name.lower() for word in Role if word != 0]
+        if role.lower() not in names:
+            raise InvalidArgument(f"no role is called '{role}': {', '.join(names)} are")
+        return int(Role[role.upper()])
+    return int(role)
+
+
+def _token(message: Any) -> Token:
+    return Token(message.name, Role(message.role), tuple(message.robots), tuple(message.sites),
+                 message.created_ns, message.expires_ns, message.revoked_ns)

@@ -1,0 +1,83 @@
+#include "server/access/permissions.h"
+
+#include <absl/strings/str_cat.h>
+#include <absl/strings/str_join.h>
+
+#include <string>
+#include <vector>
+
+#include "server/access/token_text.h"
+
+namespace isthmus::access {
+namespace {
+
+constexpr unsigned Bit(Role role) { return 1u << static_cast<unsigned>(role); }
+constexpr unsigned kAdmins = Bit(Role::kAdmin);                  // Layout.
+constexpr unsigned kOperators = kAdmins | Bit(Role::kOperator);  // Layout.
+constexpr unsigned kReaders = kOperators | Bit(Role::kReader);   // Layout.
+constexpr unsigned kRobots = kAdmins | Bit(Role::kRobot);        // Layout.
+
+// Handlers see to it that a robot gets at its own sessions only.
+constexpr struct {
+  absl::string_view rpc;
+  unsigned roles;
+} kRules[] = {
+    {"CreateSession", kRobots},
+    {"GetSession", kRobots | kReaders},
+    {"ListSessions", kRobots | kReaders},
+    {"FinishSession", kRobots | kOperators},
+    {"StreamScans", kRobots},
+    {"UploadSubmap", kRobots},
+    {"GetUpload", kRobots},
+    {"Localise", kRobots},
+    {"GetMapInfo", kReaders},
+    {"ListSubmaps", kReaders},
+    {"GetTrajectory", kReaders},
+    {"GetMatchGraph", kReaders},
+    {"ListLoops", kReaders},
+    {"ListAnchors", kReaders},
+    {"ListRevisions", kReaders},
+    {"DiffRevisions", kReaders},
+    {"GetTransform", kReaders},
+    {"QueryRegion", kReaders},
+    {"ExportMap", kReaders},
+    {"ExportPoseGraph", kReaders},
+    {"DecideMatch", kOperators},
+    {"DecideLoop", kOperators},
+    {"PutAnchor", kOperators},
+    {"DeleteAnchor", kOperators},
+    {"SetDatum", kOperators},
+    {"UndoRevision", kOperators},
+    {"DeleteSession", kOperators},
+    {"BackUp", kAdmins},
+    {"CreateToken", kAdmins},
+    {"ListTokens", kAdmins},
+    {"RevokeToken", kAdmins},
+    {"ServerReflectionInfo", kAdmins},
+};
+
+unsigned RolesFor(absl::string_view rpc) {
+  for (const auto& rule : kRules) {
+    if (rule.rpc == rpc) return rule.roles;
+  }
+  return 0;
+}
+
+}  // namespace
+
+bool HasRule(absl::string_view rpc) { return RolesFor(rpc) != 0; }
+
+absl::Status CheckRole(const Caller& caller, absl::string_view rpc) {
+  const unsigned roles = RolesFor(rpc);
+  if ((roles & Bit(caller.role)) != 0) return absl::OkStatus();
+  std::vector<std::string> names;
+  for (const Role role : {Role::kRobot, Role::kReader, Role::kOperator, Role::kAdmin}) {
+    if ((roles & Bit(role)) != 0) names.push_back(RoleName(role));
+  }
+  if (names.empty()) names.emplace_back("nobody");
+  return absl::PermissionDeniedError(
+      absl::StrCat(rpc, " is for ", absl::StrJoin(names, ", "), "; this token's role is ",
+                   RoleName(caller.role), ": ask an administrator for a token of another role"));
+}
+
+}  // namespace isthmus::access

@@ -1,0 +1,60 @@
+#include "server/main/open_map.h"
+
+#include <absl/strings/str_cat.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "server/access/caller.h"
+#include "server/main/data_folder.h"
+#include "storage/sqlite/sqlite_store.h"
+#include "storage/upkeep/backup_stream.h"
+
+namespace isthmus::server {
+namespace {
+
+// `map` says which; `sites`: how many there are.
+absl::Status Open(const ServerConfig& config, PipelineOptions options, size_t sites, OpenMap* map) {
+  if (absl::Status status = MakeDataFolder(map->folder); !status.ok()) return status;
+  const std::string prefix = map->prefix;
+  const auto warn = [prefix](const std::string& text) { spdlog::warn("{}{}", prefix, text); };
+  storage::SqliteOptions storage = config.storage;
+  storage.on_problem = warn;
+  auto store = storage::OpenSqliteStore(map->folder, storage);
+  if (!store.ok()) return store.status();
+  SetCache((static_cast<size_t>(config.cache_mb) << 20) / sites, map->folder, &options);
+  const int threads = config.pipeline.ingest_threads, shares = static_cast<int>(sites);
+  options.ingest_threads = std::max(1, (threads + shares - 1) / shares);
+  storage::RemoveAbandonedBackups(map->folder);
+  options.archive.directory = map->folder;
+  options.work_journal = map->folder + "/matching.journal";
+  options.on_problem = warn;
+  options.on_event = [prefix](const std::string& text) { spdlog::info("{}{}", prefix, text); };
+  auto pipeline = Pipeline::Open(options, *std::move(store));
+  if (!pipeline.ok()) return pipeline.status();
+  map->pipeline = *std::move(pipeline);
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::StatusOr<std::vector<OpenMap>> OpenMaps(const std::string& folder,
+                                              const ServerConfig& config) {
+  const size_t count = 1 + config.sites.size();
+  std::vector<OpenMap> maps(1);
+  maps[0] = {access::kDefaultSite, folder, "", nullptr};
+  if (absl::Status status = Open(config, config.pipeline, count, &maps[0]); !status.ok()) {
+    return status;
+  }
+  for (const auto& [name, options] : config.sites) {
+    OpenMap map{name, absl::StrCat(folder, "/sites/", name), name + ": ", nullptr};
+    if (absl::Status status = Open(config, options, count, &map); !status.ok()) {
+      return absl::Status(status.code(), absl::StrCat("site ", name, ": ", status.message()));
+    }
+    maps.push_back(std::move(map));
+  }
+  return maps;
+}
+
+}  // namespace isthmus::server

@@ -1,0 +1,28 @@
+// The maps of a server, opened: that in the data folder, and those of its further sites.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "server/main/config.h"
+#include "server/pipeline.h"
+
+namespace isthmus::server {
+
+struct OpenMap {
+  std::string name;    // The site's.
+  std::string folder;  // Holds all that is of this site.
+  std::string prefix;  // "yard: " in front of what the log says of it; nothing for the default one.
+  std::unique_ptr<Pipeline> pipeline;
+};
+
+// The default site, in `folder`, first; then the others, in folder/sites/NAME, made where missing.
+// Memory for points and threads for odometry are shared out among them evenly, a thread each at
+// least. Errors are those of stores and pipelines, with the site's name.
+absl::StatusOr<std::vector<OpenMap>> OpenMaps(const std::string& folder,
+                                              const ServerConfig& config);
+
+}  // namespace isthmus::server

@@ -1,0 +1,75 @@
+#include "server/rpc/access_service.h"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include "api/convert/access.h"
+#include "server/rpc/responses.h"
+
+namespace isthmus::rpc {
+namespace {
+
+absl::Status NoTokens() {
+  return absl::UnimplementedError("this server keeps no tokens: everyone who reaches it is let in");
+}
+
+// Whoever is for one site cannot make, see or revoke what counts for another.
+bool SeesAllSitesOf(const access::Caller& caller, const AccessToken& token) {
+  return std::all_of(token.sites.begin(), token.sites.end(),
+                     [&](const std::string& site) { return caller.MaySee(site); });
+}
+
+}  // namespace
+
+grpc::Status AccessService::CreateToken(grpc::ServerContext* context,
+                                        const v1::CreateTokenRequest* request,
+                                        v1::CreateTokenResponse* response) {
+  return gate_.Serve(context, "CreateToken", [&](const Call& call) -> absl::Status {
+    if (tokens_ == nullptr) return NoTokens();
+    auto wanted = convert::FromMessage(request->token());
+    if (!wanted.ok()) return wanted.status();
+    if (wanted->sites.empty()) {
+      wanted->sites = access::SitesUnlessNamed(wanted->role, call.caller.sites);
+    }
+    if (!SeesAllSitesOf(call.caller, *wanted)) {
+      return absl::PermissionDeniedError(
+          "a token can be made only for sites that your own token is for: name others");
+    }
+    const auto made = tokens_->Create(*std::move(wanted));
+    if (made.ok()) {
+      *response->mutable_token() = convert::ToMessage(made->token);
+      response->set_secret(made->secret);
+    }
+    return made.status();
+  });
+}
+
+grpc::Status AccessService::ListTokens(grpc::ServerContext* context, const v1::ListTokensRequest*,
+                                       grpc::ServerWriter<v1::ListTokensResponse>* writer) {
+  return gate_.Serve(context, "ListTokens", [&](const Call& call) -> absl::Status {
+    if (tokens_ == nullptr) return NoTokens();
+    ListEmitter<v1::ListTokensResponse> list(call, {}, writer);
+    for (const AccessToken& token : tokens_->List()) {
+      if (!SeesAllSitesOf(call.caller, token)) continue;
+      list.Add(&v1::ListTokensResponse::mutable_tokens, convert::ToMessage(token));
+    }
+    return list.Finish();
+  });
+}
+
+grpc::Status AccessService::RevokeToken(grpc::ServerContext* context,
+                                        const v1::RevokeTokenRequest* request,
+                                        v1::Token* response) {
+  return gate_.Serve(context, "RevokeToken", [&](const Call& call) -> absl::Status {
+    if (tokens_ == nullptr) return NoTokens();
+    const auto may_revoke = [&](const AccessToken& token) {
+      return SeesAllSitesOf(call.caller, token);
+    };
+    const auto revoked = tokens_->Revoke(request->name(), may_revoke);
+    if (revoked.ok()) *response = convert::ToMessage(*revoked);
+    return revoked.status();
+  });
+}
+
+}  // namespace isthmus::rpc

@@ -1,0 +1,53 @@
+#include "server/rpc/closed_reflection.h"
+
+#include <absl/strings/match.h>
+#include <grpcpp/support/server_interceptor.h>
+
+#include <memory>
+#include <utility>
+#include <vector>
+
+namespace isthmus::rpc {
+namespace {
+
+namespace exp = grpc::experimental;
+
+class ReflectionCall final : public exp::Interceptor {
+ public:
+  ReflectionCall(Gate& gate, grpc::ServerContextBase& context) : gate_(gate), context_(context) {}
+
+  void Intercept(exp::InterceptorBatchMethods* methods) override {
+    if (methods->QueryInterceptionHookPoint(
+            exp::InterceptionHookPoints::POST_RECV_INITIAL_METADATA) &&
+        !gate_.Admit(context_, "ServerReflectionInfo").ok()) {
+      context_.TryCancel();
+    }
+    methods->Proceed();
+  }
+
+ private:
+  Gate& gate_;
+  grpc::ServerContextBase& context_;
+};
+
+class ReflectionCalls final : public exp::ServerInterceptorFactoryInterface {
+ public:
+  explicit ReflectionCalls(Gate& gate) : gate_(gate) {}
+  exp::Interceptor* CreateServerInterceptor(exp::ServerRpcInfo* info) override {
+    if (!absl::StartsWith(info->method(), "/grpc.reflection.")) return nullptr;
+    return new ReflectionCall(gate_, *info->server_context());
+  }
+
+ private:
+  Gate& gate_;
+};
+
+}  // namespace
+
+void CloseReflection(Gate* gate, grpc::ServerBuilder* builder) {
+  std::vector<std::unique_ptr<exp::ServerInterceptorFactoryInterface>> factories;
+  factories.push_back(std::make_unique<ReflectionCalls>(*gate));
+  builder->experimental().SetInterceptorCreators(std::move(factories));
+}
+
+}  // namespace isthmus::rpc

@@ -1,0 +1,14 @@
+// Reflection behind the gate: gRPC's own service, which no handler of ours answers.
+#pragma once
+
+#include <grpcpp/server_builder.h>
+
+#include "server/rpc/gate.h"
+
+namespace isthmus::rpc {
+
+// Calls of reflection that the gate does not let in are cancelled before they are answered; it is
+// asked for "ServerReflectionInfo". The gate must outlive the server.
+void CloseReflection(Gate* gate, grpc::ServerBuilder* builder);
+
+}  // namespace isthmus::rpc

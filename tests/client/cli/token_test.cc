@@ -1,0 +1,93 @@
+// isthmus token: on a folder, and over RPC.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "server/access/tokens.h"
+#include "server/rpc/server.h"
+#include "tests/client/cli/program.h"
+#include "tests/server/rpc/fake_pipeline.h"
+
+namespace isthmus::cli {
+namespace {
+
+using nlohmann::json;
+using testing::HasSubstr;
+
+class TokenCommandTest : public testing::Test {
+ protected:
+  TokenCommandTest() : folder_(ScratchFolder()) {}
+  ~TokenCommandTest() override { std::filesystem::remove_all(folder_); }
+
+  ProgramResult Token(const std::string& arguments) const {
+    return Isthmus("token " + arguments + " --data " + folder_);
+  }
+
+  const std::string folder_;
+};
+
+TEST_F(TokenCommandTest, MakesListsAndRevokesInAFolder) {
+  EXPECT_THAT(Token("list").out, HasSubstr("no tokens"));
+  const ProgramResult chief = Token("create --role admin --name chief");
+  ASSERT_EQ(chief.code, 0) << chief.err;
+  EXPECT_THAT(chief.err, HasSubstr("nobody can show again"));
+  // The secret alone, for a file.
+  const std::string secret = chief.out.substr(0, chief.out.find('\n'));
+  EXPECT_EQ(chief.out, secret + "\n");
+  const auto tokens = access::Tokens::Open(folder_);
+  EXPECT_EQ((*tokens)->Check(secret)->name, "chief");
+  EXPECT_EQ((*tokens)->Check(secret)->sites, std::vector<std::string>{"*"});
+
+  const ProgramResult alice = Token("create --role robot --robot alice --expires 30d --json");
+  ASSERT_EQ(alice.code, 0) << alice.err;
+  const json made = json::parse(alice.out);
+  EXPECT_EQ(made["version"], 1);
+  EXPECT_EQ(made["token"]["name"], "alice");
+  EXPECT_EQ(made["token"]["sites"], json({"default"}));
+  EXPECT_EQ(made["token"]["state"], "valid");
+  EXPECT_NEAR(made["token"]["expires_ns"].get<double>() - made["token"]["created_ns"].get<double>(),
+              30 * 86400e9, 2e9);
+  EXPECT_GT(made["secret"].get<std::string>().size(), 40u);
+
+  EXPECT_EQ(Token("revoke alice").code, 0);
+  const json list = json::parse(Token("list --json").out);
+  EXPECT_EQ(list["version"], 1);
+  ASSERT_EQ(list["tokens"].size(), 2u);
+  EXPECT_EQ(list["tokens"][1]["state"], "revoked");
+  EXPECT_EQ(Token("revoke nobody").code, 6);
+}
+
+TEST_F(TokenCommandTest, SaysWhatIsMissing) {
+  const ProgramResult bare = Token("create --role robot --name x");
+  EXPECT_NE(bare.code, 0);
+  EXPECT_THAT(bare.err, HasSubstr("which robots"));
+  EXPECT_EQ(Token("create --role king --name x").code, 2);
+  EXPECT_EQ(Token("create --role reader").code, 2);
+  const ProgramResult when = Token("create --role reader --name x --expires tomorrow");
+  EXPECT_EQ(when.code, 2);
+  EXPECT_THAT(when.err, HasSubstr("30d"));
+  EXPECT_EQ(Token("list --server localhost:1").code, 2);
+  EXPECT_THAT(Token("list").out, HasSubstr("no tokens"));
+}
+
+TEST_F(TokenCommandTest, OverRpcTheFirstTokenClosesTheServer) {
+  const auto tokens = access::Tokens::Open(folder_);
+  rpc::FakePipeline pipeline;
+  rpc::ServerOptions options;
+  options.listen = "127.0.0.1:0";
+  options.tokens = tokens->get();
+  const auto server = rpc::RpcServer::Start(&pipeline, options);
+  ASSERT_TRUE(server.ok()) << server.status();
+  const std::string at = " --server " + (*server)->address();
+  const ProgramResult made = Isthmus("token create --role admin --name chief --json" + at);
+  ASSERT_EQ(made.code, 0) << made.err;
+  EXPECT_EQ(json::parse(made.out)["token"]["sites"], json({"*"}));
+  const ProgramResult refused = Isthmus("token list" + at);
+  EXPECT_EQ(refused.code, 1);
+  EXPECT_THAT(refused.err, HasSubstr("asks for a token"));
+}
+
+}  // namespace
+}  // namespace isthmus::cli

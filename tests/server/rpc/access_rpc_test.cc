@@ -1,0 +1,218 @@
+// Tokens over a real socket: made, listed, revoked; what becomes of calls under way.
+#include <absl/strings/str_cat.h>
+
+#include <filesystem>
+
+#include "isthmus/v1/localisation_service.grpc.pb.h"
+#include "tests/server/rpc/fake_pipeline.h"
+#include "tests/server/rpc/generic_call.h"
+
+namespace isthmus::rpc {
+namespace {
+
+using grpc::StatusCode;
+
+const char kReflection[] = "/grpc.reflection.v1alpha.ServerReflection/ServerReflectionInfo";
+const std::string kListServices("\x3a\x01*");  // ServerReflectionRequest.list_services.
+
+class AccessRpcTest : public testing::Test {
+ protected:
+  AccessRpcTest() {
+    std::string pattern = testing::TempDir() + "isthmus-access-XXXXXX";
+    if (mkdtemp(pattern.data()) == nullptr) throw std::runtime_error("mkdtemp failed");
+    folder_ = pattern;
+    tokens_ = *access::Tokens::Open(folder_);
+    Start(access::RequireToken::kAuto);
+  }
+  ~AccessRpcTest() override { std::filesystem::remove_all(folder_); }
+
+  void Start(access::RequireToken require) {
+    server_.reset();
+    ServerOptions options;
+    options.listen = "127.0.0.1:0";
+    options.tokens = tokens_.get();
+    options.require_token = require;
+    options.token_review_interval = std::chrono::milliseconds(20);
+    server_ = *RpcServer::Start(&pipeline_, options);
+    channel_ = grpc::CreateChannel(server_->address(), grpc::InsecureChannelCredentials());
+    stubs_ = std::make_unique<Stubs>(channel_);
+  }
+
+  static std::unique_ptr<grpc::ClientContext> As(const std::string& secret) {
+    auto context = NewContext();
+    if (!secret.empty()) context->AddMetadata("authorization", "Bearer " + secret);
+    return context;
+  }
+  // The secret.
+  grpc::Status Create(const std::string& by, const std::string& name, v1::Role role,
+                      const std::vector<std::string>& robots, const std::vector<std::string>& sites,
+                      std::string* secret) {
+    v1::CreateTokenRequest request;
+    request.mutable_token()->set_name(name);
+    request.mutable_token()->set_role(role);
+    for (const std::string& robot : robots) request.mutable_token()->add_robots(robot);
+    for (const std::string& site : sites) request.mutable_token()->add_sites(site);
+    v1::CreateTokenResponse response;
+    const auto status = stubs_->access->CreateToken(As(by).get(), request, &response);
+    if (secret != nullptr) *secret = response.secret();
+    return status;
+  }
+  std::string Admin() {
+    std::string secret;
+    EXPECT_GRPC_OK(Create("", "chief", v1::ROLE_ADMIN, {}, {}, &secret));
+    return secret;
+  }
+  std::vector<std::string> Names(const std::string& by) {
+    v1::ListTokensResponse response;
+    EXPECT_GRPC_OK(Merged(stubs_->access->ListTokens(As(by).get(), {}), &response));
+    std::vector<std::string> names;
+    for (const v1::Token& token : response.tokens()) names.push_back(token.name());
+    return names;
+  }
+  grpc::Status Revoke(const std::string& by, const std::string& name, v1::Token* token) {
+    v1::RevokeTokenRequest request;
+    request.set_name(name);
+    return stubs_->access->RevokeToken(As(by).get(), request, token);
+  }
+  grpc::Status GetInfo(const std::string& by) {
+    v1::MapInfo info;
+    return stubs_->map->GetMapInfo(As(by).get(), {}, &info);
+  }
+
+  std::string folder_;
+  std::unique_ptr<access::Tokens> tokens_;
+  FakePipeline pipeline_;
+  std::unique_ptr<RpcServer> server_;
+  std::shared_ptr<grpc::Channel> channel_;
+  std::unique_ptr<Stubs> stubs_;
+};
+
+TEST_F(AccessRpcTest, OpenUntilTheFirstTokenIsMade) {
+  EXPECT_GRPC_OK(GetInfo(""));
+  EXPECT_GRPC_OK(GetInfo("a token that nobody asked for"));
+  const std::string chief = Admin();
+  EXPECT_GRPC_ERROR(GetInfo(""), UNAUTHENTICATED, "authorization: Bearer");
+  EXPECT_GRPC_OK(GetInfo(chief));
+}
+
+TEST_F(AccessRpcTest, AlwaysAndNever) {
+  Start(access::RequireToken::kAlways);
+  EXPECT_GRPC_ERROR(GetInfo(""), UNAUTHENTICATED, "isthmus token create");
+  ASSERT_TRUE(tokens_->Create({"r", AccessRole::kReader, {}, {"default"}}).ok());
+  Start(access::RequireToken::kNever);
+  EXPECT_GRPC_OK(GetInfo(""));
+}
+
+TEST_F(AccessRpcTest, MadeListedAndRevoked) {
+  const std::string chief = Admin();
+  std::string alice;
+  ASSERT_GRPC_OK(Create(chief, "alice", v1::ROLE_ROBOT, {"alice"}, {}, &alice));
+  EXPECT_GRPC_ERROR(Create(chief, "alice", v1::ROLE_READER, {}, {}, nullptr), ALREADY_EXISTS,
+                    "another name");
+  EXPECT_GRPC_ERROR(Create(chief, "x", v1::ROLE_UNSPECIFIED, {}, {}, nullptr), INVALID_ARGUMENT,
+                    "role");
+  EXPECT_GRPC_ERROR(Create(chief, "x", v1::ROLE_ROBOT, {}, {}, nullptr), INVALID_ARGUMENT,
+                    "robots");
+  EXPECT_THAT(Names(chief), testing::ElementsAre("chief", "alice"));
+  v1::CreateSessionRequest request;
+  request.set_robot("alice");
+  request.set_sensor("vlp16");
+  v1::Session session;
+  EXPECT_GRPC_OK(stubs_->sessions->CreateSession(As(alice).get(), request, &session));
+  v1::Token revoked;
+  ASSERT_GRPC_OK(Revoke(chief, "alice", &revoked));
+  EXPECT_GT(revoked.revoked_ns(), 0);
+  EXPECT_GRPC_ERROR(stubs_->sessions->CreateSession(As(alice).get(), request, &session),
+                    UNAUTHENTICATED, "revoked");
+  EXPECT_GRPC_ERROR(Revoke(chief, "nobody", &revoked), NOT_FOUND, "isthmus token list");
+}
+
+TEST_F(AccessRpcTest, AnAdministratorOfOneSiteStaysThere) {
+  const std::string chief = Admin();
+  std::string local, secret;
+  ASSERT_GRPC_OK(Create(chief, "local", v1::ROLE_ADMIN, {}, {"default"}, &local));
+  EXPECT_GRPC_ERROR(Create(local, "x", v1::ROLE_READER, {}, {"*"}, nullptr), PERMISSION_DENIED,
+                    "sites");
+  EXPECT_GRPC_ERROR(Create(local, "x", v1::ROLE_READER, {}, {"yard"}, nullptr), PERMISSION_DENIED,
+                    "sites");
+  ASSERT_GRPC_OK(Create(local, "mine", v1::ROLE_ADMIN, {}, {}, &secret));
+  EXPECT_EQ(tokens_->List().back().sites, std::vector<std::string>{"default"});
+  EXPECT_THAT(Names(local), testing::ElementsAre("local", "mine"));
+  v1::Token revoked;
+  EXPECT_GRPC_ERROR(Revoke(local, "chief", &revoked), NOT_FOUND, "");
+  EXPECT_GRPC_OK(GetInfo(chief));
+}
+
+// Scans go in and out until the token is revoked; then the stream says why it ends.
+TEST_F(AccessRpcTest, AStreamOfScansEndsWithItsToken) {
+  const std::string chief = Admin();
+  std::string alice;
+  ASSERT_GRPC_OK(Create(chief, "alice", v1::ROLE_ROBOT, {"alice"}, {}, &alice));
+  const auto created = pipeline_.CreateSession({.robot = RobotId("alice"), .sensor = "vlp16"});
+  const auto context = As(alice);
+  const auto stream = stubs_->sessions->StreamScans(context.get());
+  v1::StreamScansRequest request;
+  request.set_session(created->record.id.value());
+  ASSERT_TRUE(stream->Write(request));
+  v1::Token revoked;
+  uint64_t sequence = 0;
+  v1::StreamScansResponse ack;
+  const auto push = [&] {
+    request.mutable_scan()->set_sequence(++sequence);
+    return stream->Write(request) && stream->Read(&ack);
+  };
+  ASSERT_TRUE(push());
+  ASSERT_GRPC_OK(Revoke(chief, "alice", &revoked));
+  while (push()) {
+  }
+  EXPECT_GRPC_ERROR(stream->Finish(), UNAUTHENTICATED, "revoked");
+}
+
+// A client that says nothing is not waited for; nor is one that came before there were tokens.
+TEST_F(AccessRpcTest, SilentStreamsEndToo) {
+  (void)pipeline_.CreateSession({.robot = RobotId("alice"), .sensor = "vlp16"});
+  const auto context = As("");
+  const auto stream = stubs_->sessions->StreamScans(context.get());
+  v1::StreamScansRequest request;
+  request.set_session("alice-1");
+  request.mutable_scan()->set_sequence(1);
+  ASSERT_TRUE(stream->Write(request));
+  v1::StreamScansResponse ack;
+  ASSERT_TRUE(stream->Read(&ack));
+  Admin();
+  EXPECT_FALSE(stream->Read(&ack));
+  const StatusCode code = stream->Finish().error_code();
+  EXPECT_TRUE(code == StatusCode::UNAUTHENTICATED || code == StatusCode::CANCELLED) << code;
+}
+
+TEST_F(AccessRpcTest, HealthStaysOpenAndReflectionIsForAdministrators) {
+  std::string answer;
+  EXPECT_GRPC_OK(GenericCall(channel_, kReflection, {}, kListServices, &answer));
+  EXPECT_THAT(answer, testing::HasSubstr("isthmus.v1.AccessService"));
+  const std::string chief = Admin();
+  std::string reader;
+  ASSERT_GRPC_OK(Create(chief, "r", v1::ROLE_READER, {}, {}, &reader));
+  EXPECT_GRPC_OK(GenericCall(channel_, "/grpc.health.v1.Health/Check", {}, "", &answer));
+  EXPECT_EQ(answer, "\x08\x01");  // SERVING.
+  for (const Headers& headers : {Headers{}, Headers{{"authorization", "Bearer " + reader}}}) {
+    const grpc::Status status = GenericCall(channel_, kReflection, headers, kListServices, &answer);
+    EXPECT_EQ(status.error_code(), StatusCode::CANCELLED) << status.error_message();
+    EXPECT_EQ(answer, "");
+  }
+  EXPECT_GRPC_OK(GenericCall(channel_, kReflection, {{"authorization", "Bearer " + chief}},
+                             kListServices, &answer));
+  EXPECT_THAT(answer, testing::HasSubstr("isthmus.v1.AccessService"));
+}
+
+TEST(NoTokens, AreKeptByAServerInAProgram) {
+  FakePipeline pipeline;
+  ServerOptions options;
+  options.listen = "127.0.0.1:0";
+  const auto server = RpcServer::Start(&pipeline, options);
+  const Stubs stubs((*server)->InProcessChannel());
+  v1::Token token;
+  EXPECT_GRPC_ERROR(stubs.access->RevokeToken(NewContext().get(), {}, &token), UNIMPLEMENTED, "");
+}
+
+}  // namespace
+}  // namespace isthmus::rpc
