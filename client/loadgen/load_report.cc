@@ -18,6 +18,7 @@ RobotResult Together(const LoadResult& result) {
     all.processed += robot.processed;
     all.rejected += robot.rejected;
     all.duplicates += robot.duplicates;
+    all.skipped += robot.skipped;
     all.unanswered += robot.unanswered;
     all.late += robot.late;
     all.reconnects += robot.reconnects;
@@ -103,10 +104,11 @@ Spread SpreadOf(std::vector<double> values) {
 std::string ToText(const LoadResult& result) {
   const RobotResult all = Together(result);
   std::string text = absl::StrFormat(
-      "%d robots, %.0f s: %d scans pushed, %d processed, %d rejected, %d without an answer; %d "
+      "%d robots, %.0f s: %d scans pushed, %d processed, %d skipped, %d rejected, %d without an "
+      "answer; %d "
       "pushed late, %d not followed, %d reconnects\n",
-      result.robots.size(), result.seconds, all.pushed, all.processed, all.rejected, all.unanswered,
-      all.late, all.lost, all.reconnects);
+      result.robots.size(), result.seconds, all.pushed, all.processed, all.skipped, all.rejected,
+      all.unanswered, all.late, all.lost, all.reconnects);
   text += Line("acknowledgement", SpreadOf(all.ack_ms), all.ack_ms.size());
   text += Line("odometry", SpreadOf(all.odometry_ms), all.odometry_ms.size());
   for (const auto& [name, reader] : result.readers) {
@@ -140,6 +142,7 @@ cli::Json ToJson(const LoadResult& result) {
                     {"seconds", result.seconds},
                     {"pushed", all.pushed},
                     {"processed", all.processed},
+                    {"skipped", all.skipped},
                     {"rejected", all.rejected},
                     {"unanswered", all.unanswered},
                     {"late", all.late},

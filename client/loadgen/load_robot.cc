@@ -48,7 +48,11 @@ void LoadRobot::Run() {
 }
 
 absl::Status LoadRobot::Drive(client::Client& client) {
-  const auto session = client.CreateSession(plan_.name, plan_.drive->sensor);
+  SessionRequest request;
+  request.robot = RobotId(plan_.name);
+  request.sensor = plan_.drive->sensor;
+  request.when_behind = plan_.when_behind;
+  const auto session = client.CreateSession(request);
   if (!session.ok()) return session.status();
   client::ScanStreamOptions options;
   options.on_ack = [this](const ScanAck& ack) { Note(ack); };
@@ -104,6 +108,9 @@ void LoadRobot::Note(const ScanAck& ack) {
       break;
     case ScanOutcome::kDuplicate:
       ++result_.duplicates;
+      break;
+    case ScanOutcome::kSkipped:
+      ++result_.skipped;
       break;
     case ScanOutcome::kRejected:
       if (result_.rejected++ == 0) result_.first_rejection = ack.reason;

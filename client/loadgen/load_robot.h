@@ -27,12 +27,14 @@ struct RobotPlan {
   double start_s = 0;   // Later than the others, from now.
   double jitter_s = 0;  // Scans are ready up to this much late.
   LinkProfile link;
+  WhenBehind when_behind = WhenBehind::kWait;
   uint64_t seed = 1;
 };
 
 struct RobotResult {
   std::string name;
   uint64_t pushed = 0, processed = 0, rejected = 0, duplicates = 0;
+  uint64_t skipped = 0;     // By a session that keeps the newest.
   uint64_t unanswered = 0;  // Pushed, and never acknowledged.
   uint64_t late = 0;        // Scans that could not be pushed before the next one was ready.
   int reconnects = 0;

@@ -39,6 +39,7 @@ RobotPlan PlanOf(const LoadOptions& options, const Drives& drives, int robot) {
   plan.start_s = static_cast<double>(robot) / options.robots / options.rate_hz;
   plan.jitter_s = options.jitter_s;
   plan.link = options.link;
+  plan.when_behind = options.when_behind;
   plan.seed = options.seed * 1000 + i;
   return plan;
 }

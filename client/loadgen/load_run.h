@@ -25,6 +25,7 @@ struct LoadOptions {
   double rate_hz = 10;
   double jitter_s = 0.01;
   LinkProfile link;
+  WhenBehind when_behind = WhenBehind::kWait;
   int readers = 0;
   double reader_period_s = 0.2;
   int idle = 0;

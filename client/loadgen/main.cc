@@ -23,6 +23,7 @@ struct Arguments {
   SimulatedDrives simulated;
   std::vector<std::string> recordings;
   std::string link = "none";
+  bool keep_newest = false;
   bool json = false;
 };
 
@@ -47,6 +48,8 @@ void AddOptions(CLI::App& app, Arguments& arguments) {
       ->capture_default_str();
   app.add_option("--link", arguments.link, "The robots' links: none (perfect), wifi or 4g")
       ->capture_default_str();
+  app.add_flag("--keep-newest", arguments.keep_newest,
+               "A server that falls behind skips scans; else it slows robots down");
   app.add_option("--readers", load.readers, "Readers beside them")
       ->check(CLI::Range(0, 1000))
       ->capture_default_str();
@@ -88,6 +91,7 @@ int Run(Arguments arguments) {
   const auto link = FindLinkProfile(arguments.link);
   if (!link.ok()) return cli::Fail(cli::kUsage, link.status());
   arguments.load.link = *link;
+  if (arguments.keep_newest) arguments.load.when_behind = WhenBehind::kKeepNewest;
   const cli::Interruption interruption([] {});
   const auto drives = MakeDrives(arguments);
   if (!drives.ok()) return cli::FailInput(drives.status());
