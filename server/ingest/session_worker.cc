@@ -72,6 +72,11 @@ absl::Status SessionWorker::Submit(ScanUpload scan) {
   return absl::OkStatus();
 }
 
+bool SessionWorker::HasRoom() const {
+  MutexLock lock(&mutex_);
+  return stopping_ || queue_.size() < options_.queue;
+}
+
 void SessionWorker::SetAckSink(AckSink sink) {
   MutexLock lock(&sink_mutex_);
   sink_ = std::move(sink);

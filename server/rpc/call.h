@@ -5,6 +5,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <thread>
 
@@ -12,6 +13,7 @@
 #include "core/ids.h"
 #include "server/access/caller.h"
 #include "server/rpc/site.h"
+#include "server/rpc/streams/call_limits.h"
 
 namespace isthmus::rpc {
 
@@ -51,6 +53,7 @@ struct Call {
   std::string peer = {};        // As gRPC names it: "ipv4:127.0.0.1:4711".
   std::string request_id = {};  // The client's, else one of ours; for logs.
   std::shared_ptr<Admission> admission = {};
+  std::optional<CallLimits::Ticket> ticket = {};  // Its place among the calls of its kind.
 
   server::Pipeline& pipeline() const { return site->pipeline; }
 

@@ -3,11 +3,15 @@
 #include <absl/strings/str_cat.h>
 
 #include <memory>
+#include <utility>
 
 namespace isthmus::rpc {
 
 absl::StatusOr<Call> Gate::Admit(const grpc::ServerContextBase& context, absl::string_view rpc) {
+  auto ticket = limits_.Enter(rpc, MachineOf(context.peer()));
+  if (!ticket.ok()) return ticket.status();
   Call call;
+  call.ticket.emplace(*std::move(ticket));
   call.rpc = std::string(rpc);
   call.site = &site_;
   call.peer = context.peer();

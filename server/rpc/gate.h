@@ -22,12 +22,12 @@ namespace isthmus::rpc {
 // with go through End. Thread safe; must outlive its calls.
 class Gate {
  public:
-  // The site must outlive the gate; `on_failed_call` may be null.
-  Gate(Site* site, OnFailedCall on_failed_call)
-      : site_(*site), on_failed_call_(std::move(on_failed_call)) {}
+  // The site and the limits must outlive the gate; `on_failed_call` may be null.
+  Gate(Site* site, CallLimits* limits, OnFailedCall on_failed_call)
+      : site_(*site), limits_(*limits), on_failed_call_(std::move(on_failed_call)) {}
 
   // `rpc` is the method's bare name ("StreamScans"). Unauthenticated or PermissionDenied, with a
-  // message that says nothing of what there is.
+  // message that says nothing of what there is. ResourceExhausted beyond a limit of calls.
   absl::StatusOr<Call> Admit(const grpc::ServerContextBase& context, absl::string_view rpc);
 
   // The status that travels at the end of a call, let in or not; tells of failures.
@@ -53,6 +53,7 @@ class Gate {
   }
 
   Site& site_;
+  CallLimits& limits_;
   const OnFailedCall on_failed_call_;
   std::atomic<uint64_t> calls_ = 0;
 };

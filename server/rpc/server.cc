@@ -1,11 +1,13 @@
 #include "server/rpc/server.h"
 
 #include <absl/strings/str_cat.h>
+#include <absl/time/clock.h>
 #include <grpcpp/ext/proto_server_reflection_plugin.h>
 #include <grpcpp/grpcpp.h>
 #include <grpcpp/health_check_service_interface.h>
 #include <grpcpp/resource_quota.h>
 
+#include <algorithm>
 #include <atomic>
 #include <utility>
 
@@ -29,6 +31,9 @@ void EnablePlugins() {
   }();
 }
 
+// For statuses to leave: a socket's buffer takes them at once.
+constexpr std::chrono::milliseconds kLastWords{100};
+
 std::string WithPort(const std::string& listen, int port) {
   const size_t colon = listen.rfind(':');
   if (colon == std::string::npos || listen.rfind("unix", 0) == 0) return listen;
@@ -39,17 +44,22 @@ std::string WithPort(const std::string& listen, int port) {
 
 struct RpcServer::State {
   State(server::Pipeline* pipeline, const ServerOptions& options)
-      : site(access::kDefaultSite, pipeline, options.backup, options.scan_window,
-             options.uploads_folder, options.max_staged_bytes),
-        gate(&site, options.on_failed_call),
-        sessions(&gate, options.max_submap_bytes),
+      : site(access::kDefaultSite, pipeline, options.backup,
+             {options.scan_window, options.stream_bytes}, options.uploads_folder,
+             options.max_staged_bytes),
+        calls(options.calls),
+        gate(&site, &calls, options.on_failed_call),
+        host(&gate, options.streams),
+        sessions(&gate, &host, options.max_submap_bytes),
         map(&gate),
         edits(&gate),
-        localisation(&gate),
+        localisation(&host),
         admin(&gate) {}
 
   Site site;
+  CallLimits calls;
   Gate gate;
+  StreamHost host;
   SessionService sessions;
   MapService map;
   EditService edits;
@@ -77,9 +87,13 @@ absl::StatusOr<std::unique_ptr<RpcServer>> RpcServer::Start(server::Pipeline* pi
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 20'000);
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_PERMIT_WITHOUT_CALLS, 1);
   builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS, 1'000);
+  // A connection that says nothing is closed.
+  builder.AddChannelArgument(GRPC_ARG_SERVER_HANDSHAKE_TIMEOUT_MS, 10'000);
+  builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, options.max_calls_per_connection);
   builder.SetMaxReceiveMessageSize(options.max_receive_bytes);
   grpc::ResourceQuota quota("isthmus");
   quota.SetMaxThreads(options.max_threads);
+  quota.Resize(options.connection_bytes);
   builder.SetResourceQuota(quota);
   builder.AddListeningPort(options.listen, grpc::InsecureServerCredentials(), &state->port);
   builder.RegisterService(&state->sessions);
@@ -120,9 +134,13 @@ std::shared_ptr<grpc::Channel> RpcServer::InProcessChannel() {
 void RpcServer::Shutdown(std::chrono::milliseconds grace) {
   if (state_->shut_down.exchange(true)) return;
   state_->server->GetHealthCheckService()->Shutdown();
-  state_->site.streams.StopAll();
-  state_->localisation.StopAll();
-  state_->server->Shutdown(std::chrono::system_clock::now() + grace);
+  // Not left to gRPC, which waits for clients to close their connections, too, and idle ones do
+  // that when they please.
+  state_->calls.Stop();
+  state_->host.StopAll();
+  state_->calls.WaitUntilIdle(absl::Now() + absl::FromChrono(grace));
+  // The last statuses are on their way.
+  state_->server->Shutdown(std::chrono::system_clock::now() + std::min(grace, kLastWords));
 }
 
 }  // namespace isthmus::rpc
