@@ -2,6 +2,7 @@
 #pragma once
 
 #include <absl/status/status.h>
+#include <grpcpp/server_context.h>
 
 #include <functional>
 #include <memory>
@@ -53,10 +54,13 @@ struct Call {
   std::string peer = {};        // As gRPC names it: "ipv4:127.0.0.1:4711".
   std::string request_id = {};  // The client's, else one of ours; for logs.
   std::shared_ptr<Admission> admission = {};
-  std::optional<CallLimits::Ticket> ticket = {};  // Its place among the calls of its kind.
+  const grpc::ServerContextBase* context = nullptr;  // Outlives the call.
+  std::optional<CallLimits::Ticket> ticket = {};     // Its place among the calls of its kind.
 
   server::Pipeline& pipeline() const { return site->pipeline; }
 
+  // Whether the client is gone, or its deadline has passed: long work asks between two pieces.
+  bool Gone() const { return context != nullptr && context->IsCancelled(); }
   // Ok while the call may go on; Unauthenticated once its token is revoked or has expired. Cheap:
   // long calls ask between two messages.
   absl::Status Allowed() const { return admission->status(); }

@@ -12,6 +12,7 @@ absl::StatusOr<Call> Gate::Admit(const grpc::ServerContextBase& context, absl::s
   if (!ticket.ok()) return ticket.status();
   Call call;
   call.ticket.emplace(*std::move(ticket));
+  call.context = &context;
   call.rpc = std::string(rpc);
   call.site = &site_;
   call.peer = context.peer();

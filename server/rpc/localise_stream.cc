@@ -45,14 +45,11 @@ void LocaliseReactor::OnMessage(grpc::ByteBuffer message) {
   if (!located.ok()) return End(located.status());
   located->rejected = CutText(located->rejected, kMaxReason);
   place_ = ToBytes(convert::ToMessage(*located));
-  GiveTime(host().options.progress,
-           absl::DeadlineExceededError("places were not read for too long: read them"));
   StartWrite(&place_);
 }
 
 void LocaliseReactor::OnWriteDone(bool ok) {
   Post([this, ok] {
-    TimeIsOver();
     if (!ok) return End(absl::CancelledError("the client went away"));
     ReadNext();
   });

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <atomic>
 #include <utility>
+#include <vector>
 
 #include "core/address.h"
 #include "server/rpc/admin_service.h"
@@ -18,6 +19,7 @@
 #include "server/rpc/localisation_service.h"
 #include "server/rpc/map_service.h"
 #include "server/rpc/session_service.h"
+#include "server/rpc/streams/call_watch.h"
 
 namespace isthmus::rpc {
 namespace {
@@ -95,6 +97,10 @@ absl::StatusOr<std::unique_ptr<RpcServer>> RpcServer::Start(server::Pipeline* pi
   quota.SetMaxThreads(options.max_threads);
   quota.Resize(options.connection_bytes);
   builder.SetResourceQuota(quota);
+  std::vector<std::unique_ptr<grpc::experimental::ServerInterceptorFactoryInterface>> watch;
+  watch.push_back(
+      std::make_unique<CallWatchFactory>(&state->host.watchdog, options.streams.progress));
+  builder.experimental().SetInterceptorCreators(std::move(watch));
   builder.AddListeningPort(options.listen, grpc::InsecureServerCredentials(), &state->port);
   builder.RegisterService(&state->sessions);
   builder.RegisterService(&state->map);

@@ -15,13 +15,7 @@ namespace isthmus::rpc {
 
 ScanReactor::ScanReactor(StreamHost* host, grpc::CallbackServerContext* context)
     : ScanReactorBase(host, &host->scans, context, "StreamScans"),
-      look_again_(&host->watchdog, [this] { Post([this] { Pump(); }); }),
-      unread_(&host->watchdog, [this] {
-        Post([this] {
-          CutOff(absl::DeadlineExceededError(
-              "acknowledgements were not read for too long: read them while you send"));
-        });
-      }) {}
+      look_again_(&host->watchdog, [this] { Post([this] { Pump(); }); }) {}
 
 void ScanReactor::OnMessage(grpc::ByteBuffer message) {
   if (status_) return;  // Read before the stream began to end: not taken.
@@ -48,7 +42,6 @@ void ScanReactor::OnStop() {
 
 void ScanReactor::OnEnd() {
   look_again_.Disarm();
-  unread_.Disarm();
   if (registration_ != nullptr) registration_->window().Close();
   registration_.reset();
   message_.reset();
@@ -167,14 +160,12 @@ void ScanReactor::WriteAck() {
   ack->reason = CutText(ack->reason, kMaxReason);
   ack_ = ToBytes(convert::ToMessage(*ack));
   writing_ = true;
-  unread_.Arm(host().options.progress);
   StartWrite(&ack_);
 }
 
 void ScanReactor::OnWriteDone(bool ok) {
   Post([this, ok] {
     writing_ = false;
-    unread_.Disarm();
     if (!ok) return End(absl::CancelledError("the client went away"));
     Pump();
   });

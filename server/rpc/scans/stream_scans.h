@@ -52,7 +52,7 @@ class ScanReactor final : public ScanReactorBase {
   grpc::ByteBuffer ack_;
   bool writing_ = false;
   std::optional<absl::Status> status_;  // What the stream ends with.
-  Watchdog::Timer look_again_, unread_;
+  Watchdog::Timer look_again_;
 };
 
 }  // namespace isthmus::rpc

@@ -62,7 +62,7 @@ class StreamReactor : public Base,
         context_(*context),
         rpc_(rpc),
         strand_(std::make_shared<Strand>(executor)),
-        timer_(&host->watchdog, [this] { Post([this] { OnTimeOut(); }); }) {}
+        timer_(&host->watchdog, [this] { Post([this] { End(late_); }); }) {}
 
   // From any thread: the task runs on the strand, unless the stream has ended by then. What it
   // throws ends the stream.
@@ -89,12 +89,11 @@ class StreamReactor : public Base,
     this->StartRead(&incoming_);
   }
   bool reading() const { return reading_; }
-  // Ends the stream with `why` unless a message comes, or Disarm is called, within that time.
+  // Ends the stream with `why` unless a message comes within that time.
   void GiveTime(std::chrono::milliseconds time, absl::Status why) {
     late_ = std::move(why);
     timer_.Arm(time);
   }
-  void TimeIsOver() { timer_.Disarm(); }
 
   // Nothing of the call may be touched after it.
   void End(const absl::Status& status) {
@@ -109,11 +108,6 @@ class StreamReactor : public Base,
     const grpc::Status answer = host_.gate.End(rpc_, status);
     call_.reset();
     this->Finish(answer);
-  }
-  // Likewise where the client does not read what was sent to it.
-  void CutOff(const absl::Status& status) {
-    if (!ended_) context_.TryCancel();
-    End(status);
   }
   bool ended() const { return ended_; }
 
@@ -142,8 +136,6 @@ class StreamReactor : public Base,
                                          "something to send"));
     ReadNext();
   }
-
-  void OnTimeOut() { CutOff(late_); }
 
   StreamHost& host_;
   grpc::CallbackServerContext& context_;
