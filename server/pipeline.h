@@ -70,6 +70,9 @@ class Pipeline {
   // slowed down and nothing is dropped. Unavailable while shutting down. OutOfRange, and nothing
   // queued, when `sequence` leaves a gap; the message names the expected one.
   virtual absl::Status SubmitScan(const SessionId& session, ScanUpload scan) = 0;
+  // Whether SubmitScan would take a scan of so many bytes now, or say at once why it does not; false:
+  // it would wait. Never waits itself. Room comes back with every acknowledgement of the session.
+  virtual bool HasRoom(const SessionId& session, size_t bytes) = 0;
   // A finished submap from a robot with its own SLAM; durable on return. Its session must have no
   // scans. The submap's id.index must be the next of the session (OutOfRange otherwise), or repeat
   // a stored one with equal content (OK, no effect) or not (AlreadyExists).
@@ -139,7 +142,8 @@ class Pipeline {
   virtual absl::StatusOr<RobotTransform> GetTransform(const RobotId& a, const RobotId& b) = 0;
   // The newest composed map; empty map of revision 0 before the first.
   virtual std::shared_ptr<const ComposedMap> GetMap() = 0;
-  // Streams the file. NotFound for a component or robot that does not exist.
+  // Streams the file. NotFound for a component or robot that does not exist. Where a long time
+  // passes without a piece, `sink` is asked with an empty one whether to go on.
   virtual absl::Status ExportMap(const ExportRequest& request,
                                  const std::function<bool(const std::string&)>& sink) = 0;
 

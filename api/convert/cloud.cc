@@ -37,6 +37,23 @@ absl::StatusOr<ScalarType> CheckedType(v1::PointField::Type type, const std::str
   return static_cast<ScalarType>(type);  // Same numbers, those of sensor_msgs/PointField.
 }
 
+// Names are quoted, kept and listed.
+constexpr size_t kMaxFieldName = 64;
+constexpr int kMaxFields = 256;
+
+absl::Status CheckFields(const v1::PointCloud& cloud) {
+  if (cloud.fields_size() > kMaxFields) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("the cloud has ", cloud.fields_size(), " fields: give at most ", kMaxFields));
+  }
+  for (const v1::PointField& field : cloud.fields()) {
+    if (field.name().size() <= kMaxFieldName) continue;
+    return absl::InvalidArgumentError(absl::StrCat("a field's name has ", field.name().size(),
+                                                   " characters: give at most ", kMaxFieldName));
+  }
+  return absl::OkStatus();
+}
+
 absl::StatusOr<PayloadEncoding> CheckedEncoding(v1::PointCloud::Encoding encoding) {
   switch (encoding) {
     case v1::PointCloud::RAW:
@@ -86,6 +103,7 @@ v1::PointCloud ToMessage(PointPayload payload) {
 }
 
 absl::StatusOr<PointPayload> FromMessage(v1::PointCloud&& cloud) {
+  if (absl::Status status = CheckFields(cloud); !status.ok()) return status;
   PointPayload payload;
   const auto encoding = CheckedEncoding(cloud.encoding());
   if (!encoding.ok()) return encoding.status();

@@ -92,6 +92,11 @@ absl::Status SessionWorker::Submit(ScanUpload scan) {
   }
 }
 
+bool SessionWorker::HasRoom() const {
+  MutexLock lock(&mutex_);
+  return stopping_ || queue_.size() < options_.queue;
+}
+
 void SessionWorker::SetAckSink(AckSink sink) {
   MutexLock lock(&sink_mutex_);
   sink_ = std::move(sink);

@@ -5,6 +5,7 @@
 #include <absl/strings/str_join.h>
 
 #include <charconv>
+#include <chrono>
 #include <functional>
 #include <type_traits>
 #include <utility>
@@ -101,6 +102,12 @@ class Table {
         {section_, key, comment, std::move(read), [write] { return Quoted(write()); }});
   }
 
+  // A number that is kept in another type.
+  void AddNumberText(const char* key, std::function<absl::Status(const std::string&)> read,
+                     std::function<std::string()> write, const char* comment) {
+    settings_.push_back({section_, key, comment, std::move(read), std::move(write)});
+  }
+
   template <typename Value>
   void AddChoice(const char* key, Value* value, const Names<Value>& names, const char* comment) {
     const auto read = [value, names](const std::string& text) {
@@ -128,6 +135,48 @@ class Table {
   std::string section_;
   std::vector<Setting> settings_;
 };
+
+void AddMilliseconds(const char* key, std::chrono::milliseconds* value, Table& table,
+                     const char* comment) {
+  const auto read = [value](const std::string& text) {
+    constexpr int kMax = 86'400'000;  // A day.
+    int number = 0;
+    if (!absl::SimpleAtoi(text, &number) || number < 1 || number > kMax) {
+      return absl::InvalidArgumentError(absl::StrCat("give a number from 1 to ", kMax));
+    }
+    *value = std::chrono::milliseconds(number);
+    return absl::OkStatus();
+  };
+  table.AddNumberText(
+      key, read, [value] { return NumberText(value->count()); }, comment);
+}
+
+// What one caller and all of them may hold. Beyond it: RESOURCE_EXHAUSTED, and when to come again.
+void AddCallLimits(rpc::ServerOptions& rpc, Table& table) {
+  constexpr size_t kMany = 1'000'000;
+  table.Add("max_streams", &rpc.calls.streams, size_t{1}, kMany,
+            "Streams of scans, uploads and robots that are localised, at a time.");
+  table.Add("max_streams_per_caller", &rpc.calls.streams_per_caller, size_t{1}, kMany,
+            "Those of one caller: of one address, all its robots together.");
+  table.Add("max_queries", &rpc.calls.queries, size_t{1}, kMany,
+            "Queries of regions at a time; one caller has half at most.");
+  table.Add("max_exports", &rpc.calls.exports, size_t{1}, kMany,
+            "Exports of maps and pose graphs at a time; likewise.");
+  table.Add("max_lists", &rpc.calls.lists, size_t{1}, kMany,
+            "Lists, trajectories and graphs at a time; likewise.");
+  table.Add("stream_bytes", &rpc.stream_bytes, size_t{1} << 16, size_t{1} << 40,
+            "Scans of a stream without a written acknowledgement before no more are read, bytes.");
+  table.Add("all_streams_bytes", &rpc.streams.all_bytes, size_t{1} << 16, size_t{1} << 40,
+            "The same of all streams together: they wait for each other in turn.");
+  table.Add("connection_bytes", &rpc.connection_bytes, size_t{1} << 24, size_t{1} << 40,
+            "Memory for what is on its way through all connections, bytes.");
+  table.Add("max_calls_per_connection", &rpc.max_calls_per_connection, 1, 100'000,
+            "Calls of one connection at a time; further ones wait at the client.");
+  AddMilliseconds("first_message_ms", &rpc.streams.first_message, table,
+                  "A stream on which nothing came for so long is ended.");
+  AddMilliseconds("progress_ms", &rpc.streams.progress, table,
+                  "So is an upload that stands still, and a call whose client does not read.");
+}
 
 void AddNetwork(ServerConfig& config, Table& table) {
   table.Section("network");
@@ -157,7 +206,8 @@ void AddNetwork(ServerConfig& config, Table& table) {
   table.Add("scan_window", &rpc.scan_window, size_t{1}, size_t{65536},
             "Scans of a stream without a written acknowledgement before no more are read.");
   table.Add("max_threads", &rpc.max_threads, 8, 65536,
-            "Threads that serve calls; a scan stream holds one while it lives.");
+            "Threads that answer calls of one request; streams from clients hold none.");
+  AddCallLimits(rpc, table);
 }
 
 void AddStorage(ServerConfig& config, Table& table) {

@@ -2,6 +2,7 @@
 #include <absl/strings/str_cat.h>
 
 #include <algorithm>
+#include <memory>
 #include <utility>
 #include <vector>
 
@@ -56,9 +57,15 @@ absl::Status MapReader::ExportOccupancy(const ExportRequest& request, const Regi
   const auto format = request.format == ExportFormat::kOctoMapFull
                           ? composition::OccupancyFormat::kFull
                           : composition::OccupancyFormat::kBinary;
-  absl::StatusOr<std::string> file = composition::WriteOccupancy(
-      submaps, [this](const SubmapId& id) { return submaps_->Get(id); }, region.component, format,
-      occupancy);
+  bool reading = true;
+  const auto read = [&](const SubmapId& id) -> std::shared_ptr<const Submap> {
+    // The tree is built before its first byte goes out: minutes that a reader may not wait for.
+    reading = reading && sink("");
+    return reading ? submaps_->Get(id) : nullptr;
+  };
+  absl::StatusOr<std::string> file =
+      composition::WriteOccupancy(submaps, read, region.component, format, occupancy);
+  if (!reading) return absl::CancelledError("the reader went away");
   if (!file.ok()) return file.status();
   for (size_t offset = 0; offset < file->size(); offset += kFileChunk) {
     if (!sink(file->substr(offset, kFileChunk))) {
@@ -74,15 +81,15 @@ absl::Status MapReader::ExportMap(const ExportRequest& request,
   if (!request.robot.empty() && view->Newest(request.robot) == nullptr) {
     return UnknownRobot(request.robot);
   }
+  const std::shared_ptr<const ComposedMap> map = view->map;
+  if (request.component != 0 && request.component >= map->component_count()) {
+    return absl::NotFoundError(
+        absl::StrCat("no component ", request.component, ": the map has ", map->component_count()));
+  }
   Region region = RegionOf(request);
   if (request.format == ExportFormat::kOctoMapFull ||
       request.format == ExportFormat::kOctoMapBinary) {
     return ExportOccupancy(request, region, sink);
-  }
-  const std::shared_ptr<const ComposedMap> map = view->map;
-  if (region.component != 0 && region.component >= map->component_count()) {
-    return absl::NotFoundError(
-        absl::StrCat("no component ", region.component, ": the map has ", map->component_count()));
   }
   if (!request.robot.empty()) {
     // One without points yet is number robots().size(), which nothing is of.

@@ -50,6 +50,9 @@ class PipelineImpl : public Pipeline {
   absl::Status SubmitScan(const SessionId& session, ScanUpload scan) override {
     return sessions_.SubmitScan(session, std::move(scan));
   }
+  bool HasRoom(const SessionId& session, size_t bytes) override {
+    return sessions_.HasRoom(session, bytes);
+  }
   absl::StatusOr<SubmapInfo> AddSubmap(Submap submap) override {
     return sessions_.AddSubmap(std::move(submap));
   }

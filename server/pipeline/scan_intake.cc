@@ -64,6 +64,11 @@ absl::Status Sessions::SubmitScan(const SessionId& session, ScanUpload scan) {
   return status;
 }
 
+bool Sessions::HasRoom(const SessionId& session, size_t) const {
+  const Worker worker = parts_.workers.Find(session).worker;
+  return worker == nullptr || worker->HasRoom();
+}
+
 absl::Status Sessions::CheckUpload(const SessionView& session, const SubmapId& submap) const {
   if (session.record.state == SessionState::kFinished) {
     return absl::FailedPreconditionError(

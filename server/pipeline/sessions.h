@@ -34,6 +34,7 @@ class Sessions {
 
   absl::Status SetAckSink(const SessionId& session, AckSink sink);
   absl::Status SubmitScan(const SessionId& session, ScanUpload scan);
+  bool HasRoom(const SessionId& session, size_t bytes) const;
   absl::StatusOr<SubmapInfo> AddSubmap(Submap submap);
 
  private:

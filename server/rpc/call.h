@@ -3,8 +3,10 @@
 
 #include <absl/status/status.h>
 #include <absl/status/statusor.h>
+#include <grpcpp/server_context.h>
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -12,6 +14,7 @@
 #include "server/access/caller.h"
 #include "server/rpc/running_calls.h"
 #include "server/rpc/site.h"
+#include "server/rpc/streams/call_limits.h"
 
 namespace isthmus::rpc {
 
@@ -30,9 +33,13 @@ struct Call {
   std::string request_id = {};  // The client's, else one of ours; for logs.
   std::shared_ptr<Admission> admission = {};
   RunningCalls* running = nullptr;  // That it is among; null: no token can end it.
+  const grpc::ServerContextBase* context = nullptr;  // Outlives the call.
+  std::optional<CallLimits::Ticket> ticket = {};     // Its place among the calls of its kind.
 
   server::Pipeline& pipeline() const { return site->pipeline; }
 
+  // Whether the client is gone, or its deadline has passed: long work asks between two pieces.
+  bool Gone() const { return context != nullptr && context->IsCancelled(); }
   // Ok while the call may go on; Unauthenticated once its token is revoked or has expired. Cheap:
   // long calls ask between two messages.
   absl::Status Allowed() const { return admission->status(); }

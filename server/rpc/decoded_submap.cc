@@ -65,7 +65,10 @@ void ReadIntensities(const PointPayload& raw, std::vector<SubmapPoint>& points) 
   const PointField* field = codec::FindField(raw, {"intensity", "i", "reflectivity", "signal"});
   if (field == nullptr) return;
   const std::vector<double> column = codec::ReadColumn(raw, *field);
-  for (size_t i = 0; i < column.size(); ++i) points[i].intensity = static_cast<float>(column[i]);
+  for (size_t i = 0; i < column.size(); ++i) {
+    const auto intensity = static_cast<float>(column[i]);
+    points[i].intensity = std::isfinite(intensity) ? intensity : 0;  // None, as without the field.
+  }
 }
 
 absl::Status ReadKeyframes(const PointPayload& raw, size_t keyframes,

@@ -138,7 +138,14 @@ absl::StatusOr<Call> Gate::Admit(const grpc::ServerContextBase& context, absl::s
   if (absl::Status role = access::CheckRole(*caller, rpc); !role.ok()) return role;
   const absl::StatusOr<Site*> site = Choose(context, *caller);
   if (!site.ok()) return site.status();
+  // A token is one caller wherever it calls from; without, a machine is.
+  const std::string who =
+      caller->token.empty() ? MachineOf(context.peer()) : absl::StrCat("token ", caller->token);
+  auto ticket = options_.limits->Enter(rpc, who);
+  if (!ticket.ok()) return ticket.status();
   Call call;
+  call.ticket.emplace(*std::move(ticket));
+  call.context = &context;
   call.rpc = std::string(rpc);
   call.caller = *std::move(caller);
   call.site = *site;

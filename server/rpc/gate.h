@@ -30,6 +30,7 @@ class Gate {
   struct Options {
     // The first is the default site, whatever its name.
     std::vector<Site*> sites;
+    CallLimits* limits = nullptr;  // Never null.
     // Null: there are none, and nobody is asked for one.
     access::Tokens* tokens = nullptr;
     access::RequireToken require_token = access::RequireToken::kAuto;
@@ -44,7 +45,7 @@ class Gate {
 
   // `rpc` is the method's bare name ("StreamScans"). Unauthenticated or PermissionDenied, with a
   // message that says nothing of what there is. NotFound for a site that the caller may see, and
-  // that is not there. The context must outlive the call.
+  // that is not there. ResourceExhausted beyond a limit of calls. The context must outlive the call.
   absl::StatusOr<Call> Admit(const grpc::ServerContextBase& context, absl::string_view rpc);
 
   // The status that travels at the end of a call, let in or not; tells of failures.

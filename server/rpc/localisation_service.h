@@ -2,40 +2,28 @@
 // api/isthmus/v1/localisation_service.proto.
 #pragma once
 
-#include <grpcpp/server_context.h>
-#include <grpcpp/support/status.h>
-#include <grpcpp/support/sync_stream.h>
+#include <grpcpp/support/byte_buffer.h>
+#include <grpcpp/support/server_callback.h>
 
-#include <set>
-
-#include "core/concurrency/mutex.h"
 #include "isthmus/v1/localisation_service.grpc.pb.h"
-#include "server/rpc/gate.h"
+#include "server/rpc/localise_stream.h"
+#include "server/rpc/streams/stream_host.h"
 
 namespace isthmus::rpc {
 
-// Thread safe. The gate must outlive it.
-class LocalisationService final : public v1::LocalisationService::Service {
+// Thread safe. The host must outlive it.
+class LocalisationService final : public v1::LocalisationService::WithRawCallbackMethod_Localise<
+                                      v1::LocalisationService::Service> {
  public:
-  explicit LocalisationService(Gate* gate) : gate_(*gate) {}
+  explicit LocalisationService(StreamHost* host) : host_(*host) {}
 
-  grpc::Status Localise(
-      grpc::ServerContext* context,
-      grpc::ServerReaderWriter<v1::LocaliseResponse, v1::LocaliseRequest>* stream) override;
-
-  // Ends all streams, and those that come: nothing of them has to be kept.
-  void StopAll();
+  grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>* Localise(
+      grpc::CallbackServerContext* context) override {
+    return LocaliseReactorBase::Begin<LocaliseReactor>(&host_, context);
+  }
 
  private:
-  using Stream = grpc::ServerReaderWriter<v1::LocaliseResponse, v1::LocaliseRequest>;
-  absl::Status Serve(const Call& call, Stream* stream);
-  bool Enter(grpc::ServerContext* context);
-  void Leave(grpc::ServerContext* context);
-
-  Gate& gate_;
-  Mutex mutex_;
-  std::set<grpc::ServerContext*> streams_ ABSL_GUARDED_BY(mutex_);
-  bool stopped_ ABSL_GUARDED_BY(mutex_) = false;
+  StreamHost& host_;
 };
 
 }  // namespace isthmus::rpc

@@ -69,7 +69,7 @@ absl::Status MapService::SendRegion(const Call& call, const v1::QueryRegionReque
   bool reading = true;
   const auto send = [&](const std::vector<MapPoint>& points) {
     *response.mutable_cloud() = convert::ToMessage(points);
-    return reading = call.Allowed().ok() && writer->Write(response);
+    return reading = call.Allowed().ok() && !call.Gone() && writer->Write(response);
   };
   absl::Status status;
   if (*has_points) status = map->Read(region, kChunkPoints, send);
@@ -89,7 +89,7 @@ absl::Status MapService::SendMap(const Call& call, const v1::ExportMapRequest& r
   if (!wanted.ok()) return wanted.status();
   FileEmitter<v1::ExportMapResponse> file(call, call.pipeline().GetMap()->revision(), writer);
   const absl::Status status = call.pipeline().ExportMap(
-      *wanted, [&file](const std::string& piece) { return file.Add(piece); });
+      *wanted, [&](const std::string& piece) { return !call.Gone() && file.Add(piece); });
   return status.ok() ? file.Finish() : status;
 }
 

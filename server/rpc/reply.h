@@ -2,12 +2,23 @@
 #pragma once
 
 #include <absl/status/status.h>
+#include <absl/strings/string_view.h>
 #include <grpcpp/support/status.h>
 
+#include <cstddef>
 #include <functional>
 #include <string>
 
+#include "api/convert/retry_after.h"
+
 namespace isthmus::rpc {
+
+// At most so many bytes, without half a character at their end (UTF-8).
+inline std::string CutText(absl::string_view text, size_t most) {
+  if (text.size() <= most) return std::string(text);
+  while (most > 0 && (static_cast<unsigned char>(text[most]) & 0xC0) == 0x80) --most;
+  return std::string(text.substr(0, most));
+}
 
 // Same codes, same message; a message longer than what fits into a trailer is cut.
 inline grpc::Status ToGrpc(const absl::Status& status) {
@@ -15,7 +26,8 @@ inline grpc::Status ToGrpc(const absl::Status& status) {
   constexpr size_t kMaxMessage = 1024;
   // absl's codes are gRPC's by design: https://abseil.io/docs/cpp/guides/status-codes
   const auto code = static_cast<grpc::StatusCode>(status.raw_code());
-  return grpc::Status(code, std::string(status.message().substr(0, kMaxMessage)));
+  const std::string message = CutText(status.message(), kMaxMessage);
+  return grpc::Status(code, message, convert::StatusDetails(status, message));
 }
 
 // Told of every call that ends with an error; may be null.

@@ -1,13 +1,16 @@
 #include "server/rpc/server.h"
 
 #include <absl/strings/str_cat.h>
+#include <absl/time/clock.h>
 #include <grpcpp/ext/proto_server_reflection_plugin.h>
 #include <grpcpp/grpcpp.h>
 #include <grpcpp/health_check_service_interface.h>
 #include <grpcpp/resource_quota.h>
 
+#include <algorithm>
 #include <atomic>
 #include <utility>
+#include <vector>
 
 #include "core/address.h"
 #include "server/rpc/access_service.h"
@@ -18,6 +21,7 @@
 #include "server/rpc/localisation_service.h"
 #include "server/rpc/map_service.h"
 #include "server/rpc/session_service.h"
+#include "server/rpc/streams/call_watch.h"
 #include "server/rpc/tls.h"
 
 namespace isthmus::rpc {
@@ -32,6 +36,9 @@ void EnablePlugins() {
   }();
 }
 
+// For statuses to leave: a socket's buffer takes them at once.
+constexpr std::chrono::milliseconds kLastWords{100};
+
 std::string WithPort(const std::string& listen, int port) {
   const size_t colon = listen.rfind(':');
   if (colon == std::string::npos || listen.rfind("unix", 0) == 0) return listen;
@@ -43,15 +50,16 @@ std::vector<std::unique_ptr<Site>> SitesOf(const std::vector<ServedSite>& served
   std::vector<std::unique_ptr<Site>> sites;
   for (const ServedSite& site : served) {
     sites.push_back(std::make_unique<Site>(site.name, site.pipeline, site.backup,
-                                           options.scan_window, site.uploads_folder,
+                                           AckWindow::Limits{options.scan_window, options.stream_bytes}, site.uploads_folder,
                                            options.max_staged_bytes));
   }
   return sites;
 }
 
-Gate::Options GateOptions(const std::vector<std::unique_ptr<Site>>& sites,
+Gate::Options GateOptions(const std::vector<std::unique_ptr<Site>>& sites, CallLimits* limits,
                           const ServerOptions& options) {
   Gate::Options gate;
+  gate.limits = limits;
   for (const std::unique_ptr<Site>& site : sites) gate.sites.push_back(site.get());
   gate.tokens = options.tokens;
   gate.require_token = options.require_token;
@@ -65,16 +73,20 @@ Gate::Options GateOptions(const std::vector<std::unique_ptr<Site>>& sites,
 struct RpcServer::State {
   State(const std::vector<ServedSite>& served, const ServerOptions& options)
       : sites(SitesOf(served, options)),
-        gate(GateOptions(sites, options)),
-        sessions(&gate, options.max_submap_bytes),
+        calls(options.calls),
+        gate(GateOptions(sites, &calls, options)),
+        host(&gate, options.streams),
+        sessions(&gate, &host, options.max_submap_bytes),
         map(&gate),
         edits(&gate),
-        localisation(&gate),
+        localisation(&host),
         admin(&gate),
         access(&gate, options.tokens) {}
 
   const std::vector<std::unique_ptr<Site>> sites;
+  CallLimits calls;
   Gate gate;
+  StreamHost host;
   SessionService sessions;
   MapService map;
   EditService edits;
@@ -111,10 +123,18 @@ absl::StatusOr<std::unique_ptr<RpcServer>> RpcServer::Start(const std::vector<Se
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 20'000);
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_PERMIT_WITHOUT_CALLS, 1);
   builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS, 1'000);
+  // A connection that says nothing is closed.
+  builder.AddChannelArgument(GRPC_ARG_SERVER_HANDSHAKE_TIMEOUT_MS, 10'000);
+  builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, options.max_calls_per_connection);
   builder.SetMaxReceiveMessageSize(options.max_receive_bytes);
   grpc::ResourceQuota quota("isthmus");
   quota.SetMaxThreads(options.max_threads);
+  quota.Resize(options.connection_bytes);
   builder.SetResourceQuota(quota);
+  std::vector<std::unique_ptr<grpc::experimental::ServerInterceptorFactoryInterface>> watch;
+  watch.push_back(
+      std::make_unique<CallWatchFactory>(&state->host.watchdog, options.streams.progress));
+  builder.experimental().SetInterceptorCreators(std::move(watch));
   builder.AddListeningPort(options.listen, *credentials, &state->port);
   CloseReflection(&state->gate, &builder);
   builder.RegisterService(&state->sessions);
@@ -157,9 +177,13 @@ std::shared_ptr<grpc::Channel> RpcServer::InProcessChannel() {
 void RpcServer::Shutdown(std::chrono::milliseconds grace) {
   if (state_->shut_down.exchange(true)) return;
   state_->server->GetHealthCheckService()->Shutdown();
-  for (const std::unique_ptr<Site>& site : state_->sites) site->streams.StopAll();
-  state_->localisation.StopAll();
-  state_->server->Shutdown(std::chrono::system_clock::now() + grace);
+  // Not left to gRPC, which waits for clients to close their connections, too, and idle ones do
+  // that when they please.
+  state_->calls.Stop();
+  state_->host.StopAll();
+  state_->calls.WaitUntilIdle(absl::Now() + absl::FromChrono(grace));
+  // The last statuses are on their way.
+  state_->server->Shutdown(std::chrono::system_clock::now() + std::min(grace, kLastWords));
 }
 
 }  // namespace isthmus::rpc

@@ -17,6 +17,8 @@
 #include "server/access/tokens.h"
 #include "server/pipeline.h"
 #include "server/rpc/backup_source.h"
+#include "server/rpc/streams/call_limits.h"
+#include "server/rpc/streams/stream_host.h"
 
 namespace grpc {
 class Channel;
@@ -39,7 +41,9 @@ struct ServerOptions {
   bool insecure = false;
   // Largest message taken, bytes: the limit of one scan. A larger one ends its stream with
   // RESOURCE_EXHAUSTED.
-  int max_receive_bytes = 64 << 20;
+  // 16 MiB: a turn of 128 rings and 2048 columns with all fields of an Ouster, 48 bytes a point,
+  // takes 12.6 MB.
+  int max_receive_bytes = 16 << 20;
   // Largest submap upload, bytes as they travel.
   uint64_t max_submap_bytes = 256u << 20;
   // Of the default site where Start is given a pipeline only; see ServedSite.
@@ -49,9 +53,17 @@ struct ServerOptions {
   // Scans of one stream whose acknowledgements are not written yet; when so many are out, no more
   // are read. More than the pipeline's queue, or that never fills.
   size_t scan_window = 64;
-  // Threads that serve calls; a scan stream holds one (and another of its own) while it lives.
-  // Calls beyond get RESOURCE_EXHAUSTED.
-  int max_threads = 512;
+  // Scans of one stream likewise, bytes; one may always be under way.
+  size_t stream_bytes = kStreamBytes;
+  StreamOptions streams = {};
+  CallLimitOptions calls = {};
+  // Calls that one connection may have under way; further ones wait at the client.
+  int max_calls_per_connection = 256;
+  // Memory for what is on its way through all connections, bytes. Beyond it connections are closed.
+  size_t connection_bytes = size_t{512} << 20;
+  // Threads that serve calls with one request: each holds one while it is answered. Streams from
+  // clients hold none. Calls beyond get RESOURCE_EXHAUSTED.
+  int max_threads = 128;
   BackupSource backup;  // Likewise.
   // Who is let in; null: whoever reaches the address, to do anything. Must outlive the server.
   access::Tokens* tokens = nullptr;

@@ -5,10 +5,9 @@
 #include <utility>
 
 #include "api/convert/session.h"
-#include "server/rpc/decoded_submap.h"
 #include "server/rpc/responses.h"
 #include "server/rpc/scans/stream_scans.h"
-#include "server/rpc/upload_submap.h"
+#include "server/rpc/upload_stream.h"
 
 namespace isthmus::rpc {
 
@@ -72,58 +71,14 @@ grpc::Status SessionService::FinishSession(grpc::ServerContext* context,
   });
 }
 
-grpc::Status SessionService::StreamScans(
-    grpc::ServerContext* context,
-    grpc::ServerReaderWriter<v1::StreamScansResponse, v1::StreamScansRequest>* stream) {
-  return gate_.Serve(context, "StreamScans", [&](const Call& call) -> absl::Status {
-    ScanLink link;
-    link.read = [stream](v1::StreamScansRequest* request) { return stream->Read(request); };
-    link.write = [stream](const v1::StreamScansResponse& ack) { return stream->Write(ack); };
-    link.cancel = [context] { context->TryCancel(); };
-    return rpc::StreamScans(call, link);
-  });
+grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>* SessionService::StreamScans(
+    grpc::CallbackServerContext* context) {
+  return ScanReactorBase::Begin<ScanReactor>(&host_, context);
 }
 
-absl::StatusOr<SubmapInfo> SessionService::Receive(
-    const Call& call, grpc::ServerReader<v1::UploadSubmapRequest>* reader) {
-  SubmapReceiver receiver(max_submap_bytes_, call.site->staging);
-  v1::UploadSubmapRequest part;
-  RobotId robot;
-  while (reader->Read(&part)) {
-    if (robot.empty() && part.has_header()) {
-      // Asked before the bytes come, so that a wrong name costs nothing.
-      const auto session = call.OwnSession(SessionId(part.header().session()));
-      if (!session.ok()) return session.status();
-      robot = session->record.robot;
-    }
-    if (absl::Status allowed = call.Allowed(); !allowed.ok()) return allowed;
-    if (absl::Status status = receiver.Add(std::move(part)); !status.ok()) return status;
-  }
-  auto header = receiver.Finish();
-  if (!header.ok()) return header.status();
-  const SubmapId id{SessionId(header->session()), header->index()};
-  auto upload = convert::FromMessage(*std::move(header));
-  auto submap = upload.ok() ? DecodeSubmap(*std::move(upload), robot) : upload.status();
-  auto info = submap.ok() ? call.pipeline().AddSubmap(*std::move(submap)) : submap.status();
-  // An upload that fails for a while need not travel again.
-  const bool may_come = absl::IsUnavailable(info.status()) ||
-                        absl::IsResourceExhausted(info.status()) ||
-                        absl::IsOutOfRange(info.status());
-  if (!may_come) call.site->staging.Drop(id);
-  return info;
-}
-
-grpc::Status SessionService::UploadSubmap(grpc::ServerContext* context,
-                                          grpc::ServerReader<v1::UploadSubmapRequest>* reader,
-                                          v1::UploadSubmapResponse* response) {
-  return gate_.Serve(context, "UploadSubmap", [&](const Call& call) -> absl::Status {
-    const auto info = Receive(call, reader);
-    if (!info.ok()) return info.status();
-    response->set_session(info->id.session.value());
-    response->set_index(info->id.index);
-    response->set_point_count(info->point_count);
-    return absl::OkStatus();
-  });
+grpc::ServerReadReactor<grpc::ByteBuffer>* SessionService::UploadSubmap(
+    grpc::CallbackServerContext* context, grpc::ByteBuffer* response) {
+  return UploadReactorBase::Begin<UploadReactor>(&host_, context, response, max_submap_bytes_);
 }
 
 grpc::Status SessionService::GetUpload(grpc::ServerContext* context,
@@ -131,6 +86,7 @@ grpc::Status SessionService::GetUpload(grpc::ServerContext* context,
                                        v1::GetUploadResponse* response) {
   return gate_.Serve(context, "GetUpload", [&](const Call& call) -> absl::Status {
     const SessionId session(request->session());
+    if (absl::Status status = CheckSha256(request->sha256()); !status.ok()) return status;
     const auto known = call.OwnSession(session);
     if (known.ok()) {
       response->set_persisted(call.site->staging.Persisted(

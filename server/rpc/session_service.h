@@ -3,6 +3,8 @@
 #pragma once
 
 #include <grpcpp/server_context.h>
+#include <grpcpp/support/byte_buffer.h>
+#include <grpcpp/support/server_callback.h>
 #include <grpcpp/support/status.h>
 #include <grpcpp/support/sync_stream.h>
 
@@ -10,15 +12,20 @@
 
 #include "isthmus/v1/session_service.grpc.pb.h"
 #include "server/rpc/gate.h"
+#include "server/rpc/streams/stream_host.h"
 
 namespace isthmus::rpc {
 
-// Thread safe. The gate must outlive it.
-class SessionService final : public v1::SessionService::Service {
+// A client can hold these without saying anything: they hold no thread.
+using SessionServiceBase = v1::SessionService::WithRawCallbackMethod_StreamScans<
+    v1::SessionService::WithRawCallbackMethod_UploadSubmap<v1::SessionService::Service>>;
+
+// Thread safe. Whatever it is given must outlive it.
+class SessionService final : public SessionServiceBase {
  public:
   // At most `max_submap_bytes` are taken of an upload, as they travel.
-  SessionService(Gate* gate, uint64_t max_submap_bytes)
-      : gate_(*gate), max_submap_bytes_(max_submap_bytes) {}
+  SessionService(Gate* gate, StreamHost* host, uint64_t max_submap_bytes)
+      : gate_(*gate), host_(*host), max_submap_bytes_(max_submap_bytes) {}
 
   grpc::Status CreateSession(grpc::ServerContext* context, const v1::CreateSessionRequest* request,
                              v1::Session* response) override;
@@ -28,21 +35,16 @@ class SessionService final : public v1::SessionService::Service {
                             grpc::ServerWriter<v1::ListSessionsResponse>* writer) override;
   grpc::Status FinishSession(grpc::ServerContext* context, const v1::FinishSessionRequest* request,
                              v1::Session* response) override;
-  grpc::Status StreamScans(
-      grpc::ServerContext* context,
-      grpc::ServerReaderWriter<v1::StreamScansResponse, v1::StreamScansRequest>* stream) override;
-  grpc::Status UploadSubmap(grpc::ServerContext* context,
-                            grpc::ServerReader<v1::UploadSubmapRequest>* reader,
-                            v1::UploadSubmapResponse* response) override;
+  grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>* StreamScans(
+      grpc::CallbackServerContext* context) override;
+  grpc::ServerReadReactor<grpc::ByteBuffer>* UploadSubmap(grpc::CallbackServerContext* context,
+                                                          grpc::ByteBuffer* response) override;
   grpc::Status GetUpload(grpc::ServerContext* context, const v1::GetUploadRequest* request,
                          v1::GetUploadResponse* response) override;
 
  private:
-  // Puts an upload together and hands it over.
-  absl::StatusOr<SubmapInfo> Receive(const Call& call,
-                                     grpc::ServerReader<v1::UploadSubmapRequest>* reader);
-
   Gate& gate_;
+  StreamHost& host_;
   const uint64_t max_submap_bytes_;
 };
 

@@ -18,7 +18,8 @@ struct Site {
   // `scan_window` as ScanStreams, `uploads_folder` and `max_staged_bytes` as UploadStaging have
   // them. A null source: there are no backups.
   Site(std::string site_name, server::Pipeline* site_pipeline, BackupSource source,
-       size_t scan_window, const std::string& uploads_folder, uint64_t max_staged_bytes)
+       const AckWindow::Limits& scan_window, const std::string& uploads_folder,
+       uint64_t max_staged_bytes)
       : name(std::move(site_name)),
         pipeline(*site_pipeline),
         backup(std::move(source)),

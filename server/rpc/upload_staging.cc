@@ -21,6 +21,9 @@ constexpr char kMagic[] = "isthmus-upload-1";
 constexpr size_t kMaxHeader = 256;
 constexpr uint64_t kSyncEvery = 4u << 20;
 constexpr auto kStale = std::chrono::hours(7 * 24);
+// A client sends one after the other; some may stay unfinished.
+constexpr size_t kMaxParts = 16;
+constexpr size_t kSha256Bytes = 32;
 
 std::string HeaderOf(const UploadKey& key) {
   return absl::StrCat(kMagic, " ", key.size, " ", key.crc32c, " ",
@@ -60,8 +63,16 @@ absl::Status Told(const absl::Status& status) {
 
 }  // namespace
 
-UploadStaging::UploadStaging(std::string folder, uint64_t max_bytes)
-    : folder_(std::move(folder)), max_bytes_(max_bytes) {
+absl::Status TakenOver() { return absl::AbortedError("another call sends this submap"); }
+
+absl::Status CheckSha256(const std::string& sha256) {
+  if (sha256.empty() || sha256.size() == kSha256Bytes) return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      absl::StrCat("a sha256 of ", sha256.size(), " bytes: give its 32 bytes, or none"));
+}
+
+UploadStaging::UploadStaging(std::string folder, uint64_t max_bytes, const Clock& clock)
+    : folder_(std::move(folder)), max_bytes_(max_bytes), clock_(clock) {
   if (!folder_.empty()) Load();
 }
 
@@ -76,7 +87,10 @@ void UploadStaging::Load() {
     if (error || !key || age > kStale) {
       useless.push_back(file.path());
     } else {
-      entries_[key->id] = {*key, 0, {}};
+      const int64_t age_ns = std::chrono::duration_cast<std::chrono::nanoseconds>(age).count();
+      Entry& entry = entries_[key->id];
+      entry.key = *key;
+      entry.touched_ns = clock_.NowNs() - age_ns;
     }
   }
   for (const auto& path : useless) std::filesystem::remove(path, error);
@@ -86,30 +100,62 @@ std::string UploadStaging::PathOf(const SubmapId& id) const {
   return absl::StrCat(folder_, "/", id.session.value(), "-", id.index, kSuffix);
 }
 
-absl::StatusOr<std::unique_ptr<UploadStaging::Part>> UploadStaging::BeginUpload(
-    const UploadKey& key) {
-  MutexLock lock(&mutex_);
+absl::Status UploadStaging::CheckRoom(const UploadKey& key) const {
   uint64_t under_way = key.size;
+  size_t parts = 1;
   for (const auto& [id, entry] : entries_) {
-    if (id.session == key.id.session && id != key.id) under_way += entry.key.size;
+    if (id.session != key.id.session || id == key.id) continue;
+    under_way += entry.key.size;
+    ++parts;
   }
   if (under_way > max_bytes_) {
     return absl::ResourceExhaustedError(
         absl::StrCat("session ", key.id.session.value(), " has uploads of ", under_way,
                      " bytes under way, more than ", max_bytes_, ": finish those first"));
   }
+  if (parts > kMaxParts) {
+    return absl::ResourceExhaustedError(
+        absl::StrCat("session ", key.id.session.value(), " has ", kMaxParts,
+                     " uploads under way, as many as it may: finish those first"));
+  }
+  return absl::OkStatus();
+}
+
+void UploadStaging::ForgetStale() {
+  const int64_t kept_ns =
+      clock_.NowNs() - std::chrono::duration_cast<std::chrono::nanoseconds>(kStale).count();
+  std::vector<SubmapId> stale;
+  for (const auto& [id, entry] : entries_) {
+    if (entry.touched_ns < kept_ns) stale.push_back(id);
+  }
+  for (const SubmapId& id : stale) Forget(id);
+}
+
+absl::StatusOr<std::unique_ptr<UploadStaging::Part>> UploadStaging::BeginUpload(
+    const UploadKey& key, std::function<void()> taken_over) {
+  if (absl::Status status = CheckSha256(key.sha256); !status.ok()) return status;
+  MutexLock lock(&mutex_);
+  ForgetStale();
+  if (absl::Status status = CheckRoom(key); !status.ok()) return status;
   if (const auto found = entries_.find(key.id); found != entries_.end()) {
+    if (found->second.taken_over) found->second.taken_over();
     if (found->second.key != key) Forget(key.id);
   }
   Entry& entry = entries_[key.id];
   entry.key = key;
   entry.turn = ++turns_;
+  entry.touched_ns = clock_.NowNs();
+  entry.taken_over = std::move(taken_over);
   std::unique_ptr<Part> part(new Part(*this, key));
   part->turn_ = entry.turn;
   part->data_ = std::exchange(entry.data, {});
+  part->size_ = part->data_.size();
   if (folder_.empty()) return part;
-  if (absl::Status status = OpenFile(*part); !status.ok()) return Told(status);
-  return part;
+  absl::Status status = OpenFile(*part);
+  if (status.ok()) return part;
+  entry.taken_over = nullptr;
+  part->turn_ = 0;  // It goes with the lock held: nothing is released.
+  return Told(status);
 }
 
 absl::Status UploadStaging::OpenFile(Part& part) const {
@@ -122,30 +168,36 @@ absl::Status UploadStaging::OpenFile(Part& part) const {
     const absl::Status status = part.file_->Truncate(0);
     return status.ok() ? part.file_->Append(header) : status;
   }
-  const uint64_t size = std::min(part.file_->size() - header.size(), part.key_.size);
-  absl::StatusOr<std::string> data = part.file_->Read(header.size(), size);
-  if (data.ok()) part.data_ = *std::move(data);  // Else it comes again.
+  part.size_ = std::min(part.file_->size() - header.size(), part.key_.size);
+  return absl::OkStatus();
+}
+
+absl::Status UploadStaging::Part::CheckTurn() const {
+  const auto found = staging_.entries_.find(key_.id);
+  if (found == staging_.entries_.end() || found->second.turn != turn_) return TakenOver();
   return absl::OkStatus();
 }
 
 absl::Status UploadStaging::Part::Append(uint64_t offset, const std::string& bytes) {
   {
     MutexLock lock(&staging_.mutex_);
-    const auto found = staging_.entries_.find(key_.id);
-    if (found == staging_.entries_.end() || found->second.turn != turn_) {
-      return absl::AbortedError("another call sends this submap");
-    }
-    data_.resize(std::min<uint64_t>(offset, data_.size()));
-    if (file_ != nullptr) {
-      const uint64_t end = header_ + data_.size();
+    if (absl::Status status = CheckTurn(); !status.ok()) return status;
+    staging_.entries_[key_.id].touched_ns = staging_.clock_.NowNs();
+    const uint64_t kept = std::min<uint64_t>(offset, size_);
+    if (file_ == nullptr) {
+      data_.resize(kept);
+      data_ += bytes;
+    } else {
+      const uint64_t end = header_ + kept;
       absl::Status status = file_->Truncate(end);
       if (status.ok()) status = file_->Append(bytes);
       if (!status.ok()) {
+        size_ = kept;
         if (!file_->Truncate(end).ok()) staging_.Forget(key_.id);
         return Told(status);
       }
     }
-    data_ += bytes;
+    size_ = kept + bytes.size();
   }
   unsynced_ += bytes.size();
   if (file_ == nullptr || unsynced_ < kSyncEvery) return absl::OkStatus();
@@ -153,12 +205,27 @@ absl::Status UploadStaging::Part::Append(uint64_t offset, const std::string& byt
   return Told(file_->Sync());
 }
 
-UploadStaging::Part::~Part() { staging_.ReleasePart(*this); }
+absl::StatusOr<std::string> UploadStaging::Part::TakeData() {
+  MutexLock lock(&staging_.mutex_);
+  if (absl::Status status = CheckTurn(); !status.ok()) return status;
+  if (file_ == nullptr) {
+    size_ = 0;
+    return std::move(data_);
+  }
+  absl::StatusOr<std::string> data = file_->Read(header_, size_);
+  if (!data.ok()) return Told(data.status());
+  return data;
+}
+
+UploadStaging::Part::~Part() {
+  if (turn_ != 0) staging_.ReleasePart(*this);
+}
 
 void UploadStaging::ReleasePart(Part& part) {
   MutexLock lock(&mutex_);
   const auto found = entries_.find(part.key_.id);
   if (found == entries_.end() || found->second.turn != part.turn_) return;
+  found->second.taken_over = nullptr;
   if (folder_.empty()) found->second.data = std::move(part.data_);
 }
 

@@ -45,7 +45,7 @@ absl::Status SubmapReceiver::Add(v1::UploadSubmapRequest&& part) {
         absl::StrCat("a submap of ", header_.size(), " bytes is larger than the server takes (",
                      max_bytes_, "): thin it out, or cut smaller submaps"));
   }
-  auto begun = staging_.BeginUpload(KeyOf(header_));
+  auto begun = staging_.BeginUpload(KeyOf(header_), taken_over_);
   if (!begun.ok()) return begun.status();
   part_ = *std::move(begun);
   return absl::OkStatus();
@@ -73,13 +73,14 @@ absl::StatusOr<v1::UploadSubmapHeader> SubmapReceiver::Finish() {
     return absl::DataLossError(absl::StrCat("the upload ended after ", part_->size(), " of ",
                                             header_.size(), " bytes: send the rest"));
   }
-  std::string data = part_->TakeData();
-  absl::Status status = CheckContent(header_, data);
+  absl::StatusOr<std::string> data = part_->TakeData();
+  if (!data.ok()) return data.status();
+  absl::Status status = CheckContent(header_, *data);
   if (!status.ok()) {
     staging_.Drop(KeyOf(header_).id);
     return status;
   }
-  header_.mutable_cloud()->set_data(std::move(data));
+  header_.mutable_cloud()->set_data(*std::move(data));
   return std::move(header_);
 }
 

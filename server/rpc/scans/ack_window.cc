@@ -5,52 +5,61 @@
 
 namespace isthmus::rpc {
 
-bool AckWindow::WaitForRoom() {
+bool AckWindow::HasRoom() const {
   MutexLock lock(&mutex_);
-  while (!closed_ && !stopped_ && expected_.size() + unwritten_ >= limit_) changed_.Wait(&mutex_);
-  return !closed_ && !stopped_;
+  return !closed_ && !stopped_ && expected_.size() + unwritten_ < limits_.scans &&
+         (expected_.empty() || bytes_ < limits_.bytes);
 }
 
-void AckWindow::Expect(uint64_t sequence, std::string reason) {
+void AckWindow::Expect(uint64_t sequence, std::string reason,
+                       std::unique_ptr<ByteBudget::Share> share) {
   MutexLock lock(&mutex_);
-  expected_.push_back({sequence, std::move(reason)});
+  if (share != nullptr) bytes_ += share->bytes();
+  expected_.push_back({sequence, std::move(reason), std::move(share)});
 }
 
 void AckWindow::Withdraw(uint64_t sequence) {
+  std::unique_ptr<ByteBudget::Share> share;  // Given back outside of the lock.
   MutexLock lock(&mutex_);
   // It may be gone: acknowledged on behalf of an earlier stream that had sent it too.
-  if (!expected_.empty() && expected_.back().sequence == sequence) expected_.pop_back();
-  changed_.SignalAll();
+  if (expected_.empty() || expected_.back().sequence != sequence) return;
+  share = std::move(expected_.back().share);
+  if (share != nullptr) bytes_ -= share->bytes();
+  expected_.pop_back();
 }
 
 void AckWindow::EndScans() {
   MutexLock lock(&mutex_);
   ended_ = true;
-  changed_.SignalAll();
-}
-
-bool AckWindow::scans_ended() const {
-  MutexLock lock(&mutex_);
-  return ended_;
 }
 
 void AckWindow::Add(ScanAck ack) {
-  MutexLock lock(&mutex_);
-  if (closed_) return;
+  std::unique_ptr<ByteBudget::Share> share;
+  {
+    MutexLock lock(&mutex_);
+    if (closed_) return;
+    share = TakeAck(std::move(ack));
+  }
+  Changed();
+}
+
+std::unique_ptr<ByteBudget::Share> AckWindow::TakeAck(ScanAck ack) {
   const auto found = std::find_if(expected_.begin(), expected_.end(), [&](const Expected& scan) {
     return scan.sequence == ack.sequence;
   });
   if (found == expected_.end()) {
     AddDurable(ack.durable_sequence);
-  } else {
-    if (ack.outcome == ScanOutcome::kRejected && !found->reason.empty()) {
-      ack.reason = std::move(found->reason);
-    }
-    expected_.erase(found);
-    acks_.push_back(std::move(ack));
-    ++unwritten_;
+    return nullptr;
   }
-  changed_.SignalAll();
+  if (ack.outcome == ScanOutcome::kRejected && !found->reason.empty()) {
+    ack.reason = std::move(found->reason);
+  }
+  std::unique_ptr<ByteBudget::Share> share = std::move(found->share);
+  if (share != nullptr) bytes_ -= share->bytes();
+  expected_.erase(found);
+  acks_.push_back(std::move(ack));
+  ++unwritten_;
+  return share;
 }
 
 void AckWindow::AddDurable(uint64_t durable_sequence) {
@@ -61,28 +70,50 @@ void AckWindow::AddDurable(uint64_t durable_sequence) {
 
 std::optional<ScanAck> AckWindow::Next() {
   MutexLock lock(&mutex_);
-  while (!closed_ && acks_.empty() && !((ended_ || stopped_) && expected_.empty())) {
-    changed_.Wait(&mutex_);
-  }
   if (closed_ || acks_.empty()) return std::nullopt;
   std::optional<ScanAck> ack(std::move(acks_.front()));
   acks_.pop_front();
   if (ack->sequence != 0) --unwritten_;
-  changed_.SignalAll();
   return ack;
 }
 
-void AckWindow::Stop() {
+bool AckWindow::drained() const {
   MutexLock lock(&mutex_);
-  stopped_ = true;
-  changed_.SignalAll();
+  return closed_ || (acks_.empty() && (ended_ || stopped_) && expected_.empty());
+}
+
+void AckWindow::Stop() {
+  {
+    MutexLock lock(&mutex_);
+    stopped_ = true;
+  }
+  Changed();
 }
 
 void AckWindow::Close() {
+  std::deque<Expected> expected;  // What they hold is given back outside of the lock.
+  {
+    MutexLock lock(&mutex_);
+    closed_ = true;
+    acks_.clear();
+    expected.swap(expected_);
+    bytes_ = 0;
+  }
+  Changed();
+}
+
+bool AckWindow::stopped() const {
   MutexLock lock(&mutex_);
-  closed_ = true;
-  acks_.clear();
-  changed_.SignalAll();
+  return stopped_;
+}
+
+bool AckWindow::closed() const {
+  MutexLock lock(&mutex_);
+  return closed_;
+}
+
+void AckWindow::Changed() const {
+  if (on_change_) on_change_();
 }
 
 }  // namespace isthmus::rpc

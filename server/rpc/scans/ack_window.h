@@ -1,61 +1,81 @@
-// The bounded hand-over of acknowledgements from the pipeline's thread to the one that writes them
-// to the robot.
+// The bounded hand-over of acknowledgements from the pipeline's thread to the stream that writes
+// them to the robot.
 //
 // The pipeline must never wait for a slow reader, and no acknowledgement of a scan may be dropped.
 // So the bound is held at the other end: no further scan is read from the robot while `limit` of
-// its scans have no acknowledgement written yet.
+// its scans, or scans of so many bytes, have no acknowledgement written yet.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 #include <deque>
+#include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 
 #include "core/concurrency/mutex.h"
 #include "core/scan_upload.h"
+#include "server/rpc/streams/byte_budget.h"
 
 namespace isthmus::rpc {
 
-// Thread safe; meant for one reader of scans, one writer of acks, and the pipeline.
+// Thread safe, never waits; meant for one stream and the pipeline.
 class AckWindow {
  public:
-  explicit AckWindow(size_t limit) : limit_(limit) {}
+  struct Limits {
+    size_t scans = 64;
+    size_t bytes = SIZE_MAX;  // One scan may always be under way, whatever its size.
+  };
+  // `on_change` is called when there is something new for the stream, from whatever thread; it must
+  // not wait, nor call back. It may be null.
+  AckWindow(const Limits& limits, std::function<void()> on_change)
+      : limits_(limits), on_change_(std::move(on_change)) {}
 
-  // Reader: waits until one more scan may be read. False once stopped or closed.
-  bool WaitForRoom();
-  // Reader: a scan is about to be submitted. `reason` replaces the pipeline's if it is rejected.
-  void Expect(uint64_t sequence, std::string reason = {});
-  // Reader: the pipeline did not take the scan; there will be no ack of it.
+  // Stream: whether one more scan may be read. False once stopped or closed.
+  bool HasRoom() const;
+  // Stream: a scan is about to be submitted. `reason` replaces the pipeline's if it is rejected.
+  // `share`, which may be null, is held until the scan is acknowledged.
+  void Expect(uint64_t sequence, std::string reason = {},
+              std::unique_ptr<ByteBudget::Share> share = nullptr);
+  // Stream: the pipeline did not take the scan; there will be no ack of it.
   void Withdraw(uint64_t sequence);
-  // Reader: no more scans come. Next() ends after the acks still expected.
+  // Stream: no more scans come.
   void EndScans();
-  bool scans_ended() const;
 
-  // Pipeline: never waits. An ack of a scan that this stream did not send (an earlier stream of the
-  // session did) only moves durable_sequence.
+  // Pipeline: an ack of a scan that this stream did not send (an earlier stream of the session did)
+  // only moves durable_sequence.
   void Add(ScanAck ack);
 
-  // Writer: waits for the next ack. Empty once closed, or once all are out and no more scans come.
+  // Stream: the next ack to write, if there is one.
   std::optional<ScanAck> Next();
+  // No more scans come, and every ack was taken by Next().
+  bool drained() const;
 
   // From anywhere: no more scans are read, those expected are still acknowledged.
   void Stop();
-  // From anywhere: the link is gone. Nobody waits any more, acks are let go.
+  // From anywhere: the link is gone. Acks are let go.
   void Close();
+  bool stopped() const;
+  bool closed() const;
 
  private:
   struct Expected {
     uint64_t sequence;
     std::string reason;
+    std::unique_ptr<ByteBudget::Share> share;
   };
 
   void AddDurable(uint64_t durable_sequence) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  // Returns what the scan held.
+  std::unique_ptr<ByteBudget::Share> TakeAck(ScanAck ack) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void Changed() const;
 
-  const size_t limit_;
+  const Limits limits_;
+  const std::function<void()> on_change_;
   mutable Mutex mutex_;
-  CondVar changed_;
   std::deque<Expected> expected_ ABSL_GUARDED_BY(mutex_);
+  size_t bytes_ ABSL_GUARDED_BY(mutex_) = 0;  // Of those.
   std::deque<ScanAck> acks_ ABSL_GUARDED_BY(mutex_);
   size_t unwritten_ ABSL_GUARDED_BY(mutex_) = 0;  // Of scans, in acks_.
   bool stopped_ ABSL_GUARDED_BY(mutex_) = false;

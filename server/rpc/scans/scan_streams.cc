@@ -6,22 +6,17 @@ namespace isthmus::rpc {
 
 ScanStreams::Registration::~Registration() { streams_.Unregister(this); }
 
-void ScanStreams::Registration::HangUp() {
-  window_->Close();
-  cancel_();
-}
-
 absl::StatusOr<std::unique_ptr<ScanStreams::Registration>> ScanStreams::Register(
-    const SessionId& session, std::function<void()> cancel) {
+    const SessionId& session, std::function<void()> on_change) {
   std::unique_ptr<Registration> registration(
-      new Registration(*this, session, window_, std::move(cancel)));
+      new Registration(*this, session, window_, std::move(on_change)));
   MutexLock lock(&mutex_);
   if (stopped_) return absl::UnavailableError("the server is shutting down; try again");
   const absl::Status status = pipeline_.SetAckSink(
       session, [window = registration->window_](const ScanAck& ack) { window->Add(ack); });
   if (!status.ok()) return status;
   Registration*& current = current_[session];
-  if (current != nullptr) current->HangUp();
+  if (current != nullptr) current->window_->Close();
   current = registration.get();
   return registration;
 }
@@ -29,7 +24,7 @@ absl::StatusOr<std::unique_ptr<ScanStreams::Registration>> ScanStreams::Register
 void ScanStreams::Drop(const SessionId& session) {
   MutexLock lock(&mutex_);
   const auto found = current_.find(session);
-  if (found != current_.end()) found->second->HangUp();
+  if (found != current_.end()) found->second->window_->Close();
 }
 
 void ScanStreams::StopAll() {

@@ -27,33 +27,30 @@ class ScanStreams {
 
     const SessionId& session() const { return session_; }
     AckWindow& window() { return *window_; }
-    // Ends the link from this side; all who wait on it wake up.
-    void HangUp();
 
    private:
     friend class ScanStreams;
-    Registration(ScanStreams& streams, SessionId session, size_t limit,
-                 std::function<void()> cancel)
+    Registration(ScanStreams& streams, SessionId session, const AckWindow::Limits& limits,
+                 std::function<void()> on_change)
         : streams_(streams),
           session_(std::move(session)),
-          cancel_(std::move(cancel)),
-          window_(std::make_shared<AckWindow>(limit)) {}
+          window_(std::make_shared<AckWindow>(limits, std::move(on_change))) {}
 
     ScanStreams& streams_;
     const SessionId session_;
-    const std::function<void()> cancel_;
     const std::shared_ptr<AckWindow> window_;  // Shared with the sink the pipeline holds.
   };
 
-  // A stream may have `window` scans without a written acknowledgement.
-  ScanStreams(server::Pipeline& pipeline, size_t window) : pipeline_(pipeline), window_(window) {}
+  // A stream may have so many scans without a written acknowledgement.
+  ScanStreams(server::Pipeline& pipeline, const AckWindow::Limits& window)
+      : pipeline_(pipeline), window_(window) {}
 
-  // Makes the caller the session's stream, hangs up an earlier one. `cancel` must not block; it is
-  // not called after the registration is gone. Errors of Pipeline::SetAckSink; Unavailable once
-  // stopped.
+  // Makes the caller the session's stream; the window of an earlier one is closed. `on_change` is
+  // that of its window, which may outlive the registration. Errors of Pipeline::SetAckSink;
+  // Unavailable once stopped.
   absl::StatusOr<std::unique_ptr<Registration>> Register(const SessionId& session,
-                                                         std::function<void()> cancel);
-  // Hangs up the session's stream, if there is one.
+                                                         std::function<void()> on_change);
+  // Closes the window of the session's stream, if there is one.
   void Drop(const SessionId& session);
   // No stream takes further scans; each ends when its scans are acknowledged. Does not wait.
   void StopAll();
@@ -62,7 +59,7 @@ class ScanStreams {
   void Unregister(Registration* registration);
 
   server::Pipeline& pipeline_;
-  const size_t window_;
+  const AckWindow::Limits window_;
   Mutex mutex_;
   std::map<SessionId, Registration*> current_ ABSL_GUARDED_BY(mutex_);
   bool stopped_ ABSL_GUARDED_BY(mutex_) = false;

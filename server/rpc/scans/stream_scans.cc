@@ -3,18 +3,118 @@
 #include <absl/cleanup/cleanup.h>
 #include <absl/strings/str_cat.h>
 
-#include <memory>
+#include <string>
 #include <utility>
 
 #include "api/convert/cloud.h"
 #include "api/convert/session.h"
-#include "core/concurrency/executor.h"
+#include "server/rpc/reply.h"
+#include "server/rpc/streams/messages.h"
 
 namespace isthmus::rpc {
-namespace {
 
-absl::Status Submit(server::Pipeline& pipeline, const SessionId& session, AckWindow& window,
-                    v1::ScanMessage&& message) {
+ScanReactor::ScanReactor(StreamHost* host, grpc::CallbackServerContext* context)
+    : ScanReactorBase(host, &host->scans, context, "StreamScans"),
+      look_again_(&host->watchdog, [this] { Post([this] { Pump(); }); }) {}
+
+void ScanReactor::OnMessage(grpc::ByteBuffer message) {
+  if (status_) return;  // Read before the stream began to end: not taken.
+  share_ = host().budget.Ask(message.Length(), [this] { Post([this] { Pump(); }); });
+  message_ = std::move(message);
+  Pump();
+}
+
+void ScanReactor::OnReadsDone() {
+  if (registration_ == nullptr) {
+    return End(absl::InvalidArgumentError("the first message of the stream must name its session"));
+  }
+  EndScans(absl::OkStatus());
+  Pump();
+}
+
+void ScanReactor::OnStop() {
+  const absl::Status stopped =
+      absl::UnavailableError("the server ends this stream; open another one");
+  if (registration_ == nullptr) return End(stopped);
+  EndScans(stopped);
+  Pump();
+}
+
+void ScanReactor::OnEnd() {
+  look_again_.Disarm();
+  if (registration_ != nullptr) registration_->window().Close();
+  registration_.reset();
+  message_.reset();
+  scan_.reset();
+  share_.reset();
+}
+
+void ScanReactor::EndScans(const absl::Status& status) {
+  if (status_) return;
+  status_ = status;
+  message_.reset();
+  scan_.reset();
+  share_.reset();
+  if (registration_ != nullptr) registration_->window().EndScans();
+}
+
+void ScanReactor::Pump() {
+  if (ended()) return;
+  if (registration_ != nullptr && registration_->window().closed()) {
+    return End(absl::CancelledError(
+        "the session was deleted, or a newer stream of it took over from this one"));
+  }
+  absl::Status status;
+  if (message_ && share_->granted()) status = TakeMessage();
+  if (status.ok() && scan_) status = SubmitScan();
+  if (!status.ok()) {
+    if (registration_ == nullptr) return End(status);
+    EndScans(status);
+  }
+  WriteAck();
+  if (status_) {
+    if (registration_->window().drained() && !writing_) End(*status_);
+  } else if (!message_ && !scan_ && registration_->window().HasRoom()) {
+    ReadNext();
+  }
+}
+
+absl::Status ScanReactor::TakeMessage() {
+  v1::StreamScansRequest request;
+  absl::Status status = ReadMessage(&*message_, &request);
+  message_.reset();
+  if (!status.ok()) return status;
+  if (registration_ == nullptr) {
+    if (status = BeginSession(request.session()); !status.ok()) return status;
+  } else if (!request.session().empty() && request.session() != registration_->session().value()) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "the stream is of session \"", registration_->session().value(),
+        "\" but a message names \"", request.session(), "\": open another stream for it"));
+  }
+  if (request.has_scan()) return TakeScan(std::move(*request.mutable_scan()));
+  share_.reset();
+  return absl::OkStatus();
+}
+
+absl::Status ScanReactor::BeginSession(const std::string& name) {
+  if (name.empty()) {
+    return absl::InvalidArgumentError("the first message of the stream must name its session");
+  }
+  const SessionId session(name);
+  if (const auto own = call().OwnSession(session); !own.ok()) return own.status();
+  // The window may outlive this stream, in the pipeline's hands.
+  const auto pump = [weak = weak_from_this()] {
+    if (const auto self = weak.lock()) {
+      auto* stream = static_cast<ScanReactor*>(self.get());
+      stream->Post([stream] { stream->Pump(); });
+    }
+  };
+  auto registration = call().site->streams.Register(session, pump);
+  if (registration.ok()) registration_ = *std::move(registration);
+  return registration.status();
+}
+
+absl::Status ScanReactor::TakeScan(v1::ScanMessage&& message) {
   ScanUpload scan;
   scan.sequence = message.sequence();
   scan.end_stamp_ns = message.end_stamp_ns();
@@ -24,76 +124,51 @@ absl::Status Submit(server::Pipeline& pipeline, const SessionId& session, AckWin
   auto payload = convert::FromMessage(std::move(*message.mutable_cloud()));
   // A scan that cannot even be expressed goes on as an empty cloud, so that its sequence is used up
   // and its rejection comes in order; the reason given is ours.
-  std::string reason;
+  reason_.clear();
   if (payload.ok()) {
     scan.payload = *std::move(payload);
   } else {
-    reason = std::string(payload.status().message());
+    reason_ = std::string(payload.status().message());
   }
-  window.Expect(scan.sequence, std::move(reason));
+  scan_ = std::move(scan);
+  return absl::OkStatus();
+}
+
+absl::Status ScanReactor::SubmitScan() {
+  AckWindow& window = registration_->window();
+  if (!call().pipeline().HasRoom(registration_->session(), scan_->payload.data.size())) {
+    // The next acknowledgement wakes this stream, unless it came just now.
+    look_again_.Arm(kLookAgain);
+    return absl::OkStatus();
+  }
+  look_again_.Disarm();
+  ScanUpload scan = *std::exchange(scan_, std::nullopt);
   const uint64_t sequence = scan.sequence;
+  window.Expect(sequence, std::move(reason_), std::move(share_));
   // Also where something is thrown: nobody would write that acknowledgement.
   absl::Cleanup withdraw = [&] { window.Withdraw(sequence); };
-  const absl::Status status = pipeline.SubmitScan(session, std::move(scan));
+  const absl::Status status =
+      call().pipeline().SubmitScan(registration_->session(), std::move(scan));
   if (status.ok()) std::move(withdraw).Cancel();
   return status;
 }
 
-// `request` holds the first message.
-absl::Status ReadScans(const Call& call, const SessionId& session, AckWindow& window,
-                       const ScanLink& link, v1::StreamScansRequest& request) {
-  do {
-    if (!request.session().empty() && request.session() != session.value()) {
-      return absl::InvalidArgumentError(absl::StrCat("the stream is of session \"", session.value(),
-                                                     "\" but a message names \"", request.session(),
-                                                     "\": open another stream for it"));
-    }
-    if (request.has_scan()) {
-      absl::Status status =
-          Submit(call.pipeline(), session, window, std::move(*request.mutable_scan()));
-      if (!status.ok()) return status;
-    }
-    if (absl::Status allowed = call.Allowed(); !allowed.ok()) return allowed;
-    if (!window.WaitForRoom()) {
-      return absl::UnavailableError("the server ends this stream; open another one");
-    }
-  } while (link.read(&request));
-  return absl::OkStatus();
+void ScanReactor::WriteAck() {
+  if (writing_ || registration_ == nullptr) return;
+  std::optional<ScanAck> ack = registration_->window().Next();
+  if (!ack) return;
+  ack->reason = CutText(ack->reason, kMaxReason);
+  ack_ = ToBytes(convert::ToMessage(*ack));
+  writing_ = true;
+  StartWrite(&ack_);
 }
 
-void WriteAcks(AckWindow& window, const ScanLink& link) {
-  const absl::Cleanup end = [&] {
-    window.Close();
-    // Stopped or broken while the reader waits for the robot's next message: wake it. Not after the
-    // last scan, where it would turn the stream's status into CANCELLED.
-    if (!window.scans_ended()) link.cancel();
-  };
-  while (const auto ack = window.Next()) {
-    if (!link.write(convert::ToMessage(*ack))) break;
-  }
-}
-
-}  // namespace
-
-absl::Status StreamScans(const Call& call, const ScanLink& link) {
-  v1::StreamScansRequest request;
-  if (!link.read(&request) || request.session().empty()) {
-    return absl::InvalidArgumentError("the first message of the stream must name its session");
-  }
-  const SessionId session(request.session());
-  if (const auto own = call.OwnSession(session); !own.ok()) return own.status();
-  auto registration = call.site->streams.Register(session, link.cancel);
-  if (!registration.ok()) return registration.status();
-  AckWindow& window = (*registration)->window();
-  Executor writer(1);
-  writer.Post([&] { WriteAcks(window, link); });
-  absl::Status status;
-  {
-    const absl::Cleanup end = [&] { window.EndScans(); };
-    status = ReadScans(call, session, window, link, request);
-  }
-  status.Update(writer.WaitUntilIdle());
-  return status;
+void ScanReactor::OnWriteDone(bool ok) {
+  Post([this, ok] {
+    writing_ = false;
+    if (!ok) return End(absl::CancelledError("the client went away"));
+    Pump();
+  });
 }
 
 }  // namespace isthmus::rpc

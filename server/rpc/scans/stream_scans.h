@@ -2,23 +2,57 @@
 #pragma once
 
 #include <absl/status/status.h>
+#include <grpcpp/support/byte_buffer.h>
+#include <grpcpp/support/server_callback.h>
 
-#include <functional>
+#include <memory>
+#include <optional>
 
+#include "core/scan_upload.h"
 #include "isthmus/v1/session_service.pb.h"
-#include "server/rpc/call.h"
+#include "server/rpc/scans/scan_streams.h"
+#include "server/rpc/streams/stream_reactor.h"
 
 namespace isthmus::rpc {
 
-// The link to one robot. Read and write may be used by two threads at a time.
-struct ScanLink {
-  std::function<bool(v1::StreamScansRequest*)> read;  // False after the last, or when broken.
-  std::function<bool(const v1::StreamScansResponse&)> write;  // False when broken.
-  std::function<void()> cancel;  // Makes read and write return false. Never blocks.
-};
+using ScanReactorBase = StreamReactor<grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>>;
 
-// Returns when the robot has half-closed and has all its acknowledgements, or something ended the
-// stream early; the scans taken so far are acknowledged also then.
-absl::Status StreamScans(const Call& call, const ScanLink& link);
+// The stream ends when the robot has half-closed and has all its acknowledgements, or something
+// ended it early; the scans taken so far are acknowledged also then.
+//
+// A message is read only when the one before it was given to the pipeline and the window has room,
+// so a robot that sends faster is slowed down by its own connection.
+class ScanReactor final : public ScanReactorBase {
+ public:
+  ScanReactor(StreamHost* host, grpc::CallbackServerContext* context);
+
+  void OnWriteDone(bool ok) override;
+
+ private:
+  void OnMessage(grpc::ByteBuffer message) override;
+  void OnReadsDone() override;
+  void OnStop() override;
+  void OnEnd() override;
+
+  // Does whatever can be done now; called whenever something has changed.
+  void Pump();
+  absl::Status TakeMessage();
+  absl::Status BeginSession(const std::string& name);
+  absl::Status TakeScan(v1::ScanMessage&& message);
+  absl::Status SubmitScan();
+  void WriteAck();
+  // No more scans are taken; the stream ends with this once what was taken is acknowledged.
+  void EndScans(const absl::Status& status);
+
+  std::unique_ptr<ScanStreams::Registration> registration_;  // From the first message on.
+  std::optional<grpc::ByteBuffer> message_;                  // Waits for its share of memory.
+  std::unique_ptr<ByteBudget::Share> share_;                 // Of the message, then of the scan.
+  std::optional<ScanUpload> scan_;  // Waits for room in the session's queue.
+  std::string reason_;              // Why that scan is rejected, where that is known.
+  grpc::ByteBuffer ack_;
+  bool writing_ = false;
+  std::optional<absl::Status> status_;  // What the stream ends with.
+  Watchdog::Timer look_again_;
+};
 
 }  // namespace isthmus::rpc

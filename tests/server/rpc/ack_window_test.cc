@@ -1,10 +1,8 @@
-// The hand-over of acknowledgements: bounded, in order, never waiting on the pipeline's side.
+// The hand-over of acknowledgements: bounded in scans and bytes, in order, never waiting.
 #include "server/rpc/scans/ack_window.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-
-#include <thread>
 
 namespace isthmus::rpc {
 namespace {
@@ -16,71 +14,90 @@ ScanAck Ack(uint64_t sequence, uint64_t durable = 0) {
   return ack;
 }
 
+AckWindow::Limits Scans(size_t scans) { return {.scans = scans}; }
+
 TEST(AckWindowTest, RoomComesBackWhenAnAckIsTakenNotWhenItArrives) {
-  AckWindow window(1);
-  ASSERT_TRUE(window.WaitForRoom());
+  AckWindow window(Scans(1), nullptr);
+  EXPECT_TRUE(window.HasRoom());
   window.Expect(1);
+  EXPECT_FALSE(window.HasRoom());
   window.Add(Ack(1));
-  bool taken = false;
-  std::thread writer([&] {
-    taken = window.Next().has_value();  // Before this, WaitForRoom may not return.
-  });
-  EXPECT_TRUE(window.WaitForRoom());
-  writer.join();
-  EXPECT_TRUE(taken);
+  EXPECT_FALSE(window.HasRoom());
+  EXPECT_EQ(window.Next()->sequence, 1u);
+  EXPECT_TRUE(window.HasRoom());
+}
+
+TEST(AckWindowTest, BytesBoundItTooButForOneScan) {
+  ByteBudget budget(1000);
+  AckWindow window({.scans = 10, .bytes = 100}, nullptr);
+  window.Expect(1, "", budget.Ask(60, nullptr));
+  EXPECT_TRUE(window.HasRoom());
+  window.Expect(2, "", budget.Ask(60, nullptr));
+  EXPECT_FALSE(window.HasRoom());
+  window.Add(Ack(1));
+  EXPECT_TRUE(window.HasRoom());
+  EXPECT_EQ(budget.used(), 60u);
+  window.Withdraw(2);
+  EXPECT_EQ(budget.used(), 0u);
+  window.Expect(3, "", budget.Ask(600, nullptr));
+  EXPECT_FALSE(window.HasRoom());
+  window.Close();
+  EXPECT_EQ(budget.used(), 0u);
 }
 
 TEST(AckWindowTest, EndsWhenEveryExpectedAckIsOut) {
-  AckWindow window(4);
+  AckWindow window(Scans(4), nullptr);
   window.Expect(1);
   window.Expect(2);
+  EXPECT_FALSE(window.drained());
   window.EndScans();
   window.Add(Ack(1));
   EXPECT_EQ(window.Next()->sequence, 1u);
-  std::thread pipeline([&] { window.Add(Ack(2)); });
-  EXPECT_EQ(window.Next()->sequence, 2u);
   EXPECT_FALSE(window.Next().has_value());
-  pipeline.join();
+  EXPECT_FALSE(window.drained());
+  window.Add(Ack(2));
+  EXPECT_FALSE(window.drained());
+  EXPECT_EQ(window.Next()->sequence, 2u);
+  EXPECT_TRUE(window.drained());
 }
 
 TEST(AckWindowTest, AWithdrawnScanIsNotWaitedFor) {
-  AckWindow window(4);
+  AckWindow window(Scans(4), nullptr);
   window.Expect(1);
   window.Expect(2);
   window.Withdraw(2);
   window.Add(Ack(1));
   window.EndScans();
   EXPECT_EQ(window.Next()->sequence, 1u);
-  EXPECT_FALSE(window.Next().has_value());
+  EXPECT_TRUE(window.drained());
 }
 
 TEST(AckWindowTest, AcksOfAnEarlierStreamOnlyMoveTheDurableSequence) {
-  AckWindow window(4);
+  AckWindow window(Scans(4), nullptr);
   window.Add(Ack(7, 3));
   window.Add(Ack(8, 5));
   const auto ack = window.Next();
   ASSERT_TRUE(ack.has_value());
   EXPECT_EQ(ack->sequence, 0u);
   EXPECT_EQ(ack->durable_sequence, 5u);
-  window.EndScans();
   EXPECT_FALSE(window.Next().has_value());
 }
 
 TEST(AckWindowTest, AScanSentAgainIsAcknowledgedOnceThoughTheEarlierStreamsAckComesFirst) {
-  AckWindow window(4);
+  AckWindow window(Scans(4), nullptr);
   window.Expect(5);
   window.Add(Ack(5));  // Of the earlier stream's scan 5.
   window.Add(Ack(5));  // Of this stream's: a duplicate.
   window.EndScans();
   EXPECT_EQ(window.Next()->sequence, 5u);
   EXPECT_EQ(window.Next()->sequence, 0u);
-  EXPECT_FALSE(window.Next().has_value());
+  EXPECT_TRUE(window.drained());
   // Had the pipeline refused it after that, nothing would be left to withdraw.
   window.Withdraw(5);
 }
 
 TEST(AckWindowTest, OnlyARejectionTakesTheReaderReason) {
-  AckWindow window(4);
+  AckWindow window(Scans(4), nullptr);
   window.Expect(1, "no encoding");
   window.Expect(2, "no encoding");
   ScanAck rejected = Ack(1);
@@ -95,25 +112,41 @@ TEST(AckWindowTest, OnlyARejectionTakesTheReaderReason) {
 }
 
 TEST(AckWindowTest, StopRefusesFurtherScansAndLetsTheRestOut) {
-  AckWindow window(4);
+  AckWindow window(Scans(4), nullptr);
   window.Expect(1);
   window.Stop();
-  EXPECT_FALSE(window.WaitForRoom());
+  EXPECT_FALSE(window.HasRoom());
+  EXPECT_FALSE(window.drained());
   window.Add(Ack(1));
   EXPECT_EQ(window.Next()->sequence, 1u);
+  EXPECT_TRUE(window.drained());
+}
+
+TEST(AckWindowTest, ClosedItHoldsNothing) {
+  AckWindow window(Scans(4), nullptr);
+  window.Expect(1);
+  window.Expect(2);
+  window.Add(Ack(1));
+  window.Close();
+  EXPECT_FALSE(window.HasRoom());
+  EXPECT_TRUE(window.drained());
+  window.Add(Ack(2));
   EXPECT_FALSE(window.Next().has_value());
 }
 
-TEST(AckWindowTest, CloseWakesBothSides) {
-  AckWindow window(1);
+TEST(AckWindowTest, TellsOfWhatComesFromOutside) {
+  int told = 0;
+  AckWindow window(Scans(4), [&told] { ++told; });
   window.Expect(1);
-  std::thread reader([&] { EXPECT_FALSE(window.WaitForRoom()); });
-  std::thread writer([&] { EXPECT_FALSE(window.Next().has_value()); });
-  window.Close();
-  reader.join();
-  writer.join();
+  EXPECT_EQ(told, 0);
   window.Add(Ack(1));
-  EXPECT_FALSE(window.Next().has_value());
+  EXPECT_EQ(told, 1);
+  window.Stop();
+  EXPECT_EQ(told, 2);
+  window.Close();
+  EXPECT_EQ(told, 3);
+  window.Add(Ack(2));
+  EXPECT_EQ(told, 3);
 }
 
 }  // namespace

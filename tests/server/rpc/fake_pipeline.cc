@@ -126,6 +126,11 @@ absl::Status FakePipeline::SubmitScan(const SessionId& session, ScanUpload scan)
   return absl::OkStatus();
 }
 
+bool FakePipeline::HasRoom(const SessionId&, size_t) {
+  MutexLock lock(&mutex_);
+  return capacity_ == 0 || queue_.size() < capacity_;
+}
+
 ScanAck FakePipeline::Handle(Session& session, const ScanUpload& scan) {
   ScanAck ack;
   ack.sequence = scan.sequence;

@@ -42,6 +42,7 @@ class FakePipeline : public server::Pipeline {
   absl::Status DeleteSession(const SessionId& session) override;
   absl::Status SetAckSink(const SessionId& session, AckSink sink) override;
   absl::Status SubmitScan(const SessionId& session, ScanUpload scan) override;
+  bool HasRoom(const SessionId& session, size_t bytes) override;
   absl::StatusOr<SubmapInfo> AddSubmap(Submap submap) override;
   absl::StatusOr<std::unique_ptr<server::RobotLocaliser>> OpenLocaliser(
       const LocalisationRequest&) override {

@@ -11,8 +11,8 @@
 namespace isthmus::rpc {
 namespace {
 
-UploadKey KeyOf(uint32_t index, uint64_t size, const std::string& sha256 = "abc") {
-  return {{SessionId("bob-1"), index}, size, 17, sha256};
+UploadKey KeyOf(uint32_t index, uint64_t size, char content = 'a') {
+  return {{SessionId("bob-1"), index}, size, 17, std::string(32, content)};
 }
 
 class UploadStagingTest : public testing::TestWithParam<bool> {
@@ -55,7 +55,7 @@ TEST_P(UploadStagingTest, GoesOnWhereItWasCutOff) {
   }
   auto part = staging->BeginUpload(key);
   ASSERT_TRUE(part.ok());
-  EXPECT_EQ((*part)->TakeData(), content);
+  EXPECT_EQ(*(*part)->TakeData(), content);
   staging->Drop(key.id);
   EXPECT_EQ(staging->Persisted(key), 0u);
   EXPECT_EQ(on_disk() ? Files() : 0u, 0u);
@@ -67,28 +67,31 @@ TEST_P(UploadStagingTest, WhatIsSentAgainTakesThePlaceOfWhatWasThere) {
   ASSERT_TRUE((*part)->Append(0, "abcd").ok());
   ASSERT_TRUE((*part)->Append(2, "xy").ok());
   ASSERT_TRUE((*part)->Append(4, "z!").ok());
-  EXPECT_EQ((*part)->TakeData(), "abxyz!");
+  EXPECT_EQ(*(*part)->TakeData(), "abxyz!");
 }
 
 TEST_P(UploadStagingTest, AnotherContentBeginsAnew) {
   UploadStaging staging(folder_, 1000);
   ASSERT_TRUE((*staging.BeginUpload(KeyOf(0, 6)))->Append(0, "abcd").ok());
   EXPECT_EQ(staging.Persisted(KeyOf(0, 6)), 4u);
-  EXPECT_EQ(staging.Persisted(KeyOf(0, 6, "other")), 0u);
-  EXPECT_EQ((*staging.BeginUpload(KeyOf(0, 6, "other")))->size(), 0u);
+  EXPECT_EQ(staging.Persisted(KeyOf(0, 6, 'b')), 0u);
+  EXPECT_EQ((*staging.BeginUpload(KeyOf(0, 6, 'b')))->size(), 0u);
   EXPECT_EQ(staging.Persisted(KeyOf(0, 6)), 0u);
 }
 
 TEST_P(UploadStagingTest, ANewerCallTakesOver) {
   UploadStaging staging(folder_, 1000);
-  auto old = staging.BeginUpload(KeyOf(0, 6));
+  int told = 0;
+  auto old = staging.BeginUpload(KeyOf(0, 6), [&told] { ++told; });
   ASSERT_TRUE((*old)->Append(0, "ab").ok());
   auto next = staging.BeginUpload(KeyOf(0, 6));
+  EXPECT_EQ(told, 1);
   ASSERT_TRUE((*next)->Append(0, "ABC").ok());
   EXPECT_TRUE(absl::IsAborted((*old)->Append(2, "cd")));
+  EXPECT_TRUE(absl::IsAborted((*old)->TakeData().status()));
   old->reset();
   ASSERT_TRUE((*next)->Append(3, "DEF").ok());
-  EXPECT_EQ((*next)->TakeData(), "ABCDEF");
+  EXPECT_EQ(*(*next)->TakeData(), "ABCDEF");
 }
 
 TEST_P(UploadStagingTest, OneSessionCannotFillTheDisk) {
@@ -101,6 +104,41 @@ TEST_P(UploadStagingTest, OneSessionCannotFillTheDisk) {
   EXPECT_TRUE(staging.BeginUpload(other).ok());
   staging.DropSession(SessionId("bob-1"));
   EXPECT_TRUE(staging.BeginUpload(KeyOf(1, 60)).ok());
+}
+
+TEST_P(UploadStagingTest, ManyOfOneByteAreTooMany) {
+  UploadStaging staging(folder_, 1000);
+  for (uint32_t i = 0; i < 16; ++i) EXPECT_TRUE(staging.BeginUpload(KeyOf(i, 1)).ok()) << i;
+  EXPECT_TRUE(absl::IsResourceExhausted(staging.BeginUpload(KeyOf(16, 1)).status()));
+  EXPECT_TRUE(staging.BeginUpload(KeyOf(3, 1)).ok());
+  staging.Drop(KeyOf(3, 1).id);
+  EXPECT_TRUE(staging.BeginUpload(KeyOf(16, 1)).ok());
+}
+
+TEST_P(UploadStagingTest, AHashOfAnotherSizeIsRefused) {
+  UploadStaging staging(folder_, 1000);
+  UploadKey key = KeyOf(0, 6);
+  key.sha256 = std::string(31, 'a');
+  EXPECT_TRUE(absl::IsInvalidArgument(staging.BeginUpload(key).status()));
+  key.sha256 = std::string(1 << 20, 'a');
+  EXPECT_TRUE(absl::IsInvalidArgument(staging.BeginUpload(key).status()));
+  key.sha256.clear();
+  EXPECT_TRUE(staging.BeginUpload(key).ok());
+}
+
+TEST_P(UploadStagingTest, WhatNobodyTouchesForAWeekGoesWhileTheServerRuns) {
+  ManualClock clock;
+  const int64_t day_ns = int64_t{24} * 3600 * 1'000'000'000;
+  UploadStaging staging(folder_, 1000, clock);
+  ASSERT_TRUE((*staging.BeginUpload(KeyOf(0, 6)))->Append(0, "ab").ok());
+  auto touched = *staging.BeginUpload(KeyOf(1, 6));
+  clock.Advance(5 * day_ns);
+  ASSERT_TRUE(touched->Append(0, "ab").ok());
+  clock.Advance(3 * day_ns);
+  ASSERT_TRUE(staging.BeginUpload(KeyOf(2, 6)).ok());
+  EXPECT_EQ(staging.Persisted(KeyOf(0, 6)), 0u);
+  ASSERT_TRUE(touched->Append(2, "cdef").ok());
+  EXPECT_EQ(*touched->TakeData(), "abcdef");
 }
 
 TEST_P(UploadStagingTest, WhatNobodyTouchedForAWeekIsRemovedAndWhatIsDamagedToo) {

@@ -1,0 +1,124 @@
+#include "server/rpc/streams/call_limits.h"
+
+#include <absl/strings/match.h>
+#include <absl/strings/str_cat.h>
+
+#include <algorithm>
+#include <limits>
+
+#include "api/convert/retry_after.h"
+
+namespace isthmus::rpc {
+namespace {
+
+using Kind = CallLimits::Kind;
+
+Kind KindOf(absl::string_view rpc) {
+  if (rpc == "StreamScans" || rpc == "Localise" || rpc == "UploadSubmap") return Kind::kStream;
+  if (rpc == "QueryRegion") return Kind::kQuery;
+  if (rpc == "ExportMap" || rpc == "ExportPoseGraph") return Kind::kExport;
+  if (absl::StartsWith(rpc, "List") || rpc == "GetTrajectory" || rpc == "GetMatchGraph" ||
+      rpc == "DiffRevisions") {
+    return Kind::kList;
+  }
+  return Kind::kOther;
+}
+
+struct Named {
+  const char* what;
+  const char* setting;
+};
+
+Named NameOf(Kind kind) {
+  switch (kind) {
+    case Kind::kStream:
+      return {"streams", "max_streams"};
+    case Kind::kQuery:
+      return {"queries", "max_queries"};
+    case Kind::kExport:
+      return {"exports", "max_exports"};
+    default:
+      return {"lists", "max_lists"};
+  }
+}
+
+}  // namespace
+
+CallLimits::Ticket::~Ticket() {
+  if (limits_ != nullptr) limits_->Leave(*this);
+}
+
+CallLimits::Most CallLimits::MostOf(Kind kind) const {
+  const auto half = [](size_t all) { return Most{all, std::max<size_t>(1, all / 2)}; };
+  switch (kind) {
+    case Kind::kStream:
+      return {options_.streams, options_.streams_per_caller};
+    case Kind::kQuery:
+      return half(options_.queries);
+    case Kind::kExport:
+      return half(options_.exports);
+    case Kind::kList:
+      return half(options_.lists);
+    default:
+      return {std::numeric_limits<size_t>::max(), std::numeric_limits<size_t>::max()};
+  }
+}
+
+absl::StatusOr<CallLimits::Ticket> CallLimits::Enter(absl::string_view rpc,
+                                                     const std::string& caller) {
+  const Kind kind = KindOf(rpc);
+  const Most most = MostOf(kind);
+  const Named named = NameOf(kind);
+  MutexLock lock(&mutex_);
+  if (stopped_) return absl::UnavailableError("the server is shutting down; try again");
+  if (calls_[kind] >= most.in_all) {
+    return convert::WithRetryAfter(
+        absl::ResourceExhaustedError(absl::StrCat(
+            "the server has ", most.in_all, " ", named.what,
+            " under way, as many as it takes: try again in a moment, or raise network.",
+            named.setting)),
+        kRetryAfter);
+  }
+  const auto key = std::make_pair(kind, kind == Kind::kOther ? std::string() : caller);
+  if (callers_[key] >= most.of_caller) {
+    return convert::WithRetryAfter(
+        absl::ResourceExhaustedError(absl::StrCat(
+            "you have ", most.of_caller, " ", named.what,
+            " under way, as many as one caller may have: end one first, or raise network.",
+            kind == Kind::kStream ? "max_streams_per_caller" : named.setting)),
+        kRetryAfter);
+  }
+  Ticket ticket(this, key.first, key.second);
+  ++calls_[kind];
+  ++callers_[key];
+  ++all_;
+  return ticket;
+}
+
+void CallLimits::Leave(const Ticket& ticket) {
+  MutexLock lock(&mutex_);
+  --calls_[ticket.kind_];
+  const auto of_caller = callers_.find({ticket.kind_, ticket.caller_});
+  if (--of_caller->second == 0) callers_.erase(of_caller);
+  if (--all_ == 0) left_.SignalAll();
+}
+
+void CallLimits::Stop() {
+  MutexLock lock(&mutex_);
+  stopped_ = true;
+}
+
+bool CallLimits::WaitUntilIdle(absl::Time deadline) {
+  MutexLock lock(&mutex_);
+  while (all_ > 0) {
+    if (left_.WaitWithDeadline(&mutex_, deadline)) return all_ == 0;
+  }
+  return true;
+}
+
+std::string MachineOf(const std::string& peer) {
+  if (!absl::StartsWith(peer, "ipv")) return peer.substr(0, peer.find(':'));
+  return peer.substr(0, peer.rfind(':'));
+}
+
+}  // namespace isthmus::rpc

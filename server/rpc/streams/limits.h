@@ -1,0 +1,43 @@
+// Limits of calls: what one caller and all of them may hold, and for how long.
+//
+// What a person may set is in StreamOptions and CallLimitOptions, with these as defaults. Guesses
+// that were never varied, but for what names a reason.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+
+namespace isthmus::rpc {
+
+// Threads for what streams ask for: taking scans in waits for the disk at most, so that two are
+// there when one waits; decoding uploads and looking for robots takes seconds of a core.
+inline constexpr int kScanThreads = 2, kUploadThreads = 2, kLocaliseThreads = 2;
+
+// How soon a stream says what it is about. A client that opened it for something says so at once.
+inline constexpr std::chrono::milliseconds kFirstMessage{10'000};
+// How long an upload may stand still, and a reader may leave what was sent to it unread. A radio
+// link that is gone for longer is noticed as dead by its pings within 50 s.
+inline constexpr std::chrono::milliseconds kProgress{60'000};
+// How often a stream whose scan found no room looks again where no acknowledgement wakes it:
+// fractions of a scan's interval.
+inline constexpr std::chrono::milliseconds kLookAgain{50};
+// How often timers are looked at; what they guard takes seconds.
+inline constexpr std::chrono::milliseconds kTick{25};
+
+// Streams of one caller: a fleet behind one address has some tens.
+inline constexpr size_t kStreamsPerCaller = 256;
+// All streams: each takes some tens of kB while it is idle.
+inline constexpr size_t kStreams = 2000;
+// Scans that a stream holds: two of the largest that are taken by default.
+inline constexpr size_t kStreamBytes = size_t{32} << 20;
+// Scans that all streams hold together: memory.
+inline constexpr size_t kAllStreamBytes = size_t{256} << 20;
+// What a caller that was refused for a limit is told to wait: about what a query takes.
+inline constexpr std::chrono::milliseconds kRetryAfter{1'000};
+// Calls of a kind that run at a time. Each may hold a thread and what it reads of the map.
+inline constexpr size_t kQueries = 16, kExports = 4, kLists = 16;
+
+// Characters of the reason why a scan is rejected: it may quote what came.
+inline constexpr size_t kMaxReason = 300;
+
+}  // namespace isthmus::rpc
