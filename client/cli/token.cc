@@ -194,7 +194,7 @@ std::shared_ptr<TokenOptions> AddTokenCommand(CLI::App& token, Action& action, c
                                               const char* what, int (*run)(const TokenOptions&)) {
   auto options = std::make_shared<TokenOptions>();
   CLI::App* command = token.add_subcommand(name, what);
-  AddServerOptions(*command, options->server);
+  AddSitelessOptions(*command, options->server);
   command
       ->add_option("--data", options->data,
                    "The tokens in this folder of a map, in place of a server's; one that runs on "

@@ -39,6 +39,11 @@ int RunCommandLine(CLI::App& app, std::span<const AddCommand> commands, int argc
 }
 
 void AddServerOptions(CLI::App& command, ServerOptions& options) {
+  AddSitelessOptions(command, options);
+  command.add_option("--site", options.site, "Which of the server's maps")->envname("ISTHMUS_SITE");
+}
+
+void AddSitelessOptions(CLI::App& command, ServerOptions& options) {
   command.add_option("--server", options.address, "Address of isthmus-server, HOST:PORT")
       ->envname("ISTHMUS_SERVER")
       ->capture_default_str();
@@ -60,7 +65,6 @@ void AddServerOptions(CLI::App& command, ServerOptions& options) {
       .add_option("--token-file", options.token_file,
                   "File of the token to show; else the one in ISTHMUS_TOKEN")
       ->envname("ISTHMUS_TOKEN_FILE");
-  command.add_option("--site", options.site, "Which of the server's maps")->envname("ISTHMUS_SITE");
 }
 
 absl::StatusOr<client::ClientOptions> ClientOptionsOf(const ServerOptions& options) {

@@ -30,6 +30,8 @@ struct ServerOptions {
   std::string token_file = {}, site = {};
 };
 void AddServerOptions(CLI::App& command, ServerOptions& options);
+// Without --site, for what is about the server itself.
+void AddSitelessOptions(CLI::App& command, ServerOptions& options);
 // With what the files that they name hold. The file's error; InvalidArgument where one of
 // certificate and key is missing.
 absl::StatusOr<client::ClientOptions> ClientOptionsOf(const ServerOptions& options);

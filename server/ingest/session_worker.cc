@@ -92,9 +92,10 @@ absl::Status SessionWorker::Submit(ScanUpload scan) {
   }
 }
 
-bool SessionWorker::HasRoom() const {
+bool SessionWorker::HasRoom(size_t bytes) const {
   MutexLock lock(&mutex_);
-  return stopping_ || queue_.size() < options_.queue;
+  if (stopping_ || KeepsNewest()) return true;
+  return !IsFull(bytes) && options_.room->WouldTake(bytes, queue_.waiting() == 0);
 }
 
 void SessionWorker::SetAckSink(AckSink sink) {

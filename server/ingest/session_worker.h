@@ -91,8 +91,9 @@ class SessionWorker : public std::enable_shared_from_this<SessionWorker> {
   // InvalidArgument for sequence 0, Unavailable once stopped, ResourceExhausted while finished
   // submaps and checkpoints cannot be stored (each call tries once more).
   absl::Status Submit(ScanUpload scan);
-  // Whether Submit would not wait for room; an ack follows when that changes. Never waits itself.
-  bool HasRoom() const;
+  // Whether Submit would not wait for room for a scan of so many bytes. Never waits itself. Room in
+  // the queue comes back with an ack of the session, what all share with any session's.
+  bool HasRoom(size_t bytes) const;
 
   // Sets the sink of acks from now on. When it returns, the earlier sink is not called any more.
   void SetAckSink(AckSink sink);

@@ -160,8 +160,11 @@ ExitCode ServeUntilSignal(rpc::RpcServer& server, const std::vector<OpenMap>& ma
   return ReportStop(maps) ? kStopped : kDataFolder;
 }
 
-void SayWhoIsLetIn(access::RequireToken require, bool any) {
-  if (require == access::RequireToken::kNever) {
+void SayWhoIsLetIn(const rpc::ServerOptions& options, bool any) {
+  const access::RequireToken require = options.require_token;
+  if (!any && require == access::RequireToken::kAuto && IsThisMachine(options.listen)) {
+    spdlog::info("there is no token yet: whoever is on this machine may do everything");
+  } else if (require == access::RequireToken::kNever) {
     spdlog::warn("no token is asked for (network.require_token: never)");
   } else if (!any && require == access::RequireToken::kAuto) {
     spdlog::warn(
@@ -212,7 +215,7 @@ int Run(const Arguments& arguments) {
   const auto warn = [](const std::string& problem) { spdlog::warn("{}", problem); };
   auto tokens = access::Tokens::Open(arguments.data, warn);
   if (!tokens.ok()) return Fail(kDataFolder, tokens.status());
-  SayWhoIsLetIn(config->rpc.require_token, (*tokens)->any());
+  SayWhoIsLetIn(config->rpc, (*tokens)->any());
   config->rpc.tokens = tokens->get();
   config->storage.on_problem = warn;
   const auto maps = OpenMaps(arguments.data, *config);

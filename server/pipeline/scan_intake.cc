@@ -64,9 +64,9 @@ absl::Status Sessions::SubmitScan(const SessionId& session, ScanUpload scan) {
   return status;
 }
 
-bool Sessions::HasRoom(const SessionId& session, size_t) const {
+bool Sessions::HasRoom(const SessionId& session, size_t bytes) const {
   const Worker worker = parts_.workers.Find(session).worker;
-  return worker == nullptr || worker->HasRoom();
+  return worker == nullptr || worker->HasRoom(bytes);
 }
 
 absl::Status Sessions::CheckUpload(const SessionView& session, const SubmapId& submap) const {

@@ -21,6 +21,7 @@ class LocaliseTest(unittest.TestCase):
     def test_a_robot_is_found_where_it_is_and_the_map_stays(self) -> None:
         drive = list(scans(0))
         self.client.push("alice", drive, sensor="vlp16")
+        self.client.wait("settled")  # Placed.
         stamps, poses = self.client.trajectory("alice", "odom")
         known = {int(stamp): pose for stamp, pose in zip(stamps, poses)}
         located = 0
