@@ -7,6 +7,8 @@
 
 #include <chrono>
 
+#include "api/convert/retry_after.h"
+
 namespace isthmus::client {
 namespace {
 
@@ -37,7 +39,9 @@ std::shared_ptr<Client::Link::Stubs> Open(const std::string& address) {
 
 absl::Status ToStatus(const grpc::Status& status) {
   // gRPC and absl share the canonical codes.
-  return absl::Status(static_cast<absl::StatusCode>(status.error_code()), status.error_message());
+  return convert::WithDetails(
+      absl::Status(static_cast<absl::StatusCode>(status.error_code()), status.error_message()),
+      status.error_details());
 }
 
 void SetDeadline(double timeout_s, grpc::ClientContext& context) {
