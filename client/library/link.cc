@@ -7,6 +7,7 @@
 
 #include <chrono>
 
+#include "api/convert/retry_after.h"
 #include "core/io/file_io.h"
 
 namespace isthmus::client {
@@ -59,7 +60,9 @@ std::shared_ptr<Client::Link::Stubs> Open(const ClientOptions& options) {
 
 absl::Status ToStatus(const grpc::Status& status) {
   // gRPC and absl share the canonical codes.
-  return absl::Status(static_cast<absl::StatusCode>(status.error_code()), status.error_message());
+  return convert::WithDetails(
+      absl::Status(static_cast<absl::StatusCode>(status.error_code()), status.error_message()),
+      status.error_details());
 }
 
 void SetDeadline(double timeout_s, grpc::ClientContext& context) {

@@ -5,6 +5,7 @@
 
 #include <CLI/CLI.hpp>
 #include <chrono>
+#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <future>
@@ -19,6 +20,8 @@
 #include "server/access/tokens.h"
 #include "server/main/config.h"
 #include "server/main/data_folder.h"
+#include "server/main/failed_call_log.h"
+#include "server/main/open_files.h"
 #include "server/main/open_map.h"
 #include "server/main/stop_signal.h"
 #include "server/pipeline.h"
@@ -112,12 +115,29 @@ int Fail(ExitCode code, const absl::Status& status) {
   return code;
 }
 
-// One line per failed call: most are the client's affair, some the server's.
-void LogFailedCall(const std::string& rpc, const absl::Status& status) {
-  const bool ours = absl::IsResourceExhausted(status) || absl::IsInternal(status) ||
-                    absl::IsDataLoss(status) || absl::IsUnknown(status);
-  spdlog::log(ours ? spdlog::level::warn : spdlog::level::info, "{}: {}: {}", rpc,
-              absl::StatusCodeToString(status.code()), std::string(status.message()));
+// Most failed calls are the client's affair, some the server's.
+bool IsOurs(const absl::Status& status) {
+  return absl::IsResourceExhausted(status) || absl::IsInternal(status) ||
+         absl::IsDataLoss(status) || absl::IsUnknown(status);
+}
+
+rpc::OnFailedCall LogFailedCalls() {
+  auto log =
+      std::make_shared<FailedCallLog>([](const absl::Status& status, const std::string& line) {
+        spdlog::log(IsOurs(status) ? spdlog::level::warn : spdlog::level::info, "{}", line);
+      });
+  return [log](const std::string& rpc, const absl::Status& status) { log->Note(rpc, status); };
+}
+
+// Connections need files; gRPC stops listening for good when there are none left.
+void TakeOpenFiles() {
+  constexpr uint64_t kFew = 4096;
+  const uint64_t files = RaiseOpenFiles();
+  if (files >= kFew) return;
+  spdlog::warn(
+      "this process may have {} files open, so that about as many connections make it deaf: raise "
+      "the hard limit (LimitNOFILE= of systemd, ulimit -Hn)",
+      files);
 }
 
 // True if everything that was acknowledged is stored; says so.
@@ -208,6 +228,7 @@ int Run(const Arguments& arguments) {
   if (absl::Status status = CheckNetwork(config->rpc); !status.ok()) return Fail(kUsage, status);
   // A limit on the size of files is a full disk, which is lived with, not the end.
   ::signal(SIGXFSZ, SIG_IGN);
+  TakeOpenFiles();
   StopSignal signal;  // Before any thread, so that all of them leave the signals to it.
   if (absl::Status status = MakeDataFolder(arguments.data); !status.ok()) {
     return Fail(kDataFolder, status);
@@ -226,7 +247,7 @@ int Run(const Arguments& arguments) {
     spdlog::info("{}: revision {}, {} robots", map.folder, info.revision, info.robots.size());
     sites.push_back({map.name, map.pipeline.get(), BackupsOf(map.folder), map.folder + "/uploads"});
   }
-  config->rpc.on_failed_call = LogFailedCall;
+  config->rpc.on_failed_call = LogFailedCalls();
   auto server = rpc::RpcServer::Start(sites, config->rpc);
   if (!server.ok()) return Fail(kCannotListen, server.status());
   return ServeUntilSignal(**server, *maps, signal);

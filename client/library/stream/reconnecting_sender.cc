@@ -65,13 +65,15 @@ void ReconnectingSender::WriteLoop() {
     // The time in which nobody answered counts as waiting, so that a link that comes back is
     // noticed soon. After one that stood robots do not all come back at the same instant.
     const double waited_s = streamed ? 0 : clock_.Now() - began_s;
-    WaitBeforeRetry(std::max(0.0, *delay - waited_s));
+    // A server that is full says when to come again; the delay on top spreads those who do.
+    const double asked_s = AskedToWait(status).value_or(0);
+    WaitBeforeRetry(asked_s + std::max(0.0, *delay - waited_s));
   }
   source_->OnEnd(link_->Explain(status));
 }
 
 bool ReconnectingSender::WorthAnotherTry(const absl::Status& status) const {
-  if (absl::IsUnavailable(status)) return true;
+  if (absl::IsUnavailable(status) || AskedToWait(status)) return true;
   if (!options_.for_ever) return false;
   switch (status.code()) {
     case absl::StatusCode::kResourceExhausted:  // Its disk is full, or its threads are.

@@ -5,6 +5,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 
 #include "client/library/options.h"
 #include "client/library/stream/wait_clock.h"
@@ -45,6 +46,10 @@ class SessionCall {
   virtual void Renew() = 0;
 };
 
+// The seconds after which a server that refused a call for one of its limits wants it again;
+// nothing for any other status.
+std::optional<double> AskedToWait(const absl::Status& status);
+
 // The way to one server, over as many connections as it takes. Thread safe.
 class SessionLink {
  public:
@@ -58,8 +63,8 @@ class SessionLink {
   const WaitClock& clock() const {
     return options_.clock != nullptr ? *options_.clock : WaitClock::System();
   }
-  // Repeats `attempt` while it ends in Unavailable or (if `also_data_loss`) DataLoss, waiting in
-  // between.
+  // Repeats `attempt` while it ends in Unavailable, ResourceExhausted that says when to come again,
+  // or (if `also_data_loss`) DataLoss, waiting in between.
   absl::Status Repeat(bool also_data_loss, const std::function<absl::Status()>& attempt);
   // Adds to an Unavailable status where the server was sought and what to do. Others pass.
   absl::Status Explain(const absl::Status& status) const;

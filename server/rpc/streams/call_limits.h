@@ -1,4 +1,4 @@
-// How many calls of each kind run at a time, in all and of one caller.
+// The numbers of calls of each kind that run at a time, in all and of one caller.
 #pragma once
 
 #include <absl/status/status.h>

@@ -1,5 +1,5 @@
-// What the streams of a server share: the gate, threads, timers, memory, and the list of those that
-// live.
+// The things that all streams of a server share: the gate, threads, timers, memory, and a list of
+// those that live.
 #pragma once
 
 #include <chrono>

@@ -2,11 +2,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <optional>
 
+#include "api/convert/retry_after.h"
 #include "client/library/client.h"
+#include "client/library/stream/session_link.h"
 #include "core/codec/payload_builder.h"
 #include "core/io/file_io.h"
 #include "tests/client/library/fake_server.h"
@@ -49,6 +52,33 @@ TEST(ClientRetry, WaitsForAServerThatStartsLate) {
   ASSERT_TRUE(client.ok()) << client.status();
   EXPECT_THAT(waits, ElementsAre(1, 2, 4));
   EXPECT_EQ((*client)->GetMapInfo()->revision, 7);
+}
+
+// A link without a server.
+class NoLink final : public SessionLink {
+ public:
+  using SessionLink::SessionLink;
+  std::unique_ptr<SessionCall> NewCall(double) override { return nullptr; }
+};
+
+TEST(ClientRetry, WaitsAsLongAsAFullServerAsksFor) {
+  std::vector<double> waits;
+  ClientOptions options;
+  options.backoff = {.first_delay_s = 1, .factor = 2, .max_delay_s = 60, .jitter = 0};
+  options.sleep = [&](double seconds) { waits.push_back(seconds); };
+  NoLink link(options);
+  const absl::Status full = convert::WithRetryAfter(absl::ResourceExhaustedError("too many"),
+                                                    std::chrono::milliseconds(2500));
+  int attempts = 0;
+  EXPECT_TRUE(link.Repeat(false, [&] { return ++attempts < 3 ? full : absl::OkStatus(); }).ok());
+  EXPECT_THAT(waits, ElementsAre(3.5, 4.5));
+  // One that does not say when is not asked again: more of the same would not help.
+  attempts = 0;
+  EXPECT_TRUE(absl::IsResourceExhausted(link.Repeat(false, [&] {
+    ++attempts;
+    return absl::ResourceExhaustedError("a scan too large");
+  })));
+  EXPECT_EQ(attempts, 1);
 }
 
 TEST(ClientRetry, SaysWhereItSoughtTheServerAndWhatToDo) {

@@ -179,6 +179,12 @@ TEST_F(PipelineRpcTest, TheMapIsQueriedAndExported) {
     EXPECT_THAT(file.substr(0, 60), testing::StartsWith(magic));
     EXPECT_EQ(response.size(), file.size());
     EXPECT_EQ(response.crc32c(), io::Crc32c(file.data(), file.size()));
+
+    request.set_component(7);
+    context = NewContext();
+    reader = stubs_->map->ExportMap(context.get(), request);
+    EXPECT_FALSE(reader->Read(&response));
+    EXPECT_GRPC_ERROR(reader->Finish(), NOT_FOUND, "component 7");
   }
 }
 

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <limits>
 #include <random>
+#include <thread>
 
 #include "core/codec/quantized.h"
 #include "core/io/crc32c.h"
@@ -194,6 +195,47 @@ TEST_F(UploadSubmapTest, TooLargeIsRefusedByTheHeaderAlone) {
 
 TEST_F(UploadSubmapTest, UnknownSession) {
   EXPECT_GRPC_ERROR(Send(MakeUpload("nobody-1", {{1, 2, 3, 0, 0}})), NOT_FOUND, "nobody-1");
+}
+
+TEST_F(UploadSubmapTest, AnIntensityThatIsNoneIsZero) {
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  EXPECT_GRPC_OK(Send(MakeUpload(session_, {{1, 2, 3, kNotANumber, 0}, {4, 5, 6, kInfinity, 1}})));
+  const std::vector<Submap> submaps = pipeline_.submaps();
+  ASSERT_EQ(submaps.size(), 1u);
+  for (const SubmapPoint& point : submaps[0].points) EXPECT_EQ(point.intensity, 0);
+}
+
+TEST_F(UploadSubmapTest, OfTwoCallsForOneSubmapTheNewerEndsTheOther) {
+  // Which of the two is served first is up to the server.
+  v1::UploadSubmapResponse nothing[2];
+  const std::unique_ptr<grpc::ClientContext> contexts[2] = {NewContext(), NewContext()};
+  std::unique_ptr<grpc::ClientWriter<v1::UploadSubmapRequest>> calls[2];
+  for (int k = 0; k < 2; ++k) {
+    calls[k] = stubs_->sessions->UploadSubmap(contexts[k].get(), &nothing[k]);
+    calls[k]->Write(Header(Good()));
+    calls[k]->Write(Chunk(0, Good().data));
+  }
+  // Neither side is closed: the older one ends by itself, the newer one when it is.
+  grpc::Status ends[2];
+  std::thread older([&] { ends[0] = calls[0]->Finish(); });
+  calls[1]->WritesDone();
+  ends[1] = calls[1]->Finish();
+  contexts[0]->TryCancel();
+  older.join();
+  EXPECT_TRUE(ends[0].error_code() == grpc::StatusCode::ABORTED || !ends[1].ok())
+      << Describe(ends[0]) << ", " << Describe(ends[1]);
+}
+
+TEST_F(UploadSubmapTest, AHashThatIsNoneIsRefused) {
+  Upload upload = Good();
+  upload.header.set_sha256(std::string(100'000, 'x'));
+  EXPECT_GRPC_ERROR(Send(upload), INVALID_ARGUMENT, "32 bytes");
+  v1::GetUploadRequest ask;
+  ask.set_session(session_);
+  ask.set_sha256("x");
+  v1::GetUploadResponse arrived;
+  EXPECT_GRPC_ERROR(stubs_->sessions->GetUpload(NewContext().get(), ask, &arrived),
+                    INVALID_ARGUMENT, "32 bytes");
 }
 
 TEST_F(UploadSubmapTest, CloudsThatCannotBeUsed) {

@@ -1,0 +1,45 @@
+// The lines of the log about calls that failed, which quote what clients sent.
+#pragma once
+
+#include <absl/status/status.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <utility>
+
+#include "core/clock.h"
+#include "core/concurrency/mutex.h"
+
+namespace isthmus::server {
+
+// Text of others made fit for a line: control characters as \xNN, at most so many bytes.
+std::string LineOf(const std::string& text, size_t most);
+
+// One line per call, a few a second at most; what was left out is counted in the line that follows.
+// Thread safe.
+class FailedCallLog {
+ public:
+  using Write = std::function<void(const absl::Status& status, const std::string& line)>;
+
+  // `write` must not call back. The clock must outlive it.
+  explicit FailedCallLog(Write write, const Clock& clock = Clock::System())
+      : write_(std::move(write)), clock_(clock) {}
+
+  void Note(const std::string& rpc, const absl::Status& status);
+
+ private:
+  // Whether there is room for one more line now.
+  bool TakeTurn() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+
+  const Write write_;
+  const Clock& clock_;
+  Mutex mutex_;
+  bool started_ ABSL_GUARDED_BY(mutex_) = false;
+  int64_t refilled_ns_ ABSL_GUARDED_BY(mutex_) = 0;
+  double lines_ ABSL_GUARDED_BY(mutex_) = 0;  // That may be written at once.
+  uint64_t left_out_ ABSL_GUARDED_BY(mutex_) = 0;
+};
+
+}  // namespace isthmus::server
