@@ -50,7 +50,7 @@ struct ServerOptions {
   size_t connection_bytes = size_t{512} << 20;
   // Threads that serve calls with one request: each holds one while it is answered. Streams from
   // clients hold none. Calls beyond get RESOURCE_EXHAUSTED.
-  int max_threads = 128;
+  int max_threads = 512;
   // The source of backups; null: there are none (UNIMPLEMENTED). Called by one thread at a time.
   BackupSource backup;
   // Told of every call that ends with an error, from the thread that served it; may be null.
