@@ -70,16 +70,17 @@ class Pipeline {
   // slowed down and nothing is dropped. Unavailable while shutting down. OutOfRange, and nothing
   // queued, when `sequence` leaves a gap; the message names the expected one.
   virtual absl::Status SubmitScan(const SessionId& session, ScanUpload scan) = 0;
-  // Whether SubmitScan would take a scan of so many bytes now, or say at once why it does not; false:
-  // it would wait. Never waits itself. Room comes back with every acknowledgement of the session.
+  // Whether SubmitScan would take a scan of so many bytes now, or say at once why it does not;
+  // false: it would wait. Never waits itself. Room comes back with every acknowledgement of the
+  // session.
   virtual bool HasRoom(const SessionId& session, size_t bytes) = 0;
   // A finished submap from a robot with its own SLAM; durable on return. Its session must have no
   // scans. The submap's id.index must be the next of the session (OutOfRange otherwise), or repeat
   // a stored one with equal content (OK, no effect) or not (AlreadyExists).
   virtual absl::StatusOr<SubmapInfo> AddSubmap(Submap submap) = 0;
 
-  // InvalidArgument for an unknown sensor or odometry, NotFound for an unknown robot to take the map
-  // of, FailedPrecondition while there is no map. The pipeline must outlive it.
+  // InvalidArgument for an unknown sensor or odometry, NotFound for an unknown robot to take the
+  // map of, FailedPrecondition while there is no map. The pipeline must outlive it.
   virtual absl::StatusOr<std::unique_ptr<RobotLocaliser>> OpenLocaliser(
       const LocalisationRequest& request) = 0;
 
