@@ -70,8 +70,9 @@ class Pipeline {
   // slowed down and nothing is dropped. Unavailable while shutting down. OutOfRange, and nothing
   // queued, when `sequence` leaves a gap; the message names the expected one.
   virtual absl::Status SubmitScan(const SessionId& session, ScanUpload scan) = 0;
-  // Whether SubmitScan would take a scan of so many bytes now, or say at once why it does not; false:
-  // it would wait. Never waits itself. Room comes back with every acknowledgement of the session.
+  // Whether SubmitScan would take a scan of so many bytes now, or say at once why it does not;
+  // false: it would wait. Never waits itself. Room comes back with every acknowledgement of the
+  // session.
   virtual bool HasRoom(const SessionId& session, size_t bytes) = 0;
   // A finished submap from a robot with its own SLAM; durable on return. Its session must have no
   // scans. The submap's id.index must be the next of the session (OutOfRange otherwise), or repeat

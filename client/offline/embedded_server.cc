@@ -17,7 +17,10 @@ absl::StatusOr<std::unique_ptr<EmbeddedServer>> EmbeddedServer::Start(
   out->pipeline_ = *std::move(pipeline);
   rpc::ServerOptions rpc_options;
   rpc_options.listen = "127.0.0.1:0";
-  rpc_options.max_submap_bytes = uint64_t{4} << 30;  // The user's own file and memory.
+  // The user's own files and memory.
+  rpc_options.max_submap_bytes = uint64_t{4} << 30;
+  rpc_options.max_receive_bytes = 256 << 20;
+  rpc_options.connection_bytes = size_t{2} << 30;
   auto rpc = rpc::RpcServer::Start(out->pipeline_.get(), rpc_options);
   if (!rpc.ok()) return rpc.status();
   out->rpc_ = *std::move(rpc);

@@ -63,7 +63,7 @@ struct ServerOptions {
   size_t connection_bytes = size_t{512} << 20;
   // Threads that serve calls with one request: each holds one while it is answered. Streams from
   // clients hold none. Calls beyond get RESOURCE_EXHAUSTED.
-  int max_threads = 128;
+  int max_threads = 512;
   BackupSource backup;  // Likewise.
   // Who is let in; null: whoever reaches the address, to do anything. Must outlive the server.
   access::Tokens* tokens = nullptr;

@@ -46,7 +46,8 @@ class UploadStaging {
 
    private:
     friend class UploadStaging;
-    absl::Status CheckTurn() const;  // With the staging's mutex held.
+    // Ok while no newer call has taken over.
+    absl::Status CheckTurn() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(staging_.mutex_);
     Part(UploadStaging& staging, UploadKey key) : staging_(staging), key_(std::move(key)) {}
 
     UploadStaging& staging_;
