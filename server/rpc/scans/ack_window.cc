@@ -7,7 +7,7 @@ namespace isthmus::rpc {
 
 bool AckWindow::HasRoom() const {
   MutexLock lock(&mutex_);
-  return !closed_ && !stopped_ && expected_.size() + unwritten_ < limits_.scans &&
+  return !closed_ && expected_.size() + unwritten_ < limits_.scans &&
          (expected_.empty() || bytes_ < limits_.bytes);
 }
 
@@ -79,15 +79,7 @@ std::optional<ScanAck> AckWindow::Next() {
 
 bool AckWindow::drained() const {
   MutexLock lock(&mutex_);
-  return closed_ || (acks_.empty() && (ended_ || stopped_) && expected_.empty());
-}
-
-void AckWindow::Stop() {
-  {
-    MutexLock lock(&mutex_);
-    stopped_ = true;
-  }
-  Changed();
+  return closed_ || (acks_.empty() && ended_ && expected_.empty());
 }
 
 void AckWindow::Close() {
@@ -100,11 +92,6 @@ void AckWindow::Close() {
     bytes_ = 0;
   }
   Changed();
-}
-
-bool AckWindow::stopped() const {
-  MutexLock lock(&mutex_);
-  return stopped_;
 }
 
 bool AckWindow::closed() const {

@@ -32,7 +32,7 @@ class AckWindow {
   AckWindow(const Limits& limits, std::function<void()> on_change)
       : limits_(limits), on_change_(std::move(on_change)) {}
 
-  // Stream: whether one more scan may be read. False once stopped or closed.
+  // Stream: whether one more scan may be read. False once closed.
   bool HasRoom() const;
   // Stream: a scan is about to be submitted. `reason` replaces the pipeline's if it is rejected.
   // `share`, which may be null, is held until the scan is acknowledged.
@@ -52,11 +52,8 @@ class AckWindow {
   // No more scans come, and every ack was taken by Next().
   bool drained() const;
 
-  // From anywhere: no more scans are read, those expected are still acknowledged.
-  void Stop();
   // From anywhere: the link is gone. Acks are let go.
   void Close();
-  bool stopped() const;
   bool closed() const;
 
  private:
@@ -78,7 +75,6 @@ class AckWindow {
   size_t bytes_ ABSL_GUARDED_BY(mutex_) = 0;  // Of those.
   std::deque<ScanAck> acks_ ABSL_GUARDED_BY(mutex_);
   size_t unwritten_ ABSL_GUARDED_BY(mutex_) = 0;  // Of scans, in acks_.
-  bool stopped_ ABSL_GUARDED_BY(mutex_) = false;
   bool ended_ ABSL_GUARDED_BY(mutex_) = false;
   bool closed_ ABSL_GUARDED_BY(mutex_) = false;
 };

@@ -11,7 +11,6 @@ absl::StatusOr<std::unique_ptr<ScanStreams::Registration>> ScanStreams::Register
   std::unique_ptr<Registration> registration(
       new Registration(*this, session, window_, std::move(on_change)));
   MutexLock lock(&mutex_);
-  if (stopped_) return absl::UnavailableError("the server is shutting down; try again");
   const absl::Status status = pipeline_.SetAckSink(
       session, [window = registration->window_](const ScanAck& ack) { window->Add(ack); });
   if (!status.ok()) return status;
@@ -25,12 +24,6 @@ void ScanStreams::Drop(const SessionId& session) {
   MutexLock lock(&mutex_);
   const auto found = current_.find(session);
   if (found != current_.end()) found->second->window_->Close();
-}
-
-void ScanStreams::StopAll() {
-  MutexLock lock(&mutex_);
-  stopped_ = true;
-  for (const auto& [session, registration] : current_) registration->window_->Stop();
 }
 
 void ScanStreams::Unregister(Registration* registration) {

@@ -46,14 +46,11 @@ class ScanStreams {
       : pipeline_(pipeline), window_(window) {}
 
   // Makes the caller the session's stream; the window of an earlier one is closed. `on_change` is
-  // that of its window, which may outlive the registration. Errors of Pipeline::SetAckSink;
-  // Unavailable once stopped.
+  // that of its window, which may outlive the registration. Errors of Pipeline::SetAckSink.
   absl::StatusOr<std::unique_ptr<Registration>> Register(const SessionId& session,
                                                          std::function<void()> on_change);
   // Closes the window of the session's stream, if there is one.
   void Drop(const SessionId& session);
-  // No stream takes further scans; each ends when its scans are acknowledged. Does not wait.
-  void StopAll();
 
  private:
   void Unregister(Registration* registration);
@@ -62,7 +59,6 @@ class ScanStreams {
   const AckWindow::Limits window_;
   Mutex mutex_;
   std::map<SessionId, Registration*> current_ ABSL_GUARDED_BY(mutex_);
-  bool stopped_ ABSL_GUARDED_BY(mutex_) = false;
 };
 
 }  // namespace isthmus::rpc
