@@ -32,7 +32,7 @@ struct Call {
   std::string peer = {};        // As gRPC names it: "ipv4:127.0.0.1:4711".
   std::string request_id = {};  // The client's, else one of ours; for logs.
   std::shared_ptr<Admission> admission = {};
-  RunningCalls* running = nullptr;  // That it is among; null: no token can end it.
+  RunningCalls* running = nullptr;                   // That it is among; null: no token can end it.
   const grpc::ServerContextBase* context = nullptr;  // Outlives the call.
   std::optional<CallLimits::Ticket> ticket = {};     // Its place among the calls of its kind.
 

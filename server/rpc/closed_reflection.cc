@@ -1,11 +1,6 @@
 #include "server/rpc/closed_reflection.h"
 
 #include <absl/strings/match.h>
-#include <grpcpp/support/server_interceptor.h>
-
-#include <memory>
-#include <utility>
-#include <vector>
 
 namespace isthmus::rpc {
 namespace {
@@ -44,10 +39,8 @@ class ReflectionCalls final : public exp::ServerInterceptorFactoryInterface {
 
 }  // namespace
 
-void CloseReflection(Gate* gate, grpc::ServerBuilder* builder) {
-  std::vector<std::unique_ptr<exp::ServerInterceptorFactoryInterface>> factories;
-  factories.push_back(std::make_unique<ReflectionCalls>(*gate));
-  builder->experimental().SetInterceptorCreators(std::move(factories));
+std::unique_ptr<exp::ServerInterceptorFactoryInterface> CloseReflection(Gate* gate) {
+  return std::make_unique<ReflectionCalls>(*gate);
 }
 
 }  // namespace isthmus::rpc

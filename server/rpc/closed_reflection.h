@@ -1,7 +1,9 @@
 // Reflection behind the gate: gRPC's own service, which no handler of ours answers.
 #pragma once
 
-#include <grpcpp/server_builder.h>
+#include <grpcpp/support/server_interceptor.h>
+
+#include <memory>
 
 #include "server/rpc/gate.h"
 
@@ -9,6 +11,6 @@ namespace isthmus::rpc {
 
 // Calls of reflection that the gate does not let in are cancelled before they are answered; it is
 // asked for "ServerReflectionInfo". The gate must outlive the server.
-void CloseReflection(Gate* gate, grpc::ServerBuilder* builder);
+std::unique_ptr<grpc::experimental::ServerInterceptorFactoryInterface> CloseReflection(Gate* gate);
 
 }  // namespace isthmus::rpc

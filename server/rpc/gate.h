@@ -45,7 +45,8 @@ class Gate {
 
   // `rpc` is the method's bare name ("StreamScans"). Unauthenticated or PermissionDenied, with a
   // message that says nothing of what there is. NotFound for a site that the caller may see, and
-  // that is not there. ResourceExhausted beyond a limit of calls. The context must outlive the call.
+  // that is not there. ResourceExhausted beyond a limit of calls. The context must outlive the
+  // call.
   absl::StatusOr<Call> Admit(const grpc::ServerContextBase& context, absl::string_view rpc);
 
   // The status that travels at the end of a call, let in or not; tells of failures.

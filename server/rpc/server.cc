@@ -49,9 +49,10 @@ std::vector<std::unique_ptr<Site>> SitesOf(const std::vector<ServedSite>& served
                                            const ServerOptions& options) {
   std::vector<std::unique_ptr<Site>> sites;
   for (const ServedSite& site : served) {
-    sites.push_back(std::make_unique<Site>(site.name, site.pipeline, site.backup,
-                                           AckWindow::Limits{options.scan_window, options.stream_bytes}, site.uploads_folder,
-                                           options.max_staged_bytes));
+    sites.push_back(
+        std::make_unique<Site>(site.name, site.pipeline, site.backup,
+                               AckWindow::Limits{options.scan_window, options.stream_bytes},
+                               site.uploads_folder, options.max_staged_bytes));
   }
   return sites;
 }
@@ -139,9 +140,9 @@ absl::StatusOr<std::unique_ptr<RpcServer>> RpcServer::Start(const std::vector<Se
   std::vector<std::unique_ptr<grpc::experimental::ServerInterceptorFactoryInterface>> watch;
   watch.push_back(
       std::make_unique<CallWatchFactory>(&state->host.watchdog, options.streams.progress));
+  watch.push_back(CloseReflection(&state->gate));
   builder.experimental().SetInterceptorCreators(std::move(watch));
   builder.AddListeningPort(options.listen, *credentials, &state->port);
-  CloseReflection(&state->gate, &builder);
   builder.RegisterService(&state->sessions);
   builder.RegisterService(&state->map);
   builder.RegisterService(&state->edits);

@@ -6,7 +6,7 @@
 
 #include "core/address.h"
 #include "core/tls/certificate.h"
-#include "server/rpc/limits.h"
+#include "server/rpc/streams/limits.h"
 
 namespace isthmus::rpc {
 

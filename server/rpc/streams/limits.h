@@ -37,6 +37,10 @@ inline constexpr std::chrono::milliseconds kRetryAfter{1'000};
 // Calls of a kind that run at a time. Each may hold a thread and what it reads of the map.
 inline constexpr size_t kQueries = 16, kExports = 4, kLists = 16;
 
+// Seconds between looks at the files of certificates: a robot that comes in the second after a
+// renewal may see the old one, which is valid still.
+inline constexpr unsigned kCertificateReloadS = 1;
+
 // Characters of the reason why a scan is rejected: it may quote what came.
 inline constexpr size_t kMaxReason = 300;
 
