@@ -20,8 +20,9 @@ absl::Status LocaliseReactor::Open(const v1::LocaliseRequest& request) {
   const auto wanted = convert::FromMessage(request.begin());
   if (!wanted.ok()) return wanted.status();
   auto opened = call().pipeline().OpenLocaliser(*wanted);
-  if (opened.ok()) localiser_ = *std::move(opened);
-  return opened.status();
+  if (!opened.ok()) return opened.status();
+  localiser_ = *std::move(opened);
+  return absl::OkStatus();
 }
 
 absl::StatusOr<LocalisedScan> LocaliseReactor::Locate(v1::LocaliseRequest* request) {
