@@ -24,8 +24,9 @@ absl::Status LocaliseReactor::Open(const v1::LocaliseRequest& request) {
     if (absl::Status own = call().CheckRobot(wanted->in_map_of); !own.ok()) return own;
   }
   auto opened = call().pipeline().OpenLocaliser(*wanted);
-  if (opened.ok()) localiser_ = *std::move(opened);
-  return opened.status();
+  if (!opened.ok()) return opened.status();
+  localiser_ = *std::move(opened);
+  return absl::OkStatus();
 }
 
 absl::StatusOr<LocalisedScan> LocaliseReactor::Locate(v1::LocaliseRequest* request) {

@@ -110,8 +110,9 @@ absl::Status ScanReactor::BeginSession(const std::string& name) {
     }
   };
   auto registration = call().site->streams.Register(session, pump);
-  if (registration.ok()) registration_ = *std::move(registration);
-  return registration.status();
+  if (!registration.ok()) return registration.status();
+  registration_ = *std::move(registration);
+  return absl::OkStatus();
 }
 
 absl::Status ScanReactor::TakeScan(v1::ScanMessage&& message) {
