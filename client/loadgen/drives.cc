@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <thread>
 #include <utility>
 
@@ -87,6 +88,22 @@ absl::StatusOr<Drives> SimulateDrives(const SimulatedDrives& options) {
   Drives shared;
   for (Drive& drive : drives) shared.push_back(std::make_shared<const Drive>(std::move(drive)));
   return shared;
+}
+
+Drives MakeDenseDrive(int points) {
+  std::vector<ScanPoint> scan(static_cast<size_t>(points));
+  for (size_t i = 0; i < scan.size(); ++i) {
+    const double angle = 2 * M_PI * static_cast<double>(i) / points;
+    const double up = std::tan((static_cast<double>(i % 16) * 2 - 15) * M_PI / 180);
+    const double range = std::min(10 / std::abs(std::cos(angle)), 15 / std::abs(std::sin(angle)));
+    scan[i].x = static_cast<float>(range * std::cos(angle));
+    scan[i].y = static_cast<float>(range * std::sin(angle));
+    scan[i].z = static_cast<float>(range * up);
+  }
+  Drive drive;
+  drive.sensor = "vlp16";
+  drive.scans.push_back({1'700'000'000'000'000'000, codec::MakePayload(scan, false, false)});
+  return {std::make_shared<const Drive>(std::move(drive))};
 }
 
 absl::StatusOr<Drives> ReadDrives(const std::vector<std::string>& recordings, double seconds) {

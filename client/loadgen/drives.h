@@ -36,6 +36,9 @@ struct SimulatedDrives {
 // that does not exist.
 absl::StatusOr<Drives> SimulateDrives(const SimulatedDrives& options);
 
+// One scan of so many points, of a room of 20 by 30 m, without rings and times.
+Drives MakeDenseDrive(int points);
+
 // Reads recordings, whatever they were recorded in, the first `seconds` of each. What is assumed of
 // them goes to stderr. NotFound or InvalidArgument for what is none.
 absl::StatusOr<Drives> ReadDrives(const std::vector<std::string>& recordings, double seconds);

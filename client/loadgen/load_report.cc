@@ -10,10 +10,10 @@
 namespace isthmus::loadgen {
 namespace {
 
-// All robots as one.
-RobotResult Together(const LoadResult& result) {
+// All of them as one.
+RobotResult Together(const std::vector<RobotResult>& robots) {
   RobotResult all;
-  for (const RobotResult& robot : result.robots) {
+  for (const RobotResult& robot : robots) {
     all.pushed += robot.pushed;
     all.processed += robot.processed;
     all.rejected += robot.rejected;
@@ -71,6 +71,23 @@ std::string Line(const std::string& what, const Spread& spread, size_t count) {
                          spread.p50, spread.p90, spread.p99, spread.max, count);
 }
 
+std::string ThreadsText(const LoadResult& result, const RobotResult& all) {
+  std::string text;
+  for (const auto& [name, cpu_s] : result.thread_cpu_s) {
+    const double ms = 1e3 * cpu_s / static_cast<double>(std::max<uint64_t>(all.processed, 1));
+    if (ms >= 0.05) absl::StrAppendFormat(&text, "  %-20s %.2f ms of CPU a scan\n", name, ms);
+  }
+  return text;
+}
+
+std::string BesideText(const LoadResult& result) {
+  if (result.beside.empty()) return {};
+  const RobotResult all = Together(result.beside);
+  return absl::StrFormat("beside them            %d scans pushed, %d processed, %d rejected\n",
+                         all.pushed, all.processed, all.rejected) +
+         Line("  acknowledgement", SpreadOf(all.ack_ms), all.ack_ms.size());
+}
+
 std::string ServerText(const LoadResult& result, const RobotResult& all) {
   if (result.server.empty()) return {};
   const Growth memory = GrowthOf(result.server, [](auto& use) { return use.resident_mb; });
@@ -102,7 +119,7 @@ Spread SpreadOf(std::vector<double> values) {
 }
 
 std::string ToText(const LoadResult& result) {
-  const RobotResult all = Together(result);
+  const RobotResult all = Together(result.robots);
   std::string text = absl::StrFormat(
       "%d robots, %.0f s: %d scans pushed, %d processed, %d skipped, %d rejected, %d without an "
       "answer; %d "
@@ -120,7 +137,9 @@ std::string ToText(const LoadResult& result) {
   absl::StrAppendFormat(
       &text, "wire                   %.0f kB/s a robot; not yet durable: %d scans at most\n",
       WireKbS(result, all), all.most_undurable);
+  text += BesideText(result);
   text += ServerText(result, all);
+  text += ThreadsText(result, all);
   absl::StrAppendFormat(&text, "this generator         %.2f cores\n",
                         result.generator_cpu_s / result.seconds);
   if (result.knocks + result.knocks_refused > 0) {
@@ -137,7 +156,7 @@ std::string ToText(const LoadResult& result) {
 }
 
 cli::Json ToJson(const LoadResult& result) {
-  const RobotResult all = Together(result);
+  const RobotResult all = Together(result.robots);
   cli::Json json = {{"robots", result.robots.size()},
                     {"seconds", result.seconds},
                     {"pushed", all.pushed},
@@ -165,7 +184,8 @@ cli::Json ToJson(const LoadResult& result) {
     const double cpu_s = result.server.back().use.cpu_s - result.server.front().use.cpu_s;
     json["server"] = {{"cores", cpu_s / result.seconds},
                       {"cpu_per_scan_ms", CpuPerScanMs(result, all)},
-                      {"disk_mb", result.disk_mb}};
+                      {"disk_mb", result.disk_mb},
+                      {"thread_cpu_s", result.thread_cpu_s}};
     for (const ServerUse& one : result.server) {
       json["server"]["seconds"].push_back({{"at", one.at_s},
                                            {"resident_mb", one.use.resident_mb},
@@ -184,7 +204,7 @@ cli::Json ToJson(const LoadResult& result) {
 }
 
 bool AllAnswered(const LoadResult& result) {
-  const RobotResult all = Together(result);
+  const RobotResult all = Together(result.robots);
   return all.status.ok() && all.unanswered == 0;
 }
 

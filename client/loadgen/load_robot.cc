@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstdint>
 #include <random>
 #include <thread>
 #include <utility>
@@ -11,6 +12,8 @@
 
 namespace isthmus::loadgen {
 namespace {
+
+constexpr int64_t kPeriodNs = 100'000'000;  // Format.
 
 double RobotNowS() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
@@ -60,7 +63,7 @@ absl::Status LoadRobot::Drive(client::Client& client) {
   if (!stream.ok()) return stream.status();
   absl::Status status = Send(**stream);
   const Stopwatch finishing;
-  if (status.ok()) status = (*stream)->FinishSession().status();
+  if (status.ok() && !plan_.is_beside) status = (*stream)->FinishSession().status();
   const client::ScanStreamStats stats = (*stream)->stats();
   MutexLock lock(&mutex_);
   result_.finish_s = finishing.Ms() / 1e3;
@@ -73,22 +76,27 @@ absl::Status LoadRobot::Send(client::ScanStream& stream) {
   std::mt19937_64 random(plan_.seed);
   std::uniform_real_distribution<double> jitter_s(0, plan_.jitter_s);
   const std::vector<Drive::OneScan>& scans = plan_.drive->scans;
-  const size_t count =
-      std::min(plan_.scans, scans.size() - std::min(scans.size(), plan_.first_scan));
-  const double start_s = RobotNowS();
+  const size_t left = scans.size() - std::min(scans.size(), plan_.first_scan);
+  const size_t count = plan_.is_beside ? SIZE_MAX : std::min(plan_.scans, left);
+  const double start_s = RobotNowS(), rate_hz = plan_.rate_hz;
   for (size_t i = 0; i < count && !stopped_; ++i) {
-    const double due_s = start_s + static_cast<double>(i) / plan_.rate_hz + jitter_s(random);
-    SleepUntil(due_s);
+    double due_s = RobotNowS();
+    if (rate_hz > 0) {
+      due_s = start_s + static_cast<double>(i) / rate_hz + jitter_s(random);
+      SleepUntil(due_s);
+    }
     {
       MutexLock lock(&mutex_);
       due_s_.push_back(due_s);
       ++result_.pushed;
-      if (RobotNowS() > due_s + 1 / plan_.rate_hz) ++result_.late;
+      if (rate_hz > 0 && RobotNowS() > due_s + 1 / rate_hz) ++result_.late;
     }
-    const Drive::OneScan& scan = scans[plan_.first_scan + i];
-    if (absl::Status status = stream.Push(scan.end_stamp_ns, scan.payload); !status.ok()) {
-      return status;
-    }
+    const Drive::OneScan& scan = scans[(plan_.first_scan + i) % scans.size()];
+    // Each time round it is later.
+    const int64_t length_ns = scans.back().end_stamp_ns - scans.front().end_stamp_ns + kPeriodNs;
+    const auto turn = static_cast<int64_t>((plan_.first_scan + i) / scans.size());
+    absl::Status status = stream.Push(scan.end_stamp_ns + turn * length_ns, scan.payload);
+    if (!status.ok()) return status;
   }
   return absl::OkStatus();
 }

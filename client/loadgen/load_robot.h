@@ -23,7 +23,9 @@ struct RobotPlan {
   std::shared_ptr<const Drive> drive;
   size_t first_scan = 0;  // Of the drive.
   size_t scans = 0;       // To send; fewer where the drive ends.
-  double rate_hz = 10;
+  double rate_hz = 10;    // 0: as fast as the server takes them.
+  bool is_beside =
+      false;            // Sends its drive over and over until it is stopped, and finishes nothing.
   double start_s = 0;   // Later than the others, from now.
   double jitter_s = 0;  // Scans are ready up to this much late.
   LinkProfile link;

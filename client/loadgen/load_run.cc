@@ -44,12 +44,43 @@ RobotPlan PlanOf(const LoadOptions& options, const Drives& drives, int robot) {
   return plan;
 }
 
+std::vector<RobotPlan> PlansOf(const LoadOptions& options, const Drives& drives) {
+  std::vector<RobotPlan> plans;
+  for (int i = 0; i < options.robots; ++i) plans.push_back(PlanOf(options, drives, i));
+  return plans;
+}
+
+std::vector<RobotPlan> PlansBeside(const LoadOptions& options, const Drives& drives) {
+  std::vector<RobotPlan> plans;
+  const Drives dense = options.dense > 0 ? MakeDenseDrive(options.dense_points) : Drives();
+  for (int i = 0; i < options.dense + options.backfill; ++i) {
+    const bool is_dense = i < options.dense;
+    RobotPlan plan = PlanOf(options, is_dense ? dense : drives, i);
+    plan.name = absl::StrCat(options.prefix, is_dense ? "_dense_" : "_late_", i);
+    plan.first_scan = 0;
+    plan.rate_hz = is_dense ? options.rate_hz : 0;
+    plan.is_beside = true;
+    plans.push_back(plan);
+  }
+  return plans;
+}
+
+absl::Status OpenEmpty(const LoadOptions& options) {
+  if (options.empty == 0) return absl::OkStatus();
+  client::ClientOptions at;
+  at.address = options.server;
+  const auto client = client::Client::Connect(at);
+  absl::Status status = client.status();
+  for (int i = 0; i < options.empty && status.ok(); ++i) {
+    status = (*client)->CreateSession(absl::StrCat(options.prefix, "_empty_", i), "vlp16").status();
+  }
+  return status;
+}
+
 class Fleet {
  public:
-  Fleet(const LoadOptions& options, const Drives& drives) {
-    for (int i = 0; i < options.robots; ++i) {
-      robots_.push_back(std::make_unique<LoadRobot>(PlanOf(options, drives, i)));
-    }
+  explicit Fleet(const std::vector<RobotPlan>& plans) {
+    for (const RobotPlan& plan : plans) robots_.push_back(std::make_unique<LoadRobot>(plan));
     for (const auto& robot : robots_) {
       threads_.emplace_back([this, raw = robot.get()] {
         raw->Run();
@@ -106,12 +137,15 @@ absl::StatusOr<LoadResult> RunLoad(const LoadOptions& options, const Drives& dri
   if (absl::Status status = watch(0); !status.ok()) return status;
   const auto idle = IdleRobots::Open(options.server, options.idle, *drives.front());
   if (!idle.ok()) return idle.status();
+  if (absl::Status status = OpenEmpty(options); !status.ok()) return status;
+  const std::map<std::string, double> threads_before = ThreadCpuS(options.server_pid);
   const double cpu_before_s = OwnCpuS();
   const Stopwatch clock;
   Knocks knocks(options.server, options.knocks_per_s);
   {
     LoadReaders readers(options.server, options.readers, options.reader_period_s);
-    Fleet fleet(options, drives);
+    Fleet beside(PlansBeside(options, drives));
+    Fleet fleet(PlansOf(options, drives));
     while (!fleet.done()) {
       std::this_thread::sleep_for(std::chrono::seconds(1));
       // A server that has gone is told by the robots.
@@ -119,6 +153,10 @@ absl::StatusOr<LoadResult> RunLoad(const LoadOptions& options, const Drives& dri
       if (!tick(fleet.acknowledged())) fleet.Stop();
     }
     result.robots = fleet.Results();
+    result.thread_cpu_s = ThreadCpuS(options.server_pid);
+    for (const auto& [name, cpu_s] : threads_before) result.thread_cpu_s[name] -= cpu_s;
+    beside.Stop();
+    result.beside = beside.Results();
     result.readers = readers.Results();
   }
   result.seconds = clock.Ms() / 1e3;

@@ -29,6 +29,9 @@ struct LoadOptions {
   int readers = 0;
   double reader_period_s = 0.2;
   int idle = 0;
+  // Robots beside them whose figures stand apart: with scans of `dense_points`, with drives sent as
+  // fast as the server takes them, and sessions in which nothing comes.
+  int dense = 0, dense_points = 3'900'000, backfill = 0, empty = 0;
   double knocks_per_s = 0;
   int server_pid = 0;           // 0: not watched.
   std::string data_folder;      // The server's; empty: not watched.
@@ -46,6 +49,8 @@ struct LoadResult {
   double seconds = 0;  // That it took, finishing included.
   double generator_cpu_s = 0;
   std::vector<RobotResult> robots;
+  std::vector<RobotResult> beside;             // Dense ones and back-fill.
+  std::map<std::string, double> thread_cpu_s;  // Of the server, by the names of its threads.
   std::map<std::string, ReaderResult> readers;
   std::vector<ServerUse> server;  // Empty when it was not watched.
   double disk_mb = 0;             // That the data folder has grown by.

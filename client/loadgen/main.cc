@@ -59,6 +59,19 @@ void AddOptions(CLI::App& app, Arguments& arguments) {
   app.add_option("--idle", load.idle, "Robots that only keep their link open")
       ->check(CLI::Range(0, 10'000))
       ->capture_default_str();
+  app.add_option("--dense", load.dense, "Robots beside them with scans of --dense-points")
+      ->check(CLI::Range(0, 100))
+      ->capture_default_str();
+  app.add_option("--dense-points", load.dense_points, "Points of such a scan")
+      ->check(CLI::Range(1, 5'000'000))
+      ->capture_default_str();
+  app.add_option("--backfill", load.backfill,
+                 "Robots beside them that send a drive as fast as the server takes it")
+      ->check(CLI::Range(0, 1000))
+      ->capture_default_str();
+  app.add_option("--empty", load.empty, "Sessions in which nothing comes")
+      ->check(CLI::Range(0, 100'000))
+      ->capture_default_str();
   app.add_option("--knocks", load.knocks_per_s, "Connections per second that are dropped at once")
       ->check(CLI::Range(0.0, 1e5))
       ->capture_default_str();

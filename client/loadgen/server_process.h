@@ -4,7 +4,7 @@
 #include <absl/status/statusor.h>
 #include <sys/types.h>
 
-#include <cstdint>
+#include <map>
 #include <string>
 
 namespace isthmus::loadgen {
@@ -18,6 +18,10 @@ struct ProcessUse {
 
 // Of /proc; NotFound when there is no such process, or it is another user's.
 absl::StatusOr<ProcessUse> UseOf(pid_t pid);
+
+// CPU seconds since they began, by the names of its threads, of those that live. Empty where there
+// is no such process.
+std::map<std::string, double> ThreadCpuS(pid_t pid);
 
 // Megabytes of the files below a folder; 0 where there is none.
 double FolderMb(const std::string& folder);

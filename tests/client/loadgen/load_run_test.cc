@@ -64,6 +64,22 @@ TEST_F(LoadRunTest, CountsWhatRobotsReadersAndStrangersDid) {
   EXPECT_EQ(pipeline_->ListSessions().size(), 4u);  // The idle ones too.
 }
 
+TEST_F(LoadRunTest, OthersBesideThemCountApart) {
+  options_.dense = 1;
+  options_.dense_points = 20'000;
+  options_.backfill = 1;
+  options_.empty = 2;
+  options_.server_pid = getpid();
+  const auto result = RunLoad(options_, Simulated(), [](uint64_t) { return true; });
+  ASSERT_TRUE(result.ok()) << result.status();
+  EXPECT_TRUE(AllAnswered(*result)) << ToText(*result);
+  EXPECT_EQ(result->robots.size(), 2u);
+  ASSERT_EQ(result->beside.size(), 2u);
+  for (const RobotResult& robot : result->beside) EXPECT_GT(robot.processed, 0u) << robot.name;
+  EXPECT_GT(result->thread_cpu_s.at("ingest"), 0);
+  EXPECT_EQ(pipeline_->ListSessions().size(), 6u);
+}
+
 TEST_F(LoadRunTest, AllScansComeThroughABadLink) {
   options_.link = {.delay_s = 0.002, .jitter_s = 0.002, .reset_every_s = 0.1};
   const auto result = RunLoad(options_, Simulated(), [](uint64_t) { return true; });

@@ -8,6 +8,7 @@
 #include <functional>
 #include <thread>
 
+#include "tests/server/rpc/generic_call.h"
 #include "tests/server/rpc/rpc_fixture.h"
 
 namespace isthmus::rpc {
@@ -24,46 +25,12 @@ std::string ToBytes(const UnknownFieldSet& message) {
   return bytes;
 }
 
-grpc::ByteBuffer ToBuffer(const std::string& bytes) {
-  const grpc::Slice slice(bytes);
-  return grpc::ByteBuffer(&slice, 1);
-}
-
-void Parse(const grpc::ByteBuffer& buffer, UnknownFieldSet* message) {
-  std::vector<grpc::Slice> slices;
-  EXPECT_TRUE(buffer.Dump(&slices).ok());
-  std::string bytes;
-  for (const grpc::Slice& slice : slices) {
-    bytes.append(reinterpret_cast<const char*>(slice.begin()), slice.size());
-  }
-  EXPECT_TRUE(message->ParseFromString(bytes));
-}
-
-// One request, and the first response if there is one.
+// One request, and the response.
 grpc::Status Call(const std::shared_ptr<grpc::Channel>& channel, const std::string& method,
                   const std::string& request, UnknownFieldSet* response) {
-  grpc::GenericStub stub(channel);
-  const auto context = NewContext();
-  grpc::CompletionQueue queue;
-  const auto wait = [&queue] {
-    void* tag = nullptr;
-    bool ok = false;
-    EXPECT_TRUE(queue.Next(&tag, &ok));
-    return ok;
-  };
-  auto call = stub.PrepareCall(context.get(), method, &queue);
-  call->StartCall(nullptr);
-  wait();
-  call->Write(ToBuffer(request), nullptr);
-  wait();
-  call->WritesDone(nullptr);
-  wait();
-  grpc::ByteBuffer buffer;
-  call->Read(&buffer, nullptr);
-  if (wait()) Parse(buffer, response);
-  grpc::Status status;
-  call->Finish(&status, nullptr);
-  wait();
+  std::string bytes;
+  const grpc::Status status = GenericCall(channel, method, {}, request, &bytes);
+  EXPECT_TRUE(response->ParseFromString(bytes));
   return status;
 }
 
