@@ -12,6 +12,7 @@
 #include "core/concurrency/thread_role.h"
 #include "core/stopwatch.h"
 #include "server/match_graph/match_graph.h"
+#include "server/threads/limits.h"
 
 namespace isthmus::server {
 namespace {
