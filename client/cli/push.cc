@@ -79,6 +79,7 @@ int Run(PushArguments options) {
     options.recording.read.rate_hz = hz;
   }
   const bool is_live = options.path.rfind("udp://", 0) == 0;
+  options.push.is_live = is_live;
   if (options.push.when_behind == WhenBehind::kKeepNewest && hz == 0 && !is_live) {
     return Fail(kUsage, absl::InvalidArgumentError(
                             "--when-behind keep-newest would skip most of a recording that is "
@@ -163,8 +164,16 @@ void AddPush(CLI::App& app, Action& action) {
       "Keep scans in this folder until they are durable, so that nothing is lost "
       "or doubled whatever is cut off: the same command again goes on, by the stamps "
       "of the scans. Waits for a server out of reach as long as it takes");
-  command->add_flag("--localise", options->localise,
-                    "Only say where the robot is in the map there is; the map does not grow");
+  command
+      ->add_flag("--keyframes", options->push.keyframes,
+                 "Follow the robot here and send its submaps instead of its scans, a tenth of the "
+                 "bytes: for links that are slow or often gone")
+      ->excludes("--spool")
+      ->excludes("--when-behind");
+  command
+      ->add_flag("--localise", options->localise,
+                 "Only say where the robot is in the map there is; the map does not grow")
+      ->excludes("--keyframes");
   command
       ->add_option("--gnss", options->gnss,
                    "Anchor the map by the fixes on this topic (NavSatFix, NMEA of a .pcap); "

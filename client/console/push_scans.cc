@@ -12,6 +12,7 @@
 
 #include "client/console/console.h"
 #include "client/console/pacer.h"
+#include "client/console/push_keyframes.h"
 #include "client/console/reason_tally.h"
 #include "core/stopwatch.h"
 
@@ -95,10 +96,12 @@ class AckLog {
     uint32_t& segment = segments_.try_emplace(ack.session, 1).first->second;
     if (ack.segment <= segment) return;
     segment = ack.segment;
-    absl::FPrintF(stderr,
-                  "isthmus: %s: from scan %d on in segment %d (%s): the robot was lost and not "
-                  "found again; poses of different segments share no frame\n",
-                  robot_, ack.sequence, ack.segment, ack.segment_session.value());
+    absl::FPrintF(
+        stderr,
+        "isthmus: %s: from scan %d on in segment %d%s: the robot was lost and not "
+        "found again; poses of different segments share no frame\n",
+        robot_, ack.sequence, ack.segment,
+        ack.segment_session.empty() ? "" : absl::StrCat(" (", ack.segment_session.value(), ")"));
   }
 
   const std::string robot_;
@@ -184,10 +187,51 @@ absl::StatusOr<std::unique_ptr<client::ScanStream>> OpenStream(
   return stream;
 }
 
+// What both ways of pushing tell of the scans.
+void TakeLog(AckLog& log, const RobotScans& robot, PushSummary& summary) {
+  summary.unreadable = log.unreadable;
+  summary.acks = std::move(log.acks);
+  summary.first_rejection = std::move(log.first_rejection);
+  summary.assumptions = robot.reader->Assumptions();
+  for (const ScanAck& ack : summary.acks) summary.mean_ms += ack.timing.total_ms;
+  if (summary.scans.processed > 0) {
+    summary.mean_ms /= static_cast<double>(summary.scans.processed);
+  }
+}
+
+absl::StatusOr<PushSummary> PushRobotsKeyframes(client::Client& client, RobotScans& robot,
+                                                const PushOptions& options,
+                                                const PushControl& control, AckLog& log) {
+  const KeyframeHooks hooks{
+      [&log](const ScanAck& ack) { log.Add(ack); },
+      [&log](const std::string& name, const absl::Status& why) { log.LeaveOut(name, why); }};
+  const Stopwatch watch;
+  const auto pushed = PushKeyframes(client, robot, options, control, hooks);
+  if (!pushed.ok()) return pushed.status();
+  log.SayTheRest();
+  PushSummary summary;
+  summary.robot = robot.robot;
+  summary.sensor = robot.sensor;
+  summary.session = pushed->session;
+  summary.scans = pushed->scans;
+  summary.is_interrupted = control.stopped();
+  if (!summary.session.empty()) {
+    const auto state = client.GetSession(summary.session);
+    if (!state.ok()) return state.status();
+    summary.state = *state;
+  }
+  summary.state.scans = pushed->counts;
+  summary.state.segments = pushed->segments;
+  summary.seconds = watch.Ms() / 1000;
+  TakeLog(log, robot, summary);
+  return summary;
+}
+
 absl::StatusOr<PushSummary> PushRobot(client::Client& client, RobotScans& robot,
                                       const PushOptions& options, const PushControl& control,
                                       FleetProgress& progress) {
   AckLog log(robot, progress);
+  if (options.keyframes) return PushRobotsKeyframes(client, robot, options, control, log);
   client::ScanStreamOptions stream_options;
   stream_options.resolution_m = options.resolution_m;
   stream_options.on_ack = [&log](const ScanAck& ack) { log.Add(ack); };
@@ -211,14 +255,7 @@ absl::StatusOr<PushSummary> PushRobot(client::Client& client, RobotScans& robot,
   summary.state = *state;
   summary.seconds = watch.Ms() / 1000;
   summary.scans = (*stream)->stats();
-  summary.unreadable = log.unreadable;
-  summary.acks = std::move(log.acks);
-  summary.first_rejection = std::move(log.first_rejection);
-  summary.assumptions = robot.reader->Assumptions();
-  for (const ScanAck& ack : summary.acks) summary.mean_ms += ack.timing.total_ms;
-  if (summary.scans.processed > 0) {
-    summary.mean_ms /= static_cast<double>(summary.scans.processed);
-  }
+  TakeLog(log, robot, summary);
   return summary;
 }
 

@@ -21,6 +21,9 @@ struct PushOptions {
   double resolution_m = 0.002;                   // Quantisation; 0: every bit.
   WhenBehind when_behind = WhenBehind::kWait;
   bool finish = true;  // Finish the sessions afterwards.
+  // Robots are followed here and send submaps, see PushKeyframes; without a spool.
+  bool keyframes = false;
+  bool is_live = false;  // A sensor, which does not say the same again.
   // Folder of a spool: an earlier push that was cut off is gone on with. Of several robots each has
   // a folder in it, of its name. Empty: none.
   std::string spool = {};

@@ -1,18 +1,16 @@
 #include "client/console/upload_clouds.h"
 
-#include <absl/strings/escaping.h>
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_format.h>
 
 #include <algorithm>
 #include <cstdio>
-#include <map>
 #include <utility>
 #include <vector>
 
 #include "client/cloud_upload/joined_clouds.h"
 #include "client/console/console.h"
-#include "core/io/sha256.h"
+#include "client/console/submap_sender.h"
 #include "core/stopwatch.h"
 
 namespace isthmus::cli {
@@ -21,107 +19,6 @@ namespace {
 using cloud_upload::CloudPoses;
 using cloud_upload::SubmapCutter;
 using readers::RecordedScan;
-
-constexpr size_t kNameCharacters = 40;  // Format: of a request's id, of which there are 64 at most.
-
-// The same for the same upload begun again: its first submap is the same.
-std::string RequestIdOf(const SubmapUpload& first) {
-  std::string content = io::Sha256(first.cloud.data.data(), first.cloud.data.size());
-  if (content.empty()) return "";
-  const auto add = [&content](const StampedPose& at) {
-    content.append(reinterpret_cast<const char*>(&at.stamp_ns), sizeof(at.stamp_ns));
-    content.append(reinterpret_cast<const char*>(at.pose.translation().data()), 3 * sizeof(double));
-    content.append(reinterpret_cast<const char*>(at.pose.rotation().coeffs().data()),
-                   4 * sizeof(double));
-  };
-  add({first.last_stamp_ns, first.T_odom_submap});
-  for (const StampedPose& keyframe : first.keyframes) add(keyframe);
-  const std::string hex = absl::BytesToHexString(io::Sha256(content.data(), content.size()));
-  return absl::StrCat("upload-", hex.substr(0, kNameCharacters));
-}
-
-bool IsSame(const SubmapInfo& stored, const SubmapUpload& submap) {
-  return stored.point_count == submap.cloud.width &&
-         stored.keyframe_count == submap.keyframes.size() &&
-         stored.first_stamp_ns == submap.first_stamp_ns &&
-         stored.last_stamp_ns == submap.last_stamp_ns &&
-         stored.T_odom_submap.Matrix().isApprox(submap.T_odom_submap.Matrix(), 1e-6);
-}
-
-// Submaps on their way into a session, which is opened with the first.
-class SubmapSender {
- public:
-  SubmapSender(client::Client& client, const UploadOptions& options, UploadSummary& summary)
-      : client_(client), options_(options), summary_(summary) {}
-
-  absl::Status Send(SubmapUpload submap) {
-    if (summary_.session.empty()) {
-      if (absl::Status status = Open(submap); !status.ok()) return status;
-    }
-    submap.id.session = summary_.session;
-    const auto known = known_.find(submap.id.index);
-    if (known != known_.end() && !IsSame(known->second, submap)) {
-      return absl::AlreadyExistsError(absl::StrCat(
-          "submap ", ToString(submap.id),
-          " is there with other content: the clouds, the poses or the options have changed since; "
-          "upload as another robot, or delete the session"));
-    }
-    // What is missing below the newest was replaced by newer ones of the same ground.
-    const bool is_there = !known_.empty() && submap.id.index <= known_.rbegin()->first;
-    if (!is_there && summary_.was_finished) {
-      return absl::AlreadyExistsError(
-          absl::StrCat("session ", summary_.session.value(), " is finished and has no submap ",
-                       submap.id.index, ": upload as another robot, or delete the session"));
-    }
-    if (!is_there) {
-      const absl::Status status = client_.UploadSubmap(submap);
-      if (absl::IsFailedPrecondition(status)) {
-        return absl::FailedPreconditionError(absl::StrCat(
-            status.message(), "; did another upload of the same clouds end before this one?"));
-      }
-      if (!status.ok()) return status;
-    }
-    summary_.before += is_there ? 1 : 0;
-    ++summary_.submaps;
-    return absl::OkStatus();
-  }
-
-  absl::Status Finish() {
-    if (summary_.session.empty() || summary_.was_finished) return absl::OkStatus();
-    if (!options_.finish || summary_.is_interrupted) return absl::OkStatus();
-    summary_.is_finished = true;
-    return client_.FinishSession(summary_.session).status();
-  }
-
- private:
-  absl::Status Open(const SubmapUpload& first) {
-    SessionRequest request{RobotId(options_.robot), summary_.sensor};
-    request.request_id = RequestIdOf(first);
-    const auto session = options_.session.empty() ? client_.CreateSession(std::move(request))
-                                                  : client_.GetSession(SessionId(options_.session));
-    if (!session.ok()) return session.status();
-    if (session->record.robot.value() != options_.robot) {
-      return absl::InvalidArgumentError(absl::StrCat("session ", options_.session, " is robot ",
-                                                     session->record.robot.value(), "'s, not ",
-                                                     options_.robot, "'s"));
-    }
-    summary_.session = session->record.id;
-    summary_.was_finished = session->record.state == SessionState::kFinished;
-    summary_.is_finished = summary_.was_finished;
-    const auto submaps = client_.ListSubmaps(session->record.robot);
-    if (!submaps.ok()) return submaps.status();
-    for (const SubmapStatus& submap : *submaps) {
-      if (submap.info.id.session != summary_.session) continue;
-      known_[submap.info.id.index] = submap.info;
-    }
-    return absl::OkStatus();
-  }
-
-  client::Client& client_;
-  const UploadOptions& options_;
-  UploadSummary& summary_;
-  std::map<uint32_t, SubmapInfo> known_;  // That the server had at the beginning.
-};
 
 bool IsIdentity(const Pose& pose) { return pose.Matrix().isIdentity(1e-9); }
 
@@ -165,7 +62,7 @@ class Uploader {
       : clouds_(clouds),
         options_(options),
         cutter_(CutOptionsOf(clouds, options)),
-        sender_(client, options, summary_) {
+        sender_(client, {options.robot, clouds.scans.sensor, {}, options.session}) {
     summary_.robot = options.robot;
     summary_.sensor = clouds.scans.sensor;
   }
@@ -184,7 +81,10 @@ class Uploader {
       if (std::optional<SubmapUpload> last = cutter_.Finish()) {
         if (absl::Status status = sender_.Send(*std::move(last)); !status.ok()) return status;
       }
-      if (absl::Status status = sender_.Finish(); !status.ok()) return status;
+      if (options_.finish) {
+        if (absl::Status status = sender_.Finish(); !status.ok()) return status;
+        summary_.is_finished = !sender_.session().empty();
+      }
     }
     Count();
     summary_.seconds = watch.Ms() / 1000;
@@ -233,6 +133,11 @@ class Uploader {
   }
 
   void Count() {
+    summary_.session = sender_.session();
+    summary_.was_finished = sender_.was_finished();
+    summary_.is_finished = summary_.is_finished || summary_.was_finished;
+    summary_.submaps = sender_.submaps();
+    summary_.before = sender_.before();
     summary_.keyframes = cutter_.keyframes();
     summary_.points = cutter_.points();
     summary_.without_points = cutter_.without_points();

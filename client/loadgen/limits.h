@@ -35,4 +35,13 @@ inline constexpr double kReaderRadiusM = 30;
 // Seconds after which a reader gives up on an answer.
 inline constexpr double kReaderTimeoutS = 20;
 
+// Strangers.
+
+// Seconds from one sign of life of a stranger to the next.
+inline constexpr double kStrangerPeriodS = 1;
+// Bytes of a malformed message at most: about what a small scan takes.
+inline constexpr size_t kNoiseBytes = 20'000;
+// Seconds after which a malformed stream counts as not answered.
+inline constexpr double kNoiseTimeoutS = 5;
+
 }  // namespace isthmus::loadgen

@@ -88,6 +88,29 @@ std::string BesideText(const LoadResult& result) {
          Line("  acknowledgement", SpreadOf(all.ack_ms), all.ack_ms.size());
 }
 
+std::string StrangersText(const LoadResult& result) {
+  std::string text;
+  if (result.knocks + result.knocks_refused > 0) {
+    absl::StrAppendFormat(&text, "connections            %d made and dropped, %d refused\n",
+                          result.knocks, result.knocks_refused);
+  }
+  const StrangerResult& is = result.strangers;
+  if (is.closed + is.not_made > 0) {
+    absl::StrAppendFormat(&text, "held connections       %d closed by the server, %d refused\n",
+                          is.closed, is.not_made);
+  }
+  if (is.pieces + is.cut_off > 0) {
+    absl::StrAppendFormat(&text, "slow readers           %d pieces read, %d times cut off\n",
+                          is.pieces, is.cut_off);
+  }
+  if (is.malformed + is.tolerated + is.unanswered > 0) {
+    absl::StrAppendFormat(&text,
+                          "malformed streams      %d rejected, %d taken, %d without an answer\n",
+                          is.malformed, is.tolerated, is.unanswered);
+  }
+  return text;
+}
+
 std::string ServerText(const LoadResult& result, const RobotResult& all) {
   if (result.server.empty()) return {};
   const Growth memory = GrowthOf(result.server, [](auto& use) { return use.resident_mb; });
@@ -142,10 +165,7 @@ std::string ToText(const LoadResult& result) {
   text += ThreadsText(result, all);
   absl::StrAppendFormat(&text, "this generator         %.2f cores\n",
                         result.generator_cpu_s / result.seconds);
-  if (result.knocks + result.knocks_refused > 0) {
-    absl::StrAppendFormat(&text, "connections            %d made and dropped, %d refused\n",
-                          result.knocks, result.knocks_refused);
-  }
+  text += StrangersText(result);
   if (!all.first_rejection.empty()) {
     absl::StrAppend(&text, "first rejection: ", all.first_rejection, "\n");
   }
@@ -173,7 +193,14 @@ cli::Json ToJson(const LoadResult& result) {
                     {"most_undurable", all.most_undurable},
                     {"generator_cores", result.generator_cpu_s / result.seconds},
                     {"knocks", result.knocks},
-                    {"knocks_refused", result.knocks_refused}};
+                    {"knocks_refused", result.knocks_refused},
+                    {"held_closed", result.strangers.closed},
+                    {"held_refused", result.strangers.not_made},
+                    {"slow_pieces", result.strangers.pieces},
+                    {"slow_cut_off", result.strangers.cut_off},
+                    {"malformed_rejected", result.strangers.malformed},
+                    {"malformed_taken", result.strangers.tolerated},
+                    {"malformed_unanswered", result.strangers.unanswered}};
   for (const auto& [name, reader] : result.readers) {
     int errors = 0;
     for (const auto& [message, count] : reader.errors) errors += count;

@@ -142,6 +142,7 @@ absl::StatusOr<LoadResult> RunLoad(const LoadOptions& options, const Drives& dri
   const double cpu_before_s = OwnCpuS();
   const Stopwatch clock;
   Knocks knocks(options.server, options.knocks_per_s);
+  Strangers strangers(options.server, options.strangers, options.seed);
   {
     LoadReaders readers(options.server, options.readers, options.reader_period_s);
     Fleet beside(PlansBeside(options, drives));
@@ -165,6 +166,7 @@ absl::StatusOr<LoadResult> RunLoad(const LoadOptions& options, const Drives& dri
   result.disk_mb = FolderMb(options.data_folder) - disk_before_mb;
   result.knocks = knocks.made();
   result.knocks_refused = knocks.refused();
+  result.strangers = strangers.Result();
   return result;
 }
 

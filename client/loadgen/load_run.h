@@ -15,6 +15,7 @@
 #include "client/loadgen/load_readers.h"
 #include "client/loadgen/load_robot.h"
 #include "client/loadgen/server_process.h"
+#include "client/loadgen/strangers.h"
 
 namespace isthmus::loadgen {
 
@@ -33,6 +34,7 @@ struct LoadOptions {
   // fast as the server takes them, and sessions in which nothing comes.
   int dense = 0, dense_points = 3'900'000, backfill = 0, empty = 0;
   double knocks_per_s = 0;
+  StrangerOptions strangers;
   int server_pid = 0;           // 0: not watched.
   std::string data_folder;      // The server's; empty: not watched.
   std::string prefix = "load";  // Of the robots' names.
@@ -55,6 +57,7 @@ struct LoadResult {
   std::vector<ServerUse> server;  // Empty when it was not watched.
   double disk_mb = 0;             // That the data folder has grown by.
   int64_t knocks = 0, knocks_refused = 0;
+  StrangerResult strangers;
 };
 
 // Seconds of drive that such a run needs of each of so many drives.

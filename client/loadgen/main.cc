@@ -27,6 +27,24 @@ struct Arguments {
   bool json = false;
 };
 
+void AddStrangers(CLI::App& app, StrangerOptions& strangers) {
+  app.add_option("--half-open", strangers.half_open, "Connections in which nothing is said")
+      ->check(CLI::Range(0, 10'000))
+      ->capture_default_str();
+  app.add_option("--slow-writers", strangers.slow_writers,
+                 "Connections in which a byte comes every second")
+      ->check(CLI::Range(0, 10'000))
+      ->capture_default_str();
+  app.add_option("--slow-readers", strangers.slow_readers,
+                 "Queries of the whole map of which a piece is read every second")
+      ->check(CLI::Range(0, 1000))
+      ->capture_default_str();
+  app.add_option("--malformed", strangers.malformed_per_s,
+                 "Streams per second that begin with noise")
+      ->check(CLI::Range(0.0, 1e4))
+      ->capture_default_str();
+}
+
 void AddOptions(CLI::App& app, Arguments& arguments) {
   LoadOptions& load = arguments.load;
   app.add_option("recordings", arguments.recordings,
@@ -63,7 +81,7 @@ void AddOptions(CLI::App& app, Arguments& arguments) {
       ->check(CLI::Range(0, 100))
       ->capture_default_str();
   app.add_option("--dense-points", load.dense_points, "Points of such a scan")
-      ->check(CLI::Range(1, 5'000'000))
+      ->check(CLI::Range(1, 10'000'000))
       ->capture_default_str();
   app.add_option("--backfill", load.backfill,
                  "Robots beside them that send a drive as fast as the server takes it")
@@ -75,6 +93,7 @@ void AddOptions(CLI::App& app, Arguments& arguments) {
   app.add_option("--knocks", load.knocks_per_s, "Connections per second that are dropped at once")
       ->check(CLI::Range(0.0, 1e5))
       ->capture_default_str();
+  AddStrangers(app, load.strangers);
   app.add_option("--world", arguments.simulated.world, "Of simulated drives")
       ->capture_default_str();
   app.add_option("--sensor", arguments.simulated.sensor, "Of simulated drives")

@@ -85,9 +85,11 @@ ALLOWED = {
     "client/simulation": ({"core", "core/codec", "core/formats", "core/io"}, STD_LIKE | {"embree"}),
     "client/evaluation": ({"core", "core/io"}, STD_LIKE | {"png"}),
     "client/examples": ({"core/formats", "client/library"}, STD_LIKE),
+    # The one place where a client has odometry: for links that do not carry scans.
+    "client/follower": ({"core", "core/codec", "floam"}, STD_LIKE),
     # What the two programs of the command line share.
     "client/console": (
-        {"core", "core/codec", "core/io", "client/cloud_upload", "client/library",
+        {"core", "core/codec", "core/io", "client/cloud_upload", "client/follower", "client/library",
          "client/readers", "server/pose_graph"},
         STD_LIKE | {"json", "cli11"},
     ),
@@ -97,7 +99,7 @@ ALLOWED = {
          "client/library", "client/readers"},
         STD_LIKE | {"json", "cli11"},
     ),
-    # No server, no store, no odometry: this is what a robot carries.
+    # No server, no store: this is what a robot carries.
     "client/certificates": ({"core/io", "core/tls"}, STD_LIKE | {"openssl"}),
     "client/cli": (
         {"core", "core/formats", "core/io", "core/tls", "client/certificates", "client/cloud_upload", "client/console", "client/exports",
@@ -109,7 +111,7 @@ ALLOWED = {
     "client/ros1": ({"core", "client/library", "client/readers"}, STD_LIKE | {"ros"}),
     "client/loadgen": (
         {"core", "core/codec", "client/console", "client/library", "client/simulation"},
-        STD_LIKE | {"json", "cli11"},
+        STD_LIKE | {"json", "cli11", "grpc"},
     ),
     # These commands run an embedded server, or an algorithm of it on a file.
     "client/offline": (
