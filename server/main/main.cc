@@ -24,6 +24,7 @@
 #include "server/main/open_files.h"
 #include "server/main/open_map.h"
 #include "server/main/stop_signal.h"
+#include "server/main/supervision.h"
 #include "server/pipeline.h"
 #include "server/rpc/server.h"
 #include "server/rpc/tls.h"
@@ -45,7 +46,7 @@ rpc::BackupSource BackupsOf(const std::string& folder) {
 }
 
 // Exit codes, as docs/api.md promises them.
-enum ExitCode { kStopped = 0, kUsage = 2, kDataFolder = 3, kCannotListen = 4 };
+enum ExitCode { kStopped = 0, kUsage = 2, kDataFolder = 3, kCannotListen = 4, kDeaf = 5 };
 
 // Calls under way have this long to end before they are cancelled.
 constexpr std::chrono::seconds kGrace{1};
@@ -158,15 +159,17 @@ bool ReportStop(const std::vector<OpenMap>& maps) {
 
 // Everything is up; returns after a signal.
 ExitCode ServeUntilSignal(rpc::RpcServer& server, const std::vector<OpenMap>& maps,
-                          StopSignal& signal) {
+                          const ServerConfig& config, StopSignal& signal) {
   std::printf("isthmus-server listening on %s\n", server.address().c_str());
   std::fflush(stdout);
+  Supervision supervision(config, server.address());
   const std::string name = signal.Wait([] {
     spdlog::warn(
         "SIGHUP received and ignored: the configuration is read at the start only; to change it "
         "end the server with SIGTERM and start it again");
   });
   spdlog::info("{} received: finishing what was acknowledged; another one stops at once", name);
+  supervision.Stop();
   // Calls may wait for room in a queue: what is still in it by then is let go of.
   std::promise<void> ended;
   std::thread hurry([&maps, done = ended.get_future()] {
@@ -177,7 +180,8 @@ ExitCode ServeUntilSignal(rpc::RpcServer& server, const std::vector<OpenMap>& ma
   ended.set_value();
   hurry.join();
   for (const OpenMap& map : maps) map.pipeline->Shutdown();
-  return ReportStop(maps) ? kStopped : kDataFolder;
+  if (!ReportStop(maps)) return kDataFolder;
+  return supervision.was_deaf() ? kDeaf : kStopped;
 }
 
 void SayWhoIsLetIn(const rpc::ServerOptions& options, bool any) {
@@ -250,7 +254,7 @@ int Run(const Arguments& arguments) {
   config->rpc.on_failed_call = LogFailedCalls();
   auto server = rpc::RpcServer::Start(sites, config->rpc);
   if (!server.ok()) return Fail(kCannotListen, server.status());
-  return ServeUntilSignal(**server, *maps, signal);
+  return ServeUntilSignal(**server, *maps, *config, signal);
 }
 
 }  // namespace

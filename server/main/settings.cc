@@ -207,6 +207,9 @@ void AddNetwork(ServerConfig& config, Table& table) {
             "Scans of a stream without a written acknowledgement before no more are read.");
   table.Add("max_threads", &rpc.max_threads, 8, 65536,
             "Threads that answer calls of one request; streams from clients hold none.");
+  table.Add("listener_watchdog_s", &config.listener_watchdog_s, 0, 86'400,
+            "The server ends, with exit code 5, when it has accepted no connection of its own for "
+            "so many seconds, so that it can be started again. 0: never.");
   AddCallLimits(rpc, table);
 }
 

@@ -59,7 +59,7 @@ ALLOWED = {
         STD_LIKE | {"grpc", "protobuf"},
     ),
     "server/main": (
-        {"core", "core/io", "storage", "server", "server/access", "server/rpc"},
+        {"core", "core/io", "core/tls", "storage", "server", "server/access", "server/rpc"},
         STD_LIKE | {"yaml", "spdlog", "cli11"},
     ),
     "client/library": (

@@ -1,0 +1,65 @@
+#include "server/main/certificate_warnings.h"
+
+#include <absl/strings/str_cat.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "core/tls/certificate.h"
+
+namespace isthmus::server {
+namespace {
+
+constexpr absl::Duration kDay = absl::Hours(24);
+// Time for somebody to hear of it, find out how, and do it.
+constexpr absl::Duration kWarnBefore = absl::Hours(24 * 14);
+
+std::string Date(absl::Time time) {
+  return absl::FormatTime("%Y-%m-%d %H:%M UTC", time, absl::UTCTimeZone());
+}
+
+// What there is to say of it; empty when nothing.
+std::string TroubleOf(const std::string& path, const absl::StatusOr<tls::Certificate>& certificate,
+                      absl::Time now) {
+  if (!certificate.ok()) {
+    return absl::StrCat(certificate.status().message(),
+                        "; the server goes on with what it read before");
+  }
+  constexpr char kMend[] = ": renew it (`isthmus certs renew`); the server reads it by itself";
+  const absl::Time end = certificate->not_after;
+  const absl::Duration early = std::min(kWarnBefore, (end - certificate->not_before) / 3);
+  if (now >= end) {
+    return absl::StrCat(path, " has expired on ", Date(end), ", clients refuse it", kMend);
+  }
+  if (now >= end - early) return absl::StrCat(path, " expires on ", Date(end), kMend);
+  return "";
+}
+
+}  // namespace
+
+CertificateWarnings::CertificateWarnings(std::vector<std::string> paths, Say warn, Say inform,
+                                         const Clock& clock)
+    : warn_(std::move(warn)), inform_(std::move(inform)), clock_(clock) {
+  for (std::string& path : paths) files_.push_back({std::move(path)});
+}
+
+void CertificateWarnings::Check() {
+  for (File& file : files_) CheckFile(file);
+}
+
+void CertificateWarnings::CheckFile(File& file) {
+  const absl::Time now = absl::FromUnixNanos(clock_.NowNs());
+  const absl::StatusOr<tls::Certificate> certificate = tls::ReadCertificate(file.path);
+  const std::string trouble = TroubleOf(file.path, certificate, now);
+  if (!trouble.empty()) {
+    if (now < file.warned_at + kDay) return;
+    file.warned_at = now;
+    warn_(trouble);
+  } else if (file.warned_at != absl::InfinitePast()) {
+    file.warned_at = absl::InfinitePast();
+    inform_(
+        absl::StrCat(file.path, " was renewed and is valid until ", Date(certificate->not_after)));
+  }
+}
+
+}  // namespace isthmus::server
