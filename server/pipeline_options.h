@@ -29,7 +29,8 @@ struct PipelineOptions {
   uint64_t max_scan_points = 1'000'000;
   // Sessions that are not finished, of one robot and of all: no more are opened.
   size_t max_open_sessions_per_robot = 100, max_open_sessions = 1000;
-  // Threads that run odometry; one session uses one at a time. 0: one for each core, at least two.
+  // Threads that run odometry; one session uses one at a time. 0: two for each core, at least
+  // four.
   int ingest_threads = 0;
   // Composition runs at most this often. 0: after every change (tests, offline commands).
   double composition_interval_s = 1.0;

@@ -287,8 +287,8 @@ void AddIngest(ServerConfig& config, Table& table) {
   table.Add("max_open_sessions", &config.pipeline.max_open_sessions, size_t{1}, size_t{1'000'000},
             "The same of all robots together.");
   table.Add("threads", &config.pipeline.ingest_threads, 0, 256,
-            "Threads that run odometry; one session uses one at a time. 0: as many as cores, at "
-            "least 2.");
+            "Threads that run odometry; one session uses one at a time. 0: two for each core, at "
+            "least 4: one that stores a submap waits for the disk.");
 }
 
 void AddOdometry(ServerConfig& config, Table& table) {

@@ -12,10 +12,11 @@ namespace isthmus::server {
 
 namespace {
 
-// Two at least: one stays for others while a slow scan is dealt with.
+// Two for each core, as one that stores a submap waits for the disk. Four at least: one stays for
+// others while slow scans are dealt with.
 int IngestThreads(const PipelineOptions& options) {
   if (options.ingest_threads > 0) return options.ingest_threads;
-  return static_cast<int>(std::max(2u, std::thread::hardware_concurrency()));
+  return static_cast<int>(std::max(4u, 2 * std::thread::hardware_concurrency()));
 }
 
 }  // namespace
