@@ -4,6 +4,7 @@
 #include <absl/strings/string_view.h>
 #include <absl/strings/strip.h>
 #include <netdb.h>
+#include <netinet/in.h>
 #include <poll.h>
 #include <sys/socket.h>
 #include <sys/un.h>
@@ -102,9 +103,25 @@ bool WaitFor(int file, short events, Deadline deadline) {
   }
 }
 
+// False if this machine does not have the address now.
+bool BindToItsHost(int file, Endpoint endpoint) {
+  if (endpoint.address.ss_family == AF_INET) {
+    reinterpret_cast<sockaddr_in&>(endpoint.address).sin_port = 0;
+  } else if (endpoint.address.ss_family == AF_INET6) {
+    reinterpret_cast<sockaddr_in6&>(endpoint.address).sin6_port = 0;
+  } else {
+    return true;
+  }
+  return bind(file, reinterpret_cast<const sockaddr*>(&endpoint.address), endpoint.size) == 0 ||
+         errno != EADDRNOTAVAIL;
+}
+
 absl::Status ProbeEndpoint(const Endpoint& endpoint, Deadline deadline) {
   const Socket socket(endpoint.address.ss_family);
   if (socket.file() < 0) return ErrnoStatus("no connection can be made", errno);
+  if (!BindToItsHost(socket.file(), endpoint)) {
+    return absl::FailedPreconditionError("this machine does not have the address now");
+  }
   const auto* address = reinterpret_cast<const sockaddr*>(&endpoint.address);
   const absl::Status silent =
       absl::DeadlineExceededError("nobody accepts connections: the listener is deaf");
@@ -127,18 +144,24 @@ absl::Status ProbeEndpoint(const Endpoint& endpoint, Deadline deadline) {
 
 absl::Status ProbeListener(const std::string& address, std::chrono::milliseconds patience) {
   const Deadline deadline = std::chrono::steady_clock::now() + patience;
-  absl::Status status = absl::NotFoundError(absl::StrCat(address, " is no address"));
+  // Without a file no name is resolved either, which says nothing of the address.
+  if (const Socket any(AF_UNIX); any.file() < 0) {
+    return ErrnoStatus("no connection can be made", errno);
+  }
+  absl::Status status =
+      absl::FailedPreconditionError(absl::StrCat(address, " is no address of this machine now"));
   for (const Endpoint& endpoint : EndpointsOf(address)) {
-    status = ProbeEndpoint(endpoint, deadline);
-    if (status.ok()) break;
+    const absl::Status probed = ProbeEndpoint(endpoint, deadline);
+    if (probed.ok()) return probed;
+    if (!absl::IsFailedPrecondition(probed)) status = probed;
   }
   return status;
 }
 
 void ListenerWatch::Probe() {
   const absl::Status status = options_.probe();
-  if (status.ok()) {
-    failures_ = 0;
+  if (status.ok() || absl::IsFailedPrecondition(status)) {
+    if (status.ok()) failures_ = 0;
     options_.on_answer();
     return;
   }

@@ -67,6 +67,12 @@ TEST(ProbeListener, SaysWhenNobodyListens) {
   EXPECT_FALSE(ProbeListener("unix:" + std::string(200, 'x'), milliseconds(1000)).ok());
 }
 
+TEST(ProbeListener, KnowsNothingWhereTheAddressIsNotOfThisMachine) {
+  // Of a net that is for documentation.
+  EXPECT_EQ(ProbeListener("192.0.2.1:50051", milliseconds(1000)).code(),
+            absl::StatusCode::kFailedPrecondition);
+}
+
 TEST(ProbeListener, ReachesASocketThatIsAFile) {
   std::string folder = testing::TempDir() + "isthmus-probe-XXXXXX";
   ASSERT_NE(mkdtemp(folder.data()), nullptr);
@@ -103,6 +109,28 @@ TEST(ListenerWatch, IsDeafAfterFailuresInARowOnce) {
   answer = absl::DeadlineExceededError("");
   for (int i = 0; i < 4; ++i) watch.Probe();
   EXPECT_EQ(heard, "asasd");
+}
+
+TEST(ListenerWatch, IsNotDeafWhileTheAddressIsAway) {
+  std::string heard;
+  absl::Status answer = absl::FailedPreconditionError("");
+  ListenerWatch::Options options;
+  options.max_failures = 2;
+  options.probe = [&] { return answer; };
+  options.on_answer = [&] { heard += "a"; };
+  options.on_silence = [&](const absl::Status&) { heard += "s"; };
+  options.on_deaf = [&] { heard += "d"; };
+  ListenerWatch watch(options);
+  for (int i = 0; i < 3; ++i) watch.Probe();
+  EXPECT_EQ(heard, "aaa");
+  // Nor does its absence make one that fails a sound one.
+  for (const auto code :
+       {absl::StatusCode::kDeadlineExceeded, absl::StatusCode::kFailedPrecondition,
+        absl::StatusCode::kDeadlineExceeded}) {
+    answer = absl::Status(code, "");
+    watch.Probe();
+  }
+  EXPECT_EQ(heard, "aaasad");
 }
 
 }  // namespace
