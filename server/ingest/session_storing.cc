@@ -3,6 +3,7 @@
 
 #include "core/caught.h"
 #include "core/concurrency/mutex.h"
+#include "server/ingest/limits.h"
 #include "server/ingest/session_worker.h"
 
 namespace isthmus::ingest {
@@ -42,6 +43,54 @@ std::deque<FinishedSubmap> SessionWorker::TakeFinished(uint64_t sequence,
   return finished;
 }
 
+bool SessionWorker::Cut(uint64_t sequence) {
+  std::deque<FinishedSubmap> finished =
+      TakeFinished(sequence, checkpoint_sequence_ + options_.checkpoint_scans);
+  MutexLock lock(&mutex_);
+  for (FinishedSubmap& submap : finished) unpersisted_.push_back(std::move(submap));
+  return !finished.empty();
+}
+
+bool SessionWorker::StoreBehind(uint64_t sequence) {
+  bool has_more = false;
+  try {
+    has_more = Cut(sequence);
+  } catch (...) {
+    is_broken_ = true;  // A submap may be gone, and the next must not follow as if it were there.
+    return false;
+  }
+  try {
+    {
+      MutexLock lock(&mutex_);
+      if (!has_more && !storing_fails_) return false;
+      if (unpersisted_.size() < kMaxUnpersisted) {
+        if (storing_posted_) return false;
+        options_.storing->Post(storing_lane_, [self = shared_from_this()] { self->Store(); });
+        return storing_posted_ = true;
+      }
+    }
+    (void)RetryStoring();
+  } catch (...) {
+    // It is offered again after the next scan.
+  }
+  return false;
+}
+
+void SessionWorker::Store() {
+  {
+    // What is cut from now on is for the next task.
+    MutexLock lock(&mutex_);
+    storing_posted_ = false;
+  }
+  try {
+    // A failure is kept for the next attempt.
+    (void)RetryStoring();
+  } catch (...) {
+    // Who takes acks has lost this one; the next says what is durable.
+  }
+  hooks_.scan_done();
+}
+
 absl::Status SessionWorker::PersistFinished() {
   MutexLock persisting(&persist_mutex_);
   while (true) {
@@ -57,8 +106,9 @@ absl::Status SessionWorker::PersistFinished() {
     } catch (...) {
       status = CaughtStatus();
     }
-    if (!status.ok()) return status;
     MutexLock lock(&mutex_);
+    storing_fails_ = !status.ok();
+    if (storing_fails_) return status;
     unpersisted_.pop_front();
     if (next.checkpoint) status_.durable_sequence = next.checkpoint->durable_sequence;
     if (next.submap == nullptr) continue;

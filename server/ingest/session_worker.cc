@@ -62,7 +62,7 @@ absl::Status SessionWorker::Submit(ScanUpload scan) {
   bool blocked = false;
   {
     MutexLock lock(&mutex_);
-    blocked = unpersisted_.size() >= kMaxUnpersisted;
+    blocked = storing_fails_ && unpersisted_.size() >= kMaxUnpersisted;
   }
   if (blocked) {
     if (absl::Status stored = PersistFinished(); !stored.ok()) {
@@ -103,8 +103,9 @@ void SessionWorker::SetAckSink(AckSink sink) {
   sink_ = std::move(sink);
 }
 
-void SessionWorker::SendAck(const ScanAck& ack) {
+void SessionWorker::SendAck(ScanAck ack) {
   MutexLock lock(&sink_mutex_);
+  durable_told_ = ack.durable_sequence = std::max(ack.durable_sequence, durable_told_);
   if (sink_) sink_(ack);
 }
 
@@ -113,8 +114,9 @@ void SessionWorker::RunOne() {
   for (bool goes_on = true; goes_on && TakeScan(&next); goes_on = next.is_skipped) {
     ScanAck ack;
     ack.sequence = next.scan.sequence;
+    bool stores_later = false;
     try {
-      HandleScan(next, &ack);
+      stores_later = HandleScan(next, &ack);
     } catch (...) {
       // The ack says what is known; what could not be stored is offered again.
       if (state_ == nullptr) {
@@ -128,7 +130,7 @@ void SessionWorker::RunOne() {
     } catch (...) {
       // Who takes acks has lost this one; the next says what is durable.
     }
-    hooks_.scan_done();
+    if (!stores_later || !StoreBehind(next.scan.sequence)) hooks_.scan_done();
   }
   MutexLock lock(&mutex_);
   running_ = false;
@@ -138,9 +140,9 @@ void SessionWorker::RunOne() {
   running_ = true;
 }
 
-void SessionWorker::HandleScan(const WaitingScan& waiting, ScanAck* ack) {
+bool SessionWorker::HandleScan(const WaitingScan& waiting, ScanAck* ack) {
   const ScanUpload& upload = waiting.scan;
-  bool is_new = false;
+  bool is_new = false, stores_later = false;
   {
     MutexLock lock(&mutex_);
     if (state_ == nullptr) MakeState(1, 0);
@@ -153,17 +155,21 @@ void SessionWorker::HandleScan(const WaitingScan& waiting, ScanAck* ack) {
   if (is_new && !waiting.is_skipped) {
     const ScanCounts counts = state_->counts;
     try {
-      DealWithAndCut(waiting, ack);
+      if (is_broken_) BeginAnew();
+      DealWith(waiting, ack);
+      stores_later = !StoresFirst();
+      if (!stores_later) (void)Cut(upload.sequence);
     } catch (...) {
       state_->counts = counts;
       Break(CaughtStatus(), ack);
     }
     // A failure is kept for the next attempt; Submit tells the robot when it lasts.
-    (void)PersistFinished();
+    if (!stores_later) (void)PersistFinished();
     MutexLock lock(&mutex_);
     FillStatus(ack);
   }
   ack->T_map_odom = hooks_.T_map_odom(ack->segment);
+  return stores_later;
 }
 
 void SessionWorker::SkipScan(ScanAck* ack) {
@@ -171,15 +177,6 @@ void SessionWorker::SkipScan(ScanAck* ack) {
   ack->reason = "newer scans came while this one waited: the session keeps the newest";
   ++state_->counts.skipped;
   status_.scans = state_->counts;
-}
-
-void SessionWorker::DealWithAndCut(const WaitingScan& waiting, ScanAck* ack) {
-  if (is_broken_) BeginAnew();
-  DealWith(waiting, ack);
-  std::deque<FinishedSubmap> finished =
-      TakeFinished(waiting.scan.sequence, checkpoint_sequence_ + options_.checkpoint_scans);
-  MutexLock lock(&mutex_);
-  for (FinishedSubmap& submap : finished) unpersisted_.push_back(std::move(submap));
 }
 
 void SessionWorker::FillStatus(ScanAck* ack) const {

@@ -56,6 +56,10 @@ namespace isthmus::ingest {
 // kidnapped robot is looked for in is made from the stored submaps: where some were retired since,
 // a search may end otherwise than it would have.
 //
+// A robot does not wait for the disk: a scan is acknowledged before what it completed is stored,
+// beside the scans that follow, and an ack of no scan then says what is durable. Where storing is
+// a whole submap behind, the session waits for it.
+//
 // Where something is thrown while a scan is dealt with (no memory, for one), that scan is rejected
 // and what was under way, the unfinished submap with it, is let go of: it may be half done. The
 // session goes on in a new segment, and says so.
@@ -77,6 +81,9 @@ class SessionWorker : public std::enable_shared_from_this<SessionWorker> {
     uint64_t checkpoint_scans = 200;  // A checkpoint at least after so many.
     // Shared by all sessions; null: no bound but this session's.
     std::shared_ptr<QueueRoom> room = nullptr;
+    // Stores finished submaps and checkpoints; must outlive the worker. Null: whoever deals with a
+    // scan stores what it completed, before its ack.
+    Executor* storing = nullptr;
     // A steady clock, nanoseconds, for the pace of scans; null: the machine's.
     std::function<int64_t()> now_ns = nullptr;
   };
@@ -145,10 +152,17 @@ class SessionWorker : public std::enable_shared_from_this<SessionWorker> {
   void RunOne();
   // False where none waits.
   bool TakeScan(WaitingScan* scan);
-  // Whatever is thrown, the ack then says what is known.
-  void HandleScan(const WaitingScan& scan, ScanAck* ack);
+  // Whatever is thrown, the ack then says what is known. True if what the scan completed is still
+  // to be stored.
+  bool HandleScan(const WaitingScan& scan, ScanAck* ack);
   void SkipScan(ScanAck* ack) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  void DealWithAndCut(const WaitingScan& scan, ScanAck* ack);
+  // True if the scan's ack is to wait until what it completed is stored.
+  bool StoresFirst() const { return options_.storing == nullptr || checkpoint_due_; }
+  bool Cut(uint64_t sequence);  // True if there was something to be stored.
+  // After the ack of that scan. True if a task stores what waits, and then says that the scan is
+  // done.
+  bool StoreBehind(uint64_t sequence);
+  void Store();  // That task.
   // After something was thrown: the state is not used any more.
   void Break(const absl::Status& why, ScanAck* ack);
   void BeginAnew();
@@ -168,7 +182,7 @@ class SessionWorker : public std::enable_shared_from_this<SessionWorker> {
   // The submaps cut since the last call, and a checkpoint if one is due or something was cut.
   std::deque<FinishedSubmap> TakeFinished(uint64_t sequence, uint64_t checkpoint_after);
   absl::Status PersistFinished();  // Offers every submap that is not stored yet, in order.
-  void SendAck(const ScanAck& ack);
+  void SendAck(ScanAck ack);
 
   const SessionRecord record_;
   const floam::SensorModel sensor_;
@@ -176,6 +190,7 @@ class SessionWorker : public std::enable_shared_from_this<SessionWorker> {
   const WorkerHooks hooks_;
   Executor* const executor_;
   const std::shared_ptr<Executor::Lane> lane_ = Executor::MakeLane();
+  const std::shared_ptr<Executor::Lane> storing_lane_ = Executor::MakeLane();
 
   // Touched only by the running task, or by Finish when none runs and none can start. Null in a new
   // session until its first scan.
@@ -189,15 +204,19 @@ class SessionWorker : public std::enable_shared_from_this<SessionWorker> {
 
   Mutex sink_mutex_;  // Held while an ack is sent.
   AckSink sink_ ABSL_GUARDED_BY(sink_mutex_);
+  uint64_t durable_told_ ABSL_GUARDED_BY(sink_mutex_) = 0;  // What is durable never shrinks.
 
   Mutex persist_mutex_;  // Serialises PersistFinished.
   mutable Mutex mutex_ ABSL_ACQUIRED_AFTER(persist_mutex_);
   CondVar changed_;
   std::deque<FinishedSubmap> unpersisted_ ABSL_GUARDED_BY(mutex_);
+  bool storing_fails_ ABSL_GUARDED_BY(mutex_) = false;  // It did, the last time.
   ScanQueue queue_ ABSL_GUARDED_BY(mutex_);
   Pace pace_ ABSL_GUARDED_BY(mutex_);
   uint64_t last_submitted_ ABSL_GUARDED_BY(mutex_) = 0;
   bool running_ ABSL_GUARDED_BY(mutex_) = false;  // A task is posted or at work.
+  bool storing_posted_ ABSL_GUARDED_BY(mutex_) =
+      false;  // A task of options_.storing has yet to run.
   bool stopping_ ABSL_GUARDED_BY(mutex_) = false;
   WorkerStatus status_ ABSL_GUARDED_BY(mutex_);
   double odometry_ms_sum_ ABSL_GUARDED_BY(mutex_) = 0;

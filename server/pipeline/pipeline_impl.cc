@@ -12,6 +12,9 @@ namespace isthmus::server {
 
 namespace {
 
+// They pack submaps and wait for the disk. With two a large one does not hold up the others.
+constexpr int kStoringThreads = 2;
+
 // Two for each core, as one that stores a submap waits for the disk. Four at least: one stays for
 // others while slow scans are dealt with.
 int IngestThreads(const PipelineOptions& options) {
@@ -60,6 +63,9 @@ absl::Status PipelineImpl::Start() {
   executor_ = std::make_unique<Executor>(
       Executor::Options{.threads = IngestThreads(options), .name = "ingest"});
   parts_.executor = executor_.get();
+  storing_ =
+      std::make_unique<Executor>(Executor::Options{.threads = kStoringThreads, .name = "storing"});
+  parts_.storing = storing_.get();
   placed_maps_ = std::make_unique<localisation::PlacedMaps>(
       [this] { return parts_.map.view(); },
       [this](const SubmapId& id) { return parts_.submaps.Get(id); }, &parts_.clock,

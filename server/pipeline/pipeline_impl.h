@@ -122,10 +122,11 @@ class PipelineImpl : public Pipeline {
   const MapReader reader_;
   MapDecisions decisions_;
   std::unique_ptr<RetentionThread> retention_;  // Is told by whatever is below.
-  // Destroyed in reverse: the executor first, so that no worker's task outlives the threads.
+  // Destroyed in reverse: the executors first, so that no worker's task outlives the threads.
   std::unique_ptr<MatchingThread> matching_;
   std::unique_ptr<CompositionThread> composition_;
   std::unique_ptr<PlacementThread> placement_;
+  std::unique_ptr<Executor> storing_;  // Is given work by the executor's.
   std::unique_ptr<Executor> executor_;
   std::unique_ptr<localisation::PlacedMaps> placed_maps_;  // Uses the executor.
   std::unique_ptr<StoreRetryThread> store_retries_;

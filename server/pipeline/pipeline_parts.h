@@ -62,6 +62,7 @@ struct PipelineParts {
   // Set before anything comes in.
   RetentionThread* retention = nullptr;
   Executor* executor = nullptr;
+  Executor* storing = nullptr;
 };
 
 }  // namespace isthmus::server

@@ -137,7 +137,9 @@ class Session {
     hooks.tell = [this](const std::string& what) { told.push_back(what); };
     worker_ = SessionWorker::Create(record, floam::FindSensorModel("vlp16").value(), options_,
                                     hooks, &executor_, store_->Resume());
-    worker_->SetAckSink([this](const ScanAck& ack) { last_ack_ = ack; });
+    worker_->SetAckSink([this](const ScanAck& ack) {
+      if (ack.sequence > 0) last_ack_ = ack;
+    });
   }
 
   ScanAck Submit(uint64_t sequence) {

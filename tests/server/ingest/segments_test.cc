@@ -1,8 +1,10 @@
 // A robot that is not found again goes on in a segment of its own: what is told, what is kept
 // apart, and that a crash changes nothing of it.
+#include <absl/cleanup/cleanup.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <future>
 #include <random>
 #include <set>
 
@@ -114,6 +116,12 @@ TEST(Segments, AreKnownToTheStoreBeforeTheRobotHearsOfThem) {
   Store store;
   SessionWorker::Options options = SmallSubmaps();
   options.checkpoint_scans = 1000;
+  // However busy the disk is.
+  std::promise<void> disk;
+  Executor storing(1);
+  storing.Post([busy = disk.get_future().share()] { busy.wait(); });
+  const absl::Cleanup free_disk = [&disk] { disk.set_value(); };
+  options.storing = &storing;
   Session session(&store, options);
   for (const SentScan& turn : Turns()) {
     const ScanAck ack = session.Send(turn.payload, turn.end_stamp_ns);
