@@ -16,6 +16,7 @@
 #include "server/rpc/access_service.h"
 #include "server/rpc/admin_service.h"
 #include "server/rpc/closed_reflection.h"
+#include "server/rpc/deferred_accept.h"
 #include "server/rpc/edit_service.h"
 #include "server/rpc/gate.h"
 #include "server/rpc/localisation_service.h"
@@ -157,6 +158,7 @@ absl::StatusOr<std::unique_ptr<RpcServer>> RpcServer::Start(const std::vector<Se
                      ": the address is in use, or not one of this machine; name another one"));
   }
   if (unix_socket) state->port = 0;
+  if (!unix_socket) DeferAccept(state->port);
   state->address = WithPort(options.listen, state->port);
   grpc::HealthCheckServiceInterface* health = state->server->GetHealthCheckService();
   health->SetServingStatus(v1::SessionService::service_full_name(), true);
