@@ -19,7 +19,7 @@ def config(day_s, certs):
   tls_certificate: {certs}/server.pem
   tls_key: {certs}/server.key
   require_token: always
-  listener_watchdog_s: {max(3, round(day_s / 4))}
+  listener_watchdog_s: {max(3, round(day_s / 6))}
 storage: {{cache_mb: {CACHE_MB}}}
 retention: {{max_age_days: {day_s / 2 / 86400:.9f}}}
 sites:
@@ -35,12 +35,14 @@ class Disk:
         self.folder = folder
         folder.mkdir()
         self._foreign = folder / "foreign"
+        self._is_full, self._used_mb = False, 0.0
         mount = ["mount", "-t", "tmpfs", "-o", f"size={size_mb}m", "soak", folder]
         self.is_own = os.geteuid() == 0 and subprocess.run(
             mount, check=False, capture_output=True).returncode == 0
 
     def fill(self):
         """To the last block. What becomes free meanwhile is taken by the next call."""
+        self._is_full = True
         file = os.open(self._foreign, os.O_WRONLY | os.O_CREAT | os.O_APPEND)
         try:
             for size in (1 << 20, BLOCK):
@@ -54,13 +56,17 @@ class Disk:
 
     def free(self):
         self._foreign.unlink()
+        self._is_full = False
 
     def used_mb(self):
-        """Of the map alone; on a disk of its own files without a name count too."""
-        if self.is_own:
-            foreign = self._foreign.stat().st_size if self._foreign.exists() else 0
-            return (shutil.disk_usage(self.folder).used - foreign) / 1e6
-        return sum(path.stat().st_blocks * 512 for path in self.folder.rglob("*")) / 1e6
+        """Of the map alone; on a disk of its own files without a name count too. While it is
+        full, what it was before."""
+        if not self.is_own:
+            return sum(path.stat().st_blocks * 512 for path in self.folder.rglob("*")) / 1e6
+        used = shutil.disk_usage(self.folder).used
+        if not self._is_full:
+            self._used_mb = used / 1e6
+        return self._used_mb
 
     def release(self):
         if self.is_own:
@@ -75,7 +81,7 @@ class Server:
         self.data, self.certs, self.log = disk.folder / "map", out / "certs", out / "server.log"
         self.admin = out / "admin.token"
         self.data.mkdir()
-        self._certs("init", "--host", "localhost", "--host", "127.0.0.1")
+        self._certs("init", 1.5, "--host", "localhost", "--host", "127.0.0.1")
         self.admin.write_text(self._made("--data", self.data, "--role", "admin", "--name", "chief"))
         (out / "server.yaml").write_text(config(day_s, self.certs))
         with open(self.log, "ab") as log:
@@ -95,14 +101,15 @@ class Server:
         except subprocess.TimeoutExpired:
             return subprocess.CompletedProcess(command, -1, "", f"no answer in {PATIENCE_S} s")
 
-    def _certs(self, what, *args):
-        # A day and a half, so that each must be renewed, and one can be left to expire.
-        done = self._isthmus("certs", what, self.certs, *args, "--days", self._day_s * 1.5 / 86400)
+    def _certs(self, what, days, *args):
+        days *= self._day_s / 86400
+        done = self._isthmus("certs", what, self.certs, *args, "--days", days)
         if done.returncode != 0:
             raise SystemExit(done.stderr)
 
-    def renew_certificates(self):
-        self._certs("renew")
+    def renew_certificates(self, days=1.5):
+        """For so many days; unless told for a day and a half, so that each day must renew them."""
+        self._certs("renew", days)
 
     def environment(self, token, site):
         return {**os.environ, "ISTHMUS_SERVER": self.address, "ISTHMUS_TOKEN_FILE": str(token),

@@ -21,7 +21,7 @@ class Sampler(threading.Thread):
         while not self._is_over.wait(self._period_s):
             try:
                 self._samples.append(self._server.figures())
-            except OSError:
+            except (OSError, KeyError):
                 pass  # A file that went meanwhile; or the server, which others notice.
 
     def finish(self):

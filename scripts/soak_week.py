@@ -36,7 +36,6 @@ class Week:
         reader.write_text(self.server.make_token("reader", "--role", "reader"))
         self._reader = Reader(self.server, reader, max(0.5, options.day / 120))
         self._sampler = soak_table.Sampler(self.server, options.day / 60)
-        self._expires = time.monotonic() + 1.5 * options.day
         self._token = ""  # Of bob.
         self._killed = self._refused = self._answers = 0
 
@@ -66,13 +65,13 @@ class Week:
 
     def _renew(self, _):
         self.server.renew_certificates()
-        self._expires = time.monotonic() + 1.5 * self._day_s
 
     def _let_expire(self, _):
-        """Nobody renews it in time: no new connection, until somebody does."""
-        time.sleep(max(0, self._expires - 1 - time.monotonic()))
+        """One that is not renewed in time: no new connection, until somebody does."""
         self._reader.shut = True
-        time.sleep(max(0, self._expires + 2 - time.monotonic()))
+        valid_days = max(0.02, 3 / self._day_s)
+        self.server.renew_certificates(valid_days)
+        time.sleep(valid_days * self._day_s + 2)
         if self.server.run("status").returncode == 0:
             self._break("a certificate that has expired is taken")
         self._robots[0].kill()
@@ -138,11 +137,11 @@ class Week:
 
     def _events(self, day):
         lapses = day == self._days // 2 + 1 and self._days > 1
-        certificates = [(0.6, self._let_expire), (0.9, self._renew_at_last)]
-        return [(0, self._new_day), (0.05, self.server.rotate_log),
-                *([] if lapses else [(0.1, self._renew)]), (0.15, self._fill_disk),
+        return [(0, self._new_day), (0.05, self.server.rotate_log), (0.1, self._renew),
+                (0.15, self._fill_disk),
                 (0.41, lambda day: self._after_refusal(self._robots[0], f"alice-{day}-new")),
-                (0.5, self._revoke), *(certificates if lapses else []), (0.93, self._back_up)]
+                (0.5, self._revoke), (0.6, self._back_up),
+                *([(0.7, self._let_expire), (0.92, self._renew_at_last)] if lapses else [])]
 
     def _close_day(self, day):
         if self.server.process.poll() is not None:
