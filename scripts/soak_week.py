@@ -23,7 +23,7 @@ class Week:
         self.broken = []
         self._rows, self._full, self._disk = [], [], disk
         if not disk.is_own:
-            print("not root: the map has no disk of its own, so that none is filled", flush=True)
+            print("the map has no disk of its own, which takes root: none is filled", flush=True)
         drive_s = max(3, min(40, options.day * 0.25))
         subprocess.run([options.bin / "isthmus", "simulate", "--world", "museum", "--robots",
                         str(options.robots), "--seconds", str(drive_s), "--seed", "1", "-o",

@@ -93,7 +93,7 @@ int ShowCerts(const CertsOptions& options) {
     }
     absl::PrintF("%-32s %-24s until %s", path, certificate.subject, until);
     if (days < 0) absl::PrintF(", EXPIRED");
-    if (days >= 0) absl::PrintF(days < 2 ? ", %.2f days" : ", %.0f days", days);
+    if (days >= 0) absl::PrintF(", %.*f days", days < 2 ? 2 : 0, days);
     for (const std::string& name : certificate.names) absl::PrintF(" %s", name);
     absl::PrintF("\n");
   }
