@@ -69,9 +69,9 @@ class Week:
     def _let_expire(self, _):
         """One that is not renewed in time: no new connection, until somebody does."""
         self._reader.shut = True
-        valid_days = max(0.02, 3 / self._day_s)
-        self.server.renew_certificates(valid_days)
-        time.sleep(valid_days * self._day_s + 2)
+        valid_s = max(0.02 * self._day_s, 3)
+        self.server.renew_certificates(valid_s)
+        time.sleep(valid_s + 2)
         if self.server.run("status").returncode == 0:
             self._break("a certificate that has expired is taken")
         self._robots[0].kill()
