@@ -19,7 +19,9 @@ RUN cmake --preset release -DISTHMUS_TESTS=OFF \
     | xargs cp -L -t /out/lib
 
 FROM debian:12-slim
-RUN useradd --system --uid 10001 --create-home --home-dir /var/lib/isthmus isthmus
+# /drive is for the recordings of the demo: a volume there belongs to whom it belongs to here.
+RUN useradd --system --uid 10001 --create-home --home-dir /var/lib/isthmus isthmus \
+ && install -d -o isthmus /drive
 COPY --from=build /out/usr/local/ /usr/local/
 COPY --from=build /out/lib/ /usr/local/lib/isthmus/
 RUN echo /usr/local/lib/isthmus > /etc/ld.so.conf.d/isthmus.conf && ldconfig

@@ -23,15 +23,17 @@ namespace {
 // What browsers take at most of a server's certificate; a trial is over by then.
 constexpr int kLeafDays = 397;        // Format.
 constexpr int kAuthorityDays = 3650;  // Format.
+// Validity is counted in seconds.
+constexpr double kShortestDays = 1.0 / 86'400;  // Format.
 
 struct CertsOptions {
   std::string folder;
   std::vector<std::string> hosts, clients;
-  int days = kLeafDays;
+  double days = kLeafDays;
   bool json = false;
 };
 
-absl::Duration Days(int days) { return absl::Hours(24) * days; }
+absl::Duration Days(double days) { return absl::Hours(24) * days; }
 
 int FailCerts(const absl::Status& status) {
   return Fail(absl::IsInvalidArgument(status) ? kUsage : kInput, status);
@@ -91,7 +93,7 @@ int ShowCerts(const CertsOptions& options) {
     }
     absl::PrintF("%-32s %-24s until %s", path, certificate.subject, until);
     if (days < 0) absl::PrintF(", EXPIRED");
-    if (days >= 0) absl::PrintF(", %.0f days", days);
+    if (days >= 0) absl::PrintF(", %.*f days", days < 2 ? 2 : 0, days);
     for (const std::string& name : certificate.names) absl::PrintF(" %s", name);
     absl::PrintF("\n");
   }
@@ -146,8 +148,10 @@ CLI::App* AddCertsCommand(CLI::App& certs, const char* name, const char* what, A
 }
 
 void AddDays(CLI::App& command, CertsOptions& options) {
-  command.add_option("--days", options.days, "Until they expire; the authority's own: ten years")
-      ->check(CLI::Range(1, kAuthorityDays))
+  command
+      .add_option("--days", options.days,
+                  "Until they expire, 0.5 for twelve hours; the authority's own: ten years")
+      ->check(CLI::Range(kShortestDays, double{kAuthorityDays}))
       ->capture_default_str();
 }
 

@@ -62,7 +62,7 @@ class TokenKeeper {
   std::unique_ptr<access::Tokens> tokens_;
 };
 
-// "30d", "12h", "2w"; nothing for anything else.
+// "30s", "12h", "30d", "2w"; nothing for anything else.
 std::optional<absl::Duration> ParseAge(const std::string& text) {
   if (text.empty()) return std::nullopt;
   int64_t count = 0;
@@ -70,6 +70,8 @@ std::optional<absl::Duration> ParseAge(const std::string& text) {
     return std::nullopt;
   }
   switch (text.back()) {
+    case 's':
+      return absl::Seconds(count);
     case 'm':
       return absl::Minutes(count);
     case 'h':
@@ -88,8 +90,9 @@ absl::StatusOr<int64_t> ExpiryOf(const std::string& text) {
   const std::optional<absl::Duration> age = ParseAge(text);
   // Nanoseconds since 1970 end in 2262.
   if (age && *age < absl::Hours(24 * 365 * 200)) return absl::ToUnixNanos(absl::Now() + *age);
-  return absl::InvalidArgumentError(absl::StrCat(
-      "--expires ", text, " is no time: give 90m, 12h, 30d or 2w, counted from now, or never"));
+  return absl::InvalidArgumentError(
+      absl::StrCat("--expires ", text,
+                   " is no time: give 30s, 90m, 12h, 30d or 2w, counted from now, or never"));
 }
 
 std::string Day(int64_t ns, const char* none) {
@@ -218,7 +221,7 @@ void AddToken(CLI::App& app, Action& action) {
   create->add_option("--robot", made->robots,
                      "Of the role robot: which robots it may feed, * for any characters");
   create->add_option("--site", made->sites, "For which sites; the default one unless told");
-  create->add_option("--expires", made->expires, "From now: 90m, 12h, 30d, 2w; or never")
+  create->add_option("--expires", made->expires, "From now: 30s, 90m, 12h, 30d, 2w; or never")
       ->capture_default_str();
   AddTokenCommand(*token, action, "list", "Every token, without its secret", &RunTokenList);
   const auto revoked =

@@ -42,9 +42,12 @@ absl::Time TimeOf(const ASN1_TIME* time) {
   return absl::FromTM(tm, absl::UTCTimeZone());
 }
 
+// "" for bytes that are no address: of another length than those have.
 std::string AddressText(const ASN1_OCTET_STRING* address) {
   std::array<char, INET6_ADDRSTRLEN> text = {};
-  const int family = ASN1_STRING_length(address) == 4 ? AF_INET : AF_INET6;
+  const int size = ASN1_STRING_length(address);
+  if (size != sizeof(in_addr) && size != sizeof(in6_addr)) return "";
+  const int family = size == sizeof(in_addr) ? AF_INET : AF_INET6;
   inet_ntop(family, ASN1_STRING_get0_data(address), text.data(), text.size());
   return text.data();
 }
@@ -59,7 +62,8 @@ std::vector<std::string> NamesOf(const X509* x509) {
       const auto* text = reinterpret_cast<const char*>(ASN1_STRING_get0_data(name->d.dNSName));
       names.emplace_back(text, static_cast<size_t>(ASN1_STRING_length(name->d.dNSName)));
     } else if (name->type == GEN_IPADD) {
-      names.push_back(AddressText(name->d.iPAddress));
+      const std::string address = AddressText(name->d.iPAddress);
+      if (!address.empty()) names.push_back(address);
     }
   }
   GENERAL_NAMES_free(all);

@@ -108,10 +108,6 @@ bool ParseLine(const std::string& line, StoredToken* stored) {
          ParseStamp(ValueOf(words[7], "revoked"), &token.revoked_ns) && CheckToken(token).ok();
 }
 
-std::string SumLine(absl::string_view text) {
-  return absl::StrFormat("%s%08x\n", kSum, io::Crc32c(text.data(), text.size()));
-}
-
 }  // namespace
 
 std::string RoleName(AccessRole role) {
@@ -143,6 +139,10 @@ absl::Status CheckToken(const AccessToken& token) {
   return CheckPatterns(token.sites, "a site");
 }
 
+std::string SumLine(const std::string& text) {
+  return absl::StrFormat("%s%08x\n", kSum, io::Crc32c(text.data(), text.size()));
+}
+
 std::string PrintTokens(const std::vector<StoredToken>& tokens) {
   std::string text = kHeader;
   for (const StoredToken& token : tokens) text += Line(token);
@@ -159,7 +159,7 @@ absl::StatusOr<std::vector<StoredToken>> ParseTokens(const std::string& text) {
   }
   const size_t sum = text.rfind(kSum);
   if (text.rfind(kHeader, 0) != 0 || sum == std::string::npos ||
-      text.substr(sum) != SumLine(absl::string_view(text).substr(0, sum))) {
+      text.substr(sum) != SumLine(text.substr(0, sum))) {
     return absl::DataLossError("its checksum is not that of what is in it");
   }
   std::vector<StoredToken> tokens;

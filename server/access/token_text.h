@@ -31,5 +31,7 @@ std::string PrintTokens(const std::vector<StoredToken>& tokens);
 // DataLoss where a byte of it is not as PrintTokens wrote it, FailedPrecondition where a newer
 // program wrote it.
 absl::StatusOr<std::vector<StoredToken>> ParseTokens(const std::string& text);
+// The last line, of all above it.
+std::string SumLine(const std::string& text);
 
 }  // namespace isthmus::access

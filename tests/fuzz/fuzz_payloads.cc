@@ -1,14 +1,16 @@
-// Bytes of anybody, taken for a scan or the header of a submap as they travel: parsed, converted,
-// unpacked and decoded as the server does.
+// Bytes of anybody, taken for a scan, the header of a submap, or points of a map as they travel:
+// parsed, converted, unpacked and decoded as the server does, points as a client does.
 #include <cstdint>
 #include <cstdlib>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "api/convert/cloud.h"
 #include "api/convert/session.h"
 #include "core/codec/payload_layout.h"
 #include "core/codec/scan_decoder.h"
+#include "isthmus/v1/map_service.pb.h"
 #include "isthmus/v1/session_service.pb.h"
 
 namespace isthmus {
@@ -35,6 +37,13 @@ void TryUpload(const std::string& bytes) {
   (void)codec::CheckLayout(upload->cloud);
 }
 
+void TryMapPoints(const std::string& bytes) {
+  v1::QueryRegionResponse response;
+  if (!response.ParseFromString(bytes)) return;
+  std::vector<MapPoint> points;
+  if (!convert::AppendPoints(response.cloud(), points).ok() && !points.empty()) std::abort();
+}
+
 }  // namespace
 }  // namespace isthmus
 
@@ -43,6 +52,8 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   const std::string bytes(reinterpret_cast<const char*>(data) + 1, size - 1);
   if (data[0] == 'u') {
     isthmus::TryUpload(bytes);
+  } else if (data[0] == 'm') {
+    isthmus::TryMapPoints(bytes);
   } else {
     isthmus::TryScan(bytes);
   }

@@ -50,11 +50,15 @@ TEST_F(TokenCommandTest, MakesListsAndRevokesInAFolder) {
   EXPECT_NEAR(made["token"]["expires_ns"].get<double>() - made["token"]["created_ns"].get<double>(),
               30 * 86400e9, 2e9);
   EXPECT_GT(made["secret"].get<std::string>().size(), 40u);
+  const json brief = json::parse(Token("create --role reader --name x --expires 90s --json").out);
+  EXPECT_NEAR(
+      brief["token"]["expires_ns"].get<double>() - brief["token"]["created_ns"].get<double>(), 90e9,
+      2e9);
 
   EXPECT_EQ(Token("revoke alice").code, 0);
   const json list = json::parse(Token("list --json").out);
   EXPECT_EQ(list["version"], 1);
-  ASSERT_EQ(list["tokens"].size(), 2u);
+  ASSERT_EQ(list["tokens"].size(), 3u);
   EXPECT_EQ(list["tokens"][1]["state"], "revoked");
   EXPECT_EQ(Token("revoke nobody").code, 6);
 }

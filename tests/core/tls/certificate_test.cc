@@ -1,5 +1,7 @@
 #include "core/tls/certificate.h"
 
+#include <absl/strings/escaping.h>
+#include <absl/strings/str_cat.h>
 #include <absl/time/clock.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -88,6 +90,34 @@ TEST_F(CertificateTest, WhatIsNoPairIsRefused) {
   ASSERT_TRUE(io::WriteFile(Path("empty.pem"), "").ok());
   EXPECT_THAT(CheckKeyPair(Path("empty.pem"), Path("server.key")).message(),
               HasSubstr("is no certificate"));
+}
+
+// What is in a PEM file, and back.
+std::string DerOf(const std::string& pem) {
+  const size_t begin = pem.find('\n') + 1;
+  std::string der;
+  EXPECT_TRUE(absl::Base64Unescape(pem.substr(begin, pem.find("-----END") - begin), &der));
+  return der;
+}
+
+std::string PemOf(const std::string& der) {
+  std::string pem = "-----BEGIN CERTIFICATE-----\n";
+  const std::string text = absl::Base64Escape(der);
+  for (size_t at = 0; at < text.size(); at += 64) absl::StrAppend(&pem, text.substr(at, 64), "\n");
+  return pem + "-----END CERTIFICATE-----\n";
+}
+
+TEST_F(CertificateTest, AnAddressOfTwoBytesIsNone) {
+  ASSERT_TRUE(MakeAuthority(folder_, kYear).ok());
+  ASSERT_TRUE(IssueServer(folder_, {"map.example", "192.168.1.2"}, kYear).ok());
+  std::string der = DerOf(*io::ReadFile(Path("server.pem")));
+  const size_t at = der.find("\x87\x04\xc0\xa8\x01\x02");
+  ASSERT_NE(at, std::string::npos);
+  // An address of two bytes, then a mail address of none.
+  der.replace(at, 6, std::string("\x87\x02\xc0\xa8\x81\x00", 6));
+  const auto certificate = ParseCertificate(PemOf(der));
+  ASSERT_TRUE(certificate.ok()) << certificate.status();
+  EXPECT_THAT(certificate->names, ElementsAre("map.example"));
 }
 
 TEST_F(CertificateTest, AnAuthorityIsNotReplaced) {
