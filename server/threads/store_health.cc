@@ -75,7 +75,7 @@ void StoreHealth::NoteWrite(const absl::Status& status) {
     }
     changed_.SignalAll();
   }
-  if (!news.empty() && on_change_) on_change_(news);
+  if (!news.empty() && on_change_) on_change_(is_failure, news);
 }
 
 std::string StoreHealth::Problem() const {
