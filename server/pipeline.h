@@ -17,6 +17,7 @@
 #include "core/map/composed_map.h"
 #include "core/map/revision.h"
 #include "core/map/submap.h"
+#include "core/records/event.h"
 #include "core/records/list_at.h"
 #include "core/records/localisation.h"
 #include "core/records/map_edits.h"
@@ -55,13 +56,24 @@ class Pipeline {
   // unknown sensor or an unknown odometry, or too long a request id. This, SubmitScan and
   // AddSubmap: ResourceExhausted while the robot is above its quota (RetentionOptions); the message
   // says what to do.
-  virtual absl::StatusOr<SessionStatus> CreateSession(const SessionRequest& request) = 0;
+  // What changes the map says who asked for it, for the event log; with each change there is a form
+  // that names nobody.
+  virtual absl::StatusOr<SessionStatus> CreateSession(const SessionRequest& request,
+                                                      const Actor& by) = 0;
+  absl::StatusOr<SessionStatus> CreateSession(const SessionRequest& request) {
+    return CreateSession(request, Actor());
+  }
   virtual absl::StatusOr<SessionStatus> GetSession(const SessionId& session) = 0;
   virtual std::vector<SessionStatus> ListSessions() = 0;
   // Waits for queued scans, cuts and stores the last submap. Finishing twice is no error.
-  virtual absl::StatusOr<SessionStatus> FinishSession(const SessionId& session) = 0;
+  virtual absl::StatusOr<SessionStatus> FinishSession(const SessionId& session,
+                                                      const Actor& by) = 0;
+  absl::StatusOr<SessionStatus> FinishSession(const SessionId& session) {
+    return FinishSession(session, Actor());
+  }
   // The session and all that came of it leave the map.
-  virtual absl::Status DeleteSession(const SessionId& session) = 0;
+  virtual absl::Status DeleteSession(const SessionId& session, const Actor& by) = 0;
+  absl::Status DeleteSession(const SessionId& session) { return DeleteSession(session, Actor()); }
 
   // Sets the sink of the session's acks from now on; replaces an earlier sink. A null sink drops
   // them. NotFound for an unknown session, FailedPrecondition for a finished one.
@@ -103,25 +115,37 @@ class Pipeline {
   // Durable on return; holds until another decision on the pair, whatever is computed. NotFound for
   // an unknown robot or session, InvalidArgument for a pair of one session, a transform that is not
   // finite or too long a note, FailedPrecondition to accept where nothing was found.
-  virtual absl::StatusOr<DecidedMatch> DecideMatch(const MatchDecision& decision) = 0;
+  virtual absl::StatusOr<DecidedMatch> DecideMatch(const MatchDecision& decision,
+                                                   const Actor& by) = 0;
+  absl::StatusOr<DecidedMatch> DecideMatch(const MatchDecision& decision) {
+    return DecideMatch(decision, Actor());
+  }
 
   // Loop closures within sessions of the robot; of all robots when absent. NotFound for an unknown
   // robot.
   virtual absl::StatusOr<ListAt<Loop>> ListLoops(const std::optional<RobotId>& robot) = 0;
   // Durable on return, with the map placed anew. NotFound for an unknown loop closure,
   // InvalidArgument for too long a note.
-  virtual absl::StatusOr<DecidedLoop> DecideLoop(const LoopDecision& decision) = 0;
+  virtual absl::StatusOr<DecidedLoop> DecideLoop(const LoopDecision& decision, const Actor& by) = 0;
+  absl::StatusOr<DecidedLoop> DecideLoop(const LoopDecision& decision) {
+    return DecideLoop(decision, Actor());
+  }
 
   // Gives a submap its place, or another one. Durable on return, with the map placed anew; returns
   // its revision. NotFound for a submap that is not in the map, InvalidArgument for numbers that
   // are not finite, beyond kMaxAnchorM or no positive sigma.
-  virtual absl::StatusOr<int64_t> PutAnchor(Anchor anchor) = 0;
+  virtual absl::StatusOr<int64_t> PutAnchor(Anchor anchor, const Actor& by) = 0;
+  absl::StatusOr<int64_t> PutAnchor(const Anchor& anchor) { return PutAnchor(anchor, Actor()); }
   // NotFound when the submap has none.
-  virtual absl::StatusOr<int64_t> RemoveAnchor(const SubmapId& submap) = 0;
+  virtual absl::StatusOr<int64_t> RemoveAnchor(const SubmapId& submap, const Actor& by) = 0;
+  absl::StatusOr<int64_t> RemoveAnchor(const SubmapId& submap) {
+    return RemoveAnchor(submap, Actor());
+  }
   virtual ListAt<RobotAnchor> ListAnchors() = 0;
 
   // Durable on return; absent: there is none any more. InvalidArgument as CheckDatum.
-  virtual absl::Status SetDatum(std::optional<Datum> datum) = 0;
+  virtual absl::Status SetDatum(std::optional<Datum> datum, const Actor& by) = 0;
+  absl::Status SetDatum(std::optional<Datum> datum) { return SetDatum(datum, Actor()); }
 
   // The newest at most `limit`, the newest first.
   virtual absl::StatusOr<std::vector<RevisionInfo>> ListRevisions(int limit) = 0;
@@ -132,7 +156,11 @@ class Pipeline {
   // that was given by hand is withdrawn, so that what is computed counts again. Returns the
   // revision after that. NotFound for one that is not kept; FailedPrecondition when none of what
   // made it is accepted: a revision that new submaps or an anchor made cannot be undone so.
-  virtual absl::StatusOr<int64_t> UndoRevision(int64_t revision, const std::string& note) = 0;
+  virtual absl::StatusOr<int64_t> UndoRevision(int64_t revision, const std::string& note,
+                                               const Actor& by) = 0;
+  absl::StatusOr<int64_t> UndoRevision(int64_t revision, const std::string& note) {
+    return UndoRevision(revision, note, Actor());
+  }
   // The pose graph of a component as a g2o file: submaps, odometry, matches and loop closures with
   // those set aside left out. Comments name what the numbers stand for. NotFound for a component
   // that does not exist.
@@ -147,6 +175,14 @@ class Pipeline {
   // passes without a piece, `sink` is asked with an empty one whether to go on.
   virtual absl::Status ExportMap(const ExportRequest& request,
                                  const std::function<bool(const std::string&)>& sink) = 0;
+
+  // The event log: what is stored of it, which may lack what happened a moment ago.
+  virtual absl::StatusOr<EventPage> ListEvents(const EventQuery& query) = 0;
+  // An event that is none of the map's; it is in the log soon.
+  virtual void NoteEvent(Event event) = 0;
+  // See EventJournal.
+  virtual uint64_t OnEvents(std::function<void()> wake) = 0;
+  virtual void ForgetEvents(uint64_t handle) = 0;
 
   // Waits until MapInfo::settled holds, estimation of everything new included.
   virtual void WaitUntilIdle() = 0;

@@ -5,6 +5,7 @@
 #include <functional>
 #include <string>
 
+#include "core/records/event.h"
 #include "floam/odometry_options.h"
 #include "floam/submap_builder.h"
 #include "server/archive_options.h"
@@ -46,8 +47,9 @@ struct PipelineOptions {
   // Told, from any thread, what a person who runs the server should know; must not call the
   // pipeline.
   std::function<void(const std::string& problem)> on_problem = nullptr;
-  // Likewise what is no problem of the server's: a robot is lost, was found, began a segment.
-  std::function<void(const std::string& event)> on_event = nullptr;
+  // Likewise what is no problem of the server's, and goes into its event log: a robot is lost, was
+  // found, somebody rejected a match. Without its number.
+  std::function<void(const Event& event)> on_event = nullptr;
   floam::OdometryOptions odometry;
   floam::SubmapOptions submap;
   matching::MatcherOptions matcher;

@@ -130,6 +130,7 @@ absl::Status CheckBatch(const WriteBatch& batch, const StoreContents& contents) 
   for (const ManualDecision& manual_decision : batch.manual_decisions) {
     if (absl::Status status = CheckPair(manual_decision, has_session); !status.ok()) return status;
   }
+  if (absl::Status status = CheckEvents(batch.events); !status.ok()) return status;
   return CheckGraph(batch, contents, has_session, submaps);
 }
 

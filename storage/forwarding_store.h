@@ -16,8 +16,9 @@ class ForwardingStore : public MapStore {
   explicit ForwardingStore(std::unique_ptr<MapStore> store) : store_(std::move(store)) {}
 
   absl::Status Write(const WriteBatch& batch) override { return store_->Write(batch); }
-  absl::Status DeleteSession(const SessionId& session) override {
-    return store_->DeleteSession(session);
+  using MapStore::DeleteSession;
+  absl::Status DeleteSession(const SessionId& session, const std::vector<Event>& events) override {
+    return store_->DeleteSession(session, events);
   }
   absl::Status PutFeatures(const FeatureBlob& blob) override { return store_->PutFeatures(blob); }
 
@@ -64,6 +65,9 @@ class ForwardingStore : public MapStore {
   absl::StatusOr<std::vector<std::pair<int64_t, SubmapMove>>> ListMoves(int64_t from,
                                                                         int64_t to) const override {
     return store_->ListMoves(from, to);
+  }
+  absl::StatusOr<EventPage> ListEvents(const EventQuery& query) const override {
+    return store_->ListEvents(query);
   }
   absl::StatusOr<std::string> GetFeatures(const SubmapId& submap,
                                           const std::string& kind) const override {

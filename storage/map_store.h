@@ -21,6 +21,7 @@
 #include "core/map/session.h"
 #include "core/map/submap.h"
 #include "core/map/trajectory.h"
+#include "core/records/event.h"
 
 namespace isthmus::storage {
 
@@ -66,11 +67,17 @@ struct WriteBatch {
   // placements say of them here is not looked at.
   std::optional<MapRevision> revision = {};
   std::vector<SubmapMove> moves = {};
+  // Appended to the event log, in this order; the store gives them their numbers.
+  std::vector<Event> events = {};
 };
 
 // History goes back this far: older revisions go, each with all its moves, but never the latest.
 inline constexpr int kRevisionsKept = 1000;
 inline constexpr int64_t kMovesKept = 200'000;
+
+// Events that are kept; the oldest go. Some 30 MB at most of what is usual, and weeks of a busy
+// site: robots make a few an hour.
+inline constexpr size_t kEventsKept = 100'000;
 
 // Features of a submap kept for matching: an opaque blob under a kind ("prepared-v1").
 struct FeatureBlob {
@@ -93,8 +100,11 @@ class MapStore {
   virtual absl::Status Write(const WriteBatch& batch) = 0;
 
   // Removes a session and its later segments with their trajectories, submaps, features, matches,
-  // manual decisions, loop closures, anchors and checkpoint, all or nothing. NotFound if unknown.
-  virtual absl::Status DeleteSession(const SessionId& session) = 0;
+  // manual decisions, loop closures, anchors and checkpoint, and appends the events, all or
+  // nothing. NotFound if unknown.
+  virtual absl::Status DeleteSession(const SessionId& session,
+                                     const std::vector<Event>& events) = 0;
+  absl::Status DeleteSession(const SessionId& session) { return DeleteSession(session, {}); }
 
   virtual absl::StatusOr<SessionRecord> GetSession(const SessionId& session) const = 0;
   // In order of creation.
@@ -144,6 +154,9 @@ class MapStore {
   // with, when `from` is older; NotFound when `to` is newer than the latest.
   virtual absl::StatusOr<std::vector<std::pair<int64_t, SubmapMove>>> ListMoves(
       int64_t from, int64_t to) const = 0;
+
+  // See kEventsKept. Numbers count from 1 and have no gaps.
+  virtual absl::StatusOr<EventPage> ListEvents(const EventQuery& query) const = 0;
 
   // Replaces what was kept under the same submap and kind. Durable like Write.
   virtual absl::Status PutFeatures(const FeatureBlob& blob) = 0;

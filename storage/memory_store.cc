@@ -8,7 +8,9 @@
 
 #include "core/concurrency/mutex.h"
 #include "storage/batch_rules.h"
+#include "storage/event_log.h"
 #include "storage/map_records.h"
+#include "storage/record_rules.h"
 #include "storage/revision_log.h"
 
 namespace isthmus::storage {
@@ -50,12 +52,16 @@ class MemoryStore : public MapStore {
     }
     Retire(batch.retired);
     if (batch.revision) revisions_.Add(*batch.revision, batch.moves);
+    events_.Add(batch.events);
     return absl::OkStatus();
   }
 
-  absl::Status DeleteSession(const SessionId& session) override {
+  using MapStore::DeleteSession;
+  absl::Status DeleteSession(const SessionId& session, const std::vector<Event>& events) override {
     MutexLock lock(&mutex_);
     if (Find(session) == nullptr) return UnknownSession(session);
+    if (absl::Status status = CheckEvents(events); !status.ok()) return status;
+    events_.Add(events);
     for (const SessionId& id : RemoveSession(session, &records_)) sessions_.erase(id);
     return absl::OkStatus();
   }
@@ -180,6 +186,11 @@ class MemoryStore : public MapStore {
     return revisions_.Moves(from, to);
   }
 
+  absl::StatusOr<EventPage> ListEvents(const EventQuery& query) const override {
+    MutexLock lock(&mutex_);
+    return events_.List(query);
+  }
+
   absl::Status PutFeatures(const FeatureBlob& blob) override {
     MutexLock lock(&mutex_);
     if (!HasSubmap(blob.submap)) return UnknownSubmap(blob.submap);
@@ -251,6 +262,7 @@ class MemoryStore : public MapStore {
   MapRecords records_ ABSL_GUARDED_BY(mutex_);
   std::map<SessionId, SessionData> sessions_ ABSL_GUARDED_BY(mutex_);  // Of the same sessions.
   RevisionLog revisions_ ABSL_GUARDED_BY(mutex_);
+  EventLog events_ ABSL_GUARDED_BY(mutex_);
   uint64_t next_order_ ABSL_GUARDED_BY(mutex_) = 0;
 };
 

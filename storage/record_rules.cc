@@ -177,4 +177,20 @@ absl::Status CheckRevision(const MapRevision& revision, const std::vector<Submap
   return absl::OkStatus();
 }
 
+absl::Status CheckEvents(const std::vector<Event>& events) {
+  for (const Event& event : events) {
+    if (event.kind == EventKind::kUnknown) {
+      return absl::InvalidArgumentError("an event of no kind");
+    }
+    for (const std::string* text :
+         {&event.text, &event.actor.who, &event.actor.from, &event.actor.request_id,
+          &event.robot.value(), &event.session.value()}) {
+      if (text->size() <= kMaxEventText) continue;
+      return absl::InvalidArgumentError(absl::StrCat("an event with a text of ", text->size(),
+                                                     " bytes; ", kMaxEventText, " may be kept"));
+    }
+  }
+  return absl::OkStatus();
+}
+
 }  // namespace isthmus::storage

@@ -10,6 +10,7 @@
 #include "core/map/match.h"
 #include "core/map/revision.h"
 #include "core/map/submap.h"
+#include "core/records/event.h"
 
 namespace isthmus::storage {
 
@@ -37,5 +38,8 @@ absl::Status CheckAnchor(const Anchor& anchor);
 // Placements that are not finite or come twice; a submap that moves twice, nowhere, to or from a
 // frame without a name, or to another frame than that of its session's placement.
 absl::Status CheckRevision(const MapRevision& revision, const std::vector<SubmapMove>& moves);
+
+// An event of an unknown kind, or with a string longer than kMaxEventText.
+absl::Status CheckEvents(const std::vector<Event>& events);
 
 }  // namespace isthmus::storage

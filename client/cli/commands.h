@@ -13,6 +13,7 @@ void AddRobots(CLI::App& app, Action& action);
 void AddSession(CLI::App& app, Action& action);
 void AddGraph(CLI::App& app, Action& action);
 void AddMatch(CLI::App& app, Action& action);
+void AddLog(CLI::App& app, Action& action);
 void AddLoops(CLI::App& app, Action& action);
 void AddRevisions(CLI::App& app, Action& action);
 void AddAnchor(CLI::App& app, Action& action);

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "client/cli/commands.h"
+#include "client/console/age.h"
 #include "client/console/exit_code.h"
 #include "client/console/json.h"
 #include "server/access/tokens.h"
@@ -61,29 +62,6 @@ class TokenKeeper {
   std::unique_ptr<client::Client> client_;
   std::unique_ptr<access::Tokens> tokens_;
 };
-
-// "30s", "12h", "30d", "2w"; nothing for anything else.
-std::optional<absl::Duration> ParseAge(const std::string& text) {
-  if (text.empty()) return std::nullopt;
-  int64_t count = 0;
-  if (!absl::SimpleAtoi(text.substr(0, text.size() - 1), &count) || count <= 0 || count > 1000000) {
-    return std::nullopt;
-  }
-  switch (text.back()) {
-    case 's':
-      return absl::Seconds(count);
-    case 'm':
-      return absl::Minutes(count);
-    case 'h':
-      return absl::Hours(count);
-    case 'd':
-      return absl::Hours(24 * count);
-    case 'w':
-      return absl::Hours(24 * 7 * count);
-    default:
-      return std::nullopt;
-  }
-}
 
 absl::StatusOr<int64_t> ExpiryOf(const std::string& text) {
   if (text == "never") return 0;

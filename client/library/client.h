@@ -24,6 +24,7 @@
 #include "client/library/stream/scan_stream.h"
 #include "client/library/transfers.h"
 #include "core/records/access_token.h"
+#include "core/records/event.h"
 #include "core/records/list_at.h"
 #include "core/records/localisation.h"
 #include "core/records/map_edits.h"
@@ -166,6 +167,17 @@ class Client {
   absl::StatusOr<NewAccessToken> CreateToken(const AccessToken& wanted);
   absl::StatusOr<std::vector<AccessToken>> ListTokens();  // In order of creation.
   absl::StatusOr<AccessToken> RevokeToken(const std::string& name);
+
+  // What the event log holds. At most 10,000 at a time: ask on after EventPage::up_to. This and the
+  // next: for operators and administrators, PermissionDenied else; OutOfRange, where the log is
+  // another one than `after` came from.
+  absl::StatusOr<EventPage> ListEvents(const EventQuery& query = {});
+  // What comes into the log after `query.after`, or from now on; limit and time are not looked at.
+  // Calls `take` from this thread, at once and with all that comes, until it returns false (OK).
+  // Goes on after a lost connection, with each event once; Unavailable once the server has not
+  // answered for so many attempts. Events that are not kept any more show by first_kept.
+  using OnEvents = std::function<bool(const EventPage& page)>;
+  absl::Status WatchEvents(EventQuery query, const OnEvents& take);
 
   const std::string& address() const;
 

@@ -53,6 +53,7 @@ std::shared_ptr<Client::Link::Stubs> Open(const ClientOptions& options) {
   stubs->admin = v1::AdminService::NewStub(stubs->channel);
   stubs->access = v1::AccessService::NewStub(stubs->channel);
   stubs->localisation = v1::LocalisationService::NewStub(stubs->channel);
+  stubs->events = v1::EventService::NewStub(stubs->channel);
   return stubs;
 }
 

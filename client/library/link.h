@@ -16,6 +16,7 @@
 #include "isthmus/v1/access_service.grpc.pb.h"
 #include "isthmus/v1/admin_service.grpc.pb.h"
 #include "isthmus/v1/edit_service.grpc.pb.h"
+#include "isthmus/v1/event_service.grpc.pb.h"
 #include "isthmus/v1/localisation_service.grpc.pb.h"
 #include "isthmus/v1/map_service.grpc.pb.h"
 #include "isthmus/v1/session_service.grpc.pb.h"
@@ -33,6 +34,7 @@ class Client::Link final : public SessionLink {
     std::unique_ptr<v1::AdminService::Stub> admin;
     std::unique_ptr<v1::AccessService::Stub> access;
     std::unique_ptr<v1::LocalisationService::Stub> localisation;
+    std::unique_ptr<v1::EventService::Stub> events;
   };
   // One attempt at a call. Must not have effects that a second attempt would double.
   using Attempt = std::function<grpc::Status(Stubs&, grpc::ClientContext&)>;

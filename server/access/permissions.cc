@@ -49,6 +49,8 @@ constexpr struct {
     {"SetDatum", kOperators},
     {"UndoRevision", kOperators},
     {"DeleteSession", kOperators},
+    {"ListEvents", kOperators},
+    {"WatchEvents", kOperators},
     {"BackUp", kAdmins},
     {"CreateToken", kAdmins},
     {"ListTokens", kAdmins},

@@ -68,12 +68,13 @@ void SessionWorker::BeginSegment(const floam::OdometryResult& first) {
   checkpoint_due_ = true;
   const double lost_s =
       std::max(1e-9 * static_cast<double>(first.stamp_ns - state_->lost_since_ns), 0.0);
-  ReportProblem(absl::StrCat(
-      "goes on in segment ", state_->segment, " (", SegmentId(record_.id, state_->segment).value(),
-      ") from scan ", first.sequence, " on",
-      state_->lost_scans == 0 ? ""
-                              : absl::StrFormat(", having been lost for %d scans, %.1f s",
-                                                state_->lost_scans, lost_s)));
+  Report(EventKind::kSegmentBegun,
+         absl::StrCat(
+             "goes on in segment ", state_->segment, " (",
+             SegmentId(record_.id, state_->segment).value(), ") from scan ", first.sequence, " on",
+             state_->lost_scans == 0 ? ""
+                                     : absl::StrFormat(", having been lost for %d scans, %.1f s",
+                                                       state_->lost_scans, lost_s)));
   state_->lost_scans = 0;  // That it is found is said.
   MutexLock lock(&mutex_);
   status_.segment = state_->segment;
@@ -112,21 +113,27 @@ void SessionWorker::BeginAnew() {
       return first_lost > 0 && entry.sequence >= first_lost;
     });
   }
-  ReportProblem(absl::StrCat(
-      "goes on in segment ", state_->segment, " (", SegmentId(record_.id, state_->segment).value(),
-      "), as the server failed at a scan",
-      first_lost == 0
-          ? ""
-          : absl::StrCat("; what was not stored, from scan ", first_lost, " on, is lost")));
+  Report(EventKind::kSegmentBegun,
+         absl::StrCat(
+             "goes on in segment ", state_->segment, " (",
+             SegmentId(record_.id, state_->segment).value(), "), as the server failed at a scan",
+             first_lost == 0
+                 ? ""
+                 : absl::StrCat("; what was not stored, from scan ", first_lost, " on, is lost")));
 }
 
-void SessionWorker::ReportProblem(const std::string& what) const {
+void SessionWorker::Report(EventKind kind, const std::string& what) const {
   if (!hooks_.tell) return;
   const ScanCounts& scans = state_->counts;
-  hooks_.tell(absl::StrFormat(
+  Event event;
+  event.kind = kind;
+  event.robot = record_.robot;
+  event.session = record_.id;
+  event.text = absl::StrFormat(
       "session %s %s (scans so far: %d ok, %d degenerate, %d lost, %d "
       "rejected)",
-      record_.id.value(), what, scans.ok, scans.degenerate, scans.lost, scans.rejected));
+      record_.id.value(), what, scans.ok, scans.degenerate, scans.lost, scans.rejected);
+  hooks_.tell(std::move(event));
 }
 
 void SessionWorker::NoteTracking(bool is_lost, uint64_t sequence, int64_t stamp_ns) {
@@ -134,16 +141,17 @@ void SessionWorker::NoteTracking(bool is_lost, uint64_t sequence, int64_t stamp_
   if (is_lost) {
     if (lost_scans == 0) state_->lost_since_ns = stamp_ns;
     if (++state_->lost_scans == kLostScans) {
-      ReportProblem(absl::StrCat("is lost since scan ", sequence + 1 - kLostScans, ", in segment ",
-                                 state_->segment));
+      Report(EventKind::kRobotLost, absl::StrCat("is lost since scan ", sequence + 1 - kLostScans,
+                                                 ", in segment ", state_->segment));
     }
     return;
   }
   state_->lost_since_ns = 0;
   state_->lost_scans = 0;
   if (lost_scans < kLostScans) return;
-  ReportProblem(absl::StrCat("was found again with scan ", sequence, " after ", lost_scans,
-                             " lost ones, in segment ", state_->segment));
+  Report(EventKind::kRobotFound,
+         absl::StrCat("was found again with scan ", sequence, " after ", lost_scans,
+                      " lost ones, in segment ", state_->segment));
 }
 
 // The odometry sees times that go forward; what leaves it bears the robot's stamps.

@@ -173,7 +173,7 @@ class SessionWorker : public std::enable_shared_from_this<SessionWorker> {
   void BeginSegment(const floam::OdometryResult& first);
   // Notes that the robot is tracked again, or lost; stamp of the scan that shows it.
   void NoteTracking(bool is_lost, uint64_t sequence, int64_t stamp_ns);
-  void ReportProblem(const std::string& what) const;
+  void Report(EventKind kind, const std::string& what) const;
   // Fills in the status after the scan that was dealt with.
   void FillStatus(ScanAck* ack) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void CutTheLast() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);

@@ -15,6 +15,7 @@
 #include "core/map/submap.h"
 #include "core/map/trajectory.h"
 #include "core/pose.h"
+#include "core/records/event.h"
 #include "core/tracking.h"
 
 namespace isthmus::ingest {
@@ -28,8 +29,8 @@ struct WorkerHooks {
   std::function<std::optional<Pose>(uint32_t segment)> T_map_odom;
   // A scan has been dealt with (its ack was sent).
   std::function<void()> scan_done;
-  // The session got lost, was found again, began a segment: a sentence for the log. May be null.
-  std::function<void(const std::string&)> tell = {};
+  // The session got lost, was found again, began a segment. May be null.
+  std::function<void(Event)> tell = {};
 };
 
 // The durable part of one segment.

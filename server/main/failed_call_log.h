@@ -1,8 +1,6 @@
 // The lines of the log about calls that failed, which quote what clients sent.
 #pragma once
 
-#include <absl/status/status.h>
-
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -11,23 +9,21 @@
 
 #include "core/clock.h"
 #include "core/concurrency/mutex.h"
+#include "server/rpc/failed_call.h"
 
 namespace isthmus::server {
-
-// Text of others made fit for a line: control characters as \xNN, at most so many bytes.
-std::string LineOf(const std::string& text, size_t most);
 
 // One line per call, a few a second at most; what was left out is counted in the line that follows.
 // Thread safe.
 class FailedCallLog {
  public:
-  using Write = std::function<void(const absl::Status& status, const std::string& line)>;
+  using Write = std::function<void(const rpc::FailedCall& call, const std::string& line)>;
 
   // `write` must not call back. The clock must outlive it.
   explicit FailedCallLog(Write write, const Clock& clock = Clock::System())
       : write_(std::move(write)), clock_(clock) {}
 
-  void Note(const std::string& rpc, const absl::Status& status);
+  void Note(const rpc::FailedCall& call);
 
  private:
   // Whether there is room for one more line now.

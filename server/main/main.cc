@@ -1,6 +1,6 @@
 // isthmus-server: takes robots' scans, keeps and joins their maps, answers readers.
+#include <absl/strings/str_cat.h>
 #include <signal.h>
-#include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
@@ -21,8 +21,10 @@
 #include "server/main/config.h"
 #include "server/main/data_folder.h"
 #include "server/main/failed_call_log.h"
+#include "server/main/log.h"
 #include "server/main/open_files.h"
 #include "server/main/open_map.h"
+#include "server/main/server_events.h"
 #include "server/main/stop_signal.h"
 #include "server/main/supervision.h"
 #include "server/pipeline.h"
@@ -56,10 +58,23 @@ struct Arguments {
   std::string listen;
   std::string config_path;
   bool insecure = false;
-  std::string log_level = "info";
+  LogOptions log;
   bool print_config = false;
   bool check = false;
 };
+
+void AddLogOptions(CLI::App& app, LogOptions& log) {
+  app.add_option("--log-level", log.level, "How much the log says")
+      ->check(CLI::IsMember({"debug", "info", "warn", "error", "off"}))
+      ->capture_default_str();
+  app.add_option_function<std::string>(
+         "--log-format", [&log](const std::string& format) { log.json = format == "json"; },
+         "Lines for people, or a JSON object a line")
+      ->check(CLI::IsMember({"text", "json"}))
+      ->default_str("text");
+  app.add_option("--log-file", log.file,
+                 "File to write the log to, in place of stderr; SIGHUP opens it anew");
+}
 
 // `result` is what CLI11 would return; set when the program is to end here.
 bool Parse(int argc, char** argv, Arguments& arguments, int& result) {
@@ -81,9 +96,7 @@ bool Parse(int argc, char** argv, Arguments& arguments, int& result) {
                      "on it")
           ->expected(0, 1)
           ->type_name("[DIR]");
-  app.add_option("--log-level", arguments.log_level, "How much to say on stderr")
-      ->check(CLI::IsMember({"debug", "info", "warn", "error", "off"}))
-      ->capture_default_str();
+  AddLogOptions(app, arguments.log);
   try {
     app.parse(argc, argv);
     arguments.check = check->count() > 0;
@@ -102,15 +115,6 @@ bool Parse(int argc, char** argv, Arguments& arguments, int& result) {
   return true;
 }
 
-void StartLogging(const std::string& level) {
-  setenv("GRPC_VERBOSITY", "NONE", 0);  // What matters of it comes back as a status.
-  auto logger = spdlog::stderr_logger_mt("isthmus");
-  logger->set_pattern("%Y-%m-%dT%H:%M:%S.%e %l %v");
-  logger->flush_on(spdlog::level::info);
-  spdlog::set_default_logger(std::move(logger));
-  spdlog::set_level(spdlog::level::from_str(level));
-}
-
 int Fail(ExitCode code, const absl::Status& status) {
   spdlog::error("{}", std::string(status.message()));
   return code;
@@ -124,10 +128,10 @@ bool IsOurs(const absl::Status& status) {
 
 rpc::OnFailedCall LogFailedCalls() {
   auto log =
-      std::make_shared<FailedCallLog>([](const absl::Status& status, const std::string& line) {
-        spdlog::log(IsOurs(status) ? spdlog::level::warn : spdlog::level::info, "{}", line);
+      std::make_shared<FailedCallLog>([](const rpc::FailedCall& call, const std::string& line) {
+        Log(IsOurs(call.status) ? spdlog::level::warn : spdlog::level::info, line, FieldsOf(call));
       });
-  return [log](const std::string& rpc, const absl::Status& status) { log->Note(rpc, status); };
+  return [log](const rpc::FailedCall& call) { log->Note(call); };
 }
 
 // Connections need files; gRPC stops listening for good when there are none left.
@@ -148,9 +152,16 @@ bool ReportStop(const std::vector<OpenMap>& maps) {
     for (const SessionStatus& session : map.pipeline->ListSessions()) {
       if (session.durable_sequence >= session.last_sequence) continue;
       stored = false;
-      spdlog::error("{}{}: scans {} to {} could not be stored; its robot has to send them again",
-                    map.prefix, session.record.id.value(), session.durable_sequence + 1,
-                    session.last_sequence);
+      LogFields fields;
+      fields.site = map.name;
+      fields.robot = session.record.robot.value();
+      fields.session = session.record.id.value();
+      fields.sequence = session.durable_sequence + 1;
+      Log(spdlog::level::err,
+          absl::StrCat(session.record.id.value(), ": scans ", session.durable_sequence + 1, " to ",
+                       session.last_sequence,
+                       " could not be stored; its robot has to send them again"),
+          fields);
     }
   }
   if (stored) spdlog::info("stopped; everything that was acknowledged is stored");
@@ -162,12 +173,10 @@ ExitCode ServeUntilSignal(rpc::RpcServer& server, const std::vector<OpenMap>& ma
                           const ServerConfig& config, StopSignal& signal) {
   std::printf("isthmus-server listening on %s\n", server.address().c_str());
   std::fflush(stdout);
-  Supervision supervision(config, server.address());
-  const std::string name = signal.Wait([] {
-    spdlog::warn(
-        "SIGHUP received and ignored: the configuration is read at the start only; to change it "
-        "end the server with SIGTERM and start it again");
+  Supervision supervision(config, server.address(), [&maps](const std::string& trouble) {
+    NoteEverywhere(maps, EventKind::kCertificateExpires, trouble);
   });
+  const std::string name = signal.Wait(OnHangup);
   spdlog::info("{} received: finishing what was acknowledged; another one stops at once", name);
   supervision.Stop();
   // Calls may wait for room in a queue: what is still in it by then is let go of.
@@ -179,6 +188,7 @@ ExitCode ServeUntilSignal(rpc::RpcServer& server, const std::vector<OpenMap>& ma
   server.Shutdown(kGrace);
   ended.set_value();
   hurry.join();
+  NoteEverywhere(maps, EventKind::kServerStopped, absl::StrCat("server stopped by ", name));
   for (const OpenMap& map : maps) map.pipeline->Shutdown();
   if (!ReportStop(maps)) return kDataFolder;
   return supervision.was_deaf() ? kDeaf : kStopped;
@@ -254,6 +264,7 @@ int Run(const Arguments& arguments) {
   config->rpc.on_failed_call = LogFailedCalls();
   auto server = rpc::RpcServer::Start(sites, config->rpc);
   if (!server.ok()) return Fail(kCannotListen, server.status());
+  NoteStart(*maps, ISTHMUS_VERSION);
   return ServeUntilSignal(**server, *maps, *config, signal);
 }
 
@@ -265,7 +276,12 @@ int main(int argc, char** argv) {
   isthmus::server::Arguments arguments;
   int result = 0;
   if (!isthmus::server::Parse(argc, argv, arguments, result)) return result;
-  isthmus::server::StartLogging(arguments.log_level);
+  setenv("GRPC_VERBOSITY", "NONE", 0);  // What matters of it comes back as a status.
+  const absl::Status logs = isthmus::server::StartLogging(arguments.log);
+  if (!logs.ok()) {
+    std::fprintf(stderr, "isthmus-server: %s\n", std::string(logs.message()).c_str());
+    return isthmus::server::kUsage;
+  }
   try {
     return isthmus::server::Run(arguments);
   } catch (...) {

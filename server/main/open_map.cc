@@ -1,13 +1,13 @@
 #include "server/main/open_map.h"
 
 #include <absl/strings/str_cat.h>
-#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <utility>
 
 #include "server/access/caller.h"
 #include "server/main/data_folder.h"
+#include "server/main/log.h"
 #include "storage/sqlite/sqlite_store.h"
 #include "storage/upkeep/backup_stream.h"
 
@@ -17,8 +17,10 @@ namespace {
 // `map` says which; `sites`: how many there are.
 absl::Status Open(const ServerConfig& config, PipelineOptions options, size_t sites, OpenMap* map) {
   if (absl::Status status = MakeDataFolder(map->folder); !status.ok()) return status;
-  const std::string prefix = map->prefix;
-  const auto warn = [prefix](const std::string& text) { spdlog::warn("{}{}", prefix, text); };
+  const std::string site = map->name;
+  const auto warn = [site](const std::string& text) {
+    Log(spdlog::level::warn, text, LogFields{.site = site});
+  };
   storage::SqliteOptions storage = config.storage;
   storage.on_problem = warn;
   auto store = storage::OpenSqliteStore(map->folder, storage);
@@ -30,7 +32,9 @@ absl::Status Open(const ServerConfig& config, PipelineOptions options, size_t si
   options.archive.directory = map->folder;
   options.work_journal = map->folder + "/matching.journal";
   options.on_problem = warn;
-  options.on_event = [prefix](const std::string& text) { spdlog::info("{}{}", prefix, text); };
+  options.on_event = [site](const Event& event) {
+    Log(spdlog::level::info, event.text, FieldsOf(event, site));
+  };
   auto pipeline = Pipeline::Open(options, *std::move(store));
   if (!pipeline.ok()) return pipeline.status();
   map->pipeline = *std::move(pipeline);
@@ -43,12 +47,12 @@ absl::StatusOr<std::vector<OpenMap>> OpenMaps(const std::string& folder,
                                               const ServerConfig& config) {
   const size_t count = 1 + config.sites.size();
   std::vector<OpenMap> maps(1);
-  maps[0] = {access::kDefaultSite, folder, "", nullptr};
+  maps[0] = {access::kDefaultSite, folder, nullptr};
   if (absl::Status status = Open(config, config.pipeline, count, &maps[0]); !status.ok()) {
     return status;
   }
   for (const auto& [name, options] : config.sites) {
-    OpenMap map{name, absl::StrCat(folder, "/sites/", name), name + ": ", nullptr};
+    OpenMap map{name, absl::StrCat(folder, "/sites/", name), nullptr};
     if (absl::Status status = Open(config, options, count, &map); !status.ok()) {
       return absl::Status(status.code(), absl::StrCat("site ", name, ": ", status.message()));
     }

@@ -15,7 +15,6 @@ namespace isthmus::server {
 struct OpenMap {
   std::string name;    // The site's.
   std::string folder;  // Holds all that is of this site.
-  std::string prefix;  // "yard: " in front of what the log says of it; nothing for the default one.
   std::unique_ptr<Pipeline> pipeline;
 };
 

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <utility>
 #include <vector>
 
 #include "server/main/certificate_warnings.h"
@@ -32,7 +33,8 @@ milliseconds ProbePeriod(int limit_s, milliseconds watchdog) {
 
 }  // namespace
 
-Supervision::Supervision(const ServerConfig& config, const std::string& address)
+Supervision::Supervision(const ServerConfig& config, const std::string& address,
+                         std::function<void(const std::string& trouble)> on_certificate)
     : manager_(ServiceManager::FromEnvironment()) {
   manager_.Tell("READY=1\nSTATUS=Listening on " + address);
   WatchListener(config.listener_watchdog_s, address);
@@ -42,7 +44,11 @@ Supervision::Supervision(const ServerConfig& config, const std::string& address)
   }
   if (certificates.empty()) return;
   auto warnings = std::make_shared<CertificateWarnings>(
-      certificates, [](const std::string& trouble) { spdlog::warn("{}", trouble); },
+      certificates,
+      [told = std::move(on_certificate)](const std::string& trouble) {
+        spdlog::warn("{}", trouble);
+        told(trouble);
+      },
       [](const std::string& news) { spdlog::info("{}", news); });
   certificates_ = std::make_unique<Periodic>("certificates", kCertificatePeriod,
                                              [warnings] { warnings->Check(); });

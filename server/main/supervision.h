@@ -3,6 +3,7 @@
 #pragma once
 
 #include <atomic>
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -17,7 +18,9 @@ class Supervision {
  public:
   // Tells the service manager that the server is ready at `address`. A listener that stays deaf
   // sends this process a SIGTERM.
-  Supervision(const ServerConfig& config, const std::string& address);
+  // `on_certificate` is told of certificates that expire or cannot be read, as the log is.
+  Supervision(const ServerConfig& config, const std::string& address,
+              std::function<void(const std::string& trouble)> on_certificate);
   // Tells it that the server ends, and watches no longer.
   void Stop();
   // Whether that was why.

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/concurrency/mutex.h"
+#include "server/map/edit_events.h"
 #include "server/map/map_writer.h"
 
 namespace isthmus::server {
@@ -16,9 +17,11 @@ std::string NameOf(const SessionId& a, const SessionId& b) {
 
 }  // namespace
 
-absl::Status MapWriter::PutSessions(const std::vector<SessionRecord>& sessions) {
+absl::Status MapWriter::PutSessions(const std::vector<SessionRecord>& sessions,
+                                    std::optional<Event> event) {
   MapEdit edit;
   edit.batch.sessions = sessions;
+  if (event) edit.batch.events = Stamped({*std::move(event)});
   return CommitEdit(edit);
 }
 
@@ -99,6 +102,7 @@ absl::Status MapWriter::PutDecisions(const ManualEdit& decisions) {
   edit.batch.manual_decisions = decisions.manual_decisions;
   edit.batch.withdrawn_decisions = decisions.withdrawn;
   edit.batch.loops = decisions.loops;
+  edit.batch.events = Stamped(DecisionEvents(decisions, *view()));
   Changes& changes = edit.changes;
   for (const ManualDecision& manual_decision : decisions.manual_decisions) {
     changes.matches.emplace_back(manual_decision.a, manual_decision.b);
@@ -136,26 +140,31 @@ absl::Status MapWriter::AddLoops(std::vector<LoopClosure> found) {
                                                ToString(SubmapId{loop.session, loop.submap_b}),
                                                " on ", loop.submap_a));
   }
+  edit.batch.events = Stamped(LoopEvents(found, *now));
   edit.batch.loops = std::move(found);
   return CommitEdit(edit);
 }
 
-absl::Status MapWriter::PutAnchor(const Anchor& anchor) {
+absl::Status MapWriter::PutAnchor(const Anchor& anchor, const Actor& by) {
   MapEdit edit;
+  edit.batch.events =
+      Stamped({AnchorEvent(EventKind::kAnchorSet, anchor.submap, by, anchor.note, *view())});
   edit.batch.anchors = {anchor};
   edit.changes.causes = {absl::StrCat("anchor of ", ToString(anchor.submap))};
   return CommitEdit(edit);
 }
 
-absl::Status MapWriter::RemoveAnchor(const SubmapId& submap) {
+absl::Status MapWriter::RemoveAnchor(const SubmapId& submap, const Actor& by) {
   MapEdit edit;
+  edit.batch.events = Stamped({AnchorEvent(EventKind::kAnchorRemoved, submap, by, "", *view())});
   edit.batch.removed_anchors = {submap};
   edit.changes.causes = {absl::StrCat("anchor of ", ToString(submap), " removed")};
   return CommitEdit(edit);
 }
 
-absl::Status MapWriter::SetDatum(const std::optional<Datum>& datum) {
+absl::Status MapWriter::SetDatum(const std::optional<Datum>& datum, const Actor& by) {
   MapEdit edit;
+  edit.batch.events = Stamped({DatumEvent(datum, by)});
   edit.batch.datum = datum;
   return CommitEdit(edit);
 }
@@ -173,9 +182,15 @@ absl::Status MapWriter::RetireSubmaps(const std::vector<SubmapId>& submaps) {
   return absl::OkStatus();
 }
 
-absl::Status MapWriter::RemoveSession(const SessionId& session, const std::string& why) {
-  if (absl::Status status = store_->DeleteSession(session); !status.ok()) return status;
+absl::Status MapWriter::RemoveSession(const SessionId& session, const std::string& why,
+                                      const Actor& by) {
   const View before = view();
+  std::vector<Event> events;
+  if (const SessionView* known = before->Find(session)) {
+    const EventKind kind = why.empty() ? EventKind::kSessionDeleted : EventKind::kSessionExpired;
+    events = Stamped({SessionEvent(kind, known->record, by, why)});
+  }
+  if (auto status = store_->DeleteSession(session, events); !status.ok()) return status;
   MapEdit edit;
   edit.removed_session = session;
   edit.changes.causes = {

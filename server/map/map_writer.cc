@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "core/concurrency/mutex.h"
+#include "server/map/edit_events.h"
 #include "server/map/limits.h"
 
 namespace isthmus::server {
@@ -38,26 +39,42 @@ absl::Status MapWriter::CommitEdit(const MapEdit& edit) {
 
 bool MapWriter::ShowEdit(const MapEdit& edit) {
   const View now = view();
-  if (!ChangesMatches(edit, *now)) return ShowPrepared(edit, Prepare(edit, *now));
-  // Others that do not change matches show theirs while cycles are checked.
-  MutexLock matching(&matching_);
-  return ShowPrepared(edit, Prepare(edit, *view()));
+  std::vector<Event> events;
+  bool is_shown = false;
+  if (!ChangesMatches(edit, *now)) {
+    is_shown = ShowPrepared(edit, Prepare(edit, *now), &events);
+  } else {
+    // Others that do not change matches show theirs while cycles are checked.
+    MutexLock matching(&matching_);
+    is_shown = ShowPrepared(edit, Prepare(edit, *view()), &events);
+  }
+  for (Event& event : events) events_->Append(std::move(event));
+  return is_shown;
 }
 
-bool MapWriter::ShowPrepared(const MapEdit& edit, const PreparedEdit& prepared) {
-  View base;  // May be the last that holds a large map: let go of without a lock.
+bool MapWriter::ShowPrepared(const MapEdit& edit, const PreparedEdit& prepared,
+                             std::vector<Event>* events) {
+  View base, shown;  // May be the last that hold a large map: let go of without a lock.
   {
     MutexLock editing(&editing_);
     base = view();
     if (IsVoid(edit, *base)) return false;
-    View next = Apply(*base, edit, prepared);
+    shown = Apply(*base, edit, prepared);
     MutexLock lock(&mutex_);
     Append(edit.changes, &changes_);
-    view_ = std::move(next);
+    view_ = shown;
+  }
+  if (events_ != nullptr && prepared.effective != nullptr) {
+    *events = Stamped(MatchEvents(*base->effective, *shown->effective, *shown));
   }
   changed_.Notify();
   activity_->changed().Notify();
   return true;
+}
+
+std::vector<Event> MapWriter::Stamped(std::vector<Event> events) const {
+  for (Event& event : events) event.time_ns = clock_->NowNs();
+  return events;
 }
 
 void MapWriter::GiveBack(Changes changes) {

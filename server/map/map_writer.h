@@ -13,7 +13,9 @@
 #include "core/concurrency/event_count.h"
 #include "core/concurrency/mutex.h"
 #include "core/map/finished_submap.h"
+#include "core/records/event.h"
 #include "server/map/activity.h"
+#include "server/map/event_journal.h"
 #include "server/map/map_edit.h"
 #include "server/map/map_view.h"
 #include "server/map/submap_cache.h"
@@ -26,6 +28,9 @@ struct ManualEdit {
   std::vector<ManualDecision> manual_decisions = {};
   std::vector<SessionPair> withdrawn = {};  // Whose manual decisions are taken back.
   std::vector<LoopClosure> loops = {};      // As they are from now on.
+  Actor by = {};
+  std::optional<int64_t> undone = {};  // The revision that all this undoes.
+  std::string note = {};               // Of the undoing.
 };
 
 // Thread safe. Who reads takes one pointer and never waits for who writes: the lock for it is held
@@ -39,9 +44,11 @@ class MapWriter {
  public:
   using View = std::shared_ptr<const MapView>;
 
-  // `cache` is told which submaps come and go, `activity` that the map has changed.
-  MapWriter(storage::MapStore* store, SubmapCache* cache, Activity* activity, const Clock* clock)
-      : store_(store), cache_(cache), activity_(activity), clock_(clock) {}
+  // `cache` is told which submaps come and go, `activity` that the map has changed, `events`, if
+  // any, which matches joined and parted maps.
+  MapWriter(storage::MapStore* store, SubmapCache* cache, Activity* activity, const Clock* clock,
+            EventJournal* events = nullptr)
+      : store_(store), cache_(cache), activity_(activity), clock_(clock), events_(events) {}
 
   // Reads everything back from the store. Call once, before any thread starts.
   absl::Status Load();
@@ -54,8 +61,10 @@ class MapWriter {
   // All that change what is placed return when the change is stored; the map is placed anew soon
   // after (WaitUntilPlaced).
 
-  // New sessions, or known ones with other records; nothing that is placed changes.
-  absl::Status PutSessions(const std::vector<SessionRecord>& sessions);
+  // New sessions, or known ones with other records; nothing that is placed changes. The event, if
+  // any, is stored with them.
+  absl::Status PutSessions(const std::vector<SessionRecord>& sessions,
+                           std::optional<Event> event = {});
   // Stores a finished submap, or a checkpoint alone, and adds what it holds to its segment of the
   // session. A segment that does not exist yet is opened with it. NotFound when the session was
   // deleted meanwhile.
@@ -66,15 +75,16 @@ class MapWriter {
   absl::Status PutDecisions(const ManualEdit& decisions);
   // New ones; gives them their ids. Ignored when the session is gone.
   absl::Status AddLoops(std::vector<LoopClosure> found);
-  absl::Status PutAnchor(const Anchor& anchor);
-  absl::Status RemoveAnchor(const SubmapId& submap);
+  absl::Status PutAnchor(const Anchor& anchor, const Actor& by = {});
+  absl::Status RemoveAnchor(const SubmapId& submap, const Actor& by = {});
   // Nothing that is placed changes.
-  absl::Status SetDatum(const std::optional<Datum>& datum);
+  absl::Status SetDatum(const std::optional<Datum>& datum, const Actor& by = {});
   // Removes the submaps with all that hangs on them.
   absl::Status RetireSubmaps(const std::vector<SubmapId>& submaps);
-  // Removes the session, all its segments, from store and map. `why` is said in the revision's
-  // cause.
-  absl::Status RemoveSession(const SessionId& session, const std::string& why = "");
+  // Removes the session, all its segments, from store and map. `why`, where nobody asked for it, is
+  // said in the revision's cause.
+  absl::Status RemoveSession(const SessionId& session, const std::string& why = "",
+                             const Actor& by = {});
 
   // Until the revision shows what the map says now, or nothing is placed any more.
   void WaitUntilPlaced() const;
@@ -96,7 +106,7 @@ class MapWriter {
   absl::Status CommitEdit(const MapEdit& edit);  // Stores, then shows.
   // False where it is void.
   bool ShowEdit(const MapEdit& edit) ABSL_LOCKS_EXCLUDED(matching_, editing_, mutex_);
-  bool ShowPrepared(const MapEdit& edit, const PreparedEdit& prepared)
+  bool ShowPrepared(const MapEdit& edit, const PreparedEdit& prepared, std::vector<Event>* events)
       ABSL_LOCKS_EXCLUDED(editing_, mutex_);
   // True if the store has this submap, though no view shows it: an earlier attempt to add it
   // failed in between.
@@ -104,6 +114,8 @@ class MapWriter {
   // Those that the finished submap brings, as they are to be stored.
   std::vector<SessionRecord> NewSegments(const SessionId& session,
                                          const FinishedSubmap& finished) const;
+  // Of now.
+  std::vector<Event> Stamped(std::vector<Event> events) const;
   absl::Status LoadSessions(MapView* view);
   absl::Status LoadDecisions(MapView* view);
   absl::Status LoadLoops(MapView* view);
@@ -112,6 +124,7 @@ class MapWriter {
   SubmapCache* const cache_;
   Activity* const activity_;
   const Clock* const clock_;
+  EventJournal* const events_;
   EventCount changed_;
 
   Mutex matching_;  // Held while effective matches are worked out and shown.

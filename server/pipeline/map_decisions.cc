@@ -43,7 +43,8 @@ int64_t MapDecisions::RevisionOncePlaced() const {
   return map_->view()->revision->revision;
 }
 
-absl::StatusOr<DecidedLoop> MapDecisions::DecideLoop(const LoopDecision& decision) {
+absl::StatusOr<DecidedLoop> MapDecisions::DecideLoop(const LoopDecision& decision,
+                                                     const Actor& by) {
   if (absl::Status status = CheckNote(decision.note); !status.ok()) return status;
   LoopClosure loop;
   {
@@ -56,14 +57,16 @@ absl::StatusOr<DecidedLoop> MapDecisions::DecideLoop(const LoopDecision& decisio
     loop = *known;
     loop.rejected = decision.rejected;
     loop.note = decision.note;
-    if (absl::Status status = map_->PutDecisions({.loops = {loop}}); !status.ok()) return status;
+    if (absl::Status status = map_->PutDecisions({.loops = {loop}, .by = by}); !status.ok()) {
+      return status;
+    }
   }
   map_->WaitUntilPlaced();
   const MapWriter::View view = map_->view();
   return DecidedLoop{view->revision->revision, MapReader::Describe(loop, *view)};
 }
 
-absl::StatusOr<int64_t> MapDecisions::PutAnchor(Anchor anchor) {
+absl::StatusOr<int64_t> MapDecisions::PutAnchor(Anchor anchor, const Actor& by) {
   if (absl::Status status = CheckAnchor(anchor); !status.ok()) return status;
   {
     MutexLock changing(membership_);
@@ -74,28 +77,28 @@ absl::StatusOr<int64_t> MapDecisions::PutAnchor(Anchor anchor) {
           absl::StrCat("no submap ", ToString(anchor.submap), ": list those there are"));
     }
     anchor.given_ns = clock_->NowNs();
-    if (absl::Status status = map_->PutAnchor(anchor); !status.ok()) return status;
+    if (absl::Status status = map_->PutAnchor(anchor, by); !status.ok()) return status;
   }
   return RevisionOncePlaced();
 }
 
-absl::StatusOr<int64_t> MapDecisions::RemoveAnchor(const SubmapId& submap) {
+absl::StatusOr<int64_t> MapDecisions::RemoveAnchor(const SubmapId& submap, const Actor& by) {
   {
     MutexLock changing(membership_);
     if (!map_->view()->anchors.contains(submap)) {
       return absl::NotFoundError(absl::StrCat("submap ", ToString(submap), " has no anchor"));
     }
-    if (absl::Status status = map_->RemoveAnchor(submap); !status.ok()) return status;
+    if (absl::Status status = map_->RemoveAnchor(submap, by); !status.ok()) return status;
   }
   return RevisionOncePlaced();
 }
 
-absl::Status MapDecisions::SetDatum(std::optional<Datum> datum) {
+absl::Status MapDecisions::SetDatum(std::optional<Datum> datum, const Actor& by) {
   if (datum) {
     if (absl::Status status = CheckDatum(*datum); !status.ok()) return status;
     datum->given_ns = clock_->NowNs();
   }
-  return map_->SetDatum(datum);
+  return map_->SetDatum(datum, by);
 }
 
 ManualEdit MapDecisions::RejectCauses(const RevisionInfo& revision, const std::string& note) const {
@@ -122,7 +125,8 @@ ManualEdit MapDecisions::RejectCauses(const RevisionInfo& revision, const std::s
   return decisions;
 }
 
-absl::StatusOr<int64_t> MapDecisions::UndoRevision(int64_t revision, const std::string& note) {
+absl::StatusOr<int64_t> MapDecisions::UndoRevision(int64_t revision, const std::string& note,
+                                                   const Actor& by) {
   if (absl::Status status = CheckNote(note); !status.ok()) return status;
   const absl::StatusOr<std::vector<RevisionInfo>> revisions =
       map_store_->ListRevisions(std::numeric_limits<int>::max());
@@ -136,12 +140,15 @@ absl::StatusOr<int64_t> MapDecisions::UndoRevision(int64_t revision, const std::
   {
     // Sessions must not go while the store is written.
     MutexLock changing(membership_);
-    const ManualEdit rejected = RejectCauses(*info, note);
+    ManualEdit rejected = RejectCauses(*info, note);
     if (rejected.manual_decisions.empty() && rejected.withdrawn.empty() && rejected.loops.empty()) {
       return absl::FailedPreconditionError(
           absl::StrCat("revision ", revision, " (", info->cause,
                        ") came of no match or loop closure that still counts: nothing to reject"));
     }
+    rejected.by = by;
+    rejected.undone = revision;
+    rejected.note = note;
     if (absl::Status status = map_->PutDecisions(rejected); !status.ok()) return status;
   }
   return RevisionOncePlaced();

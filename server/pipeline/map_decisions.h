@@ -23,12 +23,12 @@ class MapDecisions {
                Mutex* membership)
       : map_(map), map_store_(store), clock_(clock), membership_(membership) {}
 
-  absl::StatusOr<DecidedMatch> DecideMatch(const MatchDecision& decision);
-  absl::StatusOr<DecidedLoop> DecideLoop(const LoopDecision& decision);
-  absl::StatusOr<int64_t> PutAnchor(Anchor anchor);
-  absl::StatusOr<int64_t> RemoveAnchor(const SubmapId& submap);
-  absl::Status SetDatum(std::optional<Datum> datum);
-  absl::StatusOr<int64_t> UndoRevision(int64_t revision, const std::string& note);
+  absl::StatusOr<DecidedMatch> DecideMatch(const MatchDecision& decision, const Actor& by);
+  absl::StatusOr<DecidedLoop> DecideLoop(const LoopDecision& decision, const Actor& by);
+  absl::StatusOr<int64_t> PutAnchor(Anchor anchor, const Actor& by);
+  absl::StatusOr<int64_t> RemoveAnchor(const SubmapId& submap, const Actor& by);
+  absl::Status SetDatum(std::optional<Datum> datum, const Actor& by);
+  absl::StatusOr<int64_t> UndoRevision(int64_t revision, const std::string& note, const Actor& by);
 
  private:
   // The rejections of what the revision came from.

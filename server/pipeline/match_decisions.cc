@@ -63,7 +63,8 @@ absl::StatusOr<ManualDecision> MakeManualDecision(const MatchDecision& decision,
 
 }  // namespace
 
-absl::StatusOr<DecidedMatch> MapDecisions::DecideMatch(const MatchDecision& decision) {
+absl::StatusOr<DecidedMatch> MapDecisions::DecideMatch(const MatchDecision& decision,
+                                                       const Actor& by) {
   if (absl::Status status = CheckDecision(decision); !status.ok()) return status;
   SessionPair pair;
   {
@@ -73,6 +74,8 @@ absl::StatusOr<DecidedMatch> MapDecisions::DecideMatch(const MatchDecision& deci
     pair = {manual_decision->a, manual_decision->b};
     manual_decision->given_ns = clock_->NowNs();
     ManualEdit edit;
+    edit.by = by;
+    edit.note = decision.note;
     if (decision.kind) {
       edit.manual_decisions = {*manual_decision};
     } else {

@@ -52,6 +52,7 @@ absl::Status PipelineImpl::Start() {
         "\"default\" or \"birds_eye\"");
   }
   if (absl::Status status = parts_.map.Load(); !status.ok()) return status;
+  parts_.events.Start();
   const PipelineOptions& options = parts_.options;
   auto scans =
       ingest::ScanRecorder::Open(options.archive, options.on_problem, options.max_scan_points);
@@ -118,14 +119,14 @@ RetentionThread::Hooks PipelineImpl::RetentionHooks() {
     if (action.kind == ingest::RetentionAction::Kind::kDropScans) {
       return parts_.scans->FreeBytes(action.session, action.bytes);
     }
-    return sessions_.DeleteSession(action.session, action.why);
+    return sessions_.DeleteSession(action.session, action.why, {});
   };
   hooks.on_problem = parts_.options.on_problem;
   return hooks;
 }
 
-absl::Status PipelineImpl::DeleteSession(const SessionId& session) {
-  absl::Status status = sessions_.DeleteSession(session, "");
+absl::Status PipelineImpl::DeleteSession(const SessionId& session, const Actor& by) {
+  absl::Status status = sessions_.DeleteSession(session, "", by);
   if (status.ok()) retention_->NoteChange(session);
   return status;
 }
@@ -183,7 +184,7 @@ void PipelineImpl::WaitUntilIdle() {
     const uint64_t seen = changed.count();
     if (parts_.shut_down) return;
     const uint64_t pending_scans = parts_.activity.counters().pending_scans;
-    if (IsSettled(pending_scans, *parts_.map.view())) return;
+    if (IsSettled(pending_scans, *parts_.map.view())) return parts_.events.WaitUntilStored();
     changed.WaitPast(seen);
   }
 }
@@ -194,7 +195,7 @@ void PipelineImpl::StopTaking() {
 
 void PipelineImpl::Shutdown() {
   if (parts_.shut_down.exchange(true)) return;
-  if (executor_ == nullptr) return;  // Never started.
+  if (executor_ == nullptr) return parts_.events.Stop();  // Never started.
   store_retries_ = nullptr;
   if (retention_ != nullptr) retention_->Stop();
   if (matching_ != nullptr) matching_->Stop();
@@ -204,6 +205,7 @@ void PipelineImpl::Shutdown() {
   for (const auto& worker : parts_.workers.All()) (void)worker->Finish();
   if (placement_ != nullptr) placement_->Stop();
   if (composition_ != nullptr) composition_->Stop();
+  parts_.events.Stop();
 }
 
 }  // namespace isthmus::server

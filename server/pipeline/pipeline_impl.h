@@ -32,17 +32,18 @@ class PipelineImpl : public Pipeline {
   // Loads the store and starts the threads. Call once.
   absl::Status Start();
 
-  absl::StatusOr<SessionStatus> CreateSession(const SessionRequest& request) override {
-    return sessions_.CreateSession(request);
+  absl::StatusOr<SessionStatus> CreateSession(const SessionRequest& request,
+                                              const Actor& by) override {
+    return sessions_.CreateSession(request, by);
   }
   absl::StatusOr<SessionStatus> GetSession(const SessionId& session) override {
     return sessions_.GetSession(session);
   }
   std::vector<SessionStatus> ListSessions() override { return sessions_.ListSessions(); }
-  absl::StatusOr<SessionStatus> FinishSession(const SessionId& session) override {
-    return sessions_.FinishSession(session);
+  absl::StatusOr<SessionStatus> FinishSession(const SessionId& session, const Actor& by) override {
+    return sessions_.FinishSession(session, by);
   }
-  absl::Status DeleteSession(const SessionId& session) override;
+  absl::Status DeleteSession(const SessionId& session, const Actor& by) override;
 
   absl::Status SetAckSink(const SessionId& session, AckSink sink) override {
     return sessions_.SetAckSink(session, std::move(sink));
@@ -68,23 +69,24 @@ class PipelineImpl : public Pipeline {
   absl::StatusOr<RobotTrajectory> GetTrajectory(const RobotId& robot, TrajectoryFrame frame,
                                                 uint32_t segment) override;
   MatchGraph GetMatchGraph() override { return reader_.GetMatchGraph(); }
-  absl::StatusOr<DecidedMatch> DecideMatch(const MatchDecision& decision) override {
-    return decisions_.DecideMatch(decision);
+  absl::StatusOr<DecidedMatch> DecideMatch(const MatchDecision& decision,
+                                           const Actor& by) override {
+    return decisions_.DecideMatch(decision, by);
   }
   absl::StatusOr<ListAt<Loop>> ListLoops(const std::optional<RobotId>& robot) override {
     return reader_.ListLoops(robot);
   }
-  absl::StatusOr<DecidedLoop> DecideLoop(const LoopDecision& decision) override {
-    return decisions_.DecideLoop(decision);
+  absl::StatusOr<DecidedLoop> DecideLoop(const LoopDecision& decision, const Actor& by) override {
+    return decisions_.DecideLoop(decision, by);
   }
-  absl::StatusOr<int64_t> PutAnchor(Anchor anchor) override {
-    return decisions_.PutAnchor(std::move(anchor));
+  absl::StatusOr<int64_t> PutAnchor(Anchor anchor, const Actor& by) override {
+    return decisions_.PutAnchor(std::move(anchor), by);
   }
-  absl::StatusOr<int64_t> RemoveAnchor(const SubmapId& submap) override {
-    return decisions_.RemoveAnchor(submap);
+  absl::StatusOr<int64_t> RemoveAnchor(const SubmapId& submap, const Actor& by) override {
+    return decisions_.RemoveAnchor(submap, by);
   }
-  absl::Status SetDatum(std::optional<Datum> datum) override {
-    return decisions_.SetDatum(std::move(datum));
+  absl::Status SetDatum(std::optional<Datum> datum, const Actor& by) override {
+    return decisions_.SetDatum(std::move(datum), by);
   }
   ListAt<RobotAnchor> ListAnchors() override { return reader_.ListAnchors(); }
   absl::StatusOr<std::vector<RevisionInfo>> ListRevisions(int limit) override {
@@ -93,8 +95,9 @@ class PipelineImpl : public Pipeline {
   absl::StatusOr<RevisionDiff> DiffRevisions(int64_t from, int64_t to) override {
     return reader_.DiffRevisions(from, to);
   }
-  absl::StatusOr<int64_t> UndoRevision(int64_t revision, const std::string& note) override {
-    return decisions_.UndoRevision(revision, note);
+  absl::StatusOr<int64_t> UndoRevision(int64_t revision, const std::string& note,
+                                       const Actor& by) override {
+    return decisions_.UndoRevision(revision, note, by);
   }
   absl::StatusOr<std::string> ExportPoseGraph(uint32_t component) override {
     return placement_->WriteG2o(component);
@@ -107,6 +110,15 @@ class PipelineImpl : public Pipeline {
                          const std::function<bool(const std::string&)>& sink) override {
     return reader_.ExportMap(request, sink);
   }
+
+  absl::StatusOr<EventPage> ListEvents(const EventQuery& query) override {
+    return parts_.store->ListEvents(query);
+  }
+  void NoteEvent(Event event) override { parts_.events.Append(std::move(event)); }
+  uint64_t OnEvents(std::function<void()> wake) override {
+    return parts_.events.OnStored(std::move(wake));
+  }
+  void ForgetEvents(uint64_t handle) override { parts_.events.Forget(handle); }
 
   void WaitUntilIdle() override;
   void StopTaking() override;

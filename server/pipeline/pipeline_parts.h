@@ -14,6 +14,7 @@
 #include "server/ingest/scan_recorder.h"
 #include "server/ingest/session_workers.h"
 #include "server/map/activity.h"
+#include "server/map/event_journal.h"
 #include "server/map/map_writer.h"
 #include "server/map/submap_cache.h"
 #include "server/pipeline_options.h"
@@ -29,20 +30,24 @@ struct PipelineParts {
       : options(opened_with),
         clock(clock_given),
         queue_room(std::make_shared<ingest::QueueRoom>(options.all_queues_bytes)),
-        health(&clock, options.on_problem),
-        store(WatchStore(std::move(opened), &health)),
+        events(&clock, options.on_event),
+        health(&clock, [this](bool fails, const std::string& news) { NoteHealth(fails, news); }),
+        store(WatchStore(events.Watch(std::move(opened)), &health)),
         submaps(store.get(), options.submap_cache_bytes,
                 [this](const SubmapId& id, const std::string& problem) {
                   activity.NoteDamage(id, problem);
                   if (options.on_problem) options.on_problem(problem);
                 }),
-        map(store.get(), &submaps, &activity, &clock) {}
+        map(store.get(), &submaps, &activity, &clock, &events) {}
 
   const PipelineOptions options;
   const Clock& clock;
   const std::shared_ptr<ingest::QueueRoom> queue_room;  // Of all sessions.
+  // Its thread uses the store: stopped before that goes. What it writes says nothing of the health:
+  // a full disk may have room for an event, and none for a submap.
+  EventJournal events;
   StoreHealth health;
-  const std::unique_ptr<storage::MapStore> store;  // Tells `health`.
+  const std::unique_ptr<storage::MapStore> store;  // Tells `health` and `events`.
   Activity activity;
   SubmapCache submaps;
   MapWriter map;
@@ -59,6 +64,13 @@ struct PipelineParts {
   }
   std::array<Mutex, 64> uploads = {};
   std::atomic<bool> shut_down = false;
+  void NoteHealth(bool fails, const std::string& news) {
+    if (options.on_problem) options.on_problem(news);
+    Event event;
+    event.kind = fails ? EventKind::kStorageFailed : EventKind::kStorageWorks;
+    event.text = news;
+    events.Append(std::move(event));
+  }
   // Set before anything comes in.
   RetentionThread* retention = nullptr;
   Executor* executor = nullptr;

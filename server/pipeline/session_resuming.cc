@@ -143,7 +143,7 @@ ingest::WorkerHooks Sessions::HooksOf(const SessionId& session) {
     return placement->T_map_odom;
   };
   hooks.scan_done = [this] { parts_.activity.ScanDone(); };
-  hooks.tell = parts_.options.on_event;
+  hooks.tell = [this](Event event) { parts_.events.Append(std::move(event)); };
   return hooks;
 }
 

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/concurrency/mutex.h"
+#include "server/map/edit_events.h"
 
 namespace isthmus::server {
 namespace {
@@ -57,7 +58,8 @@ absl::StatusOr<const SessionView*> FindOpened(const MapView& view, const Session
                    opened));
 }
 
-absl::StatusOr<SessionStatus> Sessions::CreateSession(const SessionRequest& request) {
+absl::StatusOr<SessionStatus> Sessions::CreateSession(const SessionRequest& request,
+                                                      const Actor& by) {
   if (parts_.shut_down) return absl::UnavailableError("the server is shutting down");
   if (absl::Status status = CheckRequest(request); !status.ok()) return status;
   SessionRecord record;
@@ -78,7 +80,8 @@ absl::StatusOr<SessionStatus> Sessions::CreateSession(const SessionRequest& requ
   record.id = NextId(record.robot, &number);
   auto worker = MakeWorker(record, {});
   if (!worker.ok()) return worker.status();
-  if (absl::Status status = parts_.map.PutSessions({record}); !status.ok()) return status;
+  const Event event = SessionEvent(EventKind::kSessionOpened, record, by);
+  if (auto status = parts_.map.PutSessions({record}, event); !status.ok()) return status;
   last_numbers_[record.robot] = number;
   parts_.workers.Add(record.id, *std::move(worker));
   return GetSession(record.id);
@@ -125,7 +128,7 @@ std::optional<SessionStatus> Sessions::FindRequested(const SessionRecord& record
   return std::nullopt;
 }
 
-absl::StatusOr<SessionStatus> Sessions::FinishSession(const SessionId& session) {
+absl::StatusOr<SessionStatus> Sessions::FinishSession(const SessionId& session, const Actor& by) {
   {
     const MapWriter::View view = parts_.map.view();
     const auto opened = FindOpened(*view, session);
@@ -151,7 +154,8 @@ absl::StatusOr<SessionStatus> Sessions::FinishSession(const SessionId& session) 
     record.state = SessionState::kFinished;
     record.finished_ns = now_ns;
   }
-  if (absl::Status status = parts_.map.PutSessions(records); !status.ok()) return status;
+  const Event event = SessionEvent(EventKind::kSessionFinished, records.front(), by);
+  if (auto status = parts_.map.PutSessions(records, event); !status.ok()) return status;
   // No ack follows the last one, and whoever took them may be gone before the worker is.
   if (worker != nullptr) worker->SetAckSink(nullptr);
   parts_.workers.Release(session);
@@ -160,7 +164,8 @@ absl::StatusOr<SessionStatus> Sessions::FinishSession(const SessionId& session) 
 }
 
 // Its scans go first: what is left if that stops half way is a session without.
-absl::Status Sessions::DeleteSession(const SessionId& session, const std::string& why) {
+absl::Status Sessions::DeleteSession(const SessionId& session, const std::string& why,
+                                     const Actor& by) {
   {
     const MapWriter::View view = parts_.map.view();
     const auto opened = FindOpened(*view, session);
@@ -171,7 +176,8 @@ absl::Status Sessions::DeleteSession(const SessionId& session, const std::string
     MutexLock uploading(&parts_.UploadsOf(session));
     MutexLock changing(&parts_.membership);
     if (absl::Status status = parts_.scans->Remove(session); !status.ok()) return status;
-    if (absl::Status status = parts_.map.RemoveSession(session, why); !status.ok()) return status;
+    if (absl::Status status = parts_.map.RemoveSession(session, why, by); !status.ok())
+      return status;
     parts_.workers.Remove(session);
   }
   parts_.map.WaitUntilPlaced();

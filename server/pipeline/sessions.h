@@ -25,12 +25,12 @@ class Sessions {
   // Gives the sessions of the store that take scans their workers. Call once, before anything else.
   absl::Status Resume();
 
-  absl::StatusOr<SessionStatus> CreateSession(const SessionRequest& request);
+  absl::StatusOr<SessionStatus> CreateSession(const SessionRequest& request, const Actor& by);
   absl::StatusOr<SessionStatus> GetSession(const SessionId& session) const;
   std::vector<SessionStatus> ListSessions() const;
-  absl::StatusOr<SessionStatus> FinishSession(const SessionId& session);
+  absl::StatusOr<SessionStatus> FinishSession(const SessionId& session, const Actor& by);
   // `why`, for the revision's cause, is empty where someone asked for it.
-  absl::Status DeleteSession(const SessionId& session, const std::string& why);
+  absl::Status DeleteSession(const SessionId& session, const std::string& why, const Actor& by);
 
   absl::Status SetAckSink(const SessionId& session, AckSink sink);
   absl::Status SubmitScan(const SessionId& session, ScanUpload scan);

@@ -1,10 +1,13 @@
 #include "server/rpc/access_service.h"
 
+#include <absl/strings/str_cat.h>
+
 #include <algorithm>
 #include <string>
 #include <utility>
 
 #include "api/convert/access.h"
+#include "server/access/token_text.h"
 #include "server/rpc/responses.h"
 
 namespace isthmus::rpc {
@@ -22,6 +25,19 @@ bool SeesAllSitesOf(const access::Caller& caller, const AccessToken& token) {
 
 }  // namespace
 
+void AccessService::NoteToken(EventKind kind, const AccessToken& token, const Call& call) const {
+  Event event;
+  event.kind = kind;
+  event.actor = call.actor();
+  event.text = absl::StrCat("token ", token.name, " (", access::RoleName(token.role), ") ",
+                            kind == EventKind::kTokenCreated ? "made" : "revoked");
+  access::Caller its_caller;
+  its_caller.sites = token.sites;
+  for (Site* site : gate_.sites()) {
+    if (its_caller.MaySee(site->name)) site->pipeline.NoteEvent(event);
+  }
+}
+
 grpc::Status AccessService::CreateToken(grpc::ServerContext* context,
                                         const v1::CreateTokenRequest* request,
                                         v1::CreateTokenResponse* response) {
@@ -38,6 +54,7 @@ grpc::Status AccessService::CreateToken(grpc::ServerContext* context,
     }
     const auto made = tokens_->Create(*std::move(wanted));
     if (made.ok()) {
+      NoteToken(EventKind::kTokenCreated, made->token, call);
       *response->mutable_token() = convert::ToMessage(made->token);
       response->set_secret(made->secret);
     }
@@ -67,7 +84,10 @@ grpc::Status AccessService::RevokeToken(grpc::ServerContext* context,
       return SeesAllSitesOf(call.caller, token);
     };
     const auto revoked = tokens_->Revoke(request->name(), may_revoke);
-    if (revoked.ok()) *response = convert::ToMessage(*revoked);
+    if (revoked.ok()) {
+      NoteToken(EventKind::kTokenRevoked, *revoked, call);
+      *response = convert::ToMessage(*revoked);
+    }
     return revoked.status();
   });
 }

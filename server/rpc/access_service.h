@@ -25,6 +25,9 @@ class AccessService final : public v1::AccessService::Service {
                            v1::Token* response) override;
 
  private:
+  // In the logs of the sites that the token is for.
+  void NoteToken(EventKind kind, const AccessToken& token, const Call& call) const;
+
   Gate& gate_;
   access::Tokens* const tokens_;
 };

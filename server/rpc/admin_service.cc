@@ -1,8 +1,10 @@
 #include "server/rpc/admin_service.h"
 
 #include <absl/cleanup/cleanup.h>
+#include <absl/strings/str_cat.h>
 
 #include <string>
+#include <utility>
 
 #include "api/convert/graph.h"
 #include "server/rpc/responses.h"
@@ -38,7 +40,16 @@ absl::Status SendBackup(const Call& call, grpc::ServerWriter<v1::BackUpResponse>
   if (!contents.ok()) return contents.status();
   v1::BackUpResponse last;
   *last.mutable_contents() = convert::ToMessage(*contents);
-  return file.Finish(std::move(last));
+  absl::Status status = file.Finish(std::move(last));
+  if (status.ok()) {
+    Event event;
+    event.kind = EventKind::kBackupMade;
+    event.actor = call.actor();
+    event.text = absl::StrCat("backup made: ", contents->sessions, " sessions, ", contents->submaps,
+                              " submaps");
+    call.pipeline().NoteEvent(std::move(event));
+  }
+  return status;
 }
 
 }  // namespace

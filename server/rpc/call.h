@@ -36,6 +36,8 @@ struct Call {
   const grpc::ServerContextBase* context = nullptr;  // Outlives the call.
   std::optional<CallLimits::Ticket> ticket = {};     // Its place among the calls of its kind.
 
+  // For the event log.
+  Actor actor() const { return {caller.token, peer, request_id}; }
   server::Pipeline& pipeline() const { return site->pipeline; }
 
   // Whether the client is gone, or its deadline has passed: long work asks between two pieces.

@@ -54,6 +54,13 @@ bool IsPlain(const std::string& id) {
   });
 }
 
+// The client's own, where it is plain; else empty.
+std::string GivenRequestId(const grpc::ServerContextBase& context) {
+  bool twice = false;
+  const std::optional<std::string> id = OnlyValue(context, kRequestId, &twice);
+  return id && IsPlain(*id) ? *id : std::string();
+}
+
 }  // namespace
 
 Gate::Gate(Options options) : options_(std::move(options)) {
@@ -150,9 +157,8 @@ absl::StatusOr<Call> Gate::Admit(const grpc::ServerContextBase& context, absl::s
   call.caller = *std::move(caller);
   call.site = *site;
   call.peer = context.peer();
-  bool twice = false;
-  const auto request_id = OnlyValue(context, kRequestId, &twice);
-  call.request_id = request_id && IsPlain(*request_id) ? *request_id : absl::StrCat(++calls_);
+  call.request_id = GivenRequestId(context);
+  if (call.request_id.empty()) call.request_id = absl::StrCat(++calls_);
   call.admission = std::make_shared<Admission>();
   if (options_.tokens != nullptr) {
     call.running = &running_;
@@ -161,8 +167,22 @@ absl::StatusOr<Call> Gate::Admit(const grpc::ServerContextBase& context, absl::s
   return call;
 }
 
-grpc::Status Gate::End(absl::string_view rpc, const absl::Status& status) const {
-  if (!status.ok() && options_.on_failed_call) options_.on_failed_call(std::string(rpc), status);
+grpc::Status Gate::End(absl::string_view rpc, const absl::Status& status,
+                       const grpc::ServerContextBase& context, const Call* call) const {
+  if (status.ok() || !options_.on_failed_call) return ToGrpc(status);
+  FailedCall failed;
+  failed.rpc = std::string(rpc);
+  failed.status = status;
+  if (call != nullptr) {
+    failed.peer = call->peer;
+    failed.request_id = call->request_id;
+    failed.token = call->caller.token;
+    failed.site = call->site->name;
+  } else {
+    failed.peer = context.peer();
+    failed.request_id = GivenRequestId(context);
+  }
+  options_.on_failed_call(failed);
   return ToGrpc(status);
 }
 

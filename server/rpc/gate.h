@@ -9,7 +9,9 @@
 #include <atomic>
 #include <chrono>
 #include <cstdint>
+#include <optional>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "core/caught.h"
@@ -18,6 +20,7 @@
 #include "server/access/require_token.h"
 #include "server/access/tokens.h"
 #include "server/rpc/call.h"
+#include "server/rpc/failed_call.h"
 #include "server/rpc/reply.h"
 
 namespace isthmus::rpc {
@@ -49,26 +52,32 @@ class Gate {
   // call.
   absl::StatusOr<Call> Admit(const grpc::ServerContextBase& context, absl::string_view rpc);
 
-  // The status that travels at the end of a call, let in or not; tells of failures.
-  grpc::Status End(absl::string_view rpc, const absl::Status& status) const;
+  // The status that travels at the end of a call, null if it was not let in; tells of failures.
+  grpc::Status End(absl::string_view rpc, const absl::Status& status,
+                   const grpc::ServerContextBase& context, const Call* call) const;
+
+  const std::vector<Site*>& sites() const { return options_.sites; }
 
   // Answers with the status that `handler(const Call&)` returns. What it throws is the answer to
   // this call alone.
   template <typename Handler>
   grpc::Status Serve(grpc::ServerContextBase* context, const char* rpc, const Handler& handler) {
-    return End(rpc, Run(*context, rpc, handler));
+    std::optional<Call> call;
+    const absl::Status status = Run(*context, rpc, handler, &call);
+    return End(rpc, status, *context, call ? &*call : nullptr);
   }
 
  private:
   template <typename Handler>
-  absl::Status Run(const grpc::ServerContextBase& context, const char* rpc,
-                   const Handler& handler) {
+  absl::Status Run(const grpc::ServerContextBase& context, const char* rpc, const Handler& handler,
+                   std::optional<Call>* call) {
     try {
-      const absl::StatusOr<Call> call = Admit(context, rpc);
-      if (!call.ok()) return call.status();
-      absl::Status status = handler(*call);
+      absl::StatusOr<Call> admitted = Admit(context, rpc);
+      if (!admitted.ok()) return admitted.status();
+      call->emplace(*std::move(admitted));
+      absl::Status status = handler(std::as_const(**call));
       // A handler that was told to stop says that its client is gone, or nothing.
-      const absl::Status allowed = call->Allowed();
+      const absl::Status allowed = (*call)->Allowed();
       return status.ok() || allowed.ok() ? status : allowed;
     } catch (...) {
       return CaughtStatus();

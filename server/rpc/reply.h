@@ -1,4 +1,4 @@
-// The end of a call: the status that travels, and who is told of a failure.
+// The end of a call: the status that travels.
 #pragma once
 
 #include <absl/status/status.h>
@@ -6,19 +6,12 @@
 #include <grpcpp/support/status.h>
 
 #include <cstddef>
-#include <functional>
 #include <string>
 
 #include "api/convert/retry_after.h"
+#include "core/plain_text.h"
 
 namespace isthmus::rpc {
-
-// At most so many bytes, without half a character at their end (UTF-8).
-inline std::string CutText(absl::string_view text, size_t most) {
-  if (text.size() <= most) return std::string(text);
-  while (most > 0 && (static_cast<unsigned char>(text[most]) & 0xC0) == 0x80) --most;
-  return std::string(text.substr(0, most));
-}
 
 // Same codes, same message; a message longer than what fits into a trailer is cut.
 inline grpc::Status ToGrpc(const absl::Status& status) {
@@ -29,8 +22,5 @@ inline grpc::Status ToGrpc(const absl::Status& status) {
   const std::string message = CutText(status.message(), kMaxMessage);
   return grpc::Status(code, message, convert::StatusDetails(status, message));
 }
-
-// Told of every call that ends with an error; may be null.
-using OnFailedCall = std::function<void(const std::string& rpc, const absl::Status& status)>;
 
 }  // namespace isthmus::rpc

@@ -18,6 +18,7 @@
 #include "server/rpc/closed_reflection.h"
 #include "server/rpc/deferred_accept.h"
 #include "server/rpc/edit_service.h"
+#include "server/rpc/event_service.h"
 #include "server/rpc/gate.h"
 #include "server/rpc/localisation_service.h"
 #include "server/rpc/map_service.h"
@@ -81,6 +82,7 @@ struct RpcServer::State {
         sessions(&gate, &host, options.max_submap_bytes),
         map(&gate),
         edits(&gate),
+        events(&gate, &host),
         localisation(&host),
         admin(&gate),
         access(&gate, options.tokens) {}
@@ -92,6 +94,7 @@ struct RpcServer::State {
   SessionService sessions;
   MapService map;
   EditService edits;
+  EventService events;
   LocalisationService localisation;
   AdminService admin;
   AccessService access;
@@ -147,6 +150,7 @@ absl::StatusOr<std::unique_ptr<RpcServer>> RpcServer::Start(const std::vector<Se
   builder.RegisterService(&state->sessions);
   builder.RegisterService(&state->map);
   builder.RegisterService(&state->edits);
+  builder.RegisterService(&state->events);
   builder.RegisterService(&state->localisation);
   builder.RegisterService(&state->admin);
   builder.RegisterService(&state->access);
@@ -164,6 +168,7 @@ absl::StatusOr<std::unique_ptr<RpcServer>> RpcServer::Start(const std::vector<Se
   health->SetServingStatus(v1::SessionService::service_full_name(), true);
   health->SetServingStatus(v1::MapService::service_full_name(), true);
   health->SetServingStatus(v1::EditService::service_full_name(), true);
+  health->SetServingStatus(v1::EventService::service_full_name(), true);
   health->SetServingStatus(v1::LocalisationService::service_full_name(), true);
   health->SetServingStatus(v1::AdminService::service_full_name(), true);
   health->SetServingStatus(v1::AccessService::service_full_name(), true);

@@ -17,6 +17,7 @@
 #include "server/access/tokens.h"
 #include "server/pipeline.h"
 #include "server/rpc/backup_source.h"
+#include "server/rpc/failed_call.h"
 #include "server/rpc/streams/call_limits.h"
 #include "server/rpc/streams/stream_host.h"
 
@@ -71,7 +72,7 @@ struct ServerOptions {
   // How soon calls under way end whose token was revoked or has expired.
   std::chrono::milliseconds token_review_interval{1000};
   // Told of every call that ends with an error, from the thread that served it; may be null.
-  std::function<void(const std::string& rpc, const absl::Status& status)> on_failed_call;
+  OnFailedCall on_failed_call;
 };
 
 // One of the maps that a server serves.

@@ -18,7 +18,7 @@ grpc::Status SessionService::CreateSession(grpc::ServerContext* context,
     const auto wanted = convert::FromMessage(*request);
     if (!wanted.ok()) return wanted.status();
     if (absl::Status own = call.CheckRobot(wanted->robot); !own.ok()) return own;
-    const auto session = call.pipeline().CreateSession(*wanted);
+    const auto session = call.pipeline().CreateSession(*wanted, call.actor());
     if (session.ok()) *response = convert::ToMessage(*session);
     return session.status();
   });
@@ -62,7 +62,7 @@ grpc::Status SessionService::FinishSession(grpc::ServerContext* context,
             request->last_sequence(), ": send the rest again, then finish it"));
       }
     }
-    const auto finished = call.pipeline().FinishSession(session);
+    const auto finished = call.pipeline().FinishSession(session, call.actor());
     if (finished.ok()) {
       call.site->staging.DropSession(session);
       *response = convert::ToMessage(*finished);

@@ -27,8 +27,9 @@ class WatchedStore : public storage::ForwardingStore {
   absl::Status Write(const storage::WriteBatch& batch) override {
     return Noted([&] { return ForwardingStore::Write(batch); });
   }
-  absl::Status DeleteSession(const SessionId& session) override {
-    return Noted([&] { return ForwardingStore::DeleteSession(session); });
+  using ForwardingStore::DeleteSession;
+  absl::Status DeleteSession(const SessionId& session, const std::vector<Event>& events) override {
+    return Noted([&] { return ForwardingStore::DeleteSession(session, events); });
   }
   absl::Status PutFeatures(const storage::FeatureBlob& blob) override {
     return Noted([&] { return ForwardingStore::PutFeatures(blob); });
@@ -74,7 +75,7 @@ void StoreHealth::NoteWrite(const absl::Status& status) {
     }
     changed_.SignalAll();
   }
-  if (!news.empty() && on_change_) on_change_(news);
+  if (!news.empty() && on_change_) on_change_(is_failure, news);
 }
 
 std::string StoreHealth::Problem() const {

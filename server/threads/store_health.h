@@ -18,9 +18,10 @@ namespace isthmus::server {
 // Thread safe.
 class StoreHealth {
  public:
-  // `on_change`, if any, is told in words when storing begins to fail and when it works again; from
-  // any thread, one call at a time.
-  StoreHealth(const Clock* clock, std::function<void(const std::string&)> on_change)
+  // `on_change`, if any, is told, also in words, when storing begins to fail and when it works
+  // again; from any thread, one call at a time.
+  using OnChange = std::function<void(bool fails, const std::string& news)>;
+  StoreHealth(const Clock* clock, OnChange on_change)
       : clock_(clock), on_change_(std::move(on_change)) {}
 
   // Notes the outcome of a write. An error of the batch itself says nothing about the store.
@@ -36,7 +37,7 @@ class StoreHealth {
 
  private:
   const Clock* const clock_;
-  const std::function<void(const std::string&)> on_change_;
+  const OnChange on_change_;
   Mutex telling_;  // Serialises NoteWrite, so that on_change_ is told in order.
   mutable Mutex mutex_ ABSL_ACQUIRED_AFTER(telling_);
   CondVar changed_;

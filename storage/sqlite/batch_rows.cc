@@ -64,6 +64,7 @@ absl::Status WriteGraphRows(Connection& database, const WriteBatch& batch) {
     if (absl::Status status = SetDatum(database, *batch.datum); !status.ok()) return status;
   }
   if (absl::Status status = Retire(database, batch.retired); !status.ok()) return status;
+  if (absl::Status status = AddEvents(database, batch.events); !status.ok()) return status;
   if (!batch.revision) return absl::OkStatus();
   return AddRevision(database, *batch.revision, batch.moves);
 }

@@ -112,6 +112,10 @@ absl::StatusOr<std::vector<Anchor>> SelectAnchors(Connection& database);
 absl::Status SetDatum(Connection& database, const std::optional<Datum>& datum);
 absl::StatusOr<std::optional<Datum>> SelectDatum(Connection& database);
 
+// events. Numbers them, and lets the oldest go, as map_store.h says.
+absl::Status AddEvents(Connection& database, const std::vector<Event>& events);
+absl::StatusOr<EventPage> SelectEvents(Connection& database, const EventQuery& query);
+
 // revisions, revision_matches, revision_loops, placements, and the moves. Prunes as map_store.h
 // says.
 absl::Status AddRevision(Connection& database, const MapRevision& revision,

@@ -10,6 +10,7 @@
 #include "core/codec/quantized.h"
 #include "core/io/directory_lock.h"
 #include "storage/batch_rules.h"
+#include "storage/record_rules.h"
 #include "storage/records/submap_codec.h"
 #include "storage/revision_log.h"
 #include "storage/sqlite/connection_pool.h"
@@ -49,11 +50,13 @@ class SqliteStore : public MapStore {
     return writer_.Run([&](Connection& database) { return AddBatch(database, batch, encoded); });
   }
 
-  absl::Status DeleteSession(const SessionId& session) override {
+  using MapStore::DeleteSession;
+  absl::Status DeleteSession(const SessionId& session, const std::vector<Event>& events) override {
+    if (absl::Status status = CheckEvents(events); !status.ok()) return status;
     return writer_.Run([&](Connection& database) -> absl::Status {
       absl::StatusOr<bool> removed = RemoveSession(database, session);
       if (!removed.ok()) return removed.status();
-      return *removed ? absl::OkStatus() : UnknownSession(session);
+      return *removed ? AddEvents(database, events) : UnknownSession(session);
     });
   }
 
@@ -151,6 +154,10 @@ class SqliteStore : public MapStore {
       if (auto status = CheckRange(from, to, *oldest, *latest); !status.ok()) return status;
       return SelectMoves(reader, from, to);
     });
+  }
+
+  absl::StatusOr<EventPage> ListEvents(const EventQuery& query) const override {
+    return AtOneMoment<EventPage>([&](Connection& reader) { return SelectEvents(reader, query); });
   }
 
   absl::Status PutFeatures(const FeatureBlob& blob) override {

@@ -129,6 +129,7 @@ void CountRecords(Connection& database, StoreReport& report) {
   count("revisions", report.revisions);
   if (report.schema >= 5) count("loops", report.loops);
   if (report.schema >= 6) count("checkpoints", report.checkpoints);
+  if (report.schema >= 12) count("events", report.events);
 }
 
 absl::Status ExpectFile(const std::string& path) {
@@ -164,6 +165,7 @@ absl::StatusOr<StoreReport> ReadAll(const std::string& directory) {
   CheckSubmaps(**database, report.schema, report);
   CheckFeatures(**database, report);
   if (report.schema >= 6) CheckCheckpoints(**database, report);
+  if (report.schema >= 12) CheckEventLog(**database, report);
   CheckEdges(**database, report.schema, report);
   CheckPoses(**database, report.schema, report);
   return report;
@@ -188,11 +190,12 @@ absl::StatusOr<StoreReport> CheckStore(const std::string& directory) {
 }
 
 std::string ToString(const StoreReport& report) {
-  std::string text = absl::StrCat(
-      "schema ", report.schema, ": ", report.sessions, " sessions, ", report.submaps,
-      " submaps of ", report.points, " points, ", report.scans, " scans, ", report.features,
-      " features, ", report.matches, " matches, ", report.loops, " loop closures, ",
-      report.revisions, " revisions, ", report.checkpoints, " checkpoints\n");
+  std::string text =
+      absl::StrCat("schema ", report.schema, ": ", report.sessions, " sessions, ", report.submaps,
+                   " submaps of ", report.points, " points, ", report.scans, " scans, ",
+                   report.features, " features, ", report.matches, " matches, ", report.loops,
+                   " loop closures, ", report.revisions, " revisions, ", report.checkpoints,
+                   " checkpoints, ", report.events, " events\n");
   for (const DamagedRecord& damaged : report.damaged) {
     absl::StrAppend(&text, damaged.record, ": ", damaged.problem, "\n");
   }

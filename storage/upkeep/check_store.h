@@ -18,6 +18,7 @@ struct StoreReport {
   int64_t schema = 0;
   int64_t sessions = 0, submaps = 0, scans = 0, features = 0, matches = 0, loops = 0, revisions = 0;
   int64_t checkpoints = 0;
+  int64_t events = 0;
   int64_t points = 0;  // Of the submaps that are whole.
   // The first kDamagedListed of damaged_count.
   std::vector<DamagedRecord> damaged;

@@ -162,6 +162,23 @@ void CheckCheckpoints(Connection& database, StoreReport& report) {
   }
 }
 
+void CheckEventLog(Connection& database, StoreReport& report) {
+  int64_t before = 0;
+  ForEachRow(database, "the event log", "SELECT number, kind FROM events ORDER BY number", report,
+             [&](const Statement& row) {
+               const int64_t number = row.Int(0);
+               const std::string name = absl::StrCat("event ", number);
+               if (before > 0 && number != before + 1) {
+                 AddDamage(name, absl::StrCat("the one before it is ", before, ": some are lost"),
+                           report);
+               }
+               if (ParseEventKind(row.Text(1)) == EventKind::kUnknown) {
+                 AddDamage(name, "its kind is none", report);
+               }
+               before = number;
+             });
+}
+
 void CheckEdges(Connection& database, int64_t schema, StoreReport& report) {
   for (const Column& column : kEdges) {
     if (schema < column.since) continue;

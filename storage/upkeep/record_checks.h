@@ -17,6 +17,8 @@ void ForEachRow(Connection& database, const std::string& what, const std::string
 void CheckSubmaps(Connection& database, int64_t schema, StoreReport& report);
 void CheckFeatures(Connection& database, StoreReport& report);
 void CheckCheckpoints(Connection& database, StoreReport& report);
+// Numbers that are missing in between, and kinds that are none.
+void CheckEventLog(Connection& database, StoreReport& report);
 void CheckEdges(Connection& database, int64_t schema, StoreReport& report);
 void CheckPoses(Connection& database, int64_t schema, StoreReport& report);
 

@@ -60,7 +60,7 @@ ALLOWED = {
     ),
     "server/main": (
         {"core", "core/io", "core/tls", "storage", "server", "server/access", "server/rpc"},
-        STD_LIKE | {"yaml", "spdlog", "cli11"},
+        STD_LIKE | {"yaml", "spdlog", "cli11", "json"},
     ),
     "client/library": (
         {"api", "api/convert", "core", "core/codec", "core/io"},

@@ -17,9 +17,14 @@ class FaultyStore : public MapStore {
     if (absl::Status status = faults_->BeforeWrite(); !status.ok()) return status;
     return store_->Write(batch);
   }
-  absl::Status DeleteSession(const SessionId& session) override {
+  using MapStore::DeleteSession;
+  absl::Status DeleteSession(const SessionId& session, const std::vector<Event>& events) override {
     if (absl::Status status = faults_->BeforeWrite(); !status.ok()) return status;
-    return store_->DeleteSession(session);
+    return store_->DeleteSession(session, events);
+  }
+  absl::StatusOr<EventPage> ListEvents(const EventQuery& query) const override {
+    if (absl::Status status = faults_->BeforeRead(); !status.ok()) return status;
+    return store_->ListEvents(query);
   }
   absl::Status PutFeatures(const FeatureBlob& blob) override {
     if (absl::Status status = faults_->BeforeWrite(); !status.ok()) return status;

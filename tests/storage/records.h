@@ -21,6 +21,14 @@ inline SessionRecord MakeSession(const std::string& id, const std::string& robot
   return record;
 }
 
+inline Event MakeEvent(EventKind kind, int64_t time_ns) {
+  Event event;
+  event.time_ns = time_ns;
+  event.kind = kind;
+  event.text = "something happened";
+  return event;
+}
+
 inline TrajectoryEntry MakeEntry(uint64_t sequence) {
   TrajectoryEntry entry;
   entry.sequence = sequence;

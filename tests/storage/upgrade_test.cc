@@ -219,5 +219,21 @@ TEST(UpgradeTest, SessionsOfSchema7AreFirstSegmentsAndTakeLaterOnes) {
   EXPECT_TRUE((*store)->ListSessions()->empty());
 }
 
+TEST(UpgradeTest, Schema11HasNoEventsAndTakesThem) {
+  const TemporaryFolder folder;
+  std::filesystem::create_directories(folder.path());
+  {
+    auto database = Connection::Open(folder.database());
+    ASSERT_TRUE(database.ok()) << database.status();
+    const std::vector<Migration> eleven(Migrations().begin(), Migrations().begin() + 11);
+    ASSERT_TRUE(Migrate(**database, eleven).ok());
+  }
+  const auto store = OpenSqliteStore(folder.path());
+  ASSERT_TRUE(store.ok()) << store.status();
+  EXPECT_EQ((*store)->ListEvents({})->newest, 0u);
+  ASSERT_TRUE((*store)->Write({.events = {MakeEvent(EventKind::kServerStarted, 1)}}).ok());
+  EXPECT_EQ((*store)->ListEvents({})->newest, 1u);
+}
+
 }  // namespace
 }  // namespace isthmus::storage

@@ -10,8 +10,8 @@
 """
 from isthmus.client import Client, connect
 from isthmus._localisation import Localisation
-from isthmus.enums import (Decision, GuessSource, LocalisationState, MatchState, Odometry, Outcome,
-                           Reason, Role, SessionState, Tracking, WhenBehind)
+from isthmus.enums import (Decision, EventKind, GuessSource, LocalisationState, MatchState,
+                           Odometry, Outcome, Reason, Role, SessionState, Tracking, WhenBehind)
 from isthmus.errors import (Aborted, AlreadyExists, Cancelled, DataLoss, DeadlineExceeded, Error,
                             FailedPrecondition, Internal, InvalidArgument, NotFound, OutOfRange,
                             PermissionDenied, ResourceExhausted, Unauthenticated, Unavailable,
@@ -26,6 +26,7 @@ from isthmus.records import (Ack, Backup, BackupContents, BackupState, Box, Expo
                              Session, StreamStats)
 from isthmus.stream import ScanStream
 from isthmus._access import Token
+from isthmus._events import Event
 from isthmus._uploads import OwnSubmap
 from isthmus.version import VERSION
 
@@ -34,8 +35,8 @@ __version__ = VERSION
 __all__ = [
     "Aborted", "Ack", "AlreadyExists", "Anchor", "Anchored", "Backup", "BackupContents",
     "BackupState", "Box", "Cancelled", "Client", "Component", "DataLoss", "DeadlineExceeded",
-    "Decision", "Error", "ExportSummary", "FailedPrecondition", "GuessSource", "Internal",
-    "InvalidArgument", "Localisation", "LocalisationState", "LocalisedScan", "Loop",
+    "Decision", "Error", "Event", "EventKind", "ExportSummary", "FailedPrecondition",
+    "GuessSource", "Internal", "InvalidArgument", "Localisation", "LocalisationState", "LocalisedScan", "Loop",
     "ManualDecision", "MapInfo", "Match", "MatchGraph", "MatchState", "NotFound", "Odometry",
     "OutOfRange", "Outcome", "OwnSubmap", "PermissionDenied", "Placement", "Pose",
     "PushSummary", "Reason", "Rejection", "ResourceExhausted", "Revision", "RevisionDiff", "Role",

@@ -6,6 +6,7 @@ from types import TracebackType
 from typing import Optional, Type
 
 from isthmus._access import Access
+from isthmus._events import Events
 from isthmus._files import Files
 from isthmus._graph import Graph
 from isthmus._localisation import Localising
@@ -17,7 +18,7 @@ from isthmus.link import Link
 logging.getLogger("isthmus").addHandler(logging.NullHandler())
 
 
-class Client(Sessions, Uploads, Localising, Reading, Graph, Files, Access):
+class Client(Sessions, Uploads, Localising, Reading, Graph, Files, Access, Events):
     """Made by `connect`. Thread safe; a context manager that closes it.
 
     Errors are subclasses of `isthmus.Error` with the server's code and message, or `Unavailable`,

@@ -55,6 +55,37 @@ class Role(_Word):
     ADMIN = 4  # Everything; makes tokens and backups.
 
 
+class EventKind(_Word):
+    """What happened; docs/concepts.md says what each means."""
+
+    UNSPECIFIED = 0
+    SERVER_STARTED = 1
+    SERVER_STOPPED = 2
+    SESSION_OPENED = 3
+    SESSION_FINISHED = 4
+    SESSION_DELETED = 5
+    SESSION_EXPIRED = 6
+    SEGMENT_BEGUN = 7
+    ROBOT_LOST = 8
+    ROBOT_FOUND = 9
+    MATCH_ACCEPTED = 10
+    MATCH_LOST = 11
+    LOOP_CLOSED = 12
+    MATCH_DECIDED = 13
+    LOOP_DECIDED = 14
+    REVISION_UNDONE = 15
+    ANCHOR_SET = 16
+    ANCHOR_REMOVED = 17
+    DATUM_SET = 18
+    TOKEN_CREATED = 19
+    TOKEN_REVOKED = 20
+    BACKUP_MADE = 21
+    STORAGE_FAILED = 22
+    STORAGE_WORKS = 23
+    CERTIFICATE_EXPIRES = 24
+    EVENTS_LOST = 25
+
+
 class SessionState(_Word):
     """Whether a session takes more."""
 

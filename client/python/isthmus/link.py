@@ -11,8 +11,8 @@ import grpc
 from isthmus.errors import (Aborted, DataLoss, Error, InvalidArgument, PermissionDenied,
                             Unavailable, from_rpc)
 from isthmus.v1 import (access_service_pb2_grpc, admin_service_pb2_grpc, edit_service_pb2_grpc,
-                        localisation_service_pb2_grpc, map_service_pb2, map_service_pb2_grpc,
-                        session_service_pb2_grpc)
+                        event_service_pb2_grpc, localisation_service_pb2_grpc, map_service_pb2,
+                        map_service_pb2_grpc, session_service_pb2_grpc)
 
 _CHANNEL = (
     ("grpc.max_send_message_length", -1),  # The server's own limit decides, and says so.
@@ -143,6 +143,7 @@ class Link:
         self.edits = edit_service_pb2_grpc.EditServiceStub(self._channel)
         self.admin = admin_service_pb2_grpc.AdminServiceStub(self._channel)
         self.access = access_service_pb2_grpc.AccessServiceStub(self._channel)
+        self.events = event_service_pb2_grpc.EventServiceStub(self._channel)
         self.localisation = localisation_service_pb2_grpc.LocalisationServiceStub(self._channel)
 
     def close(self) -> None:

@@ -14,7 +14,9 @@ namespace {
 using Kind = CallLimits::Kind;
 
 Kind KindOf(absl::string_view rpc) {
-  if (rpc == "StreamScans" || rpc == "Localise" || rpc == "UploadSubmap") return Kind::kStream;
+  if (rpc == "StreamScans" || rpc == "Localise" || rpc == "UploadSubmap" || rpc == "WatchEvents") {
+    return Kind::kStream;
+  }
   if (rpc == "QueryRegion") return Kind::kQuery;
   if (rpc == "ExportMap" || rpc == "ExportPoseGraph") return Kind::kExport;
   if (absl::StartsWith(rpc, "List") || rpc == "GetTrajectory" || rpc == "GetMatchGraph" ||

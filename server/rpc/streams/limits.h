@@ -12,6 +12,10 @@ namespace isthmus::rpc {
 // Threads for what streams ask for: taking scans in waits for the disk at most, so that two are
 // there when one waits; decoding uploads and looking for robots takes seconds of a core.
 inline constexpr int kScanThreads = 2, kUploadThreads = 2, kLocaliseThreads = 2;
+// And for those who watch the event log: reading a page of it takes a millisecond.
+inline constexpr int kWatchThreads = 1;
+// Events of one response to who watches: what a slow reader holds, some hundred kB.
+inline constexpr size_t kEventsPerResponse = 256;
 
 // How soon a stream says what it is about. A client that opened it for something says so at once.
 inline constexpr std::chrono::milliseconds kFirstMessage{10'000};

@@ -40,8 +40,9 @@ class StreamHost {
   const StreamOptions options;
   Watchdog watchdog;
   ByteBudget budget;
-  // Of tasks that wait for the disk at most, that decode and store, that compute.
-  Executor scans{kScanThreads}, uploads{kUploadThreads}, localisers{kLocaliseThreads};
+  // Of tasks that wait for the disk at most, that decode and store, that compute, that read events.
+  Executor scans{kScanThreads}, uploads{kUploadThreads}, localisers{kLocaliseThreads},
+      watches{kWatchThreads};
 
   void Enter(StoppableStream* stream);
   void Leave(StoppableStream* stream);

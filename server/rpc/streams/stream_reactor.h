@@ -105,7 +105,7 @@ class StreamReactor : public Base,
     } catch (...) {
       // What was held elsewhere goes with the stream.
     }
-    const grpc::Status answer = host_.gate.End(rpc_, status);
+    const grpc::Status answer = host_.gate.End(rpc_, status, context_, call_ ? &*call_ : nullptr);
     call_.reset();
     this->Finish(answer);
   }

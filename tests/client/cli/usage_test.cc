@@ -29,10 +29,11 @@ TEST(Usage, AMissingFolderForTheOutputGivesFive) {
 TEST(Usage, HelpNamesEveryCommand) {
   const ProgramResult help = Isthmus("--help");
   EXPECT_EQ(help.code, 0);
-  for (const char* command : {"simulate",  "push",  "status", "robots",    "graph",    "trajectory",
-                              "transform", "query", "export", "picture",   "odometry", "merge",
-                              "rebuild",   "match", "loops",  "revisions", "anchor",   "datum",
-                              "optimize",  "eval",  "bench",  "report",    "info",     "upload"}) {
+  for (const char* command :
+       {"simulate", "push",      "status",  "robots",   "graph",    "trajectory", "transform",
+        "query",    "export",    "picture", "odometry", "merge",    "rebuild",    "match",
+        "loops",    "revisions", "anchor",  "datum",    "optimize", "eval",       "bench",
+        "report",   "info",      "upload",  "log"}) {
     EXPECT_THAT(help.out, HasSubstr(command));
     EXPECT_EQ(Isthmus(std::string(command) + " --help").code, 0) << command;
   }
@@ -104,7 +105,7 @@ TEST(Usage, AServerThatIsNotThereGivesFourAndSaysWhatToDo) {
        {"status", "robots", "graph", "transform a b", "trajectory a -o x.tum", "query -o x.pcd",
         "export --format pcd -o x.pcd", "picture -o x.png", "report -o x.html", "revisions",
         "revisions diff 1", "revisions undo 1", "loops", "loops reject 1", "graph --g2o x.g2o",
-        "anchor list", "anchor remove alice-1/0",
+        "log", "anchor list", "anchor remove alice-1/0",
         "anchor set alice --position 1 2 3 --sigma-xy 1"}) {
     const ProgramResult result = Isthmus(command + std::string(kNowhere));
     EXPECT_EQ(result.code, 4) << command;

@@ -27,7 +27,7 @@ Rig::Rig(const std::string& sensor, double speed) : motion_(floam::testing::Loop
   };
   hooks.T_map_odom = [](uint32_t) { return std::nullopt; };
   hooks.scan_done = [] {};
-  hooks.tell = [this](const std::string& what) { on_told(what); };
+  hooks.tell = [this](const Event& event) { on_told(event.text); };
   worker_ = SessionWorker::Create(record, floam::FindSensorModel(sensor).value(), {}, hooks,
                                   &executor_, {});
   worker_->SetAckSink([this](const ScanAck& ack) { acks_.push_back(ack); });

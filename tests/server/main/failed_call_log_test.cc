@@ -10,12 +10,14 @@ namespace {
 
 class FailedCallLogTest : public testing::Test {
  protected:
-  void Note(const std::string& message) { log_.Note("GetSession", absl::NotFoundError(message)); }
+  void Note(const std::string& message) {
+    log_.Note({.rpc = "GetSession", .status = absl::NotFoundError(message)});
+  }
 
   ManualClock clock_;
   std::vector<std::string> lines_;
   FailedCallLog log_{
-      [this](const absl::Status&, const std::string& line) { lines_.push_back(line); }, clock_};
+      [this](const rpc::FailedCall&, const std::string& line) { lines_.push_back(line); }, clock_};
 };
 
 TEST_F(FailedCallLogTest, WhatAClientSentForgesNoLineAndNoColour) {

@@ -11,8 +11,8 @@
 namespace isthmus::server {
 namespace {
 
-// An event that others wait for, but not forever: where it may rightly not come.
-class Event {
+// A flag that others wait for, but not forever: where it may rightly not come.
+class Flag {
  public:
   void Set() {
     std::lock_guard lock(mutex_);
@@ -58,9 +58,10 @@ class HookedStore : public FullDisk {
     hook(batch);
     return FullDisk::Write(batch);
   }
-  absl::Status DeleteSession(const SessionId& id) override {
+  using FullDisk::DeleteSession;
+  absl::Status DeleteSession(const SessionId& id, const std::vector<Event>& events) override {
     before_delete();
-    const absl::Status status = FullDisk::DeleteSession(id);
+    const absl::Status status = FullDisk::DeleteSession(id, events);
     after_delete();
     return status;
   }
@@ -84,7 +85,7 @@ TEST_F(PipelineConcurrency, DeletingWaitsForASubmapThatIsBeingStored) {
   *full_ = true;
   for (int i = 0; i < 10; ++i) ASSERT_TRUE(pipeline_->SubmitScan(session, drive.Upload(i)).ok());
   pipeline_->WaitUntilIdle();  // Two submaps wait for the disk.
-  Event storing, deleting, submitted;
+  Flag storing, deleting, submitted;
   store_->SetBeforeWrite([&](const storage::WriteBatch& batch) {
     if (batch.submaps.empty()) return;
     storing.Set();
@@ -110,7 +111,7 @@ TEST_F(PipelineConcurrency, DeletingWaitsForASubmapThatIsBeingStored) {
 
 TEST_F(PipelineConcurrency, ASessionDeletedWhileItFinishesStaysDeleted) {
   const SessionId session = Create(*pipeline_);
-  Event finishing, deleted;
+  Flag finishing, deleted;
   store_->SetBeforeWrite([&](const storage::WriteBatch& batch) {
     if (batch.sessions.empty()) return;
     finishing.Set();

@@ -1,6 +1,7 @@
 #include "tests/server/rpc/fake_pipeline.h"
 
 #include <absl/strings/str_cat.h>
+#include <gtest/gtest.h>
 
 #include <algorithm>
 #include <utility>
@@ -44,7 +45,9 @@ absl::StatusOr<FakePipeline::Session*> FakePipeline::Find(const SessionId& sessi
   return &found->second;
 }
 
-absl::StatusOr<SessionStatus> FakePipeline::CreateSession(const SessionRequest& request) {
+absl::StatusOr<SessionStatus> FakePipeline::CreateSession(const SessionRequest& request,
+                                                          const Actor& by) {
+  actors.push_back(by);
   MutexLock lock(&mutex_);
   if (request.robot.empty()) return absl::InvalidArgumentError("the robot has no name");
   SessionStatus status;
@@ -75,7 +78,9 @@ std::vector<SessionStatus> FakePipeline::ListSessions() {
   return list;
 }
 
-absl::StatusOr<SessionStatus> FakePipeline::FinishSession(const SessionId& session) {
+absl::StatusOr<SessionStatus> FakePipeline::FinishSession(const SessionId& session,
+                                                          const Actor& by) {
+  actors.push_back(by);
   MutexLock lock(&mutex_);
   const auto found = Find(session);
   if (!found.ok()) return found.status();
@@ -84,7 +89,8 @@ absl::StatusOr<SessionStatus> FakePipeline::FinishSession(const SessionId& sessi
   return (*found)->status;
 }
 
-absl::Status FakePipeline::DeleteSession(const SessionId& session) {
+absl::Status FakePipeline::DeleteSession(const SessionId& session, const Actor& by) {
+  actors.push_back(by);
   MutexLock lock(&mutex_);
   const auto found = Find(session);
   if (!found.ok()) return found.status();
@@ -195,13 +201,16 @@ absl::StatusOr<ListAt<Loop>> FakePipeline::ListLoops(const std::optional<RobotId
   return list;
 }
 
-absl::StatusOr<DecidedLoop> FakePipeline::DecideLoop(const LoopDecision& decision) {
+absl::StatusOr<DecidedLoop> FakePipeline::DecideLoop(const LoopDecision& decision,
+                                                     const Actor& by) {
+  actors.push_back(by);
   if (absl::Status status = CheckNote(decision.note); !status.ok()) return status;
   loop_decisions.push_back(decision);
   return decided_loop;
 }
 
-absl::StatusOr<int64_t> FakePipeline::PutAnchor(Anchor anchor) {
+absl::StatusOr<int64_t> FakePipeline::PutAnchor(Anchor anchor, const Actor& by) {
+  actors.push_back(by);
   if (absl::Status status = CheckNote(anchor.note); !status.ok()) return status;
   anchors.push_back(std::move(anchor));
   return anchored;
@@ -219,7 +228,9 @@ ListAt<RobotAnchor> FakePipeline::ListAnchors() {
   return list;
 }
 
-absl::StatusOr<int64_t> FakePipeline::UndoRevision(int64_t revision, const std::string& note) {
+absl::StatusOr<int64_t> FakePipeline::UndoRevision(int64_t revision, const std::string& note,
+                                                   const Actor& by) {
+  actors.push_back(by);
   if (absl::Status status = CheckNote(note); !status.ok()) return status;
   undone.emplace_back(revision, note);
   return undo;
@@ -244,6 +255,33 @@ absl::Status FakePipeline::ExportMap(const ExportRequest& request,
     if (!sink(piece)) return absl::CancelledError("the reader went away");
   }
   return export_status;
+}
+
+absl::StatusOr<EventPage> FakePipeline::ListEvents(const EventQuery& query) {
+  return log_->ListEvents(query);
+}
+
+void FakePipeline::NoteEvent(Event event) { Note({std::move(event)}); }
+
+void FakePipeline::Note(const std::vector<Event>& events) {
+  EXPECT_TRUE(log_->Write({.events = events}).ok());
+  std::vector<std::function<void()>> wakes;
+  {
+    MutexLock lock(&mutex_);
+    for (const auto& [handle, wake] : wakes_) wakes.push_back(wake);
+  }
+  for (const auto& wake : wakes) wake();
+}
+
+uint64_t FakePipeline::OnEvents(std::function<void()> wake) {
+  MutexLock lock(&mutex_);
+  wakes_.emplace(next_wake_, std::move(wake));
+  return next_wake_++;
+}
+
+void FakePipeline::ForgetEvents(uint64_t handle) {
+  MutexLock lock(&mutex_);
+  wakes_.erase(handle);
 }
 
 void FakePipeline::Hold(size_t capacity) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <deque>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -12,6 +13,7 @@
 
 #include "core/concurrency/mutex.h"
 #include "server/pipeline.h"
+#include "storage/memory_store.h"
 
 namespace isthmus::rpc {
 
@@ -35,11 +37,17 @@ class FakeMap : public ComposedMap {
 
 class FakePipeline : public server::Pipeline {
  public:
-  absl::StatusOr<SessionStatus> CreateSession(const SessionRequest& request) override;
+  // Also as somebody who is not named.
+  using server::Pipeline::CreateSession;
+  using server::Pipeline::DeleteSession;
+  using server::Pipeline::FinishSession;
+
+  absl::StatusOr<SessionStatus> CreateSession(const SessionRequest& request,
+                                              const Actor& by) override;
   absl::StatusOr<SessionStatus> GetSession(const SessionId& session) override;
   std::vector<SessionStatus> ListSessions() override;
-  absl::StatusOr<SessionStatus> FinishSession(const SessionId& session) override;
-  absl::Status DeleteSession(const SessionId& session) override;
+  absl::StatusOr<SessionStatus> FinishSession(const SessionId& session, const Actor& by) override;
+  absl::Status DeleteSession(const SessionId& session, const Actor& by) override;
   absl::Status SetAckSink(const SessionId& session, AckSink sink) override;
   absl::Status SubmitScan(const SessionId& session, ScanUpload scan) override;
   bool HasRoom(const SessionId& session, size_t bytes) override;
@@ -53,14 +61,17 @@ class FakePipeline : public server::Pipeline {
   absl::StatusOr<RobotTrajectory> GetTrajectory(const RobotId& robot, TrajectoryFrame frame,
                                                 uint32_t segment) override;
   MatchGraph GetMatchGraph() override { return graph; }
-  absl::StatusOr<DecidedMatch> DecideMatch(const MatchDecision& decision) override {
+  absl::StatusOr<DecidedMatch> DecideMatch(const MatchDecision& decision,
+                                           const Actor& by) override {
+    actors.push_back(by);
     decisions.push_back(decision);
     return decided;
   }
   absl::StatusOr<ListAt<Loop>> ListLoops(const std::optional<RobotId>& robot) override;
-  absl::StatusOr<DecidedLoop> DecideLoop(const LoopDecision& decision) override;
-  absl::StatusOr<int64_t> PutAnchor(Anchor anchor) override;
-  absl::StatusOr<int64_t> RemoveAnchor(const SubmapId& submap) override {
+  absl::StatusOr<DecidedLoop> DecideLoop(const LoopDecision& decision, const Actor& by) override;
+  absl::StatusOr<int64_t> PutAnchor(Anchor anchor, const Actor& by) override;
+  absl::StatusOr<int64_t> RemoveAnchor(const SubmapId& submap, const Actor& by) override {
+    actors.push_back(by);
     unanchored.push_back(submap);
     return anchored;
   }
@@ -73,20 +84,28 @@ class FakePipeline : public server::Pipeline {
     asked_diff = {from, to};
     return diff;
   }
-  absl::StatusOr<int64_t> UndoRevision(int64_t revision, const std::string& note) override;
+  absl::StatusOr<int64_t> UndoRevision(int64_t revision, const std::string& note,
+                                       const Actor& by) override;
   absl::StatusOr<std::string> ExportPoseGraph(uint32_t component) override {
     if (component > 0) return absl::NotFoundError("no such component");
     return pose_graph;
   }
   absl::StatusOr<RobotTransform> GetTransform(const RobotId& a, const RobotId& b) override;
   std::shared_ptr<const ComposedMap> GetMap() override { return map; }
-  absl::Status SetDatum(std::optional<Datum> given) override {
+  absl::Status SetDatum(std::optional<Datum> given, const Actor& by) override {
+    actors.push_back(by);
     if (given && !CheckDatum(*given).ok()) return CheckDatum(*given);
     info.datum = given;
     return absl::OkStatus();
   }
   absl::Status ExportMap(const ExportRequest& request,
                          const std::function<bool(const std::string&)>& sink) override;
+  absl::StatusOr<EventPage> ListEvents(const EventQuery& query) override;
+  // Into the log at once; it tells who waits.
+  void NoteEvent(Event event) override;
+  void Note(const std::vector<Event>& events);
+  uint64_t OnEvents(std::function<void()> wake) override;
+  void ForgetEvents(uint64_t handle) override;
   void WaitUntilIdle() override {}
   void StopTaking() override {}
   void Shutdown() override {}
@@ -112,6 +131,7 @@ class FakePipeline : public server::Pipeline {
 
   // The arguments of the last calls.
   std::optional<RobotId> asked_robot;
+  std::vector<Actor> actors;  // Of all changes, in order.
   std::vector<LoopDecision> loop_decisions;
   std::vector<Anchor> anchors;
   std::vector<SubmapId> unanchored;
@@ -157,6 +177,10 @@ class FakePipeline : public server::Pipeline {
   std::vector<Submap> submaps_ ABSL_GUARDED_BY(mutex_);
   size_t submitted_ ABSL_GUARDED_BY(mutex_) = 0;
   size_t capacity_ ABSL_GUARDED_BY(mutex_) = 0;  // 0: not held.
+  // The log lies in a store; what a batch of events alone needs is there.
+  const std::unique_ptr<storage::MapStore> log_ = storage::MakeMemoryStore();
+  std::map<uint64_t, std::function<void()>> wakes_ ABSL_GUARDED_BY(mutex_);
+  uint64_t next_wake_ ABSL_GUARDED_BY(mutex_) = 1;
 };
 
 }  // namespace isthmus::rpc

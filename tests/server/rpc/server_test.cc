@@ -109,10 +109,8 @@ TEST(FailedCallTest, IsReportedWithItsNameAndStatus) {
   FakePipeline pipeline;
   ServerOptions options;
   options.listen = "127.0.0.1:0";
-  std::vector<std::string> failed;  // One call at a time below.
-  options.on_failed_call = [&](const std::string& rpc, const absl::Status& status) {
-    failed.push_back(rpc + ": " + std::string(status.message()));
-  };
+  std::vector<FailedCall> failed;  // One call at a time below.
+  options.on_failed_call = [&](const FailedCall& call) { failed.push_back(call); };
   const auto server = RpcServer::Start(&pipeline, options);
   ASSERT_TRUE(server.ok()) << server.status();
   Stubs stubs((*server)->InProcessChannel());
@@ -121,9 +119,17 @@ TEST(FailedCallTest, IsReportedWithItsNameAndStatus) {
   v1::GetSessionRequest request;
   request.set_session("nobody-1");
   v1::Session response;
-  EXPECT_GRPC_ERROR(stubs.sessions->GetSession(NewContext().get(), request, &response), NOT_FOUND,
+  const auto context = NewContext();
+  context->AddMetadata("x-request-id", "deploy-12");
+  EXPECT_GRPC_ERROR(stubs.sessions->GetSession(context.get(), request, &response), NOT_FOUND,
                     "nobody-1");
-  EXPECT_THAT(failed, testing::ElementsAre(testing::HasSubstr("GetSession: no session")));
+  ASSERT_EQ(failed.size(), 1u);
+  EXPECT_EQ(failed[0].rpc, "GetSession");
+  EXPECT_THAT(std::string(failed[0].status.message()), testing::HasSubstr("no session"));
+  EXPECT_EQ(failed[0].request_id, "deploy-12");
+  EXPECT_EQ(failed[0].peer, "inproc");
+  EXPECT_EQ(failed[0].site, "default");
+  EXPECT_EQ(failed[0].token, "");
 }
 
 class SmallMessagesTest : public RpcTest {

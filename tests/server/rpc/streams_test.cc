@@ -170,12 +170,5 @@ TEST(RetryAfterTest, TravelsInTheDetailsOfAStatus) {
   EXPECT_EQ(convert::RetryAfter(convert::WithDetails(absl::OkStatus(), "\xff\x01")), std::nullopt);
 }
 
-TEST(CutTextTest, KeepsCharactersWhole) {
-  EXPECT_EQ(CutText("abc", 3), "abc");
-  EXPECT_EQ(CutText("abc", 2), "ab");
-  EXPECT_EQ(CutText("aäb", 2), "a");
-  EXPECT_EQ(CutText("aäb", 3), "aä");
-}
-
 }  // namespace
 }  // namespace isthmus::rpc

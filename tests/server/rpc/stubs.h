@@ -14,6 +14,7 @@
 #include "isthmus/v1/access_service.grpc.pb.h"
 #include "isthmus/v1/admin_service.grpc.pb.h"
 #include "isthmus/v1/edit_service.grpc.pb.h"
+#include "isthmus/v1/event_service.grpc.pb.h"
 #include "isthmus/v1/map_service.grpc.pb.h"
 #include "isthmus/v1/session_service.grpc.pb.h"
 #include "server/rpc/server.h"
@@ -79,12 +80,14 @@ struct Stubs {
         map(v1::MapService::NewStub(channel)),
         edits(v1::EditService::NewStub(channel)),
         admin(v1::AdminService::NewStub(channel)),
-        access(v1::AccessService::NewStub(channel)) {}
+        access(v1::AccessService::NewStub(channel)),
+        events(v1::EventService::NewStub(channel)) {}
   std::unique_ptr<v1::SessionService::Stub> sessions;
   std::unique_ptr<v1::MapService::Stub> map;
   std::unique_ptr<v1::EditService::Stub> edits;
   std::unique_ptr<v1::AdminService::Stub> admin;
   std::unique_ptr<v1::AccessService::Stub> access;
+  std::unique_ptr<v1::EventService::Stub> events;
 
   // Creates a session and returns its id.
   std::string NewSession(const std::string& robot, const std::string& sensor = "vlp16") {

@@ -24,7 +24,7 @@ TEST(ThrownRpc, IsTheAnswerToThatCallAlone) {
   ServerOptions options;
   options.listen = "127.0.0.1:0";
   std::atomic<int> told = 0;
-  options.on_failed_call = [&](const std::string&, const absl::Status&) { ++told; };
+  options.on_failed_call = [&](const FailedCall&) { ++told; };
   const auto server = RpcServer::Start(&pipeline, options);
   ASSERT_TRUE(server.ok()) << server.status();
   const Stubs stubs((*server)->InProcessChannel());

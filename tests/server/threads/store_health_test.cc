@@ -19,7 +19,7 @@ using testing::HasSubstr;
 TEST(StoreHealthTest, SaysWhatFailsAndSinceWhenUntilAWriteSucceeds) {
   ManualClock clock(0);
   std::vector<std::string> told;
-  StoreHealth health(&clock, [&](const std::string& words) { told.push_back(words); });
+  StoreHealth health(&clock, [&](bool, const std::string& words) { told.push_back(words); });
   health.NoteWrite(absl::OkStatus());
   EXPECT_EQ(health.Problem(), "");
   health.NoteWrite(absl::ResourceExhaustedError("disk is full"));

@@ -27,13 +27,16 @@ class CheckStoreTest : public ::testing::Test {
   void SetUp() override {
     const auto store = OpenSqliteStore(folder_.path());
     ASSERT_TRUE(store.ok()) << store.status();
-    WriteBatch batch{.sessions = {MakeSession("alice-1"), MakeSession("bob-1")},
-                     .checkpoints = {{SessionId("alice-1"), 9, 7, std::string(5000, 'c')}},
-                     .matches = {MakeMatch("alice-1", "bob-1")},
-                     .manual_decisions = {MakeManualDecision("alice-1", "bob-1")},
-                     .loops = {MakeLoop(1, "alice-1")},
-                     .anchors = {MakeAnchor("alice-1", 1)},
-                     .revision = MakeRevision(1)};
+    WriteBatch batch{
+        .sessions = {MakeSession("alice-1"), MakeSession("bob-1")},
+        .checkpoints = {{SessionId("alice-1"), 9, 7, std::string(5000, 'c')}},
+        .matches = {MakeMatch("alice-1", "bob-1")},
+        .manual_decisions = {MakeManualDecision("alice-1", "bob-1")},
+        .loops = {MakeLoop(1, "alice-1")},
+        .anchors = {MakeAnchor("alice-1", 1)},
+        .revision = MakeRevision(1),
+        .events = {MakeEvent(EventKind::kSessionOpened, 1), MakeEvent(EventKind::kLoopClosed, 2),
+                   MakeEvent(EventKind::kAnchorSet, 3)}};
     for (uint32_t i = 0; i < kSubmaps; ++i) {
       batch.submaps.push_back(MakeSubmap("alice-1", i, 3000));
       batch.trajectory.push_back({SessionId("alice-1"), MakeEntry(10 * i)});
@@ -65,6 +68,13 @@ class CheckStoreTest : public ::testing::Test {
   TemporaryFolder folder_;
 };
 
+TEST_F(CheckStoreTest, FindsEventsThatAreMissing) {
+  Execute("DELETE FROM events WHERE number = 2");
+  ExpectOneDamaged("event 3");
+  Execute("UPDATE events SET kind = 'WHATEVER', number = 2 WHERE number = 3");
+  ExpectOneDamaged("event 2");
+}
+
 TEST_F(CheckStoreTest, FindsASoundFolderSoundAndCountsIt) {
   const std::string before = *io::ReadFile(folder_.database());
   const StoreReport report = Check();
@@ -78,6 +88,7 @@ TEST_F(CheckStoreTest, FindsASoundFolderSoundAndCountsIt) {
   EXPECT_EQ(report.matches, 1);
   EXPECT_EQ(report.loops, 1);
   EXPECT_EQ(report.checkpoints, 1);
+  EXPECT_EQ(report.events, 3);
   EXPECT_EQ(report.revisions, 1);
   EXPECT_THAT(ToString(report), HasSubstr("sound"));
   EXPECT_EQ(*io::ReadFile(folder_.database()), before);

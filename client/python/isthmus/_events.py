@@ -1,0 +1,88 @@
+"""The part of Client that reads the event log, for operators and administrators."""
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Iterator, List, Optional, Sequence, Union
+
+import grpc
+
+from isthmus.enums import EventKind
+from isthmus.errors import InvalidArgument, Unavailable, from_rpc
+from isthmus.link import Backoff, Link
+from isthmus.v1 import event_service_pb2 as pb
+
+
+@dataclass(frozen=True)
+class Event:
+    """What happened at a site; what is empty is not known, or nobody's."""
+
+    number: int  # From 1, without gaps.
+    time_ns: int
+    kind: EventKind
+    text: str  # A sentence for a person; quotes what others wrote.
+    who: str  # The name of a token.
+    from_: str  # The address it was asked from.
+    request_id: str
+    robot: str
+    session: str
+
+
+class Events:
+    """Part of Client."""
+
+    _link: Link
+
+    def list_events(self, after: Optional[int] = None, *, since_ns: int = 0,
+                    kinds: Sequence[Union[EventKind, str]] = (), robot: str = "",
+                    limit: int = 1000) -> List[Event]:
+        """The newest `limit` events, or with `after` the first `limit` after that number, in order.
+
+        At most 10,000. `OutOfRange` where `after` is of another log.
+        """
+        request = pb.ListEventsRequest(after=after, since_ns=since_ns, kinds=_kinds(kinds),
+                                       robot=robot, limit=limit)
+        parts = self._link.collect(self._link.events.ListEvents, request)
+        return [_event(event) for part in parts for event in part.events]
+
+    def watch_events(self, after: Optional[int] = None, *,
+                     kinds: Sequence[Union[EventKind, str]] = (),
+                     robot: str = "") -> Iterator[Event]:
+        """Events as they come, after that number or from now on; each once, also over a connection
+        that was lost. Goes on until it is closed, or the server does not answer any more
+        (`Unavailable`). Those after `after` that are not kept any more are left out."""
+        request = pb.WatchEventsRequest(after=after, kinds=_kinds(kinds), robot=robot)
+        backoff = Backoff(self._link.keep_trying_s)
+        while True:
+            call = self._link.once(lambda: self._link.events.WatchEvents(request))
+            try:
+                for response in call:
+                    backoff.reset()
+                    for event in response.events:
+                        request.after = event.number
+                        yield _event(event)
+                    request.after = response.up_to
+                continue
+            except grpc.RpcError as lost:
+                error = from_rpc(lost)
+            finally:
+                call.cancel()
+            if not isinstance(error, Unavailable):
+                raise error
+            delay = backoff.next()
+            if delay is None or self._link.closed.wait(delay):
+                raise self._link.explain(error)
+
+
+def _kinds(kinds: Sequence[Union[EventKind, str]]) -> List[int]:
+    """The messages' values of words or names."""
+    names = [word.name for word in EventKind if word != 0]
+    for kind in kinds:
+        if isinstance(kind, str) and kind.upper() not in names:
+            raise InvalidArgument(f"no event is of kind '{kind}': {', '.join(names)} are")
+    return [int(EventKind[kind.upper()]) if isinstance(kind, str) else int(kind) for kind in kinds]
+
+
+def _event(message: Any) -> Event:
+    return Event(message.number, message.time_ns, EventKind(message.kind), message.text,
+                 message.who, getattr(message, "from"), message.request_id, message.robot,
+                 message.session)

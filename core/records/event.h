@@ -1,0 +1,97 @@
+// Events: what happened at a site, and who did it, as its log keeps them.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/ids.h"
+
+namespace isthmus {
+
+enum class EventKind {
+  kUnknown,  // Of a newer program.
+  kServerStarted,
+  kServerStopped,
+  kSessionOpened,
+  kSessionFinished,
+  kSessionDeleted,
+  kSessionExpired,  // Deleted by the limits on what is stored.
+  kSegmentBegun,
+  kRobotLost,
+  kRobotFound,
+  kMatchAccepted,
+  kMatchLost,  // One that was accepted does not count any more.
+  kLoopClosed,
+  kMatchDecided,  // By a person, like the next four.
+  kLoopDecided,
+  kRevisionUndone,
+  kAnchorSet,
+  kAnchorRemoved,
+  kDatumSet,  // Or removed.
+  kTokenCreated,
+  kTokenRevoked,
+  kBackupMade,
+  kStorageFailed,
+  kStorageWorks,  // Again.
+  kCertificateExpires,
+  kEventsLost,  // As so many came at once that they could not be kept.
+};
+
+// Stable upper-case name ("ROBOT_LOST"); used in JSON, storage and messages.
+const char* ToString(EventKind kind);
+// kUnknown for a name that is not known.
+EventKind ParseEventKind(std::string_view name);
+// In the order above, without kUnknown.
+const std::vector<EventKind>& AllEventKinds();
+
+// Who asked for something; all empty where nobody did.
+struct Actor {
+  std::string who = {};         // The name of the token; empty where none was asked for.
+  std::string from = {};        // The peer's address, as gRPC names it: "ipv4:10.0.0.7:4711".
+  std::string request_id = {};  // Of the call.
+
+  bool operator==(const Actor&) const = default;
+};
+
+inline constexpr size_t kMaxEventText = 4000;  // Bytes, of each string of an event.
+
+struct Event {
+  // Given by the store: 1, 2, 3 and so on, in the order in which events were stored.
+  uint64_t number = 0;
+  int64_t time_ns = 0;  // Unix nanoseconds, of the server's clock.
+  EventKind kind = EventKind::kUnknown;
+  Actor actor = {};
+  RobotId robot = {};      // Empty where it is of no robot, or of several.
+  SessionId session = {};  // Likewise.
+  std::string text = {};   // A sentence for a person, which says all by itself.
+
+  bool operator==(const Event&) const = default;
+};
+
+// What is wanted of the log.
+struct EventQuery {
+  // With it the first `limit` events after that number; without, the newest `limit`.
+  std::optional<uint64_t> after = {};
+  int64_t since_ns = 0;               // None that happened before.
+  std::vector<EventKind> kinds = {};  // Of these; empty: of all.
+  RobotId robot = {};                 // Of this robot; empty: whatever they are of.
+  size_t limit = 1000;
+};
+
+// Part of the log, in order of number.
+struct EventPage {
+  std::vector<Event> events = {};
+  uint64_t after = 0;       // All that is wanted after this number, 0: or of the newest, ...
+  uint64_t up_to = 0;       // ... up to this one is in here.
+  uint64_t first_kept = 1;  // Older ones are gone; newest + 1 where there are none.
+  uint64_t newest = 0;      // 0: nothing ever happened.
+};
+
+// Whether the query asks for such events, be their numbers what they may.
+bool IsWanted(const EventQuery& query, const Event& event);
+
+}  // namespace isthmus

@@ -1,0 +1,82 @@
+// The journal of events: those that belong to no change of the map on their way to the store, and
+// who is told that there are new ones.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <map>
+#include <memory>
+#include <thread>
+#include <vector>
+
+#include "core/clock.h"
+#include "core/concurrency/mutex.h"
+#include "core/records/event.h"
+#include "storage/map_store.h"
+
+namespace isthmus::server {
+
+// Thread safe. Events that belong to a change are in its batch, and stored with it or not at all.
+// All others wait here for the next write of the journal's thread; while nothing can be stored they
+// go on waiting.
+class EventJournal {
+ public:
+  using Tell = std::function<void(const Event&)>;
+
+  // `tell`, if any, is told of each event in words, from any thread: of those in a batch once that
+  // is stored, of others at once. Not of what the server says as a problem anyhow.
+  EventJournal(const Clock* clock, Tell tell) : clock_(clock), tell_(std::move(tell)) {}
+  ~EventJournal() { Stop(); }
+  EventJournal(const EventJournal&) = delete;
+  EventJournal& operator=(const EventJournal&) = delete;
+
+  // All of the store's promises; notes the events of its batches. The journal writes to `store`
+  // itself, and must outlive what it gives. Call once.
+  std::unique_ptr<storage::MapStore> Watch(std::unique_ptr<storage::MapStore> store);
+  // After Watch.
+  void Start();
+  // Stores what waits, if the store takes it, and no more from then on. The store must live still.
+  void Stop();
+
+  // Never waits. Of more than kMaxWaitingEvents the newest are lost, and counted in an event that
+  // follows. Without a time it is now; texts that are too long are cut; of no kind it is dropped.
+  void Append(Event event);
+
+  // `wake` is called, from any thread, after events were stored; it must not block. Once Forget
+  // returns, or while it does, one last call may be under way.
+  uint64_t OnStored(std::function<void()> wake);
+  void Forget(uint64_t handle);
+
+  // Until everything that was appended is stored, or cannot be at the moment.
+  void WaitUntilStored() const;
+
+  // Of the events of a batch that is stored.
+  void NoteStored(const std::vector<Event>& events);
+
+ private:
+  void Run();
+  // What is to be written next; empty: nothing.
+  std::vector<Event> Take() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  // For the next time.
+  void GiveBack(std::vector<Event> events) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  // True if they need not be offered again.
+  bool Store(const std::vector<Event>& events);
+  void Wake() const;
+
+  const Clock* const clock_;
+  const Tell tell_;
+  storage::MapStore* store_ = nullptr;
+  mutable Mutex mutex_;
+  mutable CondVar changed_;
+  std::deque<Event> waiting_ ABSL_GUARDED_BY(mutex_);
+  uint64_t lost_ ABSL_GUARDED_BY(mutex_) = 0;  // Of which no event tells yet.
+  bool is_writing_ ABSL_GUARDED_BY(mutex_) = false;
+  bool is_failing_ ABSL_GUARDED_BY(mutex_) = false;  // The last attempt was in vain.
+  bool is_stopped_ ABSL_GUARDED_BY(mutex_) = false;
+  uint64_t next_handle_ ABSL_GUARDED_BY(mutex_) = 1;
+  std::map<uint64_t, std::function<void()>> wakes_ ABSL_GUARDED_BY(mutex_);
+  std::thread thread_;
+};
+
+}  // namespace isthmus::server
