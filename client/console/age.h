@@ -8,7 +8,7 @@
 
 namespace isthmus::cli {
 
-// "45m", "12h", "30d", "2w"; nothing for anything else.
+// "30s", "45m", "12h", "30d", "2w"; nothing for anything else.
 std::optional<absl::Duration> ParseAge(const std::string& text);
 
 }  // namespace isthmus::cli
