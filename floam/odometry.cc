@@ -1,6 +1,7 @@
 #include "floam/odometry.h"
 
 #include <absl/status/status.h>
+#include <absl/strings/str_cat.h>
 
 #include <algorithm>
 #include <cstdint>
@@ -21,6 +22,30 @@ namespace {
 constexpr char kOdometryMagic[] = "IODO";
 // Becomes another with every change of what is stored, or of what is made of it.
 constexpr uint32_t kOdometryVersion = 7;  // Format.
+
+const char* NameOf(Work::Kind spent_on) {
+  switch (spent_on) {
+    case Work::Kind::kNeighbours:
+      return "too many points lie in the same directions";
+    case Work::Kind::kRings:
+      return "times or places of points jump about within rings";
+    case Work::Kind::kScanToScan:
+      return "too much is near each of its points in the scan before: too many rings, or points "
+             "around the sensor's axis";
+    case Work::Kind::kMap:
+      return "too many edges or surfaces are to be matched";
+    case Work::Kind::kNone:
+      break;
+  }
+  return "";
+}
+
+absl::Status TooMuchWork(const ScanFrame& frame, uint64_t most) {
+  return absl::InvalidArgumentError(
+      absl::StrCat("scan ", frame.sequence, " takes more than ", most,
+                   " steps of work (odometry.max_scan_work), far more than others of its size: ",
+                   NameOf(frame.features.work.spent_on()), "; send fewer points, or thin them"));
+}
 
 }  // namespace
 
@@ -56,6 +81,9 @@ absl::Status Odometry::State::Prepare(const Scan& input) {
   const int64_t previous_ns = segment->previous_ns();
   const bool is_first = !segment->HasBegun();
   absl::Status status = maker.Make(input, is_first ? nullptr : &previous_ns, &frame);
+  if (status.ok() && frame.features.work.spent()) {
+    status = TooMuchWork(frame, options.features.max_work);
+  }
   if (!status.ok() || !is_first) return status;
   return segment->CheckFirst(frame);
 }
@@ -76,6 +104,7 @@ void Odometry::State::BeginSegment() {
 // The result's status and the rest that rests on the match are set; the input's words are not.
 ScanPose Odometry::State::Locate(OdometryResult* result) {
   ScanPose pose = segment->Locate(frame, result);
+  if (frame.features.work.spent()) return pose;
   if (segment->SearchedSeconds() >= PatienceS() && segment->CheckFirst(frame).ok()) {
     BeginSegment();
     *result = OdometryResult();
@@ -132,6 +161,9 @@ absl::StatusOr<OdometryResult> Odometry::Process(const Scan& scan) {
 
   OdometryResult result;
   const ScanPose pose = state.Locate(&result);
+  if (state.frame.features.work.spent()) {
+    return TooMuchWork(state.frame, state.options.features.max_work);
+  }
   result.sequence = scan.sequence;
   result.stamp_ns = scan.end_stamp_ns;
   result.rings_from = state.frame.scan.rings_from;

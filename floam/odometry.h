@@ -70,7 +70,10 @@ class Odometry {
   ~Odometry();
 
   // InvalidArgument when the scan cannot be used (too few points, all in one place, non-finite
-  // coordinates, time going backwards); the state is then as before the call.
+  // coordinates, time going backwards); the state is then as before the call. Also when it takes
+  // more work than FeatureOptions::max_work, counted in steps: where that shows only while it is
+  // matched, what was found out about a lost robot may be lost, and the drive goes on as if the
+  // scan had not come.
   absl::StatusOr<OdometryResult> Process(const Scan& scan);
 
   // Goes on in the odom frame of an earlier run: `map_odom` is what that run saw around its last

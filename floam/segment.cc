@@ -157,11 +157,13 @@ ScanPose Segment::Locate(const ScanFrame& frame, OdometryResult* result) {
     match = TrackSecondScan(frame);
   } else {
     match = TrackScan(frame, prediction);
-    if (!match) {
+    if (!match && !frame.features.work.spent()) {
       match = Relocalise(frame);
       relocalised = match.has_value();
     }
   }
+  // As if it had not come: its time is not taken up, for it may be that of the next as well.
+  if (frame.features.work.spent()) return prediction;
   if (!match) return Extrapolate(prediction, frame, result);
   if (lost_) {
     recovery_.Reset();

@@ -8,6 +8,8 @@
 
 #include <cmath>
 
+#include "core/formats/pose_limit.h"
+
 namespace isthmus::formats {
 namespace {
 
@@ -36,8 +38,9 @@ absl::StatusOr<Pose> ParseMatrix(const MatrixWords& words, size_t number) {
   Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
   for (size_t i = 0; i < words.size(); ++i) {
     double& value = matrix(static_cast<Eigen::Index>(i / 4), static_cast<Eigen::Index>(i % 4));
-    if (!absl::SimpleAtod(words[i], &value) || !std::isfinite(value)) {
-      return BadKittiLine(number, absl::StrCat("'", words[i], "' is not a finite number"));
+    if (!absl::SimpleAtod(words[i], &value) || !(std::abs(value) <= kMaxPoseM)) {
+      return BadKittiLine(number,
+                          absl::StrCat("'", words[i], "' is not a finite number up to 1e9"));
     }
   }
   const Eigen::Matrix3d R = matrix.topLeftCorner<3, 3>();

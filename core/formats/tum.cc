@@ -10,6 +10,7 @@
 #include <cmath>
 #include <vector>
 
+#include "core/formats/pose_limit.h"
 #include "core/io/file_io.h"
 
 namespace isthmus::formats {
@@ -62,8 +63,9 @@ absl::StatusOr<StampedPose> ParseLine(absl::string_view line, size_t number) {
   }
   std::array<double, 7> v{};
   for (size_t i = 0; i < v.size(); ++i) {
-    if (!absl::SimpleAtod(words[i + 1], &v[i]) || !std::isfinite(v[i])) {
-      return BadTumLine(number, absl::StrCat("'", words[i + 1], "' is not a finite number"));
+    if (!absl::SimpleAtod(words[i + 1], &v[i]) || !(std::abs(v[i]) <= kMaxPoseM)) {
+      return BadTumLine(number,
+                        absl::StrCat("'", words[i + 1], "' is not a finite number up to 1e9"));
     }
   }
   const Eigen::Quaterniond rotation(v[6], v[3], v[4], v[5]);

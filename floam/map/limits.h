@@ -22,6 +22,10 @@ inline constexpr double kGridOriginM = 0.2236;
 inline constexpr float kRefitGrowth = 1.25F;
 // Blocks that each scan looks at for what is out of reach: a matter of time. A guess.
 inline constexpr int kEvictedPerScan = 512;
+// Times max_blocks beyond which points are not put into new blocks: what comes faster than blocks
+// are looked at, as scans of ever other places, would take all memory. A guess: no map in use comes
+// near.
+inline constexpr size_t kMostBlocksFactor = 2;
 // Times max_blocks that a saved map may have: no map in use comes near, so it is damaged.
 inline constexpr size_t kMaxAllocatedFactor = 5;
 

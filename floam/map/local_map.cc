@@ -43,7 +43,10 @@ LocalMap::Cell LocalMap::CellOf(const Eigen::Vector3d& p) {
 void LocalMap::Insert(const Eigen::Vector3d& p, float ring) {
   const Cell cell = CellOf(p);
   uint32_t index = FindBlock(cell.key);
-  if (index == kNoBlock) index = AddBlock(cell.key);
+  if (index == kNoBlock) {
+    if (live_ >= kMostBlocksFactor * static_cast<size_t>(options_.max_blocks)) return;
+    index = AddBlock(cell.key);
+  }
   Block& block = BlockAt(index);
   VoxelSums& sums = block.sums[cell.voxel];
   sums.Add(cell.offset, ring);

@@ -35,7 +35,8 @@ class LocalMap {
 
   LocalMap(ShapeKind kind, const LocalMapOptions& options);
 
-  // `ring`: that it is of; kSeveral if that is not known.
+  // `ring`: that it is of; kSeveral if that is not known. Left out where it would take a block more
+  // than twice LocalMapOptions::max_blocks.
   void Insert(const Eigen::Vector3d& p, float ring = VoxelSums::kSeveral);
 
   // The shape near a point, and where it was found. Good until the next Insert, Evict or Clear.

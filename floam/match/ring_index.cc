@@ -80,19 +80,22 @@ void RingIndex::NearestOnRing(const Query& query, int ring, int excluded, Neighb
   const int count = end - begin;
   // Once around each way at most: half a turn is beyond any bound but that of a point on the axis.
   int index = start;
-  for (int k = 0; k < count; ++k, ++index) {
+  int k = 0;
+  for (; k < count; ++k, ++index) {
     if (index == end) index = begin;
     float turned = entries_[index].azimuth - query.azimuth;
     if (turned < 0) turned += 2 * kPi;
     if (!Consider(query, entries_[index], turned, index, excluded, best)) break;
   }
+  steps_ += k + 1;
   index = start - 1;
-  for (int k = 0; k < count; ++k, --index) {
+  for (k = 0; k < count; ++k, --index) {
     if (index < begin) index = end - 1;
     float turned = query.azimuth - entries_[index].azimuth;
     if (turned < 0) turned += 2 * kPi;
     if (!Consider(query, entries_[index], turned, index, excluded, best)) break;
   }
+  steps_ += k;
 }
 
 RingIndex::Neighbour RingIndex::Nearest(const Query& query, float reach_m) const {
@@ -102,6 +105,7 @@ RingIndex::Neighbour RingIndex::Nearest(const Query& query, float reach_m) const
     return std::max(ring.lowest - query.elevation, query.elevation - ring.highest);
   };
   int likely = kNone;
+  steps_ += rings_.size();
   for (size_t ring = 0; ring < rings_.size(); ++ring) {
     if (rings_[ring].begin == rings_[ring].end) continue;
     if (likely == kNone || off_elevation(rings_[ring]) < off_elevation(rings_[likely])) {
@@ -125,7 +129,7 @@ std::pair<int, int> RingIndex::Along(int index, float reach_m) const {
   const int size = ring.end - ring.begin;
   const auto lead = [&](int step) {
     int at = index;
-    for (int left = size - 1; left > 0; --left) {
+    for (int left = size - 1; left > 0; --left, ++steps_) {
       const int next = ring.begin + (at - ring.begin + step + size) % size;
       const Eigen::Vector3f& p = At(next).position;
       if ((p - from.position).squaredNorm() > reach_m * reach_m) break;

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <utility>
 #include <vector>
@@ -46,6 +47,9 @@ class RingIndex {
   // without leaving `reach_m` around it or making a leap of more than half of that.
   std::pair<int, int> Along(int index, float reach_m) const;
 
+  // The points and rings that were looked at since the last call.
+  uint64_t TakeSteps() const { return std::exchange(steps_, 0); }
+
   // For state_codec.h.
   template <typename Self, typename Io>
   static void Fields(Self& self, Io& io) {
@@ -81,6 +85,7 @@ class RingIndex {
 
   std::vector<Entry> entries_;  // Ring after ring.
   std::vector<Ring> rings_;
+  mutable uint64_t steps_ = 0;
 };
 
 }  // namespace isthmus::floam

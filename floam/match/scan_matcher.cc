@@ -183,6 +183,8 @@ MatchResult ScanMatcher::Match(const Features& features, const ScanPose& guess,
                                            (poles != nullptr ? features.poles.size() : 0));
   double kernel = options.kernel_start_m;
   for (int iteration = 0; iteration < options.max_iterations; ++iteration) {
+    features.work.Add(Work::Kind::kMap, result.features + features.poles.size());
+    if (features.work.spent()) break;
     const ScanMotion motion(result.pose.twist, result.pose.reference_s, begin_s, end_s);
     Pass pass(result.pose, motion);
     pass.kernel2 = kernel * kernel;

@@ -53,11 +53,13 @@ void ScanToScan::SetPrevious(const Features& features) {
   poles_ = features.poles;
 }
 
-void ScanToScan::FindPlanes(const std::vector<TimedPoint>& surfaces, const ScanMotion& motion,
-                            double elapsed_s, float noise2) {
+void ScanToScan::FindPlanes(const Features& features, const ScanMotion& motion, double elapsed_s,
+                            float noise2) {
   surface_rows_.clear();
   const auto elapsed = static_cast<float>(elapsed_s);
-  for (const TimedPoint& point : surfaces) {
+  for (const TimedPoint& point : features.surfaces) {
+    features.work.Add(Work::Kind::kScanToScan, 1 + surfaces_.TakeSteps());
+    if (features.work.spent()) return;
     const RingIndex::Query query(motion.ToReference(point.position, elapsed));
     const auto nearest = surfaces_.Nearest(query, options_.reach_m);
     if (nearest.index == RingIndex::kNone) continue;
@@ -86,13 +88,16 @@ void ScanToScan::FindPlanes(const std::vector<TimedPoint>& surfaces, const ScanM
                              normal.dot(a.position), a.position,
                              noise2 * std::max(2 / ab2, 1.5F / height2)});
   }
+  features.work.Add(Work::Kind::kScanToScan, surfaces_.TakeSteps());
 }
 
-void ScanToScan::FindLines(const std::vector<TimedPoint>& edges, const ScanMotion& motion,
-                           double elapsed_s, float noise2) {
+void ScanToScan::FindLines(const Features& features, const ScanMotion& motion, double elapsed_s,
+                           float noise2) {
   edge_rows_.clear();
   const auto elapsed = static_cast<float>(elapsed_s);
-  for (const TimedPoint& point : edges) {
+  for (const TimedPoint& point : features.edges) {
+    features.work.Add(Work::Kind::kScanToScan, 1 + edges_.TakeSteps());
+    if (features.work.spent()) return;
     const RingIndex::Query query(motion.ToReference(point.position, elapsed));
     const auto nearest = edges_.Nearest(query, options_.reach_m);
     if (nearest.index == RingIndex::kNone) continue;
@@ -108,6 +113,7 @@ void ScanToScan::FindLines(const std::vector<TimedPoint>& edges, const ScanMotio
                             normal.dot(a.position), a.position, 2 * noise2 / along.squaredNorm()});
     }
   }
+  features.work.Add(Work::Kind::kScanToScan, edges_.TakeSteps());
 }
 
 // The nearest pole, at whatever height it was hit: along the ray and across it on the level.
@@ -211,9 +217,10 @@ ScanToScanResult ScanToScan::Minimise(const Features& features, const Vector6d& 
   const PosePrior guessed{moved, to_left * prior * to_left.transpose()};
   for (int round = 0; round < options_.rounds; ++round) {
     const ScanMotion found_with = MotionOf(result.twist, elapsed_s);
-    FindPlanes(features.surfaces, found_with, elapsed_s, noise2);
-    FindLines(features.edges, found_with, elapsed_s, noise2);
+    FindPlanes(features, found_with, elapsed_s, noise2);
+    FindLines(features, found_with, elapsed_s, noise2);
     FindPoles(features.poles, found_with, elapsed_s);
+    if (features.work.spent()) return result;
     result.used =
         static_cast<int>(surface_rows_.size() + edge_rows_.size() / 2 + pole_rows_.size() / 2);
     for (int iteration = 0; iteration < options_.iterations; ++iteration) {
@@ -236,8 +243,8 @@ ScanToScanResult ScanToScan::Match(const Features& features, const Vector6d& gue
 
 double ScanToScan::Evidence(const Features& features, const Vector6d& twist, double elapsed_s) {
   const ScanMotion motion = MotionOf(twist, elapsed_s);
-  FindPlanes(features.surfaces, motion, elapsed_s, 0);
-  FindLines(features.edges, motion, elapsed_s, 0);
+  FindPlanes(features, motion, elapsed_s, 0);
+  FindLines(features, motion, elapsed_s, 0);
   FindPoles(features.poles, motion, elapsed_s);
   ScanToScanResult result;
   Pose moved = Exp(elapsed_s * twist);

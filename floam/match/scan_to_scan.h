@@ -107,9 +107,9 @@ class ScanToScan {
                             const Matrix6d& prior, double point_noise_m);
   // Rows of one residual (surfaces) and of two (edges, poles), the distances to two planes through
   // a line. `noise2`: variance of points.
-  void FindPlanes(const std::vector<TimedPoint>& surfaces, const ScanMotion& motion,
-                  double elapsed_s, float noise2);
-  void FindLines(const std::vector<TimedPoint>& edges, const ScanMotion& motion, double elapsed_s,
+  void FindPlanes(const Features& features, const ScanMotion& motion, double elapsed_s,
+                  float noise2);
+  void FindLines(const Features& features, const ScanMotion& motion, double elapsed_s,
                  float noise2);
   void FindPoles(const std::vector<TimedPoint>& poles, const ScanMotion& motion, double elapsed_s);
   // One Gauss-Newton step of the motion in `elapsed_s`; false if there is none to take.

@@ -134,10 +134,12 @@ void FeatureExtractor::SetScale(float scale) {
 }
 
 void FeatureExtractor::Extract(const RingScan& scan, Features* out) {
+  const float scale = scale_;
+  out->work = Work(options_.max_work);
   if (!scan.in_rings()) neighbourhoods_.Build(scan);
   ExtractAll(scan, out);
   const auto few = static_cast<size_t>(options_.few_surfaces);
-  while (out->surfaces.size() < few && scale_ > kLeastVoxelScale) {
+  while (out->surfaces.size() < few && scale_ > kLeastVoxelScale && !out->work.spent()) {
     SetScale(0.5F * scale_);
     ExtractAll(scan, out);
   }
@@ -146,8 +148,9 @@ void FeatureExtractor::Extract(const RingScan& scan, Features* out) {
   if (!scan.in_rings()) Balance(&out->surfaces);
   ThinEvenly(static_cast<size_t>(options_.max_surfaces), &out->surfaces);
   ThinEvenly(static_cast<size_t>(options_.max_poles), &out->poles);
-  out->chords = ChordsOf(scan, out->surfaces);
+  out->chords = ChordsOf(scan, out->surfaces, &out->work);
   out->in_rings = scan.in_rings();
+  if (out->work.spent() && scale != scale_) SetScale(scale);
 }
 
 void FeatureExtractor::ExtractAll(const RingScan& scan, Features* out) {
@@ -158,6 +161,7 @@ void FeatureExtractor::ExtractAll(const RingScan& scan, Features* out) {
   surface_thinner_.Clear();
   edge_thinner_.Clear();
   map_thinner_.Clear();
+  out->work.Add(Work::Kind::kRings, scan.points.size());
   if (!scan.in_rings()) return ExtractWithoutRings(scan, out);
   for (size_t ring = 0; ring + 1 < scan.ring_begin.size(); ++ring) {
     const RingPoint* begin = scan.points.data() + scan.ring_begin[ring];
@@ -188,6 +192,8 @@ void FeatureExtractor::ExtractWithoutRings(const RingScan& scan, Features* out) 
       const RingPoint& p = scan.points[i];
       if (!map_thinner_.Insert(p.x, p.y, p.z)) continue;
       const auto look = neighbourhoods_.At(i, options_.surface_deviation_m);
+      out->work.Add(Work::Kind::kNeighbours, look.neighbours);
+      if (out->work.spent()) return;
       if (look.are == Surroundings::kUnclear) continue;
       const auto ring = static_cast<uint16_t>(band);
       if (look.are == Surroundings::kEdge) {

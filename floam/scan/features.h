@@ -11,6 +11,7 @@
 #include "floam/scan/limits.h"
 #include "floam/scan/neighbourhood.h"
 #include "floam/scan/ring_chords.h"
+#include "floam/scan/work.h"
 
 namespace isthmus::floam {
 
@@ -26,8 +27,9 @@ struct FeatureOptions {
   int few_surfaces = 800;             // Fewer: the place is small, voxels become so (to a quarter).
   int sectors = 6;                    // Parts of a ring that edges are spread over.
   int edges_per_sector = 3;
-  float pole_width_m = 0.6F;  // Wider than this along the ring a thing is no pole.
-  int max_poles = 150;        // Likewise thinned.
+  float pole_width_m = 0.6F;         // Wider than this along the ring a thing is no pole.
+  int max_poles = 150;               // Likewise thinned.
+  uint64_t max_work = kMaxScanWork;  // Steps that a scan may take, see Work.
 };
 
 // A point as it was measured, when, and how far it is to be trusted.
@@ -59,8 +61,10 @@ struct Features {
   // legs. They tell the way on the level where there are no walls.
   std::vector<TimedPoint> poles;
   bool in_rings = true;  // Else TimedPoint::ring is that of a band, see RingScan.
+  // What they have taken so far: choosing them, and all matching of them.
+  mutable Work work;
 
-  // For state_codec.h. Chords are of use while a scan is matched, and not kept.
+  // For state_codec.h. Chords and work are of use while a scan is matched, and not kept.
   template <typename Self, typename Io>
   static void Fields(Self& self, Io& io) {
     io(self.edges, self.surfaces, self.map_surfaces, self.poles, self.in_rings);
@@ -81,7 +85,8 @@ class FeatureExtractor {
   explicit FeatureExtractor(const FeatureOptions& options);
 
   // Replaces the contents of `*out`, whose memory is reused. Points of zero range or with
-  // coordinates that are not finite are never chosen.
+  // coordinates that are not finite are never chosen. Where that takes too much work, see
+  // Features::work, it ends half done, and later scans are as if this one had not come.
   void Extract(const RingScan& scan, Features* out);
 
   // For state_codec.h.

@@ -197,6 +197,7 @@ Neighbourhoods::Look Neighbourhoods::At(uint32_t index, float deviation_m) {
   const RingPoint& point = scan_->points[index];
   if (!IsFinite(point)) return look;
   Gather(point, cells_[index]);
+  look.neighbours = near_.size() + beside_.size();
   const float most_m = deviation_m + kDeviationPerM * point.range;
   // Something slim may have a flat side.
   if (beside_.size() >= 2 * kMinBesideSlim && IsSlim(point)) {

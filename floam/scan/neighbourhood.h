@@ -20,8 +20,8 @@ enum class Surroundings {
 // towards the point, a plane in space is 1 / x = a + b (y / x) + c (z / x), linear in what is
 // sought. Motion of the sensor changes 1 / x by about so much per second for all neighbours, which
 // is one more unknown: that pattern which does not repeat looks at a place early and late in the
-// scan does no harm. Building takes time linear in the points, looking constant time. Not thread
-// safe: holds scratch memory.
+// scan does no harm. Building takes time linear in the points, looking as long as there are
+// neighbours. Not thread safe: holds scratch memory.
 class Neighbourhoods {
  public:
   // `scan` must stay as and where it is for as long as it is looked at. Points with coordinates
@@ -32,6 +32,7 @@ class Neighbourhoods {
     Surroundings are = Surroundings::kUnclear;
     float deviation_m = 0;  // Of the neighbours from the plane, root mean square.
     Eigen::Vector3f normal = Eigen::Vector3f::Zero();  // Of the plane, towards the sensor.
+    size_t neighbours = 0;                             // That were looked at.
   };
   // The neighbourhood of a point of the scan. Neighbours may be off a plane by `deviation_m` (root
   // mean square), and a little more the farther away they are.

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "floam/rings/ring_scan.h"
+#include "floam/scan/work.h"
 
 namespace isthmus::floam {
 
@@ -17,8 +18,10 @@ struct TimedPoint;
 // in the way the surface may go on.
 using RingChords = std::array<Eigen::Vector3f, 2>;
 
-// Those of every point of `points`, which are of that scan. Empty without rings.
-std::vector<RingChords> ChordsOf(const RingScan& scan, const std::vector<TimedPoint>& points);
+// Those of every point of `points`, which are of that scan. Empty without rings. Adds to `*work`,
+// and ends half done once that is spent.
+std::vector<RingChords> ChordsOf(const RingScan& scan, const std::vector<TimedPoint>& points,
+                                 Work* work);
 
 // True if a plane of that normal (sensor frame) may be the one that is seen: it lies along one of
 // the chords. A voxel that few rings crossed may hold any plane through these, and of points that

@@ -72,6 +72,8 @@ Start::Beginning Start::MatchFrom(const ScanToScanResult& moved, const ScanFrame
     first.T_odom_sensor = T_odom_first_ * Exp(first.reference_s * first.twist);
     map->Clear();
     map->Insert(first_, first, period_s_);
+    frame.features.work.Add(Work::Kind::kMap, first_.map_surfaces.size() + first_.edges.size());
+    if (frame.features.work.spent()) break;
     ScanPose guess = Predict(first, elapsed_s, tracker->ReferenceTime(frame));
     PosePrior prior = Near(guess.T_odom_sensor);
     const double between_s = elapsed_s + guess.reference_s - first.reference_s;

@@ -299,6 +299,11 @@ void AddOdometry(ServerConfig& config, Table& table) {
                                       {"continuous", OdometryMode::kContinuous}},
                   "floam: the paper's two stages of de-skewing. continuous: pose and motion within "
                   "the scan are estimated together.");
+  table.Add(
+      "max_scan_work", &odometry.features.max_work, uint64_t{1'000'000},
+      uint64_t{1'000'000'000'000},
+      "Steps of work that a scan may take, 6 to 10 ns each; one that takes more is rejected, "
+      "and its session goes on. Most take a million, and 20 when a lost robot is looked for.");
   table.Add("map_radius_m", &odometry.map.radius_m, 5.0, 1000.0,
             "The local map farther than this from the robot is forgotten.");
   table.Add("map_max_blocks", &odometry.map.max_blocks, 1000, 10'000'000,

@@ -10,7 +10,7 @@
 namespace isthmus::rpc {
 
 // Points keep their order. InvalidArgument for a cloud that cannot be decoded, without points or
-// x y z, coordinates that are not finite, a point farther than 100 km from the submap's origin, a
+// x y z, coordinates that are not finite, a point farther than 5 km from the submap's origin, a
 // `keyframe` that is not unsigned or names none, and more than 65535 keyframes.
 absl::StatusOr<Submap> DecodeSubmap(SubmapUpload upload, const RobotId& robot);
 

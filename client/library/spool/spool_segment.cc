@@ -69,17 +69,18 @@ absl::Status SpoolSegment::ReadHeader() {
   ByteReader reader(*bytes);
   if (reader.ReadString(kMagicBytes) != kMagic) return damaged;
   const auto version = reader.Read<uint32_t>();
-  if (version > kVersion) {
-    return absl::FailedPreconditionError(absl::StrCat(
-        path(), " has format ", version, ", written by a newer program; this one knows ", kVersion,
-        ": use the newer one"));
-  }
   const size_t owner = reader.Read<uint32_t>();
   header_.first_sequence = reader.Read<uint64_t>();
   header_.stamp_before_ns = reader.Read<int64_t>();
   header_.owner = reader.ReadString(owner);
   const uint32_t checksum = reader.Read<uint32_t>();
   if (!reader.ok() || io::Crc32c(bytes->data(), kFixedHeader + owner) != checksum) return damaged;
+  // Only now: a byte that was flipped is no other program. Headers of all versions begin alike.
+  if (version > kVersion) {
+    return absl::FailedPreconditionError(absl::StrCat(
+        path(), " has format ", version, ", written by a newer program; this one knows ", kVersion,
+        ": use the newer one"));
+  }
   header_bytes_ = kFixedHeader + owner + sizeof(checksum);
   return absl::OkStatus();
 }

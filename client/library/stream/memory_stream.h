@@ -30,6 +30,8 @@ class MemoryStream final : public ScanStream::Impl, private ScanSource {
   absl::StatusOr<std::string> OpenSession(const Ask&) override { return session_.value(); }
   absl::Status BeginLink(const v1::Session& known) override;
   Request NextRequest() override;
+  // Not asked for: the stream ends with the server's refusal, and its caller still has the scan.
+  Request InPlaceOf(const Request&, uint64_t) override { return nullptr; }
   void InterruptLink() override;
   bool HandleResponse(const v1::StreamScansResponse& response) override;
   bool complete() const override;

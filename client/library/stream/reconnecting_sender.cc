@@ -57,6 +57,7 @@ void ReconnectingSender::WriteLoop() {
       MutexLock lock(&mutex_);
       streamed = std::exchange(streamed_, false);
       if (std::exchange(progress_, false)) backoff.Reset();
+      most_bytes_ = LargestMessage(status).value_or(0);
       if (abandoned_ || !WorthAnotherTry(status)) break;
     }
     const std::optional<double> delay = backoff.Next();
@@ -172,14 +173,26 @@ absl::Status ReconnectingSender::StreamScans(const v1::Session& session) {
   return status;
 }
 
+ScanSource::Request ReconnectingSender::NextThatFits(const v1::Session& session) {
+  ScanSource::Request request = source_->NextRequest();
+  if (request == nullptr) return nullptr;
+  request = ForServer(std::move(request), session.quantized_version());
+  uint64_t most_bytes = 0;
+  {
+    MutexLock lock(&mutex_);
+    most_bytes = most_bytes_;
+  }
+  if (most_bytes == 0 || request->ByteSizeLong() <= most_bytes) return request;
+  return source_->InPlaceOf(request, most_bytes);
+}
+
 void ReconnectingSender::SendOn(ScanWire& wire, const v1::Session& session) {
   v1::StreamScansRequest hello;
   hello.set_session(session.id());
   bool open = wire.Write(hello);
   while (open) {
-    ScanSource::Request request = source_->NextRequest();
+    const ScanSource::Request request = NextThatFits(session);
     if (request == nullptr) break;
-    request = ForServer(std::move(request), session.quantized_version());
     {
       MutexLock lock(&mutex_);
       if (unanswered_.empty()) moved_s_ = clock_.Now();

@@ -1,6 +1,7 @@
 // The way of scans to the server, over as many links as it takes. Private to the library.
 #pragma once
 
+#include <cstdint>
 #include <deque>
 #include <thread>
 
@@ -36,6 +37,9 @@ class ReconnectingSender {
   absl::Status RunLink();
   absl::Status StreamScans(const v1::Session& session);
   absl::Status AskServer(ScanSource::Duration duration, const ScanSource::Attempt& attempt);
+  // The next to send, of a size that the server takes as far as is known. Null when there will be
+  // none on this link.
+  ScanSource::Request NextThatFits(const v1::Session& session);
   void SendOn(ScanWire& wire, const v1::Session& session);
   void ReadFrom(ScanWire& wire);
   void WatchProgress();
@@ -50,6 +54,8 @@ class ReconnectingSender {
   Mutex mutex_;
   CondVar changed_;
   bool abandoned_ ABSL_GUARDED_BY(mutex_) = false;
+  // What the server said that it takes, on the link before; 0: nothing. A later one may take more.
+  uint64_t most_bytes_ ABSL_GUARDED_BY(mutex_) = 0;
   bool streamed_ ABSL_GUARDED_BY(mutex_) = false;  // A stream was opened since the last failure.
   bool progress_ ABSL_GUARDED_BY(mutex_) =
       false;                                   // An acknowledgement came since the last failure.

@@ -5,6 +5,7 @@
 #include <absl/status/status.h>
 #include <absl/status/statusor.h>
 
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <string>
@@ -32,6 +33,9 @@ class ScanSource {
   virtual absl::Status BeginLink(const v1::Session& known) = 0;
   // The next scan; waits for one. Null when there will be none on this link.
   virtual Request NextRequest() = 0;
+  // The scan is larger than the server takes: what to send in its place, under its number. Null
+  // where nothing can be for now: the link ends.
+  virtual Request InPlaceOf(const Request& too_large, uint64_t most_bytes) = 0;
   // The link has ended: Next returns null until the next BeginLink.
   virtual void InterruptLink() = 0;
   // True for an acknowledgement that brought the stream on.

@@ -56,6 +56,7 @@ struct ScanStreamStats {
   uint64_t backlog = 0;      // Scans without acknowledgement, of earlier programs too.
   uint64_t spool_bytes = 0;  // On the disk.
   uint64_t lost = 0;         // Damaged in the spool, or dropped from it.
+  uint64_t set_aside = 0;    // Larger than the server takes: files in SPOOL/too-large.
 };
 
 // The state of a spool when it was opened.

@@ -3,6 +3,7 @@
 
 #include <absl/status/status.h>
 
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -50,6 +51,10 @@ class SessionCall {
 // nothing for any other status.
 std::optional<double> AskedToWait(const absl::Status& status);
 
+// The bytes of the largest message that a server takes which refused a larger one; nothing for any
+// other status.
+std::optional<uint64_t> LargestMessage(const absl::Status& status);
+
 // The way to one server, over as many connections as it takes. Thread safe.
 class SessionLink {
  public:
@@ -66,7 +71,8 @@ class SessionLink {
   // Repeats `attempt` while it ends in Unavailable, ResourceExhausted that says when to come again,
   // or (if `also_data_loss`) DataLoss, waiting in between.
   absl::Status Repeat(bool also_data_loss, const std::function<absl::Status()>& attempt);
-  // Adds to an Unavailable status where the server was sought and what to do. Others pass.
+  // Adds to an Unavailable status where the server was sought and what to do, and to that of a
+  // message which is too large which setting says so. Others pass.
   absl::Status Explain(const absl::Status& status) const;
   void Sleep(double seconds) const;
 

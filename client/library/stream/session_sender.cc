@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "api/convert/session.h"
+#include "client/library/spool/set_aside.h"
 
 namespace isthmus::client {
 namespace {
@@ -276,9 +277,6 @@ ScanSource::Request SessionSender::MakeRequest(uint64_t sequence) {
   v1::ScanMessage& scan = *request->mutable_scan();
   const absl::StatusOr<std::string> bytes = spool_->Read(sequence);
   if (!bytes.ok() || !scan.ParseFromString(*bytes)) {
-    // Uses up the number, so that those behind it can follow; rejected for having no points.
-    scan.Clear();
-    scan.set_end_stamp_ns(spool_->StampBefore(sequence) + 1);
     bool news = false;
     {
       MutexLock lock(&mutex_);
@@ -287,9 +285,46 @@ ScanSource::Request SessionSender::MakeRequest(uint64_t sequence) {
       stats_.lost += news;
     }
     if (news) host_.event("a scan is lost: " + std::string(bytes.status().message()));
+    return EmptyRequest(sequence, spool_->StampBefore(sequence) + 1);
   }
   scan.set_sequence(sequence - spool_->identity().base);
   return request;
+}
+
+ScanSource::Request SessionSender::EmptyRequest(uint64_t sequence, int64_t stamp_ns) const {
+  auto request = std::make_shared<v1::StreamScansRequest>();
+  request->mutable_scan()->set_end_stamp_ns(stamp_ns);
+  request->mutable_scan()->set_sequence(sequence - spool_->identity().base);
+  return request;
+}
+
+ScanSource::Request SessionSender::InPlaceOf(const Request& too_large, uint64_t most_bytes) {
+  const int64_t stamp_ns = too_large->scan().end_stamp_ns();
+  const uint64_t sequence = too_large->scan().sequence() + spool_->identity().base;
+  const absl::StatusOr<std::string> kept = spool_->Read(sequence);
+  if (!kept.ok()) return EmptyRequest(sequence, stamp_ns);  // Dropped since, and told of.
+  const absl::StatusOr<std::string> path = SetAside(options_.spool_dir, stamp_ns, *kept);
+  const bool is_full = absl::IsResourceExhausted(path.status());
+  if (!path.ok() && !is_full) {
+    host_.event("a scan cannot be set aside: " + std::string(path.status().message()));
+    return nullptr;
+  }
+  bool news = false;
+  {
+    MutexLock lock(&mutex_);
+    news = sequence > aside_told_;
+    aside_told_ = std::max(aside_told_, sequence);
+    stats_.set_aside += news && path.ok();
+    stats_.lost += news && !path.ok();
+  }
+  if (news) {
+    host_.event(absl::StrCat(
+        "a scan of ", too_large->ByteSizeLong(), " bytes is larger than the ", most_bytes,
+        " that the server takes (network.max_receive_bytes): ",
+        path.ok() ? absl::StrCat("set aside in ", *path)
+                  : absl::StrCat("it is lost, as ", std::string(path.status().message()))));
+  }
+  return EmptyRequest(sequence, stamp_ns);
 }
 
 void SessionSender::InterruptLink() {

@@ -61,6 +61,7 @@ class SessionSender final : private ScanSource {
   absl::StatusOr<std::string> OpenSession(const Ask& ask) override;
   absl::Status BeginLink(const v1::Session& known) override;
   Request NextRequest() override;
+  Request InPlaceOf(const Request& too_large, uint64_t most_bytes) override;
   void InterruptLink() override;
   bool HandleResponse(const v1::StreamScansResponse& response) override;
   bool complete() const override;
@@ -76,6 +77,8 @@ class SessionSender final : private ScanSource {
   // The next to send, once it may be; nothing when there will be none on this link.
   std::optional<uint64_t> AwaitNext() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   Request MakeRequest(uint64_t sequence);
+  // Uses up the number, so that those behind it can follow; rejected for having no points.
+  Request EmptyRequest(uint64_t sequence, int64_t stamp_ns) const;
   void TellNotes();
 
   SessionLink* const link_;
@@ -94,8 +97,9 @@ class SessionSender final : private ScanSource {
   uint64_t acked_ ABSL_GUARDED_BY(mutex_) = 0;    // All up to here are acknowledged.
   // All up to here took effect at the server, as far as is known.
   uint64_t at_server_ ABSL_GUARDED_BY(mutex_) = 0;
-  uint64_t lost_told_ ABSL_GUARDED_BY(mutex_) = 0;  // The highest that was reported as lost.
-  bool taken_up_ ABSL_GUARDED_BY(mutex_) = false;   // The server has told where the session stands.
+  uint64_t lost_told_ ABSL_GUARDED_BY(mutex_) = 0;   // The highest that was reported as lost.
+  uint64_t aside_told_ ABSL_GUARDED_BY(mutex_) = 0;  // The same of what was set aside.
+  bool taken_up_ ABSL_GUARDED_BY(mutex_) = false;  // The server has told where the session stands.
   bool interrupted_ ABSL_GUARDED_BY(mutex_) = true;
   bool closed_ ABSL_GUARDED_BY(mutex_) = false;
   bool conclude_ ABSL_GUARDED_BY(mutex_) = false;

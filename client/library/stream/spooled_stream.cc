@@ -29,6 +29,7 @@ void AddUp(const ScanStreamStats& part, ScanStreamStats& sum) {
   sum.backlog += part.backlog;
   sum.spool_bytes += part.spool_bytes;
   sum.lost += part.lost;
+  sum.set_aside += part.set_aside;
   sum.durable_sequence = part.durable_sequence;  // Of the last.
 }
 

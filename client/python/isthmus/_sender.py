@@ -12,7 +12,8 @@ import grpc
 from isthmus import convert
 from isthmus.enums import Outcome, SessionState
 from isthmus.errors import (Aborted, Cancelled, DeadlineExceeded, Error, FailedPrecondition,
-                            Internal, InvalidArgument, OutOfRange, Unavailable, Unknown, from_rpc)
+                            Internal, InvalidArgument, OutOfRange, Unavailable, Unknown,
+                            asked_to_wait, from_rpc, too_large)
 from isthmus.link import Backoff, Link
 from isthmus.records import Ack, Session, StreamStats
 from isthmus.v1 import session_service_pb2 as pb
@@ -76,16 +77,15 @@ class Sender:
             try:
                 self._run_link()
                 break
-            except _WORTH_ANOTHER_TRY as error:
-                failure = error
             except BaseException as error:  # pylint: disable=broad-except
                 failure = error
-                break
+                if not isinstance(error, _WORTH_ANOTHER_TRY) and asked_to_wait(error) is None:
+                    break
             with self._changed:
                 if self._progress:
                     backoff.reset()
                 self._progress = False
-                delay = backoff.next()
+                delay = backoff.next(asked_to_wait(failure))
                 if delay is None or self._abandoned or self._link.closed.is_set():
                     break
                 log.warning("session %s: link lost: %s", self._session, failure)
@@ -171,7 +171,7 @@ class Sender:
         if isinstance(failure, Cancelled) or (failure is None and not self._complete()):
             raise Unavailable("the server closed the stream")  # It goes down, or was asked to.
         if failure is not None:
-            raise failure
+            raise too_large(failure)
 
     def _requests(self, epoch: int) -> Iterator[pb.StreamScansRequest]:
         yield pb.StreamScansRequest(session=self._session)

@@ -5,7 +5,7 @@ person. What is wrong before anything was sent is an `InvalidArgument` too.
 """
 from __future__ import annotations
 
-from typing import Dict, Type
+from typing import Dict, Optional, Tuple, Type
 
 import grpc
 
@@ -61,9 +61,17 @@ class PermissionDenied(Error):
 
 
 class ResourceExhausted(Error):
-    """Too large, a full disk, or a robot above its quota."""
+    """Too large, a full disk, a robot above its quota, or a server with as many calls as it takes.
+
+    `retry_after_s` is not None where the server said after how many seconds to come again: the
+    client has waited so long and tried again then, for as long as it keeps trying.
+    """
 
     code = grpc.StatusCode.RESOURCE_EXHAUSTED
+
+    def __init__(self, message: str, retry_after_s: Optional[float] = None) -> None:
+        super().__init__(message)
+        self.retry_after_s = retry_after_s
 
 
 class FailedPrecondition(Error):
@@ -114,14 +122,40 @@ class Unauthenticated(Error):
     code = grpc.StatusCode.UNAUTHENTICATED
 
 
-_CLASSES: Dict[grpc.StatusCode, Type[Error]] = {
-    kind.code: kind
-    for kind in (Cancelled, Unknown, InvalidArgument, DeadlineExceeded, NotFound, AlreadyExists,
-                 PermissionDenied, ResourceExhausted, FailedPrecondition, Aborted, OutOfRange,
-                 Unimplemented, Internal, Unavailable, DataLoss, Unauthenticated)
-}
+_KINDS: Tuple[Type[Error], ...] = (
+    Cancelled, Unknown, InvalidArgument, DeadlineExceeded, NotFound, AlreadyExists,
+    PermissionDenied, ResourceExhausted, FailedPrecondition, Aborted, OutOfRange, Unimplemented,
+    Internal, Unavailable, DataLoss, Unauthenticated)
+_CLASSES: Dict[grpc.StatusCode, Type[Error]] = {kind.code: kind for kind in _KINDS}
+
+
+LONGEST_WAIT_S = 60.0  # Whatever a server says.
+
+
+def asked_to_wait(error: BaseException) -> Optional[float]:
+    """The seconds after which a server that refused a call for one of its limits wants it again;
+    None for any other error."""
+    return error.retry_after_s if isinstance(error, ResourceExhausted) else None
+
+
+def too_large(error: Error) -> Error:
+    """Of a message above the server's limit: what to do about it. Others pass."""
+    if not isinstance(error, ResourceExhausted) or "larger than max" not in error.message:
+        return error
+    return ResourceExhausted(
+        f"a scan is larger than the server takes: {error.message}; raise "
+        "network.max_receive_bytes there, send fewer fields or points, or set `resolution`")
+
+
+def _retry_after_s(error: grpc.RpcError) -> Optional[float]:
+    for key, value in error.trailing_metadata() or ():
+        if key == "retry-after-ms" and isinstance(value, str) and value.isdigit():
+            return min(int(value) / 1000, LONGEST_WAIT_S)
+    return None
 
 
 def from_rpc(error: grpc.RpcError) -> Error:
     """The error of ours that a failed call of gRPC stands for."""
+    if error.code() == grpc.StatusCode.RESOURCE_EXHAUSTED:
+        return ResourceExhausted(error.details() or str(error.code()), _retry_after_s(error))
     return _CLASSES.get(error.code(), Unknown)(error.details() or str(error.code()))

@@ -9,7 +9,7 @@ from typing import Any, Callable, Iterator, Optional
 import grpc
 
 from isthmus.errors import (Aborted, DataLoss, Error, InvalidArgument, PermissionDenied,
-                            Unavailable, from_rpc)
+                            Unavailable, asked_to_wait, from_rpc)
 from isthmus.v1 import (access_service_pb2_grpc, admin_service_pb2_grpc, edit_service_pb2_grpc,
                         event_service_pb2_grpc, localisation_service_pb2_grpc, map_service_pb2,
                         map_service_pb2_grpc, session_service_pb2_grpc)
@@ -44,8 +44,9 @@ class Backoff:
         self._failures = 0
         self._began: Optional[float] = None
 
-    def next(self) -> Optional[float]:
-        """Seconds to wait after a failed attempt; None when it was tried for long enough."""
+    def next(self, asked_s: Optional[float] = None) -> Optional[float]:
+        """Seconds to wait after a failed attempt; None when it was tried for long enough. A server
+        that is full asks for `asked_s`; what comes on top spreads those who come again."""
         now = time.monotonic()
         self._began = now if self._began is None else self._began
         left = self._began + self._keep_trying_s - now
@@ -53,7 +54,7 @@ class Backoff:
             return None
         delay = min(5.0, 0.2 * 2.0 ** min(self._failures, 10)) * (1 - 0.3 * self._random.random())
         self._failures += 1
-        return min(delay, left)
+        return min((asked_s or 0.0) + delay, left)
 
 
 def check_address(address: str) -> None:
@@ -163,15 +164,18 @@ class Link:
             raise Unavailable(f"the client was closed ({error})") from None
 
     def repeat(self, attempt: Callable[[], Any], also_data_loss: bool = False) -> Any:
-        """For what may be sent twice: again while the server does not answer."""
+        """For what may be sent twice: again while the server does not answer, or is full and says
+        when to come again."""
         backoff = Backoff(self.keep_trying_s)
         while True:
             try:
                 return self.once(attempt)
-            except (Unavailable, DataLoss) as error:
-                if isinstance(error, DataLoss) and not also_data_loss:
+            except Error as error:
+                asked_s = asked_to_wait(error)
+                again = isinstance(error, Unavailable) or asked_s is not None
+                if not again and not (isinstance(error, DataLoss) and also_data_loss):
                     raise
-                delay = backoff.next()
+                delay = backoff.next(asked_s)
                 if delay is None or self.closed.wait(delay):
                     raise self.explain(error) from None
 
@@ -220,11 +224,12 @@ class Link:
                 error = from_rpc(lost)
             finally:
                 call.cancel()
-            if not isinstance(error, Unavailable):
+            asked_s = asked_to_wait(error)
+            if not isinstance(error, Unavailable) and asked_s is None:
                 raise error
             if started:
                 raise not_again(error)
-            delay = backoff.next()
+            delay = backoff.next(asked_s)
             if delay is None or self.closed.wait(delay):
                 raise self.explain(error)
 

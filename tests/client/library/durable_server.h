@@ -19,11 +19,15 @@ class DurableServer final : public DurableSessions, private v1::SessionService::
   DurableServer() { Start(); }
   ~DurableServer() override { Stop(); }
 
+  // From the next Start on; 0: gRPC's 4 MiB.
+  int max_message_bytes = 0;
+
   void Start() {
     grpc::ServerBuilder builder;
     builder.AddListeningPort("127.0.0.1:" + std::to_string(port_),
                              grpc::InsecureServerCredentials(), &port_);
     builder.RegisterService(this);
+    if (max_message_bytes > 0) builder.SetMaxReceiveMessageSize(max_message_bytes);
     server_ = builder.BuildAndStart();
   }
   void Stop() {

@@ -7,12 +7,13 @@ from typing import Any, Callable, Dict, Iterator, List, Optional
 
 import grpc
 
-from isthmus.v1 import (map_service_pb2, map_service_pb2_grpc, session_service_pb2 as pb,
-                        session_service_pb2_grpc)
+from isthmus.v1 import (localisation_service_pb2, localisation_service_pb2_grpc, map_service_pb2,
+                        map_service_pb2_grpc, session_service_pb2 as pb, session_service_pb2_grpc)
 
 
 class FakeServer(session_service_pb2_grpc.SessionServiceServicer,
-                 map_service_pb2_grpc.MapServiceServicer):
+                 map_service_pb2_grpc.MapServiceServicer,
+                 localisation_service_pb2_grpc.LocalisationServiceServicer):
     """One session, "alice-1". Scans are acknowledged once `open_gate` was called."""
 
     def __init__(self) -> None:
@@ -24,11 +25,14 @@ class FakeServer(session_service_pb2_grpc.SessionServiceServicer,
         # Called with each scan, before it is acknowledged.
         self.on_scan: Optional[Callable[[pb.ScanMessage, Any], None]] = None
         self.finish_errors: List[grpc.StatusCode] = []
+        self.refusals: List[int] = []  # Calls refused so: after how many milliseconds to come again.
         self._gate = threading.Event()
         self._changed = threading.Condition()
-        self._server = grpc.server(futures.ThreadPoolExecutor(8))
+        self._server = grpc.server(futures.ThreadPoolExecutor(8),
+                                   options=[("grpc.max_receive_message_length", 1 << 20)])
         session_service_pb2_grpc.add_SessionServiceServicer_to_server(self, self._server)
         map_service_pb2_grpc.add_MapServiceServicer_to_server(self, self._server)
+        localisation_service_pb2_grpc.add_LocalisationServiceServicer_to_server(self, self._server)
         self.address = f"127.0.0.1:{self._server.add_insecure_port('127.0.0.1:0')}"
         self._server.start()
 
@@ -50,12 +54,19 @@ class FakeServer(session_service_pb2_grpc.SessionServiceServicer,
         return pb.Session(id="alice-1", robot="alice", state=pb.Session.ACTIVE,
                           last_sequence=self.last_sequence, durable_sequence=self.durable_sequence)
 
+    def _refuse(self, context: Any) -> None:
+        if not self.refusals:
+            return
+        context.set_trailing_metadata((("retry-after-ms", str(self.refusals.pop(0))),))
+        context.abort(grpc.StatusCode.RESOURCE_EXHAUSTED, "as many calls as there may be")
+
     # The API.
 
     def GetMapInfo(self, request: Any, context: Any) -> Any:
         return map_service_pb2.MapInfo()
 
     def CreateSession(self, request: Any, context: Any) -> Any:
+        self._refuse(context)
         return self._session()
 
     def GetSession(self, request: Any, context: Any) -> Any:
@@ -70,6 +81,7 @@ class FakeServer(session_service_pb2_grpc.SessionServiceServicer,
 
     def StreamScans(self, requests: Iterator[pb.StreamScansRequest], context: Any) -> Any:
         self.streams += 1
+        self._refuse(context)
         for request in requests:
             if not request.HasField("scan"):
                 continue
@@ -90,10 +102,17 @@ class FakeServer(session_service_pb2_grpc.SessionServiceServicer,
                                          durable_sequence=self.durable_sequence)
 
     def ExportMap(self, request: Any, context: Any) -> Any:
+        self._refuse(context)
         yield from self.answers["ExportMap"]
 
     def ListLoops(self, request: Any, context: Any) -> Any:
+        self._refuse(context)
         yield from self.answers["ListLoops"]
 
     def GetMatchGraph(self, request: Any, context: Any) -> Any:
         yield from self.answers["GetMatchGraph"]
+
+    def Localise(self, requests: Any, context: Any) -> Any:
+        self._refuse(context)
+        for request in requests:
+            yield localisation_service_pb2.LocaliseResponse(sequence=request.scan.sequence)

@@ -1,7 +1,8 @@
 """Streams of scans: bounded, in order, taken up again after every kind of lost link."""
 import threading
 import unittest
-from typing import Any, List
+from typing import Any, List, Optional
+from unittest import mock
 
 import grpc
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 import isthmus
 from fake_server import FakeServer
 from isthmus import Outcome
+from isthmus.link import Backoff
 from isthmus.v1 import map_service_pb2
 from servers import temporary_folder
 
@@ -139,6 +141,58 @@ class StreamTest(unittest.TestCase):
             stream.push(1, POINTS)
         self.assertEqual([ack.sequence for ack in stream.acks()], [8])
         self.assertEqual(stream.stats.processed, 1)
+
+    def test_a_full_server_is_asked_again_when_it_wants_to_be(self) -> None:
+        self.server.open_gate()
+        waits = self.waits()
+        stream = self.client.open_stream("alice-1")
+        self.server.refusals = [2500]
+        stream.push(1, POINTS)
+        stream.finish()
+        self.assertEqual(self.server.received, [1])
+        self.server.refusals = [1500, 3500]
+        self.client.create_session("alice", "vlp16")
+        self.server.refusals = [4500]
+        self.server.answers["ListLoops"] = [map_service_pb2.ListLoopsResponse()]
+        self.client.list_loops("alice")
+        self.server.refusals = [5500]
+        with self.client.open_localisation("vlp16") as localisation:
+            self.assertEqual(localisation.locate(1, POINTS).sequence, 1)
+        # What each refused call was asked for; none came again sooner.
+        self.assertEqual(waits, [2.5, 1.5, 3.5, 4.5, 5.5])
+
+    def test_a_full_server_that_stays_full_is_an_error_that_says_so(self) -> None:
+        self.waits(keep_trying=False)
+        self.server.refusals = [2500]
+        with self.assertRaises(isthmus.ResourceExhausted) as caught:
+            self.client.create_session("alice", "vlp16")
+        self.assertEqual(caught.exception.retry_after_s, 2.5)
+
+    def test_a_scan_above_the_servers_limit_names_the_setting(self) -> None:
+        self.server.open_gate()
+        stream = self.client.open_stream("alice-1")
+        stream.push(1, np.random.default_rng(1).uniform(-50, 50, (300_000, 3)))
+        with self.assertRaisesRegex(isthmus.ResourceExhausted, "network.max_receive_bytes"):
+            stream.finish()
+
+    def waits(self, keep_trying: bool = True) -> List[float]:
+        """What servers ask to wait for, as it is asked for, in place of waiting."""
+        asked: List[float] = []
+
+        def next_delay(_: Backoff, asked_s: Optional[float] = None) -> Optional[float]:
+            if asked_s is not None:
+                asked.append(asked_s)
+            return 0.0 if keep_trying else None
+
+        self.enterContext(mock.patch.object(Backoff, "next", next_delay))
+        return asked
+
+    def test_a_wait_is_what_was_asked_for_and_more(self) -> None:
+        backoff = Backoff(100)
+        delay = backoff.next(3.0)
+        assert delay is not None
+        self.assertGreaterEqual(delay, 3.0)
+        self.assertLess(delay, 3.3)
 
     def test_an_exception_of_on_ack_ends_the_stream(self) -> None:
         self.server.open_gate()

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "core/formats/tum.h"
+
 namespace isthmus::formats {
 namespace {
 
@@ -18,13 +20,19 @@ TEST(KittiPoses, RowsOfTheMatrix) {
 
 TEST(KittiPoses, SaysWhichLineIsWrong) {
   const std::string good = "1 0 0 0 0 1 0 0 0 0 1 0\n";
-  for (const char* bad :
-       {"1 0 0 0 0 1 0 0 0 0 1\n", "1 0 0 0 0 1 0 0 0 0 1 x\n", "1 0 0 nan 0 1 0 0 0 0 1 0\n",
-        "2 0 0 0 0 2 0 0 0 0 2 0\n", "1 0 0 0 0 1 0 0 0 0 -1 0\n"}) {
+  for (const char* bad : {"1 0 0 0 0 1 0 0 0 0 1\n", "1 0 0 0 0 1 0 0 0 0 1 x\n",
+                          "1 0 0 nan 0 1 0 0 0 0 1 0\n", "1 0 0 1e308 0 1 0 0 0 0 1 0\n",
+                          "2 0 0 0 0 2 0 0 0 0 2 0\n", "1 0 0 0 0 1 0 0 0 0 -1 0\n"}) {
     const auto poses = ParseKittiPoses(good + bad);
     EXPECT_EQ(poses.status().code(), absl::StatusCode::kInvalidArgument) << bad;
     EXPECT_THAT(std::string(poses.status().message()), testing::HasSubstr("line 2")) << bad;
   }
+}
+
+TEST(TumPoses, BeyondAnyPlaceOnEarthAreRefused) {
+  const auto poses = ParseTum("1 0 0 0 0 0 0 1\n2 0 -1e308 0 0 0 0 1\n");
+  EXPECT_EQ(poses.status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(std::string(poses.status().message()), testing::HasSubstr("line 2: '-1e308'"));
 }
 
 TEST(KittiPoses, AreToldFromTumByTheirColumns) {

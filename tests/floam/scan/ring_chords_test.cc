@@ -30,6 +30,7 @@ class RingChordsTest : public ::testing::Test {
   }
 
   RingScan scan_;
+  Work work_;
 };
 
 // Of the rings that hit a wall between others on it: up and down.
@@ -37,7 +38,7 @@ TEST_F(RingChordsTest, LieAlongTheWall) {
   for (int ring = 0; ring < 16; ++ring) {
     const TimedPoint point = PointOn(ring);
     if (std::abs(point.position.z()) > 0.8F) continue;  // The floor begins beside it.
-    const RingChords chords = ChordsOf(scan_, {point}).front();
+    const RingChords chords = ChordsOf(scan_, {point}, &work_).front();
     int known = 0;
     for (const Eigen::Vector3f& chord : chords) {
       if (chord.isZero()) continue;
@@ -75,7 +76,7 @@ TEST_F(RingChordsTest, BehindWhatIsNearerAnythingMayBe) {
       p.x *= 0.3F, p.y *= 0.3F, p.z *= 0.3F, p.range *= 0.3F;
     }
   }
-  const RingChords chords = ChordsOf(scan_, {point}).front();
+  const RingChords chords = ChordsOf(scan_, {point}, &work_).front();
   EXPECT_TRUE(chords[0].hasNaN() && chords[1].hasNaN());
   EXPECT_TRUE(MayBe(chords, Eigen::Vector3f(1, 1, 1).normalized()));
 }
@@ -83,7 +84,7 @@ TEST_F(RingChordsTest, BehindWhatIsNearerAnythingMayBe) {
 TEST_F(RingChordsTest, WithoutRingsThereAreNone) {
   const TimedPoint point = PointOn(8);
   scan_.rings_from = Inference::kNone;
-  EXPECT_TRUE(ChordsOf(scan_, {point}).empty());
+  EXPECT_TRUE(ChordsOf(scan_, {point}, &work_).empty());
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 // A backup over a socket: what comes first, what comes last, and who has to wait.
 #include <atomic>
+#include <chrono>
 #include <vector>
 
 #include "core/io/crc32c.h"
@@ -17,10 +18,12 @@ absl::StatusOr<BackupContents> TwoPieces(const BackupSink& sink) {
 
 class BackUpTest : public RpcTest {
  protected:
-  BackUpTest() : RpcTest(Options(this)) {}
+  explicit BackUpTest(std::chrono::milliseconds progress = kProgress)
+      : RpcTest(Options(this, progress)) {}
 
-  static ServerOptions Options(BackUpTest* test) {
+  static ServerOptions Options(BackUpTest* test, std::chrono::milliseconds progress) {
     ServerOptions options;
+    options.streams.progress = progress;
     options.backup = [test](const BackupSink& sink) { return test->source_(sink); };
     return options;
   }
@@ -75,6 +78,37 @@ TEST_F(BackUpTest, AReaderThatIsGoneEndsIt) {
   grpc::Status next = Run();
   while (next.error_code() == grpc::StatusCode::RESOURCE_EXHAUSTED) next = Run();
   EXPECT_GRPC_OK(next);
+}
+
+class ImpatientBackUpTest : public BackUpTest {
+ protected:
+  ImpatientBackUpTest() : BackUpTest(std::chrono::milliseconds(200)) {}
+};
+
+TEST_F(ImpatientBackUpTest, AReaderThatStopsGivesUpTheOnePlace) {
+  std::atomic<bool> endless = true;
+  source_ = [&endless](const BackupSink& sink) -> absl::StatusOr<BackupContents> {
+    if (!endless) return TwoPieces(sink);
+    sink.begin(1);
+    while (sink.piece(std::string(100'000, 'x'))) {
+    }
+    endless = false;
+    return absl::CancelledError("given up");
+  };
+  const auto context = NewContext();
+  const auto reader = stubs_->admin->BackUp(context.get(), {});
+  v1::BackUpResponse response;
+  ASSERT_TRUE(reader->Read(&response));
+  // It reads no more, and holds the place until it is ended for that.
+  grpc::Status next;
+  do {
+    next = Run();
+  } while (next.error_code() == grpc::StatusCode::RESOURCE_EXHAUSTED &&
+           std::chrono::system_clock::now() < context->deadline());
+  EXPECT_GRPC_OK(next);
+  while (reader->Read(&response)) {
+  }
+  EXPECT_EQ(reader->Finish().error_code(), grpc::StatusCode::CANCELLED);
 }
 
 TEST_F(BackUpTest, FailuresOfTheSourceReachTheReader) {

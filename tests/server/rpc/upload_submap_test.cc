@@ -250,7 +250,8 @@ TEST_F(UploadSubmapTest, CloudsThatCannotBeUsed) {
   EXPECT_GRPC_ERROR(Send(upload), INVALID_ARGUMENT, "no points");
   EXPECT_GRPC_ERROR(Send(MakeUpload(session_, {{1, kNotANumber, 3, 0, 0}})), INVALID_ARGUMENT,
                     "point 0");
-  EXPECT_GRPC_ERROR(Send(MakeUpload(session_, {{1, 1, 3e6F, 0, 0}})), INVALID_ARGUMENT, "100 km");
+  EXPECT_GRPC_ERROR(Send(MakeUpload(session_, {{1, 1, 3e6F, 0, 0}})), INVALID_ARGUMENT, "5 km");
+  EXPECT_GRPC_ERROR(Send(MakeUpload(session_, {{1, 1, -5001, 0, 0}})), INVALID_ARGUMENT, "5 km");
   EXPECT_GRPC_ERROR(Send(MakeUpload(session_, {{1, 1, 3, 0, 2}})), INVALID_ARGUMENT,
                     "names keyframe 2");
 
