@@ -58,6 +58,7 @@ struct PipelineParts {
     return uploads[std::hash<std::string>()(session.value()) % uploads.size()];
   }
   std::array<Mutex, 64> uploads = {};
+  std::atomic<uint64_t> submaps_coming_in = 0;  // Uploads at work.
   std::atomic<bool> shut_down = false;
   // Set before anything comes in.
   RetentionThread* retention = nullptr;

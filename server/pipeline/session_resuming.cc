@@ -118,6 +118,7 @@ absl::StatusOr<Sessions::Worker> Sessions::MakeWorker(const SessionRecord& recor
   options.odometry = given.odometry;
   options.submap = given.submap;
   options.room = parts_.queue_room;
+  options.clock = &parts_.clock;
   if (record.odometry) options.odometry.mode = *record.odometry;
   if (!kHasPaper && options.odometry.mode == OdometryMode::kAloam) {
     return absl::InvalidArgumentError(
