@@ -50,6 +50,7 @@ constexpr struct {
     {"UndoRevision", kOperators},
     {"DeleteSession", kOperators},
     {"BackUp", kAdmins},
+    {"GetStatus", kReaders},
     {"CreateToken", kAdmins},
     {"ListTokens", kAdmins},
     {"RevokeToken", kAdmins},

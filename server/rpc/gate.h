@@ -14,6 +14,7 @@
 
 #include "core/caught.h"
 #include "core/concurrency/mutex.h"
+#include "core/records/server_status.h"
 #include "server/access/caller.h"
 #include "server/access/require_token.h"
 #include "server/access/tokens.h"
@@ -51,6 +52,9 @@ class Gate {
 
   // The status that travels at the end of a call, let in or not; tells of failures.
   grpc::Status End(absl::string_view rpc, const absl::Status& status) const;
+
+  const std::vector<Site*>& sites() const { return options_.sites; }
+  RunningCallCounts Running() const { return options_.limits->Running(); }
 
   // Answers with the status that `handler(const Call&)` returns. What it throws is the answer to
   // this call alone.
