@@ -24,6 +24,7 @@
 #include "core/records/map_graph.h"
 #include "core/records/map_info.h"
 #include "core/records/map_reading.h"
+#include "core/records/server_load.h"
 #include "core/records/session_status.h"
 #include "core/scan_upload.h"
 #include "server/pipeline_options.h"
@@ -97,6 +98,9 @@ class Pipeline {
       const LocalisationRequest& request) = 0;
 
   virtual MapInfo GetMapInfo() = 0;
+  // Cheap, so that it may be asked every second: reads nothing of the store, walks no folders, and
+  // takes no lock that work is done under.
+  virtual ServerLoad GetLoad() = 0;
   // The submaps of every session of the robot; of all robots if absent. NotFound for an unknown
   // robot.
   virtual absl::StatusOr<ListAt<SubmapStatus>> ListSubmaps(const std::optional<RobotId>& robot) = 0;

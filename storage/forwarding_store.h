@@ -22,6 +22,8 @@ class ForwardingStore : public MapStore {
   }
   absl::Status PutFeatures(const FeatureBlob& blob) override { return store_->PutFeatures(blob); }
 
+  StoreSize SizeOnDisk() const override { return store_->SizeOnDisk(); }
+
   absl::StatusOr<SessionRecord> GetSession(const SessionId& session) const override {
     return store_->GetSession(session);
   }

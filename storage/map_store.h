@@ -79,6 +79,12 @@ inline constexpr int64_t kMovesKept = 200'000;
 // site: robots make a few an hour.
 inline constexpr size_t kEventsKept = 100'000;
 
+// Bytes on disk.
+struct StoreSize {
+  uint64_t database = 0;
+  uint64_t log = 0;  // The write-ahead log.
+};
+
 // Features of a submap kept for matching: an opaque blob under a kind ("prepared-v1").
 struct FeatureBlob {
   SubmapId submap;
@@ -109,6 +115,10 @@ class MapStore {
   virtual absl::StatusOr<SessionRecord> GetSession(const SessionId& session) const = 0;
   // In order of creation.
   virtual absl::StatusOr<std::vector<SessionRecord>> ListSessions() const = 0;
+
+  // Costs next to nothing and waits for no reader or writer. Zeros in memory, or where the disk
+  // does not tell.
+  virtual StoreSize SizeOnDisk() const { return {}; }
 
   // The size of the session's submaps and their features, about; everything else stored about it is
   // small.

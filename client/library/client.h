@@ -31,6 +31,7 @@
 #include "core/records/map_graph.h"
 #include "core/records/map_info.h"
 #include "core/records/map_reading.h"
+#include "core/records/server_status.h"
 #include "core/records/session_status.h"
 #include "core/records/submap_upload.h"
 
@@ -89,6 +90,9 @@ class Client {
   std::unique_ptr<Localisation> OpenLocalisation(const LocalisationRequest& request,
                                                  const LocalisationOptions& options = {});
 
+  // How the server is getting on: process, queues, how far each robot's scans have come, disk.
+  // Unimplemented where the server is older than this.
+  absl::StatusOr<ServerStatus> GetStatus();
   absl::StatusOr<MapInfo> GetMapInfo();
   // The submaps of one robot, or of all robots if `robot` is empty. Indices have gaps where submaps
   // were retired.

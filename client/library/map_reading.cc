@@ -4,12 +4,23 @@
 #include "api/convert/cloud.h"
 #include "api/convert/geometry.h"
 #include "api/convert/map.h"
+#include "api/convert/status.h"
 #include "client/library/client.h"
 #include "client/library/list_stream.h"
 
 namespace isthmus::client {
 
 using Stubs = Client::Link::Stubs;
+
+absl::StatusOr<ServerStatus> Client::GetStatus() {
+  v1::ServerStatus message;
+  const absl::Status status =
+      link_->Call(link_->options().call_timeout_s, [&](Stubs& stubs, grpc::ClientContext& context) {
+        return stubs.admin->GetStatus(&context, v1::GetStatusRequest(), &message);
+      });
+  if (!status.ok()) return status;
+  return convert::FromMessage(message);
+}
 
 absl::StatusOr<MapInfo> Client::GetMapInfo() {
   v1::MapInfo info;

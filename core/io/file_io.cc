@@ -69,6 +69,12 @@ absl::Status FileError(const std::string& action, const std::string& path, int e
   return {MeaningOf(error).code, absl::StrCat("cannot ", action, " ", path, ": ", Explain(error))};
 }
 
+DiskSpace SpaceOf(const std::string& folder) {
+  struct statvfs disk = {};
+  if (statvfs(folder.c_str(), &disk) != 0) return {};
+  return {uint64_t{disk.f_bavail} * disk.f_frsize, uint64_t{disk.f_blocks} * disk.f_frsize};
+}
+
 const DiskCalls& DiskCalls::System() {
   static const DiskCalls calls{pwrite, pread, fdatasync, fsync, [](const std::string& folder) {
                                  struct statvfs disk = {};

@@ -19,6 +19,13 @@ std::string Explain(int error);
 // FailedPrecondition (a directory), ResourceExhausted (the disk is full) or Unavailable.
 absl::Status FileError(const std::string& action, const std::string& path, int error);
 
+// Of a file system, for who may write to it without being root.
+struct DiskSpace {
+  uint64_t free_bytes = 0, total_bytes = 0;
+};
+// Of that which holds the folder; zeros where it does not tell.
+DiskSpace SpaceOf(const std::string& folder);
+
 // The system calls that may fail for want of a disk; tests put others in their place.
 struct DiskCalls {
   std::function<ssize_t(int, const void*, size_t, off_t)> write;  // pwrite(2)

@@ -52,6 +52,7 @@ constexpr struct {
     {"ListEvents", kOperators},
     {"WatchEvents", kOperators},
     {"BackUp", kAdmins},
+    {"GetStatus", kReaders},
     {"CreateToken", kAdmins},
     {"ListTokens", kAdmins},
     {"RevokeToken", kAdmins},

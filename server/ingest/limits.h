@@ -52,6 +52,9 @@ inline constexpr uint32_t kLostScans = 3;
 // Finished submaps and checkpoints that may wait for the store (a full disk) before scans are
 // refused: memory.
 inline constexpr size_t kMaxUnpersisted = 2;
+// Scans of a session whose coming is remembered until they are durable, 16 bytes each: several
+// times what comes between two checkpoints. With fewer, lags are told too long by a scan or two.
+inline constexpr size_t kMaxScanTimes = 1024;
 
 // Records.
 

@@ -15,6 +15,7 @@ struct WaitingScan {
   ScanUpload scan;
   std::string refused = {};  // Why it is rejected without a look at its points; those are gone.
   bool is_skipped = false;   // Its points are gone.
+  int64_t received_ns = 0;   // The server's clock.
 
   size_t bytes() const;
 };

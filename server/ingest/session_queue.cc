@@ -64,6 +64,7 @@ bool SessionWorker::TakeSharedRoom(WaitingScan* scan) {
 
 void SessionWorker::Enqueue(WaitingScan scan) {
   const uint64_t sequence = scan.scan.sequence;
+  scan.received_ns = options_.clock->NowNs();
   if (sequence > last_submitted_) {
     pace_.NoteScan(scan.scan.end_stamp_ns, options_.now_ns());
     executor_->SetCharge(*lane_, pace_.IsBackfill() ? kBackfillCharge : 1);
@@ -72,6 +73,10 @@ void SessionWorker::Enqueue(WaitingScan scan) {
   if (!running_) {
     executor_->Post(lane_, [self = shared_from_this()] { self->RunOne(); });
     running_ = true;
+  }
+  if (sequence > last_submitted_) {
+    received_ns_ = scan.received_ns;
+    times_.Note(sequence, received_ns_);
   }
   queue_.Push(std::move(scan));
   last_submitted_ = std::max(last_submitted_, sequence);

@@ -110,7 +110,10 @@ absl::Status SessionWorker::PersistFinished() {
     storing_fails_ = !status.ok();
     if (storing_fails_) return status;
     unpersisted_.pop_front();
-    if (next.checkpoint) status_.durable_sequence = next.checkpoint->durable_sequence;
+    if (next.checkpoint) {
+      status_.durable_sequence = next.checkpoint->durable_sequence;
+      times_.ForgetUpTo(status_.durable_sequence);
+    }
     if (next.submap == nullptr) continue;
     std::erase_if(status_.unsaved[next.segment], [&](const TrajectoryEntry& entry) {
       return entry.sequence <= next.submap->last_sequence;

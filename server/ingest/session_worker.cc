@@ -52,7 +52,7 @@ SessionWorker::SessionWorker(const SessionRecord& record, const floam::SensorMod
     return s.segment == 1 && s.next_index == 0 && s.last_sequence == 0 && s.trajectory.empty();
   });
   if (!is_new) Resume(resume);
-  checkpoint_sequence_ = last_submitted_ = status_.last_sequence;
+  checkpoint_sequence_ = last_submitted_ = acknowledged_ = status_.last_sequence;
 }
 
 absl::Status SessionWorker::Submit(ScanUpload scan) {
@@ -130,6 +130,7 @@ void SessionWorker::RunOne() {
     } catch (...) {
       // Who takes acks has lost this one; the next says what is durable.
     }
+    NoteAcknowledged(next);
     if (!stores_later || !StoreBehind(next.scan.sequence)) hooks_.scan_done();
   }
   MutexLock lock(&mutex_);

@@ -14,11 +14,13 @@
 #include <utility>
 #include <vector>
 
+#include "core/clock.h"
 #include "core/concurrency/executor.h"
 #include "core/concurrency/mutex.h"
 #include "core/map/session.h"
 #include "core/map/submap.h"
 #include "core/map/trajectory.h"
+#include "core/records/server_load.h"
 #include "core/scan_upload.h"
 #include "floam/odometry.h"
 #include "floam/odometry_options.h"
@@ -26,6 +28,7 @@
 #include "server/ingest/pace.h"
 #include "server/ingest/queue_room.h"
 #include "server/ingest/scan_queue.h"
+#include "server/ingest/scan_times.h"
 #include "server/ingest/session_state.h"
 #include "server/ingest/worker_records.h"
 
@@ -86,6 +89,7 @@ class SessionWorker : public std::enable_shared_from_this<SessionWorker> {
     Executor* storing = nullptr;
     // A steady clock, nanoseconds, for the pace of scans; null: the machine's.
     std::function<int64_t()> now_ns = nullptr;
+    const Clock* clock = &Clock::System();  // For the times that Load tells.
   };
 
   static std::shared_ptr<SessionWorker> Create(const SessionRecord& record,
@@ -120,6 +124,9 @@ class SessionWorker : public std::enable_shared_from_this<SessionWorker> {
   WorkerStatus Status() const;
   // Status().last_sequence, without the rest, which is long.
   uint64_t last_sequence() const;
+  // What waits, and how far its scans have come; nothing of what is stored. Costs next to nothing
+  // and waits for nobody's work.
+  SessionLoad Load() const;
   const RobotId& robot() const { return record_.robot; }
 
  private:
@@ -183,6 +190,7 @@ class SessionWorker : public std::enable_shared_from_this<SessionWorker> {
   std::deque<FinishedSubmap> TakeFinished(uint64_t sequence, uint64_t checkpoint_after);
   absl::Status PersistFinished();  // Offers every submap that is not stored yet, in order.
   void SendAck(ScanAck ack);
+  void NoteAcknowledged(const WaitingScan& scan) ABSL_LOCKS_EXCLUDED(mutex_);
 
   const SessionRecord record_;
   const floam::SensorModel sensor_;
@@ -214,7 +222,11 @@ class SessionWorker : public std::enable_shared_from_this<SessionWorker> {
   ScanQueue queue_ ABSL_GUARDED_BY(mutex_);
   Pace pace_ ABSL_GUARDED_BY(mutex_);
   uint64_t last_submitted_ ABSL_GUARDED_BY(mutex_) = 0;
-  bool running_ ABSL_GUARDED_BY(mutex_) = false;  // A task is posted or at work.
+  uint64_t acknowledged_ ABSL_GUARDED_BY(mutex_) = 0;
+  int64_t received_ns_ ABSL_GUARDED_BY(mutex_) = 0;   // When the newest scan came.
+  int64_t ack_delay_ns_ ABSL_GUARDED_BY(mutex_) = 0;  // Of the newest acknowledged one.
+  ScanTimes times_ ABSL_GUARDED_BY(mutex_);           // Of those that are not durable yet.
+  bool running_ ABSL_GUARDED_BY(mutex_) = false;      // A task is posted or at work.
   bool storing_posted_ ABSL_GUARDED_BY(mutex_) =
       false;  // A task of options_.storing has yet to run.
   bool stopping_ ABSL_GUARDED_BY(mutex_) = false;

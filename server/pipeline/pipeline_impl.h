@@ -62,6 +62,7 @@ class PipelineImpl : public Pipeline {
       const LocalisationRequest& request) override;
 
   MapInfo GetMapInfo() override;
+  ServerLoad GetLoad() override;
   absl::StatusOr<ListAt<SubmapStatus>> ListSubmaps(const std::optional<RobotId>& robot) override {
     return reader_.ListSubmaps(robot);
   }
@@ -126,6 +127,8 @@ class PipelineImpl : public Pipeline {
 
  private:
   RetentionThread::Hooks RetentionHooks();
+  void AddSessions(const MapView& view, ServerLoad* load) const;
+  DiskLoad GetDiskLoad(const MapView& view, uint64_t spilled_bytes) const;
   // True if nothing is under way, or waits, that the view does not show yet.
   bool IsSettled(uint64_t pending_scans, const MapView& view) const;
 

@@ -63,6 +63,7 @@ struct PipelineParts {
     return uploads[std::hash<std::string>()(session.value()) % uploads.size()];
   }
   std::array<Mutex, 64> uploads = {};
+  std::atomic<uint64_t> submaps_coming_in = 0;  // Uploads at work.
   std::atomic<bool> shut_down = false;
   void NoteHealth(bool fails, const std::string& news) {
     if (options.on_problem) options.on_problem(news);

@@ -103,6 +103,8 @@ absl::StatusOr<SubmapInfo> Sessions::RepeatUpload(const SubmapInfo* existing,
 
 absl::StatusOr<SubmapInfo> Sessions::AddSubmap(Submap submap) {
   if (parts_.shut_down) return absl::UnavailableError("the server is shutting down");
+  ++parts_.submaps_coming_in;
+  const absl::Cleanup came_in = [this] { --parts_.submaps_coming_in; };
   // Large submaps take seconds: only their own session waits.
   MutexLock uploading(&parts_.UploadsOf(submap.id.session));
   const MapWriter::View view = parts_.map.view();

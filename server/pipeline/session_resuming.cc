@@ -119,6 +119,7 @@ absl::StatusOr<Sessions::Worker> Sessions::MakeWorker(const SessionRecord& recor
   options.submap = given.submap;
   options.room = parts_.queue_room;
   options.storing = parts_.storing;
+  options.clock = &parts_.clock;
   if (record.odometry) options.odometry.mode = *record.odometry;
   if (!kHasPaper && options.odometry.mode == OdometryMode::kAloam) {
     return absl::InvalidArgumentError(

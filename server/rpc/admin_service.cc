@@ -7,6 +7,9 @@
 #include <utility>
 
 #include "api/convert/graph.h"
+#include "api/convert/status.h"
+#include "core/io/process_use.h"
+#include "server/rpc/health_watch.h"
 #include "server/rpc/responses.h"
 
 namespace isthmus::rpc {
@@ -57,6 +60,24 @@ absl::Status SendBackup(const Call& call, grpc::ServerWriter<v1::BackUpResponse>
 grpc::Status AdminService::BackUp(grpc::ServerContext* context, const v1::BackUpRequest*,
                                   grpc::ServerWriter<v1::BackUpResponse>* writer) {
   return gate_.Serve(context, "BackUp", [&](const Call& call) { return SendBackup(call, writer); });
+}
+
+grpc::Status AdminService::GetStatus(grpc::ServerContext* context, const v1::GetStatusRequest*,
+                                     v1::ServerStatus* response) {
+  return gate_.Serve(context, "GetStatus", [&](const Call& call) -> absl::Status {
+    ServerStatus status;
+    status.version = ISTHMUS_VERSION;
+    status.site = call.site->name;
+    status.started_ns = started_ns_;
+    status.uptime_s = up_.Ms() / 1000;
+    status.process = io::UseOfThisProcess();
+    status.calls = gate_.Running();
+    status.uploads = call.site->staging.under_way();
+    status.load = call.pipeline().GetLoad();
+    status.degraded = FindDegraded(status.load);
+    *response = convert::ToMessage(status);
+    return absl::OkStatus();
+  });
 }
 
 }  // namespace isthmus::rpc

@@ -6,6 +6,10 @@
 #include <grpcpp/support/status.h>
 #include <grpcpp/support/sync_stream.h>
 
+#include <cstdint>
+
+#include "core/clock.h"
+#include "core/stopwatch.h"
 #include "isthmus/v1/admin_service.grpc.pb.h"
 #include "server/rpc/gate.h"
 
@@ -18,9 +22,13 @@ class AdminService final : public v1::AdminService::Service {
 
   grpc::Status BackUp(grpc::ServerContext* context, const v1::BackUpRequest* request,
                       grpc::ServerWriter<v1::BackUpResponse>* writer) override;
+  grpc::Status GetStatus(grpc::ServerContext* context, const v1::GetStatusRequest* request,
+                         v1::ServerStatus* response) override;
 
  private:
   Gate& gate_;
+  const int64_t started_ns_ = Clock::System().NowNs();
+  const Stopwatch up_;
 };
 
 }  // namespace isthmus::rpc

@@ -16,6 +16,7 @@
 
 #include "core/caught.h"
 #include "core/concurrency/mutex.h"
+#include "core/records/server_status.h"
 #include "server/access/caller.h"
 #include "server/access/require_token.h"
 #include "server/access/tokens.h"
@@ -57,6 +58,9 @@ class Gate {
                    const grpc::ServerContextBase& context, const Call* call) const;
 
   const std::vector<Site*>& sites() const { return options_.sites; }
+
+  const std::vector<Site*>& sites() const { return options_.sites; }
+  RunningCallCounts Running() const { return options_.limits->Running(); }
 
   // Answers with the status that `handler(const Call&)` returns. What it throws is the answer to
   // this call alone.

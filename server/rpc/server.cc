@@ -20,6 +20,7 @@
 #include "server/rpc/edit_service.h"
 #include "server/rpc/event_service.h"
 #include "server/rpc/gate.h"
+#include "server/rpc/health_watch.h"
 #include "server/rpc/localisation_service.h"
 #include "server/rpc/map_service.h"
 #include "server/rpc/session_service.h"
@@ -101,7 +102,8 @@ struct RpcServer::State {
   int port = 0;
   std::string address;
   std::atomic<bool> shut_down = false;
-  std::unique_ptr<grpc::Server> server;  // Last, so that it goes before its services.
+  std::unique_ptr<grpc::Server> server;  // So late that it goes before its services.
+  std::unique_ptr<HealthWatch> health;   // Tells the server.
 };
 
 absl::StatusOr<std::unique_ptr<RpcServer>> RpcServer::Start(server::Pipeline* pipeline,
@@ -165,13 +167,10 @@ absl::StatusOr<std::unique_ptr<RpcServer>> RpcServer::Start(const std::vector<Se
   if (!unix_socket) DeferAccept(state->port);
   state->address = WithPort(options.listen, state->port);
   grpc::HealthCheckServiceInterface* health = state->server->GetHealthCheckService();
-  health->SetServingStatus(v1::SessionService::service_full_name(), true);
-  health->SetServingStatus(v1::MapService::service_full_name(), true);
-  health->SetServingStatus(v1::EditService::service_full_name(), true);
-  health->SetServingStatus(v1::EventService::service_full_name(), true);
-  health->SetServingStatus(v1::LocalisationService::service_full_name(), true);
-  health->SetServingStatus(v1::AdminService::service_full_name(), true);
-  health->SetServingStatus(v1::AccessService::service_full_name(), true);
+  state->health = std::make_unique<HealthWatch>(state->gate.sites(), options.health_interval,
+                                                [health](const std::string& service, bool serves) {
+                                                  health->SetServingStatus(service, serves);
+                                                });
   return std::unique_ptr<RpcServer>(new RpcServer(std::move(state)));
 }
 
@@ -190,6 +189,7 @@ std::shared_ptr<grpc::Channel> RpcServer::InProcessChannel() {
 void RpcServer::Shutdown(std::chrono::milliseconds grace) {
   if (state_->shut_down.exchange(true)) return;
   state_->server->GetHealthCheckService()->Shutdown();
+  state_->health = nullptr;  // Whatever it says after that, none serves.
   // Not left to gRPC, which waits for clients to close their connections, too, and idle ones do
   // that when they please.
   state_->calls.Stop();

@@ -71,6 +71,8 @@ struct ServerOptions {
   access::RequireToken require_token = access::RequireToken::kAuto;
   // How soon calls under way end whose token was revoked or has expired.
   std::chrono::milliseconds token_review_interval{1000};
+  // How soon health checking tells of a service that is in trouble, or well again.
+  std::chrono::milliseconds health_interval{1000};
   // Told of every call that ends with an error, from the thread that served it; may be null.
   OnFailedCall on_failed_call;
 };

@@ -93,6 +93,7 @@ void UploadStaging::Load() {
       entry.touched_ns = clock_.NowNs() - age_ns;
     }
   }
+  under_way_ = entries_.size();
   for (const auto& path : useless) std::filesystem::remove(path, error);
 }
 
@@ -142,6 +143,7 @@ absl::StatusOr<std::unique_ptr<UploadStaging::Part>> UploadStaging::BeginUpload(
     if (found->second.key != key) Forget(key.id);
   }
   Entry& entry = entries_[key.id];
+  under_way_ = entries_.size();
   entry.key = key;
   entry.turn = ++turns_;
   entry.touched_ns = clock_.NowNs();
@@ -242,6 +244,7 @@ uint64_t UploadStaging::Persisted(const UploadKey& key) {
 
 void UploadStaging::Forget(const SubmapId& id) {
   entries_.erase(id);
+  under_way_ = entries_.size();
   if (!folder_.empty()) unlink(PathOf(id).c_str());
 }
 

@@ -5,6 +5,8 @@
 #include <absl/status/status.h>
 #include <absl/status/statusor.h>
 
+#include <atomic>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -71,6 +73,8 @@ class UploadStaging {
                                                     std::function<void()> taken_over = nullptr);
   // Bytes of it that have arrived and are on the disk.
   uint64_t Persisted(const UploadKey& key);
+  // Uploads of which some part has arrived. Waits for nobody.
+  size_t under_way() const { return under_way_; }
   // It has taken effect, or cannot.
   void Drop(const SubmapId& id);
   // The session takes no more.
@@ -99,6 +103,7 @@ class UploadStaging {
   const Clock& clock_;
   Mutex mutex_;
   std::map<SubmapId, Entry> entries_ ABSL_GUARDED_BY(mutex_);
+  std::atomic<size_t> under_way_ = 0;  // The size of entries_.
   uint64_t turns_ ABSL_GUARDED_BY(mutex_) = 0;
 };
 

@@ -41,6 +41,11 @@ void CompositionThread::Stop() {
   map_->changed().Notify();
 }
 
+composition::Composer::Memory CompositionThread::memory() const {
+  MutexLock lock(&memory_mutex_);
+  return memory_;
+}
+
 std::shared_ptr<const ComposedMap> CompositionThread::FirstMap() {
   uint32_t components = 0;
   std::set<RobotId> robots;
@@ -152,6 +157,10 @@ bool CompositionThread::RunOnce() {
   Stopwatch watch;
   auto map = Compose(view->revision->revision, view->PlacedSubmaps());
   const double ms = watch.Ms();
+  {
+    MutexLock lock(&memory_mutex_);
+    memory_ = composer_ == nullptr ? composition::Composer::Memory() : composer_->memory();
+  }
   cancelled_ = absl::IsCancelled(map.status());
   if (!cancelled_) ReportProblem(map.status());
   if (map.ok()) {

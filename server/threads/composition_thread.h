@@ -14,6 +14,7 @@
 #include <thread>
 #include <vector>
 
+#include "core/concurrency/mutex.h"
 #include "core/stopwatch.h"
 #include "server/composition/composer.h"
 #include "server/map/map_writer.h"
@@ -46,6 +47,9 @@ class CompositionThread {
   // Does not wait.
   void Stop();
 
+  // What the composer takes, as of its last composition.
+  composition::Composer::Memory memory() const;
+
  private:
   void Run();
   // One composition, or a wait. False when the thread is to end.
@@ -65,6 +69,8 @@ class CompositionThread {
   const composition::ComposerOptions options_;
   const double interval_s_;
   const OnProblem on_problem_;
+  mutable Mutex memory_mutex_;
+  composition::Composer::Memory memory_ ABSL_GUARDED_BY(memory_mutex_);
   // All that follows is touched by the thread only, but for stop_.
   std::unique_ptr<composition::Composer> composer_;  // Null: to be made anew.
   std::map<SubmapId, int> failures_;                 // How often something was thrown at it.

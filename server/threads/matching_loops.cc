@@ -24,6 +24,20 @@ std::optional<SubmapId> MatchingThread::NextForLoops(const MapView& view) const 
   return std::nullopt;
 }
 
+uint64_t MatchingThread::CountForLoops(const MapView& view) const {
+  if (!options_.loops.enabled) return 0;
+  uint64_t count = 0;
+  for (const Placement& placement : view.revision->placements) {
+    const auto it = looped_.find(placement.session);
+    const uint32_t next = it == looped_.end() ? 0 : it->second;
+    for (auto pose = placement.submaps.rbegin(); pose != placement.submaps.rend(); ++pose) {
+      if (pose->index < next) break;
+      ++count;
+    }
+  }
+  return count;
+}
+
 void MatchingThread::FindLoops(const MapView& view, const SubmapId& submap) {
   looped_[submap.session] = submap.index + 1;
   const SessionView* entry = view.Find(submap.session);

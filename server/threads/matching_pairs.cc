@@ -54,17 +54,17 @@ uint32_t MatchingThread::FreshSubmaps(const MapView& view, const SessionView& a,
   return moved > 0 || fresh >= least ? fresh : 0;
 }
 
-std::optional<SessionPair> MatchingThread::NextPair(const MapView& view) const {
+std::optional<SessionPair> MatchingThread::NextPair(const MapView& view) {
   const bool selects = SelectsPartners(view);
-  if (selects) {
-    if (std::optional<SessionPair> partners = NextPartners(view)) return partners;
-  }
+  const std::optional<SessionPair> partners = selects ? NextPartners(view) : std::nullopt;
+  uint64_t waiting = partners ? 1 : 0;
   const KnownAnchors anchors(view);
   std::optional<SessionPair> best;
   uint32_t most = 0;
   const auto consider = [&](const SessionView& a, const SessionView& b, const Attempt& tried) {
     const SessionPair pair(a.record.id, b.record.id);
     const uint32_t fresh = Evidence(view, a, b, tried, anchors.Version(pair));
+    waiting += fresh > 0 ? 1 : 0;
     if (fresh <= most) return;
     most = fresh;
     best = pair;
@@ -77,7 +77,8 @@ std::optional<SessionPair> MatchingThread::NextPair(const MapView& view) const {
         consider(*a, *b, tried);
       }
     }
-    return best;
+    waiting_pairs_ = waiting;
+    return partners ? partners : best;
   }
   for (auto a = view.sessions.begin(); a != view.sessions.end(); ++a) {
     if (!IsMatchable(a.value())) continue;
@@ -87,6 +88,7 @@ std::optional<SessionPair> MatchingThread::NextPair(const MapView& view) const {
       consider(a.value(), b.value(), it == attempts_.end() ? Attempt{} : it->second);
     }
   }
+  waiting_pairs_ = waiting;
   return best;
 }
 
@@ -171,6 +173,7 @@ MatchingThread::Prepared MatchingThread::PrepareMap(const ShapedMap& shaped) {
          (prepared_.size() > kMaxPreparedMaps || prepared_.weight() > options_.prepared_bytes)) {
     prepared_.DropOldest();
   }
+  prepared_bytes_ = prepared_.weight();
   return made;
 }
 

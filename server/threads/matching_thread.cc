@@ -153,6 +153,7 @@ void MatchingThread::Run() {
 }
 
 bool MatchingThread::RunNext(const MapView& view) {
+  waiting_submaps_ = CountForLoops(view);
   // Loops first: they straighten the maps that pairs are then matched by.
   if (const std::optional<SubmapId> submap = NextForLoops(view)) {
     FindLoops(view, *submap);
@@ -184,6 +185,7 @@ void MatchingThread::ForgetGone(const MapView& view) {
     return entry == nullptr || IsFinished(*entry);
   });
   prepared_.EraseIf(is_gone);
+  prepared_bytes_ = prepared_.weight();
   plans_.EraseIf(is_gone);
   std::erase_if(indexed_, [&](const auto& item) { return is_gone(item.first); });
   std::erase_if(allowed_, [&](const auto& item) { return is_gone(item.first); });

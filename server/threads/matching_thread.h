@@ -17,6 +17,7 @@
 
 #include "core/clock.h"
 #include "core/lru_cache.h"
+#include "core/records/server_load.h"
 #include "server/map/map_writer.h"
 #include "server/matching/index/place_index.h"
 #include "server/matching/index/session_plan.h"
@@ -64,6 +65,11 @@ class MatchingThread {
   // True if the view shows nothing that it has not dealt with.
   bool IsUpToDateWith(const MapView& view) const { return up_to_date_with_ == view.serial; }
 
+  MatchingLoad Load(const MapView& view) const {
+    return {IsUpToDateWith(view), waiting_submaps_, waiting_pairs_};
+  }
+  uint64_t prepared_bytes() const { return prepared_bytes_; }  // Of maps kept ready.
+
   // Makes the thread end within a second or so; does not wait. What is under way is given up, to be
   // taken up at the next start.
   void Stop();
@@ -98,6 +104,8 @@ class MatchingThread {
 
   // The first submap that was not asked for loops yet; only once it is placed.
   std::optional<SubmapId> NextForLoops(const MapView& view) const;
+  // All of those.
+  uint64_t CountForLoops(const MapView& view) const;
   void FindLoops(const MapView& view, const SubmapId& submap);
   void FindLoops(const matching::LoopQuery& query);
   // Those of its submaps up to this one that can be read; reads from the store.
@@ -120,7 +128,7 @@ class MatchingThread {
 
   // The pair to be tried next, if partners are selected likely ones before those tried before; of
   // these, or of all, the one with the most new evidence. Nothing when all is up to date.
-  std::optional<SessionPair> NextPair(const MapView& view) const;
+  std::optional<SessionPair> NextPair(const MapView& view);
   // The number of new submaps that the pair has since it was tried, and one for each map that its
   // loops have moved; 0 where it is not worth a try.
   uint32_t FreshSubmaps(const MapView& view, const SessionView& a, const SessionView& b,
@@ -164,6 +172,8 @@ class MatchingThread {
   const SubmapReader points_;
   // The serial of the last view that left nothing to do; of no view at first.
   std::atomic<uint64_t> up_to_date_with_ = ~uint64_t{0};
+  // Set by the thread, told by Load.
+  std::atomic<uint64_t> waiting_submaps_ = 0, waiting_pairs_ = 0, prepared_bytes_ = 0;
   // Touched by the thread only, once it runs.
   std::map<SessionPair, Attempt> attempts_;  // Since the start, whatever came of them.
   std::map<SessionId, uint32_t> looped_;     // The next submap to ask.

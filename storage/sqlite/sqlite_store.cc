@@ -22,6 +22,14 @@
 namespace isthmus::storage {
 namespace {
 
+std::string DatabaseIn(const std::string& directory) { return directory + "/isthmus.db"; }
+
+uint64_t BytesOf(const std::string& path) {
+  std::error_code error;
+  const std::uintmax_t size = std::filesystem::file_size(path, error);
+  return error ? 0 : size;
+}
+
 // Enough for a query, an export and a matcher at a time; more would wait for the disk anyway.
 constexpr int kReaders = 3;
 
@@ -34,6 +42,7 @@ class SqliteStore : public MapStore {
               std::unique_ptr<Connection> writer, std::vector<std::unique_ptr<Connection>> readers,
               const SqliteOptions& options)
       : lock_(std::move(lock)),
+        path_(DatabaseIn(directory)),
         options_(options),
         readers_(std::move(readers)),
         writer_(std::move(writer)),
@@ -71,6 +80,8 @@ class SqliteStore : public MapStore {
   absl::StatusOr<std::vector<SessionRecord>> ListSessions() const override {
     return SelectSessions(*readers_.Borrow());
   }
+
+  StoreSize SizeOnDisk() const override { return {BytesOf(path_), BytesOf(path_ + "-wal")}; }
 
   absl::StatusOr<uint64_t> StoredBytes(const SessionId& session) const override {
     return WithSession<uint64_t>(session, SumBytes);
@@ -193,6 +204,7 @@ class SqliteStore : public MapStore {
 
   // Constant after construction. Destroyed last: the database is closed before the lock is let go.
   const std::unique_ptr<io::DirectoryLock> lock_;
+  const std::string path_;
   const SqliteOptions options_;
   mutable ConnectionPool readers_;
   GroupCommit writer_;
@@ -233,7 +245,7 @@ absl::StatusOr<std::unique_ptr<MapStore>> OpenSqliteStore(const std::string& dir
   }
   absl::StatusOr<std::unique_ptr<io::DirectoryLock>> lock = io::DirectoryLock::Acquire(directory);
   if (!lock.ok()) return lock.status();
-  const std::string path = directory + "/isthmus.db";
+  const std::string path = DatabaseIn(directory);
   if (absl::Status status = CheckNotCutOff(directory, path); !status.ok()) return status;
   const std::string missing = MissingLog(directory);
   if (!missing.empty() && options.on_problem) options.on_problem(missing);

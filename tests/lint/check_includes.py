@@ -42,7 +42,7 @@ ALLOWED = {
         STD_LIKE,
     ),
     "server/pipeline": (
-        {"core", "floam", "server", "server/composition", "server/ingest",
+        {"core", "core/io", "floam", "server", "server/composition", "server/ingest",
          "server/localisation", "server/map", "server/match_graph", "server/placement", "server/query", "server/threads", "storage"},
         STD_LIKE,
     ),

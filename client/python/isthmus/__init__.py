@@ -24,6 +24,8 @@ from isthmus.push import Scan
 from isthmus.records import (Ack, Backup, BackupContents, BackupState, Box, ExportSummary,
                              LocalisedScan, PushSummary, Rejection, ScanCounts, ScanTiming,
                              Session, StreamStats)
+from isthmus.status_records import (CacheLoad, DegradedService, DiskLoad, MatchingLoad, ProcessUse,
+                                    QueueLoad, RunningCalls, ServerStatus, SessionLoad)
 from isthmus.stream import ScanStream
 from isthmus._access import Token
 from isthmus._events import Event
@@ -34,14 +36,15 @@ __version__ = VERSION
 
 __all__ = [
     "Aborted", "Ack", "AlreadyExists", "Anchor", "Anchored", "Backup", "BackupContents",
-    "BackupState", "Box", "Cancelled", "Client", "Component", "DataLoss", "DeadlineExceeded",
-    "Decision", "Error", "Event", "EventKind", "ExportSummary", "FailedPrecondition",
-    "GuessSource", "Internal", "InvalidArgument", "Localisation", "LocalisationState", "LocalisedScan", "Loop",
-    "ManualDecision", "MapInfo", "Match", "MatchGraph", "MatchState", "NotFound", "Odometry",
-    "OutOfRange", "Outcome", "OwnSubmap", "PermissionDenied", "Placement", "Pose",
-    "PushSummary", "Reason", "Rejection", "ResourceExhausted", "Revision", "RevisionDiff", "Role",
-    "Scan", "ScanCounts", "ScanStream", "ScanTiming", "Session", "SessionPair", "SessionState",
-    "StageTime", "StreamStats", "Submap", "SubmapEdge", "SubmapMove", "Token", "Tracking",
-    "Trajectory", "Unauthenticated", "Unavailable", "Unimplemented", "Unknown", "WhenBehind",
-    "connect",
+    "BackupState", "Box", "CacheLoad", "Cancelled", "Client", "Component", "DataLoss",
+    "DeadlineExceeded", "Decision", "DegradedService", "DiskLoad", "Error", "Event", "EventKind",
+    "ExportSummary", "FailedPrecondition", "GuessSource", "Internal", "InvalidArgument",
+    "Localisation", "LocalisationState", "LocalisedScan", "Loop", "ManualDecision", "MapInfo",
+    "Match", "MatchGraph", "MatchState", "MatchingLoad", "NotFound", "Odometry", "OutOfRange",
+    "Outcome", "OwnSubmap", "PermissionDenied", "Placement", "Pose", "ProcessUse", "PushSummary",
+    "QueueLoad", "Reason", "Rejection", "ResourceExhausted", "Revision", "RevisionDiff", "Role",
+    "RunningCalls", "Scan", "ScanCounts", "ScanStream", "ScanTiming", "ServerStatus", "Session",
+    "SessionLoad", "SessionPair", "SessionState", "StageTime", "StreamStats", "Submap",
+    "SubmapEdge", "SubmapMove", "Token", "Tracking", "Trajectory", "Unauthenticated", "Unavailable",
+    "Unimplemented", "Unknown", "WhenBehind", "connect",
 ]

@@ -13,7 +13,9 @@ from isthmus.errors import (DeadlineExceeded, FailedPrecondition, InvalidArgumen
 from isthmus.link import Link
 from isthmus.map_records import MapInfo, RevisionDiff, Submap, Trajectory
 from isthmus.pose import Array, Pose, matrices
-from isthmus.v1 import map_service_pb2 as pb, session_service_pb2, types_pb2
+from isthmus.status_records import ServerStatus
+from isthmus.v1 import (admin_service_pb2, map_service_pb2 as pb, session_service_pb2,
+                        types_pb2)
 
 _FRAMES = {"map": pb.MAP, "odom": pb.ODOM}
 MAP_POINT = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("intensity", "<f4"),
@@ -25,6 +27,15 @@ class Reading:
     """Part of Client."""
 
     _link: Link
+
+    def get_status(self) -> ServerStatus:
+        """How the server is getting on: process, queues, how far scans have come, disk.
+
+        `Unimplemented` where the server is older than this.
+        """
+        return convert.record(ServerStatus,
+                              self._link.call(self._link.admin.GetStatus,
+                                              admin_service_pb2.GetStatusRequest()))
 
     def get_map_info(self) -> MapInfo:
         """Revision, components, and whether the server is still at work."""

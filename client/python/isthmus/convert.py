@@ -11,7 +11,7 @@ from typing import Any, Callable, Dict, Optional, Tuple, Type, TypeVar
 
 import numpy as np
 
-from isthmus import enums, map_records, records
+from isthmus import enums, map_records, records, status_records
 from isthmus.pose import Array, Pose
 from isthmus.v1 import types_pb2
 
@@ -75,7 +75,10 @@ _MESSAGES: Dict[str, Callable[[Any], Any]] = {
 for _kind in (records.Box, records.ScanCounts, records.ScanTiming, map_records.Component,
               map_records.StageTime, map_records.SubmapEdge, map_records.ManualDecision,
               map_records.Match, map_records.Placement, map_records.Revision,
-              map_records.SessionPair, map_records.SubmapMove):
+              map_records.SessionPair, map_records.SubmapMove, status_records.ProcessUse,
+              status_records.RunningCalls, status_records.DegradedService,
+              status_records.SessionLoad, status_records.QueueLoad, status_records.MatchingLoad,
+              status_records.CacheLoad, status_records.DiskLoad):
     _MESSAGES[f"isthmus.v1.{_kind.__name__}"] = functools.partial(_nested, _kind)
 _MATRICES = ("covariance", "information")
 

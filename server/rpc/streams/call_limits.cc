@@ -97,6 +97,16 @@ absl::StatusOr<CallLimits::Ticket> CallLimits::Enter(absl::string_view rpc,
   return ticket;
 }
 
+RunningCallCounts CallLimits::Running() const {
+  std::map<Kind, size_t> calls;
+  {
+    MutexLock lock(&mutex_);
+    calls = calls_;
+  }
+  return {calls[Kind::kStream], calls[Kind::kQuery], calls[Kind::kExport], calls[Kind::kList],
+          calls[Kind::kOther]};
+}
+
 void CallLimits::Leave(const Ticket& ticket) {
   MutexLock lock(&mutex_);
   --calls_[ticket.kind_];

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "core/concurrency/mutex.h"
+#include "core/records/server_status.h"
 #include "server/rpc/streams/limits.h"
 
 namespace isthmus::rpc {
@@ -56,6 +57,8 @@ class CallLimits {
   // Unavailable once stopped.
   absl::StatusOr<Ticket> Enter(absl::string_view rpc, const std::string& caller);
 
+  RunningCallCounts Running() const;
+
   // From now on nobody enters.
   void Stop();
   // Waits until nobody is in, or until then; whether nobody is.
@@ -69,7 +72,7 @@ class CallLimits {
   void Leave(const Ticket& ticket);
 
   const CallLimitOptions options_;
-  Mutex mutex_;
+  mutable Mutex mutex_;
   CondVar left_;
   std::map<Kind, size_t> calls_ ABSL_GUARDED_BY(mutex_);
   std::map<std::pair<Kind, std::string>, size_t> callers_ ABSL_GUARDED_BY(mutex_);

@@ -45,6 +45,21 @@ class ClientRpcTest : public testing::Test {
   std::unique_ptr<Client> client_;
 };
 
+TEST_F(ClientRpcTest, TheServerSaysHowItIsGettingOn) {
+  {
+    MutexLock lock(&pipeline_.load_mutex);
+    pipeline_.load.revision = 12;
+    pipeline_.load.storage_problem = "no room";
+  }
+  const auto status = client_->GetStatus();
+  ASSERT_TRUE(status.ok()) << status.status();
+  EXPECT_EQ(status->site, "default");
+  EXPECT_EQ(status->load.revision, 12);
+  EXPECT_EQ(status->load.storage_problem, "no room");
+  EXPECT_EQ(status->degraded.size(), 2u);
+  EXPECT_GT(status->process.resident_bytes, 0u);
+}
+
 TEST_F(ClientRpcTest, SessionsComeAndGo) {
   const auto session = client_->CreateSession("alice", "vlp16", kPose);
   ASSERT_TRUE(session.ok()) << session.status();

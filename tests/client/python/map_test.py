@@ -56,6 +56,20 @@ class MapTest(unittest.TestCase):
         with self.assertRaises(LookupError):
             self.client.delete_session("alice-2")
 
+    def test_the_server_says_how_it_is_getting_on(self) -> None:
+        session = self.client.create_session("carol", "vlp16")
+        status = self.client.get_status()
+        self.assertEqual(status.version, isthmus.VERSION)
+        self.assertEqual(status.site, "default")
+        self.assertEqual(status.degraded, ())
+        self.assertGreater(status.process.resident_bytes, 0)
+        self.assertGreater(status.disk.database_bytes, 0)
+        self.assertGreaterEqual(status.calls.others, 1)
+        self.assertIn(session.id, [load.session for load in status.sessions])
+        self.assertEqual(status.sessions[-1].robot, "carol")
+        self.assertEqual(status.sessions[-1].tracking, isthmus.Tracking.UNSPECIFIED)
+        self.client.delete_session(session.id)
+
     def test_a_decision_joins_the_maps_and_another_parts_them(self) -> None:
         with self.assertRaisesRegex(isthmus.FailedPrecondition, "alice and bob"):
             self.client.transform("alice", "bob")

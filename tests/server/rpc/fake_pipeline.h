@@ -57,6 +57,10 @@ class FakePipeline : public server::Pipeline {
     return absl::UnimplementedError("see localise_rpc_test.cc");
   }
   MapInfo GetMapInfo() override { return info; }
+  ServerLoad GetLoad() override {
+    MutexLock lock(&load_mutex);
+    return load;
+  }
   absl::StatusOr<ListAt<SubmapStatus>> ListSubmaps(const std::optional<RobotId>& robot) override;
   absl::StatusOr<RobotTrajectory> GetTrajectory(const RobotId& robot, TrajectoryFrame frame,
                                                 uint32_t segment) override;
@@ -112,6 +116,8 @@ class FakePipeline : public server::Pipeline {
 
   // The answers to readers. Set before use. `info.revision` is that of lists, too.
   MapInfo info;
+  Mutex load_mutex;
+  ServerLoad load ABSL_GUARDED_BY(load_mutex);
   MatchGraph graph;
   std::shared_ptr<FakeMap> map = std::make_shared<FakeMap>();
   absl::StatusOr<RobotTrajectory> trajectory = absl::NotFoundError("no such robot");

@@ -1,0 +1,45 @@
+// The status of a server: the process, the calls under way, what is degraded, and the load of one
+// of its sites.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/records/server_load.h"
+
+namespace isthmus {
+
+// Of the machine by the process; zeros where the system does not tell.
+struct ProcessUse {
+  double cpu_s = 0;  // Of all threads since its start, user and system.
+  uint64_t resident_bytes = 0;
+  uint64_t threads = 0;
+  uint64_t open_files = 0, open_files_limit = 0;
+};
+
+// Of all sites, the call that asks included.
+struct RunningCallCounts {
+  uint64_t streams = 0;  // StreamScans, Localise and UploadSubmap.
+  uint64_t queries = 0, exports = 0, lists = 0, others = 0;
+};
+
+// A service that health checking calls NOT_SERVING.
+struct DegradedService {
+  std::string service;  // "isthmus.v1.SessionService".
+  std::string why;      // For people.
+};
+
+struct ServerStatus {
+  std::string version;
+  std::string site;        // That what is degraded and the load are of.
+  int64_t started_ns = 0;  // When it began to serve; the server's clock.
+  double uptime_s = 0;     // Since then.
+  ProcessUse process;
+  RunningCallCounts calls;
+  std::vector<DegradedService> degraded;
+  uint64_t uploads = 0;  // Submaps of the site of which some part has arrived.
+  ServerLoad load;
+};
+
+}  // namespace isthmus

@@ -1,0 +1,69 @@
+// What the pipeline has to do and what it takes.
+#include <algorithm>
+
+#include "core/io/file_io.h"
+#include "server/pipeline/pipeline_impl.h"
+
+namespace isthmus::server {
+
+ServerLoad PipelineImpl::GetLoad() {
+  const Activity::Counters counters = parts_.activity.counters();
+  const MapWriter::View view = parts_.map.view();
+  const PipelineOptions& options = parts_.options;
+  ServerLoad load;
+  AddSessions(*view, &load);
+  load.waiting_bytes = parts_.queue_room->used();
+  load.waiting_bytes_limit = options.all_queues_bytes;
+  load.session_scans_limit = options.scan_queue;
+  load.session_bytes_limit = options.scan_queue_bytes;
+  load.submaps_coming_in = parts_.submaps_coming_in;
+  load.matching = matching_->Load(*view);
+  load.placement_waits = !view->IsPlaced();
+  load.composition_waits = !view->IsComposed();
+  load.map_is_loading = !view->map->ready().ok();
+  load.revision = view->revision->revision;
+  for (const Placement& placement : view->revision->placements) {
+    load.submaps += placement.submaps.size();
+  }
+  load.composition_ms = counters.composition_ms;
+  load.placement_ms = counters.placement_ms;
+  load.estimation_ms = counters.estimation_ms;
+  load.compositions = counters.compositions;
+  load.placements = counters.placements;
+  load.estimations = counters.estimations;
+  const composition::Composer::Memory composed = composition_->memory();
+  load.submap_cache = {parts_.submaps.bytes(), options.submap_cache_bytes};
+  load.prepared_maps = {matching_->prepared_bytes(), options.prepared_bytes};
+  load.composed = {composed.submap_bytes + composed.tile_bytes, options.composer.cache_bytes};
+  load.disk = GetDiskLoad(*view, composed.spilled_bytes);
+  load.storage_problem = parts_.health.Problem();
+  load.now_ns = parts_.clock.NowNs();  // Last, so that nothing is of later.
+  return load;
+}
+
+void PipelineImpl::AddSessions(const MapView& view, ServerLoad* load) const {
+  for (const auto& worker : parts_.workers.All()) {
+    SessionLoad session = worker->Load();
+    for (const SessionView* segment : view.SegmentsOf(session.session)) {
+      session.submaps += segment->submaps.size();
+    }
+    session.map_bytes = retention_->MapBytes(session.session);
+    session.scan_bytes = parts_.scans->Bytes(session.session);
+    load->waiting_scans += session.waiting_scans;
+    load->sessions.push_back(std::move(session));
+  }
+}
+
+DiskLoad PipelineImpl::GetDiskLoad(const MapView& view, uint64_t spilled_bytes) const {
+  const std::string& folder = parts_.options.archive.directory;
+  if (folder.empty()) return {};
+  const storage::StoreSize store = parts_.store->SizeOnDisk();
+  const io::DiskSpace space = io::SpaceOf(folder);
+  DiskLoad disk{store.database, store.log, 0, spilled_bytes, space.free_bytes, space.total_bytes};
+  for (const auto& [id, session] : view.sessions) {
+    if (session.record.segment == 1) disk.scan_bytes += parts_.scans->Bytes(id);
+  }
+  return disk;
+}
+
+}  // namespace isthmus::server
