@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/ids.h"
+#include "core/map/match.h"
 #include "core/tracking.h"
 
 namespace isthmus {
@@ -20,20 +21,18 @@ struct SessionLoad {
   uint64_t waiting_bytes = 0;  // Of those, encoded.
   // Each up to and including; never more than the one before, but for a moment.
   uint64_t received_sequence = 0, acknowledged_sequence = 0, durable_sequence = 0;
-  int64_t received_ns = 0;  // When the newest scan came; since the server started, as what follows.
-  int64_t ack_delay_ns =
-      0;  // From the coming of the newest acknowledged scan to its acknowledgement.
+  int64_t received_ns = 0;   // When the newest scan came; since the server started, as what follows.
+  int64_t ack_delay_ns = 0;  // From the coming of the newest acknowledged scan to its acknowledgement.
   // When the oldest scan came that is not acknowledged, or not durable, yet. 0 also where that was
   // before the server started.
   int64_t oldest_unacknowledged_ns = 0, oldest_undurable_ns = 0;
   uint64_t scans_processed = 0, scans_rejected = 0;  // Since the server started.
   uint64_t scans_skipped = 0;                        // Since the session began.
   Tracking tracking = Tracking::kUnknown;            // As of the newest scan.
-  int64_t lost_since_ns =
-      0;                    // By the robot's clock: END of the first lost scan; 0: it is not lost.
-  uint64_t submaps = 0;     // Stored.
-  uint64_t map_bytes = 0;   // Stored of them and their features, as counted last.
-  uint64_t scan_bytes = 0;  // Of its raw scans.
+  int64_t lost_since_ns = 0;  // By the robot's clock: END of the first lost scan; 0: it is not lost.
+  uint64_t submaps = 0;       // Stored.
+  uint64_t map_bytes = 0;     // Stored of them and their features, as counted last.
+  uint64_t scan_bytes = 0;    // Of its raw scans.
 };
 
 // In memory.
@@ -53,12 +52,18 @@ struct MatchingLoad {
 struct DiskLoad {
   uint64_t database_bytes = 0, log_bytes = 0;  // The database's file, and its write-ahead log.
   uint64_t scan_bytes = 0;                     // Raw scans of all sessions.
-  uint64_t spilled_bytes =
-      0;  // Parts of the map that memory has no room for; gone with the process.
+  uint64_t spilled_bytes = 0;  // Parts of the map that memory has no room for; gone with the process.
   uint64_t free_bytes = 0, total_bytes = 0;  // Of the file system.
 
   // By the data folder, but for uploads under way.
   uint64_t used_bytes() const { return database_bytes + log_bytes + scan_bytes + spilled_bytes; }
+};
+
+// Pairs of sessions whose match is in that state, for that reason.
+struct MatchCount {
+  MatchState state = MatchState::kNotYet;
+  MatchReason reason = MatchReason::kNone;
+  uint64_t matches = 0;
 };
 
 struct ServerLoad {
@@ -70,6 +75,7 @@ struct ServerLoad {
   uint64_t session_scans_limit = 0, session_bytes_limit = 0;
   uint64_t submaps_coming_in = 0;  // Uploads that are being checked and stored.
   MatchingLoad matching;
+  std::vector<MatchCount> matches;  // By state, then reason.
   bool placement_waits = false;    // Something has changed that the latest revision does not show.
   bool composition_waits = false;  // The composed map is not of the latest revision.
   bool map_is_loading = false;     // After a start: no map has been composed yet, none can be read.
