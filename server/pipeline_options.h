@@ -6,6 +6,7 @@
 #include <string>
 
 #include "core/records/event.h"
+#include "core/stage_observer.h"
 #include "floam/odometry_options.h"
 #include "floam/submap_builder.h"
 #include "server/archive_options.h"
@@ -50,6 +51,8 @@ struct PipelineOptions {
   // Likewise what is no problem of the server's, and goes into its event log: a robot is lost, was
   // found, somebody rejected a match. Without its number.
   std::function<void(const Event& event)> on_event = nullptr;
+  // Told how long things take; must outlive the pipeline. Null: nobody.
+  StageObserver* observer = nullptr;
   floam::OdometryOptions odometry;
   floam::SubmapOptions submap;
   matching::MatcherOptions matcher;

@@ -9,7 +9,7 @@
 
 #include "core/clock.h"
 #include "core/concurrency/mutex.h"
-#include "server/rpc/failed_call.h"
+#include "server/rpc/ended_call.h"
 
 namespace isthmus::server {
 

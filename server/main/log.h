@@ -10,7 +10,7 @@
 #include <string>
 
 #include "core/records/event.h"
-#include "server/rpc/failed_call.h"
+#include "server/rpc/ended_call.h"
 
 namespace isthmus::server {
 

@@ -33,6 +33,7 @@ struct PipelineParts {
         events(&clock, options.on_event),
         health(&clock, [this](bool fails, const std::string& news) { NoteHealth(fails, news); }),
         store(WatchStore(events.Watch(std::move(opened)), &health)),
+        activity(options.observer),
         submaps(store.get(), options.submap_cache_bytes,
                 [this](const SubmapId& id, const std::string& problem) {
                   activity.NoteDamage(id, problem);

@@ -168,7 +168,11 @@ absl::StatusOr<Call> Gate::Admit(const grpc::ServerContextBase& context, absl::s
 }
 
 grpc::Status Gate::End(absl::string_view rpc, const absl::Status& status,
-                       const grpc::ServerContextBase& context, const Call* call) const {
+                       const grpc::ServerContextBase& context, const Call* call,
+                       const Stopwatch& begun) const {
+  if (options_.on_ended_call) {
+    options_.on_ended_call(std::string(rpc), status.code(), 1e-3 * begun.Ms());
+  }
   if (status.ok() || !options_.on_failed_call) return ToGrpc(status);
   FailedCall failed;
   failed.rpc = std::string(rpc);

@@ -17,11 +17,12 @@
 #include "core/caught.h"
 #include "core/concurrency/mutex.h"
 #include "core/records/server_status.h"
+#include "core/stopwatch.h"
 #include "server/access/caller.h"
 #include "server/access/require_token.h"
 #include "server/access/tokens.h"
 #include "server/rpc/call.h"
-#include "server/rpc/failed_call.h"
+#include "server/rpc/ended_call.h"
 #include "server/rpc/reply.h"
 
 namespace isthmus::rpc {
@@ -41,6 +42,7 @@ class Gate {
     // How often calls under way are asked whether their token still holds.
     std::chrono::milliseconds review_interval{1000};
     OnFailedCall on_failed_call = nullptr;  // May be null.
+    OnEndedCall on_ended_call = nullptr;    // Likewise.
   };
 
   // What the options point to must outlive it.
@@ -53,11 +55,11 @@ class Gate {
   // call.
   absl::StatusOr<Call> Admit(const grpc::ServerContextBase& context, absl::string_view rpc);
 
-  // The status that travels at the end of a call, null if it was not let in; tells of failures.
+  // The status that travels at the end of a call that began so long ago, null if it was not let in;
+  // tells of it.
   grpc::Status End(absl::string_view rpc, const absl::Status& status,
-                   const grpc::ServerContextBase& context, const Call* call) const;
-
-  const std::vector<Site*>& sites() const { return options_.sites; }
+                   const grpc::ServerContextBase& context, const Call* call,
+                   const Stopwatch& begun) const;
 
   const std::vector<Site*>& sites() const { return options_.sites; }
   RunningCallCounts Running() const { return options_.limits->Running(); }
@@ -66,9 +68,10 @@ class Gate {
   // this call alone.
   template <typename Handler>
   grpc::Status Serve(grpc::ServerContextBase* context, const char* rpc, const Handler& handler) {
+    const Stopwatch begun;
     std::optional<Call> call;
     const absl::Status status = Run(*context, rpc, handler, &call);
-    return End(rpc, status, *context, call ? &*call : nullptr);
+    return End(rpc, status, *context, call ? &*call : nullptr, begun);
   }
 
  private:

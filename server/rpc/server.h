@@ -17,7 +17,7 @@
 #include "server/access/tokens.h"
 #include "server/pipeline.h"
 #include "server/rpc/backup_source.h"
-#include "server/rpc/failed_call.h"
+#include "server/rpc/ended_call.h"
 #include "server/rpc/streams/call_limits.h"
 #include "server/rpc/streams/stream_host.h"
 
@@ -75,6 +75,8 @@ struct ServerOptions {
   std::chrono::milliseconds health_interval{1000};
   // Told of every call that ends with an error, from the thread that served it; may be null.
   OnFailedCall on_failed_call;
+  // Told of every call that ends, let in or not, and how long it took; likewise.
+  OnEndedCall on_ended_call;
 };
 
 // One of the maps that a server serves.

@@ -1,4 +1,4 @@
-// A call that failed, as the server's log has it.
+// The end of a call, as the server's log and its metrics have it.
 #pragma once
 
 #include <absl/status/status.h>
@@ -18,5 +18,8 @@ struct FailedCall {
 
 // Told of every call that ends with an error; may be null.
 using OnFailedCall = std::function<void(const FailedCall& call)>;
+// Told of every call that ends, let in or not, and how long it took; may be null.
+using OnEndedCall =
+    std::function<void(const std::string& rpc, absl::StatusCode code, double seconds)>;
 
 }  // namespace isthmus::rpc
