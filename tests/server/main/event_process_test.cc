@@ -84,8 +84,9 @@ TEST_F(EventProcessTest, ADecisionThatWasAnsweredHasItsEventAfterAKill) {
   Serve();
   ASSERT_EQ(Events(v1::SERVER_STOPPED).size(), 1u);
   EXPECT_THAT(Events(v1::SERVER_STOPPED)[0].text(), HasSubstr("SIGTERM"));
-  const std::vector<v1::Event> starts = Events(v1::SERVER_STARTED);
-  ASSERT_GE(starts.size(), 2u);
+  const uint64_t stop = Events(v1::SERVER_STOPPED)[0].number();
+  std::vector<v1::Event> starts = Events(v1::SERVER_STARTED);
+  while (starts.back().number() < stop) starts = Events(v1::SERVER_STARTED);  // Soon.
   EXPECT_THAT(starts.back().text(), Not(HasSubstr("did not stop in order")));
   Stop();
 }
