@@ -33,8 +33,9 @@ struct TopOptions {
 
 // Whether asking again may help.
 bool IsAway(const absl::Status& status) {
+  // Cancelled: the server ended while it answered.
   return absl::IsUnavailable(status) || absl::IsDeadlineExceeded(status) ||
-         absl::IsResourceExhausted(status);
+         absl::IsResourceExhausted(status) || absl::IsCancelled(status);
 }
 
 // Asks, and notes the answer; an error where asking again is no help.
