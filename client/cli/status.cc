@@ -11,6 +11,7 @@
 #include "client/console/console.h"
 #include "client/console/exit_code.h"
 #include "client/console/json.h"
+#include "client/console/server_figures.h"
 #include "client/console/tracking_text.h"
 #include "client/console/waiting.h"
 
@@ -118,6 +119,23 @@ void Report(const MapInfo& info, const std::vector<Loop>& loops, const std::stri
   absl::PrintF("estimation   %.0f ms the last of %d\n", info.estimation_ms, info.estimations);
 }
 
+void Report(const ServerStatus& status) {
+  const ServerLoad& load = status.load;
+  absl::PrintF("version      %s, up %s\n", Printable(status.version), UpTimeText(status.uptime_s));
+  if (load.disk.total_bytes > 0) {
+    absl::PrintF("disk         %s used by the map, %s free\n", HumanBytes(load.disk.used_bytes()),
+                 HumanBytes(load.disk.free_bytes));
+  }
+  for (const DegradedService& degraded : status.degraded) {
+    absl::PrintF("DEGRADED     %s: %s\n", Printable(degraded.service), Printable(degraded.why));
+  }
+  for (const SessionLoad& session : load.sessions) {
+    absl::PrintF("lag          %s: not acknowledged %s; not durable %s; queue %d\n",
+                 Printable(session.session.value()), ToString(AckLag(session, load.now_ns)),
+                 ToString(DurableLag(session, load.now_ns)), session.waiting_scans);
+  }
+}
+
 int Run(const StatusOptions& options) {
   const auto client = Connect(options.server);
   if (!client.ok()) return FailServer(client.status());
@@ -132,8 +150,12 @@ int Run(const StatusOptions& options) {
   if (!loops.ok()) return FailServer(loops.status());
   const auto sessions = (*client)->ListSessions();
   if (!sessions.ok()) return FailServer(sessions.status());
+  const auto status = (*client)->GetStatus();
+  // A server that is older than this one says the rest.
+  if (!status.ok() && !absl::IsUnimplemented(status.status())) return FailServer(status.status());
   if (options.json) {
     Json out = ToJson(*info);
+    if (status.ok()) out["server"] = ToJson(*status);
     out["loops"] = loops->size();
     out["loops_rejected"] = Rejected(*loops);
     out["stored"] = StoredJson(*sessions);
@@ -141,6 +163,7 @@ int Run(const StatusOptions& options) {
     Print(out);
   } else {
     Report(*info, *loops, options.server.address);
+    if (status.ok()) Report(*status);
     ReportTracking(*sessions);
     ReportStored(*sessions);
   }

@@ -2,6 +2,8 @@
 
 #include <iostream>
 
+#include "client/console/server_figures.h"
+
 namespace isthmus::cli {
 namespace {
 
@@ -84,6 +86,101 @@ Json ToJson(const SessionStatus& session) {
   out["first_segment"] = first.empty() ? Json(nullptr) : Json(first);
   out["component"] = session.component ? Json(*session.component) : Json(nullptr);
   out["T_map_odom"] = session.T_map_odom ? ToJson(*session.T_map_odom) : Json(nullptr);
+  return out;
+}
+
+namespace {
+
+Json ToJson(const SessionLoad& load, int64_t now_ns) {
+  const Lag ack = AckLag(load, now_ns), durable = DurableLag(load, now_ns);
+  const auto seconds = [](const Lag& lag) { return lag.seconds < 0 ? Json() : Json(lag.seconds); };
+  return {{"session", load.session.value()},
+          {"robot", load.robot.value()},
+          {"tracking", ToString(load.tracking)},
+          {"lost_since_ns", load.lost_since_ns},
+          {"waiting_scans", load.waiting_scans},
+          {"waiting_bytes", load.waiting_bytes},
+          {"received_sequence", load.received_sequence},
+          {"acknowledged_sequence", load.acknowledged_sequence},
+          {"durable_sequence", load.durable_sequence},
+          {"received_ns", load.received_ns},
+          {"ack_delay_s", 1e-9 * static_cast<double>(load.ack_delay_ns)},
+          {"unacknowledged_scans", ack.scans},
+          {"unacknowledged_s", seconds(ack)},
+          {"undurable_scans", durable.scans},
+          {"undurable_s", seconds(durable)},
+          {"scans_processed", load.scans_processed},
+          {"scans_rejected", load.scans_rejected},
+          {"scans_skipped", load.scans_skipped},
+          {"submaps", load.submaps},
+          {"map_bytes", load.map_bytes},
+          {"scan_bytes", load.scan_bytes}};
+}
+
+Json ToJson(const CacheLoad& cache) {
+  return {{"bytes", cache.bytes}, {"limit_bytes", cache.limit_bytes}};
+}
+
+Json ToJson(const DiskLoad& disk) {
+  return {{"used_bytes", disk.used_bytes()},     {"database_bytes", disk.database_bytes},
+          {"log_bytes", disk.log_bytes},         {"scan_bytes", disk.scan_bytes},
+          {"spilled_bytes", disk.spilled_bytes}, {"free_bytes", disk.free_bytes},
+          {"total_bytes", disk.total_bytes}};
+}
+
+Json ProcessJson(const ServerStatus& status) {
+  const ProcessUse& process = status.process;
+  const RunningCallCounts& calls = status.calls;
+  return {{"cpu_s", process.cpu_s},
+          {"resident_bytes", process.resident_bytes},
+          {"threads", process.threads},
+          {"open_files", process.open_files},
+          {"open_files_limit", process.open_files_limit},
+          {"calls",
+           {{"streams", calls.streams},
+            {"queries", calls.queries},
+            {"exports", calls.exports},
+            {"lists", calls.lists},
+            {"others", calls.others}}}};
+}
+
+}  // namespace
+
+Json ToJson(const ServerStatus& status) {
+  const ServerLoad& load = status.load;
+  Json out = {{"version", status.version},
+              {"site", status.site},
+              {"started_ns", status.started_ns},
+              {"uptime_s", status.uptime_s},
+              {"now_ns", load.now_ns},
+              {"process", ProcessJson(status)},
+              {"disk", ToJson(load.disk)},
+              {"degraded", Json::array()},
+              {"sessions", Json::array()},
+              {"queues",
+               {{"scans", load.waiting_scans},
+                {"bytes", load.waiting_bytes},
+                {"bytes_limit", load.waiting_bytes_limit},
+                {"session_scans_limit", load.session_scans_limit},
+                {"session_bytes_limit", load.session_bytes_limit}}},
+              {"matching",
+               {{"idle", load.matching.is_idle},
+                {"submaps", load.matching.submaps},
+                {"pairs", load.matching.pairs}}},
+              {"placement_waits", load.placement_waits},
+              {"composition_waits", load.composition_waits},
+              {"map_is_loading", load.map_is_loading},
+              {"submap_cache", ToJson(load.submap_cache)},
+              {"prepared_maps", ToJson(load.prepared_maps)},
+              {"composed", ToJson(load.composed)},
+              {"uploads", status.uploads},
+              {"submaps_coming_in", load.submaps_coming_in}};
+  for (const DegradedService& one : status.degraded) {
+    out["degraded"].push_back({{"service", one.service}, {"why", one.why}});
+  }
+  for (const SessionLoad& session : load.sessions) {
+    out["sessions"].push_back(ToJson(session, load.now_ns));
+  }
   return out;
 }
 

@@ -8,6 +8,7 @@
 #include "core/records/map_graph.h"
 #include "core/records/map_info.h"
 #include "core/records/map_reading.h"
+#include "core/records/server_status.h"
 #include "core/records/session_status.h"
 
 namespace isthmus::cli {
@@ -20,6 +21,7 @@ Json ToJson(const SubmapEdge& edge);
 Json ToJson(const ScanCounts& scans);
 Json ToJson(const SessionStatus& session);
 Json ToJson(const MapInfo& info);
+Json ToJson(const ServerStatus& status);
 // `with_edges`: with the submaps that carry the match, as "edges".
 Json ToJson(const MatchEdge& edge, bool with_edges = false);
 Json ToJson(const MatchGraph& graph, bool with_edges = false);

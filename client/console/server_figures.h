@@ -1,0 +1,29 @@
+// The figures of a server's status, as people read them.
+#pragma once
+
+#include <absl/strings/string_view.h>
+
+#include <cstdint>
+#include <string>
+
+#include "core/records/server_status.h"
+
+namespace isthmus::cli {
+
+// What came over the network, for a terminal: each byte that is no printable ASCII as "\x1b".
+std::string Printable(absl::string_view text);
+
+// "3 d 04:05:06", "00:00:12".
+std::string UpTimeText(double seconds);
+
+// How far one thing is behind another.
+struct Lag {
+  uint64_t scans = 0;
+  double seconds = -1;  // Since the oldest of them came; negative where that is not known.
+};
+Lag AckLag(const SessionLoad& session, int64_t now_ns);
+Lag DurableLag(const SessionLoad& session, int64_t now_ns);
+// "61 scans, 6.1 s"; "none".
+std::string ToString(const Lag& lag);
+
+}  // namespace isthmus::cli
