@@ -44,6 +44,11 @@ endif()
 configure_file(cmake/install/files/isthmus-server.service.in isthmus-server.service @ONLY)
 install(FILES ${CMAKE_BINARY_DIR}/isthmus-server.service
   DESTINATION lib/systemd/system COMPONENT server)
+# For who watches it; see docs/metrics.md.
+install(DIRECTORY cmake/install/files/metrics/
+  DESTINATION ${CMAKE_INSTALL_DATADIR}/isthmus/metrics COMPONENT server)
+install(FILES docs/metrics.md DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/isthmus-server
+  COMPONENT server)
 install(CODE "
   set(SERVER \"$<TARGET_FILE:isthmus-server>\")
   set(OUTPUT \"${CMAKE_BINARY_DIR}/server.yaml\")

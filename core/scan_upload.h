@@ -20,6 +20,7 @@ struct ScanUpload {
   uint64_t sequence = 0;     // From 1, increasing by 1.
   int64_t end_stamp_ns = 0;  // Unix nanoseconds, END of the scan.
   PointPayload payload;
+  int64_t arrived_ns = 0;  // At the server, by its steady clock; 0: when it was submitted.
 };
 
 enum class ScanOutcome {

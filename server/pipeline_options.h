@@ -5,6 +5,7 @@
 #include <functional>
 #include <string>
 
+#include "core/stage_observer.h"
 #include "floam/odometry_options.h"
 #include "floam/submap_builder.h"
 #include "server/archive_options.h"
@@ -48,6 +49,8 @@ struct PipelineOptions {
   std::function<void(const std::string& problem)> on_problem = nullptr;
   // Likewise what is no problem of the server's: a robot is lost, was found, began a segment.
   std::function<void(const std::string& event)> on_event = nullptr;
+  // Told how long things take; must outlive the pipeline. Null: nobody.
+  StageObserver* observer = nullptr;
   floam::OdometryOptions odometry;
   floam::SubmapOptions submap;
   matching::MatcherOptions matcher;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/ids.h"
+#include "core/map/match.h"
 #include "core/tracking.h"
 
 namespace isthmus {
@@ -61,6 +62,13 @@ struct DiskLoad {
   uint64_t used_bytes() const { return database_bytes + log_bytes + scan_bytes + spilled_bytes; }
 };
 
+// Pairs of sessions whose match is in that state, for that reason.
+struct MatchCount {
+  MatchState state = MatchState::kNotYet;
+  MatchReason reason = MatchReason::kNone;
+  uint64_t matches = 0;
+};
+
 struct ServerLoad {
   int64_t now_ns = 0;                 // The server's clock, when all this was so.
   std::vector<SessionLoad> sessions;  // Open ones, in order of their ids.
@@ -70,9 +78,10 @@ struct ServerLoad {
   uint64_t session_scans_limit = 0, session_bytes_limit = 0;
   uint64_t submaps_coming_in = 0;  // Uploads that are being checked and stored.
   MatchingLoad matching;
-  bool placement_waits = false;    // Something has changed that the latest revision does not show.
-  bool composition_waits = false;  // The composed map is not of the latest revision.
-  bool map_is_loading = false;     // After a start: no map has been composed yet, none can be read.
+  std::vector<MatchCount> matches;  // By state, then reason.
+  bool placement_waits = false;     // Something has changed that the latest revision does not show.
+  bool composition_waits = false;   // The composed map is not of the latest revision.
+  bool map_is_loading = false;  // After a start: no map has been composed yet, none can be read.
   int64_t revision = 0;
   uint64_t submaps = 0;  // In the latest revision.
   // The last of each, wall time, and how many since the server started.

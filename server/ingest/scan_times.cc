@@ -15,9 +15,14 @@ void ScanTimes::Note(uint64_t sequence, int64_t now_ns) {
   times_.push_back({sequence, now_ns});
 }
 
-void ScanTimes::ForgetUpTo(uint64_t sequence) {
-  while (times_.size() > 1 && times_[1].sequence <= sequence + 1) times_.pop_front();
-  if (times_.size() == 1 && times_.front().sequence <= sequence) times_.clear();
+void ScanTimes::ForgetUpTo(uint64_t sequence, const std::function<void(int64_t ns)>& forget) {
+  const auto is_over = [&] {
+    return times_.size() > 1 ? times_[1].sequence <= sequence + 1
+                             : !times_.empty() && times_.front().sequence <= sequence;
+  };
+  for (; is_over(); times_.pop_front()) {
+    if (forget) forget(times_.front().ns);
+  }
 }
 
 int64_t ScanTimes::Of(uint64_t sequence) const {

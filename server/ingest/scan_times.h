@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
+#include <functional>
 
 namespace isthmus::ingest {
 
@@ -13,7 +14,8 @@ class ScanTimes {
  public:
   // Of a scan newer than all before.
   void Note(uint64_t sequence, int64_t now_ns);
-  void ForgetUpTo(uint64_t sequence);
+  // Calls `forget` with the time of each, if it is not null.
+  void ForgetUpTo(uint64_t sequence, const std::function<void(int64_t ns)>& forget = nullptr);
   // When the scan came; 0 where that was before the first that is known.
   int64_t Of(uint64_t sequence) const;
 

@@ -151,14 +151,21 @@ absl::StatusOr<floam::OdometryResult> SessionWorker::TrackScan(const WaitingScan
                                                                int64_t time_ns) {
   if (!waiting.refused.empty()) return absl::InvalidArgumentError(waiting.refused);
   const ScanUpload& upload = waiting.scan;
-  absl::StatusOr<Scan> scan =
-      state_->decoder.Decode(upload.payload, upload.sequence, upload.end_stamp_ns);
+  absl::StatusOr<Scan> scan = DecodeScan(upload);
   if (!scan.ok()) return scan.status();
-  ThinScan(kMaxTrackedPoints, &*scan);
   scan->end_stamp_ns = time_ns;
+  const StageTimer timer(options_.observer, Stage::kOdometry);
   absl::StatusOr<floam::OdometryResult> result = state_->odometry.Process(*scan);
   if (result.ok()) result->stamp_ns = upload.end_stamp_ns;
   return result;
+}
+
+absl::StatusOr<Scan> SessionWorker::DecodeScan(const ScanUpload& upload) {
+  const StageTimer timer(options_.observer, Stage::kDecode);
+  absl::StatusOr<Scan> scan =
+      state_->decoder.Decode(upload.payload, upload.sequence, upload.end_stamp_ns);
+  if (scan.ok()) ThinScan(kMaxTrackedPoints, &*scan);
+  return scan;
 }
 
 void SessionWorker::RejectScan(const ScanUpload& scan, const absl::Status& why, ScanAck* ack) {

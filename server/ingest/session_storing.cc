@@ -1,4 +1,5 @@
 // From submaps that are cut to what is stored.
+#include <algorithm>
 #include <utility>
 
 #include "core/caught.h"
@@ -62,13 +63,23 @@ absl::Status SessionWorker::PersistFinished() {
     unpersisted_.pop_front();
     if (next.checkpoint) {
       status_.durable_sequence = next.checkpoint->durable_sequence;
-      times_.ForgetUpTo(status_.durable_sequence);
+      ForgetTimes();
     }
     if (next.submap == nullptr) continue;
     std::erase_if(status_.unsaved[next.segment], [&](const TrajectoryEntry& entry) {
       return entry.sequence <= next.submap->last_sequence;
     });
   }
+}
+
+void SessionWorker::ForgetTimes() {
+  const int64_t now_ns = options_.clock->NowNs();
+  times_.ForgetUpTo(status_.durable_sequence, [&](int64_t came_ns) {
+    if (options_.observer == nullptr) return;
+    // A clock that was set back makes nothing durable before it came.
+    const int64_t waited_ns = std::max<int64_t>(now_ns - came_ns, 0);
+    options_.observer->NoteStage(Stage::kDurable, 1e-9 * static_cast<double>(waited_ns));
+  });
 }
 
 }  // namespace isthmus::ingest

@@ -72,6 +72,7 @@ absl::Status SessionWorker::Submit(ScanUpload scan) {
                        stored.message()));
     }
   }
+  if (scan.arrived_ns == 0) scan.arrived_ns = options_.now_ns();
   WaitingScan waiting = Examine(std::move(scan));
   const uint64_t sequence = waiting.scan.sequence;
   while (true) {
@@ -129,6 +130,7 @@ void SessionWorker::RunOne() {
       // Who takes acks has lost this one; the next says what is durable.
     }
     NoteAcknowledged(next);
+    TellAcknowledged(next.scan, ack.outcome);
     hooks_.scan_done();
   }
   MutexLock lock(&mutex_);
@@ -189,6 +191,13 @@ void SessionWorker::FillStatus(ScanAck* ack) const {
   ack->segment_session = SegmentId(record_.id, status_.segment);
   ack->lost_since_ns = status_.lost_since_ns;
   ack->scans = status_.scans;
+}
+
+void SessionWorker::TellAcknowledged(const ScanUpload& scan, ScanOutcome outcome) const {
+  if (options_.observer == nullptr) return;
+  const int64_t waited_ns = options_.now_ns() - scan.arrived_ns;
+  options_.observer->NoteStage(Stage::kAcknowledge, 1e-9 * static_cast<double>(waited_ns));
+  options_.observer->NoteScan(record_.robot, outcome);
 }
 
 absl::Status SessionWorker::Finish() {

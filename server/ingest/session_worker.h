@@ -22,6 +22,7 @@
 #include "core/map/trajectory.h"
 #include "core/records/server_load.h"
 #include "core/scan_upload.h"
+#include "core/stage_observer.h"
 #include "floam/odometry.h"
 #include "floam/odometry_options.h"
 #include "floam/submap_builder.h"
@@ -82,6 +83,7 @@ class SessionWorker : public std::enable_shared_from_this<SessionWorker> {
     std::shared_ptr<QueueRoom> room = nullptr;
     // A steady clock, nanoseconds, for the pace of scans; null: the machine's.
     std::function<int64_t()> now_ns = nullptr;
+    StageObserver* observer = nullptr;      // May be null.
     const Clock* clock = &Clock::System();  // For the times that Load tells.
   };
 
@@ -161,6 +163,7 @@ class SessionWorker : public std::enable_shared_from_this<SessionWorker> {
   void BeginAnew();
   void DealWith(const WaitingScan& scan, ScanAck* ack);
   absl::StatusOr<floam::OdometryResult> TrackScan(const WaitingScan& scan, int64_t time_ns);
+  absl::StatusOr<Scan> DecodeScan(const ScanUpload& upload);
   void RejectScan(const ScanUpload& scan, const absl::Status& why, ScanAck* ack);
   void TakeResult(const floam::OdometryResult& result, ScanAck* ack);
   void BeginSegment(const floam::OdometryResult& first);
@@ -177,6 +180,10 @@ class SessionWorker : public std::enable_shared_from_this<SessionWorker> {
   absl::Status PersistFinished();  // Offers every submap that is not stored yet, in order.
   void SendAck(const ScanAck& ack);
   void NoteAcknowledged(const WaitingScan& scan) ABSL_LOCKS_EXCLUDED(mutex_);
+  // Tells the observer, if there is one.
+  void TellAcknowledged(const ScanUpload& scan, ScanOutcome outcome) const;
+  // Lets go of the times of scans that are durable now; likewise.
+  void ForgetTimes() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   const SessionRecord record_;
   const floam::SensorModel sensor_;

@@ -7,6 +7,7 @@
 #include <map>
 #include <string>
 
+#include "server/metrics/metrics_options.h"
 #include "server/pipeline_options.h"
 #include "server/rpc/server.h"
 #include "storage/sqlite/sqlite_store.h"
@@ -15,6 +16,7 @@ namespace isthmus::server {
 
 struct ServerConfig {
   rpc::ServerOptions rpc;
+  metrics::MetricsOptions metrics;
   PipelineOptions pipeline;
   storage::SqliteOptions storage;
   // After so many seconds without an accepted connection the process ends; 0: never.

@@ -1,4 +1,5 @@
 // isthmus-server: takes robots' scans, keeps and joins their maps, answers readers.
+#include <absl/cleanup/cleanup.h>
 #include <signal.h>
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
@@ -25,6 +26,7 @@
 #include "server/main/open_map.h"
 #include "server/main/stop_signal.h"
 #include "server/main/supervision.h"
+#include "server/metrics/metrics.h"
 #include "server/pipeline.h"
 #include "server/rpc/server.h"
 #include "server/rpc/tls.h"
@@ -218,6 +220,29 @@ absl::Status CheckNetwork(const rpc::ServerOptions& options) {
   return status;
 }
 
+// Whoever counts what is done for the metrics; null: nobody, there are none. Told by the sites and
+// by the network.
+std::unique_ptr<metrics::Metrics> CountFor(ServerConfig* config) {
+  if (config->metrics.listen.empty()) return nullptr;
+  auto counting = std::make_unique<metrics::Metrics>(config->metrics, ISTHMUS_VERSION);
+  config->pipeline.observer = counting->ObserverOf(access::kDefaultSite);
+  for (auto& [name, options] : config->sites) options.observer = counting->ObserverOf(name);
+  config->rpc.on_ended_call = [counting = counting.get()](const std::string& rpc,
+                                                          absl::StatusCode code, double seconds) {
+    counting->NoteCall(rpc, code, seconds);
+  };
+  return counting;
+}
+
+absl::Status ServeMetrics(const std::vector<OpenMap>& maps, metrics::Metrics* counting) {
+  if (counting == nullptr) return absl::OkStatus();
+  std::vector<metrics::MeasuredSite> sites;
+  for (const OpenMap& map : maps) sites.push_back({map.name, map.pipeline.get()});
+  if (absl::Status status = counting->Serve(sites); !status.ok()) return status;
+  spdlog::info("metrics at http://{}/metrics", counting->address());
+  return absl::OkStatus();
+}
+
 int Run(const Arguments& arguments) {
   if (arguments.check) return Check(arguments.data);
   absl::StatusOr<ServerConfig> config = ServerConfig();
@@ -230,6 +255,9 @@ int Run(const Arguments& arguments) {
     return kStopped;
   }
   if (absl::Status status = CheckNetwork(config->rpc); !status.ok()) return Fail(kUsage, status);
+  if (absl::Status status = metrics::CheckListening(config->metrics); !status.ok()) {
+    return Fail(kUsage, status);
+  }
   // A limit on the size of files is a full disk, which is lived with, not the end.
   ::signal(SIGXFSZ, SIG_IGN);
   TakeOpenFiles();
@@ -243,6 +271,7 @@ int Run(const Arguments& arguments) {
   SayWhoIsLetIn(config->rpc, (*tokens)->any());
   config->rpc.tokens = tokens->get();
   config->storage.on_problem = warn;
+  const auto counting = CountFor(&*config);  // Outlives the maps, whose work it counts.
   const auto maps = OpenMaps(arguments.data, *config);
   if (!maps.ok()) return Fail(kDataFolder, maps.status());
   std::vector<rpc::ServedSite> sites;
@@ -254,6 +283,12 @@ int Run(const Arguments& arguments) {
   config->rpc.on_failed_call = LogFailedCalls();
   auto server = rpc::RpcServer::Start(sites, config->rpc);
   if (!server.ok()) return Fail(kCannotListen, server.status());
+  if (absl::Status status = ServeMetrics(*maps, counting.get()); !status.ok()) {
+    return Fail(kCannotListen, status);
+  }
+  const absl::Cleanup no_more_scrapes = [&] {
+    if (counting != nullptr) counting->Stop();
+  };
   return ServeUntilSignal(**server, *maps, *config, signal);
 }
 

@@ -213,6 +213,25 @@ void AddNetwork(ServerConfig& config, Table& table) {
   AddCallLimits(rpc, table);
 }
 
+void AddMetrics(ServerConfig& config, Table& table) {
+  table.Section("metrics");
+  metrics::MetricsOptions& metrics = config.metrics;
+  const auto read = [&metrics](const std::string& text) {
+    metrics.listen = text;
+    return absl::OkStatus();
+  };
+  table.AddText(
+      "listen", read, [&metrics] { return metrics.listen; },
+      "host:port at which Prometheus finds http://HOST:PORT/metrics, as 127.0.0.1:9464; port 0 "
+      "takes a free one; \"\": no metrics.");
+  table.Add("insecure", &metrics.insecure,
+            "Whether other machines may read them, in plain text and without a token: where the "
+            "network itself is safe.");
+  table.Add("robots", &metrics.robots, 0, 10'000,
+            "Robots of a site that have numbers of their own, those that came first since the "
+            "start; the rest are counted together, as (others).");
+}
+
 void AddStorage(ServerConfig& config, Table& table) {
   table.Section("storage");
   table.Add("sync_every_commit", &config.storage.sync_every_commit,
@@ -423,6 +442,7 @@ void AddComposition(ServerConfig& config, Table& table) {
 std::vector<Setting> SettingsOf(ServerConfig& config) {
   Table table;
   AddNetwork(config, table);
+  AddMetrics(config, table);
   AddStorage(config, table);
   AddArchive(config, table);
   AddRetention(config, table);

@@ -24,7 +24,12 @@ void Activity::ScanDone() {
   changed_.Notify();
 }
 
+void Activity::NoteStage(Stage stage, double ms) const {
+  if (observer_ != nullptr) observer_->NoteStage(stage, 1e-3 * ms);
+}
+
 void Activity::NoteComposition(double ms) {
+  NoteStage(Stage::kComposition, ms);
   MutexLock lock(&mutex_);
   counters_.composition_ms = ms;
   counters_.composition_max_ms = std::max(counters_.composition_max_ms, ms);
@@ -32,6 +37,7 @@ void Activity::NoteComposition(double ms) {
 }
 
 void Activity::NotePlacement(double ms) {
+  NoteStage(Stage::kPlacement, ms);
   MutexLock lock(&mutex_);
   counters_.placement_ms = ms;
   ++counters_.placements;

@@ -11,6 +11,7 @@
 #include "core/concurrency/event_count.h"
 #include "core/concurrency/mutex.h"
 #include "core/ids.h"
+#include "core/stage_observer.h"
 
 namespace isthmus::server {
 
@@ -23,7 +24,12 @@ class Activity {
     double composition_ms = 0, composition_max_ms = 0, estimation_ms = 0, placement_ms = 0;
     uint64_t compositions = 0, estimations = 0, placements = 0;
   };
+  // The observer may be null; it must outlive this.
+  explicit Activity(StageObserver* observer = nullptr) : observer_(observer) {}
+
   Counters counters() const;
+  // May be null.
+  StageObserver* observer() const { return observer_; }
 
   void ScanQueued();
   void ScanDone();
@@ -40,6 +46,9 @@ class Activity {
   EventCount& changed() { return changed_; }
 
  private:
+  void NoteStage(Stage stage, double ms) const;
+
+  StageObserver* const observer_;
   EventCount changed_;
   mutable Mutex mutex_;
   Counters counters_ ABSL_GUARDED_BY(mutex_);

@@ -1,10 +1,24 @@
 // What the pipeline has to do and what it takes.
 #include <algorithm>
+#include <map>
+#include <utility>
+#include <vector>
 
 #include "core/io/file_io.h"
 #include "server/pipeline/pipeline_impl.h"
 
 namespace isthmus::server {
+namespace {
+
+std::vector<MatchCount> CountMatches(const MapView& view) {
+  std::map<std::pair<MatchState, MatchReason>, uint64_t> counts;
+  for (const Match& match : *view.effective) ++counts[{match.state, match.reason}];
+  std::vector<MatchCount> matches;
+  for (const auto& [what, count] : counts) matches.push_back({what.first, what.second, count});
+  return matches;
+}
+
+}  // namespace
 
 ServerLoad PipelineImpl::GetLoad() {
   const Activity::Counters counters = parts_.activity.counters();
@@ -18,6 +32,7 @@ ServerLoad PipelineImpl::GetLoad() {
   load.session_bytes_limit = options.scan_queue_bytes;
   load.submaps_coming_in = parts_.submaps_coming_in;
   load.matching = matching_->Load(*view);
+  load.matches = CountMatches(*view);
   load.placement_waits = !view->IsPlaced();
   load.composition_waits = !view->IsComposed();
   load.map_is_loading = !view->map->ready().ok();

@@ -31,6 +31,7 @@ struct PipelineParts {
         queue_room(std::make_shared<ingest::QueueRoom>(options.all_queues_bytes)),
         health(&clock, options.on_problem),
         store(WatchStore(std::move(opened), &health)),
+        activity(options.observer),
         submaps(store.get(), options.submap_cache_bytes,
                 [this](const SubmapId& id, const std::string& problem) {
                   activity.NoteDamage(id, problem);

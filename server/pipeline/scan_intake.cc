@@ -121,8 +121,10 @@ absl::StatusOr<SubmapInfo> Sessions::AddSubmap(Submap submap) {
   }
   absl::Status may_add = parts_.retention->CheckQuota(session.record.robot);
   if (!may_add.ok()) return may_add;
-  if (absl::Status status = parts_.map.AddSubmap(id.session, *finished); !status.ok()) {
-    return status;
+  {
+    const StageTimer timer(parts_.options.observer, Stage::kStore);
+    absl::Status status = parts_.map.AddSubmap(id.session, *finished);
+    if (!status.ok()) return status;
   }
   parts_.retention->NoteChange(id.session);
   parts_.workers.NoteUploads(id.session);

@@ -119,6 +119,7 @@ absl::StatusOr<Sessions::Worker> Sessions::MakeWorker(const SessionRecord& recor
   options.submap = given.submap;
   options.room = parts_.queue_room;
   options.clock = &parts_.clock;
+  options.observer = given.observer;
   if (record.odometry) options.odometry.mode = *record.odometry;
   if (!kHasPaper && options.odometry.mode == OdometryMode::kAloam) {
     return absl::InvalidArgumentError(
@@ -131,6 +132,7 @@ absl::StatusOr<Sessions::Worker> Sessions::MakeWorker(const SessionRecord& recor
 ingest::WorkerHooks Sessions::HooksOf(const SessionId& session) {
   ingest::WorkerHooks hooks;
   hooks.persist = [this, session](const FinishedSubmap& finished) {
+    const StageTimer timer(finished.submap ? parts_.options.observer : nullptr, Stage::kStore);
     if (absl::Status kept = parts_.scans->Sync(session); !kept.ok()) return kept;
     absl::Status stored = parts_.map.AddSubmap(session, finished);
     if (stored.ok()) parts_.retention->NoteChange(session);

@@ -161,7 +161,11 @@ absl::StatusOr<Call> Gate::Admit(const grpc::ServerContextBase& context, absl::s
   return call;
 }
 
-grpc::Status Gate::End(absl::string_view rpc, const absl::Status& status) const {
+grpc::Status Gate::End(absl::string_view rpc, const absl::Status& status,
+                       const Stopwatch& begun) const {
+  if (options_.on_ended_call) {
+    options_.on_ended_call(std::string(rpc), status.code(), 1e-3 * begun.Ms());
+  }
   if (!status.ok() && options_.on_failed_call) options_.on_failed_call(std::string(rpc), status);
   return ToGrpc(status);
 }

@@ -14,6 +14,7 @@
 
 #include "core/caught.h"
 #include "core/concurrency/mutex.h"
+#include "core/stopwatch.h"
 #include "server/access/caller.h"
 #include "server/access/require_token.h"
 #include "server/access/tokens.h"
@@ -37,6 +38,7 @@ class Gate {
     // How often calls under way are asked whether their token still holds.
     std::chrono::milliseconds review_interval{1000};
     OnFailedCall on_failed_call = nullptr;  // May be null.
+    OnEndedCall on_ended_call = nullptr;    // Likewise.
   };
 
   // What the options point to must outlive it.
@@ -49,14 +51,16 @@ class Gate {
   // call.
   absl::StatusOr<Call> Admit(const grpc::ServerContextBase& context, absl::string_view rpc);
 
-  // The status that travels at the end of a call, let in or not; tells of failures.
-  grpc::Status End(absl::string_view rpc, const absl::Status& status) const;
+  // The status that travels at the end of a call, let in or not, that began so long ago; tells of
+  // it.
+  grpc::Status End(absl::string_view rpc, const absl::Status& status, const Stopwatch& begun) const;
 
   // Answers with the status that `handler(const Call&)` returns. What it throws is the answer to
   // this call alone.
   template <typename Handler>
   grpc::Status Serve(grpc::ServerContextBase* context, const char* rpc, const Handler& handler) {
-    return End(rpc, Run(*context, rpc, handler));
+    const Stopwatch begun;
+    return End(rpc, Run(*context, rpc, handler), begun);
   }
 
  private:

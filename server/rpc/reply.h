@@ -30,6 +30,9 @@ inline grpc::Status ToGrpc(const absl::Status& status) {
   return grpc::Status(code, message, convert::StatusDetails(status, message));
 }
 
+// Told of every call that ends, let in or not, and how long it took; may be null.
+using OnEndedCall =
+    std::function<void(const std::string& rpc, absl::StatusCode code, double seconds)>;
 // Told of every call that ends with an error; may be null.
 using OnFailedCall = std::function<void(const std::string& rpc, const absl::Status& status)>;
 

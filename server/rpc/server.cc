@@ -66,6 +66,7 @@ Gate::Options GateOptions(const std::vector<std::unique_ptr<Site>>& sites, CallL
   gate.require_token = options.require_token;
   gate.review_interval = options.token_review_interval;
   gate.on_failed_call = options.on_failed_call;
+  gate.on_ended_call = options.on_ended_call;
   return gate;
 }
 

@@ -72,6 +72,8 @@ struct ServerOptions {
   std::chrono::milliseconds token_review_interval{1000};
   // Told of every call that ends with an error, from the thread that served it; may be null.
   std::function<void(const std::string& rpc, const absl::Status& status)> on_failed_call;
+  // Told of every call that ends, let in or not, and how long it took; likewise.
+  std::function<void(const std::string& rpc, absl::StatusCode code, double seconds)> on_ended_call;
 };
 
 // One of the maps that a server serves.

@@ -72,6 +72,7 @@ matching::LoopQuery MatchingThread::QueryOf(const MapView& view, const SubmapId&
 }
 
 void MatchingThread::FindLoops(const matching::LoopQuery& query) {
+  const StageTimer timer(activity_->observer(), Stage::kLoopSearch);
   const auto [it, is_new] = finders_.try_emplace(query.session, options_.loops, source_, points_);
   // Loops that cannot be stored are lost to this map; those of the next submaps close it too.
   (void)map_->AddLoops(it->second.Find(query));

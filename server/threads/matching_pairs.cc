@@ -114,6 +114,7 @@ void MatchingThread::EstimateMatch(const MapView& view, const SessionPair& pair)
                      shapes_.version(pair.second), anchors.Version(pair)};
   const bool done = RunGuarded(
       absl::StrCat("the match of ", pair.first.value(), " and ", pair.second.value()), [&] {
+        const StageTimer timer(activity_->observer(), Stage::kMatch);
         const ShapedMap a = MapOf(view, *session_a), b = MapOf(view, *session_b);
         if (!a.map.submaps.empty() && !b.map.submaps.empty()) {
           EstimateMatch(a, b, anchors.Of(pair), occasion, older.get());

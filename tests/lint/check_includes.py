@@ -53,13 +53,16 @@ ALLOWED = {
     ),
     # Who may do what, and the tokens that say so.
     "server/access": ({"core", "core/io"}, STD_LIKE),
+    # What Prometheus asks for.
+    "server/metrics": ({"core", "core/io", "server"}, STD_LIKE | {"prometheus", "civetweb"}),
     "server/rpc": (
         {"api", "api/convert", "core", "core/codec", "core/io", "core/tls", "server",
          "server/access"},
         STD_LIKE | {"grpc", "protobuf"},
     ),
     "server/main": (
-        {"core", "core/io", "core/tls", "storage", "server", "server/access", "server/rpc"},
+        {"core", "core/io", "core/tls", "storage", "server", "server/access", "server/metrics",
+         "server/rpc"},
         STD_LIKE | {"yaml", "spdlog", "cli11"},
     ),
     "client/library": (
@@ -136,7 +139,7 @@ BASES = {f"client/library/{name}.h" for name in ("convert", "options", "records"
 # Only .cc files may include these, so that they never reach a neighbour's headers. A header named
 # after the library (pcl_cloud.h) may too; it is then itself for .cc files only.
 PRIVATE_TO_SOURCES = {"openssl", "ceres", "pcl", "octomap", "sqlite", "zstd", "lzf", "bz2", "lz4",
-                      "fftw", "embree", "pcap", "png", "geographic"}
+                      "fftw", "embree", "pcap", "png", "geographic", "prometheus", "civetweb"}
 THIRD_PARTY = [
     ("eigen", re.compile(r"^(Eigen|unsupported/Eigen)/")),
     ("absl", re.compile(r"^absl/")),
@@ -154,6 +157,8 @@ THIRD_PARTY = [
     ("geographic", re.compile(r"^GeographicLib/")),
     ("png", re.compile(r"^png\.h$")),
     ("pcap", re.compile(r"^pcap(\.h$|/)")),
+    ("prometheus", re.compile(r"^prometheus/")),
+    ("civetweb", re.compile(r"^civetweb\.h$")),
     ("grpc", re.compile(r"^(grpcpp|grpc)/")),
     ("protobuf", re.compile(r"^google/protobuf/")),
     ("yaml", re.compile(r"^yaml-cpp/")),
@@ -166,7 +171,7 @@ NAMES = {
     "ceres": "Ceres", "pcl": "PCL", "octomap": "OctoMap", "sqlite": "SQLite", "zstd": "zstd",
     "lzf": "lzf", "bz2": "bzip2", "lz4": "LZ4", "openssl": "OpenSSL", "fftw": "FFTW",
     "embree": "Embree", "png": "libpng", "pcap": "libpcap", "geographic": "GeographicLib",
-    "grpc": "gRPC", "protobuf": "Protobuf", "yaml": "yaml-cpp", "spdlog": "spdlog",
+    "prometheus": "prometheus-cpp", "civetweb": "CivetWeb", "grpc": "gRPC", "protobuf": "Protobuf", "yaml": "yaml-cpp", "spdlog": "spdlog",
     "cli11": "CLI11", "json": "nlohmann-json", "ros": "ROS",
 }
 # Locks that scripts/check-locks cannot check, or that ThreadSanitizer does not see.

@@ -3,6 +3,7 @@
 #include <absl/cleanup/cleanup.h>
 #include <absl/strings/str_cat.h>
 
+#include <chrono>
 #include <string>
 #include <utility>
 
@@ -21,6 +22,8 @@ void ScanReactor::OnMessage(grpc::ByteBuffer message) {
   if (status_) return;  // Read before the stream began to end: not taken.
   share_ = host().budget.Ask(message.Length(), [this] { Post([this] { Pump(); }); });
   message_ = std::move(message);
+  arrived_ns_ =
+      std::chrono::nanoseconds(std::chrono::steady_clock::now().time_since_epoch()).count();
   Pump();
 }
 
@@ -117,6 +120,7 @@ absl::Status ScanReactor::BeginSession(const std::string& name) {
 
 absl::Status ScanReactor::TakeScan(v1::ScanMessage&& message) {
   ScanUpload scan;
+  scan.arrived_ns = arrived_ns_;
   scan.sequence = message.sequence();
   scan.end_stamp_ns = message.end_stamp_ns();
   if (scan.sequence == 0) {

@@ -105,7 +105,7 @@ class StreamReactor : public Base,
     } catch (...) {
       // What was held elsewhere goes with the stream.
     }
-    const grpc::Status answer = host_.gate.End(rpc_, status);
+    const grpc::Status answer = host_.gate.End(rpc_, status, begun_);
     call_.reset();
     this->Finish(answer);
   }
@@ -140,6 +140,7 @@ class StreamReactor : public Base,
   StreamHost& host_;
   grpc::CallbackServerContext& context_;
   const char* const rpc_;
+  const Stopwatch begun_;
   const std::shared_ptr<Strand> strand_;
   std::shared_ptr<StreamReactor> self_;  // Until OnDone.
   std::optional<Call> call_;

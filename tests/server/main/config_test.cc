@@ -45,6 +45,18 @@ TEST(ConfigTest, EveryKindOfValueIsRead) {
   EXPECT_EQ(config->pipeline.ingest_threads, PipelineOptions().ingest_threads);
 }
 
+TEST(ConfigTest, MetricsAreOffUntilTheyHaveAnAddress) {
+  EXPECT_EQ(ServerConfig().metrics.listen, "");
+  const auto config = ParseConfig("metrics: {listen: '0.0.0.0:9464', insecure: true, robots: 7}\n");
+  ASSERT_TRUE(config.ok()) << config.status();
+  EXPECT_EQ(config->metrics.listen, "0.0.0.0:9464");
+  EXPECT_TRUE(config->metrics.insecure);
+  EXPECT_EQ(config->metrics.robots, 7);
+  // They are of the server as a whole.
+  EXPECT_THAT(ErrorOf("sites: {yard: {metrics: {robots: 1}}}\n"),
+              HasSubstr("unknown section metrics"));
+}
+
 TEST(ConfigTest, EveryLimitOfAcceptanceCanBeSet) {
   const auto config = ParseConfig(
       "matching:\n"

@@ -126,6 +126,33 @@ TEST(FailedCallTest, IsReportedWithItsNameAndStatus) {
   EXPECT_THAT(failed, testing::ElementsAre(testing::HasSubstr("GetSession: no session")));
 }
 
+TEST(EndedCallTest, IsReportedWithItsCodeAndHowLongItTook) {
+  FakePipeline pipeline;
+  ServerOptions options;
+  options.listen = "127.0.0.1:0";
+  std::vector<std::string> ended;  // One call at a time below.
+  options.on_ended_call = [&](const std::string& rpc, absl::StatusCode code, double seconds) {
+    ended.push_back(rpc + ": " + absl::StatusCodeToString(code));
+    EXPECT_GE(seconds, 0);
+    EXPECT_LT(seconds, 20);
+  };
+  const auto server = RpcServer::Start(&pipeline, options);
+  ASSERT_TRUE(server.ok()) << server.status();
+  Stubs stubs((*server)->InProcessChannel());
+  const std::string session = stubs.NewSession("alice");
+  v1::GetSessionRequest request;
+  request.set_session("nobody-1");
+  v1::Session response;
+  EXPECT_GRPC_ERROR(stubs.sessions->GetSession(NewContext().get(), request, &response), NOT_FOUND,
+                    "nobody-1");
+  const auto context = NewContext();
+  const auto wire = stubs.sessions->StreamScans(context.get());
+  wire->WritesDone();
+  EXPECT_GRPC_ERROR(wire->Finish(), INVALID_ARGUMENT, "must name its session");
+  EXPECT_THAT(ended, testing::ElementsAre("CreateSession: OK", "GetSession: NOT_FOUND",
+                                          "StreamScans: INVALID_ARGUMENT"));
+}
+
 class SmallMessagesTest : public RpcTest {
  protected:
   static ServerOptions Small() {

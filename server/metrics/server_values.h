@@ -1,0 +1,14 @@
+// The values of the server as a whole: its version, and what the process takes.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+namespace isthmus::metrics {
+
+class Values;
+
+// `started_ns`: when, Unix nanoseconds.
+void AddServer(const std::string& version, int64_t started_ns, Values* values);
+
+}  // namespace isthmus::metrics
