@@ -29,6 +29,8 @@ struct PipelineOptions {
   size_t all_queues_bytes = size_t{512} << 20;
   // Larger scans are rejected.
   uint64_t max_scan_points = 1'000'000;
+  // Scans a second of one session beyond which it is slowed down, or skips; 0: no limit.
+  double max_scan_rate_hz = 0;
   // Sessions that are not finished, of one robot and of all: no more are opened.
   size_t max_open_sessions_per_robot = 100, max_open_sessions = 1000;
   // Threads that run odometry; one session uses one at a time. 0: two for each core, at least

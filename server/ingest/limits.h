@@ -29,6 +29,9 @@ inline constexpr int64_t kBackfillLead_ns = 2'000'000'000;
 inline constexpr int64_t kMaxLead_ns = 4'000'000'000;
 // Its computing time counts so many times: live robots come first, and it is not starved.
 inline constexpr double kBackfillCharge = 4;
+// Seconds of scans that a session with a limit on its rate may send at once: what a radio link
+// holds back and then delivers. Shorter slows down robots that are within their rate.
+inline constexpr double kRateBurstS = 2;
 // Scans of a session that keeps the newest which may wait: one that comes next, and one in which
 // the robot's own jitter is absorbed. More make poses older.
 inline constexpr size_t kNewestWaiting = 2;

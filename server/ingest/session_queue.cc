@@ -49,6 +49,10 @@ absl::Status SessionWorker::MakeRoom(const WaitingScan& scan) {
 }
 
 bool SessionWorker::TakeSharedRoom(WaitingScan* scan) {
+  if (KeepsNewest() && !rate_.HasRoom(options_.now_ns())) {
+    scan->scan.payload = PointPayload();
+    scan->is_skipped = true;
+  }
   while (!options_.room->TryTake(scan->bytes(), queue_.waiting() == 0)) {
     if (!KeepsNewest()) return false;
     if (const size_t freed = queue_.SkipOldest(); freed > 0) {
@@ -66,6 +70,7 @@ void SessionWorker::Enqueue(WaitingScan scan) {
   const uint64_t sequence = scan.scan.sequence;
   scan.received_ns = options_.clock->NowNs();
   if (sequence > last_submitted_) {
+    if (!scan.is_skipped) rate_.Take(options_.now_ns());
     pace_.NoteScan(scan.scan.end_stamp_ns, options_.now_ns());
     executor_->SetCharge(*lane_, pace_.IsBackfill() ? kBackfillCharge : 1);
   }

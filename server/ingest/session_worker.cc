@@ -46,7 +46,8 @@ SessionWorker::SessionWorker(const SessionRecord& record, const floam::SensorMod
       sensor_(sensor),
       options_(Completed(options, record.when_behind)),
       hooks_(std::move(hooks)),
-      executor_(executor) {
+      executor_(executor),
+      rate_(options_.max_rate_hz) {
   MutexLock lock(&mutex_);
   const bool is_new = !resume.checkpoint && std::ranges::all_of(resume.segments, [](const auto& s) {
     return s.segment == 1 && s.next_index == 0 && s.last_sequence == 0 && s.trajectory.empty();
@@ -96,7 +97,8 @@ absl::Status SessionWorker::Submit(ScanUpload scan) {
 bool SessionWorker::HasRoom(size_t bytes) const {
   MutexLock lock(&mutex_);
   if (stopping_ || KeepsNewest()) return true;
-  return !IsFull(bytes) && options_.room->WouldTake(bytes, queue_.waiting() == 0);
+  return rate_.HasRoom(options_.now_ns()) && !IsFull(bytes) &&
+         options_.room->WouldTake(bytes, queue_.waiting() == 0);
 }
 
 void SessionWorker::SetAckSink(AckSink sink) {
@@ -177,7 +179,9 @@ bool SessionWorker::HandleScan(const WaitingScan& waiting, ScanAck* ack) {
 
 void SessionWorker::SkipScan(ScanAck* ack) {
   ack->outcome = ScanOutcome::kSkipped;
-  ack->reason = "newer scans came while this one waited: the session keeps the newest";
+  ack->reason =
+      "newer scans came while this one waited, or more than ingest.max_scan_rate_hz allows: the "
+      "session keeps the newest";
   ++state_->counts.skipped;
   status_.scans = state_->counts;
 }

@@ -28,6 +28,7 @@
 #include "floam/submap_builder.h"
 #include "server/ingest/pace.h"
 #include "server/ingest/queue_room.h"
+#include "server/ingest/rate_limit.h"
 #include "server/ingest/scan_queue.h"
 #include "server/ingest/scan_times.h"
 #include "server/ingest/session_state.h"
@@ -80,6 +81,8 @@ class SessionWorker : public std::enable_shared_from_this<SessionWorker> {
     size_t queue_bytes = size_t{64} << 20;  // Of those, encoded; a larger one waits alone.
     // Points of a scan at most: a larger one is rejected before it is decoded.
     uint64_t max_points = 1'000'000;
+    // Scans a second beyond which the session waits, or skips; 0: no limit.
+    double max_rate_hz = 0;
     floam::OdometryOptions odometry;
     floam::SubmapOptions submap;
     uint64_t checkpoint_scans = 200;  // A checkpoint at least after so many.
@@ -104,8 +107,9 @@ class SessionWorker : public std::enable_shared_from_this<SessionWorker> {
   // InvalidArgument for sequence 0, Unavailable once stopped, ResourceExhausted while finished
   // submaps and checkpoints cannot be stored (each call tries once more).
   absl::Status Submit(ScanUpload scan);
-  // Whether Submit would not wait for room for a scan of so many bytes. Never waits itself. Room in
-  // the queue comes back with an ack of the session, what all share with any session's.
+  // Whether Submit would not wait for room for a scan of so many bytes, which would be within the
+  // limit on the rate. Never waits itself. Room in the queue comes back with an ack of the session,
+  // what all share with any session's, and what the rate allows with time.
   bool HasRoom(size_t bytes) const;
 
   // Sets the sink of acks from now on. When it returns, the earlier sink is not called any more.
@@ -228,6 +232,7 @@ class SessionWorker : public std::enable_shared_from_this<SessionWorker> {
   bool storing_fails_ ABSL_GUARDED_BY(mutex_) = false;  // It did, the last time.
   ScanQueue queue_ ABSL_GUARDED_BY(mutex_);
   Pace pace_ ABSL_GUARDED_BY(mutex_);
+  RateLimit rate_ ABSL_GUARDED_BY(mutex_);
   uint64_t last_submitted_ ABSL_GUARDED_BY(mutex_) = 0;
   uint64_t acknowledged_ ABSL_GUARDED_BY(mutex_) = 0;
   int64_t received_ns_ ABSL_GUARDED_BY(mutex_) = 0;   // When the newest scan came.

@@ -301,6 +301,10 @@ void AddIngest(ServerConfig& config, Table& table) {
             "scans of up to 1 MiB may still have one waiting.");
   table.Add("max_scan_points", &config.pipeline.max_scan_points, uint64_t{1000},
             uint64_t{4'000'000}, "Scans of more points are rejected, without being decoded.");
+  table.Add(
+      "max_scan_rate_hz", &config.pipeline.max_scan_rate_hz, 0.0, 10'000.0,
+      "Scans a second of one session: beyond it a robot is slowed down, and one that keeps the "
+      "newest has scans skipped. Recordings are pushed no faster either. 0: no limit.");
   table.Add("max_open_sessions_per_robot", &config.pipeline.max_open_sessions_per_robot, size_t{1},
             size_t{1'000'000}, "Sessions of a robot that are not finished; no more are opened.");
   table.Add("max_open_sessions", &config.pipeline.max_open_sessions, size_t{1}, size_t{1'000'000},

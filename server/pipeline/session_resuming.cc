@@ -115,6 +115,7 @@ absl::StatusOr<Sessions::Worker> Sessions::MakeWorker(const SessionRecord& recor
   options.queue = given.scan_queue;
   options.queue_bytes = given.scan_queue_bytes;
   options.max_points = given.max_scan_points;
+  options.max_rate_hz = given.max_scan_rate_hz;
   options.odometry = given.odometry;
   options.submap = given.submap;
   options.room = parts_.queue_room;

@@ -183,6 +183,30 @@ TEST(Behind, ScansOfTooManyPointsAreRejectedInOrderAndTakeNoMemory) {
   EXPECT_THAT(held.acks[0].reason, HasSubstr("ingest.max_scan_points"));
 }
 
+TEST(Behind, FasterThanTheLimitOnTheRateARobotWaitsOrSkips) {
+  int64_t now_ns = 0;
+  SessionWorker::Options options;
+  options.max_rate_hz = 1;
+  options.now_ns = [&now_ns] { return now_ns; };
+  HeldWorker patient(WhenBehind::kWait, options), newest(WhenBehind::kKeepNewest, options, "bob");
+  // Two seconds of scans and one more may come at once.
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_TRUE(patient.worker->HasRoom(1000)) << i;
+    ASSERT_TRUE(patient.Send(i).ok());
+    ASSERT_TRUE(newest.Send(i).ok());
+    newest.LetGo();
+    newest.Hold();
+  }
+  EXPECT_FALSE(patient.worker->HasRoom(1000));
+  EXPECT_TRUE(newest.worker->HasRoom(1000)) << "it never waits";
+  ASSERT_TRUE(newest.Send(3).ok());
+  now_ns += 1'000'000'000;
+  EXPECT_TRUE(patient.worker->HasRoom(1000));
+  ASSERT_TRUE(newest.Send(4).ok());
+  newest.LetGo();
+  EXPECT_THAT(newest.Outcomes(), ElementsAre(kUsed, kUsed, kUsed, kSkipped, kUsed));
+}
+
 TEST(Pace, ARobotIsLiveWhateverItsNetworkDoes) {
   Pace pace;
   constexpr int64_t kSecond = 1'000'000'000;

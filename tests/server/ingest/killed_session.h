@@ -134,7 +134,7 @@ class Session {
     hooks.persist = [this](const FinishedSubmap& finished) { return store_->Persist(finished); };
     hooks.T_map_odom = [](uint32_t) { return std::nullopt; };
     hooks.scan_done = [] {};
-    hooks.tell = [this](const std::string& what) { told.push_back(what); };
+    hooks.tell = [this](const Event& event) { told.push_back(event.text); };
     worker_ = SessionWorker::Create(record, floam::FindSensorModel("vlp16").value(), options_,
                                     hooks, &executor_, store_->Resume());
     worker_->SetAckSink([this](const ScanAck& ack) {
