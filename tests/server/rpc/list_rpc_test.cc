@@ -101,7 +101,7 @@ TEST_F(ListRpcTest, ManyAnchorsComeInSeveralResponses) {
   anchor.note = std::string(1000, 'x');
   pipeline_.anchored = 1;
   for (; anchor.submap.index < kAnchors; ++anchor.submap.index) {
-    ASSERT_TRUE(pipeline_.PutAnchor(anchor).ok());
+    ASSERT_TRUE(pipeline_.PutAnchor(anchor, {}).ok());
   }
   std::vector<v1::ListAnchorsResponse> responses;
   EXPECT_GRPC_OK(ReadAll(stubs_->map->ListAnchors(NewContext().get(), {}), &responses));
