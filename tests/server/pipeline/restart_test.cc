@@ -72,7 +72,7 @@ TEST_F(PipelineRestart, AnActiveSessionGoesOnInTheSameOdomFrame) {
   ASSERT_TRUE(pipeline->SetAckSink(session, log.Sink()).ok());
   for (int i = 40; i < 60; ++i) ASSERT_TRUE(pipeline->SubmitScan(session, drive.Upload(i)).ok());
   pipeline->WaitUntilIdle();
-  const std::vector<ScanAck> acks = log.Take();
+  const std::vector<ScanAck> acks = log.TakeScans();
   ASSERT_EQ(acks.size(), 20u);
   EXPECT_EQ(acks[1].outcome, ScanOutcome::kDuplicate);
   EXPECT_EQ(acks[2].outcome, ScanOutcome::kProcessed);
@@ -177,7 +177,7 @@ TEST_F(PipelineRestart, ADamagedCheckpointIsSaidAndGoneOnWithout) {
   ASSERT_TRUE(pipeline->SetAckSink(session, log.Sink()).ok());
   for (int i = 12; i < 20; ++i) ASSERT_TRUE(pipeline->SubmitScan(session, drive.Upload(i)).ok());
   pipeline->WaitUntilIdle();
-  for (const ScanAck& ack : log.Take()) EXPECT_EQ(ack.tracking, Tracking::kOk) << ack.sequence;
+  for (const ScanAck& ack : log.TakeScans()) EXPECT_EQ(ack.tracking, Tracking::kOk) << ack.sequence;
   EXPECT_NE(pipeline->GetSession(session)->input.find("resumed from submaps"), std::string::npos);
 }
 

@@ -59,6 +59,12 @@ class AckLog {
     std::lock_guard lock(mutex_);
     return std::exchange(acks_, {});
   }
+  // Without those that only say what is durable.
+  std::vector<ScanAck> TakeScans() {
+    std::vector<ScanAck> acks = Take();
+    std::erase_if(acks, [](const ScanAck& ack) { return ack.sequence == 0; });
+    return acks;
+  }
 
  private:
   std::mutex mutex_;

@@ -47,10 +47,12 @@ int Accepted(int port) {
   int accepted = 0;
   for (const auto& entry : std::filesystem::directory_iterator("/proc/self/fd")) {
     const int file = std::stoi(entry.path().filename().string());
-    sockaddr_in own = {}, peer = {};
+    sockaddr_storage own = {}, peer = {};
     socklen_t size = sizeof(own), peer_size = sizeof(peer);
     if (getsockname(file, reinterpret_cast<sockaddr*>(&own), &size) != 0) continue;
-    if (own.sin_family != AF_INET || ntohs(own.sin_port) != port) continue;
+    if (own.ss_family != AF_INET && own.ss_family != AF_INET6) continue;
+    // Of both families at the same place.
+    if (ntohs(reinterpret_cast<const sockaddr_in&>(own).sin_port) != port) continue;
     accepted += getpeername(file, reinterpret_cast<sockaddr*>(&peer), &peer_size) == 0;
   }
   return accepted;
