@@ -73,13 +73,14 @@ class Events:
                 raise self._link.explain(error)
 
 
-def _kinds(kinds: Sequence[Union[EventKind, str]]) -> List[int]:
+def _kinds(kinds: Sequence[Union[EventKind, str]]) -> List[str]:
     """The messages' values of words or names."""
     names = [word.name for word in EventKind if word != 0]
     for kind in kinds:
         if isinstance(kind, str) and kind.upper() not in names:
             raise InvalidArgument(f"no event is of kind '{kind}': {', '.join(names)} are")
-    return [int(EventKind[kind.upper()]) if isinstance(kind, str) else int(kind) for kind in kinds]
+    return [pb.EventKind.Name(EventKind[kind.upper()] if isinstance(kind, str) else kind)
+            for kind in kinds]
 
 
 def _event(message: Any) -> Event:
