@@ -13,7 +13,15 @@ size_t ControlAt(absl::string_view text, size_t at) {
   if (c < 0x20 || c == 0x7F) return 1;
   // C1 controls are two bytes in UTF-8.
   const auto next = static_cast<unsigned char>(at + 1 < text.size() ? text[at + 1] : 0);
-  return c == 0xC2 && next >= 0x80 && next < 0xA0 ? 2 : 0;
+  if (c == 0xC2) return next >= 0x80 && next < 0xA0 ? 2 : 0;
+  // What turns the direction of a line: U+200E and F, U+2028 to E (ends of lines among them), and
+  // U+2066 to 9, three bytes each.
+  const auto last = static_cast<unsigned char>(at + 2 < text.size() ? text[at + 2] : 0);
+  if (c != 0xE2) return 0;
+  const bool turns =
+      (next == 0x80 && (last == 0x8E || last == 0x8F || (last >= 0xA8 && last <= 0xAE))) ||
+      (next == 0x81 && last >= 0xA6 && last <= 0xA9);
+  return turns ? 3 : 0;
 }
 
 // Of the character that begins there; 0: it is none. By https://www.rfc-editor.org/rfc/rfc3629.

@@ -176,11 +176,10 @@ std::shared_ptr<TokenOptions> AddTokenCommand(CLI::App& token, Action& action, c
   auto options = std::make_shared<TokenOptions>();
   CLI::App* command = token.add_subcommand(name, what);
   AddSitelessOptions(*command, options->server);
-  command
-      ->add_option("--data", options->data,
-                   "The tokens in this folder of a map, in place of a server's; one that runs on "
-                   "it sees the change")
-      ->excludes("--server");
+  command->add_option(
+      "--data", options->data,
+      "The tokens in this folder of a map, in place of a server's, whatever --server "
+      "says; one that runs on it sees the change");
   command->add_flag("--json", options->json, "As JSON");
   command->callback([options, run, &action] { action = [options, run] { return run(*options); }; });
   return options;

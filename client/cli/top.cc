@@ -143,7 +143,7 @@ void AddTop(CLI::App& app, Action& action) {
       ->check(CLI::Range(0.1, 3600.0))
       ->capture_default_str();
   command->add_option("-n,--frames", options->frames, "End after so many, printed one by one")
-      ->check(CLI::PositiveNumber);
+      ->check(CLI::Range(1, 1'000'000));
   command->add_flag("--batch", options->batch,
                     "Print frames one by one, as where the output is no terminal");
   command->callback([options, &action] { action = [options] { return Run(*options); }; });

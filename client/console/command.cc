@@ -5,6 +5,7 @@
 #include <absl/strings/str_format.h>
 
 #include <algorithm>
+#include <cstdio>
 #include <cstdlib>
 #include <string>
 #include <utility>
@@ -35,7 +36,11 @@ int RunCommandLine(CLI::App& app, std::span<const AddCommand> commands, int argc
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? kOk : kUsage;  // Prints help, version or what is wrong.
   }
-  return action();
+  const int code = action();
+  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return code;
+  const absl::Status lost = absl::UnavailableError(
+      "what was to be printed could not be written: is the disk that it goes to full?");
+  return code == kOk ? Fail(kFailed, lost) : code;
 }
 
 void AddServerOptions(CLI::App& command, ServerOptions& options) {

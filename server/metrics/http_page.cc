@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/caught.h"
+#include "core/io/deferred_accept.h"
 #include "server/metrics/limits.h"
 
 namespace isthmus::metrics {
@@ -74,6 +75,7 @@ absl::Status CivetPage::Listen(const std::string& listen) {
                      why, ")"));
   }
   address_ = absl::StrCat(host, ":", bound.port);
+  io::DeferAccept(bound.port);  // A connection that says nothing takes no thread.
   mg_set_request_handler(context_, "/", Answer, this);
   return absl::OkStatus();
 }

@@ -9,11 +9,12 @@ namespace isthmus::metrics {
 // that people look at robot by robot is smaller, and Prometheus keeps a few kB for each series.
 inline constexpr int kNamedRobots = 100;
 
-// Threads that answer scrapes: one that is slow to read does not keep the other out.
-inline constexpr int kHttpThreads = 2;
+// Threads that answer scrapes: CivetWeb's, each of one connection at a time, also of one on which
+// half a request came. As many such clients keep the others out for the time below.
+inline constexpr int kHttpThreads = 8;
 
-// Milliseconds that a client may take to ask, or to read on. Prometheus gives up after 10 s itself
-// by default.
-inline constexpr int kHttpTimeoutMs = 10'000;
+// Milliseconds that a client may take to ask, or to read on: it asks in one packet, of one machine
+// or its network.
+inline constexpr int kHttpTimeoutMs = 2'000;
 
 }  // namespace isthmus::metrics

@@ -16,7 +16,7 @@
 #include "server/rpc/access_service.h"
 #include "server/rpc/admin_service.h"
 #include "server/rpc/closed_reflection.h"
-#include "server/rpc/deferred_accept.h"
+#include "core/io/deferred_accept.h"
 #include "server/rpc/edit_service.h"
 #include "server/rpc/event_service.h"
 #include "server/rpc/gate.h"
@@ -165,7 +165,7 @@ absl::StatusOr<std::unique_ptr<RpcServer>> RpcServer::Start(const std::vector<Se
                      ": the address is in use, or not one of this machine; name another one"));
   }
   if (unix_socket) state->port = 0;
-  if (!unix_socket) DeferAccept(state->port);
+  if (!unix_socket) io::DeferAccept(state->port);
   state->address = WithPort(options.listen, state->port);
   grpc::HealthCheckServiceInterface* health = state->server->GetHealthCheckService();
   state->health = std::make_unique<HealthWatch>(state->gate.sites(), options.health_interval,

@@ -10,6 +10,10 @@ TEST(PlainText, ALineHoldsNothingThatATerminalObeys) {
   EXPECT_EQ(LineOf("alice \xc3\xa4", 100), "alice \xc3\xa4");
   EXPECT_EQ(LineOf("a\nb\r\t\x1b[31m\x7f\xc2\x9b", 100),
             "a\\x0ab\\x0d\\x09\\x1b[31m\\x7f\\xc2\\x9b");
+  EXPECT_EQ(LineOf("a\xe2\x80\xae"
+                   "b\xe2\x81\xa6\xe2\x82\xac",
+                   100),
+            "a\\xe2\\x80\\xaeb\\xe2\\x81\\xa6\xe2\x82\xac");
   EXPECT_EQ(LineOf("abcdef", 3), "abc...");
   EXPECT_EQ(LineOf("ab\n", 4), "ab...");  // No half of an escape.
 }

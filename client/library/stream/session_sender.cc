@@ -11,6 +11,11 @@
 namespace isthmus::client {
 namespace {
 
+constexpr char kTooLarge[] =
+    "larger than a message that the server takes (network.max_receive_bytes)";
+// Scans that are set aside are told of one by one up to so many; the statistics count all.
+constexpr uint64_t kToldScans = 3;
+
 ReconnectingSenderOptions ToSenderOptions(const ScanStreamOptions& options) {
   ReconnectingSenderOptions sender;
   sender.for_ever = true;
@@ -309,15 +314,17 @@ ScanSource::Request SessionSender::InPlaceOf(const Request& too_large, uint64_t 
     host_.event("a scan cannot be set aside: " + std::string(path.status().message()));
     return nullptr;
   }
-  bool news = false;
+  bool is_told = true;
   {
     MutexLock lock(&mutex_);
-    news = sequence > aside_told_;
+    const bool news = sequence > aside_told_;
     aside_told_ = std::max(aside_told_, sequence);
+    aside_.insert(sequence);
     stats_.set_aside += news && path.ok();
     stats_.lost += news && !path.ok();
+    is_told = !news || stats_.set_aside + stats_.lost > kToldScans;
   }
-  if (news) {
+  if (!is_told) {
     host_.event(absl::StrCat(
         "a scan of ", too_large->ByteSizeLong(), " bytes is larger than the ", most_bytes,
         " that the server takes (network.max_receive_bytes): ",
@@ -351,6 +358,8 @@ bool SessionSender::HandleResponse(const v1::StreamScansResponse& response) {
       stats_.processed += ack.outcome == ScanOutcome::kProcessed;
       stats_.duplicates += ack.outcome == ScanOutcome::kDuplicate;
       stats_.rejected += ack.outcome == ScanOutcome::kRejected;
+      // What the server says is of the empty scan that was sent in its place.
+      if (aside_.erase(sequence) > 0) ack.reason = kTooLarge;
       stats_.skipped += ack.outcome == ScanOutcome::kSkipped;
     }
     changed_.SignalAll();

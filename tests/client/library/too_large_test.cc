@@ -1,7 +1,11 @@
 // Scans above the limit of the server's messages: of a spool they are set aside and it goes on; a
 // stream without one ends with an error that names the setting.
+#include <absl/strings/str_split.h>
+
 #include <filesystem>
 #include <random>
+#include <string>
+#include <vector>
 
 #include "client/library/spool/set_aside.h"
 #include "core/io/file_io.h"
@@ -69,6 +73,26 @@ TEST_F(TooLargeTest, AScanOfASpoolIsSetAsideAndTheSpoolGoesOn) {
   EXPECT_EQ(kept.end_stamp_ns(), 3 * kPeriodNs);
   EXPECT_THAT(events(), AllOf(HasSubstr("larger than the 10000 that the server takes"),
                               HasSubstr("network.max_receive_bytes"), HasSubstr(path)));
+}
+
+TEST_F(TooLargeTest, ManyAreCountedAndNotToldOneByOne) {
+  std::vector<std::string> reasons;
+  Mutex mutex;
+  options_.on_ack = [&](const ScanAck& ack) {
+    MutexLock lock(&mutex);
+    reasons.push_back(ack.reason);
+  };
+  auto stream = Open();
+  for (int i = 0; i < 5; ++i) ASSERT_TRUE(PushLarge(*stream).ok());
+  ASSERT_TRUE(stream->FinishSession().ok());
+  EXPECT_EQ(stream->stats().set_aside, 5u);
+  const std::vector<std::string> told = absl::StrSplit(events(), "set aside in");
+  EXPECT_EQ(told.size(), 4u) << events();
+  MutexLock lock(&mutex);
+  ASSERT_EQ(reasons.size(), 5u);
+  for (const std::string& reason : reasons) {
+    EXPECT_THAT(reason, HasSubstr("network.max_receive_bytes"));
+  }
 }
 
 TEST_F(TooLargeTest, AServerThatTakesMoreIsSentMore) {

@@ -3,9 +3,14 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
 #include <new>
 #include <stdexcept>
+#include <string>
+#include <vector>
 
 #include "tests/server/metrics/scrape.h"
 
@@ -61,6 +66,22 @@ TEST(HttpPageTest, AnAddressInUseOrOfNoOneIsAnError) {
     EXPECT_TRUE(absl::IsUnavailable(second.status())) << second.status();
     EXPECT_THAT(std::string(second.status().message()), HasSubstr(taken));
   }
+}
+
+TEST(HttpPageTest, ConnectionsThatSayNothingKeepNobodyOut) {
+  const auto page = Serve([] { return std::string("content\n"); });
+  const int port = std::stoi(page->address().substr(page->address().rfind(':') + 1));
+  std::vector<int> silent(50);
+  for (int& file : silent) {
+    file = socket(AF_INET, SOCK_STREAM, 0);
+    sockaddr_in address = {};
+    address.sin_family = AF_INET;
+    address.sin_port = htons(static_cast<uint16_t>(port));
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    ASSERT_EQ(connect(file, reinterpret_cast<sockaddr*>(&address), sizeof(address)), 0);
+  }
+  EXPECT_THAT(Ask(page->address(), "GET /metrics"), EndsWith("content\n"));
+  for (const int file : silent) close(file);
 }
 
 TEST(HttpPageTest, AfterItIsGoneNobodyAnswers) {

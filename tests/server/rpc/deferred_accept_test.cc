@@ -1,5 +1,5 @@
 // Connections that say nothing: they cost the server no file, and are served once they speak.
-#include "server/rpc/deferred_accept.h"
+#include "core/io/deferred_accept.h"
 
 #include <arpa/inet.h>
 #include <netinet/in.h>
@@ -71,9 +71,9 @@ TEST_F(DeferredAccept, WhoSaysNothingHoldsNoFileUntilItSpeaks) {
 }
 
 TEST_F(DeferredAccept, FindsTheListenersOfThatPortAlone) {
-  EXPECT_GE(DeferAccept(server_->port()), 1);
+  EXPECT_GE(io::DeferAccept(server_->port()), 1);
   const SilentConnection client(server_->port());
-  EXPECT_EQ(DeferAccept(0), 0);
+  EXPECT_EQ(io::DeferAccept(0), 0);
 }
 
 }  // namespace

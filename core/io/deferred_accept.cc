@@ -1,4 +1,4 @@
-#include "server/rpc/deferred_accept.h"
+#include "core/io/deferred_accept.h"
 
 #include <absl/strings/numbers.h>
 #include <netinet/in.h>
@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <system_error>
 
-namespace isthmus::rpc {
+namespace isthmus::io {
 namespace {
 
 // Longer than any client needs, and what gRPC gives a handshake.
@@ -42,4 +42,4 @@ int DeferAccept(int port) {
   return found;
 }
 
-}  // namespace isthmus::rpc
+}  // namespace isthmus::io
