@@ -13,10 +13,10 @@
 #include <vector>
 
 #include "core/address.h"
+#include "core/io/deferred_accept.h"
 #include "server/rpc/access_service.h"
 #include "server/rpc/admin_service.h"
 #include "server/rpc/closed_reflection.h"
-#include "core/io/deferred_accept.h"
 #include "server/rpc/edit_service.h"
 #include "server/rpc/event_service.h"
 #include "server/rpc/gate.h"
