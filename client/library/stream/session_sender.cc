@@ -11,7 +11,7 @@
 namespace isthmus::client {
 namespace {
 
-constexpr char kTooLarge[] =
+constexpr char kAsideReason[] =
     "larger than a message that the server takes (network.max_receive_bytes)";
 // Scans that are set aside are told of one by one up to so many; the statistics count all.
 constexpr uint64_t kToldScans = 3;
@@ -359,7 +359,7 @@ bool SessionSender::HandleResponse(const v1::StreamScansResponse& response) {
       stats_.duplicates += ack.outcome == ScanOutcome::kDuplicate;
       stats_.rejected += ack.outcome == ScanOutcome::kRejected;
       // What the server says is of the empty scan that was sent in its place.
-      if (aside_.erase(sequence) > 0) ack.reason = kTooLarge;
+      if (aside_.erase(sequence) > 0) ack.reason = kAsideReason;
       stats_.skipped += ack.outcome == ScanOutcome::kSkipped;
     }
     changed_.SignalAll();
