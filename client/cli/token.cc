@@ -7,6 +7,7 @@
 #include <absl/time/time.h>
 
 #include <cstdio>
+#include <cstdlib>
 #include <optional>
 #include <string>
 #include <vector>
@@ -176,12 +177,19 @@ std::shared_ptr<TokenOptions> AddTokenCommand(CLI::App& token, Action& action, c
   auto options = std::make_shared<TokenOptions>();
   CLI::App* command = token.add_subcommand(name, what);
   AddSitelessOptions(*command, options->server);
-  command->add_option(
-      "--data", options->data,
-      "The tokens in this folder of a map, in place of a server's, whatever --server "
-      "says; one that runs on it sees the change");
+  command->add_option("--data", options->data,
+                      "The tokens in this folder of a map, in place of a server\'s; one "
+                      "that runs on it sees the change");
   command->add_flag("--json", options->json, "As JSON");
-  command->callback([options, run, &action] { action = [options, run] { return run(*options); }; });
+  command->callback([options, run, command, &action] {
+    // What the environment says is no contradiction: it is what is usual.
+    const char* const usual = std::getenv("ISTHMUS_SERVER");
+    const bool is_usual = usual != nullptr && options->server.address == usual;
+    if (!options->data.empty() && command->count("--server") > 0 && !is_usual) {
+      throw CLI::ExcludesError("--data", "--server");
+    }
+    action = [options, run] { return run(*options); };
+  });
   return options;
 }
 
