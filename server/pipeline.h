@@ -41,6 +41,11 @@ class RobotLocaliser {
   virtual absl::StatusOr<LocalisedScan> Locate(const ScanUpload& scan) = 0;
 };
 
+// The threads that PipelineOptions::ingest_threads stands for. 0: two for each core, so that a core
+// is at work while a submap is waited for; four at least, as one stays for others while slow scans
+// are dealt with.
+int IngestThreads(int setting);
+
 // Thread safe. A robot is named wherever a person asks; its newest session answers, where that has
 // several segments the last. A later segment of a session is opened, finished and deleted with the
 // session; to ask that of it alone is FailedPrecondition.

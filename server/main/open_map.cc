@@ -26,8 +26,9 @@ absl::Status Open(const ServerConfig& config, PipelineOptions options, size_t si
   auto store = storage::OpenSqliteStore(map->folder, storage);
   if (!store.ok()) return store.status();
   SetCache((static_cast<size_t>(config.cache_mb) << 20) / sites, map->folder, &options);
-  const int threads = config.pipeline.ingest_threads, shares = static_cast<int>(sites);
-  options.ingest_threads = std::max(1, (threads + shares - 1) / shares);
+  const int threads = IngestThreads(config.pipeline.ingest_threads);
+  const int shares = static_cast<int>(sites);
+  options.ingest_threads = (threads + shares - 1) / shares;
   storage::RemoveAbandonedBackups(map->folder);
   options.archive.directory = map->folder;
   options.work_journal = map->folder + "/matching.journal";

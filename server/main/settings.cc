@@ -311,7 +311,7 @@ void AddIngest(ServerConfig& config, Table& table) {
             "The same of all robots together.");
   table.Add("threads", &config.pipeline.ingest_threads, 0, 256,
             "Threads that run odometry; one session uses one at a time. 0: two for each core, at "
-            "least 4: one that stores a submap waits for the disk.");
+            "least 4.");
 }
 
 void AddOdometry(ServerConfig& config, Table& table) {

@@ -15,14 +15,12 @@ namespace {
 // They pack submaps and wait for the disk. With two a large one does not hold up the others.
 constexpr int kStoringThreads = 2;
 
-// Two for each core, as one that stores a submap waits for the disk. Four at least: one stays for
-// others while slow scans are dealt with.
-int IngestThreads(const PipelineOptions& options) {
-  if (options.ingest_threads > 0) return options.ingest_threads;
+}  // namespace
+
+int IngestThreads(int setting) {
+  if (setting > 0) return setting;
   return static_cast<int>(std::max(4u, 2 * std::thread::hardware_concurrency()));
 }
-
-}  // namespace
 
 absl::StatusOr<std::unique_ptr<Pipeline>> Pipeline::Open(const PipelineOptions& options,
                                                          std::unique_ptr<storage::MapStore> store,
@@ -62,7 +60,7 @@ absl::Status PipelineImpl::Start() {
       std::make_unique<RetentionThread>(options.retention, &parts_.clock, RetentionHooks());
   parts_.retention = retention_.get();
   executor_ = std::make_unique<Executor>(
-      Executor::Options{.threads = IngestThreads(options), .name = "ingest"});
+      Executor::Options{.threads = IngestThreads(options.ingest_threads), .name = "ingest"});
   parts_.executor = executor_.get();
   storing_ =
       std::make_unique<Executor>(Executor::Options{.threads = kStoringThreads, .name = "storing"});

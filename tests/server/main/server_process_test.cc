@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <atomic>
+#include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <thread>
@@ -144,6 +145,24 @@ TEST_F(ServerProcessTest, AnIdleServerStopsAtOnceOnSigint) {
   server_->Signal(SIGINT);
   EXPECT_EQ(server_->Wait(), 0);
   EXPECT_THAT(server_->Errors(), HasSubstr("SIGINT received"));
+}
+
+// As the whole program sets it up: a server that was told nothing runs odometry on one thread
+// otherwise, and every robot waits for every other.
+TEST_F(ServerProcessTest, ByDefaultSeveralThreadsTakeScansIn) {
+  Serve();
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(10);
+  int threads = 0;  // A thread says its name once it runs.
+  while (threads < 4 && std::chrono::steady_clock::now() < deadline) {
+    threads = 0;
+    const std::string tasks = "/proc/" + std::to_string(server_->pid()) + "/task";
+    for (const auto& task : std::filesystem::directory_iterator(tasks)) {
+      std::string name;
+      std::ifstream(task.path() / "comm") >> name;
+      threads += name == "ingest" ? 1 : 0;
+    }
+  }
+  EXPECT_GE(threads, 4);
 }
 
 TEST_F(ServerProcessTest, SighupEndsNothingAndSaysWhatToDo) {
