@@ -19,7 +19,6 @@ def config(day_s, certs):
   tls_certificate: {certs}/server.pem
   tls_key: {certs}/server.key
   require_token: always
-  listener_watchdog_s: {max(3, round(day_s / 6))}
 storage: {{cache_mb: {CACHE_MB}}}
 retention: {{max_age_days: {day_s / 2 / 86400:.9f}}}
 sites:

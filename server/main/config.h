@@ -19,8 +19,6 @@ struct ServerConfig {
   metrics::MetricsOptions metrics;
   PipelineOptions pipeline;
   storage::SqliteOptions storage;
-  // After so many seconds without an accepted connection the process ends; 0: never.
-  int listener_watchdog_s = 60;
   int cache_mb = 512;  // MiB; see SetCache. Shared by all sites.
   // Maps beside that of the default site, by name; each with settings of its own where the file
   // gives it some.

@@ -160,14 +160,13 @@ absl::Status ProbeListener(const std::string& address, std::chrono::milliseconds
 
 void ListenerWatch::Probe() {
   const absl::Status status = options_.probe();
-  if (status.ok() || absl::IsFailedPrecondition(status)) {
-    if (status.ok()) failures_ = 0;
+  const bool is_away = absl::IsFailedPrecondition(status);
+  if (status.ok() || is_away) {
     options_.on_answer();
-    return;
+  } else if (!is_silent_) {
+    options_.on_silence(status);
   }
-  ++failures_;
-  if (failures_ == 1) options_.on_silence(status);
-  if (failures_ == options_.max_failures) options_.on_deaf();
+  if (!is_away) is_silent_ = !status.ok();
 }
 
 }  // namespace isthmus::server

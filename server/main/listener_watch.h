@@ -1,5 +1,4 @@
-// A watch on the server's own listener: gRPC stops accepting connections for good when the process
-// has had no file left for one, and nothing but a restart mends that.
+// A watch on the server's own listener, for a service manager that starts again what is stuck.
 #pragma once
 
 #include <absl/status/status.h>
@@ -21,13 +20,11 @@ absl::Status ProbeListener(const std::string& address, std::chrono::milliseconds
 class ListenerWatch {
  public:
   struct Options {
-    // So many failed probes in a row make a listener deaf. 0: nothing does. One that ends with
-    // FailedPrecondition is none of them: a restart would not bring the address back.
-    int max_failures = 0;
     std::function<absl::Status()> probe;
-    std::function<void()> on_answer;                      // Of each probe that did not fail.
-    std::function<void(const absl::Status&)> on_silence;  // Once, for the first without.
-    std::function<void()> on_deaf;                        // Once.
+    // Of each probe that did not fail. One that ends with FailedPrecondition has not: a restart
+    // would not bring the address back.
+    std::function<void()> on_answer;
+    std::function<void(const absl::Status&)> on_silence;  // For the first of several in a row.
   };
 
   explicit ListenerWatch(Options options) : options_(std::move(options)) {}
@@ -36,7 +33,7 @@ class ListenerWatch {
 
  private:
   const Options options_;
-  int failures_ = 0;  // In a row.
+  bool is_silent_ = false;
 };
 
 }  // namespace isthmus::server

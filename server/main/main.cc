@@ -50,7 +50,7 @@ rpc::BackupSource BackupsOf(const std::string& folder) {
 }
 
 // Exit codes, as docs/api.md promises them.
-enum ExitCode { kStopped = 0, kUsage = 2, kDataFolder = 3, kCannotListen = 4, kDeaf = 5 };
+enum ExitCode { kStopped = 0, kUsage = 2, kDataFolder = 3, kCannotListen = 4 };
 
 // Calls under way have this long to end before they are cancelled.
 constexpr std::chrono::seconds kGrace{1};
@@ -136,14 +136,14 @@ rpc::OnFailedCall LogFailedCalls() {
   return [log](const rpc::FailedCall& call) { log->Note(call); };
 }
 
-// Connections need files; gRPC stops listening for good when there are none left.
+// Connections need files.
 void TakeOpenFiles() {
   constexpr uint64_t kFew = 4096;
   const uint64_t files = RaiseOpenFiles();
   if (files >= kFew) return;
   spdlog::warn(
-      "this process may have {} files open, so that about as many connections make it deaf: raise "
-      "the hard limit (LimitNOFILE= of systemd, ulimit -Hn)",
+      "this process may have {} files open, so that it refuses connections beyond that: raise the "
+      "hard limit (LimitNOFILE= of systemd, ulimit -Hn)",
       files);
 }
 
@@ -193,7 +193,7 @@ ExitCode ServeUntilSignal(rpc::RpcServer& server, const std::vector<OpenMap>& ma
   NoteEverywhere(maps, EventKind::kServerStopped, absl::StrCat("server stopped by ", name));
   for (const OpenMap& map : maps) map.pipeline->Shutdown();
   if (!ReportStop(maps)) return kDataFolder;
-  return supervision.was_deaf() ? kDeaf : kStopped;
+  return kStopped;
 }
 
 void SayWhoIsLetIn(const rpc::ServerOptions& options, bool any) {

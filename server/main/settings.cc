@@ -170,6 +170,9 @@ void AddCallLimits(rpc::ServerOptions& rpc, Table& table) {
             "The same of all streams together: they wait for each other in turn.");
   table.Add("connection_bytes", &rpc.connection_bytes, size_t{1} << 24, size_t{1} << 40,
             "Memory for what is on its way through all connections, bytes.");
+  table.Add("max_connections", &rpc.max_connections, 16, 1'000'000,
+            "Connections that may be open, about (other files of the process count among them). "
+            "Further ones are closed at once.");
   table.Add("max_calls_per_connection", &rpc.max_calls_per_connection, 1, 100'000,
             "Calls of one connection at a time; further ones wait at the client.");
   AddMilliseconds("first_message_ms", &rpc.streams.first_message, table,
@@ -207,9 +210,6 @@ void AddNetwork(ServerConfig& config, Table& table) {
             "Scans of a stream without a written acknowledgement before no more are read.");
   table.Add("max_threads", &rpc.max_threads, 8, 65536,
             "Threads that answer calls of one request; streams from clients hold none.");
-  table.Add("listener_watchdog_s", &config.listener_watchdog_s, 0, 86'400,
-            "The server ends, with exit code 5, when it has accepted no connection of its own for "
-            "so many seconds, so that it can be started again. 0: never.");
   AddCallLimits(rpc, table);
 }
 

@@ -1,8 +1,6 @@
 #include "server/main/supervision.h"
 
-#include <signal.h>
 #include <spdlog/spdlog.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
@@ -17,27 +15,16 @@ namespace {
 
 using std::chrono::milliseconds;
 
-// How long a listener may take to answer: a busy machine is no deaf one.
+// How long a listener may take to answer: a busy machine is none that is stuck.
 constexpr milliseconds kPatience{5000};
 constexpr milliseconds kCertificatePeriod{60'000};
-// A listener is deaf when so many probes in a row had no answer.
-constexpr int kMaxFailures = 4;
-
-// The next probe's time since the last; zero: none is wanted.
-milliseconds ProbePeriod(int limit_s, milliseconds watchdog) {
-  const milliseconds own(limit_s * 1000 / kMaxFailures);
-  const milliseconds asked = watchdog / 2;
-  if (own.count() == 0 || asked.count() == 0) return std::max(own, asked);
-  return std::min(own, asked);
-}
-
 }  // namespace
 
 Supervision::Supervision(const ServerConfig& config, const std::string& address,
                          std::function<void(const std::string& trouble)> on_certificate)
     : manager_(ServiceManager::FromEnvironment()) {
   manager_.Tell("READY=1\nSTATUS=Listening on " + address);
-  WatchListener(config.listener_watchdog_s, address);
+  WatchListener(address);
   std::vector<std::string> certificates;
   for (const std::string& path : {config.rpc.tls.certificate, config.rpc.tls.client_ca}) {
     if (!path.empty()) certificates.push_back(path);
@@ -54,12 +41,10 @@ Supervision::Supervision(const ServerConfig& config, const std::string& address,
                                              [warnings] { warnings->Check(); });
 }
 
-void Supervision::WatchListener(int limit_s, const std::string& address) {
-  const milliseconds period = ProbePeriod(limit_s, manager_.watchdog());
+void Supervision::WatchListener(const std::string& address) {
+  const milliseconds period = manager_.watchdog() / 2;
   if (period.count() == 0) return;
   ListenerWatch::Options options;
-  options.max_failures =
-      static_cast<int>((milliseconds(limit_s * 1000) + period - milliseconds(1)) / period);
   options.probe = [address, patience = std::min(kPatience, period)] {
     return ProbeListener(address, patience);
   };
@@ -67,15 +52,6 @@ void Supervision::WatchListener(int limit_s, const std::string& address) {
   options.on_silence = [address](const absl::Status& status) {
     spdlog::warn("a connection to its own address {} had no answer: {}", address,
                  std::string(status.message()));
-  };
-  options.on_deaf = [this, limit_s] {
-    was_deaf_ = true;
-    spdlog::error(
-        "no connection was accepted for {} s, most likely as there were no files left for one, and "
-        "that heals with a restart only: ending in good order (network.listener_watchdog_s). "
-        "Raise the limit on open files (LimitNOFILE= of systemd, ulimit -Hn)",
-        limit_s);
-    kill(getpid(), SIGTERM);
   };
   listener_ = std::make_unique<Periodic>(
       "listener_watch", period,

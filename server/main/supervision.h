@@ -2,7 +2,6 @@
 // its certificates watched.
 #pragma once
 
-#include <atomic>
 #include <functional>
 #include <memory>
 #include <string>
@@ -16,21 +15,17 @@ namespace isthmus::server {
 // Thread safe.
 class Supervision {
  public:
-  // Tells the service manager that the server is ready at `address`. A listener that stays deaf
-  // sends this process a SIGTERM.
-  // `on_certificate` is told of certificates that expire or cannot be read, as the log is.
+  // Tells the service manager that the server is ready at `address`, and then, where it asks for
+  // that, that it is alive as long as its listener answers. `on_certificate` is told of certificates that expire or cannot be read, as the log is.
   Supervision(const ServerConfig& config, const std::string& address,
               std::function<void(const std::string& trouble)> on_certificate);
   // Tells it that the server ends, and watches no longer.
   void Stop();
-  // Whether that was why.
-  bool was_deaf() const { return was_deaf_; }
 
  private:
-  void WatchListener(int limit_s, const std::string& address);
+  void WatchListener(const std::string& address);
 
   const ServiceManager manager_;
-  std::atomic<bool> was_deaf_ = false;
   std::unique_ptr<Periodic> listener_, certificates_;
 };
 

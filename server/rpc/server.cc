@@ -6,14 +6,15 @@
 #include <grpcpp/grpcpp.h>
 #include <grpcpp/health_check_service_interface.h>
 #include <grpcpp/resource_quota.h>
+#include <sys/resource.h>
 
 #include <algorithm>
 #include <atomic>
+#include <climits>
 #include <utility>
 #include <vector>
 
 #include "core/address.h"
-#include "core/io/deferred_accept.h"
 #include "server/rpc/access_service.h"
 #include "server/rpc/admin_service.h"
 #include "server/rpc/closed_reflection.h"
@@ -21,6 +22,7 @@
 #include "server/rpc/event_service.h"
 #include "server/rpc/gate.h"
 #include "server/rpc/health_watch.h"
+#include "server/rpc/listener.h"
 #include "server/rpc/localisation_service.h"
 #include "server/rpc/map_service.h"
 #include "server/rpc/session_service.h"
@@ -41,6 +43,18 @@ void EnablePlugins() {
 
 // For statuses to leave: a socket's buffer takes them at once.
 constexpr std::chrono::milliseconds kLastWords{100};
+
+// Files that connections leave to everything else, by what the process may have open: databases,
+// files of maps, what comes in by other ways.
+constexpr int kFilesForOthers = 64, kSmallestShare = 4;
+
+int FilesForConnections(const ServerOptions& options) {
+  rlimit limit = {};
+  if (getrlimit(RLIMIT_NOFILE, &limit) != 0) return options.max_connections;
+  const auto files = static_cast<int>(std::min<rlim_t>(limit.rlim_cur, INT_MAX));
+  const int others = std::min(kFilesForOthers, files / kSmallestShare);
+  return std::min(files - others, options.max_connections);
+}
 
 std::string WithPort(const std::string& listen, int port) {
   const size_t colon = listen.rfind(':');
@@ -104,7 +118,26 @@ struct RpcServer::State {
   std::string address;
   std::atomic<bool> shut_down = false;
   std::unique_ptr<grpc::Server> server;  // So late that it goes before its services.
+  std::unique_ptr<grpc::experimental::ExternalConnectionAcceptor> connections;
+  std::unique_ptr<Listener> listener;    // Null: gRPC listens, at a socket that is a file.
   std::unique_ptr<HealthWatch> health;   // Tells the server.
+
+  // Before the server is built.
+  absl::Status Listen(const ServerOptions& options,
+                      const std::shared_ptr<grpc::ServerCredentials>& credentials,
+                      grpc::ServerBuilder* builder) {
+    if (options.listen.starts_with("unix")) {
+      builder->AddListeningPort(options.listen, credentials);
+      return absl::OkStatus();
+    }
+    absl::StatusOr<std::unique_ptr<Listener>> opened = Listener::Open(options.listen);
+    if (!opened.ok()) return opened.status();
+    listener = *std::move(opened);
+    using Type = grpc::ServerBuilder::experimental_type::ExternalConnectionType;
+    connections =
+        builder->experimental().AddExternalConnectionAcceptor(Type::FROM_FD, credentials);
+    return absl::OkStatus();
+  }
 };
 
 absl::StatusOr<std::unique_ptr<RpcServer>> RpcServer::Start(server::Pipeline* pipeline,
@@ -123,8 +156,6 @@ absl::StatusOr<std::unique_ptr<RpcServer>> RpcServer::Start(const std::vector<Se
   EnablePlugins();
   auto state = std::make_unique<State>(sites, options);
   grpc::ServerBuilder builder;
-  // Two servers on one port would share the calls between them by chance.
-  builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
   // A robot out of reach is noticed within a minute. Robots may probe every few seconds, so that
   // they notice a dead radio link as soon.
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, 30'000);
@@ -149,7 +180,9 @@ absl::StatusOr<std::unique_ptr<RpcServer>> RpcServer::Start(const std::vector<Se
       std::make_unique<CallWatchFactory>(&state->host.watchdog, options.streams.progress));
   watch.push_back(CloseReflection(&state->gate));
   builder.experimental().SetInterceptorCreators(std::move(watch));
-  builder.AddListeningPort(options.listen, *credentials, &state->port);
+  if (absl::Status status = state->Listen(options, *credentials, &builder); !status.ok()) {
+    return status;
+  }
   builder.RegisterService(&state->sessions);
   builder.RegisterService(&state->map);
   builder.RegisterService(&state->edits);
@@ -158,14 +191,20 @@ absl::StatusOr<std::unique_ptr<RpcServer>> RpcServer::Start(const std::vector<Se
   builder.RegisterService(&state->admin);
   builder.RegisterService(&state->access);
   state->server = builder.BuildAndStart();
-  const bool unix_socket = options.listen.rfind("unix", 0) == 0;
-  if (state->server == nullptr || (state->port <= 0 && !unix_socket)) {
+  if (state->server == nullptr) {
     return absl::UnavailableError(
-        absl::StrCat("cannot listen at ", options.listen,
-                     ": the address is in use, or not one of this machine; name another one"));
+        absl::StrCat("cannot listen at ", options.listen, ": name another address"));
   }
-  if (unix_socket) state->port = 0;
-  if (!unix_socket) io::DeferAccept(state->port);
+  if (state->listener != nullptr) {
+    state->port = state->listener->port();
+    state->listener->Start(FilesForConnections(options), [to = state->connections.get()](
+                                                             int listening, int socket) {
+      grpc::experimental::ExternalConnectionAcceptor::NewConnectionParameters connection;
+      connection.listener_fd = listening;
+      connection.fd = socket;
+      to->HandleNewConnection(&connection);
+    });
+  }
   state->address = WithPort(options.listen, state->port);
   grpc::HealthCheckServiceInterface* health = state->server->GetHealthCheckService();
   state->health = std::make_unique<HealthWatch>(state->gate.sites(), options.health_interval,
@@ -189,6 +228,7 @@ std::shared_ptr<grpc::Channel> RpcServer::InProcessChannel() {
 
 void RpcServer::Shutdown(std::chrono::milliseconds grace) {
   if (state_->shut_down.exchange(true)) return;
+  if (state_->listener != nullptr) state_->listener->Stop();
   state_->server->GetHealthCheckService()->Shutdown();
   state_->health = nullptr;  // Whatever it says after that, none serves.
   // Not left to gRPC, which waits for clients to close their connections, too, and idle ones do

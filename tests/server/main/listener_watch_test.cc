@@ -90,47 +90,28 @@ TEST(ProbeListener, ReachesASocketThatIsAFile) {
   std::filesystem::remove_all(folder);
 }
 
-TEST(ListenerWatch, IsDeafAfterFailuresInARowOnce) {
+TEST(ListenerWatch, TellsOfEachAnswerAndOnceOfASilence) {
   std::string heard;
   absl::Status answer = absl::OkStatus();
   ListenerWatch::Options options;
-  options.max_failures = 2;
   options.probe = [&] { return answer; };
   options.on_answer = [&] { heard += "a"; };
   options.on_silence = [&](const absl::Status&) { heard += "s"; };
-  options.on_deaf = [&] { heard += "d"; };
   ListenerWatch watch(options);
-  watch.Probe();
-  answer = absl::DeadlineExceededError("");
-  watch.Probe();
-  answer = absl::OkStatus();
-  watch.Probe();
-  EXPECT_EQ(heard, "asa");
-  answer = absl::DeadlineExceededError("");
-  for (int i = 0; i < 4; ++i) watch.Probe();
-  EXPECT_EQ(heard, "asasd");
-}
-
-TEST(ListenerWatch, IsNotDeafWhileTheAddressIsAway) {
-  std::string heard;
-  absl::Status answer = absl::FailedPreconditionError("");
-  ListenerWatch::Options options;
-  options.max_failures = 2;
-  options.probe = [&] { return answer; };
-  options.on_answer = [&] { heard += "a"; };
-  options.on_silence = [&](const absl::Status&) { heard += "s"; };
-  options.on_deaf = [&] { heard += "d"; };
-  ListenerWatch watch(options);
-  for (int i = 0; i < 3; ++i) watch.Probe();
-  EXPECT_EQ(heard, "aaa");
-  // Nor does its absence make one that fails a sound one.
-  for (const auto code :
-       {absl::StatusCode::kDeadlineExceeded, absl::StatusCode::kFailedPrecondition,
-        absl::StatusCode::kDeadlineExceeded}) {
+  const auto probe = [&](absl::StatusCode code) {
     answer = absl::Status(code, "");
     watch.Probe();
+  };
+  for (const auto code : {absl::StatusCode::kOk, absl::StatusCode::kDeadlineExceeded,
+                          absl::StatusCode::kDeadlineExceeded, absl::StatusCode::kOk,
+                          absl::StatusCode::kDeadlineExceeded}) {
+    probe(code);
   }
-  EXPECT_EQ(heard, "aaasad");
+  EXPECT_EQ(heard, "asas");
+  // An address that is away is no silence, nor does it end one.
+  probe(absl::StatusCode::kFailedPrecondition);
+  probe(absl::StatusCode::kDeadlineExceeded);
+  EXPECT_EQ(heard, "asasa");
 }
 
 }  // namespace

@@ -1,0 +1,64 @@
+// Where connections come in: the listening sockets, and what is accepted on them.
+//
+// gRPC 1.51 would listen by itself, but gives up for good when the process has no file left for a
+// connection, has no limit on how many there are, and makes a transport (some 30 kB and as many
+// microseconds as a scan takes) even for one that is closed at once.
+#pragma once
+
+#include <absl/status/status.h>
+#include <absl/status/statusor.h>
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "core/io/file_io.h"
+
+namespace isthmus::rpc {
+
+class Listener {
+ public:
+  // Takes over an accepted socket, which does not block; `listening` is where it came in. Called
+  // from the listener's thread.
+  using Take = std::function<void(int listening, int socket)>;
+
+  // Listens at all addresses of "host:port", which CheckAddress lets pass; every address of the
+  // machine is both of IPv4 and IPv6. Port 0 takes a free one. Nothing is accepted before Start.
+  // Unavailable where one of them is in use, or none is of this machine.
+  static absl::StatusOr<std::unique_ptr<Listener>> Open(const std::string& listen);
+  ~Listener();  // Stops.
+
+  int port() const { return port_; }
+
+  // A connection is taken once its first bytes are there, as clients of HTTP/2 and of TLS speak
+  // first, at the latest after ten seconds. One that was closed before costs no more than to be
+  // accepted. With about `max_files` files open in the process further ones are closed at once, so
+  // that some stay for everything else; with none left likewise.
+  void Start(int max_files, Take take);
+  // No connection is taken after it.
+  void Stop();
+
+  uint64_t refused() const { return refused_; }
+
+ private:
+  Listener(std::vector<io::File> sockets, int port);
+
+  void Run();
+  void AcceptAll(int listening);
+  void RefuseOne(int listening);
+
+  const std::vector<io::File> sockets_;
+  const int port_;
+  io::File wake_;   // Says that it is to stop.
+  io::File spare_;  // Given up for a moment where there is no other file.
+  int max_files_ = 0;
+  Take take_;
+  std::atomic<uint64_t> refused_ = 0;
+  std::thread thread_;
+};
+
+}  // namespace isthmus::rpc
