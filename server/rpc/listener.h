@@ -1,4 +1,4 @@
-// Where connections come in: the listening sockets, and what is accepted on them.
+// The way in for connections: the listening sockets, and what is accepted on them.
 //
 // gRPC 1.51 would listen by itself, but gives up for good when the process has no file left for a
 // connection, has no limit on how many there are, and makes a transport (some 30 kB and as many
