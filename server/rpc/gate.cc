@@ -10,6 +10,7 @@
 #include <string>
 #include <utility>
 
+#include "core/concurrency/thread_role.h"
 #include "server/access/limits.h"
 #include "server/access/permissions.h"
 
@@ -20,6 +21,9 @@ constexpr char kAuthorization[] = "authorization", kSite[] = "isthmus-site",
                kRequestId[] = "x-request-id";
 constexpr char kHowToSend[] =
     "send one as `authorization: Bearer TOKEN` (isthmus: --token-file FILE, or ISTHMUS_TOKEN)";
+// A reader has time, a scan has not: of a core that both want, what answers calls gets half of what
+// takes scans in. A guess: less than what makes the map, which nobody waits for.
+constexpr int kAnswersNice = 3;
 constexpr size_t kMaxSecret = 256;  // Nobody's is as long; what is longer is not hashed.
 
 // The values of a key; nothing where it is given twice.
@@ -85,6 +89,14 @@ void Gate::ReviewUntilStopped() {
     running_.Review([this](const std::string& token) { return StillHolds(token); });
     mutex_.Lock();
   }
+}
+
+void Gate::GiveWayToScans() {
+  // gRPC makes these threads, and ends them as it pleases.
+  [[maybe_unused]] thread_local const bool gives_way = [] {
+    GiveWay(kAnswersNice);
+    return true;
+  }();
 }
 
 bool Gate::AsksForTokens() const {

@@ -69,6 +69,7 @@ class Gate {
   template <typename Handler>
   grpc::Status Serve(grpc::ServerContextBase* context, const char* rpc, const Handler& handler) {
     const Stopwatch begun;
+    GiveWayToScans();
     std::optional<Call> call;
     const absl::Status status = Run(*context, rpc, handler, &call);
     return End(rpc, status, *context, call ? &*call : nullptr, begun);
@@ -91,6 +92,8 @@ class Gate {
     }
   }
 
+  // Of the calling thread: it is one of those that answer calls.
+  static void GiveWayToScans();
   // Whether callers are asked for a token, as things are now.
   bool AsksForTokens() const;
   absl::StatusOr<access::Caller> Authenticate(const grpc::ServerContextBase& context) const;
