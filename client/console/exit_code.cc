@@ -1,7 +1,12 @@
 #include "client/console/exit_code.h"
 
+#include <absl/strings/str_cat.h>
+#include <absl/strings/str_split.h>
+
 #include <cstdio>
 #include <string>
+
+#include "core/plain_text.h"
 
 namespace isthmus::cli {
 
@@ -23,7 +28,13 @@ ExitCode ServerExit(const absl::Status& status) {
 }
 
 int Fail(ExitCode code, const absl::Status& status) {
-  std::fprintf(stderr, "isthmus: %s\n", std::string(status.message()).c_str());
+  // Names of files and robots come from anywhere; a terminal would obey some of them.
+  constexpr size_t kLongestLine = 4000;
+  std::string text;
+  for (const absl::string_view line : absl::StrSplit(status.message(), '\n')) {
+    absl::StrAppend(&text, text.empty() ? "" : "\n", LineOf(line, kLongestLine));
+  }
+  std::fprintf(stderr, "isthmus: %s\n", text.c_str());
   return code;
 }
 

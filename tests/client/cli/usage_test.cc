@@ -115,6 +115,14 @@ TEST(Usage, AServerThatIsNotThereGivesFourAndSaysWhatToDo) {
   }
 }
 
+TEST(Usage, NoNameCommandsTheTerminal) {
+  const ProgramResult result =
+      Isthmus("push \"$(printf '/no/such/\\033[2J\\007')\"" + std::string(kNowhere));
+  EXPECT_NE(result.code, 0);
+  EXPECT_THAT(result.err, HasSubstr("/no/such/\\x1b[2J\\x07"));
+  EXPECT_THAT(result.err, testing::Not(HasSubstr("\033")));
+}
+
 TEST(Usage, FoldersThatCannotBeUsedGiveFiveBeforeTheServerIsAsked) {
   const std::string push = "push --robot alice" + std::string(kNowhere) + " ";
   const ProgramResult missing = Isthmus(push + "/no/such/folder");
