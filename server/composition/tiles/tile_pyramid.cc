@@ -29,7 +29,7 @@ std::vector<Node> NodesOf(const std::vector<TilePtr>& tiles) {
   return nodes;
 }
 
-// The level above one, in order.
+// The level above one, in order; points are not counted.
 std::vector<Node> Above(std::vector<Node> below) {
   for (Node& node : below) {
     // Rounded down.
@@ -40,6 +40,7 @@ std::vector<Node> Above(std::vector<Node> below) {
   std::vector<Node> above;
   for (size_t i = 0; i < below.size();) {
     Node node = below[i];
+    node.points = 0;  // Those of the level below.
     ContentHash hash;
     for (; i < below.size() && PlaceOf(below[i]) == PlaceOf(node); ++i) {
       hash.Add(below[i].version);
