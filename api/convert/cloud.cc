@@ -11,8 +11,7 @@
 namespace isthmus::convert {
 namespace {
 
-// MapPoint is sent as it lies in memory.
-static_assert(sizeof(MapPoint) == 20 && offsetof(MapPoint, robot) == 16);
+// A point of the map is sent as it begins in memory.
 static_assert(std::endian::native == std::endian::little);
 
 struct MapPointField {
@@ -72,7 +71,7 @@ bool HasMapPoints(const v1::PointCloud& cloud) {
     const v1::PointField& given = cloud.fields(known++);
     if (given.name() != field.name || given.offset() != field.offset) return false;
   }
-  return cloud.stride() >= sizeof(MapPoint) &&
+  return cloud.stride() >= kMapRecordBytes &&
          cloud.data().size() == uint64_t{cloud.stride()} * cloud.width();
 }
 
@@ -127,7 +126,7 @@ v1::PointCloud ToMessage(const std::vector<MapPoint>& points) {
   cloud.set_encoding(v1::PointCloud::RAW);
   cloud.set_width(static_cast<uint32_t>(points.size()));
   cloud.set_height(1);
-  cloud.set_stride(sizeof(MapPoint));
+  cloud.set_stride(kMapRecordBytes);
   for (const MapPointField& field : kMapPointFields) {
     v1::PointField& added = *cloud.add_fields();
     added.set_name(field.name);
@@ -135,7 +134,8 @@ v1::PointCloud ToMessage(const std::vector<MapPoint>& points) {
     added.set_type(field.type);
     added.set_count(1);
   }
-  cloud.set_data(points.data(), points.size() * sizeof(MapPoint));
+  cloud.mutable_data()->resize(points.size() * kMapRecordBytes);
+  CopyMapRecords(points, cloud.mutable_data()->data());
   return cloud;
 }
 
@@ -146,7 +146,7 @@ absl::Status AppendPoints(const v1::PointCloud& cloud, std::vector<MapPoint>& po
   }
   for (uint32_t i = 0; i < cloud.width(); ++i) {
     MapPoint point;
-    std::memcpy(&point, cloud.data().data() + size_t{cloud.stride()} * i, sizeof(point));
+    std::memcpy(&point, cloud.data().data() + size_t{cloud.stride()} * i, kMapRecordBytes);
     points.push_back(point);
   }
   return absl::OkStatus();

@@ -32,7 +32,7 @@ struct ComposerOptions {
   // it is, and its tiles with it.
   double min_move_m = 0.005;
   // So many tiles at most, all components together, and an eighth of them for one submap: those
-  // with most points. A tile costs some 20 microseconds and 600 bytes however little lies on it,
+  // with most points. A tile costs some 20 microseconds and 700 bytes however little lies on it,
   // and a few megabytes of points strewn over the plane would make millions. What was measured is
   // far from that: these are 105 km2 at 20 m, and a submap's are 13, a road of 10 km seen 650 m to
   // either side. What lies on others is left out of the map, see Composer::left_out.

@@ -14,7 +14,7 @@
 namespace isthmus::rpc {
 namespace {
 
-constexpr size_t kChunkPoints = kResponseBytes / sizeof(MapPoint);
+constexpr size_t kChunkPoints = kResponseBytes / kMapRecordBytes;
 
 Region RegionOf(const RegionQuery& query) {
   Region region;
