@@ -22,6 +22,7 @@ struct MapPoint {
   float x = 0, y = 0, z = 0;
   float intensity = 0;
   uint32_t robot = 0;
+  uint32_t stamp = 0;  // When it was seen last: Unix seconds of the newest submap; 0: not known.
 };
 
 // Axis-aligned box; empty (min > max) until the first Extend.

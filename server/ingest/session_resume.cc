@@ -33,7 +33,7 @@ void SessionWorker::RememberSubmaps(const ResumePoint& resume, Cloud* around) {
 void SessionWorker::Resume(const ResumePoint& resume) {
   for (const StoredSegment& segment : resume.segments) {
     T_odom_last_.reset();  // No way leads from one segment to the next.
-    for (const TrajectoryEntry& entry : segment.trajectory) FollowPose(entry);
+    for (const TrajectoryEntry& entry : segment.trajectory) FollowPose(entry, segment.segment);
     stored_until_ = {segment.segment, segment.next_index};
   }
   const std::optional<SessionCheckpoint>& checkpoint = resume.checkpoint;
@@ -60,7 +60,7 @@ void SessionWorker::Resume(const ResumePoint& resume) {
   status_.scans = state_->counts;
   status_.lost_since_ns = state_->lost_since_ns;
   status_.unsaved[state_->segment] = state_->unfinished;
-  for (const TrajectoryEntry& entry : state_->unfinished) FollowPose(entry);
+  for (const TrajectoryEntry& entry : state_->unfinished) FollowPose(entry, state_->segment);
 }
 
 void SessionWorker::ResumeFromSubmaps(const ResumePoint& resume) {
@@ -95,11 +95,13 @@ void SessionWorker::ResumeFromSubmaps(const ResumePoint& resume) {
 }
 
 // Takes note of where the robot was.
-void SessionWorker::FollowPose(const TrajectoryEntry& entry) {
-  if (T_odom_last_) {
-    status_.travelled_m += (entry.T_odom_sensor.translation() - T_odom_last_->translation()).norm();
+void SessionWorker::FollowPose(const TrajectoryEntry& entry, uint32_t segment) {
+  if (newest_) {
+    status_.travelled_m +=
+        (entry.T_odom_sensor.translation() - newest_->pose.translation()).norm();
   }
-  T_odom_last_ = entry.T_odom_sensor;
+  newest_ = {entry.stamp_ns, entry.T_odom_sensor};
+  newest_segment_ = segment;
 }
 
 }  // namespace isthmus::ingest

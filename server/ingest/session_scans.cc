@@ -231,7 +231,7 @@ void SessionWorker::TakeResult(const floam::OdometryResult& result, ScanAck* ack
   status_.input = InputText(state_->decoder.fields(), result);
   if (!status_.resumed.empty()) absl::StrAppend(&status_.input, "; ", status_.resumed);
   if (lost) return;
-  FollowPose(entry);
+  FollowPose(entry, state_->segment);
   status_.unsaved[state_->segment].push_back(entry);
 }
 

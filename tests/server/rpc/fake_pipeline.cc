@@ -330,4 +330,48 @@ size_t FakePipeline::submitted() {
   return submitted_;
 }
 
+std::optional<MapStep> FakePipeline::MapSince(const MapMark& known, uint32_t) {
+  MutexLock lock(&mutex_);
+  if (steps_.empty()) return std::nullopt;
+  MapStep step = steps_.back();
+  step.restart = known.run != step.mark.run;
+  if (known.revision == step.mark.revision && !step.restart) {
+    MapStep none;
+    none.mark = step.mark;
+    return none;
+  }
+  return step;
+}
+
+std::vector<RobotPlace> FakePipeline::RobotPlaces() {
+  MutexLock lock(&mutex_);
+  return places_;
+}
+
+uint64_t FakePipeline::OnMap(std::function<void()> wake) {
+  MutexLock lock(&mutex_);
+  map_wakes_[next_wake_] = std::move(wake);
+  return next_wake_++;
+}
+
+void FakePipeline::ForgetMap(uint64_t handle) {
+  MutexLock lock(&mutex_);
+  map_wakes_.erase(handle);
+}
+
+void FakePipeline::ShowStep(MapStep step) {
+  std::vector<std::function<void()>> wakes;
+  {
+    MutexLock lock(&mutex_);
+    steps_.push_back(std::move(step));
+    for (const auto& [handle, wake] : map_wakes_) wakes.push_back(wake);
+  }
+  for (const auto& wake : wakes) wake();
+}
+
+void FakePipeline::PutRobots(std::vector<RobotPlace> places) {
+  MutexLock lock(&mutex_);
+  places_ = std::move(places);
+}
+
 }  // namespace isthmus::rpc
