@@ -3,6 +3,8 @@
 #include <absl/container/flat_hash_set.h>
 
 #include <algorithm>
+#include <bit>
+#include <cmath>
 #include <optional>
 #include <utility>
 
@@ -50,21 +52,57 @@ class Shape {
   const bool has_box_;
 };
 
-// Lets one point per voxel pass.
+// Lets one point per voxel of a resolution pass, and knows which points need not be looked at.
+//
+// Where the voxels are whole blocks of the map's own, the points of a coarse level of detail say
+// which of them have points: all others would be thinned away.
 class Thinning {
  public:
-  explicit Thinning(double resolution_m) {
-    if (resolution_m > 0) grid_.emplace(resolution_m);
+  Thinning(double resolution_m, const TiledMap::Scale& scale)
+      : own_grid_(scale.voxel_m), tile_voxels_(scale.tile_voxels) {
+    if (!(resolution_m > 0)) return;
+    grid_.emplace(resolution_m);
+    const double ratio = resolution_m / scale.voxel_m, whole = std::round(ratio);
+    // A share of a voxel that nobody means by a resolution, but that decimals make.
+    constexpr double kTolerance = 1e-6;
+    if (whole < 1 || whole > kMaxBlock || std::abs(ratio - whole) > kTolerance * whole) return;
+    block_ = static_cast<int32_t>(whole);
+    level_ = static_cast<uint32_t>(std::countr_zero(static_cast<uint32_t>(block_)));
+    level_ = std::min(level_, kDetailLevels - 1);
   }
-  bool Passes(const Point& p) {
-    if (!grid_) return true;
-    const auto voxel = grid_->Find(p.x, p.y, p.z);
+
+  // The level of detail that is enough of a tile that lies in the region as a whole; a part of a
+  // tile may have points in a voxel of which the coarse level has one outside.
+  uint32_t level(bool whole_tile) const { return whole_tile ? level_ : 0; }
+  // To be called before each tile: so many parts are read, of this level.
+  void BeginTile(size_t parts, uint32_t level) {
+    const bool divides = block_ > 0 && tile_voxels_ % block_ == 0;
+    if (divides) seen_.clear();  // No voxel lies on two tiles.
+    passes_all_ = !grid_ || (divides && parts == 1 && block_ == 1 << level);
+  }
+  bool Passes(const TilePoint& p) {
+    if (passes_all_) return true;
+    auto voxel = (block_ > 0 ? own_grid_ : *grid_).Find(p.x, p.y, p.z);
     // So fine a grid over so large a map that it has no number for the voxel: nothing to thin.
-    return !voxel || seen_.insert(PackVoxel(*voxel)).second;
+    if (!voxel) return true;
+    if (block_ > 1) voxel = Voxel{Divide(voxel->x), Divide(voxel->y), Divide(voxel->z)};
+    return seen_.insert(PackVoxel(*voxel)).second;
   }
 
  private:
-  std::optional<VoxelGrid> grid_;
+  // The largest block that is counted in the map's own voxels: as many as there are along an axis.
+  static constexpr double kMaxBlock = 1 << 20;  // Layout
+
+  int32_t Divide(int32_t index) const {  // Rounds down.
+    return index >= 0 ? index / block_ : -((-index - 1) / block_) - 1;
+  }
+
+  const VoxelGrid own_grid_;
+  const int32_t tile_voxels_;
+  std::optional<VoxelGrid> grid_;  // None: as composed.
+  int32_t block_ = 0;              // Own voxels along an edge of one of the grid; 0: not whole.
+  uint32_t level_ = 0;
+  bool passes_all_ = false;  // On this tile.
   absl::flat_hash_set<uint64_t> seen_;
 };
 
@@ -75,8 +113,8 @@ class ChunkWriter {
       : chunk_(std::max<size_t>(chunk, 1)), emit_(emit) {}
 
   // False once the reader has had enough.
-  bool Write(const Point& p, uint32_t robot) {
-    buffer_.push_back({p.x, p.y, p.z, p.intensity, robot});
+  bool Write(const TilePoint& p, uint32_t robot) {
+    buffer_.push_back({p.x, p.y, p.z, p.intensity, robot, p.stamp});
     return buffer_.size() < chunk_ || Flush();
   }
   bool Flush() {
@@ -94,13 +132,23 @@ class ChunkWriter {
 }  // namespace
 
 TiledMap::TiledMap(int64_t revision, const std::vector<Robot>& robots,
-                   std::vector<Component> components, uint64_t missing_submaps)
-    : revision_(revision), missing_submaps_(missing_submaps), components_(std::move(components)) {
+                   std::vector<Component> components, const Scale& scale,
+                   std::shared_ptr<MadeTiles> made, uint64_t missing_submaps)
+    : revision_(revision),
+      missing_submaps_(missing_submaps),
+      scale_(scale),
+      grid_(scale.voxel_m),
+      made_(std::move(made)),
+      components_(std::move(components)) {
   for (const Robot& robot : robots) {
     if (index_of_number_.size() <= robot.number) index_of_number_.resize(robot.number + 1);
     index_of_number_[robot.number] = static_cast<uint32_t>(robots_.size());
     robots_.push_back(robot.id);
   }
+}
+
+const TiledMap::Component* TiledMap::Find(uint32_t component) const {
+  return component < components_.size() ? &components_[component] : nullptr;
 }
 
 uint64_t TiledMap::point_count(uint32_t component) const {
@@ -115,29 +163,34 @@ const std::vector<TilePtr>& TiledMap::tiles(uint32_t component) const {
   return component < components_.size() ? components_[component].tiles : NoComponent().tiles;
 }
 
-bool TiledMap::HasPointsOf(const Tile& tile, int robot) const {
-  if (robot < 0) return true;
-  return std::any_of(tile.parts().begin(), tile.parts().end(), [&](const TilePart& part) {
-    return index_of_number_[part.robot] == static_cast<uint32_t>(robot);
-  });
+size_t TiledMap::PartsOf(const Tile& tile, int robot) const {
+  if (robot < 0) return tile.parts().size();
+  return static_cast<size_t>(
+      std::count_if(tile.parts().begin(), tile.parts().end(), [&](const TilePart& part) {
+        return index_of_number_[part.robot] == static_cast<uint32_t>(robot);
+      }));
 }
 
 absl::Status TiledMap::Read(const Region& region, size_t chunk, const Emit& emit) const {
   const Shape shape(region);
-  Thinning thinning(region.resolution_m);
+  Thinning thinning(region.resolution_m, scale_);
   ChunkWriter writer(chunk, emit);
   for (const TilePtr& tile : tiles(region.component)) {
     if (!shape.Touches(tile->bounds())) continue;
     const bool whole = shape.ContainsAll(tile->bounds());
-    if (!HasPointsOf(*tile, region.robot)) continue;
-    const absl::StatusOr<std::shared_ptr<const Cloud>> points = tile->Points();
-    if (!points.ok()) return points.status();
-    for (const TilePart& part : tile->parts()) {
-      const uint32_t robot = index_of_number_[part.robot];
+    const size_t parts = PartsOf(*tile, region.robot);
+    if (parts == 0) continue;
+    const uint32_t level = thinning.level(whole);
+    thinning.BeginTile(parts, level);
+    const absl::StatusOr<TilePoints> read = tile->Points(level);
+    if (!read.ok()) return read.status();
+    for (size_t part = 0; part < read->ranges.size(); ++part) {
+      const uint32_t robot = index_of_number_[tile->parts()[part].robot];
       if (region.robot >= 0 && robot != static_cast<uint32_t>(region.robot)) continue;
-      for (uint32_t i = part.begin; i < part.end; ++i) {
-        const Point& p = (**points)[i];
-        if (!whole && !shape.Contains(p.Position().cast<double>())) continue;
+      const auto [begin, end] = read->ranges[part];
+      for (uint32_t i = begin; i < end; ++i) {
+        const TilePoint& p = (*read->points)[i];
+        if (!whole && !shape.Contains(Eigen::Vector3d(p.x, p.y, p.z))) continue;
         if (thinning.Passes(p) && !writer.Write(p, robot)) return absl::OkStatus();
       }
     }

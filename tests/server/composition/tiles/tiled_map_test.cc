@@ -120,6 +120,42 @@ TEST_F(RegionRead, ResolutionThinsToOnePointPerVoxel) {
   }
 }
 
+// However the voxels lie to the tiles', levels and the region's faces; read from a coarse level or
+// not. The robots of this map lie over each other.
+TEST_F(RegionRead, ResolutionsInWholeVoxelsThinToOnePointPerVoxelOfTheRegion) {
+  std::uniform_real_distribution<double> place(-35, 20), size(5, 40);
+  for (const int block : {1, 2, 3, 4, 6, 8, 10, 16, 18, 64, 90, 128, 256}) {
+    Region region;
+    region.resolution_m = block * 0.1;
+    for (int round = 0; round < 6; ++round) {
+      if (round > 0) {
+        const Eigen::Vector3d corner(place(rng_), place(rng_), -3);
+        region.box = MakeBox(corner, corner + Eigen::Vector3d(size(rng_), size(rng_), 9));
+      }
+      region.robot = round % 4 - 1;
+      const auto voxel_of = [&](const MapPoint& p) {
+        const auto index = [&](float at) {
+          return std::floor(std::floor(at * 10.f) / static_cast<float>(block));
+        };
+        return std::make_tuple(index(p.x), index(p.y), index(p.z));
+      };
+      std::set<std::tuple<float, float, float>> expected, got;
+      for (const MapPoint& p : all_) {
+        if (region.robot >= 0 && p.robot != static_cast<uint32_t>(region.robot)) continue;
+        if (round > 0 && !region.box.Contains({p.x, p.y, p.z})) continue;
+        expected.insert(voxel_of(p));
+      }
+      const auto thinned = ReadAll(*map_, region);
+      for (const MapPoint& p : thinned) {
+        got.insert(voxel_of(p));
+        EXPECT_TRUE(round == 0 || region.box.Contains({p.x, p.y, p.z}));
+      }
+      ASSERT_EQ(got, expected) << block;
+      ASSERT_EQ(thinned.size(), expected.size()) << block;
+    }
+  }
+}
+
 TEST_F(RegionRead, SenselessResolutionReadsAsComposed) {
   for (const double resolution : {-1., std::numeric_limits<double>::quiet_NaN()}) {
     Region region;
