@@ -77,7 +77,7 @@ absl::StatusOr<HeightBand> CheckedHeights(const v1::HeightBand& message) {
                                                  heights.max_m, ": give the lower one first"));
 }
 
-absl::StatusOr<OrientedBox> Checked(const v1::OrientedBox& message) {
+absl::StatusOr<OrientedBox> CheckedShape(const v1::OrientedBox& message) {
   const auto pose = Checked(message.t_map_box(), "t_map_box");
   if (!pose.ok()) return pose.status();
   const auto size = Checked(message.size(), "size");
@@ -86,7 +86,7 @@ absl::StatusOr<OrientedBox> Checked(const v1::OrientedBox& message) {
   return absl::InvalidArgumentError("size of oriented_box: give three positive numbers");
 }
 
-absl::StatusOr<Polygon> Checked(const v1::Polygon& message) {
+absl::StatusOr<Polygon> CheckedShape(const v1::Polygon& message) {
   if (message.corners_size() < 3 || message.corners_size() > kMaxCorners) {
     return absl::InvalidArgumentError(absl::StrCat("the polygon has ", message.corners_size(),
                                                    " corners: give 3 to ", kMaxCorners));
@@ -106,7 +106,7 @@ absl::StatusOr<Polygon> Checked(const v1::Polygon& message) {
   return polygon;
 }
 
-absl::StatusOr<Corridor> Checked(const v1::Corridor& message) {
+absl::StatusOr<Corridor> CheckedShape(const v1::Corridor& message) {
   if (message.path_size() < 1 || message.path_size() > kMaxCorners) {
     return absl::InvalidArgumentError(absl::StrCat("the corridor's path has ", message.path_size(),
                                                    " points: give 1 to ", kMaxCorners));
@@ -169,7 +169,7 @@ void PutRegion(const Record& record, Message& message) {
 
 template <typename Part, typename Record>
 absl::Status TakeShape(const Part& part, Record& record) {
-  auto shape = Checked(part);
+  auto shape = CheckedShape(part);
   if (!shape.ok()) return shape.status();
   record.shape = *std::move(shape);
   return absl::OkStatus();
@@ -225,8 +225,8 @@ absl::Status TakeAttributes(const v1::QueryRegionRequest& request, RegionQuery& 
         query.wants_stamp = true;
         break;
       default:
-        return absl::InvalidArgumentError(absl::StrCat(
-            "attribute ", attribute, " is none: give INTENSITY, ROBOT or LAST_SEEN"));
+        return absl::InvalidArgumentError(
+            absl::StrCat("attribute ", attribute, " is none: give INTENSITY, ROBOT or LAST_SEEN"));
     }
   }
   return absl::OkStatus();

@@ -11,22 +11,23 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little);
 
-constexpr char kMagic[] = {'P', 'T', 'S', '1'};
-constexpr double kSteps = 65535;  // Layout.
+constexpr char kTileMagic[] = {'P', 'T', 'S', '1'};
+constexpr double kPositionSteps = 65535;  // Layout.
 
 // What precedes the columns.
-struct Header {
+struct TileHeader {
   char magic[4];
   uint32_t count;
   double origin[3], scale[3];
 };
-static_assert(sizeof(Header) == 56);
+static_assert(sizeof(TileHeader) == 56);
 // 3 * u16 position, intensity, robot, last seen. The columns before the last take a multiple of 8.
-constexpr size_t kBytesPerPoint = 12;
+constexpr size_t kBytesPerTilePoint = 12;
 
-uint16_t Rounded(double value, double origin, double scale) {
+uint16_t StepOf(double value, double origin, double scale) {
   if (!(scale > 0)) return 0;
-  return static_cast<uint16_t>(std::clamp(std::round((value - origin) / scale), 0.0, kSteps));
+  return static_cast<uint16_t>(
+      std::clamp(std::round((value - origin) / scale), 0.0, kPositionSteps));
 }
 
 uint8_t ByteOf(float intensity) {
@@ -39,15 +40,15 @@ uint8_t ByteOf(float intensity) {
 std::string WriteTilePoints(const std::vector<MapPoint>& points) {
   Box bounds;
   for (const MapPoint& p : points) bounds.Extend(Eigen::Vector3d(p.x, p.y, p.z));
-  Header header{{kMagic[0], kMagic[1], kMagic[2], kMagic[3]},
-                static_cast<uint32_t>(points.size()),
-                {},
-                {}};
+  TileHeader header{{kTileMagic[0], kTileMagic[1], kTileMagic[2], kTileMagic[3]},
+                    static_cast<uint32_t>(points.size()),
+                    {},
+                    {}};
   for (int axis = 0; axis < 3 && !points.empty(); ++axis) {
     header.origin[axis] = bounds.min[axis];
-    header.scale[axis] = (bounds.max[axis] - bounds.min[axis]) / kSteps;
+    header.scale[axis] = (bounds.max[axis] - bounds.min[axis]) / kPositionSteps;
   }
-  std::string bytes(sizeof(header) + kBytesPerPoint * points.size(), '\0');
+  std::string bytes(sizeof(header) + kBytesPerTilePoint * points.size(), '\0');
   std::memcpy(bytes.data(), &header, sizeof(header));
   char* position = bytes.data() + sizeof(header);
   char* intensity = position + 6 * points.size();
@@ -56,7 +57,7 @@ std::string WriteTilePoints(const std::vector<MapPoint>& points) {
   for (const MapPoint& p : points) {
     const double at[] = {p.x, p.y, p.z};
     for (int axis = 0; axis < 3; ++axis, position += sizeof(uint16_t)) {
-      const uint16_t step = Rounded(at[axis], header.origin[axis], header.scale[axis]);
+      const uint16_t step = StepOf(at[axis], header.origin[axis], header.scale[axis]);
       std::memcpy(position, &step, sizeof(step));
     }
     *intensity++ = static_cast<char>(ByteOf(p.intensity));
@@ -69,12 +70,12 @@ std::string WriteTilePoints(const std::vector<MapPoint>& points) {
 
 absl::StatusOr<std::vector<MapPoint>> ReadTilePoints(absl::string_view bytes) {
   const auto damaged = [] { return absl::DataLossError("these bytes are no points of a tile"); };
-  Header header;
+  TileHeader header;
   if (bytes.size() < sizeof(header)) return damaged();
   std::memcpy(&header, bytes.data(), sizeof(header));
-  if (!std::equal(std::begin(kMagic), std::end(kMagic), header.magic)) return damaged();
+  if (!std::equal(std::begin(kTileMagic), std::end(kTileMagic), header.magic)) return damaged();
   const size_t count = header.count;
-  if (bytes.size() != sizeof(header) + kBytesPerPoint * count) return damaged();
+  if (bytes.size() != sizeof(header) + kBytesPerTilePoint * count) return damaged();
   const char* const position = bytes.data() + sizeof(header);
   const char* const intensity = position + 6 * count;
   std::vector<MapPoint> points(count);

@@ -10,7 +10,8 @@ namespace {
 std::array<Eigen::Vector3d, 8> CornersOf(const Box& box) {
   std::array<Eigen::Vector3d, 8> corners;
   for (unsigned i = 0; i < 8; ++i) {
-    corners[i] = {(i & 1) != 0 ? box.max.x() : box.min.x(), (i & 2) != 0 ? box.max.y() : box.min.y(),
+    corners[i] = {(i & 1) != 0 ? box.max.x() : box.min.x(),
+                  (i & 2) != 0 ? box.max.y() : box.min.y(),
                   (i & 4) != 0 ? box.max.z() : box.min.z()};
   }
   return corners;

@@ -87,8 +87,9 @@ struct RegionQuery {
   // At most so many points: the finest of the resolution and its doubles that allows for it. 0: no
   // limit.
   uint64_t max_points = 0;
-  std::vector<SessionId> sessions = {};      // That saw the points last; empty: any.
-  int64_t seen_from_ns = 0, seen_to_ns = 0;  // When they were seen last, ends included; 0: any time.
+  std::vector<SessionId> sessions = {};  // That saw the points last; empty: any.
+  int64_t seen_from_ns = 0,
+          seen_to_ns = 0;  // When they were seen last, ends included; 0: any time.
   bool wants_intensity = true, wants_robot = true, wants_stamp = false;
   // Sent compressed, coordinates rounded to so much; absent: as they are.
   std::optional<double> rounding_m = std::nullopt;
@@ -112,7 +113,8 @@ enum class ExportFormat {
   kOctoMapFull,    // .ot
 };
 
-// An OctoMap has the voxels whose middle lies in box, sphere or shape, as rays of that robot found them.
+// An OctoMap has the voxels whose middle lies in box, sphere or shape, as rays of that robot found
+// them.
 struct ExportRequest {
   ExportFormat format = ExportFormat::kPcdBinaryCompressed;
   uint32_t component = 0;

@@ -33,7 +33,7 @@ struct SessionLoad {
   uint64_t scans_skipped = 0;                        // Since the session began.
   Tracking tracking = Tracking::kUnknown;            // As of the newest scan.
   int64_t lost_since_ns =
-      0;                    // By the robot's clock: END of the first lost scan; 0: it is not lost.
+      0;  // By the robot's clock: END of the first lost scan; 0: it is not lost.
   // T_odom_sensor of the newest scan that could be tracked, and whose segment's odom that is.
   std::optional<StampedPose> newest;
   uint32_t newest_segment = 1;

@@ -97,8 +97,7 @@ void SessionWorker::ResumeFromSubmaps(const ResumePoint& resume) {
 // Takes note of where the robot was.
 void SessionWorker::FollowPose(const TrajectoryEntry& entry, uint32_t segment) {
   if (newest_) {
-    status_.travelled_m +=
-        (entry.T_odom_sensor.translation() - newest_->pose.translation()).norm();
+    status_.travelled_m += (entry.T_odom_sensor.translation() - newest_->pose.translation()).norm();
   }
   newest_ = {entry.stamp_ns, entry.T_odom_sensor};
   newest_segment_ = segment;

@@ -146,7 +146,8 @@ class SessionWorker : public std::enable_shared_from_this<SessionWorker> {
   // odom frame, to `around` if it is not null.
   void RememberSubmaps(const ResumePoint& resume, Cloud* around)
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  void FollowPose(const TrajectoryEntry& entry, uint32_t segment) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void FollowPose(const TrajectoryEntry& entry, uint32_t segment)
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   // For sessions without a checkpoint, or without a usable one.
   void ResumeFromSubmaps(const ResumePoint& resume) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   bool KeepsNewest() const { return record_.when_behind == WhenBehind::kKeepNewest; }

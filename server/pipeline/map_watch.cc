@@ -57,8 +57,8 @@ bool AreSame(const MatchEdge& a, const MatchEdge& b) {
   };
   const auto figures = [](const MatchEdge& edge) {
     const Match& match = edge.match;
-    return std::tuple(match.state, match.reason, match.computed_ns, match.confidence,
-                      match.cycle_m, match.cycle_deg, edge.in_tree);
+    return std::tuple(match.state, match.reason, match.computed_ns, match.confidence, match.cycle_m,
+                      match.cycle_deg, edge.in_tree);
   };
   return figures(a) == figures(b) && AreSame(a.match.T_a_b, b.match.T_a_b) &&
          a.match.detail == b.match.detail && said(a) == said(b);
@@ -112,7 +112,8 @@ MapWatch::StatePtr MapWatch::Describe(std::shared_ptr<const MapView> view,
   state->view = std::move(view);
   state->map = std::move(map);
   state->levels = LevelsOf(*state->map);
-  for (uint32_t c = 0; c < state->levels.size(); ++c) Append(state->map->Tiles(c, 0), &state->tiles);
+  for (uint32_t c = 0; c < state->levels.size(); ++c)
+    Append(state->map->Tiles(c, 0), &state->tiles);
   return state;
 }
 

@@ -77,10 +77,10 @@ class MapWatch {
   bool is_active_ ABSL_GUARDED_BY(mutex_) = false;
   std::shared_ptr<const MapView> view_ ABSL_GUARDED_BY(mutex_);  // Until it is active.
   std::shared_ptr<const ComposedMap> map_ ABSL_GUARDED_BY(mutex_);
-  StatePtr state_ ABSL_GUARDED_BY(mutex_);                    // From then on; may be null.
-  std::deque<Change> changes_ ABSL_GUARDED_BY(mutex_);        // Oldest first.
-  size_t logged_ ABSL_GUARDED_BY(mutex_) = 0;                 // In them.
-  int64_t known_from_ ABSL_GUARDED_BY(mutex_) = 0;            // Of no earlier revision.
+  StatePtr state_ ABSL_GUARDED_BY(mutex_);              // From then on; may be null.
+  std::deque<Change> changes_ ABSL_GUARDED_BY(mutex_);  // Oldest first.
+  size_t logged_ ABSL_GUARDED_BY(mutex_) = 0;           // In them.
+  int64_t known_from_ ABSL_GUARDED_BY(mutex_) = 0;      // Of no earlier revision.
   uint64_t next_handle_ ABSL_GUARDED_BY(mutex_) = 1;
   std::map<uint64_t, std::function<void()>> wakes_ ABSL_GUARDED_BY(mutex_);
 };

@@ -77,8 +77,9 @@ absl::StatusOr<std::set<SessionId>> AllSegments(server::Pipeline& pipeline,
 }
 
 // A point says who saw it last and when, which is a submap's time.
-absl::StatusOr<std::function<bool(const MapPoint&)>> SeenBy(
-    server::Pipeline& pipeline, const ComposedMap& map, const std::vector<SessionId>& wanted) {
+absl::StatusOr<std::function<bool(const MapPoint&)>> SeenBy(server::Pipeline& pipeline,
+                                                            const ComposedMap& map,
+                                                            const std::vector<SessionId>& wanted) {
   const auto sessions = AllSegments(pipeline, wanted);
   if (!sessions.ok()) return sessions.status();
   const auto submaps = pipeline.ListSubmaps(std::nullopt);
@@ -90,8 +91,8 @@ absl::StatusOr<std::function<bool(const MapPoint&)>> SeenBy(
     const auto& robots = map.robots();
     const auto robot = std::find(robots.begin(), robots.end(), submap.info.robot);
     if (robot == robots.end()) continue;
-    seen->insert(key(static_cast<uint64_t>(robot - robots.begin()),
-                     SecondsOf(submap.info.last_stamp_ns)));
+    seen->insert(
+        key(static_cast<uint64_t>(robot - robots.begin()), SecondsOf(submap.info.last_stamp_ns)));
   }
   return [seen, key](const MapPoint& p) { return seen->contains(key(p.robot, p.stamp)); };
 }
@@ -112,8 +113,8 @@ absl::StatusOr<double> FindResolution(const ComposedMap& map, Region region, uin
     if (!status.ok()) return status;
     if (count <= max_points || region.resolution_m > extent) return region.resolution_m;
     if (region.keep_on && !region.keep_on()) return region.resolution_m;  // Who asks is gone.
-    region.resolution_m = region.resolution_m > 0 ? 2 * region.resolution_m
-                                                  : std::max(map.voxel_m(), kFinestM);
+    region.resolution_m =
+        region.resolution_m > 0 ? 2 * region.resolution_m : std::max(map.voxel_m(), kFinestM);
   }
 }
 
@@ -133,8 +134,8 @@ class RegionSender {
   }
   // False once no more can be sent, or need be; see `status`.
   bool Send(const std::vector<MapPoint>& points) {
-    PointPayload payload =
-        convert::ToPayload(points, {query_.wants_intensity, query_.wants_robot, query_.wants_stamp});
+    PointPayload payload = convert::ToPayload(
+        points, {query_.wants_intensity, query_.wants_robot, query_.wants_stamp});
     if (query_.rounding_m && !points.empty()) {
       auto rounded = codec::Quantize(payload, *query_.rounding_m);
       if (!rounded.ok()) status_ = rounded.status();
@@ -151,8 +152,8 @@ class RegionSender {
   }
   // At most as many as are asked for.
   bool SendSome(std::vector<MapPoint> points) {
-    const uint64_t most = query_.max_points == 0 ? std::numeric_limits<uint64_t>::max()
-                                                 : query_.max_points;
+    const uint64_t most =
+        query_.max_points == 0 ? std::numeric_limits<uint64_t>::max() : query_.max_points;
     const uint64_t left = most - std::min(most, next_.points);
     if (points.size() > left) points.resize(left);
     return points.empty() ? false : Send(points);

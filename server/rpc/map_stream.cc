@@ -70,8 +70,8 @@ absl::Status MapStream::BeginWatch(grpc::ByteBuffer* message) {
   v1::WatchMapRequest request;
   if (absl::Status status = ReadMessage(message, &request); !status.ok()) return status;
   if (request.level() > kMaxTileLevel) {
-    return absl::InvalidArgumentError(absl::StrCat("no map has a level ", request.level(),
-                                                   ": give ", kMaxTileLevel, " at most"));
+    return absl::InvalidArgumentError(
+        absl::StrCat("no map has a level ", request.level(), ": give ", kMaxTileLevel, " at most"));
   }
   known_ = {request.run(), request.from_revision()};
   level_ = request.level();
@@ -98,8 +98,8 @@ std::optional<v1::WatchMapResponse> MapStream::NextPart() {
   if (!parts_ && has_news_) {
     has_news_ = false;
     std::optional<MapStep> step = call().pipeline().MapSince(known_, level_);
-    const bool is_new = step && (step->restart || !has_written_ ||
-                                 step->mark.revision != known_.revision);
+    const bool is_new =
+        step && (step->restart || !has_written_ || step->mark.revision != known_.revision);
     if (is_new) {
       known_ = step->mark;
       parts_.emplace(*std::move(step));

@@ -36,8 +36,7 @@ bool SendCloud(const Call& call, const std::vector<MapPoint>& points, v1::GetTil
                TileWriter* writer) {
   for (size_t at = 0; at == 0 || at < points.size(); at += kChunkPoints) {
     const auto begin = points.begin() + static_cast<std::ptrdiff_t>(at);
-    const auto count =
-        static_cast<std::ptrdiff_t>(std::min(kChunkPoints, points.size() - at));
+    const auto count = static_cast<std::ptrdiff_t>(std::min(kChunkPoints, points.size() - at));
     *response.mutable_cloud() = convert::ToMessage(
         convert::ToPayload({begin, begin + count}, {true, true, /*stamp=*/true}));
     if (!call.Allowed().ok() || !writer->Write(response)) return false;

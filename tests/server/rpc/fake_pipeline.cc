@@ -22,12 +22,20 @@ Box FakeMap::bounds(uint32_t) const {
 
 absl::Status FakeMap::Read(const Region& region, size_t chunk, const Emit& emit) const {
   std::vector<MapPoint> found;
+  uint64_t skipped = 0;
   for (const MapPoint& point : points_) {
     const Eigen::Vector3d p(point.x, point.y, point.z);
     if (region.component != 0) continue;
     if (!region.box.empty() && !region.box.Contains(p)) continue;
     if (region.has_sphere && (p - region.center).norm() > region.radius_m) continue;
     if (region.robot >= 0 && point.robot != static_cast<uint32_t>(region.robot)) continue;
+    if (region.shape != nullptr && !region.shape->Contains(p)) continue;
+    if (point.stamp < region.seen_from || point.stamp > region.seen_to) continue;
+    if (region.keep && !region.keep(point)) continue;
+    if (skipped < region.skip) {
+      ++skipped;
+      continue;
+    }
     found.push_back(point);
     if (found.size() < chunk) continue;
     if (!emit(found)) return absl::OkStatus();
