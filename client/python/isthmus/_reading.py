@@ -190,9 +190,9 @@ class Reading:
         """Changes of the map as they happen, until the client is closed or the caller stops.
 
         Of submaps alone: this asks for the revision every `every_s` seconds, and for what moved
-        where that has grown; `watch_map` is told of tiles and robots too, at once. `since` is the revision that the caller knows (0: none); None:
-        the one at the first question. What is older than the server keeps is told from the
-        beginning (`from_revision` 0).
+        where that has grown; `watch_map` is told of tiles and robots too, at once. `since` is the
+        revision that the caller knows (0: none); None: the one at the first question. What is
+        older than the server keeps is told from the beginning (`from_revision` 0).
         """
         known = self.get_map_info().revision if since is None else since
         while not self._link.closed.is_set():
