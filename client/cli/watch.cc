@@ -17,6 +17,7 @@ namespace {
 struct WatchOptions {
   ServerOptions server;
   uint32_t level = 0;
+  uint64_t steps = 0;  // 0: without end.
   bool robots = false, json = false;
 };
 
@@ -96,20 +97,23 @@ int RunWatch(const WatchOptions& options) {
   const auto client = Connect(options.server);
   if (!client.ok()) return FailServer(client.status());
   MapMark known;
+  uint64_t shown = 0;
   const auto take = [&](const MapStep& step) {
     known = step.mark;
+    if (!HasMapNews(step) && !options.robots) return true;
     if (!options.json) {
       PrintText(step, options.robots);
-    } else if (HasMapNews(step) || options.robots) {
+    } else {
       const auto replace = Json::error_handler_t::replace;
       absl::PrintF("%s\n", Versioned(ToJson(step)).dump(-1, ' ', false, replace));
     }
     std::fflush(stdout);
-    return true;
+    return ++shown != options.steps;
   };
   constexpr size_t kMaxLine = 400;
   while (true) {
     const absl::Status status = (*client)->WatchMap(known, options.level, take);
+    if (status.ok()) return kOk;
     if (!absl::IsUnavailable(status)) return FailServer(status);
     absl::FPrintF(stderr, "isthmus: %s; trying on\n", isthmus::LineOf(status.message(), kMaxLine));
   }
@@ -123,6 +127,8 @@ void AddWatch(CLI::App& app, Action& action) {
   AddServerOptions(*command, options->server);
   command->add_option("--level", options->level, "Tiles of this level of detail; 0: of the map")
       ->check(CLI::Range(0, 30))
+      ->capture_default_str();
+  command->add_option("--steps", options->steps, "End after so many steps; 0: go on")
       ->capture_default_str();
   command->add_flag("--robots", options->robots, "Also where robots are, twice a second at most");
   command->add_flag("--json", options->json, "An object a line");
