@@ -40,7 +40,8 @@ absl::Status Client::QueryRegion(const RegionQuery& query,
       out.revision = part.revision();
       out.resolution_m = part.resolution_m();
       out.next = convert::FromMessage(part.next());
-      if (!part.robots().empty()) out.robots.assign(part.robots().begin(), part.robots().end());
+      if (!part.robots().empty()) out.robots.clear();
+      for (const std::string& robot : part.robots()) out.robots.emplace_back(robot);
       out.points.clear();
       failure = AppendReceived(std::move(*part.mutable_cloud()), &out.points);
       has_started = true;

@@ -20,10 +20,10 @@ void SessionWorker::RememberSubmaps(const ResumePoint& resume, Cloud* around) {
   stored->for_each_submap([&](const Submap& submap) {
     mutex_.AssertHeld();
     state_->odometry.Remember(submap);
-    if (around == nullptr || !T_odom_last_) return;
+    if (around == nullptr || !newest_) return;
     for (const SubmapPoint& point : submap.points) {
       const Eigen::Vector3d p = submap.T_odom_submap * point.Position().cast<double>();
-      if ((p - T_odom_last_->translation()).norm() > options_.odometry.map.radius_m) continue;
+      if ((p - newest_->pose.translation()).norm() > options_.odometry.map.radius_m) continue;
       const Eigen::Vector3f q = p.cast<float>();
       around->push_back({q.x(), q.y(), q.z(), point.intensity});
     }
@@ -32,7 +32,7 @@ void SessionWorker::RememberSubmaps(const ResumePoint& resume, Cloud* around) {
 
 void SessionWorker::Resume(const ResumePoint& resume) {
   for (const StoredSegment& segment : resume.segments) {
-    T_odom_last_.reset();  // No way leads from one segment to the next.
+    newest_.reset();  // No way leads from one segment to the next.
     for (const TrajectoryEntry& entry : segment.trajectory) FollowPose(entry, segment.segment);
     stored_until_ = {segment.segment, segment.next_index};
   }
@@ -53,7 +53,7 @@ void SessionWorker::Resume(const ResumePoint& resume) {
     status_.input = status_.resumed;
     return;
   }
-  if (state_->segment != stored_until_.first) T_odom_last_.reset();
+  if (state_->segment != stored_until_.first) newest_.reset();
   status_.last_sequence = checkpoint->sequence;
   status_.durable_sequence = checkpoint->durable_sequence;
   status_.segment = state_->segment;

@@ -49,19 +49,28 @@ bool AreSame(const Pose& a, const Pose& b) {
   return a.translation() == b.translation() && a.rotation().coeffs() == b.rotation().coeffs();
 }
 
-bool AreSame(const MatchEdge& a, const MatchEdge& b) {
-  const auto said = [](const MatchEdge& edge) {
-    return edge.manual_decision
-               ? std::tuple(edge.manual_decision->given_ns, edge.manual_decision->note)
-               : std::tuple(int64_t{-1}, std::string());
-  };
-  const auto figures = [](const MatchEdge& edge) {
-    const Match& match = edge.match;
+// A match as a view shows it.
+struct Shown {
+  const Match& match;
+  const MapView& view;
+
+  SessionPair pair() const { return {match.a, match.b}; }
+  bool in_tree() const { return std::binary_search(view.tree->begin(), view.tree->end(), pair()); }
+  // When a person said something of it; -1: nobody has.
+  int64_t said_ns() const {
+    const ManualDecision* said = view.manual_decisions.Find(pair());
+    return said == nullptr ? -1 : said->given_ns;
+  }
+};
+
+bool AreSame(const Shown& a, const Shown& b) {
+  const auto figures = [](const Shown& shown) {
+    const Match& match = shown.match;
     return std::tuple(match.state, match.reason, match.computed_ns, match.confidence, match.cycle_m,
-                      match.cycle_deg, edge.in_tree);
+                      match.cycle_deg, shown.in_tree(), shown.said_ns());
   };
   return figures(a) == figures(b) && AreSame(a.match.T_a_b, b.match.T_a_b) &&
-         a.match.detail == b.match.detail && said(a) == said(b);
+         a.match.detail == b.match.detail;
 }
 
 // Without what carries it.
@@ -134,7 +143,7 @@ MapWatch::Change MapWatch::Compare(const State& before, const State& now) {
       *before.view->effective, *now.view->effective,
       [](const Match& match) { return SessionPair(match.a, match.b); },
       [&](const Match& b, const Match& n) {
-        return AreSame(Told(b, *before.view), Told(n, *now.view));
+        return AreSame(Shown{b, *before.view}, Shown{n, *now.view});
       },
       &change.matches);
   return change;
