@@ -83,7 +83,7 @@ RobotPlace FromMessage(const v1::RobotPlace& place) {
 void AddPart(const v1::WatchMapResponse& part, MapStep* step) {
   step->mark = {part.run(), part.revision()};
   step->restart = step->restart || part.restart();
-  step->tile_m = part.tile_m();
+  if (part.tile_m() > 0) step->tile_m = part.tile_m();
   for (const v1::TileInfo& tile : part.tiles()) step->tiles.push_back(FromMessage(tile));
   for (const v1::TileId& tile : part.removed_tiles()) {
     step->removed_tiles.push_back(FromMessage(tile));

@@ -147,7 +147,7 @@ class Client {
   // The tiles of a component at a level of detail, without their points.
   absl::StatusOr<TileList> ListTiles(uint32_t component, uint32_t level = 0);
   // The points of a tile as the map is now, exactly; without them where it is of `have_version`.
-  absl::StatusOr<TilePoints> GetTile(const TileId& id, uint64_t have_version = 0);
+  absl::StatusOr<MapTile> GetTile(const TileId& id, uint64_t have_version = 0);
   // Calls `take` from this thread, at once with what is new since `known`, everything if that says
   // nothing, and then with each change of the map and of where robots are, until it returns false
   // (OK). While it is busy changes add up to one step. Goes on after a lost connection; Unavailable

@@ -36,7 +36,7 @@ absl::Status MapMirror::Fetch(const TileId& id, uint64_t version,
     held_[id] = same->second;
     return absl::OkStatus();
   }
-  absl::StatusOr<TilePoints> got = client_.GetTile(id);
+  absl::StatusOr<MapTile> got = client_.GetTile(id);
   // Gone from the server's newest map: of that another step tells.
   if (absl::IsNotFound(got.status())) return absl::OkStatus();
   if (!got.ok()) return got.status();

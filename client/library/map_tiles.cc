@@ -26,12 +26,12 @@ absl::StatusOr<TileList> Client::ListTiles(uint32_t component, uint32_t level) {
   return ReadList<TileList, v1::ListTilesResponse>(*link_, open, add);
 }
 
-absl::StatusOr<TilePoints> Client::GetTile(const TileId& id, uint64_t have_version) {
+absl::StatusOr<MapTile> Client::GetTile(const TileId& id, uint64_t have_version) {
   v1::GetTileRequest request;
   *request.mutable_id() = convert::ToMessage(id);
   request.set_have_version(have_version);
   request.set_form(v1::GetTileRequest::CLOUD);
-  TilePoints tile;
+  MapTile tile;
   absl::Status failure;  // Found on this side.
   const auto read = [&](Stubs& stubs, grpc::ClientContext& context) {
     tile = {};

@@ -40,7 +40,7 @@ struct MapMark {
 struct MapStep {
   MapMark mark = {};
   bool restart = false;  // The earlier one is none: tiles, submaps and matches are all there are.
-  double tile_m = 0;     // Edge of a tile of level 0.
+  double tile_m = 0;     // Edge of a tile of level 0; 0 where there is no news but of robots.
   std::vector<TileInfo> tiles = {};  // New or changed ones.
   std::vector<TileId> removed_tiles = {};
   std::vector<SubmapPlace> submaps = {};
@@ -59,7 +59,7 @@ struct TileList {
 };
 
 // A tile as a client has it.
-struct TilePoints {
+struct MapTile {
   int64_t revision = 0;  // Of the map that was read.
   TileInfo info = {};
   bool not_modified = false;  // It is of the version that was at hand: there are no points here.
