@@ -9,10 +9,12 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <vector>
 
 #include "core/cloud.h"
+#include "core/geometry/shape.h"
 #include "core/ids.h"
 #include "core/map/submap.h"
 #include "core/pose.h"
@@ -38,6 +40,12 @@ struct Region {
   // Thinned further to one point per such voxel; 0: as composed. The more often two goes into it,
   // in voxels of the map, the less has to be read: of 1.6 m at 0.1 m a hundredth, of 0.5 m all.
   double resolution_m = 0;
+  std::shared_ptr<const Shape> shape = nullptr;  // Map frame; null: everywhere.
+  // MapPoint::stamp, both ends included.
+  uint32_t seen_from = 0, seen_to = std::numeric_limits<uint32_t>::max();
+  std::function<bool(const MapPoint&)> keep = nullptr;  // Null: all. Asked before thinning.
+  uint64_t skip = 0;                        // So many of the points that would come first do not.
+  std::function<bool()> keep_on = nullptr;  // Asked between tiles; false ends it, no error.
 };
 
 // A square of a component's map, of any height: tile (x, y) of a level covers [x, x + 1) times

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <utility>
 
@@ -18,18 +19,25 @@ const TiledMap::Component& NoComponent() {
   return none;
 }
 
-// The geometric part of a region.
-class Shape {
+// Which points a region has, whoever saw them.
+class Selection {
  public:
-  explicit Shape(const Region& region) : region_(region), has_box_(!region.box.empty()) {}
+  explicit Selection(const Region& region)
+      : region_(region),
+        has_box_(!region.box.empty()),
+        is_of_any_time_(region.seen_from == 0 &&
+                        region.seen_to == std::numeric_limits<uint32_t>::max()) {}
 
   bool Touches(const Box& bounds) const {
     if (has_box_ && !region_.box.Intersects(bounds)) return false;
+    if (region_.shape != nullptr && !region_.shape->MayTouch(bounds)) return false;
     if (!region_.has_sphere) return true;
     const Eigen::Vector3d nearest = region_.center.cwiseMax(bounds.min).cwiseMin(bounds.max);
     return InSphere(nearest);
   }
   bool ContainsAll(const Box& bounds) const {
+    if (!is_of_any_time_ || region_.keep) return false;
+    if (region_.shape != nullptr && !region_.shape->ContainsAll(bounds)) return false;
     if (has_box_ && !(region_.box.Contains(bounds.min) && region_.box.Contains(bounds.max))) {
       return false;
     }
@@ -38,8 +46,14 @@ class Shape {
         (region_.center - bounds.min).cwiseAbs().cwiseMax((bounds.max - region_.center).cwiseAbs());
     return InSphere(region_.center + farthest);
   }
-  bool Contains(const Eigen::Vector3d& p) const {
-    return (!has_box_ || region_.box.Contains(p)) && (!region_.has_sphere || InSphere(p));
+  bool Contains(const TilePoint& point, uint32_t robot) const {
+    if (point.stamp < region_.seen_from || point.stamp > region_.seen_to) return false;
+    const Eigen::Vector3d p(point.x, point.y, point.z);
+    if (has_box_ && !region_.box.Contains(p)) return false;
+    if (region_.has_sphere && !InSphere(p)) return false;
+    if (region_.shape != nullptr && !region_.shape->Contains(p)) return false;
+    return !region_.keep ||
+           region_.keep({point.x, point.y, point.z, point.intensity, robot, point.stamp});
   }
 
  private:
@@ -49,7 +63,7 @@ class Shape {
   }
 
   const Region& region_;
-  const bool has_box_;
+  const bool has_box_, is_of_any_time_;
 };
 
 // Lets one point per voxel of a resolution pass, and knows which points need not be looked at.
@@ -109,11 +123,19 @@ class Thinning {
 // Collects points into chunks.
 class ChunkWriter {
  public:
-  ChunkWriter(size_t chunk, const ComposedMap::Emit& emit)
-      : chunk_(std::max<size_t>(chunk, 1)), emit_(emit) {}
+  ChunkWriter(size_t chunk, uint64_t skip, const ComposedMap::Emit& emit)
+      : chunk_(std::max<size_t>(chunk, 1)), skip_(skip), emit_(emit) {}
+
+  // Whether so many would all be left out; they are then.
+  bool Skips(uint64_t points) {
+    if (points > skip_) return false;
+    skip_ -= points;
+    return true;
+  }
 
   // False once the reader has had enough.
   bool Write(const TilePoint& p, uint32_t robot) {
+    if (skip_ > 0) return Skips(1);
     buffer_.push_back({p.x, p.y, p.z, p.intensity, robot, p.stamp});
     return buffer_.size() < chunk_ || Flush();
   }
@@ -125,6 +147,7 @@ class ChunkWriter {
 
  private:
   const size_t chunk_;
+  uint64_t skip_;  // More points are left out.
   const ComposedMap::Emit& emit_;
   std::vector<MapPoint> buffer_;
 };
@@ -172,14 +195,17 @@ size_t TiledMap::PartsOf(const Tile& tile, int robot) const {
 }
 
 absl::Status TiledMap::Read(const Region& region, size_t chunk, const Emit& emit) const {
-  const Shape shape(region);
+  const Selection selection(region);
   Thinning thinning(region.resolution_m, scale_);
-  ChunkWriter writer(chunk, emit);
+  ChunkWriter writer(chunk, region.skip, emit);
   for (const TilePtr& tile : tiles(region.component)) {
-    if (!shape.Touches(tile->bounds())) continue;
-    const bool whole = shape.ContainsAll(tile->bounds());
+    if (region.keep_on && !region.keep_on()) return absl::OkStatus();
+    if (!selection.Touches(tile->bounds())) continue;
+    const bool whole = selection.ContainsAll(tile->bounds());
     const size_t parts = PartsOf(*tile, region.robot);
     if (parts == 0) continue;
+    const bool is_counted = whole && region.robot < 0 && !(region.resolution_m > 0);
+    if (is_counted && writer.Skips(tile->point_count())) continue;
     const uint32_t level = thinning.level(whole);
     thinning.BeginTile(parts, level);
     const absl::StatusOr<TilePoints> read = tile->Points(level);
@@ -190,7 +216,7 @@ absl::Status TiledMap::Read(const Region& region, size_t chunk, const Emit& emit
       const auto [begin, end] = read->ranges[part];
       for (uint32_t i = begin; i < end; ++i) {
         const TilePoint& p = (*read->points)[i];
-        if (!whole && !shape.Contains(Eigen::Vector3d(p.x, p.y, p.z))) continue;
+        if (!whole && !selection.Contains(p, robot)) continue;
         if (thinning.Passes(p) && !writer.Write(p, robot)) return absl::OkStatus();
       }
     }
