@@ -1,7 +1,7 @@
 #include "server/http/listener.h"
 
 #include <absl/strings/str_cat.h>
-#include <absl/strings/strip.h>
+#include <fcntl.h>
 #include <microhttpd.h>
 #include <unistd.h>
 
@@ -54,6 +54,7 @@ class MhdListener final : public Listener {
   KeyTexts keys_;  // Of `daemon_`; the thread's, once there is one, like the following.
   std::string stamp_;
   MHD_Daemon* daemon_ = nullptr;
+  int socket_ = -1;                 // That it accepts from, and closes.
   std::vector<MHD_Daemon*> older_;  // Of other keys: for their connections.
   Mutex mutex_;
   CondVar stop_;
@@ -86,9 +87,9 @@ absl::Status MhdListener::Listen() {
   }
   const size_t colon = options_.listen.rfind(':');
   address_ = absl::StrCat(options_.listen.substr(0, colon), ":", socket->port);
-  daemon_ = Serve(socket->file, keys_);
+  socket_ = socket->file;
+  daemon_ = Serve(socket_, keys_);
   if (daemon_ == nullptr) {
-    close(socket->file);
     return absl::UnavailableError(
         absl::StrCat("cannot serve at ", options_.listen,
                      keys_.key.empty() ? ": there are no threads or files left for it"
@@ -152,13 +153,13 @@ void MhdListener::LookAtKeys() {
   stamp_ = std::move(stamp);
   auto keys = ReadKeyFiles(options_.tls);
   if (!keys.ok() || *keys == keys_) return;  // Half written: the other half will be seen, too.
-  const MHD_socket socket = MHD_quiesce_daemon(daemon_);
-  if (socket == MHD_INVALID_SOCKET) return;
-  MHD_Daemon* next = Serve(socket, *keys);
-  const bool serves = next != nullptr;
-  if (!serves) next = Serve(socket, keys_);  // Of no use: on with those before.
-  if (next == nullptr) return;
-  if (serves) keys_ = *std::move(keys);
+  // Two accept from one socket for a moment.
+  const int copy = fcntl(socket_, F_DUPFD_CLOEXEC, 0);
+  MHD_Daemon* const next = copy < 0 ? nullptr : Serve(copy, *keys);
+  if (next == nullptr) return;  // On with those before.
+  if (const MHD_socket old = MHD_quiesce_daemon(daemon_); old != MHD_INVALID_SOCKET) close(old);
+  socket_ = copy;
+  keys_ = *std::move(keys);
   older_.push_back(std::exchange(daemon_, next));
 }
 

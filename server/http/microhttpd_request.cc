@@ -4,6 +4,7 @@
 #include <absl/strings/str_cat.h>
 #include <arpa/inet.h>
 #include <gnutls/gnutls.h>
+#include <gnutls/x509.h>
 #include <netinet/in.h>
 
 #include <algorithm>

@@ -59,7 +59,7 @@ struct Metrics::State {
   CallMetrics calls;
   Mutex mutex;  // Held while something is looked up.
   std::map<std::string, CountedSite> counted ABSL_GUARDED_BY(mutex);
-  std::vector<MeasuredSite> sites;  // Set before there is a page.
+  std::vector<MeasuredSite> sites;       // Set before there is a page.
   std::unique_ptr<http::Listener> page;  // Likewise.
 
   CountedSite& Find(const std::string& site) {
