@@ -147,7 +147,7 @@ TEST_F(GatewayTest, ThePeerIsTheClientOfHttp) {
   ASSERT_EQ(pipeline_.actors.size(), 1u);
   EXPECT_EQ(pipeline_.actors[0].from, peer);
   EXPECT_EQ(pipeline_.actors[0].request_id, "mine-1");
-  EXPECT_EQ(Call("MapService/GetTransform").code, 404);
+  EXPECT_EQ(Call("MapService/GetTransform", R"({"robotA": "a", "robotB": "b"})").code, 404);
   ASSERT_EQ(failed().size(), 1u);
   EXPECT_THAT(failed()[0].peer, StartsWith("ipv4:127.0.0.1:"));
 

@@ -61,8 +61,11 @@ class WebTest : public testing::Test {
     AccessToken token;
     token.name = name;
     token.role = role;
+    token.sites = {access::kDefaultSite};
     if (role == AccessRole::kRobot) token.robots = {"*"};
-    return tokens_->Create(token)->secret;
+    const auto made = tokens_->Create(token);
+    EXPECT_TRUE(made.ok()) << made.status();
+    return made.ok() ? made->secret : "";
   }
   http::Reply Get(const std::string& target, const std::string& headers = "") const {
     return http::Ask(address_, "GET", target, headers);

@@ -100,17 +100,17 @@ TEST_F(WebServerTest, PagesOfOthersChangeNothing) {
                      R"({"revision": "7"})")
         .code;
   };
-  const std::string json = "Content-Type: application/json\r\n";
-  EXPECT_EQ(undo(json + "Origin: http://evil.example\r\n"), 403);
-  EXPECT_EQ(undo(json + "Origin: http://" + address_ + ".evil.example\r\n"), 403);
-  EXPECT_EQ(undo(json + "Origin: http://127.0.0.1:1\r\n"), 403);  // Another server here.
-  EXPECT_EQ(undo(json + "Origin: null\r\n"), 403);
+  const std::string type = "Content-Type: application/json\r\n";
+  EXPECT_EQ(undo(type + "Origin: http://evil.example\r\n"), 403);
+  EXPECT_EQ(undo(type + "Origin: http://" + address_ + ".evil.example\r\n"), 403);
+  EXPECT_EQ(undo(type + "Origin: http://127.0.0.1:1\r\n"), 403);  // Another server here.
+  EXPECT_EQ(undo(type + "Origin: null\r\n"), 403);
   EXPECT_EQ(undo(""), 400);  // What forms send:
   EXPECT_EQ(undo("Content-Type: text/plain\r\n"), 400);
   EXPECT_EQ(undo("Content-Type: application/x-www-form-urlencoded\r\n"), 400);
   EXPECT_EQ(undo("Content-Type: multipart/form-data; boundary=application/json\r\n"), 400);
   EXPECT_TRUE(pipeline_.actors.empty());
-  EXPECT_EQ(undo(json + "Origin: http://" + address_ + "\r\n"), 200);
+  EXPECT_EQ(undo(type + "Origin: http://" + address_ + "\r\n"), 200);
   EXPECT_EQ(Post("/login", R"({"token": "x"})", "Origin: http://evil.example\r\n").code, 403);
 }
 
