@@ -34,7 +34,8 @@ if(ISTHMUS_WITH_GRPC)
   find_package(gRPC CONFIG REQUIRED)
   # By pkg-config: the CMake files of prometheus-cpp would bring in CURL.
   pkg_check_modules(PROMETHEUS REQUIRED IMPORTED_TARGET prometheus-cpp-core)
-  find_package(civetweb REQUIRED)
+  pkg_check_modules(MICROHTTPD REQUIRED IMPORTED_TARGET libmicrohttpd)
+  pkg_check_modules(GNUTLS REQUIRED IMPORTED_TARGET gnutls)  # That libmicrohttpd does TLS by.
 endif()
 if(ISTHMUS_TESTS)
   find_package(GTest REQUIRED)

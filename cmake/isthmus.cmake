@@ -24,6 +24,9 @@ if(ISTHMUS_FUZZERS)
   target_link_options(isthmus_flags INTERFACE -fsanitize=address)
 endif()
 
+# Also of what the build makes.
+set(ISTHMUS_PYTHON /usr/bin/python3 CACHE FILEPATH "Debian's Python, which has gRPC")
+
 # Hot numeric code is compiled with -O3 (HOT below), the rest with -O2: a tenth less to compile.
 set(CMAKE_CXX_FLAGS_RELEASE "-O2 -DNDEBUG")
 

@@ -212,6 +212,7 @@ v1::ServerStatus ToMessage(const ServerStatus& status) {
     one.set_why(degraded.why);
   }
   FillLoad(status.load, &message);
+  message.set_web_address(status.web_address);
   return message;
 }
 
@@ -228,6 +229,7 @@ ServerStatus FromMessage(const v1::ServerStatus& message) {
     status.degraded.push_back({degraded.service(), degraded.why()});
   }
   status.load = LoadOf(message);
+  status.web_address = message.web_address();
   return status;
 }
 

@@ -122,6 +122,9 @@ void Report(const MapInfo& info, const std::vector<Loop>& loops, const std::stri
 void Report(const ServerStatus& status) {
   const ServerLoad& load = status.load;
   absl::PrintF("version      %s, up %s\n", Printable(status.version), UpTimeText(status.uptime_s));
+  if (!status.web_address.empty()) {
+    absl::PrintF("web          %s\n", Printable(status.web_address));
+  }
   if (load.disk.total_bytes > 0) {
     absl::PrintF("disk         %s used by the map, %s free\n", HumanBytes(load.disk.used_bytes()),
                  HumanBytes(load.disk.free_bytes));

@@ -174,7 +174,8 @@ Json ToJson(const ServerStatus& status) {
               {"prepared_maps", ToJson(load.prepared_maps)},
               {"composed", ToJson(load.composed)},
               {"uploads", status.uploads},
-              {"submaps_coming_in", load.submaps_coming_in}};
+              {"submaps_coming_in", load.submaps_coming_in},
+              {"web_address", status.web_address}};
   for (const DegradedService& one : status.degraded) {
     out["degraded"].push_back({{"service", one.service}, {"why", one.why}});
   }

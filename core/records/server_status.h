@@ -40,6 +40,8 @@ struct ServerStatus {
   std::vector<DegradedService> degraded;
   uint64_t uploads = 0;  // Submaps of the site of which some part has arrived.
   ServerLoad load;
+  // "https://host:port" where browsers are served, as it listens; empty: nowhere.
+  std::string web_address;
 };
 
 }  // namespace isthmus

@@ -10,6 +10,7 @@
 #include "server/metrics/metrics_options.h"
 #include "server/pipeline_options.h"
 #include "server/rpc/server.h"
+#include "server/web/web_options.h"
 #include "storage/sqlite/sqlite_store.h"
 
 namespace isthmus::server {
@@ -17,6 +18,7 @@ namespace isthmus::server {
 struct ServerConfig {
   rpc::ServerOptions rpc;
   metrics::MetricsOptions metrics;
+  web::WebOptions web;  // But for `tls`, which are those of `rpc`.
   PipelineOptions pipeline;
   storage::SqliteOptions storage;
   int cache_mb = 512;  // MiB; see SetCache. Shared by all sites.

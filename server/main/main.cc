@@ -32,6 +32,7 @@
 #include "server/pipeline.h"
 #include "server/rpc/server.h"
 #include "server/rpc/tls.h"
+#include "server/web/web_server.h"
 #include "storage/upkeep/backup_stream.h"
 #include "storage/upkeep/check_store.h"
 
@@ -253,6 +254,17 @@ absl::Status ServeMetrics(const std::vector<OpenMap>& maps, metrics::Metrics* co
   return absl::OkStatus();
 }
 
+// Null: nothing is served to browsers. Their streams end with the server's calls.
+absl::StatusOr<std::unique_ptr<web::WebServer>> ServeWeb(const web::WebOptions& options,
+                                                         rpc::RpcServer& server) {
+  if (options.listen.empty()) return nullptr;
+  auto web = web::WebServer::Start(options, server.InProcessChannel());
+  if (!web.ok()) return web.status();
+  spdlog::info("web at {}", (*web)->url());
+  server.TellWebAddress((*web)->url());
+  return web;
+}
+
 int Run(const Arguments& arguments) {
   if (arguments.check) return Check(arguments.data);
   absl::StatusOr<ServerConfig> config = ServerConfig();
@@ -266,6 +278,11 @@ int Run(const Arguments& arguments) {
   }
   if (absl::Status status = CheckNetwork(config->rpc); !status.ok()) return Fail(kUsage, status);
   if (absl::Status status = metrics::CheckListening(config->metrics); !status.ok()) {
+    return Fail(kUsage, status);
+  }
+  const rpc::TlsOptions& tls = config->rpc.tls;
+  config->web.tls = {tls.certificate, tls.key, tls.client_ca};
+  if (absl::Status status = web::CheckListening(config->web); !status.ok()) {
     return Fail(kUsage, status);
   }
   // A limit on the size of files is a full disk, which is lived with, not the end.
@@ -299,6 +316,8 @@ int Run(const Arguments& arguments) {
   const absl::Cleanup no_more_scrapes = [&] {
     if (counting != nullptr) counting->Stop();
   };
+  const auto web = ServeWeb(config->web, **server);
+  if (!web.ok()) return Fail(kCannotListen, web.status());
   NoteStart(*maps, ISTHMUS_VERSION);
   return ServeUntilSignal(**server, *maps, *config, signal);
 }

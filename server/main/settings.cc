@@ -232,6 +232,20 @@ void AddMetrics(ServerConfig& config, Table& table) {
             "start; the rest are counted together, as (others).");
 }
 
+void AddWeb(ServerConfig& config, Table& table) {
+  table.Section("web");
+  table.AddFile("listen", &config.web.listen,
+                "host:port at which browsers are served: the viewer, and the API over HTTP; port 0 "
+                "takes a free one. With network.tls_certificate by https. \"\": nothing is.");
+  table.Add("insecure", &config.web.insecure,
+            "Whether an address that other machines reach may be served so in plain text, which "
+            "shows tokens to who listens on the way.");
+  table.AddFile("hosts", &config.web.hosts,
+                "Names, separated by spaces, under which a proxy in front is reached, where there "
+                "is one and this server has no TLS. Others are refused, but addresses, localhost "
+                "and the machine's own name.");
+}
+
 void AddStorage(ServerConfig& config, Table& table) {
   table.Section("storage");
   table.Add("sync_every_commit", &config.storage.sync_every_commit,
@@ -452,6 +466,7 @@ std::vector<Setting> SettingsOf(ServerConfig& config) {
   Table table;
   AddNetwork(config, table);
   AddMetrics(config, table);
+  AddWeb(config, table);
   AddStorage(config, table);
   AddArchive(config, table);
   AddRetention(config, table);

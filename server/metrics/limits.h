@@ -1,6 +1,7 @@
 // Judged limits of metrics.
 #pragma once
 
+#include <chrono>
 #include <cstddef>
 
 namespace isthmus::metrics {
@@ -9,12 +10,12 @@ namespace isthmus::metrics {
 // that people look at robot by robot is smaller, and Prometheus keeps a few kB for each series.
 inline constexpr int kNamedRobots = 100;
 
-// Threads that answer scrapes: CivetWeb's, each of one connection at a time, also of one on which
-// half a request came. As many such clients keep the others out for the time below.
-inline constexpr int kHttpThreads = 8;
+// Connections at a time, a thread each, also those on which half a request came. As many such
+// clients keep the others out for the time below.
+inline constexpr size_t kHttpConnections = 8;
 
-// Milliseconds that a client may take to ask, or to read on: it asks in one packet, of one machine
-// or its network.
-inline constexpr int kHttpTimeoutMs = 2'000;
+// The time that a client may take to ask, or to read on: it asks in one packet, of one machine or
+// its network.
+inline constexpr std::chrono::milliseconds kHttpTime{2'000};
 
 }  // namespace isthmus::metrics

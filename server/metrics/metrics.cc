@@ -37,13 +37,8 @@ struct CountedSite {
 
 absl::Status CheckListening(const MetricsOptions& options) {
   if (options.listen.empty()) return absl::OkStatus();
-  if (options.listen.starts_with("unix") || options.listen.find(',') != std::string::npos) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        "metrics are served over TCP at one address: write metrics.listen as HOST:PORT, not \"",
-        options.listen, "\""));
-  }
-  if (absl::Status status = CheckAddress(options.listen, PortZero::kAnyFreeOne); !status.ok()) {
-    return absl::Status(status.code(), absl::StrCat("metrics.listen: ", status.message()));
+  if (absl::Status status = http::CheckTcpAddress("metrics.listen", options.listen); !status.ok()) {
+    return status;
   }
   if (options.insecure || IsThisMachine(options.listen)) return absl::OkStatus();
   return absl::FailedPreconditionError(absl::StrCat(
@@ -64,8 +59,8 @@ struct Metrics::State {
   CallMetrics calls;
   Mutex mutex;  // Held while something is looked up.
   std::map<std::string, CountedSite> counted ABSL_GUARDED_BY(mutex);
-  std::vector<MeasuredSite> sites;  // Set before there is a page.
-  std::unique_ptr<HttpPage> page;   // Likewise.
+  std::vector<MeasuredSite> sites;       // Set before there is a page.
+  std::unique_ptr<http::Listener> page;  // Likewise.
 
   CountedSite& Find(const std::string& site) {
     MutexLock lock(&mutex);
@@ -87,7 +82,7 @@ void Metrics::NoteCall(const std::string& method, absl::StatusCode code, double 
 absl::Status Metrics::Serve(std::vector<MeasuredSite> sites) {
   if (absl::Status status = CheckListening(state_->options); !status.ok()) return status;
   state_->sites = std::move(sites);
-  auto page = HttpPage::Serve(state_->options.listen, kTextFormat, [this] { return Text(); });
+  auto page = ServePage(state_->options.listen, kTextFormat, [this] { return Text(); });
   if (!page.ok()) return page.status();
   state_->page = *std::move(page);
   return absl::OkStatus();

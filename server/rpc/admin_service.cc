@@ -75,6 +75,10 @@ grpc::Status AdminService::GetStatus(grpc::ServerContext* context, const v1::Get
     status.uploads = call.site->staging.under_way();
     status.load = call.pipeline().GetLoad();
     status.degraded = FindDegraded(status.load);
+    {
+      MutexLock lock(&mutex_);
+      status.web_address = web_address_;
+    }
     *response = convert::ToMessage(status);
     return absl::OkStatus();
   });

@@ -7,8 +7,11 @@
 #include <grpcpp/support/sync_stream.h>
 
 #include <cstdint>
+#include <string>
+#include <utility>
 
 #include "core/clock.h"
+#include "core/concurrency/mutex.h"
 #include "core/stopwatch.h"
 #include "isthmus/v1/admin_service.grpc.pb.h"
 #include "server/rpc/gate.h"
@@ -25,10 +28,18 @@ class AdminService final : public v1::AdminService::Service {
   grpc::Status GetStatus(grpc::ServerContext* context, const v1::GetStatusRequest* request,
                          v1::ServerStatus* response) override;
 
+  // Where browsers are served from now on, as ServerStatus has it.
+  void TellWebAddress(std::string address) {
+    MutexLock lock(&mutex_);
+    web_address_ = std::move(address);
+  }
+
  private:
   Gate& gate_;
   const int64_t started_ns_ = Clock::System().NowNs();
   const Stopwatch up_;
+  Mutex mutex_;
+  std::string web_address_ ABSL_GUARDED_BY(mutex_);
 };
 
 }  // namespace isthmus::rpc

@@ -13,6 +13,7 @@
 #include "core/concurrency/thread_role.h"
 #include "server/access/limits.h"
 #include "server/access/permissions.h"
+#include "server/rpc/peer.h"
 
 namespace isthmus::rpc {
 namespace {
@@ -158,8 +159,9 @@ absl::StatusOr<Call> Gate::Admit(const grpc::ServerContextBase& context, absl::s
   const absl::StatusOr<Site*> site = Choose(context, *caller);
   if (!site.ok()) return site.status();
   // A token is one caller wherever it calls from; without, a machine is.
+  const std::string peer = PeerOf(context);
   const std::string who =
-      caller->token.empty() ? MachineOf(context.peer()) : absl::StrCat("token ", caller->token);
+      caller->token.empty() ? MachineOf(peer) : absl::StrCat("token ", caller->token);
   auto ticket = options_.limits->Enter(rpc, who);
   if (!ticket.ok()) return ticket.status();
   Call call;
@@ -168,7 +170,7 @@ absl::StatusOr<Call> Gate::Admit(const grpc::ServerContextBase& context, absl::s
   call.rpc = std::string(rpc);
   call.caller = *std::move(caller);
   call.site = *site;
-  call.peer = context.peer();
+  call.peer = peer;
   call.request_id = GivenRequestId(context);
   if (call.request_id.empty()) call.request_id = absl::StrCat(++calls_);
   call.admission = std::make_shared<Admission>();
@@ -195,7 +197,7 @@ grpc::Status Gate::End(absl::string_view rpc, const absl::Status& status,
     failed.token = call->caller.token;
     failed.site = call->site->name;
   } else {
-    failed.peer = context.peer();
+    failed.peer = PeerOf(context);
     failed.request_id = GivenRequestId(context);
   }
   options_.on_failed_call(failed);

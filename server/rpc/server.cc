@@ -223,7 +223,13 @@ int RpcServer::port() const { return state_->port; }
 std::string RpcServer::address() const { return state_->address; }
 
 std::shared_ptr<grpc::Channel> RpcServer::InProcessChannel() {
-  return state_->server->InProcessChannel(grpc::ChannelArguments());
+  grpc::ChannelArguments arguments;
+  arguments.SetMaxReceiveMessageSize(-1);  // From ourselves.
+  return state_->server->InProcessChannel(arguments);
+}
+
+void RpcServer::TellWebAddress(const std::string& address) {
+  state_->admin.TellWebAddress(address);
 }
 
 void RpcServer::Shutdown(std::chrono::milliseconds grace) {

@@ -113,6 +113,9 @@ class RpcServer {
   // To this server within the process, without a socket; for commands that bring their own server.
   std::shared_ptr<grpc::Channel> InProcessChannel();
 
+  // Has GetStatus say that browsers are served there: "https://host:port".
+  void TellWebAddress(const std::string& address);
+
   // Takes no further calls, ends scan streams once the scans read from them are acknowledged, waits
   // for calls under way, and cancels those that still run after `grace`. Health turns NOT_SERVING
   // at once. The pipeline must still be running: it owes the acknowledgements. Idempotent.

@@ -135,3 +135,4 @@ class ServerStatus:
     storage_problem: str
     uploads: int
     submaps_coming_in: int
+    web_address: str

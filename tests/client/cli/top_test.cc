@@ -53,6 +53,19 @@ class TopTest : public testing::Test {
   std::unique_ptr<rpc::RpcServer> server_;
 };
 
+TEST_F(TopTest, ViewSaysWhereBrowsersFindTheServer) {
+  const ProgramResult none = Ask("view --print");
+  EXPECT_EQ(none.code, 1);
+  EXPECT_THAT(none.err, HasSubstr("web.listen"));
+  server_->TellWebAddress("http://127.0.0.1:8080");
+  EXPECT_EQ(Ask("view --print").out, "http://127.0.0.1:8080\n");
+  EXPECT_THAT(Ask("status").out, HasSubstr("web          http://127.0.0.1:8080\n"));
+  // Of one that listens at all its addresses that which is known here.
+  server_->TellWebAddress("https://0.0.0.0:8443");
+  EXPECT_EQ(Ask("view --print").out, "https://127.0.0.1:8443\n");
+  EXPECT_EQ(json::parse(Ask("status --json").out)["server"]["web_address"], "https://0.0.0.0:8443");
+}
+
 TEST_F(TopTest, PrintsFramesWhereThereIsNoTerminal) {
   const ProgramResult result = Ask("top -n 2 --interval 0.1");
   ASSERT_EQ(result.code, 0) << result.err;

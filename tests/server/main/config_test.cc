@@ -57,6 +57,18 @@ TEST(ConfigTest, MetricsAreOffUntilTheyHaveAnAddress) {
               HasSubstr("unknown section metrics"));
 }
 
+TEST(ConfigTest, BrowsersAreServedOnlyAtAnAddressThatIsNamed) {
+  EXPECT_EQ(ServerConfig().web.listen, "");
+  const auto config =
+      ParseConfig("web: {listen: '0.0.0.0:8080', insecure: true, hosts: 'maps.example b'}\n");
+  ASSERT_TRUE(config.ok()) << config.status();
+  EXPECT_EQ(config->web.listen, "0.0.0.0:8080");
+  EXPECT_TRUE(config->web.insecure);
+  EXPECT_EQ(config->web.hosts, "maps.example b");
+  EXPECT_THAT(ErrorOf("sites: {yard: {web: {insecure: true}}}\n"),
+              HasSubstr("unknown section web"));
+}
+
 TEST(ConfigTest, EveryLimitOfAcceptanceCanBeSet) {
   const auto config = ParseConfig(
       "matching:\n"

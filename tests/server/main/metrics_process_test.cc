@@ -85,7 +85,7 @@ TEST_F(MetricsProcessTest, APortInUseEndsTheStart) {
   ASSERT_NE(address, "") << server_->Errors();
   other_ = Start("b", "metrics: {listen: '" + address + "'}\n");
   EXPECT_EQ(other_->Wait(), 4);
-  EXPECT_THAT(other_->Errors(), HasSubstr("cannot serve metrics at " + address));
+  EXPECT_THAT(other_->Errors(), HasSubstr("cannot listen at " + address));
 }
 
 TEST_F(MetricsProcessTest, OtherMachinesAreLetInOnlyWhereTheSettingsSaySo) {

@@ -22,8 +22,8 @@ using testing::HasSubstr;
 using testing::Not;
 using testing::StartsWith;
 
-std::unique_ptr<HttpPage> Serve(HttpPage::Content content) {
-  return HttpPage::Serve("localhost:0", "text/plain", std::move(content)).value();
+std::unique_ptr<http::Listener> Serve(PageContent content) {
+  return ServePage("localhost:0", "text/plain", std::move(content)).value();
 }
 
 TEST(HttpPageTest, GetAndHeadOfThePageAreAnsweredAndNothingElse) {
@@ -62,7 +62,7 @@ TEST(HttpPageTest, WhatTheContentThrowsIsTheAnswerToThatRequestAlone) {
 TEST(HttpPageTest, AnAddressInUseOrOfNoOneIsAnError) {
   const auto page = Serve([] { return std::string(); });
   for (const std::string& taken : {page->address(), std::string("192.0.2.1:9464")}) {
-    const auto second = HttpPage::Serve(taken, "text/plain", [] { return std::string(); });
+    const auto second = ServePage(taken, "text/plain", [] { return std::string(); });
     EXPECT_TRUE(absl::IsUnavailable(second.status())) << second.status();
     EXPECT_THAT(std::string(second.status().message()), HasSubstr(taken));
   }

@@ -92,7 +92,9 @@ TEST_F(StatusRpcTest, TellsOfTheLoadAndOfWhatIsDegraded) {
     load.disk = {120, 121, 122, 123, uint64_t{1} << 40, uint64_t{2} << 40};
     load.storage_problem = "no room";
   }
+  server_->TellWebAddress("https://0.0.0.0:8443");
   const ServerStatus status = Get(*stubs_);
+  EXPECT_EQ(status.web_address, "https://0.0.0.0:8443");
   const ServerLoad& load = status.load;
   EXPECT_EQ(load.now_ns, 100);
   ASSERT_EQ(load.sessions.size(), 1u);

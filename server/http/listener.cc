@@ -1,0 +1,235 @@
+#include "server/http/listener.h"
+
+#include <absl/strings/str_cat.h>
+#include <fcntl.h>
+#include <microhttpd.h>
+#include <unistd.h>
+
+#include <memory>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "core/address.h"
+#include "core/concurrency/mutex.h"
+#include "server/http/connection_watch.h"
+#include "server/http/key_files.h"
+#include "server/http/listening_socket.h"
+#include "server/http/microhttpd_request.h"
+
+namespace isthmus::http {
+namespace {
+
+class MhdListener final : public Listener {
+ public:
+  MhdListener(const ListenerOptions& options, Handler handler)
+      : options_(options),
+        handler_(std::move(handler)),
+        watch_(options.request_time, options.piece_time) {}
+  ~MhdListener() override;
+
+  absl::Status Listen();
+  std::string address() const override { return address_; }
+
+ private:
+  static MHD_Result OnRequest(void* self, MHD_Connection* connection, const char* path,
+                              const char* method, const char*, const char* data, size_t* size,
+                              void** request);
+  static void OnEnd(void* self, MHD_Connection* connection, void** request,
+                    MHD_RequestTerminationCode);
+  static void OnConnection(void* self, MHD_Connection* connection, void** link,
+                           MHD_ConnectionNotificationCode what);
+  static Link* LinkOf(MHD_Connection* connection);
+
+  // Serves connections of the socket by these keys from now on; null: it cannot.
+  MHD_Daemon* Serve(int socket, const KeyTexts& keys);
+  void LookUntilStopped();
+  void LookAtKeys();
+
+  const ListenerOptions options_;
+  const Handler handler_;
+  ConnectionWatch watch_;
+  std::string address_;
+  KeyTexts keys_;  // Of `daemon_`; the thread's, once there is one, like the following.
+  std::string stamp_;
+  MHD_Daemon* daemon_ = nullptr;
+  int socket_ = -1;                 // That it accepts from, and closes.
+  std::vector<MHD_Daemon*> older_;  // Of other keys: for their connections.
+  Mutex mutex_;
+  CondVar stop_;
+  bool stopped_ ABSL_GUARDED_BY(mutex_) = false;
+  std::thread looks_;
+};
+
+MhdListener::~MhdListener() {
+  {
+    MutexLock lock(&mutex_);
+    stopped_ = true;
+    stop_.SignalAll();
+  }
+  if (looks_.joinable()) looks_.join();
+  for (MHD_Daemon* const older : older_) MHD_stop_daemon(older);
+  if (daemon_ != nullptr) MHD_stop_daemon(daemon_);
+}
+
+absl::Status MhdListener::Listen() {
+  stamp_ = StampOf(options_.tls);
+  auto keys = ReadKeyFiles(options_.tls);
+  if (!keys.ok()) return keys.status();
+  keys_ = *std::move(keys);
+  const auto socket = ListenAt(options_.listen);
+  if (!socket.ok()) {
+    return absl::UnavailableError(
+        absl::StrCat("cannot listen at ", options_.listen, " (", socket.status().message(),
+                     "): the address is in use, or not one of this machine; name another one in ",
+                     options_.setting));
+  }
+  const size_t colon = options_.listen.rfind(':');
+  address_ = absl::StrCat(options_.listen.substr(0, colon), ":", socket->port);
+  socket_ = socket->file;
+  daemon_ = Serve(socket_, keys_);
+  if (daemon_ == nullptr) {
+    return absl::UnavailableError(
+        absl::StrCat("cannot serve at ", options_.listen,
+                     keys_.key.empty() ? ": there are no threads or files left for it"
+                                       : ": the certificate or its key is of no use for TLS"));
+  }
+  looks_ = std::thread([this] { LookUntilStopped(); });
+  return absl::OkStatus();
+}
+
+MHD_Daemon* MhdListener::Serve(int socket, const KeyTexts& keys) {
+  const auto text = [](const std::string& pem) {
+    return static_cast<void*>(const_cast<char*>(pem.c_str()));
+  };
+  std::vector<MHD_OptionItem> items = {
+      {MHD_OPTION_LISTEN_SOCKET, socket, nullptr},
+      {MHD_OPTION_CONNECTION_LIMIT, static_cast<intptr_t>(options_.connections), nullptr},
+      {MHD_OPTION_PER_IP_CONNECTION_LIMIT, static_cast<intptr_t>(options_.connections_per_address),
+       nullptr},
+      {MHD_OPTION_CONNECTION_MEMORY_LIMIT, static_cast<intptr_t>(kConnectionBytes), nullptr},
+      {MHD_OPTION_NOTIFY_COMPLETED, reinterpret_cast<intptr_t>(OnEnd), this},
+      {MHD_OPTION_NOTIFY_CONNECTION, reinterpret_cast<intptr_t>(OnConnection), this}};
+  unsigned flags = MHD_USE_POLL_INTERNAL_THREAD | MHD_USE_THREAD_PER_CONNECTION | MHD_USE_ITC;
+  if (!keys.key.empty()) {
+    flags |= MHD_USE_TLS;
+    items.push_back({MHD_OPTION_HTTPS_MEM_CERT, 0, text(keys.certificate)});
+    items.push_back({MHD_OPTION_HTTPS_MEM_KEY, 0, text(keys.key)});
+    static const std::string versions = "NORMAL:-VERS-TLS1.0:-VERS-TLS1.1";
+    items.push_back({MHD_OPTION_HTTPS_PRIORITIES, 0, text(versions)});
+    if (!keys.client_ca.empty()) {
+      items.push_back({MHD_OPTION_HTTPS_MEM_TRUST, 0, text(keys.client_ca)});
+    }
+  }
+  items.push_back({MHD_OPTION_END, 0, nullptr});
+  return MHD_start_daemon(flags, 0, nullptr, nullptr, OnRequest, this, MHD_OPTION_ARRAY,
+                          items.data(), MHD_OPTION_END);
+}
+
+void MhdListener::LookUntilStopped() {
+  MutexLock lock(&mutex_);
+  while (!stopped_) {
+    stop_.WaitFor(&mutex_, kLookInterval);
+    if (stopped_) return;
+    mutex_.Unlock();
+    watch_.CutSlow();
+    LookAtKeys();
+    mutex_.Lock();
+  }
+}
+
+void MhdListener::LookAtKeys() {
+  if (keys_.key.empty()) return;
+  while (!older_.empty()) {
+    const auto* const info =
+        MHD_get_daemon_info(older_.front(), MHD_DAEMON_INFO_CURRENT_CONNECTIONS);
+    if (older_.size() == 1 && info != nullptr && info->num_connections > 0) break;
+    MHD_stop_daemon(older_.front());
+    older_.erase(older_.begin());
+  }
+  std::string stamp = StampOf(options_.tls);
+  if (stamp == stamp_) return;
+  stamp_ = std::move(stamp);
+  auto keys = ReadKeyFiles(options_.tls);
+  if (!keys.ok() || *keys == keys_) return;  // Half written: the other half will be seen, too.
+  // Two accept from one socket for a moment.
+  const int copy = fcntl(socket_, F_DUPFD_CLOEXEC, 0);
+  MHD_Daemon* const next = copy < 0 ? nullptr : Serve(copy, *keys);
+  if (next == nullptr) return;  // On with those before.
+  if (const MHD_socket old = MHD_quiesce_daemon(daemon_); old != MHD_INVALID_SOCKET) close(old);
+  socket_ = copy;
+  keys_ = *std::move(keys);
+  older_.push_back(std::exchange(daemon_, next));
+}
+
+Link* MhdListener::LinkOf(MHD_Connection* connection) {
+  const auto* const info = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_SOCKET_CONTEXT);
+  return info == nullptr ? nullptr : static_cast<Link*>(info->socket_context);
+}
+
+void MhdListener::OnConnection(void* self, MHD_Connection* connection, void** link,
+                               MHD_ConnectionNotificationCode what) {
+  ConnectionWatch& watch = static_cast<MhdListener*>(self)->watch_;
+  if (what == MHD_CONNECTION_NOTIFY_CLOSED) {
+    if (*link != nullptr) watch.Remove(static_cast<Link*>(*link));
+    *link = nullptr;
+    return;
+  }
+  const auto* const info = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CONNECTION_FD);
+  try {
+    *link = info == nullptr ? nullptr : watch.Add(info->connect_fd);
+  } catch (...) {
+    *link = nullptr;  // Its requests are refused.
+  }
+}
+
+MHD_Result MhdListener::OnRequest(void* self, MHD_Connection* connection, const char* path,
+                                  const char* method, const char*, const char* data, size_t* size,
+                                  void** request) {
+  const auto& listener = *static_cast<const MhdListener*>(self);
+  auto* served = static_cast<MicrohttpdRequest*>(*request);
+  if (served == nullptr) {
+    Link* const link = LinkOf(connection);
+    if (link == nullptr) return MHD_NO;
+    try {
+      served = new MicrohttpdRequest(connection, link, path, method);
+    } catch (...) {
+      return MHD_NO;
+    }
+    *request = served;  // Until OnEnd.
+    return served->Begin(listener.options_);
+  }
+  if (*size == 0) return served->Answer(listener.handler_);
+  const MHD_Result taken = served->Take(data, *size, listener.options_);
+  *size = 0;
+  return taken;
+}
+
+void MhdListener::OnEnd(void*, MHD_Connection* connection, void** request,
+                        MHD_RequestTerminationCode) {
+  delete static_cast<MicrohttpdRequest*>(*request);
+  *request = nullptr;
+  if (Link* const link = LinkOf(connection); link != nullptr) link->BeginReceiving();
+}
+
+}  // namespace
+
+absl::Status CheckTcpAddress(const std::string& setting, const std::string& listen) {
+  if (listen.starts_with("unix") || listen.find(',') != std::string::npos) {
+    return absl::InvalidArgumentError(absl::StrCat("HTTP is served over TCP at one address: write ",
+                                                   setting, " as HOST:PORT, not \"", listen, "\""));
+  }
+  const absl::Status status = CheckAddress(listen, PortZero::kAnyFreeOne);
+  if (status.ok()) return status;
+  return absl::Status(status.code(), absl::StrCat(setting, ": ", status.message()));
+}
+
+absl::StatusOr<std::unique_ptr<Listener>> Listener::Start(const ListenerOptions& options,
+                                                          Handler handler) {
+  auto listener = std::make_unique<MhdListener>(options, std::move(handler));
+  if (absl::Status status = listener->Listen(); !status.ok()) return status;
+  return listener;
+}
+
+}  // namespace isthmus::http

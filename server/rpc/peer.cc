@@ -1,0 +1,24 @@
+#include "server/rpc/peer.h"
+
+#include <absl/strings/match.h>
+
+namespace isthmus::rpc {
+namespace {
+
+// What came over a socket says so.
+bool IsWithinProcess(const std::string& peer) {
+  return !absl::StartsWith(peer, "ipv4:") && !absl::StartsWith(peer, "ipv6:") &&
+         !absl::StartsWith(peer, "unix") && !absl::StartsWith(peer, "vsock");
+}
+
+}  // namespace
+
+std::string PeerOf(const grpc::ServerContextBase& context) {
+  std::string peer = context.peer();
+  if (!IsWithinProcess(peer)) return peer;
+  const auto named = context.client_metadata().find(kPeerHeader);
+  if (named == context.client_metadata().end()) return peer;
+  return std::string(named->second.data(), named->second.size());
+}
+
+}  // namespace isthmus::rpc

@@ -1,0 +1,131 @@
+#include "server/web/web_server.h"
+
+#include <absl/strings/str_cat.h>
+#include <absl/strings/strip.h>
+
+#include <utility>
+
+#include "core/address.h"
+#include "server/web/answers.h"
+#include "server/web/caller.h"
+#include "server/web/gateway.h"
+#include "server/web/limits.h"
+#include "server/web/login.h"
+#include "server/web/map_files.h"
+#include "server/web/stream_slots.h"
+
+namespace isthmus::web {
+namespace {
+
+constexpr char kSetting[] = "web.listen";
+constexpr int kMisdirected = 421;  // Format
+
+// What a page of ours may do, above all none that somebody else's name or frame brings about.
+constexpr std::pair<const char*, const char*> kForAll[] = {
+    {"Content-Security-Policy",
+     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; "
+     "connect-src 'self'; worker-src 'self' blob:; base-uri 'none'; form-action 'none'; "
+     "frame-ancestors 'none'"},
+    {"X-Content-Type-Options", "nosniff"},
+    {"Referrer-Policy", "no-referrer"},
+    {"Cross-Origin-Resource-Policy", "same-origin"},
+    {"Cross-Origin-Opener-Policy", "same-origin"}};
+
+http::Response AnswerHealth(const http::Request& request) {
+  if (request.method != "GET" && request.method != "HEAD") return WrongMethod("GET, HEAD");
+  http::Response response = http::Text(HttpCode(absl::StatusCode::kOk), "ok\n");
+  response.Set("Cache-Control", "no-store");
+  return response;
+}
+
+class HttpWebServer final : public WebServer {
+ public:
+  HttpWebServer(const WebOptions& options, std::shared_ptr<grpc::Channel> channel,
+                const Assets& assets)
+      : options_(options),
+        channel_(std::move(channel)),
+        assets_(assets),
+        slots_(kWebStreams),
+        gateway_(channel_, &slots_) {}
+
+  absl::Status Listen();
+  std::string url() const override {
+    return absl::StrCat(options_.tls.key.empty() ? "http://" : "https://", listener_->address());
+  }
+
+ private:
+  http::Response Answer(const http::Request& request);
+  http::Response Route(const http::Request& request);
+
+  const WebOptions options_;
+  const std::shared_ptr<grpc::Channel> channel_;
+  const Assets& assets_;
+  StreamSlots slots_;
+  const Gateway gateway_;
+  std::unique_ptr<http::Listener> listener_;  // So late that it goes first.
+};
+
+absl::Status HttpWebServer::Listen() {
+  http::ListenerOptions options;
+  options.listen = options_.listen;
+  options.setting = kSetting;
+  options.tls = options_.tls;
+  options.connections = kConnections;
+  options.connections_per_address = kConnectionsPerAddress;
+  options.max_body = kBodyBytes;
+  auto listener = http::Listener::Start(
+      options, [this](const http::Request& request) { return Answer(request); });
+  if (!listener.ok()) return listener.status();
+  listener_ = *std::move(listener);
+  return absl::OkStatus();
+}
+
+http::Response HttpWebServer::Answer(const http::Request& request) {
+  http::Response response = Route(request);
+  for (const auto& [name, value] : kForAll) response.Set(name, value);
+  return response;
+}
+
+http::Response HttpWebServer::Route(const http::Request& request) {
+  if (!IsOurHost(request, options_.hosts)) {
+    return ErrorAnswer(
+        kMisdirected,
+        absl::FailedPreconditionError("this server does not know itself by that name: ask for it "
+                                      "by its address, or have it name itself so in web.hosts"));
+  }
+  absl::string_view rest = request.path;
+  if (absl::ConsumePrefix(&rest, "/rpc/")) return gateway_.Answer(request, rest);
+  if (absl::ConsumePrefix(&rest, "/export/")) return AnswerMapFile(request, channel_, &slots_);
+  if (rest == "/login") return LogIn(request, channel_);
+  if (rest == "/logout") return LogOut(request);
+  if (rest == "/healthz") return AnswerHealth(request);
+  return AnswerAsset(request, assets_);
+}
+
+}  // namespace
+
+absl::Status CheckListening(const WebOptions& options) {
+  if (options.listen.empty()) return absl::OkStatus();
+  if (absl::Status status = http::CheckTcpAddress(kSetting, options.listen); !status.ok()) {
+    return status;
+  }
+  if (options.insecure || !options.tls.key.empty() || IsThisMachine(options.listen)) {
+    return absl::OkStatus();
+  }
+  return absl::FailedPreconditionError(absl::StrCat(
+      "at ", options.listen,
+      " whoever reaches this machine could read along, tokens too: serve with TLS "
+      "(network.tls_certificate and tls_key; `isthmus certs init` makes them), listen at 127.0.0.1 "
+      "(web.listen), or set web.insecure: true where the network itself is safe"));
+}
+
+absl::StatusOr<std::unique_ptr<WebServer>> WebServer::Start(const WebOptions& options,
+                                                            std::shared_ptr<grpc::Channel> channel,
+                                                            const Assets& assets) {
+  if (absl::Status status = CheckListening(options); !status.ok()) return status;
+  auto server = std::make_unique<HttpWebServer>(options, std::move(channel), assets);
+  if (absl::Status status = server->Listen(); !status.ok()) return status;
+  return server;
+}
+
+}  // namespace isthmus::web

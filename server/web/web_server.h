@@ -1,0 +1,30 @@
+// The server's side of browsers: the API, tiles and files of the map, and the viewer, over HTTP.
+#pragma once
+
+#include <absl/status/statusor.h>
+#include <grpcpp/channel.h>
+
+#include <memory>
+#include <string>
+
+#include "server/web/asset.h"
+#include "server/web/web_options.h"
+
+namespace isthmus::web {
+
+// docs/web.md says what is at which address. Thread safe.
+class WebServer {
+ public:
+  // Serves until it is destroyed. `channel` leads to this server and is trusted with who its
+  // callers are; when it ends, streams do. `assets` must outlive it. Errors of CheckListening and
+  // http::Listener::Start.
+  static absl::StatusOr<std::unique_ptr<WebServer>> Start(const WebOptions& options,
+                                                          std::shared_ptr<grpc::Channel> channel,
+                                                          const Assets& assets = ViewerAssets());
+  virtual ~WebServer() = default;
+
+  // "https://host:port", as it listens.
+  virtual std::string url() const = 0;
+};
+
+}  // namespace isthmus::web
