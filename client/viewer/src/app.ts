@@ -10,13 +10,12 @@ import {Labels} from './scene/labels';
 import {Look} from './scene/look';
 import {Marks} from './scene/marks';
 import {pick, type Picked} from './scene/pick';
-import {centre} from './scene/poses';
+import {centre, matrix} from './scene/poses';
 import {View} from './scene/view';
 import {Signal} from './state';
 import {TileLayer} from './tiles/layer';
 import {TileTree} from './tiles/tree';
 import {Align, mapTransform} from './tools/align';
-import {matrix} from './scene/poses';
 import type {Pointer, Tool} from './tools/tool';
 import {Trails} from './trails';
 import {askNote, Toasts} from './ui/dialogs';
@@ -281,6 +280,7 @@ export class App {
       this.drawn.set({points: shownPoints, tiles: shownTiles, pending});
       if (this.layer) this.look.measure(this.layer);
     }
+    this.marks.resize();
     this.labels.place();
   }
 

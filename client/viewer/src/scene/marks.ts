@@ -16,6 +16,7 @@ export const STATE_COLOURS: Record<MatchState, string> = {
 export const LOOP_COLOUR = '#c77ddb';
 export const ANCHOR_COLOUR = '#4d9bf0';
 export const MOVE_COLOUR = '#f0803c';
+const ARROW_PX = 22;
 const ABOVE_M = 1.5;  // The graph's lines lie above the floors that they join.
 
 export type MarkSet = 'robots' | 'trails' | 'submaps' | 'graph' | 'loops' | 'anchors';
@@ -58,6 +59,17 @@ export class Marks {
       onclick: () => this.onPickRobot(r.robot),
     })));
     this.view.draw();
+  }
+
+  // Robots are never smaller on the screen than can be seen. To be called with each frame.
+  resize(): void {
+    const eye = this.view.camera.position;
+    for (const name of ['robots', 'mark']) {
+      for (const arrow of this.groups.get(name)?.children ?? []) {
+        const away = this.view.mode === 'top' ? 1 : eye.distanceTo(arrow.position);
+        arrow.scale.setScalar(Math.max(1, (ARROW_PX * away) / this.view.pixelsPerMetre()));
+      }
+    }
   }
 
   trails(trails: Map<string, {component: number; poses: StampedPose[]}>, hidden: Set<string>): void {
