@@ -12,6 +12,8 @@ install_packages() {
   local wanted missing=() package
   wanted="$(grep -v '^#' "$root/scripts/packages") $*"
   for package in $wanted; do
+    # Node.js that came from elsewhere brings an npm of its own, and will not have Debian's beside it.
+    [ "$package" = npm ] && command -v npm >/dev/null && continue
     dpkg-query -W -f '${db:Status-Status}' "$package" 2>/dev/null | grep -qx installed ||
       missing+=("$package")
   done

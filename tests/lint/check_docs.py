@@ -22,7 +22,8 @@ def documents(root):
     for path in sorted(root.rglob("*.md")):
         top = path.relative_to(root).parts[0]
         specimen = "forbidden" in path.relative_to(root).parts
-        if not top.startswith((".", "build", "demo-out")) and not specimen:
+        fetched = "node_modules" in path.parts
+        if not top.startswith((".", "build", "demo-out")) and not specimen and not fetched:
             yield path
 
 

@@ -1,0 +1,121 @@
+// The calls that the viewer makes, by name.
+import {list, messages, obj, str, type JsonObject} from './json';
+import {readMapChange, type MapChange} from './live';
+import * as m from './messages';
+import type {Rpc} from './rpc';
+
+export type Decision = 'ACCEPT' | 'REJECT' | 'SET' | 'WITHDRAW';
+
+export interface MatchGraph {matches: m.Match[]; placements: m.Placement[]}
+export interface Diff {from: number; to: number; revisions: m.Revision[]; moves: m.SubmapMove[]}
+
+export class Calls {
+  constructor(readonly rpc: Rpc) {}
+
+  async mapInfo(): Promise<m.MapInfo> {
+    return m.readMapInfo(await this.rpc.call('MapService/GetMapInfo', {}));
+  }
+
+  async status(): Promise<m.Status> {
+    return m.readStatus(await this.rpc.call('AdminService/GetStatus', {}));
+  }
+
+  // Goes on behind `revision` of `run`; from the beginning where they are 0.
+  async *watchMap(revision: number, run: string, signal: AbortSignal):
+      AsyncGenerator<MapChange> {
+    const request = {fromRevision: String(revision), run, level: 0};
+    for await (const o of this.rpc.stream('MapService/WatchMap', request, signal)) {
+      yield readMapChange(o);
+    }
+  }
+
+  async submaps(): Promise<m.Submap[]> {
+    return this.all('MapService/ListSubmaps', {}, 'submaps', m.readSubmap);
+  }
+
+  async matchGraph(): Promise<MatchGraph> {
+    const responses = await this.rpc.list('MapService/GetMatchGraph', {});
+    return {
+      matches: responses.flatMap((o) => messages(o['matches'], m.readMatch)),
+      placements: responses.flatMap((o) => messages(o['placements'], m.readPlacement)),
+    };
+  }
+
+  async loops(): Promise<m.Loop[]> {
+    return this.all('MapService/ListLoops', {}, 'loops', m.readLoop);
+  }
+
+  async anchors(): Promise<m.Anchor[]> {
+    return this.all('MapService/ListAnchors', {}, 'anchors', m.readAnchor);
+  }
+
+  async revisions(limit: number): Promise<m.Revision[]> {
+    return this.all('MapService/ListRevisions', {limit}, 'revisions', m.readRevision);
+  }
+
+  // Poses in the map frame, in order of time.
+  async trajectory(robot: string): Promise<{component: number; poses: m.StampedPose[]}> {
+    const responses =
+        await this.rpc.list('MapService/GetTrajectory', {robot, frame: 'MAP', segment: 0});
+    return {
+      component: Number(responses[0]?.['component'] ?? 0),
+      poses: responses.flatMap((o) => list(o['poses'], m.readStamped)),
+    };
+  }
+
+  async diff(from: number, to: number): Promise<Diff> {
+    const request = {fromRevision: String(from), toRevision: String(to)};
+    const responses = await this.rpc.list('MapService/DiffRevisions', request);
+    return {
+      from,
+      to,
+      revisions: responses.flatMap((o) => messages(o['revisions'], m.readRevision)),
+      moves: responses.flatMap((o) => messages(o['moves'], m.readMove)),
+    };
+  }
+
+  async events(limit: number): Promise<{events: m.Event[]; upTo: string}> {
+    const responses = await this.rpc.list('EventService/ListEvents', {limit});
+    return {
+      events: responses.flatMap((o) => messages(o['events'], m.readEvent)),
+      upTo: str(responses.at(-1)?.['upTo']) || '0',
+    };
+  }
+
+  async *watchEvents(after: string, signal: AbortSignal):
+      AsyncGenerator<{events: m.Event[]; upTo: string}> {
+    for await (const o of this.rpc.stream('EventService/WatchEvents', {after}, signal)) {
+      yield {events: messages(o['events'], m.readEvent), upTo: str(o['upTo']) || after};
+    }
+  }
+
+  async decideMatch(a: string, b: string, decision: Decision, note: string, pose?: m.Pose):
+      Promise<m.Match> {
+    const request: JsonObject = {sessionA: a, sessionB: b, decision, note};
+    if (pose) request['tAB'] = m.writePose(pose);
+    return m.readMatch(obj((await this.rpc.call('EditService/DecideMatch', request))['match']));
+  }
+
+  async decideLoop(id: string, decision: 'REJECT' | 'RESTORE', note: string): Promise<void> {
+    await this.rpc.call('EditService/DecideLoop', {id, decision, note});
+  }
+
+  async putAnchor(anchor: m.Anchor): Promise<void> {
+    await this.rpc.call('EditService/PutAnchor', {anchor: m.writeAnchor(anchor)});
+  }
+
+  async deleteAnchor(session: string, index: number): Promise<void> {
+    await this.rpc.call('EditService/DeleteAnchor', {session, index});
+  }
+
+  async undoRevision(revision: number, note: string): Promise<void> {
+    await this.rpc.call('EditService/UndoRevision', {revision: String(revision), note});
+  }
+
+  private async all<T>(
+      method: string, request: JsonObject, field: string, read: (o: JsonObject) => T):
+      Promise<T[]> {
+    const responses = await this.rpc.list(method, request);
+    return responses.flatMap((o) => messages(o[field], read));
+  }
+}

@@ -1,0 +1,115 @@
+// What the page knows of the map, kept up to date: by the watch at once, by lists soon after.
+import type {Calls} from './api/calls';
+import type {MapChange, RobotNow} from './api/live';
+import type {Anchor, Loop, MapInfo, Match, Placement, Revision, Status, Submap} from './api/messages';
+import {isAbort} from './api/rpc';
+import {RobotNumbers} from './scene/colours';
+import {Live} from './live';
+import {Signal} from './state';
+import {TileTree} from './tiles/tree';
+
+// Lists follow the watch after this, so that a server that maps fast is not asked all the time.
+const LISTS_AFTER_MS = 400;
+const LISTS_EVERY_MS = 3000;
+const REVISIONS = 1000;
+
+export class Model {
+  readonly live: Live;
+  readonly numbers = new RobotNumbers();
+  readonly info = new Signal<MapInfo | undefined>(undefined);
+  readonly status = new Signal<Status | undefined>(undefined);
+  readonly submaps = new Signal<Submap[]>([]);
+  readonly matches = new Signal<Match[]>([]);
+  readonly placements = new Signal<Placement[]>([]);
+  readonly loops = new Signal<Loop[]>([]);
+  readonly anchors = new Signal<Anchor[]>([]);
+  readonly revisions = new Signal<Revision[]>([]);
+  readonly robots = new Signal<RobotNow[]>([]);
+  readonly component = new Signal<number>(0);
+  // The tiles of each component, level 0, have changed.
+  readonly tiles = new Signal<Map<number, TileTree>>(new Map());
+  onError: (error: unknown) => void = () => undefined;
+  private inStep = false;
+  private timer: ReturnType<typeof setTimeout> | undefined;
+  private listedMs = 0;
+
+  constructor(readonly calls: Calls) {
+    this.live = new Live(calls, (change) => this.take(change));
+  }
+
+  sessionsOf(robot: string): string[] {
+    return [...new Set(this.submaps.value.filter((s) => s.robot === robot).map((s) => s.session))];
+  }
+
+  placement(session: string): Placement | undefined {
+    return this.placements.value.find((placement) => placement.session === session);
+  }
+
+  shownComponent(): MapInfo['components'][number] | undefined {
+    return this.info.value?.components.find((c) => c.component === this.component.value);
+  }
+
+  // Asks for all lists, soon.
+  refresh(): void {
+    if (this.timer !== undefined) return;
+    const wait = Math.max(LISTS_AFTER_MS, this.listedMs + LISTS_EVERY_MS - Date.now());
+    this.timer = setTimeout(() => void this.readLists(), wait);
+  }
+
+  // At once: after what a person did.
+  async refreshNow(): Promise<void> {
+    clearTimeout(this.timer);
+    await this.readLists();
+  }
+
+  async readStatus(): Promise<void> {
+    try {
+      this.status.set(await this.calls.status());
+    } catch (error) {
+      this.onError(error);
+    }
+  }
+
+  private async readLists(): Promise<void> {
+    const {calls} = this;
+    try {
+      const [info, submaps, graph, loops, anchors, revisions] = await Promise.all([
+        calls.mapInfo(), calls.submaps(), calls.matchGraph(), calls.loops(), calls.anchors(),
+        calls.revisions(REVISIONS),
+      ]);
+      info.robots.forEach((robot) => this.numbers.of(robot));
+      this.info.set(info);
+      this.submaps.set(submaps);
+      this.placements.set(graph.placements);
+      this.matches.set(graph.matches);
+      this.loops.set(loops);
+      this.anchors.set(anchors);
+      this.revisions.set(revisions);
+      if (!info.components.some((c) => c.component === this.component.value)) {
+        this.component.set(0);
+      }
+    } catch (error) {
+      if (!isAbort(error)) this.onError(error);
+    } finally {
+      this.listedMs = Date.now();
+      this.timer = undefined;
+    }
+  }
+
+  private take(change: MapChange): void {
+    const trees = this.tiles.value;
+    if (change.restart && !this.inStep) trees.clear();
+    this.inStep = change.more;
+    const components = new Set([...change.tiles.map((tile) => tile.id.component),
+                                ...change.removedTiles.map((id) => id.component)]);
+    for (const component of components) {
+      const tree = trees.get(component) ?? new TileTree(component);
+      trees.set(component, tree);
+      tree.update(change.tiles, change.removedTiles);
+    }
+    if (change.robots) this.robots.set(change.robots);
+    if (components.size > 0 || change.restart) this.tiles.set(trees);
+    const lists = change.submaps.length + change.matches.length + change.removedMatches;
+    if (lists > 0 || components.size > 0 || change.restart) this.refresh();
+  }
+}

@@ -1,0 +1,63 @@
+// Where the robots have been: read anew when the map changes, in between extended by where they are.
+import type {RobotNow} from './api/live';
+import type {StampedPose} from './api/messages';
+import {RpcError} from './api/rpc';
+import type {Model} from './model';
+import {Signal} from './state';
+
+const EVERY_MS = 5000;
+const AT_MOST = 5000;  // Poses of a trail that are drawn; of longer ones every second, and so on.
+
+export interface Trail {component: number; poses: StampedPose[]}
+
+export class Trails {
+  readonly paths = new Signal<Map<string, Trail>>(new Map());
+  private timer: ReturnType<typeof setTimeout> | undefined;
+  private readMs = 0;
+
+  constructor(private readonly model: Model) {
+    model.submaps.watch(() => this.refresh());
+  }
+
+  extend(robots: RobotNow[]): void {
+    const paths = this.paths.value;
+    for (const robot of robots) {
+      const trail = paths.get(robot.robot);
+      if (!trail || !robot.pose || trail.component !== robot.component) continue;
+      if (robot.ms > (trail.poses.at(-1)?.ms ?? 0)) {
+        trail.poses.push({ms: robot.ms, pose: robot.pose});
+      }
+    }
+    this.paths.set(paths);
+  }
+
+  private refresh(): void {
+    if (this.timer !== undefined) return;
+    const wait = Math.max(0, this.readMs + EVERY_MS - Date.now());
+    this.timer = setTimeout(() => void this.read(), wait);
+  }
+
+  private async read(): Promise<void> {
+    const paths = new Map<string, Trail>();
+    for (const robot of this.model.info.value?.robots ?? []) {
+      try {
+        const {component, poses} = await this.model.calls.trajectory(robot);
+        paths.set(robot, {component, poses: thin(poses, AT_MOST)});
+      } catch (error) {
+        // One that is not placed yet has no trail in the map.
+        const unplaced = error instanceof RpcError &&
+            ['FAILED_PRECONDITION', 'NOT_FOUND'].includes(error.code);
+        if (!unplaced) this.model.onError(error);
+      }
+    }
+    this.readMs = Date.now();
+    this.timer = undefined;
+    this.paths.set(paths);
+  }
+}
+
+export function thin<T>(items: T[], atMost: number): T[] {
+  const step = Math.ceil(items.length / atMost);
+  if (step <= 1) return items;
+  return items.filter((_, i) => i % step === 0 || i === items.length - 1);
+}

@@ -1,0 +1,126 @@
+// How the maps hang together: matches with their reasons, loop closures, anchors, and what a person
+// may say of each.
+import type {App} from '../app';
+import {pairKey, type Match} from '../api/messages';
+import {STATE_COLOURS} from '../scene/marks';
+import {vector} from '../scene/poses';
+import {anchorSection} from './anchors';
+import {button, choice, fill, h, hint, row, section, setOptions, swatch} from './dom';
+import {metres, percent, words} from './format';
+
+export function graphTab(app: App): HTMLElement {
+  return h('div', {}, matches(app), loops(app), anchorSection(app));
+}
+
+const SHOWN = [
+  ['all', 'All'], ['ACCEPTED', 'Accepted'], ['open', 'Not accepted'], ['decided', 'Decided by hand'],
+] as const;
+
+function wanted(match: Match, filter: string): boolean {
+  if (filter === 'open') return match.state !== 'ACCEPTED';
+  if (filter === 'decided') return match.decision !== '';
+  return filter === 'all' || match.state === filter;
+}
+
+function matches(app: App): HTMLElement {
+  const {model} = app;
+  const list = h('div', {class: 'rows'});
+  const card = h('div', {});
+  const filter = choice('Show', SHOWN, 'all', () => show());
+  const show = () => {
+    const chosen = app.match.value;
+    const all = model.matches.value;
+    const current = chosen && all.find((m) => pairKey(m.a, m.b) === pairKey(chosen.a, chosen.b));
+    const shown = all.filter((match) => wanted(match, filter.select.value));
+    fill(list, ...shown.map((match) => row(
+      match === current, () => app.match.set(match === current ? undefined : match),
+      swatch(STATE_COLOURS[match.state]), `${match.a} ~ ${match.b}`,
+      h('span', {class: 'side'}, match.decision ? 'by hand' : percent(match.confidence)),
+      h('span', {class: 'sub'}, `${words(match.state)}${match.reason && match.reason !== 'OK' ?
+        `: ${words(match.reason)}` : ''}`))));
+    if (shown.length === 0) list.append(hint('None.'));
+    fill(card, current ? matchCard(app, current) : undefined);
+  };
+  model.matches.watch(show);
+  app.match.watch(show);
+  return section('Matches', filter.element, list, card, byHand(app));
+}
+
+function matchCard(app: App, match: Match): HTMLElement {
+  const figures: [string, string][] = [
+    ['overlap', percent(match.overlap)], ['ground shared', `${match.sharedM2.toFixed(0)} m²`],
+    ['residual', match.residualM < 0 ? '–' : metres(match.residualM)],
+    ['contradicted', match.freeSpace < 0 ? '–' : percent(match.freeSpace)],
+    ['carries the map', match.inTree ? 'yes' : 'no'],
+  ];
+  if (match.decision) {
+    figures.push(['by hand', `${words(match.decision)}${match.note ? `: ${match.note}` : ''}`]);
+  }
+  return h('div', {class: 'card'}, h('strong', {}, `${match.a} ~ ${match.b}`),
+           h('p', {class: 'hint'}, match.detail),
+           h('dl', {}, ...figures.flatMap(([k, v]) => [h('dt', {}, k), h('dd', {}, v)])),
+           h('div', {class: 'bar'},
+             button('Accept', () => void app.decide(match, 'ACCEPT'), {disabled: match.decision === 'ACCEPT'}),
+             button('Reject', () => void app.decide(match, 'REJECT'),
+                    {class: 'bad', disabled: match.decision === 'REJECT'}),
+             button('Lay by hand', () => app.align(match)),
+             match.decision ? button('Withdraw', () => void app.decide(match, 'WITHDRAW')) : undefined));
+}
+
+// Any two sessions, also those of which nothing was found yet.
+function byHand(app: App): HTMLElement {
+  const a = choice('Onto', [], '', () => undefined);
+  const b = choice('Lay', [], '', () => undefined);
+  const go = button('Lay by hand', () => {
+    const [sa, sb] = [a.select.value, b.select.value];
+    const known = app.model.matches.value.find((m) => m.a === sa && m.b === sb);
+    const robot = (session: string) => app.model.placement(session)?.robot ?? '';
+    if (sa === sb) return app.toasts.show('Choose two different sessions.', true);
+    app.align(known ?? {
+      a: sa, b: sb, robotA: robot(sa), robotB: robot(sb), pose: undefined, state: 'NOT_YET',
+      reason: '', detail: '', confidence: 0, overlap: -1, residualM: -1, freeSpace: -1, sharedM2: 0,
+      inTree: false, decision: '', note: '', computedMs: 0,
+    });
+  });
+  app.model.placements.watch((placements) => {
+    const options = placements.map((p) => [p.session, p.session] as const);
+    const [first = '', second = ''] = options.map(([id]) => id);
+    const keep = (value: string, otherwise: string) =>
+        options.some(([id]) => id === value) ? value : otherwise;
+    setOptions(a.select, options, keep(a.select.value, first));
+    setOptions(b.select, options, keep(b.select.value, second || first));
+    go.disabled = options.length < 2;
+  });
+  return h('details', {}, h('summary', {}, 'Any two sessions'), b.element, a.element,
+           h('div', {class: 'bar'}, go));
+}
+
+function loops(app: App): HTMLElement {
+  const list = h('div', {class: 'rows'});
+  const card = h('div', {});
+  const show = () => {
+    const all = app.model.loops.value;
+    const current = all.find((loop) => loop.id === app.loop.value?.id);
+    fill(list, ...all.map((loop) => row(
+      loop === current, () => app.loop.set(loop === current ? undefined : loop),
+      h('span', {class: loop.rejected ? 'poor' : 'good', 'aria-hidden': 'true'}, '●'),
+      `${loop.session}: ${loop.submapB} on ${loop.submapA}`,
+      h('span', {class: 'side'}, percent(loop.confidence)),
+      h('span', {class: 'sub'}, loop.rejected ? 'rejected by hand' :
+                                                `${loop.edgesUsed} of ${loop.edges} edges hold`))));
+    if (all.length === 0) list.append(hint('No robot has come back to a place yet.'));
+    fill(card, current && h('div', {class: 'card'}, h('p', {class: 'hint'}, current.detail),
+      current.note ? hint(`By hand: ${current.note}`) : undefined,
+      h('div', {class: 'bar'},
+        button('Go to', () => {
+          const at = app.model.submaps.value.find(
+              (s) => s.session === current.session && s.index === current.submapB);
+          if (at?.pose) app.view.lookAt(vector(at.pose.translation));
+        }),
+        button(current.rejected ? 'Let it count again' : 'Reject',
+               () => void app.decideLoop(current), {class: current.rejected ? '' : 'bad'}))));
+  };
+  app.model.loops.watch(show);
+  app.loop.watch(show);
+  return section('Loop closures', list, card);
+}
