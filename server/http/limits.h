@@ -26,11 +26,4 @@ inline constexpr size_t kConnectionBytes = 64 << 10;
 // How often it is looked whether a connection has used up its time, or the certificate has changed.
 inline constexpr std::chrono::milliseconds kLookInterval{500};
 
-// Seconds that the system keeps a connection back on which nothing was said yet: what gRPC gives a
-// handshake, see core/io/deferred_accept.h.
-inline constexpr int kDeferS = 10;
-
-// Connections that wait to be accepted; beyond, their clients try again by themselves.
-inline constexpr int kBacklog = 128;
-
 }  // namespace isthmus::http

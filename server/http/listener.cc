@@ -13,9 +13,9 @@
 
 #include "core/address.h"
 #include "core/concurrency/mutex.h"
+#include "core/io/listening_socket.h"
 #include "server/http/connection_watch.h"
 #include "server/http/key_files.h"
-#include "server/http/listening_socket.h"
 #include "server/http/microhttpd_request.h"
 
 namespace isthmus::http {
@@ -43,7 +43,8 @@ class MhdListener final : public Listener {
   static Link* LinkOf(MHD_Connection* connection);
 
   // Serves connections of the socket by these keys from now on; null: it cannot.
-  MHD_Daemon* Serve(int socket, const KeyTexts& keys);
+  MHD_Daemon* Serve(const KeyTexts& keys);
+  MHD_Daemon* ServeAt(int socket, const KeyTexts& keys);  // Closes it if all goes well.
   void LookUntilStopped();
   void LookAtKeys();
 
@@ -54,7 +55,7 @@ class MhdListener final : public Listener {
   KeyTexts keys_;  // Of `daemon_`; the thread's, once there is one, like the following.
   std::string stamp_;
   MHD_Daemon* daemon_ = nullptr;
-  int socket_ = -1;                 // That it accepts from, and closes.
+  io::File socket_;                 // Each accepts from a copy.
   std::vector<MHD_Daemon*> older_;  // Of other keys: for their connections.
   Mutex mutex_;
   CondVar stop_;
@@ -78,17 +79,19 @@ absl::Status MhdListener::Listen() {
   auto keys = ReadKeyFiles(options_.tls);
   if (!keys.ok()) return keys.status();
   keys_ = *std::move(keys);
-  const auto socket = ListenAt(options_.listen);
-  if (!socket.ok()) {
+  // Of several addresses that a name has, the library takes one.
+  const size_t colon = options_.listen.rfind(':');
+  const std::string host = options_.listen.substr(0, colon), port = options_.listen.substr(colon);
+  auto sockets = io::ListenAt(absl::StrCat(host == "localhost" ? "127.0.0.1" : host, port));
+  if (!sockets.ok()) {
     return absl::UnavailableError(
-        absl::StrCat("cannot listen at ", options_.listen, " (", socket.status().message(),
+        absl::StrCat("cannot listen at ", options_.listen, " (", sockets.status().message(),
                      "): the address is in use, or not one of this machine; name another one in ",
                      options_.setting));
   }
-  const size_t colon = options_.listen.rfind(':');
-  address_ = absl::StrCat(options_.listen.substr(0, colon), ":", socket->port);
-  socket_ = socket->file;
-  daemon_ = Serve(socket_, keys_);
+  socket_ = std::move(sockets->front());
+  address_ = absl::StrCat(host, ":", io::PortOf(socket_));
+  daemon_ = Serve(keys_);
   if (daemon_ == nullptr) {
     return absl::UnavailableError(
         absl::StrCat("cannot serve at ", options_.listen,
@@ -99,7 +102,15 @@ absl::Status MhdListener::Listen() {
   return absl::OkStatus();
 }
 
-MHD_Daemon* MhdListener::Serve(int socket, const KeyTexts& keys) {
+MHD_Daemon* MhdListener::Serve(const KeyTexts& keys) {
+  const int copy = fcntl(socket_.descriptor(), F_DUPFD_CLOEXEC, 0);
+  if (copy < 0) return nullptr;
+  MHD_Daemon* const daemon = ServeAt(copy, keys);
+  if (daemon == nullptr) close(copy);
+  return daemon;
+}
+
+MHD_Daemon* MhdListener::ServeAt(int socket, const KeyTexts& keys) {
   const auto text = [](const std::string& pem) {
     return static_cast<void*>(const_cast<char*>(pem.c_str()));
   };
@@ -154,11 +165,9 @@ void MhdListener::LookAtKeys() {
   auto keys = ReadKeyFiles(options_.tls);
   if (!keys.ok() || *keys == keys_) return;  // Half written: the other half will be seen, too.
   // Two accept from one socket for a moment.
-  const int copy = fcntl(socket_, F_DUPFD_CLOEXEC, 0);
-  MHD_Daemon* const next = copy < 0 ? nullptr : Serve(copy, *keys);
+  MHD_Daemon* const next = Serve(*keys);
   if (next == nullptr) return;  // On with those before.
   if (const MHD_socket old = MHD_quiesce_daemon(daemon_); old != MHD_INVALID_SOCKET) close(old);
-  socket_ = copy;
   keys_ = *std::move(keys);
   older_.push_back(std::exchange(daemon_, next));
 }

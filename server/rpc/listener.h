@@ -26,18 +26,16 @@ class Listener {
   // from the listener's thread.
   using Take = std::function<void(int listening, int socket)>;
 
-  // Listens at all addresses of "host:port", which CheckAddress lets pass; every address of the
-  // machine is both of IPv4 and IPv6. Port 0 takes a free one. Nothing is accepted before Start.
-  // Unavailable where one of them is in use, or none is of this machine.
+  // Listens where io::ListenAt does. Nothing is accepted before Start. Unavailable, saying what to
+  // do, where it cannot.
   static absl::StatusOr<std::unique_ptr<Listener>> Open(const std::string& listen);
   ~Listener();  // Stops.
 
   int port() const { return port_; }
 
-  // A connection is taken once its first bytes are there, as clients of HTTP/2 and of TLS speak
-  // first, at the latest after ten seconds. One that was closed before costs no more than to be
-  // accepted. With about `max_files` files open in the process further ones are closed at once, so
-  // that some stay for everything else; with none left likewise.
+  // One that was closed before its turn costs no more than to be accepted. With about `max_files`
+  // files open in the process further ones are closed at once, so that some stay for everything
+  // else; with none left likewise.
   void Start(int max_files, Take take);
   // No connection is taken after it.
   void Stop();
