@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstddef>
+#include <limits>
 #include <utility>
 
 #include "server/composition/limits.h"
@@ -48,18 +49,7 @@ void TileBuilder::Add(const TileSource& source) {
 
 void TileBuilder::EndPart() {
   if (!std::exchange(has_part_, false)) return;
-  points_.clear();
-  voxels_.clear();
-  thinner_->TakeEach([this](const WeightedPoint& p, const WeightedPoint& first, uint32_t stamp) {
-    const Voxel voxel = grid_.Find(first.x, first.y, first.z).value_or(Voxel());
-    // Where rounding takes the mean out of its voxel, it would be a second one of another.
-    const auto inside = [this](float mean, float of_first, int32_t index) {
-      return grid_.IsIn(mean, index) ? mean : of_first;
-    };
-    voxels_.push_back(voxel);
-    points_.push_back({inside(p.x, first.x, voxel.x), inside(p.y, first.y, voxel.y),
-                       inside(p.z, first.z, voxel.z), p.intensity, stamp});
-  });
+  TakePoints();
   if (points_.empty()) return;
   order_.Sort(voxels_);
   TilePart part{.robot = robot_, .begin = static_cast<uint32_t>(tile_.points.size())};
@@ -67,12 +57,35 @@ void TileBuilder::EndPart() {
     part.level_end[level] = part.begin + order_.level_size()[level];
   }
   tile_.record.parts.push_back(part);
-  tile_.points.reserve(part.end());
-  for (const uint32_t index : order_.order()) {
-    const TilePoint& p = points_[index];
-    tile_.points.push_back(p);
-    tile_.record.bounds.Extend(Eigen::Vector3d(p.x, p.y, p.z));
-  }
+  tile_.points.resize(part.end());
+  TilePoint* out = tile_.points.data() + part.begin;
+  for (const uint32_t index : order_.order()) *out++ = points_[index];
+}
+
+// From the thinner, with their voxels.
+void TileBuilder::TakePoints() {
+  points_.clear();
+  voxels_.clear();
+  points_.reserve(thinner_->size());
+  voxels_.reserve(thinner_->size());
+  constexpr float kFar = std::numeric_limits<float>::infinity();
+  Eigen::Array3f min = Eigen::Array3f::Constant(kFar), max = -min;
+  thinner_->TakeEach([&](const WeightedPoint& mean, const WeightedPoint& first, uint32_t stamp) {
+    const Voxel voxel = grid_.Find(first.x, first.y, first.z).value_or(Voxel());
+    // Where rounding takes the mean out of its voxel, it would be a second one of another.
+    const auto inside = [this](float of_mean, float of_first, int32_t index) {
+      return grid_.IsIn(of_mean, index) ? of_mean : of_first;
+    };
+    const Eigen::Array3f p(inside(mean.x, first.x, voxel.x), inside(mean.y, first.y, voxel.y),
+                           inside(mean.z, first.z, voxel.z));
+    min = min.min(p);
+    max = max.max(p);
+    voxels_.push_back(voxel);
+    points_.push_back({p.x(), p.y(), p.z(), mean.intensity, stamp});
+  });
+  if (points_.empty()) return;
+  tile_.record.bounds.Extend(Eigen::Vector3d(min.cast<double>()));
+  tile_.record.bounds.Extend(Eigen::Vector3d(max.cast<double>()));
 }
 
 TileContent TileBuilder::TakeContent() {

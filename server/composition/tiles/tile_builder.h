@@ -36,6 +36,7 @@ class TileBuilder {
 
  private:
   void EndPart();
+  void TakePoints();
 
   const VoxelGrid grid_;
   VoxelThinner* const thinner_;
