@@ -2,7 +2,7 @@
 // a person does about it.
 import {Matrix4, Vector3} from 'three';
 import {Calls} from './api/calls';
-import type {Loop, Match, Revision, StampedPose, Submap} from './api/messages';
+import type {Loop, Match, Revision, Submap} from './api/messages';
 import {message, RpcError, type Rpc} from './api/rpc';
 import {Model} from './model';
 import {Region} from './region';
@@ -282,11 +282,6 @@ export class App {
     }
     this.marks.resize();
     this.labels.place();
-  }
-
-  // For tests and the curious: a pose's trail by robot.
-  trail(robot: string): StampedPose[] {
-    return this.trails.paths.value.get(robot)?.poses ?? [];
   }
 }
 

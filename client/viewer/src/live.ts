@@ -6,6 +6,8 @@ import {isAbort, RpcError} from './api/rpc';
 import {Backoff, sleep} from './retry';
 import {Signal} from './state';
 
+const NO_ACCESS = ['UNAUTHENTICATED', 'PERMISSION_DENIED'];  // Another token is needed.
+
 export type Connection =
     | {state: 'connecting' | 'live'}
     | {state: 'lost'; why: string; againMs: number}
@@ -20,7 +22,7 @@ export class Live {
   private run = '0';
 
   constructor(private readonly calls: Calls,
-              private readonly onChange: (change: MapChange) => void) {}
+              private readonly onChange: (change: MapChange, first: boolean) => void) {}
 
   start(): void {
     this.abort.abort();
@@ -51,7 +53,7 @@ export class Live {
         error = caught;
       }
       if (signal.aborted || isAbort(error)) return;
-      if (error instanceof RpcError && error.code === 'UNAUTHENTICATED') {
+      if (error instanceof RpcError && NO_ACCESS.includes(error.code)) {
         this.connection.set({state: 'login', why: error.message});
         return;
       }
@@ -60,10 +62,12 @@ export class Live {
   }
 
   private async watch(signal: AbortSignal): Promise<void> {
+    let first = true;
     for await (const change of this.calls.watchMap(this.revision, this.run, signal)) {
       if (signal.aborted) return;
       this.backoff.reset();
-      this.onChange(change);
+      this.onChange(change, first);
+      first = false;
       if (!change.more) [this.revision, this.run] = [change.revision, change.run];
       if (this.connection.value.state !== 'live') this.connection.set({state: 'live'});
     }

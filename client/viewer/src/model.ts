@@ -34,7 +34,7 @@ export class Model {
   private listedMs = 0;
 
   constructor(readonly calls: Calls) {
-    this.live = new Live(calls, (change) => this.take(change));
+    this.live = new Live(calls, (change, first) => this.take(change, first));
   }
 
   sessionsOf(robot: string): string[] {
@@ -96,9 +96,10 @@ export class Model {
     }
   }
 
-  private take(change: MapChange): void {
+  // `first`: of a new watch; what an earlier one began is not gone on with.
+  private take(change: MapChange, first: boolean): void {
     const trees = this.tiles.value;
-    if (change.restart && !this.inStep) trees.clear();
+    if (change.restart && (first || !this.inStep)) trees.clear();
     this.inStep = change.more;
     const components = new Set([...change.tiles.map((tile) => tile.id.component),
                                 ...change.removedTiles.map((id) => id.component)]);

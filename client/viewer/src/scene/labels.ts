@@ -33,13 +33,16 @@ export class Labels {
 
   // To be called with each frame.
   place(): void {
-    for (const labels of this.sets.values()) {
+    for (const [name, labels] of this.sets) {
+      // Below the line that they are of, where robots' names are not.
+      const away = name === 'graph' ? 40 : -130;
       for (const {element, at} of labels) {
         const pixel = this.view.project(at);
         element.hidden = !pixel;
         if (!pixel) continue;
         element.style.transform =
-            `translate(-50%, -130%) translate(${pixel.x.toFixed(1)}px, ${pixel.y.toFixed(1)}px)`;
+            `translate(-50%, ${away}%) ` +
+            `translate(${pixel.x.toFixed(1)}px, ${pixel.y.toFixed(1)}px)`;
       }
     }
   }

@@ -31,7 +31,8 @@ export class View {
   private readonly keys = new Set<string>();
 
   constructor(readonly canvas: HTMLCanvasElement) {
-    this.renderer = new WebGLRenderer({canvas, antialias: true, powerPreference: 'high-performance'});
+    // Smooth edges would cost four times as much, and points have none.
+    this.renderer = new WebGLRenderer({canvas, powerPreference: 'high-performance'});
     this.scene.add(this.overlay, new AmbientLight());
     for (const camera of [this.perspective, this.fromAbove]) camera.up.set(0, 0, 1);
     this.perspective.position.set(-20, -30, 30);
@@ -91,7 +92,7 @@ export class View {
     const away = radius / Math.sin((FIELD_OF_VIEW_DEG * Math.PI) / 360) /
         Math.min(1, Math.max(this.perspective.aspect, 0.5));
     const direction = new Vector3(-0.35, -0.6, 0.72).normalize();
-    this.perspective.position.copy(target).addScaledVector(direction, 0.85 * away);
+    this.perspective.position.copy(target).addScaledVector(direction, 0.66 * away);
     if (this.mode === 'top') {
       this.fromAbove.zoom = 1;
       const aspect = this.perspective.aspect;
@@ -109,7 +110,7 @@ export class View {
     this.draw();
   }
 
-  // One finger or the left button moves the map in the view from above, turns it in the other.
+  // Whether the pointer is the view's own, not a tool's.
   setDragging(free: boolean): void {
     this.controls.enabled = free;
   }

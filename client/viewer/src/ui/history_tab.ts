@@ -45,7 +45,7 @@ function timeline(app: App, diff: Signal<Diff | undefined>, compare: Compare): H
     const came = to.moves.filter((m) => !m.before).length;
     const went = to.moves.filter((m) => !m.after).length;
     fill(summary,
-         hint(`Since revision ${to.from}: ${plural(came, 'submap')} came, ${moved} moved, ${went} went. ` +
+         hint(`${to.to ? `Revision ${to.to}` : `Since revision ${to.from}`}: ${plural(came, 'submap')} came, ${moved} moved, ${went} went. ` +
               'On the map: orange from where they were to where they are, green what came.'),
          h('div', {class: 'bar'}, button('Clear', () => diff.set(undefined))));
   });
