@@ -2,7 +2,9 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <limits>
 #include <vector>
 
@@ -22,7 +24,24 @@ struct MapPoint {
   float x = 0, y = 0, z = 0;
   float intensity = 0;
   uint32_t robot = 0;
+  // When its voxel was last seen: the end of the newest submap that saw it. Unix seconds; 0 where
+  // it is not known.
+  uint32_t stamp = 0;
 };
+
+// A point of the map as files and messages have it: x y z intensity (float32) and robot (uint32),
+// which is how it begins in memory.
+inline constexpr size_t kMapRecordBytes = offsetof(MapPoint, stamp);
+static_assert(kMapRecordBytes == 20 && offsetof(MapPoint, robot) == 16);
+
+// `out` has room for so many records.
+inline void CopyMapRecords(const std::vector<MapPoint>& points, void* out) {
+  auto* to = static_cast<char*>(out);
+  for (const MapPoint& point : points) {
+    std::memcpy(to, &point, kMapRecordBytes);
+    to += kMapRecordBytes;
+  }
+}
 
 // Axis-aligned box; empty (min > max) until the first Extend.
 struct Box {

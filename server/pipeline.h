@@ -20,6 +20,7 @@
 #include "core/records/event.h"
 #include "core/records/list_at.h"
 #include "core/records/localisation.h"
+#include "core/records/map_changes.h"
 #include "core/records/map_edits.h"
 #include "core/records/map_graph.h"
 #include "core/records/map_info.h"
@@ -192,6 +193,17 @@ class Pipeline {
   // See EventJournal.
   virtual uint64_t OnEvents(std::function<void()> wake) = 0;
   virtual void ForgetEvents(uint64_t handle) = 0;
+
+  // What is new in the composed map since what `known` says, in tiles of that level; everything
+  // where `known` says nothing, or too little is known of it by now. Nothing while there is no map
+  // yet. Without `robots`.
+  virtual std::optional<MapStep> MapSince(const MapMark& known, uint32_t level) = 0;
+  // Where the robots are that are under way, in order of their sessions. Cheap, as GetLoad.
+  virtual std::vector<RobotPlace> RobotPlaces() = 0;
+  // `wake` is called, from any thread, after each new composed map; it must not block. Once
+  // ForgetMap returns, or while it does, one last call may be under way.
+  virtual uint64_t OnMap(std::function<void()> wake) = 0;
+  virtual void ForgetMap(uint64_t handle) = 0;
 
   // Waits until MapInfo::settled holds, estimation of everything new included.
   virtual void WaitUntilIdle() = 0;

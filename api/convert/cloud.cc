@@ -11,22 +11,22 @@
 namespace isthmus::convert {
 namespace {
 
-// MapPoint is sent as it lies in memory.
-static_assert(sizeof(MapPoint) == 20 && offsetof(MapPoint, robot) == 16);
 static_assert(std::endian::native == std::endian::little);
+static_assert(sizeof(MapPoint) == 6 * sizeof(uint32_t));  // Six fields of four bytes.
 
 struct MapPointField {
   const char* name;
-  uint32_t offset;
-  v1::PointField::Type type;
+  size_t offset;  // In MapPoint.
+  ScalarType type;
 };
 
 constexpr MapPointField kMapPointFields[] = {
-    {"x", offsetof(MapPoint, x), v1::PointField::FLOAT32},
-    {"y", offsetof(MapPoint, y), v1::PointField::FLOAT32},
-    {"z", offsetof(MapPoint, z), v1::PointField::FLOAT32},
-    {"intensity", offsetof(MapPoint, intensity), v1::PointField::FLOAT32},
-    {"robot", offsetof(MapPoint, robot), v1::PointField::UINT32},
+    {"x", offsetof(MapPoint, x), ScalarType::kFloat32},
+    {"y", offsetof(MapPoint, y), ScalarType::kFloat32},
+    {"z", offsetof(MapPoint, z), ScalarType::kFloat32},
+    {"intensity", offsetof(MapPoint, intensity), ScalarType::kFloat32},
+    {"robot", offsetof(MapPoint, robot), ScalarType::kUint32},
+    {"last_seen", offsetof(MapPoint, stamp), ScalarType::kUint32},
 };
 
 absl::StatusOr<ScalarType> CheckedType(v1::PointField::Type type, const std::string& field) {
@@ -65,15 +65,26 @@ absl::StatusOr<PayloadEncoding> CheckedEncoding(v1::PointCloud::Encoding encodin
   }
 }
 
-bool HasMapPoints(const v1::PointCloud& cloud) {
-  int known = 0;
-  for (const MapPointField& field : kMapPointFields) {
-    if (known == cloud.fields_size()) return false;
-    const v1::PointField& given = cloud.fields(known++);
-    if (given.name() != field.name || given.offset() != field.offset) return false;
+// Where MapPoint has what the cloud's fields hold.
+struct Column {
+  uint32_t from;
+  size_t to;
+};
+
+absl::StatusOr<std::vector<Column>> MapPointColumns(const PointPayload& payload) {
+  std::vector<Column> columns;
+  for (const MapPointField& wanted : kMapPointFields) {
+    for (const PointField& field : payload.fields) {
+      if (field.name != wanted.name || field.type != wanted.type) continue;
+      if (payload.stride < 4 || field.offset > payload.stride - 4) continue;
+      columns.push_back({field.offset, wanted.offset});
+      break;
+    }
   }
-  return cloud.stride() >= sizeof(MapPoint) &&
-         cloud.data().size() == uint64_t{cloud.stride()} * cloud.width();
+  const bool has_place = columns.size() >= 3 && columns[2].to == offsetof(MapPoint, z);
+  const uint64_t size = uint64_t{payload.stride} * payload.width * payload.height;
+  if (has_place && payload.data.size() == size) return columns;
+  return absl::DataLossError("the server's points are not x y z and what was asked for");
 }
 
 }  // namespace
@@ -122,32 +133,41 @@ absl::StatusOr<PointPayload> FromMessage(v1::PointCloud&& cloud) {
   return payload;
 }
 
-v1::PointCloud ToMessage(const std::vector<MapPoint>& points) {
-  v1::PointCloud cloud;
-  cloud.set_encoding(v1::PointCloud::RAW);
-  cloud.set_width(static_cast<uint32_t>(points.size()));
-  cloud.set_height(1);
-  cloud.set_stride(sizeof(MapPoint));
+PointPayload ToPayload(const std::vector<MapPoint>& points, const MapPointFields& wanted) {
+  PointPayload payload;
+  payload.width = static_cast<uint32_t>(points.size());
+  payload.height = 1;
+  std::vector<size_t> offsets;
   for (const MapPointField& field : kMapPointFields) {
-    v1::PointField& added = *cloud.add_fields();
-    added.set_name(field.name);
-    added.set_offset(field.offset);
-    added.set_type(field.type);
-    added.set_count(1);
+    if (field.offset == offsetof(MapPoint, intensity) && !wanted.intensity) continue;
+    if (field.offset == offsetof(MapPoint, robot) && !wanted.robot) continue;
+    if (field.offset == offsetof(MapPoint, stamp) && !wanted.stamp) continue;
+    payload.fields.push_back({field.name, payload.stride, field.type, 1});
+    payload.stride += sizeof(uint32_t);
+    offsets.push_back(field.offset);
   }
-  cloud.set_data(points.data(), points.size() * sizeof(MapPoint));
-  return cloud;
+  payload.data.resize(points.size() * payload.stride);
+  char* to = payload.data.data();
+  for (const MapPoint& point : points) {
+    for (const size_t offset : offsets) {
+      std::memcpy(to, reinterpret_cast<const char*>(&point) + offset, sizeof(uint32_t));
+      to += sizeof(uint32_t);
+    }
+  }
+  return payload;
 }
 
-absl::Status AppendPoints(const v1::PointCloud& cloud, std::vector<MapPoint>& points) {
-  if (cloud.width() == 0 && cloud.data().empty()) return absl::OkStatus();
-  if (!HasMapPoints(cloud)) {
-    return absl::DataLossError("the server's points are not x y z intensity robot");
-  }
-  for (uint32_t i = 0; i < cloud.width(); ++i) {
-    MapPoint point;
-    std::memcpy(&point, cloud.data().data() + size_t{cloud.stride()} * i, sizeof(point));
-    points.push_back(point);
+absl::Status AppendPoints(const PointPayload& payload, std::vector<MapPoint>& points) {
+  if (payload.width == 0 && payload.data.empty()) return absl::OkStatus();
+  const absl::StatusOr<std::vector<Column>> columns = MapPointColumns(payload);
+  if (!columns.ok()) return columns.status();
+  const char* from = payload.data.data();
+  for (size_t i = 0; i < size_t{payload.width} * payload.height; ++i, from += payload.stride) {
+    MapPoint& point = points.emplace_back();
+    for (const Column& column : *columns) {
+      std::memcpy(reinterpret_cast<char*>(&point) + column.to, from + column.from,
+                  sizeof(uint32_t));
+    }
   }
   return absl::OkStatus();
 }

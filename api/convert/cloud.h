@@ -18,9 +18,13 @@ v1::PointCloud LayoutMessage(const PointPayload& payload);  // All but the data.
 // whether the layout fits the data is left to core/codec.
 absl::StatusOr<PointPayload> FromMessage(v1::PointCloud&& cloud);
 
-// Points of the merged map: x y z intensity robot, RAW.
-v1::PointCloud ToMessage(const std::vector<MapPoint>& points);
-// DataLoss when the cloud is not laid out so.
-absl::Status AppendPoints(const v1::PointCloud& cloud, std::vector<MapPoint>& points);
+// What a point of the merged map is sent with, beside x y z.
+struct MapPointFields {
+  bool intensity = true, robot = true, stamp = false;
+};
+// Raw; fields x y z intensity robot last_seen, those wanted.
+PointPayload ToPayload(const std::vector<MapPoint>& points, const MapPointFields& wanted);
+// What the points were not sent with is 0. DataLoss when they are not laid out so.
+absl::Status AppendPoints(const PointPayload& payload, std::vector<MapPoint>& points);
 
 }  // namespace isthmus::convert

@@ -6,20 +6,10 @@
 #include <string>
 #include <utility>
 
-#include "api/convert/enum_table.h"
 #include "api/convert/geometry.h"
 
 namespace isthmus::convert {
 namespace {
-
-constexpr std::pair<ExportFormat, v1::ExportMapRequest::Format> kFormats[] = {
-    {ExportFormat::kPcdAscii, v1::ExportMapRequest::PCD_ASCII},
-    {ExportFormat::kPcdBinary, v1::ExportMapRequest::PCD_BINARY},
-    {ExportFormat::kPcdBinaryCompressed, v1::ExportMapRequest::PCD_BINARY_COMPRESSED},
-    {ExportFormat::kPly, v1::ExportMapRequest::PLY},
-    {ExportFormat::kOctoMapBinary, v1::ExportMapRequest::OCTOMAP_BINARY},
-    {ExportFormat::kOctoMapFull, v1::ExportMapRequest::OCTOMAP_FULL},
-};
 
 v1::Component ComponentMessage(const Component& component) {
   v1::Component message;
@@ -41,65 +31,6 @@ Component ComponentOf(const v1::Component& component) {
   record.point_count = component.point_count();
   if (component.has_bounds()) record.bounds = FromMessage(component.bounds());
   return record;
-}
-
-absl::StatusOr<Box> CheckedBox(const v1::Box& box) {
-  const auto min = Checked(box.min(), "box.min");
-  if (!min.ok()) return min.status();
-  const auto max = Checked(box.max(), "box.max");
-  if (!max.ok()) return max.status();
-  if ((min->array() > max->array()).any()) {
-    return absl::InvalidArgumentError(absl::StrCat("box.min (", min->x(), ", ", min->y(), ", ",
-                                                   min->z(), ") exceeds box.max (", max->x(), ", ",
-                                                   max->y(), ", ", max->z(), "): exchange them"));
-  }
-  Box record;
-  record.min = *min;
-  record.max = *max;
-  return record;
-}
-
-absl::StatusOr<RegionQuery::Sphere> CheckedSphere(const v1::Sphere& sphere) {
-  const auto center = Checked(sphere.center(), "sphere.center");
-  if (!center.ok()) return center.status();
-  // Written so that NaN fails too.
-  if (!(sphere.radius_m() > 0 && sphere.radius_m() <= kMaxCoordinateM)) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("sphere.radius_m is ", sphere.radius_m(), ": give a positive number"));
-  }
-  return RegionQuery::Sphere{*center, sphere.radius_m()};
-}
-
-absl::Status CheckResolution(double resolution_m) {
-  if (resolution_m >= 0 && resolution_m <= kMaxCoordinateM) return absl::OkStatus();
-  return absl::InvalidArgumentError(
-      absl::StrCat("resolution_m is ", resolution_m,
-                   ": give a positive size, or 0 for the points as composed and the default leaf"));
-}
-
-template <typename Message>
-void PutRegion(const std::optional<Box>& box, const std::optional<RegionQuery::Sphere>& sphere,
-               Message& message) {
-  if (box) *message.mutable_box() = ToMessage(*box);
-  if (!sphere) return;
-  *message.mutable_sphere()->mutable_center() = ToMessage(sphere->center);
-  message.mutable_sphere()->set_radius_m(sphere->radius_m);
-}
-
-// Box, sphere and resolution, checked.
-template <typename Message, typename Record>
-absl::Status TakeRegion(const Message& request, Record& record) {
-  if (request.has_box()) {
-    const auto box = CheckedBox(request.box());
-    if (!box.ok()) return box.status();
-    record.box = *box;
-  }
-  if (request.has_sphere()) {
-    const auto sphere = CheckedSphere(request.sphere());
-    if (!sphere.ok()) return sphere.status();
-    record.sphere = *sphere;
-  }
-  return CheckResolution(request.resolution_m());
 }
 
 }  // namespace
@@ -215,50 +146,6 @@ absl::StatusOr<TrajectoryFrame> FromMessage(v1::Frame frame) {
   if (frame == v1::ODOM) return TrajectoryFrame::kOdom;
   if (frame == v1::MAP) return TrajectoryFrame::kMap;
   return absl::InvalidArgumentError("name the frame of the trajectory: ODOM or MAP");
-}
-
-v1::QueryRegionRequest ToMessage(const RegionQuery& query) {
-  v1::QueryRegionRequest message;
-  PutRegion(query.box, query.sphere, message);
-  message.set_component(query.component);
-  message.set_robot(query.robot.value());
-  message.set_resolution_m(query.resolution_m);
-  return message;
-}
-
-absl::StatusOr<RegionQuery> FromMessage(const v1::QueryRegionRequest& request) {
-  RegionQuery query;
-  if (absl::Status status = TakeRegion(request, query); !status.ok()) return status;
-  query.component = request.component();
-  query.robot = RobotId(request.robot());
-  query.resolution_m = request.resolution_m();
-  return query;
-}
-
-v1::ExportMapRequest ToMessage(const ExportRequest& request) {
-  v1::ExportMapRequest message;
-  message.set_format(ToMessage(kFormats, request.format));
-  message.set_component(request.component);
-  message.set_resolution_m(request.resolution_m);
-  PutRegion(request.box, request.sphere, message);
-  message.set_robot(request.robot.value());
-  return message;
-}
-
-absl::StatusOr<ExportRequest> FromMessage(const v1::ExportMapRequest& request) {
-  const auto format = FromMessage(kFormats, request.format(), std::optional<ExportFormat>());
-  if (!format) {
-    return absl::InvalidArgumentError(
-        "name the format of the file: PCD_ASCII, PCD_BINARY, PCD_BINARY_COMPRESSED, PLY, "
-        "OCTOMAP_BINARY or OCTOMAP_FULL");
-  }
-  ExportRequest wanted;
-  if (absl::Status status = TakeRegion(request, wanted); !status.ok()) return status;
-  wanted.format = *format;
-  wanted.component = request.component();
-  wanted.resolution_m = request.resolution_m();
-  wanted.robot = RobotId(request.robot());
-  return wanted;
 }
 
 }  // namespace isthmus::convert

@@ -23,9 +23,13 @@ v1::Frame ToMessage(TrajectoryFrame frame);
 absl::StatusOr<TrajectoryFrame> FromMessage(v1::Frame frame);
 
 v1::QueryRegionRequest ToMessage(const RegionQuery& query);
-// InvalidArgument for a box with min > max, a radius that is not positive, a negative resolution,
-// and numbers that are not finite.
+// InvalidArgument for a box with min > max, sizes that are not positive, too few or too many
+// corners, a negative resolution, numbers that are not finite, and attributes or an encoding that
+// are none.
 absl::StatusOr<RegionQuery> FromMessage(const v1::QueryRegionRequest& request);
+
+v1::RegionPosition ToMessage(const RegionPosition& position);
+RegionPosition FromMessage(const v1::RegionPosition& position);
 
 v1::ExportMapRequest ToMessage(const ExportRequest& request);
 // InvalidArgument when no format is named, and for a resolution as above.

@@ -28,6 +28,7 @@ void AddPicture(CLI::App& app, Action& action);
 void AddToken(CLI::App& app, Action& action);
 void AddTop(CLI::App& app, Action& action);
 void AddView(CLI::App& app, Action& action);
+void AddWatch(CLI::App& app, Action& action);
 void AddReport(CLI::App& app, Action& action);
 
 }  // namespace isthmus::cli

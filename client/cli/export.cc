@@ -57,6 +57,7 @@ int SaveServerFile(client::Client& client, const RegionQuery& query, const Expor
                               .resolution_m = query.resolution_m,
                               .box = query.box,
                               .sphere = query.sphere,
+                              .shape = query.shape,
                               .robot = query.robot};
   absl::StatusOr<client::ExportSummary> summary;
   {
@@ -176,8 +177,11 @@ absl::Status CheckUse(const ExportOptions& options) {
   if (options.band.size() == 2 && !(options.band[0] < options.band[1])) {
     return absl::InvalidArgumentError("--height-band is LOW HIGH, the lower height first");
   }
-  if (options.format == "nav2" && !options.region.sphere.empty()) {
-    return absl::InvalidArgumentError("a grid map has a --box, no --sphere");
+  const RegionOptions& region = options.region;
+  const bool has_shape =
+      !(region.oriented_box.empty() && region.polygon.empty() && region.corridor.empty());
+  if (options.format == "nav2" && (has_shape || !region.sphere.empty())) {
+    return absl::InvalidArgumentError("a grid map has a --box, no other part of the map");
   }
   return absl::OkStatus();
 }

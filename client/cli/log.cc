@@ -66,17 +66,13 @@ Json EventJson(const Event& event) {
 // "#N", a span back from now, a day, or a time of RFC 3339.
 absl::Status ParseSince(const std::string& text, EventQuery* query) {
   uint64_t number = 0;
-  absl::Time time;
   if (text.starts_with('#') && absl::SimpleAtoi(text.substr(1), &number) && number > 0) {
     query->after = number - 1;
     return absl::OkStatus();
   }
   query->after = 0;
-  if (const auto age = ParseAge(text)) {
-    query->since_ns = absl::ToUnixNanos(absl::Now() - *age);
-  } else if (absl::ParseTime(absl::RFC3339_full, text, &time, nullptr) ||
-             absl::ParseTime("%Y-%m-%d", text, &time, nullptr)) {
-    query->since_ns = absl::ToUnixNanos(time);
+  if (const auto moment = ParseMoment(text)) {
+    query->since_ns = absl::ToUnixNanos(*moment);
   } else {
     return absl::InvalidArgumentError(
         absl::StrCat("--since \"", text,

@@ -1,9 +1,16 @@
 // isthmus query: the points of a part of the merged map.
+#include <absl/strings/str_cat.h>
 #include <absl/strings/str_format.h>
+#include <absl/time/time.h>
+
+#include <cstdint>
+#include <string>
+#include <vector>
 
 #include "client/cli/commands.h"
 #include "client/cli/region_options.h"
 #include "client/cli/region_reader.h"
+#include "client/console/age.h"
 #include "client/console/exit_code.h"
 #include "core/formats/map_writer.h"
 #include "core/io/output_file.h"
@@ -14,11 +21,36 @@ namespace {
 struct QueryOptions {
   ServerOptions server;
   RegionOptions region;
-  std::string output;
+  std::vector<std::string> sessions;
+  std::string seen_since, seen_until, output;
+  double rounding_m = 0;
 };
 
+absl::Status TakeMoment(const std::string& text, const char* option, int64_t* ns) {
+  if (text.empty()) return absl::OkStatus();
+  const auto moment = ParseMoment(text);
+  if (!moment) {
+    return absl::InvalidArgumentError(
+        absl::StrCat(option, " \"", text, "\" is neither a span (45m, 12h, 30d, 2w), a day ",
+                     "(2026-05-01) nor a time (2026-05-01T12:00:00Z)"));
+  }
+  *ns = absl::ToUnixNanos(*moment);
+  return absl::OkStatus();
+}
+
+absl::StatusOr<RegionQuery> QueryOf(const QueryOptions& options) {
+  auto query = ParseRegion(options.region);
+  if (!query.ok()) return query;
+  for (const std::string& session : options.sessions) query->sessions.emplace_back(session);
+  absl::Status status = TakeMoment(options.seen_since, "--seen-since", &query->seen_from_ns);
+  if (status.ok()) status = TakeMoment(options.seen_until, "--seen-until", &query->seen_to_ns);
+  if (!status.ok()) return status;
+  if (options.rounding_m > 0) query->rounding_m = options.rounding_m;
+  return query;
+}
+
 int Run(const QueryOptions& options) {
-  const auto query = ParseRegion(options.region);
+  const auto query = QueryOf(options);
   if (!query.ok()) return Fail(kUsage, query.status());
   if (absl::Status status = io::CheckOutput(options.output); !status.ok()) return FailInput(status);
   const auto client = Connect(options.server);
@@ -31,7 +63,10 @@ int Run(const QueryOptions& options) {
                           formats::PcdMapChunk(region->points, kEncoding));
   if (!written.ok()) return Fail(kFailed, written);
   if (io::IsStandardOutput(options.output)) return kOk;
-  absl::PrintF("%s: %d points, revision %d\n", options.output, region->points.size(),
+  const std::string thinned = query->max_points > 0 && region->resolution_m > 0
+                                  ? absl::StrFormat(", one per %g m", region->resolution_m)
+                                  : std::string();
+  absl::PrintF("%s: %d points%s, revision %d\n", options.output, region->points.size(), thinned,
                region->revision);
   return kOk;
 }
@@ -48,6 +83,17 @@ void AddQuery(CLI::App& app, Action& action) {
                    "One point per voxel of so many metres; 0: as composed")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
+  command->add_option("--max-points", options->region.query.max_points,
+                      "At most so many: with the finest resolution that allows for it");
+  command->add_option("--session", options->sessions,
+                      "What this session saw last; may be repeated");
+  command->add_option("--seen-since", options->seen_since,
+                      "What was seen since then: 45m, 12h, 30d, 2w, a day, a time");
+  command->add_option("--seen-until", options->seen_until, "What was seen last before that");
+  command
+      ->add_option("--rounding", options->rounding_m,
+                   "Have it sent compressed, to so many metres; 0: as it is")
+      ->check(CLI::Range(0.0, 0.1));
   command->add_option("-o,--output", options->output, "FILE.pcd; - for stdout")->required();
   command->callback([options, &action] { action = [options] { return Run(*options); }; });
 }

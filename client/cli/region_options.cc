@@ -6,7 +6,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <variant>
 #include <vector>
+
+#include "core/geometry/angles.h"
 
 namespace isthmus::cli {
 namespace {
@@ -14,27 +17,78 @@ namespace {
 // What stands for "no limit" in a box, metres: maps end long before it.
 constexpr double kNoLimitM = 1e7;
 
-// "1,2,3" as three numbers.
+// "1,2,3" as three numbers; so many, or with `times` a multiple of it.
 absl::StatusOr<std::vector<double>> Numbers(const std::string& text, size_t count,
-                                            const char* option, const char* form) {
+                                            const char* option, const char* form,
+                                            bool times = false) {
   std::vector<double> numbers;
   for (absl::string_view part : absl::StrSplit(text, ',')) {
     double value = 0;
     if (!absl::SimpleAtod(part, &value)) break;
     numbers.push_back(value);
   }
-  if (numbers.size() == count &&
-      std::count(text.begin(), text.end(), ',') == static_cast<long>(count) - 1) {
-    return numbers;
-  }
+  const bool are_all =
+      std::count(text.begin(), text.end(), ',') + 1 == static_cast<long>(numbers.size());
+  const bool fits = times ? numbers.size() % count == 0 : numbers.size() == count;
+  if (are_all && fits && !numbers.empty()) return numbers;
   return absl::InvalidArgumentError(absl::StrCat(option, " is ", form, ", not '", text, "'"));
 }
 
+absl::Status TakeOrientedBox(const std::string& text, RegionQuery& query) {
+  const auto n = Numbers(text, 7, "--oriented-box", "x,y,z,yaw_deg,length,width,height");
+  if (!n.ok()) return n.status();
+  const double* v = n->data();
+  query.shape = OrientedBox{Pose::FromXyzRpy(v[0], v[1], v[2], 0, 0, v[3] * kRadPerDeg),
+                            Eigen::Vector3d(v[4], v[5], v[6])};
+  return absl::OkStatus();
+}
+
+absl::Status TakePolygon(const std::string& text, RegionQuery& query) {
+  const auto n = Numbers(text, 2, "--polygon", "x0,y0,x1,y1,x2,y2,...", /*times=*/true);
+  if (!n.ok()) return n.status();
+  Polygon polygon;
+  for (size_t i = 0; i < n->size(); i += 2) polygon.corners.emplace_back((*n)[i], (*n)[i + 1]);
+  query.shape = polygon;
+  return absl::OkStatus();
+}
+
+absl::Status TakeCorridor(const std::string& text, double width_m, RegionQuery& query) {
+  const auto n = Numbers(text, 3, "--corridor", "x0,y0,z0,x1,y1,z1,...", /*times=*/true);
+  if (!n.ok()) return n.status();
+  if (!(width_m > 0)) {
+    return absl::InvalidArgumentError("--corridor needs --width, the metres from side to side");
+  }
+  Corridor corridor;
+  for (size_t i = 0; i < n->size(); i += 3) {
+    corridor.path.emplace_back((*n)[i], (*n)[i + 1], (*n)[i + 2]);
+  }
+  corridor.width_m = width_m;
+  query.shape = corridor;
+  return absl::OkStatus();
+}
+
+absl::Status TakeShape(const RegionOptions& options, RegionQuery& query) {
+  if (!options.oriented_box.empty()) return TakeOrientedBox(options.oriented_box, query);
+  if (!options.polygon.empty()) return TakePolygon(options.polygon, query);
+  if (!options.corridor.empty()) return TakeCorridor(options.corridor, options.width_m, query);
+  return absl::OkStatus();
+}
+
+// Of the map, or relative to a corridor's path.
 absl::Status TakeBand(const RegionOptions& options, RegionQuery& query) {
   if (std::isinf(options.min_z) && std::isinf(options.max_z)) return absl::OkStatus();
   if (!(options.min_z <= options.max_z)) {
     return absl::InvalidArgumentError(absl::StrCat("--min-z ", options.min_z, " is above --max-z ",
                                                    options.max_z, ": exchange them"));
+  }
+  const HeightBand heights{options.min_z, options.max_z};
+  if (auto* polygon = std::get_if<Polygon>(&query.shape)) {
+    polygon->heights = heights;
+    return absl::OkStatus();
+  }
+  if (auto* corridor = std::get_if<Corridor>(&query.shape)) {
+    corridor->heights = heights;
+    return absl::OkStatus();
   }
   Box box = query.box.value_or(
       Box{Eigen::Vector3d::Constant(-kNoLimitM), Eigen::Vector3d::Constant(kNoLimitM)});
@@ -54,9 +108,24 @@ void AddRegionOptions(CLI::App& command, RegionOptions& options) {
   CLI::Option* sphere =
       command.add_option("--sphere", options.sphere, "x,y,z,radius in the map frame");
   sphere->excludes(box);
-  command.add_option("--min-z", options.min_z, "Nothing below, metres in the map")
-      ->excludes(sphere);
-  command.add_option("--max-z", options.max_z, "Nothing above")->excludes(sphere);
+  CLI::Option* oriented = command.add_option("--oriented-box", options.oriented_box,
+                                             "x,y,z,yaw_deg,length,width,height: of its middle");
+  CLI::Option* polygon =
+      command.add_option("--polygon", options.polygon, "x0,y0,x1,y1,x2,y2,...: seen from above");
+  CLI::Option* corridor = command.add_option("--corridor", options.corridor,
+                                             "x0,y0,z0,x1,y1,z1,...: what lies along that path");
+  command.add_option("--width", options.width_m, "Of the corridor, metres")->needs(corridor);
+  oriented->excludes(box)->excludes(sphere);
+  polygon->excludes(box)->excludes(sphere)->excludes(oriented);
+  corridor->excludes(box)->excludes(sphere)->excludes(oriented)->excludes(polygon);
+  command
+      .add_option("--min-z", options.min_z,
+                  "Nothing below, metres in the map; of a corridor relative to its path")
+      ->excludes(sphere)
+      ->excludes(oriented);
+  command.add_option("--max-z", options.max_z, "Nothing above, likewise")
+      ->excludes(sphere)
+      ->excludes(oriented);
   command.add_option("--robot", options.robot, "What this robot saw alone");
   command.add_option("--component", options.query.component, "0 is the largest")
       ->capture_default_str();
@@ -75,6 +144,7 @@ absl::StatusOr<RegionQuery> ParseRegion(const RegionOptions& options) {
     if (!n.ok()) return n.status();
     query.sphere = {{(*n)[0], (*n)[1], (*n)[2]}, (*n)[3]};
   }
+  if (absl::Status status = TakeShape(options, query); !status.ok()) return status;
   query.robot = RobotId(options.robot);
   if (absl::Status status = TakeBand(options, query); !status.ok()) return status;
   return query;

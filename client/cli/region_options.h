@@ -11,13 +11,15 @@
 namespace isthmus::cli {
 
 struct RegionOptions {
-  std::string box, sphere, robot;
+  std::string box, sphere, oriented_box, polygon, corridor, robot;
+  double width_m = 0;  // Of the corridor.
   double min_z = -std::numeric_limits<double>::infinity();
   double max_z = std::numeric_limits<double>::infinity();
   RegionQuery query;  // Component and resolution.
 };
 
-// --box, --sphere, --robot, --min-z, --max-z, --component.
+// --box, --sphere, --oriented-box, --polygon, --corridor, --width, --robot, --min-z, --max-z,
+// --component.
 void AddRegionOptions(CLI::App& command, RegionOptions& options);
 
 // InvalidArgument, saying what an option should look like.

@@ -10,6 +10,7 @@ absl::StatusOr<RegionChunk> ReadRegion(client::Client& client, const RegionQuery
   const absl::Status status = client.QueryRegion(query, [&](const RegionChunk& chunk) {
     all.revision = chunk.revision;
     all.robots = chunk.robots;
+    all.resolution_m = chunk.resolution_m;
     all.points.insert(all.points.end(), chunk.points.begin(), chunk.points.end());
     progress.Update(all.points.size());
     return true;

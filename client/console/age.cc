@@ -1,6 +1,7 @@
 #include "client/console/age.h"
 
 #include <absl/strings/numbers.h>
+#include <absl/time/clock.h>
 
 #include <cstdint>
 
@@ -26,6 +27,16 @@ std::optional<absl::Duration> ParseAge(const std::string& text) {
     default:
       return std::nullopt;
   }
+}
+
+std::optional<absl::Time> ParseMoment(const std::string& text) {
+  if (const auto age = ParseAge(text)) return absl::Now() - *age;
+  absl::Time time;
+  if (absl::ParseTime(absl::RFC3339_full, text, &time, nullptr) ||
+      absl::ParseTime("%Y-%m-%d", text, &time, nullptr)) {
+    return time;
+  }
+  return std::nullopt;
 }
 
 }  // namespace isthmus::cli

@@ -54,7 +54,7 @@ foxglove::PointCloud CloudOf(const std::vector<MapPoint>& points, int64_t stamp_
   PutStamp(stamp_ns, &cloud);
   cloud.set_frame_id(kMapFrame);
   PutPose(Pose(), cloud.mutable_pose());
-  cloud.set_point_stride(sizeof(MapPoint));
+  cloud.set_point_stride(kMapRecordBytes);
   const auto add = [&cloud](const char* name, auto type) {
     foxglove::PackedElementField& field = *cloud.add_fields();
     field.set_name(name);
@@ -65,7 +65,8 @@ foxglove::PointCloud CloudOf(const std::vector<MapPoint>& points, int64_t stamp_
     add(name, foxglove::PackedElementField::FLOAT32);
   }
   add("robot", foxglove::PackedElementField::UINT32);
-  cloud.set_data(points.data(), points.size() * sizeof(MapPoint));
+  cloud.mutable_data()->resize(points.size() * kMapRecordBytes);
+  CopyMapRecords(points, cloud.mutable_data()->data());
   return cloud;
 }
 

@@ -27,6 +27,7 @@
 #include "core/records/event.h"
 #include "core/records/list_at.h"
 #include "core/records/localisation.h"
+#include "core/records/map_changes.h"
 #include "core/records/map_edits.h"
 #include "core/records/map_graph.h"
 #include "core/records/map_info.h"
@@ -138,9 +139,21 @@ class Client {
   absl::StatusOr<ListAt<RobotAnchor>> ListAnchors();  // In order of submap.
 
   // Calls `chunk` until it returns false (Cancelled) or all is read; at least once, also where
-  // there are no points. Not tried again after the first chunk.
+  // there are no points. Goes on behind the last chunk after a lost connection; Aborted where the
+  // map is another by then.
   absl::Status QueryRegion(const RegionQuery& query,
                            const std::function<bool(const RegionChunk&)>& chunk);
+
+  // The tiles of a component at a level of detail, without their points.
+  absl::StatusOr<TileList> ListTiles(uint32_t component, uint32_t level = 0);
+  // The points of a tile as the map is now, exactly; without them where it is of `have_version`.
+  absl::StatusOr<MapTile> GetTile(const TileId& id, uint64_t have_version = 0);
+  // Calls `take` from this thread, at once with what is new since `known`, everything if that says
+  // nothing, and then with each change of the map and of where robots are, until it returns false
+  // (OK). While it is busy changes add up to one step. Goes on after a lost connection; Unavailable
+  // once the server has not answered for so many attempts. See MapMirror, which keeps a copy.
+  using OnStep = std::function<bool(const MapStep& step)>;
+  absl::Status WatchMap(MapMark known, uint32_t level, const OnStep& take);
 
   // Calls `bytes` with the file piece by piece; false stops it (Cancelled). DataLoss when size or
   // checksum differ from the server's; what was received is then worthless. Not tried again after

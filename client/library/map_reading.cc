@@ -1,7 +1,6 @@
 // The part of Client that reads the map: what is in it, and where it lies.
 #include <string>
 
-#include "api/convert/cloud.h"
 #include "api/convert/geometry.h"
 #include "api/convert/map.h"
 #include "api/convert/status.h"
@@ -87,33 +86,6 @@ absl::StatusOr<RobotTransform> Client::GetTransform(const RobotId& a, const Robo
       });
   if (!status.ok()) return status;
   return RobotTransform{response.revision(), convert::FromMessage(response.t_a_b())};
-}
-
-absl::Status Client::QueryRegion(const RegionQuery& query,
-                                 const std::function<bool(const RegionChunk&)>& chunk) {
-  const v1::QueryRegionRequest request = convert::ToMessage(query);
-  bool started = false;
-  absl::Status failure;  // Found on this side.
-  const auto read = [&](Stubs& stubs, grpc::ClientContext& context) {
-    auto reader = stubs.maps->QueryRegion(&context, request);
-    v1::QueryRegionResponse part;
-    RegionChunk out;
-    while (failure.ok() && reader->Read(&part)) {
-      started = true;
-      out.revision = part.revision();
-      for (const std::string& robot : part.robots()) out.robots.emplace_back(robot);
-      out.points.clear();
-      failure = convert::AppendPoints(part.cloud(), out.points);
-      if (failure.ok() && !chunk(out)) failure = absl::CancelledError("stopped by the reader");
-      if (!failure.ok()) context.TryCancel();
-    }
-    return reader->Finish();
-  };
-  const absl::Status status = link_->Repeat(false, [&] {
-    const absl::Status once = link_->Once(link_->options().transfer_timeout_s, read);
-    return started ? NotAgain(once) : once;
-  });
-  return failure.ok() ? status : failure;
 }
 
 }  // namespace isthmus::client

@@ -2,7 +2,6 @@
 
 #include <sensor_msgs/PointField.h>
 
-#include <cstring>
 #include <utility>
 
 namespace isthmus::ros1 {
@@ -21,13 +20,11 @@ sensor_msgs::PointField Field(const char* name, uint32_t offset, uint8_t type) {
 
 MapCloud::MapCloud(size_t max_points) : max_points_(max_points) {
   using sensor_msgs::PointField;
-  // The points are copied as they are.
-  static_assert(sizeof(MapPoint) == 20 && offsetof(MapPoint, robot) == 16);
   message_.fields = {Field("x", 0, PointField::FLOAT32), Field("y", 4, PointField::FLOAT32),
                      Field("z", 8, PointField::FLOAT32),
                      Field("intensity", 12, PointField::FLOAT32),
                      Field("robot", 16, PointField::UINT32)};
-  message_.point_step = sizeof(MapPoint);
+  message_.point_step = kMapRecordBytes;
   message_.height = 1;
   message_.is_dense = 1U;
 }
@@ -36,9 +33,9 @@ bool MapCloud::Add(const RegionChunk& chunk) {
   revision_ = chunk.revision;
   full_ = full_ || message_.width + chunk.points.size() > max_points_;
   if (full_) return false;
-  const size_t before = message_.data.size(), bytes = chunk.points.size() * sizeof(MapPoint);
+  const size_t before = message_.data.size(), bytes = chunk.points.size() * kMapRecordBytes;
   message_.data.resize(before + bytes);
-  if (bytes > 0) std::memcpy(message_.data.data() + before, chunk.points.data(), bytes);
+  CopyMapRecords(chunk.points, message_.data.data() + before);
   message_.width += static_cast<uint32_t>(chunk.points.size());
   return true;
 }

@@ -16,8 +16,6 @@ namespace isthmus::formats {
 namespace {
 
 constexpr std::array<const char*, 4> kFloatFields = {"x", "y", "z", "intensity"};
-constexpr size_t kRecordSize = kFloatFields.size() * sizeof(float) + sizeof(uint32_t);
-static_assert(sizeof(MapPoint) == kRecordSize, "a record is a MapPoint as it lies in memory");
 
 std::vector<std::string> RobotComments(const std::vector<RobotId>& robots) {
   std::vector<std::string> comments;
@@ -30,8 +28,8 @@ std::vector<std::string> RobotComments(const std::vector<RobotId>& robots) {
 }
 
 std::string Records(const std::vector<MapPoint>& points) {
-  std::string bytes(points.size() * kRecordSize, '\0');
-  if (!points.empty()) std::memcpy(bytes.data(), points.data(), bytes.size());
+  std::string bytes(points.size() * kMapRecordBytes, '\0');
+  CopyMapRecords(points, bytes.data());
   return bytes;
 }
 
@@ -68,12 +66,12 @@ std::string PcdMapChunk(const std::vector<MapPoint>& points, PcdEncoding encodin
 
 absl::StatusOr<std::string> PcdMapCompressed(const std::vector<MapPoint>& points) {
   // Every field has four bytes.
-  std::string columns(points.size() * kRecordSize, '\0');
+  std::string columns(points.size() * kMapRecordBytes, '\0');
   const auto* records = reinterpret_cast<const char*>(points.data());
   char* out = columns.data();
-  for (size_t offset = 0; offset < kRecordSize; offset += 4) {
+  for (size_t offset = 0; offset < kMapRecordBytes; offset += 4) {
     for (size_t i = 0; i < points.size(); ++i, out += 4) {
-      std::memcpy(out, records + i * kRecordSize + offset, 4);
+      std::memcpy(out, records + i * sizeof(MapPoint) + offset, 4);
     }
   }
   return LzfBlock(columns);

@@ -2,14 +2,19 @@
 #pragma once
 
 #include <absl/status/status.h>
+#include <absl/status/statusor.h>
+#include <absl/strings/str_cat.h>
 
+#include <compare>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <vector>
 
 #include "core/cloud.h"
+#include "core/geometry/shape.h"
 #include "core/ids.h"
 #include "core/map/submap.h"
 #include "core/pose.h"
@@ -31,8 +36,38 @@ struct Region {
   Eigen::Vector3d center = Eigen::Vector3d::Zero();
   double radius_m = 0;
   uint32_t component = 0;
-  int robot = -1;           // Index into ComposedMap::robots(); -1 for all.
-  double resolution_m = 0;  // Thinned further to one point per such voxel; 0: as composed.
+  int robot = -1;  // Index into ComposedMap::robots(); -1 for all.
+  // Thinned further to one point per such voxel; 0: as composed. The more often two goes into it,
+  // in voxels of the map, the less has to be read: of 1.6 m at 0.1 m a hundredth, of 0.5 m all.
+  double resolution_m = 0;
+  std::shared_ptr<const Shape> shape = nullptr;  // Map frame; null: everywhere.
+  // MapPoint::stamp, both ends included.
+  uint32_t seen_from = 0, seen_to = std::numeric_limits<uint32_t>::max();
+  std::function<bool(const MapPoint&)> keep = nullptr;  // Null: all. Asked before thinning.
+  uint64_t skip = 0;                        // So many of the points that would come first do not.
+  std::function<bool()> keep_on = nullptr;  // Asked between tiles; false ends it, no error.
+};
+
+// A square of a component's map, of any height: tile (x, y) of a level covers [x, x + 1) times
+// [y, y + 1) of its edge, tile_m * 2^level. Level 0 is what the map is made of; a tile of a higher
+// level is all that lies on it, with one point per voxel of voxel_m * 2^level.
+struct TileId {
+  uint32_t component = 0, level = 0;
+  int32_t x = 0, y = 0;
+
+  friend auto operator<=>(const TileId&, const TileId&) = default;
+  friend bool operator==(const TileId&, const TileId&) = default;
+};
+
+struct TileInfo {
+  TileId id;
+  // Of the content: robots by name, points with all that is said of them. Equal content has an
+  // equal version, in another map, after a restart, and after an undo that brings it back.
+  uint64_t version = 0;
+  // Since which map the content has been so; after a start, that of the first map or a newer one.
+  int64_t revision = 0;
+  uint64_t points = 0;  // Above level 0: at most.
+  Box bounds;           // Of the points, map frame; above level 0 of all that they stand for.
 };
 
 // Safe to read from many threads while newer ones are made.
@@ -54,10 +89,38 @@ class ComposedMap {
   virtual absl::Status ready() const { return absl::OkStatus(); }
   // Placed submaps that could not be read and are missing from the map.
   virtual uint64_t missing_submaps() const { return 0; }
+
+  // Edges of a tile of level 0 and of a voxel. 0 where a map has no tiles.
+  virtual double tile_m() const { return 0; }
+  virtual double voxel_m() const { return 0; }
+  // Levels are 0 up to one below this; the last has four tiles at most. 0 for a component that does
+  // not exist.
+  virtual uint32_t tile_levels(uint32_t /*component*/) const { return 0; }
+  // In order of x, then y; none is without points. Empty for a component or level that does not
+  // exist.
+  virtual std::vector<TileInfo> Tiles(uint32_t /*component*/, uint32_t /*level*/) const {
+    return {};
+  }
+  // NotFound where there is no such tile; else fails as Read does. A tile of level 0 has a point
+  // per voxel and robot, robot by robot, each robot's from coarse to fine.
+  virtual absl::StatusOr<TileInfo> FindTile(const TileId& tile) const { return NoTile(tile); }
+  virtual absl::StatusOr<std::vector<MapPoint>> ReadTile(const TileId& tile) const {
+    return NoTile(tile);
+  }
+  // Those that the tile's points are of, in order. None where there is no such tile.
+  virtual std::vector<SubmapId> TileSubmaps(const TileId& /*tile*/) const { return {}; }
+
   // Calls `emit` with chunks of at most `chunk` points until done or it returns false, which is no
   // error. Anything but OK means that points are missing from what was emitted: ready(), or points
   // could not be read back from where they are kept.
   virtual absl::Status Read(const Region& region, size_t chunk, const Emit& emit) const = 0;
+
+ protected:
+  static absl::Status NoTile(const TileId& tile) {
+    return absl::NotFoundError(absl::StrCat("no tile ", tile.x, ", ", tile.y, " at level ",
+                                            tile.level, " of component ", tile.component,
+                                            ": nothing was seen there, or it is gone"));
+  }
 };
 
 }  // namespace isthmus

@@ -4,10 +4,13 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
+#include <variant>
 #include <vector>
 
 #include "core/cloud.h"
+#include "core/geometry/shape.h"
 #include "core/ids.h"
 #include "core/map/submap.h"
 #include "core/map/trajectory.h"
@@ -43,23 +46,62 @@ struct RobotTransform {
   Pose T_a_b;  // b's odom frame to a's, both as at their newest submaps.
 };
 
-// The part of the merged map to read; without box and sphere everything. Map frame.
+// Parts of a map other than boxes and spheres; see core/geometry/shape.h.
+struct OrientedBox {
+  Pose T_map_box;        // Of its middle.
+  Eigen::Vector3d size;  // Whole edges.
+};
+struct Polygon {
+  std::vector<Eigen::Vector2d> corners;  // 3 at least.
+  HeightBand heights = {};               // Of the map.
+};
+struct Corridor {
+  std::vector<Eigen::Vector3d> path;  // One point at least.
+  double width_m = 0;
+  HeightBand heights = {};  // Relative to the path.
+};
+using RegionShape = std::variant<std::monostate, OrientedBox, Polygon, Corridor>;
+// Null for none.
+std::shared_ptr<const Shape> MakeShape(const RegionShape& shape);
+
+// Where a query goes on that was cut off; the server's.
+struct RegionPosition {
+  uint64_t run = 0;
+  int64_t revision = 0;
+  uint64_t points = 0;  // Sent so far.
+  double resolution_m = 0;
+};
+
+// The part of the merged map to read; without box, sphere and shape everything. Map frame.
 struct RegionQuery {
   std::optional<Box> box = std::nullopt;
   struct Sphere {
     Eigen::Vector3d center;
     double radius_m;
   };
-  std::optional<Sphere> sphere = std::nullopt;  // Not together with a box.
+  std::optional<Sphere> sphere = std::nullopt;  // Of box, sphere and shape one at most.
+  RegionShape shape = {};
   uint32_t component = 0;
   RobotId robot = {};       // Empty: all.
   double resolution_m = 0;  // One point per voxel of this size; 0: as composed.
+  // At most so many points: the finest of the resolution and its doubles that allows for it. 0: no
+  // limit.
+  uint64_t max_points = 0;
+  std::vector<SessionId> sessions = {};  // That saw the points last; empty: any.
+  int64_t seen_from_ns = 0,
+          seen_to_ns = 0;  // When they were seen last, ends included; 0: any time.
+  bool wants_intensity = true, wants_robot = true, wants_stamp = false;
+  // Sent compressed, coordinates rounded to so much; absent: as they are.
+  std::optional<double> rounding_m = std::nullopt;
+  std::optional<RegionPosition> resume = std::nullopt;  // Behind what came of this very query.
 };
 
 struct RegionChunk {
   int64_t revision = 0;
   std::vector<RobotId> robots;  // MapPoint::robot indexes it; the same in every chunk.
   std::vector<MapPoint> points;
+  double resolution_m = 0;   // Of the points; 0: as composed.
+  RegionPosition next = {};  // Behind these points.
 };
 
 enum class ExportFormat {
@@ -71,14 +113,16 @@ enum class ExportFormat {
   kOctoMapFull,    // .ot
 };
 
-// An OctoMap has the voxels whose middle lies in box or sphere, as rays of that robot found them.
+// An OctoMap has the voxels whose middle lies in box, sphere or shape, as rays of that robot found
+// them.
 struct ExportRequest {
   ExportFormat format = ExportFormat::kPcdBinaryCompressed;
   uint32_t component = 0;
   double resolution_m = 0;  // Clouds: thinning, 0 as composed. OctoMap: leaf size, 0 for 0.2 m.
   std::optional<Box> box = std::nullopt;                     // Map frame.
-  std::optional<RegionQuery::Sphere> sphere = std::nullopt;  // Not together with a box.
-  RobotId robot = {};                                        // Empty: all.
+  std::optional<RegionQuery::Sphere> sphere = std::nullopt;  // Of box, sphere and shape one.
+  RegionShape shape = {};
+  RobotId robot = {};  // Empty: all.
 };
 
 }  // namespace isthmus

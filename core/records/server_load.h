@@ -3,11 +3,13 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "core/ids.h"
 #include "core/map/match.h"
+#include "core/map/trajectory.h"
 #include "core/tracking.h"
 
 namespace isthmus {
@@ -31,7 +33,10 @@ struct SessionLoad {
   uint64_t scans_skipped = 0;                        // Since the session began.
   Tracking tracking = Tracking::kUnknown;            // As of the newest scan.
   int64_t lost_since_ns =
-      0;                    // By the robot's clock: END of the first lost scan; 0: it is not lost.
+      0;  // By the robot's clock: END of the first lost scan; 0: it is not lost.
+  // T_odom_sensor of the newest scan that could be tracked, and whose segment's odom that is.
+  std::optional<StampedPose> newest;
+  uint32_t newest_segment = 1;
   uint64_t submaps = 0;     // Stored.
   uint64_t map_bytes = 0;   // Stored of them and their features, as counted last.
   uint64_t scan_bytes = 0;  // Of its raw scans.

@@ -40,20 +40,12 @@ absl::StatusOr<std::shared_ptr<const ComposedMap>> Composer::Compose(
   if (!status.ok()) return status;
   state_->DropUnwanted();
   state_->KeepToLimit();
-  if (status = state_->RemakeTiles(); !status.ok()) return status;
+  if (status = state_->RemakeTiles(revision); !status.ok()) return status;
   state_->left_out = state_->CountLeftOut();
-
-  std::map<uint32_t, uint32_t> component_of_frame;
-  for (const auto& [component, frame] : frames) component_of_frame[frame] = component;
-  std::vector<TiledMap::Component> components(frames.empty() ? 0 : frames.rbegin()->first + 1);
-  for (const auto& [key, tile] : state_->tiles) {
-    TiledMap::Component& component = components[component_of_frame.at(key.frame)];
-    component.tiles.push_back(tile);
-    component.point_count += tile->point_count();
-    component.bounds.Extend(tile->bounds());
-  }
-  return std::make_shared<TiledMap>(revision, state_->RobotsInMap(), std::move(components),
-                                    state_->missing);
+  return std::make_shared<TiledMap>(
+      revision, state_->RobotsInMap(), state_->ComponentsInMap(frames, revision),
+      TiledMap::Scale{state_->options.voxel_m, state_->layout.voxels()}, state_->made_tiles,
+      state_->missing);
 }
 
 std::optional<SubmapId> Composer::at_hand() const { return state_->at_hand; }

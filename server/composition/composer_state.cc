@@ -12,8 +12,6 @@
 namespace isthmus::composition {
 namespace {
 
-absl::Status Stopped() { return absl::CancelledError("stopped"); }
-
 double InRange(double value, double lowest, double highest, double otherwise) {
   return std::isfinite(value) ? std::clamp(value, lowest, highest) : otherwise;
 }
@@ -40,6 +38,7 @@ Composer::State::State(const ComposerOptions& given, std::shared_ptr<SpillFile> 
       cache(std::make_shared<TileCache>(file,
                                         options.cache_bytes - options.cache_bytes / kThinnedParts)),
       builder(grid, &tile_thinner),
+      made_tiles(std::make_shared<MadeTiles>(kPyramidBytes)),
       limit(static_cast<size_t>(options.max_tiles)) {}
 
 // A component's frame is the one that its first known submap had, so that tiles stay good when
@@ -144,6 +143,7 @@ absl::Status Composer::State::PlaceSubmap(const PlacedSubmap& placed, uint32_t f
     return Stopped();
   }
   LeaveTiles(composed);
+  if (composed.id == nullptr) composed.id = std::make_shared<const SubmapId>(id);
   composed.robot = robot;
   composed.frame = frame;
   composed.T_map_submap = T_map_submap;
@@ -188,92 +188,6 @@ void Composer::State::DropUnwanted() {
 absl::Status Composer::State::KeepToMemory() {
   const absl::Status status = thinned.KeepToMemory();
   return status.ok() ? cache->KeepToMemory() : status;
-}
-
-// Drops tiles that the map has no room for, and marks those that it has room for again.
-void Composer::State::KeepToLimit() {
-  if (!limit.Update()) return;
-  limit.ForEach([this](const TileKey& key) {
-    if (!limit.Stays(key)) {
-      tiles.erase(key);
-      dirty.erase(key);
-    } else if (!tiles.contains(key)) {
-      dirty.insert(key);
-    }
-  });
-}
-
-absl::StatusOr<std::map<TileKey, std::vector<OnTile>>> Composer::State::WhatIsOnDirty() const {
-  std::map<TileKey, std::vector<OnTile>> on_tile;
-  for (const TileKey& key : dirty) on_tile[key];
-  for (const auto& [id, composed] : submaps) {
-    if (!KeepsOn()) return Stopped();
-    for (size_t i = 0; i < composed.tiles.size(); ++i) {
-      const auto it = on_tile.find(composed.tiles[i]);
-      if (it != on_tile.end()) it->second.push_back({&id, &composed, i});
-    }
-  }
-  return on_tile;
-}
-
-absl::StatusOr<TileContent> Composer::State::MakeTile(std::vector<OnTile> sources) {
-  std::stable_sort(sources.begin(), sources.end(), [&](const OnTile& l, const OnTile& r) {
-    return robots[l.composed->robot] < robots[r.composed->robot];
-  });
-  for (const OnTile& source : sources) {
-    if (!KeepsOn()) {
-      builder.TakeContent();
-      return Stopped();
-    }
-    at_hand = *source.id;
-    const auto piece = thinned.PieceOf(*source.id, source.tile);
-    if (!piece.ok()) {
-      builder.TakeContent();               // What was added is of no use.
-      ForgetSubmap(SubmapId(*source.id));  // To be read and thinned again.
-      return piece.status();
-    }
-    builder.Add(
-        {piece->points, piece->runs, source.composed->T_map_submap, source.composed->robot});
-  }
-  at_hand.reset();
-  return builder.TakeContent();
-}
-
-absl::Status Composer::State::RemakeTiles() {
-  const double all = static_cast<double>(dirty.size());
-  auto on_dirty = WhatIsOnDirty();
-  if (!on_dirty.ok()) return on_dirty.status();
-  for (auto& [key, sources] : *on_dirty) {
-    absl::StatusOr<TileContent> content = MakeTile(std::move(sources));
-    if (!content.ok()) return content.status();
-    if (content->points.empty()) {
-      tiles.erase(key);
-    } else {
-      tiles[key] = cache->Add(*std::move(content));
-    }
-    dirty.erase(key);
-    ++last_tiles_remade;
-    if (absl::Status status = cache->KeepToMemory(); !status.ok()) return status;
-    share = 1 - (1 - kReadingShare) * static_cast<double>(dirty.size()) / all;
-    if (!KeepsOn()) return Stopped();
-  }
-  return absl::OkStatus();
-}
-
-Composer::LeftOut Composer::State::CountLeftOut() const {
-  LeftOut all;
-  uint64_t largest = 0;
-  for (const auto& [id, composed] : submaps) {
-    uint64_t points = composed.left_out;
-    for (size_t i = 0; i < composed.tiles.size() && !limit.has_room_for_all(); ++i) {
-      if (!limit.Stays(composed.tiles[i])) points += composed.point_count[i];
-    }
-    all.points += points;
-    if (points <= largest) continue;
-    largest = points;
-    all.most = id;
-  }
-  return all;
 }
 
 std::vector<TiledMap::Robot> Composer::State::RobotsInMap() const {

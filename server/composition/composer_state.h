@@ -1,5 +1,5 @@
-// The state that a composer keeps from one map to the next. For composer.cc and composer_state.cc
-// alone.
+// The state that a composer keeps from one map to the next. For composer.cc, composer_state.cc and
+// composer_tiles.cc alone.
 #pragma once
 
 #include <absl/container/flat_hash_map.h>
@@ -22,8 +22,11 @@
 
 namespace isthmus::composition {
 
+inline absl::Status Stopped() { return absl::CancelledError("stopped"); }
+
 // A submap as the tiles have it. Its points are in `thinned`.
 struct Composed {
+  std::shared_ptr<const SubmapId> id;
   SubmapFingerprint fingerprint;
   Box bounds;          // Of the thinned points, submap frame.
   uint32_t robot = 0;  // Number, see Composer::State::robots.
@@ -37,7 +40,6 @@ struct Composed {
 
 // A submap's part on a tile: which submap, and which of its tiles this is.
 struct OnTile {
-  const SubmapId* id = nullptr;
   const Composed* composed = nullptr;
   size_t tile = 0;
 };
@@ -55,7 +57,9 @@ struct Composer::State {
   ThinnedSubmapCache thinned;            // Has all of them.
   const std::shared_ptr<TileCache> cache;
   TileBuilder builder;
-  std::map<TileKey, TilePtr> tiles;    // None is null.
+  std::map<TileKey, TilePtr> tiles;                                 // None is null.
+  const std::shared_ptr<MadeTiles> made_tiles;                      // Of higher levels.
+  std::map<uint32_t, std::shared_ptr<const TilePyramid>> pyramids;  // Of the last map, by frame.
   absl::flat_hash_set<TileKey> dirty;  // Those of `tiles` that are not as `submaps` says.
   TileLimit limit;                     // Knows the tiles of all of `submaps`.
   std::vector<RobotId> robots;         // By number; only grows.
@@ -84,11 +88,14 @@ struct Composer::State {
   void DropUnwanted();
   absl::Status KeepToMemory();
   void KeepToLimit();
-  absl::Status RemakeTiles();
+  absl::Status RemakeTiles(int64_t revision);
+  void PutTile(const TileKey& key, TileContent content, int64_t revision);
   absl::StatusOr<std::map<TileKey, std::vector<OnTile>>> WhatIsOnDirty() const;
   absl::StatusOr<TileContent> MakeTile(std::vector<OnTile> sources);
   LeftOut CountLeftOut() const;
   std::vector<TiledMap::Robot> RobotsInMap() const;
+  std::vector<TiledMap::Component> ComponentsInMap(const std::map<uint32_t, uint32_t>& frames,
+                                                   int64_t revision);
 };
 
 }  // namespace isthmus::composition

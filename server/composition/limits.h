@@ -24,6 +24,13 @@ inline constexpr size_t kPrefetchedPoints = 64;
 // Edge, in voxels, of the blocks in which a thinned submap's points stand together; a power of two.
 inline constexpr int32_t kBlockVoxels = 16;
 
+// Levels of detail of a tile, each with voxels of twice the edge: 12.8 m at the coarsest where they
+// have 0.1 m, a handful of points to a tile of 20 m. A tile keeps four bytes for each and robot.
+inline constexpr uint32_t kDetailLevels = 8;
+// Tiles of higher levels that are kept once made, in bytes of their points, for all readers: a
+// screen full of them, some tens of 1 to 2 MB. Fewer, and readers of one place make them anew.
+inline constexpr size_t kPyramidBytes = size_t{32} << 20;
+
 // A thinner's table: bits of its size at first; it shrinks when for so many clouds in a row it had
 // this many slots per voxel. After a tile of a million points every tile of one point cost a
 // millisecond without; large clouds that come now and then still find it ready.

@@ -14,11 +14,12 @@ OccupancyGrid::OccupancyGrid(double resolution_m, double max_range_m, uint64_t m
       max_bytes_(max_bytes),
       evidence_(evidence),
       region_(region),
-      is_bounded_(!region.box.empty() || region.has_sphere) {}
+      is_bounded_(!region.box.empty() || region.has_sphere || region.shape != nullptr) {}
 
 bool OccupancyGrid::IsWanted(const Index& index) const {
   const Eigen::Vector3d middle = (index.cast<double>().array() + 0.5) * resolution_m_;
   if (!region_.box.empty() && !region_.box.Contains(middle)) return false;
+  if (region_.shape != nullptr && !region_.shape->Contains(middle)) return false;
   return !region_.has_sphere || (middle - region_.center).norm() <= region_.radius_m;
 }
 

@@ -1,5 +1,7 @@
 #include "server/composition/voxel_thinner.h"
 
+#include <algorithm>
+
 #include "server/composition/limits.h"
 
 namespace isthmus::composition {
@@ -30,7 +32,7 @@ void VoxelThinner::Shrink() {
   cells_.shrink_to_fit();
 }
 
-void VoxelThinner::Add(uint64_t voxel, const WeightedPoint& point) {
+void VoxelThinner::Add(uint64_t voxel, const WeightedPoint& point, uint32_t stamp) {
   size_t i = FindSlot(voxel);
   if (slots_[i].key == kNoVoxel) {
     if (cells_.size() * 2 >= slots_.size()) {
@@ -38,7 +40,7 @@ void VoxelThinner::Add(uint64_t voxel, const WeightedPoint& point) {
       i = FindSlot(voxel);
     }
     slots_[i] = {voxel, static_cast<uint32_t>(cells_.size())};
-    cells_.push_back({point});
+    cells_.push_back({.first = point, .stamp = stamp});
     return;
   }
   Cell& cell = cells_[slots_[i].cell];
@@ -48,16 +50,16 @@ void VoxelThinner::Add(uint64_t voxel, const WeightedPoint& point) {
   cell.dz += weight * (point.z - cell.first.z);
   cell.di += weight * (point.intensity - cell.first.intensity);
   cell.first.weight += point.weight;
+  cell.stamp = std::max(cell.stamp, stamp);
 }
 
 void VoxelThinner::TakePoints(std::vector<WeightedPoint>* out) {
   out->reserve(out->size() + cells_.size());
-  for (const Cell& cell : cells_) {
-    const WeightedPoint& p = cell.first;
-    const float share = 1 / static_cast<float>(p.weight);
-    out->push_back({p.x + cell.dx * share, p.y + cell.dy * share, p.z + cell.dz * share,
-                    p.intensity + cell.di * share, p.weight});
-  }
+  for (const Cell& cell : cells_) out->push_back(Mean(cell));
+  Forget();
+}
+
+void VoxelThinner::Forget() {
   const bool is_roomy =
       slots_.size() > size_t{1} << kFirstTableBits && cells_.size() * kRoomySlots < slots_.size();
   cells_.clear();

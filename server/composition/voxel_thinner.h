@@ -32,6 +32,8 @@ class VoxelGrid {
     if (!(std::abs(i) < kLimit && std::abs(j) < kLimit && std::abs(k) < kLimit)) return {};
     return Voxel{Floor(i), Floor(j), Floor(k)};
   }
+  // Whether a coordinate that Find takes is that of a point in a voxel of this index.
+  bool IsIn(float value, int32_t index) const { return Floor(value * inverse_) == index; }
 
  private:
   // std::floor is a library call where the compiler may not assume SSE4.1.
@@ -62,11 +64,20 @@ class VoxelThinner {
  public:
   VoxelThinner();
 
-  void Add(uint64_t voxel, const WeightedPoint& point);
+  // `stamp` is when it was seen, as MapPoint's.
+  void Add(uint64_t voxel, const WeightedPoint& point, uint32_t stamp = 0);
   // Says that a point of the voxel will be added soon. Changes nothing but how long that takes.
   void Prefetch(uint64_t voxel) const { __builtin_prefetch(&slots_[FirstSlot(voxel)]); }
   // Appends one point per voxel, in the order in which voxels were first met, and forgets them.
   void TakePoints(std::vector<WeightedPoint>* out);
+  // Likewise, as calls of visit(point, first, stamp): with the first point of the voxel, which lies
+  // in it, while rounding may take the mean of many out; and the newest stamp.
+  template <typename Visit>
+  void TakeEach(const Visit& visit) {
+    for (const Cell& cell : cells_) visit(Mean(cell), cell.first, cell.stamp);
+    Forget();
+  }
+  size_t size() const { return cells_.size(); }  // Voxels.
 
  private:
   struct Slot {
@@ -77,13 +88,21 @@ class VoxelThinner {
   struct Cell {
     WeightedPoint first;
     float dx = 0, dy = 0, dz = 0, di = 0;
+    uint32_t stamp = 0;
   };
   static constexpr uint64_t kNoVoxel = ~uint64_t{0};  // No packed voxel: those have 63 bits.
 
+  static WeightedPoint Mean(const Cell& cell) {
+    const WeightedPoint& p = cell.first;
+    const float share = 1 / static_cast<float>(p.weight);
+    return {p.x + cell.dx * share, p.y + cell.dy * share, p.z + cell.dz * share,
+            p.intensity + cell.di * share, p.weight};
+  }
   size_t FirstSlot(uint64_t key) const { return hash_(key) >> shift_; }
   size_t FindSlot(uint64_t key) const;
   void Grow();
   void Shrink();  // When empty.
+  void Forget();
 
   VoxelHash hash_;
   std::vector<Slot> slots_;  // A power of two of them, at most half in use.

@@ -36,6 +36,8 @@ SessionLoad SessionWorker::Load() const {
   load.scans_skipped = status_.scans.skipped;
   load.tracking = status_.tracking;
   load.lost_since_ns = status_.lost_since_ns;
+  load.newest = newest_;
+  load.newest_segment = newest_segment_;
   return load;
 }
 

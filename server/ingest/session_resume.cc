@@ -20,10 +20,10 @@ void SessionWorker::RememberSubmaps(const ResumePoint& resume, Cloud* around) {
   stored->for_each_submap([&](const Submap& submap) {
     mutex_.AssertHeld();
     state_->odometry.Remember(submap);
-    if (around == nullptr || !T_odom_last_) return;
+    if (around == nullptr || !newest_) return;
     for (const SubmapPoint& point : submap.points) {
       const Eigen::Vector3d p = submap.T_odom_submap * point.Position().cast<double>();
-      if ((p - T_odom_last_->translation()).norm() > options_.odometry.map.radius_m) continue;
+      if ((p - newest_->pose.translation()).norm() > options_.odometry.map.radius_m) continue;
       const Eigen::Vector3f q = p.cast<float>();
       around->push_back({q.x(), q.y(), q.z(), point.intensity});
     }
@@ -32,8 +32,8 @@ void SessionWorker::RememberSubmaps(const ResumePoint& resume, Cloud* around) {
 
 void SessionWorker::Resume(const ResumePoint& resume) {
   for (const StoredSegment& segment : resume.segments) {
-    T_odom_last_.reset();  // No way leads from one segment to the next.
-    for (const TrajectoryEntry& entry : segment.trajectory) FollowPose(entry);
+    newest_.reset();  // No way leads from one segment to the next.
+    for (const TrajectoryEntry& entry : segment.trajectory) FollowPose(entry, segment.segment);
     stored_until_ = {segment.segment, segment.next_index};
   }
   const std::optional<SessionCheckpoint>& checkpoint = resume.checkpoint;
@@ -53,14 +53,14 @@ void SessionWorker::Resume(const ResumePoint& resume) {
     status_.input = status_.resumed;
     return;
   }
-  if (state_->segment != stored_until_.first) T_odom_last_.reset();
+  if (state_->segment != stored_until_.first) newest_.reset();
   status_.last_sequence = checkpoint->sequence;
   status_.durable_sequence = checkpoint->durable_sequence;
   status_.segment = state_->segment;
   status_.scans = state_->counts;
   status_.lost_since_ns = state_->lost_since_ns;
   status_.unsaved[state_->segment] = state_->unfinished;
-  for (const TrajectoryEntry& entry : state_->unfinished) FollowPose(entry);
+  for (const TrajectoryEntry& entry : state_->unfinished) FollowPose(entry, state_->segment);
 }
 
 void SessionWorker::ResumeFromSubmaps(const ResumePoint& resume) {
@@ -95,11 +95,12 @@ void SessionWorker::ResumeFromSubmaps(const ResumePoint& resume) {
 }
 
 // Takes note of where the robot was.
-void SessionWorker::FollowPose(const TrajectoryEntry& entry) {
-  if (T_odom_last_) {
-    status_.travelled_m += (entry.T_odom_sensor.translation() - T_odom_last_->translation()).norm();
+void SessionWorker::FollowPose(const TrajectoryEntry& entry, uint32_t segment) {
+  if (newest_) {
+    status_.travelled_m += (entry.T_odom_sensor.translation() - newest_->pose.translation()).norm();
   }
-  T_odom_last_ = entry.T_odom_sensor;
+  newest_ = {entry.stamp_ns, entry.T_odom_sensor};
+  newest_segment_ = segment;
 }
 
 }  // namespace isthmus::ingest

@@ -78,7 +78,7 @@ void SessionWorker::BeginSegment(const floam::OdometryResult& first) {
   state_->lost_scans = 0;  // That it is found is said.
   MutexLock lock(&mutex_);
   status_.segment = state_->segment;
-  T_odom_last_.reset();
+  newest_.reset();
 }
 
 void SessionWorker::Break(const absl::Status& why, ScanAck* ack) {
@@ -108,7 +108,7 @@ void SessionWorker::BeginAnew() {
     MutexLock lock(&mutex_);
     status_.segment = state_->segment;
     status_.lost_since_ns = 0;
-    T_odom_last_.reset();
+    newest_.reset();
     std::erase_if(status_.unsaved[segment], [first_lost](const TrajectoryEntry& entry) {
       return first_lost > 0 && entry.sequence >= first_lost;
     });
@@ -185,7 +185,7 @@ void SessionWorker::RejectScan(const ScanUpload& scan, const absl::Status& why, 
   bool has_begun = state_->segment > 1;
   {
     MutexLock lock(&mutex_);
-    has_begun = has_begun || T_odom_last_.has_value();
+    has_begun = has_begun || newest_.has_value();
   }
   if (has_begun) NoteTracking(true, scan.sequence, scan.end_stamp_ns);
   MutexLock lock(&mutex_);
@@ -231,7 +231,7 @@ void SessionWorker::TakeResult(const floam::OdometryResult& result, ScanAck* ack
   status_.input = InputText(state_->decoder.fields(), result);
   if (!status_.resumed.empty()) absl::StrAppend(&status_.input, "; ", status_.resumed);
   if (lost) return;
-  FollowPose(entry);
+  FollowPose(entry, state_->segment);
   status_.unsaved[state_->segment].push_back(entry);
 }
 

@@ -146,7 +146,8 @@ class SessionWorker : public std::enable_shared_from_this<SessionWorker> {
   // odom frame, to `around` if it is not null.
   void RememberSubmaps(const ResumePoint& resume, Cloud* around)
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  void FollowPose(const TrajectoryEntry& entry) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void FollowPose(const TrajectoryEntry& entry, uint32_t segment)
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   // For sessions without a checkpoint, or without a usable one.
   void ResumeFromSubmaps(const ResumePoint& resume) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   bool KeepsNewest() const { return record_.when_behind == WhenBehind::kKeepNewest; }
@@ -245,7 +246,8 @@ class SessionWorker : public std::enable_shared_from_this<SessionWorker> {
   WorkerStatus status_ ABSL_GUARDED_BY(mutex_);
   double odometry_ms_sum_ ABSL_GUARDED_BY(mutex_) = 0;
   // In the segment that it is in.
-  std::optional<Pose> T_odom_last_ ABSL_GUARDED_BY(mutex_);
+  std::optional<StampedPose> newest_ ABSL_GUARDED_BY(mutex_);  // T_odom_sensor that is known.
+  uint32_t newest_segment_ ABSL_GUARDED_BY(mutex_) = 1;        // Whose odom that is.
 };
 
 }  // namespace isthmus::ingest

@@ -36,6 +36,7 @@ Region RegionOf(const ExportRequest& request) {
     region.center = request.sphere->center;
     region.radius_m = request.sphere->radius_m;
   }
+  region.shape = MakeShape(request.shape);
   region.component = request.component;
   region.resolution_m = request.resolution_m;
   return region;

@@ -76,7 +76,10 @@ absl::Status PipelineImpl::Start() {
   map->WaitUntilPlaced();
   composition_ = std::make_unique<CompositionThread>(
       map, &parts_.activity, [this](const SubmapId& id) { return parts_.submaps.Get(id); },
-      options.composer, options.composition_interval_s, options.on_problem);
+      options.composer, options.composition_interval_s, options.on_problem,
+      [this](const MapView& composed_of, const std::shared_ptr<const ComposedMap>& composed) {
+        map_watch_.Note(composed_of, composed);
+      });
   matching_ = std::make_unique<MatchingThread>(
       map, &parts_.activity, parts_.store.get(), &parts_.submaps, &parts_.clock,
       MatchingThread::Options{options.matcher, options.loops, options.revisits,

@@ -13,6 +13,7 @@
 #include "server/pipeline.h"
 #include "server/pipeline/map_decisions.h"
 #include "server/pipeline/map_reader.h"
+#include "server/pipeline/map_watch.h"
 #include "server/pipeline/pipeline_parts.h"
 #include "server/pipeline/sessions.h"
 #include "server/threads/composition_thread.h"
@@ -121,6 +122,15 @@ class PipelineImpl : public Pipeline {
   }
   void ForgetEvents(uint64_t handle) override { parts_.events.Forget(handle); }
 
+  std::optional<MapStep> MapSince(const MapMark& known, uint32_t level) override {
+    return map_watch_.Since(known, level);
+  }
+  std::vector<RobotPlace> RobotPlaces() override;
+  uint64_t OnMap(std::function<void()> wake) override {
+    return map_watch_.OnChange(std::move(wake));
+  }
+  void ForgetMap(uint64_t handle) override { map_watch_.Forget(handle); }
+
   void WaitUntilIdle() override;
   void StopTaking() override;
   void Shutdown() override;
@@ -136,6 +146,7 @@ class PipelineImpl : public Pipeline {
   Sessions sessions_;
   const MapReader reader_;
   MapDecisions decisions_;
+  MapWatch map_watch_;
   std::unique_ptr<RetentionThread> retention_;  // Is told by whatever is below.
   // Destroyed in reverse: the executors first, so that no worker's task outlives the threads.
   std::unique_ptr<MatchingThread> matching_;

@@ -69,6 +69,32 @@ void PipelineImpl::AddSessions(const MapView& view, ServerLoad* load) const {
   }
 }
 
+std::vector<RobotPlace> PipelineImpl::RobotPlaces() {
+  const MapWriter::View view = parts_.map.view();
+  std::vector<RobotPlace> places;
+  for (const auto& worker : parts_.workers.All()) {
+    const SessionLoad load = worker->Load();
+    if (!load.newest) continue;
+    RobotPlace& place = places.emplace_back();
+    place.robot = load.robot;
+    place.session = load.session;
+    place.stamp_ns = load.newest->stamp_ns;
+    if (load.oldest_unacknowledged_ns > 0) {
+      const int64_t waited_ns = parts_.clock.NowNs() - load.oldest_unacknowledged_ns;
+      place.lag_ms = std::max(0.0, static_cast<double>(waited_ns) / 1e6);
+    }
+    for (const SessionView* segment : view->SegmentsOf(load.session)) {
+      if (segment->record.segment != load.newest_segment) continue;
+      place.session = segment->record.id;
+      const Placement* placement = view->PlacementOf(place.session);
+      if (placement == nullptr) continue;
+      place.component = placement->component;
+      place.T_map_sensor = placement->T_map_odom * load.newest->pose;
+    }
+  }
+  return places;
+}
+
 DiskLoad PipelineImpl::GetDiskLoad(const MapView& view, uint64_t spilled_bytes) const {
   const std::string& folder = parts_.options.archive.directory;
   if (folder.empty()) return {};

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <random>
 #include <string>
 
 #include "api/convert/geometry.h"
@@ -40,6 +41,9 @@ absl::Status SendTrajectory(const Call& call, const RobotTrajectory& trajectory,
 }
 
 }  // namespace
+
+MapService::MapService(Gate* gate, StreamHost* host)
+    : gate_(*gate), host_(*host), run_(uint64_t{std::random_device()()} << 32 | 1) {}
 
 grpc::Status MapService::GetMapInfo(grpc::ServerContext* context, const v1::GetMapInfoRequest*,
                                     v1::MapInfo* response) {

@@ -82,7 +82,7 @@ struct RpcServer::State {
         gate(GateOptions(sites, &calls, options)),
         host(&gate, options.streams),
         sessions(&gate, &host, options.max_submap_bytes),
-        map(&gate),
+        map(&gate, &host),
         edits(&gate),
         events(&gate, &host),
         localisation(&host),

@@ -16,7 +16,7 @@ namespace isthmus::server {
 
 CompositionThread::CompositionThread(MapWriter* map, Activity* activity, SubmapReader reader,
                                      const composition::ComposerOptions& options, double interval_s,
-                                     OnProblem on_problem)
+                                     OnProblem on_problem, OnComposed on_composed)
     : map_(map),
       activity_(activity),
       reader_([this, reader = std::move(reader)](const SubmapId& id) {
@@ -26,8 +26,14 @@ CompositionThread::CompositionThread(MapWriter* map, Activity* activity, SubmapR
       options_(options),
       interval_s_(interval_s),
       on_problem_(std::move(on_problem)),
+      on_composed_(std::move(on_composed)),
       composer_(std::make_unique<composition::Composer>(options)) {
-  map_->ShowComposed(FirstMap());
+  auto first = FirstMap();
+  if (loading_ != nullptr) {
+    map_->ShowComposed(std::move(first));
+  } else {
+    Show(*map_->view(), std::move(first));
+  }
   thread_ = std::thread([this] { Run(); });
 }
 
@@ -64,6 +70,11 @@ std::shared_ptr<const ComposedMap> CompositionThread::FirstMap() {
   if (!empty.ok()) return loading_;
   loading_ = nullptr;
   return *std::move(empty);
+}
+
+void CompositionThread::Show(const MapView& composed_of, std::shared_ptr<const ComposedMap> map) {
+  map_->ShowComposed(map);
+  if (on_composed_) on_composed_(composed_of, map);
 }
 
 absl::StatusOr<std::shared_ptr<const ComposedMap>> CompositionThread::Compose(
@@ -167,7 +178,7 @@ bool CompositionThread::RunOnce() {
     ReportLeftOut();
     loading_ = nullptr;
     activity_->NoteComposition(ms);
-    map_->ShowComposed(*std::move(map));
+    Show(*view, *std::move(map));
   } else if (stop_) {
     return false;
   }

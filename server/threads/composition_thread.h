@@ -27,6 +27,9 @@ class CompositionThread {
   // Told, from the thread, why the map is not as new as it should be, or what it leaves out; once
   // per reason.
   using OnProblem = std::function<void(const std::string& problem)>;
+  // Told, from the thread, of each map that is shown, and the view that it was composed of.
+  using OnComposed =
+      std::function<void(const MapView& composed_of, const std::shared_ptr<const ComposedMap>&)>;
 
   // Composes after changes, at most once per interval (0: at once). Where that fails, as on a full
   // disk, the last map stays and it is tried again every few seconds. A composition under way ends
@@ -34,11 +37,11 @@ class CompositionThread {
   // end, so that there are new maps however often sessions are deleted. Until what the store holds
   // been composed once, readers get a LoadingMap. A submap at which something is thrown twice, by
   // the reader or what makes the map (no memory for it, for one), is left out until the next start;
-  // `activity` is told which, and why. Reader and `on_problem` must hold out until
-  // the thread is destroyed.
+  // `activity` is told which, and why. What it is given must hold out until the
+  // thread is destroyed.
   CompositionThread(MapWriter* map, Activity* activity, SubmapReader reader,
                     const composition::ComposerOptions& options, double interval_s,
-                    OnProblem on_problem = nullptr);
+                    OnProblem on_problem = nullptr, OnComposed on_composed = nullptr);
   ~CompositionThread();
 
   // Makes the thread end after one last composition of what is there, if that takes no more than a
@@ -62,6 +65,7 @@ class CompositionThread {
   void ReportLeftOut();
   void ReportProblem(const absl::Status& status);
   std::shared_ptr<const ComposedMap> FirstMap();
+  void Show(const MapView& composed_of, std::shared_ptr<const ComposedMap> map);
 
   MapWriter* const map_;
   Activity* const activity_;
@@ -69,6 +73,7 @@ class CompositionThread {
   const composition::ComposerOptions options_;
   const double interval_s_;
   const OnProblem on_problem_;
+  const OnComposed on_composed_;
   mutable Mutex memory_mutex_;
   composition::Composer::Memory memory_ ABSL_GUARDED_BY(memory_mutex_);
   // All that follows is touched by the thread only, but for stop_.

@@ -32,6 +32,8 @@ class LoadingMap : public ComposedMap {
                                                percent_.load(), " % so far: try again"));
   }
   absl::Status Read(const Region&, size_t, const Emit&) const override { return ready(); }
+  absl::StatusOr<TileInfo> FindTile(const TileId&) const override { return ready(); }
+  absl::StatusOr<std::vector<MapPoint>> ReadTile(const TileId&) const override { return ready(); }
 
  private:
   const std::vector<RobotId> robots_;

@@ -41,7 +41,9 @@ void TryMapPoints(const std::string& bytes) {
   v1::QueryRegionResponse response;
   if (!response.ParseFromString(bytes)) return;
   std::vector<MapPoint> points;
-  if (!convert::AppendPoints(response.cloud(), points).ok() && !points.empty()) std::abort();
+  const auto payload = convert::FromMessage(std::move(*response.mutable_cloud()));
+  if (!payload.ok()) return;
+  if (!convert::AppendPoints(*payload, points).ok() && !points.empty()) std::abort();
 }
 
 }  // namespace

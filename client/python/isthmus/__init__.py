@@ -29,6 +29,8 @@ from isthmus.status_records import (CacheLoad, DegradedService, DiskLoad, Matchi
 from isthmus.stream import ScanStream
 from isthmus._access import Token
 from isthmus._events import Event
+from isthmus._regions import Corridor, OrientedBox, Polygon
+from isthmus._tiles import MapStep, RobotPlace, SubmapPlace, Tile, TileId, TileInfo
 from isthmus._uploads import OwnSubmap
 from isthmus.version import VERSION
 
@@ -36,15 +38,16 @@ __version__ = VERSION
 
 __all__ = [
     "Aborted", "Ack", "AlreadyExists", "Anchor", "Anchored", "Backup", "BackupContents",
-    "BackupState", "Box", "CacheLoad", "Cancelled", "Client", "Component", "DataLoss",
+    "BackupState", "Box", "CacheLoad", "Cancelled", "Client", "Component", "Corridor", "DataLoss",
     "DeadlineExceeded", "Decision", "DegradedService", "DiskLoad", "Error", "Event", "EventKind",
     "ExportSummary", "FailedPrecondition", "GuessSource", "Internal", "InvalidArgument",
     "Localisation", "LocalisationState", "LocalisedScan", "Loop", "ManualDecision", "MapInfo",
-    "Match", "MatchGraph", "MatchState", "MatchingLoad", "NotFound", "Odometry", "OutOfRange",
-    "Outcome", "OwnSubmap", "PermissionDenied", "Placement", "Pose", "ProcessUse", "PushSummary",
-    "QueueLoad", "Reason", "Rejection", "ResourceExhausted", "Revision", "RevisionDiff", "Role",
-    "RunningCalls", "Scan", "ScanCounts", "ScanStream", "ScanTiming", "ServerStatus", "Session",
-    "SessionLoad", "SessionPair", "SessionState", "StageTime", "StreamStats", "Submap",
-    "SubmapEdge", "SubmapMove", "Token", "Tracking", "Trajectory", "Unauthenticated", "Unavailable",
-    "Unimplemented", "Unknown", "WhenBehind", "connect",
+    "MapStep", "Match", "MatchGraph", "MatchState", "MatchingLoad", "NotFound", "Odometry",
+    "OrientedBox", "OutOfRange", "Outcome", "OwnSubmap", "PermissionDenied", "Placement", "Polygon",
+    "Pose", "ProcessUse", "PushSummary", "QueueLoad", "Reason", "Rejection", "ResourceExhausted",
+    "Revision", "RevisionDiff", "RobotPlace", "Role", "RunningCalls", "Scan", "ScanCounts",
+    "ScanStream", "ScanTiming", "ServerStatus", "Session", "SessionLoad", "SessionPair",
+    "SessionState", "StageTime", "StreamStats", "Submap", "SubmapEdge", "SubmapMove", "SubmapPlace",
+    "Tile", "TileId", "TileInfo", "Token", "Tracking", "Trajectory", "Unauthenticated",
+    "Unavailable", "Unimplemented", "Unknown", "WhenBehind", "connect",
 ]

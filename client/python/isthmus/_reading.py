@@ -2,12 +2,13 @@
 from __future__ import annotations
 
 import time
-from typing import Iterator, List, Optional, Sequence, Tuple
+from typing import Iterator, List, Optional, Sequence, Tuple, Union
 
 import numpy as np
 from numpy.typing import NDArray
 
 from isthmus import cloud, convert
+from isthmus._regions import Corridor, OrientedBox, Polygon, region_request
 from isthmus.errors import (DeadlineExceeded, FailedPrecondition, InvalidArgument, NotFound,
                             OutOfRange)
 from isthmus.link import Link
@@ -122,21 +123,18 @@ class Reading:
 
     def query_region(self, box: Optional[Sequence[Sequence[float]]] = None,
                      sphere: Optional[Tuple[Sequence[float], float]] = None, robot: str = "",
-                     component: int = 0, resolution: float = 0.0
+                     component: int = 0, resolution: float = 0.0, *,
+                     shape: Union[OrientedBox, Polygon, Corridor, None] = None,
+                     max_points: int = 0, sessions: Sequence[str] = (), seen_from_ns: int = 0,
+                     seen_to_ns: int = 0
                      ) -> Iterator[Tuple[int, Tuple[str, ...], cloud.Records]]:
         """As `query`, in pieces: the revision, the robots' names that the field `robot` indexes,
         and points. At least one piece, also where there are no points. Not tried again after the
         first."""
-        request = pb.QueryRegionRequest(component=component, robot=robot, resolution_m=resolution)
-        if box is not None and sphere is not None:
-            raise InvalidArgument("give a box or a sphere, not both")
-        if box is not None:
-            low, high = box
-            request.box.CopyFrom(types_pb2.Box(min=convert.vector_to(low),
-                                               max=convert.vector_to(high)))
-        if sphere is not None:
-            request.sphere.CopyFrom(types_pb2.Sphere(center=convert.vector_to(sphere[0]),
-                                                     radius_m=float(sphere[1])))
+        request = region_request(box, sphere, shape, component=component, robot=robot,
+                                 resolution_m=resolution, max_points=max_points,
+                                 sessions=sessions, seen_from_ns=seen_from_ns,
+                                 seen_to_ns=seen_to_ns)
         robots: Tuple[str, ...] = ()
         for part in self._link.stream(self._link.maps.QueryRegion, request):
             robots = tuple(part.robots) or robots
@@ -146,17 +144,25 @@ class Reading:
 
     def query(self, box: Optional[Sequence[Sequence[float]]] = None,
               sphere: Optional[Tuple[Sequence[float], float]] = None, robot: str = "",
-              component: int = 0, resolution: float = 0.0) -> cloud.Records:
+              component: int = 0, resolution: float = 0.0, *,
+              shape: Union[OrientedBox, Polygon, Corridor, None] = None, max_points: int = 0,
+              sessions: Sequence[str] = (), seen_from_ns: int = 0,
+              seen_to_ns: int = 0) -> cloud.Records:
         """Points of the merged map: a structured array (N,) with x, y, z (metres, map frame),
         intensity, and `robot`, the name of the robot that saw it.
 
-        `box`: two corners (min, max); `sphere`: (center, radius); without either everything.
-        `robot` "": of all robots. `resolution`: one point per voxel of so many metres; 0: as
-        composed. `Unavailable` while the map is composed after a start of the server.
+        `box`: two corners (min, max); `sphere`: (center, radius); `shape`: an `OrientedBox`,
+        `Polygon` or `Corridor`; without any of them everything. `robot` "": of all robots.
+        `resolution`: one point per voxel of so many metres; 0: as composed. `max_points`: at most
+        so many, with the finest resolution that allows for it. `sessions`: what these saw last.
+        `seen_from_ns`, `seen_to_ns`: what was seen last then, 0: at any time. `Unavailable` while
+        the map is composed after a start of the server.
         """
         pieces: List[cloud.Records] = []
         robots: Tuple[str, ...] = ()
-        for _, robots, points in self.query_region(box, sphere, robot, component, resolution):
+        for _, robots, points in self.query_region(
+                box, sphere, robot, component, resolution, shape=shape, max_points=max_points,
+                sessions=sessions, seen_from_ns=seen_from_ns, seen_to_ns=seen_to_ns):
             pieces.append(points)
         points = np.concatenate(pieces)
         width = max([1, *map(len, robots)])
@@ -183,10 +189,10 @@ class Reading:
               every_s: float = 1.0) -> Iterator[RevisionDiff]:
         """Changes of the map as they happen, until the client is closed or the caller stops.
 
-        The API has no stream of changes: this asks for the revision `every_s` seconds, and for what
-        moved where that has grown. `since` is the revision that the caller knows (0: none); None:
-        the one at the first question. What is older than the server keeps is told from the
-        beginning (`from_revision` 0).
+        Of submaps alone: this asks for the revision every `every_s` seconds, and for what moved
+        where that has grown; `watch_map` is told of tiles and robots too, at once. `since` is the
+        revision that the caller knows (0: none); None: the one at the first question. What is
+        older than the server keeps is told from the beginning (`from_revision` 0).
         """
         known = self.get_map_info().revision if since is None else since
         while not self._link.closed.is_set():

@@ -12,13 +12,14 @@ from isthmus._graph import Graph
 from isthmus._localisation import Localising
 from isthmus._reading import Reading
 from isthmus._sessions import Sessions
+from isthmus._tiles import Tiles
 from isthmus._uploads import Uploads
 from isthmus.link import Link
 
 logging.getLogger("isthmus").addHandler(logging.NullHandler())
 
 
-class Client(Sessions, Uploads, Localising, Reading, Graph, Files, Access, Events):
+class Client(Sessions, Uploads, Localising, Reading, Tiles, Graph, Files, Access, Events):
     """Made by `connect`. Thread safe; a context manager that closes it.
 
     Errors are subclasses of `isthmus.Error` with the server's code and message, or `Unavailable`,

@@ -5,30 +5,54 @@
 namespace isthmus::composition {
 namespace {
 
-size_t BytesOf(const Cloud& points) { return points.size() * sizeof(Point); }
+size_t BytesOf(const std::vector<TilePoint>& points) { return points.size() * sizeof(TilePoint); }
+
+// Of the points of a level, where they all stand in place.
+std::vector<std::pair<uint32_t, uint32_t>> RangesOf(const Tile& tile, uint32_t level) {
+  std::vector<std::pair<uint32_t, uint32_t>> ranges;
+  ranges.reserve(tile.parts().size());
+  for (const TilePart& part : tile.parts()) ranges.emplace_back(part.begin, part.EndOf(level));
+  return ranges;
+}
+
+// The points of a level alone.
+absl::StatusOr<TilePoints> ReadLevel(const SpillFile& file, const Extent& extent, const Tile& tile,
+                                     uint32_t level) {
+  TilePoints read;
+  uint32_t size = 0;
+  for (const TilePart& part : tile.parts()) {
+    read.ranges.emplace_back(size, size + part.EndOf(level) - part.begin);
+    size = read.ranges.back().second;
+  }
+  auto points = std::make_shared<std::vector<TilePoint>>(size);
+  for (size_t i = 0; i < read.ranges.size(); ++i) {
+    const auto [begin, end] = read.ranges[i];
+    const absl::Status status =
+        file.Read(extent, uint64_t{tile.parts()[i].begin} * sizeof(TilePoint),
+                  points->data() + begin, (end - begin) * sizeof(TilePoint));
+    if (!status.ok()) return status;
+  }
+  read.points = std::move(points);
+  return read;
+}
 
 }  // namespace
 
-Tile::Tile(std::shared_ptr<TileCache> cache, std::vector<TilePart> parts, const Box& bounds,
-           uint64_t point_count)
-    : cache_(std::move(cache)),
-      parts_(std::move(parts)),
-      bounds_(bounds),
-      point_count_(point_count) {}
+Tile::Tile(std::shared_ptr<TileCache> cache, TileRecord record)
+    : cache_(std::move(cache)), record_(std::move(record)) {}
 
 Tile::~Tile() { cache_->Forget(*this); }
 
-absl::StatusOr<std::shared_ptr<const Cloud>> Tile::Points() const {
-  return cache_->PointsOf(*this);
+absl::StatusOr<TilePoints> Tile::Points(uint32_t level) const {
+  return cache_->PointsOf(*this, level);
 }
 
 TileCache::TileCache(std::shared_ptr<SpillFile> file, size_t max_bytes)
     : file_(std::move(file)), max_bytes_(max_bytes) {}
 
 TilePtr TileCache::Add(TileContent content) {
-  auto points = std::make_shared<const Cloud>(std::move(content.points));
-  auto tile = std::make_shared<const Tile>(shared_from_this(), std::move(content.parts),
-                                           content.bounds, points->size());
+  auto points = std::make_shared<const std::vector<TilePoint>>(std::move(content.points));
+  auto tile = std::make_shared<const Tile>(shared_from_this(), std::move(content.record));
   const size_t bytes = BytesOf(*points);
   MutexLock lock(&mutex_);
   unsaved_.Put(tile.get(), std::move(points), bytes);
@@ -46,31 +70,42 @@ void TileCache::Forget(const Tile& tile) {
   if (extent.size > 0) file_->Free(extent);
 }
 
-absl::StatusOr<std::shared_ptr<const Cloud>> TileCache::PointsOf(const Tile& tile) {
-  Extent extent;
-  {
-    MutexLock lock(&mutex_);
-    extent = ExtentOf(tile);
-    if (const auto* points = (extent.size > 0 ? saved_ : unsaved_).Use(&tile)) return *points;
-  }
-  auto read = std::make_shared<Cloud>(tile.point_count());
+std::pair<TileCache::Held, Extent> TileCache::Find(const Tile& tile) {
+  MutexLock lock(&mutex_);
+  const Extent extent = ExtentOf(tile);
+  const Held* held = (extent.size > 0 ? saved_ : unsaved_).Use(&tile);
+  return {held != nullptr ? *held : nullptr, extent};
+}
+
+absl::StatusOr<TileCache::Held> TileCache::ReadWhole(const Tile& tile, const Extent& extent) {
+  auto read = std::make_shared<std::vector<TilePoint>>(tile.point_count());
   const absl::Status status = file_->Read(extent, 0, read->data(), BytesOf(*read));
   if (!status.ok()) return status;
-  std::shared_ptr<const Cloud> points = std::move(read);
+  Held points = std::move(read);
   MutexLock lock(&mutex_);
   // Another reader may have been faster.
-  if (const auto* faster = saved_.Use(&tile)) return *faster;
+  if (const Held* faster = saved_.Use(&tile)) return *faster;
   saved_.Put(&tile, points, BytesOf(*points));
   DropSaved();
   return points;
+}
+
+absl::StatusOr<TilePoints> TileCache::PointsOf(const Tile& tile, uint32_t level) {
+  auto [held, extent] = Find(tile);
+  if (held == nullptr) {
+    if (level > 0) return ReadLevel(*file_, extent, tile, level);
+    absl::StatusOr<Held> read = ReadWhole(tile, extent);
+    if (!read.ok()) return read.status();
+    held = *std::move(read);
+  }
+  return TilePoints{std::move(held), RangesOf(tile, level)};
 }
 
 void TileCache::DropSaved() {
   while (unsaved_.weight() + saved_.weight() > max_bytes_ && !saved_.empty()) saved_.DropOldest();
 }
 
-absl::Status TileCache::SavePoints(const TilePtr& tile,
-                                   const std::shared_ptr<const Cloud>& points) {
+absl::Status TileCache::SavePoints(const TilePtr& tile, const Held& points) {
   const absl::StatusOr<Extent> extent = file_->Write(points->data(), BytesOf(*points));
   if (!extent.ok()) return extent.status();
   MutexLock lock(&mutex_);
@@ -80,7 +115,7 @@ absl::Status TileCache::SavePoints(const TilePtr& tile,
   return absl::OkStatus();
 }
 
-std::pair<TilePtr, std::shared_ptr<const Cloud>> TileCache::NextToSave() {
+std::pair<TilePtr, TileCache::Held> TileCache::NextToSave() {
   MutexLock lock(&mutex_);
   // Half of the memory is for tiles that readers bring back: else those never asked for, but not
   // saved yet, would fill it for good.

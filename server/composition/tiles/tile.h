@@ -12,8 +12,10 @@
 
 #include "core/cloud.h"
 #include "core/concurrency/mutex.h"
+#include "core/ids.h"
 #include "core/lru_cache.h"
 #include "server/composition/tiles/spill_file.h"
+#include "server/composition/tiles/tile_point.h"
 
 namespace isthmus::composition {
 
@@ -21,16 +23,28 @@ class Tile;
 using TilePtr = std::shared_ptr<const Tile>;
 class TileCache;
 
-// Points of one robot: [begin, end) of the tile's.
-struct TilePart {
-  uint32_t robot = 0;  // The composer's own number of a robot; never reused.
-  uint32_t begin = 0, end = 0;
+// All of a tile but its points.
+struct TileRecord {
+  int32_t x = 0, y = 0;         // TileKey's.
+  std::vector<TilePart> parts;  // In order of the robots' ids; none is empty.
+  Box bounds;                   // Map frame, exact.
+  // Those that points are of, as they went into the tile.
+  std::vector<std::shared_ptr<const SubmapId>> submaps;
+  uint64_t version = 0;  // As TileInfo's.
+  int64_t revision = 0;  // Likewise.
+
+  uint32_t point_count() const { return parts.empty() ? 0 : parts.back().end(); }
 };
 
 struct TileContent {
-  std::vector<TilePart> parts;  // In order of the robots' ids; none is empty.
-  Cloud points;                 // Map frame.
-  Box bounds;                   // Map frame, exact.
+  TileRecord record;
+  std::vector<TilePoint> points;  // Part by part.
+};
+
+// Points of a tile, and which of them are whose.
+struct TilePoints {
+  std::shared_ptr<const std::vector<TilePoint>> points;
+  std::vector<std::pair<uint32_t, uint32_t>> ranges;  // [begin, end) of each of the tile's parts.
 };
 
 // Immutable; shared between the maps of many revisions. Its points are in memory or in the spill
@@ -38,25 +52,24 @@ struct TileContent {
 class Tile : public std::enable_shared_from_this<Tile> {
  public:
   // For TileCache, which makes them.
-  Tile(std::shared_ptr<TileCache> cache, std::vector<TilePart> parts, const Box& bounds,
-       uint64_t point_count);
+  Tile(std::shared_ptr<TileCache> cache, TileRecord record);
   ~Tile();
   Tile(const Tile&) = delete;
   Tile& operator=(const Tile&) = delete;
 
-  const std::vector<TilePart>& parts() const { return parts_; }
-  const Box& bounds() const { return bounds_; }
-  uint64_t point_count() const { return point_count_; }
-  // Fails as SpillFile::Read does.
-  absl::StatusOr<std::shared_ptr<const Cloud>> Points() const;
+  const TileRecord& record() const { return record_; }
+  const std::vector<TilePart>& parts() const { return record_.parts; }
+  const Box& bounds() const { return record_.bounds; }
+  uint64_t point_count() const { return record_.point_count(); }
+  // Those of a level of detail, see TilePart::EndOf. Reads no others from the file. Fails as
+  // SpillFile::Read does.
+  absl::StatusOr<TilePoints> Points(uint32_t level = 0) const;
 
  private:
   friend class TileCache;
 
   const std::shared_ptr<TileCache> cache_;
-  const std::vector<TilePart> parts_;
-  const Box bounds_;
-  const uint64_t point_count_;
+  const TileRecord record_;
   // Of size 0 while the points are in memory only. The cache's; for TileCache::ExtentOf alone.
   mutable Extent extent_;
 };
@@ -78,13 +91,17 @@ class TileCache : public std::enable_shared_from_this<TileCache> {
  private:
   friend class Tile;
 
-  using Points = LruCache<const Tile*, std::shared_ptr<const Cloud>>;
+  using Held = std::shared_ptr<const std::vector<TilePoint>>;
+  using Points = LruCache<const Tile*, Held>;
 
-  absl::StatusOr<std::shared_ptr<const Cloud>> PointsOf(const Tile& tile);
+  // Null, and where it lies, of a tile that is in the file only.
+  std::pair<Held, Extent> Find(const Tile& tile);
+  absl::StatusOr<Held> ReadWhole(const Tile& tile, const Extent& extent);
+  absl::StatusOr<TilePoints> PointsOf(const Tile& tile, uint32_t level);
   void Forget(const Tile& tile);
-  absl::Status SavePoints(const TilePtr& tile, const std::shared_ptr<const Cloud>& points);
+  absl::Status SavePoints(const TilePtr& tile, const Held& points);
   // The tile to write to the file next, with its points; none once enough are written.
-  std::pair<TilePtr, std::shared_ptr<const Cloud>> NextToSave();
+  std::pair<TilePtr, Held> NextToSave();
   void DropSaved() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   Extent& ExtentOf(const Tile& tile) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
     return tile.extent_;

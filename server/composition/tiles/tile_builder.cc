@@ -16,7 +16,9 @@ void AddPoints(const TileSource& source, const VoxelGrid& grid, VoxelThinner* th
   std::array<std::pair<uint64_t, WeightedPoint>, kPrefetchedPoints> batch;
   size_t waiting = 0;
   const auto add = [&] {
-    for (size_t i = 0; i < waiting; ++i) thinner->Add(batch[i].first, batch[i].second);
+    for (size_t i = 0; i < waiting; ++i) {
+      thinner->Add(batch[i].first, batch[i].second, source.stamp);
+    }
     waiting = 0;
   };
   const Placer place(source.T_map_submap);
@@ -46,16 +48,31 @@ void TileBuilder::Add(const TileSource& source) {
 
 void TileBuilder::EndPart() {
   if (!std::exchange(has_part_, false)) return;
-  scratch_.clear();
-  thinner_->TakePoints(&scratch_);
-  if (scratch_.empty()) return;
-  const auto begin = static_cast<uint32_t>(tile_.points.size());
-  tile_.points.reserve(begin + scratch_.size());
-  for (const WeightedPoint& p : scratch_) {
-    tile_.points.push_back({p.x, p.y, p.z, p.intensity});
-    tile_.bounds.Extend(Eigen::Vector3d(p.x, p.y, p.z));
+  points_.clear();
+  voxels_.clear();
+  thinner_->TakeEach([this](const WeightedPoint& p, const WeightedPoint& first, uint32_t stamp) {
+    const Voxel voxel = grid_.Find(first.x, first.y, first.z).value_or(Voxel());
+    // Where rounding takes the mean out of its voxel, it would be a second one of another.
+    const auto inside = [this](float mean, float of_first, int32_t index) {
+      return grid_.IsIn(mean, index) ? mean : of_first;
+    };
+    voxels_.push_back(voxel);
+    points_.push_back({inside(p.x, first.x, voxel.x), inside(p.y, first.y, voxel.y),
+                       inside(p.z, first.z, voxel.z), p.intensity, stamp});
+  });
+  if (points_.empty()) return;
+  order_.Sort(voxels_);
+  TilePart part{.robot = robot_, .begin = static_cast<uint32_t>(tile_.points.size())};
+  for (uint32_t level = 0; level < kDetailLevels; ++level) {
+    part.level_end[level] = part.begin + order_.level_size()[level];
   }
-  tile_.parts.push_back({robot_, begin, static_cast<uint32_t>(tile_.points.size())});
+  tile_.record.parts.push_back(part);
+  tile_.points.reserve(part.end());
+  for (const uint32_t index : order_.order()) {
+    const TilePoint& p = points_[index];
+    tile_.points.push_back(p);
+    tile_.record.bounds.Extend(Eigen::Vector3d(p.x, p.y, p.z));
+  }
 }
 
 TileContent TileBuilder::TakeContent() {

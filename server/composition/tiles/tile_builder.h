@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/pose.h"
+#include "server/composition/tiles/detail_order.h"
 #include "server/composition/tiles/points_by_tile.h"
 #include "server/composition/tiles/tile.h"
 #include "server/composition/voxel_thinner.h"
@@ -18,18 +19,19 @@ struct TileSource {
   std::span<const PointRun> runs;                      // Those of them that lie on the tile.
   Pose T_map_submap;
   uint32_t robot = 0;  // The composer's own number.
+  uint32_t stamp = 0;  // As MapPoint's.
 };
 
 // One tile at a time, one source after the other, so that only one has to be in memory. The order
-// of a robot's sources decides the order of points and the last digit of their means: give them in
-// order of submap for the same tile every time. Not thread safe.
+// of a robot's sources decides the last digit of points: give them in order of submap for the same
+// tile every time. Not thread safe.
 class TileBuilder {
  public:
   TileBuilder(const VoxelGrid& grid, VoxelThinner* thinner) : grid_(grid), thinner_(thinner) {}
 
   // A robot's sources stand together.
   void Add(const TileSource& source);
-  // The points added since the last TakeContent.
+  // The points added since the last TakeContent; of the record, parts and bounds.
   TileContent TakeContent();
 
  private:
@@ -40,7 +42,10 @@ class TileBuilder {
   TileContent tile_;
   bool has_part_ = false;  // Of robot_, in the thinner.
   uint32_t robot_ = 0;
-  std::vector<WeightedPoint> scratch_;
+  // Of the part that ends.
+  std::vector<TilePoint> points_;
+  std::vector<Voxel> voxels_;
+  DetailOrder order_;
 };
 
 }  // namespace isthmus::composition

@@ -29,8 +29,9 @@ class TileLayout {
  public:
   // `tile_m` is rounded to a multiple of `voxel_m`, at least one.
   TileLayout(double tile_m, double voxel_m)
-      : tiles_per_voxel_(1 / std::fmax(1, std::round(tile_m / voxel_m))) {}
+      : voxels_(std::fmax(1, std::round(tile_m / voxel_m))), tiles_per_voxel_(1 / voxels_) {}
 
+  int32_t voxels() const { return static_cast<int32_t>(voxels_); }  // Along an edge of a tile.
   TileKey Find(uint32_t frame, const Voxel& voxel) const {
     return {frame, Divide(voxel.x), Divide(voxel.y)};
   }
@@ -42,7 +43,7 @@ class TileLayout {
     return static_cast<int32_t>(std::floor((index + 0.5) * tiles_per_voxel_));
   }
 
-  double tiles_per_voxel_;
+  double voxels_, tiles_per_voxel_;
 };
 
 }  // namespace isthmus::composition

@@ -2,10 +2,15 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
+#include <utility>
 #include <vector>
 
 #include "core/map/composed_map.h"
+#include "server/composition/tiles/made_tiles.h"
 #include "server/composition/tiles/tile.h"
+#include "server/composition/tiles/tile_pyramid.h"
+#include "server/composition/voxel_thinner.h"
 
 namespace isthmus::composition {
 
@@ -20,11 +25,16 @@ class TiledMap : public ComposedMap {
     std::vector<TilePtr> tiles;  // In order of their place; none is empty.
     uint64_t point_count = 0;
     Box bounds;
+    std::shared_ptr<const TilePyramid> pyramid;  // Of the tiles. Not null where there are any.
+  };
+  struct Scale {
+    double voxel_m = 0;
+    int32_t tile_voxels = 0;  // Along an edge of a tile.
   };
 
-  // `robots` in order of id.
+  // `robots` in order of id; `made` is shared by the maps of a composer.
   TiledMap(int64_t revision, const std::vector<Robot>& robots, std::vector<Component> components,
-           uint64_t missing_submaps = 0);
+           const Scale& scale, std::shared_ptr<MadeTiles> made, uint64_t missing_submaps = 0);
 
   int64_t revision() const override { return revision_; }
   const std::vector<RobotId>& robots() const override { return robots_; }
@@ -32,20 +42,37 @@ class TiledMap : public ComposedMap {
   uint64_t point_count(uint32_t component) const override;
   Box bounds(uint32_t component) const override;
   uint64_t missing_submaps() const override { return missing_submaps_; }
+  double tile_m() const override { return scale_.tile_voxels * scale_.voxel_m; }
+  double voxel_m() const override { return scale_.voxel_m; }
+  uint32_t tile_levels(uint32_t component) const override;
+  std::vector<TileInfo> Tiles(uint32_t component, uint32_t level) const override;
+  absl::StatusOr<TileInfo> FindTile(const TileId& tile) const override;
+  // Above level 0 the first point met in a voxel, as in Read, stands for it; what was made is kept
+  // for a while.
+  absl::StatusOr<std::vector<MapPoint>> ReadTile(const TileId& tile) const override;
+  std::vector<SubmapId> TileSubmaps(const TileId& tile) const override;
   // Points come tile by tile, the same order every time. With a resolution the first point met in a
-  // voxel, whoever saw it, stands for the voxel. A chunk of 0 counts as 1. Nothing is emitted for a
-  // component or robot that does not exist. Holds one tile at a time. Fails as SpillFile::Read
-  // does.
+  // voxel, whoever saw it, stands for the voxel. Of tiles that lie in the region as a whole no
+  // finer level of detail is read than the resolution needs. A chunk of 0 counts as 1. Nothing is
+  // emitted for a component or robot that does not exist. Holds one tile at a time. Fails as
+  // SpillFile::Read does.
   absl::Status Read(const Region& region, size_t chunk, const Emit& emit) const override;
 
   // Empty for a component that does not exist.
   const std::vector<TilePtr>& tiles(uint32_t component) const;
 
  private:
-  bool HasPointsOf(const Tile& tile, int robot) const;  // Of all robots: -1.
+  const Component* Find(uint32_t component) const;  // Null: there is none.
+  // The tiles of level 0 that lie on a tile, column by column.
+  std::vector<TilePtr> TilesOn(const TileId& tile) const;
+  absl::StatusOr<std::vector<MapPoint>> MakeTile(const TileId& tile) const;
+  size_t PartsOf(const Tile& tile, int robot) const;  // Of all robots: -1.
 
   const int64_t revision_;
   const uint64_t missing_submaps_;
+  const Scale scale_;
+  const VoxelGrid grid_;
+  const std::shared_ptr<MadeTiles> made_;
   std::vector<RobotId> robots_;
   std::vector<uint32_t> index_of_number_;  // Robot::number to index into robots_.
   const std::vector<Component> components_;

@@ -14,7 +14,8 @@ namespace {
 using Kind = CallLimits::Kind;
 
 Kind KindOf(absl::string_view rpc) {
-  if (rpc == "StreamScans" || rpc == "Localise" || rpc == "UploadSubmap" || rpc == "WatchEvents") {
+  if (rpc == "StreamScans" || rpc == "Localise" || rpc == "UploadSubmap" || rpc == "WatchEvents" ||
+      rpc == "WatchMap") {
     return Kind::kStream;
   }
   if (rpc == "QueryRegion") return Kind::kQuery;

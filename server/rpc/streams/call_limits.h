@@ -18,7 +18,7 @@
 namespace isthmus::rpc {
 
 struct CallLimitOptions {
-  size_t streams = kStreams;  // StreamScans, Localise, UploadSubmap, WatchEvents.
+  size_t streams = kStreams;                      // StreamScans, Localise, UploadSubmap, watches.
   size_t streams_per_caller = kStreamsPerCaller;  // Of those.
   // Of these one caller has half at most, and at least one.
   size_t queries = kQueries;  // QueryRegion.

@@ -6,16 +6,23 @@
 
 #include <chrono>
 #include <cstddef>
+#include <cstdint>
 
 namespace isthmus::rpc {
 
 // Threads for what streams ask for: taking scans in waits for the disk at most, so that two are
 // there when one waits; decoding uploads and looking for robots takes seconds of a core.
 inline constexpr int kScanThreads = 2, kUploadThreads = 2, kLocaliseThreads = 2;
-// And for those who watch the event log: reading a page of it takes a millisecond.
+// And for those who watch the event log or the map: reading a page of it, or finding what changed,
+// takes a millisecond.
 inline constexpr int kWatchThreads = 1;
 // Events of one response to who watches: what a slow reader holds, some hundred kB.
 inline constexpr size_t kEventsPerResponse = 256;
+
+// How often who watches a map is told where robots are, as the API says.
+inline constexpr std::chrono::milliseconds kRobotsInterval{500};
+// Levels of detail that may be asked for: an int32 has no more bits.
+inline constexpr uint32_t kMaxTileLevel = 30;
 
 // How soon a stream says what it is about. A client that opened it for something says so at once.
 inline constexpr std::chrono::milliseconds kFirstMessage{10'000};

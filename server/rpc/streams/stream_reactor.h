@@ -95,6 +95,9 @@ class StreamReactor : public Base,
     timer_.Arm(time);
   }
 
+  // What there was time for has come about by other means than a message.
+  void TakeNoTime() { timer_.Disarm(); }
+
   // Nothing of the call may be touched after it.
   void End(const absl::Status& status) {
     if (ended_) return;

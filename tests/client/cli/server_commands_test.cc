@@ -347,6 +347,18 @@ TEST_F(ServerCommandsTest, TheMapCanBeReadInEveryForm) {
   EXPECT_GT(near->payload.width, 0u);
   EXPECT_LT(near->payload.width, whole->payload.width);
 
+  const json step = json::parse(Ask("watch --json --steps 1").out);
+  EXPECT_EQ(step["restart"], true);
+  EXPECT_FALSE(step["tiles"].empty());
+  ASSERT_EQ(Ask("query --polygon -3,-3,3,-3,0,4 --max-z 1 -o " + Path("part.pcd")).code, 0);
+  EXPECT_LT(formats::ReadPcd(Path("part.pcd"))->payload.width, near->payload.width);
+  const ProgramResult few = Ask("query --max-points 50 -o " + Path("few.pcd"));
+  EXPECT_THAT(few.out, HasSubstr(", one per "));
+  EXPECT_LE(formats::ReadPcd(Path("few.pcd"))->payload.width, 50u);
+  ASSERT_EQ(Ask("export --format ply --corridor 0,0,0,2,0,0 --width 2 -o " + Path("way.ply")).code,
+            0);
+  EXPECT_LT(fs::file_size(Path("way.ply")), fs::file_size(Path("map.ply")));
+
   ASSERT_EQ(Ask("picture --size 300 -o " + Path("map.png")).code, 0);
   EXPECT_GT(fs::file_size(Path("map.png")), 1000u);
   EXPECT_THAT(Ask("graph --format dot").out, HasSubstr("graph matches {"));

@@ -33,7 +33,7 @@ TEST(Usage, HelpNamesEveryCommand) {
        {"simulate", "push",      "status",  "robots",   "graph",    "trajectory", "transform",
         "query",    "export",    "picture", "odometry", "merge",    "rebuild",    "match",
         "loops",    "revisions", "anchor",  "datum",    "optimize", "eval",       "bench",
-        "report",   "info",      "upload",  "log"}) {
+        "report",   "info",      "upload",  "log",      "watch"}) {
     EXPECT_THAT(help.out, HasSubstr(command));
     EXPECT_EQ(Isthmus(std::string(command) + " --help").code, 0) << command;
   }
@@ -98,6 +98,13 @@ TEST(Usage, ABoxThatIsNoBoxIsToldWithoutAServer) {
   EXPECT_EQ(Isthmus("query --box 1,2,3,4,5,six -o x.pcd").code, 2);
   EXPECT_EQ(Isthmus("query --sphere 1,2,3 -o x.pcd").code, 2);
   EXPECT_EQ(Isthmus("query --box 0,0,0,1,1,1 --sphere 0,0,0,1 -o x.pcd").code, 2);
+  const ProgramResult polygon = Isthmus("query --polygon 1,2,3 -o x.pcd" + std::string(kNowhere));
+  EXPECT_EQ(polygon.code, 2);
+  EXPECT_THAT(polygon.err, HasSubstr("--polygon is x0,y0,x1,y1,x2,y2,..."));
+  EXPECT_EQ(Isthmus("query --corridor 0,0,0,1,1,1 -o x.pcd").code, 2) << "without --width";
+  EXPECT_EQ(Isthmus("query --oriented-box 0,0,0,90,1,1 -o x.pcd").code, 2);
+  EXPECT_EQ(Isthmus("query --seen-since yesterday -o x.pcd").code, 2);
+  EXPECT_EQ(Isthmus("export --format nav2 --polygon 0,0,1,0,1,1 -o x").code, 2);
 }
 
 TEST(Usage, AServerThatIsNotThereGivesFourAndSaysWhatToDo) {

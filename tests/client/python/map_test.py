@@ -235,6 +235,66 @@ class MapTest(unittest.TestCase):
         self.assertEqual(list(changes), [])  # It ends with the client.
 
 
+    def test_the_map_is_read_and_watched_tile_by_tile(self) -> None:
+        steps = self.client.watch_map()
+        first = next(steps)
+        self.assertTrue(first.restart)
+        self.assertEqual({place.session for place in first.submaps}, {"alice-1", "bob-1"})
+        listed = [tile for component in (0, 1) for tile in self.client.list_tiles(component)]
+        self.assertEqual([tile.version for tile in first.tiles],
+                         [tile.version for tile in listed])
+        tile = self.client.get_tile(listed[0].id)
+        self.assertEqual(len(tile.points), tile.info.points)
+        self.assertEqual(set(tile.points["robot"]), set(range(len(tile.robots))))
+        self.assertGreater(tile.points["last_seen"].min(), 0)
+        self.assertIsNone(self.client.get_tile(tile.info.id, tile.info.version).points)
+        with self.assertRaises(isthmus.NotFound):
+            self.client.get_tile(isthmus.TileId(0, 0, 999, 999))
+        joining = threading.Thread(target=self.join)
+        joining.start()
+        later = next(step for step in steps if step.matches)
+        joining.join()
+        self.assertFalse(later.restart)
+        self.assertGreater(later.revision, first.revision)
+        again = next(self.client.watch_map(since=first))
+        self.assertFalse(again.restart)
+        self.assertTrue(again.submaps)
+
+    def test_a_mirror_has_the_map(self) -> None:
+        self.join()
+        self.client.wait("merged", 60)
+        tiles = next(self.client.mirror_map())
+        for component in range(len(self.client.status().components)):
+            everything = self.client.query(component=component)
+            mine = np.concatenate([np.zeros((0, 3))] + [
+                np.stack([tile.points[name] for name in "xyz"], 1)
+                for name, tile in tiles.items() if name.component == component])
+            theirs = np.stack([everything[name] for name in "xyz"], 1)
+            np.testing.assert_array_equal(mine[np.lexsort(mine.T)], theirs[np.lexsort(theirs.T)])
+
+    def test_shapes(self) -> None:
+        everything = self.client.query()
+        xyz = np.stack([everything[name] for name in "xyz"], 1).astype(float)
+        T_map_box = Pose.from_matrix([[0.6, -0.8, 0, 1], [0.8, 0.6, 0, 0], [0, 0, 1, 1],
+                                      [0, 0, 0, 1]])
+        inside = (np.abs(T_map_box.inverse() @ xyz) <= (2, 3, 1)).all(axis=1)
+        square = (np.abs(xyz[:, :2]) <= 3).all(axis=1) & (xyz[:, 2] <= 0.5)
+        along = (np.abs(xyz[:, 1]) <= 1) & (xyz[:, 0] >= -50) & (xyz[:, 0] <= 50)
+        for shape, expected in (
+                (isthmus.OrientedBox(T_map_box, (4, 6, 2)), inside),
+                (isthmus.Polygon([(-3, -3), (3, -3), (3, 3), (-3, 3)], (None, 0.5)), square),
+                (isthmus.Corridor([(-50, 0, 0), (50, 0, 0)], 2), along)):
+            self.assertGreater(expected.sum(), 0)
+            self.assertEqual(len(self.client.query(shape=shape)), expected.sum())
+        self.assertLessEqual(len(self.client.query(max_points=100)), 100)
+        self.assertEqual(len(self.client.query(sessions=["alice-1"], component=0)) +
+                         len(self.client.query(sessions=["bob-1"], component=0)), len(everything))
+        with self.assertRaises(isthmus.NotFound):
+            self.client.query(sessions=["carol-1"])
+        with self.assertRaisesRegex(isthmus.InvalidArgument, "not several"):
+            self.client.query(sphere=((0, 0, 0), 1), shape=isthmus.Corridor([(0, 0, 0)], 1))
+
+
 class PartsTest(unittest.TestCase):
     def test_edges_that_did_not_fit_belong_to_the_last_of_the_part_before(self) -> None:
         edge = [pb.SubmapEdge(submap_a=k, information=range(21)) for k in range(4)]

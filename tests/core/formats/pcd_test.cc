@@ -133,8 +133,9 @@ TEST(Pcd, WritesAMapPieceByPiece) {
     EXPECT_THAT(bytes, HasSubstr("# robot 0 alice\n# robot 1 b ob\n"));
     const auto file = ParsePcd(bytes);
     ASSERT_TRUE(file.ok()) << file.status();
-    ASSERT_EQ(file->payload.data.size(), points.size() * sizeof(MapPoint));
-    EXPECT_EQ(std::memcmp(file->payload.data.data(), points.data(), file->payload.data.size()), 0);
+    std::string records(points.size() * kMapRecordBytes, '\0');
+    CopyMapRecords(points, records.data());
+    EXPECT_EQ(file->payload.data, records);
     EXPECT_EQ(file->payload.fields[4].name, "robot");
     EXPECT_EQ(file->payload.fields[4].type, kUint32);
   }

@@ -55,7 +55,7 @@ TEST_P(PclReadsPcd, OurMaps) {
   EXPECT_EQ(blob.fields[4].name, "robot");
   ASSERT_EQ(blob.width, points.size());
   for (size_t i = 0; i < points.size(); ++i) {
-    EXPECT_EQ(std::memcmp(&blob.data[i * blob.point_step], &points[i], sizeof(MapPoint)), 0) << i;
+    EXPECT_EQ(std::memcmp(&blob.data[i * blob.point_step], &points[i], kMapRecordBytes), 0) << i;
   }
 }
 

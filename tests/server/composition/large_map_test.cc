@@ -48,8 +48,10 @@ void ExpectSame(const ComposedMap& map, const ComposedMap& expected) {
       ASSERT_EQ(points[i].z, expected_points[i].z) << i;
       ASSERT_EQ(points[i].intensity, expected_points[i].intensity) << i;
       ASSERT_EQ(points[i].robot, expected_points[i].robot) << i;
+      ASSERT_EQ(points[i].stamp, expected_points[i].stamp) << i;
     }
   }
+  ExpectSameTiles(map, expected);
 }
 
 // How much memory there is shows in nothing but time.

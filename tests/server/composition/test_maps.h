@@ -45,12 +45,14 @@ inline SubmapReader ReaderOf(const std::vector<LaidSubmap>& submaps, int* reads 
   };
 }
 
+// Driven in the index-th minute of 2001-09-09, from 01:46:40 on.
 inline LaidSubmap MakeSubmap(const std::string& robot, uint32_t index,
                              std::vector<SubmapPoint> points, const Pose& T_map_submap = Pose(),
                              uint32_t component = 0) {
   auto submap = std::make_shared<Submap>();
   submap->id = {SessionId(robot + "-1"), index};
   submap->robot = RobotId(robot);
+  submap->last_stamp_ns = (1'000'000'000 + 60 * int64_t{index}) * 1'000'000'000;
   submap->keyframes.resize(1);
   submap->points = std::move(points);
   return {submap, component, T_map_submap};
@@ -122,13 +124,48 @@ inline std::vector<MapPoint> ReadAll(const ComposedMap& map, const Region& regio
   return all;
 }
 
+// All that is said of a point.
+using PointTuple = std::tuple<float, float, float, float, uint32_t, uint32_t>;
+inline std::vector<PointTuple> InOrder(const std::vector<MapPoint>& points) {
+  std::vector<PointTuple> all;
+  for (const MapPoint& p : points) all.emplace_back(p.x, p.y, p.z, p.intensity, p.robot, p.stamp);
+  return all;
+}
+
 // In an order of their own, to compare as sets.
-inline std::vector<std::tuple<float, float, float, float, uint32_t>> Sorted(
-    const std::vector<MapPoint>& points) {
-  std::vector<std::tuple<float, float, float, float, uint32_t>> sorted;
-  for (const MapPoint& p : points) sorted.emplace_back(p.x, p.y, p.z, p.intensity, p.robot);
+inline std::vector<PointTuple> Sorted(const std::vector<MapPoint>& points) {
+  std::vector<PointTuple> sorted = InOrder(points);
   std::sort(sorted.begin(), sorted.end());
   return sorted;
+}
+
+inline std::vector<MapPoint> ReadTile(const ComposedMap& map, const TileId& id) {
+  const absl::StatusOr<std::vector<MapPoint>> points = map.ReadTile(id);
+  EXPECT_TRUE(points.ok()) << points.status();
+  return points.value_or(std::vector<MapPoint>());
+}
+
+// Tile by tile and level by level, point for point; in all but how old they are.
+inline void ExpectSameTiles(const ComposedMap& map, const ComposedMap& expected) {
+  ASSERT_EQ(map.component_count(), expected.component_count());
+  for (uint32_t component = 0; component < expected.component_count(); ++component) {
+    ASSERT_EQ(map.tile_levels(component), expected.tile_levels(component));
+    for (uint32_t level = 0; level < expected.tile_levels(component); ++level) {
+      const auto tiles = map.Tiles(component, level);
+      const auto expected_tiles = expected.Tiles(component, level);
+      ASSERT_EQ(tiles.size(), expected_tiles.size());
+      for (size_t i = 0; i < tiles.size(); ++i) {
+        const TileInfo &tile = tiles[i], &other = expected_tiles[i];
+        ASSERT_EQ(tile.id, other.id);
+        ASSERT_EQ(tile.version, other.version);
+        ASSERT_EQ(tile.points, other.points);
+        ASSERT_EQ(tile.bounds.min, other.bounds.min);
+        ASSERT_EQ(tile.bounds.max, other.bounds.max);
+        ASSERT_EQ(map.TileSubmaps(tile.id), expected.TileSubmaps(tile.id));
+        ASSERT_EQ(InOrder(ReadTile(map, tile.id)), InOrder(ReadTile(expected, tile.id)));
+      }
+    }
+  }
 }
 
 }  // namespace isthmus::composition

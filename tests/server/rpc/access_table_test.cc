@@ -55,6 +55,9 @@ const std::map<std::string, Row>& Table() {
       {"MapService/QueryRegion", {"voa", "robot: 'ROBOT'"}},
       {"MapService/ExportMap", {"voa", "format: PLY"}},
       {"MapService/ExportPoseGraph", {"voa", ""}},
+      {"MapService/ListTiles", {"voa", ""}},
+      {"MapService/GetTile", {"voa", "id { x: 1 }"}},
+      {"MapService/WatchMap", {"voa", "level: 99"}},  // Which ends, as no map has so many.
       {"EditService/DecideMatch", {"oa", "robot_a: 'ROBOT' robot_b: 'bob' decision: REJECT"}},
       {"EditService/DecideLoop", {"oa", "id: 3 decision: REJECT"}},
       {"EditService/PutAnchor",

@@ -22,12 +22,20 @@ Box FakeMap::bounds(uint32_t) const {
 
 absl::Status FakeMap::Read(const Region& region, size_t chunk, const Emit& emit) const {
   std::vector<MapPoint> found;
+  uint64_t skipped = 0;
   for (const MapPoint& point : points_) {
     const Eigen::Vector3d p(point.x, point.y, point.z);
     if (region.component != 0) continue;
     if (!region.box.empty() && !region.box.Contains(p)) continue;
     if (region.has_sphere && (p - region.center).norm() > region.radius_m) continue;
     if (region.robot >= 0 && point.robot != static_cast<uint32_t>(region.robot)) continue;
+    if (region.shape != nullptr && !region.shape->Contains(p)) continue;
+    if (point.stamp < region.seen_from || point.stamp > region.seen_to) continue;
+    if (region.keep && !region.keep(point)) continue;
+    if (skipped < region.skip) {
+      ++skipped;
+      continue;
+    }
     found.push_back(point);
     if (found.size() < chunk) continue;
     if (!emit(found)) return absl::OkStatus();
@@ -328,6 +336,50 @@ std::vector<Submap> FakePipeline::submaps() {
 size_t FakePipeline::submitted() {
   MutexLock lock(&mutex_);
   return submitted_;
+}
+
+std::optional<MapStep> FakePipeline::MapSince(const MapMark& known, uint32_t) {
+  MutexLock lock(&mutex_);
+  if (steps_.empty()) return std::nullopt;
+  MapStep step = steps_.back();
+  step.restart = known.run != step.mark.run;
+  if (known.revision == step.mark.revision && !step.restart) {
+    MapStep none;
+    none.mark = step.mark;
+    return none;
+  }
+  return step;
+}
+
+std::vector<RobotPlace> FakePipeline::RobotPlaces() {
+  MutexLock lock(&mutex_);
+  return places_;
+}
+
+uint64_t FakePipeline::OnMap(std::function<void()> wake) {
+  MutexLock lock(&mutex_);
+  map_wakes_[next_wake_] = std::move(wake);
+  return next_wake_++;
+}
+
+void FakePipeline::ForgetMap(uint64_t handle) {
+  MutexLock lock(&mutex_);
+  map_wakes_.erase(handle);
+}
+
+void FakePipeline::ShowStep(MapStep step) {
+  std::vector<std::function<void()>> wakes;
+  {
+    MutexLock lock(&mutex_);
+    steps_.push_back(std::move(step));
+    for (const auto& [handle, wake] : map_wakes_) wakes.push_back(wake);
+  }
+  for (const auto& wake : wakes) wake();
+}
+
+void FakePipeline::PutRobots(std::vector<RobotPlace> places) {
+  MutexLock lock(&mutex_);
+  places_ = std::move(places);
 }
 
 }  // namespace isthmus::rpc

@@ -110,6 +110,14 @@ class FakePipeline : public server::Pipeline {
   void Note(const std::vector<Event>& events);
   uint64_t OnEvents(std::function<void()> wake) override;
   void ForgetEvents(uint64_t handle) override;
+  // From a list of steps, each known by its revision in run 5.
+  std::optional<MapStep> MapSince(const MapMark& known, uint32_t level) override;
+  std::vector<RobotPlace> RobotPlaces() override;
+  uint64_t OnMap(std::function<void()> wake) override;
+  void ForgetMap(uint64_t handle) override;
+  // A new map; tells who waits.
+  void ShowStep(MapStep step);
+  void PutRobots(std::vector<RobotPlace> places);
   void WaitUntilIdle() override {}
   void StopTaking() override {}
   void Shutdown() override {}
@@ -187,6 +195,9 @@ class FakePipeline : public server::Pipeline {
   const std::unique_ptr<storage::MapStore> log_ = storage::MakeMemoryStore();
   std::map<uint64_t, std::function<void()>> wakes_ ABSL_GUARDED_BY(mutex_);
   uint64_t next_wake_ ABSL_GUARDED_BY(mutex_) = 1;
+  std::vector<MapStep> steps_ ABSL_GUARDED_BY(mutex_);
+  std::vector<RobotPlace> places_ ABSL_GUARDED_BY(mutex_);
+  std::map<uint64_t, std::function<void()>> map_wakes_ ABSL_GUARDED_BY(mutex_);
 };
 
 }  // namespace isthmus::rpc

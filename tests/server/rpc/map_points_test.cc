@@ -29,10 +29,10 @@ class QueryRegionTest : public RpcTest {
     v1::QueryRegionResponse response;
     while (reader->Read(&response)) {
       const std::string& data = response.cloud().data();
-      EXPECT_EQ(data.size(), response.cloud().width() * sizeof(MapPoint));
-      const size_t before = points_.size();
-      points_.resize(before + response.cloud().width());
-      if (!data.empty()) std::memcpy(points_.data() + before, data.data(), data.size());
+      EXPECT_EQ(data.size(), response.cloud().width() * kMapRecordBytes);
+      for (size_t at = 0; at < data.size(); at += kMapRecordBytes) {
+        std::memcpy(&points_.emplace_back(), data.data() + at, kMapRecordBytes);
+      }
       responses_.push_back(response);
     }
     return reader->Finish();

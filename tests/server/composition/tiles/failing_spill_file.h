@@ -27,6 +27,7 @@ class FailingSpillFile : public SpillFile {
   std::atomic<int> writes_left = std::numeric_limits<int>::max();    // Then the disk is full.
   std::atomic<bool> fail_reads = false;
   std::atomic<uint64_t> free_bytes = uint64_t{1} << 40;
+  mutable std::atomic<uint64_t> bytes_read = 0;
 
  private:
   ssize_t WriteSome(int file, const void* data, size_t size, off_t offset) {
@@ -44,7 +45,9 @@ class FailingSpillFile : public SpillFile {
       errno = EIO;
       return -1;
     }
-    return pread(file, data, std::min(size, longest.load()), offset);
+    const ssize_t read = pread(file, data, std::min(size, longest.load()), offset);
+    if (read > 0) bytes_read += static_cast<uint64_t>(read);
+    return read;
   }
   bool Interrupted() const {
     if (interrupt_every == 0 || ++count_ % interrupt_every != 0) return false;

@@ -52,6 +52,95 @@ TEST_F(RegionRead, WholeMapHasItsCountAndBounds) {
   EXPECT_EQ(bounds.max, map_->bounds(0).max);
 }
 
+TEST_F(RegionRead, ShapesMatchBruteForce) {
+  std::uniform_real_distribution<double> place(-30, 30), size(1, 25);
+  const auto somewhere = [&] { return Eigen::Vector3d(place(rng_), place(rng_), place(rng_) / 8); };
+  for (int round = 0; round < 30; ++round) {
+    Region region;
+    const HeightBand heights{-1 - size(rng_) / 8, size(rng_) / 8};
+    if (round % 3 == 0) {
+      const Eigen::Vector3d at = somewhere();
+      region.shape = std::make_shared<OrientedBoxShape>(
+          Pose::FromXyzRpy(at.x(), at.y(), at.z(), 0.2, -0.1, place(rng_)),
+          Eigen::Vector3d(size(rng_), size(rng_), size(rng_)));
+    } else if (round % 3 == 1) {
+      std::vector<Eigen::Vector2d> corners;
+      for (int i = 0; i < 3 + round / 3; ++i) corners.emplace_back(somewhere().head<2>());
+      region.shape = std::make_shared<PolygonShape>(corners, heights);
+    } else {
+      std::vector<Eigen::Vector3d> path;
+      for (int i = 0; i <= round / 3; ++i) path.push_back(somewhere());
+      region.shape = std::make_shared<CorridorShape>(path, size(rng_) / 2, heights);
+    }
+    region.robot = round % 4 == 0 ? 1 : -1;
+    ExpectExactly(region, [&](const MapPoint& p, const Eigen::Vector3d& at) {
+      return region.shape->Contains(at) && (region.robot < 0 || p.robot == 1);
+    });
+  }
+}
+
+// Points are filtered before they are thinned: another point of a voxel may stand for it.
+TEST_F(RegionRead, TimesAndOwnFiltersMatchBruteForce) {
+  std::vector<LaidSubmap> submaps;
+  const Box room = MakeBox({-30, -20, -2}, {30, 20, 5});
+  for (uint32_t i = 0; i < 4; ++i) {
+    submaps.push_back(MakeSubmap("alice", i, RandomPoints(&rng_, 3000, room)));
+  }
+  Composer composer({.tile_m = 9});
+  map_ = Compose(&composer, 1, submaps);
+  all_ = ReadAll(*map_);
+  Region region;
+  region.seen_from = 1'000'000'060;
+  region.seen_to = 1'000'000'120;
+  size_t some = 0;
+  ExpectExactly(region, [&](const MapPoint& p, const Eigen::Vector3d&) {
+    some += p.stamp == 1'000'000'060 ? 1 : 0;
+    return p.stamp == 1'000'000'060 || p.stamp == 1'000'000'120;
+  });
+  EXPECT_GT(some, 100u);
+  region = {};
+  region.keep = [](const MapPoint& p) { return p.intensity > 0.5F; };
+  ExpectExactly(region,
+                [](const MapPoint& p, const Eigen::Vector3d&) { return p.intensity > 0.5F; });
+  // One point for each voxel in which there is any that is kept.
+  region.resolution_m = 0.8;
+  std::set<std::tuple<int, int, int>> voxels;
+  for (const MapPoint& p : all_) {
+    if (!region.keep(p)) continue;
+    voxels.emplace(std::floor(p.x / 0.8), std::floor(p.y / 0.8), std::floor(p.z / 0.8));
+  }
+  EXPECT_NEAR(static_cast<double>(ReadAll(*map_, region).size()),
+              static_cast<double>(voxels.size()), 3);
+}
+
+// What is left out and what comes make up the whole, wherever it was cut.
+TEST_F(RegionRead, SkippingGoesOnWhereItWasCutOff) {
+  Region regions[4];
+  regions[1].resolution_m = 0.7;
+  regions[2].box = MakeBox({-12, -9, -1}, {21, 8, 3});
+  regions[3].robot = 2;
+  for (Region& region : regions) {
+    region.skip = 0;
+    const std::vector<MapPoint> whole = ReadAll(*map_, region);
+    for (size_t cut = 0; cut <= whole.size() + 10; cut += 1 + whole.size() / 7) {
+      region.skip = cut;
+      const std::vector<MapPoint> rest = ReadAll(*map_, region);
+      const size_t skipped = std::min(cut, whole.size());
+      ASSERT_EQ(InOrder(rest),
+                InOrder({whole.begin() + static_cast<std::ptrdiff_t>(skipped), whole.end()}));
+    }
+  }
+}
+
+TEST_F(RegionRead, EndsBetweenTilesWhenToldTo) {
+  Region region;
+  int asked = 0;
+  region.keep_on = [&] { return ++asked < 5; };
+  const size_t some = ReadAll(*map_, region).size();
+  EXPECT_EQ(asked, 5);
+  EXPECT_LT(some, all_.size());
+}
+
 TEST_F(RegionRead, BoxesAndSpheresMatchBruteForce) {
   std::uniform_real_distribution<double> place(-35, 35), size(0, 25);
   for (int round = 0; round < 40; ++round) {
@@ -117,6 +206,42 @@ TEST_F(RegionRead, ResolutionThinsToOnePointPerVoxel) {
   const auto whole = Sorted(all_);
   for (const auto& p : Sorted(thinned)) {
     EXPECT_TRUE(std::binary_search(whole.begin(), whole.end(), p));
+  }
+}
+
+// However the voxels lie to the tiles', levels and the region's faces; read from a coarse level or
+// not. The robots of this map lie over each other.
+TEST_F(RegionRead, ResolutionsInWholeVoxelsThinToOnePointPerVoxelOfTheRegion) {
+  std::uniform_real_distribution<double> place(-35, 20), size(5, 40);
+  for (const int block : {1, 2, 3, 4, 6, 8, 10, 16, 18, 64, 90, 128, 256}) {
+    Region region;
+    region.resolution_m = block * 0.1;
+    for (int round = 0; round < 6; ++round) {
+      if (round > 0) {
+        const Eigen::Vector3d corner(place(rng_), place(rng_), -3);
+        region.box = MakeBox(corner, corner + Eigen::Vector3d(size(rng_), size(rng_), 9));
+      }
+      region.robot = round % 4 - 1;
+      const auto voxel_of = [&](const MapPoint& p) {
+        const auto index = [&](float at) {
+          return std::floor(std::floor(at * 10.f) / static_cast<float>(block));
+        };
+        return std::make_tuple(index(p.x), index(p.y), index(p.z));
+      };
+      std::set<std::tuple<float, float, float>> expected, got;
+      for (const MapPoint& p : all_) {
+        if (region.robot >= 0 && p.robot != static_cast<uint32_t>(region.robot)) continue;
+        if (round > 0 && !region.box.Contains({p.x, p.y, p.z})) continue;
+        expected.insert(voxel_of(p));
+      }
+      const auto thinned = ReadAll(*map_, region);
+      for (const MapPoint& p : thinned) {
+        got.insert(voxel_of(p));
+        EXPECT_TRUE(round == 0 || region.box.Contains({p.x, p.y, p.z}));
+      }
+      ASSERT_EQ(got, expected) << block;
+      ASSERT_EQ(thinned.size(), expected.size()) << block;
+    }
   }
 }
 

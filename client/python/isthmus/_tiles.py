@@ -1,0 +1,192 @@
+"""The part of Client that reads the merged map tile by tile, and watches it change."""
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Tuple
+
+import grpc
+import numpy as np
+
+from isthmus import cloud, convert
+from isthmus.errors import NotFound, Unavailable, from_rpc
+from isthmus.link import Backoff, Link
+from isthmus.map_records import Match
+from isthmus.pose import Pose
+from isthmus.records import Box
+from isthmus.v1 import map_service_pb2 as pb
+
+TILE_POINT = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("intensity", "<f4"),
+                       ("robot", "<u4"), ("last_seen", "<u4")])
+
+
+class TileId(NamedTuple):
+    """A square of a component's map, `tile_m * 2 ** level` wide, unbounded in height."""
+
+    component: int
+    level: int
+    x: int
+    y: int
+
+
+@dataclass(frozen=True)
+class TileInfo:
+    """A tile without its points. Tiles of one version hold the same points."""
+
+    id: TileId
+    version: int
+    revision: int  # Of the first map that has had it so.
+    points: int  # Above level 0 the most that it may have.
+    bounds: Optional[Box]  # Of the points.
+
+
+@dataclass(frozen=True)
+class Tile:
+    """A tile's points, exactly as the map has them; None where they are those at hand."""
+
+    revision: int
+    info: TileInfo
+    robots: Tuple[str, ...]  # Which the field `robot` indexes.
+    points: Optional[cloud.Records] = field(compare=False)
+
+
+@dataclass(frozen=True)
+class SubmapPlace:
+    """Where a submap lies; without a component nowhere any more."""
+
+    session: str
+    index: int
+    robot: str
+    component: Optional[int]
+    T_map_submap: Optional[Pose]
+
+
+@dataclass(frozen=True)
+class RobotPlace:
+    """Where a robot is that is under way; without a component not known yet."""
+
+    robot: str
+    session: str
+    component: Optional[int]
+    T_map_sensor: Optional[Pose]
+    stamp_ns: int
+    lag_ms: float
+
+
+@dataclass
+class MapStep:
+    """A map, and what is new in it since the step before."""
+
+    revision: int = 0
+    run: int = 0  # Revisions of another run say nothing of what has changed.
+    restart: bool = False  # What was known is to be forgotten.
+    tiles: List[TileInfo] = field(default_factory=list)
+    removed_tiles: List[TileId] = field(default_factory=list)
+    submaps: List[SubmapPlace] = field(default_factory=list)
+    matches: List[Match] = field(default_factory=list)
+    removed_matches: List[Tuple[str, str]] = field(default_factory=list)
+    robots: Optional[List[RobotPlace]] = None  # None where nothing is told of them.
+
+
+class Tiles:
+    """Part of Client."""
+
+    _link: Link
+
+    def list_tiles(self, component: int = 0, level: int = 0) -> List[TileInfo]:
+        """The tiles of a component at a level of detail, in order of x, then y."""
+        request = pb.ListTilesRequest(component=component, level=level)
+        parts = self._link.collect(self._link.maps.ListTiles, request)
+        return [_info(tile) for part in parts for tile in part.tiles]
+
+    def get_tile(self, tile: TileId, have_version: int = 0) -> Tile:
+        """The points of a tile as the map is now; without them where it is of `have_version`."""
+        request = pb.GetTileRequest(id=tile._asdict(), have_version=have_version,
+                                    form=pb.GetTileRequest.CLOUD)
+        parts = self._link.collect(self._link.maps.GetTile, request)
+        head = parts[0]
+        points: Optional[cloud.Records] = None
+        if not head.not_modified:
+            points = np.concatenate([np.zeros(0, TILE_POINT)] + [
+                cloud.from_message(part.cloud) for part in parts if part.cloud.data])
+        return Tile(head.revision, _info(head.info), tuple(head.robots), points)
+
+    def watch_map(self, level: int = 0, since: Optional[MapStep] = None) -> Iterator[MapStep]:
+        """The map as it changes: at once what is new since the step `since` (None: all there is),
+        then each change of the map and of where robots are, twice a second at most. While the
+        caller is busy changes add up to one step. Goes on over a connection that was lost, until it
+        is closed or the server does not answer any more (`Unavailable`)."""
+        request = pb.WatchMapRequest(level=level)
+        if since is not None:
+            request.from_revision, request.run = since.revision, since.run
+        backoff = Backoff(self._link.keep_trying_s)
+        while True:
+            call = self._link.once(lambda: self._link.maps.WatchMap(request))
+            try:
+                step = MapStep()
+                for part in call:
+                    backoff.reset()
+                    _add(part, step)
+                    if part.more:
+                        continue
+                    request.from_revision, request.run = step.revision, step.run
+                    yield step
+                    step = MapStep()
+                continue
+            except grpc.RpcError as lost:
+                error = from_rpc(lost)
+            finally:
+                call.cancel()
+            if not isinstance(error, Unavailable):
+                raise error
+            delay = backoff.next()
+            if delay is None or self._link.closed.wait(delay):
+                raise self._link.explain(error)
+
+    def mirror_map(self, level: int = 0) -> Iterator[Dict[TileId, Tile]]:
+        """All tiles of the map, kept up to date: the same dictionary again whenever it is exactly
+        the server's map of a revision that brought something new. Asks for what changed alone."""
+        held: Dict[TileId, Tile] = {}
+        told: Dict[TileId, int] = {}
+        for step in self.watch_map(level):
+            if step.restart:
+                told.clear()
+            for gone in step.removed_tiles:
+                told.pop(gone, None)
+            told.update((tile.id, tile.version) for tile in step.tiles)
+            for gone in held.keys() - told.keys():
+                del held[gone]
+            exact = True
+            for tile, version in told.items():
+                if tile in held and held[tile].info.version == version:
+                    continue
+                try:
+                    held[tile] = self.get_tile(tile)
+                except NotFound:  # Gone by now; another step tells of it.
+                    exact = False
+                    continue
+                exact = exact and held[tile].info.version == version
+            if exact and (step.restart or step.tiles or step.removed_tiles):
+                yield held
+
+
+def _id(message: Any) -> TileId:
+    return TileId(message.component, message.level, message.x, message.y)
+
+
+def _info(message: Any) -> TileInfo:
+    bounds = convert.record(Box, message.bounds) if message.HasField("bounds") else None
+    return TileInfo(_id(message.id), message.version, message.revision, message.points, bounds)
+
+
+def _add(part: Any, step: MapStep) -> None:
+    """What a response tells, to the step that it is a part of."""
+    step.revision, step.run = part.revision, part.run
+    step.restart = step.restart or part.restart
+    step.tiles.extend(_info(tile) for tile in part.tiles)
+    step.removed_tiles.extend(_id(tile) for tile in part.removed_tiles)
+    step.submaps.extend(convert.record(SubmapPlace, place) for place in part.submaps)
+    step.matches.extend(convert.record(Match, match) for match in part.matches)
+    step.removed_matches.extend((pair.session_a, pair.session_b) for pair in part.removed_matches)
+    if part.has_robots:
+        step.robots = (step.robots or []) + [convert.record(RobotPlace, place)
+                                             for place in part.robots]

@@ -1,0 +1,39 @@
+// The map and its pose graph as files.
+#include <string>
+
+#include "api/convert/map.h"
+#include "server/rpc/map_service.h"
+#include "server/rpc/responses.h"
+
+namespace isthmus::rpc {
+
+absl::Status MapService::SendMap(const Call& call, const v1::ExportMapRequest& request,
+                                 grpc::ServerWriter<v1::ExportMapResponse>* writer) {
+  const auto wanted = convert::FromMessage(request);
+  if (!wanted.ok()) return wanted.status();
+  FileEmitter<v1::ExportMapResponse> file(call, call.pipeline().GetMap()->revision(), writer);
+  const absl::Status status = call.pipeline().ExportMap(
+      *wanted, [&](const std::string& piece) { return !call.Gone() && file.Add(piece); });
+  return status.ok() ? file.Finish() : status;
+}
+
+grpc::Status MapService::ExportMap(grpc::ServerContext* context,
+                                   const v1::ExportMapRequest* request,
+                                   grpc::ServerWriter<v1::ExportMapResponse>* writer) {
+  return gate_.Serve(context, "ExportMap",
+                     [&](const Call& call) { return SendMap(call, *request, writer); });
+}
+
+grpc::Status MapService::ExportPoseGraph(grpc::ServerContext* context,
+                                         const v1::ExportPoseGraphRequest* request,
+                                         grpc::ServerWriter<v1::ExportPoseGraphResponse>* writer) {
+  return gate_.Serve(context, "ExportPoseGraph", [&](const Call& call) -> absl::Status {
+    FileEmitter<v1::ExportPoseGraphResponse> file(call, call.pipeline().GetMapInfo().revision,
+                                                  writer);
+    const absl::StatusOr<std::string> graph = call.pipeline().ExportPoseGraph(request->component());
+    if (!graph.ok()) return graph.status();
+    return file.Add(*graph) ? file.Finish() : ReaderGone();
+  });
+}
+
+}  // namespace isthmus::rpc

@@ -1,0 +1,231 @@
+// Points of the merged map: which, and how they are sent.
+#include <absl/container/flat_hash_set.h>
+#include <absl/strings/str_cat.h>
+
+#include <algorithm>
+#include <limits>
+#include <memory>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "api/convert/cloud.h"
+#include "api/convert/map.h"
+#include "core/codec/quantized.h"
+#include "server/rpc/map_service.h"
+#include "server/rpc/responses.h"
+
+namespace isthmus::rpc {
+namespace {
+
+constexpr size_t kChunkPoints = kResponseBytes / sizeof(MapPoint);
+
+// Whole seconds, as points have them.
+uint32_t SecondsOf(int64_t ns) {
+  constexpr int64_t kMost = std::numeric_limits<uint32_t>::max();
+  return static_cast<uint32_t>(std::clamp<int64_t>(ns / 1'000'000'000, 0, kMost));
+}
+
+Region RegionOf(const RegionQuery& query) {
+  Region region;
+  if (query.box) region.box = *query.box;
+  if (query.sphere) {
+    region.has_sphere = true;
+    region.center = query.sphere->center;
+    region.radius_m = query.sphere->radius_m;
+  }
+  region.shape = MakeShape(query.shape);
+  region.component = query.component;
+  region.resolution_m = query.resolution_m;
+  if (query.seen_from_ns != 0) region.seen_from = SecondsOf(query.seen_from_ns);
+  if (query.seen_to_ns != 0) region.seen_to = SecondsOf(query.seen_to_ns);
+  return region;
+}
+
+// Sets region.robot. Returns false for a robot that is known but has no points in this map yet.
+absl::StatusOr<bool> FindRobot(server::Pipeline& pipeline, const ComposedMap& map,
+                               const RobotId& robot, Region& region) {
+  if (robot.empty()) return true;
+  const auto& placed = map.robots();
+  const auto found = std::find(placed.begin(), placed.end(), robot);
+  if (found != placed.end()) {
+    region.robot = static_cast<int>(found - placed.begin());
+    return true;
+  }
+  const auto known = pipeline.GetMapInfo().robots;
+  if (std::find(known.begin(), known.end(), robot) != known.end()) return false;
+  return absl::NotFoundError(absl::StrCat("no robot \"", robot.value(), "\" in this map"));
+}
+
+// The sessions wanted, with all segments of those that a robot opened.
+absl::StatusOr<std::set<SessionId>> AllSegments(server::Pipeline& pipeline,
+                                                const std::vector<SessionId>& wanted) {
+  std::set<SessionId> all, missing(wanted.begin(), wanted.end());
+  for (const SessionStatus& session : pipeline.ListSessions()) {
+    const SessionId& id = session.record.id;
+    const SessionId& opened = session.record.opened();
+    for (const SessionId& name : wanted) {
+      if (name != id && name != opened) continue;
+      all.insert(id);
+      missing.erase(name);
+    }
+  }
+  if (missing.empty()) return all;
+  return absl::NotFoundError(absl::StrCat("no session \"", missing.begin()->value(),
+                                          "\"; `isthmus session list` lists those there are"));
+}
+
+// A point says who saw it last and when, which is a submap's time.
+absl::StatusOr<std::function<bool(const MapPoint&)>> SeenBy(server::Pipeline& pipeline,
+                                                            const ComposedMap& map,
+                                                            const std::vector<SessionId>& wanted) {
+  const auto sessions = AllSegments(pipeline, wanted);
+  if (!sessions.ok()) return sessions.status();
+  const auto submaps = pipeline.ListSubmaps(std::nullopt);
+  if (!submaps.ok()) return submaps.status();
+  const auto key = [](uint64_t robot, uint32_t stamp) { return robot << 32 | stamp; };
+  auto seen = std::make_shared<absl::flat_hash_set<uint64_t>>();
+  for (const SubmapStatus& submap : *submaps) {
+    if (!sessions->contains(submap.info.id.session)) continue;
+    const auto& robots = map.robots();
+    const auto robot = std::find(robots.begin(), robots.end(), submap.info.robot);
+    if (robot == robots.end()) continue;
+    seen->insert(
+        key(static_cast<uint64_t>(robot - robots.begin()), SecondsOf(submap.info.last_stamp_ns)));
+  }
+  return [seen, key](const MapPoint& p) { return seen->contains(key(p.robot, p.stamp)); };
+}
+
+// The finest resolution with which the region has at most so many points; where none has, the
+// coarsest that was tried.
+absl::StatusOr<double> FindResolution(const ComposedMap& map, Region region, uint64_t max_points) {
+  const Box bounds = map.bounds(region.component);
+  const double extent = bounds.empty() ? 0 : (bounds.max - bounds.min).maxCoeff();
+  constexpr double kFinestM = 0.01;  // Of a map that does not say.
+  while (true) {
+    uint64_t count = 0;
+    const absl::Status status =
+        map.Read(region, kChunkPoints, [&](const std::vector<MapPoint>& points) {
+          count += points.size();
+          return count <= max_points;
+        });
+    if (!status.ok()) return status;
+    if (count <= max_points || region.resolution_m > extent) return region.resolution_m;
+    if (region.keep_on && !region.keep_on()) return region.resolution_m;  // Who asks is gone.
+    region.resolution_m =
+        region.resolution_m > 0 ? 2 * region.resolution_m : std::max(map.voxel_m(), kFinestM);
+  }
+}
+
+// Puts points into responses.
+class RegionSender {
+ public:
+  using Writer = grpc::ServerWriter<v1::QueryRegionResponse>;
+
+  RegionSender(const RegionQuery& query, const RegionPosition& begin, Writer* writer)
+      : query_(query), next_(begin), writer_(*writer) {}
+
+  bool SendHead(const std::vector<RobotId>& robots) {
+    for (const RobotId& robot : robots) response_.add_robots(robot.value());
+    const bool sent = Send({});
+    response_.clear_robots();
+    return sent;
+  }
+  // False once no more can be sent, or need be; see `status`.
+  bool Send(const std::vector<MapPoint>& points) {
+    PointPayload payload = convert::ToPayload(
+        points, {query_.wants_intensity, query_.wants_robot, query_.wants_stamp});
+    if (query_.rounding_m && !points.empty()) {
+      auto rounded = codec::Quantize(payload, *query_.rounding_m);
+      if (!rounded.ok()) status_ = rounded.status();
+      if (!status_.ok()) return false;
+      payload = *std::move(rounded);
+    }
+    *response_.mutable_cloud() = convert::ToMessage(std::move(payload));
+    next_.points += points.size();
+    response_.set_revision(next_.revision);
+    response_.set_resolution_m(next_.resolution_m);
+    *response_.mutable_next() = convert::ToMessage(next_);
+    if (!writer_.Write(response_)) status_ = ReaderGone();
+    return status_.ok();
+  }
+  // At most as many as are asked for.
+  bool SendSome(std::vector<MapPoint> points) {
+    const uint64_t most =
+        query_.max_points == 0 ? std::numeric_limits<uint64_t>::max() : query_.max_points;
+    const uint64_t left = most - std::min(most, next_.points);
+    if (points.size() > left) points.resize(left);
+    return points.empty() ? false : Send(points);
+  }
+  const absl::Status& status() const { return status_; }
+
+ private:
+  const RegionQuery& query_;
+  RegionPosition next_;
+  Writer& writer_;
+  v1::QueryRegionResponse response_;
+  absl::Status status_;
+};
+
+absl::Status CheckComponent(const ComposedMap& map, uint32_t component) {
+  // Component 0 may always be asked: in an empty map it has no points.
+  if (component == 0 || component < map.component_count()) return absl::OkStatus();
+  return absl::NotFoundError(absl::StrCat("no component ", component, ": the map has ",
+                                          map.component_count(), ", counted from 0"));
+}
+
+}  // namespace
+
+absl::Status MapService::SendRegion(const Call& call, const v1::QueryRegionRequest& request,
+                                    grpc::ServerWriter<v1::QueryRegionResponse>* writer) {
+  const auto query = convert::FromMessage(request);
+  if (!query.ok()) return query.status();
+  const std::shared_ptr<const ComposedMap> map = call.pipeline().GetMap();
+  if (absl::Status ready = map->ready(); !ready.ok()) return ready;
+  if (absl::Status known = CheckComponent(*map, query->component); !known.ok()) return known;
+  Region region = RegionOf(*query);
+  const absl::StatusOr<bool> has_points = FindRobot(call.pipeline(), *map, query->robot, region);
+  if (!has_points.ok()) return has_points.status();
+  if (!query->sessions.empty()) {
+    auto keep = SeenBy(call.pipeline(), *map, query->sessions);
+    if (!keep.ok()) return keep.status();
+    region.keep = *std::move(keep);
+  }
+  const auto goes_on = [&] { return call.Allowed().ok() && !call.Gone(); };
+  region.keep_on = goes_on;
+  RegionPosition begin{run_, map->revision(), 0, region.resolution_m};
+  if (query->resume) {
+    if (query->resume->run != run_ || query->resume->revision != map->revision()) {
+      return absl::FailedPreconditionError(
+          absl::StrCat("the map is another by now, of revision ", map->revision(),
+                       ": ask for the region anew, without resume"));
+    }
+    begin = *query->resume;
+    region.resolution_m = begin.resolution_m;
+    region.skip = begin.points;
+  } else if (query->max_points > 0 && *has_points) {
+    const auto resolution = FindResolution(*map, region, query->max_points);
+    if (!resolution.ok()) return resolution.status();
+    begin.resolution_m = region.resolution_m = *resolution;
+  }
+  RegionSender sender(*query, begin, writer);
+  if (!goes_on() || !sender.SendHead(map->robots())) return ReaderGone();
+  absl::Status status;
+  if (*has_points) {
+    status = map->Read(region, kChunkPoints, [&](const std::vector<MapPoint>& points) {
+      return goes_on() && sender.SendSome(points);
+    });
+  }
+  if (!sender.status().ok()) return sender.status();
+  return goes_on() ? status : ReaderGone();
+}
+
+grpc::Status MapService::QueryRegion(grpc::ServerContext* context,
+                                     const v1::QueryRegionRequest* request,
+                                     grpc::ServerWriter<v1::QueryRegionResponse>* writer) {
+  return gate_.Serve(context, "QueryRegion",
+                     [&](const Call& call) { return SendRegion(call, *request, writer); });
+}
+
+}  // namespace isthmus::rpc

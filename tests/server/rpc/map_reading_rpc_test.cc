@@ -1,0 +1,361 @@
+// Tiles, regions and the watch of the map over a socket, with the client library: whatever a reader
+// asks for is what the whole map holds, at one revision.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <map>
+#include <random>
+#include <set>
+#include <thread>
+#include <tuple>
+
+#include "client/library/client.h"
+#include "client/library/map_mirror.h"
+#include "core/codec/tile_points.h"
+#include "storage/memory_store.h"
+#include "tests/server/rpc/stubs.h"
+
+namespace isthmus::rpc {
+namespace {
+
+using client::Client;
+using client::MapMirror;
+
+// All that is said of a point, the robot by its name.
+using NamedPoint = std::tuple<float, float, float, float, std::string, uint32_t>;
+
+std::vector<NamedPoint> Named(const std::vector<RobotId>& robots,
+                              const std::vector<MapPoint>& points) {
+  std::vector<NamedPoint> named;
+  for (const MapPoint& p : points) {
+    named.emplace_back(p.x, p.y, p.z, p.intensity, robots.at(p.robot).value(), p.stamp);
+  }
+  std::sort(named.begin(), named.end());
+  return named;
+}
+
+class MapReadingTest : public testing::Test {
+ protected:
+  static constexpr int64_t kFirstSecond = 1'700'000'000;
+
+  MapReadingTest() {
+    server::PipelineOptions options;
+    options.composition_interval_s = 0;
+    pipeline_ = *server::Pipeline::Open(options, storage::MakeMemoryStore());
+    ServerOptions listen;
+    listen.listen = "127.0.0.1:0";
+    server_ = *RpcServer::Start(pipeline_.get(), listen);
+    client_ = *Client::Connect({.address = server_->address()});
+    stubs_ = std::make_unique<Stubs>(
+        grpc::CreateChannel(server_->address(), grpc::InsecureChannelCredentials()));
+  }
+
+  SessionId Open(const std::string& robot) {
+    const auto session = pipeline_->CreateSession({.robot = RobotId(robot), .sensor = "vlp16"});
+    EXPECT_TRUE(session.ok()) << session.status();
+    return session->record.id;
+  }
+  // So few points that nobody looks for matches, over some tiles.
+  void Add(const SessionId& session, const std::string& robot, uint32_t index, int count = 30) {
+    Submap submap;
+    submap.id = {session, index};
+    submap.robot = RobotId(robot);
+    submap.T_odom_submap = Pose(Eigen::Vector3d(10.0 * index, 0, 0));
+    submap.first_sequence = submap.last_sequence = index + 1;
+    submap.first_stamp_ns = submap.last_stamp_ns = (kFirstSecond + index) * 1'000'000'000;
+    submap.keyframes.push_back({0, submap.first_stamp_ns, Pose()});
+    std::uniform_real_distribution<float> place(-40, 40);
+    for (int i = 0; i < count; ++i) {
+      submap.points.push_back({place(random_), place(random_), place(random_) / 10, 50, 0});
+    }
+    const auto added = pipeline_->AddSubmap(std::move(submap));
+    ASSERT_TRUE(added.ok()) << added.status();
+  }
+  RegionChunk Query(const RegionQuery& query) {
+    RegionChunk all;
+    const absl::Status status = client_->QueryRegion(query, [&](const RegionChunk& chunk) {
+      all.revision = chunk.revision;
+      all.robots = chunk.robots;
+      all.resolution_m = chunk.resolution_m;
+      all.next = chunk.next;
+      all.points.insert(all.points.end(), chunk.points.begin(), chunk.points.end());
+      return true;
+    });
+    EXPECT_TRUE(status.ok()) << status;
+    return all;
+  }
+  RegionChunk Everything(uint32_t component = 0) {
+    return Query({.component = component, .wants_stamp = true});
+  }
+  // Two robots, known apart.
+  void Fill() {
+    const SessionId alice = Open("alice");
+    for (uint32_t i = 0; i < 3; ++i) Add(alice, "alice", i);
+    const SessionId bob = Open("bob");
+    Add(bob, "bob", 0, 20);
+    pipeline_->WaitUntilIdle();
+  }
+
+  std::mt19937 random_{1};
+  std::unique_ptr<server::Pipeline> pipeline_;
+  std::unique_ptr<RpcServer> server_;
+  std::unique_ptr<Client> client_;
+  std::unique_ptr<Stubs> stubs_;
+};
+
+TEST_F(MapReadingTest, TilesMakeUpTheMap) {
+  Fill();
+  for (uint32_t component = 0; component < 2; ++component) {
+    const RegionChunk all = Everything(component);
+    const auto list = client_->ListTiles(component);
+    ASSERT_TRUE(list.ok()) << list.status();
+    EXPECT_EQ(list->tile_m, 20);
+    EXPECT_EQ(list->revision, all.revision);
+    std::vector<NamedPoint> of_tiles;
+    for (const TileInfo& info : list->tiles) {
+      const auto tile = client_->GetTile(info.id);
+      ASSERT_TRUE(tile.ok()) << tile.status();
+      EXPECT_EQ(tile->info.version, info.version);
+      EXPECT_EQ(tile->points.size(), info.points);
+      for (const MapPoint& p : tile->points) {
+        EXPECT_EQ(std::floor(p.x / 20), info.id.x);
+        EXPECT_EQ(std::floor(p.y / 20), info.id.y);
+      }
+      const auto points = Named(tile->robots, tile->points);
+      of_tiles.insert(of_tiles.end(), points.begin(), points.end());
+      const auto again = client_->GetTile(info.id, info.version);
+      EXPECT_TRUE(again->not_modified);
+      EXPECT_TRUE(again->points.empty());
+      EXPECT_FALSE(client_->GetTile(info.id, info.version + 1)->not_modified);
+    }
+    std::sort(of_tiles.begin(), of_tiles.end());
+    EXPECT_EQ(of_tiles, Named(all.robots, all.points));
+    EXPECT_FALSE(of_tiles.empty());
+  }
+}
+
+TEST_F(MapReadingTest, TilesForBrowsersHoldTheSamePoints) {
+  Fill();
+  for (const TileInfo& info : client_->ListTiles(0)->tiles) {
+    v1::GetTileRequest request;
+    request.mutable_id()->set_x(info.id.x);
+    request.mutable_id()->set_y(info.id.y);
+    v1::GetTileResponse whole;
+    ASSERT_GRPC_OK(Merged(stubs_->map->GetTile(NewContext().get(), request), &whole));
+    EXPECT_THAT(whole.robots(), testing::ElementsAre("alice"));
+    const auto points = codec::ReadTilePoints(whole.points());
+    ASSERT_TRUE(points.ok()) << points.status();
+    const auto exact = client_->GetTile(info.id);
+    ASSERT_EQ(points->size(), exact->points.size());
+    for (size_t i = 0; i < points->size(); ++i) {
+      EXPECT_NEAR((*points)[i].x, exact->points[i].x, 2e-4);
+      EXPECT_NEAR((*points)[i].z, exact->points[i].z, 2e-4);
+      EXPECT_EQ((*points)[i].stamp, exact->points[i].stamp);
+    }
+  }
+}
+
+TEST_F(MapReadingTest, WhatIsNotThereIsSaidSo) {
+  Fill();
+  EXPECT_TRUE(absl::IsNotFound(client_->GetTile({0, 0, 1000, 0}).status()));
+  EXPECT_TRUE(absl::IsNotFound(client_->GetTile({7, 0, 0, 0}).status()));
+  EXPECT_TRUE(absl::IsNotFound(client_->GetTile({0, 29, 0, 0}).status()));
+  EXPECT_TRUE(absl::IsNotFound(client_->ListTiles(7).status()));
+  EXPECT_TRUE(absl::IsInvalidArgument(client_->ListTiles(0, 29).status()));
+  std::vector<v1::GetTileResponse> none;
+  EXPECT_GRPC_ERROR(ReadAll(stubs_->map->GetTile(NewContext().get(), {}), &none), INVALID_ARGUMENT,
+                    "name a tile");
+}
+
+TEST_F(MapReadingTest, RegionsAreWhatTheWholeMapHoldsThere) {
+  Fill();
+  const RegionChunk all = Everything();
+  const auto expect = [&](const RegionQuery& query, const auto& keep) {
+    std::vector<MapPoint> expected;
+    for (const MapPoint& p : all.points) {
+      if (keep(p)) expected.push_back(p);
+    }
+    EXPECT_FALSE(expected.empty());
+    EXPECT_LT(expected.size(), all.points.size());
+    RegionQuery asked = query;
+    asked.wants_stamp = true;
+    EXPECT_EQ(Named(all.robots, Query(asked).points), Named(all.robots, expected));
+  };
+  const auto in = [](const RegionShape& shape) {
+    return [solid = MakeShape(shape)](const MapPoint& p) {
+      return solid->Contains(Eigen::Vector3d(p.x, p.y, p.z));
+    };
+  };
+  const RegionShape shapes[] = {OrientedBox{Pose::FromXyzRpy(5, 3, 0, 0.1, 0, 0.6), {40, 30, 5}},
+                                Polygon{{{-30, -30}, {40, -10}, {0, 35}}, {-2, 3}},
+                                Corridor{{{-40, -20, 0}, {10, 0, 1}, {40, 30, 0}}, 20, {}}};
+  for (const RegionShape& shape : shapes) expect({.shape = shape}, in(shape));
+  expect({.seen_from_ns = (kFirstSecond + 1) * 1'000'000'000},
+         [](const MapPoint& p) { return p.stamp >= kFirstSecond + 1; });
+  expect({.seen_to_ns = kFirstSecond * 1'000'000'000 + 5},
+         [](const MapPoint& p) { return p.stamp <= kFirstSecond; });
+}
+
+TEST_F(MapReadingTest, SessionsAreToldApart) {
+  const SessionId first = Open("alice");
+  Add(first, "alice", 0);
+  ASSERT_TRUE(pipeline_->FinishSession(first).ok());
+  pipeline_->WaitUntilIdle();
+  const uint32_t component = *client_->GetSession(first)->component;
+  const RegionChunk all = Everything(component);
+  EXPECT_EQ(Query({.component = component, .sessions = {first}}).points.size(), all.points.size());
+  const SessionId second = Open("bob");
+  EXPECT_TRUE(Query({.component = component, .sessions = {second}}).points.empty());
+  const absl::Status unknown =
+      client_->QueryRegion({.sessions = {SessionId("nobody-7")}}, [](const auto&) { return true; });
+  EXPECT_TRUE(absl::IsNotFound(unknown)) << unknown;
+}
+
+// The finest of the resolutions that fits, and what it gives.
+TEST_F(MapReadingTest, ABudgetOfPointsChoosesTheResolution) {
+  Fill();
+  const size_t all = Everything().points.size();
+  EXPECT_EQ(Query({.max_points = all}).resolution_m, 0);
+  for (const size_t most : {all - 1, all / 3, size_t{9}, size_t{2}}) {
+    const RegionChunk some = Query({.max_points = most});
+    EXPECT_LE(some.points.size(), most);
+    EXPECT_GT(some.resolution_m, 0);
+    if (most < 9) continue;  // No resolution has so few: eight voxels meet at the origin.
+    EXPECT_EQ(Query({.resolution_m = some.resolution_m}).points.size(), some.points.size());
+    EXPECT_GT(Query({.resolution_m = some.resolution_m / 2}).points.size(), most);
+  }
+}
+
+TEST_F(MapReadingTest, PointsComeAsTheyAreAskedFor) {
+  Fill();
+  const RegionChunk all = Everything();
+  const RegionChunk rounded = Query({.wants_stamp = true, .rounding_m = 0.01});
+  ASSERT_EQ(rounded.points.size(), all.points.size());
+  for (size_t i = 0; i < all.points.size(); ++i) {
+    EXPECT_NEAR(rounded.points[i].x, all.points[i].x, 0.00501);
+    EXPECT_EQ(rounded.points[i].stamp, all.points[i].stamp);
+    EXPECT_EQ(rounded.points[i].intensity, all.points[i].intensity);
+  }
+  v1::QueryRegionRequest request;
+  request.add_attributes(v1::QueryRegionRequest::LAST_SEEN);
+  std::vector<v1::QueryRegionResponse> responses;
+  ASSERT_GRPC_OK(ReadAll(stubs_->map->QueryRegion(NewContext().get(), request), &responses));
+  EXPECT_EQ(responses.back().cloud().stride(), 16u);
+  EXPECT_EQ(responses.back().cloud().fields(3).name(), "last_seen");
+}
+
+TEST_F(MapReadingTest, AQueryGoesOnWhereItWasCutOff) {
+  Fill();
+  const RegionQuery query{.resolution_m = 2, .max_points = 1000};
+  const RegionChunk whole = Query(query);
+  RegionQuery rest = query;
+  rest.resume = whole.next;
+  rest.resume->points = whole.points.size() - 7;
+  const RegionChunk last = Query(rest);
+  ASSERT_EQ(last.points.size(), 7u);
+  EXPECT_EQ(last.points.front().x, whole.points[whole.points.size() - 7].x);
+  Add(Open("carol"), "carol", 0);
+  pipeline_->WaitUntilIdle();
+  const absl::Status changed = client_->QueryRegion(rest, [](const auto&) { return true; });
+  EXPECT_TRUE(absl::IsFailedPrecondition(changed)) << changed;
+}
+
+// Robots come, drive and go, maps are joined and parted: at every revision that the mirror reaches
+// it has what a query for everything gives.
+TEST_F(MapReadingTest, AMirrorHasTheMapOfEachRevisionItReaches) {
+  Fill();
+  std::atomic<bool> is_done = false;
+  std::thread changes([&] {
+    const SessionId carol = Open("carol"), dave = Open("dave");
+    for (uint32_t i = 0; i < 3; ++i) {
+      Add(carol, "carol", i, 10);
+      Add(dave, "dave", i, 10);
+      MatchDecision join;
+      join.robot_a = RobotId("carol");
+      join.robot_b = RobotId(i % 2 == 0 ? "dave" : "alice");
+      join.kind = ManualDecisionKind::kSet;
+      join.T_a_b = Pose(Eigen::Vector3d(3.0 * i, 5, 0));
+      (void)pipeline_->DecideMatch(join);
+    }
+    EXPECT_TRUE(pipeline_->DeleteSession(SessionId("bob-1")).ok());
+    pipeline_->WaitUntilIdle();
+    is_done = true;
+    Add(carol, "carol", 3, 10);  // So that there is one more step.
+  });
+  MapMirror mirror(client_.get());
+  int compared = 0;
+  const absl::Status status = mirror.Follow([&](const MapMirror& at) {
+    const bool is_last = is_done;
+    bool is_same_revision = true;
+    const auto info = client_->GetMapInfo();
+    for (uint32_t c = 0; c < info->components.size() && is_same_revision; ++c) {
+      RegionChunk all;
+      const absl::Status read = client_->QueryRegion(
+          {.component = c, .wants_stamp = true}, [&](const RegionChunk& chunk) {
+            all.revision = chunk.revision;
+            all.robots = chunk.robots;
+            all.points.insert(all.points.end(), chunk.points.begin(), chunk.points.end());
+            return true;
+          });
+      is_same_revision = read.ok() && all.revision == at.revision();
+      if (!is_same_revision) break;
+      const RegionChunk mine = at.Points(c);
+      EXPECT_EQ(Named(mine.robots, mine.points), Named(all.robots, all.points));
+      ++compared;
+    }
+    return !(is_last && is_same_revision);
+  });
+  changes.join();
+  EXPECT_TRUE(status.ok()) << status;
+  EXPECT_GT(compared, 3);
+}
+
+// What did not change is not asked for again, also after a break; and nothing is missed in it.
+TEST_F(MapReadingTest, AMirrorAsksForWhatChangedAlone) {
+  Fill();
+  MapMirror mirror(client_.get());
+  const auto once = [](const MapMirror&) { return false; };
+  ASSERT_TRUE(mirror.Follow(once).ok());
+  const uint64_t fetched = mirror.tiles_fetched();
+  EXPECT_EQ(fetched, mirror.tiles().size());
+  const size_t places = mirror.submaps().size();
+  EXPECT_EQ(places, 4u);
+  const SessionId carol = Open("carol");
+  Add(carol, "carol", 0, 1);
+  pipeline_->WaitUntilIdle();
+  const int64_t newest = client_->GetMapInfo()->revision;
+  ASSERT_TRUE(mirror.Follow([&](const MapMirror& at) { return at.revision() < newest; }).ok());
+  EXPECT_EQ(mirror.tiles_fetched(), fetched + 1);
+  EXPECT_EQ(mirror.submaps().size(), places + 1);
+}
+
+TEST_F(MapReadingTest, AWatchTellsOfMatchesAndPlaces) {
+  Fill();
+  MatchDecision join;
+  join.robot_a = RobotId("alice");
+  join.robot_b = RobotId("bob");
+  join.kind = ManualDecisionKind::kSet;
+  bool has_begun = false, has_match = false;
+  std::set<SubmapId> moved;
+  const absl::Status status = client_->WatchMap({}, 0, [&](const MapStep& step) {
+    if (!has_begun) {
+      EXPECT_TRUE(step.restart);
+      EXPECT_EQ(step.submaps.size(), 4u);
+      has_begun = true;
+      EXPECT_TRUE(pipeline_->DecideMatch(join).ok());
+      return true;
+    }
+    for (const MatchEdge& edge : step.matches) {
+      has_match = has_match || (edge.manual_decision && edge.match.b == SessionId("bob-1"));
+    }
+    for (const SubmapPlace& place : step.submaps) moved.insert(place.submap);
+    return !(has_match && moved.contains({SessionId("bob-1"), 0}));
+  });
+  EXPECT_TRUE(status.ok()) << status;
+}
+
+}  // namespace
+}  // namespace isthmus::rpc
