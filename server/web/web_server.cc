@@ -13,6 +13,7 @@
 #include "server/web/login.h"
 #include "server/web/map_files.h"
 #include "server/web/stream_slots.h"
+#include "server/web/tiles.h"
 
 namespace isthmus::web {
 namespace {
@@ -95,6 +96,7 @@ http::Response HttpWebServer::Route(const http::Request& request) {
   }
   absl::string_view rest = request.path;
   if (absl::ConsumePrefix(&rest, "/rpc/")) return gateway_.Answer(request, rest);
+  if (absl::ConsumePrefix(&rest, "/tiles/")) return AnswerTile(request, channel_);
   if (absl::ConsumePrefix(&rest, "/export/")) return AnswerMapFile(request, channel_, &slots_);
   if (rest == "/login") return LogIn(request, channel_);
   if (rest == "/logout") return LogOut(request);
