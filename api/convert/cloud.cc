@@ -146,7 +146,8 @@ absl::Status AppendPoints(const v1::PointCloud& cloud, std::vector<MapPoint>& po
   }
   for (uint32_t i = 0; i < cloud.width(); ++i) {
     MapPoint point;
-    std::memcpy(&point, cloud.data().data() + size_t{cloud.stride()} * i, kMapRecordBytes);
+    std::memcpy(static_cast<void*>(&point), cloud.data().data() + size_t{cloud.stride()} * i,
+                kMapRecordBytes);
     points.push_back(point);
   }
   return absl::OkStatus();
