@@ -128,6 +128,7 @@ inline std::vector<MapPoint> ReadAll(const ComposedMap& map, const Region& regio
 using PointTuple = std::tuple<float, float, float, float, uint32_t, uint32_t>;
 inline std::vector<PointTuple> InOrder(const std::vector<MapPoint>& points) {
   std::vector<PointTuple> all;
+  all.reserve(points.size());
   for (const MapPoint& p : points) all.emplace_back(p.x, p.y, p.z, p.intensity, p.robot, p.stamp);
   return all;
 }

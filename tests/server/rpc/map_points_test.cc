@@ -31,7 +31,8 @@ class QueryRegionTest : public RpcTest {
       const std::string& data = response.cloud().data();
       EXPECT_EQ(data.size(), response.cloud().width() * kMapRecordBytes);
       for (size_t at = 0; at < data.size(); at += kMapRecordBytes) {
-        std::memcpy(&points_.emplace_back(), data.data() + at, kMapRecordBytes);
+        void* const point = &points_.emplace_back();
+        std::memcpy(point, data.data() + at, kMapRecordBytes);
       }
       responses_.push_back(response);
     }

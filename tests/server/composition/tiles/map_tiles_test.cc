@@ -34,8 +34,9 @@ std::vector<LaidSubmap> Square(unsigned seed) {
   std::vector<LaidSubmap> submaps;
   for (const char* robot : {"bob", "alice", "carol"}) {
     for (uint32_t index = 0; index < 4; ++index) {
-      const Pose T_map_submap = Pose::FromXyzRpy(20. * (index % 2) - 10, 20. * (index / 2) - 10,
-                                                 rng() % 3, 0.02, -0.01, rng() % 6);
+      const uint32_t column = index % 2, row = index / 2;
+      const Pose T_map_submap =
+          Pose::FromXyzRpy(20. * column - 10, 20. * row - 10, rng() % 3, 0.02, -0.01, rng() % 6);
       submaps.push_back(MakeSubmap(robot, index,
                                    RandomPoints(&rng, 3000, MakeBox({-15, -15, -1}, {15, 15, 2})),
                                    T_map_submap));
