@@ -14,6 +14,7 @@
 #include <memory>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "core/address.h"
@@ -172,8 +173,9 @@ bool ReportStop(const std::vector<OpenMap>& maps) {
 }
 
 // Everything is up; returns after a signal.
-ExitCode ServeUntilSignal(rpc::RpcServer& server, const std::vector<OpenMap>& maps,
-                          const ServerConfig& config, StopSignal& signal) {
+ExitCode ServeUntilSignal(rpc::RpcServer& server, std::unique_ptr<web::WebServer> web,
+                          const std::vector<OpenMap>& maps, const ServerConfig& config,
+                          StopSignal& signal) {
   std::printf("isthmus-server listening on %s\n", server.address().c_str());
   std::fflush(stdout);
   Supervision supervision(config, server.address(), [&maps](const std::string& trouble) {
@@ -182,6 +184,7 @@ ExitCode ServeUntilSignal(rpc::RpcServer& server, const std::vector<OpenMap>& ma
   const std::string name = signal.Wait(OnHangup);
   spdlog::info("{} received: finishing what was acknowledged; another one stops at once", name);
   supervision.Stop();
+  web.reset();  // Whose calls go through the server.
   // Calls may wait for room in a queue: what is still in it by then is let go of.
   std::promise<void> ended;
   std::thread hurry([&maps, done = ended.get_future()] {
@@ -254,7 +257,7 @@ absl::Status ServeMetrics(const std::vector<OpenMap>& maps, metrics::Metrics* co
   return absl::OkStatus();
 }
 
-// Null: nothing is served to browsers. Their streams end with the server's calls.
+// Null: nothing is served to browsers.
 absl::StatusOr<std::unique_ptr<web::WebServer>> ServeWeb(const web::WebOptions& options,
                                                          rpc::RpcServer& server) {
   if (options.listen.empty()) return nullptr;
@@ -316,10 +319,10 @@ int Run(const Arguments& arguments) {
   const absl::Cleanup no_more_scrapes = [&] {
     if (counting != nullptr) counting->Stop();
   };
-  const auto web = ServeWeb(config->web, **server);
+  auto web = ServeWeb(config->web, **server);
   if (!web.ok()) return Fail(kCannotListen, web.status());
   NoteStart(*maps, ISTHMUS_VERSION);
-  return ServeUntilSignal(**server, *maps, *config, signal);
+  return ServeUntilSignal(**server, *std::move(web), *maps, *config, signal);
 }
 
 }  // namespace

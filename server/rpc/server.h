@@ -110,7 +110,7 @@ class RpcServer {
   int port() const;
   // `ServerOptions::listen` with the port filled in.
   std::string address() const;
-  // To this server within the process, without a socket; for commands that bring their own server.
+  // To this server within the process. Once Shutdown has begun no call may: gRPC 1.51 crashes.
   std::shared_ptr<grpc::Channel> InProcessChannel();
 
   // Has GetStatus say that browsers are served there: "https://host:port".

@@ -15,9 +15,9 @@ namespace isthmus::web {
 // docs/web.md says what is at which address. Thread safe.
 class WebServer {
  public:
-  // Serves until it is destroyed. `channel` leads to this server and is trusted with who its
-  // callers are; when it ends, streams do. `assets` must outlive it. Errors of CheckListening and
-  // http::Listener::Start.
+  // Serves until it is destroyed, which cuts off what is under way. `channel` leads to this server
+  // (RpcServer::InProcessChannel), which must not shut down before. `assets` must outlive it. Errors
+  // of CheckListening and http::Listener::Start.
   static absl::StatusOr<std::unique_ptr<WebServer>> Start(const WebOptions& options,
                                                           std::shared_ptr<grpc::Channel> channel,
                                                           const Assets& assets = ViewerAssets());
