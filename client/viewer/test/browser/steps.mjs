@@ -56,6 +56,22 @@ export const steps = [
     await page.shot('by-robot');
   }],
 
+  ['points: their size, detail and number', async (page) => {
+    const end = async (name, key) => {
+      await (await page.find(name, '#page-map', 'slider')).focus();
+      await page.key(key);
+    };
+    await end('Size', 'End');
+    assert.equal(await page.value('isthmus.view.uniforms.pointPx.value'), 6);
+    await end('Size', 'Home');
+    await end('At most', 'Home');
+    assert.equal(await page.value('isthmus.look.budget'), 500_000);
+    // From here on fewer points, as they are drawn without a graphics card.
+    const before = await page.value('isthmus.drawn.value.points');
+    await end('Detail', 'End');
+    await page.until(`isthmus.drawn.value.points < ${before}`);
+  }],
+
   ['what is shown is switched', async (page) => {
     for (const set of ['Robots', 'Trails', 'Submaps', 'Match graph', 'Loop closures', 'Anchors']) {
       await page.click(set, '#page-map');
