@@ -19,8 +19,6 @@
 namespace isthmus::rpc {
 namespace {
 
-constexpr size_t kChunkPoints = kResponseBytes / sizeof(MapPoint);
-
 // Whole seconds, as points have them.
 uint32_t SecondsOf(int64_t ns) {
   constexpr int64_t kMost = std::numeric_limits<uint32_t>::max();
@@ -106,7 +104,7 @@ absl::StatusOr<double> FindResolution(const ComposedMap& map, Region region, uin
   while (true) {
     uint64_t count = 0;
     const absl::Status status =
-        map.Read(region, kChunkPoints, [&](const std::vector<MapPoint>& points) {
+        map.Read(region, kResponsePoints, [&](const std::vector<MapPoint>& points) {
           count += points.size();
           return count <= max_points;
         });
@@ -213,7 +211,7 @@ absl::Status MapService::SendRegion(const Call& call, const v1::QueryRegionReque
   if (!goes_on() || !sender.SendHead(map->robots())) return ReaderGone();
   absl::Status status;
   if (*has_points) {
-    status = map->Read(region, kChunkPoints, [&](const std::vector<MapPoint>& points) {
+    status = map->Read(region, kResponsePoints, [&](const std::vector<MapPoint>& points) {
       return goes_on() && sender.SendSome(points);
     });
   }

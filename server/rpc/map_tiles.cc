@@ -17,8 +17,6 @@
 namespace isthmus::rpc {
 namespace {
 
-constexpr size_t kChunkPoints = kResponseBytes / sizeof(MapPoint);
-
 using TileWriter = grpc::ServerWriter<v1::GetTileResponse>;
 
 bool SendPieces(const Call& call, const std::string& bytes, v1::GetTileResponse response,
@@ -34,9 +32,9 @@ bool SendPieces(const Call& call, const std::string& bytes, v1::GetTileResponse 
 
 bool SendCloud(const Call& call, const std::vector<MapPoint>& points, v1::GetTileResponse response,
                TileWriter* writer) {
-  for (size_t at = 0; at == 0 || at < points.size(); at += kChunkPoints) {
+  for (size_t at = 0; at == 0 || at < points.size(); at += kResponsePoints) {
     const auto begin = points.begin() + static_cast<std::ptrdiff_t>(at);
-    const auto count = static_cast<std::ptrdiff_t>(std::min(kChunkPoints, points.size() - at));
+    const auto count = static_cast<std::ptrdiff_t>(std::min(kResponsePoints, points.size() - at));
     *response.mutable_cloud() = convert::ToMessage(
         convert::ToPayload({begin, begin + count}, {true, true, /*stamp=*/true}));
     if (!call.Allowed().ok() || !writer->Write(response)) return false;

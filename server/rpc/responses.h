@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "api/convert/graph.h"
+#include "core/cloud.h"
 #include "core/io/crc32c.h"
 #include "core/map/match.h"
 #include "server/rpc/call.h"
@@ -21,6 +22,8 @@ namespace isthmus::rpc {
 
 // About what a response holds; gRPC's clients take 4 MiB unless told otherwise.
 inline constexpr size_t kResponseBytes = 1 << 20;
+// Points of the map in one.
+inline constexpr size_t kResponsePoints = kResponseBytes / sizeof(MapPoint);
 
 inline absl::Status ReaderGone() { return absl::CancelledError("the client stopped reading"); }
 
