@@ -59,9 +59,11 @@ void Listener::Start(int max_files, Take take) {
 }
 
 void Listener::Stop() {
-  if (!thread_.joinable()) return;
-  (void)eventfd_write(wake_.descriptor(), 1);
-  thread_.join();
+  if (thread_.joinable()) {
+    (void)eventfd_write(wake_.descriptor(), 1);
+    thread_.join();
+  }
+  sockets_.clear();
 }
 
 void Listener::Run() {

@@ -37,7 +37,7 @@ class Listener {
   // files open in the process further ones are closed at once, so that some stay for everything
   // else; with none left likewise.
   void Start(int max_files, Take take);
-  // No connection is taken after it.
+  // No connection is taken after it, and further ones are refused by the system.
   void Stop();
 
   uint64_t refused() const { return refused_; }
@@ -49,7 +49,7 @@ class Listener {
   void AcceptAll(int listening);
   void RefuseOne(int listening);
 
-  const std::vector<io::File> sockets_;
+  std::vector<io::File> sockets_;
   const int port_;
   io::File wake_;   // Says that it is to stop.
   io::File spare_;  // Given up for a moment where there is no other file.

@@ -180,6 +180,13 @@ TEST_F(ListenerTest, AllAddressesAreThoseOfBothFamilies) {
   }
 }
 
+TEST_F(ListenerTest, OnceStoppedNobodyListensThere) {
+  Listen("127.0.0.1:0", kMany);
+  const int port = listener_->port();
+  listener_->Stop();
+  EXPECT_FALSE(Connection(port).is_open());
+}
+
 TEST_F(ListenerTest, OneAddressIsListenedAtOnce) {
   Listen("localhost:0", kMany);
   const auto second = Listener::Open("localhost:" + std::to_string(listener_->port()));
