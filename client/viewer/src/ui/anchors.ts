@@ -11,20 +11,34 @@ export function anchorSection(app: App): HTMLElement {
   const form = h('div', {});
   const submap = choice('Submap', [], '', (value) => app.submap.set(
       app.model.submaps.value.find((s) => nameOf(s) === value)));
+  let shown = '';
+  const showForm = () => {
+    const chosen = app.submap.value;
+    shown = anchorOf(app);
+    fill(form, chosen?.pose ? anchorForm(app, chosen) : undefined);
+  };
   app.model.anchors.watch((anchors) => {
     fill(list, ...anchors.map((anchor) => line(app, anchor)));
     if (anchors.length === 0) list.append(hint('No submap is anchored.'));
+    // What is being typed stays, unless it is of an anchor that has changed.
+    if (anchorOf(app) !== shown) showForm();
   });
   const options = () => setOptions(
       submap.select, [['', 'none'], ...app.model.submaps.value.filter((s) => s.pose).map(
         (s) => [nameOf(s), nameOf(s)] as const)],
       app.submap.value ? nameOf(app.submap.value) : '');
   app.model.submaps.watch(options);
-  app.submap.watch((chosen) => {
+  app.submap.watch(() => {
     options();
-    fill(form, chosen?.pose ? anchorForm(app, chosen) : undefined);
+    showForm();
   });
   return section('Submaps and anchors', submap.element, form, list);
+}
+
+// What the chosen submap's anchor says, to tell whether it has changed.
+function anchorOf(app: App): string {
+  const chosen = app.submap.value;
+  return JSON.stringify(app.model.anchors.value.find((a) => chosen && nameOf(a) === nameOf(chosen)) ?? '');
 }
 
 function nameOf(submap: {session: string; index: number}): string {
