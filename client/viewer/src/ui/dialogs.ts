@@ -57,7 +57,7 @@ export function askToken(why: string, check: (token: string) => Promise<void>): 
           '. To decide about matches, anchors and revisions takes the role operator.'),
         h('div', {class: 'bar'}, submit));
     const dialog = h('dialog', {
-      'aria-label': 'Log in', oncancel: (event: Event) => event.preventDefault(),
+      'aria-label': 'Access to this server', oncancel: (event: Event) => event.preventDefault(),
     }, form);
     dialog.addEventListener('close', () => resolve());
     open(dialog);
