@@ -79,6 +79,7 @@ struct ExportRequest {
   std::optional<Box> box = std::nullopt;                     // Map frame.
   std::optional<RegionQuery::Sphere> sphere = std::nullopt;  // Not together with a box.
   RobotId robot = {};                                        // Empty: all.
+  bool dropped = false;  // Clouds: what is not in the map, see ComposedMap::dropped, instead.
 };
 
 }  // namespace isthmus
