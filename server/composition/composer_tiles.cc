@@ -122,7 +122,12 @@ absl::Status Composer::State::LookThrough(const SubmapReader& reader) {
     const std::vector<TileKey>& keys = submaps.at(id).tiles;
     for (const size_t tile : changed) dirty.insert(keys[tile]);
   };
-  return seen_through->Update(reader, &thinned, on_change, [this] { return KeepsOn(); });
+  const auto keep_on = [this] { return KeepsOn(); };
+  const absl::Status status = seen_through->Update(reader, &thinned, on_change, keep_on, &at_hand);
+  // To be read and thinned again.
+  if (absl::IsDataLoss(status)) ForgetSubmap(SubmapId(*at_hand));
+  at_hand.reset();
+  return status;
 }
 
 absl::Status Composer::State::RemakeTiles(int64_t revision) {

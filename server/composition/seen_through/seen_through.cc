@@ -186,10 +186,12 @@ absl::Status SeenThrough::Ask(const SubmapId& id, Entry* entry, const SubmapRead
 }
 
 absl::Status SeenThrough::Update(const SubmapReader& reader, ThinnedSubmapCache* thinned,
-                                 const OnChange& on_change, const KeepOn& keep_on) {
+                                 const OnChange& on_change, const KeepOn& keep_on,
+                                 std::optional<SubmapId>* at_hand) {
   if (changed_.empty()) return absl::OkStatus();
   for (auto& [id, entry] : entries_) {
     if (!keep_on()) return absl::CancelledError("stopped");
+    *at_hand = id;
     absl::Status status = Ask(id, &entry, reader, thinned, on_change, keep_on);
     if (status.ok()) status = thinned->KeepToMemory();
     if (!status.ok()) return status;

@@ -8,6 +8,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <set>
 #include <vector>
 
@@ -44,9 +45,11 @@ class SeenThrough {
   using OnChange = std::function<void(const SubmapId& id, const std::vector<size_t>& tiles)>;
   // Brings the points of all submaps in the map up to date. Cancelled when told to stop, else fails
   // as the file does; what is done is done, and the next call goes on from there. The views of a
-  // submap that the reader has not say nothing.
+  // submap that the reader has not say nothing. `at_hand` is set to the submap whose points it is
+  // at; of DataLoss it is they that cannot be read back.
   absl::Status Update(const SubmapReader& reader, ThinnedSubmapCache* thinned,
-                      const OnChange& on_change, const KeepOn& keep_on);
+                      const OnChange& on_change, const KeepOn& keep_on,
+                      std::optional<SubmapId>* at_hand);
 
   size_t bytes_in_memory() const { return views_.weight(); }
 

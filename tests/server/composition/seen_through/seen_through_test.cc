@@ -9,6 +9,7 @@
 
 #include "server/composition/composer.h"
 #include "tests/server/composition/test_maps.h"
+#include "tests/server/composition/tiles/failing_spill_file.h"
 
 namespace isthmus::composition {
 namespace {
@@ -163,6 +164,24 @@ TEST(SeenThrough, TheMapIsThatMadeFromNothing) {
     }
   }
   EXPECT_GT(most_dropped, 40u);
+}
+
+TEST(SeenThrough, WhatTheFileLosesIsAskedAgain) {
+  const std::vector<LaidSubmap> drives = {
+      Drive("alice", 0, 0, Always), Drive("alice", 1, -2, Nothing), Drive("bob", 0, -1, Nothing)};
+  auto file = std::make_shared<FailingSpillFile>();
+  Composer composer({.cache_bytes = 1, .drop_gone = true}, file), anew(kDropping);
+  Compose(&composer, 1, {drives[0]});
+  file->fail_reads = true;
+  const auto lost = composer.Compose(2, Placed(drives), ReaderOf(drives));
+  EXPECT_TRUE(absl::IsDataLoss(lost.status())) << lost.status();
+  file->fail_reads = false;
+  file->writes_left = 3;
+  const auto full = composer.Compose(2, Placed(drives), ReaderOf(drives));
+  EXPECT_TRUE(absl::IsResourceExhausted(full.status())) << full.status();
+  file->writes_left = std::numeric_limits<int>::max();
+  EXPECT_EQ(Sorted(ReadAll(*Compose(&composer, 2, drives))),
+            Sorted(ReadAll(*Compose(&anew, 2, drives))));
 }
 
 TEST(SeenThrough, GoesOnWhereItWasStopped) {
