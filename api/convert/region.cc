@@ -306,6 +306,7 @@ v1::ExportMapRequest ToMessage(const ExportRequest& request) {
   message.set_resolution_m(request.resolution_m);
   PutRegion(request, message);
   message.set_robot(request.robot.value());
+  message.set_dropped(request.dropped);
   return message;
 }
 
@@ -322,6 +323,7 @@ absl::StatusOr<ExportRequest> FromMessage(const v1::ExportMapRequest& request) {
   wanted.component = request.component();
   wanted.resolution_m = request.resolution_m();
   wanted.robot = RobotId(request.robot());
+  wanted.dropped = request.dropped();
   return wanted;
 }
 

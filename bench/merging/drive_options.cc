@@ -17,6 +17,8 @@ std::string DriveOptions::Key() const {
   std::string key = absl::StrCat(Ground(), "-", seconds, "s-", robot, "of", robots, "-", sensor);
   if (walkers > 0) absl::StrAppend(&key, "-walkers", walkers);
   if (cars > 0) absl::StrAppend(&key, "-cars", cars);
+  if (parked > 0) absl::StrAppend(&key, "-parked", parked);
+  if (mark_moving) absl::StrAppend(&key, "-marked");
   if (tilt_deg != 0) absl::StrAppend(&key, "-tilt", tilt_deg);
   if (laps > 0) absl::StrAppend(&key, "-laps", laps);
   if (speed_mps > 0) absl::StrAppend(&key, "-", speed_mps, "mps");
@@ -40,6 +42,8 @@ simulation::Options SimulationOf(const DriveOptions& options) {
   simulated.robots = options.robots;
   simulated.walkers = options.walkers;
   simulated.cars = options.cars;
+  simulated.parked = options.parked;
+  simulated.mark_moving = options.mark_moving;
   return simulated;
 }
 

@@ -20,8 +20,9 @@ struct DriveOptions {
   double speed_mps = 0;  // At most; 0: the world's own.
   int robots = 2;        // How many there are in that world ...
   int robot = 0;         // ... and which of them this is.
-  int walkers = 0, cars = 0;
-  double tilt_deg = 0;  // The sensor is mounted askew by so much about x and y.
+  int walkers = 0, cars = 0, parked = 0;
+  bool mark_moving = false;  // See simulation::Options.
+  double tilt_deg = 0;       // The sensor is mounted askew by so much about x and y.
   std::string sensor = "vlp16";
   bool twin = false;  // In a wild world that is built alike.
 

@@ -40,7 +40,7 @@ struct ExportOptions {
   std::string format, output;
   std::vector<double> band;
   double tile_m = exports::kTileM;
-  bool json = false;
+  bool dropped = false, json = false;
 };
 
 using SaveExport = int (*)(client::Client&, const RegionQuery&, const ExportOptions&);
@@ -58,7 +58,8 @@ int SaveServerFile(client::Client& client, const RegionQuery& query, const Expor
                               .box = query.box,
                               .sphere = query.sphere,
                               .shape = query.shape,
-                              .robot = query.robot};
+                              .robot = query.robot,
+                              .dropped = options.dropped};
   absl::StatusOr<client::ExportSummary> summary;
   {
     Progress progress(options.output, 0);
@@ -183,6 +184,9 @@ absl::Status CheckUse(const ExportOptions& options) {
   if (options.format == "nav2" && (has_shape || !region.sphere.empty())) {
     return absl::InvalidArgumentError("a grid map has a --box, no other part of the map");
   }
+  if (options.dropped && options.format != "ply" && !options.format.starts_with("pcd")) {
+    return absl::InvalidArgumentError("--dynamic is a cloud: --format ply, pcd, pcd-binary, ...");
+  }
   return absl::OkStatus();
 }
 
@@ -243,6 +247,9 @@ void AddExport(CLI::App& app, Action& action) {
   command->add_option("--tile", options->tile_m, "autoware: whole metres along a tile")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
+  command->add_flag("--dynamic", options->dropped,
+                    "ply, pcd: instead of the map what is not in it because other looks went "
+                    "through it: people, cars, what was taken away");
   command->add_option("-o,--output", options->output, "FILE; - for stdout")->required();
   command->add_flag("--json", options->json, "Summary as JSON");
   command->callback([options, &action] { action = [options] { return RunExport(*options); }; });

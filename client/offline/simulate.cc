@@ -73,6 +73,10 @@ void AddSimulate(CLI::App& app, Action& action) {
       ->add_option("--cars", simulation.cars,
                    "Cars on the streets, 0 to 100; only where there are streets, as in campus")
       ->capture_default_str();
+  command
+      ->add_option("--parked", simulation.parked,
+                   "Cars that stand beside the streets and leave, 0 to 100; likewise")
+      ->capture_default_str();
   command->add_option("--seed", simulation.seed, "Of world, drives and noise")
       ->capture_default_str();
   command->add_option("-o,--output", options->output, "Folder to write to")->required();

@@ -107,12 +107,12 @@ std::string ToJson(const Simulator& simulator, const RecordingSummary& summary) 
   return absl::StrFormat(
       "{\n"
       "  \"world\": \"%s\",\n  \"sensor\": \"%s\",\n  \"seed\": %d,\n  \"robots\": %d,\n"
-      "  \"walkers\": %d,\n  \"cars\": %d,\n"
+      "  \"walkers\": %d,\n  \"cars\": %d,\n  \"parked\": %d,\n"
       "  \"seconds\": %g,\n  \"scans_per_robot\": %d,\n  \"range_sigma_m\": %g,\n"
       "  \"overlap\": [%s]\n}\n",
       options.world, simulator.lidar().name, options.seed, summary.robots, options.walkers,
-      options.cars, options.seconds, summary.scans_per_robot, options.noise.range_sigma_m,
-      absl::StrJoin(rows, ", "));
+      options.cars, options.parked, options.seconds, summary.scans_per_robot,
+      options.noise.range_sigma_m, absl::StrJoin(rows, ", "));
 }
 
 }  // namespace

@@ -256,4 +256,21 @@ std::vector<Motion> MakeTraffic(const World& world, int count, double seconds, u
   return cars;
 }
 
+std::vector<Motion> MakeParked(const World& world, int count, double seconds, uint64_t seed) {
+  constexpr double kToTheRightM = 2.8, kBelowM = 1000;
+  World streets = *WithoutMesh(world);
+  streets.lane_m = 0;
+  std::vector<Motion> cars;
+  for (int i = 0; i < count; ++i) {
+    Random random(seed, 0x75, static_cast<uint64_t>(i));
+    const Motion passing = MakeStroll(streets, kToTheRightM, seconds, random);
+    if (!passing) continue;
+    const Pose there = passing(random.Uniform(0, seconds));
+    const Pose gone(there.rotation(), there.translation() - Eigen::Vector3d(0, 0, kBelowM));
+    const double leaves_s = random.Uniform(0.25 * seconds, 0.75 * seconds);
+    cars.emplace_back([there, gone, leaves_s](double t) { return t < leaves_s ? there : gone; });
+  }
+  return cars;
+}
+
 }  // namespace isthmus::simulation

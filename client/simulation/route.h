@@ -110,4 +110,9 @@ std::vector<Motion> MakeWalks(const World& world, int count, double seconds, uin
 // beginning. Deterministic by seed.
 std::vector<Motion> MakeTraffic(const World& world, int count, double seconds, uint64_t seed);
 
+// Motions of cars that stand 2.8 m to the right of the streets' middle (less in bends), `count` of
+// them. Each is gone, deep below the ground, from a time of its own on: in the middle half of
+// `seconds`. Deterministic by seed.
+std::vector<Motion> MakeParked(const World& world, int count, double seconds, uint64_t seed);
+
 }  // namespace isthmus::simulation

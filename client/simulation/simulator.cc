@@ -40,6 +40,9 @@ absl::Status Check(const Options& options) {
   if (options.cars < 0 || options.cars > 100) {
     return bad("cars must be 0 to 100, not ", options.cars);
   }
+  if (options.parked < 0 || options.parked > 100) {
+    return bad("parked cars must be 0 to 100, not ", options.parked);
+  }
   const Noise& noise = options.noise;
   if (!(noise.range_sigma_m >= 0 && noise.range_sigma_m < 10)) {
     return bad("range noise must be 0 to 10 m, not ", noise.range_sigma_m);
@@ -54,7 +57,7 @@ absl::Status Check(const Options& options) {
 }
 
 absl::StatusOr<std::unique_ptr<Simulator>> CreateWild(const Options& options) {
-  if (options.robots != 1 || options.walkers != 0 || options.cars != 0) {
+  if (options.robots != 1 || options.walkers != 0 || options.cars != 0 || options.parked != 0) {
     return absl::InvalidArgumentError(
         "simulation: in wild worlds there is one robot, and people and cars are drawn with the "
         "world; choose --robots 1 and neither walkers nor cars");
@@ -65,10 +68,20 @@ absl::StatusOr<std::unique_ptr<Simulator>> CreateWild(const Options& options) {
   return std::move(drive->simulator);
 }
 
+// Cars that drive, and cars that stand.
+std::vector<Motion> MakeCars(const World& world, const Options& options) {
+  std::vector<Motion> cars = MakeTraffic(world, options.cars, options.seconds, options.seed);
+  for (Motion& car : MakeParked(world, options.parked, options.seconds, options.seed)) {
+    cars.push_back(std::move(car));
+  }
+  return cars;
+}
+
 // Adds what was measured, if anything, to the scan.
-void Measure(const Lidar& lidar, const Firing& firing, const Hit& hit, const Noise& noise,
+void Measure(const Lidar& lidar, const Firing& firing, const Hit& hit, const Options& options,
              double range_offset_m, Random& random, Scan& scan) {
   if (hit.range_m < 0) return;
+  const Noise& noise = options.noise;
   const double range = hit.range_m + range_offset_m + noise.range_sigma_m * random.Normal();
   if (range < lidar.min_range_m || range > lidar.max_range_m) return;
   const double brightness = Reflectivity(hit.material) * hit.cosine;
@@ -82,6 +95,7 @@ void Measure(const Lidar& lidar, const Firing& firing, const Hit& hit, const Noi
   point.y = at.y();
   point.z = at.z();
   point.intensity = static_cast<float>(std::round(std::clamp(brightness, 1.0, 255.0)));
+  if (options.mark_moving) point.intensity = hit.moves ? 255 : std::min(254.0f, point.intensity);
   point.time = static_cast<float>(std::min(0.0, firing.time_s - lidar.period_s));
   point.ring = firing.ring;
   scan.points.push_back(point);
@@ -96,7 +110,7 @@ absl::StatusOr<std::unique_ptr<Simulator>> Simulator::Create(const Options& opti
   if (!lidar.ok()) return lidar.status();
   absl::StatusOr<World> world = MakeWorld(options.world, options.seed);
   if (!world.ok()) return world.status();
-  if (options.cars > 0 && !world->has_streets) {
+  if (options.cars + options.parked > 0 && !world->has_streets) {
     return absl::InvalidArgumentError(
         absl::StrCat("simulation: there are no streets for cars in the world ", options.world,
                      "; choose campus, or no cars"));
@@ -110,7 +124,7 @@ absl::StatusOr<std::unique_ptr<Simulator>> Simulator::Create(const Options& opti
 Simulator::Simulator(World world, std::vector<Motion> motions, Lidar lidar, const Options& options)
     : Simulator(world, std::move(motions),
                 {MakeWalks(world, options.walkers, options.seconds, options.seed),
-                 MakeTraffic(world, options.cars, options.seconds, options.seed)},
+                 MakeCars(world, options)},
                 std::move(lidar), options) {}
 
 Simulator::Simulator(World world, std::vector<Motion> motions, Actors actors, Lidar lidar,
@@ -182,8 +196,8 @@ Scan Simulator::MakeScan(int robot, int index) const {
     Disturb(options_.effects, {firings, lidar_.lasers, rays, hits, begin}, trace, chance);
   }
   for (size_t i = 0; i < hits.size(); ++i) {
-    Measure(lidar_, firings[i], hits[i], options_.noise, miscalibration_.RangeOffset(firings[i]),
-            random, scan);
+    Measure(lidar_, firings[i], hits[i], options_, miscalibration_.RangeOffset(firings[i]), random,
+            scan);
   }
   return scan;
 }

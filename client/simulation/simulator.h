@@ -37,9 +37,12 @@ struct Options {
   double seconds = 60;
   int walkers = 0;    // People walking about among the robots, 0 to 1000.
   int cars = 0;       // Cars driving along the streets, 0 to 100; only where there are streets.
+  int parked = 0;     // Cars that stand beside the streets at first and are gone later, likewise.
   uint64_t seed = 1;  // Of the world, the routes and the noise.
   Noise noise = {};
   Effects effects = {};
+  // The truth for who judges maps: intensity is 255 of people and cars, at most 254 of all else.
+  bool mark_moving = false;
   int64_t start_stamp_ns = 1'600'000'000'000'000'000;  // Unix time at which every robot sets out.
 };
 

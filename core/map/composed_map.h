@@ -89,6 +89,9 @@ class ComposedMap {
   virtual absl::Status ready() const { return absl::OkStatus(); }
   // Placed submaps that could not be read and are missing from the map.
   virtual uint64_t missing_submaps() const { return 0; }
+  // What was measured but is not in the map because other looks went through it: people, cars, what
+  // was taken away. With the robots and components of the map; null where nothing was asked for it.
+  virtual std::shared_ptr<const ComposedMap> dropped() const { return nullptr; }
 
   // Edges of a tile of level 0 and of a voxel. 0 where a map has no tiles.
   virtual double tile_m() const { return 0; }

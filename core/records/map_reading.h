@@ -123,6 +123,7 @@ struct ExportRequest {
   std::optional<RegionQuery::Sphere> sphere = std::nullopt;  // Of box, sphere and shape one.
   RegionShape shape = {};
   RobotId robot = {};  // Empty: all.
+  bool dropped = false;  // Clouds: what is not in the map, see ComposedMap::dropped, instead.
 };
 
 }  // namespace isthmus

@@ -39,13 +39,11 @@ absl::StatusOr<std::shared_ptr<const ComposedMap>> Composer::Compose(
   if (status.ok()) status = state_->PlaceAll(placed, frames, reader);
   if (!status.ok()) return status;
   state_->DropUnwanted();
+  if (status = state_->LookThrough(reader); !status.ok()) return status;
   state_->KeepToLimit();
   if (status = state_->RemakeTiles(revision); !status.ok()) return status;
   state_->left_out = state_->CountLeftOut();
-  return std::make_shared<TiledMap>(
-      revision, state_->RobotsInMap(), state_->ComponentsInMap(frames, revision),
-      TiledMap::Scale{state_->options.voxel_m, state_->layout.voxels()}, state_->made_tiles,
-      state_->missing);
+  return state_->MapOf(revision, frames);
 }
 
 std::optional<SubmapId> Composer::at_hand() const { return state_->at_hand; }
@@ -53,7 +51,8 @@ int Composer::last_tiles_remade() const { return state_->last_tiles_remade; }
 Composer::LeftOut Composer::left_out() const { return state_->left_out; }
 
 Composer::Memory Composer::memory() const {
-  return {state_->thinned.bytes_in_memory(), state_->cache->bytes_in_memory(),
+  const size_t views = state_->seen_through ? state_->seen_through->bytes_in_memory() : 0;
+  return {state_->thinned.bytes_in_memory() + views, state_->cache->bytes_in_memory(),
           state_->file ? state_->file->bytes_in_use() : 0};
 }
 

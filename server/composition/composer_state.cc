@@ -24,6 +24,7 @@ ComposerOptions Sane(const ComposerOptions& given) {
   options.min_move_m = InRange(given.min_move_m, 0, 1e5, defaults.min_move_m);
   options.max_tiles = std::max(given.max_tiles, kSubmapTilesParts);
   options.cache_bytes = given.cache_bytes;
+  options.drop_gone = given.drop_gone;
   return options;
 }
 
@@ -34,12 +35,17 @@ Composer::State::State(const ComposerOptions& given, std::shared_ptr<SpillFile> 
       grid(options.voxel_m),
       layout(options.tile_m, options.voxel_m),
       file(std::move(spill)),
-      thinned(file, options.cache_bytes / kThinnedParts),
+      thinned(file, options.cache_bytes / kThinnedParts -
+                        (options.drop_gone ? options.cache_bytes / kViewsParts : 0)),
       cache(std::make_shared<TileCache>(file,
                                         options.cache_bytes - options.cache_bytes / kThinnedParts)),
       builder(grid, &tile_thinner),
       made_tiles(std::make_shared<MadeTiles>(kPyramidBytes)),
-      limit(static_cast<size_t>(options.max_tiles)) {}
+      limit(static_cast<size_t>(options.max_tiles)) {
+  if (options.drop_gone) {
+    seen_through.emplace(options.min_move_m, options.cache_bytes / kViewsParts);
+  }
+}
 
 // A component's frame is the one that its first known submap had, so that tiles stay good when
 // components are only renumbered.
@@ -91,6 +97,7 @@ void Composer::State::ForgetSubmap(const SubmapId& id) {
   if (it == submaps.end()) return;
   LeaveTiles(it->second);
   thinned.Erase(id);
+  if (seen_through) seen_through->Forget(id);
   submaps.erase(it);
 }
 
@@ -152,6 +159,7 @@ absl::Status Composer::State::PlaceSubmap(const PlacedSubmap& placed, uint32_t f
   composed.left_out = by_tile->left_out;
   composed.wanted = true;
   EnterTiles(composed);
+  if (seen_through) seen_through->Place(id, frame, T_map_submap, composed.bounds);
   thinned.Put(id, *std::move(points), *std::move(by_tile));
   return absl::OkStatus();
 }
@@ -174,6 +182,10 @@ absl::StatusOr<std::vector<WeightedPoint>> Composer::State::PointsOf(const Place
   if (!made) return Stopped();
   composed->fingerprint = fingerprint;
   composed->bounds = made->bounds;
+  const auto keep_on = [this] { return KeepsOn(); };
+  if (seen_through && !seen_through->JudgeOwn(*content, grid, keep_on, &made->points)) {
+    return Stopped();
+  }
   return std::move(made->points);
 }
 

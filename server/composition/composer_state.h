@@ -9,10 +9,12 @@
 
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "server/composition/composer.h"
+#include "server/composition/seen_through/seen_through.h"
 #include "server/composition/thinned_submap.h"
 #include "server/composition/thinned_submap_cache.h"
 #include "server/composition/tiles/spill_file.h"
@@ -44,6 +46,12 @@ struct OnTile {
   size_t tile = 0;
 };
 
+// The tiles of a map, of all frames.
+struct MadeMap {
+  std::map<TileKey, TilePtr> tiles;                                 // None is null.
+  std::map<uint32_t, std::shared_ptr<const TilePyramid>> pyramids;  // Of the last map, by frame.
+};
+
 struct Composer::State {
   State(const ComposerOptions& given, std::shared_ptr<SpillFile> spill);
 
@@ -57,12 +65,13 @@ struct Composer::State {
   ThinnedSubmapCache thinned;            // Has all of them.
   const std::shared_ptr<TileCache> cache;
   TileBuilder builder;
-  std::map<TileKey, TilePtr> tiles;                                 // None is null.
-  const std::shared_ptr<MadeTiles> made_tiles;                      // Of higher levels.
-  std::map<uint32_t, std::shared_ptr<const TilePyramid>> pyramids;  // Of the last map, by frame.
-  absl::flat_hash_set<TileKey> dirty;  // Those of `tiles` that are not as `submaps` says.
-  TileLimit limit;                     // Knows the tiles of all of `submaps`.
-  std::vector<RobotId> robots;         // By number; only grows.
+  MadeMap present;                              // What is in the map, and ...
+  MadeMap gone;                                 // ... what was dropped; see seen_through/.
+  const std::shared_ptr<MadeTiles> made_tiles;  // Of higher levels.
+  absl::flat_hash_set<TileKey> dirty;           // Tiles that are not as `submaps` says.
+  TileLimit limit;                              // Knows the tiles of all of `submaps`.
+  std::optional<SeenThrough> seen_through;      // Nothing: all points stay.
+  std::vector<RobotId> robots;                  // By number; only grows.
   absl::flat_hash_map<std::string, uint32_t> robot_numbers;
   uint32_t next_frame = 0;
   int last_tiles_remade = 0;
@@ -89,13 +98,20 @@ struct Composer::State {
   absl::Status KeepToMemory();
   void KeepToLimit();
   absl::Status RemakeTiles(int64_t revision);
-  void PutTile(const TileKey& key, TileContent content, int64_t revision);
+  absl::Status RemakeTile(const TileKey& key, std::vector<OnTile> sources, int64_t revision);
+  void PutTile(const TileKey& key, TileContent content, int64_t revision, MadeMap* into);
   absl::StatusOr<std::map<TileKey, std::vector<OnTile>>> WhatIsOnDirty() const;
-  absl::StatusOr<TileContent> MakeTile(std::vector<OnTile> sources);
+  // Of the points that are gone, or of all others; says whether there are any of the other kind.
+  absl::StatusOr<TileContent> MakeTile(const std::vector<OnTile>& sources, bool of_gone,
+                                       bool* has_others);
+  absl::Status LookThrough(const SubmapReader& reader);
   LeftOut CountLeftOut() const;
   std::vector<TiledMap::Robot> RobotsInMap() const;
-  std::vector<TiledMap::Component> ComponentsInMap(const std::map<uint32_t, uint32_t>& frames,
-                                                   int64_t revision);
+  std::vector<TiledMap::Component> ComponentsIn(MadeMap* made,
+                                                const std::map<uint32_t, uint32_t>& frames,
+                                                int64_t revision);
+  std::shared_ptr<const TiledMap> MapOf(int64_t revision,
+                                        const std::map<uint32_t, uint32_t>& frames);
 };
 
 }  // namespace isthmus::composition

@@ -34,9 +34,10 @@ void Composer::State::KeepToLimit() {
   if (!limit.Update()) return;
   limit.ForEach([this](const TileKey& key) {
     if (!limit.Stays(key)) {
-      tiles.erase(key);
+      present.tiles.erase(key);
+      gone.tiles.erase(key);
       dirty.erase(key);
-    } else if (!tiles.contains(key)) {
+    } else if (!present.tiles.contains(key) && !gone.tiles.contains(key)) {
       dirty.insert(key);
     }
   });
@@ -55,10 +56,9 @@ absl::StatusOr<std::map<TileKey, std::vector<OnTile>>> Composer::State::WhatIsOn
   return on_tile;
 }
 
-absl::StatusOr<TileContent> Composer::State::MakeTile(std::vector<OnTile> sources) {
-  std::stable_sort(sources.begin(), sources.end(), [&](const OnTile& l, const OnTile& r) {
-    return robots[l.composed->robot] < robots[r.composed->robot];
-  });
+absl::StatusOr<TileContent> Composer::State::MakeTile(const std::vector<OnTile>& sources,
+                                                      bool of_gone, bool* has_others) {
+  *has_others = false;
   for (const OnTile& source : sources) {
     if (!KeepsOn()) {
       builder.TakeContent();
@@ -73,7 +73,8 @@ absl::StatusOr<TileContent> Composer::State::MakeTile(std::vector<OnTile> source
       return piece.status();
     }
     builder.Add({piece->points, piece->runs, composed.T_map_submap, composed.robot,
-                 StampOf(composed.fingerprint)});
+                 StampOf(composed.fingerprint), of_gone});
+    *has_others = *has_others || builder.left_out();
   }
   at_hand.reset();
   TileContent content = builder.TakeContent();
@@ -83,12 +84,13 @@ absl::StatusOr<TileContent> Composer::State::MakeTile(std::vector<OnTile> source
 }
 
 // One that is as it was stays, so that its revision tells when it became so.
-void Composer::State::PutTile(const TileKey& key, TileContent content, int64_t revision) {
+void Composer::State::PutTile(const TileKey& key, TileContent content, int64_t revision,
+                              MadeMap* into) {
   if (content.points.empty()) {
-    tiles.erase(key);
+    into->tiles.erase(key);
     return;
   }
-  TilePtr& tile = tiles[key];
+  TilePtr& tile = into->tiles[key];
   const bool as_before = tile != nullptr && tile->record().version == content.record.version;
   content.record.revision = as_before ? tile->record().revision : revision;
   content.record.x = key.x;
@@ -96,17 +98,48 @@ void Composer::State::PutTile(const TileKey& key, TileContent content, int64_t r
   tile = cache->Add(std::move(content));
 }
 
+absl::Status Composer::State::RemakeTile(const TileKey& key, std::vector<OnTile> sources,
+                                         int64_t revision) {
+  std::stable_sort(sources.begin(), sources.end(), [&](const OnTile& l, const OnTile& r) {
+    return robots[l.composed->robot] < robots[r.composed->robot];
+  });
+  bool has_gone = false, has_others = false;
+  absl::StatusOr<TileContent> content = MakeTile(sources, false, &has_gone);
+  absl::StatusOr<TileContent> dropped = TileContent();
+  if (content.ok() && has_gone) dropped = MakeTile(sources, true, &has_others);
+  for (const auto* made : {&content, &dropped}) {
+    if (!made->ok()) return made->status();
+  }
+  PutTile(key, *std::move(content), revision, &present);
+  PutTile(key, *std::move(dropped), revision, &gone);
+  return absl::OkStatus();
+}
+
+// Asks all submaps about each other's points; tiles on which some leave or come back are dirty.
+absl::Status Composer::State::LookThrough(const SubmapReader& reader) {
+  if (!seen_through) return absl::OkStatus();
+  const auto on_change = [this](const SubmapId& id, const std::vector<size_t>& changed) {
+    const std::vector<TileKey>& keys = submaps.at(id).tiles;
+    for (const size_t tile : changed) dirty.insert(keys[tile]);
+  };
+  const auto keep_on = [this] { return KeepsOn(); };
+  const absl::Status status = seen_through->Update(reader, &thinned, on_change, keep_on, &at_hand);
+  // To be read and thinned again.
+  if (absl::IsDataLoss(status)) ForgetSubmap(SubmapId(*at_hand));
+  at_hand.reset();
+  return status;
+}
+
 absl::Status Composer::State::RemakeTiles(int64_t revision) {
   const double all = static_cast<double>(dirty.size());
   auto on_dirty = WhatIsOnDirty();
   if (!on_dirty.ok()) return on_dirty.status();
   for (auto& [key, sources] : *on_dirty) {
-    absl::StatusOr<TileContent> content = MakeTile(std::move(sources));
-    if (!content.ok()) return content.status();
-    PutTile(key, *std::move(content), revision);
+    absl::Status status = RemakeTile(key, std::move(sources), revision);
+    if (!status.ok()) return status;
     dirty.erase(key);
     ++last_tiles_remade;
-    if (absl::Status status = cache->KeepToMemory(); !status.ok()) return status;
+    if (status = cache->KeepToMemory(); !status.ok()) return status;
     share = 1 - (1 - kReadingShare) * static_cast<double>(dirty.size()) / all;
     if (!KeepsOn()) return Stopped();
   }
@@ -129,15 +162,15 @@ Composer::LeftOut Composer::State::CountLeftOut() const {
   return all;
 }
 
-std::vector<TiledMap::Component> Composer::State::ComponentsInMap(
-    const std::map<uint32_t, uint32_t>& frames, int64_t revision) {
+std::vector<TiledMap::Component> Composer::State::ComponentsIn(
+    MadeMap* made, const std::map<uint32_t, uint32_t>& frames, int64_t revision) {
   constexpr int32_t kLowest = std::numeric_limits<int32_t>::min();
   std::vector<TiledMap::Component> components(frames.empty() ? 0 : frames.rbegin()->first + 1);
-  std::map<uint32_t, std::shared_ptr<const TilePyramid>> before = std::exchange(pyramids, {});
+  std::map<uint32_t, std::shared_ptr<const TilePyramid>> before = std::exchange(made->pyramids, {});
   for (const auto& [number, frame] : frames) {
     TiledMap::Component& component = components[number];
-    for (auto it = tiles.lower_bound({frame, kLowest, kLowest});
-         it != tiles.end() && it->first.frame == frame; ++it) {
+    for (auto it = made->tiles.lower_bound({frame, kLowest, kLowest});
+         it != made->tiles.end() && it->first.frame == frame; ++it) {
       const TilePtr& tile = it->second;
       component.tiles.push_back(tile);
       component.point_count += tile->point_count();
@@ -145,9 +178,23 @@ std::vector<TiledMap::Component> Composer::State::ComponentsInMap(
     }
     component.pyramid =
         std::make_shared<const TilePyramid>(component.tiles, revision, before[frame].get());
-    pyramids[frame] = component.pyramid;
+    made->pyramids[frame] = component.pyramid;
   }
   return components;
+}
+
+// `frames` of components.
+std::shared_ptr<const TiledMap> Composer::State::MapOf(int64_t revision,
+                                                       const std::map<uint32_t, uint32_t>& frames) {
+  const TiledMap::Scale scale{options.voxel_m, layout.voxels()};
+  std::shared_ptr<const TiledMap> dropped;
+  if (seen_through) {
+    dropped = std::make_shared<TiledMap>(revision, RobotsInMap(),
+                                         ComponentsIn(&gone, frames, revision), scale, made_tiles);
+  }
+  return std::make_shared<TiledMap>(revision, RobotsInMap(),
+                                    ComponentsIn(&present, frames, revision), scale, made_tiles,
+                                    missing, std::move(dropped));
 }
 
 }  // namespace isthmus::composition

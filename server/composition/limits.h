@@ -13,6 +13,9 @@ namespace isthmus::composition {
 // for; one in so many of the tiles is for one submap, so that none with stray points takes all.
 inline constexpr size_t kThinnedParts = 3;
 inline constexpr int kSubmapTilesParts = 8;
+// One part in so many, of what thinned submaps have, is for views, where points leave that were
+// looked through: a megabyte each. Fewer are read and made again for each new submap near them.
+inline constexpr size_t kViewsParts = 6;
 // Share of a composition's time that reading and thinning take, for what is said of its progress.
 inline constexpr double kReadingShare = 0.8;
 

@@ -22,6 +22,24 @@ void ForEachRun(const std::vector<PointRun>& runs, uint32_t point_count, const V
   if (next < point_count) visit(PointRun{next, point_count});
 }
 
+// Which points of a submap are gone, to be compared with which are after a change.
+class GoneBefore {
+ public:
+  explicit GoneBefore(const std::vector<WeightedPoint>& points) {
+    gone_.reserve(points.size());
+    for (const WeightedPoint& point : points) gone_.push_back(point.gone);
+  }
+  bool Differs(const std::vector<WeightedPoint>& points, const PointRun& run) const {
+    for (uint32_t i = run.begin; i < run.end; ++i) {
+      if (gone_[i] != points[i].gone) return true;
+    }
+    return false;
+  }
+
+ private:
+  std::vector<bool> gone_;
+};
+
 }  // namespace
 
 ThinnedSubmapCache::ThinnedSubmapCache(std::shared_ptr<SpillFile> file, size_t max_bytes)
@@ -90,6 +108,52 @@ absl::StatusOr<ThinnedSubmapCache::Piece> ThinnedSubmapCache::PieceOf(const Subm
   if (!status.ok()) return status;
   piece_run_ = {0, count};
   return Piece{&piece_, std::span(&piece_run_, 1)};
+}
+
+absl::StatusOr<std::vector<size_t>> ThinnedSubmapCache::Change(
+    const SubmapId& id, const std::function<void(std::span<WeightedPoint>)>& change) {
+  Entry& entry = entries_.at(id);
+  std::vector<size_t> tiles;
+  if (in_memory_.Use(id) == nullptr) {
+    const absl::Status status = ChangeInFile(&entry, change, &tiles);
+    if (!status.ok()) return status;
+    return tiles;
+  }
+  const GoneBefore before(entry.points);
+  change(entry.points);
+  for (size_t tile = 0; tile + 1 < entry.first_run.size(); ++tile) {
+    const auto runs =
+        std::span(entry.runs)
+            .subspan(entry.first_run[tile], entry.first_run[tile + 1] - entry.first_run[tile]);
+    if (std::ranges::any_of(
+            runs, [&](const PointRun& run) { return before.Differs(entry.points, run); })) {
+      tiles.push_back(tile);
+    }
+  }
+  return tiles;
+}
+
+// The changed points go to another place of the file, so that half a write spoils nothing.
+absl::Status ThinnedSubmapCache::ChangeInFile(
+    Entry* entry, const std::function<void(std::span<WeightedPoint>)>& change,
+    std::vector<size_t>* tiles) {
+  std::vector<WeightedPoint> points(entry->point_count);
+  const size_t point_bytes = points.size() * sizeof(WeightedPoint);
+  std::vector<char> bytes(1 + point_bytes + entry->first_run.back() * sizeof(PointRun));
+  absl::Status status = file_->Read(entry->extent, 0, bytes.data(), bytes.size());
+  if (!status.ok()) return status;
+  if (point_bytes > 0) std::memcpy(points.data(), bytes.data(), point_bytes);
+  const GoneBefore before(points);
+  change(points);
+  if (point_bytes > 0) std::memcpy(bytes.data(), points.data(), point_bytes);
+  const absl::StatusOr<Extent> extent = file_->Write(bytes.data(), bytes.size());
+  if (!extent.ok()) return extent.status();
+  file_->Free(std::exchange(entry->extent, *extent));
+  for (size_t tile = 0; tile + 1 < entry->first_point.size(); ++tile) {
+    const PointRun run{entry->first_point[tile], entry->first_point[tile + 1]};
+    if (before.Differs(points, run)) tiles->push_back(tile);
+  }
+  return absl::OkStatus();
 }
 
 absl::Status ThinnedSubmapCache::MoveToFile(const SubmapId& id, Entry* entry) {

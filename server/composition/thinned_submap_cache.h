@@ -7,6 +7,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <span>
@@ -45,6 +46,12 @@ class ThinnedSubmapCache {
   // file no more than these points. Fails as SpillFile::Read does. The id must be there.
   absl::StatusOr<Piece> PieceOf(const SubmapId& id, size_t tile);
 
+  // Lets `change` work on all points of a submap at once, in whatever order they stand; it must not
+  // move any. Gives the tiles, by number, on which a point is gone now that was not, or is back.
+  // The id must be there. Fails as SpillFile does: what lay in the file is then as before.
+  absl::StatusOr<std::vector<size_t>> Change(
+      const SubmapId& id, const std::function<void(std::span<WeightedPoint>)>& change);
+
   // Moves to the file what was asked for longest ago, until the limit is kept. Fails as
   // SpillFile::Write does: nothing is lost then.
   absl::Status KeepToMemory();
@@ -67,6 +74,9 @@ class ThinnedSubmapCache {
     }
   };
 
+  absl::Status ChangeInFile(Entry* entry,
+                            const std::function<void(std::span<WeightedPoint>)>& change,
+                            std::vector<size_t>* tiles);
   absl::Status MoveToFile(const SubmapId& id, Entry* entry);
 
   const std::shared_ptr<SpillFile> file_;

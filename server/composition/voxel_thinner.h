@@ -56,6 +56,13 @@ struct WeightedPoint {
   float x = 0, y = 0, z = 0;
   float intensity = 0;
   uint32_t weight = 1;
+  // Of a submap's points. Log odds that something is still there, in steps of kLogOddsStep: what
+  // the views of the point's own submap say, and those of all others. See seen_through/.
+  int16_t own_looks = 0, other_looks = 0;
+  // The first keyframe that saw it, and how many later the last one is, at most 255.
+  uint16_t keyframe = 0;
+  uint8_t keyframes_after = 0;
+  bool gone = false;  // By those; see seen_through/verdict.h.
 };
 
 // An open-addressing hash table from voxel to running mean. Meant to be kept and used again: among

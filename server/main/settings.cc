@@ -449,6 +449,9 @@ void AddComposition(ServerConfig& config, Table& table) {
             "The merged map has one point per voxel of this edge and robot.");
   table.Add("min_move_m", &composer.min_move_m, 0.0, 10.0,
             "A submap that moved less than this does not remake its tiles.");
+  table.Add("drop_gone", &composer.drop_gone,
+            "Points leave the merged map that other looks went through: people, cars, what was "
+            "taken away. `isthmus export --dynamic` has them.");
   table.Add(
       "max_tiles", &composer.max_tiles, 1000, 10'000'000,
       "So many tiles has the merged map at most, and one submap an eighth of them: those with "

@@ -42,6 +42,20 @@ Region RegionOf(const ExportRequest& request) {
   return region;
 }
 
+// The map, or what was dropped from it.
+absl::StatusOr<std::shared_ptr<const ComposedMap>> PartOf(
+    const std::shared_ptr<const ComposedMap>& map, const ExportRequest& request) {
+  if (!request.dropped) return map;
+  if (request.format == ExportFormat::kOctoMapFull ||
+      request.format == ExportFormat::kOctoMapBinary) {
+    return absl::InvalidArgumentError("what was dropped is a cloud: export it as PCD or PLY");
+  }
+  if (absl::Status ready = map->ready(); !ready.ok()) return ready;
+  if (map->dropped() != nullptr) return map->dropped();
+  return absl::FailedPreconditionError(
+      "nothing is dropped from this server's map: composition.drop_gone is off");
+}
+
 }  // namespace
 
 absl::Status MapReader::ExportOccupancy(const ExportRequest& request, const Region& region,
@@ -82,11 +96,14 @@ absl::Status MapReader::ExportMap(const ExportRequest& request,
   if (!request.robot.empty() && view->Newest(request.robot) == nullptr) {
     return UnknownRobot(request.robot);
   }
-  const std::shared_ptr<const ComposedMap> map = view->map;
+  std::shared_ptr<const ComposedMap> map = view->map;
   if (request.component != 0 && request.component >= map->component_count()) {
     return absl::NotFoundError(
         absl::StrCat("no component ", request.component, ": the map has ", map->component_count()));
   }
+  const absl::StatusOr<std::shared_ptr<const ComposedMap>> wanted = PartOf(map, request);
+  if (!wanted.ok()) return wanted.status();
+  map = *wanted;
   Region region = RegionOf(request);
   if (request.format == ExportFormat::kOctoMapFull ||
       request.format == ExportFormat::kOctoMapBinary) {

@@ -38,7 +38,8 @@ class Files:
 
     def export(self, path: PathLike, format: str = "pcd", *, component: int = 0,
                resolution: float = 0.0, robots: Optional[Iterable[str]] = None,
-               progress: Optional[Callable[[int], None]] = None) -> ExportSummary:
+               progress: Optional[Callable[[int], None]] = None,
+               dropped: bool = False) -> ExportSummary:
         """The merged map as a file.
 
         `format`: "pcd" (compressed), "pcd-binary", "pcd-ascii", "ply", "octomap" or "bt" (free,
@@ -48,13 +49,18 @@ class Files:
 
         `robots`: only their points. The server has no such files: they are queried and written
         here, so only "pcd", "pcd-binary" (both uncompressed then) and "pcd-ascii" go.
+
+        `dropped`: instead of the map what was measured but is not in it, because other looks went
+        through it. Clouds only, and not with `robots`.
         """
         if robots is not None:
+            if dropped:
+                raise InvalidArgument("what was dropped is exported of all robots together")
             return self._export_robots(path, format, component, resolution, list(robots))
         if format not in _FORMATS:
             raise InvalidArgument(f"no format is called '{format}': {', '.join(_FORMATS)} are")
         request = pb.ExportMapRequest(format=_FORMATS[format], component=component,
-                                      resolution_m=resolution)
+                                      resolution_m=resolution, dropped=dropped)
         return self._to_file(self._link.maps.ExportMap, request, Path(path), progress)
 
     def export_to_file(self, path: PathLike, format: str = "pcd", **options: Any) -> ExportSummary:

@@ -20,6 +20,7 @@ struct Hit {
   float cosine = 0;    // Of the angle between the ray and the surface's normal, in [0, 1].
   Material material = Material::kFloor;
   Eigen::Vector3f normal = Eigen::Vector3f::Zero();  // Unit vector, world frame, to either side.
+  bool moves = false;                                // It is of a person or a car, see Actors.
 };
 
 // Thread safe after construction. Uses no threads of its own.

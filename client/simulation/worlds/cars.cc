@@ -69,6 +69,7 @@ void Cars::Occlude(const Ray& ray, double fraction, float max_range_m, Hit& hit)
       hit.range_m = range;
       hit.cosine = std::abs(direction[side]);
       hit.material = Material::kMetal;
+      hit.moves = true;
     }
   }
 }

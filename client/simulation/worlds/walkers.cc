@@ -33,6 +33,7 @@ void Walkers::Occlude(const Ray& ray, double fraction, float max_range_m, Hit& h
     hit.range_m = range;
     hit.cosine = std::abs(at.head<2>().dot(ray.direction.head<2>())) / kRadius;
     hit.material = Material::kCloth;
+    hit.moves = true;
   }
 }
 

@@ -13,7 +13,9 @@ namespace {
 
 // Most of the time goes into waiting for the table's memory: so it is told early what will be
 // asked.
-void AddPoints(const TileSource& source, const VoxelGrid& grid, VoxelThinner* thinner) {
+// True if there are points that were left out.
+bool AddPoints(const TileSource& source, const VoxelGrid& grid, VoxelThinner* thinner) {
+  bool left_out = false;
   std::array<std::pair<uint64_t, WeightedPoint>, kPrefetchedPoints> batch;
   size_t waiting = 0;
   const auto add = [&] {
@@ -26,6 +28,10 @@ void AddPoints(const TileSource& source, const VoxelGrid& grid, VoxelThinner* th
   for (const PointRun& run : source.runs) {
     for (uint32_t i = run.begin; i < run.end; ++i) {
       const WeightedPoint& point = (*source.points)[i];
+      if (point.gone != source.gone) {
+        left_out = true;
+        continue;
+      }
       const Eigen::Vector3f at = place(point);
       const auto voxel = grid.Find(at.x(), at.y(), at.z());
       if (!voxel) continue;
@@ -36,6 +42,7 @@ void AddPoints(const TileSource& source, const VoxelGrid& grid, VoxelThinner* th
     }
   }
   add();
+  return left_out;
 }
 
 }  // namespace
@@ -44,7 +51,7 @@ void TileBuilder::Add(const TileSource& source) {
   if (has_part_ && robot_ != source.robot) EndPart();
   has_part_ = true;
   robot_ = source.robot;
-  AddPoints(source, grid_, thinner_);
+  left_out_ = AddPoints(source, grid_, thinner_);
 }
 
 void TileBuilder::EndPart() {

@@ -20,6 +20,7 @@ struct TileSource {
   Pose T_map_submap;
   uint32_t robot = 0;  // The composer's own number.
   uint32_t stamp = 0;  // As MapPoint's.
+  bool gone = false;   // Those that are gone, see seen_through/, instead of all others.
 };
 
 // One tile at a time, one source after the other, so that only one has to be in memory. The order
@@ -33,6 +34,8 @@ class TileBuilder {
   void Add(const TileSource& source);
   // The points added since the last TakeContent; of the record, parts and bounds.
   TileContent TakeContent();
+  // True if the last source had points of the other kind, which were left out.
+  bool left_out() const { return left_out_; }
 
  private:
   void EndPart();
@@ -43,6 +46,7 @@ class TileBuilder {
   TileContent tile_;
   bool has_part_ = false;  // Of robot_, in the thinner.
   uint32_t robot_ = 0;
+  bool left_out_ = false;
   // Of the part that ends.
   std::vector<TilePoint> points_;
   std::vector<Voxel> voxels_;

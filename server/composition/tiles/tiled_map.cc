@@ -156,9 +156,11 @@ class ChunkWriter {
 
 TiledMap::TiledMap(int64_t revision, const std::vector<Robot>& robots,
                    std::vector<Component> components, const Scale& scale,
-                   std::shared_ptr<MadeTiles> made, uint64_t missing_submaps)
+                   std::shared_ptr<MadeTiles> made, uint64_t missing_submaps,
+                   std::shared_ptr<const ComposedMap> dropped)
     : revision_(revision),
       missing_submaps_(missing_submaps),
+      dropped_(std::move(dropped)),
       scale_(scale),
       grid_(scale.voxel_m),
       made_(std::move(made)),

@@ -34,7 +34,8 @@ class TiledMap : public ComposedMap {
 
   // `robots` in order of id; `made` is shared by the maps of a composer.
   TiledMap(int64_t revision, const std::vector<Robot>& robots, std::vector<Component> components,
-           const Scale& scale, std::shared_ptr<MadeTiles> made, uint64_t missing_submaps = 0);
+           const Scale& scale, std::shared_ptr<MadeTiles> made, uint64_t missing_submaps = 0,
+           std::shared_ptr<const ComposedMap> dropped = nullptr);
 
   int64_t revision() const override { return revision_; }
   const std::vector<RobotId>& robots() const override { return robots_; }
@@ -42,6 +43,7 @@ class TiledMap : public ComposedMap {
   uint64_t point_count(uint32_t component) const override;
   Box bounds(uint32_t component) const override;
   uint64_t missing_submaps() const override { return missing_submaps_; }
+  std::shared_ptr<const ComposedMap> dropped() const override { return dropped_; }
   double tile_m() const override { return scale_.tile_voxels * scale_.voxel_m; }
   double voxel_m() const override { return scale_.voxel_m; }
   uint32_t tile_levels(uint32_t component) const override;
@@ -70,6 +72,7 @@ class TiledMap : public ComposedMap {
 
   const int64_t revision_;
   const uint64_t missing_submaps_;
+  const std::shared_ptr<const ComposedMap> dropped_;
   const Scale scale_;
   const VoxelGrid grid_;
   const std::shared_ptr<MadeTiles> made_;

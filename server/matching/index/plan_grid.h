@@ -6,10 +6,10 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/geometry/range_image.h"
 #include "core/pose.h"
 #include "server/matching/index/limits.h"
 #include "server/matching/index/session_plan.h"
-#include "server/matching/prepared/range_image.h"
 #include "server/matching/registration/surface.h"
 #include "server/matching/search/ground_grid.h"
 

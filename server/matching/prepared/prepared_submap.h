@@ -5,8 +5,8 @@
 #include <memory>
 #include <vector>
 
+#include "core/geometry/range_image.h"
 #include "core/map/submap.h"
-#include "server/matching/prepared/range_image.h"
 #include "server/matching/registration/kd_tree.h"
 #include "server/matching/registration/surface.h"
 

@@ -15,6 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
+using ::testing::HasSubstr;
 
 // One server with one robot for all tests.
 class ExportCommandsTest : public testing::Test {
@@ -54,6 +55,40 @@ class ExportCommandsTest : public testing::Test {
 
 EmbeddedServer* ExportCommandsTest::server_ = nullptr;
 std::string* ExportCommandsTest::folder_ = nullptr;
+
+// Points of a PLY file, by its header.
+int PointsOfPly(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  for (std::string line; std::getline(file, line) && line != "end_header";) {
+    if (line.starts_with("element vertex ")) return std::stoi(line.substr(15));
+  }
+  return -1;
+}
+
+TEST_F(ExportCommandsTest, WhatWasDroppedIsAFileOfItsOwn) {
+  const ProgramResult none = Ask("export --format ply --dynamic -o " + Path("none.ply"));
+  EXPECT_EQ(none.code, 3);
+  EXPECT_THAT(none.err, HasSubstr("composition.drop_gone"));
+  EXPECT_EQ(Ask("export --format las --dynamic -o " + Path("none.las")).code, 2);
+
+  const std::string drive = Path("busy");
+  ASSERT_EQ(
+      Isthmus("simulate --world museum --robots 1 --walkers 60 --seconds 12 -o " + drive).code, 0);
+  server::PipelineOptions options;
+  options.composition_interval_s = 0;
+  options.composer.drop_gone = true;
+  auto server = EmbeddedServer::Start(options);
+  ASSERT_TRUE(server.ok()) << server.status();
+  const auto ask = [&](const std::string& command) {
+    return Isthmus(command + " --server " + (*server)->client().address()).code;
+  };
+  ASSERT_EQ(ask("push --robot alice " + drive + "/robot_0"), 0);
+  ASSERT_NE(ask("status --wait settled --timeout 60"), 4);
+  ASSERT_EQ(ask("export --format ply --dynamic -o " + Path("gone.ply")), 0);
+  ASSERT_EQ(ask("export --format ply -o " + Path("kept.ply")), 0);
+  EXPECT_GT(PointsOfPly(Path("gone.ply")), 20);
+  EXPECT_LT(PointsOfPly(Path("gone.ply")), PointsOfPly(Path("kept.ply")) / 5);
+}
 
 TEST_F(ExportCommandsTest, FilesGoToStandardOutputWholeAndAlone) {
   // Not by the names of devices: a program that replaces them would do so to this machine.

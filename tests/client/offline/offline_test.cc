@@ -74,12 +74,13 @@ TEST(Offline, SimulatePutsWalkersAndCarsAmongTheRobots) {
     return std::string(std::istreambuf_iterator<char>(file), {});
   };
   const std::string quiet = scan("quiet", "");
-  const std::string busy = scan("busy", "--walkers 40 --cars 12");
+  const std::string busy = scan("busy", "--walkers 40 --cars 12 --parked 9");
   EXPECT_FALSE(quiet.empty());
   EXPECT_NE(busy, quiet);
   const json written = json::parse(std::ifstream(folder + "/busy/simulation.json"));
   EXPECT_EQ(written["walkers"], 40);
   EXPECT_EQ(written["cars"], 12);
+  EXPECT_EQ(written["parked"], 9);
 }
 
 // A wall of 4 m and nothing else: no two maps can be told to belong together by it.

@@ -258,6 +258,28 @@ TEST(Simulator, CarsAreSeenOnStreetsOnly) {
   EXPECT_GT(changed, 100);
 }
 
+// Cars that stand are there at first and gone at the end; marked points are of them alone.
+TEST(Simulator, ParkedCarsLeaveAndAreMarked) {
+  Options options;
+  options.world = "campus";
+  options.robots = 1;
+  options.seconds = 20;
+  options.parked = 100;
+  options.mark_moving = true;
+  const auto marked = *Simulator::Create(options);
+  const auto count = [&](int index) {
+    const Scan scan = marked->MakeScan(0, index);
+    return std::count_if(scan.points.begin(), scan.points.end(),
+                         [](const ScanPoint& point) { return point.intensity == 255; });
+  };
+  EXPECT_GT(count(0) + count(20) + count(40), 50);
+  EXPECT_EQ(count(160) + count(180) + count(199), 0);
+  options.parked = 0;
+  options.mark_moving = false;
+  const auto plain = *Simulator::Create(options);
+  EXPECT_EQ(plain->MakeScan(0, 199).points.size(), marked->MakeScan(0, 199).points.size());
+}
+
 TEST(Simulator, RefusesOptionsThatMakeNoSense) {
   const auto error = [](const auto& change) {
     Options options;
@@ -272,6 +294,8 @@ TEST(Simulator, RefusesOptionsThatMakeNoSense) {
   EXPECT_THAT(error([](Options& o) { o.walkers = -1; }), HasSubstr("walkers"));
   EXPECT_THAT(error([](Options& o) { o.cars = 101; }), HasSubstr("cars"));
   EXPECT_THAT(error([](Options& o) { o.cars = 1; }), HasSubstr("streets"));  // In a museum.
+  EXPECT_THAT(error([](Options& o) { o.parked = 101; }), HasSubstr("parked"));
+  EXPECT_THAT(error([](Options& o) { o.parked = 1; }), HasSubstr("streets"));
   EXPECT_THAT(error([](Options& o) { o.seconds = NAN; }), HasSubstr("seconds"));
   EXPECT_THAT(error([](Options& o) { o.noise.dropout = 2; }), HasSubstr("dropout"));
   EXPECT_THAT(error([](Options& o) { o.noise.range_sigma_m = -1; }), HasSubstr("noise"));

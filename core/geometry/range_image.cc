@@ -1,11 +1,11 @@
-#include "server/matching/prepared/range_image.h"
+#include "core/geometry/range_image.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include "core/geometry/angles.h"
 
-namespace isthmus::matching {
+namespace isthmus {
 
 int RangeImage::Bin(const Eigen::Vector3f& direction) {
   constexpr float kBinRad = 2 * static_cast<float>(M_PI) / kColumns;
@@ -58,4 +58,4 @@ bool RangeImage::At(const Eigen::Vector3f& direction, Interval* interval) const 
   return true;
 }
 
-}  // namespace isthmus::matching
+}  // namespace isthmus

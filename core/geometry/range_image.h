@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-namespace isthmus::matching {
+namespace isthmus {
 
 // Ranges over direction in bins of 2 by 2 degrees, about the spacing of a sparse LiDAR's rings. A
 // bin gives the shortest and the longest range measured in it AND its eight neighbours, so that at
@@ -42,4 +42,4 @@ class RangeImage {
   std::vector<uint16_t> shortest_, longest_;
 };
 
-}  // namespace isthmus::matching
+}  // namespace isthmus

@@ -1,0 +1,116 @@
+#include "server/composition/seen_through/verdict.h"
+
+#include <absl/container/flat_hash_map.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "server/composition/seen_through/limits.h"
+
+namespace isthmus::composition {
+namespace {
+
+struct Cell {
+  int32_t x = 0, y = 0, z = 0;
+
+  friend bool operator==(const Cell&, const Cell&) = default;
+  template <typename H>
+  friend H AbslHashValue(H h, const Cell& cell) {
+    return H::combine(std::move(h), cell.x, cell.y, cell.z);
+  }
+};
+
+// What is gone of a submap, by place.
+class GonePlaces {
+ public:
+  explicit GonePlaces(const Pose& T_map_submap) : R_(T_map_submap.RotationMatrix().cast<float>()) {}
+
+  bool empty() const { return gone_.empty(); }
+  void AddGone(const WeightedPoint& point) {
+    const Eigen::Vector3f at = Upright(point);
+    const Cell cell = CellOf(at);
+    gone_[cell].push_back({at, point.keyframe});
+    for (int x = -1; x <= 1; ++x) {
+      for (int y = -1; y <= 1; ++y) {
+        lowest_.try_emplace({cell.x + x, cell.y + y, 0}, std::numeric_limits<float>::infinity());
+      }
+    }
+  }
+  // Then of all points, in any order.
+  void AddHeight(const WeightedPoint& point) {
+    const Eigen::Vector3f at = Upright(point);
+    const Cell cell = CellOf(at);
+    const auto it = lowest_.find({cell.x, cell.y, 0});
+    if (it != lowest_.end()) it->second = std::min(it->second, at.z());
+  }
+  // After all that.
+  bool IsPartOfGone(const WeightedPoint& point) const {
+    if (point.keyframes_after > kSameThingKeyframes) return false;
+    const Eigen::Vector3f at = Upright(point);
+    const Cell cell = CellOf(at);
+    if (!lowest_.contains({cell.x, cell.y, 0}) || !StandsAboveGround(at, cell)) return false;
+    for (int i = 0; i < 27; ++i) {
+      const auto it = gone_.find({cell.x + i % 3 - 1, cell.y + i / 3 % 3 - 1, cell.z + i / 9 - 1});
+      if (it == gone_.end()) continue;
+      const auto is_same_thing = [&](const Gone& gone) {
+        const Eigen::Vector3f to = gone.at - at;
+        return std::abs(to.z()) < kSameThingHighM &&
+               to.head<2>().squaredNorm() < kSameThingWideM * kSameThingWideM &&
+               std::abs(gone.keyframe - point.keyframe) <= kSameThingKeyframes;
+      };
+      if (std::ranges::any_of(it->second, is_same_thing)) return true;
+    }
+    return false;
+  }
+
+ private:
+  struct Gone {
+    Eigen::Vector3f at;
+    int keyframe = 0;
+  };
+
+  // Level, but where the submap begins.
+  Eigen::Vector3f Upright(const WeightedPoint& p) const {
+    return R_ * Eigen::Vector3f(p.x, p.y, p.z);
+  }
+  static Cell CellOf(const Eigen::Vector3f& at) {
+    const auto index = [](float v, float edge_m) {
+      return static_cast<int32_t>(std::floor(v / edge_m));
+    };
+    return {index(at.x(), kSameThingWideM), index(at.y(), kSameThingWideM),
+            index(at.z(), kSameThingHighM)};
+  }
+  // Above the lowest point in or beside its column.
+  bool StandsAboveGround(const Eigen::Vector3f& at, const Cell& cell) const {
+    for (int i = 0; i < 9; ++i) {
+      const auto it = lowest_.find({cell.x + i % 3 - 1, cell.y + i / 3 - 1, 0});
+      if (it != lowest_.end() && at.z() >= it->second + kAboveGroundM) return true;
+    }
+    return false;
+  }
+
+  const Eigen::Matrix3f R_;
+  absl::flat_hash_map<Cell, std::vector<Gone>> gone_;
+  absl::flat_hash_map<Cell, float> lowest_;  // Point of an upright column near what is gone.
+};
+
+}  // namespace
+
+void MarkGone(std::span<WeightedPoint> points, const Pose& T_map_submap) {
+  GonePlaces places(T_map_submap);
+  for (WeightedPoint& point : points) {
+    point.gone = point.own_looks + point.other_looks < kGoneBelow;
+    if (point.gone) places.AddGone(point);
+  }
+  if (places.empty()) return;
+  for (const WeightedPoint& point : points) places.AddHeight(point);
+  for (WeightedPoint& point : points) {
+    if (!point.gone) point.gone = places.IsPartOfGone(point);
+  }
+}
+
+}  // namespace isthmus::composition

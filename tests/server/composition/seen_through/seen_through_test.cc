@@ -1,0 +1,204 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <numbers>
+#include <optional>
+
+#include "server/composition/composer.h"
+#include "tests/server/composition/test_maps.h"
+#include "tests/server/composition/tiles/failing_spill_file.h"
+
+namespace isthmus::composition {
+namespace {
+
+using Thing = Box;  // That a ray may hit from outside.
+
+const ComposerOptions kDropping = {.drop_gone = true};
+const Box kGallery = MakeBox({-10, -8, 0}, {10, 8, 4});
+const Thing kPerson = MakeBox({3.0, 0.8, 0}, {3.4, 1.2, 1.75});
+const Thing kPole = MakeBox({-4.03, 1.97, 0}, {-3.97, 2.03, 4});
+
+// Where a ray from inside the hall ends.
+Eigen::Vector3d End(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
+                    const std::vector<Thing>& things) {
+  const auto slabs = [&](const Box& box) {  // Where the ray enters and leaves.
+    double enter = 0, leave = std::numeric_limits<double>::infinity();
+    for (int axis = 0; axis < 3; ++axis) {
+      double near = (box.min[axis] - origin[axis]) / direction[axis];
+      double far = (box.max[axis] - origin[axis]) / direction[axis];
+      if (near > far) std::swap(near, far);
+      enter = std::max(enter, near);
+      leave = std::min(leave, far);
+    }
+    return std::pair(enter, leave);
+  };
+  double range = slabs(kGallery).second;
+  for (const Thing& thing : things) {
+    const auto [enter, leave] = slabs(thing);
+    if (enter < leave) range = std::min(range, enter);
+  }
+  return origin + range * direction;
+}
+
+// What a LiDAR of 16 rings sees on its way of 4 m, a look every half metre. `when` says which
+// things are there at the k-th look.
+template <typename When>
+LaidSubmap Drive(const std::string& robot, uint32_t index, double y, const When& when) {
+  constexpr double kDegree = std::numbers::pi / 180;
+  LaidSubmap laid = MakeSubmap(robot, index, {});
+  auto submap = std::make_shared<Submap>(*laid.submap);
+  submap->keyframes.clear();
+  for (int k = 0; k < 9; ++k) {
+    const Eigen::Vector3d sensor(-2.013 + 0.5 * k, y + 0.007, 0.83);
+    submap->keyframes.push_back({.T_submap_sensor = Pose(sensor)});
+    const std::vector<Thing> things = when(k);
+    for (int azimuth = 0; azimuth < 720; ++azimuth) {
+      for (int ring = 0; ring < 16; ++ring) {
+        const double a = (azimuth + 0.3) * 0.5 * kDegree, e = (2 * ring - 15) * kDegree;
+        const Eigen::Vector3d p = End(
+            sensor, {std::cos(e) * std::cos(a), std::cos(e) * std::sin(a), std::sin(e)}, things);
+        SubmapPoint point = At(p.x(), p.y(), p.z());
+        point.keyframe = static_cast<uint16_t>(k);
+        submap->points.push_back(point);
+      }
+    }
+  }
+  laid.submap = submap;
+  return laid;
+}
+
+std::vector<Thing> Nothing(int) { return {}; }
+std::vector<Thing> Always(int) { return {kPerson}; }
+
+// Points within 3 cm of the thing and not on the floor.
+int PointsOn(const Thing& thing, const std::vector<MapPoint>& points) {
+  Box around = thing;
+  around.min.array() -= 0.03;
+  around.max.array() += 0.03;
+  around.min.z() = 0.15;
+  return static_cast<int>(std::ranges::count_if(
+      points, [&](const MapPoint& p) { return around.Contains(Eigen::Vector3d(p.x, p.y, p.z)); }));
+}
+
+int PointsOn(const Thing& thing, const ComposedMap& map) { return PointsOn(thing, ReadAll(map)); }
+
+TEST(SeenThrough, WhoWalksByLeavesAndNothingElse) {
+  const auto walker = [](int k) { return k == 2 ? Always(k) : Nothing(k); };
+  const std::vector<LaidSubmap> drives = {Drive("alice", 0, 0, walker)};
+  Composer keeps({}), drops(kDropping);
+  const auto all = Compose(&keeps, 1, drives), map = Compose(&drops, 1, drives);
+  const int before = PointsOn(kPerson, *all);
+  ASSERT_GT(before, 40);
+  EXPECT_LT(PointsOn(kPerson, *map), before / 20);
+  const auto dropped = ReadAll(*map->dropped());
+  EXPECT_EQ(PointsOn(kPerson, dropped) + PointsOn(kPerson, *map), before);
+  EXPECT_EQ(PointsOn(kPerson, dropped), static_cast<int>(dropped.size()));
+  EXPECT_EQ(map->point_count(0) + dropped.size(), all->point_count(0));
+  EXPECT_EQ(all->dropped(), nullptr);
+}
+
+TEST(SeenThrough, WhatStandsStays) {
+  const auto pole = [](int) { return std::vector<Thing>{kPole}; };
+  const std::vector<LaidSubmap> drives = {Drive("alice", 0, 0, pole), Drive("bob", 0, -2, pole),
+                                          Drive("bob", 1, 3, pole)};
+  Composer composer(kDropping);
+  const auto map = Compose(&composer, 1, drives);
+  EXPECT_GT(PointsOn(kPole, *map), 20);
+  EXPECT_EQ(map->dropped()->point_count(0), 0u);
+}
+
+TEST(SeenThrough, WhatWasTakenAwayLeavesOnceOthersLookedThrough) {
+  std::vector<LaidSubmap> drives = {Drive("alice", 0, 0, Always)};
+  Composer composer(kDropping);
+  const int before = PointsOn(kPerson, *Compose(&composer, 1, drives));
+  ASSERT_GT(before, 40);
+  drives.push_back(Drive("alice", 1, -2, Nothing));
+  drives.push_back(Drive("bob", 0, -1, Nothing));
+  EXPECT_LT(PointsOn(kPerson, *Compose(&composer, 2, drives)), before / 10);
+  drives.resize(1);  // Those were deleted.
+  EXPECT_EQ(PointsOn(kPerson, *Compose(&composer, 3, drives)), before);
+}
+
+TEST(SeenThrough, OtherFloorsAndComponentsHaveNoSay) {
+  std::vector<LaidSubmap> drives = {Drive("alice", 0, 0, Always), Drive("bob", 0, -1, Nothing),
+                                    Drive("bob", 1, -2, Nothing)};
+  drives[1].component = drives[2].component = 1;
+  Composer composer(kDropping);
+  const auto map = Compose(&composer, 1, drives);
+  EXPECT_GT(PointsOn(kPerson, *map), 40);
+  drives[1].component = drives[2].component = 0;
+  for (size_t i : {1, 2}) drives[i].T_map_submap = Pose(Eigen::Vector3d(0, 0, 60));
+  EXPECT_GT(PointsOn(kPerson, *Compose(&composer, 2, drives)), 40);
+}
+
+// Whatever came, moved and went before, in memory or in the file.
+TEST(SeenThrough, TheMapIsThatMadeFromNothing) {
+  const auto walker = [](int k) { return k % 4 == 1 ? Always(k) : Nothing(k); };
+  const std::vector<LaidSubmap> drives = {
+      Drive("alice", 0, 0, walker), Drive("alice", 1, -1, Nothing), Drive("bob", 0, -2, Always),
+      Drive("bob", 1, 3, Nothing), Drive("carol", 0, -1.5, Nothing)};
+  const std::string folder = ::testing::TempDir() + "seen_through";
+  std::filesystem::create_directories(folder);
+  Composer kept(kDropping);
+  Composer spilled({.cache_bytes = 1, .drop_gone = true, .spill_folder = folder});
+  std::mt19937 rng(1);
+  std::vector<LaidSubmap> in_map;
+  uint64_t most_dropped = 0;
+  for (int revision = 1; revision <= 12; ++revision) {
+    Stir(drives, {.reach_m = 2, .erase_one_in = 4, .other_component_one_in = 6}, &rng, &in_map);
+    Composer anew(kDropping);
+    const auto expected = Compose(&anew, revision, in_map);
+    for (Composer* composer : {&kept, &spilled}) {
+      const auto map = Compose(composer, revision, in_map);
+      for (uint32_t component : {0u, 1u}) {
+        Region region;
+        region.component = component;
+        ASSERT_EQ(Sorted(ReadAll(*map, region)), Sorted(ReadAll(*expected, region))) << revision;
+        ASSERT_EQ(Sorted(ReadAll(*map->dropped(), region)),
+                  Sorted(ReadAll(*expected->dropped(), region)));
+      }
+      most_dropped = std::max(most_dropped, map->dropped()->point_count(0));
+    }
+  }
+  EXPECT_GT(most_dropped, 40u);
+}
+
+TEST(SeenThrough, WhatTheFileLosesIsAskedAgain) {
+  const std::vector<LaidSubmap> drives = {
+      Drive("alice", 0, 0, Always), Drive("alice", 1, -2, Nothing), Drive("bob", 0, -1, Nothing)};
+  auto file = std::make_shared<FailingSpillFile>();
+  Composer composer({.cache_bytes = 1, .drop_gone = true}, file), anew(kDropping);
+  Compose(&composer, 1, {drives[0]});
+  file->fail_reads = true;
+  const auto lost = composer.Compose(2, Placed(drives), ReaderOf(drives));
+  EXPECT_TRUE(absl::IsDataLoss(lost.status())) << lost.status();
+  file->fail_reads = false;
+  file->writes_left = 3;
+  const auto full = composer.Compose(2, Placed(drives), ReaderOf(drives));
+  EXPECT_TRUE(absl::IsResourceExhausted(full.status())) << full.status();
+  file->writes_left = std::numeric_limits<int>::max();
+  EXPECT_EQ(Sorted(ReadAll(*Compose(&composer, 2, drives))),
+            Sorted(ReadAll(*Compose(&anew, 2, drives))));
+}
+
+TEST(SeenThrough, GoesOnWhereItWasStopped) {
+  const std::vector<LaidSubmap> drives = {
+      Drive("alice", 0, 0, Always), Drive("alice", 1, -2, Nothing), Drive("bob", 0, -1, Nothing)};
+  Composer anew(kDropping);
+  const auto expected = Sorted(ReadAll(*Compose(&anew, 1, drives)));
+  for (int asked = 1; asked < 60; asked += 3) {
+    Composer composer(kDropping);
+    int left = asked;
+    const auto stopped =
+        composer.Compose(1, Placed(drives), ReaderOf(drives), [&](double) { return --left > 0; });
+    if (stopped.ok()) break;
+    EXPECT_TRUE(absl::IsCancelled(stopped.status()));
+    EXPECT_EQ(Sorted(ReadAll(*Compose(&composer, 1, drives))), expected) << asked;
+  }
+}
+
+}  // namespace
+}  // namespace isthmus::composition
