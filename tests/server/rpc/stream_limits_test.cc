@@ -181,7 +181,7 @@ class ImpatientTest : public RpcTest {
   static ServerOptions Impatient() {
     ServerOptions options;
     options.streams.first_message = std::chrono::milliseconds(50);
-    options.streams.progress = std::chrono::milliseconds(200);
+    options.streams.progress = std::chrono::milliseconds(600);
     options.calls.exports = 2;  // One of a caller.
     return options;
   }
