@@ -2,6 +2,7 @@
 import {App} from './app';
 import {Rpc} from './api/rpc';
 import {h} from './ui/dom';
+import {watchPresses} from './press';
 import {listen} from './ui/input';
 import {Shell} from './ui/shell';
 import './ui/style.css';
@@ -22,6 +23,7 @@ function start(root: HTMLElement): void {
         'this browser, or use a newer one.'))));
     return;
   }
+  watchPresses(window);
   const shell = new Shell(app, root, stage);
   listen(app, shell);
   shell.poll(STATUS_EVERY_MS);

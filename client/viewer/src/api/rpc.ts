@@ -1,5 +1,6 @@
 // Calls over HTTP: a JSON object in, an object (or one per line) out. The token is in a cookie that
 // scripts cannot read.
+import {released} from '../press';
 import {num, obj, str, type JsonObject} from './json';
 
 export class RpcError extends Error {
@@ -17,13 +18,16 @@ export function message(error: unknown): string {
   return error instanceof Error ? error.message : String(error);
 }
 
+// Answers come when no control is being pressed, see press.ts.
 export class Rpc {
   // `site`: empty for the server's own.
   constructor(readonly site: string) {}
 
   async call(method: string, request: JsonObject, signal?: AbortSignal): Promise<JsonObject> {
     const response = await this.post(method, request, signal);
-    return (await response.json()) as JsonObject;
+    const answer = (await response.json()) as JsonObject;
+    await released();
+    return answer;
   }
 
   // Each response of a server's stream as it comes.
@@ -31,7 +35,10 @@ export class Rpc {
       AsyncGenerator<JsonObject> {
     const response = await this.post(method, request, signal);
     if (!response.body) return;
-    yield* lines(response.body);
+    for await (const line of lines(response.body)) {
+      await released();
+      yield line;
+    }
   }
 
   // All responses of a list.

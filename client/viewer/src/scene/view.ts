@@ -28,7 +28,8 @@ export class View {
   private readonly fromAbove = new OrthographicCamera(-1, 1, 1, -1, 1, FAR_M);
   private grid = new GridHelper(1, 1);
   private drawing = false;
-  private readonly keys = new Set<string>();
+  private readonly keys = new Set<string>();    // Held.
+  private readonly tapped = new Set<string>();  // Pressed since the last frame, held or not.
 
   constructor(readonly canvas: HTMLCanvasElement) {
     // Smooth edges would cost four times as much, and points have none.
@@ -116,8 +117,12 @@ export class View {
   }
 
   key(code: string, down: boolean): void {
-    if (down) this.keys.add(code);
-    else this.keys.delete(code);
+    if (down) {
+      this.keys.add(code);
+      this.tapped.add(code);
+    } else {
+      this.keys.delete(code);
+    }
     this.draw();
   }
 
@@ -255,15 +260,17 @@ export class View {
     this.uniforms.orthographic.value = this.mode === 'top';
   }
 
-  // W A S D move over the ground, Q E down and up, as long as they are held.
+  // W A S D move over the ground, Q E down and up, as long as they are held, a step at least.
   private walk(): void {
-    if (this.keys.size === 0) return;
+    const moving = new Set([...this.keys, ...this.tapped]);
+    this.tapped.clear();
+    if (moving.size === 0) return;
     const {camera, controls} = this;
     const ahead = camera.getWorldDirection(new Vector3());
     if (this.mode === 'top') ahead.set(0, 1, 0);
     ahead.setZ(0).normalize();
     const right = new Vector3(ahead.y, -ahead.x, 0);
-    const held = (code: string) => (this.keys.has(code) ? 1 : 0);
+    const held = (code: string) => (moving.has(code) ? 1 : 0);
     const step = new Vector3()
         .addScaledVector(ahead, held('KeyW') - held('KeyS'))
         .addScaledVector(right, held('KeyD') - held('KeyA'))

@@ -26,9 +26,26 @@ export function add(parent: Node, ...children: Child[]): void {
   }
 }
 
+// What was there is made anew; who had the focus keeps it, or who stands in the same place does.
 export function fill(parent: Element, ...children: Child[]): void {
+  const focus = document.activeElement;
+  const path = focus && parent.contains(focus) && focus !== parent ? pathTo(focus, parent) : [];
   parent.replaceChildren();
   add(parent, ...children);
+  let now: Element | undefined = parent;
+  for (const index of path) now = now?.children[index];
+  if (path.length > 0 && now instanceof HTMLElement && now.tagName === focus?.tagName) {
+    now.focus({preventScroll: true});
+  }
+}
+
+// The places of an element and of those that it is in, from the parent on.
+function pathTo(element: Element, parent: Element): number[] {
+  const path: number[] = [];
+  for (let at: Element | null = element; at && at !== parent; at = at.parentElement) {
+    path.unshift([...(at.parentElement?.children ?? [])].indexOf(at));
+  }
+  return path;
 }
 
 export function button(label: string, onclick: () => void, attributes: Attributes = {}):

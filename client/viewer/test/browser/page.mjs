@@ -36,11 +36,18 @@ export class Page {
     return this.page.goto(url);
   }
 
-  // By accessible name, within what `scope` selects.
+  // By accessible name, within what `scope` selects. One that news took away before it was pressed
+  // is looked for again.
   async click(name, scope = '') {
-    const target = await this.find(name, scope);
-    await target.evaluate((element) => element.scrollIntoView({block: 'center'}));
-    await target.click();
+    for (let tries = 0; ; ++tries) {
+      const target = await this.find(name, scope);
+      try {
+        await target.evaluate((element) => element.scrollIntoView({block: 'center'}));
+        return await target.click();
+      } catch (error) {
+        if (tries === 5 || !/detached|not clickable/.test(error.message)) throw error;
+      }
+    }
   }
 
   async find(name, scope = '', role = '') {

@@ -141,6 +141,23 @@ export const steps = [
     await page.click('3D');
   }],
 
+  ['news neither swallow a press nor take the focus', async (page) => {
+    await firstMatch(page);
+    const reject = await page.find('Reject', '#page-graph');
+    await reject.evaluate((element) => element.scrollIntoView({block: 'center'}));
+    const box = await reject.boundingBox();
+    await page.page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
+    await page.page.mouse.down();
+    await page.value('void isthmus.model.refreshNow()');
+    await new Promise((resolve) => setTimeout(resolve, 500));
+    await page.page.mouse.up();
+    await page.find('Cancel', 'dialog');
+    await page.click('Cancel', 'dialog');
+    await (await page.find('Reject', '#page-graph')).focus();
+    await page.value('isthmus.model.matches.set([...isthmus.model.matches.value])');
+    assert.equal(await page.value('document.activeElement.textContent'), 'Reject');
+  }],
+
   ['a match is rejected, laid by hand and withdrawn', async (page) => {
     await firstMatch(page);
     await page.click('Reject', '#page-graph');
@@ -242,8 +259,8 @@ export const steps = [
   }],
 
   ['a token is asked for, a wrong one refused', async (page, server) => {
-    const secret = (await server.run('token', 'create', '--role', 'admin', '--name', 'chief')).trim();
     page.expected.push(/status of 401/);
+    const secret = (await server.run('token', 'create', '--role', 'admin', '--name', 'chief')).trim();
     await page.page.reload();
     await page.text('asks for a token', 'dialog');
     await page.shot('login');
