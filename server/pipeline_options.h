@@ -36,7 +36,8 @@ struct PipelineOptions {
   // Threads that run odometry; one session uses one at a time. 0: two for each core, at least
   // four.
   int ingest_threads = 0;
-  // Composition runs at most this often. 0: after every change (tests, offline commands).
+  // Composition rests for so long at most, less after one that took little time. 0: it runs after
+  // every change (tests, offline commands).
   double composition_interval_s = 1.0;
   // A pair is matched again when its maps have grown by this many submaps since the last attempt.
   int rematch_submaps = 1;

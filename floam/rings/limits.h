@@ -47,8 +47,9 @@ inline constexpr int kMaxInferredRings = 256;
 inline constexpr float kClearElevationM = 1.5F;
 // Bins of the histogram of elevations, from straight down to straight up: a fifth of the spacing of
 // the densest sensor's rings (data sheet). 0.1 degrees, tried first, cannot tell these apart.
-inline constexpr float kElevationBinRad = 0.02F * kPi / 180;
-inline constexpr int kElevationBins = 1 + static_cast<int>(kPi / kElevationBinRad + 0.5F);
+inline constexpr int kElevationBinsPerDegree = 50;
+inline constexpr float kElevationBinRad = kPi / 180 / kElevationBinsPerDegree;
+inline constexpr int kElevationBins = 1 + 180 * kElevationBinsPerDegree;
 // Crosstalk makes heaps of less than this share of both neighbours; a ring that shows less of
 // itself than that is lost. A guess.
 inline constexpr double kGhostShare = 0.25;

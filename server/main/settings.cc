@@ -293,10 +293,11 @@ void AddRetention(ServerConfig& config, Table& table) {
       "sessions go first, then such sessions, the oldest first; then it is refused.");
   table.Add("max_age_days", &retention.limits.max_age_days, 0.0, 36'500.0,
             "Finished sessions are deleted when they are older. 0: never.");
-  const auto read = [&retention](const std::string& text) {
+  const auto read = [&retention](const std::string& text) -> absl::Status {
     auto robots = ParseRobotLimits(text);
-    if (robots.ok()) retention.robots = *std::move(robots);
-    return robots.status();
+    if (!robots.ok()) return robots.status();
+    retention.robots = *std::move(robots);
+    return absl::OkStatus();
   };
   table.AddText(
       "robots", read, [&retention] { return PrintRobotLimits(retention.robots); },
@@ -441,7 +442,7 @@ void AddRevisits(ServerConfig& config, Table& table) {
 void AddComposition(ServerConfig& config, Table& table) {
   table.Section("composition");
   table.Add("interval_s", &config.pipeline.composition_interval_s, 0.0, 3600.0,
-            "The merged map is composed at most this often; 0: after every change.");
+            "The longest rest between two compositions of the merged map; 0: none.");
   composition::ComposerOptions& composer = config.pipeline.composer;
   table.Add("tile_m", &composer.tile_m, 1.0, 1000.0,
             "Edge of the tiles that are remade when something in them moved.");

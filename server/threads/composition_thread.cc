@@ -174,7 +174,9 @@ bool CompositionThread::RunOnce() {
   }
   cancelled_ = absl::IsCancelled(map.status());
   if (!cancelled_) ReportProblem(map.status());
+  double rest_s = kComposeAgainS;
   if (map.ok()) {
+    rest_s = std::min(interval_s_, kRestPerWork * ms / 1e3);
     ReportLeftOut();
     loading_ = nullptr;
     activity_->NoteComposition(ms);
@@ -182,9 +184,7 @@ bool CompositionThread::RunOnce() {
   } else if (stop_) {
     return false;
   }
-  if (!cancelled_) {
-    next_allowed_ = absl::Now() + absl::Seconds(map.ok() ? interval_s_ : kComposeAgainS);
-  }
+  if (!cancelled_) next_allowed_ = absl::Now() + absl::Seconds(rest_s);
   return true;
 }
 

@@ -31,14 +31,14 @@ class CompositionThread {
   using OnComposed =
       std::function<void(const MapView& composed_of, const std::shared_ptr<const ComposedMap>&)>;
 
-  // Composes after changes, at most once per interval (0: at once). Where that fails, as on a full
-  // disk, the last map stays and it is tried again every few seconds. A composition under way ends
-  // when a session is deleted, and goes on at once without it; the next one is then made to its
-  // end, so that there are new maps however often sessions are deleted. Until what the store holds
-  // been composed once, readers get a LoadingMap. A submap at which something is thrown twice, by
-  // the reader or what makes the map (no memory for it, for one), is left out until the next start;
-  // `activity` is told which, and why. What it is given must hold out until the
-  // thread is destroyed.
+  // Composes after changes, and rests after each for kRestPerWork times what it took, the interval
+  // at most (0: never). Where that fails, as on a full disk, the last map stays and it is tried
+  // again every few seconds. A composition under way ends when a session is deleted, and goes on at
+  // once without it; the next one is then made to its end, so that there are new maps however often
+  // sessions are deleted. Until what the store holds been composed once, readers get a LoadingMap.
+  // A submap at which something is thrown twice, by the reader or what makes the map (no memory for
+  // it, for one), is left out until the next start; `activity` is told which, and why. What it is
+  // given must hold out until the thread is destroyed.
   CompositionThread(MapWriter* map, Activity* activity, SubmapReader reader,
                     const composition::ComposerOptions& options, double interval_s,
                     OnProblem on_problem = nullptr, OnComposed on_composed = nullptr);

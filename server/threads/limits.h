@@ -48,6 +48,9 @@ inline constexpr int kMaxCrashes = 2;
 
 // Composition.
 
+// Rest after a composition, in times of what it took, up to composition.interval_s: a small map is
+// there in no time, a large one takes a fifth of a core at most while it changes.
+inline constexpr double kRestPerWork = 4;
 // Seconds until a composition that failed is tried again; milliseconds since being told to stop in
 // which the last map may still be composed.
 inline constexpr double kComposeAgainS = 3, kLastMapMs = 1000;
