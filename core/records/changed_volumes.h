@@ -1,4 +1,4 @@
-// What changed in the map: volumes that came and went between an earlier state of it and now.
+// Volumes of the map that came and went between an earlier state of it and now.
 #pragma once
 
 #include <Eigen/Core>
@@ -23,8 +23,9 @@ struct ChangedVolume {
   int64_t seen_first_ns = 0, seen_last_ns = 0;  // When it was seen.
   // When it was not there: went, the first time after; came, the last time before.
   int64_t missing_ns = 0;
-  std::vector<RobotId> seen_by, missed_by;  // Sorted.
-  std::vector<Eigen::Vector3f> places;      // Of the points, map frame; only if asked for.
+  // Sorted: the first that saw each point, and who looked through one first, or of what came last.
+  std::vector<RobotId> seen_by, missed_by;
+  std::vector<Eigen::Vector3f> places;  // Of the points, map frame; only if asked for.
 };
 
 struct ChangeQuery {

@@ -15,10 +15,8 @@
 namespace isthmus::composition {
 namespace {
 
-// Steps in which a ray is followed where no point is near, metres. Speed alone.
-constexpr float kStrideM = 0.5f;
-constexpr int kSteps = 5;  // Of half a cell, in a stride.
-constexpr int32_t kNone = -1;
+constexpr int kSteps = static_cast<int>(2 * kStrideM / kPassedCellM);  // Math: half a cell each.
+constexpr int32_t kNone = -1;                                          // Layout.
 
 bool MayTouch(const Region& region, const Box& box) {
   if (!region.box.empty() && !region.box.Intersects(box)) return false;
@@ -42,7 +40,7 @@ class RayTargets {
       : points_(std::move(points)), grid_(kPassedCellM), strides_(kStrideM) {
     for (const ChangedPoint& point : points_) {
       at_.push_back(Add(point.at, point.came));
-      behind_.push_back(Add(point.at + kBehindM * point.inward, point.came));
+      behind_.push_back(Add(point.at + kPassedBehindM * point.inward, point.came));
     }
   }
 
@@ -120,7 +118,7 @@ class RayTargets {
 
   void Follow(const Look& look, const Eigen::Vector3f& from, const Eigen::Vector3f& to) {
     const float range = (to - from).norm();
-    const float end = std::min(kRayToM, range - kRayEndM - kRayEndPerM * range);
+    const float end = std::min(range - kRayEndM - kRayEndPerM * range, kRayToM);
     if (!(end > kRayFromM)) return;  // Nor where something is not finite.
     const Eigen::Vector3f along = (to - from) / range;
     for (float begin = kRayFromM; begin < end; begin += kStrideM) {

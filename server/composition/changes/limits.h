@@ -32,12 +32,14 @@ inline constexpr float kRayEndM = 0.25f, kRayEndPerM = 0.015f;
 // Edge of the cells that a ray passes, metres: two voxels, as what was seen well by one side may
 // have been met by few rays of the other.
 inline constexpr double kPassedCellM = 0.2;
+// Steps in which a ray is followed where no such cell is near, metres. Speed alone.
+inline constexpr float kStrideM = 0.5f;
 // Keyframes of the other side whose rays must pass, at least: one may lie wrong by itself.
 inline constexpr int kFewestPasses = 2;
 // Metres behind a point, across its surface, at which they must pass as well, of a fifth of a
 // volume's points: rays graze a thing that is still there, but do not go through it. Of what moved
 // half and more are passed there, of walls that lie wrong one in sixteen at most.
-inline constexpr float kBehindM = 0.3f;
+inline constexpr float kPassedBehindM = 0.3f;
 inline constexpr double kPassedShare = 0.2;
 inline constexpr int kNormalVoxels = 3;  // Around a point, of which its surface is made.
 // Odds that a ray passes by error, to one: at most so many keyframes count as independent.

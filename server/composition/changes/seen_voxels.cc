@@ -53,8 +53,9 @@ bool SeenVoxels::Add(uint32_t index, const ComparedSubmap& compared, const Subma
     if (is_new) {
       const Pose& T_submap_sensor = submap.keyframes[point.keyframe].T_submap_sensor;
       const Eigen::Vector3f from = R * T_submap_sensor.translation().cast<float>() + t;
-      seen_.push_back({*voxel, compared.is_after, index, 0, 0, stamp_ns, stamp_ns,
-                       (at - from).stableNormalized()});
+      Eigen::Vector3f along = (at - from).stableNormalized();
+      if (!along.allFinite()) along.setZero();  // A sensor that stood nowhere.
+      seen_.push_back({*voxel, compared.is_after, index, 0, 0, stamp_ns, stamp_ns, along});
       const Voxel column = *columns_.Find(at.x(), at.y(), 0);
       Heights& heights =
           heights_.try_emplace(SideKey(column, compared.is_after), Heights{at.z(), at.z()})
