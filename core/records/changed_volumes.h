@@ -45,8 +45,8 @@ struct ChangeQuery {
 struct ChangeList {
   int64_t revision = 0;  // Of the map that was compared with what was.
   uint64_t submaps_before = 0, submaps_after = 0;
-  uint64_t left_out = 0;               // Volumes beyond max_volumes.
-  std::vector<ChangedVolume> volumes;  // The largest first.
+  uint64_t left_out = 0;                    // Volumes beyond max_volumes.
+  std::vector<ChangedVolume> volumes = {};  // The largest first.
 };
 
 }  // namespace isthmus

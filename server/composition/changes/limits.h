@@ -11,7 +11,7 @@ namespace isthmus::composition {
 
 // Edge of the voxels that are compared, metres: that of the map.
 inline constexpr double kComparedVoxelM = 0.1;
-// Voxels around one, along each axis, in which nothing that the other side has seen may be: 0.2 m.
+// Voxels from one within which nothing that the other side has seen may be: 0.2 m.
 // What placement leaves between two days' looks at one wall; more takes the lower part of a pallet.
 inline constexpr int kStillThereVoxels = 2;
 // Voxels, likewise, and cosine: a sheet of which most lies so near to such a surface, along its own
