@@ -17,6 +17,7 @@
 #include "core/map/composed_map.h"
 #include "core/map/revision.h"
 #include "core/map/submap.h"
+#include "core/records/changed_volumes.h"
 #include "core/records/event.h"
 #include "core/records/list_at.h"
 #include "core/records/localisation.h"
@@ -162,6 +163,12 @@ class Pipeline {
   // `to` 0: the latest. OutOfRange when `from` is older than what is kept; NotFound for one that
   // does not exist yet; InvalidArgument when from > to.
   virtual absl::StatusOr<RevisionDiff> DiffRevisions(int64_t from, int64_t to) = 0;
+  // What came and went since the query's time or revision. `keep_on` is asked every few
+  // milliseconds; Cancelled where it says no. NotFound for a component or revision that does not
+  // exist, OutOfRange for a revision that is no longer kept, FailedPrecondition where nothing lies
+  // on one of the sides, ResourceExhausted where that is too much for one call.
+  virtual absl::StatusOr<ChangeList> FindChanges(const ChangeQuery& query,
+                                                 const std::function<bool()>& keep_on) = 0;
   // Rejects, by hand, the accepted matches and loop closures that the revision came of; a transform
   // that was given by hand is withdrawn, so that what is computed counts again. Returns the
   // revision after that. NotFound for one that is not kept; FailedPrecondition when none of what

@@ -18,6 +18,7 @@ std::string DriveOptions::Key() const {
   if (walkers > 0) absl::StrAppend(&key, "-walkers", walkers);
   if (cars > 0) absl::StrAppend(&key, "-cars", cars);
   if (parked > 0) absl::StrAppend(&key, "-parked", parked);
+  if (day > 1) absl::StrAppend(&key, "-day", day, "-moved", moved);
   if (mark_moving) absl::StrAppend(&key, "-marked");
   if (tilt_deg != 0) absl::StrAppend(&key, "-tilt", tilt_deg);
   if (laps > 0) absl::StrAppend(&key, "-laps", laps);
@@ -43,6 +44,8 @@ simulation::Options SimulationOf(const DriveOptions& options) {
   simulated.walkers = options.walkers;
   simulated.cars = options.cars;
   simulated.parked = options.parked;
+  simulated.day = options.day;
+  simulated.moved = options.moved;
   simulated.mark_moving = options.mark_moving;
   return simulated;
 }

@@ -21,6 +21,7 @@ struct DriveOptions {
   int robots = 2;        // How many there are in that world ...
   int robot = 0;         // ... and which of them this is.
   int walkers = 0, cars = 0, parked = 0;
+  int day = 1, moved = 0;    // See simulation::Options.
   bool mark_moving = false;  // See simulation::Options.
   double tilt_deg = 0;       // The sensor is mounted askew by so much about x and y.
   std::string sensor = "vlp16";

@@ -16,6 +16,7 @@ void AddMatch(CLI::App& app, Action& action);
 void AddLog(CLI::App& app, Action& action);
 void AddLoops(CLI::App& app, Action& action);
 void AddRevisions(CLI::App& app, Action& action);
+void AddChanges(CLI::App& app, Action& action);
 void AddAnchor(CLI::App& app, Action& action);
 void AddDatum(CLI::App& app, Action& action);
 void AddCerts(CLI::App& app, Action& action);

@@ -7,9 +7,9 @@ int main(int argc, char** argv) {
   if (NamesOfflineCommand(argc, argv)) return BecomeOfflineProgram(argv);
   CLI::App app{"Isthmus joins the maps of many robots into one.", "isthmus"};
   constexpr AddCommand kCommands[] = {
-      AddInfo,   AddPush,       AddUpload,    AddStatus, AddRobots,          AddSession, AddGraph,
-      AddMatch,  AddLoops,      AddRevisions, AddAnchor, AddDatum,           AddCerts,   AddToken,
-      AddLog,    AddTrajectory, AddTransform, AddQuery,  AddExport,          AddBackup,  AddPicture,
-      AddReport, AddTop,        AddView,      AddWatch,  ListOfflineCommands};
+      AddInfo,    AddPush,   AddUpload,     AddStatus,    AddRobots, AddSession,         AddGraph,
+      AddMatch,   AddLoops,  AddRevisions,  AddChanges,   AddAnchor, AddDatum,           AddCerts,
+      AddToken,   AddLog,    AddTrajectory, AddTransform, AddQuery,  AddExport,          AddBackup,
+      AddPicture, AddReport, AddTop,        AddView,      AddWatch,  ListOfflineCommands};
   return RunCommandLine(app, kCommands, argc, argv);
 }

@@ -104,6 +104,11 @@ absl::Status TakeBand(const RegionOptions& options, RegionQuery& query) {
 }  // namespace
 
 void AddRegionOptions(CLI::App& command, RegionOptions& options) {
+  AddPlaceOptions(command, options);
+  command.add_option("--robot", options.robot, "What this robot saw alone");
+}
+
+void AddPlaceOptions(CLI::App& command, RegionOptions& options) {
   CLI::Option* box = command.add_option("--box", options.box, "x0,y0,z0,x1,y1,z1 in the map frame");
   CLI::Option* sphere =
       command.add_option("--sphere", options.sphere, "x,y,z,radius in the map frame");
@@ -126,7 +131,6 @@ void AddRegionOptions(CLI::App& command, RegionOptions& options) {
   command.add_option("--max-z", options.max_z, "Nothing above, likewise")
       ->excludes(sphere)
       ->excludes(oriented);
-  command.add_option("--robot", options.robot, "What this robot saw alone");
   command.add_option("--component", options.query.component, "0 is the largest")
       ->capture_default_str();
 }

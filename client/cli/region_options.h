@@ -21,6 +21,8 @@ struct RegionOptions {
 // --box, --sphere, --oriented-box, --polygon, --corridor, --width, --robot, --min-z, --max-z,
 // --component.
 void AddRegionOptions(CLI::App& command, RegionOptions& options);
+// The same without --robot, for what is not asked of one robot's map.
+void AddPlaceOptions(CLI::App& command, RegionOptions& options);
 
 // InvalidArgument, saying what an option should look like.
 absl::StatusOr<RegionQuery> ParseRegion(const RegionOptions& options);

@@ -105,6 +105,10 @@ void TopDownPicture::AddTrajectory(uint32_t robot, Trajectory trajectory) {
   trajectories_.emplace_back(robot, std::move(trajectory));
 }
 
+void TopDownPicture::AddOutline(std::vector<Eigen::Vector2d> corners, Color color) {
+  outlines_.emplace_back(std::move(corners), color);
+}
+
 void TopDownPicture::DrawGrid(Canvas& canvas) const {
   const Color paper = canvas.At(0, 0), ink = options_.dark ? Color{255, 255, 255} : Color{0, 0, 0};
   const Color line = Mix(paper, ink, 0.12), word = Mix(paper, ink, 0.45);
@@ -182,6 +186,15 @@ void TopDownPicture::DrawTrajectories(Canvas& canvas) const {
   }
 }
 
+void TopDownPicture::DrawOutlines(Canvas& canvas) const {
+  for (const auto& [corners, color] : outlines_) {
+    for (size_t i = 0; i < corners.size(); ++i) {
+      const Eigen::Vector2d &from = corners[i], &to = corners[(i + 1) % corners.size()];
+      canvas.Line(PixelX(from.x()), PixelY(from.y()), PixelX(to.x()), PixelY(to.y()), 3, color);
+    }
+  }
+}
+
 int TopDownPicture::DrawLegend(int top, Canvas* canvas) const {
   const Color ink = options_.dark ? Color{230, 230, 230} : Color{40, 40, 40};
   constexpr int kScale = 2, kRow = 24, kMargin = 12, kGap = 28, kBox = 14;
@@ -220,6 +233,7 @@ Canvas TopDownPicture::Draw() const {
   if (options_.grid) DrawGrid(canvas);
   DrawPoints(canvas);
   DrawTrajectories(canvas);
+  DrawOutlines(canvas);
   if (options_.grid) DrawOrigin(canvas);
   if (options_.legend) DrawLegend(height_, &canvas);
   return canvas;

@@ -43,6 +43,10 @@ class TopDownPicture {
   // Poses T_map_sensor; what is not finite is left out.
   void AddTrajectory(uint32_t robot, Trajectory trajectory);
 
+  // A closed line through these points of the map, drawn above all else. Named in the legend are
+  // robots alone.
+  void AddOutline(std::vector<Eigen::Vector2d> corners, Color color);
+
   // The size of the map, without the legend.
   int width() const { return width_; }
   int height() const { return height_; }
@@ -64,6 +68,7 @@ class TopDownPicture {
   void DrawOrigin(Canvas& canvas) const;
   void DrawPoints(Canvas& canvas) const;
   void DrawTrajectories(Canvas& canvas) const;
+  void DrawOutlines(Canvas& canvas) const;
   // The scale bar, then the names, in rows from y = `top` downwards; returns where they end.
   // Without a canvas nothing is drawn.
   int DrawLegend(int top, Canvas* canvas) const;
@@ -79,6 +84,7 @@ class TopDownPicture {
   // with a point in it.
   std::vector<std::vector<uint32_t>> heights_;
   std::vector<std::pair<uint32_t, Trajectory>> trajectories_;
+  std::vector<std::pair<std::vector<Eigen::Vector2d>, Color>> outlines_;
 };
 
 // The box that holds all trajectories and all but the outermost `outliers` share of the points on

@@ -24,6 +24,7 @@
 #include "client/library/stream/scan_stream.h"
 #include "client/library/transfers.h"
 #include "core/records/access_token.h"
+#include "core/records/changed_volumes.h"
 #include "core/records/event.h"
 #include "core/records/list_at.h"
 #include "core/records/localisation.h"
@@ -116,6 +117,10 @@ class Client {
   absl::StatusOr<std::vector<RevisionInfo>> ListRevisions(int limit = 0);
   // `to` 0: the latest. OutOfRange when `from` is older than what the server keeps.
   absl::StatusOr<RevisionDiff> DiffRevisions(int64_t from, int64_t to = 0);
+  // The volumes that came and went since a time or a revision, the largest first.
+  // FailedPrecondition, saying which, when nothing was in the map before or nothing came since;
+  // OutOfRange as above.
+  absl::StatusOr<ChangeList> FindChanges(const ChangeQuery& query);
   // Rejects the accepted matches and loop closures that the revision came of, or withdraws what was
   // given by hand; returns the revision after that. FailedPrecondition when there are none. Not
   // repeated once it was sent.

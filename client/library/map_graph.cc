@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cstdint>
 
+#include "api/convert/changed_volumes.h"
 #include "api/convert/graph.h"
 #include "client/library/client.h"
 #include "client/library/list_stream.h"
@@ -57,6 +58,16 @@ void AddMoves(const v1::DiffRevisionsResponse& part, RevisionDiff& diff) {
   }
 }
 
+void AddChanges(const v1::FindChangesResponse& part, ChangeList& list) {
+  list.revision = part.revision();
+  list.submaps_before = part.submaps_before();
+  list.submaps_after = part.submaps_after();
+  list.left_out = part.left_out();
+  for (const v1::ChangedVolume& volume : part.volumes()) {
+    list.volumes.push_back(convert::FromMessage(volume));
+  }
+}
+
 }  // namespace
 
 absl::StatusOr<MatchGraph> Client::GetMatchGraph(bool include_edges) {
@@ -102,6 +113,14 @@ absl::StatusOr<RevisionDiff> Client::DiffRevisions(int64_t from, int64_t to) {
     return stubs.maps->DiffRevisions(&context, request);
   };
   return ReadList(*link_, open, AddMoves);
+}
+
+absl::StatusOr<ChangeList> Client::FindChanges(const ChangeQuery& query) {
+  const v1::FindChangesRequest request = convert::ToMessage(query);
+  const auto open = [&](Stubs& stubs, grpc::ClientContext& context) {
+    return stubs.maps->FindChanges(&context, request);
+  };
+  return ReadList(*link_, open, AddChanges);
 }
 
 }  // namespace isthmus::client

@@ -59,7 +59,7 @@ void AddSimulate(CLI::App& app, Action& action) {
   CLI::App* command = AddOfflineCommand(app, "simulate");
   command
       ->add_option("--world", simulation.world,
-                   "museum, campus, corridor, twins, ...; wild-forest, ...")
+                   "museum, warehouse, campus, corridor, twins, ...; wild-forest, ...")
       ->capture_default_str();
   command->add_option("--sensor", simulation.sensor, "vlp16, os1-64, solid, mid360, ...")
       ->capture_default_str();
@@ -76,6 +76,15 @@ void AddSimulate(CLI::App& app, Action& action) {
   command
       ->add_option("--parked", simulation.parked,
                    "Cars that stand beside the streets and leave, 0 to 100; likewise")
+      ->capture_default_str();
+  command
+      ->add_option("--day", simulation.day,
+                   "2 or more: the same world another day, with other routes and noise, 1 to 365")
+      ->capture_default_str();
+  command
+      ->add_option("--moved", simulation.moved,
+                   "Pieces of furniture that were moved, brought or taken away since day 1; only "
+                   "in museum and warehouse")
       ->capture_default_str();
   command->add_option("--seed", simulation.seed, "Of world, drives and noise")
       ->capture_default_str();

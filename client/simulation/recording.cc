@@ -97,6 +97,18 @@ absl::Status WriteStamps(const Simulator& simulator, int robot, const std::strin
   return formats::WriteTum(name + ".truth.tum", truth);
 }
 
+// The volumes that came and went, as boxes along the axes of the world.
+std::string TruthOfMoved(const Simulator& simulator) {
+  std::vector<std::string> rows;
+  for (const MovedVolume& volume : simulator.moved()) {
+    const Eigen::Vector3d &min = volume.bounds.min(), &max = volume.bounds.max();
+    rows.push_back(absl::StrFormat(
+        "  {\"kind\": \"%s\", \"min\": [%.3f, %.3f, %.3f], \"max\": [%.3f, %.3f, %.3f]}",
+        volume.came ? "came" : "went", min.x(), min.y(), min.z(), max.x(), max.y(), max.z()));
+  }
+  return absl::StrCat("[\n", absl::StrJoin(rows, ",\n"), "\n]\n");
+}
+
 std::string ToJson(const Simulator& simulator, const RecordingSummary& summary) {
   const Options& options = simulator.options();
   std::vector<std::string> rows;
@@ -107,12 +119,12 @@ std::string ToJson(const Simulator& simulator, const RecordingSummary& summary) 
   return absl::StrFormat(
       "{\n"
       "  \"world\": \"%s\",\n  \"sensor\": \"%s\",\n  \"seed\": %d,\n  \"robots\": %d,\n"
-      "  \"walkers\": %d,\n  \"cars\": %d,\n  \"parked\": %d,\n"
+      "  \"walkers\": %d,\n  \"cars\": %d,\n  \"parked\": %d,\n  \"day\": %d,\n  \"moved\": %d,\n"
       "  \"seconds\": %g,\n  \"scans_per_robot\": %d,\n  \"range_sigma_m\": %g,\n"
       "  \"overlap\": [%s]\n}\n",
       options.world, simulator.lidar().name, options.seed, summary.robots, options.walkers,
-      options.cars, options.parked, options.seconds, summary.scans_per_robot,
-      options.noise.range_sigma_m, absl::StrJoin(rows, ", "));
+      options.cars, options.parked, options.day, options.moved, options.seconds,
+      summary.scans_per_robot, options.noise.range_sigma_m, absl::StrJoin(rows, ", "));
 }
 
 }  // namespace
@@ -146,6 +158,10 @@ absl::StatusOr<RecordingSummary> Record(const Simulator& simulator, const std::s
   for (const SeenSurface& a : seen) {
     auto& row = summary.overlap.emplace_back();
     for (const SeenSurface& b : seen) row.push_back(SeenSurface::Overlap(a, b));
+  }
+  if (simulator.options().day > 1) {
+    auto truth = io::WriteFile(dir + "/moved.truth.json", TruthOfMoved(simulator));
+    if (!truth.ok()) return truth;
   }
   auto status = io::WriteFile(dir + "/simulation.json", ToJson(simulator, summary));
   if (!status.ok()) return status;

@@ -28,6 +28,7 @@ using Progress = std::function<void(int done, int total)>;
 //   robot_0/000000.pcd ...   binary PCD: x y z intensity ring time, in order of firing
 //   robot_0/times.txt        the END of each scan, seconds since the Unix epoch, nine decimals
 //   robot_0.truth.tum        T_world_sensor at the END of each scan, by the stamps of times.txt
+//   moved.truth.json         only on later days: boxes of what came and went since the first
 //   simulation.json          the options, the scans per robot and how much the robots overlap
 // Memory does not grow with the number of scans. Errors of the options as Simulator::Create;
 // NotFound, PermissionDenied or ResourceExhausted (disk full) when writing fails.

@@ -43,6 +43,12 @@ absl::Status Check(const Options& options) {
   if (options.parked < 0 || options.parked > 100) {
     return bad("parked cars must be 0 to 100, not ", options.parked);
   }
+  if (options.day < 1 || options.day > 365) {
+    return bad("the day must be 1 to 365, not ", options.day);
+  }
+  if (options.moved != 0 && options.day == 1) {
+    return bad("nothing has moved on day 1; choose --day 2");
+  }
   const Noise& noise = options.noise;
   if (!(noise.range_sigma_m >= 0 && noise.range_sigma_m < 10)) {
     return bad("range noise must be 0 to 10 m, not ", noise.range_sigma_m);
@@ -56,7 +62,15 @@ absl::Status Check(const Options& options) {
   return absl::OkStatus();
 }
 
+uint64_t DaySeed(const Options& options) {
+  if (options.day == 1) return options.seed;
+  return Random(options.seed, 0x9A, static_cast<uint64_t>(options.day)).Next();
+}
+
 absl::StatusOr<std::unique_ptr<Simulator>> CreateWild(const Options& options) {
+  if (options.day != 1) {
+    return absl::InvalidArgumentError("simulation: wild worlds have one day; choose no --day");
+  }
   if (options.robots != 1 || options.walkers != 0 || options.cars != 0 || options.parked != 0) {
     return absl::InvalidArgumentError(
         "simulation: in wild worlds there is one robot, and people and cars are drawn with the "
@@ -70,8 +84,8 @@ absl::StatusOr<std::unique_ptr<Simulator>> CreateWild(const Options& options) {
 
 // Cars that drive, and cars that stand.
 std::vector<Motion> MakeCars(const World& world, const Options& options) {
-  std::vector<Motion> cars = MakeTraffic(world, options.cars, options.seconds, options.seed);
-  for (Motion& car : MakeParked(world, options.parked, options.seconds, options.seed)) {
+  std::vector<Motion> cars = MakeTraffic(world, options.cars, options.seconds, DaySeed(options));
+  for (Motion& car : MakeParked(world, options.parked, options.seconds, DaySeed(options))) {
     cars.push_back(std::move(car));
   }
   return cars;
@@ -115,21 +129,27 @@ absl::StatusOr<std::unique_ptr<Simulator>> Simulator::Create(const Options& opti
         absl::StrCat("simulation: there are no streets for cars in the world ", options.world,
                      "; choose campus, or no cars"));
   }
-  auto motions = MakeRoutes(*world, options.robots, options.seconds, options.seed);
+  Random furniture(options.seed, 0x9B, static_cast<uint64_t>(options.day));
+  auto moved = MoveFurniture(options.moved, furniture, &*world);
+  if (!moved.ok()) return moved.status();
+  auto motions = MakeRoutes(*world, options.robots, options.seconds, DaySeed(options));
   if (!motions.ok()) return motions.status();
-  return std::make_unique<Simulator>(*std::move(world), *std::move(motions), *std::move(lidar),
-                                     options);
+  auto simulator = std::make_unique<Simulator>(*std::move(world), *std::move(motions),
+                                               *std::move(lidar), options);
+  simulator->moved_ = *std::move(moved);
+  return simulator;
 }
 
 Simulator::Simulator(World world, std::vector<Motion> motions, Lidar lidar, const Options& options)
     : Simulator(world, std::move(motions),
-                {MakeWalks(world, options.walkers, options.seconds, options.seed),
+                {MakeWalks(world, options.walkers, options.seconds, DaySeed(options)),
                  MakeCars(world, options)},
                 std::move(lidar), options) {}
 
 Simulator::Simulator(World world, std::vector<Motion> motions, Actors actors, Lidar lidar,
                      const Options& options)
     : options_(options),
+      day_seed_(DaySeed(options)),
       world_(std::move(world)),
       motions_(std::move(motions)),
       actors_(std::move(actors)),
@@ -169,7 +189,7 @@ Scan Simulator::MakeScan(int robot, int index) const {
   scan.has_time = true;
   const std::vector<Firing> firings = AtScan(lidar_, index).firings;
   scan.points.reserve(firings.size());
-  Random random(options_.seed, static_cast<uint64_t>(robot) + 1, scan.sequence);
+  Random random(day_seed_, static_cast<uint64_t>(robot) + 1, scan.sequence);
 
   const double begin = index * lidar_.period_s;
   const Walkers walkers(actors_.walks, begin, begin + lidar_.period_s);
@@ -192,7 +212,7 @@ Scan Simulator::MakeScan(int robot, int index) const {
       caster_.Cast(onward, max_range, found);
       for (size_t i = 0; i < onward.size(); ++i) occlude(onward[i], which[i], found[i]);
     };
-    Random chance(options_.seed, 0x84 + static_cast<uint64_t>(robot), scan.sequence);
+    Random chance(day_seed_, 0x84 + static_cast<uint64_t>(robot), scan.sequence);
     Disturb(options_.effects, {firings, lidar_.lasers, rays, hits, begin}, trace, chance);
   }
   for (size_t i = 0; i < hits.size(); ++i) {
@@ -205,13 +225,14 @@ Scan Simulator::MakeScan(int robot, int index) const {
 int64_t Simulator::Stamp(int robot, int index) const {
   const StampedPose truth = Truth(robot, index);
   const double end = (index + 1) * lidar_.period_s;
-  return truth.stamp_ns +
-         std::llround(StampError(options_.effects, end, options_.seed, index) * 1e9);
+  return truth.stamp_ns + std::llround(StampError(options_.effects, end, day_seed_, index) * 1e9);
 }
 
 StampedPose Simulator::Truth(int robot, int index) const {
   const double end = (index + 1) * lidar_.period_s;
-  return {options_.start_stamp_ns + std::llround(end * 1e9), motions_[robot](end)};
+  constexpr int64_t kDayNs = int64_t{86400} * 1'000'000'000;
+  return {options_.start_stamp_ns + (options_.day - 1) * kDayNs + std::llround(end * 1e9),
+          motions_[robot](end)};
 }
 
 Trajectory Simulator::Truth(int robot) const {

@@ -13,6 +13,7 @@
 #include "client/simulation/sensors/effects.h"
 #include "client/simulation/sensors/lidar.h"
 #include "client/simulation/sensors/ray_caster.h"
+#include "client/simulation/worlds/another_day.h"
 #include "client/simulation/worlds/world.h"
 #include "core/map/trajectory.h"
 #include "core/scan.h"
@@ -39,6 +40,9 @@ struct Options {
   int cars = 0;       // Cars driving along the streets, 0 to 100; only where there are streets.
   int parked = 0;     // Cars that stand beside the streets at first and are gone later, likewise.
   uint64_t seed = 1;  // Of the world, the routes and the noise.
+  // 1: the world as it is made. On later days, at the same hour, routes, people and noise are
+  // others, and so many pieces of furniture were moved since the first; see MoveFurniture.
+  int day = 1, moved = 0;
   Noise noise = {};
   Effects effects = {};
   // The truth for who judges maps: intensity is 255 of people and cars, at most 254 of all else.
@@ -67,6 +71,8 @@ class Simulator {
   const Options& options() const { return options_; }
   const World& world() const { return world_; }
   const Lidar& lidar() const { return lidar_; }
+  // What came and went since the first day.
+  const std::vector<MovedVolume>& moved() const { return moved_; }
   int robots() const { return static_cast<int>(motions_.size()); }
   // Scans of each robot.
   int scan_count() const;
@@ -88,8 +94,10 @@ class Simulator {
   // The ray of every firing of a turn that begins at `begin_s`.
   std::vector<Ray> Aim(int robot, double begin_s, std::span<const Firing> firings) const;
 
-  // All constant after construction.
+  // All constant after construction, but for what Create fills in.
   Options options_;
+  uint64_t day_seed_ = 0;  // Of what differs between the days.
+  std::vector<MovedVolume> moved_;
   World world_;
   std::vector<Motion> motions_;
   Actors actors_;

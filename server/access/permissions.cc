@@ -42,6 +42,7 @@ constexpr struct {
     {"QueryRegion", kReaders},
     {"ExportMap", kReaders},
     {"ExportPoseGraph", kReaders},
+    {"FindChanges", kReaders},
     {"ListTiles", kReaders},
     {"GetTile", kReaders},
     {"WatchMap", kReaders},

@@ -39,6 +39,8 @@ class MapReader {
   ListAt<RobotAnchor> ListAnchors() const;
   absl::StatusOr<std::vector<RevisionInfo>> ListRevisions(int limit) const;
   absl::StatusOr<RevisionDiff> DiffRevisions(int64_t from, int64_t to) const;
+  absl::StatusOr<ChangeList> FindChanges(const ChangeQuery& query,
+                                         const std::function<bool()>& keep_on) const;
   absl::StatusOr<RobotTransform> GetTransform(const RobotId& a, const RobotId& b) const;
   std::shared_ptr<const ComposedMap> GetMap() const { return map_->view()->map; }
   absl::Status ExportMap(const ExportRequest& request,

@@ -97,6 +97,10 @@ class PipelineImpl : public Pipeline {
   absl::StatusOr<RevisionDiff> DiffRevisions(int64_t from, int64_t to) override {
     return reader_.DiffRevisions(from, to);
   }
+  absl::StatusOr<ChangeList> FindChanges(const ChangeQuery& query,
+                                         const std::function<bool()>& keep_on) override {
+    return reader_.FindChanges(query, keep_on);
+  }
   absl::StatusOr<int64_t> UndoRevision(int64_t revision, const std::string& note,
                                        const Actor& by) override {
     return decisions_.UndoRevision(revision, note, by);

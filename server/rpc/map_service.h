@@ -48,6 +48,10 @@ class MapService final : public MapServiceBase {
   grpc::Status QueryRegion(grpc::ServerContext* context, const v1::QueryRegionRequest* request,
                            grpc::ServerWriter<v1::QueryRegionResponse>* writer) override;
 
+  // In map_found_changes.cc.
+  grpc::Status FindChanges(grpc::ServerContext* context, const v1::FindChangesRequest* request,
+                           grpc::ServerWriter<v1::FindChangesResponse>* writer) override;
+
   // In map_files.cc.
   grpc::Status ExportMap(grpc::ServerContext* context, const v1::ExportMapRequest* request,
                          grpc::ServerWriter<v1::ExportMapResponse>* writer) override;

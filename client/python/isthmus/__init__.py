@@ -28,6 +28,7 @@ from isthmus.status_records import (CacheLoad, DegradedService, DiskLoad, Matchi
                                     QueueLoad, RunningCalls, ServerStatus, SessionLoad)
 from isthmus.stream import ScanStream
 from isthmus._access import Token
+from isthmus._changes import ChangedVolume, ChangeList
 from isthmus._events import Event
 from isthmus._regions import Corridor, OrientedBox, Polygon
 from isthmus._tiles import MapStep, RobotPlace, SubmapPlace, Tile, TileId, TileInfo
@@ -38,16 +39,17 @@ __version__ = VERSION
 
 __all__ = [
     "Aborted", "Ack", "AlreadyExists", "Anchor", "Anchored", "Backup", "BackupContents",
-    "BackupState", "Box", "CacheLoad", "Cancelled", "Client", "Component", "Corridor", "DataLoss",
-    "DeadlineExceeded", "Decision", "DegradedService", "DiskLoad", "Error", "Event", "EventKind",
-    "ExportSummary", "FailedPrecondition", "GuessSource", "Internal", "InvalidArgument",
-    "Localisation", "LocalisationState", "LocalisedScan", "Loop", "ManualDecision", "MapInfo",
-    "MapStep", "Match", "MatchGraph", "MatchState", "MatchingLoad", "NotFound", "Odometry",
-    "OrientedBox", "OutOfRange", "Outcome", "OwnSubmap", "PermissionDenied", "Placement", "Polygon",
-    "Pose", "ProcessUse", "PushSummary", "QueueLoad", "Reason", "Rejection", "ResourceExhausted",
-    "Revision", "RevisionDiff", "RobotPlace", "Role", "RunningCalls", "Scan", "ScanCounts",
-    "ScanStream", "ScanTiming", "ServerStatus", "Session", "SessionLoad", "SessionPair",
-    "SessionState", "StageTime", "StreamStats", "Submap", "SubmapEdge", "SubmapMove", "SubmapPlace",
-    "Tile", "TileId", "TileInfo", "Token", "Tracking", "Trajectory", "Unauthenticated",
-    "Unavailable", "Unimplemented", "Unknown", "WhenBehind", "connect",
+    "BackupState", "Box", "CacheLoad", "Cancelled", "ChangeList", "ChangedVolume", "Client",
+    "Component", "Corridor", "DataLoss", "DeadlineExceeded", "Decision", "DegradedService",
+    "DiskLoad", "Error", "Event", "EventKind", "ExportSummary", "FailedPrecondition",
+    "GuessSource", "Internal", "InvalidArgument", "Localisation", "LocalisationState",
+    "LocalisedScan", "Loop", "ManualDecision", "MapInfo", "MapStep", "Match", "MatchGraph",
+    "MatchState", "MatchingLoad", "NotFound", "Odometry", "OrientedBox", "OutOfRange",
+    "Outcome", "OwnSubmap", "PermissionDenied", "Placement", "Polygon", "Pose", "ProcessUse",
+    "PushSummary", "QueueLoad", "Reason", "Rejection", "ResourceExhausted", "Revision",
+    "RevisionDiff", "RobotPlace", "Role", "RunningCalls", "Scan", "ScanCounts", "ScanStream",
+    "ScanTiming", "ServerStatus", "Session", "SessionLoad", "SessionPair", "SessionState",
+    "StageTime", "StreamStats", "Submap", "SubmapEdge", "SubmapMove", "SubmapPlace", "Tile",
+    "TileId", "TileInfo", "Token", "Tracking", "Trajectory", "Unauthenticated", "Unavailable",
+    "Unimplemented", "Unknown", "WhenBehind", "connect",
 ]

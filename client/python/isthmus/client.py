@@ -6,6 +6,7 @@ from types import TracebackType
 from typing import Optional, Type
 
 from isthmus._access import Access
+from isthmus._changes import Changes
 from isthmus._events import Events
 from isthmus._files import Files
 from isthmus._graph import Graph
@@ -19,7 +20,8 @@ from isthmus.link import Link
 logging.getLogger("isthmus").addHandler(logging.NullHandler())
 
 
-class Client(Sessions, Uploads, Localising, Reading, Tiles, Graph, Files, Access, Events):
+class Client(Sessions, Uploads, Localising, Reading, Tiles, Changes, Graph, Files, Access,
+             Events):
     """Made by `connect`. Thread safe; a context manager that closes it.
 
     Errors are subclasses of `isthmus.Error` with the server's code and message, or `Unavailable`,

@@ -8,6 +8,7 @@
 namespace isthmus::simulation {
 
 World MakeMuseum(uint64_t seed);
+World MakeWarehouse(uint64_t seed);
 World MakeCampus(uint64_t seed);
 World MakeCorridor(uint64_t seed);
 World MakeTwins(uint64_t seed, bool joined);

@@ -57,10 +57,13 @@ void AddRoads(const FloorPlan& plan, RoadMap& roads);
 class Furnisher {
  public:
   // All must outlive this.
-  Furnisher(World& world, Random& random) : world_(world), random_(random) {}
+  Furnisher(World& world, Random& random)
+      : world_(world), random_(random), placed_vertices_(world.mesh.vertices.size()) {}
 
   // Claims a circle; false, and nothing happens, if it is taken or within `clearance_m` of a road.
   bool Claim(const Eigen::Vector2d& center, double radius, double clearance_m = 0.95);
+  // What the mesh has got since the last such call, which stands on the circle claimed last.
+  void Place(Furniture::Kind kind);
   // Columns, show cases, statues and partitions in the middle of a room.
   void FurnishMiddle(const Room& room);
   // Pilasters, paintings, benches and cabinets along the walls.
@@ -77,6 +80,7 @@ class Furnisher {
   World& world_;
   Random& random_;
   std::vector<Circle> taken_;
+  size_t placed_vertices_ = 0;  // Of the mesh, that are of no piece to come.
 };
 
 }  // namespace isthmus::simulation

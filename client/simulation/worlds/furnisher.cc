@@ -14,6 +14,17 @@ bool Furnisher::Claim(const Eigen::Vector2d& center, double radius, double clear
   return true;
 }
 
+void Furnisher::Place(Furniture::Kind kind) {
+  const size_t end = world_.mesh.vertices.size();
+  const Circle& circle = taken_.back();
+  world_.furniture.pieces.push_back({kind,
+                                     {circle.center.x(), circle.center.y(), 0},
+                                     circle.radius,
+                                     placed_vertices_,
+                                     end - placed_vertices_});
+  placed_vertices_ = end;
+}
+
 void Furnisher::FurnishMiddle(const Room& room) {
   const Eigen::Vector2d size = room.Size();
   if (size.minCoeff() > 9 && random_.Chance(0.6)) {  // A hall with rows of columns.
@@ -27,6 +38,7 @@ void Furnisher::FurnishMiddle(const Room& room) {
         world_.mesh.AddBox({at.x(), at.y(), 0}, {2.4 * radius, 2.4 * radius, 0.3}, 0,
                            Material::kStone);
         world_.mesh.AddCylinder({at.x(), at.y(), 0}, radius, kWallHeight, Material::kStone);
+        Place(Furniture::Kind::kFixed);
       }
     }
   }
@@ -44,7 +56,8 @@ void Furnisher::AddExhibit(const Room& room) {
   if (kind < 0.4) {  // A show case.
     const Eigen::Vector3d size(random_.Uniform(0.7, 2.2), random_.Uniform(0.6, 1.1),
                                random_.Uniform(0.9, 1.9));
-    if (Claim(at, size.head<2>().norm() / 2)) mesh.AddBox(base, size, yaw, Material::kWood);
+    if (!Claim(at, size.head<2>().norm() / 2)) return;
+    mesh.AddBox(base, size, yaw, Material::kWood);
   } else if (kind < 0.75) {  // A statue on its pedestal.
     const double side = random_.Uniform(0.6, 1.1), foot = random_.Uniform(0.4, 1.0);
     if (!Claim(at, 0.71 * side)) return;
@@ -59,6 +72,7 @@ void Furnisher::AddExhibit(const Room& room) {
     mesh.AddBox(base, {length, 0.2, random_.Uniform(2.2, 3.0)}, yaw, Material::kPlaster);
     mesh.AddBox(base + Eigen::Vector3d(0, 0, 1.0), {0.6 * length, 0.32, 1.0}, yaw, Material::kWood);
   }
+  Place(Furniture::Kind::kOnFloor);
 }
 
 void Furnisher::FurnishWalls(const Room& room) {
@@ -82,24 +96,27 @@ void Furnisher::FurnishWalls(const Room& room) {
 // `at` lies on the wall's surface; +y of the piece's own axes (turned by yaw) points into the room.
 void Furnisher::AddWallPiece(const Eigen::Vector2d& at, double yaw) {
   const Eigen::Vector2d inward(-std::sin(yaw), std::cos(yaw));
-  const auto box = [&](double width, double depth, double bottom, double height,
-                       Material material) {
+  const auto box = [&](double width, double depth, double bottom, double height, Material material,
+                       Furniture::Kind kind) {
     // Its claim is the circle around the half that stands in the room.
     const Eigen::Vector2d center = at + depth / 2 * inward;
     if (!Claim(center, std::max(width, depth) / 2, 0.8)) return;
     world_.mesh.AddBox({center.x(), center.y(), bottom}, {width, depth, height}, yaw, material);
+    Place(kind);
   };
+  using enum Furniture::Kind;
   const double kind = random_.Unit();
   if (kind < 0.3) {
-    box(random_.Uniform(0.4, 0.8), random_.Uniform(0.15, 0.45), 0, kWallHeight, Material::kPlaster);
+    box(random_.Uniform(0.4, 0.8), random_.Uniform(0.15, 0.45), 0, kWallHeight, Material::kPlaster,
+        kFixed);
   } else if (kind < 0.65) {
     box(random_.Uniform(0.7, 2.0), 0.06, random_.Uniform(0.9, 1.3), random_.Uniform(0.7, 1.6),
-        Material::kWood);
+        Material::kWood, kFixed);
   } else if (kind < 0.85) {
     box(random_.Uniform(0.8, 1.8), random_.Uniform(0.4, 0.7), 0, random_.Uniform(1.2, 2.3),
-        Material::kWood);
+        Material::kWood, kOnFloor);
   } else {
-    box(random_.Uniform(1.2, 2.0), 0.45, 0, 0.45, Material::kWood);
+    box(random_.Uniform(1.2, 2.0), 0.45, 0, 0.45, Material::kWood, kOnFloor);
   }
 }
 

@@ -50,6 +50,7 @@ World MakeMuseum(uint64_t seed) {
   for (const Room& room : plan.rooms) {
     furnisher.FurnishMiddle(room);
     furnisher.FurnishWalls(room);
+    world.furniture.floors.push_back({room.min, room.max});
   }
   return world;
 }

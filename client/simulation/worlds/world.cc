@@ -16,13 +16,16 @@ double Ground::Height(double x, double y) const {
 }
 
 std::vector<std::string> WorldNames() {
-  return {"museum", "campus", "corridor", "twins", "twins_large", "twins_wings", "twins_joined"};
+  return {"museum", "warehouse",   "campus",      "corridor",
+          "twins",  "twins_large", "twins_wings", "twins_joined"};
 }
 
 absl::StatusOr<World> MakeWorld(const std::string& name, uint64_t seed) {
   World world;
   if (name == "museum") {
     world = MakeMuseum(seed);
+  } else if (name == "warehouse") {
+    world = MakeWarehouse(seed);
   } else if (name == "campus") {
     world = MakeCampus(seed);
   } else if (name == "corridor") {

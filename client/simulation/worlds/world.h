@@ -22,10 +22,29 @@ struct Ground {
   double Height(double x, double y) const;
 };
 
+// What stands in a world, and where else it could stand. Value type.
+struct Furniture {
+  enum class Kind { kFixed, kOnFloor, kOnShelf };
+  // Its vertices in the mesh follow each other; no triangle has others too.
+  struct Piece {
+    Kind kind = Kind::kFixed;
+    Eigen::Vector3d base;  // The middle of its foot, seen from above.
+    double radius = 0;     // Of the circle around it, likewise.
+    size_t first_vertex = 0, vertices = 0;
+  };
+  struct Floor {
+    Eigen::Vector2d min, max;
+  };
+  std::vector<Piece> pieces;
+  std::vector<Floor> floors;
+  std::vector<Eigen::Vector3d> empty_shelves;  // Places that hold any piece of kOnShelf.
+};
+
 // World frame: z up, origin at a corner, metres. Value type; read-only use is thread safe.
 struct World {
   std::string name;
   Mesh mesh;
+  Furniture furniture;  // Of museum and warehouse.
   Ground ground;
   RoadMap roads;
   // Places robot i tours, taken in turn; empty: chosen by the time there is (see MakeRoutes).
@@ -42,6 +61,8 @@ struct World {
 // another plan of the same kind.
 //   museum        A building of about 60 x 40 m on one floor: rooms and halls of 4 to 5 m height
 //                 joined by doorways, with columns, show cases, statues, partitions and paintings.
+//   warehouse     A hall of 50 x 30 m: rows of racks with goods on their shelves, and an open floor
+//                 with pallets.
 //   campus        About 260 x 260 m outdoors: streets, buildings of L, T, U and other footprints,
 //                 trees, lamp posts, parked cars, fences, gently uneven ground.
 //   corridor      Two lobbies joined by 70 m of bare corridor, along which nothing but the floor,

@@ -19,7 +19,7 @@ Kind KindOf(absl::string_view rpc) {
     return Kind::kStream;
   }
   if (rpc == "QueryRegion") return Kind::kQuery;
-  if (rpc == "ExportMap" || rpc == "ExportPoseGraph") return Kind::kExport;
+  if (rpc == "ExportMap" || rpc == "ExportPoseGraph" || rpc == "FindChanges") return Kind::kExport;
   if (absl::StartsWith(rpc, "List") || rpc == "GetTrajectory" || rpc == "GetMatchGraph" ||
       rpc == "DiffRevisions") {
     return Kind::kList;

@@ -216,6 +216,12 @@ class MapTest(unittest.TestCase):
             self.client.diff_revisions(0, 10**6)
         with self.assertRaises(isthmus.FailedPrecondition):
             self.client.undo_revision(newest.revision)
+        with self.assertRaisesRegex(isthmus.FailedPrecondition, "after that"):
+            self.client.find_changes(since_revision=newest.revision)
+        with self.assertRaisesRegex(isthmus.FailedPrecondition, "before that"):
+            self.client.find_changes(since_ns=1, sphere=((0, 0, 0), 5))
+        with self.assertRaisesRegex(isthmus.InvalidArgument, "since_ns or since_revision"):
+            self.client.find_changes()
         self.assertEqual(self.client.list_loops(), [])
         with self.assertRaises(isthmus.NotFound):
             self.client.decide_loop(17, rejected=False)

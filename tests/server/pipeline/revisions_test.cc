@@ -130,6 +130,41 @@ TEST_F(PipelineRevisions, AreListedNewestFirstAndRefusedWhereThereAreNone) {
   EXPECT_EQ(pipeline_->UndoRevision(1, "").status().code(), absl::StatusCode::kFailedPrecondition);
 }
 
+TEST_F(PipelineRevisions, WhatChangedIsAskedByRevisionOrByTime) {
+  const int64_t before = Revision();
+  ASSERT_TRUE(Add(sessions_[0], 3).ok());
+  pipeline_->WaitUntilIdle();
+  const auto find = [&](const ChangeQuery& query) {
+    return pipeline_->FindChanges(query, [] { return true; });
+  };
+  const auto by_revision = find({.since_revision = before});
+  ASSERT_TRUE(by_revision.ok()) << by_revision.status();
+  EXPECT_EQ(by_revision->revision, Revision());
+  EXPECT_EQ(by_revision->submaps_before, 3u);
+  EXPECT_EQ(by_revision->submaps_after, 1u);
+  EXPECT_TRUE(by_revision->volumes.empty()) << "nobody looked at what others saw";
+  // The second was scanned from 2 s to 2.4 s: then it is of neither side.
+  const auto by_time = find({.since_ns = 2'200'000'000});
+  ASSERT_TRUE(by_time.ok()) << by_time.status();
+  EXPECT_EQ(by_time->submaps_before, 1u);
+  EXPECT_EQ(by_time->submaps_after, 2u);
+}
+
+TEST_F(PipelineRevisions, WhatChangedCannotBeToldWithoutBothSides) {
+  const auto fails = [&](const ChangeQuery& query) {
+    return pipeline_->FindChanges(query, [] { return true; }).status();
+  };
+  const absl::Status latest = fails({.since_revision = Revision()});
+  EXPECT_EQ(latest.code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_THAT(std::string(latest.message()), HasSubstr("after that: it was scanned from 1970"));
+  EXPECT_EQ(fails({.since_ns = 1}).code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_EQ(fails({.since_revision = Revision() + 1}).code(), absl::StatusCode::kNotFound);
+  EXPECT_EQ(fails({.since_ns = 2'200'000'000, .component = 9}).code(), absl::StatusCode::kNotFound);
+  EXPECT_EQ(
+      pipeline_->FindChanges({.since_ns = 2'200'000'000}, [] { return false; }).status().code(),
+      absl::StatusCode::kCancelled);
+}
+
 TEST_F(PipelineRevisions, ADeletedSessionLeavesWithoutTheOthersMoving) {
   const Trajectory bob = PathOf(kBob);
   const int64_t before = Revision();

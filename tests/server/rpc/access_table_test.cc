@@ -55,6 +55,7 @@ const std::map<std::string, Row>& Table() {
       {"MapService/QueryRegion", {"voa", "robot: 'ROBOT'"}},
       {"MapService/ExportMap", {"voa", "format: PLY"}},
       {"MapService/ExportPoseGraph", {"voa", ""}},
+      {"MapService/FindChanges", {"voa", "since_revision: 1"}},
       {"MapService/ListTiles", {"voa", ""}},
       {"MapService/GetTile", {"voa", "id { x: 1 }"}},
       {"MapService/WatchMap", {"voa", "level: 99"}},  // Which ends, as no map has so many.
@@ -216,7 +217,7 @@ TEST_F(AccessTableTest, HasARowAndARuleForEveryMethod) {
     EXPECT_TRUE(Table().contains(NameOf(*method))) << "add a row for " << NameOf(*method);
     EXPECT_TRUE(access::HasRule(method->name())) << "add a rule for " << NameOf(*method);
   }
-  EXPECT_EQ(names.size(), 37u);
+  EXPECT_EQ(names.size(), 38u);
   for (const auto& [name, row] : Table()) EXPECT_TRUE(names.contains(name)) << name << " is gone";
 }
 

@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -88,6 +89,12 @@ class FakePipeline : public server::Pipeline {
     asked_diff = {from, to};
     return diff;
   }
+  absl::StatusOr<ChangeList> FindChanges(const ChangeQuery& query,
+                                         const std::function<bool()>& keep_on) override {
+    asked_changes = query;
+    while (changes_wait && keep_on()) std::this_thread::yield();
+    return changes_wait ? absl::CancelledError("stopped") : changes;
+  }
   absl::StatusOr<int64_t> UndoRevision(int64_t revision, const std::string& note,
                                        const Actor& by) override;
   absl::StatusOr<std::string> ExportPoseGraph(uint32_t component) override {
@@ -138,6 +145,8 @@ class FakePipeline : public server::Pipeline {
   absl::StatusOr<int64_t> anchored = absl::NotFoundError("no such submap");
   absl::StatusOr<std::vector<RevisionInfo>> revisions = std::vector<RevisionInfo>();
   absl::StatusOr<RevisionDiff> diff = absl::NotFoundError("no such revision");
+  absl::StatusOr<ChangeList> changes = absl::NotFoundError("no such component");
+  bool changes_wait = false;  // Until the caller is gone.
   absl::StatusOr<int64_t> undo = absl::NotFoundError("no such revision");
   std::string pose_graph;  // Of component 0.
   // The place of a submap, by its name "alice-1/0"; others are not placed.
@@ -151,6 +160,7 @@ class FakePipeline : public server::Pipeline {
   std::vector<SubmapId> unanchored;
   int asked_limit = -1;
   std::pair<int64_t, int64_t> asked_diff;
+  ChangeQuery asked_changes;
   std::vector<std::pair<int64_t, std::string>> undone;
 
   std::vector<std::string> file;       // Pieces ExportMap hands out.
