@@ -7,7 +7,7 @@ namespace {
 
 constexpr char kReadVersion[] = "PRAGMA user_version";
 
-absl::Status CheckOwner(Connection& database) {
+absl::Status CheckOwner(SqliteConnection& database) {
   absl::StatusOr<int64_t> owner = database.ReadNumber("PRAGMA application_id");
   if (!owner.ok()) return owner.status();
   if (*owner == kApplicationId) return absl::OkStatus();
@@ -18,7 +18,7 @@ absl::Status CheckOwner(Connection& database) {
       absl::StrCat(database.path(), " is the database of another program; choose another folder"));
 }
 
-absl::Status Apply(Connection& database, const Migration& migration) {
+absl::Status Apply(SqliteConnection& database, const Migration& migration) {
   Transaction transaction(database);
   if (!transaction.status().ok()) return transaction.status();
   const std::string sql =
@@ -32,7 +32,7 @@ absl::Status Apply(Connection& database, const Migration& migration) {
 
 }  // namespace
 
-absl::Status CheckSchema(Connection& database, const std::vector<Migration>& migrations) {
+absl::Status CheckSchema(SqliteConnection& database, const std::vector<Migration>& migrations) {
   if (absl::Status status = CheckOwner(database); !status.ok()) return status;
   absl::StatusOr<int64_t> version = database.ReadNumber(kReadVersion);
   if (!version.ok()) return version.status();
@@ -43,7 +43,7 @@ absl::Status CheckSchema(Connection& database, const std::vector<Migration>& mig
       newest, ": use the newer program, or another folder"));
 }
 
-absl::Status Migrate(Connection& database, const std::vector<Migration>& migrations) {
+absl::Status Migrate(SqliteConnection& database, const std::vector<Migration>& migrations) {
   if (auto status = CheckSchema(database, migrations); !status.ok()) return status;
   absl::StatusOr<int64_t> version = database.ReadNumber(kReadVersion);
   if (!version.ok()) return version.status();

@@ -25,10 +25,11 @@ const std::vector<Migration>& Migrations();
 
 // FailedPrecondition when the database belongs to another program or has a schema that is newer
 // than the last migration. Changes nothing.
-absl::Status CheckSchema(Connection& database,
+absl::Status CheckSchema(SqliteConnection& database,
                          const std::vector<Migration>& migrations = Migrations());
 
 // CheckSchema, then what is missing, each migration in a transaction of its own.
-absl::Status Migrate(Connection& database, const std::vector<Migration>& migrations = Migrations());
+absl::Status Migrate(SqliteConnection& database,
+                     const std::vector<Migration>& migrations = Migrations());
 
 }  // namespace isthmus::storage

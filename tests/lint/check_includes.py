@@ -138,7 +138,7 @@ LEVELS = {
     "floam": ["rings", "state", "scan", "map", "match", "relocalise", "track", ".",
               "localise"],
     "server/matching": ["registration", "search", "prepared", "index", "paper", "pairs", "loops"],
-    "storage": [".", "records", "archive", "sqlite", "upkeep"],
+    "storage": [".", "records", "archive", "sql", "sqlite", "upkeep"],
     "client/library": ["spool", "stream", "."],
 }
 # Beside a folder's options, what its subfolders may include of its own files.

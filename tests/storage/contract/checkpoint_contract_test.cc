@@ -16,8 +16,8 @@ class CheckpointContract : public MapStoreContract {
   }
 };
 
-INSTANTIATE_TEST_SUITE_P(Stores, CheckpointContract,
-                         ::testing::Values(Kind::kMemory, Kind::kSqlite), NameOf);
+INSTANTIATE_TEST_SUITE_P(Stores, CheckpointContract, ::testing::ValuesIn(StoresOfContract()),
+                         NameOf);
 
 Checkpoint MakeCheckpoint(const std::string& session, uint64_t sequence, uint64_t durable) {
   return {SessionId(session), sequence, durable, std::string(100'000, 'c') + '\0' + session};
@@ -83,7 +83,7 @@ TEST(SqliteCheckpoint, SurvivesAndTellsItsNumbersWhereItIsDamaged) {
   EXPECT_EQ((*OpenSqliteStore(folder.path()))->GetCheckpoint(alice)->data,
             MakeCheckpoint("alice-1", 10, 7).data);
   {
-    auto database = Connection::Open(folder.database());
+    auto database = SqliteConnection::Open(folder.database());
     ASSERT_TRUE(database.ok());
     ASSERT_TRUE((*database)->Execute("UPDATE checkpoints SET data = zeroblob(5000)").ok());
   }

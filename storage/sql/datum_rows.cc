@@ -1,4 +1,4 @@
-#include "storage/sqlite/rows.h"
+#include "storage/sql/rows.h"
 
 namespace isthmus::storage {
 
@@ -6,8 +6,11 @@ absl::Status SetDatum(Connection& database, const std::optional<Datum>& datum) {
   if (!datum) return database.Prepare("DELETE FROM datum").Run();
   return database
       .Prepare(
-          "INSERT OR REPLACE INTO datum (id, latitude_deg, longitude_deg, altitude_m, heading_deg, "
-          "given_ns) VALUES (1, ?, ?, ?, ?, ?)")
+          "INSERT INTO datum (id, latitude_deg, longitude_deg, altitude_m, heading_deg, "
+          "given_ns) VALUES (1, ?, ?, ?, ?, ?) ON CONFLICT (id) DO UPDATE SET "
+          "latitude_deg = excluded.latitude_deg, longitude_deg = excluded.longitude_deg, "
+          "altitude_m = excluded.altitude_m, heading_deg = excluded.heading_deg, "
+          "given_ns = excluded.given_ns")
       .Bind(datum->latitude_deg)
       .Bind(datum->longitude_deg)
       .Bind(datum->altitude_m)

@@ -1,7 +1,7 @@
 #include <set>
 
 #include "storage/batch_rules.h"
-#include "storage/sqlite/rows.h"
+#include "storage/sql/rows.h"
 
 namespace isthmus::storage {
 namespace {

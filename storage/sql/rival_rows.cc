@@ -1,6 +1,6 @@
 #include "storage/records/edge_codec.h"
 #include "storage/records/pose_codec.h"
-#include "storage/sqlite/rows.h"
+#include "storage/sql/rows.h"
 
 namespace isthmus::storage {
 

@@ -1,4 +1,4 @@
-#include "storage/sqlite/group_commit.h"
+#include "storage/sql/group_commit.h"
 
 #include "core/caught.h"
 

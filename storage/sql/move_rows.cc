@@ -1,5 +1,5 @@
 #include "storage/records/pose_codec.h"
-#include "storage/sqlite/rows.h"
+#include "storage/sql/rows.h"
 
 namespace isthmus::storage {
 namespace {
@@ -21,8 +21,8 @@ absl::Status AddMoves(Connection& database, int64_t revision,
       "INSERT INTO submap_moves (revision, session, submap_index, T_before, frame_before, T_after, "
       "frame_after) VALUES (?, ?, ?, ?, ?, ?, ?)");
   Statement place = database.Prepare(
-      "INSERT OR REPLACE INTO placed_submaps (session, submap_index, T_map_submap) "
-      "VALUES (?, ?, ?)");
+      "INSERT INTO placed_submaps (session, submap_index, T_map_submap) VALUES (?, ?, ?) "
+      "ON CONFLICT (session, submap_index) DO UPDATE SET T_map_submap = excluded.T_map_submap");
   Statement remove =
       database.Prepare("DELETE FROM placed_submaps WHERE session = ? AND submap_index = ?");
   for (const SubmapMove& move : moves) {

@@ -1,5 +1,5 @@
 #include "storage/records/pose_codec.h"
-#include "storage/sqlite/rows.h"
+#include "storage/sql/rows.h"
 
 namespace isthmus::storage {
 
@@ -9,8 +9,11 @@ absl::Status PutAnchor(Connection& database, const Anchor& anchor) {
   if (!*submap) return absl::InternalError("an anchor of an unchecked submap");
   return database
       .Prepare(
-          "INSERT OR REPLACE INTO anchors (submap, T_map_submap, sigma_xy_m, sigma_z_m, sigma_deg, "
-          "note, given_ns) VALUES (?, ?, ?, ?, ?, ?, ?)")
+          "INSERT INTO anchors (submap, T_map_submap, sigma_xy_m, sigma_z_m, sigma_deg, "
+          "note, given_ns) VALUES (?, ?, ?, ?, ?, ?, ?) ON CONFLICT (submap) DO UPDATE SET "
+          "T_map_submap = excluded.T_map_submap, sigma_xy_m = excluded.sigma_xy_m, "
+          "sigma_z_m = excluded.sigma_z_m, sigma_deg = excluded.sigma_deg, note = excluded.note, "
+          "given_ns = excluded.given_ns")
       .Bind(**submap)
       .BindBlob(PackPose(anchor.T_map_submap))
       .Bind(anchor.sigma_xy_m)

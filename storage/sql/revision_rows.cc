@@ -1,6 +1,8 @@
+#include <algorithm>
+
 #include "storage/records/pose_codec.h"
 #include "storage/revision_log.h"
-#include "storage/sqlite/rows.h"
+#include "storage/sql/rows.h"
 
 namespace isthmus::storage {
 namespace {
@@ -63,7 +65,8 @@ absl::Status Prune(Connection& database) {
           "DELETE FROM revisions WHERE revision <= (SELECT max(revision) FROM ("
           "SELECT revision, row_number() OVER newer AS nth, "
           "sum(coalesce(added, 0) + moved + removed) OVER newer AS moves FROM revisions "
-          "WINDOW newer AS (ORDER BY revision DESC)) WHERE nth > ? OR (nth > 1 AND moves > ?))")
+          "WINDOW newer AS (ORDER BY revision DESC)) AS counted WHERE nth > ? OR (nth > 1 AND "
+          "moves > ?))")
       .Bind(kRevisionsKept)
       .Bind(kMovesKept)
       .Run();
@@ -127,8 +130,8 @@ absl::StatusOr<int64_t> OldestComparableRevision(Connection& database) {
 
 absl::StatusOr<std::vector<RevisionInfo>> SelectRevisions(Connection& database, int limit) {
   Statement rows = database.Prepare(std::string("SELECT ") + kRevisionColumns +
-                                    " FROM revisions ORDER BY revision DESC LIMIT max(?, 0)");
-  auto infos = rows.Bind(limit).ReadAll([](const Statement& row) {
+                                    " FROM revisions ORDER BY revision DESC LIMIT ?");
+  auto infos = rows.Bind(std::max(limit, 0)).ReadAll([](const Statement& row) {
     RevisionInfo info;
     info.revision = row.Int(0);
     info.stamp_ns = row.Int(1);

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "storage/event_log.h"
-#include "storage/sqlite/rows.h"
+#include "storage/sql/rows.h"
 
 namespace isthmus::storage {
 namespace {
@@ -59,10 +59,11 @@ absl::StatusOr<std::vector<Event>> Select(Connection& database, const EventQuery
 
 absl::Status AddEvents(Connection& database, const std::vector<Event>& events) {
   if (events.empty()) return absl::OkStatus();
-  // A number that is left out is one more than the greatest: the newest never goes.
+  // One more than the greatest, and not a database's own count, which may leave gaps: the newest
+  // never goes.
   Statement insert = database.Prepare(
-      "INSERT INTO events (time_ns, kind, who, peer, request_id, robot, session, text) "
-      "VALUES (?, ?, ?, ?, ?, ?, ?, ?)");
+      "INSERT INTO events (number, time_ns, kind, who, peer, request_id, robot, session, text) "
+      "VALUES ((SELECT coalesce(max(number), 0) + 1 FROM events), ?, ?, ?, ?, ?, ?, ?, ?)");
   for (const Event& event : events) {
     const absl::Status status = insert.Bind(event.time_ns)
                                     .Bind(std::string(ToString(event.kind)))

@@ -1,5 +1,5 @@
 #include "core/io/crc32c.h"
-#include "storage/sqlite/rows.h"
+#include "storage/sql/rows.h"
 
 namespace isthmus::storage {
 

@@ -2,7 +2,7 @@
 
 #include "storage/records/edge_codec.h"
 #include "storage/records/pose_codec.h"
-#include "storage/sqlite/rows.h"
+#include "storage/sql/rows.h"
 
 namespace isthmus::storage {
 namespace {
@@ -61,9 +61,17 @@ absl::Status PutLoop(Connection& database, const LoopClosure& loop) {
   if (!*session) return absl::InternalError("a loop closure of an unchecked session");
   return database
       .Prepare(
-          "INSERT OR REPLACE INTO loops (id, session, submap_a, submap_b, T_a_b, confidence, "
+          "INSERT INTO loops (id, session, submap_a, submap_b, T_a_b, confidence, "
           "overlap, residual_m, free_space, comparisons, source, detail, computed_ns, rejected, "
-          "note, edges) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)")
+          "note, edges) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?) ON CONFLICT (id) "
+          "DO "
+          "UPDATE SET session = excluded.session, submap_a = excluded.submap_a, "
+          "submap_b = excluded.submap_b, T_a_b = excluded.T_a_b, "
+          "confidence = excluded.confidence, overlap = excluded.overlap, "
+          "residual_m = excluded.residual_m, free_space = excluded.free_space, "
+          "comparisons = excluded.comparisons, source = excluded.source, "
+          "detail = excluded.detail, computed_ns = excluded.computed_ns, "
+          "rejected = excluded.rejected, note = excluded.note, edges = excluded.edges")
       .Bind(loop.id)
       .Bind(**session)
       .Bind(loop.submap_a)

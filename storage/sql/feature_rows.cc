@@ -2,7 +2,7 @@
 
 #include "core/io/crc32c.h"
 #include "storage/batch_rules.h"
-#include "storage/sqlite/rows.h"
+#include "storage/sql/rows.h"
 
 namespace isthmus::storage {
 

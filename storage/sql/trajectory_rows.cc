@@ -1,13 +1,13 @@
 #include "storage/records/pose_codec.h"
-#include "storage/sqlite/rows.h"
+#include "storage/sql/rows.h"
 
 namespace isthmus::storage {
 
 absl::Status AddTrajectory(Connection& database,
                            const std::vector<std::pair<SessionId, TrajectoryEntry>>& entries) {
   Statement insert = database.Prepare(
-      "INSERT OR IGNORE INTO trajectory (session, sequence, stamp_ns, submap_index, T_odom_sensor) "
-      "VALUES (?, ?, ?, ?, ?)");
+      "INSERT INTO trajectory (session, sequence, stamp_ns, submap_index, T_odom_sensor) "
+      "VALUES (?, ?, ?, ?, ?) ON CONFLICT (session, sequence) DO NOTHING");
   // Batches mostly hold scans of one session, in order.
   const SessionId* session = nullptr;
   std::optional<int64_t> key;

@@ -1,5 +1,5 @@
 #include "storage/records/pose_codec.h"
-#include "storage/sqlite/rows.h"
+#include "storage/sql/rows.h"
 
 namespace isthmus::storage {
 namespace {
@@ -90,19 +90,20 @@ absl::StatusOr<std::vector<SessionRecord>> SelectSessions(Connection& database) 
 }
 
 absl::StatusOr<bool> RemoveSession(Connection& database, const SessionId& session) {
-  Statement statement = database.Prepare("DELETE FROM sessions WHERE id = ?");
-  if (absl::Status status = statement.Bind(session.value()).Run(); !status.ok()) return status;
-  return database.Changes() > 0;
+  const absl::StatusOr<int64_t> removed =
+      database.Prepare("DELETE FROM sessions WHERE id = ?").Bind(session.value()).Change();
+  if (!removed.ok()) return removed.status();
+  return *removed > 0;
 }
 
-// SQLite knows the length of a blob from its row: the blobs themselves are not read.
+// The length of a blob is known from its row: the blobs themselves are not read.
 absl::StatusOr<uint64_t> SumBytes(Connection& database, int64_t session_key) {
   Statement sum = database.Prepare(
       "SELECT (SELECT coalesce(sum(length(data)), 0) FROM submaps "
-      "JOIN submap_blobs ON submap = submaps.key WHERE session = ?1) + "
+      "JOIN submap_blobs ON submap = submaps.key WHERE session = ?) + "
       "(SELECT coalesce(sum(length(data)), 0) FROM submaps "
-      "JOIN features ON features.submap = submaps.key WHERE session = ?1)");
-  absl::StatusOr<bool> has_row = sum.Bind(session_key).Step();
+      "JOIN features ON features.submap = submaps.key WHERE session = ?)");
+  absl::StatusOr<bool> has_row = sum.Bind(session_key).Bind(session_key).Step();
   if (!has_row.ok()) return has_row.status();
   return *has_row ? static_cast<uint64_t>(sum.Int(0)) : 0;
 }

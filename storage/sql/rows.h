@@ -21,7 +21,7 @@
 #include "core/map/submap.h"
 #include "core/map/trajectory.h"
 #include "storage/map_store.h"
-#include "storage/sqlite/sqlite.h"
+#include "storage/sql/connection.h"
 
 namespace isthmus::storage {
 
@@ -66,7 +66,7 @@ absl::StatusOr<SubmapRow> FindSubmap(Connection& database, const SubmapId& subma
 // All sessions when the key is absent; in order of (session id, index).
 absl::StatusOr<std::vector<SubmapInfo>> SelectSubmaps(Connection& database,
                                                       std::optional<int64_t> session_key);
-// Candidates by the R*Tree, whose boxes are rounded outwards: a few too many, never one too few.
+// Candidates by their bounds, which may be rounded outwards: a few too many, never one too few.
 absl::StatusOr<std::vector<SubmapInfo>> SelectSubmapsNear(Connection& database, int64_t session_key,
                                                           const Box& box_odom);
 

@@ -4,7 +4,7 @@
 #include "storage/records/matrix_codec.h"
 #include "storage/records/pose_codec.h"
 #include "storage/records/submap_codec.h"
-#include "storage/sqlite/rows.h"
+#include "storage/sql/rows.h"
 
 namespace isthmus::storage {
 namespace {
@@ -43,12 +43,15 @@ SubmapInfo ReadInfo(const Statement& row) {
   return info;
 }
 
-absl::Status AddInfo(Connection& database, int64_t session_key, const SubmapRow& submap) {
+// Returns the row's key.
+absl::StatusOr<int64_t> AddInfo(Connection& database, int64_t session_key,
+                                const SubmapRow& submap) {
   const SubmapInfo& info = submap.info;
   Statement insert = database.Prepare(
       "INSERT INTO submaps (session, submap_index, T_odom_submap, first_sequence, last_sequence, "
       "first_stamp_ns, last_stamp_ns, keyframe_count, point_count, min_x, min_y, min_z, max_x, "
-      "max_y, max_z, drift_covariance) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
+      "max_y, max_z, drift_covariance) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?) "
+      "RETURNING key");
   insert.Bind(session_key)
       .Bind(info.id.index)
       .BindBlob(PackPose(info.T_odom_submap))
@@ -67,10 +70,18 @@ absl::Status AddInfo(Connection& database, int64_t session_key, const SubmapRow&
       }
     }
   }
-  if (info.drift_covariance.isZero(0)) return insert.BindNull().Run();
-  std::string covariance;
-  AppendSymmetric(info.drift_covariance, covariance);
-  return insert.BindBlob(covariance).Run();
+  if (info.drift_covariance.isZero(0)) {
+    insert.BindNull();
+  } else {
+    std::string covariance;
+    AppendSymmetric(info.drift_covariance, covariance);
+    insert.BindBlob(covariance);
+  }
+  const absl::StatusOr<bool> has_row = insert.Step();
+  if (!has_row.ok()) return has_row.status();
+  const int64_t key = insert.Int(0);
+  if (auto end = insert.Step(); !end.ok()) return end.status();
+  return key;
 }
 
 absl::Status AddBounds(Connection& database, int64_t submap_key, const Box& bounds_odom) {
@@ -95,14 +106,14 @@ absl::Status AddSubmap(Connection& database, const SubmapRow& submap) {
   absl::StatusOr<std::optional<int64_t>> session = FindSessionKey(database, info.id.session);
   if (!session.ok()) return session.status();
   if (!*session) return absl::InternalError("a submap of an unchecked session");
-  if (absl::Status status = AddInfo(database, **session, submap); !status.ok()) return status;
-  const int64_t key = database.LastKey();
+  const absl::StatusOr<int64_t> key = AddInfo(database, **session, submap);
+  if (!key.ok()) return key.status();
   absl::Status status = database.Prepare("INSERT INTO submap_blobs (submap, data) VALUES (?, ?)")
-                            .Bind(key)
+                            .Bind(*key)
                             .BindBlob(submap.blob)
                             .Run();
   if (!status.ok()) return status;
-  return AddBounds(database, key, Transform(info.T_odom_submap, info.bounds));
+  return AddBounds(database, *key, Transform(info.T_odom_submap, info.bounds));
 }
 
 absl::StatusOr<std::shared_ptr<const Submap>> UnpackSubmap(const SubmapRow& row) {
@@ -125,12 +136,12 @@ absl::StatusOr<std::shared_ptr<const Submap>> UnpackSubmap(const SubmapRow& row)
 }
 
 absl::Status RemoveSubmap(Connection& database, int64_t session_key, uint32_t index) {
-  absl::Status status =
+  const absl::StatusOr<int64_t> removed =
       database.Prepare("DELETE FROM submaps WHERE session = ? AND submap_index = ?")
           .Bind(session_key)
           .Bind(index)
-          .Run();
-  if (!status.ok() || database.Changes() == 0) return status;
+          .Change();
+  if (!removed.ok() || *removed == 0) return removed.status();
   return database.Prepare("DELETE FROM trajectory WHERE session = ? AND submap_index = ?")
       .Bind(session_key)
       .Bind(index)

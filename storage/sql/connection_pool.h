@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/concurrency/mutex.h"
-#include "storage/sqlite/sqlite.h"
+#include "storage/sql/connection.h"
 
 namespace isthmus::storage {
 

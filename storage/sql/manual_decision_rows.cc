@@ -1,5 +1,5 @@
 #include "storage/records/pose_codec.h"
-#include "storage/sqlite/rows.h"
+#include "storage/sql/rows.h"
 
 namespace isthmus::storage {
 namespace {
@@ -32,8 +32,9 @@ absl::Status PutManualDecision(Connection& database, const ManualDecision& manua
   if (!*keys) return absl::InternalError("a manual decision on unchecked sessions");
   return database
       .Prepare(
-          "INSERT OR REPLACE INTO verdicts (a, b, ruling, T_a_b, note, given_ns) "
-          "VALUES (?, ?, ?, ?, ?, ?)")
+          "INSERT INTO verdicts (a, b, ruling, T_a_b, note, given_ns) "
+          "VALUES (?, ?, ?, ?, ?, ?) ON CONFLICT (a, b) DO UPDATE SET ruling = excluded.ruling, "
+          "T_a_b = excluded.T_a_b, note = excluded.note, given_ns = excluded.given_ns")
       .Bind((*keys)->first)
       .Bind((*keys)->second)
       .Bind(std::string(ToString(manual_decision.kind)))
