@@ -36,11 +36,7 @@ absl::Status CheckSchema(SqliteConnection& database, const std::vector<Migration
   if (absl::Status status = CheckOwner(database); !status.ok()) return status;
   absl::StatusOr<int64_t> version = database.ReadNumber(kReadVersion);
   if (!version.ok()) return version.status();
-  const int64_t newest = migrations.empty() ? 0 : migrations.back().version;
-  if (*version <= newest) return absl::OkStatus();
-  return absl::FailedPreconditionError(absl::StrCat(
-      database.path(), " has schema ", *version, ", written by a newer Isthmus; this one knows ",
-      newest, ": use the newer program, or another folder"));
+  return CheckVersion(database.path(), *version, migrations);
 }
 
 absl::Status Migrate(SqliteConnection& database, const std::vector<Migration>& migrations) {

@@ -11,8 +11,8 @@
 #include <fstream>
 
 #include "core/io/file_io.h"
-#include "storage/sqlite/migrations.h"
 #include "storage/sql/rows.h"
+#include "storage/sqlite/migrations.h"
 #include "storage/sqlite/sqlite.h"
 #include "tests/storage/records.h"
 #include "tests/storage/temporary_folder.h"
@@ -367,6 +367,29 @@ TEST_F(SqliteStoreTest, SaysWhoseFileItIs) {
   Statement mode = (*database)->Prepare("PRAGMA journal_mode");
   ASSERT_TRUE(*mode.Step());
   EXPECT_EQ(mode.Text(0), "wal");
+}
+
+TEST(SqliteCheckpoint, SurvivesAndTellsItsNumbersWhereItIsDamaged) {
+  const Checkpoint checkpoint{SessionId("alice-1"), 10, 7, std::string(100'000, 'c')};
+  const TemporaryFolder folder;
+  const SessionId alice("alice-1");
+  {
+    auto store = OpenSqliteStore(folder.path());
+    ASSERT_TRUE(store.ok()) << store.status();
+    ASSERT_TRUE(
+        (*store)->Write({.sessions = {MakeSession("alice-1")}, .checkpoints = {checkpoint}}).ok());
+  }
+  EXPECT_EQ((*OpenSqliteStore(folder.path()))->GetCheckpoint(alice)->data, checkpoint.data);
+  {
+    auto database = SqliteConnection::Open(folder.database());
+    ASSERT_TRUE(database.ok());
+    ASSERT_TRUE((*database)->Execute("UPDATE checkpoints SET data = zeroblob(5000)").ok());
+  }
+  const auto damaged = (*OpenSqliteStore(folder.path()))->GetCheckpoint(alice);
+  ASSERT_TRUE(damaged.ok()) << damaged.status();
+  EXPECT_EQ(damaged->sequence, 10u);
+  EXPECT_EQ(damaged->durable_sequence, 7u);
+  EXPECT_FALSE(damaged->data.has_value());
 }
 
 }  // namespace
