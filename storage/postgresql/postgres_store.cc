@@ -59,6 +59,11 @@ absl::StatusOr<std::unique_ptr<MapStore>> OpenPostgresStore(const std::string& u
                                                             const PostgresOptions& options) {
   if (auto status = CheckResolution(options.resolution_m); !status.ok()) return status;
   if (absl::Status status = CheckPostgresUrl(url); !status.ok()) return status;
+  constexpr size_t kLongestName = 63;  // PostgreSQL cuts longer ones off.
+  if (SchemaOfSite(site).size() > kLongestName) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "the site ", site, " has too long a name for PostgreSQL, which takes 55 characters"));
+  }
   PostgresTarget target{url, SchemaOfSite(site), "", options.sync_every_commit};
   target.application = absl::StrCat(target.schema, " writer");
   auto writer = SiteWriter::Open(target, options.on_problem);

@@ -8,6 +8,9 @@ namespace {
 // Bounds how long the first of a group waits for the last.
 constexpr size_t kMaxGroup = 64;
 
+// Bounds how often one is taken back for others: whoever is in the way each time is no chance.
+constexpr int kMaxAttempts = 3;
+
 }  // namespace
 
 absl::Status GroupCommit::Run(const Work& work) {
@@ -29,8 +32,9 @@ absl::Status GroupCommit::Run(const Work& work) {
     } catch (...) {
       // Taken back with all the others; each is told its own by itself.
     }
-    if (!is_committed) {
-      for (Request* lost : group) CommitAlone(*lost);
+    for (Request* settled : group) {
+      const bool is_lost = !is_committed || absl::IsAborted(settled->status);
+      if (is_lost) CommitAlone(*settled);
     }
     MutexLock lock(&mutex_);
     for (Request* settled : group) settled->is_done = true;
@@ -67,15 +71,24 @@ bool GroupCommit::CommitTogether(Group& group) {
   return transaction.Commit().ok();
 }
 
-void GroupCommit::CommitAlone(Request& request) {
+absl::Status GroupCommit::TryAlone(const Work& work) {
   try {
     Transaction transaction(*writer_);
-    request.status = transaction.status();
-    if (request.status.ok()) request.status = request.work(*writer_);
-    if (request.status.ok()) request.status = transaction.Commit();
+    absl::Status status = transaction.status();
+    if (status.ok()) status = work(*writer_);
+    if (status.ok()) status = transaction.Commit();
+    return status;
   } catch (...) {
-    request.status = CaughtStatus();
+    return CaughtStatus();
   }
+}
+
+void GroupCommit::CommitAlone(Request& request) {
+  for (int attempt = 0; attempt < kMaxAttempts; ++attempt) {
+    request.status = TryAlone(request.work);
+    if (!absl::IsAborted(request.status)) return;
+  }
+  request.status = absl::UnavailableError(request.status.message());
 }
 
 }  // namespace isthmus::storage

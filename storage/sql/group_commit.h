@@ -17,7 +17,7 @@ namespace isthmus::storage {
 // came meanwhile, then hands on. Works are done in the order in which they came.
 class GroupCommit {
  public:
-  // May run twice, so must not change anything but the database.
+  // May run several times, so must not change anything but the database.
   using Work = std::function<absl::Status(Connection&)>;
 
   // The connection is the only one that writes.
@@ -27,6 +27,7 @@ class GroupCommit {
 
   // Once this returns OK, all that `work` did is committed. Otherwise, by its own error or by one
   // of the database's, nothing of it has happened; works beside it are not touched by its errors.
+  // What the database takes back for the sake of others (Aborted) is tried again by itself.
   absl::Status Run(const Work& work);
 
  private:
@@ -44,6 +45,7 @@ class GroupCommit {
   // false if it was lost, and all of `group` with it.
   bool CommitTogether(Group& group);
   void CommitAlone(Request& request);
+  absl::Status TryAlone(const Work& work);
 
   const std::unique_ptr<Connection> writer_;  // What it points to is the leader's.
   Mutex mutex_;

@@ -56,6 +56,8 @@ struct SubmapRow {
   std::string blob;
 };
 absl::Status AddSubmap(Connection& database, const SubmapRow& submap);
+// For rows of submaps that came without their bounds.
+absl::Status AddMissingBounds(Connection& database);
 // DataLoss, naming it, for a row that is not whole.
 absl::StatusOr<std::shared_ptr<const Submap>> UnpackSubmap(const SubmapRow& submap);
 // With its scans and all that hangs on it; one that is not there is no error.

@@ -116,6 +116,19 @@ absl::Status AddSubmap(Connection& database, const SubmapRow& submap) {
   return AddBounds(database, *key, Transform(info.T_odom_submap, info.bounds));
 }
 
+absl::Status AddMissingBounds(Connection& database) {
+  const absl::StatusOr<std::vector<SubmapInfo>> infos = SelectSubmaps(database, std::nullopt);
+  if (!infos.ok()) return infos.status();
+  for (const SubmapInfo& info : *infos) {
+    const absl::StatusOr<std::optional<int64_t>> key = FindSubmapKey(database, info.id);
+    if (!key.ok()) return key.status();
+    const auto status =
+        AddBounds(database, key->value(), Transform(info.T_odom_submap, info.bounds));
+    if (!status.ok()) return status;
+  }
+  return absl::OkStatus();
+}
+
 absl::StatusOr<std::shared_ptr<const Submap>> UnpackSubmap(const SubmapRow& row) {
   const SubmapInfo& info = row.info;
   auto submap = std::make_shared<Submap>();

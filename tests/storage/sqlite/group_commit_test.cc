@@ -187,5 +187,19 @@ TEST_F(GroupCommitTest, OneThatCannotBeCommittedFailsAlone) {
   EXPECT_EQ(Values().size(), kWriters - 1u);
 }
 
+// A deadlock with an administrator's statement, for one.
+TEST_F(GroupCommitTest, TriesAgainWhatWasTakenBackForOthers) {
+  GroupCommit commit(OpenTable());
+  int runs = 0;
+  const absl::Status status = commit.Run([&](Connection& database) {
+    return ++runs < 3 ? absl::AbortedError("in the way") : Insert(database, 7);
+  });
+  EXPECT_TRUE(status.ok()) << status;
+  EXPECT_EQ(runs, 3);
+  EXPECT_EQ(commit.Run([](Connection&) { return absl::AbortedError("in the way"); }).code(),
+            StatusCode::kUnavailable);
+  EXPECT_EQ(Values(), std::vector<int64_t>{7});
+}
+
 }  // namespace
 }  // namespace isthmus::storage
