@@ -34,8 +34,8 @@ absl::StatusOr<std::unique_ptr<storage::MapStore>> OpenStore(const ServerConfig&
   std::error_code ignored;
   if (const std::string path = map->folder + "/isthmus.db"; fs::exists(path, ignored)) {
     warn(absl::StrCat("the map in ", path,
-                      " is not served: storage.store names a database. To move "
-                      "it there, stop this server and run `isthmus copy`"));
+                      " is not served: storage.store names a database. To move it there, stop this "
+                      "server, drop the database's schema and run `isthmus copy`"));
   }
   const std::string site = map->name == access::kDefaultSite ? "" : map->name;
   return storage::OpenPostgresStore(

@@ -41,7 +41,8 @@ bool IsDatabase(const MapPlace& place) {
 
 absl::StatusOr<OpenPlace> OpenSite(const MapPlace& place) {
   if (absl::Status status = CheckPostgresUrl(place.where); !status.ok()) return status;
-  auto writer = SiteWriter::Open({place.where, SchemaOfSite(place.site), "isthmus copy"}, nullptr);
+  auto writer =
+      SiteWriter::Open({place.where, SchemaOfSite(place.site), "isthmus copy", true}, nullptr);
   if (!writer.ok()) return writer.status();
   return OpenPlace{nullptr, *std::move(writer), PostgresMigrations().back().version};
 }
@@ -50,7 +51,7 @@ absl::StatusOr<OpenPlace> OpenSite(const MapPlace& place) {
 absl::Status ExpectSite(const MapPlace& place) {
   if (absl::Status status = CheckPostgresUrl(place.where); !status.ok()) return status;
   const std::string schema = SchemaOfSite(place.site);
-  auto database = PostgresConnection::Open({place.where, schema, "isthmus copy"});
+  auto database = PostgresConnection::Open({place.where, schema, "isthmus copy", true});
   if (!database.ok()) return database.status();
   const absl::StatusOr<bool> found =
       (*database)->Prepare("SELECT 1 FROM pg_namespace WHERE nspname = ?").Bind(schema).Step();

@@ -43,7 +43,7 @@ class CopyMapTest : public ::testing::Test {
       batch.submaps.push_back(MakeSubmap("alice-1", index));
     }
     for (uint64_t sequence = 1; sequence <= 5000; ++sequence) {
-      batch.trajectory.emplace_back(SessionId("bob-1"), TrajectoryEntry{.sequence = sequence});
+      batch.trajectory.emplace_back(SessionId("bob-1"), MakeEntry(sequence));
     }
     batch.matches = {MakeMatch("alice-1", "bob-1")};
     batch.events = {MakeEvent(EventKind::kServerStarted, 5)};
