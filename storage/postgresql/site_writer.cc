@@ -91,7 +91,8 @@ absl::Status SiteWriter::TakeLock() {
   status =
       Prepare("SELECT 1 FROM pg_advisory_lock(?)").Bind(LockOf(target().schema)).Step().status();
   if (status.ok()) return Execute(LockTimeout(std::chrono::milliseconds(0)));
-  return IsLost() ? status : Refused("is open");
+  // Waiting has an end, which is an error of its own; others are what they say.
+  return IsLost() || !absl::IsUnavailable(status) ? status : Refused("is open");
 }
 
 std::string SiteWriter::Holder() {

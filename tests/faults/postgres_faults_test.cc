@@ -26,7 +26,7 @@ class PostgresFaults : public ::testing::Test {
 
   const TestSetup setup_;
   std::unique_ptr<storage::PostgresServer> database_;
-  Setup test_;
+  isthmus::faults::Setup test_;
 };
 
 TEST_F(PostgresFaults, TheServerIsKilled) {
