@@ -55,10 +55,11 @@ function(isthmus_library name)
   target_link_libraries(${name} PUBLIC $<BUILD_INTERFACE:isthmus_flags> ${ARG_DEPS} PRIVATE ${ARG_PRIVATE})
 endfunction()
 
-# isthmus_test(NAME [SEPARATE] [COST seconds] [PREFIX before the names of its tests] SOURCES ...
-# DEPS ...): a GoogleTest program; each test is one CTest test. The costly ones are started first.
+# isthmus_test(NAME [SEPARATE] [WHOLE] [COST seconds] [PREFIX before the names of its tests] SOURCES ...
+# DEPS ...): a GoogleTest program; each test is one CTest test, or with WHOLE, for those that share
+# what is dear to start, all of them are. The costly ones are started first.
 function(isthmus_test name)
-  cmake_parse_arguments(ARG "SEPARATE" "COST;PREFIX" "SOURCES;DEPS" ${ARGN})
+  cmake_parse_arguments(ARG "SEPARATE;WHOLE" "COST;PREFIX" "SOURCES;DEPS" ${ARGN})
   set(timeout 120)
   if(ISTHMUS_SANITIZE)
     set(timeout 1200)  # What the sanitizers' checks cost, and more.
@@ -73,6 +74,12 @@ function(isthmus_test name)
   # A fifth less to compile than with -O2; what takes time in them is in the libraries.
   target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)
   target_link_libraries(${name} PRIVATE ${ARG_DEPS} GTest::gmock GTest::gtest_main)
+  if(ARG_WHOLE)
+    math(EXPR timeout "5 * ${timeout}")
+    add_test(NAME ${ARG_PREFIX}${name} COMMAND ${name})
+    set_tests_properties(${ARG_PREFIX}${name} PROPERTIES TIMEOUT ${timeout} COST ${ARG_COST})
+    return()
+  endif()
   gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST TEST_PREFIX "${ARG_PREFIX}"
                        PROPERTIES TIMEOUT ${timeout} COST ${ARG_COST})
 endfunction()

@@ -11,6 +11,7 @@ constexpr OfflineCommand kCommands[] = {
     {"odometry", "Trajectory of a recorded drive; needs no server"},
     {"merge", "Merge files: finished maps and recorded drives; needs no server"},
     {"rebuild", "Make a map anew from its archived scans, with other parameters; needs no server"},
+    {"copy", "Copy a map between folders and PostgreSQL databases; needs no server"},
     {"optimize", "Poses of a g2o file that agree best with its edges"},
     {"eval", "Errors of trajectories against the truth"},
     {"bench", "Comparisons that anyone can repeat"},

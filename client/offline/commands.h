@@ -9,6 +9,7 @@ void AddSimulate(CLI::App& app, Action& action);
 void AddOdometry(CLI::App& app, Action& action);
 void AddMerge(CLI::App& app, Action& action);
 void AddRebuild(CLI::App& app, Action& action);
+void AddCopy(CLI::App& app, Action& action);
 void AddOptimize(CLI::App& app, Action& action);
 void AddEval(CLI::App& app, Action& action);
 void AddBench(CLI::App& app, Action& action);

@@ -6,6 +6,6 @@ int main(int argc, char** argv) {
   using namespace isthmus::cli;
   CLI::App app{"The commands of isthmus that need no server.", "isthmus"};
   constexpr AddCommand kCommands[] = {AddSimulate, AddOdometry, AddMerge, AddRebuild,
-                                      AddOptimize, AddEval,     AddBench};
+                                      AddCopy,     AddOptimize, AddEval,  AddBench};
   return RunCommandLine(app, kCommands, argc, argv);
 }

@@ -96,8 +96,8 @@ absl::Status ReadSections(const YAML::Node& root, const std::vector<Setting>& se
 std::vector<Setting> SettingsOfSite(ServerConfig& config) {
   std::vector<Setting> settings = SettingsOf(config);
   std::erase_if(settings, [](const Setting& setting) {
-    return setting.section == "network" || setting.section == "metrics" || setting.section == "web" ||
-           setting.section == "storage" || setting.section == "ingest";
+    return setting.section == "network" || setting.section == "metrics" ||
+           setting.section == "web" || setting.section == "storage" || setting.section == "ingest";
   });
   return settings;
 }

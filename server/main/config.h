@@ -20,8 +20,11 @@ struct ServerConfig {
   metrics::MetricsOptions metrics;
   web::WebOptions web;  // But for `tls`, which are those of `rpc`.
   PipelineOptions pipeline;
-  storage::SqliteOptions storage;
-  int cache_mb = 512;  // MiB; see SetCache. Shared by all sites.
+  // Where the map is kept: the URL of a PostgreSQL database, or empty: in the data folder, by
+  // SQLite.
+  std::string store = {};
+  storage::SqliteOptions storage;  // Of either.
+  int cache_mb = 512;              // MiB; see SetCache. Shared by all sites.
   // Maps beside that of the default site, by name; each with settings of its own where the file
   // gives it some.
   std::map<std::string, PipelineOptions> sites = {};

@@ -34,14 +34,22 @@
 #include "server/rpc/server.h"
 #include "server/rpc/tls.h"
 #include "server/web/web_server.h"
+#include "storage/postgresql/postgresql.h"
 #include "storage/upkeep/backup_stream.h"
 #include "storage/upkeep/check_store.h"
 
 namespace isthmus::server {
 namespace {
 
-// A source of backups of the folder that this process has open.
-rpc::BackupSource BackupsOf(const std::string& folder) {
+// A source of backups of the folder that this process has open, unless the map is elsewhere.
+rpc::BackupSource BackupsOf(const std::string& folder, bool is_elsewhere) {
+  if (is_elsewhere) {
+    return [](const rpc::BackupSink&) {
+      return absl::FailedPreconditionError(
+          "the map is in a PostgreSQL database: back that up with pg_dump --schema (one site) or "
+          "pg_basebackup (all of the server); isthmus copy makes a map folder of it");
+    };
+  }
   return [folder](const rpc::BackupSink& sink) -> absl::StatusOr<BackupContents> {
     const absl::StatusOr<storage::StoreReport> report =
         storage::StreamBackup(folder, {sink.progress, sink.begin, sink.piece});
@@ -60,6 +68,7 @@ constexpr std::chrono::seconds kGrace{1};
 struct Arguments {
   std::string data;
   std::string listen;
+  std::string store;
   std::string config_path;
   bool insecure = false;
   LogOptions log;
@@ -88,6 +97,10 @@ bool Parse(int argc, char** argv, Arguments& arguments, int& result) {
   app.add_option("--data", arguments.data, "Folder of the map; created when missing");
   app.add_option("--listen", arguments.listen,
                  "host:port to listen at, port 0 for a free one (default 127.0.0.1:50051)");
+  app.add_option(
+      "--store", arguments.store,
+      "PostgreSQL database of the map, postgresql://USER@HOST/DATABASE (default: SQLite, "
+      "in the folder)");
   app.add_flag("--insecure", arguments.insecure,
                "Serve other machines in plain text: where the network itself is safe");
   app.add_option("--config", arguments.config_path, "YAML file of settings; see --print-config");
@@ -104,6 +117,7 @@ bool Parse(int argc, char** argv, Arguments& arguments, int& result) {
   try {
     app.parse(argc, argv);
     arguments.check = check->count() > 0;
+    if (arguments.check && !arguments.store.empty()) throw CLI::ExcludesError("--check", "--store");
     if (!check_folder.empty()) {
       if (!arguments.data.empty()) throw CLI::ExcludesError("--check DIR", "--data");
       arguments.data = check_folder;
@@ -275,6 +289,11 @@ int Run(const Arguments& arguments) {
   if (!config.ok()) return Fail(kUsage, config.status());
   if (!arguments.listen.empty()) config->rpc.listen = arguments.listen;
   if (arguments.insecure) config->rpc.insecure = true;
+  if (!arguments.store.empty()) {
+    const absl::Status status = storage::CheckPostgresUrl(arguments.store);
+    if (!status.ok()) return Fail(kUsage, status);
+    config->store = arguments.store;
+  }
   if (arguments.print_config) {
     std::fputs(PrintConfig(*config).c_str(), stdout);
     return kStopped;
@@ -308,7 +327,8 @@ int Run(const Arguments& arguments) {
   for (const OpenMap& map : *maps) {
     const MapInfo info = map.pipeline->GetMapInfo();
     spdlog::info("{}: revision {}, {} robots", map.folder, info.revision, info.robots.size());
-    sites.push_back({map.name, map.pipeline.get(), BackupsOf(map.folder), map.folder + "/uploads"});
+    sites.push_back({map.name, map.pipeline.get(), BackupsOf(map.folder, !config->store.empty()),
+                     map.folder + "/uploads"});
   }
   config->rpc.on_failed_call = LogFailedCalls();
   auto server = rpc::RpcServer::Start(sites, config->rpc);

@@ -3,16 +3,44 @@
 #include <absl/strings/str_cat.h>
 
 #include <algorithm>
+#include <filesystem>
+#include <functional>
+#include <system_error>
 #include <utility>
 
 #include "server/access/caller.h"
 #include "server/main/data_folder.h"
 #include "server/main/log.h"
+#include "storage/postgresql/postgres_store.h"
 #include "storage/sqlite/sqlite_store.h"
 #include "storage/upkeep/backup_stream.h"
 
 namespace isthmus::server {
 namespace {
+
+namespace fs = std::filesystem;
+
+using Warn = std::function<void(const std::string&)>;
+
+// Where the configuration says.
+absl::StatusOr<std::unique_ptr<storage::MapStore>> OpenStore(const ServerConfig& config,
+                                                             const Warn& warn, OpenMap* map) {
+  storage::SqliteOptions options = config.storage;
+  options.on_problem = warn;
+  if (config.store.empty()) return storage::OpenSqliteStore(map->folder, options);
+  auto lock = io::DirectoryLock::Acquire(map->folder);
+  if (!lock.ok()) return lock.status();
+  map->lock = *std::move(lock);
+  std::error_code ignored;
+  if (const std::string path = map->folder + "/isthmus.db"; fs::exists(path, ignored)) {
+    warn(absl::StrCat("the map in ", path,
+                      " is not served: storage.store names a database. To move it there, stop this "
+                      "server, drop the database's schema and run `isthmus copy`"));
+  }
+  const std::string site = map->name == access::kDefaultSite ? "" : map->name;
+  return storage::OpenPostgresStore(
+      config.store, site, {options.sync_every_commit, options.resolution_m, options.on_problem});
+}
 
 // `map` says which; `sites`: how many there are.
 absl::Status Open(const ServerConfig& config, PipelineOptions options, size_t sites, OpenMap* map) {
@@ -21,9 +49,7 @@ absl::Status Open(const ServerConfig& config, PipelineOptions options, size_t si
   const auto warn = [site](const std::string& text) {
     Log(spdlog::level::warn, text, LogFields{.site = site});
   };
-  storage::SqliteOptions storage = config.storage;
-  storage.on_problem = warn;
-  auto store = storage::OpenSqliteStore(map->folder, storage);
+  auto store = OpenStore(config, warn, map);
   if (!store.ok()) return store.status();
   SetCache((static_cast<size_t>(config.cache_mb) << 20) / sites, map->folder, &options);
   const int threads = IngestThreads(config.pipeline.ingest_threads);
@@ -48,12 +74,12 @@ absl::StatusOr<std::vector<OpenMap>> OpenMaps(const std::string& folder,
                                               const ServerConfig& config) {
   const size_t count = 1 + config.sites.size();
   std::vector<OpenMap> maps(1);
-  maps[0] = {access::kDefaultSite, folder, nullptr};
+  maps[0] = {access::kDefaultSite, folder, nullptr, nullptr};
   if (absl::Status status = Open(config, config.pipeline, count, &maps[0]); !status.ok()) {
     return status;
   }
   for (const auto& [name, options] : config.sites) {
-    OpenMap map{name, absl::StrCat(folder, "/sites/", name), nullptr};
+    OpenMap map{name, absl::StrCat(folder, "/sites/", name), nullptr, nullptr};
     if (absl::Status status = Open(config, options, count, &map); !status.ok()) {
       return absl::Status(status.code(), absl::StrCat("site ", name, ": ", status.message()));
     }

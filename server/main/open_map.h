@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/io/directory_lock.h"
 #include "server/main/config.h"
 #include "server/pipeline.h"
 
@@ -14,7 +15,9 @@ namespace isthmus::server {
 
 struct OpenMap {
   std::string name;    // The site's.
-  std::string folder;  // Holds all that is of this site.
+  std::string folder;  // Holds all that is of this site and not in a database elsewhere.
+  // Of the folder, where the store itself is elsewhere and does not see to it.
+  std::unique_ptr<io::DirectoryLock> lock;
   std::unique_ptr<Pipeline> pipeline;
 };
 

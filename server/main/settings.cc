@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "server/main/robot_limits.h"
+#include "storage/postgresql/postgresql.h"
 
 namespace isthmus::server {
 namespace {
@@ -248,6 +249,17 @@ void AddWeb(ServerConfig& config, Table& table) {
 
 void AddStorage(ServerConfig& config, Table& table) {
   table.Section("storage");
+  table.AddText(
+      "store",
+      [&config](const std::string& text) {
+        config.store = text;
+        return text.empty() ? absl::OkStatus() : storage::CheckPostgresUrl(text);
+      },
+      [&config] { return config.store; },
+      "postgresql://USER@HOST/DATABASE: the map is kept in this database, for each site in a "
+      "schema "
+      "of its own; the password belongs into ~/.pgpass or PGPASSWORD. \"\": it is kept in the data "
+      "folder, by SQLite.");
   table.Add("sync_every_commit", &config.storage.sync_every_commit,
             "Wait for the disk on every commit. false: a power cut may lose the last ones.");
   table.Add("resolution_m", &config.storage.resolution_m, 1e-5, 0.1,

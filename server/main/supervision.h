@@ -16,7 +16,8 @@ namespace isthmus::server {
 class Supervision {
  public:
   // Tells the service manager that the server is ready at `address`, and then, where it asks for
-  // that, that it is alive as long as its listener answers. `on_certificate` is told of certificates that expire or cannot be read, as the log is.
+  // that, that it is alive as long as its listener answers. `on_certificate` is told of
+  // certificates that expire or cannot be read, as the log is.
   Supervision(const ServerConfig& config, const std::string& address,
               std::function<void(const std::string& trouble)> on_certificate);
   // Tells it that the server ends, and watches no longer.

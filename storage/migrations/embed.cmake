@@ -1,8 +1,9 @@
-# cmake -DFILES="a.sql;b.sql" -DOUTPUT=x.cc -P embed.cmake: the migrations as a C++ source. The number
-# that a file's name begins with is the version of the schema it leads to.
+# cmake -DFILES="a.sql;b.sql" -DOUTPUT=x.cc -DHEADER=y.h -DFUNCTION=Name -P embed.cmake: the migrations
+# as a C++ source that defines the function of the header. The number that a file's name begins with is
+# the version of the schema it leads to.
 
-set(text "#include \"storage/sqlite/migrations.h\"\n\nnamespace isthmus::storage {\n\n")
-string(APPEND text "const std::vector<Migration>& Migrations() {\n")
+set(text "#include \"${HEADER}\"\n\nnamespace isthmus::storage {\n\n")
+string(APPEND text "const std::vector<Migration>& ${FUNCTION}() {\n")
 string(APPEND text "  static const std::vector<Migration> kMigrations = {\n")
 foreach(file IN LISTS FILES)
   get_filename_component(name "${file}" NAME)

@@ -7,7 +7,7 @@ namespace {
 
 constexpr char kReadVersion[] = "PRAGMA user_version";
 
-absl::Status CheckOwner(Connection& database) {
+absl::Status CheckOwner(SqliteConnection& database) {
   absl::StatusOr<int64_t> owner = database.ReadNumber("PRAGMA application_id");
   if (!owner.ok()) return owner.status();
   if (*owner == kApplicationId) return absl::OkStatus();
@@ -18,7 +18,7 @@ absl::Status CheckOwner(Connection& database) {
       absl::StrCat(database.path(), " is the database of another program; choose another folder"));
 }
 
-absl::Status Apply(Connection& database, const Migration& migration) {
+absl::Status Apply(SqliteConnection& database, const Migration& migration) {
   Transaction transaction(database);
   if (!transaction.status().ok()) return transaction.status();
   const std::string sql =
@@ -32,18 +32,14 @@ absl::Status Apply(Connection& database, const Migration& migration) {
 
 }  // namespace
 
-absl::Status CheckSchema(Connection& database, const std::vector<Migration>& migrations) {
+absl::Status CheckSchema(SqliteConnection& database, const std::vector<Migration>& migrations) {
   if (absl::Status status = CheckOwner(database); !status.ok()) return status;
   absl::StatusOr<int64_t> version = database.ReadNumber(kReadVersion);
   if (!version.ok()) return version.status();
-  const int64_t newest = migrations.empty() ? 0 : migrations.back().version;
-  if (*version <= newest) return absl::OkStatus();
-  return absl::FailedPreconditionError(absl::StrCat(
-      database.path(), " has schema ", *version, ", written by a newer Isthmus; this one knows ",
-      newest, ": use the newer program, or another folder"));
+  return CheckVersion(database.path(), *version, migrations);
 }
 
-absl::Status Migrate(Connection& database, const std::vector<Migration>& migrations) {
+absl::Status Migrate(SqliteConnection& database, const std::vector<Migration>& migrations) {
   if (auto status = CheckSchema(database, migrations); !status.ok()) return status;
   absl::StatusOr<int64_t> version = database.ReadNumber(kReadVersion);
   if (!version.ok()) return version.status();

@@ -5,8 +5,6 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <cmath>
-#include <limits>
 #include <utility>
 
 namespace isthmus::storage {
@@ -65,98 +63,83 @@ absl::Status ToStatus(sqlite3* database, int code) {
   }
 }
 
+class SqliteStatement : public CompiledStatement {
+ public:
+  SqliteStatement(sqlite3* database, sqlite3_stmt* statement)
+      : database_(database), statement_(statement) {}
+  ~SqliteStatement() override { sqlite3_finalize(statement_); }
+  SqliteStatement(const SqliteStatement&) = delete;
+  SqliteStatement& operator=(const SqliteStatement&) = delete;
+
+  absl::Status BindNumber(int parameter, int64_t value) override {
+    return ToStatus(database_, sqlite3_bind_int64(statement_, parameter, value));
+  }
+  absl::Status BindReal(int parameter, double value) override {
+    return ToStatus(database_, sqlite3_bind_double(statement_, parameter, value));
+  }
+  absl::Status BindText(int parameter, const std::string& text) override {
+    return ToStatus(database_, sqlite3_bind_text64(statement_, parameter, text.data(), text.size(),
+                                                   SQLITE_TRANSIENT, SQLITE_UTF8));
+  }
+  absl::Status BindBlob(int parameter, const std::string& bytes) override {
+    return ToStatus(database_, sqlite3_bind_blob64(statement_, parameter, bytes.data(),
+                                                   bytes.size(), SQLITE_TRANSIENT));
+  }
+  absl::Status BindNull(int parameter) override {
+    return ToStatus(database_, sqlite3_bind_null(statement_, parameter));
+  }
+
+  absl::StatusOr<bool> Step() override {
+    const int code = sqlite3_step(statement_);
+    if (code == SQLITE_ROW) return true;
+    if (code == SQLITE_DONE) return false;
+    return ToStatus(database_, code);
+  }
+  absl::Status Run() override {
+    while (true) {
+      absl::StatusOr<bool> has_row = Step();
+      if (!has_row.ok()) return has_row.status();
+      if (!*has_row) break;
+    }
+    sqlite3_reset(statement_);
+    return absl::OkStatus();
+  }
+  absl::StatusOr<int64_t> Change() override {
+    if (absl::Status status = Run(); !status.ok()) return status;
+    return sqlite3_changes64(database_);
+  }
+  void Reset() override {
+    sqlite3_reset(statement_);
+    sqlite3_clear_bindings(statement_);
+  }
+
+  int64_t Int(int column) const override { return sqlite3_column_int64(statement_, column); }
+  double Real(int column) const override { return sqlite3_column_double(statement_, column); }
+  bool IsNull(int column) const override {
+    return sqlite3_column_type(statement_, column) == SQLITE_NULL;
+  }
+  std::string Text(int column) const override {
+    const void* bytes = sqlite3_column_blob(statement_, column);
+    const int size = sqlite3_column_bytes(statement_, column);
+    if (bytes == nullptr) return {};
+    return std::string(static_cast<const char*>(bytes), static_cast<size_t>(size));
+  }
+
+ private:
+  sqlite3* const database_;
+  sqlite3_stmt* const statement_;
+};
+
 }  // namespace
 
-Statement::Statement(Statement&& other) noexcept
-    : database_(other.database_),
-      statement_(std::exchange(other.statement_, nullptr)),
-      bound_(other.bound_),
-      status_(std::move(other.status_)) {}
-
-Statement::~Statement() {
-  if (statement_ == nullptr) return;
-  sqlite3_reset(statement_);
-  sqlite3_clear_bindings(statement_);
-}
-
-Statement& Statement::Note(int code) {
-  if (status_.ok()) status_ = ToStatus(database_, code);
-  return *this;
-}
-
-Statement& Statement::Bind(int64_t value) {
-  if (!status_.ok()) return *this;
-  return Note(sqlite3_bind_int64(statement_, ++bound_, value));
-}
-
-Statement& Statement::Bind(double value) {
-  if (!status_.ok()) return *this;
-  return Note(sqlite3_bind_double(statement_, ++bound_, value));
-}
-
-Statement& Statement::Bind(const std::string& text) {
-  if (!status_.ok()) return *this;
-  return Note(sqlite3_bind_text64(statement_, ++bound_, text.data(), text.size(), SQLITE_TRANSIENT,
-                                  SQLITE_UTF8));
-}
-
-Statement& Statement::BindBlob(const std::string& bytes) {
-  if (!status_.ok()) return *this;
-  return Note(
-      sqlite3_bind_blob64(statement_, ++bound_, bytes.data(), bytes.size(), SQLITE_TRANSIENT));
-}
-
-Statement& Statement::BindNull() {
-  if (!status_.ok()) return *this;
-  return Note(sqlite3_bind_null(statement_, ++bound_));
-}
-
-absl::StatusOr<bool> Statement::Step() {
-  if (!status_.ok()) return status_;
-  const int code = sqlite3_step(statement_);
-  if (code == SQLITE_ROW) return true;
-  if (code == SQLITE_DONE) return false;
-  Note(code);
-  return status_;
-}
-
-absl::Status Statement::Run() {
-  while (true) {
-    absl::StatusOr<bool> has_row = Step();
-    if (!has_row.ok()) return has_row.status();
-    if (!*has_row) break;
-  }
-  sqlite3_reset(statement_);
-  bound_ = 0;
-  return absl::OkStatus();
-}
-
-int64_t Statement::Int(int column) const { return sqlite3_column_int64(statement_, column); }
-
-double Statement::Real(int column) const {
-  if (IsNull(column)) return std::numeric_limits<double>::quiet_NaN();
-  return sqlite3_column_double(statement_, column);
-}
-
-bool Statement::IsNull(int column) const {
-  return sqlite3_column_type(statement_, column) == SQLITE_NULL;
-}
-
-std::string Statement::Text(int column) const {
-  const void* bytes = sqlite3_column_blob(statement_, column);
-  const int size = sqlite3_column_bytes(statement_, column);
-  if (bytes == nullptr) return {};
-  return std::string(static_cast<const char*>(bytes), static_cast<size_t>(size));
-}
-
-absl::StatusOr<std::unique_ptr<Connection>> Connection::Open(const std::string& path,
-                                                             Access access) {
+absl::StatusOr<std::unique_ptr<SqliteConnection>> SqliteConnection::Open(const std::string& path,
+                                                                         Access access) {
   sqlite3* database = nullptr;
   const int how = access == Access::kReadOnly ? SQLITE_OPEN_READONLY
                                               : SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE;
   // No mutex of SQLite's own: whoever holds a connection guards it.
   const int code = sqlite3_open_v2(path.c_str(), &database, how | SQLITE_OPEN_NOMUTEX, nullptr);
-  std::unique_ptr<Connection> connection(new Connection(path, database));
+  std::unique_ptr<SqliteConnection> connection(new SqliteConnection(path, database));
   if (code != SQLITE_OK) return ToStatus(database, code);
   sqlite3_extended_result_codes(database, 1);
   constexpr int kWaitForOthers_ms = 5000;  // The sqlite3 shell may be looking at the file.
@@ -166,44 +149,31 @@ absl::StatusOr<std::unique_ptr<Connection>> Connection::Open(const std::string& 
   return connection;
 }
 
-Connection::~Connection() {
-  for (const auto& [sql, statement] : cache_) sqlite3_finalize(statement);
+SqliteConnection::~SqliteConnection() {
+  ForgetStatements();
   sqlite3_close(database_);
 }
 
-absl::Status Connection::Execute(const std::string& sql) {
+absl::Status SqliteConnection::Execute(const std::string& sql) {
   return ToStatus(database_, sqlite3_exec(database_, sql.c_str(), nullptr, nullptr, nullptr));
 }
 
-Statement Connection::Prepare(const std::string& sql) {
-  if (const auto found = cache_.find(sql); found != cache_.end()) {
-    return Statement(database_, found->second, absl::OkStatus());
-  }
+absl::StatusOr<std::unique_ptr<CompiledStatement>> SqliteConnection::Compile(
+    const std::string& sql) {
   sqlite3_stmt* statement = nullptr;
   const int code = sqlite3_prepare_v3(database_, sql.data(), static_cast<int>(sql.size()),
                                       SQLITE_PREPARE_PERSISTENT, &statement, nullptr);
-  if (code != SQLITE_OK) return Statement(database_, nullptr, ToStatus(database_, code));
-  cache_[sql] = statement;
-  return Statement(database_, statement, absl::OkStatus());
+  if (code != SQLITE_OK) return ToStatus(database_, code);
+  return std::make_unique<SqliteStatement>(database_, statement);
 }
 
-absl::StatusOr<int64_t> Connection::ReadNumber(const std::string& sql) {
-  Statement statement = Prepare(sql);
-  const absl::StatusOr<bool> has_row = statement.Step();
-  if (!has_row.ok()) return has_row.status();
-  return *has_row ? statement.Int(0) : 0;
-}
-
-int64_t Connection::Changes() const { return sqlite3_changes64(database_); }
-
-int64_t Connection::LastKey() const { return sqlite3_last_insert_rowid(database_); }
-
-absl::Status Connection::SetCheckpointOnClose(bool checkpoint) {
+absl::Status SqliteConnection::SetCheckpointOnClose(bool checkpoint) {
   return ToStatus(database_, sqlite3_db_config(database_, SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE,
                                                checkpoint ? 0 : 1, nullptr));
 }
 
-absl::Status Connection::CopyTo(Connection& target, const std::function<bool(double)>& progress) {
+absl::Status SqliteConnection::CopyTo(SqliteConnection& target,
+                                      const std::function<bool(double)>& progress) {
   constexpr int kPagesAtOnce = 64;
   // Held throughout: the copy would else begin anew with every commit of others.
   const Transaction snapshot(*this, Transaction::Kind::kRead);
@@ -227,38 +197,6 @@ absl::Status Connection::CopyTo(Connection& target, const std::function<bool(dou
   return absl::UnavailableError(absl::StrCat(path_, ": ", sqlite3_errstr(code)));
 }
 
-bool Connection::InTransaction() const { return sqlite3_get_autocommit(database_) == 0; }
-
-Transaction::Transaction(Connection& database, Kind kind) : database_(database) {
-  status_ = database_.Execute(kind == Kind::kWrite ? "BEGIN IMMEDIATE" : "BEGIN");
-  open_ = status_.ok();
-}
-
-Transaction::~Transaction() {
-  // Some errors have rolled back already, which makes this one fail; nothing is left to do then.
-  if (open_) database_.Execute("ROLLBACK").IgnoreError();
-}
-
-absl::Status Transaction::Commit() {
-  absl::Status status = database_.Execute("COMMIT");
-  if (status.ok()) open_ = false;
-  return status;
-}
-
-Savepoint::Savepoint(Connection& database) : database_(database) {
-  status_ = database_.Execute("SAVEPOINT part");
-  open_ = status_.ok();
-}
-
-Savepoint::~Savepoint() {
-  // There is nothing left to take back when an error has taken back the whole transaction.
-  if (open_) database_.Execute("ROLLBACK TO part; RELEASE part").IgnoreError();
-}
-
-absl::Status Savepoint::Release() {
-  absl::Status status = database_.Execute("RELEASE part");
-  if (status.ok()) open_ = false;
-  return status;
-}
+bool SqliteConnection::InTransaction() const { return sqlite3_get_autocommit(database_) == 0; }
 
 }  // namespace isthmus::storage

@@ -18,10 +18,10 @@ namespace {
 namespace fs = std::filesystem;
 
 absl::Status Copy(const std::string& from, const std::string& to, const BackupProgress& progress) {
-  auto source = Connection::Open(from, Connection::Access::kReadOnly);
+  auto source = SqliteConnection::Open(from, SqliteConnection::Access::kReadOnly);
   if (!source.ok()) return source.status();
   if (absl::Status status = CheckSchema(**source); !status.ok()) return status;
-  auto copy = Connection::Open(to);
+  auto copy = SqliteConnection::Open(to);
   if (!copy.ok()) return copy.status();
   // Half a copy is thrown away, so nothing needs to be taken back.
   absl::Status status = (*copy)->Execute("PRAGMA journal_mode = OFF; PRAGMA synchronous = FULL");

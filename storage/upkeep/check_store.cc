@@ -141,7 +141,7 @@ absl::Status ExpectFile(const std::string& path) {
 // The folder is locked.
 absl::StatusOr<StoreReport> ReadAll(const std::string& directory) {
   const std::string path = directory + "/isthmus.db";
-  auto database = Connection::Open(path, Connection::Access::kReadOnly);
+  auto database = SqliteConnection::Open(path, SqliteConnection::Access::kReadOnly);
   if (!database.ok()) return database.status();
   StoreReport report;
   CheckLog(path + "-wal", report);

@@ -8,7 +8,7 @@
 #include "storage/records/edge_codec.h"
 #include "storage/records/matrix_codec.h"
 #include "storage/records/pose_codec.h"
-#include "storage/sqlite/rows.h"
+#include "storage/sql/rows.h"
 
 namespace isthmus::storage {
 namespace {

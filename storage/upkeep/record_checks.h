@@ -1,7 +1,7 @@
 // The records of a database, read one by one to see which are damaged.
 #pragma once
 
-#include "storage/sqlite/sqlite.h"
+#include "storage/sql/connection.h"
 #include "storage/upkeep/check_store.h"
 
 namespace isthmus::storage {

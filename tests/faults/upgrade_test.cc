@@ -13,12 +13,12 @@
 namespace isthmus::faults {
 namespace {
 
-using storage::Connection;
+using storage::SqliteConnection;
 
 // Tables and columns of schema 1, with the same rows.
 void CopyAsSchema1(const std::string& from, const std::string& to) {
   std::filesystem::create_directories(to);
-  auto database = Connection::Open(to + "/isthmus.db");
+  auto database = SqliteConnection::Open(to + "/isthmus.db");
   ASSERT_TRUE(database.ok()) << database.status();
   const std::vector<storage::Migration> first(storage::Migrations().begin(),
                                               storage::Migrations().begin() + 1);

@@ -46,7 +46,7 @@ TEST_F(LostFilesTest, MissesTheLogOfAStoreThatDied) {
 // SQLite alone would begin a new database and throw the log away.
 TEST_F(LostFilesTest, RefusesADatabaseThatWasCutOffAndKeepsItsLog) {
   Open();
-  auto killed = Connection::Open(folder_.database());
+  auto killed = SqliteConnection::Open(folder_.database());
   ASSERT_TRUE((*killed)->SetCheckpointOnClose(false).ok());
   ASSERT_TRUE((*killed)->Execute("PRAGMA user_version = 99").ok());
   killed->reset();

@@ -15,7 +15,7 @@ namespace {
 
 // With the columns that schema 3 had, and nothing of this program's but SQLite.
 void WriteSchema3(const std::string& path) {
-  auto database = Connection::Open(path);
+  auto database = SqliteConnection::Open(path);
   ASSERT_TRUE(database.ok()) << database.status();
   const std::vector<Migration> three(Migrations().begin(), Migrations().begin() + 3);
   ASSERT_TRUE(Migrate(**database, three).ok());
@@ -97,7 +97,7 @@ TEST(UpgradeTest, WhatSchema3DidNotKeepIsNotComputed) {
 
 // Submaps whole, and revisions that place sessions only.
 void WriteSchema4(const std::string& path) {
-  auto database = Connection::Open(path);
+  auto database = SqliteConnection::Open(path);
   ASSERT_TRUE(database.ok()) << database.status();
   const std::vector<Migration> four(Migrations().begin(), Migrations().begin() + 4);
   ASSERT_TRUE(Migrate(**database, four).ok());
@@ -183,7 +183,7 @@ TEST(UpgradeTest, HistoryOfSubmapsBeginsAfterSchema4) {
 
 // Sessions of one segment each, checkpoint and all.
 void WriteSchema7(const std::string& path) {
-  auto database = Connection::Open(path);
+  auto database = SqliteConnection::Open(path);
   ASSERT_TRUE(database.ok()) << database.status();
   const std::vector<Migration> seven(Migrations().begin(), Migrations().begin() + 7);
   ASSERT_TRUE(Migrate(**database, seven).ok());
@@ -223,7 +223,7 @@ TEST(UpgradeTest, Schema11HasNoEventsAndTakesThem) {
   const TemporaryFolder folder;
   std::filesystem::create_directories(folder.path());
   {
-    auto database = Connection::Open(folder.database());
+    auto database = SqliteConnection::Open(folder.database());
     ASSERT_TRUE(database.ok()) << database.status();
     const std::vector<Migration> eleven(Migrations().begin(), Migrations().begin() + 11);
     ASSERT_TRUE(Migrate(**database, eleven).ok());

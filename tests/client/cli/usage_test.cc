@@ -33,7 +33,7 @@ TEST(Usage, HelpNamesEveryCommand) {
        {"simulate", "push",      "status",  "robots",   "graph",    "trajectory", "transform",
         "query",    "export",    "picture", "odometry", "merge",    "rebuild",    "match",
         "loops",    "revisions", "anchor",  "datum",    "optimize", "eval",       "bench",
-        "report",   "info",      "upload",  "log",      "watch"}) {
+        "report",   "info",      "upload",  "log",      "watch",    "copy"}) {
     EXPECT_THAT(help.out, HasSubstr(command));
     EXPECT_EQ(Isthmus(std::string(command) + " --help").code, 0) << command;
   }

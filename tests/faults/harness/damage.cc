@@ -74,8 +74,8 @@ class Vandal {
   }
 
   // Leaves the log where it is when it is closed, as the server that died did.
-  std::unique_ptr<storage::Connection> Open() const {
-    auto database = storage::Connection::Open(database_);
+  std::unique_ptr<storage::SqliteConnection> Open() const {
+    auto database = storage::SqliteConnection::Open(database_);
     if (!database.ok()) throw std::runtime_error(database.status().ToString());
     const absl::Status status = (*database)->SetCheckpointOnClose(false);
     if (!status.ok()) throw std::runtime_error(status.ToString());

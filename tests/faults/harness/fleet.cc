@@ -95,7 +95,7 @@ void CheckAcks(const Fleet& fleet, const StoredMap& map, Report& report) {
 std::unique_ptr<ServerProcess> NewServer(const Setup& setup, const std::string& name) {
   const std::string folder = setup.folder + "/" + name;
   std::filesystem::remove_all(folder);
-  auto server = std::make_unique<ServerProcess>(setup.server, folder);
+  auto server = std::make_unique<ServerProcess>(setup.server, folder, 8, "", setup.store);
   if (!server->Start()) throw std::runtime_error(absl::StrCat("no server: ", server->Log()));
   return server;
 }
@@ -110,12 +110,14 @@ void Conclude(const Setup& setup, ServerProcess& server, Fleet& fleet, Report& r
     fleet.Finish(report);
     EndServer(server, report);
   }
-  const StoredMap map = ReadStoredMap(server.data());
+  const StoredMap map = ReadStoredMap(server.data(), setup.store);
   CheckAcks(fleet, map, report);
   CheckMap(setup, fleet.pushed(), map, report);
 }
 
-StoredMap UndisturbedMap(const Setup& setup, const std::vector<uint64_t>& scans) {
+StoredMap UndisturbedMap(const Setup& given, const std::vector<uint64_t>& scans) {
+  Setup setup = given;
+  setup.store.clear();  // The database is the disturbed one's.
   const auto server = NewServer(setup, "undisturbed");
   Report report;
   {

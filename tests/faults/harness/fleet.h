@@ -20,6 +20,7 @@ struct Setup {
   std::string folder;
   int robots = 4;
   uint64_t seed = 1;
+  std::string store = {};  // The PostgreSQL database that the map is in; empty: SQLite.
 };
 
 // A pose is told and stored as doubles, but turned from quaternion to bytes and back on the way.

@@ -20,8 +20,12 @@ std::string ServerConfigText(int scans_per_submap) {
 }
 
 ServerProcess::ServerProcess(const std::string& program, const std::string& folder,
-                             int scans_per_submap, const std::string& data)
-    : program_(program), folder_(folder), data_(data.empty() ? folder + "/data" : data) {
+                             int scans_per_submap, const std::string& data,
+                             const std::string& store)
+    : program_(program),
+      folder_(folder),
+      data_(data.empty() ? folder + "/data" : data),
+      store_(store) {
   std::filesystem::create_directories(folder);
   std::ofstream(folder_ + "/config.yaml") << ServerConfigText(scans_per_submap);
 }
@@ -32,11 +36,10 @@ std::string ServerProcess::own_address() const { return absl::StrCat("unix:", fo
 
 void ServerProcess::Launch() {
   std::filesystem::remove(folder_ + "/own");
-  process_ = std::make_unique<ChildProcess>(
-      program_,
-      std::vector<std::string>{"--data", data_, "--listen", own_address(), "--config",
-                               folder_ + "/config.yaml"},
-      folder_ + "/log");
+  std::vector<std::string> arguments = {"--data",      data_,      "--listen",
+                                        own_address(), "--config", folder_ + "/config.yaml"};
+  if (!store_.empty()) arguments.insert(arguments.end(), {"--store", store_});
+  process_ = std::make_unique<ChildProcess>(program_, arguments, folder_ + "/log");
 }
 
 bool ServerProcess::WaitUntilUp() {

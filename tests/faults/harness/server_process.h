@@ -18,8 +18,9 @@ std::string ServerConfigText(int scans_per_submap);
 class ServerProcess {
  public:
   // Keeps its sockets, its log and, unless another is named, its data folder in `folder`.
+  // With a `store`, the map is in that database.
   ServerProcess(const std::string& program, const std::string& folder, int scans_per_submap = 8,
-                const std::string& data = "");
+                const std::string& data = "", const std::string& store = "");
 
   // Starts it and returns at once.
   void Launch();
@@ -48,7 +49,7 @@ class ServerProcess {
  private:
   int End();
 
-  const std::string program_, folder_, data_;
+  const std::string program_, folder_, data_, store_;
   std::unique_ptr<ChildProcess> process_;
   std::string log_;
   int exit_code_ = 0;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "storage/postgresql/postgres_store.h"
 #include "storage/sqlite/sqlite_store.h"
 #include "tests/faults/harness/or_throw.h"
 
@@ -93,8 +94,9 @@ class Comparison {
 
 }  // namespace
 
-StoredMap ReadStoredMap(const std::string& folder) {
-  const auto store = OrThrow(storage::OpenSqliteStore(folder));
+StoredMap ReadStoredMap(const std::string& folder, const std::string& database) {
+  const auto store = OrThrow(database.empty() ? storage::OpenSqliteStore(folder)
+                                              : storage::OpenPostgresStore(database, ""));
   StoredMap map;
   for (const SessionRecord& record : OrThrow(store->ListSessions())) {
     StoredSession& session = map[record.id];

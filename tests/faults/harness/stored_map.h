@@ -18,8 +18,9 @@ struct StoredSession {
 };
 using StoredMap = std::map<SessionId, StoredSession>;
 
-// Throws where the folder cannot be read. No server may be on it.
-StoredMap ReadStoredMap(const std::string& folder);
+// The map in the folder, or in the PostgreSQL database `store`. Throws where it cannot be read. No
+// server may be on it.
+StoredMap ReadStoredMap(const std::string& folder, const std::string& store = "");
 
 struct MapDifference {
   uint64_t scans = 0, submaps = 0;            // Of the map that was looked at.

@@ -1,5 +1,4 @@
 // Every store's promises about checkpoints.
-#include "storage/sqlite/sqlite.h"
 #include "tests/storage/contract/map_store_contract.h"
 #include "tests/storage/records.h"
 
@@ -16,8 +15,8 @@ class CheckpointContract : public MapStoreContract {
   }
 };
 
-INSTANTIATE_TEST_SUITE_P(Stores, CheckpointContract,
-                         ::testing::Values(Kind::kMemory, Kind::kSqlite), NameOf);
+INSTANTIATE_TEST_SUITE_P(Stores, CheckpointContract, ::testing::ValuesIn(StoresOfContract()),
+                         NameOf);
 
 Checkpoint MakeCheckpoint(const std::string& session, uint64_t sequence, uint64_t durable) {
   return {SessionId(session), sequence, durable, std::string(100'000, 'c') + '\0' + session};
@@ -67,31 +66,6 @@ TEST_P(CheckpointContract, GoesWithItsSessionAndWhenThatIsFinished) {
   ASSERT_TRUE(store_->DeleteSession(bob_).ok());
   Put({.sessions = {MakeSession("bob-1")}});
   EXPECT_EQ(store_->GetCheckpoint(bob_).status().code(), StatusCode::kNotFound);
-}
-
-TEST(SqliteCheckpoint, SurvivesAndTellsItsNumbersWhereItIsDamaged) {
-  const TemporaryFolder folder;
-  const SessionId alice("alice-1");
-  {
-    auto store = OpenSqliteStore(folder.path());
-    ASSERT_TRUE(store.ok()) << store.status();
-    ASSERT_TRUE((*store)
-                    ->Write({.sessions = {MakeSession("alice-1")},
-                             .checkpoints = {MakeCheckpoint("alice-1", 10, 7)}})
-                    .ok());
-  }
-  EXPECT_EQ((*OpenSqliteStore(folder.path()))->GetCheckpoint(alice)->data,
-            MakeCheckpoint("alice-1", 10, 7).data);
-  {
-    auto database = Connection::Open(folder.database());
-    ASSERT_TRUE(database.ok());
-    ASSERT_TRUE((*database)->Execute("UPDATE checkpoints SET data = zeroblob(5000)").ok());
-  }
-  const auto damaged = (*OpenSqliteStore(folder.path()))->GetCheckpoint(alice);
-  ASSERT_TRUE(damaged.ok()) << damaged.status();
-  EXPECT_EQ(damaged->sequence, 10u);
-  EXPECT_EQ(damaged->durable_sequence, 7u);
-  EXPECT_FALSE(damaged->data.has_value());
 }
 
 }  // namespace

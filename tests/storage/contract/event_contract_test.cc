@@ -121,8 +121,7 @@ TEST(EventKinds, NamesLeadBack) {
   EXPECT_EQ(ParseEventKind("NEWER"), EventKind::kUnknown);
 }
 
-INSTANTIATE_TEST_SUITE_P(Stores, EventContract, ::testing::Values(Kind::kMemory, Kind::kSqlite),
-                         NameOf);
+INSTANTIATE_TEST_SUITE_P(Stores, EventContract, ::testing::ValuesIn(StoresOfContract()), NameOf);
 
 }  // namespace
 }  // namespace isthmus::storage

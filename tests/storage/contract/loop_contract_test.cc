@@ -154,8 +154,7 @@ TEST_P(LoopContract, LosesThemWithTheirSession) {
   EXPECT_EQ(store_->ListAnchors()->at(0).submap.session, bob_);
 }
 
-INSTANTIATE_TEST_SUITE_P(Stores, LoopContract, ::testing::Values(Kind::kMemory, Kind::kSqlite),
-                         NameOf);
+INSTANTIATE_TEST_SUITE_P(Stores, LoopContract, ::testing::ValuesIn(StoresOfContract()), NameOf);
 
 }  // namespace
 }  // namespace isthmus::storage

@@ -1,29 +1,31 @@
-// A store of every kind, empty, for tests of what all of them promise.
+// A store of every kind that a test program knows, empty, for tests of what all of them promise.
 #pragma once
 
 #include <gtest/gtest.h>
 
+#include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
-#include "storage/memory_store.h"
-#include "storage/sqlite/sqlite_store.h"
+#include "storage/map_store.h"
 #include "tests/storage/temporary_folder.h"
 
 namespace isthmus::storage {
 
-enum class Kind { kMemory, kSqlite };
+struct StoreKind {
+  std::string name;
+  // Makes an empty store, in a folder that is for it alone and not made yet.
+  std::function<absl::StatusOr<std::unique_ptr<MapStore>>(const std::string& folder)> open;
+};
 
-class MapStoreContract : public ::testing::TestWithParam<Kind> {
+// What the test program says: each links the tests with stores of its own.
+const std::vector<StoreKind>& StoresOfContract();
+
+class MapStoreContract : public ::testing::TestWithParam<StoreKind> {
  protected:
   void SetUp() override {
-    if (GetParam() == Kind::kMemory) {
-      store_ = MakeMemoryStore();
-      return;
-    }
-    SqliteOptions options;
-    options.sync_every_commit = false;
-    auto store = OpenSqliteStore(folder_.path(), options);
+    auto store = GetParam().open(folder_.path());
     ASSERT_TRUE(store.ok()) << store.status();
     store_ = *std::move(store);
   }
@@ -39,8 +41,8 @@ class MapStoreContract : public ::testing::TestWithParam<Kind> {
   std::unique_ptr<MapStore> store_;
 };
 
-inline std::string NameOf(const ::testing::TestParamInfo<Kind>& info) {
-  return info.param == Kind::kMemory ? "Memory" : "Sqlite";
+inline std::string NameOf(const ::testing::TestParamInfo<StoreKind>& info) {
+  return info.param.name;
 }
 
 }  // namespace isthmus::storage

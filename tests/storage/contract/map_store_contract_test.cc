@@ -356,8 +356,7 @@ TEST_P(MapStoreContract, ServesManyThreads) {
   EXPECT_EQ(store_->ListSubmaps(std::nullopt)->size(), 40u);
 }
 
-INSTANTIATE_TEST_SUITE_P(Stores, MapStoreContract, ::testing::Values(Kind::kMemory, Kind::kSqlite),
-                         NameOf);
+INSTANTIATE_TEST_SUITE_P(Stores, MapStoreContract, ::testing::ValuesIn(StoresOfContract()), NameOf);
 
 }  // namespace
 }  // namespace isthmus::storage

@@ -132,8 +132,7 @@ TEST_P(MatchContract, RefusesEdgesThatAreNotFiniteOrSymmetric) {
   EXPECT_TRUE(store_->ListMatches()->empty());
 }
 
-INSTANTIATE_TEST_SUITE_P(Stores, MatchContract, ::testing::Values(Kind::kMemory, Kind::kSqlite),
-                         NameOf);
+INSTANTIATE_TEST_SUITE_P(Stores, MatchContract, ::testing::ValuesIn(StoresOfContract()), NameOf);
 
 }  // namespace
 }  // namespace isthmus::storage

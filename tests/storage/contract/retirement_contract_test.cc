@@ -96,8 +96,8 @@ TEST_P(RetirementContract, IsPartOfItsBatch) {
   EXPECT_TRUE(store_->GetSubmap({alice_, 0}).ok());
 }
 
-INSTANTIATE_TEST_SUITE_P(Stores, RetirementContract,
-                         ::testing::Values(Kind::kMemory, Kind::kSqlite), NameOf);
+INSTANTIATE_TEST_SUITE_P(Stores, RetirementContract, ::testing::ValuesIn(StoresOfContract()),
+                         NameOf);
 
 }  // namespace
 }  // namespace isthmus::storage

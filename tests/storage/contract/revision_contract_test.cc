@@ -196,8 +196,7 @@ TEST_P(RevisionContract, RefusesMovesThatCannotBe) {
   EXPECT_EQ(code_of({good, Removed("carol-1", 0, 1)}), StatusCode::kOk);
 }
 
-INSTANTIATE_TEST_SUITE_P(Stores, RevisionContract, ::testing::Values(Kind::kMemory, Kind::kSqlite),
-                         NameOf);
+INSTANTIATE_TEST_SUITE_P(Stores, RevisionContract, ::testing::ValuesIn(StoresOfContract()), NameOf);
 
 }  // namespace
 }  // namespace isthmus::storage

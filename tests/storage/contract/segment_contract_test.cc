@@ -12,8 +12,7 @@ class SegmentContract : public MapStoreContract {
   const SessionId second_{"alice-1.2"};
 };
 
-INSTANTIATE_TEST_SUITE_P(Stores, SegmentContract, ::testing::Values(Kind::kMemory, Kind::kSqlite),
-                         NameOf);
+INSTANTIATE_TEST_SUITE_P(Stores, SegmentContract, ::testing::ValuesIn(StoresOfContract()), NameOf);
 
 SessionRecord MakeSegment(uint32_t number, const std::string& first = "alice-1") {
   SessionRecord record = MakeSession(SegmentId(SessionId(first), number).value());

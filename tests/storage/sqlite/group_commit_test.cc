@@ -1,5 +1,5 @@
 // Writers at the same time share commits, and nothing else.
-#include "storage/sqlite/group_commit.h"
+#include "storage/sql/group_commit.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,6 +8,7 @@
 #include <new>
 #include <thread>
 
+#include "storage/sqlite/sqlite.h"
 #include "storage/sqlite/sqlite_store.h"
 #include "tests/storage/records.h"
 #include "tests/storage/temporary_folder.h"
@@ -36,8 +37,8 @@ class GroupCommitTest : public ::testing::Test {
     EXPECT_TRUE(store.ok()) << store.status();
     return *std::move(store);
   }
-  std::unique_ptr<Connection> OpenTable() {
-    auto database = Connection::Open(folder_.database());
+  std::unique_ptr<SqliteConnection> OpenTable() {
+    auto database = SqliteConnection::Open(folder_.database());
     EXPECT_TRUE((*database)->Execute("PRAGMA journal_mode = WAL").ok());
     EXPECT_TRUE((*database)->Execute("CREATE TABLE IF NOT EXISTS t (a INTEGER UNIQUE)").ok());
     return *std::move(database);
@@ -46,7 +47,7 @@ class GroupCommitTest : public ::testing::Test {
     return database.Prepare("INSERT INTO t VALUES (?)").Bind(value).Run();
   }
   std::vector<int64_t> Values() {
-    const auto database = Connection::Open(folder_.database());
+    const auto database = SqliteConnection::Open(folder_.database());
     Statement row = (*database)->Prepare("SELECT a FROM t ORDER BY rowid");
     std::vector<int64_t> values;
     while (*row.Step()) values.push_back(row.Int(0));
@@ -184,6 +185,20 @@ TEST_F(GroupCommitTest, OneThatCannotBeCommittedFailsAlone) {
     EXPECT_EQ(status.ok(), !is_bad) << status;
   });
   EXPECT_EQ(Values().size(), kWriters - 1u);
+}
+
+// A deadlock with an administrator's statement, for one.
+TEST_F(GroupCommitTest, TriesAgainWhatWasTakenBackForOthers) {
+  GroupCommit commit(OpenTable());
+  int runs = 0;
+  const absl::Status status = commit.Run([&](Connection& database) {
+    return ++runs < 3 ? absl::AbortedError("in the way") : Insert(database, 7);
+  });
+  EXPECT_TRUE(status.ok()) << status;
+  EXPECT_EQ(runs, 3);
+  EXPECT_EQ(commit.Run([](Connection&) { return absl::AbortedError("in the way"); }).code(),
+            StatusCode::kUnavailable);
+  EXPECT_EQ(Values(), std::vector<int64_t>{7});
 }
 
 }  // namespace

@@ -15,7 +15,7 @@ class MigrationsTest : public ::testing::Test {
  protected:
   void SetUp() override {
     std::filesystem::create_directories(folder_.path());
-    auto database = Connection::Open(folder_.database());
+    auto database = SqliteConnection::Open(folder_.database());
     ASSERT_TRUE(database.ok()) << database.status();
     database_ = *std::move(database);
   }
@@ -29,7 +29,7 @@ class MigrationsTest : public ::testing::Test {
   const Migration one_{1, "0001_one.sql", "CREATE TABLE t (a INTEGER); INSERT INTO t VALUES (7);"};
   const Migration two_{2, "0002_two.sql", "ALTER TABLE t ADD COLUMN b INTEGER DEFAULT 8"};
   TemporaryFolder folder_;
-  std::unique_ptr<Connection> database_;
+  std::unique_ptr<SqliteConnection> database_;
 };
 
 TEST_F(MigrationsTest, OfTheProgramCountWithoutGaps) {

@@ -11,8 +11,8 @@
 #include <fstream>
 
 #include "core/io/file_io.h"
+#include "storage/sql/rows.h"
 #include "storage/sqlite/migrations.h"
-#include "storage/sqlite/rows.h"
 #include "storage/sqlite/sqlite.h"
 #include "tests/storage/records.h"
 #include "tests/storage/temporary_folder.h"
@@ -34,7 +34,7 @@ class SqliteStoreTest : public ::testing::Test {
 
   // Runs SQL on the database while no store has it.
   void Execute(const std::string& sql) {
-    auto database = Connection::Open(folder_.database());
+    auto database = SqliteConnection::Open(folder_.database());
     ASSERT_TRUE(database.ok()) << database.status();
     const absl::Status status = (*database)->Execute(sql);
     ASSERT_TRUE(status.ok()) << status;
@@ -143,7 +143,7 @@ TEST_F(SqliteStoreTest, RefusesANewerSchemaAndLeavesItAlone) {
 // As a newer program that was killed leaves it: what is newer is in the log only.
 TEST_F(SqliteStoreTest, LeavesTheLogOfANewerSchemaAlone) {
   ASSERT_TRUE(Open()->Write(FullBatch()).ok());
-  auto newer = Connection::Open(folder_.database());
+  auto newer = SqliteConnection::Open(folder_.database());
   ASSERT_TRUE((*newer)->SetCheckpointOnClose(false).ok());
   ASSERT_TRUE((*newer)->Execute("PRAGMA user_version = 99").ok());
   newer->reset();
@@ -327,7 +327,7 @@ TEST_F(SqliteStoreTest, ForgetsOldRevisions) {
     ASSERT_TRUE(store->Write({.revision = MakeRevision(2 * i)}).ok());
   }
   store.reset();
-  auto database = Connection::Open(folder_.database());
+  auto database = SqliteConnection::Open(folder_.database());
   Statement count = (*database)->Prepare(
       "SELECT count(*), min(revision), (SELECT count(*) FROM placements) FROM revisions");
   ASSERT_TRUE(*count.Step());
@@ -346,7 +346,7 @@ TEST_F(SqliteStoreTest, KeepsIntegrityThroughDeletions) {
   const absl::Status deleted = store->DeleteSession(alice_);
   ASSERT_TRUE(deleted.ok()) << deleted;
   store.reset();
-  auto database = Connection::Open(folder_.database());
+  auto database = SqliteConnection::Open(folder_.database());
   for (const char* table : {"trajectory", "submaps", "submap_blobs", "submap_bounds", "features",
                             "matches", "match_stages", "match_rivals", "loops", "anchors"}) {
     Statement count = (*database)->Prepare(std::string("SELECT count(*) FROM ") + table);
@@ -360,13 +360,36 @@ TEST_F(SqliteStoreTest, KeepsIntegrityThroughDeletions) {
 
 TEST_F(SqliteStoreTest, SaysWhoseFileItIs) {
   Open();
-  auto database = Connection::Open(folder_.database());
+  auto database = SqliteConnection::Open(folder_.database());
   Statement id = (*database)->Prepare("PRAGMA application_id");
   ASSERT_TRUE(*id.Step());
   EXPECT_EQ(id.Int(0), kApplicationId);
   Statement mode = (*database)->Prepare("PRAGMA journal_mode");
   ASSERT_TRUE(*mode.Step());
   EXPECT_EQ(mode.Text(0), "wal");
+}
+
+TEST(SqliteCheckpoint, SurvivesAndTellsItsNumbersWhereItIsDamaged) {
+  const Checkpoint checkpoint{SessionId("alice-1"), 10, 7, std::string(100'000, 'c')};
+  const TemporaryFolder folder;
+  const SessionId alice("alice-1");
+  {
+    auto store = OpenSqliteStore(folder.path());
+    ASSERT_TRUE(store.ok()) << store.status();
+    ASSERT_TRUE(
+        (*store)->Write({.sessions = {MakeSession("alice-1")}, .checkpoints = {checkpoint}}).ok());
+  }
+  EXPECT_EQ((*OpenSqliteStore(folder.path()))->GetCheckpoint(alice)->data, checkpoint.data);
+  {
+    auto database = SqliteConnection::Open(folder.database());
+    ASSERT_TRUE(database.ok());
+    ASSERT_TRUE((*database)->Execute("UPDATE checkpoints SET data = zeroblob(5000)").ok());
+  }
+  const auto damaged = (*OpenSqliteStore(folder.path()))->GetCheckpoint(alice);
+  ASSERT_TRUE(damaged.ok()) << damaged.status();
+  EXPECT_EQ(damaged->sequence, 10u);
+  EXPECT_EQ(damaged->durable_sequence, 7u);
+  EXPECT_FALSE(damaged->data.has_value());
 }
 
 }  // namespace

@@ -154,7 +154,7 @@ TEST_F(BackupTest, SaysWhenItsDiskIsFull) {
 TEST_F(BackupTest, KeepsAndReportsWhatIsDamaged) {
   store_ = nullptr;
   {
-    auto database = Connection::Open(map_ + "/isthmus.db");
+    auto database = SqliteConnection::Open(map_ + "/isthmus.db");
     ASSERT_TRUE((*database)->Execute("UPDATE submap_blobs SET data = x'00' WHERE submap = 3").ok());
   }
   const auto report = BackUp(map_, target_);
@@ -167,7 +167,7 @@ TEST_F(BackupTest, KeepsAndReportsWhatIsDamaged) {
 TEST_F(BackupTest, RefusesANewerMap) {
   store_ = nullptr;
   {
-    auto database = Connection::Open(map_ + "/isthmus.db");
+    auto database = SqliteConnection::Open(map_ + "/isthmus.db");
     ASSERT_TRUE((*database)->Execute("PRAGMA user_version = 99").ok());
   }
   EXPECT_EQ(BackUp(map_, target_).status().code(), StatusCode::kFailedPrecondition);

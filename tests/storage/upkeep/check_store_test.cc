@@ -49,7 +49,7 @@ class CheckStoreTest : public ::testing::Test {
   }
 
   void Execute(const std::string& sql) {
-    auto database = Connection::Open(folder_.database());
+    auto database = SqliteConnection::Open(folder_.database());
     ASSERT_TRUE(database.ok()) << database.status();
     const absl::Status status = (*database)->Execute(sql);
     ASSERT_TRUE(status.ok()) << status;
@@ -178,7 +178,7 @@ TEST_F(CheckStoreTest, AMissingLogIsAnOlderMap) {
 }
 
 TEST_F(CheckStoreTest, ReadsTheLogToo) {
-  auto database = Connection::Open(folder_.database());
+  auto database = SqliteConnection::Open(folder_.database());
   ASSERT_TRUE((*database)->SetCheckpointOnClose(false).ok());
   ASSERT_TRUE((*database)->Execute("UPDATE loops SET edges = CAST('IME1' AS BLOB)").ok());
   database->reset();
@@ -191,7 +191,7 @@ TEST_F(CheckStoreTest, ReadsTheLogToo) {
 // cut's doing. What came before is served.
 TEST_F(CheckStoreTest, TellsADamagedLogFromATornEnd) {
   const std::string log = folder_.database() + "-wal";
-  auto database = Connection::Open(folder_.database());
+  auto database = SqliteConnection::Open(folder_.database());
   ASSERT_TRUE((*database)->SetCheckpointOnClose(false).ok());
   std::vector<size_t> ends;
   for (int scan = 1; scan <= 3; ++scan) {

@@ -1,0 +1,63 @@
+// isthmus copy: a map from a folder to a PostgreSQL database, back, or to another of either.
+#include <absl/strings/str_format.h>
+
+#include <memory>
+#include <string>
+
+#include "client/console/console.h"
+#include "client/console/exit_code.h"
+#include "client/console/json.h"
+#include "client/console/offline_commands.h"
+#include "client/offline/commands.h"
+#include "storage/upkeep/copy_map.h"
+
+namespace isthmus::cli {
+namespace {
+
+struct CopyArguments {
+  storage::MapPlace from, to;
+  bool json = false;
+};
+
+int RunCopy(const CopyArguments& options) {
+  const auto report = storage::CopyMap(options.from, options.to);
+  const bool is_input =
+      absl::IsNotFound(report.status()) || absl::IsAlreadyExists(report.status()) ||
+      absl::IsFailedPrecondition(report.status()) || absl::IsInvalidArgument(report.status());
+  if (is_input) return FailInput(report.status());
+  if (!report.ok()) return Fail(kFailed, report.status());
+  if (options.json) {
+    Print(Json{{"schema", report->schema},
+               {"records", report->records},
+               {"sessions", report->sessions},
+               {"submaps", report->submaps},
+               {"scans", report->scans},
+               {"matches", report->matches},
+               {"revisions", report->revisions},
+               {"events", report->events}});
+  } else {
+    absl::PrintF(
+        "%d records copied and read back: %d sessions, %d submaps, %d scans, %d matches, %d "
+        "revisions, %d events\n",
+        report->records, report->sessions, report->submaps, report->scans, report->matches,
+        report->revisions, report->events);
+  }
+  return kOk;
+}
+
+}  // namespace
+
+void AddCopy(CLI::App& app, Action& action) {
+  auto options = std::make_shared<CopyArguments>();
+  CLI::App* command = AddOfflineCommand(app, "copy");
+  command->add_option("FROM", options->from.where, "Map folder, or postgresql://USER@HOST/DATABASE")
+      ->required();
+  command->add_option("TO", options->to.where, "Likewise; no map may be there yet")->required();
+  command->add_option("--from-site", options->from.site,
+                      "Site of the map in the database FROM; otherwise the default one");
+  command->add_option("--to-site", options->to.site, "Likewise of TO");
+  command->add_flag("--json", options->json, "Summary as JSON");
+  command->callback([options, &action] { action = [options] { return RunCopy(*options); }; });
+}
+
+}  // namespace isthmus::cli

@@ -1,0 +1,40 @@
+// The judged numbers of the store in PostgreSQL.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+
+namespace isthmus::storage {
+
+// Statements sent before their answers are read. An answer is some 60 bytes, and what nobody reads
+// has to fit into the socket's buffer (200 KB by Linux's default): were it more, both ends would
+// wait for each other for ever.
+inline constexpr size_t kSentAtOnce = 256;
+
+// Connections that read: a query, an export, and two matchers. More would take the server's memory
+// (about 10 MB each) and would wait for its disk.
+inline constexpr int kPostgresReaders = 4;
+
+// A connection that gives no sign for so long is lost. Shorter would cut links that stall for a
+// moment; while it lasts nothing can be stored, and nobody else can take a dead machine's site.
+inline constexpr std::chrono::seconds kSilence{15};
+
+// How long a connection may take to be made. A local one takes milliseconds.
+inline constexpr std::chrono::seconds kConnecting{10};
+
+// Between attempts to connect anew: doubled from one to the other. The server itself tries to store
+// once a second; a longer last pause would be a longer wait after PostgreSQL is back.
+inline constexpr std::chrono::milliseconds kFirstPause{100};
+inline constexpr std::chrono::milliseconds kLastPause{2000};
+
+// How long to wait for a site's lock before telling who holds it. A killed server's goes as soon as
+// PostgreSQL sees that its socket is closed, at the latest after the statement under way.
+inline constexpr std::chrono::seconds kWaitForLock{5};
+
+// Rows of those who had a site open, for whoever asks later who wrote when.
+inline constexpr int kOwnersKept = 100;
+
+// Between two looks at how large the tables are. The question takes milliseconds.
+inline constexpr std::chrono::seconds kSizeIsGoodFor{60};
+
+}  // namespace isthmus::storage

@@ -1,0 +1,84 @@
+#include "storage/postgresql/postgres_store.h"
+
+#include <absl/strings/str_cat.h>
+
+#include <atomic>
+#include <chrono>
+#include <utility>
+
+#include "storage/postgresql/limits.h"
+#include "storage/postgresql/site_writer.h"
+#include "storage/sql/sql_store.h"
+
+namespace isthmus::storage {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+class PostgresStore : public SqlStore {
+ public:
+  using SqlStore::SqlStore;
+
+  absl::Status Write(const WriteBatch& batch) override {
+    absl::Status status = SqlStore::Write(batch);
+    if (status.ok()) LookAtSize();
+    return status;
+  }
+
+  StoreSize SizeOnDisk() const override { return {size_, 0}; }
+
+  // Asks the database how large its tables are, unless that was asked a moment ago.
+  void LookAtSize() {
+    const auto now = Clock::now().time_since_epoch();
+    Clock::rep next = next_look_;
+    if (now.count() < next) return;
+    const Clock::rep later = (now + Clock::duration(kSizeIsGoodFor)).count();
+    if (!next_look_.compare_exchange_strong(next, later)) return;
+    const auto bytes = AtOneMoment<int64_t>([](Connection& reader) {
+      return reader.ReadNumber(
+          "SELECT coalesce(sum(pg_total_relation_size(c.oid)), 0)::bigint FROM pg_class c "
+          "JOIN pg_namespace n ON n.oid = c.relnamespace "
+          "WHERE n.nspname = current_schema() AND c.relkind = 'r'");
+    });
+    if (bytes.ok()) size_ = static_cast<uint64_t>(*bytes);
+  }
+
+ private:
+  std::atomic<uint64_t> size_{0};
+  std::atomic<Clock::rep> next_look_{0};
+};
+
+}  // namespace
+
+std::string SchemaOfSite(const std::string& site) {
+  return site.empty() ? "isthmus" : absl::StrCat("isthmus_", site);
+}
+
+absl::StatusOr<std::unique_ptr<MapStore>> OpenPostgresStore(const std::string& url,
+                                                            const std::string& site,
+                                                            const PostgresOptions& options) {
+  if (auto status = CheckResolution(options.resolution_m); !status.ok()) return status;
+  if (absl::Status status = CheckPostgresUrl(url); !status.ok()) return status;
+  constexpr size_t kLongestName = 63;  // PostgreSQL cuts longer ones off.
+  if (SchemaOfSite(site).size() > kLongestName) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "the site ", site, " has too long a name for PostgreSQL, which takes 55 characters"));
+  }
+  PostgresTarget target{url, SchemaOfSite(site), "", options.sync_every_commit};
+  target.application = absl::StrCat(target.schema, " writer");
+  auto writer = SiteWriter::Open(target, options.on_problem);
+  if (!writer.ok()) return writer.status();
+  target.application = absl::StrCat(target.schema, " reader");
+  std::vector<std::unique_ptr<Connection>> readers;
+  for (int i = 0; i < kPostgresReaders; ++i) {
+    auto reader = PostgresConnection::Open(target);
+    if (!reader.ok()) return reader.status();
+    readers.push_back(*std::move(reader));
+  }
+  auto store =
+      std::make_unique<PostgresStore>(*std::move(writer), std::move(readers), options.resolution_m);
+  store->LookAtSize();
+  return store;
+}
+
+}  // namespace isthmus::storage

@@ -1,0 +1,38 @@
+// The store in PostgreSQL: a schema of a database for each site.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "storage/map_store.h"
+
+namespace isthmus::storage {
+
+struct PostgresOptions {
+  // Wait for the disk on every commit (synchronous_commit). Off: a power cut, or a crash of
+  // PostgreSQL, may lose the last commits, never the integrity of the rest.
+  bool sync_every_commit = true;
+  // Step to which submap coordinates are rounded, metres.
+  double resolution_m = 0.001;
+  // Told what a person should know, on opening and later.
+  std::function<void(const std::string& problem)> on_problem = nullptr;
+};
+
+// The schema that a site's tables are in: isthmus, and isthmus_NAME for all but the default site,
+// whose name is empty here.
+std::string SchemaOfSite(const std::string& site);
+
+// Opens, or creates, the site's schema and migrates it to the newest version. `url` is a PostgreSQL
+// connection URL without a password, see postgresql.h. FailedPrecondition as SiteWriter::Open says,
+// Unavailable where the server cannot be reached.
+//
+// While the server is away all is Unavailable; it goes on by itself once it is back. A Write whose
+// commit was under way when the connection was lost waits until the server tells what became of it.
+absl::StatusOr<std::unique_ptr<MapStore>> OpenPostgresStore(const std::string& url,
+                                                            const std::string& site,
+                                                            const PostgresOptions& options = {});
+
+}  // namespace isthmus::storage

@@ -1,0 +1,171 @@
+#include "storage/sql/sql_store.h"
+
+#include <absl/strings/str_cat.h>
+
+#include <cstdint>
+#include <utility>
+
+#include "core/codec/quantized.h"
+#include "storage/batch_rules.h"
+#include "storage/record_rules.h"
+#include "storage/records/submap_codec.h"
+#include "storage/revision_log.h"
+#include "storage/sql/rows.h"
+
+namespace isthmus::storage {
+
+absl::Status CheckResolution(double resolution_m) {
+  if (resolution_m >= codec::kMinResolutionM && resolution_m <= codec::kMaxResolutionM) {
+    return absl::OkStatus();
+  }
+  return absl::InvalidArgumentError(
+      absl::StrCat("the resolution of stored submaps must be ", codec::kMinResolutionM, " to ",
+                   codec::kMaxResolutionM, " m; it is ", resolution_m));
+}
+
+SqlStore::SqlStore(std::unique_ptr<Connection> writer,
+                   std::vector<std::unique_ptr<Connection>> readers, double resolution_m)
+    : resolution_m_(resolution_m), readers_(std::move(readers)), writer_(std::move(writer)) {}
+
+template <typename T, typename Read>
+absl::StatusOr<T> SqlStore::WithSession(const SessionId& session, const Read& read) const {
+  return AtOneMoment<T>([&](Connection& reader) -> absl::StatusOr<T> {
+    absl::StatusOr<std::optional<int64_t>> key = FindSessionKey(reader, session);
+    if (!key.ok()) return key.status();
+    if (!*key) return UnknownSession(session);
+    return read(reader, **key);
+  });
+}
+
+absl::Status SqlStore::Write(const WriteBatch& batch) {
+  std::vector<SubmapRow> encoded;
+  for (const auto& submap : batch.submaps) {
+    absl::StatusOr<std::string> blob = EncodeSubmap(*submap, resolution_m_);
+    // A submap that cannot be encoded breaks a rule, and CheckBatch says it better.
+    if (!blob.ok() && !absl::IsInvalidArgument(blob.status())) return blob.status();
+    encoded.push_back({Summarize(*submap), blob.ok() ? *std::move(blob) : std::string()});
+  }
+  return writer_.Run([&](Connection& database) { return AddBatch(database, batch, encoded); });
+}
+
+absl::Status SqlStore::DeleteSession(const SessionId& session, const std::vector<Event>& events) {
+  if (absl::Status status = CheckEvents(events); !status.ok()) return status;
+  return writer_.Run([&](Connection& database) -> absl::Status {
+    absl::StatusOr<bool> removed = RemoveSession(database, session);
+    if (!removed.ok()) return removed.status();
+    return *removed ? AddEvents(database, events) : UnknownSession(session);
+  });
+}
+
+absl::StatusOr<SessionRecord> SqlStore::GetSession(const SessionId& session) const {
+  auto record = AtOneMoment<std::optional<SessionRecord>>(
+      [&](Connection& reader) { return FindSession(reader, session); });
+  if (!record.ok()) return record.status();
+  if (!*record) return UnknownSession(session);
+  return **std::move(record);
+}
+
+absl::StatusOr<std::vector<SessionRecord>> SqlStore::ListSessions() const {
+  return AtOneMoment<std::vector<SessionRecord>>(SelectSessions);
+}
+
+absl::StatusOr<uint64_t> SqlStore::StoredBytes(const SessionId& session) const {
+  return WithSession<uint64_t>(session, SumBytes);
+}
+
+absl::StatusOr<std::vector<TrajectoryEntry>> SqlStore::GetTrajectory(
+    const SessionId& session) const {
+  return WithSession<std::vector<TrajectoryEntry>>(session, SelectTrajectory);
+}
+
+absl::StatusOr<Checkpoint> SqlStore::GetCheckpoint(const SessionId& session) const {
+  auto found = WithSession<std::optional<Checkpoint>>(session, FindCheckpoint);
+  if (!found.ok()) return found.status();
+  if (!*found) return NoCheckpoint(session);
+  (*found)->session = session;
+  return **std::move(found);
+}
+
+absl::StatusOr<std::shared_ptr<const Submap>> SqlStore::GetSubmap(const SubmapId& id) const {
+  absl::StatusOr<SubmapRow> row =
+      AtOneMoment<SubmapRow>([&](Connection& reader) { return FindSubmap(reader, id); });
+  if (!row.ok()) return row.status();
+  return UnpackSubmap(*row);
+}
+
+absl::StatusOr<std::vector<SubmapInfo>> SqlStore::ListSubmaps(
+    const std::optional<SessionId>& session) const {
+  using Infos = std::vector<SubmapInfo>;
+  if (session) return WithSession<Infos>(*session, SelectSubmaps);
+  return AtOneMoment<Infos>([](Connection& reader) { return SelectSubmaps(reader, std::nullopt); });
+}
+
+absl::StatusOr<std::vector<SubmapInfo>> SqlStore::FindSubmaps(const SessionId& session,
+                                                              const Box& box_odom) const {
+  auto infos = WithSession<std::vector<SubmapInfo>>(session, [&](Connection& reader, int64_t key) {
+    return SelectSubmapsNear(reader, key, box_odom);
+  });
+  if (!infos.ok()) return infos;
+  std::erase_if(*infos, [&](const SubmapInfo& info) {
+    return !Transform(info.T_odom_submap, info.bounds).Intersects(box_odom);
+  });
+  return infos;
+}
+
+absl::StatusOr<std::vector<Match>> SqlStore::ListMatches() const {
+  return AtOneMoment<std::vector<Match>>(SelectMatches);
+}
+
+absl::StatusOr<std::vector<ManualDecision>> SqlStore::ListManualDecisions() const {
+  return AtOneMoment<std::vector<ManualDecision>>(SelectManualDecisions);
+}
+
+absl::StatusOr<std::vector<LoopClosure>> SqlStore::ListLoops() const {
+  return AtOneMoment<std::vector<LoopClosure>>(SelectLoops);
+}
+
+absl::StatusOr<std::vector<Anchor>> SqlStore::ListAnchors() const {
+  return AtOneMoment<std::vector<Anchor>>(SelectAnchors);
+}
+
+absl::StatusOr<std::optional<Datum>> SqlStore::GetDatum() const {
+  return AtOneMoment<std::optional<Datum>>(SelectDatum);
+}
+
+absl::StatusOr<MapRevision> SqlStore::LatestRevision() const {
+  return AtOneMoment<MapRevision>(SelectLatestRevision);
+}
+
+absl::StatusOr<std::vector<RevisionInfo>> SqlStore::ListRevisions(int limit) const {
+  return AtOneMoment<std::vector<RevisionInfo>>(
+      [&](Connection& reader) { return SelectRevisions(reader, limit); });
+}
+
+absl::StatusOr<std::vector<std::pair<int64_t, SubmapMove>>> SqlStore::ListMoves(int64_t from,
+                                                                                int64_t to) const {
+  using Moves = std::vector<std::pair<int64_t, SubmapMove>>;
+  return AtOneMoment<Moves>([&](Connection& reader) -> absl::StatusOr<Moves> {
+    absl::StatusOr<int64_t> oldest = OldestComparableRevision(reader);
+    if (!oldest.ok()) return oldest.status();
+    absl::StatusOr<int64_t> latest = LatestRevisionNumber(reader);
+    if (!latest.ok()) return latest.status();
+    if (auto status = CheckRange(from, to, *oldest, *latest); !status.ok()) return status;
+    return SelectMoves(reader, from, to);
+  });
+}
+
+absl::StatusOr<EventPage> SqlStore::ListEvents(const EventQuery& query) const {
+  return AtOneMoment<EventPage>([&](Connection& reader) { return SelectEvents(reader, query); });
+}
+
+absl::Status SqlStore::PutFeatures(const FeatureBlob& blob) {
+  return writer_.Run([&](Connection& database) { return PutFeatureRow(database, blob); });
+}
+
+absl::StatusOr<std::string> SqlStore::GetFeatures(const SubmapId& submap,
+                                                  const std::string& kind) const {
+  return AtOneMoment<std::string>(
+      [&](Connection& reader) { return FindFeatures(reader, submap, kind); });
+}
+
+}  // namespace isthmus::storage

@@ -1,0 +1,84 @@
+// A store in an SQL database: one connection writes, for all who come at a time together; a few
+// others read.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "storage/map_store.h"
+#include "storage/sql/connection_pool.h"
+#include "storage/sql/group_commit.h"
+
+namespace isthmus::storage {
+
+// InvalidArgument for a step to which coordinates cannot be rounded.
+absl::Status CheckResolution(double resolution_m);
+
+// All of MapStore's promises but SizeOnDisk. Readers see the last commit and wait for no writer,
+// whose commits wait for the disk. Submaps are packed and unpacked outside of both. Reading is
+// tried again where the way to the database was lost meanwhile.
+class SqlStore : public MapStore {
+ public:
+  // The writer has the newest schema, of which rows.h speaks; submaps' coordinates are rounded to
+  // `resolution_m`.
+  SqlStore(std::unique_ptr<Connection> writer, std::vector<std::unique_ptr<Connection>> readers,
+           double resolution_m);
+
+  absl::Status Write(const WriteBatch& batch) override;
+  using MapStore::DeleteSession;
+  absl::Status DeleteSession(const SessionId& session, const std::vector<Event>& events) override;
+  absl::Status PutFeatures(const FeatureBlob& blob) override;
+
+  absl::StatusOr<SessionRecord> GetSession(const SessionId& session) const override;
+  absl::StatusOr<std::vector<SessionRecord>> ListSessions() const override;
+  absl::StatusOr<uint64_t> StoredBytes(const SessionId& session) const override;
+  absl::StatusOr<std::vector<TrajectoryEntry>> GetTrajectory(
+      const SessionId& session) const override;
+  absl::StatusOr<Checkpoint> GetCheckpoint(const SessionId& session) const override;
+  absl::StatusOr<std::shared_ptr<const Submap>> GetSubmap(const SubmapId& id) const override;
+  absl::StatusOr<std::vector<SubmapInfo>> ListSubmaps(
+      const std::optional<SessionId>& session) const override;
+  absl::StatusOr<std::vector<SubmapInfo>> FindSubmaps(const SessionId& session,
+                                                      const Box& box_odom) const override;
+  absl::StatusOr<std::vector<Match>> ListMatches() const override;
+  absl::StatusOr<std::vector<ManualDecision>> ListManualDecisions() const override;
+  absl::StatusOr<std::vector<LoopClosure>> ListLoops() const override;
+  absl::StatusOr<std::vector<Anchor>> ListAnchors() const override;
+  absl::StatusOr<std::optional<Datum>> GetDatum() const override;
+  absl::StatusOr<MapRevision> LatestRevision() const override;
+  absl::StatusOr<std::vector<RevisionInfo>> ListRevisions(int limit) const override;
+  absl::StatusOr<std::vector<std::pair<int64_t, SubmapMove>>> ListMoves(int64_t from,
+                                                                        int64_t to) const override;
+  absl::StatusOr<EventPage> ListEvents(const EventQuery& query) const override;
+  absl::StatusOr<std::string> GetFeatures(const SubmapId& submap,
+                                          const std::string& kind) const override;
+
+ protected:
+  // Runs `read` so that all its statements see the same commit.
+  template <typename T, typename Read>
+  absl::StatusOr<T> AtOneMoment(const Read& read) const {
+    const ConnectionPool::Lease reader = readers_.Borrow();
+    absl::StatusOr<T> result = ReadOnce<T>(*reader, read);
+    // Nothing was changed: what the connection lost can be asked again, by a new way.
+    if (result.ok() || !(*reader).IsLost()) return result;
+    return ReadOnce<T>(*reader, read);
+  }
+
+ private:
+  template <typename T, typename Read>
+  static absl::StatusOr<T> ReadOnce(Connection& reader, const Read& read) {
+    Transaction snapshot(reader, Transaction::Kind::kRead);
+    if (!snapshot.status().ok()) return snapshot.status();
+    return read(reader);
+  }
+  // `read` with the key of the session; NotFound for an unknown one.
+  template <typename T, typename Read>
+  absl::StatusOr<T> WithSession(const SessionId& session, const Read& read) const;
+
+  const double resolution_m_;
+  mutable ConnectionPool readers_;
+  GroupCommit writer_;
+};
+
+}  // namespace isthmus::storage

@@ -1,0 +1,308 @@
+#include "storage/upkeep/copy_map.h"
+
+#include <absl/strings/match.h>
+#include <absl/strings/str_cat.h>
+#include <absl/strings/str_join.h>
+
+#include <bit>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include "core/io/crc32c.h"
+#include "core/io/directory_lock.h"
+#include "storage/postgresql/migrations.h"
+#include "storage/postgresql/postgres_store.h"
+#include "storage/postgresql/site_writer.h"
+#include "storage/sql/rows.h"
+#include "storage/sql/tables.h"
+#include "storage/sqlite/migrations.h"
+#include "storage/sqlite/open_marker.h"
+
+namespace isthmus::storage {
+namespace {
+
+using Kind = TableColumn::Kind;
+
+// A database that nobody else uses meanwhile.
+struct OpenPlace {
+  std::unique_ptr<io::DirectoryLock> lock;  // Of the folder; goes last.
+  std::unique_ptr<Connection> database;
+  int64_t schema = 0;
+};
+
+bool IsDatabase(const MapPlace& place) {
+  return absl::StartsWith(place.where, "postgresql://") ||
+         absl::StartsWith(place.where, "postgres://");
+}
+
+absl::StatusOr<OpenPlace> OpenSite(const MapPlace& place) {
+  if (absl::Status status = CheckPostgresUrl(place.where); !status.ok()) return status;
+  auto writer =
+      SiteWriter::Open({place.where, SchemaOfSite(place.site), "isthmus copy", true}, nullptr);
+  if (!writer.ok()) return writer.status();
+  return OpenPlace{nullptr, *std::move(writer), PostgresMigrations().back().version};
+}
+
+// NotFound where there is no such site: to look is not to make one.
+absl::Status ExpectSite(const MapPlace& place) {
+  if (absl::Status status = CheckPostgresUrl(place.where); !status.ok()) return status;
+  const std::string schema = SchemaOfSite(place.site);
+  auto database = PostgresConnection::Open({place.where, schema, "isthmus copy", true});
+  if (!database.ok()) return database.status();
+  const absl::StatusOr<bool> found =
+      (*database)->Prepare("SELECT 1 FROM pg_namespace WHERE nspname = ?").Bind(schema).Step();
+  if (!found.ok() || *found) return found.status();
+  return absl::NotFoundError(absl::StrCat("there is no map: the database has no schema ", schema));
+}
+
+absl::StatusOr<OpenPlace> OpenSource(const MapPlace& place) {
+  if (IsDatabase(place)) {
+    if (absl::Status status = ExpectSite(place); !status.ok()) return status;
+    return OpenSite(place);
+  }
+  const std::string path = place.where + "/isthmus.db";
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error)) {
+    return absl::NotFoundError(absl::StrCat("there is no map: ", path, " does not exist"));
+  }
+  OpenPlace open;
+  auto lock = io::DirectoryLock::TakeExisting(place.where);
+  if (!lock.ok()) return lock.status();
+  open.lock = *std::move(lock);
+  if (const std::string missing = MissingLog(place.where); !missing.empty()) {
+    return absl::DataLossError(missing);
+  }
+  auto database = SqliteConnection::Open(path, SqliteConnection::Access::kReadOnly);
+  if (!database.ok()) return database.status();
+  if (auto status = CheckSchema(**database); !status.ok()) return status;
+  const auto schema = (*database)->ReadNumber("PRAGMA user_version");
+  if (!schema.ok()) return schema.status();
+  open.schema = *schema;
+  open.database = *std::move(database);
+  if (open.schema == Migrations().back().version) return open;
+  return absl::FailedPreconditionError(
+      absl::StrCat(place.where, " has the older schema ", open.schema,
+                   ": start isthmus-server on it once, which brings it to the newest"));
+}
+
+absl::StatusOr<OpenPlace> OpenTarget(const MapPlace& place) {
+  if (IsDatabase(place)) return OpenSite(place);
+  std::error_code error;
+  std::filesystem::create_directories(place.where, error);
+  OpenPlace open;
+  auto lock = io::DirectoryLock::Acquire(place.where);
+  if (!lock.ok()) return lock.status();
+  open.lock = *std::move(lock);
+  auto database = SqliteConnection::Open(place.where + "/isthmus.db");
+  if (!database.ok()) return database.status();
+  absl::Status status = CheckSchema(**database);
+  if (status.ok()) {
+    status = (*database)->Execute(
+        "PRAGMA journal_mode = WAL; PRAGMA foreign_keys = ON; PRAGMA synchronous = FULL");
+  }
+  if (status.ok()) status = Migrate(**database);
+  if (!status.ok()) return status;
+  open.schema = Migrations().back().version;
+  open.database = *std::move(database);
+  return open;
+}
+
+struct Value {
+  bool is_null = false;
+  int64_t number = 0;
+  double real = 0;
+  std::string bytes = {};  // Of texts and blobs.
+};
+using Row = std::vector<Value>;
+
+Row ReadRow(const Statement& statement, const Table& table) {
+  Row row(table.columns.size());
+  for (size_t i = 0; i < row.size(); ++i) {
+    const int column = static_cast<int>(i);
+    row[i].is_null = statement.IsNull(column);
+    if (row[i].is_null) continue;
+    switch (table.columns[i].kind) {
+      case Kind::kNumber:
+        row[i].number = statement.Int(column);
+        break;
+      case Kind::kReal:
+        row[i].real = statement.Real(column);
+        break;
+      case Kind::kText:
+      case Kind::kBlob:
+        row[i].bytes = statement.Text(column);
+        break;
+    }
+  }
+  return row;
+}
+
+void BindValue(const Value& value, Kind kind, Statement& statement) {
+  if (value.is_null) {
+    statement.BindNull();
+  } else if (kind == Kind::kNumber) {
+    statement.Bind(value.number);
+  } else if (kind == Kind::kReal) {
+    statement.Bind(value.real);
+  } else if (kind == Kind::kText) {
+    statement.Bind(value.bytes);
+  } else {
+    statement.BindBlob(value.bytes);
+  }
+}
+
+// Count and checksum of rows, in their order, as far as they were added.
+struct Sum {
+  int64_t rows = 0;
+  uint32_t crc32c = 0;
+
+  void Add(const Row& row) {
+    ++rows;
+    std::string bytes;
+    const auto add = [&bytes](uint64_t number) {
+      bytes.append(reinterpret_cast<const char*>(&number), sizeof(number));
+    };
+    add(crc32c);
+    for (const Value& value : row) {
+      add(value.is_null ? 1 : 0);
+      add(static_cast<uint64_t>(value.number));
+      add(std::bit_cast<uint64_t>(value.real));
+      add(value.bytes.size());
+      bytes += value.bytes;
+    }
+    crc32c = io::Crc32c(bytes.data(), bytes.size());
+  }
+  bool operator==(const Sum&) const = default;
+};
+
+std::string Names(const Table& table, size_t count) {
+  return absl::StrJoin(table.columns.begin(), table.columns.begin() + static_cast<long>(count),
+                       ", ", [](std::string* out, const TableColumn& c) { out->append(c.name); });
+}
+
+std::string Marks(size_t count) {
+  return absl::StrJoin(std::vector<std::string>(count, "?"), ", ");
+}
+
+// Calls `visit` for every row, in order of the key, a page at a time: none holds all of a table.
+template <typename Visit>
+absl::Status ForEachRowOf(Connection& database, const Table& table, const Visit& visit) {
+  const int page_size = table.has_blobs ? 16 : 2000;
+  const std::string keys = Names(table, table.keys);
+  const std::string select =
+      absl::StrCat("SELECT ", Names(table, table.columns.size()), " FROM ", table.name);
+  const std::string order = absl::StrCat(" ORDER BY ", keys, " LIMIT ", page_size);
+  std::optional<Row> last;
+  while (true) {
+    std::string sql = select;
+    if (last) absl::StrAppend(&sql, " WHERE (", keys, ") > (", Marks(table.keys), ")");
+    Statement statement = database.Prepare(sql + order);
+    for (size_t i = 0; last && i < table.keys; ++i) {
+      BindValue((*last)[i], table.columns[i].kind, statement);
+    }
+    const auto page = statement.ReadAll([&](const Statement& row) { return ReadRow(row, table); });
+    if (!page.ok()) return page.status();
+    for (const Row& row : *page) {
+      if (absl::Status status = visit(row); !status.ok()) return status;
+    }
+    if (page->size() < static_cast<size_t>(page_size)) return absl::OkStatus();
+    last = page->back();
+  }
+}
+
+absl::Status CopyTable(Connection& from, Connection& to, const Table& table, int64_t* records,
+                       const CopyProgress& progress) {
+  Sum sent, found;
+  const std::string insert =
+      absl::StrCat("INSERT INTO ", table.name, " (", Names(table, table.columns.size()),
+                   ") VALUES (", Marks(table.columns.size()), ")");
+  absl::Status status = ForEachRowOf(from, table, [&](const Row& row) {
+    Statement statement = to.Prepare(insert);
+    for (size_t i = 0; i < row.size(); ++i) BindValue(row[i], table.columns[i].kind, statement);
+    sent.Add(row);
+    ++*records;
+    if (progress) progress(*records);
+    return statement.Run();
+  });
+  if (!status.ok()) {
+    return absl::Status(status.code(), absl::StrCat("table ", table.name, ": ", status.message()));
+  }
+  status = ForEachRowOf(to, table, [&found](const Row& row) {
+    found.Add(row);
+    return absl::OkStatus();
+  });
+  if (!status.ok() || found == sent) return status;
+  return absl::DataLossError(absl::StrCat("table ", table.name, ": ", sent.rows,
+                                          " records were written and ", found.rows,
+                                          " read back, or others: nothing was kept"));
+}
+
+// Keys that the database counts go on behind those that are there.
+absl::Status CountOn(Connection& database, const Table& table) {
+  return database
+      .Prepare(absl::StrCat("SELECT setval(pg_get_serial_sequence('", table.name,
+                            "', 'key'), (SELECT coalesce(max(key), 0) + 1 FROM ", table.name,
+                            "), false)"))
+      .Step()
+      .status();
+}
+
+absl::Status ExpectNoMap(Connection& database, const MapPlace& place) {
+  for (const Table& table : MapTables()) {
+    const auto rows = database.ReadNumber(absl::StrCat("SELECT count(*) FROM ", table.name));
+    if (!rows.ok()) return rows.status();
+    if (*rows == 0) continue;
+    return absl::AlreadyExistsError(
+        absl::StrCat(place.where, " has a map already; name a place without one"));
+  }
+  return absl::OkStatus();
+}
+
+absl::Status CopyTables(const OpenPlace& from, const OpenPlace& to, bool is_database,
+                        CopyReport* report, const CopyProgress& progress) {
+  for (const Table& table : MapTables()) {
+    const int64_t before = report->records;
+    absl::Status status =
+        CopyTable(*from.database, *to.database, table, &report->records, progress);
+    if (status.ok() && is_database && table.counts_keys) status = CountOn(*to.database, table);
+    if (!status.ok()) return status;
+    const int64_t count = report->records - before;
+    if (table.name == "sessions") report->sessions = count;
+    if (table.name == "trajectory") report->scans = count;
+    if (table.name == "submaps") report->submaps = count;
+    if (table.name == "matches") report->matches = count;
+    if (table.name == "revisions") report->revisions = count;
+    if (table.name == "events") report->events = count;
+  }
+  return AddMissingBounds(*to.database);
+}
+
+}  // namespace
+
+absl::StatusOr<CopyReport> CopyMap(const MapPlace& from, const MapPlace& to,
+                                   const CopyProgress& progress) {
+  absl::StatusOr<OpenPlace> source = OpenSource(from);
+  if (!source.ok()) return source.status();
+  absl::StatusOr<OpenPlace> target = OpenTarget(to);
+  if (!target.ok()) return target.status();
+  if (source->schema != target->schema) {
+    return absl::InternalError("the two databases have schemas of different numbers");
+  }
+  const Transaction snapshot(*source->database, Transaction::Kind::kRead);
+  if (!snapshot.status().ok()) return snapshot.status();
+  Transaction transaction(*target->database);
+  absl::Status status = transaction.status();
+  if (status.ok()) status = ExpectNoMap(*target->database, to);
+  CopyReport report;
+  report.schema = source->schema;
+  if (status.ok()) status = CopyTables(*source, *target, IsDatabase(to), &report, progress);
+  if (status.ok()) status = transaction.Commit();
+  if (!status.ok()) return status;
+  return report;
+}
+
+}  // namespace isthmus::storage

@@ -1,0 +1,39 @@
+// A map taken from one database to another, record by record as it is.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <cstdint>
+#include <functional>
+#include <string>
+
+namespace isthmus::storage {
+
+// A map folder, or, where it begins with postgresql://, a database; of that, the map of a site:
+// empty, the default one.
+struct MapPlace {
+  std::string where;
+  std::string site = {};
+};
+
+struct CopyReport {
+  int64_t schema = 0;
+  int64_t sessions = 0, submaps = 0, scans = 0, matches = 0, revisions = 0, events = 0;
+  int64_t records = 0;  // Of all tables.
+};
+
+// Called now and then with the records that are copied.
+using CopyProgress = std::function<void(int64_t records)>;
+
+// Copies all records of `from`, as of one moment, to `to`, where there must be no map yet; then
+// reads them back and compares count and checksum of every table. All or nothing: until that was
+// done nothing is committed. No server may be on either (FailedPrecondition, naming it); what lies
+// beside a map in its folder (archived scans, tokens) stays there.
+//
+// NotFound where there is no map at `from`, FailedPrecondition where it has not the newest schema,
+// AlreadyExists where there is a map at `to`, DataLoss when what was read back differs or `from`
+// cannot be read.
+absl::StatusOr<CopyReport> CopyMap(const MapPlace& from, const MapPlace& to,
+                                   const CopyProgress& progress = {});
+
+}  // namespace isthmus::storage
