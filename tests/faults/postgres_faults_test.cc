@@ -39,7 +39,9 @@ TEST_F(PostgresFaults, PostgresIsKilled) {
   Report report;
   report.name = "kill -9 of PostgreSQL";
   const auto server = NewServer(test_, "database_kills");
-  Fleet fleet(test_, {.addresses = {server->address()}});
+  // A robot without a spool gives up a server that refuses its scans.
+  Fleet fleet(test_,
+              {.addresses = {server->address()}, .period_s = 0.1, .spools = server->folder()});
   fleet.Drive();
   constexpr double kSilenceS = 60;
   for (int kill = 0; kill < 3; ++kill) {
