@@ -22,6 +22,8 @@ Submap WallSubmap(const SessionId& session, uint32_t index) {
   for (int k = 0; k < 5; ++k) {
     submap.keyframes.push_back({0, start + k * 100'000'000, Pose(Eigen::Vector3d(k, 0, 0))});
   }
+  submap.first_stamp_ns = start;
+  submap.last_stamp_ns = submap.keyframes.back().stamp_ns;
   for (int i = 0; i < 400; ++i) {
     submap.points.push_back({0.3f * (i % 20), 3.f, 0.2f * (i / 20), 1.f, uint16_t(i * 5 / 400)});
   }

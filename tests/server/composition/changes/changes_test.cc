@@ -22,13 +22,13 @@ const Thing kScreen = MakeBox({-9, 4.0, 0}, {9, 4.1, 4});
 
 using Things = std::vector<Thing>;
 
-auto Always(const Things& things) {
+auto AllAlong(const Things& things) {
   return [things](int) { return things; };
 }
 
 // Two drives of a day through the hall, as one robot's.
 std::vector<LaidSubmap> Day(const std::string& robot, const Things& things) {
-  return {Drive(robot, 0, 0, Always(things)), Drive(robot, 1, -1.5, Always(things))};
+  return {Drive(robot, 0, 0, AllAlong(things)), Drive(robot, 1, -1.5, AllAlong(things))};
 }
 
 struct Outcome {
