@@ -29,7 +29,7 @@ ALLOWED = {
     "server/matching": ({"core", "server/pose_graph"}, STD_LIKE | {"pcl", "fftw"}),
     "server/match_graph": ({"core"}, STD_LIKE),
     "server/placement": ({"core", "server/pose_graph"}, STD_LIKE),
-    "server/composition": ({"core", "core/io"}, STD_LIKE | {"octomap"}),
+    "server/composition": ({"core", "core/io"}, STD_LIKE),
     "server/query": ({"core", "core/formats"}, STD_LIKE),
     # The map's view and its one writer; who works on it; what is asked of it.
     "server/map": ({"core", "server/match_graph", "server/placement", "storage"}, STD_LIKE),
