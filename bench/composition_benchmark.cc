@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "server/composition/composer.h"
-#include "server/composition/occupancy.h"
+#include "server/composition/occupancy/kept_occupancy.h"
 
 namespace isthmus::composition {
 namespace {

@@ -11,7 +11,7 @@
 #include "floam/submap_builder.h"
 #include "server/archive_options.h"
 #include "server/composition/composer.h"
-#include "server/composition/occupancy.h"
+#include "server/composition/occupancy/occupancy_options.h"
 #include "server/matching/loops/loop_options.h"
 #include "server/matching/loops/revisits.h"
 #include "server/matching/pairs/matcher_options.h"
@@ -64,6 +64,8 @@ struct PipelineOptions {
   placement::PlacerOptions placer;
   composition::ComposerOptions composer;
   composition::OccupancyOptions occupancy;
+  // MiB of evidence that OctoMaps are made of, kept from one export to the next.
+  int octomap_cache_mb = 128;
   ArchiveOptions archive;
   RetentionOptions retention;
 };

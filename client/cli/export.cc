@@ -17,6 +17,7 @@
 #include "client/exports/cloud_files.h"
 #include "client/exports/earth_tracks.h"
 #include "client/exports/mcap_file.h"
+#include "core/floors/limits.h"
 #include "core/io/output_file.h"
 
 namespace isthmus::cli {
@@ -31,8 +32,6 @@ const std::map<std::string, ExportFormat> kServerFormats = {
     {"ply", ExportFormat::kPly},
     {"bt", ExportFormat::kOctoMapBinary},
     {"ot", ExportFormat::kOctoMapFull}};
-
-constexpr double kGridResolutionM = 0.05;  // What Nav2's own maps have.
 
 struct ExportOptions {
   ServerOptions server;
@@ -115,9 +114,9 @@ int SaveCloud(client::Client& client, const RegionQuery& query, const ExportOpti
 
 int SaveGrids(client::Client& client, const RegionQuery& query, const ExportOptions& options) {
   GridRequest request{query, std::nullopt, options.output};
-  if (query.resolution_m == 0) request.query.resolution_m = kGridResolutionM;
+  if (query.resolution_m == 0) request.query.resolution_m = floors::kGridCellM;
   if (options.band.size() == 2) {
-    request.band = exports::HeightBand{options.band[0], options.band[1]};
+    request.band = floors::HeightBand{options.band[0], options.band[1]};
   }
   const std::filesystem::path output(options.output);
   if (output.extension() == ".pgm" || output.extension() == ".yaml") {

@@ -17,7 +17,7 @@ constexpr double kEndlessM = 1e7;
 
 // The free space of those heights alone, so that the server keeps no more in memory.
 absl::StatusOr<std::string> ReadOctomap(client::Client& client, const RegionQuery& query,
-                                        const exports::HeightBand& heights) {
+                                        const floors::HeightBand& heights) {
   ExportRequest request{.format = ExportFormat::kOctoMapBinary,
                         .component = query.component,
                         .resolution_m = query.resolution_m,
@@ -39,30 +39,30 @@ absl::StatusOr<std::string> ReadOctomap(client::Client& client, const RegionQuer
   return octomap;
 }
 
-absl::StatusOr<GridFile> WriteGrid(const exports::GridMap& map, const std::string& name) {
+absl::StatusOr<GridFile> WriteGrid(const floors::GridMap& map, const std::string& name) {
   const std::string image = std::filesystem::path(name).filename().string() + ".pgm";
-  absl::Status status = io::WriteOutput(name + ".pgm", exports::FormatPgm(map));
+  absl::Status status = io::WriteOutput(name + ".pgm", floors::FormatPgm(map));
   if (status.ok()) {
-    status = io::WriteOutput(name + ".yaml", exports::FormatMapYaml(map, image));
+    status = io::WriteOutput(name + ".yaml", floors::FormatMapYaml(map, image));
   }
   if (!status.ok()) return status;
-  const auto count = [&map](exports::GridCell cell) {
+  const auto count = [&map](floors::GridCell cell) {
     return std::count(map.cells.begin(), map.cells.end(), cell);
   };
-  return GridFile{name + ".yaml", map.width, map.height, count(exports::GridCell::kOccupied),
-                  count(exports::GridCell::kFree)};
+  return GridFile{name + ".yaml", map.width, map.height, count(floors::GridCell::kOccupied),
+                  count(floors::GridCell::kFree)};
 }
 
 }  // namespace
 
 absl::StatusOr<std::vector<GridFile>> WriteGrids(client::Client& client,
                                                  const GridRequest& request) {
-  std::vector<exports::Floor> floors(1);
+  std::vector<floors::Floor> floors(1);
   if (!request.band) {
     const auto stations =
         exports::ReadStations(client, request.query.component, request.query.robot);
     if (!stations.ok()) return stations.status();
-    floors = exports::FloorsOf(*stations);
+    floors = floors::FloorsOf(*stations);
     if (floors.empty()) {
       return absl::FailedPreconditionError(
           "no robot is in this component yet: there is no floor to draw");
@@ -70,11 +70,11 @@ absl::StatusOr<std::vector<GridFile>> WriteGrids(client::Client& client,
   }
   std::vector<GridFile> files;
   for (size_t i = 0; i < floors.size(); ++i) {
-    const auto heights = request.band.value_or(exports::HeightsAround(floors[i]));
+    const auto heights = request.band.value_or(floors::HeightsAround(floors[i]));
     const auto octomap = ReadOctomap(client, request.query, heights);
     if (!octomap.ok()) return octomap.status();
     if (octomap->empty()) continue;
-    const auto map = exports::GridOf(*octomap, floors[i], request.band);
+    const auto map = floors::GridOf(*octomap, floors[i], request.band);
     if (!map.ok()) return map.status();
     auto file =
         WriteGrid(*map, request.band ? request.name : absl::StrCat(request.name, "_floor", i));

@@ -7,15 +7,15 @@
 #include <string>
 #include <vector>
 
-#include "client/exports/grid_map.h"
 #include "client/library/client.h"
+#include "core/floors/grid_map.h"
 
 namespace isthmus::cli {
 
 struct GridRequest {
-  RegionQuery query;                        // Its resolution is the cells'.
-  std::optional<exports::HeightBand> band;  // Of the map; absent: of each floor.
-  std::string name;                         // Without an extension.
+  RegionQuery query;                       // Its resolution is the cells'.
+  std::optional<floors::HeightBand> band;  // Of the map; absent: of each floor.
+  std::string name;                        // Without an extension.
 };
 
 struct GridFile {

@@ -4,7 +4,7 @@
 
 #include <utility>
 
-#include "client/exports/limits.h"
+#include "core/floors/floors.h"
 
 namespace isthmus::exports {
 
@@ -36,15 +36,7 @@ absl::StatusOr<std::vector<Eigen::Vector3d>> ReadStations(client::Client& client
   const auto tracks = ReadTracks(client, component, robot);
   if (!tracks.ok()) return tracks.status();
   std::vector<Eigen::Vector3d> stations;
-  for (const Track& track : *tracks) {
-    const Eigen::Vector3d* last = nullptr;
-    for (const StampedPose& pose : track.poses) {
-      const Eigen::Vector3d& at = pose.pose.translation();
-      if (last != nullptr && (at - *last).norm() < kStationM) continue;
-      stations.push_back(at);
-      last = &at;
-    }
-  }
+  for (const Track& track : *tracks) floors::AddStations(track.poses, &stations);
   return stations;
 }
 

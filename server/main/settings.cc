@@ -474,6 +474,9 @@ void AddComposition(ServerConfig& config, Table& table) {
             "Leaf size of an OctoMap where a reader names none.");
   table.Add("octomap_max_range_m", &occupancy.max_range_m, 1.0, 1000.0,
             "Rays of an OctoMap are cut here.");
+  table.Add("octomap_cache_mb", &config.pipeline.octomap_cache_mb, 0, 1'000'000,
+            "Memory for what rays found, MiB, kept from one OctoMap to the next, so that only "
+            "what changed is cast again; 0: all is, every time.");
 }
 
 }  // namespace

@@ -63,24 +63,16 @@ absl::Status MapReader::ExportOccupancy(const ExportRequest& request, const Regi
   composition::OccupancyOptions occupancy = occupancy_;
   if (request.resolution_m > 0) occupancy.resolution_m = request.resolution_m;
   occupancy.region = region;
-  std::vector<PlacedSubmap> submaps = map_->view()->PlacedSubmaps();
-  if (!request.robot.empty()) {
-    std::erase_if(submaps, [&](const PlacedSubmap& placed) {
-      return placed.submap == nullptr || placed.submap->robot != request.robot;
-    });
-  }
+  occupancy.robot = request.robot;
+  const std::vector<PlacedSubmap> submaps = map_->view()->PlacedSubmaps();
   const auto format = request.format == ExportFormat::kOctoMapFull
                           ? composition::OccupancyFormat::kFull
                           : composition::OccupancyFormat::kBinary;
-  bool reading = true;
-  const auto read = [&](const SubmapId& id) -> std::shared_ptr<const Submap> {
-    // The tree is built before its first byte goes out: minutes that a reader may not wait for.
-    reading = reading && sink("");
-    return reading ? submaps_->Get(id) : nullptr;
-  };
+  // The evidence is cast before its first byte goes out: minutes that a reader may not wait for.
+  occupancy.region.keep_on = [&sink] { return sink(""); };
+  const auto read = [this](const SubmapId& id) { return submaps_->Get(id); };
   absl::StatusOr<std::string> file =
-      composition::WriteOccupancy(submaps, read, region.component, format, occupancy);
-  if (!reading) return absl::CancelledError("the reader went away");
+      kept_occupancy_.Write(submaps, read, region.component, format, occupancy);
   if (!file.ok()) return file.status();
   for (size_t offset = 0; offset < file->size(); offset += kFileChunk) {
     if (!sink(file->substr(offset, kFileChunk))) {

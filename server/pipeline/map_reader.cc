@@ -47,11 +47,12 @@ absl::Status UnknownRobot(const RobotId& robot) {
 }
 
 MapReader::MapReader(const MapWriter* map, const storage::MapStore* store, SubmapCache* submaps,
-                     const composition::OccupancyOptions& occupancy)
+                     const composition::OccupancyOptions& occupancy, uint64_t kept_occupancy_bytes)
     : map_(map),
       store_(store),
       submaps_(submaps),
       occupancy_(occupancy),
+      kept_occupancy_(kept_occupancy_bytes),
       turns_(std::max(1, static_cast<int>(std::thread::hardware_concurrency()) / 2)) {}
 
 MapInfo MapReader::Describe(const MapView& view) {

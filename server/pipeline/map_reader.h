@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "server/composition/occupancy.h"
+#include "server/composition/occupancy/kept_occupancy.h"
 #include "server/map/map_writer.h"
 #include "server/map/submap_cache.h"
 #include "server/pipeline.h"
@@ -26,7 +26,7 @@ absl::Status UnknownRobot(const RobotId& robot);
 class MapReader {
  public:
   MapReader(const MapWriter* map, const storage::MapStore* store, SubmapCache* submaps,
-            const composition::OccupancyOptions& occupancy);
+            const composition::OccupancyOptions& occupancy, uint64_t kept_occupancy_bytes);
 
   // The view's info, without what is under way.
   static MapInfo Describe(const MapView& view);
@@ -66,6 +66,7 @@ class MapReader {
   const storage::MapStore* const store_;
   SubmapCache* const submaps_;
   const composition::OccupancyOptions occupancy_;
+  mutable composition::KeptOccupancy kept_occupancy_;
   mutable std::counting_semaphore<> turns_;
 };
 

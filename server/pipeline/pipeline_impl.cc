@@ -38,7 +38,8 @@ PipelineImpl::PipelineImpl(const PipelineOptions& options, std::unique_ptr<stora
                            const Clock& clock)
     : parts_(options, std::move(store), clock),
       sessions_(&parts_),
-      reader_(&parts_.map, parts_.store.get(), &parts_.submaps, options.occupancy),
+      reader_(&parts_.map, parts_.store.get(), &parts_.submaps, options.occupancy,
+              static_cast<uint64_t>(options.octomap_cache_mb) << 20),
       decisions_(&parts_.map, parts_.store.get(), &clock, &parts_.membership) {}
 
 PipelineImpl::~PipelineImpl() { Shutdown(); }

@@ -14,6 +14,13 @@ inline constexpr size_t kConnections = 256, kConnectionsPerAddress = 128;
 // many connections at least are left for everything else.
 inline constexpr size_t kWebStreams = 96;
 
+// Floors that are drawn at a time, and bytes of free space that one is drawn of, each up to a
+// hundred times as much in memory while it is: three storeys of 150 x 150 m at 0.05 m. Beyond, 503
+// and 429.
+inline constexpr size_t kFloorsAtOnce = 2, kFloorBytes = size_t{16} << 20;
+// Metres: maps end long before it.
+inline constexpr double kEndlessM = 1e7;
+
 // Bytes of a request: an edit is some kB. More would let strangers have more parsed.
 inline constexpr size_t kBodyBytes = size_t{1} << 20;
 

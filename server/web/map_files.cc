@@ -1,21 +1,18 @@
 #include "server/web/map_files.h"
 
 #include <absl/status/statusor.h>
-#include <absl/strings/numbers.h>
 #include <absl/strings/str_cat.h>
-#include <absl/strings/str_split.h>
 #include <absl/strings/strip.h>
 
-#include <array>
 #include <optional>
 #include <string>
 #include <utility>
-#include <vector>
 
 #include "isthmus/v1/map_service.pb.h"
 #include "server/web/answers.h"
 #include "server/web/caller.h"
 #include "server/web/limits.h"
+#include "server/web/map_query.h"
 #include "server/web/rpc_call.h"
 
 namespace isthmus::web {
@@ -31,27 +28,6 @@ std::optional<v1::ExportMapRequest::Format> FormatOf(absl::string_view ending) {
   return std::nullopt;
 }
 
-absl::Status ReadBox(const std::string& text, v1::Box* box) {
-  const std::vector<absl::string_view> parts = absl::StrSplit(text, ',');
-  std::array<double, 6> numbers = {};
-  bool is_good = parts.size() == numbers.size();
-  for (size_t i = 0; is_good && i < numbers.size(); ++i) {
-    is_good = absl::SimpleAtod(parts[i], &numbers[i]);
-  }
-  if (!is_good) {
-    return absl::InvalidArgumentError(
-        "give a box as six numbers in metres: ?box=minx,miny,minz,maxx,maxy,maxz");
-  }
-  const auto set = [&numbers](size_t from, v1::Vector3* corner) {
-    corner->set_x(numbers[from]);
-    corner->set_y(numbers[from + 1]);
-    corner->set_z(numbers[from + 2]);
-  };
-  set(0, box->mutable_min());
-  set(3, box->mutable_max());
-  return absl::OkStatus();
-}
-
 absl::StatusOr<v1::ExportMapRequest> ReadQuery(const http::Request& request) {
   v1::ExportMapRequest wanted;
   absl::string_view ending = request.path;
@@ -61,23 +37,7 @@ absl::StatusOr<v1::ExportMapRequest> ReadQuery(const http::Request& request) {
         "the map is at /export/map.pcd, map.ply, map.bt and map.ot; `isthmus export` has more");
   }
   wanted.set_format(*format);
-  if (const auto text = request.Query("component")) {
-    uint32_t component = 0;
-    if (!absl::SimpleAtoi(*text, &component)) {
-      return absl::InvalidArgumentError("component is a number from 0 on");
-    }
-    wanted.set_component(component);
-  }
-  if (const auto text = request.Query("resolution")) {
-    double resolution = 0;
-    if (!absl::SimpleAtod(*text, &resolution)) {
-      return absl::InvalidArgumentError("resolution is a number of metres");
-    }
-    wanted.set_resolution_m(resolution);
-  }
-  if (const auto text = request.Query("box")) {
-    if (absl::Status status = ReadBox(*text, wanted.mutable_box()); !status.ok()) return status;
-  }
+  if (absl::Status status = ReadMapQuery(request, &wanted); !status.ok()) return status;
   return wanted;
 }
 
@@ -108,29 +68,36 @@ class FileSource final : public http::Source {
 
 }  // namespace
 
-http::Response AnswerMapFile(const http::Request& request,
-                             const std::shared_ptr<grpc::Channel>& channel, StreamSlots* slots) {
-  if (request.method != "GET") return WrongMethod("GET");
-  const auto wanted = ReadQuery(request);
-  if (!wanted.ok()) return ErrorAnswer(wanted.status());
+http::Response SendMapFile(const http::Request& request,
+                           const std::shared_ptr<grpc::Channel>& channel,
+                           const v1::ExportMapRequest& wanted, const std::string& name,
+                           StreamSlots* slots) {
   auto slot = slots->Take();
   if (slot == nullptr) return NoSlotLeft();
   RpcCall::Request asked;
   asked.method = "/isthmus.v1.MapService/ExportMap";
   asked.headers = CallHeaders(request);
-  asked.message = wanted->SerializeAsString();
+  asked.message = wanted.SerializeAsString();
   asked.gone = request.gone;
   auto call = std::make_unique<RpcCall>(channel, std::move(asked));
   std::string first;
   if (call->Take({}, &first) != RpcCall::Next::kMessage) return ErrorAnswer(call->status());
   http::Response response;
   response.Set("Content-Type", "application/octet-stream");
-  const std::string name = request.path.substr(request.path.rfind('/') + 1);
   response.Set("Content-Disposition", absl::StrCat("attachment; filename=\"", name, "\""));
   response.Set("Cache-Control", "no-store");
   response.source =
       std::make_unique<FileSource>(std::move(call), std::move(first), std::move(slot));
   return response;
+}
+
+http::Response AnswerMapFile(const http::Request& request,
+                             const std::shared_ptr<grpc::Channel>& channel, StreamSlots* slots) {
+  if (request.method != "GET") return WrongMethod("GET");
+  const auto wanted = ReadQuery(request);
+  if (!wanted.ok()) return ErrorAnswer(wanted.status());
+  return SendMapFile(request, channel, *wanted, request.path.substr(request.path.rfind('/') + 1),
+                     slots);
 }
 
 }  // namespace isthmus::web

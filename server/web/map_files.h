@@ -4,7 +4,9 @@
 #include <grpcpp/channel.h>
 
 #include <memory>
+#include <string>
 
+#include "isthmus/v1/map_service.pb.h"
 #include "server/http/exchange.h"
 #include "server/web/stream_slots.h"
 
@@ -15,5 +17,11 @@ namespace isthmus::web {
 // outlive the answer.
 http::Response AnswerMapFile(const http::Request& request,
                              const std::shared_ptr<grpc::Channel>& channel, StreamSlots* slots);
+
+// The part that is asked for, to be saved under the name; errors of MapService.ExportMap.
+http::Response SendMapFile(const http::Request& request,
+                           const std::shared_ptr<grpc::Channel>& channel,
+                           const v1::ExportMapRequest& wanted, const std::string& name,
+                           StreamSlots* slots);
 
 }  // namespace isthmus::web

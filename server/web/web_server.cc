@@ -7,13 +7,16 @@
 
 #include "core/address.h"
 #include "server/web/answers.h"
+#include "server/web/autoware.h"
 #include "server/web/caller.h"
+#include "server/web/floors.h"
 #include "server/web/gateway.h"
 #include "server/web/limits.h"
 #include "server/web/login.h"
 #include "server/web/map_files.h"
 #include "server/web/stream_slots.h"
 #include "server/web/tiles.h"
+#include "server/web/trajectories.h"
 
 namespace isthmus::web {
 namespace {
@@ -47,6 +50,7 @@ class HttpWebServer final : public WebServer {
         channel_(std::move(channel)),
         assets_(assets),
         slots_(kWebStreams),
+        floor_slots_(kFloorsAtOnce),
         gateway_(channel_, &slots_) {}
 
   absl::Status Listen();
@@ -61,7 +65,7 @@ class HttpWebServer final : public WebServer {
   const WebOptions options_;
   const std::shared_ptr<grpc::Channel> channel_;
   const Assets& assets_;
-  StreamSlots slots_;
+  StreamSlots slots_, floor_slots_;
   const Gateway gateway_;
   std::unique_ptr<http::Listener> listener_;  // So late that it goes first.
 };
@@ -98,6 +102,11 @@ http::Response HttpWebServer::Route(const http::Request& request) {
   if (absl::ConsumePrefix(&rest, "/rpc/")) return gateway_.Answer(request, rest);
   if (absl::ConsumePrefix(&rest, "/tiles/")) return AnswerTile(request, channel_);
   if (absl::ConsumePrefix(&rest, "/export/")) return AnswerMapFile(request, channel_, &slots_);
+  if (absl::ConsumePrefix(&rest, "/autoware/")) return AnswerAutoware(request, channel_, &slots_);
+  if (absl::ConsumePrefix(&rest, "/floors/")) {
+    return AnswerFloor(request, channel_, &floor_slots_);
+  }
+  if (absl::ConsumePrefix(&rest, "/trajectories/")) return AnswerTrajectory(request, channel_);
   if (rest == "/login") return LogIn(request, channel_);
   if (rest == "/logout") return LogOut(request);
   if (rest == "/healthz") return AnswerHealth(request);

@@ -19,6 +19,7 @@ ALLOWED = {
     "core/tls": ({"core/io"}, STD_LIKE | {"openssl"}),
     "core/codec": ({"core", "core/io"}, STD_LIKE | {"zstd"}),
     "core/formats": ({"core", "core/codec", "core/io"}, STD_LIKE | {"lzf"}),
+    "core/floors": ({"core", "core/formats"}, STD_LIKE),
     # Records and messages.
     "api/convert": ({"api", "core", "core/io"}, STD_LIKE | {"protobuf"}),
     "floam": ({"core"}, STD_LIKE),
@@ -29,7 +30,7 @@ ALLOWED = {
     "server/matching": ({"core", "server/pose_graph"}, STD_LIKE | {"pcl", "fftw"}),
     "server/match_graph": ({"core"}, STD_LIKE),
     "server/placement": ({"core", "server/pose_graph"}, STD_LIKE),
-    "server/composition": ({"core", "core/io"}, STD_LIKE | {"octomap"}),
+    "server/composition": ({"core", "core/io"}, STD_LIKE),
     "server/query": ({"core", "core/formats"}, STD_LIKE),
     # The map's view and its one writer; who works on it; what is asked of it.
     "server/map": ({"core", "server/match_graph", "server/placement", "storage"}, STD_LIKE),
@@ -64,7 +65,7 @@ ALLOWED = {
     ),
     # Browsers, for which calls go through the channel within the process.
     "server/web": (
-        {"api", "api/convert", "core", "server/http", "server/rpc"},
+        {"api", "api/convert", "core", "core/floors", "core/formats", "server/http", "server/rpc"},
         STD_LIKE | {"grpc", "protobuf", "json"},
     ),
     "server/main": (
@@ -89,7 +90,8 @@ ALLOWED = {
     "client/georeference": ({"core", "client/readers"}, STD_LIKE | {"geographic"}),
     # Files for other programs, made of what the server tells.
     "client/exports": (
-        {"core", "core/codec", "core/formats", "core/io", "client/georeference", "client/library"},
+        {"core", "core/codec", "core/floors", "core/formats", "core/io", "client/georeference",
+         "client/library"},
         STD_LIKE | {"json", "protobuf"},
     ),
     "client/simulation": ({"core", "core/codec", "core/formats", "core/io"}, STD_LIKE | {"embree"}),
@@ -112,7 +114,7 @@ ALLOWED = {
     # No server, no store: this is what a robot carries.
     "client/certificates": ({"core/io", "core/tls"}, STD_LIKE | {"openssl"}),
     "client/cli": (
-        {"core", "core/formats", "core/io", "core/tls", "client/certificates", "client/cloud_upload", "client/console", "client/exports",
+        {"core", "core/floors", "core/formats", "core/io", "core/tls", "client/certificates", "client/cloud_upload", "client/console", "client/exports",
          "client/georeference", "client/library", "client/evaluation", "client/readers",
          "client/report", "server/access"},
         STD_LIKE | {"json", "cli11"},

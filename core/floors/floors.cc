@@ -1,12 +1,12 @@
-#include "client/exports/floors.h"
+#include "core/floors/floors.h"
 
 #include <algorithm>
 #include <cmath>
 #include <map>
 
-#include "client/exports/limits.h"
+#include "core/floors/limits.h"
 
-namespace isthmus::exports {
+namespace isthmus::floors {
 namespace {
 
 struct HeightRange {
@@ -42,6 +42,16 @@ void AddStation(const Eigen::Vector3d& station, Floor* floor) {
 
 }  // namespace
 
+void AddStations(const Trajectory& way, std::vector<Eigen::Vector3d>* stations) {
+  const Eigen::Vector3d* last = nullptr;
+  for (const StampedPose& pose : way) {
+    const Eigen::Vector3d& at = pose.pose.translation();
+    if (last != nullptr && (at - *last).norm() < kStationM) continue;
+    stations->push_back(at);
+    last = &at;
+  }
+}
+
 std::vector<Floor> FloorsOf(const std::vector<Eigen::Vector3d>& stations) {
   if (stations.empty()) return {};
   const std::vector<HeightRange> ranges = DenseRanges(stations);
@@ -61,4 +71,4 @@ std::vector<Floor> FloorsOf(const std::vector<Eigen::Vector3d>& stations) {
   return floors;
 }
 
-}  // namespace isthmus::exports
+}  // namespace isthmus::floors

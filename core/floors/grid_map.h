@@ -10,9 +10,9 @@
 #include <utility>
 #include <vector>
 
-#include "client/exports/floors.h"
+#include "core/floors/floors.h"
 
-namespace isthmus::exports {
+namespace isthmus::floors {
 
 enum class GridCell : uint8_t { kUnknown, kFree, kOccupied };
 
@@ -49,4 +49,4 @@ std::string FormatPgm(const GridMap& map);
 // `image` is the name of the PGM beside it.
 std::string FormatMapYaml(const GridMap& map, const std::string& image);
 
-}  // namespace isthmus::exports
+}  // namespace isthmus::floors

@@ -4,7 +4,9 @@
 #include <Eigen/Core>
 #include <vector>
 
-namespace isthmus::exports {
+#include "core/map/trajectory.h"
+
+namespace isthmus::floors {
 
 // Where sensors were on one floor, map frame. A floor may slope: it is as high as the nearest
 // station.
@@ -13,8 +15,11 @@ struct Floor {
   double lowest_m = 0, highest_m = 0;  // Of them.
 };
 
+// Appends where the sensor was along a way, at least kStationM apart. Map frame.
+void AddStations(const Trajectory& way, std::vector<Eigen::Vector3d>* stations);
+
 // The lowest first. Heights at which little was driven (stairs, lifts) part floors; their stations
 // belong to none. Never empty where there are stations: then all are of one floor.
 std::vector<Floor> FloorsOf(const std::vector<Eigen::Vector3d>& stations);
 
-}  // namespace isthmus::exports
+}  // namespace isthmus::floors

@@ -1,4 +1,4 @@
-#include "client/exports/grid_map.h"
+#include "core/floors/grid_map.h"
 
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_format.h>
@@ -7,11 +7,11 @@
 #include <cmath>
 #include <limits>
 
-#include "client/exports/ground.h"
-#include "client/exports/limits.h"
+#include "core/floors/ground.h"
+#include "core/floors/limits.h"
 #include "core/formats/octomap_reader.h"
 
-namespace isthmus::exports {
+namespace isthmus::floors {
 namespace {
 
 constexpr char kPixels[] = {static_cast<char>(205), static_cast<char>(254), 0};  // By GridCell.
@@ -115,4 +115,4 @@ std::string FormatMapYaml(const GridMap& map, const std::string& image) {
       image, map.resolution_m, map.origin.x(), map.origin.y());
 }
 
-}  // namespace isthmus::exports
+}  // namespace isthmus::floors

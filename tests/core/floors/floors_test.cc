@@ -1,10 +1,10 @@
 // Floors told by where sensors were.
-#include "client/exports/floors.h"
+#include "core/floors/floors.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace isthmus::exports {
+namespace isthmus::floors {
 namespace {
 
 using Stations = std::vector<Eigen::Vector3d>;
@@ -45,4 +45,4 @@ TEST(Floors, AFewStationsAreOneFloor) {
 }
 
 }  // namespace
-}  // namespace isthmus::exports
+}  // namespace isthmus::floors

@@ -7,7 +7,7 @@
 
 #include "core/formats/octomap_reader.h"
 
-namespace isthmus::exports {
+namespace isthmus::floors {
 
 // The median height of the stations above the highest occupied voxel under each, no deeper than
 // kDeepestGroundM, metres; kUnknownSensorHeightM where nothing is under any.
@@ -31,4 +31,4 @@ class HeightField {
   std::vector<double> heights_;
 };
 
-}  // namespace isthmus::exports
+}  // namespace isthmus::floors

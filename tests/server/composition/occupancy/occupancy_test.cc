@@ -1,5 +1,3 @@
-#include "server/composition/occupancy.h"
-
 #include <gtest/gtest.h>
 #include <octomap/OcTree.h>
 
@@ -7,6 +5,7 @@
 #include <limits>
 #include <sstream>
 
+#include "server/composition/occupancy/kept_occupancy.h"
 #include "tests/server/composition/test_maps.h"
 
 namespace isthmus::composition {

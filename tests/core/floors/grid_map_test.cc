@@ -1,5 +1,5 @@
 // Grid maps of small OctoMaps, written by OctoMap itself and read by map_server's rules.
-#include "client/exports/grid_map.h"
+#include "core/floors/grid_map.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,7 +8,7 @@
 #include <cmath>
 #include <sstream>
 
-namespace isthmus::exports {
+namespace isthmus::floors {
 namespace {
 
 // Voxels of a tenth of a metre, of boxes in metres.
@@ -138,4 +138,4 @@ TEST(GridMapFile, ReadsBackByTheRulesOfMapServer) {
 }
 
 }  // namespace
-}  // namespace isthmus::exports
+}  // namespace isthmus::floors

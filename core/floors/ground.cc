@@ -1,4 +1,4 @@
-#include "client/exports/ground.h"
+#include "core/floors/ground.h"
 
 #include <absl/container/flat_hash_map.h>
 
@@ -8,9 +8,9 @@
 #include <limits>
 #include <utility>
 
-#include "client/exports/limits.h"
+#include "core/floors/limits.h"
 
-namespace isthmus::exports {
+namespace isthmus::floors {
 double SensorHeight(const std::vector<formats::OctomapLeaf>& leaves, double resolution_m,
                     const std::vector<Eigen::Vector3d>& stations) {
   struct Column {
@@ -80,4 +80,4 @@ HeightField::HeightField(const Eigen::Vector2d& origin, double resolution_m, int
   }
 }
 
-}  // namespace isthmus::exports
+}  // namespace isthmus::floors

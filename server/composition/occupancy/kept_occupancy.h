@@ -1,0 +1,68 @@
+// OctoMaps of the map as it is, of evidence that is kept from one to the next.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <cstdint>
+#include <list>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/concurrency/mutex.h"
+#include "core/map/composed_map.h"
+#include "server/composition/occupancy/evidence_layer.h"
+#include "server/composition/occupancy/occupancy_options.h"
+#include "server/composition/occupancy/octomap_file.h"
+
+namespace isthmus::composition {
+
+// Keeps columns of evidence in memory, those that were asked for last, and knows which submaps at
+// which poses each of them is made of. Thread safe: nobody waits while rays are cast, two who ask
+// for the same at once both cast.
+class KeptOccupancy {
+ public:
+  // What is kept takes so much memory at most; 0: nothing is.
+  explicit KeptOccupancy(uint64_t max_kept_bytes) : max_kept_bytes_(max_kept_bytes) {}
+
+  struct Cost {
+    uint64_t missing = 0;       // Submaps that the reader had not; they are left out.
+    uint64_t columns_cast = 0;  // Not found among what is kept.
+  };
+
+  // The file's bytes: those of OctoMap's own writer, with its default sensor model (hit 0.7, miss
+  // 0.4, clamped to 0.1192 and 0.971), one hit or miss per voxel and keyframe, of the component's
+  // submaps in the order given. They do not depend on what was written before. A component without
+  // submaps gives the file of an empty tree.
+  //
+  // InvalidArgument for options out of range. OutOfRange when the map reaches farther than the
+  // 2^15 voxels from the origin that the format can tell apart. ResourceExhausted when more than
+  // options.max_bytes would be needed. Cancelled by options.region.keep_on.
+  absl::StatusOr<std::string> Write(const std::vector<PlacedSubmap>& submaps,
+                                    const SubmapReader& reader, uint32_t component,
+                                    OccupancyFormat format, const OccupancyOptions& options,
+                                    Cost* cost = nullptr);
+
+  uint64_t kept_bytes() const;
+
+ private:
+  using Layer = std::shared_ptr<const EvidenceLayer>;
+
+  // That with most of the submaps at their poses; null: none has any.
+  Layer Find(const std::vector<const PlacedSubmap*>& submaps,
+             const OccupancyOptions& options) const;
+  // In place of `before`, unless that is null or gone.
+  void Keep(const Layer& before, EvidenceLayer layer);
+
+  const uint64_t max_kept_bytes_;
+  mutable Mutex mutex_;
+  std::list<Layer> layers_ ABSL_GUARDED_BY(mutex_);  // The one asked for last first.
+};
+
+// Likewise, of nothing that was kept.
+absl::StatusOr<std::string> WriteOccupancy(const std::vector<PlacedSubmap>& submaps,
+                                           const SubmapReader& reader, uint32_t component,
+                                           OccupancyFormat format, const OccupancyOptions& options,
+                                           uint64_t* missing = nullptr);
+
+}  // namespace isthmus::composition

@@ -1,0 +1,23 @@
+// Options of an OctoMap: how fine, how far rays count, which part of the map.
+#pragma once
+
+#include <cstdint>
+
+#include "core/ids.h"
+#include "core/map/composed_map.h"
+
+namespace isthmus::composition {
+
+struct OccupancyOptions {
+  double resolution_m = 0.2;  // Edge of the smallest voxels, 0.01 to 10.
+  // Rays are cut here: the way there is free, what lies beyond is not inserted as occupied. At
+  // least the resolution, at most 1000.
+  double max_range_m = 30;
+  RobotId robot = {};  // Its rays alone; empty: all robots'.
+  // Voxels whose middle is not in its box, sphere and shape are left out, and columns without any
+  // are not cast.
+  Region region = {};
+  uint64_t max_bytes = uint64_t{1} << 30;  // What may be taken while a file is built, about.
+};
+
+}  // namespace isthmus::composition

@@ -1,0 +1,136 @@
+#include "server/web/floors.h"
+
+#include <absl/strings/numbers.h>
+#include <absl/strings/str_cat.h>
+#include <absl/strings/str_split.h>
+#include <absl/strings/strip.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/floors/floors.h"
+#include "core/floors/grid_map.h"
+#include "core/floors/limits.h"
+#include "server/web/answers.h"
+#include "server/web/limits.h"
+#include "server/web/map_calls.h"
+#include "server/web/map_query.h"
+
+namespace isthmus::web {
+namespace {
+
+struct FloorAddress {
+  uint32_t component = 0;
+  bool is_list = false, is_image = false;
+  uint32_t floor = 0;
+};
+
+// False where the path names none.
+bool ReadFloorAddress(absl::string_view path, FloorAddress* address) {
+  if (!absl::ConsumePrefix(&path, "/floors/")) return false;
+  const std::vector<absl::string_view> parts = absl::StrSplit(path, '/');
+  if (parts.empty() || !absl::SimpleAtoi(parts[0], &address->component)) return false;
+  address->is_list = parts.size() == 1;
+  if (parts.size() != 2) return address->is_list;
+  absl::string_view name = parts[1];
+  address->is_image = absl::ConsumeSuffix(&name, ".pgm");
+  return (address->is_image || absl::ConsumeSuffix(&name, ".yaml")) &&
+         absl::ConsumePrefix(&name, "floor_") && absl::SimpleAtoi(name, &address->floor);
+}
+
+std::string FloorName(size_t floor, absl::string_view ending) {
+  return absl::StrCat("floor_", floor, ending);
+}
+
+absl::StatusOr<std::vector<floors::Floor>> FindFloors(const MapCalls& calls, uint32_t component) {
+  const auto sessions = calls.ListSessions();
+  if (!sessions.ok()) return sessions.status();
+  std::vector<Eigen::Vector3d> stations;
+  for (const std::string& session : *sessions) {
+    const auto way = calls.GetTrajectory(session, v1::MAP);
+    // Not placed yet, or deleted meanwhile.
+    if (absl::IsFailedPrecondition(way.status()) || absl::IsNotFound(way.status())) continue;
+    if (!way.ok()) return way.status();
+    if (way->component == component) floors::AddStations(way->poses, &stations);
+  }
+  return floors::FloorsOf(stations);
+}
+
+http::Response ListFloors(const std::vector<floors::Floor>& all) {
+  nlohmann::json list = nlohmann::json::array();
+  for (size_t i = 0; i < all.size(); ++i) {
+    list.push_back({{"floor", i},
+                    {"lowest_m", all[i].lowest_m},
+                    {"highest_m", all[i].highest_m},
+                    {"yaml", FloorName(i, ".yaml")},
+                    {"pgm", FloorName(i, ".pgm")}});
+  }
+  return JsonAnswer(list.dump());
+}
+
+// The free space of its heights alone.
+absl::StatusOr<floors::GridMap> DrawFloor(const MapCalls& calls, const floors::Floor& floor,
+                                          v1::ExportMapRequest wanted) {
+  const floors::HeightBand heights = floors::HeightsAround(floor);
+  if (!wanted.has_box()) {
+    for (v1::Vector3* corner :
+         {wanted.mutable_box()->mutable_min(), wanted.mutable_box()->mutable_max()}) {
+      const double far = corner == wanted.mutable_box()->mutable_min() ? -kEndlessM : kEndlessM;
+      corner->set_x(far);
+      corner->set_y(far);
+      corner->set_z(far);
+    }
+  }
+  v1::Vector3* min = wanted.mutable_box()->mutable_min();
+  v1::Vector3* max = wanted.mutable_box()->mutable_max();
+  min->set_z(std::max(min->z(), heights.lowest_m));
+  max->set_z(std::min(max->z(), heights.highest_m));
+  if (min->z() > max->z()) return absl::NotFoundError("the box does not reach this floor");
+  const auto octomap = calls.ExportMap(wanted, kFloorBytes);
+  if (!octomap.ok()) return octomap.status();
+  return floors::GridOf(*octomap, floor, std::nullopt);
+}
+
+}  // namespace
+
+http::Response AnswerFloor(const http::Request& request,
+                           const std::shared_ptr<grpc::Channel>& channel, StreamSlots* slots) {
+  if (request.method != "GET") return WrongMethod("GET");
+  FloorAddress address;
+  if (!ReadFloorAddress(request.path, &address)) {
+    return ErrorAnswer(absl::NotFoundError(
+        "floors are listed at /floors/COMPONENT, and drawn at /floors/COMPONENT/floor_N.yaml and "
+        "floor_N.pgm"));
+  }
+  v1::ExportMapRequest wanted;
+  wanted.set_resolution_m(floors::kGridCellM);
+  if (absl::Status status = ReadMapQuery(request, &wanted); !status.ok()) {
+    return ErrorAnswer(status);
+  }
+  wanted.set_component(address.component);
+  wanted.set_format(v1::ExportMapRequest::OCTOMAP_BINARY);
+  const auto slot = slots->Take();
+  if (slot == nullptr) return NoSlotLeft();
+  const MapCalls calls(request, channel);
+  const auto all = FindFloors(calls, address.component);
+  if (!all.ok()) return ErrorAnswer(all.status());
+  if (address.is_list) return ListFloors(*all);
+  if (address.floor >= all->size()) {
+    return ErrorAnswer(absl::NotFoundError(absl::StrCat("no floor ", address.floor, ": component ",
+                                                        address.component, " has ", all->size())));
+  }
+  const auto map = DrawFloor(calls, (*all)[address.floor], std::move(wanted));
+  if (!map.ok()) return ErrorAnswer(map.status());
+  http::Response response;
+  response.Set("Cache-Control", "no-store");
+  response.Set("Content-Type",
+               address.is_image ? "image/x-portable-graymap" : "text/plain; charset=utf-8");
+  response.body = address.is_image ? floors::FormatPgm(*map)
+                                   : floors::FormatMapYaml(*map, FloorName(address.floor, ".pgm"));
+  return response;
+}
+
+}  // namespace isthmus::web

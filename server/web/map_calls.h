@@ -1,0 +1,55 @@
+// Calls of this server's own services that one answer is made of, in the name of who asked for it.
+#pragma once
+
+#include <absl/status/status.h>
+#include <absl/status/statusor.h>
+#include <google/protobuf/message_lite.h>
+#include <grpcpp/channel.h>
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/map/trajectory.h"
+#include "isthmus/v1/map_service.pb.h"
+#include "server/http/exchange.h"
+
+namespace isthmus::web {
+
+// Thread safe; the request must outlive it.
+class MapCalls {
+ public:
+  MapCalls(const http::Request& request, std::shared_ptr<grpc::Channel> channel)
+      : request_(request), channel_(std::move(channel)) {}
+
+  struct Way {
+    uint32_t component = 0;
+    Trajectory poses;  // In order of time.
+  };
+  // Of a robot's newest session, or the session of that id; in its odom or the map frame. Errors of
+  // MapService.GetTrajectory.
+  absl::StatusOr<Way> GetTrajectory(const std::string& robot, v1::Frame frame) const;
+  // Of every session that robots opened, none twice.
+  absl::StatusOr<std::vector<std::string>> ListSessions() const;
+  struct TileList {
+    double tile_m = 0;
+    std::vector<v1::TileId> tiles;
+  };
+  // Of level 0.
+  absl::StatusOr<TileList> ListTiles(uint32_t component) const;
+  // All bytes at once; ResourceExhausted where there are more than `max_bytes`.
+  absl::StatusOr<std::string> ExportMap(const v1::ExportMapRequest& wanted, size_t max_bytes) const;
+
+ private:
+  // Gives every answer to `take`, until it returns false, which is no error.
+  template <typename Answer>
+  absl::Status Call(const std::string& method, const google::protobuf::MessageLite& message,
+                    const std::function<bool(const Answer&)>& take) const;
+
+  const http::Request& request_;
+  const std::shared_ptr<grpc::Channel> channel_;
+};
+
+}  // namespace isthmus::web

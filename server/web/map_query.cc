@@ -1,0 +1,57 @@
+#include "server/web/map_query.h"
+
+#include <absl/strings/numbers.h>
+#include <absl/strings/str_split.h>
+
+#include <array>
+#include <string>
+#include <vector>
+
+namespace isthmus::web {
+namespace {
+
+absl::Status ReadBox(const std::string& text, v1::Box* box) {
+  const std::vector<absl::string_view> parts = absl::StrSplit(text, ',');
+  std::array<double, 6> numbers = {};
+  bool is_good = parts.size() == numbers.size();
+  for (size_t i = 0; is_good && i < numbers.size(); ++i) {
+    is_good = absl::SimpleAtod(parts[i], &numbers[i]);
+  }
+  if (!is_good) {
+    return absl::InvalidArgumentError(
+        "give a box as six numbers in metres: ?box=minx,miny,minz,maxx,maxy,maxz");
+  }
+  const auto set = [&numbers](size_t from, v1::Vector3* corner) {
+    corner->set_x(numbers[from]);
+    corner->set_y(numbers[from + 1]);
+    corner->set_z(numbers[from + 2]);
+  };
+  set(0, box->mutable_min());
+  set(3, box->mutable_max());
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::Status ReadMapQuery(const http::Request& request, v1::ExportMapRequest* wanted) {
+  if (const auto text = request.Query("component")) {
+    uint32_t component = 0;
+    if (!absl::SimpleAtoi(*text, &component)) {
+      return absl::InvalidArgumentError("component is a number from 0 on");
+    }
+    wanted->set_component(component);
+  }
+  if (const auto text = request.Query("resolution")) {
+    double resolution = 0;
+    if (!absl::SimpleAtod(*text, &resolution)) {
+      return absl::InvalidArgumentError("resolution is a number of metres");
+    }
+    wanted->set_resolution_m(resolution);
+  }
+  if (const auto text = request.Query("box")) {
+    if (absl::Status status = ReadBox(*text, wanted->mutable_box()); !status.ok()) return status;
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace isthmus::web

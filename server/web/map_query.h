@@ -1,0 +1,15 @@
+// The part of the map that an address asks for: ?component=, ?resolution= (m) and
+// ?box=minx,miny,minz,maxx,maxy,maxz (m, map frame).
+#pragma once
+
+#include <absl/status/status.h>
+
+#include "isthmus/v1/map_service.pb.h"
+#include "server/http/exchange.h"
+
+namespace isthmus::web {
+
+// What is not given is left as it is. InvalidArgument, saying what to give.
+absl::Status ReadMapQuery(const http::Request& request, v1::ExportMapRequest* wanted);
+
+}  // namespace isthmus::web

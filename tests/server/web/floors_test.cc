@@ -1,0 +1,129 @@
+// Floors and ways as files over HTTP.
+#include <gtest/gtest.h>
+#include <octomap/OcTree.h>
+
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+
+#include "core/formats/tum.h"
+#include "tests/server/web/web_fixture.h"
+
+namespace isthmus::web {
+namespace {
+
+// A floor of 4 x 2 m at z = 0 with a wall across it at x = 3, free above.
+std::string FloorWithWall() {
+  octomap::OcTree tree(0.1);
+  for (double x = 0.05; x < 4; x += 0.1) {
+    for (double y = 0.05; y < 2; y += 0.1) {
+      for (double z = -0.05; z < 1; z += 0.1) {
+        const bool is_occupied = z < 0 || (x > 3 && x < 3.1);
+        tree.setNodeValue(x, y, z, is_occupied ? 2.0F : -2.0F, true);
+      }
+    }
+  }
+  tree.updateInnerOccupancy();
+  std::ostringstream file;
+  tree.writeBinary(file);
+  return file.str();
+}
+
+class FloorsTest : public WebTest {
+ protected:
+  FloorsTest() {
+    EXPECT_TRUE(pipeline_.CreateSession({.robot = RobotId("alice")}).ok());
+    RobotTrajectory way;
+    way.session = SessionId("alice-1");
+    way.component = 0;
+    for (int i = 0; i < 8; ++i) {
+      way.poses.push_back({1'000'000'000 * (i + 1), Pose(Eigen::Vector3d(0.3 + 0.5 * i, 1, 0.5))});
+    }
+    way.parts = {{1, way.poses.size()}};
+    pipeline_.trajectory = way;
+    pipeline_.file = {FloorWithWall()};
+  }
+};
+
+TEST_F(FloorsTest, AreListed) {
+  Start();
+  const http::Reply reply = Get("/floors/0");
+  ASSERT_EQ(reply.code, 200) << reply.body;
+  const auto list = nlohmann::json::parse(reply.body);
+  ASSERT_EQ(list.size(), 1u);
+  EXPECT_EQ(list[0]["yaml"], "floor_0.yaml");
+  EXPECT_EQ(list[0]["pgm"], "floor_0.pgm");
+  EXPECT_EQ(list[0]["lowest_m"], 0.5);
+  EXPECT_EQ(Get("/floors/1").body, "[]") << "nobody was there";
+}
+
+// As map_server puts the two together: row by row from the top, the origin at the lower left.
+TEST_F(FloorsTest, AreDrawnAsMapServersReadThem) {
+  Start();
+  const http::Reply yaml = Get("/floors/0/floor_0.yaml?resolution=0.1");
+  ASSERT_EQ(yaml.code, 200) << yaml.body;
+  EXPECT_NE(yaml.body.find("image: \"floor_0.pgm\""), std::string::npos) << yaml.body;
+  EXPECT_NE(yaml.body.find("resolution: 0.1\norigin: [0, 0, 0]"), std::string::npos) << yaml.body;
+  const http::Reply pgm = Get("/floors/0/floor_0.pgm?resolution=0.1");
+  ASSERT_EQ(pgm.code, 200);
+  ASSERT_TRUE(pgm.is_whole);
+  const size_t pixels = pgm.body.find("255\n") + 4;
+  ASSERT_EQ(pgm.body.size() - pixels, 40u * 20u);
+  for (size_t i = 0; i < 40 * 20; ++i) {
+    const auto pixel = static_cast<unsigned char>(pgm.body[pixels + i]);
+    EXPECT_EQ(pixel, i % 40 == 30 ? 0 : 254) << i;
+  }
+  // Only what lies around the floor was asked of the map.
+  ASSERT_EQ(pipeline_.exports.size(), 2u);
+  EXPECT_EQ(pipeline_.exports[0].format, ExportFormat::kOctoMapBinary);
+  EXPECT_EQ(pipeline_.exports[0].resolution_m, 0.1);
+  EXPECT_GT(pipeline_.exports[0].box->min.z(), -3);
+  EXPECT_LT(pipeline_.exports[0].box->max.z(), 1);
+}
+
+TEST_F(FloorsTest, WhatIsAskedForIsChecked) {
+  const std::string reader = NewToken("eve", AccessRole::kReader);
+  Start();
+  const std::string cookie = "Cookie: isthmus_token=" + reader + "\r\n";
+  EXPECT_EQ(Get("/floors/0").code, 401);
+  EXPECT_EQ(Get("/floors/0/floor_0.pgm").code, 401);
+  EXPECT_EQ(Get("/floors/0", cookie).code, 200);
+  for (const char* none : {"/floors/", "/floors/x", "/floors/0/floor_1.pgm", "/floors/0/floor_0",
+                           "/floors/0/floor_-1.yaml", "/floors/0/0/floor_0.yaml"}) {
+    EXPECT_EQ(Get(none, cookie).code, 404) << none;
+  }
+  EXPECT_EQ(Get("/floors/0/floor_0.pgm?resolution=x", cookie).code, 400);
+  EXPECT_EQ(Get("/floors/0/floor_0.pgm?box=1,2", cookie).code, 400);
+  EXPECT_EQ(Get("/floors/0/floor_0.pgm?box=0,0,50,1,1,60", cookie).code, 404) << "above the floor";
+  EXPECT_EQ(http::Ask(address_, "POST", "/floors/0", cookie).code, 405);
+}
+
+TEST_F(FloorsTest, WhatIsTooLargeIsRefused) {
+  pipeline_.file = {std::string(17 << 20, 'a')};
+  Start();
+  const http::Reply reply = Get("/floors/0/floor_0.pgm");
+  EXPECT_EQ(reply.code, 429);
+  EXPECT_NE(reply.body.find("resolution"), std::string::npos) << reply.body;
+}
+
+TEST_F(FloorsTest, WaysAreTextOfTum) {
+  const std::string reader = NewToken("eve", AccessRole::kReader);
+  Start();
+  const std::string cookie = "Cookie: isthmus_token=" + reader + "\r\n";
+  const http::Reply way = Get("/trajectories/alice-1.tum", cookie);
+  ASSERT_EQ(way.code, 200) << way.body;
+  EXPECT_NE(way.body.find("\n1.000000000 0.3 1 0.5 0 0 0 1\n"), std::string::npos) << way.body;
+  const auto poses = formats::ParseTum(way.body);
+  ASSERT_TRUE(poses.ok()) << poses.status();
+  EXPECT_EQ(poses->size(), 8u);
+  EXPECT_EQ(Get("/trajectories/alice-1.tum?frame=odom", cookie).code, 200);
+  EXPECT_EQ(Get("/trajectories/alice-1.tum?frame=x", cookie).code, 400);
+  EXPECT_EQ(Get("/trajectories/alice-1.tum").code, 401);
+  EXPECT_EQ(Get("/trajectories/.tum", cookie).code, 404);
+  EXPECT_EQ(Get("/trajectories/alice-1", cookie).code, 404);
+  pipeline_.trajectory = absl::NotFoundError("no such robot");
+  EXPECT_EQ(Get("/trajectories/zoe.tum", cookie).code, 404);
+}
+
+}  // namespace
+}  // namespace isthmus::web
