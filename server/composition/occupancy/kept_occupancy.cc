@@ -40,7 +40,8 @@ absl::StatusOr<std::string> FormatLayer(const EvidenceLayer& layer, OccupancyFor
     columns.push_back(std::move(placed));
   }
   if (taken >= options.max_bytes) return TooLargeOctomap(options);
-  return FormatOctomap(columns, format, options.resolution_m, options.max_bytes - taken);
+  auto file = FormatOctomap(columns, format, options.resolution_m, options.max_bytes - taken);
+  return absl::IsResourceExhausted(file.status()) ? TooLargeOctomap(options) : std::move(file);
 }
 
 // As many of the columns as there is room for.

@@ -186,7 +186,7 @@ class Updater {
   // In as many passes as memory takes.
   absl::Status CastPlanned() {
     begin_.reset();
-    for (int left = kMostPasses; left > 0 && spent_ < options_.max_bytes; --left) {
+    for (int left = kMostCastings; left > 0 && spent_ < options_.max_bytes; --left) {
       const uint64_t before = updated_.columns_cast;
       EvidenceGrid grid(options_.resolution_m, options_.max_range_m, options_.max_bytes - spent_,
                         [this](const ColumnKey& key) { return PlanOf(key); });

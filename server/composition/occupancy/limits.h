@@ -8,7 +8,7 @@ namespace isthmus::composition {
 // Rays are cast so many times at most for one file, each time into as many columns as memory has
 // room for: with the 1 GiB of OccupancyOptions a map that takes 16 GB of voxels, which is minutes
 // of work. More, and a request that is too large is refused only after hours.
-inline constexpr int kMostPasses = 32;
+inline constexpr int kMostCastings = 32;
 
 // Where more than one part in so many of the submaps came or moved, all is cast anew, in one
 // reading: finding out which columns are left costs a reading of its own, and few are.
