@@ -5,6 +5,8 @@
 
 #include <algorithm>
 
+#include "server/http/limits.h"
+
 namespace isthmus::http {
 namespace {
 
@@ -22,8 +24,8 @@ bool Link::IsGone() const {
   return poll(&file, 1, 0) > 0;
 }
 
-Link* ConnectionWatch::Add(int file) {
-  auto link = std::make_unique<Link>(file);
+Link* ConnectionWatch::Add(int file, const void* owner) {
+  auto link = std::make_unique<Link>(file, owner);
   Link* const added = link.get();
   MutexLock lock(&mutex_);
   links_.insert(std::move(link));
@@ -35,6 +37,7 @@ void ConnectionWatch::Remove(Link* link) {
   const auto found =
       std::ranges::find_if(links_, [link](const auto& one) { return one.get() == link; });
   if (found != links_.end()) links_.erase(found);
+  removed_.SignalAll();
 }
 
 void ConnectionWatch::CutSlow() {
@@ -47,6 +50,23 @@ void ConnectionWatch::CutSlow() {
     const nanoseconds most = phase == Link::Phase::kReceiving ? request_time_ : piece_time_;
     if (nanoseconds(now_ns - link->since_ns_) > most) shutdown(link->file_, SHUT_RDWR);
   }
+}
+
+int ConnectionWatch::CutOf(const void* owner) {
+  int count = 0;
+  for (const auto& link : links_) {
+    if (link->owner_ != owner) continue;
+    shutdown(link->file_, SHUT_RDWR);
+    ++count;
+  }
+  return count;
+}
+
+void ConnectionWatch::CutAll(const void* owner, std::chrono::milliseconds patience) {
+  const int64_t until_ns = SteadyNs() + std::chrono::nanoseconds(patience).count();
+  MutexLock lock(&mutex_);
+  // Again and again: one may have been under way.
+  while (CutOf(owner) > 0 && SteadyNs() < until_ns) removed_.WaitFor(&mutex_, kCutInterval);
 }
 
 }  // namespace isthmus::http

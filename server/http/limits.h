@@ -23,6 +23,11 @@ inline constexpr size_t kPieceBytes = 32 << 10;
 // servers commonly take would do for cookies and tokens; less than two pieces makes answers slow.
 inline constexpr size_t kConnectionBytes = 64 << 10;
 
+// How long a listener that ends waits for its connections, which it has cut: what is computed for
+// them takes no longer to notice. Between two rounds of cutting, for those that come meanwhile.
+inline constexpr std::chrono::seconds kEndTime{5};
+inline constexpr std::chrono::milliseconds kCutInterval{20};
+
 // How often it is looked whether a connection has used up its time, or the certificate has changed.
 inline constexpr std::chrono::milliseconds kLookInterval{500};
 

@@ -42,6 +42,10 @@ class MhdListener final : public Listener {
                            MHD_ConnectionNotificationCode what);
   static Link* LinkOf(MHD_Connection* connection);
 
+  // Takes no more connections.
+  static void Quiesce(MHD_Daemon* daemon);
+  // Ends a quiet one with its connections.
+  void End(MHD_Daemon* daemon);
   // Serves connections of the socket by these keys from now on; null: it cannot.
   MHD_Daemon* Serve(const KeyTexts& keys);
   MHD_Daemon* ServeAt(int socket, const KeyTexts& keys);  // Closes it if all goes well.
@@ -70,8 +74,21 @@ MhdListener::~MhdListener() {
     stop_.SignalAll();
   }
   if (looks_.joinable()) looks_.join();
-  for (MHD_Daemon* const older : older_) MHD_stop_daemon(older);
-  if (daemon_ != nullptr) MHD_stop_daemon(daemon_);
+  for (MHD_Daemon* const older : older_) End(older);
+  if (daemon_ == nullptr) return;
+  Quiesce(daemon_);
+  End(daemon_);
+}
+
+void MhdListener::Quiesce(MHD_Daemon* daemon) {
+  if (const MHD_socket old = MHD_quiesce_daemon(daemon); old != MHD_INVALID_SOCKET) close(old);
+}
+
+// Nobody is connected any more when the library stops: version 0.9.75 queues no answer while it
+// does, but sends the one that nonsense gets, and crashes.
+void MhdListener::End(MHD_Daemon* daemon) {
+  watch_.CutAll(daemon, kEndTime);
+  MHD_stop_daemon(daemon);
 }
 
 absl::Status MhdListener::Listen() {
@@ -156,7 +173,7 @@ void MhdListener::LookAtKeys() {
     const auto* const info =
         MHD_get_daemon_info(older_.front(), MHD_DAEMON_INFO_CURRENT_CONNECTIONS);
     if (older_.size() == 1 && info != nullptr && info->num_connections > 0) break;
-    MHD_stop_daemon(older_.front());
+    End(older_.front());
     older_.erase(older_.begin());
   }
   std::string stamp = StampOf(options_.tls);
@@ -167,7 +184,7 @@ void MhdListener::LookAtKeys() {
   // Two accept from one socket for a moment.
   MHD_Daemon* const next = Serve(*keys);
   if (next == nullptr) return;  // On with those before.
-  if (const MHD_socket old = MHD_quiesce_daemon(daemon_); old != MHD_INVALID_SOCKET) close(old);
+  Quiesce(daemon_);
   keys_ = *std::move(keys);
   older_.push_back(std::exchange(daemon_, next));
 }
@@ -185,9 +202,11 @@ void MhdListener::OnConnection(void* self, MHD_Connection* connection, void** li
     *link = nullptr;
     return;
   }
-  const auto* const info = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CONNECTION_FD);
+  const auto* const file = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CONNECTION_FD);
+  const int descriptor = file == nullptr ? -1 : file->connect_fd;  // The next call takes its place.
+  const auto* const owner = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_DAEMON);
   try {
-    *link = info == nullptr ? nullptr : watch.Add(info->connect_fd);
+    *link = descriptor < 0 || owner == nullptr ? nullptr : watch.Add(descriptor, owner->daemon);
   } catch (...) {
     *link = nullptr;  // Its requests are refused.
   }

@@ -21,6 +21,7 @@ using testing::StartsWith;
 class ChangesTest : public testing::Test {
  protected:
   void SetUp() override {
+    std::filesystem::create_directories(folder_);
     rpc::ServerOptions options;
     options.listen = "127.0.0.1:0";
     auto server = rpc::RpcServer::Start(&pipeline_, options);

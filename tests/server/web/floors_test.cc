@@ -37,7 +37,8 @@ class FloorsTest : public WebTest {
     way.session = SessionId("alice-1");
     way.component = 0;
     for (int i = 0; i < 8; ++i) {
-      way.poses.push_back({1'000'000'000 * (i + 1), Pose(Eigen::Vector3d(0.3 + 0.5 * i, 1, 0.5))});
+      way.poses.push_back(
+          {int64_t{1'000'000'000} * (i + 1), Pose(Eigen::Vector3d(0.3 + 0.5 * i, 1, 0.5))});
     }
     way.parts = {{1, way.poses.size()}};
     pipeline_.trajectory = way;
