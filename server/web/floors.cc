@@ -101,10 +101,10 @@ http::Response AnswerFloor(const http::Request& request,
         "floor_N.pgm"));
   }
   v1::ExportMapRequest wanted;
-  wanted.set_resolution_m(floors::kGridCellM);
   if (absl::Status status = ReadMapQuery(request, &wanted); !status.ok()) {
     return ErrorAnswer(status);
   }
+  if (wanted.resolution_m() == 0) wanted.set_resolution_m(floors::kGridCellM);
   wanted.set_component(address.component);
   wanted.set_format(v1::ExportMapRequest::OCTOMAP_BINARY);
   const auto slot = slots->Take();

@@ -20,17 +20,9 @@ namespace {
 
 constexpr char kFolder[] = "/export/";
 
-std::optional<v1::ExportMapRequest::Format> FormatOf(absl::string_view name) {
-  if (name == "map.pcd") return v1::ExportMapRequest::PCD_BINARY;
-  if (name == "map.ply") return v1::ExportMapRequest::PLY;
-  if (name == "map.bt") return v1::ExportMapRequest::OCTOMAP_BINARY;
-  if (name == "map.ot") return v1::ExportMapRequest::OCTOMAP_FULL;
-  return std::nullopt;
-}
-
 absl::StatusOr<v1::ExportMapRequest> ReadQuery(const http::Request& request) {
   v1::ExportMapRequest wanted;
-  const auto format = FormatOf(absl::StripPrefix(request.path, kFolder));
+  const auto format = MapFileFormat(absl::StripPrefix(request.path, kFolder));
   if (!format) {
     return absl::NotFoundError(
         "the map is at /export/map.pcd, map.ply, map.bt and map.ot; `isthmus export` has more");
@@ -75,7 +67,13 @@ class FileSource final : public http::Source {
 
 }  // namespace
 
-bool IsMapFile(absl::string_view name) { return FormatOf(name).has_value(); }
+std::optional<v1::ExportMapRequest::Format> MapFileFormat(absl::string_view name) {
+  if (name == "map.pcd") return v1::ExportMapRequest::PCD_BINARY;
+  if (name == "map.ply") return v1::ExportMapRequest::PLY;
+  if (name == "map.bt") return v1::ExportMapRequest::OCTOMAP_BINARY;
+  if (name == "map.ot") return v1::ExportMapRequest::OCTOMAP_FULL;
+  return std::nullopt;
+}
 
 http::Response SendMapFile(const http::Request& request,
                            const std::shared_ptr<grpc::Channel>& channel,

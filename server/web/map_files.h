@@ -21,8 +21,8 @@ namespace isthmus::web {
 http::Response AnswerMapFile(const http::Request& request,
                              const std::shared_ptr<grpc::Channel>& channel, StreamSlots* slots);
 
-// Whether that is what a file of the map is called ("map.pcd").
-bool IsMapFile(absl::string_view name);
+// Of a file of the map by its name ("map.pcd"); absent for other names.
+std::optional<v1::ExportMapRequest::Format> MapFileFormat(absl::string_view name);
 
 // The part that is asked for, to be saved under the name; errors of MapService.ExportMap.
 http::Response SendMapFile(const http::Request& request,

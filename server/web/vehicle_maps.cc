@@ -31,7 +31,7 @@ bool ReadMapAddress(absl::string_view path, MapAddress* address) {
   const std::vector<std::string> parts = absl::StrSplit(path, '/');
   if (parts.size() != 2 || !absl::SimpleAtoi(parts[0], &address->component)) return false;
   address->file = parts[1];
-  return IsMapFile(address->file);
+  return MapFileFormat(address->file).has_value();
 }
 
 // Numbers anew: what was sent might not be fit for an address.
@@ -48,6 +48,20 @@ std::string LinkOf(const http::Request& request, const MapAddress& address,
                           max.x(), max.y(), max.z());
   }
   return link;
+}
+
+// Of the file as it would be made now: clouds are the composed map, which follows a new revision;
+// OctoMaps are made of the submaps where they lie.
+absl::StatusOr<int64_t> RevisionOf(const MapAddress& address, const MapInfo& info,
+                                   const MapCalls& calls) {
+  const auto format = MapFileFormat(address.file);
+  if (format == v1::ExportMapRequest::OCTOMAP_BINARY ||
+      format == v1::ExportMapRequest::OCTOMAP_FULL) {
+    return info.revision;
+  }
+  const auto tiles = calls.ListTiles(address.component);
+  if (!tiles.ok()) return tiles.status();
+  return tiles->revision;
 }
 
 ordered_json Parameter(const std::string& key, const std::string& value) {
@@ -74,12 +88,12 @@ http::Response AnswerDownloadMap(const http::Request& request,
   if (address.component >= info->components.size()) {
     return ErrorAnswer(NoSuchComponent(address.component));
   }
-  const auto tiles = calls.ListTiles(address.component);
-  if (!tiles.ok()) return ErrorAnswer(tiles.status());
+  const auto revision = RevisionOf(address, *info, calls);
+  if (!revision.ok()) return ErrorAnswer(revision.status());
   const ordered_json parameters = {
       Parameter("mapId", info->components[address.component].reference.value()),
-      Parameter("mapVersion", absl::StrCat(tiles->revision)),
-      Parameter("mapDownloadLink", LinkOf(request, address, wanted, tiles->revision))};
+      Parameter("mapVersion", absl::StrCat(*revision)),
+      Parameter("mapDownloadLink", LinkOf(request, address, wanted, *revision))};
   return JsonAnswer(ordered_json{
       {"actionType", "downloadMap"}, {"blockingType", "NONE"}, {"actionParameters", parameters}}
                         .dump());

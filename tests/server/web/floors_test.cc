@@ -75,6 +75,9 @@ TEST_F(FloorsTest, AreDrawnAsMapServersReadThem) {
     const auto pixel = static_cast<unsigned char>(pgm.body[pixels + i]);
     EXPECT_EQ(pixel, i % 40 == 30 ? 0 : 254) << i;
   }
+  EXPECT_EQ(Get("/floors/0/floor_0.yaml?resolution=0").code, 200);
+  EXPECT_EQ(pipeline_.exports.back().resolution_m, 0.05);
+  pipeline_.exports.pop_back();
   // Only what lies around the floor was asked of the map.
   ASSERT_EQ(pipeline_.exports.size(), 2u);
   EXPECT_EQ(pipeline_.exports[0].format, ExportFormat::kOctoMapBinary);
