@@ -57,12 +57,14 @@ struct WeightedPoint {
   float intensity = 0;
   uint32_t weight = 1;
   // Of a submap's points. Log odds that something is still there, in steps of kLogOddsStep: what
-  // the views of the point's own submap say, and those of all others. See seen_through/.
-  int16_t own_looks = 0, other_looks = 0;
-  // The first keyframe that saw it, and how many later the last one is, at most 255.
+  // others say but for those who looked through before, what these say, and what the views of the
+  // point's own submap say. See seen_through/.
+  int16_t other_looks = 0, through_before = 0;
+  int8_t own_looks = 0;
+  // The first keyframe that saw it, and how many later the last one is, at most 127.
+  uint8_t keyframes_after : 7 = 0;
+  bool gone : 1 = false;  // By those; see seen_through/verdict.h.
   uint16_t keyframe = 0;
-  uint8_t keyframes_after = 0;
-  bool gone = false;  // By those; see seen_through/verdict.h.
 };
 
 // An open-addressing hash table from voxel to running mean. Meant to be kept and used again: among

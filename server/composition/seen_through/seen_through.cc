@@ -38,7 +38,8 @@ void FillInKeyframes(const Submap& submap, const VoxelGrid& grid,
     const auto it = voxel ? seen.find(PackVoxel(*voxel)) : seen.end();
     if (it == seen.end()) continue;
     p.keyframe = it->second.first;
-    p.keyframes_after = static_cast<uint8_t>(std::min(255, it->second.last - it->second.first));
+    p.keyframes_after =
+        static_cast<uint8_t>(0x7f & std::min(127, it->second.last - it->second.first));
   }
 }
 
@@ -65,10 +66,10 @@ bool SeenThrough::JudgeOwn(const Submap& submap, const VoxelGrid& grid, const Ke
   const Looker looker(*points);
   if (!looker.Look(*views, Pose(), /*are_placed=*/false, keep_on, &says)) return false;
   for (size_t i = 0; i < points->size(); ++i) {
-    (*points)[i].own_looks = Saturated(std::clamp(says[i], kMinOwn, kMaxOwn));
-    (*points)[i].other_looks = 0;
+    (*points)[i].own_looks = static_cast<int8_t>(std::clamp(says[i], kMinOwn, kMaxOwn));
+    (*points)[i].other_looks = (*points)[i].through_before = 0;
   }
-  sensors_[submap.id] = SensorsOf(*views);
+  judged_[submap.id] = {SensorsOf(*views), submap.first_stamp_ns, submap.last_stamp_ns};
   KeepViews(submap.id, views);
   // What was asked about its points is not in these.
   if (const auto it = entries_.find(submap.id); it != entries_.end()) it->second.asked.clear();
@@ -81,19 +82,20 @@ void SeenThrough::Place(const SubmapId& id, uint32_t frame, const Pose& T_map_su
   entry.frame = frame;
   entry.T_map_submap = T_map_submap;
   entry.bounds = bounds;
-  entry.sensors = sensors_[id];
+  entry.judged = judged_[id];
   changed_.insert(id);
 }
 
 void SeenThrough::Forget(const SubmapId& id) {
-  sensors_.erase(id);
+  judged_.erase(id);
   views_.Erase(id);
   if (entries_.erase(id) > 0) changed_.insert(id);
 }
 
 bool SeenThrough::Reaches(const Entry& views, const Entry& points) const {
-  if (views.frame != points.frame || views.sensors.empty() || points.bounds.empty()) return false;
-  const Box reach = Transform(views.T_map_submap, views.sensors).Grown(kFarthestLookM);
+  if (views.frame != points.frame || views.judged.sensors.empty() || points.bounds.empty())
+    return false;
+  const Box reach = Transform(views.T_map_submap, views.judged.sensors).Grown(kFarthestLookM);
   return reach.Intersects(Transform(points.T_map_submap, points.bounds));
 }
 
@@ -154,7 +156,7 @@ absl::Status SeenThrough::Ask(const SubmapId& id, Entry* entry, const SubmapRead
   std::vector<int32_t> says;
   const auto change = [&](std::span<WeightedPoint> points) {
     const auto forget = [&] {
-      for (WeightedPoint& point : points) point.other_looks = 0;
+      for (WeightedPoint& point : points) point.other_looks = point.through_before = 0;
     };
     if (entry->asked.empty()) forget();
     const Looker looker(points);
@@ -164,9 +166,12 @@ absl::Status SeenThrough::Ask(const SubmapId& id, Entry* entry, const SubmapRead
       if (views == nullptr) continue;
       ended = !looker.Look(*views, T_views_points, /*are_placed=*/true, keep_on, &says);
       if (ended) return forget();
+      const bool is_before =
+          entries_.at(other).judged.last_stamp_ns <= entry->judged.first_stamp_ns;
       for (size_t i = 0; i < points.size(); ++i) {
-        points[i].other_looks =
-            Saturated(points[i].other_looks + std::clamp(says[i], kMinOther, kMaxOther));
+        const int32_t said = std::clamp(says[i], kMinOther, kMaxOther);
+        int16_t& sum = is_before && said < 0 ? points[i].through_before : points[i].other_looks;
+        sum = Saturated(sum + said);
       }
     }
     MarkGone(points, entry->T_map_submap);

@@ -54,11 +54,16 @@ class SeenThrough {
   size_t bytes_in_memory() const { return views_.weight(); }
 
  private:
+  // Of a submap that was judged.
+  struct Judged {
+    Box sensors;  // Of where it looked from, submap frame.
+    int64_t first_stamp_ns = 0, last_stamp_ns = 0;
+  };
   struct Entry {
     uint32_t frame = 0;
     Pose T_map_submap;
-    Box bounds;                      // Of the points, submap frame.
-    Box sensors;                     // Likewise, of where it looked from.
+    Box bounds;  // Of the points, submap frame.
+    Judged judged;
     std::map<SubmapId, Pose> asked;  // Whose views are in the points: T_views_points then.
   };
 
@@ -72,8 +77,8 @@ class SeenThrough {
   const double same_pose_m_;
   const size_t max_bytes_;
   std::map<SubmapId, Entry> entries_;
-  std::map<SubmapId, Box> sensors_;  // Of submaps that were judged.
-  std::set<SubmapId> changed_;       // Came, moved or went since the last Update that ended.
+  std::map<SubmapId, Judged> judged_;
+  std::set<SubmapId> changed_;  // Came, moved or went since the last Update that ended.
   LruCache<SubmapId, std::shared_ptr<const SubmapViews>> views_;
 };
 

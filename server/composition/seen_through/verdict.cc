@@ -24,6 +24,14 @@ struct Cell {
   }
 };
 
+Cell CellOf(const Eigen::Vector3f& at) {
+  const auto index = [](float v, float edge_m) {
+    return static_cast<int32_t>(std::floor(v / edge_m));
+  };
+  return {index(at.x(), kSameThingWideM), index(at.y(), kSameThingWideM),
+          index(at.z(), kSameThingHighM)};
+}
+
 // What is gone of a submap, by place.
 class GonePlaces {
  public:
@@ -77,13 +85,6 @@ class GonePlaces {
   Eigen::Vector3f Upright(const WeightedPoint& p) const {
     return R_ * Eigen::Vector3f(p.x, p.y, p.z);
   }
-  static Cell CellOf(const Eigen::Vector3f& at) {
-    const auto index = [](float v, float edge_m) {
-      return static_cast<int32_t>(std::floor(v / edge_m));
-    };
-    return {index(at.x(), kSameThingWideM), index(at.y(), kSameThingWideM),
-            index(at.z(), kSameThingHighM)};
-  }
   // Above the lowest point in or beside its column.
   bool StandsAboveGround(const Eigen::Vector3f& at, const Cell& cell) const {
     for (int i = 0; i < 9; ++i) {
@@ -98,12 +99,49 @@ class GonePlaces {
   absl::flat_hash_map<Cell, float> lowest_;  // Point of an upright column near what is gone.
 };
 
+int32_t Since(const WeightedPoint& point) { return point.own_looks + point.other_looks; }
+int32_t All(const WeightedPoint& point) { return Since(point) + point.through_before; }
+
+// What came, by place: points that leave by what was seen before them alone. A thing is in sight or
+// is not, so they are judged together: many a point is seen once, and says nothing by itself.
+class NewThings {
+ public:
+  NewThings(std::span<const WeightedPoint> points, const Pose& T_map_submap)
+      : R_(T_map_submap.RotationMatrix().cast<float>()) {
+    for (const WeightedPoint& point : points) {
+      if (All(point) >= kGoneBelow) continue;
+      since_[CellAt(point)] += Since(point);
+    }
+  }
+  // Of one of those.
+  bool Stands(const WeightedPoint& point) const {
+    if (Since(point) < kGoneBelow) return false;
+    const Cell cell = CellAt(point);
+    int64_t around = 0;
+    for (int i = 0; i < 27; ++i) {
+      const auto it = since_.find({cell.x + i % 3 - 1, cell.y + i / 3 % 3 - 1, cell.z + i / 9 - 1});
+      if (it == since_.end()) continue;
+      around += it->second;
+    }
+    return around >= 0;
+  }
+
+ private:
+  Cell CellAt(const WeightedPoint& point) const {
+    return CellOf(R_ * Eigen::Vector3f(point.x, point.y, point.z));
+  }
+
+  const Eigen::Matrix3f R_;
+  absl::flat_hash_map<Cell, int64_t> since_;  // Of the points there, together.
+};
+
 }  // namespace
 
 void MarkGone(std::span<WeightedPoint> points, const Pose& T_map_submap) {
   GonePlaces places(T_map_submap);
+  const NewThings news(points, T_map_submap);
   for (WeightedPoint& point : points) {
-    point.gone = point.own_looks + point.other_looks < kGoneBelow;
+    point.gone = All(point) < kGoneBelow && !news.Stands(point);
     if (point.gone) places.AddGone(point);
   }
   if (places.empty()) return;

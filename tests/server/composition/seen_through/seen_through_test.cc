@@ -71,6 +71,41 @@ TEST(SeenThrough, WhatWasTakenAwayLeavesOnceOthersLookedThrough) {
   EXPECT_EQ(PointsOn(kPerson, *Compose(&composer, 3, drives)), before);
 }
 
+LaidSubmap HoursLater(LaidSubmap laid, int hours) {
+  auto submap = std::make_shared<Submap>(*laid.submap);
+  submap->first_stamp_ns += hours * int64_t{3'600'000'000'000};
+  submap->last_stamp_ns += hours * int64_t{3'600'000'000'000};
+  laid.submap = submap;
+  return laid;
+}
+
+// A pallet that is put down: those who looked through its place before say nothing of it, those who
+// do so afterwards do.
+TEST(SeenThrough, WhatCameStaysUntilOthersLookThrough) {
+  std::vector<LaidSubmap> drives = {HoursLater(Drive("bob", 1, -1, Always), 5)};
+  Composer composer(kDropping);
+  const int before = PointsOn(kPerson, *Compose(&composer, 1, drives));
+  ASSERT_GT(before, 40);
+  for (int i = 0; i < 4; ++i) {
+    drives.push_back(Drive("alice", static_cast<uint32_t>(i), 0.5 * i - 2, Nothing));
+  }
+  EXPECT_GE(PointsOn(kPerson, *Compose(&composer, 2, drives)), 19 * before / 20);
+  drives.push_back(HoursLater(Drive("alice", 4, -2, Nothing), 9));
+  drives.push_back(HoursLater(Drive("bob", 2, 0, Nothing), 9));
+  EXPECT_LT(PointsOn(kPerson, *Compose(&composer, 3, drives)), before / 10);
+}
+
+// Who walked by then leaves nevertheless.
+TEST(SeenThrough, WhoWalksByLeavesByLooksFromBefore) {
+  const auto walker = [](int k) { return k == 8 ? Always(k) : Nothing(k); };
+  std::vector<LaidSubmap> drives = {HoursLater(Drive("bob", 1, -1, walker), 5)};
+  Composer composer(kDropping);
+  const int alone = PointsOn(kPerson, *Compose(&composer, 1, drives));
+  drives.push_back(Drive("alice", 0, 0, Nothing));
+  drives.push_back(Drive("alice", 1, -2, Nothing));
+  EXPECT_LE(PointsOn(kPerson, *Compose(&composer, 2, drives)), alone / 4);
+}
+
 TEST(SeenThrough, OtherFloorsAndComponentsHaveNoSay) {
   std::vector<LaidSubmap> drives = {Drive("alice", 0, 0, Always), Drive("bob", 0, -1, Nothing),
                                     Drive("bob", 1, -2, Nothing)};
