@@ -57,6 +57,13 @@ struct Box {
     min = min.cwiseMin(other.min);
     max = max.cwiseMax(other.max);
   }
+  // By so much on every side.
+  Box Grown(double by_m) const {
+    Box grown = *this;
+    grown.min.array() -= by_m;
+    grown.max.array() += by_m;
+    return grown;
+  }
   bool Contains(const Eigen::Vector3d& p) const {
     return (p.array() >= min.array()).all() && (p.array() <= max.array()).all();
   }

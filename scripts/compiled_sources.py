@@ -20,12 +20,16 @@ def flags_of(command):
     return flags
 
 
-def commands(build_dir):
-    """Source -> its flags; of sources that are compiled together, each by itself."""
-    found = {}
+def units(build_dir):
+    """(sources, flags) of each translation unit; more than one where sources are compiled together."""
+    found = []
     for entry in json.loads((build_dir / "compile_commands.json").read_text(encoding="utf-8")):
         path, flags = pathlib.Path(entry["file"]), flags_of(entry["command"])
         together = INCLUDE.findall(path.read_text(encoding="utf-8")) if "/Unity/" in str(path) else []
-        for source in together or [path]:
-            found[os.path.relpath(source, ROOT)] = flags
+        found.append(([os.path.relpath(source, ROOT) for source in together or [path]], flags))
     return found
+
+
+def commands(build_dir):
+    """Source -> its flags; of sources that are compiled together, each by itself."""
+    return {source: flags for sources, flags in units(build_dir) for source in sources}

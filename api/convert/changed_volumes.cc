@@ -7,22 +7,12 @@
 #include <utility>
 
 #include "api/convert/geometry.h"
-#include "api/convert/map.h"
+#include "api/convert/region_place.h"
 
 namespace isthmus::convert {
 namespace {
 
 constexpr uint32_t kMaxVolumes = 10'000;  // As the API says.
-
-// Takes the region of one message over to another.
-template <typename From, typename To>
-void CopyRegion(const From& from, To* to) {
-  if (from.has_box()) *to->mutable_box() = from.box();
-  if (from.has_sphere()) *to->mutable_sphere() = from.sphere();
-  if (from.has_oriented_box()) *to->mutable_oriented_box() = from.oriented_box();
-  if (from.has_polygon()) *to->mutable_polygon() = from.polygon();
-  if (from.has_corridor()) *to->mutable_corridor() = from.corridor();
-}
 
 }  // namespace
 
@@ -31,11 +21,7 @@ v1::FindChangesRequest ToMessage(const ChangeQuery& query) {
   if (query.since_ns) message.set_since_ns(*query.since_ns);
   if (query.since_revision) message.set_since_revision(*query.since_revision);
   message.set_component(query.component);
-  RegionQuery region;
-  region.box = query.box;
-  region.sphere = query.sphere;
-  region.shape = query.shape;
-  CopyRegion(ToMessage(region), &message);
+  PutPlace(query, message);
   message.set_smallest_m(query.smallest_m);
   message.set_max_volumes(query.max_volumes);
   message.set_include_points(query.wants_points);
@@ -57,13 +43,7 @@ absl::StatusOr<ChangeQuery> FromMessage(const v1::FindChangesRequest& request) {
   if (query.since_revision && *query.since_revision < 0) {
     return absl::InvalidArgumentError("revisions are counted from 0, the empty map");
   }
-  v1::QueryRegionRequest wanted;
-  CopyRegion(request, &wanted);
-  auto region = FromMessage(wanted);
-  if (!region.ok()) return region.status();
-  query.box = region->box;
-  query.sphere = region->sphere;
-  query.shape = std::move(region->shape);
+  if (absl::Status status = TakePlace(request, query); !status.ok()) return status;
   query.component = request.component();
   // Written so that NaN fails too.
   if (!(request.smallest_m() >= 0 && request.smallest_m() <= kMaxCoordinateM)) {

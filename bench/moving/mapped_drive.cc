@@ -1,5 +1,7 @@
 #include "bench/moving/mapped_drive.h"
 
+#include <absl/strings/str_cat.h>
+
 #include "floam/odometry.h"
 #include "floam/odometry_options.h"
 #include "floam/submap_builder.h"
@@ -31,6 +33,21 @@ absl::StatusOr<MappedDrive> MapDrive(const DriveOptions& options, const std::str
   }
   add(builder.Finish());
   return mapped;
+}
+
+absl::StatusOr<MappedTeam> MapTeam(DriveOptions options) {
+  MappedTeam team;
+  for (options.robot = 0; options.robot < options.robots; ++options.robot) {
+    auto mapped = MapDrive(options, absl::StrCat("robot_", options.robot));
+    if (!mapped.ok()) return mapped.status();
+    for (size_t i = 0; i < mapped->submaps.size(); ++i) {
+      const std::shared_ptr<const Submap>& submap = mapped->submaps[i];
+      team.placed.push_back(
+          {std::make_shared<SubmapInfo>(Summarize(*submap)), 0, mapped->T_world_submap[i]});
+      team.content[submap->id] = submap;
+    }
+  }
+  return team;
 }
 
 }  // namespace isthmus::bench

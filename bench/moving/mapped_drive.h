@@ -3,11 +3,13 @@
 
 #include <absl/status/statusor.h>
 
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "bench/merging/drive_options.h"
+#include "core/map/composed_map.h"
 #include "core/map/submap.h"
 
 namespace isthmus::bench {
@@ -20,5 +22,19 @@ struct MappedDrive {
 // Session and robot are called after `name`. Errors as SimulateDrive; NotFound for a sensor that
 // the odometry does not know.
 absl::StatusOr<MappedDrive> MapDrive(const DriveOptions& options, const std::string& name);
+
+// All robots of a world. The submaps lie where they were in truth: errors of placement are not what
+// is measured.
+struct MappedTeam {
+  std::vector<PlacedSubmap> placed;
+  std::map<SubmapId, std::shared_ptr<const Submap>> content;
+
+  SubmapReader reader() const {  // Refers to the team.
+    return [this](const SubmapId& id) { return content.at(id); };
+  }
+};
+
+// Robots are called robot_0 and so on. Errors as MapDrive.
+absl::StatusOr<MappedTeam> MapTeam(DriveOptions options);
 
 }  // namespace isthmus::bench

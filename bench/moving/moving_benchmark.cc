@@ -1,11 +1,9 @@
 // What becomes of people and cars in the merged map, and of what stands still. BENCHMARK.md says
 // how to use it.
-#include <absl/strings/str_cat.h>
 #include <absl/strings/str_format.h>
 
 #include <CLI/CLI.hpp>
 #include <iostream>
-#include <map>
 #include <memory>
 #include <string>
 #include <utility>
@@ -22,28 +20,6 @@ struct Options {
   DriveOptions drive;
   std::vector<uint64_t> seeds = {1};
 };
-
-// Where the submaps lie is the truth: errors of placement are not what is measured.
-struct Team {
-  std::vector<PlacedSubmap> placed;
-  std::map<SubmapId, std::shared_ptr<const Submap>> content;
-};
-
-absl::StatusOr<Team> DriveAll(DriveOptions drive) {
-  Team team;
-  drive.mark_moving = true;
-  for (drive.robot = 0; drive.robot < drive.robots; ++drive.robot) {
-    auto mapped = MapDrive(drive, absl::StrCat("robot_", drive.robot));
-    if (!mapped.ok()) return mapped.status();
-    for (size_t i = 0; i < mapped->submaps.size(); ++i) {
-      const std::shared_ptr<const Submap>& submap = mapped->submaps[i];
-      team.placed.push_back(
-          {std::make_shared<SubmapInfo>(Summarize(*submap)), 0, mapped->T_world_submap[i]});
-      team.content[submap->id] = submap;
-    }
-  }
-  return team;
-}
 
 struct Counts {
   int64_t moving = 0, still = 0;
@@ -67,11 +43,10 @@ struct Composed {
   double ms = 0, mb = 0;  // All submaps read, thinned and composed; what the composer keeps.
 };
 
-absl::StatusOr<Composed> Compose(const Team& team, bool drop_gone) {
+absl::StatusOr<Composed> Compose(const MappedTeam& team, bool drop_gone) {
   composition::Composer composer({.cache_bytes = size_t{4} << 30, .drop_gone = drop_gone});
   const CpuClock clock(CpuClock::Of::kProcess);
-  auto map =
-      composer.Compose(1, team.placed, [&](const SubmapId& id) { return team.content.at(id); });
+  auto map = composer.Compose(1, team.placed, team.reader());
   if (!map.ok()) return map.status();
   const composition::Composer::Memory memory = composer.memory();
   return Composed{*std::move(map), clock.Ms(),
@@ -83,7 +58,7 @@ double Percent(int64_t part, int64_t rest) {
 }
 
 absl::Status Judge(const DriveOptions& drive) {
-  const auto team = DriveAll(drive);
+  const auto team = MapTeam(drive);
   if (!team.ok()) return team.status();
   const auto all = Compose(*team, false), map = Compose(*team, true);
   if (!all.ok()) return all.status();
@@ -105,6 +80,7 @@ int Main(int argc, char** argv) {
   DriveOptions& drive = options.drive;
   drive.seconds = 120;
   drive.walkers = 12;
+  drive.mark_moving = true;
   app.add_option("--world", drive.world, "As simulate --world")->capture_default_str();
   app.add_option("--seeds", options.seeds)->capture_default_str();
   app.add_option("--seconds", drive.seconds, "Length of drives")->capture_default_str();

@@ -1,12 +1,9 @@
 // OctoMaps of simulated drives: from nothing, from what is kept, and by OctoMap's own insertion.
 // docs/benchmarks/occupancy.md says how to use it.
-#include <absl/strings/str_cat.h>
 #include <absl/strings/str_format.h>
 
 #include <CLI/CLI.hpp>
 #include <iostream>
-#include <map>
-#include <memory>
 #include <string>
 #include <vector>
 
@@ -27,33 +24,8 @@ struct Options {
   composition::OccupancyOptions occupancy;
 };
 
-// Where the submaps lie is the truth: errors of placement are not what is measured.
-struct World {
-  std::vector<PlacedSubmap> placed;
-  std::map<SubmapId, std::shared_ptr<const Submap>> content;
-
-  SubmapReader reader() const {
-    return [this](const SubmapId& id) { return content.at(id); };
-  }
-};
-
-absl::StatusOr<World> DriveAll(DriveOptions drive) {
-  World world;
-  for (drive.robot = 0; drive.robot < drive.robots; ++drive.robot) {
-    auto mapped = MapDrive(drive, absl::StrCat("robot_", drive.robot));
-    if (!mapped.ok()) return mapped.status();
-    for (size_t i = 0; i < mapped->submaps.size(); ++i) {
-      const std::shared_ptr<const Submap>& submap = mapped->submaps[i];
-      world.placed.push_back(
-          {std::make_shared<SubmapInfo>(Summarize(*submap)), 0, mapped->T_world_submap[i]});
-      world.content[submap->id] = submap;
-    }
-  }
-  return world;
-}
-
 // CPU time of a file of these submaps.
-absl::StatusOr<double> Time(const World& world, const std::vector<PlacedSubmap>& submaps,
+absl::StatusOr<double> Time(const MappedTeam& world, const std::vector<PlacedSubmap>& submaps,
                             const Options& options, composition::KeptOccupancy* kept,
                             std::string* bytes) {
   const CpuClock clock;
@@ -65,7 +37,7 @@ absl::StatusOr<double> Time(const World& world, const std::vector<PlacedSubmap>&
 }
 
 // In turn: from nothing, all kept, the last robot's last submap comes, one in the middle moves.
-absl::Status Measure(const Options& options, const World& world, uint64_t seed) {
+absl::Status Measure(const Options& options, const MappedTeam& world, uint64_t seed) {
   composition::KeptOccupancy kept(uint64_t{4} << 30);
   std::vector<PlacedSubmap> submaps = world.placed;
   submaps.pop_back();
@@ -121,7 +93,7 @@ int Main(int argc, char** argv) {
       options.by_octomap ? " OctoMap's | differing % |" : "", options.by_octomap ? "---|---|" : "");
   for (const uint64_t seed : options.seeds) {
     drive.seed = seed;
-    const auto world = DriveAll(drive);
+    const auto world = MapTeam(drive);
     absl::Status status = world.status();
     for (const double resolution : options.resolutions) {
       options.occupancy.resolution_m = resolution;

@@ -15,6 +15,7 @@
 
 #include "client/cli/changes_picture.h"
 #include "client/cli/commands.h"
+#include "client/cli/moves_text.h"
 #include "client/cli/region_options.h"
 #include "client/cli/site_reader.h"
 #include "client/console/age.h"
@@ -110,9 +111,6 @@ void PrintTable(const ChangeList& changes) {
     absl::PrintF("%d smaller ones are left out: --limit shows more\n", changes.left_out);
   }
   if (changes.volumes.empty()) return;
-  const auto moment = [](int64_t ns) {
-    return absl::FormatTime("%Y-%m-%d %H:%M:%S", absl::FromUnixNanos(ns), absl::UTCTimeZone());
-  };
   absl::PrintF("%-4s  %26s  %18s  %4s  %6s  %5s  %-19s  %-19s  %s\n", "", "middle x, y, z (m)",
                "length, width, height", "yaw", "points", "prob.", "last seen (UTC)",
                "not there (UTC)", "seen by; missed by");
@@ -122,8 +120,8 @@ void PrintTable(const ChangeList& changes) {
     absl::PrintF(
         "%-4s  %8.2f %8.2f %8.2f  %7.2f %6.2f %6.2f  %4d  %6d  %5.3f  %-19s  %-19s  %s; %s\n",
         volume.came ? "came" : "went", at.x(), at.y(), at.z(), volume.size.x(), volume.size.y(),
-        volume.size.z(), yaw, volume.points, volume.probability, moment(volume.seen_last_ns),
-        moment(volume.missing_ns), NamesOf(volume.seen_by), NamesOf(volume.missed_by));
+        volume.size.z(), yaw, volume.points, volume.probability, TimeText(volume.seen_last_ns),
+        TimeText(volume.missing_ns), NamesOf(volume.seen_by), NamesOf(volume.missed_by));
   }
 }
 

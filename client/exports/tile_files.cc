@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "client/exports/cloud_files.h"
+#include "core/formats/autoware.h"
 #include "core/formats/map_writer.h"
 #include "core/io/append_file.h"
 #include "core/io/folder.h"
@@ -20,12 +21,7 @@ namespace fs = std::filesystem;
 
 constexpr auto kTileEncoding = formats::PcdEncoding::kBinary;  // Format
 
-// The lower corner of a tile, metres.
-using Corner = std::pair<int64_t, int64_t>;
-
-std::string TileName(const Corner& corner) {
-  return absl::StrCat(corner.first, "_", corner.second, ".pcd");
-}
+using formats::CellCorner;
 
 // Points wait in memory, then in a file per tile without a header, as its length is not known.
 class TileSet {
@@ -43,21 +39,20 @@ class TileSet {
   // Gives every tile its header, and lists them.
   absl::StatusOr<std::string> Finish(const std::vector<RobotId>& robots) {
     if (absl::Status status = Flush(); !status.ok()) return status;
-    std::string yaml =
-        absl::StrCat("x_resolution: ", tile_m_, ".0\ny_resolution: ", tile_m_, ".0\n");
+    std::vector<CellCorner> corners;
     for (const auto& [corner, tile] : tiles_) {
       const std::string waiting = WaitingName(corner);
       const auto body = io::ReadFile(waiting);
       if (!body.ok()) return body.status();
       const absl::Status written =
-          io::ReplaceFile(absl::StrCat(folder_, "/", TileName(corner)),
+          io::ReplaceFile(absl::StrCat(folder_, "/", formats::CellFileName(corner)),
                           formats::PcdMapHeader(tile.count, kTileEncoding, robots) + *body);
       if (!written.ok()) return written;
       std::error_code none;
       fs::remove(waiting, none);
-      absl::StrAppend(&yaml, TileName(corner), ": [", corner.first, ", ", corner.second, "]\n");
+      corners.push_back(corner);
     }
-    return yaml;
+    return formats::FormatCellList(tile_m_, corners);
   }
   uint64_t size() const { return tiles_.size(); }
 
@@ -70,8 +65,8 @@ class TileSet {
   int64_t CornerOf(float at) const {
     return static_cast<int64_t>(std::floor(at / static_cast<double>(tile_m_))) * tile_m_;
   }
-  std::string WaitingName(const Corner& corner) const {
-    return absl::StrCat(folder_, "/", TileName(corner), ".points");
+  std::string WaitingName(const CellCorner& corner) const {
+    return absl::StrCat(folder_, "/", formats::CellFileName(corner), ".points");
   }
 
   absl::Status Flush() {
@@ -89,7 +84,7 @@ class TileSet {
 
   const std::string folder_;
   const int64_t tile_m_;
-  std::map<Corner, Tile> tiles_;
+  std::map<CellCorner, Tile> tiles_;
   size_t held_bytes_ = 0;
 };
 

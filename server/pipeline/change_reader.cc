@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/records/region_of.h"
 #include "server/composition/changes/changed_points.h"
 #include "server/composition/changes/volumes.h"
 #include "server/pipeline/map_reader.h"
@@ -44,18 +45,6 @@ std::vector<ComparedSubmap> SidesOf(
     sides.push_back({std::move(submap), is_after});
   }
   return sides;
-}
-
-Region RegionOf(const ChangeQuery& query) {
-  Region region;
-  if (query.box) region.box = *query.box;
-  if (query.sphere) {
-    region.has_sphere = true;
-    region.center = query.sphere->center;
-    region.radius_m = query.sphere->radius_m;
-  }
-  region.shape = MakeShape(query.shape);
-  return region;
 }
 
 std::string TimesOf(const std::vector<PlacedSubmap>& submaps) {

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/records/region_of.h"
 #include "server/pipeline/map_reader.h"
 #include "server/query/export.h"
 
@@ -28,16 +29,8 @@ query::CloudFormat CloudFormatOf(ExportFormat format) {
   }
 }
 
-Region RegionOf(const ExportRequest& request) {
-  Region region;
-  if (request.box) region.box = *request.box;
-  if (request.sphere) {
-    region.has_sphere = true;
-    region.center = request.sphere->center;
-    region.radius_m = request.sphere->radius_m;
-  }
-  region.shape = MakeShape(request.shape);
-  region.component = request.component;
+Region WholeRegionOf(const ExportRequest& request) {
+  Region region = RegionOf(request);
   region.resolution_m = request.resolution_m;
   return region;
 }
@@ -96,7 +89,7 @@ absl::Status MapReader::ExportMap(const ExportRequest& request,
   const absl::StatusOr<std::shared_ptr<const ComposedMap>> wanted = PartOf(map, request);
   if (!wanted.ok()) return wanted.status();
   map = *wanted;
-  Region region = RegionOf(request);
+  Region region = WholeRegionOf(request);
   if (request.format == ExportFormat::kOctoMapFull ||
       request.format == ExportFormat::kOctoMapBinary) {
     return ExportOccupancy(request, region, sink);

@@ -13,6 +13,7 @@
 #include "api/convert/cloud.h"
 #include "api/convert/map.h"
 #include "core/codec/quantized.h"
+#include "core/records/region_of.h"
 #include "server/rpc/map_service.h"
 #include "server/rpc/responses.h"
 
@@ -25,16 +26,8 @@ uint32_t SecondsOf(int64_t ns) {
   return static_cast<uint32_t>(std::clamp<int64_t>(ns / 1'000'000'000, 0, kMost));
 }
 
-Region RegionOf(const RegionQuery& query) {
-  Region region;
-  if (query.box) region.box = *query.box;
-  if (query.sphere) {
-    region.has_sphere = true;
-    region.center = query.sphere->center;
-    region.radius_m = query.sphere->radius_m;
-  }
-  region.shape = MakeShape(query.shape);
-  region.component = query.component;
+Region WholeRegionOf(const RegionQuery& query) {
+  Region region = RegionOf(query);
   region.resolution_m = query.resolution_m;
   if (query.seen_from_ns != 0) region.seen_from = SecondsOf(query.seen_from_ns);
   if (query.seen_to_ns != 0) region.seen_to = SecondsOf(query.seen_to_ns);
@@ -182,7 +175,7 @@ absl::Status MapService::SendRegion(const Call& call, const v1::QueryRegionReque
   const std::shared_ptr<const ComposedMap> map = call.pipeline().GetMap();
   if (absl::Status ready = map->ready(); !ready.ok()) return ready;
   if (absl::Status known = CheckComponent(*map, query->component); !known.ok()) return known;
-  Region region = RegionOf(*query);
+  Region region = WholeRegionOf(*query);
   const absl::StatusOr<bool> has_points = FindRobot(call.pipeline(), *map, query->robot, region);
   if (!has_points.ok()) return has_points.status();
   if (!query->sessions.empty()) {

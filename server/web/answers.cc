@@ -79,6 +79,12 @@ http::Response JsonAnswer(std::string json) {
   return response;
 }
 
+http::Response TextAnswer(std::string text) {
+  http::Response response = http::Text(HttpCode(absl::StatusCode::kOk), std::move(text));
+  response.Set("Cache-Control", "no-store");
+  return response;
+}
+
 http::Response WrongMethod(const std::string& allowed) {
   http::Response response = ErrorAnswer(
       405, absl::UnimplementedError(absl::StrCat("this address knows ", allowed, " alone")));

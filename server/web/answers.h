@@ -24,6 +24,8 @@ http::Response ErrorAnswer(int code, const absl::Status& status);
 http::Response NoSlotLeft();
 
 http::Response JsonAnswer(std::string json);
+// A text that a program reads, of the map as it is now.
+http::Response TextAnswer(std::string text);
 
 // ErrorAnswer of a method of HTTP that the address does not know; `allowed` as in "GET, HEAD".
 http::Response WrongMethod(const std::string& allowed);

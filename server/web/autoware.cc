@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/formats/autoware.h"
 #include "server/web/answers.h"
 #include "server/web/limits.h"
 #include "server/web/map_calls.h"
@@ -23,11 +24,11 @@ constexpr char kMetadata[] = "pointcloud_map_metadata.yaml";
 
 struct Cells {
   int64_t edge_m = 0;
-  std::vector<v1::TileId> tiles;
+  std::vector<formats::CellCorner> corners;
 };
 
 absl::StatusOr<Cells> ListCells(const MapCalls& calls, uint32_t component) {
-  auto list = calls.ListTiles(component);
+  const auto list = calls.ListTiles(component);
   if (!list.ok()) return list.status();
   // Tiles are whole voxels, so 20 m may be off by a rounding.
   const double edge_m = std::round(list->tile_m);
@@ -37,21 +38,11 @@ absl::StatusOr<Cells> ListCells(const MapCalls& calls, uint32_t component) {
                      " m: Autoware's map loader takes cells of whole metres; set "
                      "composition.tile_m, or use isthmus export --format autoware --tile"));
   }
-  return Cells{static_cast<int64_t>(edge_m), std::move(list->tiles)};
-}
-
-http::Response MetadataOf(const Cells& cells) {
-  std::string yaml =
-      absl::StrCat("x_resolution: ", cells.edge_m, ".0\ny_resolution: ", cells.edge_m, ".0\n");
-  for (const v1::TileId& tile : cells.tiles) {
-    const int64_t x = tile.x() * cells.edge_m, y = tile.y() * cells.edge_m;
-    absl::StrAppend(&yaml, x, "_", y, ".pcd: [", x, ", ", y, "]\n");
+  Cells cells{static_cast<int64_t>(edge_m), {}};
+  for (const v1::TileId& tile : list->tiles) {
+    cells.corners.emplace_back(tile.x() * cells.edge_m, tile.y() * cells.edge_m);
   }
-  http::Response response;
-  response.Set("Content-Type", "text/plain; charset=utf-8");
-  response.Set("Cache-Control", "no-store");
-  response.body = std::move(yaml);
-  return response;
+  return cells;
 }
 
 // Points have floats: the last one before the next cell.
@@ -59,7 +50,8 @@ double LastBefore(int64_t edge_m) {
   return std::nextafter(static_cast<float>(edge_m), -std::numeric_limits<float>::infinity());
 }
 
-v1::ExportMapRequest CellAt(uint32_t component, int64_t x, int64_t y, int64_t edge_m) {
+v1::ExportMapRequest CellAt(uint32_t component, const formats::CellCorner& corner, int64_t edge_m) {
+  const auto& [x, y] = corner;
   v1::ExportMapRequest wanted;
   wanted.set_component(component);
   wanted.set_format(v1::ExportMapRequest::PCD_BINARY);
@@ -96,11 +88,10 @@ http::Response AnswerAutoware(const http::Request& request,
   }
   const auto cells = ListCells(MapCalls(request, channel), component);
   if (!cells.ok()) return ErrorAnswer(cells.status());
-  if (is_metadata) return MetadataOf(*cells);
-  for (const v1::TileId& tile : cells->tiles) {
-    const int64_t x = tile.x() * cells->edge_m, y = tile.y() * cells->edge_m;
-    if (parts[2] != absl::StrCat(x, "_", y, ".pcd")) continue;
-    return SendMapFile(request, channel, CellAt(component, x, y, cells->edge_m), parts[2], slots);
+  if (is_metadata) return TextAnswer(formats::FormatCellList(cells->edge_m, cells->corners));
+  for (const formats::CellCorner& corner : cells->corners) {
+    if (parts[2] != formats::CellFileName(corner)) continue;
+    return SendMapFile(request, channel, CellAt(component, corner, cells->edge_m), parts[2], slots);
   }
   return NoSuchCell();
 }

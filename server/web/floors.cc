@@ -124,12 +124,13 @@ http::Response AnswerFloor(const http::Request& request,
   }
   const auto map = DrawFloor(calls, (*all)[address.floor], std::move(wanted));
   if (!map.ok()) return ErrorAnswer(map.status());
+  if (!address.is_image) {
+    return TextAnswer(floors::FormatMapYaml(*map, FloorName(address.floor, ".pgm")));
+  }
   http::Response response;
   response.Set("Cache-Control", "no-store");
-  response.Set("Content-Type",
-               address.is_image ? "image/x-portable-graymap" : "text/plain; charset=utf-8");
-  response.body = address.is_image ? floors::FormatPgm(*map)
-                                   : floors::FormatMapYaml(*map, FloorName(address.floor, ".pgm"));
+  response.Set("Content-Type", "image/x-portable-graymap");
+  response.body = floors::FormatPgm(*map);
   return response;
 }
 

@@ -121,11 +121,8 @@ http::Response Gateway::Answer(const http::Request& request, absl::string_view m
   std::unique_ptr<StreamSlots::Slot> slot;
   if (known->server_streaming()) slot = slots_->Take();
   if (known->server_streaming() && slot == nullptr) return NoSlotLeft();
-  RpcCall::Request call;
-  call.method = absl::StrCat("/", known->service()->full_name(), "/", known->name());
-  call.headers = CallHeaders(request);
-  call.message = *std::move(message);
-  call.gone = request.gone;
+  RpcCall::Request call = RpcCall::For(
+      request, absl::StrCat(known->service()->name(), "/", known->name()), *std::move(message));
   if (known->server_streaming()) {
     return AnswerByStream(transcoder, std::make_unique<RpcCall>(channel_, std::move(call)),
                           std::move(slot));

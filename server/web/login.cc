@@ -16,7 +16,7 @@ namespace isthmus::web {
 namespace {
 
 // Any reader may ask it.
-constexpr char kCheapCall[] = "/isthmus.v1.MapService/GetMapInfo";
+constexpr char kCheapCall[] = "MapService/GetMapInfo";
 
 absl::Status CheckPost(const http::Request& request) {
   absl::Status status = CheckSender(request);
@@ -50,11 +50,8 @@ http::Response LogIn(const http::Request& request, const std::shared_ptr<grpc::C
     return absl::EqualsIgnoreCase(field.first, "authorization");
   });
   as.headers.emplace_back("authorization", absl::StrCat("Bearer ", token));
-  RpcCall::Request call;
-  call.method = kCheapCall;
-  call.headers = CallHeaders(as);
+  RpcCall::Request call = RpcCall::For(as, kCheapCall, "");
   call.deadline = kCallTime;
-  call.gone = request.gone;
   RpcCall check(channel, std::move(call));
   std::string answer;
   while (check.Take({}, &answer) != RpcCall::Next::kEnd) {

@@ -1,12 +1,9 @@
 #include "server/web/map_calls.h"
 
-#include <absl/strings/str_cat.h>
-
 #include <utility>
 
 #include "api/convert/geometry.h"
 #include "isthmus/v1/session_service.pb.h"
-#include "server/web/caller.h"
 #include "server/web/limits.h"
 #include "server/web/rpc_call.h"
 
@@ -15,12 +12,8 @@ namespace isthmus::web {
 template <typename Answer>
 absl::Status MapCalls::Call(const std::string& method, const google::protobuf::MessageLite& message,
                             const std::function<bool(const Answer&)>& take) const {
-  RpcCall::Request asked;
-  asked.method = absl::StrCat("/isthmus.v1.", method);
-  asked.headers = CallHeaders(request_);
-  asked.message = message.SerializeAsString();
+  RpcCall::Request asked = RpcCall::For(request_, method, message.SerializeAsString());
   asked.deadline = kCallTime;
-  asked.gone = request_.gone;
   RpcCall call(channel_, std::move(asked));
   std::string bytes;
   Answer answer;

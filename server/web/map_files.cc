@@ -10,7 +10,6 @@
 
 #include "isthmus/v1/map_service.pb.h"
 #include "server/web/answers.h"
-#include "server/web/caller.h"
 #include "server/web/limits.h"
 #include "server/web/map_query.h"
 #include "server/web/rpc_call.h"
@@ -74,12 +73,8 @@ http::Response SendMapFile(const http::Request& request,
                            StreamSlots* slots) {
   auto slot = slots->Take();
   if (slot == nullptr) return NoSlotLeft();
-  RpcCall::Request asked;
-  asked.method = "/isthmus.v1.MapService/ExportMap";
-  asked.headers = CallHeaders(request);
-  asked.message = wanted.SerializeAsString();
-  asked.gone = request.gone;
-  auto call = std::make_unique<RpcCall>(channel, std::move(asked));
+  auto call = std::make_unique<RpcCall>(
+      channel, RpcCall::For(request, "MapService/ExportMap", wanted.SerializeAsString()));
   std::string first;
   if (call->Take({}, &first) != RpcCall::Next::kMessage) return ErrorAnswer(call->status());
   http::Response response;

@@ -1,5 +1,6 @@
 #include "server/web/rpc_call.h"
 
+#include <absl/strings/str_cat.h>
 #include <grpcpp/support/byte_buffer.h>
 
 #include <algorithm>
@@ -8,6 +9,7 @@
 #include <vector>
 
 #include "api/convert/retry_after.h"
+#include "server/web/caller.h"
 #include "server/web/limits.h"
 
 namespace isthmus::web {
@@ -28,6 +30,16 @@ void CopyOut(const grpc::ByteBuffer& buffer, std::string* message) {
 }
 
 }  // namespace
+
+RpcCall::Request RpcCall::For(const http::Request& request, absl::string_view method,
+                              std::string message) {
+  Request asked;
+  asked.method = absl::StrCat("/isthmus.v1.", method);
+  asked.headers = CallHeaders(request);
+  asked.message = std::move(message);
+  asked.gone = request.gone;
+  return asked;
+}
 
 RpcCall::RpcCall(const std::shared_ptr<grpc::Channel>& channel, Request request)
     : request_(std::move(request)), stub_(channel) {

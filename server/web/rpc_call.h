@@ -2,6 +2,7 @@
 #pragma once
 
 #include <absl/status/status.h>
+#include <absl/strings/string_view.h>
 #include <grpcpp/channel.h>
 #include <grpcpp/client_context.h>
 #include <grpcpp/completion_queue.h>
@@ -29,6 +30,9 @@ class RpcCall {
     // Asked while it waits; a call nobody waits for is cancelled. Never null.
     std::function<bool()> gone = [] { return false; };
   };
+  // A request of the method ("MapService/GetMapInfo") in the name of who asks over HTTP, while it
+  // waits for the answer.
+  static Request For(const http::Request& request, absl::string_view method, std::string message);
 
   RpcCall(const std::shared_ptr<grpc::Channel>& channel, Request request);
   ~RpcCall();  // Cancels what is under way.

@@ -89,12 +89,8 @@ http::Response AnswerTile(const http::Request& request,
     return ErrorAnswer(absl::NotFoundError("tiles are at /tiles/COMPONENT/LEVEL/X/Y.pts"));
   }
   wanted.set_have_version(VersionOf(request.Header("if-none-match").value_or("")));
-  RpcCall::Request asked;
-  asked.method = "/isthmus.v1.MapService/GetTile";
-  asked.headers = CallHeaders(request);
-  asked.message = wanted.SerializeAsString();
+  RpcCall::Request asked = RpcCall::For(request, "MapService/GetTile", wanted.SerializeAsString());
   asked.deadline = kCallTime;
-  asked.gone = request.gone;
   auto call = std::make_unique<RpcCall>(channel, std::move(asked));
   std::string message;
   if (call->Take({}, &message) != RpcCall::Next::kMessage) return ErrorAnswer(call->status());

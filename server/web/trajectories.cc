@@ -26,11 +26,7 @@ http::Response AnswerTrajectory(const http::Request& request,
   const auto way = MapCalls(request, channel)
                        .GetTrajectory(std::string(name), frame == "map" ? v1::MAP : v1::ODOM);
   if (!way.ok()) return ErrorAnswer(way.status());
-  http::Response response;
-  response.Set("Content-Type", "text/plain; charset=utf-8");
-  response.Set("Cache-Control", "no-store");
-  response.body = formats::FormatTum(way->poses);
-  return response;
+  return TextAnswer(formats::FormatTum(way->poses));
 }
 
 }  // namespace isthmus::web

@@ -61,7 +61,6 @@ absl::StatusOr<std::unique_ptr<MapStore>> OpenPostgresStore(const std::string& u
                                                             const std::string& site,
                                                             const PostgresOptions& options) {
   if (auto status = CheckResolution(options.resolution_m); !status.ok()) return status;
-  if (absl::Status status = CheckPostgresUrl(url); !status.ok()) return status;
   constexpr size_t kLongestName = 63;  // PostgreSQL cuts longer ones off.
   if (SchemaOfSite(site).size() > kLongestName) {
     return absl::InvalidArgumentError(absl::StrCat(

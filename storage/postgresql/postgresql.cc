@@ -21,9 +21,17 @@ absl::StatusOr<Options> Parse(const std::string& url) {
   Options options(PQconninfoParse(url.c_str(), &error), &PQconninfoFree);
   const std::string why = error == nullptr ? "" : error;
   PQfreemem(error);
-  if (options != nullptr) return options;
-  return absl::InvalidArgumentError(
-      absl::StrCat("the store's URL cannot be read: ", absl::StripTrailingAsciiWhitespace(why)));
+  if (options == nullptr) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("the store's URL cannot be read: ", absl::StripTrailingAsciiWhitespace(why)));
+  }
+  for (const PQconninfoOption* option = options.get(); option->keyword != nullptr; ++option) {
+    if (std::string(option->keyword) != "password" || option->val == nullptr) continue;
+    return absl::InvalidArgumentError(
+        "leave the password out of the store's URL, where others can see it: put it into "
+        "~/.pgpass, into a file that PGPASSFILE names, or into PGPASSWORD");
+  }
+  return options;
 }
 
 std::string MessageOf(PGconn* connection) {
@@ -32,17 +40,7 @@ std::string MessageOf(PGconn* connection) {
 
 }  // namespace
 
-absl::Status CheckPostgresUrl(const std::string& url) {
-  const absl::StatusOr<Options> options = Parse(url);
-  if (!options.ok()) return options.status();
-  for (const PQconninfoOption* option = options->get(); option->keyword != nullptr; ++option) {
-    if (std::string(option->keyword) != "password" || option->val == nullptr) continue;
-    return absl::InvalidArgumentError(
-        "leave the password out of the store's URL, where others can see it: put it into "
-        "~/.pgpass, into a file that PGPASSFILE names, or into PGPASSWORD");
-  }
-  return absl::OkStatus();
-}
+absl::Status CheckPostgresUrl(const std::string& url) { return Parse(url).status(); }
 
 std::string QuotedName(const std::string& name) {
   return absl::StrCat("\"", absl::StrReplaceAll(name, {{"\"", "\"\""}}), "\"");

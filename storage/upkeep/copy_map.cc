@@ -42,7 +42,6 @@ bool IsDatabase(const MapPlace& place) {
 }
 
 absl::StatusOr<OpenPlace> OpenSite(const MapPlace& place) {
-  if (absl::Status status = CheckPostgresUrl(place.where); !status.ok()) return status;
   const PostgresTarget target{place.where, SchemaOfSite(place.site), "isthmus copy", true};
   auto lease = SiteLease::Take(target, {});
   if (!lease.ok()) return lease.status();
@@ -54,7 +53,6 @@ absl::StatusOr<OpenPlace> OpenSite(const MapPlace& place) {
 
 // NotFound where there is no such site: to look is not to make one.
 absl::Status ExpectSite(const MapPlace& place) {
-  if (absl::Status status = CheckPostgresUrl(place.where); !status.ok()) return status;
   const std::string schema = SchemaOfSite(place.site);
   auto database = PostgresConnection::Open({place.where, schema, "isthmus copy", true});
   if (!database.ok()) return database.status();
@@ -219,8 +217,7 @@ absl::Status ForEachRowOf(Connection& database, const Table& table, const Visit&
   }
 }
 
-absl::Status CopyTable(Connection& from, Connection& to, const Table& table, int64_t* records,
-                       const CopyProgress& progress) {
+absl::Status CopyTable(Connection& from, Connection& to, const Table& table, int64_t* records) {
   Sum sent, found;
   const std::string insert =
       absl::StrCat("INSERT INTO ", table.name, " (", Names(table, table.columns.size()),
@@ -230,7 +227,6 @@ absl::Status CopyTable(Connection& from, Connection& to, const Table& table, int
     for (size_t i = 0; i < row.size(); ++i) BindValue(row[i], table.columns[i].kind, statement);
     sent.Add(row);
     ++*records;
-    if (progress) progress(*records);
     return statement.Run();
   });
   if (!status.ok()) {
@@ -268,11 +264,10 @@ absl::Status ExpectNoMap(Connection& database, const MapPlace& place) {
 }
 
 absl::Status CopyTables(const OpenPlace& from, const OpenPlace& to, bool is_database,
-                        CopyReport* report, const CopyProgress& progress) {
+                        CopyReport* report) {
   for (const Table& table : MapTables()) {
     const int64_t before = report->records;
-    absl::Status status =
-        CopyTable(*from.database, *to.database, table, &report->records, progress);
+    absl::Status status = CopyTable(*from.database, *to.database, table, &report->records);
     if (status.ok() && is_database && table.counts_keys) status = CountOn(*to.database, table);
     if (!status.ok()) return status;
     const int64_t count = report->records - before;
@@ -288,8 +283,7 @@ absl::Status CopyTables(const OpenPlace& from, const OpenPlace& to, bool is_data
 
 }  // namespace
 
-absl::StatusOr<CopyReport> CopyMap(const MapPlace& from, const MapPlace& to,
-                                   const CopyProgress& progress) {
+absl::StatusOr<CopyReport> CopyMap(const MapPlace& from, const MapPlace& to) {
   absl::StatusOr<OpenPlace> source = OpenSource(from);
   if (!source.ok()) return source.status();
   absl::StatusOr<OpenPlace> target = OpenTarget(to);
@@ -304,7 +298,7 @@ absl::StatusOr<CopyReport> CopyMap(const MapPlace& from, const MapPlace& to,
   if (status.ok()) status = ExpectNoMap(*target->database, to);
   CopyReport report;
   report.schema = source->schema;
-  if (status.ok()) status = CopyTables(*source, *target, IsDatabase(to), &report, progress);
+  if (status.ok()) status = CopyTables(*source, *target, IsDatabase(to), &report);
   if (status.ok()) status = transaction.Commit();
   if (!status.ok()) return status;
   return report;

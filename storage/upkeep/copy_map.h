@@ -4,7 +4,6 @@
 #include <absl/status/statusor.h>
 
 #include <cstdint>
-#include <functional>
 #include <string>
 
 namespace isthmus::storage {
@@ -22,9 +21,6 @@ struct CopyReport {
   int64_t records = 0;  // Of all tables.
 };
 
-// Called now and then with the records that are copied.
-using CopyProgress = std::function<void(int64_t records)>;
-
 // Copies all records of `from`, as of one moment, to `to`, where there must be no map yet; then
 // reads them back and compares count and checksum of every table. All or nothing: until that was
 // done nothing is committed. No server may be on either (FailedPrecondition, naming it); what lies
@@ -33,7 +29,6 @@ using CopyProgress = std::function<void(int64_t records)>;
 // NotFound where there is no map at `from`, FailedPrecondition where it has not the newest schema,
 // AlreadyExists where there is a map at `to`, DataLoss when what was read back differs or `from`
 // cannot be read.
-absl::StatusOr<CopyReport> CopyMap(const MapPlace& from, const MapPlace& to,
-                                   const CopyProgress& progress = {});
+absl::StatusOr<CopyReport> CopyMap(const MapPlace& from, const MapPlace& to);
 
 }  // namespace isthmus::storage

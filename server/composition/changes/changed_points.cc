@@ -9,6 +9,7 @@
 #include <optional>
 #include <utility>
 
+#include "core/map/region_extent.h"
 #include "server/composition/changes/limits.h"
 #include "server/composition/changes/seen_voxels.h"
 
@@ -17,21 +18,6 @@ namespace {
 
 constexpr int kSteps = static_cast<int>(2 * kStrideM / kPassedCellM);  // Math: half a cell each.
 constexpr int32_t kNone = -1;                                          // Layout.
-
-bool MayTouch(const Region& region, const Box& box) {
-  if (!region.box.empty() && !region.box.Intersects(box)) return false;
-  if (region.has_sphere) {
-    const Eigen::Vector3d nearest = region.center.cwiseMax(box.min).cwiseMin(box.max);
-    if ((nearest - region.center).norm() > region.radius_m) return false;
-  }
-  return region.shape == nullptr || region.shape->MayTouch(box);
-}
-
-Box Grown(Box box, double by_m) {
-  box.min.array() -= by_m;
-  box.max.array() += by_m;
-  return box;
-}
 
 // Cells that rays may pass: those of points, and those behind them.
 class RayTargets {
@@ -179,13 +165,13 @@ absl::StatusOr<std::vector<ChangedPoint>> FindChangedPoints(
   const auto bounds_of = [](const ComparedSubmap& compared) {
     return Transform(compared.placed.T_map_submap, compared.placed.submap->bounds);
   };
+  const RegionExtent extent(region);
   std::vector<ChangedPoint> of_one_side;
   {
-    SeenVoxels seen(region);
+    SeenVoxels seen(extent);
     for (uint32_t i = 0; i < submaps.size(); ++i) {
-      if (!MayTouch(region, Grown(bounds_of(submaps[i]), kDriftedVoxels * kComparedVoxelM))) {
-        continue;
-      }
+      const Box near = bounds_of(submaps[i]).Grown(kDriftedVoxels * kComparedVoxelM);
+      if (!extent.MayTouch(near)) continue;
       const std::shared_ptr<const Submap> submap = reader(submaps[i].placed.submap->id);
       if (submap == nullptr) continue;
       if (!seen.Add(i, submaps[i], *submap, keep_on)) return Ended();
@@ -197,7 +183,7 @@ absl::StatusOr<std::vector<ChangedPoint>> FindChangedPoints(
   for (uint32_t i = 0; i < submaps.size(); ++i) {
     if (!keep_on()) return Ended();
     // Sensors stand among the points that they see, or near.
-    if (!targets.MayTouch(Grown(bounds_of(submaps[i]), kRayToM))) continue;
+    if (!targets.MayTouch(bounds_of(submaps[i]).Grown(kRayToM))) continue;
     const std::shared_ptr<const Submap> submap = reader(submaps[i].placed.submap->id);
     if (submap == nullptr) continue;
     if (!targets.Pass(i, submaps[i], *submap, keep_on)) return Ended();

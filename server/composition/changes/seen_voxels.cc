@@ -9,12 +9,6 @@
 namespace isthmus::composition {
 namespace {
 
-bool IsIn(const Region& region, const Eigen::Vector3d& p) {
-  if (!region.box.empty() && !region.box.Contains(p)) return false;
-  if (region.has_sphere && (p - region.center).norm() > region.radius_m) return false;
-  return region.shape == nullptr || region.shape->Contains(p);
-}
-
 Voxel Moved(const Voxel& v, const Eigen::Vector3i& by) {
   return {v.x + by.x(), v.y + by.y(), v.z + by.z()};
 }
@@ -23,8 +17,8 @@ Voxel Moved(const Voxel& v, int x, int y) { return {v.x + x, v.y + y, v.z}; }
 
 }  // namespace
 
-SeenVoxels::SeenVoxels(const Region& region)
-    : region_(region), grid_(kComparedVoxelM), columns_(kColumnM), parts_(kPartM) {
+SeenVoxels::SeenVoxels(const RegionExtent& extent)
+    : extent_(extent), grid_(kComparedVoxelM), columns_(kColumnM), parts_(kPartM) {
   constexpr int kReach = kDriftedVoxels;
   for (int x = -kReach; x <= kReach; ++x) {
     for (int y = -kReach; y <= kReach; ++y) {
@@ -124,8 +118,8 @@ std::vector<ChangedPoint> SeenVoxels::OfOneSide(const KeepOn& keep_on) const {
     if (i % kRaysAtOnce == 0 && !keep_on()) return {};
     const Seen& seen = seen_[i];
     const Eigen::Vector3f at = MiddleOf(seen.voxel, kComparedVoxelM);
-    if (numbers_.contains(SideKey(seen.voxel, !seen.after)) || !IsIn(region_, at.cast<double>()) ||
-        IsFloorOrCeiling(seen)) {
+    if (numbers_.contains(SideKey(seen.voxel, !seen.after)) ||
+        !extent_.Contains(at.cast<double>()) || IsFloorOrCeiling(seen)) {
       continue;
     }
     const Eigen::Vector3i to = ToOther(seen);

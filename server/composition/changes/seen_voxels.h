@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/geometry/voxel_hash.h"
+#include "core/map/region_extent.h"
 #include "server/composition/changes/changed_points.h"
 #include "server/composition/voxel_thinner.h"
 
@@ -15,8 +16,8 @@ namespace isthmus::composition {
 // Not thread safe.
 class SeenVoxels {
  public:
-  // Points outside of `region` count as seen, but none of them is OfOneSide.
-  explicit SeenVoxels(const Region& region);
+  // Points outside of `extent` count as seen, but none of them is OfOneSide.
+  explicit SeenVoxels(const RegionExtent& extent);
 
   // False when told to end.
   bool Add(uint32_t index, const ComparedSubmap& compared, const Submap& submap,
@@ -51,7 +52,7 @@ class SeenVoxels {
   // The vector to the nearest voxel of the other side, in voxels; zero if there is none near.
   Eigen::Vector3i ToOther(const Seen& seen) const;
 
-  const Region region_;
+  const RegionExtent extent_;
   const VoxelGrid grid_, columns_, parts_;
   absl::flat_hash_map<uint64_t, uint32_t, VoxelHash> numbers_;  // Of `seen_`, by side and voxel.
   std::vector<Seen> seen_;

@@ -8,6 +8,9 @@
 
 namespace isthmus::composition {
 
+// Levels of an OctoMap: so many bits tell voxels apart per axis, the origin in the middle.
+inline constexpr int kTreeDepth = 16;  // Format
+
 using VoxelIndex = Eigen::Matrix<int32_t, 3, 1>;  // Voxels from the origin.
 
 // Voxels along an edge: 64. A cube of so many is a whole branch of an octree, 6 levels deep.

@@ -16,11 +16,8 @@
 namespace isthmus::composition {
 namespace {
 
-// OctoMap numbers voxels with so many bits per axis, the origin in the middle.
-constexpr int kKeyBits = 16;  // Format
-
 absl::Status CheckReach(const Eigen::Vector3d& origin, const OccupancyOptions& options) {
-  const double reach = (1 << (kKeyBits - 1)) * options.resolution_m;
+  const double reach = (1 << (kTreeDepth - 1)) * options.resolution_m;
   const double needed = origin.cwiseAbs().maxCoeff() + options.max_range_m + options.resolution_m;
   if (needed < reach) return absl::OkStatus();
   return absl::OutOfRangeError(absl::StrCat("The map reaches ", std::ceil(needed),

@@ -14,7 +14,6 @@
 namespace isthmus::composition {
 namespace {
 
-constexpr int kTreeDepth = 16;                        // Format
 constexpr int kCubeDepth = kTreeDepth - kColumnBits;  // Format: of nodes that are cubes.
 
 struct PlacedCube {

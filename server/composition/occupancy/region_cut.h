@@ -3,7 +3,7 @@
 
 #include <memory>
 
-#include "core/map/composed_map.h"
+#include "core/map/region_extent.h"
 #include "server/composition/occupancy/column_key.h"
 #include "server/composition/occupancy/packed_column.h"
 
@@ -22,15 +22,11 @@ class RegionCut {
                                           std::shared_ptr<const PackedColumn> column) const;
 
  private:
-  bool Contains(const Eigen::Vector3d& middle) const;
-  bool MayTouch(const Box& middles) const;
-  bool ContainsAll(const Box& middles) const;
   // Of the middles of a cube's voxels.
   Box BoxOf(const ColumnKey& key, int32_t z) const;
 
-  const Region& region_;
+  const RegionExtent extent_;
   const double resolution_m_;
-  const bool is_everywhere_;
 };
 
 }  // namespace isthmus::composition

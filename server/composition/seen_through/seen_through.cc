@@ -93,9 +93,7 @@ void SeenThrough::Forget(const SubmapId& id) {
 
 bool SeenThrough::Reaches(const Entry& views, const Entry& points) const {
   if (views.frame != points.frame || views.sensors.empty() || points.bounds.empty()) return false;
-  Box reach = Transform(views.T_map_submap, views.sensors);
-  reach.min.array() -= kFarthestLookM;
-  reach.max.array() += kFarthestLookM;
+  const Box reach = Transform(views.T_map_submap, views.sensors).Grown(kFarthestLookM);
   return reach.Intersects(Transform(points.T_map_submap, points.bounds));
 }
 

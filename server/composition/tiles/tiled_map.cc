@@ -9,6 +9,7 @@
 #include <optional>
 #include <utility>
 
+#include "core/map/region_extent.h"
 #include "server/composition/voxel_thinner.h"
 
 namespace isthmus::composition {
@@ -24,46 +25,25 @@ class Selection {
  public:
   explicit Selection(const Region& region)
       : region_(region),
-        has_box_(!region.box.empty()),
-        is_of_any_time_(region.seen_from == 0 &&
+        extent_(region),
+        is_of_any_time_(region_.seen_from == 0 &&
                         region.seen_to == std::numeric_limits<uint32_t>::max()) {}
 
-  bool Touches(const Box& bounds) const {
-    if (has_box_ && !region_.box.Intersects(bounds)) return false;
-    if (region_.shape != nullptr && !region_.shape->MayTouch(bounds)) return false;
-    if (!region_.has_sphere) return true;
-    const Eigen::Vector3d nearest = region_.center.cwiseMax(bounds.min).cwiseMin(bounds.max);
-    return InSphere(nearest);
-  }
+  bool Touches(const Box& bounds) const { return extent_.MayTouch(bounds); }
   bool ContainsAll(const Box& bounds) const {
-    if (!is_of_any_time_ || region_.keep) return false;
-    if (region_.shape != nullptr && !region_.shape->ContainsAll(bounds)) return false;
-    if (has_box_ && !(region_.box.Contains(bounds.min) && region_.box.Contains(bounds.max))) {
-      return false;
-    }
-    if (!region_.has_sphere) return true;
-    const Eigen::Vector3d farthest =
-        (region_.center - bounds.min).cwiseAbs().cwiseMax((bounds.max - region_.center).cwiseAbs());
-    return InSphere(region_.center + farthest);
+    return is_of_any_time_ && !region_.keep && extent_.ContainsAll(bounds);
   }
   bool Contains(const TilePoint& point, uint32_t robot) const {
     if (point.stamp < region_.seen_from || point.stamp > region_.seen_to) return false;
-    const Eigen::Vector3d p(point.x, point.y, point.z);
-    if (has_box_ && !region_.box.Contains(p)) return false;
-    if (region_.has_sphere && !InSphere(p)) return false;
-    if (region_.shape != nullptr && !region_.shape->Contains(p)) return false;
+    if (!extent_.Contains(Eigen::Vector3d(point.x, point.y, point.z))) return false;
     return !region_.keep ||
            region_.keep({point.x, point.y, point.z, point.intensity, robot, point.stamp});
   }
 
  private:
-  bool InSphere(const Eigen::Vector3d& p) const {
-    const double r = region_.radius_m;
-    return r >= 0 && (p - region_.center).squaredNorm() <= r * r;
-  }
-
   const Region& region_;
-  const bool has_box_, is_of_any_time_;
+  const RegionExtent extent_;
+  const bool is_of_any_time_;
 };
 
 // Lets one point per voxel of a resolution pass, and knows which points need not be looked at.

@@ -3,14 +3,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
 
 #include "core/io/file_io.h"
-#include "server/rpc/server.h"
 #include "tests/client/cli/program.h"
-#include "tests/server/rpc/fake_pipeline.h"
+#include "tests/server/rpc/rpc_fixture.h"
 
 namespace isthmus::cli {
 namespace {
@@ -18,17 +16,9 @@ namespace {
 using testing::HasSubstr;
 using testing::StartsWith;
 
-class ChangesTest : public testing::Test {
+class ChangesTest : public rpc::RpcTest {
  protected:
   void SetUp() override {
-    std::filesystem::create_directories(folder_);
-    rpc::ServerOptions options;
-    options.listen = "127.0.0.1:0";
-    auto server = rpc::RpcServer::Start(&pipeline_, options);
-    ASSERT_TRUE(server.ok()) << server.status();
-    server_ = *std::move(server);
-    std::filesystem::remove_all(folder_);
-    std::filesystem::create_directories(folder_);
     ChangedVolume cabinet;
     cabinet.T_map_box = Pose::FromXyzRpy(7.42, 3.1, 0.6, 0, 0, 0.5236);
     cabinet.size = {1.8, 0.5, 1.2};
@@ -44,16 +34,13 @@ class ChangesTest : public testing::Test {
     pipeline_.changes = ChangeList{
         .revision = 97, .submaps_before = 14, .submaps_after = 15, .volumes = {cabinet, pallet}};
   }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
 
   ProgramResult Ask(const std::string& options) const {
     return Isthmus("changes " + options + " --server " + server_->address());
   }
   std::string Path(const std::string& name) const { return folder_ + "/" + name; }
 
-  const std::string folder_ = testing::TempDir() + "changes_of_a_map";
-  rpc::FakePipeline pipeline_;
-  std::unique_ptr<rpc::RpcServer> server_;
+  const std::string folder_ = ScratchFolder();
 };
 
 TEST_F(ChangesTest, AreATable) {

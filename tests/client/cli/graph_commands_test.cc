@@ -7,9 +7,8 @@
 #include <nlohmann/json.hpp>
 
 #include "client/console/pose_graph_file.h"
-#include "server/rpc/server.h"
 #include "tests/client/cli/program.h"
-#include "tests/server/rpc/fake_pipeline.h"
+#include "tests/server/rpc/rpc_fixture.h"
 
 namespace isthmus::cli {
 namespace {
@@ -17,18 +16,9 @@ namespace {
 using nlohmann::json;
 using testing::AllOf;
 using testing::HasSubstr;
-using testing::Not;
 
-class GraphCommandsTest : public testing::Test {
+class GraphCommandsTest : public rpc::RpcTest {
  protected:
-  void SetUp() override {
-    rpc::ServerOptions options;
-    options.listen = "127.0.0.1:0";
-    auto server = rpc::RpcServer::Start(&pipeline_, options);
-    ASSERT_TRUE(server.ok()) << server.status();
-    server_ = *std::move(server);
-  }
-
   ProgramResult Ask(const std::string& command) const {
     return Isthmus(command + " --server " + server_->address());
   }
@@ -37,9 +27,6 @@ class GraphCommandsTest : public testing::Test {
     EXPECT_EQ(result.code, 0) << result.err;
     return json::parse(result.out, nullptr, false);
   }
-
-  rpc::FakePipeline pipeline_;
-  std::unique_ptr<rpc::RpcServer> server_;
 };
 
 RevisionInfo Info(int64_t revision) {

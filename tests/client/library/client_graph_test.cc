@@ -6,34 +6,15 @@
 #include <fstream>
 #include <iterator>
 
-#include "client/library/client.h"
-#include "server/rpc/server.h"
+#include "tests/client/library/client_fixture.h"
 #include "tests/client/library/poses.h"
-#include "tests/server/rpc/fake_pipeline.h"
 
 namespace isthmus::client {
 namespace {
 
 using testing::ElementsAre;
-using testing::HasSubstr;
 
-class ClientGraphTest : public testing::Test {
- protected:
-  void SetUp() override {
-    rpc::ServerOptions options;
-    options.listen = "127.0.0.1:0";
-    auto server = rpc::RpcServer::Start(&pipeline_, options);
-    ASSERT_TRUE(server.ok()) << server.status();
-    server_ = *std::move(server);
-    auto client = Client::Connect({.address = server_->address()});
-    ASSERT_TRUE(client.ok()) << client.status();
-    client_ = *std::move(client);
-  }
-
-  rpc::FakePipeline pipeline_;
-  std::unique_ptr<rpc::RpcServer> server_;
-  std::unique_ptr<Client> client_;
-};
+using ClientGraphTest = ClientTest;
 
 RevisionInfo Info(int64_t revision) {
   RevisionInfo info;
