@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/caught.h"
 #include "core/concurrency/thread_role.h"
 #include "core/io/crc32c.h"
 #include "storage/postgresql/migrations.h"
@@ -123,13 +124,7 @@ absl::StatusOr<bool> SiteLease::TryTake() {
   if (!taken.ok() || !*taken) return taken;
   const absl::Status migrated = MigratePostgres(*this, target().schema);
   if (!migrated.ok()) return migrated;
-  const Clock::time_point now = Clock::now();
-  taken = TakeEpoch(is_locked_ ? 0 : from.epoch);
-  if (taken.ok() && *taken) {
-    MutexLock lock(&mutex_);
-    renewed_ = now;
-  }
-  return taken;
+  return TakeEpoch(is_locked_ ? 0 : from.epoch);
 }
 
 absl::StatusOr<bool> SiteLease::TryLock() {
@@ -209,6 +204,10 @@ absl::StatusOr<bool> SiteLease::TakeEpoch(int64_t from) {
   absl::Status status =
       Prepare("DELETE FROM owners WHERE epoch <= ?").Bind(epoch - kOwnersKept).Run();
   if (status.ok()) {
+    {
+      MutexLock lock(&mutex_);
+      renewed_ = Clock::now();
+    }
     status = Prepare(
                  "INSERT INTO lease (id, epoch, renewed, length_ms) VALUES (1, ?, "
                  "clock_timestamp(), ?) ON CONFLICT (id) DO UPDATE SET epoch = excluded.epoch, "
@@ -226,8 +225,11 @@ absl::StatusOr<bool> SiteLease::TakeEpoch(int64_t from) {
 }
 
 absl::Status SiteLease::Refused() {
+  const std::string who =
+      absl::StrCat("the schema ", target().schema, " is open in another server, ", OwnerOf(*this));
+  if (options_.on_wait) return absl::FailedPreconditionError(who);
   return absl::FailedPreconditionError(
-      absl::StrCat("the schema ", target().schema, " is open in another server, ", OwnerOf(*this),
+      absl::StrCat(who,
                    ": one server at a time has a site. Stop that one, or start this one with "
                    "--standby (storage.standby: true), which waits for the site"));
 }
@@ -246,7 +248,12 @@ void SiteLease::RenewLoop() {
   Clock::duration pause(0);
   while (Rest(pause)) {
     const Clock::time_point now = Clock::now();
-    const absl::StatusOr<bool> mine = Renew();
+    absl::StatusOr<bool> mine;
+    try {
+      mine = Renew();
+    } catch (...) {
+      mine = CaughtStatus();
+    }
     pause = std::max<Clock::duration>(PauseLeft(), kFirstPause);
     if (!mine.ok()) continue;
     if (!*mine) {

@@ -19,7 +19,7 @@
 namespace isthmus::faults {
 namespace {
 
-constexpr double kSilenceS = 120;
+constexpr double kNoWordS = 120;
 constexpr double kPausedLeasesS = 2;  // Beyond the lease.
 
 void SleepUntil(double when_s) {
@@ -64,8 +64,8 @@ class Drill {
     for (const auto& [server, until_s] : paused_) SleepUntil(until_s);
     SleepUntil(mended_s_);
     Heal();
-    if (!fleet_->acks().WaitFor(fleet_->acks().count() + 20, kSilenceS)) {
-      report_.Break(absl::StrCat("no acknowledgements for ", kSilenceS, " s"));
+    if (!fleet_->acks().WaitFor(fleet_->acks().count() + 20, kNoWordS)) {
+      report_.Break(absl::StrCat("no acknowledgements for ", kNoWordS, " s"));
     }
   }
 
@@ -143,7 +143,7 @@ class Drill {
       const auto next = std::find_if(owners.begin(), owners.end(),
                                      [&](const auto& owner) { return owner.since_s > harmed_s; });
       if (next == owners.end()) continue;
-      double first_s = harmed_s + kSilenceS;
+      double first_s = harmed_s + kNoWordS;
       for (const auto& robot : fleet_->robots()) {
         const std::vector<double> acked = robot->acked_s();
         const auto ack = std::lower_bound(acked.begin(), acked.end(), next->since_s);
