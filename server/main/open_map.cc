@@ -22,6 +22,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// Of the default site, in `folder`, or of another.
+std::string FolderOf(const std::string& folder, const std::string& site) {
+  return site == access::kDefaultSite ? folder : absl::StrCat(folder, "/sites/", site);
+}
+
+std::string JournalIn(const std::string& folder) { return folder + "/matching.journal"; }
+
 using Warn = std::function<void(const std::string&)>;
 
 // Where the configuration says.
@@ -71,7 +78,7 @@ absl::Status Open(const ServerConfig& config, const SiteEvents& events, Pipeline
   options.ingest_threads = (threads + shares - 1) / shares;
   storage::RemoveAbandonedBackups(map->folder);
   options.archive.directory = map->folder;
-  options.work_journal = map->folder + "/matching.journal";
+  options.work_journal = JournalIn(map->folder);
   options.on_problem = warn;
   options.on_event = [site](const Event& event) {
     Log(spdlog::level::info, event.text, FieldsOf(event, site));
@@ -85,15 +92,24 @@ absl::Status Open(const ServerConfig& config, const SiteEvents& events, Pipeline
 }  // namespace
 
 absl::StatusOr<std::vector<OpenMap>> OpenMaps(const std::string& folder, const ServerConfig& config,
-                                              const SiteEvents& events) {
+                                              const SiteEvents& given) {
   const size_t count = 1 + config.sites.size();
+  std::vector<std::string> journals = {JournalIn(folder)};
+  for (const auto& [name, options] : config.sites) {
+    journals.push_back(JournalIn(FolderOf(folder, name)));
+  }
+  SiteEvents events = given;
+  events.on_lost = [journals, on_lost = given.on_lost](const std::string& why) {
+    for (const std::string& journal : journals) Pipeline::AcquitWork(journal);
+    if (on_lost) on_lost(why);
+  };
   std::vector<OpenMap> maps(1);
   maps[0] = {access::kDefaultSite, folder, nullptr, nullptr};
   if (absl::Status status = Open(config, events, config.pipeline, count, &maps[0]); !status.ok()) {
     return status;
   }
   for (const auto& [name, options] : config.sites) {
-    OpenMap map{name, absl::StrCat(folder, "/sites/", name), nullptr, nullptr};
+    OpenMap map{name, FolderOf(folder, name), nullptr, nullptr};
     if (absl::Status status = Open(config, events, options, count, &map); !status.ok()) {
       return absl::Status(status.code(), absl::StrCat("site ", name, ": ", status.message()));
     }

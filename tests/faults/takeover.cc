@@ -10,7 +10,9 @@
 #include <map>
 #include <memory>
 #include <random>
+#include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "tests/faults/harness/proxy.h"
@@ -88,12 +90,14 @@ class Drill {
       if (!paused_.contains(i)) candidates.push_back(i);
     }
     if (candidates.empty()) return;
-    const int owner = group_->AwaitOwner();
+    const int owner = group_->OwnerNow();
     int victim =
         candidates[std::uniform_int_distribution<size_t>(0, candidates.size() - 1)(random_)];
-    if (options_.always_the_owner) victim = owner;
+    if (options_.always_the_owner && owner >= 0) victim = owner;
     const bool is_kill = options_.only_kills || std::bernoulli_distribution(0.5)(random_);
-    if (victim == owner && !paused_.contains(owner)) harmed_s_.push_back(NowS());
+    if (victim == owner && !paused_.contains(owner)) {
+      harmed_.emplace_back(is_kill ? "killed" : "paused", NowS());
+    }
     group_->Signal(victim, is_kill ? SIGKILL : SIGSTOP);
     ++(is_kill ? kills_ : pauses_);
     if (!is_kill) paused_[victim] = NowS() + options_.lease_s + kPausedLeasesS;
@@ -114,9 +118,10 @@ class Drill {
 
   // The owner, so that it matters.
   void CutOff() {
-    cut_ = static_cast<size_t>(group_->AwaitOwner());
+    const int owner = group_->OwnerNow();
+    cut_ = static_cast<size_t>(std::max(owner, 0));
     links_[cut_]->Stall(true);
-    harmed_s_.push_back(NowS());
+    if (owner >= 0 && !paused_.contains(owner)) harmed_.emplace_back("cut off", NowS());
     mended_s_ = NowS() + options_.cut_s;
   }
 
@@ -135,23 +140,18 @@ class Drill {
     }
   }
 
-  // Until any robot is acknowledged by the next owner.
-  void Figures() {
-    std::vector<double> waits;
-    const std::vector<ServerGroup::Owner> owners = group_->owners();
-    for (const double harmed_s : harmed_s_) {
-      const auto next = std::find_if(owners.begin(), owners.end(),
-                                     [&](const auto& owner) { return owner.since_s > harmed_s; });
-      if (next == owners.end()) continue;
-      double first_s = harmed_s + kNoWordS;
-      for (const auto& robot : fleet_->robots()) {
-        const std::vector<double> acked = robot->acked_s();
-        const auto ack = std::lower_bound(acked.begin(), acked.end(), next->since_s);
-        if (ack != acked.end()) first_s = std::min(first_s, *ack);
-      }
-      waits.push_back(first_s - harmed_s);
+  // Until any robot was acknowledged by the next owner.
+  double WaitAfter(double harmed_s, double owned_s) const {
+    double first_s = harmed_s + kNoWordS;
+    for (const auto& robot : fleet_->robots()) {
+      const std::vector<double> acked = robot->acked_s();
+      const auto ack = std::lower_bound(acked.begin(), acked.end(), owned_s);
+      if (ack != acked.end()) first_s = std::min(first_s, *ack);
     }
-    std::sort(waits.begin(), waits.end());
+    return first_s - harmed_s;
+  }
+
+  void Figures() {
     report_.faults = absl::StrFormat(
         "%d servers, lease %.0f s, %d kills, %d pauses, %d restarts of PostgreSQL, cut off for "
         "%.0f s, %d robots, seed %d",
@@ -161,10 +161,20 @@ class Drill {
     for (const auto& [code, count] : group_->ends())
       absl::StrAppend(&ends, " ", count, " with ", code);
     report_.figures.push_back(absl::StrCat("servers ended:", ends));
-    if (waits.empty()) return report_.Break("no takeover was seen");
-    report_.figures.push_back(
-        absl::StrFormat("%d takeovers: acknowledged again after p50 %.2f s, max %.2f s",
-                        waits.size(), waits[waits.size() / 2], waits.back()));
+    const std::vector<ServerGroup::Owner> owners = group_->owners();
+    std::map<std::string, std::vector<double>> waits;
+    for (const auto& [what, harmed_s] : harmed_) {
+      const auto next = std::find_if(owners.begin(), owners.end(),
+                                     [&](const auto& owner) { return owner.since_s > harmed_s; });
+      if (next != owners.end()) waits[what].push_back(WaitAfter(harmed_s, next->since_s));
+    }
+    if (waits.empty()) report_.Break("no takeover was seen");
+    for (auto& [what, seconds] : waits) {
+      std::sort(seconds.begin(), seconds.end());
+      report_.figures.push_back(
+          absl::StrFormat("owner %s, %d times: acknowledged again after p50 %.2f s, max %.2f s",
+                          what, seconds.size(), seconds[seconds.size() / 2], seconds.back()));
+    }
   }
 
   const Setup& setup_;
@@ -174,8 +184,8 @@ class Drill {
   std::vector<std::unique_ptr<Proxy>> links_;  // Of servers to PostgreSQL.
   std::unique_ptr<ServerGroup> group_;
   std::unique_ptr<Fleet> fleet_;
-  std::vector<double> harmed_s_;  // When the owner was.
-  std::map<int, double> paused_;  // Until when.
+  std::vector<std::pair<std::string, double>> harmed_;  // What the owner was, and when.
+  std::map<int, double> paused_;                        // Until when.
   size_t cut_ = 0;
   double mended_s_ = 0;
   int kills_ = 0, pauses_ = 0, restarts_ = 0;

@@ -10,10 +10,10 @@ import grpc
 
 from isthmus.errors import (Aborted, DataLoss, Error, InvalidArgument, PermissionDenied,
                             Unavailable, asked_to_wait, from_rpc)
-from isthmus.ways import Ways, split_addresses
 from isthmus.v1 import (access_service_pb2_grpc, admin_service_pb2_grpc, edit_service_pb2_grpc,
                         event_service_pb2_grpc, localisation_service_pb2_grpc, map_service_pb2,
                         map_service_pb2_grpc, session_service_pb2_grpc)
+from isthmus.ways import Ways, split_addresses
 
 _CHANNEL = (
     ("grpc.max_send_message_length", -1),  # The server's own limit decides, and says so.

@@ -22,11 +22,14 @@ class Ways(grpc.Channel):  # type: ignore[misc]
         self._addresses, self._open = addresses, open_one
         self._lock = threading.Lock()
         self._at = 0
+        self._closed = False
         self._channels: Dict[int, grpc.Channel] = {0: open_one(addresses[0])}
 
     def current(self) -> Tuple[int, grpc.Channel]:
         """Which one, and its channel."""
         with self._lock:
+            if self._closed:
+                raise ValueError("the channel was closed")  # As gRPC's own.
             if self._at not in self._channels:
                 self._channels[self._at] = self._open(self._addresses[self._at])
             return self._at, self._channels[self._at]
@@ -40,6 +43,7 @@ class Ways(grpc.Channel):  # type: ignore[misc]
 
     def close(self) -> None:
         with self._lock:
+            self._closed = True
             for channel in self._channels.values():
                 channel.close()
 

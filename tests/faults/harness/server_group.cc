@@ -46,10 +46,14 @@ std::vector<ServerGroup::Owner> ServerGroup::owners() const {
   return owners_;
 }
 
-int ServerGroup::AwaitOwner() const {
+void ServerGroup::AwaitOwner() const {
   MutexLock lock(&mutex_);
   while (owners_.empty()) changed_.Wait(&mutex_);
-  return owners_.back().server;
+}
+
+int ServerGroup::OwnerNow() const {
+  MutexLock lock(&mutex_);
+  return owners_.empty() || owners_.back().has_ended ? -1 : owners_.back().server;
 }
 
 void ServerGroup::Signal(int server, int signal) {
@@ -78,15 +82,18 @@ void ServerGroup::Supervise(int index) {
           absl::StrCat(server.folder, "/log-", run));
       server.pid = process->pid();
     }
+    size_t owned = 0;  // The number of its entry, from 1.
     if (!process->ReadLine().empty()) {
       MutexLock lock(&mutex_);
       owners_.push_back({index, NowS()});
+      owned = owners_.size();
       changed_.SignalAll();
     }
     siginfo_t ended = {};
     waitid(P_PID, static_cast<id_t>(process->pid()), &ended, WEXITED | WNOWAIT);
     MutexLock lock(&mutex_);
     server.pid = 0;
+    if (owned > 0) owners_[owned - 1].has_ended = true;
     const int code = process->Wait();
     if (code < 128) ++ends_[code];
     constexpr int kTakenOver = 5;

@@ -30,11 +30,14 @@ class ServerGroup {
   struct Owner {
     int server = -1;
     double since_s = 0;
+    bool has_ended = false;
   };
   // All so far, in order.
   std::vector<Owner> owners() const;
-  // The newest; waits for the first.
-  int AwaitOwner() const;
+  // Waits for the first.
+  void AwaitOwner() const;
+  // The newest, though it may be paused; -1 where it has ended.
+  int OwnerNow() const;
   // Without effect on one that is just being started.
   void Signal(int server, int signal);
   // Of those that ended of their own accord: how often with each exit code.
