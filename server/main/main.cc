@@ -269,6 +269,7 @@ std::unique_ptr<metrics::Metrics> CountFor(ServerConfig* config) {
 absl::Status ServeMetrics(const std::vector<OpenMap>& maps, metrics::Metrics* counting) {
   if (counting == nullptr) return absl::OkStatus();
   std::vector<metrics::MeasuredSite> sites;
+  sites.reserve(maps.size());
   for (const OpenMap& map : maps) sites.push_back({map.name, map.pipeline.get()});
   if (absl::Status status = counting->Serve(sites); !status.ok()) return status;
   spdlog::info("metrics at http://{}/metrics", counting->address());

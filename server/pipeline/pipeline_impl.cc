@@ -7,7 +7,6 @@
 #include "core/paper.h"
 #include "server/localisation/robot_localiser.h"
 #include "server/pipeline/trajectory_reader.h"
-#include "server/threads/work_journal.h"
 
 namespace isthmus::server {
 
@@ -34,8 +33,6 @@ absl::StatusOr<std::unique_ptr<Pipeline>> Pipeline::Open(const PipelineOptions& 
     return CaughtStatus();
   }
 }
-
-void Pipeline::AcquitWork(const std::string& work_journal) { WorkJournal::Acquit(work_journal); }
 
 PipelineImpl::PipelineImpl(const PipelineOptions& options, std::unique_ptr<storage::MapStore> store,
                            const Clock& clock)

@@ -163,10 +163,13 @@ class Drill {
     report_.figures.push_back(absl::StrCat("servers ended:", ends));
     const std::vector<ServerGroup::Owner> owners = group_->owners();
     std::map<std::string, std::vector<double>> waits;
-    for (const auto& [what, harmed_s] : harmed_) {
-      const auto next = std::find_if(owners.begin(), owners.end(),
-                                     [&](const auto& owner) { return owner.since_s > harmed_s; });
-      if (next != owners.end()) waits[what].push_back(WaitAfter(harmed_s, next->since_s));
+    for (const auto& harm : harmed_) {
+      const auto next = std::find_if(owners.begin(), owners.end(), [&harm](const auto& owner) {
+        return owner.since_s > harm.second;
+      });
+      if (next != owners.end()) {
+        waits[harm.first].push_back(WaitAfter(harm.second, next->since_s));
+      }
     }
     if (waits.empty()) report_.Break("no takeover was seen");
     for (auto& [what, seconds] : waits) {

@@ -76,7 +76,7 @@ TEST_F(WorkJournalTest, AnotherVersionTriesAgain) {
 }
 
 TEST_F(WorkJournalTest, RubbishInTheFileIsIgnored) {
-  std::ofstream(path_) << "crashed x\ncrashed 9\nboot\n\0at_hand";
+  std::ofstream(path_) << "crashed x\ncrashed 9\nboot\n" << '\0' << "at_hand";
   EXPECT_FALSE(WorkJournal(path_, "b", "1").IsPoisonous("x"));
 }
 

@@ -164,6 +164,7 @@ TEST_F(PostgresStoreTest, LosesNothingWhenTheServerIsKilled) {
   std::atomic<int> count = 0;
   std::array<std::vector<std::string>, kWriters> stored;
   std::vector<std::thread> writers;
+  writers.reserve(kWriters);
   for (int writer = 0; writer < kWriters; ++writer) {
     writers.emplace_back([&, writer] {
       for (int i = 0; !is_done; ++i) {
