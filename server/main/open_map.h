@@ -24,7 +24,8 @@ struct OpenMap {
 
 // Whom a server with spares tells of its sites in a database; see storage::LeaseOptions.
 struct SiteEvents {
-  std::function<void(const std::string&why)> on_wait = nullptr, on_lost = nullptr;
+  std::function<void(const std::string& why)> on_wait = nullptr;
+  std::function<void(const std::string& why)> on_lost = nullptr;
 };
 
 // The default site, in `folder`, first; then the others, in folder/sites/NAME, made where missing.
