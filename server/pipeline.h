@@ -191,9 +191,11 @@ class Pipeline {
   virtual absl::StatusOr<RobotTransform> GetTransform(const RobotId& a, const RobotId& b) = 0;
   // The newest composed map; empty map of revision 0 before the first.
   virtual std::shared_ptr<const ComposedMap> GetMap() = 0;
-  // Streams the file. NotFound for a component or robot that does not exist. Where a long time
-  // passes without a piece, `sink` is asked with an empty one whether to go on.
+  // Streams the file. NotFound for a component or robot that does not exist. `begin` is told the
+  // revision that the file is of, before its first piece. Where a long time passes without a piece,
+  // `sink` is asked with an empty one whether to go on.
   virtual absl::Status ExportMap(const ExportRequest& request,
+                                 const std::function<void(int64_t revision)>& begin,
                                  const std::function<bool(const std::string&)>& sink) = 0;
 
   // The event log: what is stored of it, which may lack what happened a moment ago.

@@ -29,7 +29,7 @@ struct AnchorOptions {
 // As given, or by the datum.
 absl::StatusOr<Eigen::Vector3d> PositionOf(client::Client& client, const AnchorOptions& options) {
   if (!options.position.empty()) return Eigen::Vector3d(options.position.data());
-  const auto site = NeedSite(client);
+  const auto site = ReadAnchorsSite(client);
   if (!site.ok()) return site.status();
   return site->ToMap({*options.latitude_deg, *options.longitude_deg, *options.altitude_m});
 }

@@ -125,16 +125,17 @@ void PrintTable(const ChangeList& changes) {
   }
 }
 
-using SiteOrNone = std::optional<georeference::Site>;
+using SiteOrNone = std::optional<earth::Site>;
 
 // Where the map lies on the Earth, if that is needed; FailedPrecondition where it is not known.
 absl::StatusOr<SiteOrNone> SiteFor(client::Client& client, const ChangesOptions& options) {
   if (options.geojson.empty()) return SiteOrNone();
   auto site = ReadSite(client, options.region.query.component);
-  if (!site.ok() || *site) return site;
-  return absl::FailedPreconditionError(
-      "where this component lies on the Earth is not known, and GeoJSON has no other coordinates: "
-      "set a datum with `isthmus datum set`; --json and --ply are in metres");
+  if (site.ok()) return *std::move(site);
+  if (!absl::IsFailedPrecondition(site.status())) return site.status();
+  return absl::FailedPreconditionError(absl::StrCat(
+      "GeoJSON has coordinates on the Earth alone (--json and --ply are in metres), and ",
+      site.status().message()));
 }
 
 // The files that were asked for.

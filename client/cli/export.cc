@@ -15,8 +15,9 @@
 #include "client/console/exit_code.h"
 #include "client/console/json.h"
 #include "client/exports/cloud_files.h"
-#include "client/exports/earth_tracks.h"
 #include "client/exports/mcap_file.h"
+#include "client/exports/tracks.h"
+#include "core/earth/tracks.h"
 #include "core/floors/limits.h"
 #include "core/io/output_file.h"
 
@@ -80,7 +81,7 @@ int SaveServerFile(client::Client& client, const RegionQuery& query, const Expor
 }
 
 int SaveCloud(client::Client& client, const RegionQuery& query, const ExportOptions& options) {
-  const auto site = ReadSite(client, query.component);
+  const auto site = ReadSiteIfKnown(client, query.component);
   if (!site.ok()) return FailServer(site.status());
   absl::StatusOr<exports::CloudSummary> summary;
   {
@@ -144,16 +145,13 @@ int SaveGrids(client::Client& client, const RegionQuery& query, const ExportOpti
 
 int SaveEarthTracks(client::Client& client, const RegionQuery& query,
                     const ExportOptions& options) {
-  const auto needed = NeedSite(client);
-  if (!needed.ok()) return FailServer(needed.status());
   const auto site = ReadSite(client, query.component);
   if (!site.ok()) return FailServer(site.status());
-  if (!*site) return kNoAnswer;
   const auto tracks = exports::ReadTracks(client, query.component, query.robot);
   if (!tracks.ok()) return FailServer(tracks.status());
   const absl::Status written = io::WriteOutput(
-      options.output, options.format == "kml" ? exports::FormatKml(*tracks, **site)
-                                              : exports::FormatGeoJson(*tracks, **site));
+      options.output, options.format == "kml" ? earth::FormatKml(*tracks, *site)
+                                              : earth::FormatGeoJson(*tracks, *site));
   if (!written.ok()) return Fail(kFailed, written);
   if (io::IsStandardOutput(options.output)) return kOk;
   if (options.json) {

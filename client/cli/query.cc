@@ -83,8 +83,10 @@ void AddQuery(CLI::App& app, Action& action) {
                    "One point per voxel of so many metres; 0: as composed")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
-  command->add_option("--max-points", options->region.query.max_points,
-                      "At most so many: with the finest resolution that allows for it");
+  command
+      ->add_option("--max-points", options->region.query.max_points,
+                   "At most so many: with the finest resolution that allows for it")
+      ->check(CLI::PositiveNumber);
   command->add_option("--session", options->sessions,
                       "What this session saw last; may be repeated");
   command->add_option("--seen-since", options->seen_since,

@@ -5,18 +5,19 @@
 
 #include <optional>
 
-#include "client/georeference/site.h"
 #include "client/library/client.h"
+#include "core/earth/site.h"
 
 namespace isthmus::cli {
 
-// The site in whose frame the component lies: with a datum, one that anchors hold, or, where there
-// are no anchors at all, component 0. Absent for others, and says so on stderr where there is a
-// datum.
-absl::StatusOr<std::optional<georeference::Site>> ReadSite(client::Client& client,
+// The site in whose frame the component lies; see earth::SiteOf.
+absl::StatusOr<earth::Site> ReadSite(client::Client& client, uint32_t component);
+// Absent where the datum says nothing of the component, and says so on stderr where there is one.
+absl::StatusOr<std::optional<earth::Site>> ReadSiteIfKnown(client::Client& client,
                                                            uint32_t component);
 
-// The datum; FailedPrecondition, saying how to set it, where there is none.
-absl::StatusOr<georeference::Site> NeedSite(client::Client& client);
+// The site of the anchors' frame; FailedPrecondition, saying how to set it, where there is no
+// datum.
+absl::StatusOr<earth::Site> ReadAnchorsSite(client::Client& client);
 
 }  // namespace isthmus::cli

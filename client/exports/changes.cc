@@ -1,25 +1,21 @@
 #include "client/exports/changes.h"
 
 #include <absl/strings/str_cat.h>
-#include <absl/time/time.h>
 
 #include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <nlohmann/json.hpp>
+#include <utility>
 #include <vector>
+
+#include "core/earth/geojson.h"
 
 namespace isthmus::exports {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-std::string MomentText(int64_t stamp_ns) {
-  return absl::FormatTime("%Y-%m-%dT%H:%M:%E3SZ", absl::FromUnixNanos(stamp_ns),
-                          absl::UTCTimeZone());
-}
-
-// A billionth of a degree is a tenth of a millimetre.
 double RoundedTo(double value, double parts) { return std::round(value * parts) / parts; }
 
 Json NamesOf(const std::vector<RobotId>& robots) {
@@ -36,9 +32,9 @@ Json PropertiesOf(const ChangedVolume& volume) {
           {"height_m", metres(volume.size.z())},
           {"points", volume.points},
           {"probability", RoundedTo(volume.probability, 1e4)},
-          {"seen_first", MomentText(volume.seen_first_ns)},
-          {"seen_last", MomentText(volume.seen_last_ns)},
-          {"missing", MomentText(volume.missing_ns)},
+          {"seen_first", earth::UtcText(volume.seen_first_ns)},
+          {"seen_last", earth::UtcText(volume.seen_last_ns)},
+          {"missing", earth::UtcText(volume.missing_ns)},
           {"seen_by", NamesOf(volume.seen_by)},
           {"missed_by", NamesOf(volume.missed_by)}};
 }
@@ -76,22 +72,18 @@ std::string FormatChangesPly(const ChangeList& changes) {
   return ply;
 }
 
-std::string FormatChangesGeoJson(const ChangeList& changes, const georeference::Site& site) {
+std::string FormatChangesGeoJson(const ChangeList& changes, const earth::Site& site) {
   Json features = Json::array();
   for (const ChangedVolume& volume : changes.volumes) {
     Json ring = Json::array();
     for (const Eigen::Vector3d& corner : FootOf(volume)) {
-      const georeference::Geodetic place = site.ToGeodetic(corner);
-      ring.push_back({RoundedTo(place.longitude_deg, 1e9), RoundedTo(place.latitude_deg, 1e9),
-                      RoundedTo(place.altitude_m, 1e4)});
+      ring.push_back(earth::PositionOf(corner, site));
     }
     ring.push_back(ring.front());
     features.push_back(
-        {{"type", "Feature"},
-         {"properties", PropertiesOf(volume)},
-         {"geometry", {{"type", "Polygon"}, {"coordinates", Json::array({std::move(ring)})}}}});
+        earth::FeatureOf(PropertiesOf(volume), "Polygon", Json::array({std::move(ring)})));
   }
-  return Json{{"type", "FeatureCollection"}, {"features", features}}.dump() + "\n";
+  return earth::FormatFeatures(std::move(features));
 }
 
 }  // namespace isthmus::exports

@@ -5,7 +5,7 @@
 #include <array>
 #include <string>
 
-#include "client/georeference/site.h"
+#include "core/earth/site.h"
 #include "core/records/changed_volumes.h"
 
 namespace isthmus::exports {
@@ -23,6 +23,6 @@ std::string FormatChangesPly(const ChangeList& changes);
 // altitude], degrees and metres above the ellipsoid, and the properties kind, length_m, width_m,
 // height_m, points, probability, seen_first, seen_last, missing (RFC 3339, UTC), seen_by and
 // missed_by.
-std::string FormatChangesGeoJson(const ChangeList& changes, const georeference::Site& site);
+std::string FormatChangesGeoJson(const ChangeList& changes, const earth::Site& site);
 
 }  // namespace isthmus::exports

@@ -9,8 +9,8 @@
 #include <string>
 
 #include "client/exports/limits.h"
-#include "client/georeference/site.h"
 #include "client/library/client.h"
+#include "core/earth/site.h"
 
 namespace isthmus::exports {
 
@@ -28,7 +28,7 @@ using CloudProgress = std::function<void(uint64_t)>;
 // QueryRegion and of files. Holds one piece of points at a time; where PATH is a stream all of them
 // wait on the disk, as the head tells their bounds.
 absl::StatusOr<CloudSummary> WriteLas(client::Client& client, const RegionQuery& query,
-                                      const std::optional<georeference::Site>& site,
+                                      const std::optional<earth::Site>& site,
                                       const std::string& path, const CloudProgress& progress);
 
 // A map folder of Autoware: `folder`/pointcloud_map/X_Y.pcd, binary, of the points with X <= x < X
@@ -38,8 +38,7 @@ absl::StatusOr<CloudSummary> WriteLas(client::Client& client, const RegionQuery&
 // appears once it is complete; AlreadyExists where there is one. Holds kTileBytesHeld of points and
 // one tile.
 absl::StatusOr<CloudSummary> WriteTiles(client::Client& client, const RegionQuery& query,
-                                        const std::optional<georeference::Site>& site,
-                                        double tile_m, const std::string& folder,
-                                        const CloudProgress& progress);
+                                        const std::optional<earth::Site>& site, double tile_m,
+                                        const std::string& folder, const CloudProgress& progress);
 
 }  // namespace isthmus::exports

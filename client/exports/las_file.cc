@@ -10,7 +10,7 @@ namespace isthmus::exports {
 namespace {
 
 absl::StatusOr<formats::LasOptions> LasOptionsOf(const std::vector<RobotId>& robots,
-                                                 const std::optional<georeference::Site>& site) {
+                                                 const std::optional<earth::Site>& site) {
   formats::LasOptions options;
   options.robots = robots;
   options.created_ns = std::chrono::duration_cast<std::chrono::nanoseconds>(
@@ -31,7 +31,7 @@ Eigen::Vector3d MapPosition(const MapPoint& point) {
 // Begins with the first piece, which names the robots.
 class LasFile {
  public:
-  LasFile(const std::string& path, const std::optional<georeference::Site>& site)
+  LasFile(const std::string& path, const std::optional<earth::Site>& site)
       : path_(path), site_(site) {}
 
   absl::Status Add(const RegionChunk& chunk) {
@@ -56,7 +56,7 @@ class LasFile {
   }
 
   const std::string path_;
-  const std::optional<georeference::Site> site_;
+  const std::optional<earth::Site> site_;
   std::optional<formats::LasWriter> writer_;
   std::optional<io::HeadedOutput> output_;
 };
@@ -64,7 +64,7 @@ class LasFile {
 }  // namespace
 
 absl::StatusOr<CloudSummary> WriteLas(client::Client& client, const RegionQuery& query,
-                                      const std::optional<georeference::Site>& site,
+                                      const std::optional<earth::Site>& site,
                                       const std::string& path, const CloudProgress& progress) {
   LasFile file(path, site);
   CloudSummary summary;

@@ -99,8 +99,7 @@ absl::Status CheckTarget(const std::string& folder, double tile_m) {
 }
 
 // Only where Autoware can say it: its local Cartesian frame is not turned.
-absl::Status WriteProjector(const std::string& folder,
-                            const std::optional<georeference::Site>& site) {
+absl::Status WriteProjector(const std::string& folder, const std::optional<earth::Site>& site) {
   if (!site || site->datum().heading_deg != 0) return absl::OkStatus();
   const Datum& datum = site->datum();
   return io::ReplaceFile(
@@ -113,9 +112,8 @@ absl::Status WriteProjector(const std::string& folder,
 }  // namespace
 
 absl::StatusOr<CloudSummary> WriteTiles(client::Client& client, const RegionQuery& query,
-                                        const std::optional<georeference::Site>& site,
-                                        double tile_m, const std::string& folder,
-                                        const CloudProgress& progress) {
+                                        const std::optional<earth::Site>& site, double tile_m,
+                                        const std::string& folder, const CloudProgress& progress) {
   if (absl::Status status = CheckTarget(folder, tile_m); !status.ok()) return status;
   const std::string part = folder + ".part", clouds = part + "/pointcloud_map";
   std::error_code none;

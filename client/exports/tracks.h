@@ -9,15 +9,9 @@
 
 #include "client/library/client.h"
 #include "core/ids.h"
-#include "core/map/trajectory.h"
+#include "core/map/track.h"
 
 namespace isthmus::exports {
-
-struct Track {
-  RobotId robot;
-  SessionId session;
-  Trajectory poses;  // T_map_sensor, in order of time.
-};
 
 // Every session of all robots that lies in the component, or of that robot alone, in order of
 // creation. Sessions that are not placed, and segments in other components, are left out; NotFound

@@ -5,8 +5,8 @@
 #include <map>
 
 #include "client/georeference/limits.h"
-#include "client/georeference/site.h"
 #include "client/georeference/way_on_fixes.h"
+#include "core/earth/site.h"
 
 namespace isthmus::georeference {
 namespace {
@@ -22,7 +22,8 @@ double SigmaOf(double stated, double unknown) {
   return stated > 0 ? std::max(stated, kLeastSigmaM) : unknown;
 }
 
-absl::StatusOr<Places> PlacesOf(const std::vector<readers::GnssFix>& fixes, const Site& site) {
+absl::StatusOr<Places> PlacesOf(const std::vector<readers::GnssFix>& fixes,
+                                const earth::Site& site) {
   Places places;
   for (const readers::GnssFix& fix : fixes) {
     const Datum as_datum{fix.latitude_deg, fix.longitude_deg, fix.altitude_m};
@@ -125,7 +126,7 @@ absl::StatusOr<FixedAnchors> AnchorsOfFixes(std::vector<readers::GnssFix> fixes,
   made.is_new_datum = !datum.has_value();
   const readers::GnssFix& first = fixes.front();
   made.datum = datum.value_or(Datum{first.latitude_deg, first.longitude_deg, first.altitude_m});
-  const absl::StatusOr<Site> site = Site::Create(made.datum);
+  const absl::StatusOr<earth::Site> site = earth::Site::Create(made.datum);
   if (!site.ok()) return site.status();
   const absl::StatusOr<Places> places = PlacesOf(fixes, *site);
   if (!places.ok()) return places.status();

@@ -51,13 +51,14 @@ absl::StatusOr<std::shared_ptr<const ComposedMap>> PartOf(
 
 }  // namespace
 
-absl::Status MapReader::ExportOccupancy(const ExportRequest& request, const Region& region,
+absl::Status MapReader::ExportOccupancy(const MapView& view, const ExportRequest& request,
+                                        const Region& region,
                                         const std::function<bool(const std::string&)>& sink) const {
   composition::OccupancyOptions occupancy = occupancy_;
   if (request.resolution_m > 0) occupancy.resolution_m = request.resolution_m;
   occupancy.region = region;
   occupancy.robot = request.robot;
-  const std::vector<PlacedSubmap> submaps = map_->view()->PlacedSubmaps();
+  const std::vector<PlacedSubmap> submaps = view.PlacedSubmaps();
   const auto format = request.format == ExportFormat::kOctoMapFull
                           ? composition::OccupancyFormat::kFull
                           : composition::OccupancyFormat::kBinary;
@@ -76,6 +77,7 @@ absl::Status MapReader::ExportOccupancy(const ExportRequest& request, const Regi
 }
 
 absl::Status MapReader::ExportMap(const ExportRequest& request,
+                                  const std::function<void(int64_t)>& begin,
                                   const std::function<bool(const std::string&)>& sink) const {
   const MapWriter::View view = map_->view();
   if (!request.robot.empty() && view->Newest(request.robot) == nullptr) {
@@ -92,7 +94,9 @@ absl::Status MapReader::ExportMap(const ExportRequest& request,
   Region region = WholeRegionOf(request);
   if (request.format == ExportFormat::kOctoMapFull ||
       request.format == ExportFormat::kOctoMapBinary) {
-    return ExportOccupancy(request, region, sink);
+    // Of the submaps where they lie by now, which the composed map follows.
+    begin(view->revision->revision);
+    return ExportOccupancy(*view, request, region, sink);
   }
   if (!request.robot.empty()) {
     // One without points yet is number robots().size(), which nothing is of.
@@ -100,6 +104,7 @@ absl::Status MapReader::ExportMap(const ExportRequest& request,
     region.robot =
         static_cast<int>(std::find(robots.begin(), robots.end(), request.robot) - robots.begin());
   }
+  begin(map->revision());
   return query::ExportCloud(*map, region, CloudFormatOf(request.format), sink);
 }
 

@@ -43,7 +43,7 @@ class MapReader {
                                          const std::function<bool()>& keep_on) const;
   absl::StatusOr<RobotTransform> GetTransform(const RobotId& a, const RobotId& b) const;
   std::shared_ptr<const ComposedMap> GetMap() const { return map_->view()->map; }
-  absl::Status ExportMap(const ExportRequest& request,
+  absl::Status ExportMap(const ExportRequest& request, const std::function<void(int64_t)>& begin,
                          const std::function<bool(const std::string&)>& sink) const;
 
  private:
@@ -59,7 +59,8 @@ class MapReader {
     std::counting_semaphore<>& turns_;
   };
 
-  absl::Status ExportOccupancy(const ExportRequest& request, const Region& region,
+  absl::Status ExportOccupancy(const MapView& view, const ExportRequest& request,
+                               const Region& region,
                                const std::function<bool(const std::string&)>& sink) const;
 
   const MapWriter* const map_;

@@ -112,9 +112,9 @@ class PipelineImpl : public Pipeline {
     return reader_.GetTransform(a, b);
   }
   std::shared_ptr<const ComposedMap> GetMap() override { return reader_.GetMap(); }
-  absl::Status ExportMap(const ExportRequest& request,
+  absl::Status ExportMap(const ExportRequest& request, const std::function<void(int64_t)>& begin,
                          const std::function<bool(const std::string&)>& sink) override {
-    return reader_.ExportMap(request, sink);
+    return reader_.ExportMap(request, begin, sink);
   }
 
   absl::StatusOr<EventPage> ListEvents(const EventQuery& query) override {

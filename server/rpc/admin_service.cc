@@ -26,7 +26,8 @@ absl::Status SendBackup(const Call& call, grpc::ServerWriter<v1::BackUpResponse>
   const absl::Cleanup done = [&call] { call.site->backing_up = false; };
   v1::BackUpResponse state;
   state.set_revision(call.pipeline().GetMapInfo().revision);
-  FileEmitter<v1::BackUpResponse> file(call, state.revision(), writer);
+  FileEmitter<v1::BackUpResponse> file(call, writer);
+  file.SetRevision(state.revision());
   BackupSink sink;
   sink.progress = [&](double share) {
     if (share < state.copied() + kTellEvery) return true;

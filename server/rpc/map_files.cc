@@ -11,9 +11,10 @@ absl::Status MapService::SendMap(const Call& call, const v1::ExportMapRequest& r
                                  grpc::ServerWriter<v1::ExportMapResponse>* writer) {
   const auto wanted = convert::FromMessage(request);
   if (!wanted.ok()) return wanted.status();
-  FileEmitter<v1::ExportMapResponse> file(call, call.pipeline().GetMap()->revision(), writer);
+  FileEmitter<v1::ExportMapResponse> file(call, writer);
   const absl::Status status = call.pipeline().ExportMap(
-      *wanted, [&](const std::string& piece) { return !call.Gone() && file.Add(piece); });
+      *wanted, [&file](int64_t revision) { file.SetRevision(revision); },
+      [&](const std::string& piece) { return !call.Gone() && file.Add(piece); });
   return status.ok() ? file.Finish() : status;
 }
 
@@ -28,8 +29,8 @@ grpc::Status MapService::ExportPoseGraph(grpc::ServerContext* context,
                                          const v1::ExportPoseGraphRequest* request,
                                          grpc::ServerWriter<v1::ExportPoseGraphResponse>* writer) {
   return gate_.Serve(context, "ExportPoseGraph", [&](const Call& call) -> absl::Status {
-    FileEmitter<v1::ExportPoseGraphResponse> file(call, call.pipeline().GetMapInfo().revision,
-                                                  writer);
+    FileEmitter<v1::ExportPoseGraphResponse> file(call, writer);
+    file.SetRevision(call.pipeline().GetMapInfo().revision);
     const absl::StatusOr<std::string> graph = call.pipeline().ExportPoseGraph(request->component());
     if (!graph.ok()) return graph.status();
     return file.Add(*graph) ? file.Finish() : ReaderGone();

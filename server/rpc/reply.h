@@ -10,6 +10,7 @@
 
 #include "api/convert/retry_after.h"
 #include "core/plain_text.h"
+#include "server/rpc/streams/limits.h"
 
 namespace isthmus::rpc {
 
@@ -20,7 +21,11 @@ inline grpc::Status ToGrpc(const absl::Status& status) {
   // absl's codes are gRPC's by design: https://abseil.io/docs/cpp/guides/status-codes
   const auto code = static_cast<grpc::StatusCode>(status.raw_code());
   const std::string message = CutText(status.message(), kMaxMessage);
-  return grpc::Status(code, message, convert::StatusDetails(status, message));
+  // Whoever is told when to come again knows that it was the server that said so, not the way to
+  // it.
+  const bool says_when = !absl::IsUnavailable(status) || convert::RetryAfter(status);
+  const absl::Status told = says_when ? status : convert::WithRetryAfter(status, kRetryAfter);
+  return grpc::Status(code, message, convert::StatusDetails(told, message));
 }
 
 }  // namespace isthmus::rpc

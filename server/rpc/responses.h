@@ -92,10 +92,11 @@ void AddWithEdges(google::protobuf::RepeatedPtrField<Record>* (Response::*field)
 template <typename Response>
 class FileEmitter {
  public:
-  FileEmitter(const Call& call, int64_t revision, grpc::ServerWriter<Response>* writer)
-      : call_(call), writer_(*writer) {
-    response_.set_revision(revision);
-  }
+  FileEmitter(const Call& call, grpc::ServerWriter<Response>* writer)
+      : call_(call), writer_(*writer) {}
+
+  // Before the first piece.
+  void SetRevision(int64_t revision) { response_.set_revision(revision); }
 
   // False once the reader has gone away, or the call must end.
   bool Add(const std::string& piece) {

@@ -119,8 +119,8 @@ struct RpcServer::State {
   std::atomic<bool> shut_down = false;
   std::unique_ptr<grpc::Server> server;  // So late that it goes before its services.
   std::unique_ptr<grpc::experimental::ExternalConnectionAcceptor> connections;
-  std::unique_ptr<Listener> listener;    // Null: gRPC listens, at a socket that is a file.
-  std::unique_ptr<HealthWatch> health;   // Tells the server.
+  std::unique_ptr<Listener> listener;   // Null: gRPC listens, at a socket that is a file.
+  std::unique_ptr<HealthWatch> health;  // Tells the server.
 
   // Before the server is built.
   absl::Status Listen(const ServerOptions& options,
@@ -134,8 +134,7 @@ struct RpcServer::State {
     if (!opened.ok()) return opened.status();
     listener = *std::move(opened);
     using Type = grpc::ServerBuilder::experimental_type::ExternalConnectionType;
-    connections =
-        builder->experimental().AddExternalConnectionAcceptor(Type::FROM_FD, credentials);
+    connections = builder->experimental().AddExternalConnectionAcceptor(Type::FROM_FD, credentials);
     return absl::OkStatus();
   }
 };
@@ -197,13 +196,13 @@ absl::StatusOr<std::unique_ptr<RpcServer>> RpcServer::Start(const std::vector<Se
   }
   if (state->listener != nullptr) {
     state->port = state->listener->port();
-    state->listener->Start(FilesForConnections(options), [to = state->connections.get()](
-                                                             int listening, int socket) {
-      grpc::experimental::ExternalConnectionAcceptor::NewConnectionParameters connection;
-      connection.listener_fd = listening;
-      connection.fd = socket;
-      to->HandleNewConnection(&connection);
-    });
+    state->listener->Start(
+        FilesForConnections(options), [to = state->connections.get()](int listening, int socket) {
+          grpc::experimental::ExternalConnectionAcceptor::NewConnectionParameters connection;
+          connection.listener_fd = listening;
+          connection.fd = socket;
+          to->HandleNewConnection(&connection);
+        });
   }
   state->address = WithPort(options.listen, state->port);
   grpc::HealthCheckServiceInterface* health = state->server->GetHealthCheckService();

@@ -79,10 +79,16 @@ http::Response JsonAnswer(std::string json) {
   return response;
 }
 
-http::Response TextAnswer(std::string text) {
-  http::Response response = http::Text(HttpCode(absl::StatusCode::kOk), std::move(text));
+http::Response FreshAnswer(absl::string_view type, std::string body) {
+  http::Response response;
   response.Set("Cache-Control", "no-store");
+  response.Set("Content-Type", type);
+  response.body = std::move(body);
   return response;
+}
+
+http::Response TextAnswer(std::string text) {
+  return FreshAnswer("text/plain; charset=utf-8", std::move(text));
 }
 
 http::Response WrongMethod(const std::string& allowed) {

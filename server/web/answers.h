@@ -2,6 +2,7 @@
 #pragma once
 
 #include <absl/status/status.h>
+#include <absl/strings/string_view.h>
 
 #include <string>
 
@@ -24,7 +25,8 @@ http::Response ErrorAnswer(int code, const absl::Status& status);
 http::Response NoSlotLeft();
 
 http::Response JsonAnswer(std::string json);
-// A text that a program reads, of the map as it is now.
+// What a program reads, of the map as it is now.
+http::Response FreshAnswer(absl::string_view type, std::string body);
 http::Response TextAnswer(std::string text);
 
 // ErrorAnswer of a method of HTTP that the address does not know; `allowed` as in "GET, HEAD".

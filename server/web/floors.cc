@@ -46,16 +46,11 @@ std::string FloorName(size_t floor, absl::string_view ending) {
 }
 
 absl::StatusOr<std::vector<floors::Floor>> FindFloors(const MapCalls& calls, uint32_t component) {
-  const auto sessions = calls.ListSessions();
-  if (!sessions.ok()) return sessions.status();
+  const auto tracks = calls.GetTracks(component);
+  if (!tracks.ok()) return tracks.status();
+  if (tracks->empty()) return NoSuchComponent(component);
   std::vector<Eigen::Vector3d> stations;
-  for (const std::string& session : *sessions) {
-    const auto way = calls.GetTrajectory(session, v1::MAP);
-    // Not placed yet, or deleted meanwhile.
-    if (absl::IsFailedPrecondition(way.status()) || absl::IsNotFound(way.status())) continue;
-    if (!way.ok()) return way.status();
-    if (way->component == component) floors::AddStations(way->poses, &stations);
-  }
+  for (const Track& track : *tracks) floors::AddStations(track.poses, &stations);
   return floors::FloorsOf(stations);
 }
 
@@ -106,10 +101,10 @@ http::Response AnswerFloor(const http::Request& request,
         "floor_N.pgm"));
   }
   v1::ExportMapRequest wanted;
-  wanted.set_resolution_m(floors::kGridCellM);
   if (absl::Status status = ReadMapQuery(request, &wanted); !status.ok()) {
     return ErrorAnswer(status);
   }
+  if (wanted.resolution_m() == 0) wanted.set_resolution_m(floors::kGridCellM);
   wanted.set_component(address.component);
   wanted.set_format(v1::ExportMapRequest::OCTOMAP_BINARY);
   const auto slot = slots->Take();
@@ -127,11 +122,7 @@ http::Response AnswerFloor(const http::Request& request,
   if (!address.is_image) {
     return TextAnswer(floors::FormatMapYaml(*map, FloorName(address.floor, ".pgm")));
   }
-  http::Response response;
-  response.Set("Cache-Control", "no-store");
-  response.Set("Content-Type", "image/x-portable-graymap");
-  response.body = floors::FormatPgm(*map);
-  return response;
+  return FreshAnswer("image/x-portable-graymap", floors::FormatPgm(*map));
 }
 
 }  // namespace isthmus::web

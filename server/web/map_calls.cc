@@ -3,6 +3,8 @@
 #include <utility>
 
 #include "api/convert/geometry.h"
+#include "api/convert/graph.h"
+#include "api/convert/map.h"
 #include "isthmus/v1/session_service.pb.h"
 #include "server/web/limits.h"
 #include "server/web/rpc_call.h"
@@ -42,19 +44,60 @@ absl::StatusOr<MapCalls::Way> MapCalls::GetTrajectory(const std::string& robot,
   return way;
 }
 
-absl::StatusOr<std::vector<std::string>> MapCalls::ListSessions() const {
-  std::vector<std::string> sessions;
-  const absl::Status status =
-      Call<v1::ListSessionsResponse>("SessionService/ListSessions", v1::ListSessionsRequest(),
-                                     [&sessions](const v1::ListSessionsResponse& part) {
-                                       for (const v1::Session& session : part.sessions()) {
-                                         if (session.segment() <= 1)
-                                           sessions.push_back(session.id());
-                                       }
-                                       return true;
-                                     });
+absl::StatusOr<std::vector<Track>> MapCalls::ListSessions() const {
+  std::vector<Track> sessions;
+  const absl::Status status = Call<v1::ListSessionsResponse>(
+      "SessionService/ListSessions", v1::ListSessionsRequest(),
+      [&sessions](const v1::ListSessionsResponse& part) {
+        for (const v1::Session& session : part.sessions()) {
+          if (session.segment() > 1) continue;
+          sessions.push_back({RobotId(session.robot()), SessionId(session.id()), {}});
+        }
+        return true;
+      });
   if (!status.ok()) return status;
   return sessions;
+}
+
+absl::StatusOr<std::vector<Track>> MapCalls::GetTracks(uint32_t component) const {
+  auto sessions = ListSessions();
+  if (!sessions.ok()) return sessions.status();
+  std::vector<Track> tracks;
+  for (Track& track : *sessions) {
+    auto way = GetTrajectory(track.session.value(), v1::MAP);
+    // Not placed yet, or deleted meanwhile.
+    if (absl::IsFailedPrecondition(way.status()) || absl::IsNotFound(way.status())) continue;
+    if (!way.ok()) return way.status();
+    if (way->component != component) continue;
+    track.poses = std::move(way->poses);
+    tracks.push_back(std::move(track));
+  }
+  return tracks;
+}
+
+absl::StatusOr<MapInfo> MapCalls::GetMapInfo() const {
+  MapInfo info;
+  const absl::Status status = Call<v1::MapInfo>("MapService/GetMapInfo", v1::GetMapInfoRequest(),
+                                                [&info](const v1::MapInfo& told) {
+                                                  info = convert::FromMessage(told);
+                                                  return true;
+                                                });
+  if (!status.ok()) return status;
+  return info;
+}
+
+absl::StatusOr<std::vector<RobotAnchor>> MapCalls::ListAnchors() const {
+  std::vector<RobotAnchor> anchors;
+  const absl::Status status =
+      Call<v1::ListAnchorsResponse>("MapService/ListAnchors", v1::ListAnchorsRequest(),
+                                    [&anchors](const v1::ListAnchorsResponse& part) {
+                                      for (const v1::Anchor& anchor : part.anchors()) {
+                                        anchors.push_back(convert::FromMessage(anchor));
+                                      }
+                                      return true;
+                                    });
+  if (!status.ok()) return status;
+  return anchors;
 }
 
 absl::StatusOr<MapCalls::TileList> MapCalls::ListTiles(uint32_t component) const {
@@ -63,6 +106,7 @@ absl::StatusOr<MapCalls::TileList> MapCalls::ListTiles(uint32_t component) const
   TileList list;
   const absl::Status status = Call<v1::ListTilesResponse>(
       "MapService/ListTiles", wanted, [&list](const v1::ListTilesResponse& part) {
+        list.revision = part.revision();
         list.tile_m = part.tile_m();
         for (const v1::TileInfo& tile : part.tiles()) list.tiles.push_back(tile.id());
         return true;

@@ -12,7 +12,9 @@
 #include <utility>
 #include <vector>
 
-#include "core/map/trajectory.h"
+#include "core/map/track.h"
+#include "core/records/map_graph.h"
+#include "core/records/map_info.h"
 #include "isthmus/v1/map_service.pb.h"
 #include "server/http/exchange.h"
 
@@ -31,9 +33,13 @@ class MapCalls {
   // Of a robot's newest session, or the session of that id; in its odom or the map frame. Errors of
   // MapService.GetTrajectory.
   absl::StatusOr<Way> GetTrajectory(const std::string& robot, v1::Frame frame) const;
-  // Of every session that robots opened, none twice.
-  absl::StatusOr<std::vector<std::string>> ListSessions() const;
+  // The ways of all sessions that lie in the component, in the map frame, in order of creation;
+  // sessions that are not placed are left out.
+  absl::StatusOr<std::vector<Track>> GetTracks(uint32_t component) const;
+  absl::StatusOr<MapInfo> GetMapInfo() const;
+  absl::StatusOr<std::vector<RobotAnchor>> ListAnchors() const;
   struct TileList {
+    int64_t revision = 0;  // Of the map as composed, so of its files.
     double tile_m = 0;
     std::vector<v1::TileId> tiles;
   };
@@ -43,6 +49,8 @@ class MapCalls {
   absl::StatusOr<std::string> ExportMap(const v1::ExportMapRequest& wanted, size_t max_bytes) const;
 
  private:
+  // Of every session that robots opened, none twice.
+  absl::StatusOr<std::vector<Track>> ListSessions() const;
   // Gives every answer to `take`, until it returns false, which is no error.
   template <typename Answer>
   absl::Status Call(const std::string& method, const google::protobuf::MessageLite& message,

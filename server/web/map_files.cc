@@ -1,6 +1,7 @@
 #include "server/web/map_files.h"
 
 #include <absl/status/statusor.h>
+#include <absl/strings/numbers.h>
 #include <absl/strings/str_cat.h>
 #include <absl/strings/strip.h>
 
@@ -17,20 +18,11 @@
 namespace isthmus::web {
 namespace {
 
-constexpr char kFolder[] = "/export/map.";
-
-std::optional<v1::ExportMapRequest::Format> FormatOf(absl::string_view ending) {
-  if (ending == "pcd") return v1::ExportMapRequest::PCD_BINARY;
-  if (ending == "ply") return v1::ExportMapRequest::PLY;
-  if (ending == "bt") return v1::ExportMapRequest::OCTOMAP_BINARY;
-  if (ending == "ot") return v1::ExportMapRequest::OCTOMAP_FULL;
-  return std::nullopt;
-}
+constexpr char kFolder[] = "/export/";
 
 absl::StatusOr<v1::ExportMapRequest> ReadQuery(const http::Request& request) {
   v1::ExportMapRequest wanted;
-  absl::string_view ending = request.path;
-  const auto format = absl::ConsumePrefix(&ending, kFolder) ? FormatOf(ending) : std::nullopt;
+  const auto format = MapFileFormat(absl::StripPrefix(request.path, kFolder));
   if (!format) {
     return absl::NotFoundError(
         "the map is at /export/map.pcd, map.ply, map.bt and map.ot; `isthmus export` has more");
@@ -38,6 +30,14 @@ absl::StatusOr<v1::ExportMapRequest> ReadQuery(const http::Request& request) {
   wanted.set_format(*format);
   if (absl::Status status = ReadMapQuery(request, &wanted); !status.ok()) return status;
   return wanted;
+}
+
+absl::StatusOr<std::optional<int64_t>> ReadRevision(const http::Request& request) {
+  const auto text = request.Query("revision");
+  if (!text) return std::nullopt;
+  int64_t revision = 0;
+  if (absl::SimpleAtoi(*text, &revision)) return revision;
+  return absl::InvalidArgumentError("revision is the number of one of the map's");
 }
 
 class FileSource final : public http::Source {
@@ -67,17 +67,32 @@ class FileSource final : public http::Source {
 
 }  // namespace
 
+std::optional<v1::ExportMapRequest::Format> MapFileFormat(absl::string_view name) {
+  if (name == "map.pcd") return v1::ExportMapRequest::PCD_BINARY;
+  if (name == "map.ply") return v1::ExportMapRequest::PLY;
+  if (name == "map.bt") return v1::ExportMapRequest::OCTOMAP_BINARY;
+  if (name == "map.ot") return v1::ExportMapRequest::OCTOMAP_FULL;
+  return std::nullopt;
+}
+
 http::Response SendMapFile(const http::Request& request,
                            const std::shared_ptr<grpc::Channel>& channel,
                            const v1::ExportMapRequest& wanted, const std::string& name,
-                           StreamSlots* slots) {
+                           StreamSlots* slots, std::optional<int64_t> revision) {
   auto slot = slots->Take();
   if (slot == nullptr) return NoSlotLeft();
   auto call = std::make_unique<RpcCall>(
       channel, RpcCall::For(request, "MapService/ExportMap", wanted.SerializeAsString()));
   std::string first;
   if (call->Take({}, &first) != RpcCall::Next::kMessage) return ErrorAnswer(call->status());
+  v1::ExportMapResponse begin;
+  if (!begin.ParseFromString(first)) return ErrorAnswer(absl::InternalError("no such answer"));
+  if (revision && *revision != begin.revision()) {
+    return ErrorAnswer(absl::AbortedError(
+        absl::StrCat("the map has revision ", begin.revision(), ", not ", *revision)));
+  }
   http::Response response;
+  response.Set("Isthmus-Revision", absl::StrCat(begin.revision()));
   response.Set("Content-Type", "application/octet-stream");
   response.Set("Content-Disposition", absl::StrCat("attachment; filename=\"", name, "\""));
   response.Set("Cache-Control", "no-store");
@@ -91,8 +106,10 @@ http::Response AnswerMapFile(const http::Request& request,
   if (request.method != "GET") return WrongMethod("GET");
   const auto wanted = ReadQuery(request);
   if (!wanted.ok()) return ErrorAnswer(wanted.status());
+  const auto revision = ReadRevision(request);
+  if (!revision.ok()) return ErrorAnswer(revision.status());
   return SendMapFile(request, channel, *wanted, request.path.substr(request.path.rfind('/') + 1),
-                     slots);
+                     slots, *revision);
 }
 
 }  // namespace isthmus::web

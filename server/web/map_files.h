@@ -3,7 +3,9 @@
 
 #include <grpcpp/channel.h>
 
+#include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "isthmus/v1/map_service.pb.h"
@@ -13,15 +15,19 @@
 namespace isthmus::web {
 
 // ?component=, ?resolution= (m) and ?box=minx,miny,minz,maxx,maxy,maxz (m, map frame) as in
-// ExportMapRequest. A file that cannot be sent to its end ends in a broken connection. `slots` must
-// outlive the answer.
+// ExportMapRequest. With ?revision= Aborted where the map has another one by now; the file's is
+// told in the headers. A file that cannot be sent to its end ends in a broken connection. `slots`
+// must outlive the answer.
 http::Response AnswerMapFile(const http::Request& request,
                              const std::shared_ptr<grpc::Channel>& channel, StreamSlots* slots);
+
+// Of a file of the map by its name ("map.pcd"); absent for other names.
+std::optional<v1::ExportMapRequest::Format> MapFileFormat(absl::string_view name);
 
 // The part that is asked for, to be saved under the name; errors of MapService.ExportMap.
 http::Response SendMapFile(const http::Request& request,
                            const std::shared_ptr<grpc::Channel>& channel,
                            const v1::ExportMapRequest& wanted, const std::string& name,
-                           StreamSlots* slots);
+                           StreamSlots* slots, std::optional<int64_t> revision = std::nullopt);
 
 }  // namespace isthmus::web

@@ -1,6 +1,7 @@
 #include "server/web/map_query.h"
 
 #include <absl/strings/numbers.h>
+#include <absl/strings/str_cat.h>
 #include <absl/strings/str_split.h>
 
 #include <array>
@@ -33,14 +34,23 @@ absl::Status ReadBox(const std::string& text, v1::Box* box) {
 
 }  // namespace
 
-absl::Status ReadMapQuery(const http::Request& request, v1::ExportMapRequest* wanted) {
-  if (const auto text = request.Query("component")) {
-    uint32_t component = 0;
-    if (!absl::SimpleAtoi(*text, &component)) {
-      return absl::InvalidArgumentError("component is a number from 0 on");
-    }
-    wanted->set_component(component);
+absl::StatusOr<uint32_t> ReadComponent(const http::Request& request) {
+  uint32_t component = 0;
+  const auto text = request.Query("component");
+  if (text && !absl::SimpleAtoi(*text, &component)) {
+    return absl::InvalidArgumentError("component is a number from 0 on");
   }
+  return component;
+}
+
+absl::Status NoSuchComponent(uint32_t component) {
+  return absl::NotFoundError(absl::StrCat("no component ", component));
+}
+
+absl::Status ReadMapQuery(const http::Request& request, v1::ExportMapRequest* wanted) {
+  const auto component = ReadComponent(request);
+  if (!component.ok()) return component.status();
+  wanted->set_component(*component);
   if (const auto text = request.Query("resolution")) {
     double resolution = 0;
     if (!absl::SimpleAtod(*text, &resolution)) {

@@ -3,11 +3,18 @@
 #pragma once
 
 #include <absl/status/status.h>
+#include <absl/status/statusor.h>
+
+#include <cstdint>
 
 #include "isthmus/v1/map_service.pb.h"
 #include "server/http/exchange.h"
 
 namespace isthmus::web {
+
+// 0 where none is given. InvalidArgument for what is no number.
+absl::StatusOr<uint32_t> ReadComponent(const http::Request& request);
+absl::Status NoSuchComponent(uint32_t component);
 
 // What is not given is left as it is. InvalidArgument, saying what to give.
 absl::Status ReadMapQuery(const http::Request& request, v1::ExportMapRequest* wanted);

@@ -4,9 +4,12 @@
 
 #include <string>
 
+#include "core/earth/map_site.h"
+#include "core/earth/tracks.h"
 #include "core/formats/tum.h"
 #include "server/web/answers.h"
 #include "server/web/map_calls.h"
+#include "server/web/map_query.h"
 
 namespace isthmus::web {
 
@@ -27,6 +30,24 @@ http::Response AnswerTrajectory(const http::Request& request,
                        .GetTrajectory(std::string(name), frame == "map" ? v1::MAP : v1::ODOM);
   if (!way.ok()) return ErrorAnswer(way.status());
   return TextAnswer(formats::FormatTum(way->poses));
+}
+
+http::Response AnswerTrajectoriesGeoJson(const http::Request& request,
+                                         const std::shared_ptr<grpc::Channel>& channel) {
+  if (request.method != "GET") return WrongMethod("GET");
+  const auto component = ReadComponent(request);
+  if (!component.ok()) return ErrorAnswer(component.status());
+  const MapCalls calls(request, channel);
+  const auto info = calls.GetMapInfo();
+  if (!info.ok()) return ErrorAnswer(info.status());
+  if (*component >= info->components.size()) return ErrorAnswer(NoSuchComponent(*component));
+  const auto anchors = calls.ListAnchors();
+  if (!anchors.ok()) return ErrorAnswer(anchors.status());
+  const auto site = earth::SiteOf(*info, *anchors, *component);
+  if (!site.ok()) return ErrorAnswer(site.status());
+  const auto tracks = calls.GetTracks(*component);
+  if (!tracks.ok()) return ErrorAnswer(tracks.status());
+  return FreshAnswer("application/geo+json", earth::FormatGeoJson(*tracks, *site));
 }
 
 }  // namespace isthmus::web

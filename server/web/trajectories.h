@@ -1,4 +1,4 @@
-// The ways of robots as files: GET /trajectories/SESSION.tum.
+// The ways of robots as files: GET /trajectories/SESSION.tum, /trajectories.geojson.
 #pragma once
 
 #include <grpcpp/channel.h>
@@ -13,5 +13,10 @@ namespace isthmus::web {
 // in its own. Errors of MapService.GetTrajectory.
 http::Response AnswerTrajectory(const http::Request& request,
                                 const std::shared_ptr<grpc::Channel>& channel);
+
+// All ways of a component, ?component= (0), on the Earth: see earth::FormatGeoJson. NotFound for an
+// unknown component, FailedPrecondition where the map has no place there.
+http::Response AnswerTrajectoriesGeoJson(const http::Request& request,
+                                         const std::shared_ptr<grpc::Channel>& channel);
 
 }  // namespace isthmus::web

@@ -17,6 +17,7 @@
 #include "server/web/stream_slots.h"
 #include "server/web/tiles.h"
 #include "server/web/trajectories.h"
+#include "server/web/vehicle_maps.h"
 
 namespace isthmus::web {
 namespace {
@@ -107,6 +108,8 @@ http::Response HttpWebServer::Route(const http::Request& request) {
     return AnswerFloor(request, channel_, &floor_slots_);
   }
   if (absl::ConsumePrefix(&rest, "/trajectories/")) return AnswerTrajectory(request, channel_);
+  if (rest == "/trajectories.geojson") return AnswerTrajectoriesGeoJson(request, channel_);
+  if (absl::ConsumePrefix(&rest, "/vda5050/")) return AnswerDownloadMap(request, channel_);
   if (rest == "/login") return LogIn(request, channel_);
   if (rest == "/logout") return LogOut(request);
   if (rest == "/healthz") return AnswerHealth(request);

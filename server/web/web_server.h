@@ -16,8 +16,8 @@ namespace isthmus::web {
 class WebServer {
  public:
   // Serves until it is destroyed, which cuts off what is under way. `channel` leads to this server
-  // (RpcServer::InProcessChannel), which must not shut down before. `assets` must outlive it. Errors
-  // of CheckListening and http::Listener::Start.
+  // (RpcServer::InProcessChannel), which must not shut down before. `assets` must outlive it.
+  // Errors of CheckListening and http::Listener::Start.
   static absl::StatusOr<std::unique_ptr<WebServer>> Start(const WebOptions& options,
                                                           std::shared_ptr<grpc::Channel> channel,
                                                           const Assets& assets = ViewerAssets());

@@ -20,6 +20,8 @@ ALLOWED = {
     "core/codec": ({"core", "core/io"}, STD_LIKE | {"zstd"}),
     "core/formats": ({"core", "core/codec", "core/io"}, STD_LIKE | {"lzf"}),
     "core/floors": ({"core", "core/formats"}, STD_LIKE),
+    # The map on the Earth.
+    "core/earth": ({"core"}, STD_LIKE | {"geographic", "json"}),
     # Records and messages.
     "api/convert": ({"api", "core", "core/io"}, STD_LIKE | {"protobuf"}),
     "floam": ({"core"}, STD_LIKE),
@@ -65,7 +67,8 @@ ALLOWED = {
     ),
     # Browsers, for which calls go through the channel within the process.
     "server/web": (
-        {"api", "api/convert", "core", "core/floors", "core/formats", "server/http", "server/rpc"},
+        {"api", "api/convert", "core", "core/earth", "core/floors", "core/formats", "server/http",
+         "server/rpc"},
         STD_LIKE | {"grpc", "protobuf", "json"},
     ),
     "server/main": (
@@ -86,11 +89,11 @@ ALLOWED = {
         {"core", "core/codec", "core/formats", "core/io", "client/readers", "server/pose_graph"},
         STD_LIKE,
     ),
-    # The map on the Earth.
-    "client/georeference": ({"core", "client/readers"}, STD_LIKE | {"geographic"}),
+    # Anchors from what GNSS receivers measured.
+    "client/georeference": ({"core", "core/earth", "client/readers"}, STD_LIKE),
     # Files for other programs, made of what the server tells.
     "client/exports": (
-        {"core", "core/codec", "core/floors", "core/formats", "core/io", "client/georeference",
+        {"core", "core/codec", "core/earth", "core/floors", "core/formats", "core/io",
          "client/library"},
         STD_LIKE | {"json", "protobuf"},
     ),
@@ -114,7 +117,7 @@ ALLOWED = {
     # No server, no store: this is what a robot carries.
     "client/certificates": ({"core/io", "core/tls"}, STD_LIKE | {"openssl"}),
     "client/cli": (
-        {"core", "core/floors", "core/formats", "core/io", "core/tls", "client/certificates", "client/cloud_upload", "client/console", "client/exports",
+        {"core", "core/earth", "core/floors", "core/formats", "core/io", "core/tls", "client/certificates", "client/cloud_upload", "client/console", "client/exports",
          "client/georeference", "client/library", "client/evaluation", "client/readers",
          "client/report", "server/access"},
         STD_LIKE | {"json", "cli11"},

@@ -68,7 +68,10 @@ absl::Status SessionLink::Explain(const absl::Status& status) const {
                      ". Raise network.max_receive_bytes there, send fewer points or "
                      "fields, or have coordinates rounded (resolution)"));
   }
-  if (!absl::IsUnavailable(status) || absl::StartsWith(status.message(), kSought)) return status;
+  const bool is_served = convert::RetryAfter(status).has_value();  // It answers, if not with that.
+  if (!absl::IsUnavailable(status) || is_served || absl::StartsWith(status.message(), kSought)) {
+    return status;
+  }
   return absl::UnavailableError(absl::StrCat(
       kSought, options_.address, ": ", AdviceOnUnreachable(options_, std::string(status.message())),
       " (", status.message(), ")"));

@@ -105,9 +105,16 @@ class Internal(Error):
 
 
 class Unavailable(Error, ConnectionError):
-    """No server answers, or it is not ready yet; try again later."""
+    """No server answers, or it is not ready yet; try again later.
+
+    `retry_after_s` is not None where a server answered, and said when to come again.
+    """
 
     code = grpc.StatusCode.UNAVAILABLE
+
+    def __init__(self, message: str, retry_after_s: Optional[float] = None) -> None:
+        super().__init__(message)
+        self.retry_after_s = retry_after_s
 
 
 class DataLoss(Error):
@@ -158,4 +165,6 @@ def from_rpc(error: grpc.RpcError) -> Error:
     """The error of ours that a failed call of gRPC stands for."""
     if error.code() == grpc.StatusCode.RESOURCE_EXHAUSTED:
         return ResourceExhausted(error.details() or str(error.code()), _retry_after_s(error))
+    if error.code() == grpc.StatusCode.UNAVAILABLE:
+        return Unavailable(error.details() or str(error.code()), _retry_after_s(error))
     return _CLASSES.get(error.code(), Unknown)(error.details() or str(error.code()))

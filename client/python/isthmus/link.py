@@ -251,8 +251,10 @@ class Link:
                 raise self.explain(error)
 
     def explain(self, error: Error) -> Error:
-        """Adds to `Unavailable` where the server was sought and what to do."""
-        if not isinstance(error, Unavailable) or error.message.startswith("cannot reach"):
+        """Adds to `Unavailable` where the server was sought and what to do, if none answered."""
+        if not isinstance(error, Unavailable) or error.retry_after_s is not None:
+            return error
+        if error.message.startswith("cannot reach"):
             return error
         if self.ways > 1:
             return Unavailable(f"cannot reach isthmus-server at {self.address}: no server there "

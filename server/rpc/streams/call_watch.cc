@@ -38,9 +38,9 @@ class CallWatch final : public grpc::experimental::Interceptor {
  private:
   static void AddRetryAfter(InterceptorBatchMethods* methods) {
     const grpc::Status status = methods->GetSendStatus();
-    if (status.error_code() != grpc::StatusCode::RESOURCE_EXHAUSTED) return;
-    const auto after = convert::RetryAfter(
-        convert::WithDetails(absl::ResourceExhaustedError(""), status.error_details()));
+    if (status.ok()) return;
+    const auto after =
+        convert::RetryAfter(convert::WithDetails(absl::UnknownError(""), status.error_details()));
     auto* trailers = methods->GetSendTrailingMetadata();
     if (!after || trailers == nullptr) return;
     trailers->insert({"retry-after-ms", absl::StrCat(after->count())});

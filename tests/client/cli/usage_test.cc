@@ -41,6 +41,7 @@ TEST(Usage, HelpNamesEveryCommand) {
 
 TEST(Usage, MistakesOnTheCommandLineGiveTwo) {
   EXPECT_EQ(Isthmus("").code, 2);
+  EXPECT_EQ(Isthmus("query --max-points -1 --server 127.0.0.1:1").code, 2);
   EXPECT_EQ(Isthmus("conquer").code, 2);
   EXPECT_EQ(Isthmus("status --verbosity").code, 2);
   EXPECT_EQ(Isthmus("transform alice").code, 2);

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "client/georeference/limits.h"
-#include "client/georeference/site.h"
+#include "core/earth/site.h"
 
 namespace isthmus::georeference {
 namespace {
@@ -19,7 +19,7 @@ constexpr Datum kDatum{.latitude_deg = 48.137, .longitude_deg = 11.575, .altitud
 
 // A robot that goes east at 2 m/s from the datum.
 readers::GnssFix FixAfter(double seconds, double sigma = 0.1) {
-  const Geodetic place = Site::Create(kDatum)->ToGeodetic({2 * seconds, 0, 0});
+  const earth::Geodetic place = earth::Site::Create(kDatum)->ToGeodetic({2 * seconds, 0, 0});
   return {.stamp_ns = kStart + static_cast<int64_t>(seconds * 1e9),
           .latitude_deg = place.latitude_deg,
           .longitude_deg = place.longitude_deg,
@@ -87,10 +87,10 @@ struct OffAntenna : testing::Test {
                     : Pose::FromXyzRpy(kStepM * (step - 3), 3 * kStepM, 0, 0, 0, 0);
   }
   void Drive(int steps) {
-    const Site site = *Site::Create(kDatum);
+    const earth::Site site = *earth::Site::Create(kDatum);
     for (int step = 0; step < steps; ++step) {
       readers::GnssFix fix = FixAfter(step);
-      const Geodetic at = site.ToGeodetic(InMap(step) * antenna.in_sensor);
+      const earth::Geodetic at = site.ToGeodetic(InMap(step) * antenna.in_sensor);
       fix.latitude_deg = at.latitude_deg;
       fix.longitude_deg = at.longitude_deg;
       fix.altitude_m = at.altitude_m;
@@ -127,9 +127,9 @@ TEST_F(OffAntenna, WithoutAHeadingItsHeightIsTakenOutAndTheRestIsInTheSigma) {
 
 TEST_F(OffAntenna, WildFixesAnchorNothing) {
   Drive(8);
-  const Site site = *Site::Create(kDatum);
+  const earth::Site site = *earth::Site::Create(kDatum);
   for (const auto& [step, off] : {std::pair(2, 5000.0), std::pair(6, -60.0)}) {
-    const Geodetic at =
+    const earth::Geodetic at =
         site.ToGeodetic(InMap(step) * antenna.in_sensor + off * Eigen::Vector3d::UnitX());
     fixes[step].latitude_deg = at.latitude_deg;
     fixes[step].longitude_deg = at.longitude_deg;

@@ -343,6 +343,10 @@ TEST_F(ClientRpcTest, TransformsAndWhyThereIsNone) {
   const auto none = client_->GetTransform(RobotId("a"), RobotId("b"));
   EXPECT_TRUE(absl::IsFailedPrecondition(none.status()));
   EXPECT_EQ(none.status().message(), "the best match lacks overlap");
+  pipeline_.transform = absl::UnavailableError("the map is being composed");
+  EXPECT_EQ(client_->GetTransform(RobotId("a"), RobotId("b")).status().message(),
+            "the map is being composed")
+      << "nobody is sent to look for a server that answers";
 }
 
 TEST_F(ClientRpcTest, ARegionIsReadPointByPoint) {

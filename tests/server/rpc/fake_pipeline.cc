@@ -257,8 +257,10 @@ absl::StatusOr<RobotTransform> FakePipeline::GetTransform(const RobotId&, const 
 }
 
 absl::Status FakePipeline::ExportMap(const ExportRequest& request,
+                                     const std::function<void(int64_t)>& begin,
                                      const std::function<bool(const std::string&)>& sink) {
   exports.push_back(request);
+  begin(GetMap()->revision());
   for (const std::string& piece : file) {
     if (!sink(piece)) return absl::CancelledError("the reader went away");
   }

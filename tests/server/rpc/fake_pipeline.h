@@ -109,7 +109,7 @@ class FakePipeline : public server::Pipeline {
     info.datum = given;
     return absl::OkStatus();
   }
-  absl::Status ExportMap(const ExportRequest& request,
+  absl::Status ExportMap(const ExportRequest& request, const std::function<void(int64_t)>& begin,
                          const std::function<bool(const std::string&)>& sink) override;
   absl::StatusOr<EventPage> ListEvents(const EventQuery& query) override;
   // Into the log at once; it tells who waits.

@@ -1,7 +1,8 @@
-// Floors and ways as files over HTTP.
+// Floors and ways as files over HTTP, and what vehicles are told of the map.
 #include <gtest/gtest.h>
 #include <octomap/OcTree.h>
 
+#include <map>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
@@ -55,7 +56,7 @@ TEST_F(FloorsTest, AreListed) {
   EXPECT_EQ(list[0]["yaml"], "floor_0.yaml");
   EXPECT_EQ(list[0]["pgm"], "floor_0.pgm");
   EXPECT_EQ(list[0]["lowest_m"], 0.5);
-  EXPECT_EQ(Get("/floors/1").body, "[]") << "nobody was there";
+  EXPECT_EQ(Get("/floors/1").code, 404) << "there is no such component";
 }
 
 // As map_server puts the two together: row by row from the top, the origin at the lower left.
@@ -74,6 +75,9 @@ TEST_F(FloorsTest, AreDrawnAsMapServersReadThem) {
     const auto pixel = static_cast<unsigned char>(pgm.body[pixels + i]);
     EXPECT_EQ(pixel, i % 40 == 30 ? 0 : 254) << i;
   }
+  EXPECT_EQ(Get("/floors/0/floor_0.yaml?resolution=0").code, 200);
+  EXPECT_EQ(pipeline_.exports.back().resolution_m, 0.05);
+  pipeline_.exports.pop_back();
   // Only what lies around the floor was asked of the map.
   ASSERT_EQ(pipeline_.exports.size(), 2u);
   EXPECT_EQ(pipeline_.exports[0].format, ExportFormat::kOctoMapBinary);
@@ -124,6 +128,62 @@ TEST_F(FloorsTest, WaysAreTextOfTum) {
   EXPECT_EQ(Get("/trajectories/alice-1", cookie).code, 404);
   pipeline_.trajectory = absl::NotFoundError("no such robot");
   EXPECT_EQ(Get("/trajectories/zoe.tum", cookie).code, 404);
+}
+
+TEST_F(FloorsTest, WaysLieOnTheEarth) {
+  const std::string reader = NewToken("eve", AccessRole::kReader);
+  Component component;
+  component.reference = SessionId("alice-1");
+  component.sessions = {SessionId("alice-1")};
+  pipeline_.info.components = {component};
+  Start();
+  const std::string cookie = "Cookie: isthmus_token=" + reader + "\r\n";
+  const http::Reply nowhere = Get("/trajectories.geojson", cookie);
+  EXPECT_EQ(nowhere.code, 400);
+  EXPECT_NE(nowhere.body.find("isthmus datum set"), std::string::npos) << nowhere.body;
+  pipeline_.info.datum = Datum{.latitude_deg = 47, .longitude_deg = 8};
+  const http::Reply ways = Get("/trajectories.geojson?component=0", cookie);
+  ASSERT_EQ(ways.code, 200) << ways.body;
+  const auto file = nlohmann::json::parse(ways.body);
+  ASSERT_EQ(file["features"].size(), 1u);
+  EXPECT_EQ(file["features"][0]["properties"]["robot"], "alice");
+  EXPECT_EQ(file["features"][0]["geometry"]["coordinates"].size(), 8u);
+  EXPECT_NEAR(file["features"][0]["geometry"]["coordinates"][0][1].get<double>(), 47, 1e-4);
+  EXPECT_EQ(Get("/trajectories.geojson?component=1", cookie).code, 404);
+  EXPECT_EQ(Get("/trajectories.geojson?component=x", cookie).code, 400);
+  EXPECT_EQ(Get("/trajectories.geojson").code, 401);
+}
+
+// The link that a vehicle is given is the file of that revision or nothing.
+TEST_F(FloorsTest, VehiclesAreToldWhereToDownloadTheMap) {
+  Component component;
+  component.reference = SessionId("alice-1");
+  pipeline_.info.components = {component};
+  Start();
+  const http::Reply reply = Get("/vda5050/0/map.pcd?resolution=0.1&box=-5,-5,0,5,5.25,3");
+  ASSERT_EQ(reply.code, 200) << reply.body;
+  const auto action = nlohmann::json::parse(reply.body);
+  EXPECT_EQ(action["actionType"], "downloadMap");
+  std::map<std::string, std::string> parameters;
+  for (const auto& any : action["actionParameters"]) parameters[any["key"]] = any["value"];
+  EXPECT_EQ(parameters["mapId"], "alice-1");
+  const std::string& link = parameters["mapDownloadLink"];
+  const std::string here = "http://" + address_;
+  ASSERT_EQ(link.substr(0, here.size()), here);
+  const http::Reply file = Get(link.substr(here.size()));
+  EXPECT_EQ(file.code, 200) << file.body;
+  ASSERT_EQ(pipeline_.exports.size(), 1u);
+  EXPECT_EQ(pipeline_.exports[0].resolution_m, 0.1);
+  EXPECT_EQ(pipeline_.exports[0].box->max, Eigen::Vector3d(5, 5.25, 3));
+  EXPECT_EQ(parameters["mapVersion"], "7");
+  const http::Reply other = Get("/export/map.pcd?revision=6");
+  EXPECT_EQ(other.code, 409) << "the map has changed";
+  EXPECT_NE(other.body.find("revision 7"), std::string::npos) << other.body;
+  EXPECT_EQ(Get("/export/map.pcd?revision=x").code, 400);
+  EXPECT_EQ(Get("/vda5050/1/map.pcd").code, 404);
+  EXPECT_EQ(Get("/vda5050/0/map.las").code, 404);
+  EXPECT_EQ(Get("/vda5050/0").code, 404);
+  EXPECT_EQ(Get("/vda5050/0/map.pcd?resolution=x").code, 400);
 }
 
 }  // namespace

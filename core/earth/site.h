@@ -9,7 +9,7 @@
 
 #include "core/map/datum.h"
 
-namespace isthmus::georeference {
+namespace isthmus::earth {
 
 // WGS 84: degrees, metres above the ellipsoid.
 struct Geodetic {
@@ -47,4 +47,4 @@ class Site {
   std::shared_ptr<const Earth> earth_;
 };
 
-}  // namespace isthmus::georeference
+}  // namespace isthmus::earth

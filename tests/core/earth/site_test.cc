@@ -1,5 +1,5 @@
 // Places on the Earth against published ones, and there and back.
-#include "client/georeference/site.h"
+#include "core/earth/site.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace isthmus::georeference {
+namespace isthmus::earth {
 namespace {
 
 constexpr Datum kMunich{.latitude_deg = 48.137, .longitude_deg = 11.575, .altitude_m = 520};
@@ -80,4 +80,4 @@ TEST(Site, ThePolesHaveNoZone) {
 }
 
 }  // namespace
-}  // namespace isthmus::georeference
+}  // namespace isthmus::earth

@@ -1,12 +1,12 @@
 // The robots' ways over the Earth as other programs read them.
-#include "client/exports/earth_tracks.h"
+#include "core/earth/tracks.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
 
-namespace isthmus::exports {
+namespace isthmus::earth {
 namespace {
 
 using nlohmann::json;
@@ -25,7 +25,7 @@ std::vector<Track> TwoTracks() {
 }
 
 TEST(EarthTracks, GeoJsonHasLongitudeFirst) {
-  const auto site = *georeference::Site::Create(kDatum);
+  const auto site = *Site::Create(kDatum);
   const json file = json::parse(FormatGeoJson(TwoTracks(), site));
   EXPECT_EQ(file["type"], "FeatureCollection");
   ASSERT_EQ(file["features"].size(), 2u);
@@ -46,7 +46,7 @@ TEST(EarthTracks, GeoJsonHasLongitudeFirst) {
 }
 
 TEST(EarthTracks, KmlHasAPlacemarkPerTrack) {
-  const auto site = *georeference::Site::Create(kDatum);
+  const auto site = *Site::Create(kDatum);
   const std::string kml = FormatKml(TwoTracks(), site);
   EXPECT_THAT(kml, HasSubstr("<name>alice</name>"));
   EXPECT_THAT(kml, HasSubstr("<name>b&amp;b</name>"));
@@ -57,4 +57,4 @@ TEST(EarthTracks, KmlHasAPlacemarkPerTrack) {
 }
 
 }  // namespace
-}  // namespace isthmus::exports
+}  // namespace isthmus::earth

@@ -1,4 +1,4 @@
-#include "client/georeference/site.h"
+#include "core/earth/site.h"
 
 #include <absl/strings/str_cat.h>
 
@@ -8,7 +8,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace isthmus::georeference {
+namespace isthmus::earth {
 namespace {
 
 constexpr double kFalseEasting = 500'000, kFalseNorthingSouth = 10'000'000;  // Math: of UTM, m.
@@ -85,4 +85,4 @@ absl::StatusOr<std::string> Site::UtmWkt() const {
                       epsg((is_south ? 32700 : 32600) + zone_), "]");
 }
 
-}  // namespace isthmus::georeference
+}  // namespace isthmus::earth

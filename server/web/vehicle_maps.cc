@@ -1,0 +1,102 @@
+#include "server/web/vehicle_maps.h"
+
+#include <absl/strings/numbers.h>
+#include <absl/strings/str_cat.h>
+#include <absl/strings/str_format.h>
+#include <absl/strings/str_split.h>
+#include <absl/strings/strip.h>
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "server/web/answers.h"
+#include "server/web/map_calls.h"
+#include "server/web/map_files.h"
+#include "server/web/map_query.h"
+
+namespace isthmus::web {
+namespace {
+
+using nlohmann::ordered_json;
+
+struct MapAddress {
+  uint32_t component = 0;
+  std::string file;
+};
+
+// False where the path names no file.
+bool ReadMapAddress(absl::string_view path, MapAddress* address) {
+  absl::ConsumePrefix(&path, "/vda5050/");
+  const std::vector<std::string> parts = absl::StrSplit(path, '/');
+  if (parts.size() != 2 || !absl::SimpleAtoi(parts[0], &address->component)) return false;
+  address->file = parts[1];
+  return MapFileFormat(address->file).has_value();
+}
+
+// Numbers anew: what was sent might not be fit for an address.
+std::string LinkOf(const http::Request& request, const MapAddress& address,
+                   const v1::ExportMapRequest& wanted, int64_t revision) {
+  std::string link = absl::StrCat(
+      request.is_tls ? "https" : "http", "://", request.Header("host").value_or("localhost"),
+      "/export/", address.file, "?component=", address.component, "&revision=", revision);
+  if (wanted.resolution_m() != 0) absl::StrAppend(&link, "&resolution=", wanted.resolution_m());
+  if (wanted.has_box()) {
+    const v1::Vector3& min = wanted.box().min();
+    const v1::Vector3& max = wanted.box().max();
+    absl::StrAppendFormat(&link, "&box=%.3f,%.3f,%.3f,%.3f,%.3f,%.3f", min.x(), min.y(), min.z(),
+                          max.x(), max.y(), max.z());
+  }
+  return link;
+}
+
+// Of the file as it would be made now: clouds are the composed map, which follows a new revision;
+// OctoMaps are made of the submaps where they lie.
+absl::StatusOr<int64_t> RevisionOf(const MapAddress& address, const MapInfo& info,
+                                   const MapCalls& calls) {
+  const auto format = MapFileFormat(address.file);
+  if (format == v1::ExportMapRequest::OCTOMAP_BINARY ||
+      format == v1::ExportMapRequest::OCTOMAP_FULL) {
+    return info.revision;
+  }
+  const auto tiles = calls.ListTiles(address.component);
+  if (!tiles.ok()) return tiles.status();
+  return tiles->revision;
+}
+
+ordered_json Parameter(const std::string& key, const std::string& value) {
+  return {{"key", key}, {"value", value}};
+}
+
+}  // namespace
+
+http::Response AnswerDownloadMap(const http::Request& request,
+                                 const std::shared_ptr<grpc::Channel>& channel) {
+  if (request.method != "GET") return WrongMethod("GET");
+  MapAddress address;
+  if (!ReadMapAddress(request.path, &address)) {
+    return ErrorAnswer(absl::NotFoundError(
+        "the action downloadMap is at /vda5050/COMPONENT/map.pcd, map.ply, map.bt and map.ot"));
+  }
+  v1::ExportMapRequest wanted;
+  if (absl::Status status = ReadMapQuery(request, &wanted); !status.ok()) {
+    return ErrorAnswer(status);
+  }
+  const MapCalls calls(request, channel);
+  const auto info = calls.GetMapInfo();
+  if (!info.ok()) return ErrorAnswer(info.status());
+  if (address.component >= info->components.size()) {
+    return ErrorAnswer(NoSuchComponent(address.component));
+  }
+  const auto revision = RevisionOf(address, *info, calls);
+  if (!revision.ok()) return ErrorAnswer(revision.status());
+  const ordered_json parameters = {
+      Parameter("mapId", info->components[address.component].reference.value()),
+      Parameter("mapVersion", absl::StrCat(*revision)),
+      Parameter("mapDownloadLink", LinkOf(request, address, wanted, *revision))};
+  return JsonAnswer(ordered_json{
+      {"actionType", "downloadMap"}, {"blockingType", "NONE"}, {"actionParameters", parameters}}
+                        .dump());
+}
+
+}  // namespace isthmus::web
