@@ -1,7 +1,9 @@
 #include "core/address.h"
 
+#include <absl/strings/ascii.h>
 #include <absl/strings/numbers.h>
 #include <absl/strings/str_cat.h>
+#include <absl/strings/str_split.h>
 #include <arpa/inet.h>
 
 #include <algorithm>
@@ -37,6 +39,19 @@ absl::Status CheckAddress(const std::string& address, PortZero zero) {
   int number = 0;
   if (!absl::SimpleAtoi(port, &number) || number < lowest || number > kHighestPort) {
     return Wrong(address, absl::StrCat("ports are ", lowest, " to ", kHighestPort));
+  }
+  return absl::OkStatus();
+}
+
+std::vector<std::string> SplitAddresses(const std::string& addresses) {
+  std::vector<std::string> split = absl::StrSplit(addresses, ',');
+  for (std::string& address : split) absl::StripAsciiWhitespace(&address);
+  return split;
+}
+
+absl::Status CheckAddresses(const std::string& addresses) {
+  for (const std::string& address : SplitAddresses(addresses)) {
+    if (absl::Status status = CheckAddress(address); !status.ok()) return status;
   }
   return absl::OkStatus();
 }

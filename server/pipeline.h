@@ -57,6 +57,9 @@ class Pipeline {
   static absl::StatusOr<std::unique_ptr<Pipeline>> Open(const PipelineOptions& options,
                                                         std::unique_ptr<storage::MapStore> store,
                                                         const Clock& clock = Clock::System());
+  // For a process that is about to end itself: whatever a pipeline has at hand by this journal
+  // (PipelineOptions::work_journal), it is not what ended it.
+  static void AcquitWork(const std::string& work_journal);
   // Shutdown(), then joins every thread.
   virtual ~Pipeline() = default;
 

@@ -49,7 +49,10 @@ void AddServerOptions(CLI::App& command, ServerOptions& options) {
 }
 
 void AddSitelessOptions(CLI::App& command, ServerOptions& options) {
-  command.add_option("--server", options.address, "Address of isthmus-server, HOST:PORT")
+  command
+      .add_option("--server", options.address,
+                  "Address of isthmus-server, HOST:PORT; several, separated by commas: those of a "
+                  "map with spares")
       ->envname("ISTHMUS_SERVER")
       ->capture_default_str();
   command

@@ -19,7 +19,7 @@ Client::~Client() = default;
 const std::string& Client::address() const { return link_->options().address; }
 
 absl::StatusOr<std::unique_ptr<Client>> Client::Connect(const ClientOptions& options) {
-  if (absl::Status status = CheckAddress(options.address); !status.ok()) return status;
+  if (absl::Status status = CheckAddresses(options.address); !status.ok()) return status;
   auto link = std::make_shared<Link>(options);
   if (!options.require_server) return std::unique_ptr<Client>(new Client(std::move(link)));
   if (absl::Status status = link->Probe(); !status.ok()) return status;

@@ -16,6 +16,9 @@ namespace {
 // A radio link that is dead is noticed within the sum of these; the server permits it. One that is
 // merely slow answers a ping behind the scans that are under way.
 constexpr int kPingEveryMs = 5'000, kPingTimeoutMs = 10'000;
+// How long a connection may take to be made where another server may have the map: a host that is
+// gone, or a server that hangs, answers nothing. Else gRPC's 20 s, for the slowest of links.
+constexpr int kConnectingMs = 5'000;
 
 // Empty where there is no such file: the handshake says what is missing.
 std::string Contents(const std::string& path) {
@@ -33,7 +36,8 @@ std::shared_ptr<grpc::ChannelCredentials> CredentialsOf(const TlsOptions& tls) {
   return grpc::SslCredentials(options);
 }
 
-std::shared_ptr<Client::Link::Stubs> Open(const ClientOptions& options) {
+std::shared_ptr<Client::Link::Stubs> Open(const ClientOptions& options, const std::string& address,
+                                          bool is_one_of_several) {
   grpc::ChannelArguments arguments;
   if (!options.tls.server_name.empty()) {
     arguments.SetSslTargetNameOverride(options.tls.server_name);
@@ -44,9 +48,9 @@ std::shared_ptr<Client::Link::Stubs> Open(const ClientOptions& options) {
   arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, kPingEveryMs);
   arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, kPingTimeoutMs);
   arguments.SetInt(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);  // No limit.
+  if (is_one_of_several) arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, kConnectingMs);
   auto stubs = std::make_shared<Client::Link::Stubs>();
-  stubs->channel =
-      grpc::CreateCustomChannel(options.address, CredentialsOf(options.tls), arguments);
+  stubs->channel = grpc::CreateCustomChannel(address, CredentialsOf(options.tls), arguments);
   stubs->sessions = v1::SessionService::NewStub(stubs->channel);
   stubs->maps = v1::MapService::NewStub(stubs->channel);
   stubs->edits = v1::EditService::NewStub(stubs->channel);
@@ -76,7 +80,8 @@ absl::Status NotAgain(const absl::Status& status) {
   return absl::AbortedError(absl::StrCat("the link was lost half way: ", status.message()));
 }
 
-Client::Link::Link(const ClientOptions& options) : SessionLink(options), stubs_(Open(options)) {}
+Client::Link::Link(const ClientOptions& options)
+    : SessionLink(options), stubs_(Open(options, addresses().front(), ways() > 1)) {}
 
 std::shared_ptr<Client::Link::Stubs> Client::Link::Get() {
   MutexLock lock(&mutex_);
@@ -85,7 +90,9 @@ std::shared_ptr<Client::Link::Stubs> Client::Link::Get() {
 
 void Client::Link::Renew(const std::shared_ptr<Stubs>& broken) {
   MutexLock lock(&mutex_);
-  if (stubs_ == broken) stubs_ = Open(options());
+  if (stubs_ != broken) return;
+  current_ = (current_ + 1) % addresses().size();
+  stubs_ = Open(options(), addresses()[current_], ways() > 1);
 }
 
 void Client::Link::Attach(grpc::ClientContext& context) const {

@@ -46,7 +46,8 @@ class Client::Link final : public SessionLink {
   // The stubs of the current channel.
   std::shared_ptr<Stubs> Get();
   // Replaces the channel, unless another thread already replaced `broken`: a fresh one connects at
-  // once, where an old one first waits out gRPC's own back-off.
+  // once, where an old one first waits out gRPC's own back-off. With several addresses it is to the
+  // next.
   void Renew(const std::shared_ptr<Stubs>& broken);
 
   // A single attempt, whatever comes of it.
@@ -63,6 +64,7 @@ class Client::Link final : public SessionLink {
 
  private:
   Mutex mutex_;
+  size_t current_ ABSL_GUARDED_BY(mutex_) = 0;  // Of the addresses.
   std::shared_ptr<Stubs> stubs_ ABSL_GUARDED_BY(mutex_);
 };
 

@@ -17,7 +17,8 @@ struct BackoffOptions {
   double factor = 2;
   double max_delay_s = 5;
   double jitter = 0.3;   // [0, 1].
-  int max_attempts = 8;  // The first one included; at least 1.
+  int max_attempts = 8;  // The first one included; at least 1. At each address, where there are
+                         // several.
   uint64_t seed = 0;     // Of the jitter; 0: another one every time.
 };
 
@@ -32,7 +33,9 @@ struct TlsOptions {
 };
 
 struct ClientOptions {
-  std::string address = "localhost:50051";  // host:port, or unix:PATH.
+  // host:port, or unix:PATH. Several of them, separated by commas, are those of servers of one map,
+  // of which one has it: a call goes to the next where that of the last call is not there.
+  std::string address = "localhost:50051";
   TlsOptions tls = {};
   std::string token = {};  // Shown with every call; empty: none.
   std::string site = {};   // Which of the server's maps; empty: the only one that the token allows.

@@ -27,6 +27,7 @@
 #include "server/main/open_files.h"
 #include "server/main/open_map.h"
 #include "server/main/server_events.h"
+#include "server/main/standby.h"
 #include "server/main/stop_signal.h"
 #include "server/main/supervision.h"
 #include "server/metrics/metrics.h"
@@ -60,7 +61,7 @@ rpc::BackupSource BackupsOf(const std::string& folder, bool is_elsewhere) {
 }
 
 // Exit codes, as docs/api.md promises them.
-enum ExitCode { kStopped = 0, kUsage = 2, kDataFolder = 3, kCannotListen = 4 };
+enum ExitCode { kStopped = 0, kUsage = 2, kDataFolder = 3, kCannotListen = 4, kTakenOver = 5 };
 
 // Calls under way have this long to end before they are cancelled.
 constexpr std::chrono::seconds kGrace{1};
@@ -71,6 +72,7 @@ struct Arguments {
   std::string store;
   std::string config_path;
   bool insecure = false;
+  bool standby = false;
   LogOptions log;
   bool print_config = false;
   bool check = false;
@@ -101,6 +103,8 @@ bool Parse(int argc, char** argv, Arguments& arguments, int& result) {
       "--store", arguments.store,
       "PostgreSQL database of the map, postgresql://USER@HOST/DATABASE (default: SQLite, "
       "in the folder)");
+  app.add_flag("--standby", arguments.standby,
+               "Wait while another server has the database's map, and take over once it is gone");
   app.add_flag("--insecure", arguments.insecure,
                "Serve other machines in plain text: where the network itself is safe");
   app.add_option("--config", arguments.config_path, "YAML file of settings; see --print-config");
@@ -265,6 +269,7 @@ std::unique_ptr<metrics::Metrics> CountFor(ServerConfig* config) {
 absl::Status ServeMetrics(const std::vector<OpenMap>& maps, metrics::Metrics* counting) {
   if (counting == nullptr) return absl::OkStatus();
   std::vector<metrics::MeasuredSite> sites;
+  sites.reserve(maps.size());
   for (const OpenMap& map : maps) sites.push_back({map.name, map.pipeline.get()});
   if (absl::Status status = counting->Serve(sites); !status.ok()) return status;
   spdlog::info("metrics at http://{}/metrics", counting->address());
@@ -282,6 +287,17 @@ absl::StatusOr<std::unique_ptr<web::WebServer>> ServeWeb(const web::WebOptions& 
   return web;
 }
 
+// Waits for them where the configuration says so.
+absl::StatusOr<std::vector<OpenMap>> OpenAll(const std::string& folder, const ServerConfig& config,
+                                             StopSignal& signal) {
+  SiteEvents events;
+  events.on_lost = [](const std::string& why) { EndTakenOver(why, kTakenOver); };
+  std::unique_ptr<Standby> standby;
+  if (config.standby) standby = std::make_unique<Standby>(&signal);
+  events.on_wait = [&standby](const std::string& why) { standby->Note(why); };
+  return OpenMaps(folder, config, events);
+}
+
 int Run(const Arguments& arguments) {
   if (arguments.check) return Check(arguments.data);
   absl::StatusOr<ServerConfig> config = ServerConfig();
@@ -294,9 +310,15 @@ int Run(const Arguments& arguments) {
     if (!status.ok()) return Fail(kUsage, status);
     config->store = arguments.store;
   }
+  if (arguments.standby) config->standby = true;
   if (arguments.print_config) {
     std::fputs(PrintConfig(*config).c_str(), stdout);
     return kStopped;
+  }
+  if (config->standby && config->store.empty()) {
+    return Fail(kUsage, absl::InvalidArgumentError(
+                            "--standby (storage.standby) is for a map in a database that several "
+                            "servers reach: name that with --store"));
   }
   if (absl::Status status = CheckNetwork(config->rpc); !status.ok()) return Fail(kUsage, status);
   if (absl::Status status = metrics::CheckListening(config->metrics); !status.ok()) {
@@ -321,7 +343,7 @@ int Run(const Arguments& arguments) {
   config->rpc.tokens = tokens->get();
   config->storage.on_problem = warn;
   const auto counting = CountFor(&*config);  // Outlives the maps, whose work it counts.
-  const auto maps = OpenMaps(arguments.data, *config);
+  const auto maps = OpenAll(arguments.data, *config, signal);
   if (!maps.ok()) return Fail(kDataFolder, maps.status());
   std::vector<rpc::ServedSite> sites;
   for (const OpenMap& map : *maps) {

@@ -3,6 +3,8 @@
 #include <absl/strings/str_cat.h>
 
 #include <algorithm>
+#include <chrono>
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <system_error>
@@ -20,10 +22,18 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// Of the default site, in `folder`, or of another.
+std::string FolderOf(const std::string& folder, const std::string& site) {
+  return site == access::kDefaultSite ? folder : absl::StrCat(folder, "/sites/", site);
+}
+
+std::string JournalIn(const std::string& folder) { return folder + "/matching.journal"; }
+
 using Warn = std::function<void(const std::string&)>;
 
 // Where the configuration says.
 absl::StatusOr<std::unique_ptr<storage::MapStore>> OpenStore(const ServerConfig& config,
+                                                             const SiteEvents& events,
                                                              const Warn& warn, OpenMap* map) {
   storage::SqliteOptions options = config.storage;
   options.on_problem = warn;
@@ -38,18 +48,29 @@ absl::StatusOr<std::unique_ptr<storage::MapStore>> OpenStore(const ServerConfig&
                       "server, drop the database's schema and run `isthmus copy`"));
   }
   const std::string site = map->name == access::kDefaultSite ? "" : map->name;
+  storage::LeaseOptions lease;
+  lease.length = std::chrono::milliseconds(static_cast<int64_t>(1000 * config.lease_s));
+  lease.on_lost = events.on_lost;
+  if (config.standby) {
+    lease.on_wait = [note = events.on_wait](const std::string& why) {
+      if (note) note(why);
+      return true;
+    };
+  }
   return storage::OpenPostgresStore(
-      config.store, site, {options.sync_every_commit, options.resolution_m, options.on_problem});
+      config.store, site,
+      {options.sync_every_commit, options.resolution_m, options.on_problem, lease});
 }
 
 // `map` says which; `sites`: how many there are.
-absl::Status Open(const ServerConfig& config, PipelineOptions options, size_t sites, OpenMap* map) {
+absl::Status Open(const ServerConfig& config, const SiteEvents& events, PipelineOptions options,
+                  size_t sites, OpenMap* map) {
   if (absl::Status status = MakeDataFolder(map->folder); !status.ok()) return status;
   const std::string site = map->name;
   const auto warn = [site](const std::string& text) {
     Log(spdlog::level::warn, text, LogFields{.site = site});
   };
-  auto store = OpenStore(config, warn, map);
+  auto store = OpenStore(config, events, warn, map);
   if (!store.ok()) return store.status();
   SetCache((static_cast<size_t>(config.cache_mb) << 20) / sites, map->folder, &options);
   const int threads = IngestThreads(config.pipeline.ingest_threads);
@@ -57,7 +78,7 @@ absl::Status Open(const ServerConfig& config, PipelineOptions options, size_t si
   options.ingest_threads = (threads + shares - 1) / shares;
   storage::RemoveAbandonedBackups(map->folder);
   options.archive.directory = map->folder;
-  options.work_journal = map->folder + "/matching.journal";
+  options.work_journal = JournalIn(map->folder);
   options.on_problem = warn;
   options.on_event = [site](const Event& event) {
     Log(spdlog::level::info, event.text, FieldsOf(event, site));
@@ -70,17 +91,26 @@ absl::Status Open(const ServerConfig& config, PipelineOptions options, size_t si
 
 }  // namespace
 
-absl::StatusOr<std::vector<OpenMap>> OpenMaps(const std::string& folder,
-                                              const ServerConfig& config) {
+absl::StatusOr<std::vector<OpenMap>> OpenMaps(const std::string& folder, const ServerConfig& config,
+                                              const SiteEvents& given) {
   const size_t count = 1 + config.sites.size();
+  std::vector<std::string> journals = {JournalIn(folder)};
+  for (const auto& [name, options] : config.sites) {
+    journals.push_back(JournalIn(FolderOf(folder, name)));
+  }
+  SiteEvents events = given;
+  events.on_lost = [journals, on_lost = given.on_lost](const std::string& why) {
+    for (const std::string& journal : journals) Pipeline::AcquitWork(journal);
+    if (on_lost) on_lost(why);
+  };
   std::vector<OpenMap> maps(1);
   maps[0] = {access::kDefaultSite, folder, nullptr, nullptr};
-  if (absl::Status status = Open(config, config.pipeline, count, &maps[0]); !status.ok()) {
+  if (absl::Status status = Open(config, events, config.pipeline, count, &maps[0]); !status.ok()) {
     return status;
   }
   for (const auto& [name, options] : config.sites) {
-    OpenMap map{name, absl::StrCat(folder, "/sites/", name), nullptr, nullptr};
-    if (absl::Status status = Open(config, options, count, &map); !status.ok()) {
+    OpenMap map{name, FolderOf(folder, name), nullptr, nullptr};
+    if (absl::Status status = Open(config, events, options, count, &map); !status.ok()) {
       return absl::Status(status.code(), absl::StrCat("site ", name, ": ", status.message()));
     }
     maps.push_back(std::move(map));

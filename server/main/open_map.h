@@ -3,6 +3,7 @@
 
 #include <absl/status/statusor.h>
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -21,10 +22,18 @@ struct OpenMap {
   std::unique_ptr<Pipeline> pipeline;
 };
 
+// Whom a server with spares tells of its sites in a database; see storage::LeaseOptions.
+struct SiteEvents {
+  std::function<void(const std::string& why)> on_wait = nullptr;
+  std::function<void(const std::string& why)> on_lost = nullptr;
+};
+
 // The default site, in `folder`, first; then the others, in folder/sites/NAME, made where missing.
 // Memory for points and threads for odometry are shared out among them evenly, a thread each at
-// least. Errors are those of stores and pipelines, with the site's name.
-absl::StatusOr<std::vector<OpenMap>> OpenMaps(const std::string& folder,
-                                              const ServerConfig& config);
+// least. Errors are those of stores and pipelines, with the site's name. A site that another server
+// has is waited for where the configuration says so: one after the other, all servers in this
+// order.
+absl::StatusOr<std::vector<OpenMap>> OpenMaps(const std::string& folder, const ServerConfig& config,
+                                              const SiteEvents& events = {});
 
 }  // namespace isthmus::server

@@ -260,6 +260,12 @@ void AddStorage(ServerConfig& config, Table& table) {
       "schema "
       "of its own; the password belongs into ~/.pgpass or PGPASSWORD. \"\": it is kept in the data "
       "folder, by SQLite.");
+  table.Add("standby", &config.standby,
+            "With a database: while another server has the map, wait for it in place of ending, "
+            "and take over once that one is gone. For all servers of a map with spares.");
+  table.Add("lease_s", &config.lease_s, 1.0, 3600.0,
+            "A server that has given the database no sign of life for so long, in seconds, may "
+            "lose its map to one that stands by.");
   table.Add("sync_every_commit", &config.storage.sync_every_commit,
             "Wait for the disk on every commit. false: a power cut may lose the last ones.");
   table.Add("resolution_m", &config.storage.resolution_m, 1e-5, 0.1,

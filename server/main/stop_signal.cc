@@ -2,6 +2,12 @@
 
 namespace isthmus::server {
 
+namespace {
+
+std::string NameOf(int signal) { return signal == SIGTERM ? "SIGTERM" : "SIGINT"; }
+
+}  // namespace
+
 StopSignal::StopSignal() {
   sigemptyset(&signals_);
   sigaddset(&signals_, SIGTERM);
@@ -21,7 +27,18 @@ std::string StopSignal::Wait(const std::function<void()>& on_hangup) {
   signal(SIGTERM, SIG_DFL);
   signal(SIGINT, SIG_DFL);
   pthread_sigmask(SIG_UNBLOCK, &signals_, nullptr);
-  return received == SIGTERM ? "SIGTERM" : "SIGINT";
+  return NameOf(received);
+}
+
+std::optional<std::string> StopSignal::WaitFor(std::chrono::milliseconds longest,
+                                               const std::function<void()>& on_hangup) {
+  const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(longest);
+  const std::chrono::nanoseconds rest = longest - seconds;
+  const timespec timeout = {seconds.count(), rest.count()};
+  const int received = sigtimedwait(&signals_, nullptr, &timeout);
+  if (received == SIGHUP) on_hangup();
+  if (received != SIGTERM && received != SIGINT) return std::nullopt;
+  return NameOf(received);
 }
 
 }  // namespace isthmus::server

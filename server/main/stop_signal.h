@@ -3,7 +3,9 @@
 
 #include <signal.h>
 
+#include <chrono>
 #include <functional>
+#include <optional>
 #include <string>
 
 namespace isthmus::server {
@@ -18,6 +20,9 @@ class StopSignal {
   // once. SIGHUP, which a terminal that is closed sends and habit takes for "read the configuration
   // again", calls `on_hangup` and ends nothing, then and later.
   std::string Wait(const std::function<void()>& on_hangup);
+  // Likewise for so long; nothing where none came. The next one is like the first.
+  std::optional<std::string> WaitFor(std::chrono::milliseconds longest,
+                                     const std::function<void()>& on_hangup);
 
  private:
   sigset_t signals_;

@@ -1,8 +1,10 @@
 #include "server/threads/work_journal.h"
 
 #include <absl/strings/ascii.h>
+#include <absl/strings/match.h>
 #include <absl/strings/numbers.h>
 #include <absl/strings/str_cat.h>
+#include <absl/strings/str_join.h>
 #include <absl/strings/str_split.h>
 #include <absl/strings/string_view.h>
 #include <absl/strings/strip.h>
@@ -71,6 +73,14 @@ void WorkJournal::Save(const std::string& at_hand) {
 bool WorkJournal::IsPoisonous(const std::string& task) const {
   const auto it = crashes_.find(task);
   return it != crashes_.end() && it->second >= kMaxCrashes;
+}
+
+void WorkJournal::Acquit(const std::string& path) {
+  const auto text = io::ReadFile(path);
+  if (!text.ok()) return;
+  std::vector<absl::string_view> lines = absl::StrSplit(*text, '\n');
+  std::erase_if(lines, [](absl::string_view line) { return absl::StartsWith(line, kAtHandMark); });
+  (void)io::WriteFile(path, absl::StrJoin(lines, "\n"));
 }
 
 void WorkJournal::BeginTask(const std::string& task) { Save(task); }

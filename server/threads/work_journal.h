@@ -26,6 +26,9 @@ class WorkJournal {
   void BeginTask(const std::string& task);
   // Also when the work is ordered to stop: what ends the process from then on is not its fault.
   void EndTask();
+  // Of the journal at `path`, whoever has it open: a process that is about to end itself says that
+  // the work at hand is not to blame.
+  static void Acquit(const std::string& path);
 
  private:
   static std::string BootId();

@@ -27,6 +27,27 @@ inline constexpr std::chrono::seconds kConnecting{10};
 inline constexpr std::chrono::milliseconds kFirstPause{100};
 inline constexpr std::chrono::milliseconds kLastPause{2000};
 
+// How long an owner that gives no sign of life keeps its site, unless the settings say otherwise.
+// Shorter would take sites from servers whose machine or database is busy for a moment; longer is a
+// longer wait for robots whose server hangs or is cut off.
+inline constexpr std::chrono::milliseconds kLease{10'000};
+
+// Renewals in the time of a lease: so many less one may fail in a row.
+inline constexpr int kRenewals = 5;
+
+// Between two renewals at most, however long the lease: they are what notices that the connection
+// with the lock is gone, and makes another.
+inline constexpr std::chrono::milliseconds kRenewEvery{2000};
+
+// Between two looks of a server that waits for a site, each a question of less than a millisecond.
+// It is how much longer than necessary robots wait after their server died.
+inline constexpr std::chrono::milliseconds kLook{250};
+
+// How long a site is left to its owner by one that waits and has lost its own connection: whatever
+// PostgreSQL did may have cut the owner's too. Longer than kRenewEvery and kLastPause, after which
+// that is back; shorter, and a restart of PostgreSQL would take sites from servers that are well.
+inline constexpr std::chrono::milliseconds kGiveWay{3000};
+
 // How long to wait for a site's lock before telling who holds it. A killed server's goes as soon as
 // PostgreSQL sees that its socket is closed, at the latest after the statement under way.
 inline constexpr std::chrono::seconds kWaitForLock{5};

@@ -17,7 +17,9 @@ using Clock = std::chrono::steady_clock;
 
 class PostgresStore : public SqlStore {
  public:
-  using SqlStore::SqlStore;
+  PostgresStore(std::unique_ptr<SiteLease> lease, std::unique_ptr<Connection> writer,
+                std::vector<std::unique_ptr<Connection>> readers, double resolution_m)
+      : SqlStore(std::move(writer), std::move(readers), resolution_m), lease_(std::move(lease)) {}
 
   absl::Status Write(const WriteBatch& batch) override {
     absl::Status status = SqlStore::Write(batch);
@@ -44,6 +46,7 @@ class PostgresStore : public SqlStore {
   }
 
  private:
+  const std::unique_ptr<SiteLease> lease_;
   std::atomic<uint64_t> size_{0};
   std::atomic<Clock::rep> next_look_{0};
 };
@@ -64,18 +67,24 @@ absl::StatusOr<std::unique_ptr<MapStore>> OpenPostgresStore(const std::string& u
         "the site ", site, " has too long a name for PostgreSQL, which takes 55 characters"));
   }
   PostgresTarget target{url, SchemaOfSite(site), "", options.sync_every_commit};
+  LeaseOptions lease_options = options.lease;
+  lease_options.on_problem = options.on_problem;
+  auto lease = SiteLease::Take(target, lease_options);
+  if (!lease.ok()) return lease.status();
   target.application = absl::StrCat(target.schema, " writer");
-  auto writer = SiteWriter::Open(target, options.on_problem);
+  target.idle_limit = options.lease.length;
+  auto writer = SiteWriter::Open(target, (*lease)->epoch(), options.on_problem);
   if (!writer.ok()) return writer.status();
   target.application = absl::StrCat(target.schema, " reader");
+  target.idle_limit = {};
   std::vector<std::unique_ptr<Connection>> readers;
   for (int i = 0; i < kPostgresReaders; ++i) {
     auto reader = PostgresConnection::Open(target);
     if (!reader.ok()) return reader.status();
     readers.push_back(*std::move(reader));
   }
-  auto store =
-      std::make_unique<PostgresStore>(*std::move(writer), std::move(readers), options.resolution_m);
+  auto store = std::make_unique<PostgresStore>(*std::move(lease), *std::move(writer),
+                                               std::move(readers), options.resolution_m);
   store->LookAtSize();
   return store;
 }

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "storage/map_store.h"
+#include "storage/postgresql/site_lease.h"
 
 namespace isthmus::storage {
 
@@ -19,6 +20,7 @@ struct PostgresOptions {
   double resolution_m = 0.001;
   // Told what a person should know, on opening and later.
   std::function<void(const std::string& problem)> on_problem = nullptr;
+  LeaseOptions lease = {};  // `on_problem` is this one's.
 };
 
 // The schema that a site's tables are in: isthmus, and isthmus_NAME for all but the default site,
@@ -26,8 +28,8 @@ struct PostgresOptions {
 std::string SchemaOfSite(const std::string& site);
 
 // Opens, or creates, the site's schema and migrates it to the newest version. `url` is a PostgreSQL
-// connection URL without a password, see postgresql.h. FailedPrecondition as SiteWriter::Open says,
-// Unavailable where the server cannot be reached.
+// connection URL without a password, see postgresql.h. Errors as SiteLease::Take says,
+// and Unavailable where the server cannot be reached.
 //
 // While the server is away all is Unavailable; it goes on by itself once it is back. A Write whose
 // commit was under way when the connection was lost waits until the server tells what became of it.

@@ -142,7 +142,8 @@ absl::Status PostgresConnection::SetUp() {
       "SET search_path TO ", QuotedName(target_.schema), "; SET tcp_keepalives_idle TO ", third,
       "; SET tcp_keepalives_interval TO ", third, "; SET tcp_keepalives_count TO 2",
       "; SET tcp_user_timeout TO ", 1000 * kSilence.count(),
-      "; SET standard_conforming_strings TO on; SET idle_in_transaction_session_timeout TO 0",
+      "; SET standard_conforming_strings TO on; SET idle_in_transaction_session_timeout TO ",
+      target_.idle_limit.count(),
       "; SET statement_timeout TO 0; SET default_transaction_isolation TO 'read committed'; ",
       target_.sync_every_commit ? "SELECT set_config('synchronous_commit', 'on', false) "
                                   "WHERE current_setting('synchronous_commit') = 'off'"

@@ -23,6 +23,8 @@ struct PostgresTarget {
   std::string schema;       // Of the site; everything is in it.
   std::string application;  // What pg_stat_activity shows.
   bool sync_every_commit = true;
+  // PostgreSQL takes a transaction back whose client says nothing for so long; 0: never.
+  std::chrono::milliseconds idle_limit{0};
 };
 
 // InvalidArgument for what libpq cannot read as a URL, and for one with a password in it: it would

@@ -4,6 +4,7 @@
 #include <absl/status/status.h>
 #include <absl/status/statusor.h>
 
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <string>
@@ -12,39 +13,31 @@
 
 namespace isthmus::storage {
 
-// Owner is who holds the site's lock, which goes with its connection, and whose epoch is the
-// newest. The lock keeps a second server out; the epoch, which every transaction checks, keeps out
-// one that was taken for dead, or lost its connection, once another has the site.
+// Every transaction checks that the epoch of its SiteLease is still the newest: that keeps out one
+// that was taken for dead once another has the site.
 class SiteWriter : public PostgresConnection {
  public:
   using OnProblem = std::function<void(const std::string& problem)>;
-  // Brings the tables to the newest schema. FailedPrecondition when another process has the site
-  // (the message says which), the schema is newer than this program, it belongs to another one, or
-  // the database is not in UTF-8.
+  // Of a lease that is held.
   static absl::StatusOr<std::unique_ptr<SiteWriter>> Open(const PostgresTarget& target,
-                                                          OnProblem on_problem);
+                                                          int64_t epoch, OnProblem on_problem);
 
  private:
-  SiteWriter(PostgresTarget target, OnProblem on_problem);
+  SiteWriter(PostgresTarget target, int64_t epoch, OnProblem on_problem);
   absl::Status Greet() override;
   absl::Status BeginWrite() override;
   // Where the way is lost meanwhile, waits until PostgreSQL can tell whether it was committed.
   absl::Status Commit() override;
 
-  absl::Status TakeLock();
-  absl::Status CheckServer();
-  absl::Status TakeEpoch();
   // After the way was lost: ends what is left of the old connection, finds out what it committed
   // last, and whether the site is still this one's.
   absl::Status Return();
   absl::Status FindOut(int64_t commit);
-  absl::Status Refused(const std::string& why);  // Names who has the site.
-  std::string Holder();
+  absl::Status TakenOver();  // Names who has the site.
 
+  const int64_t epoch_;
   const OnProblem on_problem_;
-  const std::string me_;       // Host and process.
-  int64_t epoch_ = 0;          // 0: none yet.
-  int64_t backend_ = 0;        // The process of PostgreSQL that has our lock,
+  int64_t backend_ = 0;        // The process of PostgreSQL that serves us; 0: none yet,
   std::string backend_start_;  // and since when: numbers come again.
   int64_t commit_ = 0;         // The last one begun.
   int64_t acknowledged_ = 0;   // The last one of which Commit said OK.

@@ -16,6 +16,7 @@
 #include "core/io/directory_lock.h"
 #include "storage/postgresql/migrations.h"
 #include "storage/postgresql/postgres_store.h"
+#include "storage/postgresql/site_lease.h"
 #include "storage/postgresql/site_writer.h"
 #include "storage/sql/rows.h"
 #include "storage/sql/tables.h"
@@ -30,6 +31,7 @@ using Kind = TableColumn::Kind;
 // A database that nobody else uses meanwhile.
 struct OpenPlace {
   std::unique_ptr<io::DirectoryLock> lock;  // Of the folder; goes last.
+  std::unique_ptr<SiteLease> lease;         // Of the site, likewise.
   std::unique_ptr<Connection> database;
   int64_t schema = 0;
 };
@@ -40,10 +42,13 @@ bool IsDatabase(const MapPlace& place) {
 }
 
 absl::StatusOr<OpenPlace> OpenSite(const MapPlace& place) {
-  auto writer =
-      SiteWriter::Open({place.where, SchemaOfSite(place.site), "isthmus copy", true}, nullptr);
+  const PostgresTarget target{place.where, SchemaOfSite(place.site), "isthmus copy", true};
+  auto lease = SiteLease::Take(target, {});
+  if (!lease.ok()) return lease.status();
+  auto writer = SiteWriter::Open(target, (*lease)->epoch(), nullptr);
   if (!writer.ok()) return writer.status();
-  return OpenPlace{nullptr, *std::move(writer), PostgresMigrations().back().version};
+  return OpenPlace{nullptr, *std::move(lease), *std::move(writer),
+                   PostgresMigrations().back().version};
 }
 
 // NotFound where there is no such site: to look is not to make one.

@@ -34,5 +34,15 @@ TEST(Address, AServerMayTakeAnyPortThatIsFree) {
   EXPECT_FALSE(CheckAddress("127.0.0.1:65536", PortZero::kAnyFreeOne).ok());
 }
 
+TEST(Address, SeveralAreThoseOfServersOfOneMap) {
+  EXPECT_EQ(SplitAddresses("a:1"), std::vector<std::string>{"a:1"});
+  EXPECT_EQ(SplitAddresses("a:1, [::1]:2,unix:/x"),
+            (std::vector<std::string>{"a:1", "[::1]:2", "unix:/x"}));
+  EXPECT_TRUE(CheckAddresses("a:1,b:2").ok());
+  for (const char* addresses : {"", "a:1,", ",b:2", "a:1,b"}) {
+    EXPECT_FALSE(CheckAddresses(addresses).ok()) << addresses;
+  }
+}
+
 }  // namespace
 }  // namespace isthmus

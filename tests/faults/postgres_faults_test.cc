@@ -2,8 +2,11 @@
 // for bit that of an undisturbed run in SQLite.
 #include <gtest/gtest.h>
 
+#include <cstdio>
+
 #include "tests/faults/harness/test_setup.h"
 #include "tests/faults/server_kills.h"
+#include "tests/faults/takeover.h"
 #include "tests/storage/postgresql/postgres_server.h"
 
 namespace isthmus::faults {
@@ -54,12 +57,26 @@ TEST_F(PostgresFaults, PostgresIsKilled) {
   ExpectWhole(report);
 }
 
+TEST_F(PostgresFaults, ASpareGoesOnWithTheMap) {
+  test_.robots = 2;
+  TakeoverOptions options;
+  options.servers = 2;
+  options.faults = 1;
+  options.every_s = 4;  // Some submaps.
+  options.always_the_owner = options.only_kills = true;
+  options.socket = database_->folder() + "/.s.PGSQL.5432";
+  const Report report = TakeOver(test_, options);
+  ExpectWhole(report);
+  for (const std::string& figure : report.figures) std::printf("%s\n", figure.c_str());
+}
+
 TEST_F(PostgresFaults, ASecondServerDoesNotStart) {
   const auto first = NewServer(test_, "first");
   ServerProcess second(test_.server, setup_.Path("second"), 8, "", test_.store);
   EXPECT_FALSE(second.Start());
   EXPECT_EQ(second.exit_code(), 3);
   EXPECT_NE(second.Log().find("one server at a time"), std::string::npos) << second.Log();
+  EXPECT_NE(second.Log().find("storage.standby"), std::string::npos) << second.Log();
   EXPECT_EQ(first->Stop(), 0);
 }
 

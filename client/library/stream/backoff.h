@@ -11,17 +11,19 @@ namespace isthmus::client {
 // Exponential back-off with jitter. Not thread safe.
 class Backoff {
  public:
-  explicit Backoff(const BackoffOptions& options);
+  // An attempt goes round so many `ways` to a server, one after the other without waiting.
+  explicit Backoff(const BackoffOptions& options, int ways = 1);
 
-  // Seconds to wait after a failed attempt; empty when max_attempts have failed.
+  // Seconds to wait after a failure; empty when max_attempts have failed.
   std::optional<double> Next();
   // After a success: the next failure is the first again.
   void Reset() { failures_ = 0; }
 
  private:
   const BackoffOptions options_;
+  const int ways_;
   std::mt19937_64 random_;
-  int failures_ = 0;
+  int failures_ = 0;  // Of all ways.
 };
 
 }  // namespace isthmus::client

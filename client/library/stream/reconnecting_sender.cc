@@ -47,7 +47,7 @@ void ReconnectingSender::Abandon() {
 }
 
 void ReconnectingSender::WriteLoop() {
-  Backoff backoff(Patience(options_.backoff, options_.for_ever));
+  Backoff backoff(Patience(options_.backoff, options_.for_ever), link_->ways());
   absl::Status status;
   for (;;) {
     const double began_s = clock_.Now();

@@ -48,7 +48,7 @@ std::optional<uint64_t> LargestMessage(const absl::Status& status) {
 
 absl::Status SessionLink::Repeat(bool also_data_loss,
                                  const std::function<absl::Status()>& attempt) {
-  Backoff backoff(options_.backoff);
+  Backoff backoff(options_.backoff, ways());
   for (;;) {
     const absl::Status status = attempt();
     const std::optional<double> asked_s = AskedToWait(status);

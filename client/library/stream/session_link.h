@@ -7,9 +7,12 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "client/library/options.h"
 #include "client/library/stream/wait_clock.h"
+#include "core/address.h"
 #include "isthmus/v1/session_service.pb.h"
 
 namespace isthmus::client {
@@ -43,7 +46,7 @@ class SessionCall {
   virtual void Cancel() = 0;
   // True if the connection that it goes over stands.
   virtual bool connected() const = 0;
-  // Later calls do not go over that connection.
+  // Later calls do not go over that connection; with several servers, they go to the next.
   virtual void Renew() = 0;
 };
 
@@ -55,16 +58,20 @@ std::optional<double> AskedToWait(const absl::Status& status);
 // other status.
 std::optional<uint64_t> LargestMessage(const absl::Status& status);
 
-// The way to one server, over as many connections as it takes. Thread safe.
+// The way to one server, or to that of several which has the map, over as many connections as it
+// takes. Thread safe.
 class SessionLink {
  public:
-  explicit SessionLink(const ClientOptions& options) : options_(options) {}
+  explicit SessionLink(const ClientOptions& options)
+      : options_(options), addresses_(SplitAddresses(options.address)) {}
   virtual ~SessionLink() = default;
 
   // It may last so long; 0: for ever. The link must outlive it.
   virtual std::unique_ptr<SessionCall> NewCall(double timeout_s) = 0;
 
   const ClientOptions& options() const { return options_; }
+  const std::vector<std::string>& addresses() const { return addresses_; }
+  int ways() const { return static_cast<int>(addresses_.size()); }
   const WaitClock& clock() const {
     return options_.clock != nullptr ? *options_.clock : WaitClock::System();
   }
@@ -78,6 +85,7 @@ class SessionLink {
 
  private:
   const ClientOptions options_;
+  const std::vector<std::string> addresses_;  // One at least.
 };
 
 }  // namespace isthmus::client

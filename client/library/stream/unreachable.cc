@@ -5,6 +5,12 @@
 #include <absl/strings/str_cat.h>
 
 namespace isthmus::client {
+namespace {
+
+constexpr char kSeveral[] =
+    "no server there has the map: is one running, and does it reach its database?";
+
+}  // namespace
 
 std::string AdviceOnUnreachable(const ClientOptions& options, const std::string& message) {
   const std::string said = absl::AsciiStrToLower(message);
@@ -14,6 +20,7 @@ std::string AdviceOnUnreachable(const ClientOptions& options, const std::string&
     // One that wants TLS hangs up on plain text, and so may one that stops.
     if (is_cut)
       return "it hung up: does it speak TLS? Then give the CA's certificate (--tls-ca FILE)";
+    if (absl::StrContains(options.address, ',')) return kSeveral;
     return absl::StrCat("is it running? Start it with `isthmus-server --data DIR --listen ",
                         options.address, "`");
   }
@@ -33,7 +40,7 @@ std::string AdviceOnUnreachable(const ClientOptions& options, const std::string&
            "who "
            "signed it?";
   }
-  return "is it running, with TLS?";
+  return absl::StrContains(options.address, ',') ? kSeveral : "is it running, with TLS?";
 }
 
 }  // namespace isthmus::client

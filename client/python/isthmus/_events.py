@@ -8,7 +8,7 @@ import grpc
 
 from isthmus.enums import EventKind
 from isthmus.errors import InvalidArgument, Unavailable, from_rpc
-from isthmus.link import Backoff, Link
+from isthmus.link import Link
 from isthmus.v1 import event_service_pb2 as pb
 
 
@@ -51,7 +51,7 @@ class Events:
         that was lost. Goes on until it is closed, or the server does not answer any more
         (`Unavailable`). Those after `after` that are not kept any more are left out."""
         request = pb.WatchEventsRequest(after=after, kinds=_kinds(kinds), robot=robot)
-        backoff = Backoff(self._link.keep_trying_s)
+        backoff = self._link.backoff()
         while True:
             call = self._link.once(lambda: self._link.events.WatchEvents(request))
             try:

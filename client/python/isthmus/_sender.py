@@ -14,7 +14,7 @@ from isthmus.enums import Outcome, SessionState
 from isthmus.errors import (Aborted, Cancelled, DeadlineExceeded, Error, FailedPrecondition,
                             Internal, InvalidArgument, OutOfRange, Unavailable, Unknown,
                             asked_to_wait, from_rpc, too_large)
-from isthmus.link import Backoff, Link
+from isthmus.link import Link
 from isthmus.records import Ack, Session, StreamStats
 from isthmus.v1 import session_service_pb2 as pb
 from isthmus.window import ScanWindow
@@ -71,7 +71,7 @@ class Sender:
     # What follows runs in the stream's own thread, but for _requests, which gRPC calls in another.
 
     def _run(self) -> None:
-        backoff = Backoff(self._keep_trying_s)
+        backoff = self._link.backoff(self._keep_trying_s)
         failure: Optional[BaseException] = None
         while True:
             try:

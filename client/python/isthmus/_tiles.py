@@ -9,7 +9,7 @@ import numpy as np
 
 from isthmus import cloud, convert
 from isthmus.errors import NotFound, Unavailable, from_rpc
-from isthmus.link import Backoff, Link
+from isthmus.link import Link
 from isthmus.map_records import Match
 from isthmus.pose import Pose
 from isthmus.records import Box
@@ -118,7 +118,7 @@ class Tiles:
         request = pb.WatchMapRequest(level=level)
         if since is not None:
             request.from_revision, request.run = since.revision, since.run
-        backoff = Backoff(self._link.keep_trying_s)
+        backoff = self._link.backoff()
         while True:
             call = self._link.once(lambda: self._link.maps.WatchMap(request))
             try:

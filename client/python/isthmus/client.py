@@ -56,7 +56,9 @@ def connect(address: str = "127.0.0.1:50051", timeout: float = 10.0, *,
             transfer_timeout: float = 900.0, tls_ca: Optional[str] = None,
             tls_cert: Optional[str] = None, tls_key: Optional[str] = None,
             token: Optional[str] = None, site: Optional[str] = None) -> Client:
-    """A client of the server at `address`: host:port, or unix:PATH; else `InvalidArgument`.
+    """A client of the server at `address`: host:port, or unix:PATH; else `InvalidArgument`. Several,
+    separated by commas, are those of servers of one map, of which one has it: a call goes to the
+    next where that of the last call is not there.
 
     `timeout`: for how many seconds a server that does not answer is tried again, now and in each
     later call; then it is `Unavailable`. `call_timeout`: for an answer that the server has at hand;

@@ -1,4 +1,4 @@
-"""The connection to one server: channel, repetition, errors. Private to the package."""
+"""The connection to a server: channel, repetition, errors. Private to the package."""
 from __future__ import annotations
 
 import random
@@ -13,6 +13,7 @@ from isthmus.errors import (Aborted, DataLoss, Error, InvalidArgument, Permissio
 from isthmus.v1 import (access_service_pb2_grpc, admin_service_pb2_grpc, edit_service_pb2_grpc,
                         event_service_pb2_grpc, localisation_service_pb2_grpc, map_service_pb2,
                         map_service_pb2_grpc, session_service_pb2_grpc)
+from isthmus.ways import Ways, split_addresses
 
 _CHANNEL = (
     ("grpc.max_send_message_length", -1),  # The server's own limit decides, and says so.
@@ -34,8 +35,10 @@ class Backoff:
     """Waits between attempts: 0.2 s, doubled up to 5 s, shortened by up to 30 % at random, so that
     robots which lost the same server do not all come back in the same instant."""
 
-    def __init__(self, keep_trying_s: float) -> None:
+    def __init__(self, keep_trying_s: float, ways: int = 1) -> None:
+        """`ways`: so many are tried one after the other before it waits."""
         self._keep_trying_s = keep_trying_s
+        self._ways = ways
         self._random = random.Random()
         self.reset()
 
@@ -52,8 +55,11 @@ class Backoff:
         left = self._began + self._keep_trying_s - now
         if left <= 0:
             return None
-        delay = min(5.0, 0.2 * 2.0 ** min(self._failures, 10)) * (1 - 0.3 * self._random.random())
         self._failures += 1
+        if self._failures % self._ways != 0:
+            return min(asked_s or 0.0, left)
+        rounds = min(self._failures // self._ways - 1, 10)
+        delay = min(5.0, 0.2 * 2.0 ** rounds) * (1 - 0.3 * self._random.random())
         return min((asked_s or 0.0) + delay, left)
 
 
@@ -132,13 +138,20 @@ class Link:
                  transfer_timeout_s: float, tls_ca: Optional[str] = None,
                  tls_cert: Optional[str] = None, tls_key: Optional[str] = None,
                  token: Optional[str] = None, site: Optional[str] = None) -> None:
-        check_address(address)
+        addresses = split_addresses(address)
+        for one in addresses:
+            check_address(one)
         self.address = address
+        self.ways = len(addresses)
         self.keep_trying_s = keep_trying_s
         self.call_timeout_s = call_timeout_s
         self.transfer_timeout_s = transfer_timeout_s
         self.closed = threading.Event()
-        self._channel = open_channel(address, tls_ca, tls_cert, tls_key, token, site)
+        if self.ways == 1:
+            self._channel = open_channel(address, tls_ca, tls_cert, tls_key, token, site)
+        else:
+            self._channel = Ways(addresses, lambda one: open_channel(one, tls_ca, tls_cert, tls_key,
+                                                                     token, site))
         self.sessions = session_service_pb2_grpc.SessionServiceStub(self._channel)
         self.maps = map_service_pb2_grpc.MapServiceStub(self._channel)
         self.edits = edit_service_pb2_grpc.EditServiceStub(self._channel)
@@ -151,6 +164,10 @@ class Link:
         """Ends what is under way."""
         self.closed.set()
         self._channel.close()
+
+    def backoff(self, keep_trying_s: Optional[float] = None) -> Backoff:
+        """Of attempts by this link; for as long as it keeps trying, unless told otherwise."""
+        return Backoff(self.keep_trying_s if keep_trying_s is None else keep_trying_s, self.ways)
 
     def once(self, attempt: Callable[[], Any]) -> Any:
         """One attempt, with errors of ours."""
@@ -166,7 +183,7 @@ class Link:
     def repeat(self, attempt: Callable[[], Any], also_data_loss: bool = False) -> Any:
         """For what may be sent twice: again while the server does not answer, or is full and says
         when to come again."""
-        backoff = Backoff(self.keep_trying_s)
+        backoff = self.backoff()
         while True:
             try:
                 return self.once(attempt)
@@ -211,7 +228,7 @@ class Link:
 
     def stream(self, method: Callable[..., Any], request: Any) -> Iterator[Any]:
         """Responses one by one; not tried again after the first, and ended when not read on."""
-        backoff = Backoff(self.keep_trying_s)
+        backoff = self.backoff()
         while True:
             started = False
             call = method(request, timeout=self.transfer_timeout_s)
@@ -239,6 +256,10 @@ class Link:
             return error
         if error.message.startswith("cannot reach"):
             return error
+        if self.ways > 1:
+            return Unavailable(f"cannot reach isthmus-server at {self.address}: no server there "
+                               "has the map: is one running, and does it reach its database? "
+                               f"({error.message})")
         return Unavailable(f"cannot reach isthmus-server at {self.address}: is it running? Start "
                            f"it with `isthmus-server --data DIR --listen {self.address}` "
                            f"({error.message})")

@@ -290,3 +290,12 @@ CREATE TABLE owners (
   is_current BOOLEAN NOT NULL
 ) WITH (fillfactor = 10);
 CREATE UNIQUE INDEX owners_current ON owners (is_current) WHERE is_current;
+
+-- Until when the current owner surely lives, by PostgreSQL's clock. A table of its own, so that a
+-- transaction that takes long keeps nobody from saying that it does.
+CREATE TABLE lease (
+  id BIGINT PRIMARY KEY CHECK (id = 1),
+  epoch BIGINT NOT NULL,
+  renewed TIMESTAMPTZ NOT NULL,
+  length_ms BIGINT NOT NULL
+) WITH (fillfactor = 10);

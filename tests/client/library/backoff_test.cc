@@ -23,6 +23,13 @@ TEST(Backoff, GrowsToItsLimitAndEnds) {
 
 TEST(Backoff, OneAttemptMeansNoWaiting) { EXPECT_TRUE(Delays({.max_attempts = 1}).empty()); }
 
+TEST(Backoff, GoesRoundAllWaysBeforeItWaits) {
+  Backoff backoff({.first_delay_s = 1, .factor = 3, .jitter = 0, .max_attempts = 3}, 2);
+  std::vector<double> delays;
+  while (const std::optional<double> delay = backoff.Next()) delays.push_back(*delay);
+  EXPECT_THAT(delays, testing::ElementsAre(0, 1, 0, 3, 0));
+}
+
 TEST(Backoff, JitterOnlyShortensAndDiffersBetweenRobots) {
   BackoffOptions options{
       .first_delay_s = 1, .factor = 1, .max_delay_s = 1, .jitter = 0.4, .max_attempts = 100};

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <chrono>
 #include <filesystem>
 #include <fstream>
@@ -52,6 +53,59 @@ TEST(ClientRetry, WaitsForAServerThatStartsLate) {
   ASSERT_TRUE(client.ok()) << client.status();
   EXPECT_THAT(waits, ElementsAre(1, 2, 4));
   EXPECT_EQ((*client)->GetMapInfo()->revision, 7);
+}
+
+// Waits are counted; goes from one address to the next without any.
+ClientOptions OfServers(const std::string& addresses, std::atomic<int>* waits) {
+  ClientOptions options;
+  options.address = addresses;
+  options.sleep = [waits](double seconds) { *waits += seconds > 0; };
+  return options;
+}
+
+TEST(ClientRetry, FindsTheServerThatHasTheMap) {
+  const std::string nobody = "127.0.0.1:" + std::to_string(FreePort());
+  FakeServer server;
+  std::atomic<int> waits = 0;
+  // By its name, too.
+  const std::string name = "localhost:" + std::to_string(server.port());
+  const auto client = Client::Connect(OfServers(nobody + "," + name, &waits));
+  ASSERT_TRUE(client.ok()) << client.status();
+  EXPECT_EQ((*client)->GetMapInfo()->revision, 7);
+  EXPECT_EQ(waits, 0);
+}
+
+TEST(ClientRetry, GoesOnToTheNextServerWhenOneIsGone) {
+  std::atomic<int> waits = 0;
+  auto first = std::make_unique<FakeServer>();
+  FakeServer second;
+  const auto client = Client::Connect(OfServers(first->address() + "," + second.address(), &waits));
+  ASSERT_TRUE(client.ok()) << client.status();
+  ASSERT_TRUE((*client)->CreateSession("alice", "vlp16").ok());
+  EXPECT_EQ(first->sessions.creations, 1);
+  EXPECT_EQ(second.map.infos, 0);
+  const int port = first->port();
+  first.reset();
+  EXPECT_TRUE((*client)->CreateSession("alice", "vlp16").ok());
+  EXPECT_EQ(second.sessions.creations, 1);
+  // It stays there while that answers, and what must not be sent twice is sent once.
+  first = std::make_unique<FakeServer>(port);
+  second.edits.lose = 1;
+  EXPECT_TRUE(absl::IsUnavailable((*client)->UndoRevision(3).status()));
+  EXPECT_EQ(first->edits.undone + second.edits.undone, 1);
+  EXPECT_EQ(waits, 0);
+}
+
+TEST(ClientRetry, WhereNoneHasTheMapItWaitsOnceForAll) {
+  const std::string nobody = "127.0.0.1:" + std::to_string(FreePort());
+  std::atomic<int> waits = 0;
+  ClientOptions options = OfServers(nobody + "," + nobody, &waits);
+  options.backoff.max_attempts = 4;
+  const absl::Status status = Client::Connect(options).status();
+  EXPECT_TRUE(absl::IsUnavailable(status));
+  EXPECT_THAT(std::string(status.message()), HasSubstr("no server there has the map"));
+  EXPECT_EQ(waits, 3);
+  EXPECT_TRUE(absl::IsInvalidArgument(Client::Connect({.address = "a:1,b"}).status()));
 }
 
 // A link without a server.

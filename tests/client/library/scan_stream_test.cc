@@ -126,6 +126,25 @@ TEST_F(ScanStreamTest, SendsAgainWhatTheServerForgotInACrash) {
   EXPECT_EQ(server_.sessions.effects(), UpTo(20));
 }
 
+TEST_F(ScanStreamTest, GoesOnAtTheNextServerBehindWhatThatHas) {
+  FakeServer next;
+  ClientOptions options;
+  options.address = server_.address() + "," + next.address();
+  options.sleep = [](double) {};
+  const auto client = Client::Connect(options);
+  ASSERT_TRUE(client.ok()) << client.status();
+  std::vector<ScanAck> acks;
+  auto stream = (*client)->OpenScanStream(
+      SessionId("alice-1"), {.on_ack = [&](const ScanAck& ack) { acks.push_back(ack); }});
+  ASSERT_TRUE(stream.ok()) << stream.status();
+  server_.sessions.break_after = 10;  // Of what it acknowledged nothing was durable.
+  Push(**stream, 30);
+  ASSERT_TRUE((*stream)->Finish().ok());
+  EXPECT_EQ(acks.size(), 30u);
+  EXPECT_EQ(server_.sessions.effects(), UpTo(10));
+  EXPECT_EQ(next.sessions.effects(), UpTo(30));
+}
+
 TEST_F(ScanStreamTest, GivesUpWhenTheServerStaysAway) {
   auto server = std::make_unique<FakeServer>();
   ClientOptions options;

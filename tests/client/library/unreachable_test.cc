@@ -34,5 +34,12 @@ TEST(Unreachable, SaysWhatTheTwoDisagreeAbout) {
   EXPECT_THAT(Advice("Connection refused", "a"), HasSubstr("is it running, with TLS"));
 }
 
+TEST(Unreachable, OfSeveralServersOneHasToHaveTheMap) {
+  ClientOptions options;
+  options.address = "a:1,b:1";
+  EXPECT_THAT(AdviceOnUnreachable(options, std::string(kPrefix) + "Connection refused"),
+              HasSubstr("no server there has the map"));
+}
+
 }  // namespace
 }  // namespace isthmus::client

@@ -102,6 +102,44 @@ class StreamTest(unittest.TestCase):
         self.assertEqual(self.server.received, [1, 2, 3, 4, 5, 3, 4, 5])
         self.assertEqual(stream.stats.processed, 5)
 
+    def test_goes_on_at_the_next_server_behind_what_that_has(self) -> None:
+        self.server.open_gate()
+        after = self.enterContext(FakeServer())
+        after.open_gate()
+
+        def end(scan: Any, context: Any) -> None:
+            if scan.sequence == 3:
+                context.abort(grpc.StatusCode.UNAVAILABLE, "taken over")
+
+        self.server.on_scan = end
+        both = f"{self.server.address}, {after.address}"
+        with isthmus.connect(both, timeout=5) as client:
+            self.assertEqual(client.address, both)
+            with client.open_stream("alice-1") as stream:
+                for k in range(6):
+                    stream.push(k, POINTS)
+            self.assertEqual(client.get_session("alice-1").last_sequence, 6)
+        self.assertEqual(self.server.last_sequence, 2)
+        self.assertEqual(after.received, [1, 2, 3, 4, 5, 6])  # Nothing was durable.
+        self.assertEqual(stream.stats.processed, 6)
+
+    def test_a_call_finds_the_server_that_has_the_map(self) -> None:
+        with FakeServer() as gone:
+            nobody = gone.address
+        with mock.patch.object(Backoff, "next", wraps=Backoff(5, 2).next) as waits:
+            with isthmus.connect(f"{nobody},{self.server.address}", timeout=5) as client:
+                self.assertEqual(client.get_session("alice-1").id, "alice-1")
+            self.assertEqual(waits.call_count, 1)
+        with self.assertRaisesRegex(isthmus.Unavailable, "no server there has the map"):
+            isthmus.connect(f"{nobody},{nobody}", timeout=0)
+        with self.assertRaises(isthmus.InvalidArgument):
+            isthmus.connect(f"{nobody},b")
+
+    def test_goes_round_all_servers_before_it_waits(self) -> None:
+        backoff = Backoff(100, 3)
+        waits = [backoff.next() for _ in range(6)]
+        self.assertEqual([wait == 0 for wait in waits], [True, True, False] * 2)
+
     def test_numbers_of_scans_that_are_no_longer_kept_are_filled(self) -> None:
         self.server.open_gate()
         widths = {}

@@ -11,11 +11,10 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <chrono>
 #include <limits>
 #include <stdexcept>
 #include <vector>
-
-#include "tests/faults/harness/robot.h"
 
 namespace isthmus::faults {
 namespace {
@@ -23,6 +22,10 @@ namespace {
 constexpr int kTickMs = 4;
 constexpr size_t kMaxWaiting = 64 * 1024;
 constexpr double kBurstS = 0.05;  // Of a limited rate.
+
+double SteadyS() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
 
 int Listen(int& port) {
   const int listener = socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
@@ -59,7 +62,7 @@ void ResetAndClose(int socket) {
 }  // namespace
 
 Proxy::Proxy(const std::string& backend, uint64_t seed)
-    : backend_(backend), listener_(Listen(port_)), random_(seed), last_s_(NowS()) {
+    : backend_(backend), listener_(Listen(port_)), random_(seed), last_s_(SteadyS()) {
   thread_ = std::thread([this] { Run(); });
 }
 
@@ -154,7 +157,7 @@ bool Proxy::Carry(Way& way, double& allowance) {
 }
 
 void Proxy::Refill() {
-  const double now_s = NowS();
+  const double now_s = SteadyS();
   if (rate_ > 0) {
     const double more = rate_ * (now_s - last_s_);
     up_ = std::min(up_ + more, rate_ * kBurstS);

@@ -45,6 +45,19 @@ TEST(ConfigTest, EveryKindOfValueIsRead) {
   EXPECT_EQ(config->pipeline.ingest_threads, PipelineOptions().ingest_threads);
 }
 
+TEST(ConfigTest, AServerStandsByOnlyWhereItIsToldTo) {
+  EXPECT_FALSE(ServerConfig().standby);
+  const auto config =
+      ParseConfig("storage: {store: 'postgresql://db/isthmus', standby: true, lease_s: 2.5}\n");
+  ASSERT_TRUE(config.ok()) << config.status();
+  EXPECT_TRUE(config->standby);
+  EXPECT_EQ(config->lease_s, 2.5);
+  EXPECT_EQ(PrintConfig(*ParseConfig(PrintConfig(*config))), PrintConfig(*config));
+  EXPECT_THAT(ErrorOf("storage: {lease_s: 0.5}\n"), HasSubstr("from 1 to 3600"));
+  EXPECT_THAT(ErrorOf("sites: {yard: {storage: {standby: true}}}\n"),
+              HasSubstr("unknown section storage"));
+}
+
 TEST(ConfigTest, MetricsAreOffUntilTheyHaveAnAddress) {
   EXPECT_EQ(ServerConfig().metrics.listen, "");
   const auto config = ParseConfig("metrics: {listen: '0.0.0.0:9464', insecure: true, robots: 7}\n");

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "tests/server/main/child_process.h"
+#include "tests/server/main/notify_socket.h"
 #include "tests/server/rpc/stubs.h"
 
 namespace isthmus {
@@ -51,36 +52,6 @@ class SupervisionTest : public testing::Test {
 
   std::string folder_;
   std::unique_ptr<ChildProcess> server_;
-};
-
-// Where a service manager listens.
-class NotifySocket {
- public:
-  explicit NotifySocket(const std::string& path) : file_(socket(AF_UNIX, SOCK_DGRAM, 0)) {
-    sockaddr_un address = {};
-    address.sun_family = AF_UNIX;
-    path.copy(address.sun_path, sizeof(address.sun_path) - 1);
-    if (bind(file_, reinterpret_cast<sockaddr*>(&address), sizeof(address)) != 0) {
-      throw std::runtime_error("bind failed");
-    }
-    const timeval longest = {60, 0};
-    setsockopt(file_, SOL_SOCKET, SO_RCVTIMEO, &longest, sizeof(longest));
-    setenv("NOTIFY_SOCKET", path.c_str(), 1);
-    setenv("WATCHDOG_USEC", "400000", 1);
-  }
-  ~NotifySocket() {
-    unsetenv("NOTIFY_SOCKET");
-    unsetenv("WATCHDOG_USEC");
-    close(file_);
-  }
-  std::string Next() const {
-    char text[512];
-    const ssize_t size = recv(file_, text, sizeof(text), 0);
-    return size < 0 ? "nothing" : std::string(text, static_cast<size_t>(size));
-  }
-
- private:
-  const int file_;
 };
 
 TEST_F(SupervisionTest, AServiceManagerHearsThatItServesAndThatItEnds) {
@@ -131,8 +102,7 @@ TEST_F(SupervisionTest, ACrowdOfConnectionsKeepsNobodyOutForGoodAndNoFileFromThe
   const auto connect = [&] {
     grpc::ChannelArguments own;
     own.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
-    return rpc::Stubs(
-        grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), own));
+    return rpc::Stubs(grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), own));
   };
   rpc::Stubs before = connect();
   EXPECT_FALSE(before.NewSession("alice").empty());

@@ -4,6 +4,7 @@
 #include <absl/time/clock.h>
 #include <gmock/gmock.h>
 
+#include <chrono>
 #include <cstdlib>
 #include <filesystem>
 #include <memory>
@@ -91,6 +92,36 @@ TEST_F(TlsTest, LetsInWhoTrustsIt) {
   client::TlsOptions other = Trusting();
   other.server_name = "other.example";
   EXPECT_TRUE(absl::IsUnavailable(Ask(other)));  // Whose certificate it is not.
+}
+
+TEST_F(TlsTest, EachOfSeveralServersIsKnownByItsOwnName) {
+  ASSERT_TRUE(certificates::IssueServer(folder_, {"localhost"}, kMonth).ok());
+  Start();
+  const std::string port = server_->address().substr(server_->address().rfind(':'));
+  const std::string other = Path("other");
+  std::filesystem::create_directories(other);
+  for (const char* file : {"/ca.pem", "/ca.key"}) {
+    std::filesystem::copy(folder_ + file, other + file);
+  }
+  ASSERT_TRUE(certificates::IssueServer(other, {"127.0.0.1"}, kMonth).ok());
+  ServerOptions second_options = options_;
+  second_options.tls.certificate = other + "/server.pem";
+  second_options.tls.key = other + "/server.key";
+  auto second = RpcServer::Start(&pipeline_, second_options);
+  ASSERT_TRUE(second.ok()) << second.status();
+
+  client::ClientOptions options;
+  options.tls = Trusting();
+  options.backoff.max_attempts = 1;
+  options.address = "localhost" + port + "," + (*second)->address();
+  const auto client = client::Client::Connect(options);
+  ASSERT_TRUE(client.ok()) << client.status();
+  server_->Shutdown(std::chrono::seconds(0));
+  EXPECT_TRUE((*client)->GetMapInfo().ok());
+  // Under a name that is not in its certificate none of them is taken.
+  const std::string second_port = (*second)->address().substr((*second)->address().rfind(':'));
+  options.address = "localhost" + port + ",localhost" + second_port;
+  EXPECT_TRUE(absl::IsUnavailable(client::Client::Connect(options).status()));
 }
 
 TEST_F(TlsTest, AsksRobotsWhoTheyAre) {

@@ -51,6 +51,20 @@ TEST_F(WorkJournalTest, WorkThatEndedIsNotToBlame) {
   EXPECT_FALSE(WorkJournal(path_, "b", "1").IsPoisonous("one"));
 }
 
+TEST_F(WorkJournalTest, AServerThatEndsItselfBlamesNobody) {
+  CrashAt("two");
+  for (int i = 0; i < 3; ++i) {
+    CrashAt("one");
+    WorkJournal::Acquit(path_);
+  }
+  CrashAt("two");
+  const WorkJournal journal(path_, "b", "1");
+  EXPECT_FALSE(journal.IsPoisonous("one"));
+  EXPECT_TRUE(journal.IsPoisonous("two"));
+  WorkJournal::Acquit(path_ + ".none");  // No error.
+  EXPECT_FALSE(std::filesystem::exists(path_ + ".none"));
+}
+
 TEST_F(WorkJournalTest, APowerCutIsNobodysFault) {
   for (const char* boot : {"b1", "b2", "b3"}) CrashAt("one", boot);
   EXPECT_FALSE(WorkJournal(path_, "b4", "1").IsPoisonous("one"));
@@ -62,7 +76,7 @@ TEST_F(WorkJournalTest, AnotherVersionTriesAgain) {
 }
 
 TEST_F(WorkJournalTest, RubbishInTheFileIsIgnored) {
-  std::ofstream(path_) << "crashed x\ncrashed 9\nboot\n\0at_hand";
+  std::ofstream(path_) << "crashed x\ncrashed 9\nboot\n" << '\0' << "at_hand";
   EXPECT_FALSE(WorkJournal(path_, "b", "1").IsPoisonous("x"));
 }
 

@@ -1,0 +1,303 @@
+// One server after the other has a site: taken over from one that died, is paused or cut off, and
+// never written by two.
+#include "storage/postgresql/site_lease.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include <chrono>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <thread>
+
+#include "core/concurrency/mutex.h"
+#include "storage/postgresql/postgres_store.h"
+#include "storage/postgresql/postgresql.h"
+#include "tests/faults/harness/proxy.h"
+#include "tests/storage/postgresql/postgres_server.h"
+#include "tests/storage/postgresql/store_process.h"
+#include "tests/storage/records.h"
+
+namespace isthmus::storage {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+using std::chrono::steady_clock;
+using ::testing::HasSubstr;
+
+using Time = steady_clock::time_point;
+using Store = absl::StatusOr<std::unique_ptr<MapStore>>;
+
+// Of one that died, within which nobody has to wait for its lease.
+constexpr milliseconds kLong{60'000};
+constexpr milliseconds kShort{1000};
+
+// A store that waits for its site on a thread of its own.
+class Spare {
+ public:
+  Spare(const std::string& url, const std::string& site, milliseconds lease = kShort) {
+    PostgresOptions options;
+    options.lease.length = lease;
+    options.lease.on_wait = [this](const std::string& why) {
+      MutexLock lock(&mutex_);
+      reasons_.insert(why);
+      ++looks_;
+      changed_.SignalAll();
+      return !is_given_up_;
+    };
+    options.lease.on_lost = [this](const std::string& why) {
+      MutexLock lock(&mutex_);
+      lost_ = why;
+      lost_at_ = steady_clock::now();
+      changed_.SignalAll();
+    };
+    opening_ = std::thread([this, url, site, options] {
+      Store store = OpenPostgresStore(url, site, options);
+      MutexLock lock(&mutex_);
+      store_ = std::move(store);
+      opened_at_ = steady_clock::now();
+      changed_.SignalAll();
+    });
+  }
+  ~Spare() {
+    {
+      MutexLock lock(&mutex_);
+      is_given_up_ = true;
+    }
+    opening_.join();
+  }
+
+  // Waits until it has looked so many times more, or is open.
+  void AwaitLooks(int count) {
+    MutexLock lock(&mutex_);
+    const int until = looks_ + count;
+    while (looks_ < until && !opened_at_) changed_.Wait(&mutex_);
+  }
+  bool IsOpen() const { return opened_at().has_value(); }
+  std::optional<Time> opened_at() const {
+    MutexLock lock(&mutex_);
+    return opened_at_;
+  }
+  // Waits until it owns the site.
+  MapStore& store() {
+    MutexLock lock(&mutex_);
+    while (!opened_at_) changed_.Wait(&mutex_);
+    return **store_;
+  }
+  void Close() {
+    store();
+    Store store = absl::UnknownError("closed");
+    MutexLock lock(&mutex_);
+    std::swap(store, store_);
+  }
+  // Waits until it is told that it lost the site.
+  Time AwaitLoss() {
+    MutexLock lock(&mutex_);
+    while (lost_.empty()) changed_.Wait(&mutex_);
+    return lost_at_;
+  }
+  std::string lost() const {
+    MutexLock lock(&mutex_);
+    return lost_;
+  }
+  std::set<std::string> reasons() const {
+    MutexLock lock(&mutex_);
+    return reasons_;
+  }
+
+ private:
+  mutable Mutex mutex_;
+  CondVar changed_;
+  std::set<std::string> reasons_ ABSL_GUARDED_BY(mutex_);
+  std::string lost_ ABSL_GUARDED_BY(mutex_);
+  Time lost_at_ ABSL_GUARDED_BY(mutex_);
+  int looks_ ABSL_GUARDED_BY(mutex_) = 0;
+  bool is_given_up_ ABSL_GUARDED_BY(mutex_) = false;
+  std::optional<Time> opened_at_ ABSL_GUARDED_BY(mutex_);
+  Store store_ ABSL_GUARDED_BY(mutex_) = absl::UnknownError("not opened");
+  std::thread opening_;
+};
+
+std::set<std::string> IdsIn(const MapStore& store) {
+  std::set<std::string> ids;
+  const auto sessions = store.ListSessions();
+  EXPECT_TRUE(sessions.ok()) << sessions.status();
+  if (!sessions.ok()) return ids;
+  for (const SessionRecord& record : *sessions) ids.insert(record.id.value());
+  return ids;
+}
+
+class SiteLeaseTest : public ::testing::Test {
+ protected:
+  StoreProcessOptions Owner(milliseconds lease) const {
+    StoreProcessOptions options;
+    options.url = server_.url();
+    options.site = site_;
+    options.lease = lease;
+    return options;
+  }
+
+  PostgresServer& server_ = PostgresServer::Shared();
+  const std::string site_ = server_.NewSite();
+};
+
+TEST_F(SiteLeaseTest, ASpareHasTheSiteAsSoonAsItsOwnerIsKilled) {
+  StoreProcess owner(Owner(kLong));
+  std::vector<std::string> stored = {*owner.Next()};
+  Spare spare(server_.url(), site_, kLong);
+  spare.AwaitLooks(3);
+  EXPECT_FALSE(spare.IsOpen());
+  EXPECT_THAT(*spare.reasons().begin(), HasSubstr("is open in another server, process "));
+  owner.Signal(SIGKILL);
+  const auto killed = steady_clock::now();
+  EXPECT_TRUE(spare.store().Write({.sessions = {MakeSession("spare-1")}}).ok());
+  EXPECT_LT(steady_clock::now() - killed, kLong / 4);
+  for (const std::string& id : owner.Rest()) stored.push_back(id);
+  const std::set<std::string> found = IdsIn(spare.store());
+  for (const std::string& id : stored) EXPECT_TRUE(found.contains(id)) << id;
+}
+
+TEST_F(SiteLeaseTest, NothingIsWrittenByAnOwnerThatWasPaused) {
+  for (int round = 0; round < 3; ++round) {
+    const std::string site = server_.NewSite();
+    StoreProcessOptions options = Owner(kShort);
+    options.site = site;
+    StoreProcess owner(options);
+    for (int i = 0; i < 10 + round; ++i) ASSERT_TRUE(owner.Next());
+    Spare spare(server_.url(), site);
+    spare.AwaitLooks(2);
+    owner.Signal(SIGSTOP);
+    ASSERT_TRUE(spare.store().Write({.sessions = {MakeSession("spare-1")}}).ok());
+    const std::set<std::string> taken_over = IdsIn(spare.store());
+    owner.Signal(SIGCONT);
+    std::set<std::string> told = {"spare-1"};
+    for (const std::string& id : owner.Rest()) told.insert(id);
+    EXPECT_EQ(owner.Wait(), kLostTheSite);
+    EXPECT_EQ(IdsIn(spare.store()), taken_over);
+    for (const std::string& id : told) EXPECT_TRUE(taken_over.contains(id)) << id;
+    EXPECT_EQ(spare.lost(), "");
+  }
+}
+
+// It may hold locks and be in the middle of a transaction: the epoch is enough.
+TEST_F(SiteLeaseTest, AnOwnerWhoseConnectionsMayNotBeEndedWritesNothingEither) {
+  StoreProcess owner(Owner(kShort));
+  ASSERT_TRUE(owner.Next());
+  const std::string schema = SchemaOfSite(site_), role = "spare_of_" + site_;
+  ASSERT_TRUE(server_.Execute("CREATE ROLE " + role + " LOGIN; GRANT ALL ON SCHEMA " + schema +
+                              " TO " + role + "; GRANT ALL ON ALL TABLES IN SCHEMA " + schema +
+                              " TO " + role + "; GRANT ALL ON ALL SEQUENCES IN SCHEMA " + schema +
+                              " TO " + role));
+  Spare spare("postgresql:///postgres?user=" + role + "&host=" + server_.folder(), site_);
+  spare.AwaitLooks(2);
+  owner.Signal(SIGSTOP);
+  ASSERT_TRUE(spare.store().Write({.sessions = {MakeSession("spare-1")}}).ok());
+  const std::set<std::string> taken_over = IdsIn(spare.store());
+  owner.Signal(SIGCONT);
+  EXPECT_EQ(owner.Wait(), kLostTheSite);
+  EXPECT_EQ(IdsIn(spare.store()), taken_over);
+  EXPECT_EQ(spare.lost(), "");
+  // Before long it has the lock as well, so that nobody else takes the site for free.
+  const auto database = PostgresConnection::Open({server_.url(), schema, "test"}).value();
+  while (*database->ReadNumber("SELECT count(*) FROM pg_locks WHERE locktype = 'advisory'") == 0) {
+  }
+  EXPECT_TRUE(absl::IsFailedPrecondition(OpenPostgresStore(server_.url(), site_).status()));
+}
+
+TEST_F(SiteLeaseTest, WhoIsCutOffGivesUpBeforeAnotherBegins) {
+  faults::Proxy link(server_.folder() + "/.s.PGSQL.5432", 1);
+  Spare owner("postgresql://isthmus@" + link.address() + "/postgres", site_);
+  ASSERT_TRUE(owner.store().Write({.sessions = {MakeSession("owner-1")}}).ok());
+  Spare spare(server_.url(), site_);
+  spare.AwaitLooks(2);
+  link.Stall(true);
+  const Time lost = owner.AwaitLoss();
+  EXPECT_THAT(owner.lost(), HasSubstr("out of reach"));
+  ASSERT_TRUE(spare.store().Write({.sessions = {MakeSession("spare-1")}}).ok());
+  EXPECT_LT(lost, *spare.opened_at());
+  link.Stall(false);
+  EXPECT_EQ(owner.store().Write({.sessions = {MakeSession("owner-2")}}).code(),
+            absl::StatusCode::kUnavailable);
+  EXPECT_EQ(IdsIn(spare.store()), (std::set<std::string>{"owner-1", "spare-1"}));
+}
+
+TEST_F(SiteLeaseTest, OfManySparesOneHasTheSite) {
+  for (const int how : {SIGKILL, SIGSTOP}) {
+    StoreProcessOptions options = Owner(kShort);
+    options.site = server_.NewSite();
+    StoreProcess mine(options);
+    ASSERT_TRUE(mine.Next());
+    std::vector<std::unique_ptr<Spare>> spares;
+    for (int i = 0; i < 3; ++i) {
+      spares.push_back(std::make_unique<Spare>(server_.url(), options.site));
+      spares.back()->AwaitLooks(1);
+    }
+    mine.Signal(how);
+    while (!spares.empty()) {
+      size_t winner = 0;
+      while (!spares[winner]->IsOpen()) winner = (winner + 1) % spares.size();
+      const std::string id = "spare-" + std::to_string(spares.size());
+      EXPECT_TRUE(spares[winner]->store().Write({.sessions = {MakeSession(id)}}).ok());
+      for (size_t i = 0; i < spares.size(); ++i) {
+        if (i == winner) continue;
+        spares[i]->AwaitLooks(8);  // Two seconds, that is two leases.
+        EXPECT_FALSE(spares[i]->IsOpen());
+      }
+      EXPECT_EQ(spares[winner]->lost(), "");
+      spares[winner]->Close();
+      spares.erase(spares.begin() + static_cast<int>(winner));
+    }
+  }
+}
+
+TEST_F(SiteLeaseTest, ClocksOfServersDoNotMatter) {
+  for (const seconds ahead : {seconds(86'400), seconds(-86'400)}) {
+    StoreProcessOptions options = Owner(kShort);
+    options.site = server_.NewSite();
+    options.clock_ahead = ahead;
+    StoreProcess owner(options);
+    ASSERT_TRUE(owner.Next());
+    Spare spare(server_.url(), options.site);
+    spare.AwaitLooks(8);  // Two leases.
+    EXPECT_FALSE(spare.IsOpen());
+    owner.Signal(SIGSTOP);
+    const auto paused = steady_clock::now();
+    EXPECT_TRUE(spare.store().Write({.sessions = {MakeSession("spare-1")}}).ok());
+    EXPECT_LT(steady_clock::now() - paused, seconds(30));
+    EXPECT_GT(steady_clock::now() - paused, kShort / 2);
+  }
+}
+
+TEST_F(SiteLeaseTest, ASpareOutlastsPostgresAndLeavesTheSiteToItsOwner) {
+  const auto server = PostgresServer::Start();
+  ASSERT_NE(server, nullptr);
+  Spare owner(server->url(), "", kLong);
+  ASSERT_TRUE(owner.store().Write({.sessions = {MakeSession("owner-1")}}).ok());
+  Spare spare(server->url(), "", kLong);
+  spare.AwaitLooks(1);
+  server->Kill();
+  spare.AwaitLooks(2);
+  ASSERT_TRUE(server->StartAgain());
+  spare.AwaitLooks(30);  // Longer than it gives way for.
+  ASSERT_FALSE(spare.IsOpen());
+  EXPECT_EQ(owner.lost(), "");
+  while (!owner.store().Write({.sessions = {MakeSession("owner-2")}}).ok()) {
+  }
+  owner.Close();
+  EXPECT_EQ(IdsIn(spare.store()).size(), 2u);
+}
+
+TEST_F(SiteLeaseTest, WhoDoesNotStandByIsRefusedAndToldHow) {
+  Spare owner(server_.url(), site_);
+  owner.store();
+  const auto second = OpenPostgresStore(server_.url(), site_);
+  EXPECT_TRUE(absl::IsFailedPrecondition(second.status()));
+  EXPECT_THAT(std::string(second.status().message()), HasSubstr("storage.standby"));
+}
+
+}  // namespace
+}  // namespace isthmus::storage
