@@ -1,5 +1,6 @@
 #include "server/main/data_folder.h"
 
+#include <absl/strings/ascii.h>
 #include <absl/strings/str_cat.h>
 #include <unistd.h>
 
@@ -9,6 +10,11 @@
 #include "core/io/file_io.h"
 
 namespace isthmus::server {
+namespace {
+
+std::string NoteIn(const std::string& folder) { return folder + "/map-is-elsewhere"; }
+
+}  // namespace
 
 absl::Status MakeDataFolder(const std::string& path) {
   std::error_code error;
@@ -27,6 +33,22 @@ absl::Status MakeDataFolder(const std::string& path) {
                                                       ", or name another with --data"));
   }
   return absl::OkStatus();
+}
+
+absl::Status NoteMapIsIn(const std::string& path, const std::string& database) {
+  return io::WriteFile(NoteIn(path), database + "\n");
+}
+
+absl::Status CheckMapIsHere(const std::string& path) {
+  std::error_code error;
+  if (std::filesystem::exists(path + "/isthmus.db", error)) return absl::OkStatus();
+  if (!std::filesystem::exists(NoteIn(path), error)) return absl::OkStatus();
+  const auto database = io::ReadFile(NoteIn(path));
+  if (!database.ok()) return database.status();
+  return absl::FailedPreconditionError(
+      absl::StrCat("the map of ", path, " is kept in ", absl::StripAsciiWhitespace(*database),
+                   ": start with --store (storage.store), or remove ", NoteIn(path),
+                   " to begin another map here"));
 }
 
 }  // namespace isthmus::server

@@ -37,15 +37,19 @@ absl::StatusOr<std::unique_ptr<storage::MapStore>> OpenStore(const ServerConfig&
                                                              const Warn& warn, OpenMap* map) {
   storage::SqliteOptions options = config.storage;
   options.on_problem = warn;
-  if (config.store.empty()) return storage::OpenSqliteStore(map->folder, options);
+  if (config.store.empty()) {
+    if (absl::Status status = CheckMapIsHere(map->folder); !status.ok()) return status;
+    return storage::OpenSqliteStore(map->folder, options);
+  }
   auto lock = io::DirectoryLock::Acquire(map->folder);
   if (!lock.ok()) return lock.status();
   map->lock = *std::move(lock);
   std::error_code ignored;
   if (const std::string path = map->folder + "/isthmus.db"; fs::exists(path, ignored)) {
-    warn(absl::StrCat("the map in ", path,
-                      " is not served: storage.store names a database. To move it there, stop this "
-                      "server, drop the database's schema and run `isthmus copy`"));
+    warn(
+        absl::StrCat("the map in ", path,
+                     " is not served: storage.store names a database, whose map is. `isthmus copy` "
+                     "takes a map to a database, or a site of it, that has none"));
   }
   const std::string site = map->name == access::kDefaultSite ? "" : map->name;
   storage::LeaseOptions lease;
@@ -57,9 +61,12 @@ absl::StatusOr<std::unique_ptr<storage::MapStore>> OpenStore(const ServerConfig&
       return true;
     };
   }
-  return storage::OpenPostgresStore(
+  auto store = storage::OpenPostgresStore(
       config.store, site,
       {options.sync_every_commit, options.resolution_m, options.on_problem, lease});
+  if (!store.ok()) return store.status();
+  if (absl::Status status = NoteMapIsIn(map->folder, config.store); !status.ok()) return status;
+  return store;
 }
 
 // `map` says which; `sites`: how many there are.

@@ -35,7 +35,9 @@ absl::StatusOr<Options> Parse(const std::string& url) {
 }
 
 std::string MessageOf(PGconn* connection) {
-  return std::string(absl::StripTrailingAsciiWhitespace(PQerrorMessage(connection)));
+  std::string message = PQerrorMessage(connection);  // Of several lines, with tabs.
+  absl::RemoveExtraAsciiWhitespace(&message);
+  return message;
 }
 
 }  // namespace

@@ -30,6 +30,7 @@ using Kind = TableColumn::Kind;
 
 // A database that nobody else uses meanwhile.
 struct OpenPlace {
+  std::string made = {};                    // Path of a database that was not there before.
   std::unique_ptr<io::DirectoryLock> lock;  // Of the folder; goes last.
   std::unique_ptr<SiteLease> lease;         // Of the site, likewise.
   std::unique_ptr<Connection> database;
@@ -47,7 +48,7 @@ absl::StatusOr<OpenPlace> OpenSite(const MapPlace& place) {
   if (!lease.ok()) return lease.status();
   auto writer = SiteWriter::Open(target, (*lease)->epoch(), nullptr);
   if (!writer.ok()) return writer.status();
-  return OpenPlace{nullptr, *std::move(lease), *std::move(writer),
+  return OpenPlace{"", nullptr, *std::move(lease), *std::move(writer),
                    PostgresMigrations().back().version};
 }
 
@@ -100,7 +101,9 @@ absl::StatusOr<OpenPlace> OpenTarget(const MapPlace& place) {
   auto lock = io::DirectoryLock::Acquire(place.where);
   if (!lock.ok()) return lock.status();
   open.lock = *std::move(lock);
-  auto database = SqliteConnection::Open(place.where + "/isthmus.db");
+  const std::string path = place.where + "/isthmus.db";
+  if (!std::filesystem::exists(path, error)) open.made = path;
+  auto database = SqliteConnection::Open(path);
   if (!database.ok()) return database.status();
   absl::Status status = CheckSchema(**database);
   if (status.ok()) {
@@ -281,6 +284,21 @@ absl::Status CopyTables(const OpenPlace& from, const OpenPlace& to, bool is_data
   return AddMissingBounds(*to.database);
 }
 
+absl::StatusOr<CopyReport> CopyAll(const OpenPlace& source, const OpenPlace& target,
+                                   const MapPlace& to) {
+  const Transaction snapshot(*source.database, Transaction::Kind::kRead);
+  if (!snapshot.status().ok()) return snapshot.status();
+  Transaction transaction(*target.database);
+  absl::Status status = transaction.status();
+  if (status.ok()) status = ExpectNoMap(*target.database, to);
+  CopyReport report;
+  report.schema = source.schema;
+  if (status.ok()) status = CopyTables(source, target, IsDatabase(to), &report);
+  if (status.ok()) status = transaction.Commit();
+  if (!status.ok()) return status;
+  return report;
+}
+
 }  // namespace
 
 absl::StatusOr<CopyReport> CopyMap(const MapPlace& from, const MapPlace& to) {
@@ -291,16 +309,14 @@ absl::StatusOr<CopyReport> CopyMap(const MapPlace& from, const MapPlace& to) {
   if (source->schema != target->schema) {
     return absl::InternalError("the two databases have schemas of different numbers");
   }
-  const Transaction snapshot(*source->database, Transaction::Kind::kRead);
-  if (!snapshot.status().ok()) return snapshot.status();
-  Transaction transaction(*target->database);
-  absl::Status status = transaction.status();
-  if (status.ok()) status = ExpectNoMap(*target->database, to);
-  CopyReport report;
-  report.schema = source->schema;
-  if (status.ok()) status = CopyTables(*source, *target, IsDatabase(to), &report);
-  if (status.ok()) status = transaction.Commit();
-  if (!status.ok()) return status;
+  const auto report = CopyAll(*source, *target, to);
+  if (report.ok() || target->made.empty()) return report;
+  // Tables without a map would be served as one.
+  target->database = nullptr;
+  std::error_code ignored;
+  for (const char* ending : {"", "-wal", "-shm"}) {
+    std::filesystem::remove(target->made + ending, ignored);
+  }
   return report;
 }
 

@@ -203,6 +203,15 @@ TEST_F(ServerProcessTest, ADataFolderThatCannotBeUsed) {
   EXPECT_EQ(Run({"--data", Path("data"), "--listen", "127.0.0.1:0"}), 3);
 }
 
+TEST_F(ServerProcessTest, AMapThatIsInADatabaseIsNotBegunAnew) {
+  std::filesystem::create_directory(Path("data"));
+  std::ofstream(Path("data/map-is-elsewhere")) << "postgresql://db/isthmus\n";
+  EXPECT_EQ(Run({"--data", Path("data"), "--listen", "127.0.0.1:0"}), 3);
+  EXPECT_THAT(server_->Errors(),
+              HasSubstr("is kept in postgresql://db/isthmus: start with --store"));
+  EXPECT_FALSE(std::filesystem::exists(Path("data/isthmus.db")));
+}
+
 TEST_F(ServerProcessTest, ASecondServerFindsFolderAndPortTaken) {
   Serve();
   ChildProcess same_folder(ISTHMUS_SERVER, {"--data", Path("data"), "--listen", "127.0.0.1:0"},

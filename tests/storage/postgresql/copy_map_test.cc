@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <set>
 
 #include "storage/postgresql/migrations.h"
@@ -129,6 +130,20 @@ TEST_F(CopyMapTest, IsAllOrNothing) {
   const auto store = OpenPostgresStore(server_.url(), site_);
   ASSERT_TRUE(store.ok()) << store.status();
   EXPECT_TRUE((*store)->ListSessions()->empty());
+}
+
+// Tables without a map would be served as one.
+TEST_F(CopyMapTest, LeavesNoDatabaseInAFolderWhereItFailed) {
+  Fill(folder_.path());
+  {
+    auto database = SqliteConnection::Open(folder_.database());
+    ASSERT_TRUE(database.ok());
+    const absl::Status status =
+        (*database)->Execute("PRAGMA ignore_check_constraints = ON; UPDATE sessions SET state = 7");
+    ASSERT_TRUE(status.ok()) << status;
+  }
+  EXPECT_FALSE(CopyMap({folder_.path()}, {second_.path()}).ok());
+  EXPECT_FALSE(std::filesystem::exists(second_.database()));
 }
 
 // A migration of one database needs its like in the other, and the list of tables with it.
