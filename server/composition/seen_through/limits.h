@@ -55,6 +55,9 @@ inline constexpr int32_t kMinOwn = -64, kMaxOwn = 24;
 inline constexpr int32_t kMinOther = -32, kMaxOther = 24;
 // Below this a point is gone: the odds are 12 to 1 against it. One look never is enough.
 inline constexpr int32_t kGoneBelow = -20;
+// Keyframes over which what came is seen at least. Who walks by is in one place for fewer; more
+// would have things leave that were seen in passing.
+inline constexpr int kStandsKeyframes = 2;
 
 // The same thing, see MarkGone: metres to what is gone, along and across the vertical, and above
 // the ground; and keyframes between which both were seen. More takes what stands beside a way, less

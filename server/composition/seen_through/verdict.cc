@@ -110,29 +110,39 @@ class NewThings {
       : R_(T_map_submap.RotationMatrix().cast<float>()) {
     for (const WeightedPoint& point : points) {
       if (All(point) >= kGoneBelow) continue;
-      since_[CellAt(point)] += Since(point);
+      Looks& looks = looks_[CellAt(point)];
+      looks.since += Since(point);
+      looks.first = std::min<int>(looks.first, point.keyframe);
+      looks.last = std::max<int>(looks.last, point.keyframe + point.keyframes_after);
     }
   }
   // Of one of those.
   bool Stands(const WeightedPoint& point) const {
     if (Since(point) < kGoneBelow) return false;
     const Cell cell = CellAt(point);
-    int64_t around = 0;
+    Looks around;
     for (int i = 0; i < 27; ++i) {
-      const auto it = since_.find({cell.x + i % 3 - 1, cell.y + i / 3 % 3 - 1, cell.z + i / 9 - 1});
-      if (it == since_.end()) continue;
-      around += it->second;
+      const auto it = looks_.find({cell.x + i % 3 - 1, cell.y + i / 3 % 3 - 1, cell.z + i / 9 - 1});
+      if (it == looks_.end()) continue;
+      around.since += it->second.since;
+      around.first = std::min(around.first, it->second.first);
+      around.last = std::max(around.last, it->second.last);
     }
-    return around >= 0;
+    return around.since >= 0 && around.last - around.first >= kStandsKeyframes;
   }
 
  private:
+  // Of the points of a place together, and between which keyframes they were seen.
+  struct Looks {
+    int64_t since = 0;
+    int first = std::numeric_limits<int>::max(), last = std::numeric_limits<int>::min();
+  };
   Cell CellAt(const WeightedPoint& point) const {
     return CellOf(R_ * Eigen::Vector3f(point.x, point.y, point.z));
   }
 
   const Eigen::Matrix3f R_;
-  absl::flat_hash_map<Cell, int64_t> since_;  // Of the points there, together.
+  absl::flat_hash_map<Cell, Looks> looks_;
 };
 
 }  // namespace
