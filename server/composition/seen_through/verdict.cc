@@ -32,14 +32,36 @@ Cell CellOf(const Eigen::Vector3f& at) {
           index(at.z(), kSameThingHighM)};
 }
 
+// True once `visit` is, of what a map by cells has in this one or beside it.
+template <typename Value, typename Visit>
+bool AnyAround(const absl::flat_hash_map<Cell, Value>& map, const Cell& cell, const Visit& visit) {
+  for (int i = 0; i < 27; ++i) {
+    const auto it = map.find({cell.x + i % 3 - 1, cell.y + i / 3 % 3 - 1, cell.z + i / 9 - 1});
+    if (it != map.end() && visit(it->second)) return true;
+  }
+  return false;
+}
+
+// A submap's points, turned level around its origin.
+class Upright {
+ public:
+  explicit Upright(const Pose& T_map_submap) : R_(T_map_submap.RotationMatrix().cast<float>()) {}
+  Eigen::Vector3f operator()(const WeightedPoint& p) const {
+    return R_ * Eigen::Vector3f(p.x, p.y, p.z);
+  }
+
+ private:
+  const Eigen::Matrix3f R_;
+};
+
 // What is gone of a submap, by place.
 class GonePlaces {
  public:
-  explicit GonePlaces(const Pose& T_map_submap) : R_(T_map_submap.RotationMatrix().cast<float>()) {}
+  explicit GonePlaces(const Upright& upright) : upright_(upright) {}
 
   bool empty() const { return gone_.empty(); }
   void AddGone(const WeightedPoint& point) {
-    const Eigen::Vector3f at = Upright(point);
+    const Eigen::Vector3f at = upright_(point);
     const Cell cell = CellOf(at);
     gone_[cell].push_back({at, point.keyframe});
     for (int x = -1; x <= 1; ++x) {
@@ -50,7 +72,7 @@ class GonePlaces {
   }
   // Then of all points, in any order.
   void AddHeight(const WeightedPoint& point) {
-    const Eigen::Vector3f at = Upright(point);
+    const Eigen::Vector3f at = upright_(point);
     const Cell cell = CellOf(at);
     const auto it = lowest_.find({cell.x, cell.y, 0});
     if (it != lowest_.end()) it->second = std::min(it->second, at.z());
@@ -58,21 +80,18 @@ class GonePlaces {
   // After all that.
   bool IsPartOfGone(const WeightedPoint& point) const {
     if (point.keyframes_after > kSameThingKeyframes) return false;
-    const Eigen::Vector3f at = Upright(point);
+    const Eigen::Vector3f at = upright_(point);
     const Cell cell = CellOf(at);
     if (!lowest_.contains({cell.x, cell.y, 0}) || !StandsAboveGround(at, cell)) return false;
-    for (int i = 0; i < 27; ++i) {
-      const auto it = gone_.find({cell.x + i % 3 - 1, cell.y + i / 3 % 3 - 1, cell.z + i / 9 - 1});
-      if (it == gone_.end()) continue;
-      const auto is_same_thing = [&](const Gone& gone) {
-        const Eigen::Vector3f to = gone.at - at;
-        return std::abs(to.z()) < kSameThingHighM &&
-               to.head<2>().squaredNorm() < kSameThingWideM * kSameThingWideM &&
-               std::abs(gone.keyframe - point.keyframe) <= kSameThingKeyframes;
-      };
-      if (std::ranges::any_of(it->second, is_same_thing)) return true;
-    }
-    return false;
+    const auto is_same_thing = [&](const Gone& gone) {
+      const Eigen::Vector3f to = gone.at - at;
+      return std::abs(to.z()) < kSameThingHighM &&
+             to.head<2>().squaredNorm() < kSameThingWideM * kSameThingWideM &&
+             std::abs(gone.keyframe - point.keyframe) <= kSameThingKeyframes;
+    };
+    return AnyAround(gone_, cell, [&](const std::vector<Gone>& there) {
+      return std::ranges::any_of(there, is_same_thing);
+    });
   }
 
  private:
@@ -81,10 +100,6 @@ class GonePlaces {
     int keyframe = 0;
   };
 
-  // Level, but where the submap begins.
-  Eigen::Vector3f Upright(const WeightedPoint& p) const {
-    return R_ * Eigen::Vector3f(p.x, p.y, p.z);
-  }
   // Above the lowest point in or beside its column.
   bool StandsAboveGround(const Eigen::Vector3f& at, const Cell& cell) const {
     for (int i = 0; i < 9; ++i) {
@@ -94,7 +109,7 @@ class GonePlaces {
     return false;
   }
 
-  const Eigen::Matrix3f R_;
+  const Upright upright_;
   absl::flat_hash_map<Cell, std::vector<Gone>> gone_;
   absl::flat_hash_map<Cell, float> lowest_;  // Point of an upright column near what is gone.
 };
@@ -106,11 +121,10 @@ int32_t All(const WeightedPoint& point) { return Since(point) + point.through_be
 // is not, so they are judged together: many a point is seen once, and says nothing by itself.
 class NewThings {
  public:
-  NewThings(std::span<const WeightedPoint> points, const Pose& T_map_submap)
-      : R_(T_map_submap.RotationMatrix().cast<float>()) {
+  NewThings(std::span<const WeightedPoint> points, const Upright& upright) : upright_(upright) {
     for (const WeightedPoint& point : points) {
       if (All(point) >= kGoneBelow) continue;
-      Looks& looks = looks_[CellAt(point)];
+      Looks& looks = looks_[CellOf(upright_(point))];
       looks.since += Since(point);
       looks.first = std::min<int>(looks.first, point.keyframe);
       looks.last = std::max<int>(looks.last, point.keyframe + point.keyframes_after);
@@ -119,15 +133,13 @@ class NewThings {
   // Of one of those.
   bool Stands(const WeightedPoint& point) const {
     if (Since(point) < kGoneBelow) return false;
-    const Cell cell = CellAt(point);
     Looks around;
-    for (int i = 0; i < 27; ++i) {
-      const auto it = looks_.find({cell.x + i % 3 - 1, cell.y + i / 3 % 3 - 1, cell.z + i / 9 - 1});
-      if (it == looks_.end()) continue;
-      around.since += it->second.since;
-      around.first = std::min(around.first, it->second.first);
-      around.last = std::max(around.last, it->second.last);
-    }
+    AnyAround(looks_, CellOf(upright_(point)), [&around](const Looks& there) {
+      around.since += there.since;
+      around.first = std::min(around.first, there.first);
+      around.last = std::max(around.last, there.last);
+      return false;
+    });
     return around.since >= 0 && around.last - around.first >= kStandsKeyframes;
   }
 
@@ -137,19 +149,17 @@ class NewThings {
     int64_t since = 0;
     int first = std::numeric_limits<int>::max(), last = std::numeric_limits<int>::min();
   };
-  Cell CellAt(const WeightedPoint& point) const {
-    return CellOf(R_ * Eigen::Vector3f(point.x, point.y, point.z));
-  }
 
-  const Eigen::Matrix3f R_;
+  const Upright upright_;
   absl::flat_hash_map<Cell, Looks> looks_;
 };
 
 }  // namespace
 
 void MarkGone(std::span<WeightedPoint> points, const Pose& T_map_submap) {
-  GonePlaces places(T_map_submap);
-  const NewThings news(points, T_map_submap);
+  const Upright upright(T_map_submap);
+  GonePlaces places(upright);
+  const NewThings news(points, upright);
   for (WeightedPoint& point : points) {
     point.gone = All(point) < kGoneBelow && !news.Stands(point);
     if (point.gone) places.AddGone(point);
