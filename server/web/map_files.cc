@@ -42,27 +42,28 @@ absl::StatusOr<std::optional<int64_t>> ReadRevision(const http::Request& request
 
 class FileSource final : public http::Source {
  public:
-  FileSource(std::unique_ptr<RpcCall> call, std::string first,
+  // `first`: the answer that has come already.
+  FileSource(std::unique_ptr<RpcCall> call, v1::ExportMapResponse first,
              std::unique_ptr<StreamSlots::Slot> slot)
-      : slot_(std::move(slot)), call_(std::move(call)), message_(std::move(first)) {}
+      : slot_(std::move(slot)), call_(std::move(call)), response_(std::move(first)) {}
 
   Next Take(std::string* piece) override {
-    if (!is_first_ && call_->Take({}, &message_) != RpcCall::Next::kMessage) {
-      return call_->status().ok() && is_whole_ ? Next::kEnd : Next::kBroken;
+    if (!std::exchange(is_first_, false)) {
+      std::string message;
+      if (call_->Take({}, &message) != RpcCall::Next::kMessage) {
+        return call_->status().ok() && response_.last() ? Next::kEnd : Next::kBroken;
+      }
+      if (!response_.ParseFromString(message)) return Next::kBroken;
     }
-    is_first_ = false;
-    v1::ExportMapResponse response;
-    if (!response.ParseFromString(message_)) return Next::kBroken;
-    is_whole_ = response.last();
-    *piece = std::move(*response.mutable_data());
+    *piece = std::move(*response_.mutable_data());
     return Next::kPiece;
   }
 
  private:
   const std::unique_ptr<StreamSlots::Slot> slot_;  // Given up when the call is over.
   const std::unique_ptr<RpcCall> call_;
-  std::string message_;
-  bool is_first_ = true, is_whole_ = false;
+  v1::ExportMapResponse response_;  // The latest.
+  bool is_first_ = true;
 };
 
 }  // namespace
@@ -97,7 +98,7 @@ http::Response SendMapFile(const http::Request& request,
   response.Set("Content-Disposition", absl::StrCat("attachment; filename=\"", name, "\""));
   response.Set("Cache-Control", "no-store");
   response.source =
-      std::make_unique<FileSource>(std::move(call), std::move(first), std::move(slot));
+      std::make_unique<FileSource>(std::move(call), std::move(begin), std::move(slot));
   return response;
 }
 
