@@ -5,13 +5,21 @@
 #include "core/earth/map_site.h"
 
 namespace isthmus::cli {
+namespace {
+
+absl::StatusOr<earth::Site> SiteOf(const MapInfo& info, client::Client& client,
+                                   uint32_t component) {
+  const auto anchors = client.ListAnchors();
+  if (!anchors.ok()) return anchors.status();
+  return earth::SiteOf(info, *anchors, component);
+}
+
+}  // namespace
 
 absl::StatusOr<earth::Site> ReadSite(client::Client& client, uint32_t component) {
   const auto info = client.GetMapInfo();
   if (!info.ok()) return info.status();
-  const auto anchors = client.ListAnchors();
-  if (!anchors.ok()) return anchors.status();
-  return earth::SiteOf(*info, *anchors, component);
+  return SiteOf(*info, client, component);
 }
 
 absl::StatusOr<std::optional<earth::Site>> ReadSiteIfKnown(client::Client& client,
@@ -19,7 +27,7 @@ absl::StatusOr<std::optional<earth::Site>> ReadSiteIfKnown(client::Client& clien
   const auto info = client.GetMapInfo();
   if (!info.ok()) return info.status();
   if (!info->datum) return std::optional<earth::Site>();
-  auto site = ReadSite(client, component);
+  auto site = SiteOf(*info, client, component);
   if (site.ok()) return *std::move(site);
   if (!absl::IsFailedPrecondition(site.status())) return site.status();
   absl::FPrintF(stderr, "isthmus: %s: written in its own frame\n", site.status().message());

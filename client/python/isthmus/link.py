@@ -252,9 +252,8 @@ class Link:
 
     def explain(self, error: Error) -> Error:
         """Adds to `Unavailable` where the server was sought and what to do, if none answered."""
-        if not isinstance(error, Unavailable) or error.retry_after_s is not None:
-            return error
-        if error.message.startswith("cannot reach"):
+        if (not isinstance(error, Unavailable) or error.retry_after_s is not None
+                or error.message.startswith("cannot reach")):
             return error
         if self.ways > 1:
             return Unavailable(f"cannot reach isthmus-server at {self.address}: no server there "
