@@ -36,7 +36,7 @@ struct SessionStatus {
   uint32_t submap_count = 0;
   uint64_t point_count = 0;
   double odometry_ms_mean = 0;  // Per scan, decoding apart.
-  double travelled_m = 0;
+  double travelled_m = 0;       // After a restart without what retired submaps lay along.
   Tracking tracking = Tracking::kUnknown;  // As of the newest scan.
   std::string input;  // How rings and times of its scans were found; empty before the first.
   std::optional<uint32_t> component;  // Absent until the session has been placed.

@@ -17,9 +17,6 @@ using Role = AccessRole;
 // included. Of two patterns: true only where all that `name` stands for is in the pattern too.
 bool Matches(absl::string_view pattern, absl::string_view name);
 
-// The site whose map lies in the data folder itself.
-inline constexpr char kDefaultSite[] = "default";
-
 // A caller without a token, on a server that asks for none, may do everything: the default.
 struct Caller {
   std::string token = {};  // The name of its token, not its secret; empty: it needed none.

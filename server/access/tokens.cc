@@ -8,6 +8,7 @@
 
 #include "core/io/secret.h"
 #include "core/io/sha256.h"
+#include "core/site_name.h"
 #include "server/access/caller.h"
 #include "server/access/limits.h"
 

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "core/io/file_io.h"
-#include "server/access/caller.h"
+#include "core/site_name.h"
 #include "server/main/settings.h"
 
 namespace isthmus::server {
@@ -102,15 +102,6 @@ std::vector<Setting> SettingsOfSite(ServerConfig& config) {
   return settings;
 }
 
-bool IsSiteName(const std::string& name) {
-  constexpr size_t kLongest = 64;
-  return !name.empty() && name.size() <= kLongest && name[0] != '.' &&
-         name != access::kDefaultSite && std::all_of(name.begin(), name.end(), [](char c) {
-           return absl::ascii_isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '.' ||
-                  c == '-';
-         });
-}
-
 // What the rest of the file says is in `config` already, and holds for each site.
 absl::Status ReadSites(const YAML::Node& sites, ServerConfig& config) {
   if (sites.IsNull()) return absl::OkStatus();
@@ -118,7 +109,7 @@ absl::Status ReadSites(const YAML::Node& sites, ServerConfig& config) {
     return Wrong(sites, "sites must be names, each with its own settings or none");
   for (const auto& entry : sites) {
     const std::string name = entry.first.Scalar();
-    if (!IsSiteName(name)) {
+    if (!IsSiteName(name) || name == kDefaultSite) {
       return Wrong(entry.first,
                    absl::StrCat("\"", absl::CHexEscape(name),
                                 "\" cannot name a site: give up to 64 "

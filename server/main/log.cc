@@ -20,7 +20,7 @@
 
 #include "core/io/file_io.h"
 #include "core/plain_text.h"
-#include "server/access/caller.h"
+#include "core/site_name.h"
 
 namespace isthmus::server {
 namespace {
@@ -63,7 +63,7 @@ std::string FormatText(spdlog::level::level_enum level, int64_t time_ns, const s
   std::string line = absl::StrCat(
       absl::FormatTime("%Y-%m-%dT%H:%M:%E3S", absl::FromUnixNanos(time_ns), absl::LocalTimeZone()),
       " ", Name(level), " ");
-  const bool is_named = !fields.site.empty() && fields.site != access::kDefaultSite;
+  const bool is_named = !fields.site.empty() && fields.site != kDefaultSite;
   if (is_named) absl::StrAppend(&line, LineOf(fields.site, kMaxMessage), ": ");
   absl::StrAppend(&line, LineOf(message, kMaxMessage));
   std::vector<std::string> caller;

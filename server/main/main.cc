@@ -19,6 +19,7 @@
 
 #include "core/address.h"
 #include "core/caught.h"
+#include "core/site_name.h"
 #include "server/access/tokens.h"
 #include "server/main/config.h"
 #include "server/main/data_folder.h"
@@ -257,7 +258,7 @@ absl::Status CheckNetwork(const rpc::ServerOptions& options) {
 std::unique_ptr<metrics::Metrics> CountFor(ServerConfig* config) {
   if (config->metrics.listen.empty()) return nullptr;
   auto counting = std::make_unique<metrics::Metrics>(config->metrics, ISTHMUS_VERSION);
-  config->pipeline.observer = counting->ObserverOf(access::kDefaultSite);
+  config->pipeline.observer = counting->ObserverOf(kDefaultSite);
   for (auto& [name, options] : config->sites) options.observer = counting->ObserverOf(name);
   config->rpc.on_ended_call = [counting = counting.get()](const std::string& rpc,
                                                           absl::StatusCode code, double seconds) {

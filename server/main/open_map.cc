@@ -10,7 +10,7 @@
 #include <system_error>
 #include <utility>
 
-#include "server/access/caller.h"
+#include "core/site_name.h"
 #include "server/main/data_folder.h"
 #include "server/main/log.h"
 #include "storage/postgresql/postgres_store.h"
@@ -24,7 +24,7 @@ namespace fs = std::filesystem;
 
 // Of the default site, in `folder`, or of another.
 std::string FolderOf(const std::string& folder, const std::string& site) {
-  return site == access::kDefaultSite ? folder : absl::StrCat(folder, "/sites/", site);
+  return site == kDefaultSite ? folder : absl::StrCat(folder, "/sites/", site);
 }
 
 std::string JournalIn(const std::string& folder) { return folder + "/matching.journal"; }
@@ -51,7 +51,6 @@ absl::StatusOr<std::unique_ptr<storage::MapStore>> OpenStore(const ServerConfig&
                      " is not served: storage.store names a database, whose map is. `isthmus copy` "
                      "takes a map to a database, or a site of it, that has none"));
   }
-  const std::string site = map->name == access::kDefaultSite ? "" : map->name;
   storage::LeaseOptions lease;
   lease.length = std::chrono::milliseconds(static_cast<int64_t>(1000 * config.lease_s));
   lease.on_lost = events.on_lost;
@@ -62,7 +61,7 @@ absl::StatusOr<std::unique_ptr<storage::MapStore>> OpenStore(const ServerConfig&
     };
   }
   auto store = storage::OpenPostgresStore(
-      config.store, site,
+      config.store, map->name,
       {options.sync_every_commit, options.resolution_m, options.on_problem, lease});
   if (!store.ok()) return store.status();
   if (absl::Status status = NoteMapIsIn(map->folder, config.store); !status.ok()) return status;
@@ -111,7 +110,7 @@ absl::StatusOr<std::vector<OpenMap>> OpenMaps(const std::string& folder, const S
     if (on_lost) on_lost(why);
   };
   std::vector<OpenMap> maps(1);
-  maps[0] = {access::kDefaultSite, folder, nullptr, nullptr};
+  maps[0] = {kDefaultSite, folder, nullptr, nullptr};
   if (absl::Status status = Open(config, events, config.pipeline, count, &maps[0]); !status.ok()) {
     return status;
   }

@@ -19,6 +19,15 @@ bool IsUploaded(const SessionView& session) {
   return true;
 }
 
+// Along the stored submaps: what is known of a session that was not open since the server started.
+double StoredWay(const std::vector<const SessionView*>& segments) {
+  double way_m = 0;
+  for (const SessionView* segment : segments) {
+    for (const auto& [index, length_m] : segment->path_length_m) way_m += length_m;
+  }
+  return way_m;
+}
+
 }  // namespace
 
 SessionStatus Sessions::StatusOf(const MapView& view, const SessionView& session) const {
@@ -50,13 +59,13 @@ void Sessions::FillStreamStatus(const MapView& view, const SessionView& session,
   status->scans_processed = worker.processed;
   status->scans_rejected = worker.rejected;
   status->odometry_ms_mean = worker.odometry_ms_mean;
-  status->travelled_m = worker.travelled_m;
   status->tracking = worker.tracking;
   status->input = worker.input;
   status->scans = entry.worker != nullptr ? worker.scans : session.record.scans;
   status->lost_since_ns = worker.lost_since_ns;
   const std::vector<const SessionView*> segments = view.SegmentsOf(id);
   status->segments = std::max(worker.segment, segments.back()->record.segment);
+  status->travelled_m = worker.travelled_m > 0 ? worker.travelled_m : StoredWay(segments);
   for (const SessionView* segment : segments) {
     if (entry.worker != nullptr || entry.uploads || segment->submaps.empty()) continue;
     if (IsUploaded(*segment)) continue;

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "core/address.h"
+#include "core/site_name.h"
 #include "server/rpc/access_service.h"
 #include "server/rpc/admin_service.h"
 #include "server/rpc/closed_reflection.h"
@@ -141,7 +142,7 @@ struct RpcServer::State {
 
 absl::StatusOr<std::unique_ptr<RpcServer>> RpcServer::Start(server::Pipeline* pipeline,
                                                             const ServerOptions& options) {
-  return Start({{access::kDefaultSite, pipeline, options.backup, options.uploads_folder}}, options);
+  return Start({{kDefaultSite, pipeline, options.backup, options.uploads_folder}}, options);
 }
 
 absl::StatusOr<std::unique_ptr<RpcServer>> RpcServer::Start(const std::vector<ServedSite>& sites,

@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "server/access/caller.h"
+#include "core/site_name.h"
 #include "server/access/require_token.h"
 #include "server/access/tokens.h"
 #include "server/pipeline.h"
@@ -84,7 +84,7 @@ struct ServerOptions {
 
 // One of the maps that a server serves.
 struct ServedSite {
-  std::string name = access::kDefaultSite;
+  std::string name = kDefaultSite;
   server::Pipeline* pipeline = nullptr;
   // The source of backups; null: there are none (UNIMPLEMENTED). Called by one thread at a time.
   BackupSource backup = nullptr;

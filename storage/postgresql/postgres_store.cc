@@ -1,11 +1,13 @@
 #include "storage/postgresql/postgres_store.h"
 
+#include <absl/strings/escaping.h>
 #include <absl/strings/str_cat.h>
 
 #include <atomic>
 #include <chrono>
 #include <utility>
 
+#include "core/site_name.h"
 #include "storage/postgresql/limits.h"
 #include "storage/postgresql/site_writer.h"
 #include "storage/sql/sql_store.h"
@@ -54,18 +56,26 @@ class PostgresStore : public SqlStore {
 }  // namespace
 
 std::string SchemaOfSite(const std::string& site) {
-  return site.empty() ? "isthmus" : absl::StrCat("isthmus_", site);
+  return site.empty() || site == kDefaultSite ? "isthmus" : absl::StrCat("isthmus_", site);
+}
+
+absl::Status CheckSite(const std::string& site) {
+  if (!site.empty() && !IsSiteName(site)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("\"", absl::CHexEscape(site),
+                     "\" cannot name a site: give letters, digits and _.-, no dot in front"));
+  }
+  constexpr size_t kLongestName = 63;  // PostgreSQL cuts longer ones off.
+  if (SchemaOfSite(site).size() <= kLongestName) return absl::OkStatus();
+  return absl::InvalidArgumentError(absl::StrCat(
+      "the site ", site, " has too long a name for PostgreSQL, which takes 55 characters"));
 }
 
 absl::StatusOr<std::unique_ptr<MapStore>> OpenPostgresStore(const std::string& url,
                                                             const std::string& site,
                                                             const PostgresOptions& options) {
   if (auto status = CheckResolution(options.resolution_m); !status.ok()) return status;
-  constexpr size_t kLongestName = 63;  // PostgreSQL cuts longer ones off.
-  if (SchemaOfSite(site).size() > kLongestName) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        "the site ", site, " has too long a name for PostgreSQL, which takes 55 characters"));
-  }
+  if (absl::Status status = CheckSite(site); !status.ok()) return status;
   PostgresTarget target{url, SchemaOfSite(site), "", options.sync_every_commit};
   LeaseOptions lease_options = options.lease;
   lease_options.on_problem = options.on_problem;

@@ -23,12 +23,15 @@ struct PostgresOptions {
   LeaseOptions lease = {};  // `on_problem` is this one's.
 };
 
-// The schema that a site's tables are in: isthmus, and isthmus_NAME for all but the default site,
-// whose name is empty here.
+// The schema that a site's tables are in: isthmus_NAME, and isthmus for the default site, which may
+// be left empty.
 std::string SchemaOfSite(const std::string& site);
 
+// InvalidArgument, with the reason, where PostgreSQL or a server would not take the site's name.
+absl::Status CheckSite(const std::string& site);
+
 // Opens, or creates, the site's schema and migrates it to the newest version. `url` is a PostgreSQL
-// connection URL without a password, see postgresql.h. Errors as SiteLease::Take says,
+// connection URL without a password, see postgresql.h. Errors as CheckSite and SiteLease::Take say,
 // and Unavailable where the server cannot be reached.
 //
 // While the server is away all is Unavailable; it goes on by itself once it is back. A Write whose

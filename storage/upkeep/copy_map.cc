@@ -43,6 +43,7 @@ bool IsDatabase(const MapPlace& place) {
 }
 
 absl::StatusOr<OpenPlace> OpenSite(const MapPlace& place) {
+  if (absl::Status status = CheckSite(place.site); !status.ok()) return status;
   const PostgresTarget target{place.where, SchemaOfSite(place.site), "isthmus copy", true};
   auto lease = SiteLease::Take(target, {});
   if (!lease.ok()) return lease.status();
@@ -54,6 +55,7 @@ absl::StatusOr<OpenPlace> OpenSite(const MapPlace& place) {
 
 // NotFound where there is no such site: to look is not to make one.
 absl::Status ExpectSite(const MapPlace& place) {
+  if (absl::Status status = CheckSite(place.site); !status.ok()) return status;
   const std::string schema = SchemaOfSite(place.site);
   auto database = PostgresConnection::Open({place.where, schema, "isthmus copy", true});
   if (!database.ok()) return database.status();

@@ -33,6 +33,7 @@ TEST_F(PipelineRestart, SessionsMapAndTrajectoriesAreThereAgain) {
   SessionId session;
   RobotTrajectory before;
   uint64_t points = 0;
+  double travelled_m = 0;
   {
     auto pipeline = Open();
     session = pipeline->CreateSession({RobotId("alice"), "vlp16"}).value().record.id;
@@ -41,6 +42,7 @@ TEST_F(PipelineRestart, SessionsMapAndTrajectoriesAreThereAgain) {
     pipeline->WaitUntilIdle();
     before = pipeline->GetTrajectory(RobotId("alice"), TrajectoryFrame::kMap).value();
     points = pipeline->GetMap()->point_count(0);
+    travelled_m = pipeline->GetSession(session)->travelled_m;
   }
   auto pipeline = Open();
   pipeline->WaitUntilIdle();
@@ -55,6 +57,8 @@ TEST_F(PipelineRestart, SessionsMapAndTrajectoriesAreThereAgain) {
   // Points were rounded as the store does before anything was made of them.
   EXPECT_EQ(pipeline->GetMap()->point_count(0), points);
   EXPECT_EQ(pipeline->GetSession(session)->record.state, SessionState::kFinished);
+  EXPECT_GT(travelled_m, 0);
+  EXPECT_NEAR(pipeline->GetSession(session)->travelled_m, travelled_m, 1e-6);
 }
 
 TEST_F(PipelineRestart, AnActiveSessionGoesOnInTheSameOdomFrame) {

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "core/concurrency/mutex.h"
+#include "core/site_name.h"
 #include "server/web/web_server.h"
 #include "tests/server/http/conversation.h"
 #include "tests/server/rpc/fake_pipeline.h"
@@ -61,7 +62,7 @@ class WebTest : public testing::Test {
     AccessToken token;
     token.name = name;
     token.role = role;
-    token.sites = {access::kDefaultSite};
+    token.sites = {kDefaultSite};
     if (role == AccessRole::kRobot) token.robots = {"*"};
     const auto made = tokens_->Create(token);
     EXPECT_TRUE(made.ok()) << made.status();

@@ -101,6 +101,16 @@ TEST_F(CopyMapTest, TheCopyGoesOn) {
             (*first)->FindSubmaps(SessionId("alice-1"), everywhere)->size());
 }
 
+TEST_F(CopyMapTest, RefusesSitesThatNoServerServes) {
+  Fill(folder_.path());
+  for (const std::string site : {"a b", ".hidden", "a/b", "n\303\244he"}) {
+    const absl::Status status = CopyMap({folder_.path()}, {server_.url(), site}).status();
+    EXPECT_EQ(status.code(), StatusCode::kInvalidArgument) << site;
+    EXPECT_EQ(CopyMap({server_.url(), site}, {second_.path()}).status().code(),
+              StatusCode::kInvalidArgument);
+  }
+}
+
 TEST_F(CopyMapTest, RefusesWhatIsInUseOrThereAlready) {
   EXPECT_EQ(CopyMap({folder_.path()}, database_).status().code(), StatusCode::kNotFound);
   EXPECT_EQ(CopyMap(database_, {folder_.path()}).status().code(), StatusCode::kNotFound);
