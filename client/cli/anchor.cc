@@ -11,6 +11,7 @@
 #include "client/cli/graph_json.h"
 #include "client/cli/site_reader.h"
 #include "client/console/exit_code.h"
+#include "client/console/numbers.h"
 #include "client/console/pose_graph_file.h"
 #include "client/console/pose_text.h"
 
@@ -173,16 +174,16 @@ CLI::Option* AddSigmas(CLI::App& command, const std::shared_ptr<AnchorOptions>& 
   command
       .add_option("--sigma-xy", options->anchor.sigma_xy_m,
                   "Standard deviation of X and Y, m; without it these are not known")
-      ->check(CLI::PositiveNumber);
+      ->check(Positive());
   command
       .add_option("--sigma-z", options->anchor.sigma_z_m,
                   "Of Z, m; without it the height is not known")
-      ->check(CLI::PositiveNumber);
+      ->check(Positive());
   command.add_option("--note", options->anchor.note, "Whence; kept with the anchor");
   return command
       .add_option("--sigma-deg", options->anchor.sigma_deg,
                   "Of the rotation, degrees; without it that is not known")
-      ->check(CLI::PositiveNumber);
+      ->check(Positive());
 }
 
 // In place of a position.

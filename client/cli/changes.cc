@@ -21,6 +21,7 @@
 #include "client/console/age.h"
 #include "client/console/exit_code.h"
 #include "client/console/json.h"
+#include "client/console/numbers.h"
 #include "core/geometry/angles.h"
 #include "core/io/output_file.h"
 
@@ -202,7 +203,7 @@ void AddChanges(CLI::App& app, Action& action) {
       ->required();
   AddPlaceOptions(*command, options->region);
   command->add_option("--smallest", options->smallest_m, "Of a volume's longest edge, metres")
-      ->check(CLI::PositiveNumber)
+      ->check(Positive())
       ->capture_default_str();
   command->add_option("--limit", options->limit, "The largest volumes, at most so many")
       ->check(CLI::Range(1, 10000))

@@ -14,6 +14,7 @@
 #include "client/console/console.h"
 #include "client/console/exit_code.h"
 #include "client/console/json.h"
+#include "client/console/numbers.h"
 #include "client/exports/cloud_files.h"
 #include "client/exports/mcap_file.h"
 #include "client/exports/tracks.h"
@@ -234,7 +235,7 @@ void AddExport(CLI::App& app, Action& action) {
       ->add_option("--resolution", options->region.query.resolution_m,
                    "Metres: thinning of clouds (0: as composed), leaf size of OctoMaps (0: 0.2), "
                    "cells of nav2 (0: 0.05)")
-      ->check(CLI::NonNegativeNumber)
+      ->check(NotNegative())
       ->capture_default_str();
   command
       ->add_option("--height-band", options->band,
@@ -242,7 +243,7 @@ void AddExport(CLI::App& app, Action& action) {
                    "without it a map per floor")
       ->expected(2);
   command->add_option("--tile", options->tile_m, "autoware: whole metres along a tile")
-      ->check(CLI::PositiveNumber)
+      ->check(Positive())
       ->capture_default_str();
   command->add_flag("--dynamic", options->dropped,
                     "ply, pcd: instead of the map what is not in it because other looks went "

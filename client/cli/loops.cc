@@ -7,6 +7,7 @@
 #include "client/cli/commands.h"
 #include "client/cli/graph_json.h"
 #include "client/console/exit_code.h"
+#include "client/console/numbers.h"
 
 namespace isthmus::cli {
 namespace {
@@ -81,7 +82,7 @@ void AddDecision(CLI::App& loops, Action& action, const std::shared_ptr<LoopsOpt
   CLI::App* command = loops.add_subcommand(name, what);
   command->fallthrough();
   command->add_option("ID", options->decision.id, "As `isthmus loops` shows it")
-      ->check(CLI::PositiveNumber)
+      ->check(Positive())
       ->required();
   command->add_option("--note", options->decision.note, "Why; kept with the decision");
   command->footer("--server, --attempts and --json as for `isthmus loops`.");

@@ -12,6 +12,7 @@
 #include "client/cli/region_reader.h"
 #include "client/console/age.h"
 #include "client/console/exit_code.h"
+#include "client/console/numbers.h"
 #include "core/formats/map_writer.h"
 #include "core/io/output_file.h"
 
@@ -81,12 +82,12 @@ void AddQuery(CLI::App& app, Action& action) {
   command
       ->add_option("--resolution", options->region.query.resolution_m,
                    "One point per voxel of so many metres; 0: as composed")
-      ->check(CLI::NonNegativeNumber)
+      ->check(NotNegative())
       ->capture_default_str();
   command
       ->add_option("--max-points", options->region.query.max_points,
                    "At most so many: with the finest resolution that allows for it")
-      ->check(CLI::PositiveNumber);
+      ->check(Positive());
   command->add_option("--session", options->sessions,
                       "What this session saw last; may be repeated");
   command->add_option("--seen-since", options->seen_since,

@@ -5,6 +5,7 @@
 #include "client/cli/graph_json.h"
 #include "client/cli/moves_text.h"
 #include "client/console/exit_code.h"
+#include "client/console/numbers.h"
 
 namespace isthmus::cli {
 namespace {
@@ -72,10 +73,8 @@ void AddDiff(CLI::App& revisions, Action& action,
              const std::shared_ptr<RevisionsOptions>& options) {
   CLI::App* command = revisions.add_subcommand("diff", "What moved from one revision to another");
   command->fallthrough();
-  command->add_option("FROM", options->from, "0: the empty map")
-      ->check(CLI::NonNegativeNumber)
-      ->required();
-  command->add_option("TO", options->to, "Without it, the latest")->check(CLI::PositiveNumber);
+  command->add_option("FROM", options->from, "0: the empty map")->check(NotNegative())->required();
+  command->add_option("TO", options->to, "Without it, the latest")->check(Positive());
   command->footer("--server, --attempts and --json as for `isthmus revisions`.");
   command->callback([options, &action] { action = [options] { return RunDiff(*options); }; });
 }
@@ -86,7 +85,7 @@ void AddUndo(CLI::App& revisions, Action& action,
       "undo", "Reject the accepted matches and loop closures that a revision came of");
   command->fallthrough();
   command->add_option("REVISION", options->revision, "Its number; what it came of is rejected")
-      ->check(CLI::PositiveNumber)
+      ->check(Positive())
       ->required();
   command->add_option("--note", options->note, "Why; kept with what is rejected");
   command->footer("--server, --attempts and --json as for `isthmus revisions`.");

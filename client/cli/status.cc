@@ -11,6 +11,7 @@
 #include "client/console/console.h"
 #include "client/console/exit_code.h"
 #include "client/console/json.h"
+#include "client/console/numbers.h"
 #include "client/console/server_figures.h"
 #include "client/console/tracking_text.h"
 #include "client/console/waiting.h"
@@ -186,7 +187,7 @@ void AddStatus(CLI::App& app, Action& action) {
                    "all robots into one map (merged)")
       ->check(CLI::IsMember({"settled", "merged"}));
   command->add_option("--timeout", options->timeout_s, "Seconds to wait at most")
-      ->check(CLI::NonNegativeNumber)
+      ->check(NotNegative())
       ->capture_default_str();
   command->add_flag("--json", options->json, "As JSON");
   command->callback([options, &action] { action = [options] { return Run(*options); }; });

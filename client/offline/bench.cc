@@ -12,6 +12,7 @@
 #include "client/console/console.h"
 #include "client/console/exit_code.h"
 #include "client/console/json.h"
+#include "client/console/numbers.h"
 #include "client/console/offline_commands.h"
 #include "client/offline/bench_paper.h"
 #include "client/offline/commands.h"
@@ -216,7 +217,7 @@ void AddBench(CLI::App& app, Action& action) {
       ->delimiter(',')
       ->capture_default_str();
   paper->add_option("--seconds", options->bench.seconds, "Length of each drive")
-      ->check(CLI::PositiveNumber)
+      ->check(Positive())
       ->capture_default_str();
   paper->add_option("--format", options->format, "Of the tables")
       ->check(CLI::IsMember({"text", "markdown", "latex", "json"}))

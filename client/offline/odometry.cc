@@ -10,6 +10,7 @@
 #include "client/console/exit_code.h"
 #include "client/console/interruption.h"
 #include "client/console/json.h"
+#include "client/console/numbers.h"
 #include "client/console/offline_commands.h"
 #include "client/console/push_scans.h"
 #include "client/console/recording_options.h"
@@ -173,7 +174,7 @@ void AddOdometry(CLI::App& app, Action& action) {
   command
       ->add_option("--rate", options->recording.read.rate_hz,
                    "Scans per second of the stamps, where the recording has none")
-      ->check(CLI::PositiveNumber)
+      ->check(Positive())
       ->capture_default_str();
   command
       ->add_option("-o,--output", options->output,

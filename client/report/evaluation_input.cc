@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "client/console/numbers.h"
 #include "client/readers/folder/times_file.h"
 #include "core/formats/kitti_poses.h"
 #include "core/formats/tum.h"
@@ -122,10 +123,10 @@ void AddEvaluationOptions(CLI::App& command, EvaluationInput& input) {
   command
       .add_option("--tolerance", input.options.tolerance_s,
                   "Seconds between stamps that belong together, at most")
-      ->check(CLI::PositiveNumber)
+      ->check(cli::Positive())
       ->capture_default_str();
   command.add_option("--delta", input.delta, "Relative errors over so many ...")
-      ->check(CLI::PositiveNumber)
+      ->check(cli::Positive())
       ->capture_default_str();
   command.add_option("--delta-unit", input.delta_unit, "... metres, seconds or frames")
       ->check(CLI::IsMember({"m", "s", "frames"}))

@@ -14,6 +14,7 @@
 #include "client/console/interruption.h"
 #include "client/console/json.h"
 #include "client/console/match_text.h"
+#include "client/console/numbers.h"
 #include "client/console/offline_commands.h"
 #include "client/console/push_scans.h"
 #include "client/console/recording_options.h"
@@ -226,7 +227,7 @@ void AddMerge(CLI::App& app, Action& action) {
   command->add_flag("--unverified", options->unverified,
                     "Believe the best alignments of maps without sensor poses; may be wrong");
   command->add_option("--timeout", options->timeout_s, "Seconds to take at most")
-      ->check(CLI::PositiveNumber)
+      ->check(Positive())
       ->capture_default_str();
   command->callback([options, &action] { action = [options] { return Run(*options); }; });
 }
