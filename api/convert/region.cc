@@ -117,6 +117,9 @@ absl::StatusOr<RegionQuery> FromMessage(const v1::QueryRegionRequest& request) {
   for (const std::string& session : request.sessions()) query.sessions.emplace_back(session);
   query.seen_from_ns = request.seen_from_ns();
   query.seen_to_ns = request.seen_to_ns();
+  if (query.seen_to_ns != 0 && query.seen_from_ns > query.seen_to_ns) {
+    return absl::InvalidArgumentError("seen_from_ns is after seen_to_ns: nothing is seen between");
+  }
   if (absl::Status status = TakeAttributes(request, query); !status.ok()) return status;
   if (absl::Status status = TakeRounding(request, query); !status.ok()) return status;
   if (request.has_resume()) query.resume = FromMessage(request.resume());

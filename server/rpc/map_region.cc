@@ -13,6 +13,7 @@
 #include "api/convert/cloud.h"
 #include "api/convert/map.h"
 #include "core/codec/quantized.h"
+#include "core/content_hash.h"
 #include "core/records/region_of.h"
 #include "server/rpc/map_service.h"
 #include "server/rpc/responses.h"
@@ -32,6 +33,15 @@ Region WholeRegionOf(const RegionQuery& query) {
   if (query.seen_from_ns != 0) region.seen_from = SecondsOf(query.seen_from_ns);
   if (query.seen_to_ns != 0) region.seen_to = SecondsOf(query.seen_to_ns);
   return region;
+}
+
+// Of positions in the answer to this very request, of this run of the server.
+uint64_t RunOf(uint64_t run, v1::QueryRegionRequest request) {
+  request.clear_resume();
+  ContentHash hash;
+  hash.Add(run);
+  hash.AddText(request.SerializeAsString());
+  return hash.value();
 }
 
 // Sets region.robot. Returns false for a robot that is known but has no points in this map yet.
@@ -185,12 +195,12 @@ absl::Status MapService::SendRegion(const Call& call, const v1::QueryRegionReque
   }
   const auto goes_on = [&] { return call.Allowed().ok() && !call.Gone(); };
   region.keep_on = goes_on;
-  RegionPosition begin{run_, map->revision(), 0, region.resolution_m};
+  RegionPosition begin{RunOf(run_, request), map->revision(), 0, region.resolution_m};
   if (query->resume) {
-    if (query->resume->run != run_ || query->resume->revision != map->revision()) {
+    if (query->resume->run != begin.run || query->resume->revision != begin.revision) {
       return absl::FailedPreconditionError(
-          absl::StrCat("the map is another by now, of revision ", map->revision(),
-                       ": ask for the region anew, without resume"));
+          absl::StrCat("resume is of another request, or the map is another by now, of revision ",
+                       map->revision(), ": ask for the region anew, without resume"));
     }
     begin = *query->resume;
     region.resolution_m = begin.resolution_m;

@@ -79,7 +79,7 @@ class MapService final : public MapServiceBase {
 
   Gate& gate_;
   StreamHost& host_;
-  const uint64_t run_;  // Of positions in queries: those of another server mean nothing here.
+  const uint64_t run_;  // Of this server: positions of another one mean nothing here.
 };
 
 }  // namespace isthmus::rpc

@@ -196,6 +196,9 @@ TEST_F(MapReadingTest, RegionsAreWhatTheWholeMapHoldsThere) {
          [](const MapPoint& p) { return p.stamp >= kFirstSecond + 1; });
   expect({.seen_to_ns = kFirstSecond * 1'000'000'000 + 5},
          [](const MapPoint& p) { return p.stamp <= kFirstSecond; });
+  const absl::Status never =
+      client_->QueryRegion({.seen_from_ns = 2, .seen_to_ns = 1}, [](const auto&) { return true; });
+  EXPECT_TRUE(absl::IsInvalidArgument(never)) << never;
 }
 
 TEST_F(MapReadingTest, SessionsAreToldApart) {
@@ -256,6 +259,10 @@ TEST_F(MapReadingTest, AQueryGoesOnWhereItWasCutOff) {
   const RegionChunk last = Query(rest);
   ASSERT_EQ(last.points.size(), 7u);
   EXPECT_EQ(last.points.front().x, whole.points[whole.points.size() - 7].x);
+  RegionQuery other = rest;
+  other.resolution_m = 1;
+  const absl::Status mixed = client_->QueryRegion(other, [](const auto&) { return true; });
+  EXPECT_TRUE(absl::IsFailedPrecondition(mixed)) << mixed;
   Add(Open("carol"), "carol", 0);
   pipeline_->WaitUntilIdle();
   const absl::Status changed = client_->QueryRegion(rest, [](const auto&) { return true; });
