@@ -23,7 +23,7 @@ def two_drives() -> Path:
         with isthmus.connect(server.address) as client:
             for k, robot in enumerate(("alice", "bob")):
                 client.push(robot, scans(k)[:25], sensor="vlp16")
-            client.wait("settled", 60)
+            client.wait("settled", 300)
         server.stop()
         return server.data
 
@@ -34,7 +34,7 @@ class MapTest(unittest.TestCase):
     def setUp(self) -> None:
         self.server = self.enterContext(Server(two_drives()))
         self.client = self.enterContext(isthmus.connect(self.server.address))
-        self.client.wait("settled", 60)
+        self.client.wait("settled", 300)
 
     def join(self) -> int:
         revision, match = self.client.decide_match("alice", "bob", "set", T_ALICE_BOB, "surveyed")
@@ -74,9 +74,9 @@ class MapTest(unittest.TestCase):
         with self.assertRaisesRegex(isthmus.FailedPrecondition, "alice and bob"):
             self.client.transform("alice", "bob")
         with self.assertRaisesRegex(isthmus.FailedPrecondition, "not merged"):
-            self.client.wait("merged", 60)
+            self.client.wait("merged", 300)
         revision = self.join()
-        self.assertEqual(len(self.client.wait("merged", 60).components), 1)
+        self.assertEqual(len(self.client.wait("merged", 300).components), 1)
         at, T_alice_bob = self.client.get_transform("alice", "bob")
         self.assertEqual(at, revision)
         np.testing.assert_allclose(T_alice_bob.matrix(), T_ALICE_BOB.matrix(), atol=1e-9)
@@ -120,7 +120,7 @@ class MapTest(unittest.TestCase):
 
     def test_queries(self) -> None:
         self.join()
-        self.client.wait("merged", 60)
+        self.client.wait("merged", 300)
         everything = self.client.query()
         self.assertEqual(set(everything["robot"]), {"alice", "bob"})
         coarse = self.client.query(resolution=0.5)
@@ -146,7 +146,7 @@ class MapTest(unittest.TestCase):
 
     def test_files(self) -> None:
         self.join()
-        self.client.wait("merged", 60)
+        self.client.wait("merged", 300)
         folder = temporary_folder()
         everything, steps = self.client.query(), []
         for form in ("pcd", "pcd-binary", "pcd-ascii"):
@@ -197,7 +197,7 @@ class MapTest(unittest.TestCase):
         self.client.put_anchor("bob-1/0", Pose((0, 5, 0)), sigma_xy=1)
         alice, bob = self.client.list_anchors()
         self.assertEqual((alice.robot, alice.note, bob.sigma_xy_m), ("alice", "GNSS", 1.0))
-        self.client.wait("settled", 60)
+        self.client.wait("settled", 300)
         (submap,) = self.client.list_submaps("alice")
         np.testing.assert_allclose(submap.T_map_submap.translation, (10, 20, 1), atol=0.01)
         newest, *older = self.client.revisions()
@@ -268,7 +268,7 @@ class MapTest(unittest.TestCase):
 
     def test_a_mirror_has_the_map(self) -> None:
         self.join()
-        self.client.wait("merged", 60)
+        self.client.wait("merged", 300)
         tiles = next(self.client.mirror_map())
         for component in range(len(self.client.status().components)):
             everything = self.client.query(component=component)

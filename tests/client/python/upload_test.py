@@ -34,7 +34,7 @@ class UploadTest(unittest.TestCase):
         self.assertEqual((session.id, session.state, session.submap_count),
                          ("carol-1", SessionState.FINISHED, 3))
         self.assertEqual(told, [(k, 3000) for k in range(3)])
-        self.client.wait("settled", 60)
+        self.client.wait("settled", 300)
         listed = self.client.list_submaps("carol")
         self.assertEqual([(s.index, s.keyframe_count, s.first_stamp_ns) for s in listed],
                          [(k, 2, k * 10**9) for k in range(3)])
