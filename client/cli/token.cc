@@ -8,8 +8,10 @@
 
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
 #include <optional>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include "client/cli/commands.h"
@@ -63,6 +65,15 @@ class TokenKeeper {
   std::unique_ptr<client::Client> client_;
   std::unique_ptr<access::Tokens> tokens_;
 };
+
+// One without tokens, of a server that is open to all, is not to be taken for one mistyped.
+absl::Status ExpectFolder(const TokenOptions& options) {
+  std::error_code error;
+  if (options.data.empty() || std::filesystem::is_directory(options.data, error)) {
+    return absl::OkStatus();
+  }
+  return absl::NotFoundError(absl::StrCat("there is no folder ", options.data));
+}
 
 absl::StatusOr<int64_t> ExpiryOf(const std::string& text) {
   if (text == "never") return 0;
@@ -138,6 +149,7 @@ int RunCreate(const TokenOptions& options) {
 }
 
 int RunRevoke(const TokenOptions& options) {
+  if (absl::Status status = ExpectFolder(options); !status.ok()) return FailInput(status);
   auto keeper = TokenKeeper::Open(options);
   if (!keeper.ok()) return FailServer(keeper.status());
   const auto revoked = keeper->Revoke(options.name);
@@ -152,6 +164,7 @@ int RunRevoke(const TokenOptions& options) {
 }
 
 int RunTokenList(const TokenOptions& options) {
+  if (absl::Status status = ExpectFolder(options); !status.ok()) return FailInput(status);
   auto keeper = TokenKeeper::Open(options);
   if (!keeper.ok()) return FailServer(keeper.status());
   const auto tokens = keeper->List();

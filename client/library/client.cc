@@ -1,5 +1,9 @@
 #include "client/library/client.h"
 
+#include <absl/strings/ascii.h>
+#include <absl/strings/str_cat.h>
+
+#include <algorithm>
 #include <utility>
 
 #include "api/convert/session.h"
@@ -18,11 +22,28 @@ Client::~Client() = default;
 
 const std::string& Client::address() const { return link_->options().address; }
 
+namespace {
+
+// gRPC ends the process where a header holds anything else.
+absl::Status CheckHeader(const char* name, const std::string& value) {
+  const bool is_good = std::all_of(value.begin(), value.end(), [](char c) {
+    return absl::ascii_isprint(static_cast<unsigned char>(c));
+  });
+  if (is_good) return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      absl::StrCat("the ", name, " has a character that none has: a line break, or not ASCII"));
+}
+
+}  // namespace
+
 absl::StatusOr<std::unique_ptr<Client>> Client::Connect(const ClientOptions& options) {
-  if (absl::Status status = CheckAddresses(options.address); !status.ok()) return status;
+  absl::Status status = CheckAddresses(options.address);
+  if (status.ok()) status = CheckHeader("token", options.token);
+  if (status.ok()) status = CheckHeader("site", options.site);
+  if (!status.ok()) return status;
   auto link = std::make_shared<Link>(options);
   if (!options.require_server) return std::unique_ptr<Client>(new Client(std::move(link)));
-  if (absl::Status status = link->Probe(); !status.ok()) return status;
+  if (status = link->Probe(); !status.ok()) return status;
   return std::unique_ptr<Client>(new Client(std::move(link)));
 }
 

@@ -1,7 +1,9 @@
 #include "core/tls/certificate.h"
 
 #include <absl/strings/str_cat.h>
+#include <absl/strings/string_view.h>
 #include <arpa/inet.h>
+#include <openssl/err.h>
 #include <openssl/pem.h>
 #include <openssl/x509.h>
 #include <openssl/x509v3.h>
@@ -86,6 +88,11 @@ absl::Status CheckMode(const std::string& path) {
       absl::StrCat("everybody on this machine can read the key ", path, ": chmod 600 ", path));
 }
 
+absl::Status NoCertificate(const std::string& path, absl::string_view why) {
+  return absl::FailedPreconditionError(
+      absl::StrCat(path, " is no certificate: ", why, "; `isthmus certs init` makes some"));
+}
+
 }  // namespace
 
 absl::StatusOr<Certificate> ParseCertificate(const std::string& pem) {
@@ -108,27 +115,34 @@ absl::StatusOr<Certificate> ReadCertificate(const std::string& path) {
   if (!pem.ok()) return pem.status();
   auto certificate = ParseCertificate(*pem);
   if (certificate.ok()) return certificate;
-  return absl::FailedPreconditionError(
-      absl::StrCat(path, " is no certificate: ", certificate.status().message(),
-                   "; `isthmus certs init` makes some"));
+  return NoCertificate(path, certificate.status().message());
 }
 
-absl::Status CheckKeyPair(const std::string& certificate_path, const std::string& key_path) {
-  const auto certificate = ReadCertificate(certificate_path);
-  if (!certificate.ok()) return certificate.status();
-  const auto key_pem = io::ReadFile(key_path);
-  if (!key_pem.ok()) return key_pem.status();
-  const KeyPtr key = ParseKey(*key_pem);
-  if (key == nullptr) {
+absl::Status CheckCertificates(const std::string& path, const std::string& pem) {
+  const Bio bio = BioOf(pem);
+  ERR_clear_error();
+  int count = 0;
+  while (X509Ptr(PEM_read_bio_X509(bio.get(), nullptr, nullptr, nullptr), X509_free)) ++count;
+  const bool is_at_its_end = ERR_GET_REASON(ERR_peek_last_error()) == PEM_R_NO_START_LINE;
+  ERR_clear_error();
+  if (count > 0 && is_at_its_end) return absl::OkStatus();
+  if (count == 0) return NoCertificate(path, "there is no certificate in PEM format in it");
+  return NoCertificate(path, "one of those in it is cut off or damaged");
+}
+
+absl::Status CheckKeyPair(const std::string& certificate_path, const std::string& certificate,
+                          const std::string& key_path, const std::string& key) {
+  absl::Status status = CheckCertificates(certificate_path, certificate);
+  if (!status.ok()) return status;
+  const KeyPtr private_key = ParseKey(key);
+  if (private_key == nullptr) {
     return absl::FailedPreconditionError(
         absl::StrCat(key_path,
                      " holds no private key in PEM format, or one with a passphrase: "
                      "give one without"));
   }
-  const auto pem = io::ReadFile(certificate_path);
-  if (!pem.ok()) return pem.status();
-  const X509Ptr x509 = ParseX509(*pem);
-  if (x509 == nullptr || X509_check_private_key(x509.get(), key.get()) != 1) {
+  const X509Ptr x509 = ParseX509(certificate);
+  if (x509 == nullptr || X509_check_private_key(x509.get(), private_key.get()) != 1) {
     return absl::FailedPreconditionError(absl::StrCat(
         key_path, " is not the key of ", certificate_path, ": give the two of a pair"));
   }

@@ -24,9 +24,14 @@ absl::StatusOr<Certificate> ParseCertificate(const std::string& pem);
 // The first one of a file. Errors name the file and say what to do.
 absl::StatusOr<Certificate> ReadCertificate(const std::string& path);
 
-// Whether a server or client can present these: both can be read, the key is the certificate's, and
-// nobody but its owner (and group) can read it. FailedPrecondition, or the file's error; each says
+// Whether a PEM text is of certificates, one at least, of which none is cut off.
+// FailedPrecondition, naming the file that it is from.
+absl::Status CheckCertificates(const std::string& path, const std::string& pem);
+
+// Whether a server can present what was read of these files: all is whole, the key is the
+// certificate's, and nobody but its owner (and group) can read its file. FailedPrecondition, saying
 // what to do.
-absl::Status CheckKeyPair(const std::string& certificate_path, const std::string& key_path);
+absl::Status CheckKeyPair(const std::string& certificate_path, const std::string& certificate,
+                          const std::string& key_path, const std::string& key);
 
 }  // namespace isthmus::tls

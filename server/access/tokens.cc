@@ -4,6 +4,7 @@
 #include <absl/strings/str_cat.h>
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 #include "core/io/secret.h"
@@ -19,7 +20,9 @@ constexpr char kPrefix[] = "isthmus_";  // So that a secret is known for one whe
 constexpr char kAskAgain[] = "ask an administrator for a new one (`isthmus token create`)";
 
 // Stamps are kept to the second: an end never becomes an earlier one by that.
-int64_t SecondFrom(int64_t ns) { return (ns + 999'999'999) / 1'000'000'000 * 1'000'000'000; }
+constexpr int64_t kSecondNs = 1'000'000'000;  // Math
+
+int64_t SecondFrom(int64_t ns) { return (ns + kSecondNs - 1) / kSecondNs * kSecondNs; }
 
 std::string HashOf(absl::string_view secret) { return io::Sha256(secret.data(), secret.size()); }
 
@@ -140,10 +143,14 @@ absl::StatusOr<NewAccessToken> Tokens::Create(AccessToken wanted) {
   const int64_t now_ns = clock_.NowNs();
   wanted.created_ns = now_ns / 1'000'000'000 * 1'000'000'000;
   wanted.revoked_ns = 0;
-  wanted.expires_ns = SecondFrom(wanted.expires_ns);
   if (wanted.expires_ns != 0 && wanted.expires_ns <= now_ns) {
     return absl::InvalidArgumentError("the token would have expired already: give a later time");
   }
+  if (wanted.expires_ns > std::numeric_limits<int64_t>::max() - kSecondNs) {
+    return absl::InvalidArgumentError(
+        "no clock gets that far: give an earlier time, or 0 for never");
+  }
+  wanted.expires_ns = SecondFrom(wanted.expires_ns);
   const absl::StatusOr<std::string> secret = NewSecret();
   if (!secret.ok()) return secret.status();
   const std::string hash = HashOf(*secret);

@@ -15,7 +15,6 @@
 #include "core/concurrency/mutex.h"
 #include "core/io/listening_socket.h"
 #include "server/http/connection_watch.h"
-#include "server/http/key_files.h"
 #include "server/http/microhttpd_request.h"
 
 namespace isthmus::http {
@@ -47,8 +46,8 @@ class MhdListener final : public Listener {
   // Ends a quiet one with its connections.
   void End(MHD_Daemon* daemon);
   // Serves connections of the socket by these keys from now on; null: it cannot.
-  MHD_Daemon* Serve(const KeyTexts& keys);
-  MHD_Daemon* ServeAt(int socket, const KeyTexts& keys);  // Closes it if all goes well.
+  MHD_Daemon* Serve(const tls::KeyTexts& keys);
+  MHD_Daemon* ServeAt(int socket, const tls::KeyTexts& keys);  // Closes it if all goes well.
   void LookUntilStopped();
   void LookAtKeys();
 
@@ -56,7 +55,7 @@ class MhdListener final : public Listener {
   const Handler handler_;
   ConnectionWatch watch_;
   std::string address_;
-  KeyTexts keys_;  // Of `daemon_`; the thread's, once there is one, like the following.
+  tls::KeyTexts keys_;  // Of `daemon_`; the thread's, once there is one, like the following.
   std::string stamp_;
   MHD_Daemon* daemon_ = nullptr;
   io::File socket_;                 // Each accepts from a copy.
@@ -92,8 +91,8 @@ void MhdListener::End(MHD_Daemon* daemon) {
 }
 
 absl::Status MhdListener::Listen() {
-  stamp_ = StampOf(options_.tls);
-  auto keys = ReadKeyFiles(options_.tls);
+  stamp_ = tls::StampOf(options_.tls);
+  auto keys = tls::ReadKeyFiles(options_.tls);
   if (!keys.ok()) return keys.status();
   keys_ = *std::move(keys);
   // Of several addresses that a name has, the library takes one.
@@ -119,7 +118,7 @@ absl::Status MhdListener::Listen() {
   return absl::OkStatus();
 }
 
-MHD_Daemon* MhdListener::Serve(const KeyTexts& keys) {
+MHD_Daemon* MhdListener::Serve(const tls::KeyTexts& keys) {
   const int copy = fcntl(socket_.descriptor(), F_DUPFD_CLOEXEC, 0);
   if (copy < 0) return nullptr;
   MHD_Daemon* const daemon = ServeAt(copy, keys);
@@ -127,7 +126,7 @@ MHD_Daemon* MhdListener::Serve(const KeyTexts& keys) {
   return daemon;
 }
 
-MHD_Daemon* MhdListener::ServeAt(int socket, const KeyTexts& keys) {
+MHD_Daemon* MhdListener::ServeAt(int socket, const tls::KeyTexts& keys) {
   const auto text = [](const std::string& pem) {
     return static_cast<void*>(const_cast<char*>(pem.c_str()));
   };
@@ -176,10 +175,10 @@ void MhdListener::LookAtKeys() {
     End(older_.front());
     older_.erase(older_.begin());
   }
-  std::string stamp = StampOf(options_.tls);
+  std::string stamp = tls::StampOf(options_.tls);
   if (stamp == stamp_) return;
   stamp_ = std::move(stamp);
-  auto keys = ReadKeyFiles(options_.tls);
+  auto keys = tls::ReadKeyFiles(options_.tls);
   if (!keys.ok() || *keys == keys_) return;  // Half written: the other half will be seen, too.
   // Two accept from one socket for a moment.
   MHD_Daemon* const next = Serve(*keys);

@@ -10,22 +10,18 @@
 #include <memory>
 #include <string>
 
+#include "core/tls/key_files.h"
 #include "server/http/exchange.h"
 #include "server/http/limits.h"
 
 namespace isthmus::http {
 
-// PEM files, read again within a second of a change: new connections see the new certificate, open
-// ones go on.
-struct KeyFiles {
-  std::string certificate = {}, key = {};  // Both, or neither for plain text.
-  std::string client_ca = {};  // Who signs clients' certificates; empty: none are asked for.
-};
-
 struct ListenerOptions {
   std::string listen;   // "host:port", port 0 takes a free one.
   std::string setting;  // Where a person sets that: "metrics.listen".
-  KeyFiles tls = {};
+  // Read again within a second of a change: new connections see the new certificate, open ones go
+  // on.
+  tls::KeyFiles tls = {};
   // Each is served by a thread of its own. Further ones wait, without a word.
   size_t connections = 128;
   size_t connections_per_address = 64;  // Further ones are closed.

@@ -37,10 +37,12 @@ std::string TroubleOf(const std::string& path, const absl::StatusOr<tls::Certifi
 
 }  // namespace
 
-CertificateWarnings::CertificateWarnings(std::vector<std::string> paths, Say warn, Say inform,
+CertificateWarnings::CertificateWarnings(const tls::KeyFiles& files, Say warn, Say inform,
                                          const Clock& clock)
-    : warn_(std::move(warn)), inform_(std::move(inform)), clock_(clock) {
-  for (std::string& path : paths) files_.push_back({std::move(path)});
+    : keys_(files), warn_(std::move(warn)), inform_(std::move(inform)), clock_(clock) {
+  for (const std::string& path : {files.certificate, files.client_ca}) {
+    if (!path.empty()) files_.push_back({path});
+  }
 }
 
 void CertificateWarnings::Check() {
@@ -49,7 +51,10 @@ void CertificateWarnings::Check() {
 
 void CertificateWarnings::CheckFile(File& file) {
   const absl::Time now = absl::FromUnixNanos(clock_.NowNs());
-  const absl::StatusOr<tls::Certificate> certificate = tls::ReadCertificate(file.path);
+  absl::StatusOr<tls::Certificate> certificate = tls::ReadCertificate(file.path);
+  if (const bool is_own = file.path == keys_.certificate; is_own && certificate.ok()) {
+    if (const auto all = tls::ReadKeyFiles(keys_); !all.ok()) certificate = all.status();
+  }
   const std::string trouble = TroubleOf(file.path, certificate, now);
   if (!trouble.empty()) {
     if (now < file.warned_at + kDay) return;

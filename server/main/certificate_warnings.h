@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/clock.h"
+#include "core/tls/key_files.h"
 
 namespace isthmus::server {
 
@@ -15,12 +16,13 @@ namespace isthmus::server {
 class CertificateWarnings {
  public:
   using Say = std::function<void(const std::string&)>;
-  // Files in PEM format. The clock must outlive it.
-  CertificateWarnings(std::vector<std::string> paths, Say warn, Say inform,
+  // The clock must outlive it.
+  CertificateWarnings(const tls::KeyFiles& files, Say warn, Say inform,
                       const Clock& clock = Clock::System());
 
-  // Reads the files and says once a day of each that it cannot be read, has expired, or expires
-  // within two weeks, or a third of its life where that is less; and that it was renewed.
+  // Reads the files and says once a day of each certificate that it cannot be read, does not belong
+  // to its key, has expired, or expires within two weeks, or a third of its life where that is
+  // less; and that it was renewed.
   void Check();
 
  private:
@@ -30,6 +32,7 @@ class CertificateWarnings {
   };
   void CheckFile(File& file);
 
+  const tls::KeyFiles keys_;
   std::vector<File> files_;
   const Say warn_, inform_;
   const Clock& clock_;

@@ -249,7 +249,7 @@ int Check(const std::string& folder) {
 absl::Status CheckNetwork(const rpc::ServerOptions& options) {
   absl::Status status = CheckAddress(options.listen, PortZero::kAnyFreeOne);
   if (status.ok()) status = rpc::CheckListening(options);
-  if (status.ok()) status = rpc::MakeServerCredentials(options.tls).status();
+  if (status.ok()) status = rpc::OpenKeys(options.tls).status();
   return status;
 }
 
@@ -325,8 +325,7 @@ int Run(const Arguments& arguments) {
   if (absl::Status status = metrics::CheckListening(config->metrics); !status.ok()) {
     return Fail(kUsage, status);
   }
-  const rpc::TlsOptions& tls = config->rpc.tls;
-  config->web.tls = {tls.certificate, tls.key, tls.client_ca};
+  config->web.tls = config->rpc.tls;
   if (absl::Status status = web::CheckListening(config->web); !status.ok()) {
     return Fail(kUsage, status);
   }

@@ -25,13 +25,9 @@ Supervision::Supervision(const ServerConfig& config, const std::string& address,
     : manager_(ServiceManager::FromEnvironment()) {
   manager_.Tell("READY=1\nSTATUS=Listening on " + address);
   WatchListener(address);
-  std::vector<std::string> certificates;
-  for (const std::string& path : {config.rpc.tls.certificate, config.rpc.tls.client_ca}) {
-    if (!path.empty()) certificates.push_back(path);
-  }
-  if (certificates.empty()) return;
+  if (config.rpc.tls.certificate.empty()) return;
   auto warnings = std::make_shared<CertificateWarnings>(
-      certificates,
+      config.rpc.tls,
       [told = std::move(on_certificate)](const std::string& trouble) {
         spdlog::warn("{}", trouble);
         told(trouble);

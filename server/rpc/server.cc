@@ -2,6 +2,7 @@
 
 #include <absl/strings/str_cat.h>
 #include <absl/time/clock.h>
+#include <google/protobuf/stubs/logging.h>
 #include <grpcpp/ext/proto_server_reflection_plugin.h>
 #include <grpcpp/grpcpp.h>
 #include <grpcpp/health_check_service_interface.h>
@@ -38,6 +39,7 @@ void EnablePlugins() {
   [[maybe_unused]] static const bool enabled = [] {
     grpc::EnableDefaultHealthCheckService(true);
     grpc::reflection::InitProtoReflectionServerBuilderPlugin();
+    google::protobuf::SetLogHandler(nullptr);  // A line of stderr for whatever strangers send.
     return true;
   }();
 }
@@ -66,6 +68,7 @@ std::string WithPort(const std::string& listen, int port) {
 std::vector<std::unique_ptr<Site>> SitesOf(const std::vector<ServedSite>& served,
                                            const ServerOptions& options) {
   std::vector<std::unique_ptr<Site>> sites;
+  sites.reserve(served.size());
   for (const ServedSite& site : served) {
     sites.push_back(
         std::make_unique<Site>(site.name, site.pipeline, site.backup,
@@ -118,6 +121,7 @@ struct RpcServer::State {
   int port = 0;
   std::string address;
   std::atomic<bool> shut_down = false;
+  std::unique_ptr<WatchedKeys> keys;     // Null: plain text.
   std::unique_ptr<grpc::Server> server;  // So late that it goes before its services.
   std::unique_ptr<grpc::experimental::ExternalConnectionAcceptor> connections;
   std::unique_ptr<Listener> listener;   // Null: gRPC listens, at a socket that is a file.
@@ -151,10 +155,11 @@ absl::StatusOr<std::unique_ptr<RpcServer>> RpcServer::Start(const std::vector<Se
     return status;
   }
   if (absl::Status status = CheckListening(options); !status.ok()) return status;
-  auto credentials = MakeServerCredentials(options.tls);
-  if (!credentials.ok()) return credentials.status();
+  auto keys = OpenKeys(options.tls);
+  if (!keys.ok()) return keys.status();
   EnablePlugins();
   auto state = std::make_unique<State>(sites, options);
+  state->keys = *std::move(keys);
   grpc::ServerBuilder builder;
   // A robot out of reach is noticed within a minute. Robots may probe every few seconds, so that
   // they notice a dead radio link as soon.
@@ -180,7 +185,9 @@ absl::StatusOr<std::unique_ptr<RpcServer>> RpcServer::Start(const std::vector<Se
       std::make_unique<CallWatchFactory>(&state->host.watchdog, options.streams.progress));
   watch.push_back(CloseReflection(&state->gate));
   builder.experimental().SetInterceptorCreators(std::move(watch));
-  if (absl::Status status = state->Listen(options, *credentials, &builder); !status.ok()) {
+  if (absl::Status status =
+          state->Listen(options, MakeServerCredentials(state->keys.get()), &builder);
+      !status.ok()) {
     return status;
   }
   builder.RegisterService(&state->sessions);

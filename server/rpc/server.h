@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "core/site_name.h"
+#include "core/tls/key_files.h"
 #include "server/access/require_token.h"
 #include "server/access/tokens.h"
 #include "server/pipeline.h"
@@ -27,17 +28,10 @@ class Channel;
 
 namespace isthmus::rpc {
 
-// Files in PEM format. All empty: plain text.
-struct TlsOptions {
-  std::string certificate;  // What the server shows, with those that it was signed by behind it.
-  std::string key;
-  std::string client_ca;  // Who signs robots' certificates; empty: none are asked for.
-};
-
 struct ServerOptions {
   // The address to listen on: "host:port", "[::1]:port" or "unix:path". Port 0 takes a free one.
   std::string listen = "127.0.0.1:50051";
-  TlsOptions tls = {};
+  tls::KeyFiles tls = {};
   // Whether an address that other machines reach may be served in plain text.
   bool insecure = false;
   // Largest message taken, bytes: the limit of one scan. A larger one ends its stream with

@@ -5,36 +5,32 @@
 #include <grpcpp/security/tls_credentials_options.h>
 
 #include "core/address.h"
-#include "core/tls/certificate.h"
 #include "server/rpc/streams/limits.h"
 
 namespace isthmus::rpc {
 
-absl::StatusOr<std::shared_ptr<grpc::ServerCredentials>> MakeServerCredentials(
-    const TlsOptions& options) {
-  if (options.certificate.empty() && options.key.empty()) {
-    if (options.client_ca.empty()) return grpc::InsecureServerCredentials();
+absl::StatusOr<std::unique_ptr<WatchedKeys>> OpenKeys(const tls::KeyFiles& files) {
+  if (files.certificate.empty() && files.key.empty()) {
+    if (files.client_ca.empty()) return nullptr;
     return absl::InvalidArgumentError(
         "network.tls_client_ca asks robots for certificates, which needs TLS: set "
         "network.tls_certificate and network.tls_key too");
   }
-  if (options.certificate.empty() || options.key.empty()) {
+  if (files.certificate.empty() || files.key.empty()) {
     return absl::InvalidArgumentError(
         "network.tls_certificate and network.tls_key go together: set both");
   }
-  if (absl::Status status = tls::CheckKeyPair(options.certificate, options.key); !status.ok()) {
-    return status;
-  }
-  if (!options.client_ca.empty()) {
-    const auto authority = tls::ReadCertificate(options.client_ca);
-    if (!authority.ok()) return authority.status();
-  }
+  return WatchedKeys::Open(files);
+}
+
+std::shared_ptr<grpc::ServerCredentials> MakeServerCredentials(const WatchedKeys* keys) {
+  if (keys == nullptr) return grpc::InsecureServerCredentials();
   namespace experimental = grpc::experimental;
   auto provider = std::make_shared<experimental::FileWatcherCertificateProvider>(
-      options.key, options.certificate, options.client_ca, kCertificateReloadS);
+      keys->pair_path(), keys->pair_path(), keys->client_ca_path(), kCertificateReloadS);
   experimental::TlsServerCredentialsOptions credentials(provider);
   credentials.watch_identity_key_cert_pairs();
-  if (!options.client_ca.empty()) {
+  if (!keys->client_ca_path().empty()) {
     credentials.watch_root_certs();
     credentials.set_cert_request_type(GRPC_SSL_REQUEST_AND_REQUIRE_CLIENT_CERTIFICATE_AND_VERIFY);
   }

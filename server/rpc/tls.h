@@ -6,17 +6,19 @@
 #include <grpcpp/security/server_credentials.h>
 
 #include <memory>
-#include <string>
 
 #include "server/rpc/server.h"
+#include "server/rpc/watched_keys.h"
 
 namespace isthmus::rpc {
 
-// Files are read again as they change, within seconds: new connections see the new certificate, old
-// ones go on. Plain text without a certificate. InvalidArgument where one of certificate and key is
-// missing; errors of tls::CheckKeyPair.
-absl::StatusOr<std::shared_ptr<grpc::ServerCredentials>> MakeServerCredentials(
-    const TlsOptions& options);
+// Null for plain text: without a certificate. InvalidArgument where one of certificate and key is
+// missing; errors of WatchedKeys::Open.
+absl::StatusOr<std::unique_ptr<WatchedKeys>> OpenKeys(const tls::KeyFiles& files);
+
+// Follows the keys within seconds: new connections see the new certificate, old ones go on. They
+// must outlive the server. Plain text for null.
+std::shared_ptr<grpc::ServerCredentials> MakeServerCredentials(const WatchedKeys* keys);
 
 // FailedPrecondition, saying what to do, where an address that others than this machine reach would
 // be served in plain text and `insecure` does not say so.

@@ -107,7 +107,7 @@ http::Response AnswerFloor(const http::Request& request,
   if (wanted.resolution_m() == 0) wanted.set_resolution_m(floors::kGridCellM);
   wanted.set_component(address.component);
   wanted.set_format(v1::ExportMapRequest::OCTOMAP_BINARY);
-  const auto slot = slots->Take();
+  const auto slot = slots->Take(request.peer);
   if (slot == nullptr) return NoSlotLeft();
   const MapCalls calls(request, channel);
   const auto all = FindFloors(calls, address.component);

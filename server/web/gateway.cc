@@ -119,7 +119,7 @@ http::Response Gateway::Answer(const http::Request& request, absl::string_view m
   auto message = transcoder.Decode(request.body);
   if (!message.ok()) return ErrorAnswer(message.status());
   std::unique_ptr<StreamSlots::Slot> slot;
-  if (known->server_streaming()) slot = slots_->Take();
+  if (known->server_streaming()) slot = slots_->Take(request.peer);
   if (known->server_streaming() && slot == nullptr) return NoSlotLeft();
   RpcCall::Request call = RpcCall::For(
       request, absl::StrCat(known->service()->name(), "/", known->name()), *std::move(message));

@@ -14,6 +14,9 @@ inline constexpr size_t kConnections = 256, kConnectionsPerAddress = 128;
 // many connections at least are left for everything else.
 inline constexpr size_t kWebStreams = 96;
 
+// Of these to one address, so that nobody is all of them: some twenty pages behind one proxy.
+inline constexpr size_t kWebStreamsOfOne = 48;
+
 // Floors that are drawn at a time, and bytes of free space that one is drawn of, each up to a
 // hundred times as much in memory while it is: three storeys of 150 x 150 m at 0.05 m. Beyond, 503
 // and 429.

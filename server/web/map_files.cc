@@ -80,7 +80,7 @@ http::Response SendMapFile(const http::Request& request,
                            const std::shared_ptr<grpc::Channel>& channel,
                            const v1::ExportMapRequest& wanted, const std::string& name,
                            StreamSlots* slots, std::optional<int64_t> revision) {
-  auto slot = slots->Take();
+  auto slot = slots->Take(request.peer);
   if (slot == nullptr) return NoSlotLeft();
   auto call = std::make_unique<RpcCall>(
       channel, RpcCall::For(request, "MapService/ExportMap", wanted.SerializeAsString()));

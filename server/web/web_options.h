@@ -15,7 +15,7 @@ struct WebOptions {
   bool insecure = false;
   // Names, separated by spaces, that something in front of the server is reached by.
   std::string hosts = {};
-  http::KeyFiles tls = {};  // The server's own.
+  tls::KeyFiles tls = {};  // The server's own.
 };
 
 // What a person has to put right before a start makes sense: InvalidArgument where the address is

@@ -50,8 +50,8 @@ class HttpWebServer final : public WebServer {
       : options_(options),
         channel_(std::move(channel)),
         assets_(assets),
-        slots_(kWebStreams),
-        floor_slots_(kFloorsAtOnce),
+        slots_(kWebStreams, kWebStreamsOfOne),
+        floor_slots_(kFloorsAtOnce, kFloorsAtOnce),
         gateway_(channel_, &slots_) {}
 
   absl::Status Listen();

@@ -30,6 +30,17 @@ class TokenCommandTest : public testing::Test {
 
 TEST_F(TokenCommandTest, MakesListsAndRevokesInAFolder) {
   EXPECT_THAT(Token("list").out, HasSubstr("no tokens"));
+  const ProgramResult mistyped = Isthmus("token list --data " + folder_ + "/none");
+  EXPECT_EQ(mistyped.code, 5);
+  EXPECT_THAT(mistyped.err, HasSubstr("no folder"));
+  // gRPC would end the process.
+  for (const char* odd : {"a\nb", "\xc3\xa4"}) {
+    setenv("ISTHMUS_TOKEN", odd, 1);
+    const ProgramResult refused = Isthmus("status --attempts 1 --server localhost:1");
+    unsetenv("ISTHMUS_TOKEN");
+    EXPECT_EQ(refused.code, 2);
+    EXPECT_THAT(refused.err, HasSubstr("the token has a character"));
+  }
   const ProgramResult chief = Token("create --role admin --name chief");
   ASSERT_EQ(chief.code, 0) << chief.err;
   EXPECT_THAT(chief.err, HasSubstr("nobody can show again"));

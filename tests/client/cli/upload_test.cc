@@ -114,7 +114,7 @@ TEST_F(UploadTest, TwoRobotsWithTheirOwnSlamAreMerged) {
   EXPECT_GE(a["submaps"], 2);
   EXPECT_EQ(a["finished"], true);
   ASSERT_EQ(Ask("upload --robot b --poses " + Path("own.tum") + " " + Path("robot_1")).code, 0);
-  const ProgramResult merged = Ask("status --wait merged --timeout 100");
+  const ProgramResult merged = Ask("status --wait merged --timeout 300");
   ASSERT_EQ(merged.code, 0) << merged.out << Ask("graph").out;
   const json transform = AskJson("transform a b")["T_a_b"];
   const auto& t = transform["translation"];

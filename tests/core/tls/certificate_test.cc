@@ -12,6 +12,7 @@
 
 #include "client/certificates/authority.h"
 #include "core/io/file_io.h"
+#include "core/tls/key_files.h"
 
 namespace isthmus::tls {
 namespace {
@@ -71,25 +72,32 @@ TEST_F(CertificateTest, KeysAreTheirOwnersAlone) {
     ASSERT_EQ(stat(Path(name).c_str(), &state), 0);
     EXPECT_EQ(state.st_mode & 0777, 0600u) << name;
   }
-  EXPECT_TRUE(CheckKeyPair(Path("server.pem"), Path("server.key")).ok());
+  EXPECT_TRUE(ReadKeyFiles({Path("server.pem"), Path("server.key")}).ok());
   chmod(Path("server.key").c_str(), 0644);
-  EXPECT_THAT(CheckKeyPair(Path("server.pem"), Path("server.key")).message(),
+  EXPECT_THAT(ReadKeyFiles({Path("server.pem"), Path("server.key")}).status().message(),
               HasSubstr("chmod 600"));
 }
 
 TEST_F(CertificateTest, WhatIsNoPairIsRefused) {
   ASSERT_TRUE(MakeAuthority(folder_, kYear).ok());
   ASSERT_TRUE(IssueServer(folder_, {"localhost"}, kYear).ok());
-  EXPECT_THAT(CheckKeyPair(Path("server.pem"), Path("ca.key")).message(),
+  EXPECT_THAT(ReadKeyFiles({Path("server.pem"), Path("ca.key")}).status().message(),
               HasSubstr("is not the key of"));
-  EXPECT_THAT(CheckKeyPair(Path("server.key"), Path("server.key")).message(),
+  EXPECT_THAT(ReadKeyFiles({Path("server.key"), Path("server.key")}).status().message(),
               HasSubstr("is no certificate"));
-  EXPECT_THAT(CheckKeyPair(Path("server.pem"), Path("server.pem")).message(),
+  EXPECT_THAT(ReadKeyFiles({Path("server.pem"), Path("server.pem")}).status().message(),
               HasSubstr("no private key"));
-  EXPECT_TRUE(absl::IsNotFound(CheckKeyPair(Path("none.pem"), Path("server.key"))));
+  EXPECT_TRUE(absl::IsNotFound(ReadKeyFiles({Path("none.pem"), Path("server.key")}).status()));
   ASSERT_TRUE(io::WriteFile(Path("empty.pem"), "").ok());
-  EXPECT_THAT(CheckKeyPair(Path("empty.pem"), Path("server.key")).message(),
+  EXPECT_THAT(ReadKeyFiles({Path("empty.pem"), Path("server.key")}).status().message(),
               HasSubstr("is no certificate"));
+  // A chain of two, of which the second is cut off.
+  const std::string whole = *io::ReadFile(Path("server.pem"));
+  ASSERT_TRUE(io::WriteFile(Path("cut.pem"), whole + whole.substr(0, whole.size() / 2)).ok());
+  EXPECT_THAT(ReadKeyFiles({Path("cut.pem"), Path("server.key")}).status().message(),
+              HasSubstr("cut off"));
+  ASSERT_TRUE(io::WriteFile(Path("chain.pem"), whole + *io::ReadFile(Path("ca.pem"))).ok());
+  EXPECT_TRUE(ReadKeyFiles({Path("chain.pem"), Path("server.key"), Path("ca.pem")}).ok());
 }
 
 // What is in a PEM file, and back.

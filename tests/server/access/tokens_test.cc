@@ -6,6 +6,7 @@
 #include <sys/stat.h>
 
 #include <filesystem>
+#include <limits>
 #include <set>
 #include <thread>
 
@@ -91,7 +92,10 @@ TEST_F(TokensTest, ExpireOnTheirDay) {
   clock_.Advance(1);
   EXPECT_THAT(std::string(tokens->Check(secret).status().message()), HasSubstr("expired"));
   EXPECT_TRUE(absl::IsUnauthenticated(tokens->StillHolds("r")));
-  EXPECT_TRUE(absl::IsInvalidArgument(tokens->Create(Reader("s", end_ns)).status()));
+  for (const int64_t never_ns : {end_ns, int64_t{-1}, std::numeric_limits<int64_t>::min(),
+                                 std::numeric_limits<int64_t>::max()}) {
+    EXPECT_TRUE(absl::IsInvalidArgument(tokens->Create(Reader("s", never_ns)).status()));
+  }
 }
 
 TEST_F(TokensTest, RevokedHoldNoMoreAndKeepTheirNames) {
@@ -125,6 +129,7 @@ TEST_F(TokensTest, OfAnotherProcessAreSeenWithinASecond) {
 
 TEST_F(TokensTest, OfManyAtOnceNoneIsLost) {
   std::vector<std::thread> makers;
+  makers.reserve(4);
   for (int k = 0; k < 4; ++k) {
     makers.emplace_back([this, k] {
       const auto tokens = Tokens::Open(folder_, nullptr, clock_);

@@ -50,7 +50,7 @@ class CertificateWarningsTest : public testing::Test {
   ManualClock clock_;
   std::vector<std::string> said_;
   CertificateWarnings warnings_{
-      {folder_ + "/server.pem"},
+      {folder_ + "/server.pem", folder_ + "/server.key"},
       [this](const std::string& text) { said_.push_back("warn " + text); },
       [this](const std::string& text) { said_.push_back("info " + text); },
       clock_};
@@ -84,6 +84,13 @@ TEST_F(CertificateWarningsTest, OfOneWithAShortLifeTheLastThirdIsLate) {
 
 TEST_F(CertificateWarningsTest, AFileThatIsGoneIsNamed) {
   EXPECT_THAT(After(0), ElementsAre(AllOf(HasSubstr("server.pem"), HasSubstr("goes on with"))));
+}
+
+TEST_F(CertificateWarningsTest, AKeyOfAnotherOneIsNamed) {
+  Issue(60);
+  std::filesystem::copy(folder_ + "/ca.key", folder_ + "/server.key",
+                        std::filesystem::copy_options::overwrite_existing);
+  EXPECT_THAT(After(0), ElementsAre(AllOf(HasSubstr("is not the key"), HasSubstr("goes on with"))));
 }
 
 }  // namespace

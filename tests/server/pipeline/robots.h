@@ -46,18 +46,19 @@ class Drive {
   std::unique_ptr<simulation::Simulator> simulator_;
 };
 
-// Collects what a session is told. Thread safe.
+// Collects what a session is told. Thread safe; its sinks may outlive it, since a pipeline
+// acknowledges what is left as it ends.
 class AckLog {
  public:
   AckSink Sink() {
-    return [this](const ScanAck& ack) {
-      std::lock_guard lock(mutex_);
-      acks_.push_back(ack);
+    return [acks = acks_](const ScanAck& ack) {
+      std::lock_guard lock(acks->mutex);
+      acks->list.push_back(ack);
     };
   }
   std::vector<ScanAck> Take() {
-    std::lock_guard lock(mutex_);
-    return std::exchange(acks_, {});
+    std::lock_guard lock(acks_->mutex);
+    return std::exchange(acks_->list, {});
   }
   // Without those that only say what is durable.
   std::vector<ScanAck> TakeScans() {
@@ -67,8 +68,12 @@ class AckLog {
   }
 
  private:
-  std::mutex mutex_;
-  std::vector<ScanAck> acks_;  // Guarded by mutex_.
+  struct Acks {
+    std::mutex mutex;
+    std::vector<ScanAck> list;  // Guarded by mutex.
+  };
+
+  const std::shared_ptr<Acks> acks_ = std::make_shared<Acks>();
 };
 
 // Another store that stores no submaps while `full` is set: a disk without space.

@@ -173,6 +173,33 @@ TEST_F(TlsTest, ShowsARenewedCertificateToNewConnections) {
   EXPECT_TRUE((*old)->GetMapInfo().ok());
 }
 
+// As a copy over a bad link, a full disk or a wrong file leave it. gRPC itself would abort of some.
+TEST_F(TlsTest, GoesOnWithTheLastGoodFiles) {
+  options_.tls.client_ca = Path("ca.pem");
+  Start();
+  const std::string certificate = *io::ReadFile(Path("server.pem"));
+  client::TlsOptions alice = Alice();
+  alice.ca = Path("trusted.pem");
+  ASSERT_TRUE(io::WriteFile(alice.ca, *io::ReadFile(Path("ca.pem"))).ok());
+  const auto write = [this](const char* name, const std::string& text) {
+    ASSERT_TRUE(io::WriteFile(Path(name), text).ok());
+  };
+  for (const std::string& bad : {std::string(), certificate.substr(0, 300), std::string("\n")}) {
+    for (const char* name : {"server.pem", "server.key", "ca.pem"}) write(name, bad);
+    const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(2);
+    while (std::chrono::steady_clock::now() < until) {  // It looks once a second, gRPC likewise.
+      ASSERT_TRUE(Ask(alice).ok()) << Ask(alice);
+    }
+  }
+  write("server.pem", certificate);
+  write("server.key", *io::ReadFile(Path("alice.key")));
+  write("ca.pem", *io::ReadFile(alice.ca));
+  const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(2);
+  while (std::chrono::steady_clock::now() < until) {
+    ASSERT_TRUE(Ask(alice).ok()) << Ask(alice);
+  }
+}
+
 TEST_F(TlsTest, ARefusedPairIsNamedAtTheStart) {
   options_.tls.key = Path("ca.key");
   EXPECT_THAT(RpcServer::Start(&pipeline_, options_).status().message(),

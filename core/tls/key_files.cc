@@ -1,4 +1,4 @@
-#include "server/http/key_files.h"
+#include "core/tls/key_files.h"
 
 #include <absl/strings/str_cat.h>
 #include <sys/stat.h>
@@ -6,26 +6,26 @@
 #include "core/io/file_io.h"
 #include "core/tls/certificate.h"
 
-namespace isthmus::http {
+namespace isthmus::tls {
 
 absl::StatusOr<KeyTexts> ReadKeyFiles(const KeyFiles& files) {
   if (files.certificate.empty() && files.key.empty()) return KeyTexts();
   if (files.certificate.empty() || files.key.empty()) {
     return absl::InvalidArgumentError("a certificate and its key go together: name both");
   }
-  if (absl::Status status = tls::CheckKeyPair(files.certificate, files.key); !status.ok()) {
-    return status;
-  }
-  const auto certificate = io::ReadFile(files.certificate), key = io::ReadFile(files.key);
+  const auto certificate = io::ReadFile(files.certificate);
   if (!certificate.ok()) return certificate.status();
+  const auto key = io::ReadFile(files.key);
   if (!key.ok()) return key.status();
   KeyTexts texts = {*certificate, *key};
+  absl::Status status = CheckKeyPair(files.certificate, texts.certificate, files.key, texts.key);
+  if (!status.ok()) return status;
   if (files.client_ca.empty()) return texts;
-  const auto authority = tls::ReadCertificate(files.client_ca);
+  const auto authority = io::ReadFile(files.client_ca);
   if (!authority.ok()) return authority.status();
-  const auto text = io::ReadFile(files.client_ca);
-  if (!text.ok()) return text.status();
-  texts.client_ca = *text;
+  texts.client_ca = *authority;
+  status = CheckCertificates(files.client_ca, texts.client_ca);
+  if (!status.ok()) return status;
   return texts;
 }
 
@@ -40,4 +40,4 @@ std::string StampOf(const KeyFiles& files) {
   return stamp;
 }
 
-}  // namespace isthmus::http
+}  // namespace isthmus::tls
