@@ -15,6 +15,7 @@
 #include "client/cli/commands.h"
 #include "client/console/exit_code.h"
 #include "client/console/json.h"
+#include "client/console/numbers.h"
 #include "core/tls/certificate.h"
 
 namespace isthmus::cli {
@@ -151,7 +152,7 @@ void AddDays(CLI::App& command, CertsOptions& options) {
   command
       .add_option("--days", options.days,
                   "Until they expire, 0.5 for twelve hours; the authority's own: ten years")
-      ->check(CLI::Range(kShortestDays, double{kAuthorityDays}))
+      ->check(Between(kShortestDays, double{kAuthorityDays}))
       ->capture_default_str();
 }
 

@@ -13,6 +13,7 @@
 #include "client/console/exit_code.h"
 #include "client/console/interruption.h"
 #include "client/console/localise_scans.h"
+#include "client/console/numbers.h"
 #include "client/console/push_scans.h"
 #include "client/console/recording_options.h"
 
@@ -146,7 +147,7 @@ void AddPush(CLI::App& app, Action& action) {
   command
       ->add_option("--resolution", options->push.resolution_m,
                    "Compress: round coordinates to this many metres; 0: send every bit")
-      ->check(CLI::Range(0.0, 0.1))
+      ->check(Between(0.0, 0.1))
       ->capture_default_str();
   AddOdometryMode(*command, options->push.odometry);
   command

@@ -96,7 +96,7 @@ void AddQuery(CLI::App& app, Action& action) {
   command
       ->add_option("--rounding", options->rounding_m,
                    "Have it sent compressed, to so many metres; 0: as it is")
-      ->check(CLI::Range(0.0, 0.1));
+      ->check(Between(0.0, 0.1));
   command->add_option("-o,--output", options->output, "FILE.pcd; - for stdout")->required();
   command->callback([options, &action] { action = [options] { return Run(*options); }; });
 }

@@ -16,6 +16,7 @@
 #include "client/console/exit_code.h"
 #include "client/console/interruption.h"
 #include "client/console/live_screen.h"
+#include "client/console/numbers.h"
 #include "client/console/top_frame.h"
 
 namespace isthmus::cli {
@@ -140,7 +141,7 @@ void AddTop(CLI::App& app, Action& action) {
       "top", "How the server is getting on, once a second: robots, queues, disk; q ends it");
   AddServerOptions(*command, options->server);
   command->add_option("-d,--interval", options->interval_s, "Seconds between frames")
-      ->check(CLI::Range(0.1, 3600.0))
+      ->check(Between(0.1, 3600.0))
       ->capture_default_str();
   command->add_option("-n,--frames", options->frames, "End after so many, printed one by one")
       ->check(CLI::Range(1, 1'000'000));

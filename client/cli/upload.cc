@@ -11,6 +11,7 @@
 #include "client/console/exit_code.h"
 #include "client/console/interruption.h"
 #include "client/console/json.h"
+#include "client/console/numbers.h"
 #include "client/console/upload_clouds.h"
 
 namespace isthmus::cli {
@@ -140,7 +141,7 @@ void AddUpload(CLI::App& app, Action& action) {
       ->add_option("--max-difference", options->max_difference_s,
                    "How far a cloud's stamp may be from a pose's (s), where it does not lie "
                    "between two that are at most 0.5 s apart")
-      ->check(CLI::Range(0.0, 1e6))
+      ->check(Between(0.0, 1e6))
       ->capture_default_str();
   AddCutOptions(*command, *options);
   AddRecordingOptions(*command, upload.recording);

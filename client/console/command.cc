@@ -86,12 +86,12 @@ absl::StatusOr<client::ClientOptions> ClientOptionsOf(const ServerOptions& optio
   }
   for (const std::string& path : {options.tls.ca, options.tls.certificate, options.tls.key}) {
     if (path.empty() || path == "system") continue;
-    if (auto bytes = io::ReadFile(path); !bytes.ok()) return bytes.status();
+    if (auto bytes = io::ReadFile(path); !bytes.ok()) return OfFile(bytes.status());
   }
   const char* const token = std::getenv("ISTHMUS_TOKEN");
   if (!options.token_file.empty()) {
     const auto text = io::ReadFile(options.token_file);
-    if (!text.ok()) return text.status();
+    if (!text.ok()) return OfFile(text.status());
     out.token = std::string(absl::StripAsciiWhitespace(*text));
   } else if (token != nullptr) {
     out.token = token;

@@ -9,8 +9,19 @@
 #include "core/plain_text.h"
 
 namespace isthmus::cli {
+namespace {
+
+constexpr absl::string_view kOfFile = "isthmus/of-file";
+
+}  // namespace
+
+absl::Status OfFile(absl::Status status) {
+  status.SetPayload(kOfFile, {});
+  return status;
+}
 
 ExitCode ServerExit(const absl::Status& status) {
+  if (status.GetPayload(kOfFile)) return kInput;
   switch (status.code()) {
     case absl::StatusCode::kOk:
       return kOk;

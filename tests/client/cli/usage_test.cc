@@ -141,6 +141,13 @@ TEST(Usage, FoldersThatCannotBeUsedGiveFiveBeforeTheServerIsAsked) {
   EXPECT_EQ(Isthmus("odometry " + empty + " -o x.tum").code, 5);
 }
 
+TEST(Usage, FilesOfTokensAndCertificatesThatCannotBeUsedGiveFive) {
+  for (const char* option : {"--token-file /no/such", "--token-file /tmp", "--tls-ca /no/such"}) {
+    const ProgramResult result = Isthmus("status " + std::string(option) + kNowhere);
+    EXPECT_EQ(result.code, 5) << result.err;
+  }
+}
+
 TEST(Usage, MergeNamesTheFileThatLies) {
   const std::string folder = ScratchFolder();
   const std::string header =

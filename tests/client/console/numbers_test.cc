@@ -26,5 +26,11 @@ TEST(Numbers, AreTakenOrRefusedInAFewWords) {
   }
 }
 
+TEST(Numbers, BetweenTwoAreTakenOnly) {
+  for (const std::string good : {"0", "0.1", "1e-2"}) EXPECT_EQ(Between(0, 0.1)(good), "");
+  EXPECT_THAT(Between(0, 0.1)("0.2"), HasSubstr("from 0 to 0.1, not 0.2"));
+  for (const std::string bad : {"nan", "-0.1", "inf", "x"}) EXPECT_NE(Between(0, 0.1)(bad), "");
+}
+
 }  // namespace
 }  // namespace isthmus::cli
