@@ -8,13 +8,15 @@
 #include <tuple>
 #include <utility>
 
+#include "bench/moving/mapped_drive.h"
 #include "client/simulation/simulator.h"
+#include "server/composition/composer.h"
 
 namespace isthmus::bench {
 namespace {
 
 constexpr int kFewestPoints = 20, kFewestRays = 20, kFewestFound = 10;
-constexpr double kNearM = 0.3;
+constexpr double kNearM = 0.3, kAboveGroundM = 0.15;
 
 Eigen::AlignedBox3d Grown(const Eigen::AlignedBox3d& box, double by_m) {
   return {box.min() - Eigen::Vector3d::Constant(by_m), box.max() + Eigen::Vector3d::Constant(by_m)};
@@ -139,6 +141,34 @@ Verdict Compare(const TwoDays& days, const std::vector<ChangedVolume>& volumes, 
     }
   }
   return verdict;
+}
+
+absl::StatusOr<CameCounts> CountDropped(const TwoDays& days) {
+  std::vector<PlacedSubmap> placed;
+  for (const composition::ComparedSubmap& submap : days.submaps) placed.push_back(submap.placed);
+  composition::Composer composer({.cache_bytes = size_t{4} << 30, .drop_gone = true});
+  const auto map = composer.Compose(1, placed, [&](const auto& id) { return days.content.at(id); });
+  if (!map.ok()) return map.status();
+  std::vector<Eigen::AlignedBox3d> came;
+  for (const simulation::MovedVolume& moved : days.moved) {
+    if (moved.came) came.push_back(Grown(moved.bounds, 0.1));
+  }
+  const auto count = [&](const ComposedMap& from, int64_t* number) {
+    return from.Read({}, 10000, [&](const std::vector<MapPoint>& points) {
+      *number += std::ranges::count_if(points, [&](const MapPoint& p) {
+        const Eigen::Vector3d at(p.x, p.y, p.z);
+        return p.z > kAboveGroundM && p.intensity < kMovingIntensity &&
+               std::ranges::any_of(came, [&](const auto& box) { return box.contains(at); });
+      });
+      return true;
+    });
+  };
+  CameCounts counts;
+  absl::Status status = count(*(*map)->dropped(), &counts.dropped);
+  counts.all = counts.dropped;
+  if (status.ok()) status = count(**map, &counts.all);
+  if (!status.ok()) return status;
+  return counts;
 }
 
 }  // namespace isthmus::bench

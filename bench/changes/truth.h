@@ -36,4 +36,11 @@ struct Verdict {
 // Prints what is not found or wrong if `list`.
 Verdict Compare(const TwoDays& days, const std::vector<ChangedVolume>& volumes, bool list);
 
+// Points of what came, a hand above the ground, in a map that drops what is gone: those that it
+// dropped, and all.
+struct CameCounts {
+  int64_t dropped = 0, all = 0;
+};
+absl::StatusOr<CameCounts> CountDropped(const TwoDays& days);
+
 }  // namespace isthmus::bench

@@ -14,6 +14,9 @@
 
 namespace isthmus::bench {
 
+// Where DriveOptions::mark_moving: points of people and cars alone are brighter.
+inline constexpr float kMovingIntensity = 254.5f;
+
 struct MappedDrive {
   std::vector<std::shared_ptr<const Submap>> submaps;  // Of the first segment.
   std::vector<Pose> T_world_submap;                    // Of each, in truth.

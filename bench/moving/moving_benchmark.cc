@@ -25,12 +25,11 @@ struct Counts {
   int64_t moving = 0, still = 0;
 };
 
-// Points of people and cars alone have the intensity that nothing else has.
 Counts Count(const ComposedMap& map) {
   Counts counts;
   const absl::Status status = map.Read({}, 10000, [&](const std::vector<MapPoint>& points) {
     for (const MapPoint& point : points) {
-      ++(point.intensity > 254.5f ? counts.moving : counts.still);
+      ++(point.intensity > kMovingIntensity ? counts.moving : counts.still);
     }
     return true;
   });

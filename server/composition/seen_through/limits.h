@@ -58,11 +58,16 @@ inline constexpr int32_t kGoneBelow = -20;
 // Keyframes over which what came is seen at least. Who walks by is in one place for fewer; more
 // would have things leave that were seen in passing.
 inline constexpr int kStandsKeyframes = 2;
+// And the share of its points that a later keyframe sees again, at least: a car that drives by is
+// seen for a while, too, but hardly a point of it twice.
+inline constexpr float kStandsSeenAgain = 0.05f;
 
 // The same thing, see MarkGone: metres to what is gone, along and across the vertical, and above
 // the ground; and keyframes between which both were seen. More takes what stands beside a way, less
 // leaves shoes in the map.
-inline constexpr float kSameThingHighM = 0.5f, kSameThingWideM = 0.5f, kAboveGroundM = 0.08f;
+inline constexpr float kSameThingHighM = 0.5f, kSameThingWideM = 0.5f, kAboveGroundM = 0.04f;
 inline constexpr int kSameThingKeyframes = 1;
+// How often that is done, each time with what is gone by the time before.
+inline constexpr int kSameThingRounds = 3;
 
 }  // namespace isthmus::composition

@@ -125,6 +125,8 @@ class NewThings {
     for (const WeightedPoint& point : points) {
       if (All(point) >= kGoneBelow) continue;
       Looks& looks = looks_[CellOf(upright_(point))];
+      ++looks.points;
+      looks.seen_again += point.keyframes_after > 0;
       looks.since += Since(point);
       looks.first = std::min<int>(looks.first, point.keyframe);
       looks.last = std::max<int>(looks.last, point.keyframe + point.keyframes_after);
@@ -135,18 +137,23 @@ class NewThings {
     if (Since(point) < kGoneBelow) return false;
     Looks around;
     AnyAround(looks_, CellOf(upright_(point)), [&around](const Looks& there) {
+      around.points += there.points;
+      around.seen_again += there.seen_again;
       around.since += there.since;
       around.first = std::min(around.first, there.first);
       around.last = std::max(around.last, there.last);
       return false;
     });
-    return around.since >= 0 && around.last - around.first >= kStandsKeyframes;
+    return around.since >= 0 && around.last - around.first >= kStandsKeyframes &&
+           static_cast<float>(around.seen_again) >=
+               kStandsSeenAgain * static_cast<float>(around.points);
   }
 
  private:
   // Of the points of a place together, and between which keyframes they were seen.
   struct Looks {
     int64_t since = 0;
+    int points = 0, seen_again = 0;  // By more keyframes than one.
     int first = std::numeric_limits<int>::max(), last = std::numeric_limits<int>::min();
   };
 
@@ -164,10 +171,19 @@ void MarkGone(std::span<WeightedPoint> points, const Pose& T_map_submap) {
     point.gone = All(point) < kGoneBelow && !news.Stands(point);
     if (point.gone) places.AddGone(point);
   }
-  if (places.empty()) return;
-  for (const WeightedPoint& point : points) places.AddHeight(point);
-  for (WeightedPoint& point : points) {
-    if (!point.gone) point.gone = places.IsPartOfGone(point);
+  bool has_news = !places.empty();
+  for (int round = 0; has_news && round < kSameThingRounds; ++round) {
+    for (const WeightedPoint& point : points) places.AddHeight(point);
+    std::vector<WeightedPoint*> parts;
+    for (WeightedPoint& point : points) {
+      if (point.gone || (round > 0 && All(point) > 0)) continue;
+      if (places.IsPartOfGone(point)) parts.push_back(&point);
+    }
+    for (WeightedPoint* part : parts) {
+      part->gone = true;
+      places.AddGone(*part);
+    }
+    has_news = !parts.empty();
   }
 }
 
