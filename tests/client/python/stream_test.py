@@ -183,8 +183,9 @@ class StreamTest(unittest.TestCase):
     def test_a_full_server_is_asked_again_when_it_wants_to_be(self) -> None:
         self.server.open_gate()
         waits = self.waits()
-        stream = self.client.open_stream("alice-1")
+        session = self.client.get_session("alice-1")
         self.server.refusals = [2500]
+        stream = self.client.open_stream(session)
         stream.push(1, POINTS)
         stream.finish()
         self.assertEqual(self.server.received, [1])

@@ -41,6 +41,15 @@ export const steps = [
     await page.shot('merged');
   }],
 
+  ['whoever opens the page soon sees the map', async (page, server) => {
+    const began = Date.now();
+    await page.goto(server.url);
+    await page.until('isthmus.drawn.value.points > 1000');
+    console.log(`    the first picture took ${Date.now() - began} ms`);
+    await page.until(points);
+    await page.until('isthmus.trails.paths.value.size === 2');
+  }],
+
   ['every control has a name', async (page) => {
     for (const tab of ['Robots', 'Graph', 'History', 'Events', 'Map']) {
       await page.click(tab, '[role=tablist]');
