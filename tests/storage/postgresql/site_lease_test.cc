@@ -213,7 +213,11 @@ TEST_F(SiteLeaseTest, AnOwnerWhoseConnectionsMayNotBeEndedWritesNothingEither) {
   EXPECT_EQ(spare.lost(), "");
   // Before long it has the lock as well, so that nobody else takes the site for free.
   const auto database = PostgresConnection::Open({server_.url(), schema, "test"}).value();
-  while (*database->ReadNumber("SELECT count(*) FROM pg_locks WHERE locktype = 'advisory'") == 0) {
+  const std::string locks_of_spare =
+      "SELECT count(*) FROM pg_locks JOIN pg_stat_activity USING (pid) WHERE locktype = 'advisory' "
+      "AND usename = '" +
+      role + "'";
+  while (*database->ReadNumber(locks_of_spare) == 0) {
   }
   EXPECT_TRUE(absl::IsFailedPrecondition(OpenPostgresStore(server_.url(), site_).status()));
 }
