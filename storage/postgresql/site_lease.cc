@@ -124,7 +124,11 @@ absl::StatusOr<bool> SiteLease::TryTake() {
   if (!taken.ok() || !*taken) return taken;
   const absl::Status migrated = MigratePostgres(*this, target().schema);
   if (!migrated.ok()) return migrated;
-  return TakeEpoch(is_locked_ ? 0 : from.epoch);
+  const absl::StatusOr<bool> mine = TakeEpoch(from.epoch);
+  if (!mine.ok() || *mine) return mine;
+  // Another one that waited was sooner, and may have been ended with the owner: it comes back.
+  way_is_clear_ = Clock::now() + kGiveWay;
+  return is_locked_ ? Unlock() : mine;
 }
 
 absl::StatusOr<bool> SiteLease::TryLock() {
@@ -134,6 +138,17 @@ absl::StatusOr<bool> SiteLease::TryLock() {
   if (!found.ok()) return found.status();
   is_locked_ = row.Int(0) != 0;
   return is_locked_;
+}
+
+absl::StatusOr<bool> SiteLease::Unlock() {
+  is_locked_ = false;
+  const absl::Status status = Prepare("SELECT pg_advisory_unlock((?::bigint << 32) | ?)")
+                                  .Bind(kOurs)
+                                  .Bind(LockOf(target().schema))
+                                  .Step()
+                                  .status();
+  if (!status.ok()) return status;
+  return false;
 }
 
 absl::StatusOr<SiteLease::Seen> SiteLease::Look() {

@@ -65,6 +65,7 @@ class SiteLease : private PostgresConnection {
   // One look: whether the site is this one's now.
   absl::StatusOr<bool> TryTake();
   absl::StatusOr<bool> TryLock();
+  absl::StatusOr<bool> Unlock();  // False, or what went wrong.
   absl::StatusOr<Seen> Look();
   // Of an owner that is overdue: ends its connections where that is allowed. True when the site may
   // be taken from it.
