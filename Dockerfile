@@ -7,7 +7,7 @@ RUN apt-get update \
  && rm -rf /var/lib/apt/lists/*
 COPY . .
 RUN cmake --preset release -DISTHMUS_TESTS=OFF \
- && cmake --build build/release --target isthmus isthmus-offline isthmus-server \
+ && cmake --build build/release --target isthmus isthmus-offline isthmus-server isthmus-worker \
  && for part in client offline server; do \
       DESTDIR=/out cmake --install build/release --component $part; \
     done \

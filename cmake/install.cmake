@@ -8,7 +8,7 @@ install(TARGETS isthmus RUNTIME COMPONENT client)
 install(TARGETS isthmus-offline
   RUNTIME DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/isthmus COMPONENT offline)
 install(TARGETS isthmus-loadgen RUNTIME COMPONENT offline)
-install(TARGETS isthmus-server RUNTIME COMPONENT server)
+install(TARGETS isthmus-server isthmus-worker RUNTIME COMPONENT server)
 
 # Their manual pages, made of their --help.
 find_program(HELP2MAN help2man)
@@ -31,8 +31,10 @@ endif()
 set(completions ${CMAKE_INSTALL_DATADIR}/bash-completion/completions)
 install(FILES cmake/install/files/isthmus.bash
   DESTINATION ${completions} RENAME isthmus COMPONENT client)
-install(FILES cmake/install/files/isthmus.bash
-  DESTINATION ${completions} RENAME isthmus-server COMPONENT server)
+foreach(program isthmus-server isthmus-worker)
+  install(FILES cmake/install/files/isthmus.bash
+    DESTINATION ${completions} RENAME ${program} COMPONENT server)
+endforeach()
 
 # The server as a service, and its settings, all of them commented out: the defaults hold. What is
 # configured for /usr has its settings in /etc.

@@ -76,6 +76,8 @@ class ForwardingStore : public MapStore {
     return store_->GetFeatures(submap, kind);
   }
 
+  JobBoard* jobs() override { return store_->jobs(); }
+
  private:
   const std::unique_ptr<MapStore> store_;
 };

@@ -22,6 +22,7 @@
 #include "core/map/submap.h"
 #include "core/map/trajectory.h"
 #include "core/records/event.h"
+#include "storage/job_board.h"
 
 namespace isthmus::storage {
 
@@ -173,6 +174,9 @@ class MapStore {
   // NotFound when nothing was kept.
   virtual absl::StatusOr<std::string> GetFeatures(const SubmapId& submap,
                                                   const std::string& kind) const = 0;
+
+  // Where workers reach the map as well; else null. The store's own.
+  virtual JobBoard* jobs() { return nullptr; }
 };
 
 }  // namespace isthmus::storage

@@ -122,6 +122,8 @@ void FillMatching(const MatchingLoad& load, v1::MatchingLoad* message) {
   message->set_idle(load.is_idle);
   message->set_submaps(load.submaps);
   message->set_pairs(load.pairs);
+  message->set_workers(load.workers);
+  message->set_jobs(load.jobs);
 }
 
 MatchingLoad MatchingOf(const v1::MatchingLoad& message) {
@@ -129,6 +131,8 @@ MatchingLoad MatchingOf(const v1::MatchingLoad& message) {
   load.is_idle = message.idle();
   load.submaps = message.submaps();
   load.pairs = message.pairs();
+  load.workers = message.workers();
+  load.jobs = message.jobs();
   return load;
 }
 

@@ -48,8 +48,11 @@ std::string DiskText(const DiskLoad& disk) {
 }
 
 std::string MatchingText(const MatchingLoad& matching) {
-  if (matching.is_idle) return "matching idle";
-  return absl::StrCat("matching ", matching.submaps, " submaps, ", matching.pairs, " pairs");
+  const std::string workers =
+      matching.workers == 0 ? "" : absl::StrCat(", ", matching.workers, " workers");
+  if (matching.is_idle) return absl::StrCat("matching idle", workers);
+  return absl::StrCat("matching ", matching.submaps, " submaps, ", matching.pairs + matching.jobs,
+                      " pairs", workers);
 }
 
 std::string CompositionText(const ServerLoad& load) {

@@ -46,6 +46,7 @@ endfunction()
 
 if(WHAT STREQUAL "server")
   page(8 isthmus-server)
+  page(8 isthmus-worker)
 else()
   help_of(help ${BIN}/isthmus)
   if(WHAT STREQUAL "client")

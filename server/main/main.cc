@@ -25,6 +25,7 @@
 #include "server/main/data_folder.h"
 #include "server/main/failed_call_log.h"
 #include "server/main/log.h"
+#include "server/main/log_flags.h"
 #include "server/main/open_files.h"
 #include "server/main/open_map.h"
 #include "server/main/server_events.h"
@@ -78,19 +79,6 @@ struct Arguments {
   bool print_config = false;
   bool check = false;
 };
-
-void AddLogOptions(CLI::App& app, LogOptions& log) {
-  app.add_option("--log-level", log.level, "How much the log says")
-      ->check(CLI::IsMember({"debug", "info", "warn", "error", "off"}))
-      ->capture_default_str();
-  app.add_option_function<std::string>(
-         "--log-format", [&log](const std::string& format) { log.json = format == "json"; },
-         "Lines for people, or a JSON object a line")
-      ->check(CLI::IsMember({"text", "json"}))
-      ->default_str("text");
-  app.add_option("--log-file", log.file,
-                 "File to write the log to, in place of stderr; SIGHUP opens it anew");
-}
 
 // `result` is what CLI11 would return; set when the program is to end here.
 bool Parse(int argc, char** argv, Arguments& arguments, int& result) {

@@ -21,10 +21,9 @@ inline constexpr int kMatchingNice = 10, kCompositionNice = 8, kPlacementNice = 
 
 // Matching.
 
-// Maps that are kept ready at most: the robots of a team. Memory, about a megabyte per submap.
-inline constexpr size_t kMaxPreparedMaps = 8;
-// With more sessions than that, share by which one of a pair has to grow before it is tried again:
-// a robot among the maps of a month is not matched with all of them at every submap.
+// With more sessions than kMaxPreparedMaps, and where workers match, share by which one of a pair
+// has to grow before it is tried again: a robot among the maps of a month is not matched with all
+// of them at every submap, and a worker begins each match anew.
 inline constexpr double kSeldomGrowth = matching::kNewMapGrowth - 1;
 // Points of a session's map, all submaps together, below which it is matched with no other: with
 // fewer than this no match was ever found, and a hundred such sessions make 4,950 pairs.
@@ -39,9 +38,6 @@ inline constexpr double kNearSessionsM = 50;
 // Probability below which an accepted match is given up once its sessions' anchors are others. A
 // guess: between what anchors that are gone leave of twins, a half at most, and doubt.
 inline constexpr double kGivenUpBelow = 0.7;
-// Bytes of a prepared submap as stored: kMaxViews of 33 kB, and more points than a submap has. A
-// record that claims more is not read.
-inline constexpr uint64_t kMaxPreparedBytes = uint64_t{1} << 28;
 // Ends of the server at the same piece of work, after which it is left out and named: one may have
 // been anybody's doing.
 inline constexpr int kMaxCrashes = 2;

@@ -5,6 +5,7 @@
 #include <iterator>
 #include <utility>
 
+#include "server/jobs/pair_runner.h"
 #include "server/threads/known_anchors.h"
 #include "server/threads/limits.h"
 #include "server/threads/matching_thread.h"
@@ -21,20 +22,6 @@ bool Supersedes(const Match& newer, const Match& older, bool other_anchors) {
   return newer.state == MatchState::kAccepted || newer.state == MatchState::kRejected;
 }
 
-// What was found before a restart is among the guesses: a rival may be what others settled.
-void SuggestKnown(const Match& known, matching::PairMatcher* matcher) {
-  const bool accepted = known.state == MatchState::kAccepted;
-  if (accepted || !known.edges.empty()) matcher->Suggest(known);
-  for (const RivalMatch& rival : known.rivals) {
-    if (accepted || rival.edges.empty()) continue;
-    Match guess;
-    guess.T_a_b = rival.T_a_b;
-    guess.matcher = rival.matcher;
-    guess.edges = rival.edges;
-    matcher->Suggest(guess);
-  }
-}
-
 }  // namespace
 
 uint32_t MatchingThread::FreshSubmaps(const MapView& view, const SessionView& a,
@@ -45,7 +32,7 @@ uint32_t MatchingThread::FreshSubmaps(const MapView& view, const SessionView& a,
                          (tried.shape_b != shapes_.version(b.record.id) ? 1 : 0);
   const uint32_t fresh = fresh_a + fresh_b + moved;
   if (tried.next_a + tried.next_b == 0 || (IsFinished(a) && IsFinished(b))) return fresh;
-  if (view.sessions.size() > kMaxPreparedMaps) {
+  if (view.sessions.size() > kMaxPreparedMaps || has_workers_) {
     const bool grown_a = fresh_a > 0 && fresh_a >= kSeldomGrowth * tried.next_a;
     const bool grown_b = fresh_b > 0 && fresh_b >= kSeldomGrowth * tried.next_b;
     if (!grown_a && !grown_b) return 0;
@@ -63,7 +50,7 @@ std::optional<SessionPair> MatchingThread::NextPair(const MapView& view) {
   uint32_t most = 0;
   const auto consider = [&](const SessionView& a, const SessionView& b, const Attempt& tried) {
     const SessionPair pair(a.record.id, b.record.id);
-    const uint32_t fresh = Evidence(view, a, b, tried, anchors.Version(pair));
+    const uint32_t fresh = IsPosted(pair) ? 0 : Evidence(view, a, b, tried, anchors.Version(pair));
     waiting += fresh > 0 ? 1 : 0;
     if (fresh <= most) return;
     most = fresh;
@@ -112,33 +99,48 @@ void MatchingThread::EstimateMatch(const MapView& view, const SessionPair& pair)
                       FreshSubmaps(view, *session_a, *session_b, tried) > 0};
   attempts_[pair] = {session_a->next_index(), session_b->next_index(), shapes_.version(pair.first),
                      shapes_.version(pair.second), anchors.Version(pair)};
-  const bool done = RunGuarded(
-      absl::StrCat("the match of ", pair.first.value(), " and ", pair.second.value()), [&] {
-        const StageTimer timer(activity_->observer(), Stage::kMatch);
-        const ShapedMap a = MapOf(view, *session_a), b = MapOf(view, *session_b);
-        if (!a.map.submaps.empty() && !b.map.submaps.empty()) {
-          EstimateMatch(a, b, anchors.Of(pair), occasion, older.get());
-        }
-      });
+  const bool done = RunGuarded(TaskOf(pair), [&] {
+    const ShapedMap a = MapOf(view, *session_a), b = MapOf(view, *session_b);
+    if (a.map.submaps.empty() || b.map.submaps.empty()) return;
+    if (has_workers_) {
+      PostMatch(a, b, anchors.Of(pair), occasion, older.get());
+    } else {
+      const StageTimer timer(activity_->observer(), Stage::kMatch);
+      EstimateMatch(a, b, anchors.Of(pair), occasion, older.get());
+    }
+  });
   if (!done) matchers_.erase(pair);
 }
 
 void MatchingThread::EstimateMatch(const ShapedMap& a, const ShapedMap& b,
                                    std::vector<Anchor> anchors, const Occasion& occasion,
                                    const Match* older) {
-  const bool accepted = older != nullptr && older->state == MatchState::kAccepted;
   const auto [it, is_new] =
       matchers_.try_emplace(SessionPair(a.map.session, b.map.session), options_.matcher);
+  // What was found before a restart is among the guesses.
   if (is_new && older != nullptr) SuggestKnown(*older, &it->second);
   it->second.SetAnchors(std::move(anchors));
-  // The last word on a pair that is still open takes all there is.
-  const bool search = occasion.last_submaps && !accepted;
-  Match match = it->second.Update(*PrepareMap(a), *PrepareMap(b), search);
+  const bool search = MustSearch(occasion, older);
+  const PreparedMaps::Prepared prepared_a = prepared_.Get(a), prepared_b = prepared_.Get(b);
+  prepared_bytes_ = prepared_.bytes();
+  Match match = it->second.Update(*prepared_a, *prepared_b, search);
   if (stop_.stop_requested()) throw Stopped();
   match.computed_ns = clock_->NowNs();
-  if (older != nullptr && !Supersedes(match, *older, occasion.other_anchors)) return;
   // A match that cannot be stored is found again at the next start; the map goes on without it.
-  (void)map_->PutMatch(match);
+  (void)TakeMatch(match, older, occasion);
+}
+
+bool MatchingThread::MustSearch(const Occasion& occasion, const Match* older) {
+  const bool accepted = older != nullptr && older->state == MatchState::kAccepted;
+  return occasion.last_submaps && !accepted;
+}
+
+absl::Status MatchingThread::TakeMatch(const Match& match, const Match* older,
+                                       const Occasion& occasion) {
+  if (older != nullptr && !Supersedes(match, *older, occasion.other_anchors)) {
+    return absl::OkStatus();
+  }
+  return map_->PutMatch(match);
 }
 
 void MatchingThread::UpdateShapes(const MapView& view) {
@@ -149,33 +151,9 @@ void MatchingThread::UpdateShapes(const MapView& view) {
   }
 }
 
-MatchingThread::ShapedMap MatchingThread::MapOf(const MapView& view, const SessionView& session) {
+ShapedMap MatchingThread::MapOf(const MapView& view, const SessionView& session) {
   SessionShapes::Shaped shaped = shapes_.Of(view, session);
   return {{session.record.id, std::move(shaped.submaps), points_}, std::move(shaped.shape)};
-}
-
-MatchingThread::Prepared MatchingThread::PrepareMap(const ShapedMap& shaped) {
-  const SessionMap& map = shaped.map;
-  Prepared before;
-  if (const Prepared* held = prepared_.Use(map.session)) {
-    // Submaps are immutable and shared, so the same ones are the same map.
-    if ((*held)->session_map().submaps == map.submaps && (*held)->shape() == shaped.shape) {
-      return *held;
-    }
-    before = *held;
-    prepared_.Erase(map.session);
-  }
-  using matching::PreparedMap;
-  const Prepared made =
-      before ? std::make_shared<const PreparedMap>(map, *before, source_, shaped.shape)
-             : std::make_shared<const PreparedMap>(map, source_, shaped.shape);
-  prepared_.Put(map.session, made, made->bytes());
-  while (prepared_.size() > 2 &&
-         (prepared_.size() > kMaxPreparedMaps || prepared_.weight() > options_.prepared_bytes)) {
-    prepared_.DropOldest();
-  }
-  prepared_bytes_ = prepared_.weight();
-  return made;
 }
 
 }  // namespace isthmus::server

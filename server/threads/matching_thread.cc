@@ -1,6 +1,7 @@
 #include "server/threads/matching_thread.h"
 
 #include <absl/strings/str_cat.h>
+#include <absl/time/clock.h>
 
 #include <algorithm>
 
@@ -40,17 +41,29 @@ MatchingThread::Options WithStop(MatchingThread::Options options, std::stop_toke
 
 }  // namespace
 
+MatchingThread::Attempt MatchingThread::AttemptOf(const MapView& view, const SessionView& a,
+                                                  const SessionView& b, uint32_t submaps_a,
+                                                  uint32_t submaps_b, int64_t computed_ns) {
+  const auto shape = [&](const SessionView& session) {
+    return HasNewerLoops(view, session.record.id, computed_ns) ? kOutdated : 0;
+  };
+  return {TriedUpTo(a, submaps_a, computed_ns), TriedUpTo(b, submaps_b, computed_ns), shape(a),
+          shape(b)};
+}
+
 MatchingThread::MatchingThread(MapWriter* map, Activity* activity, storage::MapStore* store,
                                SubmapCache* submaps, const Clock* clock, const Options& options)
     : map_(map),
       activity_(activity),
       submaps_(submaps),
       prepared_store_(store, submaps),
+      board_(store->jobs()),
       clock_(clock),
       options_(WithStop(options, stop_.get_token())),
       journal_(options.work_journal),
       source_([this](const auto& outline) { return GetPrepared(outline); }),
       points_([this](const SubmapId& id) { return submaps_->Get(id); }),
+      prepared_(source_, options.prepared_bytes),
       shapes_(submaps),
       revisits_(options.revisits, [this](const SubmapId& id) {
         const std::shared_ptr<const Submap> outline = submaps_->Outline(id);
@@ -61,10 +74,7 @@ MatchingThread::MatchingThread(MapWriter* map, Activity* activity, storage::MapS
     const SessionView* a = view->Find(pair.first);
     const SessionView* b = view->Find(pair.second);
     if (a == nullptr || b == nullptr) continue;
-    attempts_[pair] = {TriedUpTo(*a, match.submaps_a, match.computed_ns),
-                       TriedUpTo(*b, match.submaps_b, match.computed_ns),
-                       HasNewerLoops(*view, pair.first, match.computed_ns) ? kOutdated : 0,
-                       HasNewerLoops(*view, pair.second, match.computed_ns) ? kOutdated : 0};
+    attempts_[pair] = AttemptOf(*view, *a, *b, match.submaps_a, match.submaps_b, match.computed_ns);
   }
   // Those that have had their partners are compared again when they grow.
   for (const auto& [id, count] : CountTried()) {
@@ -75,6 +85,7 @@ MatchingThread::MatchingThread(MapWriter* map, Activity* activity, storage::MapS
   for (const auto& [id, session] : view->sessions) {
     if (!session.submaps.empty()) looped_[id] = session.next_index() - 1;
   }
+  AdoptJobs(*view);
   thread_ = std::thread([this] { Run(); });
 }
 
@@ -113,10 +124,16 @@ bool MatchingThread::RunGuarded(const std::string& task, const std::function<voi
     journal_.EndTask();
   }
   if (problem.empty()) return true;
-  if (!stop_.stop_requested() && left_out_.insert(task).second && options_.on_problem) {
+  if (!stop_.stop_requested()) (void)TellLeftOut(task, problem);
+  return false;
+}
+
+bool MatchingThread::TellLeftOut(const std::string& task, const std::string& problem) {
+  const bool is_first = left_out_.insert(task).second;
+  if (is_first && options_.on_problem) {
     options_.on_problem(absl::StrCat("left out ", task, ": ", problem));
   }
-  return false;
+  return is_first;
 }
 
 void MatchingThread::Run() {
@@ -142,17 +159,24 @@ void MatchingThread::Run() {
       is_at_work = true;
       continue;
     }
+    if (!posted_.empty()) {
+      map_->changed().WaitPast(seen, absl::Now() + absl::Milliseconds(kLookForResultsMs));
+      continue;
+    }
     if (std::exchange(is_at_work, false)) {
       activity_->NoteEstimation(round.Ms());
       ForgetGone(*view);
     }
     up_to_date_with_ = view->serial;
     activity_->changed().Notify();
-    map_->changed().WaitPast(seen);
+    // Workers come and go without a change of the map.
+    map_->changed().WaitPast(
+        seen, board_ == nullptr ? absl::InfiniteFuture() : absl::Now() + kLookForWorkersIdle);
   }
 }
 
 bool MatchingThread::RunNext(const MapView& view) {
+  FollowWorkers(view);
   waiting_submaps_ = CountForLoops(view);
   // Loops first: they straighten the maps that pairs are then matched by.
   if (const std::optional<SubmapId> submap = NextForLoops(view)) {
@@ -162,7 +186,7 @@ bool MatchingThread::RunNext(const MapView& view) {
   UpdateShapes(view);
   if (const std::optional<SessionId> session = NextToIndex(view)) {
     IndexSession(view, *session);
-  } else if (const std::optional<SessionPair> pair = NextPair(view)) {
+  } else if (const std::optional<SessionPair> pair = NextPair(view); pair && HasRoomForJobs()) {
     EstimateMatch(view, *pair);
   } else if (MustCountRevisits(view)) {
     CountRevisits(view);
@@ -184,8 +208,8 @@ void MatchingThread::ForgetGone(const MapView& view) {
     const SessionView* entry = view.Find(item.first);
     return entry == nullptr || IsFinished(*entry);
   });
-  prepared_.EraseIf(is_gone);
-  prepared_bytes_ = prepared_.weight();
+  prepared_.ForgetIf(is_gone);
+  prepared_bytes_ = prepared_.bytes();
   plans_.EraseIf(is_gone);
   std::erase_if(indexed_, [&](const auto& item) { return is_gone(item.first); });
   std::erase_if(allowed_, [&](const auto& item) { return is_gone(item.first); });

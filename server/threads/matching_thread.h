@@ -1,5 +1,6 @@
 // The slow loop: a thread that finds where sessions came back to, how two sessions' maps lie to
-// each other, and which submaps have been seen again often enough. Nobody waits for it.
+// each other, and which submaps have been seen again often enough. Nobody waits for it. Pairs of
+// sessions are matched by workers where there are any, on the board of the store, else here.
 #pragma once
 
 #include <atomic>
@@ -18,15 +19,17 @@
 #include "core/clock.h"
 #include "core/lru_cache.h"
 #include "core/records/server_load.h"
+#include "core/stopwatch.h"
+#include "server/jobs/limits.h"
+#include "server/jobs/prepared_maps.h"
+#include "server/jobs/prepared_store.h"
 #include "server/map/map_writer.h"
 #include "server/matching/index/place_index.h"
 #include "server/matching/index/session_plan.h"
 #include "server/matching/loops/loop_finder.h"
 #include "server/matching/loops/revisits.h"
 #include "server/matching/pairs/matcher.h"
-#include "server/matching/prepared/prepared_map.h"
 #include "server/threads/limits.h"
-#include "server/threads/prepared_store.h"
 #include "server/threads/session_shapes.h"
 #include "server/threads/work_journal.h"
 
@@ -66,7 +69,7 @@ class MatchingThread {
   bool IsUpToDateWith(const MapView& view) const { return up_to_date_with_ == view.serial; }
 
   MatchingLoad Load(const MapView& view) const {
-    return {IsUpToDateWith(view), waiting_submaps_, waiting_pairs_};
+    return {IsUpToDateWith(view), waiting_submaps_, waiting_pairs_, workers_, posted_count_};
   }
   uint64_t prepared_bytes() const { return prepared_bytes_; }  // Of maps kept ready.
 
@@ -81,12 +84,9 @@ class MatchingThread {
     uint32_t shape_a = 0, shape_b = 0;  // SessionShapes::version.
     uint64_t anchors = 0;               // KnownAnchors::Version.
   };
-  using Prepared = std::shared_ptr<const matching::PreparedMap>;
-  // A session as it is matched.
-  struct ShapedMap {
-    SessionMap map;
-    std::shared_ptr<const matching::SessionShape> shape;
-  };
+  // That by which a match was computed.
+  static Attempt AttemptOf(const MapView& view, const SessionView& a, const SessionView& b,
+                           uint32_t submaps_a, uint32_t submaps_b, int64_t computed_ns);
 
   // Thrown through the matcher once the thread is to end.
   struct Stopped {};
@@ -98,6 +98,8 @@ class MatchingThread {
   // Does work that no record may keep from being followed by other work: what throws, or ended the
   // server before, is told and left out. False where it was not done.
   bool RunGuarded(const std::string& task, const std::function<void()>& work);
+  // True the first time that this task is told of.
+  bool TellLeftOut(const std::string& task, const std::string& problem);
   // Throws Stopped.
   std::shared_ptr<const matching::PreparedSubmap> GetPrepared(
       const std::shared_ptr<const Submap>& outline) const;
@@ -142,12 +144,31 @@ class MatchingThread {
   // `older` is null where nothing is known of the pair.
   void EstimateMatch(const ShapedMap& a, const ShapedMap& b, std::vector<Anchor> anchors,
                      const Occasion& occasion, const Match* older);
+  // The last word on a pair that is still open takes all there is.
+  static bool MustSearch(const Occasion& occasion, const Match* older);
+  // Into the map, unless what is known is better.
+  absl::Status TakeMatch(const Match& match, const Match* older, const Occasion& occasion);
+
+  // --- matches by workers (matching_jobs.cc) ---
+
+  static std::string TaskOf(const SessionPair& pair);
+  bool IsPosted(const SessionPair& pair) const { return posted_.contains(TaskOf(pair)); }
+  // Jobs that an earlier server of the site has left on the board.
+  void AdoptJobs(const MapView& view);
+  void PostMatch(const ShapedMap& a, const ShapedMap& b, std::vector<Anchor> anchors,
+                 const Occasion& occasion, const Match* older);
+  // Looks, now and then, whether there are workers and what they have done.
+  void FollowWorkers(const MapView& view);
+  void TakeResults(const MapView& view);
+  absl::Status TakeResult(const MapView& view, const storage::EndedJob& job,
+                          const Occasion& occasion);
+  // There is nobody to do them.
+  void WithdrawJobs();
+  bool HasRoomForJobs() const { return posted_.size() < kMaxPostedJobs; }
+
   void UpdateShapes(const MapView& view);
   // Outlines of those that can be read; reads from the store.
   ShapedMap MapOf(const MapView& view, const SessionView& session);
-  // The map made ready for matching: made once, grown with the map. Lets go of maps that were not
-  // used for long, not of the two used last.
-  Prepared PrepareMap(const ShapedMap& map);
 
   // The map shows more submaps than when revisits were counted last.
   bool MustCountRevisits(const MapView& view) const;
@@ -164,6 +185,7 @@ class MatchingThread {
   Activity* const activity_;
   SubmapCache* const submaps_;
   const PreparedStore prepared_store_;
+  storage::JobBoard* const board_;  // Null: there are no workers.
   const Clock* const clock_;
   std::stop_source stop_;
   const Options options_;
@@ -174,11 +196,12 @@ class MatchingThread {
   std::atomic<uint64_t> up_to_date_with_ = ~uint64_t{0};
   // Set by the thread, told by Load.
   std::atomic<uint64_t> waiting_submaps_ = 0, waiting_pairs_ = 0, prepared_bytes_ = 0;
+  std::atomic<uint64_t> workers_ = 0, posted_count_ = 0;
   // Touched by the thread only, once it runs.
   std::map<SessionPair, Attempt> attempts_;  // Since the start, whatever came of them.
   std::map<SessionId, uint32_t> looped_;     // The next submap to ask.
   int64_t counted_revision_ = -1;
-  LruCache<SessionId, Prepared> prepared_;
+  PreparedMaps prepared_;
   std::map<SessionId, uint32_t> indexed_;  // The next submap when it was compared with others.
   std::map<SessionId, size_t> allowed_;    // Pairs of it that may be tried, as of then.
   LruCache<SessionId, std::shared_ptr<const matching::SessionPlan>> plans_;
@@ -189,6 +212,13 @@ class MatchingThread {
   SessionShapes shapes_;
   matching::RevisitCounter revisits_;
   std::set<std::string> left_out_;  // Told already.
+  struct Posted {
+    SessionPair pair;
+    Occasion occasion;
+  };
+  std::map<std::string, Posted> posted_;  // On the board, by TaskOf.
+  bool has_workers_ = false;
+  std::optional<Stopwatch> looked_for_workers_, looked_for_results_;
   std::thread thread_;
 };
 

@@ -58,4 +58,14 @@ inline constexpr int kOwnersKept = 100;
 // Between two looks at how large the tables are. The question takes milliseconds.
 inline constexpr std::chrono::seconds kSizeIsGoodFor{60};
 
+// How long a job is its worker's after the last sign of life, how often that gives one, and how
+// long it counts as there. Shorter would give jobs of a worker that is busy for a moment to another
+// one; longer is a longer wait for the jobs of one that died.
+inline constexpr std::chrono::milliseconds kJobLease{15'000}, kWorkerSign{3000},
+    kWorkerIsGone{10'000};
+
+// Times that a job is taken by workers who end without a word, before it is set aside. Workers are
+// ended by others as well: more than the server's own ends at a task (kMaxCrashes).
+inline constexpr int kMaxAttempts = 5;
+
 }  // namespace isthmus::storage

@@ -61,4 +61,27 @@ absl::Status MigratePostgres(Connection& database, const std::string& schema,
   return absl::OkStatus();
 }
 
+absl::Status CheckIsNewest(Connection& database, const std::string& schema) {
+  Statement row = database.Prepare(
+      "SELECT 1 FROM pg_class c JOIN pg_namespace n ON n.oid = c.relnamespace WHERE nspname = ? "
+      "AND relkind = 'r' AND relname = 'about'");
+  const absl::StatusOr<bool> found = row.Bind(schema).Step();
+  if (!found.ok()) return found.status();
+  if (!*found) {
+    return absl::NotFoundError(absl::StrCat("there is no site in the schema ", schema,
+                                            " of that database yet; start its server first"));
+  }
+  const absl::StatusOr<int64_t> version = database.ReadNumber("SELECT version FROM about");
+  if (!version.ok()) return version.status();
+  const std::vector<Migration>& migrations = PostgresMigrations();
+  if (absl::Status status = CheckVersion(absl::StrCat("the schema ", schema), *version, migrations);
+      !status.ok()) {
+    return status;
+  }
+  if (*version == migrations.back().version) return absl::OkStatus();
+  return absl::FailedPreconditionError(
+      absl::StrCat("the schema ", schema, " is of an older version, ", *version,
+                   "; start its server with this version first, which brings it up to date"));
+}
+
 }  // namespace isthmus::storage

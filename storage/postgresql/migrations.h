@@ -22,4 +22,8 @@ const std::vector<Migration>& PostgresMigrations();
 absl::Status MigratePostgres(Connection& database, const std::string& schema,
                              const std::vector<Migration>& migrations = PostgresMigrations());
 
+// For those who do not own the site: NotFound where it has no tables, FailedPrecondition where they
+// are not of the newest version.
+absl::Status CheckIsNewest(Connection& database, const std::string& schema);
+
 }  // namespace isthmus::storage

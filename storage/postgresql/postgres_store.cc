@@ -5,9 +5,11 @@
 
 #include <atomic>
 #include <chrono>
+#include <functional>
 #include <utility>
 
 #include "core/site_name.h"
+#include "storage/postgresql/job_tables.h"
 #include "storage/postgresql/limits.h"
 #include "storage/postgresql/site_writer.h"
 #include "storage/sql/sql_store.h"
@@ -21,7 +23,13 @@ class PostgresStore : public SqlStore {
  public:
   PostgresStore(std::unique_ptr<SiteLease> lease, std::unique_ptr<Connection> writer,
                 std::vector<std::unique_ptr<Connection>> readers, double resolution_m)
-      : SqlStore(std::move(writer), std::move(readers), resolution_m), lease_(std::move(lease)) {}
+      : SqlStore(std::move(writer), std::move(readers), resolution_m),
+        lease_(std::move(lease)),
+        jobs_(MakeJobBoard([this](const auto& work) { return Read(work); },
+                           [this](const auto& work) { return WriteBy(work); })) {}
+
+  absl::Status PrepareJobs() { return WriteBy(PrepareJobTables); }
+  JobBoard* jobs() override { return jobs_.get(); }
 
   absl::Status Write(const WriteBatch& batch) override {
     absl::Status status = SqlStore::Write(batch);
@@ -48,7 +56,16 @@ class PostgresStore : public SqlStore {
   }
 
  private:
+  absl::Status Read(const std::function<absl::Status(Connection&)>& work) {
+    return AtOneMoment<bool>([&](Connection& reader) -> absl::StatusOr<bool> {
+             if (absl::Status status = work(reader); !status.ok()) return status;
+             return true;
+           })
+        .status();
+  }
+
   const std::unique_ptr<SiteLease> lease_;
+  const std::unique_ptr<JobBoard> jobs_;
   std::atomic<uint64_t> size_{0};
   std::atomic<Clock::rep> next_look_{0};
 };
@@ -95,6 +112,7 @@ absl::StatusOr<std::unique_ptr<MapStore>> OpenPostgresStore(const std::string& u
   }
   auto store = std::make_unique<PostgresStore>(*std::move(lease), *std::move(writer),
                                                std::move(readers), options.resolution_m);
+  if (absl::Status status = store->PrepareJobs(); !status.ok()) return status;
   store->LookAtSize();
   return store;
 }

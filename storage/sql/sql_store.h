@@ -65,6 +65,9 @@ class SqlStore : public MapStore {
     return ReadOnce<T>(*reader, read);
   }
 
+  // As GroupCommit::Run.
+  absl::Status WriteBy(const GroupCommit::Work& work) { return writer_.Run(work); }
+
  private:
   template <typename T, typename Read>
   static absl::StatusOr<T> ReadOnce(Connection& reader, const Read& read) {

@@ -17,6 +17,7 @@
 
 #include "tests/faults/harness/proxy.h"
 #include "tests/faults/harness/server_group.h"
+#include "tests/faults/harness/worker_group.h"
 
 namespace isthmus::faults {
 namespace {
@@ -42,6 +43,10 @@ class Drill {
     }
     group_ = std::make_unique<ServerGroup>(setup.server, folder, stores, options.lease_s);
     group_->AwaitOwner();
+    // By links of their own, which nobody cuts.
+    workers_ = std::make_unique<WorkerGroup>(
+        options.worker_program, folder,
+        std::vector<std::string>(static_cast<size_t>(options.workers), setup.store));
     fleet_ = std::make_unique<Fleet>(setup, FleetOptions{.addresses = {group_->addresses()},
                                                          .period_s = options.period_s,
                                                          .spools = folder + "/spools"});
@@ -75,6 +80,7 @@ class Drill {
     fleet_->Stop();
     fleet_->Finish(report_);
     std::string why;
+    if (!workers_->Stop(&why)) report_.Break(why);
     if (!group_->Stop(&why)) report_.Break(why);
     const StoredMap map = ReadStoredMap("", setup_.store);
     CheckAcks(*fleet_, map, report_);
@@ -83,8 +89,15 @@ class Drill {
   }
 
  private:
-  // One that is not paused yet.
+  // A worker, or a server that is not paused yet.
   void Harm() {
+    const int drawn =
+        std::uniform_int_distribution<int>(0, options_.servers + options_.workers - 1)(random_);
+    if (drawn >= options_.servers) {
+      workers_->Kill(drawn - options_.servers);
+      ++worker_kills_;
+      return;
+    }
     std::vector<int> candidates;
     for (int i = 0; i < options_.servers; ++i) {
       if (!paused_.contains(i)) candidates.push_back(i);
@@ -153,10 +166,10 @@ class Drill {
 
   void Figures() {
     report_.faults = absl::StrFormat(
-        "%d servers, lease %.0f s, %d kills, %d pauses, %d restarts of PostgreSQL, cut off for "
-        "%.0f s, %d robots, seed %d",
-        options_.servers, options_.lease_s, kills_, pauses_, restarts_, options_.cut_s,
-        setup_.robots, setup_.seed);
+        "%d servers, lease %.0f s, %d kills, %d pauses, %d workers, %d of them killed, %d restarts "
+        "of PostgreSQL, cut off for %.0f s, %d robots, seed %d",
+        options_.servers, options_.lease_s, kills_, pauses_, options_.workers, worker_kills_,
+        restarts_, options_.cut_s, setup_.robots, setup_.seed);
     std::string ends;
     for (const auto& [code, count] : group_->ends())
       absl::StrAppend(&ends, " ", count, " with ", code);
@@ -186,12 +199,13 @@ class Drill {
   std::mt19937_64 random_;
   std::vector<std::unique_ptr<Proxy>> links_;  // Of servers to PostgreSQL.
   std::unique_ptr<ServerGroup> group_;
+  std::unique_ptr<WorkerGroup> workers_;
   std::unique_ptr<Fleet> fleet_;
   std::vector<std::pair<std::string, double>> harmed_;  // What the owner was, and when.
   std::map<int, double> paused_;                        // Until when.
   size_t cut_ = 0;
   double mended_s_ = 0;
-  int kills_ = 0, pauses_ = 0, restarts_ = 0;
+  int kills_ = 0, pauses_ = 0, worker_kills_ = 0, restarts_ = 0;
 };
 
 }  // namespace

@@ -11,6 +11,9 @@ namespace isthmus::faults {
 
 struct TakeoverOptions {
   int servers = 3;
+  // Processes that match for the servers, of which one is killed now and then.
+  int workers = 0;
+  std::string worker_program = {};
   double lease_s = 3;
   // Faults of servers: every so many seconds one is killed, or paused for longer than the lease.
   // It is the owner, or any of them.

@@ -12,7 +12,7 @@ namespace {
 
 struct Arguments {
   double minutes = 2;
-  TakeoverOptions takeover = {.cut_s = 20, .restarts = 2};
+  TakeoverOptions takeover = {.worker_program = ISTHMUS_WORKER, .cut_s = 20, .restarts = 2};
   Setup setup = {.server = ISTHMUS_SERVER, .robot = "", .folder = ""};
 };
 
@@ -37,14 +37,18 @@ int Run(Arguments arguments) {
 
 int main(int argc, char** argv) {
   isthmus::faults::Arguments arguments;
-  CLI::App app("Kills, pauses and cuts off servers with spares while robots stream.",
-               "takeover_drill");
+  CLI::App app(
+      "Kills, pauses and cuts off servers with spares, and kills workers, while robots stream.",
+      "takeover_drill");
   app.add_option("--minutes", arguments.minutes, "Of faults")
       ->check(CLI::Range(0.5, 10'000.0))
       ->capture_default_str();
   app.add_option("--seed", arguments.setup.seed, "Of all that is random")->capture_default_str();
   app.add_option("--servers", arguments.takeover.servers, "How many")
       ->check(CLI::Range(2, 16))
+      ->capture_default_str();
+  app.add_option("--workers", arguments.takeover.workers, "Processes that match for the servers")
+      ->check(CLI::Range(0, 16))
       ->capture_default_str();
   app.add_option("--robots", arguments.setup.robots, "How many stream")
       ->check(CLI::Range(1, 4))

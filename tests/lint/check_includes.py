@@ -39,9 +39,15 @@ ALLOWED = {
     # Robots that are found in the map, beside those that make it.
     "server/localisation": (
         {"core", "core/codec", "floam", "server", "server/map"}, STD_LIKE),
+    "server/jobs": (
+        {"core", "core/codec", "core/io", "server/map", "server/matching", "server/pose_graph",
+         "storage"},
+        STD_LIKE,
+    ),
     "server/threads": (
         {"core", "core/codec", "core/io", "server", "server/composition", "server/ingest",
-         "server/map", "server/match_graph", "server/matching", "server/placement", "storage"},
+         "server/jobs", "server/map", "server/match_graph", "server/matching", "server/placement",
+         "storage"},
         STD_LIKE,
     ),
     "server/pipeline": (
@@ -76,6 +82,8 @@ ALLOWED = {
          "server/rpc", "server/web"},
         STD_LIKE | {"yaml", "spdlog", "cli11", "json"},
     ),
+    "server/worker": (
+        {"core", "server/jobs", "server/main", "storage"}, STD_LIKE | {"spdlog", "cli11"}),
     "client/library": (
         {"api", "api/convert", "core", "core/codec", "core/io"},
         STD_LIKE | {"grpc", "protobuf"},

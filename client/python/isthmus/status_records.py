@@ -75,11 +75,13 @@ class QueueLoad:
 
 @dataclass(frozen=True)
 class MatchingLoad:
-    """What is to be matched."""
+    """What is to be matched: here, and, as jobs, by workers."""
 
     idle: bool
     submaps: int
     pairs: int
+    workers: int
+    jobs: int
 
 
 @dataclass(frozen=True)

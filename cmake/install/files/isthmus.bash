@@ -51,4 +51,4 @@ _isthmus() {
   fi  # No reply: files.
 }
 
-complete -o default -F _isthmus isthmus isthmus-server
+complete -o default -F _isthmus isthmus isthmus-server isthmus-worker

@@ -1,11 +1,11 @@
-#include "server/threads/prepared_store.h"
+#include "server/jobs/prepared_store.h"
 
 #include <string>
 #include <utility>
 
 #include "core/codec/zstd_frame.h"
+#include "server/jobs/limits.h"
 #include "server/matching/prepared/prepared_submap_codec.h"
-#include "server/threads/limits.h"
 
 namespace isthmus::server {
 

@@ -1,0 +1,28 @@
+// Limits of matching as a job: what is kept ready for it, and how much is handed out.
+//
+// Guesses that were never varied, but for what names a reason; none of them changes a map, all
+// change when it is there.
+#pragma once
+
+#include <absl/time/time.h>
+
+#include <cstddef>
+#include <cstdint>
+
+namespace isthmus::server {
+
+// Maps that are kept ready at most: the robots of a team. Memory, about a megabyte per submap.
+inline constexpr size_t kMaxPreparedMaps = 8;
+// Bytes of a prepared submap as stored: kMaxViews of 33 kB, and more points than a submap has. A
+// record that claims more is not read.
+inline constexpr uint64_t kMaxPreparedBytes = uint64_t{1} << 28;
+
+// Jobs on the board at a time: some for each of a dozen workers, so that none waits for the next
+// one, and few enough that what is posted is new when it is taken. Beyond that pairs wait.
+inline constexpr size_t kMaxPostedJobs = 32;
+// Between two looks at what workers have done, and at whether there are any. The first is how much
+// later a match is in the map; the question takes less than a millisecond.
+inline constexpr double kLookForResultsMs = 200, kLookForWorkersMs = 2000;
+inline constexpr absl::Duration kLookForWorkersIdle = absl::Seconds(5);
+
+}  // namespace isthmus::server

@@ -1,0 +1,121 @@
+#include "server/jobs/pair_runner.h"
+
+#include <absl/strings/str_cat.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "server/jobs/limits.h"
+
+namespace isthmus::server {
+namespace {
+
+bool AreSame(const Pose& a, const Pose& b) {
+  return a.rotation().coeffs() == b.rotation().coeffs() && a.translation() == b.translation();
+}
+
+bool AreSame(const std::vector<Pose>& a, const std::vector<Pose>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [](const Pose& p, const Pose& q) { return AreSame(p, q); });
+}
+
+bool AreSame(const matching::SessionShape& a, const matching::SessionShape& b) {
+  return AreSame(a.best, b.best) && AreSame(a.odometry, b.odometry) &&
+         std::equal(a.edges.begin(), a.edges.end(), b.edges.begin(), b.edges.end(),
+                    [](const pose_graph::Edge& e, const pose_graph::Edge& f) {
+                      return e.a == f.a && e.b == f.b && AreSame(e.T_a_b, f.T_a_b) &&
+                             e.information == f.information && e.may_be_wrong == f.may_be_wrong &&
+                             e.weight == f.weight;
+                    });
+}
+
+bool AreSame(const MapOfJob& a, const MapOfJob& b) {
+  return a.session == b.session && a.submaps == b.submaps && a.stamps_ns == b.stamps_ns &&
+         AreSame(a.T_odom_submap, b.T_odom_submap) && a.shape.has_value() == b.shape.has_value() &&
+         (!a.shape || AreSame(*a.shape, *b.shape));
+}
+
+}  // namespace
+
+void SuggestKnown(const Match& known, matching::PairMatcher* matcher) {
+  const bool accepted = known.state == MatchState::kAccepted;
+  if (accepted || !known.edges.empty()) matcher->Suggest(known);
+  for (const RivalMatch& rival : known.rivals) {
+    if (accepted || rival.edges.empty()) continue;
+    Match guess;
+    guess.T_a_b = rival.T_a_b;
+    guess.matcher = rival.matcher;
+    guess.edges = rival.edges;
+    matcher->Suggest(guess);
+  }
+}
+
+PairRunner::PairRunner(storage::MapStore* store, const Options& options)
+    : submaps_(store, options.submap_cache_bytes, [](const SubmapId&, const std::string&) {}),
+      prepared_store_(store, &submaps_),
+      prepared_([this](const auto& outline) { return GetPrepared(outline); },
+                options.prepared_bytes) {}
+
+std::shared_ptr<const matching::PreparedSubmap> PairRunner::GetPrepared(
+    const std::shared_ptr<const Submap>& outline) const {
+  if (stop_.stop_requested()) throw Stopped();
+  return prepared_store_.Get(outline);
+}
+
+std::shared_ptr<const Submap> PairRunner::OutlineOf(const MapOfJob& map, size_t k) {
+  const SubmapId id{map.session, map.submaps[k]};
+  std::shared_ptr<const Submap> outline = submaps_.Outline(id);
+  if (outline != nullptr && outline->first_stamp_ns != map.stamps_ns[k]) {
+    submaps_.Forget(id);
+    outline = submaps_.Outline(id);
+    if (outline != nullptr && outline->first_stamp_ns != map.stamps_ns[k]) return nullptr;
+  }
+  if (outline == nullptr || AreSame(outline->T_odom_submap, map.T_odom_submap[k])) return outline;
+  auto moved = std::make_shared<Submap>(*outline);
+  moved->T_odom_submap = map.T_odom_submap[k];
+  return moved;
+}
+
+std::shared_ptr<const PairRunner::Kept> PairRunner::MapOf(const MapOfJob& map) {
+  if (const auto* kept = maps_.Use(map.session); kept != nullptr && AreSame((*kept)->of, map)) {
+    return *kept;
+  }
+  // What was made of the map as it was is not grown with it: the result would not be the same as
+  // that of a worker who never had it.
+  prepared_.Forget(map.session);
+  auto kept = std::make_shared<Kept>();
+  kept->of = map;
+  kept->map.map.session = map.session;
+  kept->map.map.points = [this](const SubmapId& id) { return submaps_.Get(id); };
+  for (size_t k = 0; k < map.submaps.size(); ++k) {
+    kept->map.map.submaps.push_back(OutlineOf(map, k));
+    if (kept->map.map.submaps.back() == nullptr) return nullptr;
+  }
+  if (map.shape) kept->map.shape = std::make_shared<const matching::SessionShape>(*map.shape);
+  maps_.Put(map.session, kept);
+  while (maps_.size() > kMaxPreparedMaps) maps_.DropOldest();
+  return kept;
+}
+
+absl::StatusOr<Match> PairRunner::Run(const PairJob& job, std::stop_token stop) {
+  stop_ = stop;
+  try {
+    const auto a = MapOf(job.a), b = MapOf(job.b);
+    if (a == nullptr || b == nullptr) {
+      return absl::FailedPreconditionError("submaps of it are not there, or cannot be read");
+    }
+    matching::MatcherOptions options = job.options;
+    options.stop = std::move(stop);
+    matching::PairMatcher matcher(options);
+    if (job.known) SuggestKnown(*job.known, &matcher);
+    matcher.SetAnchors(job.anchors);
+    Match match = matcher.Update(*prepared_.Get(a->map), *prepared_.Get(b->map), job.search);
+    if (stop_.stop_requested()) throw Stopped();
+    match.computed_ns = job.posted_ns;
+    return match;
+  } catch (const Stopped&) {
+    return absl::CancelledError("stopped");
+  }
+}
+
+}  // namespace isthmus::server

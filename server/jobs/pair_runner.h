@@ -1,0 +1,60 @@
+// The worker's part of a PairJob: the match itself.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <memory>
+#include <stop_token>
+#include <string>
+
+#include "core/lru_cache.h"
+#include "server/jobs/pair_job.h"
+#include "server/jobs/prepared_maps.h"
+#include "server/jobs/prepared_store.h"
+#include "server/map/submap_cache.h"
+#include "server/matching/pairs/matcher.h"
+#include "storage/map_store.h"
+
+namespace isthmus::server {
+
+// Lets a matcher that begins anew try what is known of the pair: a rival may be what others
+// settled.
+void SuggestKnown(const Match& known, matching::PairMatcher* matcher);
+
+// Maps stay ready from one job to the next that has them. Not thread safe.
+class PairRunner {
+ public:
+  struct Options {
+    size_t submap_cache_bytes = size_t{64} << 20;
+    size_t prepared_bytes = size_t{128} << 20;
+  };
+
+  PairRunner(storage::MapStore* store, const Options& options);
+
+  // The match, of the same job always the same but for the times of its stages. Cancelled once
+  // `stop` is requested; FailedPrecondition where submaps of it are not in the store any more, as
+  // they were retired since or cannot be read. May throw what matching throws.
+  absl::StatusOr<Match> Run(const PairJob& job, std::stop_token stop);
+
+ private:
+  struct Kept {
+    MapOfJob of;
+    ShapedMap map;
+  };
+  // Null where submaps are missing.
+  std::shared_ptr<const Kept> MapOf(const MapOfJob& map);
+  // Null where it is not the one that is meant.
+  std::shared_ptr<const Submap> OutlineOf(const MapOfJob& map, size_t k);
+  std::shared_ptr<const matching::PreparedSubmap> GetPrepared(
+      const std::shared_ptr<const Submap>& outline) const;
+
+  struct Stopped {};
+
+  SubmapCache submaps_;
+  const PreparedStore prepared_store_;
+  PreparedMaps prepared_;
+  std::stop_token stop_;
+  LruCache<SessionId, std::shared_ptr<const Kept>> maps_;  // As of the latest jobs.
+};
+
+}  // namespace isthmus::server

@@ -1,0 +1,201 @@
+// isthmus-worker: takes work off the servers of sites that are kept in PostgreSQL.
+#include <absl/strings/str_cat.h>
+#include <absl/strings/str_format.h>
+#include <absl/time/clock.h>
+#include <absl/time/time.h>
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <atomic>
+#include <chrono>
+#include <cstdio>
+#include <iostream>
+#include <memory>
+#include <optional>
+#include <random>
+#include <stop_token>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "core/caught.h"
+#include "core/concurrency/event_count.h"
+#include "core/site_name.h"
+#include "server/main/log.h"
+#include "server/main/log_flags.h"
+#include "server/main/stop_signal.h"
+#include "server/worker/site_worker.h"
+#include "storage/postgresql/postgresql.h"
+
+namespace isthmus::server {
+namespace {
+
+// Exit codes, as docs/api.md promises them.
+enum ExitCode { kStopped = 0, kUsage = 2, kStore = 3 };
+
+// Between two looks at sites that have no jobs, a question of less than a millisecond each; and
+// between attempts to reach one that cannot be worked for now.
+constexpr std::chrono::milliseconds kLookForJobs{250}, kTryAgain{2000};
+// Between two looks at whether the work has ended by itself.
+constexpr std::chrono::milliseconds kTick{100};
+
+struct Arguments {
+  std::string store;
+  std::vector<std::string> sites = {kDefaultSite};
+  int cache_mb = 256;
+  LogOptions log;
+};
+
+// "robots-1/4711/3f2a": no other process has it, though process numbers come again.
+std::string NameOfThis() {
+  char host[256] = "";
+  gethostname(host, sizeof(host) - 1);
+  return absl::StrCat(host, "/", getpid(), "/", absl::Hex(std::random_device()()));
+}
+
+// A site, and what was said of it last.
+struct Site {
+  std::string name;
+  std::unique_ptr<SiteWorker> worker = nullptr;
+  std::string trouble = {};
+
+  // Says it once.
+  void Note(const absl::Status& status) {
+    const std::string now = status.ok() ? "" : std::string(status.message());
+    if (now == trouble) return;
+    if (now.empty()) {
+      Log(spdlog::level::info, "at work", LogFields{.site = name});
+    } else {
+      Log(spdlog::level::warn, absl::StrCat("waits: ", now), LogFields{.site = name});
+    }
+    trouble = now;
+  }
+};
+
+class Worker {
+ public:
+  explicit Worker(const Arguments& arguments) : store_(arguments.store), me_(NameOfThis()) {
+    const size_t bytes = (static_cast<size_t>(arguments.cache_mb) << 20) / arguments.sites.size();
+    options_ = {.submap_cache_bytes = bytes / 3, .prepared_bytes = bytes - bytes / 3};
+    for (const std::string& name : arguments.sites) sites_.push_back({name});
+  }
+
+  // Until `stop`; an error that waiting does not mend ends it before.
+  absl::Status Run(std::stop_token stop) {
+    const std::stop_callback wake(stop, [this] { stopped_.Notify(); });
+    while (!stop.stop_requested()) {
+      bool did_some = false, all_open = true;
+      for (Site& site : sites_) {
+        const absl::Status status = Serve(site, stop, &did_some);
+        if (absl::IsFailedPrecondition(status) || absl::IsInvalidArgument(status)) return status;
+        site.Note(status);
+        all_open = all_open && status.ok();
+      }
+      if (did_some) continue;
+      stopped_.WaitPast(0, absl::Now() + absl::FromChrono(all_open ? kLookForJobs : kTryAgain));
+    }
+    return absl::OkStatus();
+  }
+
+ private:
+  absl::Status Serve(Site& site, const std::stop_token& stop, bool* did_some) {
+    if (site.worker == nullptr) {
+      auto worker = SiteWorker::Open(store_, site.name, me_, options_);
+      if (!worker.ok()) return worker.status();
+      site.worker = *std::move(worker);
+      Log(spdlog::level::info, "at work", LogFields{.site = site.name});
+    }
+    const auto done = site.worker->RunOne(stop);
+    if (!done.ok()) {
+      // What was lost with the way is taken by others; the way is found again by itself.
+      return absl::UnavailableError(done.status().message());
+    }
+    if (!*done) return absl::OkStatus();
+    *did_some = true;
+    const SiteWorker::Done& job = **done;
+    if (job.status.ok()) {
+      Log(spdlog::level::info, absl::StrFormat("%s: %.2f s", job.key, job.seconds),
+          LogFields{.site = site.name});
+    } else {
+      Log(absl::IsCancelled(job.status) ? spdlog::level::info : spdlog::level::warn,
+          absl::StrCat(job.key, ": ", job.status.message()), LogFields{.site = site.name});
+    }
+    return absl::OkStatus();
+  }
+
+  const std::string store_, me_;
+  PairRunner::Options options_;
+  std::vector<Site> sites_;
+  EventCount stopped_;
+};
+
+// `result` is what CLI11 would return; set when the program is to end here.
+bool Parse(int argc, char** argv, Arguments& arguments, int& result) {
+  CLI::App app(
+      "Matches pairs of robots' maps for the servers of sites that are kept in PostgreSQL. Start "
+      "as "
+      "many as there are cores to spare, on any machine that reaches the database.",
+      "isthmus-worker");
+  app.set_version_flag("--version", "isthmus-worker " ISTHMUS_VERSION);
+  app.add_option("--store", arguments.store,
+                 "The servers' PostgreSQL database, postgresql://USER@HOST/DATABASE")
+      ->required();
+  app.add_option("--site", arguments.sites, "Sites to work for, several or one (default: default)");
+  app.add_option("--cache-mb", arguments.cache_mb, "Memory for maps that are kept ready, about")
+      ->check(CLI::Range(16, 1 << 20))
+      ->capture_default_str();
+  AddLogOptions(app, arguments.log);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    const int code = app.exit(error, std::cout, std::cerr);
+    result = code == 0 ? kStopped : kUsage;
+    return false;
+  }
+  return true;
+}
+
+int Fail(ExitCode code, const absl::Status& status) {
+  spdlog::error("{}", std::string(status.message()));
+  return code;
+}
+
+int Run(const Arguments& arguments) {
+  if (absl::Status status = storage::CheckPostgresUrl(arguments.store); !status.ok()) {
+    return Fail(kUsage, status);
+  }
+  StopSignal signal;  // Before any thread, so that all of them leave the signals to it.
+  std::stop_source stop;
+  std::atomic<bool> has_ended = false;
+  absl::Status status;
+  std::jthread working([&] {
+    status = Worker(arguments).Run(stop.get_token());
+    has_ended = true;
+  });
+  std::optional<std::string> name;
+  while (!name && !has_ended) name = signal.WaitFor(kTick, OnHangup);
+  if (name) spdlog::info("{} received: what is at hand is given back", *name);
+  stop.request_stop();
+  working.join();
+  return status.ok() ? kStopped : Fail(kStore, status);
+}
+
+}  // namespace
+}  // namespace isthmus::server
+
+int main(int argc, char** argv) {
+  isthmus::server::Arguments arguments;
+  int result = 0;
+  if (!isthmus::server::Parse(argc, argv, arguments, result)) return result;
+  const absl::Status logs = isthmus::server::StartLogging(arguments.log);
+  if (!logs.ok()) {
+    std::fprintf(stderr, "isthmus-worker: %s\n", std::string(logs.message()).c_str());
+    return isthmus::server::kUsage;
+  }
+  try {
+    return isthmus::server::Run(arguments);
+  } catch (...) {
+    return isthmus::server::Fail(isthmus::server::kStore, isthmus::CaughtStatus());
+  }
+}

@@ -1,0 +1,112 @@
+#include "server/worker/site_worker.h"
+
+#include <absl/time/clock.h>
+#include <absl/time/time.h>
+
+#include <utility>
+
+#include "core/caught.h"
+#include "core/concurrency/thread_role.h"
+#include "core/stopwatch.h"
+#include "server/jobs/pair_job.h"
+#include "storage/postgresql/limits.h"
+
+namespace isthmus::server {
+
+SiteWorker::SiteWorker(std::unique_ptr<storage::MapStore> store,
+                       std::unique_ptr<storage::JobTaker> taker, const PairRunner::Options& options)
+    : store_(std::move(store)),
+      taker_(std::move(taker)),
+      runner_(store_.get(), options),
+      signs_([this] { GiveSigns(); }) {}
+
+SiteWorker::~SiteWorker() {
+  {
+    MutexLock lock(&mutex_);
+    is_ending_ = true;
+    changed_.SignalAll();
+  }
+  signs_.join();
+}
+
+absl::StatusOr<std::unique_ptr<SiteWorker>> SiteWorker::Open(const std::string& url,
+                                                             const std::string& site,
+                                                             const std::string& name,
+                                                             const PairRunner::Options& options) {
+  auto store = storage::OpenWorkerStore(url, site);
+  if (!store.ok()) return store.status();
+  auto taker = storage::JobTaker::Open(url, site, name);
+  if (!taker.ok()) return taker.status();
+  return std::unique_ptr<SiteWorker>(new SiteWorker(*std::move(store), *std::move(taker), options));
+}
+
+void SiteWorker::GiveSigns() {
+  NameThread("signs");
+  while (true) {
+    std::optional<storage::TakenJob> job;
+    {
+      MutexLock lock(&mutex_);
+      if (!is_ending_) {
+        changed_.WaitWithDeadline(&mutex_, absl::Now() + absl::FromChrono(storage::kWorkerSign));
+      }
+      if (is_ending_) return;
+      if (at_hand_) job = storage::TakenJob{at_hand_->id, at_hand_->attempt, {}, {}};
+    }
+    const absl::StatusOr<bool> is_ours = taker_->KeepAlive(job);
+    if (!is_ours.ok() || *is_ours) continue;  // Away, it may be back before the lease ends.
+    MutexLock lock(&mutex_);
+    if (at_hand_ && at_hand_->id == job->id && at_hand_->attempt == job->attempt) {
+      lost_.request_stop();
+    }
+  }
+}
+
+absl::StatusOr<std::string> SiteWorker::Compute(const storage::TakenJob& job,
+                                                std::stop_token stop) {
+  try {
+    const absl::StatusOr<PairJob> pair = DecodePairJob(job.payload);
+    if (!pair.ok()) return pair.status();
+    const absl::StatusOr<Match> match = runner_.Run(*pair, std::move(stop));
+    if (!match.ok()) return match.status();
+    return EncodeMatch(*match);
+  } catch (...) {
+    return CaughtStatus();
+  }
+}
+
+absl::StatusOr<std::optional<SiteWorker::Done>> SiteWorker::RunOne(std::stop_token stop) {
+  absl::StatusOr<std::optional<storage::TakenJob>> taken = taker_->Take();
+  if (!taken.ok()) return taken.status();
+  if (!*taken) return std::nullopt;
+  const storage::TakenJob job = **std::move(taken);
+  std::stop_source lost;
+  {
+    MutexLock lock(&mutex_);
+    at_hand_ = job;
+    lost_ = lost;
+  }
+  const Stopwatch watch;
+  absl::StatusOr<std::string> result;
+  {
+    const std::stop_callback end(stop, [&lost] { lost.request_stop(); });
+    result = Compute(job, lost.get_token());
+  }
+  {
+    MutexLock lock(&mutex_);
+    at_hand_.reset();
+  }
+  absl::StatusOr<bool> is_ours = true;
+  if (result.ok()) {
+    is_ours = taker_->Finish(job, *result);
+  } else if (absl::IsCancelled(result.status())) {
+    is_ours = taker_->GiveBack(job);
+  } else {
+    is_ours = taker_->Fail(job, std::string(result.status().message()));
+  }
+  if (!is_ours.ok()) return is_ours.status();
+  Done done{job.key, result.status(), watch.Ms() / 1000};
+  if (!*is_ours) done.status = absl::AbortedError("it was another's by then, or withdrawn");
+  return done;
+}
+
+}  // namespace isthmus::server

@@ -1,0 +1,58 @@
+// A worker of one site: takes its jobs, does them one by one, leaves the results.
+#pragma once
+
+#include <absl/status/status.h>
+#include <absl/status/statusor.h>
+
+#include <memory>
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <thread>
+
+#include "core/concurrency/mutex.h"
+#include "server/jobs/pair_runner.h"
+#include "storage/map_store.h"
+#include "storage/postgresql/worker_store.h"
+
+namespace isthmus::server {
+
+// While the object lives the site's server knows of the worker, by a thread that gives signs of
+// life. Not thread safe.
+class SiteWorker {
+ public:
+  // Errors as OpenWorkerStore and JobTaker::Open. `name` is one that no other worker has.
+  static absl::StatusOr<std::unique_ptr<SiteWorker>> Open(const std::string& url,
+                                                          const std::string& site,
+                                                          const std::string& name,
+                                                          const PairRunner::Options& options);
+  ~SiteWorker();
+
+  struct Done {
+    std::string key;
+    absl::Status status;  // Of the job: why there is no result.
+    double seconds = 0;
+  };
+  // Does a job; nothing where there is none. What is under way when `stop` is requested is given
+  // back, for another worker. Errors are those of the way to the database.
+  absl::StatusOr<std::optional<Done>> RunOne(std::stop_token stop);
+
+ private:
+  SiteWorker(std::unique_ptr<storage::MapStore> store, std::unique_ptr<storage::JobTaker> taker,
+             const PairRunner::Options& options);
+  void GiveSigns();
+  // The result's bytes.
+  absl::StatusOr<std::string> Compute(const storage::TakenJob& job, std::stop_token stop);
+
+  const std::unique_ptr<storage::MapStore> store_;
+  const std::unique_ptr<storage::JobTaker> taker_;
+  PairRunner runner_;
+  Mutex mutex_;
+  CondVar changed_;
+  bool is_ending_ ABSL_GUARDED_BY(mutex_) = false;
+  std::optional<storage::TakenJob> at_hand_ ABSL_GUARDED_BY(mutex_);
+  std::stop_source lost_ ABSL_GUARDED_BY(mutex_);  // The job at hand is another's.
+  std::thread signs_;
+};
+
+}  // namespace isthmus::server

@@ -1,0 +1,50 @@
+// The work that a site's server hands out to workers: jobs on a board that all of them reach.
+#pragma once
+
+#include <absl/status/status.h>
+#include <absl/status/statusor.h>
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace isthmus::storage {
+
+// A job is a key, of which the board has one at a time, and a payload: all that its result follows
+// from beside records that never change, so that whoever does it, and however often, it comes out
+// the same. Both are the poster's affair.
+struct PostedJob {
+  std::string key;
+  std::string payload;
+};
+
+struct EndedJob {
+  int64_t id = 0;
+  std::string key;
+  std::string result;
+  std::string problem;        // Why there is no result; empty: there is.
+  bool is_set_aside = false;  // Worker after worker ended while it was at it.
+};
+
+// The server's side. What is on it may be lost with the database's last moments and is no record of
+// anything: it can be posted again. Thread safe. Errors as MapStore's.
+class JobBoard {
+ public:
+  virtual ~JobBoard() = default;
+
+  // Workers that were heard of lately. Changes nothing.
+  virtual absl::StatusOr<int64_t> CountWorkers() = 0;
+  // In place of one of the same key, whose worker is not listened to any more. FailedPrecondition,
+  // with the reason, where one of that key was set aside.
+  virtual absl::Status Post(const PostedJob& job) = 0;
+  // Those that have not ended, in order of posting.
+  virtual absl::StatusOr<std::vector<PostedJob>> ListOpen() = 0;
+  // In order of posting. Those that are set aside are listed once.
+  virtual absl::StatusOr<std::vector<EndedJob>> ListEnded() = 0;
+  // Takes ended ones off the board; those set aside stay as a warning.
+  virtual absl::Status Remove(const std::vector<EndedJob>& jobs) = 0;
+  // Takes all off that have not ended.
+  virtual absl::Status Withdraw() = 0;
+};
+
+}  // namespace isthmus::storage

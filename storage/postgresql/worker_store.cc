@@ -1,0 +1,156 @@
+#include "storage/postgresql/worker_store.h"
+
+#include <absl/strings/str_cat.h>
+
+#include <utility>
+#include <vector>
+
+#include "core/codec/quantized.h"
+#include "storage/postgresql/job_tables.h"
+#include "storage/postgresql/limits.h"
+#include "storage/postgresql/migrations.h"
+#include "storage/postgresql/postgres_store.h"
+#include "storage/sql/sql_store.h"
+
+namespace isthmus::storage {
+namespace {
+
+class WorkerStore : public SqlStore {
+ public:
+  // It rounds no coordinates, as it stores no submaps.
+  WorkerStore(std::unique_ptr<Connection> writer, std::vector<std::unique_ptr<Connection>> readers)
+      : SqlStore(std::move(writer), std::move(readers), codec::kMinResolutionM) {}
+
+  absl::Status Write(const WriteBatch& /*batch*/) override { return NotTheOwner(); }
+  absl::Status DeleteSession(const SessionId& /*session*/,
+                             const std::vector<Event>& /*events*/) override {
+    return NotTheOwner();
+  }
+
+ private:
+  static absl::Status NotTheOwner() {
+    return absl::FailedPreconditionError("a worker does not change the map");
+  }
+};
+
+PostgresTarget TargetOf(const std::string& url, const std::string& site) {
+  PostgresTarget target{url, SchemaOfSite(site), "", /*sync_every_commit=*/false};
+  target.application = absl::StrCat(target.schema, " worker");
+  return target;
+}
+
+// Of a change of one row.
+absl::StatusOr<bool> IsOne(const absl::StatusOr<int64_t>& changed) {
+  if (!changed.ok()) return changed.status();
+  return *changed == 1;
+}
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<MapStore>> OpenWorkerStore(const std::string& url,
+                                                          const std::string& site) {
+  if (absl::Status status = CheckSite(site); !status.ok()) return status;
+  const PostgresTarget target = TargetOf(url, site);
+  auto writer = PostgresConnection::Open(target);
+  if (!writer.ok()) return writer.status();
+  if (absl::Status status = CheckIsNewest(**writer, target.schema); !status.ok()) return status;
+  std::vector<std::unique_ptr<Connection>> readers;
+  auto reader = PostgresConnection::Open(target);
+  if (!reader.ok()) return reader.status();
+  readers.push_back(*std::move(reader));
+  return std::make_unique<WorkerStore>(*std::move(writer), std::move(readers));
+}
+
+JobTaker::JobTaker(std::unique_ptr<PostgresConnection> connection, std::string worker)
+    : connection_(std::move(connection)), worker_(std::move(worker)) {}
+
+JobTaker::~JobTaker() {
+  MutexLock lock(&mutex_);
+  connection_->Prepare("DELETE FROM workers WHERE name = ?")
+      .Bind(worker_)
+      .Change()
+      .status()
+      .IgnoreError();
+}
+
+absl::StatusOr<std::unique_ptr<JobTaker>> JobTaker::Open(const std::string& url,
+                                                         const std::string& site,
+                                                         const std::string& worker) {
+  auto connection = PostgresConnection::Open(TargetOf(url, site));
+  if (!connection.ok()) return connection.status();
+  std::unique_ptr<JobTaker> taker(new JobTaker(*std::move(connection), worker));
+  if (auto alive = taker->KeepAlive(std::nullopt); !alive.ok()) return alive.status();
+  return taker;
+}
+
+absl::StatusOr<std::optional<TakenJob>> JobTaker::Take() {
+  MutexLock lock(&mutex_);
+  absl::Status status =
+      connection_
+          ->Prepare(
+              "UPDATE jobs SET state = 'set aside' WHERE state = 'taken' AND attempt >= ? "
+              "AND lease_until < clock_timestamp()")
+          .Bind(kMaxAttempts)
+          .Change()
+          .status();
+  if (!status.ok()) return status;
+  // Whoever finds the first one locked, as another worker takes it just now, takes the next.
+  Statement row = connection_->Prepare(
+      "UPDATE jobs SET state = 'taken', attempt = attempt + 1, worker = ?, lease_until = "
+      "clock_timestamp() + ? * interval '1 ms' WHERE id = (SELECT id FROM jobs WHERE version = ? "
+      "AND (state = 'waiting' OR state = 'taken' AND lease_until < clock_timestamp()) "
+      "ORDER BY id LIMIT 1 FOR UPDATE SKIP LOCKED) RETURNING id, attempt, key, payload");
+  const absl::StatusOr<bool> found =
+      row.Bind(worker_).Bind(int64_t{kJobLease.count()}).Bind(JobVersion()).Step();
+  if (!found.ok()) return found.status();
+  if (!*found) return std::nullopt;
+  return TakenJob{row.Int(0), row.Int(1), row.Text(2), row.Text(3)};
+}
+
+absl::StatusOr<bool> JobTaker::KeepAlive(const std::optional<TakenJob>& job) {
+  MutexLock lock(&mutex_);
+  absl::Status status = connection_
+                            ->Prepare(
+                                "INSERT INTO workers (name, seen) VALUES (?, clock_timestamp()) "
+                                "ON CONFLICT (name) DO UPDATE SET seen = excluded.seen")
+                            .Bind(worker_)
+                            .Change()
+                            .status();
+  if (!status.ok() || !job) return status.ok() ? absl::StatusOr<bool>(true) : status;
+  const absl::StatusOr<int64_t> renewed =
+      connection_
+          ->Prepare(
+              "UPDATE jobs SET lease_until = clock_timestamp() + ? * interval '1 ms' "
+              "WHERE id = ? AND attempt = ? AND state = 'taken'")
+          .Bind(int64_t{kJobLease.count()})
+          .Bind(job->id)
+          .Bind(job->attempt)
+          .Change();
+  return IsOne(renewed);
+}
+
+absl::StatusOr<bool> JobTaker::Finish(const TakenJob& job, const std::string& result) {
+  MutexLock lock(&mutex_);
+  Statement end = connection_->Prepare(
+      "UPDATE jobs SET state = 'done', result = ? WHERE id = ? AND attempt = ? AND state = "
+      "'taken'");
+  return IsOne(end.BindBlob(result).Bind(job.id).Bind(job.attempt).Change());
+}
+
+absl::StatusOr<bool> JobTaker::Fail(const TakenJob& job, const std::string& problem) {
+  MutexLock lock(&mutex_);
+  Statement end = connection_->Prepare(
+      "UPDATE jobs SET state = 'failed', problem = ? WHERE id = ? AND attempt = ? AND state = "
+      "'taken'");
+  return IsOne(end.Bind(problem).Bind(job.id).Bind(job.attempt).Change());
+}
+
+absl::StatusOr<bool> JobTaker::GiveBack(const TakenJob& job) {
+  MutexLock lock(&mutex_);
+  Statement end = connection_->Prepare(
+      "UPDATE jobs SET state = 'waiting', attempt = attempt - 1 WHERE id = ? AND attempt = ? AND "
+      "state = 'taken'");
+  return IsOne(end.Bind(job.id).Bind(job.attempt).Change());
+}
+
+}  // namespace isthmus::storage

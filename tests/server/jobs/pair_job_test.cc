@@ -1,0 +1,111 @@
+// What is sent to a worker and back arrives as it was, or not at all.
+#include "server/jobs/pair_job.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "tests/storage/records.h"
+
+namespace isthmus::server {
+namespace {
+
+PairJob MakeJob() {
+  PairJob job;
+  for (MapOfJob* map : {&job.a, &job.b}) {
+    map->session = SessionId(map == &job.a ? "alice-1" : "bob-1");
+    map->submaps = {0, 1, 7};
+    map->stamps_ns = {17, 18, 1'700'000'000'000'000'001};
+    for (int k = 0; k < 3; ++k) {
+      map->T_odom_submap.push_back(Pose::FromXyzRpy(k, 0.1, 0.2, 0.01, 0.02, k));
+    }
+  }
+  matching::SessionShape& shape = job.b.shape.emplace();
+  shape.best = shape.odometry = job.b.T_odom_submap;
+  pose_graph::Edge edge;
+  edge.a = 2;
+  edge.T_a_b = Pose::FromXyzRpy(1, 2, 3, 0.1, 0.2, 0.3);
+  edge.information(1, 2) = edge.information(2, 1) = 0.3;
+  edge.may_be_wrong = true;
+  edge.weight = 0.25;
+  shape.edges = {edge, edge};
+  job.anchors = {storage::MakeAnchor("alice-1", 1)};
+  job.known = storage::MakeMatch("alice-1", "bob-1");
+  job.known->cycle_m = 0.5;
+  job.known->cycle_deg = 0.75;
+  job.options.search = matching::SearchMode::kBirdsEye;
+  job.options.min_probability = 0.875;
+  job.search = true;
+  job.posted_ns = 1'700'000'000'000'000'077;
+  return job;
+}
+
+TEST(PairJobTest, ArrivesAsItWas) {
+  const PairJob job = MakeJob();
+  const std::string bytes = EncodePairJob(job);
+  const absl::StatusOr<PairJob> read = DecodePairJob(bytes);
+  ASSERT_TRUE(read.ok()) << read.status();
+  EXPECT_EQ(EncodePairJob(*read), bytes);  // Bit by bit, as far as it is sent at all: see below.
+  EXPECT_EQ(read->b.submaps, job.b.submaps);
+  EXPECT_EQ(read->b.stamps_ns, job.b.stamps_ns);
+  EXPECT_FALSE(read->a.shape.has_value());
+  ASSERT_TRUE(read->b.shape.has_value());
+  ASSERT_EQ(read->b.shape->edges.size(), 2u);
+  EXPECT_EQ(read->b.shape->edges[1].a, 2);
+  EXPECT_EQ(read->b.shape->edges[1].information(2, 1), 0.3);
+  EXPECT_TRUE(read->b.shape->edges[1].may_be_wrong);
+  EXPECT_EQ(read->b.shape->edges[1].weight, 0.25);
+  EXPECT_EQ(read->anchors[0].note, "the corner stone");
+  EXPECT_EQ(read->options.search, matching::SearchMode::kBirdsEye);
+  EXPECT_EQ(read->options.min_probability, 0.875);
+  EXPECT_TRUE(read->search);
+  EXPECT_EQ(read->posted_ns, job.posted_ns);
+}
+
+TEST(PairJobTest, AMatchLosesNoField) {
+  const Match match = *MakeJob().known;
+  const Match read = DecodeMatch(EncodeMatch(match)).value();
+  EXPECT_EQ(read.detail, match.detail);
+  EXPECT_EQ(read.state, match.state);
+  EXPECT_EQ(read.reason, match.reason);
+  EXPECT_EQ(read.confidence, match.confidence);
+  EXPECT_EQ(read.cycle_m, 0.5);
+  EXPECT_EQ(read.cycle_deg, 0.75);
+  EXPECT_EQ(read.matcher, match.matcher);
+  EXPECT_EQ(read.computed_ns, match.computed_ns);
+  EXPECT_EQ(read.stages[1].stage, "vgicp");
+  EXPECT_EQ(read.stages[1].ms, 3.25);
+  ASSERT_EQ(read.edges.size(), match.edges.size());
+  EXPECT_EQ(read.edges[1].submap_b, match.edges[1].submap_b);
+  EXPECT_EQ(read.edges[1].information, match.edges[1].information);
+  ASSERT_EQ(read.rivals.size(), 2u);
+  EXPECT_EQ(read.rivals[0].reason, MatchReason::kPossibleTwin);
+  EXPECT_EQ(read.rivals[0].edges.size(), 1u);
+  EXPECT_EQ(read.rivals[1].state, MatchState::kRejected);
+}
+
+TEST(PairJobTest, WhatIsCutOffOrDamagedIsRefused) {
+  const std::string bytes = EncodePairJob(MakeJob());
+  for (size_t size = 0; size < bytes.size(); ++size) {
+    ASSERT_FALSE(DecodePairJob(bytes.substr(0, size)).ok()) << size;
+  }
+  for (size_t at = 0; at < bytes.size(); ++at) {
+    std::string damaged = bytes;
+    damaged[at] = static_cast<char>(damaged[at] ^ 0x10);
+    ASSERT_FALSE(DecodePairJob(damaged).ok()) << at;
+  }
+  EXPECT_FALSE(DecodePairJob(bytes + "x").ok());
+  EXPECT_FALSE(DecodeMatch(bytes).ok());
+}
+
+TEST(PairJobTest, AMapWhosePartsDoNotFitIsRefused) {
+  PairJob job = MakeJob();
+  job.a.T_odom_submap.pop_back();
+  EXPECT_FALSE(DecodePairJob(EncodePairJob(job)).ok());
+  job = MakeJob();
+  job.b.shape->edges[0].b = 3;
+  EXPECT_FALSE(DecodePairJob(EncodePairJob(job)).ok());
+}
+
+}  // namespace
+}  // namespace isthmus::server

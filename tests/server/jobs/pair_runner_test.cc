@@ -1,0 +1,119 @@
+// A match by a worker is that of its job, whoever does it and whatever he did before.
+#include "server/jobs/pair_runner.h"
+
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "storage/memory_store.h"
+#include "tests/server/pipeline/robots.h"
+
+namespace isthmus::server {
+namespace {
+
+constexpr int kScans = 600;  // Of each: enough ground in common.
+
+// The maps of two robots of a museum, in a store that outlives the pipeline that made them.
+class PairRunnerTest : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    auto store = storage::MakeMemoryStore();
+    store_ = store.get();
+    const Drive drive(2, 4);
+    PipelineOptions options = QuickOptions();
+    options.submap = {};
+    options.loops.enabled = false;
+    pipeline_ = std::move(Pipeline::Open(options, std::move(store))).value().release();
+    for (int robot = 0; robot < 2; ++robot) {
+      const SessionId session = Create(*pipeline_, robot == 0 ? kAlice : kBob);
+      for (int i = 0; i < kScans; ++i) {
+        ASSERT_TRUE(pipeline_->SubmitScan(session, drive.Upload(i, robot)).ok());
+      }
+      ASSERT_TRUE(pipeline_->FinishSession(session).ok());
+    }
+    pipeline_->WaitUntilIdle();
+  }
+  static void TearDownTestSuite() { delete std::exchange(pipeline_, nullptr); }
+
+  static MapOfJob MapOf(const std::string& session) {
+    MapOfJob map{.session = SessionId(session)};
+    const std::vector<SubmapInfo> submaps = store_->ListSubmaps(map.session).value();
+    for (const SubmapInfo& submap : submaps) {
+      map.submaps.push_back(submap.id.index);
+      map.stamps_ns.push_back(submap.first_stamp_ns);
+      map.T_odom_submap.push_back(submap.T_odom_submap);
+    }
+    return map;
+  }
+  static PairJob MakeJob() {
+    PairJob job{.a = MapOf("alice-1"), .b = MapOf("bob-1")};
+    job.search = true;
+    job.posted_ns = 77;
+    return job;
+  }
+  // But for times.
+  static std::string Run(PairRunner& runner, const PairJob& job) {
+    absl::StatusOr<Match> match = runner.Run(job, {});
+    if (!match.ok()) return std::string(match.status().message());
+    for (StageTime& stage : match->stages) stage.ms = 0;
+    return EncodeMatch(*match);
+  }
+
+  static inline storage::MapStore* store_ = nullptr;
+  static inline Pipeline* pipeline_ = nullptr;
+};
+
+TEST_F(PairRunnerTest, FindsWhatTheServerItselfFinds) {
+  PairRunner runner(store_, {});
+  const absl::StatusOr<Match> match = runner.Run(MakeJob(), {});
+  ASSERT_TRUE(match.ok()) << match.status();
+  const Match own = store_->ListMatches()->at(0);
+  ASSERT_EQ(own.state, MatchState::kAccepted) << own.detail;
+  EXPECT_EQ(match->state, own.state) << match->detail;
+  const Pose error = own.T_a_b.Inverse() * match->T_a_b;
+  EXPECT_LT(error.translation().norm(), 0.05);
+  EXPECT_LT(RotationAngle(error), 0.01);
+  EXPECT_EQ(match->computed_ns, 77);
+  EXPECT_EQ(match->submaps_a, MakeJob().a.submaps.size());
+}
+
+TEST_F(PairRunnerTest, TheSameJobGivesTheSameBitsAfterAnything) {
+  PairRunner fresh(store_, {}), used(store_, {});
+  PairJob part = MakeJob();
+  part.a.submaps.resize(2);
+  part.a.stamps_ns.resize(2);
+  part.a.T_odom_submap.resize(2);
+  (void)Run(used, part);
+  PairJob bent = MakeJob();
+  bent.b.T_odom_submap.back() = bent.b.T_odom_submap.back() * Pose(Eigen::Vector3d(0.1, 0, 0));
+  (void)Run(used, bent);
+  const std::string expected = Run(fresh, MakeJob());
+  EXPECT_EQ(Run(used, MakeJob()), expected);
+  EXPECT_EQ(Run(used, DecodePairJob(EncodePairJob(MakeJob())).value()), expected);
+  EXPECT_NE(Run(used, bent), expected);
+}
+
+TEST_F(PairRunnerTest, SubmapsThatAreGoneOrOthersAreNoResult) {
+  PairRunner runner(store_, {});
+  PairJob job = MakeJob();
+  job.a.submaps.back() = 99;
+  EXPECT_TRUE(absl::IsFailedPrecondition(runner.Run(job, {}).status()));
+  // Of a session that was deleted and came again by the same id.
+  job = MakeJob();
+  ++job.b.stamps_ns.front();
+  EXPECT_TRUE(absl::IsFailedPrecondition(runner.Run(job, {}).status()));
+}
+
+TEST_F(PairRunnerTest, StopsWhenItIsTold) {
+  PairRunner runner(store_, {});
+  std::stop_source stop;
+  stop.request_stop();
+  EXPECT_TRUE(absl::IsCancelled(runner.Run(MakeJob(), stop.get_token()).status()));
+  EXPECT_TRUE(runner.Run(MakeJob(), {}).ok());
+}
+
+}  // namespace
+}  // namespace isthmus::server

@@ -1,0 +1,169 @@
+// isthmus-worker as a program: it takes the matching off a server's hands, and may die of it.
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include <chrono>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "storage/postgresql/postgres_store.h"
+#include "storage/postgresql/worker_store.h"
+#include "tests/server/main/child_process.h"
+#include "tests/server/pipeline/robots.h"
+#include "tests/storage/postgresql/postgres_server.h"
+
+namespace isthmus::server {
+namespace {
+
+class WorkerTest : public ::testing::Test {
+ protected:
+  WorkerTest()
+      : database_(storage::PostgresServer::Shared()),
+        site_(database_.NewSite()),
+        folder_(::testing::TempDir() + "worker_" + site_) {
+    std::filesystem::create_directories(folder_);
+  }
+  ~WorkerTest() override { std::filesystem::remove_all(folder_); }
+
+  void OpenServer() {
+    PipelineOptions options = QuickOptions();
+    options.submap = {};
+    options.on_problem = [](const std::string& problem) { ADD_FAILURE() << problem; };
+    auto store = storage::OpenPostgresStore(database_.url(), site_);
+    ASSERT_TRUE(store.ok()) << store.status();
+    board_ = (*store)->jobs();
+    server_ = std::move(Pipeline::Open(options, *std::move(store))).value();
+  }
+  std::unique_ptr<ChildProcess> Hire() {
+    const std::string log = folder_ + "/log" + std::to_string(hired_++);
+    return std::make_unique<ChildProcess>(
+        ISTHMUS_WORKER, std::vector<std::string>{"--store", database_.url(), "--site", site_}, log);
+  }
+  // Workers that the server knows of.
+  void AwaitWorkers(int64_t count) {
+    while (board_->CountWorkers().value() != count) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    }
+  }
+  // Of a minute each the maps can be joined; of less it is no matter what comes of the pair.
+  void DriveTwo(int scans = 120) {
+    const Drive drive(2, 4);
+    for (int robot = 0; robot < 2; ++robot) {
+      const SessionId session = Create(*server_, robot == 0 ? kAlice : kBob);
+      for (int i = 0; i < scans; ++i) {
+        ASSERT_TRUE(server_->SubmitScan(session, drive.Upload(i, robot)).ok());
+      }
+      ASSERT_TRUE(server_->FinishSession(session).ok());
+    }
+  }
+
+  // All that there is of the two.
+  void ExpectMatched() {
+    server_->WaitUntilIdle();
+    const std::vector<MatchEdge> matches = server_->GetMatchGraph().matches;
+    ASSERT_EQ(matches.size(), 1u);
+    EXPECT_NE(matches[0].match.reason, MatchReason::kNone);
+    EXPECT_EQ(matches[0].match.submaps_a + matches[0].match.submaps_b,
+              server_->ListSubmaps(std::nullopt)->size());
+  }
+
+  storage::PostgresServer& database_;
+  const std::string site_, folder_;
+  storage::JobBoard* board_ = nullptr;
+  std::unique_ptr<Pipeline> server_;
+  int hired_ = 0;
+};
+
+TEST_F(WorkerTest, MatchesWhatTheServerWouldMatch) {
+  OpenServer();
+  const auto worker = Hire();
+  AwaitWorkers(1);
+  DriveTwo(600);
+  ExpectMatched();
+  EXPECT_EQ(server_->GetMapInfo().components.size(), 1u);
+  worker->Signal(SIGTERM);
+  EXPECT_EQ(worker->Wait(), 0) << worker->Errors();
+  EXPECT_NE(worker->Errors().find("the match of alice-1 and bob-1: "), std::string::npos)
+      << worker->Errors();
+  EXPECT_TRUE(board_->ListOpen()->empty());
+  EXPECT_TRUE(board_->ListEnded()->empty());
+}
+
+TEST_F(WorkerTest, WhatAWorkerLeavesUndoneIsDoneByAnother) {
+  OpenServer();
+  // One that takes a job, and is never heard of again.
+  auto taker = storage::JobTaker::Open(database_.url(), site_, "takes and dies");
+  ASSERT_TRUE(taker.ok()) << taker.status();
+  DriveTwo();
+  while (!(*taker)->Take()->has_value()) {
+    ASSERT_TRUE((*taker)->KeepAlive(std::nullopt).value());
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }
+  ASSERT_TRUE(database_.Execute("UPDATE \"" + storage::SchemaOfSite(site_) +
+                                "\".jobs SET lease_until = now()"));
+  const auto worker = Hire();
+  ExpectMatched();
+  EXPECT_NE(worker->Errors().find("the match of "), std::string::npos) << worker->Errors();
+}
+
+TEST_F(WorkerTest, WithoutWorkersTheServerDoesItsJobsItself) {
+  OpenServer();
+  auto taker = storage::JobTaker::Open(database_.url(), site_, "goes away");
+  ASSERT_TRUE(taker.ok()) << taker.status();
+  DriveTwo();
+  while (!(*taker)->Take()->has_value()) {
+    ASSERT_TRUE((*taker)->KeepAlive(std::nullopt).value());
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }
+  taker->reset();  // Its last word: it is not there any more.
+  ExpectMatched();
+  EXPECT_TRUE(board_->ListOpen()->empty());
+}
+
+TEST_F(WorkerTest, AServerTakesWhatWasDoneForTheOneBefore) {
+  OpenServer();
+  auto taker = std::move(storage::JobTaker::Open(database_.url(), site_, "waits")).value();
+  DriveTwo();
+  std::optional<storage::TakenJob> job;
+  while (!(job = taker->Take().value())) {
+    ASSERT_TRUE(taker->KeepAlive(std::nullopt).value());
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }
+  server_.reset();
+  ASSERT_TRUE(taker->GiveBack(*job).value());
+  const auto worker = Hire();
+  while (worker->Errors().find("the match of ") == std::string::npos) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }
+  OpenServer();
+  ExpectMatched();
+}
+
+TEST_F(WorkerTest, WaitsForItsSiteAndEndsWhenTold) {
+  const auto worker = Hire();
+  while (worker->Errors().find("waits") == std::string::npos) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }
+  OpenServer();
+  AwaitWorkers(1);
+  worker->Signal(SIGINT);
+  EXPECT_EQ(worker->Wait(), 0) << worker->Errors();
+  EXPECT_EQ(board_->CountWorkers().value(), 0);
+}
+
+TEST(WorkerUsage, SaysWhatIsWrong) {
+  ChildProcess none(ISTHMUS_WORKER, {}, ::testing::TempDir() + "worker_usage");
+  EXPECT_EQ(none.Wait(), 2);
+  ChildProcess secret(ISTHMUS_WORKER, {"--store", "postgresql://me:secret@host/base"},
+                      ::testing::TempDir() + "worker_secret");
+  EXPECT_EQ(secret.Wait(), 2);
+  EXPECT_NE(secret.Errors().find("leave the password out"), std::string::npos) << secret.Errors();
+}
+
+}  // namespace
+}  // namespace isthmus::server

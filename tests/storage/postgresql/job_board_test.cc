@@ -1,0 +1,231 @@
+// Jobs go to one worker each, come back once, and outlive the workers that had them.
+#include "storage/job_board.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <map>
+#include <memory>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "core/concurrency/mutex.h"
+#include "storage/postgresql/limits.h"
+#include "storage/postgresql/postgres_store.h"
+#include "storage/postgresql/worker_store.h"
+#include "tests/storage/postgresql/postgres_server.h"
+#include "tests/storage/records.h"
+
+namespace isthmus::storage {
+namespace {
+
+using ::testing::HasSubstr;
+
+class JobBoardTest : public ::testing::Test {
+ protected:
+  JobBoardTest()
+      : server_(PostgresServer::Shared()),
+        site_(server_.NewSite()),
+        store_(std::move(OpenPostgresStore(server_.url(), site_)).value()),
+        board_(store_->jobs()) {}
+
+  std::unique_ptr<JobTaker> Hire(const std::string& name) {
+    return std::move(JobTaker::Open(server_.url(), site_, name)).value();
+  }
+  // As if the workers had given no sign for longer than that.
+  void LetLeasesEnd() { Execute("UPDATE jobs SET lease_until = now() - interval '1 second'"); }
+  void Execute(const std::string& sql) {
+    ASSERT_TRUE(server_.Execute("SET search_path TO \"" + SchemaOfSite(site_) + "\"; " + sql));
+  }
+
+  PostgresServer& server_;
+  const std::string site_;
+  std::unique_ptr<MapStore> store_;
+  JobBoard* const board_;
+};
+
+TEST_F(JobBoardTest, AJobIsDoneAndItsResultTakenOff) {
+  const std::string payload("\0\xff payload", 10);
+  ASSERT_TRUE(board_->Post({"pair", payload}).ok());
+  EXPECT_EQ(board_->ListOpen()->at(0).payload, payload);
+  const auto worker = Hire("worker");
+  const TakenJob job = worker->Take()->value();
+  EXPECT_EQ(job.key, "pair");
+  EXPECT_EQ(job.payload, payload);
+  EXPECT_EQ(*worker->Take(), std::nullopt);
+  EXPECT_TRUE(board_->ListEnded()->empty());
+  EXPECT_TRUE(*worker->Finish(job, payload));
+  EXPECT_TRUE(board_->ListOpen()->empty());
+  const std::vector<EndedJob> ended = board_->ListEnded().value();
+  ASSERT_EQ(ended.size(), 1u);
+  EXPECT_EQ(ended[0].key, "pair");
+  EXPECT_EQ(ended[0].result, payload);
+  EXPECT_EQ(ended[0].problem, "");
+  ASSERT_TRUE(board_->Remove(ended).ok());
+  EXPECT_TRUE(board_->ListEnded()->empty());
+}
+
+TEST_F(JobBoardTest, WhatCannotBeDoneSaysWhy) {
+  ASSERT_TRUE(board_->Post({"pair", "payload"}).ok());
+  const auto worker = Hire("worker");
+  EXPECT_TRUE(*worker->Fail(worker->Take()->value(), "no memory"));
+  EXPECT_EQ(board_->ListEnded()->at(0).problem, "no memory");
+}
+
+TEST_F(JobBoardTest, NoTwoWorkersGetTheSameJob) {
+  constexpr int kJobs = 40, kWorkers = 4;
+  for (int i = 0; i < kJobs; ++i) {
+    ASSERT_TRUE(board_->Post({"job " + std::to_string(i), ""}).ok());
+  }
+  Mutex mutex;
+  std::map<std::string, int> taken;
+  std::vector<std::thread> threads;
+  for (int i = 0; i < kWorkers; ++i) {
+    threads.emplace_back([&, i] {
+      const auto worker = Hire("worker " + std::to_string(i));
+      while (true) {
+        const auto job = worker->Take().value();
+        if (!job) return;
+        EXPECT_TRUE(worker->Finish(*job, "").value());
+        MutexLock lock(&mutex);
+        ++taken[job->key];
+      }
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(taken.size(), static_cast<size_t>(kJobs));
+  for (const auto& [key, times] : taken) EXPECT_EQ(times, 1) << key;
+}
+
+TEST_F(JobBoardTest, TheJobOfAWorkerThatIsOverdueIsAnothers) {
+  ASSERT_TRUE(board_->Post({"pair", ""}).ok());
+  const auto slow = Hire("slow"), other = Hire("other");
+  const TakenJob job = slow->Take()->value();
+  EXPECT_TRUE(*slow->KeepAlive(job));
+  EXPECT_EQ(*other->Take(), std::nullopt);
+  LetLeasesEnd();
+  const TakenJob again = other->Take()->value();
+  EXPECT_EQ(again.id, job.id);
+  // Whatever the slow one comes with, it is too late.
+  EXPECT_FALSE(*slow->KeepAlive(job));
+  EXPECT_FALSE(*slow->Finish(job, "late"));
+  EXPECT_FALSE(*slow->Fail(job, "late"));
+  EXPECT_FALSE(*slow->GiveBack(job));
+  EXPECT_TRUE(*other->Finish(again, "result"));
+  EXPECT_FALSE(*slow->Finish(job, "later"));
+  EXPECT_EQ(board_->ListEnded()->at(0).result, "result");
+}
+
+TEST_F(JobBoardTest, AJobThatWorkersDieOfIsSetAsideAndNotPostedAgain) {
+  ASSERT_TRUE(board_->Post({"poison", ""}).ok());
+  const auto worker = Hire("worker");
+  for (int i = 0; i < kMaxAttempts; ++i) {
+    ASSERT_TRUE(worker->Take()->has_value()) << i;
+    LetLeasesEnd();
+  }
+  EXPECT_EQ(*worker->Take(), std::nullopt);
+  const std::vector<EndedJob> ended = board_->ListEnded().value();
+  ASSERT_EQ(ended.size(), 1u);
+  EXPECT_TRUE(ended[0].is_set_aside);
+  EXPECT_THAT(ended[0].problem, HasSubstr("workers ended"));
+  // Told once, and remembered.
+  ASSERT_TRUE(board_->Remove(ended).ok());
+  EXPECT_TRUE(board_->ListEnded()->empty());
+  const absl::Status status = board_->Post({"poison", ""});
+  EXPECT_TRUE(absl::IsFailedPrecondition(status)) << status;
+  ASSERT_TRUE(board_->Post({"wholesome", ""}).ok());
+  EXPECT_EQ(worker->Take()->value().key, "wholesome");
+  // As the reason says.
+  Execute("DELETE FROM jobs WHERE key = 'poison'");
+  EXPECT_TRUE(board_->Post({"poison", ""}).ok());
+}
+
+TEST_F(JobBoardTest, WhatAWorkerGivesBackCountsAsNeverTaken) {
+  ASSERT_TRUE(board_->Post({"pair", ""}).ok());
+  const auto worker = Hire("worker");
+  for (int i = 0; i < 2 * kMaxAttempts; ++i) {
+    EXPECT_TRUE(*worker->GiveBack(worker->Take()->value()));
+  }
+  EXPECT_TRUE(worker->Take()->has_value());
+}
+
+TEST_F(JobBoardTest, ANewerJobOfTheSameKeyTakesTheOldOnesPlace) {
+  ASSERT_TRUE(board_->Post({"pair", "old"}).ok());
+  const auto worker = Hire("worker");
+  const TakenJob old = worker->Take()->value();
+  ASSERT_TRUE(board_->Post({"pair", "new"}).ok());
+  EXPECT_FALSE(*worker->KeepAlive(old));
+  EXPECT_FALSE(*worker->Finish(old, "of the old one"));
+  EXPECT_EQ(worker->Take()->value().payload, "new");
+}
+
+TEST_F(JobBoardTest, WhatIsWithdrawnIsNobodysAndWhatIsDoneStays) {
+  const auto worker = Hire("worker");
+  ASSERT_TRUE(board_->Post({"done", ""}).ok());
+  EXPECT_TRUE(*worker->Finish(worker->Take()->value(), "result"));
+  ASSERT_TRUE(board_->Post({"taken", ""}).ok());
+  const TakenJob taken = worker->Take()->value();
+  ASSERT_TRUE(board_->Post({"waits", ""}).ok());
+  ASSERT_TRUE(board_->Withdraw().ok());
+  EXPECT_FALSE(*worker->KeepAlive(taken));
+  EXPECT_EQ(*worker->Take(), std::nullopt);
+  ASSERT_EQ(board_->ListEnded()->size(), 1u);
+  EXPECT_EQ(board_->ListEnded()->at(0).key, "done");
+}
+
+TEST_F(JobBoardTest, WorkersCountWhileTheyGiveSigns) {
+  EXPECT_EQ(*board_->CountWorkers(), 0);
+  const auto one = Hire("one");
+  {
+    const auto two = Hire("two");
+    EXPECT_EQ(*board_->CountWorkers(), 2);
+  }
+  EXPECT_EQ(*board_->CountWorkers(), 1);  // Two said goodbye.
+  Execute("UPDATE workers SET seen = now() - interval '1 minute'");
+  EXPECT_EQ(*board_->CountWorkers(), 0);
+  EXPECT_TRUE(*one->KeepAlive(std::nullopt));
+  EXPECT_EQ(*board_->CountWorkers(), 1);
+}
+
+TEST_F(JobBoardTest, JobsOfAnotherVersionAreLeftAloneAndTheNextServerClearsThem) {
+  ASSERT_TRUE(board_->Post({"pair", ""}).ok());
+  Execute("UPDATE jobs SET version = 'another'");
+  EXPECT_EQ(*Hire("worker")->Take(), std::nullopt);
+  EXPECT_EQ(board_->ListOpen()->size(), 1u);
+  store_.reset();
+  const auto next = std::move(OpenPostgresStore(server_.url(), site_)).value();
+  EXPECT_TRUE(next->jobs()->ListOpen()->empty());
+}
+
+TEST_F(JobBoardTest, AServerThatLostTheSitePostsNothing) {
+  Execute("UPDATE owners SET is_current = FALSE");
+  EXPECT_FALSE(board_->Post({"pair", ""}).ok());
+  EXPECT_TRUE(board_->ListOpen()->empty());
+}
+
+TEST_F(JobBoardTest, AWorkersStoreKeepsFeaturesAndChangesNothingElse) {
+  ASSERT_TRUE(
+      store_->Write({.sessions = {MakeSession("alice-1")}, .submaps = {MakeSubmap("alice-1", 0)}})
+          .ok());
+  const auto store = std::move(OpenWorkerStore(server_.url(), site_)).value();
+  const SubmapId id{SessionId("alice-1"), 0};
+  EXPECT_EQ((*store->GetSubmap(id))->points.size(), 600u);
+  EXPECT_TRUE(store->PutFeatures(MakeFeatures(id, "kind", "bytes")).ok());
+  EXPECT_EQ(*store_->GetFeatures(id, "kind"), "bytes");
+  EXPECT_TRUE(absl::IsFailedPrecondition(store->Write({.sessions = {MakeSession("bob-1")}})));
+  EXPECT_TRUE(absl::IsFailedPrecondition(store->DeleteSession(SessionId("alice-1"))));
+  EXPECT_EQ(store_->ListSessions()->size(), 1u);
+}
+
+TEST_F(JobBoardTest, AWorkerNeedsASiteOfItsOwnVersion) {
+  EXPECT_TRUE(absl::IsNotFound(OpenWorkerStore(server_.url(), "nowhere").status()));
+  Execute("UPDATE about SET version = version - 1");
+  EXPECT_TRUE(absl::IsFailedPrecondition(OpenWorkerStore(server_.url(), site_).status()));
+  Execute("UPDATE about SET version = version + 2");
+  EXPECT_TRUE(absl::IsFailedPrecondition(OpenWorkerStore(server_.url(), site_).status()));
+}
+
+}  // namespace
+}  // namespace isthmus::storage
