@@ -5,8 +5,11 @@
 #include <bit>
 #include <cstddef>
 #include <cstring>
+#include <optional>
 #include <string>
 #include <utility>
+
+#include "api/convert/enum_table.h"
 
 namespace isthmus::convert {
 namespace {
@@ -54,16 +57,11 @@ absl::Status CheckFields(const v1::PointCloud& cloud) {
   return absl::OkStatus();
 }
 
-absl::StatusOr<PayloadEncoding> CheckedEncoding(v1::PointCloud::Encoding encoding) {
-  switch (encoding) {
-    case v1::PointCloud::RAW:
-      return PayloadEncoding::kRaw;
-    case v1::PointCloud::QUANTIZED:
-      return PayloadEncoding::kQuantized;
-    default:
-      return absl::InvalidArgumentError("the cloud names no known encoding: give RAW or QUANTIZED");
-  }
-}
+constexpr std::pair<PayloadEncoding, v1::PointCloud::Encoding> kEncodings[] = {
+    {PayloadEncoding::kRaw, v1::PointCloud::RAW},
+    {PayloadEncoding::kQuantized, v1::PointCloud::QUANTIZED},
+    {PayloadEncoding::kDraco, v1::PointCloud::DRACO},
+};
 
 // Where MapPoint has what the cloud's fields hold.
 struct Column {
@@ -91,8 +89,7 @@ absl::StatusOr<std::vector<Column>> MapPointColumns(const PointPayload& payload)
 
 v1::PointCloud LayoutMessage(const PointPayload& payload) {
   v1::PointCloud message;
-  message.set_encoding(payload.encoding == PayloadEncoding::kRaw ? v1::PointCloud::RAW
-                                                                 : v1::PointCloud::QUANTIZED);
+  message.set_encoding(ToMessage(kEncodings, payload.encoding));
   message.set_width(payload.width);
   message.set_height(payload.height);
   message.set_stride(payload.stride);
@@ -114,10 +111,20 @@ v1::PointCloud ToMessage(PointPayload payload) {
 }
 
 absl::StatusOr<PointPayload> FromMessage(v1::PointCloud&& cloud) {
+  if (cloud.encoding() == v1::PointCloud::DRACO) {
+    return absl::InvalidArgumentError(
+        "the server sends DRACO but takes none: give RAW or QUANTIZED");
+  }
+  return FromServer(std::move(cloud));
+}
+
+absl::StatusOr<PointPayload> FromServer(v1::PointCloud&& cloud) {
   if (absl::Status status = CheckFields(cloud); !status.ok()) return status;
   PointPayload payload;
-  const auto encoding = CheckedEncoding(cloud.encoding());
-  if (!encoding.ok()) return encoding.status();
+  const auto encoding = FromMessage(kEncodings, cloud.encoding(), std::optional<PayloadEncoding>());
+  if (!encoding) {
+    return absl::InvalidArgumentError("the cloud names no known encoding: give RAW or QUANTIZED");
+  }
   payload.encoding = *encoding;
   payload.width = cloud.width();
   payload.height = cloud.height() == 0 ? 1 : cloud.height();

@@ -15,8 +15,10 @@ namespace isthmus::convert {
 v1::PointCloud ToMessage(PointPayload payload);
 v1::PointCloud LayoutMessage(const PointPayload& payload);  // All but the data.
 // Takes over the data. InvalidArgument when the encoding or a field's type is not one of the API's;
-// whether the layout fits the data is left to core/codec.
+// whether the layout fits the data is left to core/codec. What is sent to the server is not DRACO.
 absl::StatusOr<PointPayload> FromMessage(v1::PointCloud&& cloud);
+// Likewise, of points that the server sends, which may be DRACO.
+absl::StatusOr<PointPayload> FromServer(v1::PointCloud&& cloud);
 
 // What a point of the merged map is sent with, beside x y z.
 struct MapPointFields {

@@ -69,13 +69,19 @@ absl::Status TakeAttributes(const v1::QueryRegionRequest& request, RegionQuery& 
 }
 
 // The range is that of core/codec.
-absl::Status TakeRounding(const v1::QueryRegionRequest& request, RegionQuery& query) {
-  if (request.encoding() != v1::PointCloud::QUANTIZED) {
-    if (request.encoding() == v1::PointCloud::ENCODING_UNSPECIFIED ||
-        request.encoding() == v1::PointCloud::RAW) {
+absl::Status TakeEncoding(const v1::QueryRegionRequest& request, RegionQuery& query) {
+  switch (request.encoding()) {
+    case v1::PointCloud::ENCODING_UNSPECIFIED:
+    case v1::PointCloud::RAW:
       return absl::OkStatus();
-    }
-    return absl::InvalidArgumentError("the encoding is none that is known: give RAW or QUANTIZED");
+    case v1::PointCloud::QUANTIZED:
+      break;
+    case v1::PointCloud::DRACO:
+      query.with_draco = true;
+      break;
+    default:
+      return absl::InvalidArgumentError(
+          "the encoding is none that is known: give RAW, QUANTIZED or DRACO");
   }
   query.rounding_m = request.rounding_m() == 0 ? kDefaultRoundingM : request.rounding_m();
   if (*query.rounding_m >= kMinRoundingM && *query.rounding_m <= kMaxRoundingM) {
@@ -98,9 +104,9 @@ v1::QueryRegionRequest ToMessage(const RegionQuery& query) {
   message.set_seen_from_ns(query.seen_from_ns);
   message.set_seen_to_ns(query.seen_to_ns);
   PutAttributes(query, message);
-  if (query.rounding_m) {
-    message.set_encoding(v1::PointCloud::QUANTIZED);
-    message.set_rounding_m(*query.rounding_m);
+  if (query.rounding_m || query.with_draco) {
+    message.set_encoding(query.with_draco ? v1::PointCloud::DRACO : v1::PointCloud::QUANTIZED);
+    message.set_rounding_m(query.rounding_m.value_or(0));
   }
   if (query.resume) *message.mutable_resume() = ToMessage(*query.resume);
   return message;
@@ -121,7 +127,7 @@ absl::StatusOr<RegionQuery> FromMessage(const v1::QueryRegionRequest& request) {
     return absl::InvalidArgumentError("seen_from_ns is after seen_to_ns: nothing is seen between");
   }
   if (absl::Status status = TakeAttributes(request, query); !status.ok()) return status;
-  if (absl::Status status = TakeRounding(request, query); !status.ok()) return status;
+  if (absl::Status status = TakeEncoding(request, query); !status.ok()) return status;
   if (request.has_resume()) query.resume = FromMessage(request.resume());
   return query;
 }

@@ -25,6 +25,7 @@ struct QueryOptions {
   std::vector<std::string> sessions;
   std::string seen_since, seen_until, output;
   double rounding_m = 0;
+  bool with_draco = false;
 };
 
 absl::Status TakeMoment(const std::string& text, const char* option, int64_t* ns) {
@@ -47,6 +48,7 @@ absl::StatusOr<RegionQuery> QueryOf(const QueryOptions& options) {
   if (status.ok()) status = TakeMoment(options.seen_until, "--seen-until", &query->seen_to_ns);
   if (!status.ok()) return status;
   if (options.rounding_m > 0) query->rounding_m = options.rounding_m;
+  query->with_draco = options.with_draco;
   return query;
 }
 
@@ -97,6 +99,8 @@ void AddQuery(CLI::App& app, Action& action) {
       ->add_option("--rounding", options->rounding_m,
                    "Have it sent compressed, to so many metres; 0: as it is")
       ->check(Between(0.0, 0.1));
+  command->add_flag("--draco", options->with_draco,
+                    "Have it compressed by Draco, to --rounding or else 1 mm");
   command->add_option("-o,--output", options->output, "FILE.pcd; - for stdout")->required();
   command->callback([options, &action] { action = [options] { return Run(*options); }; });
 }

@@ -7,6 +7,7 @@
 #include "client/library/client.h"
 #include "client/library/link.h"
 #include "client/library/received_points.h"
+#include "core/codec/draco_cloud.h"
 #include "core/codec/quantized.h"
 
 namespace isthmus::client {
@@ -18,10 +19,11 @@ absl::Status AppendReceived(v1::PointCloud&& cloud, std::vector<MapPoint>* point
     return absl::DataLossError("points from the server: " + std::string(status.message()));
   };
   if (cloud.width() == 0 && cloud.data().empty()) return absl::OkStatus();
-  absl::StatusOr<PointPayload> payload = convert::FromMessage(std::move(cloud));
+  absl::StatusOr<PointPayload> payload = convert::FromServer(std::move(cloud));
   if (!payload.ok()) return damaged(payload.status());
-  if (payload->encoding == PayloadEncoding::kQuantized) {
-    payload = codec::Dequantize(*payload);
+  if (payload->encoding != PayloadEncoding::kRaw) {
+    payload = payload->encoding == PayloadEncoding::kDraco ? codec::UnpackDraco(*payload)
+                                                           : codec::Dequantize(*payload);
     if (!payload.ok()) return damaged(payload.status());
   }
   return convert::AppendPoints(*payload, *points);

@@ -10,7 +10,7 @@
 
 namespace isthmus::client {
 
-// Takes over the cloud's data; raw or quantised. DataLoss for what is no points of a map.
+// Takes over the cloud's data; raw, quantised or by Draco. DataLoss for what is no points of a map.
 absl::Status AppendReceived(v1::PointCloud&& cloud, std::vector<MapPoint>* points);
 
 }  // namespace isthmus::client

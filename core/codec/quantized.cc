@@ -28,21 +28,6 @@ namespace {
 constexpr char kMagic[2] = {'I', 'Q'};
 constexpr size_t kVersionAt = 2;  // Behind it a zero, then the checksum.
 
-absl::Status Check(const PointPayload& payload, double resolution_m) {
-  if (!(resolution_m >= kMinResolutionM && resolution_m <= kMaxResolutionM)) {
-    return absl::InvalidArgumentError(absl::StrCat("the resolution must be ", kMinResolutionM,
-                                                   " to ", kMaxResolutionM, " m; it is ",
-                                                   resolution_m));
-  }
-  if (absl::Status status = CheckLayout(payload); !status.ok()) return status;
-  for (const char* name : {"x", "y", "z"}) {
-    if (FindField(payload, {name}) == nullptr) {
-      return absl::InvalidArgumentError(absl::StrCat("the cloud has no field '", name, "'"));
-    }
-  }
-  return absl::OkStatus();
-}
-
 // False when a coordinate is out of range.
 template <typename T>
 bool QuantizeColumn(const char* in, uint32_t stride, size_t n, double resolution_m,
@@ -78,11 +63,7 @@ absl::Status EncodeCoordinate(const PointPayload& raw, const Column& column, dou
   const bool in_range = column.type == ScalarType::kFloat32
                             ? QuantizeColumn<float>(in, raw.stride, n, resolution_m, codes)
                             : QuantizeColumn<double>(in, raw.stride, n, resolution_m, codes);
-  if (!in_range) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("a coordinate is beyond ", kMaxDeltaCodeValue * resolution_m,
-                     " m, the farthest that a step of ", resolution_m, " m allows"));
-  }
+  if (!in_range) return CoordinateTooFar(resolution_m);
   const size_t start = out.size();
   out.resize(start + n * sizeof(uint32_t));
   Shuffle(reinterpret_cast<const char*>(codes.data()), n, 4, 4, out.data() + start);
@@ -233,7 +214,7 @@ absl::StatusOr<PointPayload> Quantize(const PointPayload& raw, double resolution
   if (raw.encoding != PayloadEncoding::kRaw) {
     return absl::InvalidArgumentError("the payload is compressed already");
   }
-  if (absl::Status status = Check(raw, resolution_m); !status.ok()) return status;
+  if (absl::Status status = CheckRounded(raw, resolution_m); !status.ok()) return status;
   absl::StatusOr<std::vector<Column>> columns = ListColumns(raw);
   if (!columns.ok()) return columns.status();
 
@@ -263,7 +244,7 @@ absl::StatusOr<PointPayload> Dequantize(const PointPayload& quantized) {
   if (quantized.encoding != PayloadEncoding::kQuantized) {
     return absl::InvalidArgumentError("the payload is not quantised");
   }
-  if (auto status = Check(quantized, quantized.resolution_m); !status.ok()) return status;
+  if (auto status = CheckRounded(quantized, quantized.resolution_m); !status.ok()) return status;
   absl::StatusOr<std::vector<Column>> columns = ListColumns(quantized);
   if (!columns.ok()) return columns.status();
   if (auto status = CheckHeader(quantized, *columns); !status.ok()) return status;

@@ -1,6 +1,9 @@
 #include "core/codec/quantized_columns.h"
 
+#include <absl/strings/str_cat.h>
+
 #include "core/codec/payload_layout.h"
+#include "core/codec/quantized.h"
 
 namespace isthmus::codec {
 namespace {
@@ -13,6 +16,27 @@ bool IsCoordinate(const PointPayload& payload, const PointField& field) {
 }
 
 }  // namespace
+
+absl::Status CheckRounded(const PointPayload& payload, double resolution_m) {
+  if (!(resolution_m >= kMinResolutionM && resolution_m <= kMaxResolutionM)) {
+    return absl::InvalidArgumentError(absl::StrCat("the resolution must be ", kMinResolutionM,
+                                                   " to ", kMaxResolutionM, " m; it is ",
+                                                   resolution_m));
+  }
+  if (absl::Status status = CheckLayout(payload); !status.ok()) return status;
+  for (const char* name : {"x", "y", "z"}) {
+    if (FindField(payload, {name}) == nullptr) {
+      return absl::InvalidArgumentError(absl::StrCat("the cloud has no field '", name, "'"));
+    }
+  }
+  return absl::OkStatus();
+}
+
+absl::Status CoordinateTooFar(double resolution_m) {
+  return absl::InvalidArgumentError(
+      absl::StrCat("a coordinate is beyond ", kMaxDeltaCodeValue * resolution_m,
+                   " m, the farthest that a step of ", resolution_m, " m allows"));
+}
 
 absl::StatusOr<std::vector<Column>> ListColumns(const PointPayload& payload) {
   std::vector<Column> columns;

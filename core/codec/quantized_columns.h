@@ -1,6 +1,8 @@
-// The columns of a quantised payload, and the rounding of coordinates to steps.
+// The columns of a quantised payload, the checks of payloads that are rounded, and the rounding of
+// coordinates to steps.
 #pragma once
 
+#include <absl/status/status.h>
 #include <absl/status/statusor.h>
 
 #include <cmath>
@@ -13,6 +15,9 @@
 namespace isthmus::codec {
 
 inline constexpr size_t kQuantizedHeaderSize = 8;  // Magic, version, a zero, checksum.
+
+// InvalidArgument for a resolution out of range, a bad layout (see CheckLayout), or no x y z.
+absl::Status CheckRounded(const PointPayload& payload, double resolution_m);
 
 // One value per point: a field, or one element of a field with count > 1.
 struct Column {
@@ -37,5 +42,8 @@ Rounded RoundToSteps(T value, double scale, int32_t* steps) {
   *steps = static_cast<int32_t>(exact + std::copysign(0.5, exact));
   return Rounded::kSteps;
 }
+
+// The error for kTooFar.
+absl::Status CoordinateTooFar(double resolution_m);
 
 }  // namespace isthmus::codec

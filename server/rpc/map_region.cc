@@ -12,6 +12,7 @@
 
 #include "api/convert/cloud.h"
 #include "api/convert/map.h"
+#include "core/codec/draco_cloud.h"
 #include "core/codec/quantized.h"
 #include "core/content_hash.h"
 #include "core/records/region_of.h"
@@ -138,7 +139,8 @@ class RegionSender {
     PointPayload payload = convert::ToPayload(
         points, {query_.wants_intensity, query_.wants_robot, query_.wants_stamp});
     if (query_.rounding_m && !points.empty()) {
-      auto rounded = codec::Quantize(payload, *query_.rounding_m);
+      auto rounded = query_.with_draco ? codec::PackDraco(payload, *query_.rounding_m)
+                                       : codec::Quantize(payload, *query_.rounding_m);
       if (!rounded.ok()) status_ = rounded.status();
       if (!status_.ok()) return false;
       payload = *std::move(rounded);

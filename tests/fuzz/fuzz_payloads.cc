@@ -41,7 +41,7 @@ void TryMapPoints(const std::string& bytes) {
   v1::QueryRegionResponse response;
   if (!response.ParseFromString(bytes)) return;
   std::vector<MapPoint> points;
-  const auto payload = convert::FromMessage(std::move(*response.mutable_cloud()));
+  const auto payload = convert::FromServer(std::move(*response.mutable_cloud()));
   if (!payload.ok()) return;
   if (!convert::AppendPoints(*payload, points).ok() && !points.empty()) std::abort();
 }

@@ -17,7 +17,7 @@ ALLOWED = {
     "core": (set(), STD_LIKE),
     "core/io": ({"core"}, STD_LIKE | {"openssl"}),
     "core/tls": ({"core/io"}, STD_LIKE | {"openssl"}),
-    "core/codec": ({"core", "core/io"}, STD_LIKE | {"zstd"}),
+    "core/codec": ({"core", "core/io"}, STD_LIKE | {"draco", "zstd"}),
     "core/formats": ({"core", "core/codec", "core/io"}, STD_LIKE | {"lzf"}),
     "core/floors": ({"core", "core/formats"}, STD_LIKE),
     # The map on the Earth.
@@ -158,7 +158,7 @@ LEVELS = {
 BASES = {f"client/library/{name}.h" for name in ("convert", "options", "records")}
 # Only .cc files may include these, so that they never reach a neighbour's headers. A header named
 # after the library (pcl_cloud.h) may too; it is then itself for .cc files only.
-PRIVATE_TO_SOURCES = {"openssl", "ceres", "pcl", "octomap", "postgresql", "sqlite", "zstd", "lzf", "bz2", "lz4",
+PRIVATE_TO_SOURCES = {"openssl", "ceres", "pcl", "octomap", "postgresql", "sqlite", "zstd", "draco", "lzf", "bz2", "lz4",
                       "fftw", "embree", "pcap", "png", "geographic", "prometheus", "microhttpd", "gnutls"}
 THIRD_PARTY = [
     ("eigen", re.compile(r"^(Eigen|unsupported/Eigen)/")),
@@ -169,6 +169,7 @@ THIRD_PARTY = [
     ("sqlite", re.compile(r"^sqlite3")),
     ("postgresql", re.compile(r"^libpq-fe\.h$")),
     ("zstd", re.compile(r"^zstd|^zdict")),
+    ("draco", re.compile(r"^draco/")),
     ("lzf", re.compile(r"lzf\.h$")),
     ("bz2", re.compile(r"^bzlib\.h$")),
     ("lz4", re.compile(r"^lz4")),
@@ -191,6 +192,7 @@ THIRD_PARTY = [
 ]
 NAMES = {
     "ceres": "Ceres", "pcl": "PCL", "octomap": "OctoMap", "sqlite": "SQLite", "postgresql": "libpq", "zstd": "zstd",
+    "draco": "Draco",
     "lzf": "lzf", "bz2": "bzip2", "lz4": "LZ4", "openssl": "OpenSSL", "fftw": "FFTW",
     "embree": "Embree", "png": "libpng", "pcap": "libpcap", "geographic": "GeographicLib",
     "prometheus": "prometheus-cpp", "microhttpd": "libmicrohttpd", "gnutls": "GnuTLS", "grpc": "gRPC", "protobuf": "Protobuf", "yaml": "yaml-cpp", "spdlog": "spdlog",

@@ -70,7 +70,10 @@ def to_message(points: Points, resolution: float = 0.0) -> types_pb2.PointCloud:
 def from_message(cloud: types_pb2.PointCloud) -> Records:
     """The records (N,) of a raw cloud that the server sent, by the names of its fields."""
     if cloud.encoding != types_pb2.PointCloud.RAW and cloud.width > 0:
-        raise InvalidArgument("only raw clouds can be read")
+        known = types_pb2.PointCloud.Encoding.DESCRIPTOR.values_by_number
+        name = known[cloud.encoding].name if cloud.encoding in known else cloud.encoding
+        raise InvalidArgument(f"this client reads RAW clouds only, and this one is {name}: ask for "
+                              "encoding RAW")
     dtype = _dtype([(f.name, f.type, f.offset, f.count or 1) for f in cloud.fields], cloud.stride)
     return np.frombuffer(cloud.data, dtype=dtype)
 

@@ -125,6 +125,14 @@ class CloudTest(unittest.TestCase):
                          ["<f4", "<f4", "<f4", "<f8", "|u1"])
         self.assertEqual(back[0].tolist(), (1.5, 0, 0, 1.6e18, 1))
 
+    def test_refuses_what_it_cannot_unpack(self) -> None:
+        message = to_message(some_records(10))
+        for encoding, name in ((types_pb2.PointCloud.DRACO, "DRACO"),
+                               (types_pb2.PointCloud.QUANTIZED, "QUANTIZED"), (77, "77")):
+            message.encoding = encoding
+            with self.assertRaisesRegex(InvalidArgument, f"this one is {name}: ask for .* RAW"):
+                from_message(message)
+
     def test_refuses_what_is_no_cloud(self) -> None:
         message = as_message(some_records(10))
         message.data = message.data[:-1]

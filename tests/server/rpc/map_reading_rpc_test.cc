@@ -227,6 +227,9 @@ TEST_F(MapReadingTest, ABudgetOfPointsChoosesTheResolution) {
     EXPECT_GT(some.resolution_m, 0);
     if (most < 9) continue;  // No resolution has so few: eight voxels meet at the origin.
     EXPECT_EQ(Query({.resolution_m = some.resolution_m}).points.size(), some.points.size());
+    const RegionQuery by_draco{.max_points = most, .rounding_m = 0.01, .with_draco = true};
+    EXPECT_EQ(Named(some.robots, Query(by_draco).points),
+              Named(some.robots, Query({.max_points = most, .rounding_m = 0.01}).points));
     EXPECT_GT(Query({.resolution_m = some.resolution_m / 2}).points.size(), most);
   }
 }
@@ -241,6 +244,16 @@ TEST_F(MapReadingTest, PointsComeAsTheyAreAskedFor) {
     EXPECT_EQ(rounded.points[i].stamp, all.points[i].stamp);
     EXPECT_EQ(rounded.points[i].intensity, all.points[i].intensity);
   }
+  // The same points in another order.
+  const RegionQuery by_draco{.wants_stamp = true, .rounding_m = 0.01, .with_draco = true};
+  EXPECT_EQ(Named(all.robots, Query(by_draco).points), Named(all.robots, rounded.points));
+  EXPECT_EQ(Named(all.robots, Query({.with_draco = true}).points),
+            Named(all.robots, Query({.rounding_m = 0.001}).points));
+  const RegionQuery nowhere{.sphere = RegionQuery::Sphere{{900, 0, 0}, 1}, .with_draco = true};
+  EXPECT_TRUE(Query(nowhere).points.empty());
+  const absl::Status stopped =
+      client_->QueryRegion(by_draco, [](const RegionChunk&) { return false; });
+  EXPECT_TRUE(absl::IsCancelled(stopped)) << stopped;
   v1::QueryRegionRequest request;
   request.add_attributes(v1::QueryRegionRequest::LAST_SEEN);
   std::vector<v1::QueryRegionResponse> responses;
@@ -259,6 +272,21 @@ TEST_F(MapReadingTest, AQueryGoesOnWhereItWasCutOff) {
   const RegionChunk last = Query(rest);
   ASSERT_EQ(last.points.size(), 7u);
   EXPECT_EQ(last.points.front().x, whole.points[whole.points.size() - 7].x);
+  // A position is of the very request, encoding included; where it is cut does not depend on it.
+  RegionQuery packed = query;
+  packed.with_draco = true;
+  packed.resume = Query(packed).next;
+  EXPECT_EQ(packed.resume->points, whole.points.size());
+  EXPECT_TRUE(Query(packed).points.empty());
+  packed.resume->points -= 7;
+  RegionQuery rounded = query;
+  rounded.rounding_m = 0.001;
+  auto expected = Query(rounded).points;
+  expected.erase(expected.begin(), expected.end() - 7);
+  EXPECT_EQ(Named(last.robots, Query(packed).points), Named(last.robots, expected));
+  packed.resume = rest.resume;
+  const absl::Status raw = client_->QueryRegion(packed, [](const auto&) { return true; });
+  EXPECT_TRUE(absl::IsFailedPrecondition(raw)) << raw;
   RegionQuery other = rest;
   other.resolution_m = 1;
   const absl::Status mixed = client_->QueryRegion(other, [](const auto&) { return true; });

@@ -274,6 +274,10 @@ TEST_F(UploadSubmapTest, CloudsThatCannotBeUsed) {
   EXPECT_GRPC_ERROR(Send(upload), INVALID_ARGUMENT, "quantised");
 
   upload = Good();
+  upload.header.mutable_cloud()->set_encoding(v1::PointCloud::DRACO);
+  EXPECT_GRPC_ERROR(Send(upload), INVALID_ARGUMENT, "takes none: give RAW or QUANTIZED");
+
+  upload = Good();
   upload.header.mutable_cloud()->clear_encoding();
   EXPECT_GRPC_ERROR(Send(upload), INVALID_ARGUMENT, "RAW or QUANTIZED");
   EXPECT_TRUE(pipeline_.submaps().empty());
