@@ -1,0 +1,50 @@
+#!/usr/bin/env python3
+"""Holds what starts a server in a container to what that server takes: flags of the Dockerfile, the
+compose files and deploy/ to its --help, settings to --print-config.
+
+Usage: check_deployments.py ROOT SERVER
+ROOT: the tree; SERVER: the program isthmus-server. Prints one line per violation and exits 1 if there
+is any. Needs no YAML library: a command's flags are all that begin with --, up to where it ends.
+"""
+import pathlib
+import re
+import subprocess
+import sys
+
+# A command, in one line or folded over several that are indented or in brackets.
+COMMAND = re.compile(r"isthmus-server\b(?:[^\n\]]|\n +(?=--)|\n +(?=[^\n]*\]))*")
+FLAG = re.compile(r"(?<![\w-])--[a-z][a-z-]*")
+
+
+def files(root):
+    yield from sorted([*root.glob("Dockerfile"), *root.glob("docker-compose*.yml")])
+    yield from sorted(root.glob("deploy/**/*.yaml"))
+
+
+def main():
+    root, server = pathlib.Path(sys.argv[1]), sys.argv[2]
+    known = set(FLAG.findall(subprocess.run([server, "--help"], check=True, text=True,
+                                            capture_output=True).stdout))
+    problems, flags, settings = [], 0, 0
+    for path in files(root):
+        where, text = path.relative_to(root), path.read_text(encoding="utf-8")
+        text = re.sub(r"^\s*#.*\n", "", text, flags=re.MULTILINE)
+        for command in COMMAND.findall(text):
+            for flag in FLAG.findall(command):
+                flags += 1
+                if flag not in known:
+                    problems.append(f"{where}: isthmus-server has no {flag}")
+        if path.name == "server.yaml":
+            settings += 1
+            read = subprocess.run([server, "--config", path, "--print-config"], text=True,
+                                  capture_output=True)
+            if read.returncode != 0:
+                problems.append(f"{where}: {read.stderr.strip()}")
+    if flags == 0 or settings == 0:
+        problems.append("no flags or no settings found: is ROOT the tree?")
+    print("\n".join(problems) or f"{flags} flags and {settings} files of settings are known")
+    sys.exit(1 if problems else 0)
+
+
+if __name__ == "__main__":
+    main()
