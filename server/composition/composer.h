@@ -29,8 +29,9 @@ struct ComposerOptions {
   // One point per voxel and robot: the mean of what fell into it, from whichever submap.
   double voxel_m = 0.1;
   // A submap of which no point would move by more than this since it was last composed stays where
-  // it is, and its tiles with it.
-  double min_move_m = 0.005;
+  // it is, and its tiles with it. Beyond 0 the map depends on what was composed before: made anew
+  // from the same poses it is another one.
+  double min_move_m = 0;
   // So many tiles at most, all components together, and an eighth of them for one submap: those
   // with most points. A tile costs some 20 microseconds and 700 bytes however little lies on it,
   // and a few megabytes of points strewn over the plane would make millions. What was measured is

@@ -467,7 +467,8 @@ void AddComposition(ServerConfig& config, Table& table) {
   table.Add("voxel_m", &composer.voxel_m, 0.01, 10.0,
             "The merged map has one point per voxel of this edge and robot.");
   table.Add("min_move_m", &composer.min_move_m, 0.0, 10.0,
-            "A submap that moved less than this does not remake its tiles.");
+            "A submap that moved less than this does not remake its tiles: beyond 0 a map is not "
+            "quite the same after a restart.");
   table.Add("drop_gone", &composer.drop_gone,
             "Points leave the merged map that other looks went through: people, cars, what was "
             "taken away. `isthmus export --dynamic` has them.");
