@@ -30,6 +30,7 @@
 #include "core/records/session_status.h"
 #include "core/scan_upload.h"
 #include "server/pipeline_options.h"
+#include "storage/map_follower.h"
 #include "storage/map_store.h"
 
 namespace isthmus::server {
@@ -57,11 +58,19 @@ class Pipeline {
   static absl::StatusOr<std::unique_ptr<Pipeline>> Open(const PipelineOptions& options,
                                                         std::unique_ptr<storage::MapStore> store,
                                                         const Clock& clock = Clock::System());
+  // For a map that another server has, which goes on changing it: shows what that one stores, soon
+  // after, and refuses every change (CheckTakesChanges). `store` and `follower` read the same map.
+  static absl::StatusOr<std::unique_ptr<Pipeline>> OpenReplica(
+      const PipelineOptions& options, std::unique_ptr<storage::MapStore> store,
+      std::unique_ptr<storage::MapFollower> follower, const Clock& clock = Clock::System());
   // For a process that is about to end itself: whatever a pipeline has at hand by this journal
   // (PipelineOptions::work_journal), it is not what ended it.
   static void AcquitWork(const std::string& work_journal);
   // Shutdown(), then joins every thread.
   virtual ~Pipeline() = default;
+
+  // OK, or FailedPrecondition, saying whom to ask: what every change ends with in a replica.
+  virtual absl::Status CheckTakesChanges() const { return absl::OkStatus(); }
 
   // InvalidArgument for a robot name that is empty, longer than 64 or not of [A-Za-z0-9_.-], an
   // unknown sensor or an unknown odometry, or too long a request id. This, SubmitScan and
@@ -218,6 +227,7 @@ class Pipeline {
   virtual void ForgetMap(uint64_t handle) = 0;
 
   // Waits until MapInfo::settled holds, estimation of everything new included.
+  // A replica has read by then what the store held when this was called, if it can be read.
   virtual void WaitUntilIdle() = 0;
   // Lets go of scans that wait and takes no more; does not wait. What is let go of is not
   // acknowledged: its robot sends it again, to the next server. For an end that cannot wait for

@@ -55,6 +55,7 @@ v1::MapInfo ToMessage(const MapInfo& info) {
   for (const std::string& problem : info.damaged) message.add_damaged(problem);
   message.set_storage_problem(info.storage_problem);
   if (info.datum) *message.mutable_datum() = ToMessage(*info.datum);
+  if (info.replica) *message.mutable_replica() = ToMessage(*info.replica);
   return message;
 }
 
@@ -78,7 +79,20 @@ MapInfo FromMessage(const v1::MapInfo& info) {
   record.damaged.assign(info.damaged().begin(), info.damaged().end());
   record.storage_problem = info.storage_problem();
   if (info.has_datum()) record.datum = FromMessage(info.datum());
+  if (info.has_replica()) record.replica = FromMessage(info.replica());
   return record;
+}
+
+v1::ReplicaState ToMessage(const ReplicaState& state) {
+  v1::ReplicaState message;
+  message.set_owner(state.owner);
+  message.set_behind_s(state.behind_s);
+  message.set_problem(state.problem);
+  return message;
+}
+
+ReplicaState FromMessage(const v1::ReplicaState& state) {
+  return {.owner = state.owner(), .behind_s = state.behind_s(), .problem = state.problem()};
 }
 
 v1::Datum ToMessage(const Datum& datum) {

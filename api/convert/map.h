@@ -14,6 +14,8 @@ MapInfo FromMessage(const v1::MapInfo& info);
 
 v1::Datum ToMessage(const Datum& datum);
 Datum FromMessage(const v1::Datum& datum);
+v1::ReplicaState ToMessage(const ReplicaState& state);
+ReplicaState FromMessage(const v1::ReplicaState& state);
 
 v1::Submap ToMessage(const SubmapStatus& status);
 SubmapStatus FromMessage(const v1::Submap& submap);

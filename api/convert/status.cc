@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "api/convert/map.h"
 #include "api/convert/session.h"
 
 namespace isthmus::convert {
@@ -150,6 +151,7 @@ void FillLoad(const ServerLoad& load, v1::ServerStatus* message) {
   message->set_placements(load.placements);
   message->set_estimations(load.estimations);
   message->set_storage_problem(load.storage_problem);
+  if (load.replica) *message->mutable_replica() = ToMessage(*load.replica);
   message->set_submaps_coming_in(load.submaps_coming_in);
   for (const SessionLoad& session : load.sessions) {
     *message->add_sessions() = SessionMessage(session);
@@ -182,6 +184,7 @@ ServerLoad LoadOf(const v1::ServerStatus& message) {
   load.placements = message.placements();
   load.estimations = message.estimations();
   load.storage_problem = message.storage_problem();
+  if (message.has_replica()) load.replica = FromMessage(message.replica());
   load.submaps_coming_in = message.submaps_coming_in();
   for (const v1::SessionLoad& session : message.sessions()) {
     load.sessions.push_back(SessionOf(session));

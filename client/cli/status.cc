@@ -98,6 +98,13 @@ Json TrackingJson(const std::vector<SessionStatus>& sessions) {
   return out;
 }
 
+void ReportReplica(const ReplicaState& replica) {
+  absl::PrintF("replica      %.1f s behind the store; only reads the map", replica.behind_s);
+  if (!replica.owner.empty()) absl::PrintF(" of %s", Printable(replica.owner));
+  absl::PrintF("\n");
+  if (!replica.problem.empty()) absl::PrintF("REPLICA      %s\n", Printable(replica.problem));
+}
+
 void Report(const MapInfo& info, const std::vector<Loop>& loops, const std::string& address) {
   absl::PrintF("server       %s\nrevision     %d\nstate        %s\nrobots       %d\n", address,
                info.revision, info.settled ? "settled" : "at work", info.robots.size());
@@ -112,6 +119,7 @@ void Report(const MapInfo& info, const std::vector<Loop>& loops, const std::stri
                info.retired);
   for (const std::string& problem : info.damaged) absl::PrintF("damaged      %s\n", problem);
   if (!info.storage_problem.empty()) absl::PrintF("STORAGE      %s\n", info.storage_problem);
+  if (info.replica) ReportReplica(*info.replica);
   absl::PrintF("loops        %d closed, %d of them rejected by hand\n", loops.size(),
                Rejected(loops));
   absl::PrintF("composition  %.1f ms the last of %d, %.1f ms the longest\n", info.composition_ms,

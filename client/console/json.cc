@@ -117,6 +117,12 @@ Json ToJson(const SessionLoad& load, int64_t now_ns) {
           {"scan_bytes", load.scan_bytes}};
 }
 
+Json ToJson(const std::optional<ReplicaState>& replica) {
+  if (!replica) return nullptr;
+  return {
+      {"owner", replica->owner}, {"behind_s", replica->behind_s}, {"problem", replica->problem}};
+}
+
 Json ToJson(const CacheLoad& cache) {
   return {{"bytes", cache.bytes}, {"limit_bytes", cache.limit_bytes}};
 }
@@ -177,7 +183,8 @@ Json ToJson(const ServerStatus& status) {
               {"composed", ToJson(load.composed)},
               {"uploads", status.uploads},
               {"submaps_coming_in", load.submaps_coming_in},
-              {"web_address", status.web_address}};
+              {"web_address", status.web_address},
+              {"replica", ToJson(load.replica)}};
   for (const DegradedService& one : status.degraded) {
     out["degraded"].push_back({{"service", one.service}, {"why", one.why}});
   }
@@ -202,7 +209,8 @@ Json ToJson(const MapInfo& info) {
               {"submaps", info.submaps},
               {"retired", info.retired},
               {"damaged", info.damaged},
-              {"storage_problem", info.storage_problem}};
+              {"storage_problem", info.storage_problem},
+              {"replica", ToJson(info.replica)}};
   for (const Component& component : info.components) {
     out["components"].push_back({{"component", component.component},
                                  {"reference_session", component.reference.value()},

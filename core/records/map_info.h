@@ -9,6 +9,7 @@
 #include "core/cloud.h"
 #include "core/ids.h"
 #include "core/map/datum.h"
+#include "core/records/replica_state.h"
 
 namespace isthmus {
 
@@ -40,6 +41,7 @@ struct MapInfo {
   // acknowledged as durable meanwhile, readers are served, and it ends by itself.
   std::string storage_problem = {};
   std::optional<Datum> datum = {};
+  std::optional<ReplicaState> replica = {};  // Of a server that only reads the map.
 };
 
 }  // namespace isthmus

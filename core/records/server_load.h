@@ -10,6 +10,7 @@
 #include "core/ids.h"
 #include "core/map/match.h"
 #include "core/map/trajectory.h"
+#include "core/records/replica_state.h"
 #include "core/tracking.h"
 
 namespace isthmus {
@@ -97,7 +98,8 @@ struct ServerLoad {
   CacheLoad submap_cache, prepared_maps;
   CacheLoad composed;  // Thinned submaps and tiles, as of the last composition.
   DiskLoad disk;
-  std::string storage_problem;  // As in MapInfo.
+  std::string storage_problem;          // As in MapInfo.
+  std::optional<ReplicaState> replica;  // Likewise.
 };
 
 }  // namespace isthmus

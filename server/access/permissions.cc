@@ -18,17 +18,19 @@ constexpr unsigned kReaders = kOperators | Bit(Role::kReader);   // Layout.
 constexpr unsigned kRobots = kAdmins | Bit(Role::kRobot);        // Layout.
 
 // Handlers see to it that a robot gets at its own sessions only.
-constexpr struct {
+struct Rule {
   absl::string_view rpc;
   unsigned roles;
-} kRules[] = {
-    {"CreateSession", kRobots},
+  bool changes = false;  // The site, or who may see it.
+};
+constexpr Rule kRules[] = {
+    {"CreateSession", kRobots, true},
     {"GetSession", kRobots | kReaders},
     {"ListSessions", kRobots | kReaders},
-    {"FinishSession", kRobots | kOperators},
-    {"StreamScans", kRobots},
-    {"UploadSubmap", kRobots},
-    {"GetUpload", kRobots},
+    {"FinishSession", kRobots | kOperators, true},
+    {"StreamScans", kRobots, true},
+    {"UploadSubmap", kRobots, true},
+    {"GetUpload", kRobots, true},
     {"Localise", kRobots},
     {"GetMapInfo", kReaders},
     {"ListSubmaps", kReaders},
@@ -46,33 +48,45 @@ constexpr struct {
     {"ListTiles", kReaders},
     {"GetTile", kReaders},
     {"WatchMap", kReaders},
-    {"DecideMatch", kOperators},
-    {"DecideLoop", kOperators},
-    {"PutAnchor", kOperators},
-    {"DeleteAnchor", kOperators},
-    {"SetDatum", kOperators},
-    {"UndoRevision", kOperators},
-    {"DeleteSession", kOperators},
+    {"DecideMatch", kOperators, true},
+    {"DecideLoop", kOperators, true},
+    {"PutAnchor", kOperators, true},
+    {"DeleteAnchor", kOperators, true},
+    {"SetDatum", kOperators, true},
+    {"UndoRevision", kOperators, true},
+    {"DeleteSession", kOperators, true},
     {"ListEvents", kOperators},
     {"WatchEvents", kOperators},
     {"BackUp", kAdmins},
     {"GetStatus", kReaders},
-    {"CreateToken", kAdmins},
+    {"CreateToken", kAdmins, true},
     {"ListTokens", kAdmins},
-    {"RevokeToken", kAdmins},
+    {"RevokeToken", kAdmins, true},
     {"ServerReflectionInfo", kAdmins},
 };
 
-unsigned RolesFor(absl::string_view rpc) {
-  for (const auto& rule : kRules) {
-    if (rule.rpc == rpc) return rule.roles;
+const Rule* FindRule(absl::string_view rpc) {
+  for (const Rule& rule : kRules) {
+    if (rule.rpc == rpc) return &rule;
   }
-  return 0;
+  return nullptr;
+}
+
+unsigned RolesFor(absl::string_view rpc) {
+  const Rule* rule = FindRule(rpc);
+  return rule == nullptr ? 0 : rule->roles;
 }
 
 }  // namespace
 
 bool HasRule(absl::string_view rpc) { return RolesFor(rpc) != 0; }
+
+bool IsChange(absl::string_view rpc) {
+  const Rule* rule = FindRule(rpc);
+  return rule != nullptr && rule->changes;
+}
+
+bool IsForRobots(absl::string_view rpc) { return (RolesFor(rpc) & Bit(Role::kRobot)) != 0; }
 
 absl::Status CheckRole(const Caller& caller, absl::string_view rpc) {
   const unsigned roles = RolesFor(rpc);

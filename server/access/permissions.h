@@ -14,5 +14,8 @@ absl::Status CheckRole(const Caller& caller, absl::string_view rpc);
 
 // Whether the table has the method.
 bool HasRule(absl::string_view rpc);
+// Whether it changes the site, or the tokens: no affair of a server that only reads.
+bool IsChange(absl::string_view rpc);
+bool IsForRobots(absl::string_view rpc);
 
 }  // namespace isthmus::access

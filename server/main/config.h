@@ -25,6 +25,7 @@ struct ServerConfig {
   std::string store = {};
   storage::SqliteOptions storage;  // Of either.
   bool standby = false;            // Of a database: a site that another server has is waited for.
+  bool replica = false;            // Likewise: the map is only read, and another server has it.
   double lease_s = 10;             // See storage::LeaseOptions.
   int cache_mb = 512;              // MiB; see SetCache. Shared by all sites.
   // Maps beside that of the default site, by name; each with settings of its own where the file

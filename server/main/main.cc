@@ -75,6 +75,7 @@ struct Arguments {
   std::string config_path;
   bool insecure = false;
   bool standby = false;
+  bool replica = false;
   LogOptions log;
   bool print_config = false;
   bool check = false;
@@ -94,6 +95,8 @@ bool Parse(int argc, char** argv, Arguments& arguments, int& result) {
       "in the folder)");
   app.add_flag("--standby", arguments.standby,
                "Wait while another server has the database's map, and take over once it is gone");
+  app.add_flag("--replica", arguments.replica,
+               "Only read the database's map, which another server has, and answer readers");
   app.add_flag("--insecure", arguments.insecure,
                "Serve other machines in plain text: where the network itself is safe");
   app.add_option("--config", arguments.config_path, "YAML file of settings; see --print-config");
@@ -241,6 +244,20 @@ absl::Status CheckNetwork(const rpc::ServerOptions& options) {
   return status;
 }
 
+// How the map in a database is shared.
+absl::Status CheckStore(const ServerConfig& config) {
+  if (config.standby && config.replica) {
+    return absl::InvalidArgumentError(
+        "--standby (storage.standby) and --replica (storage.replica) exclude each other: a server "
+        "waits for the map, or reads it");
+  }
+  if (!config.store.empty() || (!config.standby && !config.replica)) return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      absl::StrCat(config.standby ? "--standby (storage.standby)" : "--replica (storage.replica)",
+                   " is for a map in a database that several servers reach: name that with "
+                   "--store"));
+}
+
 // Whoever counts what is done for the metrics; null: nobody, there are none. Told by the sites and
 // by the network.
 std::unique_ptr<metrics::Metrics> CountFor(ServerConfig* config) {
@@ -300,15 +317,12 @@ int Run(const Arguments& arguments) {
     config->store = arguments.store;
   }
   if (arguments.standby) config->standby = true;
+  if (arguments.replica) config->replica = true;
   if (arguments.print_config) {
     std::fputs(PrintConfig(*config).c_str(), stdout);
     return kStopped;
   }
-  if (config->standby && config->store.empty()) {
-    return Fail(kUsage, absl::InvalidArgumentError(
-                            "--standby (storage.standby) is for a map in a database that several "
-                            "servers reach: name that with --store"));
-  }
+  if (absl::Status status = CheckStore(*config); !status.ok()) return Fail(kUsage, status);
   if (absl::Status status = CheckNetwork(config->rpc); !status.ok()) return Fail(kUsage, status);
   if (absl::Status status = metrics::CheckListening(config->metrics); !status.ok()) {
     return Fail(kUsage, status);

@@ -13,6 +13,7 @@
 #include "core/site_name.h"
 #include "server/main/data_folder.h"
 #include "server/main/log.h"
+#include "storage/postgresql/postgres_replica.h"
 #include "storage/postgresql/postgres_store.h"
 #include "storage/sqlite/sqlite_store.h"
 #include "storage/upkeep/backup_stream.h"
@@ -31,6 +32,14 @@ std::string JournalIn(const std::string& folder) { return folder + "/matching.jo
 
 using Warn = std::function<void(const std::string&)>;
 
+// A data folder is of one server, also where the map is elsewhere.
+absl::Status LockFolder(OpenMap* map) {
+  auto lock = io::DirectoryLock::Acquire(map->folder);
+  if (!lock.ok()) return lock.status();
+  map->lock = *std::move(lock);
+  return absl::OkStatus();
+}
+
 // Where the configuration says.
 absl::StatusOr<std::unique_ptr<storage::MapStore>> OpenStore(const ServerConfig& config,
                                                              const SiteEvents& events,
@@ -41,9 +50,7 @@ absl::StatusOr<std::unique_ptr<storage::MapStore>> OpenStore(const ServerConfig&
     if (absl::Status status = CheckMapIsHere(map->folder); !status.ok()) return status;
     return storage::OpenSqliteStore(map->folder, options);
   }
-  auto lock = io::DirectoryLock::Acquire(map->folder);
-  if (!lock.ok()) return lock.status();
-  map->lock = *std::move(lock);
+  if (absl::Status status = LockFolder(map); !status.ok()) return status;
   std::error_code ignored;
   if (const std::string path = map->folder + "/isthmus.db"; fs::exists(path, ignored)) {
     warn(
@@ -68,6 +75,24 @@ absl::StatusOr<std::unique_ptr<storage::MapStore>> OpenStore(const ServerConfig&
   return store;
 }
 
+// The pipeline of the map, which is this server's or, where the configuration says so, another's.
+absl::StatusOr<std::unique_ptr<Pipeline>> OpenPipeline(const ServerConfig& config,
+                                                       const SiteEvents& events,
+                                                       const PipelineOptions& options,
+                                                       OpenMap* map) {
+  if (!config.replica) {
+    auto store = OpenStore(config, events, options.on_problem, map);
+    if (!store.ok()) return store.status();
+    storage::RemoveAbandonedBackups(map->folder);
+    return Pipeline::Open(options, *std::move(store));
+  }
+  if (absl::Status status = LockFolder(map); !status.ok()) return status;
+  auto replica = storage::OpenPostgresReplica(config.store, map->name);
+  if (!replica.ok()) return replica.status();
+  if (absl::Status status = NoteMapIsIn(map->folder, config.store); !status.ok()) return status;
+  return Pipeline::OpenReplica(options, std::move(replica->store), std::move(replica->follower));
+}
+
 // `map` says which; `sites`: how many there are.
 absl::Status Open(const ServerConfig& config, const SiteEvents& events, PipelineOptions options,
                   size_t sites, OpenMap* map) {
@@ -76,20 +101,17 @@ absl::Status Open(const ServerConfig& config, const SiteEvents& events, Pipeline
   const auto warn = [site](const std::string& text) {
     Log(spdlog::level::warn, text, LogFields{.site = site});
   };
-  auto store = OpenStore(config, events, warn, map);
-  if (!store.ok()) return store.status();
   SetCache((static_cast<size_t>(config.cache_mb) << 20) / sites, map->folder, &options);
   const int threads = IngestThreads(config.pipeline.ingest_threads);
   const int shares = static_cast<int>(sites);
   options.ingest_threads = (threads + shares - 1) / shares;
-  storage::RemoveAbandonedBackups(map->folder);
   options.archive.directory = map->folder;
   options.work_journal = JournalIn(map->folder);
   options.on_problem = warn;
   options.on_event = [site](const Event& event) {
     Log(spdlog::level::info, event.text, FieldsOf(event, site));
   };
-  auto pipeline = Pipeline::Open(options, *std::move(store));
+  auto pipeline = OpenPipeline(config, events, options, map);
   if (!pipeline.ok()) return pipeline.status();
   map->pipeline = *std::move(pipeline);
   return absl::OkStatus();

@@ -263,6 +263,9 @@ void AddStorage(ServerConfig& config, Table& table) {
   table.Add("standby", &config.standby,
             "With a database: while another server has the map, wait for it in place of ending, "
             "and take over once that one is gone. For all servers of a map with spares.");
+  table.Add("replica", &config.replica,
+            "With a database: only read the map, which another server has and changes, and answer "
+            "readers. Not with standby.");
   table.Add("lease_s", &config.lease_s, 1.0, 3600.0,
             "A server that has given the database no sign of life for so long, in seconds, may "
             "lose its map to one that stands by.");

@@ -51,6 +51,8 @@ class EventJournal {
   // Until everything that was appended is stored, or cannot be at the moment.
   void WaitUntilStored() const;
 
+  // There are new ones in the store, whoever wrote them.
+  void Wake() const;
   // Of the events of a batch that is stored.
   void NoteStored(const std::vector<Event>& events);
 
@@ -62,7 +64,6 @@ class EventJournal {
   void GiveBack(std::vector<Event> events) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   // True if they need not be offered again.
   bool Store(const std::vector<Event>& events);
-  void Wake() const;
 
   const Clock* const clock_;
   const Tell tell_;

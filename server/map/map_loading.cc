@@ -9,6 +9,13 @@
 
 namespace isthmus::server {
 
+void MapWriter::MendPose(const Pose& instead, SubmapInfo* info) {
+  if (info->T_odom_submap.IsFinite()) return;
+  cache_->MarkDamaged(info->id,
+                      absl::StrCat("submap ", ToString(info->id), ": its pose is not finite"));
+  info->T_odom_submap = instead;
+}
+
 absl::Status MapWriter::LoadSessions(MapView* view) {
   absl::StatusOr<std::vector<SessionRecord>> records = store_->ListSessions();
   if (!records.ok()) return records.status();
@@ -18,11 +25,7 @@ absl::Status MapWriter::LoadSessions(MapView* view) {
     storage::SubmapInfos infos;
     Pose last;  // Stands in for one that is damaged: its neighbours stay where they are.
     for (SubmapInfo& info : *submaps) {
-      if (!info.T_odom_submap.IsFinite()) {
-        cache_->MarkDamaged(info.id,
-                            absl::StrCat("submap ", ToString(info.id), ": its pose is not finite"));
-        info.T_odom_submap = last;
-      }
+      MendPose(last, &info);
       last = info.T_odom_submap;
       infos.push_back(std::make_shared<const SubmapInfo>(std::move(info)));
     }

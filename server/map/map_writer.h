@@ -19,6 +19,7 @@
 #include "server/map/map_edit.h"
 #include "server/map/map_view.h"
 #include "server/map/submap_cache.h"
+#include "storage/map_follower.h"
 #include "storage/map_store.h"
 
 namespace isthmus::server {
@@ -102,6 +103,10 @@ class MapWriter {
   // Nothing will be placed any more.
   void EndPlacing();
 
+  // For a map that another server writes: what that one stored is shown. From one thread, with
+  // nobody who edits.
+  void ShowNews(const storage::MapNews& news);
+
  private:
   absl::Status CommitEdit(const MapEdit& edit);  // Stores, then shows.
   // False where it is void.
@@ -116,6 +121,9 @@ class MapWriter {
                                          const FinishedSubmap& finished) const;
   // Of now.
   std::vector<Event> Stamped(std::vector<Event> events) const;
+  // Gives it another pose where its own is damaged, and marks it.
+  void MendPose(const Pose& instead, SubmapInfo* info);
+  storage::SubmapInfos MendedSubmaps(const storage::MapNews& news);
   absl::Status LoadSessions(MapView* view);
   absl::Status LoadDecisions(MapView* view);
   absl::Status LoadLoops(MapView* view);

@@ -20,7 +20,7 @@ std::vector<MatchCount> CountMatches(const MapView& view) {
 
 }  // namespace
 
-ServerLoad PipelineImpl::GetLoad() {
+ServerLoad ReadingPipeline::GetLoad() {
   const Activity::Counters counters = parts_.activity.counters();
   const MapWriter::View view = parts_.map.view();
   const PipelineOptions& options = parts_.options;
@@ -31,7 +31,6 @@ ServerLoad PipelineImpl::GetLoad() {
   load.session_scans_limit = options.scan_queue;
   load.session_bytes_limit = options.scan_queue_bytes;
   load.submaps_coming_in = parts_.submaps_coming_in;
-  load.matching = matching_->Load(*view);
   load.matches = CountMatches(*view);
   load.placement_waits = !view->IsPlaced();
   load.composition_waits = !view->IsComposed();
@@ -48,7 +47,6 @@ ServerLoad PipelineImpl::GetLoad() {
   load.estimations = counters.estimations;
   const composition::Composer::Memory composed = composition_->memory();
   load.submap_cache = {parts_.submaps.bytes(), options.submap_cache_bytes};
-  load.prepared_maps = {matching_->prepared_bytes(), options.prepared_bytes};
   load.composed = {composed.submap_bytes + composed.tile_bytes, options.composer.cache_bytes};
   load.disk = GetDiskLoad(*view, composed.spilled_bytes);
   load.storage_problem = parts_.health.Problem();
@@ -56,7 +54,7 @@ ServerLoad PipelineImpl::GetLoad() {
   return load;
 }
 
-void PipelineImpl::AddSessions(const MapView& view, ServerLoad* load) const {
+void ReadingPipeline::AddSessions(const MapView& view, ServerLoad* load) const {
   for (const auto& worker : parts_.workers.All()) {
     SessionLoad session = worker->Load();
     for (const SessionView* segment : view.SegmentsOf(session.session)) {
@@ -67,6 +65,13 @@ void PipelineImpl::AddSessions(const MapView& view, ServerLoad* load) const {
     load->waiting_scans += session.waiting_scans;
     load->sessions.push_back(std::move(session));
   }
+}
+
+ServerLoad PipelineImpl::GetLoad() {
+  ServerLoad load = ReadingPipeline::GetLoad();
+  load.matching = matching_->Load(*parts_.map.view());
+  load.prepared_maps = {matching_->prepared_bytes(), parts_.options.prepared_bytes};
+  return load;
 }
 
 std::vector<RobotPlace> PipelineImpl::RobotPlaces() {
@@ -95,7 +100,7 @@ std::vector<RobotPlace> PipelineImpl::RobotPlaces() {
   return places;
 }
 
-DiskLoad PipelineImpl::GetDiskLoad(const MapView& view, uint64_t spilled_bytes) const {
+DiskLoad ReadingPipeline::GetDiskLoad(const MapView& view, uint64_t spilled_bytes) const {
   const std::string& folder = parts_.options.archive.directory;
   if (folder.empty()) return {};
   const storage::StoreSize store = parts_.store->SizeOnDisk();

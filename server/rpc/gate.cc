@@ -66,6 +66,15 @@ std::string GivenRequestId(const grpc::ServerContextBase& context) {
   return id && IsPlain(*id) ? *id : std::string();
 }
 
+// Where the site is only read. A robot, or a person with one at hand, may have been given this
+// address with others: after Unavailable it goes on to the next. A person who decides is told.
+absl::Status CheckTakesChanges(const Site& site, absl::string_view rpc) {
+  if (!access::IsChange(rpc)) return absl::OkStatus();
+  absl::Status status = site.pipeline.CheckTakesChanges();
+  if (status.ok() || !access::IsForRobots(rpc)) return status;
+  return absl::UnavailableError(status.message());
+}
+
 }  // namespace
 
 Gate::Gate(Options options) : options_(std::move(options)) {
@@ -158,6 +167,7 @@ absl::StatusOr<Call> Gate::Admit(const grpc::ServerContextBase& context, absl::s
   if (absl::Status role = access::CheckRole(*caller, rpc); !role.ok()) return role;
   const absl::StatusOr<Site*> site = Choose(context, *caller);
   if (!site.ok()) return site.status();
+  if (absl::Status status = CheckTakesChanges(**site, rpc); !status.ok()) return status;
   // A token is one caller wherever it calls from; without, a machine is.
   const std::string peer = PeerOf(context);
   const std::string who =

@@ -42,6 +42,11 @@ std::string WhyNoneCanBeStored(const ServerLoad& load) {
 
 std::vector<DegradedService> FindDegraded(const ServerLoad& load) {
   std::vector<DegradedService> degraded;
+  if (load.replica) {
+    constexpr char kWhy[] = "this server is a replica, which only reads the map";
+    degraded.push_back({v1::EditService::service_full_name(), kWhy});
+    degraded.push_back({v1::SessionService::service_full_name(), kWhy});
+  }
   if (!load.storage_problem.empty()) {
     degraded.push_back({v1::EditService::service_full_name(), load.storage_problem});
   }

@@ -19,6 +19,10 @@ namespace isthmus::server {
 // which all others wait for, gives way least.
 inline constexpr int kMatchingNice = 10, kCompositionNice = 8, kPlacementNice = 5;
 
+// Between two looks of a server that only reads for what is new in the store: a question of less
+// than a millisecond. On average half of it goes by until a new revision is seen.
+inline constexpr absl::Duration kFollowInterval = absl::Milliseconds(200);
+
 // Matching.
 
 // With more sessions than kMaxPreparedMaps, and where workers match, share by which one of a pair

@@ -155,12 +155,13 @@ PlacedMap PlacementThread::Solve(const MapWriter::ToPlace& task) {
     MutexLock placing(&placer_mutex_);
     outcome = placer_.Place(input, previous);
   }
+  placed.edge_status = std::move(outcome.edge_status);
+  if (store_ == nullptr) return placed;
   std::vector<SubmapMove> moves = placement::FindMoves(previous, outcome.placements);
   if (!moves.empty() || !SameFrames(previous, outcome.placements)) {
     placed.revision =
         MakeRevision(*view.revision, task.changes, std::move(moves), std::move(outcome.placements));
   }
-  placed.edge_status = std::move(outcome.edge_status);
   return placed;
 }
 

@@ -28,7 +28,9 @@ class PlacementThread {
   using OnProblem = std::function<void(const std::string& problem)>;
 
   // Where placing throws, the last revision stands until the next change; then everything is
-  // placed, by a placer without a memory of what was half done.
+  // placed, by a placer without a memory of what was half done. Without a store, which is null, no
+  // revisions are made: the map is placed as another server says, and what is worked out here is
+  // which edges agree with that.
   PlacementThread(MapWriter* map, Activity* activity, storage::MapStore* store, const Clock* clock,
                   const placement::PlacerOptions& options, OnProblem on_problem = nullptr);
   ~PlacementThread();  // Stop(), and waits.
@@ -54,7 +56,7 @@ class PlacementThread {
 
   MapWriter* const map_;
   Activity* const activity_;
-  storage::MapStore* const store_;
+  storage::MapStore* const store_;  // May be null.
   const Clock* const clock_;
   const placement::PlacerOptions options_;
   const OnProblem on_problem_;

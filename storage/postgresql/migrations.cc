@@ -61,27 +61,22 @@ absl::Status MigratePostgres(Connection& database, const std::string& schema,
   return absl::OkStatus();
 }
 
-absl::Status CheckIsNewest(Connection& database, const std::string& schema) {
-  Statement row = database.Prepare(
-      "SELECT 1 FROM pg_class c JOIN pg_namespace n ON n.oid = c.relnamespace WHERE nspname = ? "
-      "AND relkind = 'r' AND relname = 'about'");
-  const absl::StatusOr<bool> found = row.Bind(schema).Step();
-  if (!found.ok()) return found.status();
-  if (!*found) {
-    return absl::NotFoundError(absl::StrCat("there is no site in the schema ", schema,
-                                            " of that database yet; start its server first"));
+absl::Status CheckMigrated(Connection& database, const std::string& schema) {
+  const std::string where = absl::StrCat("the schema ", schema);
+  const auto is_there =
+      database.ReadNumber("SELECT (to_regclass('about') IS NOT NULL)::int::bigint");
+  if (!is_there.ok()) return is_there.status();
+  if (*is_there == 0) {
+    return absl::NotFoundError(absl::StrCat(
+        where, " holds no map: start the server that is to have it first, which makes the tables"));
   }
   const absl::StatusOr<int64_t> version = database.ReadNumber("SELECT version FROM about");
   if (!version.ok()) return version.status();
-  const std::vector<Migration>& migrations = PostgresMigrations();
-  if (absl::Status status = CheckVersion(absl::StrCat("the schema ", schema), *version, migrations);
-      !status.ok()) {
-    return status;
-  }
-  if (*version == migrations.back().version) return absl::OkStatus();
-  return absl::FailedPreconditionError(
-      absl::StrCat("the schema ", schema, " is of an older version, ", *version,
-                   "; start its server with this version first, which brings it up to date"));
+  const int64_t newest = PostgresMigrations().back().version;
+  if (*version >= newest) return CheckVersion(where, *version, PostgresMigrations());
+  return absl::FailedPreconditionError(absl::StrCat(
+      where, " has schema ", *version, ", this program reads ", newest,
+      ": start the server that has the map with this program first, which brings it there"));
 }
 
 }  // namespace isthmus::storage

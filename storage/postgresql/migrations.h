@@ -22,8 +22,9 @@ const std::vector<Migration>& PostgresMigrations();
 absl::Status MigratePostgres(Connection& database, const std::string& schema,
                              const std::vector<Migration>& migrations = PostgresMigrations());
 
-// For those who do not own the site: NotFound where it has no tables, FailedPrecondition where they
-// are not of the newest version.
-absl::Status CheckIsNewest(Connection& database, const std::string& schema);
+// For who does not own the site: OK where the schema has the newest version. Saying what to do,
+// FailedPrecondition where it has another one and NotFound where it has no tables; it is never
+// changed.
+absl::Status CheckMigrated(Connection& database, const std::string& schema);
 
 }  // namespace isthmus::storage

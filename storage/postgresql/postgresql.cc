@@ -109,8 +109,12 @@ absl::Status PostgresConnection::Connect() {
   std::vector<const char*> keys = {"connect_timeout",  "tcp_user_timeout",
                                    "keepalives_idle",  "keepalives_interval",
                                    "keepalives_count", "target_session_attrs"};
-  std::vector<const char*> values = {
-      connecting.c_str(), silence_ms.c_str(), third.c_str(), third.c_str(), "2", "read-write"};
+  std::vector<const char*> values = {connecting.c_str(),
+                                     silence_ms.c_str(),
+                                     third.c_str(),
+                                     third.c_str(),
+                                     "2",
+                                     target_.is_read_only ? "any" : "read-write"};
   for (const PQconninfoOption* option = given->get(); option->keyword != nullptr; ++option) {
     if (option->val == nullptr) continue;
     keys.push_back(option->keyword);
@@ -147,6 +151,7 @@ absl::Status PostgresConnection::SetUp() {
       "; SET standard_conforming_strings TO on; SET idle_in_transaction_session_timeout TO ",
       target_.idle_limit.count(),
       "; SET statement_timeout TO 0; SET default_transaction_isolation TO 'read committed'; ",
+      target_.is_read_only ? "SET default_transaction_read_only TO on; " : "",
       target_.sync_every_commit ? "SELECT set_config('synchronous_commit', 'on', false) "
                                   "WHERE current_setting('synchronous_commit') = 'off'"
                                 : "SET synchronous_commit TO off"));

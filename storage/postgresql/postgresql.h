@@ -25,6 +25,8 @@ struct PostgresTarget {
   bool sync_every_commit = true;
   // PostgreSQL takes a transaction back whose client says nothing for so long; 0: never.
   std::chrono::milliseconds idle_limit{0};
+  // Nothing can be changed by it, and a PostgreSQL that only follows another one will do.
+  bool is_read_only = false;
 };
 
 // InvalidArgument for what libpq cannot read as a URL, and for one with a password in it: it would

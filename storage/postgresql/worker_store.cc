@@ -53,7 +53,7 @@ absl::StatusOr<std::unique_ptr<MapStore>> OpenWorkerStore(const std::string& url
   const PostgresTarget target = TargetOf(url, site);
   auto writer = PostgresConnection::Open(target);
   if (!writer.ok()) return writer.status();
-  if (absl::Status status = CheckIsNewest(**writer, target.schema); !status.ok()) return status;
+  if (absl::Status status = CheckMigrated(**writer, target.schema); !status.ok()) return status;
   std::vector<std::unique_ptr<Connection>> readers;
   auto reader = PostgresConnection::Open(target);
   if (!reader.ok()) return reader.status();

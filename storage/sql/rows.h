@@ -47,8 +47,10 @@ absl::StatusOr<std::optional<Checkpoint>> FindCheckpoint(Connection& database, i
 // trajectory. An entry whose sequence is there already is left as it is.
 absl::Status AddTrajectory(Connection& database,
                            const std::vector<std::pair<SessionId, TrajectoryEntry>>& entries);
+// Behind the sequence `after`.
 absl::StatusOr<std::vector<TrajectoryEntry>> SelectTrajectory(Connection& database,
-                                                              int64_t session_key);
+                                                              int64_t session_key,
+                                                              int64_t after = -1);
 
 // submaps, submap_blobs, submap_bounds. `blob` is EncodeSubmap's.
 struct SubmapRow {
@@ -68,6 +70,9 @@ absl::StatusOr<SubmapRow> FindSubmap(Connection& database, const SubmapId& subma
 // All sessions when the key is absent; in order of (session id, index).
 absl::StatusOr<std::vector<SubmapInfo>> SelectSubmaps(Connection& database,
                                                       std::optional<int64_t> session_key);
+// Of rows that came behind the one of that key; likewise.
+absl::StatusOr<std::vector<SubmapInfo>> SelectSubmapsBehind(Connection& database, int64_t key);
+absl::StatusOr<std::vector<SubmapId>> SelectSubmapIds(Connection& database);
 // Candidates by their bounds, which may be rounded outwards: a few too many, never one too few.
 absl::StatusOr<std::vector<SubmapInfo>> SelectSubmapsNear(Connection& database, int64_t session_key,
                                                           const Box& box_odom);

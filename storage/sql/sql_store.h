@@ -21,7 +21,7 @@ absl::Status CheckResolution(double resolution_m);
 class SqlStore : public MapStore {
  public:
   // The writer has the newest schema, of which rows.h speaks; submaps' coordinates are rounded to
-  // `resolution_m`.
+  // `resolution_m`. Null: what writes is overridden.
   SqlStore(std::unique_ptr<Connection> writer, std::vector<std::unique_ptr<Connection>> readers,
            double resolution_m);
 

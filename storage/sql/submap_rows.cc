@@ -195,6 +195,22 @@ absl::StatusOr<std::vector<SubmapInfo>> SelectSubmaps(Connection& database,
       .ReadAll(ReadInfo);
 }
 
+absl::StatusOr<std::vector<SubmapInfo>> SelectSubmapsBehind(Connection& database, int64_t key) {
+  return database
+      .Prepare(std::string("SELECT ") + kSubmapColumns + kFrom +
+               "WHERE s.key > ? ORDER BY e.id, s.submap_index")
+      .Bind(key)
+      .ReadAll(ReadInfo);
+}
+
+absl::StatusOr<std::vector<SubmapId>> SelectSubmapIds(Connection& database) {
+  return database
+      .Prepare(std::string("SELECT e.id, s.submap_index") + kFrom + "ORDER BY e.id, s.submap_index")
+      .ReadAll([](const Statement& row) {
+        return SubmapId{SessionId(row.Text(0)), static_cast<uint32_t>(row.Int(1))};
+      });
+}
+
 absl::StatusOr<std::vector<SubmapInfo>> SelectSubmapsNear(Connection& database, int64_t session_key,
                                                           const Box& box_odom) {
   Statement row = database.Prepare(

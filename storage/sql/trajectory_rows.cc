@@ -31,11 +31,11 @@ absl::Status AddTrajectory(Connection& database,
 }
 
 absl::StatusOr<std::vector<TrajectoryEntry>> SelectTrajectory(Connection& database,
-                                                              int64_t session_key) {
+                                                              int64_t session_key, int64_t after) {
   Statement rows = database.Prepare(
       "SELECT sequence, stamp_ns, submap_index, T_odom_sensor FROM trajectory "
-      "WHERE session = ? ORDER BY sequence");
-  return rows.Bind(session_key).ReadAll([](const Statement& row) {
+      "WHERE session = ? AND sequence > ? ORDER BY sequence");
+  return rows.Bind(session_key).Bind(after).ReadAll([](const Statement& row) {
     TrajectoryEntry entry;
     entry.sequence = row.Uint(0);
     entry.stamp_ns = row.Int(1);

@@ -17,8 +17,8 @@ from isthmus.errors import (Aborted, AlreadyExists, Cancelled, DataLoss, Deadlin
                             PermissionDenied, ResourceExhausted, Unauthenticated, Unavailable,
                             Unimplemented, Unknown)
 from isthmus.map_records import (Anchor, Anchored, Component, Loop, ManualDecision, MapInfo, Match,
-                                 MatchGraph, Placement, Revision, RevisionDiff, SessionPair,
-                                 StageTime, Submap, SubmapEdge, SubmapMove, Trajectory)
+                                 MatchGraph, Placement, ReplicaState, Revision, RevisionDiff,
+                                 SessionPair, StageTime, Submap, SubmapEdge, SubmapMove, Trajectory)
 from isthmus.pose import Pose
 from isthmus.push import Scan
 from isthmus.records import (Ack, Backup, BackupContents, BackupState, Box, ExportSummary,
@@ -46,7 +46,7 @@ __all__ = [
     "LocalisedScan", "Loop", "ManualDecision", "MapInfo", "MapStep", "Match", "MatchGraph",
     "MatchState", "MatchingLoad", "NotFound", "Odometry", "OrientedBox", "OutOfRange",
     "Outcome", "OwnSubmap", "PermissionDenied", "Placement", "Polygon", "Pose", "ProcessUse",
-    "PushSummary", "QueueLoad", "Reason", "Rejection", "ResourceExhausted", "Revision",
+    "PushSummary", "QueueLoad", "Reason", "Rejection", "ReplicaState", "ResourceExhausted", "Revision",
     "RevisionDiff", "RobotPlace", "Role", "RunningCalls", "Scan", "ScanCounts", "ScanStream",
     "ScanTiming", "ServerStatus", "Session", "SessionLoad", "SessionPair", "SessionState",
     "StageTime", "StreamStats", "Submap", "SubmapEdge", "SubmapMove", "SubmapPlace", "Tile",

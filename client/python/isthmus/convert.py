@@ -75,7 +75,7 @@ _MESSAGES: Dict[str, Callable[[Any], Any]] = {
 for _kind in (records.Box, records.ScanCounts, records.ScanTiming, map_records.Component,
               map_records.StageTime, map_records.SubmapEdge, map_records.ManualDecision,
               map_records.Match, map_records.Placement, map_records.Revision,
-              map_records.SessionPair, map_records.SubmapMove, status_records.ProcessUse,
+              map_records.ReplicaState, map_records.SessionPair, map_records.SubmapMove, status_records.ProcessUse,
               status_records.RunningCalls, status_records.DegradedService,
               status_records.SessionLoad, status_records.QueueLoad, status_records.MatchingLoad,
               status_records.CacheLoad, status_records.DiskLoad):

@@ -25,6 +25,15 @@ class Component:
 
 
 @dataclass(frozen=True)
+class ReplicaState:
+    """How a server keeps up that only reads a map which another one has."""
+
+    owner: str
+    behind_s: float
+    problem: str
+
+
+@dataclass(frozen=True)
 class MapInfo:
     """How the server stands."""
 
@@ -43,6 +52,7 @@ class MapInfo:
     retired: int
     damaged: Tuple[str, ...]
     storage_problem: str
+    replica: Optional[ReplicaState]  # Of a server that only reads the map.
 
 
 @dataclass(frozen=True)

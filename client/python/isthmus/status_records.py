@@ -2,9 +2,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Tuple
+from typing import Optional, Tuple
 
 from isthmus.enums import Tracking
+from isthmus.map_records import ReplicaState
 
 
 @dataclass(frozen=True)
@@ -138,3 +139,4 @@ class ServerStatus:
     uploads: int
     submaps_coming_in: int
     web_address: str
+    replica: Optional[ReplicaState]

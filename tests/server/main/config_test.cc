@@ -51,6 +51,8 @@ TEST(ConfigTest, AServerStandsByOnlyWhereItIsToldTo) {
       ParseConfig("storage: {store: 'postgresql://db/isthmus', standby: true, lease_s: 2.5}\n");
   ASSERT_TRUE(config.ok()) << config.status();
   EXPECT_TRUE(config->standby);
+  EXPECT_FALSE(config->replica);
+  EXPECT_TRUE(ParseConfig("storage: {replica: true}\n")->replica);
   EXPECT_EQ(config->lease_s, 2.5);
   EXPECT_EQ(PrintConfig(*ParseConfig(PrintConfig(*config))), PrintConfig(*config));
   EXPECT_THAT(ErrorOf("storage: {lease_s: 0.5}\n"), HasSubstr("from 1 to 3600"));

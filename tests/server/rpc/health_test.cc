@@ -43,6 +43,19 @@ TEST_F(HealthTest, WhatCannotBeStoredDegradesWhatStores) {
   EXPECT_EQ(edits.Next(), HealthStatus::kServing);
 }
 
+TEST_F(HealthTest, AReplicaServesThoseWhoRead) {
+  HealthWatcher sessions(channel_, kSessions);
+  EXPECT_EQ(sessions.Next(), HealthStatus::kServing);
+  ServerLoad load;
+  load.replica = ReplicaState();
+  SetLoad(load);
+  EXPECT_EQ(sessions.Next(), HealthStatus::kNotServing);
+  EXPECT_EQ(Now(kEdits), HealthStatus::kNotServing);
+  for (const char* well : {"", kMap, kAdmin, "isthmus.v1.LocalisationService"}) {
+    EXPECT_EQ(Now(well), HealthStatus::kServing) << well;
+  }
+}
+
 TEST_F(HealthTest, AnAlmostFullDiskSendsRobotsElsewhere) {
   HealthWatcher sessions(channel_, kSessions);
   EXPECT_EQ(sessions.Next(), HealthStatus::kServing);

@@ -318,6 +318,7 @@ export interface Status {
   compositionWaits: boolean;
   loading: boolean;
   storageProblem: string;
+  replicaProblem: string;
   degraded: string[];
 }
 
@@ -336,6 +337,7 @@ export function readStatus(o: JsonObject): Status {
     compositionWaits: bool(o['compositionWaits']),
     loading: bool(o['mapIsLoading']),
     storageProblem: str(o['storageProblem']),
+    replicaProblem: str(obj(o['replica'])['problem']),
     degraded: messages(o['degraded'], (d) => str(d['why'])),
   };
 }

@@ -67,7 +67,9 @@ function server(app: App): HTMLElement {
   if (status.placementWaits) rows.push('Submaps are being placed.');
   if (status.compositionWaits) rows.push('The map is being composed.');
   if (rows.length === 0) rows.push(`All of ${count(status.submaps)} submaps is in the map.`);
-  const bad = [...status.degraded, status.storageProblem].filter((text) => text !== '');
+  // Several services may be in the same trouble.
+  const bad = [...new Set([...status.degraded, status.storageProblem, status.replicaProblem])]
+      .filter((text) => text !== '');
   return h('div', {}, ...rows.map((text) => hint(text)),
            ...bad.map((text) => h('p', {class: 'poor', role: 'alert'}, text)));
 }

@@ -1,0 +1,137 @@
+// The map as another server writes it, shown step by step.
+#include <algorithm>
+#include <set>
+#include <utility>
+
+#include "core/concurrency/mutex.h"
+#include "server/map/map_writer.h"
+
+namespace isthmus::server {
+namespace {
+
+// Sessions that are not there any more, and those whose id another one has by now.
+std::vector<SessionId> GoneSessions(const storage::MapNews& news, const MapView& view) {
+  std::vector<SessionId> gone;
+  if (!news.sessions) return gone;
+  std::set<std::pair<SessionId, int64_t>> there;
+  for (const SessionRecord& record : *news.sessions) there.emplace(record.id, record.created_ns);
+  for (const auto& [id, session] : view.sessions) {
+    if (!there.contains({id, session.record.created_ns})) gone.push_back(id);
+  }
+  return gone;
+}
+
+std::vector<SubmapId> GoneSubmaps(const storage::MapNews& news, const MapView& view) {
+  std::vector<SubmapId> gone;
+  if (!news.remaining) return gone;
+  for (const auto& [id, session] : view.sessions) {
+    for (const auto& [index, submap] : session.submaps) {
+      if (!news.remaining->contains(submap.id)) gone.push_back(submap.id);
+    }
+  }
+  return gone;
+}
+
+// Takes out what is gone; its submaps.
+std::vector<SubmapId> RemoveGone(const storage::MapNews& news, MapView* view) {
+  std::vector<SubmapId> gone;
+  const MapView before = *view;
+  for (const SessionId& id : GoneSessions(news, before)) {
+    for (const auto& [index, submap] : before.Find(id)->submaps) gone.push_back(submap.id);
+    storage::RemoveSession(id, view);
+    ++view->removals;
+  }
+  const std::vector<SubmapId> retired = GoneSubmaps(news, *view);
+  storage::Apply({.retired = retired}, {}, view);
+  view->retired += retired.size();
+  gone.insert(gone.end(), retired.begin(), retired.end());
+  return gone;
+}
+
+// As ChangesMatches of an edit.
+bool ChangesMatches(const storage::MapNews& news, const MapView& view) {
+  if (news.sessions || news.matches || news.manual_decisions) return true;
+  return std::any_of(news.submaps.begin(), news.submaps.end(), [&](const SubmapInfo& submap) {
+    const SessionView* session = view.Find(submap.id.session);
+    return session == nullptr || session->submaps.empty();
+  });
+}
+
+// Whether placing would have other edges than it had.
+bool ChangesGraph(const storage::MapNews& news) {
+  return news.matches || news.manual_decisions || news.loops || news.anchors || news.revision;
+}
+
+// What comes whole takes the place of what was.
+void ApplyTables(const storage::MapNews& news, const storage::SubmapInfos& infos, MapView* view) {
+  storage::WriteBatch batch;
+  if (news.sessions) batch.sessions = *news.sessions;
+  batch.trajectory = news.trajectory;
+  if (news.matches) {
+    view->matches = {};
+    batch.matches = *news.matches;
+  }
+  if (news.manual_decisions) {
+    view->manual_decisions = {};
+    batch.manual_decisions = *news.manual_decisions;
+  }
+  if (news.loops) {
+    view->loops = {};
+    batch.loops = *news.loops;
+  }
+  if (news.anchors) {
+    view->anchors = {};
+    batch.anchors = *news.anchors;
+  }
+  batch.datum = news.datum;
+  storage::Apply(batch, infos, view);
+}
+
+}  // namespace
+
+storage::SubmapInfos MapWriter::MendedSubmaps(const storage::MapNews& news) {
+  storage::SubmapInfos infos;
+  const View now = view();
+  for (SubmapInfo info : news.submaps) {
+    Pose before;
+    if (!infos.empty() && infos.back()->id.session == info.id.session) {
+      before = infos.back()->T_odom_submap;
+    } else if (const SessionView* known = now->Find(info.id.session);
+               known != nullptr && !known->submaps.empty()) {
+      before = known->submaps.back().T_odom_submap;
+    }
+    MendPose(before, &info);
+    infos.push_back(std::make_shared<const SubmapInfo>(std::move(info)));
+  }
+  return infos;
+}
+
+void MapWriter::ShowNews(const storage::MapNews& news) {
+  const View before = view();
+  MapView changed = *before;
+  const std::vector<SubmapId> gone = RemoveGone(news, &changed);
+  ApplyTables(news, MendedSubmaps(news), &changed);
+  if (ChangesMatches(news, *before)) changed.effective = EffectiveMatches(changed);
+  if (news.revision) changed.revision = std::make_shared<const MapRevision>(*news.revision);
+  if (ChangesGraph(news)) ++changed.graph_version;
+  for (const SubmapId& id : gone) cache_->Forget(id);
+  {
+    MutexLock editing(&editing_);
+    // What those who place and compose have shown meanwhile is not of the news.
+    const View now = view();
+    changed.serial = now->serial + 1;
+    changed.placed_version = now->placed_version;
+    changed.tree = now->tree;
+    changed.edge_status = now->edge_status;
+    changed.map = now->map;
+    changed.composed_revision = now->composed_revision;
+    MutexLock lock(&mutex_);
+    view_ = std::make_shared<const MapView>(std::move(changed));
+  }
+  const std::set<SubmapId> all_gone(gone.begin(), gone.end());
+  activity_->ForgetDamage([&](const SubmapId& id) { return all_gone.contains(id); });
+  changed_.Notify();
+  activity_->changed().Notify();
+}
+
+}  // namespace isthmus::server

@@ -1,0 +1,116 @@
+// The reading half of the pipeline: what is answered in the same way whether this server changes
+// the map or follows another one that does.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/concurrency/executor.h"
+#include "server/localisation/placed_maps.h"
+#include "server/pipeline.h"
+#include "server/pipeline/map_reader.h"
+#include "server/pipeline/map_watch.h"
+#include "server/pipeline/pipeline_parts.h"
+#include "server/pipeline/sessions.h"
+#include "server/threads/composition_thread.h"
+#include "server/threads/placement_thread.h"
+#include "server/threads/retention_thread.h"
+
+namespace isthmus::server {
+
+class ReadingPipeline : public Pipeline {
+ public:
+  absl::StatusOr<SessionStatus> GetSession(const SessionId& session) override {
+    return sessions_.GetSession(session);
+  }
+  std::vector<SessionStatus> ListSessions() override { return sessions_.ListSessions(); }
+  absl::StatusOr<std::unique_ptr<RobotLocaliser>> OpenLocaliser(
+      const LocalisationRequest& request) override;
+  MapInfo GetMapInfo() override;
+  ServerLoad GetLoad() override;
+  absl::StatusOr<ListAt<SubmapStatus>> ListSubmaps(const std::optional<RobotId>& robot) override {
+    return reader_.ListSubmaps(robot);
+  }
+  using Pipeline::GetTrajectory;
+  absl::StatusOr<RobotTrajectory> GetTrajectory(const RobotId& robot, TrajectoryFrame frame,
+                                                uint32_t segment) override;
+  MatchGraph GetMatchGraph() override { return reader_.GetMatchGraph(); }
+  absl::StatusOr<ListAt<Loop>> ListLoops(const std::optional<RobotId>& robot) override {
+    return reader_.ListLoops(robot);
+  }
+  ListAt<RobotAnchor> ListAnchors() override { return reader_.ListAnchors(); }
+  absl::StatusOr<std::vector<RevisionInfo>> ListRevisions(int limit) override {
+    return reader_.ListRevisions(limit);
+  }
+  absl::StatusOr<RevisionDiff> DiffRevisions(int64_t from, int64_t to) override {
+    return reader_.DiffRevisions(from, to);
+  }
+  absl::StatusOr<ChangeList> FindChanges(const ChangeQuery& query,
+                                         const std::function<bool()>& keep_on) override {
+    return reader_.FindChanges(query, keep_on);
+  }
+  absl::StatusOr<std::string> ExportPoseGraph(uint32_t component) override {
+    return placement_->WriteG2o(component);
+  }
+  absl::StatusOr<RobotTransform> GetTransform(const RobotId& a, const RobotId& b) override {
+    return reader_.GetTransform(a, b);
+  }
+  std::shared_ptr<const ComposedMap> GetMap() override { return reader_.GetMap(); }
+  absl::Status ExportMap(const ExportRequest& request, const std::function<void(int64_t)>& begin,
+                         const std::function<bool(const std::string&)>& sink) override {
+    return reader_.ExportMap(request, begin, sink);
+  }
+
+  absl::StatusOr<EventPage> ListEvents(const EventQuery& query) override {
+    return parts_.store->ListEvents(query);
+  }
+  uint64_t OnEvents(std::function<void()> wake) override {
+    return parts_.events.OnStored(std::move(wake));
+  }
+  void ForgetEvents(uint64_t handle) override { parts_.events.Forget(handle); }
+
+  std::optional<MapStep> MapSince(const MapMark& known, uint32_t level) override {
+    return map_watch_.Since(known, level);
+  }
+  uint64_t OnMap(std::function<void()> wake) override {
+    return map_watch_.OnChange(std::move(wake));
+  }
+  void ForgetMap(uint64_t handle) override { map_watch_.Forget(handle); }
+
+ protected:
+  ReadingPipeline(const PipelineOptions& options, std::unique_ptr<storage::MapStore> store,
+                  const Clock& clock);
+
+  // The steps of a start that both kinds have, in this order; what they need of the map is there.
+  absl::Status OpenParts(std::function<absl::Status(const ingest::RetentionAction&)> act);
+  // Null: no revisions are made, see PlacementThread.
+  void StartPlacing(storage::MapStore* store);
+  void StartComposing();
+  // Until nothing is under way, or waits, that the view does not show yet, or it is shut down.
+  void WaitUntilSettled();
+  virtual bool IsSettled(uint64_t pending_scans, const MapView& view) const;
+
+  PipelineParts parts_;
+  Sessions sessions_;
+  const MapReader reader_;
+  MapWatch map_watch_;
+  std::unique_ptr<RetentionThread> retention_;  // Is told by whatever is below.
+  // Destroyed in reverse: the executor first, so that none of its tasks outlives the threads.
+  std::unique_ptr<CompositionThread> composition_;
+  std::unique_ptr<PlacementThread> placement_;
+  std::unique_ptr<Executor> executor_;
+  std::unique_ptr<localisation::PlacedMaps> placed_maps_;  // Uses the executor.
+
+ private:
+  // The inputs and the actions of the limits on robots' sessions.
+  RetentionThread::Hooks RetentionHooks(
+      std::function<absl::Status(const ingest::RetentionAction&)> act);
+  void AddSessions(const MapView& view, ServerLoad* load) const;
+  DiskLoad GetDiskLoad(const MapView& view, uint64_t spilled_bytes) const;
+};
+
+}  // namespace isthmus::server

@@ -1,0 +1,62 @@
+#include "storage/postgresql/postgres_replica.h"
+
+#include <absl/strings/str_cat.h>
+
+#include <utility>
+#include <vector>
+
+#include "storage/postgresql/limits.h"
+#include "storage/postgresql/migrations.h"
+#include "storage/postgresql/postgres_follower.h"
+#include "storage/postgresql/postgres_store.h"
+#include "storage/postgresql/postgresql.h"
+#include "storage/sql/sql_store.h"
+
+namespace isthmus::storage {
+namespace {
+
+absl::Status Refused() {
+  return absl::FailedPreconditionError(
+      "the map is open for reading only: another server writes it");
+}
+
+class ReadOnlyStore : public SqlStore {
+ public:
+  explicit ReadOnlyStore(std::vector<std::unique_ptr<Connection>> readers)
+      : SqlStore(nullptr, std::move(readers), PostgresOptions().resolution_m) {}
+
+  absl::Status Write(const WriteBatch&) override { return Refused(); }
+  using MapStore::DeleteSession;
+  absl::Status DeleteSession(const SessionId&, const std::vector<Event>&) override {
+    return Refused();
+  }
+  absl::Status PutFeatures(const FeatureBlob&) override { return Refused(); }
+};
+
+}  // namespace
+
+absl::StatusOr<PostgresReplica> OpenPostgresReplica(const std::string& url,
+                                                    const std::string& site) {
+  if (absl::Status status = CheckSite(site); !status.ok()) return status;
+  PostgresTarget target;
+  target.url = url;
+  target.schema = SchemaOfSite(site);
+  target.is_read_only = true;
+  target.application = absl::StrCat(target.schema, " follower");
+  auto following = PostgresConnection::Open(target);
+  if (!following.ok()) return following.status();
+  if (auto status = CheckMigrated(**following, target.schema); !status.ok()) return status;
+  target.application = absl::StrCat(target.schema, " replica");
+  std::vector<std::unique_ptr<Connection>> readers;
+  for (int i = 0; i < kPostgresReaders; ++i) {
+    auto reader = PostgresConnection::Open(target);
+    if (!reader.ok()) return reader.status();
+    readers.push_back(*std::move(reader));
+  }
+  PostgresReplica replica;
+  replica.store = std::make_unique<ReadOnlyStore>(std::move(readers));
+  replica.follower = std::make_unique<PostgresFollower>(*std::move(following));
+  return replica;
+}
+
+}  // namespace isthmus::storage
