@@ -27,7 +27,7 @@ struct MapNews {
   std::optional<std::vector<SessionRecord>> sessions;
   std::vector<SubmapInfo> submaps;              // New ones, in order of id.
   std::optional<std::set<SubmapId>> remaining;  // All that there are, where some are gone.
-  // New entries, session by session, in order of sequence.
+  // New entries, session by session, in order of sequence; of many, some come with the next call.
   std::vector<std::pair<SessionId, TrajectoryEntry>> trajectory;
   std::optional<std::vector<Match>> matches;
   std::optional<std::vector<ManualDecision>> manual_decisions;

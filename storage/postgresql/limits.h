@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <cstddef>
+#include <cstdint>
 
 namespace isthmus::storage {
 
@@ -54,6 +55,10 @@ inline constexpr std::chrono::seconds kWaitForLock{5};
 
 // Rows of those who had a site open, for whoever asks later who wrote when.
 inline constexpr int kOwnersKept = 100;
+
+// Entries of trajectories that one who only reads takes at a time, some 20 MB: the rest follows at
+// the next look. They tell how far robots went and where they are, and nothing waits for them.
+inline constexpr int64_t kEntriesAtOnce = 100'000;
 
 // Between two looks at how large the tables are. The question takes milliseconds.
 inline constexpr std::chrono::seconds kSizeIsGoodFor{60};

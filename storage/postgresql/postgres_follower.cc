@@ -1,10 +1,12 @@
 #include "storage/postgresql/postgres_follower.h"
 
 #include <absl/strings/str_cat.h>
+#include <absl/strings/str_join.h>
 
 #include <algorithm>
 #include <utility>
 
+#include "storage/postgresql/limits.h"
 #include "storage/postgresql/migrations.h"
 #include "storage/sql/rows.h"
 
@@ -26,6 +28,10 @@ std::string TellTables() {
   return absl::StrCat("SELECT ", columns);
 }
 
+std::string ArrayText(const std::vector<int64_t>& numbers) {
+  return absl::StrCat("{", absl::StrJoin(numbers, ","), "}");
+}
+
 template <typename T, typename Select>
 absl::Status ReadInto(Connection& database, const Select& select, std::optional<T>* into) {
   absl::StatusOr<T> read = select(database);
@@ -38,15 +44,15 @@ absl::Status ReadInto(Connection& database, const Select& select, std::optional<
 
 absl::StatusOr<MapNews> PostgresFollower::Next() {
   MapNews news;
-  Known known = known_;
   const Transaction snapshot(*database_, Transaction::Kind::kRead);
   if (!snapshot.status().ok()) return snapshot.status();
   const absl::StatusOr<Mark> mark = ReadMark(&news.owner);
   if (!mark.ok()) return mark.status();
   const bool is_first = known_.revision < 0;
-  if (!is_first && *mark == known_.mark) return news;
+  if (!is_first && *mark == known_.mark && !known_.has_more) return news;
   absl::Status status = CheckMigrated(*database_, database_->target().schema);
   if (status.ok() && !is_first) status = CheckGoesOn(*mark);
+  Known known = known_;
   known.mark = *mark;
   if (status.ok()) status = ReadNews(&known, &news);
   if (!status.ok()) return status;
@@ -139,32 +145,54 @@ absl::Status PostgresFollower::ReadSubmaps(Known* known, MapNews* news) {
   return absl::OkStatus();
 }
 
+// Those of sessions that are gone go; one that ended is read once more.
+absl::Status PostgresFollower::ReadTrails(Known* known) {
+  std::map<int64_t, Trail> trails;
+  Statement row = database_->Prepare("SELECT key, id, state FROM sessions");
+  while (true) {
+    const absl::StatusOr<bool> found = row.Step();
+    if (!found.ok()) return found.status();
+    if (!*found) break;
+    const auto before = known->trails.find(row.Int(0));
+    Trail& trail = trails[row.Int(0)];
+    trail = before == known->trails.end() ? Trail{SessionId(row.Text(1))} : before->second;
+    trail.is_active = row.Int(2) == 0;
+  }
+  known->trails = std::move(trails);
+  return absl::OkStatus();
+}
+
 absl::Status PostgresFollower::ReadTrajectories(Known* known, MapNews* news) {
-  std::map<int64_t, bool> is_active;
   if (news->sessions) {
-    std::map<int64_t, Trail> trails;
-    Statement row = database_->Prepare("SELECT key, id, state FROM sessions");
-    while (true) {
-      const absl::StatusOr<bool> found = row.Step();
-      if (!found.ok()) return found.status();
-      if (!*found) break;
-      const auto before = known->trails.find(row.Int(0));
-      trails[row.Int(0)] =
-          before == known->trails.end() ? Trail{SessionId(row.Text(1))} : before->second;
-      is_active[row.Int(0)] = row.Int(2) == 0;
-    }
-    known->trails = std::move(trails);
+    if (absl::Status status = ReadTrails(known); !status.ok()) return status;
   }
-  for (auto& [key, trail] : known->trails) {
-    if (!trail.may_grow) continue;
-    auto entries = SelectTrajectory(*database_, key, trail.last_sequence);
-    if (!entries.ok()) return entries.status();
-    for (TrajectoryEntry& entry : *entries) {
-      trail.last_sequence = static_cast<int64_t>(entry.sequence);
-      news->trajectory.emplace_back(trail.session, std::move(entry));
-    }
-    if (news->sessions) trail.may_grow = is_active[key];
+  std::vector<int64_t> keys, last;
+  for (const auto& [key, trail] : known->trails) {
+    if (trail.is_read) continue;
+    keys.push_back(key);
+    last.push_back(trail.last_sequence);
   }
+  auto rows = database_
+                  ->Prepare(
+                      "SELECT t.sequence, t.stamp_ns, t.submap_index, t.T_odom_sensor, k.key FROM "
+                      "unnest(?::text::bigint[], ?::text::bigint[]) AS k (key, last) JOIN "
+                      "trajectory t ON t.session = k.key AND t.sequence > k.last "
+                      "ORDER BY k.key, t.sequence LIMIT ?")
+                  .Bind(ArrayText(keys))
+                  .Bind(ArrayText(last))
+                  .Bind(kEntriesAtOnce)
+                  .ReadAll([](const Statement& row) {
+                    return std::pair(row.Int(4), ReadTrajectoryEntry(row));
+                  });
+  if (!rows.ok()) return rows.status();
+  for (const auto& [key, entry] : *rows) {
+    Trail& trail = known->trails[key];
+    news->trajectory.emplace_back(trail.session, entry);
+    trail.last_sequence = static_cast<int64_t>(entry.sequence);
+  }
+  known->has_more = static_cast<int64_t>(rows->size()) == kEntriesAtOnce;
+  if (known->has_more) return absl::OkStatus();
+  for (auto& [key, trail] : known->trails) trail.is_read = !trail.is_active;
   return absl::OkStatus();
 }
 

@@ -31,7 +31,8 @@ class PostgresFollower : public MapFollower {
   struct Trail {
     SessionId session;
     int64_t last_sequence = -1;  // Of its trajectory, as read.
-    bool may_grow = true;
+    bool is_active = true;
+    bool is_read = false;  // To its end.
   };
   struct Known {
     Mark mark;
@@ -40,6 +41,7 @@ class PostgresFollower : public MapFollower {
     int64_t submaps = 0, last_submap = 0;  // Rows, and the key of the last that came.
     int64_t revision = -1, event = 0;
     std::map<int64_t, Trail> trails;  // By the session's key, which is not given twice.
+    bool has_more = false;            // Of trajectories.
   };
 
   absl::StatusOr<Mark> ReadMark(std::string* owner);
@@ -48,6 +50,7 @@ class PostgresFollower : public MapFollower {
   absl::Status ReadNews(Known* known, MapNews* news);
   absl::Status ReadTables(Known* known, MapNews* news);
   absl::Status ReadSubmaps(Known* known, MapNews* news);
+  absl::Status ReadTrails(Known* known);
   absl::Status ReadTrajectories(Known* known, MapNews* news);
   absl::Status ReadRevision(Known* known, MapNews* news);
 

@@ -47,10 +47,10 @@ absl::StatusOr<std::optional<Checkpoint>> FindCheckpoint(Connection& database, i
 // trajectory. An entry whose sequence is there already is left as it is.
 absl::Status AddTrajectory(Connection& database,
                            const std::vector<std::pair<SessionId, TrajectoryEntry>>& entries);
-// Behind the sequence `after`.
 absl::StatusOr<std::vector<TrajectoryEntry>> SelectTrajectory(Connection& database,
-                                                              int64_t session_key,
-                                                              int64_t after = -1);
+                                                              int64_t session_key);
+// Of columns sequence, stamp_ns, submap_index and T_odom_sensor.
+TrajectoryEntry ReadTrajectoryEntry(const Statement& row);
 
 // submaps, submap_blobs, submap_bounds. `blob` is EncodeSubmap's.
 struct SubmapRow {

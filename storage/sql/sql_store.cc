@@ -75,8 +75,7 @@ absl::StatusOr<uint64_t> SqlStore::StoredBytes(const SessionId& session) const {
 
 absl::StatusOr<std::vector<TrajectoryEntry>> SqlStore::GetTrajectory(
     const SessionId& session) const {
-  return WithSession<std::vector<TrajectoryEntry>>(
-      session, [](Connection& reader, int64_t key) { return SelectTrajectory(reader, key); });
+  return WithSession<std::vector<TrajectoryEntry>>(session, SelectTrajectory);
 }
 
 absl::StatusOr<Checkpoint> SqlStore::GetCheckpoint(const SessionId& session) const {

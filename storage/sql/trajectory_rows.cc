@@ -30,19 +30,21 @@ absl::Status AddTrajectory(Connection& database,
   return absl::OkStatus();
 }
 
+TrajectoryEntry ReadTrajectoryEntry(const Statement& row) {
+  TrajectoryEntry entry;
+  entry.sequence = row.Uint(0);
+  entry.stamp_ns = row.Int(1);
+  entry.submap_index = static_cast<uint32_t>(row.Int(2));
+  entry.T_odom_sensor = UnpackPose(row.Text(3));
+  return entry;
+}
+
 absl::StatusOr<std::vector<TrajectoryEntry>> SelectTrajectory(Connection& database,
-                                                              int64_t session_key, int64_t after) {
+                                                              int64_t session_key) {
   Statement rows = database.Prepare(
       "SELECT sequence, stamp_ns, submap_index, T_odom_sensor FROM trajectory "
-      "WHERE session = ? AND sequence > ? ORDER BY sequence");
-  return rows.Bind(session_key).Bind(after).ReadAll([](const Statement& row) {
-    TrajectoryEntry entry;
-    entry.sequence = row.Uint(0);
-    entry.stamp_ns = row.Int(1);
-    entry.submap_index = static_cast<uint32_t>(row.Int(2));
-    entry.T_odom_sensor = UnpackPose(row.Text(3));
-    return entry;
-  });
+      "WHERE session = ? ORDER BY sequence");
+  return rows.Bind(session_key).ReadAll(ReadTrajectoryEntry);
 }
 
 }  // namespace isthmus::storage

@@ -4,7 +4,9 @@
 #include <absl/strings/str_replace.h>
 #include <google/protobuf/descriptor.h>
 
+#include <algorithm>
 #include <filesystem>
+#include <iterator>
 #include <map>
 #include <optional>
 #include <set>
@@ -29,6 +31,10 @@ struct Row {
   // call.
   StatusCode others = StatusCode::OK;
 };
+
+// How the names of methods begin that change nothing.
+constexpr const char* kReading[] = {"Get",   "List", "Query",    "Export", "Find",
+                                    "Watch", "Diff", "Localise", "BackUp", "ServerReflectionInfo"};
 
 const std::map<std::string, Row>& Table() {
   static const auto* const table = new std::map<std::string, Row>{
@@ -265,6 +271,26 @@ TEST_F(AccessTableTest, EachRoleMayWhatItsRowSays) {
       }
     }
   }
+}
+
+// A robot goes on to another address, a person is told.
+TEST_F(AccessTableTest, AReplicaRefusesEveryChangeAndAnswersTheRest) {
+  default_.takes_changes = absl::FailedPreconditionError("a replica");
+  const std::string before = Touched(default_);
+  for (const MethodDescriptor* method : AllMethods()) {
+    SCOPED_TRACE(NameOf(*method));
+    const Answer answer = Ask(*method, As("a"));
+    const bool reads = method->name() != "GetUpload" &&
+                       std::any_of(std::begin(kReading), std::end(kReading), [&](const char* verb) {
+                         return absl::StartsWith(method->name(), verb);
+                       });
+    EXPECT_EQ(answer.status.error_message() != "a replica", reads);
+    if (reads) continue;
+    const bool is_robots = absl::StrContains(Table().at(NameOf(*method)).roles, 'R');
+    EXPECT_EQ(answer.status.error_code(),
+              is_robots ? StatusCode::UNAVAILABLE : StatusCode::FAILED_PRECONDITION);
+  }
+  EXPECT_EQ(Touched(default_), before);
 }
 
 // What is another robot's looks like what is not there.

@@ -45,6 +45,7 @@ class FakePipeline : public server::Pipeline {
 
   absl::StatusOr<SessionStatus> CreateSession(const SessionRequest& request,
                                               const Actor& by) override;
+  absl::Status CheckTakesChanges() const override { return takes_changes; }
   absl::StatusOr<SessionStatus> GetSession(const SessionId& session) override;
   std::vector<SessionStatus> ListSessions() override;
   absl::StatusOr<SessionStatus> FinishSession(const SessionId& session, const Actor& by) override;
@@ -131,6 +132,7 @@ class FakePipeline : public server::Pipeline {
 
   // The answers to readers. Set before use. `info.revision` is that of lists, too.
   MapInfo info;
+  absl::Status takes_changes;  // Set before anybody asks.
   Mutex load_mutex;
   ServerLoad load ABSL_GUARDED_BY(load_mutex);
   MatchGraph graph;

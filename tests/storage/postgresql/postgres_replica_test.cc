@@ -4,7 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "storage/postgresql/migrations.h"
+#include "storage/postgresql/limits.h"
 #include "storage/postgresql/postgres_store.h"
 #include "storage/postgresql/postgresql.h"
 #include "tests/storage/postgresql/postgres_server.h"
@@ -124,7 +124,7 @@ TEST_F(PostgresReplicaTest, RefusesASchemaThatIsNotItsOwn) {
   ASSERT_TRUE(server_.Execute(about + " - 1"));
   EXPECT_TRUE(WhyNot().ok());
   const absl::Status nothing = OpenPostgresReplica(server_.url(), server_.NewSite()).status();
-  EXPECT_EQ(nothing.code(), StatusCode::kFailedPrecondition);
+  EXPECT_EQ(nothing.code(), StatusCode::kNotFound);
   EXPECT_THAT(std::string(nothing.message()), HasSubstr("holds no map"));
 }
 
@@ -245,6 +245,25 @@ TEST_F(PostgresReplicaTest, ReadsATrajectoryToItsEndOnce) {
   const MapNews news = Next(replica);
   ASSERT_EQ(news.trajectory.size(), 1u);
   EXPECT_EQ(news.trajectory[0].first, SessionId("carol-1"));
+}
+
+// A map of months is not read into memory at once; also of a session that has ended.
+TEST_F(PostgresReplicaTest, ReadsLongTrajectoriesPieceByPiece) {
+  SessionRecord finished = MakeSession("alice-1");
+  finished.state = SessionState::kFinished;
+  Put({.sessions = {finished}, .trajectory = {{SessionId("alice-1"), MakeEntry(1)}}});
+  ASSERT_TRUE(server_.Execute("INSERT INTO " + schema() +
+                              ".trajectory SELECT session, n, stamp_ns, submap_index, "
+                              "T_odom_sensor FROM " +
+                              schema() + ".trajectory, generate_series(2, " +
+                              std::to_string(kEntriesAtOnce + 1) + ") AS n"));
+  const PostgresReplica replica = Open();
+  EXPECT_EQ(Next(replica).trajectory.size(), static_cast<size_t>(kEntriesAtOnce));
+  const MapNews rest = Next(replica);
+  ASSERT_EQ(rest.trajectory.size(), 1u);
+  EXPECT_EQ(rest.trajectory[0].second.sequence, static_cast<uint64_t>(kEntriesAtOnce + 1));
+  EXPECT_FALSE(rest.sessions || rest.revision);
+  EXPECT_TRUE(IsNothing(Next(replica)));
 }
 
 TEST_F(PostgresReplicaTest, GoesOnWhereConnectionsWereCutAndWithTheNextOwner) {
