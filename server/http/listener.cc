@@ -5,6 +5,7 @@
 #include <microhttpd.h>
 #include <unistd.h>
 
+#include <cstring>
 #include <memory>
 #include <string>
 #include <thread>
@@ -19,6 +20,13 @@
 
 namespace isthmus::http {
 namespace {
+
+// What comes as text ends at a zero byte, so that one in an address would hide what is behind it:
+// such an address stays escaped, and is nobody's.
+size_t Unescape(void* /*self*/, MHD_Connection* /*connection*/, char* text) {
+  if (std::strstr(text, "%00") != nullptr) return std::strlen(text);
+  return MHD_http_unescape(text);
+}
 
 class MhdListener final : public Listener {
  public:
@@ -136,6 +144,7 @@ MHD_Daemon* MhdListener::ServeAt(int socket, const tls::KeyTexts& keys) {
       {MHD_OPTION_PER_IP_CONNECTION_LIMIT, static_cast<intptr_t>(options_.connections_per_address),
        nullptr},
       {MHD_OPTION_CONNECTION_MEMORY_LIMIT, static_cast<intptr_t>(kConnectionBytes), nullptr},
+      {MHD_OPTION_UNESCAPE_CALLBACK, reinterpret_cast<intptr_t>(Unescape), nullptr},
       {MHD_OPTION_NOTIFY_COMPLETED, reinterpret_cast<intptr_t>(OnEnd), this},
       {MHD_OPTION_NOTIFY_CONNECTION, reinterpret_cast<intptr_t>(OnConnection), this}};
   unsigned flags = MHD_USE_POLL_INTERNAL_THREAD | MHD_USE_THREAD_PER_CONNECTION | MHD_USE_ITC;

@@ -484,6 +484,14 @@ void AddComposition(ServerConfig& config, Table& table) {
             "Leaf size of an OctoMap where a reader names none.");
   table.Add("octomap_max_range_m", &occupancy.max_range_m, 1.0, 1000.0,
             "Rays of an OctoMap are cut here.");
+  composition::SensorModel& sensor = occupancy.sensor;
+  table.Add("octomap_hit", &sensor.hit, 0.501, 0.999,
+            "Sensor model of OctoMaps and floors: probability that a voxel in which a ray ends is "
+            "occupied.");
+  table.Add("octomap_miss", &sensor.miss, 0.001, 0.499, "That one is which a ray went through.");
+  table.Add("octomap_least", &sensor.least, 0.001, 0.499,
+            "What probabilities are clamped to, so that changes are believed in time.");
+  table.Add("octomap_most", &sensor.most, 0.501, 0.999, "Likewise.");
   table.Add("octomap_cache_mb", &config.pipeline.octomap_cache_mb, 0, 1'000'000,
             "Memory for what rays found, MiB, kept from one OctoMap to the next, so that only "
             "what changed is cast again; 0: all is, every time.");

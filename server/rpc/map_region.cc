@@ -3,6 +3,7 @@
 #include <absl/strings/str_cat.h>
 
 #include <algorithm>
+#include <bit>
 #include <limits>
 #include <memory>
 #include <set>
@@ -36,11 +37,12 @@ Region WholeRegionOf(const RegionQuery& query) {
   return region;
 }
 
-// Of positions in the answer to this very request, of this run of the server.
-uint64_t RunOf(uint64_t run, v1::QueryRegionRequest request) {
+// Of positions in the answer to this very request at that resolution, of this run of the server.
+uint64_t RunOf(uint64_t run, v1::QueryRegionRequest request, double resolution_m) {
   request.clear_resume();
   ContentHash hash;
   hash.Add(run);
+  hash.Add(std::bit_cast<uint64_t>(resolution_m));
   hash.AddText(request.SerializeAsString());
   return hash.value();
 }
@@ -197,9 +199,10 @@ absl::Status MapService::SendRegion(const Call& call, const v1::QueryRegionReque
   }
   const auto goes_on = [&] { return call.Allowed().ok() && !call.Gone(); };
   region.keep_on = goes_on;
-  RegionPosition begin{RunOf(run_, request), map->revision(), 0, region.resolution_m};
+  RegionPosition begin{0, map->revision(), 0, region.resolution_m};
   if (query->resume) {
-    if (query->resume->run != begin.run || query->resume->revision != begin.revision) {
+    const uint64_t run = RunOf(run_, request, query->resume->resolution_m);
+    if (query->resume->run != run || query->resume->revision != begin.revision) {
       return absl::FailedPreconditionError(
           absl::StrCat("resume is of another request, or the map is another by now, of revision ",
                        map->revision(), ": ask for the region anew, without resume"));
@@ -212,6 +215,7 @@ absl::Status MapService::SendRegion(const Call& call, const v1::QueryRegionReque
     if (!resolution.ok()) return resolution.status();
     begin.resolution_m = region.resolution_m = *resolution;
   }
+  if (!query->resume) begin.run = RunOf(run_, request, begin.resolution_m);
   RegionSender sender(*query, begin, writer);
   if (!goes_on() || !sender.SendHead(map->robots())) return ReaderGone();
   absl::Status status;

@@ -105,6 +105,10 @@ grpc::Status MapService::ListTiles(grpc::ServerContext* context,
 absl::Status MapService::SendTile(const Call& call, const v1::GetTileRequest& request,
                                   TileWriter* writer) {
   if (!request.has_id()) return absl::InvalidArgumentError("name a tile: id is missing");
+  if (!v1::GetTileRequest::Form_IsValid(request.form())) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("form ", static_cast<int>(request.form()), " is not known to this server"));
+  }
   const TileId id = convert::FromMessage(request.id());
   const std::shared_ptr<const ComposedMap> map = call.pipeline().GetMap();
   if (absl::Status ready = map->ready(); !ready.ok()) return ready;

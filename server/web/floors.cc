@@ -101,9 +101,9 @@ http::Response AnswerFloor(const http::Request& request,
         "floor_N.pgm"));
   }
   v1::ExportMapRequest wanted;
-  if (absl::Status status = ReadMapQuery(request, &wanted); !status.ok()) {
-    return ErrorAnswer(status);
-  }
+  absl::Status asked = CheckQuery(request, {"resolution", "box"});
+  if (asked.ok()) asked = ReadMapQuery(request, &wanted);
+  if (!asked.ok()) return ErrorAnswer(asked);
   if (wanted.resolution_m() == 0) wanted.set_resolution_m(floors::kGridCellM);
   wanted.set_component(address.component);
   wanted.set_format(v1::ExportMapRequest::OCTOMAP_BINARY);

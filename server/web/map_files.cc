@@ -28,7 +28,9 @@ absl::StatusOr<v1::ExportMapRequest> ReadQuery(const http::Request& request) {
         "the map is at /export/map.pcd, map.ply, map.bt and map.ot; `isthmus export` has more");
   }
   wanted.set_format(*format);
-  if (absl::Status status = ReadMapQuery(request, &wanted); !status.ok()) return status;
+  absl::Status status = CheckQuery(request, {"component", "resolution", "box", "revision"});
+  if (status.ok()) status = ReadMapQuery(request, &wanted);
+  if (!status.ok()) return status;
   return wanted;
 }
 

@@ -2,9 +2,11 @@
 
 #include <absl/strings/numbers.h>
 #include <absl/strings/str_cat.h>
+#include <absl/strings/str_join.h>
 #include <absl/strings/str_split.h>
 
 #include <array>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -45,6 +47,20 @@ absl::StatusOr<uint32_t> ReadComponent(const http::Request& request) {
 
 absl::Status NoSuchComponent(uint32_t component) {
   return absl::NotFoundError(absl::StrCat("no component ", component));
+}
+
+absl::Status CheckQuery(const http::Request& request, const std::set<absl::string_view>& known) {
+  std::set<absl::string_view> given;
+  for (const auto& [name, value] : request.query) {
+    if (name != "site" && !known.contains(name)) {
+      return absl::InvalidArgumentError(absl::StrCat("?", name, "= means nothing here; known are ",
+                                                     absl::StrJoin(known, ", "), " and site"));
+    }
+    if (!given.insert(name).second) {
+      return absl::InvalidArgumentError(absl::StrCat("?", name, "= is there twice"));
+    }
+  }
+  return absl::OkStatus();
 }
 
 absl::Status ReadMapQuery(const http::Request& request, v1::ExportMapRequest* wanted) {

@@ -79,9 +79,9 @@ http::Response AnswerDownloadMap(const http::Request& request,
         "the action downloadMap is at /vda5050/COMPONENT/map.pcd, map.ply, map.bt and map.ot"));
   }
   v1::ExportMapRequest wanted;
-  if (absl::Status status = ReadMapQuery(request, &wanted); !status.ok()) {
-    return ErrorAnswer(status);
-  }
+  absl::Status asked = CheckQuery(request, {"resolution", "box"});
+  if (asked.ok()) asked = ReadMapQuery(request, &wanted);
+  if (!asked.ok()) return ErrorAnswer(asked);
   const MapCalls calls(request, channel);
   const auto info = calls.GetMapInfo();
   if (!info.ok()) return ErrorAnswer(info.status());

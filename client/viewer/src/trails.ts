@@ -39,12 +39,14 @@ export class Trails {
 
   private async read(): Promise<void> {
     const paths = new Map<string, Trail>();
-    for (const robot of this.model.info.value?.robots ?? []) {
+    // Others have no way in the map yet.
+    const placed = this.model.submaps.value.filter((submap) => submap.pose !== undefined);
+    for (const robot of new Set(placed.map((submap) => submap.robot))) {
       try {
         const {component, poses} = await this.model.calls.trajectory(robot);
         paths.set(robot, {component, poses: thin(poses, AT_MOST)});
       } catch (error) {
-        // One that is not placed yet has no trail in the map.
+        // One that has gone meanwhile.
         const unplaced = error instanceof RpcError &&
             ['FAILED_PRECONDITION', 'NOT_FOUND'].includes(error.code);
         if (!unplaced) this.model.onError(error);

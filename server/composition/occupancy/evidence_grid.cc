@@ -4,16 +4,18 @@
 #include <cmath>
 #include <utility>
 
-#include "server/composition/occupancy/sensor_evidence.h"
 #include "server/composition/occupancy/voxel_ray.h"
 #include "server/composition/voxel_thinner.h"
 
 namespace isthmus::composition {
 
-EvidenceGrid::EvidenceGrid(double resolution_m, double max_range_m, uint64_t max_bytes,
-                           Planner planner)
-    : resolution_m_(resolution_m),
-      max_range_m_(max_range_m),
+EvidenceGrid::EvidenceGrid(const OccupancyOptions& options, uint64_t max_bytes, Planner planner)
+    : resolution_m_(options.resolution_m),
+      max_range_m_(options.max_range_m),
+      hit_(LogOdds(options.sensor.hit)),
+      miss_(LogOdds(options.sensor.miss)),
+      least_(LogOdds(options.sensor.least)),
+      most_(LogOdds(options.sensor.most)),
       max_bytes_(max_bytes),
       planner_(std::move(planner)) {}
 
@@ -57,7 +59,7 @@ bool EvidenceGrid::Update(const VoxelIndex& index, float evidence, Column* colum
   bytes_ += column->voxels.bytes() - before;
   if (cell.scan == scan_) return false;
   cell.scan = scan_;
-  cell.log_odds = std::clamp(cell.log_odds + evidence, kLeastLogOdds, kMostLogOdds);
+  cell.log_odds = std::clamp(cell.log_odds + evidence, least_, most_);
   return true;
 }
 
@@ -80,7 +82,7 @@ bool EvidenceGrid::InsertScan(const Eigen::Vector3d& origin,
     const VoxelIndex index = IndexOf(hit ? p : origin + ray * (max_range_m_ / range));
     Column* column = hit ? &Touch(index) : nullptr;
     const bool changes = column != nullptr && Takes(*column);
-    const bool is_new = changes ? Update(index, kHitLogOdds, column)
+    const bool is_new = changes ? Update(index, hit_, column)
                                 : ends_.insert(PackVoxel({index.x(), index.y(), index.z()})).second;
     // One ray per voxel, to its middle, whichever of its points came first.
     if (is_new) ray_ends_.push_back(index);
@@ -102,7 +104,7 @@ void EvidenceGrid::ClearRay(const Eigen::Vector3d& from, const VoxelIndex& last)
       continue;
     }
     do {
-      Update(ray.index(), kMissLogOdds, &column);
+      Update(ray.index(), miss_, &column);
       ray.Step();
     } while (!ray.done() && ColumnOf(ray.index()) == column.key);
   }

@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "server/composition/occupancy/column_key.h"
+#include "server/composition/occupancy/occupancy_options.h"
 #include "server/composition/occupancy/packed_column.h"
 #include "server/composition/occupancy/voxel_column.h"
 
@@ -35,8 +36,9 @@ class EvidenceGrid {
   // Asked once for each column that rays reach. Those from kNever on stay empty.
   using Planner = std::function<Plan(const ColumnKey&)>;
 
-  // Voxels have an edge of `resolution_m` and a corner at the origin.
-  EvidenceGrid(double resolution_m, double max_range_m, uint64_t max_bytes, Planner planner);
+  // Voxels have a corner at the origin. Of the options only resolution, range and sensor model are
+  // looked at.
+  EvidenceGrid(const OccupancyOptions& options, uint64_t max_bytes, Planner planner);
 
   // Scans that follow are of this submap; numbers must rise.
   void BeginSubmap(uint32_t number);
@@ -81,6 +83,7 @@ class EvidenceGrid {
 
   const double resolution_m_;
   const double max_range_m_;
+  const float hit_, miss_, least_, most_;  // Log odds.
   const uint64_t max_bytes_;
   const Planner planner_;
   absl::flat_hash_map<ColumnKey, std::unique_ptr<Column>> columns_;

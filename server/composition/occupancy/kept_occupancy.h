@@ -30,10 +30,9 @@ class KeptOccupancy {
     uint64_t columns_cast = 0;  // Not found among what is kept.
   };
 
-  // The file's bytes: those of OctoMap's own writer, with its default sensor model (hit 0.7, miss
-  // 0.4, clamped to 0.1192 and 0.971), one hit or miss per voxel and keyframe, of the component's
-  // submaps in the order given. They do not depend on what was written before. A component without
-  // submaps gives the file of an empty tree.
+  // The file's bytes: those of OctoMap's own writer, one hit or miss per voxel and keyframe, of the
+  // component's submaps in the order given. They do not depend on what was written before, as long
+  // as the sensor model is the same. A component without submaps gives the file of an empty tree.
   //
   // InvalidArgument for options out of range. OutOfRange when the map reaches farther than the
   // 2^15 voxels from the origin that the format can tell apart. ResourceExhausted when more than

@@ -149,7 +149,7 @@ class Updater {
   // Carries over what is kept and right, and plans the rest, where anything is kept.
   absl::Status Plan() {
     plans_.emplace();
-    EvidenceGrid nowhere(options_.resolution_m, options_.max_range_m, options_.max_bytes,
+    EvidenceGrid nowhere(options_, options_.max_bytes,
                          [](const ColumnKey&) { return EvidenceGrid::Plan{kNever}; });
     for (uint32_t i = 0; i < sources_.size(); ++i) {
       if (sources_[i].is_missing || sources_[i].columns != nullptr) continue;
@@ -185,7 +185,7 @@ class Updater {
     begin_.reset();
     for (int left = kMostCastings; left > 0 && spent_ < options_.max_bytes; --left) {
       const uint64_t before = updated_.columns_cast;
-      EvidenceGrid grid(options_.resolution_m, options_.max_range_m, options_.max_bytes - spent_,
+      EvidenceGrid grid(options_, options_.max_bytes - spent_,
                         [this](const ColumnKey& key) { return PlanOf(key); });
       for (uint32_t i = 0; i < sources_.size() && !is_void_; ++i) {
         if (!IsToCast(i)) continue;

@@ -5,6 +5,7 @@
 
 #include "core/ids.h"
 #include "core/map/composed_map.h"
+#include "server/composition/occupancy/sensor_evidence.h"
 
 namespace isthmus::composition {
 
@@ -13,7 +14,8 @@ struct OccupancyOptions {
   // Rays are cut here: the way there is free, what lies beyond is not inserted as occupied. At
   // least the resolution, at most 1000.
   double max_range_m = 30;
-  RobotId robot = {};  // Its rays alone; empty: all robots'.
+  SensorModel sensor = {};  // Of one who writes all maps by a KeptOccupancy: always the same.
+  RobotId robot = {};       // Its rays alone; empty: all robots'.
   // Voxels whose middle is not in its box, sphere and shape are left out, and columns without any
   // are not cast.
   Region region = {};

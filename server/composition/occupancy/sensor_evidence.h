@@ -1,13 +1,24 @@
-// OctoMap's sensor model, as its OcTree has it where nothing else is said.
+// The evidence of a look at a voxel, as OctoMap has it.
 #pragma once
+
+#include <cmath>
 
 namespace isthmus::composition {
 
-// Log-odds ln(p / (1 - p)), rounded to float, of
-inline constexpr float kHitLogOdds = 0.847297847F;    // Math: a hit, p = 0.7;
-inline constexpr float kMissLogOdds = -0.405465096F;  // Math: a miss, 0.4;
-inline constexpr float kLeastLogOdds = -2.00002789F;  // Math: what all is clamped to, 0.1192 ...
-inline constexpr float kMostLogOdds = 3.51103067F;    // Math: and 0.971;
-inline constexpr float kOccupiedLogOdds = 0;          // Math: what is there from here on, 0.5.
+// Probabilities; OctoMap's own where nothing else is said (Hornung et al., "OctoMap", 2013, eq. 2
+// to 4).
+struct SensorModel {
+  double hit = 0.7;       // That a voxel in which a ray ends is occupied; above 0.5.
+  double miss = 0.4;      // That one is that a ray went through; below 0.5.
+  double least = 0.1192;  // What all evidence is clamped to: the less, the longer it takes until
+  double most = 0.971;    // what has changed is believed.
+};
+
+// ln(p / (1 - p)), rounded as OctoMap does.
+inline float LogOdds(double probability) {
+  return static_cast<float>(std::log(probability / (1 - probability)));
+}
+
+inline constexpr float kOccupiedLogOdds = 0;  // Math: what is there from here on, p = 0.5.
 
 }  // namespace isthmus::composition

@@ -284,6 +284,11 @@ TEST_F(MapReadingTest, AQueryGoesOnWhereItWasCutOff) {
   auto expected = Query(rounded).points;
   expected.erase(expected.begin(), expected.end() - 7);
   EXPECT_EQ(Named(last.robots, Query(packed).points), Named(last.robots, expected));
+  // Of another resolution it would leave out other points than came.
+  RegionQuery finer = rest;
+  finer.resume->resolution_m /= 2;
+  const absl::Status forged = client_->QueryRegion(finer, [](const auto&) { return true; });
+  EXPECT_TRUE(absl::IsFailedPrecondition(forged)) << forged;
   packed.resume = rest.resume;
   const absl::Status raw = client_->QueryRegion(packed, [](const auto&) { return true; });
   EXPECT_TRUE(absl::IsFailedPrecondition(raw)) << raw;

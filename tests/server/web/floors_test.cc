@@ -180,6 +180,11 @@ TEST_F(FloorsTest, VehiclesAreToldWhereToDownloadTheMap) {
   EXPECT_EQ(other.code, 409) << "the map has changed";
   EXPECT_NE(other.body.find("revision 7"), std::string::npos) << other.body;
   EXPECT_EQ(Get("/export/map.pcd?revision=x").code, 400);
+  // Taken for a filter, they would give the whole map for a part.
+  EXPECT_EQ(Get("/export/map.pcd?robot=alice").code, 400);
+  EXPECT_EQ(Get("/export/map.pcd?resolution=0.1&resolution=0.2").code, 400);
+  EXPECT_EQ(Get("/vda5050/0/map.pcd?robot=alice").code, 400);
+  EXPECT_EQ(Get("/export/map.pcd?site=default").code, 200);
   EXPECT_EQ(Get("/vda5050/1/map.pcd").code, 404);
   EXPECT_EQ(Get("/vda5050/0/map.las").code, 404);
   EXPECT_EQ(Get("/vda5050/0").code, 404);

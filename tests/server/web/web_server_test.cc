@@ -46,9 +46,8 @@ TEST_F(WebServerTest, ThereIsNoWayToOtherFiles) {
   Start();
   for (const char* path : {"/../../etc/passwd", "/etc/passwd", "/%2e%2e/%2e%2e/etc/passwd",
                            "/assets/../../CMakeLists.txt", "//etc/passwd", "/index.html%00.js",
-                           "/index.html/", "/assets", "/..%5c..%5cetc%5cpasswd"}) {
+                           "/healthz%00", "/index.html/", "/assets", "/..%5c..%5cetc%5cpasswd"}) {
     const http::Reply reply = Get(path);
-    if (std::string(path).find("%00") != std::string::npos) continue;
     EXPECT_EQ(reply.code, 404) << path;
     EXPECT_THAT(reply.body, Not(HasSubstr("root:")));
   }

@@ -41,7 +41,7 @@ function keys(app: App, shell: Shell): void {
     if (app.tool.value?.key?.(event.code, event.shiftKey)) return event.preventDefault();
     if (WALK.includes(event.code)) return app.view.key(event.code, true);
     const action = actions[event.code];
-    if (!action) return;
+    if (!action || (event.code.startsWith('Page') && scrolls(event.target))) return;
     event.preventDefault();
     action();
   });
@@ -54,6 +54,11 @@ function busy(target: EventTarget | null): boolean {
   if (document.querySelector('dialog[open]')) return true;
   return target instanceof HTMLElement && target.matches(
       'input:not([type=checkbox]), select, textarea');
+}
+
+// Whether the target is on a page of the panel, which these keys turn.
+function scrolls(target: EventTarget | null): boolean {
+  return target instanceof HTMLElement && target.closest('aside') !== null;
 }
 
 function pointer(app: App): void {

@@ -119,9 +119,11 @@ function about(app: App): HTMLElement {
     const info = app.model.info.value;
     if (!component || !info) return fill(text, 'Nothing is mapped yet.');
     const size = component.bounds;
+    const submaps =
+        app.model.submaps.value.filter((submap) => submap.component === component.component);
     fill(text, h('dl', {}, ...[
       ['points', count(component.points)],
-      ['submaps', count(app.model.submaps.value.length)],
+      ['submaps', count(submaps.length)],
       ['extent', size ? `${metres(size.max.x - size.min.x)} × ${metres(size.max.y - size.min.y)} × ` +
           metres(size.max.z - size.min.z) : '–'],
       ['frame of', component.referenceSession],
@@ -129,6 +131,7 @@ function about(app: App): HTMLElement {
     ].flatMap(([key, value]) => [h('dt', {}, key!), h('dd', {}, value!)])));
   };
   app.model.info.watch(show);
+  app.model.submaps.watch(show);
   app.model.status.watch(show);
   return section('This map', text);
 }

@@ -211,10 +211,19 @@ TEST(OccupancyLimits, MemoryIsBounded) {
 
 // The grid must find what OctoMap's own insertion finds; the two round rays that graze a corner
 // differently.
-TEST(OccupancyEvidence, AgreesWithOctomapsOwnInsertion) {
+class OccupancyEvidence : public testing::TestWithParam<SensorModel> {};
+INSTANTIATE_TEST_SUITE_P(SensorModels, OccupancyEvidence,
+                         testing::Values(SensorModel{}, SensorModel{0.9, 0.45, 0.05, 0.99}));
+
+TEST_P(OccupancyEvidence, AgreesWithOctomapsOwnInsertion) {
   std::mt19937 rng(8);
-  const OccupancyOptions options{.resolution_m = 0.2, .max_range_m = 20};
+  const SensorModel sensor = GetParam();
+  const OccupancyOptions options{.resolution_m = 0.2, .max_range_m = 20, .sensor = sensor};
   octomap::OcTree expected(options.resolution_m);
+  expected.setProbHit(sensor.hit);
+  expected.setProbMiss(sensor.miss);
+  expected.setClampingThresMin(sensor.least);
+  expected.setClampingThresMax(sensor.most);
   std::vector<LaidSubmap> submaps;
   for (uint32_t scan = 0; scan < 4; ++scan) {
     // Faces of a room around the sensor, all in range: cut rays differ on purpose.

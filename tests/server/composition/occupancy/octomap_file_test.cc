@@ -36,7 +36,7 @@ std::vector<PlacedColumn> SomeColumns(uint32_t seed) {
       const VoxelIndex size =
           is_whole ? VoxelIndex(64, 64, 128) : VoxelIndex(up_to(20), up_to(20), up_to(20));
       const float log_odds =
-          box % 3 == 0 ? kLeastLogOdds : 0.1f * static_cast<float>(up_to(40) - 15);
+          box % 3 == 0 ? LogOdds(0.1192) : 0.1f * static_cast<float>(up_to(40) - 15);
       for (int32_t x = from.x(); x < std::min(64, from.x() + size.x()); ++x) {
         for (int32_t y = from.y(); y < std::min(64, from.y() + size.y()); ++y) {
           for (int32_t z = from.z(); z < from.z() + size.z(); ++z) {
@@ -114,10 +114,11 @@ TEST(OctomapFile, HasALimit) {
 
 TEST(SensorEvidence, IsOctomapsOwn) {
   const octomap::OcTree tree(kResolution);
-  EXPECT_EQ(tree.getProbHitLog(), kHitLogOdds);
-  EXPECT_EQ(tree.getProbMissLog(), kMissLogOdds);
-  EXPECT_EQ(tree.getClampingThresMinLog(), kLeastLogOdds);
-  EXPECT_EQ(tree.getClampingThresMaxLog(), kMostLogOdds);
+  const SensorModel model;
+  EXPECT_EQ(tree.getProbHitLog(), LogOdds(model.hit));
+  EXPECT_EQ(tree.getProbMissLog(), LogOdds(model.miss));
+  EXPECT_EQ(tree.getClampingThresMinLog(), LogOdds(model.least));
+  EXPECT_EQ(tree.getClampingThresMaxLog(), LogOdds(model.most));
   EXPECT_EQ(tree.getOccupancyThresLog(), kOccupiedLogOdds);
 }
 
