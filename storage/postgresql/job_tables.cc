@@ -133,7 +133,14 @@ class PostgresJobBoard : public JobBoard {
 std::string JobVersion() { return ISTHMUS_VERSION; }
 
 absl::Status PrepareJobTables(Connection& database) {
-  if (absl::Status status = database.Execute(kTables); !status.ok()) return status;
+  // Only the role that made them may make them again, even where nothing is to be done.
+  const absl::StatusOr<int64_t> are_there = database.ReadNumber(
+      "SELECT (to_regclass('jobs') IS NOT NULL AND to_regclass('workers') IS NOT "
+      "NULL)::int::bigint");
+  if (!are_there.ok()) return are_there.status();
+  if (*are_there == 0) {
+    if (absl::Status status = database.Execute(kTables); !status.ok()) return status;
+  }
   absl::Status status =
       database.Prepare("DELETE FROM jobs WHERE version <> ?").Bind(JobVersion()).Run();
   if (status.ok()) {

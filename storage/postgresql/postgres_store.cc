@@ -28,7 +28,14 @@ class PostgresStore : public SqlStore {
         jobs_(MakeJobBoard([this](const auto& work) { return Read(work); },
                            [this](const auto& work) { return WriteBy(work); })) {}
 
-  absl::Status PrepareJobs() { return WriteBy(PrepareJobTables); }
+  // Where the role may not use the tables of jobs, there are none, and the server does all itself.
+  absl::Status PrepareJobs(const std::function<void(const std::string&)>& on_problem) {
+    const absl::Status status = WriteBy(PrepareJobTables);
+    if (!absl::IsFailedPrecondition(status)) return status;
+    jobs_ = nullptr;
+    if (on_problem) on_problem(absl::StrCat("workers are not used: ", status.message()));
+    return absl::OkStatus();
+  }
   JobBoard* jobs() override { return jobs_.get(); }
 
   absl::Status Write(const WriteBatch& batch) override {
@@ -65,7 +72,7 @@ class PostgresStore : public SqlStore {
   }
 
   const std::unique_ptr<SiteLease> lease_;
-  const std::unique_ptr<JobBoard> jobs_;
+  std::unique_ptr<JobBoard> jobs_;
   std::atomic<uint64_t> size_{0};
   std::atomic<Clock::rep> next_look_{0};
 };
@@ -112,7 +119,7 @@ absl::StatusOr<std::unique_ptr<MapStore>> OpenPostgresStore(const std::string& u
   }
   auto store = std::make_unique<PostgresStore>(*std::move(lease), *std::move(writer),
                                                std::move(readers), options.resolution_m);
-  if (absl::Status status = store->PrepareJobs(); !status.ok()) return status;
+  if (absl::Status status = store->PrepareJobs(options.on_problem); !status.ok()) return status;
   store->LookAtSize();
   return store;
 }

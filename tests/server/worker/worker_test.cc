@@ -108,6 +108,8 @@ TEST_F(WorkerTest, WhatAWorkerLeavesUndoneIsDoneByAnother) {
                                 "\".jobs SET lease_until = now()"));
   const auto worker = Hire();
   ExpectMatched();
+  worker->Signal(SIGTERM);  // The result is taken before the worker has said so.
+  EXPECT_EQ(worker->Wait(), 0);
   EXPECT_NE(worker->Errors().find("the match of "), std::string::npos) << worker->Errors();
 }
 

@@ -205,6 +205,28 @@ TEST_F(JobBoardTest, AServerThatLostTheSitePostsNothing) {
   EXPECT_TRUE(board_->ListOpen()->empty());
 }
 
+// Both were told by whoever made the tables what others may.
+TEST_F(JobBoardTest, ServersOfAnotherRoleUseTheTablesAsFarAsTheyMay) {
+  const std::string role = "helper_" + site_, schema = SchemaOfSite(site_);
+  const std::string url = "postgresql:///postgres?user=" + role + "&host=" + server_.folder();
+  Execute("CREATE ROLE \"" + role + "\" LOGIN; GRANT ALL ON SCHEMA \"" + schema + "\" TO \"" +
+          role + "\"; GRANT ALL ON ALL TABLES IN SCHEMA \"" + schema + "\" TO \"" + role +
+          "\"; GRANT ALL ON ALL SEQUENCES IN SCHEMA \"" + schema + "\" TO \"" + role + "\"");
+  store_.reset();
+  {
+    const auto other = OpenPostgresStore(url, site_);
+    ASSERT_TRUE(other.ok()) << other.status();
+    EXPECT_TRUE((*other)->jobs()->Post({"pair", ""}).ok());
+  }
+  Execute("REVOKE ALL ON jobs FROM \"" + role + "\"");
+  std::string problem;
+  const auto other = OpenPostgresStore(
+      url, site_, {.on_problem = [&problem](const std::string& told) { problem = told; }});
+  ASSERT_TRUE(other.ok()) << other.status();
+  EXPECT_EQ((*other)->jobs(), nullptr);
+  EXPECT_THAT(problem, HasSubstr("workers are not used"));
+}
+
 TEST_F(JobBoardTest, AWorkersStoreKeepsFeaturesAndChangesNothingElse) {
   ASSERT_TRUE(
       store_->Write({.sessions = {MakeSession("alice-1")}, .submaps = {MakeSubmap("alice-1", 0)}})
