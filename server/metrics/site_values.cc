@@ -127,10 +127,9 @@ void AddStorage(const ServerLoad& load, Values* values) {
   values->Gauge("isthmus_disk_size_bytes", "Bytes that it has in all.", disk.total_bytes);
   values->Gauge("isthmus_storage_failing", "1: what comes in cannot be stored at the moment.",
                 load.storage_problem.empty() ? 0 : 1);
-  if (!load.replica) return;
   values->Gauge("isthmus_replica_behind_seconds",
-                "Of a server that only reads: since it last had all that the store holds.",
-                load.replica->behind_s);
+                "Of a server that only reads: since it last had all that the store holds. Else 0.",
+                load.replica ? load.replica->behind_s : 0);
 }
 
 }  // namespace
