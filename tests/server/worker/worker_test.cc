@@ -51,12 +51,14 @@ class WorkerTest : public ::testing::Test {
     }
   }
   // Of a minute each the maps can be joined; of less it is no matter what comes of the pair.
-  void DriveTwo(int scans = 120) {
+  // The taker, if any, gives signs of life meanwhile.
+  void DriveTwo(int scans = 120, storage::JobTaker* taker = nullptr) {
     const Drive drive(2, 4);
     for (int robot = 0; robot < 2; ++robot) {
       const SessionId session = Create(*server_, robot == 0 ? kAlice : kBob);
       for (int i = 0; i < scans; ++i) {
         ASSERT_TRUE(server_->SubmitScan(session, drive.Upload(i, robot)).ok());
+        if (taker != nullptr) ASSERT_TRUE(taker->KeepAlive(std::nullopt).value());
       }
       ASSERT_TRUE(server_->FinishSession(session).ok());
     }
@@ -99,7 +101,7 @@ TEST_F(WorkerTest, WhatAWorkerLeavesUndoneIsDoneByAnother) {
   // One that takes a job, and is never heard of again.
   auto taker = storage::JobTaker::Open(database_.url(), site_, "takes and dies");
   ASSERT_TRUE(taker.ok()) << taker.status();
-  DriveTwo();
+  DriveTwo(120, taker->get());
   while (!(*taker)->Take()->has_value()) {
     ASSERT_TRUE((*taker)->KeepAlive(std::nullopt).value());
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
@@ -117,7 +119,7 @@ TEST_F(WorkerTest, WithoutWorkersTheServerDoesItsJobsItself) {
   OpenServer();
   auto taker = storage::JobTaker::Open(database_.url(), site_, "goes away");
   ASSERT_TRUE(taker.ok()) << taker.status();
-  DriveTwo();
+  DriveTwo(120, taker->get());
   while (!(*taker)->Take()->has_value()) {
     ASSERT_TRUE((*taker)->KeepAlive(std::nullopt).value());
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
@@ -130,7 +132,7 @@ TEST_F(WorkerTest, WithoutWorkersTheServerDoesItsJobsItself) {
 TEST_F(WorkerTest, AServerTakesWhatWasDoneForTheOneBefore) {
   OpenServer();
   auto taker = std::move(storage::JobTaker::Open(database_.url(), site_, "waits")).value();
-  DriveTwo();
+  DriveTwo(120, taker.get());
   std::optional<storage::TakenJob> job;
   while (!(job = taker->Take().value())) {
     ASSERT_TRUE(taker->KeepAlive(std::nullopt).value());

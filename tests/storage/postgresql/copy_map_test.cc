@@ -182,7 +182,7 @@ TEST_F(CopyMapTest, BothDatabasesHaveTheTablesOfTheList) {
                     "SELECT name FROM sqlite_schema WHERE type = 'table' AND name NOT LIKE "
                     "'submap_bounds%' AND name NOT LIKE 'sqlite_%'"),
             names);
-  names.insert({"about", "lease", "owners", "submap_bounds"});
+  names.insert({"about", "jobs", "lease", "owners", "submap_bounds", "workers"});
   EXPECT_EQ(TextsOf(**postgres,
                     "SELECT table_name::text FROM information_schema.tables WHERE "
                     "table_schema = '" +
