@@ -58,7 +58,9 @@ class WorkerTest : public ::testing::Test {
       const SessionId session = Create(*server_, robot == 0 ? kAlice : kBob);
       for (int i = 0; i < scans; ++i) {
         ASSERT_TRUE(server_->SubmitScan(session, drive.Upload(i, robot)).ok());
-        if (taker != nullptr) ASSERT_TRUE(taker->KeepAlive(std::nullopt).value());
+        if (taker != nullptr) {
+          ASSERT_TRUE(taker->KeepAlive(std::nullopt).value());
+        }
       }
       ASSERT_TRUE(server_->FinishSession(session).ok());
     }
