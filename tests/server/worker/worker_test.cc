@@ -39,14 +39,27 @@ class WorkerTest : public ::testing::Test {
     board_ = (*store)->jobs();
     server_ = std::move(Pipeline::Open(options, *std::move(store))).value();
   }
+  // A server looks for workers when it starts, and then every few seconds: who is to be seen in
+  // time is there before it.
+  void MakeSite() { ASSERT_TRUE(storage::OpenPostgresStore(database_.url(), site_).ok()); }
+  std::unique_ptr<storage::JobTaker> HireTaker() {
+    return std::move(storage::JobTaker::Open(database_.url(), site_, "taker")).value();
+  }
+  // The next job, for which it waits.
+  static storage::TakenJob TakeOne(storage::JobTaker& taker) {
+    while (true) {
+      if (auto job = taker.Take().value()) return *job;
+      EXPECT_TRUE(taker.KeepAlive(std::nullopt).value());
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    }
+  }
   std::unique_ptr<ChildProcess> Hire() {
     const std::string log = folder_ + "/log" + std::to_string(hired_++);
     return std::make_unique<ChildProcess>(
         ISTHMUS_WORKER, std::vector<std::string>{"--store", database_.url(), "--site", site_}, log);
   }
-  // Workers that the server knows of.
-  void AwaitWorkers(int64_t count) {
-    while (board_->CountWorkers().value() != count) {
+  static void AwaitWords(const ChildProcess& worker, const std::string& words) {
+    while (worker.Errors().find(words) == std::string::npos) {
       std::this_thread::sleep_for(std::chrono::milliseconds(20));
     }
   }
@@ -84,9 +97,10 @@ class WorkerTest : public ::testing::Test {
 };
 
 TEST_F(WorkerTest, MatchesWhatTheServerWouldMatch) {
-  OpenServer();
+  MakeSite();
   const auto worker = Hire();
-  AwaitWorkers(1);
+  AwaitWords(*worker, "at work");
+  OpenServer();
   DriveTwo(600);
   ExpectMatched();
   EXPECT_EQ(server_->GetMapInfo().components.size(), 1u);
@@ -99,15 +113,11 @@ TEST_F(WorkerTest, MatchesWhatTheServerWouldMatch) {
 }
 
 TEST_F(WorkerTest, WhatAWorkerLeavesUndoneIsDoneByAnother) {
+  MakeSite();
+  const auto taker = HireTaker();  // Takes a job, and is never heard of again.
   OpenServer();
-  // One that takes a job, and is never heard of again.
-  auto taker = storage::JobTaker::Open(database_.url(), site_, "takes and dies");
-  ASSERT_TRUE(taker.ok()) << taker.status();
-  DriveTwo(120, taker->get());
-  while (!(*taker)->Take()->has_value()) {
-    ASSERT_TRUE((*taker)->KeepAlive(std::nullopt).value());
-    std::this_thread::sleep_for(std::chrono::milliseconds(20));
-  }
+  DriveTwo(120, taker.get());
+  (void)TakeOne(*taker);
   ASSERT_TRUE(database_.Execute("UPDATE \"" + storage::SchemaOfSite(site_) +
                                 "\".jobs SET lease_until = now()"));
   const auto worker = Hire();
@@ -118,45 +128,36 @@ TEST_F(WorkerTest, WhatAWorkerLeavesUndoneIsDoneByAnother) {
 }
 
 TEST_F(WorkerTest, WithoutWorkersTheServerDoesItsJobsItself) {
+  MakeSite();
+  auto taker = HireTaker();
   OpenServer();
-  auto taker = storage::JobTaker::Open(database_.url(), site_, "goes away");
-  ASSERT_TRUE(taker.ok()) << taker.status();
-  DriveTwo(120, taker->get());
-  while (!(*taker)->Take()->has_value()) {
-    ASSERT_TRUE((*taker)->KeepAlive(std::nullopt).value());
-    std::this_thread::sleep_for(std::chrono::milliseconds(20));
-  }
-  taker->reset();  // Its last word: it is not there any more.
+  DriveTwo(120, taker.get());
+  (void)TakeOne(*taker);
+  taker.reset();  // Its last word: it is not there any more.
   ExpectMatched();
   EXPECT_TRUE(board_->ListOpen()->empty());
 }
 
 TEST_F(WorkerTest, AServerTakesWhatWasDoneForTheOneBefore) {
+  MakeSite();
+  const auto taker = HireTaker();
   OpenServer();
-  auto taker = std::move(storage::JobTaker::Open(database_.url(), site_, "waits")).value();
   DriveTwo(120, taker.get());
-  std::optional<storage::TakenJob> job;
-  while (!(job = taker->Take().value())) {
-    ASSERT_TRUE(taker->KeepAlive(std::nullopt).value());
-    std::this_thread::sleep_for(std::chrono::milliseconds(20));
-  }
+  const storage::TakenJob job = TakeOne(*taker);
   server_.reset();
-  ASSERT_TRUE(taker->GiveBack(*job).value());
+  ASSERT_TRUE(taker->GiveBack(job).value());
   const auto worker = Hire();
-  while (worker->Errors().find("the match of ") == std::string::npos) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(20));
-  }
+  AwaitWords(*worker, "the match of ");
   OpenServer();
   ExpectMatched();
 }
 
 TEST_F(WorkerTest, WaitsForItsSiteAndEndsWhenTold) {
   const auto worker = Hire();
-  while (worker->Errors().find("waits") == std::string::npos) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(20));
-  }
+  AwaitWords(*worker, "waits");
   OpenServer();
-  AwaitWorkers(1);
+  AwaitWords(*worker, "at work");
+  EXPECT_EQ(board_->CountWorkers().value(), 1);
   worker->Signal(SIGINT);
   EXPECT_EQ(worker->Wait(), 0) << worker->Errors();
   EXPECT_EQ(board_->CountWorkers().value(), 0);
