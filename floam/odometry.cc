@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <utility>
 
+#include "core/state_codec.h"
 #include "core/stopwatch.h"
 #include "floam/limits.h"
 #include "floam/odometry_options.h"
@@ -14,7 +15,6 @@
 #include "floam/scan/undistort.h"
 #include "floam/segment.h"
 #include "floam/state/options_checksum.h"
-#include "floam/state/state_codec.h"
 
 namespace isthmus::floam {
 namespace {

@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "core/geometry/se3.h"
+#include "core/state_codec.h"
 #include "floam/limits.h"
-#include "floam/state/state_codec.h"
 #include "floam/state/unfinished_submap.h"
 
 namespace isthmus::floam {

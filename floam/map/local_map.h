@@ -10,10 +10,12 @@
 #include "core/geometry/voxel_hash.h"
 #include "floam/map/voxel_statistics.h"
 
-namespace isthmus::floam {
-
-class StateReader;  // floam/state/state_codec.h
+namespace isthmus {
+class StateReader;  // core/state_codec.h
 class StateWriter;
+}  // namespace isthmus
+
+namespace isthmus::floam {
 
 struct LocalMapOptions {
   double radius_m = 80;  // Blocks farther than this from the robot are forgotten ...

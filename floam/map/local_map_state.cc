@@ -2,9 +2,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/state_codec.h"
 #include "floam/map/limits.h"
 #include "floam/map/local_map.h"
-#include "floam/state/state_codec.h"
 
 namespace isthmus::floam {
 namespace {

@@ -1,6 +1,6 @@
 #include "floam/state/options_checksum.h"
 
-#include "floam/state/state_codec.h"
+#include "core/state_codec.h"
 
 namespace isthmus::floam {
 namespace {

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/map/submap.h"
-#include "floam/state/state_codec.h"
+#include "core/state_codec.h"
 
 namespace isthmus::floam {
 

@@ -26,7 +26,7 @@ class ScanClock {
   // The scan with this stamp was used: later ones are read relative to it.
   void Advance(int64_t end_stamp_ns, int64_t time_ns);
 
-  // For floam/state/state_codec.h.
+  // For core/state_codec.h.
   template <typename Self, typename Io>
   static void Fields(Self& self, Io& io) {
     io(self.started_, self.stamp_ns_, self.time_ns_, self.interval_ns_);

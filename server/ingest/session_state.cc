@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "core/codec/zstd_frame.h"
-#include "floam/state/state_codec.h"
+#include "core/state_codec.h"
 #include "server/ingest/limits.h"
 
 namespace isthmus::ingest {
@@ -20,12 +20,12 @@ void EntryFields(Entry& entry, Io& io) {
   io(entry.sequence, entry.stamp_ns, entry.T_odom_sensor, entry.submap_index);
 }
 
-void WriteEntries(const std::vector<TrajectoryEntry>& entries, floam::StateWriter& io) {
+void WriteEntries(const std::vector<TrajectoryEntry>& entries, StateWriter& io) {
   io(uint64_t{entries.size()});
   for (const TrajectoryEntry& entry : entries) EntryFields(entry, io);
 }
 
-void ReadEntries(floam::StateReader& io, std::vector<TrajectoryEntry>& entries) {
+void ReadEntries(StateReader& io, std::vector<TrajectoryEntry>& entries) {
   constexpr size_t kEntrySize = 2 * 8 + 7 * 8 + 4;
   for (size_t left = io.Count(kEntrySize); left > 0; --left) {
     EntryFields(entries.emplace_back(), io);
@@ -62,23 +62,22 @@ void SessionState::BeginSegment() {
 }
 
 absl::StatusOr<std::string> SessionState::Save() const {
-  floam::StateWriter writer;
+  StateWriter writer;
   const codec::TimeReader::Memory times = decoder.memory();
   writer(times.unit_s, times.turn_s, times.end_s, times.zero, clock, blind_scans);
   writer(segment, odometry_segment, counts.ok, counts.degenerate, counts.lost, counts.rejected,
          counts.skipped, lost_since_ns, lost_scans);
   WriteEntries(unfinished, writer);
   writer(odometry.Save(), builder->Save());
-  return codec::PackZstd(floam::SealState(kStateMagic, kStateVersion, 0, writer.Take()),
-                         kStateZstdLevel);
+  return codec::PackZstd(SealState(kStateMagic, kStateVersion, 0, writer.Take()), kStateZstdLevel);
 }
 
 absl::Status SessionState::Restore(const std::string& saved,
                                    const std::function<void()>& remember) {
   const absl::StatusOr<std::string> state = codec::UnpackZstd(saved, kMaxStateBytes);
   if (!state.ok()) return state.status();
-  absl::StatusOr<floam::StateReader> reader =
-      floam::OpenState(kStateMagic, kStateVersion, 0, *state, "the session");
+  absl::StatusOr<StateReader> reader =
+      OpenState(kStateMagic, kStateVersion, 0, *state, "the session");
   if (!reader.ok()) return reader.status();
   codec::TimeReader::Memory times;
   std::string saved_odometry, saved_builder;

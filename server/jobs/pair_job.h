@@ -36,7 +36,9 @@ struct PairJob {
   int64_t posted_ns = 0;                  // Unix nanoseconds: when all this was so.
 };
 
-// As bytes for a JobBoard; of one version of the program, and with a checksum. DataLoss for others.
+// As bytes for a JobBoard; of one version of the program, and with a checksum. An error for others.
+// Equal maps have equal bytes.
+std::string EncodeMap(const MapOfJob& map);
 std::string EncodePairJob(const PairJob& job);
 absl::StatusOr<PairJob> DecodePairJob(const std::string& bytes);
 std::string EncodeMatch(const Match& match);

@@ -1,42 +1,10 @@
 #include "server/jobs/pair_runner.h"
 
-#include <absl/strings/str_cat.h>
-
-#include <algorithm>
 #include <utility>
 
 #include "server/jobs/limits.h"
 
 namespace isthmus::server {
-namespace {
-
-bool AreSame(const Pose& a, const Pose& b) {
-  return a.rotation().coeffs() == b.rotation().coeffs() && a.translation() == b.translation();
-}
-
-bool AreSame(const std::vector<Pose>& a, const std::vector<Pose>& b) {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
-                    [](const Pose& p, const Pose& q) { return AreSame(p, q); });
-}
-
-bool AreSame(const matching::SessionShape& a, const matching::SessionShape& b) {
-  return AreSame(a.best, b.best) && AreSame(a.odometry, b.odometry) &&
-         std::equal(a.edges.begin(), a.edges.end(), b.edges.begin(), b.edges.end(),
-                    [](const pose_graph::Edge& e, const pose_graph::Edge& f) {
-                      return e.a == f.a && e.b == f.b && AreSame(e.T_a_b, f.T_a_b) &&
-                             e.information == f.information && e.may_be_wrong == f.may_be_wrong &&
-                             e.weight == f.weight;
-                    });
-}
-
-bool AreSame(const MapOfJob& a, const MapOfJob& b) {
-  return a.session == b.session && a.submaps == b.submaps && a.stamps_ns == b.stamps_ns &&
-         AreSame(a.T_odom_submap, b.T_odom_submap) && a.shape.has_value() == b.shape.has_value() &&
-         (!a.shape || AreSame(*a.shape, *b.shape));
-}
-
-}  // namespace
-
 void SuggestKnown(const Match& known, matching::PairMatcher* matcher) {
   const bool accepted = known.state == MatchState::kAccepted;
   if (accepted || !known.edges.empty()) matcher->Suggest(known);
@@ -70,21 +38,19 @@ std::shared_ptr<const Submap> PairRunner::OutlineOf(const MapOfJob& map, size_t 
     outline = submaps_.Outline(id);
     if (outline != nullptr && outline->first_stamp_ns != map.stamps_ns[k]) return nullptr;
   }
-  if (outline == nullptr || AreSame(outline->T_odom_submap, map.T_odom_submap[k])) return outline;
-  auto moved = std::make_shared<Submap>(*outline);
-  moved->T_odom_submap = map.T_odom_submap[k];
-  return moved;
+  return outline == nullptr ? nullptr : matching::LyingAt(outline, map.T_odom_submap[k]);
 }
 
 std::shared_ptr<const PairRunner::Kept> PairRunner::MapOf(const MapOfJob& map) {
-  if (const auto* kept = maps_.Use(map.session); kept != nullptr && AreSame((*kept)->of, map)) {
+  std::string bytes = EncodeMap(map);
+  if (const auto* kept = maps_.Use(map.session); kept != nullptr && (*kept)->bytes == bytes) {
     return *kept;
   }
   // What was made of the map as it was is not grown with it: the result would not be the same as
   // that of a worker who never had it.
   prepared_.Forget(map.session);
   auto kept = std::make_shared<Kept>();
-  kept->of = map;
+  kept->bytes = std::move(bytes);
   kept->map.map.session = map.session;
   kept->map.map.points = [this](const SubmapId& id) { return submaps_.Get(id); };
   for (size_t k = 0; k < map.submaps.size(); ++k) {

@@ -38,7 +38,7 @@ class PairRunner {
 
  private:
   struct Kept {
-    MapOfJob of;
+    std::string bytes;  // EncodeMap of what it was made of.
     ShapedMap map;
   };
   // Null where submaps are missing.

@@ -10,24 +10,23 @@
 #include <cstdio>
 #include <cstdlib>
 #include <future>
-#include <iostream>
 #include <memory>
+#include <optional>
 #include <string>
 #include <thread>
 #include <utility>
 #include <vector>
 
 #include "core/address.h"
-#include "core/caught.h"
 #include "core/site_name.h"
 #include "server/access/tokens.h"
 #include "server/main/config.h"
 #include "server/main/data_folder.h"
 #include "server/main/failed_call_log.h"
 #include "server/main/log.h"
-#include "server/main/log_flags.h"
 #include "server/main/open_files.h"
 #include "server/main/open_map.h"
+#include "server/main/program.h"
 #include "server/main/server_events.h"
 #include "server/main/standby.h"
 #include "server/main/stop_signal.h"
@@ -62,8 +61,8 @@ rpc::BackupSource BackupsOf(const std::string& folder, bool is_elsewhere) {
   };
 }
 
-// Exit codes, as docs/api.md promises them.
-enum ExitCode { kStopped = 0, kUsage = 2, kDataFolder = 3, kCannotListen = 4, kTakenOver = 5 };
+// Exit codes beside kUsage, as docs/api.md promises them.
+enum ExitCode { kStopped = 0, kDataFolder = 3, kCannotListen = 4, kTakenOver = 5 };
 
 // Calls under way have this long to end before they are cancelled.
 constexpr std::chrono::seconds kGrace{1};
@@ -81,8 +80,8 @@ struct Arguments {
   bool check = false;
 };
 
-// `result` is what CLI11 would return; set when the program is to end here.
-bool Parse(int argc, char** argv, Arguments& arguments, int& result) {
+// The code to exit with where the program is to end here.
+std::optional<int> Parse(int argc, char** argv, Arguments& arguments) {
   CLI::App app("Takes robots' scans, keeps and joins their maps, answers readers.",
                "isthmus-server");
   app.set_version_flag("--version", "isthmus-server " ISTHMUS_VERSION);
@@ -110,7 +109,7 @@ bool Parse(int argc, char** argv, Arguments& arguments, int& result) {
           ->expected(0, 1)
           ->type_name("[DIR]");
   AddLogOptions(app, arguments.log);
-  try {
+  return ParseArguments(app, [&] {
     app.parse(argc, argv);
     arguments.check = check->count() > 0;
     if (arguments.check && !arguments.store.empty()) throw CLI::ExcludesError("--check", "--store");
@@ -121,17 +120,7 @@ bool Parse(int argc, char** argv, Arguments& arguments, int& result) {
     if (arguments.data.empty() && (arguments.check || !arguments.print_config)) {
       throw CLI::RequiredError("--data DIR, the folder of the map,");
     }
-  } catch (const CLI::ParseError& error) {
-    const int code = app.exit(error, std::cout, std::cerr);
-    result = code == 0 ? kStopped : kUsage;
-    return false;
-  }
-  return true;
-}
-
-int Fail(ExitCode code, const absl::Status& status) {
-  spdlog::error("{}", std::string(status.message()));
-  return code;
+  });
 }
 
 // Most failed calls are the client's affair, some the server's.
@@ -375,17 +364,9 @@ int Run(const Arguments& arguments) {
 
 int main(int argc, char** argv) {
   isthmus::server::Arguments arguments;
-  int result = 0;
-  if (!isthmus::server::Parse(argc, argv, arguments, result)) return result;
+  const std::optional<int> code = isthmus::server::Parse(argc, argv, arguments);
+  if (code) return *code;
   setenv("GRPC_VERBOSITY", "NONE", 0);  // What matters of it comes back as a status.
-  const absl::Status logs = isthmus::server::StartLogging(arguments.log);
-  if (!logs.ok()) {
-    std::fprintf(stderr, "isthmus-server: %s\n", std::string(logs.message()).c_str());
-    return isthmus::server::kUsage;
-  }
-  try {
-    return isthmus::server::Run(arguments);
-  } catch (...) {
-    return isthmus::server::Fail(isthmus::server::kDataFolder, isthmus::CaughtStatus());
-  }
+  return isthmus::server::RunProgram("isthmus-server", arguments.log, isthmus::server::kDataFolder,
+                                     [&] { return isthmus::server::Run(arguments); });
 }

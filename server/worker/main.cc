@@ -9,8 +9,6 @@
 #include <CLI/CLI.hpp>
 #include <atomic>
 #include <chrono>
-#include <cstdio>
-#include <iostream>
 #include <memory>
 #include <optional>
 #include <random>
@@ -19,11 +17,10 @@
 #include <thread>
 #include <vector>
 
-#include "core/caught.h"
 #include "core/concurrency/event_count.h"
 #include "core/site_name.h"
 #include "server/main/log.h"
-#include "server/main/log_flags.h"
+#include "server/main/program.h"
 #include "server/main/stop_signal.h"
 #include "server/worker/site_worker.h"
 #include "storage/postgresql/postgresql.h"
@@ -31,8 +28,8 @@
 namespace isthmus::server {
 namespace {
 
-// Exit codes, as docs/api.md promises them.
-enum ExitCode { kStopped = 0, kUsage = 2, kStore = 3 };
+// Exit codes beside kUsage, as docs/api.md promises them.
+enum ExitCode { kStopped = 0, kStore = 3 };
 
 // Between two looks at sites that have no jobs, a question of less than a millisecond each; and
 // between attempts to reach one that cannot be worked for now.
@@ -130,8 +127,8 @@ class Worker {
   EventCount stopped_;
 };
 
-// `result` is what CLI11 would return; set when the program is to end here.
-bool Parse(int argc, char** argv, Arguments& arguments, int& result) {
+// The code to exit with where the program is to end here.
+std::optional<int> Parse(int argc, char** argv, Arguments& arguments) {
   CLI::App app(
       "Matches pairs of robots' maps for the servers of sites that are kept in PostgreSQL. Start "
       "as "
@@ -146,19 +143,7 @@ bool Parse(int argc, char** argv, Arguments& arguments, int& result) {
       ->check(CLI::Range(16, 1 << 20))
       ->capture_default_str();
   AddLogOptions(app, arguments.log);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    const int code = app.exit(error, std::cout, std::cerr);
-    result = code == 0 ? kStopped : kUsage;
-    return false;
-  }
-  return true;
-}
-
-int Fail(ExitCode code, const absl::Status& status) {
-  spdlog::error("{}", std::string(status.message()));
-  return code;
+  return ParseArguments(app, [&] { app.parse(argc, argv); });
 }
 
 int Run(const Arguments& arguments) {
@@ -186,16 +171,8 @@ int Run(const Arguments& arguments) {
 
 int main(int argc, char** argv) {
   isthmus::server::Arguments arguments;
-  int result = 0;
-  if (!isthmus::server::Parse(argc, argv, arguments, result)) return result;
-  const absl::Status logs = isthmus::server::StartLogging(arguments.log);
-  if (!logs.ok()) {
-    std::fprintf(stderr, "isthmus-worker: %s\n", std::string(logs.message()).c_str());
-    return isthmus::server::kUsage;
-  }
-  try {
-    return isthmus::server::Run(arguments);
-  } catch (...) {
-    return isthmus::server::Fail(isthmus::server::kStore, isthmus::CaughtStatus());
-  }
+  const std::optional<int> code = isthmus::server::Parse(argc, argv, arguments);
+  if (code) return *code;
+  return isthmus::server::RunProgram("isthmus-worker", arguments.log, isthmus::server::kStore,
+                                     [&] { return isthmus::server::Run(arguments); });
 }

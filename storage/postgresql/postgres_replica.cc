@@ -10,26 +10,16 @@
 #include "storage/postgresql/postgres_follower.h"
 #include "storage/postgresql/postgres_store.h"
 #include "storage/postgresql/postgresql.h"
-#include "storage/sql/sql_store.h"
+#include "storage/sql/unowned_store.h"
 
 namespace isthmus::storage {
 namespace {
 
-absl::Status Refused() {
-  return absl::FailedPreconditionError(
-      "the map is open for reading only: another server writes it");
-}
-
-class ReadOnlyStore : public SqlStore {
+class ReadOnlyStore : public UnownedStore {
  public:
   explicit ReadOnlyStore(std::vector<std::unique_ptr<Connection>> readers)
-      : SqlStore(nullptr, std::move(readers), PostgresOptions().resolution_m) {}
+      : UnownedStore(nullptr, std::move(readers)) {}
 
-  absl::Status Write(const WriteBatch&) override { return Refused(); }
-  using MapStore::DeleteSession;
-  absl::Status DeleteSession(const SessionId&, const std::vector<Event>&) override {
-    return Refused();
-  }
   absl::Status PutFeatures(const FeatureBlob&) override { return Refused(); }
 };
 

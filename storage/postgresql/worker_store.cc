@@ -5,33 +5,14 @@
 #include <utility>
 #include <vector>
 
-#include "core/codec/quantized.h"
 #include "storage/postgresql/job_tables.h"
 #include "storage/postgresql/limits.h"
 #include "storage/postgresql/migrations.h"
 #include "storage/postgresql/postgres_store.h"
-#include "storage/sql/sql_store.h"
+#include "storage/sql/unowned_store.h"
 
 namespace isthmus::storage {
 namespace {
-
-class WorkerStore : public SqlStore {
- public:
-  // It rounds no coordinates, as it stores no submaps.
-  WorkerStore(std::unique_ptr<Connection> writer, std::vector<std::unique_ptr<Connection>> readers)
-      : SqlStore(std::move(writer), std::move(readers), codec::kMinResolutionM) {}
-
-  absl::Status Write(const WriteBatch& /*batch*/) override { return NotTheOwner(); }
-  absl::Status DeleteSession(const SessionId& /*session*/,
-                             const std::vector<Event>& /*events*/) override {
-    return NotTheOwner();
-  }
-
- private:
-  static absl::Status NotTheOwner() {
-    return absl::FailedPreconditionError("a worker does not change the map");
-  }
-};
 
 PostgresTarget TargetOf(const std::string& url, const std::string& site) {
   PostgresTarget target{url, SchemaOfSite(site), "", /*sync_every_commit=*/false};
@@ -58,7 +39,7 @@ absl::StatusOr<std::unique_ptr<MapStore>> OpenWorkerStore(const std::string& url
   auto reader = PostgresConnection::Open(target);
   if (!reader.ok()) return reader.status();
   readers.push_back(*std::move(reader));
-  return std::make_unique<WorkerStore>(*std::move(writer), std::move(readers));
+  return std::make_unique<UnownedStore>(*std::move(writer), std::move(readers));
 }
 
 JobTaker::JobTaker(std::unique_ptr<PostgresConnection> connection, std::string worker)
@@ -117,39 +98,30 @@ absl::StatusOr<bool> JobTaker::KeepAlive(const std::optional<TakenJob>& job) {
                             .Change()
                             .status();
   if (!status.ok() || !job) return status.ok() ? absl::StatusOr<bool>(true) : status;
-  const absl::StatusOr<int64_t> renewed =
-      connection_
-          ->Prepare(
-              "UPDATE jobs SET lease_until = clock_timestamp() + ? * interval '1 ms' "
-              "WHERE id = ? AND attempt = ? AND state = 'taken'")
-          .Bind(int64_t{kJobLease.count()})
-          .Bind(job->id)
-          .Bind(job->attempt)
-          .Change();
-  return IsOne(renewed);
+  Statement renew = OfMine("lease_until = clock_timestamp() + ? * interval '1 ms'");
+  return IsOne(renew.Bind(int64_t{kJobLease.count()}).Bind(job->id).Bind(job->attempt).Change());
+}
+
+Statement JobTaker::OfMine(const std::string& change) {
+  return connection_->Prepare(absl::StrCat("UPDATE jobs SET ", change,
+                                           " WHERE id = ? AND attempt = ? AND state = 'taken'"));
 }
 
 absl::StatusOr<bool> JobTaker::Finish(const TakenJob& job, const std::string& result) {
   MutexLock lock(&mutex_);
-  Statement end = connection_->Prepare(
-      "UPDATE jobs SET state = 'done', result = ? WHERE id = ? AND attempt = ? AND state = "
-      "'taken'");
+  Statement end = OfMine("state = 'done', result = ?");
   return IsOne(end.BindBlob(result).Bind(job.id).Bind(job.attempt).Change());
 }
 
 absl::StatusOr<bool> JobTaker::Fail(const TakenJob& job, const std::string& problem) {
   MutexLock lock(&mutex_);
-  Statement end = connection_->Prepare(
-      "UPDATE jobs SET state = 'failed', problem = ? WHERE id = ? AND attempt = ? AND state = "
-      "'taken'");
+  Statement end = OfMine("state = 'failed', problem = ?");
   return IsOne(end.Bind(problem).Bind(job.id).Bind(job.attempt).Change());
 }
 
 absl::StatusOr<bool> JobTaker::GiveBack(const TakenJob& job) {
   MutexLock lock(&mutex_);
-  Statement end = connection_->Prepare(
-      "UPDATE jobs SET state = 'waiting', attempt = attempt - 1 WHERE id = ? AND attempt = ? AND "
-      "state = 'taken'");
+  Statement end = OfMine("state = 'waiting', attempt = attempt - 1");
   return IsOne(end.Bind(job.id).Bind(job.attempt).Change());
 }
 

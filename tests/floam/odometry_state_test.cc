@@ -10,9 +10,9 @@
 #include <string>
 #include <vector>
 
+#include "core/state_codec.h"
 #include "floam/odometry.h"
 #include "floam/odometry_options.h"
-#include "floam/state/state_codec.h"
 #include "floam/state/unfinished_submap.h"
 #include "floam/submap_builder.h"
 #include "tests/floam/building.h"

@@ -11,10 +11,10 @@
 
 #include "core/byte_stream.h"
 #include "core/io/crc32c.h"
+#include "core/state_codec.h"
 #include "floam/odometry.h"
 #include "floam/odometry_options.h"
 #include "floam/rings/sensor_model.h"
-#include "floam/state/state_codec.h"
 #include "server/matching/prepared/prepared_submap_codec.h"
 #include "storage/records/edge_codec.h"
 #include "storage/records/submap_codec.h"
@@ -50,7 +50,7 @@ void TryOdometry(const std::string& body) {
   floam::Odometry odometry(*sensor, {});
   constexpr size_t kHeader = 4 + 4 + 8;  // Magic, version, options; then the checksum.
   std::string sealed = odometry.Save().substr(0, kHeader);
-  AppendBytes(floam::StateChecksum(body.data(), body.size()), sealed);
+  AppendBytes(StateChecksum(body.data(), body.size()), sealed);
   (void)odometry.Restore(sealed + body);
 }
 

@@ -40,8 +40,7 @@ ALLOWED = {
     "server/localisation": (
         {"core", "core/codec", "floam", "server", "server/map"}, STD_LIKE),
     "server/jobs": (
-        {"core", "core/codec", "core/io", "server/map", "server/matching", "server/pose_graph",
-         "storage"},
+        {"core", "core/codec", "server/map", "server/matching", "server/pose_graph", "storage"},
         STD_LIKE,
     ),
     "server/threads": (

@@ -41,6 +41,14 @@ std::vector<pose_graph::Edge> OdometrySteps(const SubmapList& submaps,
   return steps;
 }
 
+std::shared_ptr<const Submap> LyingAt(const std::shared_ptr<const Submap>& submap,
+                                      const Pose& T_odom_submap) {
+  if (submap->T_odom_submap.Matrix() == T_odom_submap.Matrix()) return submap;
+  auto moved = std::make_shared<Submap>(*submap);
+  moved->T_odom_submap = T_odom_submap;
+  return moved;
+}
+
 double DriftScale(const pose_graph::Problem& problem, const std::vector<pose_graph::Edge>& edges,
                   size_t steps) {
   double chi2 = 0;

@@ -28,6 +28,10 @@ struct SessionShape {
 
 using SubmapList = std::vector<std::shared_ptr<const Submap>>;
 
+// The submap as if odometry had it there; the very one given where it has.
+std::shared_ptr<const Submap> LyingAt(const std::shared_ptr<const Submap>& submap,
+                                      const Pose& T_odom_submap);
+
 // The odometry's step from each submap to the next: the general drift and, where the submap comes
 // with one, its own.
 std::vector<pose_graph::Edge> OdometrySteps(const SubmapList& submaps,

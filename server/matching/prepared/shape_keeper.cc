@@ -34,14 +34,6 @@ bool IsUsable(const SubmapEdge& edge) {
 
 bool IsAt(const Pose& pose, const Pose& other) { return pose.Matrix() == other.Matrix(); }
 
-std::shared_ptr<const Submap> LyingAt(const std::shared_ptr<const Submap>& submap,
-                                      const Pose& T_odom_submap) {
-  if (IsAt(submap->T_odom_submap, T_odom_submap)) return submap;
-  auto moved = std::make_shared<Submap>(*submap);
-  moved->T_odom_submap = T_odom_submap;
-  return moved;
-}
-
 }  // namespace
 
 void ShapeKeeper::FindGaps(const SubmapList& submaps, const Placement* published) {

@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "core/concurrency/executor.h"
-#include "floam/state/state_codec.h"
+#include "core/state_codec.h"
 #include "floam/state/unfinished_submap.h"
 #include "server/ingest/session_worker.h"
 
@@ -61,7 +61,7 @@ class Store {
 
   // All of it, as bytes.
   std::string Contents() const {
-    floam::StateWriter out;
+    StateWriter out;
     for (const auto& [number, kept] : segments_) {
       out(number);
       for (const auto& submap : kept.submaps) {

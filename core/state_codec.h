@@ -1,10 +1,14 @@
-// The codec that turns the state of a class into bytes and back: every float and double bit for
-// bit.
+// The codec that turns the state of a class, or a record, into bytes and back: every float and
+// double bit for bit.
 //
 // A class lists what later results depend on, once, in a template that serves both ways:
 //
 //   template <typename Self, typename Io>
 //   static void Fields(Self& self, Io& io) { io(self.scans_, self.T_odom_last_); }
+//
+// or, for a record that knows nothing of this, a function in its namespace does (IsRecord):
+//
+//   void Fields(IsRecord<Keyframe> auto& self, auto& io) { io(self.sequence, self.stamp_ns); }
 //
 // `Self` is const when the state is written. Bytes are little-endian, without padding; containers
 // begin with their size as uint64.
@@ -17,6 +21,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -26,9 +31,10 @@
 #include <utility>
 #include <vector>
 
+#include "core/ids.h"
 #include "core/pose.h"
 
-namespace isthmus::floam {
+namespace isthmus {
 
 static_assert(std::endian::native == std::endian::little, "numbers are copied as they are");
 
@@ -42,6 +48,9 @@ inline constexpr bool kIsNumber = std::is_arithmetic_v<T> || std::is_enum_v<T>;
 template <typename T>
 inline constexpr bool kIsMatrix = std::is_base_of_v<Eigen::PlainObjectBase<T>, T>;
 }  // namespace internal
+
+template <typename T, typename Record>
+concept IsRecord = std::same_as<std::remove_const_t<T>, Record>;
 
 class StateWriter {
  public:
@@ -63,8 +72,10 @@ class StateWriter {
       Raw(&value, sizeof(T));
     } else if constexpr (internal::kIsMatrix<T>) {
       Raw(value.data(), sizeof(typename T::Scalar) * static_cast<size_t>(value.size()));
-    } else {
+    } else if constexpr (requires { T::Fields(value, *this); }) {
       T::Fields(value, *this);
+    } else {
+      Fields(value, *this);
     }
   }
   void Write(const Pose& pose) {
@@ -74,6 +85,10 @@ class StateWriter {
   void Write(const std::string& text) {
     Write(uint64_t{text.size()});
     Raw(text.data(), text.size());
+  }
+  template <typename Tag>
+  void Write(const TextId<Tag>& id) {
+    Write(id.value());
   }
   template <typename T>
   void Write(const std::optional<T>& value) {
@@ -145,8 +160,10 @@ class StateReader {
       Raw(&value, sizeof(T));
     } else if constexpr (internal::kIsMatrix<T>) {
       Raw(value.data(), sizeof(typename T::Scalar) * static_cast<size_t>(value.size()));
-    } else {
+    } else if constexpr (requires { T::Fields(value, *this); }) {
       T::Fields(value, *this);
+    } else {
+      Fields(value, *this);
     }
   }
   // Pose's constructor would normalise the quaternion anew, which may change its last bits.
@@ -162,6 +179,12 @@ class StateReader {
   void Read(std::string& text) {
     text.resize(Count(1));
     Raw(text.data(), text.size());
+  }
+  template <typename Tag>
+  void Read(TextId<Tag>& id) {
+    std::string text;
+    Read(text);
+    id = TextId<Tag>(std::move(text));
   }
   template <typename T>
   void Read(std::optional<T>& value) {
@@ -199,4 +222,4 @@ std::string SealState(const char* magic, uint32_t version, uint64_t options, std
 absl::StatusOr<StateReader> OpenState(const char* magic, uint32_t version, uint64_t options,
                                       const std::string& sealed, const std::string& name);
 
-}  // namespace isthmus::floam
+}  // namespace isthmus

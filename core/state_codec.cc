@@ -1,8 +1,8 @@
-#include "floam/state/state_codec.h"
+#include "core/state_codec.h"
 
 #include <absl/strings/str_cat.h>
 
-namespace isthmus::floam {
+namespace isthmus {
 namespace {
 
 constexpr size_t kMagicSize = 4;  // Format.
@@ -64,4 +64,4 @@ absl::StatusOr<StateReader> OpenState(const char* magic, uint32_t version, uint6
   return StateReader(state, size);
 }
 
-}  // namespace isthmus::floam
+}  // namespace isthmus

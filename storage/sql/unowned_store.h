@@ -1,0 +1,34 @@
+// A map in a database that another server writes: of what changes it only PutFeatures is done,
+// which keeps what follows from the submaps anyway.
+#pragma once
+
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "core/codec/quantized.h"
+#include "storage/sql/sql_store.h"
+
+namespace isthmus::storage {
+
+class UnownedStore : public SqlStore {
+ public:
+  // The writer may be null where PutFeatures is overridden as well. Stores no submaps, so it rounds
+  // none.
+  UnownedStore(std::unique_ptr<Connection> writer, std::vector<std::unique_ptr<Connection>> readers)
+      : SqlStore(std::move(writer), std::move(readers), codec::kMinResolutionM) {}
+
+  absl::Status Write(const WriteBatch&) override { return Refused(); }
+  using MapStore::DeleteSession;
+  absl::Status DeleteSession(const SessionId&, const std::vector<Event>&) override {
+    return Refused();
+  }
+
+ protected:
+  static absl::Status Refused() {
+    return absl::FailedPreconditionError(
+        "the map is open for reading only: another server writes it");
+  }
+};
+
+}  // namespace isthmus::storage
