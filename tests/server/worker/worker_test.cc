@@ -1,6 +1,7 @@
 // isthmus-worker as a program: it takes the matching off a server's hands, and may die of it.
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <unistd.h>
 
 #include <chrono>
 #include <filesystem>
@@ -25,7 +26,7 @@ class WorkerTest : public ::testing::Test {
   WorkerTest()
       : database_(storage::PostgresServer::Shared()),
         site_(database_.NewSite()),
-        folder_(::testing::TempDir() + "worker_" + site_) {
+        folder_(::testing::TempDir() + "worker_" + std::to_string(getpid())) {
     std::filesystem::create_directories(folder_);
   }
   ~WorkerTest() override { std::filesystem::remove_all(folder_); }
