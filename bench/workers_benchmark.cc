@@ -21,7 +21,7 @@
 #include "bench/cpu_clock.h"
 #include "client/simulation/simulator.h"
 #include "core/codec/payload_builder.h"
-#include "server/jobs/pair_runner.h"
+#include "server/jobs/job_runner.h"
 #include "server/pipeline.h"
 #include "storage/postgresql/postgres_store.h"
 #include "storage/postgresql/worker_store.h"
@@ -30,9 +30,9 @@
 namespace isthmus::bench {
 namespace {
 
+using server::JobRunner;
 using server::MapOfJob;
 using server::PairJob;
-using server::PairRunner;
 
 struct Settings {
   std::string world = "museum";
@@ -116,7 +116,7 @@ std::string KeyOf(const PairJob& job) {
 // CPU seconds of it.
 double MatchHere(const std::string& url, const std::vector<PairJob>& jobs, Results* results) {
   const auto store = OrThrow(storage::OpenWorkerStore(url, ""));
-  PairRunner runner(store.get(), {});
+  JobRunner runner(store.get(), {});
   const CpuClock cpu(CpuClock::Of::kProcess);
   for (const PairJob& job : jobs) (*results)[KeyOf(job)] = BytesOf(OrThrow(runner.Run(job, {})));
   return 1e-3 * cpu.Ms();
@@ -137,8 +137,8 @@ struct Measured {
 
 Measured MatchByWorkers(const std::string& url, const std::vector<PairJob>& jobs, int workers,
                         const Results& expected, storage::JobBoard* board) {
-  std::vector<pid_t> hired;
-  for (int i = 0; i < workers; ++i) hired.push_back(Hire(url));
+  std::vector<pid_t> hired(workers);
+  for (pid_t& worker : hired) worker = Hire(url);
   constexpr std::chrono::milliseconds kLook{20};
   while (OrThrow(board->CountWorkers()) < workers) std::this_thread::sleep_for(kLook);
   Measured measured;

@@ -36,7 +36,7 @@ struct Options {
   std::string search = "default", odometry = "continuous", output, cache;
   std::string kitti, poses;
   bool drive_only = false, transform = true, update = false, calibration = false, teams = false,
-       index = false;
+       index = false, server = false;
   int parts = 2;
   std::optional<double> drift_percent;
   KnownPlaces known;
@@ -262,8 +262,9 @@ absl::Status RunWildTeams(const server::PipelineOptions& pipeline, const Options
   return absl::OkStatus();
 }
 
-absl::Status RunIndex(const Options& options, DriveCache& cache) {
-  PlaceIndexOptions index{options.wild, options.parts};
+absl::Status RunIndex(const Options& options, const server::PipelineOptions& pipeline,
+                      DriveCache& cache) {
+  PlaceIndexOptions index{options.wild, options.parts, options.server, pipeline};
   if (options.seconds > 0) index.wild.seconds = options.seconds;
   return options.drive_only ? DriveForPlaceIndex(index, cache)
                             : RunPlaceIndex(index, cache, std::cout);
@@ -305,7 +306,7 @@ absl::Status RunAll(const Options& options) {
   // A recorded drive is measured by itself unless simulated ones are named.
   if (options.wild.worlds > 0) {
     DriveCache cache(options.cache, pipeline);
-    if (options.index) return RunIndex(options, cache);
+    if (options.index) return RunIndex(options, pipeline, cache);
     absl::Status status =
         (options.teams ? RunWildTeams : RunWild)(pipeline, options, cache, &results);
     if (!status.ok() || options.drive_only) return status;
@@ -371,6 +372,8 @@ int Main(int argc, char** argv) {
   auto* index = app.add_flag("--index", options.index,
                              "The place index by itself: which pairs of all sessions come first");
   index->needs(wild);
+  app.add_flag("--server", options.server, "With --index: what a server with all sessions searches")
+      ->needs(index);
   app.add_option("--parts", options.parts, "Sessions that each drive is cut into for --index")
       ->needs(index)
       ->check(CLI::Range(1, 100))

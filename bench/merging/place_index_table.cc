@@ -92,6 +92,39 @@ std::string KindTable(const IndexResults& results) {
   return table;
 }
 
+// Of the pairs that overlap by so much, and of those of them that are found when searched: the
+// share that the server searched, accepted, and has in one frame.
+std::string ServerTable(const IndexResults& results) {
+  const size_t all = results.sessions * (results.sessions - 1) / 2;
+  std::string table = absl::StrFormat(
+      "\nA server with all of them: %d searches, %.1f %% of all pairs, %.0f s of CPU time.\n\n"
+      "| pairs | how many | searched | accepted | in one frame |\n|---|---|---|---|---|\n",
+      results.server->searches,
+      100.0 * static_cast<double>(results.server->searches) / static_cast<double>(all),
+      results.server->cpu_s);
+  for (const bool found : {false, true}) {
+    for (const double least : {kLeastOverlap, 0.3}) {
+      int count = 0, searched = 0, accepted = 0, joined = 0;
+      for (const ComparedPair& pair : results.pairs) {
+        if (pair.overlap < least || (found && !pair.is_found)) continue;
+        ++count;
+        searched += pair.is_searched;
+        accepted += pair.is_accepted;
+        joined += pair.is_joined;
+      }
+      const auto percent = [&](int n) { return count == 0 ? 0 : 100.0 * n / count; };
+      absl::StrAppendFormat(&table, "| %.2f and more%s | %d | %.1f %% | %.1f %% | %.1f %% |\n",
+                            least, found ? ", found when searched" : "", count, percent(searched),
+                            percent(accepted), percent(joined));
+    }
+  }
+  const auto wrong =
+      std::count_if(results.pairs.begin(), results.pairs.end(),
+                    [](const ComparedPair& pair) { return pair.is_accepted && pair.overlap == 0; });
+  absl::StrAppend(&table, "\nAccepted with nothing in common: ", wrong, ".\n");
+  return table;
+}
+
 }  // namespace
 
 std::string PlaceIndexTable(const IndexResults& results) {
@@ -123,7 +156,7 @@ std::string PlaceIndexTable(const IndexResults& results) {
       static_cast<double>(results.bytes) / 1e3 / static_cast<double>(results.sessions),
       Median(results.compare_ms), Worst(results.compare_ms),
       2 * compare_ms / 1e3 / static_cast<double>(results.sessions));
-  return table;
+  return results.server ? table + ServerTable(results) : table;
 }
 
 }  // namespace isthmus::bench

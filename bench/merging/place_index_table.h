@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -14,6 +15,17 @@ struct ComparedPair {
   double place = 1;           // In the order of the index, [0, 1).
   std::set<size_t> partners;  // With so many for each session it is searched.
   int a = 0, b = 0;
+  // Of a server with all sessions: it searched the pair, accepted it, has both in one frame.
+  bool is_searched = false, is_accepted = false, is_joined = false;
+  bool is_found = false;  // By a search of this pair alone; of pairs that overlap.
+};
+
+// Share of the smaller map from which on maps overlap.
+inline constexpr double kLeastOverlap = 0.15;
+
+struct ServerSearches {
+  size_t searches = 0;
+  double cpu_s = 0;  // Until there was nothing left to do.
 };
 
 // Numbers of partners that are tabulated.
@@ -24,6 +36,7 @@ struct IndexResults {
   std::vector<ComparedPair> pairs;
   std::vector<double> plan_ms, compare_ms;  // CPU time.
   size_t bytes = 0;                         // Of all plans.
+  std::optional<ServerSearches> server = {};
 };
 
 // Markdown.

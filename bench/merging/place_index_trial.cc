@@ -13,6 +13,7 @@
 #include "bench/cpu_clock.h"
 #include "bench/merging/odom_frames.h"
 #include "bench/merging/place_index_table.h"
+#include "bench/merging/searched_pairs.h"
 #include "bench/merging/seen_surface.h"
 #include "server/matching/index/place_index.h"
 #include "server/matching/index/plan_comparison.h"
@@ -43,7 +44,7 @@ struct ComparedSession {
   std::string kind;
   uint64_t world = 0;
   int robot = 0;
-  matching::SessionPlan plan;
+  std::shared_ptr<const matching::SessionPlan> plan;
 };
 
 std::vector<DrivenRobot> CutDrive(const DrivenRobot& robot, int parts) {
@@ -87,6 +88,8 @@ class IndexTrial {
   }
 
   void Compare();
+  // Has a server search all sessions; and each pair that overlaps be searched by itself.
+  absl::Status Search(const server::PipelineOptions& options);
   const IndexResults& results() const { return results_; }
 
  private:
@@ -95,11 +98,14 @@ class IndexTrial {
     for (const auto& submap : part.submaps) submaps.push_back(matching::PrepareSubmap(submap));
     const CpuClock clock(CpuClock::Of::kProcess);
     ComparedSession& session = sessions_.emplace_back();
-    session.plan = matching::MakeSessionPlan(submaps);
+    session.plan =
+        std::make_shared<const matching::SessionPlan>(matching::MakeSessionPlan(submaps));
     results_.plan_ms.push_back(clock.Ms());
     ++results_.sessions;
-    results_.bytes += session.plan.bytes();
-    session.id = SessionId(absl::StrFormat("session-%05d", sessions_.size()));
+    results_.bytes += session.plan->bytes();
+    robots_.push_back(part);
+    Rename(&robots_.back(), absl::StrFormat("robot%05d", sessions_.size()));
+    session.id = robots_.back().session.id;
     session.kind = drive.world;
     session.world = drive.seed;
     session.robot = drive.robot;
@@ -110,6 +116,7 @@ class IndexTrial {
   }
   const int parts_;
   std::vector<ComparedSession> sessions_;
+  std::vector<DrivenRobot> robots_;  // Likewise.
   std::map<std::pair<size_t, size_t>, double> overlaps_;
   IndexResults results_;
 };
@@ -118,11 +125,11 @@ void IndexTrial::Compare() {
   matching::PlaceIndex index;
   std::map<std::pair<SessionId, SessionId>, size_t> known;
   for (size_t a = 0; a < sessions_.size(); ++a) {
+    matching::PlanComparer comparer(sessions_[a].plan);
     for (size_t b = a + 1; b < sessions_.size(); ++b) {
       if (!Counts(a, b)) continue;
       const CpuClock clock(CpuClock::Of::kProcess);
-      index.Put(sessions_[a].id, sessions_[b].id,
-                matching::ComparePlans(sessions_[a].plan, sessions_[b].plan));
+      index.Put(sessions_[a].id, sessions_[b].id, comparer.Score(*sessions_[b].plan));
       results_.compare_ms.push_back(clock.Ms());
       known[{sessions_[a].id, sessions_[b].id}] = results_.pairs.size();
       ComparedPair& pair = results_.pairs.emplace_back();
@@ -143,6 +150,31 @@ void IndexTrial::Compare() {
       results_.pairs[known.at(pair.sessions)].partners.insert(partners);
     }
   }
+}
+
+absl::Status IndexTrial::Search(const server::PipelineOptions& options) {
+  std::set<SessionPair> overlapping;
+  const auto ids_of = [this](const ComparedPair& pair) {
+    return SessionPair(sessions_[pair.a].id, sessions_[pair.b].id);
+  };
+  for (const ComparedPair& pair : results_.pairs) {
+    if (pair.overlap >= kLeastOverlap) overlapping.insert(ids_of(pair));
+  }
+  const auto found = SearchAll(robots_, overlapping, options);
+  if (!found.ok()) return found.status();
+  const auto server = SearchAsServer(robots_, options);
+  if (!server.ok()) return server.status();
+  results_.server.emplace();
+  results_.server->searches = server->searched.size();
+  results_.server->cpu_s = server->cpu_s;
+  for (ComparedPair& pair : results_.pairs) {
+    const SessionPair ids = ids_of(pair);
+    pair.is_found = found->contains(ids);
+    pair.is_searched = server->searched.contains(ids);
+    pair.is_accepted = server->accepted.contains(ids);
+    pair.is_joined = server->components.at(ids.first) == server->components.at(ids.second);
+  }
+  return absl::OkStatus();
 }
 
 }  // namespace
@@ -166,6 +198,9 @@ absl::Status RunPlaceIndex(const PlaceIndexOptions& options, DriveCache& cache, 
   IndexTrial trial(options.parts);
   for (const auto& [seed, drives] : *worlds) trial.AddWorld(seed, drives, cache);
   trial.Compare();
+  if (options.search) {
+    if (absl::Status status = trial.Search(options.server); !status.ok()) return status;
+  }
   out << PlaceIndexTable(trial.results());
   return absl::OkStatus();
 }

@@ -8,18 +8,22 @@
 
 #include "bench/merging/drive_cache.h"
 #include "bench/merging/wild_pairs.h"
+#include "server/pipeline_options.h"
 
 namespace isthmus::bench {
 
 struct PlaceIndexOptions {
   WildPairsOptions wild;
   int parts = 2;  // Each drive is cut into so many sessions.
+  // Also what a server with these options does with the sessions.
+  bool search = false;
+  server::PipelineOptions server = {};
 };
 
 // Fills the cache with the drives.
 absl::Status DriveForPlaceIndex(const PlaceIndexOptions& options, DriveCache& cache);
 
-// Compares all sessions' plans, matches nothing, and writes tables (Markdown).
+// Compares all sessions' plans, and writes tables (Markdown).
 absl::Status RunPlaceIndex(const PlaceIndexOptions& options, DriveCache& cache, std::ostream& out);
 
 }  // namespace isthmus::bench

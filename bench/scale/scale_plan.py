@@ -184,10 +184,8 @@ BREAKS = {
 CONFIGURATIONS = {
     "one owner": {},
     "+ replicas for readers": {"replicas": True},
-    "+ workers for pairs": {"replicas": True, "workers": True},
-    "+ workers for the place index": {"replicas": True, "workers": True, "workers_index": True},
-    "+ ingest on 4 owners": {"replicas": True, "workers": True, "workers_index": True,
-                             "ingest_owners": 4},
+    "+ workers": {"replicas": True, "workers": True},
+    "+ ingest on 4 owners": {"replicas": True, "workers": True, "ingest_owners": 4},
 }
 
 

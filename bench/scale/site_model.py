@@ -34,8 +34,7 @@ class Parameters:
     watchers: float = 0.1  # Viewers and readers for each robot that drives.
     worst_partners: bool = False  # Each session tried with 5 others rather than with about 3.
     ingest_owners: int = 1  # Servers among which a site's robots are spread: not built.
-    workers: bool = False  # Matching of pairs is done by other processes.
-    workers_index: bool = False  # So is the place index: not built.
+    workers: bool = False  # Pairs are matched, and sessions compared, by other processes.
     replicas: bool = False  # Readers and watchers are served by other processes.
 
 
@@ -177,12 +176,7 @@ class SiteLoad:
 
     def matching_thread(self):
         """What the one thread of matching of the owner is asked for."""
-        work = self.loops()
-        if not self.p.workers:
-            work = work + self.pairs()
-        if not self.p.workers_index:
-            work = work + self.index()
-        return work
+        return self.loops() if self.p.workers else self.loops() + self.pairs() + self.index()
 
     def owner(self):
         """All cores of the server, the matching that waits not counted."""
@@ -193,11 +187,7 @@ class SiteLoad:
 
     def elsewhere(self):
         """Cores of workers and replicas."""
-        cores = numpy.zeros(STEPS)
-        if self.p.workers:
-            cores = cores + self.pairs()
-        if self.p.workers_index:
-            cores = cores + self.index()
+        cores = self.pairs() + self.index() if self.p.workers else numpy.zeros(STEPS)
         return cores + self.readers() if self.p.replicas else cores
 
     # Of a single change, when the map is as large as it becomes.

@@ -54,7 +54,7 @@ struct MatchingLoad {
   // pairs with new evidence; where there are too many sessions to try all pairs, those never tried
   // count as one.
   uint64_t submaps = 0, pairs = 0;
-  // Processes that match pairs for it, as of seconds ago, and pairs that they have or are to take.
+  // Processes that do jobs for it, as of seconds ago, and jobs that they have or are to take.
   uint64_t workers = 0, jobs = 0;
 };
 

@@ -11,6 +11,11 @@
 
 namespace isthmus::server {
 
+// How much matching gives way to what takes scans in, as `nice` counts: at 10 a thread gets a tenth
+// of what one that does not give way gets of a core that both want. More, and matches of a server
+// at its limit never come; less, and robots wait for them.
+inline constexpr int kMatchingNice = 10;
+
 // Maps that are kept ready at most: the robots of a team. Memory, about a megabyte per submap.
 inline constexpr size_t kMaxPreparedMaps = 8;
 // Bytes of a prepared submap as stored: kMaxViews of 33 kB, and more points than a submap has. A

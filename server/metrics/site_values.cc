@@ -72,9 +72,9 @@ void AddQueues(const ServerLoad& load, Values* values) {
                 load.matching.submaps);
   values->Gauge("isthmus_matching_waiting_pairs", "Pairs of sessions that wait to be matched.",
                 load.matching.pairs);
-  values->Gauge("isthmus_matching_jobs", "Pairs that workers have, or are to take.",
+  values->Gauge("isthmus_matching_jobs", "Jobs that workers have, or are to take.",
                 load.matching.jobs);
-  values->Gauge("isthmus_matching_workers", "Processes that match pairs for the site.",
+  values->Gauge("isthmus_matching_workers", "Processes that do jobs for the site.",
                 load.matching.workers);
   values->Gauge("isthmus_placement_waiting", "1: the map has changed and is not placed anew yet.",
                 load.placement_waits);

@@ -13,11 +13,9 @@
 
 namespace isthmus::server {
 
-// How much the threads give way to those that take scans in, as `nice` counts: at 10 a thread gets
-// a tenth of what one that does not give way gets of a core that both want. More, and matches of a
-// server at its limit never come; less, and robots wait for them. Placement, which is short and
-// which all others wait for, gives way least.
-inline constexpr int kMatchingNice = 10, kCompositionNice = 8, kPlacementNice = 5;
+// How much these give way, as kMatchingNice: placement, which is short and which all others wait
+// for, least.
+inline constexpr int kCompositionNice = 8, kPlacementNice = 5;
 
 // Between two looks of a server that only reads for what is new in the store: a question of less
 // than a millisecond. On average half of it goes by until a new revision is seen.

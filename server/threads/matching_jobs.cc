@@ -1,25 +1,31 @@
-// Jobs: matches that workers compute, on the board of the store.
+// Jobs: what workers compute, on the board of the store.
 #include <absl/strings/str_cat.h>
 
+#include <cmath>
 #include <optional>
 #include <utility>
 #include <vector>
 
-#include "server/jobs/pair_job.h"
+#include "server/jobs/job.h"
 #include "server/threads/limits.h"
 #include "server/threads/matching_thread.h"
 
 namespace isthmus::server {
 namespace {
 
-MapOfJob JobMapOf(const ShapedMap& shaped) {
+MapOfJob JobMapOf(const SessionId& session, const matching::SubmapList& submaps) {
   MapOfJob map;
-  map.session = shaped.map.session;
-  for (const auto& submap : shaped.map.submaps) {
+  map.session = session;
+  for (const auto& submap : submaps) {
     map.submaps.push_back(submap->id.index);
     map.stamps_ns.push_back(submap->first_stamp_ns);
     map.T_odom_submap.push_back(submap->T_odom_submap);
   }
+  return map;
+}
+
+MapOfJob JobMapOf(const ShapedMap& shaped) {
+  MapOfJob map = JobMapOf(shaped.map.session, shaped.map.submaps);
   if (shaped.shape) map.shape = *shaped.shape;
   return map;
 }
@@ -44,14 +50,38 @@ void MatchingThread::PostMatch(const ShapedMap& a, const ShapedMap& b, std::vect
   job.search = MustSearch(occasion, older);
   job.posted_ns = clock_->NowNs();
   matchers_.erase(pair);  // Of when there were no workers.
-  const absl::Status status = board_->Post({TaskOf(pair), EncodePairJob(job)});
+  Post(TaskOf(pair), EncodePairJob(job), PostedMatch{pair, occasion});
+}
+
+void MatchingThread::PostPlans(const MapView& view, const SessionView& session,
+                               const std::vector<const SessionView*>& others) {
+  PlanJob job;
+  job.session = JobMapOf(session.record.id, shapes_.Of(view, session).submaps);
+  PostedPlans posted{session.record.id, {}};
+  for (const SessionView* other : others) {
+    job.others.push_back(JobMapOf(other->record.id, shapes_.Of(view, *other).submaps));
+    posted.others.push_back(other->record.id);
+  }
+  Post(IndexTaskOf(session.record.id), EncodePlanJob(job), std::move(posted));
+}
+
+void MatchingThread::Post(const std::string& task, std::string payload, Posted posted) {
+  const absl::Status status = board_->Post({task, std::move(payload)});
   if (status.ok()) {
-    posted_[TaskOf(pair)] = {pair, occasion};
+    posted_.insert_or_assign(task, std::move(posted));
   } else if (absl::IsFailedPrecondition(status)) {
-    TellLeftOut(TaskOf(pair), std::string(status.message()));
+    TellLeftOut(task, std::string(status.message()));
   } else {
-    attempts_.erase(pair);
+    Forget(posted);
     has_workers_ = false;  // Until they are looked for again.
+  }
+}
+
+void MatchingThread::Forget(const Posted& posted) {
+  if (const auto* match = std::get_if<PostedMatch>(&posted)) {
+    attempts_.erase(match->pair);
+  } else {
+    indexed_.erase(std::get<PostedPlans>(posted).session);
   }
 }
 
@@ -61,13 +91,13 @@ void MatchingThread::AdoptJobs(const MapView& view) {
   if (!open.ok()) return;  // What is posted anew takes their places.
   for (const storage::PostedJob& posted : *open) {
     const absl::StatusOr<PairJob> job = DecodePairJob(posted.payload);
-    if (!job.ok()) continue;
+    if (!job.ok()) continue;  // Sessions are all compared anew.
     const SessionPair pair(job->a.session, job->b.session);
     const SessionView *a = view.Find(pair.first), *b = view.Find(pair.second);
     if (a == nullptr || b == nullptr) continue;
     attempts_[pair] = AttemptOf(view, *a, *b, static_cast<uint32_t>(job->a.submaps.size()),
                                 static_cast<uint32_t>(job->b.submaps.size()), job->posted_ns);
-    posted_[posted.key] = {pair, {}};
+    posted_[posted.key] = PostedMatch{pair, {}};
   }
 }
 
@@ -97,19 +127,15 @@ void MatchingThread::TakeResults(const MapView& view) {
   std::vector<storage::EndedJob> taken;
   for (const storage::EndedJob& job : *ended) {
     const auto it = posted_.find(job.key);
-    const std::optional<Posted> posted =
-        it == posted_.end() ? std::nullopt : std::optional(it->second);
-    const bool is_gone = posted && (view.Find(posted->pair.first) == nullptr ||
-                                    view.Find(posted->pair.second) == nullptr);
-    const absl::Status status =
-        is_gone ? absl::OkStatus() : TakeResult(view, job, posted ? posted->occasion : Occasion());
+    const Posted* posted = it == posted_.end() ? nullptr : &it->second;
+    const absl::Status status = TakeResult(view, job, posted);
     if (IsForNow(status)) continue;  // It stays on the board.
     if (!status.ok()) {
       const bool is_first = TellLeftOut(job.key, std::string(status.message()));
       // Its submaps may have been retired while it waited; a second time it is something else.
-      if (is_first && !job.is_set_aside && posted) attempts_.erase(posted->pair);
+      if (is_first && !job.is_set_aside && posted != nullptr) Forget(*posted);
     }
-    if (posted) posted_.erase(it);
+    if (posted != nullptr) posted_.erase(it);
     taken.push_back(job);
   }
   // What stays there is taken again, and nothing comes of it.
@@ -117,8 +143,22 @@ void MatchingThread::TakeResults(const MapView& view) {
 }
 
 absl::Status MatchingThread::TakeResult(const MapView& view, const storage::EndedJob& job,
-                                        const Occasion& occasion) {
+                                        const Posted* posted) {
+  const auto* match = posted != nullptr ? std::get_if<PostedMatch>(posted) : nullptr;
+  const auto* plans = posted != nullptr ? std::get_if<PostedPlans>(posted) : nullptr;
+  const bool is_gone = plans != nullptr
+                           ? view.Find(plans->session) == nullptr
+                           : match != nullptr && (view.Find(match->pair.first) == nullptr ||
+                                                  view.Find(match->pair.second) == nullptr);
+  if (is_gone) return absl::OkStatus();
   if (!job.problem.empty()) return absl::InternalError(job.problem);
+  if (plans != nullptr) return TakeScores(job, *plans);
+  if (posted == nullptr && DecodePlanScores(job.result).ok()) return absl::OkStatus();
+  return TakeMatchOf(view, job, match != nullptr ? match->occasion : Occasion());
+}
+
+absl::Status MatchingThread::TakeMatchOf(const MapView& view, const storage::EndedJob& job,
+                                         const Occasion& occasion) {
   const absl::StatusOr<Match> match = DecodeMatch(job.result);
   if (!match.ok()) return match.status();
   const SessionPair pair(match->a, match->b);
@@ -131,9 +171,21 @@ absl::Status MatchingThread::TakeResult(const MapView& view, const storage::Ende
   return TakeMatch(*match, view.matches.Get(pair).get(), occasion);
 }
 
+absl::Status MatchingThread::TakeScores(const storage::EndedJob& job, const PostedPlans& posted) {
+  const absl::StatusOr<PlanScores> scores = DecodePlanScores(job.result);
+  if (!scores.ok()) return scores.status();
+  if (scores->size() != posted.others.size()) return absl::InternalError("of other sessions");
+  for (size_t i = 0; i < scores->size(); ++i) {
+    const std::optional<double>& score = (*scores)[i];
+    if (score && std::isfinite(*score)) index_.Put(posted.session, posted.others[i], *score);
+  }
+  ChoosePartners(posted.session);
+  return absl::OkStatus();
+}
+
 void MatchingThread::WithdrawJobs() {
   if (!board_->Withdraw().ok()) return;
-  for (const auto& [task, posted] : posted_) attempts_.erase(posted.pair);
+  for (const auto& [task, posted] : posted_) Forget(posted);
   posted_.clear();
   looked_for_results_.reset();  // One may have been finished meanwhile.
 }

@@ -5,7 +5,7 @@
 #include <iterator>
 #include <utility>
 
-#include "server/jobs/pair_runner.h"
+#include "server/jobs/job_runner.h"
 #include "server/threads/known_anchors.h"
 #include "server/threads/limits.h"
 #include "server/threads/matching_thread.h"

@@ -79,38 +79,48 @@ std::optional<SessionId> MatchingThread::NextToIndex(const MapView& view) const 
   return std::nullopt;
 }
 
-std::shared_ptr<const matching::SessionPlan> MatchingThread::MakePlan(const MapView& view,
-                                                                      const SessionView& session) {
+std::shared_ptr<const matching::SessionPlan> MatchingThread::PlanOf(const MapView& view,
+                                                                    const SessionView& session,
+                                                                    bool anew) {
+  if (const auto* kept = plans_.Use(session.record.id); kept != nullptr && !anew) return *kept;
   matching::PreparedSubmaps submaps;
   for (const auto& submap : MapOf(view, session).map.submaps) {
     submaps.push_back(GetPrepared(submap));
   }
   const auto plan =
       std::make_shared<const matching::SessionPlan>(matching::MakeSessionPlan(submaps));
-  plans_.Erase(session.record.id);
   plans_.Put(session.record.id, plan, plan->bytes());
   while (plans_.size() > 2 && plans_.weight() > matching::kMaxPlanBytes) plans_.DropOldest();
   return plan;
 }
 
+std::string MatchingThread::IndexTaskOf(const SessionId& session) {
+  return absl::StrCat("the partners of ", session.value());
+}
+
 void MatchingThread::IndexSession(const MapView& view, const SessionId& id) {
   const SessionView& session = *view.Find(id);
+  std::vector<const SessionView*> others;
+  for (const auto& [other, other_session] : view.sessions) {
+    if (other != id && indexed_.contains(other) && IsMatchable(other_session)) {
+      others.push_back(&other_session);
+    }
+  }
   indexed_[id] = session.next_index();
-  allowed_[id] = CountTried()[id] + matching::kSearchPartners;
-  (void)RunGuarded(absl::StrCat("the partners of ", id.value()), [&] {
-    const auto plan = MakePlan(view, session);
-    for (const auto& [other, other_session] : view.sessions) {
-      if (other == id || !indexed_.contains(other) || !IsMatchable(other_session)) continue;
-      const auto* kept = plans_.Use(other);
-      const auto other_plan = kept != nullptr ? *kept : MakePlan(view, other_session);
-      // Either way the same.
-      const double score = id < other
-                               ? matching::ComparePlans(*plan, *other_plan, options_.matcher.stop)
-                               : matching::ComparePlans(*other_plan, *plan, options_.matcher.stop);
+  (void)RunGuarded(IndexTaskOf(id), [&] {
+    if (has_workers_) return PostPlans(view, session, others);
+    matching::PlanComparer comparer(PlanOf(view, session, /*anew=*/true));
+    for (const SessionView* other : others) {
+      const double score = comparer.Score(*PlanOf(view, *other), options_.matcher.stop);
       if (stop_.stop_requested()) throw Stopped();
-      index_.Put(id, other, score);
+      index_.Put(id, other->record.id, score);
     }
   });
+  if (!posted_.contains(IndexTaskOf(id))) ChoosePartners(id);
+}
+
+void MatchingThread::ChoosePartners(const SessionId& session) {
+  allowed_[session] = CountTried()[session] + matching::kSearchPartners;
   ranked_ = index_.Rank(matching::kSearchPartners);
 }
 

@@ -184,7 +184,7 @@ bool MatchingThread::RunNext(const MapView& view) {
     return true;
   }
   UpdateShapes(view);
-  if (const std::optional<SessionId> session = NextToIndex(view)) {
+  if (const std::optional<SessionId> session = NextToIndex(view); session && HasRoomForJobs()) {
     IndexSession(view, *session);
   } else if (const std::optional<SessionPair> pair = NextPair(view); pair && HasRoomForJobs()) {
     EstimateMatch(view, *pair);

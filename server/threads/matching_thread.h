@@ -1,6 +1,6 @@
 // The slow loop: a thread that finds where sessions came back to, how two sessions' maps lie to
-// each other, and which submaps have been seen again often enough. Nobody waits for it. Pairs of
-// sessions are matched by workers where there are any, on the board of the store, else here.
+// each other, and which submaps have been seen again often enough. Nobody waits for it. Where
+// there are workers these match and compare sessions, by the board of the store, else it does.
 #pragma once
 
 #include <atomic>
@@ -14,6 +14,7 @@
 #include <string>
 #include <thread>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "core/clock.h"
@@ -119,8 +120,12 @@ class MatchingThread {
   // A session that is to be compared with all others: it is new, or has grown by a good part.
   std::optional<SessionId> NextToIndex(const MapView& view) const;
   void IndexSession(const MapView& view, const SessionId& id);
-  std::shared_ptr<const matching::SessionPlan> MakePlan(const MapView& view,
-                                                        const SessionView& session);
+  // Of others as long as it is kept it may be of an earlier moment.
+  std::shared_ptr<const matching::SessionPlan> PlanOf(const MapView& view,
+                                                      const SessionView& session,
+                                                      bool anew = false);
+  // Now that the session's scores are there.
+  void ChoosePartners(const SessionId& session);
   // The pairs of each session that were tried.
   std::map<SessionId, size_t> CountTried() const;
   // The likeliest pair that was never tried: what is known to lie near each other first, then what
@@ -149,19 +154,37 @@ class MatchingThread {
   // Into the map, unless what is known is better.
   absl::Status TakeMatch(const Match& match, const Match* older, const Occasion& occasion);
 
-  // --- matches by workers (matching_jobs.cc) ---
+  // --- what workers do (matching_jobs.cc) ---
+
+  struct PostedMatch {
+    SessionPair pair;
+    Occasion occasion;
+  };
+  struct PostedPlans {
+    SessionId session;
+    std::vector<SessionId> others;
+  };
+  using Posted = std::variant<PostedMatch, PostedPlans>;
 
   static std::string TaskOf(const SessionPair& pair);
+  static std::string IndexTaskOf(const SessionId& session);
   bool IsPosted(const SessionPair& pair) const { return posted_.contains(TaskOf(pair)); }
   // Jobs that an earlier server of the site has left on the board.
   void AdoptJobs(const MapView& view);
   void PostMatch(const ShapedMap& a, const ShapedMap& b, std::vector<Anchor> anchors,
                  const Occasion& occasion, const Match* older);
+  void PostPlans(const MapView& view, const SessionView& session,
+                 const std::vector<const SessionView*>& others);
+  void Post(const std::string& task, std::string payload, Posted posted);
   // Looks, now and then, whether there are workers and what they have done.
   void FollowWorkers(const MapView& view);
   void TakeResults(const MapView& view);
-  absl::Status TakeResult(const MapView& view, const storage::EndedJob& job,
-                          const Occasion& occasion);
+  absl::Status TakeResult(const MapView& view, const storage::EndedJob& job, const Posted* posted);
+  absl::Status TakeMatchOf(const MapView& view, const storage::EndedJob& job,
+                           const Occasion& occasion);
+  absl::Status TakeScores(const storage::EndedJob& job, const PostedPlans& posted);
+  // As if it had never been tried.
+  void Forget(const Posted& posted);
   // There is nobody to do them.
   void WithdrawJobs();
   bool HasRoomForJobs() const { return posted_.size() < kMaxPostedJobs; }
@@ -211,12 +234,8 @@ class MatchingThread {
   std::map<SessionId, matching::LoopFinder> finders_;
   SessionShapes shapes_;
   matching::RevisitCounter revisits_;
-  std::set<std::string> left_out_;  // Told already.
-  struct Posted {
-    SessionPair pair;
-    Occasion occasion;
-  };
-  std::map<std::string, Posted> posted_;  // On the board, by TaskOf.
+  std::set<std::string> left_out_;        // Told already.
+  std::map<std::string, Posted> posted_;  // On the board, by task.
   bool has_workers_ = false;
   std::optional<Stopwatch> looked_for_workers_, looked_for_results_;
   std::thread thread_;

@@ -18,7 +18,9 @@
 #include <vector>
 
 #include "core/concurrency/event_count.h"
+#include "core/concurrency/thread_role.h"
 #include "core/site_name.h"
+#include "server/jobs/limits.h"
 #include "server/main/log.h"
 #include "server/main/program.h"
 #include "server/main/stop_signal.h"
@@ -122,7 +124,7 @@ class Worker {
   }
 
   const std::string store_, me_;
-  PairRunner::Options options_;
+  JobRunner::Options options_;
   std::vector<Site> sites_;
   EventCount stopped_;
 };
@@ -130,9 +132,8 @@ class Worker {
 // The code to exit with where the program is to end here.
 std::optional<int> Parse(int argc, char** argv, Arguments& arguments) {
   CLI::App app(
-      "Matches pairs of robots' maps for the servers of sites that are kept in PostgreSQL. Start "
-      "as "
-      "many as there are cores to spare, on any machine that reaches the database.",
+      "Matches and compares robots' maps for the servers of sites that are kept in PostgreSQL. "
+      "Start as many as there are cores to spare, on any machine that reaches the database.",
       "isthmus-worker");
   app.set_version_flag("--version", "isthmus-worker " ISTHMUS_VERSION);
   app.add_option("--store", arguments.store,
@@ -155,6 +156,8 @@ int Run(const Arguments& arguments) {
   std::atomic<bool> has_ended = false;
   absl::Status status;
   std::jthread working([&] {
+    // On their machine servers and database come first, or leases are lost to matching.
+    GiveWay(kMatchingNice);
     status = Worker(arguments).Run(stop.get_token());
     has_ended = true;
   });

@@ -8,13 +8,12 @@
 #include "core/caught.h"
 #include "core/concurrency/thread_role.h"
 #include "core/stopwatch.h"
-#include "server/jobs/pair_job.h"
 #include "storage/postgresql/limits.h"
 
 namespace isthmus::server {
 
 SiteWorker::SiteWorker(std::unique_ptr<storage::MapStore> store,
-                       std::unique_ptr<storage::JobTaker> taker, const PairRunner::Options& options)
+                       std::unique_ptr<storage::JobTaker> taker, const JobRunner::Options& options)
     : store_(std::move(store)),
       taker_(std::move(taker)),
       runner_(store_.get(), options),
@@ -32,7 +31,7 @@ SiteWorker::~SiteWorker() {
 absl::StatusOr<std::unique_ptr<SiteWorker>> SiteWorker::Open(const std::string& url,
                                                              const std::string& site,
                                                              const std::string& name,
-                                                             const PairRunner::Options& options) {
+                                                             const JobRunner::Options& options) {
   auto store = storage::OpenWorkerStore(url, site);
   if (!store.ok()) return store.status();
   auto taker = storage::JobTaker::Open(url, site, name);
@@ -64,11 +63,7 @@ void SiteWorker::GiveSigns() {
 absl::StatusOr<std::string> SiteWorker::Compute(const storage::TakenJob& job,
                                                 std::stop_token stop) {
   try {
-    const absl::StatusOr<PairJob> pair = DecodePairJob(job.payload);
-    if (!pair.ok()) return pair.status();
-    const absl::StatusOr<Match> match = runner_.Run(*pair, std::move(stop));
-    if (!match.ok()) return match.status();
-    return EncodeMatch(*match);
+    return runner_.Run(job.payload, std::move(stop));
   } catch (...) {
     return CaughtStatus();
   }

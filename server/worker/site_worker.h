@@ -11,7 +11,7 @@
 #include <thread>
 
 #include "core/concurrency/mutex.h"
-#include "server/jobs/pair_runner.h"
+#include "server/jobs/job_runner.h"
 #include "storage/map_store.h"
 #include "storage/postgresql/worker_store.h"
 
@@ -25,7 +25,7 @@ class SiteWorker {
   static absl::StatusOr<std::unique_ptr<SiteWorker>> Open(const std::string& url,
                                                           const std::string& site,
                                                           const std::string& name,
-                                                          const PairRunner::Options& options);
+                                                          const JobRunner::Options& options);
   ~SiteWorker();
 
   struct Done {
@@ -39,14 +39,14 @@ class SiteWorker {
 
  private:
   SiteWorker(std::unique_ptr<storage::MapStore> store, std::unique_ptr<storage::JobTaker> taker,
-             const PairRunner::Options& options);
+             const JobRunner::Options& options);
   void GiveSigns();
   // The result's bytes.
   absl::StatusOr<std::string> Compute(const storage::TakenJob& job, std::stop_token stop);
 
   const std::unique_ptr<storage::MapStore> store_;
   const std::unique_ptr<storage::JobTaker> taker_;
-  PairRunner runner_;
+  JobRunner runner_;
   Mutex mutex_;
   CondVar changed_;
   bool is_ending_ ABSL_GUARDED_BY(mutex_) = false;

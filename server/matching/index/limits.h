@@ -41,6 +41,9 @@ inline constexpr int kFreeHits = 2;
 inline constexpr float kFineRadiusM = 25, kMiddleRadiusM = 80;
 // Yaws that are tried, 4 degrees apart: coarser, distant walls do not fit.
 inline constexpr int kPlanYaws = 90;
+// Bytes of the images of a plan at all yaws, transformed, that are kept while it is compared with
+// others; what would take more is made again each time. A guess.
+inline constexpr size_t kMaxTurnedBytes = size_t{96} << 20;
 // Placements that are looked at closely, of so many peaks. Of 6 the right one was among them in
 // 0.64 of the pairs, of 16 in 0.69.
 inline constexpr size_t kPlanPeaks = 80, kPlanPolished = 12;

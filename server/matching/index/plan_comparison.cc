@@ -104,11 +104,11 @@ class PlanFit {
 
 }  // namespace
 
-PlanarPose PlacePlan(const SessionPlan& a, const SessionPlan& b, const std::stop_token& stop) {
+PlanarPose PlanComparer::PlaceOn(const SessionPlan& a, const std::stop_token& stop) {
+  const SessionPlan& b = *plan_;
   const float fine_m = std::max(a.cell_m, b.cell_m);
   const float coarse_m = CoarseCell(std::max(a.radius, b.radius), fine_m);
-  const std::vector<PlanarPose> peaks =
-      CorrelatePlans(Coarsen(a, coarse_m), Coarsen(b, coarse_m), kPlanPolished, stop);
+  const std::vector<PlanarPose> peaks = correlator_.Correlate(a, coarse_m, kPlanPolished, stop);
   PlanarPose best;
   if (peaks.empty()) return best;
   const SessionPlan fine_a = Coarsen(a, fine_m), fine_b = Coarsen(b, fine_m);
@@ -123,10 +123,6 @@ PlanarPose PlacePlan(const SessionPlan& a, const SessionPlan& b, const std::stop
   const double walls = cells * std::min(fine_a.Weight(), fine_b.Weight());
   best.score *= cells / std::pow(1 + walls, kPlanSizePower);
   return best;
-}
-
-double ComparePlans(const SessionPlan& a, const SessionPlan& b, const std::stop_token& stop) {
-  return PlacePlan(a, b, stop).score;
 }
 
 }  // namespace isthmus::matching

@@ -43,15 +43,9 @@ class Fft {
     fftwf_execute(forward_);
     return spectrum_.get();
   }
-  void Clear() { std::fill_n(product_.get(), bins(), FftwComplex()); }
-  // Adds the correlation of `moved`, transformed here, with a reference that was before.
-  void Correlate(const std::vector<FftwComplex>& reference, const std::vector<float>& moved) {
-    const FftwComplex* spectrum = Transform(moved);
-    AddCorrelation(reference.data(), spectrum, bins(), 1.0f / static_cast<float>(cells()),
-                   product_.get());
-  }
-  // The field of what was added; valid until the next call.
-  const float* Field() {
+  // The field of a product of spectra, which is gone then; valid until the next call.
+  const float* Field(const std::vector<FftwComplex>& product) {
+    std::copy(product.begin(), product.end(), product_.get());
     fftwf_execute(backward_);
     return real_.get();
   }
@@ -98,28 +92,111 @@ void FindPeaks(const float* field, int size, double yaw, const SessionPlan& a, c
   }
 }
 
+// Adds the products of the reference's spectrum with that of an image, and with that of the same
+// image turned by half a turn, which is its conjugate, but for the sign.
+void AddBoth(const FftwComplex* reference, const FftwComplex* moved, float turned_sign, size_t bins,
+             FftwComplex* product, FftwComplex* turned) {
+  for (size_t i = 0; i < bins; ++i) {
+    const float re = reference[i].real(), im = reference[i].imag();
+    const float rr = re * moved[i].real(), ii = im * moved[i].imag();
+    const float ri = re * moved[i].imag(), ir = im * moved[i].real();
+    product[i] += FftwComplex(rr + ii, ir - ri);
+    turned[i] += FftwComplex(turned_sign * (rr - ii), turned_sign * (ir + ri));
+  }
+}
+
+// Normals turn round with the plan.
+float SignTurned(size_t plane) {
+  return plane == PlanImage::kNormalX || plane == PlanImage::kNormalY ? -1.0f : 1.0f;
+}
+
 }  // namespace
 
-std::vector<PlanarPose> CorrelatePlans(const SessionPlan& a, const SessionPlan& b, size_t count,
-                                       const std::stop_token& stop) {
-  if (a.walls.empty() || b.walls.empty()) return {};
-  Fft fft(SizeFor((a.radius + b.radius) / a.cell_m + 4));
-  std::array<std::vector<FftwComplex>, PlanImage::kPlanes> reference;
-  const PlanImage image = MakeReference(a, fft.size());
-  for (size_t k = 0; k < reference.size(); ++k) {
-    const FftwComplex* spectrum = fft.Transform(image.planes[k]);
-    reference[k].assign(spectrum, spectrum + fft.bins());
+// The plan at all yaws of half a turn, transformed.
+class PlanCorrelator::Turned {
+ public:
+  // Keeps what it transforms where that takes no more than so many bytes.
+  Turned(const SessionPlan& plan, int size, size_t most_bytes) : plan_(plan), fft_(size) {
+    is_kept_ = spectra_at_once() * kHalfTurn * sizeof(FftwComplex) <= most_bytes;
+    spectra_.resize(spectra_at_once() * (is_kept_ ? kHalfTurn : 1));
+    for (int k = 0; is_kept_ && k < kHalfTurn; ++k) Transform(k, &spectra_[k * spectra_at_once()]);
   }
-  std::vector<PlanarPose> peaks;
-  for (int k = 0; k < kPlanYaws; ++k) {
-    if (stop.stop_requested()) return {};
-    const double yaw = 2 * M_PI * k / kPlanYaws;
-    const PlanImage moved = MakeMoved(b, yaw, fft.size());
-    fft.Clear();
-    for (size_t i = 0; i < reference.size(); ++i) fft.Correlate(reference[i], moved.planes[i]);
-    FindPeaks(fft.Field(), fft.size(), yaw, a, b, &peaks);
+
+  std::vector<PlanarPose> Peaks(const SessionPlan& a, const std::stop_token& stop) {
+    const std::vector<FftwComplex> reference = Reference(a);
+    std::vector<FftwComplex> product(fft_.bins()), turned(fft_.bins());
+    std::vector<PlanarPose> peaks;
+    for (int k = 0; k < kHalfTurn; ++k) {
+      if (stop.stop_requested()) return {};
+      if (!is_kept_) Transform(k, spectra_.data());
+      const FftwComplex* moved = &spectra_[is_kept_ ? k * spectra_at_once() : 0];
+      std::fill(product.begin(), product.end(), FftwComplex());
+      std::fill(turned.begin(), turned.end(), FftwComplex());
+      for (size_t plane = 0; plane < PlanImage::kPlanes; ++plane) {
+        AddBoth(&reference[plane * fft_.bins()], moved + plane * fft_.bins(), SignTurned(plane),
+                fft_.bins(), product.data(), turned.data());
+      }
+      FindPeaks(fft_.Field(product), fft_.size(), YawAt(k), a, plan_, &peaks);
+      FindPeaks(fft_.Field(turned), fft_.size(), YawAt(k + kHalfTurn), a, plan_, &peaks);
+    }
+    return peaks;
   }
-  return SuppressNeighbors(std::move(peaks), b.center.cast<double>(), 4 * a.cell_m,
+
+  size_t bytes() const { return spectra_.size() * sizeof(FftwComplex); }
+
+ private:
+  static constexpr int kHalfTurn = kPlanYaws / 2;
+  static_assert(kPlanYaws % 2 == 0);
+
+  static double YawAt(int k) { return 2 * M_PI * k / kPlanYaws; }
+  size_t spectra_at_once() const { return PlanImage::kPlanes * fft_.bins(); }
+
+  void Transform(int k, FftwComplex* spectra) {
+    const PlanImage image = MakeMoved(plan_, YawAt(k), fft_.size());
+    for (const auto& plane : image.planes) {
+      spectra = std::copy_n(fft_.Transform(plane), fft_.bins(), spectra);
+    }
+  }
+  // Divided by the number of cells: FFTW does not normalise.
+  std::vector<FftwComplex> Reference(const SessionPlan& a) {
+    std::vector<FftwComplex> reference;
+    const PlanImage image = MakeReference(a, fft_.size());
+    for (const auto& plane : image.planes) {
+      const FftwComplex* spectrum = fft_.Transform(plane);
+      reference.insert(reference.end(), spectrum, spectrum + fft_.bins());
+    }
+    for (FftwComplex& bin : reference) bin /= static_cast<float>(fft_.cells());
+    return reference;
+  }
+
+  const SessionPlan& plan_;
+  Fft fft_;
+  bool is_kept_ = false;
+  std::vector<FftwComplex> spectra_;  // By yaw, then plane; of one yaw at a time if not kept.
+};
+
+PlanCorrelator::PlanCorrelator(std::shared_ptr<const SessionPlan> moved)
+    : moved_(std::move(moved)) {}
+
+PlanCorrelator::~PlanCorrelator() = default;
+
+PlanCorrelator::Turned& PlanCorrelator::TurnedFor(float cell_m, int size) {
+  std::unique_ptr<Turned>& turned = turned_[{cell_m, size}];
+  if (turned == nullptr) {
+    auto coarse = coarse_.find(cell_m);
+    if (coarse == coarse_.end()) coarse = coarse_.emplace(cell_m, Coarsen(*moved_, cell_m)).first;
+    turned = std::make_unique<Turned>(coarse->second, size, kMaxTurnedBytes - bytes_);
+    bytes_ = std::min(kMaxTurnedBytes, bytes_ + turned->bytes());
+  }
+  return *turned;
+}
+
+std::vector<PlanarPose> PlanCorrelator::Correlate(const SessionPlan& a, float cell_m, size_t count,
+                                                  const std::stop_token& stop) {
+  if (a.walls.empty() || moved_->walls.empty()) return {};
+  const SessionPlan coarse = Coarsen(a, cell_m);
+  Turned& turned = TurnedFor(cell_m, SizeFor((a.radius + moved_->radius) / cell_m + 4));
+  return SuppressNeighbors(turned.Peaks(coarse, stop), moved_->center.cast<double>(), 4 * cell_m,
                            2.5 * 2 * M_PI / kPlanYaws, count);
 }
 

@@ -39,8 +39,9 @@ struct SessionPlan {
   double Weight() const;
   bool IsFree(const Eigen::Vector2f& position) const;
   Eigen::Vector2f FreeCenter(size_t i) const {
-    return origin + cell_m * Eigen::Vector2f(static_cast<float>(i % width) + 0.5f,
-                                             static_cast<float>(i / width) + 0.5f);
+    const size_t column = i % width, row = i / width;
+    return origin + cell_m * Eigen::Vector2f(static_cast<float>(column) + 0.5f,
+                                             static_cast<float>(row) + 0.5f);
   }
 };
 

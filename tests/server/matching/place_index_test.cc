@@ -18,10 +18,10 @@
 namespace isthmus::matching {
 namespace {
 
-SessionPlan PlanOf(const SessionMap& map) {
+std::shared_ptr<const SessionPlan> PlanOf(const SessionMap& map) {
   PreparedSubmaps submaps;
   for (const auto& submap : map.submaps) submaps.push_back(PrepareSubmap(submap));
-  return MakeSessionPlan(submaps);
+  return std::make_shared<const SessionPlan>(MakeSessionPlan(submaps));
 }
 
 // A hall with columns that has nothing in common with the gallery but its height.
@@ -57,7 +57,7 @@ class PlanTest : public ::testing::Test {
     elsewhere_ = PlanOf(Survey(MakeColumns(), {WayOfB(), T_world_b(), 0.01, 4}));
   }
 
-  static inline SessionPlan a_, b_, slanted_, elsewhere_;
+  static inline std::shared_ptr<const SessionPlan> a_, b_, slanted_, elsewhere_;
 };
 
 TEST_F(PlanTest, ShowsWallsAndWhereTheRobotLookedAcross) {
@@ -65,60 +65,63 @@ TEST_F(PlanTest, ShowsWallsAndWhereTheRobotLookedAcross) {
     const Eigen::Vector3d at = T_world_a().Inverse() * Eigen::Vector3d(x, y, 1);
     return Eigen::Vector2f(at.head<2>().cast<float>());
   };
-  EXPECT_TRUE(a_.IsFree(in_plan(3, 3)));     // Where it began.
-  EXPECT_TRUE(a_.IsFree(in_plan(12.1, 6)));  // A door.
-  EXPECT_FALSE(a_.IsFree(in_plan(12.1, 2)));
-  EXPECT_FALSE(a_.IsFree(in_plan(-3, 3)));  // Outside.
-  EXPECT_FALSE(a_.IsFree({1e6f, -1e6f}));
+  EXPECT_TRUE(a_->IsFree(in_plan(3, 3)));     // Where it began.
+  EXPECT_TRUE(a_->IsFree(in_plan(12.1, 6)));  // A door.
+  EXPECT_FALSE(a_->IsFree(in_plan(12.1, 2)));
+  EXPECT_FALSE(a_->IsFree(in_plan(-3, 3)));  // Outside.
+  EXPECT_FALSE(a_->IsFree({1e6f, -1e6f}));
   // The wall beside the door, which it passed on one side and then on the other.
   const Eigen::Vector2f beside = in_plan(12.0, 2);
   bool is_wall = false;
-  for (const SessionPlan::Wall& wall : a_.walls) {
+  for (const SessionPlan::Wall& wall : a_->walls) {
     is_wall = is_wall || ((wall.position - beside).norm() < 0.4f && wall.blocks);
   }
   EXPECT_TRUE(is_wall);
 }
 
 TEST_F(PlanTest, PlacesOneOnTheOther) {
-  const PlanarPose placement = PlacePlan(a_, b_);
+  const PlanarPose placement = PlanComparer(b_).PlaceOn(*a_);
   const Pose T_a_b = T_world_a().Inverse() * T_world_b();
   const Eigen::Matrix3d R = T_a_b.RotationMatrix();
   EXPECT_LT(std::abs(std::remainder(placement.yaw - std::atan2(R(1, 0), R(0, 0)), 2 * M_PI)), 0.05);
-  const Eigen::Vector2d middle = b_.center.cast<double>();
+  const Eigen::Vector2d middle = b_->center.cast<double>();
   const Eigen::Vector3d at = T_a_b * Eigen::Vector3d(middle.x(), middle.y(), 0);
   EXPECT_LT((placement.Apply(middle) - at.head<2>()).norm(), 0.5);
 }
 
 TEST_F(PlanTest, WhatWasSeenByBothFitsBetter) {
-  const double same = ComparePlans(a_, b_), other = ComparePlans(a_, elsewhere_);
+  PlanComparer of_a(a_);
+  const double same = of_a.Score(*b_), other = of_a.Score(*elsewhere_);
   EXPECT_GT(same, 1.5 * other);
-  EXPECT_GT(ComparePlans(a_, slanted_), 1.5 * other);
-  EXPECT_NEAR(ComparePlans(b_, a_), same, 0.2 * same);
+  EXPECT_GT(of_a.Score(*slanted_), 1.5 * other);
+  EXPECT_NEAR(PlanComparer(b_).Score(*a_), same, 0.2 * same);
+  EXPECT_EQ(of_a.Score(*b_), same);  // Whatever it was compared with before.
 }
 
 TEST_F(PlanTest, NothingFitsNothing) {
-  EXPECT_EQ(PlanOf(SessionMap()).walls.size(), 0u);
-  EXPECT_EQ(ComparePlans(a_, PlanOf(SessionMap())), 0);
+  EXPECT_EQ(PlanOf(SessionMap())->walls.size(), 0u);
+  EXPECT_EQ(PlanComparer(a_).Score(*PlanOf(SessionMap())), 0);
   std::stop_source stop;
   stop.request_stop();
-  EXPECT_EQ(ComparePlans(a_, b_, stop.get_token()), 0);
+  EXPECT_EQ(PlanComparer(a_).Score(*b_, stop.get_token()), 0);
 }
 
 TEST_F(PlanTest, LargerCellsShowTheSame) {
-  const SessionPlan coarse = Coarsen(a_, 4 * a_.cell_m);
-  EXPECT_LT(coarse.walls.size(), a_.walls.size() / 3);
-  EXPECT_GT(coarse.walls.size(), a_.walls.size() / 16);
+  const SessionPlan coarse = Coarsen(*a_, 4 * a_->cell_m);
+  EXPECT_LT(coarse.walls.size(), a_->walls.size() / 3);
+  EXPECT_GT(coarse.walls.size(), a_->walls.size() / 16);
   for (const SessionPlan::Wall& wall : coarse.walls) {
     EXPECT_LE(wall.normal.norm(), wall.weight + 1e-4f);
     EXPECT_FALSE(coarse.IsFree(wall.position));
   }
-  EXPECT_EQ(Coarsen(a_, a_.cell_m).walls.size(), a_.walls.size());
+  EXPECT_EQ(Coarsen(*a_, a_->cell_m).walls.size(), a_->walls.size());
 }
 
 SessionId Name(int i) { return SessionId("s" + std::to_string(10 + i)); }
 
 std::vector<std::pair<SessionId, SessionId>> Sessions(const std::vector<RankedPair>& ranked) {
   std::vector<std::pair<SessionId, SessionId>> sessions;
+  sessions.reserve(ranked.size());
   for (const RankedPair& pair : ranked) sessions.push_back(pair.sessions);
   return sessions;
 }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "server/matching/index/limits.h"
+#include "tests/server/pipeline/many_sessions.h"
 #include "tests/server/pipeline/robots.h"
 #include "tests/storage/records.h"
 
@@ -16,23 +17,7 @@ namespace {
 
 using matching::kSearchAllSessions;
 using matching::kSearchPartners;
-using storage::MakeSession;
 using storage::MakeSubmap;
-
-SessionId Name(size_t i) { return SessionId("robot" + std::to_string(10 + i) + "-1"); }
-
-// Finished sessions of a submap each in which hardly anything is to be seen.
-storage::WriteBatch Sessions(size_t count) {
-  storage::WriteBatch batch;
-  for (size_t i = 0; i < count; ++i) {
-    SessionRecord record = MakeSession(Name(i).value(), "robot" + std::to_string(10 + i));
-    record.state = SessionState::kFinished;
-    record.finished_ns = record.created_ns + 1;
-    batch.sessions.push_back(record);
-    batch.submaps.push_back(MakeSubmap(Name(i).value(), 0, 200));
-  }
-  return batch;
-}
 
 class PartnersTest : public ::testing::Test {
  protected:
@@ -54,13 +39,13 @@ class PartnersTest : public ::testing::Test {
 };
 
 TEST_F(PartnersTest, AllPairsOfAFew) {
-  Open(Sessions(kSearchAllSessions));
+  Open(ManySessions(kSearchAllSessions));
   EXPECT_EQ(Searched().size(), kSearchAllSessions * (kSearchAllSessions - 1) / 2);
 }
 
 TEST_F(PartnersTest, SomeOfMany) {
   constexpr size_t kCount = 3 * kSearchAllSessions;
-  Open(Sessions(kCount));
+  Open(ManySessions(kCount));
   const auto searched = Searched();
   EXPECT_LE(searched.size(), kCount * kSearchPartners);
   std::map<SessionId, size_t> partners;
@@ -68,29 +53,29 @@ TEST_F(PartnersTest, SomeOfMany) {
     ++partners[a];
     ++partners[b];
   }
-  for (size_t i = 0; i < kCount; ++i) EXPECT_GE(partners[Name(i)], kSearchPartners) << i;
+  for (size_t i = 0; i < kCount; ++i) EXPECT_GE(partners[NameOfMany(i)], kSearchPartners) << i;
 }
 
 TEST_F(PartnersTest, WhatAnchorsPutSideBySideIsOneOfThem) {
   constexpr size_t kCount = 3 * kSearchAllSessions;
-  storage::WriteBatch batch = Sessions(kCount);
+  storage::WriteBatch batch = ManySessions(kCount);
   // Two and two, 10 m apart, of which nothing else says that they are partners.
   const std::vector<size_t> anchored = {kCount - 4, kCount - 3, kCount - 2, kCount - 1};
   for (size_t i = 0; i < anchored.size(); ++i) {
     const double x = i < 2 ? 10.0 * static_cast<double>(i) : 500 + 10.0 * static_cast<double>(i);
     batch.anchors.push_back(
-        {{Name(anchored[i]), 0}, Pose::FromXyzRpy(x, 0, 0, 0, 0, 0), 1, 1, 1, "", 1});
+        {{NameOfMany(anchored[i]), 0}, Pose::FromXyzRpy(x, 0, 0, 0, 0, 0), 1, 1, 1, "", 1});
   }
   Open(batch);
   const auto searched = Searched();
-  EXPECT_TRUE(searched.contains({Name(kCount - 4), Name(kCount - 3)}));
-  EXPECT_TRUE(searched.contains({Name(kCount - 2), Name(kCount - 1)}));
-  EXPECT_FALSE(searched.contains({Name(kCount - 3), Name(kCount - 2)}));
+  EXPECT_TRUE(searched.contains({NameOfMany(kCount - 4), NameOfMany(kCount - 3)}));
+  EXPECT_TRUE(searched.contains({NameOfMany(kCount - 2), NameOfMany(kCount - 1)}));
+  EXPECT_FALSE(searched.contains({NameOfMany(kCount - 3), NameOfMany(kCount - 2)}));
 }
 
 TEST_F(PartnersTest, SegmentsOfASessionArePartners) {
   constexpr size_t kCount = 3 * kSearchAllSessions;
-  storage::WriteBatch batch = Sessions(kCount);
+  storage::WriteBatch batch = ManySessions(kCount);
   SessionRecord second = batch.sessions.back();
   second.segment = 2;
   second.first_segment = second.id;
@@ -104,12 +89,12 @@ TEST_F(PartnersTest, SegmentsOfASessionArePartners) {
 // An idle server goes on with what it has found.
 TEST_F(PartnersTest, ANewSessionAfterARestartHasPartnersToo) {
   constexpr size_t kCount = 2 * kSearchAllSessions;
-  storage::WriteBatch batch = Sessions(kCount);
+  storage::WriteBatch batch = ManySessions(kCount);
   for (size_t i = 0; i < kCount - 1; ++i) {
     for (size_t by = 1; by <= kSearchPartners; ++by) {
       Match match;
-      match.a = std::min(Name(i), Name((i + by) % (kCount - 1)));
-      match.b = std::max(Name(i), Name((i + by) % (kCount - 1)));
+      match.a = std::min(NameOfMany(i), NameOfMany((i + by) % (kCount - 1)));
+      match.b = std::max(NameOfMany(i), NameOfMany((i + by) % (kCount - 1)));
       match.submaps_a = match.submaps_b = 1;
       match.computed_ns = batch.sessions[0].finished_ns + 1;
       batch.matches.push_back(match);
@@ -119,7 +104,8 @@ TEST_F(PartnersTest, ANewSessionAfterARestartHasPartnersToo) {
   const auto searched = Searched();
   EXPECT_EQ(searched.size(), batch.matches.size() + kSearchPartners);
   size_t of_new = 0;
-  for (const auto& [a, b] : searched) of_new += a == Name(kCount - 1) || b == Name(kCount - 1);
+  for (const auto& [a, b] : searched)
+    of_new += a == NameOfMany(kCount - 1) || b == NameOfMany(kCount - 1);
   EXPECT_EQ(of_new, kSearchPartners);
 }
 

@@ -5,6 +5,7 @@
 
 #include <chrono>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -12,9 +13,11 @@
 #include <utility>
 #include <vector>
 
+#include "server/matching/index/limits.h"
 #include "storage/postgresql/postgres_store.h"
 #include "storage/postgresql/worker_store.h"
 #include "tests/server/main/child_process.h"
+#include "tests/server/pipeline/many_sessions.h"
 #include "tests/server/pipeline/robots.h"
 #include "tests/storage/postgresql/postgres_server.h"
 
@@ -31,12 +34,13 @@ class WorkerTest : public ::testing::Test {
   }
   ~WorkerTest() override { std::filesystem::remove_all(folder_); }
 
-  void OpenServer() {
+  void OpenServer(const storage::WriteBatch& before = {}) {
     PipelineOptions options = QuickOptions();
     options.submap = {};
     options.on_problem = [](const std::string& problem) { ADD_FAILURE() << problem; };
     auto store = storage::OpenPostgresStore(database_.url(), site_);
     ASSERT_TRUE(store.ok()) << store.status();
+    ASSERT_TRUE((*store)->Write(before).ok());
     board_ = (*store)->jobs();
     server_ = std::move(Pipeline::Open(options, *std::move(store))).value();
   }
@@ -151,6 +155,28 @@ TEST_F(WorkerTest, AServerTakesWhatWasDoneForTheOneBefore) {
   AwaitWords(*worker, "the match of ");
   OpenServer();
   ExpectMatched();
+}
+
+// The choice is the server's, by what the worker has compared.
+TEST_F(WorkerTest, OfManySessionsItComparesThePlans) {
+  constexpr size_t kCount = matching::kSearchAllSessions + 2;
+  MakeSite();
+  const auto worker = Hire();
+  AwaitWords(*worker, "at work");
+  OpenServer(ManySessions(kCount));
+  server_->WaitUntilIdle();
+  worker->Signal(SIGTERM);
+  EXPECT_EQ(worker->Wait(), 0);
+  std::map<SessionId, size_t> partners;
+  for (const MatchEdge& edge : server_->GetMatchGraph().matches) {
+    ++partners[edge.match.a];
+    ++partners[edge.match.b];
+  }
+  for (size_t i = 0; i < kCount; ++i) {
+    EXPECT_GE(partners[NameOfMany(i)], matching::kSearchPartners) << i;
+    const std::string task = "the partners of " + NameOfMany(i).value() + ": ";
+    EXPECT_NE(worker->Errors().find(task), std::string::npos) << worker->Errors();
+  }
 }
 
 TEST_F(WorkerTest, WaitsForItsSiteAndEndsWhenTold) {

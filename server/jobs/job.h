@@ -1,4 +1,5 @@
-// The matching of two sessions' maps as a job for a worker.
+// The work of workers: matching two sessions' maps, and comparing a session's plan with
+// those of others.
 #pragma once
 
 #include <absl/status/statusor.h>
@@ -19,10 +20,10 @@ namespace isthmus::server {
 // Which submaps of a session are to be matched, and how they lie.
 struct MapOfJob {
   SessionId session = {};
-  std::vector<uint32_t> submaps = {};    // Their indices,
-  std::vector<int64_t> stamps_ns = {};   // their first stamps, as ids may come again,
-  std::vector<Pose> T_odom_submap = {};  // and as to be matched: straightened by loops.
-  std::optional<matching::SessionShape> shape = {};
+  std::vector<uint32_t> submaps = {};                // Their indices,
+  std::vector<int64_t> stamps_ns = {};               // their first stamps, as ids may come again,
+  std::vector<Pose> T_odom_submap = {};              // and as to be matched: straightened by loops.
+  std::optional<matching::SessionShape> shape = {};  // Of no account where plans are compared.
 };
 
 // All that the match follows from beside the submaps themselves, so that it comes out the same
@@ -36,12 +37,25 @@ struct PairJob {
   int64_t posted_ns = 0;                  // Unix nanoseconds: when all this was so.
 };
 
+// The same for the place index.
+struct PlanJob {
+  MapOfJob session = {};
+  std::vector<MapOfJob> others = {};
+};
+// Of the session with each of the others, in their order; nothing for one whose submaps are gone.
+using PlanScores = std::vector<std::optional<double>>;
+
 // As bytes for a JobBoard; of one version of the program, and with a checksum. An error for others.
 // Equal maps have equal bytes.
 std::string EncodeMap(const MapOfJob& map);
 std::string EncodePairJob(const PairJob& job);
 absl::StatusOr<PairJob> DecodePairJob(const std::string& bytes);
+std::string EncodePlanJob(const PlanJob& job);
+absl::StatusOr<PlanJob> DecodePlanJob(const std::string& bytes);
+bool IsPlanJob(const std::string& bytes);
 std::string EncodeMatch(const Match& match);
 absl::StatusOr<Match> DecodeMatch(const std::string& bytes);
+std::string EncodePlanScores(const PlanScores& scores);
+absl::StatusOr<PlanScores> DecodePlanScores(const std::string& bytes);
 
 }  // namespace isthmus::server

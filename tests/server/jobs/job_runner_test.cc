@@ -1,5 +1,5 @@
-// A match by a worker is that of its job, whoever does it and whatever he did before.
-#include "server/jobs/pair_runner.h"
+// What comes of a job is that of its job, whoever does it and whatever he did before.
+#include "server/jobs/job_runner.h"
 
 #include <gtest/gtest.h>
 
@@ -8,6 +8,8 @@
 #include <utility>
 #include <vector>
 
+#include "server/matching/index/plan_comparison.h"
+#include "server/matching/index/session_plan.h"
 #include "storage/memory_store.h"
 #include "tests/server/pipeline/robots.h"
 
@@ -17,7 +19,7 @@ namespace {
 constexpr int kScans = 600;  // Of each: enough ground in common.
 
 // The maps of two robots of a museum, in a store that outlives the pipeline that made them.
-class PairRunnerTest : public ::testing::Test {
+class JobRunnerTest : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
     auto store = storage::MakeMemoryStore();
@@ -55,7 +57,7 @@ class PairRunnerTest : public ::testing::Test {
     return job;
   }
   // But for times.
-  static std::string Run(PairRunner& runner, const PairJob& job) {
+  static std::string Run(JobRunner& runner, const PairJob& job) {
     absl::StatusOr<Match> match = runner.Run(job, {});
     if (!match.ok()) return std::string(match.status().message());
     for (StageTime& stage : match->stages) stage.ms = 0;
@@ -66,8 +68,8 @@ class PairRunnerTest : public ::testing::Test {
   static inline Pipeline* pipeline_ = nullptr;
 };
 
-TEST_F(PairRunnerTest, FindsWhatTheServerItselfFinds) {
-  PairRunner runner(store_, {});
+TEST_F(JobRunnerTest, FindsWhatTheServerItselfFinds) {
+  JobRunner runner(store_, {});
   const absl::StatusOr<Match> match = runner.Run(MakeJob(), {});
   ASSERT_TRUE(match.ok()) << match.status();
   const Match own = store_->ListMatches()->at(0);
@@ -80,8 +82,8 @@ TEST_F(PairRunnerTest, FindsWhatTheServerItselfFinds) {
   EXPECT_EQ(match->submaps_a, MakeJob().a.submaps.size());
 }
 
-TEST_F(PairRunnerTest, TheSameJobGivesTheSameBitsAfterAnything) {
-  PairRunner fresh(store_, {}), used(store_, {});
+TEST_F(JobRunnerTest, TheSameJobGivesTheSameBitsAfterAnything) {
+  JobRunner fresh(store_, {}), used(store_, {});
   PairJob part = MakeJob();
   part.a.submaps.resize(2);
   part.a.stamps_ns.resize(2);
@@ -96,8 +98,36 @@ TEST_F(PairRunnerTest, TheSameJobGivesTheSameBitsAfterAnything) {
   EXPECT_NE(Run(used, bent), expected);
 }
 
-TEST_F(PairRunnerTest, SubmapsThatAreGoneOrOthersAreNoResult) {
-  PairRunner runner(store_, {});
+// As the server compares them itself, after any other job.
+TEST_F(JobRunnerTest, ComparesPlansAsTheServerDoes) {
+  SubmapCache cache(store_, size_t{64} << 20, [](const SubmapId&, const std::string&) {});
+  const PreparedStore prepared(store_, &cache);
+  const auto plan_of = [&](const MapOfJob& map) {
+    matching::PreparedSubmaps submaps;
+    for (const uint32_t index : map.submaps) {
+      submaps.push_back(prepared.Get(cache.Outline({map.session, index})));
+    }
+    return std::make_shared<const matching::SessionPlan>(matching::MakeSessionPlan(submaps));
+  };
+  const MapOfJob a = MapOf("alice-1"), b = MapOf("bob-1");
+  const double expected = matching::PlanComparer(plan_of(a)).Score(*plan_of(b));
+  ASSERT_GT(expected, 0);
+  JobRunner runner(store_, {});
+  MapOfJob gone = b;
+  gone.submaps.back() = 99;
+  EXPECT_EQ(runner.Run(PlanJob{a, {gone, b}}, {}).value(), (PlanScores{std::nullopt, expected}));
+  MapOfJob part = b;
+  part.submaps.resize(1);
+  part.stamps_ns.resize(1);
+  part.T_odom_submap.resize(1);
+  EXPECT_NE(runner.Run(PlanJob{a, {part}}, {}).value(), PlanScores{expected});
+  const std::string bytes = runner.Run(EncodePlanJob({a, {b}}), {}).value();
+  EXPECT_EQ(DecodePlanScores(bytes).value(), PlanScores{expected});
+  EXPECT_TRUE(absl::IsFailedPrecondition(runner.Run(PlanJob{gone, {a}}, {}).status()));
+}
+
+TEST_F(JobRunnerTest, SubmapsThatAreGoneOrOthersAreNoResult) {
+  JobRunner runner(store_, {});
   PairJob job = MakeJob();
   job.a.submaps.back() = 99;
   EXPECT_TRUE(absl::IsFailedPrecondition(runner.Run(job, {}).status()));
@@ -107,11 +137,13 @@ TEST_F(PairRunnerTest, SubmapsThatAreGoneOrOthersAreNoResult) {
   EXPECT_TRUE(absl::IsFailedPrecondition(runner.Run(job, {}).status()));
 }
 
-TEST_F(PairRunnerTest, StopsWhenItIsTold) {
-  PairRunner runner(store_, {});
+TEST_F(JobRunnerTest, StopsWhenItIsTold) {
+  JobRunner runner(store_, {});
   std::stop_source stop;
   stop.request_stop();
   EXPECT_TRUE(absl::IsCancelled(runner.Run(MakeJob(), stop.get_token()).status()));
+  const PlanJob plans{MapOf("alice-1"), {MapOf("bob-1")}};
+  EXPECT_TRUE(absl::IsCancelled(runner.Run(plans, stop.get_token()).status()));
   EXPECT_TRUE(runner.Run(MakeJob(), {}).ok());
 }
 

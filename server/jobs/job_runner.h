@@ -1,4 +1,4 @@
-// The worker's part of a PairJob: the match itself.
+// The worker's part of a job: what comes of it.
 #pragma once
 
 #include <absl/status/statusor.h>
@@ -8,10 +8,11 @@
 #include <string>
 
 #include "core/lru_cache.h"
-#include "server/jobs/pair_job.h"
+#include "server/jobs/job.h"
 #include "server/jobs/prepared_maps.h"
 #include "server/jobs/prepared_store.h"
 #include "server/map/submap_cache.h"
+#include "server/matching/index/session_plan.h"
 #include "server/matching/pairs/matcher.h"
 #include "storage/map_store.h"
 
@@ -21,28 +22,37 @@ namespace isthmus::server {
 // settled.
 void SuggestKnown(const Match& known, matching::PairMatcher* matcher);
 
-// Maps stay ready from one job to the next that has them. Not thread safe.
-class PairRunner {
+// Maps and plans stay ready from one job to the next that has them. Not thread safe.
+class JobRunner {
  public:
   struct Options {
     size_t submap_cache_bytes = size_t{64} << 20;
     size_t prepared_bytes = size_t{128} << 20;
   };
 
-  PairRunner(storage::MapStore* store, const Options& options);
+  JobRunner(storage::MapStore* store, const Options& options);
 
   // The match, of the same job always the same but for the times of its stages. Cancelled once
   // `stop` is requested; FailedPrecondition where submaps of it are not in the store any more, as
   // they were retired since or cannot be read. May throw what matching throws.
   absl::StatusOr<Match> Run(const PairJob& job, std::stop_token stop);
+  // Likewise, without times.
+  absl::StatusOr<PlanScores> Run(const PlanJob& job, std::stop_token stop);
+  // The bytes of the result of a job of either kind.
+  absl::StatusOr<std::string> Run(const std::string& job, std::stop_token stop);
 
  private:
   struct Kept {
     std::string bytes;  // EncodeMap of what it was made of.
     ShapedMap map;
   };
+  struct KeptPlan {
+    std::string bytes;  // Likewise.
+    std::shared_ptr<const matching::SessionPlan> plan;
+  };
   // Null where submaps are missing.
   std::shared_ptr<const Kept> MapOf(const MapOfJob& map);
+  std::shared_ptr<const KeptPlan> PlanOf(const MapOfJob& map);
   // Null where it is not the one that is meant.
   std::shared_ptr<const Submap> OutlineOf(const MapOfJob& map, size_t k);
   std::shared_ptr<const matching::PreparedSubmap> GetPrepared(
@@ -54,7 +64,9 @@ class PairRunner {
   const PreparedStore prepared_store_;
   PreparedMaps prepared_;
   std::stop_token stop_;
-  LruCache<SessionId, std::shared_ptr<const Kept>> maps_;  // As of the latest jobs.
+  // As of the latest jobs.
+  LruCache<SessionId, std::shared_ptr<const Kept>> maps_;
+  LruCache<SessionId, std::shared_ptr<const KeptPlan>> plans_;
 };
 
 }  // namespace isthmus::server

@@ -1,6 +1,8 @@
-#include "server/jobs/pair_job.h"
+#include "server/jobs/job.h"
 
 #include <absl/strings/str_cat.h>
+
+#include <algorithm>
 
 #include "core/state_codec.h"
 
@@ -65,22 +67,25 @@ void Fields(IsRecord<PairJob> auto& job, auto& io) {
   io(job.a, job.b, job.anchors, job.known, job.options, job.search, job.posted_ns);
 }
 
+void Fields(IsRecord<PlanJob> auto& job, auto& io) { io(job.session, job.others); }
+
 namespace {
 
-// Jobs name the version of the program, so there is no other of the layout.
-constexpr char kMagic[] = "IMJ1";
+// Format. Jobs name the version of the program, so there is no other of the layout.
+constexpr char kMap[] = "IMJm", kPair[] = "IMJp", kMatch[] = "IMJr", kPlan[] = "IMJi",
+               kScores[] = "IMJs";
 constexpr uint32_t kVersion = 1;  // Format.
 
 template <typename Record>
-std::string Encode(const Record& record) {
+std::string Encode(const char* kind, const Record& record) {
   StateWriter writer;
   writer(record);
-  return SealState(kMagic, kVersion, 0, writer.Take());
+  return SealState(kind, kVersion, 0, writer.Take());
 }
 
 template <typename Record>
-absl::StatusOr<Record> Decode(const std::string& bytes, const std::string& name) {
-  absl::StatusOr<StateReader> reader = OpenState(kMagic, kVersion, 0, bytes, name);
+absl::StatusOr<Record> Decode(const char* kind, const std::string& bytes, const std::string& name) {
+  absl::StatusOr<StateReader> reader = OpenState(kind, kVersion, 0, bytes, name);
   if (!reader.ok()) return reader.status();
   Record record;
   (*reader)(record);
@@ -105,18 +110,36 @@ bool IsWhole(const MapOfJob& map) {
 
 }  // namespace
 
-std::string EncodeMap(const MapOfJob& map) { return Encode(map); }
-std::string EncodePairJob(const PairJob& job) { return Encode(job); }
+std::string EncodeMap(const MapOfJob& map) { return Encode(kMap, map); }
+std::string EncodePairJob(const PairJob& job) { return Encode(kPair, job); }
 
 absl::StatusOr<PairJob> DecodePairJob(const std::string& bytes) {
-  absl::StatusOr<PairJob> job = Decode<PairJob>(bytes, "a job");
+  absl::StatusOr<PairJob> job = Decode<PairJob>(kPair, bytes, "the match of a pair");
   if (!job.ok() || (IsWhole(job->a) && IsWhole(job->b))) return job;
   return absl::DataLossError("its maps are not whole");
 }
 
-std::string EncodeMatch(const Match& match) { return Encode(match); }
+std::string EncodePlanJob(const PlanJob& job) { return Encode(kPlan, job); }
+
+absl::StatusOr<PlanJob> DecodePlanJob(const std::string& bytes) {
+  absl::StatusOr<PlanJob> job = Decode<PlanJob>(kPlan, bytes, "the comparison of plans");
+  if (!job.ok() ||
+      (IsWhole(job->session) && std::all_of(job->others.begin(), job->others.end(), IsWhole))) {
+    return job;
+  }
+  return absl::DataLossError("its maps are not whole");
+}
+
+bool IsPlanJob(const std::string& bytes) { return bytes.starts_with(kPlan); }
+
+std::string EncodeMatch(const Match& match) { return Encode(kMatch, match); }
 absl::StatusOr<Match> DecodeMatch(const std::string& bytes) {
-  return Decode<Match>(bytes, "a match");
+  return Decode<Match>(kMatch, bytes, "a match");
+}
+
+std::string EncodePlanScores(const PlanScores& scores) { return Encode(kScores, scores); }
+absl::StatusOr<PlanScores> DecodePlanScores(const std::string& bytes) {
+  return Decode<PlanScores>(kScores, bytes, "scores of plans");
 }
 
 }  // namespace server

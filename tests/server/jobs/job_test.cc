@@ -1,8 +1,9 @@
 // What is sent to a worker and back arrives as it was, or not at all.
-#include "server/jobs/pair_job.h"
+#include "server/jobs/job.h"
 
 #include <gtest/gtest.h>
 
+#include <optional>
 #include <string>
 
 #include "tests/storage/records.h"
@@ -40,7 +41,7 @@ PairJob MakeJob() {
   return job;
 }
 
-TEST(PairJobTest, ArrivesAsItWas) {
+TEST(JobTest, ArrivesAsItWas) {
   const PairJob job = MakeJob();
   const std::string bytes = EncodePairJob(job);
   const absl::StatusOr<PairJob> read = DecodePairJob(bytes);
@@ -62,7 +63,7 @@ TEST(PairJobTest, ArrivesAsItWas) {
   EXPECT_EQ(read->posted_ns, job.posted_ns);
 }
 
-TEST(PairJobTest, AMatchLosesNoField) {
+TEST(JobTest, AMatchLosesNoField) {
   const Match match = *MakeJob().known;
   const Match read = DecodeMatch(EncodeMatch(match)).value();
   EXPECT_EQ(read.detail, match.detail);
@@ -84,7 +85,25 @@ TEST(PairJobTest, AMatchLosesNoField) {
   EXPECT_EQ(read.rivals[1].state, MatchState::kRejected);
 }
 
-TEST(PairJobTest, WhatIsCutOffOrDamagedIsRefused) {
+TEST(JobTest, AComparisonOfPlansLosesNothing) {
+  const PairJob pair = MakeJob();
+  const std::string bytes = EncodePlanJob({pair.a, {pair.b, pair.a}});
+  const PlanJob read = DecodePlanJob(bytes).value();
+  EXPECT_EQ(read.session.stamps_ns, pair.a.stamps_ns);
+  ASSERT_EQ(read.others.size(), 2u);
+  EXPECT_EQ(EncodeMap(read.others[0]), EncodeMap(pair.b));
+  EXPECT_EQ(EncodePlanJob(read), bytes);
+  EXPECT_EQ(DecodePlanScores(EncodePlanScores({0.25, std::nullopt, 0})).value(),
+            (PlanScores{0.25, std::nullopt, 0}));
+  // Each is what it is.
+  EXPECT_TRUE(IsPlanJob(bytes));
+  EXPECT_FALSE(IsPlanJob(EncodePairJob(pair)));
+  EXPECT_FALSE(DecodePairJob(bytes).ok());
+  EXPECT_FALSE(DecodePlanJob(EncodePairJob(pair)).ok());
+  EXPECT_FALSE(DecodePlanScores(EncodeMatch(*pair.known)).ok());
+}
+
+TEST(JobTest, WhatIsCutOffOrDamagedIsRefused) {
   const std::string bytes = EncodePairJob(MakeJob());
   for (size_t size = 0; size < bytes.size(); ++size) {
     ASSERT_FALSE(DecodePairJob(bytes.substr(0, size)).ok()) << size;
@@ -98,10 +117,11 @@ TEST(PairJobTest, WhatIsCutOffOrDamagedIsRefused) {
   EXPECT_FALSE(DecodeMatch(bytes).ok());
 }
 
-TEST(PairJobTest, AMapWhosePartsDoNotFitIsRefused) {
+TEST(JobTest, AMapWhosePartsDoNotFitIsRefused) {
   PairJob job = MakeJob();
   job.a.T_odom_submap.pop_back();
   EXPECT_FALSE(DecodePairJob(EncodePairJob(job)).ok());
+  EXPECT_FALSE(DecodePlanJob(EncodePlanJob({job.b, {job.b, job.a}})).ok());
   job = MakeJob();
   job.b.shape->edges[0].b = 3;
   EXPECT_FALSE(DecodePairJob(EncodePairJob(job)).ok());

@@ -1,10 +1,13 @@
-#include "server/jobs/pair_runner.h"
+#include "server/jobs/job_runner.h"
 
 #include <utility>
 
 #include "server/jobs/limits.h"
+#include "server/matching/index/limits.h"
+#include "server/matching/index/plan_comparison.h"
 
 namespace isthmus::server {
+
 void SuggestKnown(const Match& known, matching::PairMatcher* matcher) {
   const bool accepted = known.state == MatchState::kAccepted;
   if (accepted || !known.edges.empty()) matcher->Suggest(known);
@@ -18,19 +21,19 @@ void SuggestKnown(const Match& known, matching::PairMatcher* matcher) {
   }
 }
 
-PairRunner::PairRunner(storage::MapStore* store, const Options& options)
+JobRunner::JobRunner(storage::MapStore* store, const Options& options)
     : submaps_(store, options.submap_cache_bytes, [](const SubmapId&, const std::string&) {}),
       prepared_store_(store, &submaps_),
       prepared_([this](const auto& outline) { return GetPrepared(outline); },
                 options.prepared_bytes) {}
 
-std::shared_ptr<const matching::PreparedSubmap> PairRunner::GetPrepared(
+std::shared_ptr<const matching::PreparedSubmap> JobRunner::GetPrepared(
     const std::shared_ptr<const Submap>& outline) const {
   if (stop_.stop_requested()) throw Stopped();
   return prepared_store_.Get(outline);
 }
 
-std::shared_ptr<const Submap> PairRunner::OutlineOf(const MapOfJob& map, size_t k) {
+std::shared_ptr<const Submap> JobRunner::OutlineOf(const MapOfJob& map, size_t k) {
   const SubmapId id{map.session, map.submaps[k]};
   std::shared_ptr<const Submap> outline = submaps_.Outline(id);
   if (outline != nullptr && outline->first_stamp_ns != map.stamps_ns[k]) {
@@ -41,7 +44,7 @@ std::shared_ptr<const Submap> PairRunner::OutlineOf(const MapOfJob& map, size_t 
   return outline == nullptr ? nullptr : matching::LyingAt(outline, map.T_odom_submap[k]);
 }
 
-std::shared_ptr<const PairRunner::Kept> PairRunner::MapOf(const MapOfJob& map) {
+std::shared_ptr<const JobRunner::Kept> JobRunner::MapOf(const MapOfJob& map) {
   std::string bytes = EncodeMap(map);
   if (const auto* kept = maps_.Use(map.session); kept != nullptr && (*kept)->bytes == bytes) {
     return *kept;
@@ -63,7 +66,7 @@ std::shared_ptr<const PairRunner::Kept> PairRunner::MapOf(const MapOfJob& map) {
   return kept;
 }
 
-absl::StatusOr<Match> PairRunner::Run(const PairJob& job, std::stop_token stop) {
+absl::StatusOr<Match> JobRunner::Run(const PairJob& job, std::stop_token stop) {
   stop_ = stop;
   try {
     const auto a = MapOf(job.a), b = MapOf(job.b);
@@ -82,6 +85,62 @@ absl::StatusOr<Match> PairRunner::Run(const PairJob& job, std::stop_token stop) 
   } catch (const Stopped&) {
     return absl::CancelledError("stopped");
   }
+}
+
+std::shared_ptr<const JobRunner::KeptPlan> JobRunner::PlanOf(const MapOfJob& map) {
+  std::string bytes = EncodeMap(map);
+  if (const auto* kept = plans_.Use(map.session); kept != nullptr && (*kept)->bytes == bytes) {
+    return *kept;
+  }
+  matching::PreparedSubmaps submaps;
+  for (size_t k = 0; k < map.submaps.size(); ++k) {
+    const std::shared_ptr<const Submap> outline = OutlineOf(map, k);
+    if (outline == nullptr) return nullptr;
+    submaps.push_back(GetPrepared(outline));
+  }
+  auto kept = std::make_shared<KeptPlan>();
+  kept->bytes = std::move(bytes);
+  kept->plan = std::make_shared<const matching::SessionPlan>(matching::MakeSessionPlan(submaps));
+  plans_.Put(map.session, kept, kept->bytes.size() + kept->plan->bytes());
+  while (plans_.size() > 1 && plans_.weight() > matching::kMaxPlanBytes) plans_.DropOldest();
+  return kept;
+}
+
+absl::StatusOr<PlanScores> JobRunner::Run(const PlanJob& job, std::stop_token stop) {
+  stop_ = stop;
+  try {
+    const auto plan = PlanOf(job.session);
+    if (plan == nullptr) {
+      return absl::FailedPreconditionError("submaps of it are not there, or cannot be read");
+    }
+    matching::PlanComparer comparer(plan->plan);
+    PlanScores scores;
+    for (const MapOfJob& other : job.others) {
+      const auto other_plan = PlanOf(other);
+      std::optional<double>& score = scores.emplace_back();
+      if (other_plan == nullptr) continue;
+      score = comparer.Score(*other_plan->plan, stop);
+      if (stop.stop_requested()) throw Stopped();
+    }
+    return scores;
+  } catch (const Stopped&) {
+    return absl::CancelledError("stopped");
+  }
+}
+
+absl::StatusOr<std::string> JobRunner::Run(const std::string& job, std::stop_token stop) {
+  if (IsPlanJob(job)) {
+    const absl::StatusOr<PlanJob> plans = DecodePlanJob(job);
+    if (!plans.ok()) return plans.status();
+    const absl::StatusOr<PlanScores> scores = Run(*plans, std::move(stop));
+    if (!scores.ok()) return scores.status();
+    return EncodePlanScores(*scores);
+  }
+  const absl::StatusOr<PairJob> pair = DecodePairJob(job);
+  if (!pair.ok()) return pair.status();
+  const absl::StatusOr<Match> match = Run(*pair, std::move(stop));
+  if (!match.ok()) return match.status();
+  return EncodeMatch(*match);
 }
 
 }  // namespace isthmus::server
