@@ -6,6 +6,7 @@
 #include <atomic>
 #include <chrono>
 #include <functional>
+#include <thread>
 #include <utility>
 
 #include "core/site_name.h"
@@ -95,12 +96,10 @@ absl::Status CheckSite(const std::string& site) {
       "the site ", site, " has too long a name for PostgreSQL, which takes 55 characters"));
 }
 
-absl::StatusOr<std::unique_ptr<MapStore>> OpenPostgresStore(const std::string& url,
-                                                            const std::string& site,
-                                                            const PostgresOptions& options) {
-  if (auto status = CheckResolution(options.resolution_m); !status.ok()) return status;
-  if (absl::Status status = CheckSite(site); !status.ok()) return status;
-  PostgresTarget target{url, SchemaOfSite(site), "", options.sync_every_commit};
+namespace {
+
+absl::StatusOr<std::unique_ptr<MapStore>> OpenOnce(PostgresTarget target,
+                                                   const PostgresOptions& options) {
   LeaseOptions lease_options = options.lease;
   lease_options.on_problem = options.on_problem;
   auto lease = SiteLease::Take(target, lease_options);
@@ -122,6 +121,26 @@ absl::StatusOr<std::unique_ptr<MapStore>> OpenPostgresStore(const std::string& u
   if (absl::Status status = store->PrepareJobs(options.on_problem); !status.ok()) return status;
   store->LookAtSize();
   return store;
+}
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<MapStore>> OpenPostgresStore(const std::string& url,
+                                                            const std::string& site,
+                                                            const PostgresOptions& options) {
+  if (auto status = CheckResolution(options.resolution_m); !status.ok()) return status;
+  if (absl::Status status = CheckSite(site); !status.ok()) return status;
+  const PostgresTarget target{url, SchemaOfSite(site), "", options.sync_every_commit};
+  while (true) {
+    auto store = OpenOnce(target, options);
+    // Who waits for the site waits also where it got it, and PostgreSQL is away again.
+    const auto& on_wait = options.lease.on_wait;
+    if (store.ok() || !on_wait || !absl::IsUnavailable(store.status())) return store;
+    if (!on_wait(std::string(store.status().message()))) {
+      return absl::CancelledError("the site is waited for no more");
+    }
+    std::this_thread::sleep_for(kGiveWay);
+  }
 }
 
 }  // namespace isthmus::storage

@@ -286,6 +286,31 @@ TEST_F(SiteLeaseTest, ClocksOfServersDoNotMatter) {
   }
 }
 
+// As where PostgreSQL is away again just then.
+TEST_F(SiteLeaseTest, ASpareThatWonTheSiteAndCannotOpenItWaitsOn) {
+  ASSERT_TRUE(OpenPostgresStore(server_.url(), site_).ok());
+  const std::string role = "\"few_" + site_ + "\"",
+                    schema = "SCHEMA \"" + SchemaOfSite(site_) + "\"";
+  const std::string rights = "GRANT ALL ON ";
+  ASSERT_TRUE(server_.Execute("CREATE ROLE " + role + " LOGIN CONNECTION LIMIT 1; " + rights +
+                              schema + " TO " + role + "; " + rights + "ALL TABLES IN " + schema +
+                              " TO " + role + "; " + rights + "ALL SEQUENCES IN " + schema +
+                              " TO " + role));
+  PostgresOptions options;
+  int refused = 0;
+  options.lease.on_wait = [&](const std::string& why) {
+    if (why.find("too many connections") != std::string::npos && ++refused == 1) {
+      EXPECT_TRUE(server_.Execute("ALTER ROLE " + role + " CONNECTION LIMIT 20"));
+    }
+    return true;
+  };
+  const auto store = OpenPostgresStore(
+      "postgresql:///postgres?user=few_" + site_ + "&host=" + server_.folder(), site_, options);
+  ASSERT_TRUE(store.ok()) << store.status();
+  EXPECT_EQ(refused, 1);
+  EXPECT_TRUE((*store)->Write({.sessions = {MakeSession("spare-1")}}).ok());
+}
+
 TEST_F(SiteLeaseTest, ASpareOutlastsPostgresAndLeavesTheSiteToItsOwner) {
   const auto server = PostgresServer::Start();
   ASSERT_NE(server, nullptr);
