@@ -1,27 +1,11 @@
 #include "bench/merging/searched_pairs.h"
 
-#include <string>
-
 #include "bench/cpu_clock.h"
 #include "bench/merging/trial.h"
 #include "server/jobs/job_runner.h"
 #include "server/pipeline.h"
 
 namespace isthmus::bench {
-namespace {
-
-server::MapOfJob MapOf(const DrivenRobot& robot) {
-  server::MapOfJob map;
-  map.session = robot.session.id;
-  for (const auto& submap : robot.submaps) {
-    map.submaps.push_back(submap->id.index);
-    map.stamps_ns.push_back(submap->first_stamp_ns);
-    map.T_odom_submap.push_back(submap->T_odom_submap);
-  }
-  return map;
-}
-
-}  // namespace
 
 absl::StatusOr<SearchedPairs> SearchAsServer(const std::vector<DrivenRobot>& robots,
                                              const server::PipelineOptions& options) {
@@ -51,7 +35,10 @@ absl::StatusOr<std::set<SessionPair>> SearchAll(const std::vector<DrivenRobot>& 
   auto store = StoreOf(robots);
   if (!store.ok()) return store.status();
   std::map<SessionId, server::MapOfJob> maps;
-  for (const DrivenRobot& robot : robots) maps.emplace(robot.session.id, MapOf(robot));
+  for (const DrivenRobot& robot : robots) {
+    const SessionId& id = robot.session.id;
+    maps.emplace(id, server::MakeMapOfJob(id, robot.submaps));
+  }
   server::JobRunner runner(store->get(), {});
   std::set<SessionPair> found;
   for (const SessionPair& pair : pairs) {

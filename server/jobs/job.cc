@@ -110,6 +110,17 @@ bool IsWhole(const MapOfJob& map) {
 
 }  // namespace
 
+MapOfJob MakeMapOfJob(const SessionId& session, const matching::SubmapList& submaps) {
+  MapOfJob map;
+  map.session = session;
+  for (const auto& submap : submaps) {
+    map.submaps.push_back(submap->id.index);
+    map.stamps_ns.push_back(submap->first_stamp_ns);
+    map.T_odom_submap.push_back(submap->T_odom_submap);
+  }
+  return map;
+}
+
 std::string EncodeMap(const MapOfJob& map) { return Encode(kMap, map); }
 std::string EncodePairJob(const PairJob& job) { return Encode(kPair, job); }
 

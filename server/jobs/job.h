@@ -26,6 +26,9 @@ struct MapOfJob {
   std::optional<matching::SessionShape> shape = {};  // Of no account where plans are compared.
 };
 
+// Those submaps as they lie, without a shape. They may be outlines.
+MapOfJob MakeMapOfJob(const SessionId& session, const matching::SubmapList& submaps);
+
 // All that the match follows from beside the submaps themselves, so that it comes out the same
 // whoever computes it, and whatever became of the map meanwhile.
 struct PairJob {

@@ -13,19 +13,8 @@
 namespace isthmus::server {
 namespace {
 
-MapOfJob JobMapOf(const SessionId& session, const matching::SubmapList& submaps) {
-  MapOfJob map;
-  map.session = session;
-  for (const auto& submap : submaps) {
-    map.submaps.push_back(submap->id.index);
-    map.stamps_ns.push_back(submap->first_stamp_ns);
-    map.T_odom_submap.push_back(submap->T_odom_submap);
-  }
-  return map;
-}
-
 MapOfJob JobMapOf(const ShapedMap& shaped) {
-  MapOfJob map = JobMapOf(shaped.map.session, shaped.map.submaps);
+  MapOfJob map = MakeMapOfJob(shaped.map.session, shaped.map.submaps);
   if (shaped.shape) map.shape = *shaped.shape;
   return map;
 }
@@ -56,10 +45,10 @@ void MatchingThread::PostMatch(const ShapedMap& a, const ShapedMap& b, std::vect
 void MatchingThread::PostPlans(const MapView& view, const SessionView& session,
                                const std::vector<const SessionView*>& others) {
   PlanJob job;
-  job.session = JobMapOf(session.record.id, shapes_.Of(view, session).submaps);
+  job.session = MakeMapOfJob(session.record.id, shapes_.Of(view, session).submaps);
   PostedPlans posted{session.record.id, {}};
   for (const SessionView* other : others) {
-    job.others.push_back(JobMapOf(other->record.id, shapes_.Of(view, *other).submaps));
+    job.others.push_back(MakeMapOfJob(other->record.id, shapes_.Of(view, *other).submaps));
     posted.others.push_back(other->record.id);
   }
   Post(IndexTaskOf(session.record.id), EncodePlanJob(job), std::move(posted));
@@ -146,11 +135,11 @@ absl::Status MatchingThread::TakeResult(const MapView& view, const storage::Ende
                                         const Posted* posted) {
   const auto* match = posted != nullptr ? std::get_if<PostedMatch>(posted) : nullptr;
   const auto* plans = posted != nullptr ? std::get_if<PostedPlans>(posted) : nullptr;
-  const bool is_gone = plans != nullptr
-                           ? view.Find(plans->session) == nullptr
-                           : match != nullptr && (view.Find(match->pair.first) == nullptr ||
-                                                  view.Find(match->pair.second) == nullptr);
-  if (is_gone) return absl::OkStatus();
+  const auto is_gone = [&view](const SessionId& session) { return view.Find(session) == nullptr; };
+  if (plans != nullptr && is_gone(plans->session)) return absl::OkStatus();
+  if (match != nullptr && (is_gone(match->pair.first) || is_gone(match->pair.second))) {
+    return absl::OkStatus();
+  }
   if (!job.problem.empty()) return absl::InternalError(job.problem);
   if (plans != nullptr) return TakeScores(job, *plans);
   if (posted == nullptr && DecodePlanScores(job.result).ok()) return absl::OkStatus();

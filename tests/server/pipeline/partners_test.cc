@@ -104,8 +104,8 @@ TEST_F(PartnersTest, ANewSessionAfterARestartHasPartnersToo) {
   const auto searched = Searched();
   EXPECT_EQ(searched.size(), batch.matches.size() + kSearchPartners);
   size_t of_new = 0;
-  for (const auto& [a, b] : searched)
-    of_new += a == NameOfMany(kCount - 1) || b == NameOfMany(kCount - 1);
+  const SessionId last = NameOfMany(kCount - 1);
+  for (const auto& [a, b] : searched) of_new += a == last || b == last;
   EXPECT_EQ(of_new, kSearchPartners);
 }
 

@@ -18,7 +18,14 @@ using testing::Not;
 using testing::Pair;
 using testing::StartsWith;
 
-class GatewayTest : public WebTest {};
+class GatewayTest : public WebTest {
+ protected:
+  // Until a call has ended, or it is late.
+  void AwaitEnded() {
+    const absl::Time late = absl::Now() + absl::Seconds(20);
+    while (ended().empty() && absl::Now() < late) std::this_thread::yield();
+  }
+};
 
 TEST_F(GatewayTest, ACallWithOneAnswerIsAnObjectOfJson) {
   pipeline_.info.revision = 1234567890123456789;
@@ -181,8 +188,7 @@ TEST_F(GatewayTest, AStreamThatNobodyReadsAnyMoreIsCancelled) {
   EXPECT_THAT(conversation->ReadUntil("\r\n\r\n"), HasSubstr("200 OK"));
   EXPECT_THAT(ended(), Not(Contains(Pair("WatchEvents", testing::_))));
   conversation.reset();
-  const absl::Time late = absl::Now() + absl::Seconds(20);
-  while (ended().empty() && absl::Now() < late) std::this_thread::yield();
+  AwaitEnded();
   EXPECT_THAT(ended(), Contains(Pair("WatchEvents", absl::StatusCode::kCancelled)));
 }
 
@@ -207,8 +213,7 @@ TEST_F(GatewayTest, TheEndCutsStreamsOffAndCancelsTheirCalls) {
   web_.reset();
   EXPECT_THAT(conversation.ReadAll(), Not(EndsWith("0\r\n\r\n")));
   // The server's own end would make it another status.
-  const absl::Time late = absl::Now() + absl::Seconds(20);
-  while (ended().empty() && absl::Now() < late) std::this_thread::yield();
+  AwaitEnded();
   EXPECT_THAT(ended(), Contains(Pair("WatchEvents", absl::StatusCode::kCancelled)));
 }
 
