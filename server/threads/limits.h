@@ -34,8 +34,8 @@ inline constexpr uint64_t kLeastMatchedPoints = 100;
 // which they are chosen anew: of fewer, partners are chosen by chance; more often takes time.
 inline constexpr uint32_t kMinIndexedSubmaps = 3;
 inline constexpr double kIndexedGrowth = 1.5;
-// Metres between the ways of sessions that anchors hold, up to which their pair is searched before
-// all others: as far as two sensors look, and a GNSS receiver among houses errs.
+// Metres between the ways of sessions in one frame, up to which they may have seen the same: as far
+// as two sensors look, and a GNSS receiver among houses errs.
 inline constexpr double kNearSessionsM = 50;
 // Probability below which an accepted match is given up once its sessions' anchors are others. A
 // guess: between what anchors that are gone leave of twins, a half at most, and doubt.

@@ -2,57 +2,18 @@
 // one.
 #include <absl/strings/str_cat.h>
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <iterator>
-#include <set>
 #include <utility>
 
 #include "server/matching/index/limits.h"
 #include "server/matching/index/plan_comparison.h"
 #include "server/threads/limits.h"
 #include "server/threads/matching_thread.h"
+#include "server/threads/placed_sessions.h"
 
 namespace isthmus::server {
 namespace {
-
-// The component of each session, and the extents of those that lie where anchors put them: their
-// components have one frame in common.
-class KnownPlaces {
- public:
-  explicit KnownPlaces(const MapView& view) {
-    std::set<uint32_t> anchored;
-    for (const Placement& placement : view.revision->placements) {
-      components_[placement.session] = placement.component;
-    }
-    for (const auto& [submap, anchor] : view.anchors) {
-      const auto it = components_.find(submap.session);
-      if (it != components_.end()) anchored.insert(it->second);
-    }
-    for (const Placement& placement : view.revision->placements) {
-      if (!anchored.contains(placement.component)) continue;
-      Eigen::AlignedBox2d& extent = extents_[placement.session];
-      for (const SubmapPose& pose : placement.submaps) {
-        extent.extend(pose.T_map_submap.translation().head<2>().eval());
-      }
-    }
-  }
-
-  bool AreJoined(const SessionPair& pair) const {
-    const auto a = components_.find(pair.first), b = components_.find(pair.second);
-    return a != components_.end() && b != components_.end() && a->second == b->second;
-  }
-  bool IsAnchored(const SessionId& session) const { return extents_.contains(session); }
-  bool AreNear(const SessionPair& pair) const {
-    const auto a = extents_.find(pair.first), b = extents_.find(pair.second);
-    return a != extents_.end() && b != extents_.end() &&
-           a->second.exteriorDistance(b->second) < kNearSessionsM;
-  }
-
- private:
-  std::map<SessionId, uint32_t> components_;
-  std::map<SessionId, Eigen::AlignedBox2d> extents_;
-};
 
 bool AreSegments(const SessionView& a, const SessionView& b) {
   return a.record.opened() == b.record.opened();
@@ -121,7 +82,7 @@ void MatchingThread::IndexSession(const MapView& view, const SessionId& id) {
 
 void MatchingThread::ChoosePartners(const SessionId& session) {
   allowed_[session] = CountTried()[session] + matching::kSearchPartners;
-  ranked_ = index_.Rank(matching::kSearchPartners);
+  ranked_ = index_.Rank(matching::kRankedPartners);
 }
 
 std::map<SessionId, size_t> MatchingThread::CountTried() const {
@@ -134,17 +95,43 @@ std::map<SessionId, size_t> MatchingThread::CountTried() const {
 }
 
 std::optional<SessionPair> MatchingThread::NextPartners(const MapView& view) const {
+  const PlacedSessions placed(view);
   const auto is_new = [&](const SessionPair& pair) {
     const SessionView *a = view.Find(pair.first), *b = view.Find(pair.second);
     return a != nullptr && b != nullptr && IsMatchable(*a) && IsMatchable(*b) &&
            !attempts_.contains(pair);
   };
-  const KnownPlaces known(view);
+  if (const auto known = NextKnownPartners(view, placed, is_new)) return known;
+  const std::map<SessionId, size_t> tried = CountTried();
+  const auto has_room = [&](const SessionId& id, size_t extra = 0) {
+    const auto count = tried.find(id), allowed = allowed_.find(id);
+    return allowed != allowed_.end() &&
+           (count == tried.end() ? 0 : count->second) < allowed->second + extra;
+  };
+  std::optional<SessionPair> joined;
+  for (const matching::RankedPair& pair : ranked_) {
+    const auto& [a, b] = pair.sessions;
+    if (!is_new(pair.sessions) || !(has_room(a) || has_room(b))) continue;
+    if (!placed.AreJoined(pair.sessions)) return pair.sessions;
+    if (!joined) joined = pair.sessions;
+  }
+  for (const auto& [id, allowed] : allowed_) {
+    if (!has_room(id, matching::kNearPartners)) continue;
+    const auto nearest = placed.NearestJoined(
+        id, [&, &id = id](const SessionId& other) { return is_new(std::minmax(id, other)); });
+    if (nearest) return std::minmax(id, *nearest);
+  }
+  return joined;
+}
+
+std::optional<SessionPair> MatchingThread::NextKnownPartners(
+    const MapView& view, const PlacedSessions& placed,
+    const std::function<bool(const SessionPair&)>& is_new) {
   // Few of thousands of sessions have segments or anchors.
   std::vector<const SessionView*> related;
   for (const auto& [id, session] : view.sessions) {
     if (!IsMatchable(session)) continue;
-    if (session.record.segment > 1 || known.IsAnchored(id) ||
+    if (session.record.segment > 1 || placed.IsAnchored(id) ||
         view.Find(SegmentId(id, 2)) != nullptr) {
       related.push_back(&session);
     }
@@ -152,23 +139,12 @@ std::optional<SessionPair> MatchingThread::NextPartners(const MapView& view) con
   for (auto a = related.begin(); a != related.end(); ++a) {
     for (auto b = std::next(a); b != related.end(); ++b) {
       const SessionPair pair((*a)->record.id, (*b)->record.id);
-      if ((AreSegments(**a, **b) || known.AreNear(pair)) && is_new(pair)) return pair;
+      const bool are_near = placed.IsAnchored(pair.first) && placed.IsAnchored(pair.second) &&
+                            placed.Nearness(pair) > 0;
+      if ((AreSegments(**a, **b) || are_near) && is_new(pair)) return pair;
     }
   }
-  const std::map<SessionId, size_t> tried = CountTried();
-  const auto has_room = [&](const SessionId& id) {
-    const auto count = tried.find(id), allowed = allowed_.find(id);
-    return allowed != allowed_.end() &&
-           (count == tried.end() ? 0 : count->second) < allowed->second;
-  };
-  std::optional<SessionPair> joined;
-  for (const matching::RankedPair& pair : ranked_) {
-    const auto& [a, b] = pair.sessions;
-    if (!is_new(pair.sessions) || !(has_room(a) || has_room(b))) continue;
-    if (!known.AreJoined(pair.sessions)) return pair.sessions;
-    if (!joined) joined = pair.sessions;
-  }
-  return joined;
+  return std::nullopt;
 }
 
 }  // namespace isthmus::server

@@ -31,6 +31,7 @@
 #include "server/matching/loops/revisits.h"
 #include "server/matching/pairs/matcher.h"
 #include "server/threads/limits.h"
+#include "server/threads/placed_sessions.h"
 #include "server/threads/session_shapes.h"
 #include "server/threads/work_journal.h"
 
@@ -128,10 +129,14 @@ class MatchingThread {
   void ChoosePartners(const SessionId& session);
   // The pairs of each session that were tried.
   std::map<SessionId, size_t> CountTried() const;
-  // The likeliest pair that was never tried: what is known to lie near each other first, then what
-  // the index promises most as long as either has not had its partners, what is joined already
-  // last.
+  // The likeliest pair that was never tried: what is known to be near each other first; then, as
+  // long as either has not had its partners, what the index promises most and is not joined yet;
+  // what is joined and lies near each other; and what else the index promises.
   std::optional<SessionPair> NextPartners(const MapView& view) const;
+  // Segments of one session, and neighbours by anchors.
+  static std::optional<SessionPair> NextKnownPartners(
+      const MapView& view, const PlacedSessions& placed,
+      const std::function<bool(const SessionPair&)>& is_new);
 
   // The pair to be tried next, if partners are selected likely ones before those tried before; of
   // these, or of all, the one with the most new evidence. Nothing when all is up to date.

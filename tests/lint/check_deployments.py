@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Holds what starts a server in a container to what that server takes: flags of the Dockerfile, the
-compose files and deploy/ to its --help, settings to --print-config.
+"""Holds what starts a program in a container to what that program takes: flags of the Dockerfile, the
+compose files and deploy/ to its --help, a server's settings to --print-config.
 
-Usage: check_deployments.py ROOT SERVER
-ROOT: the tree; SERVER: the program isthmus-server. Prints one line per violation and exits 1 if there
-is any. Needs no YAML library: a command's flags are all that begin with --, up to where it ends.
+Usage: check_deployments.py ROOT SERVER WORKER
+ROOT: the tree; SERVER, WORKER: the programs isthmus-server and isthmus-worker. Prints one line per
+violation and exits 1 if there is any. Needs no YAML library: a command's flags are all that begin with --, up to where it ends.
 """
 import pathlib
 import re
@@ -12,7 +12,7 @@ import subprocess
 import sys
 
 # A command, in one line or folded over several that are indented or in brackets.
-COMMAND = re.compile(r"isthmus-server\b(?:[^\n\]]|\n +(?=--)|\n +(?=[^\n]*\]))*")
+COMMAND = re.compile(r"isthmus-(?:server|worker)\b(?:[^\n\]]|\n +(?=--)|\n +(?=[^\n]*\]))*")
 FLAG = re.compile(r"(?<![\w-])--[a-z][a-z-]*")
 
 
@@ -22,21 +22,23 @@ def files(root):
 
 
 def main():
-    root, server = pathlib.Path(sys.argv[1]), sys.argv[2]
-    known = set(FLAG.findall(subprocess.run([server, "--help"], check=True, text=True,
-                                            capture_output=True).stdout))
+    root, programs = pathlib.Path(sys.argv[1]), sys.argv[2:4]
+    known = {pathlib.Path(program).name:
+             set(FLAG.findall(subprocess.run([program, "--help"], check=True, text=True,
+                                             capture_output=True).stdout)) for program in programs}
     problems, flags, settings = [], 0, 0
     for path in files(root):
         where, text = path.relative_to(root), path.read_text(encoding="utf-8")
         text = re.sub(r"^\s*#.*\n", "", text, flags=re.MULTILINE)
         for command in COMMAND.findall(text):
+            program = re.match(r"[a-z-]+", command)[0]
             for flag in FLAG.findall(command):
                 flags += 1
-                if flag not in known:
-                    problems.append(f"{where}: isthmus-server has no {flag}")
+                if flag not in known[program]:
+                    problems.append(f"{where}: {program} has no {flag}")
         if path.name == "server.yaml":
             settings += 1
-            read = subprocess.run([server, "--config", path, "--print-config"], text=True,
+            read = subprocess.run([programs[0], "--config", path, "--print-config"], text=True,
                                   capture_output=True)
             if read.returncode != 0:
                 problems.append(f"{where}: {read.stderr.strip()}")

@@ -73,6 +73,29 @@ TEST_F(PartnersTest, WhatAnchorsPutSideBySideIsOneOfThem) {
   EXPECT_FALSE(searched.contains({NameOfMany(kCount - 3), NameOfMany(kCount - 2)}));
 }
 
+TEST_F(PartnersTest, WhatIsJoinedIsSearchedWhereItLiesSideBySide) {
+  constexpr size_t kCount = 3 * kSearchAllSessions;
+  storage::WriteBatch batch = ManySessions(kCount);
+  // Three in a row, and a fourth far from them: the plans say nothing of it.
+  const size_t first = kCount - 4;
+  for (size_t i = 0; i < 3; ++i) {
+    Match match;
+    match.a = NameOfMany(first + i);
+    match.b = NameOfMany(first + i + 1);
+    match.T_a_b = Pose::FromXyzRpy(i < 2 ? 10 : 500, 0, 0, 0, 0, 0);
+    match.state = MatchState::kAccepted;
+    match.confidence = 1;
+    match.submaps_a = match.submaps_b = 1;
+    match.computed_ns = batch.sessions[0].finished_ns + 1;
+    batch.matches.push_back(match);
+  }
+  Open(batch);
+  const auto searched = Searched();
+  EXPECT_TRUE(searched.contains({NameOfMany(first), NameOfMany(first + 2)}));
+  EXPECT_FALSE(searched.contains({NameOfMany(first), NameOfMany(first + 3)}));
+  EXPECT_FALSE(searched.contains({NameOfMany(first + 1), NameOfMany(first + 3)}));
+}
+
 TEST_F(PartnersTest, SegmentsOfASessionArePartners) {
   constexpr size_t kCount = 3 * kSearchAllSessions;
   storage::WriteBatch batch = ManySessions(kCount);

@@ -1,0 +1,43 @@
+// Where the sessions lie as the map has it, as boxes around their ways: which of them may have seen
+// the same.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <optional>
+#include <vector>
+
+#include "server/map/map_view.h"
+
+namespace isthmus::server {
+
+// Of the view's revision. Value type.
+class PlacedSessions {
+ public:
+  explicit PlacedSessions(const MapView& view);
+
+  bool AreJoined(const SessionPair& pair) const;
+  // Anchors say where its component lies on Earth.
+  bool IsAnchored(const SessionId& session) const;
+  // Share of the smaller box that both have in common, (0, 1], a box being kNearSessionsM / 2
+  // larger on all sides than the way. 0 where they are apart, or have no frame in common: a
+  // component has one, and all that are anchored.
+  double Nearness(const SessionPair& pair) const;
+  // Of those of its component that are near it and wanted the nearest by the above.
+  std::optional<SessionId> NearestJoined(
+      const SessionId& session, const std::function<bool(const SessionId&)>& is_wanted) const;
+
+ private:
+  struct Place {
+    uint32_t component = 0;
+    bool is_anchored = false;
+    Eigen::AlignedBox2d extent = {};
+  };
+
+  std::map<SessionId, Place> places_;
+  std::map<uint32_t, std::vector<SessionId>> members_;
+};
+
+}  // namespace isthmus::server
