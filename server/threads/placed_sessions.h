@@ -1,5 +1,5 @@
-// Where the sessions lie as the map has it, as boxes around their ways: which of them may have seen
-// the same.
+// Places of the sessions in the map, as boxes around their ways: which of them may have seen the
+// same.
 #pragma once
 
 #include <Eigen/Geometry>
