@@ -1,5 +1,6 @@
-// The price of matching by workers: the same pairs of recorded maps matched in one process without
-// a board, and by one to four isthmus-worker processes; see BENCHMARK.md.
+// The price of matching by workers: the same pairs of recorded maps matched by isthmus-worker
+// processes, by as many processes that have them dealt out, and by one; see
+// docs/benchmarks/workers.md.
 #include <signal.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -18,7 +19,6 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
-#include "bench/cpu_clock.h"
 #include "client/simulation/simulator.h"
 #include "core/codec/payload_builder.h"
 #include "server/jobs/job_runner.h"
@@ -40,6 +40,9 @@ struct Settings {
   double seconds = 120;
   uint64_t seed = 1;
   int workers = 4;  // From one to so many.
+  // Of a process that has its pairs dealt out: the recorded maps, and which of how many it is.
+  std::string store = {};
+  int share = 0, of = 1;
 };
 
 template <typename T>
@@ -113,20 +116,51 @@ std::string KeyOf(const PairJob& job) {
   return absl::StrCat(job.a.session.value(), " ", job.b.session.value());
 }
 
-// CPU seconds of it.
-double MatchHere(const std::string& url, const std::vector<PairJob>& jobs, Results* results) {
-  const auto store = OrThrow(storage::OpenWorkerStore(url, ""));
+void MatchShare(const Settings& settings, Results* results) {
+  const auto store = OrThrow(storage::OpenWorkerStore(settings.store, ""));
   JobRunner runner(store.get(), {});
-  const CpuClock cpu(CpuClock::Of::kProcess);
-  for (const PairJob& job : jobs) (*results)[KeyOf(job)] = BytesOf(OrThrow(runner.Run(job, {})));
-  return 1e-3 * cpu.Ms();
+  const std::vector<PairJob> jobs = MakeJobs(*store);
+  for (size_t i = settings.share; i < jobs.size(); i += settings.of) {
+    (*results)[KeyOf(jobs[i])] = BytesOf(OrThrow(runner.Run(jobs[i], {})));
+  }
 }
 
-pid_t Hire(const std::string& url) {
+pid_t Start(const std::vector<std::string>& command) {
+  std::vector<char*> arguments;
+  arguments.reserve(command.size() + 1);
+  for (const std::string& word : command) arguments.push_back(const_cast<char*>(word.c_str()));
+  arguments.push_back(nullptr);
   const pid_t child = fork();
   if (child != 0) return child;
-  execl(ISTHMUS_WORKER, ISTHMUS_WORKER, "--store", url.c_str(), "--log-level", "off", nullptr);
+  execv(arguments.front(), arguments.data());
   _exit(127);
+}
+
+// Waits for their end; CPU seconds that they took.
+double CpuSecondsOf(const std::vector<pid_t>& processes) {
+  double cpu_s = 0;
+  for (const pid_t process : processes) {
+    rusage usage = {};
+    int status = 0;
+    if (wait4(process, &status, 0, &usage) != process || status != 0) {
+      throw std::runtime_error("a process ended ill");
+    }
+    for (const timeval& time : {usage.ru_utime, usage.ru_stime}) {
+      cpu_s += static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
+    }
+  }
+  return cpu_s;
+}
+
+// CPU seconds without a board.
+double MatchDealtOut(const std::string& url, int processes) {
+  std::vector<pid_t> started;
+  started.reserve(processes);
+  for (int i = 0; i < processes; ++i) {
+    started.push_back(Start({"/proc/self/exe", "--store", url, "--share", absl::StrCat(i), "--of",
+                             absl::StrCat(processes)}));
+  }
+  return CpuSecondsOf(started);
 }
 
 struct Measured {
@@ -138,7 +172,9 @@ struct Measured {
 Measured MatchByWorkers(const std::string& url, const std::vector<PairJob>& jobs, int workers,
                         const Results& expected, storage::JobBoard* board) {
   std::vector<pid_t> hired(workers);
-  for (pid_t& worker : hired) worker = Hire(url);
+  for (pid_t& worker : hired) {
+    worker = Start({ISTHMUS_WORKER, "--store", url, "--log-level", "off"});
+  }
   constexpr std::chrono::milliseconds kLook{20};
   while (OrThrow(board->CountWorkers()) < workers) std::this_thread::sleep_for(kLook);
   Measured measured;
@@ -157,41 +193,34 @@ Measured MatchByWorkers(const std::string& url, const std::vector<PairJob>& jobs
     ended += done.size();
   }
   measured.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  for (const pid_t worker : hired) {
-    kill(worker, SIGTERM);
-    rusage usage = {};
-    int status = 0;
-    if (wait4(worker, &status, 0, &usage) != worker || status != 0) {
-      throw std::runtime_error("a worker ended ill");
-    }
-    for (const timeval& time : {usage.ru_utime, usage.ru_stime}) {
-      measured.cpu_s += static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
-    }
-  }
+  for (const pid_t worker : hired) kill(worker, SIGTERM);
+  measured.cpu_s = CpuSecondsOf(hired);
   return measured;
 }
 
-void Benchmark(const Settings& settings) {
+void Benchmark(Settings settings) {
   const auto database = storage::PostgresServer::Start();
   if (database == nullptr) throw std::runtime_error("PostgreSQL does not start");
-  Record(settings, database->url());
-  const auto store = OrThrow(storage::OpenPostgresStore(database->url(), ""));
+  settings.store = database->url();
+  Record(settings, settings.store);
+  const auto store = OrThrow(storage::OpenPostgresStore(settings.store, ""));
   const std::vector<PairJob> jobs = MakeJobs(*store);
   Results expected;
-  MatchHere(database->url(), jobs, &expected);  // Leaves in the store what it makes of submaps.
+  MatchShare(settings, &expected);  // Leaves in the store what it makes of submaps.
   std::printf("%zu pairs of %s, seed %d\n\n", jobs.size(), settings.world.c_str(),
               static_cast<int>(settings.seed));
   std::printf(
-      "| workers | CPU time (s) | without a board (s) | efficiency | wall (s) | cores busy | same "
-      "bits |\n");
-  std::printf("|---|---|---|---|---|---|---|\n");
+      "| workers | CPU time (s) | dealt out to as many (s) | to one (s) | efficiency | of one | "
+      "wall (s) | cores busy | same bits |\n|---|---|---|---|---|---|---|---|---|\n");
   for (int workers = 1; workers <= settings.workers; ++workers) {
     // Anew each time: what a core does in a second changes within minutes where others share it.
-    const double here_s = MatchHere(database->url(), jobs, &expected);
+    const double one_s = MatchDealtOut(settings.store, 1);
+    const double dealt_s = workers == 1 ? one_s : MatchDealtOut(settings.store, workers);
     const Measured measured =
-        MatchByWorkers(database->url(), jobs, workers, expected, store->jobs());
-    std::printf("| %d | %.1f | %.1f | %.3f | %.1f | %.2f | %s |\n", workers, measured.cpu_s, here_s,
-                here_s / measured.cpu_s, measured.wall_s, measured.cpu_s / measured.wall_s,
+        MatchByWorkers(settings.store, jobs, workers, expected, store->jobs());
+    std::printf("| %d | %.1f | %.1f | %.1f | %.3f | %.3f | %.1f | %.2f | %s |\n", workers,
+                measured.cpu_s, dealt_s, one_s, dealt_s / measured.cpu_s, one_s / measured.cpu_s,
+                measured.wall_s, measured.cpu_s / measured.wall_s,
                 measured.are_same ? "yes" : "NO");
     std::fflush(stdout);
   }
@@ -213,9 +242,19 @@ int main(int argc, char** argv) {
   app.add_option("--workers", settings.workers, "From one to so many")
       ->check(CLI::Range(1, 64))
       ->capture_default_str();
+  const auto store = app.add_option(
+      "--store", settings.store,
+      "Only match a share of the pairs of what was recorded there, as this program has it done");
+  app.add_option("--share", settings.share, "Which, from 0 on")->needs(store);
+  app.add_option("--of", settings.of, "How many shares")->needs(store)->check(CLI::Range(1, 64));
   CLI11_PARSE(app, argc, argv);
   try {
-    isthmus::bench::Benchmark(settings);
+    if (store->count() > 0) {
+      isthmus::bench::Results unused;
+      isthmus::bench::MatchShare(settings, &unused);
+    } else {
+      isthmus::bench::Benchmark(settings);
+    }
     return 0;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "workers_benchmark: %s\n", error.what());

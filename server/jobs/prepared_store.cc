@@ -15,8 +15,12 @@ std::shared_ptr<const matching::PreparedSubmap> PreparedStore::Get(
   const std::shared_ptr<const Submap> whole = submaps_->Get(outline->id);
   if (!whole) return std::make_shared<const matching::PreparedSubmap>(outline);
   auto made = std::make_shared<const matching::PreparedSubmap>(outline, *whole);
-  StorePrepared(*made);
-  return made;
+  const std::string bytes = matching::EncodePreparedSubmap(*made);
+  StorePrepared(outline->id, bytes);
+  // As all others will read it, rounded: what is matched with it is the same to the last bit
+  // whoever made it.
+  auto read = matching::DecodePreparedSubmap(outline, bytes);
+  return read ? read : made;
 }
 
 std::shared_ptr<const matching::PreparedSubmap> PreparedStore::Find(
@@ -29,11 +33,10 @@ std::shared_ptr<const matching::PreparedSubmap> PreparedStore::Find(
   return matching::DecodePreparedSubmap(outline, *bytes);
 }
 
-void PreparedStore::StorePrepared(const matching::PreparedSubmap& prepared) const {
-  auto data = codec::PackZstd(matching::EncodePreparedSubmap(prepared));
+void PreparedStore::StorePrepared(const SubmapId& submap, const std::string& bytes) const {
+  auto data = codec::PackZstd(bytes);
   if (!data.ok()) return;
-  (void)store_->PutFeatures(
-      {prepared.submap().id, matching::kPreparedSubmapKind, *std::move(data)});
+  (void)store_->PutFeatures({submap, matching::kPreparedSubmapKind, *std::move(data)});
 }
 
 }  // namespace isthmus::server

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <string>
 
 #include "core/map/submap.h"
 #include "server/map/submap_cache.h"
@@ -16,16 +17,16 @@ class PreparedStore {
   PreparedStore(storage::MapStore* store, SubmapCache* submaps)
       : store_(store), submaps_(submaps) {}
 
-  // The prepared submap, from the store or made and stored. What is damaged or of another version
-  // is made anew; what cannot be kept is made again after the next restart. Of a submap whose
-  // points cannot be read, one without a surface. Never null.
+  // The prepared submap, from the store or made and stored, the same either way. What is damaged or
+  // of another version is made anew; what cannot be kept is made again after the next restart. Of a
+  // submap whose points cannot be read, one without a surface. Never null.
   std::shared_ptr<const matching::PreparedSubmap> Get(
       const std::shared_ptr<const Submap>& outline) const;
 
  private:
   std::shared_ptr<const matching::PreparedSubmap> Find(
       const std::shared_ptr<const Submap>& outline) const;
-  void StorePrepared(const matching::PreparedSubmap& prepared) const;
+  void StorePrepared(const SubmapId& submap, const std::string& bytes) const;
 
   storage::MapStore* const store_;
   SubmapCache* const submaps_;

@@ -10,6 +10,7 @@
 
 #include "server/matching/index/plan_comparison.h"
 #include "server/matching/index/session_plan.h"
+#include "server/matching/prepared/prepared_submap_codec.h"
 #include "storage/memory_store.h"
 #include "tests/server/pipeline/robots.h"
 
@@ -96,6 +97,19 @@ TEST_F(JobRunnerTest, TheSameJobGivesTheSameBitsAfterAnything) {
   EXPECT_EQ(Run(used, MakeJob()), expected);
   EXPECT_EQ(Run(used, DecodePairJob(EncodePairJob(MakeJob())).value()), expected);
   EXPECT_NE(Run(used, bent), expected);
+}
+
+TEST_F(JobRunnerTest, TheSameBitsWhoeverHasPreparedTheSubmaps) {
+  JobRunner finds(store_, {});
+  const std::string expected = Run(finds, MakeJob());
+  for (const MapOfJob& map : {MapOf("alice-1"), MapOf("bob-1")}) {
+    for (const uint32_t index : map.submaps) {
+      ASSERT_TRUE(
+          store_->PutFeatures({{map.session, index}, matching::kPreparedSubmapKind, "none"}).ok());
+    }
+  }
+  JobRunner makes(store_, {});
+  EXPECT_EQ(Run(makes, MakeJob()), expected);
 }
 
 // As the server compares them itself, after any other job.
