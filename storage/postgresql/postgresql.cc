@@ -35,7 +35,8 @@ absl::StatusOr<Options> Parse(const std::string& url) {
 }
 
 std::string MessageOf(PGconn* connection) {
-  std::string message = PQerrorMessage(connection);  // Of several lines, with tabs.
+  // Of several lines, with tabs.
+  std::string message = absl::StrReplaceAll(PQerrorMessage(connection), {{"\n", " "}, {"\t", " "}});
   absl::RemoveExtraAsciiWhitespace(&message);
   return message;
 }

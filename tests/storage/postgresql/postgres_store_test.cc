@@ -211,6 +211,8 @@ TEST_F(PostgresStoreTest, IsUnavailableWhileTheServerIsAway) {
   while (read.ok()) read = (*store)->ListSessions().status();
   EXPECT_EQ(written.code(), StatusCode::kUnavailable);
   EXPECT_EQ(read.code(), StatusCode::kUnavailable);
+  // A line of a log.
+  EXPECT_EQ(read.message().find_first_of("\n\t"), std::string_view::npos) << read.message();
   ASSERT_TRUE(server->StartAgain());
   while (!(*store)->Write({.sessions = {MakeSession("alice-1")}}).ok()) std::this_thread::yield();
   while (!(*store)->ListSessions().ok()) std::this_thread::yield();
