@@ -12,7 +12,6 @@ PlacedSessions::PlacedSessions(const MapView& view) {
   for (const Placement& placement : view.revision->placements) {
     Place& place = places_[placement.session];
     place.component = placement.component;
-    members_[placement.component].push_back(placement.session);
     for (const SubmapPose& pose : placement.submaps) {
       const Eigen::Vector2d at = pose.T_map_submap.translation().head<2>();
       place.extent.extend(Eigen::AlignedBox2d(at - margin, at + margin));
@@ -37,9 +36,11 @@ bool PlacedSessions::IsAnchored(const SessionId& session) const {
 }
 
 double PlacedSessions::Nearness(const SessionPair& pair) const {
-  const auto it_a = places_.find(pair.first), it_b = places_.find(pair.second);
-  if (it_a == places_.end() || it_b == places_.end()) return 0;
-  const Place &a = it_a->second, &b = it_b->second;
+  const auto a = places_.find(pair.first), b = places_.find(pair.second);
+  return a == places_.end() || b == places_.end() ? 0 : Nearness(a->second, b->second);
+}
+
+double PlacedSessions::Nearness(const Place& a, const Place& b) {
   if (a.component != b.component && !(a.is_anchored && b.is_anchored)) return 0;
   const Eigen::AlignedBox2d common = a.extent.intersection(b.extent);
   if (common.isEmpty()) return 0;
@@ -52,8 +53,9 @@ std::optional<SessionId> PlacedSessions::NearestJoined(
   if (it == places_.end()) return std::nullopt;
   std::optional<SessionId> nearest;
   double most = 0;
-  for (const SessionId& other : members_.at(it->second.component)) {
-    const double nearness = other == session ? 0 : Nearness({session, other});
+  for (const auto& [other, place] : places_) {
+    if (place.component != it->second.component || other == session) continue;
+    const double nearness = Nearness(it->second, place);
     if (nearness <= most || !is_wanted(other)) continue;
     most = nearness;
     nearest = other;

@@ -7,7 +7,6 @@
 #include <functional>
 #include <map>
 #include <optional>
-#include <vector>
 
 #include "server/map/map_view.h"
 
@@ -36,8 +35,9 @@ class PlacedSessions {
     Eigen::AlignedBox2d extent = {};
   };
 
+  static double Nearness(const Place& a, const Place& b);
+
   std::map<SessionId, Place> places_;
-  std::map<uint32_t, std::vector<SessionId>> members_;
 };
 
 }  // namespace isthmus::server
