@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
-"""Holds what starts a program in a container to what that program takes: flags of the Dockerfile, the
-compose files and deploy/ to its --help, a server's settings to --print-config.
+"""Holds what starts a program in a container to what that program takes: flags of the Dockerfile,
+the compose files and deploy/ to its --help, a server's settings to --print-config.
 
 Usage: check_deployments.py ROOT SERVER WORKER
 ROOT: the tree; SERVER, WORKER: the programs isthmus-server and isthmus-worker. Prints one line per
-violation and exits 1 if there is any. Needs no YAML library: a command's flags are all that begin with --, up to where it ends.
+violation and exits 1 if there is any. Needs no YAML library: a command's flags are all that begin
+with --, up to where it ends.
 """
 import pathlib
 import re
@@ -22,10 +23,11 @@ def files(root):
 
 
 def main():
-    root, programs = pathlib.Path(sys.argv[1]), sys.argv[2:4]
-    known = {pathlib.Path(program).name:
-             set(FLAG.findall(subprocess.run([program, "--help"], check=True, text=True,
-                                             capture_output=True).stdout)) for program in programs}
+    root, server, worker = pathlib.Path(sys.argv[1]), *sys.argv[2:4]
+    known = {}
+    for program in (server, worker):
+        says = subprocess.run([program, "--help"], check=True, text=True, capture_output=True).stdout
+        known[pathlib.Path(program).name] = set(FLAG.findall(says))
     problems, flags, settings = [], 0, 0
     for path in files(root):
         where, text = path.relative_to(root), path.read_text(encoding="utf-8")
@@ -38,7 +40,7 @@ def main():
                     problems.append(f"{where}: {program} has no {flag}")
         if path.name == "server.yaml":
             settings += 1
-            read = subprocess.run([programs[0], "--config", path, "--print-config"], text=True,
+            read = subprocess.run([server, "--config", path, "--print-config"], text=True,
                                   capture_output=True)
             if read.returncode != 0:
                 problems.append(f"{where}: {read.stderr.strip()}")
