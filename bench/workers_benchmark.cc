@@ -176,7 +176,7 @@ Measured MatchByWorkers(const std::string& url, const std::vector<PairJob>& jobs
     worker = Start({ISTHMUS_WORKER, "--store", url, "--log-level", "off"});
   }
   constexpr std::chrono::milliseconds kLook{20};
-  while (OrThrow(board->CountWorkers()) < workers) std::this_thread::sleep_for(kLook);
+  while (OrThrow(board->CountWorkers()).able < workers) std::this_thread::sleep_for(kLook);
   Measured measured;
   const auto begin = std::chrono::steady_clock::now();
   for (const PairJob& job : jobs) OrThrow(board->Post({KeyOf(job), EncodePairJob(job)}));

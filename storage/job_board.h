@@ -5,6 +5,7 @@
 #include <absl/status/statusor.h>
 
 #include <cstdint>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -26,19 +27,29 @@ struct EndedJob {
   bool is_set_aside = false;  // Worker after worker ended while it was at it.
 };
 
+// Processes that gave a sign of life lately: those that do this program's jobs, and those of
+// another version, which leave them alone.
+struct WorkerCount {
+  int64_t able = 0, of_other_versions = 0;
+
+  friend bool operator==(const WorkerCount&, const WorkerCount&) = default;
+};
+
 // The server's side. What is on it may be lost with the database's last moments and is no record of
 // anything: it can be posted again. Thread safe. Errors as MapStore's.
 class JobBoard {
  public:
   virtual ~JobBoard() = default;
 
-  // Workers that were heard of lately. Changes nothing.
-  virtual absl::StatusOr<int64_t> CountWorkers() = 0;
+  // Changes nothing.
+  virtual absl::StatusOr<WorkerCount> CountWorkers() = 0;
   // In place of one of the same key, whose worker is not listened to any more. FailedPrecondition,
   // with the reason, where one of that key was set aside.
   virtual absl::Status Post(const PostedJob& job) = 0;
   // Those that have not ended, in order of posting.
   virtual absl::StatusOr<std::vector<PostedJob>> ListOpen() = 0;
+  // Of all that are on it, those set aside too.
+  virtual absl::StatusOr<std::set<std::string>> ListKeys() = 0;
   // In order of posting. Those that are set aside are listed once.
   virtual absl::StatusOr<std::vector<EndedJob>> ListEnded() = 0;
   // Takes ended ones off the board; those set aside stay as a warning.

@@ -125,6 +125,7 @@ void FillMatching(const MatchingLoad& load, v1::MatchingLoad* message) {
   message->set_pairs(load.pairs);
   message->set_workers(load.workers);
   message->set_jobs(load.jobs);
+  message->set_jobs_set_aside(load.jobs_set_aside);
 }
 
 MatchingLoad MatchingOf(const v1::MatchingLoad& message) {
@@ -134,6 +135,7 @@ MatchingLoad MatchingOf(const v1::MatchingLoad& message) {
   load.pairs = message.pairs();
   load.workers = message.workers();
   load.jobs = message.jobs();
+  load.jobs_set_aside = message.jobs_set_aside();
   return load;
 }
 

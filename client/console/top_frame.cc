@@ -48,8 +48,11 @@ std::string DiskText(const DiskLoad& disk) {
 }
 
 std::string MatchingText(const MatchingLoad& matching) {
-  const std::string workers =
+  std::string workers =
       matching.workers == 0 ? "" : absl::StrCat(", ", matching.workers, " workers");
+  if (matching.jobs_set_aside > 0) {
+    absl::StrAppend(&workers, ", ", matching.jobs_set_aside, " jobs set aside");
+  }
   if (matching.is_idle) return absl::StrCat("matching idle", workers);
   return absl::StrCat("matching ", matching.submaps, " submaps, ", matching.pairs + matching.jobs,
                       " pairs", workers);

@@ -54,8 +54,9 @@ struct MatchingLoad {
   // pairs with new evidence; where there are too many sessions to try all pairs, those never tried
   // count as one.
   uint64_t submaps = 0, pairs = 0;
-  // Processes that do jobs for it, as of seconds ago, and jobs that they have or are to take.
-  uint64_t workers = 0, jobs = 0;
+  // Processes that do jobs for it, as of seconds ago, jobs that they have or are to take, and those
+  // that worker after worker ended with, which are left out.
+  uint64_t workers = 0, jobs = 0, jobs_set_aside = 0;
 };
 
 // Zeros where nothing is kept on disk.

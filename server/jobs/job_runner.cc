@@ -7,6 +7,13 @@
 #include "server/matching/index/plan_comparison.h"
 
 namespace isthmus::server {
+namespace {
+
+absl::Status SubmapsAreMissing() {
+  return absl::FailedPreconditionError("submaps of it are not there, or damaged");
+}
+
+}  // namespace
 
 void SuggestKnown(const Match& known, matching::PairMatcher* matcher) {
   const bool accepted = known.state == MatchState::kAccepted;
@@ -30,7 +37,9 @@ JobRunner::JobRunner(storage::MapStore* store, const Options& options)
 std::shared_ptr<const matching::PreparedSubmap> JobRunner::GetPrepared(
     const std::shared_ptr<const Submap>& outline) const {
   if (stop_.stop_requested()) throw Stopped();
-  return prepared_store_.Get(outline);
+  const auto prepared = prepared_store_.Get(outline);
+  if (!prepared.ok()) throw StoreFailed{prepared.status()};
+  return *prepared;
 }
 
 std::shared_ptr<const Submap> JobRunner::OutlineOf(const MapOfJob& map, size_t k) {
@@ -41,7 +50,10 @@ std::shared_ptr<const Submap> JobRunner::OutlineOf(const MapOfJob& map, size_t k
     outline = submaps_.Outline(id);
     if (outline != nullptr && outline->first_stamp_ns != map.stamps_ns[k]) return nullptr;
   }
-  return outline == nullptr ? nullptr : matching::LyingAt(outline, map.T_odom_submap[k]);
+  if (outline != nullptr) return matching::LyingAt(outline, map.T_odom_submap[k]);
+  const absl::Status status = submaps_.TryGet(id).status();
+  if (!absl::IsNotFound(status) && !absl::IsDataLoss(status)) throw StoreFailed{status};
+  return nullptr;
 }
 
 std::shared_ptr<const JobRunner::Kept> JobRunner::MapOf(const MapOfJob& map) {
@@ -66,15 +78,24 @@ std::shared_ptr<const JobRunner::Kept> JobRunner::MapOf(const MapOfJob& map) {
   return kept;
 }
 
+template <typename T, typename Work>
+absl::StatusOr<T> JobRunner::Guard(const Work& work) {
+  try {
+    return work();
+  } catch (const Stopped&) {
+    return absl::CancelledError("stopped");
+  } catch (const StoreFailed& failed) {
+    return absl::UnavailableError(failed.status.message());
+  }
+}
+
 absl::StatusOr<Match> JobRunner::Run(const PairJob& job, std::stop_token stop) {
   stop_ = stop;
-  try {
+  return Guard<Match>([&]() -> absl::StatusOr<Match> {
     const auto a = MapOf(job.a), b = MapOf(job.b);
-    if (a == nullptr || b == nullptr) {
-      return absl::FailedPreconditionError("submaps of it are not there, or cannot be read");
-    }
+    if (a == nullptr || b == nullptr) return SubmapsAreMissing();
     matching::MatcherOptions options = job.options;
-    options.stop = std::move(stop);
+    options.stop = stop;
     matching::PairMatcher matcher(options);
     if (job.known) SuggestKnown(*job.known, &matcher);
     matcher.SetAnchors(job.anchors);
@@ -82,9 +103,7 @@ absl::StatusOr<Match> JobRunner::Run(const PairJob& job, std::stop_token stop) {
     if (stop_.stop_requested()) throw Stopped();
     match.computed_ns = job.posted_ns;
     return match;
-  } catch (const Stopped&) {
-    return absl::CancelledError("stopped");
-  }
+  });
 }
 
 std::shared_ptr<const JobRunner::KeptPlan> JobRunner::PlanOf(const MapOfJob& map) {
@@ -108,11 +127,9 @@ std::shared_ptr<const JobRunner::KeptPlan> JobRunner::PlanOf(const MapOfJob& map
 
 absl::StatusOr<PlanScores> JobRunner::Run(const PlanJob& job, std::stop_token stop) {
   stop_ = stop;
-  try {
+  return Guard<PlanScores>([&]() -> absl::StatusOr<PlanScores> {
     const auto plan = PlanOf(job.session);
-    if (plan == nullptr) {
-      return absl::FailedPreconditionError("submaps of it are not there, or cannot be read");
-    }
+    if (plan == nullptr) return SubmapsAreMissing();
     matching::PlanComparer comparer(plan->plan);
     PlanScores scores;
     for (const MapOfJob& other : job.others) {
@@ -123,9 +140,7 @@ absl::StatusOr<PlanScores> JobRunner::Run(const PlanJob& job, std::stop_token st
       if (stop.stop_requested()) throw Stopped();
     }
     return scores;
-  } catch (const Stopped&) {
-    return absl::CancelledError("stopped");
-  }
+  });
 }
 
 absl::StatusOr<std::string> JobRunner::Run(const std::string& job, std::stop_token stop) {

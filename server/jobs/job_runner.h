@@ -34,7 +34,8 @@ class JobRunner {
 
   // The match, of the same job always the same but for the times of its stages. Cancelled once
   // `stop` is requested; FailedPrecondition where submaps of it are not in the store any more, as
-  // they were retired since or cannot be read. May throw what matching throws.
+  // they were retired since, or are damaged; Unavailable where the store failed otherwise, of which
+  // the job is innocent. May throw what matching throws.
   absl::StatusOr<Match> Run(const PairJob& job, std::stop_token stop);
   // Likewise, without times.
   absl::StatusOr<PlanScores> Run(const PlanJob& job, std::stop_token stop);
@@ -53,12 +54,18 @@ class JobRunner {
   // Null where submaps are missing.
   std::shared_ptr<const Kept> MapOf(const MapOfJob& map);
   std::shared_ptr<const KeptPlan> PlanOf(const MapOfJob& map);
-  // Null where it is not the one that is meant.
+  // Null where it is not the one that is meant. All that read throw StoreFailed.
   std::shared_ptr<const Submap> OutlineOf(const MapOfJob& map, size_t k);
   std::shared_ptr<const matching::PreparedSubmap> GetPrepared(
       const std::shared_ptr<const Submap>& outline) const;
 
   struct Stopped {};
+  struct StoreFailed {
+    absl::Status status;
+  };
+  // The result of work that may be stopped or fail so.
+  template <typename T, typename Work>
+  static absl::StatusOr<T> Guard(const Work& work);
 
   SubmapCache submaps_;
   const PreparedStore prepared_store_;

@@ -9,12 +9,15 @@
 
 namespace isthmus::server {
 
-std::shared_ptr<const matching::PreparedSubmap> PreparedStore::Get(
+absl::StatusOr<std::shared_ptr<const matching::PreparedSubmap>> PreparedStore::Get(
     const std::shared_ptr<const Submap>& outline) const {
   if (auto found = Find(outline)) return found;
-  const std::shared_ptr<const Submap> whole = submaps_->Get(outline->id);
-  if (!whole) return std::make_shared<const matching::PreparedSubmap>(outline);
-  auto made = std::make_shared<const matching::PreparedSubmap>(outline, *whole);
+  const absl::StatusOr<std::shared_ptr<const Submap>> whole = submaps_->TryGet(outline->id);
+  if (absl::IsNotFound(whole.status()) || absl::IsDataLoss(whole.status())) {
+    return std::make_shared<const matching::PreparedSubmap>(outline);
+  }
+  if (!whole.ok()) return whole.status();
+  auto made = std::make_shared<const matching::PreparedSubmap>(outline, **whole);
   const std::string bytes = matching::EncodePreparedSubmap(*made);
   StorePrepared(outline->id, bytes);
   // As all others will read it, rounded: what is matched with it is the same to the last bit

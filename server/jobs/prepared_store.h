@@ -1,6 +1,8 @@
 // Prepared submaps, made once and kept in the store beside the submaps themselves.
 #pragma once
 
+#include <absl/status/statusor.h>
+
 #include <memory>
 #include <string>
 
@@ -19,8 +21,8 @@ class PreparedStore {
 
   // The prepared submap, from the store or made and stored, the same either way. What is damaged or
   // of another version is made anew; what cannot be kept is made again after the next restart. Of a
-  // submap whose points cannot be read, one without a surface. Never null.
-  std::shared_ptr<const matching::PreparedSubmap> Get(
+  // submap that is damaged, or gone by now, one without a surface. Errors are the store's.
+  absl::StatusOr<std::shared_ptr<const matching::PreparedSubmap>> Get(
       const std::shared_ptr<const Submap>& outline) const;
 
  private:

@@ -18,11 +18,17 @@ SubmapCache::SubmapCache(const storage::MapStore* store, size_t max_bytes, OnDam
     : store_(store), max_bytes_(max_bytes), on_damaged_(std::move(on_damaged)) {}
 
 std::shared_ptr<const Submap> SubmapCache::Get(const SubmapId& id) {
+  return TryGet(id).value_or(nullptr);
+}
+
+absl::StatusOr<std::shared_ptr<const Submap>> SubmapCache::TryGet(const SubmapId& id) {
   {
     MutexLock lock(&mutex_);
     if (const auto it = entries_.find(id); it != entries_.end()) {
       const Entry& entry = it->second;
-      if (entry.is_damaged) return nullptr;
+      if (entry.is_damaged) {
+        return absl::DataLossError(absl::StrCat("submap ", ToString(id), " is damaged"));
+      }
       if (std::shared_ptr<const Submap> held = entry.held.lock()) {
         KeepEntry(id, held);
         return held;
@@ -34,18 +40,18 @@ std::shared_ptr<const Submap> SubmapCache::Get(const SubmapId& id) {
   if (read.ok()) {
     MutexLock lock(&mutex_);
     KeepEntry(id, *read);
-    return *std::move(read);
+    return read;
   }
   const bool is_damaged = absl::IsDataLoss(read.status());
-  if (!is_damaged && !absl::IsResourceExhausted(read.status())) return nullptr;
+  if (!is_damaged && !absl::IsResourceExhausted(read.status())) return read;
   {
     MutexLock lock(&mutex_);
     Entry& entry = entries_[id];
     entry.is_damaged = entry.is_damaged || is_damaged;
-    if (std::exchange(entry.is_told, true)) return nullptr;
+    if (std::exchange(entry.is_told, true)) return read;
   }
   if (on_damaged_) on_damaged_(id, std::string(read.status().message()));
-  return nullptr;
+  return read;
 }
 
 absl::StatusOr<std::shared_ptr<const Submap>> SubmapCache::Read(const SubmapId& id) const {

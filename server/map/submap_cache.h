@@ -35,6 +35,8 @@ class SubmapCache {
   // Null where it is gone or cannot be read. A damaged one is not read again; where the store
   // failed otherwise, or there is no memory for it, the next call tries again.
   std::shared_ptr<const Submap> Get(const SubmapId& id);
+  // Likewise, with the reason: NotFound, DataLoss where it is damaged, or why the store failed.
+  absl::StatusOr<std::shared_ptr<const Submap>> TryGet(const SubmapId& id);
   // All but its points; kept for good once read, a kB or so each, and always the same object.
   std::shared_ptr<const Submap> Outline(const SubmapId& id);
 

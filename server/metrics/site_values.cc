@@ -74,6 +74,9 @@ void AddQueues(const ServerLoad& load, Values* values) {
                 load.matching.pairs);
   values->Gauge("isthmus_matching_jobs", "Jobs that workers have, or are to take.",
                 load.matching.jobs);
+  values->Gauge("isthmus_matching_jobs_set_aside",
+                "Jobs that worker after worker ended with, which are left out.",
+                load.matching.jobs_set_aside);
   values->Gauge("isthmus_matching_workers", "Processes that do jobs for the site.",
                 load.matching.workers);
   values->Gauge("isthmus_placement_waiting", "1: the map has changed and is not placed anew yet.",

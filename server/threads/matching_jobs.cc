@@ -57,13 +57,19 @@ void MatchingThread::PostPlans(const MapView& view, const SessionView& session,
 void MatchingThread::Post(const std::string& task, std::string payload, Posted posted) {
   const absl::Status status = board_->Post({task, std::move(payload)});
   if (status.ok()) {
+    set_aside_.erase(task);
     posted_.insert_or_assign(task, std::move(posted));
   } else if (absl::IsFailedPrecondition(status)) {
-    TellLeftOut(task, std::string(status.message()));
+    SetAside(task, std::string(status.message()), std::move(posted));
   } else {
     Forget(posted);
     has_workers_ = false;  // Until they are looked for again.
   }
+}
+
+void MatchingThread::SetAside(const std::string& task, const std::string& problem, Posted posted) {
+  (void)TellLeftOut(task, problem);
+  set_aside_.insert_or_assign(task, std::move(posted));
 }
 
 void MatchingThread::Forget(const Posted& posted) {
@@ -102,12 +108,41 @@ void MatchingThread::FollowWorkers(const MapView& view) {
   }
   if (is_due(looked_for_workers_, kLookForWorkersMs)) {
     looked_for_workers_.emplace();
-    const absl::StatusOr<int64_t> count = board_->CountWorkers();
-    if (count.ok()) workers_ = static_cast<uint64_t>(*count);
-    has_workers_ = workers_ > 0;
-    if (count.ok() && !has_workers_ && !posted_.empty()) WithdrawJobs();
+    CountWorkers();
+    ForgetMissing();
   }
   posted_count_ = posted_.size();
+  set_aside_count_ = set_aside_.size();
+}
+
+void MatchingThread::CountWorkers() {
+  const absl::StatusOr<storage::WorkerCount> count = board_->CountWorkers();
+  if (!count.ok()) return;
+  workers_ = static_cast<uint64_t>(count->able);
+  has_workers_ = workers_ > 0;
+  if (!has_workers_ && !posted_.empty()) WithdrawJobs();
+  const bool has_others = count->of_other_versions > 0;
+  if (has_others && !told_of_other_versions_ && options_.on_problem) {
+    options_.on_problem(absl::StrCat(count->of_other_versions,
+                                     " workers are of another version than the server and do none "
+                                     "of its jobs; start those of its own"));
+  }
+  told_of_other_versions_ = has_others;
+}
+
+void MatchingThread::ForgetMissing() {
+  if (posted_.empty() && set_aside_.empty()) return;
+  const auto keys = board_->ListKeys();
+  if (!keys.ok()) return;
+  for (auto* jobs : {&posted_, &set_aside_}) {
+    std::erase_if(*jobs, [&](const auto& job) {
+      if (keys->contains(job.first)) return false;
+      Forget(job.second);
+      left_out_.erase(job.first);       // What comes of it now is news.
+      up_to_date_with_ = ~uint64_t{0};  // Without a change of the map.
+      return true;
+    });
+  }
 }
 
 void MatchingThread::TakeResults(const MapView& view) {
@@ -119,10 +154,12 @@ void MatchingThread::TakeResults(const MapView& view) {
     const Posted* posted = it == posted_.end() ? nullptr : &it->second;
     const absl::Status status = TakeResult(view, job, posted);
     if (IsForNow(status)) continue;  // It stays on the board.
-    if (!status.ok()) {
+    if (!status.ok() && job.is_set_aside) {
+      if (posted != nullptr) SetAside(job.key, job.problem, *posted);
+    } else if (!status.ok()) {
       const bool is_first = TellLeftOut(job.key, std::string(status.message()));
       // Its submaps may have been retired while it waited; a second time it is something else.
-      if (is_first && !job.is_set_aside && posted != nullptr) Forget(*posted);
+      if (is_first && posted != nullptr) Forget(*posted);
     }
     if (posted != nullptr) posted_.erase(it);
     taken.push_back(job);

@@ -103,7 +103,8 @@ void MatchingThread::Stop() {
 std::shared_ptr<const matching::PreparedSubmap> MatchingThread::GetPrepared(
     const std::shared_ptr<const Submap>& outline) const {
   if (stop_.stop_requested()) throw Stopped();
-  return prepared_store_.Get(outline);
+  const auto prepared = prepared_store_.Get(outline);
+  return prepared.ok() ? *prepared : std::make_shared<const matching::PreparedSubmap>(outline);
 }
 
 bool MatchingThread::RunGuarded(const std::string& task, const std::function<void()>& work) {

@@ -71,7 +71,8 @@ class MatchingThread {
   bool IsUpToDateWith(const MapView& view) const { return up_to_date_with_ == view.serial; }
 
   MatchingLoad Load(const MapView& view) const {
-    return {IsUpToDateWith(view), waiting_submaps_, waiting_pairs_, workers_, posted_count_};
+    return {IsUpToDateWith(view), waiting_submaps_, waiting_pairs_, workers_,
+            posted_count_,        set_aside_count_};
   }
   uint64_t prepared_bytes() const { return prepared_bytes_; }  // Of maps kept ready.
 
@@ -181,6 +182,8 @@ class MatchingThread {
   void PostPlans(const MapView& view, const SessionView& session,
                  const std::vector<const SessionView*>& others);
   void Post(const std::string& task, std::string payload, Posted posted);
+  // Workers end with it: it is left out until its row is taken off the board.
+  void SetAside(const std::string& task, const std::string& problem, Posted posted);
   // Looks, now and then, whether there are workers and what they have done.
   void FollowWorkers(const MapView& view);
   void TakeResults(const MapView& view);
@@ -190,6 +193,9 @@ class MatchingThread {
   absl::Status TakeScores(const storage::EndedJob& job, const PostedPlans& posted);
   // As if it had never been tried.
   void Forget(const Posted& posted);
+  void CountWorkers();
+  // Jobs that somebody has taken off the board, or that went with the database's last moments.
+  void ForgetMissing();
   // There is nobody to do them.
   void WithdrawJobs();
   bool HasRoomForJobs() const { return posted_.size() < kMaxPostedJobs; }
@@ -224,7 +230,7 @@ class MatchingThread {
   std::atomic<uint64_t> up_to_date_with_ = ~uint64_t{0};
   // Set by the thread, told by Load.
   std::atomic<uint64_t> waiting_submaps_ = 0, waiting_pairs_ = 0, prepared_bytes_ = 0;
-  std::atomic<uint64_t> workers_ = 0, posted_count_ = 0;
+  std::atomic<uint64_t> workers_ = 0, posted_count_ = 0, set_aside_count_ = 0;
   // Touched by the thread only, once it runs.
   std::map<SessionPair, Attempt> attempts_;  // Since the start, whatever came of them.
   std::map<SessionId, uint32_t> looped_;     // The next submap to ask.
@@ -239,9 +245,9 @@ class MatchingThread {
   std::map<SessionId, matching::LoopFinder> finders_;
   SessionShapes shapes_;
   matching::RevisitCounter revisits_;
-  std::set<std::string> left_out_;        // Told already.
-  std::map<std::string, Posted> posted_;  // On the board, by task.
-  bool has_workers_ = false;
+  std::set<std::string> left_out_;                    // Told already.
+  std::map<std::string, Posted> posted_, set_aside_;  // On the board, by task.
+  bool has_workers_ = false, told_of_other_versions_ = false;
   std::optional<Stopwatch> looked_for_workers_, looked_for_results_;
   std::thread thread_;
 };

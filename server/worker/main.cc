@@ -53,11 +53,11 @@ std::string NameOfThis() {
   return absl::StrCat(host, "/", getpid(), "/", absl::Hex(std::random_device()()));
 }
 
-// A site, and what was said of it last.
+// A site, and what was said of it last: why it waits; empty while it is at work.
 struct Site {
   std::string name;
   std::unique_ptr<SiteWorker> worker = nullptr;
-  std::string trouble = {};
+  std::optional<std::string> trouble = {};
 
   // Says it once.
   void Note(const absl::Status& status) {
@@ -103,7 +103,7 @@ class Worker {
       auto worker = SiteWorker::Open(store_, site.name, me_, options_);
       if (!worker.ok()) return worker.status();
       site.worker = *std::move(worker);
-      Log(spdlog::level::info, "at work", LogFields{.site = site.name});
+      site.Note(absl::OkStatus());
     }
     const auto done = site.worker->RunOne(stop);
     if (!done.ok()) {

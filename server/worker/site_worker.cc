@@ -93,6 +93,10 @@ absl::StatusOr<std::optional<SiteWorker::Done>> SiteWorker::RunOne(std::stop_tok
   absl::StatusOr<bool> is_ours = true;
   if (result.ok()) {
     is_ours = taker_->Finish(job, *result);
+  } else if (absl::IsUnavailable(result.status())) {
+    // What is not given back is taken by others once its lease has ended.
+    taker_->GiveBack(job).status().IgnoreError();
+    return result.status();
   } else if (absl::IsCancelled(result.status())) {
     is_ours = taker_->GiveBack(job);
   } else {

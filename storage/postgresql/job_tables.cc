@@ -33,19 +33,22 @@ CREATE TABLE IF NOT EXISTS workers (
   name TEXT COLLATE "C" PRIMARY KEY,
   seen TIMESTAMPTZ NOT NULL
 ) WITH (fillfactor = 10);
+ALTER TABLE workers ADD COLUMN version TEXT COLLATE "C" NOT NULL DEFAULT '';
 )";
 
 class PostgresJobBoard : public JobBoard {
  public:
   PostgresJobBoard(RunOn read, RunOn write) : read_(std::move(read)), write_(std::move(write)) {}
 
-  absl::StatusOr<int64_t> CountWorkers() override {
-    int64_t count = 0;
+  absl::StatusOr<WorkerCount> CountWorkers() override {
+    WorkerCount count;
     const absl::Status status = read_([&](Connection& database) {
       Statement row = database.Prepare(
-          "SELECT count(*) FROM workers WHERE seen > clock_timestamp() - ? * interval '1 ms'");
-      const absl::Status asked = row.Bind(int64_t{kWorkerIsGone.count()}).Step().status();
-      if (asked.ok()) count = row.Int(0);
+          "SELECT count(*) FILTER (WHERE version = ?), count(*) FILTER (WHERE version <> ?) "
+          "FROM workers WHERE seen > clock_timestamp() - ? * interval '1 ms'");
+      row.Bind(JobVersion()).Bind(JobVersion()).Bind(int64_t{kWorkerIsGone.count()});
+      const absl::Status asked = row.Step().status();
+      if (asked.ok()) count = {row.Int(0), row.Int(1)};
       return asked;
     });
     if (!status.ok()) return status;
@@ -81,6 +84,20 @@ class PostgresJobBoard : public JobBoard {
     return jobs;
   }
 
+  absl::StatusOr<std::set<std::string>> ListKeys() override {
+    std::set<std::string> keys;
+    const absl::Status status = read_([&](Connection& database) {
+      const auto listed =
+          database.Prepare("SELECT key FROM jobs").ReadAll([](const Statement& row) {
+            return row.Text(0);
+          });
+      if (listed.ok()) keys = {listed->begin(), listed->end()};
+      return listed.status();
+    });
+    if (!status.ok()) return status;
+    return keys;
+  }
+
   absl::StatusOr<std::vector<EndedJob>> ListEnded() override {
     absl::StatusOr<std::vector<EndedJob>> jobs;
     const absl::Status status = read_([&](Connection& database) {
@@ -89,9 +106,7 @@ class PostgresJobBoard : public JobBoard {
           "0 END::bigint FROM jobs WHERE state NOT IN ('waiting', 'taken') AND NOT is_told "
           "ORDER BY id");
       jobs = rows.ReadAll([](const Statement& row) {
-        EndedJob job{row.Int(0), row.Text(1), row.Text(2), row.Text(3), row.Int(4) != 0};
-        if (job.is_set_aside) job.problem = SetAsideReason();
-        return job;
+        return EndedJob{row.Int(0), row.Text(1), row.Text(2), row.Text(3), row.Int(4) != 0};
       });
       return jobs.status();
     });
@@ -119,12 +134,6 @@ class PostgresJobBoard : public JobBoard {
   }
 
  private:
-  static std::string SetAsideReason() {
-    return absl::StrCat(kMaxAttempts,
-                        " workers ended while they were at it; please report it. To try it again "
-                        "remove its row from the table jobs of the site's schema");
-  }
-
   const RunOn read_, write_;
 };
 
@@ -132,13 +141,26 @@ class PostgresJobBoard : public JobBoard {
 
 std::string JobVersion() { return ISTHMUS_VERSION; }
 
+std::string SetAsideReason() {
+  return absl::StrCat(kMaxAttempts,
+                      " workers ended while they were at it; please report it. To have it tried "
+                      "again remove its row from the table jobs of the site's schema");
+}
+
+absl::StatusOr<bool> HasJobTables(Connection& database) {
+  // The column that came last.
+  const absl::StatusOr<int64_t> columns = database.ReadNumber(
+      "SELECT count(*) FROM pg_attribute WHERE attrelid = to_regclass('workers') AND attname = "
+      "'version'");
+  if (!columns.ok()) return columns.status();
+  return *columns == 1;
+}
+
 absl::Status PrepareJobTables(Connection& database) {
   // Only the role that made them may make them again, even where nothing is to be done.
-  const absl::StatusOr<int64_t> are_there = database.ReadNumber(
-      "SELECT (to_regclass('jobs') IS NOT NULL AND to_regclass('workers') IS NOT "
-      "NULL)::int::bigint");
+  const absl::StatusOr<bool> are_there = HasJobTables(database);
   if (!are_there.ok()) return are_there.status();
-  if (*are_there == 0) {
+  if (!*are_there) {
     if (absl::Status status = database.Execute(kTables); !status.ok()) return status;
   }
   absl::Status status =

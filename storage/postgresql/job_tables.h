@@ -17,9 +17,14 @@ namespace isthmus::storage {
 // They hold nothing that cannot be lost, so they belong to no version of the map's schema, and
 // isthmus copy leaves them out.
 absl::Status PrepareJobTables(Connection& database);
+// They are as this program makes them.
+absl::StatusOr<bool> HasJobTables(Connection& database);
 
 // Of the program: workers of another version leave jobs alone, as they would do them otherwise.
 std::string JobVersion();
+
+// What is said of a job that worker after worker has ended with.
+std::string SetAsideReason();
 
 // Runs something on a connection, in a transaction.
 using RunOn = std::function<absl::Status(const std::function<absl::Status(Connection&)>& work)>;

@@ -67,6 +67,15 @@ absl::Status CheckMigrated(Connection& database, const std::string& schema) {
       database.ReadNumber("SELECT (to_regclass('about') IS NOT NULL)::int::bigint");
   if (!is_there.ok()) return is_there.status();
   if (*is_there == 0) {
+    const auto may_not_look = HasRow(database,
+                                     "SELECT 1 FROM pg_namespace WHERE nspname = ? AND NOT "
+                                     "has_schema_privilege(oid, 'USAGE')",
+                                     schema);
+    if (may_not_look.ok() && *may_not_look) {
+      return absl::PermissionDeniedError(
+          absl::StrCat("the role may not look into ", where, ": GRANT USAGE ON SCHEMA ",
+                       QuotedName(schema), " to it, and what else docs/postgresql.md says"));
+    }
     return absl::NotFoundError(absl::StrCat(
         where, " holds no map: start the server that is to have it first, which makes the tables"));
   }

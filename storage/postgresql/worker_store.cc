@@ -20,6 +20,29 @@ PostgresTarget TargetOf(const std::string& url, const std::string& site) {
   return target;
 }
 
+// All that a job needs, so that nobody waits for a worker that could not end it.
+absl::Status CheckRights(Connection& database) {
+  const absl::StatusOr<bool> has_tables = HasJobTables(database);
+  if (!has_tables.ok()) return has_tables.status();
+  if (!*has_tables) {
+    return absl::NotFoundError(
+        "the site has no tables for this program's jobs: start the server that has the map, of "
+        "this version, which makes them");
+  }
+  Statement row = database.Prepare(
+      "SELECT coalesce(string_agg(privilege || ' on ' || name, ', '), '') FROM (VALUES "
+      "('about', 'SELECT'), ('sessions', 'SELECT'), ('submaps', 'SELECT'), "
+      "('submap_blobs', 'SELECT'), ('features', 'SELECT'), ('features', 'INSERT'), "
+      "('features', 'UPDATE'), ('jobs', 'SELECT'), ('jobs', 'UPDATE'), ('workers', 'SELECT'), "
+      "('workers', 'INSERT'), ('workers', 'UPDATE'), ('workers', 'DELETE')) AS needed (name, "
+      "privilege) WHERE NOT has_table_privilege(to_regclass(name), privilege)");
+  if (absl::Status status = row.Step().status(); !status.ok()) return status;
+  if (row.Text(0).empty()) return absl::OkStatus();
+  return absl::PermissionDeniedError(
+      absl::StrCat("its role in the database needs ", row.Text(0),
+                   "; docs/postgresql.md has what to GRANT to a worker's role"));
+}
+
 // Of a change of one row.
 absl::StatusOr<bool> IsOne(const absl::StatusOr<int64_t>& changed) {
   if (!changed.ok()) return changed.status();
@@ -69,8 +92,9 @@ absl::StatusOr<std::optional<TakenJob>> JobTaker::Take() {
   absl::Status status =
       connection_
           ->Prepare(
-              "UPDATE jobs SET state = 'set aside' WHERE state = 'taken' AND attempt >= ? "
-              "AND lease_until < clock_timestamp()")
+              "UPDATE jobs SET state = 'set aside', problem = ? WHERE state = 'taken' AND "
+              "attempt >= ? AND lease_until < clock_timestamp()")
+          .Bind(SetAsideReason())
           .Bind(kMaxAttempts)
           .Change()
           .status();
@@ -90,13 +114,16 @@ absl::StatusOr<std::optional<TakenJob>> JobTaker::Take() {
 
 absl::StatusOr<bool> JobTaker::KeepAlive(const std::optional<TakenJob>& job) {
   MutexLock lock(&mutex_);
-  absl::Status status = connection_
-                            ->Prepare(
-                                "INSERT INTO workers (name, seen) VALUES (?, clock_timestamp()) "
-                                "ON CONFLICT (name) DO UPDATE SET seen = excluded.seen")
-                            .Bind(worker_)
-                            .Change()
-                            .status();
+  absl::Status status = CheckRights(*connection_);
+  if (!status.ok()) return status;
+  status = connection_
+               ->Prepare(
+                   "INSERT INTO workers (name, seen, version) VALUES (?, clock_timestamp(), ?) "
+                   "ON CONFLICT (name) DO UPDATE SET seen = excluded.seen")
+               .Bind(worker_)
+               .Bind(JobVersion())
+               .Change()
+               .status();
   if (!status.ok() || !job) return status.ok() ? absl::StatusOr<bool>(true) : status;
   Statement renew = OfMine("lease_until = clock_timestamp() + ? * interval '1 ms'");
   return IsOne(renew.Bind(int64_t{kJobLease.count()}).Bind(job->id).Bind(job->attempt).Change());

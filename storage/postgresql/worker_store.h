@@ -31,7 +31,8 @@ struct TakenJob {
 // way by itself.
 class JobTaker {
  public:
-  // `worker` is a name that no other process has. Takes jobs of the same version only.
+  // `worker` is a name that no other process has. Takes jobs of the same version only. NotFound
+  // where no server has made the tables of jobs yet.
   static absl::StatusOr<std::unique_ptr<JobTaker>> Open(const std::string& url,
                                                         const std::string& site,
                                                         const std::string& worker);
@@ -41,7 +42,8 @@ class JobTaker {
   // the last KeepAlive. One that too many workers ended with is set aside.
   absl::StatusOr<std::optional<TakenJob>> Take();
   // Says that this worker lives, and keeps the job, where there is one. False: it is another's by
-  // now, or withdrawn; what comes of it would not be taken.
+  // now, or withdrawn; what comes of it would not be taken. PermissionDenied where its role lacks
+  // rights that jobs need: then it is no worker to whom the server would give any.
   absl::StatusOr<bool> KeepAlive(const std::optional<TakenJob>& job);
   // False where the job is not this worker's any more: then nothing is left.
   absl::StatusOr<bool> Finish(const TakenJob& job, const std::string& result);

@@ -32,7 +32,9 @@ class FaultyStore : public MapStore {
   }
   absl::StatusOr<std::shared_ptr<const Submap>> GetSubmap(const SubmapId& submap) const override {
     if (auto status = faults_->BeforeReading(submap); !status.ok()) return status;
-    return store_->GetSubmap(submap);
+    const auto found = store_->GetSubmap(submap);
+    if (!found.ok()) return found;
+    return std::make_shared<const Submap>(**found);  // As one read from a disk.
   }
   absl::StatusOr<SessionRecord> GetSession(const SessionId& session) const override {
     if (absl::Status status = faults_->BeforeRead(); !status.ok()) return status;

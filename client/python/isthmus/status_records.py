@@ -83,6 +83,7 @@ class MatchingLoad:
     pairs: int
     workers: int
     jobs: int
+    jobs_set_aside: int
 
 
 @dataclass(frozen=True)

@@ -65,6 +65,12 @@ std::string Text(const TopView& view, size_t columns = kWide) {
   return absl::StrJoin(TopLines(view, columns), "\n");
 }
 
+TEST(TopFrame, SaysWhatWorkersDo) {
+  TopView view = View();
+  view.status->load.matching = {true, 0, 0, 4, 0, 1};
+  EXPECT_THAT(Text(view), HasSubstr("matching idle, 4 workers, 1 jobs set aside   composition"));
+}
+
 TEST(TopFrame, SaysHowServerAndRobotsAreGettingOn) {
   const std::string text = Text(View());
   EXPECT_THAT(text, HasSubstr("isthmus 1.2.3 at box:50051, site yard   up 1 d 03:46:40"));

@@ -13,6 +13,7 @@
 #include "server/matching/prepared/prepared_submap_codec.h"
 #include "storage/memory_store.h"
 #include "tests/server/pipeline/robots.h"
+#include "tests/storage/faulty_store.h"
 
 namespace isthmus::server {
 namespace {
@@ -23,7 +24,7 @@ constexpr int kScans = 600;  // Of each: enough ground in common.
 class JobRunnerTest : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
-    auto store = storage::MakeMemoryStore();
+    auto store = storage::MakeFaultyStore(storage::MakeMemoryStore(), faults_);
     store_ = store.get();
     const Drive drive(2, 4);
     PipelineOptions options = QuickOptions();
@@ -65,6 +66,7 @@ class JobRunnerTest : public ::testing::Test {
     return EncodeMatch(*match);
   }
 
+  static inline const auto faults_ = std::make_shared<storage::Faults>();
   static inline storage::MapStore* store_ = nullptr;
   static inline Pipeline* pipeline_ = nullptr;
 };
@@ -112,6 +114,26 @@ TEST_F(JobRunnerTest, TheSameBitsWhoeverHasPreparedTheSubmaps) {
   EXPECT_EQ(Run(makes, MakeJob()), expected);
 }
 
+// Nothing comes of a part of the map, and the runner is not spoilt by it.
+TEST_F(JobRunnerTest, WhileTheStoreIsAwayTheJobIsInnocent) {
+  const PairJob job = MakeJob();
+  JobRunner runner(store_, {.submap_cache_bytes = 0});
+  for (const bool knows_outlines : {false, true}) {
+    faults_->FailReads(absl::FailedPreconditionError("the role may not read it"));
+    EXPECT_TRUE(absl::IsUnavailable(runner.Run(job, {}).status())) << knows_outlines;
+    EXPECT_TRUE(absl::IsUnavailable(runner.Run(PlanJob{job.a, {}}, {}).status())) << knows_outlines;
+    faults_->FailReads(absl::OkStatus());
+    MapOfJob gone = job.a;
+    gone.submaps.push_back(99);
+    gone.stamps_ns.push_back(0);
+    gone.T_odom_submap.push_back(Pose());
+    // It reads all outlines on the way.
+    EXPECT_TRUE(absl::IsFailedPrecondition(runner.Run(PlanJob{gone, {}}, {}).status()));
+  }
+  JobRunner fresh(store_, {});
+  EXPECT_EQ(Run(runner, job), Run(fresh, job));
+}
+
 // As the server compares them itself, after any other job.
 TEST_F(JobRunnerTest, ComparesPlansAsTheServerDoes) {
   SubmapCache cache(store_, size_t{64} << 20, [](const SubmapId&, const std::string&) {});
@@ -119,7 +141,7 @@ TEST_F(JobRunnerTest, ComparesPlansAsTheServerDoes) {
   const auto plan_of = [&](const MapOfJob& map) {
     matching::PreparedSubmaps submaps;
     for (const uint32_t index : map.submaps) {
-      submaps.push_back(prepared.Get(cache.Outline({map.session, index})));
+      submaps.push_back(prepared.Get(cache.Outline({map.session, index})).value());
     }
     return std::make_shared<const matching::SessionPlan>(matching::MakeSessionPlan(submaps));
   };

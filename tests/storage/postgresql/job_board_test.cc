@@ -6,6 +6,7 @@
 
 #include <map>
 #include <memory>
+#include <set>
 #include <string>
 #include <thread>
 #include <utility>
@@ -82,6 +83,7 @@ TEST_F(JobBoardTest, NoTwoWorkersGetTheSameJob) {
   Mutex mutex;
   std::map<std::string, int> taken;
   std::vector<std::thread> threads;
+  threads.reserve(kWorkers);
   for (int i = 0; i < kWorkers; ++i) {
     threads.emplace_back([&, i] {
       const auto worker = Hire("worker " + std::to_string(i));
@@ -130,6 +132,7 @@ TEST_F(JobBoardTest, AJobThatWorkersDieOfIsSetAsideAndNotPostedAgain) {
   ASSERT_EQ(ended.size(), 1u);
   EXPECT_TRUE(ended[0].is_set_aside);
   EXPECT_THAT(ended[0].problem, HasSubstr("workers ended"));
+  EXPECT_EQ(board_->ListKeys()->count("poison"), 1u);
   // Told once, and remembered.
   ASSERT_TRUE(board_->Remove(ended).ok());
   EXPECT_TRUE(board_->ListEnded()->empty());
@@ -176,17 +179,62 @@ TEST_F(JobBoardTest, WhatIsWithdrawnIsNobodysAndWhatIsDoneStays) {
 }
 
 TEST_F(JobBoardTest, WorkersCountWhileTheyGiveSigns) {
-  EXPECT_EQ(*board_->CountWorkers(), 0);
+  EXPECT_EQ(*board_->CountWorkers(), WorkerCount());
   const auto one = Hire("one");
   {
     const auto two = Hire("two");
-    EXPECT_EQ(*board_->CountWorkers(), 2);
+    EXPECT_EQ(*board_->CountWorkers(), WorkerCount{.able = 2});
   }
-  EXPECT_EQ(*board_->CountWorkers(), 1);  // Two said goodbye.
+  EXPECT_EQ(*board_->CountWorkers(), WorkerCount{.able = 1});  // Two said goodbye.
   Execute("UPDATE workers SET seen = now() - interval '1 minute'");
-  EXPECT_EQ(*board_->CountWorkers(), 0);
+  EXPECT_EQ(*board_->CountWorkers(), WorkerCount());
   EXPECT_TRUE(*one->KeepAlive(std::nullopt));
-  EXPECT_EQ(*board_->CountWorkers(), 1);
+  EXPECT_EQ(*board_->CountWorkers(), WorkerCount{.able = 1});
+}
+
+TEST_F(JobBoardTest, WorkersOfAnotherVersionAreCountedApart) {
+  const auto one = Hire("one");
+  // As a program signs that knows of no versions.
+  Execute("INSERT INTO workers (name, seen) VALUES ('older', now())");
+  EXPECT_EQ(*board_->CountWorkers(), (WorkerCount{.able = 1, .of_other_versions = 1}));
+}
+
+TEST_F(JobBoardTest, TablesOfAnEarlierProgramAreBroughtUpToDate) {
+  Execute("ALTER TABLE workers DROP COLUMN version");
+  EXPECT_TRUE(absl::IsNotFound(JobTaker::Open(server_.url(), site_, "worker").status()));
+  store_.reset();
+  const auto next = std::move(OpenPostgresStore(server_.url(), site_)).value();
+  const auto worker = Hire("worker");
+  EXPECT_EQ(*next->jobs()->CountWorkers(), WorkerCount{.able = 1});
+}
+
+// Else a server would wait for what it cannot do.
+TEST_F(JobBoardTest, AWorkerThatLacksRightsGivesNoSign) {
+  const std::string role = "poor_" + site_, schema = SchemaOfSite(site_);
+  const std::string url = "postgresql:///postgres?user=" + role + "&host=" + server_.folder();
+  const std::string to_role = " TO \"" + role + "\"";
+  Execute("CREATE ROLE \"" + role + "\" LOGIN");
+  EXPECT_TRUE(absl::IsPermissionDenied(OpenWorkerStore(url, site_).status()));
+  Execute("GRANT USAGE ON SCHEMA \"" + schema + "\"" + to_role +
+          "; GRANT SELECT ON ALL TABLES IN SCHEMA \"" + schema + "\"" + to_role +
+          "; GRANT INSERT, UPDATE, DELETE ON workers" + to_role + "; GRANT UPDATE ON jobs" +
+          to_role);
+  const absl::Status lacking = JobTaker::Open(url, site_, "worker").status();
+  EXPECT_TRUE(absl::IsPermissionDenied(lacking)) << lacking;
+  EXPECT_THAT(lacking.message(), HasSubstr("needs INSERT on features, UPDATE on features;"));
+  Execute("GRANT INSERT, UPDATE ON features" + to_role);
+  const auto worker = std::move(JobTaker::Open(url, site_, "worker")).value();
+  EXPECT_EQ(*board_->CountWorkers(), WorkerCount{.able = 1});
+  Execute("REVOKE SELECT ON submaps FROM \"" + role + "\"");
+  EXPECT_TRUE(absl::IsPermissionDenied(worker->KeepAlive(std::nullopt).status()));
+}
+
+TEST_F(JobBoardTest, ListsTheKeysOfAllThatIsOnIt) {
+  const auto worker = Hire("worker");
+  ASSERT_TRUE(board_->Post({"done", ""}).ok());
+  EXPECT_TRUE(*worker->Finish(worker->Take()->value(), "result"));
+  ASSERT_TRUE(board_->Post({"waits", ""}).ok());
+  EXPECT_EQ(*board_->ListKeys(), (std::set<std::string>{"done", "waits"}));
 }
 
 TEST_F(JobBoardTest, JobsOfAnotherVersionAreLeftAloneAndTheNextServerClearsThem) {
