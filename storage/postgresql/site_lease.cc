@@ -270,7 +270,11 @@ void SiteLease::RenewLoop() {
       mine = CaughtStatus();
     }
     pause = std::max<Clock::duration>(PauseLeft(), kFirstPause);
-    if (!mine.ok()) continue;
+    if (!mine.ok()) {
+      MutexLock lock(&mutex_);
+      trouble_ = std::string(mine.status().message());
+      continue;
+    }
     if (!*mine) {
       return Lose(absl::StrCat("the schema ", target().schema,
                                " was taken over by another server, ", OwnerOf(*this)));
@@ -278,20 +282,24 @@ void SiteLease::RenewLoop() {
     pause = std::min(options_.length / kRenewals, kRenewEvery);
     MutexLock lock(&mutex_);
     renewed_ = now;
+    trouble_.clear();
   }
 }
 
 void SiteLease::WatchLoop() {
   NameThread("lease_watch");
   Clock::duration left = options_.length;
+  std::string trouble;
   while (Rest(left)) {
     MutexLock lock(&mutex_);
     left = renewed_ + options_.length - Clock::now();
+    trouble = trouble_;
     if (left <= Clock::duration(0)) break;
   }
-  Lose(absl::StrCat("the schema ", target().schema,
-                    " could not be held: PostgreSQL was out of reach for the lease of ",
-                    options_.length.count(), " ms, and another server may have taken it"));
+  if (trouble.empty()) trouble = "no answer came, or this process or its machine stood still";
+  Lose(absl::StrCat("the schema ", target().schema, " could not be held for its lease of ",
+                    options_.length.count(),
+                    " ms, and another server may have taken it: ", trouble));
 }
 
 void SiteLease::Lose(const std::string& why) {

@@ -94,6 +94,7 @@ class SiteLease : private PostgresConnection {
   bool is_lost_ ABSL_GUARDED_BY(mutex_) = false;
   // When the last renewal that succeeded was sent.
   Clock::time_point renewed_ ABSL_GUARDED_BY(mutex_);
+  std::string trouble_ ABSL_GUARDED_BY(mutex_);  // Why those since then failed; empty: none has.
   std::thread renewing_, watching_;
 };
 

@@ -230,7 +230,7 @@ TEST_F(SiteLeaseTest, WhoIsCutOffGivesUpBeforeAnotherBegins) {
   spare.AwaitLooks(2);
   link.Stall(true);
   const Time lost = owner.AwaitLoss();
-  EXPECT_THAT(owner.lost(), HasSubstr("out of reach"));
+  EXPECT_THAT(owner.lost(), HasSubstr("no answer came"));
   ASSERT_TRUE(spare.store().Write({.sessions = {MakeSession("spare-1")}}).ok());
   EXPECT_LT(lost, *spare.opened_at());
   link.Stall(false);
