@@ -44,16 +44,15 @@ std::shared_ptr<const matching::PreparedSubmap> JobRunner::GetPrepared(
 
 std::shared_ptr<const Submap> JobRunner::OutlineOf(const MapOfJob& map, size_t k) {
   const SubmapId id{map.session, map.submaps[k]};
-  std::shared_ptr<const Submap> outline = submaps_.Outline(id);
-  if (outline != nullptr && outline->first_stamp_ns != map.stamps_ns[k]) {
+  absl::StatusOr<std::shared_ptr<const Submap>> outline = submaps_.TryOutline(id);
+  if (outline.ok() && (*outline)->first_stamp_ns != map.stamps_ns[k]) {
     submaps_.Forget(id);
-    outline = submaps_.Outline(id);
-    if (outline != nullptr && outline->first_stamp_ns != map.stamps_ns[k]) return nullptr;
+    outline = submaps_.TryOutline(id);
   }
-  if (outline != nullptr) return matching::LyingAt(outline, map.T_odom_submap[k]);
-  const absl::Status status = submaps_.TryGet(id).status();
-  if (!absl::IsNotFound(status) && !absl::IsDataLoss(status)) throw StoreFailed{status};
-  return nullptr;
+  if (absl::IsNotFound(outline.status()) || absl::IsDataLoss(outline.status())) return nullptr;
+  if (!outline.ok()) throw StoreFailed{outline.status()};
+  if ((*outline)->first_stamp_ns != map.stamps_ns[k]) return nullptr;
+  return matching::LyingAt(*outline, map.T_odom_submap[k]);
 }
 
 std::shared_ptr<const JobRunner::Kept> JobRunner::MapOf(const MapOfJob& map) {

@@ -67,13 +67,18 @@ absl::StatusOr<std::shared_ptr<const Submap>> SubmapCache::Read(const SubmapId& 
 }
 
 std::shared_ptr<const Submap> SubmapCache::Outline(const SubmapId& id) {
+  return TryOutline(id).value_or(nullptr);
+}
+
+absl::StatusOr<std::shared_ptr<const Submap>> SubmapCache::TryOutline(const SubmapId& id) {
   {
     MutexLock lock(&mutex_);
     const auto it = entries_.find(id);
     if (it != entries_.end() && it->second.outline) return it->second.outline;
   }
-  const std::shared_ptr<const Submap> whole = Get(id);
-  if (!whole) return nullptr;
+  const absl::StatusOr<std::shared_ptr<const Submap>> read = TryGet(id);
+  if (!read.ok()) return read;
+  const std::shared_ptr<const Submap>& whole = *read;
   auto outline = std::make_shared<Submap>();
   outline->id = whole->id;
   outline->robot = whole->robot;

@@ -39,6 +39,7 @@ class SubmapCache {
   absl::StatusOr<std::shared_ptr<const Submap>> TryGet(const SubmapId& id);
   // All but its points; kept for good once read, a kB or so each, and always the same object.
   std::shared_ptr<const Submap> Outline(const SubmapId& id);
+  absl::StatusOr<std::shared_ptr<const Submap>> TryOutline(const SubmapId& id);
 
   // One of which something other than its points is damaged: nobody gets it any more.
   void MarkDamaged(const SubmapId& id, const std::string& problem);

@@ -37,6 +37,11 @@ inline constexpr double kIndexedGrowth = 1.5;
 // Metres between the ways of sessions in one frame, up to which they may have seen the same: as far
 // as two sensors look, and a GNSS receiver among houses errs.
 inline constexpr double kNearSessionsM = 50;
+// How long matching waits for a store that gives no submap, and between two looks: longer than a
+// server without its database lives (kLease), so that no match is made of a part of a map. A submap
+// on a broken disk is left out after that, each time.
+inline constexpr double kStoreAwayMs = 12'000;
+inline constexpr absl::Duration kStoreAwayLook = absl::Milliseconds(100);
 // Probability below which an accepted match is given up once its sessions' anchors are others. A
 // guess: between what anchors that are gone leave of twins, a half at most, and doubt.
 inline constexpr double kGivenUpBelow = 0.7;

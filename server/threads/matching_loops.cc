@@ -62,7 +62,7 @@ matching::LoopQuery MatchingThread::QueryOf(const MapView& view, const SubmapId&
   }
   for (const SubmapPose& pose : placement.submaps) {
     if (pose.index > submap.index || !session.submaps.contains(pose.index)) continue;
-    std::shared_ptr<const Submap> outline = submaps_->Outline({submap.session, pose.index});
+    std::shared_ptr<const Submap> outline = OutlineOf({submap.session, pose.index});
     if (outline == nullptr) continue;
     query.submaps.push_back(std::move(outline));
     query.T_map_submap.push_back(pose.T_map_submap);

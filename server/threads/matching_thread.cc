@@ -64,9 +64,9 @@ MatchingThread::MatchingThread(MapWriter* map, Activity* activity, storage::MapS
       source_([this](const auto& outline) { return GetPrepared(outline); }),
       points_([this](const SubmapId& id) { return submaps_->Get(id); }),
       prepared_(source_, options.prepared_bytes),
-      shapes_(submaps),
+      shapes_([this](const SubmapId& id) { return OutlineOf(id); }),
       revisits_(options.revisits, [this](const SubmapId& id) {
-        const std::shared_ptr<const Submap> outline = submaps_->Outline(id);
+        const std::shared_ptr<const Submap> outline = OutlineOf(id);
         return outline ? GetPrepared(outline) : nullptr;
       }) {
   const MapWriter::View view = map_->view();
@@ -102,9 +102,23 @@ void MatchingThread::Stop() {
 
 std::shared_ptr<const matching::PreparedSubmap> MatchingThread::GetPrepared(
     const std::shared_ptr<const Submap>& outline) const {
-  if (stop_.stop_requested()) throw Stopped();
-  const auto prepared = prepared_store_.Get(outline);
+  const auto prepared = Await([&] { return prepared_store_.Get(outline); });
   return prepared.ok() ? *prepared : std::make_shared<const matching::PreparedSubmap>(outline);
+}
+
+std::shared_ptr<const Submap> MatchingThread::OutlineOf(const SubmapId& submap) const {
+  return Await([&] { return submaps_->TryOutline(submap); }).value_or(nullptr);
+}
+
+template <typename Read>
+auto MatchingThread::Await(const Read& read) const -> decltype(read()) {
+  const Stopwatch watch;
+  while (true) {
+    if (stop_.stop_requested()) throw Stopped();
+    auto result = read();
+    if (!absl::IsUnavailable(result.status()) || watch.Ms() >= kStoreAwayMs) return result;
+    map_->changed().WaitPast(map_->changed().count(), absl::Now() + kStoreAwayLook);
+  }
 }
 
 bool MatchingThread::RunGuarded(const std::string& task, const std::function<void()>& work) {

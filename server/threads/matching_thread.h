@@ -103,9 +103,14 @@ class MatchingThread {
   bool RunGuarded(const std::string& task, const std::function<void()>& work);
   // True the first time that this task is told of.
   bool TellLeftOut(const std::string& task, const std::string& problem);
-  // Throws Stopped.
+  // Of a submap that cannot be read one without a surface. As the next one throws Stopped.
   std::shared_ptr<const matching::PreparedSubmap> GetPrepared(
       const std::shared_ptr<const Submap>& outline) const;
+  // Null where it cannot be read.
+  std::shared_ptr<const Submap> OutlineOf(const SubmapId& submap) const;
+  // What is read once the store is not away, so that nothing is matched with a part of a map.
+  template <typename Read>
+  auto Await(const Read& read) const -> decltype(read());
 
   // The first submap that was not asked for loops yet; only once it is placed.
   std::optional<SubmapId> NextForLoops(const MapView& view) const;

@@ -88,7 +88,7 @@ SessionShapes::Shaped SessionShapes::Of(const MapView& view, const SessionView& 
 matching::SubmapList SessionShapes::Outlines(const SessionView& session) {
   matching::SubmapList outlines;
   for (const auto& [index, submap] : session.submaps) {
-    if (auto outline = submaps_->Outline(submap.id)) outlines.push_back(std::move(outline));
+    if (auto outline = outlines_(submap.id)) outlines.push_back(std::move(outline));
   }
   return outlines;
 }

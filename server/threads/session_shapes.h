@@ -8,17 +8,17 @@
 #include <utility>
 #include <vector>
 
+#include "core/map/submap.h"
 #include "server/map/map_view.h"
-#include "server/map/submap_cache.h"
 #include "server/matching/prepared/shape_keeper.h"
 
 namespace isthmus::server {
 
-// Reads outlines from the store. Not thread safe. A session without loops is as odometry has it and
-// costs nothing.
+// Not thread safe. A session without loops is as odometry has it and costs nothing.
 class SessionShapes {
  public:
-  explicit SessionShapes(SubmapCache* submaps) : submaps_(submaps) {}
+  // The reader gives outlines, or null.
+  explicit SessionShapes(SubmapReader outlines) : outlines_(std::move(outlines)) {}
 
   // The sessions whose shape has to be updated for this view. Of a session that had loops when the
   // server started it is made when a match asks for it.
@@ -56,7 +56,7 @@ class SessionShapes {
   matching::SubmapList Outlines(const SessionView& session);
   static void SetSizes(const SessionView& session, Ground* ground);
 
-  SubmapCache* const submaps_;
+  const SubmapReader outlines_;
   std::optional<uint64_t> seen_;  // The serial of the view looked at last.
   std::map<SessionId, State> states_;
 };

@@ -47,6 +47,8 @@ class SessionShapesTest : public PlacedMapTest {
     map_.WaitUntilPlaced();
   }
 
+  const SubmapReader outlines_ = [this](const SubmapId& id) { return submaps_.Outline(id); };
+
   // Does what is outstanding; how many sessions that were.
   size_t Look(SessionShapes* shapes) {
     const MapWriter::View view = map_.view();
@@ -65,7 +67,7 @@ class SessionShapesTest : public PlacedMapTest {
 };
 
 TEST_F(SessionShapesTest, WithoutLoopsThereIsNone) {
-  SessionShapes shapes(&submaps_);
+  SessionShapes shapes(outlines_);
   EXPECT_EQ(Look(&shapes), 0u);
   EXPECT_EQ(ShapeOf(&shapes).shape, nullptr);
   EXPECT_EQ(ShapeOf(&shapes).submaps[3], submaps_.Outline({kSession, 3}));
@@ -73,7 +75,7 @@ TEST_F(SessionShapesTest, WithoutLoopsThereIsNone) {
 }
 
 TEST_F(SessionShapesTest, ALoopMovesItOnceAndIsTakenBack) {
-  SessionShapes shapes(&submaps_);
+  SessionShapes shapes(outlines_);
   Look(&shapes);
   ASSERT_TRUE(map_.AddLoops({ShapeLoop(0, 7)}).ok());
   EXPECT_EQ(Look(&shapes), 1u);
@@ -97,11 +99,11 @@ TEST_F(SessionShapesTest, ALoopMovesItOnceAndIsTakenBack) {
 }
 
 TEST_F(SessionShapesTest, ARestartGivesTheSameShape) {
-  SessionShapes shapes(&submaps_);
+  SessionShapes shapes(outlines_);
   Look(&shapes);
   ASSERT_TRUE(map_.AddLoops({ShapeLoop(0, 7)}).ok());
   Look(&shapes);
-  SessionShapes again(&submaps_);
+  SessionShapes again(outlines_);
   EXPECT_EQ(Look(&again), 0u) << "it is made when somebody asks";
   const auto before = ShapeOf(&shapes).submaps, after = ShapeOf(&again).submaps;
   EXPECT_EQ(again.version(kSession), 0u);
@@ -115,7 +117,7 @@ TEST_F(SessionShapesTest, ARestartGivesTheSameShape) {
 
 TEST_F(SessionShapesTest, AfterARestartLoopsThatComeBeforeAnyoneAskedCountAsAMove) {
   ASSERT_TRUE(map_.AddLoops({ShapeLoop(0, 6)}).ok());
-  SessionShapes shapes(&submaps_);
+  SessionShapes shapes(outlines_);
   Look(&shapes);
   ASSERT_TRUE(map_.AddLoops({ShapeLoop(0, 7)}).ok());
   EXPECT_EQ(Look(&shapes), 0u);
@@ -124,7 +126,7 @@ TEST_F(SessionShapesTest, AfterARestartLoopsThatComeBeforeAnyoneAskedCountAsAMov
 }
 
 TEST_F(SessionShapesTest, OneThatIsLeftOutIsAsItsOdometryHasIt) {
-  SessionShapes shapes(&submaps_);
+  SessionShapes shapes(outlines_);
   Look(&shapes);
   ASSERT_TRUE(map_.AddLoops({ShapeLoop(0, 7)}).ok());
   Look(&shapes);
@@ -136,7 +138,7 @@ TEST_F(SessionShapesTest, OneThatIsLeftOutIsAsItsOdometryHasIt) {
 }
 
 TEST_F(SessionShapesTest, ADeletedSessionIsForgotten) {
-  SessionShapes shapes(&submaps_);
+  SessionShapes shapes(outlines_);
   Look(&shapes);
   ASSERT_TRUE(map_.AddLoops({ShapeLoop(0, 7)}).ok());
   Look(&shapes);

@@ -21,7 +21,7 @@ namespace {
 using testing::Contains;
 using testing::HasSubstr;
 
-enum class Throws { kNever, kFeatures, kSubmaps, kWrites, kCheckpoints };
+enum class Throws { kNever, kFeatures, kSubmaps, kWrites, kCheckpoints, kIsAway };
 
 class ThrowingStore : public storage::ForwardingStore {
  public:
@@ -36,10 +36,15 @@ class ThrowingStore : public storage::ForwardingStore {
   absl::StatusOr<std::string> GetFeatures(const SubmapId& submap,
                                           const std::string& kind) const override {
     if (*throws_ == Throws::kFeatures) throw 7;  // Whatever it is.
+    if (*throws_ == Throws::kIsAway) matches_ = true;
     return ForwardingStore::GetFeatures(submap, kind);
   }
   absl::StatusOr<std::shared_ptr<const Submap>> GetSubmap(const SubmapId& submap) const override {
     if (*throws_ == Throws::kSubmaps) throw std::bad_alloc();
+    // Every other time, once it is asked for what only matching reads.
+    if (*throws_ == Throws::kIsAway && matches_ && ++asked_ % 2 == 1) {
+      return absl::UnavailableError("the store is away");
+    }
     return ForwardingStore::GetSubmap(submap);
   }
   absl::StatusOr<storage::Checkpoint> GetCheckpoint(const SessionId& session) const override {
@@ -49,6 +54,8 @@ class ThrowingStore : public storage::ForwardingStore {
 
  private:
   const std::shared_ptr<std::atomic<Throws>> throws_;
+  mutable std::atomic<bool> matches_ = false;
+  mutable std::atomic<int> asked_ = 0;
 };
 
 class ThrownTest : public testing::Test {
@@ -56,15 +63,16 @@ class ThrownTest : public testing::Test {
   // On what the last one stored.
   void Open() {
     pipeline_ = nullptr;
-    std::filesystem::create_directories(folder_.path());
+    std::filesystem::create_directories(folder_->path());
     PipelineOptions options = QuickOptions();
+    options.submap_cache_bytes = 0;  // All are read.
     options.on_problem = [this](const std::string& problem) {
       MutexLock lock(&mutex_);
       problems_.push_back(problem);
     };
-    auto pipeline = Pipeline::Open(
-        options,
-        std::make_unique<ThrowingStore>(storage::OpenSqliteStore(folder_.path()).value(), throws_));
+    auto pipeline =
+        Pipeline::Open(options, std::make_unique<ThrowingStore>(
+                                    storage::OpenSqliteStore(folder_->path()).value(), throws_));
     ASSERT_TRUE(pipeline.ok()) << pipeline.status();
     pipeline_ = *std::move(pipeline);
   }
@@ -80,7 +88,7 @@ class ThrownTest : public testing::Test {
     return problems_;
   }
 
-  const storage::TemporaryFolder folder_;
+  std::unique_ptr<storage::TemporaryFolder> folder_ = std::make_unique<storage::TemporaryFolder>();
   const Drive drive_{2};
   const std::shared_ptr<std::atomic<Throws>> throws_ =
       std::make_shared<std::atomic<Throws>>(Throws::kNever);
@@ -100,6 +108,30 @@ TEST_F(ThrownTest, AMatchAtWhichSomethingIsThrownIsNamedAndLeftOut) {
   EXPECT_THAT(Problems(), Contains(HasSubstr("left out the match of a-1 and b-1")));
   EXPECT_TRUE(pipeline_->GetMatchGraph().matches.empty());
   EXPECT_GT(pipeline_->GetMap()->point_count(0), 0u);
+}
+
+TEST_F(ThrownTest, WithAStoreThatIsAwayForMomentsMapsAreMatchedWhole) {
+  std::vector<Match> found;
+  for (const Throws what : {Throws::kNever, Throws::kIsAway}) {
+    *throws_ = what;
+    pipeline_ = nullptr;
+    folder_ = std::make_unique<storage::TemporaryFolder>();
+    ASSERT_NO_FATAL_FAILURE(Open());
+    for (int robot = 0; robot < 2; ++robot) {
+      const SessionId session = DriveFor(40, robot == 0 ? "a" : "b", robot);
+      EXPECT_TRUE(pipeline_->FinishSession(session).ok());
+    }
+    pipeline_->WaitUntilIdle();
+    const std::vector<MatchEdge> matches = pipeline_->GetMatchGraph().matches;
+    ASSERT_EQ(matches.size(), 1u);
+    found.push_back(matches[0].match);
+  }
+  EXPECT_GT(found[0].submaps_a, 5u);
+  EXPECT_EQ(found[1].submaps_a, found[0].submaps_a);
+  EXPECT_EQ(found[1].submaps_b, found[0].submaps_b);
+  EXPECT_GE(found[0].overlap, 0);
+  EXPECT_EQ(found[1].overlap, found[0].overlap);
+  EXPECT_EQ(found[1].free_space, found[0].free_space);
 }
 
 TEST_F(ThrownTest, WhatCannotBeReadAfterAStartIsNamedAndTheServerServes) {
