@@ -15,8 +15,9 @@ namespace isthmus::storage {
 // from beside records that never change, so that whoever does it, and however often, it comes out
 // the same. Both are the poster's affair.
 struct PostedJob {
-  std::string key;
-  std::string payload;
+  std::string key = {};
+  std::string payload = {};
+  bool is_urgent = false;  // To be done before those that are not.
 };
 
 struct EndedJob {
@@ -48,13 +49,15 @@ class JobBoard {
   virtual absl::Status Post(const PostedJob& job) = 0;
   // Those that have not ended, in order of posting.
   virtual absl::StatusOr<std::vector<PostedJob>> ListOpen() = 0;
-  // Of all that are on it, those set aside too.
+  // Of all that workers may still take or have ended, those set aside too.
   virtual absl::StatusOr<std::set<std::string>> ListKeys() = 0;
+  virtual absl::StatusOr<std::set<std::string>> ListSetAside() = 0;
   // In order of posting. Those that are set aside are listed once.
   virtual absl::StatusOr<std::vector<EndedJob>> ListEnded() = 0;
   // Takes ended ones off the board; those set aside stay as a warning.
   virtual absl::Status Remove(const std::vector<EndedJob>& jobs) = 0;
-  // Takes all off that have not ended.
+  // Takes all off that have not ended. What several workers have ended with is set aside instead:
+  // it is not for the server to try.
   virtual absl::Status Withdraw() = 0;
 };
 

@@ -34,7 +34,7 @@ class Parameters:
     watchers: float = 0.1  # Viewers and readers for each robot that drives.
     worst_partners: bool = False  # Each session tried with 5 others rather than with about 3.
     ingest_owners: int = 1  # Servers among which a site's robots are spread: not built.
-    workers: bool = False  # Pairs are matched, and sessions compared, by other processes.
+    workers: bool = False  # Other processes match, compare sessions, and help with loops.
     replicas: bool = False  # Readers and watchers are served by other processes.
 
 
@@ -125,6 +125,10 @@ class SiteLoad:
     def storing(self):
         return self.robots * self.submaps_per_s * self.costs["storing_s_per_submap"]
 
+    def loops_of_workers(self):
+        """Those that the owner's matching thread has no time for."""
+        return numpy.maximum(0, self.loops() - 1)
+
     def loops(self):
         return self.robots * self.submaps_per_s * self.of_kind("loops_s_per_submap")
 
@@ -176,7 +180,9 @@ class SiteLoad:
 
     def matching_thread(self):
         """What the one thread of matching of the owner is asked for."""
-        return self.loops() if self.p.workers else self.loops() + self.pairs() + self.index()
+        if self.p.workers:
+            return self.loops() - self.loops_of_workers()
+        return self.loops() + self.pairs() + self.index()
 
     def owner(self):
         """All cores of the server, the matching that waits not counted."""
@@ -187,7 +193,9 @@ class SiteLoad:
 
     def elsewhere(self):
         """Cores of workers and replicas."""
-        cores = self.pairs() + self.index() if self.p.workers else numpy.zeros(STEPS)
+        cores = numpy.zeros(STEPS)
+        if self.p.workers:
+            cores = self.pairs() + self.index() + self.loops_of_workers()
         return cores + self.readers() if self.p.replicas else cores
 
     # Of a single change, when the map is as large as it becomes.

@@ -36,7 +36,18 @@ void Fields(IsRecord<Anchor> auto& anchor, auto& io) {
      anchor.note, anchor.given_ns);
 }
 
+void Fields(IsRecord<LoopClosure> auto& loop, auto& io) {
+  io(loop.id, loop.session, loop.submap_a, loop.submap_b, loop.T_a_b, loop.confidence, loop.overlap,
+     loop.residual_m, loop.free_space, loop.comparisons, loop.source, loop.detail, loop.computed_ns,
+     loop.edges, loop.rejected, loop.note);
+}
+
 namespace pose_graph {
+
+void Fields(IsRecord<DriftModel> auto& drift, auto& io) {
+  io(drift.position_m, drift.position_per_m, drift.rotation_rad, drift.rotation_per_m,
+     drift.rotation_per_rad);
+}
 
 void Fields(IsRecord<Edge> auto& edge, auto& io) {
   io(edge.a, edge.b, edge.T_a_b, edge.information, edge.may_be_wrong, edge.weight);
@@ -55,6 +66,33 @@ void Fields(IsRecord<MatcherOptions> auto& options, auto& io) {
      options.min_enclosed_area_m2, options.min_observability, options.max_odometry_residual);
 }
 
+void Fields(IsRecord<LoopOptions> auto& options, auto& io) {
+  io(options.enabled, options.min_path_length_m, options.drift, options.drift_sigmas,
+     options.min_overlap, options.min_comparisons, options.max_free_space,
+     options.max_free_space_outdoors, options.min_margin, options.min_observability,
+     options.max_odometry_residual, options.max_edges, options.prepared_submaps);
+}
+
+void Fields(IsRecord<LoopMemory::Failure> auto& failure, auto& io) {
+  io(failure.old_path_length, failure.new_path_length);
+}
+
+void Fields(IsRecord<LoopMemory> auto& memory, auto& io) {
+  std::vector<uint32_t> indices;
+  std::vector<double> radii_m;
+  for (const auto& [index, radius_m] : memory.radii_m) {
+    indices.push_back(index);
+    radii_m.push_back(radius_m);
+  }
+  io(memory.failures, indices, radii_m);
+  if constexpr (std::remove_cvref_t<decltype(io)>::kIsReading) {
+    io.Expect(indices.size() == radii_m.size());
+    for (size_t i = 0; io.ok() && i < indices.size(); ++i) {
+      memory.radii_m.emplace(indices[i], radii_m[i]);
+    }
+  }
+}
+
 }  // namespace matching
 
 namespace server {
@@ -69,11 +107,17 @@ void Fields(IsRecord<PairJob> auto& job, auto& io) {
 
 void Fields(IsRecord<PlanJob> auto& job, auto& io) { io(job.session, job.others); }
 
+void Fields(IsRecord<LoopJob> auto& job, auto& io) {
+  io(job.session, job.T_map_submap, job.first_new, job.known, job.memory, job.options);
+}
+
+void Fields(IsRecord<LoopResult> auto& result, auto& io) { io(result.found, result.memory); }
+
 namespace {
 
 // Format. Jobs name the version of the program, so there is no other of the layout.
 constexpr char kMap[] = "IMJm", kPair[] = "IMJp", kMatch[] = "IMJr", kPlan[] = "IMJi",
-               kScores[] = "IMJs";
+               kScores[] = "IMJs", kLoops[] = "IMJl", kFound[] = "IMJf";
 constexpr uint32_t kVersion = 1;  // Format.
 
 template <typename Record>
@@ -143,6 +187,20 @@ absl::StatusOr<PlanJob> DecodePlanJob(const std::string& bytes) {
 
 bool IsPlanJob(const std::string& bytes) { return bytes.starts_with(kPlan); }
 
+std::string EncodeLoopJob(const LoopJob& job) { return Encode(kLoops, job); }
+
+absl::StatusOr<LoopJob> DecodeLoopJob(const std::string& bytes) {
+  absl::StatusOr<LoopJob> job = Decode<LoopJob>(kLoops, bytes, "the search for loops");
+  if (!job.ok()) return job;
+  const size_t count = job->session.submaps.size();
+  if (IsWhole(job->session) && job->T_map_submap.size() == count && job->first_new < count) {
+    return job;
+  }
+  return absl::DataLossError("its map is not whole");
+}
+
+bool IsLoopJob(const std::string& bytes) { return bytes.starts_with(kLoops); }
+
 std::string EncodeMatch(const Match& match) { return Encode(kMatch, match); }
 absl::StatusOr<Match> DecodeMatch(const std::string& bytes) {
   return Decode<Match>(kMatch, bytes, "a match");
@@ -151,6 +209,11 @@ absl::StatusOr<Match> DecodeMatch(const std::string& bytes) {
 std::string EncodePlanScores(const PlanScores& scores) { return Encode(kScores, scores); }
 absl::StatusOr<PlanScores> DecodePlanScores(const std::string& bytes) {
   return Decode<PlanScores>(kScores, bytes, "scores of plans");
+}
+
+std::string EncodeLoopResult(const LoopResult& result) { return Encode(kFound, result); }
+absl::StatusOr<LoopResult> DecodeLoopResult(const std::string& bytes) {
+  return Decode<LoopResult>(kFound, bytes, "loops that were found");
 }
 
 }  // namespace server

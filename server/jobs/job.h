@@ -1,5 +1,5 @@
-// The work of workers: matching two sessions' maps, and comparing a session's plan with
-// those of others.
+// The work of workers: matching two sessions' maps, comparing a session's plan with those of
+// others, and searching a session's newest submaps for loops.
 #pragma once
 
 #include <absl/status/statusor.h>
@@ -10,8 +10,10 @@
 #include <vector>
 
 #include "core/map/anchor.h"
+#include "core/map/loop_closure.h"
 #include "core/map/match.h"
 #include "core/pose.h"
+#include "server/matching/loops/loop_finder.h"
 #include "server/matching/pairs/matcher_options.h"
 #include "server/matching/prepared/session_shape.h"
 
@@ -48,6 +50,20 @@ struct PlanJob {
 // Of the session with each of the others, in their order; nothing for one whose submaps are gone.
 using PlanScores = std::vector<std::optional<double>>;
 
+// The same for a LoopQuery.
+struct LoopJob {
+  MapOfJob session = {};
+  std::vector<Pose> T_map_submap = {};
+  uint64_t first_new = 0;
+  std::vector<LoopClosure> known = {};
+  matching::LoopMemory memory = {};
+  matching::LoopOptions options = {};
+};
+struct LoopResult {
+  std::vector<LoopClosure> found = {};
+  matching::LoopMemory memory = {};  // For the next job of the session.
+};
+
 // As bytes for a JobBoard; of one version of the program, and with a checksum. An error for others.
 // Equal maps have equal bytes.
 std::string EncodeMap(const MapOfJob& map);
@@ -56,9 +72,14 @@ absl::StatusOr<PairJob> DecodePairJob(const std::string& bytes);
 std::string EncodePlanJob(const PlanJob& job);
 absl::StatusOr<PlanJob> DecodePlanJob(const std::string& bytes);
 bool IsPlanJob(const std::string& bytes);
+std::string EncodeLoopJob(const LoopJob& job);
+absl::StatusOr<LoopJob> DecodeLoopJob(const std::string& bytes);
+bool IsLoopJob(const std::string& bytes);
 std::string EncodeMatch(const Match& match);
 absl::StatusOr<Match> DecodeMatch(const std::string& bytes);
 std::string EncodePlanScores(const PlanScores& scores);
 absl::StatusOr<PlanScores> DecodePlanScores(const std::string& bytes);
+std::string EncodeLoopResult(const LoopResult& result);
+absl::StatusOr<LoopResult> DecodeLoopResult(const std::string& bytes);
 
 }  // namespace isthmus::server

@@ -142,7 +142,57 @@ absl::StatusOr<PlanScores> JobRunner::Run(const PlanJob& job, std::stop_token st
   });
 }
 
+matching::LoopFinder& JobRunner::FinderOf(const LoopJob& job) {
+  const SessionId& session = job.session.session;
+  const auto* known = finders_.Use(session);
+  std::shared_ptr<KeptFinder> kept = known == nullptr ? nullptr : *known;
+  if (kept == nullptr) kept = std::make_shared<KeptFinder>();
+  bool knows_others = kept->finder == nullptr || kept->options != job.options;
+  for (size_t k = 0; k < job.session.submaps.size(); ++k) {
+    int64_t& stamp_ns =
+        kept->stamps_ns.try_emplace(job.session.submaps[k], job.session.stamps_ns[k]).first->second;
+    knows_others |= std::exchange(stamp_ns, job.session.stamps_ns[k]) != job.session.stamps_ns[k];
+  }
+  if (knows_others) {
+    kept->options = job.options;
+    kept->finder = std::make_unique<matching::LoopFinder>(
+        job.options, [this](const auto& outline) { return GetPrepared(outline); },
+        [this](const SubmapId& id) { return submaps_.Get(id); });
+  }
+  finders_.Put(session, kept);
+  while (finders_.size() > kMaxKeptFinders) finders_.DropOldest();
+  return *kept->finder;
+}
+
+absl::StatusOr<LoopResult> JobRunner::Run(const LoopJob& job, std::stop_token stop) {
+  stop_ = stop;
+  return Guard<LoopResult>([&]() -> absl::StatusOr<LoopResult> {
+    matching::LoopQuery query;
+    query.session = job.session.session;
+    for (size_t k = 0; k < job.session.submaps.size(); ++k) {
+      query.submaps.push_back(OutlineOf(job.session, k));
+      if (query.submaps.back() == nullptr) return SubmapsAreMissing();
+    }
+    query.T_map_submap = job.T_map_submap;
+    query.first_new = job.first_new;
+    query.known = job.known;
+    matching::LoopFinder& finder = FinderOf(job);
+    finder.SetMemory(job.memory);
+    LoopResult result;
+    result.found = finder.Find(query);
+    result.memory = finder.memory();
+    return result;
+  });
+}
+
 absl::StatusOr<std::string> JobRunner::Run(const std::string& job, std::stop_token stop) {
+  if (IsLoopJob(job)) {
+    const absl::StatusOr<LoopJob> loops = DecodeLoopJob(job);
+    if (!loops.ok()) return loops.status();
+    const absl::StatusOr<LoopResult> result = Run(*loops, std::move(stop));
+    if (!result.ok()) return result.status();
+    return EncodeLoopResult(*result);
+  }
   if (IsPlanJob(job)) {
     const absl::StatusOr<PlanJob> plans = DecodePlanJob(job);
     if (!plans.ok()) return plans.status();

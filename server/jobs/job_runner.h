@@ -3,6 +3,8 @@
 
 #include <absl/status/statusor.h>
 
+#include <cstdint>
+#include <map>
 #include <memory>
 #include <stop_token>
 #include <string>
@@ -13,6 +15,7 @@
 #include "server/jobs/prepared_store.h"
 #include "server/map/submap_cache.h"
 #include "server/matching/index/session_plan.h"
+#include "server/matching/loops/loop_finder.h"
 #include "server/matching/pairs/matcher.h"
 #include "storage/map_store.h"
 
@@ -39,13 +42,19 @@ class JobRunner {
   absl::StatusOr<Match> Run(const PairJob& job, std::stop_token stop);
   // Likewise, without times.
   absl::StatusOr<PlanScores> Run(const PlanJob& job, std::stop_token stop);
-  // The bytes of the result of a job of either kind.
+  absl::StatusOr<LoopResult> Run(const LoopJob& job, std::stop_token stop);
+  // The bytes of the result of a job of any kind.
   absl::StatusOr<std::string> Run(const std::string& job, std::stop_token stop);
 
  private:
   struct Kept {
     std::string bytes;  // EncodeMap of what it was made of.
     ShapedMap map;
+  };
+  struct KeptFinder {
+    matching::LoopOptions options;
+    std::map<uint32_t, int64_t> stamps_ns;  // Of the submaps that it may know, by index.
+    std::unique_ptr<matching::LoopFinder> finder;
   };
   struct KeptPlan {
     std::string bytes;  // Likewise.
@@ -54,6 +63,8 @@ class JobRunner {
   // Null where submaps are missing.
   std::shared_ptr<const Kept> MapOf(const MapOfJob& map);
   std::shared_ptr<const KeptPlan> PlanOf(const MapOfJob& map);
+  // One that knows no other submaps under the ids of these.
+  matching::LoopFinder& FinderOf(const LoopJob& job);
   // Null where it is not the one that is meant. All that read throw StoreFailed.
   std::shared_ptr<const Submap> OutlineOf(const MapOfJob& map, size_t k);
   std::shared_ptr<const matching::PreparedSubmap> GetPrepared(
@@ -74,6 +85,7 @@ class JobRunner {
   // As of the latest jobs.
   LruCache<SessionId, std::shared_ptr<const Kept>> maps_;
   LruCache<SessionId, std::shared_ptr<const KeptPlan>> plans_;
+  LruCache<SessionId, std::shared_ptr<KeptFinder>> finders_;
 };
 
 }  // namespace isthmus::server

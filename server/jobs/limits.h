@@ -18,12 +18,19 @@ inline constexpr int kMatchingNice = 10;
 
 // Maps that are kept ready at most: the robots of a team. Memory, about a megabyte per submap.
 inline constexpr size_t kMaxPreparedMaps = 8;
+// Sessions of which a worker keeps prepared what it searches for loops,
+// LoopOptions::prepared_submaps of each: memory; what is not kept is read again.
+inline constexpr size_t kMaxKeptFinders = 2;
 // Bytes of a prepared submap as stored: kMaxViews of 33 kB, and more points than a submap has. A
 // record that claims more is not read.
 inline constexpr uint64_t kMaxPreparedBytes = uint64_t{1} << 28;
 
+// Submaps that wait for the server's own search for loops, 0.2 s each, before it gives any to
+// workers: with these a loop is up to a second later in the map, and ten where they are at pairs.
+inline constexpr uint64_t kLoopsAtHome = 8;
 // Jobs on the board at a time: some for each of a dozen workers, so that none waits for the next
-// one, and few enough that what is posted is new when it is taken. Beyond that pairs wait.
+// one, and few enough that what is posted is new when it is taken. Beyond that pairs wait; searches
+// for loops, which come before them, do beyond twice as many.
 inline constexpr size_t kMaxPostedJobs = 32;
 // Between two looks at what workers have done, and at whether there are any. The first is how much
 // later a match is in the map; the question takes less than a millisecond.

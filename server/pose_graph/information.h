@@ -22,6 +22,8 @@ struct DriftModel {
   double rotation_rad = 0.00175;    // Of any edge: 0.1 degrees.
   double rotation_per_m = 0.00035;  // Per metre gone: 0.02 degrees.
   double rotation_per_rad = 0.005;  // Per radian turned.
+
+  friend bool operator==(const DriftModel&, const DriftModel&) = default;
 };
 
 // Information of an odometry edge in the convention of Edge. Turning errors are taken to happen

@@ -26,6 +26,10 @@ bool IsForNow(const absl::Status& status) {
 
 }  // namespace
 
+std::string MatchingThread::LoopTaskOf(const SubmapId& submap) {
+  return absl::StrCat("the loops of ", ToString(submap));
+}
+
 std::string MatchingThread::TaskOf(const SessionPair& pair) {
   return absl::StrCat("the match of ", pair.first.value(), " and ", pair.second.value());
 }
@@ -39,7 +43,7 @@ void MatchingThread::PostMatch(const ShapedMap& a, const ShapedMap& b, std::vect
   job.search = MustSearch(occasion, older);
   job.posted_ns = clock_->NowNs();
   matchers_.erase(pair);  // Of when there were no workers.
-  Post(TaskOf(pair), EncodePairJob(job), PostedMatch{pair, occasion});
+  Post({TaskOf(pair), EncodePairJob(job)}, PostedMatch{pair, occasion});
 }
 
 void MatchingThread::PostPlans(const MapView& view, const SessionView& session,
@@ -51,20 +55,45 @@ void MatchingThread::PostPlans(const MapView& view, const SessionView& session,
     job.others.push_back(MakeMapOfJob(other->record.id, shapes_.Of(view, *other).submaps));
     posted.others.push_back(other->record.id);
   }
-  Post(IndexTaskOf(session.record.id), EncodePlanJob(job), std::move(posted));
+  Post({IndexTaskOf(session.record.id), EncodePlanJob(job)}, std::move(posted));
 }
 
-void MatchingThread::Post(const std::string& task, std::string payload, Posted posted) {
-  const absl::Status status = board_->Post({task, std::move(payload)});
+bool MatchingThread::WantsHelpWithLoops() const {
+  return has_workers_ && waiting_submaps_ > kLoopsAtHome && posted_.size() < 2 * kMaxPostedJobs;
+}
+
+void MatchingThread::PostLoops(const matching::LoopQuery& query) {
+  LoopJob job;
+  job.session = MakeMapOfJob(query.session, query.submaps);
+  job.T_map_submap = query.T_map_submap;
+  job.first_new = query.first_new;
+  job.known = query.known;
+  job.memory = FinderOf(query.session).memory();
+  job.options = options_.loops;
+  // The next submap of the session waits for what comes of it.
+  const SubmapId submap = query.submaps.back()->id;
+  Post({LoopTaskOf(submap), EncodeLoopJob(job), /*is_urgent=*/true}, PostedLoops{submap});
+}
+
+void MatchingThread::Post(storage::PostedJob job, Posted posted) {
+  const std::string task = job.key;
+  const absl::Status status = board_->Post(job);
   if (status.ok()) {
     set_aside_.erase(task);
     posted_.insert_or_assign(task, std::move(posted));
   } else if (absl::IsFailedPrecondition(status)) {
     SetAside(task, std::string(status.message()), std::move(posted));
   } else {
+    TellOfBoard("jobs cannot be given to workers", status);
     Forget(posted);
     has_workers_ = false;  // Until they are looked for again.
   }
+}
+
+void MatchingThread::TellOfBoard(const std::string& what, const absl::Status& status) {
+  const std::string problem = absl::StrCat(what, ": ", status.message());
+  if (absl::IsUnavailable(status) || !left_out_.insert(problem).second) return;
+  if (options_.on_problem) options_.on_problem(problem);
 }
 
 void MatchingThread::SetAside(const std::string& task, const std::string& problem, Posted posted) {
@@ -72,21 +101,40 @@ void MatchingThread::SetAside(const std::string& task, const std::string& proble
   set_aside_.insert_or_assign(task, std::move(posted));
 }
 
+bool MatchingThread::IsSetAside(const std::string& task, Posted job) {
+  const auto it = set_aside_.find(task);
+  if (it == set_aside_.end()) return false;
+  it->second = std::move(job);
+  return true;
+}
+
 void MatchingThread::Forget(const Posted& posted) {
   if (const auto* match = std::get_if<PostedMatch>(&posted)) {
     attempts_.erase(match->pair);
+  } else if (const auto* plans = std::get_if<PostedPlans>(&posted)) {
+    indexed_.erase(plans->session);
   } else {
-    indexed_.erase(std::get<PostedPlans>(posted).session);
+    const SubmapId& submap = std::get<PostedLoops>(posted).submap;
+    // Where the session went on without, what came later closes the loop too.
+    const auto next = looped_.find(submap.session);
+    if (next != looped_.end() && next->second == submap.index + 1) next->second = submap.index;
   }
 }
 
 void MatchingThread::AdoptJobs(const MapView& view) {
   if (board_ == nullptr) return;
+  const auto set_aside = board_->ListSetAside();
+  if (set_aside.ok()) {
+    for (const std::string& task : *set_aside) {
+      set_aside_.emplace(task, std::nullopt);
+      (void)TellLeftOut(task, "workers ended while they were at it; see its row in the table jobs");
+    }
+  }
   const auto open = board_->ListOpen();
   if (!open.ok()) return;  // What is posted anew takes their places.
   for (const storage::PostedJob& posted : *open) {
     const absl::StatusOr<PairJob> job = DecodePairJob(posted.payload);
-    if (!job.ok()) continue;  // Sessions are all compared anew.
+    if (!job.ok()) continue;  // Sessions are all compared, and their last submaps asked, anew.
     const SessionPair pair(job->a.session, job->b.session);
     const SessionView *a = view.Find(pair.first), *b = view.Find(pair.second);
     if (a == nullptr || b == nullptr) continue;
@@ -117,10 +165,10 @@ void MatchingThread::FollowWorkers(const MapView& view) {
 
 void MatchingThread::CountWorkers() {
   const absl::StatusOr<storage::WorkerCount> count = board_->CountWorkers();
-  if (!count.ok()) return;
-  workers_ = static_cast<uint64_t>(count->able);
+  workers_ = count.ok() ? static_cast<uint64_t>(count->able) : 0;
   has_workers_ = workers_ > 0;
   if (!has_workers_ && !posted_.empty()) WithdrawJobs();
+  if (!count.ok()) return TellOfBoard("workers cannot be counted", count.status());
   const bool has_others = count->of_other_versions > 0;
   if (has_others && !told_of_other_versions_ && options_.on_problem) {
     options_.on_problem(absl::StrCat(count->of_other_versions,
@@ -134,15 +182,22 @@ void MatchingThread::ForgetMissing() {
   if (posted_.empty() && set_aside_.empty()) return;
   const auto keys = board_->ListKeys();
   if (!keys.ok()) return;
-  for (auto* jobs : {&posted_, &set_aside_}) {
-    std::erase_if(*jobs, [&](const auto& job) {
-      if (keys->contains(job.first)) return false;
-      Forget(job.second);
-      left_out_.erase(job.first);       // What comes of it now is news.
-      up_to_date_with_ = ~uint64_t{0};  // Without a change of the map.
-      return true;
-    });
-  }
+  const auto is_missing = [&](const std::string& task) {
+    if (keys->contains(task)) return false;
+    left_out_.erase(task);            // What comes of it now is news.
+    up_to_date_with_ = ~uint64_t{0};  // Without a change of the map.
+    return true;
+  };
+  std::erase_if(posted_, [&](const auto& job) {
+    if (!is_missing(job.first)) return false;
+    Forget(job.second);
+    return true;
+  });
+  std::erase_if(set_aside_, [&](const auto& job) {
+    if (!is_missing(job.first)) return false;
+    if (job.second) Forget(*job.second);
+    return true;
+  });
 }
 
 void MatchingThread::TakeResults(const MapView& view) {
@@ -172,14 +227,19 @@ absl::Status MatchingThread::TakeResult(const MapView& view, const storage::Ende
                                         const Posted* posted) {
   const auto* match = posted != nullptr ? std::get_if<PostedMatch>(posted) : nullptr;
   const auto* plans = posted != nullptr ? std::get_if<PostedPlans>(posted) : nullptr;
+  const auto* loops = posted != nullptr ? std::get_if<PostedLoops>(posted) : nullptr;
   const auto is_gone = [&view](const SessionId& session) { return view.Find(session) == nullptr; };
   if (plans != nullptr && is_gone(plans->session)) return absl::OkStatus();
+  if (loops != nullptr && is_gone(loops->submap.session)) return absl::OkStatus();
   if (match != nullptr && (is_gone(match->pair.first) || is_gone(match->pair.second))) {
     return absl::OkStatus();
   }
   if (!job.problem.empty()) return absl::InternalError(job.problem);
   if (plans != nullptr) return TakeScores(job, *plans);
-  if (posted == nullptr && DecodePlanScores(job.result).ok()) return absl::OkStatus();
+  if (loops != nullptr) return TakeLoops(job, *loops);
+  const bool is_outdated =
+      posted == nullptr && (DecodePlanScores(job.result).ok() || DecodeLoopResult(job.result).ok());
+  if (is_outdated) return absl::OkStatus();
   return TakeMatchOf(view, job, match != nullptr ? match->occasion : Occasion());
 }
 
@@ -188,6 +248,7 @@ absl::Status MatchingThread::TakeMatchOf(const MapView& view, const storage::End
   const absl::StatusOr<Match> match = DecodeMatch(job.result);
   if (!match.ok()) return match.status();
   const SessionPair pair(match->a, match->b);
+  if (TaskOf(pair) != job.key) return absl::InternalError("the result is another pair's");
   const SessionView *a = view.Find(pair.first), *b = view.Find(pair.second);
   if (a == nullptr || b == nullptr) return absl::OkStatus();  // Deleted meanwhile.
   if (!IsPosted(pair)) {                                      // By an earlier server.
@@ -209,10 +270,30 @@ absl::Status MatchingThread::TakeScores(const storage::EndedJob& job, const Post
   return absl::OkStatus();
 }
 
+absl::Status MatchingThread::TakeLoops(const storage::EndedJob& job, const PostedLoops& posted) {
+  absl::StatusOr<LoopResult> result = DecodeLoopResult(job.result);
+  if (!result.ok()) return result.status();
+  const SessionId& session = posted.submap.session;
+  for (const LoopClosure& loop : result->found) {
+    if (loop.session != session) return absl::InternalError("of another session");
+  }
+  absl::Status status = map_->AddLoops(std::move(result->found));
+  // After the session's last submap there is none.
+  const auto finder = finders_.find(session);
+  if (status.ok() && finder != finders_.end()) finder->second.SetMemory(std::move(result->memory));
+  return status;
+}
+
 void MatchingThread::WithdrawJobs() {
   if (!board_->Withdraw().ok()) return;
-  for (const auto& [task, posted] : posted_) Forget(posted);
-  posted_.clear();
+  // Those that were set aside stay: the next look at what has ended tells.
+  const auto set_aside = board_->ListSetAside();
+  if (!set_aside.ok()) return;  // See ForgetMissing.
+  std::erase_if(posted_, [&](const auto& job) {
+    if (set_aside->contains(job.first)) return false;
+    Forget(job.second);
+    return true;
+  });
   looked_for_results_.reset();  // One may have been finished meanwhile.
 }
 

@@ -2,7 +2,9 @@
 #include <absl/strings/str_cat.h>
 
 #include <algorithm>
+#include <set>
 #include <utility>
+#include <variant>
 
 #include "server/threads/matching_thread.h"
 
@@ -10,9 +12,13 @@ namespace isthmus::server {
 
 std::optional<SubmapId> MatchingThread::NextForLoops(const MapView& view) const {
   if (!options_.loops.enabled) return std::nullopt;
+  std::set<SessionId> posted;
+  for (const auto& [task, job] : posted_) {
+    if (const auto* loops = std::get_if<PostedLoops>(&job)) posted.insert(loops->submap.session);
+  }
   for (const Placement& placement : view.revision->placements) {
     const SessionView* entry = view.Find(placement.session);
-    if (entry == nullptr) continue;
+    if (entry == nullptr || posted.contains(placement.session)) continue;
     const auto it = looped_.find(placement.session);
     const uint32_t next = it == looped_.end() ? 0 : it->second;
     // One at a time: where it leads is what the next one is looked for by.
@@ -43,10 +49,16 @@ void MatchingThread::FindLoops(const MapView& view, const SubmapId& submap) {
   const SessionView* entry = view.Find(submap.session);
   const Placement* placement = view.PlacementOf(submap.session);
   if (entry == nullptr || placement == nullptr) return;
+  if (IsSetAside(LoopTaskOf(submap), PostedLoops{submap})) return;
   const bool was_last = IsFinished(*entry) && submap.index + 1 == entry->next_index();
-  const bool done = RunGuarded(absl::StrCat("the loops of ", ToString(submap)), [&] {
+  const bool done = RunGuarded(LoopTaskOf(submap), [&] {
     const matching::LoopQuery query = QueryOf(view, submap, *entry, *placement);
-    if (!query.submaps.empty() && query.submaps.back()->id == submap) FindLoops(query);
+    if (query.submaps.empty() || query.submaps.back()->id != submap) return;
+    if (WantsHelpWithLoops()) {
+      PostLoops(query);
+    } else {
+      FindLoops(query);
+    }
   });
   // Its state is large, and after a start every session is asked once.
   if (was_last || !done) finders_.erase(submap.session);
@@ -73,9 +85,12 @@ matching::LoopQuery MatchingThread::QueryOf(const MapView& view, const SubmapId&
 
 void MatchingThread::FindLoops(const matching::LoopQuery& query) {
   const StageTimer timer(activity_->observer(), Stage::kLoopSearch);
-  const auto [it, is_new] = finders_.try_emplace(query.session, options_.loops, source_, points_);
   // Loops that cannot be stored are lost to this map; those of the next submaps close it too.
-  (void)map_->AddLoops(it->second.Find(query));
+  (void)map_->AddLoops(FinderOf(query.session).Find(query));
+}
+
+matching::LoopFinder& MatchingThread::FinderOf(const SessionId& session) {
+  return finders_.try_emplace(session, options_.loops, source_, points_).first->second;
 }
 
 }  // namespace isthmus::server

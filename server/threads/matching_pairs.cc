@@ -99,6 +99,7 @@ void MatchingThread::EstimateMatch(const MapView& view, const SessionPair& pair)
                       FreshSubmaps(view, *session_a, *session_b, tried) > 0};
   attempts_[pair] = {session_a->next_index(), session_b->next_index(), shapes_.version(pair.first),
                      shapes_.version(pair.second), anchors.Version(pair)};
+  if (IsSetAside(TaskOf(pair), PostedMatch{pair, occasion})) return;
   const bool done = RunGuarded(TaskOf(pair), [&] {
     const ShapedMap a = MapOf(view, *session_a), b = MapOf(view, *session_b);
     if (a.map.submaps.empty() || b.map.submaps.empty()) return;

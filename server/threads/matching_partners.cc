@@ -68,7 +68,7 @@ void MatchingThread::IndexSession(const MapView& view, const SessionId& id) {
     }
   }
   indexed_[id] = session.next_index();
-  (void)RunGuarded(IndexTaskOf(id), [&] {
+  const auto compare = [&] {
     if (has_workers_) return PostPlans(view, session, others);
     matching::PlanComparer comparer(PlanOf(view, session, /*anew=*/true));
     for (const SessionView* other : others) {
@@ -76,8 +76,10 @@ void MatchingThread::IndexSession(const MapView& view, const SessionId& id) {
       if (stop_.stop_requested()) throw Stopped();
       index_.Put(id, other->record.id, score);
     }
-  });
-  if (!posted_.contains(IndexTaskOf(id))) ChoosePartners(id);
+  };
+  const std::string task = IndexTaskOf(id);
+  if (!IsSetAside(task, PostedPlans{id, {}})) (void)RunGuarded(task, compare);
+  if (!posted_.contains(task)) ChoosePartners(id);
 }
 
 void MatchingThread::ChoosePartners(const SessionId& session) {

@@ -1,6 +1,7 @@
 // The slow loop: a thread that finds where sessions came back to, how two sessions' maps lie to
 // each other, and which submaps have been seen again often enough. Nobody waits for it. Where
-// there are workers these match and compare sessions, by the board of the store, else it does.
+// there are workers these match, compare and, where it falls behind, search, by the board of the
+// store.
 #pragma once
 
 #include <atomic>
@@ -103,6 +104,8 @@ class MatchingThread {
   bool RunGuarded(const std::string& task, const std::function<void()>& work);
   // True the first time that this task is told of.
   bool TellLeftOut(const std::string& task, const std::string& problem);
+  // Of the board, each sentence once. Trouble with the way to it others tell.
+  void TellOfBoard(const std::string& what, const absl::Status& status);
   // Of a submap that cannot be read one without a surface. As the next one throws Stopped.
   std::shared_ptr<const matching::PreparedSubmap> GetPrepared(
       const std::shared_ptr<const Submap>& outline) const;
@@ -112,12 +115,14 @@ class MatchingThread {
   template <typename Read>
   auto Await(const Read& read) const -> decltype(read());
 
-  // The first submap that was not asked for loops yet; only once it is placed.
+  // The first submap that was not asked for loops yet; only once it is placed, and nobody is at
+  // the one before.
   std::optional<SubmapId> NextForLoops(const MapView& view) const;
   // All of those.
   uint64_t CountForLoops(const MapView& view) const;
   void FindLoops(const MapView& view, const SubmapId& submap);
   void FindLoops(const matching::LoopQuery& query);
+  matching::LoopFinder& FinderOf(const SessionId& session);
   // Those of its submaps up to this one that can be read; reads from the store.
   matching::LoopQuery QueryOf(const MapView& view, const SubmapId& submap,
                               const SessionView& session, const Placement& placement) const;
@@ -175,10 +180,14 @@ class MatchingThread {
     SessionId session;
     std::vector<SessionId> others;
   };
-  using Posted = std::variant<PostedMatch, PostedPlans>;
+  struct PostedLoops {
+    SubmapId submap;
+  };
+  using Posted = std::variant<PostedMatch, PostedPlans, PostedLoops>;
 
   static std::string TaskOf(const SessionPair& pair);
   static std::string IndexTaskOf(const SessionId& session);
+  static std::string LoopTaskOf(const SubmapId& submap);
   bool IsPosted(const SessionPair& pair) const { return posted_.contains(TaskOf(pair)); }
   // Jobs that an earlier server of the site has left on the board.
   void AdoptJobs(const MapView& view);
@@ -186,9 +195,14 @@ class MatchingThread {
                  const Occasion& occasion, const Match* older);
   void PostPlans(const MapView& view, const SessionView& session,
                  const std::vector<const SessionView*>& others);
-  void Post(const std::string& task, std::string payload, Posted posted);
+  void PostLoops(const matching::LoopQuery& query);
+  // The server's own search falls behind.
+  bool WantsHelpWithLoops() const;
+  void Post(storage::PostedJob job, Posted posted);
   // Workers end with it: it is left out until its row is taken off the board.
   void SetAside(const std::string& task, const std::string& problem, Posted posted);
+  // Then nobody does it. `job` is what is to be done once that row is gone.
+  bool IsSetAside(const std::string& task, Posted job);
   // Looks, now and then, whether there are workers and what they have done.
   void FollowWorkers(const MapView& view);
   void TakeResults(const MapView& view);
@@ -196,6 +210,7 @@ class MatchingThread {
   absl::Status TakeMatchOf(const MapView& view, const storage::EndedJob& job,
                            const Occasion& occasion);
   absl::Status TakeScores(const storage::EndedJob& job, const PostedPlans& posted);
+  absl::Status TakeLoops(const storage::EndedJob& job, const PostedLoops& posted);
   // As if it had never been tried.
   void Forget(const Posted& posted);
   void CountWorkers();
@@ -250,8 +265,10 @@ class MatchingThread {
   std::map<SessionId, matching::LoopFinder> finders_;
   SessionShapes shapes_;
   matching::RevisitCounter revisits_;
-  std::set<std::string> left_out_;                    // Told already.
-  std::map<std::string, Posted> posted_, set_aside_;  // On the board, by task.
+  std::set<std::string> left_out_;        // Told already.
+  std::map<std::string, Posted> posted_;  // On the board, by task.
+  // Likewise; nothing where this server has not come to it yet.
+  std::map<std::string, std::optional<Posted>> set_aside_;
   bool has_workers_ = false, told_of_other_versions_ = false;
   std::optional<Stopwatch> looked_for_workers_, looked_for_results_;
   std::thread thread_;

@@ -132,7 +132,8 @@ class Worker {
 // The code to exit with where the program is to end here.
 std::optional<int> Parse(int argc, char** argv, Arguments& arguments) {
   CLI::App app(
-      "Matches and compares robots' maps for the servers of sites that are kept in PostgreSQL. "
+      "Matches, compares and searches robots' maps for the servers of sites that are kept in "
+      "PostgreSQL. "
       "Start as many as there are cores to spare, on any machine that reaches the database.",
       "isthmus-worker");
   app.set_version_flag("--version", "isthmus-worker " ISTHMUS_VERSION);

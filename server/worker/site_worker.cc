@@ -52,8 +52,9 @@ void SiteWorker::GiveSigns() {
       if (at_hand_) job = storage::TakenJob{at_hand_->id, at_hand_->attempt, {}, {}};
     }
     const absl::StatusOr<bool> is_ours = taker_->KeepAlive(job);
-    if (!is_ours.ok() || *is_ours) continue;  // Away, it may be back before the lease ends.
     MutexLock lock(&mutex_);
+    sign_ = is_ours.status();
+    if (!is_ours.ok() || *is_ours) continue;  // Away, it may be back before the lease ends.
     if (at_hand_ && at_hand_->id == job->id && at_hand_->attempt == job->attempt) {
       lost_.request_stop();
     }
@@ -70,6 +71,10 @@ absl::StatusOr<std::string> SiteWorker::Compute(const storage::TakenJob& job,
 }
 
 absl::StatusOr<std::optional<SiteWorker::Done>> SiteWorker::RunOne(std::stop_token stop) {
+  {
+    MutexLock lock(&mutex_);
+    if (!sign_.ok()) return sign_;
+  }
   absl::StatusOr<std::optional<storage::TakenJob>> taken = taker_->Take();
   if (!taken.ok()) return taken.status();
   if (!*taken) return std::nullopt;

@@ -34,7 +34,8 @@ class SiteWorker {
     double seconds = 0;
   };
   // Does a job; nothing where there is none. What is under way when `stop` is requested is given
-  // back, for another worker. Errors are those of the way to the database.
+  // back, for another worker. Errors are those of the way to the database; while the last sign of
+  // life could not be given no job is taken, as nobody knows of the worker.
   absl::StatusOr<std::optional<Done>> RunOne(std::stop_token stop);
 
  private:
@@ -50,6 +51,7 @@ class SiteWorker {
   Mutex mutex_;
   CondVar changed_;
   bool is_ending_ ABSL_GUARDED_BY(mutex_) = false;
+  absl::Status sign_ ABSL_GUARDED_BY(mutex_);  // What came of the last one.
   std::optional<storage::TakenJob> at_hand_ ABSL_GUARDED_BY(mutex_);
   std::stop_source lost_ ABSL_GUARDED_BY(mutex_);  // The job at hand is another's.
   std::thread signs_;

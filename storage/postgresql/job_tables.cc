@@ -33,7 +33,8 @@ CREATE TABLE IF NOT EXISTS workers (
   name TEXT COLLATE "C" PRIMARY KEY,
   seen TIMESTAMPTZ NOT NULL
 ) WITH (fillfactor = 10);
-ALTER TABLE workers ADD COLUMN version TEXT COLLATE "C" NOT NULL DEFAULT '';
+ALTER TABLE workers ADD COLUMN IF NOT EXISTS version TEXT COLLATE "C" NOT NULL DEFAULT '';
+ALTER TABLE jobs ADD COLUMN IF NOT EXISTS is_urgent BOOLEAN NOT NULL DEFAULT FALSE;
 )";
 
 class PostgresJobBoard : public JobBoard {
@@ -45,7 +46,7 @@ class PostgresJobBoard : public JobBoard {
     const absl::Status status = read_([&](Connection& database) {
       Statement row = database.Prepare(
           "SELECT count(*) FILTER (WHERE version = ?), count(*) FILTER (WHERE version <> ?) "
-          "FROM workers WHERE seen > clock_timestamp() - ? * interval '1 ms'");
+          "FROM workers WHERE abs(extract(epoch FROM clock_timestamp() - seen)) * 1000 < ?");
       row.Bind(JobVersion()).Bind(JobVersion()).Bind(int64_t{kWorkerIsGone.count()});
       const absl::Status asked = row.Step().status();
       if (asked.ok()) count = {row.Int(0), row.Int(1)};
@@ -58,15 +59,16 @@ class PostgresJobBoard : public JobBoard {
   absl::Status Post(const PostedJob& job) override {
     return write_([&](Connection& database) -> absl::Status {
       Statement insert = database.Prepare(
-          "INSERT INTO jobs (key, version, payload, state, attempt, worker, problem, is_told) "
-          "VALUES (?, ?, ?, 'waiting', 0, '', '', FALSE) ON CONFLICT (key) DO NOTHING");
+          "INSERT INTO jobs (key, version, payload, is_urgent, state, attempt, worker, problem, "
+          "is_told) VALUES (?, ?, ?, ? <> 0, 'waiting', 0, '', '', FALSE) ON CONFLICT (key) DO "
+          "NOTHING");
       absl::Status status =
           database.Prepare("DELETE FROM jobs WHERE key = ? AND state <> 'set aside'")
               .Bind(job.key)
               .Run();
       if (!status.ok()) return status;
-      const absl::StatusOr<int64_t> posted =
-          insert.Bind(job.key).Bind(JobVersion()).BindBlob(job.payload).Change();
+      insert.Bind(job.key).Bind(JobVersion()).BindBlob(job.payload).Bind(int64_t{job.is_urgent});
+      const absl::StatusOr<int64_t> posted = insert.Change();
       if (!posted.ok() || *posted == 1) return posted.status();
       return absl::FailedPreconditionError(SetAsideReason());
     });
@@ -85,17 +87,20 @@ class PostgresJobBoard : public JobBoard {
   }
 
   absl::StatusOr<std::set<std::string>> ListKeys() override {
-    std::set<std::string> keys;
-    const absl::Status status = read_([&](Connection& database) {
-      const auto listed =
-          database.Prepare("SELECT key FROM jobs").ReadAll([](const Statement& row) {
-            return row.Text(0);
-          });
-      if (listed.ok()) keys = {listed->begin(), listed->end()};
-      return listed.status();
+    // A row that somebody has made by hand, so that no worker takes it, would be waited for.
+    return Keys([](Connection& database) {
+      Statement rows = database.Prepare(
+          "SELECT key FROM jobs WHERE version = ? AND (state <> 'taken' OR lease_until < "
+          "clock_timestamp() + ? * interval '1 ms')");
+      rows.Bind(JobVersion()).Bind(int64_t{2 * kJobLease.count()});
+      return rows;
     });
-    if (!status.ok()) return status;
-    return keys;
+  }
+
+  absl::StatusOr<std::set<std::string>> ListSetAside() override {
+    return Keys([](Connection& database) {
+      return database.Prepare("SELECT key FROM jobs WHERE state = 'set aside'");
+    });
   }
 
   absl::StatusOr<std::vector<EndedJob>> ListEnded() override {
@@ -129,11 +134,32 @@ class PostgresJobBoard : public JobBoard {
 
   absl::Status Withdraw() override {
     return write_([](Connection& database) {
+      absl::Status status =
+          database
+              .Prepare(
+                  "UPDATE jobs SET state = 'set aside', problem = ? WHERE state = 'taken' AND "
+                  "attempt > ?")
+              .Bind(SetAsideReason())
+              .Bind(kMaxWithdrawnAttempts)
+              .Run();
+      if (!status.ok()) return status;
       return database.Prepare("DELETE FROM jobs WHERE state IN ('waiting', 'taken')").Run();
     });
   }
 
  private:
+  absl::StatusOr<std::set<std::string>> Keys(const std::function<Statement(Connection&)>& select) {
+    std::set<std::string> keys;
+    const absl::Status status = read_([&](Connection& database) {
+      const auto listed =
+          select(database).ReadAll([](const Statement& row) { return row.Text(0); });
+      if (listed.ok()) keys = {listed->begin(), listed->end()};
+      return listed.status();
+    });
+    if (!status.ok()) return status;
+    return keys;
+  }
+
   const RunOn read_, write_;
 };
 
@@ -142,16 +168,15 @@ class PostgresJobBoard : public JobBoard {
 std::string JobVersion() { return ISTHMUS_VERSION; }
 
 std::string SetAsideReason() {
-  return absl::StrCat(kMaxAttempts,
-                      " workers ended while they were at it; please report it. To have it tried "
-                      "again remove its row from the table jobs of the site's schema");
+  return "worker after worker ended while it was at it; please report it. To have it tried again "
+         "remove its row from the table jobs of the site's schema";
 }
 
 absl::StatusOr<bool> HasJobTables(Connection& database) {
   // The column that came last.
   const absl::StatusOr<int64_t> columns = database.ReadNumber(
-      "SELECT count(*) FROM pg_attribute WHERE attrelid = to_regclass('workers') AND attname = "
-      "'version'");
+      "SELECT count(*) FROM pg_attribute WHERE attrelid = to_regclass('jobs') AND attname = "
+      "'is_urgent'");
   if (!columns.ok()) return columns.status();
   return *columns == 1;
 }

@@ -72,5 +72,7 @@ inline constexpr std::chrono::milliseconds kJobLease{15'000}, kWorkerSign{3000},
 // Times that a job is taken by workers who end without a word, before it is set aside. Workers are
 // ended by others as well: more than the server's own ends at a task (kMaxCrashes).
 inline constexpr int kMaxAttempts = 5;
+// Such times after which a server without workers does it itself: as kMaxCrashes.
+inline constexpr int kMaxWithdrawnAttempts = 2;
 
 }  // namespace isthmus::storage

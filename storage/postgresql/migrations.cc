@@ -61,21 +61,25 @@ absl::Status MigratePostgres(Connection& database, const std::string& schema,
   return absl::OkStatus();
 }
 
+absl::Status CheckUsage(Connection& database, const std::string& schema) {
+  const auto is_denied = HasRow(database,
+                                "SELECT 1 FROM pg_namespace WHERE nspname = ? AND NOT "
+                                "has_schema_privilege(oid, 'USAGE')",
+                                schema);
+  if (!is_denied.ok()) return is_denied.status();
+  if (!*is_denied) return absl::OkStatus();
+  return absl::PermissionDeniedError(absl::StrCat("the role may not look into the schema ", schema,
+                                                  ": GRANT USAGE ON SCHEMA ", QuotedName(schema),
+                                                  " to it, and what else docs/postgresql.md says"));
+}
+
 absl::Status CheckMigrated(Connection& database, const std::string& schema) {
   const std::string where = absl::StrCat("the schema ", schema);
   const auto is_there =
       database.ReadNumber("SELECT (to_regclass('about') IS NOT NULL)::int::bigint");
   if (!is_there.ok()) return is_there.status();
   if (*is_there == 0) {
-    const auto may_not_look = HasRow(database,
-                                     "SELECT 1 FROM pg_namespace WHERE nspname = ? AND NOT "
-                                     "has_schema_privilege(oid, 'USAGE')",
-                                     schema);
-    if (may_not_look.ok() && *may_not_look) {
-      return absl::PermissionDeniedError(
-          absl::StrCat("the role may not look into ", where, ": GRANT USAGE ON SCHEMA ",
-                       QuotedName(schema), " to it, and what else docs/postgresql.md says"));
-    }
+    if (absl::Status status = CheckUsage(database, schema); !status.ok()) return status;
     return absl::NotFoundError(absl::StrCat(
         where, " holds no map: start the server that is to have it first, which makes the tables"));
   }

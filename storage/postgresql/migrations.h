@@ -22,9 +22,12 @@ const std::vector<Migration>& PostgresMigrations();
 absl::Status MigratePostgres(Connection& database, const std::string& schema,
                              const std::vector<Migration>& migrations = PostgresMigrations());
 
+// PermissionDenied where the role may not look into the schema. OK where there is none.
+absl::Status CheckUsage(Connection& database, const std::string& schema);
+
 // For who does not own the site: OK where the schema has the newest version. Saying what to do,
-// FailedPrecondition where it has another one and NotFound where it has no tables; it is never
-// changed.
+// FailedPrecondition where it has another one and NotFound where it has no tables, or as
+// CheckUsage; it is never changed.
 absl::Status CheckMigrated(Connection& database, const std::string& schema);
 
 }  // namespace isthmus::storage

@@ -21,7 +21,8 @@ PostgresTarget TargetOf(const std::string& url, const std::string& site) {
 }
 
 // All that a job needs, so that nobody waits for a worker that could not end it.
-absl::Status CheckRights(Connection& database) {
+absl::Status CheckRights(Connection& database, const std::string& schema) {
+  if (absl::Status status = CheckUsage(database, schema); !status.ok()) return status;
   const absl::StatusOr<bool> has_tables = HasJobTables(database);
   if (!has_tables.ok()) return has_tables.status();
   if (!*has_tables) {
@@ -57,7 +58,9 @@ absl::StatusOr<std::unique_ptr<MapStore>> OpenWorkerStore(const std::string& url
   const PostgresTarget target = TargetOf(url, site);
   auto writer = PostgresConnection::Open(target);
   if (!writer.ok()) return writer.status();
-  if (absl::Status status = CheckMigrated(**writer, target.schema); !status.ok()) return status;
+  absl::Status status = CheckRights(**writer, target.schema);
+  if (status.ok()) status = CheckMigrated(**writer, target.schema);
+  if (!status.ok()) return status;
   std::vector<std::unique_ptr<Connection>> readers;
   auto reader = PostgresConnection::Open(target);
   if (!reader.ok()) return reader.status();
@@ -65,8 +68,9 @@ absl::StatusOr<std::unique_ptr<MapStore>> OpenWorkerStore(const std::string& url
   return std::make_unique<UnownedStore>(*std::move(writer), std::move(readers));
 }
 
-JobTaker::JobTaker(std::unique_ptr<PostgresConnection> connection, std::string worker)
-    : connection_(std::move(connection)), worker_(std::move(worker)) {}
+JobTaker::JobTaker(std::unique_ptr<PostgresConnection> connection, std::string schema,
+                   std::string worker)
+    : connection_(std::move(connection)), schema_(std::move(schema)), worker_(std::move(worker)) {}
 
 JobTaker::~JobTaker() {
   MutexLock lock(&mutex_);
@@ -82,7 +86,7 @@ absl::StatusOr<std::unique_ptr<JobTaker>> JobTaker::Open(const std::string& url,
                                                          const std::string& worker) {
   auto connection = PostgresConnection::Open(TargetOf(url, site));
   if (!connection.ok()) return connection.status();
-  std::unique_ptr<JobTaker> taker(new JobTaker(*std::move(connection), worker));
+  std::unique_ptr<JobTaker> taker(new JobTaker(*std::move(connection), SchemaOfSite(site), worker));
   if (auto alive = taker->KeepAlive(std::nullopt); !alive.ok()) return alive.status();
   return taker;
 }
@@ -104,7 +108,8 @@ absl::StatusOr<std::optional<TakenJob>> JobTaker::Take() {
       "UPDATE jobs SET state = 'taken', attempt = attempt + 1, worker = ?, lease_until = "
       "clock_timestamp() + ? * interval '1 ms' WHERE id = (SELECT id FROM jobs WHERE version = ? "
       "AND (state = 'waiting' OR state = 'taken' AND lease_until < clock_timestamp()) "
-      "ORDER BY id LIMIT 1 FOR UPDATE SKIP LOCKED) RETURNING id, attempt, key, payload");
+      "ORDER BY is_urgent DESC, id LIMIT 1 FOR UPDATE SKIP LOCKED) RETURNING id, attempt, key, "
+      "payload");
   const absl::StatusOr<bool> found =
       row.Bind(worker_).Bind(int64_t{kJobLease.count()}).Bind(JobVersion()).Step();
   if (!found.ok()) return found.status();
@@ -114,12 +119,13 @@ absl::StatusOr<std::optional<TakenJob>> JobTaker::Take() {
 
 absl::StatusOr<bool> JobTaker::KeepAlive(const std::optional<TakenJob>& job) {
   MutexLock lock(&mutex_);
-  absl::Status status = CheckRights(*connection_);
+  absl::Status status = CheckRights(*connection_, schema_);
   if (!status.ok()) return status;
   status = connection_
                ->Prepare(
                    "INSERT INTO workers (name, seen, version) VALUES (?, clock_timestamp(), ?) "
-                   "ON CONFLICT (name) DO UPDATE SET seen = excluded.seen")
+                   "ON CONFLICT (name) DO UPDATE SET seen = excluded.seen, version = "
+                   "excluded.version")
                .Bind(worker_)
                .Bind(JobVersion())
                .Change()

@@ -52,14 +52,14 @@ class JobTaker {
   absl::StatusOr<bool> GiveBack(const TakenJob& job);
 
  private:
-  JobTaker(std::unique_ptr<PostgresConnection> connection, std::string worker);
+  JobTaker(std::unique_ptr<PostgresConnection> connection, std::string schema, std::string worker);
 
   // A change of a job that is this worker's; behind its own parameters come id and attempt.
   Statement OfMine(const std::string& change) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   Mutex mutex_;
   const std::unique_ptr<PostgresConnection> connection_ ABSL_PT_GUARDED_BY(mutex_);
-  const std::string worker_;
+  const std::string schema_, worker_;
 };
 
 }  // namespace isthmus::storage

@@ -95,20 +95,18 @@ bool IsRejected(const LoopClosure& closure, const LoopScene& scene, const LoopQu
 }  // namespace
 
 struct LoopFinder::State {
-  struct Failure {  // A search in vain, in metres along the way.
-    double old_path_length = 0, new_path_length = 0;
-  };
-
   State(const LoopOptions& loop_options, SubmapSource source, SubmapReader points)
       : options(loop_options),
-        submaps(std::move(source), loop_options.prepared_submaps, std::move(points)) {}
+        submaps(std::move(source), loop_options.prepared_submaps, std::move(points),
+                &memory.radii_m) {}
 
   bool WasInVain(double old_path_length, double new_path_length) const {
     const double patience = kPatienceShare * options.min_path_length_m;
-    return std::any_of(failures.begin(), failures.end(), [&](const Failure& failure) {
+    const auto is_near = [&](const LoopMemory::Failure& failure) {
       return std::abs(failure.old_path_length - old_path_length) < patience &&
              new_path_length - failure.new_path_length < patience;
-    });
+    };
+    return std::any_of(memory.failures.begin(), memory.failures.end(), is_near);
   }
 
   std::optional<LoopClosure> FindFor(const LoopScene& scene) {
@@ -125,23 +123,27 @@ struct LoopFinder::State {
       if (++searches > kMaxSearches) break;
       const bool thorough = searches == 1;  // One such search is dear enough.
       if (auto closed = CloseLoop(scene, candidate, options, thorough, &submaps)) return closed;
-      failures.push_back({old_path_length, new_path_length});
+      memory.failures.push_back({old_path_length, new_path_length});
     }
-    std::erase_if(failures, [&](const Failure& failure) {
+    std::erase_if(memory.failures, [&](const LoopMemory::Failure& failure) {
       return scene.path_lengths.back() - failure.new_path_length > options.min_path_length_m;
     });
     return std::nullopt;
   }
 
   const LoopOptions options;
+  LoopMemory memory;
   LoopSubmaps submaps;
-  std::vector<Failure> failures;
 };
 
 LoopFinder::LoopFinder(const LoopOptions& options, SubmapSource source, SubmapReader points)
     : state_(std::make_unique<State>(options, std::move(source), std::move(points))) {}
 
 LoopFinder::~LoopFinder() = default;
+
+const LoopMemory& LoopFinder::memory() const { return state_->memory; }
+
+void LoopFinder::SetMemory(LoopMemory memory) { state_->memory = std::move(memory); }
 
 std::vector<LoopClosure> LoopFinder::Find(const LoopQuery& query) {
   std::vector<LoopClosure> found;

@@ -3,6 +3,8 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <map>
 #include <memory>
 #include <vector>
 
@@ -22,6 +24,17 @@ struct LoopQuery {
   std::vector<LoopClosure> known;                      // Found so far, rejected ones included.
 };
 
+// What later searches depend on, beside their query. Value type.
+struct LoopMemory {
+  struct Failure {  // A search in vain, in metres along the way.
+    double old_path_length = 0, new_path_length = 0;
+  };
+
+  std::vector<Failure> failures;
+  // Of the spheres around the surfaces of submaps that were prepared, by index.
+  std::map<uint32_t, double> radii_m;
+};
+
 // Finds the loops of one session. Keeps prepared submaps and places, so that what a new submap
 // costs does not grow with the session. Not thread safe; starts no threads.
 class LoopFinder {
@@ -34,6 +47,10 @@ class LoopFinder {
   // At most a few closures for every new submap, without ids; none where nothing was found or
   // nothing is certain enough. Deterministic.
   std::vector<LoopClosure> Find(const LoopQuery& query);
+
+  const LoopMemory& memory() const;
+  // That of another finder of the session: what it would find next is found here.
+  void SetMemory(LoopMemory memory);
 
  private:
   struct State;

@@ -35,6 +35,8 @@ struct LoopOptions {
   size_t max_edges = 4;
   // Prepared submaps that are kept in memory, about a megabyte each; at least 16.
   size_t prepared_submaps = 64;
+
+  friend bool operator==(const LoopOptions&, const LoopOptions&) = default;
 };
 
 }  // namespace isthmus::matching

@@ -28,10 +28,12 @@ double PathLengthBetween(const Submap& from, const Submap& to) {
 
 }  // namespace
 
-LoopSubmaps::LoopSubmaps(SubmapSource source, size_t capacity, SubmapReader points)
+LoopSubmaps::LoopSubmaps(SubmapSource source, size_t capacity, SubmapReader points,
+                         std::map<uint32_t, double>* radii_m)
     : source_(std::move(source)),
       points_(std::move(points)),
-      capacity_(std::max(capacity, kMinPreparedSubmaps)) {}
+      capacity_(std::max(capacity, kMinPreparedSubmaps)),
+      radii_m_(radii_m) {}
 
 SessionMap LoopSubmaps::MapOf(const std::vector<std::shared_ptr<const Submap>>& submaps) const {
   return {submaps.front()->id.session, submaps, points_};
@@ -40,7 +42,10 @@ SessionMap LoopSubmaps::MapOf(const std::vector<std::shared_ptr<const Submap>>& 
 std::shared_ptr<const PreparedMap> LoopSubmaps::Prepared(
     const std::shared_ptr<const Submap>& submap) {
   const uint32_t index = submap->id.index;
-  if (const auto* used = used_.Use(index)) return *used;
+  if (const auto* used = used_.Use(index)) {
+    radii_m_->emplace(index, facts_.at(index).radius_m);
+    return *used;
+  }
   auto prepared = std::make_shared<const PreparedMap>(MapOf({submap}), source_);
   if (facts_.count(index) == 0) {
     Facts facts{prepared->submaps().front()->radius_m(), prepared->places()};
@@ -49,6 +54,7 @@ std::shared_ptr<const PreparedMap> LoopSubmaps::Prepared(
     }
     facts_.emplace(index, std::move(facts));
   }
+  radii_m_->emplace(index, facts_.at(index).radius_m);
   if (used_.size() >= capacity_) used_.DropOldest();
   used_.Put(index, prepared);
   return prepared;
@@ -62,15 +68,17 @@ PreparedMap LoopSubmaps::Window(const std::vector<std::shared_ptr<const Submap>>
 }
 
 const std::vector<Place>& LoopSubmaps::Places(const std::shared_ptr<const Submap>& submap) {
-  const auto found = facts_.find(submap->id.index);
-  if (found != facts_.end()) return found->second.places;
-  Prepared(submap);
-  return facts_.at(submap->id.index).places;
+  const uint32_t index = submap->id.index;
+  if (!facts_.contains(index)) Prepared(submap);
+  const Facts& facts = facts_.at(index);
+  // Whoever has the facts from before remembers what he would who had to prepare it.
+  radii_m_->emplace(index, facts.radius_m);
+  return facts.places;
 }
 
 double LoopSubmaps::Radius(uint32_t index, double otherwise) const {
-  const auto found = facts_.find(index);
-  return found == facts_.end() ? otherwise : found->second.radius_m;
+  const auto found = radii_m_->find(index);
+  return found == radii_m_->end() ? otherwise : found->second;
 }
 
 void LoopSubmaps::KeepOnly(const std::vector<std::shared_ptr<const Submap>>& submaps) {
@@ -81,6 +89,7 @@ void LoopSubmaps::KeepOnly(const std::vector<std::shared_ptr<const Submap>>& sub
     return at == submaps.end() || (*at)->id.index != index;
   };
   std::erase_if(facts_, [&](const auto& entry) { return gone(entry.first); });
+  std::erase_if(*radii_m_, [&](const auto& entry) { return gone(entry.first); });
   used_.EraseIf(gone);
 }
 

@@ -18,8 +18,10 @@ namespace isthmus::matching {
 // Not thread safe.
 class LoopSubmaps {
  public:
-  // With `points` the submaps given may be outlines.
-  LoopSubmaps(SubmapSource source, size_t capacity, SubmapReader points);
+  // With `points` the submaps given may be outlines. `radii_m`, by index, is of those that were
+  // asked for by Prepared or Places; it outlives the object.
+  LoopSubmaps(SubmapSource source, size_t capacity, SubmapReader points,
+              std::map<uint32_t, double>* radii_m);
 
   // The submap alone, level, with its free space and places.
   std::shared_ptr<const PreparedMap> Prepared(const std::shared_ptr<const Submap>& submap);
@@ -27,7 +29,7 @@ class LoopSubmaps {
   PreparedMap Window(const std::vector<std::shared_ptr<const Submap>>& submaps);
   // In the submap's frame: T_odom_place is T_submap_place. Prepares the submap if it never was.
   const std::vector<Place>& Places(const std::shared_ptr<const Submap>& submap);
-  // The radius of the surface's sphere; `otherwise` while the submap was never prepared.
+  // The radius of the surface's sphere; `otherwise` while the submap was never asked for.
   double Radius(uint32_t index, double otherwise) const;
 
   // Forgets everything about submaps that are not among these, in order of index.
@@ -44,6 +46,7 @@ class LoopSubmaps {
   const SubmapSource source_;
   const SubmapReader points_;
   const size_t capacity_;
+  std::map<uint32_t, double>* const radii_m_;
   LruCache<uint32_t, std::shared_ptr<const PreparedMap>> used_;
   std::map<uint32_t, Facts> facts_;
 };

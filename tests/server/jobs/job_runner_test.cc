@@ -162,6 +162,39 @@ TEST_F(JobRunnerTest, ComparesPlansAsTheServerDoes) {
   EXPECT_TRUE(absl::IsFailedPrecondition(runner.Run(PlanJob{gone, {a}}, {}).status()));
 }
 
+// Whoever had which of the session's submaps, and whether he knows the session.
+TEST_F(JobRunnerTest, SearchesForLoopsAsOneFinderDoes) {
+  const MapOfJob map = MapOf("alice-1");
+  SubmapCache cache(store_, size_t{64} << 20, [](const SubmapId&, const std::string&) {});
+  const PreparedStore prepared(store_, &cache);
+  matching::LoopOptions options;
+  options.min_path_length_m = 15;
+  matching::LoopFinder finder(
+      options, [&](const auto& outline) { return prepared.Get(outline).value(); },
+      [&](const SubmapId& id) { return cache.Get(id); });
+  JobRunner runners[] = {JobRunner(store_, {}), JobRunner(store_, {})};
+  LoopJob job;
+  job.session.session = map.session;
+  job.options = options;
+  matching::LoopQuery query;
+  query.session = map.session;
+  for (size_t k = 0; k < map.submaps.size(); ++k) {
+    query.first_new = job.first_new = k;
+    query.submaps.push_back(cache.Outline({map.session, map.submaps[k]}));
+    query.T_map_submap.push_back(map.T_odom_submap[k]);
+    job.session = MakeMapOfJob(map.session, query.submaps);
+    job.T_map_submap = query.T_map_submap;
+    const LoopResult expected{finder.Find(query), finder.memory()};
+    const auto found = runners[k % 3 == 0].Run(EncodeLoopJob(job), {});
+    ASSERT_TRUE(found.ok()) << found.status();
+    EXPECT_EQ(*found, EncodeLoopResult(expected)) << k;
+    for (const LoopClosure& loop : expected.found) query.known.push_back(loop);
+    job.known = query.known;
+    job.memory = DecodeLoopResult(*found)->memory;
+  }
+  EXPECT_FALSE(query.known.empty());
+}
+
 TEST_F(JobRunnerTest, SubmapsThatAreGoneOrOthersAreNoResult) {
   JobRunner runner(store_, {});
   PairJob job = MakeJob();

@@ -103,6 +103,45 @@ TEST(JobTest, AComparisonOfPlansLosesNothing) {
   EXPECT_FALSE(DecodePlanScores(EncodeMatch(*pair.known)).ok());
 }
 
+TEST(JobTest, ASearchForLoopsLosesNothing) {
+  LoopJob job;
+  job.session = MakeJob().a;
+  job.T_map_submap = job.session.T_odom_submap;
+  job.first_new = 2;
+  job.known = {storage::MakeLoop(7, "alice-1")};
+  job.known[0].rejected = true;
+  job.known[0].note = "a mirror";
+  job.memory = {{{1.5, 60.25}}, {{0, 12.5}, {7, 3.25}}};
+  job.options.max_free_space_outdoors = 0.09;
+  job.options.drift.rotation_per_rad = 0.5;
+  job.options.prepared_submaps = 17;
+  const std::string bytes = EncodeLoopJob(job);
+  const LoopJob read = DecodeLoopJob(bytes).value();
+  EXPECT_EQ(EncodeLoopJob(read), bytes);
+  EXPECT_EQ(read.first_new, 2u);
+  EXPECT_EQ(read.options, job.options);
+  EXPECT_EQ(read.memory.radii_m, job.memory.radii_m);
+  EXPECT_EQ(read.memory.failures[0].new_path_length, 60.25);
+  const LoopResult result = DecodeLoopResult(EncodeLoopResult({job.known, job.memory})).value();
+  EXPECT_EQ(result.memory.radii_m, job.memory.radii_m);
+  EXPECT_EQ(result.found[0].detail, job.known[0].detail);
+  EXPECT_EQ(result.found[0].edges[0].information, job.known[0].edges[0].information);
+  EXPECT_EQ(result.found[0].source, job.known[0].source);
+  EXPECT_EQ(result.found[0].note, "a mirror");
+  EXPECT_TRUE(result.found[0].rejected);
+  // Each is what it is.
+  EXPECT_TRUE(IsLoopJob(bytes));
+  EXPECT_FALSE(IsLoopJob(EncodePairJob(MakeJob())));
+  EXPECT_FALSE(DecodePairJob(bytes).ok());
+  EXPECT_FALSE(DecodeLoopResult(bytes).ok());
+  // None is new, or poses are missing.
+  job.first_new = 3;
+  EXPECT_FALSE(DecodeLoopJob(EncodeLoopJob(job)).ok());
+  job.first_new = 0;
+  job.T_map_submap.pop_back();
+  EXPECT_FALSE(DecodeLoopJob(EncodeLoopJob(job)).ok());
+}
+
 TEST(JobTest, WhatIsCutOffOrDamagedIsRefused) {
   const std::string bytes = EncodePairJob(MakeJob());
   for (size_t size = 0; size < bytes.size(); ++size) {

@@ -165,6 +165,31 @@ TEST_F(LoopFinderTest, IsDeterministic) {
   }
 }
 
+// As workers do, each of which may have searched for others, or for the session's beginning.
+TEST_F(LoopFinderTest, WithTheMemoryOfAnotherFindsWhatThatWouldFind) {
+  LoopFinder finders[] = {LoopFinder(AfterTwentyMetres()), LoopFinder(AfterTwentyMetres())};
+  LoopMemory memory;
+  LoopQuery query;
+  query.session = strayed_.front()->id.session;
+  for (size_t k = 0; k < strayed_.size(); ++k) {
+    query.first_new = k;
+    query.submaps.push_back(strayed_[k]);
+    query.T_map_submap.push_back(strayed_[k]->T_odom_submap);
+    LoopFinder fresh(AfterTwentyMetres());
+    LoopFinder& finder = k % 3 == 2 ? fresh : finders[k % 3];
+    finder.SetMemory(memory);
+    for (LoopClosure& closure : finder.Find(query)) query.known.push_back(std::move(closure));
+    memory = finder.memory();
+  }
+  ASSERT_EQ(query.known.size(), found_.size());
+  for (size_t i = 0; i < found_.size(); ++i) {
+    EXPECT_EQ(query.known[i].submap_a, found_[i].submap_a);
+    EXPECT_EQ(query.known[i].submap_b, found_[i].submap_b);
+    EXPECT_TRUE(query.known[i].T_a_b.translation() == found_[i].T_a_b.translation());
+    EXPECT_EQ(query.known[i].detail, found_[i].detail);
+  }
+}
+
 TEST_F(LoopFinderTest, NothingWhereTheWayIsShortOrNobodyAsks) {
   EXPECT_TRUE(LoopFinder(AfterTwentyMetres()).Find({}).empty());
   EXPECT_TRUE(FindOneByOne({strayed_.front()}, AfterTwentyMetres()).empty());

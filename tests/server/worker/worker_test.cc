@@ -3,6 +3,7 @@
 #include <signal.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <filesystem>
 #include <map>
@@ -13,7 +14,10 @@
 #include <utility>
 #include <vector>
 
+#include "server/jobs/job.h"
+#include "server/jobs/limits.h"
 #include "server/matching/index/limits.h"
+#include "storage/memory_store.h"
 #include "storage/postgresql/limits.h"
 #include "storage/postgresql/postgres_store.h"
 #include "storage/postgresql/worker_store.h"
@@ -21,6 +25,7 @@
 #include "tests/server/pipeline/many_sessions.h"
 #include "tests/server/pipeline/robots.h"
 #include "tests/storage/postgresql/postgres_server.h"
+#include "tests/storage/records.h"
 
 namespace isthmus::server {
 namespace {
@@ -35,9 +40,15 @@ class WorkerTest : public ::testing::Test {
   }
   ~WorkerTest() override { std::filesystem::remove_all(folder_); }
 
+  static matching::LoopOptions QuickLoops() {
+    matching::LoopOptions options;
+    options.min_path_length_m = 15;  // A minute's drive has one.
+    return options;
+  }
   void OpenServer(const storage::WriteBatch& before = {}) {
     PipelineOptions options = QuickOptions();
     options.submap = {};
+    options.loops = QuickLoops();
     options.on_problem = [this](const std::string& problem) {
       const bool may_tell = !may_tell_.empty() && problem.find(may_tell_) != std::string::npos;
       if (!may_tell) ADD_FAILURE() << problem;
@@ -88,6 +99,34 @@ class WorkerTest : public ::testing::Test {
       }
       ASSERT_TRUE(server_->FinishSession(session).ok());
     }
+  }
+
+  // A session up to the first submap that closes a loop, as the first of more sessions than any
+  // server searches by itself; and that submap.
+  static std::pair<storage::WriteBatch, SubmapId> AliceWhoComesBackAndOthers() {
+    auto memory = storage::MakeMemoryStore();
+    const storage::MapStore* store = memory.get();
+    PipelineOptions options = QuickOptions();
+    options.submap = {};
+    options.loops = QuickLoops();
+    const auto pipeline = Pipeline::Open(options, std::move(memory)).value();
+    const SessionId session = Create(*pipeline, kAlice);
+    const Drive drive(1, 4);
+    for (int i = 0; i < 600; ++i) EXPECT_TRUE(pipeline->SubmitScan(session, drive.Upload(i)).ok());
+    EXPECT_TRUE(pipeline->FinishSession(session).ok());
+    pipeline->WaitUntilIdle();
+    SubmapId closing{session, ~uint32_t{0}};
+    const std::vector<LoopClosure> loops = store->ListLoops().value();
+    for (const LoopClosure& loop : loops) {
+      closing.index = std::min(closing.index, loop.submap_b);
+    }
+    storage::WriteBatch batch = ManySessions(kLoopsAtHome + 4);
+    batch.sessions.push_back(store->GetSession(session).value());
+    for (uint32_t i = 0; i <= closing.index; ++i) {
+      const auto submap = store->GetSubmap({session, i});
+      if (submap.ok()) batch.submaps.push_back(*submap);
+    }
+    return {batch, closing};
   }
 
   // All that there is of the two.
@@ -164,7 +203,7 @@ TEST_F(WorkerTest, WhatVanishesFromTheBoardIsPostedAgain) {
 TEST_F(WorkerTest, WhatWasSetAsideIsShownAndTriedAgainOnceItsRowIsGone) {
   MakeSite();
   auto taker = HireTaker();
-  may_tell_ = "workers ended while they were at it";
+  may_tell_ = "ended while";
   OpenServer();
   DriveTwo(120, taker.get());
   for (int i = 0; i < storage::kMaxAttempts; ++i) {
@@ -175,13 +214,46 @@ TEST_F(WorkerTest, WhatWasSetAsideIsShownAndTriedAgainOnceItsRowIsGone) {
   server_->WaitUntilIdle();
   EXPECT_EQ(server_->GetLoad().matching.jobs_set_aside, 1u);
   EXPECT_TRUE(server_->GetMatchGraph().matches.empty());
-  // Not before.
+  // Nor by the server itself, by this one or the next, where there are no workers.
+  taker.reset();
+  server_.reset();
+  OpenServer();
+  server_->WaitUntilIdle();
+  EXPECT_EQ(server_->GetLoad().matching.jobs_set_aside, 1u);
+  EXPECT_TRUE(server_->GetMatchGraph().matches.empty());
   const auto worker = Hire();
   AwaitWords(*worker, "at work");
   ASSERT_TRUE(database_.Execute("DELETE FROM " + Jobs()));
-  AwaitWords(*worker, "the match of ");
+  while (server_->GetLoad().matching.jobs_set_aside > 0) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }
   ExpectMatched();
-  EXPECT_EQ(server_->GetLoad().matching.jobs_set_aside, 0u);
+}
+
+TEST_F(WorkerTest, AServerThatCannotCountWorkersDoesItItself) {
+  MakeSite();
+  const auto taker = HireTaker();
+  may_tell_ = "workers cannot be counted";
+  OpenServer();
+  DriveTwo(120, taker.get());
+  (void)TakeOne(*taker);
+  ASSERT_TRUE(database_.Execute("ALTER TABLE \"" + storage::SchemaOfSite(site_) +
+                                "\".workers RENAME COLUMN seen TO seen_no_more"));
+  ExpectMatched();
+}
+
+TEST_F(WorkerTest, AResultOfAnotherPairIsNone) {
+  MakeSite();
+  auto taker = HireTaker();
+  may_tell_ = "another pair's";
+  OpenServer();
+  DriveTwo(120, taker.get());
+  const storage::TakenJob job = TakeOne(*taker);
+  Match forged = storage::MakeMatch("alice-1", "carol-1");
+  EXPECT_TRUE(taker->Finish(job, EncodeMatch(forged)).value());
+  (void)TakeOne(*taker);  // Posted again.
+  taker.reset();
+  ExpectMatched();
 }
 
 TEST_F(WorkerTest, OneThatCouldNotReadTheMapLeavesItToTheServer) {
@@ -198,6 +270,8 @@ TEST_F(WorkerTest, OneThatCouldNotReadTheMapLeavesItToTheServer) {
   ExpectMatched();
   ASSERT_TRUE(database_.Execute("GRANT SELECT ON " + schema + ".submaps TO \"" + role + "\""));
   AwaitWords(*worker, "at work");
+  ASSERT_TRUE(database_.Execute("REVOKE DELETE ON " + schema + ".workers FROM \"" + role + "\""));
+  AwaitWords(*worker, "waits: its role in the database needs DELETE on workers");
 }
 
 TEST_F(WorkerTest, AServerTakesWhatWasDoneForTheOneBefore) {
@@ -234,6 +308,23 @@ TEST_F(WorkerTest, OfManySessionsItComparesThePlans) {
     const std::string task = "the partners of " + NameOfMany(i).value() + ": ";
     EXPECT_NE(worker->Errors().find(task), std::string::npos) << worker->Errors();
   }
+}
+
+// The last submap of each session is asked at the start: more than the server keeps for itself.
+TEST_F(WorkerTest, OfManySubmapsItSearchesForLoops) {
+  const auto [batch, closing] = AliceWhoComesBackAndOthers();
+  MakeSite();
+  const auto worker = Hire();
+  AwaitWords(*worker, "at work");
+  OpenServer(batch);
+  server_->WaitUntilIdle();
+  EXPECT_NE(worker->Errors().find("the loops of " + ToString(closing) + ": "), std::string::npos)
+      << worker->Errors();
+  const ListAt<Loop> loops = server_->ListLoops(std::nullopt).value();
+  ASSERT_EQ(loops.size(), 1u) << worker->Errors();
+  EXPECT_EQ(loops[0].loop.submap_b, closing.index);
+  EXPECT_EQ(server_->GetLoad().matching.submaps, 0u);
+  EXPECT_EQ(server_->GetLoad().matching.jobs, 0u);
 }
 
 TEST_F(WorkerTest, WaitsForItsSiteAndEndsWhenTold) {

@@ -131,7 +131,8 @@ TEST_F(JobBoardTest, AJobThatWorkersDieOfIsSetAsideAndNotPostedAgain) {
   const std::vector<EndedJob> ended = board_->ListEnded().value();
   ASSERT_EQ(ended.size(), 1u);
   EXPECT_TRUE(ended[0].is_set_aside);
-  EXPECT_THAT(ended[0].problem, HasSubstr("workers ended"));
+  EXPECT_THAT(ended[0].problem, HasSubstr("worker after worker ended"));
+  EXPECT_EQ(*board_->ListSetAside(), std::set<std::string>{"poison"});
   EXPECT_EQ(board_->ListKeys()->count("poison"), 1u);
   // Told once, and remembered.
   ASSERT_TRUE(board_->Remove(ended).ok());
@@ -178,6 +179,21 @@ TEST_F(JobBoardTest, WhatIsWithdrawnIsNobodysAndWhatIsDoneStays) {
   EXPECT_EQ(board_->ListEnded()->at(0).key, "done");
 }
 
+// The last worker may be gone before it was set aside: the server would be next.
+TEST_F(JobBoardTest, WhatSeveralWorkersEndedWithIsNotWithdrawn) {
+  ASSERT_TRUE(board_->Post({"poison", ""}).ok());
+  const auto worker = Hire("worker");
+  for (int i = 0; i <= kMaxWithdrawnAttempts; ++i) {
+    ASSERT_TRUE(worker->Take()->has_value()) << i;
+    LetLeasesEnd();
+  }
+  ASSERT_TRUE(board_->Post({"wholesome", ""}).ok());
+  ASSERT_TRUE(board_->Withdraw().ok());
+  EXPECT_EQ(*board_->ListKeys(), std::set<std::string>{"poison"});
+  EXPECT_EQ(*board_->ListSetAside(), std::set<std::string>{"poison"});
+  EXPECT_TRUE(board_->ListEnded()->at(0).is_set_aside);
+}
+
 TEST_F(JobBoardTest, WorkersCountWhileTheyGiveSigns) {
   EXPECT_EQ(*board_->CountWorkers(), WorkerCount());
   const auto one = Hire("one");
@@ -186,8 +202,10 @@ TEST_F(JobBoardTest, WorkersCountWhileTheyGiveSigns) {
     EXPECT_EQ(*board_->CountWorkers(), WorkerCount{.able = 2});
   }
   EXPECT_EQ(*board_->CountWorkers(), WorkerCount{.able = 1});  // Two said goodbye.
-  Execute("UPDATE workers SET seen = now() - interval '1 minute'");
-  EXPECT_EQ(*board_->CountWorkers(), WorkerCount());
+  for (const std::string seen : {"now() - interval '1 minute'", "now() + interval '1 minute'"}) {
+    Execute("UPDATE workers SET seen = " + seen);
+    EXPECT_EQ(*board_->CountWorkers(), WorkerCount());
+  }
   EXPECT_TRUE(*one->KeepAlive(std::nullopt));
   EXPECT_EQ(*board_->CountWorkers(), WorkerCount{.able = 1});
 }
@@ -197,10 +215,13 @@ TEST_F(JobBoardTest, WorkersOfAnotherVersionAreCountedApart) {
   // As a program signs that knows of no versions.
   Execute("INSERT INTO workers (name, seen) VALUES ('older', now())");
   EXPECT_EQ(*board_->CountWorkers(), (WorkerCount{.able = 1, .of_other_versions = 1}));
+  Execute("UPDATE workers SET version = ''");
+  EXPECT_TRUE(*one->KeepAlive(std::nullopt));
+  EXPECT_EQ(*board_->CountWorkers(), (WorkerCount{.able = 1, .of_other_versions = 1}));
 }
 
 TEST_F(JobBoardTest, TablesOfAnEarlierProgramAreBroughtUpToDate) {
-  Execute("ALTER TABLE workers DROP COLUMN version");
+  Execute("ALTER TABLE workers DROP COLUMN version; ALTER TABLE jobs DROP COLUMN is_urgent");
   EXPECT_TRUE(absl::IsNotFound(JobTaker::Open(server_.url(), site_, "worker").status()));
   store_.reset();
   const auto next = std::move(OpenPostgresStore(server_.url(), site_)).value();
@@ -215,6 +236,10 @@ TEST_F(JobBoardTest, AWorkerThatLacksRightsGivesNoSign) {
   const std::string to_role = " TO \"" + role + "\"";
   Execute("CREATE ROLE \"" + role + "\" LOGIN");
   EXPECT_TRUE(absl::IsPermissionDenied(OpenWorkerStore(url, site_).status()));
+  Execute("GRANT USAGE ON SCHEMA \"" + schema + "\"" + to_role);
+  const absl::Status none = OpenWorkerStore(url, site_).status();
+  EXPECT_TRUE(absl::IsPermissionDenied(none)) << none;
+  EXPECT_THAT(none.message(), HasSubstr("needs SELECT on about, "));
   Execute("GRANT USAGE ON SCHEMA \"" + schema + "\"" + to_role +
           "; GRANT SELECT ON ALL TABLES IN SCHEMA \"" + schema + "\"" + to_role +
           "; GRANT INSERT, UPDATE, DELETE ON workers" + to_role + "; GRANT UPDATE ON jobs" +
@@ -229,12 +254,33 @@ TEST_F(JobBoardTest, AWorkerThatLacksRightsGivesNoSign) {
   EXPECT_TRUE(absl::IsPermissionDenied(worker->KeepAlive(std::nullopt).status()));
 }
 
+TEST_F(JobBoardTest, WhatIsUrgentIsTakenFirst) {
+  ASSERT_TRUE(board_->Post({"first", ""}).ok());
+  ASSERT_TRUE(board_->Post({"urgent", "", true}).ok());
+  ASSERT_TRUE(board_->Post({"urgent too", "", true}).ok());
+  const auto worker = Hire("worker");
+  EXPECT_EQ(worker->Take()->value().key, "urgent");
+  EXPECT_EQ(worker->Take()->value().key, "urgent too");
+  EXPECT_EQ(worker->Take()->value().key, "first");
+}
+
 TEST_F(JobBoardTest, ListsTheKeysOfAllThatIsOnIt) {
   const auto worker = Hire("worker");
   ASSERT_TRUE(board_->Post({"done", ""}).ok());
   EXPECT_TRUE(*worker->Finish(worker->Take()->value(), "result"));
   ASSERT_TRUE(board_->Post({"waits", ""}).ok());
   EXPECT_EQ(*board_->ListKeys(), (std::set<std::string>{"done", "waits"}));
+}
+
+TEST_F(JobBoardTest, RowsThatNoWorkerWillEverTakeAreNotThere) {
+  for (const std::string change :
+       {"state = 'taken', lease_until = NULL", "state = 'taken', lease_until = 'infinity'",
+        "version = 'another'"}) {
+    ASSERT_TRUE(board_->Post({"pair", ""}).ok());
+    EXPECT_EQ(board_->ListKeys()->size(), 1u);
+    Execute("UPDATE jobs SET " + change);
+    EXPECT_EQ(board_->ListKeys()->size(), 0u) << change;
+  }
 }
 
 TEST_F(JobBoardTest, JobsOfAnotherVersionAreLeftAloneAndTheNextServerClearsThem) {
