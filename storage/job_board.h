@@ -51,11 +51,13 @@ class JobBoard {
   virtual absl::StatusOr<std::vector<PostedJob>> ListOpen() = 0;
   // Of all that workers may still take or have ended, those set aside too.
   virtual absl::StatusOr<std::set<std::string>> ListKeys() = 0;
-  virtual absl::StatusOr<std::set<std::string>> ListSetAside() = 0;
+  virtual absl::StatusOr<std::vector<PostedJob>> ListSetAside() = 0;
   // In order of posting. Those that are set aside are listed once.
   virtual absl::StatusOr<std::vector<EndedJob>> ListEnded() = 0;
   // Takes ended ones off the board; those set aside stay as a warning.
   virtual absl::Status Remove(const std::vector<EndedJob>& jobs) = 0;
+  // Takes one that was set aside off the board: nobody will want it again.
+  virtual absl::Status RemoveSetAside(const std::string& key) = 0;
   // Takes all off that have not ended. What several workers have ended with is set aside instead:
   // it is not for the server to try.
   virtual absl::Status Withdraw() = 0;

@@ -19,6 +19,13 @@ MapOfJob JobMapOf(const ShapedMap& shaped) {
   return map;
 }
 
+// The submap whose loops it searches for; nothing of other jobs.
+std::optional<SubmapId> SubmapOf(const std::string& payload) {
+  const absl::StatusOr<LoopJob> job = DecodeLoopJob(payload);
+  if (!job.ok() || job->session.submaps.empty()) return std::nullopt;
+  return SubmapId{job->session.session, job->session.submaps.back()};
+}
+
 // Of trouble that passes.
 bool IsForNow(const absl::Status& status) {
   return absl::IsUnavailable(status) || absl::IsResourceExhausted(status);
@@ -125,9 +132,10 @@ void MatchingThread::AdoptJobs(const MapView& view) {
   if (board_ == nullptr) return;
   const auto set_aside = board_->ListSetAside();
   if (set_aside.ok()) {
-    for (const std::string& task : *set_aside) {
-      set_aside_.emplace(task, std::nullopt);
-      (void)TellLeftOut(task, "workers ended while they were at it; see its row in the table jobs");
+    for (const storage::PostedJob& job : *set_aside) {
+      set_aside_.emplace(job.key, PostedOf(job.payload));
+      (void)TellLeftOut(job.key,
+                        "workers ended while they were at it; see its row in the table jobs");
     }
   }
   const auto open = board_->ListOpen();
@@ -144,6 +152,26 @@ void MatchingThread::AdoptJobs(const MapView& view) {
   }
 }
 
+std::optional<MatchingThread::Posted> MatchingThread::PostedOf(const std::string& payload) {
+  if (const auto job = DecodePairJob(payload); job.ok()) {
+    return PostedMatch{{job->a.session, job->b.session}, {}};
+  }
+  if (const auto job = DecodePlanJob(payload); job.ok()) {
+    return PostedPlans{job->session.session, {}};
+  }
+  if (const auto submap = SubmapOf(payload)) return PostedLoops{*submap};
+  return std::nullopt;
+}
+
+bool MatchingThread::IsGone(const MapView& view, const Posted& posted) {
+  const auto is_gone = [&view](const SessionId& session) { return view.Find(session) == nullptr; };
+  if (const auto* match = std::get_if<PostedMatch>(&posted)) {
+    return is_gone(match->pair.first) || is_gone(match->pair.second);
+  }
+  const auto* plans = std::get_if<PostedPlans>(&posted);
+  return is_gone(plans != nullptr ? plans->session : std::get<PostedLoops>(posted).submap.session);
+}
+
 void MatchingThread::FollowWorkers(const MapView& view) {
   if (board_ == nullptr) return;
   const auto is_due = [](const std::optional<Stopwatch>& looked, double every_ms) {
@@ -158,6 +186,7 @@ void MatchingThread::FollowWorkers(const MapView& view) {
     looked_for_workers_.emplace();
     CountWorkers();
     ForgetMissing();
+    RemoveGone(view);
   }
   posted_count_ = posted_.size();
   set_aside_count_ = set_aside_.size();
@@ -200,6 +229,13 @@ void MatchingThread::ForgetMissing() {
   });
 }
 
+void MatchingThread::RemoveGone(const MapView& view) {
+  std::erase_if(set_aside_, [&](const auto& job) {
+    const auto& [task, posted] = job;
+    return posted && IsGone(view, *posted) && board_->RemoveSetAside(task).ok();
+  });
+}
+
 void MatchingThread::TakeResults(const MapView& view) {
   const auto ended = board_->ListEnded();
   if (!ended.ok()) return;
@@ -228,12 +264,7 @@ absl::Status MatchingThread::TakeResult(const MapView& view, const storage::Ende
   const auto* match = posted != nullptr ? std::get_if<PostedMatch>(posted) : nullptr;
   const auto* plans = posted != nullptr ? std::get_if<PostedPlans>(posted) : nullptr;
   const auto* loops = posted != nullptr ? std::get_if<PostedLoops>(posted) : nullptr;
-  const auto is_gone = [&view](const SessionId& session) { return view.Find(session) == nullptr; };
-  if (plans != nullptr && is_gone(plans->session)) return absl::OkStatus();
-  if (loops != nullptr && is_gone(loops->submap.session)) return absl::OkStatus();
-  if (match != nullptr && (is_gone(match->pair.first) || is_gone(match->pair.second))) {
-    return absl::OkStatus();
-  }
+  if (!job.is_set_aside && posted != nullptr && IsGone(view, *posted)) return absl::OkStatus();
   if (!job.problem.empty()) return absl::InternalError(job.problem);
   if (plans != nullptr) return TakeScores(job, *plans);
   if (loops != nullptr) return TakeLoops(job, *loops);
@@ -286,15 +317,15 @@ absl::Status MatchingThread::TakeLoops(const storage::EndedJob& job, const Poste
 
 void MatchingThread::WithdrawJobs() {
   if (!board_->Withdraw().ok()) return;
-  // Those that were set aside stay: the next look at what has ended tells.
-  const auto set_aside = board_->ListSetAside();
-  if (!set_aside.ok()) return;  // See ForgetMissing.
+  // Those that were set aside, or finished meanwhile, stay: the next look at what has ended tells.
+  const auto left = board_->ListKeys();
+  if (!left.ok()) return;  // See ForgetMissing.
   std::erase_if(posted_, [&](const auto& job) {
-    if (set_aside->contains(job.first)) return false;
+    if (left->contains(job.first)) return false;
     Forget(job.second);
     return true;
   });
-  looked_for_results_.reset();  // One may have been finished meanwhile.
+  looked_for_results_.reset();
 }
 
 }  // namespace isthmus::server

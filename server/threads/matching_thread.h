@@ -211,11 +211,17 @@ class MatchingThread {
                            const Occasion& occasion);
   absl::Status TakeScores(const storage::EndedJob& job, const PostedPlans& posted);
   absl::Status TakeLoops(const storage::EndedJob& job, const PostedLoops& posted);
+  // What a job on the board is of; nothing of what is damaged.
+  static std::optional<Posted> PostedOf(const std::string& payload);
+  // A session of it was deleted.
+  static bool IsGone(const MapView& view, const Posted& posted);
   // As if it had never been tried.
   void Forget(const Posted& posted);
   void CountWorkers();
   // Jobs that somebody has taken off the board, or that went with the database's last moments.
   void ForgetMissing();
+  // Jobs that were set aside and that nobody will want again.
+  void RemoveGone(const MapView& view);
   // There is nobody to do them.
   void WithdrawJobs();
   bool HasRoomForJobs() const { return posted_.size() < kMaxPostedJobs; }

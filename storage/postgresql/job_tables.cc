@@ -75,32 +75,27 @@ class PostgresJobBoard : public JobBoard {
   }
 
   absl::StatusOr<std::vector<PostedJob>> ListOpen() override {
-    absl::StatusOr<std::vector<PostedJob>> jobs;
-    const absl::Status status = read_([&](Connection& database) {
-      Statement rows = database.Prepare(
-          "SELECT key, payload FROM jobs WHERE state IN ('waiting', 'taken') ORDER BY id");
-      jobs = rows.ReadAll([](const Statement& row) { return PostedJob{row.Text(0), row.Text(1)}; });
-      return jobs.status();
-    });
-    if (!status.ok()) return status;
-    return jobs;
+    return Jobs("SELECT key, payload FROM jobs WHERE state IN ('waiting', 'taken') ORDER BY id");
   }
 
   absl::StatusOr<std::set<std::string>> ListKeys() override {
-    // A row that somebody has made by hand, so that no worker takes it, would be waited for.
-    return Keys([](Connection& database) {
+    std::set<std::string> keys;
+    const absl::Status status = read_([&](Connection& database) {
+      // A row that somebody has made by hand, so that no worker takes it, would be waited for.
       Statement rows = database.Prepare(
           "SELECT key FROM jobs WHERE version = ? AND (state <> 'taken' OR lease_until < "
           "clock_timestamp() + ? * interval '1 ms')");
       rows.Bind(JobVersion()).Bind(int64_t{2 * kJobLease.count()});
-      return rows;
+      const auto listed = rows.ReadAll([](const Statement& row) { return row.Text(0); });
+      if (listed.ok()) keys = {listed->begin(), listed->end()};
+      return listed.status();
     });
+    if (!status.ok()) return status;
+    return keys;
   }
 
-  absl::StatusOr<std::set<std::string>> ListSetAside() override {
-    return Keys([](Connection& database) {
-      return database.Prepare("SELECT key FROM jobs WHERE state = 'set aside'");
-    });
+  absl::StatusOr<std::vector<PostedJob>> ListSetAside() override {
+    return Jobs("SELECT key, payload FROM jobs WHERE state = 'set aside' ORDER BY id");
   }
 
   absl::StatusOr<std::vector<EndedJob>> ListEnded() override {
@@ -132,6 +127,14 @@ class PostgresJobBoard : public JobBoard {
     });
   }
 
+  absl::Status RemoveSetAside(const std::string& key) override {
+    return write_([&](Connection& database) {
+      return database.Prepare("DELETE FROM jobs WHERE key = ? AND state = 'set aside'")
+          .Bind(key)
+          .Run();
+    });
+  }
+
   absl::Status Withdraw() override {
     return write_([](Connection& database) {
       absl::Status status =
@@ -148,16 +151,15 @@ class PostgresJobBoard : public JobBoard {
   }
 
  private:
-  absl::StatusOr<std::set<std::string>> Keys(const std::function<Statement(Connection&)>& select) {
-    std::set<std::string> keys;
+  absl::StatusOr<std::vector<PostedJob>> Jobs(const char* select) {
+    absl::StatusOr<std::vector<PostedJob>> jobs;
     const absl::Status status = read_([&](Connection& database) {
-      const auto listed =
-          select(database).ReadAll([](const Statement& row) { return row.Text(0); });
-      if (listed.ok()) keys = {listed->begin(), listed->end()};
-      return listed.status();
+      Statement rows = database.Prepare(select);
+      jobs = rows.ReadAll([](const Statement& row) { return PostedJob{row.Text(0), row.Text(1)}; });
+      return jobs.status();
     });
     if (!status.ok()) return status;
-    return keys;
+    return jobs;
   }
 
   const RunOn read_, write_;

@@ -101,6 +101,24 @@ class WorkerTest : public ::testing::Test {
     }
   }
 
+  // Drives two, and has the job of their match killed worker after worker.
+  void SetMatchAside(storage::JobTaker& taker) {
+    DriveTwo(120, &taker);
+    for (int i = 0; i < storage::kMaxAttempts; ++i) {
+      (void)TakeOne(taker);
+      ASSERT_TRUE(database_.Execute("UPDATE " + Jobs() + " SET lease_until = now()"));
+    }
+    EXPECT_EQ(taker.Take().value(), std::nullopt);
+    server_->WaitUntilIdle();
+    EXPECT_EQ(server_->GetLoad().matching.jobs_set_aside, 1u);
+    EXPECT_TRUE(server_->GetMatchGraph().matches.empty());
+  }
+  void AwaitNothingSetAside() {
+    while (server_->GetLoad().matching.jobs_set_aside > 0) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    }
+  }
+
   // A session up to the first submap that closes a loop, as the first of more sessions than any
   // server searches by itself; and that submap.
   static std::pair<storage::WriteBatch, SubmapId> AliceWhoComesBackAndOthers() {
@@ -205,15 +223,7 @@ TEST_F(WorkerTest, WhatWasSetAsideIsShownAndTriedAgainOnceItsRowIsGone) {
   auto taker = HireTaker();
   may_tell_ = "ended while";
   OpenServer();
-  DriveTwo(120, taker.get());
-  for (int i = 0; i < storage::kMaxAttempts; ++i) {
-    (void)TakeOne(*taker);
-    ASSERT_TRUE(database_.Execute("UPDATE " + Jobs() + " SET lease_until = now()"));
-  }
-  EXPECT_EQ(taker->Take().value(), std::nullopt);
-  server_->WaitUntilIdle();
-  EXPECT_EQ(server_->GetLoad().matching.jobs_set_aside, 1u);
-  EXPECT_TRUE(server_->GetMatchGraph().matches.empty());
+  SetMatchAside(*taker);
   // Nor by the server itself, by this one or the next, where there are no workers.
   taker.reset();
   server_.reset();
@@ -224,10 +234,27 @@ TEST_F(WorkerTest, WhatWasSetAsideIsShownAndTriedAgainOnceItsRowIsGone) {
   const auto worker = Hire();
   AwaitWords(*worker, "at work");
   ASSERT_TRUE(database_.Execute("DELETE FROM " + Jobs()));
-  while (server_->GetLoad().matching.jobs_set_aside > 0) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(20));
-  }
+  AwaitNothingSetAside();
   ExpectMatched();
+}
+
+TEST_F(WorkerTest, WhatWasSetAsideOfADeletedSessionIsForgotten) {
+  MakeSite();
+  auto taker = HireTaker();
+  may_tell_ = "ended while";
+  OpenServer();
+  for (const bool by_the_next_server : {false, true}) {
+    SetMatchAside(*taker);
+    if (by_the_next_server) {
+      server_.reset();
+      OpenServer();
+    }
+    for (const SessionStatus& session : server_->ListSessions()) {
+      ASSERT_TRUE(server_->DeleteSession(session.record.id).ok());
+    }
+    AwaitNothingSetAside();
+    EXPECT_TRUE(board_->ListSetAside()->empty());
+  }
 }
 
 TEST_F(WorkerTest, AServerThatCannotCountWorkersDoesItItself) {

@@ -121,7 +121,7 @@ TEST_F(JobBoardTest, TheJobOfAWorkerThatIsOverdueIsAnothers) {
 }
 
 TEST_F(JobBoardTest, AJobThatWorkersDieOfIsSetAsideAndNotPostedAgain) {
-  ASSERT_TRUE(board_->Post({"poison", ""}).ok());
+  ASSERT_TRUE(board_->Post({"poison", "payload"}).ok());
   const auto worker = Hire("worker");
   for (int i = 0; i < kMaxAttempts; ++i) {
     ASSERT_TRUE(worker->Take()->has_value()) << i;
@@ -132,7 +132,9 @@ TEST_F(JobBoardTest, AJobThatWorkersDieOfIsSetAsideAndNotPostedAgain) {
   ASSERT_EQ(ended.size(), 1u);
   EXPECT_TRUE(ended[0].is_set_aside);
   EXPECT_THAT(ended[0].problem, HasSubstr("worker after worker ended"));
-  EXPECT_EQ(*board_->ListSetAside(), std::set<std::string>{"poison"});
+  ASSERT_EQ(board_->ListSetAside()->size(), 1u);
+  EXPECT_EQ(board_->ListSetAside()->at(0).key, "poison");
+  EXPECT_EQ(board_->ListSetAside()->at(0).payload, "payload");
   EXPECT_EQ(board_->ListKeys()->count("poison"), 1u);
   // Told once, and remembered.
   ASSERT_TRUE(board_->Remove(ended).ok());
@@ -190,8 +192,13 @@ TEST_F(JobBoardTest, WhatSeveralWorkersEndedWithIsNotWithdrawn) {
   ASSERT_TRUE(board_->Post({"wholesome", ""}).ok());
   ASSERT_TRUE(board_->Withdraw().ok());
   EXPECT_EQ(*board_->ListKeys(), std::set<std::string>{"poison"});
-  EXPECT_EQ(*board_->ListSetAside(), std::set<std::string>{"poison"});
+  ASSERT_EQ(board_->ListSetAside()->size(), 1u);
   EXPECT_TRUE(board_->ListEnded()->at(0).is_set_aside);
+  // What nobody will want again is taken off, and nothing else.
+  ASSERT_TRUE(board_->Post({"wholesome", ""}).ok());
+  ASSERT_TRUE(board_->RemoveSetAside("wholesome").ok());
+  ASSERT_TRUE(board_->RemoveSetAside("poison").ok());
+  EXPECT_EQ(*board_->ListKeys(), std::set<std::string>{"wholesome"});
 }
 
 TEST_F(JobBoardTest, WorkersCountWhileTheyGiveSigns) {
