@@ -20,6 +20,14 @@ struct PostedJob {
   bool is_urgent = false;  // To be done before those that are not.
 };
 
+// A job on the board, however far it is.
+struct BoardJob {
+  std::string key = {};
+  std::string payload = {};
+  bool is_open = false;       // It has not ended.
+  bool is_set_aside = false;  // As of EndedJob.
+};
+
 struct EndedJob {
   int64_t id = 0;
   std::string key;
@@ -47,17 +55,18 @@ class JobBoard {
   // In place of one of the same key, whose worker is not listened to any more. FailedPrecondition,
   // with the reason, where one of that key was set aside.
   virtual absl::Status Post(const PostedJob& job) = 0;
-  // Those that have not ended, in order of posting.
-  virtual absl::StatusOr<std::vector<PostedJob>> ListOpen() = 0;
+  // In order of posting.
+  virtual absl::StatusOr<std::vector<BoardJob>> ListAll() = 0;
   // Of all that workers may still take or have ended, those set aside too.
   virtual absl::StatusOr<std::set<std::string>> ListKeys() = 0;
-  virtual absl::StatusOr<std::vector<PostedJob>> ListSetAside() = 0;
   // In order of posting. Those that are set aside are listed once.
   virtual absl::StatusOr<std::vector<EndedJob>> ListEnded() = 0;
   // Takes ended ones off the board; those set aside stay as a warning.
   virtual absl::Status Remove(const std::vector<EndedJob>& jobs) = 0;
-  // Takes one that was set aside off the board: nobody will want it again.
-  virtual absl::Status RemoveSetAside(const std::string& key) = 0;
+  // Takes the job of that key off the board, however far it is: nobody wants it any more.
+  virtual absl::Status Drop(const std::string& key) = 0;
+  // The same if no worker has begun with it; whether none had.
+  virtual absl::StatusOr<bool> TakeBack(const std::string& key) = 0;
   // Takes all off that have not ended. What several workers have ended with is set aside instead:
   // it is not for the server to try.
   virtual absl::Status Withdraw() = 0;

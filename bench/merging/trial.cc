@@ -9,6 +9,7 @@
 #include "bench/merging/seen_surface.h"
 #include "client/evaluation/trajectory_error.h"
 #include "server/pipeline.h"
+#include "server/threads/limits.h"
 #include "storage/memory_store.h"
 
 namespace isthmus::bench {
@@ -140,6 +141,13 @@ absl::StatusOr<std::unique_ptr<storage::MapStore>> StoreOf(const std::vector<Dri
     }
   }
   if (absl::Status status = store->Write(batch); !status.ok()) return status;
+  // Loops are as the robots have them.
+  for (const DrivenRobot& robot : robots) {
+    if (robot.submaps.empty()) continue;
+    const SubmapId& last = robot.submaps.back()->id;
+    absl::Status status = store->PutFeatures({last, server::kSearchedForLoops, "1"});
+    if (!status.ok()) return status;
+  }
   return store;
 }
 

@@ -36,5 +36,9 @@ inline constexpr size_t kMaxPostedJobs = 32;
 // later a match is in the map; the question takes less than a millisecond.
 inline constexpr double kLookForResultsMs = 200, kLookForWorkersMs = 2000;
 inline constexpr absl::Duration kLookForWorkersIdle = absl::Seconds(5);
+// Milliseconds after which a search for loops that no worker has begun is taken back, and for which
+// the server then does all of them itself: the next place waits for it, and workers may be at pairs
+// for half a minute each.
+inline constexpr double kLoopsUntakenMs = 1000, kLoopsAtHomeMs = 15'000;
 
 }  // namespace isthmus::server

@@ -24,6 +24,7 @@ bool HasUploads(const SessionView& session, SubmapCache* cache) {
 
 absl::Status Sessions::Resume() {
   const MapWriter::View view = parts_.map.view();
+  NoteNumbers(*view);
   for (const auto& [id, session] : view->sessions) {
     const SessionRecord& record = session.record;
     if (record.state == SessionState::kFinished || record.segment > 1) continue;

@@ -1,6 +1,8 @@
 #include "server/pipeline/sessions.h"
 
+#include <absl/strings/numbers.h>
 #include <absl/strings/str_cat.h>
+#include <absl/strings/strip.h>
 
 #include <algorithm>
 #include <cctype>
@@ -13,6 +15,8 @@ namespace isthmus::server {
 namespace {
 
 constexpr size_t kMaxRobotName = 64, kMaxRequestId = 64;
+// Of ids that this program has not given out.
+constexpr int kMaxNumber = 1'000'000'000;
 
 absl::Status CheckRobotName(const RobotId& robot) {
   const std::string& name = robot.value();
@@ -107,6 +111,20 @@ absl::Status Sessions::CheckOpenSessions(const RobotId& robot) const {
         "used (isthmus session finish), or raise ingest.max_open_sessions"));
   }
   return absl::OkStatus();
+}
+
+void Sessions::NoteNumbers(const MapView& view) {
+  MutexLock changing(&parts_.membership);
+  for (const auto& [id, session] : view.sessions) {
+    absl::string_view number = session.record.opened().value();
+    int value = 0;
+    if (!absl::ConsumePrefix(&number, absl::StrCat(session.record.robot.value(), "-")) ||
+        !absl::SimpleAtoi(number, &value) || value > kMaxNumber) {
+      continue;
+    }
+    int& last = last_numbers_[session.record.robot];
+    last = std::max(last, value);
+  }
 }
 
 SessionId Sessions::NextId(const RobotId& robot, int* number) const {

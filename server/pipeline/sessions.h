@@ -45,6 +45,8 @@ class Sessions {
   // ResourceExhausted, saying what to do, where no more may be opened.
   absl::Status CheckOpenSessions(const RobotId& robot) const;
   SessionId NextId(const RobotId& robot, int* number) const;
+  // Those of the sessions that are there: nor are these given again.
+  void NoteNumbers(const MapView& view);
   absl::StatusOr<Worker> MakeWorker(const SessionRecord& record, const ingest::ResumePoint& resume);
   ingest::WorkerHooks HooksOf(const SessionId& session);
   // Goes on from where the session, its first segment, is stored to be.

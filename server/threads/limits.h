@@ -37,6 +37,8 @@ inline constexpr double kIndexedGrowth = 1.5;
 // Metres between the ways of sessions in one frame, up to which they may have seen the same: as far
 // as two sensors look, and a GNSS receiver among houses errs.
 inline constexpr double kNearSessionsM = 50;
+// The kind of features that a submap has once it was searched for loops, and with it all before it.
+inline constexpr char kSearchedForLoops[] = "loops-v1";
 // How long matching waits for a store that gives no submap, and between two looks: longer than a
 // server without its database lives (kLease), so that no match is made of a part of a map. A submap
 // on a broken disk is left out after that, each time.

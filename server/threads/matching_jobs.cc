@@ -19,11 +19,18 @@ MapOfJob JobMapOf(const ShapedMap& shaped) {
   return map;
 }
 
-// The submap whose loops it searches for; nothing of other jobs.
-std::optional<SubmapId> SubmapOf(const std::string& payload) {
-  const absl::StatusOr<LoopJob> job = DecodeLoopJob(payload);
-  if (!job.ok() || job->session.submaps.empty()) return std::nullopt;
-  return SubmapId{job->session.session, job->session.submaps.back()};
+// The map is of the session as it is there, less what was retired.
+bool IsOf(const MapView& view, const MapOfJob& map) {
+  const SessionView* session = view.Find(map.session);
+  if (session == nullptr) return false;
+  bool is_there = false;
+  for (size_t k = 0; k < map.submaps.size(); ++k) {
+    const SubmapInfo* submap = session->submaps.Find(map.submaps[k]);
+    if (submap == nullptr) continue;
+    if (submap->first_stamp_ns != map.stamps_ns[k]) return false;
+    is_there = true;
+  }
+  return is_there;
 }
 
 // Of trouble that passes.
@@ -66,7 +73,9 @@ void MatchingThread::PostPlans(const MapView& view, const SessionView& session,
 }
 
 bool MatchingThread::WantsHelpWithLoops() const {
-  return has_workers_ && waiting_submaps_ > kLoopsAtHome && posted_.size() < 2 * kMaxPostedJobs;
+  const bool are_busy = took_loops_back_ && took_loops_back_->Ms() < kLoopsAtHomeMs;
+  return has_workers_ && !are_busy && waiting_submaps_ > kLoopsAtHome &&
+         posted_.size() < 2 * kMaxPostedJobs;
 }
 
 void MatchingThread::PostLoops(const matching::LoopQuery& query) {
@@ -130,36 +139,48 @@ void MatchingThread::Forget(const Posted& posted) {
 
 void MatchingThread::AdoptJobs(const MapView& view) {
   if (board_ == nullptr) return;
-  const auto set_aside = board_->ListSetAside();
-  if (set_aside.ok()) {
-    for (const storage::PostedJob& job : *set_aside) {
-      set_aside_.emplace(job.key, PostedOf(job.payload));
+  const auto jobs = board_->ListAll();
+  if (!jobs.ok()) return;  // What is posted anew takes their places.
+  for (const storage::BoardJob& job : *jobs) {
+    std::optional<Posted> posted = PostedOf(view, job);
+    const auto* match = posted ? std::get_if<PostedMatch>(&*posted) : nullptr;
+    if (posted && job.is_set_aside) {
+      set_aside_.emplace(job.key, *std::move(posted));
       (void)TellLeftOut(job.key,
                         "workers ended while they were at it; see its row in the table jobs");
+    } else if (match != nullptr) {
+      const absl::StatusOr<PairJob> made = DecodePairJob(job.payload);
+      attempts_[match->pair] =
+          AttemptOf(view, *view.Find(match->pair.first), *view.Find(match->pair.second),
+                    static_cast<uint32_t>(made->a.submaps.size()),
+                    static_cast<uint32_t>(made->b.submaps.size()), made->posted_ns);
+      posted_[job.key] = *match;
+    } else {
+      // Sessions are all compared, and submaps searched for loops, anew.
+      (void)board_->Drop(job.key);
     }
-  }
-  const auto open = board_->ListOpen();
-  if (!open.ok()) return;  // What is posted anew takes their places.
-  for (const storage::PostedJob& posted : *open) {
-    const absl::StatusOr<PairJob> job = DecodePairJob(posted.payload);
-    if (!job.ok()) continue;  // Sessions are all compared, and their last submaps asked, anew.
-    const SessionPair pair(job->a.session, job->b.session);
-    const SessionView *a = view.Find(pair.first), *b = view.Find(pair.second);
-    if (a == nullptr || b == nullptr) continue;
-    attempts_[pair] = AttemptOf(view, *a, *b, static_cast<uint32_t>(job->a.submaps.size()),
-                                static_cast<uint32_t>(job->b.submaps.size()), job->posted_ns);
-    posted_[posted.key] = PostedMatch{pair, {}};
   }
 }
 
-std::optional<MatchingThread::Posted> MatchingThread::PostedOf(const std::string& payload) {
-  if (const auto job = DecodePairJob(payload); job.ok()) {
-    return PostedMatch{{job->a.session, job->b.session}, {}};
+std::optional<MatchingThread::Posted> MatchingThread::PostedOf(const MapView& view,
+                                                               const storage::BoardJob& job) {
+  const auto with_key = [&job](const std::string& task, Posted posted) {
+    return task == job.key ? std::optional<Posted>(std::move(posted)) : std::nullopt;
+  };
+  if (const auto pair = DecodePairJob(job.payload); pair.ok()) {
+    if (!IsOf(view, pair->a) || !IsOf(view, pair->b)) return std::nullopt;
+    const SessionPair ids(pair->a.session, pair->b.session);
+    return with_key(TaskOf(ids), PostedMatch{ids, {}});
   }
-  if (const auto job = DecodePlanJob(payload); job.ok()) {
-    return PostedPlans{job->session.session, {}};
+  if (const auto plans = DecodePlanJob(job.payload); plans.ok()) {
+    if (!IsOf(view, plans->session)) return std::nullopt;
+    return with_key(IndexTaskOf(plans->session.session), PostedPlans{plans->session.session, {}});
   }
-  if (const auto submap = SubmapOf(payload)) return PostedLoops{*submap};
+  if (const auto loops = DecodeLoopJob(job.payload); loops.ok()) {
+    if (!IsOf(view, loops->session)) return std::nullopt;
+    const SubmapId submap{loops->session.session, loops->session.submaps.back()};
+    return with_key(LoopTaskOf(submap), PostedLoops{submap});
+  }
   return std::nullopt;
 }
 
@@ -181,6 +202,7 @@ void MatchingThread::FollowWorkers(const MapView& view) {
       (!posted_.empty() && is_due(looked_for_results_, kLookForResultsMs))) {
     looked_for_results_.emplace();
     TakeResults(view);
+    TakeBackLoops();
   }
   if (is_due(looked_for_workers_, kLookForWorkersMs)) {
     looked_for_workers_.emplace();
@@ -229,10 +251,24 @@ void MatchingThread::ForgetMissing() {
   });
 }
 
+void MatchingThread::TakeBackLoops() {
+  std::erase_if(posted_, [this](const auto& job) {
+    const auto* loops = std::get_if<PostedLoops>(&job.second);
+    if (loops == nullptr || loops->posted.Ms() < kLoopsUntakenMs) return false;
+    const absl::StatusOr<bool> was_nobodys = board_->TakeBack(job.first);
+    if (!was_nobodys.ok() || !*was_nobodys) return false;
+    took_loops_back_.emplace();
+    Forget(job.second);
+    return true;
+  });
+}
+
 void MatchingThread::RemoveGone(const MapView& view) {
+  std::erase_if(posted_, [&](const auto& job) {
+    return IsGone(view, job.second) && board_->Drop(job.first).ok();
+  });
   std::erase_if(set_aside_, [&](const auto& job) {
-    const auto& [task, posted] = job;
-    return posted && IsGone(view, *posted) && board_->RemoveSetAside(task).ok();
+    return job.second && IsGone(view, *job.second) && board_->Drop(job.first).ok();
   });
 }
 
@@ -309,6 +345,7 @@ absl::Status MatchingThread::TakeLoops(const storage::EndedJob& job, const Poste
     if (loop.session != session) return absl::InternalError("of another session");
   }
   absl::Status status = map_->AddLoops(std::move(result->found));
+  if (status.ok()) StoreSearched(posted.submap);
   // After the session's last submap there is none.
   const auto finder = finders_.find(session);
   if (status.ok() && finder != finders_.end()) finder->second.SetMemory(std::move(result->memory));

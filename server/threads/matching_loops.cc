@@ -5,7 +5,9 @@
 #include <set>
 #include <utility>
 #include <variant>
+#include <vector>
 
+#include "server/threads/limits.h"
 #include "server/threads/matching_thread.h"
 
 namespace isthmus::server {
@@ -60,7 +62,7 @@ void MatchingThread::FindLoops(const MapView& view, const SubmapId& submap) {
       FindLoops(query);
     }
   });
-  // Its state is large, and after a start every session is asked once.
+  // Its state is large.
   if (was_last || !done) finders_.erase(submap.session);
 }
 
@@ -85,8 +87,26 @@ matching::LoopQuery MatchingThread::QueryOf(const MapView& view, const SubmapId&
 
 void MatchingThread::FindLoops(const matching::LoopQuery& query) {
   const StageTimer timer(activity_->observer(), Stage::kLoopSearch);
-  // Loops that cannot be stored are lost to this map; those of the next submaps close it too.
-  (void)map_->AddLoops(FinderOf(query.session).Find(query));
+  // Loops that cannot be stored are found again at the next start; until then those of the next
+  // submaps close it too.
+  const absl::Status status = map_->AddLoops(FinderOf(query.session).Find(query));
+  if (status.ok()) StoreSearched(query.submaps.back()->id);
+}
+
+uint32_t MatchingThread::FirstUnsearched(const SessionView& session) const {
+  if (!options_.loops.enabled) return session.next_index();
+  std::vector<SubmapId> newest_first;
+  for (const auto& [index, submap] : session.submaps) newest_first.push_back(submap.id);
+  std::reverse(newest_first.begin(), newest_first.end());
+  for (const SubmapId& submap : newest_first) {
+    if (store_->GetFeatures(submap, kSearchedForLoops).ok()) return submap.index + 1;
+  }
+  return 0;
+}
+
+void MatchingThread::StoreSearched(const SubmapId& submap) const {
+  // Without it the submap is searched again after the next start.
+  (void)store_->PutFeatures({submap, kSearchedForLoops, "1"});
 }
 
 matching::LoopFinder& MatchingThread::FinderOf(const SessionId& session) {

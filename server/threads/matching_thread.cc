@@ -55,6 +55,7 @@ MatchingThread::MatchingThread(MapWriter* map, Activity* activity, storage::MapS
                                SubmapCache* submaps, const Clock* clock, const Options& options)
     : map_(map),
       activity_(activity),
+      store_(store),
       submaps_(submaps),
       prepared_store_(store, submaps),
       board_(store->jobs()),
@@ -81,10 +82,7 @@ MatchingThread::MatchingThread(MapWriter* map, Activity* activity, storage::MapS
     if (count >= matching::kSearchPartners) indexed_[id] = view->Find(id)->next_index();
   }
   (void)shapes_.FindOutdated(*view);  // None yet.
-  // The last of each session may have been stored and not asked.
-  for (const auto& [id, session] : view->sessions) {
-    if (!session.submaps.empty()) looped_[id] = session.next_index() - 1;
-  }
+  for (const auto& [id, session] : view->sessions) looped_[id] = FirstUnsearched(session);
   AdoptJobs(*view);
   thread_ = std::thread([this] { Run(); });
 }

@@ -123,6 +123,9 @@ class MatchingThread {
   void FindLoops(const MapView& view, const SubmapId& submap);
   void FindLoops(const matching::LoopQuery& query);
   matching::LoopFinder& FinderOf(const SessionId& session);
+  // What is stored of how far a session was searched, so that a server that starts goes on there.
+  uint32_t FirstUnsearched(const SessionView& session) const;
+  void StoreSearched(const SubmapId& submap) const;
   // Those of its submaps up to this one that can be read; reads from the store.
   matching::LoopQuery QueryOf(const MapView& view, const SubmapId& submap,
                               const SessionView& session, const Placement& placement) const;
@@ -182,6 +185,7 @@ class MatchingThread {
   };
   struct PostedLoops {
     SubmapId submap;
+    Stopwatch posted = {};
   };
   using Posted = std::variant<PostedMatch, PostedPlans, PostedLoops>;
 
@@ -196,7 +200,7 @@ class MatchingThread {
   void PostPlans(const MapView& view, const SessionView& session,
                  const std::vector<const SessionView*>& others);
   void PostLoops(const matching::LoopQuery& query);
-  // The server's own search falls behind.
+  // The server's own search falls behind, and workers come to it.
   bool WantsHelpWithLoops() const;
   void Post(storage::PostedJob job, Posted posted);
   // Workers end with it: it is left out until its row is taken off the board.
@@ -211,8 +215,9 @@ class MatchingThread {
                            const Occasion& occasion);
   absl::Status TakeScores(const storage::EndedJob& job, const PostedPlans& posted);
   absl::Status TakeLoops(const storage::EndedJob& job, const PostedLoops& posted);
-  // What a job on the board is of; nothing of what is damaged.
-  static std::optional<Posted> PostedOf(const std::string& payload);
+  // What a job on the board is of; nothing where it is damaged, or of submaps that are not there:
+  // those of a deleted session, whose id may be another's by now.
+  static std::optional<Posted> PostedOf(const MapView& view, const storage::BoardJob& job);
   // A session of it was deleted.
   static bool IsGone(const MapView& view, const Posted& posted);
   // As if it had never been tried.
@@ -220,7 +225,9 @@ class MatchingThread {
   void CountWorkers();
   // Jobs that somebody has taken off the board, or that went with the database's last moments.
   void ForgetMissing();
-  // Jobs that were set aside and that nobody will want again.
+  // Searches for loops that workers, at pairs meanwhile, do not come to.
+  void TakeBackLoops();
+  // Jobs of deleted sessions.
   void RemoveGone(const MapView& view);
   // There is nobody to do them.
   void WithdrawJobs();
@@ -243,6 +250,7 @@ class MatchingThread {
 
   MapWriter* const map_;
   Activity* const activity_;
+  storage::MapStore* const store_;
   SubmapCache* const submaps_;
   const PreparedStore prepared_store_;
   storage::JobBoard* const board_;  // Null: there are no workers.
@@ -276,7 +284,7 @@ class MatchingThread {
   // Likewise; nothing where this server has not come to it yet.
   std::map<std::string, std::optional<Posted>> set_aside_;
   bool has_workers_ = false, told_of_other_versions_ = false;
-  std::optional<Stopwatch> looked_for_workers_, looked_for_results_;
+  std::optional<Stopwatch> looked_for_workers_, looked_for_results_, took_loops_back_;
   std::thread thread_;
 };
 

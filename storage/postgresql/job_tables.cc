@@ -74,8 +74,19 @@ class PostgresJobBoard : public JobBoard {
     });
   }
 
-  absl::StatusOr<std::vector<PostedJob>> ListOpen() override {
-    return Jobs("SELECT key, payload FROM jobs WHERE state IN ('waiting', 'taken') ORDER BY id");
+  absl::StatusOr<std::vector<BoardJob>> ListAll() override {
+    absl::StatusOr<std::vector<BoardJob>> jobs;
+    const absl::Status status = read_([&](Connection& database) {
+      Statement rows = database.Prepare("SELECT key, payload, state FROM jobs ORDER BY id");
+      jobs = rows.ReadAll([](const Statement& row) {
+        const std::string state = row.Text(2);
+        return BoardJob{row.Text(0), row.Text(1), state == "waiting" || state == "taken",
+                        state == "set aside"};
+      });
+      return jobs.status();
+    });
+    if (!status.ok()) return status;
+    return jobs;
   }
 
   absl::StatusOr<std::set<std::string>> ListKeys() override {
@@ -92,10 +103,6 @@ class PostgresJobBoard : public JobBoard {
     });
     if (!status.ok()) return status;
     return keys;
-  }
-
-  absl::StatusOr<std::vector<PostedJob>> ListSetAside() override {
-    return Jobs("SELECT key, payload FROM jobs WHERE state = 'set aside' ORDER BY id");
   }
 
   absl::StatusOr<std::vector<EndedJob>> ListEnded() override {
@@ -127,12 +134,24 @@ class PostgresJobBoard : public JobBoard {
     });
   }
 
-  absl::Status RemoveSetAside(const std::string& key) override {
+  absl::Status Drop(const std::string& key) override {
     return write_([&](Connection& database) {
-      return database.Prepare("DELETE FROM jobs WHERE key = ? AND state = 'set aside'")
-          .Bind(key)
-          .Run();
+      return database.Prepare("DELETE FROM jobs WHERE key = ?").Bind(key).Run();
     });
+  }
+
+  absl::StatusOr<bool> TakeBack(const std::string& key) override {
+    bool was_nobodys = false;
+    const absl::Status status = write_([&](Connection& database) {
+      const absl::StatusOr<int64_t> taken =
+          database.Prepare("DELETE FROM jobs WHERE key = ? AND state = 'waiting'")
+              .Bind(key)
+              .Change();
+      was_nobodys = taken.ok() && *taken == 1;
+      return taken.status();
+    });
+    if (!status.ok()) return status;
+    return was_nobodys;
   }
 
   absl::Status Withdraw() override {
@@ -151,17 +170,6 @@ class PostgresJobBoard : public JobBoard {
   }
 
  private:
-  absl::StatusOr<std::vector<PostedJob>> Jobs(const char* select) {
-    absl::StatusOr<std::vector<PostedJob>> jobs;
-    const absl::Status status = read_([&](Connection& database) {
-      Statement rows = database.Prepare(select);
-      jobs = rows.ReadAll([](const Statement& row) { return PostedJob{row.Text(0), row.Text(1)}; });
-      return jobs.status();
-    });
-    if (!status.ok()) return status;
-    return jobs;
-  }
-
   const RunOn read_, write_;
 };
 
@@ -175,12 +183,13 @@ std::string SetAsideReason() {
 }
 
 absl::StatusOr<bool> HasJobTables(Connection& database) {
-  // The column that came last.
+  // The columns that came last.
   const absl::StatusOr<int64_t> columns = database.ReadNumber(
-      "SELECT count(*) FROM pg_attribute WHERE attrelid = to_regclass('jobs') AND attname = "
-      "'is_urgent'");
+      "SELECT count(*) FROM pg_attribute WHERE NOT attisdropped AND ((attrelid = "
+      "to_regclass('jobs') AND attname = 'is_urgent') OR (attrelid = to_regclass('workers') AND "
+      "attname = 'version'))");
   if (!columns.ok()) return columns.status();
-  return *columns == 1;
+  return *columns == 2;
 }
 
 absl::Status PrepareJobTables(Connection& database) {

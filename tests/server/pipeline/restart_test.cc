@@ -1,7 +1,11 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <set>
+#include <vector>
 
+#include "server/threads/limits.h"
+#include "storage/memory_store.h"
 #include "storage/records/submap_codec.h"
 #include "storage/sqlite/sqlite_store.h"
 #include "tests/server/pipeline/robots.h"
@@ -183,6 +187,61 @@ TEST_F(PipelineRestart, ADamagedCheckpointIsSaidAndGoneOnWithout) {
   pipeline->WaitUntilIdle();
   for (const ScanAck& ack : log.TakeScans()) EXPECT_EQ(ack.tracking, Tracking::kOk) << ack.sequence;
   EXPECT_NE(pipeline->GetSession(session)->input.find("resumed from submaps"), std::string::npos);
+}
+
+// As many may wait as robots have sent in half a minute.
+TEST_F(PipelineRestart, WhatWasNotSearchedForLoopsIsSearchedThen) {
+  PipelineOptions options = QuickOptions();
+  options.submap = {};
+  options.loops.min_path_length_m = 15;
+  const auto closing = [](const storage::MapStore& store) {
+    std::set<uint32_t> submaps;
+    const std::vector<LoopClosure> loops = store.ListLoops().value();
+    for (const LoopClosure& loop : loops) submaps.insert(loop.submap_b);
+    return submaps;
+  };
+  auto memory = storage::MakeMemoryStore();
+  storage::MapStore& store = *memory;
+  const auto pipeline = Pipeline::Open(options, std::move(memory)).value();
+  const SessionId session = Create(*pipeline, kAlice);
+  const Drive drive(1, 4);
+  for (int i = 0; i < 600; ++i) ASSERT_TRUE(pipeline->SubmitScan(session, drive.Upload(i)).ok());
+  ASSERT_TRUE(pipeline->FinishSession(session).ok());
+  pipeline->WaitUntilIdle();
+  const std::set<uint32_t> all = closing(store);
+  ASSERT_FALSE(all.empty());
+  storage::WriteBatch batch;
+  batch.sessions = {store.GetSession(session).value()};
+  const std::vector<SubmapInfo> submaps = store.ListSubmaps(session).value();
+  for (const SubmapInfo& submap : submaps) {
+    batch.submaps.push_back(store.GetSubmap(submap.id).value());
+  }
+  // Of none, and of the last and so of all.
+  for (const bool was_searched : {false, true}) {
+    auto next_memory = storage::MakeMemoryStore();
+    storage::MapStore& next_store = *next_memory;
+    ASSERT_TRUE(next_store.Write(batch).ok());
+    if (was_searched) {
+      const storage::FeatureBlob searched{batch.submaps.back()->id, kSearchedForLoops, "1"};
+      ASSERT_TRUE(store.GetFeatures(searched.submap, searched.kind).ok());
+      ASSERT_TRUE(next_store.PutFeatures(searched).ok());
+    }
+    const auto next = Pipeline::Open(options, std::move(next_memory)).value();
+    next->WaitUntilIdle();
+    EXPECT_EQ(closing(next_store), was_searched ? std::set<uint32_t>() : all);
+  }
+}
+
+// Somebody may still be at work on the map of the deleted one.
+TEST_F(PipelineRestart, TheNumberOfASessionThatWasThereIsNotGivenAgain) {
+  {
+    auto pipeline = Open();
+    for (int i = 1; i <= 3; ++i) Create(*pipeline, kAlice);
+  }
+  auto pipeline = Open();
+  ASSERT_TRUE(pipeline->DeleteSession(SessionId("alice-1")).ok());
+  ASSERT_TRUE(pipeline->DeleteSession(SessionId("alice-3")).ok());
+  EXPECT_EQ(Create(*pipeline, kAlice).value(), "alice-4");
 }
 
 }  // namespace

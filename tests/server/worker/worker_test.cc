@@ -17,6 +17,7 @@
 #include "server/jobs/job.h"
 #include "server/jobs/limits.h"
 #include "server/matching/index/limits.h"
+#include "server/threads/limits.h"
 #include "storage/memory_store.h"
 #include "storage/postgresql/limits.h"
 #include "storage/postgresql/postgres_store.h"
@@ -45,7 +46,8 @@ class WorkerTest : public ::testing::Test {
     options.min_path_length_m = 15;  // A minute's drive has one.
     return options;
   }
-  void OpenServer(const storage::WriteBatch& before = {}) {
+  // With what is there before, of which nothing before `next` has to be searched for loops.
+  void OpenServer(const storage::WriteBatch& before = {}, const SubmapId& next = {}) {
     PipelineOptions options = QuickOptions();
     options.submap = {};
     options.loops = QuickLoops();
@@ -56,6 +58,10 @@ class WorkerTest : public ::testing::Test {
     auto store = storage::OpenPostgresStore(database_.url(), site_);
     ASSERT_TRUE(store.ok()) << store.status();
     ASSERT_TRUE((*store)->Write(before).ok());
+    if (next.index > 0) {
+      const SubmapId searched{next.session, next.index - 1};
+      ASSERT_TRUE((*store)->PutFeatures({searched, kSearchedForLoops, "1"}).ok());
+    }
     board_ = (*store)->jobs();
     server_ = std::move(Pipeline::Open(options, *std::move(store))).value();
   }
@@ -177,7 +183,7 @@ TEST_F(WorkerTest, MatchesWhatTheServerWouldMatch) {
   EXPECT_EQ(worker->Wait(), 0) << worker->Errors();
   EXPECT_NE(worker->Errors().find("the match of alice-1 and bob-1: "), std::string::npos)
       << worker->Errors();
-  EXPECT_TRUE(board_->ListOpen()->empty());
+  EXPECT_TRUE(board_->ListAll()->empty());
   EXPECT_TRUE(board_->ListEnded()->empty());
 }
 
@@ -203,7 +209,7 @@ TEST_F(WorkerTest, WithoutWorkersTheServerDoesItsJobsItself) {
   (void)TakeOne(*taker);
   taker.reset();  // Its last word: it is not there any more.
   ExpectMatched();
-  EXPECT_TRUE(board_->ListOpen()->empty());
+  EXPECT_TRUE(board_->ListAll()->empty());
 }
 
 TEST_F(WorkerTest, WhatVanishesFromTheBoardIsPostedAgain) {
@@ -253,8 +259,24 @@ TEST_F(WorkerTest, WhatWasSetAsideOfADeletedSessionIsForgotten) {
       ASSERT_TRUE(server_->DeleteSession(session.record.id).ok());
     }
     AwaitNothingSetAside();
-    EXPECT_TRUE(board_->ListSetAside()->empty());
+    EXPECT_TRUE(board_->ListAll()->empty());
   }
+}
+
+// After a start a deleted session's name may be given again.
+TEST_F(WorkerTest, AMatchOfADeletedSessionIsNotTakenForTheNextOfItsName) {
+  MakeSite();
+  auto taker = HireTaker();
+  OpenServer();
+  DriveTwo(120, taker.get());
+  const storage::TakenJob job = TakeOne(*taker);
+  const SessionId deleted = server_->ListSessions().back().record.id;
+  ASSERT_TRUE(server_->DeleteSession(deleted).ok());
+  server_.reset();
+  OpenServer();
+  EXPECT_EQ(Create(*server_, kBob), deleted);
+  EXPECT_FALSE(taker->Finish(job, "a match").value());
+  EXPECT_TRUE(board_->ListAll()->empty());
 }
 
 TEST_F(WorkerTest, AServerThatCannotCountWorkersDoesItItself) {
@@ -343,7 +365,7 @@ TEST_F(WorkerTest, OfManySubmapsItSearchesForLoops) {
   MakeSite();
   const auto worker = Hire();
   AwaitWords(*worker, "at work");
-  OpenServer(batch);
+  OpenServer(batch, closing);
   server_->WaitUntilIdle();
   EXPECT_NE(worker->Errors().find("the loops of " + ToString(closing) + ": "), std::string::npos)
       << worker->Errors();
@@ -352,6 +374,19 @@ TEST_F(WorkerTest, OfManySubmapsItSearchesForLoops) {
   EXPECT_EQ(loops[0].loop.submap_b, closing.index);
   EXPECT_EQ(server_->GetLoad().matching.submaps, 0u);
   EXPECT_EQ(server_->GetLoad().matching.jobs, 0u);
+}
+
+// Workers may be at pairs for half a minute each.
+TEST_F(WorkerTest, LoopsThatNoWorkerComesToAreTakenBack) {
+  MakeSite();
+  const auto taker = HireTaker();  // It takes none.
+  const auto [batch, closing] = AliceWhoComesBackAndOthers();
+  OpenServer(batch, closing);
+  while (server_->ListLoops(std::nullopt)->empty()) {
+    ASSERT_TRUE(taker->KeepAlive(std::nullopt).value());
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }
+  EXPECT_EQ(server_->ListLoops(std::nullopt)->at(0).loop.submap_b, closing.index);
 }
 
 TEST_F(WorkerTest, WaitsForItsSiteAndEndsWhenTold) {

@@ -50,15 +50,16 @@ class JobBoardTest : public ::testing::Test {
 TEST_F(JobBoardTest, AJobIsDoneAndItsResultTakenOff) {
   const std::string payload("\0\xff payload", 10);
   ASSERT_TRUE(board_->Post({"pair", payload}).ok());
-  EXPECT_EQ(board_->ListOpen()->at(0).payload, payload);
+  EXPECT_EQ(board_->ListAll()->at(0).payload, payload);
   const auto worker = Hire("worker");
   const TakenJob job = worker->Take()->value();
   EXPECT_EQ(job.key, "pair");
   EXPECT_EQ(job.payload, payload);
   EXPECT_EQ(*worker->Take(), std::nullopt);
   EXPECT_TRUE(board_->ListEnded()->empty());
+  EXPECT_TRUE(board_->ListAll()->at(0).is_open);
   EXPECT_TRUE(*worker->Finish(job, payload));
-  EXPECT_TRUE(board_->ListOpen()->empty());
+  EXPECT_FALSE(board_->ListAll()->at(0).is_open);
   const std::vector<EndedJob> ended = board_->ListEnded().value();
   ASSERT_EQ(ended.size(), 1u);
   EXPECT_EQ(ended[0].key, "pair");
@@ -132,9 +133,10 @@ TEST_F(JobBoardTest, AJobThatWorkersDieOfIsSetAsideAndNotPostedAgain) {
   ASSERT_EQ(ended.size(), 1u);
   EXPECT_TRUE(ended[0].is_set_aside);
   EXPECT_THAT(ended[0].problem, HasSubstr("worker after worker ended"));
-  ASSERT_EQ(board_->ListSetAside()->size(), 1u);
-  EXPECT_EQ(board_->ListSetAside()->at(0).key, "poison");
-  EXPECT_EQ(board_->ListSetAside()->at(0).payload, "payload");
+  const BoardJob poison = board_->ListAll()->at(0);
+  EXPECT_EQ(poison.key, "poison");
+  EXPECT_EQ(poison.payload, "payload");
+  EXPECT_TRUE(poison.is_set_aside && !poison.is_open);
   EXPECT_EQ(board_->ListKeys()->count("poison"), 1u);
   // Told once, and remembered.
   ASSERT_TRUE(board_->Remove(ended).ok());
@@ -192,13 +194,23 @@ TEST_F(JobBoardTest, WhatSeveralWorkersEndedWithIsNotWithdrawn) {
   ASSERT_TRUE(board_->Post({"wholesome", ""}).ok());
   ASSERT_TRUE(board_->Withdraw().ok());
   EXPECT_EQ(*board_->ListKeys(), std::set<std::string>{"poison"});
-  ASSERT_EQ(board_->ListSetAside()->size(), 1u);
+  EXPECT_TRUE(board_->ListAll()->at(0).is_set_aside);
   EXPECT_TRUE(board_->ListEnded()->at(0).is_set_aside);
-  // What nobody will want again is taken off, and nothing else.
-  ASSERT_TRUE(board_->Post({"wholesome", ""}).ok());
-  ASSERT_TRUE(board_->RemoveSetAside("wholesome").ok());
-  ASSERT_TRUE(board_->RemoveSetAside("poison").ok());
-  EXPECT_EQ(*board_->ListKeys(), std::set<std::string>{"wholesome"});
+}
+
+TEST_F(JobBoardTest, AJobIsDroppedHoweverFarItIsAndTakenBackWhereNobodyHasBegun) {
+  for (const std::string key : {"taken", "other", "waits"}) {
+    ASSERT_TRUE(board_->Post({key, ""}).ok());
+  }
+  const auto worker = Hire("worker");
+  const TakenJob taken = worker->Take()->value();
+  EXPECT_FALSE(*board_->TakeBack("taken"));
+  EXPECT_TRUE(*worker->KeepAlive(taken));
+  EXPECT_TRUE(*board_->TakeBack("waits"));
+  EXPECT_FALSE(*board_->TakeBack("waits"));
+  EXPECT_TRUE(board_->Drop("taken").ok());
+  EXPECT_FALSE(*worker->Finish(taken, "result"));
+  EXPECT_EQ(*board_->ListKeys(), std::set<std::string>{"other"});
 }
 
 TEST_F(JobBoardTest, WorkersCountWhileTheyGiveSigns) {
@@ -228,12 +240,16 @@ TEST_F(JobBoardTest, WorkersOfAnotherVersionAreCountedApart) {
 }
 
 TEST_F(JobBoardTest, TablesOfAnEarlierProgramAreBroughtUpToDate) {
-  Execute("ALTER TABLE workers DROP COLUMN version; ALTER TABLE jobs DROP COLUMN is_urgent");
-  EXPECT_TRUE(absl::IsNotFound(JobTaker::Open(server_.url(), site_, "worker").status()));
-  store_.reset();
-  const auto next = std::move(OpenPostgresStore(server_.url(), site_)).value();
-  const auto worker = Hire("worker");
-  EXPECT_EQ(*next->jobs()->CountWorkers(), WorkerCount{.able = 1});
+  for (const char* change :
+       {"ALTER TABLE workers DROP COLUMN version; ALTER TABLE jobs DROP COLUMN is_urgent",
+        "ALTER TABLE workers DROP COLUMN version", "ALTER TABLE jobs DROP COLUMN is_urgent"}) {
+    Execute(change);
+    EXPECT_TRUE(absl::IsNotFound(JobTaker::Open(server_.url(), site_, "worker").status()));
+    store_.reset();
+    store_ = std::move(OpenPostgresStore(server_.url(), site_)).value();
+    const auto worker = Hire("worker");
+    EXPECT_EQ(*store_->jobs()->CountWorkers(), WorkerCount{.able = 1}) << change;
+  }
 }
 
 // Else a server would wait for what it cannot do.
@@ -294,16 +310,16 @@ TEST_F(JobBoardTest, JobsOfAnotherVersionAreLeftAloneAndTheNextServerClearsThem)
   ASSERT_TRUE(board_->Post({"pair", ""}).ok());
   Execute("UPDATE jobs SET version = 'another'");
   EXPECT_EQ(*Hire("worker")->Take(), std::nullopt);
-  EXPECT_EQ(board_->ListOpen()->size(), 1u);
+  EXPECT_EQ(board_->ListAll()->size(), 1u);
   store_.reset();
   const auto next = std::move(OpenPostgresStore(server_.url(), site_)).value();
-  EXPECT_TRUE(next->jobs()->ListOpen()->empty());
+  EXPECT_TRUE(next->jobs()->ListAll()->empty());
 }
 
 TEST_F(JobBoardTest, AServerThatLostTheSitePostsNothing) {
   Execute("UPDATE owners SET is_current = FALSE");
   EXPECT_FALSE(board_->Post({"pair", ""}).ok());
-  EXPECT_TRUE(board_->ListOpen()->empty());
+  EXPECT_TRUE(board_->ListAll()->empty());
 }
 
 // Both were told by whoever made the tables what others may.
