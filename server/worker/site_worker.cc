@@ -75,6 +75,7 @@ absl::StatusOr<std::optional<SiteWorker::Done>> SiteWorker::RunOne(std::stop_tok
     MutexLock lock(&mutex_);
     if (!sign_.ok()) return sign_;
   }
+  if (owed_) return Deliver();
   absl::StatusOr<std::optional<storage::TakenJob>> taken = taker_->Take();
   if (!taken.ok()) return taken.status();
   if (!*taken) return std::nullopt;
@@ -86,30 +87,30 @@ absl::StatusOr<std::optional<SiteWorker::Done>> SiteWorker::RunOne(std::stop_tok
     lost_ = lost;
   }
   const Stopwatch watch;
-  absl::StatusOr<std::string> result;
-  {
-    const std::stop_callback end(stop, [&lost] { lost.request_stop(); });
-    result = Compute(job, lost.get_token());
-  }
+  const std::stop_callback end(stop, [&lost] { lost.request_stop(); });
+  absl::StatusOr<std::string> result = Compute(job, lost.get_token());
+  owed_ = {job, std::move(result), watch.Ms() / 1000};
+  return Deliver();
+}
+
+absl::StatusOr<std::optional<SiteWorker::Done>> SiteWorker::Deliver() {
+  const auto& [job, result, seconds] = *owed_;
+  const absl::Status& status = result.status();
+  const absl::StatusOr<bool> is_ours = result.ok() ? taker_->Finish(job, *result)
+                                       : absl::IsUnavailable(status) || absl::IsCancelled(status)
+                                           ? taker_->GiveBack(job)
+                                           : taker_->Fail(job, std::string(status.message()));
+  const absl::Status& way = is_ours.status();
+  if (absl::IsUnavailable(way) || absl::IsResourceExhausted(way)) return way;  // That passes.
+  Done done{job.key, status, seconds};
+  if (way.ok() && !*is_ours) done.status = absl::AbortedError("it was another's, or withdrawn");
+  owed_.reset();
   {
     MutexLock lock(&mutex_);
     at_hand_.reset();
   }
-  absl::StatusOr<bool> is_ours = true;
-  if (result.ok()) {
-    is_ours = taker_->Finish(job, *result);
-  } else if (absl::IsUnavailable(result.status())) {
-    // What is not given back is taken by others once its lease has ended.
-    taker_->GiveBack(job).status().IgnoreError();
-    return result.status();
-  } else if (absl::IsCancelled(result.status())) {
-    is_ours = taker_->GiveBack(job);
-  } else {
-    is_ours = taker_->Fail(job, std::string(result.status().message()));
-  }
-  if (!is_ours.ok()) return is_ours.status();
-  Done done{job.key, result.status(), watch.Ms() / 1000};
-  if (!*is_ours) done.status = absl::AbortedError("it was another's by then, or withdrawn");
+  if (!way.ok()) return way;  // Others take it, once its lease has ended.
+  if (absl::IsUnavailable(done.status)) return done.status;
   return done;
 }
 

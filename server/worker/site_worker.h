@@ -34,8 +34,9 @@ class SiteWorker {
     double seconds = 0;
   };
   // Does a job; nothing where there is none. What is under way when `stop` is requested is given
-  // back, for another worker. Errors are those of the way to the database; while the last sign of
-  // life could not be given no job is taken, as nobody knows of the worker.
+  // back, for another worker. Errors are those of the way to the database: what came of the job
+  // then is kept, and brought by the next call. While the last sign of life could not be given no
+  // job is taken, as nobody knows of the worker.
   absl::StatusOr<std::optional<Done>> RunOne(std::stop_token stop);
 
  private:
@@ -44,10 +45,19 @@ class SiteWorker {
   void GiveSigns();
   // The result's bytes.
   absl::StatusOr<std::string> Compute(const storage::TakenJob& job, std::stop_token stop);
+  // What came of a job that is not on the board yet: else the database's bad moments, a full disk,
+  // would count as deaths of workers.
+  struct Owed {
+    storage::TakenJob job;
+    absl::StatusOr<std::string> result;
+    double seconds = 0;
+  };
+  absl::StatusOr<std::optional<Done>> Deliver();
 
   const std::unique_ptr<storage::MapStore> store_;
   const std::unique_ptr<storage::JobTaker> taker_;
   JobRunner runner_;
+  std::optional<Owed> owed_;
   Mutex mutex_;
   CondVar changed_;
   bool is_ending_ ABSL_GUARDED_BY(mutex_) = false;

@@ -323,6 +323,36 @@ TEST_F(WorkerTest, OneThatCouldNotReadTheMapLeavesItToTheServer) {
   AwaitWords(*worker, "waits: its role in the database needs DELETE on workers");
 }
 
+// As on a full disk: PostgreSQL reads, and cannot write.
+TEST_F(WorkerTest, AResultThatCannotBeWrittenIsKeptUntilItCan) {
+  MakeSite();
+  const std::string schema = "\"" + storage::SchemaOfSite(site_) + "\"";
+  ASSERT_TRUE(database_.Execute(
+      "SET search_path TO " + schema +
+      "; CREATE TABLE attempts (attempt BIGINT); "
+      "CREATE FUNCTION full_disk() RETURNS trigger AS $$ BEGIN RAISE EXCEPTION 'disk is full' "
+      "USING "
+      "ERRCODE = '53100'; END $$ LANGUAGE plpgsql; CREATE FUNCTION note() RETURNS trigger AS $$ "
+      "BEGIN INSERT INTO " +
+      schema +
+      ".attempts VALUES (NEW.attempt); RETURN NEW; END $$ LANGUAGE "
+      "plpgsql; CREATE TRIGGER a_note BEFORE UPDATE ON jobs FOR EACH ROW WHEN (NEW.state = 'done') "
+      "EXECUTE FUNCTION note(); CREATE TRIGGER full_disk BEFORE UPDATE ON jobs FOR EACH ROW WHEN "
+      "(NEW.state = 'done') EXECUTE FUNCTION full_disk()"));
+  const auto worker = Hire();
+  AwaitWords(*worker, "at work");
+  OpenServer();
+  DriveTwo();
+  AwaitWords(*worker, "waits: ");
+  ASSERT_TRUE(database_.Execute("DROP TRIGGER full_disk ON " + Jobs()));
+  ExpectMatched();
+  // It was taken once.
+  EXPECT_TRUE(database_.Execute("INSERT INTO " + schema +
+                                ".attempts SELECT 1 / (count(*) = 0)::int "
+                                "FROM " +
+                                schema + ".attempts WHERE attempt <> 1"));
+}
+
 TEST_F(WorkerTest, AServerTakesWhatWasDoneForTheOneBefore) {
   MakeSite();
   const auto taker = HireTaker();
