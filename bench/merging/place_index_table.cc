@@ -96,12 +96,16 @@ std::string KindTable(const IndexResults& results) {
 // share that the server searched, accepted, and has in one frame.
 std::string ServerTable(const IndexResults& results) {
   const size_t all = results.sessions * (results.sessions - 1) / 2;
+  const auto share = [all](size_t pairs) {
+    return 100.0 * static_cast<double>(pairs) / static_cast<double>(all);
+  };
   std::string table = absl::StrFormat(
-      "\nA server with all of them: %d searches, %.1f %% of all pairs, %.0f s of CPU time.\n\n"
-      "| pairs | how many | searched | accepted | in one frame |\n|---|---|---|---|---|\n",
-      results.server->searches,
-      100.0 * static_cast<double>(results.server->searches) / static_cast<double>(all),
-      results.server->cpu_s);
+      "\nA server with all of them: %d pairs looked at, %.1f %% of all, of which %d were searched "
+      "in "
+      "full, %.1f %% of all; %.0f s of CPU time.\n\n"
+      "| pairs | how many | searched in full | accepted | in one frame |\n|---|---|---|---|---|\n",
+      results.server->looks, share(results.server->looks), results.server->searches,
+      share(results.server->searches), results.server->cpu_s);
   for (const bool found : {false, true}) {
     for (const double least : {kLeastOverlap, 0.3}) {
       int count = 0, searched = 0, accepted = 0, joined = 0;

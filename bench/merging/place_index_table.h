@@ -15,7 +15,8 @@ struct ComparedPair {
   double place = 1;           // In the order of the index, [0, 1).
   std::set<size_t> partners;  // With so many for each session it is searched.
   int a = 0, b = 0;
-  // Of a server with all sessions: it searched the pair, accepted it, has both in one frame.
+  // Of a server with all sessions: it searched the pair in full, accepted it, has both in one
+  // frame.
   bool is_searched = false, is_accepted = false, is_joined = false;
   bool is_found = false;  // By a search of this pair alone; of pairs that overlap.
 };
@@ -24,8 +25,8 @@ struct ComparedPair {
 inline constexpr double kLeastOverlap = 0.15;
 
 struct ServerSearches {
-  size_t searches = 0;
-  double cpu_s = 0;  // Until there was nothing left to do.
+  size_t looks = 0, searches = 0;  // Pairs; those searched in full are among the former.
+  double cpu_s = 0;                // Until there was nothing left to do.
 };
 
 // Numbers of partners that are tabulated.

@@ -165,6 +165,7 @@ absl::Status IndexTrial::Search(const server::PipelineOptions& options) {
   const auto server = SearchAsServer(robots_, options);
   if (!server.ok()) return server.status();
   results_.server.emplace();
+  results_.server->looks = server->looked_at.size();
   results_.server->searches = server->searched.size();
   results_.server->cpu_s = server->cpu_s;
   for (ComparedPair& pair : results_.pairs) {

@@ -20,7 +20,8 @@ absl::StatusOr<SearchedPairs> SearchAsServer(const std::vector<DrivenRobot>& rob
   const MatchGraph graph = (*pipeline)->GetMatchGraph();
   for (const MatchEdge& edge : graph.matches) {
     const SessionPair pair(edge.match.a, edge.match.b);
-    result.searched.insert(pair);
+    result.looked_at.insert(pair);
+    if (edge.match.reason != MatchReason::kNoCandidate) result.searched.insert(pair);
     if (edge.match.state == MatchState::kAccepted) result.accepted.insert(pair);
   }
   for (const PlacedSession& placed : graph.placements) {

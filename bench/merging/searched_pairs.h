@@ -16,7 +16,8 @@ namespace isthmus::bench {
 using SessionPair = std::pair<SessionId, SessionId>;  // first < second.
 
 struct SearchedPairs {
-  std::set<SessionPair> searched, accepted;
+  // Looked at, those included that were worth no more; searched in full; accepted.
+  std::set<SessionPair> looked_at, searched, accepted;
   std::map<SessionId, uint32_t> components;
   double cpu_s = 0;  // Of the process, until the server is idle.
 };

@@ -54,6 +54,7 @@ void MatchingThread::PostMatch(const ShapedMap& a, const ShapedMap& b, std::vect
   PairJob job{.a = JobMapOf(a), .b = JobMapOf(b), .anchors = std::move(anchors)};
   if (older != nullptr) job.known = *older;
   job.options = options_.matcher;
+  job.options.first_look = occasion.first_look;
   job.search = MustSearch(occasion, older);
   job.posted_ns = clock_->NowNs();
   matchers_.erase(pair);  // Of when there were no workers.
@@ -302,7 +303,7 @@ absl::Status MatchingThread::TakeResult(const MapView& view, const storage::Ende
   const auto* loops = posted != nullptr ? std::get_if<PostedLoops>(posted) : nullptr;
   if (!job.is_set_aside && posted != nullptr && IsGone(view, *posted)) return absl::OkStatus();
   if (!job.problem.empty()) return absl::InternalError(job.problem);
-  if (plans != nullptr) return TakeScores(job, *plans);
+  if (plans != nullptr) return TakeScores(view, job, *plans);
   if (loops != nullptr) return TakeLoops(job, *loops);
   const bool is_outdated =
       posted == nullptr && (DecodePlanScores(job.result).ok() || DecodeLoopResult(job.result).ok());
@@ -325,7 +326,8 @@ absl::Status MatchingThread::TakeMatchOf(const MapView& view, const storage::End
   return TakeMatch(*match, view.matches.Get(pair).get(), occasion);
 }
 
-absl::Status MatchingThread::TakeScores(const storage::EndedJob& job, const PostedPlans& posted) {
+absl::Status MatchingThread::TakeScores(const MapView& view, const storage::EndedJob& job,
+                                        const PostedPlans& posted) {
   const absl::StatusOr<PlanScores> scores = DecodePlanScores(job.result);
   if (!scores.ok()) return scores.status();
   if (scores->size() != posted.others.size()) return absl::InternalError("of other sessions");
@@ -333,7 +335,7 @@ absl::Status MatchingThread::TakeScores(const storage::EndedJob& job, const Post
     const std::optional<double>& score = (*scores)[i];
     if (score && std::isfinite(*score)) index_.Put(posted.session, posted.others[i], *score);
   }
-  ChoosePartners(posted.session);
+  ChoosePartners(view, posted.session);
   return absl::OkStatus();
 }
 

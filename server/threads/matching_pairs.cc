@@ -96,7 +96,8 @@ void MatchingThread::EstimateMatch(const MapView& view, const SessionPair& pair)
   const Occasion occasion = {
       .other_anchors = at != attempts_.end() && tried.anchors != anchors.Version(pair),
       .last_submaps = IsFinished(*session_a) && IsFinished(*session_b) &&
-                      FreshSubmaps(view, *session_a, *session_b, tried) > 0};
+                      FreshSubmaps(view, *session_a, *session_b, tried) > 0,
+      .first_look = SelectsPartners(view) && !AreSegments(*session_a, *session_b)};
   attempts_[pair] = {session_a->next_index(), session_b->next_index(), shapes_.version(pair.first),
                      shapes_.version(pair.second), anchors.Version(pair)};
   if (IsSetAside(TaskOf(pair), PostedMatch{pair, occasion})) return;
@@ -116,8 +117,10 @@ void MatchingThread::EstimateMatch(const MapView& view, const SessionPair& pair)
 void MatchingThread::EstimateMatch(const ShapedMap& a, const ShapedMap& b,
                                    std::vector<Anchor> anchors, const Occasion& occasion,
                                    const Match* older) {
+  matching::MatcherOptions options = options_.matcher;
+  options.first_look = occasion.first_look;
   const auto [it, is_new] =
-      matchers_.try_emplace(SessionPair(a.map.session, b.map.session), options_.matcher);
+      matchers_.try_emplace(SessionPair(a.map.session, b.map.session), options);
   // What was found before a restart is among the guesses.
   if (is_new && older != nullptr) SuggestKnown(*older, &it->second);
   it->second.SetAnchors(std::move(anchors));

@@ -13,13 +13,10 @@
 #include "server/threads/placed_sessions.h"
 
 namespace isthmus::server {
-namespace {
 
-bool AreSegments(const SessionView& a, const SessionView& b) {
+bool MatchingThread::AreSegments(const SessionView& a, const SessionView& b) {
   return a.record.opened() == b.record.opened();
 }
-
-}  // namespace
 
 bool MatchingThread::SelectsPartners(const MapView& view) {
   const auto count = std::count_if(view.sessions.begin(), view.sessions.end(),
@@ -79,19 +76,25 @@ void MatchingThread::IndexSession(const MapView& view, const SessionId& id) {
   };
   const std::string task = IndexTaskOf(id);
   if (!IsSetAside(task, PostedPlans{id, {}})) (void)RunGuarded(task, compare);
-  if (!posted_.contains(task)) ChoosePartners(id);
+  if (!posted_.contains(task)) ChoosePartners(view, id);
 }
 
-void MatchingThread::ChoosePartners(const SessionId& session) {
-  allowed_[session] = CountTried()[session] + matching::kSearchPartners;
-  ranked_ = index_.Rank(matching::kRankedPartners);
+void MatchingThread::ChoosePartners(const MapView& view, const SessionId& session) {
+  Tried& allowed = allowed_[session] = CountTried(view)[session];
+  allowed.pairs += matching::kLookedPartners;
+  allowed.searched += matching::kSearchPartners;
+  ranked_ = index_.Rank(matching::kLookedPartners);
 }
 
-std::map<SessionId, size_t> MatchingThread::CountTried() const {
-  std::map<SessionId, size_t> count;
+std::map<SessionId, MatchingThread::Tried> MatchingThread::CountTried(const MapView& view) const {
+  std::map<SessionId, Tried> count;
   for (const auto& [pair, attempt] : attempts_) {
-    ++count[pair.first];
-    ++count[pair.second];
+    const std::shared_ptr<const Match> match = view.matches.Get(pair);
+    const bool looked = match != nullptr && match->reason == MatchReason::kNoCandidate;
+    for (const SessionId& id : {pair.first, pair.second}) {
+      ++count[id].pairs;
+      if (!looked) ++count[id].searched;
+    }
   }
   return count;
 }
@@ -104,11 +107,11 @@ std::optional<SessionPair> MatchingThread::NextPartners(const MapView& view) con
            !attempts_.contains(pair);
   };
   if (const auto known = NextKnownPartners(view, placed, is_new)) return known;
-  const std::map<SessionId, size_t> tried = CountTried();
+  std::map<SessionId, Tried> tried = CountTried(view);
   const auto has_room = [&](const SessionId& id, size_t extra = 0) {
-    const auto count = tried.find(id), allowed = allowed_.find(id);
-    return allowed != allowed_.end() &&
-           (count == tried.end() ? 0 : count->second) < allowed->second + extra;
+    const auto allowed = allowed_.find(id);
+    return allowed != allowed_.end() && tried[id].pairs < allowed->second.pairs + extra &&
+           tried[id].searched < allowed->second.searched + extra;
   };
   std::optional<SessionPair> joined;
   for (const matching::RankedPair& pair : ranked_) {

@@ -78,8 +78,10 @@ MatchingThread::MatchingThread(MapWriter* map, Activity* activity, storage::MapS
     attempts_[pair] = AttemptOf(*view, *a, *b, match.submaps_a, match.submaps_b, match.computed_ns);
   }
   // Those that have had their partners are compared again when they grow.
-  for (const auto& [id, count] : CountTried()) {
-    if (count >= matching::kSearchPartners) indexed_[id] = view->Find(id)->next_index();
+  for (const auto& [id, tried] : CountTried(*view)) {
+    const bool had_all =
+        tried.searched >= matching::kSearchPartners || tried.pairs >= matching::kLookedPartners;
+    if (had_all) indexed_[id] = view->Find(id)->next_index();
   }
   (void)shapes_.FindOutdated(*view);  // None yet.
   for (const auto& [id, session] : view->sessions) looped_[id] = FirstUnsearched(session);
@@ -227,7 +229,7 @@ void MatchingThread::ForgetGone(const MapView& view) {
   std::erase_if(indexed_, [&](const auto& item) { return is_gone(item.first); });
   std::erase_if(allowed_, [&](const auto& item) { return is_gone(item.first); });
   index_.ForgetIf(is_gone);
-  ranked_ = index_.Rank(matching::kSearchPartners);
+  ranked_ = index_.Rank(matching::kLookedPartners);
 }
 
 bool MatchingThread::MustCountRevisits(const MapView& view) const {

@@ -130,6 +130,8 @@ class MatchingThread {
   matching::LoopQuery QueryOf(const MapView& view, const SubmapId& submap,
                               const SessionView& session, const Placement& placement) const;
 
+  // Of one session: they are searched before any others.
+  static bool AreSegments(const SessionView& a, const SessionView& b);
   // With few sessions all pairs are searched.
   static bool SelectsPartners(const MapView& view);
   // A session that is to be compared with all others: it is new, or has grown by a good part.
@@ -139,10 +141,14 @@ class MatchingThread {
   std::shared_ptr<const matching::SessionPlan> PlanOf(const MapView& view,
                                                       const SessionView& session,
                                                       bool anew = false);
+  // Pairs of a session that were tried, and those of them that were searched, beyond a first look.
+  struct Tried {
+    size_t pairs = 0, searched = 0;
+  };
+  // Of each session.
+  std::map<SessionId, Tried> CountTried(const MapView& view) const;
   // Now that the session's scores are there.
-  void ChoosePartners(const SessionId& session);
-  // The pairs of each session that were tried.
-  std::map<SessionId, size_t> CountTried() const;
+  void ChoosePartners(const MapView& view, const SessionId& session);
   // The likeliest pair that was never tried: what is known to be near each other first; then, as
   // long as either has not had its partners, what the index promises most and is not joined yet;
   // what is joined and lies near each other; and what else the index promises.
@@ -164,6 +170,7 @@ class MatchingThread {
   struct Occasion {
     bool other_anchors = false;  // Than when it was tried last.
     bool last_submaps = false;   // No more will come.
+    bool first_look = false;     // Of many, whether it is worth a search.
   };
   // `older` is null where nothing is known of the pair.
   void EstimateMatch(const ShapedMap& a, const ShapedMap& b, std::vector<Anchor> anchors,
@@ -213,7 +220,8 @@ class MatchingThread {
   absl::Status TakeResult(const MapView& view, const storage::EndedJob& job, const Posted* posted);
   absl::Status TakeMatchOf(const MapView& view, const storage::EndedJob& job,
                            const Occasion& occasion);
-  absl::Status TakeScores(const storage::EndedJob& job, const PostedPlans& posted);
+  absl::Status TakeScores(const MapView& view, const storage::EndedJob& job,
+                          const PostedPlans& posted);
   absl::Status TakeLoops(const storage::EndedJob& job, const PostedLoops& posted);
   // What a job on the board is of; nothing where it is damaged, or of submaps that are not there:
   // those of a deleted session, whose id may be another's by now.
@@ -271,7 +279,7 @@ class MatchingThread {
   int64_t counted_revision_ = -1;
   PreparedMaps prepared_;
   std::map<SessionId, uint32_t> indexed_;  // The next submap when it was compared with others.
-  std::map<SessionId, size_t> allowed_;    // Pairs of it that may be tried, as of then.
+  std::map<SessionId, Tried> allowed_;     // Pairs of it that may be tried, as of then.
   LruCache<SessionId, std::shared_ptr<const matching::SessionPlan>> plans_;
   matching::PlaceIndex index_;
   std::vector<matching::RankedPair> ranked_;  // By the index, as of its last change.

@@ -62,8 +62,8 @@ inline constexpr size_t kSearchAllSessions = 12;
 // Partners that each session is searched with once there are more, at most and mostly: a search
 // counts for both, and is made while either has room. Of 100 sessions' pairs that is 10 % at most.
 inline constexpr size_t kSearchPartners = 5;
-// Those among which they are chosen: others come together meanwhile without a search. A guess.
-inline constexpr size_t kRankedPartners = 2 * kSearchPartners;
+// Those that are looked at until so many were worth a search in full (MatcherOptions::first_look).
+inline constexpr size_t kLookedPartners = 20;
 // Searches beyond those with such as lie near each other in one component: nearly all of them find
 // something, and each makes the map stiffer. A guess.
 inline constexpr size_t kNearPartners = 5;

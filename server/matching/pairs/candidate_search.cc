@@ -33,6 +33,36 @@ CandidateSearch::CandidateSearch(const PreparedMap& a, const PreparedMap& b, std
   walls_b_ = &b.whole().walls;
 }
 
+std::vector<Candidate> CandidateSearch::MostOverlapping(const std::vector<Candidate>& candidates,
+                                                        size_t limit) const {
+  std::vector<std::pair<double, const Candidate*>> looked;
+  looked.reserve(candidates.size());
+  for (const Candidate& candidate : candidates) {
+    looked.emplace_back(
+        CoarseOverlap(a_.whole().refinable, b_.whole().refinable, candidate.T_a_b, kFirstLookM),
+        &candidate);
+  }
+  std::stable_sort(looked.begin(), looked.end(),
+                   [](const auto& x, const auto& y) { return x.first > y.first; });
+  std::vector<Candidate> best;
+  for (size_t i = 0; i < std::min(limit, looked.size()); ++i) best.push_back(*looked[i].second);
+  return best;
+}
+
+bool CandidateSearch::LooksPromising(std::vector<StageTime>* stages) {
+  if (!HasViews(a_) || !HasViews(b_)) return true;
+  std::vector<Hypothesis> found;
+  for (const std::vector<Candidate>& guesses :
+       {OnStoreys(SearchStructure(a_.whole().walls, *walls_b_, stop_, stages)),
+        SearchPlaces(a_.places(), b_.places(), kFirstPlaces)}) {
+    TakeCandidates(MostOverlapping(guesses, kFirstLooks), &found, stages);
+  }
+  return std::any_of(found.begin(), found.end(), [](Hypothesis& h) {
+    h.max_free_space = kRefutedShare;
+    return h.Support() * TightOverlap(1, h.residual_m) >= kLeastFirstSupport;
+  });
+}
+
 void CandidateSearch::ByBirdsEye(std::vector<Hypothesis>* found, std::vector<StageTime>* stages,
                                  const Possible& possible) {
   BirdsEyeOptions options;

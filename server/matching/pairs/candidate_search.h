@@ -23,6 +23,12 @@ class CandidateSearch {
   // Which transforms between the odom frames need not be looked at.
   using Possible = std::function<bool(const Pose& T_a_b)>;
 
+  // A look at the guesses, by what stands on the ground and by places, that overlap most: does one
+  // of them agree with what both robots looked through, as where maps meet? True where that cannot
+  // be told. Of a sensor that hangs, which few do, it sees nothing. What is found is left to the
+  // searches.
+  bool LooksPromising(std::vector<StageTime>* stages);
+
   // Each appends hypotheses that are not among `*found` yet, refined and with the free space of the
   // rigid alignment, and stage times. Only what is `possible`, where that is given, is refined.
   void ByBirdsEye(std::vector<Hypothesis>* found, std::vector<StageTime>* stages,
@@ -51,6 +57,9 @@ class CandidateSearch {
   uint32_t candidates() const { return candidates_; }  // Refined so far.
 
  private:
+  // Those that overlap most.
+  std::vector<Candidate> MostOverlapping(const std::vector<Candidate>& candidates,
+                                         size_t limit) const;
   double UpCosine(const Pose& T_a_b) const;
   double Tilt(const Pose& T_a_b) const;
   // Candidates from above on the storeys that they suit best, where there are several.

@@ -145,8 +145,23 @@ void PairMatcher::SearchMatch(const PreparedMap& a, const PreparedMap& b, Match*
   match->stages.push_back({"prepare", a.prepare_ms() + b.prepare_ms()});
   for (const Hypothesis& h : hypotheses_) suggested_.push_back({h.T_a_b, 0, h.source});
   SuggestKnown(a, b);
-  std::vector<Hypothesis> found;
   hypotheses_.clear();
+  searched_guess_ = prior_.Guess();
+  const bool is_new = suggested_.empty() && !searched_guess_;
+  if (options_.first_look && is_new && !search.LooksPromising(&match->stages)) {
+    Decide(a, b, match);
+  } else {
+    SearchInFull(a, b, &search, match);
+  }
+  match->candidates = search.candidates();
+  searched_ = a.submaps().size() + b.submaps().size();
+  come_ = 0;
+}
+
+void PairMatcher::SearchInFull(const PreparedMap& a, const PreparedMap& b, CandidateSearch* all,
+                               Match* match) {
+  CandidateSearch& search = *all;
+  std::vector<Hypothesis> found;
   const auto judge = [&] {
     Stopwatch watch;
     const double limit = search.outdoors() ? kContradictedOutdoors : kContradictedIndoors;
@@ -165,7 +180,6 @@ void PairMatcher::SearchMatch(const PreparedMap& a, const PreparedMap& b, Match*
   };
   if (!suggested_.empty()) search.TakeCandidates(suggested_, &found, &match->stages);
   suggested_.clear();
-  searched_guess_ = prior_.Guess();
   if (searched_guess_) {
     search.ByAnchors(*searched_guess_, prior_.guess_sigma_m(), &found, &match->stages);
   }
@@ -191,9 +205,6 @@ void PairMatcher::SearchMatch(const PreparedMap& a, const PreparedMap& b, Match*
     search.ByFeatures(&found, &match->stages);
   }
   if (by_features) judge();
-  match->candidates = search.candidates();
-  searched_ = a.submaps().size() + b.submaps().size();
-  come_ = 0;
 }
 
 void PairMatcher::JudgeLast(const PreparedMap& a, const PreparedMap& b) {

@@ -10,6 +10,7 @@
 #include "core/map/match.h"
 #include "core/map/submap.h"
 #include "server/matching/pairs/anchor_prior.h"
+#include "server/matching/pairs/candidate_search.h"
 #include "server/matching/pairs/hypothesis.h"
 #include "server/matching/pairs/matcher_options.h"
 #include "server/matching/prepared/prepared_map.h"
@@ -30,7 +31,8 @@ class PairMatcher {
   // Searches both whole maps at the first call, when so many submaps came since the last search as
   // a quarter of what there was (when accepted: when the maps have doubled), when a new submap
   // looks and lies like a place of the other map, or when they are not what they were with more
-  // submaps at their ends; and whenever `search` says so. Otherwise the hypotheses kept are refined
+  // submaps at their ends; and whenever `search` says so (with MatcherOptions::first_look it looks
+  // first whether it is worth it). Otherwise the hypotheses kept are refined
   // and verified with the new submaps. Submaps that were retired cost nothing: what was found with
   // them stays, but for their edges.
   //
@@ -61,6 +63,8 @@ class PairMatcher {
   Maps FollowMaps(const SessionMap& a, const SessionMap& b);
   bool MustSearch(const PreparedMap& a, const PreparedMap& b) const;
   void SearchMatch(const PreparedMap& a, const PreparedMap& b, Match* match);
+  void SearchInFull(const PreparedMap& a, const PreparedMap& b, CandidateSearch* search,
+                    Match* match);
   void ExtendMatch(const PreparedMap& a, const PreparedMap& b, Match* match);
   // All hypotheses anew, from where they are.
   void JudgeAgain(const PreparedMap& a, const PreparedMap& b, Match* match);

@@ -33,6 +33,9 @@ struct MatcherOptions {
   double min_observability = 0.003;
   double max_odometry_residual =
       3;  // Standard deviations that the odometry may bend; more: NOT_YET.
+  // Where nothing is known of a pair, ends its search after a first look that finds no place where
+  // the maps might meet: a tenth of the time.
+  bool first_look = false;
   // Ends a match early; what comes of it then is to be thrown away.
   std::stop_token stop = {};
 };

@@ -36,6 +36,7 @@ PairJob MakeJob() {
   job.known->cycle_deg = 0.75;
   job.options.search = matching::SearchMode::kBirdsEye;
   job.options.min_probability = 0.875;
+  job.options.first_look = true;
   job.search = true;
   job.posted_ns = 1'700'000'000'000'000'077;
   return job;
@@ -59,6 +60,7 @@ TEST(JobTest, ArrivesAsItWas) {
   EXPECT_EQ(read->anchors[0].note, "the corner stone");
   EXPECT_EQ(read->options.search, matching::SearchMode::kBirdsEye);
   EXPECT_EQ(read->options.min_probability, 0.875);
+  EXPECT_TRUE(read->options.first_look);
   EXPECT_TRUE(read->search);
   EXPECT_EQ(read->posted_ns, job.posted_ns);
 }

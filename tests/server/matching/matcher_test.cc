@@ -182,6 +182,43 @@ TEST_F(MatcherTest, DoesNotMergeWithoutOverlap) {
 }
 
 // Submaps that add nothing are taken out of a session now and then.
+TEST_F(MatcherTest, AFirstLookChangesNothingWhereMapsMeet) {
+  MatcherOptions options = InTheGallery();
+  const Match in_full = MatchSessions(map_a_, map_b_, options);
+  options.first_look = true;
+  const Match match = MatchSessions(map_a_, map_b_, options);
+  EXPECT_EQ(match.state, MatchState::kAccepted) << match.detail;
+  EXPECT_TRUE(match.T_a_b.Matrix() == in_full.T_a_b.Matrix());
+  EXPECT_EQ(match.confidence, in_full.confidence);
+  EXPECT_EQ(match.rivals.size(), in_full.rivals.size());
+}
+
+TEST_F(MatcherTest, AFirstLookEndsTheSearchWhereNothingMeets) {
+  // One robot in rooms, the other among pillars.
+  Scene pillars{{{{0, 0, -0.5}, {40, 40, 0.5}}}};
+  for (int i = 0; i < 60; ++i) {
+    const double angle = 2.4 * i, range = 3 * std::sqrt(i + 1.0);
+    pillars.boxes.push_back(
+        {{range * std::cos(angle), range * std::sin(angle), 1.5}, {0.25, 0.25, 1.5}});
+  }
+  const SessionMap other =
+      Survey(pillars, {Way({{0, -1, 1}, {-4, 3, 1}, {2, 9, 1}}, 20), Pose(), 0.01, 2});
+  MatcherOptions options;
+  const uint32_t in_full = MatchSessions(map_a_, other, options).candidates;
+  options.first_look = true;
+  const Match match = MatchSessions(map_a_, other, options);
+  EXPECT_EQ(match.state, MatchState::kNotYet);
+  EXPECT_EQ(match.reason, MatchReason::kNoCandidate) << match.detail;
+  EXPECT_LT(2 * match.candidates, in_full);
+  // What is suggested is searched in full whatever it looks like.
+  PairMatcher suggested(options);
+  Match known;
+  known.T_a_b = Pose();
+  suggested.Suggest(known);
+  const Match searched = suggested.Update(PreparedMap(map_a_), PreparedMap(other));
+  EXPECT_GE(searched.candidates, in_full);
+}
+
 TEST_F(MatcherTest, RetiredSubmapsCostNoSearch) {
   PairMatcher matcher(InTheGallery());
   SessionMap a = map_a_, b = map_b_;
