@@ -116,15 +116,27 @@ absl::Status Sessions::CheckOpenSessions(const RobotId& robot) const {
 void Sessions::NoteNumbers(const MapView& view) {
   MutexLock changing(&parts_.membership);
   for (const auto& [id, session] : view.sessions) {
-    absl::string_view number = session.record.opened().value();
-    int value = 0;
-    if (!absl::ConsumePrefix(&number, absl::StrCat(session.record.robot.value(), "-")) ||
-        !absl::SimpleAtoi(number, &value) || value > kMaxNumber) {
-      continue;
-    }
-    int& last = last_numbers_[session.record.robot];
-    last = std::max(last, value);
+    NoteNumber(session.record.robot, session.record.opened());
   }
+  EventQuery gone = {.after = 0};
+  gone.kinds = {EventKind::kSessionDeleted, EventKind::kSessionExpired};
+  while (true) {
+    const absl::StatusOr<EventPage> page = parts_.store->ListEvents(gone);
+    if (!page.ok() || page->events.empty()) return;
+    for (const Event& event : page->events) NoteNumber(event.robot, event.session);
+    gone.after = page->up_to;
+  }
+}
+
+void Sessions::NoteNumber(const RobotId& robot, const SessionId& session) {
+  absl::string_view number = session.value();
+  int value = 0;
+  if (!absl::ConsumePrefix(&number, absl::StrCat(robot.value(), "-")) ||
+      !absl::SimpleAtoi(number, &value) || value > kMaxNumber) {
+    return;
+  }
+  int& last = last_numbers_[robot];
+  last = std::max(last, value);
 }
 
 SessionId Sessions::NextId(const RobotId& robot, int* number) const {

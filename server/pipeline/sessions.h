@@ -45,8 +45,11 @@ class Sessions {
   // ResourceExhausted, saying what to do, where no more may be opened.
   absl::Status CheckOpenSessions(const RobotId& robot) const;
   SessionId NextId(const RobotId& robot, int* number) const;
-  // Those of the sessions that are there: nor are these given again.
+  // Those of the sessions that are there, or that the event log knows as deleted: nor are these
+  // given again. Who has the submaps of one (a worker, a replica) takes another's for them.
   void NoteNumbers(const MapView& view);
+  void NoteNumber(const RobotId& robot, const SessionId& session)
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(parts_.membership);
   absl::StatusOr<Worker> MakeWorker(const SessionRecord& record, const ingest::ResumePoint& resume);
   ingest::WorkerHooks HooksOf(const SessionId& session);
   // Goes on from where the session, its first segment, is stored to be.

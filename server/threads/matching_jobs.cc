@@ -282,6 +282,8 @@ void MatchingThread::TakeResults(const MapView& view) {
     const Posted* posted = it == posted_.end() ? nullptr : &it->second;
     const absl::Status status = TakeResult(view, job, posted);
     if (IsForNow(status)) continue;  // It stays on the board.
+    const auto* loops = posted != nullptr ? std::get_if<PostedLoops>(posted) : nullptr;
+    if (!status.ok() && loops != nullptr) has_gaps_.insert(loops->submap.session);
     if (!status.ok() && job.is_set_aside) {
       if (posted != nullptr) SetAside(job.key, job.problem, *posted);
     } else if (!status.ok()) {

@@ -51,7 +51,10 @@ void MatchingThread::FindLoops(const MapView& view, const SubmapId& submap) {
   const SessionView* entry = view.Find(submap.session);
   const Placement* placement = view.PlacementOf(submap.session);
   if (entry == nullptr || placement == nullptr) return;
-  if (IsSetAside(LoopTaskOf(submap), PostedLoops{submap})) return;
+  if (IsSetAside(LoopTaskOf(submap), PostedLoops{submap})) {
+    has_gaps_.insert(submap.session);
+    return;
+  }
   const bool was_last = IsFinished(*entry) && submap.index + 1 == entry->next_index();
   const bool done = RunGuarded(LoopTaskOf(submap), [&] {
     const matching::LoopQuery query = QueryOf(view, submap, *entry, *placement);
@@ -62,6 +65,7 @@ void MatchingThread::FindLoops(const MapView& view, const SubmapId& submap) {
       FindLoops(query);
     }
   });
+  if (!done) has_gaps_.insert(submap.session);
   // Its state is large.
   if (was_last || !done) finders_.erase(submap.session);
 }
@@ -105,6 +109,8 @@ uint32_t MatchingThread::FirstUnsearched(const SessionView& session) const {
 }
 
 void MatchingThread::StoreSearched(const SubmapId& submap) const {
+  // It would say so of one that was left out before it.
+  if (has_gaps_.contains(submap.session)) return;
   // Without it the submap is searched again after the next start.
   (void)store_->PutFeatures({submap, kSearchedForLoops, "1"});
 }

@@ -219,6 +219,7 @@ void MatchingThread::ForgetGone(const MapView& view) {
   std::erase_if(attempts_, of_gone);
   std::erase_if(matchers_, of_gone);
   std::erase_if(looped_, [&](const auto& item) { return is_gone(item.first); });
+  std::erase_if(has_gaps_, is_gone);
   std::erase_if(finders_, [&](const auto& item) {
     const SessionView* entry = view.Find(item.first);
     return entry == nullptr || IsFinished(*entry);

@@ -276,6 +276,8 @@ class MatchingThread {
   // Touched by the thread only, once it runs.
   std::map<SessionPair, Attempt> attempts_;  // Since the start, whatever came of them.
   std::map<SessionId, uint32_t> looped_;     // The next submap to ask.
+  // Of which submaps were left out: what was searched behind these is, after the next start, again.
+  std::set<SessionId> has_gaps_;
   int64_t counted_revision_ = -1;
   PreparedMaps prepared_;
   std::map<SessionId, uint32_t> indexed_;  // The next submap when it was compared with others.

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "server/threads/limits.h"
+#include "server/threads/work_journal.h"
 #include "storage/memory_store.h"
 #include "storage/records/submap_codec.h"
 #include "storage/sqlite/sqlite_store.h"
@@ -230,6 +231,24 @@ TEST_F(PipelineRestart, WhatWasNotSearchedForLoopsIsSearchedThen) {
     next->WaitUntilIdle();
     EXPECT_EQ(closing(next_store), was_searched ? std::set<uint32_t>() : all);
   }
+  // One that two processes ended at is left out, and is not taken for searched by what follows it.
+  options.work_journal = (folder_ / "journal").string();
+  const SubmapId ended_at{session, *all.begin()};
+  for (int i = 0; i < kMaxCrashes; ++i) {
+    WorkJournal(options.work_journal).BeginTask("the loops of " + ToString(ended_at));
+  }
+  for (const bool is_left_out : {true, false}) {
+    if (!is_left_out) std::filesystem::remove(options.work_journal);
+    auto file = storage::OpenSqliteStore(folder_.string()).value();
+    ASSERT_EQ(file->Write(batch).ok(), is_left_out);  // The second time it is there.
+    storage::MapStore& stored = *file;
+    const auto next = Pipeline::Open(options, std::move(file)).value();
+    next->WaitUntilIdle();
+    EXPECT_EQ(closing(stored).contains(ended_at.index), !is_left_out);
+    for (const SubmapId& submap : {ended_at, batch.submaps.back()->id}) {
+      EXPECT_EQ(stored.GetFeatures(submap, kSearchedForLoops).ok(), !is_left_out);
+    }
+  }
 }
 
 // Somebody may still be at work on the map of the deleted one.
@@ -241,6 +260,18 @@ TEST_F(PipelineRestart, TheNumberOfASessionThatWasThereIsNotGivenAgain) {
   auto pipeline = Open();
   ASSERT_TRUE(pipeline->DeleteSession(SessionId("alice-1")).ok());
   ASSERT_TRUE(pipeline->DeleteSession(SessionId("alice-3")).ok());
+  EXPECT_EQ(Create(*pipeline, kAlice).value(), "alice-4");
+}
+
+// Nor may others, who keep what they have read of it, take the next for it.
+TEST_F(PipelineRestart, NorIsThatOfOneThatWasDeletedBefore) {
+  {
+    auto pipeline = Open();
+    for (int i = 1; i <= 3; ++i) Create(*pipeline, kAlice);
+    ASSERT_TRUE(pipeline->DeleteSession(SessionId("alice-3")).ok());
+    ASSERT_TRUE(pipeline->DeleteSession(SessionId("alice-1")).ok());
+  }
+  auto pipeline = Open();
   EXPECT_EQ(Create(*pipeline, kAlice).value(), "alice-4");
 }
 
