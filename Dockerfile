@@ -24,6 +24,8 @@ RUN useradd --system --uid 10001 --create-home --home-dir /var/lib/isthmus isthm
  && install -d -o isthmus /drive
 COPY --from=build /out/usr/local/ /usr/local/
 COPY --from=build /out/lib/ /usr/local/lib/isthmus/
+# By which object stores are known (storage.bucket).
+COPY --from=build /etc/ssl/certs/ca-certificates.crt /etc/ssl/certs/
 RUN echo /usr/local/lib/isthmus > /etc/ld.so.conf.d/isthmus.conf && ldconfig
 USER isthmus
 VOLUME /var/lib/isthmus

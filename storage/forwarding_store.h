@@ -76,6 +76,7 @@ class ForwardingStore : public MapStore {
     return store_->GetFeatures(submap, kind);
   }
 
+  bool IsRemote() const override { return store_->IsRemote(); }
   JobBoard* jobs() override { return store_->jobs(); }
 
  private:

@@ -175,6 +175,10 @@ class MapStore {
   virtual absl::StatusOr<std::string> GetFeatures(const SubmapId& submap,
                                                   const std::string& kind) const = 0;
 
+  // It is reached over a network: Unavailable says that it is away as a whole, and is worth waiting
+  // for. Of one on a disk it may be this record's for ever.
+  virtual bool IsRemote() const { return false; }
+
   // Where workers reach the map as well; else null. The store's own.
   virtual JobBoard* jobs() { return nullptr; }
 };

@@ -56,6 +56,9 @@ void AddCopy(CLI::App& app, Action& action) {
   command->add_option("--from-site", options->from.site,
                       "Site of the map in the database FROM; otherwise the default one");
   command->add_option("--to-site", options->to.site, "Likewise of TO");
+  command->add_option("--to-bucket", options->to.bucket,
+                      "Bucket of an object store for the large values of TO, a database: "
+                      "https://HOST/BUCKET/PREFIX?region=REGION");
   command->add_flag("--json", options->json, "Summary as JSON");
   command->callback([options, &action] { action = [options] { return RunCopy(*options); }; });
 }

@@ -23,6 +23,7 @@ struct ServerConfig {
   // Where the map is kept: the URL of a PostgreSQL database, or empty: in the data folder, by
   // SQLite.
   std::string store = {};
+  std::string bucket = {};         // Of a database: the URL of a bucket for large values, or empty.
   storage::SqliteOptions storage;  // Of either.
   bool standby = false;            // Of a database: a site that another server has is waited for.
   bool replica = false;            // Likewise: the map is only read, and another server has it.

@@ -240,6 +240,10 @@ absl::Status CheckStore(const ServerConfig& config) {
         "--standby (storage.standby) and --replica (storage.replica) exclude each other: a server "
         "waits for the map, or reads it");
   }
+  if (config.store.empty() && !config.bucket.empty()) {
+    return absl::InvalidArgumentError(
+        "storage.bucket is for the large values of a map in a database: name that with --store");
+  }
   if (!config.store.empty() || (!config.standby && !config.replica)) return absl::OkStatus();
   return absl::InvalidArgumentError(
       absl::StrCat(config.standby ? "--standby (storage.standby)" : "--replica (storage.replica)",

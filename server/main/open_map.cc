@@ -67,9 +67,12 @@ absl::StatusOr<std::unique_ptr<storage::MapStore>> OpenStore(const ServerConfig&
       return true;
     };
   }
-  auto store = storage::OpenPostgresStore(
-      config.store, map->name,
-      {options.sync_every_commit, options.resolution_m, options.on_problem, lease});
+  auto store = storage::OpenPostgresStore(config.store, map->name,
+                                          {.sync_every_commit = options.sync_every_commit,
+                                           .resolution_m = options.resolution_m,
+                                           .on_problem = options.on_problem,
+                                           .bucket = config.bucket,
+                                           .lease = lease});
   if (!store.ok()) return store.status();
   if (absl::Status status = NoteMapIsIn(map->folder, config.store); !status.ok()) return status;
   return store;

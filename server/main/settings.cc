@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "server/main/robot_limits.h"
+#include "storage/objects/s3_bucket.h"
 #include "storage/postgresql/postgresql.h"
 
 namespace isthmus::server {
@@ -260,6 +261,17 @@ void AddStorage(ServerConfig& config, Table& table) {
       "schema "
       "of its own; the password belongs into ~/.pgpass or PGPASSWORD. \"\": it is kept in the data "
       "folder, by SQLite.");
+  table.AddText(
+      "bucket",
+      [&config](const std::string& text) {
+        config.bucket = text;
+        return text.empty() ? absl::OkStatus() : storage::CheckBucketUrl(text);
+      },
+      [&config] { return config.bucket; },
+      "https://HOST/BUCKET/PREFIX?region=REGION of an S3-compatible object store, with a database: "
+      "it gets the large values (points of submaps, what matching made of them, checkpoints), "
+      "and the database less to log. Credentials are AWS_ACCESS_KEY_ID and AWS_SECRET_ACCESS_KEY "
+      "of the environment. \"\": the bucket that the map has, or none.");
   table.Add("standby", &config.standby,
             "With a database: while another server has the map, wait for it in place of ending, "
             "and take over once that one is gone. For all servers of a map with spares.");

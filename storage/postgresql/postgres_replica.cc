@@ -10,6 +10,7 @@
 #include "storage/postgresql/postgres_follower.h"
 #include "storage/postgresql/postgres_store.h"
 #include "storage/postgresql/postgresql.h"
+#include "storage/postgresql/site_bucket.h"
 #include "storage/sql/unowned_store.h"
 
 namespace isthmus::storage {
@@ -17,8 +18,9 @@ namespace {
 
 class ReadOnlyStore : public UnownedStore {
  public:
-  explicit ReadOnlyStore(std::vector<std::unique_ptr<Connection>> readers)
-      : UnownedStore(nullptr, std::move(readers)) {}
+  ReadOnlyStore(std::vector<std::unique_ptr<Connection>> readers,
+                std::unique_ptr<LargeValues> large_values)
+      : UnownedStore(nullptr, std::move(readers), std::move(large_values), OpenSiteBucket) {}
 
   absl::Status PutFeatures(const FeatureBlob&) override { return Refused(); }
 };
@@ -36,6 +38,8 @@ absl::StatusOr<PostgresReplica> OpenPostgresReplica(const std::string& url,
   auto following = PostgresConnection::Open(target);
   if (!following.ok()) return following.status();
   if (auto status = CheckMigrated(**following, target.schema); !status.ok()) return status;
+  auto large_values = OpenSiteBucket(**following);
+  if (!large_values.ok()) return large_values.status();
   target.application = absl::StrCat(target.schema, " replica");
   std::vector<std::unique_ptr<Connection>> readers;
   for (int i = 0; i < kPostgresReaders; ++i) {
@@ -44,7 +48,7 @@ absl::StatusOr<PostgresReplica> OpenPostgresReplica(const std::string& url,
     readers.push_back(*std::move(reader));
   }
   PostgresReplica replica;
-  replica.store = std::make_unique<ReadOnlyStore>(std::move(readers));
+  replica.store = std::make_unique<ReadOnlyStore>(std::move(readers), *std::move(large_values));
   replica.follower = std::make_unique<PostgresFollower>(*std::move(following));
   return replica;
 }

@@ -12,6 +12,8 @@
 #include "core/site_name.h"
 #include "storage/postgresql/job_tables.h"
 #include "storage/postgresql/limits.h"
+#include "storage/postgresql/object_sweeper.h"
+#include "storage/postgresql/site_bucket.h"
 #include "storage/postgresql/site_writer.h"
 #include "storage/sql/sql_store.h"
 
@@ -23,11 +25,18 @@ using Clock = std::chrono::steady_clock;
 class PostgresStore : public SqlStore {
  public:
   PostgresStore(std::unique_ptr<SiteLease> lease, std::unique_ptr<Connection> writer,
-                std::vector<std::unique_ptr<Connection>> readers, double resolution_m)
-      : SqlStore(std::move(writer), std::move(readers), resolution_m),
+                std::vector<std::unique_ptr<Connection>> readers, const PostgresOptions& options,
+                std::unique_ptr<LargeValues> large_values)
+      : SqlStore(std::move(writer), std::move(readers), options.resolution_m,
+                 std::move(large_values)),
         lease_(std::move(lease)),
         jobs_(MakeJobBoard([this](const auto& work) { return Read(work); },
-                           [this](const auto& work) { return WriteBy(work); })) {}
+                           [this](const auto& work) { return WriteBy(work); })) {
+    if (SqlStore::large_values() == nullptr) return;
+    sweeper_ = std::make_unique<ObjectSweeper>(
+        *SqlStore::large_values(), [this](const auto& work) { return Read(work); },
+        [this](const auto& work) { return WriteBy(work); }, options.on_problem);
+  }
 
   // Where the role may not use the tables of jobs, there are none, and the server does all itself.
   absl::Status PrepareJobs(const std::function<void(const std::string&)>& on_problem) {
@@ -37,6 +46,7 @@ class PostgresStore : public SqlStore {
     if (on_problem) on_problem(absl::StrCat("workers are not used: ", status.message()));
     return absl::OkStatus();
   }
+  bool IsRemote() const override { return true; }
   JobBoard* jobs() override { return jobs_.get(); }
 
   absl::Status Write(const WriteBatch& batch) override {
@@ -76,6 +86,7 @@ class PostgresStore : public SqlStore {
   std::unique_ptr<JobBoard> jobs_;
   std::atomic<uint64_t> size_{0};
   std::atomic<Clock::rep> next_look_{0};
+  std::unique_ptr<ObjectSweeper> sweeper_;  // Null without a bucket. Goes first.
 };
 
 }  // namespace
@@ -116,8 +127,11 @@ absl::StatusOr<std::unique_ptr<MapStore>> OpenOnce(PostgresTarget target,
     if (!reader.ok()) return reader.status();
     readers.push_back(*std::move(reader));
   }
-  auto store = std::make_unique<PostgresStore>(*std::move(lease), *std::move(writer),
-                                               std::move(readers), options.resolution_m);
+  auto large_values =
+      OpenOwnersBucket(**writer, options.bucket, target.schema, options.smallest_object);
+  if (!large_values.ok()) return large_values.status();
+  auto store = std::make_unique<PostgresStore>(
+      *std::move(lease), *std::move(writer), std::move(readers), options, *std::move(large_values));
   if (absl::Status status = store->PrepareJobs(options.on_problem); !status.ok()) return status;
   store->LookAtSize();
   return store;

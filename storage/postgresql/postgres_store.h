@@ -3,11 +3,13 @@
 
 #include <absl/status/statusor.h>
 
+#include <cstddef>
 #include <functional>
 #include <memory>
 #include <string>
 
 #include "storage/map_store.h"
+#include "storage/objects/limits.h"
 #include "storage/postgresql/site_lease.h"
 
 namespace isthmus::storage {
@@ -20,7 +22,10 @@ struct PostgresOptions {
   double resolution_m = 0.001;
   // Told what a person should know, on opening and later.
   std::function<void(const std::string& problem)> on_problem = nullptr;
-  LeaseOptions lease = {};  // `on_problem` is this one's.
+  // The URL of a bucket (s3_bucket.h) for what is large; empty: that which the site has, or none.
+  std::string bucket = {};
+  size_t smallest_object = kSmallestObject;  // As LargeValues has it.
+  LeaseOptions lease = {};                   // `on_problem` is this one's.
 };
 
 // The schema that a site's tables are in: isthmus_NAME, and isthmus for the default site, which may
@@ -31,8 +36,8 @@ std::string SchemaOfSite(const std::string& site);
 absl::Status CheckSite(const std::string& site);
 
 // Opens, or creates, the site's schema and migrates it to the newest version. `url` is a PostgreSQL
-// connection URL without a password, see postgresql.h. Errors as CheckSite and SiteLease::Take say,
-// and Unavailable where the server cannot be reached.
+// connection URL without a password, see postgresql.h. Errors as CheckSite, SiteLease::Take and
+// OpenOwnersBucket say, and Unavailable where the server cannot be reached.
 //
 // While the server is away all is Unavailable; it goes on by itself once it is back. A Write whose
 // commit was under way when the connection was lost waits until the server tells what became of it.

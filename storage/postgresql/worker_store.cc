@@ -9,6 +9,7 @@
 #include "storage/postgresql/limits.h"
 #include "storage/postgresql/migrations.h"
 #include "storage/postgresql/postgres_store.h"
+#include "storage/postgresql/site_bucket.h"
 #include "storage/sql/unowned_store.h"
 
 namespace isthmus::storage {
@@ -35,7 +36,8 @@ absl::Status CheckRights(Connection& database, const std::string& schema) {
       "('about', 'SELECT'), ('sessions', 'SELECT'), ('submaps', 'SELECT'), "
       "('submap_blobs', 'SELECT'), ('features', 'SELECT'), ('features', 'INSERT'), "
       "('features', 'UPDATE'), ('jobs', 'SELECT'), ('jobs', 'UPDATE'), ('workers', 'SELECT'), "
-      "('workers', 'INSERT'), ('workers', 'UPDATE'), ('workers', 'DELETE')) AS needed (name, "
+      "('workers', 'INSERT'), ('workers', 'UPDATE'), ('workers', 'DELETE'), "
+      "('bucket', 'SELECT')) AS needed (name, "
       "privilege) WHERE NOT has_table_privilege(to_regclass(name), privilege)");
   if (absl::Status status = row.Step().status(); !status.ok()) return status;
   if (row.Text(0).empty()) return absl::OkStatus();
@@ -65,7 +67,10 @@ absl::StatusOr<std::unique_ptr<MapStore>> OpenWorkerStore(const std::string& url
   auto reader = PostgresConnection::Open(target);
   if (!reader.ok()) return reader.status();
   readers.push_back(*std::move(reader));
-  return std::make_unique<UnownedStore>(*std::move(writer), std::move(readers));
+  auto large_values = OpenSiteBucket(**writer);
+  if (!large_values.ok()) return large_values.status();
+  return std::make_unique<UnownedStore>(*std::move(writer), std::move(readers),
+                                        *std::move(large_values), OpenSiteBucket);
 }
 
 JobTaker::JobTaker(std::unique_ptr<PostgresConnection> connection, std::string schema,

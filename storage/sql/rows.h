@@ -62,6 +62,8 @@ absl::Status AddSubmap(Connection& database, const SubmapRow& submap);
 absl::Status AddMissingBounds(Connection& database);
 // DataLoss, naming it, for a row that is not whole.
 absl::StatusOr<std::shared_ptr<const Submap>> UnpackSubmap(const SubmapRow& submap);
+// With that reason.
+absl::Status DamagedSubmap(const SubmapId& submap, const absl::Status& why);
 // With its scans and all that hangs on it; one that is not there is no error.
 absl::Status RemoveSubmap(Connection& database, int64_t session_key, uint32_t index);
 absl::StatusOr<std::optional<int64_t>> FindSubmapKey(Connection& database, const SubmapId& submap);

@@ -1,3 +1,6 @@
+#include <absl/strings/str_cat.h>
+
+#include "storage/objects/large_values.h"
 #include "storage/records/pose_codec.h"
 #include "storage/sql/rows.h"
 
@@ -98,14 +101,22 @@ absl::StatusOr<bool> RemoveSession(Connection& database, const SessionId& sessio
 
 // The length of a blob is known from its row: the blobs themselves are not read.
 absl::StatusOr<uint64_t> SumBytes(Connection& database, int64_t session_key) {
-  Statement sum = database.Prepare(
-      "SELECT (SELECT coalesce(sum(length(data)), 0) FROM submaps "
-      "JOIN submap_blobs ON submap = submaps.key WHERE session = ?) + "
-      "(SELECT coalesce(sum(length(data)), 0) FROM submaps "
-      "JOIN features ON features.submap = submaps.key WHERE session = ?)");
-  absl::StatusOr<bool> has_row = sum.Bind(session_key).Bind(session_key).Step();
-  if (!has_row.ok()) return has_row.status();
-  return *has_row ? static_cast<uint64_t>(sum.Int(0)) : 0;
+  uint64_t bytes = 0;
+  for (const char* table : {"submap_blobs", "features"}) {
+    const std::string from = absl::StrCat(" FROM submaps JOIN ", table,
+                                          " ON submap = submaps.key WHERE session = ? AND length("
+                                          "data) ");
+    Statement sum = database.Prepare(
+        absl::StrCat("SELECT coalesce(sum(length(data)), 0)", from, "> ", kLongestReference));
+    if (auto has_row = sum.Bind(session_key).Step(); !has_row.ok()) return has_row.status();
+    bytes += sum.Uint(0);
+    const auto small = database.Prepare(absl::StrCat("SELECT data", from, "<= ", kLongestReference))
+                           .Bind(session_key)
+                           .ReadAll([](const Statement& row) { return BytesOfValue(row.Text(0)); });
+    if (!small.ok()) return small.status();
+    for (const uint64_t each : *small) bytes += each;
+  }
+  return bytes;
 }
 
 }  // namespace isthmus::storage

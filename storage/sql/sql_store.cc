@@ -24,8 +24,38 @@ absl::Status CheckResolution(double resolution_m) {
 }
 
 SqlStore::SqlStore(std::unique_ptr<Connection> writer,
-                   std::vector<std::unique_ptr<Connection>> readers, double resolution_m)
-    : resolution_m_(resolution_m), readers_(std::move(readers)), writer_(std::move(writer)) {}
+                   std::vector<std::unique_ptr<Connection>> readers, double resolution_m,
+                   std::unique_ptr<LargeValues> large_values, FindLargeValues find)
+    : resolution_m_(resolution_m),
+      find_(find),
+      large_values_(std::move(large_values)),
+      readers_(std::move(readers)),
+      writer_(std::move(writer)) {}
+
+absl::StatusOr<std::string> SqlStore::ToRow(std::string value) const {
+  LargeValues* values = large_values();
+  if (values == nullptr) return value;
+  return values->Put(std::move(value));
+}
+
+absl::StatusOr<std::string> SqlStore::FromRow(std::string in_row) const {
+  LargeValues* values = large_values();
+  if (values == nullptr && find_ != nullptr && FindReference(in_row)) {
+    const ConnectionPool::Lease reader = readers_.Borrow();
+    absl::StatusOr<std::unique_ptr<LargeValues>> found = find_(*reader);
+    if (!found.ok()) return absl::UnavailableError(found.status().message());
+    MutexLock lock(&mutex_);
+    if (large_values_ == nullptr) large_values_ = *std::move(found);
+    values = large_values_.get();
+  }
+  if (values == nullptr) return in_row;
+  return values->Get(std::move(in_row));
+}
+
+LargeValues* SqlStore::large_values() const {
+  MutexLock lock(&mutex_);
+  return large_values_.get();
+}
 
 template <typename T, typename Read>
 absl::StatusOr<T> SqlStore::WithSession(const SessionId& session, const Read& read) const {
@@ -43,9 +73,22 @@ absl::Status SqlStore::Write(const WriteBatch& batch) {
     absl::StatusOr<std::string> blob = EncodeSubmap(*submap, resolution_m_);
     // A submap that cannot be encoded breaks a rule, and CheckBatch says it better.
     if (!blob.ok() && !absl::IsInvalidArgument(blob.status())) return blob.status();
+    if (blob.ok()) blob = ToRow(*std::move(blob));
+    if (absl::IsUnavailable(blob.status())) return blob.status();
     encoded.push_back({Summarize(*submap), blob.ok() ? *std::move(blob) : std::string()});
   }
-  return writer_.Run([&](Connection& database) { return AddBatch(database, batch, encoded); });
+  const auto add = [&encoded](const WriteBatch& all) {
+    return [&](Connection& database) { return AddBatch(database, all, encoded); };
+  };
+  if (large_values() == nullptr || batch.checkpoints.empty()) return writer_.Run(add(batch));
+  WriteBatch in_rows = batch;
+  for (Checkpoint& checkpoint : in_rows.checkpoints) {
+    if (!checkpoint.data) continue;
+    absl::StatusOr<std::string> row = ToRow(*std::move(checkpoint.data));
+    if (!row.ok()) return row.status();
+    checkpoint.data = *std::move(row);
+  }
+  return writer_.Run(add(in_rows));
 }
 
 absl::Status SqlStore::DeleteSession(const SessionId& session, const std::vector<Event>& events) {
@@ -82,14 +125,23 @@ absl::StatusOr<Checkpoint> SqlStore::GetCheckpoint(const SessionId& session) con
   auto found = WithSession<std::optional<Checkpoint>>(session, FindCheckpoint);
   if (!found.ok()) return found.status();
   if (!*found) return NoCheckpoint(session);
-  (*found)->session = session;
-  return **std::move(found);
+  Checkpoint checkpoint = **std::move(found);
+  checkpoint.session = session;
+  if (!checkpoint.data) return checkpoint;
+  absl::StatusOr<std::string> data = FromRow(*std::move(checkpoint.data));
+  if (!data.ok() && !absl::IsDataLoss(data.status())) return data.status();
+  checkpoint.data = data.ok() ? std::optional(*std::move(data)) : std::nullopt;
+  return checkpoint;
 }
 
 absl::StatusOr<std::shared_ptr<const Submap>> SqlStore::GetSubmap(const SubmapId& id) const {
   absl::StatusOr<SubmapRow> row =
       AtOneMoment<SubmapRow>([&](Connection& reader) { return FindSubmap(reader, id); });
   if (!row.ok()) return row.status();
+  absl::StatusOr<std::string> blob = FromRow(std::move(row->blob));
+  if (absl::IsDataLoss(blob.status())) return DamagedSubmap(id, blob.status());
+  if (!blob.ok()) return blob.status();
+  row->blob = *std::move(blob);
   return UnpackSubmap(*row);
 }
 
@@ -159,13 +211,21 @@ absl::StatusOr<EventPage> SqlStore::ListEvents(const EventQuery& query) const {
 }
 
 absl::Status SqlStore::PutFeatures(const FeatureBlob& blob) {
-  return writer_.Run([&](Connection& database) { return PutFeatureRow(database, blob); });
+  if (large_values() == nullptr) {
+    return writer_.Run([&](Connection& database) { return PutFeatureRow(database, blob); });
+  }
+  absl::StatusOr<std::string> row = ToRow(blob.data);
+  if (!row.ok()) return row.status();
+  const FeatureBlob in_row = {blob.submap, blob.kind, *std::move(row)};
+  return writer_.Run([&](Connection& database) { return PutFeatureRow(database, in_row); });
 }
 
 absl::StatusOr<std::string> SqlStore::GetFeatures(const SubmapId& submap,
                                                   const std::string& kind) const {
-  return AtOneMoment<std::string>(
+  absl::StatusOr<std::string> row = AtOneMoment<std::string>(
       [&](Connection& reader) { return FindFeatures(reader, submap, kind); });
+  if (!row.ok()) return row;
+  return FromRow(*std::move(row));
 }
 
 }  // namespace isthmus::storage

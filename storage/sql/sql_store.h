@@ -6,7 +6,9 @@
 #include <optional>
 #include <vector>
 
+#include "core/concurrency/mutex.h"
 #include "storage/map_store.h"
+#include "storage/objects/large_values.h"
 #include "storage/sql/connection_pool.h"
 #include "storage/sql/group_commit.h"
 
@@ -21,9 +23,13 @@ absl::Status CheckResolution(double resolution_m);
 class SqlStore : public MapStore {
  public:
   // The writer has the newest schema, of which rows.h speaks; submaps' coordinates are rounded to
-  // `resolution_m`. Null: what writes is overridden.
+  // `resolution_m`. Null: what writes is overridden. With `large_values` these have what is large;
+  // else rows do. A store of which another one may get some later finds them by `find`, which is
+  // asked once a row refers to them.
+  using FindLargeValues = absl::StatusOr<std::unique_ptr<LargeValues>> (*)(Connection& reader);
   SqlStore(std::unique_ptr<Connection> writer, std::vector<std::unique_ptr<Connection>> readers,
-           double resolution_m);
+           double resolution_m, std::unique_ptr<LargeValues> large_values = nullptr,
+           FindLargeValues find = nullptr);
 
   absl::Status Write(const WriteBatch& batch) override;
   using MapStore::DeleteSession;
@@ -68,6 +74,8 @@ class SqlStore : public MapStore {
   // As GroupCommit::Run.
   absl::Status WriteBy(const GroupCommit::Work& work) { return writer_.Run(work); }
 
+  LargeValues* large_values() const;  // Null where there are none (yet). Stay as long as this does.
+
  private:
   template <typename T, typename Read>
   static absl::StatusOr<T> ReadOnce(Connection& reader, const Read& read) {
@@ -79,7 +87,14 @@ class SqlStore : public MapStore {
   template <typename T, typename Read>
   absl::StatusOr<T> WithSession(const SessionId& session, const Read& read) const;
 
+  // The value as its row has it, and back. By no connection: a bucket takes its time.
+  absl::StatusOr<std::string> ToRow(std::string value) const;
+  absl::StatusOr<std::string> FromRow(std::string in_row) const;
+
   const double resolution_m_;
+  const FindLargeValues find_;
+  mutable Mutex mutex_;
+  mutable std::unique_ptr<LargeValues> large_values_ ABSL_GUARDED_BY(mutex_);  // Set once.
   mutable ConnectionPool readers_;
   GroupCommit writer_;
 };

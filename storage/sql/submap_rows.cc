@@ -94,12 +94,12 @@ absl::Status AddBounds(Connection& database, int64_t submap_key, const Box& boun
   return insert.Run();
 }
 
-absl::Status Damaged(const SubmapId& submap, const absl::Status& why) {
+}  // namespace
+
+absl::Status DamagedSubmap(const SubmapId& submap, const absl::Status& why) {
   return absl::DataLossError(
       absl::StrCat("submap ", ToString(submap), " is damaged: ", why.message()));
 }
-
-}  // namespace
 
 absl::Status AddSubmap(Connection& database, const SubmapRow& submap) {
   const SubmapInfo& info = submap.info;
@@ -144,7 +144,7 @@ absl::StatusOr<std::shared_ptr<const Submap>> UnpackSubmap(const SubmapRow& row)
   const bool complete =
       submap->keyframes.size() == info.keyframe_count && submap->points.size() == info.point_count;
   if (status.ok() && !complete) status = absl::DataLossError("it is another submap's");
-  if (!status.ok()) return Damaged(info.id, status);
+  if (!status.ok()) return DamagedSubmap(info.id, status);
   return submap;
 }
 
@@ -176,11 +176,11 @@ absl::StatusOr<SubmapRow> FindSubmap(Connection& database, const SubmapId& subma
       std::string("SELECT ") + kSubmapColumns + ", b.data" + kFrom +
       "LEFT JOIN submap_blobs b ON b.submap = s.key WHERE e.id = ? AND s.submap_index = ?");
   absl::StatusOr<bool> found = row.Bind(submap.session.value()).Bind(submap.index).Step();
-  if (absl::IsDataLoss(found.status())) return Damaged(submap, found.status());
+  if (absl::IsDataLoss(found.status())) return DamagedSubmap(submap, found.status());
   if (!found.ok()) return found.status();
   if (!*found) return UnknownSubmap(submap);
   if (row.IsNull(kInfoColumnCount))
-    return Damaged(submap, absl::DataLossError("its points are not there"));
+    return DamagedSubmap(submap, absl::DataLossError("its points are not there"));
   return SubmapRow{ReadInfo(row), row.Text(kInfoColumnCount)};
 }
 

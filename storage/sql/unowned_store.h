@@ -15,9 +15,12 @@ class UnownedStore : public SqlStore {
  public:
   // The writer may be null where PutFeatures is overridden as well. Stores no submaps, so it rounds
   // none.
-  UnownedStore(std::unique_ptr<Connection> writer, std::vector<std::unique_ptr<Connection>> readers)
-      : SqlStore(std::move(writer), std::move(readers), codec::kMinResolutionM) {}
+  UnownedStore(std::unique_ptr<Connection> writer, std::vector<std::unique_ptr<Connection>> readers,
+               std::unique_ptr<LargeValues> large_values, FindLargeValues find)
+      : SqlStore(std::move(writer), std::move(readers), codec::kMinResolutionM,
+                 std::move(large_values), find) {}
 
+  bool IsRemote() const override { return true; }
   absl::Status Write(const WriteBatch&) override { return Refused(); }
   using MapStore::DeleteSession;
   absl::Status DeleteSession(const SessionId&, const std::vector<Event>&) override {

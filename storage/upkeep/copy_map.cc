@@ -16,6 +16,7 @@
 #include "core/io/directory_lock.h"
 #include "storage/postgresql/migrations.h"
 #include "storage/postgresql/postgres_store.h"
+#include "storage/postgresql/site_bucket.h"
 #include "storage/postgresql/site_lease.h"
 #include "storage/postgresql/site_writer.h"
 #include "storage/sql/rows.h"
@@ -34,6 +35,7 @@ struct OpenPlace {
   std::unique_ptr<io::DirectoryLock> lock;  // Of the folder; goes last.
   std::unique_ptr<SiteLease> lease;         // Of the site, likewise.
   std::unique_ptr<Connection> database;
+  std::unique_ptr<LargeValues> large_values;  // Null where rows have them.
   int64_t schema = 0;
 };
 
@@ -49,7 +51,13 @@ absl::StatusOr<OpenPlace> OpenSite(const MapPlace& place) {
   if (!lease.ok()) return lease.status();
   auto writer = SiteWriter::Open(target, (*lease)->epoch(), nullptr);
   if (!writer.ok()) return writer.status();
-  return OpenPlace{"", nullptr, *std::move(lease), *std::move(writer),
+  auto large_values = OpenOwnersBucket(**writer, place.bucket, target.schema);
+  if (!large_values.ok()) return large_values.status();
+  return OpenPlace{"",
+                   nullptr,
+                   *std::move(lease),
+                   *std::move(writer),
+                   *std::move(large_values),
                    PostgresMigrations().back().version};
 }
 
@@ -97,6 +105,10 @@ absl::StatusOr<OpenPlace> OpenSource(const MapPlace& place) {
 
 absl::StatusOr<OpenPlace> OpenTarget(const MapPlace& place) {
   if (IsDatabase(place)) return OpenSite(place);
+  if (!place.bucket.empty()) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "a bucket is for the large values of a map in a database, not in ", place.where));
+  }
   std::error_code error;
   std::filesystem::create_directories(place.where, error);
   OpenPlace open;
@@ -222,12 +234,37 @@ absl::Status ForEachRowOf(Connection& database, const Table& table, const Visit&
   }
 }
 
-absl::Status CopyTable(Connection& from, Connection& to, const Table& table, int64_t* records) {
+// The row as `to` has it: what is in a bucket is fetched, and goes into that of `to`, if any. The
+// checksums of rows are of what these have.
+absl::Status MoveLargeValues(const OpenPlace& from, const OpenPlace& to, const Table& table,
+                             Row* row) {
+  if (!table.has_blobs) return absl::OkStatus();
+  for (size_t i = 0; i < row->size(); ++i) {
+    if (table.columns[i].kind != Kind::kBlob) continue;
+    absl::StatusOr<std::string> value = (*row)[i].bytes;
+    if (from.large_values) value = from.large_values->Get(*std::move(value));
+    if (value.ok() && to.large_values) value = to.large_values->Put(*std::move(value));
+    if (!value.ok()) return value.status();
+    if (*value == (*row)[i].bytes) continue;  // With its checksum, right or wrong.
+    for (size_t k = 0; k < row->size(); ++k) {
+      if (table.columns[k].name != "crc32c") continue;
+      (*row)[k].number = io::Crc32c(value->data(), value->size());
+    }
+    (*row)[i].bytes = *std::move(value);
+  }
+  return absl::OkStatus();
+}
+
+absl::Status CopyTable(const OpenPlace& source, const OpenPlace& target, const Table& table,
+                       int64_t* records) {
+  Connection &from = *source.database, &to = *target.database;
   Sum sent, found;
   const std::string insert =
       absl::StrCat("INSERT INTO ", table.name, " (", Names(table, table.columns.size()),
                    ") VALUES (", Marks(table.columns.size()), ")");
-  absl::Status status = ForEachRowOf(from, table, [&](const Row& row) {
+  absl::Status status = ForEachRowOf(from, table, [&](Row row) {
+    absl::Status moved = MoveLargeValues(source, target, table, &row);
+    if (!moved.ok()) return moved;
     Statement statement = to.Prepare(insert);
     for (size_t i = 0; i < row.size(); ++i) BindValue(row[i], table.columns[i].kind, statement);
     sent.Add(row);
@@ -272,7 +309,7 @@ absl::Status CopyTables(const OpenPlace& from, const OpenPlace& to, bool is_data
                         CopyReport* report) {
   for (const Table& table : MapTables()) {
     const int64_t before = report->records;
-    absl::Status status = CopyTable(*from.database, *to.database, table, &report->records);
+    absl::Status status = CopyTable(from, to, table, &report->records);
     if (status.ok() && is_database && table.counts_keys) status = CountOn(*to.database, table);
     if (!status.ok()) return status;
     const int64_t count = report->records - before;

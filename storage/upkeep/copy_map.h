@@ -9,10 +9,12 @@
 namespace isthmus::storage {
 
 // A map folder, or, where it begins with postgresql://, a database; of that, the map of a site:
-// empty, the default one.
+// empty, the default one; and, of a map that is to be made, the bucket for its large values
+// (s3_bucket.h), if any.
 struct MapPlace {
   std::string where;
   std::string site = {};
+  std::string bucket = {};
 };
 
 struct CopyReport {

@@ -25,7 +25,7 @@ ALLOWED = {
     # Records and messages.
     "api/convert": ({"api", "core", "core/io"}, STD_LIKE | {"protobuf"}),
     "floam": ({"core"}, STD_LIKE),
-    "storage": ({"core", "core/codec", "core/io"}, STD_LIKE | {"postgresql", "sqlite", "zstd"}),
+    "storage": ({"core", "core/codec", "core/io"}, STD_LIKE | {"curl", "postgresql", "sqlite", "zstd"}),
     "server/ingest": ({"core", "core/codec", "floam", "server", "storage"}, STD_LIKE),
     # An algorithm below the stages, for matching and the pipeline to use; no stage itself.
     "server/pose_graph": ({"core"}, STD_LIKE | {"ceres"}),
@@ -150,14 +150,14 @@ LEVELS = {
     "floam": ["rings", "state", "scan", "map", "match", "relocalise", "track", ".",
               "localise"],
     "server/matching": ["registration", "search", "prepared", "index", "paper", "pairs", "loops"],
-    "storage": [".", "records", "archive", "sql", "sqlite", "postgresql", "upkeep"],
+    "storage": [".", "records", "objects", "archive", "sql", "sqlite", "postgresql", "upkeep"],
     "client/library": ["spool", "stream", "."],
 }
 # Beside a folder's options, what its subfolders may include of its own files.
 BASES = {f"client/library/{name}.h" for name in ("convert", "options", "records")}
 # Only .cc files may include these, so that they never reach a neighbour's headers. A header named
 # after the library (pcl_cloud.h) may too; it is then itself for .cc files only.
-PRIVATE_TO_SOURCES = {"openssl", "ceres", "pcl", "octomap", "postgresql", "sqlite", "zstd", "draco", "lzf", "bz2", "lz4",
+PRIVATE_TO_SOURCES = {"openssl", "ceres", "pcl", "octomap", "curl", "postgresql", "sqlite", "zstd", "draco", "lzf", "bz2", "lz4",
                       "fftw", "embree", "pcap", "png", "geographic", "prometheus", "microhttpd", "gnutls"}
 THIRD_PARTY = [
     ("eigen", re.compile(r"^(Eigen|unsupported/Eigen)/")),
@@ -166,6 +166,7 @@ THIRD_PARTY = [
     ("pcl", re.compile(r"^pcl/")),
     ("octomap", re.compile(r"^octomap/")),
     ("sqlite", re.compile(r"^sqlite3")),
+    ("curl", re.compile(r"^curl/")),
     ("postgresql", re.compile(r"^libpq-fe\.h$")),
     ("zstd", re.compile(r"^zstd|^zdict")),
     ("draco", re.compile(r"^draco/")),
@@ -190,7 +191,7 @@ THIRD_PARTY = [
     ("ros", re.compile(r"^(ros|tf2|tf2_ros|\w+_msgs)/")),
 ]
 NAMES = {
-    "ceres": "Ceres", "pcl": "PCL", "octomap": "OctoMap", "sqlite": "SQLite", "postgresql": "libpq", "zstd": "zstd",
+    "ceres": "Ceres", "pcl": "PCL", "octomap": "OctoMap", "sqlite": "SQLite", "curl": "libcurl", "postgresql": "libpq", "zstd": "zstd",
     "draco": "Draco",
     "lzf": "lzf", "bz2": "bzip2", "lz4": "LZ4", "openssl": "OpenSSL", "fftw": "FFTW",
     "embree": "Embree", "png": "libpng", "pcap": "libpcap", "geographic": "GeographicLib",

@@ -1,0 +1,63 @@
+// Values that are too large for the rows of a database: a bucket has them, and the row a reference.
+#pragma once
+
+#include <absl/status/status.h>
+#include <absl/status/statusor.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "storage/objects/limits.h"
+#include "storage/objects/s3_bucket.h"
+
+namespace isthmus::storage {
+
+// In place of a value: its object, and what that must be.
+struct ObjectReference {
+  std::string name;  // Behind the folder.
+  uint64_t bytes = 0;
+  uint32_t crc32c = 0;
+};
+// Nothing where the row has the value itself.
+std::optional<ObjectReference> FindReference(const std::string& in_row);
+// Of the value itself, wherever it is.
+uint64_t BytesOfValue(const std::string& in_row);
+// No reference has more bytes.
+inline constexpr size_t kLongestReference = 100;  // Format.
+
+// An object is written once, under a name of its own, before the row that refers to it, and changes
+// no more: so what a row refers to is there, and a server that has lost its site spoils nothing.
+// Thread safe.
+class LargeValues {
+ public:
+  // Names of objects begin with `folder`, which no other map has. Values below `smallest` bytes
+  // stay in their rows.
+  LargeValues(std::unique_ptr<S3Bucket> bucket, std::string folder,
+              size_t smallest = kSmallestObject)
+      : bucket_(std::move(bucket)), folder_(std::move(folder)), smallest_(smallest) {}
+
+  // What the row is to have: the value itself where it is small. Unavailable, whatever the reason,
+  // where the bucket does not take it: it may tomorrow.
+  absl::StatusOr<std::string> Put(std::string value);
+  // The value of which the row has this. DataLoss where the object is gone or another one; where
+  // the bucket does not give it, Unavailable.
+  absl::StatusOr<std::string> Get(std::string in_row);
+
+  // An object that says for people what the others are; what is wrong with the bucket shows by it.
+  absl::Status Describe(const std::string& text);
+  // Names, without the folder, of all that were Put.
+  absl::StatusOr<std::vector<std::string>> List();
+  absl::Status Delete(const std::string& name) { return bucket_->Delete(folder_ + name); }
+
+ private:
+  const std::unique_ptr<S3Bucket> bucket_;
+  const std::string folder_;
+  const size_t smallest_;
+};
+
+}  // namespace isthmus::storage

@@ -1,0 +1,34 @@
+// The judged numbers of values in an object store.
+#pragma once
+
+#include <absl/time/time.h>
+
+#include <cstddef>
+
+namespace isthmus::storage {
+
+// Values below so many bytes stay in the database: a request to an object store costs as much as
+// storing them there for years, and takes longer than a commit.
+inline constexpr size_t kSmallestObject = 16'384;
+
+// How long an object stays that nothing refers to. One that was just written is not referred to
+// until its transaction is committed, and a database that was set back to a moment ago refers to
+// what it did then: a day back.
+inline constexpr absl::Duration kUnreferencedStay = absl::Hours(24);
+// Between two searches for such objects, and from the start to the first: they cost a request for
+// each thousand objects.
+inline constexpr absl::Duration kSweepEvery = absl::Hours(6), kFirstSweep = absl::Minutes(10);
+
+// A request: how long the connection may take, how long it may stand still, and how long the whole
+// may take: a submap of 10 MB on a link of 2 Mbit/s.
+inline constexpr long kConnectMs = 5'000, kStandsStillS = 10, kLongestRequestS = 60;
+// Attempts, and the wait after the first; doubled from one to the next. Object stores ask for it
+// (503) when they are busy. Who stores tries again by itself.
+inline constexpr int kAttempts = 3;
+inline constexpr absl::Duration kFirstRetry = absl::Milliseconds(100);
+// Bytes of an answer: more than the largest submap, and than a thousand names.
+inline constexpr size_t kLargestAnswer = size_t{1} << 30;
+// Connections that are kept while nobody asks.
+inline constexpr size_t kIdleTransfers = 8;
+
+}  // namespace isthmus::storage
